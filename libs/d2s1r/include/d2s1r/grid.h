@@ -1,0 +1,42 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <d2s1r/parameters.h>
+#include <mrpt/maps/COccupancyGridMap2D.h>
+
+#include <cstdint>
+#include <vector>
+
+namespace d2s1r
+{
+enum class Cell : std::uint8_t
+{
+	kFree,
+	kOccupied,
+	kUnknown
+};
+
+/// Position of a cell in Grid::cells.
+using CellIndex = std::int32_t;
+
+/// An occupancy map reduced to three classes and to the bounding box of what is known.
+struct Grid
+{
+	int width = 0;			  //!< [cells] along x
+	int height = 0;			  //!< [cells] along y
+	double cell_size = 0;	  //!< [m]
+	double origin_x = 0;	  //!< [m] map frame, lower left corner of cell (0, 0)
+	double origin_y = 0;	  //!< [m] map frame
+	std::vector<Cell> cells;  //!< row-major, the row of least y first
+
+	CellIndex index(int column, int row) const { return row * width + column; }
+	bool contains(int column, int row) const { return column >= 0 && row >= 0 && column < width && row < height; }
+	Cell at(int column, int row) const { return cells[static_cast<std::size_t>(index(column, row))]; }
+	double center_x(CellIndex cell) const { return origin_x + (cell % width + 0.5) * cell_size; }  //!< [m] map frame
+	double center_y(CellIndex cell) const { return origin_y + (cell / width + 0.5) * cell_size; }  //!< [m] map frame
+};
+
+/// Classifies the cells of `map` and crops to the known ones.
+/// \throws std::invalid_argument if thresholds cross or there is no known cell
+Grid make_grid(const mrpt::maps::COccupancyGridMap2D& map, const GridParameters& parameters);
+}  // namespace d2s1r

@@ -1,0 +1,58 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <mrpt/math/CMatrixFixed.h>
+#include <mrpt/poses/CPose2D.h>
+#include <mrpt/poses/CPosePDFSOG.h>
+
+#include <string>
+#include <vector>
+
+namespace d2s1r
+{
+enum class Status
+{
+	kLocalized,	 //!< one place explains the scan and stands out
+	kAmbiguous,	 //!< two or more places share the probability; the best one may be wrong
+	kRejected,	 //!< no place in the map explains the scan
+	kInvalid	 //!< the observation is not a usable scan
+};
+
+const char* to_string(Status status);
+
+/// A place where the robot may be.
+struct Hypothesis
+{
+	mrpt::poses::CPose2D pose;				 //!< robot in map, m and rad
+	mrpt::math::CMatrixDouble33 covariance;	 //!< of pose, (x, y, phi), m^2, m rad, rad^2
+	double probability = 0;		//!< [0, 1] that this is the right place, all hypotheses and "none of them" sum to 1
+	double log_likelihood = 0;	//!< [nat] of the scan, higher is better; kPaper: minus the relative entropy
+};
+
+/// Wall-clock time of each stage.
+struct StageTimes
+{
+	double retrieval_ms = 0;	 //!< scan -> candidates
+	double registration_ms = 0;	 //!< candidates -> yaw
+	double refinement_ms = 0;	 //!< candidates -> refined, scored hypotheses
+	double total_ms = 0;
+};
+
+/// The answer to "where was this scan taken?".
+struct Localization
+{
+	Status status = Status::kInvalid;
+	double confidence = 0;				 //!< [0, 1] probability that best() is right
+	std::vector<Hypothesis> hypotheses;	 //!< by decreasing probability; empty if rejected or invalid
+	double relative_entropy =
+		0;	//!< [bit] of the scan and the virtual scan at best(), Eq. 1; lower is better; NaN if none
+	StageTimes times;
+	std::string note;  //!< why, if rejected or invalid; else empty
+
+	/// \throws std::logic_error if there is no hypothesis
+	const Hypothesis& best() const;
+
+	/// All hypotheses as a sum of Gaussians; log weights are log probabilities. Empty if there is none.
+	mrpt::poses::CPosePDFSOG as_sog() const;
+};
+}  // namespace d2s1r

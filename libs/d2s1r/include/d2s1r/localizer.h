@@ -1,0 +1,37 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <d2s1r/localization.h>
+#include <d2s1r/parameters.h>
+#include <d2s1r/scan.h>
+#include <mrpt/maps/COccupancyGridMap2D.h>
+
+#include <memory>
+
+namespace d2s1r
+{
+/// One-shot global localization: an index of a map that answers scans.
+///
+/// Building it is the offline phase of the paper. Afterwards it is const and thread-safe: any number of
+/// threads may call localize() at once, and the same scan always gives the same answer.
+class Localizer
+{
+   public:
+	/// \throws std::invalid_argument if `map` is null or has no free cell, or a parameter is out of range
+	Localizer(mrpt::maps::COccupancyGridMap2D::ConstPtr map, const Parameters& parameters);
+	~Localizer();
+	Localizer(Localizer&&) noexcept;
+	Localizer& operator=(Localizer&&) noexcept;
+
+	/// Where was this scan taken? Never throws because of the scan: see Localization::status.
+	Localization localize(const mrpt::obs::CObservation2DRangeScan& observation) const;
+	Localization localize(const Scan& scan) const;
+
+	const mrpt::maps::COccupancyGridMap2D& map() const;
+	const Parameters& parameters() const;
+
+   private:
+	struct Index;
+	std::unique_ptr<const Index> index_;
+};
+}  // namespace d2s1r

@@ -1,0 +1,14 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <d2s1r/localization.h>
+#include <mrpt/obs/CActionRobotMovement2D.h>
+
+#include <optional>
+
+namespace d2s1r
+{
+/// The motion between two localized scans as if odometry had measured it (the paper, Section IV-B.6), with the
+/// uncertainty of both ends. No value unless both results have a pose.
+std::optional<mrpt::obs::CActionRobotMovement2D> pseudo_odometry(const Localization& from, const Localization& to);
+}  // namespace d2s1r

@@ -1,0 +1,35 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <d2s1r/grid.h>
+#include <d2s1r/signature.h>
+
+#include <memory>
+
+namespace d2s1r
+{
+/// A cell and how far its signature is from the query's.
+struct NearestCell
+{
+	CellIndex cell = 0;
+	float squared_distance = 0;	 //!< [-] L2 between signatures, lower is better
+};
+
+/// Signatures of all free cells in a kd-tree (Algorithm 1). Const and thread-safe once built.
+class SignatureIndex
+{
+   public:
+	/// \param cells sensor positions, increasing, not empty
+	SignatureIndex(const Grid& grid, const std::vector<CellIndex>& cells, const Parameters& parameters);
+	~SignatureIndex();
+	SignatureIndex(SignatureIndex&&) noexcept;
+	SignatureIndex& operator=(SignatureIndex&&) noexcept;
+
+	/// The k cells of nearest signature, nearest first; ties by cell.
+	std::vector<NearestCell> nearest(const Signature& query, int k) const;
+
+   private:
+	struct Tree;
+	std::unique_ptr<const Tree> tree_;
+};
+}  // namespace d2s1r

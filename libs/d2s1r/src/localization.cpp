@@ -1,0 +1,44 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include <d2s1r/localization.h>
+
+#include <cmath>
+#include <stdexcept>
+
+namespace d2s1r
+{
+const char* to_string(Status status)
+{
+	switch (status)
+	{
+		case Status::kLocalized:
+			return "localized";
+		case Status::kAmbiguous:
+			return "ambiguous";
+		case Status::kRejected:
+			return "rejected";
+		case Status::kInvalid:
+			break;
+	}
+	return "invalid";
+}
+
+const Hypothesis& Localization::best() const
+{
+	if (hypotheses.empty())
+		throw std::logic_error("Localization::best(): no hypothesis, status " + std::string(to_string(status)));
+	return hypotheses.front();
+}
+
+mrpt::poses::CPosePDFSOG Localization::as_sog() const
+{
+	mrpt::poses::CPosePDFSOG sog(hypotheses.size());
+	for (std::size_t i = 0; i < hypotheses.size(); i++)
+	{
+		auto& mode = sog.get(i);
+		mode.mean = hypotheses[i].pose;
+		mode.cov = hypotheses[i].covariance;
+		mode.log_w = std::log(hypotheses[i].probability);
+	}
+	return sog;
+}
+}  // namespace d2s1r
