@@ -24,14 +24,14 @@ Scan make_scan(const mrpt::obs::CObservation2DRangeScan& observation, const Scan
 	for (std::size_t i = 0; i < n; i++)
 	{
 		const float range = observation.getScanRange(i);
-		const bool beyond = range >= observation.maxRange;	// also +inf
+		const bool beyond = range >= observation.maxRange;  // also +inf
 		if (std::isnan(range) || range <= 0 || (!observation.getScanRangeValidity(i) && !beyond)) continue;
 		const float angle = (upside_down ? -1.0F : 1.0F) * observation.getScanAngle(i);
 		scan.beams.push_back({mrpt::math::wrapToPi(angle), std::min(range, observation.maxRange), !beyond});
 	}
 	std::sort(scan.beams.begin(), scan.beams.end(), [](const Beam& a, const Beam& b) { return a.angle < b.angle; });
 	scan.field_of_view = std::min(
-		2 * M_PI, static_cast<double>(observation.aperture) * static_cast<double>(n) / static_cast<double>(n - 1));
+	    2 * M_PI, static_cast<double>(observation.aperture) * static_cast<double>(n) / static_cast<double>(n - 1));
 	if (scan.beams.size() < static_cast<std::size_t>(parameters.min_beams))
 		scan.invalid_because = "too few usable beams";
 	return scan;

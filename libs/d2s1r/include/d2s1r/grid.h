@@ -22,11 +22,11 @@ using CellIndex = std::int32_t;
 /// An occupancy map reduced to three classes and to the bounding box of what is known.
 struct Grid
 {
-	int width = 0;			  //!< [cells] along x
-	int height = 0;			  //!< [cells] along y
-	double cell_size = 0;	  //!< [m]
-	double origin_x = 0;	  //!< [m] map frame, lower left corner of cell (0, 0)
-	double origin_y = 0;	  //!< [m] map frame
+	int width = 0;            //!< [cells] along x
+	int height = 0;           //!< [cells] along y
+	double cell_size = 0;     //!< [m]
+	double origin_x = 0;      //!< [m] map frame, lower left corner of cell (0, 0)
+	double origin_y = 0;      //!< [m] map frame
 	std::vector<Cell> cells;  //!< row-major, the row of least y first
 
 	CellIndex index(int column, int row) const { return row * width + column; }

@@ -12,10 +12,10 @@ namespace d2s1r
 {
 enum class Status
 {
-	kLocalized,	 //!< one place explains the scan and stands out
-	kAmbiguous,	 //!< two or more places share the probability; the best one may be wrong
-	kRejected,	 //!< no place in the map explains the scan
-	kInvalid	 //!< the observation is not a usable scan
+	kLocalized,  //!< one place explains the scan and stands out
+	kAmbiguous,  //!< two or more places share the probability; the best one may be wrong
+	kRejected,   //!< no place in the map explains the scan
+	kInvalid     //!< the observation is not a usable scan
 };
 
 const char* to_string(Status status);
@@ -23,18 +23,18 @@ const char* to_string(Status status);
 /// A place where the robot may be.
 struct Hypothesis
 {
-	mrpt::poses::CPose2D pose;				 //!< robot in map, m and rad
-	mrpt::math::CMatrixDouble33 covariance;	 //!< of pose, (x, y, phi), m^2, m rad, rad^2
-	double probability = 0;		//!< [0, 1] that this is the right place, all hypotheses and "none of them" sum to 1
-	double log_likelihood = 0;	//!< [nat] of the scan, higher is better; kPaper: minus the relative entropy
+	mrpt::poses::CPose2D pose;               //!< robot in map, m and rad
+	mrpt::math::CMatrixDouble33 covariance;  //!< of pose, (x, y, phi), m^2, m rad, rad^2
+	double probability = 0;     //!< [0, 1] that this is the right place, all hypotheses and "none of them" sum to 1
+	double log_likelihood = 0;  //!< [nat] of the scan, higher is better; kPaper: minus the relative entropy
 };
 
 /// Wall-clock time of each stage.
 struct StageTimes
 {
-	double retrieval_ms = 0;	 //!< scan -> candidates
-	double registration_ms = 0;	 //!< candidates -> yaw
-	double refinement_ms = 0;	 //!< candidates -> refined, scored hypotheses
+	double retrieval_ms = 0;     //!< scan -> candidates
+	double registration_ms = 0;  //!< candidates -> yaw
+	double refinement_ms = 0;    //!< candidates -> refined, scored hypotheses
 	double total_ms = 0;
 };
 
@@ -42,10 +42,10 @@ struct StageTimes
 struct Localization
 {
 	Status status = Status::kInvalid;
-	double confidence = 0;				 //!< [0, 1] probability that best() is right
-	std::vector<Hypothesis> hypotheses;	 //!< by decreasing probability; empty if rejected or invalid
+	double confidence = 0;               //!< [0, 1] probability that best() is right
+	std::vector<Hypothesis> hypotheses;  //!< by decreasing probability; empty if rejected or invalid
 	double relative_entropy =
-		0;	//!< [bit] of the scan and the virtual scan at best(), Eq. 1; lower is better; NaN if none
+	    0;  //!< [bit] of the scan and the virtual scan at best(), Eq. 1; lower is better; NaN if none
 	StageTimes times;
 	std::string note;  //!< why, if rejected or invalid; else empty
 

@@ -12,20 +12,21 @@ namespace d2s1r
 /// What an image file does not say of itself.
 struct ImageGeometry
 {
-	double resolution = 0;	//!< [m / pixel]
-	double origin_x = 0;	//!< [m] map frame, of the lower left corner of the image
-	double origin_y = 0;	//!< [m] map frame
+	double resolution = 0;  //!< [m / pixel]
+	double origin_x = 0;    //!< [m] map frame, of the lower left corner of the image
+	double origin_y = 0;    //!< [m] map frame
 };
 
 /// Loads an occupancy map: .simplemap(.gz), .gridmap(.gz), ROS map_server .yaml, an image (needs `image`),
 /// a serialized CMultiMetricMap (its first grid) or CSignatureMap2D.
 /// \throws std::runtime_error naming the file and what is wrong with it
-mrpt::maps::COccupancyGridMap2D::Ptr load_map(const std::string& file, const GridParameters& parameters = {},
-											  const std::optional<ImageGeometry>& image = std::nullopt);
+mrpt::maps::COccupancyGridMap2D::Ptr load_map(
+    const std::string& file, const GridParameters& parameters = {},
+    const std::optional<ImageGeometry>& image = std::nullopt);
 
 /// The occupancy grid of a map object: a COccupancyGridMap2D, a CMultiMetricMap (its first grid), a CSimpleMap's
 /// drawing or a CSignatureMap2D.
 /// \throws std::invalid_argument if it holds none
-mrpt::maps::COccupancyGridMap2D::Ptr grid_of(const mrpt::serialization::CSerializable& map,
-											 const GridParameters& parameters = {});
+mrpt::maps::COccupancyGridMap2D::Ptr grid_of(
+    const mrpt::serialization::CSerializable& map, const GridParameters& parameters = {});
 }  // namespace d2s1r

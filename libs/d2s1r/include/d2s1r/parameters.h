@@ -9,41 +9,41 @@ namespace d2s1r
 enum class Method
 {
 	kDefault,  //!< coarse search over cells and yaws, refinement, hypotheses; any field of view
-	kPaper	   //!< D2S1R as published: signature, k nearest cells, relative entropy; full circles
+	kPaper     //!< D2S1R as published: signature, k nearest cells, relative entropy; full circles
 };
 
 /// Which cells of an occupancy map are occupied, free or unknown.
 struct GridParameters
 {
-	double occupied_threshold = 0.65;	//!< [probability] occupied if P(occupied) is above
-	double free_threshold = 0.40;		//!< [probability] free if P(occupied) is below
-	bool rays_stop_at_unknown = false;	//!< [-] virtual rays end where the known map ends
-	double simplemap_cell_size = 0.05;	//!< [m] of the grid drawn from a .simplemap
+	double occupied_threshold = 0.65;   //!< [probability] occupied if P(occupied) is above
+	double free_threshold = 0.40;       //!< [probability] free if P(occupied) is below
+	bool rays_stop_at_unknown = false;  //!< [-] virtual rays end where the known map ends
+	double simplemap_cell_size = 0.05;  //!< [m] of the grid drawn from a .simplemap
 };
 
 /// Where a sensor can stand.
 struct FreeCellParameters
 {
 	bool largest_region_only = false;  //!< [-] only cells connected to the largest free region
-	double clearance = 0.0;			   //!< [m] least distance to an occupied cell
+	double clearance = 0.0;            //!< [m] least distance to an occupied cell
 };
 
 /// Which observations are usable scans.
 struct ScanParameters
 {
-	double max_tilt = 5.0;	//!< [deg] of the sensor against the plane of the map
-	int min_beams = 20;		//!< [-] fewest usable beams
+	double max_tilt = 5.0;  //!< [deg] of the sensor against the plane of the map
+	int min_beams = 20;     //!< [-] fewest usable beams
 };
 
 /// The published method; defaults are Table II of the paper.
 struct PaperParameters
 {
-	double max_range = 30.0;	  //!< [m] r: longer readings are out of range
-	int bins = 60;				  //!< [-] d: dimension of the signature, out-of-range bin included
-	double epsilon = 1e-3;		  //!< [m] least value in Eq. 1; out-of-range points lie this far beyond max_range
-	int candidates = 10;		  //!< [-] k: nearest cells that are registered
+	double max_range = 30.0;      //!< [m] r: longer readings are out of range
+	int bins = 60;                //!< [-] d: dimension of the signature, out-of-range bin included
+	double epsilon = 1e-3;        //!< [m] least value in Eq. 1; out-of-range points lie this far beyond max_range
+	int candidates = 10;          //!< [-] k: nearest cells that are registered
 	double search_epsilon = 0.0;  //!< [-] relative error allowed to the nearest neighbours
-	int directions = 360;		  //!< [-] beams of a virtual scan and yaw shifts of a registration
+	int directions = 360;         //!< [-] beams of a virtual scan and yaw shifts of a registration
 };
 
 /// All tunables. Defaults are here and nowhere else.
@@ -65,16 +65,20 @@ void visit_parameters(P& p, Visitor&& visit)
 {
 	visit("localizer", "threads", p.threads, 1, 256, "[-] used to build the index");
 
-	visit("grid", "occupied_threshold", p.grid.occupied_threshold, 0.0, 1.0,
-		  "[probability] occupied if P(occupied) is above");
+	visit(
+	    "grid", "occupied_threshold", p.grid.occupied_threshold, 0.0, 1.0,
+	    "[probability] occupied if P(occupied) is above");
 	visit("grid", "free_threshold", p.grid.free_threshold, 0.0, 1.0, "[probability] free if P(occupied) is below");
-	visit("grid", "rays_stop_at_unknown", p.grid.rays_stop_at_unknown, 0, 1,
-		  "[-] virtual rays end where the known map ends");
-	visit("grid", "simplemap_cell_size", p.grid.simplemap_cell_size, 0.005, 1.0,
-		  "[m] cell of the grid drawn from a .simplemap");
+	visit(
+	    "grid", "rays_stop_at_unknown", p.grid.rays_stop_at_unknown, 0, 1,
+	    "[-] virtual rays end where the known map ends");
+	visit(
+	    "grid", "simplemap_cell_size", p.grid.simplemap_cell_size, 0.005, 1.0,
+	    "[m] cell of the grid drawn from a .simplemap");
 
-	visit("free_cells", "largest_region_only", p.free_cells.largest_region_only, 0, 1,
-		  "[-] only cells connected to the largest free region");
+	visit(
+	    "free_cells", "largest_region_only", p.free_cells.largest_region_only, 0, 1,
+	    "[-] only cells connected to the largest free region");
 	visit("free_cells", "clearance", p.free_cells.clearance, 0.0, 10.0, "[m] least distance to an occupied cell");
 
 	visit("scan", "max_tilt", p.scan.max_tilt, 0.0, 45.0, "[deg] of the sensor against the plane of the map");
@@ -84,10 +88,12 @@ void visit_parameters(P& p, Visitor&& visit)
 	visit("paper", "bins", p.paper.bins, 2, 1024, "[-] d of Table II: dimension of the signature");
 	visit("paper", "epsilon", p.paper.epsilon, 1e-9, 1.0, "[m] epsilon of Table II: least value in Eq. 1");
 	visit("paper", "candidates", p.paper.candidates, 1, 100000, "[-] k of Table II: nearest cells that are registered");
-	visit("paper", "search_epsilon", p.paper.search_epsilon, 0.0, 100.0,
-		  "[-] relative error allowed to the nearest neighbours");
-	visit("paper", "directions", p.paper.directions, 8, 3600,
-		  "[-] beams of a virtual scan and yaw shifts of a registration");
+	visit(
+	    "paper", "search_epsilon", p.paper.search_epsilon, 0.0, 100.0,
+	    "[-] relative error allowed to the nearest neighbours");
+	visit(
+	    "paper", "directions", p.paper.directions, 8, 3600,
+	    "[-] beams of a virtual scan and yaw shifts of a registration");
 }
 
 /// Reads an ini file over the defaults.

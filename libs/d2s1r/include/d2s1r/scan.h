@@ -13,18 +13,18 @@ namespace d2s1r
 /// One usable beam of a scan. Beams without data (NaN, zero, negative, flagged) are not in a Scan.
 struct Beam
 {
-	float angle = 0;		//!< [rad] in [-pi, pi), counter-clockwise, sensor frame as seen from above
-	float range = 0;		//!< [m] if is_return, else the range up to which nothing was seen
-	bool is_return = true;	//!< [-] false: looked and saw nothing up to `range`
+	float angle = 0;        //!< [rad] in [-pi, pi), counter-clockwise, sensor frame as seen from above
+	float range = 0;        //!< [m] if is_return, else the range up to which nothing was seen
+	bool is_return = true;  //!< [-] false: looked and saw nothing up to `range`
 };
 
 /// A 2D scan, free of the sensor's conventions: beams counter-clockwise as seen from above.
 struct Scan
 {
-	std::vector<Beam> beams;			  //!< by increasing angle
-	double field_of_view = 0;			  //!< [rad] in (0, 2 pi]
+	std::vector<Beam> beams;              //!< by increasing angle
+	double field_of_view = 0;             //!< [rad] in (0, 2 pi]
 	mrpt::math::TPose2D sensor_on_robot;  //!< sensor in robot frame, m and rad
-	std::string invalid_because;		  //!< empty if the scan is usable, else the reason
+	std::string invalid_because;          //!< empty if the scan is usable, else the reason
 
 	bool valid() const { return invalid_because.empty(); }
 };

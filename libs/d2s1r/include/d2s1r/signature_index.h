@@ -12,7 +12,7 @@ namespace d2s1r
 struct NearestCell
 {
 	CellIndex cell = 0;
-	float squared_distance = 0;	 //!< [-] L2 between signatures, lower is better
+	float squared_distance = 0;  //!< [-] L2 between signatures, lower is better
 };
 
 /// Signatures of all free cells in a kd-tree (Algorithm 1). Const and thread-safe once built.
