@@ -104,6 +104,10 @@ Parameters load_parameters(const std::string& ini_file);
 /// The same from the text of an ini file; `name` stands in error messages.
 Parameters parse_parameters(const std::string& ini_text, const std::string& name = "ini text");
 
+/// Sets `localizer.method` or one of visit_parameters() from text, for other sources than our ini files.
+/// \throws std::invalid_argument naming section and key if it is unknown or `text` is not usable
+void set_parameter(Parameters& parameters, const std::string& section, const std::string& key, const std::string& text);
+
 /// An ini file that load_parameters() reads back to the same values, with units and meanings as comments.
 std::string to_ini(const Parameters& parameters);
 

@@ -1,0 +1,23 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace d2s1r
+{
+/// A line `key = value` of an ini file.
+struct IniEntry
+{
+	int line = 0;  //!< [-] from 1
+	std::string section;
+	std::string key;
+	std::string value;
+};
+
+/// The entries of an ini file in order. Comments start with `;`, `#` or `//`, as in MRPT's files; values have no
+/// quotes and lie in one line.
+/// \throws std::invalid_argument naming `name` and line if a line is neither section, entry nor comment, or a key
+///         comes twice
+std::vector<IniEntry> parse_ini(const std::string& text, const std::string& name);
+}  // namespace d2s1r

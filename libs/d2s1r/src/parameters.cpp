@@ -1,0 +1,165 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include <d2s1r/parameters.h>
+
+#include <charconv>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <stdexcept>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "ini_text.h"
+
+namespace d2s1r
+{
+namespace
+{
+constexpr const char* kMethodMeaning = "default: any field of view; paper: D2S1R as published, full circles";
+
+const char* to_text(Method method)
+{
+	return method == Method::kPaper ? "paper" : "default";
+}
+
+/// The shortest text that reads back to the same value, whatever the locale.
+template <class T>
+std::string to_text(T value)
+{
+	if constexpr (std::is_same_v<T, bool>)
+		return value ? "true" : "false";
+	else
+	{
+		char text[64];
+		return {text, std::to_chars(text, text + sizeof(text), value).ptr};
+	}
+}
+
+[[noreturn]] void refuse(const std::string& what, const std::string& value, const std::string& expected)
+{
+	throw std::invalid_argument(what + " = '" + value + "': expected " + expected);
+}
+
+template <class T>
+T from_text(const std::string& what, const std::string& text)
+{
+	if constexpr (std::is_same_v<T, bool>)
+	{
+		if (text == "true" || text == "1") return true;
+		if (text == "false" || text == "0") return false;
+		refuse(what, text, "true or false");
+	}
+	else
+	{
+		T value{};
+		const char* end = text.data() + text.size();
+		const auto parsed = std::from_chars(text.data(), end, value);
+		if (parsed.ec != std::errc() || parsed.ptr != end)
+			refuse(what, text, std::is_integral_v<T> ? "a whole number" : "a number");
+		return value;
+	}
+}
+
+template <class T, class Least, class Greatest>
+void check_range(const std::string& what, T value, Least least, Greatest greatest)
+{
+	const auto number = static_cast<double>(value);  // a NaN fails both comparisons
+	if (number >= static_cast<double>(least) && number <= static_cast<double>(greatest)) return;
+	refuse(what, to_text(value), "a value from " + to_text(least) + " to " + to_text(greatest));
+}
+
+void check_between_parameters(const Parameters& p)
+{
+	if (p.grid.free_threshold > p.grid.occupied_threshold)
+		refuse("grid.free_threshold", to_text(p.grid.free_threshold), "at most grid.occupied_threshold");
+}
+}  // namespace
+
+void set_parameter(Parameters& parameters, const std::string& section, const std::string& key, const std::string& text)
+{
+	const std::string what = section + '.' + key;
+	if (what == "localizer.method")
+	{
+		if (text != "default" && text != "paper") refuse(what, text, "default or paper");
+		parameters.method = text == "paper" ? Method::kPaper : Method::kDefault;
+		return;
+	}
+	bool found = false;
+	visit_parameters(
+	    parameters,
+	    [&](const char* its_section, const char* its_key, auto& value, auto least, auto greatest, const char*)
+	    {
+		    if (section != its_section || key != its_key) return;
+		    found = true;
+		    const auto parsed = from_text<std::decay_t<decltype(value)>>(what, text);
+		    check_range(what, parsed, least, greatest);
+		    value = parsed;
+	    });
+	if (!found) throw std::invalid_argument(what + " is not a parameter; remove it or mend its name");
+}
+
+Parameters parse_parameters(const std::string& ini_text, const std::string& name)
+{
+	Parameters parameters;
+	for (const IniEntry& entry : parse_ini(ini_text, name)) try
+		{
+			set_parameter(parameters, entry.section, entry.key, entry.value);
+		}
+		catch (const std::invalid_argument& error)
+		{
+			throw std::invalid_argument(name + ":" + std::to_string(entry.line) + ": " + error.what());
+		}
+	try
+	{
+		check(parameters);
+	}
+	catch (const std::invalid_argument& error)
+	{
+		throw std::invalid_argument(name + ": " + error.what());
+	}
+	return parameters;
+}
+
+Parameters load_parameters(const std::string& ini_file)
+{
+	std::ifstream file(ini_file, std::ios::binary);
+	if (!file.is_open() || std::filesystem::is_directory(ini_file))
+		throw std::runtime_error(ini_file + ": cannot be read; is it there and readable?");
+	std::ostringstream text;
+	text << file.rdbuf();
+	return parse_parameters(text.str(), ini_file);
+}
+
+std::string to_ini(const Parameters& parameters)
+{
+	std::vector<std::pair<std::string, std::string>> sections;
+	const auto add =
+	    [&](const std::string& section, const std::string& key, const std::string& value, const std::string& meaning)
+	{
+		auto it = sections.begin();
+		while (it != sections.end() && it->first != section) ++it;
+		if (it == sections.end()) it = sections.insert(it, {section, "[" + section + "]\n"});
+		it->second += key + " = " + value + "  ; " + meaning + '\n';
+	};
+	add("localizer", "method", to_text(parameters.method), kMethodMeaning);
+	visit_parameters(
+	    parameters,
+	    [&](const char* section, const char* key, auto value, auto least, auto greatest, const char* meaning) {
+		    add(section, key, to_text(value),
+		        std::string(meaning) + ", " + to_text(least) + " to " + to_text(greatest));
+	    });
+
+	std::string text = "; d2s1r parameters\n";
+	for (const auto& section : sections) text += '\n' + section.second;
+	return text;
+}
+
+void check(const Parameters& parameters)
+{
+	visit_parameters(
+	    parameters, [](const char* section, const char* key, auto value, auto least, auto greatest, const char*)
+	    { check_range(std::string(section) + '.' + key, value, least, greatest); });
+	check_between_parameters(parameters);
+}
+}  // namespace d2s1r
