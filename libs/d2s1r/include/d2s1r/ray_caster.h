@@ -5,21 +5,30 @@
 
 namespace d2s1r
 {
-/// Virtual scans from arbitrary poses by exact grid traversal, skipping free space with a distance transform.
-/// Const and thread-safe.
+/// Virtual scans from arbitrary poses by exact grid traversal; whole squares of free space are crossed in one step.
+/// Const and thread-safe. Needs one byte a cell of the grid.
 class RayCaster
 {
    public:
 	/// Keeps a reference to `grid`.
+	/// \param max_range [m]
+	/// \param stop_at_unknown whether unknown cells, and all that lies outside of the grid, end a ray
 	RayCaster(const Grid& grid, double max_range, bool stop_at_unknown);
 
 	/// Distance [m] from (x, y) [m, map frame] along `angle` [rad] to the near side of the first obstacle; max_range if
 	/// none. Zero inside an obstacle.
 	float cast(double x, double y, double angle) const;
 
+	/// Ranges [m] from (x, y) [m, map frame] along `directions` directions; direction i points at 2 pi i / directions.
+	std::vector<float> scan(double x, double y, int directions) const;
+
    private:
+	float cast_along(double x, double y, double dx, double dy) const;
+
 	const Grid* grid_;
-	double max_range_;
+	double max_range_;  //!< [m]
 	bool stop_at_unknown_;
+	std::vector<std::uint8_t>
+	    clearance_;  //!< [cells] Chebyshev distance to the nearest obstacle, row-major, at most 255
 };
 }  // namespace d2s1r

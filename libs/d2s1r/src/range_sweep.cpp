@@ -1,0 +1,47 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include <d2s1r/range_sweep.h>
+
+#include "direction_sweep.h"
+
+#include <cmath>
+#include <stdexcept>
+
+namespace d2s1r
+{
+namespace
+{
+int max_units(const Grid& grid, double max_range)
+{
+	constexpr double kMaxCells = 4000;
+	if (max_range / grid.cell_size > kMaxCells)
+		throw std::invalid_argument("sweep_ranges: max_range is above 4000 cells; use a shorter one or larger cells");
+	return static_cast<int>(max_range / grid.cell_size * kRangeUnitsPerCell);
+}
+
+void permute(
+    const std::vector<std::uint16_t>& from, const std::vector<std::int32_t>& ranks, std::vector<std::uint16_t>& to)
+{
+	for (std::size_t i = 0; i < ranks.size(); i++) to[i] = from[static_cast<std::size_t>(ranks[i])];
+}
+}  // namespace
+
+void sweep_ranges(
+    const Grid& grid, const std::vector<CellIndex>& cells, int directions, double max_range, const RangeSink& sink)
+{
+	const int limit = max_units(grid, max_range);
+	const SweepLayout layout = make_sweep_layout(grid, cells);
+	const std::size_t size = cells.size() + kSweepPadding;
+	std::vector<std::uint16_t> occupied(size), unknown(size), by_column(size);
+	for (int i = 0; i < directions; i++)
+	{
+		const SweepDirection direction(2 * M_PI * i / directions);
+		const SweepLines& lines = direction.along_x ? layout.along_x : layout.along_y;
+		for (auto [obstacles, ranges] : {std::pair{&lines.occupied, &occupied}, {&lines.unknown_or_occupied, &unknown}})
+		{
+			sweep(lines, *obstacles, direction, limit, direction.along_x ? by_column.data() : ranges->data());
+			if (direction.along_x) permute(by_column, layout.rank_along_x, *ranges);
+		}
+		sink(i, occupied.data(), unknown.data());
+	}
+}
+}  // namespace d2s1r

@@ -1,0 +1,101 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include <d2s1r/ray_caster.h>
+#include <gtest/gtest.h>
+
+#include "test_maps.h"
+
+namespace d2s1r::test
+{
+namespace
+{
+const Picture kRoom = {
+    "#########",  //
+    "#.......#",  //
+    "#.......?",  //
+    "#.......#",  //
+    "#########"};
+
+TEST(RayCaster, MeasuresToTheNearSideOfWalls)
+{
+	const Grid grid = make_picture_grid(kRoom, 0.5, 10, -3);
+	const RayCaster caster(grid, 30, false);
+	const double x = grid.center_x(grid.index(3, 1)), y = grid.center_y(grid.index(3, 1));
+	EXPECT_FLOAT_EQ(caster.cast(x, y, 0), 4.5F * 0.5F);
+	EXPECT_FLOAT_EQ(caster.cast(x, y, M_PI), 2.5F * 0.5F);
+	EXPECT_FLOAT_EQ(caster.cast(x, y, M_PI / 2), 2.5F * 0.5F);
+	EXPECT_FLOAT_EQ(caster.cast(x, y, -M_PI / 2), 0.5F * 0.5F);
+	EXPECT_FLOAT_EQ(caster.cast(x + 0.2, y, 0), 4.5F * 0.5F - 0.2F);
+}
+
+TEST(RayCaster, UnknownCellsAndTheOutsideEndRaysOnlyIfAsked)
+{
+	const Grid grid = make_picture_grid(kRoom, 0.5);
+	const double x = grid.center_x(grid.index(4, 2)), y = grid.center_y(grid.index(4, 2));
+	EXPECT_FLOAT_EQ(RayCaster(grid, 30, false).cast(x, y, 0), 30);
+	EXPECT_FLOAT_EQ(RayCaster(grid, 30, true).cast(x, y, 0), 3.5F * 0.5F);
+	const Grid open = make_picture_grid({"...."}, 1);
+	EXPECT_FLOAT_EQ(RayCaster(open, 30, true).cast(0.5, 0.5, 0), 3.5F);
+	EXPECT_FLOAT_EQ(RayCaster(open, 30, false).cast(0.5, 0.5, 0), 30);
+}
+
+TEST(RayCaster, IsZeroInsideObstaclesAndMaxRangeBeyond)
+{
+	const Grid grid = make_picture_grid(kRoom, 0.5);
+	EXPECT_EQ(RayCaster(grid, 30, false).cast(0.2, 0.2, 1), 0);
+	EXPECT_EQ(RayCaster(grid, 1, false).cast(0.75, 0.75, 0), 1);
+}
+
+TEST(RayCaster, RaysFromOutsideEnterTheGrid)
+{
+	const Grid grid = make_picture_grid({"..#"}, 1);
+	const RayCaster caster(grid, 30, false);
+	EXPECT_FLOAT_EQ(caster.cast(-4, 0.5, 0), 6);
+	EXPECT_FLOAT_EQ(caster.cast(-4, 0.5, M_PI), 30);
+	EXPECT_FLOAT_EQ(caster.cast(-4, 1.5, 0), 30);
+	EXPECT_EQ(RayCaster(grid, 30, true).cast(-4, 0.5, 0), 0);
+}
+
+TEST(RayCaster, DoesNotLeakThroughCornersOfDiagonalWalls)
+{
+	const Grid grid = make_picture_grid(
+	    {".....#",  //
+	     "....#.",  //
+	     "...#..",  //
+	     "..#...",  //
+	     ".#....",  //
+	     "#....."},
+	    1);
+	const RayCaster caster(grid, 30, false);
+	for (int i = 0; i < 4; i++) EXPECT_LT(caster.cast(i + 1.5, i + 0.5, 3 * M_PI / 4), 1.5) << i;
+}
+
+TEST(RayCaster, AgreesWithCellByCellTraversalOnRandomMaps)
+{
+	std::mt19937 random(7);
+	for (int map = 0; map < 10; map++)
+	{
+		Grid grid = make_picture_grid(enlarge(Picture(6, std::string(9, '.')), 10), 0.05, -1, 2);
+		for (int i = 0; i < 60; i++) grid.cells[random() % grid.cells.size()] = Cell::kOccupied;
+		const RayCaster caster(grid, 3, false);
+		std::uniform_real_distribution<double> unit(0, 1);
+		for (int i = 0; i < 500; i++)
+		{
+			const double x = grid.origin_x + unit(random) * grid.width * grid.cell_size;
+			const double y = grid.origin_y + unit(random) * grid.height * grid.cell_size;
+			const double angle = 2 * M_PI * unit(random);
+			ASSERT_NEAR(caster.cast(x, y, angle), cast_exactly(grid, x, y, angle, 3), 1e-5)
+			    << x << " " << y << " " << angle;
+		}
+	}
+}
+
+TEST(RayCaster, ScansCounterClockwiseFromX)
+{
+	const Grid grid = make_picture_grid(kRoom, 0.5);
+	const RayCaster caster(grid, 30, false);
+	const std::vector<float> ranges = caster.scan(1.25, 0.75, 8);
+	ASSERT_EQ(ranges.size(), 8U);
+	for (int i = 0; i < 8; i++) EXPECT_EQ(ranges[static_cast<std::size_t>(i)], caster.cast(1.25, 0.75, i * M_PI / 4));
+}
+}  // namespace
+}  // namespace d2s1r::test
