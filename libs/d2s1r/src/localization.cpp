@@ -1,7 +1,9 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include <d2s1r/localization.h>
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 
 namespace d2s1r
@@ -37,7 +39,8 @@ mrpt::poses::CPosePDFSOG Localization::as_sog() const
 		auto& mode = sog.get(i);
 		mode.mean = hypotheses[i].pose;
 		mode.cov = hypotheses[i].covariance;
-		mode.log_w = std::log(hypotheses[i].probability);
+		// finite even for a probability that underflowed: MRPT subtracts log weights
+		mode.log_w = std::log(std::max(hypotheses[i].probability, std::numeric_limits<double>::min()));
 	}
 	return sog;
 }

@@ -8,6 +8,9 @@
 
 namespace d2s1r
 {
+/// The motion from one hypothesis to another, robot frame of `from`, with the uncertainty of both ends.
+mrpt::obs::CActionRobotMovement2D motion_between(const Hypothesis& from, const Hypothesis& to);
+
 /// The motion between two localized scans as if odometry had measured it (the paper, Section IV-B.6), with the
 /// uncertainty of both ends. No value unless both results have a pose.
 std::optional<mrpt::obs::CActionRobotMovement2D> pseudo_odometry(const Localization& from, const Localization& to);

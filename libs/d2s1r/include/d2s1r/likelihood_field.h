@@ -1,0 +1,42 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <d2s1r/grid.h>
+#include <d2s1r/scan.h>
+#include <mrpt/math/TPoint2D.h>
+#include <mrpt/math/TPose2D.h>
+
+namespace d2s1r
+{
+/// End-point beam model of LikelihoodField.
+struct LikelihoodParameters
+{
+	double sigma = 0.10;              //!< [m] of end points about the surface of a wall
+	double random_share = 0.10;       //!< [0, 1] of the beams that end anywhere (people, moved things)
+	double unknown_share = 0.30;      //!< [0, 1] density of an end in unknown space, relative to one on a wall
+	int beams = 90;                   //!< [-] most beams looked at, evenly spread over the scan
+	double independent_beams = 20.0;  //!< [-] beams that a scan is worth: neighbours see the same object
+};
+
+/// Where the beams of `scan` that returned end [m, robot frame]; at most `most` of them, evenly spread over the beams.
+std::vector<mrpt::math::TPoint2Df> end_points(const Scan& scan, int most);
+
+/// How likely beams end where they do, one table look-up a beam: for particle filters, which ask for a thousand poses
+/// a scan. Const and thread-safe.
+class LikelihoodField
+{
+   public:
+	LikelihoodField(const Grid& grid, const LikelihoodParameters& parameters);
+
+	/// Log-likelihood [nat] of beams that end at `points` [m, robot frame] if the robot is at `robot` (in map); finite,
+	/// zero for no points. The sum over the beams is scaled to parameters.independent_beams.
+	double log_likelihood(const std::vector<mrpt::math::TPoint2Df>& points, const mrpt::math::TPose2D& robot) const;
+
+   private:
+	int width_, height_;
+	double cell_size_, origin_x_, origin_y_;
+	double independent_beams_;
+	float log_outside_;             //!< [nat] of an end outside of the grid
+	std::vector<float> log_table_;  //!< [nat] of an end in each cell
+};
+}  // namespace d2s1r

@@ -1,0 +1,111 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include <d2s1r/pseudo_odometry.h>
+#include <gtest/gtest.h>
+#include <mrpt/io/CMemoryStream.h>
+#include <mrpt/math/wrap2pi.h>
+#include <mrpt/poses/CPosePDFGaussian.h>
+#include <mrpt/serialization/CArchive.h>
+
+#include <random>
+
+using d2s1r::Hypothesis;
+using d2s1r::Localization;
+using mrpt::poses::CPose2D;
+
+namespace
+{
+Hypothesis make_hypothesis(const CPose2D& pose, double std_x, double std_y, double std_phi)
+{
+	Hypothesis hypothesis;
+	hypothesis.pose = pose;
+	hypothesis.covariance.setZero();
+	hypothesis.covariance(0, 0) = std_x * std_x;
+	hypothesis.covariance(1, 1) = std_y * std_y;
+	hypothesis.covariance(2, 2) = std_phi * std_phi;
+	hypothesis.probability = 0.9;
+	return hypothesis;
+}
+
+Localization localized_at(const CPose2D& pose)
+{
+	Localization result;
+	result.status = d2s1r::Status::kLocalized;
+	result.hypotheses.push_back(make_hypothesis(pose, 0.02, 0.05, 0.01));
+	return result;
+}
+
+TEST(PseudoOdometry, IsTheMotionInTheFrameOfTheFirstPose)
+{
+	const auto motion = d2s1r::pseudo_odometry(localized_at({1, 2, M_PI / 2}), localized_at({1, 3, M_PI}));
+	ASSERT_TRUE(motion);
+	const CPose2D mean = motion->poseChange->getMeanVal();
+	EXPECT_NEAR(mean.x(), 1.0, 1e-9);
+	EXPECT_NEAR(mean.y(), 0.0, 1e-9);
+	EXPECT_NEAR(mean.phi(), M_PI / 2, 1e-9);
+	EXPECT_NEAR((motion->rawOdometryIncrementReading - mean).norm(), 0.0, 1e-9);
+}
+
+TEST(PseudoOdometry, TurnsAcrossPlusMinusPiTheShortWay)
+{
+	const auto motion = d2s1r::pseudo_odometry(localized_at({0, 0, 3.1}), localized_at({0, 0, -3.1}));
+	EXPECT_NEAR(motion->poseChange->getMeanVal().phi(), 2 * M_PI - 6.2, 1e-9);
+}
+
+TEST(PseudoOdometry, CarriesTheUncertaintyOfBothEnds)
+{
+	const Hypothesis from = make_hypothesis({1, 2, 0.7}, 0.10, 0.02, 0.04);
+	const Hypothesis to = make_hypothesis({4, 1, -0.4}, 0.05, 0.20, 0.03);
+	const auto covariance = d2s1r::motion_between(from, to).poseChange->getCovariance();
+
+	std::mt19937 generator(1);
+	std::normal_distribution<double> normal;
+	const auto draw = [&](const Hypothesis& h)
+	{
+		return CPose2D(
+		    h.pose.x() + std::sqrt(h.covariance(0, 0)) * normal(generator),
+		    h.pose.y() + std::sqrt(h.covariance(1, 1)) * normal(generator),
+		    h.pose.phi() + std::sqrt(h.covariance(2, 2)) * normal(generator));
+	};
+	const CPose2D mean = to.pose - from.pose;
+	mrpt::math::CMatrixDouble33 sampled;
+	sampled.setZero();
+	constexpr int kSamples = 100000;
+	for (int i = 0; i < kSamples; i++)
+	{
+		const CPose2D increment = draw(to) - draw(from);
+		const double error[3] = {
+		    increment.x() - mean.x(), increment.y() - mean.y(), mrpt::math::wrapToPi(increment.phi() - mean.phi())};
+		for (int r = 0; r < 3; r++)
+			for (int c = 0; c < 3; c++) sampled(r, c) += error[r] * error[c] / kSamples;
+	}
+	for (int r = 0; r < 3; r++)
+		for (int c = 0; c < 3; c++) EXPECT_NEAR(covariance(r, c), sampled(r, c), 1.5e-3) << r << ", " << c;
+}
+
+TEST(PseudoOdometry, NeedsAPoseAtBothEnds)
+{
+	EXPECT_FALSE(d2s1r::pseudo_odometry(Localization{}, localized_at({1, 1, 0})));
+	EXPECT_FALSE(d2s1r::pseudo_odometry(localized_at({1, 1, 0}), Localization{}));
+}
+
+TEST(PseudoOdometry, KeepsItsCovarianceInARawlog)
+{
+	const auto motion = d2s1r::pseudo_odometry(localized_at({0, 0, 0}), localized_at({1, 0, 0.2}));
+	mrpt::io::CMemoryStream stream;
+	mrpt::serialization::archiveFrom(stream) << *motion;
+	stream.Seek(0);
+	mrpt::obs::CActionRobotMovement2D read;
+	mrpt::serialization::archiveFrom(stream) >> read;
+	for (int r = 0; r < 3; r++)
+		for (int c = 0; c < 3; c++)
+			EXPECT_NEAR(read.poseChange->getCovariance()(r, c), motion->poseChange->getCovariance()(r, c), 1e-6);
+}
+
+TEST(PseudoOdometry, ModelForAuxiliaryFiltersIsNoNarrowerThanTheCovariance)
+{
+	auto motion = *d2s1r::pseudo_odometry(localized_at({0, 0, 0}), localized_at({1, 0, 0.2}));
+	const auto covariance = motion.poseChange->getCovariance();
+	motion.computeFromOdometry(motion.rawOdometryIncrementReading, motion.motionModelConfiguration);
+	for (int i = 0; i < 3; i++) EXPECT_GE(motion.poseChange->getCovariance()(i, i), covariance(i, i) * (1 - 1e-6));
+}
+}  // namespace
