@@ -1,0 +1,12 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+
+namespace d2s1r
+{
+/// Looks at a PNG, JPEG or PNM file before a decoder does, which would write to stderr, take a truncated file, or
+/// allocate whatever the header says. Other formats pass.
+/// \throws std::runtime_error if the file cannot be read, is empty, truncated or too large for memory
+void check_image_header(const std::string& file);
+}  // namespace d2s1r

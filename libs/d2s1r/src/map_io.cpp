@@ -1,0 +1,134 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include <d2s1r/map_io.h>
+#include <mrpt/io/CFileGZInputStream.h>
+#include <mrpt/maps/CMultiMetricMap.h>
+#include <mrpt/maps/CSimpleMap.h>
+#include <mrpt/maps/registerAllClasses.h>
+#include <mrpt/serialization/CArchive.h>
+
+#include <algorithm>
+#include <cctype>
+#include <filesystem>
+#include <stdexcept>
+
+#include "cell_classes.h"
+#include "map_image.h"
+#include "map_yaml.h"
+#include "occupancy_map.h"
+
+namespace d2s1r
+{
+namespace
+{
+using mrpt::maps::COccupancyGridMap2D;
+namespace fs = std::filesystem;
+
+std::string lower_case_extension(const std::string& file)
+{
+	std::string extension = fs::path(file).extension().string();
+	std::transform(
+	    extension.begin(), extension.end(), extension.begin(),
+	    [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+	return extension;
+}
+
+bool is_one_of(const std::string& text, std::initializer_list<const char*> words)
+{
+	return std::find(words.begin(), words.end(), text) != words.end();
+}
+
+/// A serialized grid starts with its class name, version, bits of a cell and its size: looked at before MRPT allocates
+/// that many cells.
+void check_serialized_size(const std::string& file)
+{
+	const std::string name = "mrpt::maps::COccupancyGridMap2D";
+	struct Header
+	{
+		char name_length, name[31], version, cell_bits;
+		unsigned char size_x[4], size_y[4];
+	} header;
+	static_assert(sizeof(Header) == 42, "as written, without padding");
+	mrpt::io::CFileGZInputStream stream(file);
+	if (stream.Read(&header, sizeof(header)) < sizeof(header)) return;
+	if (std::string(header.name, sizeof(header.name)) != name) return;
+	const auto little_endian = [](const unsigned char* b)
+	{ return b[0] + 256.0 * (b[1] + 256.0 * (b[2] + 256.0 * b[3])); };
+	check_map_size(little_endian(header.size_x), little_endian(header.size_y));
+}
+
+mrpt::serialization::CSerializable::Ptr read_object(const std::string& file)
+{
+	mrpt::maps::registerAllClasses_mrpt_maps();
+	try
+	{
+		mrpt::io::CFileGZInputStream stream(file);
+		return mrpt::serialization::archiveFrom(stream).ReadObject();
+	}
+	catch (const std::bad_alloc&)
+	{
+		throw;
+	}
+	catch (const std::exception&)
+	{
+		throw std::runtime_error(
+		    "is not a map that can be read: truncated, or none of .simplemap, .gridmap, .yaml, image, MRPT metric map");
+	}
+}
+
+COccupancyGridMap2D::Ptr load_serialized(const std::string& file, const GridParameters& parameters)
+{
+	check_serialized_size(file);
+	const auto object = read_object(file);
+	if (!object) throw std::runtime_error("holds an empty object, not a map");
+	return grid_of(*object, parameters);
+}
+
+COccupancyGridMap2D::Ptr load_any(
+    const std::string& file, const GridParameters& parameters, const std::optional<ImageGeometry>& image)
+{
+	const std::string extension = lower_case_extension(file);
+	if (is_one_of(extension, {".yaml", ".yml"})) return load_yaml_map(file);
+	if (is_one_of(extension, {".png", ".pgm", ".pbm", ".ppm", ".bmp", ".jpg", ".jpeg", ".tif", ".tiff"}))
+	{
+		if (!image) throw std::runtime_error("an image needs its resolution in m / pixel");
+		return load_image_map(file, *image, plain_image_rule());
+	}
+	return load_serialized(file, parameters);
+}
+}  // namespace
+
+COccupancyGridMap2D::Ptr load_map(
+    const std::string& file, const GridParameters& parameters, const std::optional<ImageGeometry>& image)
+{
+	if (!fs::is_regular_file(file)) throw std::runtime_error(file + ": cannot be read; is it there and a file?");
+	if (fs::file_size(file) == 0) throw std::runtime_error(file + ": is empty");
+	COccupancyGridMap2D::Ptr map;
+	try
+	{
+		map = load_any(file, parameters, image);
+	}
+	catch (const std::bad_alloc&)
+	{
+		throw std::runtime_error(file + ": does not fit in memory");
+	}
+	catch (const std::exception& error)
+	{
+		throw std::runtime_error(file + ": " + error.what());
+	}
+	if (!has_free_cell(*map, CellClasses(parameters)))
+		throw std::runtime_error(file + ": has no free cell; check the map, grid.free_threshold and negate");
+	return map;
+}
+
+COccupancyGridMap2D::Ptr grid_of(const mrpt::serialization::CSerializable& map, const GridParameters& parameters)
+{
+	if (const auto* grid = dynamic_cast<const COccupancyGridMap2D*>(&map))
+		return std::make_shared<COccupancyGridMap2D>(*grid);
+	if (const auto* keyframes = dynamic_cast<const mrpt::maps::CSimpleMap*>(&map))
+		return draw_simple_map(*keyframes, parameters.simplemap_cell_size);
+	if (const auto* maps = dynamic_cast<const mrpt::maps::CMultiMetricMap*>(&map))
+		if (const auto grid = maps->mapByClass<COccupancyGridMap2D>()) return grid_of(*grid, parameters);
+	throw std::invalid_argument(
+	    std::string("an object of class ") + map.GetRuntimeClass()->className + " that holds no occupancy grid");
+}
+}  // namespace d2s1r

@@ -1,0 +1,118 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "map_yaml.h"
+
+#include <yaml-cpp/yaml.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <stdexcept>
+
+#include "map_image.h"
+
+namespace d2s1r
+{
+namespace
+{
+struct MapServerYaml
+{
+	std::string image;
+	ImageGeometry geometry;
+	std::string mode = "trinary";
+	bool negate = false;
+	double occupied_thresh = 0;  //!< [probability]
+	double free_thresh = 0;      //!< [probability]
+};
+
+YAML::Node value_of(const YAML::Node& root, const std::string& key)
+{
+	if (!root.IsMap() || !root[key]) throw std::runtime_error("the key '" + key + "' is missing");
+	return root[key];
+}
+
+template <class T>
+T read(const YAML::Node& root, const std::string& key, const std::string& expected)
+{
+	try
+	{
+		return value_of(root, key).as<T>();
+	}
+	catch (const YAML::Exception&)
+	{
+		throw std::runtime_error("'" + key + "' is not " + expected);
+	}
+}
+
+bool read_negate(const YAML::Node& root)
+{
+	const auto text = read<std::string>(root, "negate", "0 or 1");
+	if (text == "1" || text == "true") return true;
+	if (text == "0" || text == "false") return false;
+	throw std::runtime_error("'negate' is not 0 or 1");
+}
+
+void check_values(const MapServerYaml& yaml, double origin_yaw)
+{
+	if (yaml.mode != "trinary" && yaml.mode != "scale")
+		throw std::runtime_error("mode '" + yaml.mode + "' is not read; use trinary or scale");
+	if (!(0 <= yaml.free_thresh && yaml.free_thresh < yaml.occupied_thresh && yaml.occupied_thresh <= 1))
+		throw std::runtime_error("thresholds are not 0 <= free_thresh < occupied_thresh <= 1");
+	if (!(std::abs(origin_yaw) < 1e-6))
+		throw std::runtime_error("the origin has a yaw, which a grid cannot have; turn the image and set it to 0");
+}
+
+MapServerYaml read_yaml(const std::string& file)
+{
+	const YAML::Node root = YAML::LoadFile(file);
+	MapServerYaml yaml;
+	yaml.image = read<std::string>(root, "image", "a file name");
+	yaml.geometry.resolution = read<double>(root, "resolution", "a number of metres");
+	const auto origin = read<std::vector<double>>(root, "origin", "[x, y, yaw] in m and rad");
+	if (origin.size() != 3) throw std::runtime_error("'origin' is not [x, y, yaw] in m and rad");
+	yaml.geometry.origin_x = origin[0];
+	yaml.geometry.origin_y = origin[1];
+	yaml.negate = read_negate(root);
+	yaml.occupied_thresh = read<double>(root, "occupied_thresh", "a probability");
+	yaml.free_thresh = read<double>(root, "free_thresh", "a probability");
+	if (root["mode"]) yaml.mode = read<std::string>(root, "mode", "trinary or scale");
+	check_values(yaml, origin[2]);
+	return yaml;
+}
+
+/// As map_server's loadMapFromFile() and nav2's map_io do.
+PixelRule rule_of(const MapServerYaml& yaml)
+{
+	const auto p_occupied = [yaml](double brightness)
+	{
+		const double occupancy = yaml.negate ? brightness : 1 - brightness;
+		if (occupancy > yaml.occupied_thresh) return 1.0;
+		if (occupancy < yaml.free_thresh) return 0.0;
+		if (yaml.mode == "trinary") return 0.5;
+		return (occupancy - yaml.free_thresh) / (yaml.occupied_thresh - yaml.free_thresh);
+	};
+	return {p_occupied, yaml.mode == "scale"};
+}
+}  // namespace
+
+mrpt::maps::COccupancyGridMap2D::Ptr load_yaml_map(const std::string& yaml_file)
+{
+	MapServerYaml yaml;
+	try
+	{
+		yaml = read_yaml(yaml_file);
+	}
+	catch (const YAML::Exception& error)
+	{
+		throw std::runtime_error("line " + std::to_string(error.mark.line + 1) + " is not yaml: " + error.msg);
+	}
+	const auto image = (std::filesystem::path(yaml_file).parent_path() / yaml.image).string();
+	try
+	{
+		return load_image_map(image, yaml.geometry, rule_of(yaml));
+	}
+	catch (const std::runtime_error& error)
+	{
+		throw std::runtime_error(image + ": " + error.what());
+	}
+}
+}  // namespace d2s1r

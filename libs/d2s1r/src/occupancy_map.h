@@ -1,0 +1,26 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <mrpt/maps/COccupancyGridMap2D.h>
+#include <mrpt/maps/CSimpleMap.h>
+
+namespace d2s1r
+{
+/// Most cells of a map we load: 800 m x 800 m at 5 cm.
+inline constexpr double kMostCells = 256e6;
+
+/// \throws std::runtime_error if a grid of so many cells along x and y is empty or too large for memory
+void check_map_size(double cells_x, double cells_y);
+
+/// A map of unknown cells, its lower left corner exactly at the origin: COccupancyGridMap2D::setSize() moves it to a
+/// multiple of the cell size.
+/// \param cell_size, origin_x, origin_y [m]
+/// \throws std::runtime_error if it is empty or too large for memory
+mrpt::maps::COccupancyGridMap2D::Ptr make_unknown_map(
+    int cells_x, int cells_y, double cell_size, double origin_x, double origin_y);
+
+/// Draws the 2D scans of a simplemap with MRPT's default insertion options.
+/// \param cell_size [m]
+/// \throws std::runtime_error if it is too large for memory
+mrpt::maps::COccupancyGridMap2D::Ptr draw_simple_map(const mrpt::maps::CSimpleMap& keyframes, double cell_size);
+}  // namespace d2s1r

@@ -1,0 +1,60 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <stdexcept>
+#include <string>
+
+namespace d2s1r::test
+{
+/// A folder of its own for a test, gone with it.
+class TempFolder
+{
+   public:
+	TempFolder()
+	{
+		std::string pattern = (std::filesystem::temp_directory_path() / "d2s1r-test-XXXXXX").string();
+		if (!mkdtemp(pattern.data())) throw std::runtime_error("cannot make " + pattern);
+		path_ = pattern;
+	}
+	~TempFolder() { std::filesystem::remove_all(path_); }
+	TempFolder(const TempFolder&) = delete;
+	TempFolder& operator=(const TempFolder&) = delete;
+
+	std::string path(const std::string& name) const { return (path_ / name).string(); }
+
+	/// Writes a file and returns its path.
+	std::string write(const std::string& name, const std::string& bytes) const
+	{
+		std::ofstream(path(name), std::ios::binary) << bytes;
+		return path(name);
+	}
+
+   private:
+	std::filesystem::path path_;
+};
+
+inline std::string read_bytes(const std::string& file)
+{
+	std::ifstream stream(file, std::ios::binary);
+	return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+/// What() of the `Error` that `action` throws; empty if it throws none.
+template <class Error, class Action>
+std::string message_of(Action&& action)
+{
+	try
+	{
+		action();
+	}
+	catch (const Error& error)
+	{
+		return error.what();
+	}
+	return {};
+}
+}  // namespace d2s1r::test

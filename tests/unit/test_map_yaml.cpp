@@ -1,0 +1,145 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include <d2s1r/map_io.h>
+#include <gtest/gtest.h>
+
+#include "test_files.h"
+
+namespace d2s1r::test
+{
+namespace
+{
+/// Shades of one row: occupied, unknown as map_server writes it, free, and two in between.
+const std::string kImage("P5\n5 1\n255\n\x00\xCD\xFE\x66\x99", 16);
+
+const std::string kThresholds = "occupied_thresh: 0.65\nfree_thresh: 0.196\n";
+const std::string kGeometry = "image: map.pgm\nresolution: 0.05\norigin: [-1.013, 2.5, 0.0]\n";
+
+class MapYaml : public testing::Test
+{
+   protected:
+	MapYaml() { folder_.write("map.pgm", kImage); }
+
+	std::vector<double> p_occupied(const std::string& yaml)
+	{
+		const auto map = load_map(folder_.write("map.yaml", yaml));
+		std::vector<double> row;
+		for (int x = 0; x < static_cast<int>(map->getSizeX()); x++)
+			row.push_back(1.0 - static_cast<double>(map->getCell(x, 0)));
+		return row;
+	}
+
+	std::string refusal(const std::string& yaml)
+	{
+		const auto file = folder_.write("map.yaml", yaml);
+		const auto message = message_of<std::runtime_error>([&] { load_map(file); });
+		EXPECT_EQ(message.find(file + ": "), 0U) << message;
+		EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+		return message;
+	}
+
+	TempFolder folder_;
+};
+
+void expect_near(const std::vector<double>& row, const std::vector<double>& expected)
+{
+	ASSERT_EQ(row.size(), expected.size());
+	for (std::size_t i = 0; i < row.size(); i++) EXPECT_NEAR(row[i], expected[i], 0.02) << "cell " << i;
+}
+}  // namespace
+
+TEST_F(MapYaml, Trinary)
+{
+	expect_near(p_occupied(kGeometry + kThresholds + "negate: 0\n"), {1, 0.5, 0, 0.5, 0.5});
+	expect_near(p_occupied(kGeometry + kThresholds + "negate: 0\nmode: trinary\n"), {1, 0.5, 0, 0.5, 0.5});
+}
+
+TEST_F(MapYaml, ThresholdsAreTheFilesOwn)
+{
+	expect_near(p_occupied(kGeometry + "negate: 0\noccupied_thresh: 0.55\nfree_thresh: 0.45\n"), {1, 0, 0, 1, 0});
+}
+
+TEST_F(MapYaml, Negate)
+{
+	expect_near(p_occupied(kGeometry + kThresholds + "negate: 1\n"), {0, 1, 1, 0.5, 0.5});
+	expect_near(p_occupied(kGeometry + kThresholds + "negate: true\n"), {0, 1, 1, 0.5, 0.5});
+}
+
+TEST_F(MapYaml, ScaleKeepsWhatIsInBetween)
+{
+	const double span = 0.65 - 0.196;
+	expect_near(
+	    p_occupied(kGeometry + kThresholds + "negate: 0\nmode: scale\n"),
+	    {1, (50.0 / 255 - 0.196) / span, 0, (0.6 - 0.196) / span, (0.4 - 0.196) / span});
+}
+
+TEST_F(MapYaml, GeometryIsExactAndTheOriginMayBeABlockList)
+{
+	const auto file = folder_.write(
+	    "map.yaml",
+	    "image: \"map.pgm\"\nresolution: 0.05 # m\norigin:\n- -1.013\n- 2.5\n- 0\nnegate: 0\n" + kThresholds);
+	const auto map = load_map(file);
+	EXPECT_FLOAT_EQ(map->getXMin(), -1.013F);
+	EXPECT_FLOAT_EQ(map->getXMax(), -1.013F + 0.25F);
+	EXPECT_FLOAT_EQ(map->getYMin(), 2.5F);
+	EXPECT_FLOAT_EQ(map->getResolution(), 0.05F);
+}
+
+TEST_F(MapYaml, ImageIsFoundBesideTheYamlOrByItsFullPath)
+{
+	const auto yaml =
+	    "image: " + folder_.path("map.pgm") + "\nresolution: 1\norigin: [0, 0, 0]\nnegate: 0\n" + kThresholds;
+	EXPECT_EQ(p_occupied(yaml).size(), 5U);
+	EXPECT_NE(
+	    refusal("image: none.pgm\nresolution: 1\norigin: [0, 0, 0]\nnegate: 0\n" + kThresholds)
+	        .find("none.pgm: the image cannot be read"),
+	    std::string::npos);
+}
+
+TEST_F(MapYaml, YawOfTheOriginIsRefused)
+{
+	EXPECT_NE(
+	    refusal("image: map.pgm\nresolution: 1\norigin: [0, 0, 0.1]\nnegate: 0\n" + kThresholds).find("yaw"),
+	    std::string::npos);
+}
+
+TEST_F(MapYaml, MissingKeysAreNamed)
+{
+	const std::vector<std::string> lines{"image: map.pgm\n", "resolution: 1\n",         "origin: [0, 0, 0]\n",
+	                                     "negate: 0\n",      "occupied_thresh: 0.65\n", "free_thresh: 0.196\n"};
+	for (const auto& missing : lines)
+	{
+		std::string yaml;
+		for (const auto& line : lines)
+			if (line != missing) yaml += line;
+		const auto key = missing.substr(0, missing.find(':'));
+		EXPECT_NE(refusal(yaml).find("the key '" + key + "' is missing"), std::string::npos) << refusal(yaml);
+	}
+}
+
+TEST_F(MapYaml, UnusableValuesAreNamed)
+{
+	const auto with = [](const std::string& lines) { return lines + kThresholds; };
+	EXPECT_NE(
+	    refusal(with("image: map.pgm\nresolution: 0\norigin: [0, 0, 0]\nnegate: 0\n")).find("resolution"),
+	    std::string::npos);
+	EXPECT_NE(
+	    refusal(with("image: map.pgm\nresolution: fine\norigin: [0, 0, 0]\nnegate: 0\n")).find("'resolution' is not"),
+	    std::string::npos);
+	EXPECT_NE(
+	    refusal(with("image: map.pgm\nresolution: 1\norigin: [0, 0]\nnegate: 0\n")).find("'origin' is not"),
+	    std::string::npos);
+	EXPECT_NE(refusal(with(kGeometry + "negate: maybe\n")).find("'negate' is not"), std::string::npos);
+	EXPECT_NE(refusal(with(kGeometry + "negate: 0\nmode: raw\n")).find("mode 'raw'"), std::string::npos);
+	EXPECT_NE(
+	    refusal(kGeometry + "negate: 0\noccupied_thresh: 0.1\nfree_thresh: 0.2\n")
+	        .find("free_thresh < occupied_thresh"),
+	    std::string::npos);
+}
+
+TEST_F(MapYaml, WhatIsNotYamlIsRefused)
+{
+	EXPECT_NE(refusal("image: [map.pgm\nresolution: 1\n").find("is not yaml"), std::string::npos);
+	EXPECT_NE(refusal("hello").find("'image' is missing"), std::string::npos);
+	EXPECT_NE(refusal("- 1\n- 2\n").find("'image' is missing"), std::string::npos);
+}
+}  // namespace d2s1r::test
