@@ -31,8 +31,9 @@ struct FreeCellParameters
 /// Which observations are usable scans.
 struct ScanParameters
 {
-	double max_tilt = 5.0;  //!< [deg] of the sensor against the plane of the map
-	int min_beams = 20;     //!< [-] fewest usable beams
+	double max_tilt = 5.0;           //!< [deg] of the sensor against the plane of the map
+	int min_beams = 20;              //!< [-] fewest usable beams
+	bool zero_is_no_return = false;  //!< [-] a range of 0 says that nothing is there up to the maximum range
 };
 
 /// The published method; defaults are Table II of the paper.
@@ -83,6 +84,9 @@ void visit_parameters(P& p, Visitor&& visit)
 
 	visit("scan", "max_tilt", p.scan.max_tilt, 0.0, 45.0, "[deg] of the sensor against the plane of the map");
 	visit("scan", "min_beams", p.scan.min_beams, 1, 100000, "[-] fewest usable beams");
+	visit(
+	    "scan", "zero_is_no_return", p.scan.zero_is_no_return, 0, 1,
+	    "[-] a range of 0 says that nothing is there up to the maximum range, else no data");
 
 	visit("paper", "max_range", p.paper.max_range, 0.5, 300.0, "[m] r of Table II: longer readings are out of range");
 	visit("paper", "bins", p.paper.bins, 2, 1024, "[-] d of Table II: dimension of the signature");

@@ -29,7 +29,9 @@ struct Scan
 	bool valid() const { return invalid_because.empty(); }
 };
 
-/// The only place that knows about beam order, mounting (offset, yaw, upside down) and validity flags.
-/// A sensor tilted beyond parameters.max_tilt or with too few usable beams makes an invalid Scan.
+/// The only place that knows about beam order, mounting (offset, yaw, upside down), validity flags and what drivers
+/// write for "nothing there". The last beam of a full turn is left out if it looks where the first one does. Never
+/// throws: a sensor tilted beyond parameters.max_tilt, too few usable beams or a malformed observation make an invalid
+/// Scan.
 Scan make_scan(const mrpt::obs::CObservation2DRangeScan& observation, const ScanParameters& parameters);
 }  // namespace d2s1r

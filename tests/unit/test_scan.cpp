@@ -1,0 +1,236 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include <d2s1r/scan.h>
+#include <gtest/gtest.h>
+#include <mrpt/math/wrap2pi.h>
+
+#include <limits>
+
+#include "test_maps.h"
+
+namespace d2s1r::test
+{
+namespace
+{
+constexpr float kInf = std::numeric_limits<float>::infinity();
+constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+
+ScanParameters few_beams()
+{
+	ScanParameters parameters;
+	parameters.min_beams = 1;
+	return parameters;
+}
+
+/// Beams over half a turn, maximum range 10 m, first beam on the right.
+mrpt::obs::CObservation2DRangeScan record(const std::vector<float>& ranges, bool flagged_valid = true)
+{
+	mrpt::obs::CObservation2DRangeScan observation;
+	observation.aperture = static_cast<float>(M_PI);
+	observation.maxRange = 10;
+	observation.resizeScan(ranges.size());
+	for (std::size_t i = 0; i < ranges.size(); i++)
+	{
+		observation.setScanRange(i, ranges[i]);
+		observation.setScanRangeValidity(i, flagged_valid);
+	}
+	return observation;
+}
+
+/// Ends of the returns in the map, of a robot at `robot`; what any mounting must agree on.
+void expect_returns_on_walls(const Grid& grid, const mrpt::math::TPose2D& robot, const Laser& laser)
+{
+	const Scan scan = make_scan(make_observation(grid, robot, laser), {});
+	ASSERT_TRUE(scan.valid()) << scan.invalid_because;
+	const auto sensor = robot + scan.sensor_on_robot;
+	int returns = 0;
+	for (const Beam& beam : scan.beams)
+	{
+		if (!beam.is_return) continue;
+		returns++;
+		const double angle = sensor.phi + static_cast<double>(beam.angle);
+		EXPECT_NEAR(static_cast<double>(beam.range), cast_exactly(grid, sensor.x, sensor.y, angle, 30), 1e-3) << angle;
+	}
+	EXPECT_GT(returns, 50);
+}
+
+/// A room without any symmetry, so that a wrong sign or order does not go unseen.
+Grid crooked_room()
+{
+	return make_picture_grid(
+	    {"##########",  //
+	     "#..#.....#",  //
+	     "#........#",  //
+	     "#......###",  //
+	     "##.......#",  //
+	     "#........#",  //
+	     "##########"},
+	    1.0);
+}
+const mrpt::math::TPose2D kRobot(4.3, 2.6, 0.4);
+}  // namespace
+
+TEST(Scan, BeamsAreCounterClockwiseFromWhateverOrder)
+{
+	const Scan scan = make_scan(record({1, 2, 3}), few_beams());
+	ASSERT_EQ(scan.beams.size(), 3U);
+	EXPECT_NEAR(scan.beams[0].angle, -M_PI / 2, 1e-6);
+	EXPECT_FLOAT_EQ(scan.beams[0].range, 1);
+	EXPECT_NEAR(scan.beams[2].angle, M_PI / 2, 1e-6);
+
+	auto clockwise = record({1, 2, 3});
+	clockwise.rightToLeft = false;
+	const Scan turned = make_scan(clockwise, few_beams());
+	EXPECT_NEAR(turned.beams[0].angle, -M_PI / 2, 1e-6);
+	EXPECT_FLOAT_EQ(turned.beams[0].range, 3);
+}
+
+TEST(Scan, AnyMountingSeesTheSameRoom)
+{
+	using mrpt::poses::CPose3D;
+	const std::vector<CPose3D> mountings{
+	    CPose3D(), CPose3D(0.5, -0.2, 0.3, 0.7, 0, 0), CPose3D(0.1, 0.4, 0, -2.5, 0, M_PI),  // upside down by its roll
+	    CPose3D(0.1, 0.4, 0, -2.5, M_PI, 0),                                                 // upside down by its pitch
+	    CPose3D(-0.3, 0, 0, 1, M_PI, M_PI)};  // upright again, facing back
+	for (const CPose3D& mounting : mountings)
+		for (const bool clockwise : {false, true})
+		{
+			SCOPED_TRACE(mounting.asString() + (clockwise ? " clockwise" : ""));
+			Laser laser;
+			laser.on_robot = mounting;
+			laser.clockwise = clockwise;
+			expect_returns_on_walls(crooked_room(), kRobot, laser);
+			laser.beams = 181;
+			laser.aperture = 1.25 * M_PI;
+			expect_returns_on_walls(crooked_room(), kRobot, laser);
+		}
+}
+
+TEST(Scan, SlightTiltIsTolerated)
+{
+	Laser laser;
+	laser.on_robot = mrpt::poses::CPose3D(0.2, 0, 0.5, 0.3, mrpt::DEG2RAD(3.0), mrpt::DEG2RAD(-3.0));
+	const Scan scan = make_scan(make_observation(crooked_room(), kRobot, laser), {});
+	EXPECT_TRUE(scan.valid()) << scan.invalid_because;
+	EXPECT_NEAR(scan.sensor_on_robot.phi, 0.3, 1e-9);
+}
+
+TEST(Scan, TiltBeyondTheToleranceIsInvalidWithAReason)
+{
+	for (const auto& angles : {std::pair{0.2, 0.0}, {0.0, -0.2}, {M_PI - 0.2, 0.0}, {M_PI / 2, 0.0}, {0.0, M_PI / 2}})
+	{
+		auto observation = make_observation(crooked_room(), kRobot);
+		observation.sensorPose = mrpt::poses::CPose3D(0, 0, 0, 0, angles.first, angles.second);
+		EXPECT_NE(make_scan(observation, {}).invalid_because.find("tilted by"), std::string::npos);
+	}
+	auto nodding = make_observation(crooked_room(), kRobot);
+	nodding.deltaPitch = 0.5;
+	EXPECT_FALSE(make_scan(nodding, {}).valid());
+
+	ScanParameters tolerant;
+	tolerant.max_tilt = 45;
+	EXPECT_TRUE(make_scan(nodding, tolerant).valid());
+}
+
+TEST(Scan, BeyondTheMaximumRangeIsInformationFlaggedOrNot)
+{
+	for (const bool flagged_valid : {true, false})
+		for (const float range : {10.0F, 81.9F, kInf})
+		{
+			auto observation = record({5, range, 5});
+			observation.setScanRangeValidity(1, flagged_valid);
+			const Scan scan = make_scan(observation, few_beams());
+			ASSERT_EQ(scan.beams.size(), 3U) << range;
+			EXPECT_FALSE(scan.beams[1].is_return) << range;
+			EXPECT_FLOAT_EQ(scan.beams[1].range, 10) << range;
+			EXPECT_TRUE(scan.beams[0].is_return);
+		}
+}
+
+TEST(Scan, WhatIsNoDataIsLeftOut)
+{
+	for (const float range : {kNan, -kInf, -1.0F, 0.0F})
+		for (const bool flagged_valid : {true, false})
+		{
+			auto observation = record({5, range, 5});
+			observation.setScanRangeValidity(1, flagged_valid);
+			EXPECT_EQ(make_scan(observation, few_beams()).beams.size(), 2U) << range << flagged_valid;
+		}
+	auto excluded = record({5, 4, 5});
+	excluded.setScanRangeValidity(1, false);
+	EXPECT_EQ(make_scan(excluded, few_beams()).beams.size(), 2U);
+}
+
+TEST(Scan, ZeroIsNoReturnIfSaidSo)
+{
+	ScanParameters parameters = few_beams();
+	parameters.zero_is_no_return = true;
+	auto observation = record({5, 0, 5});
+	observation.setScanRangeValidity(1, false);
+	const Scan scan = make_scan(observation, parameters);
+	ASSERT_EQ(scan.beams.size(), 3U);
+	EXPECT_FALSE(scan.beams[1].is_return);
+	EXPECT_FLOAT_EQ(scan.beams[1].range, 10);
+}
+
+TEST(Scan, FullTurnCountsEachDirectionOnce)
+{
+	Laser closed;  // the last beam looks where the first one does
+	closed.beams = 361;
+	closed.aperture = 2 * M_PI;
+	Laser open;
+	for (const bool clockwise : {false, true})
+	{
+		closed.clockwise = open.clockwise = clockwise;
+		for (const Laser& laser : {closed, open})
+		{
+			const Scan scan = make_scan(make_observation(crooked_room(), kRobot, laser), {});
+			ASSERT_EQ(scan.beams.size(), 360U);
+			EXPECT_NEAR(scan.field_of_view, 2 * M_PI, 1e-5);
+			for (std::size_t i = 1; i < 360; i++)
+				EXPECT_NEAR(scan.beams[i].angle - scan.beams[i - 1].angle, M_PI / 180, 1e-4);
+		}
+	}
+}
+
+TEST(Scan, AnglesLieInTheHalfOpenTurn)
+{
+	Laser laser;
+	laser.beams = 720;
+	laser.aperture = 2 * M_PI;
+	for (const bool clockwise : {false, true})
+	{
+		laser.clockwise = clockwise;
+		for (const Beam& beam : make_scan(make_observation(crooked_room(), kRobot, laser), {}).beams)
+		{
+			EXPECT_GE(beam.angle, -static_cast<float>(M_PI));
+			EXPECT_LT(beam.angle, static_cast<float>(M_PI));
+		}
+	}
+}
+
+TEST(Scan, FieldOfViewTakesInHalfABeamOnBothSides)
+{
+	EXPECT_NEAR(make_scan(record({1, 1, 1, 1, 1}), few_beams()).field_of_view, 1.25 * M_PI, 1e-6);
+}
+
+TEST(Scan, TooLittleToGoByIsInvalidWithAReason)
+{
+	EXPECT_NE(make_scan(record({1, 2, 3}), {}).invalid_because.find("3 usable beams"), std::string::npos);
+	EXPECT_EQ(make_scan(record({kInf, kInf}), few_beams()).invalid_because, "no beam hit anything");
+	EXPECT_NE(make_scan(record({1}), few_beams()).invalid_because.find("fewer than 2"), std::string::npos);
+	EXPECT_NE(make_scan(record({}), few_beams()).invalid_because.find("fewer than 2"), std::string::npos);
+}
+
+TEST(Scan, MalformedObservationsAreInvalidWithAReason)
+{
+	auto observation = record({1, 2, 3});
+	observation.aperture = 0;
+	EXPECT_NE(make_scan(observation, few_beams()).invalid_because.find("aperture"), std::string::npos);
+	observation = record({1, 2, 3});
+	observation.maxRange = kNan;
+	EXPECT_NE(make_scan(observation, few_beams()).invalid_because.find("maxRange"), std::string::npos);
+	observation = record({1, 2, 3});
+	observation.sensorPose.x(std::numeric_limits<double>::quiet_NaN());
+	EXPECT_NE(make_scan(observation, few_beams()).invalid_because.find("pose of the sensor"), std::string::npos);
+}
+}  // namespace d2s1r::test
