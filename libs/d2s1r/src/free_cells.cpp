@@ -1,13 +1,102 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include <d2s1r/free_cells.h>
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
 namespace d2s1r
 {
-std::vector<CellIndex> find_free_cells(const Grid& grid, const FreeCellParameters&)
+namespace
+{
+std::size_t at(CellIndex cell)
+{
+	return static_cast<std::size_t>(cell);
+}
+
+/// Fills `region` with the free cells connected to `start` by their sides and marks them in `seen`.
+void collect_region(const Grid& grid, CellIndex start, std::vector<char>& seen, std::vector<CellIndex>& region)
+{
+	region.assign(1, start);
+	seen[at(start)] = 1;
+	for (std::size_t i = 0; i < region.size(); i++)
+	{
+		const int column = region[i] % grid.width, row = region[i] / grid.width;
+		const auto visit = [&](int x, int y)
+		{
+			if (!grid.contains(x, y) || grid.at(x, y) != Cell::kFree || seen[at(grid.index(x, y))]) return;
+			seen[at(grid.index(x, y))] = 1;
+			region.push_back(grid.index(x, y));
+		};
+		visit(column - 1, row), visit(column + 1, row), visit(column, row - 1), visit(column, row + 1);
+	}
+}
+
+/// Of regions of equal size, the one with the first cell.
+std::vector<CellIndex> largest_region(const Grid& grid, const std::vector<CellIndex>& cells)
+{
+	std::vector<char> seen(grid.cells.size(), 0);
+	std::vector<CellIndex> region, largest;
+	for (const CellIndex cell : cells)
+	{
+		if (seen[at(cell)]) continue;
+		collect_region(grid, cell, seen, region);
+		if (region.size() > largest.size()) largest.swap(region);
+	}
+	std::sort(largest.begin(), largest.end());
+	return largest;
+}
+
+/// Rows from every cell to the nearest occupied cell of its column, at most `most`.
+std::vector<std::uint16_t> distances_in_columns(const Grid& grid, std::uint16_t most)
+{
+	std::vector<std::uint16_t> distances(grid.cells.size(), most);
+	const auto carry = [&](int row, int from_row)
+	{
+		for (int column = 0; column < grid.width; column++)
+		{
+			auto& here = distances[at(grid.index(column, row))];
+			if (grid.at(column, row) == Cell::kOccupied) here = 0;
+			if (!grid.contains(column, from_row)) continue;
+			const int passed_on = distances[at(grid.index(column, from_row))] + 1;
+			if (passed_on < here) here = static_cast<std::uint16_t>(passed_on);
+		}
+	};
+	for (int row = 0; row < grid.height; row++) carry(row, row - 1);
+	for (int row = grid.height - 1; row >= 0; row--) carry(row, row + 1);
+	return distances;
+}
+
+/// Leaves the cells whose centre is at least `clearance` [m] from the centre of every occupied cell: the exact
+/// Euclidean distance transform, first along columns, then along rows and only as far as it matters.
+void keep_clear_cells(const Grid& grid, double clearance, std::vector<CellIndex>& cells)
+{
+	const double in_cells = std::min(clearance / grid.cell_size, 60000.0);
+	const auto reach = static_cast<int>(std::ceil(in_cells));
+	const auto distances = distances_in_columns(grid, static_cast<std::uint16_t>(reach));
+	const double least_squared = in_cells * in_cells * (1 - 1e-6);  // a distance of exactly the clearance will do
+	const auto is_too_close = [&](CellIndex cell)
+	{
+		const int column = cell % grid.width, row = cell / grid.width;
+		const int first = std::max(0, column - reach), last = std::min(grid.width - 1, column + reach);
+		for (int x = first; x <= last; x++)
+		{
+			const double dy = distances[at(grid.index(x, row))], dx = x - column;
+			if (dx * dx + dy * dy < least_squared) return true;
+		}
+		return false;
+	};
+	cells.erase(std::remove_if(cells.begin(), cells.end(), is_too_close), cells.end());
+}
+}  // namespace
+
+std::vector<CellIndex> find_free_cells(const Grid& grid, const FreeCellParameters& parameters)
 {
 	std::vector<CellIndex> cells;
 	for (std::size_t i = 0; i < grid.cells.size(); i++)
 		if (grid.cells[i] == Cell::kFree) cells.push_back(static_cast<CellIndex>(i));
+	if (parameters.largest_region_only) cells = largest_region(grid, cells);
+	if (parameters.clearance > 0) keep_clear_cells(grid, parameters.clearance, cells);
 	return cells;
 }
 }  // namespace d2s1r

@@ -5,16 +5,37 @@
 #include <limits>
 #include <stdexcept>
 
+#include "cell_classes.h"
+
 namespace d2s1r
 {
 namespace
 {
-Cell classify(float p_free, const GridParameters& parameters)
+/// Columns and rows [first, end) that hold known cells.
+struct KnownArea
 {
-	const double p_occupied = 1.0 - static_cast<double>(p_free);
-	if (p_occupied > parameters.occupied_threshold) return Cell::kOccupied;
-	if (p_occupied < parameters.free_threshold) return Cell::kFree;
-	return Cell::kUnknown;
+	int x0 = std::numeric_limits<int>::max(), x1 = 0;
+	int y0 = std::numeric_limits<int>::max(), y1 = 0;
+};
+
+KnownArea find_known_area(const mrpt::maps::COccupancyGridMap2D& map, const CellClasses& classes)
+{
+	const int width = static_cast<int>(map.getSizeX()), height = static_cast<int>(map.getSizeY());
+	KnownArea area;
+	for (int y = 0; y < height; y++)
+	{
+		const auto* row = map.getRow(y);
+		const auto is_known = [&](int x) { return classes[row[x]] != Cell::kUnknown; };
+		int first = 0, last = width - 1;
+		while (first < width && !is_known(first)) first++;
+		if (first == width) continue;
+		while (last >= area.x1 && !is_known(last)) last--;  // not past what is in the area already
+		area.x0 = std::min(area.x0, first);
+		area.x1 = std::max(area.x1, last + 1);
+		area.y0 = std::min(area.y0, y);
+		area.y1 = y + 1;
+	}
+	return area;
 }
 }  // namespace
 
@@ -22,28 +43,26 @@ Grid make_grid(const mrpt::maps::COccupancyGridMap2D& map, const GridParameters&
 {
 	if (parameters.free_threshold > parameters.occupied_threshold)
 		throw std::invalid_argument("grid.free_threshold is above grid.occupied_threshold");
-
-	const int size_x = static_cast<int>(map.getSizeX());
-	const int size_y = static_cast<int>(map.getSizeY());
-	int x0 = size_x, x1 = -1, y0 = size_y, y1 = -1;
-	for (int y = 0; y < size_y; y++)
-		for (int x = 0; x < size_x; x++)
-			if (classify(map.getCell(x, y), parameters) != Cell::kUnknown)
-			{
-				x0 = std::min(x0, x), x1 = std::max(x1, x);
-				y0 = std::min(y0, y), y1 = std::max(y1, y);
-			}
-	if (x1 < 0) throw std::invalid_argument("the map has no free or occupied cell");
+	const CellClasses classes(parameters);
+	const KnownArea area = find_known_area(map, classes);
+	if (area.x1 == 0) throw std::invalid_argument("the map has no free or occupied cell");
 
 	Grid grid;
-	grid.width = x1 - x0 + 1;
-	grid.height = y1 - y0 + 1;
+	grid.width = area.x1 - area.x0;
+	grid.height = area.y1 - area.y0;
+	const auto size = static_cast<std::size_t>(grid.width) * static_cast<std::size_t>(grid.height);
+	if (size > static_cast<std::size_t>(std::numeric_limits<CellIndex>::max()))
+		throw std::invalid_argument("the map has more cells than can be numbered; use larger cells or a smaller map");
 	grid.cell_size = static_cast<double>(map.getResolution());
-	grid.origin_x = static_cast<double>(map.getXMin()) + x0 * grid.cell_size;
-	grid.origin_y = static_cast<double>(map.getYMin()) + y0 * grid.cell_size;
-	grid.cells.reserve(static_cast<std::size_t>(grid.width) * static_cast<std::size_t>(grid.height));
-	for (int y = y0; y <= y1; y++)
-		for (int x = x0; x <= x1; x++) grid.cells.push_back(classify(map.getCell(x, y), parameters));
+	grid.origin_x = static_cast<double>(map.getXMin()) + area.x0 * grid.cell_size;
+	grid.origin_y = static_cast<double>(map.getYMin()) + area.y0 * grid.cell_size;
+	grid.cells.resize(size);
+	auto cell = grid.cells.begin();
+	for (int y = area.y0; y < area.y1; y++)
+	{
+		const auto* row = map.getRow(y);
+		cell = std::transform(row + area.x0, row + area.x1, cell, [&](auto raw) { return classes[raw]; });
+	}
 	return grid;
 }
 }  // namespace d2s1r

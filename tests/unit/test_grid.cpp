@@ -1,0 +1,78 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include <d2s1r/grid.h>
+#include <gtest/gtest.h>
+
+#include <stdexcept>
+
+#include "test_maps.h"
+
+namespace d2s1r::test
+{
+namespace
+{
+void expect_equal(const Grid& a, const Grid& b)
+{
+	EXPECT_EQ(a.width, b.width);
+	EXPECT_EQ(a.height, b.height);
+	EXPECT_FLOAT_EQ(static_cast<float>(a.cell_size), static_cast<float>(b.cell_size));
+	EXPECT_NEAR(a.origin_x, b.origin_x, 1e-6);
+	EXPECT_NEAR(a.origin_y, b.origin_y, 1e-6);
+	EXPECT_EQ(a.cells, b.cells);
+}
+}  // namespace
+
+TEST(Grid, HasTheCellsOfTheMap)
+{
+	const Grid drawn = make_picture_grid({"##?#", "#.?.", "####"}, 0.25, -1.5, 3.0);
+	expect_equal(make_grid(*make_map(drawn), {}), drawn);
+}
+
+TEST(Grid, IsCroppedToWhatIsKnown)
+{
+	const auto map = make_map(
+	    {"??????",  //
+	     "???#??",  //
+	     "?..???",  //
+	     "????.?",  //
+	     "??????"},
+	    0.5, 10.0, -2.0);
+	expect_equal(make_grid(*map, {}), make_picture_grid({"??#?", "..??", "???."}, 0.5, 10.5, -1.5));
+}
+
+TEST(Grid, OneKnownCellWillDo)
+{
+	expect_equal(make_grid(*make_map({"??", "?."}, 1.0), {}), make_picture_grid({"."}, 1.0, 1.0, 0.0));
+	expect_equal(make_grid(*make_map({"#?", "??"}, 1.0), {}), make_picture_grid({"#"}, 1.0, 0.0, 1.0));
+}
+
+TEST(Grid, CellCentresAreInTheMapFrame)
+{
+	const Grid grid = make_picture_grid({"...", "..."}, 0.1, -1.0, 2.0);
+	EXPECT_EQ(grid.index(2, 1), 5);
+	EXPECT_DOUBLE_EQ(grid.center_x(5), -0.75);
+	EXPECT_DOUBLE_EQ(grid.center_y(5), 2.15);
+	EXPECT_TRUE(grid.contains(2, 1));
+	EXPECT_FALSE(grid.contains(3, 1));
+	EXPECT_FALSE(grid.contains(0, -1));
+}
+
+TEST(Grid, ThresholdsDecide)
+{
+	auto map = make_map({"...."}, 1.0);
+	map->setCell(0, 0, 1 - 0.30F);  // P(free)
+	map->setCell(1, 0, 1 - 0.45F);
+	map->setCell(2, 0, 1 - 0.60F);
+	map->setCell(3, 0, 1 - 0.80F);
+	EXPECT_EQ(make_grid(*map, {}).cells, (make_picture_grid({".??#"}, 1.0).cells));
+	GridParameters parameters;
+	parameters.free_threshold = parameters.occupied_threshold = 0.5;
+	EXPECT_EQ(make_grid(*map, parameters).cells, (make_picture_grid({"..##"}, 1.0).cells));
+	parameters.free_threshold = 0.6;
+	EXPECT_THROW(make_grid(*map, parameters), std::invalid_argument);
+}
+
+TEST(Grid, MapWithoutAKnownCellIsRefused)
+{
+	EXPECT_THROW(make_grid(*make_map({"??", "??"}, 1.0), {}), std::invalid_argument);
+}
+}  // namespace d2s1r::test
