@@ -17,16 +17,19 @@ struct YawRegistration
 /// A scan resampled to equally spaced directions of a full circle.
 struct ResampledScan
 {
-	std::vector<float> ranges;   //!< [m] direction i points at 2 pi i / size, sensor frame; floor epsilon, out of range
-	                             //!< max_range + epsilon
+	double first_direction = 0;  //!< [rad] in [0, 2 pi / size), sensor frame; direction i is 2 pi i / size further
+	std::vector<float> ranges;   //!< [m] at least epsilon, out of range: max_range + epsilon, not observed: 0
 	std::vector<char> observed;  //!< [-] whether a beam looked there; all true for a full circle
 };
 
+/// Nearest beam of every direction; the directions start at a beam, so that one beam a direction is taken as it is.
 ResampledScan resample(const Scan& scan, const PaperParameters& parameters);
 
 /// Algorithm 2: D(observed || virtual_scan) for all yaw shifts; the last of equal minima, as the paper's "<=" does.
+/// Only what was observed is compared: the vectors of Eq. 1 are normalized over that window.
 /// \param virtual_ranges [m] at the candidate, direction i points at 2 pi i / size in the map frame; same size as
-/// `observed`
+/// `observed`, out of range where >= max_range
+/// \throws std::invalid_argument if the sizes differ
 YawRegistration register_yaw(
     const ResampledScan& observed, const std::vector<float>& virtual_ranges, const PaperParameters& parameters);
 }  // namespace d2s1r

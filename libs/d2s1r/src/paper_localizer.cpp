@@ -1,0 +1,131 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include <d2s1r/paper_localizer.h>
+#include <mrpt/math/wrap2pi.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+
+namespace d2s1r
+{
+namespace
+{
+constexpr double kIndependentBeams = 30;  //!< [-] beams of one wall are not independent
+
+using Clock = std::chrono::steady_clock;
+double ms_between(Clock::time_point from, Clock::time_point to)
+{
+	return std::chrono::duration<double, std::milli>(to - from).count();
+}
+
+/// A candidate cell with its yaw.
+struct Candidate
+{
+	mrpt::math::TPose2D sensor;   //!< sensor in map frame, m and rad
+	double relative_entropy = 0;  //!< [bit] lower is better
+};
+
+std::vector<Candidate> register_candidates(
+    const std::vector<NearestCell>& cells, const ResampledScan& observed, const Grid& grid, const RayCaster& caster,
+    const PaperParameters& parameters)
+{
+	std::vector<Candidate> candidates;
+	candidates.reserve(cells.size());
+	for (const NearestCell& nearest : cells)
+	{
+		const double x = grid.center_x(nearest.cell), y = grid.center_y(nearest.cell);
+		const YawRegistration registration =
+		    register_yaw(observed, caster.scan(x, y, parameters.directions), parameters);
+		candidates.push_back({{x, y, registration.yaw}, registration.relative_entropy});
+	}
+	std::stable_sort(
+	    candidates.begin(), candidates.end(),
+	    [](const Candidate& a, const Candidate& b) { return a.relative_entropy < b.relative_entropy; });
+	return candidates;
+}
+
+/// Uniform errors within a cell and a step of yaw, moved from the sensor to the robot.
+mrpt::math::CMatrixDouble33 robot_covariance(
+    const mrpt::math::TPose2D& sensor, const mrpt::math::TPose2D& robot, double cell_size, double yaw_step)
+{
+	const double position = cell_size * cell_size / 12, yaw = yaw_step * yaw_step / 12;
+	const double dx = -(robot.y - sensor.y), dy = robot.x - sensor.x;  // of the robot's position by yaw
+	mrpt::math::CMatrixDouble33 covariance;
+	covariance(0, 0) = position + dx * dx * yaw;
+	covariance(1, 1) = position + dy * dy * yaw;
+	covariance(0, 1) = covariance(1, 0) = dx * dy * yaw;
+	covariance(0, 2) = covariance(2, 0) = dx * yaw;
+	covariance(1, 2) = covariance(2, 1) = dy * yaw;
+	covariance(2, 2) = yaw;
+	return covariance;
+}
+
+std::vector<Hypothesis> make_hypotheses(
+    const std::vector<Candidate>& candidates, const Scan& scan, double cell_size, double yaw_step)
+{
+	const mrpt::poses::CPose2D robot_on_sensor = -mrpt::poses::CPose2D(scan.sensor_on_robot);
+	std::vector<Hypothesis> hypotheses;
+	hypotheses.reserve(candidates.size());
+	double total = 0;
+	for (const Candidate& candidate : candidates)
+	{
+		Hypothesis& hypothesis = hypotheses.emplace_back();
+		hypothesis.pose = mrpt::poses::CPose2D(candidate.sensor) + robot_on_sensor;
+		hypothesis.covariance = robot_covariance(candidate.sensor, hypothesis.pose.asTPose(), cell_size, yaw_step);
+		hypothesis.log_likelihood = -candidate.relative_entropy;
+		const double worse = candidate.relative_entropy - candidates.front().relative_entropy;
+		hypothesis.probability = std::exp2(-kIndependentBeams * worse);
+		total += hypothesis.probability;
+	}
+	for (Hypothesis& hypothesis : hypotheses) hypothesis.probability /= total;
+	return hypotheses;
+}
+
+/// Probability of all hypotheses at the place of the first one.
+double probability_of_place(const std::vector<Hypothesis>& hypotheses)
+{
+	constexpr double kSamePlace = 0.3, kSameYaw = 10 * M_PI / 180;  // [m], [rad]
+	const auto& best = hypotheses.front().pose;
+	double probability = 0;
+	for (const Hypothesis& hypothesis : hypotheses)
+		if (hypothesis.pose.distanceTo(best) < kSamePlace &&
+		    std::abs(mrpt::math::wrapToPi(hypothesis.pose.phi() - best.phi())) < kSameYaw)
+			probability += hypothesis.probability;
+	return std::min(probability, 1.0);
+}
+
+Localization not_a_scan(const std::string& why)
+{
+	Localization result;
+	result.relative_entropy = std::numeric_limits<double>::quiet_NaN();
+	result.note = why;
+	return result;
+}
+}  // namespace
+
+Localization localize_paper(
+    const Scan& scan, const Grid& grid, const SignatureIndex& index, const RayCaster& caster,
+    const PaperParameters& parameters)
+{
+	if (!scan.valid()) return not_a_scan(scan.invalid_because);
+
+	const auto start = Clock::now();
+	const Signature signature = make_signature(scan, parameters);
+	const std::vector<NearestCell> cells = index.nearest(signature, parameters.candidates);
+	const auto retrieved = Clock::now();
+	const ResampledScan observed = resample(scan, parameters);
+	const std::vector<Candidate> candidates = register_candidates(cells, observed, grid, caster, parameters);
+	const auto registered = Clock::now();
+
+	Localization result;
+	result.status = Status::kLocalized;
+	result.hypotheses = make_hypotheses(candidates, scan, grid.cell_size, 2 * M_PI / parameters.directions);
+	result.confidence = probability_of_place(result.hypotheses);
+	result.relative_entropy = candidates.front().relative_entropy;
+	result.times.retrieval_ms = ms_between(start, retrieved);
+	result.times.registration_ms = ms_between(retrieved, registered);
+	result.times.total_ms = ms_between(start, Clock::now());
+	return result;
+}
+}  // namespace d2s1r
