@@ -145,9 +145,11 @@ std::string to_ini(const Parameters& parameters)
 	add("localizer", "method", to_text(parameters.method), kMethodMeaning);
 	visit_parameters(
 	    parameters,
-	    [&](const char* section, const char* key, auto value, auto least, auto greatest, const char* meaning) {
-		    add(section, key, to_text(value),
-		        std::string(meaning) + ", " + to_text(least) + " to " + to_text(greatest));
+	    [&](const char* section, const char* key, auto value, auto least, auto greatest, const char* meaning)
+	    {
+		    const std::string range =
+		        std::is_same_v<decltype(value), bool> ? "true or false" : to_text(least) + " to " + to_text(greatest);
+		    add(section, key, to_text(value), std::string(meaning) + ", " + range);
 	    });
 
 	std::string text = "; d2s1r parameters\n";

@@ -1,0 +1,29 @@
+#!/usr/bin/env bash
+# Installs what is missing of the packages in dependencies.txt that are needed to do the given things.
+# Usage: scripts/install_dependencies.sh build [demo] [test] [develop]
+set -euo pipefail
+list="$(dirname "$0")/../dependencies.txt"
+
+missing=()
+while read -r package purpose _; do
+  case "$package" in '' | '#'*) continue ;; esac
+  case " $* " in *" $purpose "*) ;; *) continue ;; esac
+  status=$(dpkg-query --show --showformat='${Status}' "$package" 2>/dev/null || true)
+  [ "$status" = 'install ok installed' ] || missing+=("$package")
+done <"$list"
+[ ${#missing[@]} -gt 0 ] || exit 0
+
+as_root=()
+if [ "$(id -u)" -ne 0 ]; then
+  command -v sudo >/dev/null || { echo "install these as root, then run again: ${missing[*]}" >&2; exit 1; }
+  as_root=(sudo)
+fi
+echo "Installing ${missing[*]} ..."
+log=$(mktemp)
+trap 'rm -f "$log"' EXIT
+apt() { "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get -qq -y "$@" >>"$log" 2>&1; }
+if ! { apt update && apt install --no-install-recommends "${missing[@]}"; }; then
+  cat "$log" >&2
+  echo "apt-get failed, see above; the packages are those of Debian 12" >&2
+  exit 1
+fi

@@ -1,0 +1,15 @@
+#!/usr/bin/env bash
+# Builds everything and runs all tests, then the unit tests once more under AddressSanitizer and
+# UndefinedBehaviorSanitizer. Takes a bare Debian 12 machine (root, or a user with sudo) to a result.
+set -euo pipefail
+cd "$(dirname "$0")"
+scripts/install_dependencies.sh build demo test
+jobs=$(nproc)
+
+cmake --preset release -DBUILD_TESTING=ON
+cmake --build --preset release -j "$jobs"
+ctest --preset release -j "$jobs"
+
+cmake --preset asan
+cmake --build --preset asan -j "$jobs" --target unit_tests
+ctest --preset asan -j "$jobs"
