@@ -4,6 +4,7 @@
 #include <d2s1r/ray_caster.h>
 #include <gtest/gtest.h>
 
+#include "portable_simd.h"
 #include "test_maps.h"
 
 namespace d2s1r::test
@@ -110,8 +111,8 @@ TEST(RangeSweep, IsWithinACellOfExactRangesOnAFloor)
 	const Grid grid = make_floor(3);
 	const std::vector<CellIndex> cells = find_free_cells(grid, {});
 	const Ranges ranges = sweep_all(grid, cells, 72, max_range);
-	EXPECT_LT(share_off(grid, cells, 72, ranges.occupied, RayCaster(grid, max_range, false), max_range), 0.02);
-	EXPECT_LT(share_off(grid, cells, 72, ranges.unknown, RayCaster(grid, max_range, true), max_range), 0.02);
+	EXPECT_LT(share_off(grid, cells, 72, ranges.occupied, RayCaster(grid, max_range, false), max_range), 0.01);
+	EXPECT_LT(share_off(grid, cells, 72, ranges.unknown, RayCaster(grid, max_range, true), max_range), 0.01);
 }
 
 TEST(RangeSweep, AFewCellsGetWhatTheyGetAmongAll)
@@ -124,6 +125,17 @@ TEST(RangeSweep, AFewCellsGetWhatTheyGetAmongAll)
 	for (std::size_t i = 0; i < all.size(); i += 1 + i % 7)
 		few.push_back(all[i]), expected.push_back(ranges.occupied[i]);
 	EXPECT_EQ(sweep_all(grid, few, 1, 20).occupied, expected);
+}
+
+TEST(RangeSweep, IsTheSameWithAndWithoutSimd)
+{
+	const Grid grid = make_floor(9);
+	const std::vector<CellIndex> cells = find_free_cells(grid, {});
+	const Ranges with = sweep_all(grid, cells, 90, 6);
+	const PortableSimd portable;
+	const Ranges without = sweep_all(grid, cells, 90, 6);
+	EXPECT_EQ(with.occupied, without.occupied);
+	EXPECT_EQ(with.unknown, without.unknown);
 }
 
 TEST(RangeSweep, ForgetsObstaclesOutOfRangeOnLongMaps)

@@ -1,85 +1,20 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "direction_sweep.h"
 
-#include <d2s1r/range_sweep.h>
+#include "simd_targets.h"
 
-#include <algorithm>
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "direction_sweep.cpp"  // of the include path src/
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
 
+HWY_BEFORE_NAMESPACE();
 namespace d2s1r
 {
-namespace
+namespace HWY_NAMESPACE
 {
-/// Lines a cell is crossed by: a cell's centre is at most half a phase, a 32nd of a cell, off its line.
-constexpr int kPhases = 16;
-constexpr double kTouch = 1e-9;  //!< [cells] a line that comes this close to a corner also enters the cell beside it
-
-/// How the lines of one phase cross one column: they all do it at the same fraction of a cell.
-struct Crossing
-{
-	int line_of_row;                   //!< add to a row: index of the line that is in this row at the column's centre
-	bool leaves, enters;               //!< whether the line changes rows in the far, in the near half of the column
-	std::uint16_t leave_at, enter_at;  //!< [units] from the column's centre, modulo 2^16
-};
-
-std::uint16_t to_units(double cells)
-{
-	return static_cast<std::uint16_t>(std::lround(cells * kRangeUnitsPerCell));
-}
-
-/// The lines y = slope * column + offset, offset = (line - first_line) + phase / kPhases. Columns are counted in the
-/// sense of the ray. The last obstacle is known by its column, in units and modulo 2^16.
-class LineFamily
-{
-   public:
-	LineFamily(const SweepLines& lines, double slope, int max_units)
-	    : slope_(slope),
-	      size_(static_cast<std::size_t>(lines.rows + std::ceil(std::abs(slope) * lines.columns)) + 4),
-	      first_line_(slope > 0 ? static_cast<int>(std::ceil(slope * lines.columns)) + 2 : 2),
-	      horizon_(max_units + 1),
-	      hits_(
-	          (size_ + kSweepPadding) * kPhases,
-	          static_cast<std::uint16_t>(lines.columns * kRangeUnitsPerCell + horizon_))
-	{
-	}
-
-	Crossing crossing(int column, int phase) const
-	{
-		const double y = slope_ * column + static_cast<double>(phase) / kPhases;
-		const double base = std::floor(y), fraction = y - base, steep = std::abs(slope_);
-		const double ahead = slope_ > 0 ? 1 - fraction : fraction, behind = 1 - ahead;
-		Crossing c{first_line_ - static_cast<int>(base), false, false, 0, to_units(-0.5)};
-		c.leaves = steep / 2 >= ahead - kTouch && steep > 0;
-		c.enters = steep / 2 > behind + kTouch;
-		if (c.leaves) c.leave_at = to_units(ahead / steep);
-		if (c.enters) c.enter_at = to_units(-behind / steep);
-		return c;
-	}
-
-	/// The phase whose lines are nearest to the centres of the column's cells.
-	int central_phase(int column) const
-	{
-		const double y = slope_ * column;
-		const auto phase = static_cast<int>(std::lround((0.5 - (y - std::floor(y))) * kPhases));
-		return (phase + kPhases) % kPhases;
-	}
-
-	/// Forgets obstacles out of range before their distance overflows.
-	void forget(std::uint16_t here)
-	{
-		for (auto& hit : hits_)
-			if (static_cast<std::uint16_t>(hit - here) > horizon_) hit = static_cast<std::uint16_t>(here + horizon_);
-	}
-	int columns_to_overflow() const { return (65535 - horizon_) / kRangeUnitsPerCell - 2; }
-	std::uint16_t* line(int phase) { return hits_.data() + static_cast<std::size_t>(phase) * (size_ + kSweepPadding); }
-	int row_step() const { return slope_ > 0 ? 1 : -1; }
-
-   private:
-	double slope_;
-	std::size_t size_;  //!< lines of one phase
-	int first_line_;
-	int horizon_;  //!< [units] distance of what is out of range
-	std::vector<std::uint16_t> hits_;
-};
+namespace hn = hwy::HWY_NAMESPACE;
+const hn::CappedTag<std::uint16_t, kPhases> kLanes;
 
 struct Runs
 {
@@ -94,58 +29,108 @@ struct Runs
 	const Run* end() const { return end_; }
 };
 
-/// The lines in these rows hit an obstacle at `hit`.
-void mark(const Runs& runs, std::uint16_t hit, std::uint16_t* line_of_row)
+/// Lines that enter obstacles from the side: only the first cell of a run, the others are entered from an obstacle.
+void mark_sides(const Runs& obstacles, const ColumnCrossing& crossing, bool climbs, std::uint16_t* hits)
 {
-	for (const Run& run : runs) std::fill_n(line_of_row + run.row, run.length, hit);
-}
-
-/// Distances from `here` to the last obstacles, along lines `stretch` / 2^16 + 1 times as long as they span columns.
-void emit(
-    const Runs& runs, const std::uint16_t* line_of_row, std::uint16_t here, std::uint32_t stretch, int max_units,
-    std::uint16_t* ranges)
-{
-	for (const Run& run : runs)
+	for (const Run& run : obstacles)
 	{
-		for (int i = 0; i < run.length; i++)
-		{
-			const std::uint32_t along = static_cast<std::uint16_t>(line_of_row[run.row + i] - here);
-			const std::uint32_t distance = along + ((along * stretch) >> 16U);
-			ranges[i] =
-			    distance > static_cast<std::uint32_t>(max_units) ? kNoObstacle : static_cast<std::uint16_t>(distance);
-		}
-		ranges += run.length;
+		const int row = climbs ? run.row : run.row + run.length - 1;
+		std::uint16_t* line = hits + crossing.side_line + static_cast<std::ptrdiff_t>(row) * kPhases;
+		for (std::size_t i = 0; i < crossing.side_lines; i += hn::Lanes(kLanes))
+			hn::BlendedStore(
+			    hn::LoadU(kLanes, crossing.side_at + i), hn::FirstN(kLanes, crossing.side_lines - i), kLanes, line + i);
 	}
 }
-}  // namespace
+
+/// Lines that enter obstacles by the near edge of the column.
+void mark_near_edges(const Runs& obstacles, const ColumnCrossing& crossing, std::uint16_t* hits)
+{
+	const auto at = hn::Set(kLanes, crossing.near_at);
+	for (const Run& run : obstacles)
+	{
+		std::uint16_t* line = hits + crossing.near_line + static_cast<std::ptrdiff_t>(run.row) * kPhases;
+		std::uint16_t* const end = line + static_cast<std::ptrdiff_t>(run.length) * kPhases;
+		for (; line != end; line += hn::Lanes(kLanes)) hn::StoreU(at, kLanes, line);
+	}
+}
+
+/// Distances along the axis from the centres of cells to the last obstacles on their lines.
+void emit(const Runs& cells, const ColumnCrossing& crossing, const std::uint16_t* hits, std::uint16_t* ranges)
+{
+	for (const Run& run : cells)
+	{
+		const std::uint16_t* line = hits + crossing.center_line + static_cast<std::ptrdiff_t>(run.row) * kPhases;
+		for (int i = 0; i < run.length; i++, line += kPhases)
+			*ranges++ = static_cast<std::uint16_t>(*line - crossing.center_at);
+	}
+}
+
+/// From distances along the axis to distances along lines `stretch` / 2^16 + 1 times as long.
+void lengthen(std::uint16_t stretch, std::uint16_t max_units, std::size_t size, std::uint16_t* ranges)
+{
+	const auto factor = hn::Set(kLanes, stretch), most = hn::Set(kLanes, max_units),
+	           none = hn::Set(kLanes, kNoObstacle);
+	std::size_t i = 0;
+	for (; i + hn::Lanes(kLanes) <= size; i += hn::Lanes(kLanes))
+	{
+		const auto along = hn::LoadU(kLanes, ranges + i);
+		const auto range = hn::SaturatedAdd(along, hn::MulHigh(along, factor));
+		hn::StoreU(hn::IfThenElse(hn::Gt(range, most), none, range), kLanes, ranges + i);
+	}
+	for (; i < size; i++)
+	{
+		const std::uint32_t range = ranges[i] + ((static_cast<std::uint32_t>(ranges[i]) * stretch) >> 16U);
+		ranges[i] = range > max_units ? kNoObstacle : static_cast<std::uint16_t>(range);
+	}
+}
+
+/// Obstacles beyond the horizon move to it, before their distance overflows.
+void forget(std::uint16_t here, int horizon, std::vector<std::uint16_t>& hits)
+{
+	for (auto& hit : hits)
+		if (static_cast<std::uint16_t>(hit - here) > horizon) hit = static_cast<std::uint16_t>(here + horizon);
+}
+
+void sweep_columns(
+    const SweepLines& lines, const ColumnRuns& obstacles, const SweepDirection& direction, int max_units,
+    std::vector<std::uint16_t>& hits, std::uint16_t* ranges)
+{
+	const LineFamily family(direction.slope, lines.columns, lines.rows);
+	const int horizon = max_units + 1, columns_to_overflow = (65535 - horizon) / kRangeUnitsPerCell - 2;
+	int last_forgotten = lines.columns;
+	hits.assign(family.size(), static_cast<std::uint16_t>(lines.columns * kRangeUnitsPerCell + horizon));
+	for (int column = lines.columns - 1; column >= 0; column--)
+	{
+		const int grid_column = direction.backwards ? lines.columns - 1 - column : column;
+		const Runs walls(obstacles, grid_column), cells(lines.cells, grid_column);
+		if (last_forgotten - column >= columns_to_overflow)
+		{
+			forget(static_cast<std::uint16_t>(column * kRangeUnitsPerCell), horizon, hits);
+			last_forgotten = column;
+		}
+		if (walls.begin() == walls.end() && cells.begin() == cells.end()) continue;
+		const ColumnCrossing crossing = family.crossing(column);
+		mark_sides(walls, crossing, direction.slope > 0, hits.data());
+		emit(cells, crossing, hits.data(), ranges + lines.cells.cells_before[static_cast<std::size_t>(grid_column)]);
+		mark_near_edges(walls, crossing, hits.data());
+	}
+	const auto stretch = static_cast<std::uint16_t>(std::lround((std::hypot(1, direction.slope) - 1) * 65536));
+	lengthen(stretch, static_cast<std::uint16_t>(max_units), lines.cells.cells_before.back(), ranges);
+}
+}  // namespace HWY_NAMESPACE
+}  // namespace d2s1r
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace d2s1r
+{
+HWY_EXPORT(sweep_columns);
 
 void sweep(
     const SweepLines& lines, const ColumnRuns& obstacles, const SweepDirection& direction, int max_units,
-    std::uint16_t* ranges)
+    std::vector<std::uint16_t>& hits, std::uint16_t* ranges)
 {
-	LineFamily family(lines, direction.slope, max_units);
-	const auto stretch = static_cast<std::uint32_t>(std::lround((std::hypot(1, direction.slope) - 1) * 65536));
-	int columns_to_overflow = family.columns_to_overflow();
-	for (int column = lines.columns - 1; column >= 0; column--)
-	{
-		const auto here = static_cast<std::uint16_t>(column * kRangeUnitsPerCell);
-		if (--columns_to_overflow == 0) family.forget(here), columns_to_overflow = family.columns_to_overflow();
-		const int grid_column = direction.backwards ? lines.columns - 1 - column : column;
-		const int central = family.central_phase(column);
-		const Runs walls(obstacles, grid_column);
-		for (int phase = 0; phase < kPhases; phase++)
-		{
-			const Crossing c = family.crossing(column, phase);
-			std::uint16_t* line_of_row = family.line(phase) + c.line_of_row;
-			const auto at = [here](std::uint16_t units) { return static_cast<std::uint16_t>(here + units); };
-			if (c.leaves) mark(walls, at(c.leave_at), line_of_row - family.row_step());
-			if (phase == central)
-				emit(
-				    Runs(lines.cells, grid_column), line_of_row, here, stretch, max_units,
-				    ranges + lines.cells.cells_before[static_cast<std::size_t>(grid_column)]);
-			mark(walls, at(c.enter_at), line_of_row);
-			if (c.enters) mark(walls, at(to_units(-0.5)), line_of_row + family.row_step());
-		}
-	}
+	HWY_DYNAMIC_DISPATCH(sweep_columns)(lines, obstacles, direction, max_units, hits, ranges);
 }
 }  // namespace d2s1r
+#endif  // HWY_ONCE

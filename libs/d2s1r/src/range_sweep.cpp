@@ -30,15 +30,14 @@ void sweep_ranges(
 {
 	const int limit = max_units(grid, max_range);
 	const SweepLayout layout = make_sweep_layout(grid, cells);
-	const std::size_t size = cells.size() + kSweepPadding;
-	std::vector<std::uint16_t> occupied(size), unknown(size), by_column(size);
+	std::vector<std::uint16_t> occupied(cells.size()), unknown(cells.size()), by_column(cells.size()), hits;
 	for (int i = 0; i < directions; i++)
 	{
 		const SweepDirection direction(2 * M_PI * i / directions);
 		const SweepLines& lines = direction.along_x ? layout.along_x : layout.along_y;
 		for (auto [obstacles, ranges] : {std::pair{&lines.occupied, &occupied}, {&lines.unknown_or_occupied, &unknown}})
 		{
-			sweep(lines, *obstacles, direction, limit, direction.along_x ? by_column.data() : ranges->data());
+			sweep(lines, *obstacles, direction, limit, hits, direction.along_x ? by_column.data() : ranges->data());
 			if (direction.along_x) permute(by_column, layout.rank_along_x, *ranges);
 		}
 		sink(i, occupied.data(), unknown.data());

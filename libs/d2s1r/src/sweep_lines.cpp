@@ -105,6 +105,7 @@ ColumnRuns find_runs(const Flags& flags, std::uint8_t flag)
 		}
 	}
 	result.first.push_back(result.runs.size());
+	result.cells_before.push_back(cells);
 	return result;
 }
 

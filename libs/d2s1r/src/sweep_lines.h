@@ -17,7 +17,7 @@ struct ColumnRuns
 {
 	std::vector<Run> runs;                  //!< by column, then by row
 	std::vector<std::size_t> first;         //!< of runs, by column; one more at the end
-	std::vector<std::size_t> cells_before;  //!< sum of the lengths before runs[first[column]]
+	std::vector<std::size_t> cells_before;  //!< sum of the lengths before runs[first[column]]; one more at the end
 };
 
 /// What sweeps along one axis have to know of a map. Columns run across that axis: they are the grid's columns for
