@@ -135,4 +135,21 @@ YawRegistration register_yaw(
 	best.yaw = mrpt::math::wrapToPi(best.yaw - observed.first_direction);
 	return best;
 }
+
+double relative_entropy(
+    const ResampledScan& observed, const std::vector<float>& virtual_ranges, const PaperParameters& parameters)
+{
+	double total_observed = 0, total_virtual = 0, sum = 0;
+	for (std::size_t i = 0; i < observed.ranges.size(); i++)
+	{
+		if (observed.observed[i] == 0) continue;
+		const auto l = static_cast<double>(observed.ranges[i]);
+		const auto v = static_cast<double>(preprocess(virtual_ranges[i], true, parameters));
+		total_observed += l;
+		total_virtual += v;
+		sum += l * std::log2(l / v);
+	}
+	if (total_observed <= 0) return std::numeric_limits<double>::infinity();
+	return sum / total_observed + std::log2(total_virtual / total_observed);
+}
 }  // namespace d2s1r

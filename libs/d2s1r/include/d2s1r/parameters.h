@@ -47,6 +47,59 @@ struct PaperParameters
 	int directions = 360;         //!< [-] beams of a virtual scan and yaw shifts of a registration
 };
 
+/// From a scan to candidate poses, by range profiles of sample positions.
+struct CoarseSearchParameters
+{
+	double spacing = 0.25;            //!< [m] between sample positions
+	double clearance = 0.1;           //!< [m] of sample positions from occupied cells
+	int directions = 180;             //!< [-] of a profile, and yaw shifts that are tried
+	double max_range = 30.0;          //!< [m] of a profile
+	int truncation = 10;              //!< [step] greatest difference of companded ranges that counts
+	int second_look = 8000;           //!< [-] (position, yaw) pairs compared with all beams
+	int candidates = 800;             //!< [-] poses handed on
+	double distinct_distance = 0.36;  //!< [m] candidates closer than this
+	double distinct_yaw = 8.0;        //!< [deg] and this are one
+};
+
+/// From candidate poses to poses that fit the map.
+struct RefinementParameters
+{
+	int promising = 150;            //!< [-] candidates refined with all beams
+	int forked = 60;                //!< [-] of these, tried again along the direction that the scan leaves open
+	double kernel = 0.08;           //!< [m] width of the robust kernel at the end
+	double range_noise = 0.03;      //!< [m] standard deviation of a range about the map, for the covariance
+	double beam_correlation = 9.0;  //!< [-] neighbouring beams that count as one measurement, for the covariance
+};
+
+/// Log-likelihood [nat] of what a beam of 1 deg did, against ending anywhere. Learned: see scoring.h.
+struct BeamModel
+{
+	double wall_2cm = 0.116;           //!< end point within 2 cm of an occupied cell's centre
+	double wall_4cm = 0.15;            //!< within 4 cm
+	double wall_6cm = 0.103;           //!< within 6 cm
+	double wall_10cm = 0.029;          //!< within 10 cm
+	double wall_15cm = -0.068;         //!< within 15 cm
+	double wall_20cm = 0.16;           //!< within 20 cm
+	double wall_40cm = -0.294;         //!< within 40 cm
+	double in_free = -0.247;           //!< further from a wall, in free space
+	double in_unknown = 0.051;         //!< further than 10 cm from a wall, in unknown space
+	double through_wall = -0.115;      //!< for each wall passed, at most three
+	double unknown_metre = -0.045;     //!< for each metre of unknown space passed, at most three
+	double off_wall_run = -0.302;      //!< for each run of neighbouring beams that miss the walls
+	double through_wall_run = -0.024;  //!< for each run of neighbouring beams that pass walls
+};
+
+/// From refined poses to hypotheses.
+struct ScoringParameters
+{
+	double distinct_distance = 0.5;  //!< [m] hypotheses closer than this
+	double distinct_yaw = 10.0;      //!< [deg] and this are one
+	int hypotheses = 10;             //!< [-] most hypotheses in a result
+	double localized_above = 0.9;    //!< [probability] confidence of a localized frame
+	double least_explained = 0.45;   //!< [-] share of the beams with a return that end at walls; below, rejected
+	BeamModel beam_model;
+};
+
 /// All tunables. Defaults are here and nowhere else.
 struct Parameters
 {
@@ -56,6 +109,9 @@ struct Parameters
 	FreeCellParameters free_cells;
 	ScanParameters scan;
 	PaperParameters paper;
+	CoarseSearchParameters coarse_search;
+	RefinementParameters refinement;
+	ScoringParameters scoring;
 };
 
 /// Calls `visit(section, key, value, least, greatest, unit_and_meaning)` for every numeric or boolean
@@ -98,6 +154,51 @@ void visit_parameters(P& p, Visitor&& visit)
 	visit(
 	    "paper", "directions", p.paper.directions, 8, 3600,
 	    "[-] beams of a virtual scan and yaw shifts of a registration");
+
+	auto& coarse = p.coarse_search;
+	visit("coarse_search", "spacing", coarse.spacing, 0.01, 10.0, "[m] between sample positions");
+	visit("coarse_search", "clearance", coarse.clearance, 0.0, 10.0, "[m] of sample positions from occupied cells");
+	visit("coarse_search", "directions", coarse.directions, 8, 720, "[-] of a profile, and yaw shifts that are tried");
+	visit("coarse_search", "max_range", coarse.max_range, 0.5, 300.0, "[m] of a profile");
+	visit("coarse_search", "truncation", coarse.truncation, 1, 100, "[step] greatest difference that counts");
+	visit("coarse_search", "second_look", coarse.second_look, 1, 1000000, "[-] pairs compared with all beams");
+	visit("coarse_search", "candidates", coarse.candidates, 1, 100000, "[-] poses handed on");
+	visit(
+	    "coarse_search", "distinct_distance", coarse.distinct_distance, 0.01, 10.0, "[m] candidates closer than this");
+	visit("coarse_search", "distinct_yaw", coarse.distinct_yaw, 0.1, 180.0, "[deg] and this are one");
+
+	auto& refinement = p.refinement;
+	visit("refinement", "promising", refinement.promising, 1, 100000, "[-] candidates refined with all beams");
+	visit("refinement", "forked", refinement.forked, 0, 100000, "[-] of these, tried again along the open direction");
+	visit("refinement", "kernel", refinement.kernel, 0.001, 1.0, "[m] width of the robust kernel at the end");
+	visit("refinement", "range_noise", refinement.range_noise, 0.001, 1.0, "[m] standard deviation of a range");
+	visit("refinement", "beam_correlation", refinement.beam_correlation, 1.0, 1000.0, "[-] beams that count as one");
+
+	auto& scoring = p.scoring;
+	visit("scoring", "distinct_distance", scoring.distinct_distance, 0.01, 10.0, "[m] hypotheses closer than this");
+	visit("scoring", "distinct_yaw", scoring.distinct_yaw, 0.1, 180.0, "[deg] and this are one");
+	visit("scoring", "hypotheses", scoring.hypotheses, 1, 1000, "[-] most hypotheses in a result");
+	visit(
+	    "scoring", "localized_above", scoring.localized_above, 0.0, 1.0,
+	    "[probability] confidence of a localized frame");
+	visit(
+	    "scoring", "least_explained", scoring.least_explained, 0.0, 1.0,
+	    "[-] share of beams at walls; below, rejected");
+
+	auto& model = p.scoring.beam_model;
+	visit("beam_model", "wall_2cm", model.wall_2cm, -10.0, 10.0, "[nat] end point within 2 cm of a wall");
+	visit("beam_model", "wall_4cm", model.wall_4cm, -10.0, 10.0, "[nat] within 4 cm");
+	visit("beam_model", "wall_6cm", model.wall_6cm, -10.0, 10.0, "[nat] within 6 cm");
+	visit("beam_model", "wall_10cm", model.wall_10cm, -10.0, 10.0, "[nat] within 10 cm");
+	visit("beam_model", "wall_15cm", model.wall_15cm, -10.0, 10.0, "[nat] within 15 cm");
+	visit("beam_model", "wall_20cm", model.wall_20cm, -10.0, 10.0, "[nat] within 20 cm");
+	visit("beam_model", "wall_40cm", model.wall_40cm, -10.0, 10.0, "[nat] within 40 cm");
+	visit("beam_model", "in_free", model.in_free, -10.0, 10.0, "[nat] further from a wall, in free space");
+	visit("beam_model", "in_unknown", model.in_unknown, -10.0, 10.0, "[nat] further than 10 cm, in unknown space");
+	visit("beam_model", "through_wall", model.through_wall, -10.0, 10.0, "[nat] for each wall passed, at most 3");
+	visit("beam_model", "unknown_metre", model.unknown_metre, -10.0, 10.0, "[nat] for each metre of unknown space");
+	visit("beam_model", "off_wall_run", model.off_wall_run, -10.0, 10.0, "[nat] for each run of beams off the walls");
+	visit("beam_model", "through_wall_run", model.through_wall_run, -10.0, 10.0, "[nat] for each run through walls");
 }
 
 /// Reads an ini file over the defaults.

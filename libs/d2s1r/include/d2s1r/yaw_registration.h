@@ -32,4 +32,9 @@ ResampledScan resample(const Scan& scan, const PaperParameters& parameters);
 /// \throws std::invalid_argument if the sizes differ
 YawRegistration register_yaw(
     const ResampledScan& observed, const std::vector<float>& virtual_ranges, const PaperParameters& parameters);
+
+/// Eq. 1, D(observed || virtual) [bit], lower is better, of a virtual scan in the directions of `observed`.
+/// \param virtual_ranges [m] in the directions of `observed`, same size; read where it observed something
+double relative_entropy(
+    const ResampledScan& observed, const std::vector<float>& virtual_ranges, const PaperParameters& parameters);
 }  // namespace d2s1r

@@ -1,0 +1,22 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <d2s1r/range_profiles.h>
+#include <d2s1r/scan.h>
+#include <mrpt/math/TPose2D.h>
+
+namespace d2s1r
+{
+/// A pose worth a closer look.
+struct Candidate
+{
+	mrpt::math::TPose2D pose;  //!< sensor in map, m and rad
+	double cost = 0;           //!< [step] mean truncated difference of companded ranges a beam, lower is better
+};
+
+/// Compares a scan with the profiles of all sample positions at all yaw shifts: first a few beams everywhere, then all
+/// beams where these fit. Truncated differences keep people and moved furniture from outvoting the walls.
+/// \return distinct poses, best first, at most parameters.candidates
+std::vector<Candidate> coarse_search(
+    const RangeProfiles& profiles, const Scan& scan, const CoarseSearchParameters& parameters);
+}  // namespace d2s1r

@@ -1,0 +1,33 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <d2s1r/grid.h>
+
+namespace d2s1r
+{
+/// Ranges from sample positions all over the free space, one byte a direction: what coarse_search() compares scans
+/// with.
+///
+/// Ranges are companded, so that one step is about the change of range that a small change of position makes: 2 cm near
+/// the sensor, 30 cm at max_range.
+struct RangeProfiles
+{
+	static constexpr int kBlock = 64;                 //!< [positions] stored together, direction by direction
+	static constexpr std::uint8_t kOutOfRange = 255;  //!< no obstacle within max_range
+
+	int directions = 0;                  //!< [-] direction i points at 2 pi i / directions, map frame
+	double max_range = 0;                //!< [m]
+	std::vector<float> x, y;             //!< [m] sample positions, map frame
+	std::vector<std::uint8_t> by_block;  //!< [step] (block, direction, position in block)
+	std::vector<std::uint8_t>
+	    by_position;  //!< [step] (position, direction), each row twice in a row: shifts need no wrap
+
+	std::size_t size() const { return x.size(); }
+	std::uint8_t compand(double range) const;  //!< [m] -> [step]
+};
+
+/// Samples the free cells, one a square of `parameters.spacing`, and sweeps their ranges.
+/// \param cells free cells, increasing
+RangeProfiles make_range_profiles(
+    const Grid& grid, const std::vector<CellIndex>& cells, const CoarseSearchParameters& parameters);
+}  // namespace d2s1r

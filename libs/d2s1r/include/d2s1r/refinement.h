@@ -1,0 +1,30 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <d2s1r/coarse_search.h>
+#include <d2s1r/distance_field.h>
+
+#include <Eigen/Core>
+
+namespace d2s1r
+{
+/// A pose moved to where the end points of the scan lie on walls.
+struct RefinedPose
+{
+	mrpt::math::TPose2D pose;  //!< sensor in map, m and rad
+	double fit = 0;            //!< [0, 1] mean robust weight of the end points, higher is better
+};
+
+/// Gauss-Newton on the distance field with a robust kernel that shrinks, coarse for all candidates, fine for the
+/// promising ones; these are tried again a little along the direction that the scan leaves open.
+/// \return distinct poses, best fit first, at most parameters.promising
+std::vector<RefinedPose> refine(
+    const DistanceField& field, const Scan& scan, const std::vector<Candidate>& candidates,
+    const RefinementParameters& parameters);
+
+/// Covariance of the sensor's pose (x, y, phi) [m^2, m rad, rad^2] from the walls that the end points lie on; what they
+/// leave open, such as the way along a corridor, is limited to 1 m and 10 deg.
+Eigen::Matrix3d pose_covariance(
+    const DistanceField& field, const Scan& scan, const mrpt::math::TPose2D& sensor,
+    const RefinementParameters& parameters);
+}  // namespace d2s1r

@@ -1,0 +1,100 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include <d2s1r/distance_field.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace d2s1r
+{
+namespace
+{
+constexpr int kReach = static_cast<int>(DistanceField::kReachCells);
+
+/// Distance [cells] of every cell to the nearest occupied one in its column, at most kReach.
+std::vector<std::uint8_t> distances_along_columns(const Grid& grid)
+{
+	const auto width = static_cast<std::size_t>(grid.width);
+	std::vector<std::uint8_t> distance(grid.cells.size());
+	for (std::size_t i = 0; i < distance.size(); i++)
+		distance[i] = grid.cells[i] == Cell::kOccupied ? std::uint8_t{0} : std::uint8_t{kReach};
+	const auto relax = [&](std::size_t to, std::size_t from)
+	{
+		for (std::size_t x = 0; x < width; x++)
+		{
+			const auto step = static_cast<std::uint8_t>(distance[from + x] + 1);
+			if (step < distance[to + x]) distance[to + x] = step;
+		}
+	};
+	const auto height = static_cast<std::size_t>(grid.height);
+	for (std::size_t y = 1; y < height; y++) relax(y * width, (y - 1) * width);
+	for (std::size_t y = height - 1; y > 0; y--) relax((y - 1) * width, y * width);
+	return distance;
+}
+
+/// Lower envelope of the parabolas (x - j)^2 + column[j]^2 over a row.
+class RowTransform
+{
+   public:
+	explicit RowTransform(int width) : apex_(static_cast<std::size_t>(width)), start_(static_cast<std::size_t>(width))
+	{
+	}
+
+	void operator()(const std::uint8_t* column, int width, std::uint16_t* out)
+	{
+		const auto height = [&](int j) { return static_cast<float>(column[j] * column[j]); };
+		int last = -1;
+		for (int j = 0; j < width; j++)
+		{
+			if (column[j] >= kReach) continue;
+			float start = -1;
+			while (last >= 0)
+			{
+				const int k = apex_[static_cast<std::size_t>(last)];
+				start = (height(j) - height(k) + static_cast<float>(j * j - k * k)) / static_cast<float>(2 * (j - k));
+				if (start > start_[static_cast<std::size_t>(last)]) break;
+				last--;
+				start = -1;
+			}
+			last++;
+			apex_[static_cast<std::size_t>(last)] = j;
+			start_[static_cast<std::size_t>(last)] = start;
+		}
+		std::fill(out, out + width, static_cast<std::uint16_t>(kReach * DistanceField::kUnitsPerCell - 1));
+		for (int k = 0; k <= last; k++)
+		{
+			const int j = apex_[static_cast<std::size_t>(k)];
+			const float end = k < last ? start_[static_cast<std::size_t>(k + 1)] : static_cast<float>(width);
+			const int x0 = std::max({0, j - kReach, static_cast<int>(std::ceil(start_[static_cast<std::size_t>(k)]))});
+			const int x1 = std::min({width - 1, j + kReach, static_cast<int>(std::floor(end))});
+			for (int x = x0; x <= x1; x++)
+			{
+				const float distance = std::sqrt(static_cast<float>((x - j) * (x - j)) + height(j));
+				out[x] = static_cast<std::uint16_t>(
+				    std::min(distance, DistanceField::kReachCells - 0.001F) * DistanceField::kUnitsPerCell);
+			}
+		}
+	}
+
+   private:
+	std::vector<int> apex_;
+	std::vector<float> start_;
+};
+}  // namespace
+
+DistanceField::DistanceField(const Grid& grid)
+    : width_(grid.width),
+      height_(grid.height),
+      cell_size_(grid.cell_size),
+      origin_x_(grid.origin_x),
+      origin_y_(grid.origin_y),
+      cells_(grid.cells.size())
+{
+	const auto columns = distances_along_columns(grid);
+	RowTransform transform(width_);
+	for (int y = 0; y < height_; y++)
+	{
+		const auto row = static_cast<std::size_t>(y) * static_cast<std::size_t>(width_);
+		transform(columns.data() + row, width_, cells_.data() + row);
+	}
+}
+}  // namespace d2s1r

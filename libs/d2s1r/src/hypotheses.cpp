@@ -1,0 +1,94 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include <d2s1r/hypotheses.h>
+#include <mrpt/math/wrap2pi.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace d2s1r
+{
+namespace
+{
+using mrpt::math::TPose2D;
+
+struct Scored
+{
+	TPose2D pose;  //!< sensor in map
+	Score score;
+	double weight = 0;  //!< likelihood relative to the best pose, of all poses at this place
+};
+
+/// Best first; poses at one place are one, with their weights together.
+std::vector<Scored> distinct_places(std::vector<Scored> poses, const ScoringParameters& parameters)
+{
+	std::stable_sort(
+	    poses.begin(), poses.end(),
+	    [](const Scored& a, const Scored& b) { return a.score.log_likelihood > b.score.log_likelihood; });
+	std::vector<Scored> places;
+	for (Scored& pose : poses)
+	{
+		pose.weight = std::exp(pose.score.log_likelihood - poses.front().score.log_likelihood);
+		const auto same = [&](const Scored& place)
+		{
+			return std::hypot(pose.pose.x - place.pose.x, pose.pose.y - place.pose.y) < parameters.distinct_distance &&
+			       std::abs(mrpt::math::wrapToPi(pose.pose.phi - place.pose.phi)) <
+			           parameters.distinct_yaw * M_PI / 180;
+		};
+		const auto place = std::find_if(places.begin(), places.end(), same);
+		if (place == places.end())
+			places.push_back(pose);
+		else
+			place->weight += pose.weight;
+	}
+	std::stable_sort(
+	    places.begin(), places.end(), [](const Scored& a, const Scored& b) { return a.weight > b.weight; });
+	return places;
+}
+
+/// The robot's pose from the sensor's, with the covariance moved along.
+void set_pose(
+    Hypothesis& hypothesis, const TPose2D& sensor, const TPose2D& sensor_on_robot, const Eigen::Matrix3d& covariance)
+{
+	const TPose2D robot = sensor + (TPose2D() - sensor_on_robot);
+	Eigen::Matrix3d jacobian = Eigen::Matrix3d::Identity();
+	jacobian(0, 2) = -(robot.y - sensor.y);
+	jacobian(1, 2) = robot.x - sensor.x;
+	hypothesis.pose = mrpt::poses::CPose2D(robot);
+	hypothesis.covariance = mrpt::math::CMatrixDouble33(Eigen::Matrix3d(jacobian * covariance * jacobian.transpose()));
+}
+}  // namespace
+
+Localization decide(
+    const Grid& grid, const DistanceField& field, const Scan& scan, const std::vector<RefinedPose>& poses,
+    const Parameters& parameters)
+{
+	std::vector<Scored> scored;
+	for (const RefinedPose& pose : poses)
+		scored.push_back({pose.pose, score(grid, field, scan, pose.pose, parameters.scoring.beam_model)});
+	const std::vector<Scored> places = distinct_places(std::move(scored), parameters.scoring);
+
+	Localization result;
+	if (places.empty() || places.front().score.explained < parameters.scoring.least_explained)
+	{
+		result.status = Status::kRejected;
+		result.note = "no place in the map explains the scan";
+		return result;
+	}
+	double mass = 0;
+	for (const Scored& place : places) mass += place.weight;
+	const auto count = std::min(places.size(), static_cast<std::size_t>(parameters.scoring.hypotheses));
+	for (std::size_t i = 0; i < count; i++)
+	{
+		Hypothesis hypothesis;
+		set_pose(
+		    hypothesis, places[i].pose, scan.sensor_on_robot,
+		    pose_covariance(field, scan, places[i].pose, parameters.refinement));
+		hypothesis.probability = places[i].weight / mass;
+		hypothesis.log_likelihood = places[i].score.log_likelihood;
+		result.hypotheses.push_back(hypothesis);
+	}
+	result.confidence = result.best().probability;
+	result.status = result.confidence > parameters.scoring.localized_above ? Status::kLocalized : Status::kAmbiguous;
+	return result;
+}
+}  // namespace d2s1r
