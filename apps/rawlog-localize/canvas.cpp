@@ -1,0 +1,82 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "canvas.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace d2s1r::app
+{
+Canvas::Canvas(int width, int height, const mrpt::img::TColor& background)
+    : width_(width),
+      height_(height),
+      image_(static_cast<unsigned>(width), static_cast<unsigned>(height), mrpt::img::CH_RGB)
+{
+	image_.filledRectangle(0, 0, width - 1, height - 1, background);
+	image_.selectTextFont("10x20");
+}
+
+void Canvas::point(int x, int y, const mrpt::img::TColor& color, double opacity)
+{
+	if (x < 0 || y < 0 || x >= width_ || y >= height_) return;
+	auto* bgr = image_.ptr<std::uint8_t>(static_cast<unsigned>(x), static_cast<unsigned>(y), 0);
+	const auto mix = [&](std::uint8_t& below, std::uint8_t above)
+	{ below = static_cast<std::uint8_t>(std::lround(below + opacity * (above - below))); };
+	mix(bgr[0], color.B);
+	mix(bgr[1], color.G);
+	mix(bgr[2], color.R);
+}
+
+template <class Distance>
+void Canvas::fill(
+    const Pixel& least, const Pixel& greatest, const Distance& distance, const mrpt::img::TColor& color, double opacity)
+{
+	const int x0 = static_cast<int>(std::floor(std::clamp(least.x - 1, 0.0, 1.0 * width_)));
+	const int y0 = static_cast<int>(std::floor(std::clamp(least.y - 1, 0.0, 1.0 * height_)));
+	const int x1 = static_cast<int>(std::ceil(std::clamp(greatest.x + 1, 0.0, 1.0 * width_)));
+	const int y1 = static_cast<int>(std::ceil(std::clamp(greatest.y + 1, 0.0, 1.0 * height_)));
+	for (int y = y0; y < y1; y++)
+		for (int x = x0; x < x1; x++)
+		{
+			const double coverage = std::clamp(0.5 - distance(x + 0.5, y + 0.5), 0.0, 1.0);
+			if (coverage > 0) point(x, y, color, opacity * coverage);
+		}
+}
+
+void Canvas::line(const Pixel& from, const Pixel& to, double width, const mrpt::img::TColor& color, double opacity)
+{
+	const double dx = to.x - from.x, dy = to.y - from.y, squared_length = std::max(dx * dx + dy * dy, 1e-12);
+	const auto distance = [&](double x, double y)
+	{
+		const double along = std::clamp(((x - from.x) * dx + (y - from.y) * dy) / squared_length, 0.0, 1.0);
+		return std::hypot(x - from.x - along * dx, y - from.y - along * dy) - width / 2;
+	};
+	const Pixel least(std::min(from.x, to.x) - width, std::min(from.y, to.y) - width);
+	const Pixel greatest(std::max(from.x, to.x) + width, std::max(from.y, to.y) + width);
+	fill(least, greatest, distance, color, opacity);
+}
+
+void Canvas::disc(const Pixel& center, double radius, const mrpt::img::TColor& color, double opacity)
+{
+	line(center, center, 2 * radius, color, opacity);
+}
+
+void Canvas::ring(const Pixel& center, double radius, double width, const mrpt::img::TColor& color, double opacity)
+{
+	const Pixel reach(radius + width, radius + width);
+	const auto distance = [&](double x, double y)
+	{ return std::abs(std::hypot(x - center.x, y - center.y) - radius) - width / 2; };
+	fill(center - reach, center + reach, distance, color, opacity);
+}
+
+void Canvas::cross(const Pixel& center, double radius, double width, const mrpt::img::TColor& color)
+{
+	const Pixel down(radius, radius), up(radius, -radius);
+	line(center - down, center + down, width, color);
+	line(center - up, center + up, width, color);
+}
+
+void Canvas::text(int left, int top, const std::string& text, const mrpt::img::TColor& color)
+{
+	image_.textOut(left, top, text, color);
+}
+}  // namespace d2s1r::app

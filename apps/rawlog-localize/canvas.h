@@ -1,0 +1,46 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <mrpt/img/CImage.h>
+#include <mrpt/math/TPoint2D.h>
+
+#include <string>
+
+namespace d2s1r::app
+{
+using Pixel = mrpt::math::TPoint2D;  //!< [pixel] from the upper left corner, y down; pixel centres at .5
+
+/// Anti-aliased drawing, which MRPT's canvas does not have.
+class Canvas
+{
+   public:
+	Canvas(int width, int height, const mrpt::img::TColor& background);
+
+	int width() const { return width_; }
+	int height() const { return height_; }
+
+	/// \param opacity [-] in [0, 1]
+	void point(int x, int y, const mrpt::img::TColor& color, double opacity = 1);
+	void line(const Pixel& from, const Pixel& to, double width, const mrpt::img::TColor& color, double opacity = 1);
+	void disc(const Pixel& center, double radius, const mrpt::img::TColor& color, double opacity = 1);
+	void ring(const Pixel& center, double radius, double width, const mrpt::img::TColor& color, double opacity = 1);
+	void cross(const Pixel& center, double radius, double width, const mrpt::img::TColor& color);
+	void text(int left, int top, const std::string& text, const mrpt::img::TColor& color);
+
+	static constexpr int kLetterWidth = 10;   //!< [pixel]
+	static constexpr int kLetterHeight = 20;  //!< [pixel]
+
+	const mrpt::img::CImage& image() const { return image_; }
+
+   private:
+	/// Blends all pixels whose distance to the shape is covered; `distance` is negative inside.
+	template <class Distance>
+	void fill(
+	    const Pixel& least, const Pixel& greatest, const Distance& distance, const mrpt::img::TColor& color,
+	    double opacity);
+
+	int width_;
+	int height_;
+	mrpt::img::CImage image_;
+};
+}  // namespace d2s1r::app

@@ -1,0 +1,31 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "errors.h"
+
+#include <mrpt/core/exceptions.h>
+
+#include <sstream>
+
+namespace d2s1r::app
+{
+std::string one_line(const std::exception& exception)
+{
+	if (dynamic_cast<const std::bad_alloc*>(&exception)) return "not enough memory";
+	const auto* with_stack = dynamic_cast<const mrpt::ExceptionWithCallBackBase*>(&exception);
+	std::istringstream text(with_stack ? with_stack->originalWhat : exception.what());
+	const char* const blank = " \t\r";
+	for (std::string line; std::getline(text, line);)
+	{
+		const auto first = line.find_first_not_of(blank);
+		if (first == std::string::npos || line[first] == '=') continue;
+		return line.substr(first, line.find_last_not_of(blank) - first + 1);
+	}
+	return "unknown error";
+}
+
+UserError about(const std::string& file, ExitStatus status, const std::exception& exception)
+{
+	const std::string line = one_line(exception);
+	if (line.rfind(file + ": ", 0) == 0) return UserError(status, file, line.substr(file.size() + 2));
+	return UserError(status, file, line);
+}
+}  // namespace d2s1r::app

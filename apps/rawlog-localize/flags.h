@@ -1,0 +1,44 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <d2s1r/map_io.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <ostream>
+#include <string>
+
+namespace d2s1r::app
+{
+/// The command line of rawlog-localize, checked in itself (no file is touched).
+struct Flags
+{
+	std::string map;
+	std::string rawlog;
+	std::string output_dir;
+	std::string config;        //!< empty: default parameters
+	std::string ground_truth;  //!< empty: none
+	std::string plugins;       //!< comma-separated modules
+	std::string save_map;      //!< empty: not saved
+	std::string write_config;  //!< empty: not written
+
+	std::optional<std::string> sensor_label;  //!< else the most frequent one
+	std::size_t first_frame = 0;              //!< [-] scan frames first_frame ... past_frame - 1 are localized
+	std::size_t past_frame = std::numeric_limits<std::size_t>::max();
+	std::optional<int> threads;          //!< [-] else as the parameters say
+	std::uint32_t seed = 1;              //!< [-] of whatever draws random numbers
+	std::optional<ImageGeometry> image;  //!< of a map that is an image
+
+	bool fuse = false;
+	bool quiet = false;
+
+	/// Whether the rest of the command line is only about writing a configuration file.
+	bool only_writes_config() const { return map.empty() && rawlog.empty() && output_dir.empty(); }
+};
+
+/// No value if --help or --version was asked for, which are then on `out`.
+/// \throws UserError (kWrongUse)
+std::optional<Flags> parse_flags(int argc, char** argv, std::ostream& out);
+}  // namespace d2s1r::app

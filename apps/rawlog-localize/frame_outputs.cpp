@@ -1,0 +1,34 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "frame_outputs.h"
+
+namespace d2s1r::app
+{
+FrameOutputs::FrameOutputs(const std::string& folder)
+    : frames_csv_(folder + "/frames.csv"),
+      hypotheses_csv_(folder + "/hypotheses.csv"),
+      trajectory_tum_(folder + "/trajectory.tum"),
+      trajectory_txt_(folder + "/trajectory.txt"),
+      rawlog_(folder + "/localized.rawlog")
+{
+}
+
+void FrameOutputs::add(Frame frame, mrpt::obs::CObservation2DRangeScan::ConstPtr scan)
+{
+	frames_csv_.add(frame);
+	hypotheses_csv_.add(frame);
+	trajectory_tum_.add(frame);
+	trajectory_txt_.add(frame);
+	rawlog_.add(frame, *scan);
+	if (frame.localized()) last_scan_ = std::move(scan);
+	frames_.push_back(std::move(frame));
+}
+
+void FrameOutputs::commit()
+{
+	frames_csv_.commit();
+	hypotheses_csv_.commit();
+	trajectory_tum_.commit();
+	trajectory_txt_.commit();
+	rawlog_.commit();
+}
+}  // namespace d2s1r::app

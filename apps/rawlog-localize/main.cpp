@@ -1,0 +1,28 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "console.h"
+#include "errors.h"
+#include "interrupt.h"
+#include "run.h"
+
+int main(int argc, char** argv)
+{
+	using namespace d2s1r::app;
+	Console console;
+	catch_interrupts();
+	try
+	{
+		const auto flags = parse_flags(argc, argv, console.out);
+		if (!flags) return kDone;
+		return run(*flags, console);
+	}
+	catch (const UserError& e)
+	{
+		console.err << "rawlog-localize: " << one_line(e) << std::endl;
+		return e.status;
+	}
+	catch (const std::exception& e)
+	{
+		console.err << "rawlog-localize: " << one_line(e) << "; this is a defect, please report it" << std::endl;
+		return kBadInput;
+	}
+}

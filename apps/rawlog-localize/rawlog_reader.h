@@ -1,0 +1,42 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <mrpt/io/CFileGZInputStream.h>
+#include <mrpt/obs/CObservation2DRangeScan.h>
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace d2s1r::app
+{
+using Scans = std::vector<mrpt::obs::CObservation2DRangeScan::Ptr>;
+
+/// One object of a rawlog: an action collection, a sensory frame or an observation.
+struct RawlogObject
+{
+	std::vector<std::uint8_t> bytes;  //!< as they stand in the (uncompressed) file
+	Scans scans;                      //!< 2D laser scans in it, in order
+};
+
+/// Reads a rawlog of either kind object by object.
+class RawlogReader
+{
+   public:
+	/// \throws UserError (kBadInput)
+	explicit RawlogReader(const std::string& file);
+
+	/// No value at the end, which is a clean one if damage() is empty.
+	std::optional<RawlogObject> next();
+
+	/// What stopped the reading before the end of the file; else empty.
+	const std::string& damage() const { return damage_; }
+
+   private:
+	std::string file_;
+	mrpt::io::CFileGZInputStream stream_;
+	std::size_t objects_ = 0;
+	std::string damage_;
+};
+}  // namespace d2s1r::app

@@ -1,0 +1,119 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "run.h"
+
+#include "inputs.h"
+#include "interrupt.h"
+#include "map_png.h"
+#include "run_report.h"
+#include "scene_file.h"
+#include "summary_json.h"
+#include "table.h"
+
+#include <unistd.h>
+
+#include <chrono>
+#include <filesystem>
+
+namespace d2s1r::app
+{
+namespace
+{
+class Stopwatch
+{
+   public:
+	double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
+
+   private:
+	std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+void write_config(const Flags& flags, const Parameters& parameters)
+{
+	TextFile file(flags.write_config);
+	file.print("%s", to_ini(parameters).c_str());
+	file.commit();
+}
+
+void make_folder(const std::string& folder)
+{
+	std::error_code error;
+	std::filesystem::create_directories(folder, error);
+	if (!std::filesystem::is_directory(folder))
+		throw UserError(
+		    kBadOutput, folder,
+		    "cannot be made (" + (error ? error.message() : "a file is in the way") + "); name another folder");
+}
+
+void say_sensor(const RawlogSurvey& survey, const Sensor& sensor, const Flags& flags, Console& console)
+{
+	if (flags.quiet || flags.sensor_label || survey.sensors.size() < 2) return;
+	console.err << "rawlog-localize: " << flags.rawlog << ": " << survey.sensors.size() << " lasers; using '"
+	            << sensor.label << "' with " << sensor.scans << " scans (--sensor-label chooses another)" << std::endl;
+}
+
+/// How the run ended, and the line on standard error if it did not reach the end.
+ExitStatus conclude(const RunReport& report, const std::string& damage, Console& console)
+{
+	const std::string done = std::to_string(report.frames.size());
+	if (!damage.empty())
+		throw UserError(
+		    kBadInput, report.flags.rawlog,
+		    damage + "; the " + done + " frames before that are in " + report.flags.output_dir +
+		        "; copy or record the rawlog again");
+	if (!interrupted()) return kDone;
+	console.err << "rawlog-localize: interrupted after " << done << " of " << report.selected_frames
+	            << " frames; these are in " << report.flags.output_dir << std::endl;
+	return kInterrupted;
+}
+
+void write_reports(RunReport& report, const FrameOutputs& outputs, const GroundTruth& truth, const Localizer& localizer)
+{
+	const std::string folder = report.flags.output_dir;
+	write_summary_json(report, folder + "/summary.json");
+	write_map_png({localizer.map(), report.parameters.grid, report.frames, truth}, folder + "/map.png");
+	write_scene(
+	    {localizer.map(), report.parameters.grid, report.frames, outputs.last_localized_scan()},
+	    folder + "/scene.3Dscene");
+	for (const char* name :
+	     {"frames.csv", "hypotheses.csv", "trajectory.tum", "trajectory.txt", "localized.rawlog", "summary.json",
+	      "map.png", "scene.3Dscene"})
+		report.outputs.push_back(folder + "/" + name);
+}
+}  // namespace
+
+ExitStatus run(const Flags& flags, Console& console)
+{
+	const Parameters parameters = read_parameters(flags);
+	if (!flags.write_config.empty()) write_config(flags, parameters);
+	if (flags.only_writes_config()) return kDone;
+	load_plugins(flags);
+
+	const RawlogSurvey survey = survey_rawlog(flags.rawlog);
+	const Sensor sensor = choose_sensor(survey, flags.sensor_label, flags.rawlog);
+	const FrameSelection selection = select_frames(flags, sensor);
+	const GroundTruth truth = flags.ground_truth.empty() ? GroundTruth{} : load_ground_truth(flags.ground_truth);
+	make_folder(flags.output_dir);
+	FrameOutputs outputs(flags.output_dir);
+	say_sensor(survey, sensor, flags, console);
+
+	const Stopwatch build_watch;
+	const Localizer localizer = build_localizer(flags, parameters);
+	RunReport report{flags, parameters, outputs.frames(), sensor};
+	report.build_seconds = build_watch.seconds();
+	report.selected_frames = selection.past - selection.first;
+
+	const Stopwatch watch;
+	std::string damage;
+	{
+		ProgressBar progress(console.err, !flags.quiet && isatty(STDERR_FILENO), report.selected_frames);
+		damage = localize_rawlog(flags.rawlog, selection, localizer, parameters.threads, outputs, progress);
+	}
+	outputs.commit();
+	report.localization_seconds = watch.seconds();
+	report.truth_lines = truth.size();
+	report.matches = match(report.frames, truth);
+	write_reports(report, outputs, truth, localizer);
+	if (!flags.quiet) print_table(report, console.out);
+	return conclude(report, damage, console);
+}
+}  // namespace d2s1r::app

@@ -1,0 +1,12 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "console.h"
+#include "errors.h"
+#include "flags.h"
+
+namespace d2s1r::app
+{
+/// What the command line asks for, from the files to the table. \throws UserError
+ExitStatus run(const Flags& flags, Console& console);
+}  // namespace d2s1r::app

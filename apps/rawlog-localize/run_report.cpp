@@ -1,0 +1,19 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "run_report.h"
+
+namespace d2s1r::app
+{
+std::array<std::size_t, 4> count_statuses(const std::vector<Frame>& frames)
+{
+	std::array<std::size_t, 4> counts{};
+	for (const auto& frame : frames) counts.at(static_cast<std::size_t>(frame.result.status))++;
+	return counts;
+}
+
+std::vector<double> stage_times(const std::vector<Frame>& frames, double StageTimes::*stage)
+{
+	std::vector<double> times;
+	for (const auto& frame : frames) times.push_back(frame.result.times.*stage);
+	return times;
+}
+}  // namespace d2s1r::app

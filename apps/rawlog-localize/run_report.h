@@ -1,0 +1,40 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "accuracy.h"
+#include "flags.h"
+#include "rawlog_survey.h"
+
+#include <d2s1r/localizer.h>
+
+#include <array>
+#include <optional>
+
+namespace d2s1r::app
+{
+/// The two tolerances that accuracy is reported at; errors are those of the first.
+constexpr std::array<Tolerance, 2> kTolerances = {{{0.3, 5.0}, {0.2, 5.0}}};
+
+/// What a run did: all that the table and summary.json tell.
+struct RunReport
+{
+	const Flags& flags;
+	const Parameters& parameters;
+	const std::vector<Frame>& frames;
+	Sensor sensor;
+	std::size_t selected_frames = 0;     //!< [-] frames that were to be localized
+	double build_seconds = 0;            //!< [s] from map file to index
+	double localization_seconds = 0;     //!< [s] all frames, reading and writing included
+	std::size_t truth_lines = 0;         //!< [-] 0: no ground truth
+	std::vector<Match> matches{};        //!< of the ground truth
+	std::vector<std::string> outputs{};  //!< paths
+};
+
+/// Frames of each status, in the order of Status.
+std::array<std::size_t, 4> count_statuses(const std::vector<Frame>& frames);
+constexpr std::array<Status, 4> kStatuses = {
+    Status::kLocalized, Status::kAmbiguous, Status::kRejected, Status::kInvalid};
+
+/// [ms] of one stage, all frames.
+std::vector<double> stage_times(const std::vector<Frame>& frames, double StageTimes::*stage);
+}  // namespace d2s1r::app

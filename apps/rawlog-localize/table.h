@@ -1,0 +1,12 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "run_report.h"
+
+#include <ostream>
+
+namespace d2s1r::app
+{
+/// The short table at the end of a run.
+void print_table(const RunReport& report, std::ostream& out);
+}  // namespace d2s1r::app
