@@ -1,0 +1,85 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+// The binary as a user runs it.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace d2s1r::test
+{
+using Words = std::vector<std::string>;
+
+/// What a finished process left.
+struct ProcessResult
+{
+	int status = -1;  //!< exit status, 128 + signal if it was killed
+	std::string out;  //!< standard output
+	std::string err;  //!< standard error
+};
+
+/// A running process; standard input is empty, neither output is a terminal.
+class Process
+{
+   public:
+	/// \param command program (looked up in PATH) and arguments
+	/// \param folder for the captured output
+	Process(const Words& command, const std::filesystem::path& folder);
+	void send(int signal) const;
+	bool running();
+	ProcessResult wait();
+
+   private:
+	std::filesystem::path out_;
+	std::filesystem::path err_;
+	int id_;
+	int wait_status_ = 0;
+	bool ended_ = false;
+};
+
+std::string read_file(const std::filesystem::path& path);
+void write_file(const std::filesystem::path& path, const std::string& content);
+std::vector<std::string> lines_of(const std::string& text);
+
+/// A fresh folder a test, removed afterwards.
+class AppTest : public testing::Test
+{
+   protected:
+	AppTest();
+	~AppTest() override;
+
+	std::string path(const std::string& name) const { return (folder_ / name).string(); }
+	const std::filesystem::path& folder() const { return folder_; }
+
+	Process start(const Words& arguments) const;
+	ProcessResult run(const Words& arguments) const { return start(arguments).wait(); }
+	ProcessResult run_program(const Words& command) const { return Process(command, folder_).wait(); }
+
+	/// Expects the exit status, nothing on standard output, and one line on standard error that holds all `parts`.
+	void expect_refusal(const Words& arguments, int status, const Words& parts) const;
+
+   private:
+	std::filesystem::path folder_;
+};
+
+/// Rows of a CSV file by column name; the header is checked to be `header`.
+class CsvTable
+{
+   public:
+	CsvTable(const std::filesystem::path& path, const std::string& header);
+	std::size_t size() const { return rows_.size(); }
+	const std::string& text(std::size_t row, const std::string& column) const;
+	double number(std::size_t row, const std::string& column) const { return std::stod(text(row, column)); }
+
+   private:
+	std::vector<std::string> columns_;
+	std::vector<std::vector<std::string>> rows_;
+};
+
+inline constexpr const char* kFramesHeader =
+    "frame,timestamp,status,x,y,phi,std_x,std_y,std_phi,confidence,hypotheses,relative_entropy,retrieval_ms,"
+    "registration_ms,refinement_ms,total_ms";
+inline constexpr const char* kHypothesesHeader = "frame,rank,x,y,phi,probability,std_x,std_y,std_phi";
+}  // namespace d2s1r::test

@@ -1,0 +1,207 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+// Inputs that cannot be used, and folders that cannot be written: one line each, and the right exit status.
+#include "app_process.h"
+#include "app_world.h"
+
+#include <mrpt/obs/CObservationOdometry.h>
+
+using namespace d2s1r::test;
+namespace fs = std::filesystem;
+
+class AppBadInput : public AppTest
+{
+   protected:
+	AppBadInput()
+	{
+		save_gridmap(flat(), path("flat.gridmap.gz"));
+		save(observation_log(), path("walk.rawlog"));
+	}
+
+	/// Nothing is left behind under a final or a temporary name.
+	void expect_nothing_written() const { EXPECT_TRUE(!fs::exists(path("out")) || fs::is_empty(path("out"))); }
+
+	void expect_bad_rawlog(const std::string& rawlog, const Words& parts) const
+	{
+		expect_refusal({"-m", path("flat.gridmap.gz"), "-i", rawlog, "-o", path("out")}, 2, parts);
+		expect_nothing_written();
+	}
+
+	void expect_bad_map(const Words& map, const Words& parts) const
+	{
+		Words words = {"-i", path("walk.rawlog"), "-o", path("out"), "-m"};
+		words.insert(words.end(), map.begin(), map.end());
+		expect_refusal(words, 2, parts);
+		expect_nothing_written();
+	}
+
+	void expect_bad_config(const std::string& ini, const Words& parts) const
+	{
+		write_file(path("bad.ini"), ini);
+		expect_refusal(
+		    {"-m", path("flat.gridmap.gz"), "-i", path("walk.rawlog"), "-o", path("out"), "-c", path("bad.ini")}, 1,
+		    parts);
+	}
+
+	void expect_bad_folder(const std::string& folder) const
+	{
+		expect_refusal({"-m", path("flat.gridmap.gz"), "-i", path("walk.rawlog"), "-o", folder}, 3, {folder});
+	}
+};
+
+TEST_F(AppBadInput, MissingRawlog)
+{
+	expect_bad_rawlog(path("no.rawlog"), {path("no.rawlog") + ": no such"});
+}
+
+TEST_F(AppBadInput, FolderAsRawlog)
+{
+	expect_bad_rawlog(folder().string(), {"folder"});
+}
+
+TEST_F(AppBadInput, EmptyRawlog)
+{
+	write_file(path("empty.rawlog"), "");
+	expect_bad_rawlog(path("empty.rawlog"), {path("empty.rawlog") + ": is empty"});
+}
+
+TEST_F(AppBadInput, NotARawlog)
+{
+	write_file(path("text.rawlog"), "This is a text, not a rawlog.\n");
+	expect_bad_rawlog(path("text.rawlog"), {"not an MRPT rawlog"});
+	write_file(path("noise.rawlog"), std::string(5000, '\xa5'));
+	expect_bad_rawlog(path("noise.rawlog"), {"not an MRPT rawlog"});
+}
+
+TEST_F(AppBadInput, RawlogCutWithinItsFirstObject)
+{
+	write_file(path("cut.rawlog"), read_file(path("walk.rawlog")).substr(0, 300));
+	expect_bad_rawlog(path("cut.rawlog"), {path("cut.rawlog"), "from its start"});
+}
+
+TEST_F(AppBadInput, RawlogWithout2DScans)
+{
+	save({std::make_shared<mrpt::obs::CObservationOdometry>()}, path("odometry.rawlog"));
+	expect_bad_rawlog(path("odometry.rawlog"), {"no 2D laser scan"});
+}
+
+TEST_F(AppBadInput, MissingMap)
+{
+	expect_bad_map({path("no.yaml")}, {path("no.yaml")});
+}
+
+TEST_F(AppBadInput, EmptyMap)
+{
+	write_file(path("empty.gridmap.gz"), "");
+	expect_bad_map({path("empty.gridmap.gz")}, {"is empty"});
+}
+
+TEST_F(AppBadInput, NotAMap)
+{
+	write_file(path("text.gridmap.gz"), "This is a text, not a map.\n");
+	expect_bad_map({path("text.gridmap.gz")}, {path("text.gridmap.gz")});
+}
+
+TEST_F(AppBadInput, MapWithoutAFreeCell)
+{
+	save_gridmap(make_picture_grid({"###", "#?#", "###"}, 0.5), path("solid.gridmap.gz"));
+	expect_bad_map({path("solid.gridmap.gz")}, {path("solid.gridmap.gz"), "free cell"});
+}
+
+TEST_F(AppBadInput, YamlThatNamesAMissingImage)
+{
+	write_file(
+	    path("map.yaml"),
+	    "image: gone.png\nresolution: 0.05\norigin: [0, 0, 0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n");
+	expect_bad_map({path("map.yaml")}, {"gone.png"});
+}
+
+TEST_F(AppBadInput, ImageWithoutResolution)
+{
+	write_file(path("map.pgm"), "P5 2 2 255\n" + std::string(4, '\xff'));
+	expect_bad_map({path("map.pgm")}, {"resolution"});
+}
+
+TEST_F(AppBadInput, DamagedImageDoesNotLetTheImageLibraryTalk)
+{
+	write_file(
+	    path("map.png"), std::string("\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0\0\x10\0\0\0\x10\x08\0\0\0\0junkIEND", 45));
+	expect_bad_map({path("map.png"), "--resolution", "0.05"}, {path("map.png")});
+}
+
+TEST_F(AppBadInput, GridTooLargeForMemory)
+{
+	write_file(path("huge.pgm"), "P5 2000000 2000000 255\n");
+	expect_bad_map({path("huge.pgm"), "--resolution", "0.05"}, {path("huge.pgm"), "memory"});
+}
+
+TEST_F(AppBadInput, MissingConfig)
+{
+	expect_refusal(
+	    {"-m", path("flat.gridmap.gz"), "-i", path("walk.rawlog"), "-o", path("out"), "-c", path("no.ini")}, 1,
+	    {path("no.ini")});
+}
+
+TEST_F(AppBadInput, ConfigWithAnUnknownKey)
+{
+	expect_bad_config("[paper]\nbeens = 60\n", {path("bad.ini"), "beens"});
+	expect_bad_config("[papers]\nbins = 60\n", {path("bad.ini"), "papers"});
+}
+
+TEST_F(AppBadInput, ConfigWithAValueOutOfRange)
+{
+	expect_bad_config("[paper]\nbins = 1\n", {path("bad.ini"), "bins"});
+	expect_bad_config("[grid]\nfree_threshold = lots\n", {path("bad.ini"), "free_threshold"});
+}
+
+TEST_F(AppBadInput, OutputFolderThatCannotBeMade)
+{
+	write_file(path("file"), "");
+	expect_bad_folder(path("file"));
+	expect_bad_folder(path("file") + "/below");
+	expect_bad_folder("/proc/d2s1r");
+}
+
+TEST_F(AppBadInput, OutputFolderWithAFolderInTheWayOfAFile)
+{
+	fs::create_directories(path("out/map.png/full"));
+	const auto result = run({"-m", path("flat.gridmap.gz"), "-i", path("walk.rawlog"), "-o", path("out"), "-q"});
+	EXPECT_EQ(result.status, 3);
+	EXPECT_EQ(lines_of(result.err).size(), 1U) << result.err;
+	EXPECT_NE(result.err.find("map.png"), std::string::npos) << result.err;
+}
+
+TEST_F(AppBadInput, ConfigThatCannotBeWritten)
+{
+	expect_refusal({"--write-config", path("no/folder/all.ini")}, 3, {path("no/folder/all.ini")});
+}
+
+TEST_F(AppBadInput, LabelThatIsNotInTheRawlog)
+{
+	expect_refusal(
+	    {"-m", path("flat.gridmap.gz"), "-i", path("walk.rawlog"), "-o", path("out"), "--sensor-label", "REAR"}, 1,
+	    {path("walk.rawlog"), "'REAR'", "'LASER'"});
+}
+
+TEST_F(AppBadInput, FramesBeyondTheLast)
+{
+	expect_refusal(
+	    {"-m", path("flat.gridmap.gz"), "-i", path("walk.rawlog"), "-o", path("out"), "--frames", "100:"}, 1,
+	    {"--frames", "100", "11"});
+}
+
+TEST_F(AppBadInput, GroundTruthThatCannotBeUsed)
+{
+	const auto refuse = [&](const std::string& file, const Words& parts)
+	{
+		expect_refusal(
+		    {"-m", path("flat.gridmap.gz"), "-i", path("walk.rawlog"), "-o", path("out"), "--ground-truth", file}, 2,
+		    parts);
+	};
+	refuse(path("no.txt"), {path("no.txt")});
+	write_file(path("empty.txt"), "% nothing\n");
+	refuse(path("empty.txt"), {path("empty.txt"), "no pose"});
+	write_file(path("three.txt"), "1 2 3\n");
+	refuse(path("three.txt"), {path("three.txt"), "line 1"});
+	write_file(path("words.txt"), "1 2 3 4\n1 2 three 4\n");
+	refuse(path("words.txt"), {path("words.txt"), "line 2"});
+}

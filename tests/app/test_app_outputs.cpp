@@ -1,0 +1,218 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+// What a run leaves in its folder.
+#include "app_process.h"
+#include "app_world.h"
+
+#include <mrpt/img/CImage.h>
+#include <mrpt/maps/registerAllClasses.h>
+#include <mrpt/obs/CObservationOdometry.h>
+#include <mrpt/obs/CObservationRobotPose.h>
+#include <mrpt/opengl/CEllipsoid2D.h>
+#include <mrpt/opengl/COpenGLScene.h>
+#include <mrpt/opengl/CPlanarLaserScan.h>
+#include <mrpt/opengl/CSetOfLines.h>
+#include <mrpt/opengl/CSetOfObjects.h>
+#include <mrpt/opengl/CTexturedPlane.h>
+#include <mrpt/poses/CPose2DInterpolator.h>
+
+#include <set>
+
+using namespace d2s1r::test;
+namespace fs = std::filesystem;
+using mrpt::obs::CObservationOdometry;
+using mrpt::obs::CObservationRobotPose;
+
+class AppOutputs : public AppTest
+{
+   protected:
+	/// Runs on a log of the flat.
+	ProcessResult localize(const Objects& log, const Words& more = {})
+	{
+		save_gridmap(flat(), path("flat.gridmap.gz"));
+		save(log, path("in.rawlog"));
+		Words words = {"-m", path("flat.gridmap.gz"), "-i", path("in.rawlog"), "-o", path("out")};
+		words.insert(words.end(), more.begin(), more.end());
+		const auto result = run(words);
+		EXPECT_EQ(result.status, 0) << result.err;
+		return result;
+	}
+
+	CsvTable frames() const { return CsvTable(path("out/frames.csv"), kFramesHeader); }
+	CsvTable hypotheses() const { return CsvTable(path("out/hypotheses.csv"), kHypothesesHeader); }
+
+	static void expect_near(double x, double y, double phi, const mrpt::math::TPose2D& truth)
+	{
+		EXPECT_NEAR(x, truth.x, 0.1);
+		EXPECT_NEAR(y, truth.y, 0.1);
+		EXPECT_NEAR(std::remainder(phi - truth.phi, 2 * M_PI), 0, 0.04);
+	}
+};
+
+TEST_F(AppOutputs, FolderHoldsTheFilesOfTheContractAndNothingElse)
+{
+	const auto result = localize(observation_log());
+	std::set<std::string> names;
+	for (const auto& entry : fs::directory_iterator(path("out"))) names.insert(entry.path().filename().string());
+	const std::set<std::string> expected = {"frames.csv",    "hypotheses.csv", "localized.rawlog", "map.png",
+	                                        "scene.3Dscene", "summary.json",   "trajectory.tum",   "trajectory.txt"};
+	EXPECT_EQ(names, expected);
+	for (const auto& name : expected) EXPECT_NE(result.out.find(path("out/" + name)), std::string::npos) << result.out;
+	EXPECT_EQ(result.err, "");
+}
+
+TEST_F(AppOutputs, QuietPrintsNothing)
+{
+	const auto result = localize(observation_log(), {"-q"});
+	EXPECT_EQ(result.out, "");
+	EXPECT_EQ(result.err, "");
+}
+
+TEST_F(AppOutputs, FramesCsvHasARowAFrameWithTheRobotsPose)
+{
+	localize(observation_log());
+	const CsvTable table = frames();
+	ASSERT_EQ(table.size(), walk().size());
+	for (std::size_t i = 0; i < walk().size(); i++)
+	{
+		EXPECT_EQ(table.text(i, "frame"), std::to_string(i));
+		EXPECT_NEAR(table.number(i, "timestamp"), walk_time(i), 1e-6);
+		EXPECT_EQ(table.text(i, "status"), "localized");
+		expect_near(table.number(i, "x"), table.number(i, "y"), table.number(i, "phi"), walk()[i]);
+		EXPECT_GT(table.number(i, "std_x"), 0);
+		EXPECT_GE(table.number(i, "confidence"), 0.5);
+		EXPECT_LE(table.number(i, "confidence"), 1);
+		EXPECT_GE(table.number(i, "hypotheses"), 1);
+		EXPECT_GE(table.number(i, "total_ms"), 0);
+	}
+}
+
+TEST_F(AppOutputs, FramesWithoutAPoseHaveEmptyFields)
+{
+	localize(covered_laser_log());
+	const CsvTable table = frames();
+	for (const std::size_t i : {3U, 4U})
+	{
+		EXPECT_EQ(table.text(i, "status"), "invalid");
+		for (const char* column : {"x", "y", "phi", "std_x", "std_y", "std_phi", "confidence", "relative_entropy"})
+			EXPECT_EQ(table.text(i, column), "") << column;
+		EXPECT_EQ(table.text(i, "hypotheses"), "0");
+	}
+	EXPECT_EQ(table.text(5, "status"), "localized");
+	EXPECT_EQ(lines_of(read_file(path("out/trajectory.tum"))).size(), walk().size() - 2);
+}
+
+TEST_F(AppOutputs, HypothesesCsvRanksThoseOfEachFrame)
+{
+	localize(observation_log());
+	const CsvTable table = hypotheses(), all_frames = frames();
+	std::size_t row = 0;
+	for (std::size_t frame = 0; frame < all_frames.size(); frame++)
+	{
+		double last = 1, sum = 0;
+		for (int rank = 1; rank <= static_cast<int>(all_frames.number(frame, "hypotheses")); rank++, row++)
+		{
+			EXPECT_EQ(table.text(row, "frame"), std::to_string(frame));
+			EXPECT_EQ(table.text(row, "rank"), std::to_string(rank));
+			EXPECT_LE(table.number(row, "probability"), last);
+			last = table.number(row, "probability");
+			sum += last;
+			if (rank == 1)
+			{
+				EXPECT_EQ(table.text(row, "x"), all_frames.text(frame, "x"));
+			}
+		}
+		EXPECT_LE(sum, 1 + 1e-5);
+	}
+	EXPECT_EQ(row, table.size());
+}
+
+TEST_F(AppOutputs, TrajectoriesAreReadByTheirTools)
+{
+	localize(observation_log());
+	mrpt::poses::CPose2DInterpolator path_of_mrpt;
+	ASSERT_TRUE(path_of_mrpt.loadFromTextFile(path("out/trajectory.txt")));
+	EXPECT_EQ(path_of_mrpt.size(), walk().size());
+	const auto lines = lines_of(read_file(path("out/trajectory.tum")));
+	ASSERT_EQ(lines.size(), walk().size());
+	for (std::size_t i = 0; i < lines.size(); i++)
+	{
+		double t, x, y, z, qx, qy, qz, qw;
+		ASSERT_EQ(
+		    std::sscanf(lines[i].c_str(), "%lf %lf %lf %lf %lf %lf %lf %lf", &t, &x, &y, &z, &qx, &qy, &qz, &qw), 8);
+		EXPECT_NEAR(t, walk_time(i), 1e-6);
+		expect_near(x, y, 2 * std::atan2(qz, qw), walk()[i]);
+		EXPECT_EQ(z, 0);
+		EXPECT_NEAR(qx * qx + qy * qy + qz * qz + qw * qw, 1, 1e-6);
+	}
+}
+
+TEST_F(AppOutputs, LocalizedRawlogHoldsEveryInputObjectAndThePoseAfterEachLocalizedFrame)
+{
+	const Objects log = covered_laser_log();
+	localize(log);
+	const Objects written = load(path("out/localized.rawlog"));
+	std::size_t next = 0;
+	for (std::size_t i = 0; i < log.size(); i++)
+	{
+		ASSERT_LT(next, written.size());
+		EXPECT_EQ(bytes_of(*written[next++]), bytes_of(*log[i]));
+		if (i == 3 || i == 4) continue;
+		ASSERT_LT(next + 1, written.size());
+		const auto pose = std::dynamic_pointer_cast<CObservationRobotPose>(written[next++]);
+		const auto odometry = std::dynamic_pointer_cast<CObservationOdometry>(written[next++]);
+		ASSERT_TRUE(pose && odometry);
+		EXPECT_EQ(pose->sensorLabel, "D2S1R");
+		EXPECT_NEAR(mrpt::Clock::toDouble(pose->timestamp), walk_time(i), 1e-6);
+		expect_near(pose->pose.mean.x(), pose->pose.mean.y(), pose->pose.mean.yaw(), walk()[i]);
+		EXPECT_GT(pose->pose.cov(0, 0), 0);
+		EXPECT_EQ(odometry->sensorLabel, "D2S1R_ODO");
+		const auto moved = mrpt::poses::CPose2D(walk()[i]) - mrpt::poses::CPose2D(walk()[0]);
+		EXPECT_NEAR(odometry->odometry.x(), moved.x(), 0.15);
+		EXPECT_NEAR(odometry->odometry.y(), moved.y(), 0.15);
+	}
+	EXPECT_EQ(next, written.size());
+}
+
+TEST_F(AppOutputs, MapPngIsAPictureOfReasonableSize)
+{
+	save_truth(path("truth.txt"), false);
+	localize(covered_laser_log(), {"--ground-truth", path("truth.txt")});
+	mrpt::img::CImage image;
+	ASSERT_TRUE(image.loadFromFile(path("out/map.png")));
+	EXPECT_GE(image.getWidth(), 900U);
+	EXPECT_LE(image.getWidth(), 2000U);
+	EXPECT_LE(image.getHeight(), 2000U);
+	EXPECT_TRUE(image.isColor());
+}
+
+TEST_F(AppOutputs, SceneHoldsGridTrajectoryHypothesesAndLastScan)
+{
+	mrpt::maps::registerAllClasses_mrpt_maps();
+	localize(observation_log());
+	mrpt::opengl::COpenGLScene scene;
+	ASSERT_TRUE(scene.loadFromFile(path("out/scene.3Dscene")));
+	EXPECT_TRUE(std::dynamic_pointer_cast<mrpt::opengl::CTexturedPlane>(scene.getByName("grid")));
+	const auto lines = std::dynamic_pointer_cast<mrpt::opengl::CSetOfLines>(scene.getByName("trajectory"));
+	ASSERT_TRUE(lines);
+	EXPECT_EQ(lines->getLineCount(), walk().size() - 1);
+	const auto ellipses = std::dynamic_pointer_cast<mrpt::opengl::CSetOfObjects>(scene.getByName("hypotheses"));
+	ASSERT_TRUE(ellipses);
+	EXPECT_GE(ellipses->size(), walk().size());
+	const auto scan = std::dynamic_pointer_cast<mrpt::opengl::CPlanarLaserScan>(scene.getByName("last_scan"));
+	ASSERT_TRUE(scan);
+	expect_near(scan->getPose().x, scan->getPose().y, scan->getPose().yaw, walk().back());
+}
+
+TEST_F(AppOutputs, SummaryTellsTheSameAsTheTable)
+{
+	save_truth(path("truth.txt"), false);
+	const auto result = localize(covered_laser_log(), {"--ground-truth", path("truth.txt"), "--seed", "7"});
+	const std::string summary = read_file(path("out/summary.json"));
+	for (const char* member :
+	     {"\"frames\": 12", "\"localized\": 10", "\"invalid\": 2", "\"rejected\": 0", "\"sensor_label\": \"LASER\"",
+	      "\"successes\": 10", "\"seed\": 7", "\"p99\": "})
+		EXPECT_NE(summary.find(member), std::string::npos) << member << summary;
+	EXPECT_EQ(summary.find("nan"), std::string::npos);
+	for (const char* line : {"localized      10", "invalid         2", "0.3 m, 5 deg: 10 of 12 frames"})
+		EXPECT_NE(result.out.find(line), std::string::npos) << line << "\n" << result.out;
+}

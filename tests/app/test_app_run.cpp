@@ -1,0 +1,128 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+// How a run goes: threads, interrupts, ground truth, progress.
+#include "app_process.h"
+#include "app_world.h"
+
+#include <csignal>
+#include <thread>
+
+using namespace d2s1r::test;
+namespace fs = std::filesystem;
+
+class AppRun : public AppTest
+{
+   protected:
+	AppRun() { save_gridmap(flat(), path("flat.gridmap.gz")); }
+
+	Words words(const std::string& out, const Words& more = {}) const
+	{
+		Words all = {"-m", path("flat.gridmap.gz"), "-i", path("in.rawlog"), "-o", path(out)};
+		all.insert(all.end(), more.begin(), more.end());
+		return all;
+	}
+
+	/// The walk again and again.
+	static Objects long_log(std::size_t times)
+	{
+		Objects log;
+		const Objects once = observation_log();
+		for (std::size_t i = 0; i < times; i++) log.insert(log.end(), once.begin(), once.end());
+		return log;
+	}
+
+	/// frames.csv without the columns of times.
+	std::vector<std::string> rows(const std::string& out) const
+	{
+		auto lines = lines_of(read_file(path(out + "/frames.csv")));
+		for (auto& line : lines)
+			for (int column = 0; column < 4; column++) line.erase(line.rfind(','));
+		return lines;
+	}
+
+	/// Size of the file that is being written under another name; 0 if there is none.
+	std::uintmax_t growing_size(const std::string& out, const std::string& name) const
+	{
+		std::error_code error;
+		for (const auto& entry : fs::directory_iterator(path(out), error))
+			if (entry.path().filename().string().find("-" + name) != std::string::npos) return entry.file_size(error);
+		return 0;
+	}
+};
+
+TEST_F(AppRun, AnyNumberOfThreadsGivesTheSameBytes)
+{
+	save(long_log(5), path("in.rawlog"));
+	ASSERT_EQ(run(words("one", {"-q"})).status, 0);
+	ASSERT_EQ(run(words("three", {"-q", "--threads", "3"})).status, 0);
+	EXPECT_EQ(rows("one").size(), 5 * walk().size() + 1);
+	EXPECT_EQ(rows("one"), rows("three"));
+	for (const char* name : {"hypotheses.csv", "trajectory.tum", "trajectory.txt", "localized.rawlog", "map.png"})
+		EXPECT_EQ(read_file(path("one/") + name), read_file(path("three/") + name)) << name;
+}
+
+TEST_F(AppRun, InterruptKeepsTheFinishedFrames)
+{
+	const std::size_t times = 3000;
+	save(long_log(times), path("in.rawlog"));
+	Process process = start(words("out", {"--threads", "2"}));
+	while (process.running() && growing_size("out", "frames.csv") == 0)
+		std::this_thread::sleep_for(std::chrono::milliseconds(5));
+	process.send(SIGINT);
+	const auto result = process.wait();
+	EXPECT_EQ(result.status, 130);
+	const CsvTable frames(path("out/frames.csv"), kFramesHeader);
+	EXPECT_GT(frames.size(), 0U);
+	ASSERT_LT(frames.size(), times * walk().size());
+	const std::string expected = "interrupted after " + std::to_string(frames.size()) + " of " +
+	                             std::to_string(times * walk().size()) + " frames";
+	EXPECT_NE(result.err.find(expected), std::string::npos) << result.err;
+	EXPECT_EQ(frames.text(frames.size() - 1, "frame"), std::to_string(frames.size() - 1));
+	EXPECT_EQ(load(path("out/localized.rawlog")).size(), 3 * frames.size());
+	EXPECT_TRUE(fs::exists(path("out/map.png")));
+	EXPECT_EQ(growing_size("out", "frames.csv"), 0U);
+}
+
+TEST_F(AppRun, UnfinishedRunLeavesTheOldResultsAlone)
+{
+	save(observation_log(), path("in.rawlog"));
+	ASSERT_EQ(run(words("out", {"-q"})).status, 0);
+	const std::string before = read_file(path("out/frames.csv"));
+	write_file(path("flat.gridmap.gz"), "no map");
+	EXPECT_EQ(run(words("out", {"-q"})).status, 2);
+	EXPECT_EQ(read_file(path("out/frames.csv")), before);
+}
+
+TEST_F(AppRun, GroundTruthOfFourOrSevenColumnsGivesTheSameAccuracy)
+{
+	save(observation_log(), path("in.rawlog"));
+	save_truth(path("four.txt"), false);
+	save_truth(path("seven.txt"), true);
+	const auto accuracy = [&](const std::string& truth)
+	{
+		const auto result = run(words("out", {"--ground-truth", path(truth)}));
+		EXPECT_EQ(result.status, 0) << result.err;
+		const auto start = result.out.find("success"), end = result.out.find("written");
+		return start < end ? result.out.substr(start, end - start) : "no accuracy in " + result.out;
+	};
+	const std::string four = accuracy("four.txt");
+	EXPECT_NE(four.find("0.3 m, 5 deg: 12 of 12 frames (100.0 %)"), std::string::npos) << four;
+	EXPECT_NE(four.find("0.2 m, 5 deg: 12 of 12 frames"), std::string::npos) << four;
+	EXPECT_NE(four.find("error"), std::string::npos) << four;
+	EXPECT_EQ(accuracy("seven.txt"), four);
+}
+
+TEST_F(AppRun, WrongPosesAndLinesWithoutAFrameAreCounted)
+{
+	save(observation_log(), path("in.rawlog"));
+	save_truth(path("truth.txt"), false);
+	auto lines = lines_of(read_file(path("truth.txt")));
+	ASSERT_EQ(lines.size(), walk().size() + 1);
+	lines[1] = "1600000000.0008 9 1 0";         // within 1 ms of frame 0, elsewhere
+	lines[2] = "1600000000.3980 3.5 5.25 0.1";  // 2 ms from frame 1
+	std::string text;
+	for (const auto& line : lines) text += line + "\n";
+	write_file(path("truth.txt"), text);
+	const auto result = run(words("out", {"--ground-truth", path("truth.txt")}));
+	EXPECT_NE(result.out.find("0.3 m, 5 deg: 10 of 11 frames"), std::string::npos) << result.out;
+	EXPECT_NE(result.out.find("1 of 12 ground truth lines have no frame"), std::string::npos) << result.out;
+}

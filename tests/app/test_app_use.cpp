@@ -1,0 +1,90 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+// Command lines, right and wrong.
+#include "app_process.h"
+
+#include <d2s1r/version.h>
+
+using namespace d2s1r::test;
+
+class AppUse : public AppTest
+{
+};
+
+TEST_F(AppUse, HelpNamesEveryOptionAndExitStatus)
+{
+	const auto result = run({"--help"});
+	EXPECT_EQ(result.status, 0);
+	EXPECT_EQ(result.err, "");
+	for (const char* option :
+	     {"-m,", "-i,", "-o,", "-c,", "--ground-truth", "--sensor-label", "--frames", "--threads", "--seed",
+	      "--plugins", "--fuse", "--save-map", "--write-config", "--resolution", "--origin", "-q,", "--version",
+	      "--help", "130"})
+		EXPECT_NE(result.out.find(option), std::string::npos) << option;
+}
+
+TEST_F(AppUse, VersionIsThatOfTheProject)
+{
+	const auto result = run({"--version"});
+	EXPECT_EQ(result.status, 0);
+	EXPECT_EQ(result.out, "rawlog-localize (d2s1r) " D2S1R_VERSION "\n");
+}
+
+TEST_F(AppUse, WriteConfigAloneWritesWhatConfigReads)
+{
+	EXPECT_EQ(run({"--write-config", path("first.ini")}).status, 0);
+	EXPECT_EQ(run({"-c", path("first.ini"), "--write-config=" + path("second.ini")}).status, 0);
+	EXPECT_NE(read_file(path("first.ini")).find("[localizer]"), std::string::npos);
+	EXPECT_EQ(read_file(path("first.ini")), read_file(path("second.ini")));
+}
+
+TEST_F(AppUse, ConfigOfWriteConfigKeepsItsValues)
+{
+	write_file(path("own.ini"), "[paper]\nbins = 77\n");
+	EXPECT_EQ(run({"-c", path("own.ini"), "--write-config", path("all.ini")}).status, 0);
+	EXPECT_NE(read_file(path("all.ini")).find("77"), std::string::npos);
+}
+
+TEST_F(AppUse, RefusesIncompleteCommandLines)
+{
+	expect_refusal({}, 1, {"--map", "missing"});
+	expect_refusal({"-m", "map.yaml"}, 1, {"--input", "missing"});
+	expect_refusal({"-m", "map.yaml", "-i", "in.rawlog"}, 1, {"--output", "missing"});
+	expect_refusal({"-m"}, 1, {"--map", "--help"});
+}
+
+TEST_F(AppUse, RefusesUnknownWords)
+{
+	expect_refusal({"--bogus"}, 1, {"--bogus", "--help"});
+	expect_refusal({"stray"}, 1, {"stray"});
+	expect_refusal({"-q", "-q"}, 1, {"-q"});
+}
+
+TEST_F(AppUse, RefusesValuesThatMakeNoSense)
+{
+	const auto with = [](const Words& more)
+	{
+		Words words = {"-m", "map.yaml", "-i", "in.rawlog", "-o", "out"};
+		words.insert(words.end(), more.begin(), more.end());
+		return words;
+	};
+	expect_refusal(with({"--threads", "0"}), 1, {"--threads"});
+	expect_refusal(with({"--threads", "two"}), 1, {"--threads", "two"});
+	expect_refusal(with({"--seed", "-1"}), 1, {"--seed"});
+	expect_refusal(with({"--frames", "7"}), 1, {"--frames", "A:B"});
+	expect_refusal(with({"--frames", "9:3"}), 1, {"--frames", "no frame"});
+	expect_refusal(with({"--frames", "a:b"}), 1, {"--frames"});
+	expect_refusal(with({"--resolution", "0"}), 1, {"--resolution"});
+	expect_refusal(with({"--origin", "1,2"}), 1, {"--origin", "--resolution"});
+	expect_refusal(with({"--resolution", "0.05", "--origin", "1"}), 1, {"--origin", "X,Y"});
+}
+
+TEST_F(AppUse, FuseSaysThatItsModuleIsMissing)
+{
+	expect_refusal(
+	    {"-m", "map.yaml", "-i", "in.rawlog", "-o", path("out"), "--fuse"}, 1, {"--fuse", "pf-init", "missing"});
+}
+
+TEST_F(AppUse, RefusesAPluginThatIsNotThere)
+{
+	expect_refusal({"-m", "map.yaml", "-i", "in.rawlog", "-o", path("out"), "--plugins", path("no.so")}, 1, {"no.so"});
+}
