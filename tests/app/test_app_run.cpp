@@ -126,3 +126,17 @@ TEST_F(AppRun, WrongPosesAndLinesWithoutAFrameAreCounted)
 	EXPECT_NE(result.out.find("0.3 m, 5 deg: 10 of 11 frames"), std::string::npos) << result.out;
 	EXPECT_NE(result.out.find("1 of 12 ground truth lines have no frame"), std::string::npos) << result.out;
 }
+
+TEST_F(AppRun, TerminalGetsAProgressBarWithRateAndTimeLeft)
+{
+	save(long_log(3), path("in.rawlog"));
+	std::string command = RAWLOG_LOCALIZE;
+	for (const auto& word : words("out")) command += " " + word;
+	const auto result = run_program({"script", "-qec", command, "/dev/null"});
+	if (result.status == 127) GTEST_SKIP() << "script is missing: install bsdutils";
+	EXPECT_EQ(result.status, 0);
+	for (const char* part : {"100 %", "36/36 frames", "frames/s", "s left"})
+		EXPECT_NE(result.out.find(part), std::string::npos) << result.out;
+	const auto quiet = run_program({"script", "-qec", command + " -q", "/dev/null"});
+	EXPECT_EQ(quiet.out, "");
+}
