@@ -1,4 +1,5 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include <d2s1r/CSignatureMap2D.h>
 #include <d2s1r/map_io.h>
 #include <mrpt/io/CFileGZInputStream.h>
 #include <mrpt/maps/CMultiMetricMap.h>
@@ -127,7 +128,12 @@ COccupancyGridMap2D::Ptr grid_of(const mrpt::serialization::CSerializable& map, 
 	if (const auto* keyframes = dynamic_cast<const mrpt::maps::CSimpleMap*>(&map))
 		return draw_simple_map(*keyframes, parameters.simplemap_cell_size);
 	if (const auto* maps = dynamic_cast<const mrpt::maps::CMultiMetricMap*>(&map))
+	{
 		if (const auto grid = maps->mapByClass<COccupancyGridMap2D>()) return grid_of(*grid, parameters);
+		if (const auto signature_map = maps->mapByClass<CSignatureMap2D>()) return grid_of(*signature_map, parameters);
+	}
+	if (const auto* signature_map = dynamic_cast<const CSignatureMap2D*>(&map))
+		if (!signature_map->isEmpty()) return std::make_shared<COccupancyGridMap2D>(*signature_map->grid());
 	throw std::invalid_argument(
 	    std::string("an object of class ") + map.GetRuntimeClass()->className + " that holds no occupancy grid");
 }

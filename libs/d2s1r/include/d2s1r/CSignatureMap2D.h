@@ -1,0 +1,100 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <d2s1r/likelihood_field.h>
+#include <d2s1r/localizer.h>
+#include <mrpt/maps/CMetricMap.h>
+
+#include <cstdint>
+
+namespace d2s1r
+{
+/// The localizer as an MRPT metric map: an occupancy grid, the parameters, and what is built from them at first use
+/// (the index of the localizer, the likelihood field).
+///
+/// Filled by set_map(), by an ini section, or by inserting scans as any grid map is (CSimpleMap). Registered as
+/// `signatureMap`, so that a CMultiMetricMap takes it from an ini file:
+/// \code
+/// [MetricMap]
+/// signatureMap_count = 1
+/// [MetricMap_signatureMap_00_creationOpts]
+/// map_file    = building.yaml   ; optional: whatever d2s1r::load_map() reads
+/// config_file = d2s1r.ini       ; optional: d2s1r::Parameters
+/// [MetricMap_signatureMap_00_insertOpts]
+/// ; keys of mrpt::maps::COccupancyGridMap2D::TInsertionOptions
+/// [MetricMap_signatureMap_00_likelihoodOpts]
+/// ; keys of TLikelihoodOptions
+/// \endcode
+/// Copies share grid and index until one of them is changed. Const member functions are thread-safe.
+class CSignatureMap2D : public mrpt::maps::CMetricMap
+{
+	DEFINE_SERIALIZABLE(CSignatureMap2D, d2s1r)
+
+   public:
+	/// LikelihoodParameters by their names, in an ini section.
+	struct TLikelihoodOptions : public mrpt::config::CLoadableOptions, public LikelihoodParameters
+	{
+		void loadFromConfigFile(const mrpt::config::CConfigFileBase& source, const std::string& section) override;
+		void saveToConfigFile(mrpt::config::CConfigFileBase& target, const std::string& section) const override;
+	};
+
+	/// Empty, default parameters.
+	CSignatureMap2D();
+
+	/// Empty.
+	/// \throws std::invalid_argument if a parameter is out of range
+	explicit CSignatureMap2D(const Parameters& parameters, const TLikelihoodOptions& likelihood = {});
+
+	/// Of a copy of `map`.
+	/// \throws std::invalid_argument if a parameter is out of range
+	explicit CSignatureMap2D(
+	    const mrpt::maps::COccupancyGridMap2D& map, const Parameters& parameters = {},
+	    const TLikelihoodOptions& likelihood = {});
+
+	/// Takes a copy of `map`; forgets what was built.
+	void set_map(const mrpt::maps::COccupancyGridMap2D& map);
+
+	/// Null if empty.
+	mrpt::maps::COccupancyGridMap2D::ConstPtr grid() const;
+	const Parameters& parameters() const;
+	const TLikelihoodOptions& likelihood_options() const;
+
+	/// Built at the first call.
+	/// \throws std::invalid_argument if there is no free cell
+	const Localizer& localizer() const;
+
+	/// Equal for equal grid (cells, size, origin), parameters and version of the index; part of the serialized form.
+	std::uint64_t fingerprint() const;
+
+	bool isEmpty() const override;
+	std::string asString() const override;
+	/// Writes `prefix`_signatureMap.ini and the files of COccupancyGridMap2D.
+	void saveMetricMapRepresentationToFile(const std::string& prefix) const override;
+	void getVisualizationInto(mrpt::opengl::CSetOfObjects& scene) const override;
+
+	/// Options of COccupancyGridMap2D for inserted scans.
+	mrpt::maps::COccupancyGridMap2D::TInsertionOptions insertionOptions;
+
+   private:
+	struct Content;
+	std::shared_ptr<const Content> content_;
+
+	/// The grid, or a copy of it if anybody else holds it, or a new one.
+	mrpt::maps::COccupancyGridMap2D::Ptr writable_grid() const;
+
+	void internal_clear() override;
+	bool internal_insertObservation(
+	    const mrpt::obs::CObservation& observation,
+	    const std::optional<const mrpt::poses::CPose3D>& robot_pose) override;
+	double internal_computeObservationLikelihood(
+	    const mrpt::obs::CObservation& observation, const mrpt::poses::CPose3D& taken_from) const override;
+	bool internal_canComputeObservationLikelihood(const mrpt::obs::CObservation& observation) const override;
+
+	MAP_DEFINITION_START(CSignatureMap2D)
+	std::string map_file;     //!< as for load_map(); may be empty
+	std::string config_file;  //!< ini of Parameters; may be empty
+	mrpt::maps::COccupancyGridMap2D::TInsertionOptions insertion;
+	CSignatureMap2D::TLikelihoodOptions likelihood;
+	MAP_DEFINITION_END(CSignatureMap2D)
+};
+}  // namespace d2s1r

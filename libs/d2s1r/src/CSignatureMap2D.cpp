@@ -1,0 +1,187 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include <d2s1r/CSignatureMap2D.h>
+#include <mrpt/obs/CObservation2DRangeScan.h>
+
+#include <fstream>
+#include <mutex>
+#include <stdexcept>
+
+#include "observed_points.h"
+
+using mrpt::maps::COccupancyGridMap2D;
+
+namespace d2s1r
+{
+namespace
+{
+/// Raised whenever the same grid and parameters give another index: what was saved before is refused.
+constexpr std::uint32_t kIndexVersion = 1;
+
+class Fnv1a
+{
+   public:
+	void add(const void* data, std::size_t size)
+	{
+		const auto* bytes = static_cast<const unsigned char*>(data);
+		for (std::size_t i = 0; i < size; i++) hash_ = (hash_ ^ bytes[i]) * 0x100000001b3U;
+	}
+	template <class Number>
+	void add(Number number)
+	{
+		add(&number, sizeof number);
+	}
+	std::uint64_t value() const { return hash_; }
+
+   private:
+	std::uint64_t hash_ = 0xcbf29ce484222325U;
+};
+}  // namespace
+
+/// Everything that a change of the map makes anew.
+struct CSignatureMap2D::Content
+{
+	Content(COccupancyGridMap2D::Ptr the_map, const Parameters& p, const TLikelihoodOptions& l)
+	    : map(std::move(the_map)), parameters(p), likelihood(l)
+	{
+	}
+
+	const COccupancyGridMap2D::Ptr map;  ///< null: empty
+	const Parameters parameters;
+	const TLikelihoodOptions likelihood;
+
+	const Localizer& localizer() const
+	{
+		std::call_once(localizer_built, [this] { built_localizer.emplace(map, parameters); });
+		return *built_localizer;
+	}
+	const LikelihoodField& field() const
+	{
+		std::call_once(field_built, [this] { built_field.emplace(make_grid(*map, parameters.grid), likelihood); });
+		return *built_field;
+	}
+
+	mutable std::once_flag localizer_built, field_built;
+	mutable std::optional<Localizer> built_localizer;
+	mutable std::optional<LikelihoodField> built_field;
+	mutable ObservedPoints last_scan;
+};
+
+CSignatureMap2D::CSignatureMap2D() : CSignatureMap2D(Parameters{}) {}
+
+CSignatureMap2D::CSignatureMap2D(const Parameters& parameters, const TLikelihoodOptions& likelihood)
+{
+	check(parameters);
+	content_ = std::make_shared<Content>(nullptr, parameters, likelihood);
+}
+
+CSignatureMap2D::CSignatureMap2D(
+    const COccupancyGridMap2D& map, const Parameters& parameters, const TLikelihoodOptions& likelihood)
+    : CSignatureMap2D(parameters, likelihood)
+{
+	set_map(map);
+}
+
+void CSignatureMap2D::set_map(const COccupancyGridMap2D& map)
+{
+	content_ =
+	    std::make_shared<Content>(std::make_shared<COccupancyGridMap2D>(map), parameters(), likelihood_options());
+}
+
+COccupancyGridMap2D::ConstPtr CSignatureMap2D::grid() const
+{
+	return content_->map;
+}
+const Parameters& CSignatureMap2D::parameters() const
+{
+	return content_->parameters;
+}
+const CSignatureMap2D::TLikelihoodOptions& CSignatureMap2D::likelihood_options() const
+{
+	return content_->likelihood;
+}
+
+const Localizer& CSignatureMap2D::localizer() const
+{
+	if (!content_->map) throw std::invalid_argument("CSignatureMap2D is empty: set a map or insert scans first");
+	return content_->localizer();
+}
+
+std::uint64_t CSignatureMap2D::fingerprint() const
+{
+	Fnv1a hash;
+	hash.add(kIndexVersion);
+	const std::string ini = to_ini(content_->parameters);
+	hash.add(ini.data(), ini.size());
+	if (!content_->map) return hash.value();
+	const COccupancyGridMap2D& map = *content_->map;
+	hash.add(map.getSizeX());
+	hash.add(map.getXMin());
+	hash.add(map.getYMin());
+	hash.add(map.getResolution());
+	hash.add(map.getRawMap().data(), map.getRawMap().size() * sizeof map.getRawMap().front());
+	return hash.value();
+}
+
+bool CSignatureMap2D::isEmpty() const
+{
+	return !content_->map;
+}
+
+std::string CSignatureMap2D::asString() const
+{
+	if (isEmpty()) return "d2s1r::CSignatureMap2D, empty";
+	const COccupancyGridMap2D& map = *content_->map;
+	return "d2s1r::CSignatureMap2D of " + std::to_string(map.getSizeX()) + " x " + std::to_string(map.getSizeY()) +
+	       " cells of " + std::to_string(map.getResolution()) + " m";
+}
+
+void CSignatureMap2D::saveMetricMapRepresentationToFile(const std::string& prefix) const
+{
+	const std::string ini = prefix + "_signatureMap.ini";
+	if (!(std::ofstream(ini) << to_ini(content_->parameters))) throw std::runtime_error(ini + ": cannot be written");
+	if (content_->map) content_->map->saveMetricMapRepresentationToFile(prefix);
+}
+
+void CSignatureMap2D::getVisualizationInto(mrpt::opengl::CSetOfObjects& scene) const
+{
+	if (genericMapParams.enableSaveAs3DObject && content_->map) content_->map->getVisualizationInto(scene);
+}
+
+void CSignatureMap2D::internal_clear()
+{
+	content_ = std::make_shared<Content>(nullptr, parameters(), likelihood_options());
+}
+
+COccupancyGridMap2D::Ptr CSignatureMap2D::writable_grid() const
+{
+	if (!content_->map)
+		return std::make_shared<COccupancyGridMap2D>(
+		    -1.0F, 1.0F, -1.0F, 1.0F, static_cast<float>(parameters().grid.simplemap_cell_size));
+	const bool shared = content_.use_count() > 1 || content_->map.use_count() > 1;
+	return shared ? std::make_shared<COccupancyGridMap2D>(*content_->map) : content_->map;
+}
+
+bool CSignatureMap2D::internal_insertObservation(
+    const mrpt::obs::CObservation& observation, const std::optional<const mrpt::poses::CPose3D>& robot_pose)
+{
+	const auto grid = writable_grid();
+	grid->insertionOptions = insertionOptions;
+	if (!grid->insertObservation(observation, robot_pose)) return false;
+	content_ = std::make_shared<Content>(grid, parameters(), likelihood_options());
+	return true;
+}
+
+double CSignatureMap2D::internal_computeObservationLikelihood(
+    const mrpt::obs::CObservation& observation, const mrpt::poses::CPose3D& taken_from) const
+{
+	const auto* scan = dynamic_cast<const mrpt::obs::CObservation2DRangeScan*>(&observation);
+	if (!scan || !content_->map) return 0.0;
+	const auto points = content_->last_scan.of(*scan, content_->parameters.scan, content_->likelihood.beams);
+	return content_->field().log_likelihood(*points, {taken_from.x(), taken_from.y(), taken_from.yaw()});
+}
+
+bool CSignatureMap2D::internal_canComputeObservationLikelihood(const mrpt::obs::CObservation& observation) const
+{
+	return content_->map && IS_CLASS(observation, mrpt::obs::CObservation2DRangeScan);
+}
+}  // namespace d2s1r

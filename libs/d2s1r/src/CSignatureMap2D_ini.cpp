@@ -1,0 +1,125 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+// CSignatureMap2D from ini sections and from archives.
+#include <d2s1r/CSignatureMap2D.h>
+#include <d2s1r/map_io.h>
+#include <mrpt/config/CConfigFileMemory.h>
+#include <mrpt/core/initializer.h>
+#include <mrpt/obs/CObservation2DRangeScan.h>
+#include <mrpt/serialization/CArchive.h>
+
+#include <stdexcept>
+
+namespace d2s1r
+{
+IMPLEMENTS_SERIALIZABLE(CSignatureMap2D, CMetricMap, d2s1r)
+MAP_DEFINITION_REGISTER("d2s1r::CSignatureMap2D,signatureMap", d2s1r::CSignatureMap2D)
+MRPT_INITIALIZER(register_d2s1r_signature_map)
+{
+	mrpt::rtti::registerClass(CLASS_ID(d2s1r::CSignatureMap2D));
+}
+
+namespace
+{
+constexpr const char* kLikelihoodSection = "likelihood";
+
+/// The one list of the likelihood's keys.
+template <class Options, class Visitor>
+void visit_likelihood(Options& options, Visitor&& visit)
+{
+	visit("sigma", options.sigma, 0.001, 10.0, "[m] of end points about the surface of a wall");
+	visit("random_share", options.random_share, 1e-6, 1.0, "[0, 1] of the beams that end anywhere");
+	visit("unknown_share", options.unknown_share, 0.0, 1.0, "[0, 1] density of an end in unknown space");
+	visit("beams", options.beams, 1, 100000, "[-] most beams looked at");
+	visit("independent_beams", options.independent_beams, 0.1, 1e5, "[-] beams that a scan is worth");
+}
+}  // namespace
+
+void CSignatureMap2D::TLikelihoodOptions::loadFromConfigFile(
+    const mrpt::config::CConfigFileBase& source, const std::string& section)
+{
+	const auto load = [&](const char* key, auto& value, double least, double greatest, const char*)
+	{
+		const double read = source.read_double(section, key, static_cast<double>(value));
+		if (!(read >= least && read <= greatest))
+			throw std::invalid_argument(
+			    std::string(key) + " of " + section + " is " + std::to_string(read) + ": give a value from " +
+			    std::to_string(least) + " to " + std::to_string(greatest));
+		value = static_cast<std::decay_t<decltype(value)>>(read);
+	};
+	visit_likelihood(*this, load);
+}
+
+void CSignatureMap2D::TLikelihoodOptions::saveToConfigFile(
+    mrpt::config::CConfigFileBase& target, const std::string& section) const
+{
+	const auto save = [&](const char* key, auto value, double, double, const char* meaning)
+	{ target.write(section, key, value, 30, 20, meaning); };
+	visit_likelihood(*this, save);
+}
+
+CSignatureMap2D::TMapDefinition::TMapDefinition() = default;
+
+void CSignatureMap2D::TMapDefinition::loadFromConfigFile_map_specific(
+    const mrpt::config::CConfigFileBase& source, const std::string& prefix)
+{
+	const std::string creation = prefix + "_creationOpts";
+	map_file = source.read_string(creation, "map_file", map_file);
+	config_file = source.read_string(creation, "config_file", config_file);
+	insertion.loadFromConfigFile(source, prefix + "_insertOpts");
+	likelihood.loadFromConfigFile(source, prefix + "_likelihoodOpts");
+}
+
+void CSignatureMap2D::TMapDefinition::dumpToTextStream_map_specific(std::ostream& out) const
+{
+	out << "map_file    = " << map_file << "\nconfig_file = " << config_file << "\n";
+	insertion.dumpToTextStream(out);
+	likelihood.dumpToTextStream(out);
+}
+
+mrpt::maps::CMetricMap* CSignatureMap2D::internal_CreateFromMapDefinition(
+    const mrpt::maps::TMetricMapInitializer& definition)
+{
+	const auto& given = dynamic_cast<const TMapDefinition&>(definition);
+	const Parameters parameters = given.config_file.empty() ? Parameters{} : load_parameters(given.config_file);
+	auto map = std::make_unique<CSignatureMap2D>(parameters, given.likelihood);
+	if (!given.map_file.empty()) map->set_map(*load_map(given.map_file, parameters.grid));
+	map->insertionOptions = given.insertion;
+	return map.release();
+}
+
+std::uint8_t CSignatureMap2D::serializeGetVersion() const
+{
+	return 0;
+}
+
+void CSignatureMap2D::serializeTo(mrpt::serialization::CArchive& out) const
+{
+	mrpt::config::CConfigFileMemory likelihood;
+	likelihood_options().saveToConfigFile(likelihood, kLikelihoodSection);
+	out << genericMapParams << to_ini(parameters()) << likelihood.getContent() << fingerprint();
+	out.WriteAs<bool>(!isEmpty());
+	if (!isEmpty()) out << *grid();
+}
+
+void CSignatureMap2D::serializeFrom(mrpt::serialization::CArchive& in, std::uint8_t version)
+{
+	if (version != 0) throw std::runtime_error("CSignatureMap2D: saved by a newer version of d2s1r: update this one");
+	std::string ini, likelihood_ini;
+	std::uint64_t saved_fingerprint = 0;
+	in >> genericMapParams >> ini >> likelihood_ini >> saved_fingerprint;
+	TLikelihoodOptions likelihood;
+	likelihood.loadFromConfigFile(mrpt::config::CConfigFileMemory(likelihood_ini), kLikelihoodSection);
+	CSignatureMap2D read(parse_parameters(ini, "parameters saved with a CSignatureMap2D"), likelihood);
+	if (in.ReadAs<bool>())
+	{
+		mrpt::maps::COccupancyGridMap2D map;
+		in >> map;
+		read.set_map(map);
+	}
+	if (read.fingerprint() != saved_fingerprint)
+		throw std::runtime_error(
+		    "CSignatureMap2D: grid and parameters do not give the saved fingerprint: the file is damaged or of "
+		    "another version of d2s1r; save it anew from the map");
+	content_ = read.content_;
+}
+}  // namespace d2s1r
