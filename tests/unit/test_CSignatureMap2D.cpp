@@ -1,5 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include <d2s1r/CSignatureMap2D.h>
+#include <d2s1r/map_io.h>
 #include <gtest/gtest.h>
 #include <mrpt/config/CConfigFileMemory.h>
 #include <mrpt/io/CMemoryStream.h>
@@ -11,6 +12,7 @@
 #include <mrpt/poses/CPose3DPDFGaussian.h>
 #include <mrpt/serialization/CArchive.h>
 
+#include <fstream>
 #include <thread>
 
 #include "test_maps.h"
@@ -147,6 +149,39 @@ TEST(CSignatureMap2D, RefusesAnArchiveThatDoesNotFitItsFingerprint)
 	catch (const std::exception& error)
 	{
 		EXPECT_NE(std::string(error.what()).find("fingerprint"), std::string::npos) << error.what();
+	}
+}
+
+std::string write_file(const std::string& name, const std::vector<std::uint8_t>& bytes)
+{
+	const std::string file = testing::TempDir() + name;
+	std::ofstream(file, std::ios::binary)
+	    .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+	return file;
+}
+
+TEST(CSignatureMap2D, IsAMapFile)
+{
+	const auto map = make_signature_map();
+	const auto loaded = d2s1r::load_map(write_file("d2s1r_saved.signaturemap", serialized(map)));
+	EXPECT_EQ(loaded->getRawMap(), map.grid()->getRawMap());
+}
+
+TEST(CSignatureMap2D, ADamagedMapFileIsRefusedAloud)
+{
+	auto bytes = serialized(make_signature_map());
+	auto& cell = bytes[bytes.size() - kGrid.cells.size() / 2];
+	cell = static_cast<std::uint8_t>(cell + 1);
+	try
+	{
+		d2s1r::load_map(write_file("d2s1r_damaged.signaturemap", bytes));
+		FAIL() << "a changed grid was accepted";
+	}
+	catch (const std::runtime_error& error)
+	{
+		const std::string message = error.what();
+		EXPECT_NE(message.find("fingerprint"), std::string::npos) << message;
+		EXPECT_EQ(message.find('\n'), std::string::npos) << message;
 	}
 }
 

@@ -57,6 +57,13 @@ void check_serialized_size(const std::string& file)
 	check_map_size(little_endian(header.size_x), little_endian(header.size_y));
 }
 
+/// Why a CSignatureMap2D refused to be read, out of MRPT's report of several lines; empty if it did not.
+std::string refusal_in(const std::string& report)
+{
+	const auto start = report.find("CSignatureMap2D: ");
+	return start == std::string::npos ? "" : report.substr(start, report.find('\n', start) - start);
+}
+
 mrpt::serialization::CSerializable::Ptr read_object(const std::string& file)
 {
 	mrpt::maps::registerAllClasses_mrpt_maps();
@@ -69,8 +76,10 @@ mrpt::serialization::CSerializable::Ptr read_object(const std::string& file)
 	{
 		throw;
 	}
-	catch (const std::exception&)
+	catch (const std::exception& error)
 	{
+		const std::string refusal = refusal_in(error.what());
+		if (!refusal.empty()) throw std::runtime_error(refusal);
 		throw std::runtime_error(
 		    "is not a map that can be read: truncated, or none of .simplemap, .gridmap, .yaml, image, MRPT metric map");
 	}
