@@ -1,53 +1,12 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include <d2s1r/distance_field.h>
 #include <d2s1r/likelihood_field.h>
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace d2s1r
 {
-namespace
-{
-/// Squared Euclidean distance [cells^2] along one line, to the least of value[j] + (i - j)^2 with |i - j| <= reach.
-void spread_along_line(std::vector<float>& value, std::vector<float>& scratch, int reach)
-{
-	const int n = static_cast<int>(value.size());
-	scratch.assign(value.begin(), value.end());
-	for (int i = 0; i < n; i++)
-		for (int j = std::max(0, i - reach); j <= std::min(n - 1, i + reach); j++)
-		{
-			const auto step = static_cast<float>(i - j);
-			auto& best = value[static_cast<std::size_t>(i)];
-			best = std::min(best, scratch[static_cast<std::size_t>(j)] + step * step);
-		}
-}
-
-/// Squared distance [cells^2] of every cell to the nearest occupied one, exact up to `reach` cells.
-std::vector<float> squared_distances(const Grid& grid, int reach)
-{
-	const auto far = static_cast<float>(2 * (reach + 1) * (reach + 1));
-	std::vector<float> squared(grid.cells.size());
-	for (std::size_t i = 0; i < squared.size(); i++) squared[i] = grid.cells[i] == Cell::kOccupied ? 0.0F : far;
-
-	const auto spread = [&](int lines, int length, auto&& at)
-	{
-		std::vector<float> line(static_cast<std::size_t>(length)), scratch;
-		for (int l = 0; l < lines; l++)
-		{
-			for (int i = 0; i < length; i++) line[static_cast<std::size_t>(i)] = at(l, i);
-			spread_along_line(line, scratch, reach);
-			for (int i = 0; i < length; i++) at(l, i) = line[static_cast<std::size_t>(i)];
-		}
-	};
-	const auto cell = [&](int column, int row) -> float&
-	{ return squared[static_cast<std::size_t>(grid.index(column, row))]; };
-	spread(grid.height, grid.width, [&](int row, int column) -> float& { return cell(column, row); });
-	spread(grid.width, grid.height, [&](int column, int row) -> float& { return cell(column, row); });
-	return squared;
-}
-}  // namespace
-
 std::vector<mrpt::math::TPoint2Df> end_points(const Scan& scan, int most)
 {
 	std::vector<mrpt::math::TPoint2Df> points;
@@ -74,15 +33,17 @@ LikelihoodField::LikelihoodField(const Grid& grid, const LikelihoodParameters& p
       origin_y_(grid.origin_y),
       independent_beams_(parameters.independent_beams)
 {
-	// relative to the density on a wall; beyond three sigma only random_share is left
-	const int reach = static_cast<int>(std::ceil(3 * parameters.sigma / cell_size_));
-	const double per_squared_cell = cell_size_ * cell_size_ / (2 * parameters.sigma * parameters.sigma);
-	const auto squared = squared_distances(grid, reach);
+	// densities relative to the one on a wall
+	const DistanceField field(grid);
 	log_outside_ = static_cast<float>(std::log(parameters.random_share));
-	log_table_.resize(squared.size());
-	for (std::size_t i = 0; i < squared.size(); i++)
+	log_table_.resize(grid.cells.size());
+	for (std::size_t i = 0; i < grid.cells.size(); i++)
 	{
-		const double hit = std::exp(-static_cast<double>(squared[i]) * per_squared_cell);
+		const auto cell = static_cast<CellIndex>(i);
+		const double distance = grid.cells[i] == Cell::kOccupied
+		                            ? 0.0
+		                            : static_cast<double>(field.at(grid.center_x(cell), grid.center_y(cell)).value);
+		const double hit = std::exp(-0.5 * distance * distance / (parameters.sigma * parameters.sigma));
 		const double unknown = grid.cells[i] == Cell::kUnknown ? parameters.unknown_share : 0.0;
 		const double known = parameters.random_share + (1 - parameters.random_share) * hit;
 		log_table_[i] = static_cast<float>(std::log(std::max(known, unknown)));

@@ -1,0 +1,81 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <d2s1r/CSignatureMap2D.h>
+#include <mrpt/rtti/CObject.h>
+
+#include <optional>
+
+namespace d2s1r
+{
+/// What moves a filter between two scans.
+enum class MotionSource
+{
+	kPseudo,    //!< the poses of successive one-shot localizations
+	kOdometry,  //!< the odometry of the log
+	kBoth       //!< both, where they agree; else the odometry
+};
+
+/// What a fusion back-end is told at its start.
+struct FusionParameters
+{
+	MotionSource motion = MotionSource::kBoth;
+	int particles = 1000;    //!< [-]
+	std::uint32_t seed = 1;  //!< [-] same seed, same input: same result
+};
+
+/// One scan and what else is known of its moment.
+struct FusionInput
+{
+	const mrpt::obs::CObservation2DRangeScan& scan;
+	const Localization& localization;              //!< of this scan alone
+	std::optional<mrpt::poses::CPose2D> odometry;  //!< increment since the previous scan, previous robot frame
+};
+
+enum class FusionStatus
+{
+	kWaiting,    //!< nothing to start from yet: no pose
+	kTracking,   //!< one place holds nearly all the probability
+	kAmbiguous,  //!< several places share it; the pose is that of the first
+};
+
+const char* to_string(FusionStatus status);
+
+/// How a fused pose came about.
+enum class FusionEvent
+{
+	kNone,
+	kSeeded,   //!< first particles
+	kReseeded  //!< the filter was found to be lost, and moved to where the scans say
+};
+
+/// `-`, `seeded` or `reseeded`.
+const char* to_string(FusionEvent event);
+
+/// The answer to "where is the robot now, after all scans so far?".
+struct FusedPose
+{
+	FusionStatus status = FusionStatus::kWaiting;
+	FusionEvent event = FusionEvent::kNone;
+	mrpt::math::TPose2D pose;                //!< robot in map, m and rad
+	mrpt::math::CMatrixDouble33 covariance;  //!< of pose within its place, (x, y, phi), m^2, m rad, rad^2
+	double probability = 0;                  //!< [0, 1] of the place
+	std::size_t particles = 0;               //!< [-]
+	double effective_sample_size = 0;        //!< [0, 1] of the weights before resampling
+	double step_ms = 0;                      //!< wall-clock time of the step
+};
+
+/// Fuses one-shot localizations over time. An application finds implementations in MRPT's class factory after
+/// mrpt::system::loadPluginModules(): `mrpt::rtti::classFactory("d2s1r::CParticleFilterFusion")`.
+class CFusionBackend : public mrpt::rtti::CObject
+{
+	DEFINE_VIRTUAL_MRPT_OBJECT(CFusionBackend)
+
+   public:
+	/// Forgets everything. \param map not empty
+	virtual void start(const CSignatureMap2D::ConstPtr& map, const FusionParameters& parameters) = 0;
+
+	/// Takes in the next scan. \throws std::logic_error before start()
+	virtual FusedPose step(const FusionInput& input) = 0;
+};
+}  // namespace d2s1r

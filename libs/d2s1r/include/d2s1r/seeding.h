@@ -1,0 +1,46 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <d2s1r/grid.h>
+#include <d2s1r/localization.h>
+#include <mrpt/poses/CPose3DPDFParticles.h>
+#include <mrpt/poses/CPosePDFParticles.h>
+
+namespace d2s1r
+{
+/// How hypotheses become particles.
+struct SeedingParameters
+{
+	int particles = 1000;            //!< [-]
+	double free_space_share = 0.05;  //!< [0, 1] of the particles anywhere in free space, for what nobody thought of
+	double least_std_xy = 0.05;      //!< [m] of the particles of a hypothesis, along x and along y
+	double least_std_phi = 0.02;     //!< [rad]
+	double std_z = 0;                //!< [m] 3D particles only
+	double std_pitch_roll = 0;       //!< [rad] 3D particles only
+	std::uint32_t seed = 1;          //!< [-] same seed, same particles
+};
+
+/// A weighted robot pose.
+struct SeededParticle
+{
+	mrpt::math::TPose2D pose;  //!< robot in map, m and rad
+	double log_weight = 0;     //!< [nat] the weights of all particles sum to 1
+};
+
+/// Particles for every hypothesis of `localization` in proportion to its probability, at least one each, and for free
+/// space: stratified, so that the weight of a hypothesis is its probability whatever the draw. The probability of
+/// "none of them" is spread over `free_cells`; if these are empty, all particles go to hypotheses.
+/// \throws std::invalid_argument if there is neither a hypothesis nor a free cell, or no particle is asked for
+std::vector<SeededParticle> seed_particles(
+    const Localization& localization, const Grid& grid, const std::vector<CellIndex>& free_cells,
+    const SeedingParameters& parameters);
+
+/// Replaces the particles of `pdf`: a CPosePDFParticles or a CMonteCarloLocalization2D.
+void assign_particles(mrpt::poses::CPosePDFParticles& pdf, const std::vector<SeededParticle>& particles);
+
+/// Replaces the particles of `pdf`: a CPose3DPDFParticles or a CMonteCarloLocalization3D. z, pitch and roll are drawn
+/// about zero.
+void assign_particles(
+    mrpt::poses::CPose3DPDFParticles& pdf, const std::vector<SeededParticle>& particles,
+    const SeedingParameters& parameters);
+}  // namespace d2s1r

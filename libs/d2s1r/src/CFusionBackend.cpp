@@ -1,0 +1,35 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include <d2s1r/CFusionBackend.h>
+
+namespace d2s1r
+{
+IMPLEMENTS_VIRTUAL_MRPT_OBJECT(CFusionBackend, mrpt::rtti::CObject, d2s1r)
+
+const char* to_string(FusionStatus status)
+{
+	switch (status)
+	{
+		case FusionStatus::kTracking:
+			return "tracking";
+		case FusionStatus::kAmbiguous:
+			return "ambiguous";
+		case FusionStatus::kWaiting:
+			break;
+	}
+	return "waiting";
+}
+
+const char* to_string(FusionEvent event)
+{
+	switch (event)
+	{
+		case FusionEvent::kSeeded:
+			return "seeded";
+		case FusionEvent::kReseeded:
+			return "reseeded";
+		case FusionEvent::kNone:
+			break;
+	}
+	return "-";
+}
+}  // namespace d2s1r

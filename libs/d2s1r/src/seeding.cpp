@@ -1,0 +1,149 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include <d2s1r/seeding.h>
+#include <mrpt/math/wrap2pi.h>
+#include <mrpt/random/RandomGenerators.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <stdexcept>
+
+namespace d2s1r
+{
+namespace
+{
+using Random = mrpt::random::CRandomGenerator;
+using Vector3 = Eigen::Vector3d;
+
+/// Draws from one hypothesis, never narrower than the parameters say.
+class HypothesisSampler
+{
+   public:
+	HypothesisSampler(const Hypothesis& hypothesis, const SeedingParameters& parameters) : mean_(hypothesis.pose)
+	{
+		Eigen::Matrix3d covariance;
+		for (int r = 0; r < 3; r++)
+			for (int c = 0; c < 3; c++) covariance(r, c) = hypothesis.covariance(r, c);
+		const double least_xy = parameters.least_std_xy * parameters.least_std_xy;
+		const double least_phi = parameters.least_std_phi * parameters.least_std_phi;
+		covariance(0, 0) = std::max(covariance(0, 0), least_xy);
+		covariance(1, 1) = std::max(covariance(1, 1), least_xy);
+		covariance(2, 2) = std::max(covariance(2, 2), least_phi);
+		const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(covariance);
+		root_ = axes.eigenvectors() * axes.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();
+	}
+
+	mrpt::math::TPose2D draw(Random& random) const
+	{
+		const double x = random.drawGaussian1D_normalized(), y = random.drawGaussian1D_normalized();
+		const Vector3 error = root_ * Vector3(x, y, random.drawGaussian1D_normalized());
+		return {mean_.x() + error[0], mean_.y() + error[1], mrpt::math::wrapToPi(mean_.phi() + error[2])};
+	}
+
+   private:
+	mrpt::poses::CPose2D mean_;
+	Eigen::Matrix3d root_;
+};
+
+mrpt::math::TPose2D draw_in_free_space(const Grid& grid, const std::vector<CellIndex>& free_cells, Random& random)
+{
+	std::uint32_t choice = 0;
+	random.drawUniformUnsignedIntRange(choice, std::uint32_t{0}, static_cast<std::uint32_t>(free_cells.size() - 1));
+	const CellIndex cell = free_cells[choice];
+	const double half = 0.5 * grid.cell_size;
+	const double x = grid.center_x(cell) + random.drawUniform<double>(-half, half);
+	const double y = grid.center_y(cell) + random.drawUniform<double>(-half, half);
+	return {x, y, random.drawUniform<double>(-M_PI, M_PI)};
+}
+
+/// `total` split in proportion to `shares` by largest remainders, at least one each.
+std::vector<int> apportion(const std::vector<double>& shares, int total)
+{
+	const double sum = std::accumulate(shares.begin(), shares.end(), 0.0);
+	const int spare = std::max(0, total - static_cast<int>(shares.size()));
+	std::vector<int> counts;
+	std::vector<std::size_t> by_remainder(shares.size());
+	std::iota(by_remainder.begin(), by_remainder.end(), 0U);
+	std::vector<double> remainders;
+	for (const double share : shares)
+	{
+		const double exact = sum > 0 ? spare * share / sum : spare / static_cast<double>(shares.size());
+		counts.push_back(1 + static_cast<int>(exact));
+		remainders.push_back(exact - std::floor(exact));
+	}
+	std::stable_sort(
+	    by_remainder.begin(), by_remainder.end(), [&](auto a, auto b) { return remainders[a] > remainders[b]; });
+	int rest = total - std::accumulate(counts.begin(), counts.end(), 0);
+	for (std::size_t i = 0; i < by_remainder.size() && rest > 0; i++, rest--) counts[by_remainder[i]]++;
+	return counts;
+}
+
+double log_weight(double probability, int count)
+{
+	return std::log(std::max(probability, 1e-12)) - std::log(count);
+}
+}  // namespace
+
+std::vector<SeededParticle> seed_particles(
+    const Localization& localization, const Grid& grid, const std::vector<CellIndex>& free_cells,
+    const SeedingParameters& parameters)
+{
+	if (parameters.particles < 1) throw std::invalid_argument("seeding: give at least one particle");
+	// fewer particles than hypotheses: the least probable ones go without
+	const std::size_t kept = std::min(localization.hypotheses.size(), static_cast<std::size_t>(parameters.particles));
+	if (kept == 0 && free_cells.empty()) throw std::invalid_argument("seeding: neither a hypothesis nor a free cell");
+
+	const int in_free_space =
+	    free_cells.empty() ? 0
+	    : kept == 0        ? parameters.particles
+	                       : std::min(
+	                             static_cast<int>(std::lround(parameters.particles * parameters.free_space_share)),
+	                             parameters.particles - static_cast<int>(kept));
+	std::vector<double> probabilities;
+	for (std::size_t i = 0; i < kept; i++) probabilities.push_back(localization.hypotheses[i].probability);
+	const double known = std::accumulate(probabilities.begin(), probabilities.end(), 0.0);
+	const double of_free_space = in_free_space == 0 ? 0.0 : kept == 0 ? 1.0 : std::max(0.0, 1 - known);
+	const double scale = known > 0 ? (1 - of_free_space) / known : 0;
+
+	Random random(parameters.seed);
+	std::vector<SeededParticle> particles;
+	const std::vector<int> counts = apportion(probabilities, parameters.particles - in_free_space);
+	for (std::size_t h = 0; h < kept; h++)
+	{
+		const HypothesisSampler sampler(localization.hypotheses[h], parameters);
+		const double weight = log_weight(scale * probabilities[h], counts[h]);
+		for (int i = 0; i < counts[h]; i++) particles.push_back({sampler.draw(random), weight});
+	}
+	const double weight = log_weight(of_free_space, std::max(1, in_free_space));
+	for (int i = 0; i < in_free_space; i++) particles.push_back({draw_in_free_space(grid, free_cells, random), weight});
+	return particles;
+}
+
+void assign_particles(mrpt::poses::CPosePDFParticles& pdf, const std::vector<SeededParticle>& particles)
+{
+	pdf.m_particles.resize(particles.size());
+	for (std::size_t i = 0; i < particles.size(); i++)
+	{
+		pdf.m_particles[i].d = particles[i].pose;
+		pdf.m_particles[i].log_w = particles[i].log_weight;
+	}
+}
+
+void assign_particles(
+    mrpt::poses::CPose3DPDFParticles& pdf, const std::vector<SeededParticle>& particles,
+    const SeedingParameters& parameters)
+{
+	Random random(parameters.seed);
+	pdf.m_particles.resize(particles.size());
+	for (std::size_t i = 0; i < particles.size(); i++)
+	{
+		const auto& pose = particles[i].pose;
+		const double z = parameters.std_z * random.drawGaussian1D_normalized();
+		const double pitch = parameters.std_pitch_roll * random.drawGaussian1D_normalized();
+		const double roll = parameters.std_pitch_roll * random.drawGaussian1D_normalized();
+		pdf.m_particles[i].d = {pose.x, pose.y, z, pose.phi, pitch, roll};
+		pdf.m_particles[i].log_w = particles[i].log_weight;
+	}
+}
+}  // namespace d2s1r

@@ -1,0 +1,166 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "CParticleFilterFusion.h"
+
+#include <d2s1r/free_cells.h>
+#include <mrpt/math/wrap2pi.h>
+#include <mrpt/obs/CActionCollection.h>
+#include <mrpt/obs/CSensoryFrame.h>
+#include <mrpt/random/RandomGenerators.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <stdexcept>
+
+namespace d2s1r
+{
+IMPLEMENTS_MRPT_OBJECT(CParticleFilterFusion, CFusionBackend, d2s1r)
+
+namespace
+{
+using mrpt::poses::CPosePDFGaussian;
+
+double milliseconds_since(std::chrono::steady_clock::time_point start)
+{
+	return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+}
+
+/// The `count` particles of least weight; equal weights are chosen evenly, not by their order, which is by ancestor.
+std::vector<std::size_t> lightest(const mrpt::poses::CPosePDFParticles& particles, std::size_t count)
+{
+	std::vector<std::size_t> order(particles.m_particles.size());
+	for (std::size_t i = 0; i < order.size(); i++) order[i] = i;
+	const auto scattered = [](std::size_t i) { return static_cast<std::uint32_t>(i * 2654435761U); };
+	const auto lighter = [&](std::size_t a, std::size_t b)
+	{
+		const double weight_a = particles.m_particles[a].log_w, weight_b = particles.m_particles[b].log_w;
+		return weight_a != weight_b ? weight_a < weight_b : scattered(a) < scattered(b);
+	};
+	count = std::min(count, order.size());
+	std::partial_sort(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(count), order.end(), lighter);
+	order.resize(count);
+	return order;
+}
+}  // namespace
+
+void CParticleFilterFusion::start(const CSignatureMap2D::ConstPtr& map, const FusionParameters& parameters)
+{
+	if (!map || map->isEmpty()) throw std::invalid_argument("particle filter: the map is empty");
+	if (parameters.particles < 1) throw std::invalid_argument("particle filter: give at least one particle");
+	map_ = map;
+	parameters_ = parameters;
+	seeding_ = {};
+	seeding_.particles = parameters.particles;
+	seeding_.seed = parameters.seed;
+	grid_ = make_grid(*map->grid(), map->parameters().grid);
+	free_cells_ = find_free_cells(grid_, map->parameters().free_cells);
+	filter_.m_options.adaptiveSampleSize = false;  // KLD would grow a seed of several places to tens of thousands
+	filter_.m_options.resamplingMethod = mrpt::bayes::CParticleFilter::prSystematic;
+	particles_.options.metricMap = map;
+	seeded_ = false;
+	last_pose_.reset();
+	last_motion_ = {};
+	previous_ = {};
+	mrpt::random::getRandomGenerator().randomize(parameters.seed);  // the one that MRPT's filter draws from
+}
+
+FusedPose CParticleFilterFusion::step(const FusionInput& input)
+{
+	if (!map_) throw std::logic_error("CParticleFilterFusion::step() before start()");
+	const auto start_time = std::chrono::steady_clock::now();
+	FusedPose pose;
+	if (seeded_)
+	{
+		const CPosePDFGaussian motion = motion_to(input);
+		const double effective = predict_weigh_resample(motion, input.scan);
+		admit(input.localization);
+		pose = estimate();
+		pose.effective_sample_size = effective;
+		last_motion_ = motion.mean;
+		const auto expected = mrpt::poses::CPose2D(last_pose_->pose) + motion.mean;
+		const bool moved_on =
+		    std::hypot(pose.pose.x - expected.x(), pose.pose.y - expected.y()) < tuning.reseed_distance &&
+		    std::abs(mrpt::math::wrapToPi(pose.pose.phi - expected.phi())) < tuning.reseed_angle;
+		if (!moved_on && last_pose_->status == FusionStatus::kTracking) pose.event = FusionEvent::kReseeded;
+	}
+	else if (seed(input.localization))
+	{
+		pose = estimate();
+		pose.event = FusionEvent::kSeeded;
+	}
+	if (seeded_) last_pose_ = pose;
+	previous_ = input.localization;
+	pose.step_ms = milliseconds_since(start_time);
+	return pose;
+}
+
+bool CParticleFilterFusion::seed(const Localization& localization)
+{
+	if (localization.hypotheses.empty()) return false;
+	assign_particles(particles_, seed_particles(localization, grid_, free_cells_, seeding_));
+	return seeded_ = true;
+}
+
+CPosePDFGaussian CParticleFilterFusion::motion_to(const FusionInput& input) const
+{
+	const bool use_odometry = parameters_.motion != MotionSource::kPseudo;
+	const auto predicted =
+	    pf::predict_motion(use_odometry ? input.odometry : std::nullopt, last_motion_, tuning.motion);
+	if (parameters_.motion == MotionSource::kOdometry) return predicted;
+	const auto weights = pf::normalized_weights(particles_);
+	const auto support = [&](const Hypothesis& hypothesis)
+	{ return pf::weight_near(particles_, weights, hypothesis.pose.asTPose()); };
+	const auto pseudo = pf::choose_pseudo_odometry(previous_, input.localization, predicted, support, tuning.motion);
+	return pseudo ? pf::combine(predicted, *pseudo) : predicted;
+}
+
+double CParticleFilterFusion::predict_weigh_resample(
+    const CPosePDFGaussian& motion, const mrpt::obs::CObservation2DRangeScan& scan)
+{
+	mrpt::obs::CActionRobotMovement2D action;
+	action.estimationMethod = mrpt::obs::CActionRobotMovement2D::emScan2DMatching;
+	action.rawOdometryIncrementReading = motion.mean;
+	action.poseChange = CPosePDFGaussian::Create(motion);
+	mrpt::obs::CActionCollection actions;
+	actions.insert(action);
+	mrpt::obs::CSensoryFrame observations;
+	observations.insert(mrpt::obs::CObservation2DRangeScan::Create(scan));
+	mrpt::bayes::CParticleFilter::TParticleFilterStats statistics;
+	filter_.executeOn(particles_, &actions, &observations, &statistics);
+	return statistics.ESS_beforeResample;
+}
+
+void CParticleFilterFusion::admit(const Localization& localization)
+{
+	if (localization.hypotheses.empty()) return;
+	SeedingParameters few = seeding_;
+	few.particles = static_cast<int>(std::lround(tuning.admitted_share * parameters_.particles));
+	if (few.particles < 1) return;
+	few.seed = mrpt::random::getRandomGenerator().drawUniform32bit();
+	auto admitted = seed_particles(localization, grid_, free_cells_, few);
+	const auto replaced = lightest(particles_, admitted.size());
+
+	const auto weights = pf::normalized_weights(particles_);
+	for (std::size_t i = 0; i < weights.size(); i++)
+		particles_.m_particles[i].log_w =
+		    std::log(std::max(weights[i], 1e-300)) + std::log1p(-tuning.admitted_probability);
+	for (std::size_t i = 0; i < replaced.size(); i++)
+	{
+		particles_.m_particles[replaced[i]].d = admitted[i].pose;
+		particles_.m_particles[replaced[i]].log_w = admitted[i].log_weight + std::log(tuning.admitted_probability);
+	}
+}
+
+FusedPose CParticleFilterFusion::estimate() const
+{
+	const auto place = pf::dominant_place(particles_, pf::normalized_weights(particles_));
+	FusedPose pose;
+	pose.pose = place.pose;
+	pose.covariance = place.covariance;
+	pose.probability = place.probability;
+	pose.particles = particles_.m_particles.size();
+	pose.effective_sample_size = particles_.ESS();
+	pose.status = place.probability >= tuning.tracking_probability ? FusionStatus::kTracking : FusionStatus::kAmbiguous;
+	return pose;
+}
+}  // namespace d2s1r

@@ -1,0 +1,89 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "motion_choice.h"
+
+#include <d2s1r/pseudo_odometry.h>
+#include <mrpt/math/wrap2pi.h>
+
+#include <Eigen/Dense>
+#include <cmath>
+
+namespace d2s1r::pf
+{
+namespace
+{
+using mrpt::poses::CPosePDFGaussian;
+
+Eigen::Vector3d difference(const mrpt::poses::CPose2D& a, const mrpt::poses::CPose2D& b)
+{
+	return {a.x() - b.x(), a.y() - b.y(), mrpt::math::wrapToPi(a.phi() - b.phi())};
+}
+
+mrpt::math::CMatrixDouble33 diagonal(double std_x, double std_y, double std_phi)
+{
+	mrpt::math::CMatrixDouble33 covariance;
+	covariance.setZero();
+	covariance(0, 0) = std_x * std_x;
+	covariance(1, 1) = std_y * std_y;
+	covariance(2, 2) = std_phi * std_phi;
+	return covariance;
+}
+
+CPosePDFGaussian increment_between(const Hypothesis& from, const Hypothesis& to, const MotionParameters& parameters)
+{
+	const auto action = motion_between(from, to);
+	CPosePDFGaussian increment;
+	increment.copyFrom(*action.poseChange);
+	increment.cov += diagonal(parameters.pseudo_xy, parameters.pseudo_xy, parameters.pseudo_phi);
+	return increment;
+}
+}  // namespace
+
+CPosePDFGaussian predict_motion(
+    const std::optional<mrpt::poses::CPose2D>& odometry, const mrpt::poses::CPose2D& previous,
+    const MotionParameters& parameters)
+{
+	if (!odometry)
+		return CPosePDFGaussian(
+		    previous, diagonal(parameters.unknown_along, parameters.unknown_across, parameters.unknown_phi));
+	const double distance = odometry->norm(), turn = std::abs(odometry->phi());
+	const double std_xy = parameters.odometry_xy + parameters.odometry_xy_per_m * distance;
+	const double std_phi =
+	    parameters.odometry_phi + parameters.odometry_phi_per_rad * turn + parameters.odometry_phi_per_m * distance;
+	return CPosePDFGaussian(*odometry, diagonal(std_xy, std_xy, std_phi));
+}
+
+std::optional<CPosePDFGaussian> choose_pseudo_odometry(
+    const Localization& previous, const Localization& current, const CPosePDFGaussian& predicted,
+    const Support& support, const MotionParameters& parameters)
+{
+	std::optional<CPosePDFGaussian> best;
+	double best_score = -std::numeric_limits<double>::infinity();  // [nat] higher is better
+	for (const Hypothesis& from : previous.hypotheses)
+	{
+		const double of_start = std::log(from.probability * (parameters.jump_support + support(from)) + 1e-12);
+		for (const Hypothesis& to : current.hypotheses)
+		{
+			const CPosePDFGaussian increment = increment_between(from, to, parameters);
+			const Eigen::Matrix3d spread = (predicted.cov + increment.cov).asEigen();
+			const Eigen::Vector3d error = difference(increment.mean, predicted.mean);
+			const double squared = error.dot(spread.ldlt().solve(error));
+			if (squared > parameters.gate * parameters.gate) continue;
+			const double score = of_start + std::log(to.probability + 1e-12) - 0.5 * squared;
+			if (score > best_score) best_score = score, best = increment;
+		}
+	}
+	return best;
+}
+
+CPosePDFGaussian combine(const CPosePDFGaussian& a, const CPosePDFGaussian& b)
+{
+	const Eigen::Matrix3d cov_a = a.cov.asEigen(), cov_b = b.cov.asEigen();
+	const Eigen::Matrix3d gain = cov_a * (cov_a + cov_b).inverse();
+	const Eigen::Vector3d shift = gain * difference(b.mean, a.mean);
+	CPosePDFGaussian product;
+	product.mean = {a.mean.x() + shift[0], a.mean.y() + shift[1], mrpt::math::wrapToPi(a.mean.phi() + shift[2])};
+	const Eigen::Matrix3d covariance = cov_a - gain * cov_a;
+	product.cov.asEigen() = 0.5 * (covariance + covariance.transpose());
+	return product;
+}
+}  // namespace d2s1r::pf
