@@ -7,13 +7,13 @@ namespace d2s1r
 {
 CellClasses::CellClasses(const GridParameters& parameters)
 {
-	using Limits = std::numeric_limits<RawCell>;
-	classes_.resize(std::size_t{1} << (8 * sizeof(RawCell)), Cell::kUnknown);
-	for (int raw = Limits::min(); raw <= Limits::max(); raw++)
+	using Bits = std::make_unsigned_t<RawCell>;
+	classes_.resize(std::size_t{std::numeric_limits<Bits>::max()} + 1, Cell::kUnknown);
+	for (std::size_t bits = 0; bits < classes_.size(); bits++)
 	{
-		const auto cell = static_cast<RawCell>(raw);
+		const auto cell = static_cast<RawCell>(static_cast<Bits>(bits));
 		const double p_occupied = 1.0 - static_cast<double>(mrpt::maps::COccupancyGridMap2D::l2p(cell));
-		Cell& its_class = classes_[static_cast<std::make_unsigned_t<RawCell>>(cell)];
+		Cell& its_class = classes_[bits];
 		if (p_occupied > parameters.occupied_threshold)
 			its_class = Cell::kOccupied;
 		else if (p_occupied < parameters.free_threshold)

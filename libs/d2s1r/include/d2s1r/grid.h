@@ -32,8 +32,14 @@ struct Grid
 	CellIndex index(int column, int row) const { return row * width + column; }
 	bool contains(int column, int row) const { return column >= 0 && row >= 0 && column < width && row < height; }
 	Cell at(int column, int row) const { return cells[static_cast<std::size_t>(index(column, row))]; }
-	double center_x(CellIndex cell) const { return origin_x + (cell % width + 0.5) * cell_size; }  //!< [m] map frame
-	double center_y(CellIndex cell) const { return origin_y + (cell / width + 0.5) * cell_size; }  //!< [m] map frame
+
+	/// Centre of a cell [m], map frame.
+	double center_x(CellIndex cell) const { return origin_x + (cell % width + 0.5) * cell_size; }
+	double center_y(CellIndex cell) const
+	{
+		const int row = cell / width;
+		return origin_y + (row + 0.5) * cell_size;
+	}
 };
 
 /// Classifies the cells of `map` and crops to the known ones.
