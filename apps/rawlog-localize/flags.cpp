@@ -96,7 +96,7 @@ struct Options
 	Value& seed = list.value("", "seed", "N", "seed of whatever draws random numbers (default 1)");
 	Value& plugins = list.value("", "plugins", "A.so,B.so", "MRPT modules to load first");
 	Switch& fuse = list.flag("", "fuse", "run the particle filter on the results; needs the pf-init plug-in");
-	Value& save_map = list.value("", "save-map", "FILE", "save map and index as a CSignatureMap2D");
+	Value& save_map = list.value("", "save-map", "FILE", "save the map and its parameters as a CSignatureMap2D");
 	Value& write_config =
 	    list.value("", "write-config", "FILE", "write all parameters, with units and meanings, as an ini file");
 	Value& resolution = list.value("", "resolution", "R", "of a map that is an image [m/pixel]");

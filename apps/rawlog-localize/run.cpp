@@ -5,6 +5,7 @@
 #include "interrupt.h"
 #include "map_png.h"
 #include "run_report.h"
+#include "saved_map.h"
 #include "scene_file.h"
 #include "summary_json.h"
 #include "table.h"
@@ -100,6 +101,7 @@ ExitStatus run(const Flags& flags, Console& console)
 	const Localizer localizer = build_localizer(flags, parameters);
 	RunReport report{flags, parameters, outputs.frames(), sensor};
 	report.build_seconds = build_watch.seconds();
+	if (!flags.save_map.empty()) save_map(localizer, flags.save_map);
 	report.selected_frames = selection.past - selection.first;
 
 	const Stopwatch watch;

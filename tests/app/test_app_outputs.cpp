@@ -216,3 +216,15 @@ TEST_F(AppOutputs, SummaryTellsTheSameAsTheTable)
 	for (const char* line : {"localized      10", "invalid         2", "0.3 m, 5 deg: 10 of 12 frames"})
 		EXPECT_NE(result.out.find(line), std::string::npos) << line << "\n" << result.out;
 }
+
+TEST_F(AppOutputs, SavedMapGivesTheSamePoses)
+{
+	localize(observation_log(), {"-q", "--save-map", path("flat.signaturemap")});
+	const std::string poses = read_file(path("out/trajectory.tum"));
+	EXPECT_EQ(run({"-m", path("flat.signaturemap"), "-i", path("in.rawlog"), "-o", path("again"), "-q"}).status, 0);
+	EXPECT_EQ(read_file(path("again/trajectory.tum")), poses);
+	expect_refusal(
+	    {"-m", path("flat.gridmap.gz"), "-i", path("in.rawlog"), "-o", path("out"), "--save-map",
+	     path("no/folder/map")},
+	    3, {path("no/folder/map")});
+}
