@@ -96,3 +96,31 @@ TEST_F(AppDocuments, CompletionOffersFilesOfTheRightKind)
 	EXPECT_EQ(offered("--map"), path("a.yaml") + "\n");
 	EXPECT_EQ(offered("--ground-truth"), path("a.txt") + "\n");
 }
+
+TEST_F(AppDocuments, ReadmeShowsTheExampleThatIsBuilt)
+{
+	const std::string readme = read_file(D2S1R_SOURCE_DIR "/README.md"),
+	                  example = D2S1R_SOURCE_DIR "/share/d2s1r/examples/one_scan";
+	EXPECT_NE(readme.find("```cmake\n" + read_file(example + "/CMakeLists.txt") + "```"), std::string::npos);
+	const std::string source = read_file(example + "/one_scan.cpp");
+	EXPECT_NE(readme.find("```cpp\n" + source.substr(source.find('\n') + 1) + "```"), std::string::npos);
+}
+
+TEST_F(AppDocuments, ReadmeNamesOnlyOptionsAndFilesThatExist)
+{
+	const std::string readme = read_file(D2S1R_SOURCE_DIR "/README.md");
+	const std::string help = run({"--help"}).out;
+	for (auto at = readme.find("| `-"); at != std::string::npos; at = readme.find("| `-", at + 1))
+	{
+		const auto start = readme.find('-', at);
+		const std::string option = readme.substr(start, readme.find_first_of(" `", start) - start);
+		EXPECT_NE(help.find(option), std::string::npos) << option;
+	}
+	for (const char* mark : {"](doc/", "`share/"})
+		for (auto at = readme.find(mark); at != std::string::npos; at = readme.find(mark, at + 1))
+		{
+			const auto start = readme.find_first_of("ds", at + 1);
+			const std::string file = readme.substr(start, readme.find_first_of(")`", start) - start);
+			EXPECT_TRUE(std::filesystem::exists(std::filesystem::path(D2S1R_SOURCE_DIR) / file)) << file;
+		}
+}
