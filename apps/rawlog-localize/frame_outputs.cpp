@@ -3,12 +3,12 @@
 
 namespace d2s1r::app
 {
-FrameOutputs::FrameOutputs(const std::string& folder)
-    : frames_csv_(folder + "/frames.csv"),
-      hypotheses_csv_(folder + "/hypotheses.csv"),
-      trajectory_tum_(folder + "/trajectory.tum"),
-      trajectory_txt_(folder + "/trajectory.txt"),
-      rawlog_(folder + "/localized.rawlog")
+FrameOutputs::FrameOutputs(const std::filesystem::path& folder)
+    : frames_csv_(folder / "frames.csv"),
+      hypotheses_csv_(folder / "hypotheses.csv"),
+      trajectory_tum_(folder / "trajectory.tum"),
+      trajectory_txt_(folder / "trajectory.txt"),
+      rawlog_(folder / "localized.rawlog")
 {
 }
 

@@ -6,6 +6,8 @@
 #include "localized_rawlog.h"
 #include "trajectory_files.h"
 
+#include <filesystem>
+
 namespace d2s1r::app
 {
 /// The outputs that grow frame by frame.
@@ -13,7 +15,7 @@ class FrameOutputs
 {
    public:
 	/// Opens all files. \throws UserError (kBadOutput)
-	explicit FrameOutputs(const std::string& folder);
+	explicit FrameOutputs(const std::filesystem::path& folder);
 
 	void add(const RawlogObject& object) { rawlog_.add(object); }
 	void add(Frame frame, mrpt::obs::CObservation2DRangeScan::ConstPtr scan);

@@ -1,6 +1,8 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "localized_rawlog.h"
 
+#include "whole_file.h"
+
 #include <d2s1r/pseudo_odometry.h>
 #include <mrpt/obs/CObservationOdometry.h>
 #include <mrpt/obs/CObservationRobotPose.h>
@@ -64,6 +66,7 @@ void LocalizedRawlog::add(const Frame& frame, const mrpt::obs::CObservation2DRan
 void LocalizedRawlog::commit()
 {
 	stream_.close();
+	if (!is_whole_gzip(pending_.temporary())) pending_.fail();
 	pending_.commit();
 }
 }  // namespace d2s1r::app

@@ -2,12 +2,14 @@
 #include "map_png.h"
 
 #include "accuracy.h"
+#include "console.h"
 #include "legend.h"
 #include "map_crop.h"
 #include "map_view.h"
 #include "output_file.h"
 #include "path_pieces.h"
 #include "run_report.h"
+#include "whole_file.h"
 
 #include <algorithm>
 #include <cmath>
@@ -175,7 +177,8 @@ void write_map_png(const MapPicture& picture, const std::string& path)
 	legend.draw(canvas, view.height + 2 * kMargin);
 
 	PendingFile pending(path);
-	if (!canvas.image().saveToFile(pending.temporary())) pending.fail();
+	const SilentDescriptors silence;  // libpng tells standard error when the disk is full
+	if (!canvas.image().saveToFile(pending.temporary()) || !is_whole_png(pending.temporary())) pending.fail();
 	pending.commit();
 }
 }  // namespace d2s1r::app

@@ -69,16 +69,16 @@ ExitStatus conclude(const RunReport& report, const std::string& damage, Console&
 
 void write_reports(RunReport& report, const FrameOutputs& outputs, const GroundTruth& truth, const Localizer& localizer)
 {
-	const std::string folder = report.flags.output_dir;
-	write_summary_json(report, folder + "/summary.json");
-	write_map_png({localizer.map(), report.parameters.grid, report.frames, truth}, folder + "/map.png");
+	const std::filesystem::path folder = report.flags.output_dir;
+	write_summary_json(report, folder / "summary.json");
+	write_map_png({localizer.map(), report.parameters.grid, report.frames, truth}, folder / "map.png");
 	write_scene(
 	    {localizer.map(), report.parameters.grid, report.frames, outputs.last_localized_scan()},
-	    folder + "/scene.3Dscene");
+	    folder / "scene.3Dscene");
 	for (const char* name :
 	     {"frames.csv", "hypotheses.csv", "trajectory.tum", "trajectory.txt", "localized.rawlog", "summary.json",
 	      "map.png", "scene.3Dscene"})
-		report.outputs.push_back(folder + "/" + name);
+		report.outputs.push_back(folder / name);
 }
 }  // namespace
 

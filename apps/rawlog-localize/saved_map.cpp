@@ -2,6 +2,7 @@
 #include "saved_map.h"
 
 #include "output_file.h"
+#include "whole_file.h"
 
 #include <d2s1r/CSignatureMap2D.h>
 #include <mrpt/io/CFileGZOutputStream.h>
@@ -24,6 +25,7 @@ void save_map(const Localizer& localizer, const std::string& path)
 		pending.fail();
 	}
 	stream.close();
+	if (!is_whole_gzip(pending.temporary())) pending.fail();
 	pending.commit();
 }
 }  // namespace d2s1r::app

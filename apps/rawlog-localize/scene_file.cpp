@@ -4,6 +4,7 @@
 #include "map_view.h"
 #include "output_file.h"
 #include "path_pieces.h"
+#include "whole_file.h"
 
 #include <mrpt/opengl/CEllipsoid2D.h>
 #include <mrpt/opengl/COpenGLScene.h>
@@ -96,7 +97,7 @@ void write_scene(const SceneContent& content, const std::string& path)
 	insert(scene, trajectory_object(content.frames), "trajectory");
 	if (content.last_scan) insert(scene, scan_object(content), "last_scan");
 	PendingFile pending(path);
-	if (!scene.saveToFile(pending.temporary())) pending.fail();
+	if (!scene.saveToFile(pending.temporary()) || !is_whole_gzip(pending.temporary())) pending.fail();
 	pending.commit();
 }
 }  // namespace d2s1r::app

@@ -1,5 +1,5 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-// Inputs that cannot be used, and folders that cannot be written: one line each, and the right exit status.
+// Inputs that cannot be used: one line each, and the right exit status.
 #include "app_process.h"
 #include "app_world.h"
 
@@ -40,11 +40,6 @@ class AppBadInput : public AppTest
 		expect_refusal(
 		    {"-m", path("flat.gridmap.gz"), "-i", path("walk.rawlog"), "-o", path("out"), "-c", path("bad.ini")}, 1,
 		    parts);
-	}
-
-	void expect_bad_folder(const std::string& folder) const
-	{
-		expect_refusal({"-m", path("flat.gridmap.gz"), "-i", path("walk.rawlog"), "-o", folder}, 3, {folder});
 	}
 };
 
@@ -151,28 +146,6 @@ TEST_F(AppBadInput, ConfigWithAValueOutOfRange)
 {
 	expect_bad_config("[paper]\nbins = 1\n", {path("bad.ini"), "bins"});
 	expect_bad_config("[grid]\nfree_threshold = lots\n", {path("bad.ini"), "free_threshold"});
-}
-
-TEST_F(AppBadInput, OutputFolderThatCannotBeMade)
-{
-	write_file(path("file"), "");
-	expect_bad_folder(path("file"));
-	expect_bad_folder(path("file") + "/below");
-	expect_bad_folder("/proc/d2s1r");
-}
-
-TEST_F(AppBadInput, OutputFolderWithAFolderInTheWayOfAFile)
-{
-	fs::create_directories(path("out/map.png/full"));
-	const auto result = run({"-m", path("flat.gridmap.gz"), "-i", path("walk.rawlog"), "-o", path("out"), "-q"});
-	EXPECT_EQ(result.status, 3);
-	EXPECT_EQ(lines_of(result.err).size(), 1U) << result.err;
-	EXPECT_NE(result.err.find("map.png"), std::string::npos) << result.err;
-}
-
-TEST_F(AppBadInput, ConfigThatCannotBeWritten)
-{
-	expect_refusal({"--write-config", path("no/folder/all.ini")}, 3, {path("no/folder/all.ini")});
 }
 
 TEST_F(AppBadInput, LabelThatIsNotInTheRawlog)

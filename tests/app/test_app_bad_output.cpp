@@ -1,0 +1,68 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+// Outputs that cannot be written: one line, exit status 3, nothing half-written under its name.
+#include "app_process.h"
+#include "app_world.h"
+
+#include <set>
+
+using namespace d2s1r::test;
+namespace fs = std::filesystem;
+
+class AppBadOutput : public AppTest
+{
+   protected:
+	AppBadOutput()
+	{
+		save_gridmap(flat(), path("flat.gridmap.gz"));
+		save(observation_log(), path("walk.rawlog"));
+	}
+
+	void expect_bad_folder(const std::string& folder) const
+	{
+		expect_refusal({"-m", path("flat.gridmap.gz"), "-i", path("walk.rawlog"), "-o", folder}, 3, {folder});
+	}
+};
+
+TEST_F(AppBadOutput, OutputFolderThatCannotBeMade)
+{
+	write_file(path("file"), "");
+	expect_bad_folder(path("file"));
+	expect_bad_folder(path("file") + "/below");
+	expect_bad_folder("/proc/d2s1r");
+}
+
+TEST_F(AppBadOutput, OutputFolderWithAFolderInTheWayOfAFile)
+{
+	fs::create_directories(path("out/map.png/full"));
+	const auto result = run({"-m", path("flat.gridmap.gz"), "-i", path("walk.rawlog"), "-o", path("out"), "-q"});
+	EXPECT_EQ(result.status, 3);
+	EXPECT_EQ(lines_of(result.err).size(), 1U) << result.err;
+	EXPECT_NE(result.err.find("map.png"), std::string::npos) << result.err;
+}
+
+TEST_F(AppBadOutput, DiskThatFillsUpAtAnyFile)
+{
+	std::set<std::string> failed;
+	for (int size = 1; size <= 4096; size *= 2)  // [KiB] that any file may have
+	{
+		fs::remove_all(path("out"));
+		const std::string command = "trap '' XFSZ; ulimit -f " + std::to_string(size) +
+		                            "; exec " RAWLOG_LOCALIZE " -q -m " + path("flat.gridmap.gz") + " -i " +
+		                            path("walk.rawlog") + " -o " + path("out");
+		const auto result = run_program({"bash", "-c", command});
+		if (result.status == 0) break;
+		EXPECT_EQ(result.status, 3) << result.err;
+		EXPECT_EQ(lines_of(result.err).size(), 1U) << result.err;
+		const auto end = result.err.find(": cannot be written");
+		const fs::path file = result.err.substr(0, end).substr(std::string("rawlog-localize: ").size());
+		EXPECT_FALSE(fs::exists(file)) << file;
+		failed.insert(file.filename());
+	}
+	EXPECT_TRUE(fs::exists(path("out/scene.3Dscene")));
+	for (const char* name : {"localized.rawlog", "map.png"}) EXPECT_EQ(failed.count(name), 1U) << name;
+}
+
+TEST_F(AppBadOutput, ConfigThatCannotBeWritten)
+{
+	expect_refusal({"--write-config", path("no/folder/all.ini")}, 3, {path("no/folder/all.ini")});
+}
