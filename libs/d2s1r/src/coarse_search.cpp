@@ -90,9 +90,28 @@ class Cheapest
 	std::array<std::size_t, 257> count_{};
 };
 
-/// A few beams everywhere.
+/// Reach [m] of a search around the robot positions of a prior: the sensor's offset and a sample's square.
+double reach_around(const Scan& scan, const CoarseSearchParameters& parameters)
+{
+	return std::hypot(scan.sensor_on_robot.x, scan.sensor_on_robot.y) + parameters.spacing;
+}
+
+/// 1 by sample position that `prior` allows; empty if it allows all.
+std::vector<std::uint8_t> allowed_positions(const RangeProfiles& profiles, const Prior& prior, double reach)
+{
+	std::vector<std::uint8_t> allowed;
+	if (prior.anywhere()) return allowed;
+	allowed.resize(profiles.size());
+	for (std::size_t i = 0; i < profiles.size(); i++)
+		allowed[i] =
+		    prior.allows_position(static_cast<double>(profiles.x[i]), static_cast<double>(profiles.y[i]), reach);
+	return allowed;
+}
+
+/// A few beams everywhere, or at the positions that are allowed.
 std::vector<Match> first_look(
-    const RangeProfiles& profiles, const CompandedScan& scan, const CoarseSearchParameters& parameters)
+    const RangeProfiles& profiles, const CompandedScan& scan, const CoarseSearchParameters& parameters,
+    const std::vector<std::uint8_t>& allowed)
 {
 	constexpr std::size_t kBlock = RangeProfiles::kBlock;
 	const auto truncation = static_cast<std::uint8_t>(parameters.truncation);
@@ -108,6 +127,9 @@ std::vector<Match> first_look(
 	{
 		const std::uint8_t* block = profiles.by_block.data() + first * directions;
 		const std::size_t used = std::min(kBlock, profiles.size() - first);
+		const std::uint8_t* const of_block = allowed.empty() ? nullptr : allowed.data() + first;
+		if (of_block != nullptr && std::none_of(of_block, of_block + used, [](std::uint8_t a) { return a != 0; }))
+			continue;
 		for (int shift = 0; shift < profiles.directions; shift++)
 		{
 			for (std::size_t b = 0; b < few.size(); b++)
@@ -119,7 +141,8 @@ std::vector<Match> first_look(
 			}
 			if (!cheapest.accepts(block_costs(beams.data(), beams.size(), truncation, cost))) continue;
 			for (std::size_t i = 0; i < used; i++)
-				if (cheapest.accepts(cost[i])) cheapest.add({static_cast<std::int32_t>(first + i), shift, cost[i]});
+				if (cheapest.accepts(cost[i]) && (of_block == nullptr || of_block[i] != 0))
+					cheapest.add({static_cast<std::int32_t>(first + i), shift, cost[i]});
 		}
 	}
 	return cheapest.take();
@@ -183,11 +206,12 @@ class DistinctPoses
 }  // namespace
 
 std::vector<Candidate> coarse_search(
-    const RangeProfiles& profiles, const Scan& scan, const CoarseSearchParameters& parameters)
+    const RangeProfiles& profiles, const Scan& scan, const CoarseSearchParameters& parameters, const Prior& prior)
 {
 	const CompandedScan companded = compand(scan, profiles);
 	if (companded.observed.empty()) return {};
-	std::vector<Match> matches = first_look(profiles, companded, parameters);
+	const double reach = reach_around(scan, parameters);
+	std::vector<Match> matches = first_look(profiles, companded, parameters, allowed_positions(profiles, prior, reach));
 	second_look(profiles, companded, parameters, matches);
 
 	std::vector<Candidate> candidates;
@@ -197,7 +221,8 @@ std::vector<Candidate> coarse_search(
 		const auto i = static_cast<std::size_t>(match.position);
 		const double yaw = mrpt::math::wrapToPi(2 * M_PI * match.shift / profiles.directions);
 		const mrpt::math::TPose2D pose(static_cast<double>(profiles.x[i]), static_cast<double>(profiles.y[i]), yaw);
-		if (!distinct.add(pose)) continue;
+		const mrpt::math::TPose2D robot = pose + (mrpt::math::TPose2D() - scan.sensor_on_robot);
+		if (!prior.allows(robot, reach, parameters.distinct_yaw * M_PI / 180) || !distinct.add(pose)) continue;
 		candidates.push_back({pose, static_cast<double>(match.cost) / static_cast<double>(companded.observed.size())});
 		if (candidates.size() >= static_cast<std::size_t>(parameters.candidates)) break;
 	}

@@ -15,6 +15,8 @@
 #include <optional>
 #include <stdexcept>
 
+#include "time_budget.h"
+
 namespace d2s1r
 {
 namespace
@@ -136,9 +138,9 @@ const Parameters& Localizer::parameters() const
 	return index_->parameters;
 }
 
-Localization Localizer::localize(const mrpt::obs::CObservation2DRangeScan& observation) const
+Localization Localizer::localize(const mrpt::obs::CObservation2DRangeScan& observation, const Query& query) const
 {
-	return localize(make_scan(observation, index_->parameters.scan));
+	return localize(make_scan(observation, index_->parameters.scan), query);
 }
 
 namespace
@@ -169,19 +171,40 @@ Localization invalid(const std::string& why)
 }
 }  // namespace
 
-Localization Localizer::localize(const Scan& scan) const
+namespace
 {
-	const auto& [parameters, map, grid, caster, paper, standard] = *index_;
-	if (!scan.valid()) return invalid(scan.invalid_because);
-	if (paper) return localize_paper(scan, grid, paper->signatures, caster, parameters.paper);
+/// Without the poses that the prior rules out.
+void apply(const Prior& prior, const Scan& scan, std::vector<RefinedPose>& poses)
+{
+	const auto ruled_out = [&](const RefinedPose& refined)
+	{ return !prior.allows(refined.pose + (mrpt::math::TPose2D() - scan.sensor_on_robot)); };
+	poses.erase(std::remove_if(poses.begin(), poses.end(), ruled_out), poses.end());
+}
+}  // namespace
 
+Localization Localizer::localize(const Scan& scan, const Query& query) const
+{
+	const auto& [all_parameters, map, grid, caster, paper, standard] = *index_;
+	if (paper && !query.prior.anywhere())
+		throw std::invalid_argument(
+		    "Localizer: the paper's method searches everywhere; a prior needs method = default");
+	if (!scan.valid()) return invalid(scan.invalid_because);
+	if (paper) return localize_paper(scan, grid, paper->signatures, caster, all_parameters.paper);
+
+	Parameters parameters = all_parameters;
 	Stopwatch stage, total;
 	StageTimes times;
-	const auto candidates = coarse_search(standard->profiles, scan, parameters.coarse_search);
+	auto candidates = coarse_search(standard->profiles, scan, parameters.coarse_search, query.prior);
 	times.retrieval_ms = stage.lap();
-	const auto poses = refine(standard->field, scan, candidates, parameters.refinement);
+	if (query.time_budget > 0)
+		parameters = keep_affordable(
+		    grid, standard->field, scan, query.time_budget - times.retrieval_ms, candidates, all_parameters);
+	auto poses = refine(standard->field, scan, candidates, parameters.refinement);
+	apply(query.prior, scan, poses);
 	times.refinement_ms = stage.lap();
 	Localization result = decide(grid, standard->field, scan, poses, parameters);
+	if (result.status == Status::kRejected && !query.prior.anywhere())
+		result.note = "no place in the given region explains the scan";
 	result.relative_entropy = entropy_at_best(result, scan, caster, parameters.paper);
 	times.registration_ms = stage.lap();
 	times.total_ms = total.lap();

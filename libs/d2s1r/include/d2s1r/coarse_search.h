@@ -1,6 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <d2s1r/prior.h>
 #include <d2s1r/range_profiles.h>
 #include <d2s1r/scan.h>
 #include <mrpt/math/TPose2D.h>
@@ -16,7 +17,8 @@ struct Candidate
 
 /// Compares a scan with the profiles of all sample positions at all yaw shifts: first a few beams everywhere, then all
 /// beams where these fit. Truncated differences keep people and moved furniture from outvoting the walls.
+/// \param prior of the robot's pose; positions within a sample's spacing of it are searched, too
 /// \return distinct poses, best first, at most parameters.candidates
 std::vector<Candidate> coarse_search(
-    const RangeProfiles& profiles, const Scan& scan, const CoarseSearchParameters& parameters);
+    const RangeProfiles& profiles, const Scan& scan, const CoarseSearchParameters& parameters, const Prior& prior = {});
 }  // namespace d2s1r

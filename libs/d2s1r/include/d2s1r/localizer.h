@@ -3,6 +3,7 @@
 
 #include <d2s1r/localization.h>
 #include <d2s1r/parameters.h>
+#include <d2s1r/prior.h>
 #include <d2s1r/scan.h>
 #include <mrpt/maps/COccupancyGridMap2D.h>
 
@@ -24,8 +25,9 @@ class Localizer
 	Localizer& operator=(Localizer&&) noexcept;
 
 	/// Where was this scan taken? Never throws because of the scan: see Localization::status.
-	Localization localize(const mrpt::obs::CObservation2DRangeScan& observation) const;
-	Localization localize(const Scan& scan) const;
+	/// \throws std::invalid_argument if `query` holds a prior and the method is kPaper, which searches everywhere
+	Localization localize(const mrpt::obs::CObservation2DRangeScan& observation, const Query& query = {}) const;
+	Localization localize(const Scan& scan, const Query& query = {}) const;
 
 	const mrpt::maps::COccupancyGridMap2D& map() const;
 	const Parameters& parameters() const;

@@ -1,0 +1,116 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include <d2s1r/prior.h>
+#include <mrpt/math/wrap2pi.h>
+#include <mrpt/poses/CPosePDFParticles.h>
+#include <mrpt/poses/CPosePDFSOG.h>
+
+#include <algorithm>
+#include <array>
+#include <set>
+#include <stdexcept>
+
+namespace d2s1r
+{
+namespace
+{
+constexpr double kMargin = 0.3;               //!< [m] by which densities are widened
+constexpr double kYawMargin = M_PI / 18;      //!< [rad]
+constexpr double kDeviations = 3;             //!< [-] standard deviations
+constexpr std::size_t kMostTiles = 256;       //!< [-] boxes that stand for particles
+constexpr double kTile = 0.5;                 //!< [m] side of the smallest
+constexpr double kYawTile = 30 * M_PI / 180;  //!< [rad] of the smallest
+
+PoseBox gaussian_box(const mrpt::poses::CPose2D& mean, const mrpt::math::CMatrixDouble33& covariance)
+{
+	const auto reach = [&](int i) { return kDeviations * std::sqrt(std::max(0.0, covariance(i, i))); };
+	const double x = reach(0) + kMargin, y = reach(1) + kMargin;
+	PoseBox box{mean.x() - x, mean.x() + x, mean.y() - y, mean.y() + y, mean.phi(), reach(2) + kYawMargin};
+	if (!std::isfinite(x + y + mean.x() + mean.y() + mean.phi() + box.yaw_tolerance))
+		throw std::invalid_argument("make_prior: the density is not finite");
+	return box;
+}
+
+/// The tiles of `side` [m] and `turn` [rad] that hold particles.
+std::set<std::array<long, 3>> occupied_tiles(const mrpt::poses::CPosePDFParticles& particles, double side, double turn)
+{
+	std::set<std::array<long, 3>> tiles;
+	for (const auto& particle : particles.m_particles)
+	{
+		const auto& pose = particle.d;
+		if (!std::isfinite(pose.x + pose.y + pose.phi))
+			throw std::invalid_argument("make_prior: the density is not finite");
+		tiles.insert(
+		    {std::lround(pose.x / side), std::lround(pose.y / side),
+		     std::lround(mrpt::math::wrapToPi(pose.phi) / turn)});
+	}
+	return tiles;
+}
+
+Prior particle_prior(const mrpt::poses::CPosePDFParticles& particles)
+{
+	double side = kTile, turn = kYawTile;
+	auto tiles = occupied_tiles(particles, side, turn);
+	for (; tiles.size() > kMostTiles; tiles = occupied_tiles(particles, side, turn)) side *= 1.5, turn *= 1.5;
+	Prior prior;
+	const double reach = side / 2 + kMargin;
+	for (const auto& [column, row, sector] : tiles)
+	{
+		const double x = static_cast<double>(column) * side, y = static_cast<double>(row) * side;
+		prior.boxes.push_back(
+		    {x - reach, x + reach, y - reach, y + reach, static_cast<double>(sector) * turn, turn / 2 + kYawMargin});
+	}
+	return prior;
+}
+}  // namespace
+
+bool PoseBox::contains_position(double x, double y, double margin) const
+{
+	return x >= least_x - margin && x <= greatest_x + margin && y >= least_y - margin && y <= greatest_y + margin;
+}
+
+bool PoseBox::contains(const mrpt::math::TPose2D& robot, double margin, double yaw_margin) const
+{
+	return contains_position(robot.x, robot.y, margin) &&
+	       std::abs(mrpt::math::wrapToPi(robot.phi - yaw)) <= yaw_tolerance + yaw_margin;
+}
+
+bool Prior::allows(const mrpt::math::TPose2D& robot, double margin, double yaw_margin) const
+{
+	return anywhere() ||
+	       std::any_of(
+	           boxes.begin(), boxes.end(), [&](const PoseBox& box) { return box.contains(robot, margin, yaw_margin); });
+}
+
+bool Prior::allows_position(double x, double y, double margin) const
+{
+	return anywhere() ||
+	       std::any_of(
+	           boxes.begin(), boxes.end(), [&](const PoseBox& box) { return box.contains_position(x, y, margin); });
+}
+
+Prior make_prior(double x0, double y0, double x1, double y1)
+{
+	if (!std::isfinite(x0 + y0 + x1 + y1)) throw std::invalid_argument("make_prior: a corner is not finite");
+	if (x0 == x1 || y0 == y1) throw std::invalid_argument("make_prior: the box is empty; give two opposite corners");
+	PoseBox box;
+	std::tie(box.least_x, box.greatest_x) = std::minmax({x0, x1});
+	std::tie(box.least_y, box.greatest_y) = std::minmax({y0, y1});
+	return {{box}};
+}
+
+Prior make_prior(const mrpt::poses::CPosePDF& pdf)
+{
+	Prior prior;
+	if (const auto* particles = dynamic_cast<const mrpt::poses::CPosePDFParticles*>(&pdf))
+		prior = particle_prior(*particles);
+	else if (const auto* sum = dynamic_cast<const mrpt::poses::CPosePDFSOG*>(&pdf))
+		for (const auto& mode : *sum) prior.boxes.push_back(gaussian_box(mode.mean, mode.cov));
+	else
+	{
+		const auto [covariance, mean] = pdf.getCovarianceAndMean();
+		prior.boxes.push_back(gaussian_box(mean, covariance));
+	}
+	if (prior.boxes.empty()) throw std::invalid_argument("make_prior: the density has neither mode nor particle");
+	return prior;
+}
+}  // namespace d2s1r
