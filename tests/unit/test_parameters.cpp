@@ -114,7 +114,7 @@ TEST(Parameters, TextThatIsNotAValueIsRefused)
 
 TEST(Parameters, ValuesOutOfRangeAreRefused)
 {
-	EXPECT_EQ(refusal("[paper]\nbins = 1\n"), "my.ini:2: paper.bins = '1': expected a value from 2 to 1024");
+	EXPECT_EQ(refusal("[paper]\nbins = 1\n"), "my.ini:2: paper.bins = '1': expected a value from 2 to 256");
 	EXPECT_NE(refusal("[grid]\nfree_threshold = -0.1\n").find("from 0 to 1"), std::string::npos);
 	EXPECT_NE(refusal("[grid]\nfree_threshold = 0.9\n").find("my.ini: grid.free_threshold"), std::string::npos);
 }

@@ -4,7 +4,10 @@
 #include <d2s1r/signature_index.h>
 #include <gtest/gtest.h>
 
+#include <numeric>
+
 #include "literal_paper.h"
+#include "signature_counts.h"
 #include "test_maps.h"
 
 namespace d2s1r::test
@@ -55,6 +58,74 @@ TEST(SignatureIndex, FindsTheNearestSignaturesOfAll)
 		for (std::size_t k = 0; k < found.size(); k++)
 			EXPECT_NEAR(std::sqrt(found[k].squared_distance), std::sqrt(expected[k].first), 0.03) << i << " " << k;
 	}
+}
+
+/// Squared distance and cell of the nearest counted signatures, by comparing with all.
+std::vector<std::pair<double, CellIndex>> nearest_counted(
+    const SignatureCounts& counts, const std::vector<CellIndex>& cells, const Signature& query, std::size_t k)
+{
+	std::vector<std::pair<double, CellIndex>> all;
+	for (std::size_t i = 0; i < cells.size(); i++)
+	{
+		double squared = 0;
+		for (std::size_t bin = 0; bin < query.size(); bin++)
+			squared += std::pow(query[bin] - counts.of(i)[bin] / static_cast<double>(counts.directions), 2);
+		all.emplace_back(squared, cells[i]);
+	}
+	std::sort(all.begin(), all.end());
+	all.resize(k);
+	return all;
+}
+
+TEST(SignatureIndex, TheSearchByProjectionsIsExact)
+{
+	const Grid grid = make_rooms();
+	const std::vector<CellIndex> cells = find_free_cells(grid, {});
+	for (const int bins : {2, 60, 100})
+	{
+		Parameters parameters;
+		parameters.paper.bins = bins;
+		parameters.paper.max_range = 7;
+		parameters.paper.directions = 120;
+		const SignatureCounts counts = count_signatures(grid, cells, parameters);
+		const SignatureIndex index(grid, cells, parameters);
+		for (std::size_t row = 0; row < cells.size(); row += cells.size() / 13)
+		{
+			Signature query;  // between two places
+			for (int bin = 0; bin < bins; bin++)
+				query.push_back(
+				    static_cast<float>(counts.of(row)[bin] + counts.of(cells.size() - 1 - row)[bin]) / 240.0F);
+			const auto expected = nearest_counted(counts, cells, query, 7);
+			const auto found = index.nearest(query, 7);
+			ASSERT_EQ(found.size(), 7U);
+			for (std::size_t k = 0; k < 7; k++)
+				EXPECT_NEAR(static_cast<double>(found[k].squared_distance), expected[k].first, 1e-6)
+				    << bins << " " << row;
+		}
+	}
+}
+
+TEST(SignatureCounts, CountEveryRayOnceForAnyNumberOfThreads)
+{
+	const Grid grid = make_rooms();
+	const std::vector<CellIndex> cells = find_free_cells(grid, {});
+	Parameters parameters;
+	parameters.paper.directions = 100;
+	const SignatureCounts one = count_signatures(grid, cells, parameters);
+	for (std::size_t i = 0; i < cells.size(); i++)
+		ASSERT_EQ(std::accumulate(one.of(i), one.of(i) + one.bins, 0), 100) << i;
+	parameters.threads = 3;
+	EXPECT_EQ(count_signatures(grid, cells, parameters).counts, one.counts);
+}
+
+TEST(SignatureCounts, LargeCountsAreCapped)
+{
+	const Grid grid = make_picture_grid({"###", "#.#", "###"}, 0.2);
+	Parameters parameters;
+	parameters.paper.directions = 720;
+	const SignatureCounts counts = count_signatures(grid, {4}, parameters);
+	EXPECT_EQ(counts.directions, 360);
+	EXPECT_EQ(counts.of(0)[0], 255);
 }
 
 TEST(SignatureIndex, ReturnsCellsNearestFirstAndNoMoreThanThereAre)

@@ -3,6 +3,8 @@
 
 #include "simd_targets.h"
 
+#include <stdexcept>
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "direction_sweep.cpp"  // of the include path src/
 #include <hwy/foreach_target.h>
@@ -125,6 +127,14 @@ HWY_AFTER_NAMESPACE();
 namespace d2s1r
 {
 HWY_EXPORT(sweep_columns);
+
+int max_range_units(const Grid& grid, double max_range)
+{
+	constexpr double kMaxCells = 4000;
+	if (max_range / grid.cell_size > kMaxCells)
+		throw std::invalid_argument("sweep_ranges: max_range is above 4000 cells; use a shorter one or larger cells");
+	return static_cast<int>(max_range / grid.cell_size * kRangeUnitsPerCell);
+}
 
 void sweep(
     const SweepLines& lines, const ColumnRuns& obstacles, const SweepDirection& direction, int max_units,

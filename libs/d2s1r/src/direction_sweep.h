@@ -6,6 +6,10 @@
 
 namespace d2s1r
 {
+/// `max_range` [m] in units of cell_size / kRangeUnitsPerCell.
+/// \throws std::invalid_argument if 16 bits of distance cannot hold it
+int max_range_units(const Grid& grid, double max_range);
+
 /// Ranges from all `lines.cells`, in their order, to `obstacles` in one direction, in units of
 /// cell_size / kRangeUnitsPerCell; kNoObstacle above `max_units`. Same result whatever SIMD the machine has.
 /// \param hits scratch

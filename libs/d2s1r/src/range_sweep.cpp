@@ -4,20 +4,11 @@
 #include "direction_sweep.h"
 
 #include <cmath>
-#include <stdexcept>
 
 namespace d2s1r
 {
 namespace
 {
-int max_units(const Grid& grid, double max_range)
-{
-	constexpr double kMaxCells = 4000;
-	if (max_range / grid.cell_size > kMaxCells)
-		throw std::invalid_argument("sweep_ranges: max_range is above 4000 cells; use a shorter one or larger cells");
-	return static_cast<int>(max_range / grid.cell_size * kRangeUnitsPerCell);
-}
-
 void permute(
     const std::vector<std::uint16_t>& from, const std::vector<std::int32_t>& ranks, std::vector<std::uint16_t>& to)
 {
@@ -28,7 +19,7 @@ void permute(
 void sweep_ranges(
     const Grid& grid, const std::vector<CellIndex>& cells, int directions, double max_range, const RangeSink& sink)
 {
-	const int limit = max_units(grid, max_range);
+	const int limit = max_range_units(grid, max_range);
 	const SweepLayout layout = make_sweep_layout(grid, cells);
 	std::vector<std::uint16_t> occupied(cells.size()), unknown(cells.size()), by_column(cells.size()), hits;
 	for (int i = 0; i < directions; i++)

@@ -1,67 +1,109 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include <d2s1r/range_sweep.h>
 #include <d2s1r/signature_index.h>
 
-#include <nanoflann.hpp>
-
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <nanoflann.hpp>
 #include <stdexcept>
+
+#include "parallel.h"
+#include "signature_projection.h"
 
 namespace d2s1r
 {
 namespace
 {
-using Counts = std::vector<std::uint16_t>;
+constexpr std::size_t kLeafSize = 64;
+constexpr std::size_t kLineSize = 64;
+constexpr int kFraction = 8;             // steps of a query's counts
+constexpr float kRoundingSlack = 1e-4F;  // [-] of squared distances between projections
 
-/// Algorithm 1, lines 7-15, for all cells at once. \returns counts by cell, then by bin
-Counts count_ranges(const Grid& grid, const std::vector<CellIndex>& cells, const Parameters& parameters)
+/// Part of a signature in one cache line, [rays].
+struct alignas(kLineSize) Line
 {
-	const PaperParameters& paper = parameters.paper;
-	const double bin_width = (paper.max_range + paper.epsilon) / paper.bins;
-	const auto bins = static_cast<std::size_t>(paper.bins);
-	Counts counts(cells.size() * bins);
-	std::vector<std::uint16_t> bin_of_range(65536, static_cast<std::uint16_t>(bins - 1));
-	for (int units = 0; units * grid.cell_size / kRangeUnitsPerCell < paper.max_range; units++)
-		bin_of_range[static_cast<std::size_t>(units)] =
-		    static_cast<std::uint16_t>(units * grid.cell_size / kRangeUnitsPerCell / bin_width);
-	sweep_ranges(
-	    grid, cells, paper.directions, paper.max_range,
-	    [&](int, const std::uint16_t* to_occupied, const std::uint16_t* to_unknown_or_occupied)
-	    {
-		    const std::uint16_t* ranges = parameters.grid.rays_stop_at_unknown ? to_unknown_or_occupied : to_occupied;
-		    for (std::size_t i = 0; i < cells.size(); i++) counts[i * bins + bin_of_range[ranges[i]]]++;
-	    });
-	return counts;
-}
-}  // namespace
+	std::array<std::uint8_t, kLineSize> counts{};
+};
 
-struct SignatureIndex::Tree
+/// A signature in rays, as the index counts them.
+struct Query
 {
-	using Distance = nanoflann::L2_Simple_Adaptor<float, Tree>;
-	using KdTree = nanoflann::KDTreeSingleIndexAdaptor<Distance, Tree>;
+	std::vector<std::int32_t> counts;  //!< [1 / kFraction rays] padded to whole lines
+	ProjectedSignature projected{};    //!< [rays]
+};
 
-	std::vector<CellIndex> cells;
-	std::size_t bins;
-	float search_epsilon;
-	std::vector<float> signatures;  //!< by cell, then by bin
-	std::unique_ptr<KdTree> tree;
-
-	Tree(const Grid& grid, const std::vector<CellIndex>& cells_, const Parameters& parameters)
-	    : cells(cells_),
-	      bins(static_cast<std::size_t>(parameters.paper.bins)),
-	      search_epsilon(static_cast<float>(parameters.paper.search_epsilon))
+/// The k nearest by full signatures, fed by nanoflann with the candidates that are near enough by their projections.
+template <class Distance>
+class NearestByFullDistance
+{
+   public:
+	NearestByFullDistance(std::size_t k, std::vector<NearestCell>& nearest, const Distance& distance)
+	    : k_(k), nearest_(nearest), distance_(distance)
 	{
-		if (cells.empty()) throw std::invalid_argument("SignatureIndex: there is no free cell");
-		const Counts counts = count_ranges(grid, cells, parameters);
-		const float scale = 1.0F / static_cast<float>(parameters.paper.directions);
-		signatures.reserve(counts.size());
-		for (const std::uint16_t count : counts) signatures.push_back(count * scale);
-		tree = std::make_unique<KdTree>(parameters.paper.bins, *this);
+		nearest_.clear();
+	}
+	std::size_t size() const { return nearest_.size(); }
+	bool full() const { return nearest_.size() == k_; }
+	float worstDist() const { return full() ? nearest_.back().squared_distance : std::numeric_limits<float>::max(); }
+	bool addPoint(float projected_distance, std::uint32_t point)
+	{
+		if (projected_distance > worstDist()) return true;
+		const NearestCell found = distance_(point);
+		if (full() && !is_nearer(found, nearest_.back())) return true;
+		if (full()) nearest_.pop_back();
+		nearest_.insert(std::upper_bound(nearest_.begin(), nearest_.end(), found, is_nearer), found);
+		return true;
 	}
 
-	std::size_t kdtree_get_point_count() const { return cells.size(); }
-	float kdtree_get_pt(std::size_t i, std::size_t bin) const { return signatures[i * bins + bin]; }
+   private:
+	static bool is_nearer(const NearestCell& a, const NearestCell& b)
+	{
+		return std::pair(a.squared_distance, a.cell) < std::pair(b.squared_distance, b.cell);
+	}
+	std::size_t k_;
+	std::vector<NearestCell>& nearest_;
+	const Distance& distance_;
+};
+}  // namespace
+
+/// The tree is over projections; as they never lengthen a distance, the nearest full signatures are found exactly.
+struct SignatureIndex::Tree
+{
+	struct Metric
+	{
+		using ElementType = float;
+		using DistanceType = float;
+		const Tree& tree;
+		Metric(const Tree& tree_) : tree(tree_) {}
+		float evalMetric(const float* query, std::uint32_t point, std::size_t) const
+		{
+			using Vector = Eigen::Map<const Eigen::Matrix<float, kProjectionSize, 1>>;
+			return (Vector(query) - Vector(tree.projections[point].data())).squaredNorm() * (1 - kRoundingSlack);
+		}
+		template <class A, class B>
+		float accum_dist(A a, B b, std::size_t) const
+		{
+			return (a - b) * (a - b);
+		}
+	};
+	using KdTree = nanoflann::KDTreeSingleIndexAdaptor<Metric, Tree, kProjectionSize, std::uint32_t>;
+
+	std::size_t bins = 0;
+	float directions = 0;  //!< [rays] of a signature
+	float search_epsilon = 0;
+	std::size_t lines_of_signature = 0;
+	SignatureProjection projection;
+	std::vector<CellIndex> cells;                 //!< in the order of the tree's leaves, as all that follows
+	std::vector<ProjectedSignature> projections;  //!< [rays]
+	std::vector<Line> signatures;
+	std::unique_ptr<KdTree> kd_tree;
+
+	Tree(const std::vector<CellIndex>& cells_, const SignatureCounts& counts, const Parameters& parameters);
+	Query make_query(const Signature& signature) const;
+	NearestCell distance(const Query& query, std::uint32_t point) const;
+
+	std::size_t kdtree_get_point_count() const { return projections.size(); }
+	float kdtree_get_pt(std::size_t point, std::size_t axis) const { return projections[point][axis]; }
 	template <class Box>
 	bool kdtree_get_bbox(Box&) const
 	{
@@ -69,30 +111,78 @@ struct SignatureIndex::Tree
 	}
 };
 
-SignatureIndex::SignatureIndex(const Grid& grid, const std::vector<CellIndex>& cells, const Parameters& parameters)
-    : tree_(std::make_unique<const Tree>(grid, cells, parameters))
+SignatureIndex::Tree::Tree(
+    const std::vector<CellIndex>& cells_, const SignatureCounts& counts, const Parameters& parameters)
+    : bins(static_cast<std::size_t>(counts.bins)),
+      directions(static_cast<float>(counts.directions)),
+      search_epsilon(static_cast<float>(parameters.paper.search_epsilon)),
+      lines_of_signature((bins + kLineSize - 1) / kLineSize),
+      projection(counts)
 {
+	std::vector<ProjectedSignature> by_cell;
+	for (std::size_t i = 0; i < cells_.size(); i++) by_cell.push_back(projection.project(counts.of(i)));
+	projections = by_cell;
+	kd_tree = std::make_unique<KdTree>(kProjectionSize, *this, nanoflann::KDTreeSingleIndexAdaptorParams(kLeafSize));
+
+	// Whatever a leaf refers to is moved next to each other.
+	cells.resize(cells_.size());
+	signatures.resize(cells_.size() * lines_of_signature);
+	for (std::size_t point = 0; point < cells.size(); point++)
+	{
+		const std::size_t from = kd_tree->vAcc[point];
+		kd_tree->vAcc[point] = static_cast<std::uint32_t>(point);
+		cells[point] = cells_[from];
+		projections[point] = by_cell[from];
+		std::copy_n(counts.of(from), bins, signatures[point * lines_of_signature].counts.data());
+	}
+}
+
+Query SignatureIndex::Tree::make_query(const Signature& signature) const
+{
+	Query query;
+	query.counts.assign(lines_of_signature * kLineSize, 0);
+	std::vector<float> counts;
+	for (std::size_t bin = 0; bin < bins; bin++)
+	{
+		query.counts[bin] =
+		    static_cast<std::int32_t>(std::lround(std::min(signature[bin] * directions, 255.0F) * kFraction));
+		counts.push_back(static_cast<float>(query.counts[bin]) / kFraction);
+	}
+	query.projected = projection.project(counts.data());
+	return query;
+}
+
+NearestCell SignatureIndex::Tree::distance(const Query& query, std::uint32_t point) const
+{
+	const std::uint8_t* counts = signatures[point * lines_of_signature].counts.data();
+	std::int32_t squared = 0;
+	for (std::size_t bin = 0; bin < query.counts.size(); bin++)
+	{
+		const std::int32_t difference = query.counts[bin] - kFraction * counts[bin];
+		squared += difference * difference;
+	}
+	return {cells[point], static_cast<float>(squared) / (kFraction * kFraction)};
+}
+
+SignatureIndex::SignatureIndex(const Grid& grid, const std::vector<CellIndex>& cells, const Parameters& parameters)
+{
+	if (cells.empty()) throw std::invalid_argument("SignatureIndex: there is no free cell");
+	tree_ = std::make_unique<const Tree>(cells, count_signatures(grid, cells, parameters), parameters);
 }
 SignatureIndex::~SignatureIndex() = default;
 SignatureIndex::SignatureIndex(SignatureIndex&&) noexcept = default;
 SignatureIndex& SignatureIndex::operator=(SignatureIndex&&) noexcept = default;
 
-std::vector<NearestCell> SignatureIndex::nearest(const Signature& query, int k) const
+std::vector<NearestCell> SignatureIndex::nearest(const Signature& signature, int k) const
 {
-	if (query.size() != tree_->bins)
+	if (signature.size() != tree_->bins)
 		throw std::invalid_argument("SignatureIndex: the query has another number of bins than the index");
-	const std::size_t wanted = std::min(static_cast<std::size_t>(k), tree_->cells.size());
-	std::vector<std::size_t> indices(wanted);
-	std::vector<float> distances(wanted);
-	nanoflann::KNNResultSet<float> result(wanted);
-	result.init(indices.data(), distances.data());
-	tree_->tree->findNeighbors(result, query.data(), nanoflann::SearchParams(32, tree_->search_epsilon));
+	const Query query = tree_->make_query(signature);
+	const auto distance = [&](std::uint32_t point) { return tree_->distance(query, point); };
 	std::vector<NearestCell> nearest;
-	for (std::size_t i = 0; i < result.size(); i++) nearest.push_back({tree_->cells[indices[i]], distances[i]});
-	std::sort(
-	    nearest.begin(), nearest.end(),
-	    [](const NearestCell& a, const NearestCell& b)
-	    { return std::pair(a.squared_distance, a.cell) < std::pair(b.squared_distance, b.cell); });
+	NearestByFullDistance result(std::min(static_cast<std::size_t>(k), tree_->cells.size()), nearest, distance);
+	tree_->kd_tree->findNeighbors(result, query.projected.data(), nanoflann::SearchParams(32, tree_->search_epsilon));
+	for (NearestCell& found : nearest) found.squared_distance /= tree_->directions * tree_->directions;
 	return nearest;
 }
 }  // namespace d2s1r

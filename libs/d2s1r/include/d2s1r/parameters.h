@@ -145,7 +145,7 @@ void visit_parameters(P& p, Visitor&& visit)
 	    "[-] a range of 0 says that nothing is there up to the maximum range, else no data");
 
 	visit("paper", "max_range", p.paper.max_range, 0.5, 300.0, "[m] r of Table II: longer readings are out of range");
-	visit("paper", "bins", p.paper.bins, 2, 1024, "[-] d of Table II: dimension of the signature");
+	visit("paper", "bins", p.paper.bins, 2, 256, "[-] d of Table II: dimension of the signature");
 	visit("paper", "epsilon", p.paper.epsilon, 1e-9, 1.0, "[m] epsilon of Table II: least value in Eq. 1");
 	visit("paper", "candidates", p.paper.candidates, 1, 100000, "[-] k of Table II: nearest cells that are registered");
 	visit(
