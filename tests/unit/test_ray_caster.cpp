@@ -2,6 +2,7 @@
 #include <d2s1r/ray_caster.h>
 #include <gtest/gtest.h>
 
+#include "portable_simd.h"
 #include "test_maps.h"
 
 namespace d2s1r::test
@@ -89,13 +90,57 @@ TEST(RayCaster, AgreesWithCellByCellTraversalOnRandomMaps)
 	}
 }
 
+/// Free space with single obstacle cells.
+Grid make_field(std::mt19937& random)
+{
+	Grid grid = make_picture_grid(enlarge(Picture(12, std::string(17, '.')), 10), 0.05, -1, 2);
+	for (int i = 0; i < 150; i++) grid.cells[random() % grid.cells.size()] = Cell::kOccupied;
+	for (int i = 0; i < 50; i++) grid.cells[random() % grid.cells.size()] = Cell::kUnknown;
+	return grid;
+}
+
 TEST(RayCaster, ScansCounterClockwiseFromX)
 {
 	const Grid grid = make_picture_grid(kRoom, 0.5);
 	const RayCaster caster(grid, 30, false);
-	const std::vector<float> ranges = caster.scan(1.25, 0.75, 8);
+	const std::vector<float> ranges = caster.scan(1.26, 0.77, 8);
 	ASSERT_EQ(ranges.size(), 8U);
-	for (int i = 0; i < 8; i++) EXPECT_EQ(ranges[static_cast<std::size_t>(i)], caster.cast(1.25, 0.75, i * M_PI / 4));
+	for (int i = 0; i < 8; i++)
+		EXPECT_NEAR(ranges[static_cast<std::size_t>(i)], caster.cast(1.26, 0.77, i * M_PI / 4), 1e-5) << i;
+}
+
+TEST(RayCaster, ScansAreWhatSingleRaysAre)
+{
+	std::mt19937 random(8);
+	std::uniform_real_distribution<double> unit(-0.05, 1.05);
+	for (const bool stop_at_unknown : {false, true})
+	{
+		const Grid grid = make_field(random);
+		const RayCaster caster(grid, 4, stop_at_unknown);
+		int different = 0;
+		for (int scan = 0; scan < 100; scan++)
+		{
+			const double x = grid.origin_x + unit(random) * grid.width * grid.cell_size;
+			const double y = grid.origin_y + unit(random) * grid.height * grid.cell_size;
+			const std::vector<float> ranges = caster.scan(x, y, 181);
+			for (int i = 0; i < 181; i++)
+			{
+				const float single = caster.cast(x, y, 2 * M_PI * i / 181);
+				different += std::abs(ranges[static_cast<std::size_t>(i)] - single) > 1e-4F ? 1 : 0;
+			}
+		}
+		EXPECT_LE(different, 10) << "of 18100 rays, those that graze a corner";
+	}
+}
+
+TEST(RayCaster, ScansAreTheSameWithAndWithoutSimd)
+{
+	std::mt19937 random(9);
+	const Grid grid = make_field(random);
+	const RayCaster caster(grid, 4, false);
+	const std::vector<float> with = caster.scan(3.013, 4.041, 720);
+	const PortableSimd portable;
+	EXPECT_EQ(caster.scan(3.013, 4.041, 720), with);
 }
 }  // namespace
 }  // namespace d2s1r::test

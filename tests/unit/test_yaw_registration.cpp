@@ -5,6 +5,7 @@
 #include <mrpt/math/wrap2pi.h>
 
 #include "literal_paper.h"
+#include "portable_simd.h"
 #include "test_maps.h"
 
 namespace d2s1r::test
@@ -125,6 +126,18 @@ TEST(YawRegistration, OfEqualMinimaTheLastOneWins)
 	const auto found = register_yaw(observed, circle, {});
 	EXPECT_NEAR(found.yaw + observed.first_direction, -1 * kDegree, 1e-6);
 	EXPECT_NEAR(found.relative_entropy, 0, 1e-5);
+}
+
+TEST(YawRegistration, IsTheSameWithAndWithoutSimd)
+{
+	std::mt19937 random(8);
+	const ResampledScan observed = resample(scan_of(random_ranges(random, 270), 0, kDegree), {});
+	const std::vector<float> circle = random_ranges(random, 360);
+	const YawRegistration with = register_yaw(observed, circle, {});
+	const PortableSimd portable;
+	const YawRegistration without = register_yaw(observed, circle, {});
+	EXPECT_EQ(with.yaw, without.yaw);
+	EXPECT_EQ(with.relative_entropy, without.relative_entropy);
 }
 
 TEST(YawRegistration, RefusesAVirtualScanOfAnotherSize)

@@ -1,6 +1,8 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include <d2s1r/ray_caster.h>
 
+#include "ray_fan.h"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -11,31 +13,29 @@ namespace
 {
 constexpr int kMaxClearance = 255;
 
-/// Chebyshev distance of every cell to the nearest obstacle by two raster passes.
-std::vector<std::uint8_t> make_clearance(const Grid& grid, bool stop_at_unknown)
+/// Chebyshev distances by two raster passes.
+ClearanceMap make_clearance(const Grid& grid, bool stop_at_unknown)
 {
-	const int w = grid.width, h = grid.height;
-	const int outside = stop_at_unknown ? 0 : kMaxClearance;
-	std::vector<std::uint8_t> clearance(grid.cells.size());
-	const auto at = [&](int x, int y) -> int
-	{ return grid.contains(x, y) ? clearance[static_cast<std::size_t>(grid.index(x, y))] : outside; };
-	for (int y = 0; y < h; y++)
-		for (int x = 0; x < w; x++)
+	ClearanceMap map{grid.width + 2, grid.height + 2, {}};
+	map.cells.resize(map.index(0, map.height) + ClearanceMap::kOverrun);
+	const std::ptrdiff_t w = map.width;
+	for (int y = 1; y + 1 < map.height; y++)
+		for (int x = 1; x + 1 < map.width; x++)
 		{
-			const Cell cell = grid.at(x, y);
-			const bool obstacle = cell == Cell::kOccupied || (stop_at_unknown && cell == Cell::kUnknown);
-			const int near = std::min({at(x - 1, y), at(x - 1, y - 1), at(x, y - 1), at(x + 1, y - 1)});
-			clearance[static_cast<std::size_t>(grid.index(x, y))] =
-			    static_cast<std::uint8_t>(obstacle ? 0 : std::min(near + 1, kMaxClearance));
+			const Cell cell = grid.at(x - 1, y - 1);
+			if (cell == Cell::kOccupied || (stop_at_unknown && cell == Cell::kUnknown)) continue;
+			std::uint8_t* here = map.cells.data() + map.index(x, y);
+			const int near = std::min({here[-1], here[-w - 1], here[-w], here[-w + 1]});
+			*here = static_cast<std::uint8_t>(std::min(near + 1, kMaxClearance));
 		}
-	for (int y = h - 1; y >= 0; y--)
-		for (int x = w - 1; x >= 0; x--)
+	for (int y = map.height - 2; y > 0; y--)
+		for (int x = map.width - 2; x > 0; x--)
 		{
-			const int near = std::min({at(x + 1, y), at(x + 1, y + 1), at(x, y + 1), at(x - 1, y + 1)});
-			auto& cell = clearance[static_cast<std::size_t>(grid.index(x, y))];
-			cell = static_cast<std::uint8_t>(std::min<int>(cell, near + 1));
+			std::uint8_t* here = map.cells.data() + map.index(x, y);
+			const int near = std::min({here[1], here[w + 1], here[w], here[w - 1]});
+			*here = static_cast<std::uint8_t>(std::min<int>(*here, near + 1));
 		}
-	return clearance;
+	return map;
 }
 
 /// One coordinate of a ray; lengths in cells.
@@ -63,12 +63,12 @@ struct Axis
 		const int now = static_cast<int>(std::floor(start + length * step));
 		cell = std::clamp(now, cell - clearance + 1, cell + clearance - 1);
 	}
-	/// Lengths between which the ray is inside [0, size]; the first above the second if never.
-	std::pair<double, double> inside(int size) const
+	/// Lengths between which the ray is inside [1, end]; the first above the second if never.
+	std::pair<double, double> inside(int end) const
 	{
 		if (step == 0)
-			return start >= 0 && start < size ? std::pair{-HUGE_VAL, HUGE_VAL} : std::pair{HUGE_VAL, -HUGE_VAL};
-		const double a = -start * inverse, b = (size - start) * inverse;
+			return start >= 1 && start < end ? std::pair{-HUGE_VAL, HUGE_VAL} : std::pair{HUGE_VAL, -HUGE_VAL};
+		const double a = (1 - start) * inverse, b = (end - start) * inverse;
 		return {std::min(a, b), std::max(a, b)};
 	}
 };
@@ -78,9 +78,12 @@ RayCaster::RayCaster(const Grid& grid, double max_range, bool stop_at_unknown)
     : grid_(&grid),
       max_range_(max_range),
       stop_at_unknown_(stop_at_unknown),
-      clearance_(make_clearance(grid, stop_at_unknown))
+      clearance_(std::make_unique<const ClearanceMap>(make_clearance(grid, stop_at_unknown)))
 {
 }
+RayCaster::~RayCaster() = default;
+RayCaster::RayCaster(RayCaster&&) noexcept = default;
+RayCaster& RayCaster::operator=(RayCaster&&) noexcept = default;
 
 float RayCaster::cast(double x, double y, double angle) const
 {
@@ -89,33 +92,55 @@ float RayCaster::cast(double x, double y, double angle) const
 
 std::vector<float> RayCaster::scan(double x, double y, int directions) const
 {
-	std::vector<float> ranges(static_cast<std::size_t>(directions));
-	for (int i = 0; i < directions; i++) ranges[static_cast<std::size_t>(i)] = cast(x, y, 2 * M_PI * i / directions);
+	std::vector<float> ranges;
+	scan(x, y, directions, ranges);
 	return ranges;
+}
+
+void RayCaster::scan(double x, double y, int directions, std::vector<float>& ranges) const
+{
+	thread_local RayFan fan;
+	if (fan.size != static_cast<std::size_t>(directions)) fan = RayFan::full_circle(directions);
+	const double column = (x - grid_->origin_x) / grid_->cell_size + 1,
+	             row = (y - grid_->origin_y) / grid_->cell_size + 1;
+	if (clearance_->is_inside(static_cast<int>(std::floor(column)), static_cast<int>(std::floor(row))))
+	{
+		const auto limit = static_cast<float>(max_range_ / grid_->cell_size);
+		follow_rays(*clearance_, column, row, limit, stop_at_unknown_, fan, ranges);
+		ranges.resize(fan.size);
+		for (float& range : ranges)
+			range = range < limit ? range * static_cast<float>(grid_->cell_size) : static_cast<float>(max_range_);
+		return;
+	}
+	ranges.resize(fan.size);
+	for (std::size_t i = 0; i < fan.size; i++) ranges[i] = cast(x, y, 2 * M_PI * static_cast<double>(i) / directions);
 }
 
 float RayCaster::cast_along(double x, double y, double dx, double dy) const
 {
-	Axis u((x - grid_->origin_x) / grid_->cell_size, dx);
-	Axis v((y - grid_->origin_y) / grid_->cell_size, dy);
+	const ClearanceMap& map = *clearance_;
+	Axis u((x - grid_->origin_x) / grid_->cell_size + 1, dx);
+	Axis v((y - grid_->origin_y) / grid_->cell_size + 1, dy);
 	const double limit = max_range_ / grid_->cell_size;
 	double length = 0;  // [cells]
-	if (!grid_->contains(u.cell, v.cell))
+	if (!map.is_inside(u.cell, v.cell))
 	{
 		if (stop_at_unknown_) return 0;
-		const auto [u_in, u_out] = u.inside(grid_->width);
-		const auto [v_in, v_out] = v.inside(grid_->height);
+		const auto [u_in, u_out] = u.inside(map.width - 1);
+		const auto [v_in, v_out] = v.inside(map.height - 1);
 		length = std::max({u_in, v_in, 0.0});
 		if (length >= std::min({u_out, v_out, limit})) return static_cast<float>(max_range_);
-		u.cell = std::clamp(static_cast<int>(std::floor(u.start + length * u.step)), 0, grid_->width - 1);
-		v.cell = std::clamp(static_cast<int>(std::floor(v.start + length * v.step)), 0, grid_->height - 1);
+		u.cell = std::clamp(static_cast<int>(std::floor(u.start + length * u.step)), 1, map.width - 2);
+		v.cell = std::clamp(static_cast<int>(std::floor(v.start + length * v.step)), 1, map.height - 2);
 	}
 	while (length < limit)
 	{
-		if (!grid_->contains(u.cell, v.cell))
-			return static_cast<float>(stop_at_unknown_ ? length * grid_->cell_size : max_range_);
-		const int clearance = clearance_[static_cast<std::size_t>(grid_->index(u.cell, v.cell))];
-		if (clearance == 0) return static_cast<float>(length * grid_->cell_size);
+		const int clearance = map.cells[map.index(u.cell, v.cell)];
+		if (clearance == 0)
+		{
+			const bool none = !stop_at_unknown_ && !map.is_inside(u.cell, v.cell);
+			return static_cast<float>(none ? max_range_ : length * grid_->cell_size);
+		}
 		const double u_exit = u.exit(clearance), v_exit = v.exit(clearance);
 		length = std::min(u_exit, v_exit);
 		if (u_exit < v_exit)

@@ -2,6 +2,8 @@
 #include <d2s1r/yaw_registration.h>
 #include <mrpt/math/wrap2pi.h>
 
+#include "correlation.h"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -64,7 +66,8 @@ struct Scratch
 void prepare(const std::vector<float>& virtual_ranges, const PaperParameters& parameters, Scratch& scratch)
 {
 	const std::size_t size = virtual_ranges.size();
-	scratch.logarithms.resize(2 * size);
+	scratch.logarithms.resize(2 * size + kCorrelationPadding);
+	scratch.correlation.resize(size + kCorrelationPadding);
 	scratch.sums.resize(2 * size + 1);
 	for (std::size_t i = 0; i < 2 * size; i++)
 	{
@@ -72,15 +75,6 @@ void prepare(const std::vector<float>& virtual_ranges, const PaperParameters& pa
 		scratch.logarithms[i] = i < size ? std::log2(range) : scratch.logarithms[i - size];
 		scratch.sums[i + 1] = scratch.sums[i] + static_cast<double>(range);
 	}
-}
-
-/// Ranges (zero where not observed) against the logarithms, for every shift.
-void correlate(const std::vector<float>& ranges, Scratch& scratch)
-{
-	scratch.correlation.assign(ranges.size(), 0);
-	for (std::size_t i = 0; i < ranges.size(); i++)
-		for (std::size_t shift = 0; shift < ranges.size(); shift++)
-			scratch.correlation[shift] += ranges[i] * scratch.logarithms[i + shift];
 }
 }  // namespace
 
@@ -122,7 +116,7 @@ YawRegistration register_yaw(
 	double first_term = -std::log2(total);
 	for (const float range : observed.ranges)
 		if (range > 0) first_term += static_cast<double>(range) * std::log2(static_cast<double>(range)) / total;
-	correlate(observed.ranges, scratch);
+	correlate(observed.ranges, scratch.logarithms, scratch.correlation);
 	YawRegistration best{0, std::numeric_limits<double>::infinity()};
 	for (std::size_t shift = 0; shift < size; shift++)
 	{

@@ -3,8 +3,12 @@
 
 #include <d2s1r/grid.h>
 
+#include <memory>
+
 namespace d2s1r
 {
+struct ClearanceMap;
+
 /// Virtual scans from arbitrary poses by exact grid traversal; whole squares of free space are crossed in one step.
 /// Const and thread-safe. Needs one byte a cell of the grid.
 class RayCaster
@@ -14,13 +18,21 @@ class RayCaster
 	/// \param max_range [m]
 	/// \param stop_at_unknown whether unknown cells, and all that lies outside of the grid, end a ray
 	RayCaster(const Grid& grid, double max_range, bool stop_at_unknown);
+	~RayCaster();
+	RayCaster(RayCaster&&) noexcept;
+	RayCaster& operator=(RayCaster&&) noexcept;
 
 	/// Distance [m] from (x, y) [m, map frame] along `angle` [rad] to the near side of the first obstacle; max_range if
 	/// none. Zero inside an obstacle.
 	float cast(double x, double y, double angle) const;
 
 	/// Ranges [m] from (x, y) [m, map frame] along `directions` directions; direction i points at 2 pi i / directions.
+	/// Several rays at a time in single precision: a ray that grazes a corner may pass it on the other side than cast()
+	/// says.
 	std::vector<float> scan(double x, double y, int directions) const;
+
+	/// The same into `ranges`, without allocation if that was large enough once.
+	void scan(double x, double y, int directions, std::vector<float>& ranges) const;
 
    private:
 	float cast_along(double x, double y, double dx, double dy) const;
@@ -28,7 +40,6 @@ class RayCaster
 	const Grid* grid_;
 	double max_range_;  //!< [m]
 	bool stop_at_unknown_;
-	std::vector<std::uint8_t>
-	    clearance_;  //!< [cells] Chebyshev distance to the nearest obstacle, row-major, at most 255
+	std::unique_ptr<const ClearanceMap> clearance_;
 };
 }  // namespace d2s1r
