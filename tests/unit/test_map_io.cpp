@@ -61,7 +61,7 @@ mrpt::maps::CSimpleMap room_seen_once()
 
 std::string refusal(const std::string& file, const std::optional<ImageGeometry>& image = std::nullopt)
 {
-	const auto message = message_of<std::runtime_error>([&] { load_map(file, {}, image); });
+	auto message = message_of<std::runtime_error>([&] { load_map(file, {}, image); });
 	EXPECT_EQ(message.find('\n'), std::string::npos) << message;
 	return message;
 }

@@ -31,7 +31,7 @@ class MapYaml : public testing::Test
 	std::string refusal(const std::string& yaml)
 	{
 		const auto file = folder_.write("map.yaml", yaml);
-		const auto message = message_of<std::runtime_error>([&] { load_map(file); });
+		auto message = message_of<std::runtime_error>([&] { load_map(file); });
 		EXPECT_EQ(message.find(file + ": "), 0U) << message;
 		EXPECT_EQ(message.find('\n'), std::string::npos) << message;
 		return message;
