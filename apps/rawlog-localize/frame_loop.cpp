@@ -1,6 +1,8 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "frame_loop.h"
 
+#include <utility>
+
 #include "interrupt.h"
 #include "parallel.h"
 
@@ -108,7 +110,7 @@ std::string localize_rawlog(
 				    current.jobs[i - 1].result = localizer.localize(*current.jobs[i - 1].scan);
 		    });
 		previous = std::move(current);
-		current = std::move(next);
+		current = std::exchange(next, {});
 	}
 	write(previous, outputs);
 	progress.show(outputs.frames().size());
