@@ -4,7 +4,46 @@
 #include <gtest/gtest.h>
 #include <mrpt/math/wrap2pi.h>
 
+#include <atomic>
+#include <cstdlib>
+#include <new>
+
 #include "test_maps.h"
+
+namespace
+{
+std::atomic<int> allocations{0};
+}  // namespace
+
+void* operator new(std::size_t size)
+{
+	allocations++;
+	if (void* memory = std::malloc(size)) return memory;
+	throw std::bad_alloc();
+}
+void* operator new(std::size_t size, std::align_val_t alignment)
+{
+	allocations++;
+	const auto step = static_cast<std::size_t>(alignment);
+	if (void* memory = std::aligned_alloc(step, (size + step - 1) / step * step)) return memory;
+	throw std::bad_alloc();
+}
+void operator delete(void* memory, std::align_val_t) noexcept
+{
+	std::free(memory);
+}
+void operator delete(void* memory, std::size_t, std::align_val_t) noexcept
+{
+	std::free(memory);
+}
+void operator delete(void* memory) noexcept
+{
+	std::free(memory);
+}
+void operator delete(void* memory, std::size_t) noexcept
+{
+	std::free(memory);
+}
 
 namespace d2s1r::test
 {
@@ -96,6 +135,16 @@ TEST_F(PaperLocalizer, CovarianceIsThatOfACellAndAStepMovedToTheRobot)
 	// A turn of the sensor moves the robot, 1 m behind it, sideways.
 	EXPECT_NEAR(ahead.covariance(1, 1), position + yaw * std::pow(std::cos(ahead.pose.phi()), 2), 1e-9);
 	EXPECT_NEAR(ahead.covariance(1, 2), -yaw * std::cos(ahead.pose.phi()), 1e-9);
+}
+
+TEST_F(PaperLocalizer, AllocatesNothingButTheHypotheses)
+{
+	const Scan scan = make_scan(make_observation(grid_, {3.0, -1.6, 0.3}), parameters_.scan);
+	localize_paper(scan, grid_, index_, caster_, parameters_.paper);
+	const int before = allocations;
+	const Localization result = localize_paper(scan, grid_, index_, caster_, parameters_.paper);
+	EXPECT_EQ(allocations - before, 1);
+	EXPECT_EQ(result.hypotheses.size(), 10U);
 }
 
 TEST_F(PaperLocalizer, AnInvalidScanIsInvalidNotAPose)

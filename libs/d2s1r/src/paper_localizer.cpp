@@ -26,23 +26,30 @@ struct Candidate
 	double relative_entropy = 0;  //!< [bit] lower is better
 };
 
-std::vector<Candidate> register_candidates(
-    const std::vector<NearestCell>& cells, const ResampledScan& observed, const Grid& grid, const RayCaster& caster,
-    const PaperParameters& parameters)
+/// What a thread needs for a query, kept for the next one.
+struct Scratch
 {
-	std::vector<Candidate> candidates;
-	candidates.reserve(cells.size());
-	for (const NearestCell& nearest : cells)
+	Signature signature;
+	std::vector<NearestCell> cells;
+	ResampledScan observed;
+	std::vector<float> virtual_ranges;  //!< [m]
+	std::vector<Candidate> candidates;  //!< by increasing relative entropy
+};
+
+void register_candidates(const Grid& grid, const RayCaster& caster, const PaperParameters& parameters, Scratch& scratch)
+{
+	scratch.candidates.clear();
+	for (const NearestCell& nearest : scratch.cells)
 	{
 		const double x = grid.center_x(nearest.cell), y = grid.center_y(nearest.cell);
-		const YawRegistration registration =
-		    register_yaw(observed, caster.scan(x, y, parameters.directions), parameters);
-		candidates.push_back({{x, y, registration.yaw}, registration.relative_entropy});
+		caster.scan(x, y, parameters.directions, scratch.virtual_ranges);
+		const YawRegistration registration = register_yaw(scratch.observed, scratch.virtual_ranges, parameters);
+		const Candidate candidate{{x, y, registration.yaw}, registration.relative_entropy};
+		const auto is_better = [](const Candidate& a, const Candidate& b)
+		{ return a.relative_entropy < b.relative_entropy; };
+		auto& sorted = scratch.candidates;
+		sorted.insert(std::upper_bound(sorted.begin(), sorted.end(), candidate, is_better), candidate);
 	}
-	std::stable_sort(
-	    candidates.begin(), candidates.end(),
-	    [](const Candidate& a, const Candidate& b) { return a.relative_entropy < b.relative_entropy; });
-	return candidates;
 }
 
 /// Uniform errors within a cell and a step of yaw, moved from the sensor to the robot.
@@ -111,18 +118,19 @@ Localization localize_paper(
 	if (!scan.valid()) return not_a_scan(scan.invalid_because);
 
 	const auto start = Clock::now();
-	const Signature signature = make_signature(scan, parameters);
-	const std::vector<NearestCell> cells = index.nearest(signature, parameters.candidates);
+	thread_local Scratch scratch;
+	make_signature(scan, parameters, scratch.signature);
+	index.nearest(scratch.signature, parameters.candidates, scratch.cells);
 	const auto retrieved = Clock::now();
-	const ResampledScan observed = resample(scan, parameters);
-	const std::vector<Candidate> candidates = register_candidates(cells, observed, grid, caster, parameters);
+	resample(scan, parameters, scratch.observed);
+	register_candidates(grid, caster, parameters, scratch);
 	const auto registered = Clock::now();
 
 	Localization result;
 	result.status = Status::kLocalized;
-	result.hypotheses = make_hypotheses(candidates, scan, grid.cell_size, 2 * M_PI / parameters.directions);
+	result.hypotheses = make_hypotheses(scratch.candidates, scan, grid.cell_size, 2 * M_PI / parameters.directions);
 	result.confidence = probability_of_place(result.hypotheses);
-	result.relative_entropy = candidates.front().relative_entropy;
+	result.relative_entropy = scratch.candidates.front().relative_entropy;
 	result.times.retrieval_ms = ms_between(start, retrieved);
 	result.times.registration_ms = ms_between(retrieved, registered);
 	result.times.total_ms = ms_between(start, Clock::now());

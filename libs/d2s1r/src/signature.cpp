@@ -11,11 +11,12 @@ namespace
 class Histogram
 {
    public:
-	explicit Histogram(const PaperParameters& parameters)
+	Histogram(const PaperParameters& parameters, Signature& counts)
 	    : max_range_(parameters.max_range),
 	      bin_width_((parameters.max_range + parameters.epsilon) / parameters.bins),
-	      counts_(static_cast<std::size_t>(parameters.bins))
+	      counts_(counts)
 	{
+		counts_.assign(static_cast<std::size_t>(parameters.bins), 0.0F);
 	}
 	void add(double range)
 	{
@@ -24,35 +25,43 @@ class Histogram
 		total_ += 1;
 	}
 	void add_out_of_range() { add(max_range_); }
-	Signature normalized() &&
+	void normalize()
 	{
 		for (float& count : counts_) count /= std::max(total_, 1.0F);
-		return std::move(counts_);
 	}
 
    private:
 	double max_range_;  //!< [m]
 	double bin_width_;  //!< [m]
 	float total_ = 0;
-	Signature counts_;
+	Signature& counts_;
 };
 }  // namespace
 
-Signature make_signature(const Scan& scan, const PaperParameters& parameters)
+void make_signature(const Scan& scan, const PaperParameters& parameters, Signature& signature)
 {
-	Histogram histogram(parameters);
+	Histogram histogram(parameters, signature);
 	for (const Beam& beam : scan.beams)
 		if (beam.is_return)
 			histogram.add(static_cast<double>(beam.range));
 		else
 			histogram.add_out_of_range();
-	return std::move(histogram).normalized();
+	histogram.normalize();
+}
+
+Signature make_signature(const Scan& scan, const PaperParameters& parameters)
+{
+	Signature signature;
+	make_signature(scan, parameters, signature);
+	return signature;
 }
 
 Signature make_signature(const std::vector<float>& ranges, const PaperParameters& parameters)
 {
-	Histogram histogram(parameters);
+	Signature signature;
+	Histogram histogram(parameters, signature);
 	for (const float range : ranges) histogram.add(static_cast<double>(range));
-	return std::move(histogram).normalized();
+	histogram.normalize();
+	return signature;
 }
 }  // namespace d2s1r

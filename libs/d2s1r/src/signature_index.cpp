@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <nanoflann.hpp>
+#include <numeric>
 #include <stdexcept>
 
 #include "parallel.h"
@@ -64,6 +65,15 @@ class NearestByFullDistance
 	std::vector<NearestCell>& nearest_;
 	const Distance& distance_;
 };
+
+template <class T>
+std::vector<T> permuted(const std::vector<T>& values, const std::vector<std::uint32_t>& order)
+{
+	std::vector<T> result;
+	result.reserve(values.size());
+	for (const std::uint32_t from : order) result.push_back(values[from]);
+	return result;
+}
 }  // namespace
 
 /// The tree is over projections; as they never lengthen a distance, the nearest full signatures are found exactly.
@@ -99,7 +109,7 @@ struct SignatureIndex::Tree
 	std::unique_ptr<KdTree> kd_tree;
 
 	Tree(const std::vector<CellIndex>& cells_, const SignatureCounts& counts, const Parameters& parameters);
-	Query make_query(const Signature& signature) const;
+	void fill(Query& query, const Signature& signature) const;
 	NearestCell distance(const Query& query, std::uint32_t point) const;
 
 	std::size_t kdtree_get_point_count() const { return projections.size(); }
@@ -119,37 +129,30 @@ SignatureIndex::Tree::Tree(
       lines_of_signature((bins + kLineSize - 1) / kLineSize),
       projection(counts)
 {
-	std::vector<ProjectedSignature> by_cell;
-	for (std::size_t i = 0; i < cells_.size(); i++) by_cell.push_back(projection.project(counts.of(i)));
-	projections = by_cell;
+	projections.reserve(cells_.size());
+	for (std::size_t i = 0; i < cells_.size(); i++) projections.push_back(projection.project(counts.of(i)));
 	kd_tree = std::make_unique<KdTree>(kProjectionSize, *this, nanoflann::KDTreeSingleIndexAdaptorParams(kLeafSize));
 
 	// Whatever a leaf refers to is moved next to each other.
-	cells.resize(cells_.size());
-	signatures.resize(cells_.size() * lines_of_signature);
+	const std::vector<std::uint32_t> order = kd_tree->vAcc;
+	std::iota(kd_tree->vAcc.begin(), kd_tree->vAcc.end(), 0U);
+	projections = permuted(projections, order);
+	cells = permuted(cells_, order);
+	signatures.resize(cells.size() * lines_of_signature);
 	for (std::size_t point = 0; point < cells.size(); point++)
-	{
-		const std::size_t from = kd_tree->vAcc[point];
-		kd_tree->vAcc[point] = static_cast<std::uint32_t>(point);
-		cells[point] = cells_[from];
-		projections[point] = by_cell[from];
-		std::copy_n(counts.of(from), bins, signatures[point * lines_of_signature].counts.data());
-	}
+		std::copy_n(counts.of(order[point]), bins, signatures[point * lines_of_signature].counts.data());
 }
 
-Query SignatureIndex::Tree::make_query(const Signature& signature) const
+void SignatureIndex::Tree::fill(Query& query, const Signature& signature) const
 {
-	Query query;
 	query.counts.assign(lines_of_signature * kLineSize, 0);
-	std::vector<float> counts;
 	for (std::size_t bin = 0; bin < bins; bin++)
 	{
-		query.counts[bin] =
-		    static_cast<std::int32_t>(std::lround(std::min(signature[bin] * directions, 255.0F) * kFraction));
-		counts.push_back(static_cast<float>(query.counts[bin]) / kFraction);
+		const float count = std::min(signature[bin] * directions, 255.0F);
+		query.counts[bin] = static_cast<std::int32_t>(std::lround(count * kFraction));
 	}
-	query.projected = projection.project(counts.data());
-	return query;
+	query.projected = projection.project(query.counts.data());
+	for (float& coordinate : query.projected) coordinate /= kFraction;
 }
 
 NearestCell SignatureIndex::Tree::distance(const Query& query, std::uint32_t point) const
@@ -173,16 +176,22 @@ SignatureIndex::~SignatureIndex() = default;
 SignatureIndex::SignatureIndex(SignatureIndex&&) noexcept = default;
 SignatureIndex& SignatureIndex::operator=(SignatureIndex&&) noexcept = default;
 
-std::vector<NearestCell> SignatureIndex::nearest(const Signature& signature, int k) const
+std::vector<NearestCell> SignatureIndex::nearest(const Signature& query, int k) const
+{
+	std::vector<NearestCell> result;
+	nearest(query, k, result);
+	return result;
+}
+
+void SignatureIndex::nearest(const Signature& signature, int k, std::vector<NearestCell>& result) const
 {
 	if (signature.size() != tree_->bins)
 		throw std::invalid_argument("SignatureIndex: the query has another number of bins than the index");
-	const Query query = tree_->make_query(signature);
-	const auto distance = [&](std::uint32_t point) { return tree_->distance(query, point); };
-	std::vector<NearestCell> nearest;
-	NearestByFullDistance result(std::min(static_cast<std::size_t>(k), tree_->cells.size()), nearest, distance);
-	tree_->kd_tree->findNeighbors(result, query.projected.data(), nanoflann::SearchParams(32, tree_->search_epsilon));
-	for (NearestCell& found : nearest) found.squared_distance /= tree_->directions * tree_->directions;
-	return nearest;
+	thread_local Query query;
+	tree_->fill(query, signature);
+	const auto distance = [this](std::uint32_t point) { return tree_->distance(query, point); };
+	NearestByFullDistance nearest(std::min(static_cast<std::size_t>(k), tree_->cells.size()), result, distance);
+	tree_->kd_tree->findNeighbors(nearest, query.projected.data(), nanoflann::SearchParams(32, tree_->search_epsilon));
+	for (NearestCell& found : result) found.squared_distance /= tree_->directions * tree_->directions;
 }
 }  // namespace d2s1r

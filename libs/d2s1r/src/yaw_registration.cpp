@@ -41,9 +41,9 @@ const Beam& nearest_beam(const std::vector<Beam>& beams, double angle)
 /// Directions that follow each other and were all observed.
 using Window = std::pair<std::size_t, std::size_t>;
 
-std::vector<Window> observed_runs(const ResampledScan& scan)
+void find_observed_runs(const ResampledScan& scan, std::vector<Window>& runs)
 {
-	std::vector<Window> runs;
+	runs.clear();
 	for (std::size_t i = 0; i < scan.observed.size(); i++)
 		if (scan.observed[i] == 0)
 			continue;
@@ -51,7 +51,6 @@ std::vector<Window> observed_runs(const ResampledScan& scan)
 			runs.back().second++;
 		else
 			runs.emplace_back(i, i + 1);
-	return runs;
 }
 
 /// What the registration of one candidate needs; two turns of a virtual scan, so that no window wraps around.
@@ -80,10 +79,19 @@ void prepare(const std::vector<float>& virtual_ranges, const PaperParameters& pa
 
 ResampledScan resample(const Scan& scan, const PaperParameters& parameters)
 {
+	ResampledScan result;
+	resample(scan, parameters, result);
+	return result;
+}
+
+void resample(const Scan& scan, const PaperParameters& parameters, ResampledScan& result)
+{
 	const auto size = static_cast<std::size_t>(parameters.directions);
 	const double step = 2 * M_PI / parameters.directions;
-	ResampledScan result{0, std::vector<float>(size), std::vector<char>(size)};
-	if (scan.beams.empty()) return result;
+	result.first_direction = 0;
+	result.ranges.assign(size, 0.0F);
+	result.observed.assign(size, 0);
+	if (scan.beams.empty()) return;
 	const auto first = static_cast<double>(scan.beams.front().angle);
 	result.first_direction = first - std::floor(first / step) * step;
 	const double beam_spacing = scan.field_of_view / static_cast<double>(scan.beams.size());
@@ -96,7 +104,6 @@ ResampledScan resample(const Scan& scan, const PaperParameters& parameters)
 		result.ranges[i] = preprocess(beam.range, beam.is_return, parameters);
 		result.observed[i] = 1;
 	}
-	return result;
 }
 
 YawRegistration register_yaw(
@@ -109,7 +116,7 @@ YawRegistration register_yaw(
 	prepare(virtual_ranges, parameters, scratch);
 	const double total = std::accumulate(observed.ranges.begin(), observed.ranges.end(), 0.0);
 	if (total <= 0) return {0, std::numeric_limits<double>::infinity()};
-	scratch.runs = observed_runs(observed);
+	find_observed_runs(observed, scratch.runs);
 
 	// Eq. 1 with v_l = l / total and v_v = v / sum(v): the first term is constant in the shift, the second one is
 	// a correlation of l with log v and the logarithm of a window's sum.

@@ -14,8 +14,8 @@ namespace d2s1r
 /// It always answers with its best candidate, status localized. All candidates are returned, by increasing relative
 /// entropy D; the paper knows no probabilities, here they are proportional to 2^(-n D) for n effectively independent
 /// beams (Sanov's theorem), and the confidence is the sum over the candidates at the place of the best one. Covariances
-/// come from the size of a cell and the step of the yaw. Thread-safe.
-/// \param caster of `grid`, with the range of `parameters`
+/// come from the size of a cell and the step of the yaw. Thread-safe; a thread's first call aside, nothing but the
+/// returned hypotheses is allocated. \param caster of `grid`, with the range of `parameters`
 Localization localize_paper(
     const Scan& scan, const Grid& grid, const SignatureIndex& index, const RayCaster& caster,
     const PaperParameters& parameters);

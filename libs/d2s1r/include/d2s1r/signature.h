@@ -14,6 +14,9 @@ using Signature = std::vector<float>;
 /// range.
 Signature make_signature(const Scan& scan, const PaperParameters& parameters);
 
+/// The same into `signature`, without allocation if that was large enough once.
+void make_signature(const Scan& scan, const PaperParameters& parameters, Signature& signature);
+
 /// The same of a virtual scan given by its ranges [m]; out of range where >= max_range.
 Signature make_signature(const std::vector<float>& ranges, const PaperParameters& parameters);
 }  // namespace d2s1r

@@ -26,7 +26,11 @@ class SignatureIndex
 	SignatureIndex& operator=(SignatureIndex&&) noexcept;
 
 	/// The k cells of nearest signature, nearest first; ties by cell.
+	/// \throws std::invalid_argument if the query has another number of bins
 	std::vector<NearestCell> nearest(const Signature& query, int k) const;
+
+	/// The same into `result`, without allocation if that was large enough once.
+	void nearest(const Signature& query, int k, std::vector<NearestCell>& result) const;
 
    private:
 	struct Tree;

@@ -25,6 +25,9 @@ struct ResampledScan
 /// Nearest beam of every direction; the directions start at a beam, so that one beam a direction is taken as it is.
 ResampledScan resample(const Scan& scan, const PaperParameters& parameters);
 
+/// The same into `result`, without allocation if that was large enough once.
+void resample(const Scan& scan, const PaperParameters& parameters, ResampledScan& result);
+
 /// Algorithm 2: D(observed || virtual_scan) for all yaw shifts; the last of equal minima, as the paper's "<=" does.
 /// Only what was observed is compared: the vectors of Eq. 1 are normalized over that window.
 /// \param virtual_ranges [m] at the candidate, direction i points at 2 pi i / size in the map frame; same size as
