@@ -10,6 +10,23 @@ namespace
 {
 constexpr int kReach = static_cast<int>(DistanceField::kReachCells);
 
+/// `grid` with a rim of unknown cells as wide as the field reaches: walls at its edge act outwards, too.
+Grid with_rim(const Grid& grid)
+{
+	Grid wide{
+	    grid.width + 2 * kReach,
+	    grid.height + 2 * kReach,
+	    grid.cell_size,
+	    grid.origin_x - kReach * grid.cell_size,
+	    grid.origin_y - kReach * grid.cell_size,
+	    {}};
+	wide.cells.assign(static_cast<std::size_t>(wide.width) * static_cast<std::size_t>(wide.height), Cell::kUnknown);
+	for (int y = 0; y < grid.height; y++)
+		std::copy_n(
+		    grid.cells.begin() + grid.index(0, y), grid.width, wide.cells.begin() + wide.index(kReach, y + kReach));
+	return wide;
+}
+
 /// Distance [cells] of every cell to the nearest occupied one in its column, at most kReach.
 std::vector<std::uint8_t> distances_along_columns(const Grid& grid)
 {
@@ -81,15 +98,13 @@ class RowTransform
 };
 }  // namespace
 
-DistanceField::DistanceField(const Grid& grid)
-    : width_(grid.width),
-      height_(grid.height),
-      cell_size_(grid.cell_size),
-      origin_x_(grid.origin_x),
-      origin_y_(grid.origin_y),
-      cells_(grid.cells.size())
+DistanceField::DistanceField(const Grid& grid) : cell_size_(grid.cell_size)
 {
-	const auto columns = distances_along_columns(grid);
+	const Grid wide = with_rim(grid);
+	width_ = wide.width, height_ = wide.height;
+	origin_x_ = wide.origin_x, origin_y_ = wide.origin_y;
+	cells_.resize(wide.cells.size());
+	const auto columns = distances_along_columns(wide);
 	RowTransform transform(width_);
 	for (int y = 0; y < height_; y++)
 	{

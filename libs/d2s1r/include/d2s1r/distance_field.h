@@ -13,7 +13,8 @@ struct Distance
 	float gradient_y = 0;  //!< [-] d value / d y
 };
 
-/// Euclidean distance to the nearest occupied cell, bilinear between cell centres. Two bytes a cell of the grid.
+/// Euclidean distance to the nearest occupied cell, bilinear between cell centres, also a little way out of the grid:
+/// the outer walls of a building are its edge. Two bytes a cell of the grid.
 /// Const and thread-safe. The transform is that of Felzenszwalb and Huttenlocher, "Distance Transforms of Sampled
 /// Functions", 2012.
 class DistanceField
@@ -24,14 +25,14 @@ class DistanceField
 
 	explicit DistanceField(const Grid& grid);
 
-	/// At (x, y) [m, map frame]; outside of the grid the greatest distance, with no gradient.
+	/// At (x, y) [m, map frame]; far outside of the grid the greatest distance, with no gradient.
 	Distance at(double x, double y) const;
 
 	double cell_size() const { return cell_size_; }  //!< [m]
 
    private:
-	int width_, height_;
-	double cell_size_, origin_x_, origin_y_;
+	int width_ = 0, height_ = 0;  //!< [cells] of the grid and a rim about it
+	double cell_size_, origin_x_ = 0, origin_y_ = 0;
 	std::vector<std::uint16_t> cells_;  //!< [cell_size / 1024] row-major
 };
 inline Distance DistanceField::at(double x, double y) const
