@@ -104,8 +104,7 @@ bool CParticleFilterFusion::seed(const Localization& localization)
 CPosePDFGaussian CParticleFilterFusion::motion_to(const FusionInput& input) const
 {
 	const bool use_odometry = parameters_.motion != MotionSource::kPseudo;
-	const auto predicted =
-	    pf::predict_motion(use_odometry ? input.odometry : std::nullopt, last_motion_, tuning.motion);
+	auto predicted = pf::predict_motion(use_odometry ? input.odometry : std::nullopt, last_motion_, tuning.motion);
 	if (parameters_.motion == MotionSource::kOdometry) return predicted;
 	const auto weights = pf::normalized_weights(particles_);
 	const auto support = [&](const Hypothesis& hypothesis)

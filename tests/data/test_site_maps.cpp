@@ -23,6 +23,12 @@ struct Site
 	double free_area;  //!< [m^2] as its makers state it
 };
 
+/// Its name in the list of tests.
+void PrintTo(const Site& site, std::ostream* stream)
+{
+	*stream << site.name;
+}
+
 class SiteMap : public testing::TestWithParam<Site>
 {
    protected:

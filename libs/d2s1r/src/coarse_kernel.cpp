@@ -14,7 +14,8 @@ namespace HWY_NAMESPACE
 namespace hn = hwy::HWY_NAMESPACE;
 using Bytes = hn::CappedTag<std::uint8_t, 64>;
 
-std::uint8_t BlockCosts(const CoarseBeam* beams, std::size_t count, std::uint8_t truncation, std::uint8_t* cost)
+std::uint8_t block_costs_of_target(
+    const CoarseBeam* beams, std::size_t count, std::uint8_t truncation, std::uint8_t* cost)
 {
 	const Bytes bytes;
 	const auto most = hn::Set(bytes, truncation);
@@ -39,7 +40,7 @@ std::uint8_t BlockCosts(const CoarseBeam* beams, std::size_t count, std::uint8_t
 	return result;
 }
 
-std::uint32_t RowCost(
+std::uint32_t row_cost_of_target(
     const std::uint8_t* row, const std::uint8_t* step, const std::uint8_t* mask, std::size_t count,
     std::uint8_t truncation)
 {
@@ -63,19 +64,19 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace d2s1r
 {
-HWY_EXPORT(BlockCosts);
-HWY_EXPORT(RowCost);
+HWY_EXPORT(block_costs_of_target);
+HWY_EXPORT(row_cost_of_target);
 
 std::uint8_t block_costs(const CoarseBeam* beams, std::size_t count, std::uint8_t truncation, std::uint8_t* cost)
 {
-	return HWY_DYNAMIC_DISPATCH(BlockCosts)(beams, count, truncation, cost);
+	return HWY_DYNAMIC_DISPATCH(block_costs_of_target)(beams, count, truncation, cost);
 }
 
 std::uint32_t row_cost(
     const std::uint8_t* row, const std::uint8_t* step, const std::uint8_t* mask, std::size_t count,
     std::uint8_t truncation)
 {
-	return HWY_DYNAMIC_DISPATCH(RowCost)(row, step, mask, count, truncation);
+	return HWY_DYNAMIC_DISPATCH(row_cost_of_target)(row, step, mask, count, truncation);
 }
 }  // namespace d2s1r
 #endif
