@@ -73,6 +73,12 @@ inline mrpt::maps::COccupancyGridMap2D::Ptr make_map(
 	return make_map(make_picture_grid(picture, cell_size, origin_x, origin_y));
 }
 
+/// P(occupied) of a cell, to the resolution of MRPT's log-odds.
+inline double p_occupied(const mrpt::maps::COccupancyGridMap2D& map, int x, int y)
+{
+	return 1.0 - static_cast<double>(map.getCell(x, y));
+}
+
 /// Each character of `picture` as factor x factor characters.
 inline Picture enlarge(const Picture& picture, int factor)
 {
