@@ -1,0 +1,147 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+// What a Localizer promises besides finding the place.
+#include <d2s1r/localizer.h>
+#include <gtest/gtest.h>
+
+#include <thread>
+
+#include "test_floor.h"
+
+namespace d2s1r::test
+{
+namespace
+{
+class LocalizerContract : public testing::Test
+{
+   protected:
+	const Grid grid_ = make_floor(), world_ = world_of(grid_);
+	const Localizer localizer_{make_map(grid_), {}};
+};
+
+/// All that a result says, but for the times.
+std::vector<double> numbers_of(const Localization& result)
+{
+	std::vector<double> numbers{static_cast<double>(result.status), result.confidence, result.relative_entropy};
+	for (const Hypothesis& hypothesis : result.hypotheses)
+	{
+		numbers.insert(
+		    numbers.end(), {hypothesis.pose.x(), hypothesis.pose.y(), hypothesis.pose.phi(), hypothesis.probability,
+		                    hypothesis.log_likelihood});
+		for (int i = 0; i < 9; i++) numbers.push_back(hypothesis.covariance(i / 3, i % 3));
+	}
+	return numbers;
+}
+}  // namespace
+
+TEST_F(LocalizerContract, ResultsCarryTimesAndEntropy)
+{
+	const Localization result = localizer_.localize(make_observation(world_, poses_on_floor()[0]));
+	EXPECT_GT(result.times.retrieval_ms, 0);
+	EXPECT_GT(result.times.refinement_ms, 0);
+	EXPECT_GE(
+	    result.times.total_ms,
+	    result.times.retrieval_ms + result.times.registration_ms + result.times.refinement_ms - 1e-3);
+	EXPECT_GE(result.relative_entropy, 0);
+	EXPECT_LT(result.relative_entropy, 0.1);
+}
+
+TEST_F(LocalizerContract, UnusableScansAreAStatusNotAnException)
+{
+	const auto good = make_observation(world_, poses_on_floor()[0]);
+	auto tilted = good, empty = good, blind = good, not_numbers = good, no_aperture = good;
+	tilted.sensorPose = mrpt::poses::CPose3D(0, 0, 0, 0, 0.5, 0);
+	empty.resizeScan(0);
+	no_aperture.aperture = 0;
+	for (std::size_t i = 0; i < good.getScanSize(); i++)
+	{
+		blind.setScanRangeValidity(i, false), blind.setScanRange(i, 0);
+		not_numbers.setScanRange(i, std::nanf(""));
+	}
+	for (const auto& observation :
+	     {tilted, empty, blind, not_numbers, no_aperture, mrpt::obs::CObservation2DRangeScan()})
+	{
+		Localization result;
+		ASSERT_NO_THROW(result = localizer_.localize(observation));
+		EXPECT_EQ(result.status, Status::kInvalid);
+		EXPECT_TRUE(result.hypotheses.empty());
+		EXPECT_EQ(result.confidence, 0);
+		EXPECT_FALSE(result.note.empty());
+		EXPECT_TRUE(std::isnan(result.relative_entropy));
+	}
+}
+
+TEST_F(LocalizerContract, ManyThreadsGetTheSameBits)
+{
+	std::vector<mrpt::obs::CObservation2DRangeScan> observations;
+	for (const auto& robot : poses_on_floor())
+		observations.push_back(make_observation(world_, robot, laser_of(observations.size() % 2 == 0 ? 360 : 150)));
+	std::vector<std::vector<double>> expected;
+	for (const auto& observation : observations) expected.push_back(numbers_of(localizer_.localize(observation)));
+	std::vector<std::vector<std::vector<double>>> seen(4);
+	std::vector<std::thread> threads;
+	for (std::size_t t = 0; t < seen.size(); t++)
+		threads.emplace_back(
+		    [&, t]
+		    {
+			    for (std::size_t i = 0; i < observations.size(); i++)
+				    seen[t].push_back(numbers_of(localizer_.localize(observations[(i + t) % observations.size()])));
+		    });
+	for (auto& thread : threads) thread.join();
+	for (std::size_t t = 0; t < seen.size(); t++)
+		for (std::size_t i = 0; i < observations.size(); i++)
+			EXPECT_EQ(seen[t][i], expected[(i + t) % observations.size()]) << "thread " << t << ", scan " << i;
+}
+
+TEST_F(LocalizerContract, AnIndexBuiltByManyThreadsIsTheSame)
+{
+	for (const Method method : {Method::kDefault, Method::kPaper})
+	{
+		Parameters parameters;
+		parameters.method = method;
+		const Localizer by_one(make_map(grid_), parameters);
+		parameters.threads = 3;
+		const Localizer by_three(make_map(grid_), parameters);
+		EXPECT_EQ(by_three.parameters().threads, 3);
+		for (const auto& robot : {poses_on_floor()[2], poses_on_floor()[6]})
+		{
+			const auto observation = make_observation(world_, robot);
+			const Localization result = by_one.localize(observation);
+			EXPECT_EQ(numbers_of(result), numbers_of(by_three.localize(observation)));
+			EXPECT_EQ(result.status, Status::kLocalized);
+			EXPECT_LT(distance_between(result.best().pose.asTPose(), robot), 0.2);
+		}
+	}
+}
+
+TEST(LocalizerArguments, RefusesMapsItCannotUse)
+{
+	EXPECT_THROW(Localizer(nullptr, {}), std::invalid_argument);
+	for (const Method method : {Method::kDefault, Method::kPaper})
+	{
+		Parameters parameters;
+		parameters.method = method;
+		EXPECT_THROW(Localizer(make_map({"####", "#??#", "####"}, 0.5), parameters), std::invalid_argument);
+		EXPECT_THROW(Localizer(make_map({"????", "????"}, 0.5), parameters), std::invalid_argument);
+		EXPECT_THROW(Localizer(std::make_shared<mrpt::maps::COccupancyGridMap2D>(), parameters), std::invalid_argument);
+		parameters.free_cells.clearance = 2;
+		EXPECT_THROW(Localizer(make_map({"####", "#..#", "####"}, 0.5), parameters), std::invalid_argument);
+	}
+}
+
+TEST(LocalizerArguments, RefusesParametersOutOfRange)
+{
+	Parameters parameters;
+	parameters.coarse_search.spacing = -1;
+	EXPECT_THROW(Localizer(make_map(make_floor()), parameters), std::invalid_argument);
+}
+
+TEST(LocalizerArguments, KeepsItsMapWhenMoved)
+{
+	const auto map = make_map(make_floor());
+	Localizer first(map, {});
+	const Localizer second(std::move(first));
+	EXPECT_EQ(&second.map(), map.get());
+	EXPECT_EQ(
+	    second.localize(make_observation(world_of(make_floor()), poses_on_floor()[0])).status, Status::kLocalized);
+}
+}  // namespace d2s1r::test

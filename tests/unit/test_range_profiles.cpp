@@ -1,0 +1,123 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include <d2s1r/free_cells.h>
+#include <d2s1r/range_profiles.h>
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "test_floor.h"
+
+namespace d2s1r::test
+{
+namespace
+{
+class OnFloor : public testing::Test
+{
+   protected:
+	const Grid grid_ = make_floor();
+	const std::vector<CellIndex> cells_ = find_free_cells(grid_, {});
+	const CoarseSearchParameters parameters_;
+	const RangeProfiles profiles_ = make_range_profiles(grid_, cells_, parameters_);
+
+	/// Which square of `spacing` a position lies in.
+	std::pair<int, int> square_of(double x, double y) const
+	{
+		return {
+		    static_cast<int>((x - grid_.origin_x) / parameters_.spacing),
+		    static_cast<int>((y - grid_.origin_y) / parameters_.spacing)};
+	}
+};
+}  // namespace
+
+TEST(RangeProfiles, StepsAreFineNearTheSensorAndCoarseFarFromIt)
+{
+	RangeProfiles profiles;
+	profiles.max_range = 30;
+	EXPECT_EQ(profiles.compand(0), 0);
+	EXPECT_LT(profiles.compand(29.99), RangeProfiles::kOutOfRange);
+	EXPECT_EQ(profiles.compand(30), RangeProfiles::kOutOfRange);
+	EXPECT_EQ(profiles.compand(81.9), RangeProfiles::kOutOfRange);
+	for (double range = 0; range < 30; range += 0.01)
+	{
+		EXPECT_LE(profiles.compand(range), profiles.compand(range + 0.01)) << range;
+		const double size = range < 1 ? 0.05 : 0.5;  // [m] two steps at most
+		EXPECT_LE(profiles.compand(range + size) - profiles.compand(range), range < 1 ? 3 : 25) << range;
+		EXPECT_GT(profiles.compand(range + size), profiles.compand(range)) << range;
+	}
+}
+
+TEST_F(OnFloor, EverySquareWithAFreeCellHasOneSampleInIt)
+{
+	std::set<std::pair<int, int>> expected, sampled;
+	std::set<std::pair<float, float>> centers;
+	for (const CellIndex cell : cells_)
+	{
+		expected.insert(square_of(grid_.center_x(cell), grid_.center_y(cell)));
+		centers.emplace(static_cast<float>(grid_.center_x(cell)), static_cast<float>(grid_.center_y(cell)));
+	}
+	ASSERT_EQ(profiles_.x.size(), profiles_.y.size());
+	for (std::size_t i = 0; i < profiles_.size(); i++)
+	{
+		const auto x = static_cast<double>(profiles_.x[i]), y = static_cast<double>(profiles_.y[i]);
+		EXPECT_TRUE(sampled.insert(square_of(x, y)).second) << "two samples at " << x << " " << y;
+		EXPECT_EQ(centers.count({profiles_.x[i], profiles_.y[i]}), 1U) << x << " " << y << " is no free cell";
+	}
+	EXPECT_EQ(sampled, expected);
+}
+
+TEST_F(OnFloor, RangesAreExactToACell)
+{
+	const auto directions = static_cast<std::size_t>(profiles_.directions);
+	ASSERT_EQ(profiles_.directions, parameters_.directions);
+	ASSERT_EQ(profiles_.by_position.size(), profiles_.size() * 2 * directions);
+	std::size_t off = 0;
+	for (std::size_t i = 0; i < profiles_.size(); i++)
+		for (std::size_t d = 0; d < directions; d++)
+		{
+			const double angle = 2 * M_PI * static_cast<double>(d) / static_cast<double>(directions);
+			const double exact = cast_exactly(
+			    grid_, static_cast<double>(profiles_.x[i]), static_cast<double>(profiles_.y[i]), angle,
+			    profiles_.max_range);
+			const std::uint8_t step = profiles_.by_position[i * 2 * directions + d];
+			EXPECT_EQ(step, profiles_.by_position[(i * 2 + 1) * directions + d]);
+			const bool near = step >= profiles_.compand(std::max(0.0, exact - grid_.cell_size)) &&
+			                  step <= profiles_.compand(exact + grid_.cell_size);
+			off += near ? 0 : 1;
+		}
+	EXPECT_LT(static_cast<double>(off), 0.01 * static_cast<double>(profiles_.size() * directions));
+}
+
+TEST_F(OnFloor, BlocksHoldTheSameRanges)
+{
+	constexpr std::size_t kBlock = RangeProfiles::kBlock;
+	const auto directions = static_cast<std::size_t>(profiles_.directions);
+	ASSERT_NE(profiles_.size() % kBlock, 0U) << "the last block is to be a partial one";
+	ASSERT_EQ(profiles_.by_block.size(), (profiles_.size() / kBlock + 1) * kBlock * directions);
+	for (std::size_t i = 0; i < profiles_.size(); i++)
+		for (std::size_t d = 0; d < directions; d++)
+			ASSERT_EQ(
+			    profiles_.by_block[(i / kBlock * directions + d) * kBlock + i % kBlock],
+			    profiles_.by_position[i * 2 * directions + d]);
+}
+
+TEST(RangeProfiles, WhereThereIsNoWallIsOutOfRange)
+{
+	const Grid grid = make_picture_grid({"#..."}, 0.5);
+	CoarseSearchParameters parameters;
+	parameters.spacing = 0.5;
+	parameters.directions = 4;
+	const RangeProfiles profiles = make_range_profiles(grid, find_free_cells(grid, {}), parameters);
+	ASSERT_EQ(profiles.size(), 3U);
+	for (std::size_t i = 0; i < 3; i++)
+		for (const std::size_t d : {0U, 1U, 3U})
+			EXPECT_EQ(profiles.by_position[i * 8 + d], RangeProfiles::kOutOfRange) << i << " " << d;
+	EXPECT_LT(profiles.by_position[2], profiles.by_position[8 + 2]);
+	EXPECT_LT(profiles.by_position[8 + 2], profiles.by_position[16 + 2]);
+}
+
+TEST(RangeProfiles, NoCellsNoSamples)
+{
+	const Grid grid = make_picture_grid({"#.#"}, 0.5);
+	EXPECT_EQ(make_range_profiles(grid, {}, {}).size(), 0U);
+}
+}  // namespace d2s1r::test
