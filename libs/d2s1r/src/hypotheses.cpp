@@ -58,13 +58,32 @@ void set_pose(
 }
 }  // namespace
 
-Localization decide(
-    const Grid& grid, const DistanceField& field, const Scan& scan, const std::vector<RefinedPose>& poses,
+std::vector<RefinedPose> choose_promising(
+    const BeamTracer& tracer, const DistanceField& field, const Rays& few, const std::vector<RefinedPose>& poses,
     const Parameters& parameters)
+{
+	std::vector<std::pair<double, std::size_t>> ranking;  // by decreasing log-likelihood, ties by fit
+	for (std::size_t i = 0; i < poses.size(); i++)
+		ranking.emplace_back(
+		    -score(tracer, field, few, poses[i].pose, parameters.scoring.beam_model).log_likelihood, i);
+	std::sort(ranking.begin(), ranking.end());
+	std::vector<RefinedPose> promising;
+	for (const auto& [cost, i] : ranking)
+	{
+		if (promising.size() >= static_cast<std::size_t>(parameters.refinement.promising)) break;
+		if (cost > ranking.front().first + parameters.refinement.hopeless) break;
+		promising.push_back(poses[i]);
+	}
+	return promising;
+}
+
+Localization decide(
+    const BeamTracer& tracer, const DistanceField& field, const Scan& scan, const Rays& rays,
+    const std::vector<RefinedPose>& poses, const Parameters& parameters)
 {
 	std::vector<Scored> scored;
 	for (const RefinedPose& pose : poses)
-		scored.push_back({pose.pose, score(grid, field, scan, pose.pose, parameters.scoring.beam_model)});
+		scored.push_back({pose.pose, score(tracer, field, rays, pose.pose, parameters.scoring.beam_model)});
 	const std::vector<Scored> places = distinct_places(std::move(scored), parameters.scoring);
 
 	Localization result;
@@ -82,7 +101,7 @@ Localization decide(
 		Hypothesis hypothesis;
 		set_pose(
 		    hypothesis, places[i].pose, scan.sensor_on_robot,
-		    pose_covariance(field, scan, places[i].pose, parameters.refinement));
+		    pose_covariance(field, rays, places[i].pose, parameters.refinement));
 		hypothesis.probability = places[i].weight / mass;
 		hypothesis.log_likelihood = places[i].score.log_likelihood;
 		result.hypotheses.push_back(hypothesis);

@@ -13,23 +13,6 @@ namespace
 {
 using mrpt::math::TPose2D;
 
-struct EndPoint
-{
-	float x, y;  //!< [m] sensor frame
-};
-
-/// End points about `step` [rad] apart.
-std::vector<EndPoint> end_points_every(const Scan& scan, double step)
-{
-	const double spacing = scan.field_of_view / static_cast<double>(scan.beams.size());
-	const auto stride = static_cast<std::size_t>(std::max(1L, std::lround(step / spacing)));
-	std::vector<EndPoint> points;
-	for (std::size_t i = 0; i < scan.beams.size(); i += stride)
-		if (const Beam& beam = scan.beams[i]; beam.is_return)
-			points.push_back({beam.range * std::cos(beam.angle), beam.range * std::sin(beam.angle)});
-	return points;
-}
-
 /// The linearized least-squares problem of the distances at a pose.
 struct NormalEquations
 {
@@ -39,16 +22,16 @@ struct NormalEquations
 };
 
 /// Geman-McClure weights of width `kernel` [m].
-NormalEquations linearize(
-    const DistanceField& field, const std::vector<EndPoint>& points, const TPose2D& pose, double kernel)
+NormalEquations linearize(const DistanceField& field, const Rays& rays, const TPose2D& pose, double kernel)
 {
 	NormalEquations sum;
 	const double c = std::cos(pose.phi), s = std::sin(pose.phi);
 	double h[6] = {}, g[3] = {};
-	for (const EndPoint& point : points)
+	for (const Rays::Ray& ray : rays.rays)
 	{
-		const double rx = c * static_cast<double>(point.x) - s * static_cast<double>(point.y);
-		const double ry = s * static_cast<double>(point.x) + c * static_cast<double>(point.y);
+		if (!ray.is_return) continue;
+		const auto px = static_cast<double>(ray.dx * ray.range), py = static_cast<double>(ray.dy * ray.range);
+		const double rx = c * px - s * py, ry = s * px + c * py;
 		const Distance distance = field.at(pose.x + rx, pose.y + ry);
 		const auto e = static_cast<double>(distance.value);
 		const double share = kernel * kernel / (kernel * kernel + e * e);
@@ -65,17 +48,17 @@ NormalEquations linearize(
 	return sum;
 }
 
-double fit_of(const DistanceField& field, const std::vector<EndPoint>& points, const TPose2D& pose, double kernel)
+double fit_of(const DistanceField& field, const Rays& rays, const TPose2D& pose, double kernel)
 {
-	return linearize(field, points, pose, kernel).weight / static_cast<double>(std::max<std::size_t>(1, points.size()));
+	return linearize(field, rays, pose, kernel).weight /
+	       static_cast<double>(std::max<std::size_t>(1, rays.rays.size()));
 }
 
 /// One damped step, at most 0.2 m and 0.1 rad.
-TPose2D gauss_newton_step(
-    const DistanceField& field, const std::vector<EndPoint>& points, const TPose2D& pose, double kernel)
+TPose2D gauss_newton_step(const DistanceField& field, const Rays& rays, const TPose2D& pose, double kernel)
 {
-	NormalEquations system = linearize(field, points, pose, kernel);
-	system.information.diagonal().array() += 1e-3 * static_cast<double>(points.size()) + 1e-6;
+	NormalEquations system = linearize(field, rays, pose, kernel);
+	system.information.diagonal().array() += 1e-3 * static_cast<double>(rays.rays.size()) + 1e-6;
 	Eigen::Vector3d step = -system.information.ldlt().solve(system.gradient);
 	const double length = step.head<2>().norm();
 	if (length > 0.2) step.head<2>() *= 0.2 / length;
@@ -83,9 +66,9 @@ TPose2D gauss_newton_step(
 }
 
 template <class Kernels>
-TPose2D descend(const DistanceField& field, const std::vector<EndPoint>& points, TPose2D pose, const Kernels& kernels)
+TPose2D descend(const DistanceField& field, const Rays& rays, TPose2D pose, const Kernels& kernels)
 {
-	for (const double kernel : kernels) pose = gauss_newton_step(field, points, pose, kernel);
+	for (const double kernel : kernels) pose = gauss_newton_step(field, rays, pose, kernel);
 	return pose;
 }
 
@@ -108,10 +91,9 @@ std::vector<RefinedPose> best_distinct(std::vector<RefinedPose> poses, std::size
 }
 
 /// Unit vector in the map along which the end points hold the position least.
-Eigen::Vector2d open_direction(
-    const DistanceField& field, const std::vector<EndPoint>& points, const TPose2D& pose, double kernel)
+Eigen::Vector2d open_direction(const DistanceField& field, const Rays& rays, const TPose2D& pose, double kernel)
 {
-	const NormalEquations system = linearize(field, points, pose, kernel);
+	const NormalEquations system = linearize(field, rays, pose, kernel);
 	const Eigen::Matrix2d position = system.information.topLeftCorner<2, 2>();
 	return Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(position).eigenvectors().col(0);
 }
@@ -119,53 +101,58 @@ Eigen::Vector2d open_direction(
 constexpr double kDegree = M_PI / 180;
 }  // namespace
 
+std::vector<RefinedPose> settle(
+    const DistanceField& field, const Rays& few, const std::vector<Candidate>& candidates,
+    const RefinementParameters& parameters)
+{
+	std::vector<RefinedPose> poses;
+	poses.reserve(candidates.size());
+	for (const Candidate& candidate : candidates)
+	{
+		const double kernels[] = {
+		    5 * parameters.kernel, 3 * parameters.kernel, 2 * parameters.kernel, 2 * parameters.kernel};
+		const TPose2D pose = descend(field, few, candidate.pose, kernels);
+		const double fit = fit_of(field, few, pose, 1.25 * parameters.kernel);
+		poses.push_back({pose, fit - parameters.cost_weight * candidate.cost});
+	}
+	return best_distinct(std::move(poses), static_cast<std::size_t>(parameters.scored), 0.15, 3 * kDegree);
+}
+
 std::vector<RefinedPose> refine(
-    const DistanceField& field, const Scan& scan, const std::vector<Candidate>& candidates,
+    const DistanceField& field, const Rays& rays, std::vector<RefinedPose> poses,
     const RefinementParameters& parameters)
 {
 	const double kernel = parameters.kernel;
-	const auto few = end_points_every(scan, 4 * kDegree);
-	const auto most = static_cast<std::size_t>(parameters.promising);
-	std::vector<RefinedPose> poses;
-	for (const Candidate& candidate : candidates)
-	{
-		const double kernels[] = {5 * kernel, 3.5 * kernel, 2.5 * kernel, 2 * kernel, 2 * kernel};
-		const TPose2D pose = descend(field, few, candidate.pose, kernels);
-		poses.push_back({pose, fit_of(field, few, pose, 1.25 * kernel)});
-	}
-	poses = best_distinct(std::move(poses), most, 0.15, 3 * kDegree);
-
-	const auto all = end_points_every(scan, 1 * kDegree);
 	for (RefinedPose& refined : poses)
 	{
-		const double kernels[] = {2 * kernel, 1.25 * kernel, kernel, kernel, kernel};
-		refined.pose = descend(field, all, refined.pose, kernels);
-		refined.fit = fit_of(field, all, refined.pose, 0.6 * kernel);
+		const double kernels[] = {2 * kernel, 1.25 * kernel, kernel, kernel};
+		refined.pose = descend(field, rays, refined.pose, kernels);
+		refined.fit = fit_of(field, rays, refined.pose, 0.6 * kernel);
 	}
 	std::stable_sort(poses.begin(), poses.end(), [](const auto& a, const auto& b) { return a.fit > b.fit; });
 
 	for (std::size_t i = 0; i < std::min(poses.size(), static_cast<std::size_t>(parameters.forked)); i++)
 	{
 		const RefinedPose start = poses[i];
-		const Eigen::Vector2d open = open_direction(field, all, start.pose, kernel);
+		const Eigen::Vector2d open = open_direction(field, rays, start.pose, kernel);
 		for (const double offset : {-0.3, -0.2, -0.1, 0.1, 0.2, 0.3})
 		{
-			const double kernels[] = {1.25 * kernel, kernel, kernel};
+			const double kernels[] = {1.25 * kernel, kernel};
 			TPose2D pose = start.pose;
 			pose.x += offset * open.x(), pose.y += offset * open.y();
-			pose = descend(field, all, pose, kernels);
-			if (const double fit = fit_of(field, all, pose, 0.6 * kernel); fit > poses[i].fit) poses[i] = {pose, fit};
+			pose = descend(field, rays, pose, kernels);
+			if (const double fit = fit_of(field, rays, pose, 0.6 * kernel); fit > poses[i].fit) poses[i] = {pose, fit};
 		}
 	}
-	return best_distinct(std::move(poses), most, 0.08, 2 * kDegree);
+	return best_distinct(std::move(poses), poses.size(), 0.08, 2 * kDegree);
 }
 
 Eigen::Matrix3d pose_covariance(
-    const DistanceField& field, const Scan& scan, const TPose2D& sensor, const RefinementParameters& parameters)
+    const DistanceField& field, const Rays& rays, const TPose2D& sensor, const RefinementParameters& parameters)
 {
-	const auto points = end_points_every(scan, 0);
-	NormalEquations system = linearize(field, points, sensor, parameters.kernel);
-	const double variance = parameters.range_noise * parameters.range_noise * parameters.beam_correlation;
+	const NormalEquations system = linearize(field, rays, sensor, parameters.kernel);
+	const double beams = M_PI / 180 / rays.spacing;
+	const double variance = parameters.range_noise * parameters.range_noise * parameters.beam_correlation * beams;
 	Eigen::Matrix3d information = system.information / variance;
 	information.diagonal() += Eigen::Vector3d(1.0, 1.0, 1 / (10 * kDegree * 10 * kDegree));
 	return information.inverse();

@@ -2,13 +2,18 @@
 #pragma once
 
 #include <d2s1r/localization.h>
-#include <d2s1r/scoring.h>
+#include <d2s1r/refinement.h>
 
 namespace d2s1r
 {
+/// Those of `poses` that a few beams find plausible, best score first: at most parameters.promising.
+std::vector<RefinedPose> choose_promising(
+    const BeamTracer& tracer, const DistanceField& field, const Rays& few, const std::vector<RefinedPose>& poses,
+    const Parameters& parameters);
+
 /// Scores refined poses, gathers them into distinct places with probabilities, and says what the scan can tell.
 /// \return status, confidence and hypotheses (robot in map); times and relative entropy are the caller's
 Localization decide(
-    const Grid& grid, const DistanceField& field, const Scan& scan, const std::vector<RefinedPose>& poses,
-    const Parameters& parameters);
+    const BeamTracer& tracer, const DistanceField& field, const Scan& scan, const Rays& rays,
+    const std::vector<RefinedPose>& poses, const Parameters& parameters);
 }  // namespace d2s1r

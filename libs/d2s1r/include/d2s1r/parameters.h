@@ -52,10 +52,10 @@ struct CoarseSearchParameters
 {
 	double spacing = 0.25;            //!< [m] between sample positions
 	double clearance = 0.1;           //!< [m] of sample positions from occupied cells
-	int directions = 180;             //!< [-] of a profile, and yaw shifts that are tried
+	int directions = 120;             //!< [-] of a profile, and yaw shifts that are tried
 	double max_range = 30.0;          //!< [m] of a profile
 	int truncation = 10;              //!< [step] greatest difference of companded ranges that counts
-	int second_look = 8000;           //!< [-] (position, yaw) pairs compared with all beams
+	int second_look = 4000;           //!< [-] (position, yaw) pairs compared with all beams
 	int candidates = 800;             //!< [-] poses handed on
 	double distinct_distance = 0.36;  //!< [m] candidates closer than this
 	double distinct_yaw = 8.0;        //!< [deg] and this are one
@@ -64,29 +64,30 @@ struct CoarseSearchParameters
 /// From candidate poses to poses that fit the map.
 struct RefinementParameters
 {
-	int promising = 150;            //!< [-] candidates refined with all beams
-	int forked = 60;                //!< [-] of these, tried again along the direction that the scan leaves open
-	double kernel = 0.08;           //!< [m] width of the robust kernel at the end
-	double range_noise = 0.03;      //!< [m] standard deviation of a range about the map, for the covariance
+	int scored = 300;           //!< [-] best fitting candidates that a few beams are scored at
+	int promising = 100;        //!< [-] best scoring of these, refined with all beams
+	double hopeless = 30.0;     //!< [nat] candidates this far below the best one are dropped
+	int forked = 30;            //!< [-] best fitting ones, tried again along the direction that the scan leaves open
+	double kernel = 0.08;       //!< [m] width of the robust kernel at the end
+	double cost_weight = 0.05;  //!< [1 / step] of the coarse cost beside the fit
+	double range_noise = 0.03;  //!< [m] standard deviation of a range about the map, for the covariance
 	double beam_correlation = 9.0;  //!< [-] neighbouring beams that count as one measurement, for the covariance
 };
 
 /// Log-likelihood [nat] of what a beam of 1 deg did, against ending anywhere. Learned: see scoring.h.
 struct BeamModel
 {
-	double wall_2cm = 0.116;           //!< end point within 2 cm of an occupied cell's centre
-	double wall_4cm = 0.15;            //!< within 4 cm
-	double wall_6cm = 0.103;           //!< within 6 cm
-	double wall_10cm = 0.029;          //!< within 10 cm
-	double wall_15cm = -0.068;         //!< within 15 cm
-	double wall_20cm = 0.16;           //!< within 20 cm
-	double wall_40cm = -0.294;         //!< within 40 cm
-	double in_free = -0.247;           //!< further from a wall, in free space
-	double in_unknown = 0.051;         //!< further than 10 cm from a wall, in unknown space
-	double through_wall = -0.115;      //!< for each wall passed, at most three
-	double unknown_metre = -0.045;     //!< for each metre of unknown space passed, at most three
-	double off_wall_run = -0.302;      //!< for each run of neighbouring beams that miss the walls
-	double through_wall_run = -0.024;  //!< for each run of neighbouring beams that pass walls
+	double on_wall = 0.16;             //!< end point within 6 cm of the centre of an occupied cell
+	double near_wall = 0.02;           //!< within 10 cm
+	double beside_wall = -0.037;       //!< within 20 cm, in free space
+	double off_wall = -0.18;           //!< further, in free space
+	double in_unknown = 0.039;         //!< further than 10 cm from a wall, in unknown space
+	double log_range = 0.131;          //!< times ln(range / 3 m), on or near a wall: a close wall is seen by many beams
+	double through_wall = -0.109;      //!< for each wall passed, at most three
+	double unknown_metre = -0.027;     //!< for each metre of unknown space passed, at most three
+	double off_wall_run = -0.207;      //!< for each run of beams off the walls that passed none: an object
+	double unknown_run = -0.093;       //!< for each run of beams that end in unknown space
+	double through_wall_run = -0.029;  //!< for each run of beams that passed walls
 };
 
 /// From refined poses to hypotheses.
@@ -168,9 +169,15 @@ void visit_parameters(P& p, Visitor&& visit)
 	visit("coarse_search", "distinct_yaw", coarse.distinct_yaw, 0.1, 180.0, "[deg] and this are one");
 
 	auto& refinement = p.refinement;
-	visit("refinement", "promising", refinement.promising, 1, 100000, "[-] candidates refined with all beams");
+	visit(
+	    "refinement", "scored", refinement.scored, 1, 100000,
+	    "[-] best fitting candidates that a few beams are scored at");
+	visit("refinement", "promising", refinement.promising, 1, 100000, "[-] of these, refined with all beams");
+	visit("refinement", "hopeless", refinement.hopeless, 0.0, 1e6, "[nat] below the best candidate, dropped");
 	visit("refinement", "forked", refinement.forked, 0, 100000, "[-] of these, tried again along the open direction");
 	visit("refinement", "kernel", refinement.kernel, 0.001, 1.0, "[m] width of the robust kernel at the end");
+	visit(
+	    "refinement", "cost_weight", refinement.cost_weight, 0.0, 10.0, "[1 / step] of the coarse cost beside the fit");
 	visit("refinement", "range_noise", refinement.range_noise, 0.001, 1.0, "[m] standard deviation of a range");
 	visit("refinement", "beam_correlation", refinement.beam_correlation, 1.0, 1000.0, "[-] beams that count as one");
 
@@ -186,18 +193,20 @@ void visit_parameters(P& p, Visitor&& visit)
 	    "[-] share of beams at walls; below, rejected");
 
 	auto& model = p.scoring.beam_model;
-	visit("beam_model", "wall_2cm", model.wall_2cm, -10.0, 10.0, "[nat] end point within 2 cm of a wall");
-	visit("beam_model", "wall_4cm", model.wall_4cm, -10.0, 10.0, "[nat] within 4 cm");
-	visit("beam_model", "wall_6cm", model.wall_6cm, -10.0, 10.0, "[nat] within 6 cm");
-	visit("beam_model", "wall_10cm", model.wall_10cm, -10.0, 10.0, "[nat] within 10 cm");
-	visit("beam_model", "wall_15cm", model.wall_15cm, -10.0, 10.0, "[nat] within 15 cm");
-	visit("beam_model", "wall_20cm", model.wall_20cm, -10.0, 10.0, "[nat] within 20 cm");
-	visit("beam_model", "wall_40cm", model.wall_40cm, -10.0, 10.0, "[nat] within 40 cm");
-	visit("beam_model", "in_free", model.in_free, -10.0, 10.0, "[nat] further from a wall, in free space");
+	visit("beam_model", "on_wall", model.on_wall, -10.0, 10.0, "[nat] end point within 6 cm of a wall");
+	visit("beam_model", "near_wall", model.near_wall, -10.0, 10.0, "[nat] within 10 cm");
+	visit("beam_model", "beside_wall", model.beside_wall, -10.0, 10.0, "[nat] within 20 cm, in free space");
+	visit("beam_model", "off_wall", model.off_wall, -10.0, 10.0, "[nat] further, in free space");
 	visit("beam_model", "in_unknown", model.in_unknown, -10.0, 10.0, "[nat] further than 10 cm, in unknown space");
+	visit("beam_model", "log_range", model.log_range, -10.0, 10.0, "[nat] times ln(range / 3 m), on or near a wall");
 	visit("beam_model", "through_wall", model.through_wall, -10.0, 10.0, "[nat] for each wall passed, at most 3");
-	visit("beam_model", "unknown_metre", model.unknown_metre, -10.0, 10.0, "[nat] for each metre of unknown space");
-	visit("beam_model", "off_wall_run", model.off_wall_run, -10.0, 10.0, "[nat] for each run of beams off the walls");
+	visit(
+	    "beam_model", "unknown_metre", model.unknown_metre, -10.0, 10.0,
+	    "[nat] for each metre of unknown space, at most 3");
+	visit(
+	    "beam_model", "off_wall_run", model.off_wall_run, -10.0, 10.0,
+	    "[nat] for each run of beams short of the walls");
+	visit("beam_model", "unknown_run", model.unknown_run, -10.0, 10.0, "[nat] for each run of beams in unknown space");
 	visit("beam_model", "through_wall_run", model.through_wall_run, -10.0, 10.0, "[nat] for each run through walls");
 }
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <d2s1r/coarse_search.h>
-#include <d2s1r/distance_field.h>
+#include <d2s1r/scoring.h>
 
 #include <Eigen/Core>
 
@@ -12,19 +12,25 @@ namespace d2s1r
 struct RefinedPose
 {
 	mrpt::math::TPose2D pose;  //!< sensor in map, m and rad
-	double fit = 0;            //!< [0, 1] mean robust weight of the end points, higher is better
+	double fit = 0;            //!< mean robust weight of the end points, at most 1, higher is better
 };
 
-/// Gauss-Newton on the distance field with a robust kernel that shrinks, coarse for all candidates, fine for the
-/// promising ones; these are tried again a little along the direction that the scan leaves open.
-/// \return distinct poses, best fit first, at most parameters.promising
+/// Pulls candidates onto the walls: Gauss-Newton on the distance field with a robust kernel that shrinks.
+/// \return distinct poses, best fit less the coarse cost first, at most parameters.scored
+std::vector<RefinedPose> settle(
+    const DistanceField& field, const Rays& few, const std::vector<Candidate>& candidates,
+    const RefinementParameters& parameters);
+
+/// The same, to the end and with all beams; the best are tried again a little along the direction that the scan leaves
+/// open, for Gauss-Newton stops early in a corridor.
+/// \return distinct poses, best fit first
 std::vector<RefinedPose> refine(
-    const DistanceField& field, const Scan& scan, const std::vector<Candidate>& candidates,
+    const DistanceField& field, const Rays& rays, std::vector<RefinedPose> poses,
     const RefinementParameters& parameters);
 
 /// Covariance of the sensor's pose (x, y, phi) [m^2, m rad, rad^2] from the walls that the end points lie on; what they
 /// leave open, such as the way along a corridor, is limited to 1 m and 10 deg.
 Eigen::Matrix3d pose_covariance(
-    const DistanceField& field, const Scan& scan, const mrpt::math::TPose2D& sensor,
+    const DistanceField& field, const Rays& rays, const mrpt::math::TPose2D& sensor,
     const RefinementParameters& parameters);
 }  // namespace d2s1r

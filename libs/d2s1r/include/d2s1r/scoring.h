@@ -1,26 +1,42 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <d2s1r/beam_tracer.h>
 #include <d2s1r/distance_field.h>
-#include <d2s1r/localization.h>
-#include <d2s1r/refinement.h>
+#include <d2s1r/scan.h>
 
 namespace d2s1r
 {
+/// Some beams of a scan, evenly spread, as vectors.
+struct Rays
+{
+	struct Ray
+	{
+		float dx, dy;     //!< unit vector, sensor frame
+		float range;      //!< [m]
+		float log_range;  //!< ln of range / 3 m, range within 0.5 and 20 m
+		bool is_return;
+	};
+	std::vector<Ray> rays;  //!< by increasing angle
+	double spacing = 0;     //!< [rad] between neighbours
+};
+
+/// At most `most` beams of `scan`, not closer than `spacing` [rad].
+Rays make_rays(const Scan& scan, double spacing, int most);
+
 /// How a scan fits at one pose.
 struct Score
 {
-	double log_likelihood = 0;  //!< [nat] against a scan that ends anywhere, higher is better
-	double explained = 0;       //!< [0, 1] share of the beams with a return that end at a wall, none passed
+	double log_likelihood = 0;  //!< [nat] against beams that end anywhere, higher is better
+	double explained = 0;       //!< [0, 1] share of the returns that end at a wall without having passed one
 };
 
 /// Log-likelihood of a scan at a pose under a beam model that is honest along the whole ray: where the beam ends, how
-/// many walls it passed and how much unknown space; neighbouring beams see the same object, so runs of misses count
-/// too.
+/// many walls it passed and how much unknown space; neighbouring beams see the same object, so runs of misses count.
 ///
-/// The weights (BeamModel) are a conditional logit: they maximize the probability of the true candidate among those
-/// that coarse_search() and refine() find, so that the soft maximum of these log-likelihoods is calibrated.
+/// The weights (BeamModel) are a conditional logit: they maximize the probability of the true pose among those that
+/// coarse_search() and refine() find, so that the soft maximum of log-likelihoods is a calibrated probability.
 Score score(
-    const Grid& grid, const DistanceField& field, const Scan& scan, const mrpt::math::TPose2D& sensor,
+    const BeamTracer& tracer, const DistanceField& field, const Rays& rays, const mrpt::math::TPose2D& sensor,
     const BeamModel& model);
 }  // namespace d2s1r

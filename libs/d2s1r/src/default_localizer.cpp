@@ -1,0 +1,105 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include <d2s1r/default_localizer.h>
+#include <d2s1r/hypotheses.h>
+#include <d2s1r/yaw_registration.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+
+#include "time_budget.h"
+
+namespace d2s1r
+{
+namespace
+{
+constexpr double kDegree = M_PI / 180;
+
+class Stopwatch
+{
+   public:
+	/// [ms] since the last lap.
+	double lap()
+	{
+		const auto now = std::chrono::steady_clock::now();
+		const double ms = std::chrono::duration<double, std::milli>(now - last_).count();
+		last_ = now;
+		return ms;
+	}
+
+   private:
+	std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+/// Eq. 1 of the scan and a virtual scan at its best pose [bit].
+double entropy_at_best(
+    const Localization& result, const Scan& scan, const RayCaster& caster, const PaperParameters& parameters)
+{
+	if (result.hypotheses.empty()) return std::numeric_limits<double>::quiet_NaN();
+	const auto sensor = result.best().pose + mrpt::poses::CPose2D(scan.sensor_on_robot);
+	const ResampledScan observed = resample(scan, parameters);
+	std::vector<float> ranges(observed.ranges.size());
+	for (std::size_t i = 0; i < ranges.size(); i++)
+	{
+		const double turn = 2 * M_PI * static_cast<double>(i) / static_cast<double>(ranges.size());
+		if (observed.observed[i] != 0)
+			ranges[i] = caster.cast(sensor.x(), sensor.y(), sensor.phi() + observed.first_direction + turn);
+	}
+	return relative_entropy(observed, ranges, parameters);
+}
+
+/// Without the poses that the prior rules out.
+void apply(const Prior& prior, const Scan& scan, std::vector<RefinedPose>& poses)
+{
+	const auto ruled_out = [&](const RefinedPose& refined)
+	{ return !prior.allows(refined.pose + (mrpt::math::TPose2D() - scan.sensor_on_robot)); };
+	poses.erase(std::remove_if(poses.begin(), poses.end(), ruled_out), poses.end());
+}
+
+/// From candidates to an answer.
+Localization judge(
+    const DefaultIndex& index, const Scan& scan, const std::vector<Candidate>& candidates, const Prior& prior,
+    const Parameters& parameters)
+{
+	const auto& [profiles, field, tracer] = index;
+	Stopwatch stage;
+	const Rays few = make_rays(scan, 4 * kDegree, 45), more = make_rays(scan, kDegree, 180);
+	const auto settled = settle(field, few, candidates, parameters.refinement);
+	const auto promising = choose_promising(tracer, field, few, settled, parameters);
+	auto poses = refine(field, more, promising, parameters.refinement);
+	apply(prior, scan, poses);
+	const double refinement_ms = stage.lap();
+	Localization result = decide(tracer, field, scan, make_rays(scan, kDegree, 360), poses, parameters);
+	result.times.refinement_ms = refinement_ms;
+	result.times.registration_ms = stage.lap();
+	return result;
+}
+}  // namespace
+
+DefaultIndex make_default_index(const Grid& grid, const std::vector<CellIndex>& cells, const Parameters& parameters)
+{
+	return {make_range_profiles(grid, cells, parameters.coarse_search), DistanceField(grid), BeamTracer(grid)};
+}
+
+Localization localize_default(
+    const Scan& scan, const DefaultIndex& index, const RayCaster& caster, const Parameters& parameters,
+    const Query& query)
+{
+	Stopwatch stage, total;
+	auto candidates = coarse_search(index.profiles, scan, parameters.coarse_search, query.prior);
+	const double retrieval_ms = stage.lap();
+	Parameters affordable = parameters;
+	if (query.time_budget > 0)
+		affordable = keep_affordable(
+		    query.time_budget - retrieval_ms, candidates, parameters,
+		    [&](const auto& some, const Parameters& fewer) { judge(index, scan, some, query.prior, fewer); });
+	Localization result = judge(index, scan, candidates, query.prior, affordable);
+	if (result.status == Status::kRejected && !query.prior.anywhere())
+		result.note = "no place in the given region explains the scan";
+	result.relative_entropy = entropy_at_best(result, scan, caster, parameters.paper);
+	result.times.retrieval_ms = retrieval_ms;
+	result.times.total_ms = total.lap();
+	return result;
+}
+}  // namespace d2s1r
