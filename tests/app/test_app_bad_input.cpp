@@ -119,7 +119,7 @@ TEST_F(AppBadInput, ImageWithoutResolution)
 TEST_F(AppBadInput, DamagedImageDoesNotLetTheImageLibraryTalk)
 {
 	write_file(
-	    path("map.png"), std::string("\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0\0\x10\0\0\0\x10\x08\0\0\0\0junkIEND", 45));
+	    path("map.png"), std::string("\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0\0\x10\0\0\0\x10\x08\0\0\0\0junkIEND", 37));
 	expect_bad_map({path("map.png"), "--resolution", "0.05"}, {path("map.png")});
 }
 

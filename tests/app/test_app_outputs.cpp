@@ -32,7 +32,7 @@ class AppOutputs : public AppTest
 		save(log, path("in.rawlog"));
 		Words words = {"-m", path("flat.gridmap.gz"), "-i", path("in.rawlog"), "-o", path("out")};
 		words.insert(words.end(), more.begin(), more.end());
-		const auto result = run(words);
+		auto result = run(words);
 		EXPECT_EQ(result.status, 0) << result.err;
 		return result;
 	}

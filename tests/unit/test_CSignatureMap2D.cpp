@@ -154,7 +154,7 @@ TEST(CSignatureMap2D, RefusesAnArchiveThatDoesNotFitItsFingerprint)
 
 std::string write_file(const std::string& name, const std::vector<std::uint8_t>& bytes)
 {
-	const std::string file = testing::TempDir() + name;
+	std::string file = testing::TempDir() + name;
 	std::ofstream(file, std::ios::binary)
 	    .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
 	return file;
