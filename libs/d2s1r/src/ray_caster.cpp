@@ -60,7 +60,7 @@ struct Axis
 	void leave(int clearance) { cell += step > 0 ? clearance : -clearance; }
 	void follow(double length, int clearance)
 	{
-		const int now = static_cast<int>(std::floor(start + length * step));
+		const int now = static_cast<int>(start + length * step);  // not negative inside the margin
 		cell = std::clamp(now, cell - clearance + 1, cell + clearance - 1);
 	}
 	/// Lengths between which the ray is inside [1, end]; the first above the second if never.

@@ -1,0 +1,123 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+// The default method, stage by stage and as a whole.
+#include <benchmark/benchmark.h>
+#include <d2s1r/coarse_search.h>
+#include <d2s1r/hypotheses.h>
+#include <d2s1r/localizer.h>
+#include <d2s1r/refinement.h>
+
+#include "literal_query.h"
+#include "site_queries.h"
+
+namespace d2s1r::benchmark
+{
+namespace
+{
+Parameters parameters_for(const std::string& set)
+{
+	Parameters parameters;
+	parameters.scan.zero_is_no_return = set.rfind("sim", 0) == 0;
+	return parameters;
+}
+
+/// Simulated scans are of map, real ones of map_test.
+std::string map_for(const std::string& set)
+{
+	return set.rfind("sim", 0) == 0 ? "map" : "map_test";
+}
+
+bool is_there(::benchmark::State& state, const std::string& site)
+{
+	if (!site_is_there(site)) state.SkipWithError("no data: set D2S1R_DATA");
+	return site_is_there(site);
+}
+
+void localizer_ready(::benchmark::State& state, const std::string& site)
+{
+	if (!is_there(state, site)) return;
+	const auto map = site_map(site);
+	for (auto _ : state)
+	{
+		const Localizer localizer(map, Parameters{});
+		::benchmark::DoNotOptimize(&localizer);
+	}
+}
+
+void localize(::benchmark::State& state, const std::string& site, const std::string& set)
+{
+	if (!is_there(state, site)) return;
+	const Parameters parameters = parameters_for(set);
+	const Localizer localizer(site_map(site, map_for(set)), parameters);
+	const auto queries = site_queries(site, set, parameters.scan);
+	std::size_t i = 0, successes = 0;
+	for (auto _ : state)
+	{
+		const Query& query = queries[i++ * 7 % queries.size()];
+		const Localization result = localizer.localize(query.scan);
+		successes += !result.hypotheses.empty() && is_success(result.best().pose.asTPose(), query.truth) ? 1 : 0;
+	}
+	state.counters["success"] = static_cast<double>(successes) / static_cast<double>(i);
+}
+
+/// The stages of one query, each on the results of the one before.
+struct Stages
+{
+	Parameters parameters;
+	Grid grid;
+	RangeProfiles profiles;
+	DistanceField field;
+	std::vector<Query> queries;
+
+	explicit Stages(const std::string& site)
+	    : grid(make_grid(*site_map(site, "map_test"), {})),
+	      profiles(make_range_profiles(
+	          grid, find_free_cells(grid, {false, parameters.coarse_search.clearance}), parameters.coarse_search)),
+	      field(grid),
+	      queries(site_queries(site, "test", {}))
+	{
+	}
+	const Scan& scan(std::size_t i) const { return queries[i * 7 % queries.size()].scan; }
+};
+
+void coarse(::benchmark::State& state, const std::string& site)
+{
+	if (!is_there(state, site)) return;
+	const Stages stages(site);
+	std::size_t i = 0;
+	for (auto _ : state)
+		::benchmark::DoNotOptimize(coarse_search(stages.profiles, stages.scan(i++), stages.parameters.coarse_search));
+	state.counters["positions"] = static_cast<double>(stages.profiles.size());
+}
+
+void refine_and_decide(::benchmark::State& state, const std::string& site, bool decides)
+{
+	if (!is_there(state, site)) return;
+	const Stages stages(site);
+	std::size_t i = 0;
+	for (auto _ : state)
+	{
+		state.PauseTiming();
+		const Scan& scan = stages.scan(i++);
+		const auto candidates = coarse_search(stages.profiles, scan, stages.parameters.coarse_search);
+		if (!decides) state.ResumeTiming();
+		const auto poses = refine(stages.field, scan, candidates, stages.parameters.refinement);
+		if (decides)
+		{
+			state.ResumeTiming();
+			::benchmark::DoNotOptimize(decide(stages.grid, stages.field, scan, poses, stages.parameters));
+		}
+	}
+}
+
+BENCHMARK_CAPTURE(localizer_ready, mit_killian, "mit_killian")->Unit(::benchmark::kMillisecond)->Iterations(1);
+BENCHMARK_CAPTURE(coarse, intel, "intel")->Unit(::benchmark::kMillisecond)->Iterations(60);
+BENCHMARK_CAPTURE(refine_and_decide, refine_intel, "intel", false)->Unit(::benchmark::kMillisecond)->Iterations(60);
+BENCHMARK_CAPTURE(refine_and_decide, decide_intel, "intel", true)->Unit(::benchmark::kMillisecond)->Iterations(60);
+BENCHMARK_CAPTURE(localize, intel_test, "intel", "test")->Unit(::benchmark::kMillisecond)->Iterations(100);
+BENCHMARK_CAPTURE(localize, fr079_test, "fr079", "test")->Unit(::benchmark::kMillisecond)->Iterations(100);
+BENCHMARK_CAPTURE(localize, mit_killian_test, "mit_killian", "test")->Unit(::benchmark::kMillisecond)->Iterations(60);
+BENCHMARK_CAPTURE(localize, mit_killian_sim360_off, "mit_killian", "sim360_off")
+    ->Unit(::benchmark::kMillisecond)
+    ->Iterations(60);
+}  // namespace
+}  // namespace d2s1r::benchmark

@@ -1,0 +1,36 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+// The whole published method by plain loops, and when a pose counts as found.
+#pragma once
+
+#include <d2s1r/scan.h>
+#include <d2s1r/signature.h>
+
+#include <memory>
+
+#include "unit/test_maps.h"
+
+namespace d2s1r::benchmark
+{
+/// Within 0.2 m and 5 deg, as in the paper.
+bool is_success(const mrpt::math::TPose2D& pose, const mrpt::math::TPose2D& truth);
+
+/// Algorithm 1 by casting ray after ray, nanoflann on the full histograms, Algorithm 2 and Eq. 1 as they are written.
+class LiteralLocalizer
+{
+   public:
+	/// Keeps a reference to `grid`.
+	LiteralLocalizer(const Grid& grid, const std::vector<CellIndex>& cells);
+	~LiteralLocalizer();
+
+	/// Robot in map. \param scan a full circle of 360 beams
+	mrpt::math::TPose2D localize(const Scan& scan) const;
+
+	/// The cells of the k nearest full histograms, by exact search.
+	std::vector<CellIndex> nearest(const Scan& scan, std::size_t k) const;
+
+   private:
+	struct Tree;
+	std::unique_ptr<const Tree> tree_;
+	const Grid& grid_;
+};
+}  // namespace d2s1r::benchmark
