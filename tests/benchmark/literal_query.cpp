@@ -58,12 +58,16 @@ struct LiteralLocalizer::Tree
 	}
 };
 
-LiteralLocalizer::LiteralLocalizer(const Grid& grid, const std::vector<CellIndex>& cells) : grid_(grid)
+LiteralLocalizer::LiteralLocalizer(const Grid& grid, const RayCaster& caster, const std::vector<CellIndex>& cells)
+    : grid_(grid)
 {
 	auto tree = std::make_unique<Tree>();
 	tree->cells = cells;
 	for (const CellIndex cell : cells)
-		tree->signatures.push_back(test::literal::signature(virtual_scan(grid, cell), {}));
+	{
+		const auto ranges = caster.scan(grid.center_x(cell), grid.center_y(cell), kDirections);
+		tree->signatures.push_back(test::literal::signature({ranges.begin(), ranges.end()}, {}));
+	}
 	tree->kd_tree = std::make_unique<Tree::KdTree>(kBins, *tree);
 	tree_ = std::move(tree);
 }

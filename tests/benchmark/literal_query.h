@@ -2,6 +2,7 @@
 // The whole published method by plain loops, and when a pose counts as found.
 #pragma once
 
+#include <d2s1r/ray_caster.h>
 #include <d2s1r/scan.h>
 #include <d2s1r/signature.h>
 
@@ -14,12 +15,13 @@ namespace d2s1r::benchmark
 /// Within 0.2 m and 5 deg, as in the paper.
 bool is_success(const mrpt::math::TPose2D& pose, const mrpt::math::TPose2D& truth);
 
-/// Algorithm 1 by casting ray after ray, nanoflann on the full histograms, Algorithm 2 and Eq. 1 as they are written.
+/// Nanoflann on the full histograms; Algorithm 2 and Eq. 1 as they are written, on rays that are followed cell by cell.
 class LiteralLocalizer
 {
    public:
 	/// Keeps a reference to `grid`.
-	LiteralLocalizer(const Grid& grid, const std::vector<CellIndex>& cells);
+	/// \param caster spares the hours of Algorithm 1
+	LiteralLocalizer(const Grid& grid, const RayCaster& caster, const std::vector<CellIndex>& cells);
 	~LiteralLocalizer();
 
 	/// Robot in map. \param scan a full circle of 360 beams

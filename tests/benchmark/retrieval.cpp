@@ -20,7 +20,7 @@ void run(const std::string& site)
 	const auto cells = find_free_cells(grid, {});
 	const SignatureIndex index(grid, cells, parameters);
 	const RayCaster caster(grid, parameters.paper.max_range, false);
-	const LiteralLocalizer literal(grid, cells);
+	const LiteralLocalizer literal(grid, caster, cells);
 	const auto holds = [&](CellIndex cell, const mrpt::math::TPose2D& truth)
 	{ return std::hypot(grid.center_x(cell) - truth.x, grid.center_y(cell) - truth.y) < 0.2; };
 	for (const std::string set : {"sim360_on", "sim360_off", "sim360_clutter"})

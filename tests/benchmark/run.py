@@ -144,7 +144,7 @@ def main():
     options = parser.parse_args()
     programs = options.build / "tests" / "benchmark"
     load = os.getloadavg()[0]
-    stages = run_stages(programs / "d2s1r_benchmark", 1 if options.quick else 5)
+    stages = run_stages(programs / "d2s1r_benchmark", 1 if options.quick else 3)
     retrieval = retrieval_table(programs / "d2s1r_retrieval", ["intel"] if options.quick else RETRIEVAL_SITES)
     growth = run_growth(programs / "d2s1r_growth", [1000, 4000] if options.quick else [1000, 4000, 16000, 64000])
     growth_plot(growth, HERE / "growth.png")
