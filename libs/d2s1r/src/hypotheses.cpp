@@ -104,6 +104,7 @@ Localization decide(
 		    pose_covariance(field, rays, places[i].pose, parameters.refinement));
 		hypothesis.probability = places[i].weight / mass;
 		hypothesis.log_likelihood = places[i].score.log_likelihood;
+		hypothesis.explained = places[i].score.explained;
 		result.hypotheses.push_back(hypothesis);
 	}
 	result.confidence = result.best().probability;

@@ -113,4 +113,11 @@ Localization Localizer::localize(const Scan& scan, const Query& query) const
 	if (signatures) return localize_paper(scan, grid, *signatures, caster, parameters.paper);
 	return localize_default(scan, *standard, caster, parameters, query);
 }
+
+std::optional<Hypothesis> Localizer::hypothesis_near(const Scan& scan, const mrpt::poses::CPose2D& robot) const
+{
+	if (!index_->standard) throw std::logic_error("Localizer::hypothesis_near() needs method = default");
+	if (!scan.valid()) return std::nullopt;
+	return d2s1r::hypothesis_near(scan, *index_->standard, robot.asTPose(), index_->parameters);
+}
 }  // namespace d2s1r

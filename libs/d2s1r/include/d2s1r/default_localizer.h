@@ -7,6 +7,8 @@
 #include <d2s1r/ray_caster.h>
 #include <d2s1r/scoring.h>
 
+#include <optional>
+
 namespace d2s1r
 {
 /// What the default method looks scans up in.
@@ -27,4 +29,8 @@ DefaultIndex make_default_index(const Grid& grid, const std::vector<CellIndex>& 
 Localization localize_default(
     const Scan& scan, const DefaultIndex& index, const RayCaster& caster, const Parameters& parameters,
     const Query& query);
+
+/// How a valid scan fits near `robot` (map frame): that pose refined and scored, nothing searched.
+std::optional<Hypothesis> hypothesis_near(
+    const Scan& scan, const DefaultIndex& index, const mrpt::math::TPose2D& robot, const Parameters& parameters);
 }  // namespace d2s1r

@@ -8,6 +8,7 @@
 #include <mrpt/maps/COccupancyGridMap2D.h>
 
 #include <memory>
+#include <optional>
 
 namespace d2s1r
 {
@@ -28,6 +29,10 @@ class Localizer
 	/// \throws std::invalid_argument if `query` holds a prior and the method is kPaper, which searches everywhere
 	Localization localize(const mrpt::obs::CObservation2DRangeScan& observation, const Query& query = {}) const;
 	Localization localize(const Scan& scan, const Query& query = {}) const;
+
+	/// How does the scan fit near `robot` (map frame)? That pose is refined and scored, nothing is searched. No value
+	/// if the scan is not valid. \throws std::logic_error if the method is kPaper
+	std::optional<Hypothesis> hypothesis_near(const Scan& scan, const mrpt::poses::CPose2D& robot) const;
 
 	const mrpt::maps::COccupancyGridMap2D& map() const;
 	const Parameters& parameters() const;

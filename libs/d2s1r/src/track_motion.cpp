@@ -1,0 +1,114 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "track_motion.h"
+
+#include <mrpt/math/wrap2pi.h>
+
+#include <cmath>
+
+#include <Eigen/Dense>
+
+namespace d2s1r
+{
+namespace
+{
+constexpr double kDegree = M_PI / 180;
+
+mrpt::math::CMatrixDouble33 diagonal(double std_xy, double std_phi)
+{
+	mrpt::math::CMatrixDouble33 covariance;
+	covariance.setDiagonal(std::vector<double>{std_xy * std_xy, std_xy * std_xy, std_phi * std_phi});
+	return covariance;
+}
+
+/// Difference b - a in the map frame, m and rad.
+Eigen::Vector3d difference(const PoseDensity& a, const PoseDensity& b)
+{
+	return {b.mean.x() - a.mean.x(), b.mean.y() - a.mean.y(), mrpt::math::wrapToPi(b.mean.phi() - a.mean.phi())};
+}
+
+struct Vote
+{
+	mrpt::poses::CPose2D motion;
+	double weight;
+};
+
+/// The motions between all pairs that a robot may have made from one frame to the next.
+std::vector<Vote> votes_of(const std::vector<Hypothesis>& from, const std::vector<Hypothesis>& to)
+{
+	constexpr double kFar = 2.0, kTurned = 60 * kDegree, kUsual = 0.7;  // [m], [rad], [m]
+	std::vector<Vote> votes;
+	for (const Hypothesis& start : from)
+		for (const Hypothesis& end : to)
+		{
+			const auto motion = end.pose - start.pose;
+			if (motion.norm() > kFar || std::abs(mrpt::math::wrapToPi(motion.phi())) > kTurned) continue;
+			const double usual = std::exp(-0.5 * motion.norm() * motion.norm() / (kUsual * kUsual));
+			votes.push_back({motion, usual * std::sqrt(start.probability * end.probability)});
+		}
+	return votes;
+}
+}  // namespace
+
+PoseDensity wheel_motion(const mrpt::poses::CPose2D& increment)
+{
+	const double way = increment.norm(), turn = std::abs(mrpt::math::wrapToPi(increment.phi()));
+	return {increment, diagonal(0.06 + 0.1 * way + 0.1 * turn, 3 * kDegree + 0.1 * turn + 4 * kDegree * way)};
+}
+
+PoseDensity common_motion(const std::vector<Hypothesis>& from, const std::vector<Hypothesis>& to)
+{
+	constexpr double kSame = 0.1, kSameTurn = 3 * kDegree;  // [m], [rad]
+	const std::vector<Vote> votes = votes_of(from, to);
+	PoseDensity best({0, 0, 0}, diagonal(0.5, 20 * kDegree));
+	double most = 0;
+	for (const Vote& vote : votes)
+	{
+		double support = 0;
+		for (const Vote& other : votes)
+		{
+			const double way = std::hypot(vote.motion.x() - other.motion.x(), vote.motion.y() - other.motion.y());
+			const double turn = mrpt::math::wrapToPi(vote.motion.phi() - other.motion.phi());
+			support +=
+			    other.weight * std::exp(-0.5 * (way * way / (kSame * kSame) + turn * turn / (kSameTurn * kSameTurn)));
+		}
+		if (support <= most) continue;
+		most = support;
+		best = PoseDensity(vote.motion, diagonal(0.15, 4 * kDegree));
+	}
+	return best;
+}
+
+PoseDensity reversed(const PoseDensity& motion)
+{
+	PoseDensity back;
+	motion.inverse(back);
+	return back;
+}
+
+PoseDensity moved(const PoseDensity& pose, const PoseDensity& motion)
+{
+	PoseDensity sum = pose;
+	sum += motion;
+	return sum;
+}
+
+double mismatch(const PoseDensity& a, const PoseDensity& b)
+{
+	const Eigen::Matrix3d sum = a.cov.asEigen() + b.cov.asEigen();
+	const Eigen::Vector3d off = difference(a, b);
+	return off.dot(sum.ldlt().solve(off));
+}
+
+PoseDensity fused(const PoseDensity& a, const PoseDensity& b)
+{
+	const Eigen::Matrix3d of_a = a.cov.asEigen();
+	const Eigen::Matrix3d sum = of_a + b.cov.asEigen();
+	const Eigen::Matrix3d gain = sum.ldlt().solve(of_a).transpose();
+	const Eigen::Vector3d shift = gain * difference(a, b);
+	const Eigen::Matrix3d rest = (Eigen::Matrix3d::Identity() - gain) * of_a;
+	const Eigen::Matrix3d covariance = 0.5 * (rest + rest.transpose());
+	return {
+	    {a.mean.x() + shift.x(), a.mean.y() + shift.y(), mrpt::math::wrapToPi(a.mean.phi() + shift.z())},
+	    mrpt::math::CMatrixDouble33(covariance)};
+}
+}  // namespace d2s1r

@@ -1,0 +1,280 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include <d2s1r/window_localizer.h>
+#include <mrpt/math/wrap2pi.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <stdexcept>
+
+#include "track_motion.h"
+
+namespace d2s1r
+{
+namespace
+{
+constexpr double kLeastEvidence = -8;    //!< [nat] of a frame: scans may show what is not in the map
+constexpr double kSlip = 150;            //!< [-] squared Mahalanobis distance of motion and scan; beyond, another place
+constexpr double kTails = 5;             //!< [-] degrees of freedom of errors of the motion
+constexpr double kAgree = 16;            //!< [-] the same; beyond, the wheels slipped and the scan is believed
+constexpr std::size_t kTurned = 10;      //!< [-] best tracks that are tried with other yaws, too
+constexpr double kHopeless = 25;         //!< [nat] behind the best track
+constexpr std::size_t kMostTracks = 50;  //!< [-]
+constexpr double kUnexplained = 0.5;     //!< [-] of ScoringParameters::least_explained, in the mean of all frames
+constexpr std::size_t kLostFrames = 3;   //!< [-] in a row that no track explains: the robot was carried away
+
+/// [nat] of the last `frames` frames.
+double sum_of(const std::deque<Evidence>& evidence, std::size_t frames)
+{
+	return std::accumulate(
+	    evidence.end() - static_cast<std::ptrdiff_t>(frames), evidence.end(), 0.0,
+	    [](double sum, const Evidence& frame) { return sum + frame.log_likelihood; });
+}
+
+double sum_of(const Track& track)
+{
+	return sum_of(track.evidence, track.evidence.size());
+}
+
+/// [nat] of a pose against the best one of its frame, bounded below.
+double bounded(double log_likelihood)
+{
+	return std::log(std::exp(std::min(log_likelihood, 20.0)) + std::exp(kLeastEvidence));
+}
+
+/// [-] mean share of explained beams.
+double explained_by(const Track& track)
+{
+	double sum = 0;
+	for (const Evidence& evidence : track.evidence) sum += evidence.explained;
+	return sum / static_cast<double>(track.evidence.size());
+}
+
+bool missed(const Evidence& evidence)
+{
+	return evidence.log_likelihood < 0.75 * kLeastEvidence;
+}
+
+/// What a scan says at a place, less sure of itself: the map is off by more than the scan's noise.
+PoseDensity measurement(const Hypothesis& hypothesis)
+{
+	constexpr double kMap = 0.03, kMapYaw = 0.5 * M_PI / 180;  // [m], [rad]
+	PoseDensity density(hypothesis.pose, hypothesis.covariance);
+	for (int i = 0; i < 3; i++) density.cov(i, i) += i < 2 ? kMap * kMap : kMapYaw * kMapYaw;
+	return density;
+}
+
+struct Fit
+{
+	PoseDensity pose;  //!< corrected by the scan
+	Evidence evidence{kLeastEvidence, 0};
+};
+
+/// The best of the places near `predicted` that the scan may confirm; no place: as predicted.
+Fit best_fit(
+    const PoseDensity& predicted, const std::optional<Hypothesis>& refined, const std::vector<Hypothesis>& one_shot,
+    double reference)
+{
+	Fit best{predicted};
+	const auto consider = [&](const Hypothesis& hypothesis)
+	{
+		const PoseDensity measured = measurement(hypothesis);
+		const double off = mismatch(predicted, measured);
+		if (off > kSlip) return;
+		const double of_motion = -0.5 * kTails * std::log1p(off / kTails);  // Student's t: wheels slip now and then
+		const double evidence = bounded(hypothesis.log_likelihood - reference + of_motion);
+		if (evidence > best.evidence.log_likelihood)
+			best = {off < kAgree ? fused(predicted, measured) : measured, {evidence, hypothesis.explained}};
+	};
+	if (refined) consider(*refined);
+	for (const Hypothesis& hypothesis : one_shot) consider(hypothesis);
+	return best;
+}
+
+/// Refined from `predicted` and, if the scan does not fit there, from other yaws that the motion may have ended with.
+std::optional<Hypothesis> refined_near(const Localizer& localizer, const Scan& scan, const PoseDensity& predicted)
+{
+	auto best = localizer.hypothesis_near(scan, predicted.mean);
+	if (!best || best->explained > localizer.parameters().scoring.least_explained) return best;
+	const double deviation = std::sqrt(predicted.cov(2, 2));
+	for (const double deviations : {-2.0, -1.0, 1.0, 2.0})
+	{
+		const auto turned =
+		    localizer.hypothesis_near(scan, predicted.mean + mrpt::poses::CPose2D(0, 0, deviations * deviation));
+		if (turned->log_likelihood > best->log_likelihood) best = turned;
+	}
+	return best;
+}
+
+bool one_place(const Hypothesis& a, const Hypothesis& b, const ScoringParameters& parameters)
+{
+	return a.pose.distanceTo(b.pose) < parameters.distinct_distance &&
+	       std::abs(mrpt::math::wrapToPi(a.pose.phi() - b.pose.phi())) < parameters.distinct_yaw * M_PI / 180;
+}
+}  // namespace
+
+WindowLocalizer::WindowLocalizer(const Localizer& localizer, int frames)
+    : localizer_(&localizer), most_frames_(static_cast<std::size_t>(std::max(1, frames)))
+{
+	if (frames < 1) throw std::invalid_argument("WindowLocalizer: frames must be at least 1");
+	if (localizer.parameters().method == Method::kPaper)
+		throw std::invalid_argument("WindowLocalizer: the paper's method judges one scan; use method = default");
+}
+
+void WindowLocalizer::set_motion(
+    Frame& frame, const Localization& one_shot, const std::optional<mrpt::poses::CPose2D>& motion) const
+{
+	std::vector<Hypothesis> before;
+	for (const Track& track : tracks_) before.push_back(track.now);
+	const PoseDensity density = motion ? wheel_motion(*motion) : common_motion(before, one_shot.hypotheses);
+	frame.motion = density.mean;
+	frame.motion_covariance = density.cov;
+}
+
+void WindowLocalizer::follow(const Localization& one_shot)
+{
+	Frame& frame = frames_.back();
+	const PoseDensity motion(frame.motion, frame.motion_covariance);
+	std::vector<PoseDensity> predicted;
+	std::vector<std::optional<Hypothesis>> refined;
+	frame.reference = -std::numeric_limits<double>::infinity();
+	for (const Hypothesis& hypothesis : one_shot.hypotheses)
+		frame.reference = std::max(frame.reference, hypothesis.log_likelihood);
+	for (const Track& track : tracks_)
+	{
+		predicted.push_back(moved({track.now.pose, track.now.covariance}, motion));
+		refined.push_back(
+		    refined.size() < kTurned ? refined_near(*localizer_, frame.scan, predicted.back())
+		                             : localizer_->hypothesis_near(frame.scan, predicted.back().mean));
+		if (refined.back()) frame.reference = std::max(frame.reference, refined.back()->log_likelihood);
+	}
+	for (std::size_t i = 0; i < tracks_.size(); i++)
+	{
+		const Fit fit = best_fit(predicted[i], refined[i], one_shot.hypotheses, frame.reference);
+		tracks_[i].now.pose = fit.pose.mean;
+		tracks_[i].now.covariance = fit.pose.cov;
+		tracks_[i].evidence.push_back(fit.evidence);
+		if (tracks_[i].evidence.size() > most_frames_) tracks_[i].evidence.pop_front();
+	}
+}
+
+/// Looks for the evidence of earlier frames. \return whether the track may be as good as the best one
+bool WindowLocalizer::trace_back(Track& track) const
+{
+	PoseDensity pose(track.now.pose, track.now.covariance);
+	for (std::size_t back = 1; back < frames_.size(); back++)
+	{
+		const Frame& later = frames_[frames_.size() - back];
+		const Frame& frame = frames_[frames_.size() - back - 1];
+		const PoseDensity predicted = moved(pose, reversed({later.motion, later.motion_covariance}));
+		const auto refined = localizer_->hypothesis_near(frame.scan, predicted.mean);
+		const Fit fit = best_fit(predicted, refined, {}, frame.reference);
+		pose = fit.pose;
+		track.evidence.push_front(fit.evidence);
+		if (tracks_.empty()) continue;
+		if (sum_of(tracks_.front().evidence, back + 1) - sum_of(track) > kHopeless) return false;
+	}
+	return true;
+}
+
+void WindowLocalizer::start_tracks(const Localization& one_shot)
+{
+	const auto& scoring = localizer_->parameters().scoring;
+	std::vector<Track> started;
+	for (const Hypothesis& hypothesis : one_shot.hypotheses)
+	{
+		const auto followed = [&](const Track& track) { return one_place(track.now, hypothesis, scoring); };
+		if (std::any_of(tracks_.begin(), tracks_.end(), followed)) continue;
+		Track track{
+		    hypothesis, {{bounded(hypothesis.log_likelihood - frames_.back().reference), hypothesis.explained}}};
+		const PoseDensity measured = measurement(hypothesis);
+		track.now.covariance = measured.cov;
+		if (trace_back(track)) started.push_back(std::move(track));
+	}
+	tracks_.insert(tracks_.end(), started.begin(), started.end());
+}
+
+/// Best first; of tracks at one place the better one; without the hopeless.
+void WindowLocalizer::prune()
+{
+	const auto& scoring = localizer_->parameters().scoring;
+	std::stable_sort(
+	    tracks_.begin(), tracks_.end(), [](const Track& a, const Track& b) { return sum_of(a) > sum_of(b); });
+	std::vector<Track> kept;
+	for (Track& track : tracks_)
+	{
+		if (kept.size() >= kMostTracks) break;
+		if (!kept.empty() && sum_of(kept.front()) - sum_of(track) > kHopeless) break;
+		const auto same = [&](const Track& other) { return one_place(track.now, other.now, scoring); };
+		if (std::none_of(kept.begin(), kept.end(), same)) kept.push_back(std::move(track));
+	}
+	// Frames share the errors of the map: n of them tell as much as sqrt(n) independent ones.
+	const double temper = 1 / std::sqrt(static_cast<double>(frames_.size()));
+	double mass = 0;
+	for (Track& track : kept)
+	{
+		track.now.log_likelihood = sum_of(track);
+		track.now.probability = std::exp(temper * (track.now.log_likelihood - kept.front().now.log_likelihood));
+		mass += track.now.probability;
+	}
+	for (Track& track : kept) track.now.probability /= mass;
+	tracks_ = std::move(kept);
+}
+
+/// Whether no track explains the last frames though some place in the map does.
+bool WindowLocalizer::lost(const Localization& one_shot) const
+{
+	if (one_shot.hypotheses.empty() || frames_.size() <= kLostFrames) return false;
+	return std::all_of(
+	    tracks_.begin(), tracks_.end(),
+	    [](const Track& track)
+	    { return std::all_of(track.evidence.end() - kLostFrames, track.evidence.end(), missed); });
+}
+
+/// Starts again with the frames since the robot was lost.
+void WindowLocalizer::forget()
+{
+	frames_.erase(frames_.begin(), frames_.end() - kLostFrames);
+	tracks_.clear();
+}
+
+Localization WindowLocalizer::conclude(const Localization& one_shot) const
+{
+	const auto& scoring = localizer_->parameters().scoring;
+	Localization result = one_shot;
+	result.hypotheses.clear();
+	result.confidence = 0;
+	if (tracks_.empty() || explained_by(tracks_.front()) < kUnexplained * scoring.least_explained)
+	{
+		result.status = Status::kRejected;
+		result.note = "no place in the map explains the last scans";
+		return result;
+	}
+	for (const Track& track : tracks_) result.hypotheses.push_back(track.now);
+	result.note.clear();
+	result.confidence = result.best().probability;
+	result.status = result.confidence > scoring.localized_above ? Status::kLocalized : Status::kAmbiguous;
+	return result;
+}
+
+Localization WindowLocalizer::add(
+    const Scan& scan, const Localization& one_shot, const std::optional<mrpt::poses::CPose2D>& motion)
+{
+	if (!scan.valid())
+	{
+		if (motion) skipped_ = skipped_.value_or(mrpt::poses::CPose2D()) + *motion;
+		return one_shot;
+	}
+	Frame frame;
+	frame.scan = scan;
+	set_motion(frame, one_shot, motion && skipped_ ? *skipped_ + *motion : motion);
+	skipped_.reset();
+	frames_.push_back(std::move(frame));
+	if (frames_.size() > most_frames_) frames_.pop_front();
+	follow(one_shot);
+	if (lost(one_shot)) forget();
+	start_tracks(one_shot);
+	prune();
+	return conclude(one_shot);
+}
+}  // namespace d2s1r

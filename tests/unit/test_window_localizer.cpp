@@ -1,0 +1,164 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include <d2s1r/window_localizer.h>
+#include <gtest/gtest.h>
+#include <mrpt/math/wrap2pi.h>
+
+#include "test_maps.h"
+
+namespace d2s1r::test
+{
+namespace
+{
+using mrpt::math::TPose2D;
+using mrpt::poses::CPose2D;
+
+/// Two rooms that are alike on a corridor whose ends are not; the laser sees 3 m.
+class WindowOnTwinRooms : public testing::Test
+{
+   protected:
+	static Parameters many_hypotheses()
+	{
+		Parameters parameters;
+		parameters.scoring.hypotheses = WindowLocalizer::kHypotheses;
+		return parameters;
+	}
+
+	Scan scan_at(const TPose2D& robot) const
+	{
+		Laser laser;
+		laser.max_range = 3;
+		laser.noise = 0.01;
+		laser.seed = static_cast<unsigned>(std::lround(100 * (robot.x + robot.y + 20)));
+		return make_scan(make_observation(grid_, robot, laser), localizer_.parameters().scan);
+	}
+
+	/// From the left end of the corridor into the left room.
+	static std::vector<TPose2D> into_left_room()
+	{
+		std::vector<TPose2D> path;
+		for (int i = 0; i <= 4; i++) path.push_back({0.9 + 0.3 * i, 0.9, 0.1 * i});
+		for (int i = 1; i <= 6; i++) path.push_back({2.1, 0.9 + 0.35 * i, 0.4 + 0.2 * i});
+		return path;
+	}
+
+	/// Follows the path; motions are measured with errors, or not at all. \return the last answer
+	Localization drive(WindowLocalizer& window, const std::vector<TPose2D>& path, bool with_odometry) const
+	{
+		Localization last;
+		for (std::size_t i = 0; i < path.size(); i++)
+		{
+			const Scan scan = scan_at(path[i]);
+			std::optional<CPose2D> motion;
+			if (with_odometry && i > 0)
+				motion = CPose2D(path[i]) - CPose2D(path[i - 1]) + CPose2D(0.03, -0.02, 0.05);
+			else if (with_odometry)
+				motion = CPose2D();
+			last = window.add(scan, localizer_.localize(scan), motion);
+		}
+		return last;
+	}
+
+	const Grid grid_ = make_picture_grid(
+	    enlarge(
+	        {"######################",  //
+	         "#......##......#######",  //
+	         "#......##......##....#",  //
+	         "#.#....##.#....##....#",  //
+	         "#......##......##....#",  //
+	         "###..######..#####..##",  //
+	         "#....................#",  //
+	         "#....................#",  //
+	         "######################"},
+	        10),
+	    0.05);
+	const Localizer localizer_{make_map(grid_), many_hypotheses()};
+};
+
+void expect_at(const Localization& result, const TPose2D& truth)
+{
+	ASSERT_FALSE(result.hypotheses.empty()) << result.note;
+	const auto& pose = result.best().pose;
+	EXPECT_LT(std::hypot(pose.x() - truth.x, pose.y() - truth.y), 0.15) << pose;
+	EXPECT_LT(std::abs(mrpt::math::wrapToPi(pose.phi() - truth.phi)), 0.05) << pose;
+}
+
+TEST_F(WindowOnTwinRooms, OneScanCannotTellTheRoomsApart)
+{
+	EXPECT_EQ(localizer_.localize(scan_at(into_left_room().back())).status, Status::kAmbiguous);
+}
+
+TEST_F(WindowOnTwinRooms, TheWayThereTellsThemApart)
+{
+	WindowLocalizer window(localizer_, 10);
+	const Localization result = drive(window, into_left_room(), true);
+	EXPECT_EQ(result.status, Status::kLocalized);
+	expect_at(result, into_left_room().back());
+}
+
+TEST_F(WindowOnTwinRooms, MotionsThatAllHypothesesShareStandInForOdometry)
+{
+	WindowLocalizer window(localizer_, 10);
+	const Localization result = drive(window, into_left_room(), false);
+	EXPECT_EQ(result.status, Status::kLocalized);
+	expect_at(result, into_left_room().back());
+}
+
+TEST_F(WindowOnTwinRooms, LaterEvidenceFindsWhereAnAmbiguousWayBegan)
+{
+	auto path = into_left_room();
+	std::reverse(path.begin(), path.end());
+	WindowLocalizer window(localizer_, 20);
+	EXPECT_EQ(drive(window, {path.begin(), path.begin() + 2}, true).status, Status::kAmbiguous);
+	WindowLocalizer longer(localizer_, 20);
+	const Localization result = drive(longer, path, true);
+	EXPECT_EQ(result.status, Status::kLocalized);
+	expect_at(result, path.back());
+}
+
+TEST_F(WindowOnTwinRooms, FollowsARobotThatWasCarriedAway)
+{
+	WindowLocalizer window(localizer_, 10);
+	drive(window, into_left_room(), true);
+	const std::vector<TPose2D> elsewhere(5, {9.6, 3.0, -1.0});
+	expect_at(drive(window, elsewhere, true), elsewhere.back());
+}
+
+TEST_F(WindowOnTwinRooms, MovesOnOverFramesWithoutAUsableScan)
+{
+	WindowLocalizer window(localizer_, 10);
+	auto path = into_left_room();
+	const TPose2D last = path.back();
+	path.pop_back();
+	drive(window, path, true);
+	Scan broken;
+	broken.invalid_because = "covered";
+	EXPECT_EQ(
+	    window.add(broken, localizer_.localize(broken), CPose2D(last) - CPose2D(path.back())).status, Status::kInvalid);
+	const Scan scan = scan_at(last);
+	const Localization result = window.add(scan, localizer_.localize(scan), CPose2D());
+	EXPECT_EQ(result.status, Status::kLocalized);
+	expect_at(result, last);
+}
+
+TEST_F(WindowOnTwinRooms, RejectsScansOfAnotherPlace)
+{
+	const Grid hall =
+	    make_picture_grid(enlarge({"#...#..#", "........", "#......#", "..##....", "#.....#."}, 17), 0.05);
+	Laser laser;
+	laser.max_range = 3;
+	const Scan scan = make_scan(make_observation(hall, {3.2, 2.1, 0}, laser), localizer_.parameters().scan);
+	WindowLocalizer window(localizer_, 10);
+	for (int i = 0; i < 3; i++)
+		EXPECT_NE(window.add(scan, localizer_.localize(scan), CPose2D()).status, Status::kLocalized);
+}
+
+TEST_F(WindowOnTwinRooms, RefusesWhatItCannotDo)
+{
+	EXPECT_THROW(WindowLocalizer(localizer_, 0), std::invalid_argument);
+	Parameters parameters;
+	parameters.method = Method::kPaper;
+	const Localizer paper(make_map(grid_), parameters);
+	EXPECT_THROW(WindowLocalizer(paper, 10), std::invalid_argument);
+}
+}  // namespace
+}  // namespace d2s1r::test
