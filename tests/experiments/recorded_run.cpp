@@ -1,0 +1,101 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "recorded_run.h"
+
+#include <mrpt/io/CFileGZInputStream.h>
+#include <mrpt/io/CFileGZOutputStream.h>
+#include <mrpt/math/wrap2pi.h>
+#include <mrpt/obs/CObservationOdometry.h>
+#include <mrpt/obs/CRawlog.h>
+#include <mrpt/serialization/CArchive.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <stdexcept>
+#include <thread>
+
+namespace d2s1r::experiments
+{
+namespace
+{
+std::vector<mrpt::math::TPose2D> load_ground_truth(const std::string& file)
+{
+	std::ifstream in(file);
+	if (!in) throw std::runtime_error(file + ": cannot be read");
+	std::vector<mrpt::math::TPose2D> poses;
+	for (std::string line; std::getline(in, line);)
+	{
+		double time = 0;
+		mrpt::math::TPose2D pose;
+		if (std::istringstream(line) >> time >> pose.x >> pose.y >> pose.phi) poses.push_back(pose);
+	}
+	return poses;
+}
+
+void write_cache(const std::vector<RunFrame>& run, const std::string& file)
+{
+	mrpt::io::CFileGZOutputStream stream(file);
+	auto archive = mrpt::serialization::archiveFrom(stream);
+	for (const RunFrame& frame : run)
+		archive << static_cast<std::int32_t>(frame.localization.status) << frame.localization.as_sog();
+}
+
+void read_cache(std::vector<RunFrame>& run, const std::string& file)
+{
+	mrpt::io::CFileGZInputStream stream(file);
+	auto archive = mrpt::serialization::archiveFrom(stream);
+	for (RunFrame& frame : run)
+	{
+		std::int32_t status = 0;
+		mrpt::poses::CPosePDFSOG hypotheses;
+		archive >> status >> hypotheses;
+		frame.localization.status = static_cast<Status>(status);
+		for (const auto& mode : hypotheses)
+			frame.localization.hypotheses.push_back({mode.mean, mode.cov, std::exp(mode.log_w), 0});
+	}
+}
+}  // namespace
+
+bool RunFrame::is_near(const mrpt::math::TPose2D& pose) const
+{
+	return std::hypot(pose.x - truth.x, pose.y - truth.y) < 0.5 &&
+	       std::abs(mrpt::math::wrapToPi(pose.phi - truth.phi)) < 10 * M_PI / 180;
+}
+
+std::vector<RunFrame> load_run(const std::string& rawlog, const std::string& ground_truth)
+{
+	mrpt::obs::CRawlog log;
+	if (!log.loadFromRawLogFile(rawlog)) throw std::runtime_error(rawlog + ": cannot be read");
+	std::vector<RunFrame> run;
+	std::optional<mrpt::poses::CPose2D> odometry;
+	for (std::size_t i = 0; i < log.size(); i++)
+	{
+		const auto observation = log.getAsObservation(i);
+		if (const auto reading = std::dynamic_pointer_cast<mrpt::obs::CObservationOdometry>(observation))
+			odometry = reading->odometry;
+		if (const auto scan = std::dynamic_pointer_cast<mrpt::obs::CObservation2DRangeScan>(observation))
+			run.push_back({scan, odometry, {}, {}});
+	}
+	const auto truth = load_ground_truth(ground_truth);
+	if (truth.size() != run.size())
+		throw std::runtime_error(
+		    ground_truth + ": " + std::to_string(truth.size()) + " lines for " + std::to_string(run.size()) + " scans");
+	for (std::size_t i = 0; i < run.size(); i++) run[i].truth = truth[i];
+	return run;
+}
+
+void localize_all(std::vector<RunFrame>& run, const CSignatureMap2D& map, const std::string& cache_file)
+{
+	if (std::filesystem::exists(cache_file)) return read_cache(run, cache_file);
+	const Localizer& localizer = map.localizer();
+	const auto localize = [&](std::size_t first)
+	{
+		for (std::size_t i = first; i < run.size(); i += 2) run[i].localization = localizer.localize(*run[i].scan);
+	};
+	std::thread other(localize, 1);
+	localize(0);
+	other.join();
+	write_cache(run, cache_file);
+}
+}  // namespace d2s1r::experiments

@@ -1,0 +1,31 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <d2s1r/CSignatureMap2D.h>
+#include <mrpt/math/TPose2D.h>
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace d2s1r::experiments
+{
+/// A scan of a run with what is known of it.
+struct RunFrame
+{
+	mrpt::obs::CObservation2DRangeScan::Ptr scan;
+	std::optional<mrpt::poses::CPose2D> odometry;  //!< raw reading
+	mrpt::math::TPose2D truth;                     //!< robot in map, m and rad
+	Localization localization;                     //!< of the scan alone
+
+	bool is_near(const mrpt::math::TPose2D& pose) const;  //!< within 0.5 m and 10 deg of truth
+};
+
+/// Every scan of a rawlog of observations with its odometry and, in the same order, a line of ground truth.
+/// \throws std::runtime_error if a file cannot be read or the numbers of scans and lines differ
+std::vector<RunFrame> load_run(const std::string& rawlog, const std::string& ground_truth);
+
+/// Localizes all scans, with two threads, or reads what an earlier call wrote to `cache_file` (it is up to the caller
+/// to delete it when map, run or localizer change).
+void localize_all(std::vector<RunFrame>& run, const CSignatureMap2D& map, const std::string& cache_file);
+}  // namespace d2s1r::experiments
