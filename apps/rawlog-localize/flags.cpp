@@ -23,7 +23,7 @@ constexpr const char* kOutputs =
     "\nMAP is a .simplemap(.gz), a .gridmap(.gz), a ROS map_server .yaml, an image (with --resolution), or\n"
     "a file with a serialized CMultiMetricMap or CSignatureMap2D.\n\n"
     "OUT_DIR receives frames.csv, hypotheses.csv, trajectory.tum, trajectory.txt, localized.rawlog,\n"
-    "summary.json, map.png and scene.3Dscene.\n\n"
+    "summary.json, map.png and scene.3Dscene; with --fuse also fused.csv and fused.tum.\n\n"
     "Exit status: 0 done, 1 wrong use or configuration, 2 an input that cannot be read or used, 3 an\n"
     "output that cannot be written, 130 interrupted (finished frames are on disk).\n";
 
@@ -95,10 +95,17 @@ struct Options
 	    "threads to build the index and to localize with; the results do not depend on it (default 1)");
 	Value& seed = list.value("", "seed", "N", "seed of whatever draws random numbers (default 1)");
 	Value& plugins = list.value("", "plugins", "A.so,B.so", "MRPT modules to load first");
-	Switch& fuse = list.flag("", "fuse", "run the particle filter on the results; needs the pf-init plug-in");
+	Switch& fuse = list.flag(
+	    "", "fuse", "also run a particle filter, seeded and watched by the results; needs the pf-init plug-in");
+	Value& motion = list.value(
+	    "", "motion", "SOURCE",
+	    "what moves the filter: 'pseudo' (successive results), 'odometry' (of the rawlog) or 'both' (default)");
 	Value& save_map = list.value("", "save-map", "FILE", "save the map and its parameters as a CSignatureMap2D");
 	Value& write_config =
 	    list.value("", "write-config", "FILE", "write all parameters, with units and meanings, as an ini file");
+	Value& write_pf_ini = list.value(
+	    "", "write-pf-ini", "FILE.ini",
+	    "write what MRPT's pf-localization needs to go on from the results: this ini, FILE.rawlog and FILE.gridmap.gz");
 	Value& resolution = list.value("", "resolution", "R", "of a map that is an image [m/pixel]");
 	Value& origin = list.value(
 	    "", "origin", "X,Y", "where the lower left corner of such an image is in the map frame [m] (default 0,0)");
@@ -114,6 +121,15 @@ int parse_threads(const std::string& text)
 	return threads;
 }
 
+MotionSource parse_motion(const std::string& text, bool fuse)
+{
+	if (!fuse) wrong("--motion", "only goes with --fuse");
+	if (text == "pseudo") return MotionSource::kPseudo;
+	if (text == "odometry") return MotionSource::kOdometry;
+	if (text != "both") wrong("--motion", "'" + text + "' is not one of pseudo, odometry, both");
+	return MotionSource::kBoth;
+}
+
 Flags flags_of(Options& options)
 {
 	Flags flags;
@@ -125,12 +141,14 @@ Flags flags_of(Options& options)
 	flags.plugins = options.plugins.getValue();
 	flags.save_map = options.save_map.getValue();
 	flags.write_config = options.write_config.getValue();
+	flags.write_pf_ini = options.write_pf_ini.getValue();
 	if (options.label.isSet()) flags.sensor_label = options.label.getValue();
 	if (options.frames.isSet()) parse_frames(options.frames.getValue(), flags);
 	if (options.threads.isSet()) flags.threads = parse_threads(options.threads.getValue());
 	if (options.seed.isSet()) flags.seed = parse_number<std::uint32_t>("--seed", options.seed.getValue());
 	flags.image = parse_image(options.resolution.getValue(), options.origin.getValue());
 	flags.fuse = options.fuse.getValue();
+	if (options.motion.isSet()) flags.motion = parse_motion(options.motion.getValue(), flags.fuse);
 	flags.quiet = options.quiet.getValue();
 	return flags;
 }

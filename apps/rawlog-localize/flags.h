@@ -1,6 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <d2s1r/CFusionBackend.h>
 #include <d2s1r/map_io.h>
 
 #include <cstddef>
@@ -23,6 +24,7 @@ struct Flags
 	std::string plugins;       //!< comma-separated modules
 	std::string save_map;      //!< empty: not saved
 	std::string write_config;  //!< empty: not written
+	std::string write_pf_ini;  //!< empty: not written
 
 	std::optional<std::string> sensor_label;  //!< else the most frequent one
 	std::size_t first_frame = 0;              //!< [-] scan frames first_frame ... past_frame - 1 are localized
@@ -32,6 +34,7 @@ struct Flags
 	std::optional<ImageGeometry> image;  //!< of a map that is an image
 
 	bool fuse = false;
+	MotionSource motion = MotionSource::kBoth;  //!< of the fusion
 	bool quiet = false;
 
 	/// Whether the rest of the command line is only about writing a configuration file.

@@ -3,32 +3,45 @@
 
 namespace d2s1r::app
 {
-FrameOutputs::FrameOutputs(const std::filesystem::path& folder)
+FrameOutputs::FrameOutputs(
+    const std::filesystem::path& folder, std::unique_ptr<Fusion> fusion, std::unique_ptr<PfPipeline> pipeline)
     : frames_csv_(folder / "frames.csv"),
       hypotheses_csv_(folder / "hypotheses.csv"),
       trajectory_tum_(folder / "trajectory.tum"),
       trajectory_txt_(folder / "trajectory.txt"),
-      rawlog_(folder / "localized.rawlog")
+      rawlog_(folder / "localized.rawlog"),
+      fusion_(std::move(fusion)),
+      pipeline_(std::move(pipeline))
 {
+}
+
+void FrameOutputs::add(const RawlogObject& object)
+{
+	rawlog_.add(object);
+	if (fusion_) fusion_->add(object);
 }
 
 void FrameOutputs::add(Frame frame, mrpt::obs::CObservation2DRangeScan::ConstPtr scan)
 {
+	if (fusion_) fusion_->add(frame, *scan);
 	frames_csv_.add(frame);
 	hypotheses_csv_.add(frame);
 	trajectory_tum_.add(frame);
 	trajectory_txt_.add(frame);
 	rawlog_.add(frame, *scan);
+	if (pipeline_) pipeline_->add(frame, *scan);
 	if (frame.localized()) last_scan_ = std::move(scan);
 	frames_.push_back(std::move(frame));
 }
 
-void FrameOutputs::commit()
+void FrameOutputs::commit(const mrpt::maps::COccupancyGridMap2D& map)
 {
 	frames_csv_.commit();
 	hypotheses_csv_.commit();
 	trajectory_tum_.commit();
 	trajectory_txt_.commit();
 	rawlog_.commit();
+	if (fusion_) fusion_->commit();
+	if (pipeline_) pipeline_->commit(map);
 }
 }  // namespace d2s1r::app

@@ -2,8 +2,10 @@
 #pragma once
 
 #include "frames_csv.h"
+#include "fusion.h"
 #include "hypotheses_csv.h"
 #include "localized_rawlog.h"
+#include "pf_pipeline.h"
 #include "trajectory_files.h"
 
 #include <filesystem>
@@ -15,13 +17,16 @@ class FrameOutputs
 {
    public:
 	/// Opens all files. \throws UserError (kBadOutput)
-	explicit FrameOutputs(const std::filesystem::path& folder);
+	/// \param fusion null: poses of scans alone
+	/// \param pipeline null: nothing for pf-localization
+	FrameOutputs(
+	    const std::filesystem::path& folder, std::unique_ptr<Fusion> fusion, std::unique_ptr<PfPipeline> pipeline);
 
-	void add(const RawlogObject& object) { rawlog_.add(object); }
+	void add(const RawlogObject& object);
 	void add(Frame frame, mrpt::obs::CObservation2DRangeScan::ConstPtr scan);
 
 	/// Gives the files their names.
-	void commit();
+	void commit(const mrpt::maps::COccupancyGridMap2D& map);
 
 	const std::vector<Frame>& frames() const { return frames_; }
 
@@ -34,6 +39,8 @@ class FrameOutputs
 	TrajectoryTum trajectory_tum_;
 	TrajectoryTxt trajectory_txt_;
 	LocalizedRawlog rawlog_;
+	std::unique_ptr<Fusion> fusion_;
+	std::unique_ptr<PfPipeline> pipeline_;
 	std::vector<Frame> frames_;
 	mrpt::obs::CObservation2DRangeScan::ConstPtr last_scan_;
 };

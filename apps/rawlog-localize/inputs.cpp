@@ -4,9 +4,6 @@
 #include "console.h"
 #include "errors.h"
 
-#include <mrpt/maps/registerAllClasses.h>
-#include <mrpt/system/os.h>
-
 namespace d2s1r::app
 {
 Parameters read_parameters(const Flags& flags)
@@ -24,30 +21,17 @@ Parameters read_parameters(const Flags& flags)
 	return parameters;
 }
 
-void load_plugins(const Flags& flags)
-{
-	mrpt::maps::registerAllClasses_mrpt_maps();
-	if (!flags.plugins.empty())
-	{
-		std::string errors;
-		if (!mrpt::system::loadPluginModules(flags.plugins, errors))
-			throw UserError(kWrongUse, "--plugins", one_line(std::runtime_error(errors)) + "; check the paths");
-	}
-	if (flags.fuse)
-		throw UserError(
-		    kWrongUse, "--fuse", "the pf-init plug-in with the particle filter is missing; run without --fuse");
-}
-
-Localizer build_localizer(const Flags& flags, const Parameters& parameters)
+CSignatureMap2D::ConstPtr build_map(const Flags& flags, const Parameters& parameters)
 {
 	try
 	{
-		mrpt::maps::COccupancyGridMap2D::Ptr map;
+		auto map = CSignatureMap2D::Create(parameters);
 		{
 			const SilentDescriptors silence;
-			map = load_map(flags.map, parameters.grid, flags.image);
+			map->set_map(*load_map(flags.map, parameters.grid, flags.image));
 		}
-		return Localizer(map, parameters);
+		map->localizer();  // built here, where its errors are the map's
+		return map;
 	}
 	catch (const std::bad_alloc&)
 	{

@@ -11,11 +11,8 @@ namespace d2s1r::app
 /// Defaults, the configuration file over them, flags over both. \throws UserError (kWrongUse)
 Parameters read_parameters(const Flags& flags);
 
-/// \throws UserError (kWrongUse)
-void load_plugins(const Flags& flags);
-
 /// The map file and the index of it. \throws UserError (kBadInput)
-Localizer build_localizer(const Flags& flags, const Parameters& parameters);
+CSignatureMap2D::ConstPtr build_map(const Flags& flags, const Parameters& parameters);
 
 /// The frames that flags and rawlog leave. \throws UserError (kWrongUse)
 FrameSelection select_frames(const Flags& flags, const Sensor& sensor);

@@ -27,7 +27,7 @@ mrpt::obs::CObservationOdometry odometry_observation(const mrpt::poses::CPose2D&
 {
 	mrpt::obs::CObservationOdometry observation;
 	observation.timestamp = time;
-	observation.sensorLabel = "D2S1R_ODO";
+	observation.sensorLabel = kPseudoOdometryLabel;
 	observation.odometry = pose;
 	return observation;
 }

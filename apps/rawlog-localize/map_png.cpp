@@ -27,7 +27,7 @@ constexpr int kMargin = 20;          //!< [pixel]
 constexpr double kTickLength = 13;   //!< [pixel]
 constexpr double kTickSpacing = 15;  //!< [pixel] between headings that are drawn
 const TColor kPaper(222, 222, 222), kPath(20, 99, 196), kTruth(118, 200, 120), kGuess(245, 150, 20),
-    kWrong(214, 34, 50);
+    kWrong(214, 34, 50), kFused(133, 40, 160);
 
 class Painter
 {
@@ -97,6 +97,19 @@ class Painter
 				canvas_.cross(at(*last), 5, 2.4, kWrong);
 	}
 
+	void draw_fused()
+	{
+		const Frame* last = nullptr;
+		for (const auto& frame : picture_.frames)
+		{
+			if (frame.fused && last && frame.fused->event == FusionEvent::kNone)
+				canvas_.line(at(last->fused->pose), at(frame.fused->pose), 1.5, kFused);
+			if (frame.fused && frame.fused->event == FusionEvent::kReseeded)
+				canvas_.cross(at(frame.fused->pose), 5, 1.5, kFused);
+			last = frame.fused ? &frame : nullptr;
+		}
+	}
+
 	static void draw_arrow(Canvas& canvas, const Pixel& from, double phi, const TColor& color)
 	{
 		const Pixel tip(from.x + kTickLength * std::cos(phi), from.y - kTickLength * std::sin(phi));
@@ -148,6 +161,12 @@ std::vector<LegendEntry> legend_entries(const MapPicture& picture)
 	    {[](Canvas& canvas, const Pixel& at) { canvas.cross(at, 5, 2.4, kWrong); },
 	     truth ? "wrong or no pose, at its true place (" + std::to_string(failures) + ")"
 	           : "rejected or invalid (" + std::to_string(counts[2] + counts[3]) + ")"});
+	if (std::any_of(picture.frames.begin(), picture.frames.end(), [](const Frame& f) { return f.fused.has_value(); }))
+		entries.push_back(
+		    {[](Canvas& canvas, const Pixel& at) {
+			     canvas.line({at.x - 13, at.y}, {at.x + 13, at.y}, 1.5, kFused);
+		     },
+		     "fused"});
 	if (truth)
 		entries.push_back(
 		    {[](Canvas& canvas, const Pixel& at) {
@@ -173,6 +192,7 @@ void write_map_png(const MapPicture& picture, const std::string& path)
 	painter.draw_truth();
 	painter.draw_hypotheses();
 	painter.draw_path();
+	painter.draw_fused();
 	painter.draw_failures();
 	legend.draw(canvas, view.height + 2 * kMargin);
 

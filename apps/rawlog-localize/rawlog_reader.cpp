@@ -3,6 +3,9 @@
 
 #include "errors.h"
 
+#include <mrpt/obs/CActionCollection.h>
+#include <mrpt/obs/CActionRobotMovement2D.h>
+#include <mrpt/obs/CObservationOdometry.h>
 #include <mrpt/obs/CSensoryFrame.h>
 #include <mrpt/serialization/CArchive.h>
 
@@ -54,6 +57,18 @@ Scans scans_in(const mrpt::serialization::CSerializable::Ptr& object)
 		add(object);
 	return scans;
 }
+
+void read_odometry(const mrpt::serialization::CSerializable::Ptr& object, RawlogObject& into)
+{
+	if (const auto actions = std::dynamic_pointer_cast<mrpt::obs::CActionCollection>(object))
+	{
+		const auto movement = actions->getBestMovementEstimation();
+		if (movement) into.increment = movement->poseChange->getMeanVal();
+	}
+	const auto reading = std::dynamic_pointer_cast<mrpt::obs::CObservationOdometry>(object);
+	// what an earlier run of rawlog-localize wrote is no measurement
+	if (reading && reading->sensorLabel != kPseudoOdometryLabel) into.odometry = reading->odometry;
+}
 }  // namespace
 
 RawlogReader::RawlogReader(const std::string& file) : file_(file)
@@ -74,7 +89,9 @@ std::optional<RawlogObject> RawlogReader::next()
 	try
 	{
 		auto archive = mrpt::serialization::archiveFrom<mrpt::io::CStream>(recording);
-		object.scans = scans_in(archive.ReadObject());
+		const auto read = archive.ReadObject();
+		object.scans = scans_in(read);
+		read_odometry(read, object);
 		objects_++;
 		return object;
 	}

@@ -3,6 +3,7 @@
 
 #include <mrpt/io/CFileGZInputStream.h>
 #include <mrpt/obs/CObservation2DRangeScan.h>
+#include <mrpt/poses/CPose2D.h>
 
 #include <cstdint>
 #include <optional>
@@ -11,13 +12,18 @@
 
 namespace d2s1r::app
 {
+/// Sensor label of the pseudo-odometry in localized.rawlog.
+inline constexpr const char* kPseudoOdometryLabel = "D2S1R_ODO";
+
 using Scans = std::vector<mrpt::obs::CObservation2DRangeScan::Ptr>;
 
 /// One object of a rawlog: an action collection, a sensory frame or an observation.
 struct RawlogObject
 {
-	std::vector<std::uint8_t> bytes;  //!< as they stand in the (uncompressed) file
-	Scans scans;                      //!< 2D laser scans in it, in order
+	std::vector<std::uint8_t> bytes;                //!< as they stand in the (uncompressed) file
+	Scans scans;                                    //!< 2D laser scans in it, in order
+	std::optional<mrpt::poses::CPose2D> odometry;   //!< reading of a CObservationOdometry, D2S1R_ODO aside
+	std::optional<mrpt::poses::CPose2D> increment;  //!< odometry of an action collection
 };
 
 /// Reads a rawlog of either kind object by object.

@@ -4,6 +4,7 @@
 #include "inputs.h"
 #include "interrupt.h"
 #include "map_png.h"
+#include "plugins.h"
 #include "run_report.h"
 #include "saved_map.h"
 #include "scene_file.h"
@@ -73,12 +74,16 @@ void write_reports(RunReport& report, const FrameOutputs& outputs, const GroundT
 	write_summary_json(report, folder / "summary.json");
 	write_map_png({localizer.map(), report.parameters.grid, report.frames, truth}, folder / "map.png");
 	write_scene(
-	    {localizer.map(), report.parameters.grid, report.frames, outputs.last_localized_scan()},
+	    {localizer.map(), report.parameters.grid, report.frames, outputs.last_localized_scan(), report.flags.fuse},
 	    folder / "scene.3Dscene");
 	for (const char* name :
 	     {"frames.csv", "hypotheses.csv", "trajectory.tum", "trajectory.txt", "localized.rawlog", "summary.json",
 	      "map.png", "scene.3Dscene"})
 		report.outputs.push_back(folder / name);
+	if (report.flags.fuse)
+		for (const char* name : {"fused.csv", "fused.tum"}) report.outputs.push_back(folder / name);
+	if (!report.flags.save_map.empty()) report.outputs.push_back(report.flags.save_map);
+	if (!report.flags.write_pf_ini.empty()) report.outputs.push_back(report.flags.write_pf_ini);
 }
 }  // namespace
 
@@ -88,20 +93,25 @@ ExitStatus run(const Flags& flags, Console& console)
 	if (!flags.write_config.empty()) write_config(flags, parameters);
 	if (flags.only_writes_config()) return kDone;
 	load_plugins(flags);
+	const CFusionBackend::Ptr backend = flags.fuse ? find_fusion_backend() : nullptr;
 
 	const RawlogSurvey survey = survey_rawlog(flags.rawlog);
 	const Sensor sensor = choose_sensor(survey, flags.sensor_label, flags.rawlog);
 	const FrameSelection selection = select_frames(flags, sensor);
 	const GroundTruth truth = flags.ground_truth.empty() ? GroundTruth{} : load_ground_truth(flags.ground_truth);
 	make_folder(flags.output_dir);
-	FrameOutputs outputs(flags.output_dir);
+	FrameOutputs outputs(
+	    flags.output_dir, backend ? std::make_unique<Fusion>(flags.output_dir, backend) : nullptr,
+	    flags.write_pf_ini.empty() ? nullptr : std::make_unique<PfPipeline>(flags.write_pf_ini));
 	say_sensor(survey, sensor, flags, console);
 
 	const Stopwatch build_watch;
-	const Localizer localizer = build_localizer(flags, parameters);
+	const CSignatureMap2D::ConstPtr map = build_map(flags, parameters);
+	const Localizer& localizer = map->localizer();
 	RunReport report{flags, parameters, outputs.frames(), sensor};
 	report.build_seconds = build_watch.seconds();
 	if (!flags.save_map.empty()) save_map(localizer, flags.save_map);
+	if (backend) backend->start(map, {flags.motion, kFusionParticles, flags.seed});
 	report.selected_frames = selection.past - selection.first;
 
 	const Stopwatch watch;
@@ -110,7 +120,7 @@ ExitStatus run(const Flags& flags, Console& console)
 		ProgressBar progress(console.err, !flags.quiet && isatty(STDERR_FILENO), report.selected_frames);
 		damage = localize_rawlog(flags.rawlog, selection, localizer, parameters.threads, outputs, progress);
 	}
-	outputs.commit();
+	outputs.commit(localizer.map());
 	report.localization_seconds = watch.seconds();
 	report.truth_lines = truth.size();
 	report.matches = match(report.frames, truth);

@@ -55,6 +55,20 @@ gl::CRenderizable::Ptr trajectory_object(const std::vector<Frame>& frames)
 	return lines;
 }
 
+gl::CRenderizable::Ptr fused_object(const std::vector<Frame>& frames)
+{
+	auto lines = gl::CSetOfLines::Create();
+	lines->setColor_u8(133, 40, 160);
+	lines->setLineWidth(2);
+	for (std::size_t i = 1; i < frames.size(); i++)
+	{
+		const auto &from = frames[i - 1].fused, &to = frames[i].fused;
+		if (!from || !to || to->event != FusionEvent::kNone) continue;
+		lines->appendLine(from->pose.x, from->pose.y, 2 * kAboveGrid, to->pose.x, to->pose.y, 2 * kAboveGrid);
+	}
+	return lines;
+}
+
 gl::CRenderizable::Ptr hypotheses_object(const std::vector<Frame>& frames)
 {
 	auto ellipses = gl::CSetOfObjects::Create();
@@ -95,6 +109,7 @@ void write_scene(const SceneContent& content, const std::string& path)
 	insert(scene, grid_object(content), "grid");
 	insert(scene, hypotheses_object(content.frames), "hypotheses");
 	insert(scene, trajectory_object(content.frames), "trajectory");
+	if (content.fused) insert(scene, fused_object(content.frames), "fused_trajectory");
 	if (content.last_scan) insert(scene, scan_object(content), "last_scan");
 	PendingFile pending(path);
 	if (!scene.saveToFile(pending.temporary()) || !is_whole_gzip(pending.temporary())) pending.fail();

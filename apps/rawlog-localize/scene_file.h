@@ -17,9 +17,10 @@ struct SceneContent
 	const GridParameters& thresholds;
 	const std::vector<Frame>& frames;
 	mrpt::obs::CObservation2DRangeScan::ConstPtr last_scan;  //!< of the last localized frame; null if there is none
+	bool fused = false;                                      //!< whether frames have fused poses
 };
 
-/// scene.3Dscene for MRPT's SceneViewer3D, with objects named "grid", "trajectory", "hypotheses" and "last_scan" (the
-/// last one only if a frame was localized). \throws UserError (kBadOutput)
+/// scene.3Dscene for MRPT's SceneViewer3D, with objects named "grid", "trajectory", "hypotheses", "fused_trajectory"
+/// (only if there is one) and "last_scan" (only if a frame was localized). \throws UserError (kBadOutput)
 void write_scene(const SceneContent& content, const std::string& path);
 }  // namespace d2s1r::app

@@ -1,6 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "summary_json.h"
 
+#include "fusion_report.h"
 #include "json_writer.h"
 
 #include <d2s1r/version.h>
@@ -39,6 +40,22 @@ void write_accuracy(JsonWriter& json, const RunReport& report)
 	}
 	json.member("ground_truth_lines_without_frame", report.truth_lines - report.matches.size());
 }
+
+void write_fusion(JsonWriter& json, const RunReport& report)
+{
+	const FusionReport fusion = report_fusion(report);
+	json.open("fused");
+	json.member("tracking", fusion.tracking);
+	json.member("ambiguous", fusion.ambiguous);
+	json.member("waiting", fusion.waiting);
+	json.member("reseeds", fusion.reseeds);
+	write_times(json, "step_ms", fusion.step_ms);
+	for (std::size_t i = 0; i < kTolerances.size() && fusion.matches > 0; i++)
+		json.member(
+		    mrpt::format("successes_%.1fm_%.0fdeg", kTolerances.at(i).position, kTolerances.at(i).yaw).c_str(),
+		    fusion.successes.at(i));
+	json.close();
+}
 }  // namespace
 
 void write_summary_json(const RunReport& report, const std::string& path)
@@ -64,6 +81,7 @@ void write_summary_json(const RunReport& report, const std::string& path)
 	write_times(json, "refinement_ms", stage_times(report.frames, &StageTimes::refinement_ms));
 	write_times(json, "total_ms", stage_times(report.frames, &StageTimes::total_ms));
 	if (report.truth_lines > 0) write_accuracy(json, report);
+	if (report.flags.fuse) write_fusion(json, report);
 	json.close();
 	file.commit();
 }

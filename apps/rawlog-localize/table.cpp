@@ -1,6 +1,8 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "table.h"
 
+#include "fusion_report.h"
+
 #include <mrpt/core/format.h>
 
 namespace d2s1r::app
@@ -50,6 +52,21 @@ void print_accuracy(const RunReport& report, std::ostream& out)
 		    "%-12s%zu of %zu ground truth lines have no frame within 1 ms and do not count\n", "",
 		    report.truth_lines - report.matches.size(), report.truth_lines);
 }
+
+void print_fusion(const RunReport& report, std::ostream& out)
+{
+	const FusionReport fusion = report_fusion(report);
+	out << mrpt::format(
+	    "%-12stracking %zu, ambiguous %zu, waiting %zu; re-seeded %zu times; step [ms] mean %.2f, greatest %.2f\n",
+	    "fused", fusion.tracking, fusion.ambiguous, fusion.waiting, fusion.reseeds, mean_std(fusion.step_ms).mean,
+	    percentile(fusion.step_ms, 1));
+	if (fusion.matches == 0) return;
+	for (std::size_t i = 0; i < kTolerances.size(); i++)
+		out << mrpt::format(
+		    "%-12s%.1f m, %.0f deg: %zu of %zu frames (%.1f %%)\n", "", kTolerances.at(i).position,
+		    kTolerances.at(i).yaw, fusion.successes.at(i), fusion.matches,
+		    percent(fusion.successes.at(i), fusion.matches));
+}
 }  // namespace
 
 void print_table(const RunReport& report, std::ostream& out)
@@ -61,6 +78,7 @@ void print_table(const RunReport& report, std::ostream& out)
 	print_statuses(report, out);
 	if (!report.frames.empty()) print_times(report, out);
 	if (report.truth_lines > 0) print_accuracy(report, out);
+	if (report.flags.fuse) print_fusion(report, out);
 	for (const auto& path : report.outputs)
 		out << mrpt::format("%-12s%s\n", &path == &report.outputs.front() ? "written" : "", path.c_str());
 }

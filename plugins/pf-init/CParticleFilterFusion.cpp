@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 
 namespace d2s1r
@@ -57,6 +58,7 @@ void CParticleFilterFusion::start(const CSignatureMap2D::ConstPtr& map, const Fu
 	filter_.m_options.adaptiveSampleSize = false;  // KLD would grow a seed of several places to tens of thousands
 	filter_.m_options.resamplingMethod = mrpt::bayes::CParticleFilter::prSystematic;
 	particles_.options.metricMap = map;
+	map->computeObservationLikelihood(mrpt::obs::CObservation2DRangeScan(), {});  // builds the field now
 	seeded_ = false;
 	last_pose_.reset();
 	last_motion_ = {};
@@ -72,8 +74,11 @@ FusedPose CParticleFilterFusion::step(const FusionInput& input)
 	if (seeded_)
 	{
 		const CPosePDFGaussian motion = motion_to(input);
-		const double effective = predict_weigh_resample(motion, input.scan);
-		admit(input.localization);
+		predict(motion);
+		const double lost = probability_of_being_lost(input);
+		weigh_by_hypotheses(input.localization);
+		const double effective = weigh_by_scan_and_resample(input.scan);
+		admit(input.localization, lost);
 		pose = estimate();
 		pose.effective_sample_size = effective;
 		last_motion_ = motion.mean;
@@ -103,18 +108,17 @@ bool CParticleFilterFusion::seed(const Localization& localization)
 
 CPosePDFGaussian CParticleFilterFusion::motion_to(const FusionInput& input) const
 {
-	const bool use_odometry = parameters_.motion != MotionSource::kPseudo;
-	auto predicted = pf::predict_motion(use_odometry ? input.odometry : std::nullopt, last_motion_, tuning.motion);
+	const auto odometry = parameters_.motion == MotionSource::kPseudo ? std::nullopt : input.odometry;
+	const auto predicted = pf::predict_motion(odometry, last_motion_, tuning.motion);
 	if (parameters_.motion == MotionSource::kOdometry) return predicted;
 	const auto weights = pf::normalized_weights(particles_);
 	const auto support = [&](const Hypothesis& hypothesis)
 	{ return pf::weight_near(particles_, weights, hypothesis.pose.asTPose()); };
-	const auto pseudo = pf::choose_pseudo_odometry(previous_, input.localization, predicted, support, tuning.motion);
-	return pseudo ? pf::combine(predicted, *pseudo) : predicted;
+	return pf::choose_motion({previous_, input.localization, predicted, odometry.has_value()}, support, tuning.motion)
+	    .value_or(predicted);
 }
 
-double CParticleFilterFusion::predict_weigh_resample(
-    const CPosePDFGaussian& motion, const mrpt::obs::CObservation2DRangeScan& scan)
+void CParticleFilterFusion::predict(const CPosePDFGaussian& motion)
 {
 	mrpt::obs::CActionRobotMovement2D action;
 	action.estimationMethod = mrpt::obs::CActionRobotMovement2D::emScan2DMatching;
@@ -122,31 +126,72 @@ double CParticleFilterFusion::predict_weigh_resample(
 	action.poseChange = CPosePDFGaussian::Create(motion);
 	mrpt::obs::CActionCollection actions;
 	actions.insert(action);
+	filter_.executeOn(particles_, &actions, nullptr);
+}
+
+void CParticleFilterFusion::weigh_by_hypotheses(const Localization& localization)
+{
+	if (localization.hypotheses.empty()) return;
+	const double per_xy = 0.5 / (tuning.hypothesis_std_xy * tuning.hypothesis_std_xy);
+	const double per_phi = 0.5 / (tuning.hypothesis_std_phi * tuning.hypothesis_std_phi);
+	for (auto& particle : particles_.m_particles)
+	{
+		double support = tuning.unlisted;
+		for (const Hypothesis& hypothesis : localization.hypotheses)
+		{
+			const double dx = particle.d.x - hypothesis.pose.x(), dy = particle.d.y - hypothesis.pose.y();
+			const double dphi = mrpt::math::wrapToPi(particle.d.phi - hypothesis.pose.phi());
+			const double exponent = per_xy * (dx * dx + dy * dy) + per_phi * dphi * dphi;
+			if (exponent < 10) support += hypothesis.probability * std::exp(-exponent);
+		}
+		particle.log_w += std::log(support);
+	}
+}
+
+double CParticleFilterFusion::probability_of_being_lost(const FusionInput& input) const
+{
+	if (input.localization.hypotheses.empty()) return 0;
+	const auto log_likelihood = [&](const mrpt::math::TPose2D& pose)
+	{ return map_->computeObservationLikelihood(input.scan, mrpt::poses::CPose3D(pose)); };
+	double best = -std::numeric_limits<double>::infinity();
+	for (const Hypothesis& hypothesis : input.localization.hypotheses)
+		best = std::max(best, std::log(hypothesis.probability + 1e-12) + log_likelihood(hypothesis.pose.asTPose()));
+	// likelihoods relative to the best hypothesis
+	const auto weights = pf::normalized_weights(particles_);
+	double of_filter = 0;
+	for (std::size_t i = 0; i < weights.size(); i++)
+		of_filter += weights[i] * std::exp(log_likelihood(particles_.m_particles[i].d) - best);
+	const double of_lost = tuning.admitted_probability * std::exp(tuning.log_place_share);
+	return std::max(tuning.admitted_probability, of_lost / (of_lost + of_filter));
+}
+
+double CParticleFilterFusion::weigh_by_scan_and_resample(const mrpt::obs::CObservation2DRangeScan& scan)
+{
 	mrpt::obs::CSensoryFrame observations;
 	observations.insert(mrpt::obs::CObservation2DRangeScan::Create(scan));
 	mrpt::bayes::CParticleFilter::TParticleFilterStats statistics;
-	filter_.executeOn(particles_, &actions, &observations, &statistics);
+	filter_.executeOn(particles_, nullptr, &observations, &statistics);
 	return statistics.ESS_beforeResample;
 }
 
-void CParticleFilterFusion::admit(const Localization& localization)
+void CParticleFilterFusion::admit(const Localization& localization, double probability)
 {
 	if (localization.hypotheses.empty()) return;
 	SeedingParameters few = seeding_;
-	few.particles = static_cast<int>(std::lround(tuning.admitted_share * parameters_.particles));
+	const double share = std::max(tuning.admitted_share, probability);
+	few.particles = static_cast<int>(std::lround(share * parameters_.particles));
 	if (few.particles < 1) return;
 	few.seed = mrpt::random::getRandomGenerator().drawUniform32bit();
-	auto admitted = seed_particles(localization, grid_, free_cells_, few);
+	const auto admitted = seed_particles(localization, grid_, free_cells_, few);
 	const auto replaced = lightest(particles_, admitted.size());
 
 	const auto weights = pf::normalized_weights(particles_);
 	for (std::size_t i = 0; i < weights.size(); i++)
-		particles_.m_particles[i].log_w =
-		    std::log(std::max(weights[i], 1e-300)) + std::log1p(-tuning.admitted_probability);
+		particles_.m_particles[i].log_w = std::log(std::max(weights[i], 1e-300)) + std::log1p(-probability);
 	for (std::size_t i = 0; i < replaced.size(); i++)
 	{
 		particles_.m_particles[replaced[i]].d = admitted[i].pose;
-		particles_.m_particles[replaced[i]].log_w = admitted[i].log_weight + std::log(tuning.admitted_probability);
+		particles_.m_particles[replaced[i]].log_w = admitted[i].log_weight + std::log(probability);
 	}
 }
 

@@ -13,9 +13,11 @@ namespace d2s1r
 {
 /// MRPT's particle filter, seeded and watched by one-shot localizations.
 ///
-/// Each scan: predict by odometry or pseudo-odometry, weigh by CSignatureMap2D, resample; then the hypotheses of the
-/// scan are admitted as particles of little weight. If the filter is right they die out; if it is lost (kidnapping, a
-/// wrong start) they explain the next scans better and take over, which is reported as a re-seed.
+/// Each scan: predict by odometry or pseudo-odometry, weigh by the hypotheses of the scan and by CSignatureMap2D,
+/// resample; then the hypotheses are admitted as particles, with the probability that the filter is lost: little while
+/// it explains the scan, so that they die out if it is right and take over within a few scans if it is not; all at
+/// once if its particles explain the scan far worse than the hypotheses do (kidnapping, a wrong start). That is
+/// reported as a re-seed.
 class CParticleFilterFusion : public CFusionBackend
 {
 	DEFINE_MRPT_OBJECT(CParticleFilterFusion, d2s1r)
@@ -29,6 +31,11 @@ class CParticleFilterFusion : public CFusionBackend
 	{
 		double admitted_share = 0.10;        //!< [0, 1] of the particles given to the hypotheses of each scan
 		double admitted_probability = 0.01;  //!< [0, 1] that the filter is lost, before each scan
+		double log_place_share = -17;      //!< [nat] of all poses that a place takes: how much better a hypothesis must
+		                                   //!< explain a scan to take over at once
+		double unlisted = 0.30;            //!< [0, 1] weight of a particle that no hypothesis of the scan supports
+		double hypothesis_std_xy = 0.3;    //!< [m] round a hypothesis that particles are supported
+		double hypothesis_std_phi = 0.15;  //!< [rad]
 		double tracking_probability = 0.80;  //!< [0, 1] of a place to be kTracking
 		double reseed_distance = 2.0;        //!< [m] from where motion leads: a place beyond was re-seeded
 		double reseed_angle = 0.8;           //!< [rad]
@@ -51,9 +58,11 @@ class CParticleFilterFusion : public CFusionBackend
 
 	bool seed(const Localization& localization);
 	mrpt::poses::CPosePDFGaussian motion_to(const FusionInput& input) const;
-	double predict_weigh_resample(
-	    const mrpt::poses::CPosePDFGaussian& motion, const mrpt::obs::CObservation2DRangeScan& scan);
-	void admit(const Localization& localization);
+	void predict(const mrpt::poses::CPosePDFGaussian& motion);
+	void weigh_by_hypotheses(const Localization& localization);
+	double probability_of_being_lost(const FusionInput& input) const;
+	double weigh_by_scan_and_resample(const mrpt::obs::CObservation2DRangeScan& scan);
+	void admit(const Localization& localization, double probability);
 	FusedPose estimate() const;
 };
 }  // namespace d2s1r

@@ -36,6 +36,11 @@ CPosePDFGaussian increment_between(const Hypothesis& from, const Hypothesis& to,
 	increment.cov += diagonal(parameters.pseudo_xy, parameters.pseudo_xy, parameters.pseudo_phi);
 	return increment;
 }
+
+bool is_jump(const mrpt::poses::CPose2D& increment, const MotionParameters& parameters)
+{
+	return increment.norm() > parameters.farthest || std::abs(increment.phi()) > parameters.widest_turn;
+}
 }  // namespace
 
 CPosePDFGaussian predict_motion(
@@ -52,24 +57,28 @@ CPosePDFGaussian predict_motion(
 	return CPosePDFGaussian(*odometry, diagonal(std_xy, std_xy, std_phi));
 }
 
-std::optional<CPosePDFGaussian> choose_pseudo_odometry(
-    const Localization& previous, const Localization& current, const CPosePDFGaussian& predicted,
-    const Support& support, const MotionParameters& parameters)
+std::optional<CPosePDFGaussian> choose_motion(
+    const MotionEvidence& evidence, const Support& support, const MotionParameters& parameters)
 {
+	const CPosePDFGaussian& predicted = evidence.predicted;
 	std::optional<CPosePDFGaussian> best;
-	double best_score = -std::numeric_limits<double>::infinity();  // [nat] higher is better
-	for (const Hypothesis& from : previous.hypotheses)
+	double best_score = parameters.least_score;  // [nat] higher is better
+	const double surprise = evidence.is_measured ? parameters.odometry_surprise : parameters.surprise;
+	for (const Hypothesis& from : evidence.previous.hypotheses)
 	{
-		const double of_start = std::log(from.probability * (parameters.jump_support + support(from)) + 1e-12);
-		for (const Hypothesis& to : current.hypotheses)
+		const double of_start = std::log(from.probability * (parameters.least_support + support(from)) + 1e-12);
+		for (const Hypothesis& to : evidence.current.hypotheses)
 		{
 			const CPosePDFGaussian increment = increment_between(from, to, parameters);
 			const Eigen::Matrix3d spread = (predicted.cov + increment.cov).asEigen();
 			const Eigen::Vector3d error = difference(increment.mean, predicted.mean);
 			const double squared = error.dot(spread.ldlt().solve(error));
-			if (squared > parameters.gate * parameters.gate) continue;
-			const double score = of_start + std::log(to.probability + 1e-12) - 0.5 * squared;
-			if (score > best_score) best_score = score, best = increment;
+			const bool is_surprise = squared > parameters.gate * parameters.gate;
+			if (is_surprise && is_jump(increment.mean, parameters)) continue;
+			const double score = of_start + std::log(to.probability + 1e-12) - std::min(0.5 * squared, surprise);
+			if (score <= best_score) continue;
+			best_score = score;
+			best = is_surprise ? increment : combine(predicted, increment);
 		}
 	}
 	return best;

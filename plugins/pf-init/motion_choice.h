@@ -16,11 +16,16 @@ struct MotionParameters
 	double odometry_phi_per_rad = 0.10;  //!< [rad / rad]
 	double odometry_phi_per_m = 0.03;    //!< [rad / m]
 	double odometry_phi = 0.02;          //!< [rad] in addition
-	double unknown_along = 0.40;         //!< [m] without odometry: change of motion from one scan to the next, ahead
-	double unknown_across = 0.20;        //!< [m] sideways
-	double unknown_phi = 0.30;           //!< [rad]
-	double gate = 3.5;                   //!< [standard deviations] pseudo-odometry beyond is a jump
-	double jump_support = 0.05;          //!< [0, 1] weight that a hypothesis is given whatever the filter says
+	double unknown_along = 0.80;         //!< [m] without odometry: change of motion from one scan to the next, ahead
+	double unknown_across = 0.30;        //!< [m] sideways
+	double unknown_phi = 0.60;           //!< [rad]
+	double gate = 3.5;                   //!< [standard deviations] of the predicted motion: beyond is a surprise
+	double surprise = 3.0;               //!< [nat] what a pair must outweigh to be believed beyond the gate
+	double odometry_surprise = 7.0;      //!< [nat] the same if the predicted motion is odometry
+	double farthest = 2.0;               //!< [m] between two scans without odometry: beyond is a jump
+	double widest_turn = 1.7;            //!< [rad] the same
+	double least_score = -7.5;           //!< [nat] of a pair that is believed
+	double least_support = 0.05;         //!< [0, 1] that a hypothesis is given whatever the filter says
 	double pseudo_xy = 0.05;             //!< [m] added to the uncertainty of both ends
 	double pseudo_phi = 0.02;            //!< [rad]
 };
@@ -33,11 +38,20 @@ mrpt::poses::CPosePDFGaussian predict_motion(
 /// How much of the filter's weight [0, 1] supports a hypothesis of the previous scan.
 using Support = std::function<double(const Hypothesis&)>;
 
-/// The pseudo-odometry between the two hypotheses that probabilities, the filter and the predicted motion make most
-/// likely together; none if every pair is a jump.
-std::optional<mrpt::poses::CPosePDFGaussian> choose_pseudo_odometry(
-    const Localization& previous, const Localization& current, const mrpt::poses::CPosePDFGaussian& predicted,
-    const Support& support, const MotionParameters& parameters);
+/// Two successive localizations and what to make of them.
+struct MotionEvidence
+{
+	const Localization& previous;
+	const Localization& current;
+	mrpt::poses::CPosePDFGaussian predicted;
+	bool is_measured = false;  //!< predicted is odometry: only confident localizations overrule it
+};
+
+/// The motion by the pseudo-odometry between the two hypotheses that their probabilities, the filter and the predicted
+/// motion make most likely together, combined with the predicted motion unless that is overruled; none if every pair is
+/// a jump.
+std::optional<mrpt::poses::CPosePDFGaussian> choose_motion(
+    const MotionEvidence& evidence, const Support& support, const MotionParameters& parameters);
 
 /// Product of two independent estimates of the same increment.
 mrpt::poses::CPosePDFGaussian combine(const mrpt::poses::CPosePDFGaussian& a, const mrpt::poses::CPosePDFGaussian& b);

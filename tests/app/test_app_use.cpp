@@ -16,9 +16,27 @@ TEST_F(AppUse, HelpNamesEveryOptionAndExitStatus)
 	EXPECT_EQ(result.status, 0);
 	EXPECT_EQ(result.err, "");
 	for (const char* option :
-	     {"-m,", "-i,", "-o,", "-c,", "--ground-truth", "--sensor-label", "--frames", "--threads", "--seed",
-	      "--plugins", "--fuse", "--save-map", "--write-config", "--resolution", "--origin", "-q,", "--version",
-	      "--help", "130"})
+	     {"-m,",
+	      "-i,",
+	      "-o,",
+	      "-c,",
+	      "--ground-truth",
+	      "--sensor-label",
+	      "--frames",
+	      "--threads",
+	      "--seed",
+	      "--plugins",
+	      "--fuse",
+	      "--motion",
+	      "--save-map",
+	      "--write-config",
+	      "--write-pf-ini",
+	      "--resolution",
+	      "--origin",
+	      "-q,",
+	      "--version",
+	      "--help",
+	      "130"})
 		EXPECT_NE(result.out.find(option), std::string::npos) << option;
 }
 
@@ -76,12 +94,6 @@ TEST_F(AppUse, RefusesValuesThatMakeNoSense)
 	expect_refusal(with({"--resolution", "0"}), 1, {"--resolution"});
 	expect_refusal(with({"--origin", "1,2"}), 1, {"--origin", "--resolution"});
 	expect_refusal(with({"--resolution", "0.05", "--origin", "1"}), 1, {"--origin", "X,Y"});
-}
-
-TEST_F(AppUse, FuseSaysThatItsModuleIsMissing)
-{
-	expect_refusal(
-	    {"-m", "map.yaml", "-i", "in.rawlog", "-o", path("out"), "--fuse"}, 1, {"--fuse", "pf-init", "missing"});
 }
 
 TEST_F(AppUse, RefusesAPluginThatIsNotThere)

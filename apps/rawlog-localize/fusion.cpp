@@ -1,0 +1,54 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "fusion.h"
+
+#include <cmath>
+
+namespace d2s1r::app
+{
+void OdometryBetweenScans::add(const RawlogObject& object)
+{
+	if (object.odometry) now_ = object.odometry;
+	if (object.increment) now_ = now_.value_or(mrpt::poses::CPose2D()) + *object.increment;
+}
+
+std::optional<mrpt::poses::CPose2D> OdometryBetweenScans::take()
+{
+	std::optional<mrpt::poses::CPose2D> increment;
+	if (now_ && then_) increment = *now_ - *then_;
+	then_ = now_;
+	return increment;
+}
+
+Fusion::Fusion(const std::filesystem::path& folder, CFusionBackend::Ptr backend)
+    : backend_(std::move(backend)), csv_(folder / "fused.csv"), tum_(folder / "fused.tum")
+{
+	csv_.print(
+	    "frame,timestamp,x,y,phi,std_x,std_y,std_phi,particles,effective_sample_size,status,event,probability,"
+	    "step_ms\n");
+}
+
+void Fusion::add(Frame& frame, const mrpt::obs::CObservation2DRangeScan& scan)
+{
+	const FusedPose fused = backend_->step({scan, frame.result, odometry_.take()});
+	csv_.print("%zu,%.6f,", frame.index, frame.timestamp);
+	if (fused.status == FusionStatus::kWaiting)
+		csv_.print(",,,,,,,,%s,%s,,%.3f\n", to_string(fused.status), to_string(fused.event), fused.step_ms);
+	else
+	{
+		const auto& [x, y, phi] = fused.pose;
+		const auto& covariance = fused.covariance;
+		csv_.print(
+		    "%.6f,%.6f,%.6f,%.6f,%.6f,%.6f,%zu,%.6f,%s,%s,%.6f,%.3f\n", x, y, phi, std::sqrt(covariance(0, 0)),
+		    std::sqrt(covariance(1, 1)), std::sqrt(covariance(2, 2)), fused.particles, fused.effective_sample_size,
+		    to_string(fused.status), to_string(fused.event), fused.probability, fused.step_ms);
+		tum_.print("%.6f %.6f %.6f 0 0 0 %.9f %.9f\n", frame.timestamp, x, y, std::sin(phi / 2), std::cos(phi / 2));
+		frame.fused = fused;
+	}
+}
+
+void Fusion::commit()
+{
+	csv_.commit();
+	tum_.commit();
+}
+}  // namespace d2s1r::app

@@ -1,0 +1,141 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+// rawlog-localize --fuse and what goes with it.
+#include "app_process.h"
+#include "app_world.h"
+
+#include <mrpt/opengl/COpenGLScene.h>
+
+#include <cmath>
+
+using namespace d2s1r::test;
+
+namespace
+{
+constexpr const char* kFusedHeader =
+    "frame,timestamp,x,y,phi,std_x,std_y,std_phi,particles,effective_sample_size,status,event,probability,step_ms";
+}
+
+class AppFuse : public AppTest
+{
+   protected:
+	void SetUp() override
+	{
+		save_gridmap(flat(), path("flat.gridmap.gz"));
+		save(observation_log(), path("in.rawlog"));
+	}
+
+	/// Runs with --fuse into the folder `out`.
+	void fuse(const std::string& out, const Words& more = {}, const std::string& rawlog = "in.rawlog")
+	{
+		Words words = {"-q", "-m", path("flat.gridmap.gz"), "-i", path(rawlog), "-o", path(out), "--fuse"};
+		words.insert(words.end(), more.begin(), more.end());
+		const auto result = run(words);
+		ASSERT_EQ(result.status, 0) << result.err;
+	}
+
+	void expect_on_walk(const std::string& out)
+	{
+		const CsvTable fused(folder() / out / "fused.csv", kFusedHeader);
+		ASSERT_EQ(fused.size(), walk().size());
+		EXPECT_EQ(fused.text(0, "event"), "seeded");
+		for (std::size_t i = 0; i < fused.size(); i++)
+		{
+			EXPECT_LT(std::hypot(fused.number(i, "x") - walk()[i].x, fused.number(i, "y") - walk()[i].y), 0.3) << i;
+			EXPECT_EQ(fused.text(i, "status"), "tracking") << i;
+			EXPECT_EQ(fused.number(i, "particles"), 1000) << i;
+			if (i > 0) EXPECT_EQ(fused.text(i, "event"), "-") << i;
+		}
+		EXPECT_EQ(lines_of(read_file(folder() / out / "fused.tum")).size(), walk().size());
+	}
+};
+
+TEST_F(AppFuse, FollowsTheWalkInBothKindsOfRawlogs)
+{
+	save(action_log(), path("actions.rawlog"));
+	fuse("observations");
+	expect_on_walk("observations");
+	fuse("actions", {}, "actions.rawlog");
+	expect_on_walk("actions");
+}
+
+TEST_F(AppFuse, FollowsTheWalkByPseudoOdometryOnly)
+{
+	fuse("pseudo", {"--motion", "pseudo"});
+	expect_on_walk("pseudo");
+}
+
+TEST_F(AppFuse, SameSeedSameResultForAnyNumberOfThreads)
+{
+	fuse("one", {"--seed", "7"});
+	fuse("two", {"--seed", "7", "--threads", "2"});
+	fuse("other", {"--seed", "8"});
+	EXPECT_EQ(read_file(folder() / "one/fused.tum"), read_file(folder() / "two/fused.tum"));
+	EXPECT_NE(read_file(folder() / "one/fused.tum"), read_file(folder() / "other/fused.tum"));
+}
+
+TEST_F(AppFuse, ShowsTheFusedPath)
+{
+	fuse("out");
+	mrpt::opengl::COpenGLScene scene;
+	ASSERT_TRUE(scene.loadFromFile(path("out/scene.3Dscene")));
+	EXPECT_TRUE(scene.getByName("fused_trajectory"));
+	EXPECT_NE(read_file(folder() / "out/summary.json").find("\"fused\""), std::string::npos);
+}
+
+TEST_F(AppFuse, FindsTheModuleByItsPathOrSaysThatItIsMissing)
+{
+	// a copy of the program has no module next to it
+	const std::string program = path("rawlog-localize");
+	std::filesystem::copy_file(RAWLOG_LOCALIZE, program);
+	const Words words = {program, "-q",        "-m",    path("flat.gridmap.gz"), "-i", path("in.rawlog"),
+	                     "-o",    path("out"), "--fuse"};
+	const auto without = run_program(words);
+	EXPECT_EQ(without.status, 1);
+	EXPECT_NE(without.err.find("--fuse: the pf-init plug-in"), std::string::npos) << without.err;
+	EXPECT_EQ(lines_of(without.err).size(), 1U);
+
+	Words with = words;
+	with.insert(with.end(), {"--plugins", D2S1R_MODULE});
+	EXPECT_EQ(run_program(with).status, 0);
+}
+
+TEST_F(AppFuse, RefusesAMotionThatIsNone)
+{
+	const Words words = {"-m", "map", "-i", "in", "-o", path("out"), "--motion"};
+	const auto with = [&](const Words& more)
+	{
+		Words all = words;
+		all.insert(all.end(), more.begin(), more.end());
+		return all;
+	};
+	expect_refusal(with({"pseudo"}), 1, {"--motion", "--fuse"});
+	expect_refusal(with({"wheels", "--fuse"}), 1, {"--motion", "wheels"});
+}
+
+TEST_F(AppFuse, ASavedMapGivesTheSamePoses)
+{
+	fuse("first", {"--save-map", path("flat.signaturemap")});
+	ASSERT_EQ(run({"-q", "-m", path("flat.signaturemap"), "-i", path("in.rawlog"), "-o", path("second")}).status, 0);
+	EXPECT_EQ(read_file(folder() / "first/trajectory.tum"), read_file(folder() / "second/trajectory.tum"));
+}
+
+TEST_F(AppFuse, WritesWhatPfLocalizationNeeds)
+{
+	fuse("out", {"--write-pf-ini", path("pf.ini")});
+	const std::string ini = read_file(path("pf.ini"));
+	EXPECT_NE(ini.find("rawlog_file = " + path("pf.rawlog")), std::string::npos) << ini;
+	EXPECT_NE(ini.find("map_file = " + path("pf.gridmap.gz")), std::string::npos) << ini;
+	EXPECT_EQ(load(path("pf.rawlog")).size(), 2 * walk().size());
+	EXPECT_TRUE(std::filesystem::exists(path("pf.gridmap.gz")));
+}
+
+TEST_F(AppFuse, SaysIfNoFrameIsThereToStartPfLocalizationFrom)
+{
+	save(covered_laser_log(), path("covered.rawlog"));
+	const auto result = run(
+	    {"-q", "-m", path("flat.gridmap.gz"), "-i", path("covered.rawlog"), "-o", path("out"), "--frames", "3:4",
+	     "--write-pf-ini", path("pf.ini")});
+	EXPECT_EQ(result.status, 3);
+	EXPECT_NE(result.err.find("pf.ini: no frame was localized"), std::string::npos) << result.err;
+	EXPECT_FALSE(std::filesystem::exists(path("pf.rawlog")));
+}
