@@ -79,7 +79,8 @@ Localization judge(
 
 DefaultIndex make_default_index(const Grid& grid, const std::vector<CellIndex>& cells, const Parameters& parameters)
 {
-	return {make_range_profiles(grid, cells, parameters.coarse_search), DistanceField(grid), BeamTracer(grid)};
+	const Grid hollow = with_hollow_walls(grid);
+	return {make_range_profiles(grid, cells, parameters.coarse_search), DistanceField(hollow), BeamTracer(hollow)};
 }
 
 Localization localize_default(

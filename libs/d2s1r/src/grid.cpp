@@ -2,6 +2,7 @@
 #include <d2s1r/grid.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <stdexcept>
 
@@ -64,5 +65,33 @@ Grid make_grid(const mrpt::maps::COccupancyGridMap2D& map, const GridParameters&
 		cell = std::transform(row + area.x0, row + area.x1, cell, [&](auto raw) { return classes[raw]; });
 	}
 	return grid;
+}
+
+Grid with_hollow_walls(const Grid& grid)
+{
+	constexpr double kDepth = 0.1;  // [m]
+	const int depth = std::max(1, static_cast<int>(std::lround(kDepth / grid.cell_size)));
+	// 1 in free cells, then also within `depth` cells of them along a row, then along a column
+	const auto count = grid.cells.size();
+	std::vector<std::uint8_t> by_row(count), near(count);
+	for (int y = 0; y < grid.height; y++)
+		for (int x = 0; x < grid.width; x++)
+			if (grid.at(x, y) == Cell::kFree)
+			{
+				const int first = std::max(0, x - depth), last = std::min(grid.width - 1, x + depth);
+				std::fill_n(by_row.begin() + grid.index(first, y), last - first + 1, std::uint8_t{1});
+			}
+	const auto width = static_cast<std::size_t>(grid.width);
+	for (int y = 0; y < grid.height; y++)
+		for (int v = std::max(0, y - depth); v <= std::min(grid.height - 1, y + depth); v++)
+		{
+			const std::uint8_t* from = by_row.data() + static_cast<std::size_t>(v) * width;
+			std::uint8_t* to = near.data() + static_cast<std::size_t>(y) * width;
+			for (std::size_t x = 0; x < width; x++) to[x] = static_cast<std::uint8_t>(to[x] | from[x]);
+		}
+	Grid hollow = grid;
+	for (std::size_t i = 0; i < count; i++)
+		if (hollow.cells[i] == Cell::kOccupied && near[i] == 0) hollow.cells[i] = Cell::kUnknown;
+	return hollow;
 }
 }  // namespace d2s1r

@@ -45,4 +45,8 @@ struct Grid
 /// Classifies the cells of `map` and crops to the known ones.
 /// \throws std::invalid_argument if thresholds cross or there is no known cell
 Grid make_grid(const mrpt::maps::COccupancyGridMap2D& map, const GridParameters& parameters);
+
+/// The grid as a laser would have mapped it: what is occupied deeper than 0.1 m (at least a cell) below the surface
+/// that free space meets is unknown, for no beam ever ends there.
+Grid with_hollow_walls(const Grid& grid);
 }  // namespace d2s1r
