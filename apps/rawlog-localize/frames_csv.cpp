@@ -18,7 +18,8 @@ void FramesCsv::add(const Frame& frame)
 	file_.print("%zu,%.6f,%s,", frame.index, frame.timestamp, to_string(result.status));
 	if (frame.has_pose())
 	{
-		const auto& [pose, covariance, probability, log_likelihood] = result.best();
+		const auto& pose = result.best().pose;
+		const auto& covariance = result.best().covariance;
 		file_.print(
 		    "%.6f,%.6f,%.6f,%.6f,%.6f,%.6f,%.6f,", pose.x(), pose.y(), pose.phi(), std::sqrt(covariance(0, 0)),
 		    std::sqrt(covariance(1, 1)), std::sqrt(covariance(2, 2)), result.confidence);

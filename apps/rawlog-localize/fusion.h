@@ -5,6 +5,8 @@
 #include "output_file.h"
 #include "rawlog_reader.h"
 
+#include <filesystem>
+
 namespace d2s1r::app
 {
 /// [-] of the particle filter.

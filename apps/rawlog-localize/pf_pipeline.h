@@ -24,7 +24,6 @@ class PfPipeline
 	/// \throws UserError (kBadOutput), also if no frame was localized
 	void commit(const mrpt::maps::COccupancyGridMap2D& map);
 
-
    private:
 	std::vector<std::string> paths_;  //!< ini, rawlog, map
 	PendingFile rawlog_;

@@ -66,6 +66,7 @@ struct Stages
 	Grid grid;
 	RangeProfiles profiles;
 	DistanceField field;
+	BeamTracer tracer;
 	std::vector<Query> queries;
 
 	explicit Stages(const std::string& site)
@@ -73,6 +74,7 @@ struct Stages
 	      profiles(make_range_profiles(
 	          grid, find_free_cells(grid, {false, parameters.coarse_search.clearance}), parameters.coarse_search)),
 	      field(grid),
+	      tracer(grid),
 	      queries(site_queries(site, "test", {}))
 	{
 	}
@@ -92,19 +94,24 @@ void coarse(::benchmark::State& state, const std::string& site)
 void refine_and_decide(::benchmark::State& state, const std::string& site, bool decides)
 {
 	if (!is_there(state, site)) return;
+	constexpr double kDegree = M_PI / 180;
 	const Stages stages(site);
 	std::size_t i = 0;
 	for (auto _ : state)
 	{
 		state.PauseTiming();
 		const Scan& scan = stages.scan(i++);
+		const Rays few = make_rays(scan, 4 * kDegree, 45), more = make_rays(scan, kDegree, 180);
 		const auto candidates = coarse_search(stages.profiles, scan, stages.parameters.coarse_search);
 		if (!decides) state.ResumeTiming();
-		const auto poses = refine(stages.field, scan, candidates, stages.parameters.refinement);
+		const auto settled = settle(stages.field, few, candidates, stages.parameters.refinement);
+		const auto promising = choose_promising(stages.tracer, stages.field, few, settled, stages.parameters);
+		const auto poses = refine(stages.field, more, promising, stages.parameters.refinement);
 		if (decides)
 		{
 			state.ResumeTiming();
-			::benchmark::DoNotOptimize(decide(stages.grid, stages.field, scan, poses, stages.parameters));
+			::benchmark::DoNotOptimize(
+			    decide(stages.tracer, stages.field, scan, make_rays(scan, kDegree, 360), poses, stages.parameters));
 		}
 	}
 }

@@ -105,7 +105,7 @@ TEST_F(CoarseSearch, TheBestIsTheLeastOfAllPositionsAndShifts)
 {
 	parameters_.second_look = 1000000;  // more than there are
 	parameters_.candidates = 20;
-	for (const auto& [first, count] : {std::pair{0, 180}, {150, 60}})
+	for (const auto& [first, count] : {std::pair{0, 120}, {100, 40}})
 	{
 		const Scan scan = aligned_scan({2.41, 8.57, 0.7}, first, count);
 		const auto candidates = coarse_search(profiles_, scan, parameters_);

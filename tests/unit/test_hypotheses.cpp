@@ -1,0 +1,150 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include <gtest/gtest.h>
+
+#include "test_steps.h"
+
+namespace d2s1r::test
+{
+namespace
+{
+using mrpt::math::TPose2D;
+
+/// 8 x 8 m about (4, 4) m, the same after a quarter turn.
+Grid make_four_fold_room()
+{
+	return make_building(
+	    {"################",  //
+	     "#......##......#",  //
+	     "#..............#",  //
+	     "#..............#",  //
+	     "#...#......#...#",  //
+	     "#..............#",  //
+	     "#..............#",  //
+	     "##............##",  //
+	     "##............##",  //
+	     "#..............#",  //
+	     "#..............#",  //
+	     "#...#......#...#",  //
+	     "#..............#",  //
+	     "#..............#",  //
+	     "#......##......#",  //
+	     "################"});
+}
+
+/// `pose` after `quarters` turns of the room about its middle.
+TPose2D turned(const TPose2D& pose, int quarters)
+{
+	const TPose2D middle{4, 4, 0}, turn{0, 0, quarters * M_PI / 2};
+	return middle + turn + (TPose2D{-4, -4, 0} + pose);
+}
+}  // namespace
+
+TEST(Hypotheses, OnePlaceThatExplainsTheScanIsLocalized)
+{
+	const Grid grid = make_floor();
+	const auto robot = poses_on_floor()[0];
+	auto poses = random_poses(grid, 60, 0.3, 12);
+	poses.erase(
+	    std::remove_if(
+	        poses.begin(), poses.end(), [&](const TPose2D& pose) { return distance_between(pose, robot) < 1; }),
+	    poses.end());
+	poses.insert(poses.begin() + 20, robot);
+	const Localization result = decide_among(grid, scan_at(world_of(grid), robot), poses);
+	EXPECT_EQ(result.status, Status::kLocalized);
+	EXPECT_GT(result.confidence, 0.99);
+	EXPECT_EQ(result.confidence, result.best().probability);
+	EXPECT_TRUE(result.note.empty());
+	EXPECT_LT(distance_between(result.best().pose.asTPose(), robot), 1e-6);
+	EXPECT_EQ(result.hypotheses.size(), static_cast<std::size_t>(Parameters{}.scoring.hypotheses));
+	double total = 0;
+	for (std::size_t i = 0; i < result.hypotheses.size(); i++)
+	{
+		total += result.hypotheses[i].probability;
+		EXPECT_LE(result.hypotheses[i].probability, result.hypotheses[i == 0 ? 0 : i - 1].probability);
+	}
+	EXPECT_LE(total, 1 + 1e-9);
+}
+
+TEST(Hypotheses, TheFourPlacesOfAFourFoldRoomAreListedAndAlike)
+{
+	const Grid grid = make_four_fold_room();
+	const TPose2D robot{2.1, 3.2, 0.6};
+	std::vector<TPose2D> poses;
+	for (int quarters = 0; quarters < 4; quarters++) poses.push_back(turned(robot, quarters));
+	for (const auto& pose : random_poses(grid, 20, 0.3, 5)) poses.push_back(pose);
+	Laser laser;
+	laser.noise = 0.01;
+	const Localization result = decide_among(grid, scan_at(world_of(grid), robot, laser), poses);
+	EXPECT_EQ(result.status, Status::kAmbiguous);
+	ASSERT_GE(result.hypotheses.size(), 4U);
+	double share = 0;
+	for (int quarters = 0; quarters < 4; quarters++)
+	{
+		const TPose2D place = turned(robot, quarters);
+		const auto listed = std::find_if(
+		    result.hypotheses.begin(), result.hypotheses.begin() + 4,
+		    [&](const Hypothesis& hypothesis) { return distance_between(hypothesis.pose.asTPose(), place) < 0.01; });
+		ASSERT_NE(listed, result.hypotheses.begin() + 4) << quarters;
+		EXPECT_NEAR(listed->probability, 0.25, 0.12) << quarters;
+		share += listed->probability;
+	}
+	EXPECT_GT(share, 0.95);
+	EXPECT_LT(result.confidence, 0.5);
+}
+
+TEST(Hypotheses, PosesOfOnePlaceAreOne)
+{
+	const Grid grid = make_floor();
+	const auto robot = poses_on_floor()[1];
+	const TPose2D beside{robot.x + 0.12, robot.y - 0.1, robot.phi + 4 * kDegree};
+	const Localization result = decide_among(grid, scan_at(world_of(grid), robot), {beside, robot, beside});
+	ASSERT_EQ(result.hypotheses.size(), 1U);
+	EXPECT_EQ(result.status, Status::kLocalized);
+	EXPECT_LT(distance_between(result.best().pose.asTPose(), robot), 1e-6) << "the best of the place stands for it";
+}
+
+TEST(Hypotheses, AScanThatNoPlaceExplainsIsRejected)
+{
+	const Grid grid = make_floor();
+	for (const auto& elsewhere : {TPose2D{2.1, 3.2, 0.6}, {6.0, 5.5, 2}})
+	{
+		const Scan scan = scan_at(world_of(make_four_fold_room()), elsewhere);
+		const Localization result = decide_among(grid, scan, random_poses(grid, 150, 0.2, 9));
+		EXPECT_EQ(result.status, Status::kRejected);
+		EXPECT_TRUE(result.hypotheses.empty());
+		EXPECT_EQ(result.confidence, 0);
+		EXPECT_FALSE(result.note.empty());
+	}
+	EXPECT_EQ(decide_among(grid, scan_at(world_of(grid), poses_on_floor()[0]), {}).status, Status::kRejected);
+}
+
+TEST(Hypotheses, AreOfTheRobotNotOfTheSensor)
+{
+	const Grid grid = make_floor();
+	const auto robot = poses_on_floor()[3];
+	Laser laser;
+	laser.on_robot = mrpt::poses::CPose3D(0.8, -0.3, 0, 1.9, 0, 0);
+	const Scan scan = scan_at(world_of(grid), robot, laser);
+	const TPose2D sensor = robot + scan.sensor_on_robot;
+	const Localization result = decide_among(grid, scan, {sensor});
+	ASSERT_EQ(result.hypotheses.size(), 1U);
+	EXPECT_LT(distance_between(result.best().pose.asTPose(), robot), 1e-6);
+	EXPECT_LT(turn_between(result.best().pose.asTPose(), robot), 1e-4);
+
+	// How the robot moves with the sensor, by differences.
+	Eigen::Matrix3d jacobian;
+	for (int k = 0; k < 3; k++)
+	{
+		TPose2D moved = sensor;
+		(k == 0 ? moved.x : k == 1 ? moved.y : moved.phi) += 1e-6;
+		const TPose2D there = moved + (TPose2D() - scan.sensor_on_robot);
+		jacobian.col(k) << (there.x - robot.x) / 1e-6, (there.y - robot.y) / 1e-6,
+		    mrpt::math::wrapToPi(there.phi - robot.phi) / 1e-6;
+	}
+	const Eigen::Matrix3d of_sensor = covariance_at(DistanceField(grid), scan, sensor);
+	const Eigen::Matrix3d expected = jacobian * of_sensor * jacobian.transpose();
+	const Eigen::Matrix3d of_robot = result.best().covariance.asEigen();
+	EXPECT_LT((of_robot - expected).norm(), 1e-4 * expected.norm());
+	EXPECT_GT((of_robot - of_sensor).norm(), 1e-2 * expected.norm());
+}
+}  // namespace d2s1r::test

@@ -1,0 +1,182 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include <gtest/gtest.h>
+
+#include "test_steps.h"
+
+namespace d2s1r::test
+{
+namespace
+{
+/// A model in which nothing counts.
+BeamModel nothing_counts()
+{
+	Parameters parameters;
+	visit_parameters(
+	    parameters,
+	    [](const std::string& section, const std::string&, auto& value, auto, auto, const char*)
+	    {
+		    if (section == "beam_model") value = {};
+	    });
+	return parameters.scoring.beam_model;
+}
+
+/// Cells of 5 cm; walls at columns 0, 20 and 40, unknown from 60 on.
+Grid make_two_rooms()
+{
+	const std::string line = "#" + std::string(19, '.') + "#" + std::string(19, '.') + "#" + std::string(19, '.');
+	return make_picture_grid(Picture(21, line + std::string(60, '?')), 0.05);
+}
+
+/// Of beams of 1 deg that all look along x from (0.5, 0.5) m and end `ranges` [m] away.
+Score score_of(const std::vector<float>& ranges, const BeamModel& model = {})
+{
+	const Grid grid = make_two_rooms();
+	Scan scan;
+	scan.field_of_view = kDegree * static_cast<double>(ranges.size());  // as many beams of one degree, side by side
+	for (const float range : ranges) scan.beams.push_back({0, range, true});
+	return score_at(BeamTracer(grid), DistanceField(grid), scan, {0.5, 0.5, 0}, model);
+}
+
+class OnFloor : public testing::Test
+{
+   protected:
+	const Grid grid_ = make_floor(), world_ = world_of(grid_);
+	const DistanceField field_{grid_};
+	const BeamTracer tracer_{grid_};
+
+	Score at(const mrpt::math::TPose2D& pose, const Scan& scan) const { return score_at(tracer_, field_, scan, pose); }
+};
+}  // namespace
+
+TEST(Scoring, ChargesEachWallPassedAtMostThree)
+{
+	BeamModel model = nothing_counts();
+	model.through_wall = -1;
+	EXPECT_DOUBLE_EQ(score_of({0.3F}, model).log_likelihood, 0);
+	EXPECT_DOUBLE_EQ(score_of({0.53F}, model).log_likelihood, 0);  // ends at the first wall
+	EXPECT_DOUBLE_EQ(score_of({0.62F}, model).log_likelihood, 0);  // a little behind it: noise
+	EXPECT_DOUBLE_EQ(score_of({1.0F}, model).log_likelihood, -1);
+	EXPECT_DOUBLE_EQ(score_of({1.52F}, model).log_likelihood, -1);  // ends at the second
+	EXPECT_DOUBLE_EQ(score_of({2.2F}, model).log_likelihood, -2);
+	EXPECT_DOUBLE_EQ(score_of({8.0F}, model).log_likelihood, -2);
+	EXPECT_DOUBLE_EQ(score_of({1.0F, 2.2F}, model).log_likelihood, -3);
+}
+
+TEST(Scoring, ChargesUnknownSpacePassedByTheMetre)
+{
+	BeamModel model = nothing_counts();
+	model.unknown_metre = -1;
+	EXPECT_DOUBLE_EQ(score_of({2.4F}, model).log_likelihood, 0);
+	EXPECT_NEAR(score_of({3.3F}, model).log_likelihood, -0.8, 1e-6);  // unknown from 3.0 m on, 2.5 m away
+	EXPECT_NEAR(score_of({20.0F}, model).log_likelihood, -3, 1e-6);
+}
+
+TEST(Scoring, ChargesRunsOfNeighboursOnce)
+{
+	const float hit = 0.525F, miss = 0.25F, through = 1.0F;
+	BeamModel model = nothing_counts();
+	model.off_wall_run = -1;
+	EXPECT_DOUBLE_EQ(score_of({hit, hit, hit, hit}, model).log_likelihood, 0);
+	EXPECT_DOUBLE_EQ(score_of({hit, miss, miss, hit}, model).log_likelihood, -1);
+	EXPECT_DOUBLE_EQ(score_of({hit, miss, hit, miss}, model).log_likelihood, -2);
+	model = nothing_counts();
+	model.through_wall_run = -1;
+	EXPECT_DOUBLE_EQ(score_of({hit, through, through, hit}, model).log_likelihood, -1);
+	EXPECT_DOUBLE_EQ(score_of({hit, through, hit, through}, model).log_likelihood, -2);
+}
+
+TEST(Scoring, ABeamIsExplainedByTheWallItEndsAt)
+{
+	for (const float range : {0.50F, 0.525F, 0.55F}) EXPECT_EQ(score_of({range}).explained, 1) << range;
+	for (const float range : {0.1F, 0.25F, 1.0F, 1.525F, 4.0F}) EXPECT_EQ(score_of({range}).explained, 0) << range;
+	EXPECT_EQ(score_of({0.525F, 0.25F, 0.525F, 1.0F}).explained, 0.5);
+	EXPECT_GT(score_of({0.525F}).log_likelihood, score_of({0.25F}).log_likelihood);
+}
+
+TEST(Scoring, AnEndInUnknownSpaceIsNotOneInFreeSpace)
+{
+	BeamModel model = nothing_counts();
+	model.in_unknown = 1;
+	EXPECT_DOUBLE_EQ(score_of({4.0F}, model).log_likelihood, 1);
+	EXPECT_DOUBLE_EQ(score_of({2.0F}, model).log_likelihood, 0);
+}
+
+TEST_F(OnFloor, TheTruthBeatsWrongPlaces)
+{
+	const auto wrong = random_poses(grid_, 200, 0.2, 3);
+	for (const int field_of_view : {360, 180})
+		for (const auto& robot : poses_on_floor())
+		{
+			const Scan scan = scan_at(world_, robot, laser_of(field_of_view));
+			const Score truth = at(robot, scan);
+			EXPECT_GT(truth.explained, 0.9) << robot;
+			for (const auto& pose : wrong)
+				if (distance_between(pose, robot) > 0.5 || turn_between(pose, robot) > 10)
+				{
+					EXPECT_GT(truth.log_likelihood, at(pose, scan).log_likelihood + 5) << robot << " " << pose;
+					EXPECT_GT(truth.explained, at(pose, scan).explained) << robot << " " << pose;
+				}
+		}
+}
+
+TEST_F(OnFloor, APersonCostsLessThanAsManyBeamsThroughAWall)
+{
+	const mrpt::math::TPose2D robot{2.4, 8.2, -M_PI / 2};  // looks at the wall to the corridor, 1.2 m away
+	const Scan clean = scan_at(world_, robot);
+	Scan person = clean, through = clean;
+	block(person, 170, 20, 0.6F);
+	for (std::size_t i = 170; i < 190; i++) through.beams[i].range += 1.0F;
+	const Score truth = at(robot, clean), with_person = at(robot, person), with_through = at(robot, through);
+	EXPECT_LT(with_person.log_likelihood, truth.log_likelihood - 1);
+	EXPECT_LT(with_through.log_likelihood, with_person.log_likelihood - 1);
+	EXPECT_NEAR(with_person.explained, truth.explained - 20.0 / 360, 1e-9);
+	EXPECT_NEAR(with_through.explained, truth.explained - 20.0 / 360, 1e-9);
+}
+
+TEST_F(OnFloor, TheTruthBeatsWrongPlacesBehindPeople)
+{
+	const auto wrong = random_poses(grid_, 200, 0.2, 4);
+	for (const auto& robot : poses_on_floor())
+	{
+		Scan scan = scan_at(world_, robot);
+		block(scan, 30, 30, 0.7F), block(scan, 250, 60, 0.5F);
+		const double truth = at(robot, scan).log_likelihood;
+		for (const auto& pose : wrong)
+			if (distance_between(pose, robot) > 0.5 || turn_between(pose, robot) > 10)
+			{
+				EXPECT_GT(truth, at(pose, scan).log_likelihood + 5) << robot << " " << pose;
+			}
+	}
+}
+
+TEST_F(OnFloor, AScanIsWorthTheSameAtAnyResolution)
+{
+	const auto robot = poses_on_floor()[0];
+	const double expected = at(robot, scan_at(world_, robot)).log_likelihood;
+	for (const std::size_t beams : {180U, 720U, 1440U})
+	{
+		Laser laser;
+		laser.beams = beams;
+		laser.aperture = 2 * M_PI * (1 - 1.0 / static_cast<double>(beams));
+		EXPECT_NEAR(at(robot, scan_at(world_, robot, laser)).log_likelihood, expected, 0.15 * expected) << beams;
+	}
+}
+
+TEST_F(OnFloor, NoReturnSaysNothing)
+{
+	Scan scan = scan_at(world_, poses_on_floor()[0]);
+	for (Beam& beam : scan.beams) beam.is_return = false;
+	EXPECT_EQ(at(poses_on_floor()[0], scan).log_likelihood, 0);
+	EXPECT_EQ(at(poses_on_floor()[0], scan).explained, 0);
+}
+
+TEST_F(OnFloor, IsFiniteOutsideOfTheMap)
+{
+	const Scan scan = scan_at(world_, poses_on_floor()[0]);
+	for (const mrpt::math::TPose2D pose : {mrpt::math::TPose2D{-50, 5, 0}, {-2.97, 2.02, 1}, {500, 500, 2}})
+	{
+		EXPECT_TRUE(std::isfinite(at(pose, scan).log_likelihood)) << pose;
+		EXPECT_LT(at(pose, scan).explained, 0.2) << pose;
+	}
+}
+}  // namespace d2s1r::test

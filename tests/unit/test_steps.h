@@ -1,0 +1,41 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+// The steps of the default method as the tests call them.
+#pragma once
+
+#include <d2s1r/hypotheses.h>
+
+#include "test_floor.h"
+
+namespace d2s1r::test
+{
+/// What refine() makes of what settle() makes of `candidates`.
+inline std::vector<RefinedPose> refine_all(
+    const DistanceField& field, const Scan& scan, const std::vector<Candidate>& candidates,
+    const RefinementParameters& parameters)
+{
+	const auto settled = settle(field, make_rays(scan, 4 * kDegree, 45), candidates, parameters);
+	return refine(field, make_rays(scan, kDegree, 180), settled, parameters);
+}
+
+inline Eigen::Matrix3d covariance_at(
+    const DistanceField& field, const Scan& scan, const mrpt::math::TPose2D& sensor,
+    const RefinementParameters& parameters = {})
+{
+	return pose_covariance(field, make_rays(scan, kDegree, 360), sensor, parameters);
+}
+
+inline Score score_at(
+    const BeamTracer& tracer, const DistanceField& field, const Scan& scan, const mrpt::math::TPose2D& sensor,
+    const BeamModel& model = {})
+{
+	return score(tracer, field, make_rays(scan, kDegree, 360), sensor, model);
+}
+
+/// What decide() says of a scan and poses that were found somehow, sensor in map.
+inline Localization decide_among(const Grid& grid, const Scan& scan, const std::vector<mrpt::math::TPose2D>& poses)
+{
+	std::vector<RefinedPose> refined;
+	for (const auto& pose : poses) refined.push_back({pose, 1});
+	return decide(BeamTracer(grid), DistanceField(grid), scan, make_rays(scan, kDegree, 360), refined, Parameters{});
+}
+}  // namespace d2s1r::test
