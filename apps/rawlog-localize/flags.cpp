@@ -1,13 +1,10 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "flags.h"
 
-#include "errors.h"
+#include "flag_values.h"
 #include "option_list.h"
 
 #include <d2s1r/version.h>
-
-#include <charconv>
-#include <cmath>
 
 namespace d2s1r::app
 {
@@ -27,46 +24,6 @@ constexpr const char* kOutputs =
     "Exit status: 0 done, 1 wrong use or configuration, 2 an input that cannot be read or used, 3 an\n"
     "output that cannot be written, 130 interrupted (finished frames are on disk).\n";
 
-[[noreturn]] void wrong(const std::string& flag, const std::string& what)
-{
-	throw UserError(kWrongUse, flag, what + "; see rawlog-localize --help");
-}
-
-template <class Number>
-Number parse_number(const std::string& flag, const std::string& text)
-{
-	Number number{};
-	const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-	if (error != std::errc() || end != text.data() + text.size() || text.empty())
-		wrong(flag, "'" + text + "' is not a number that can stand here");
-	return number;
-}
-
-void parse_frames(const std::string& text, Flags& flags)
-{
-	const auto colon = text.find(':');
-	if (colon == std::string::npos) wrong("--frames", "'" + text + "' is not a range; write A:B, A: or :B");
-	const std::string first = text.substr(0, colon), past = text.substr(colon + 1);
-	if (!first.empty()) flags.first_frame = parse_number<std::size_t>("--frames", first);
-	if (!past.empty()) flags.past_frame = parse_number<std::size_t>("--frames", past);
-	if (flags.first_frame >= flags.past_frame) wrong("--frames", "'" + text + "' holds no frame; A must be below B");
-}
-
-std::optional<ImageGeometry> parse_image(const std::string& resolution, const std::string& origin)
-{
-	if (resolution.empty() && !origin.empty()) wrong("--origin", "only goes with --resolution");
-	if (resolution.empty()) return std::nullopt;
-	ImageGeometry image;
-	image.resolution = parse_number<double>("--resolution", resolution);
-	if (!(image.resolution > 0) || !std::isfinite(image.resolution)) wrong("--resolution", "must be above 0 m");
-	if (origin.empty()) return image;
-	const auto comma = origin.find(',');
-	if (comma == std::string::npos) wrong("--origin", "'" + origin + "' is not a point; write X,Y in m");
-	image.origin_x = parse_number<double>("--origin", origin.substr(0, comma));
-	image.origin_y = parse_number<double>("--origin", origin.substr(comma + 1));
-	return image;
-}
-
 void check_complete(const Flags& flags)
 {
 	if (flags.only_writes_config() && !flags.write_config.empty()) return;
@@ -74,6 +31,7 @@ void check_complete(const Flags& flags)
 	if (flags.rawlog.empty()) wrong("--input", "missing; name the rawlog file");
 	if (flags.output_dir.empty()) wrong("--output", "missing; name the folder to write to");
 }
+
 /// All options; the order is that of --help.
 struct Options
 {
@@ -93,6 +51,17 @@ struct Options
 	Value& threads = list.value(
 	    "", "threads", "N",
 	    "threads to build the index and to localize with; the results do not depend on it (default 1)");
+	Value& window = list.value(
+	    "", "window", "N",
+	    "judge the last N scans together, along the odometry of the rawlog or, without it, the motion that the results "
+	    "share; finds the place in buildings that look alike all over (default: every scan on its own)");
+	Value& region = list.value(
+	    "", "region", "X0,Y0,X1,Y1",
+	    "the robot is in the box between these two corners [m], map frame: search there only");
+	Value& time_budget = list.value(
+	    "", "time-budget", "MS",
+	    "refine only as many candidates of a scan as fit into this time [ms]; the results then depend on the machine "
+	    "and its load (default: no limit)");
 	Value& seed = list.value("", "seed", "N", "seed of whatever draws random numbers (default 1)");
 	Value& plugins = list.value("", "plugins", "A.so,B.so", "MRPT modules to load first");
 	Switch& fuse = list.flag(
@@ -114,22 +83,6 @@ struct Options
 	Switch& help = list.flag("h", "help", "print this help and exit");
 };
 
-int parse_threads(const std::string& text)
-{
-	const int threads = parse_number<int>("--threads", text);
-	if (threads < 1 || threads > 256) wrong("--threads", "must be 1 to 256");
-	return threads;
-}
-
-MotionSource parse_motion(const std::string& text, bool fuse)
-{
-	if (!fuse) wrong("--motion", "only goes with --fuse");
-	if (text == "pseudo") return MotionSource::kPseudo;
-	if (text == "odometry") return MotionSource::kOdometry;
-	if (text != "both") wrong("--motion", "'" + text + "' is not one of pseudo, odometry, both");
-	return MotionSource::kBoth;
-}
-
 Flags flags_of(Options& options)
 {
 	Flags flags;
@@ -145,7 +98,10 @@ Flags flags_of(Options& options)
 	if (options.label.isSet()) flags.sensor_label = options.label.getValue();
 	if (options.frames.isSet()) parse_frames(options.frames.getValue(), flags);
 	if (options.threads.isSet()) flags.threads = parse_threads(options.threads.getValue());
-	if (options.seed.isSet()) flags.seed = parse_number<std::uint32_t>("--seed", options.seed.getValue());
+	if (options.window.isSet()) flags.window = parse_window(options.window.getValue());
+	if (options.region.isSet()) flags.query.prior = parse_region(options.region.getValue());
+	if (options.time_budget.isSet()) flags.query.time_budget = parse_time_budget(options.time_budget.getValue());
+	if (options.seed.isSet()) flags.seed = parse_seed(options.seed.getValue());
 	flags.image = parse_image(options.resolution.getValue(), options.origin.getValue());
 	flags.fuse = options.fuse.getValue();
 	if (options.motion.isSet()) flags.motion = parse_motion(options.motion.getValue(), flags.fuse);

@@ -3,6 +3,7 @@
 
 #include <d2s1r/CFusionBackend.h>
 #include <d2s1r/map_io.h>
+#include <d2s1r/prior.h>
 
 #include <cstddef>
 #include <cstdint>
@@ -30,6 +31,8 @@ struct Flags
 	std::size_t first_frame = 0;              //!< [-] scan frames first_frame ... past_frame - 1 are localized
 	std::size_t past_frame = std::numeric_limits<std::size_t>::max();
 	std::optional<int> threads;          //!< [-] else as the parameters say
+	std::optional<int> window;           //!< [-] frames that are judged together; else each on its own
+	Query query;                         //!< of every scan
 	std::uint32_t seed = 1;              //!< [-] of whatever draws random numbers
 	std::optional<ImageGeometry> image;  //!< of a map that is an image
 

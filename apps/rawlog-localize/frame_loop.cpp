@@ -5,6 +5,7 @@
 
 #include "interrupt.h"
 #include "parallel.h"
+#include "window.h"
 
 namespace d2s1r::app
 {
@@ -69,17 +70,19 @@ class Loop
 };
 
 /// Up to the first object with a scan that was not localized because of an interrupt.
-void write(Batch& batch, FrameOutputs& outputs)
+void write(Batch& batch, std::optional<Window>& window, FrameOutputs& outputs)
 {
 	std::size_t job = 0;
 	for (auto& item : batch.items)
 	{
 		for (std::size_t i = job; i < item.past_job; i++)
 			if (!batch.jobs[i].result) return;
+		if (window) window->add(item.object);
 		outputs.add(item.object);
 		for (; job < item.past_job; job++)
 		{
 			auto& [frame, scan, result] = batch.jobs[job];
+			if (window) result = window->judge(*scan, *result);
 			const double time = seconds(*scan);
 			outputs.add(Frame{frame, time, std::move(*result)}, std::move(scan));
 		}
@@ -88,31 +91,33 @@ void write(Batch& batch, FrameOutputs& outputs)
 }  // namespace
 
 std::string localize_rawlog(
-    const std::string& file, const FrameSelection& selection, const Localizer& localizer, int threads,
-    FrameOutputs& outputs, ProgressBar& progress)
+    const std::string& file, const FrameSelection& selection, const Approach& approach, FrameOutputs& outputs,
+    ProgressBar& progress)
 {
-	Loop loop(file, selection, threads);
+	std::optional<Window> window;
+	if (approach.window) window.emplace(approach.localizer, *approach.window);
+	Loop loop(file, selection, approach.threads);
 	Batch previous, current = loop.read(), next;
 	while (!current.items.empty() && !interrupted())
 	{
-		// Job 0 keeps the files busy while the other threads localize.
+		// Job 0 keeps the files, and the window, busy while the other threads localize.
 		run_parallel(
-		    threads, 1 + current.jobs.size(),
+		    approach.threads, 1 + current.jobs.size(),
 		    [&](std::size_t i)
 		    {
 			    if (i == 0)
 			    {
-				    write(previous, outputs);
+				    write(previous, window, outputs);
 				    progress.show(outputs.frames().size());
 				    next = loop.read();
 			    }
 			    else if (!interrupted())
-				    current.jobs[i - 1].result = localizer.localize(*current.jobs[i - 1].scan);
+				    current.jobs[i - 1].result = approach.localizer.localize(*current.jobs[i - 1].scan, approach.query);
 		    });
 		previous = std::move(current);
 		current = std::exchange(next, {});
 	}
-	write(previous, outputs);
+	write(previous, window, outputs);
 	progress.show(outputs.frames().size());
 	return loop.damage();
 }

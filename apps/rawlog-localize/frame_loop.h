@@ -6,6 +6,8 @@
 
 #include <d2s1r/localizer.h>
 
+#include <optional>
+
 namespace d2s1r::app
 {
 /// Which scans of a rawlog are localized.
@@ -16,10 +18,20 @@ struct FrameSelection
 	std::size_t past = 0;
 };
 
-/// Localizes the selected scans of a rawlog and hands everything to `outputs` in the order of the rawlog, whatever
-/// the number of threads. Ends at the end of the rawlog, where it is damaged, or when the process is interrupted.
+/// How they are localized.
+struct Approach
+{
+	const Localizer& localizer;
+	Query query;
+	std::optional<int> window;  //!< [-] frames that are judged together; else each on its own
+	int threads = 1;            //!< [-]
+};
+
+/// Localizes the selected scans of a rawlog, `threads` at a time, and hands everything to `outputs` in the order of the
+/// rawlog; the window, if there is one, is moved in that order, too. The results do not depend on the number of
+/// threads. Ends at the end of the rawlog, where it is damaged, or when the process is interrupted.
 /// \returns RawlogReader::damage()
 std::string localize_rawlog(
-    const std::string& file, const FrameSelection& selection, const Localizer& localizer, int threads,
-    FrameOutputs& outputs, ProgressBar& progress);
+    const std::string& file, const FrameSelection& selection, const Approach& approach, FrameOutputs& outputs,
+    ProgressBar& progress);
 }  // namespace d2s1r::app

@@ -5,20 +5,6 @@
 
 namespace d2s1r::app
 {
-void OdometryBetweenScans::add(const RawlogObject& object)
-{
-	if (object.odometry) now_ = object.odometry;
-	if (object.increment) now_ = now_.value_or(mrpt::poses::CPose2D()) + *object.increment;
-}
-
-std::optional<mrpt::poses::CPose2D> OdometryBetweenScans::take()
-{
-	std::optional<mrpt::poses::CPose2D> increment;
-	if (now_ && then_) increment = *now_ - *then_;
-	then_ = now_;
-	return increment;
-}
-
 Fusion::Fusion(const std::filesystem::path& folder, CFusionBackend::Ptr backend)
     : backend_(std::move(backend)), csv_(folder / "fused.csv"), tum_(folder / "fused.tum")
 {

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "frame.h"
+#include "odometry_between_scans.h"
 #include "output_file.h"
-#include "rawlog_reader.h"
 
 #include <filesystem>
 
@@ -11,20 +11,6 @@ namespace d2s1r::app
 {
 /// [-] of the particle filter.
 inline constexpr int kFusionParticles = 1000;
-
-/// Odometry of a rawlog of either kind, from one scan to the next.
-class OdometryBetweenScans
-{
-   public:
-	void add(const RawlogObject& object);
-
-	/// Increment since the last call, robot frame of that moment; no value without odometry, or at the first call.
-	std::optional<mrpt::poses::CPose2D> take();
-
-   private:
-	std::optional<mrpt::poses::CPose2D> now_;   //!< robot in the odometry's frame
-	std::optional<mrpt::poses::CPose2D> then_;  //!< the same at the last scan
-};
 
 /// Hands every frame to a fusion back-end; fused.csv and fused.tum.
 class Fusion

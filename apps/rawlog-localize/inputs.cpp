@@ -4,8 +4,36 @@
 #include "console.h"
 #include "errors.h"
 
+#include <d2s1r/window_localizer.h>
+#include <mrpt/core/format.h>
+
 namespace d2s1r::app
 {
+namespace
+{
+void check_method(const Flags& flags, Method method)
+{
+	if (method != Method::kPaper) return;
+	const auto refuse = [](const char* flag, const std::string& why)
+	{ throw UserError(kWrongUse, flag, "does not go with method = paper, which " + why + "; use method = default"); };
+	if (flags.window) refuse("--window", "judges one scan");
+	if (!flags.query.prior.anywhere()) refuse("--region", "searches everywhere");
+	if (flags.query.time_budget > 0) refuse("--time-budget", "refines no candidate");
+}
+
+void check_region(const Prior& prior, const mrpt::maps::COccupancyGridMap2D& map)
+{
+	for (const PoseBox& box : prior.boxes)
+		if (box.least_x > map.getXMax() || box.greatest_x < map.getXMin() || box.least_y > map.getYMax() ||
+		    box.greatest_y < map.getYMin())
+			throw UserError(
+			    kWrongUse, "--region",
+			    mrpt::format(
+			        "is beside the map, which reaches from %.2f,%.2f to %.2f,%.2f m; name a region in it",
+			        map.getXMin(), map.getYMin(), map.getXMax(), map.getYMax()));
+}
+}  // namespace
+
 Parameters read_parameters(const Flags& flags)
 {
 	Parameters parameters;
@@ -18,6 +46,9 @@ Parameters read_parameters(const Flags& flags)
 		throw about(flags.config, kWrongUse, e);
 	}
 	if (flags.threads) parameters.threads = *flags.threads;
+	check_method(flags, parameters.method);
+	if (flags.window)
+		parameters.scoring.hypotheses = std::max(parameters.scoring.hypotheses, WindowLocalizer::kHypotheses);
 	return parameters;
 }
 
@@ -28,10 +59,16 @@ CSignatureMap2D::ConstPtr build_map(const Flags& flags, const Parameters& parame
 		auto map = CSignatureMap2D::Create(parameters);
 		{
 			const SilentDescriptors silence;
-			map->set_map(*load_map(flags.map, parameters.grid, flags.image));
+			const auto grid = load_map(flags.map, parameters.grid, flags.image);
+			check_region(flags.query.prior, *grid);
+			map->set_map(*grid);
 		}
 		map->localizer();  // built here, where its errors are the map's
 		return map;
+	}
+	catch (const UserError&)
+	{
+		throw;
 	}
 	catch (const std::bad_alloc&)
 	{

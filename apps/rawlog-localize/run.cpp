@@ -118,7 +118,8 @@ ExitStatus run(const Flags& flags, Console& console)
 	std::string damage;
 	{
 		ProgressBar progress(console.err, !flags.quiet && isatty(STDERR_FILENO), report.selected_frames);
-		damage = localize_rawlog(flags.rawlog, selection, localizer, parameters.threads, outputs, progress);
+		damage = localize_rawlog(
+		    flags.rawlog, selection, {localizer, flags.query, flags.window, parameters.threads}, outputs, progress);
 	}
 	outputs.commit(localizer.map());
 	report.localization_seconds = watch.seconds();

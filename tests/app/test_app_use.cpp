@@ -16,27 +16,10 @@ TEST_F(AppUse, HelpNamesEveryOptionAndExitStatus)
 	EXPECT_EQ(result.status, 0);
 	EXPECT_EQ(result.err, "");
 	for (const char* option :
-	     {"-m,",
-	      "-i,",
-	      "-o,",
-	      "-c,",
-	      "--ground-truth",
-	      "--sensor-label",
-	      "--frames",
-	      "--threads",
-	      "--seed",
-	      "--plugins",
-	      "--fuse",
-	      "--motion",
-	      "--save-map",
-	      "--write-config",
-	      "--write-pf-ini",
-	      "--resolution",
-	      "--origin",
-	      "-q,",
-	      "--version",
-	      "--help",
-	      "130"})
+	     {"-m,",          "-i,",       "-o,",      "-c,",        "--ground-truth", "--sensor-label",
+	      "--frames",     "--threads", "--window", "--region",   "--time-budget",  "--seed",
+	      "--plugins",    "--fuse",    "--motion", "--save-map", "--write-config", "--write-pf-ini",
+	      "--resolution", "--origin",  "-q,",      "--version",  "--help",         "130"})
 		EXPECT_NE(result.out.find(option), std::string::npos) << option;
 }
 
@@ -88,12 +71,31 @@ TEST_F(AppUse, RefusesValuesThatMakeNoSense)
 	expect_refusal(with({"--threads", "0"}), 1, {"--threads"});
 	expect_refusal(with({"--threads", "two"}), 1, {"--threads", "two"});
 	expect_refusal(with({"--seed", "-1"}), 1, {"--seed"});
+	expect_refusal(with({"--window", "0"}), 1, {"--window", "1 to 1000"});
+	expect_refusal(with({"--window", "ten"}), 1, {"--window", "ten"});
+	expect_refusal(with({"--region", "1,2,3"}), 1, {"--region", "X0,Y0,X1,Y1"});
+	expect_refusal(with({"--region", "1,2,3,4,5"}), 1, {"--region", "X0,Y0,X1,Y1"});
+	expect_refusal(with({"--region", "1,2,1,4"}), 1, {"--region", "empty box"});
+	expect_refusal(with({"--region", "1,2,inf,4"}), 1, {"--region", "finite"});
+	expect_refusal(with({"--region", "1,2,,4"}), 1, {"--region", "number"});
+	expect_refusal(with({"--time-budget", "0"}), 1, {"--time-budget", "above 0"});
+	expect_refusal(with({"--time-budget", "nan"}), 1, {"--time-budget", "above 0"});
+	expect_refusal(with({"--time-budget", "fast"}), 1, {"--time-budget", "fast"});
 	expect_refusal(with({"--frames", "7"}), 1, {"--frames", "A:B"});
 	expect_refusal(with({"--frames", "9:3"}), 1, {"--frames", "no frame"});
 	expect_refusal(with({"--frames", "a:b"}), 1, {"--frames"});
 	expect_refusal(with({"--resolution", "0"}), 1, {"--resolution"});
 	expect_refusal(with({"--origin", "1,2"}), 1, {"--origin", "--resolution"});
 	expect_refusal(with({"--resolution", "0.05", "--origin", "1"}), 1, {"--origin", "X,Y"});
+}
+
+TEST_F(AppUse, RefusesWhatThePublishedMethodCannotDo)
+{
+	write_file(path("paper.ini"), "[localizer]\nmethod = paper\n");
+	for (const Words& option : {Words{"--window", "5"}, Words{"--region", "0,0,1,1"}, Words{"--time-budget", "50"}})
+		expect_refusal(
+		    {"-m", "map.yaml", "-i", "in.rawlog", "-o", "out", "-c", path("paper.ini"), option[0], option[1]}, 1,
+		    {option[0], "method = paper"});
 }
 
 TEST_F(AppUse, RefusesAPluginThatIsNotThere)

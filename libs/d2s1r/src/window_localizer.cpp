@@ -3,6 +3,7 @@
 #include <mrpt/math/wrap2pi.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <numeric>
 #include <stdexcept>
@@ -265,6 +266,7 @@ Localization WindowLocalizer::add(
 		if (motion) skipped_ = skipped_.value_or(mrpt::poses::CPose2D()) + *motion;
 		return one_shot;
 	}
+	const auto start = std::chrono::steady_clock::now();
 	Frame frame;
 	frame.scan = scan;
 	set_motion(frame, one_shot, motion && skipped_ ? *skipped_ + *motion : motion);
@@ -275,6 +277,10 @@ Localization WindowLocalizer::add(
 	if (lost(one_shot)) forget();
 	start_tracks(one_shot);
 	prune();
-	return conclude(one_shot);
+	Localization result = conclude(one_shot);
+	const double spent = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+	result.times.refinement_ms += spent;
+	result.times.total_ms += spent;
+	return result;
 }
 }  // namespace d2s1r

@@ -45,7 +45,8 @@ class WindowLocalizer
 	/// \param one_shot localizer.localize(scan)
 	/// \param motion of the robot since the last call, in its frame then; no value: estimated from the hypotheses of
 	///        both frames (the paper's pseudo-odometry)
-	/// \return as Localizer::localize(), with the evidence of all frames of the window; covariances include the motion
+	/// \return as Localizer::localize(), with the evidence of all frames of the window; covariances include the motion,
+	///         and the time of refinement includes the following of hypotheses
 	Localization add(
 	    const Scan& scan, const Localization& one_shot, const std::optional<mrpt::poses::CPose2D>& motion = {});
 

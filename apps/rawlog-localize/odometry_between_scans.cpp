@@ -1,0 +1,19 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "odometry_between_scans.h"
+
+namespace d2s1r::app
+{
+void OdometryBetweenScans::add(const RawlogObject& object)
+{
+	if (object.odometry) now_ = object.odometry;
+	if (object.increment) now_ = now_.value_or(mrpt::poses::CPose2D()) + *object.increment;
+}
+
+std::optional<mrpt::poses::CPose2D> OdometryBetweenScans::take()
+{
+	std::optional<mrpt::poses::CPose2D> increment;
+	if (now_ && then_) increment = *now_ - *then_;
+	then_ = now_;
+	return increment;
+}
+}  // namespace d2s1r::app

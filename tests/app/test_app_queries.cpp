@@ -1,0 +1,157 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+// What a user knows or wants beyond the scan: --window, --region, --time-budget.
+#include "app_process.h"
+#include "app_world.h"
+
+#include <mrpt/obs/CObservationOdometry.h>
+
+using namespace d2s1r::test;
+namespace fs = std::filesystem;
+
+class AppQueries : public AppTest
+{
+   protected:
+	AppQueries()
+	{
+		save_gridmap(flat(), path("flat.gridmap.gz"));
+		save(observation_log(), path("walk.rawlog"));
+		save_gridmap(twin_rooms(), path("twins.gridmap.gz"));
+		save(way_into_left_room(), path("twins.rawlog"));
+	}
+
+	/// Two rooms that are alike on a corridor whose ends are not.
+	static const d2s1r::Grid& twin_rooms()
+	{
+		static const d2s1r::Grid grid = make_picture_grid(
+		    enlarge(
+		        {"######################",  //
+		         "#......##......#######",  //
+		         "#......##......##....#",  //
+		         "#.#....##.#....##....#",  //
+		         "#......##......##....#",  //
+		         "###..######..#####..##",  //
+		         "#....................#",  //
+		         "#....................#",  //
+		         "######################"},
+		        10),
+		    0.05);
+		return grid;
+	}
+
+	static std::vector<mrpt::math::TPose2D> path_into_left_room()
+	{
+		std::vector<mrpt::math::TPose2D> path;
+		for (int i = 0; i <= 4; i++) path.emplace_back(0.9 + 0.3 * i, 0.9, 0.1 * i);
+		for (int i = 1; i <= 6; i++) path.emplace_back(2.1, 0.9 + 0.35 * i, 0.4 + 0.2 * i);
+		return path;
+	}
+
+	/// Readings of wheels whose frame is not the map's, and scans of a laser that sees 3 m.
+	static Objects way_into_left_room()
+	{
+		Objects log;
+		const auto way = path_into_left_room();
+		for (std::size_t i = 0; i < way.size(); i++)
+		{
+			auto wheels = mrpt::obs::CObservationOdometry::Create();
+			wheels->odometry = mrpt::poses::CPose2D(-3, 2, 1) + (mrpt::poses::CPose2D(way[i]) - mrpt::poses::CPose2D());
+			log.push_back(wheels);
+			Laser laser;
+			laser.max_range = 3;
+			laser.noise = 0.01;
+			laser.seed = static_cast<unsigned>(i + 1);
+			log.push_back(
+			    std::make_shared<mrpt::obs::CObservation2DRangeScan>(make_observation(twin_rooms(), way[i], laser)));
+		}
+		return log;
+	}
+
+	CsvTable localize(const std::string& world, const std::string& log, const Words& more) const
+	{
+		Words words = {"-m", path(world + ".gridmap.gz"), "-i", path(log + ".rawlog"), "-o", path("out"), "-q"};
+		words.insert(words.end(), more.begin(), more.end());
+		const auto result = run(words);
+		EXPECT_EQ(result.status, 0) << result.err;
+		return CsvTable(path("out/frames.csv"), kFramesHeader);
+	}
+
+	static void expect_at(const CsvTable& frames, std::size_t row, const mrpt::math::TPose2D& truth)
+	{
+		EXPECT_EQ(frames.text(row, "status"), "localized") << row;
+		ASSERT_NE(frames.text(row, "x"), "") << row;
+		EXPECT_NEAR(frames.number(row, "x"), truth.x, 0.15) << row;
+		EXPECT_NEAR(frames.number(row, "y"), truth.y, 0.15) << row;
+	}
+};
+
+TEST_F(AppQueries, WindowTellsRoomsApartThatLookAlike)
+{
+	const std::size_t last = path_into_left_room().size() - 1;
+	EXPECT_EQ(localize("twins", "twins", {}).text(last, "status"), "ambiguous");
+	const CsvTable together = localize("twins", "twins", {"--window", "11"});
+	ASSERT_EQ(together.size(), last + 1);
+	expect_at(together, last, path_into_left_room().back());
+}
+
+TEST_F(AppQueries, WindowNeedsNoOdometry)
+{
+	Objects scans;
+	for (const auto& object : way_into_left_room())
+		if (std::dynamic_pointer_cast<mrpt::obs::CObservation2DRangeScan>(object)) scans.push_back(object);
+	save(scans, path("scans.rawlog"));
+	expect_at(localize("twins", "scans", {"--window", "11"}), scans.size() - 1, path_into_left_room().back());
+}
+
+TEST_F(AppQueries, WindowGivesTheSamePosesWithAnyNumberOfThreads)
+{
+	localize("twins", "twins", {"--window", "5"});
+	const std::string one = read_file(path("out/hypotheses.csv"));
+	localize("twins", "twins", {"--window", "5", "--threads", "3"});
+	EXPECT_EQ(read_file(path("out/hypotheses.csv")), one);
+	EXPECT_GT(lines_of(one).size(), path_into_left_room().size());
+}
+
+TEST_F(AppQueries, WindowStartsWithTheFirstSelectedFrame)
+{
+	const CsvTable frames = localize("twins", "twins", {"--window", "11", "--frames", "8:"});
+	ASSERT_EQ(frames.size(), 3U);
+	EXPECT_EQ(frames.text(2, "frame"), "10");
+	EXPECT_EQ(frames.text(2, "status"), "ambiguous") << "the way that tells the rooms apart was left out";
+}
+
+TEST_F(AppQueries, RegionTellsRoomsApartThatLookAlike)
+{
+	const std::size_t last = path_into_left_room().size() - 1;
+	expect_at(localize("twins", "twins", {"--region", "4,5,-1,0"}), last, path_into_left_room().back());
+	EXPECT_GT(localize("twins", "twins", {"--region", "4,0,8,5"}).number(last, "x"), 4);
+}
+
+TEST_F(AppQueries, PosesStayInTheRegion)
+{
+	const CsvTable frames = localize("flat", "walk", {"--region=-1.5,-1,4.6,4"});
+	ASSERT_EQ(frames.size(), walk().size());
+	for (std::size_t i = 0; i < frames.size(); i++)
+	{
+		if (frames.text(i, "x").empty()) continue;
+		EXPECT_LE(frames.number(i, "x"), 4.6);
+		EXPECT_LE(frames.number(i, "y"), 4);
+	}
+}
+
+TEST_F(AppQueries, RefusesARegionBesideTheMap)
+{
+	expect_refusal(
+	    {"-m", path("flat.gridmap.gz"), "-i", path("walk.rawlog"), "-o", path("out"), "--region", "50,0,60,10"}, 1,
+	    {"--region", "beside the map", "0.00,0.00"});
+}
+
+TEST_F(AppQueries, AmpleTimeChangesNothingAndLittleTimeStillAnswers)
+{
+	localize("flat", "walk", {});
+	const std::string without = read_file(path("out/hypotheses.csv"));
+	localize("flat", "walk", {"--time-budget", "1e6"});
+	EXPECT_EQ(read_file(path("out/hypotheses.csv")), without);
+	const CsvTable hasty = localize("flat", "walk", {"--time-budget", "0.001"});
+	ASSERT_EQ(hasty.size(), walk().size());
+	for (std::size_t i = 0; i < hasty.size(); i++) expect_at(hasty, i, walk()[i]);
+}
