@@ -161,12 +161,12 @@ void write_ros_map(const std::string& stem)
 	                                 "occupied_thresh: 0.65\nfree_thresh: 0.196\n";
 }
 
-/// FLASER: 180 ranges of 180 deg, laser pose, odometry, time, host, time.
+/// FLASER: 180 ranges, 1 deg apart, laser pose, odometry, time, host, time.
 void write_carmen_log(const std::string& file)
 {
 	d2s1r::test::Laser laser;
 	laser.beams = 180;
-	laser.aperture = M_PI;
+	laser.aperture = 179 * M_PI / 180;
 	std::ofstream log(file);
 	int i = 0;
 	for (const auto& pose : flat_path())
