@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <array>
 #include <cstdlib>
 #include <random>
 
@@ -38,28 +37,50 @@ class CoarseKernel : public testing::TestWithParam<std::int64_t>
 };
 }  // namespace
 
-TEST_P(CoarseKernel, CostsOfABlockAreThoseOfPlainLoops)
+TEST_P(CoarseKernel, CheapPositionsOfABlockAreThoseOfPlainLoops)
 {
-	for (const std::size_t beams : {std::size_t{1}, std::size_t{7}, std::size_t{25}})
-		for (const std::uint8_t truncation : {std::uint8_t{1}, std::uint8_t{4}, std::uint8_t{10}})
-		{
-			std::vector<Row> rows;
-			std::vector<CoarseBeam> looks;
-			for (std::size_t b = 0; b < beams; b++) rows.push_back(random_row(random_, 64));
-			for (const Row& row : rows) looks.push_back({row.data(), random_row(random_, 1).front()});
-			alignas(64) std::array<std::uint8_t, 64> cost{};
-			const int least = block_costs(looks.data(), beams, truncation, cost.data());
-
-			int expected_least = 255;
-			for (std::size_t i = 0; i < 64; i++)
+	constexpr int kBlock = RangeProfiles::kBlock, kShifts = RangeProfiles::kShifts;
+	for (const int directions : {8, 30, 120})
+		for (const std::size_t count : {std::size_t{1}, std::size_t{7}, std::size_t{25}})
+			for (const int truncation : {1, 4, 10})
 			{
-				int expected = 0;
-				for (std::size_t b = 0; b < beams; b++) expected += difference(rows[b][i], looks[b].step, truncation);
-				EXPECT_EQ(cost[i], expected) << beams << " beams, position " << i;
-				expected_least = std::min(expected_least, expected);
+				const auto rows = static_cast<std::size_t>(directions);
+				Row block = random_row(random_, rows * kBlock);
+				block.insert(block.end(), block.begin(), block.begin() + (kShifts - 1) * kBlock);
+				std::vector<CoarseBeam> beams;
+				for (std::size_t b = 0; b < count; b++)
+					beams.push_back({static_cast<int>(random_() % rows), random_row(random_, 1).front()});
+				const auto cost_of = [&](int shift, int position)
+				{
+					int cost = 0;
+					for (const CoarseBeam& beam : beams)
+						cost += difference(
+						    block[static_cast<std::size_t>((beam.direction + shift) % directions * kBlock + position)],
+						    beam.step, truncation);
+					return cost;
+				};
+				const int least = cost_of(directions / 2, 5);  // some positions are to be cheap, not all
+				const int most = std::min(least + 2, 255);
+				const CoarseLook look{beams.data(), count, directions, static_cast<std::uint8_t>(truncation)};
+				int next = 0;
+				CheapShifts found{};
+				for (int group = 0; group < directions; group += kShifts)
+				{
+					if (group == next)
+						next = find_cheap_shifts(block.data(), look, group, static_cast<std::uint8_t>(most), found);
+					for (int shift = group; shift < std::min(group + kShifts, directions); shift++)
+						for (int i = 0; i < kBlock; i++)
+						{
+							const bool cheap = group == next && (found.cheap[shift - group] >> i & 1U) != 0;
+							ASSERT_EQ(cheap, cost_of(shift, i) <= most) << "shift " << shift << " position " << i;
+							if (cheap)
+							{
+								ASSERT_EQ(found.cost[(shift - group) * kBlock + i], cost_of(shift, i));
+							}
+						}
+					if (group == next) next += kShifts;
+				}
 			}
-			EXPECT_EQ(least, expected_least);
-		}
 }
 
 TEST_P(CoarseKernel, CostOfARowIsThatOfAPlainLoop)

@@ -3,6 +3,8 @@
 #include <d2s1r/free_cells.h>
 #include <gtest/gtest.h>
 
+#include <map>
+
 #include "portable_simd.h"
 #include "test_floor.h"
 
@@ -116,6 +118,51 @@ TEST_F(CoarseSearch, TheBestIsTheLeastOfAllPositionsAndShifts)
 				least = std::min(least, literal_cost(scan, i, shift));
 		EXPECT_DOUBLE_EQ(candidates.front().cost, least);
 	}
+}
+
+TEST_F(CoarseSearch, TheSecondLookSeesAllPairsBelowTheGreatestLimitThatEnoughLieBelow)
+{
+	parameters_.candidates = 100000;
+	parameters_.distinct_distance = 0.01;  // every pair is a candidate
+	parameters_.distinct_yaw = 0.1;
+	parameters_.truncation = 2;  // beams enough that the first look compares all of them
+	const Scan scan = aligned_scan({2.41, 8.57, 0.7}, 30, 100);
+	std::map<int, std::size_t> pairs_of_cost;
+	for (std::size_t i = 0; i < profiles_.size(); i++)
+		for (int shift = 0; shift < profiles_.directions; shift++)
+			pairs_of_cost[static_cast<int>(std::lround(100 * literal_cost(scan, i, shift)))]++;
+	for (const int wanted : {3, 50, 1000, 20000})
+	{
+		parameters_.second_look = wanted;
+		std::size_t expected = 0;
+		for (const auto& [cost, pairs] : pairs_of_cost)
+		{
+			if (expected + pairs > static_cast<std::size_t>(wanted)) break;
+			expected += pairs;
+		}
+		EXPECT_EQ(coarse_search(profiles_, scan, parameters_).size(), expected) << wanted;
+	}
+}
+
+TEST_F(CoarseSearch, EqualCostsAreRankedByPositionThenByShift)
+{
+	const auto candidates = coarse_search(profiles_, scan_at(world_, poses_on_floor()[2]), parameters_);
+	const auto rank = [&](const Candidate& candidate)
+	{
+		std::size_t i = 0;
+		while (static_cast<double>(profiles_.x[i]) != candidate.pose.x ||
+		       static_cast<double>(profiles_.y[i]) != candidate.pose.y)
+			i++;
+		return std::pair{i, mrpt::math::wrapTo2Pi(candidate.pose.phi)};
+	};
+	int ties = 0;
+	for (std::size_t i = 1; i < candidates.size(); i++)
+		if (candidates[i].cost == candidates[i - 1].cost)
+		{
+			EXPECT_LT(rank(candidates[i - 1]), rank(candidates[i]));
+			ties++;
+		}
+	EXPECT_GT(ties, 0);
 }
 
 TEST_F(CoarseSearch, CostsAreThoseOfTheirPoses)

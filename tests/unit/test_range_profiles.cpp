@@ -3,6 +3,8 @@
 #include <d2s1r/range_profiles.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <set>
 
 #include "test_floor.h"
@@ -92,12 +94,26 @@ TEST_F(OnFloor, BlocksHoldTheSameRanges)
 	constexpr std::size_t kBlock = RangeProfiles::kBlock;
 	const auto directions = static_cast<std::size_t>(profiles_.directions);
 	ASSERT_NE(profiles_.size() % kBlock, 0U) << "the last block is to be a partial one";
-	ASSERT_EQ(profiles_.by_block.size(), (profiles_.size() / kBlock + 1) * kBlock * directions);
+	const std::size_t rows = directions + RangeProfiles::kShifts - 1;
+	ASSERT_EQ(profiles_.by_block.size(), (profiles_.size() / kBlock + 1) * kBlock * rows);
 	for (std::size_t i = 0; i < profiles_.size(); i++)
-		for (std::size_t d = 0; d < directions; d++)
+		for (std::size_t row = 0; row < rows; row++)
 			ASSERT_EQ(
-			    profiles_.by_block[(i / kBlock * directions + d) * kBlock + i % kBlock],
-			    profiles_.by_position[i * 2 * directions + d]);
+			    profiles_.block(i / kBlock)[row * kBlock + i % kBlock],
+			    profiles_.by_position[i * 2 * directions + row % directions]);
+}
+
+TEST(RangeProfiles, ASquareOfAPowerOfTwoIsWalkedFromNeighbourToNeighbour)
+{
+	CoarseSearchParameters parameters;
+	parameters.spacing = 0.5;
+	parameters.directions = 8;
+	const std::vector<std::string> open(16, std::string(16, '.'));
+	const Grid grid = make_picture_grid(open, 0.5);
+	const RangeProfiles profiles = make_range_profiles(grid, find_free_cells(grid, {}), parameters);
+	ASSERT_EQ(profiles.size(), 256U);
+	for (std::size_t i = 1; i < profiles.size(); i++)
+		EXPECT_NEAR(std::hypot(profiles.x[i] - profiles.x[i - 1], profiles.y[i] - profiles.y[i - 1]), 0.5F, 1e-4F);
 }
 
 TEST(RangeProfiles, WhereThereIsNoWallIsOutOfRange)
@@ -108,11 +124,16 @@ TEST(RangeProfiles, WhereThereIsNoWallIsOutOfRange)
 	parameters.directions = 4;
 	const RangeProfiles profiles = make_range_profiles(grid, find_free_cells(grid, {}), parameters);
 	ASSERT_EQ(profiles.size(), 3U);
+	std::vector<std::pair<float, std::uint8_t>> leftwards;
 	for (std::size_t i = 0; i < 3; i++)
+	{
 		for (const std::size_t d : {0U, 1U, 3U})
 			EXPECT_EQ(profiles.by_position[i * 8 + d], RangeProfiles::kOutOfRange) << i << " " << d;
-	EXPECT_LT(profiles.by_position[2], profiles.by_position[8 + 2]);
-	EXPECT_LT(profiles.by_position[8 + 2], profiles.by_position[16 + 2]);
+		leftwards.emplace_back(profiles.x[i], profiles.by_position[i * 8 + 2]);
+	}
+	std::sort(leftwards.begin(), leftwards.end());
+	EXPECT_LT(leftwards[0].second, leftwards[1].second);
+	EXPECT_LT(leftwards[1].second, leftwards[2].second);
 }
 
 TEST(RangeProfiles, NoCellsNoSamples)

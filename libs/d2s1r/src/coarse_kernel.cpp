@@ -14,30 +14,67 @@ namespace HWY_NAMESPACE
 namespace hn = hwy::HWY_NAMESPACE;
 using Bytes = hn::CappedTag<std::uint8_t, 64>;
 
-std::uint8_t block_costs_of_target(
-    const CoarseBeam* beams, std::size_t count, std::uint8_t truncation, std::uint8_t* cost)
+constexpr int kShifts = RangeProfiles::kShifts, kBlock = RangeProfiles::kBlock;
+static_assert(kShifts == 4, "compare_lanes() has as many sums");
+
+/// Costs of as many positions as there are lanes, from position `i` of the block on, at kShifts shifts.
+void compare_lanes(
+    const std::uint8_t* block, std::size_t i, const CoarseLook& look, int shift, std::uint8_t most, CheapShifts& found)
 {
 	const Bytes bytes;
-	const auto most = hn::Set(bytes, truncation);
-	auto least = hn::Set(bytes, std::uint8_t{255});
-	for (std::size_t i = 0; i < 64; i += hn::Lanes(bytes))
+	const auto truncation = hn::Set(bytes, look.truncation), acceptable = hn::Set(bytes, most);
+	auto sum0 = hn::Zero(bytes), sum1 = sum0, sum2 = sum0, sum3 = sum0;
+	const auto is_acceptable = [&](hn::Vec<Bytes> sum) { return hn::Eq(hn::Min(sum, acceptable), sum); };
+	const auto none_acceptable = [&]
 	{
-		auto sum = hn::Zero(bytes);
-		for (std::size_t b = 0; b < count; b++)
+		const auto least = hn::Min(hn::Min(sum0, sum1), hn::Min(sum2, sum3));
+		return hn::AllFalse(bytes, is_acceptable(least));
+	};
+	std::size_t next_check = look.count / 2;
+	for (std::size_t b = 0; b < look.count; b++)
+	{
+		const int turned = look.beams[b].direction + shift;
+		const std::uint8_t* const row =
+		    block + i +
+		    static_cast<std::ptrdiff_t>(turned < look.directions ? turned : turned - look.directions) * kBlock;
+		const auto step = hn::Set(bytes, look.beams[b].step);
+		const auto cost_of = [&](int s)
 		{
-			const auto range = hn::LoadU(bytes, beams[b].row + i);
-			const auto step = hn::Set(bytes, beams[b].step);
-			const auto difference = hn::Or(hn::SaturatedSub(range, step), hn::SaturatedSub(step, range));
-			sum = hn::Add(sum, hn::Min(difference, most));
-		}
-		hn::StoreU(sum, bytes, cost + i);
-		least = hn::Min(least, sum);
+			const auto range = hn::LoadU(bytes, row + static_cast<std::ptrdiff_t>(s) * kBlock);
+			return hn::Min(hn::Sub(hn::Max(range, step), hn::Min(range, step)), truncation);
+		};
+		sum0 = hn::Add(sum0, cost_of(0));
+		sum1 = hn::Add(sum1, cost_of(1));
+		sum2 = hn::Add(sum2, cost_of(2));
+		sum3 = hn::Add(sum3, cost_of(3));
+		if (b < next_check) continue;
+		if (none_acceptable()) return;
+		next_check = b + 3;
 	}
-	alignas(64) std::uint8_t lanes[64];
-	hn::Store(least, bytes, lanes);
-	std::uint8_t result = 255;
-	for (std::size_t i = 0; i < hn::Lanes(bytes); i++) result = lanes[i] < result ? lanes[i] : result;
-	return result;
+	const auto keep = [&](int s, hn::Vec<Bytes> sum)
+	{
+		hn::StoreU(sum, bytes, found.cost + static_cast<std::size_t>(s * kBlock) + i);
+		std::uint8_t cheap[8];
+		const std::size_t count = hn::StoreMaskBits(bytes, is_acceptable(sum), cheap);
+		for (std::size_t k = 0; k < count; k++) found.cheap[s] |= std::uint64_t{cheap[k]} << (i + 8 * k);
+	};
+	keep(0, sum0);
+	keep(1, sum1);
+	keep(2, sum2);
+	keep(3, sum3);
+}
+
+int find_cheap_shifts_of_target(
+    const std::uint8_t* block, const CoarseLook& look, int shift, std::uint8_t most, CheapShifts& found)
+{
+	const Bytes bytes;
+	for (; shift < look.directions; shift += kShifts)
+	{
+		for (std::uint64_t& cheap : found.cheap) cheap = 0;
+		for (std::size_t i = 0; i < kBlock; i += hn::Lanes(bytes)) compare_lanes(block, i, look, shift, most, found);
+		if ((found.cheap[0] | found.cheap[1] | found.cheap[2] | found.cheap[3]) != 0) break;
+	}
+	return shift;
 }
 
 std::uint32_t row_cost_of_target(
@@ -64,12 +101,13 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace d2s1r
 {
-HWY_EXPORT(block_costs_of_target);
+HWY_EXPORT(find_cheap_shifts_of_target);
 HWY_EXPORT(row_cost_of_target);
 
-std::uint8_t block_costs(const CoarseBeam* beams, std::size_t count, std::uint8_t truncation, std::uint8_t* cost)
+int find_cheap_shifts(
+    const std::uint8_t* block, const CoarseLook& look, int shift, std::uint8_t most, CheapShifts& found)
 {
-	return HWY_DYNAMIC_DISPATCH(block_costs_of_target)(beams, count, truncation, cost);
+	return HWY_DYNAMIC_DISPATCH(find_cheap_shifts_of_target)(block, look, shift, most, found);
 }
 
 std::uint32_t row_cost(

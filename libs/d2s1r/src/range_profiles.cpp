@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <unordered_map>
+#include <utility>
 
 namespace d2s1r
 {
@@ -36,6 +37,71 @@ std::vector<CellIndex> one_a_square(const Grid& grid, const std::vector<CellInde
 	std::sort(samples.begin(), samples.end());
 	return samples;
 }
+
+/// Position of (column, row), both below 2^16, along Hilbert's curve: cells near each other on it are near in the map.
+std::uint32_t hilbert_index(std::uint32_t column, std::uint32_t row)
+{
+	std::uint32_t index = 0;
+	for (std::uint32_t side = 1U << 15U; side > 0; side /= 2)
+	{
+		const bool right = (column & side) != 0, upper = (row & side) != 0;
+		index = 4 * index + ((right ? 3U : 0U) ^ (upper ? 1U : 0U));
+		if (upper) continue;
+		if (right) column = ~column, row = ~row;
+		std::swap(column, row);
+	}
+	return index;
+}
+
+/// Where the samples go, neighbours near each other: so that the positions of a block fare alike.
+std::vector<std::size_t> places_along_curve(const Grid& grid, const std::vector<CellIndex>& samples, int side)
+{
+	std::vector<std::pair<std::uint32_t, std::size_t>> curve;
+	curve.reserve(samples.size());
+	for (const CellIndex cell : samples)
+		curve.emplace_back(
+		    hilbert_index(
+		        static_cast<std::uint32_t>(cell % grid.width / side),
+		        static_cast<std::uint32_t>(cell / grid.width / side)),
+		    curve.size());
+	std::sort(curve.begin(), curve.end());
+	std::vector<std::size_t> places(samples.size());
+	for (std::size_t place = 0; place < curve.size(); place++) places[curve[place].second] = place;
+	return places;
+}
+
+/// Stores the swept ranges, in units of kRangeUnitsPerCell, as steps.
+class ProfileWriter
+{
+   public:
+	ProfileWriter(RangeProfiles& profiles, std::vector<std::size_t> places, double cell_size)
+	    : profiles_(profiles), places_(std::move(places)), step_of_(65536, RangeProfiles::kOutOfRange)
+	{
+		for (std::size_t units = 0; units + 1 < step_of_.size(); units++)
+			step_of_[units] = profiles.compand(static_cast<double>(units) * cell_size / kRangeUnitsPerCell);
+	}
+
+	void write(std::size_t direction, const std::uint16_t* ranges)
+	{
+		constexpr std::size_t kBlock = RangeProfiles::kBlock;
+		const auto directions = static_cast<std::size_t>(profiles_.directions);
+		const std::size_t rows = directions + RangeProfiles::kShifts - 1;
+		for (std::size_t i = 0; i < places_.size(); i++)
+		{
+			const std::size_t place = places_[i];
+			const std::uint8_t step = step_of_[ranges[i]];
+			std::uint8_t* const column = profiles_.by_block.data() + place / kBlock * rows * kBlock + place % kBlock;
+			for (std::size_t row = direction; row < rows; row += directions) column[row * kBlock] = step;
+			profiles_.by_position[place * 2 * directions + direction] = step;
+			profiles_.by_position[(place * 2 + 1) * directions + direction] = step;
+		}
+	}
+
+   private:
+	RangeProfiles& profiles_;
+	std::vector<std::size_t> places_;    //!< by sample
+	std::vector<std::uint8_t> step_of_;  //!< [step] by range
+};
 }  // namespace
 
 std::uint8_t RangeProfiles::compand(double range) const
@@ -50,38 +116,28 @@ RangeProfiles make_range_profiles(
 {
 	const int side = std::max(1, static_cast<int>(std::lround(parameters.spacing / grid.cell_size)));
 	const auto samples = one_a_square(grid, cells, side);
+	const auto places = places_along_curve(grid, samples, side);
 
 	RangeProfiles profiles;
 	profiles.directions = parameters.directions;
 	profiles.max_range = parameters.max_range;
-	for (const CellIndex cell : samples)
+	profiles.x.resize(samples.size());
+	profiles.y.resize(samples.size());
+	for (std::size_t i = 0; i < samples.size(); i++)
 	{
-		profiles.x.push_back(static_cast<float>(grid.center_x(cell)));
-		profiles.y.push_back(static_cast<float>(grid.center_y(cell)));
+		profiles.x[places[i]] = static_cast<float>(grid.center_x(samples[i]));
+		profiles.y[places[i]] = static_cast<float>(grid.center_y(samples[i]));
 	}
-
 	const auto directions = static_cast<std::size_t>(parameters.directions);
 	constexpr std::size_t kBlock = RangeProfiles::kBlock;
-	profiles.by_block.assign((samples.size() + kBlock - 1) / kBlock * kBlock * directions, 0);
+	const std::size_t blocks = (samples.size() + kBlock - 1) / kBlock;
+	profiles.by_block.assign(blocks * kBlock * (directions + RangeProfiles::kShifts - 1), 0);
 	profiles.by_position.resize(samples.size() * directions * 2);
-	std::vector<std::uint8_t> step_of(65536);
-	for (std::size_t units = 0; units < step_of.size(); units++)
-		step_of[units] = units == 65535
-		                     ? RangeProfiles::kOutOfRange
-		                     : profiles.compand(static_cast<double>(units) * grid.cell_size / kRangeUnitsPerCell);
+	ProfileWriter writer(profiles, places, grid.cell_size);
 	sweep_ranges(
 	    grid, samples, parameters.directions, parameters.max_range,
 	    [&](int direction, const std::uint16_t* to_occupied, const std::uint16_t*)
-	    {
-		    const auto d = static_cast<std::size_t>(direction);
-		    for (std::size_t i = 0; i < samples.size(); i++)
-		    {
-			    const std::uint8_t step = step_of[to_occupied[i]];
-			    profiles.by_block[(i / kBlock * directions + d) * kBlock + i % kBlock] = step;
-			    profiles.by_position[i * 2 * directions + d] = step;
-			    profiles.by_position[(i * 2 + 1) * directions + d] = step;
-		    }
-	    });
+	    { writer.write(static_cast<std::size_t>(direction), to_occupied); });
 	return profiles;
 }
 }  // namespace d2s1r

@@ -17,6 +17,11 @@ struct Candidate
 
 /// Compares a scan with the profiles of all sample positions at all yaw shifts: first a few beams everywhere, then all
 /// beams where these fit. Truncated differences keep people and moved furniture from outvoting the walls.
+///
+/// Exact: the second look sees all pairs of position and shift whose costs in the first one are below the greatest
+/// limit that no more than parameters.second_look pairs lie below. Comparing stops early only where the beams that
+/// were compared already cost more; the order of the blocks and the machine's SIMD instructions do not matter. Equal
+/// costs are ranked by the position in `profiles`, then by the shift.
 /// \param prior of the robot's pose; positions within a sample's spacing of it are searched, too
 /// \return distinct poses, best first, at most parameters.candidates
 std::vector<Candidate> coarse_search(

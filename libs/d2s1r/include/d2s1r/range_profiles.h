@@ -13,16 +13,22 @@ namespace d2s1r
 struct RangeProfiles
 {
 	static constexpr int kBlock = 64;                 //!< [positions] stored together, direction by direction
+	static constexpr int kShifts = 4;                 //!< [-] yaw shifts that a block is compared at together
 	static constexpr std::uint8_t kOutOfRange = 255;  //!< no obstacle within max_range
 
 	int directions = 0;                  //!< [-] direction i points at 2 pi i / directions, map frame
 	double max_range = 0;                //!< [m]
-	std::vector<float> x, y;             //!< [m] sample positions, map frame
-	std::vector<std::uint8_t> by_block;  //!< [step] (block, direction, position in block)
+	std::vector<float> x, y;             //!< [m] sample positions, map frame, along a curve that keeps neighbours near
+	std::vector<std::uint8_t> by_block;  //!< [step] (block, row, position in block): see block()
 	std::vector<std::uint8_t>
 	    by_position;  //!< [step] (position, direction), each row twice in a row: shifts need no wrap
 
 	std::size_t size() const { return x.size(); }
+	/// The rows of block `i`: one a direction, and the first kShifts - 1 again, so that groups of shifts need no wrap.
+	const std::uint8_t* block(std::size_t i) const
+	{
+		return by_block.data() + i * static_cast<std::size_t>(directions + kShifts - 1) * kBlock;
+	}
 	std::uint8_t compand(double range) const;  //!< [m] -> [step]
 };
 

@@ -1,0 +1,63 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <mrpt/math/TPose2D.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+namespace d2s1r
+{
+/// Greedy choice of poses, their yaws in [-pi, pi], that lie apart.
+class DistinctPoses
+{
+   public:
+	/// Poses closer than `distance` [m] and `yaw` [rad] are one.
+	DistinctPoses(double distance, double yaw) : distance_(distance), yaw_(yaw), newest_(kBuckets, -1) {}
+
+	/// \return whether `pose` lies apart from all that were added; if so, it is added
+	bool add(const mrpt::math::TPose2D& pose)
+	{
+		const auto column = static_cast<std::int64_t>(std::floor(pose.x / distance_));
+		const auto row = static_cast<std::int64_t>(std::floor(pose.y / distance_));
+		for (std::int64_t j = row - 1; j <= row + 1; j++)
+			for (std::int64_t i = column - 1; i <= column + 1; i++)
+				for (int k = newest_[bucket(i, j)]; k >= 0; k = chosen_[static_cast<std::size_t>(k)].before)
+					if (is_same(pose, chosen_[static_cast<std::size_t>(k)].pose)) return false;
+		int& newest = newest_[bucket(column, row)];
+		chosen_.push_back({pose, newest});
+		newest = static_cast<int>(chosen_.size()) - 1;
+		return true;
+	}
+
+   private:
+	static constexpr std::size_t kBuckets = 2048;
+
+	struct Chosen
+	{
+		mrpt::math::TPose2D pose;
+		int before;  //!< the one chosen before it in its bucket, or -1
+	};
+
+	/// Tiles of side `distance_` share buckets: one more comparison, no harm.
+	static std::size_t bucket(std::int64_t column, std::int64_t row)
+	{
+		const auto mixed = static_cast<std::uint64_t>(column) * 0x9E3779B97F4A7C15U +
+		                   static_cast<std::uint64_t>(row) * 0xC2B2AE3D27D4EB4FU;
+		return static_cast<std::size_t>(mixed >> 53U);
+	}
+
+	bool is_same(const mrpt::math::TPose2D& a, const mrpt::math::TPose2D& b) const
+	{
+		const double dx = a.x - b.x, dy = a.y - b.y, turn = std::abs(a.phi - b.phi);
+		return dx * dx + dy * dy < distance_ * distance_ && std::min(turn, 2 * M_PI - turn) < yaw_;
+	}
+
+	double distance_;          //!< [m]
+	double yaw_;               //!< [rad]
+	std::vector<int> newest_;  //!< by bucket, index into chosen_ or -1
+	std::vector<Chosen> chosen_;
+};
+}  // namespace d2s1r
