@@ -3,11 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 namespace d2s1r
 {
 namespace
 {
+constexpr std::size_t kMostCells = std::size_t{1} << 30;  //!< offsets of two bytes a cell have 31 bits
 constexpr int kReach = static_cast<int>(DistanceField::kReachCells);
 
 /// `grid` with a rim of unknown cells as wide as the field reaches: walls at its edge act outwards, too.
@@ -103,6 +105,8 @@ DistanceField::DistanceField(const Grid& grid) : cell_size_(grid.cell_size)
 	const Grid wide = with_rim(grid);
 	width_ = wide.width, height_ = wide.height;
 	origin_x_ = wide.origin_x, origin_y_ = wide.origin_y;
+	if (wide.cells.size() > kMostCells)
+		throw std::invalid_argument("the map has more cells than can be searched; use larger cells or a smaller map");
 	cells_.resize(wide.cells.size());
 	const auto columns = distances_along_columns(wide);
 	RowTransform transform(width_);

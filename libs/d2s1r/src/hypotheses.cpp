@@ -99,9 +99,8 @@ Localization decide(
 	for (std::size_t i = 0; i < count; i++)
 	{
 		Hypothesis hypothesis;
-		set_pose(
-		    hypothesis, places[i].pose, scan.sensor_on_robot,
-		    pose_covariance(field, rays, places[i].pose, parameters.refinement));
+		const TPose2D pose = polish(field, rays, places[i].pose, parameters.refinement);
+		set_pose(hypothesis, pose, scan.sensor_on_robot, pose_covariance(field, rays, pose, parameters.refinement));
 		hypothesis.probability = places[i].weight / mass;
 		hypothesis.log_likelihood = places[i].score.log_likelihood;
 		hypothesis.explained = places[i].score.explained;

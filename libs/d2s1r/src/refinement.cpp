@@ -7,62 +7,53 @@
 #include <algorithm>
 #include <cmath>
 
+#include "end_points.h"
+
 namespace d2s1r
 {
 namespace
 {
 using mrpt::math::TPose2D;
 
-/// The linearized least-squares problem of the distances at a pose.
-struct NormalEquations
-{
-	Eigen::Matrix3d information = Eigen::Matrix3d::Zero();  //!< J^T W J
-	Eigen::Vector3d gradient = Eigen::Vector3d::Zero();     //!< J^T W r
-	double weight = 0;                                      //!< sum of the robust weights of all end points
-};
+constexpr double kDegree = M_PI / 180;
 
-/// Geman-McClure weights of width `kernel` [m].
-NormalEquations linearize(const DistanceField& field, const Rays& rays, const TPose2D& pose, double kernel)
+/// J^T W J over (x, y, phi, range offset).
+Eigen::Matrix4d information_of(const EndPointSums& sums)
 {
-	NormalEquations sum;
-	const double c = std::cos(pose.phi), s = std::sin(pose.phi);
-	double h[6] = {}, g[3] = {};
-	for (const Rays::Ray& ray : rays.rays)
-	{
-		if (!ray.is_return) continue;
-		const auto px = static_cast<double>(ray.dx * ray.range), py = static_cast<double>(ray.dy * ray.range);
-		const double rx = c * px - s * py, ry = s * px + c * py;
-		const Distance distance = field.at(pose.x + rx, pose.y + ry);
-		const auto e = static_cast<double>(distance.value);
-		const double share = kernel * kernel / (kernel * kernel + e * e);
-		sum.weight += share;
-		const double w = share * share;
-		const auto jx = static_cast<double>(distance.gradient_x), jy = static_cast<double>(distance.gradient_y);
-		const double jp = jy * rx - jx * ry;
-		h[0] += w * jx * jx, h[1] += w * jx * jy, h[2] += w * jx * jp;
-		h[3] += w * jy * jy, h[4] += w * jy * jp, h[5] += w * jp * jp;
-		g[0] += w * jx * e, g[1] += w * jy * e, g[2] += w * jp * e;
-	}
-	sum.information << h[0], h[1], h[2], h[1], h[3], h[4], h[2], h[4], h[5];
-	sum.gradient << g[0], g[1], g[2];
-	return sum;
+	Eigen::Matrix4d information;
+	std::size_t next = 0;
+	for (int i = 0; i < 4; i++)
+		for (int j = i; j < 4; j++)
+			information(i, j) = information(j, i) = static_cast<double>(sums.information[next++]);
+	return information;
+}
+
+Eigen::Vector4d gradient_of(const EndPointSums& sums)
+{
+	return Eigen::Map<const Eigen::Vector4f>(sums.gradient.data()).cast<double>();
 }
 
 double fit_of(const DistanceField& field, const Rays& rays, const TPose2D& pose, double kernel)
 {
-	return linearize(field, rays, pose, kernel).weight /
+	return static_cast<double>(sum_end_points(field, rays.returns, pose, 0, kernel).weight) /
 	       static_cast<double>(std::max<std::size_t>(1, rays.rays.size()));
 }
 
-/// One damped step, at most 0.2 m and 0.1 rad.
-TPose2D gauss_newton_step(const DistanceField& field, const Rays& rays, const TPose2D& pose, double kernel)
+/// `pose` moved by `step` (x, y, phi), at most 0.2 m and 0.1 rad.
+TPose2D moved(const TPose2D& pose, Eigen::Vector3d step)
 {
-	NormalEquations system = linearize(field, rays, pose, kernel);
-	system.information.diagonal().array() += 1e-3 * static_cast<double>(rays.rays.size()) + 1e-6;
-	Eigen::Vector3d step = -system.information.ldlt().solve(system.gradient);
 	const double length = step.head<2>().norm();
 	if (length > 0.2) step.head<2>() *= 0.2 / length;
 	return {pose.x + step.x(), pose.y + step.y(), mrpt::math::wrapToPi(pose.phi + std::clamp(step.z(), -0.1, 0.1))};
+}
+
+/// One damped step.
+TPose2D gauss_newton_step(const DistanceField& field, const Rays& rays, const TPose2D& pose, double kernel)
+{
+	const EndPointSums sums = sum_end_points(field, rays.returns, pose, 0, kernel);
+	Eigen::Matrix3d information = information_of(sums).topLeftCorner<3, 3>();
+	information.diagonal().array() += 1e-3 * static_cast<double>(rays.rays.size()) + 1e-6;
+	return moved(pose, -information.ldlt().solve(gradient_of(sums).head<3>()));
 }
 
 template <class Kernels>
@@ -93,12 +84,16 @@ std::vector<RefinedPose> best_distinct(std::vector<RefinedPose> poses, std::size
 /// Unit vector in the map along which the end points hold the position least.
 Eigen::Vector2d open_direction(const DistanceField& field, const Rays& rays, const TPose2D& pose, double kernel)
 {
-	const NormalEquations system = linearize(field, rays, pose, kernel);
-	const Eigen::Matrix2d position = system.information.topLeftCorner<2, 2>();
-	return Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(position).eigenvectors().col(0);
+	const Eigen::Matrix4d information = information_of(sum_end_points(field, rays.returns, pose, 0, kernel));
+	return Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(information.topLeftCorner<2, 2>()).eigenvectors().col(0);
 }
 
-constexpr double kDegree = M_PI / 180;
+/// [m^2] of the sum of squares of one ray's distance: rays beside each other err alike.
+double variance_of(const Rays& rays, const RefinementParameters& parameters)
+{
+	return parameters.range_noise * parameters.range_noise * parameters.beam_correlation * kDegree / rays.spacing;
+}
+
 }  // namespace
 
 std::vector<RefinedPose> settle(
@@ -147,13 +142,33 @@ std::vector<RefinedPose> refine(
 	return best_distinct(std::move(poses), poses.size(), 0.08, 2 * kDegree);
 }
 
+TPose2D polish(const DistanceField& field, const Rays& rays, TPose2D pose, const RefinementParameters& parameters)
+{
+	constexpr int kSteps = 4;
+	constexpr double kStep = 0.05;  // [m] what the scan leaves open stays where it is
+	const double deviation = parameters.surface_offset * field.cell_size();
+	const double prior = variance_of(rays, parameters) / (deviation * deviation);
+	const double damping = variance_of(rays, parameters) / (kStep * kStep);
+	double offset = 0;
+	for (int i = 0; i < kSteps; i++)
+	{
+		const EndPointSums sums = sum_end_points(field, rays.returns, pose, offset, 0.75 * parameters.kernel);
+		Eigen::Matrix4d information = information_of(sums);
+		information.diagonal() += Eigen::Vector4d(damping, damping, damping, prior);
+		Eigen::Vector4d gradient = gradient_of(sums);
+		gradient(3) += prior * offset;
+		const Eigen::Vector4d step = -information.ldlt().solve(gradient);
+		pose = moved(pose, step.head<3>());
+		offset += step(3);
+	}
+	return pose;
+}
+
 Eigen::Matrix3d pose_covariance(
     const DistanceField& field, const Rays& rays, const TPose2D& sensor, const RefinementParameters& parameters)
 {
-	const NormalEquations system = linearize(field, rays, sensor, parameters.kernel);
-	const double beams = M_PI / 180 / rays.spacing;
-	const double variance = parameters.range_noise * parameters.range_noise * parameters.beam_correlation * beams;
-	Eigen::Matrix3d information = system.information / variance;
+	const EndPointSums sums = sum_end_points(field, rays.returns, sensor, 0, parameters.kernel);
+	Eigen::Matrix3d information = information_of(sums).topLeftCorner<3, 3>() / variance_of(rays, parameters);
 	information.diagonal() += Eigen::Vector3d(1.0, 1.0, 1 / (10 * kDegree * 10 * kDegree));
 	return information.inverse();
 }

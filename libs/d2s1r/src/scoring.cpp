@@ -67,6 +67,18 @@ class Sum
 	int returns_ = 0, explained_ = 0;
 	bool was_short_ = false, was_unknown_ = false, was_through_ = false;
 };
+
+Returns returns_of(const std::vector<Rays::Ray>& rays)
+{
+	constexpr float kFarAway = 1e6F;  // [m]
+	Returns returns;
+	const auto add = [&](float unit_x, float unit_y, float range)
+	{ returns.unit_x.push_back(unit_x), returns.unit_y.push_back(unit_y), returns.range.push_back(range); };
+	for (const Rays::Ray& ray : rays)
+		if (ray.is_return) add(ray.dx, ray.dy, ray.range);
+	while (returns.range.size() % Returns::kVector != 0) add(1, 0, kFarAway);
+	return returns;
+}
 }  // namespace
 
 Rays make_rays(const Scan& scan, double spacing, int most)
@@ -85,6 +97,7 @@ Rays make_rays(const Scan& scan, double spacing, int most)
 		const float log_range = std::log(std::clamp(beam.range, 0.5F, 20.0F) / 3.0F);
 		result.rays.push_back({std::cos(beam.angle), std::sin(beam.angle), beam.range, log_range, beam.is_return});
 	}
+	result.returns = returns_of(result.rays);
 	return result;
 }
 

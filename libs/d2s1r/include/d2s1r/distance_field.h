@@ -29,6 +29,11 @@ class DistanceField
 	Distance at(double x, double y) const;
 
 	double cell_size() const { return cell_size_; }  //!< [m]
+	double origin_x() const { return origin_x_; }    //!< [m] lower left corner of the first cell, map frame
+	double origin_y() const { return origin_y_; }    //!< [m]
+	int width() const { return width_; }             //!< [cells]
+	int height() const { return height_; }           //!< [cells]
+	const std::uint16_t* cells() const { return cells_.data(); }  //!< [cell_size / kUnitsPerCell] row-major
 
    private:
 	int width_ = 0, height_ = 0;  //!< [cells] of the grid and a rim about it

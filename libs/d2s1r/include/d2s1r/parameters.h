@@ -64,13 +64,14 @@ struct CoarseSearchParameters
 /// From candidate poses to poses that fit the map.
 struct RefinementParameters
 {
-	int scored = 300;           //!< [-] best fitting candidates that a few beams are scored at
-	int promising = 100;        //!< [-] best scoring of these, refined with all beams
-	double hopeless = 30.0;     //!< [nat] candidates this far below the best one are dropped
-	int forked = 30;            //!< [-] best fitting ones, tried again along the direction that the scan leaves open
-	double kernel = 0.08;       //!< [m] width of the robust kernel at the end
-	double cost_weight = 0.05;  //!< [1 / step] of the coarse cost beside the fit
-	double range_noise = 0.03;  //!< [m] standard deviation of a range about the map, for the covariance
+	int scored = 300;             //!< [-] best fitting candidates that a few beams are scored at
+	int promising = 100;          //!< [-] best scoring of these, refined with all beams
+	double hopeless = 30.0;       //!< [nat] candidates this far below the best one are dropped
+	int forked = 30;              //!< [-] best fitting ones, tried again along the direction that the scan leaves open
+	double kernel = 0.08;         //!< [m] width of the robust kernel at the end
+	double cost_weight = 0.05;    //!< [1 / step] of the coarse cost beside the fit
+	double surface_offset = 0.2;  //!< [cell] standard deviation of where in their cells the walls have their surface
+	double range_noise = 0.03;    //!< [m] standard deviation of a range about the map, for the covariance
 	double beam_correlation = 9.0;  //!< [-] neighbouring beams that count as one measurement, for the covariance
 };
 
@@ -178,6 +179,7 @@ void visit_parameters(P& p, Visitor&& visit)
 	visit("refinement", "kernel", refinement.kernel, 0.001, 1.0, "[m] width of the robust kernel at the end");
 	visit(
 	    "refinement", "cost_weight", refinement.cost_weight, 0.0, 10.0, "[1 / step] of the coarse cost beside the fit");
+	visit("refinement", "surface_offset", refinement.surface_offset, 0.001, 10.0, "[cell] of surfaces in their cells");
 	visit("refinement", "range_noise", refinement.range_noise, 0.001, 1.0, "[m] standard deviation of a range");
 	visit("refinement", "beam_correlation", refinement.beam_correlation, 1.0, 1000.0, "[-] beams that count as one");
 

@@ -28,6 +28,11 @@ std::vector<RefinedPose> refine(
     const DistanceField& field, const Rays& rays, std::vector<RefinedPose> poses,
     const RefinementParameters& parameters);
 
+/// The last few millimetres: Gauss-Newton over pose and one offset of all ranges. Walls in a map drawn from scans lie
+/// in the middle of their cells, those of a map drawn by hand at the near side of them; the scan tells which.
+mrpt::math::TPose2D polish(
+    const DistanceField& field, const Rays& rays, mrpt::math::TPose2D pose, const RefinementParameters& parameters);
+
 /// Covariance of the sensor's pose (x, y, phi) [m^2, m rad, rad^2] from the walls that the end points lie on; what they
 /// leave open, such as the way along a corridor, is limited to 1 m and 10 deg.
 Eigen::Matrix3d pose_covariance(

@@ -7,6 +7,15 @@
 
 namespace d2s1r
 {
+/// The beams of a scan that ended at something, coordinate by coordinate; padded to whole vectors by ones that end far
+/// outside of any map.
+struct Returns
+{
+	static constexpr std::size_t kVector = 8;
+	std::vector<float> unit_x, unit_y;  //!< unit vectors, sensor frame
+	std::vector<float> range;           //!< [m]
+};
+
 /// Some beams of a scan, evenly spread, as vectors.
 struct Rays
 {
@@ -18,6 +27,7 @@ struct Rays
 		bool is_return;
 	};
 	std::vector<Ray> rays;  //!< by increasing angle
+	Returns returns;        //!< those of `rays`
 	double spacing = 0;     //!< [rad] between neighbours
 };
 
