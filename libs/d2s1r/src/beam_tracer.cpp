@@ -2,15 +2,15 @@
 #include <d2s1r/beam_tracer.h>
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
+
+#include "beam_trace.h"
 
 namespace d2s1r
 {
 namespace
 {
-constexpr int kMostClearance = 63;  //!< [cells] six bits
-constexpr int kClassBits = 2;
+constexpr int kMostClearance = 63;   //!< [cells] six bits
+constexpr std::size_t kOverrun = 3;  //!< [bytes]
 
 /// Chebyshev distance [cells] to the nearest cell of another class, by two passes of a chamfer; the border of the grid
 /// counts as another class.
@@ -50,67 +50,42 @@ class Clearances
 }  // namespace
 
 BeamTracer::BeamTracer(const Grid& grid)
-    : width_(grid.width),
-      height_(grid.height),
+    : width_(grid.width + 2),
+      height_(grid.height + 2),
       cell_size_(grid.cell_size),
-      origin_x_(grid.origin_x),
-      origin_y_(grid.origin_y),
-      cells_(grid.cells.size())
+      origin_x_(grid.origin_x - grid.cell_size),
+      origin_y_(grid.origin_y - grid.cell_size),
+      cells_(
+          static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_) + kOverrun,
+          static_cast<std::uint8_t>(Cell::kUnknown))
 {
 	const Clearances clearances(grid);
-	for (std::size_t i = 0; i < cells_.size(); i++)
-		cells_[i] = static_cast<std::uint8_t>((clearances.at(i) << kClassBits) | static_cast<int>(grid.cells[i]));
-}
-
-Passed BeamTracer::trace(double x, double y, double dx, double dy, double range) const
-{
-	constexpr double kAtWall = 0.15;  //!< [m] a wall this near to the end is where the beam ended
-	constexpr double kNudge = 1e-6;   //!< [cells] over the border of a cell
-	constexpr double kNever = std::numeric_limits<double>::infinity();
-	const double column = (x - origin_x_) / cell_size_, row = (y - origin_y_) / cell_size_;
-	const double end = range / cell_size_, passed_before = end - kAtWall / cell_size_;
-	const double per_column = dx != 0 ? 1 / dx : kNever, per_row = dy != 0 ? 1 / dy : kNever;
-	const double per_square = 1 / std::max(std::abs(dx), std::abs(dy));
-
-	Passed passed;
-	double unknown = 0;
-	bool in_wall = false;
-	for (double t = 0; t < end;)
+	std::size_t from = 0;
+	for (int row = 0; row < grid.height; row++)
 	{
-		const double u = column + dx * t, v = row + dy * t;
-		if (!(u >= 0 && v >= 0 && u < width_ && v < height_))
-		{
-			unknown += end - t;
-			break;
-		}
-		const int i = static_cast<int>(u), j = static_cast<int>(v);
-		const std::uint8_t packed =
-		    cells_[static_cast<std::size_t>(j) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(i)];
-		const auto cell = static_cast<Cell>(packed & ((1 << kClassBits) - 1));
-		const int clearance = packed >> kClassBits;
-		double next;
-		if (clearance > 1)
-			next = t + (clearance - 1) * per_square;
-		else
-		{
-			const double to_column = dx != 0 ? ((dx > 0 ? i + 1 : i) - column) * per_column : kNever;
-			const double to_row = dy != 0 ? ((dy > 0 ? j + 1 : j) - row) * per_row : kNever;
-			next = std::max(std::min(to_column, to_row), t) + kNudge;
-		}
-		if (cell == Cell::kUnknown) unknown += std::min(next, end) - t;
-		if (in_wall && cell != Cell::kOccupied && t < passed_before) passed.walls++;
-		in_wall = cell == Cell::kOccupied;
-		t = next;
+		auto to = cells_.begin() + static_cast<std::ptrdiff_t>(row + 1) * width_ + 1;
+		for (int column = 0; column < grid.width; column++, from++)
+			*to++ = static_cast<std::uint8_t>((clearances.at(from) << kClassBits) | static_cast<int>(grid.cells[from]));
 	}
-	passed.unknown = static_cast<float>(unknown * cell_size_);
-	return passed;
 }
 
-Cell BeamTracer::at(double x, double y) const
+void BeamTracer::trace(const Returns& returns, const mrpt::math::TPose2D& sensor, TracedBeams& traced) const
 {
-	const double u = (x - origin_x_) / cell_size_, v = (y - origin_y_) / cell_size_;
-	if (!(u >= 0 && v >= 0 && u < width_ && v < height_)) return Cell::kUnknown;
-	const auto cell = static_cast<std::size_t>(v) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(u);
-	return static_cast<Cell>(cells_[cell] & ((1 << kClassBits) - 1));
+	const std::size_t count = returns.range.size();
+	traced.walls.resize(count);
+	traced.unknown.resize(count);
+	traced.end.resize(count);
+	const double u = (sensor.x - origin_x_) / cell_size_, v = (sensor.y - origin_y_) / cell_size_;
+	if (u >= 1 && v >= 1 && u < width_ - 1 && v < height_ - 1)
+	{
+		trace_beams({cells_.data(), width_, height_, cell_size_}, u, v, sensor.phi, returns, traced);
+		return;
+	}
+	for (std::size_t i = 0; i < count; i++)
+	{
+		traced.walls[i] = 0;
+		traced.unknown[i] = returns.range[i];
+		traced.end[i] = static_cast<std::int32_t>(Cell::kUnknown);
+	}
 }
 }  // namespace d2s1r

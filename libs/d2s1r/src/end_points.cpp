@@ -8,6 +8,8 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "ray_axis-inl.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -18,17 +20,6 @@ namespace HWY_NAMESPACE
 {
 namespace
 {
-namespace hn = hwy::HWY_NAMESPACE;
-const hn::CappedTag<float, Returns::kVector> kFloats;
-const hn::RebindToSigned<decltype(kFloats)> kInts;
-using Floats = hn::Vec<decltype(kFloats)>;
-using Ints = hn::Vec<decltype(kInts)>;
-
-Floats all(float value)
-{
-	return hn::Set(kFloats, value);
-}
-
 /// a b + c d, each product rounded.
 Floats sum_of_products(Floats a, Floats b, Floats c, Floats d)
 {

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <d2s1r/distance_field.h>
-#include <d2s1r/scoring.h>
+#include <d2s1r/rays.h>
 
 #include <array>
 

@@ -8,6 +8,8 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "ray_axis-inl.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -16,49 +18,8 @@ namespace d2s1r
 {
 namespace HWY_NAMESPACE
 {
-namespace hn = hwy::HWY_NAMESPACE;
-const hn::CappedTag<float, 8> kFloats;
-const hn::RebindToSigned<decltype(kFloats)> kInts;
-using Floats = hn::Vec<decltype(kFloats)>;
-using Ints = hn::Vec<decltype(kInts)>;
-using Mask = hn::Mask<decltype(kFloats)>;
-
-Floats all(float value)
+namespace
 {
-	return hn::Set(kFloats, value);
-}
-
-/// One coordinate of a vector of rays. Cells are counted from the cell of the start.
-struct Axis
-{
-	Floats start;    //!< [cells] in [0, 1)
-	Floats step;     //!< [cells] a cell of ray length
-	Floats inverse;  //!< of step
-	Mask forward;    //!< step >= 0
-	Floats cell;
-
-	Axis(float start_, Floats step_)
-	    : start(all(start_)), step(step_), inverse(hn::Div(all(1), step_)), forward(hn::Ge(step_, all(0))), cell(all(0))
-	{
-	}
-	/// Length at which the rays leave the cells less than `clearance` away from their own.
-	Floats exit(Floats clearance) const
-	{
-		const Floats edge = hn::Add(cell, hn::IfThenElse(forward, clearance, hn::Sub(all(1), clearance)));
-		return hn::Mul(hn::Sub(edge, start), inverse);
-	}
-	Floats after_leaving(Floats clearance) const
-	{
-		return hn::Add(cell, hn::IfThenElse(forward, clearance, hn::Neg(clearance)));
-	}
-	Floats at(Floats length, Floats clearance) const
-	{
-		const Floats reach = hn::Sub(clearance, all(1));
-		const Floats now = hn::Floor(hn::Add(start, hn::Mul(length, step)));
-		return hn::Min(hn::Max(now, hn::Sub(cell, reach)), hn::Add(cell, reach));
-	}
-};
-
 /// Where vectors of rays start.
 struct Start
 {
@@ -84,6 +45,7 @@ struct Start
 		    hn::Or(hn::Eq(v.cell, first_v), hn::Eq(v.cell, last_v)));
 	}
 };
+}  // namespace
 
 void follow(
     const ClearanceMap& map, double x, double y, float limit, bool margin_ends_rays, const RayFan& fan, float* lengths)
@@ -98,13 +60,8 @@ void follow(
 		Mask moving = hn::Gt(clearance, all(0));
 		while (!hn::AllFalse(kFloats, moving))
 		{
-			const Floats u_exit = u.exit(clearance), v_exit = v.exit(clearance);
-			const Mask by_u = hn::Lt(u_exit, v_exit);
-			length = hn::IfThenElse(moving, hn::Min(u_exit, v_exit), length);
-			const Floats u_cell = hn::IfThenElse(by_u, u.after_leaving(clearance), u.at(length, clearance));
-			const Floats v_cell = hn::IfThenElse(by_u, v.at(length, clearance), v.after_leaving(clearance));
-			u.cell = hn::IfThenElse(moving, u_cell, u.cell);
-			v.cell = hn::IfThenElse(moving, v_cell, v.cell);
+			const Floats exit = cross(u, v, clearance, moving);
+			length = hn::IfThenElse(moving, exit, length);
 			clearance = start.clearance(u, v);
 			moving = hn::And(hn::Gt(clearance, all(0)), hn::Lt(length, all(limit)));
 		}

@@ -36,7 +36,7 @@ Eigen::Vector4d gradient_of(const EndPointSums& sums)
 double fit_of(const DistanceField& field, const Rays& rays, const TPose2D& pose, double kernel)
 {
 	return static_cast<double>(sum_end_points(field, rays.returns, pose, 0, kernel).weight) /
-	       static_cast<double>(std::max<std::size_t>(1, rays.rays.size()));
+	       static_cast<double>(std::max<std::size_t>(1, rays.count));
 }
 
 /// `pose` moved by `step` (x, y, phi), at most 0.2 m and 0.1 rad.
@@ -52,7 +52,7 @@ TPose2D gauss_newton_step(const DistanceField& field, const Rays& rays, const TP
 {
 	const EndPointSums sums = sum_end_points(field, rays.returns, pose, 0, kernel);
 	Eigen::Matrix3d information = information_of(sums).topLeftCorner<3, 3>();
-	information.diagonal().array() += 1e-3 * static_cast<double>(rays.rays.size()) + 1e-6;
+	information.diagonal().array() += 1e-3 * static_cast<double>(rays.count) + 1e-6;
 	return moved(pose, -information.ldlt().solve(gradient_of(sums).head<3>()));
 }
 

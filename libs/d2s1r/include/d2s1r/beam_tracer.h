@@ -2,33 +2,36 @@
 #pragma once
 
 #include <d2s1r/grid.h>
+#include <d2s1r/rays.h>
 
 namespace d2s1r
 {
-/// What lies along a beam before its end.
-struct Passed
+/// What lies along beams, and where they end; padded as Returns.
+struct TracedBeams
 {
-	int walls = 0;      //!< [-] runs of occupied cells the beam came out of, except right before its end
-	float unknown = 0;  //!< [m] in unknown space, outside of the grid included
+	std::vector<float> walls;       //!< [-] runs of occupied cells a beam came out of, except right before its end
+	std::vector<float> unknown;     //!< [m] in unknown space, outside of the grid included
+	std::vector<std::int32_t> end;  //!< Cell of the end point; unknown outside of the grid
 };
 
-/// Follows beams through walls, free and unknown space; squares of one class are crossed in one step. One byte a cell
-/// of the grid. Const and thread-safe.
+/// Follows beams through walls, free and unknown space, many at a time; squares of one class are crossed in one step.
+/// One byte a cell of the grid. Const and thread-safe.
 class BeamTracer
 {
    public:
 	explicit BeamTracer(const Grid& grid);
 
-	/// From (x, y) [m, map frame] along the unit vector (dx, dy) over `range` [m].
-	Passed trace(double x, double y, double dx, double dy, double range) const;
+	/// Follows all `returns` of a sensor at `sensor` [m, rad, map frame]; bit for bit the same whatever SIMD the
+	/// machine has.
+	void trace(const Returns& returns, const mrpt::math::TPose2D& sensor, TracedBeams& traced) const;
 
-	/// Class of the cell at (x, y) [m, map frame]; unknown outside of the grid.
-	Cell at(double x, double y) const;
+	static constexpr int kClassBits = 2;
 
    private:
-	int width_, height_;
+	int width_, height_;  //!< [cells] of the grid and a margin of one cell around it
 	double cell_size_, origin_x_, origin_y_;
-	/// Class in the two low bits; above, Chebyshev distance [cells] to the nearest cell of another class, at most 63.
+	/// Class in the two low bits; above, Chebyshev distance [cells] to the nearest cell of another class, at most 63,
+	/// or 0 in the margin. Followed by kOverrun bytes, because vectors are read in words.
 	std::vector<std::uint8_t> cells_;
 };
 }  // namespace d2s1r

@@ -3,37 +3,10 @@
 
 #include <d2s1r/beam_tracer.h>
 #include <d2s1r/distance_field.h>
-#include <d2s1r/scan.h>
+#include <d2s1r/rays.h>
 
 namespace d2s1r
 {
-/// The beams of a scan that ended at something, coordinate by coordinate; padded to whole vectors by ones that end far
-/// outside of any map.
-struct Returns
-{
-	static constexpr std::size_t kVector = 8;
-	std::vector<float> unit_x, unit_y;  //!< unit vectors, sensor frame
-	std::vector<float> range;           //!< [m]
-};
-
-/// Some beams of a scan, evenly spread, as vectors.
-struct Rays
-{
-	struct Ray
-	{
-		float dx, dy;     //!< unit vector, sensor frame
-		float range;      //!< [m]
-		float log_range;  //!< ln of range / 3 m, range within 0.5 and 20 m
-		bool is_return;
-	};
-	std::vector<Ray> rays;  //!< by increasing angle
-	Returns returns;        //!< those of `rays`
-	double spacing = 0;     //!< [rad] between neighbours
-};
-
-/// At most `most` beams of `scan`, not closer than `spacing` [rad].
-Rays make_rays(const Scan& scan, double spacing, int most);
-
 /// How a scan fits at one pose.
 struct Score
 {

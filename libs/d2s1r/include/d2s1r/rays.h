@@ -1,0 +1,30 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <d2s1r/scan.h>
+
+namespace d2s1r
+{
+/// Beams that ended at something, coordinate by coordinate; padded to whole vectors by ones that have a negative range
+/// and end far outside of any map.
+struct Returns
+{
+	static constexpr std::size_t kVector = 8;
+	std::vector<float> unit_x, unit_y;  //!< unit vectors, sensor frame
+	std::vector<float> range;           //!< [m]
+};
+
+/// Some beams of a scan, evenly spread.
+struct Rays
+{
+	Returns returns;               //!< by increasing angle
+	std::vector<float> log_range;  //!< ln of range / 3 m of each return, range within 0.5 and 20 m; not padded
+	std::vector<std::uint8_t>
+	    starts_run;         //!< 1 for a return next to a beam that ended at nothing, on its clockwise side
+	std::size_t count = 0;  //!< [-] rays, those that ended at nothing included
+	double spacing = 0;     //!< [rad] between neighbours
+};
+
+/// At most `most` beams of `scan`, not closer than `spacing` [rad].
+Rays make_rays(const Scan& scan, double spacing, int most);
+}  // namespace d2s1r

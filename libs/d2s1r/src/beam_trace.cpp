@@ -1,0 +1,107 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "beam_trace.h"
+
+#include "simd_targets.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "beam_trace.cpp"  // of the include path src/
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#include <cmath>
+
+#include "ray_axis-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace d2s1r
+{
+namespace HWY_NAMESPACE
+{
+namespace
+{
+/// The byte of the cells at (u, v), counted from `start`.
+HWY_INLINE Ints packed_at(const std::uint8_t* start, Floats u, Floats v, int width)
+{
+	const Ints offsets = hn::Add(hn::ConvertTo(kInts, u), hn::Mul(hn::ConvertTo(kInts, v), hn::Set(kInts, width)));
+	const Ints words = hn::GatherOffset(kInts, reinterpret_cast<const std::int32_t*>(start), offsets);
+	return hn::And(words, hn::Set(kInts, 0xFF));
+}
+
+HWY_INLINE Mask is_class(Ints packed, Cell cell)
+{
+	const Ints classes = hn::And(packed, hn::Set(kInts, (1 << BeamTracer::kClassBits) - 1));
+	return hn::MaskFromVec(
+	    hn::BitCast(kFloats, hn::VecFromMask(kInts, hn::Eq(classes, hn::Set(kInts, static_cast<int>(cell))))));
+}
+
+/// A direction that is never 0, whose inverse would not be finite.
+HWY_INLINE Floats not_zero(Floats direction)
+{
+	constexpr float kLeast = 1e-20F;
+	return hn::IfThenElse(hn::Lt(hn::Abs(direction), all(kLeast)), all(kLeast), direction);
+}
+}  // namespace
+
+void trace_of_target(
+    const PackedCells& map, double start_u, double start_v, double heading, const Returns& returns, TracedBeams& traced)
+{
+	constexpr double kAtWall = 0.15;  // [m] a wall this near to the end is where the beam ended
+	const int column = static_cast<int>(start_u), row = static_cast<int>(start_v);
+	const std::uint8_t* start = map.cells + static_cast<std::ptrdiff_t>(row) * map.width + column;
+	const Floats cosine = all(static_cast<float>(std::cos(heading))), sine = all(static_cast<float>(std::sin(heading)));
+	const auto cell_size = static_cast<float>(map.cell_size);
+	const Floats first_u = all(static_cast<float>(-column)), last_u = all(static_cast<float>(map.width - 1 - column));
+	const Floats first_v = all(static_cast<float>(-row)), last_v = all(static_cast<float>(map.height - 1 - row));
+	for (std::size_t i = 0; i < returns.range.size(); i += hn::Lanes(kFloats))
+	{
+		const Floats ux = hn::LoadU(kFloats, returns.unit_x.data() + i),
+		             uy = hn::LoadU(kFloats, returns.unit_y.data() + i);
+		const Floats dx = hn::Sub(hn::Mul(cosine, ux), hn::Mul(sine, uy));
+		const Floats dy = hn::Add(hn::Mul(sine, ux), hn::Mul(cosine, uy));
+		const Floats end = hn::Div(hn::LoadU(kFloats, returns.range.data() + i), all(cell_size));
+		const Floats passed_before = hn::Sub(end, all(static_cast<float>(kAtWall / map.cell_size)));
+		Axis u(static_cast<float>(start_u - column), not_zero(dx)), v(static_cast<float>(start_v - row), not_zero(dy));
+		Floats length = all(0), unknown = all(0), walls = all(0);
+		Mask in_wall = hn::Lt(length, length), moving = hn::Gt(end, length);
+		while (!hn::AllFalse(kFloats, moving))
+		{
+			const Ints packed = packed_at(start, u.cell, v.cell, map.width);
+			const Floats clearance = hn::ConvertTo(kFloats, hn::ShiftRight<BeamTracer::kClassBits>(packed));
+			const Mask outside = hn::Eq(clearance, all(0)), at_wall = is_class(packed, Cell::kOccupied);
+			const Mask left_wall = hn::And(hn::AndNot(at_wall, in_wall), hn::Lt(length, passed_before));
+			walls = hn::IfThenElse(hn::And(moving, left_wall), hn::Add(walls, all(1)), walls);
+			in_wall = at_wall;
+			const Floats exit = cross(u, v, clearance, hn::AndNot(outside, moving));
+			const Floats next = hn::IfThenElse(outside, end, hn::Min(hn::Max(exit, length), end));
+			const Mask in_unknown = hn::And(moving, is_class(packed, Cell::kUnknown));
+			unknown = hn::IfThenElse(in_unknown, hn::Add(unknown, hn::Sub(next, length)), unknown);
+			length = hn::IfThenElse(moving, next, length);
+			moving = hn::And(moving, hn::Lt(length, end));
+		}
+		hn::StoreU(walls, kFloats, traced.walls.data() + i);
+		hn::StoreU(hn::Mul(unknown, all(cell_size)), kFloats, traced.unknown.data() + i);
+
+		const Floats end_u = hn::Floor(hn::Add(u.start, hn::Mul(dx, end)));
+		const Floats end_v = hn::Floor(hn::Add(v.start, hn::Mul(dy, end)));
+		const Floats in_u = hn::Min(hn::Max(end_u, first_u), last_u), in_v = hn::Min(hn::Max(end_v, first_v), last_v);
+		const Ints classes =
+		    hn::And(packed_at(start, in_u, in_v, map.width), hn::Set(kInts, (1 << BeamTracer::kClassBits) - 1));
+		hn::StoreU(classes, kInts, traced.end.data() + i);
+	}
+}
+}  // namespace HWY_NAMESPACE
+}  // namespace d2s1r
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace d2s1r
+{
+HWY_EXPORT(trace_of_target);
+
+void trace_beams(
+    const PackedCells& map, double u, double v, double heading, const Returns& returns, TracedBeams& traced)
+{
+	HWY_DYNAMIC_DISPATCH(trace_of_target)(map, u, v, heading, returns, traced);
+}
+}  // namespace d2s1r
+#endif  // HWY_ONCE

@@ -1,0 +1,50 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include <d2s1r/rays.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace d2s1r
+{
+namespace
+{
+void add(Returns& returns, float unit_x, float unit_y, float range)
+{
+	returns.unit_x.push_back(unit_x);
+	returns.unit_y.push_back(unit_y);
+	returns.range.push_back(range);
+}
+
+void pad(Returns& returns)
+{
+	constexpr float kFarBehind = -1e6F;  // [m]
+	while (returns.range.size() % Returns::kVector != 0) add(returns, 1, 0, kFarBehind);
+}
+}  // namespace
+
+Rays make_rays(const Scan& scan, double spacing, int most)
+{
+	Rays rays;
+	const std::size_t beams = scan.beams.size();
+	if (beams == 0) return rays;
+	const double apart = scan.field_of_view / static_cast<double>(beams);
+	const auto stride = std::max(
+	    static_cast<std::size_t>(std::max(1L, std::lround(spacing / apart))),
+	    (beams + static_cast<std::size_t>(most) - 1) / static_cast<std::size_t>(most));
+	rays.spacing = apart * static_cast<double>(stride);
+	bool was_return = true;
+	for (std::size_t i = 0; i < beams; i += stride, rays.count++)
+	{
+		const Beam& beam = scan.beams[i];
+		if (beam.is_return)
+		{
+			add(rays.returns, std::cos(beam.angle), std::sin(beam.angle), beam.range);
+			rays.log_range.push_back(std::log(std::clamp(beam.range, 0.5F, 20.0F) / 3.0F));
+			rays.starts_run.push_back(was_return ? 0 : 1);
+		}
+		was_return = beam.is_return;
+	}
+	pad(rays.returns);
+	return rays;
+}
+}  // namespace d2s1r
