@@ -8,20 +8,16 @@
 #include <numeric>
 #include <stdexcept>
 
-#include "track_motion.h"
+#include "track_evidence.h"
 
 namespace d2s1r
 {
 namespace
 {
-constexpr double kLeastEvidence = -8;    //!< [nat] of a frame: scans may show what is not in the map
-constexpr double kSlip = 150;            //!< [-] squared Mahalanobis distance of motion and scan; beyond, another place
-constexpr double kTails = 5;             //!< [-] degrees of freedom of errors of the motion
-constexpr double kAgree = 16;            //!< [-] the same; beyond, the wheels slipped and the scan is believed
-constexpr std::size_t kTurned = 10;      //!< [-] best tracks that are tried with other yaws, too
+constexpr std::size_t kSearched = 3;     //!< [-] best tracks whose pose is searched for where the scan does not fit
 constexpr double kHopeless = 25;         //!< [nat] behind the best track
 constexpr std::size_t kMostTracks = 50;  //!< [-]
-constexpr double kUnexplained = 0.5;     //!< [-] of ScoringParameters::least_explained, in the mean of all frames
+constexpr double kUnexplained = 0.4;     //!< [-] of ScoringParameters::least_explained, in the mean of all frames
 constexpr std::size_t kLostFrames = 3;   //!< [-] in a row that no track explains: the robot was carried away
 
 /// [nat] of the last `frames` frames.
@@ -37,74 +33,12 @@ double sum_of(const Track& track)
 	return sum_of(track.evidence, track.evidence.size());
 }
 
-/// [nat] of a pose against the best one of its frame, bounded below.
-double bounded(double log_likelihood)
-{
-	return std::log(std::exp(std::min(log_likelihood, 20.0)) + std::exp(kLeastEvidence));
-}
-
 /// [-] mean share of explained beams.
 double explained_by(const Track& track)
 {
 	double sum = 0;
 	for (const Evidence& evidence : track.evidence) sum += evidence.explained;
 	return sum / static_cast<double>(track.evidence.size());
-}
-
-bool missed(const Evidence& evidence)
-{
-	return evidence.log_likelihood < 0.75 * kLeastEvidence;
-}
-
-/// What a scan says at a place, less sure of itself: the map is off by more than the scan's noise.
-PoseDensity measurement(const Hypothesis& hypothesis)
-{
-	constexpr double kMap = 0.03, kMapYaw = 0.5 * M_PI / 180;  // [m], [rad]
-	PoseDensity density(hypothesis.pose, hypothesis.covariance);
-	for (int i = 0; i < 3; i++) density.cov(i, i) += i < 2 ? kMap * kMap : kMapYaw * kMapYaw;
-	return density;
-}
-
-struct Fit
-{
-	PoseDensity pose;  //!< corrected by the scan
-	Evidence evidence{kLeastEvidence, 0};
-};
-
-/// The best of the places near `predicted` that the scan may confirm; no place: as predicted.
-Fit best_fit(
-    const PoseDensity& predicted, const std::optional<Hypothesis>& refined, const std::vector<Hypothesis>& one_shot,
-    double reference)
-{
-	Fit best{predicted};
-	const auto consider = [&](const Hypothesis& hypothesis)
-	{
-		const PoseDensity measured = measurement(hypothesis);
-		const double off = mismatch(predicted, measured);
-		if (off > kSlip) return;
-		const double of_motion = -0.5 * kTails * std::log1p(off / kTails);  // Student's t: wheels slip now and then
-		const double evidence = bounded(hypothesis.log_likelihood - reference + of_motion);
-		if (evidence > best.evidence.log_likelihood)
-			best = {off < kAgree ? fused(predicted, measured) : measured, {evidence, hypothesis.explained}};
-	};
-	if (refined) consider(*refined);
-	for (const Hypothesis& hypothesis : one_shot) consider(hypothesis);
-	return best;
-}
-
-/// Refined from `predicted` and, if the scan does not fit there, from other yaws that the motion may have ended with.
-std::optional<Hypothesis> refined_near(const Localizer& localizer, const Scan& scan, const PoseDensity& predicted)
-{
-	auto best = localizer.hypothesis_near(scan, predicted.mean);
-	if (!best || best->explained > localizer.parameters().scoring.least_explained) return best;
-	const double deviation = std::sqrt(predicted.cov(2, 2));
-	for (const double deviations : {-2.0, -1.0, 1.0, 2.0})
-	{
-		const auto turned =
-		    localizer.hypothesis_near(scan, predicted.mean + mrpt::poses::CPose2D(0, 0, deviations * deviation));
-		if (turned->log_likelihood > best->log_likelihood) best = turned;
-	}
-	return best;
 }
 
 bool one_place(const Hypothesis& a, const Hypothesis& b, const ScoringParameters& parameters)
@@ -138,17 +72,14 @@ void WindowLocalizer::follow(const Localization& one_shot)
 	const PoseDensity motion(frame.motion, frame.motion_covariance);
 	std::vector<PoseDensity> predicted;
 	std::vector<std::optional<Hypothesis>> refined;
-	frame.reference = -std::numeric_limits<double>::infinity();
-	for (const Hypothesis& hypothesis : one_shot.hypotheses)
-		frame.reference = std::max(frame.reference, hypothesis.log_likelihood);
 	for (const Track& track : tracks_)
 	{
 		predicted.push_back(moved({track.now.pose, track.now.covariance}, motion));
 		refined.push_back(
-		    refined.size() < kTurned ? refined_near(*localizer_, frame.scan, predicted.back())
-		                             : localizer_->hypothesis_near(frame.scan, predicted.back().mean));
-		if (refined.back()) frame.reference = std::max(frame.reference, refined.back()->log_likelihood);
+		    refined.size() < kSearched ? refined_near(*localizer_, frame.scan, predicted.back())
+		                               : localizer_->hypothesis_near(frame.scan, predicted.back().mean));
 	}
+	frame.reference = greatest_likelihood(refined, one_shot.hypotheses);
 	for (std::size_t i = 0; i < tracks_.size(); i++)
 	{
 		const Fit fit = best_fit(predicted[i], refined[i], one_shot.hypotheses, frame.reference);

@@ -1,0 +1,107 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "track_evidence.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace d2s1r
+{
+namespace
+{
+constexpr double kSlip = 150;           //!< [-] squared Mahalanobis distance of motion and scan; beyond, another place
+constexpr double kTails = 5;            //!< [-] degrees of freedom of errors of the motion
+constexpr double kAgree = 16;           //!< [-] the same; beyond, the wheels slipped and the scan is believed
+constexpr double kHidden = 0.15;        //!< [-] share of explained beams; below, unknown space explains the others
+constexpr double kHiddenEvidence = -2;  //!< [nat] most of a frame that is explained by so little
+
+/// Where the robot may be after a motion: two standard deviations, and what a refinement reaches anyway.
+Query around(const PoseDensity& predicted)
+{
+	const auto reach = [&](int i, double margin) { return 2 * std::sqrt(predicted.cov(i, i)) + margin; };
+	const auto& mean = predicted.mean;
+	const double x = reach(0, 0.2), y = reach(1, 0.2);  // [m]
+	const PoseBox box{mean.x() - x, mean.x() + x, mean.y() - y, mean.y() + y, mean.phi(), reach(2, 2 * M_PI / 180)};
+	return {{{box}}};
+}
+
+/// Whether `a` is the likelier place; what unknown space explains is none as long as there is another.
+bool likelier(const Hypothesis& a, const Hypothesis& b)
+{
+	if ((a.explained < kHidden) != (b.explained < kHidden)) return a.explained >= kHidden;
+	return a.log_likelihood > b.log_likelihood;
+}
+}  // namespace
+
+double bounded(double log_likelihood)
+{
+	return std::log(std::exp(std::min(log_likelihood, 20.0)) + std::exp(kLeastEvidence));
+}
+
+bool missed(const Evidence& evidence)
+{
+	return evidence.log_likelihood < 0.75 * kLeastEvidence;
+}
+
+PoseDensity measurement(const Hypothesis& hypothesis)
+{
+	constexpr double kMap = 0.03, kMapYaw = 0.5 * M_PI / 180;  // [m], [rad]
+	PoseDensity density(hypothesis.pose, hypothesis.covariance);
+	density.cov *= 1 / std::max(0.1, hypothesis.explained);
+	for (int i = 0; i < 3; i++) density.cov(i, i) += i < 2 ? kMap * kMap : kMapYaw * kMapYaw;
+	return density;
+}
+
+Fit best_fit(
+    const PoseDensity& predicted, const std::optional<Hypothesis>& refined, const std::vector<Hypothesis>& one_shot,
+    double reference)
+{
+	Fit best{predicted};
+	const auto consider = [&](const Hypothesis& hypothesis)
+	{
+		const PoseDensity measured = measurement(hypothesis);
+		const double off = mismatch(predicted, measured);
+		if (off > kSlip) return;
+		const double of_motion = -0.5 * kTails * std::log1p(off / kTails);  // Student's t: wheels slip now and then
+		double evidence = bounded(hypothesis.log_likelihood - reference + of_motion);
+		const bool hidden = hypothesis.explained < kHidden;
+		if (hidden) evidence = std::min(evidence, kHiddenEvidence);
+		if (evidence <= best.evidence.log_likelihood) return;
+		best.evidence = {evidence, hypothesis.explained};
+		best.pose = hidden ? predicted : off < kAgree ? fused(predicted, measured) : measured;
+	};
+	if (refined) consider(*refined);
+	for (const Hypothesis& hypothesis : one_shot) consider(hypothesis);
+	return best;
+}
+
+std::optional<Hypothesis> refined_near(const Localizer& localizer, const Scan& scan, const PoseDensity& predicted)
+{
+	constexpr double kStep = 2 * M_PI / 180;  // [rad]
+	auto best = localizer.hypothesis_near(scan, predicted.mean);
+	if (!best || best->explained > localizer.parameters().scoring.least_explained) return best;
+	const auto consider = [&](const Hypothesis& other)
+	{
+		if (likelier(other, *best)) best = other;
+	};
+	const Localization found = localizer.localize(scan, around(predicted));
+	if (!found.hypotheses.empty()) consider(found.best());
+	for (double turn = kStep; turn < 2 * std::sqrt(predicted.cov(2, 2)); turn += kStep)
+		for (const double yaw : {-turn, turn})
+			consider(*localizer.hypothesis_near(scan, predicted.mean + mrpt::poses::CPose2D(0, 0, yaw)));
+	return best;
+}
+
+double greatest_likelihood(
+    const std::vector<std::optional<Hypothesis>>& refined, const std::vector<Hypothesis>& one_shot)
+{
+	const Hypothesis* greatest = nullptr;
+	const auto consider = [&](const Hypothesis& hypothesis)
+	{
+		if (!greatest || likelier(hypothesis, *greatest)) greatest = &hypothesis;
+	};
+	for (const auto& hypothesis : refined)
+		if (hypothesis) consider(*hypothesis);
+	for (const Hypothesis& hypothesis : one_shot) consider(hypothesis);
+	return greatest ? greatest->log_likelihood : 0;
+}
+}  // namespace d2s1r

@@ -1,0 +1,42 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <d2s1r/window_localizer.h>
+
+#include "track_motion.h"
+
+namespace d2s1r
+{
+/// Least of a frame: scans may show what is not in the map.
+inline constexpr double kLeastEvidence = -8;  //!< [nat]
+
+/// [nat] of a pose against the best one of its frame, bounded below.
+double bounded(double log_likelihood);
+
+bool missed(const Evidence& evidence);
+
+/// What a scan says at a place, less sure of itself: the map is off by more than the scan's noise, and beams that no
+/// wall explains pull the pose.
+PoseDensity measurement(const Hypothesis& hypothesis);
+
+struct Fit
+{
+	PoseDensity pose;  //!< corrected by the scan
+	Evidence evidence{kLeastEvidence, 0};
+};
+
+/// The best of the places near `predicted` that the scan may confirm; no place: as predicted. Where unknown space
+/// explains the scan, it says little about the place and nothing about the pose.
+/// \param reference [nat] log-likelihood of the best pose of the frame
+Fit best_fit(
+    const PoseDensity& predicted, const std::optional<Hypothesis>& refined, const std::vector<Hypothesis>& one_shot,
+    double reference);
+
+/// Refined from `predicted` and, if the scan does not fit there, searched for around it: a refinement finds the place
+/// from a few degrees off only where walls are near.
+std::optional<Hypothesis> refined_near(const Localizer& localizer, const Scan& scan, const PoseDensity& predicted);
+
+/// [nat] of the likeliest place of a frame; what unknown space explains is none as long as there is another.
+double greatest_likelihood(
+    const std::vector<std::optional<Hypothesis>>& refined, const std::vector<Hypothesis>& one_shot);
+}  // namespace d2s1r

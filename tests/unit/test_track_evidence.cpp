@@ -1,0 +1,81 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "track_evidence.h"
+
+#include <gtest/gtest.h>
+
+namespace d2s1r::test
+{
+namespace
+{
+/// 0.1 m and 0.05 rad unsure.
+PoseDensity predicted()
+{
+	PoseDensity density;
+	density.mean = {2, 1, 0.5};
+	density.cov.setDiagonal(std::vector<double>{0.01, 0.01, 0.0025});
+	return density;
+}
+
+Hypothesis place(double x, double log_likelihood, double explained)
+{
+	Hypothesis hypothesis;
+	hypothesis.pose = {x, 1, 0.5};
+	hypothesis.covariance.setDiagonal(std::vector<double>{1e-4, 1e-4, 1e-4});
+	hypothesis.log_likelihood = log_likelihood;
+	hypothesis.explained = explained;
+	return hypothesis;
+}
+}  // namespace
+
+TEST(TrackEvidence, ScanCorrectsThePose)
+{
+	const Fit fit = best_fit(predicted(), place(2.1, 5, 0.9), {}, 5);
+	EXPECT_GT(fit.pose.mean.x(), 2.08);
+	EXPECT_LT(fit.pose.cov(0, 0), 0.01);
+	EXPECT_NEAR(fit.evidence.log_likelihood, 0, 1.0);
+	EXPECT_EQ(fit.evidence.explained, 0.9);
+}
+
+TEST(TrackEvidence, ScanThatNoWallExplainsLeavesThePoseAlone)
+{
+	const Fit fit = best_fit(predicted(), place(2.1, 30, 0.05), {}, 5);
+	EXPECT_EQ(fit.pose.mean.x(), 2);
+	EXPECT_EQ(fit.pose.cov(0, 0), predicted().cov(0, 0));
+	EXPECT_LE(fit.evidence.log_likelihood, -2) << "unknown space explains anything, and is no evidence";
+}
+
+TEST(TrackEvidence, PoorlyExplainedScanPullsLess)
+{
+	const auto pulled = [](double explained)
+	{ return best_fit(predicted(), place(2.1, 5, explained), {}, 5).pose.mean.x() - 2; };
+	EXPECT_LT(pulled(0.2), pulled(0.9));
+}
+
+TEST(TrackEvidence, PlaceThatTheMotionCannotReachIsNotTaken)
+{
+	const Fit fit = best_fit(predicted(), place(5, 5, 0.9), {place(4, 9, 0.9)}, 9);
+	EXPECT_EQ(fit.pose.mean.x(), 2);
+	EXPECT_EQ(fit.evidence.log_likelihood, kLeastEvidence);
+	EXPECT_TRUE(missed(fit.evidence));
+}
+
+TEST(TrackEvidence, OneShotHypothesisNearbyIsTakenIfItIsBetter)
+{
+	const Fit fit = best_fit(predicted(), place(2.1, -20, 0.3), {place(1.9, 5, 0.9)}, 5);
+	EXPECT_LT(fit.pose.mean.x(), 2);
+	EXPECT_EQ(fit.evidence.explained, 0.9);
+}
+
+TEST(TrackEvidence, UnknownSpaceSetsTheStandardOnlyWhereNothingElseIs)
+{
+	EXPECT_EQ(greatest_likelihood({place(1, 30, 0.01), std::nullopt}, {place(2, -4, 0.8), place(3, -6, 0.9)}), -4);
+	EXPECT_EQ(greatest_likelihood({place(1, 30, 0.01)}, {}), 30);
+}
+
+TEST(TrackEvidence, IsBounded)
+{
+	EXPECT_NEAR(bounded(-1000), kLeastEvidence, 1e-6);
+	EXPECT_NEAR(bounded(0), 0, 1e-3);
+	EXPECT_NEAR(bounded(1000), 20, 1e-3);
+}
+}  // namespace d2s1r::test
