@@ -61,7 +61,12 @@ TEST_P(CoarseKernel, CheapPositionsOfABlockAreThoseOfPlainLoops)
 				};
 				const int least = cost_of(directions / 2, 5);  // some positions are to be cheap, not all
 				const int most = std::min(least + 2, 255);
-				const CoarseLook look{beams.data(), count, directions, static_cast<std::uint8_t>(truncation)};
+				const auto others = std::partition(
+				    beams.begin(), beams.end(),
+				    [&](const CoarseBeam& beam) { return beam.step >= truncation && beam.step <= 255 - truncation; });
+				const CoarseLook look{
+				    beams.data(), static_cast<std::size_t>(others - beams.begin()), count, directions,
+				    static_cast<std::uint8_t>(truncation)};
 				int next = 0;
 				CheapShifts found{};
 				for (int group = 0; group < directions; group += kShifts)

@@ -14,54 +14,71 @@ namespace HWY_NAMESPACE
 namespace hn = hwy::HWY_NAMESPACE;
 using Bytes = hn::CappedTag<std::uint8_t, 64>;
 
+using Signed = hn::RebindToSigned<Bytes>;
+using V = hn::Vec<Bytes>;
+
 constexpr int kShifts = RangeProfiles::kShifts, kBlock = RangeProfiles::kBlock;
-static_assert(kShifts == 4, "compare_lanes() has as many sums");
+static_assert(kShifts == 8, "compare_lanes() has as many sums");
+
+/// |a - b| of any two bytes.
+struct AnyDifference
+{
+	V operator()(V a, V b) const { return hn::Sub(hn::Max(a, b), hn::Min(a, b)); }
+};
+
+/// |a - b| modulo 256.
+struct WrappedDifference
+{
+	V operator()(V a, V b) const { return hn::BitCast(Bytes(), hn::Abs(hn::BitCast(Signed(), hn::Sub(a, b)))); }
+};
 
 /// Costs of as many positions as there are lanes, from position `i` of the block on, at kShifts shifts.
 void compare_lanes(
     const std::uint8_t* block, std::size_t i, const CoarseLook& look, int shift, std::uint8_t most, CheapShifts& found)
 {
 	const Bytes bytes;
-	const auto truncation = hn::Set(bytes, look.truncation), acceptable = hn::Set(bytes, most);
-	auto sum0 = hn::Zero(bytes), sum1 = sum0, sum2 = sum0, sum3 = sum0;
-	const auto is_acceptable = [&](hn::Vec<Bytes> sum) { return hn::Eq(hn::Min(sum, acceptable), sum); };
+	const V truncation = hn::Set(bytes, look.truncation), acceptable = hn::Set(bytes, most);
+	V sum0 = hn::Zero(bytes), sum1 = sum0, sum2 = sum0, sum3 = sum0, sum4 = sum0, sum5 = sum0, sum6 = sum0, sum7 = sum0;
+	const auto is_acceptable = [&](V sum) { return hn::Eq(hn::Min(sum, acceptable), sum); };
 	const auto none_acceptable = [&]
 	{
-		const auto least = hn::Min(hn::Min(sum0, sum1), hn::Min(sum2, sum3));
-		return hn::AllFalse(bytes, is_acceptable(least));
+		const V least0 = hn::Min(hn::Min(sum0, sum1), hn::Min(sum2, sum3));
+		const V least4 = hn::Min(hn::Min(sum4, sum5), hn::Min(sum6, sum7));
+		return hn::AllFalse(bytes, is_acceptable(hn::Min(least0, least4)));
+	};
+	const auto compare = [&](const CoarseBeam& beam, auto difference)
+	{
+		const int turned = beam.direction + shift;
+		const std::uint8_t* const row =
+		    block + i + (turned < look.directions ? turned : turned - look.directions) * std::ptrdiff_t{kBlock};
+		const V step = hn::Set(bytes, beam.step);
+		const auto cost = [&](int s)
+		{ return hn::Min(difference(hn::LoadU(bytes, row + s * std::ptrdiff_t{kBlock}), step), truncation); };
+		sum0 = hn::Add(sum0, cost(0)), sum1 = hn::Add(sum1, cost(1));
+		sum2 = hn::Add(sum2, cost(2)), sum3 = hn::Add(sum3, cost(3));
+		sum4 = hn::Add(sum4, cost(4)), sum5 = hn::Add(sum5, cost(5));
+		sum6 = hn::Add(sum6, cost(6)), sum7 = hn::Add(sum7, cost(7));
 	};
 	std::size_t next_check = look.count / 2;
 	for (std::size_t b = 0; b < look.count; b++)
 	{
-		const int turned = look.beams[b].direction + shift;
-		const std::uint8_t* const row =
-		    block + i +
-		    static_cast<std::ptrdiff_t>(turned < look.directions ? turned : turned - look.directions) * kBlock;
-		const auto step = hn::Set(bytes, look.beams[b].step);
-		const auto cost_of = [&](int s)
-		{
-			const auto range = hn::LoadU(bytes, row + static_cast<std::ptrdiff_t>(s) * kBlock);
-			return hn::Min(hn::Sub(hn::Max(range, step), hn::Min(range, step)), truncation);
-		};
-		sum0 = hn::Add(sum0, cost_of(0));
-		sum1 = hn::Add(sum1, cost_of(1));
-		sum2 = hn::Add(sum2, cost_of(2));
-		sum3 = hn::Add(sum3, cost_of(3));
+		if (b < look.wrapped)
+			compare(look.beams[b], WrappedDifference());
+		else
+			compare(look.beams[b], AnyDifference());
 		if (b < next_check) continue;
 		if (none_acceptable()) return;
 		next_check = b + 3;
 	}
-	const auto keep = [&](int s, hn::Vec<Bytes> sum)
+	const auto keep = [&](int s, V sum)
 	{
 		hn::StoreU(sum, bytes, found.cost + static_cast<std::size_t>(s * kBlock) + i);
 		std::uint8_t cheap[8];
 		const std::size_t count = hn::StoreMaskBits(bytes, is_acceptable(sum), cheap);
 		for (std::size_t k = 0; k < count; k++) found.cheap[s] |= std::uint64_t{cheap[k]} << (i + 8 * k);
 	};
-	keep(0, sum0);
-	keep(1, sum1);
-	keep(2, sum2);
-	keep(3, sum3);
+	keep(0, sum0), keep(1, sum1), keep(2, sum2), keep(3, sum3);
+	keep(4, sum4), keep(5, sum5), keep(6, sum6), keep(7, sum7);
 }
 
 int find_cheap_shifts_of_target(
@@ -72,7 +89,9 @@ int find_cheap_shifts_of_target(
 	{
 		for (std::uint64_t& cheap : found.cheap) cheap = 0;
 		for (std::size_t i = 0; i < kBlock; i += hn::Lanes(bytes)) compare_lanes(block, i, look, shift, most, found);
-		if ((found.cheap[0] | found.cheap[1] | found.cheap[2] | found.cheap[3]) != 0) break;
+		std::uint64_t any = 0;
+		for (const std::uint64_t cheap : found.cheap) any |= cheap;
+		if (any != 0) break;
 	}
 	return shift;
 }

@@ -19,7 +19,8 @@ struct CoarseBeam
 struct CoarseLook
 {
 	const CoarseBeam* beams;
-	std::size_t count;
+	std::size_t wrapped;      //!< [-] first beams, of steps from truncation to 255 - truncation: modulo 256 will do
+	std::size_t count;        //!< [-] beams
 	int directions;           //!< [-] of the profiles, and shifts
 	std::uint8_t truncation;  //!< [step] count * truncation must fit a byte
 };

@@ -51,17 +51,27 @@ double reach_around(const Scan& scan, const CoarseSearchParameters& parameters)
 std::vector<std::uint64_t> allowed_positions(const RangeProfiles& profiles, const Prior& prior, double reach)
 {
 	constexpr std::size_t kBlock = RangeProfiles::kBlock;
+	if (prior.anywhere())
+	{
+		std::vector<std::uint64_t> allowed((profiles.size() + kBlock - 1) / kBlock, ~std::uint64_t{0});
+		if (profiles.size() % kBlock != 0) allowed.back() >>= kBlock - profiles.size() % kBlock;
+		return allowed;
+	}
 	std::vector<std::uint64_t> allowed((profiles.size() + kBlock - 1) / kBlock);
-	const bool anywhere = prior.anywhere();
 	for (std::size_t i = 0; i < profiles.size(); i++)
-		if (anywhere ||
-		    prior.allows_position(static_cast<double>(profiles.x[i]), static_cast<double>(profiles.y[i]), reach))
+		if (prior.allows_position(static_cast<double>(profiles.x[i]), static_cast<double>(profiles.y[i]), reach))
 			allowed[i / kBlock] |= std::uint64_t{1} << i % kBlock;
 	return allowed;
 }
 
+struct FewBeams
+{
+	std::vector<CoarseBeam> beams;
+	std::size_t wrapped;  //!< first beams whose differences may wrap
+};
+
 /// As many beams as a byte can sum up, spread over the scan; any few in a row of these are spread, too.
-std::vector<CoarseBeam> few_beams(const CompandedScan& scan, int truncation)
+FewBeams few_beams(const CompandedScan& scan, int truncation)
 {
 	const std::size_t count = std::min(scan.observed.size(), static_cast<std::size_t>(255 / truncation));
 	const std::size_t stride = count % 7 != 0 ? 7 : 1;
@@ -71,7 +81,16 @@ std::vector<CoarseBeam> few_beams(const CompandedScan& scan, int truncation)
 		const int direction = scan.observed[i * stride % count * scan.observed.size() / count];
 		beams.push_back({direction, scan.step[static_cast<std::size_t>(direction)]});
 	}
-	return beams;
+	const auto may_wrap = [=](const CoarseBeam& beam)
+	{ return beam.step >= truncation && beam.step <= 255 - truncation; };
+	const auto others = std::stable_partition(beams.begin(), beams.end(), may_wrap);
+	return {beams, static_cast<std::size_t>(others - beams.begin())};
+}
+
+/// Fetches the rows of a block into the cache while another one is looked at.
+void prefetch(const std::uint8_t* block, int rows)
+{
+	for (int row = 0; row < rows; row++) __builtin_prefetch(block + row * RangeProfiles::kBlock);
 }
 
 /// A few beams of all shifts at the allowed positions of a block.
@@ -102,13 +121,17 @@ void first_look(
     const std::vector<std::uint64_t>& allowed, std::vector<Match>& matches)
 {
 	constexpr std::size_t kApart = 16;
-	const std::vector<CoarseBeam> beams = few_beams(scan, parameters.truncation);
+	const FewBeams few = few_beams(scan, parameters.truncation);
 	const CoarseLook look{
-	    beams.data(), beams.size(), profiles.directions, static_cast<std::uint8_t>(parameters.truncation)};
+	    few.beams.data(), few.wrapped, few.beams.size(), profiles.directions,
+	    static_cast<std::uint8_t>(parameters.truncation)};
 	CheapestMatches cheapest(static_cast<std::size_t>(parameters.second_look), matches);
 	for (std::size_t first = 0; first < kApart; first++)
 		for (std::size_t block = first; block < allowed.size(); block += kApart)
+		{
+			if (block + kApart < allowed.size()) prefetch(profiles.block(block + kApart), profiles.directions);
 			if (allowed[block] != 0) look_at_block(profiles, block, look, allowed[block], cheapest);
+		}
 	cheapest.drop_dear();
 }
 

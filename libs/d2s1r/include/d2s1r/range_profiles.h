@@ -13,7 +13,7 @@ namespace d2s1r
 struct RangeProfiles
 {
 	static constexpr int kBlock = 64;                 //!< [positions] stored together, direction by direction
-	static constexpr int kShifts = 4;                 //!< [-] yaw shifts that a block is compared at together
+	static constexpr int kShifts = 8;                 //!< [-] yaw shifts that a block is compared at together
 	static constexpr std::uint8_t kOutOfRange = 255;  //!< no obstacle within max_range
 
 	int directions = 0;                  //!< [-] direction i points at 2 pi i / directions, map frame
