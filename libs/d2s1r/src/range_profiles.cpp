@@ -4,7 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <unordered_map>
+#include <limits>
 #include <utility>
 
 namespace d2s1r
@@ -13,7 +13,7 @@ namespace
 {
 constexpr double kCompandingRange = 2.0;  //!< [m] below it steps are about equal, above they grow with the range
 
-/// The free cell nearest to the middle of every square of `side` x `side` cells.
+/// The free cell nearest to the middle of every square of `side` x `side` cells, increasing.
 std::vector<CellIndex> one_a_square(const Grid& grid, const std::vector<CellIndex>& cells, int side)
 {
 	struct Choice
@@ -21,20 +21,28 @@ std::vector<CellIndex> one_a_square(const Grid& grid, const std::vector<CellInde
 		CellIndex cell;
 		int distance;
 	};
-	const int columns = grid.width / side + 1;
-	std::unordered_map<int, Choice> chosen;
+	constexpr Choice kNone{-1, std::numeric_limits<int>::max()};
+	std::vector<Choice> chosen(static_cast<std::size_t>(grid.width / side + 1), kNone);  // of one row of squares
+	std::vector<CellIndex> samples;
+	const auto finish_row = [&]
+	{
+		const auto first = static_cast<std::ptrdiff_t>(samples.size());
+		for (Choice& choice : chosen)
+			if (choice.cell != kNone.cell) samples.push_back(std::exchange(choice, kNone).cell);
+		std::sort(samples.begin() + first, samples.end());
+	};
+	int row_of_squares = 0;
 	for (const CellIndex cell : cells)
 	{
 		const int column = cell % grid.width, row = cell / grid.width;
+		if (row / side != row_of_squares) finish_row();
+		row_of_squares = row / side;
 		const int dx = 2 * (column % side) - side + 1, dy = 2 * (row % side) - side + 1;
 		const Choice choice{cell, dx * dx + dy * dy};
-		const auto [entry, inserted] = chosen.try_emplace(row / side * columns + column / side, choice);
-		if (!inserted && choice.distance < entry->second.distance) entry->second = choice;
+		Choice& nearest = chosen[static_cast<std::size_t>(column / side)];
+		if (choice.distance < nearest.distance) nearest = choice;
 	}
-	std::vector<CellIndex> samples;
-	samples.reserve(chosen.size());
-	for (const auto& [square, choice] : chosen) samples.push_back(choice.cell);
-	std::sort(samples.begin(), samples.end());
+	finish_row();
 	return samples;
 }
 
@@ -81,23 +89,40 @@ class ProfileWriter
 			step_of_[units] = profiles.compand(static_cast<double>(units) * cell_size / kRangeUnitsPerCell);
 	}
 
+	/// \param ranges in `direction`, by sample
 	void write(std::size_t direction, const std::uint16_t* ranges)
 	{
-		constexpr std::size_t kBlock = RangeProfiles::kBlock;
-		const auto directions = static_cast<std::size_t>(profiles_.directions);
-		const std::size_t rows = directions + RangeProfiles::kShifts - 1;
+		const std::size_t rows = rows_of_block();
 		for (std::size_t i = 0; i < places_.size(); i++)
+			profiles_.by_block[(places_[i] / kBlock * rows + direction) * kBlock + places_[i] % kBlock] =
+			    step_of_[ranges[i]];
+	}
+
+	/// When all directions are written: what is stored twice.
+	void finish()
+	{
+		const auto directions = static_cast<std::size_t>(profiles_.directions);
+		for (std::size_t first = 0; first < places_.size(); first += kBlock)
 		{
-			const std::size_t place = places_[i];
-			const std::uint8_t step = step_of_[ranges[i]];
-			std::uint8_t* const column = profiles_.by_block.data() + place / kBlock * rows * kBlock + place % kBlock;
-			for (std::size_t row = direction; row < rows; row += directions) column[row * kBlock] = step;
-			profiles_.by_position[place * 2 * directions + direction] = step;
-			profiles_.by_position[(place * 2 + 1) * directions + direction] = step;
+			std::uint8_t* const block = profiles_.by_block.data() + first * rows_of_block();
+			for (std::size_t row = directions; row < rows_of_block(); row++)
+				std::copy_n(block + (row - directions) * kBlock, kBlock, block + row * kBlock);
+			for (std::size_t i = 0; i < std::min(kBlock, places_.size() - first); i++)
+			{
+				std::uint8_t* const row = profiles_.by_position.data() + (first + i) * 2 * directions;
+				for (std::size_t d = 0; d < directions; d++) row[d] = block[d * kBlock + i];
+				std::copy_n(row, directions, row + directions);
+			}
 		}
 	}
 
    private:
+	static constexpr std::size_t kBlock = RangeProfiles::kBlock;
+	std::size_t rows_of_block() const
+	{
+		return static_cast<std::size_t>(profiles_.directions + RangeProfiles::kShifts - 1);
+	}
+
 	RangeProfiles& profiles_;
 	std::vector<std::size_t> places_;    //!< by sample
 	std::vector<std::uint8_t> step_of_;  //!< [step] by range
@@ -138,6 +163,7 @@ RangeProfiles make_range_profiles(
 	    grid, samples, parameters.directions, parameters.max_range,
 	    [&](int direction, const std::uint16_t* to_occupied, const std::uint16_t*)
 	    { writer.write(static_cast<std::size_t>(direction), to_occupied); });
+	writer.finish();
 	return profiles;
 }
 }  // namespace d2s1r
