@@ -1,0 +1,72 @@
+# d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+"""Which runs the report is made of."""
+import dataclasses
+
+import sites
+
+CONFIGS = ("paper", "default")
+FIELDS_OF_VIEW = (360, 270, 180, 120, 90)  # [deg]
+BLOCKED = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5)  # [-] share of the view
+WINDOW = 10  # [-] frames
+
+
+@dataclasses.dataclass(frozen=True)
+class Job:
+    """One run of rawlog-localize."""
+    site: sites.Site
+    scans: str
+    config: str
+    frames: int
+    field_of_view: int = 360  # [deg] to which scans are cropped
+    blocked: float = 0.0  # [-]
+    window: int = 0  # [-] frames that are judged together; 0: each alone
+    map_site: sites.Site = None  # whose map; None: of the scans' own site
+
+    @property
+    def map(self):
+        return (self.map_site or self.site).map(self.scans)
+
+    @property
+    def position(self):
+        """[m] greatest error of a success: as in the paper, but real truth is not that exact."""
+        return 0.2 if self.scans in sites.SIMULATED else 0.3
+
+    @property
+    def name(self):
+        words = [self.site.name, self.scans, self.config]
+        words += [f"fov{self.field_of_view}"] if self.field_of_view != 360 else []
+        words += [f"blocked{round(100 * self.blocked)}"] if self.blocked else []
+        words += [f"window{self.window}"] if self.window else []
+        words += [f"n{self.frames}"]
+        words += ["in", self.map_site.name] if self.map_site else []
+        return "-".join(words)
+
+
+def swept(site, frames):
+    """Jobs of the curves: narrower and narrower, more and more blocked."""
+    for config in CONFIGS:
+        for scans in ("sim360_off", "test"):
+            if not site.has(scans):
+                continue
+            widest = 360 if scans in sites.SIMULATED else 180
+            for field_of_view in FIELDS_OF_VIEW:
+                if field_of_view <= widest:
+                    yield Job(site, scans, config, frames, field_of_view=field_of_view)
+        if site.has("sim360_off"):
+            for blocked in BLOCKED:
+                yield Job(site, "sim360_off", config, frames, blocked=blocked)
+
+
+def all_jobs(found, frames, sweep_frames):
+    jobs = []
+    real = [site for site in found if site.has("test")]
+    for site in found:
+        for scans in sites.SIMULATED + ("test",):
+            if site.has(scans):
+                jobs += [Job(site, scans, config, frames) for config in CONFIGS]
+        jobs += swept(site, sweep_frames)
+        if site.has("run"):
+            jobs.append(Job(site, "run", "default", frames, window=WINDOW))
+    for site in real:
+        jobs += [Job(site, "test", "default", sweep_frames // 3, map_site=other) for other in real if other != site]
+    return list(dict.fromkeys(jobs))

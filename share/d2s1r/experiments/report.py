@@ -1,0 +1,59 @@
+# d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+"""README.md: tables and figures."""
+import datetime
+import pathlib
+
+import tables
+
+INTRODUCTION = """# Results
+
+{version}, {date}: `share/d2s1r/experiments/reproduce.py`, {minutes:.0f} minutes, {jobs} programs of one thread at a time
+on {machine}. At most {frames} scans of a set and {sweep} for a point of a curve, evenly spread over the set.
+
+`paper` is `config/paper.ini`, the published method; `default` is `config/default.ini`. Sets of a site: `sim360_on`
+simulated on the mapping path, full circle; `sim360_off` anywhere reachable; `sim360_clutter` with people in the view;
+`sim270_off` with a field of view of 270 deg; `test` real scans of 180 deg, in a map that was built without them. A
+success is a best pose within 0.2 m and 5 deg of the truth (real scans 0.3 m), whatever its status, over all scans.
+
+The paper's sets are of the same two buildings as our mit_killian (D_M) and intel (D_I), simulated by the authors on
+other maps and paths; its third building (D_G) is not among ours.
+"""
+
+
+def machine():
+    for line in pathlib.Path("/proc/cpuinfo").read_text().splitlines():
+        if line.startswith("model name"):
+            return line.split(":", 1)[1].strip()
+    return "an unknown machine"
+
+
+def frames_of(results, **wanted):
+    """[(job, frames)] of plain runs, or of those with the given fields."""
+    fields = {"field_of_view": 360, "blocked": 0.0, "window": 0, "map_site": None, **wanted}
+    found = {}
+    for job, frames in results.items():
+        if all(getattr(job, name) == value for name, value in fields.items()):
+            known = found.get((job.site, job.scans, job.config))
+            if known is None or job.frames > known[0].frames:  # rather the whole set than the part for curves
+                found[job.site, job.scans, job.config] = (job, frames)
+    return list(found.values())
+
+
+def write(results, figures, arguments, version, seconds):
+    plain = {(job.site.name, job.scans, job.config): frames for job, frames in frames_of(results)}
+    parts = [
+        INTRODUCTION.format(
+            version=version, date=datetime.date.today().isoformat(), minutes=seconds / 60, jobs=arguments.jobs,
+            machine=machine(), frames=arguments.frames, sweep=arguments.sweep_frames),
+        tables.times(plain), tables.success(plain), tables.precision(plain),
+        tables.picture("Errors of the successes, as the paper's Fig. 2: position in white, yaw in grey", figures["errors"]),
+        tables.picture("Where scans were localized, as the paper's Fig. 3", figures["maps"]),
+        tables.statuses(plain), tables.windows(frames_of(results, window=tables.WINDOW)),
+        tables.reliability(plain), tables.picture("Confidence and what it is worth", figures["reliability"]),
+        tables.strangers(results),
+        tables.curves("Field of view", results, "field_of_view", "deg"),
+        tables.picture("Success against field of view", figures["field_of_view"]),
+        tables.curves("Clutter", results, "blocked", "of the view blocked by things 0.4 to 2 m away"),
+        tables.picture("Success against clutter", figures["blocked"]),
+    ]
+    (arguments.output / "README.md").write_text("\n".join(part for part in parts if part))

@@ -1,0 +1,88 @@
+# d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+"""Runs rawlog-localize and reads what it found."""
+import concurrent.futures
+import csv
+import dataclasses
+import math
+import shutil
+import subprocess
+import sys
+
+
+@dataclasses.dataclass
+class Frame:
+    """A localized scan beside the truth."""
+    status: str
+    right: bool
+    confidence: float  # [0, 1], 0 if there is no pose
+    truth: tuple  # x, y, phi: m and rad, robot in map
+    position_error: float  # [m], inf if there is no pose
+    yaw_error: float  # [deg]
+    times: dict  # [ms] by stage
+
+
+class Runner:
+    def __init__(self, build, configs, folder):
+        self.localize = build / "apps/rawlog-localize/rawlog-localize"
+        self.alter = build / "tests/experiments/alter_scans"
+        self.configs = configs
+        self.folder = folder
+        for program in (self.localize, self.alter):
+            if not program.exists():
+                sys.exit(f"reproduce.py: {program} is missing; build the project, tests included")
+
+    def version(self):
+        return subprocess.run([self.localize, "--version"], capture_output=True, text=True, check=True).stdout.strip()
+
+    def run_all(self, jobs, at_a_time):
+        """{job: frames}; what a run writes is deleted, it would fill gigabytes."""
+        results = {}
+        with concurrent.futures.ThreadPoolExecutor(at_a_time) as pool:
+            for job, frames in zip(jobs, pool.map(self.run, jobs)):
+                results[job] = frames
+                print(f"{len(results)}/{len(jobs)} {job.name}: {sum(f.right for f in frames)} of {len(frames)}",
+                      file=sys.stderr)
+        return results
+
+    def run(self, job):
+        folder = self.folder / job.name
+        folder.mkdir(parents=True, exist_ok=True)
+        rawlog = job.site.folder / f"{job.scans}.rawlog"
+        more = ["--frames", f":{job.frames}", "--window", str(job.window)]
+        if not job.window:
+            altered = folder / "in.rawlog"
+            call([self.alter, rawlog, altered, job.frames, job.field_of_view, job.blocked])
+            rawlog, more = altered, []
+        call([self.localize, "-q", "-m", job.map, "-i", rawlog, "-o", folder, "-c", self.configs / f"{job.config}.ini",
+              *more])
+        frames = read_frames(folder / "frames.csv", job)
+        shutil.rmtree(folder)
+        return frames
+
+
+def call(words):
+    result = subprocess.run([str(word) for word in words], capture_output=True, text=True, check=False)
+    if result.returncode != 0:
+        sys.exit(f"reproduce.py: {result.stderr.strip() or words[0]}")
+
+
+def read_frames(file, job):
+    truth = job.site.truth(job.scans)
+    with open(file, newline="") as stream:
+        return [read_frame(row, truth_at(truth, float(row["timestamp"])), job) for row in csv.DictReader(stream)]
+
+
+def truth_at(truth, stamp):
+    key = round(stamp * 1000)
+    return next(truth[near] for near in (key, key - 1, key + 1) if near in truth)
+
+
+def read_frame(row, truth, job):
+    position_error = yaw_error = math.inf
+    if row["x"]:
+        x, y, phi = (float(row[name]) for name in ("x", "y", "phi"))
+        position_error = math.hypot(x - truth[0], y - truth[1])
+        yaw_error = math.degrees(abs((phi - truth[2] + math.pi) % (2 * math.pi) - math.pi))
+    right = job.map_site is None and position_error < job.position and yaw_error < 5
+    times = {name[:-3]: float(value) for name, value in row.items() if name.endswith("_ms")}
+    return Frame(row["status"], right, float(row["confidence"] or 0), truth, position_error, yaw_error, times)

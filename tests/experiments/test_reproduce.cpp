@@ -1,0 +1,110 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+// share/d2s1r/experiments/reproduce.py on two small sites.
+#include "app_process.h"
+#include "app_world.h"
+
+#include <cmath>
+
+using namespace d2s1r::test;
+namespace fs = std::filesystem;
+
+class Reproduce : public AppTest
+{
+   protected:
+	static constexpr const char* kPython = "/usr/bin/python3";  // the one that Debian's packages are for
+
+	/// The flat as a map_server map, and sets of scans of the walk.
+	void write_site(const std::string& name, const Words& sets) const
+	{
+		const d2s1r::Grid& grid = flat();
+		const fs::path site = folder() / "data" / name;
+		fs::create_directories(site);
+		std::string image = "P5 " + std::to_string(grid.width) + " " + std::to_string(grid.height) + " 255\n";
+		for (int row = grid.height - 1; row >= 0; row--)
+			for (int column = 0; column < grid.width; column++)
+				image += grid.at(column, row) == d2s1r::Cell::kOccupied ? '\0' : '\xfe';
+		write_file(site / "map.pgm", image);
+		for (const char* map : {"map.yaml", "map_test.yaml"})
+			write_file(
+			    site / map,
+			    "image: map.pgm\nresolution: 0.1\norigin: [0.0, 0.0, 0.0]\nnegate: 0\n"
+			    "occupied_thresh: 0.65\nfree_thresh: 0.196\n");
+		for (const std::string& set : sets)
+		{
+			save(observation_log(), (site / (set + ".rawlog")).string());
+			save_truth((site / (set + "_gt.txt")).string(), false);
+		}
+	}
+
+	ProcessResult reproduce(const Words& more = {}) const
+	{
+		Words words = {kPython,    D2S1R_SOURCE_DIR "/share/d2s1r/experiments/reproduce.py",
+		               "--build",  D2S1R_BUILD_DIR,
+		               "--data",   path("data"),
+		               "--output", path("results")};
+		words.insert(words.end(), more.begin(), more.end());
+		return run_program(words);
+	}
+};
+
+TEST_F(Reproduce, WritesTablesAndFigures)
+{
+	if (run_program({kPython, "-c", "import matplotlib"}).status != 0)
+		GTEST_SKIP() << "NO MATPLOTLIB: install Debian's python3-matplotlib";
+	write_site("intel", {"sim360_on", "sim360_off", "test", "run"});
+	write_site("flat", {"test"});
+	const ProcessResult result = reproduce({"--frames", "12", "--sweep-frames", "6"});
+	ASSERT_EQ(result.status, 0) << result.err;
+	const std::string report = read_file(path("results/README.md"));
+	for (const char* part :
+	     {"## Time a scan (Table III)", "## Success (Table IV)", "## Precision (Table V)", "## Reliability",
+	      "## Scans of another site", "## Field of view", "## Clutter", "## 10 scans together",
+	      "| intel sim360_on (D_I0) | 99 | 98 | 97 | 100.0 | 100.0 |", "| flat | test | 12 | 100.0 | 100.0 |"})
+		EXPECT_NE(report.find(part), std::string::npos) << part << " is not in\n" << report;
+	for (const char* figure : {"errors", "success_maps", "reliability", "field_of_view", "clutter"})
+	{
+		const fs::path file = path("results/" + std::string(figure) + ".png");
+		ASSERT_TRUE(fs::exists(file)) << file;
+		EXPECT_EQ(read_file(file).substr(1, 3), "PNG");
+		EXPECT_NE(report.find("](" + file.filename().string() + ")"), std::string::npos) << file;
+	}
+}
+
+TEST_F(Reproduce, SaysWhatIsMissing)
+{
+	if (run_program({kPython, "-c", "import matplotlib"}).status != 0)
+		GTEST_SKIP() << "NO MATPLOTLIB: install Debian's python3-matplotlib";
+	fs::create_directories(folder() / "data");
+	const ProcessResult nothing = reproduce();
+	EXPECT_EQ(nothing.status, 1);
+	EXPECT_NE(nothing.err.find("no site with a map.yaml"), std::string::npos) << nothing.err;
+	write_site("flat", {"test"});
+	const ProcessResult unbuilt = reproduce({"--build", path("no-build")});
+	EXPECT_EQ(unbuilt.status, 1);
+	EXPECT_NE(unbuilt.err.find("is missing; build the project"), std::string::npos) << unbuilt.err;
+}
+
+TEST_F(Reproduce, NarrowerAndBlockedScansAreMadeAsAskedFor)
+{
+	save(observation_log(), path("in.rawlog"));
+	const std::string program = D2S1R_BUILD_DIR "/tests/experiments/alter_scans";
+	ASSERT_EQ(run_program({program, path("in.rawlog"), path("out.rawlog"), "3", "90", "0.5"}).status, 0);
+	const Objects altered = load(path("out.rawlog"));
+	ASSERT_EQ(altered.size(), 3U);
+	const auto scan = std::dynamic_pointer_cast<mrpt::obs::CObservation2DRangeScan>(altered[1]);
+	ASSERT_TRUE(scan);
+	const auto original = walk_scan(4);
+	EXPECT_EQ(scan->timestamp, original->timestamp);
+	ASSERT_NEAR(static_cast<double>(scan->getScanSize()), 90, 1);
+	EXPECT_NEAR(static_cast<double>(scan->aperture), static_cast<double>(scan->getScanSize() - 1) * M_PI / 180, 1e-3);
+	const std::size_t first = (original->getScanSize() - scan->getScanSize()) / 2;
+	int blocked = 0;
+	for (std::size_t beam = 0; beam < scan->getScanSize(); beam++)
+	{
+		const float was = original->getScanRange(first + beam);
+		blocked += scan->getScanRange(beam) != was ? 1 : 0;
+		EXPECT_LE(scan->getScanRange(beam), was);
+	}
+	EXPECT_GT(blocked, 10);
+	EXPECT_EQ(run_program({program, path("no.rawlog"), path("out.rawlog"), "3", "90", "0"}).status, 1);
+}
