@@ -26,6 +26,24 @@ double milliseconds_since(std::chrono::steady_clock::time_point start)
 	return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
 }
 
+/// Every n-th beam, about `beams` of them: MRPT's filter has the map look at the whole scan once a particle.
+mrpt::obs::CObservation2DRangeScan thinned(const mrpt::obs::CObservation2DRangeScan& scan, std::size_t beams)
+{
+	if (scan.getScanSize() <= beams) return scan;
+	const std::size_t gaps = scan.getScanSize() - 1, stride = gaps / beams + 1, kept = gaps / stride + 1;
+	mrpt::obs::CObservation2DRangeScan few = scan;
+	few.resizeScan(kept);
+	for (std::size_t i = 0; i < kept; i++)
+	{
+		few.setScanRange(i, scan.getScanRange(i * stride));
+		few.setScanRangeValidity(i, scan.getScanRangeValidity(i * stride));
+	}
+	few.aperture = scan.aperture * static_cast<float>(stride * (kept - 1)) / static_cast<float>(gaps);
+	const double cut = 0.5 * static_cast<double>(scan.aperture - few.aperture);  // at the end of the scan only
+	few.sensorPose = scan.sensorPose + mrpt::poses::CPose3D(0, 0, 0, scan.rightToLeft ? -cut : cut, 0, 0);
+	return few;
+}
+
 /// The `count` particles of least weight; equal weights are chosen evenly, not by their order, which is by ancestor.
 std::vector<std::size_t> lightest(const mrpt::poses::CPosePDFParticles& particles, std::size_t count)
 {
@@ -58,7 +76,7 @@ void CParticleFilterFusion::start(const CSignatureMap2D::ConstPtr& map, const Fu
 	filter_.m_options.adaptiveSampleSize = false;  // KLD would grow a seed of several places to tens of thousands
 	filter_.m_options.resamplingMethod = mrpt::bayes::CParticleFilter::prSystematic;
 	particles_.options.metricMap = map;
-	map->computeObservationLikelihood(mrpt::obs::CObservation2DRangeScan(), {});  // builds the field now
+	map->likelihood_field();  // builds it now
 	seeded_ = false;
 	last_pose_.reset();
 	last_motion_ = {};
@@ -74,10 +92,11 @@ FusedPose CParticleFilterFusion::step(const FusionInput& input)
 	if (seeded_)
 	{
 		const CPosePDFGaussian motion = motion_to(input);
+		resize(particles_for(motion));
 		predict(motion);
 		const double lost = probability_of_being_lost(input);
 		weigh_by_hypotheses(input.localization);
-		const double effective = weigh_by_scan_and_resample(input.scan);
+		const double effective = weigh_by_scan_and_resample(input);
 		admit(input.localization, lost);
 		pose = estimate();
 		pose.effective_sample_size = effective;
@@ -118,6 +137,24 @@ CPosePDFGaussian CParticleFilterFusion::motion_to(const FusionInput& input) cons
 	    .value_or(predicted);
 }
 
+std::size_t CParticleFilterFusion::particles_for(const CPosePDFGaussian& motion) const
+{
+	const bool is_sure = last_pose_->probability >= tuning.sure_probability &&
+	                     std::max(motion.cov(0, 0), motion.cov(1, 1)) < tuning.sure_std_xy * tuning.sure_std_xy;
+	const double share = is_sure ? tuning.sure_share : 1.0;
+	return static_cast<std::size_t>(std::max(1L, std::lround(share * parameters_.particles)));
+}
+
+void CParticleFilterFusion::resize(std::size_t count)
+{
+	if (count == particles_.m_particles.size()) return;
+	// MRPT's computeResampling() never returns if it is to draw more than there are
+	const double offset = mrpt::random::getRandomGenerator().drawUniform(0.0, 1.0);
+	const auto drawn = pf::systematic_draw(pf::normalized_weights(particles_), count, offset);
+	particles_.performSubstitution(drawn);
+	for (auto& particle : particles_.m_particles) particle.log_w = 0;
+}
+
 void CParticleFilterFusion::predict(const CPosePDFGaussian& motion)
 {
 	mrpt::obs::CActionRobotMovement2D action;
@@ -151,8 +188,9 @@ void CParticleFilterFusion::weigh_by_hypotheses(const Localization& localization
 double CParticleFilterFusion::probability_of_being_lost(const FusionInput& input) const
 {
 	if (input.localization.hypotheses.empty()) return 0;
+	const auto points = end_points(make_scan(input.scan, map_->parameters().scan), map_->likelihood_options().beams);
 	const auto log_likelihood = [&](const mrpt::math::TPose2D& pose)
-	{ return map_->computeObservationLikelihood(input.scan, mrpt::poses::CPose3D(pose)); };
+	{ return map_->likelihood_field().log_likelihood(points, pose); };
 	double best = -std::numeric_limits<double>::infinity();
 	for (const Hypothesis& hypothesis : input.localization.hypotheses)
 		best = std::max(best, std::log(hypothesis.probability + 1e-12) + log_likelihood(hypothesis.pose.asTPose()));
@@ -165,10 +203,12 @@ double CParticleFilterFusion::probability_of_being_lost(const FusionInput& input
 	return std::max(tuning.admitted_probability, of_lost / (of_lost + of_filter));
 }
 
-double CParticleFilterFusion::weigh_by_scan_and_resample(const mrpt::obs::CObservation2DRangeScan& scan)
+double CParticleFilterFusion::weigh_by_scan_and_resample(const FusionInput& input)
 {
+	filter_.m_options.powFactor = input.localization.status == Status::kRejected ? tuning.rejected_power : 1.0;
 	mrpt::obs::CSensoryFrame observations;
-	observations.insert(mrpt::obs::CObservation2DRangeScan::Create(scan));
+	const auto beams = static_cast<std::size_t>(map_->likelihood_options().beams);
+	observations.insert(mrpt::obs::CObservation2DRangeScan::Create(thinned(input.scan, beams)));
 	mrpt::bayes::CParticleFilter::TParticleFilterStats statistics;
 	filter_.executeOn(particles_, nullptr, &observations, &statistics);
 	return statistics.ESS_beforeResample;
@@ -179,7 +219,7 @@ void CParticleFilterFusion::admit(const Localization& localization, double proba
 	if (localization.hypotheses.empty()) return;
 	SeedingParameters few = seeding_;
 	const double share = std::max(tuning.admitted_share, probability);
-	few.particles = static_cast<int>(std::lround(share * parameters_.particles));
+	few.particles = static_cast<int>(std::lround(share * static_cast<double>(particles_.m_particles.size())));
 	if (few.particles < 1) return;
 	few.seed = mrpt::random::getRandomGenerator().drawUniform32bit();
 	const auto admitted = seed_particles(localization, grid_, free_cells_, few);

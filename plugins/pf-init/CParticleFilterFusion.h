@@ -29,14 +29,18 @@ class CParticleFilterFusion : public CFusionBackend
 	/// Parameters of the filter that no application sets.
 	struct Tuning
 	{
-		double admitted_share = 0.10;        //!< [0, 1] of the particles given to the hypotheses of each scan
-		double admitted_probability = 0.01;  //!< [0, 1] that the filter is lost, before each scan
+		double admitted_share = 0.10;          //!< [0, 1] of the particles given to the hypotheses of each scan
+		double admitted_probability = 0.0005;  //!< [0, 1] that the filter is lost, before each scan
 		double log_place_share = -17;      //!< [nat] of all poses that a place takes: how much better a hypothesis must
 		                                   //!< explain a scan to take over at once
+		double rejected_power = 0.3;       //!< [0, 1] exponent of the likelihood of a scan that fits nowhere in the map
 		double unlisted = 0.30;            //!< [0, 1] weight of a particle that no hypothesis of the scan supports
 		double hypothesis_std_xy = 0.3;    //!< [m] round a hypothesis that particles are supported
 		double hypothesis_std_phi = 0.15;  //!< [rad]
 		double tracking_probability = 0.80;  //!< [0, 1] of a place to be kTracking
+		double sure_probability = 0.99;      //!< [0, 1] of a place, from which on fewer particles do
+		double sure_std_xy = 0.30;           //!< [m] of a motion, up to which fewer particles do
+		double sure_share = 0.20;            //!< [0, 1] of all particles that do then
 		double reseed_distance = 2.0;        //!< [m] from where motion leads: a place beyond was re-seeded
 		double reseed_angle = 0.8;           //!< [rad]
 		pf::MotionParameters motion;
@@ -58,10 +62,12 @@ class CParticleFilterFusion : public CFusionBackend
 
 	bool seed(const Localization& localization);
 	mrpt::poses::CPosePDFGaussian motion_to(const FusionInput& input) const;
+	std::size_t particles_for(const mrpt::poses::CPosePDFGaussian& motion) const;
+	void resize(std::size_t count);
 	void predict(const mrpt::poses::CPosePDFGaussian& motion);
 	void weigh_by_hypotheses(const Localization& localization);
 	double probability_of_being_lost(const FusionInput& input) const;
-	double weigh_by_scan_and_resample(const mrpt::obs::CObservation2DRangeScan& scan);
+	double weigh_by_scan_and_resample(const FusionInput& input);
 	void admit(const Localization& localization, double probability);
 	FusedPose estimate() const;
 };

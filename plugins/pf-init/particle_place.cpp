@@ -55,6 +55,20 @@ std::vector<double> normalized_weights(const mrpt::poses::CPosePDFParticles& par
 	return weights;
 }
 
+std::vector<std::size_t> systematic_draw(const std::vector<double>& weights, std::size_t count, double offset)
+{
+	std::vector<std::size_t> drawn;
+	std::size_t i = 0;
+	double sum = weights.at(0);
+	for (std::size_t k = 0; k < count; k++)
+	{
+		const double mark = (static_cast<double>(k) + offset) / static_cast<double>(count);
+		while (sum < mark && i + 1 < weights.size()) sum += weights[++i];
+		drawn.push_back(i);
+	}
+	return drawn;
+}
+
 ParticlePlace dominant_place(const mrpt::poses::CPosePDFParticles& particles, const std::vector<double>& weights)
 {
 	ParticlePlace place;

@@ -15,6 +15,9 @@ inline constexpr double kPlaceAngle = 0.5;   //!< [rad]
 /// Weights [0, 1] of the particles, sum 1.
 std::vector<double> normalized_weights(const mrpt::poses::CPosePDFParticles& particles);
 
+/// `count` indices of particles in proportion to their weights, in order. \param offset [0, 1) of the first one
+std::vector<std::size_t> systematic_draw(const std::vector<double>& weights, std::size_t count, double offset);
+
 /// Where most of the particles' weight is.
 struct ParticlePlace
 {

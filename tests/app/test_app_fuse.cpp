@@ -41,7 +41,7 @@ class AppFuse : public AppTest
 		{
 			EXPECT_LT(std::hypot(fused.number(i, "x") - walk()[i].x, fused.number(i, "y") - walk()[i].y), 0.3) << i;
 			EXPECT_EQ(fused.text(i, "status"), "tracking") << i;
-			EXPECT_EQ(fused.number(i, "particles"), 1000) << i;
+			EXPECT_EQ(fused.number(i, "particles"), i == 0 ? 1000 : 200) << i;
 			EXPECT_EQ(fused.text(i, "event"), i == 0 ? "seeded" : "-") << i;
 		}
 		EXPECT_EQ(lines_of(read_file(folder() / out / "fused.tum")).size(), walk().size());

@@ -33,6 +33,11 @@ std::vector<mrpt::math::TPose2D> load_ground_truth(const std::string& file)
 	return poses;
 }
 
+bool is_same_place(const mrpt::math::TPose2D& a, const mrpt::math::TPose2D& b)
+{
+	return std::hypot(a.x - b.x, a.y - b.y) < 0.5 && std::abs(mrpt::math::wrapToPi(a.phi - b.phi)) < 10 * M_PI / 180;
+}
+
 void write_cache(const std::vector<RunFrame>& run, const std::string& file)
 {
 	mrpt::io::CFileGZOutputStream stream(file);
@@ -59,8 +64,15 @@ void read_cache(std::vector<RunFrame>& run, const std::string& file)
 
 bool RunFrame::is_near(const mrpt::math::TPose2D& pose) const
 {
-	return std::hypot(pose.x - truth.x, pose.y - truth.y) < 0.5 &&
-	       std::abs(mrpt::math::wrapToPi(pose.phi - truth.phi)) < 10 * M_PI / 180;
+	return is_same_place(pose, truth);
+}
+
+bool RunFrame::is_near_on_map(const mrpt::math::TPose2D& pose, const CSignatureMap2D& map) const
+{
+	const Localizer& localizer = map.localizer();
+	const auto fitted =
+	    localizer.hypothesis_near(make_scan(*scan, localizer.parameters().scan), mrpt::poses::CPose2D(truth));
+	return fitted && is_same_place(pose, fitted->pose.asTPose());
 }
 
 std::vector<RunFrame> load_run(const std::string& rawlog, const std::string& ground_truth)

@@ -19,6 +19,9 @@ struct RunFrame
 	Localization localization;                     //!< of the scan alone
 
 	bool is_near(const mrpt::math::TPose2D& pose) const;  //!< within 0.5 m and 10 deg of truth
+
+	/// The same, of where the scan itself fits the map near the truth: ground truth made by SLAM is off here and there.
+	bool is_near_on_map(const mrpt::math::TPose2D& pose, const CSignatureMap2D& map) const;
 };
 
 /// Every scan of a rawlog of observations with its odometry and, in the same order, a line of ground truth.

@@ -106,6 +106,12 @@ const Localizer& CSignatureMap2D::localizer() const
 	return content_->localizer();
 }
 
+const LikelihoodField& CSignatureMap2D::likelihood_field() const
+{
+	if (!content_->map) throw std::invalid_argument("CSignatureMap2D is empty: set a map or insert scans first");
+	return content_->field();
+}
+
 std::uint64_t CSignatureMap2D::fingerprint() const
 {
 	Fnv1a hash;

@@ -63,6 +63,10 @@ class CSignatureMap2D : public mrpt::maps::CMetricMap
 	/// \throws std::invalid_argument if there is no free cell
 	const Localizer& localizer() const;
 
+	/// What computeObservationLikelihood() looks beams up in. Built at the first call.
+	/// \throws std::invalid_argument if empty
+	const LikelihoodField& likelihood_field() const;
+
 	/// Equal for equal grid (cells, size, origin), parameters and version of the index; part of the serialized form.
 	std::uint64_t fingerprint() const;
 
