@@ -3,6 +3,8 @@
 #include <d2s1r/free_cells.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <map>
 
 #include "portable_simd.h"
@@ -86,6 +88,7 @@ TEST_F(CoarseSearch, PeopleDoNotOutvoteTheWalls)
 
 TEST_F(CoarseSearch, CandidatesAreDistinctAndBestFirst)
 {
+	parameters_.hopeless = 1e6;
 	for (const int most : {5, 100})
 	{
 		parameters_.candidates = most;
@@ -125,6 +128,7 @@ TEST_F(CoarseSearch, TheSecondLookSeesAllPairsBelowTheGreatestLimitThatEnoughLie
 	parameters_.candidates = 100000;
 	parameters_.distinct_distance = 0.01;  // every pair is a candidate
 	parameters_.distinct_yaw = 0.1;
+	parameters_.hopeless = 1e6;
 	parameters_.truncation = 2;  // beams enough that the first look compares all of them
 	const Scan scan = aligned_scan({2.41, 8.57, 0.7}, 30, 100);
 	std::map<int, std::size_t> pairs_of_cost;
@@ -141,6 +145,23 @@ TEST_F(CoarseSearch, TheSecondLookSeesAllPairsBelowTheGreatestLimitThatEnoughLie
 			expected += pairs;
 		}
 		EXPECT_EQ(coarse_search(profiles_, scan, parameters_).size(), expected) << wanted;
+	}
+}
+
+TEST_F(CoarseSearch, PosesMuchDearerThanTheBestAreDroppedTheMoreBeamsTheSooner)
+{
+	for (const int count : {120, 30})
+	{
+		const Scan scan = aligned_scan({2.41, 8.57, 0.7}, 0, count);
+		parameters_.hopeless = 1e6;
+		const auto all = coarse_search(profiles_, scan, parameters_);
+		parameters_.hopeless = 12;
+		const auto some = coarse_search(profiles_, scan, parameters_);
+		const double dearest = all.front().cost + 12 / std::sqrt(count);
+		const auto expected = static_cast<std::size_t>(std::count_if(
+		    all.begin(), all.end(), [&](const Candidate& candidate) { return candidate.cost <= dearest; }));
+		EXPECT_EQ(some.size(), expected) << count << " beams";
+		EXPECT_LT(some.size(), all.size()) << count << " beams";
 	}
 }
 

@@ -167,6 +167,7 @@ std::vector<Candidate> coarse_search(
 
 	const double distinct_yaw = parameters.distinct_yaw * M_PI / 180;
 	const mrpt::math::TPose2D robot_on_sensor = mrpt::math::TPose2D() - scan.sensor_on_robot;
+	const auto beams = static_cast<double>(companded.observed.size());
 	std::vector<Candidate> candidates;
 	candidates.reserve(std::min(matches.size(), static_cast<std::size_t>(parameters.candidates)));
 	DistinctPoses distinct(parameters.distinct_distance, distinct_yaw);
@@ -177,8 +178,9 @@ std::vector<Candidate> coarse_search(
 		const double yaw = mrpt::math::wrapToPi(2 * M_PI * match.shift / profiles.directions);
 		const mrpt::math::TPose2D pose(static_cast<double>(profiles.x[i]), static_cast<double>(profiles.y[i]), yaw);
 		if (!prior.anywhere() && !prior.allows(pose + robot_on_sensor, reach, distinct_yaw)) continue;
-		if (!distinct.add(pose)) continue;
-		candidates.push_back({pose, static_cast<double>(match.cost) / static_cast<double>(companded.observed.size())});
+		const double cost = static_cast<double>(match.cost) / beams;
+		if (!candidates.empty() && cost > candidates.front().cost + parameters.hopeless / std::sqrt(beams)) break;
+		if (distinct.add(pose)) candidates.push_back({pose, cost});
 	}
 	return candidates;
 }

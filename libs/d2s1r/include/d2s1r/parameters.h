@@ -50,13 +50,14 @@ struct PaperParameters
 /// From a scan to candidate poses, by range profiles of sample positions.
 struct CoarseSearchParameters
 {
-	double spacing = 0.25;            //!< [m] between sample positions
-	double clearance = 0.1;           //!< [m] of sample positions from occupied cells
-	int directions = 120;             //!< [-] of a profile, and yaw shifts that are tried
-	double max_range = 30.0;          //!< [m] of a profile
-	int truncation = 10;              //!< [step] greatest difference of companded ranges that counts
-	int second_look = 4000;           //!< [-] (position, yaw) pairs compared with all beams
-	int candidates = 800;             //!< [-] poses handed on
+	double spacing = 0.25;    //!< [m] between sample positions
+	double clearance = 0.1;   //!< [m] of sample positions from occupied cells
+	int directions = 120;     //!< [-] of a profile, and yaw shifts that are tried
+	double max_range = 30.0;  //!< [m] of a profile
+	int truncation = 10;      //!< [step] greatest difference of companded ranges that counts
+	int second_look = 4000;   //!< [-] (position, yaw) pairs compared with all beams
+	int candidates = 800;     //!< [-] poses handed on
+	double hopeless = 36.0;   //!< [step] over the root of the beams: poses this much dearer than the best, dropped
 	double distinct_distance = 0.36;  //!< [m] candidates closer than this
 	double distinct_yaw = 8.0;        //!< [deg] and this are one
 };
@@ -165,6 +166,9 @@ void visit_parameters(P& p, Visitor&& visit)
 	visit("coarse_search", "truncation", coarse.truncation, 1, 100, "[step] greatest difference that counts");
 	visit("coarse_search", "second_look", coarse.second_look, 1, 1000000, "[-] pairs compared with all beams");
 	visit("coarse_search", "candidates", coarse.candidates, 1, 100000, "[-] poses handed on");
+	visit(
+	    "coarse_search", "hopeless", coarse.hopeless, 0.0, 1e6,
+	    "[step] over the root of the beams: poses this much dearer than the best, dropped");
 	visit(
 	    "coarse_search", "distinct_distance", coarse.distinct_distance, 0.01, 10.0, "[m] candidates closer than this");
 	visit("coarse_search", "distinct_yaw", coarse.distinct_yaw, 0.1, 180.0, "[deg] and this are one");
