@@ -108,7 +108,7 @@ std::optional<Hypothesis> hypothesis_near(
     const Scan& scan, const DefaultIndex& index, const mrpt::math::TPose2D& robot, const Parameters& parameters)
 {
 	Parameters lenient = parameters;
-	lenient.scoring.least_explained = 0;
+	lenient.scoring.rejected_below = 0;
 	const Localization result = judge(index, scan, {Candidate{robot + scan.sensor_on_robot}}, {}, lenient);
 	if (result.hypotheses.empty()) return std::nullopt;
 	return result.best();

@@ -45,6 +45,16 @@ std::vector<Scored> distinct_places(std::vector<Scored> poses, const ScoringPara
 	return places;
 }
 
+/// Probability that one of the places found is right.
+double presence(const Scored& best, double mass, const PresenceModel& model)
+{
+	constexpr double kLeastShare = 1e-5;
+	const double lead = -std::log(std::max(1 - best.weight / mass, kLeastShare));
+	const double log_odds = model.bias + model.explained * best.score.explained +
+	                        model.log_likelihood * best.score.log_likelihood + model.lead * lead;
+	return 1 / (1 + std::exp(-log_odds));
+}
+
 /// The robot's pose from the sensor's, with the covariance moved along.
 void set_pose(
     Hypothesis& hypothesis, const TPose2D& sensor, const TPose2D& sensor_on_robot, const Eigen::Matrix3d& covariance)
@@ -87,21 +97,22 @@ Localization decide(
 	const std::vector<Scored> places = distinct_places(std::move(scored), parameters.scoring);
 
 	Localization result;
-	if (places.empty() || places.front().score.explained < parameters.scoring.least_explained)
+	double mass = 0;
+	for (const Scored& place : places) mass += place.weight;
+	const double present = places.empty() ? 0 : presence(places.front(), mass, parameters.scoring.presence_model);
+	if (places.empty() || present < parameters.scoring.rejected_below)
 	{
 		result.status = Status::kRejected;
 		result.note = "no place in the map explains the scan";
 		return result;
 	}
-	double mass = 0;
-	for (const Scored& place : places) mass += place.weight;
 	const auto count = std::min(places.size(), static_cast<std::size_t>(parameters.scoring.hypotheses));
 	for (std::size_t i = 0; i < count; i++)
 	{
 		Hypothesis hypothesis;
 		const TPose2D pose = polish(field, rays, places[i].pose, parameters.refinement);
 		set_pose(hypothesis, pose, scan.sensor_on_robot, pose_covariance(field, rays, pose, parameters.refinement));
-		hypothesis.probability = places[i].weight / mass;
+		hypothesis.probability = present * places[i].weight / mass;
 		hypothesis.log_likelihood = places[i].score.log_likelihood;
 		hypothesis.explained = places[i].score.explained;
 		result.hypotheses.push_back(hypothesis);

@@ -8,6 +8,7 @@ namespace d2s1r
 {
 namespace
 {
+constexpr double kFits = 0.45;          //!< [-] share of the returns that end at walls; below, other yaws are tried
 constexpr double kSlip = 150;           //!< [-] squared Mahalanobis distance of motion and scan; beyond, another place
 constexpr double kTails = 5;            //!< [-] degrees of freedom of errors of the motion
 constexpr double kAgree = 16;           //!< [-] the same; beyond, the wheels slipped and the scan is believed
@@ -78,7 +79,7 @@ std::optional<Hypothesis> refined_near(const Localizer& localizer, const Scan& s
 {
 	constexpr double kStep = 2 * M_PI / 180;  // [rad]
 	auto best = localizer.hypothesis_near(scan, predicted.mean);
-	if (!best || best->explained > localizer.parameters().scoring.least_explained) return best;
+	if (!best || best->explained > kFits) return best;
 	const auto consider = [&](const Hypothesis& other)
 	{
 		if (likelier(other, *best)) best = other;

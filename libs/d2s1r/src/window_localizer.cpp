@@ -17,7 +17,7 @@ namespace
 constexpr std::size_t kSearched = 3;     //!< [-] best tracks whose pose is searched for where the scan does not fit
 constexpr double kHopeless = 25;         //!< [nat] behind the best track
 constexpr std::size_t kMostTracks = 50;  //!< [-]
-constexpr double kUnexplained = 0.4;     //!< [-] of ScoringParameters::least_explained, in the mean of all frames
+constexpr double kUnexplained = 0.18;    //!< [-] mean share of the returns that end at walls; below, it is no place
 constexpr std::size_t kLostFrames = 3;   //!< [-] in a row that no track explains: the robot was carried away
 
 /// [nat] of the last `frames` frames.
@@ -176,7 +176,7 @@ Localization WindowLocalizer::conclude(const Localization& one_shot) const
 	Localization result = one_shot;
 	result.hypotheses.clear();
 	result.confidence = 0;
-	if (tracks_.empty() || explained_by(tracks_.front()) < kUnexplained * scoring.least_explained)
+	if (tracks_.empty() || explained_by(tracks_.front()) < kUnexplained)
 	{
 		result.status = Status::kRejected;
 		result.note = "no place in the map explains the last scans";

@@ -92,15 +92,26 @@ struct BeamModel
 	double through_wall_run = -0.029;  //!< for each run of beams that passed walls
 };
 
+/// Log-odds that one of the places found is right, against "the scan is of no place in the map". Learned: see
+/// hypotheses.h.
+struct PresenceModel
+{
+	double bias = -4.83;
+	double explained = 5.26;         //!< times the share of the returns that end at walls, at the best place
+	double log_likelihood = 0.0746;  //!< [1 / nat] times the log-likelihood of the scan there
+	double lead = 0.58;  //!< times -ln of the share of all likelihood that the other places have, at most 11.5
+};
+
 /// From refined poses to hypotheses.
 struct ScoringParameters
 {
 	double distinct_distance = 0.5;  //!< [m] hypotheses closer than this
 	double distinct_yaw = 10.0;      //!< [deg] and this are one
 	int hypotheses = 10;             //!< [-] most hypotheses in a result
-	double localized_above = 0.9;    //!< [probability] confidence of a localized frame
-	double least_explained = 0.45;   //!< [-] share of the beams with a return that end at walls; below, rejected
+	double localized_above = 0.93;   //!< [probability] confidence of a localized frame
+	double rejected_below = 0.1;     //!< [probability] that one of the places found is right
 	BeamModel beam_model;
+	PresenceModel presence_model;
 };
 
 /// All tunables. Defaults are here and nowhere else.
@@ -195,8 +206,8 @@ void visit_parameters(P& p, Visitor&& visit)
 	    "scoring", "localized_above", scoring.localized_above, 0.0, 1.0,
 	    "[probability] confidence of a localized frame");
 	visit(
-	    "scoring", "least_explained", scoring.least_explained, 0.0, 1.0,
-	    "[-] share of beams at walls; below, rejected");
+	    "scoring", "rejected_below", scoring.rejected_below, 0.0, 1.0,
+	    "[probability] that one of the places found is right");
 
 	auto& model = p.scoring.beam_model;
 	visit("beam_model", "on_wall", model.on_wall, -10.0, 10.0, "[nat] end point within 6 cm of a wall");
@@ -214,6 +225,12 @@ void visit_parameters(P& p, Visitor&& visit)
 	    "[nat] for each run of beams short of the walls");
 	visit("beam_model", "unknown_run", model.unknown_run, -10.0, 10.0, "[nat] for each run of beams in unknown space");
 	visit("beam_model", "through_wall_run", model.through_wall_run, -10.0, 10.0, "[nat] for each run through walls");
+
+	auto& presence = p.scoring.presence_model;
+	visit("presence_model", "bias", presence.bias, -100.0, 100.0, "[-] log-odds that the scan is of the map");
+	visit("presence_model", "explained", presence.explained, -100.0, 100.0, "[-] times the share of explained returns");
+	visit("presence_model", "log_likelihood", presence.log_likelihood, -10.0, 10.0, "[1 / nat] at the best place");
+	visit("presence_model", "lead", presence.lead, -10.0, 10.0, "[-] times -ln(share of the other places)");
 }
 
 /// Reads an ini file over the defaults.
