@@ -71,6 +71,19 @@ TEST(Grid, ThresholdsDecide)
 	EXPECT_THROW(make_grid(*map, parameters), std::invalid_argument);
 }
 
+TEST(Grid, HollowWallsAreAsDeepAsALaserMapsThem)
+{
+	const Picture solid = {"......", ".#####", ".#####", ".#####", ".#####", ".#####"};
+	// cells of 5 cm keep two layers, cells of 10 cm and more keep one
+	expect_equal(
+	    with_hollow_walls(make_picture_grid(solid, 0.05)),
+	    make_picture_grid({"......", ".#####", ".#####", ".##???", ".##???", ".##???"}, 0.05));
+	for (const double cell_size : {0.1, 0.5})
+		expect_equal(
+		    with_hollow_walls(make_picture_grid(solid, cell_size)),
+		    make_picture_grid({"......", ".#####", ".#????", ".#????", ".#????", ".#????"}, cell_size));
+}
+
 TEST(Grid, MapWithoutAKnownCellIsRefused)
 {
 	EXPECT_THROW(make_grid(*make_map({"??", "??"}, 1.0), {}), std::invalid_argument);

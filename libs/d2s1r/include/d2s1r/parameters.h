@@ -50,7 +50,7 @@ struct PaperParameters
 /// From a scan to candidate poses, by range profiles of sample positions.
 struct CoarseSearchParameters
 {
-	double spacing = 0.25;    //!< [m] between sample positions
+	double spacing = 0.2;     //!< [m] between sample positions
 	double clearance = 0.1;   //!< [m] of sample positions from occupied cells
 	int directions = 120;     //!< [-] of a profile, and yaw shifts that are tried
 	double max_range = 30.0;  //!< [m] of a profile

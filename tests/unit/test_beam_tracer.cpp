@@ -1,0 +1,150 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include <d2s1r/beam_tracer.h>
+#include <gtest/gtest.h>
+
+#include "portable_simd.h"
+#include "test_maps.h"
+
+namespace d2s1r::test
+{
+namespace
+{
+constexpr double kCell = 0.05;  // [m]
+
+/// Free space with walls, rooms of unknown space and single cells.
+Grid random_grid(unsigned seed)
+{
+	std::mt19937 random(seed);
+	Picture picture(90, std::string(130, '.'));
+	for (int i = 0; i < 40; i++)
+	{
+		const std::size_t x = random() % 110, y = random() % 80, width = 1 + random() % 20, height = 1 + random() % 10;
+		for (std::size_t v = y; v < std::min(y + height, picture.size()); v++)
+			for (std::size_t u = x; u < std::min(x + width, picture[v].size()); u++)
+				picture[v][u] = i % 3 == 0 ? '?' : (i % 3 == 1 ? '#' : '.');
+	}
+	return make_picture_grid(picture, kCell, -2, 1);
+}
+
+Returns random_returns(std::mt19937& random, std::size_t count)
+{
+	std::uniform_real_distribution<float> turn(0, 6.28F), range(0.1F, 8);
+	Returns returns;
+	for (std::size_t i = 0; i < count; i++)
+	{
+		const float angle = turn(random);
+		returns.unit_x.push_back(std::cos(angle));
+		returns.unit_y.push_back(std::sin(angle));
+		returns.range.push_back(range(random));
+	}
+	return returns;
+}
+
+struct Walk
+{
+	int walls = 0;
+	double unknown = 0;  // [m]
+};
+
+/// What lies along a beam, by steps of a fiftieth of a cell.
+Walk walk_along(const Grid& grid, double x, double y, double angle, double range)
+{
+	constexpr double kStep = kCell / 50;
+	Walk walk;
+	bool in_wall = false;
+	for (double t = 0.5 * kStep; t < range; t += kStep)
+	{
+		const int u = static_cast<int>(std::floor((x + std::cos(angle) * t - grid.origin_x) / kCell));
+		const int v = static_cast<int>(std::floor((y + std::sin(angle) * t - grid.origin_y) / kCell));
+		const Cell cell = grid.contains(u, v) ? grid.at(u, v) : Cell::kUnknown;
+		if (cell == Cell::kUnknown) walk.unknown += kStep;
+		if (in_wall && cell != Cell::kOccupied && t < range - 0.15) walk.walls++;
+		in_wall = cell == Cell::kOccupied;
+	}
+	return walk;
+}
+
+class BeamTracing : public testing::TestWithParam<std::int64_t>
+{
+   protected:
+	const ChosenSimd chosen_{GetParam()};
+};
+}  // namespace
+
+TEST_P(BeamTracing, SeesWhatLiesAlongTheBeams)
+{
+	int beams = 0, same = 0;
+	for (const unsigned seed : {1U, 2U, 3U})
+	{
+		const Grid grid = random_grid(seed);
+		const BeamTracer tracer(grid);
+		std::mt19937 random(seed);
+		for (int k = 0; k < 20; k++)
+		{
+			const mrpt::math::TPose2D sensor{
+			    -2 + 6.4 * (random() % 1000) / 1000.0, 1 + 4.4 * (random() % 1000) / 1000.0, 0.01 * (random() % 628)};
+			const Returns returns = random_returns(random, 40);
+			TracedBeams traced;
+			tracer.trace(returns, sensor, traced);
+			for (std::size_t i = 0; i < returns.range.size(); i++, beams++)
+			{
+				const double angle = sensor.phi + std::atan2(returns.unit_y[i], returns.unit_x[i]);
+				const Walk walk = walk_along(grid, sensor.x, sensor.y, angle, static_cast<double>(returns.range[i]));
+				EXPECT_NEAR(static_cast<double>(traced.unknown[i]), walk.unknown, 0.06) << sensor << " " << angle;
+				same += static_cast<int>(traced.walls[i]) == walk.walls ? 1 : 0;
+			}
+		}
+	}
+	EXPECT_GT(same, 0.985 * beams);  // steps jump over corners of cells
+}
+
+TEST_P(BeamTracing, KnowsTheCellsAtTheEnds)
+{
+	const Grid grid = make_picture_grid({"..#", ".??", "..."}, 1);
+	const BeamTracer tracer(grid);
+	Returns returns;
+	returns.unit_x = {1, 1, 0, 0.7071068F, -1, 1, 1, 1};
+	returns.unit_y = {0, 0, 1, 0.7071068F, 0, 0, 0, 0};
+	returns.range = {0.2F, 2, 2, 2.828427F, 3, 50, -1e6F, -1e6F};
+	TracedBeams traced;
+	tracer.trace(returns, {0.5, 0.5, 0}, traced);
+	const std::vector<Cell> expected = {Cell::kFree,     Cell::kFree,    Cell::kFree,
+	                                    Cell::kOccupied, Cell::kUnknown, Cell::kUnknown};
+	for (std::size_t i = 0; i < expected.size(); i++) EXPECT_EQ(static_cast<Cell>(traced.end[i]), expected[i]) << i;
+	EXPECT_FLOAT_EQ(traced.unknown[4], 2.5);
+	EXPECT_FLOAT_EQ(traced.unknown[5], 47.5);
+}
+
+TEST_P(BeamTracing, FromOutsideAllIsUnknown)
+{
+	const BeamTracer tracer(make_picture_grid({"...", "..."}, 1));
+	Returns returns;
+	returns.unit_x.assign(8, 1), returns.unit_y.assign(8, 0), returns.range.assign(8, 4);
+	TracedBeams traced;
+	for (const auto& sensor : {mrpt::math::TPose2D{-1, 1, 0}, {3.5, 1, 0}, {1, -0.01, 0}, {1, 1e9, 0}})
+	{
+		tracer.trace(returns, sensor, traced);
+		EXPECT_EQ(traced.walls[0], 0);
+		EXPECT_EQ(traced.unknown[0], 4);
+		EXPECT_EQ(static_cast<Cell>(traced.end[0]), Cell::kUnknown);
+	}
+}
+
+TEST_P(BeamTracing, IsBitForBitTheSameAsPortableLoops)
+{
+	const BeamTracer tracer(random_grid(5));
+	std::mt19937 random(5);
+	const Returns returns = random_returns(random, 400);
+	TracedBeams chosen, portable;
+	tracer.trace(returns, {1.234, 3.21, 0.77}, chosen);
+	{
+		const PortableSimd plain;
+		tracer.trace(returns, {1.234, 3.21, 0.77}, portable);
+	}
+	EXPECT_EQ(chosen.walls, portable.walls);
+	EXPECT_EQ(chosen.unknown, portable.unknown);
+	EXPECT_EQ(chosen.end, portable.end);
+}
+
+INSTANTIATE_TEST_SUITE_P(OnThisMachine, BeamTracing, testing::ValuesIn(simd_targets()));
+}  // namespace d2s1r::test

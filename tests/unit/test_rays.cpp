@@ -1,0 +1,63 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include <d2s1r/rays.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace d2s1r::test
+{
+namespace
+{
+constexpr double kDegree = M_PI / 180;
+
+/// `count` beams over `degrees`, all of 3 m.
+Scan scan_of(std::size_t count, double degrees)
+{
+	Scan scan;
+	scan.field_of_view = degrees * kDegree;
+	for (std::size_t i = 0; i < count; i++)
+		scan.beams.push_back(
+		    {static_cast<float>((static_cast<double>(i) * degrees / static_cast<double>(count) - 90) * kDegree), 3,
+		     true});
+	return scan;
+}
+}  // namespace
+
+TEST(Rays, AreSpreadOverTheScanAndNotCloserThanAsked)
+{
+	const Rays few = make_rays(scan_of(720, 180), kDegree, 360);
+	EXPECT_EQ(few.count, 180U);
+	EXPECT_NEAR(few.spacing, kDegree, 1e-9);
+	const Rays all = make_rays(scan_of(60, 180), kDegree, 360);
+	EXPECT_EQ(all.count, 60U);
+	EXPECT_NEAR(all.spacing, 3 * kDegree, 1e-9);
+	const Rays most = make_rays(scan_of(1440, 360), 0.1 * kDegree, 100);
+	EXPECT_LE(most.count, 100U);
+	EXPECT_GT(most.count, 90U);
+}
+
+TEST(Rays, ReturnsArePaddedBeamsThatEndNowhereAreLeftOut)
+{
+	Scan scan = scan_of(11, 110);
+	scan.beams[3].is_return = scan.beams[4].is_return = false;
+	const Rays rays = make_rays(scan, kDegree, 360);
+	EXPECT_EQ(rays.count, 11U);
+	ASSERT_EQ(rays.log_range.size(), 9U);
+	ASSERT_EQ(rays.returns.range.size(), 16U);
+	for (std::size_t i = 0; i < 9; i++)
+	{
+		EXPECT_EQ(rays.returns.range[i], 3);
+		EXPECT_FLOAT_EQ(std::hypot(rays.returns.unit_x[i], rays.returns.unit_y[i]), 1);
+		EXPECT_FLOAT_EQ(rays.log_range[i], 0);
+		EXPECT_EQ(rays.starts_run[i], i == 3 ? 1 : 0) << i;  // the one after the gap
+	}
+	for (std::size_t i = 9; i < 16; i++) EXPECT_LT(rays.returns.range[i], 0);
+}
+
+TEST(Rays, OfNoBeamsAreNone)
+{
+	const Rays rays = make_rays(Scan(), kDegree, 360);
+	EXPECT_EQ(rays.count, 0U);
+	EXPECT_TRUE(rays.returns.range.empty());
+}
+}  // namespace d2s1r::test
