@@ -81,8 +81,9 @@ TEST_P(BeamTracing, SeesWhatLiesAlongTheBeams)
 		std::mt19937 random(seed);
 		for (int k = 0; k < 20; k++)
 		{
-			const mrpt::math::TPose2D sensor{
-			    -2 + 6.4 * (random() % 1000) / 1000.0, 1 + 4.4 * (random() % 1000) / 1000.0, 0.01 * (random() % 628)};
+			const auto uniform = [&](double least, double greatest)
+			{ return std::uniform_real_distribution<double>(least, greatest)(random); };
+			const mrpt::math::TPose2D sensor{uniform(-2, 4.4), uniform(1, 5.4), uniform(-3, 3)};
 			const Returns returns = random_returns(random, 40);
 			TracedBeams traced;
 			tracer.trace(returns, sensor, traced);
