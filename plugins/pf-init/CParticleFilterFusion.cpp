@@ -13,6 +13,8 @@
 #include <limits>
 #include <stdexcept>
 
+#include "thinned_scan.h"
+
 namespace d2s1r
 {
 IMPLEMENTS_MRPT_OBJECT(CParticleFilterFusion, CFusionBackend, d2s1r)
@@ -24,41 +26,6 @@ using mrpt::poses::CPosePDFGaussian;
 double milliseconds_since(std::chrono::steady_clock::time_point start)
 {
 	return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
-}
-
-/// Every n-th beam, about `beams` of them: MRPT's filter has the map look at the whole scan once a particle.
-mrpt::obs::CObservation2DRangeScan thinned(const mrpt::obs::CObservation2DRangeScan& scan, std::size_t beams)
-{
-	if (scan.getScanSize() <= beams) return scan;
-	const std::size_t gaps = scan.getScanSize() - 1, stride = gaps / beams + 1, kept = gaps / stride + 1;
-	mrpt::obs::CObservation2DRangeScan few = scan;
-	few.resizeScan(kept);
-	for (std::size_t i = 0; i < kept; i++)
-	{
-		few.setScanRange(i, scan.getScanRange(i * stride));
-		few.setScanRangeValidity(i, scan.getScanRangeValidity(i * stride));
-	}
-	few.aperture = scan.aperture * static_cast<float>(stride * (kept - 1)) / static_cast<float>(gaps);
-	const double cut = 0.5 * static_cast<double>(scan.aperture - few.aperture);  // at the end of the scan only
-	few.sensorPose = scan.sensorPose + mrpt::poses::CPose3D(0, 0, 0, scan.rightToLeft ? -cut : cut, 0, 0);
-	return few;
-}
-
-/// The `count` particles of least weight; equal weights are chosen evenly, not by their order, which is by ancestor.
-std::vector<std::size_t> lightest(const mrpt::poses::CPosePDFParticles& particles, std::size_t count)
-{
-	std::vector<std::size_t> order(particles.m_particles.size());
-	for (std::size_t i = 0; i < order.size(); i++) order[i] = i;
-	const auto scattered = [](std::size_t i) { return static_cast<std::uint32_t>(i * 2654435761U); };
-	const auto lighter = [&](std::size_t a, std::size_t b)
-	{
-		const double weight_a = particles.m_particles[a].log_w, weight_b = particles.m_particles[b].log_w;
-		return weight_a != weight_b ? weight_a < weight_b : scattered(a) < scattered(b);
-	};
-	count = std::min(count, order.size());
-	std::partial_sort(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(count), order.end(), lighter);
-	order.resize(count);
-	return order;
 }
 }  // namespace
 
@@ -208,7 +175,7 @@ double CParticleFilterFusion::weigh_by_scan_and_resample(const FusionInput& inpu
 	filter_.m_options.powFactor = input.localization.status == Status::kRejected ? tuning.rejected_power : 1.0;
 	mrpt::obs::CSensoryFrame observations;
 	const auto beams = static_cast<std::size_t>(map_->likelihood_options().beams);
-	observations.insert(mrpt::obs::CObservation2DRangeScan::Create(thinned(input.scan, beams)));
+	observations.insert(mrpt::obs::CObservation2DRangeScan::Create(pf::thinned(input.scan, beams)));
 	mrpt::bayes::CParticleFilter::TParticleFilterStats statistics;
 	filter_.executeOn(particles_, nullptr, &observations, &statistics);
 	return statistics.ESS_beforeResample;
@@ -223,7 +190,7 @@ void CParticleFilterFusion::admit(const Localization& localization, double proba
 	if (few.particles < 1) return;
 	few.seed = mrpt::random::getRandomGenerator().drawUniform32bit();
 	const auto admitted = seed_particles(localization, grid_, free_cells_, few);
-	const auto replaced = lightest(particles_, admitted.size());
+	const auto replaced = pf::lightest(particles_, admitted.size());
 
 	const auto weights = pf::normalized_weights(particles_);
 	for (std::size_t i = 0; i < weights.size(); i++)

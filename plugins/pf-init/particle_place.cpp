@@ -55,6 +55,22 @@ std::vector<double> normalized_weights(const mrpt::poses::CPosePDFParticles& par
 	return weights;
 }
 
+std::vector<std::size_t> lightest(const mrpt::poses::CPosePDFParticles& particles, std::size_t count)
+{
+	std::vector<std::size_t> order(particles.m_particles.size());
+	for (std::size_t i = 0; i < order.size(); i++) order[i] = i;
+	const auto scattered = [](std::size_t i) { return static_cast<std::uint32_t>(i * 2654435761U); };
+	const auto lighter = [&](std::size_t a, std::size_t b)
+	{
+		const double weight_a = particles.m_particles[a].log_w, weight_b = particles.m_particles[b].log_w;
+		return weight_a != weight_b ? weight_a < weight_b : scattered(a) < scattered(b);
+	};
+	count = std::min(count, order.size());
+	std::partial_sort(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(count), order.end(), lighter);
+	order.resize(count);
+	return order;
+}
+
 std::vector<std::size_t> systematic_draw(const std::vector<double>& weights, std::size_t count, double offset)
 {
 	std::vector<std::size_t> drawn;

@@ -15,6 +15,9 @@ inline constexpr double kPlaceAngle = 0.5;   //!< [rad]
 /// Weights [0, 1] of the particles, sum 1.
 std::vector<double> normalized_weights(const mrpt::poses::CPosePDFParticles& particles);
 
+/// The `count` particles of least weight; equal weights are chosen evenly, not by their order, which is by ancestor.
+std::vector<std::size_t> lightest(const mrpt::poses::CPosePDFParticles& particles, std::size_t count);
+
 /// `count` indices of particles in proportion to their weights, in order. \param offset [0, 1) of the first one
 std::vector<std::size_t> systematic_draw(const std::vector<double>& weights, std::size_t count, double offset);
 
