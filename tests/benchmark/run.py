@@ -2,15 +2,17 @@
 # d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 """Runs every benchmark and writes RESULTS.md and growth.png beside this script.
 
-usage: run.py [BUILD_FOLDER] [--quick]
+usage: run.py [BUILD_FOLDER] [--quick] [--retrieval SITE,SITE...]
 
 Sites come from the environment variable D2S1R_DATA; what needs them is left out where they are absent. Times are CPU
 times of one thread: medians over the repetitions, and the spread (max - min) / median. --quick: fewer repetitions,
-smaller floors, for a look; its RESULTS.md is not worth keeping.
+smaller floors, for a look; its RESULTS.md is not worth keeping. --retrieval: only these sites are searched
+exactly, which takes most of the time. Needs matplotlib.
 """
 import argparse
 import csv
 import datetime
+import importlib.util
 import io
 import json
 import os
@@ -141,17 +143,21 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("build", nargs="?", default=HERE.parent.parent / "build", type=pathlib.Path)
     parser.add_argument("--quick", action="store_true")
+    parser.add_argument("--retrieval", default="intel" if "--quick" in sys.argv else ",".join(RETRIEVAL_SITES))
     options = parser.parse_args()
+    if importlib.util.find_spec("matplotlib") is None:  # known before minutes are spent
+        sys.exit("run.py: matplotlib is missing; install python3-matplotlib")
     programs = options.build / "tests" / "benchmark"
     load = os.getloadavg()[0]
     stages = run_stages(programs / "d2s1r_benchmark", 1 if options.quick else 3)
-    retrieval = retrieval_table(programs / "d2s1r_retrieval", ["intel"] if options.quick else RETRIEVAL_SITES)
+    retrieval = retrieval_table(programs / "d2s1r_retrieval", options.retrieval.split(","))
     growth = run_growth(programs / "d2s1r_growth", [1000, 4000] if options.quick else [1000, 4000, 16000, 64000])
     growth_plot(growth, HERE / "growth.png")
+    arguments = "".join(f" {a}" for a in sys.argv[1:] if not pathlib.Path(a).is_dir())
     lines = [
         "# Benchmark results", "",
         f"Machine: {machine()}; load average at the start {load:.1f}.",
-        f"Command: `tests/benchmark/run.py{' --quick' if options.quick else ''}`, {datetime.date.today()}. One thread, "
+        f"Command: `tests/benchmark/run.py{arguments}`, {datetime.date.today()}. One thread, "
         "CPU times, medians over the repetitions; spread is (max - min) / median.", "",
         "## In short", "", *ratios(stages), "",
         "## Stages", "",
