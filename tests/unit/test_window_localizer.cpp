@@ -152,6 +152,27 @@ TEST_F(WindowOnTwinRooms, RejectsScansOfAnotherPlace)
 		EXPECT_NE(window.add(scan, localizer_.localize(scan), CPose2D()).status, Status::kLocalized);
 }
 
+TEST_F(WindowOnTwinRooms, IsNotSureOfAWayThroughAnotherBuilding)
+{
+	const Grid hall = make_picture_grid(
+	    enlarge({"#########", "#...#...#", "#.......#", "#...#...#", "##.####.#", "#.......#", "#########"}, 14), 0.05);
+	WindowLocalizer window(localizer_, 10);
+	int localized = 0;
+	for (int i = 0; i < 10; i++)
+	{
+		Laser laser;
+		laser.max_range = 3;
+		laser.noise = 0.01;
+		laser.seed = static_cast<unsigned>(i + 1);
+		const Scan scan =
+		    make_scan(make_observation(hall, {1.2 + 0.3 * i, 1.7, 0.2 * i}, laser), localizer_.parameters().scan);
+		const CPose2D motion =
+		    i == 0 ? CPose2D() : CPose2D(1.2 + 0.3 * i, 1.7, 0.2 * i) - CPose2D(0.9 + 0.3 * i, 1.7, 0.2 * (i - 1));
+		localized += window.add(scan, localizer_.localize(scan), motion).status == Status::kLocalized ? 1 : 0;
+	}
+	EXPECT_LE(localized, 1) << "one track is always the best, even if none is right";
+}
+
 TEST_F(WindowOnTwinRooms, RefusesWhatItCannotDo)
 {
 	EXPECT_THROW(WindowLocalizer(localizer_, 0), std::invalid_argument);

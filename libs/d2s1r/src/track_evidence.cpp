@@ -67,7 +67,7 @@ Fit best_fit(
 		const bool hidden = hypothesis.explained < kHidden;
 		if (hidden) evidence = std::min(evidence, kHiddenEvidence);
 		if (evidence <= best.evidence.log_likelihood) return;
-		best.evidence = {evidence, hypothesis.explained};
+		best.evidence = {evidence, hypothesis.explained, 0};
 		best.pose = hidden ? predicted : off < kAgree ? fused(predicted, measured) : measured;
 	};
 	if (refined) consider(*refined);

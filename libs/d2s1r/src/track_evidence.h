@@ -22,7 +22,7 @@ PoseDensity measurement(const Hypothesis& hypothesis);
 struct Fit
 {
 	PoseDensity pose;  //!< corrected by the scan
-	Evidence evidence{kLeastEvidence, 0};
+	Evidence evidence{kLeastEvidence, 0, 0};
 };
 
 /// The best of the places near `predicted` that the scan may confirm; no place: as predicted. Where unknown space

@@ -18,6 +18,8 @@ constexpr std::size_t kSearched = 3;     //!< [-] best tracks whose pose is sear
 constexpr double kHopeless = 25;         //!< [nat] behind the best track
 constexpr std::size_t kMostTracks = 50;  //!< [-]
 constexpr double kUnexplained = 0.18;    //!< [-] mean share of the returns that end at walls; below, it is no place
+constexpr double kExplained = 0.45;      //!< [-] mean share of explained beams of a localized track
+constexpr double kLeastAlone = 0.5;      //!< [0, 1] that one scan alone gives to the place, in the mean
 constexpr std::size_t kLostFrames = 3;   //!< [-] in a row that no track explains: the robot was carried away
 
 /// [nat] of the last `frames` frames.
@@ -41,10 +43,29 @@ double explained_by(const Track& track)
 	return sum / static_cast<double>(track.evidence.size());
 }
 
+/// [0, 1] in the mean, that one scan alone gives to the place.
+double alone(const Track& track)
+{
+	double sum = 0;
+	for (const Evidence& evidence : track.evidence) sum += evidence.alone;
+	return sum / static_cast<double>(track.evidence.size());
+}
+
 bool one_place(const Hypothesis& a, const Hypothesis& b, const ScoringParameters& parameters)
 {
 	return a.pose.distanceTo(b.pose) < parameters.distinct_distance &&
 	       std::abs(mrpt::math::wrapToPi(a.pose.phi() - b.pose.phi())) < parameters.distinct_yaw * M_PI / 180;
+}
+/// [0, 1] that the one-shot hypotheses of a frame give to a place.
+double probability_at(
+    const PoseDensity& place, const std::vector<Hypothesis>& one_shot, const ScoringParameters& parameters)
+{
+	Hypothesis there;
+	there.pose = place.mean;
+	double probability = 0;
+	for (const Hypothesis& hypothesis : one_shot)
+		if (one_place(hypothesis, there, parameters)) probability += hypothesis.probability;
+	return probability;
 }
 }  // namespace
 
@@ -82,7 +103,8 @@ void WindowLocalizer::follow(const Localization& one_shot)
 	frame.reference = greatest_likelihood(refined, one_shot.hypotheses);
 	for (std::size_t i = 0; i < tracks_.size(); i++)
 	{
-		const Fit fit = best_fit(predicted[i], refined[i], one_shot.hypotheses, frame.reference);
+		Fit fit = best_fit(predicted[i], refined[i], one_shot.hypotheses, frame.reference);
+		fit.evidence.alone = probability_at(fit.pose, one_shot.hypotheses, localizer_->parameters().scoring);
 		tracks_[i].now.pose = fit.pose.mean;
 		tracks_[i].now.covariance = fit.pose.cov;
 		tracks_[i].evidence.push_back(fit.evidence);
@@ -100,7 +122,8 @@ bool WindowLocalizer::trace_back(Track& track) const
 		const Frame& frame = frames_[frames_.size() - back - 1];
 		const PoseDensity predicted = moved(pose, reversed({later.motion, later.motion_covariance}));
 		const auto refined = localizer_->hypothesis_near(frame.scan, predicted.mean);
-		const Fit fit = best_fit(predicted, refined, {}, frame.reference);
+		Fit fit = best_fit(predicted, refined, {}, frame.reference);
+		fit.evidence.alone = probability_at(fit.pose, frame.one_shot, localizer_->parameters().scoring);
 		pose = fit.pose;
 		track.evidence.push_front(fit.evidence);
 		if (tracks_.empty()) continue;
@@ -118,7 +141,9 @@ void WindowLocalizer::start_tracks(const Localization& one_shot)
 		const auto followed = [&](const Track& track) { return one_place(track.now, hypothesis, scoring); };
 		if (std::any_of(tracks_.begin(), tracks_.end(), followed)) continue;
 		Track track{
-		    hypothesis, {{bounded(hypothesis.log_likelihood - frames_.back().reference), hypothesis.explained}}};
+		    hypothesis,
+		    {{bounded(hypothesis.log_likelihood - frames_.back().reference), hypothesis.explained,
+		      hypothesis.probability}}};
 		const PoseDensity measured = measurement(hypothesis);
 		track.now.covariance = measured.cov;
 		if (trace_back(track)) started.push_back(std::move(track));
@@ -185,7 +210,10 @@ Localization WindowLocalizer::conclude(const Localization& one_shot) const
 	for (const Track& track : tracks_) result.hypotheses.push_back(track.now);
 	result.note.clear();
 	result.confidence = result.best().probability;
-	result.status = result.confidence > scoring.localized_above ? Status::kLocalized : Status::kAmbiguous;
+	const Track& best = tracks_.front();
+	const bool known = explained_by(best) >= kExplained && alone(best) >= kLeastAlone;
+	if (!known) result.confidence = std::min(result.confidence, alone(best));
+	result.status = known && result.confidence > scoring.localized_above ? Status::kLocalized : Status::kAmbiguous;
 	return result;
 }
 
@@ -200,6 +228,7 @@ Localization WindowLocalizer::add(
 	const auto start = std::chrono::steady_clock::now();
 	Frame frame;
 	frame.scan = scan;
+	frame.one_shot = one_shot.hypotheses;
 	set_motion(frame, one_shot, motion && skipped_ ? *skipped_ + *motion : motion);
 	skipped_.reset();
 	frames_.push_back(std::move(frame));

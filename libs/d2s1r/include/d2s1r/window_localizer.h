@@ -13,6 +13,7 @@ struct Evidence
 {
 	double log_likelihood = 0;  //!< [nat] against the best pose of the frame, bounded below
 	double explained = 0;       //!< see Hypothesis
+	double alone = 0;           //!< [0, 1] probability of the place by this frame alone
 };
 
 /// Where the robot may be now, by the scans of several frames.
@@ -28,7 +29,9 @@ struct Track
 /// Many hypotheses of every frame are followed along the robot's motion, forwards into the frames to come and backwards
 /// into those that were; each is a Gaussian that the motion widens and every scan corrects (Jensfelt and Kristensen,
 /// "Active Global Localization for a Mobile Robot Using Multiple Hypothesis Tracking", 2001). The evidence of a frame
-/// is bounded, so that no scan is trusted blindly: after a kidnapping the new place wins within a few frames.
+/// is bounded, so that no scan is trusted blindly: after a kidnapping the new place wins within a few frames. Tracks
+/// are only compared with each other, and on a wrong map one of them is the best, too: a track is localized only if
+/// walls explain its scans and some of them found its place on their own.
 ///
 /// One object a robot, one call a frame, in order. Not thread-safe; the same calls always give the same answers.
 class WindowLocalizer
@@ -54,6 +57,7 @@ class WindowLocalizer
 	struct Frame
 	{
 		Scan scan;
+		std::vector<Hypothesis> one_shot;
 		double reference = 0;         //!< [nat] log-likelihood of the best pose
 		mrpt::poses::CPose2D motion;  //!< since the frame before, in the robot frame then
 		mrpt::math::CMatrixDouble33 motion_covariance;
