@@ -6,6 +6,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "end_points.h"
 
@@ -110,6 +111,10 @@ std::vector<RefinedPose> settle(
 		const double fit = fit_of(field, few, pose, 1.25 * parameters.kernel);
 		poses.push_back({pose, fit - parameters.cost_weight * candidate.cost});
 	}
+	double best = -std::numeric_limits<double>::infinity();
+	for (const RefinedPose& pose : poses) best = std::max(best, pose.fit);
+	const auto is_poor = [&](const RefinedPose& pose) { return pose.fit < best - parameters.poor; };
+	poses.erase(std::remove_if(poses.begin(), poses.end(), is_poor), poses.end());
 	return best_distinct(std::move(poses), static_cast<std::size_t>(parameters.scored), 0.15, 3 * kDegree);
 }
 

@@ -66,6 +66,7 @@ struct CoarseSearchParameters
 struct RefinementParameters
 {
 	int scored = 300;             //!< [-] best fitting candidates that a few beams are scored at
+	double poor = 0.35;           //!< [-] candidates whose fit is this much below the best one's are dropped
 	int promising = 100;          //!< [-] best scoring of these, refined with all beams
 	double hopeless = 30.0;       //!< [nat] candidates this far below the best one are dropped
 	int forked = 30;              //!< [-] best fitting ones, tried again along the direction that the scan leaves open
@@ -108,7 +109,7 @@ struct ScoringParameters
 	double distinct_distance = 0.5;  //!< [m] hypotheses closer than this
 	double distinct_yaw = 10.0;      //!< [deg] and this are one
 	int hypotheses = 10;             //!< [-] most hypotheses in a result
-	double localized_above = 0.93;   //!< [probability] confidence of a localized frame
+	double localized_above = 0.9;    //!< [probability] confidence of a localized frame
 	double rejected_below = 0.1;     //!< [probability] that one of the places found is right
 	BeamModel beam_model;
 	PresenceModel presence_model;
@@ -188,6 +189,7 @@ void visit_parameters(P& p, Visitor&& visit)
 	visit(
 	    "refinement", "scored", refinement.scored, 1, 100000,
 	    "[-] best fitting candidates that a few beams are scored at");
+	visit("refinement", "poor", refinement.poor, 0.0, 100.0, "[-] of fit below the best candidate, dropped");
 	visit("refinement", "promising", refinement.promising, 1, 100000, "[-] of these, refined with all beams");
 	visit("refinement", "hopeless", refinement.hopeless, 0.0, 1e6, "[nat] below the best candidate, dropped");
 	visit("refinement", "forked", refinement.forked, 0, 100000, "[-] of these, tried again along the open direction");

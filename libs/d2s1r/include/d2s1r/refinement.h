@@ -16,7 +16,7 @@ struct RefinedPose
 };
 
 /// Pulls candidates onto the walls: Gauss-Newton on the distance field with a robust kernel that shrinks.
-/// \return distinct poses, best fit less the coarse cost first, at most parameters.scored
+/// \return distinct poses, best fit less the coarse cost first, at most parameters.scored, none of them poor
 std::vector<RefinedPose> settle(
     const DistanceField& field, const Rays& few, const std::vector<Candidate>& candidates,
     const RefinementParameters& parameters);
