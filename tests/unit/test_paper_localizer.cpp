@@ -15,32 +15,33 @@ namespace
 std::atomic<int> allocations{0};
 }  // namespace
 
-void* operator new(std::size_t size)
+// Out of line: inlined on one side only, GCC takes new and free for a mismatched pair.
+[[gnu::noinline]] void* operator new(std::size_t size)
 {
 	allocations++;
 	if (void* memory = std::malloc(size)) return memory;
 	throw std::bad_alloc();
 }
-void* operator new(std::size_t size, std::align_val_t alignment)
+[[gnu::noinline]] void* operator new(std::size_t size, std::align_val_t alignment)
 {
 	allocations++;
 	const auto step = static_cast<std::size_t>(alignment);
 	if (void* memory = std::aligned_alloc(step, (size + step - 1) / step * step)) return memory;
 	throw std::bad_alloc();
 }
-void operator delete(void* memory, std::align_val_t) noexcept
+[[gnu::noinline]] void operator delete(void* memory, std::align_val_t) noexcept
 {
 	std::free(memory);
 }
-void operator delete(void* memory, std::size_t, std::align_val_t) noexcept
+[[gnu::noinline]] void operator delete(void* memory, std::size_t, std::align_val_t) noexcept
 {
 	std::free(memory);
 }
-void operator delete(void* memory) noexcept
+[[gnu::noinline]] void operator delete(void* memory) noexcept
 {
 	std::free(memory);
 }
-void operator delete(void* memory, std::size_t) noexcept
+[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept
 {
 	std::free(memory);
 }

@@ -71,7 +71,7 @@ TEST_F(OnFloor, RangesAreExactToACell)
 {
 	const auto directions = static_cast<std::size_t>(profiles_.directions);
 	ASSERT_EQ(profiles_.directions, parameters_.directions);
-	ASSERT_EQ(profiles_.by_position.size(), profiles_.size() * 2 * directions);
+	ASSERT_EQ(profiles_.by_position.size(), profiles_.size() * 2 * directions + RangeProfiles::kBlock);
 	std::size_t off = 0;
 	for (std::size_t i = 0; i < profiles_.size(); i++)
 		for (std::size_t d = 0; d < directions; d++)

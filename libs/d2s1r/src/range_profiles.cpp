@@ -157,7 +157,7 @@ RangeProfiles make_range_profiles(
 	constexpr std::size_t kBlock = RangeProfiles::kBlock;
 	const std::size_t blocks = (samples.size() + kBlock - 1) / kBlock;
 	profiles.by_block.assign(blocks * kBlock * (directions + RangeProfiles::kShifts - 1), 0);
-	profiles.by_position.resize(samples.size() * directions * 2);
+	profiles.by_position.resize(samples.size() * directions * 2 + kBlock);
 	ProfileWriter writer(profiles, places, grid.cell_size);
 	sweep_ranges(
 	    grid, samples, parameters.directions, parameters.max_range,

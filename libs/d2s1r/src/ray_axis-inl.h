@@ -18,11 +18,13 @@ namespace HWY_NAMESPACE
 namespace
 {
 namespace hn = hwy::HWY_NAMESPACE;
-const hn::CappedTag<float, 8> kFloats;
-const hn::RebindToSigned<decltype(kFloats)> kInts;
-using Floats = hn::Vec<decltype(kFloats)>;
-using Ints = hn::Vec<decltype(kInts)>;
-using Mask = hn::Mask<decltype(kFloats)>;
+using FloatTag = hn::CappedTag<float, 8>;
+using IntTag = hn::RebindToSigned<FloatTag>;
+inline constexpr FloatTag kFloats;
+inline constexpr IntTag kInts;
+using Floats = hn::Vec<FloatTag>;
+using Ints = hn::Vec<IntTag>;
+using Mask = hn::Mask<FloatTag>;
 
 HWY_INLINE Floats all(float value)
 {

@@ -144,7 +144,8 @@ std::vector<RefinedPose> refine(
 			if (const double fit = fit_of(field, rays, pose, 0.6 * kernel); fit > poses[i].fit) poses[i] = {pose, fit};
 		}
 	}
-	return best_distinct(std::move(poses), poses.size(), 0.08, 2 * kDegree);
+	const std::size_t all = poses.size();
+	return best_distinct(std::move(poses), all, 0.08, 2 * kDegree);
 }
 
 TPose2D polish(const DistanceField& field, const Rays& rays, TPose2D pose, const RefinementParameters& parameters)

@@ -86,8 +86,9 @@ std::optional<Hypothesis> refined_near(const Localizer& localizer, const Scan& s
 	};
 	const Localization found = localizer.localize(scan, around(predicted));
 	if (!found.hypotheses.empty()) consider(found.best());
-	for (double turn = kStep; turn < 2 * std::sqrt(predicted.cov(2, 2)); turn += kStep)
-		for (const double yaw : {-turn, turn})
+	const int turns = static_cast<int>(std::ceil(2 * std::sqrt(predicted.cov(2, 2)) / kStep)) - 1;
+	for (int turn = 1; turn <= turns; turn++)
+		for (const double yaw : {-turn * kStep, turn * kStep})
 			consider(*localizer.hypothesis_near(scan, predicted.mean + mrpt::poses::CPose2D(0, 0, yaw)));
 	return best;
 }

@@ -20,8 +20,8 @@ struct RangeProfiles
 	double max_range = 0;                //!< [m]
 	std::vector<float> x, y;             //!< [m] sample positions, map frame, along a curve that keeps neighbours near
 	std::vector<std::uint8_t> by_block;  //!< [step] (block, row, position in block): see block()
-	std::vector<std::uint8_t>
-	    by_position;  //!< [step] (position, direction), each row twice in a row: shifts need no wrap
+	/// [step] (position, direction), each row twice in a row: shifts need no wrap. kBlock more may be read at the end.
+	std::vector<std::uint8_t> by_position;
 
 	std::size_t size() const { return x.size(); }
 	/// The rows of block `i`: one a direction, and the first kShifts - 1 again, so that groups of shifts need no wrap.
