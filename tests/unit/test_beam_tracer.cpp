@@ -114,6 +114,11 @@ TEST_P(BeamTracing, KnowsTheCellsAtTheEnds)
 	for (std::size_t i = 0; i < expected.size(); i++) EXPECT_EQ(static_cast<Cell>(traced.end[i]), expected[i]) << i;
 	EXPECT_FLOAT_EQ(traced.unknown[4], 2.5);
 	EXPECT_FLOAT_EQ(traced.unknown[5], 47.5);
+	TracedBeams ends;
+	tracer.locate_ends(returns, {0.5, 0.5, 0}, ends);
+	EXPECT_EQ(ends.end, traced.end);
+	EXPECT_EQ(ends.unknown, std::vector<float>(returns.range.size(), 0));
+	EXPECT_EQ(ends.walls, ends.unknown);
 }
 
 TEST_P(BeamTracing, FromOutsideAllIsUnknown)

@@ -92,6 +92,36 @@ TEST(Hypotheses, TheFourPlacesOfAFourFoldRoomAreListedAndAlike)
 	EXPECT_LT(result.confidence, 0.5);
 }
 
+TEST(PromisingPoses, AreTheBestOfAllScores)
+{
+	const Grid grid = make_floor();
+	const DistanceField field(grid);
+	const BeamTracer tracer(grid);
+	const auto robot = poses_on_floor()[0];
+	const Rays few = make_rays(scan_at(world_of(grid), robot), 4 * kDegree, 45);
+	std::vector<RefinedPose> poses;
+	for (const auto& pose : random_poses(grid, 200, 0.2, 7)) poses.push_back({pose, 0});
+	poses.push_back({robot, 0});
+	const auto cost = [&](const RefinedPose& pose)
+	{ return -score(tracer, field, few, pose.pose, BeamModel()).log_likelihood; };
+	std::vector<double> all;
+	for (const auto& pose : poses) all.push_back(cost(pose));
+	std::sort(all.begin(), all.end());
+	Parameters parameters;
+	for (const double hopeless : {1.0, 15.0, 40.0, 1e6})
+		for (const int promising : {1, 10, 1000})
+		{
+			parameters.refinement.hopeless = hopeless, parameters.refinement.promising = promising;
+			std::vector<double> expected, found;
+			for (const double value : all)
+				if (value <= all.front() + hopeless && expected.size() < static_cast<std::size_t>(promising))
+					expected.push_back(value);
+			for (const auto& pose : choose_promising(tracer, field, few, poses, parameters))
+				found.push_back(cost(pose));
+			EXPECT_EQ(found, expected) << hopeless << " " << promising;
+		}
+}
+
 TEST(Hypotheses, PosesOfOnePlaceAreOne)
 {
 	const Grid grid = make_floor();

@@ -162,6 +162,26 @@ TEST_F(OnFloor, AScanIsWorthTheSameAtAnyResolution)
 	}
 }
 
+TEST_F(OnFloor, NoPoseScoresMoreThanTheEndsOfItsBeamsAllow)
+{
+	BeamModel generous;
+	generous.through_wall = 0.02, generous.unknown_metre = 0.01, generous.off_wall_run = 0.1;
+	Scan scan = scan_at(world_, poses_on_floor()[0]);
+	block(scan, 30, 30, 0.7F);
+	const Rays rays = make_rays(scan, kDegree, 360);
+	auto poses = random_poses(grid_, 300, 0.0, 5);
+	poses.insert(poses.end(), {poses_on_floor()[0], {-50, 5, 0}});
+	for (const BeamModel& model : {BeamModel(), generous})
+		for (const auto& pose : poses)
+		{
+			const double most = most_log_likelihood(tracer_, field_, rays, pose, model);
+			EXPECT_LE(score(tracer_, field_, rays, pose, model).log_likelihood, most + 1e-6) << pose;
+		}
+	const double truth = at(poses_on_floor()[0], scan).log_likelihood;
+	EXPECT_LT(most_log_likelihood(tracer_, field_, rays, poses_on_floor()[0], {}), truth + 3)
+	    << "too loose to be of use";
+}
+
 TEST_F(OnFloor, NoReturnSaysNothing)
 {
 	Scan scan = scan_at(world_, poses_on_floor()[0]);

@@ -43,7 +43,8 @@ HWY_INLINE Floats not_zero(Floats direction)
 }  // namespace
 
 void trace_of_target(
-    const PackedCells& map, double start_u, double start_v, double heading, const Returns& returns, TracedBeams& traced)
+    const PackedCells& map, double start_u, double start_v, double heading, const Returns& returns, bool only_ends,
+    TracedBeams& traced)
 {
 	constexpr double kAtWall = 0.15;  // [m] a wall this near to the end is where the beam ended
 	const int column = static_cast<int>(start_u), row = static_cast<int>(start_v);
@@ -62,7 +63,7 @@ void trace_of_target(
 		const Floats passed_before = hn::Sub(end, all(static_cast<float>(kAtWall / map.cell_size)));
 		Axis u(static_cast<float>(start_u - column), not_zero(dx)), v(static_cast<float>(start_v - row), not_zero(dy));
 		Floats length = all(0), unknown = all(0), walls = all(0);
-		Mask in_wall = hn::Lt(length, length), moving = hn::Gt(end, length);
+		Mask in_wall = hn::Lt(length, length), moving = only_ends ? in_wall : hn::Gt(end, length);
 		while (!hn::AllFalse(kFloats, moving))
 		{
 			const Ints packed = packed_at(start, u.cell, v.cell, map.width);
@@ -99,9 +100,10 @@ namespace d2s1r
 HWY_EXPORT(trace_of_target);
 
 void trace_beams(
-    const PackedCells& map, double u, double v, double heading, const Returns& returns, TracedBeams& traced)
+    const PackedCells& map, double u, double v, double heading, const Returns& returns, bool only_ends,
+    TracedBeams& traced)
 {
-	HWY_DYNAMIC_DISPATCH(trace_of_target)(map, u, v, heading, returns, traced);
+	HWY_DYNAMIC_DISPATCH(trace_of_target)(map, u, v, heading, returns, only_ends, traced);
 }
 }  // namespace d2s1r
 #endif  // HWY_ONCE

@@ -15,10 +15,10 @@ struct Scored
 {
 	TPose2D pose;  //!< sensor in map
 	Score score;
-	double weight = 0;  //!< likelihood relative to the best pose, of all poses at this place
+	double weight = 0;  //!< likelihood relative to the best pose
 };
 
-/// Best first; poses at one place are one, with their weights together.
+/// Best first; of the poses at one place the best.
 std::vector<Scored> distinct_places(std::vector<Scored> poses, const ScoringParameters& parameters)
 {
 	std::stable_sort(
@@ -34,14 +34,8 @@ std::vector<Scored> distinct_places(std::vector<Scored> poses, const ScoringPara
 			       std::abs(mrpt::math::wrapToPi(pose.pose.phi - place.pose.phi)) <
 			           parameters.distinct_yaw * M_PI / 180;
 		};
-		const auto place = std::find_if(places.begin(), places.end(), same);
-		if (place == places.end())
-			places.push_back(pose);
-		else
-			place->weight += pose.weight;
+		if (std::none_of(places.begin(), places.end(), same)) places.push_back(pose);
 	}
-	std::stable_sort(
-	    places.begin(), places.end(), [](const Scored& a, const Scored& b) { return a.weight > b.weight; });
 	return places;
 }
 
@@ -72,18 +66,27 @@ std::vector<RefinedPose> choose_promising(
     const BeamTracer& tracer, const DistanceField& field, const Rays& few, const std::vector<RefinedPose>& poses,
     const Parameters& parameters)
 {
-	std::vector<std::pair<double, std::size_t>> ranking;  // by decreasing log-likelihood, ties by fit
+	// (- log-likelihood, pose): best first, ties by fit
+	using Ranking = std::vector<std::pair<double, std::size_t>>;
+	const BeamModel& model = parameters.scoring.beam_model;
+	const auto most = static_cast<std::size_t>(parameters.refinement.promising);
+	Ranking by_most;
 	for (std::size_t i = 0; i < poses.size(); i++)
-		ranking.emplace_back(
-		    -score(tracer, field, few, poses[i].pose, parameters.scoring.beam_model).log_likelihood, i);
-	std::sort(ranking.begin(), ranking.end());
+		by_most.emplace_back(-most_log_likelihood(tracer, field, few, poses[i].pose, model), i);
+	std::sort(by_most.begin(), by_most.end());
+	Ranking ranking;
+	for (const auto& [least_cost, i] : by_most)
+	{
+		constexpr double kRounding = 1e-6;  // [nat]
+		if (!ranking.empty() && least_cost > ranking.front().first + parameters.refinement.hopeless + kRounding) break;
+		if (ranking.size() == most && least_cost > ranking.back().first + kRounding) break;
+		const std::pair entry(-score(tracer, field, few, poses[i].pose, model).log_likelihood, i);
+		ranking.insert(std::upper_bound(ranking.begin(), ranking.end(), entry), entry);
+		if (ranking.size() > most) ranking.pop_back();
+	}
 	std::vector<RefinedPose> promising;
 	for (const auto& [cost, i] : ranking)
-	{
-		if (promising.size() >= static_cast<std::size_t>(parameters.refinement.promising)) break;
-		if (cost > ranking.front().first + parameters.refinement.hopeless) break;
-		promising.push_back(poses[i]);
-	}
+		if (cost <= ranking.front().first + parameters.refinement.hopeless) promising.push_back(poses[i]);
 	return promising;
 }
 
@@ -91,10 +94,18 @@ Localization decide(
     const BeamTracer& tracer, const DistanceField& field, const Scan& scan, const Rays& rays,
     const std::vector<RefinedPose>& poses, const Parameters& parameters)
 {
+	const BeamModel& model = parameters.scoring.beam_model;
 	std::vector<Scored> scored;
-	for (const RefinedPose& pose : poses)
-		scored.push_back({pose.pose, score(tracer, field, rays, pose.pose, parameters.scoring.beam_model)});
-	const std::vector<Scored> places = distinct_places(std::move(scored), parameters.scoring);
+	for (const RefinedPose& pose : poses) scored.push_back({pose.pose, score(tracer, field, rays, pose.pose, model)});
+	std::vector<Scored> places = distinct_places(std::move(scored), parameters.scoring);
+	const auto polished = std::min(places.size(), static_cast<std::size_t>(parameters.scoring.hypotheses));
+	for (std::size_t i = 0; i < polished; i++)
+	{
+		places[i].pose = polish(field, rays, places[i].pose, parameters.refinement);
+		const Score again = score(tracer, field, rays, places[i].pose, model);
+		if (again.log_likelihood > places[i].score.log_likelihood) places[i].score = again;
+	}
+	places = distinct_places(std::move(places), parameters.scoring);
 
 	Localization result;
 	double mass = 0;
@@ -110,7 +121,7 @@ Localization decide(
 	for (std::size_t i = 0; i < count; i++)
 	{
 		Hypothesis hypothesis;
-		const TPose2D pose = polish(field, rays, places[i].pose, parameters.refinement);
+		const TPose2D& pose = places[i].pose;
 		set_pose(hypothesis, pose, scan.sensor_on_robot, pose_covariance(field, rays, pose, parameters.refinement));
 		hypothesis.probability = present * places[i].weight / mass;
 		hypothesis.log_likelihood = places[i].score.log_likelihood;

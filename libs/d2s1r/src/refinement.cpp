@@ -8,6 +8,7 @@
 #include <cmath>
 #include <limits>
 
+#include "distinct_poses.h"
 #include "end_points.h"
 
 namespace d2s1r
@@ -69,15 +70,11 @@ std::vector<RefinedPose> best_distinct(std::vector<RefinedPose> poses, std::size
 {
 	std::stable_sort(poses.begin(), poses.end(), [](const auto& a, const auto& b) { return a.fit > b.fit; });
 	std::vector<RefinedPose> kept;
+	DistinctPoses distinct(distance, yaw);
 	for (const auto& pose : poses)
 	{
 		if (kept.size() >= most) break;
-		const auto same = [&](const RefinedPose& other)
-		{
-			return std::hypot(pose.pose.x - other.pose.x, pose.pose.y - other.pose.y) < distance &&
-			       std::abs(mrpt::math::wrapToPi(pose.pose.phi - other.pose.phi)) < yaw;
-		};
-		if (std::none_of(kept.begin(), kept.end(), same)) kept.push_back(pose);
+		if (distinct.add(pose.pose)) kept.push_back(pose);
 	}
 	return kept;
 }
@@ -131,17 +128,19 @@ std::vector<RefinedPose> refine(
 	}
 	std::stable_sort(poses.begin(), poses.end(), [](const auto& a, const auto& b) { return a.fit > b.fit; });
 
-	for (std::size_t i = 0; i < std::min(poses.size(), static_cast<std::size_t>(parameters.forked)); i++)
+	const std::size_t forked = std::min(poses.size(), static_cast<std::size_t>(parameters.forked));
+	for (std::size_t i = 0; i < forked; i++)
 	{
-		const RefinedPose start = poses[i];
-		const Eigen::Vector2d open = open_direction(field, rays, start.pose, kernel);
+		const TPose2D start = poses[i].pose;
+		const double least = poses[i].fit;
+		const Eigen::Vector2d open = open_direction(field, rays, start, kernel);
 		for (const double offset : {-0.3, -0.2, -0.1, 0.1, 0.2, 0.3})
 		{
 			const double kernels[] = {1.25 * kernel, kernel};
-			TPose2D pose = start.pose;
+			TPose2D pose = start;
 			pose.x += offset * open.x(), pose.y += offset * open.y();
 			pose = descend(field, rays, pose, kernels);
-			if (const double fit = fit_of(field, rays, pose, 0.6 * kernel); fit > poses[i].fit) poses[i] = {pose, fit};
+			if (const double fit = fit_of(field, rays, pose, 0.6 * kernel); fit > least) poses.push_back({pose, fit});
 		}
 	}
 	const std::size_t all = poses.size();

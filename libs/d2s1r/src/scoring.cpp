@@ -3,11 +3,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace d2s1r
 {
 namespace
 {
+constexpr double kModelBeam = M_PI / 180;  //!< [rad]
+constexpr double kMostPassed = 3;          //!< [-] walls and [m] of unknown space that count
+
 enum class End
 {
 	kWall,
@@ -40,9 +44,9 @@ class Sum
 	/// A beam that passed `walls` [-] and `unknown` space [m].
 	void add(const BeamEnd& at_end, float walls, float unknown, float log_range)
 	{
-		constexpr float kMostWalls = 3, kMostUnknown = 3;  // [-], [m]
-		double beam = at_end.log_likelihood + model_.through_wall * static_cast<double>(std::min(walls, kMostWalls)) +
-		              model_.unknown_metre * static_cast<double>(std::min(unknown, kMostUnknown));
+		const auto counted = [](float passed) { return std::min(static_cast<double>(passed), kMostPassed); };
+		double beam =
+		    at_end.log_likelihood + model_.through_wall * counted(walls) + model_.unknown_metre * counted(unknown);
 		if (at_end.end == End::kWall) beam += model_.log_range * static_cast<double>(log_range);
 		const bool through = walls > 0;
 		const bool short_of_wall = at_end.end == End::kOffWall && !through;
@@ -67,13 +71,21 @@ class Sum
 	int returns_ = 0, explained_ = 0;
 	bool was_short_ = false, was_unknown_ = false, was_through_ = false;
 };
+
+/// Where a return ends [m, map frame]; `c` and `s` are of the sensor's yaw.
+std::pair<double, double> end_of(
+    const Returns& returns, std::size_t i, const mrpt::math::TPose2D& sensor, float c, float s)
+{
+	const float x = (c * returns.unit_x[i] - s * returns.unit_y[i]) * returns.range[i];
+	const float y = (s * returns.unit_x[i] + c * returns.unit_y[i]) * returns.range[i];
+	return {sensor.x + static_cast<double>(x), sensor.y + static_cast<double>(y)};
+}
 }  // namespace
 
 Score score(
     const BeamTracer& tracer, const DistanceField& field, const Rays& rays, const mrpt::math::TPose2D& sensor,
     const BeamModel& model)
 {
-	constexpr double kModelBeam = M_PI / 180;  // [rad]
 	thread_local TracedBeams traced;
 	const Returns& returns = rays.returns;
 	tracer.trace(returns, sensor, traced);
@@ -81,14 +93,36 @@ Score score(
 	const auto c = static_cast<float>(std::cos(sensor.phi)), s = static_cast<float>(std::sin(sensor.phi));
 	for (std::size_t i = 0; i < rays.log_range.size(); i++)
 	{
-		const float x = (c * returns.unit_x[i] - s * returns.unit_y[i]) * returns.range[i];
-		const float y = (s * returns.unit_x[i] + c * returns.unit_y[i]) * returns.range[i];
-		const Distance to_wall = field.at(sensor.x + static_cast<double>(x), sensor.y + static_cast<double>(y));
+		const auto [x, y] = end_of(returns, i, sensor, c, s);
+		const Distance to_wall = field.at(x, y);
 		if (rays.starts_run[i] != 0) sum.end_runs();
 		sum.add(
 		    classify_end(to_wall.value, static_cast<Cell>(traced.end[i]), model), traced.walls[i], traced.unknown[i],
 		    rays.log_range[i]);
 	}
 	return sum.result();
+}
+
+double most_log_likelihood(
+    const BeamTracer& tracer, const DistanceField& field, const Rays& rays, const mrpt::math::TPose2D& sensor,
+    const BeamModel& model)
+{
+	// as a rule nothing that is passed adds to a likelihood
+	const auto gain = [](double weight) { return std::max(0.0, weight); };
+	const double most_by_beam = kMostPassed * (gain(model.through_wall) + gain(model.unknown_metre));
+	const double most_by_run = gain(model.off_wall_run) + gain(model.unknown_run) + gain(model.through_wall_run);
+	const double beams = rays.spacing / kModelBeam;
+	thread_local TracedBeams ends;
+	tracer.locate_ends(rays.returns, sensor, ends);
+	double sum = 0;
+	const auto c = static_cast<float>(std::cos(sensor.phi)), s = static_cast<float>(std::sin(sensor.phi));
+	for (std::size_t i = 0; i < rays.log_range.size(); i++)
+	{
+		const auto [x, y] = end_of(rays.returns, i, sensor, c, s);
+		const BeamEnd at_end = classify_end(field.at(x, y).value, static_cast<Cell>(ends.end[i]), model);
+		const double by_range = at_end.end == End::kWall ? model.log_range * static_cast<double>(rays.log_range[i]) : 0;
+		sum += beams * (at_end.log_likelihood + by_range + most_by_beam) + most_by_run;
+	}
+	return sum;
 }
 }  // namespace d2s1r

@@ -6,17 +6,18 @@
 
 namespace d2s1r
 {
-/// Those of `poses` that a few beams find plausible, best score first: at most parameters.promising.
+/// Those of `poses` that a few beams find plausible, best score first: at most parameters.refinement.promising, none
+/// hopeless. Beams are followed only where their ends leave a chance.
 std::vector<RefinedPose> choose_promising(
     const BeamTracer& tracer, const DistanceField& field, const Rays& few, const std::vector<RefinedPose>& poses,
     const Parameters& parameters);
 
-/// Scores refined poses, gathers them into distinct places with probabilities, and says what the scan can tell.
+/// Scores refined poses, keeps the best of each place, and says what the scan can tell.
 ///
-/// A place's probability is its share of the likelihood of all places (soft maximum) times the probability that one of
-/// them is right at all (PresenceModel: a logistic regression on scans of eight buildings in their own and in other
-/// buildings' maps; what is left is the probability of "none of them").
-/// \return status, confidence and hypotheses (robot in map); times and relative entropy are the caller's
+/// A place's probability is its share of the likelihood of all places (soft maximum of their scores) times the
+/// probability that one of them is right at all (PresenceModel: a logistic regression on scans of eight buildings in
+/// their own and in other buildings' maps; what is left is the probability of "none of them"). \return status,
+/// confidence and hypotheses (robot in map); times and relative entropy are the caller's
 Localization decide(
     const BeamTracer& tracer, const DistanceField& field, const Scan& scan, const Rays& rays,
     const std::vector<RefinedPose>& poses, const Parameters& parameters);

@@ -57,7 +57,7 @@ struct CoarseSearchParameters
 	int truncation = 10;      //!< [step] greatest difference of companded ranges that counts
 	int second_look = 4000;   //!< [-] (position, yaw) pairs compared with all beams
 	int candidates = 800;     //!< [-] poses handed on
-	double hopeless = 36.0;   //!< [step] over the root of the beams: poses this much dearer than the best, dropped
+	double hopeless = 28.0;   //!< [step] over the root of the beams: poses this much dearer than the best, dropped
 	double distinct_distance = 0.36;  //!< [m] candidates closer than this
 	double distinct_yaw = 8.0;        //!< [deg] and this are one
 };
@@ -65,15 +65,15 @@ struct CoarseSearchParameters
 /// From candidate poses to poses that fit the map.
 struct RefinementParameters
 {
-	int scored = 300;             //!< [-] best fitting candidates that a few beams are scored at
-	double poor = 0.35;           //!< [-] candidates whose fit is this much below the best one's are dropped
-	int promising = 100;          //!< [-] best scoring of these, refined with all beams
-	double hopeless = 30.0;       //!< [nat] candidates this far below the best one are dropped
-	int forked = 30;              //!< [-] best fitting ones, tried again along the direction that the scan leaves open
-	double kernel = 0.08;         //!< [m] width of the robust kernel at the end
-	double cost_weight = 0.05;    //!< [1 / step] of the coarse cost beside the fit
-	double surface_offset = 0.2;  //!< [cell] standard deviation of where in their cells the walls have their surface
-	double range_noise = 0.03;    //!< [m] standard deviation of a range about the map, for the covariance
+	int scored = 300;        //!< [-] best fitting candidates that a few beams are scored at
+	double poor = 0.35;      //!< [-] candidates whose fit is this much below the best one's are dropped
+	int promising = 100;     //!< [-] best scoring of these, refined with all beams
+	double hopeless = 15.0;  //!< [nat] candidates this far below the best one are dropped
+	int forked = 30;         //!< [-] best fitting ones, looked beside of along the direction that the scan leaves open
+	double kernel = 0.08;    //!< [m] width of the robust kernel at the end
+	double cost_weight = 0.05;      //!< [1 / step] of the coarse cost beside the fit
+	double surface_offset = 0.2;    //!< [cell] standard deviation of where in their cells the walls have their surface
+	double range_noise = 0.03;      //!< [m] standard deviation of a range about the map, for the covariance
 	double beam_correlation = 9.0;  //!< [-] neighbouring beams that count as one measurement, for the covariance
 };
 
@@ -97,10 +97,10 @@ struct BeamModel
 /// hypotheses.h.
 struct PresenceModel
 {
-	double bias = -4.83;
-	double explained = 5.26;         //!< times the share of the returns that end at walls, at the best place
-	double log_likelihood = 0.0746;  //!< [1 / nat] times the log-likelihood of the scan there
-	double lead = 0.58;  //!< times -ln of the share of all likelihood that the other places have, at most 11.5
+	double bias = -6.2;
+	double explained = 6.4;         //!< times the share of the returns that end at walls, at the best place
+	double log_likelihood = 0.108;  //!< [1 / nat] times the log-likelihood of the scan there
+	double lead = 0.633;  //!< times -ln of the share of all likelihood that the other places have, at most 11.5
 };
 
 /// From refined poses to hypotheses.
@@ -110,7 +110,7 @@ struct ScoringParameters
 	double distinct_yaw = 10.0;      //!< [deg] and this are one
 	int hypotheses = 10;             //!< [-] most hypotheses in a result
 	double localized_above = 0.9;    //!< [probability] confidence of a localized frame
-	double rejected_below = 0.1;     //!< [probability] that one of the places found is right
+	double rejected_below = 0.05;    //!< [probability] that one of the places found is right
 	BeamModel beam_model;
 	PresenceModel presence_model;
 };

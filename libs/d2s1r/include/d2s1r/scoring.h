@@ -22,4 +22,10 @@ struct Score
 Score score(
     const BeamTracer& tracer, const DistanceField& field, const Rays& rays, const mrpt::math::TPose2D& sensor,
     const BeamModel& model);
+
+/// What the log-likelihood of score() cannot exceed [nat]: that of the ends of the beams, as if they had passed
+/// nothing.
+double most_log_likelihood(
+    const BeamTracer& tracer, const DistanceField& field, const Rays& rays, const mrpt::math::TPose2D& sensor,
+    const BeamModel& model);
 }  // namespace d2s1r
