@@ -55,7 +55,7 @@ struct CoarseSearchParameters
 	int directions = 120;     //!< [-] of a profile, and yaw shifts that are tried
 	double max_range = 30.0;  //!< [m] of a profile
 	int truncation = 10;      //!< [step] greatest difference of companded ranges that counts
-	int second_look = 4000;   //!< [-] (position, yaw) pairs compared with all beams
+	int second_look = 6000;   //!< [-] (position, yaw) pairs compared with all beams
 	int candidates = 800;     //!< [-] poses handed on
 	double hopeless = 28.0;   //!< [step] over the root of the beams: poses this much dearer than the best, dropped
 	double distinct_distance = 0.36;  //!< [m] candidates closer than this
@@ -110,7 +110,7 @@ struct ScoringParameters
 	double distinct_yaw = 10.0;      //!< [deg] and this are one
 	int hypotheses = 10;             //!< [-] most hypotheses in a result
 	double localized_above = 0.9;    //!< [probability] confidence of a localized frame
-	double rejected_below = 0.05;    //!< [probability] that one of the places found is right
+	double rejected_below = 0.03;    //!< [probability] that one of the places found is right
 	BeamModel beam_model;
 	PresenceModel presence_model;
 };
