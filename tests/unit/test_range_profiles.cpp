@@ -95,7 +95,9 @@ TEST_F(OnFloor, BlocksHoldTheSameRanges)
 	const auto directions = static_cast<std::size_t>(profiles_.directions);
 	ASSERT_NE(profiles_.size() % kBlock, 0U) << "the last block is to be a partial one";
 	const std::size_t rows = directions + RangeProfiles::kShifts - 1;
-	ASSERT_EQ(profiles_.by_block.size(), (profiles_.size() / kBlock + 1) * kBlock * rows);
+	ASSERT_EQ(profiles_.rows_of_block(), rows);
+	ASSERT_EQ(profiles_.by_block.size(), (profiles_.size() / kBlock + 1) * rows);
+	EXPECT_EQ(reinterpret_cast<std::uintptr_t>(profiles_.block(1)) % kBlock, 0U);
 	for (std::size_t i = 0; i < profiles_.size(); i++)
 		for (std::size_t row = 0; row < rows; row++)
 			ASSERT_EQ(

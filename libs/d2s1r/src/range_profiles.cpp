@@ -92,10 +92,9 @@ class ProfileWriter
 	/// \param ranges in `direction`, by sample
 	void write(std::size_t direction, const std::uint16_t* ranges)
 	{
-		const std::size_t rows = rows_of_block();
+		const std::size_t rows = profiles_.rows_of_block();
 		for (std::size_t i = 0; i < places_.size(); i++)
-			profiles_.by_block[(places_[i] / kBlock * rows + direction) * kBlock + places_[i] % kBlock] =
-			    step_of_[ranges[i]];
+			profiles_.by_block[places_[i] / kBlock * rows + direction].step[places_[i] % kBlock] = step_of_[ranges[i]];
 	}
 
 	/// When all directions are written: what is stored twice.
@@ -104,13 +103,13 @@ class ProfileWriter
 		const auto directions = static_cast<std::size_t>(profiles_.directions);
 		for (std::size_t first = 0; first < places_.size(); first += kBlock)
 		{
-			std::uint8_t* const block = profiles_.by_block.data() + first * rows_of_block();
-			for (std::size_t row = directions; row < rows_of_block(); row++)
-				std::copy_n(block + (row - directions) * kBlock, kBlock, block + row * kBlock);
+			const std::size_t rows = profiles_.rows_of_block();
+			RangeProfiles::Row* const block = &profiles_.by_block[first / kBlock * rows];
+			std::copy_n(block, rows - directions, block + directions);
 			for (std::size_t i = 0; i < std::min(kBlock, places_.size() - first); i++)
 			{
 				std::uint8_t* const row = profiles_.by_position.data() + (first + i) * 2 * directions;
-				for (std::size_t d = 0; d < directions; d++) row[d] = block[d * kBlock + i];
+				for (std::size_t d = 0; d < directions; d++) row[d] = block[d].step[i];
 				std::copy_n(row, directions, row + directions);
 			}
 		}
@@ -118,10 +117,6 @@ class ProfileWriter
 
    private:
 	static constexpr std::size_t kBlock = RangeProfiles::kBlock;
-	std::size_t rows_of_block() const
-	{
-		return static_cast<std::size_t>(profiles_.directions + RangeProfiles::kShifts - 1);
-	}
 
 	RangeProfiles& profiles_;
 	std::vector<std::size_t> places_;    //!< by sample
@@ -156,7 +151,7 @@ RangeProfiles make_range_profiles(
 	const auto directions = static_cast<std::size_t>(parameters.directions);
 	constexpr std::size_t kBlock = RangeProfiles::kBlock;
 	const std::size_t blocks = (samples.size() + kBlock - 1) / kBlock;
-	profiles.by_block.assign(blocks * kBlock * (directions + RangeProfiles::kShifts - 1), 0);
+	profiles.by_block.assign(blocks * profiles.rows_of_block(), {});
 	profiles.by_position.resize(samples.size() * directions * 2 + kBlock);
 	ProfileWriter writer(profiles, places, grid.cell_size);
 	sweep_ranges(

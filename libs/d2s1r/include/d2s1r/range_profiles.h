@@ -16,19 +16,24 @@ struct RangeProfiles
 	static constexpr int kShifts = 8;                 //!< [-] yaw shifts that a block is compared at together
 	static constexpr std::uint8_t kOutOfRange = 255;  //!< no obstacle within max_range
 
-	int directions = 0;                  //!< [-] direction i points at 2 pi i / directions, map frame
-	double max_range = 0;                //!< [m]
-	std::vector<float> x, y;             //!< [m] sample positions, map frame, along a curve that keeps neighbours near
-	std::vector<std::uint8_t> by_block;  //!< [step] (block, row, position in block): see block()
+	/// Of a block, what lies in one direction, by position [step]. As it is aligned no load of it spans two cache
+	/// lines.
+	struct alignas(kBlock) Row
+	{
+		std::array<std::uint8_t, kBlock> step;
+	};
+
+	int directions = 0;         //!< [-] direction i points at 2 pi i / directions, map frame
+	double max_range = 0;       //!< [m]
+	std::vector<float> x, y;    //!< [m] sample positions, map frame, along a curve that keeps neighbours near
+	std::vector<Row> by_block;  //!< (block, row): see block()
 	/// [step] (position, direction), each row twice in a row: shifts need no wrap. kBlock more may be read at the end.
 	std::vector<std::uint8_t> by_position;
 
 	std::size_t size() const { return x.size(); }
 	/// The rows of block `i`: one a direction, and the first kShifts - 1 again, so that groups of shifts need no wrap.
-	const std::uint8_t* block(std::size_t i) const
-	{
-		return by_block.data() + i * static_cast<std::size_t>(directions + kShifts - 1) * kBlock;
-	}
+	const std::uint8_t* block(std::size_t i) const { return by_block[i * rows_of_block()].step.data(); }
+	std::size_t rows_of_block() const { return static_cast<std::size_t>(directions + kShifts - 1); }
 	std::uint8_t compand(double range) const;  //!< [m] -> [step]
 };
 
