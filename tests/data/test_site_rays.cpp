@@ -41,21 +41,18 @@ TEST_P(SiteRays, NinetyNinePercentOfSweptRaysAreWithinACell)
 	const auto free = find_free_cells(grid, {});
 	std::vector<CellIndex> cells;
 	for (std::size_t i = 0; i < free.size(); i += 1 + free.size() / 5000) cells.push_back(free[i]);
-	Check occupied{RayCaster(grid, kMaxRange, false)}, unknown{RayCaster(grid, kMaxRange, true)};
-	sweep_ranges(
-	    grid, cells, kDirections, kMaxRange,
-	    [&](int direction, const std::uint16_t* to_occupied, const std::uint16_t* to_unknown)
-	    {
-		    const double angle = 2 * M_PI * direction / kDirections;
-		    for (std::size_t i = 0; i < cells.size(); i++)
+	for (const bool stop_at_unknown : {false, true})
+	{
+		Check check{RayCaster(grid, kMaxRange, stop_at_unknown)};
+		sweep_ranges(
+		    grid, cells, kDirections, kMaxRange, stop_at_unknown,
+		    [&](int direction, const std::uint16_t* ranges)
 		    {
-			    occupied.count(grid, cells[i], angle, to_occupied[i]);
-			    unknown.count(grid, cells[i], angle, to_unknown[i]);
-		    }
-	    });
-	const std::size_t rays = cells.size() * static_cast<std::size_t>(kDirections);
-	EXPECT_LT(occupied.off, rays / 100);
-	EXPECT_LT(unknown.off, rays / 100);
+			    const double angle = 2 * M_PI * direction / kDirections;
+			    for (std::size_t i = 0; i < cells.size(); i++) check.count(grid, cells[i], angle, ranges[i]);
+		    });
+		EXPECT_LT(check.off, cells.size() * static_cast<std::size_t>(kDirections) / 100) << stop_at_unknown;
+	}
 }
 
 INSTANTIATE_TEST_SUITE_P(

@@ -90,11 +90,12 @@ TEST_P(CoarseKernel, CheapPositionsOfABlockAreThoseOfPlainLoops)
 
 TEST_P(CoarseKernel, CostOfARowIsThatOfAPlainLoop)
 {
-	for (const std::size_t length : {std::size_t{64}, std::size_t{192}, std::size_t{768}})
+	for (const std::size_t length : {std::size_t{8}, std::size_t{64}, std::size_t{120}, std::size_t{720}})
 		for (const std::uint8_t truncation : {std::uint8_t{1}, std::uint8_t{10}, std::uint8_t{100}})
 		{
-			const Row row = random_row(random_, length + 5), step = random_row(random_, length);
-			Row mask(length);
+			constexpr std::size_t kBlock = RangeProfiles::kBlock;
+			const Row row = random_row(random_, length + 5 + kBlock), step = random_row(random_, length + kBlock);
+			Row mask(length + kBlock);
 			for (auto& value : mask) value = random_() % 2 == 0 ? 255 : 0;
 			for (const std::size_t shift : {std::size_t{0}, std::size_t{5}})  // rows start anywhere
 			{

@@ -55,8 +55,7 @@ class CoarseSearch : public testing::Test
 		{
 			const long turn = std::lround(static_cast<double>(beam.angle) / (2 * M_PI) * profiles_.directions) + shift;
 			const auto direction = static_cast<std::size_t>((turn + profiles_.directions) % profiles_.directions);
-			const int expected =
-			    profiles_.by_position[i * 2 * static_cast<std::size_t>(profiles_.directions) + direction];
+			const int expected = profiles_.by_position[i * static_cast<std::size_t>(profiles_.directions) + direction];
 			const int observed =
 			    beam.is_return ? profiles_.compand(static_cast<double>(beam.range)) : RangeProfiles::kOutOfRange;
 			sum += std::min(std::abs(expected - observed), parameters_.truncation);

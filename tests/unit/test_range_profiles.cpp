@@ -71,7 +71,7 @@ TEST_F(OnFloor, RangesAreExactToACell)
 {
 	const auto directions = static_cast<std::size_t>(profiles_.directions);
 	ASSERT_EQ(profiles_.directions, parameters_.directions);
-	ASSERT_EQ(profiles_.by_position.size(), profiles_.size() * 2 * directions + RangeProfiles::kBlock);
+	ASSERT_EQ(profiles_.by_position.size(), profiles_.size() * directions + RangeProfiles::kBlock);
 	std::size_t off = 0;
 	for (std::size_t i = 0; i < profiles_.size(); i++)
 		for (std::size_t d = 0; d < directions; d++)
@@ -80,8 +80,7 @@ TEST_F(OnFloor, RangesAreExactToACell)
 			const double exact = cast_exactly(
 			    grid_, static_cast<double>(profiles_.x[i]), static_cast<double>(profiles_.y[i]), angle,
 			    profiles_.max_range);
-			const std::uint8_t step = profiles_.by_position[i * 2 * directions + d];
-			EXPECT_EQ(step, profiles_.by_position[(i * 2 + 1) * directions + d]);
+			const std::uint8_t step = profiles_.by_position[i * directions + d];
 			const bool near = step >= profiles_.compand(std::max(0.0, exact - grid_.cell_size)) &&
 			                  step <= profiles_.compand(exact + grid_.cell_size);
 			off += near ? 0 : 1;
@@ -102,7 +101,7 @@ TEST_F(OnFloor, BlocksHoldTheSameRanges)
 		for (std::size_t row = 0; row < rows; row++)
 			ASSERT_EQ(
 			    profiles_.block(i / kBlock)[row * kBlock + i % kBlock],
-			    profiles_.by_position[i * 2 * directions + row % directions]);
+			    profiles_.by_position[i * directions + row % directions]);
 }
 
 TEST(RangeProfiles, ASquareOfAPowerOfTwoIsWalkedFromNeighbourToNeighbour)
@@ -130,8 +129,8 @@ TEST(RangeProfiles, WhereThereIsNoWallIsOutOfRange)
 	for (std::size_t i = 0; i < 3; i++)
 	{
 		for (const std::size_t d : {0U, 1U, 3U})
-			EXPECT_EQ(profiles.by_position[i * 8 + d], RangeProfiles::kOutOfRange) << i << " " << d;
-		leftwards.emplace_back(profiles.x[i], profiles.by_position[i * 8 + 2]);
+			EXPECT_EQ(profiles.by_position[i * 4 + d], RangeProfiles::kOutOfRange) << i << " " << d;
+		leftwards.emplace_back(profiles.x[i], profiles.by_position[i * 4 + 2]);
 	}
 	std::sort(leftwards.begin(), leftwards.end());
 	EXPECT_LT(leftwards[0].second, leftwards[1].second);

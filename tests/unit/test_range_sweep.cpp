@@ -20,14 +20,17 @@ struct Ranges
 Ranges sweep_all(const Grid& grid, const std::vector<CellIndex>& cells, int directions, double max_range)
 {
 	Ranges all;
-	sweep_ranges(
-	    grid, cells, directions, max_range,
-	    [&](int direction, const std::uint16_t* to_occupied, const std::uint16_t* to_unknown)
-	    {
-		    EXPECT_EQ(static_cast<std::size_t>(direction) * cells.size(), all.occupied.size());
-		    all.occupied.insert(all.occupied.end(), to_occupied, to_occupied + cells.size());
-		    all.unknown.insert(all.unknown.end(), to_unknown, to_unknown + cells.size());
-	    });
+	for (const bool stop_at_unknown : {false, true})
+	{
+		std::vector<std::uint16_t>& swept = stop_at_unknown ? all.unknown : all.occupied;
+		sweep_ranges(
+		    grid, cells, directions, max_range, stop_at_unknown,
+		    [&](int direction, const std::uint16_t* ranges)
+		    {
+			    EXPECT_EQ(static_cast<std::size_t>(direction) * cells.size(), swept.size());
+			    swept.insert(swept.end(), ranges, ranges + cells.size());
+		    });
+	}
 	return all;
 }
 

@@ -1,6 +1,8 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "coarse_kernel.h"
 
+#include <algorithm>
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "coarse_kernel.cpp"
 #include <hwy/foreach_target.h>
@@ -109,7 +111,9 @@ std::uint32_t row_cost_of_target(
 		const auto range = hn::LoadU(bytes, row + i);
 		const auto observed = hn::LoadU(bytes, step + i);
 		const auto difference = hn::Or(hn::SaturatedSub(range, observed), hn::SaturatedSub(observed, range));
-		sum = hn::Add(sum, hn::SumsOf8(hn::And(hn::Min(difference, most), hn::LoadU(bytes, mask + i))));
+		const auto counts =
+		    hn::IfThenElseZero(hn::FirstN(bytes, std::min(count - i, hn::Lanes(bytes))), hn::LoadU(bytes, mask + i));
+		sum = hn::Add(sum, hn::SumsOf8(hn::And(hn::Min(difference, most), counts)));
 	}
 	return static_cast<std::uint32_t>(hn::GetLane(hn::SumOfLanes(words, sum)));
 }

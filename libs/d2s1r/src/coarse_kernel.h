@@ -41,7 +41,8 @@ struct CheapShifts
 int find_cheap_shifts(
     const std::uint8_t* block, const CoarseLook& look, int shift, std::uint8_t most, CheapShifts& found);
 
-/// Sum over `count` (a multiple of 64) of min(truncation, |row[i] - step[i]|) where mask[i] is 255, 0 elsewhere.
+/// Sum over `count` of min(truncation, |row[i] - step[i]|) where mask[i] is 255, 0 elsewhere. RangeProfiles::kBlock
+/// more may be read at the end of each.
 std::uint32_t row_cost(
     const std::uint8_t* row, const std::uint8_t* step, const std::uint8_t* mask, std::size_t count,
     std::uint8_t truncation);

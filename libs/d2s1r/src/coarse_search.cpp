@@ -16,14 +16,15 @@ namespace
 /// The scan in the directions of the profiles: the beam nearest to each.
 struct CompandedScan
 {
-	std::vector<std::uint8_t> step, mask;  //!< by direction, zero-padded to a multiple of a block
-	std::vector<int> observed;             //!< directions with a beam
+	/// By direction, twice in a row and a block of zeros: turns need no wrap.
+	std::vector<std::uint8_t> step, mask;
+	std::vector<int> observed;  //!< directions with a beam
 };
 
 CompandedScan compand(const Scan& scan, const RangeProfiles& profiles)
 {
 	const int directions = profiles.directions;
-	const auto padded = static_cast<std::size_t>((directions + 63) / 64 * 64);
+	const auto padded = static_cast<std::size_t>(2 * directions + RangeProfiles::kBlock);
 	CompandedScan out{std::vector<std::uint8_t>(padded), std::vector<std::uint8_t>(padded), {}};
 	std::vector<float> nearest(static_cast<std::size_t>(directions), 0.5F);
 	for (const Beam& beam : scan.beams)
@@ -38,6 +39,7 @@ CompandedScan compand(const Scan& scan, const RangeProfiles& profiles)
 	}
 	for (int i = 0; i < directions; i++)
 		if (out.mask[static_cast<std::size_t>(i)] != 0) out.observed.push_back(i);
+	for (auto* row : {&out.step, &out.mask}) std::copy_n(row->begin(), directions, row->begin() + directions);
 	return out;
 }
 
@@ -143,11 +145,10 @@ void second_look(
 	const auto directions = static_cast<std::size_t>(profiles.directions);
 	for (Match& match : matches)
 	{
-		const std::uint8_t* row = profiles.by_position.data() +
-		                          static_cast<std::size_t>(match.position) * 2 * directions +
-		                          static_cast<std::size_t>(match.shift);
+		const std::uint8_t* row = profiles.by_position.data() + static_cast<std::size_t>(match.position) * directions;
+		const std::size_t turned = directions - static_cast<std::size_t>(match.shift);
 		match.cost = row_cost(
-		    row, scan.step.data(), scan.mask.data(), scan.step.size(),
+		    row, scan.step.data() + turned, scan.mask.data() + turned, directions,
 		    static_cast<std::uint8_t>(parameters.truncation));
 	}
 	thread_local std::vector<Match> storage;  // kept for the next query

@@ -61,8 +61,8 @@ std::uint32_t hilbert_index(std::uint32_t column, std::uint32_t row)
 	return index;
 }
 
-/// Where the samples go, neighbours near each other: so that the positions of a block fare alike.
-std::vector<std::size_t> places_along_curve(const Grid& grid, const std::vector<CellIndex>& samples, int side)
+/// The samples by place, neighbours near each other: so that the positions of a block fare alike.
+std::vector<std::size_t> order_along_curve(const Grid& grid, const std::vector<CellIndex>& samples, int side)
 {
 	std::vector<std::pair<std::uint32_t, std::size_t>> curve;
 	curve.reserve(samples.size());
@@ -73,17 +73,18 @@ std::vector<std::size_t> places_along_curve(const Grid& grid, const std::vector<
 		        static_cast<std::uint32_t>(cell / grid.width / side)),
 		    curve.size());
 	std::sort(curve.begin(), curve.end());
-	std::vector<std::size_t> places(samples.size());
-	for (std::size_t place = 0; place < curve.size(); place++) places[curve[place].second] = place;
-	return places;
+	std::vector<std::size_t> order;
+	order.reserve(samples.size());
+	for (const auto& [index, sample] : curve) order.push_back(sample);
+	return order;
 }
 
 /// Stores the swept ranges, in units of kRangeUnitsPerCell, as steps.
 class ProfileWriter
 {
    public:
-	ProfileWriter(RangeProfiles& profiles, std::vector<std::size_t> places, double cell_size)
-	    : profiles_(profiles), places_(std::move(places)), step_of_(65536, RangeProfiles::kOutOfRange)
+	ProfileWriter(RangeProfiles& profiles, std::vector<std::size_t> order, double cell_size)
+	    : profiles_(profiles), order_(std::move(order)), step_of_(65536, RangeProfiles::kOutOfRange)
 	{
 		for (std::size_t units = 0; units + 1 < step_of_.size(); units++)
 			step_of_[units] = profiles.compand(static_cast<double>(units) * cell_size / kRangeUnitsPerCell);
@@ -92,25 +93,28 @@ class ProfileWriter
 	/// \param ranges in `direction`, by sample
 	void write(std::size_t direction, const std::uint16_t* ranges)
 	{
-		const std::size_t rows = profiles_.rows_of_block();
-		for (std::size_t i = 0; i < places_.size(); i++)
-			profiles_.by_block[places_[i] / kBlock * rows + direction].step[places_[i] % kBlock] = step_of_[ranges[i]];
+		for (std::size_t first = 0, row = direction; first < order_.size(); first += kBlock)
+		{
+			const std::size_t count = std::min(kBlock, order_.size() - first);
+			auto& steps = profiles_.by_block[row].step;
+			for (std::size_t i = 0; i < count; i++) steps[i] = step_of_[ranges[order_[first + i]]];
+			row += profiles_.rows_of_block();
+		}
 	}
 
-	/// When all directions are written: what is stored twice.
+	/// When all directions are written: the same by position, and what blocks store twice.
 	void finish()
 	{
 		const auto directions = static_cast<std::size_t>(profiles_.directions);
-		for (std::size_t first = 0; first < places_.size(); first += kBlock)
+		for (std::size_t first = 0; first < order_.size(); first += kBlock)
 		{
 			const std::size_t rows = profiles_.rows_of_block();
 			RangeProfiles::Row* const block = &profiles_.by_block[first / kBlock * rows];
 			std::copy_n(block, rows - directions, block + directions);
-			for (std::size_t i = 0; i < std::min(kBlock, places_.size() - first); i++)
+			for (std::size_t i = 0; i < std::min(kBlock, order_.size() - first); i++)
 			{
-				std::uint8_t* const row = profiles_.by_position.data() + (first + i) * 2 * directions;
+				std::uint8_t* const row = profiles_.by_position.data() + (first + i) * directions;
 				for (std::size_t d = 0; d < directions; d++) row[d] = block[d].step[i];
-				std::copy_n(row, directions, row + directions);
 			}
 		}
 	}
@@ -119,7 +123,7 @@ class ProfileWriter
 	static constexpr std::size_t kBlock = RangeProfiles::kBlock;
 
 	RangeProfiles& profiles_;
-	std::vector<std::size_t> places_;    //!< by sample
+	std::vector<std::size_t> order_;     //!< samples by place
 	std::vector<std::uint8_t> step_of_;  //!< [step] by range
 };
 }  // namespace
@@ -136,7 +140,7 @@ RangeProfiles make_range_profiles(
 {
 	const int side = std::max(1, static_cast<int>(std::lround(parameters.spacing / grid.cell_size)));
 	const auto samples = one_a_square(grid, cells, side);
-	const auto places = places_along_curve(grid, samples, side);
+	const auto order = order_along_curve(grid, samples, side);
 
 	RangeProfiles profiles;
 	profiles.directions = parameters.directions;
@@ -145,19 +149,18 @@ RangeProfiles make_range_profiles(
 	profiles.y.resize(samples.size());
 	for (std::size_t i = 0; i < samples.size(); i++)
 	{
-		profiles.x[places[i]] = static_cast<float>(grid.center_x(samples[i]));
-		profiles.y[places[i]] = static_cast<float>(grid.center_y(samples[i]));
+		profiles.x[i] = static_cast<float>(grid.center_x(samples[order[i]]));
+		profiles.y[i] = static_cast<float>(grid.center_y(samples[order[i]]));
 	}
 	const auto directions = static_cast<std::size_t>(parameters.directions);
 	constexpr std::size_t kBlock = RangeProfiles::kBlock;
 	const std::size_t blocks = (samples.size() + kBlock - 1) / kBlock;
 	profiles.by_block.assign(blocks * profiles.rows_of_block(), {});
-	profiles.by_position.resize(samples.size() * directions * 2 + kBlock);
-	ProfileWriter writer(profiles, places, grid.cell_size);
+	profiles.by_position.resize(samples.size() * directions + kBlock);
+	ProfileWriter writer(profiles, order, grid.cell_size);
 	sweep_ranges(
-	    grid, samples, parameters.directions, parameters.max_range,
-	    [&](int direction, const std::uint16_t* to_occupied, const std::uint16_t*)
-	    { writer.write(static_cast<std::size_t>(direction), to_occupied); });
+	    grid, samples, parameters.directions, parameters.max_range, false,
+	    [&](int direction, const std::uint16_t* ranges) { writer.write(static_cast<std::size_t>(direction), ranges); });
 	writer.finish();
 	return profiles;
 }

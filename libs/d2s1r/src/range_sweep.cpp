@@ -17,21 +17,20 @@ void permute(
 }  // namespace
 
 void sweep_ranges(
-    const Grid& grid, const std::vector<CellIndex>& cells, int directions, double max_range, const RangeSink& sink)
+    const Grid& grid, const std::vector<CellIndex>& cells, int directions, double max_range, bool stop_at_unknown,
+    const RangeSink& sink)
 {
 	const int limit = max_range_units(grid, max_range);
 	const SweepLayout layout = make_sweep_layout(grid, cells);
-	std::vector<std::uint16_t> occupied(cells.size()), unknown(cells.size()), by_column(cells.size()), hits;
+	std::vector<std::uint16_t> ranges(cells.size()), by_column(cells.size()), hits;
 	for (int i = 0; i < directions; i++)
 	{
 		const SweepDirection direction(2 * M_PI * i / directions);
 		const SweepLines& lines = direction.along_x ? layout.along_x : layout.along_y;
-		for (auto [obstacles, ranges] : {std::pair{&lines.occupied, &occupied}, {&lines.unknown_or_occupied, &unknown}})
-		{
-			sweep(lines, *obstacles, direction, limit, hits, direction.along_x ? by_column.data() : ranges->data());
-			if (direction.along_x) permute(by_column, layout.rank_along_x, *ranges);
-		}
-		sink(i, occupied.data(), unknown.data());
+		const ColumnRuns& obstacles = stop_at_unknown ? lines.unknown_or_occupied : lines.occupied;
+		sweep(lines, obstacles, direction, limit, hits, direction.along_x ? by_column.data() : ranges.data());
+		if (direction.along_x) permute(by_column, layout.rank_along_x, ranges);
+		sink(i, ranges.data());
 	}
 }
 }  // namespace d2s1r

@@ -27,7 +27,7 @@ struct RangeProfiles
 	double max_range = 0;       //!< [m]
 	std::vector<float> x, y;    //!< [m] sample positions, map frame, along a curve that keeps neighbours near
 	std::vector<Row> by_block;  //!< (block, row): see block()
-	/// [step] (position, direction), each row twice in a row: shifts need no wrap. kBlock more may be read at the end.
+	/// [step] (position, direction). kBlock more may be read at the end.
 	std::vector<std::uint8_t> by_position;
 
 	std::size_t size() const { return x.size(); }

@@ -14,9 +14,8 @@ inline constexpr int kRangeUnitsPerCell = 16;
 inline constexpr std::uint16_t kNoObstacle = 65535;
 
 /// Called once a direction, with the ranges from cells[0], cells[1], ... in units of cell_size / kRangeUnitsPerCell,
-/// kNoObstacle where there is no obstacle within range. The pointers are valid during the call only.
-using RangeSink =
-    std::function<void(int direction, const std::uint16_t* to_occupied, const std::uint16_t* to_unknown_or_occupied)>;
+/// kNoObstacle where there is no obstacle within range. The pointer is valid during the call only.
+using RangeSink = std::function<void(int direction, const std::uint16_t* ranges)>;
 
 /// Ranges from the centre of every cell in `cells` along `directions` equally spaced directions (direction i points at
 /// 2 pi i / directions, counter-clockwise from x), one sweep over the grid a direction: the last obstacle seen is
@@ -24,7 +23,9 @@ using RangeSink =
 /// RayCaster's exact range.
 /// \param cells free ones, increasing
 /// \param max_range [m] at most 4000 cells
+/// \param stop_at_unknown rays end at unknown cells, too
 /// \throws std::invalid_argument if max_range is above that
 void sweep_ranges(
-    const Grid& grid, const std::vector<CellIndex>& cells, int directions, double max_range, const RangeSink& sink);
+    const Grid& grid, const std::vector<CellIndex>& cells, int directions, double max_range, bool stop_at_unknown,
+    const RangeSink& sink);
 }  // namespace d2s1r
