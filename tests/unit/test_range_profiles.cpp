@@ -18,7 +18,7 @@ class OnFloor : public testing::Test
    protected:
 	const Grid grid_ = make_floor();
 	const std::vector<CellIndex> cells_ = find_free_cells(grid_, {});
-	const CoarseSearchParameters parameters_;
+	const CoarseSearchParameters parameters_{};
 	const RangeProfiles profiles_ = make_range_profiles(grid_, cells_, parameters_);
 
 	/// Which square of `spacing` a position lies in.
