@@ -41,7 +41,7 @@ void load_plugins(const Flags& flags)
 
 CFusionBackend::Ptr find_fusion_backend()
 {
-	const auto backend = std::dynamic_pointer_cast<CFusionBackend>(mrpt::rtti::classFactory(kFusionClass));
+	auto backend = std::dynamic_pointer_cast<CFusionBackend>(mrpt::rtti::classFactory(kFusionClass));
 	if (!backend)
 		throw UserError(
 		    kWrongUse, "--fuse",

@@ -12,14 +12,14 @@ namespace d2s1r::app
 {
 namespace
 {
-template <std::size_t size>
-std::array<unsigned char, size> last_bytes(const std::string& path)
+template <std::size_t N>
+std::array<unsigned char, N> last_bytes(const std::string& path)
 {
-	std::array<unsigned char, size> bytes{};
+	std::array<unsigned char, N> bytes{};
 	std::ifstream in(path, std::ios::binary);
-	in.seekg(-static_cast<std::streamoff>(size), std::ios::end);
-	in.read(reinterpret_cast<char*>(bytes.data()), size);
-	return in ? bytes : std::array<unsigned char, size>{};
+	in.seekg(-static_cast<std::streamoff>(N), std::ios::end);
+	in.read(reinterpret_cast<char*>(bytes.data()), N);
+	return in ? bytes : std::array<unsigned char, N>{};
 }
 }  // namespace
 

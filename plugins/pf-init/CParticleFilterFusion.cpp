@@ -95,7 +95,7 @@ bool CParticleFilterFusion::seed(const Localization& localization)
 CPosePDFGaussian CParticleFilterFusion::motion_to(const FusionInput& input) const
 {
 	const auto odometry = parameters_.motion == MotionSource::kPseudo ? std::nullopt : input.odometry;
-	const auto predicted = pf::predict_motion(odometry, last_motion_, tuning.motion);
+	auto predicted = pf::predict_motion(odometry, last_motion_, tuning.motion);
 	if (parameters_.motion == MotionSource::kOdometry) return predicted;
 	const auto weights = pf::normalized_weights(particles_);
 	const auto support = [&](const Hypothesis& hypothesis)

@@ -6,7 +6,6 @@
 #include <mrpt/obs/CObservationOdometry.h>
 
 using namespace d2s1r::test;
-namespace fs = std::filesystem;
 
 class AppQueries : public AppTest
 {

@@ -38,7 +38,7 @@ class Reproduce : public AppTest
 
 	ProcessResult reproduce(const Words& more = {}) const
 	{
-		Words words = {kPython,    D2S1R_SOURCE_DIR "/share/d2s1r/experiments/reproduce.py",
+		Words words = {kPython,    std::string(D2S1R_SOURCE_DIR) + "/share/d2s1r/experiments/reproduce.py",
 		               "--build",  D2S1R_BUILD_DIR,
 		               "--data",   path("data"),
 		               "--output", path("results")};

@@ -52,8 +52,10 @@ Walk walk_along(const Grid& grid, double x, double y, double angle, double range
 	constexpr double kStep = kCell / 50;
 	Walk walk;
 	bool in_wall = false;
-	for (double t = 0.5 * kStep; t < range; t += kStep)
+	const int steps = static_cast<int>(std::ceil(range / kStep - 0.5));
+	for (int i = 0; i < steps; i++)
 	{
+		const double t = (i + 0.5) * kStep;
 		const int u = static_cast<int>(std::floor((x + std::cos(angle) * t - grid.origin_x) / kCell));
 		const int v = static_cast<int>(std::floor((y + std::sin(angle) * t - grid.origin_y) / kCell));
 		const Cell cell = grid.contains(u, v) ? grid.at(u, v) : Cell::kUnknown;

@@ -59,13 +59,13 @@ bool ScanAccumulator::add_to(Circle& circle, const View& view) const
 			fresh.push_back({wrapped(direction), static_cast<float>(std::hypot(x, y)), beam.is_return});
 	}
 	const double spacing = view.scan.field_of_view / static_cast<double>(view.scan.beams.size());
-	const double parts = std::ceil(spacing * directions_ / (2 * M_PI));
+	const int parts = std::max(1, static_cast<int>(std::ceil(spacing * directions_ / (2 * M_PI))));
 	for (const Beam& beam : fresh)
 	{
 		circle.beams.push_back(beam);
-		for (double part = 0; part <= parts; part++)
+		for (int part = 0; part <= parts; part++)
 		{
-			const double off = (part / parts - 0.5) * spacing;
+			const double off = (static_cast<double>(part) / parts - 0.5) * spacing;
 			circle.looked[direction_of(static_cast<double>(beam.angle) + off)] = true;
 		}
 	}
