@@ -39,8 +39,9 @@ TEST(RangeProfiles, StepsAreFineNearTheSensorAndCoarseFarFromIt)
 	EXPECT_LT(profiles.compand(29.99), RangeProfiles::kOutOfRange);
 	EXPECT_EQ(profiles.compand(30), RangeProfiles::kOutOfRange);
 	EXPECT_EQ(profiles.compand(81.9), RangeProfiles::kOutOfRange);
-	for (double range = 0; range < 30; range += 0.01)
+	for (int centimetre = 0; centimetre < 3000; centimetre++)
 	{
+		const double range = centimetre / 100.0;
 		EXPECT_LE(profiles.compand(range), profiles.compand(range + 0.01)) << range;
 		const double size = range < 1 ? 0.05 : 0.5;  // [m] two steps at most
 		EXPECT_LE(profiles.compand(range + size) - profiles.compand(range), range < 1 ? 3 : 25) << range;
