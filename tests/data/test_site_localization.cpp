@@ -102,20 +102,20 @@ TEST_P(SiteLocalization, FindsThePlace)
 INSTANTIATE_TEST_SUITE_P(
     Real, SiteLocalization,
     testing::Values(
-        Expectation{"intel", "map_test.yaml", "test", "default", 100, 0.3, 0.82, 0.9},
-        Expectation{"fr079", "map_test.yaml", "test", "default", 100, 0.3, 0.87, 0.9},
-        Expectation{"mit_csail", "map_test.yaml", "test", "default", 100, 0.3, 0.90, 0.9},
-        Expectation{"mit_killian", "map_test.yaml", "test", "default", 100, 0.3, 0.85, 0.9}),
+        Expectation{"intel", "map_test.yaml", "test", "default", 100, 0.3, 0.90, 0.97},
+        Expectation{"fr079", "map_test.yaml", "test", "default", 100, 0.3, 0.92, 0.97},
+        Expectation{"mit_csail", "map_test.yaml", "test", "default", 100, 0.3, 0.95, 0.97},
+        Expectation{"mit_killian", "map_test.yaml", "test", "default", 100, 0.3, 0.88, 0.97}),
     [](const auto& run) { return std::string(run.param.site); });
 
 INSTANTIATE_TEST_SUITE_P(
     Simulated, SiteLocalization,
     testing::Values(
-        Expectation{"intel", "map.yaml", "sim360_off", "default", 100, 0.2, 0.97, 0.97},
-        Expectation{"intel", "map.yaml", "sim270_off", "default", 100, 0.2, 0.97, 0.97},
-        Expectation{"mit_csail", "map.yaml", "sim270_off", "default", 100, 0.2, 0.97, 0.97},
-        Expectation{"mit_csail", "map.yaml", "sim360_clutter", "default", 100, 0.2, 0.90, 0.95},
-        Expectation{"willow_garage_005", "map.yaml", "sim360_clutter", "default", 100, 0.2, 0.90, 0.95}),
+        Expectation{"intel", "map.yaml", "sim360_off", "default", 100, 0.2, 0.99, 0.99},
+        Expectation{"intel", "map.yaml", "sim270_off", "default", 100, 0.2, 0.98, 0.98},
+        Expectation{"mit_csail", "map.yaml", "sim270_off", "default", 100, 0.2, 0.98, 0.98},
+        Expectation{"mit_csail", "map.yaml", "sim360_clutter", "default", 100, 0.2, 0.96, 0.98},
+        Expectation{"willow_garage_005", "map.yaml", "sim360_clutter", "default", 100, 0.2, 0.96, 0.98}),
     [](const auto& run) { return std::string(run.param.site) + "_" + run.param.set; });
 
 INSTANTIATE_TEST_SUITE_P(
