@@ -36,7 +36,7 @@ void localizer_ready(::benchmark::State& state, const std::string& site)
 {
 	if (!is_there(state, site)) return;
 	const auto map = site_map(site);
-	for (auto _ : state)
+	for ([[maybe_unused]] auto _ : state)
 	{
 		const Localizer localizer(map, Parameters{});
 		::benchmark::DoNotOptimize(&localizer);
@@ -50,7 +50,7 @@ void localize(::benchmark::State& state, const std::string& site, const std::str
 	const Localizer localizer(site_map(site, map_for(set)), parameters);
 	const auto queries = site_queries(site, set, parameters.scan);
 	std::size_t i = 0, successes = 0;
-	for (auto _ : state)
+	for ([[maybe_unused]] auto _ : state)
 	{
 		const Query& query = queries[i++ * 7 % queries.size()];
 		const Localization result = localizer.localize(query.scan);
@@ -86,7 +86,7 @@ void coarse(::benchmark::State& state, const std::string& site)
 	if (!is_there(state, site)) return;
 	const Stages stages(site);
 	std::size_t i = 0;
-	for (auto _ : state)
+	for ([[maybe_unused]] auto _ : state)
 		::benchmark::DoNotOptimize(coarse_search(stages.profiles, stages.scan(i++), stages.parameters.coarse_search));
 	state.counters["positions"] = static_cast<double>(stages.profiles.size());
 }
@@ -97,7 +97,7 @@ void refine_and_decide(::benchmark::State& state, const std::string& site, bool 
 	constexpr double kDegree = M_PI / 180;
 	const Stages stages(site);
 	std::size_t i = 0;
-	for (auto _ : state)
+	for ([[maybe_unused]] auto _ : state)
 	{
 		state.PauseTiming();
 		const Scan& scan = stages.scan(i++);

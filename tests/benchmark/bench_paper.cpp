@@ -50,7 +50,7 @@ void count_signatures(::benchmark::State& state, const std::string& name)
 {
 	const Site* site = load(state, name);
 	if (!site) return;
-	for (auto _ : state)
+	for ([[maybe_unused]] auto _ : state)
 		::benchmark::DoNotOptimize(d2s1r::count_signatures(site->grid, site->cells, site->parameters).counts.data());
 	const double rays = 360.0 * static_cast<double>(site->cells.size()) * static_cast<double>(state.iterations());
 	state.counters["s_per_ray"] =
@@ -61,7 +61,7 @@ void build_index(::benchmark::State& state, const std::string& name)
 {
 	const Site* site = load(state, name);
 	if (!site) return;
-	for (auto _ : state)
+	for ([[maybe_unused]] auto _ : state)
 	{
 		const SignatureIndex index(site->grid, site->cells, site->parameters);
 		::benchmark::DoNotOptimize(&index);
@@ -75,7 +75,7 @@ void retrieve(::benchmark::State& state, const std::string& name)
 	Signature signature;
 	std::vector<NearestCell> cells;
 	std::size_t i = 0;
-	for (auto _ : state)
+	for ([[maybe_unused]] auto _ : state)
 	{
 		make_signature(site->queries[i++ % site->queries.size()].scan, site->parameters.paper, signature);
 		site->index.nearest(signature, 10, cells);
@@ -89,7 +89,8 @@ void register_one_candidate(::benchmark::State& state, const std::string& name)
 	const ResampledScan scan = resample(site->queries[0].scan, site->parameters.paper);
 	const auto cell = site->cells[site->cells.size() / 2];
 	const auto ranges = site->caster.scan(site->grid.center_x(cell), site->grid.center_y(cell), 360);
-	for (auto _ : state) ::benchmark::DoNotOptimize(register_yaw(scan, ranges, site->parameters.paper));
+	for ([[maybe_unused]] auto _ : state)
+		::benchmark::DoNotOptimize(register_yaw(scan, ranges, site->parameters.paper));
 }
 
 void query(::benchmark::State& state, const std::string& name)
@@ -97,7 +98,7 @@ void query(::benchmark::State& state, const std::string& name)
 	const Site* site = load(state, name);
 	if (!site) return;
 	std::size_t i = 0, successes = 0;
-	for (auto _ : state)
+	for ([[maybe_unused]] auto _ : state)
 	{
 		const Query& q = site->queries[i++ % site->queries.size()];
 		const auto result = localize_paper(q.scan, site->grid, site->index, site->caster, site->parameters.paper);
@@ -115,7 +116,7 @@ void literal_query(::benchmark::State& state, const std::string& name)
 	if (of != name)
 		literal = std::make_unique<const LiteralLocalizer>(site->grid, site->caster, site->cells), of = name;
 	std::size_t i = 0, successes = 0;
-	for (auto _ : state)
+	for ([[maybe_unused]] auto _ : state)
 	{
 		const Query& q = site->queries[i++ % site->queries.size()];
 		successes += is_success(literal->localize(q.scan), q.truth) ? 1 : 0;

@@ -50,7 +50,7 @@ void sweep_all_free_cells(::benchmark::State& state)
 	const Site* the = site(state);
 	if (!the) return;
 	const int directions = 180;
-	for (auto _ : state)
+	for ([[maybe_unused]] auto _ : state)
 		sweep_ranges(
 		    the->grid, the->cells, directions, kMaxRange, false,
 		    [](int, const std::uint16_t* ranges) { ::benchmark::DoNotOptimize(ranges); });
@@ -66,7 +66,7 @@ void virtual_scan_360(::benchmark::State& state)
 	const std::vector<CellIndex> cells = some_cells(*the, 1000);
 	std::vector<float> ranges;
 	std::size_t i = 0;
-	for (auto _ : state)
+	for ([[maybe_unused]] auto _ : state)
 	{
 		const CellIndex cell = cells[i++ % cells.size()];
 		caster.scan(the->grid.center_x(cell), the->grid.center_y(cell), 360, ranges);
@@ -83,7 +83,7 @@ void single_exact_ray(::benchmark::State& state)
 	static const RayCaster caster(the->grid, kMaxRange, false);
 	const std::vector<CellIndex> cells = some_cells(*the, 1000);
 	std::size_t i = 0;
-	for (auto _ : state)
+	for ([[maybe_unused]] auto _ : state)
 	{
 		const CellIndex cell = cells[i % cells.size()];
 		::benchmark::DoNotOptimize(
@@ -99,7 +99,7 @@ void literal_cell_by_cell(::benchmark::State& state)
 	if (!the) return;
 	const std::vector<CellIndex> cells = some_cells(*the, 1000);
 	std::size_t i = 0;
-	for (auto _ : state)
+	for ([[maybe_unused]] auto _ : state)
 	{
 		const CellIndex cell = cells[i % cells.size()];
 		::benchmark::DoNotOptimize(test::cast_exactly(
@@ -120,7 +120,7 @@ void mrpt_laser_scan_simulator(::benchmark::State& state)
 	scan.aperture = static_cast<float>(2 * M_PI * 359 / 360);
 	scan.maxRange = static_cast<float>(kMaxRange);
 	std::size_t i = 0;
-	for (auto _ : state)
+	for ([[maybe_unused]] auto _ : state)
 	{
 		const CellIndex cell = cells[i++ % cells.size()];
 		const mrpt::poses::CPose2D pose(the->grid.center_x(cell), the->grid.center_y(cell), 0);

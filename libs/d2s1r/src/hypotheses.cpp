@@ -1,9 +1,10 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include <d2s1r/hypotheses.h>
-#include <mrpt/math/wrap2pi.h>
 
 #include <algorithm>
 #include <cmath>
+
+#include "distinct_poses.h"
 
 namespace d2s1r
 {
@@ -24,17 +25,12 @@ std::vector<Scored> distinct_places(std::vector<Scored> poses, const ScoringPara
 	std::stable_sort(
 	    poses.begin(), poses.end(),
 	    [](const Scored& a, const Scored& b) { return a.score.log_likelihood > b.score.log_likelihood; });
+	DistinctPoses distinct(parameters.distinct_distance, parameters.distinct_yaw * M_PI / 180);
 	std::vector<Scored> places;
 	for (Scored& pose : poses)
 	{
 		pose.weight = std::exp(pose.score.log_likelihood - poses.front().score.log_likelihood);
-		const auto same = [&](const Scored& place)
-		{
-			return std::hypot(pose.pose.x - place.pose.x, pose.pose.y - place.pose.y) < parameters.distinct_distance &&
-			       std::abs(mrpt::math::wrapToPi(pose.pose.phi - place.pose.phi)) <
-			           parameters.distinct_yaw * M_PI / 180;
-		};
-		if (std::none_of(places.begin(), places.end(), same)) places.push_back(pose);
+		if (distinct.add(pose.pose)) places.push_back(pose);
 	}
 	return places;
 }

@@ -132,7 +132,6 @@ std::vector<RefinedPose> refine(
 	for (std::size_t i = 0; i < forked; i++)
 	{
 		const TPose2D start = poses[i].pose;
-		const double least = poses[i].fit;
 		const Eigen::Vector2d open = open_direction(field, rays, start, kernel);
 		for (const double offset : {-0.3, -0.2, -0.1, 0.1, 0.2, 0.3})
 		{
@@ -140,7 +139,8 @@ std::vector<RefinedPose> refine(
 			TPose2D pose = start;
 			pose.x += offset * open.x(), pose.y += offset * open.y();
 			pose = descend(field, rays, pose, kernels);
-			if (const double fit = fit_of(field, rays, pose, 0.6 * kernel); fit > least) poses.push_back({pose, fit});
+			if (const double fit = fit_of(field, rays, pose, 0.6 * kernel); fit > poses[i].fit)
+				poses.push_back({pose, fit});
 		}
 	}
 	const std::size_t all = poses.size();

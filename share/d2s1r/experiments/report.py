@@ -7,8 +7,9 @@ import tables
 
 INTRODUCTION = """# Results
 
-{version}, {date}: `share/d2s1r/experiments/reproduce.py`, {minutes:.0f} minutes, {jobs} programs of one thread at a time
-on {machine}. At most {frames} scans of a set and {sweep} for a point of a curve, evenly spread over the set.
+{version}, {date}: `share/d2s1r/experiments/reproduce.py --frames {frames} --sweep-frames {sweep}`, {minutes:.0f} minutes, {jobs}
+programs of one thread at a time on {machine}. At most {frames} scans of a set and {sweep} for a point of a curve, evenly
+spread over the set.
 
 `paper` is `config/paper.ini`, the published method; `default` is `config/default.ini`. Sets of a site: `sim360_on`
 simulated on the mapping path, full circle; `sim360_off` anywhere reachable; `sim360_clutter` with people in the view;

@@ -16,8 +16,8 @@ std::vector<RefinedPose> choose_promising(
 ///
 /// A place's probability is its share of the likelihood of all places (soft maximum of their scores) times the
 /// probability that one of them is right at all (PresenceModel: a logistic regression on scans of eight buildings in
-/// their own and in other buildings' maps; what is left is the probability of "none of them"). \return status,
-/// confidence and hypotheses (robot in map); times and relative entropy are the caller's
+/// their own and in other buildings' maps; what is left is the probability of none of them).
+/// \return status, confidence and hypotheses (robot in map); times and relative entropy are the caller's
 Localization decide(
     const BeamTracer& tracer, const DistanceField& field, const Scan& scan, const Rays& rays,
     const std::vector<RefinedPose>& poses, const Parameters& parameters);

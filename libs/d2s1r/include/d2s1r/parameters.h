@@ -65,12 +65,12 @@ struct CoarseSearchParameters
 /// From candidate poses to poses that fit the map.
 struct RefinementParameters
 {
-	int scored = 300;        //!< [-] best fitting candidates that a few beams are scored at
-	double poor = 0.35;      //!< [-] candidates whose fit is this much below the best one's are dropped
-	int promising = 100;     //!< [-] best scoring of these, refined with all beams
-	double hopeless = 15.0;  //!< [nat] candidates this far below the best one are dropped
-	int forked = 30;         //!< [-] best fitting ones, looked beside of along the direction that the scan leaves open
-	double kernel = 0.08;    //!< [m] width of the robust kernel at the end
+	int scored = 300;               //!< [-] best fitting candidates that a few beams are scored at
+	double poor = 0.35;             //!< [-] candidates whose fit is this much below the best one's are dropped
+	int promising = 100;            //!< [-] best scoring of these, refined with all beams
+	double hopeless = 15.0;         //!< [nat] candidates this far below the best one are dropped
+	int forked = 30;                //!< [-] best fitting ones, also tried to both sides where the scan leaves them open
+	double kernel = 0.08;           //!< [m] width of the robust kernel at the end
 	double cost_weight = 0.05;      //!< [1 / step] of the coarse cost beside the fit
 	double surface_offset = 0.2;    //!< [cell] standard deviation of where in their cells the walls have their surface
 	double range_noise = 0.03;      //!< [m] standard deviation of a range about the map, for the covariance
@@ -192,7 +192,7 @@ void visit_parameters(P& p, Visitor&& visit)
 	visit("refinement", "poor", refinement.poor, 0.0, 100.0, "[-] of fit below the best candidate, dropped");
 	visit("refinement", "promising", refinement.promising, 1, 100000, "[-] of these, refined with all beams");
 	visit("refinement", "hopeless", refinement.hopeless, 0.0, 1e6, "[nat] below the best candidate, dropped");
-	visit("refinement", "forked", refinement.forked, 0, 100000, "[-] of these, tried again along the open direction");
+	visit("refinement", "forked", refinement.forked, 0, 100000, "[-] of these, also tried to both sides where open");
 	visit("refinement", "kernel", refinement.kernel, 0.001, 1.0, "[m] width of the robust kernel at the end");
 	visit(
 	    "refinement", "cost_weight", refinement.cost_weight, 0.0, 10.0, "[1 / step] of the coarse cost beside the fit");
