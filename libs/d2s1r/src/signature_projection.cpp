@@ -22,7 +22,7 @@ Eigen::MatrixXd covariance_of(const SignatureCounts& counts)
 		const Eigen::VectorXd signature =
 		    Eigen::Map<const Eigen::Matrix<std::uint8_t, Eigen::Dynamic, 1>>(counts.of(cell), counts.bins)
 		        .cast<double>();
-		products.selfadjointView<Eigen::Lower>().rankUpdate(signature);
+		products.noalias() += signature * signature.transpose();
 		sum += signature;
 	}
 	return products / n - sum * sum.transpose() / (n * n);
