@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdlib>
 #include <random>
 
@@ -29,6 +30,14 @@ int difference(std::uint8_t a, std::uint8_t b, int truncation)
 	return std::min(std::abs(int{a} - int{b}), truncation);
 }
 
+/// As in the overview, whose steps are half as many.
+Row random_half_row(std::mt19937& random, std::size_t length)
+{
+	Row row = random_row(random, length);
+	for (auto& value : row) value /= 2;
+	return row;
+}
+
 class CoarseKernel : public testing::TestWithParam<std::int64_t>
 {
    protected:
@@ -37,7 +46,7 @@ class CoarseKernel : public testing::TestWithParam<std::int64_t>
 };
 }  // namespace
 
-TEST_P(CoarseKernel, CheapPositionsOfABlockAreThoseOfPlainLoops)
+TEST_P(CoarseKernel, CheapGroupsOfABlockAreThoseOfPlainLoops)
 {
 	constexpr int kBlock = RangeProfiles::kBlock, kShifts = RangeProfiles::kShifts;
 	for (const int directions : {8, 30, 120})
@@ -45,11 +54,11 @@ TEST_P(CoarseKernel, CheapPositionsOfABlockAreThoseOfPlainLoops)
 			for (const int truncation : {1, 4, 10})
 			{
 				const auto rows = static_cast<std::size_t>(directions);
-				Row block = random_row(random_, rows * kBlock);
+				Row block = random_half_row(random_, rows * kBlock);
 				block.insert(block.end(), block.begin(), block.begin() + (kShifts - 1) * kBlock);
 				std::vector<CoarseBeam> beams;
 				for (std::size_t b = 0; b < count; b++)
-					beams.push_back({static_cast<int>(random_() % rows), random_row(random_, 1).front()});
+					beams.push_back({static_cast<int>(random_() % rows), random_half_row(random_, 1).front()});
 				const auto cost_of = [&](int shift, int position)
 				{
 					int cost = 0;
@@ -61,12 +70,7 @@ TEST_P(CoarseKernel, CheapPositionsOfABlockAreThoseOfPlainLoops)
 				};
 				const int least = cost_of(directions / 2, 5);  // some positions are to be cheap, not all
 				const int most = std::min(least + 2, 255);
-				const auto others = std::partition(
-				    beams.begin(), beams.end(),
-				    [&](const CoarseBeam& beam) { return beam.step >= truncation && beam.step <= 255 - truncation; });
-				const CoarseLook look{
-				    beams.data(), static_cast<std::size_t>(others - beams.begin()), count, directions,
-				    static_cast<std::uint8_t>(truncation)};
+				const CoarseLook look{beams.data(), count, directions, static_cast<std::uint8_t>(truncation)};
 				int next = 0;
 				CheapShifts found{};
 				for (int group = 0; group < directions; group += kShifts)
@@ -88,22 +92,28 @@ TEST_P(CoarseKernel, CheapPositionsOfABlockAreThoseOfPlainLoops)
 			}
 }
 
-TEST_P(CoarseKernel, CostOfARowIsThatOfAPlainLoop)
+TEST_P(CoarseKernel, CostsOfRowsAreThoseOfAPlainLoop)
 {
 	for (const std::size_t length : {std::size_t{8}, std::size_t{64}, std::size_t{120}, std::size_t{720}})
 		for (const std::uint8_t truncation : {std::uint8_t{1}, std::uint8_t{10}, std::uint8_t{100}})
 		{
-			constexpr std::size_t kBlock = RangeProfiles::kBlock;
-			const Row row = random_row(random_, length + 5 + kBlock), step = random_row(random_, length + kBlock);
-			Row mask(length + kBlock);
-			for (auto& value : mask) value = random_() % 2 == 0 ? 255 : 0;
-			for (const std::size_t shift : {std::size_t{0}, std::size_t{5}})  // rows start anywhere
+			constexpr std::size_t kBlock = RangeProfiles::kBlock, kRows = 3;
+			const Row rows = random_row(random_, kRows * length + 5 + kBlock),
+			          step = random_row(random_, length + kBlock);
+			Row most(length + kBlock);
+			for (auto& value : most) value = random_() % 2 == 0 ? truncation : 0;
+			for (const std::size_t start : {std::size_t{0}, std::size_t{5}})  // rows start anywhere
 			{
-				std::uint32_t expected = 0;
-				for (std::size_t i = 0; i < length; i++)
-					if (mask[i] != 0)
-						expected += static_cast<std::uint32_t>(difference(row[shift + i], step[i], truncation));
-				EXPECT_EQ(row_cost(row.data() + shift, step.data(), mask.data(), length, truncation), expected);
+				std::array<std::uint32_t, kRows> costs{};
+				row_costs(rows.data() + start, kRows, {step.data(), most.data(), length}, costs.data());
+				for (std::size_t r = 0; r < kRows; r++)
+				{
+					std::uint32_t expected = 0;
+					for (std::size_t i = 0; i < length; i++)
+						expected +=
+						    static_cast<std::uint32_t>(difference(rows[start + r * length + i], step[i], most[i]));
+					EXPECT_EQ(costs[r], expected);
+				}
 			}
 		}
 }

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 
 #include "portable_simd.h"
 #include "test_floor.h"
@@ -62,6 +63,34 @@ class CoarseSearch : public testing::Test
 		}
 		return static_cast<double>(sum) / static_cast<double>(scan.beams.size());
 	}
+
+	/// Sum of the truncated differences of an aligned scan and group `i` of the overview turned by `shift` directions.
+	int literal_overview_cost(const Scan& scan, std::size_t i, int shift) const
+	{
+		int sum = 0;
+		for (const Beam& beam : scan.beams)
+		{
+			const long turn = std::lround(static_cast<double>(beam.angle) / (2 * M_PI) * profiles_.directions) + shift;
+			const auto direction = static_cast<std::size_t>((turn + profiles_.directions) % profiles_.directions);
+			const int expected = profiles_.block(i / RangeProfiles::kBlock)[direction * 64 + i % 64];
+			const int observed =
+			    (beam.is_return ? profiles_.compand(static_cast<double>(beam.range)) : RangeProfiles::kOutOfRange) / 2;
+			sum += std::min(std::abs(expected - observed), parameters_.overview_truncation);
+		}
+		return sum;
+	}
+
+	/// Where a candidate lies among the profiles: its position and its shift.
+	std::pair<std::size_t, int> pair_of(const Candidate& candidate) const
+	{
+		std::size_t i = 0;
+		while (i < profiles_.size() && (static_cast<double>(profiles_.x[i]) != candidate.pose.x ||
+		                                static_cast<double>(profiles_.y[i]) != candidate.pose.y))
+			i++;
+		EXPECT_LT(i, profiles_.size()) << "a candidate is not at a sample";
+		const double turn = mrpt::math::wrapTo2Pi(candidate.pose.phi) / (2 * M_PI) * profiles_.directions;
+		return {i, static_cast<int>(std::lround(turn)) % profiles_.directions};
+	}
 };
 }  // namespace
 
@@ -108,6 +137,8 @@ TEST_F(CoarseSearch, CandidatesAreDistinctAndBestFirst)
 TEST_F(CoarseSearch, TheBestIsTheLeastOfAllPositionsAndShifts)
 {
 	parameters_.second_look = 1000000;  // more than there are
+	parameters_.second_look_share = 1;
+	parameters_.overview_hopeless = 1e6;
 	parameters_.candidates = 20;
 	for (const auto& [first, count] : {std::pair{0, 120}, {100, 40}})
 	{
@@ -122,28 +153,56 @@ TEST_F(CoarseSearch, TheBestIsTheLeastOfAllPositionsAndShifts)
 	}
 }
 
-TEST_F(CoarseSearch, TheSecondLookSeesAllPairsBelowTheGreatestLimitThatEnoughLieBelow)
+TEST_F(CoarseSearch, TheSecondLookSeesAllGroupsBelowALimit)
 {
-	parameters_.candidates = 100000;
+	parameters_.candidates = 1000000;
 	parameters_.distinct_distance = 0.01;  // every pair is a candidate
 	parameters_.distinct_yaw = 0.1;
 	parameters_.hopeless = 1e6;
-	parameters_.truncation = 2;  // beams enough that the first look compares all of them
+	parameters_.overview_truncation = 2;  // beams enough that the first look compares all of them
 	const Scan scan = aligned_scan({2.41, 8.57, 0.7}, 30, 100);
-	std::map<int, std::size_t> pairs_of_cost;
-	for (std::size_t i = 0; i < profiles_.size(); i++)
-		for (int shift = 0; shift < profiles_.directions; shift++)
-			pairs_of_cost[static_cast<int>(std::lround(100 * literal_cost(scan, i, shift)))]++;
-	for (const int wanted : {3, 50, 1000, 20000})
+	const std::size_t pairs = profiles_.groups() * static_cast<std::size_t>(profiles_.directions);
+	struct Case
+	{
+		int wanted;
+		double share, hopeless;
+	};
+	for (const auto& [wanted, share, hopeless] :
+	     {Case{3, 1, 1e6}, {50, 1, 1e6}, {1000, 1, 1e6}, {20000, 1, 1e6}, {20000, 0.01, 1e6}, {20000, 1, 3}})
 	{
 		parameters_.second_look = wanted;
-		std::size_t expected = 0;
-		for (const auto& [cost, pairs] : pairs_of_cost)
+		parameters_.second_look_share = share;
+		parameters_.overview_hopeless = hopeless;
+		std::set<std::pair<std::size_t, int>> seen;
+		for (const Candidate& candidate : coarse_search(profiles_, scan, parameters_))
+			EXPECT_TRUE(seen.insert(pair_of(candidate)).second);
+		std::map<int, std::size_t> pairs_of_cost, seen_of_cost;
+		for (std::size_t group = 0; group < profiles_.groups(); group++)
+			for (int shift = 0; shift < profiles_.directions; shift++)
+			{
+				const int cost = literal_overview_cost(scan, group, shift);
+				const std::size_t first = profiles_.first_of_group[group], last = profiles_.first_of_group[group + 1];
+				const std::size_t is_seen = seen.count({first, shift});
+				for (std::size_t i = first; i < last; i++)
+					EXPECT_EQ(seen.count({i, shift}), is_seen) << "a group is one";
+				pairs_of_cost[cost]++;
+				seen_of_cost[cost] += is_seen;
+			}
+		const double most = std::min(static_cast<double>(wanted), share * static_cast<double>(pairs));
+		const double dearest =
+		    pairs_of_cost.begin()->first + hopeless * std::sqrt(static_cast<double>(scan.beams.size()));
+		std::size_t below = 0;
+		auto cost = pairs_of_cost.begin();
+		for (; cost != pairs_of_cost.end() && seen_of_cost[cost->first] == cost->second; ++cost)
 		{
-			if (expected + pairs > static_cast<std::size_t>(wanted)) break;
-			expected += pairs;
+			below += cost->second;
+			EXPECT_LE(cost->first, dearest);
 		}
-		EXPECT_EQ(coarse_search(profiles_, scan, parameters_).size(), expected) << wanted;
+		EXPECT_LE(static_cast<double>(below), most);
+		ASSERT_NE(cost, pairs_of_cost.end());
+		EXPECT_TRUE(static_cast<double>(below + cost->second) > 0.05 * most || cost->first > dearest)
+		    << "one more limit would do";
+		for (; cost != pairs_of_cost.end(); ++cost) EXPECT_EQ(seen_of_cost[cost->first], 0U) << cost->first;
 	}
 }
 
@@ -166,20 +225,13 @@ TEST_F(CoarseSearch, PosesMuchDearerThanTheBestAreDroppedTheMoreBeamsTheSooner)
 
 TEST_F(CoarseSearch, EqualCostsAreRankedByPositionThenByShift)
 {
+	parameters_.overview_hopeless = 1e6;
 	const auto candidates = coarse_search(profiles_, scan_at(world_, poses_on_floor()[2]), parameters_);
-	const auto rank = [&](const Candidate& candidate)
-	{
-		std::size_t i = 0;
-		while (static_cast<double>(profiles_.x[i]) != candidate.pose.x ||
-		       static_cast<double>(profiles_.y[i]) != candidate.pose.y)
-			i++;
-		return std::pair{i, mrpt::math::wrapTo2Pi(candidate.pose.phi)};
-	};
 	int ties = 0;
 	for (std::size_t i = 1; i < candidates.size(); i++)
 		if (candidates[i].cost == candidates[i - 1].cost)
 		{
-			EXPECT_LT(rank(candidates[i - 1]), rank(candidates[i]));
+			EXPECT_LT(pair_of(candidates[i - 1]), pair_of(candidates[i]));
 			ties++;
 		}
 	EXPECT_GT(ties, 0);
@@ -190,12 +242,8 @@ TEST_F(CoarseSearch, CostsAreThoseOfTheirPoses)
 	const Scan scan = aligned_scan({6.3, 8.2, -1.9}, 20, 100);
 	for (const Candidate& candidate : coarse_search(profiles_, scan, parameters_))
 	{
-		std::size_t i = 0;
-		while (static_cast<double>(profiles_.x[i]) != candidate.pose.x ||
-		       static_cast<double>(profiles_.y[i]) != candidate.pose.y)
-			ASSERT_LT(++i, profiles_.size()) << "a candidate is not at a sample";
-		const long shift = std::lround(mrpt::math::wrapTo2Pi(candidate.pose.phi) / (2 * M_PI) * profiles_.directions);
-		EXPECT_DOUBLE_EQ(candidate.cost, literal_cost(scan, i, static_cast<int>(shift)));
+		const auto [i, shift] = pair_of(candidate);
+		EXPECT_DOUBLE_EQ(candidate.cost, literal_cost(scan, i, shift));
 	}
 }
 

@@ -89,20 +89,53 @@ TEST_F(OnFloor, RangesAreExactToACell)
 	EXPECT_LT(static_cast<double>(off), 0.01 * static_cast<double>(profiles_.size() * directions));
 }
 
-TEST_F(OnFloor, BlocksHoldTheSameRanges)
+TEST_F(OnFloor, GroupsAreThePositionsInTwoByTwoSquares)
+{
+	ASSERT_EQ(profiles_.first_of_group.front(), 0U);
+	ASSERT_EQ(profiles_.first_of_group.back(), profiles_.size());
+	std::set<std::pair<int, int>> seen;
+	for (std::size_t group = 0; group < profiles_.groups(); group++)
+	{
+		const auto large_square_of = [&](std::size_t i)
+		{
+			const auto [u, v] = square_of(static_cast<double>(profiles_.x[i]), static_cast<double>(profiles_.y[i]));
+			return std::pair{u / 2, v / 2};
+		};
+		const std::size_t first = profiles_.first_of_group[group];
+		ASSERT_LT(first, profiles_.first_of_group[group + 1]);
+		EXPECT_TRUE(seen.insert(large_square_of(first)).second) << "two groups in one square";
+		for (std::size_t i = first; i < profiles_.first_of_group[group + 1]; i++)
+			EXPECT_EQ(large_square_of(i), large_square_of(first));
+	}
+}
+
+TEST_F(OnFloor, TheOverviewHasTheRangesAtTheMiddlesOfGroups)
 {
 	constexpr std::size_t kBlock = RangeProfiles::kBlock;
 	const auto directions = static_cast<std::size_t>(profiles_.directions);
-	ASSERT_NE(profiles_.size() % kBlock, 0U) << "the last block is to be a partial one";
+	ASSERT_NE(profiles_.groups() % kBlock, 0U) << "the last block is to be a partial one";
 	const std::size_t rows = directions + RangeProfiles::kShifts - 1;
 	ASSERT_EQ(profiles_.rows_of_block(), rows);
-	ASSERT_EQ(profiles_.by_block.size(), (profiles_.size() / kBlock + 1) * rows);
+	ASSERT_EQ(profiles_.overview.size(), (profiles_.groups() / kBlock + 1) * rows);
 	EXPECT_EQ(reinterpret_cast<std::uintptr_t>(profiles_.block(1)) % kBlock, 0U);
-	for (std::size_t i = 0; i < profiles_.size(); i++)
+	std::size_t near = 0;
+	for (std::size_t group = 0; group < profiles_.groups(); group++)
 		for (std::size_t row = 0; row < rows; row++)
-			ASSERT_EQ(
-			    profiles_.block(i / kBlock)[row * kBlock + i % kBlock],
-			    profiles_.by_position[i * directions + row % directions]);
+		{
+			const int step = 2 * profiles_.block(group / kBlock)[row * kBlock + group % kBlock];
+			int least = 255, greatest = 0;  // of the group's positions
+			for (std::size_t i = profiles_.first_of_group[group]; i < profiles_.first_of_group[group + 1]; i++)
+			{
+				const int other = profiles_.by_position[i * directions + row % directions];
+				least = std::min(least, other), greatest = std::max(greatest, other);
+			}
+			near += step >= least - 8 && step <= greatest + 8 ? 1 : 0;
+			if (row >= directions)
+			{
+				ASSERT_EQ(step, 2 * profiles_.block(group / kBlock)[(row - directions) * kBlock + group % kBlock]);
+			}
+		}
+	EXPECT_GT(static_cast<double>(near), 0.97 * static_cast<double>(profiles_.groups() * rows));
 }
 
 TEST(RangeProfiles, ASquareOfAPowerOfTwoIsWalkedFromNeighbourToNeighbour)

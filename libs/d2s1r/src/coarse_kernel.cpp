@@ -22,19 +22,7 @@ using V = hn::Vec<Bytes>;
 constexpr int kShifts = RangeProfiles::kShifts, kBlock = RangeProfiles::kBlock;
 static_assert(kShifts == 8, "compare_lanes() has as many sums");
 
-/// |a - b| of any two bytes.
-struct AnyDifference
-{
-	V operator()(V a, V b) const { return hn::Sub(hn::Max(a, b), hn::Min(a, b)); }
-};
-
-/// |a - b| modulo 256.
-struct WrappedDifference
-{
-	V operator()(V a, V b) const { return hn::BitCast(Bytes(), hn::Abs(hn::BitCast(Signed(), hn::Sub(a, b)))); }
-};
-
-/// Costs of as many positions as there are lanes, from position `i` of the block on, at kShifts shifts.
+/// Costs of as many groups as there are lanes, from group `i` of the block on, at kShifts shifts.
 void compare_lanes(
     const std::uint8_t* block, std::size_t i, const CoarseLook& look, int shift, std::uint8_t most, CheapShifts& found)
 {
@@ -48,14 +36,17 @@ void compare_lanes(
 		const V least4 = hn::Min(hn::Min(sum4, sum5), hn::Min(sum6, sum7));
 		return hn::AllFalse(bytes, is_acceptable(hn::Min(least0, least4)));
 	};
-	const auto compare = [&](const CoarseBeam& beam, auto difference)
+	const auto compare = [&](const CoarseBeam& beam)
 	{
 		const int turned = beam.direction + shift;
 		const std::uint8_t* const row =
 		    block + i + (turned < look.directions ? turned : turned - look.directions) * std::ptrdiff_t{kBlock};
 		const V step = hn::Set(bytes, beam.step);
-		const auto cost = [&](int s)
-		{ return hn::Min(difference(hn::LoadU(bytes, row + s * std::ptrdiff_t{kBlock}), step), truncation); };
+		const auto cost = [&](int s)  // steps of the overview are below 128: their differences are signed bytes
+		{
+			const V difference = hn::Sub(hn::LoadU(bytes, row + s * std::ptrdiff_t{kBlock}), step);
+			return hn::Min(hn::BitCast(bytes, hn::Abs(hn::BitCast(Signed(), difference))), truncation);
+		};
 		sum0 = hn::Add(sum0, cost(0)), sum1 = hn::Add(sum1, cost(1));
 		sum2 = hn::Add(sum2, cost(2)), sum3 = hn::Add(sum3, cost(3));
 		sum4 = hn::Add(sum4, cost(4)), sum5 = hn::Add(sum5, cost(5));
@@ -64,10 +55,7 @@ void compare_lanes(
 	std::size_t next_check = look.count / 2;
 	for (std::size_t b = 0; b < look.count; b++)
 	{
-		if (b < look.wrapped)
-			compare(look.beams[b], WrappedDifference());
-		else
-			compare(look.beams[b], AnyDifference());
+		compare(look.beams[b]);
 		if (b < next_check) continue;
 		if (none_acceptable()) return;
 		next_check = b + 3;
@@ -98,24 +86,25 @@ int find_cheap_shifts_of_target(
 	return shift;
 }
 
-std::uint32_t row_cost_of_target(
-    const std::uint8_t* row, const std::uint8_t* step, const std::uint8_t* mask, std::size_t count,
-    std::uint8_t truncation)
+void row_costs_of_target(const std::uint8_t* rows, std::size_t count, const CoarseRow& look, std::uint32_t* costs)
 {
 	const Bytes bytes;
 	const hn::Repartition<std::uint64_t, Bytes> words;
-	const auto most = hn::Set(bytes, truncation);
-	auto sum = hn::Zero(words);
-	for (std::size_t i = 0; i < count; i += hn::Lanes(bytes))
+	const std::size_t lanes = hn::Lanes(bytes), whole = look.length - look.length % lanes;
+	const V end_of_most =
+	    hn::IfThenElseZero(hn::FirstN(bytes, look.length - whole), hn::LoadU(bytes, look.most + whole));
+	for (std::size_t r = 0; r < count; r++, rows += look.length)
 	{
-		const auto range = hn::LoadU(bytes, row + i);
-		const auto observed = hn::LoadU(bytes, step + i);
-		const auto difference = hn::Or(hn::SaturatedSub(range, observed), hn::SaturatedSub(observed, range));
-		const auto counts =
-		    hn::IfThenElseZero(hn::FirstN(bytes, std::min(count - i, hn::Lanes(bytes))), hn::LoadU(bytes, mask + i));
-		sum = hn::Add(sum, hn::SumsOf8(hn::And(hn::Min(difference, most), counts)));
+		const auto sum_from = [&](std::size_t i, V most)
+		{
+			const V range = hn::LoadU(bytes, rows + i), step = hn::LoadU(bytes, look.step + i);
+			const V difference = hn::Or(hn::SaturatedSub(range, step), hn::SaturatedSub(step, range));
+			return hn::SumsOf8(hn::Min(difference, most));
+		};
+		auto sum = sum_from(whole, end_of_most);
+		for (std::size_t i = 0; i < whole; i += lanes) sum = hn::Add(sum, sum_from(i, hn::LoadU(bytes, look.most + i)));
+		costs[r] = static_cast<std::uint32_t>(hn::GetLane(hn::SumOfLanes(words, sum)));
 	}
-	return static_cast<std::uint32_t>(hn::GetLane(hn::SumOfLanes(words, sum)));
 }
 }  // namespace HWY_NAMESPACE
 }  // namespace d2s1r
@@ -125,7 +114,7 @@ HWY_AFTER_NAMESPACE();
 namespace d2s1r
 {
 HWY_EXPORT(find_cheap_shifts_of_target);
-HWY_EXPORT(row_cost_of_target);
+HWY_EXPORT(row_costs_of_target);
 
 int find_cheap_shifts(
     const std::uint8_t* block, const CoarseLook& look, int shift, std::uint8_t most, CheapShifts& found)
@@ -133,11 +122,9 @@ int find_cheap_shifts(
 	return HWY_DYNAMIC_DISPATCH(find_cheap_shifts_of_target)(block, look, shift, most, found);
 }
 
-std::uint32_t row_cost(
-    const std::uint8_t* row, const std::uint8_t* step, const std::uint8_t* mask, std::size_t count,
-    std::uint8_t truncation)
+void row_costs(const std::uint8_t* rows, std::size_t count, const CoarseRow& look, std::uint32_t* costs)
 {
-	return HWY_DYNAMIC_DISPATCH(row_cost_of_target)(row, step, mask, count, truncation);
+	HWY_DYNAMIC_DISPATCH(row_costs_of_target)(rows, count, look, costs);
 }
 }  // namespace d2s1r
 #endif

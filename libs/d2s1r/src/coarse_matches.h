@@ -10,7 +10,7 @@
 
 namespace d2s1r
 {
-/// A sample position seen at a yaw shift.
+/// A sample position, or a group of them, seen at a yaw shift.
 struct Match
 {
 	std::int32_t position;
@@ -18,27 +18,37 @@ struct Match
 	std::uint32_t cost;  //!< [step] lower is better
 };
 
-/// Keeps the cheapest of a stream of matches whose costs are bytes: all those below the greatest limit that at most
-/// `wanted` lie below. In whatever order they come, the same are kept.
+/// Keeps the cheapest of a stream of matches whose costs are bytes: all those below a limit, which is lowered as they
+/// come.
 class CheapestMatches
 {
    public:
+	/// \param margin [step] by which a match may be dearer than the cheapest
 	/// \param storage for the matches, kept from query to query
-	CheapestMatches(std::size_t wanted, std::vector<Match>& storage) : wanted_(wanted), matches_(storage)
+	CheapestMatches(std::uint32_t margin, std::vector<Match>& storage) : margin_(margin), matches_(storage)
 	{
 		matches_.clear();
 	}
 
+	/// From now on at most so many; the limit does not rise again.
+	void want(std::size_t wanted) { wanted_ = wanted; }
+
 	/// The greatest cost that may still be among the cheapest.
 	std::uint8_t most() const { return static_cast<std::uint8_t>(limit_ - 1); }
 
-	/// \param match costs most() or less
+	/// \param match costs at most what most() was when the limit was lowered last
 	void add(const Match& match)
 	{
 		matches_.push_back(match);
 		count_[match.cost]++;
 		below_++;
-		while (below_ > wanted_ && limit_ > 1) below_ -= count_[--limit_];
+		least_ = std::min(least_, match.cost);
+	}
+
+	/// After some were added: to the greatest limit within the margin that at most as many as are wanted lie below.
+	void lower_limit()
+	{
+		while ((below_ > wanted_ || limit_ > least_ + margin_ + 1) && limit_ > 1) below_ -= count_[--limit_];
 		if (matches_.size() >= 3 * wanted_ && below_ <= wanted_) drop_dear();
 	}
 
@@ -51,29 +61,39 @@ class CheapestMatches
 	}
 
    private:
-	std::size_t wanted_;
+	std::uint32_t margin_;
+	std::uint32_t least_ = 255;
+	std::size_t wanted_ = 0;
 	std::size_t below_ = 0;      //!< matches that cost less than limit_
 	std::uint32_t limit_ = 256;  //!< [step]
 	std::vector<Match>& matches_;
 	std::array<std::size_t, 256> count_{};  //!< by cost
 };
 
-/// Cheapest first, ties by position and shift. Costs are small numbers: by bucket.
-inline void sort_matches(std::vector<Match>& matches, std::vector<Match>& storage)
+/// Hands out the cheapest first, ties by position and shift, as long as `take(match)` is true. Costs are small numbers:
+/// by bucket, of which only those that are reached get sorted.
+template <class Take>
+void cheapest_first(const std::vector<Match>& matches, const Take& take)
 {
+	thread_local std::vector<Match> sorted;       // kept for the next query
+	thread_local std::vector<std::size_t> begin;  // of the bucket of a cost
 	std::uint32_t greatest = 0;
 	for (const Match& match : matches) greatest = std::max(greatest, match.cost);
-	thread_local std::vector<std::uint32_t> end;  // of the bucket of a cost
-	end.assign(greatest + 1, 0);
-	for (const Match& match : matches) end[match.cost]++;
-	std::partial_sum(end.begin(), end.end(), end.begin());
-	storage.resize(matches.size());
-	for (const Match& match : matches) storage[--end[match.cost]] = match;  // now the buckets' beginnings
+	begin.assign(greatest + 2, 0);
+	for (const Match& match : matches) begin[match.cost]++;
+	std::partial_sum(begin.begin(), begin.end(), begin.begin());
+	sorted.resize(matches.size());
+	for (const Match& match : matches) sorted[--begin[match.cost]] = match;
 	for (std::size_t cost = 0; cost <= greatest; cost++)
+	{
+		const auto first = sorted.begin() + static_cast<std::ptrdiff_t>(begin[cost]);
+		const auto last = sorted.begin() + static_cast<std::ptrdiff_t>(begin[cost + 1]);
 		std::sort(
-		    storage.begin() + end[cost], cost < greatest ? storage.begin() + end[cost + 1] : storage.end(),
+		    first, last,
 		    [](const Match& a, const Match& b)
 		    { return std::tie(a.position, a.shift) < std::tie(b.position, b.shift); });
-	matches.swap(storage);
+		for (auto match = first; match != last; ++match)
+			if (!take(*match)) return;
+	}
 }
 }  // namespace d2s1r

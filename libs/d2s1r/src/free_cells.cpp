@@ -32,19 +32,20 @@ void collect_region(const Grid& grid, CellIndex start, std::vector<char>& seen, 
 	}
 }
 
-/// Of regions of equal size, the one with the first cell.
-std::vector<CellIndex> largest_region(const Grid& grid, const std::vector<CellIndex>& cells)
+/// Leaves the cells of the largest region; of regions of equal size, the one with the first cell.
+void keep_largest_region(const Grid& grid, std::vector<CellIndex>& cells)
 {
-	std::vector<char> seen(grid.cells.size(), 0);
+	std::vector<char> dropped(grid.cells.size(), 0);
 	std::vector<CellIndex> region, largest;
 	for (const CellIndex cell : cells)
 	{
-		if (seen[at(cell)]) continue;
-		collect_region(grid, cell, seen, region);
+		if (dropped[at(cell)]) continue;
+		collect_region(grid, cell, dropped, region);
 		if (region.size() > largest.size()) largest.swap(region);
 	}
-	std::sort(largest.begin(), largest.end());
-	return largest;
+	for (const CellIndex cell : largest) dropped[at(cell)] = 0;
+	const auto is_dropped = [&](CellIndex cell) { return dropped[at(cell)] != 0; };
+	cells.erase(std::remove_if(cells.begin(), cells.end(), is_dropped), cells.end());
 }
 
 /// Rows from every cell to the nearest occupied cell of its column, at most `most`.
@@ -93,9 +94,10 @@ void keep_clear_cells(const Grid& grid, double clearance, std::vector<CellIndex>
 std::vector<CellIndex> find_free_cells(const Grid& grid, const FreeCellParameters& parameters)
 {
 	std::vector<CellIndex> cells;
+	cells.reserve(static_cast<std::size_t>(std::count(grid.cells.begin(), grid.cells.end(), Cell::kFree)));
 	for (std::size_t i = 0; i < grid.cells.size(); i++)
 		if (grid.cells[i] == Cell::kFree) cells.push_back(static_cast<CellIndex>(i));
-	if (parameters.largest_region_only) cells = largest_region(grid, cells);
+	if (parameters.largest_region_only) keep_largest_region(grid, cells);
 	if (parameters.clearance > 0) keep_clear_cells(grid, parameters.clearance, cells);
 	return cells;
 }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <utility>
 
@@ -61,70 +62,98 @@ std::uint32_t hilbert_index(std::uint32_t column, std::uint32_t row)
 	return index;
 }
 
-/// The samples by place, neighbours near each other: so that the positions of a block fare alike.
-std::vector<std::size_t> order_along_curve(const Grid& grid, const std::vector<CellIndex>& samples, int side)
+/// A sample, by its place along the curve through squares of the samples' spacing.
+struct PlacedCell
 {
-	std::vector<std::pair<std::uint32_t, std::size_t>> curve;
-	curve.reserve(samples.size());
+	std::uint32_t place;
+	CellIndex cell;
+};
+
+/// Neighbours near each other, so that the positions of a block fare alike; a group's four squares follow one another.
+std::vector<PlacedCell> along_curve(const Grid& grid, const std::vector<CellIndex>& samples, int side)
+{
+	std::vector<PlacedCell> placed;
+	placed.reserve(samples.size());
 	for (const CellIndex cell : samples)
-		curve.emplace_back(
-		    hilbert_index(
-		        static_cast<std::uint32_t>(cell % grid.width / side),
-		        static_cast<std::uint32_t>(cell / grid.width / side)),
-		    curve.size());
-	std::sort(curve.begin(), curve.end());
-	std::vector<std::size_t> order;
-	order.reserve(samples.size());
-	for (const auto& [index, sample] : curve) order.push_back(sample);
-	return order;
+		placed.push_back(
+		    {hilbert_index(
+		         static_cast<std::uint32_t>(cell % grid.width / side),
+		         static_cast<std::uint32_t>(cell / grid.width / side)),
+		     cell});
+	std::sort(placed.begin(), placed.end(), [](const auto& a, const auto& b) { return a.place < b.place; });
+	return placed;
+}
+
+/// Where each placed cell is in `cells`, which are increasing and hold them all.
+std::vector<std::size_t> ranks_in(const std::vector<CellIndex>& cells, const std::vector<PlacedCell>& placed)
+{
+	std::vector<std::size_t> ranks;
+	ranks.reserve(placed.size());
+	for (const PlacedCell& sample : placed)
+		ranks.push_back(
+		    static_cast<std::size_t>(std::lower_bound(cells.begin(), cells.end(), sample.cell) - cells.begin()));
+	return ranks;
 }
 
 /// Stores the swept ranges, in units of kRangeUnitsPerCell, as steps.
 class ProfileWriter
 {
    public:
-	ProfileWriter(RangeProfiles& profiles, std::vector<std::size_t> order, double cell_size)
-	    : profiles_(profiles), order_(std::move(order)), step_of_(65536, RangeProfiles::kOutOfRange)
+	/// \param positions, groups where their cells are among the swept ones
+	ProfileWriter(
+	    RangeProfiles& profiles, std::vector<std::size_t> positions, std::vector<std::size_t> groups, double cell_size)
+	    : profiles_(profiles),
+	      positions_(std::move(positions)),
+	      groups_(std::move(groups)),
+	      step_of_(65536, RangeProfiles::kOutOfRange),
+	      gathered_(kGathered * positions_.size())
 	{
 		for (std::size_t units = 0; units + 1 < step_of_.size(); units++)
 			step_of_[units] = profiles.compand(static_cast<double>(units) * cell_size / kRangeUnitsPerCell);
 	}
 
-	/// \param ranges in `direction`, by sample
+	/// \param direction all of them, in turn
+	/// \param ranges in `direction`, by cell
 	void write(std::size_t direction, const std::uint16_t* ranges)
 	{
-		for (std::size_t first = 0, row = direction; first < order_.size(); first += kBlock)
-		{
-			const std::size_t count = std::min(kBlock, order_.size() - first);
-			auto& steps = profiles_.by_block[row].step;
-			for (std::size_t i = 0; i < count; i++) steps[i] = step_of_[ranges[order_[first + i]]];
-			row += profiles_.rows_of_block();
-		}
+		for (std::size_t g = 0; g < groups_.size(); g++)
+			row(g / kBlock, direction).step[g % kBlock] = step_of_[ranges[groups_[g]]] / 2;
+		std::uint8_t* const gathered = &gathered_[direction % kGathered * positions_.size()];
+		for (std::size_t i = 0; i < positions_.size(); i++) gathered[i] = step_of_[ranges[positions_[i]]];
+		if (direction % kGathered == kGathered - 1 || direction == directions() - 1) store_by_position(direction);
 	}
 
-	/// When all directions are written: the same by position, and what blocks store twice.
+	/// When all directions are written: what blocks store twice.
 	void finish()
 	{
-		const auto directions = static_cast<std::size_t>(profiles_.directions);
-		for (std::size_t first = 0; first < order_.size(); first += kBlock)
-		{
-			const std::size_t rows = profiles_.rows_of_block();
-			RangeProfiles::Row* const block = &profiles_.by_block[first / kBlock * rows];
-			std::copy_n(block, rows - directions, block + directions);
-			for (std::size_t i = 0; i < std::min(kBlock, order_.size() - first); i++)
-			{
-				std::uint8_t* const row = profiles_.by_position.data() + (first + i) * directions;
-				for (std::size_t d = 0; d < directions; d++) row[d] = block[d].step[i];
-			}
-		}
+		for (std::size_t first = 0; first < groups_.size(); first += kBlock)
+			std::copy_n(
+			    &row(first / kBlock, 0), profiles_.rows_of_block() - directions(), &row(first / kBlock, directions()));
 	}
 
    private:
 	static constexpr std::size_t kBlock = RangeProfiles::kBlock;
+	static constexpr std::size_t kGathered = 32;  //!< [directions] stored together, for whole cache lines
+
+	std::size_t directions() const { return static_cast<std::size_t>(profiles_.directions); }
+	RangeProfiles::Row& row(std::size_t block, std::size_t r)
+	{
+		return profiles_.overview[block * profiles_.rows_of_block() + r];
+	}
+
+	/// The directions gathered last, up to `last`.
+	void store_by_position(std::size_t last)
+	{
+		const std::size_t first = last / kGathered * kGathered;
+		for (std::size_t i = 0; i < positions_.size(); i++)
+			for (std::size_t d = first; d <= last; d++)
+				profiles_.by_position[i * directions() + d] = gathered_[(d - first) * positions_.size() + i];
+	}
 
 	RangeProfiles& profiles_;
-	std::vector<std::size_t> order_;     //!< samples by place
-	std::vector<std::uint8_t> step_of_;  //!< [step] by range
+	std::vector<std::size_t> positions_, groups_;
+	std::vector<std::uint8_t> step_of_;   //!< [step] by range
+	std::vector<std::uint8_t> gathered_;  //!< [step] (direction, position)
 };
 }  // namespace
 
@@ -139,27 +168,31 @@ RangeProfiles make_range_profiles(
     const Grid& grid, const std::vector<CellIndex>& cells, const CoarseSearchParameters& parameters)
 {
 	const int side = std::max(1, static_cast<int>(std::lround(parameters.spacing / grid.cell_size)));
-	const auto samples = one_a_square(grid, cells, side);
-	const auto order = order_along_curve(grid, samples, side);
+	const auto samples = one_a_square(grid, cells, side), middles = one_a_square(grid, cells, 2 * side);
+	const auto positions = along_curve(grid, samples, side), groups = along_curve(grid, middles, side);
+	std::vector<CellIndex> swept;
+	swept.reserve(samples.size() + middles.size());
+	std::set_union(samples.begin(), samples.end(), middles.begin(), middles.end(), std::back_inserter(swept));
 
 	RangeProfiles profiles;
 	profiles.directions = parameters.directions;
 	profiles.max_range = parameters.max_range;
-	profiles.x.resize(samples.size());
-	profiles.y.resize(samples.size());
-	for (std::size_t i = 0; i < samples.size(); i++)
+	profiles.x.reserve(positions.size());
+	profiles.y.reserve(positions.size());
+	profiles.first_of_group.reserve(groups.size() + 1);
+	for (std::size_t i = 0; i < positions.size(); i++)
 	{
-		profiles.x[i] = static_cast<float>(grid.center_x(samples[order[i]]));
-		profiles.y[i] = static_cast<float>(grid.center_y(samples[order[i]]));
+		profiles.x.push_back(static_cast<float>(grid.center_x(positions[i].cell)));
+		profiles.y.push_back(static_cast<float>(grid.center_y(positions[i].cell)));
+		if (i == 0 || positions[i].place / 4 != positions[i - 1].place / 4) profiles.first_of_group.push_back(i);
 	}
-	const auto directions = static_cast<std::size_t>(parameters.directions);
+	profiles.first_of_group.push_back(positions.size());
 	constexpr std::size_t kBlock = RangeProfiles::kBlock;
-	const std::size_t blocks = (samples.size() + kBlock - 1) / kBlock;
-	profiles.by_block.assign(blocks * profiles.rows_of_block(), {});
-	profiles.by_position.resize(samples.size() * directions + kBlock);
-	ProfileWriter writer(profiles, order, grid.cell_size);
+	profiles.overview.resize((groups.size() + kBlock - 1) / kBlock * profiles.rows_of_block());
+	profiles.by_position.resize(positions.size() * static_cast<std::size_t>(parameters.directions) + kBlock);
+	ProfileWriter writer(profiles, ranks_in(swept, positions), ranks_in(swept, groups), grid.cell_size);
 	sweep_ranges(
-	    grid, samples, parameters.directions, parameters.max_range, false,
+	    grid, swept, parameters.directions, parameters.max_range, false,
 	    [&](int direction, const std::uint16_t* ranges) { writer.write(static_cast<std::size_t>(direction), ranges); });
 	writer.finish();
 	return profiles;

@@ -50,14 +50,18 @@ struct PaperParameters
 /// From a scan to candidate poses, by range profiles of sample positions.
 struct CoarseSearchParameters
 {
-	double spacing = 0.2;     //!< [m] between sample positions
-	double clearance = 0.1;   //!< [m] of sample positions from occupied cells
-	int directions = 120;     //!< [-] of a profile, and yaw shifts that are tried
-	double max_range = 30.0;  //!< [m] of a profile
-	int truncation = 10;      //!< [step] greatest difference of companded ranges that counts
-	int second_look = 6000;   //!< [-] (position, yaw) pairs compared with all beams
-	int candidates = 800;     //!< [-] poses handed on
-	double hopeless = 28.0;   //!< [step] over the root of the beams: poses this much dearer than the best, dropped
+	double spacing = 0.2;         //!< [m] between sample positions
+	double clearance = 0.1;       //!< [m] of sample positions from occupied cells
+	int directions = 120;         //!< [-] of a profile, and yaw shifts that are tried
+	double max_range = 30.0;      //!< [m] of a profile
+	int overview_truncation = 8;  //!< [2 steps] greatest difference of companded ranges that counts at first
+	double overview_hopeless =
+	    17.0;                 //!< [2 steps] over the root of the beams: pairs this much dearer, not looked at again
+	int second_look = 40000;  //!< [-] (group of positions, yaw) pairs compared with all beams, at most
+	double second_look_share = 0.05;  //!< [-] of all pairs, at most
+	int truncation = 10;              //!< [step] greatest difference of companded ranges that counts
+	int candidates = 800;             //!< [-] poses handed on
+	double hopeless = 28.0;  //!< [step] over the root of the beams: poses this much dearer than the best, dropped
 	double distinct_distance = 0.36;  //!< [m] candidates closer than this
 	double distinct_yaw = 8.0;        //!< [deg] and this are one
 };
@@ -175,8 +179,13 @@ void visit_parameters(P& p, Visitor&& visit)
 	visit("coarse_search", "clearance", coarse.clearance, 0.0, 10.0, "[m] of sample positions from occupied cells");
 	visit("coarse_search", "directions", coarse.directions, 8, 720, "[-] of a profile, and yaw shifts that are tried");
 	visit("coarse_search", "max_range", coarse.max_range, 0.5, 300.0, "[m] of a profile");
+	visit("coarse_search", "overview_truncation", coarse.overview_truncation, 1, 100, "[2 steps] at first");
+	visit(
+	    "coarse_search", "overview_hopeless", coarse.overview_hopeless, 0.1, 1e6,
+	    "[2 steps] over the root of the beams: dearer pairs are not looked at again");
+	visit("coarse_search", "second_look", coarse.second_look, 1, 1000000, "[-] pairs compared with all beams, at most");
+	visit("coarse_search", "second_look_share", coarse.second_look_share, 0.0001, 1, "[-] of all pairs, at most");
 	visit("coarse_search", "truncation", coarse.truncation, 1, 100, "[step] greatest difference that counts");
-	visit("coarse_search", "second_look", coarse.second_look, 1, 1000000, "[-] pairs compared with all beams");
 	visit("coarse_search", "candidates", coarse.candidates, 1, 100000, "[-] poses handed on");
 	visit(
 	    "coarse_search", "hopeless", coarse.hopeless, 0.0, 1e6,
