@@ -172,7 +172,9 @@ double CParticleFilterFusion::probability_of_being_lost(const FusionInput& input
 
 double CParticleFilterFusion::weigh_by_scan_and_resample(const FusionInput& input)
 {
-	filter_.m_options.powFactor = input.localization.status == Status::kRejected ? tuning.rejected_power : 1.0;
+	double explained = 0;  // probability that the map explains the scan at all
+	for (const Hypothesis& hypothesis : input.localization.hypotheses) explained += hypothesis.probability;
+	filter_.m_options.powFactor = tuning.unexplained_power + (1 - tuning.unexplained_power) * explained;
 	mrpt::obs::CSensoryFrame observations;
 	const auto beams = static_cast<std::size_t>(map_->likelihood_options().beams);
 	observations.insert(mrpt::obs::CObservation2DRangeScan::Create(pf::thinned(input.scan, beams)));

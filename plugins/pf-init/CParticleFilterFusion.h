@@ -31,12 +31,13 @@ class CParticleFilterFusion : public CFusionBackend
 	{
 		double admitted_share = 0.10;          //!< [0, 1] of the particles given to the hypotheses of each scan
 		double admitted_probability = 0.0005;  //!< [0, 1] that the filter is lost, before each scan
-		double log_place_share = -17;      //!< [nat] of all poses that a place takes: how much better a hypothesis must
-		                                   //!< explain a scan to take over at once
-		double rejected_power = 0.3;       //!< [0, 1] exponent of the likelihood of a scan that fits nowhere in the map
-		double unlisted = 0.30;            //!< [0, 1] weight of a particle that no hypothesis of the scan supports
-		double hypothesis_std_xy = 0.3;    //!< [m] round a hypothesis that particles are supported
-		double hypothesis_std_phi = 0.15;  //!< [rad]
+		double log_place_share = -17;    //!< [nat] of all poses that a place takes: how much better a hypothesis must
+		                                 //!< explain a scan to take over at once
+		double unexplained_power = 0.2;  //!< [0, 1] exponent of the likelihood of a scan that fits nowhere in the map;
+		                                 //!< 1 of one that certainly fits somewhere, in between by its probability
+		double unlisted = 0.30;          //!< [0, 1] weight of a particle that no hypothesis of the scan supports
+		double hypothesis_std_xy = 0.3;  //!< [m] round a hypothesis that particles are supported
+		double hypothesis_std_phi = 0.15;    //!< [rad]
 		double tracking_probability = 0.80;  //!< [0, 1] of a place to be kTracking
 		double sure_probability = 0.99;      //!< [0, 1] of a place, from which on fewer particles do
 		double sure_std_xy = 0.30;           //!< [m] of a motion, up to which fewer particles do
