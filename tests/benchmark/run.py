@@ -107,11 +107,14 @@ def retrieval_table(program, sites):
     return lines
 
 
-def run_growth(program, areas):
+def run_growth(program, areas, repetitions):
+    """Rows of medians: growth.cpp prints their columns, of which the last four are measured."""
     rows = []
     for method, cell in GROWTH_CELLS.items():
         for area in areas:
-            rows.append(next(csv.reader([run([program, area, method, cell, 1])])))
+            runs = [next(csv.reader([run([program, area, method, cell, 1])])) for _ in range(repetitions)]
+            measured = [statistics.median(map(float, column)) for column in list(zip(*runs))[4:]]
+            rows.append(runs[0][:4] + measured)
     return rows
 
 
@@ -119,8 +122,8 @@ def growth_table(rows):
     lines = ["| method | floor | free | cell | build | peak memory | query | success (0.2 m, 5 deg) |",
              "| --- | --- | --- | --- | --- | --- | --- | --- |"]
     for area, free, method, cell, build, memory, query, success in rows:
-        lines.append(f"| {method} | {float(area):,.0f} m² | {float(free):,.0f} m² | {cell} m | {float(build):.2f} s | "
-                     f"{float(memory):,.0f} MB | {float(query):.2f} ms | {100 * float(success):.1f} % |")
+        lines.append(f"| {method} | {float(area):,.0f} m² | {float(free):,.0f} m² | {cell} m | {build:.2f} s | "
+                     f"{memory:,.0f} MB | {query:.2f} ms | {100 * success:.1f} % |")
     return lines
 
 
@@ -149,9 +152,11 @@ def main():
         sys.exit("run.py: matplotlib is missing; install python3-matplotlib")
     programs = options.build / "tests" / "benchmark"
     load = os.getloadavg()[0]
-    stages = run_stages(programs / "d2s1r_benchmark", 1 if options.quick else 3)
+    repetitions = 1 if options.quick else 3
+    stages = run_stages(programs / "d2s1r_benchmark", repetitions)
     retrieval = retrieval_table(programs / "d2s1r_retrieval", options.retrieval.split(","))
-    growth = run_growth(programs / "d2s1r_growth", [1000, 4000] if options.quick else [1000, 4000, 16000, 64000])
+    areas = [1000, 4000] if options.quick else [1000, 4000, 16000, 64000]
+    growth = run_growth(programs / "d2s1r_growth", areas, repetitions)
     growth_plot(growth, HERE / "growth.png")
     arguments = "".join(f" {a}" for a in sys.argv[1:] if not pathlib.Path(a).is_dir())
     lines = [
