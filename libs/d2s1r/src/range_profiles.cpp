@@ -118,7 +118,7 @@ class ProfileWriter
 	{
 		for (std::size_t g = 0; g < groups_.size(); g++)
 			row(g / kBlock, direction).step[g % kBlock] = step_of_[ranges[groups_[g]]] / 2;
-		std::uint8_t* const gathered = &gathered_[direction % kGathered * positions_.size()];
+		std::uint8_t* const gathered = gathered_.data() + direction % kGathered * positions_.size();
 		for (std::size_t i = 0; i < positions_.size(); i++) gathered[i] = step_of_[ranges[positions_[i]]];
 		if (direction % kGathered == kGathered - 1 || direction == directions() - 1) store_by_position(direction);
 	}
