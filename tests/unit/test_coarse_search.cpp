@@ -206,6 +206,17 @@ TEST_F(CoarseSearch, TheSecondLookSeesAllGroupsBelowALimit)
 	}
 }
 
+TEST_F(CoarseSearch, PosesThatAPriorRulesOutTakeNoRoomInTheSecondLook)
+{
+	parameters_.second_look = 20;
+	const Scan scan = aligned_scan({2.41, 8.57, 0.7}, 0, 120);
+	PoseBox turned_round{2, 3, 8, 9, 0.7 + M_PI, 0.1};
+	const auto candidates = coarse_search(profiles_, scan, parameters_, Prior{{turned_round}});
+	ASSERT_FALSE(candidates.empty());
+	for (const Candidate& candidate : candidates)
+		EXPECT_GT(turn_between(candidate.pose, {2.41, 8.57, 0.7}), 160) << candidate.pose;
+}
+
 TEST_F(CoarseSearch, PosesMuchDearerThanTheBestAreDroppedTheMoreBeamsTheSooner)
 {
 	for (const int count : {120, 30})

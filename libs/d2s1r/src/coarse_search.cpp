@@ -90,10 +90,11 @@ void prefetch(const std::uint8_t* rows, std::size_t bytes)
 	for (std::size_t i = 0; i < bytes; i += kLine) __builtin_prefetch(rows + i);
 }
 
-/// A few beams of all shifts at the allowed groups of a block.
+/// A few beams of all shifts at the groups of a block.
+template <class IsAllowed>
 void look_at_block(
     const RangeProfiles& profiles, std::size_t block, const CoarseLook& look, std::uint64_t allowed,
-    CheapestMatches& cheapest)
+    const IsAllowed& is_allowed, CheapestMatches& cheapest)
 {
 	constexpr int kBlock = RangeProfiles::kBlock;
 	CheapShifts found;
@@ -105,17 +106,20 @@ void look_at_block(
 			for (std::uint64_t left = found.cheap[s] & allowed; left != 0; left &= left - 1)
 			{
 				const int i = __builtin_ctzll(left);
-				cheapest.add({static_cast<std::int32_t>(block) * kBlock + i, shift + s, found.cost[s * kBlock + i]});
+				const Match match{static_cast<std::int32_t>(block) * kBlock + i, shift + s, found.cost[s * kBlock + i]};
+				if (is_allowed(match)) cheapest.add(match);
 			}
 		cheapest.lower_limit();
 	}
 }
 
-/// A few beams at all groups, or at those that are allowed. One block in kApart at a time: a sample of the whole map
-/// soon tells what is cheap, as about its share of what is wanted lies in it.
+/// A few beams at all groups and shifts that are allowed. One block in kApart at a time: a sample of the whole map soon
+/// tells what is cheap, as about its share of what is wanted lies in it.
+/// \param allowed by block, a bit for each group that may be allowed
+template <class IsAllowed>
 void first_look(
     const RangeProfiles& profiles, const CompandedScan& scan, const CoarseSearchParameters& parameters,
-    const std::vector<std::uint64_t>& allowed, std::vector<Match>& matches)
+    const std::vector<std::uint64_t>& allowed, const IsAllowed& is_allowed, std::vector<Match>& matches)
 {
 	constexpr std::size_t kApart = 16;
 	const auto few = few_beams(scan, parameters.overview_truncation);
@@ -134,7 +138,7 @@ void first_look(
 		{
 			if (block + kApart < allowed.size())
 				prefetch(profiles.block(block + kApart), profiles.rows_of_block() * RangeProfiles::kBlock);
-			if (allowed[block] != 0) look_at_block(profiles, block, look, allowed[block], cheapest);
+			if (allowed[block] != 0) look_at_block(profiles, block, look, allowed[block], is_allowed, cheapest);
 		}
 	}
 	cheapest.drop_dear();
@@ -194,8 +198,17 @@ std::vector<Candidate> coarse_search(
 	const mrpt::math::TPose2D robot_on_sensor = mrpt::math::TPose2D() - scan.sensor_on_robot;
 	const auto is_allowed = [&](const Match& match)
 	{ return prior.anywhere() || prior.allows(pose_of(profiles, match) + robot_on_sensor, reach, distinct_yaw); };
+	const auto is_allowed_somewhere = [&](const Match& of_group)
+	{
+		const auto group = static_cast<std::size_t>(of_group.position);
+		bool any = prior.anywhere();
+		for (std::size_t i = profiles.first_of_group[group]; i < profiles.first_of_group[group + 1] && !any; i++)
+			any = is_allowed({static_cast<std::int32_t>(i), of_group.shift, 0});
+		return any;
+	};
 	thread_local std::vector<Match> of_groups, matches;  // kept for the next query
-	first_look(profiles, companded, parameters, allowed_groups(profiles, prior, reach), of_groups);
+	first_look(
+	    profiles, companded, parameters, allowed_groups(profiles, prior, reach), is_allowed_somewhere, of_groups);
 	second_look(profiles, companded, parameters, of_groups, is_allowed, matches);
 
 	std::vector<Candidate> candidates;
