@@ -134,5 +134,6 @@ BENCHMARK_CAPTURE(query, intel, "intel")->Unit(::benchmark::kMicrosecond)->Itera
 BENCHMARK_CAPTURE(literal_query, intel, "intel")->Unit(::benchmark::kMicrosecond)->Iterations(100);
 BENCHMARK_CAPTURE(query, mit_csail, "mit_csail")->Unit(::benchmark::kMicrosecond)->Iterations(500);
 BENCHMARK_CAPTURE(literal_query, mit_csail, "mit_csail")->Unit(::benchmark::kMicrosecond)->Iterations(100);
+BENCHMARK_CAPTURE(literal_query, mit_killian, "mit_killian")->Unit(::benchmark::kMicrosecond)->Iterations(100);
 }  // namespace
 }  // namespace d2s1r::benchmark

@@ -89,7 +89,7 @@ def ratios(stages):
     if swept and simulated:
         lines.append(f"- A swept ray takes {readable(swept)}, {simulated / swept:.0f} times less than one of "
                      f"laserScanSimulator (threshold 0.6, {readable(simulated)}).")
-    for site in ("intel", "mit_csail"):
+    for site in ("intel", "mit_csail", "mit_killian"):
         ours, literal = stage_median(stages, f"query/{site}"), stage_median(stages, f"literal_query/{site}")
         if ours and literal:
             lines.append(f"- A query of the published method on {site} takes {readable(ours)}, {literal / ours:.0f} times "
