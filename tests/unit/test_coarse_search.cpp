@@ -48,14 +48,20 @@ class CoarseSearch : public testing::Test
 		return scan;
 	}
 
+	/// Direction of the profiles in which a beam of an aligned scan lies when turned by `shift` directions.
+	std::size_t direction_of(const Beam& beam, int shift) const
+	{
+		const long turn = std::lround(static_cast<double>(beam.angle) / (2 * M_PI) * profiles_.directions) + shift;
+		return static_cast<std::size_t>((turn + profiles_.directions) % profiles_.directions);
+	}
+
 	/// Mean truncated difference of an aligned scan and position `i` turned by `shift` directions, beam by beam.
 	double literal_cost(const Scan& scan, std::size_t i, int shift) const
 	{
 		int sum = 0;
 		for (const Beam& beam : scan.beams)
 		{
-			const long turn = std::lround(static_cast<double>(beam.angle) / (2 * M_PI) * profiles_.directions) + shift;
-			const auto direction = static_cast<std::size_t>((turn + profiles_.directions) % profiles_.directions);
+			const std::size_t direction = direction_of(beam, shift);
 			const int expected = profiles_.by_position[i * static_cast<std::size_t>(profiles_.directions) + direction];
 			const int observed =
 			    beam.is_return ? profiles_.compand(static_cast<double>(beam.range)) : RangeProfiles::kOutOfRange;
@@ -70,9 +76,9 @@ class CoarseSearch : public testing::Test
 		int sum = 0;
 		for (const Beam& beam : scan.beams)
 		{
-			const long turn = std::lround(static_cast<double>(beam.angle) / (2 * M_PI) * profiles_.directions) + shift;
-			const auto direction = static_cast<std::size_t>((turn + profiles_.directions) % profiles_.directions);
-			const int expected = profiles_.block(i / RangeProfiles::kBlock)[direction * 64 + i % 64];
+			const std::size_t direction = direction_of(beam, shift);
+			constexpr std::size_t kBlock = RangeProfiles::kBlock;
+			const int expected = profiles_.block(i / kBlock)[direction * kBlock + i % kBlock];
 			const int observed =
 			    (beam.is_return ? profiles_.compand(static_cast<double>(beam.range)) : RangeProfiles::kOutOfRange) / 2;
 			sum += std::min(std::abs(expected - observed), parameters_.overview_truncation);

@@ -15,7 +15,7 @@ struct Match
 {
 	std::int32_t position;
 	std::int32_t shift;
-	std::uint32_t cost;  //!< [step] lower is better
+	std::uint32_t cost;  //!< [step], of a group [2 steps]; lower is better
 };
 
 /// Keeps the cheapest of a stream of matches whose costs are bytes: all those below a limit, which is lowered as they
@@ -23,7 +23,7 @@ struct Match
 class CheapestMatches
 {
    public:
-	/// \param margin [step] by which a match may be dearer than the cheapest
+	/// \param margin by which a match may be dearer than the cheapest, in the unit of the costs
 	/// \param storage for the matches, kept from query to query
 	CheapestMatches(std::uint32_t margin, std::vector<Match>& storage) : margin_(margin), matches_(storage)
 	{
@@ -65,7 +65,7 @@ class CheapestMatches
 	std::uint32_t least_ = 255;
 	std::size_t wanted_ = 0;
 	std::size_t below_ = 0;      //!< matches that cost less than limit_
-	std::uint32_t limit_ = 256;  //!< [step]
+	std::uint32_t limit_ = 256;  //!< in the unit of the costs
 	std::vector<Match>& matches_;
 	std::array<std::size_t, 256> count_{};  //!< by cost
 };
