@@ -50,14 +50,13 @@ struct PaperParameters
 /// From a scan to candidate poses, by range profiles of sample positions.
 struct CoarseSearchParameters
 {
-	double spacing = 0.2;         //!< [m] between sample positions
-	double clearance = 0.1;       //!< [m] of sample positions from occupied cells
-	int directions = 120;         //!< [-] of a profile, and yaw shifts that are tried
-	double max_range = 30.0;      //!< [m] of a profile
-	int overview_truncation = 8;  //!< [2 steps] greatest difference of companded ranges that counts at first
-	double overview_hopeless =
-	    17.0;                 //!< [2 steps] over the root of the beams: pairs this much dearer, not looked at again
-	int second_look = 40000;  //!< [-] (group of positions, yaw) pairs compared with all beams, at most
+	double spacing = 0.2;             //!< [m] between sample positions
+	double clearance = 0.1;           //!< [m] of sample positions from occupied cells
+	int directions = 120;             //!< [-] of a profile, and yaw shifts that are tried
+	double max_range = 30.0;          //!< [m] of a profile
+	int overview_truncation = 8;      //!< [2 steps] greatest difference of companded ranges that counts at first
+	double overview_hopeless = 17.0;  //!< [2 steps] over the root of the beams: pairs this much dearer are dropped
+	int second_look = 40000;          //!< [-] (group of positions, yaw) pairs compared with all beams, at most
 	double second_look_share = 0.05;  //!< [-] of all pairs, at most
 	int truncation = 10;              //!< [step] greatest difference of companded ranges that counts
 	int candidates = 800;             //!< [-] poses handed on
