@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdlib>
+#include <map>
 #include <random>
 
 #include "portable_simd.h"
@@ -46,50 +47,85 @@ class CoarseKernel : public testing::TestWithParam<std::int64_t>
 };
 }  // namespace
 
-TEST_P(CoarseKernel, CheapGroupsOfABlockAreThoseOfPlainLoops)
+TEST_P(CoarseKernel, CheapPairsAreThoseOfPlainLoops)
 {
-	constexpr int kBlock = RangeProfiles::kBlock, kShifts = RangeProfiles::kShifts;
-	for (const int directions : {8, 30, 120})
-		for (const std::size_t count : {std::size_t{1}, std::size_t{7}, std::size_t{25}})
-			for (const int truncation : {1, 4, 10})
+	for (const std::size_t directions : {std::size_t{8}, std::size_t{30}, std::size_t{120}, std::size_t{200}})
+		for (const std::size_t beam_count : {std::size_t{1}, std::size_t{7}, std::size_t{25}})
+			for (const std::size_t row_count : {std::size_t{1}, std::size_t{5}})
 			{
-				const auto rows = static_cast<std::size_t>(directions);
-				Row block = random_half_row(random_, rows * kBlock);
-				block.insert(block.end(), block.begin(), block.begin() + (kShifts - 1) * kBlock);
+				constexpr int kTruncation = 10;
+				const std::size_t stride = 2 * directions + RangeProfiles::kBlock;
+				Row rows;
+				for (std::size_t r = 0; r < row_count; r++)
+				{
+					const Row row = random_half_row(random_, directions);
+					const Row beyond = random_row(random_, RangeProfiles::kBlock);
+					for (const Row* part : {&row, &row, &beyond}) rows.insert(rows.end(), part->begin(), part->end());
+				}
 				std::vector<CoarseBeam> beams;
-				for (std::size_t b = 0; b < count; b++)
-					beams.push_back({static_cast<int>(random_() % rows), random_half_row(random_, 1).front()});
-				const auto cost_of = [&](int shift, int position)
+				for (std::size_t b = 0; b < beam_count; b++)
+					beams.push_back({static_cast<int>(random_() % directions), random_half_row(random_, 1).front()});
+				const auto cost_of = [&](std::size_t row, std::size_t shift)
 				{
 					int cost = 0;
 					for (const CoarseBeam& beam : beams)
-						cost += difference(
-						    block[static_cast<std::size_t>((beam.direction + shift) % directions * kBlock + position)],
-						    beam.step, truncation);
+					{
+						const std::size_t turned = (static_cast<std::size_t>(beam.direction) + shift) % directions;
+						cost += difference(rows[row * stride + turned], beam.step, kTruncation);
+					}
 					return cost;
 				};
-				const int least = cost_of(directions / 2, 5);  // some positions are to be cheap, not all
-				const int most = std::min(least + 2, 255);
-				const CoarseLook look{beams.data(), count, directions, static_cast<std::uint8_t>(truncation)};
-				int next = 0;
-				CheapShifts found{};
-				for (int group = 0; group < directions; group += kShifts)
-				{
-					if (group == next)
-						next = find_cheap_shifts(block.data(), look, group, static_cast<std::uint8_t>(most), found);
-					for (int shift = group; shift < std::min(group + kShifts, directions); shift++)
-						for (int i = 0; i < kBlock; i++)
+				const int most = std::min(cost_of(row_count - 1, directions / 2) + 2, 255);  // some are, not all
+				const CoarseLook look{beams.data(), beam_count, static_cast<int>(directions), kTruncation};
+				std::vector<CheapPair> found(row_count * directions);
+				found.resize(
+				    find_cheap_pairs(rows.data(), row_count, look, static_cast<std::uint8_t>(most), found.data()));
+				std::map<std::pair<std::size_t, std::size_t>, int> costs;
+				for (const CheapPair& pair : found)
+					EXPECT_TRUE(costs.insert({{pair.row, pair.shift}, pair.cost}).second) << "found twice";
+				for (std::size_t row = 0; row < row_count; row++)
+					for (std::size_t shift = 0; shift < directions; shift++)
+					{
+						const int cost = cost_of(row, shift);
+						const auto pair = costs.find({row, shift});
+						ASSERT_EQ(pair != costs.end(), cost <= most) << "row " << row << " shift " << shift;
+						if (pair != costs.end())
 						{
-							const bool cheap = group == next && (found.cheap[shift - group] >> i & 1U) != 0;
-							ASSERT_EQ(cheap, cost_of(shift, i) <= most) << "shift " << shift << " position " << i;
-							if (cheap)
-							{
-								ASSERT_EQ(found.cost[(shift - group) * kBlock + i], cost_of(shift, i));
-							}
+							ASSERT_EQ(pair->second, cost);
 						}
-					if (group == next) next += kShifts;
-				}
+					}
 			}
+}
+
+TEST_P(CoarseKernel, DeficitsAreWhatASignatureHasMore)
+{
+	constexpr std::size_t kBlock = RangeProfiles::kBlock, kBins = RangeProfiles::kBins;
+	Row block(kBins * kBlock), signature(kBins);
+	for (auto& value : block) value = static_cast<std::uint8_t>(random_() % 30);
+	for (auto& value : signature) value = static_cast<std::uint8_t>(random_() % 16);
+	block[3 * kBlock] = 255, signature[3] = 1;
+	Row deficits(kBlock);
+	signature_deficits(block.data(), signature.data(), deficits.data());
+	for (std::size_t group = 0; group < kBlock; group++)
+	{
+		int expected = 0;
+		for (std::size_t bin = 0; bin < kBins; bin++)
+			expected += std::max(0, int{signature[bin]} - int{block[bin * kBlock + group]});
+		EXPECT_EQ(deficits[group], expected) << group;
+	}
+}
+
+TEST_P(CoarseKernel, GroupsBetweenIncludeBothEnds)
+{
+	Row deficits(RangeProfiles::kBlock);
+	for (auto& value : deficits) value = static_cast<std::uint8_t>(random_() % 8);
+	deficits[0] = 0, deficits[1] = 255;
+	for (const auto& [least, most] : {std::pair{0, 0}, {2, 5}, {7, 255}, {0, 255}})
+		for (std::size_t i = 0; i < deficits.size(); i++)
+			EXPECT_EQ(
+			    (groups_between(deficits.data(), least, most) >> i & 1U) != 0,
+			    least <= deficits[i] && deficits[i] <= most)
+			    << int{deficits[i]} << " in " << least << " to " << most;
 }
 
 TEST_P(CoarseKernel, CostsOfRowsAreThoseOfAPlainLoop)

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <set>
 
 #include "test_floor.h"
@@ -111,31 +112,67 @@ TEST_F(OnFloor, GroupsAreThePositionsInTwoByTwoSquares)
 
 TEST_F(OnFloor, TheOverviewHasTheRangesAtTheMiddlesOfGroups)
 {
-	constexpr std::size_t kBlock = RangeProfiles::kBlock;
 	const auto directions = static_cast<std::size_t>(profiles_.directions);
-	ASSERT_NE(profiles_.groups() % kBlock, 0U) << "the last block is to be a partial one";
-	const std::size_t rows = directions + RangeProfiles::kShifts - 1;
-	ASSERT_EQ(profiles_.rows_of_block(), rows);
-	ASSERT_EQ(profiles_.overview.size(), (profiles_.groups() / kBlock + 1) * rows);
-	EXPECT_EQ(reinterpret_cast<std::uintptr_t>(profiles_.block(1)) % kBlock, 0U);
+	ASSERT_EQ(profiles_.overview.size(), 2 * profiles_.groups()) << "120 directions take two cache lines";
+	EXPECT_EQ(reinterpret_cast<std::uintptr_t>(profiles_.overview_of(1)) % sizeof(RangeProfiles::Line), 0U);
 	std::size_t near = 0;
 	for (std::size_t group = 0; group < profiles_.groups(); group++)
-		for (std::size_t row = 0; row < rows; row++)
+		for (std::size_t d = 0; d < directions; d++)
 		{
-			const int step = 2 * profiles_.block(group / kBlock)[row * kBlock + group % kBlock];
+			const int step = 2 * profiles_.overview_of(group)[d];
 			int least = 255, greatest = 0;  // of the group's positions
 			for (std::size_t i = profiles_.first_of_group[group]; i < profiles_.first_of_group[group + 1]; i++)
 			{
-				const int other = profiles_.by_position[i * directions + row % directions];
+				const int other = profiles_.by_position[i * directions + d];
 				least = std::min(least, other), greatest = std::max(greatest, other);
 			}
 			near += step >= least - 8 && step <= greatest + 8 ? 1 : 0;
-			if (row >= directions)
-			{
-				ASSERT_EQ(step, 2 * profiles_.block(group / kBlock)[(row - directions) * kBlock + group % kBlock]);
-			}
 		}
-	EXPECT_GT(static_cast<double>(near), 0.97 * static_cast<double>(profiles_.groups() * rows));
+	EXPECT_GT(static_cast<double>(near), 0.97 * static_cast<double>(profiles_.groups() * directions));
+}
+
+TEST_F(OnFloor, SignaturesAreThoseOfTheOverview)
+{
+	constexpr std::size_t kBlock = RangeProfiles::kBlock, kBins = RangeProfiles::kBins;
+	const auto directions = static_cast<std::size_t>(profiles_.directions);
+	ASSERT_NE(profiles_.groups() % kBlock, 0U) << "the last block is to be a partial one";
+	ASSERT_EQ(profiles_.signatures.size(), (profiles_.groups() / kBlock + 1) * kBlock * kBins);
+	for (std::size_t group = 0; group < profiles_.groups(); group++)
+	{
+		const auto expected = profiles_.signature_of(profiles_.overview_of(group), directions);
+		for (std::size_t bin = 0; bin < kBins; bin++)
+			ASSERT_EQ(profiles_.signatures[(group / kBlock * kBins + bin) * kBlock + group % kBlock], expected[bin])
+			    << group << " " << bin;
+	}
+}
+
+TEST(RangeProfiles, ASignatureSpreadsARangeOverTheTwoBinsItLiesBetween)
+{
+	RangeProfiles profiles;
+	profiles.directions = 120;
+	const auto at = [&](int step) { return profiles.signature_of(std::vector(120, std::uint8_t(step)).data(), 120); };
+	EXPECT_EQ(at(0)[0], RangeProfiles::kWhole);
+	EXPECT_EQ(at(RangeProfiles::kOutOfRange / 2)[RangeProfiles::kBins - 1], RangeProfiles::kWhole);
+	for (int step = 1; step < RangeProfiles::kOutOfRange / 2; step++)
+	{
+		const double place = step * 15.0 / 127;
+		const auto bin = static_cast<std::size_t>(place);
+		const auto signature = at(step);
+		EXPECT_EQ(signature[bin] + signature[bin + 1], RangeProfiles::kWhole) << step;
+		EXPECT_NEAR(signature[bin + 1], RangeProfiles::kWhole * (place - static_cast<double>(bin)), 31) << step;
+	}
+}
+
+TEST_F(OnFloor, ASignatureIsTheSameForAllYaws)
+{
+	const auto directions = static_cast<std::size_t>(profiles_.directions);
+	std::vector<std::uint8_t> turned(profiles_.overview_of(7), profiles_.overview_of(7) + directions);
+	const auto expected = profiles_.signature_of(turned.data(), directions);
+	std::rotate(turned.begin(), turned.begin() + 33, turned.end());
+	EXPECT_EQ(profiles_.signature_of(turned.data(), directions), expected);
+	EXPECT_NEAR(std::accumulate(expected.begin(), expected.end(), 0), RangeProfiles::kWhole, 8);
+	const auto half = profiles_.signature_of(turned.data(), directions / 2);
+	EXPECT_NEAR(std::accumulate(half.begin(), half.end(), 0), RangeProfiles::kWhole / 2, 8);
 }
 
 TEST(RangeProfiles, ASquareOfAPowerOfTwoIsWalkedFromNeighbourToNeighbour)

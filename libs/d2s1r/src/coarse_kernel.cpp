@@ -2,6 +2,8 @@
 #include "coarse_kernel.h"
 
 #include <algorithm>
+#include <array>
+#include <cstring>
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "coarse_kernel.cpp"
@@ -19,71 +21,117 @@ using Bytes = hn::CappedTag<std::uint8_t, 64>;
 using Signed = hn::RebindToSigned<Bytes>;
 using V = hn::Vec<Bytes>;
 
-constexpr int kShifts = RangeProfiles::kShifts, kBlock = RangeProfiles::kBlock;
-static_assert(kShifts == 8, "compare_lanes() has as many sums");
+void signature_deficits_of_target(const std::uint8_t* block, const std::uint8_t* signature, std::uint8_t* deficits)
+{
+	const Bytes bytes;
+	for (std::size_t i = 0; i < RangeProfiles::kBlock; i += hn::Lanes(bytes))
+	{
+		V sum = hn::Zero(bytes);
+		for (std::size_t bin = 0; bin < RangeProfiles::kBins; bin++)
+		{
+			const V has = hn::LoadU(bytes, block + bin * RangeProfiles::kBlock + i);
+			sum = hn::Add(sum, hn::SaturatedSub(hn::Set(bytes, signature[bin]), has));
+		}
+		hn::StoreU(sum, bytes, deficits + i);
+	}
+}
 
-/// Costs of as many groups as there are lanes, from group `i` of the block on, at kShifts shifts.
-void compare_lanes(
-    const std::uint8_t* block, std::size_t i, const CoarseLook& look, int shift, std::uint8_t most, CheapShifts& found)
+std::uint64_t groups_between_of_target(const std::uint8_t* deficits, int least, int most)
+{
+	const Bytes bytes;
+	const V low = hn::Set(bytes, static_cast<std::uint8_t>(least)),
+	        high = hn::Set(bytes, static_cast<std::uint8_t>(most));
+	std::uint64_t between = 0;
+	for (std::size_t i = 0; i < RangeProfiles::kBlock; i += hn::Lanes(bytes))
+	{
+		const V value = hn::LoadU(bytes, deficits + i);
+		std::uint8_t bits[8] = {};
+		hn::StoreMaskBits(bytes, hn::Eq(hn::Min(hn::Max(value, low), high), value), bits);
+		std::uint64_t part = 0;
+		std::memcpy(&part, bits, sizeof(part));
+		between |= part << i;
+	}
+	return between;
+}
+
+/// As many shifts of a row as there are lanes, from `shift` on.
+struct Shifts
+{
+	std::size_t row, shift;
+	const std::uint8_t* ranges;
+};
+
+/// The costs of four times as many pairs as there are lanes.
+/// \return false if all cost more than `most`
+HWY_INLINE bool compare(const std::array<Shifts, 4>& at, const CoarseLook& look, std::uint8_t most, std::uint8_t* costs)
 {
 	const Bytes bytes;
 	const V truncation = hn::Set(bytes, look.truncation), acceptable = hn::Set(bytes, most);
-	V sum0 = hn::Zero(bytes), sum1 = sum0, sum2 = sum0, sum3 = sum0, sum4 = sum0, sum5 = sum0, sum6 = sum0, sum7 = sum0;
-	const auto is_acceptable = [&](V sum) { return hn::Eq(hn::Min(sum, acceptable), sum); };
-	const auto none_acceptable = [&]
-	{
-		const V least0 = hn::Min(hn::Min(sum0, sum1), hn::Min(sum2, sum3));
-		const V least4 = hn::Min(hn::Min(sum4, sum5), hn::Min(sum6, sum7));
-		return hn::AllFalse(bytes, is_acceptable(hn::Min(least0, least4)));
+	const auto cost = [&](const std::uint8_t* ranges,
+	                      V step) {  // steps of the overview are below 128: their differences are signed bytes
+		const V difference = hn::Sub(hn::LoadU(bytes, ranges), step);
+		return hn::Min(hn::BitCast(bytes, hn::Abs(hn::BitCast(Signed(), difference))), truncation);
 	};
-	const auto compare = [&](const CoarseBeam& beam)
-	{
-		const int turned = beam.direction + shift;
-		const std::uint8_t* const row =
-		    block + i + (turned < look.directions ? turned : turned - look.directions) * std::ptrdiff_t{kBlock};
-		const V step = hn::Set(bytes, beam.step);
-		const auto cost = [&](int s)  // steps of the overview are below 128: their differences are signed bytes
-		{
-			const V difference = hn::Sub(hn::LoadU(bytes, row + s * std::ptrdiff_t{kBlock}), step);
-			return hn::Min(hn::BitCast(bytes, hn::Abs(hn::BitCast(Signed(), difference))), truncation);
-		};
-		sum0 = hn::Add(sum0, cost(0)), sum1 = hn::Add(sum1, cost(1));
-		sum2 = hn::Add(sum2, cost(2)), sum3 = hn::Add(sum3, cost(3));
-		sum4 = hn::Add(sum4, cost(4)), sum5 = hn::Add(sum5, cost(5));
-		sum6 = hn::Add(sum6, cost(6)), sum7 = hn::Add(sum7, cost(7));
-	};
+	const std::uint8_t *const r0 = at[0].ranges, *const r1 = at[1].ranges, *const r2 = at[2].ranges,
+	                          *const r3 = at[3].ranges;
+	V sum0 = hn::Zero(bytes), sum1 = sum0, sum2 = sum0, sum3 = sum0;
 	std::size_t next_check = look.count / 2;
 	for (std::size_t b = 0; b < look.count; b++)
 	{
-		compare(look.beams[b]);
+		const int direction = look.beams[b].direction;
+		const V step = hn::Set(bytes, look.beams[b].step);
+		sum0 = hn::Add(sum0, cost(r0 + direction, step)), sum1 = hn::Add(sum1, cost(r1 + direction, step));
+		sum2 = hn::Add(sum2, cost(r2 + direction, step)), sum3 = hn::Add(sum3, cost(r3 + direction, step));
 		if (b < next_check) continue;
-		if (none_acceptable()) return;
+		const V least = hn::Min(hn::Min(sum0, sum1), hn::Min(sum2, sum3));
+		if (hn::AllFalse(bytes, hn::Eq(hn::Min(least, acceptable), least))) return false;
 		next_check = b + 3;
 	}
-	const auto keep = [&](int s, V sum)
-	{
-		hn::StoreU(sum, bytes, found.cost + static_cast<std::size_t>(s * kBlock) + i);
-		std::uint8_t cheap[8];
-		const std::size_t count = hn::StoreMaskBits(bytes, is_acceptable(sum), cheap);
-		for (std::size_t k = 0; k < count; k++) found.cheap[s] |= std::uint64_t{cheap[k]} << (i + 8 * k);
-	};
-	keep(0, sum0), keep(1, sum1), keep(2, sum2), keep(3, sum3);
-	keep(4, sum4), keep(5, sum5), keep(6, sum6), keep(7, sum7);
+	const std::size_t lanes = hn::Lanes(bytes);
+	hn::Store(sum0, bytes, costs), hn::Store(sum1, bytes, costs + lanes);
+	hn::Store(sum2, bytes, costs + 2 * lanes), hn::Store(sum3, bytes, costs + 3 * lanes);
+	return true;
 }
 
-int find_cheap_shifts_of_target(
-    const std::uint8_t* block, const CoarseLook& look, int shift, std::uint8_t most, CheapShifts& found)
+std::size_t find_cheap_pairs_of_target(
+    const std::uint8_t* rows, std::size_t count, const CoarseLook& look, std::uint8_t most, CheapPair* found)
 {
 	const Bytes bytes;
-	for (; shift < look.directions; shift += kShifts)
+	const std::size_t lanes = hn::Lanes(bytes), directions = static_cast<std::size_t>(look.directions);
+	const std::size_t stride = 2 * directions + RangeProfiles::kBlock;
+	const std::size_t a_row = (directions + lanes - 1) / lanes, all = count * a_row;
+	const V acceptable = hn::Set(bytes, most);
+	const CheapPair* const first = found;
+	alignas(64) std::uint8_t costs[4 * 64];
+	for (std::size_t i = 0; i < all; i += 4)
 	{
-		for (std::uint64_t& cheap : found.cheap) cheap = 0;
-		for (std::size_t i = 0; i < kBlock; i += hn::Lanes(bytes)) compare_lanes(block, i, look, shift, most, found);
-		std::uint64_t any = 0;
-		for (const std::uint64_t cheap : found.cheap) any |= cheap;
-		if (any != 0) break;
+		std::array<Shifts, 4> at;
+		for (std::size_t k = 0; k < 4; k++)
+		{
+			const std::size_t which = std::min(i + k, all - 1), row = which / a_row, shift = which % a_row * lanes;
+			at[k] = {row, shift, rows + row * stride + shift};
+		}
+		if (!compare(at, look, most, costs)) continue;
+		for (std::size_t k = 0; k < std::min<std::size_t>(4, all - i); k++)
+		{
+			const std::uint8_t* const cost = costs + k * lanes;
+			const V lane_costs = hn::Load(bytes, cost);
+			const auto is_cheap = hn::And(
+			    hn::FirstN(bytes, std::min(directions - at[k].shift, lanes)),
+			    hn::Eq(hn::Min(lane_costs, acceptable), lane_costs));
+			std::uint8_t cheap[8] = {};
+			hn::StoreMaskBits(bytes, is_cheap, cheap);
+			std::uint64_t left = 0;
+			std::memcpy(&left, cheap, sizeof(left));
+			for (; left != 0; left &= left - 1)
+			{
+				const auto lane = static_cast<std::size_t>(__builtin_ctzll(left));
+				*found++ = {
+				    static_cast<std::uint16_t>(at[k].row), static_cast<std::uint16_t>(at[k].shift + lane), cost[lane]};
+			}
+		}
 	}
-	return shift;
+	return static_cast<std::size_t>(found - first);
 }
 
 void row_costs_of_target(const std::uint8_t* rows, std::size_t count, const CoarseRow& look, std::uint32_t* costs)
@@ -113,13 +161,25 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace d2s1r
 {
-HWY_EXPORT(find_cheap_shifts_of_target);
+HWY_EXPORT(signature_deficits_of_target);
+HWY_EXPORT(groups_between_of_target);
+HWY_EXPORT(find_cheap_pairs_of_target);
 HWY_EXPORT(row_costs_of_target);
 
-int find_cheap_shifts(
-    const std::uint8_t* block, const CoarseLook& look, int shift, std::uint8_t most, CheapShifts& found)
+void signature_deficits(const std::uint8_t* block, const std::uint8_t* signature, std::uint8_t* deficits)
 {
-	return HWY_DYNAMIC_DISPATCH(find_cheap_shifts_of_target)(block, look, shift, most, found);
+	HWY_DYNAMIC_DISPATCH(signature_deficits_of_target)(block, signature, deficits);
+}
+
+std::uint64_t groups_between(const std::uint8_t* deficits, int least, int most)
+{
+	return HWY_DYNAMIC_DISPATCH(groups_between_of_target)(deficits, least, most);
+}
+
+std::size_t find_cheap_pairs(
+    const std::uint8_t* rows, std::size_t count, const CoarseLook& look, std::uint8_t most, CheapPair* found)
+{
+	return HWY_DYNAMIC_DISPATCH(find_cheap_pairs_of_target)(rows, count, look, most, found);
 }
 
 void row_costs(const std::uint8_t* rows, std::size_t count, const CoarseRow& look, std::uint32_t* costs)

@@ -15,7 +15,7 @@ struct CoarseBeam
 	std::uint8_t step;  //!< [2 steps] as in the overview
 };
 
-/// What a block is compared with.
+/// What overviews are compared with.
 struct CoarseLook
 {
 	const CoarseBeam* beams;
@@ -24,21 +24,28 @@ struct CoarseLook
 	std::uint8_t truncation;  //!< [2 steps] count * truncation must fit a byte
 };
 
-/// Costs of the groups of a block at kShifts shifts.
-struct CheapShifts
+/// A row at a yaw shift.
+struct CheapPair
 {
-	std::uint64_t cheap[RangeProfiles::kShifts];                        //!< a bit for each group that is cheap
-	std::uint8_t cost[RangeProfiles::kShifts * RangeProfiles::kBlock];  //!< (shift, group), of the cheap ones
+	std::uint16_t row, shift;
+	std::uint8_t cost;
 };
 
-/// The first shifts `s` to `s` + kShifts - 1 from `shift` on, `s` a multiple of kShifts, at which a group of the
-/// block costs at most `most`. The cost is the sum over beams of min(truncation, |row[direction + shift] - step|);
-/// it only grows with the beams, so that as a rule some suffice to tell that it will be above.
-/// \param shift a multiple of kShifts
-/// \param block RangeProfiles::block()
-/// \return `s`; `directions` or more if there is none
-int find_cheap_shifts(
-    const std::uint8_t* block, const CoarseLook& look, int shift, std::uint8_t most, CheapShifts& found);
+/// By group of a block, the deficit of its signature: the sum over bins of what `signature` has more there.
+/// \param block signatures (bin, group)
+void signature_deficits(const std::uint8_t* block, const std::uint8_t* signature, std::uint8_t* deficits);
+
+/// A bit for each group of a block with a deficit of `least` to `most`.
+std::uint64_t groups_between(const std::uint8_t* deficits, int least, int most);
+
+/// All pairs of row and shift that cost at most `most`. The cost is the sum over beams of
+/// min(truncation, |row[direction + shift] - step|); it only grows with the beams, so that as a rule some suffice to
+/// tell that it will be above.
+/// \param rows each the directions twice and RangeProfiles::kBlock bytes of any value
+/// \param found room for all pairs
+/// \return how many there are
+std::size_t find_cheap_pairs(
+    const std::uint8_t* rows, std::size_t count, const CoarseLook& look, std::uint8_t most, CheapPair* found);
 
 /// What a row is compared with, direction by direction.
 struct CoarseRow

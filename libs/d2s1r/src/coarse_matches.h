@@ -25,16 +25,18 @@ class CheapestMatches
    public:
 	/// \param margin by which a match may be dearer than the cheapest, in the unit of the costs
 	/// \param storage for the matches, kept from query to query
-	CheapestMatches(std::uint32_t margin, std::vector<Match>& storage) : margin_(margin), matches_(storage)
+	/// \param wanted how many at most
+	CheapestMatches(std::uint32_t margin, std::size_t wanted, std::vector<Match>& storage)
+	    : margin_(margin), wanted_(wanted), matches_(storage)
 	{
 		matches_.clear();
 	}
 
-	/// From now on at most so many; the limit does not rise again.
-	void want(std::size_t wanted) { wanted_ = wanted; }
-
 	/// The greatest cost that may still be among the cheapest.
 	std::uint8_t most() const { return static_cast<std::uint8_t>(limit_ - 1); }
+
+	/// Of the cheapest so far; 255 if there is none.
+	std::uint32_t least() const { return least_; }
 
 	/// \param match costs at most what most() was when the limit was lowered last
 	void add(const Match& match)
@@ -62,8 +64,8 @@ class CheapestMatches
 
    private:
 	std::uint32_t margin_;
+	std::size_t wanted_;
 	std::uint32_t least_ = 255;
-	std::size_t wanted_ = 0;
 	std::size_t below_ = 0;      //!< matches that cost less than limit_
 	std::uint32_t limit_ = 256;  //!< in the unit of the costs
 	std::vector<Match>& matches_;

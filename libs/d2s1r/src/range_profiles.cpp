@@ -85,76 +85,91 @@ std::vector<PlacedCell> along_curve(const Grid& grid, const std::vector<CellInde
 }
 
 /// Where each placed cell is in `cells`, which are increasing and hold them all.
-std::vector<std::size_t> ranks_in(const std::vector<CellIndex>& cells, const std::vector<PlacedCell>& placed)
+std::vector<std::uint32_t> ranks_in(const std::vector<CellIndex>& cells, const std::vector<PlacedCell>& placed)
 {
-	std::vector<std::size_t> ranks;
+	std::vector<std::uint32_t> ranks;
 	ranks.reserve(placed.size());
 	for (const PlacedCell& sample : placed)
 		ranks.push_back(
-		    static_cast<std::size_t>(std::lower_bound(cells.begin(), cells.end(), sample.cell) - cells.begin()));
+		    static_cast<std::uint32_t>(std::lower_bound(cells.begin(), cells.end(), sample.cell) - cells.begin()));
 	return ranks;
 }
 
-/// Stores the swept ranges, in units of kRangeUnitsPerCell, as steps.
-class ProfileWriter
+/// Companded ranges by swept range, in units of `size` steps.
+std::vector<std::uint8_t> steps_of_ranges(const RangeProfiles& profiles, double cell_size, int size)
+{
+	std::vector<std::uint8_t> steps(65536, static_cast<std::uint8_t>(RangeProfiles::kOutOfRange / size));
+	for (std::size_t units = 0; units + 1 < steps.size(); units++)
+		steps[units] = static_cast<std::uint8_t>(
+		    profiles.compand(static_cast<double>(units) * cell_size / kRangeUnitsPerCell) / size);
+	return steps;
+}
+
+/// Stores swept ranges of some cells (cell, direction), in units of kRangeUnitsPerCell, as bytes.
+class RowWriter
 {
    public:
-	/// \param positions, groups where their cells are among the swept ones
-	ProfileWriter(
-	    RangeProfiles& profiles, std::vector<std::size_t> positions, std::vector<std::size_t> groups, double cell_size)
-	    : profiles_(profiles),
-	      positions_(std::move(positions)),
-	      groups_(std::move(groups)),
-	      step_of_(65536, RangeProfiles::kOutOfRange),
-	      gathered_(kGathered * positions_.size())
+	/// \param cells where they are among the swept ones
+	/// \param byte_of by range
+	/// \param rows (cell, direction), filled
+	RowWriter(
+	    std::vector<std::uint32_t> cells, const std::vector<std::uint8_t>& byte_of, int directions, std::size_t stride,
+	    std::uint8_t* rows)
+	    : cells_(std::move(cells)),
+	      byte_of_(byte_of),
+	      directions_(static_cast<std::size_t>(directions)),
+	      stride_(stride),
+	      rows_(rows),
+	      gathered_(kGathered * cells_.size())
 	{
-		for (std::size_t units = 0; units + 1 < step_of_.size(); units++)
-			step_of_[units] = profiles.compand(static_cast<double>(units) * cell_size / kRangeUnitsPerCell);
 	}
 
 	/// \param direction all of them, in turn
 	/// \param ranges in `direction`, by cell
 	void write(std::size_t direction, const std::uint16_t* ranges)
 	{
-		for (std::size_t g = 0; g < groups_.size(); g++)
-			row(g / kBlock, direction).step[g % kBlock] = step_of_[ranges[groups_[g]]] / 2;
-		std::uint8_t* const gathered = gathered_.data() + direction % kGathered * positions_.size();
-		for (std::size_t i = 0; i < positions_.size(); i++) gathered[i] = step_of_[ranges[positions_[i]]];
-		if (direction % kGathered == kGathered - 1 || direction == directions() - 1) store_by_position(direction);
-	}
-
-	/// When all directions are written: what blocks store twice.
-	void finish()
-	{
-		for (std::size_t first = 0; first < groups_.size(); first += kBlock)
-			std::copy_n(
-			    &row(first / kBlock, 0), profiles_.rows_of_block() - directions(), &row(first / kBlock, directions()));
+		const std::size_t count = cells_.size();
+		std::uint8_t* const gathered = gathered_.data() + direction % kGathered * count;
+		const std::uint32_t* const cells = cells_.data();  // bytes may alias: members would be read again each time
+		const std::uint8_t* const byte_of = byte_of_.data();
+		for (std::size_t i = 0; i < count; i++) gathered[i] = byte_of[ranges[cells[i]]];
+		if (direction % kGathered == kGathered - 1 || direction == directions_ - 1) store(direction);
 	}
 
    private:
-	static constexpr std::size_t kBlock = RangeProfiles::kBlock;
 	static constexpr std::size_t kGathered = 32;  //!< [directions] stored together, for whole cache lines
 
-	std::size_t directions() const { return static_cast<std::size_t>(profiles_.directions); }
-	RangeProfiles::Row& row(std::size_t block, std::size_t r)
-	{
-		return profiles_.overview[block * profiles_.rows_of_block() + r];
-	}
-
 	/// The directions gathered last, up to `last`.
-	void store_by_position(std::size_t last)
+	void store(std::size_t last)
 	{
-		const std::size_t first = last / kGathered * kGathered;
-		for (std::size_t i = 0; i < positions_.size(); i++)
-			for (std::size_t d = first; d <= last; d++)
-				profiles_.by_position[i * directions() + d] = gathered_[(d - first) * positions_.size() + i];
+		const std::size_t first = last / kGathered * kGathered, count = cells_.size(), stride = stride_;
+		const std::uint8_t* const gathered = gathered_.data();
+		std::uint8_t* const rows = rows_ + first;
+		for (std::size_t i = 0; i < count; i++)
+			for (std::size_t d = 0; d <= last - first; d++) rows[i * stride + d] = gathered[d * count + i];
 	}
 
-	RangeProfiles& profiles_;
-	std::vector<std::size_t> positions_, groups_;
-	std::vector<std::uint8_t> step_of_;   //!< [step] by range
-	std::vector<std::uint8_t> gathered_;  //!< [step] (direction, position)
+	std::vector<std::uint32_t> cells_;
+	const std::vector<std::uint8_t>& byte_of_;
+	std::size_t directions_, stride_;
+	std::uint8_t* rows_;
+	std::vector<std::uint8_t> gathered_;  //!< (direction, cell)
 };
+
+/// Signatures of the groups of an overview, block by block.
+std::vector<std::uint8_t> make_signatures(const RangeProfiles& profiles)
+{
+	constexpr std::size_t kBlock = RangeProfiles::kBlock, kBins = RangeProfiles::kBins;
+	std::vector<std::uint8_t> signatures((profiles.groups() + kBlock - 1) / kBlock * kBins * kBlock);
+	for (std::size_t group = 0; group < profiles.groups(); group++)
+	{
+		const auto signature =
+		    profiles.signature_of(profiles.overview_of(group), static_cast<std::size_t>(profiles.directions));
+		for (std::size_t bin = 0; bin < kBins; bin++)
+			signatures[(group / kBlock * kBins + bin) * kBlock + group % kBlock] = signature[bin];
+	}
+	return signatures;
+}
 }  // namespace
 
 std::uint8_t RangeProfiles::compand(double range) const
@@ -162,6 +177,24 @@ std::uint8_t RangeProfiles::compand(double range) const
 	if (range >= max_range) return kOutOfRange;
 	const double steps = (kOutOfRange - 1) / std::log1p(max_range / kCompandingRange);
 	return static_cast<std::uint8_t>(steps * std::log1p(range / kCompandingRange));
+}
+
+std::array<std::uint8_t, RangeProfiles::kBins> RangeProfiles::signature_of(
+    const std::uint8_t* steps, std::size_t count) const
+{
+	constexpr unsigned kParts = 8, kMost = kOutOfRange / 2;  // parts of a bin's width that are told apart
+	std::array<unsigned, kBins + 1> sums{};
+	for (std::size_t i = 0; i < count; i++)
+	{
+		const unsigned at = steps[i] * (kBins - 1) * kParts / kMost;
+		sums[at / kParts] += kParts - at % kParts;
+		sums[at / kParts + 1] += at % kParts;
+	}
+	std::array<std::uint8_t, kBins> signature;
+	const unsigned whole = kParts * static_cast<unsigned>(directions);
+	for (std::size_t bin = 0; bin < kBins; bin++)
+		signature[bin] = static_cast<std::uint8_t>((sums[bin] * kWhole + whole / 2) / whole);
+	return signature;
 }
 
 RangeProfiles make_range_profiles(
@@ -187,14 +220,25 @@ RangeProfiles make_range_profiles(
 		if (i == 0 || positions[i].place / 4 != positions[i - 1].place / 4) profiles.first_of_group.push_back(i);
 	}
 	profiles.first_of_group.push_back(positions.size());
-	constexpr std::size_t kBlock = RangeProfiles::kBlock;
-	profiles.overview.resize((groups.size() + kBlock - 1) / kBlock * profiles.rows_of_block());
-	profiles.by_position.resize(positions.size() * static_cast<std::size_t>(parameters.directions) + kBlock);
-	ProfileWriter writer(profiles, ranks_in(swept, positions), ranks_in(swept, groups), grid.cell_size);
+	const auto directions = static_cast<std::size_t>(parameters.directions);
+	profiles.overview.resize(groups.size() * profiles.lines_of_group());
+	profiles.by_position.resize(positions.size() * directions + RangeProfiles::kBlock);
+	const auto step_of = steps_of_ranges(profiles, grid.cell_size, 1),
+	           half_of = steps_of_ranges(profiles, grid.cell_size, 2);
+	RowWriter by_position(
+	    ranks_in(swept, positions), step_of, parameters.directions, directions, profiles.by_position.data());
+	RowWriter overview(
+	    ranks_in(swept, groups), half_of, parameters.directions,
+	    profiles.lines_of_group() * sizeof(RangeProfiles::Line),
+	    reinterpret_cast<std::uint8_t*>(profiles.overview.data()));
 	sweep_ranges(
 	    grid, swept, parameters.directions, parameters.max_range, false,
-	    [&](int direction, const std::uint16_t* ranges) { writer.write(static_cast<std::size_t>(direction), ranges); });
-	writer.finish();
+	    [&](int direction, const std::uint16_t* ranges)
+	    {
+		    by_position.write(static_cast<std::size_t>(direction), ranges);
+		    overview.write(static_cast<std::size_t>(direction), ranges);
+	    });
+	profiles.signatures = make_signatures(profiles);
 	return profiles;
 }
 }  // namespace d2s1r

@@ -15,16 +15,20 @@ struct Candidate
 	double cost = 0;           //!< [step] mean truncated difference of companded ranges a beam, lower is better
 };
 
-/// Compares a scan with the profiles at all yaw shifts: first a few beams at the middles of all groups of positions,
-/// then, where these fit, all beams at each position of the group. Truncated differences keep people and moved
-/// furniture from outvoting the walls.
+/// Compares a scan with the profiles at all yaw shifts: first a few beams at the middles of groups of positions, then,
+/// where these fit, all beams at each position of the group. Truncated differences keep people and moved furniture from
+/// outvoting the walls.
 ///
+/// The first look begins at the groups whose signatures, the same for all yaws, are most like the scan's. The least
+/// cost there says how many beams may be without a counterpart; groups whose signatures lack more are not looked at.
 /// The second look sees all pairs of group and shift whose costs in the first one are below a limit: no more than
 /// parameters.second_look pairs, nor parameters.second_look_share of them all, lie below it, and it is not
 /// parameters.overview_hopeless above the least. Comparing stops early only where the beams that were compared already
 /// cost more; the machine's SIMD instructions do not matter. Equal costs are ranked by the position in `profiles`, then
-/// by the shift. What looking at groups first loses against comparing everywhere (commit b87c96d): of the 500 scans
-/// with clutter of each of six buildings, one at most; in one building it finds five more.
+/// by the shift.
+///
+/// What all this loses against comparing everywhere (commit b87c96d): of the 500 scans with clutter of each of six
+/// buildings, one at most; in one building it finds five more.
 /// \param prior of the robot's pose; positions within a sample's spacing of it are searched, too
 /// \return distinct poses, best first, at most parameters.candidates and none much dearer than the best one (see
 /// parameters.hopeless; on 400 queries each of seven sets its default lost no success)

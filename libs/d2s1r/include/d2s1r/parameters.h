@@ -56,6 +56,7 @@ struct CoarseSearchParameters
 	double max_range = 30.0;          //!< [m] of a profile
 	int overview_truncation = 8;      //!< [2 steps] greatest difference of companded ranges that counts at first
 	double overview_hopeless = 17.0;  //!< [2 steps] over the root of the beams: pairs this much dearer are dropped
+	double overview_deficit = 0.7;    //!< [-] over the root of the beams: those that a signature may lack by chance
 	int second_look = 40000;          //!< [-] (group of positions, yaw) pairs compared with all beams, at most
 	double second_look_share = 0.05;  //!< [-] of all pairs, at most
 	int truncation = 10;              //!< [step] greatest difference of companded ranges that counts
@@ -182,6 +183,9 @@ void visit_parameters(P& p, Visitor&& visit)
 	visit(
 	    "coarse_search", "overview_hopeless", coarse.overview_hopeless, 0.1, 1e6,
 	    "[2 steps] over the root of the beams: dearer pairs are not looked at again");
+	visit(
+	    "coarse_search", "overview_deficit", coarse.overview_deficit, 0.0, 1e6,
+	    "[-] over the root of the beams: those that a signature may lack by chance");
 	visit("coarse_search", "second_look", coarse.second_look, 1, 1000000, "[-] pairs compared with all beams, at most");
 	visit("coarse_search", "second_look_share", coarse.second_look_share, 0.0001, 1, "[-] of all pairs, at most");
 	visit("coarse_search", "truncation", coarse.truncation, 1, 100, "[step] greatest difference that counts");

@@ -3,6 +3,10 @@
 
 #include <d2s1r/grid.h>
 
+#include <array>
+#include <cstdint>
+#include <vector>
+
 namespace d2s1r
 {
 /// Ranges from sample positions all over the free space, one byte a direction: what coarse_search() compares scans
@@ -12,18 +16,20 @@ namespace d2s1r
 /// the sensor, 30 cm at max_range.
 ///
 /// The positions form groups, those in 2 x 2 squares of the samples' spacing. The overview has one position a group, at
-/// its middle, and steps twice as large: what is too dear there need not be compared closely.
+/// its middle, and steps twice as large: what is too dear there need not be compared closely. A signature is a
+/// histogram of the ranges of a group's overview, the same for all yaws (as in Section III-A of the paper): where it
+/// lacks what a scan has, the overview need not be compared either.
 struct RangeProfiles
 {
-	static constexpr int kBlock = 64;                 //!< [groups] stored together, direction by direction
-	static constexpr int kShifts = 8;                 //!< [-] yaw shifts that a block is compared at together
+	static constexpr int kBlock = 64;                 //!< [groups] whose signatures are stored together, bin by bin
+	static constexpr int kBins = 16;                  //!< [-] of a signature
+	static constexpr int kWhole = 240;                //!< [-] sum of a signature
 	static constexpr std::uint8_t kOutOfRange = 255;  //!< no obstacle within max_range
 
-	/// Of a block, what lies in one direction, by group [2 steps]. As it is aligned no load of it spans two cache
-	/// lines.
-	struct alignas(kBlock) Row
+	/// As long as a cache line, and aligned to it.
+	struct alignas(64) Line
 	{
-		std::array<std::uint8_t, kBlock> step;
+		std::array<std::uint8_t, 64> bytes;
 	};
 
 	int directions = 0;       //!< [-] direction i points at 2 pi i / directions, map frame
@@ -32,15 +38,22 @@ struct RangeProfiles
 	/// [step] (position, direction). kBlock more may be read at the end.
 	std::vector<std::uint8_t> by_position;
 	std::vector<std::size_t> first_of_group;  //!< (group) its first position; one more at the end
-	std::vector<Row> overview;                //!< (block, row): see block()
+	std::vector<Line> overview;               //!< [2 steps] (group, direction): see overview_of()
+	std::vector<std::uint8_t> signatures;     //!< [1 / kWhole] (block, bin, group of the block)
 
 	std::size_t size() const { return x.size(); }
 	std::size_t groups() const { return first_of_group.empty() ? 0 : first_of_group.size() - 1; }
-	/// The rows of block `i` of the overview: one a direction, and the first kShifts - 1 again, so that groups of
-	/// shifts need no wrap.
-	const std::uint8_t* block(std::size_t i) const { return overview[i * rows_of_block()].step.data(); }
-	std::size_t rows_of_block() const { return static_cast<std::size_t>(directions + kShifts - 1); }
+	/// Rows of the overview begin at a cache line.
+	std::size_t lines_of_group() const
+	{
+		return (static_cast<std::size_t>(directions) + sizeof(Line) - 1) / sizeof(Line);
+	}
+	const std::uint8_t* overview_of(std::size_t group) const { return overview[group * lines_of_group()].bytes.data(); }
 	std::uint8_t compand(double range) const;  //!< [m] -> [step]
+	/// How `count` ranges spread over the bins, kWhole / directions each. A range counts for the two bins it lies
+	/// between, the more for the nearer one.
+	/// \param steps [2 steps]
+	std::array<std::uint8_t, kBins> signature_of(const std::uint8_t* steps, std::size_t count) const;
 };
 
 /// Samples the free cells, one a square of `parameters.spacing`, and sweeps their ranges.

@@ -1,0 +1,32 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "companded_scan.h"
+
+#include <mrpt/math/wrap2pi.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace d2s1r
+{
+CompandedScan compand(const Scan& scan, const RangeProfiles& profiles, int truncation)
+{
+	const int directions = profiles.directions;
+	const auto padded = static_cast<std::size_t>(2 * directions + RangeProfiles::kBlock);
+	CompandedScan out{std::vector<std::uint8_t>(padded), std::vector<std::uint8_t>(padded), {}};
+	std::vector<float> nearest(static_cast<std::size_t>(directions), 0.5F);
+	for (const Beam& beam : scan.beams)
+	{
+		const double turn = mrpt::math::wrapTo2Pi(static_cast<double>(beam.angle)) / (2 * M_PI) * directions;
+		const auto bin = static_cast<std::size_t>(std::lround(turn)) % static_cast<std::size_t>(directions);
+		const auto offset = static_cast<float>(std::abs(turn - std::round(turn)));
+		if (out.most[bin] != 0 && offset >= nearest[bin]) continue;
+		nearest[bin] = offset;
+		out.most[bin] = static_cast<std::uint8_t>(truncation);
+		out.step[bin] = beam.is_return ? profiles.compand(static_cast<double>(beam.range)) : RangeProfiles::kOutOfRange;
+	}
+	for (int i = 0; i < directions; i++)
+		if (out.most[static_cast<std::size_t>(i)] != 0) out.observed.push_back(i);
+	for (auto* row : {&out.step, &out.most}) std::copy_n(row->begin(), directions, row->begin() + directions);
+	return out;
+}
+}  // namespace d2s1r

@@ -1,0 +1,23 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <d2s1r/range_profiles.h>
+#include <d2s1r/scan.h>
+
+#include <cstdint>
+#include <vector>
+
+namespace d2s1r
+{
+/// The scan in the directions of the profiles: the beam nearest to each.
+struct CompandedScan
+{
+	/// By direction, companded ranges and the truncation of differences, which is 0 where there is no beam. Twice in a
+	/// row and a block of zeros: turns need no wrap.
+	std::vector<std::uint8_t> step, most;
+	std::vector<int> observed;  //!< directions with a beam
+};
+
+/// \param truncation [step] greatest difference that counts
+CompandedScan compand(const Scan& scan, const RangeProfiles& profiles, int truncation);
+}  // namespace d2s1r
