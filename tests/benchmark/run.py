@@ -109,12 +109,12 @@ def retrieval_table(program, sites):
 
 def run_growth(program, areas, repetitions):
     """Rows of medians: growth.cpp prints their columns, of which the last four are measured."""
+    floors = [(area, method, cell) for method, cell in GROWTH_CELLS.items() for area in areas]
+    rounds = [[next(csv.reader([run([program, *floor, 1])])) for floor in floors] for _ in range(repetitions)]
     rows = []
-    for method, cell in GROWTH_CELLS.items():
-        for area in areas:
-            runs = [next(csv.reader([run([program, area, method, cell, 1])])) for _ in range(repetitions)]
-            measured = [statistics.median(map(float, column)) for column in list(zip(*runs))[4:]]
-            rows.append(runs[0][:4] + measured)
+    for runs in zip(*rounds):
+        measured = [statistics.median(map(float, column)) for column in list(zip(*runs))[4:]]
+        rows.append(runs[0][:4] + measured)
     return rows
 
 
