@@ -21,6 +21,23 @@ using Bytes = hn::CappedTag<std::uint8_t, 64>;
 using Signed = hn::RebindToSigned<Bytes>;
 using V = hn::Vec<Bytes>;
 
+/// Which lanes hold at most `most`.
+HWY_INLINE auto at_most(V values, V most)
+{
+	return hn::Eq(hn::Min(values, most), values);
+}
+
+/// A bit for each lane.
+template <class M>
+HWY_INLINE std::uint64_t bits_of(M mask)
+{
+	std::uint8_t bytes[8] = {};
+	hn::StoreMaskBits(Bytes(), mask, bytes);
+	std::uint64_t bits = 0;
+	std::memcpy(&bits, bytes, sizeof(bits));
+	return bits;
+}
+
 void signature_deficits_of_target(const std::uint8_t* block, const std::uint8_t* signature, std::uint8_t* deficits)
 {
 	const Bytes bytes;
@@ -45,11 +62,7 @@ std::uint64_t groups_between_of_target(const std::uint8_t* deficits, int least, 
 	for (std::size_t i = 0; i < RangeProfiles::kBlock; i += hn::Lanes(bytes))
 	{
 		const V value = hn::LoadU(bytes, deficits + i);
-		std::uint8_t bits[8] = {};
-		hn::StoreMaskBits(bytes, hn::Eq(hn::Min(hn::Max(value, low), high), value), bits);
-		std::uint64_t part = 0;
-		std::memcpy(&part, bits, sizeof(part));
-		between |= part << i;
+		between |= bits_of(hn::And(at_most(low, value), at_most(value, high))) << i;
 	}
 	return between;
 }
@@ -67,8 +80,9 @@ HWY_INLINE bool compare(const std::array<Shifts, 4>& at, const CoarseLook& look,
 {
 	const Bytes bytes;
 	const V truncation = hn::Set(bytes, look.truncation), acceptable = hn::Set(bytes, most);
-	const auto cost = [&](const std::uint8_t* ranges,
-	                      V step) {  // steps of the overview are below 128: their differences are signed bytes
+	// steps of the overview are below 128: their differences are signed bytes
+	const auto cost = [&](const std::uint8_t* ranges, V step)
+	{
 		const V difference = hn::Sub(hn::LoadU(bytes, ranges), step);
 		return hn::Min(hn::BitCast(bytes, hn::Abs(hn::BitCast(Signed(), difference))), truncation);
 	};
@@ -84,7 +98,7 @@ HWY_INLINE bool compare(const std::array<Shifts, 4>& at, const CoarseLook& look,
 		sum2 = hn::Add(sum2, cost(r2 + direction, step)), sum3 = hn::Add(sum3, cost(r3 + direction, step));
 		if (b < next_check) continue;
 		const V least = hn::Min(hn::Min(sum0, sum1), hn::Min(sum2, sum3));
-		if (hn::AllFalse(bytes, hn::Eq(hn::Min(least, acceptable), least))) return false;
+		if (hn::AllFalse(bytes, at_most(least, acceptable))) return false;
 		next_check = b + 3;
 	}
 	const std::size_t lanes = hn::Lanes(bytes);
@@ -115,14 +129,8 @@ std::size_t find_cheap_pairs_of_target(
 		for (std::size_t k = 0; k < std::min<std::size_t>(4, all - i); k++)
 		{
 			const std::uint8_t* const cost = costs + k * lanes;
-			const V lane_costs = hn::Load(bytes, cost);
-			const auto is_cheap = hn::And(
-			    hn::FirstN(bytes, std::min(directions - at[k].shift, lanes)),
-			    hn::Eq(hn::Min(lane_costs, acceptable), lane_costs));
-			std::uint8_t cheap[8] = {};
-			hn::StoreMaskBits(bytes, is_cheap, cheap);
-			std::uint64_t left = 0;
-			std::memcpy(&left, cheap, sizeof(left));
+			const auto in_row = hn::FirstN(bytes, std::min(directions - at[k].shift, lanes));
+			std::uint64_t left = bits_of(hn::And(in_row, at_most(hn::Load(bytes, cost), acceptable)));
 			for (; left != 0; left &= left - 1)
 			{
 				const auto lane = static_cast<std::size_t>(__builtin_ctzll(left));

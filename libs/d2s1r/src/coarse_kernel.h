@@ -28,10 +28,11 @@ struct CoarseLook
 struct CheapPair
 {
 	std::uint16_t row, shift;
-	std::uint8_t cost;
+	std::uint8_t cost;  //!< [2 steps] lower is better
 };
 
-/// By group of a block, the deficit of its signature: the sum over bins of what `signature` has more there.
+/// By group of a block, the deficit of its signature [1 / RangeProfiles::kWhole]: the sum over bins of what `signature`
+/// has more there.
 /// \param block signatures (bin, group)
 void signature_deficits(const std::uint8_t* block, const std::uint8_t* signature, std::uint8_t* deficits);
 

@@ -24,8 +24,8 @@ class CheapestMatches
 {
    public:
 	/// \param margin by which a match may be dearer than the cheapest, in the unit of the costs
-	/// \param storage for the matches, kept from query to query
 	/// \param wanted how many at most
+	/// \param storage for the matches, kept from query to query
 	CheapestMatches(std::uint32_t margin, std::size_t wanted, std::vector<Match>& storage)
 	    : margin_(margin), wanted_(wanted), matches_(storage)
 	{

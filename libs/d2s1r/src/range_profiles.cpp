@@ -95,13 +95,12 @@ std::vector<std::uint32_t> ranks_in(const std::vector<CellIndex>& cells, const s
 	return ranks;
 }
 
-/// Companded ranges by swept range, in units of `size` steps.
-std::vector<std::uint8_t> steps_of_ranges(const RangeProfiles& profiles, double cell_size, int size)
+/// Companded ranges [step] by swept range.
+std::vector<std::uint8_t> steps_of_ranges(const RangeProfiles& profiles, double cell_size)
 {
-	std::vector<std::uint8_t> steps(65536, static_cast<std::uint8_t>(RangeProfiles::kOutOfRange / size));
+	std::vector<std::uint8_t> steps(65536, RangeProfiles::kOutOfRange);
 	for (std::size_t units = 0; units + 1 < steps.size(); units++)
-		steps[units] = static_cast<std::uint8_t>(
-		    profiles.compand(static_cast<double>(units) * cell_size / kRangeUnitsPerCell) / size);
+		steps[units] = profiles.compand(static_cast<double>(units) * cell_size / kRangeUnitsPerCell);
 	return steps;
 }
 
@@ -110,7 +109,8 @@ class RowWriter
 {
    public:
 	/// \param cells where they are among the swept ones
-	/// \param byte_of by range
+	/// \param byte_of by range, is referred to
+	/// \param stride [byte] between rows
 	/// \param rows (cell, direction), filled
 	RowWriter(
 	    std::vector<std::uint32_t> cells, const std::vector<std::uint8_t>& byte_of, int directions, std::size_t stride,
@@ -223,8 +223,9 @@ RangeProfiles make_range_profiles(
 	const auto directions = static_cast<std::size_t>(parameters.directions);
 	profiles.overview.resize(groups.size() * profiles.lines_of_group());
 	profiles.by_position.resize(positions.size() * directions + RangeProfiles::kBlock);
-	const auto step_of = steps_of_ranges(profiles, grid.cell_size, 1),
-	           half_of = steps_of_ranges(profiles, grid.cell_size, 2);
+	const std::vector<std::uint8_t> step_of = steps_of_ranges(profiles, grid.cell_size);
+	std::vector<std::uint8_t> half_of = step_of;  // [2 steps]
+	for (std::uint8_t& step : half_of) step /= 2;
 	RowWriter by_position(
 	    ranks_in(swept, positions), step_of, parameters.directions, directions, profiles.by_position.data());
 	RowWriter overview(
