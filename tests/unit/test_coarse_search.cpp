@@ -5,11 +5,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <set>
 
+#include "aligned_scan.h"
 #include "portable_simd.h"
-#include "test_floor.h"
 
 namespace d2s1r::test
 {
@@ -34,55 +33,19 @@ class CoarseSearch : public testing::Test
 		    });
 	}
 
-	/// A scan whose beams lie in the directions of the profiles, `first` to `first + count`.
-	Scan aligned_scan(const mrpt::math::TPose2D& pose, int first, int count) const
-	{
-		Scan scan;
-		scan.field_of_view = 2 * M_PI * count / profiles_.directions;
-		for (int d = first; d < first + count; d++)
-		{
-			const double angle = mrpt::math::wrapToPi(2 * M_PI * d / profiles_.directions);
-			const double range = cast_exactly(grid_, pose.x, pose.y, pose.phi + angle, 20);
-			scan.beams.push_back({static_cast<float>(angle), static_cast<float>(range), range < 20});
-		}
-		return scan;
-	}
-
-	/// Direction of the profiles in which a beam of an aligned scan lies when turned by `shift` directions.
-	std::size_t direction_of(const Beam& beam, int shift) const
-	{
-		const long turn = std::lround(static_cast<double>(beam.angle) / (2 * M_PI) * profiles_.directions) + shift;
-		return static_cast<std::size_t>((turn + profiles_.directions) % profiles_.directions);
-	}
-
 	/// Mean truncated difference of an aligned scan and position `i` turned by `shift` directions, beam by beam.
 	double literal_cost(const Scan& scan, std::size_t i, int shift) const
 	{
 		int sum = 0;
 		for (const Beam& beam : scan.beams)
 		{
-			const std::size_t direction = direction_of(beam, shift);
+			const std::size_t direction = direction_of(beam, shift, profiles_.directions);
 			const int expected = profiles_.by_position[i * static_cast<std::size_t>(profiles_.directions) + direction];
 			const int observed =
 			    beam.is_return ? profiles_.compand(static_cast<double>(beam.range)) : RangeProfiles::kOutOfRange;
 			sum += std::min(std::abs(expected - observed), parameters_.truncation);
 		}
 		return static_cast<double>(sum) / static_cast<double>(scan.beams.size());
-	}
-
-	/// Sum of the truncated differences of an aligned scan and group `i` of the overview turned by `shift` directions.
-	int literal_overview_cost(const Scan& scan, std::size_t i, int shift) const
-	{
-		int sum = 0;
-		for (const Beam& beam : scan.beams)
-		{
-			const std::size_t direction = direction_of(beam, shift);
-			const int expected = profiles_.overview_of(i)[direction];
-			const int observed =
-			    (beam.is_return ? profiles_.compand(static_cast<double>(beam.range)) : RangeProfiles::kOutOfRange) / 2;
-			sum += std::min(std::abs(expected - observed), parameters_.overview_truncation);
-		}
-		return sum;
 	}
 
 	/// Where a candidate lies among the profiles: its position and its shift.
@@ -148,7 +111,7 @@ TEST_F(CoarseSearch, TheBestIsTheLeastOfAllPositionsAndShifts)
 	parameters_.candidates = 20;
 	for (const auto& [first, count] : {std::pair{0, 120}, {100, 40}})
 	{
-		const Scan scan = aligned_scan({2.41, 8.57, 0.7}, first, count);
+		const Scan scan = aligned_scan(grid_, profiles_.directions, {2.41, 8.57, 0.7}, first, count);
 		const auto candidates = coarse_search(profiles_, scan, parameters_);
 		ASSERT_FALSE(candidates.empty());
 		double least = 1e9;
@@ -159,112 +122,31 @@ TEST_F(CoarseSearch, TheBestIsTheLeastOfAllPositionsAndShifts)
 	}
 }
 
-TEST_F(CoarseSearch, TheSecondLookSeesAllGroupsBelowALimit)
+TEST_F(CoarseSearch, TheSecondLookSeesAllPositionsOfAGroup)
 {
 	parameters_.candidates = 1000000;
 	parameters_.distinct_distance = 0.01;  // every pair is a candidate
 	parameters_.distinct_yaw = 0.1;
 	parameters_.hopeless = 1e6;
-	parameters_.overview_deficit = 1e6;   // all groups are looked at
-	parameters_.overview_truncation = 2;  // beams enough that the first look compares all of them
-	const Scan scan = aligned_scan({2.41, 8.57, 0.7}, 30, 100);
-	const std::size_t pairs = profiles_.groups() * static_cast<std::size_t>(profiles_.directions);
-	struct Case
-	{
-		int wanted;
-		double share, hopeless;
-	};
-	for (const auto& [wanted, share, hopeless] :
-	     {Case{3, 1, 1e6}, {50, 1, 1e6}, {1000, 1, 1e6}, {20000, 1, 1e6}, {20000, 0.01, 1e6}, {20000, 1, 3}})
-	{
-		parameters_.second_look = wanted;
-		parameters_.second_look_share = share;
-		parameters_.overview_hopeless = hopeless;
-		std::set<std::pair<std::size_t, int>> seen;
-		for (const Candidate& candidate : coarse_search(profiles_, scan, parameters_))
-			EXPECT_TRUE(seen.insert(pair_of(candidate)).second);
-		std::map<int, std::size_t> pairs_of_cost, seen_of_cost;
-		for (std::size_t group = 0; group < profiles_.groups(); group++)
-			for (int shift = 0; shift < profiles_.directions; shift++)
-			{
-				const int cost = literal_overview_cost(scan, group, shift);
-				const std::size_t first = profiles_.first_of_group[group], last = profiles_.first_of_group[group + 1];
-				const std::size_t is_seen = seen.count({first, shift});
-				for (std::size_t i = first; i < last; i++)
-					EXPECT_EQ(seen.count({i, shift}), is_seen) << "a group is one";
-				pairs_of_cost[cost]++;
-				seen_of_cost[cost] += is_seen;
-			}
-		const double most = std::min(static_cast<double>(wanted), share * static_cast<double>(pairs));
-		const double dearest =
-		    pairs_of_cost.begin()->first + hopeless * std::sqrt(static_cast<double>(scan.beams.size()));
-		std::size_t below = 0;
-		auto cost = pairs_of_cost.begin();
-		for (; cost != pairs_of_cost.end() && seen_of_cost[cost->first] == cost->second; ++cost)
-		{
-			below += cost->second;
-			EXPECT_LE(cost->first, dearest);
-		}
-		EXPECT_LE(static_cast<double>(below), most);
-		ASSERT_NE(cost, pairs_of_cost.end());
-		EXPECT_TRUE(static_cast<double>(below + cost->second) > most || cost->first > dearest)
-		    << "one more limit would do";
-		for (; cost != pairs_of_cost.end(); ++cost) EXPECT_EQ(seen_of_cost[cost->first], 0U) << cost->first;
-	}
-}
-
-TEST_F(CoarseSearch, GroupsWhoseSignaturesLackTooMuchAreNotLookedAt)
-{
-	parameters_.candidates = 1000000;
-	parameters_.distinct_distance = 0.01;  // every position is a candidate, once
-	parameters_.distinct_yaw = 180;
-	parameters_.hopeless = 1e6;
-	parameters_.overview_hopeless = 1e6;
-	parameters_.second_look = 1000000;
-	parameters_.second_look_share = 1;
-	const Scan scan = aligned_scan({2.41, 8.57, 0.7}, 0, 120);
-	std::vector<std::uint8_t> steps;
-	for (const Beam& beam : scan.beams)
-		steps.push_back(
-		    (beam.is_return ? profiles_.compand(static_cast<double>(beam.range)) : RangeProfiles::kOutOfRange) / 2);
-	const auto of_scan = profiles_.signature_of(steps.data(), steps.size());
-	std::vector<int> deficits;
+	parameters_.second_look = 1000;
+	const Scan scan = aligned_scan(grid_, profiles_.directions, {2.41, 8.57, 0.7}, 30, 100);
+	std::set<std::pair<std::size_t, int>> seen;
+	for (const Candidate& candidate : coarse_search(profiles_, scan, parameters_))
+		EXPECT_TRUE(seen.insert(pair_of(candidate)).second);
+	EXPECT_GT(seen.size(), 100U);
 	for (std::size_t group = 0; group < profiles_.groups(); group++)
-	{
-		const auto signature = profiles_.signature_of(profiles_.overview_of(group), steps.size());
-		int deficit = 0;
-		for (std::size_t bin = 0; bin < signature.size(); bin++)
-			deficit += std::max(0, int{of_scan[bin]} - int{signature[bin]});
-		deficits.push_back(deficit);
-	}
-	std::size_t previous = 0;
-	for (const double by_chance : {0.0, 4.0, 1e6})
-	{
-		parameters_.overview_deficit = by_chance;
-		std::set<std::size_t> seen;
-		for (const Candidate& candidate : coarse_search(profiles_, scan, parameters_))
+		for (int shift = 0; shift < profiles_.directions; shift++)
 		{
-			const auto [i, shift] = pair_of(candidate);
-			const auto& first = profiles_.first_of_group;
-			seen.insert(static_cast<std::size_t>(std::upper_bound(first.begin(), first.end(), i) - first.begin()) - 1);
+			const std::size_t first = profiles_.first_of_group[group], last = profiles_.first_of_group[group + 1];
+			for (std::size_t i = first; i < last; i++)
+				EXPECT_EQ(seen.count({i, shift}), seen.count({first, shift})) << "a group is one";
 		}
-		int most_seen = 0, least_unseen = 256;
-		for (std::size_t group = 0; group < profiles_.groups(); group++)
-			if (seen.count(group) != 0)
-				most_seen = std::max(most_seen, deficits[group]);
-			else
-				least_unseen = std::min(least_unseen, deficits[group]);
-		EXPECT_LT(most_seen, least_unseen) << by_chance;
-		EXPECT_GT(seen.size(), previous) << by_chance;
-		previous = seen.size();
-	}
-	EXPECT_EQ(previous, profiles_.groups());
 }
 
 TEST_F(CoarseSearch, PosesThatAPriorRulesOutTakeNoRoomInTheSecondLook)
 {
 	parameters_.second_look = 20;
-	const Scan scan = aligned_scan({2.41, 8.57, 0.7}, 0, 120);
+	const Scan scan = aligned_scan(grid_, profiles_.directions, {2.41, 8.57, 0.7}, 0, 120);
 	PoseBox turned_round{2, 3, 8, 9, 0.7 + M_PI, 0.1};
 	const auto candidates = coarse_search(profiles_, scan, parameters_, Prior{{turned_round}});
 	ASSERT_FALSE(candidates.empty());
@@ -276,7 +158,7 @@ TEST_F(CoarseSearch, PosesMuchDearerThanTheBestAreDroppedTheMoreBeamsTheSooner)
 {
 	for (const int count : {120, 30})
 	{
-		const Scan scan = aligned_scan({2.41, 8.57, 0.7}, 0, count);
+		const Scan scan = aligned_scan(grid_, profiles_.directions, {2.41, 8.57, 0.7}, 0, count);
 		parameters_.hopeless = 1e6;
 		const auto all = coarse_search(profiles_, scan, parameters_);
 		parameters_.hopeless = 12;
@@ -306,7 +188,7 @@ TEST_F(CoarseSearch, EqualCostsAreRankedByPositionThenByShift)
 
 TEST_F(CoarseSearch, CostsAreThoseOfTheirPoses)
 {
-	const Scan scan = aligned_scan({6.3, 8.2, -1.9}, 20, 100);
+	const Scan scan = aligned_scan(grid_, profiles_.directions, {6.3, 8.2, -1.9}, 20, 100);
 	for (const Candidate& candidate : coarse_search(profiles_, scan, parameters_))
 	{
 		const auto [i, shift] = pair_of(candidate);
@@ -316,7 +198,7 @@ TEST_F(CoarseSearch, CostsAreThoseOfTheirPoses)
 
 TEST_F(CoarseSearch, ABeamWithoutReturnSaysThatNothingIsNear)
 {
-	Scan nothing = aligned_scan({2, 8, 0}, 0, 180);
+	Scan nothing = aligned_scan(grid_, profiles_.directions, {2, 8, 0}, 0, 180);
 	for (Beam& beam : nothing.beams) beam = {beam.angle, 20.0F, false};
 	for (const Candidate& candidate : coarse_search(profiles_, nothing, parameters_))
 		EXPECT_EQ(candidate.cost, parameters_.truncation);
