@@ -92,6 +92,24 @@ TEST(CSignatureMap2D, LikelihoodFollowsTheObservationNotItsAddress)
 	EXPECT_EQ(make_signature_map().computeObservationLikelihood(scan, CPose3D(kTruth)), 0.0);
 }
 
+TEST(CSignatureMap2D, BeamsTooFewToFindAPlaceByStillWeighPoses)
+{
+	const auto map = make_signature_map();
+	auto scan = d2s1r::test::make_observation(kGrid, kTruth);
+	for (std::size_t i = 0; i < scan.getScanSize(); i++) scan.setScanRangeValidity(i, i % 40 == 0);
+	ASSERT_FALSE(make_scan(scan, map.parameters().scan).valid());
+	EXPECT_GT(
+	    map.computeObservationLikelihood(scan, CPose3D(kTruth)),
+	    map.computeObservationLikelihood(scan, CPose3D(kTruth) + CPose3D(0.5, 0.5, 0, 0, 0, 0)) + 1);
+}
+
+TEST(CSignatureMap2D, RefusesALikelihoodOutOfRange)
+{
+	CSignatureMap2D::TLikelihoodOptions likelihood;
+	likelihood.beams = 0;
+	EXPECT_THROW(CSignatureMap2D({}, likelihood), std::invalid_argument);
+}
+
 TEST(CSignatureMap2D, OnlyScansHaveALikelihood)
 {
 	const auto map = make_signature_map();
@@ -225,7 +243,7 @@ TEST(CSignatureMap2D, SaysWhichIniValueIsOutOfRange)
 	}
 	catch (const std::exception& error)
 	{
-		EXPECT_NE(std::string(error.what()).find("sigma of Maps_signatureMap_00_likelihoodOpts"), std::string::npos)
+		EXPECT_NE(std::string(error.what()).find("Maps_signatureMap_00_likelihoodOpts: sigma is"), std::string::npos)
 		    << error.what();
 	}
 }

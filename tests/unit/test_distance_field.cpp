@@ -71,6 +71,16 @@ TEST(DistanceField, IsCutOffAndFlatFarFromWalls)
 	}
 }
 
+TEST(DistanceField, IsRightFarOutInAWideMap)
+{
+	constexpr int kWidth = 60000;
+	Grid grid{kWidth, 1, 1, 0, 0, std::vector<Cell>(kWidth, Cell::kFree)};
+	for (int x = 0; x < kWidth; x += 5) grid.cells[static_cast<std::size_t>(x)] = Cell::kOccupied;
+	const DistanceField field(grid);
+	for (int x = 0; x < kWidth - 5; x++)
+		ASSERT_NEAR(static_cast<double>(field.at(x + 0.5, 0.5).value), std::min(x % 5, 5 - x % 5), kStep) << x;
+}
+
 TEST(DistanceField, WallsAtTheEdgeOfTheGridActOutwards)
 {
 	const DistanceField field(make_picture_grid({"###", "#.#", "###"}, 0.5, 10, -4));

@@ -127,4 +127,13 @@ TEST(LikelihoodField, AScanIsWorthNoMoreThanItsIndependentBeams)
 	const double many = field.log_likelihood(end_points(scan, 360), wrong);
 	EXPECT_NEAR(few, many, 0.15 * std::abs(many));
 }
+
+TEST(LikelihoodField, RefusesParametersOutOfRange)
+{
+	LikelihoodParameters no_beams, certain;
+	no_beams.beams = 0;
+	certain.random_share = 0;
+	EXPECT_THROW(LikelihoodField(kGrid, no_beams), std::invalid_argument);
+	EXPECT_THROW(LikelihoodField(kGrid, certain), std::invalid_argument);
+}
 }  // namespace

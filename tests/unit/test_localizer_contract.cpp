@@ -1,6 +1,8 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // What a Localizer promises besides finding the place.
 #include <d2s1r/localizer.h>
+#include <d2s1r/scan_accumulator.h>
+#include <d2s1r/window_localizer.h>
 #include <gtest/gtest.h>
 
 #include <thread>
@@ -68,6 +70,26 @@ TEST_F(LocalizerContract, UnusableScansAreAStatusNotAnException)
 		EXPECT_FALSE(result.note.empty());
 		EXPECT_TRUE(std::isnan(result.relative_entropy));
 	}
+}
+
+TEST_F(LocalizerContract, AScanWithoutBeamsIsInvalidToo)
+{
+	Parameters published;
+	published.method = Method::kPaper;
+	published.paper.directions = 36;
+	const Localizer paper(make_map(make_floor()), published);
+	for (const Localizer* localizer : {&localizer_, &paper})
+	{
+		const Localization result = localizer->localize(Scan{});
+		EXPECT_EQ(result.status, Status::kInvalid);
+		EXPECT_EQ(result.note, "the scan has no beams");
+	}
+	EXPECT_FALSE(localizer_.hypothesis_near(Scan{}, {}));
+	WindowLocalizer window(localizer_, 3);
+	EXPECT_EQ(window.add(Scan{}, localizer_.localize(Scan{}), {}).status, Status::kInvalid);
+	ScanAccumulator accumulator(360, 1);
+	accumulator.add(Scan{}, {});
+	EXPECT_FALSE(accumulator.scan().valid());
 }
 
 TEST_F(LocalizerContract, ManyThreadsGetTheSameBits)

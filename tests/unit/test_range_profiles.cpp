@@ -213,4 +213,15 @@ TEST(RangeProfiles, NoCellsNoSamples)
 	const Grid grid = make_picture_grid({"#.#"}, 0.5);
 	EXPECT_EQ(make_range_profiles(grid, {}, {}).size(), 0U);
 }
+
+TEST(RangeProfiles, RefusesAMapWiderThanItsCurve)
+{
+	Grid grid{(1 << 16) - 1, 1, 0.05, 0, 0, std::vector<Cell>(1 << 16, Cell::kFree)};
+	CoarseSearchParameters parameters;
+	parameters.spacing = grid.cell_size;
+	parameters.max_range = 5;
+	EXPECT_EQ(make_range_profiles(grid, {grid.width - 1}, parameters).size(), 1U);
+	grid.width++;
+	EXPECT_THROW(make_range_profiles(grid, {grid.width - 1}, parameters), std::invalid_argument);
+}
 }  // namespace d2s1r::test

@@ -144,4 +144,17 @@ TEST(Scan, FieldOfViewTakesInHalfABeamOnBothSides)
 {
 	EXPECT_NEAR(make_scan(record({1, 1, 1, 1, 1}), few_beams()).field_of_view, 1.25 * M_PI, 1e-6);
 }
+
+TEST(Scan, GapsWithoutDataAreNotInTheFieldOfView)
+{
+	const Scan scan = make_scan(record({1, NAN, 1, NAN, 1}), few_beams());
+	ASSERT_EQ(scan.beams.size(), 3U);
+	EXPECT_NEAR(scan.field_of_view, 0.75 * M_PI, 1e-6);
+}
+
+TEST(Scan, WithoutBeamsIsNotValidAndSaysSo)
+{
+	EXPECT_FALSE(Scan{}.valid());
+	EXPECT_EQ(why_invalid(Scan{}), "the scan has no beams");
+}
 }  // namespace d2s1r::test

@@ -95,6 +95,14 @@ TEST_F(WindowOnTwinRooms, TheWayThereTellsThemApart)
 	expect_at(result, into_left_room().back());
 }
 
+TEST_F(WindowOnTwinRooms, TheRelativeEntropyIsThatOfTheBestPose)
+{
+	WindowLocalizer window(localizer_, 10);
+	const Localization result = drive(window, into_left_room(), true);
+	EXPECT_EQ(
+	    result.relative_entropy, localizer_.relative_entropy(scan_at(into_left_room().back()), result.best().pose));
+}
+
 TEST_F(WindowOnTwinRooms, MotionsThatAllHypothesesShareStandInForOdometry)
 {
 	WindowLocalizer window(localizer_, 10);

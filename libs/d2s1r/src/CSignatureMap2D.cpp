@@ -71,6 +71,7 @@ CSignatureMap2D::CSignatureMap2D() : CSignatureMap2D(Parameters{}) {}
 CSignatureMap2D::CSignatureMap2D(const Parameters& parameters, const TLikelihoodOptions& likelihood)
 {
 	check(parameters);
+	check(likelihood);
 	content_ = std::make_shared<Content>(nullptr, parameters, likelihood);
 }
 
@@ -116,8 +117,10 @@ std::uint64_t CSignatureMap2D::fingerprint() const
 {
 	Fnv1a hash;
 	hash.add(kIndexVersion);
-	const std::string ini = to_ini(content_->parameters);
-	hash.add(ini.data(), ini.size());
+	hash.add(content_->parameters.method);
+	visit_parameters(
+	    content_->parameters,
+	    [&](const char*, const char*, auto value, auto, auto, const char*) { hash.add(static_cast<double>(value)); });
 	if (!content_->map) return hash.value();
 	const COccupancyGridMap2D& map = *content_->map;
 	hash.add(map.getSizeX());

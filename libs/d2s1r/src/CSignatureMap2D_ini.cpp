@@ -21,32 +21,26 @@ MRPT_INITIALIZER(register_d2s1r_signature_map)
 namespace
 {
 constexpr const char* kLikelihoodSection = "likelihood";
-
-/// The one list of the likelihood's keys.
-template <class Options, class Visitor>
-void visit_likelihood(Options& options, Visitor&& visit)
-{
-	visit("sigma", options.sigma, 0.001, 10.0, "[m] of end points about the surface of a wall");
-	visit("random_share", options.random_share, 1e-6, 1.0, "[0, 1] of the beams that end anywhere");
-	visit("unknown_share", options.unknown_share, 0.0, 1.0, "[0, 1] density of an end in unknown space");
-	visit("beams", options.beams, 1, 100000, "[-] most beams looked at");
-	visit("independent_beams", options.independent_beams, 0.1, 1e5, "[-] beams that a scan is worth");
-}
 }  // namespace
 
 void CSignatureMap2D::TLikelihoodOptions::loadFromConfigFile(
     const mrpt::config::CConfigFileBase& source, const std::string& section)
 {
-	const auto load = [&](const char* key, auto& value, double least, double greatest, const char*)
-	{
-		const double read = source.read_double(section, key, static_cast<double>(value));
-		if (!(read >= least && read <= greatest))
-			throw std::invalid_argument(
-			    std::string(key) + " of " + section + " is " + std::to_string(read) + ": give a value from " +
-			    std::to_string(least) + " to " + std::to_string(greatest));
-		value = static_cast<std::decay_t<decltype(value)>>(read);
+	TLikelihoodOptions read = *this;
+	const auto load = [&](const char* key, auto& value, double, double, const char*) {
+		value =
+		    static_cast<std::decay_t<decltype(value)>>(source.read_double(section, key, static_cast<double>(value)));
 	};
-	visit_likelihood(*this, load);
+	visit_likelihood(read, load);
+	try
+	{
+		check(read);
+	}
+	catch (const std::invalid_argument& error)
+	{
+		throw std::invalid_argument(section + ": " + error.what());
+	}
+	*this = read;
 }
 
 void CSignatureMap2D::TLikelihoodOptions::saveToConfigFile(

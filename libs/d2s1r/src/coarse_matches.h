@@ -24,7 +24,7 @@ class CheapestMatches
 {
    public:
 	/// \param margin by which a match may be dearer than the cheapest, in the unit of the costs
-	/// \param wanted how many at most
+	/// \param wanted how many at most, one or more
 	/// \param storage for the matches, kept from query to query
 	CheapestMatches(std::uint32_t margin, std::size_t wanted, std::vector<Match>& storage)
 	    : margin_(margin), wanted_(wanted), matches_(storage)
@@ -47,10 +47,17 @@ class CheapestMatches
 		least_ = std::min(least_, match.cost);
 	}
 
-	/// After some were added: to the greatest limit within the margin that at most as many as are wanted lie below.
+	/// After some were added: to the greatest limit within the margin that at most as many as are wanted lie below. The
+	/// cheapest always do: of more than are wanted at the least cost, those added first are kept.
 	void lower_limit()
 	{
-		while ((below_ > wanted_ || limit_ > least_ + margin_ + 1) && limit_ > 1) below_ -= count_[--limit_];
+		while ((below_ > wanted_ || limit_ > least_ + margin_ + 1) && limit_ > least_ + 1) below_ -= count_[--limit_];
+		if (below_ > wanted_)
+		{
+			drop_dear();
+			matches_.resize(wanted_);
+			below_ = count_[least_] = wanted_;
+		}
 		if (matches_.size() >= 3 * wanted_ && below_ <= wanted_) drop_dear();
 	}
 

@@ -1,12 +1,11 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include <d2s1r/default_localizer.h>
 #include <d2s1r/hypotheses.h>
-#include <d2s1r/yaw_registration.h>
+#include <d2s1r/paper_localizer.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <limits>
 
 #include "time_budget.h"
 
@@ -32,23 +31,6 @@ class Stopwatch
 	std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
 
-/// Eq. 1 of the scan and a virtual scan at its best pose [bit].
-double entropy_at_best(
-    const Localization& result, const Scan& scan, const RayCaster& caster, const PaperParameters& parameters)
-{
-	if (result.hypotheses.empty()) return std::numeric_limits<double>::quiet_NaN();
-	const auto sensor = result.best().pose + mrpt::poses::CPose2D(scan.sensor_on_robot);
-	const ResampledScan observed = resample(scan, parameters);
-	std::vector<float> ranges(observed.ranges.size());
-	for (std::size_t i = 0; i < ranges.size(); i++)
-	{
-		const double turn = 2 * M_PI * static_cast<double>(i) / static_cast<double>(ranges.size());
-		if (observed.observed[i] != 0)
-			ranges[i] = caster.cast(sensor.x(), sensor.y(), sensor.phi() + observed.first_direction + turn);
-	}
-	return relative_entropy(observed, ranges, parameters);
-}
-
 /// Without the poses that the prior rules out.
 void apply(const Prior& prior, const Scan& scan, std::vector<RefinedPose>& poses)
 {
@@ -66,13 +48,13 @@ Localization judge(
 	Stopwatch stage;
 	const Rays few = make_rays(scan, 4 * kDegree, 45), more = make_rays(scan, kDegree, 180);
 	const auto settled = settle(field, few, candidates, parameters.refinement);
+	const double registration_ms = stage.lap();
 	const auto promising = choose_promising(tracer, field, few, settled, parameters);
 	auto poses = refine(field, more, promising, parameters.refinement);
 	apply(prior, scan, poses);
-	const double refinement_ms = stage.lap();
 	Localization result = decide(tracer, field, scan, make_rays(scan, kDegree, 360), poses, parameters);
-	result.times.refinement_ms = refinement_ms;
-	result.times.registration_ms = stage.lap();
+	result.times.registration_ms = registration_ms;
+	result.times.refinement_ms = stage.lap();
 	return result;
 }
 }  // namespace
@@ -98,7 +80,9 @@ Localization localize_default(
 	Localization result = judge(index, scan, candidates, query.prior, affordable);
 	if (result.status == Status::kRejected && !query.prior.anywhere())
 		result.note = "no place in the given region explains the scan";
-	result.relative_entropy = entropy_at_best(result, scan, caster, parameters.paper);
+	if (!result.hypotheses.empty())
+		result.relative_entropy =
+		    relative_entropy_at(result.best().pose.asTPose() + scan.sensor_on_robot, scan, caster, parameters.paper);
 	result.times.retrieval_ms = retrieval_ms;
 	result.times.total_ms = total.lap();
 	return result;

@@ -9,7 +9,7 @@ namespace d2s1r
 {
 namespace
 {
-constexpr std::size_t kMostCells = std::size_t{1} << 30;  //!< offsets of two bytes a cell have 31 bits
+constexpr double kMostCells = 1U << 30U;  //!< offsets of two bytes a cell have 31 bits
 constexpr int kReach = static_cast<int>(DistanceField::kReachCells);
 
 /// `grid` with a rim of unknown cells as wide as the field reaches: walls at its edge act outwards, too.
@@ -69,7 +69,7 @@ class RowTransform
 			while (last >= 0)
 			{
 				const int k = apex_[static_cast<std::size_t>(last)];
-				start = (height(j) - height(k) + static_cast<float>(j * j - k * k)) / static_cast<float>(2 * (j - k));
+				start = 0.5F * (static_cast<float>(j + k) + (height(j) - height(k)) / static_cast<float>(j - k));
 				if (start > start_[static_cast<std::size_t>(last)]) break;
 				last--;
 				start = -1;
@@ -102,11 +102,11 @@ class RowTransform
 
 DistanceField::DistanceField(const Grid& grid) : cell_size_(grid.cell_size)
 {
+	if ((grid.width + 2.0 * kReach) * (grid.height + 2.0 * kReach) > kMostCells)
+		throw std::invalid_argument("the map has more cells than can be searched; use larger cells or a smaller map");
 	const Grid wide = with_rim(grid);
 	width_ = wide.width, height_ = wide.height;
 	origin_x_ = wide.origin_x, origin_y_ = wide.origin_y;
-	if (wide.cells.size() > kMostCells)
-		throw std::invalid_argument("the map has more cells than can be searched; use larger cells or a smaller map");
 	cells_.resize(wide.cells.size());
 	const auto columns = distances_along_columns(wide);
 	RowTransform transform(width_);

@@ -103,16 +103,12 @@ Localization decide(
 	}
 	places = distinct_places(std::move(places), parameters.scoring);
 
-	Localization result;
 	double mass = 0;
 	for (const Scored& place : places) mass += place.weight;
 	const double present = places.empty() ? 0 : presence(places.front(), mass, parameters.scoring.presence_model);
 	if (places.empty() || present < parameters.scoring.rejected_below)
-	{
-		result.status = Status::kRejected;
-		result.note = "no place in the map explains the scan";
-		return result;
-	}
+		return no_place(Status::kRejected, "no place in the map explains the scan");
+	Localization result;
 	const auto count = std::min(places.size(), static_cast<std::size_t>(parameters.scoring.hypotheses));
 	for (std::size_t i = 0; i < count; i++)
 	{

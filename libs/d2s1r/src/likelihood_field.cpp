@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
+#include <string>
 
 namespace d2s1r
 {
@@ -25,6 +27,20 @@ std::vector<mrpt::math::TPoint2Df> end_points(const Scan& scan, int most)
 	return points;
 }
 
+void check(const LikelihoodParameters& parameters)
+{
+	visit_likelihood(
+	    parameters,
+	    [](const char* key, auto value, double least, double greatest, const char*)
+	    {
+		    const auto number = static_cast<double>(value);
+		    if (!(number >= least && number <= greatest))
+			    throw std::invalid_argument(
+			        std::string(key) + " is " + std::to_string(number) + ": give a value from " +
+			        std::to_string(least) + " to " + std::to_string(greatest));
+	    });
+}
+
 LikelihoodField::LikelihoodField(const Grid& grid, const LikelihoodParameters& parameters)
     : width_(grid.width),
       height_(grid.height),
@@ -33,6 +49,7 @@ LikelihoodField::LikelihoodField(const Grid& grid, const LikelihoodParameters& p
       origin_y_(grid.origin_y),
       independent_beams_(parameters.independent_beams)
 {
+	check(parameters);
 	// densities relative to the one on a wall
 	const DistanceField field(grid);
 	log_outside_ = static_cast<float>(std::log(parameters.random_share));

@@ -31,6 +31,15 @@ const Hypothesis& Localization::best() const
 	return hypotheses.front();
 }
 
+Localization no_place(Status status, const std::string& note)
+{
+	Localization result;
+	result.status = status;
+	result.relative_entropy = std::numeric_limits<double>::quiet_NaN();
+	result.note = note;
+	return result;
+}
+
 mrpt::poses::CPosePDFSOG Localization::as_sog() const
 {
 	mrpt::poses::CPosePDFSOG sog(hypotheses.size());

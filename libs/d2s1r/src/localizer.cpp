@@ -5,7 +5,6 @@
 #include <d2s1r/paper_localizer.h>
 
 #include <algorithm>
-#include <limits>
 #include <optional>
 #include <stdexcept>
 
@@ -18,8 +17,8 @@ std::vector<CellIndex> sensor_cells(const Grid& grid, const FreeCellParameters& 
 	auto cells = find_free_cells(grid, parameters);
 	if (cells.empty())
 		throw std::invalid_argument(
-		    "the map has no free cell a sensor can stand in; check its thresholds, free_cells.clearance and "
-		    "free_cells.largest_region_only");
+		    "the map has no free cell a sensor can stand in; check its thresholds, free_cells.clearance, "
+		    "free_cells.largest_region_only and coarse_search.clearance");
 	return cells;
 }
 
@@ -92,24 +91,13 @@ Localization Localizer::localize(const mrpt::obs::CObservation2DRangeScan& obser
 	return localize(make_scan(observation, index_->parameters.scan), query);
 }
 
-namespace
-{
-Localization invalid(const std::string& why)
-{
-	Localization result;
-	result.relative_entropy = std::numeric_limits<double>::quiet_NaN();
-	result.note = why;
-	return result;
-}
-}  // namespace
-
 Localization Localizer::localize(const Scan& scan, const Query& query) const
 {
 	const auto& [parameters, map, grid, caster, signatures, standard] = *index_;
 	if (signatures && !query.prior.anywhere())
 		throw std::invalid_argument(
 		    "Localizer: the paper's method searches everywhere; a prior needs method = default");
-	if (!scan.valid()) return invalid(scan.invalid_because);
+	if (!scan.valid()) return no_place(Status::kInvalid, why_invalid(scan));
 	if (signatures) return localize_paper(scan, grid, *signatures, caster, parameters.paper);
 	return localize_default(scan, *standard, caster, parameters, query);
 }
@@ -119,5 +107,10 @@ std::optional<Hypothesis> Localizer::hypothesis_near(const Scan& scan, const mrp
 	if (!index_->standard) throw std::logic_error("Localizer::hypothesis_near() needs method = default");
 	if (!scan.valid()) return std::nullopt;
 	return d2s1r::hypothesis_near(scan, *index_->standard, robot.asTPose(), index_->parameters);
+}
+
+double Localizer::relative_entropy(const Scan& scan, const mrpt::poses::CPose2D& robot) const
+{
+	return relative_entropy_at(robot.asTPose() + scan.sensor_on_robot, scan, index_->caster, index_->parameters.paper);
 }
 }  // namespace d2s1r

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <limits>
 
 namespace d2s1r
 {
@@ -102,20 +101,13 @@ double probability_of_place(const std::vector<Hypothesis>& hypotheses)
 	return std::min(probability, 1.0);
 }
 
-Localization not_a_scan(const std::string& why)
-{
-	Localization result;
-	result.relative_entropy = std::numeric_limits<double>::quiet_NaN();
-	result.note = why;
-	return result;
-}
 }  // namespace
 
 Localization localize_paper(
     const Scan& scan, const Grid& grid, const SignatureIndex& index, const RayCaster& caster,
     const PaperParameters& parameters)
 {
-	if (!scan.valid()) return not_a_scan(scan.invalid_because);
+	if (!scan.valid()) return no_place(Status::kInvalid, why_invalid(scan));
 
 	const auto start = Clock::now();
 	thread_local Scratch scratch;
@@ -135,5 +127,19 @@ Localization localize_paper(
 	result.times.registration_ms = ms_between(retrieved, registered);
 	result.times.total_ms = ms_between(start, Clock::now());
 	return result;
+}
+
+double relative_entropy_at(
+    const mrpt::math::TPose2D& sensor, const Scan& scan, const RayCaster& caster, const PaperParameters& parameters)
+{
+	const ResampledScan observed = resample(scan, parameters);
+	std::vector<float> ranges(observed.ranges.size());
+	for (std::size_t i = 0; i < ranges.size(); i++)
+	{
+		const double turn = 2 * M_PI * static_cast<double>(i) / static_cast<double>(ranges.size());
+		if (observed.observed[i] != 0)
+			ranges[i] = caster.cast(sensor.x, sensor.y, sensor.phi + observed.first_direction + turn);
+	}
+	return relative_entropy(observed, ranges, parameters);
 }
 }  // namespace d2s1r

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
+#include <stdexcept>
 #include <utility>
 
 namespace d2s1r
@@ -47,11 +48,14 @@ std::vector<CellIndex> one_a_square(const Grid& grid, const std::vector<CellInde
 	return samples;
 }
 
-/// Position of (column, row), both below 2^16, along Hilbert's curve: cells near each other on it are near in the map.
+constexpr int kMostSquares = 1 << 16;  //!< along a side of the map: their places on the curve have 32 bits
+
+/// Position of (column, row), both below kMostSquares, along Hilbert's curve: cells near each other on it are near in
+/// the map.
 std::uint32_t hilbert_index(std::uint32_t column, std::uint32_t row)
 {
 	std::uint32_t index = 0;
-	for (std::uint32_t side = 1U << 15U; side > 0; side /= 2)
+	for (std::uint32_t side = kMostSquares / 2; side > 0; side /= 2)
 	{
 		const bool right = (column & side) != 0, upper = (row & side) != 0;
 		index = 4 * index + ((right ? 3U : 0U) ^ (upper ? 1U : 0U));
@@ -201,6 +205,8 @@ RangeProfiles make_range_profiles(
     const Grid& grid, const std::vector<CellIndex>& cells, const CoarseSearchParameters& parameters)
 {
 	const int side = std::max(1, static_cast<int>(std::lround(parameters.spacing / grid.cell_size)));
+	if (std::max(grid.width, grid.height) / side >= kMostSquares)
+		throw std::invalid_argument("the map is wider than can be searched; use a greater coarse_search.spacing");
 	const auto samples = one_a_square(grid, cells, side), middles = one_a_square(grid, cells, 2 * side);
 	const auto positions = along_curve(grid, samples, side), groups = along_curve(grid, middles, side);
 	std::vector<CellIndex> swept;

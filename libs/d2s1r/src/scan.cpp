@@ -83,19 +83,24 @@ std::vector<Beam> read_beams(const mrpt::obs::CObservation2DRangeScan& observati
 }
 }  // namespace
 
+std::string why_invalid(const Scan& scan)
+{
+	return scan.invalid_because.empty() ? "the scan has no beams" : scan.invalid_because;
+}
+
 Scan make_scan(const mrpt::obs::CObservation2DRangeScan& observation, const ScanParameters& parameters)
 {
 	Scan scan;
 	scan.invalid_because = unusable_because(observation, parameters);
-	if (!scan.valid()) return scan;
+	if (!scan.invalid_because.empty()) return scan;
 
 	// The heading of the sensor's x axis seen from above: the yaw, but half a turn off it if the sensor is turned over
 	// by its pitch. The height does not matter in a plane.
 	const auto& axes = observation.sensorPose.getRotationMatrix();
 	scan.sensor_on_robot = {observation.sensorPose.x(), observation.sensorPose.y(), std::atan2(axes(1, 0), axes(0, 0))};
-	const auto beams = static_cast<double>(observation.getScanSize());
-	scan.field_of_view = std::min(kFullTurn, static_cast<double>(observation.aperture) * beams / (beams - 1));
 	scan.beams = read_beams(observation, parameters);
+	const double step = static_cast<double>(observation.aperture) / static_cast<double>(observation.getScanSize() - 1);
+	scan.field_of_view = std::min(kFullTurn, step * static_cast<double>(scan.beams.size()));
 	if (scan.beams.size() < static_cast<std::size_t>(parameters.min_beams))
 		scan.invalid_because = std::to_string(scan.beams.size()) + " usable beams, fewer than scan.min_beams";
 	else if (std::none_of(scan.beams.begin(), scan.beams.end(), [](const Beam& beam) { return beam.is_return; }))

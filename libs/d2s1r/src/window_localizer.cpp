@@ -198,17 +198,13 @@ void WindowLocalizer::forget()
 Localization WindowLocalizer::conclude(const Localization& one_shot) const
 {
 	const auto& scoring = localizer_->parameters().scoring;
-	Localization result = one_shot;
-	result.hypotheses.clear();
-	result.confidence = 0;
-	if (tracks_.empty() || explained_by(tracks_.front()) < kUnexplained)
-	{
-		result.status = Status::kRejected;
-		result.note = "no place in the map explains the last scans";
-		return result;
-	}
+	const bool explained = !tracks_.empty() && explained_by(tracks_.front()) >= kUnexplained;
+	Localization result =
+	    explained ? Localization{} : no_place(Status::kRejected, "no place in the map explains the last scans");
+	result.times = one_shot.times;
+	if (!explained) return result;
 	for (const Track& track : tracks_) result.hypotheses.push_back(track.now);
-	result.note.clear();
+	result.relative_entropy = localizer_->relative_entropy(frames_.back().scan, result.best().pose);
 	result.confidence = result.best().probability;
 	const Track& best = tracks_.front();
 	const bool known = explained_by(best) >= kExplained && alone(best) >= kLeastAlone;

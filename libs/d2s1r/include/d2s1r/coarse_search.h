@@ -29,10 +29,11 @@ struct Candidate
 /// by the shift.
 ///
 /// What all this loses against comparing everywhere (rawlog-localize of commit b87c96d): of the 500 scans with clutter
-/// of each of seven buildings one in one of them; in two others it finds one and five more. \param prior of the robot's
-/// pose; positions within a sample's spacing of it are searched, too \return distinct poses, best first, at most
-/// parameters.candidates and none much dearer than the best one (see parameters.hopeless; of 400 scans with clutter of
-/// each of seven buildings its default loses one success in all)
+/// of each of seven buildings one in one of them; in two others it finds one and five more.
+///
+/// \param prior of the robot's pose; positions within a sample's spacing of it are searched, too
+/// \return distinct poses, best first, at most parameters.candidates and none much dearer than the best one (see
+///         parameters.hopeless; of 400 scans with clutter of each of seven buildings its default loses one success)
 std::vector<Candidate> coarse_search(
     const RangeProfiles& profiles, const Scan& scan, const CoarseSearchParameters& parameters, const Prior& prior = {});
 }  // namespace d2s1r

@@ -34,8 +34,8 @@ struct Hypothesis
 struct StageTimes
 {
 	double retrieval_ms = 0;     //!< scan -> candidates
-	double registration_ms = 0;  //!< candidates -> yaw
-	double refinement_ms = 0;    //!< candidates -> refined, scored hypotheses
+	double registration_ms = 0;  //!< candidates -> where each fits best; kPaper: their yaw
+	double refinement_ms = 0;    //!< these -> refined, scored hypotheses; kPaper: 0
 	double total_ms = 0;
 };
 
@@ -56,4 +56,7 @@ struct Localization
 	/// All hypotheses as a sum of Gaussians; log weights are log probabilities. Empty if there is none.
 	mrpt::poses::CPosePDFSOG as_sog() const;
 };
+
+/// The answer without a hypothesis: kRejected or kInvalid, and why.
+Localization no_place(Status status, const std::string& note);
 }  // namespace d2s1r

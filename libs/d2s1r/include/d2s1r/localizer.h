@@ -19,7 +19,8 @@ namespace d2s1r
 class Localizer
 {
    public:
-	/// \throws std::invalid_argument if `map` is null or has no free cell, or a parameter is out of range
+	/// \throws std::invalid_argument if `map` is null, has no free cell or is too large for the parameters (their
+	///         ranges in cells, the spacing of positions), or a parameter is out of range
 	Localizer(mrpt::maps::COccupancyGridMap2D::ConstPtr map, const Parameters& parameters);
 	~Localizer();
 	Localizer(Localizer&&) noexcept;
@@ -30,9 +31,13 @@ class Localizer
 	Localization localize(const mrpt::obs::CObservation2DRangeScan& observation, const Query& query = {}) const;
 	Localization localize(const Scan& scan, const Query& query = {}) const;
 
-	/// How does the scan fit near `robot` (map frame)? That pose is refined and scored, nothing is searched. No value
-	/// if the scan is not valid. \throws std::logic_error if the method is kPaper
+	/// How does the scan fit near `robot` (map frame)? That pose is refined and scored, nothing is searched.
+	/// \return no value if the scan is not valid
+	/// \throws std::logic_error if the method is kPaper
 	std::optional<Hypothesis> hypothesis_near(const Scan& scan, const mrpt::poses::CPose2D& robot) const;
+
+	/// Eq. 1 of a valid scan and a virtual scan of the robot at `robot` (map frame) [bit], lower is better.
+	double relative_entropy(const Scan& scan, const mrpt::poses::CPose2D& robot) const;
 
 	const mrpt::maps::COccupancyGridMap2D& map() const;
 	const Parameters& parameters() const;

@@ -15,8 +15,15 @@ namespace d2s1r
 /// entropy D; the paper knows no probabilities, here they are proportional to 2^(-n D) for n effectively independent
 /// beams (Sanov's theorem), and the confidence is the sum over the candidates at the place of the best one. Covariances
 /// come from the size of a cell and the step of the yaw. Thread-safe; a thread's first call aside, nothing but the
-/// returned hypotheses is allocated. \param caster of `grid`, with the range of `parameters`
+/// returned hypotheses is allocated.
+///
+/// \param caster of `grid`, with the range of `parameters`
 Localization localize_paper(
     const Scan& scan, const Grid& grid, const SignatureIndex& index, const RayCaster& caster,
     const PaperParameters& parameters);
+
+/// Eq. 1, D(observed || virtual) [bit], lower is better, of a scan and a virtual scan at `sensor` [m, rad, map frame].
+/// Thread-safe.
+double relative_entropy_at(
+    const mrpt::math::TPose2D& sensor, const Scan& scan, const RayCaster& caster, const PaperParameters& parameters);
 }  // namespace d2s1r

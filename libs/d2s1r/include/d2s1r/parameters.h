@@ -17,7 +17,7 @@ struct GridParameters
 {
 	double occupied_threshold = 0.65;   //!< [probability] occupied if P(occupied) is above
 	double free_threshold = 0.40;       //!< [probability] free if P(occupied) is below
-	bool rays_stop_at_unknown = false;  //!< [-] virtual rays end where the known map ends
+	bool rays_stop_at_unknown = false;  //!< [-] virtual scans of the paper's method end where the known map ends
 	double simplemap_cell_size = 0.05;  //!< [m] of the grid drawn from a .simplemap
 };
 
@@ -123,7 +123,7 @@ struct ScoringParameters
 struct Parameters
 {
 	Method method = Method::kDefault;
-	int threads = 1;  //!< [-] used to build the index; the result does not depend on it
+	int threads = 1;  //!< [-] used to build the index of kPaper; the result does not depend on it
 	GridParameters grid;
 	FreeCellParameters free_cells;
 	ScanParameters scan;
@@ -139,7 +139,7 @@ struct Parameters
 template <class P, class Visitor>
 void visit_parameters(P& p, Visitor&& visit)
 {
-	visit("localizer", "threads", p.threads, 1, 256, "[-] used to build the index");
+	visit("localizer", "threads", p.threads, 1, 256, "[-] used to build the index of the paper's method");
 
 	visit(
 	    "grid", "occupied_threshold", p.grid.occupied_threshold, 0.0, 1.0,
@@ -147,7 +147,7 @@ void visit_parameters(P& p, Visitor&& visit)
 	visit("grid", "free_threshold", p.grid.free_threshold, 0.0, 1.0, "[probability] free if P(occupied) is below");
 	visit(
 	    "grid", "rays_stop_at_unknown", p.grid.rays_stop_at_unknown, 0, 1,
-	    "[-] virtual rays end where the known map ends");
+	    "[-] virtual scans of the paper's method end where the known map ends");
 	visit(
 	    "grid", "simplemap_cell_size", p.grid.simplemap_cell_size, 0.005, 1.0,
 	    "[m] cell of the grid drawn from a .simplemap");

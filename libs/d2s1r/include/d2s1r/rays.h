@@ -22,9 +22,9 @@ struct Rays
 	std::vector<std::uint8_t>
 	    starts_run;         //!< 1 for a return next to a beam that ended at nothing, on its clockwise side
 	std::size_t count = 0;  //!< [-] rays, those that ended at nothing included
-	double spacing = 0;     //!< [rad] between neighbours
+	double spacing = 0;     //!< [rad] between neighbours that no gap parts: what a ray stands for
 };
 
-/// At most `most` beams of `scan`, not closer than `spacing` [rad].
+/// At most `most` beams of `scan`: every n-th, n chosen for a distance nearest to `spacing` [rad].
 Rays make_rays(const Scan& scan, double spacing, int most);
 }  // namespace d2s1r

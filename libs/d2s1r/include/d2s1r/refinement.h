@@ -23,8 +23,8 @@ std::vector<RefinedPose> settle(
 
 /// The same, to the end and with all beams. Gauss-Newton stops early in a corridor, and people pull it off: poses
 /// beside the best ones, along the direction that the scan leaves open, that fit better yet are returned as well. Which
-/// of them is right is for the score to say, which knows what a beam passed through. \return distinct poses, best fit
-/// first
+/// of them is right is for the score to say, which knows what a beam passed through.
+/// \return distinct poses, best fit first
 std::vector<RefinedPose> refine(
     const DistanceField& field, const Rays& rays, std::vector<RefinedPose> poses,
     const RefinementParameters& parameters);

@@ -22,12 +22,15 @@ struct Beam
 struct Scan
 {
 	std::vector<Beam> beams;              //!< by increasing angle
-	double field_of_view = 0;             //!< [rad] in (0, 2 pi]
+	double field_of_view = 0;             //!< [rad] that the beams cover, in (0, 2 pi]; gaps without data left out
 	mrpt::math::TPose2D sensor_on_robot;  //!< sensor in robot frame, m and rad
-	std::string invalid_because;          //!< empty if the scan is usable, else the reason
+	std::string invalid_because;          //!< empty if make_scan() found it usable, else the reason
 
-	bool valid() const { return invalid_because.empty(); }
+	bool valid() const { return invalid_because.empty() && !beams.empty(); }
 };
+
+/// Why a scan is not valid().
+std::string why_invalid(const Scan& scan);
 
 /// The only place that knows about beam order, mounting (offset, yaw, upside down), validity flags and what drivers
 /// write for "nothing there". The last beam of a full turn is left out if it looks where the first one does. Never
