@@ -1,5 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include <d2s1r/CSignatureMap2D.h>
+#include <d2s1r/visit_parameters.h>
 #include <mrpt/obs/CObservation2DRangeScan.h>
 
 #include <fstream>

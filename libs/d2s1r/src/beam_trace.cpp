@@ -40,6 +40,36 @@ HWY_INLINE Floats not_zero(Floats direction)
 	constexpr float kLeast = 1e-20F;
 	return hn::IfThenElse(hn::Lt(hn::Abs(direction), all(kLeast)), all(kLeast), direction);
 }
+
+/// What lies along a vector of beams.
+struct Passed
+{
+	Floats walls, unknown;  //!< [-], [cells]
+};
+
+/// From the starts of the axes to `end` [cells]; walls left beyond `passed_before` [cells] are where a beam ended.
+HWY_INLINE Passed follow(const std::uint8_t* start, int width, Axis u, Axis v, Floats end, Floats passed_before)
+{
+	Passed passed{all(0), all(0)};
+	Floats length = all(0);
+	Mask in_wall = hn::Lt(length, length), moving = hn::Gt(end, length);
+	while (!hn::AllFalse(kFloats, moving))
+	{
+		const Ints packed = packed_at(start, u.cell, v.cell, width);
+		const Floats clearance = hn::ConvertTo(kFloats, hn::ShiftRight<BeamTracer::kClassBits>(packed));
+		const Mask outside = hn::Eq(clearance, all(0)), at_wall = is_class(packed, Cell::kOccupied);
+		const Mask left_wall = hn::And(hn::AndNot(at_wall, in_wall), hn::Lt(length, passed_before));
+		passed.walls = hn::IfThenElse(hn::And(moving, left_wall), hn::Add(passed.walls, all(1)), passed.walls);
+		in_wall = at_wall;
+		const Floats exit = cross(u, v, clearance, hn::AndNot(outside, moving));
+		const Floats next = hn::IfThenElse(outside, end, hn::Min(hn::Max(exit, length), end));
+		const Mask in_unknown = hn::And(moving, is_class(packed, Cell::kUnknown));
+		passed.unknown = hn::IfThenElse(in_unknown, hn::Add(passed.unknown, hn::Sub(next, length)), passed.unknown);
+		length = hn::IfThenElse(moving, next, length);
+		moving = hn::And(moving, hn::Lt(length, end));
+	}
+	return passed;
+}
 }  // namespace
 
 void trace_of_target(
@@ -60,27 +90,14 @@ void trace_of_target(
 		const Floats dx = hn::Sub(hn::Mul(cosine, ux), hn::Mul(sine, uy));
 		const Floats dy = hn::Add(hn::Mul(sine, ux), hn::Mul(cosine, uy));
 		const Floats end = hn::Div(hn::LoadU(kFloats, returns.range.data() + i), all(cell_size));
-		const Floats passed_before = hn::Sub(end, all(static_cast<float>(kAtWall / map.cell_size)));
-		Axis u(static_cast<float>(start_u - column), not_zero(dx)), v(static_cast<float>(start_v - row), not_zero(dy));
-		Floats length = all(0), unknown = all(0), walls = all(0);
-		Mask in_wall = hn::Lt(length, length), moving = only_ends ? in_wall : hn::Gt(end, length);
-		while (!hn::AllFalse(kFloats, moving))
-		{
-			const Ints packed = packed_at(start, u.cell, v.cell, map.width);
-			const Floats clearance = hn::ConvertTo(kFloats, hn::ShiftRight<BeamTracer::kClassBits>(packed));
-			const Mask outside = hn::Eq(clearance, all(0)), at_wall = is_class(packed, Cell::kOccupied);
-			const Mask left_wall = hn::And(hn::AndNot(at_wall, in_wall), hn::Lt(length, passed_before));
-			walls = hn::IfThenElse(hn::And(moving, left_wall), hn::Add(walls, all(1)), walls);
-			in_wall = at_wall;
-			const Floats exit = cross(u, v, clearance, hn::AndNot(outside, moving));
-			const Floats next = hn::IfThenElse(outside, end, hn::Min(hn::Max(exit, length), end));
-			const Mask in_unknown = hn::And(moving, is_class(packed, Cell::kUnknown));
-			unknown = hn::IfThenElse(in_unknown, hn::Add(unknown, hn::Sub(next, length)), unknown);
-			length = hn::IfThenElse(moving, next, length);
-			moving = hn::And(moving, hn::Lt(length, end));
-		}
-		hn::StoreU(walls, kFloats, traced.walls.data() + i);
-		hn::StoreU(hn::Mul(unknown, all(cell_size)), kFloats, traced.unknown.data() + i);
+		const Axis u(static_cast<float>(start_u - column), not_zero(dx)),
+		    v(static_cast<float>(start_v - row), not_zero(dy));
+		Passed passed{all(0), all(0)};
+		if (!only_ends)
+			passed =
+			    follow(start, map.width, u, v, end, hn::Sub(end, all(static_cast<float>(kAtWall / map.cell_size))));
+		hn::StoreU(passed.walls, kFloats, traced.walls.data() + i);
+		hn::StoreU(hn::Mul(passed.unknown, all(cell_size)), kFloats, traced.unknown.data() + i);
 
 		const Floats end_u = hn::Floor(hn::Add(u.start, hn::Mul(dx, end)));
 		const Floats end_v = hn::Floor(hn::Add(v.start, hn::Mul(dy, end)));

@@ -1,6 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "coarse_kernel.h"
 
+// All of Highway's targets, not those of simd_targets.h only: bytes profit from AVX-512.
 #include <algorithm>
 #include <array>
 #include <cstring>

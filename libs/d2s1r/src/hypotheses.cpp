@@ -86,9 +86,12 @@ std::vector<RefinedPose> choose_promising(
 	return promising;
 }
 
-Localization decide(
-    const BeamTracer& tracer, const DistanceField& field, const Scan& scan, const Rays& rays,
-    const std::vector<RefinedPose>& poses, const Parameters& parameters)
+namespace
+{
+/// Best first, the best ones polished. A place counts by the best score found at it.
+std::vector<Scored> find_places(
+    const BeamTracer& tracer, const DistanceField& field, const Rays& rays, const std::vector<RefinedPose>& poses,
+    const Parameters& parameters)
 {
 	const BeamModel& model = parameters.scoring.beam_model;
 	std::vector<Scored> scored;
@@ -101,8 +104,15 @@ Localization decide(
 		const Score again = score(tracer, field, rays, places[i].pose, model);
 		if (again.log_likelihood > places[i].score.log_likelihood) places[i].score = again;
 	}
-	places = distinct_places(std::move(places), parameters.scoring);
+	return distinct_places(std::move(places), parameters.scoring);
+}
+}  // namespace
 
+Localization decide(
+    const BeamTracer& tracer, const DistanceField& field, const Scan& scan, const Rays& rays,
+    const std::vector<RefinedPose>& poses, const Parameters& parameters)
+{
+	const std::vector<Scored> places = find_places(tracer, field, rays, poses, parameters);
 	double mass = 0;
 	for (const Scored& place : places) mass += place.weight;
 	const double present = places.empty() ? 0 : presence(places.front(), mass, parameters.scoring.presence_model);

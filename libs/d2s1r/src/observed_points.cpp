@@ -8,7 +8,14 @@ namespace d2s1r
 {
 ObservedPoints::Key ObservedPoints::key_of(const mrpt::obs::CObservation2DRangeScan& observation)
 {
-	Key key{{}, {}, observation.aperture, observation.maxRange, observation.rightToLeft, observation.sensorPose};
+	Key key{
+	    {},
+	    {},
+	    observation.aperture,
+	    observation.maxRange,
+	    static_cast<float>(observation.deltaPitch),
+	    observation.rightToLeft,
+	    observation.sensorPose};
 	for (std::size_t i = 0; i < observation.getScanSize(); i++)
 	{
 		key.ranges.push_back(observation.getScanRange(i));
@@ -21,7 +28,8 @@ bool ObservedPoints::matches(const Key& key, const mrpt::obs::CObservation2DRang
 {
 	const std::size_t n = observation.getScanSize();
 	if (n != key.ranges.size() || observation.aperture != key.aperture || observation.maxRange != key.max_range ||
-	    observation.rightToLeft != key.right_to_left || observation.sensorPose != key.sensor_pose)
+	    static_cast<float>(observation.deltaPitch) != key.delta_pitch || observation.rightToLeft != key.right_to_left ||
+	    observation.sensorPose != key.sensor_pose)
 		return false;
 	if (n == 0) return true;
 	// ranges are contiguous; bytes are compared because NaN ranges are equal, too

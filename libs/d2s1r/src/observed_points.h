@@ -23,7 +23,7 @@ class ObservedPoints
 	{
 		std::vector<float> ranges;
 		std::vector<char> valid;
-		float aperture = 0, max_range = 0;
+		float aperture = 0, max_range = 0, delta_pitch = 0;
 		bool right_to_left = true;
 		mrpt::poses::CPose3D sensor_pose;
 	};

@@ -5,88 +5,15 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <limits>
-#include <stdexcept>
 #include <utility>
+
+#include "sample_positions.h"
 
 namespace d2s1r
 {
 namespace
 {
 constexpr double kCompandingRange = 2.0;  //!< [m] below it steps are about equal, above they grow with the range
-
-/// The free cell nearest to the middle of every square of `side` x `side` cells, increasing.
-std::vector<CellIndex> one_a_square(const Grid& grid, const std::vector<CellIndex>& cells, int side)
-{
-	struct Choice
-	{
-		CellIndex cell;
-		int distance;
-	};
-	constexpr Choice kNone{-1, std::numeric_limits<int>::max()};
-	std::vector<Choice> chosen(static_cast<std::size_t>(grid.width / side + 1), kNone);  // of one row of squares
-	std::vector<CellIndex> samples;
-	const auto finish_row = [&]
-	{
-		const auto first = static_cast<std::ptrdiff_t>(samples.size());
-		for (Choice& choice : chosen)
-			if (choice.cell != kNone.cell) samples.push_back(std::exchange(choice, kNone).cell);
-		std::sort(samples.begin() + first, samples.end());
-	};
-	int row_of_squares = 0;
-	for (const CellIndex cell : cells)
-	{
-		const int column = cell % grid.width, row = cell / grid.width;
-		if (row / side != row_of_squares) finish_row();
-		row_of_squares = row / side;
-		const int dx = 2 * (column % side) - side + 1, dy = 2 * (row % side) - side + 1;
-		const Choice choice{cell, dx * dx + dy * dy};
-		Choice& nearest = chosen[static_cast<std::size_t>(column / side)];
-		if (choice.distance < nearest.distance) nearest = choice;
-	}
-	finish_row();
-	return samples;
-}
-
-constexpr int kMostSquares = 1 << 16;  //!< along a side of the map: their places on the curve have 32 bits
-
-/// Position of (column, row), both below kMostSquares, along Hilbert's curve: cells near each other on it are near in
-/// the map.
-std::uint32_t hilbert_index(std::uint32_t column, std::uint32_t row)
-{
-	std::uint32_t index = 0;
-	for (std::uint32_t side = kMostSquares / 2; side > 0; side /= 2)
-	{
-		const bool right = (column & side) != 0, upper = (row & side) != 0;
-		index = 4 * index + ((right ? 3U : 0U) ^ (upper ? 1U : 0U));
-		if (upper) continue;
-		if (right) column = ~column, row = ~row;
-		std::swap(column, row);
-	}
-	return index;
-}
-
-/// A sample, by its place along the curve through squares of the samples' spacing.
-struct PlacedCell
-{
-	std::uint32_t place;
-	CellIndex cell;
-};
-
-/// Neighbours near each other, so that the positions of a block fare alike; a group's four squares follow one another.
-std::vector<PlacedCell> along_curve(const Grid& grid, const std::vector<CellIndex>& samples, int side)
-{
-	std::vector<PlacedCell> placed;
-	placed.reserve(samples.size());
-	for (const CellIndex cell : samples)
-		placed.push_back(
-		    {hilbert_index(
-		         static_cast<std::uint32_t>(cell % grid.width / side),
-		         static_cast<std::uint32_t>(cell / grid.width / side)),
-		     cell});
-	std::sort(placed.begin(), placed.end(), [](const auto& a, const auto& b) { return a.place < b.place; });
-	return placed;
-}
 
 /// Where each placed cell is in `cells`, which are increasing and hold them all.
 std::vector<std::uint32_t> ranks_in(const std::vector<CellIndex>& cells, const std::vector<PlacedCell>& placed)
@@ -205,8 +132,6 @@ RangeProfiles make_range_profiles(
     const Grid& grid, const std::vector<CellIndex>& cells, const CoarseSearchParameters& parameters)
 {
 	const int side = std::max(1, static_cast<int>(std::lround(parameters.spacing / grid.cell_size)));
-	if (std::max(grid.width, grid.height) / side >= kMostSquares)
-		throw std::invalid_argument("the map is wider than can be searched; use a greater coarse_search.spacing");
 	const auto samples = one_a_square(grid, cells, side), middles = one_a_square(grid, cells, 2 * side);
 	const auto positions = along_curve(grid, samples, side), groups = along_curve(grid, middles, side);
 	std::vector<CellIndex> swept;

@@ -22,7 +22,7 @@ constexpr double kFullTurn = 2 * M_PI;
 ///   in range but flagged invalid  no data: MRPT's exclusion areas clear the flag and leave the range
 ///   zero                          no data unless `zero_is_no_return`. Logs that write 0 where the laser got nothing
 ///                                 do not tell glass, black surfaces and objects at the lens from open space: of the
-///                                 zeros in the Intel, Freiburg 079 and CSAIL logs over 94 % face a wall of the map
+///                                 zeros in the Intel, Freiburg 079 and CSAIL logs nearly all face a wall of the map
 ///                                 within 20 m. In simulators and outdoors most zeros do mean open space.
 std::optional<Beam> read_beam(float range, bool flagged_valid, float max_range, const ScanParameters& parameters)
 {

@@ -79,6 +79,14 @@ std::vector<int> apportion(const std::vector<double>& shares, int total)
 	return counts;
 }
 
+/// All of them without a hypothesis, else a share that leaves one for each.
+int particles_in_free_space(std::size_t hypotheses, const SeedingParameters& parameters)
+{
+	if (hypotheses == 0) return parameters.particles;
+	const auto share = static_cast<int>(std::lround(parameters.particles * parameters.free_space_share));
+	return std::min(share, parameters.particles - static_cast<int>(hypotheses));
+}
+
 double log_weight(double probability, int count)
 {
 	return std::log(std::max(probability, 1e-12)) - std::log(count);
@@ -94,12 +102,7 @@ std::vector<SeededParticle> seed_particles(
 	const std::size_t kept = std::min(localization.hypotheses.size(), static_cast<std::size_t>(parameters.particles));
 	if (kept == 0 && free_cells.empty()) throw std::invalid_argument("seeding: neither a hypothesis nor a free cell");
 
-	const int in_free_space =
-	    free_cells.empty() ? 0
-	    : kept == 0        ? parameters.particles
-	                       : std::min(
-	                             static_cast<int>(std::lround(parameters.particles * parameters.free_space_share)),
-	                             parameters.particles - static_cast<int>(kept));
+	const int in_free_space = free_cells.empty() ? 0 : particles_in_free_space(kept, parameters);
 	std::vector<double> probabilities;
 	for (std::size_t i = 0; i < kept; i++) probabilities.push_back(localization.hypotheses[i].probability);
 	const double known = std::accumulate(probabilities.begin(), probabilities.end(), 0.0);

@@ -31,8 +31,9 @@ struct Candidate
 /// What all this loses against comparing everywhere (rawlog-localize of commit b87c96d): of the 500 scans with clutter
 /// of each of seven buildings one in one of them; in two others it finds one and five more.
 ///
-/// \param prior of the robot's pose; positions within a sample's spacing of it are searched, too
-/// \return distinct poses, best first, at most parameters.candidates and none much dearer than the best one (see
+/// \param prior of the robot's pose; positions of the sensor within a sample's spacing of where it lets the robot be
+/// are searched, too \return distinct poses, best first, at most parameters.candidates and none much dearer than the
+/// best one (see
 ///         parameters.hopeless; of 400 scans with clutter of each of seven buildings its default loses one success)
 std::vector<Candidate> coarse_search(
     const RangeProfiles& profiles, const Scan& scan, const CoarseSearchParameters& parameters, const Prior& prior = {});

@@ -8,7 +8,7 @@ namespace d2s1r
 /// A smooth distance and its gradient.
 struct Distance
 {
-	float value = 0;       //!< [m] to the nearest occupied cell's centre, at most DistanceField::kReach
+	float value = 0;       //!< [m] to the nearest occupied cell's centre, at most DistanceField::kReachCells cells
 	float gradient_x = 0;  //!< [-] d value / d x, map frame
 	float gradient_y = 0;  //!< [-] d value / d y
 };

@@ -26,7 +26,7 @@ struct Hypothesis
 	mrpt::poses::CPose2D pose;               //!< robot in map, m and rad
 	mrpt::math::CMatrixDouble33 covariance;  //!< of pose, (x, y, phi), m^2, m rad, rad^2
 	double probability = 0;     //!< [0, 1] that this is the right place, all hypotheses and "none of them" sum to 1
-	double log_likelihood = 0;  //!< [nat] of the scan, higher is better; kPaper: minus the relative entropy
+	double log_likelihood = 0;  //!< [nat] of the scan, the best found at this place; kPaper: minus relative entropy
 	double explained = 0;       //!< [0, 1] share of the beams with a return that end at a wall, none passed; kPaper: 0
 };
 

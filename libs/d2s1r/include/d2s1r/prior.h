@@ -48,7 +48,7 @@ struct Query
 
 	/// [ms] after which the answer should be there; 0: take the time it takes. The search for candidates always runs
 	/// to its end, then as many candidates are refined, best first, as the rest of the time allows: never fewer than a
-	/// sixteenth. How many depends on the machine's load, so that two runs may differ.
+	/// sixteenth. How many depends on the machine's load, so that two runs may differ. kPaper: has no effect.
 	double time_budget = 0;
 };
 }  // namespace d2s1r

@@ -13,7 +13,7 @@ namespace d2s1r
 /// with.
 ///
 /// Ranges are companded, so that one step is about the change of range that a small change of position makes: 2 cm near
-/// the sensor, 30 cm at max_range.
+/// the sensor, 35 cm at a max_range of 30 m.
 ///
 /// The positions form groups, those in 2 x 2 squares of the samples' spacing. The overview has one position a group, at
 /// its middle, and steps twice as large: what is too dear there need not be compared closely. A signature is a

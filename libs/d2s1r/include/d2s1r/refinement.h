@@ -12,7 +12,8 @@ namespace d2s1r
 struct RefinedPose
 {
 	mrpt::math::TPose2D pose;  //!< sensor in map, m and rad
-	double fit = 0;            //!< mean robust weight of the end points, at most 1, higher is better
+	double fit =
+	    0;  //!< [-] robust weights of the end points over the rays, at most 1; after settle() less the coarse cost
 };
 
 /// Pulls candidates onto the walls: Gauss-Newton on the distance field with a robust kernel that shrinks.
