@@ -3,6 +3,8 @@
 # Simulate the laser scans of a path in a map, and localize them:  simul-gridmap -> rawlog-localize
 #
 #   simulate_then_localize.sh OUT_DIR MAP.gridmap.gz POSES.txt      (POSES: 'time x y phi' a line: s, m, m, rad)
+#
+# simul-gridmap starts at the first pose, scans at the others, and stamps them with times of its own.
 set -eu
 usage='usage: simulate_then_localize.sh OUT_DIR MAP.gridmap.gz POSES.txt'
 out=${1:?$usage}

@@ -5,7 +5,7 @@
 #
 #   track_with_signature_map.sh OUT_DIR MODULE.so [MAP] [RAWLOG]
 #
-# MODULE.so is libd2s1r-pf-init.so: build/apps/rawlog-localize/ or lib/.../d2s1r/ of the installed tree.
+# MODULE.so is libd2s1r-pf-init.so: build/release/apps/rawlog-localize/ or lib/.../d2s1r/ of the installed tree.
 set -eu
 usage='usage: track_with_signature_map.sh OUT_DIR MODULE.so [MAP] [RAWLOG]'
 out=${1:?$usage}
@@ -13,6 +13,7 @@ module=${2:?$usage}
 datasets=/usr/share/mrpt/datasets
 map=${3:-$datasets/localization_demo.simplemap.gz}
 rawlog=${4:-$datasets/localization_demo.rawlog}
+[ -f "$module" ] || { echo "$module: no such module; build the target d2s1r-pf-init" >&2; exit 1; }
 mkdir -p "$out"
 
 # where to start: the box round the first pose, from the one-shot localizer
@@ -28,6 +29,6 @@ map_file = $map
 [MetricMap_signatureMap_00_likelihoodOpts]
 sigma = 0.10
 END
-LD_PRELOAD=$module pf-localization "$out/signature_map.ini" < /dev/null > "$out/pf.log" 2>&1
+LD_PRELOAD=$(realpath "$module") pf-localization "$out/signature_map.ini" < /dev/null > "$out/pf.log" 2>&1
 sed -n 's/.*PDF estimation: (\([^)]*\)).*/\1/p' "$out/pf.log" > "$out/pf_poses.txt"
 echo "pf-localization: $(wc -l < "$out/pf_poses.txt") steps, the last at (x, y, phi) = $(tail -n 1 "$out/pf_poses.txt")"

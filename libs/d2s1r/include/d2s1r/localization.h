@@ -13,7 +13,7 @@ namespace d2s1r
 enum class Status
 {
 	kLocalized,  //!< one place explains the scan and stands out
-	kAmbiguous,  //!< two or more places share the probability; the best one may be wrong
+	kAmbiguous,  //!< other places, or "none of them", share the probability; the best one may be wrong
 	kRejected,   //!< no place in the map explains the scan
 	kInvalid     //!< the observation is not a usable scan
 };
