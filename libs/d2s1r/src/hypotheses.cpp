@@ -44,18 +44,6 @@ double presence(const Scored& best, double mass, const PresenceModel& model)
 	                        model.log_likelihood * best.score.log_likelihood + model.lead * lead;
 	return 1 / (1 + std::exp(-log_odds));
 }
-
-/// The robot's pose from the sensor's, with the covariance moved along.
-void set_pose(
-    Hypothesis& hypothesis, const TPose2D& sensor, const TPose2D& sensor_on_robot, const Eigen::Matrix3d& covariance)
-{
-	const TPose2D robot = sensor + (TPose2D() - sensor_on_robot);
-	Eigen::Matrix3d jacobian = Eigen::Matrix3d::Identity();
-	jacobian(0, 2) = -(robot.y - sensor.y);
-	jacobian(1, 2) = robot.x - sensor.x;
-	hypothesis.pose = mrpt::poses::CPose2D(robot);
-	hypothesis.covariance = mrpt::math::CMatrixDouble33(Eigen::Matrix3d(jacobian * covariance * jacobian.transpose()));
-}
 }  // namespace
 
 std::vector<RefinedPose> choose_promising(
@@ -122,9 +110,9 @@ Localization decide(
 	const auto count = std::min(places.size(), static_cast<std::size_t>(parameters.scoring.hypotheses));
 	for (std::size_t i = 0; i < count; i++)
 	{
-		Hypothesis hypothesis;
 		const TPose2D& pose = places[i].pose;
-		set_pose(hypothesis, pose, scan.sensor_on_robot, pose_covariance(field, rays, pose, parameters.refinement));
+		const mrpt::math::CMatrixDouble33 covariance(pose_covariance(field, rays, pose, parameters.refinement));
+		Hypothesis hypothesis = hypothesis_of_sensor(pose, covariance, scan.sensor_on_robot);
 		hypothesis.probability = present * places[i].weight / mass;
 		hypothesis.log_likelihood = places[i].score.log_likelihood;
 		hypothesis.explained = places[i].score.explained;

@@ -1,6 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include <d2s1r/localization.h>
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -22,6 +23,20 @@ const char* to_string(Status status)
 			break;
 	}
 	return "invalid";
+}
+
+Hypothesis hypothesis_of_sensor(
+    const mrpt::math::TPose2D& sensor, const mrpt::math::CMatrixDouble33& covariance,
+    const mrpt::math::TPose2D& sensor_on_robot)
+{
+	const mrpt::math::TPose2D robot = sensor + (mrpt::math::TPose2D() - sensor_on_robot);
+	auto jacobian = mrpt::math::CMatrixDouble33::Identity();
+	jacobian(0, 2) = -(robot.y - sensor.y);
+	jacobian(1, 2) = robot.x - sensor.x;
+	Hypothesis hypothesis;
+	hypothesis.pose = mrpt::poses::CPose2D(robot);
+	hypothesis.covariance = jacobian.asEigen() * covariance.asEigen() * jacobian.asEigen().transpose();
+	return hypothesis;
 }
 
 const Hypothesis& Localization::best() const

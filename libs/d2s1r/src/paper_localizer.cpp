@@ -51,34 +51,26 @@ void register_candidates(const Grid& grid, const RayCaster& caster, const PaperP
 	}
 }
 
-/// Uniform errors within a cell and a step of yaw, moved from the sensor to the robot.
-mrpt::math::CMatrixDouble33 robot_covariance(
-    const mrpt::math::TPose2D& sensor, const mrpt::math::TPose2D& robot, double cell_size, double yaw_step)
+/// Uniform errors within a cell and a step of yaw.
+mrpt::math::CMatrixDouble33 sensor_covariance(double cell_size, double yaw_step)
 {
-	const double position = cell_size * cell_size / 12, yaw = yaw_step * yaw_step / 12;
-	const double dx = -(robot.y - sensor.y), dy = robot.x - sensor.x;  // of the robot's position by yaw
 	mrpt::math::CMatrixDouble33 covariance;
-	covariance(0, 0) = position + dx * dx * yaw;
-	covariance(1, 1) = position + dy * dy * yaw;
-	covariance(0, 1) = covariance(1, 0) = dx * dy * yaw;
-	covariance(0, 2) = covariance(2, 0) = dx * yaw;
-	covariance(1, 2) = covariance(2, 1) = dy * yaw;
-	covariance(2, 2) = yaw;
+	covariance(0, 0) = covariance(1, 1) = cell_size * cell_size / 12;
+	covariance(2, 2) = yaw_step * yaw_step / 12;
 	return covariance;
 }
 
 std::vector<Hypothesis> make_hypotheses(
     const std::vector<Candidate>& candidates, const Scan& scan, double cell_size, double yaw_step)
 {
-	const mrpt::poses::CPose2D robot_on_sensor = -mrpt::poses::CPose2D(scan.sensor_on_robot);
+	const auto covariance = sensor_covariance(cell_size, yaw_step);
 	std::vector<Hypothesis> hypotheses;
 	hypotheses.reserve(candidates.size());
 	double total = 0;
 	for (const Candidate& candidate : candidates)
 	{
-		Hypothesis& hypothesis = hypotheses.emplace_back();
-		hypothesis.pose = mrpt::poses::CPose2D(candidate.sensor) + robot_on_sensor;
-		hypothesis.covariance = robot_covariance(candidate.sensor, hypothesis.pose.asTPose(), cell_size, yaw_step);
+		Hypothesis& hypothesis =
+		    hypotheses.emplace_back(hypothesis_of_sensor(candidate.sensor, covariance, scan.sensor_on_robot));
 		hypothesis.log_likelihood = -candidate.relative_entropy;
 		const double worse = candidate.relative_entropy - candidates.front().relative_entropy;
 		hypothesis.probability = std::exp2(-kIndependentBeams * worse);

@@ -53,12 +53,6 @@ std::string unusable_because(const mrpt::obs::CObservation2DRangeScan& observati
 	return {};
 }
 
-float wrapped(double angle)
-{
-	const auto wrapped = static_cast<float>(mrpt::math::wrapToPi(angle));
-	return wrapped >= static_cast<float>(M_PI) ? -static_cast<float>(M_PI) : wrapped;
-}
-
 /// Beams counter-clockwise as seen from above, by increasing angle.
 std::vector<Beam> read_beams(const mrpt::obs::CObservation2DRangeScan& observation, const ScanParameters& parameters)
 {
@@ -75,13 +69,19 @@ std::vector<Beam> read_beams(const mrpt::obs::CObservation2DRangeScan& observati
 		auto beam = read_beam(
 		    observation.getScanRange(i), observation.getScanRangeValidity(i), observation.maxRange, parameters);
 		if (!beam) continue;
-		beam->angle = wrapped(sign * (turned - aperture / 2));
+		beam->angle = beam_angle(sign * (turned - aperture / 2));
 		beams.push_back(*beam);
 	}
 	std::sort(beams.begin(), beams.end(), [](const Beam& a, const Beam& b) { return a.angle < b.angle; });
 	return beams;
 }
 }  // namespace
+
+float beam_angle(double angle)
+{
+	const auto wrapped = static_cast<float>(mrpt::math::wrapToPi(angle));
+	return wrapped >= static_cast<float>(M_PI) ? -static_cast<float>(M_PI) : wrapped;
+}
 
 std::string why_invalid(const Scan& scan)
 {

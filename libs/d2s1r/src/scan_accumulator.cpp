@@ -8,15 +8,6 @@
 
 namespace d2s1r
 {
-namespace
-{
-float wrapped(double angle)
-{
-	const auto wrapped = static_cast<float>(mrpt::math::wrapToPi(angle));
-	return wrapped >= static_cast<float>(M_PI) ? -static_cast<float>(M_PI) : wrapped;
-}
-}  // namespace
-
 ScanAccumulator::ScanAccumulator(int directions, double reach) : directions_(directions), reach_(reach)
 {
 	if (directions < 8) throw std::invalid_argument("ScanAccumulator: directions must be at least 8");
@@ -56,7 +47,7 @@ bool ScanAccumulator::add_to(Circle& circle, const View& view) const
 		const double y = sensor_then.y() + static_cast<double>(beam.range) * std::sin(angle);
 		const double direction = std::atan2(y, x);
 		if (!circle.looked[direction_of(direction)])
-			fresh.push_back({wrapped(direction), static_cast<float>(std::hypot(x, y)), beam.is_return});
+			fresh.push_back({beam_angle(direction), static_cast<float>(std::hypot(x, y)), beam.is_return});
 	}
 	const double spacing = view.scan.field_of_view / static_cast<double>(view.scan.beams.size());
 	const int parts = std::max(1, static_cast<int>(std::ceil(spacing * directions_ / (2 * M_PI))));

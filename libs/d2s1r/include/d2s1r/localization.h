@@ -2,6 +2,7 @@
 #pragma once
 
 #include <mrpt/math/CMatrixFixed.h>
+#include <mrpt/math/TPose2D.h>
 #include <mrpt/poses/CPose2D.h>
 #include <mrpt/poses/CPosePDFSOG.h>
 
@@ -29,6 +30,11 @@ struct Hypothesis
 	double log_likelihood = 0;  //!< [nat] of the scan, the best found at this place; kPaper: minus relative entropy
 	double explained = 0;       //!< [0, 1] share of the beams with a return that end at a wall, none passed; kPaper: 0
 };
+
+/// With the pose of the robot and its covariance, from those of its sensor, (x, y, phi), m and rad, in the map frame.
+Hypothesis hypothesis_of_sensor(
+    const mrpt::math::TPose2D& sensor, const mrpt::math::CMatrixDouble33& covariance,
+    const mrpt::math::TPose2D& sensor_on_robot);
 
 /// Wall-clock time of each stage.
 struct StageTimes

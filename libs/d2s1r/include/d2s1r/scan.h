@@ -18,6 +18,9 @@ struct Beam
 	bool is_return = true;  //!< [-] false: looked and saw nothing up to `range`
 };
 
+/// `angle` [rad] as Beam::angle has it.
+float beam_angle(double angle);
+
 /// A 2D scan, free of the sensor's conventions: beams counter-clockwise as seen from above.
 struct Scan
 {
