@@ -1,11 +1,12 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "frame_loop.h"
 
-#include <utility>
-
 #include "interrupt.h"
-#include "parallel.h"
 #include "window.h"
+
+#include <d2s1r/parallel.h>
+
+#include <utility>
 
 namespace d2s1r::app
 {
@@ -101,8 +102,8 @@ std::string localize_rawlog(
 	while (!current.items.empty() && !interrupted())
 	{
 		// Job 0 keeps the files, and the window, busy while the other threads localize.
-		run_parallel(
-		    approach.threads, 1 + current.jobs.size(),
+		parallel_for(
+		    1 + current.jobs.size(), approach.threads,
 		    [&](std::size_t i)
 		    {
 			    if (i == 0)

@@ -2,7 +2,8 @@
 #include "signature_counts.h"
 
 #include "direction_sweep.h"
-#include "parallel.h"
+
+#include <d2s1r/parallel.h>
 
 #include <algorithm>
 

@@ -8,7 +8,6 @@
 #include <numeric>
 #include <stdexcept>
 
-#include "parallel.h"
 #include "signature_projection.h"
 
 namespace d2s1r
