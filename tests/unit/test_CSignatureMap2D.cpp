@@ -15,6 +15,7 @@
 #include <fstream>
 #include <thread>
 
+#include "test_files.h"
 #include "test_maps.h"
 
 using d2s1r::CSignatureMap2D;
@@ -185,22 +186,38 @@ TEST(CSignatureMap2D, IsAMapFile)
 	EXPECT_EQ(loaded->getRawMap(), map.grid()->getRawMap());
 }
 
+/// Expects that a map file of these bytes is refused for that reason, in one line.
+void expect_refused_map_file(const std::vector<std::uint8_t>& bytes, const std::string& reason)
+{
+	const std::string file = write_file("d2s1r_damaged.signaturemap", bytes);
+	const std::string message = d2s1r::test::message_of<std::runtime_error>([&] { d2s1r::load_map(file); });
+	EXPECT_EQ(message.rfind(file + ": ", 0), 0U) << message;
+	EXPECT_NE(message.find(reason), std::string::npos) << message;
+	EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+}
+
 TEST(CSignatureMap2D, ADamagedMapFileIsRefusedAloud)
 {
 	auto bytes = serialized(make_signature_map());
 	auto& cell = bytes[bytes.size() - kGrid.cells.size() / 2];
 	cell = static_cast<std::uint8_t>(cell + 1);
-	try
+	expect_refused_map_file(bytes, "fingerprint");
+	bytes.resize(bytes.size() / 2);
+	expect_refused_map_file(bytes, "truncated");
+}
+
+TEST(CSignatureMap2D, AMapFileWithOtherParametersSaysWhichOneItIs)
+{
+	const auto saved = serialized(make_signature_map());
+	const auto with = [&saved](const std::string& text, const std::string& instead)
 	{
-		d2s1r::load_map(write_file("d2s1r_damaged.signaturemap", bytes));
-		FAIL() << "a changed grid was accepted";
-	}
-	catch (const std::runtime_error& error)
-	{
-		const std::string message = error.what();
-		EXPECT_NE(message.find("fingerprint"), std::string::npos) << message;
-		EXPECT_EQ(message.find('\n'), std::string::npos) << message;
-	}
+		std::string bytes(saved.begin(), saved.end());
+		bytes.replace(bytes.find(text), text.size(), instead);
+		return std::vector<std::uint8_t>(bytes.begin(), bytes.end());
+	};
+	expect_refused_map_file(with("bins =", "bits ="), "paper.bits");
+	expect_refused_map_file(with("bins = 60", "bins = 01"), "paper.bins");
+	expect_refused_map_file(with("=  0.100000", "= -0.100000"), "sigma");
 }
 
 TEST(CSignatureMap2D, FingerprintTellsGridsAndParametersApart)

@@ -3,6 +3,7 @@
 
 #include <unistd.h>
 
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <stdexcept>
@@ -35,6 +36,26 @@ class TempFolder
 
    private:
 	std::filesystem::path path_;
+};
+
+/// While it lives, permissions of files count for root, too.
+class OrdinaryUser
+{
+   public:
+	OrdinaryUser()
+	{
+		constexpr uid_t kNobody = 65534;
+		if (was_ == 0 && seteuid(kNobody) != 0) throw std::runtime_error("cannot become another user");
+	}
+	~OrdinaryUser()
+	{
+		if (was_ == 0 && seteuid(was_) != 0) std::abort();
+	}
+	OrdinaryUser(const OrdinaryUser&) = delete;
+	OrdinaryUser& operator=(const OrdinaryUser&) = delete;
+
+   private:
+	uid_t was_ = geteuid();
 };
 
 inline std::string read_bytes(const std::string& file)

@@ -17,6 +17,8 @@ namespace d2s1r::test
 {
 namespace
 {
+namespace fs = std::filesystem;
+
 const Picture kRoom{
     "#####?",  //
     "#...#?",  //
@@ -118,6 +120,35 @@ TEST(MapIo, BrokenFilesAreRefusedByName)
 	EXPECT_NE(
 	    refusal(folder.write("cut.gridmap.gz", bytes.substr(0, bytes.size() / 2))).find("truncated"),
 	    std::string::npos);
+}
+
+TEST(MapIo, FilesThatMayNotBeReadAreRefusedByName)
+{
+	const TempFolder folder;
+	for (const char* name : {"locked.gridmap", "locked.yaml"})
+	{
+		save(*make_map(kRoom, 0.05), folder.path(name));
+		fs::permissions(folder.path(""), fs::perms::owner_all | fs::perms::others_exec);
+		fs::permissions(folder.path(name), fs::perms::none);
+		const OrdinaryUser user;
+		EXPECT_NE(refusal(folder.path(name)).find(std::string(name) + ": cannot be read"), std::string::npos);
+	}
+	fs::create_directory(folder.path("locked"));
+	fs::permissions(folder.path("locked"), fs::perms::none);
+	const OrdinaryUser user;
+	EXPECT_NE(refusal(folder.path("locked/a.gridmap")).find("a.gridmap: cannot be read"), std::string::npos);
+}
+
+TEST(MapIo, FilesOfAMapAreTheMapAndTheImageThatAYamlNames)
+{
+	const TempFolder folder;
+	const std::string yaml = folder.write(
+	    "a.yaml",
+	    "image: a.pgm\nresolution: 0.05\norigin: [0, 0, 0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.2\n");
+	using Files = std::vector<std::string>;
+	EXPECT_EQ(files_of_map(yaml), (Files{yaml, folder.path("a.pgm")}));
+	for (const auto& file : {folder.path("none.yaml"), folder.write("text.yaml", "]"), std::string("map.gridmap")})
+		EXPECT_EQ(files_of_map(file), Files{file});
 }
 
 TEST(MapIo, TooLargeForMemoryIsRefusedBeforeItIsTaken)

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cctype>
 #include <filesystem>
+#include <fstream>
 #include <stdexcept>
 
 #include "cell_classes.h"
@@ -38,6 +39,19 @@ bool is_one_of(const std::string& text, std::initializer_list<const char*> words
 	return std::find(words.begin(), words.end(), text) != words.end();
 }
 
+bool is_yaml(const std::string& file)
+{
+	return is_one_of(lower_case_extension(file), {".yaml", ".yml"});
+}
+
+void check_readable(const std::string& file)
+{
+	std::error_code error;
+	if (!fs::is_regular_file(file, error) || !std::ifstream(file))
+		throw std::runtime_error("cannot be read; is it there, a file, and are you permitted to read it?");
+	if (fs::file_size(file, error) == 0) throw std::runtime_error("is empty");
+}
+
 /// A serialized grid starts with its class name, version, bits of a cell and its size: looked at before MRPT allocates
 /// that many cells.
 void check_serialized_size(const std::string& file)
@@ -49,8 +63,8 @@ void check_serialized_size(const std::string& file)
 		unsigned char size_x[4], size_y[4];
 	} header;
 	static_assert(sizeof(Header) == 42, "as written, without padding");
-	mrpt::io::CFileGZInputStream stream(file);
-	if (stream.Read(&header, sizeof(header)) < sizeof(header)) return;
+	mrpt::io::CFileGZInputStream stream;
+	if (!stream.open(file) || stream.Read(&header, sizeof(header)) != sizeof(header)) return;
 	if (std::string(header.name, sizeof(header.name)) != name) return;
 	const auto little_endian = [](const unsigned char* b)
 	{ return b[0] + 256.0 * (b[1] + 256.0 * (b[2] + 256.0 * b[3])); };
@@ -60,8 +74,13 @@ void check_serialized_size(const std::string& file)
 /// Why a CSignatureMap2D refused to be read, out of MRPT's report of several lines; empty if it did not.
 std::string refusal_in(const std::string& report)
 {
-	const auto start = report.find("CSignatureMap2D: ");
-	return start == std::string::npos ? "" : report.substr(start, report.find('\n', start) - start);
+	const std::string before = "Original exception:\n";
+	const auto object = report.find("'d2s1r::CSignatureMap2D'"), line = report.find(before, object);
+	if (object == std::string::npos || line == std::string::npos) return "";
+	const auto start = line + before.size();
+	const std::string reason = report.substr(start, report.find('\n', start) - start);
+	const bool is_of_mrpt = reason.rfind("==== MRPT", 0) == 0;
+	return is_of_mrpt ? "" : reason;
 }
 
 mrpt::serialization::CSerializable::Ptr read_object(const std::string& file)
@@ -96,9 +115,10 @@ COccupancyGridMap2D::Ptr load_serialized(const std::string& file, const GridPara
 COccupancyGridMap2D::Ptr load_any(
     const std::string& file, const GridParameters& parameters, const std::optional<ImageGeometry>& image)
 {
-	const std::string extension = lower_case_extension(file);
-	if (is_one_of(extension, {".yaml", ".yml"})) return load_yaml_map(file);
-	if (is_one_of(extension, {".png", ".pgm", ".pbm", ".ppm", ".bmp", ".jpg", ".jpeg", ".tif", ".tiff"}))
+	check_readable(file);
+	if (is_yaml(file)) return load_yaml_map(file);
+	if (is_one_of(
+	        lower_case_extension(file), {".png", ".pgm", ".pbm", ".ppm", ".bmp", ".jpg", ".jpeg", ".tif", ".tiff"}))
 	{
 		if (!image) throw std::runtime_error("an image needs its resolution in m / pixel");
 		return load_image_map(file, *image, plain_image_rule());
@@ -110,8 +130,6 @@ COccupancyGridMap2D::Ptr load_any(
 COccupancyGridMap2D::Ptr load_map(
     const std::string& file, const GridParameters& parameters, const std::optional<ImageGeometry>& image)
 {
-	if (!fs::is_regular_file(file)) throw std::runtime_error(file + ": cannot be read; is it there and a file?");
-	if (fs::file_size(file) == 0) throw std::runtime_error(file + ": is empty");
 	COccupancyGridMap2D::Ptr map;
 	try
 	{
@@ -128,6 +146,20 @@ COccupancyGridMap2D::Ptr load_map(
 	if (!has_free_cell(*map, CellClasses(parameters)))
 		throw std::runtime_error(file + ": has no free cell; check the map, grid.free_threshold and negate");
 	return map;
+}
+
+std::vector<std::string> files_of_map(const std::string& file)
+{
+	if (!is_yaml(file)) return {file};
+	try
+	{
+		check_readable(file);
+		return {file, image_of_yaml_map(file)};
+	}
+	catch (const std::runtime_error&)
+	{
+		return {file};  // load_map() says what is wrong with it
+	}
 }
 
 COccupancyGridMap2D::Ptr grid_of(const mrpt::serialization::CSerializable& map, const GridParameters& parameters)

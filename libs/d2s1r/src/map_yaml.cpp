@@ -79,6 +79,11 @@ MapServerYaml read_yaml(const std::string& file)
 	return yaml;
 }
 
+std::string path_of_image(const std::string& yaml_file, const MapServerYaml& yaml)
+{
+	return (std::filesystem::path(yaml_file).parent_path() / yaml.image).string();
+}
+
 /// As map_server's loadMapFromFile() and nav2's map_io do.
 PixelRule rule_of(const MapServerYaml& yaml)
 {
@@ -105,7 +110,7 @@ mrpt::maps::COccupancyGridMap2D::Ptr load_yaml_map(const std::string& yaml_file)
 	{
 		throw std::runtime_error("line " + std::to_string(error.mark.line + 1) + " is not yaml: " + error.msg);
 	}
-	const auto image = (std::filesystem::path(yaml_file).parent_path() / yaml.image).string();
+	const std::string image = path_of_image(yaml_file, yaml);
 	try
 	{
 		return load_image_map(image, yaml.geometry, rule_of(yaml));
@@ -114,5 +119,10 @@ mrpt::maps::COccupancyGridMap2D::Ptr load_yaml_map(const std::string& yaml_file)
 	{
 		throw std::runtime_error(image + ": " + error.what());
 	}
+}
+
+std::string image_of_yaml_map(const std::string& yaml_file)
+{
+	return path_of_image(yaml_file, read_yaml(yaml_file));
 }
 }  // namespace d2s1r

@@ -10,4 +10,8 @@ namespace d2s1r
 /// MRPT's own reader ignores the yaw of the origin and moves the origin to a multiple of the cell size.
 /// \throws std::runtime_error saying what is wrong, without the name of the yaml file
 mrpt::maps::COccupancyGridMap2D::Ptr load_yaml_map(const std::string& yaml_file);
+
+/// Path of the image that such a yaml file names.
+/// \throws std::runtime_error if the yaml file cannot be read or is not as it should be
+std::string image_of_yaml_map(const std::string& yaml_file);
 }  // namespace d2s1r

@@ -6,6 +6,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace d2s1r
 {
@@ -23,6 +24,9 @@ struct ImageGeometry
 mrpt::maps::COccupancyGridMap2D::Ptr load_map(
     const std::string& file, const GridParameters& parameters = {},
     const std::optional<ImageGeometry>& image = std::nullopt);
+
+/// The files that load_map() reads: the map and, if it is a yaml file in order, the image it names.
+std::vector<std::string> files_of_map(const std::string& file);
 
 /// The occupancy grid of a map object: a COccupancyGridMap2D, a CMultiMetricMap (its first grid), a CSimpleMap's
 /// drawing or a CSignatureMap2D.
