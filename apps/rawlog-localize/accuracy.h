@@ -5,7 +5,6 @@
 #include "ground_truth.h"
 #include "statistics.h"
 
-#include <optional>
 #include <vector>
 
 namespace d2s1r::app

@@ -26,14 +26,19 @@ void Canvas::point(int x, int y, const mrpt::img::TColor& color, double opacity)
 	mix(bgr[2], color.R);
 }
 
-template <class Distance>
-void Canvas::fill(
-    const Pixel& least, const Pixel& greatest, const Distance& distance, const mrpt::img::TColor& color, double opacity)
+void Canvas::line(const Pixel& from, const Pixel& to, double width, const mrpt::img::TColor& color, double opacity)
 {
-	const int x0 = static_cast<int>(std::floor(std::clamp(least.x - 1, 0.0, 1.0 * width_)));
-	const int y0 = static_cast<int>(std::floor(std::clamp(least.y - 1, 0.0, 1.0 * height_)));
-	const int x1 = static_cast<int>(std::ceil(std::clamp(greatest.x + 1, 0.0, 1.0 * width_)));
-	const int y1 = static_cast<int>(std::ceil(std::clamp(greatest.y + 1, 0.0, 1.0 * height_)));
+	const double dx = to.x - from.x, dy = to.y - from.y, squared_length = std::max(dx * dx + dy * dy, 1e-12);
+	const auto distance = [&](double x, double y)  // negative inside
+	{
+		const double along = std::clamp(((x - from.x) * dx + (y - from.y) * dy) / squared_length, 0.0, 1.0);
+		return std::hypot(x - from.x - along * dx, y - from.y - along * dy) - width / 2;
+	};
+	const double reach = width + 1;
+	const int x0 = static_cast<int>(std::floor(std::clamp(std::min(from.x, to.x) - reach, 0.0, 1.0 * width_)));
+	const int y0 = static_cast<int>(std::floor(std::clamp(std::min(from.y, to.y) - reach, 0.0, 1.0 * height_)));
+	const int x1 = static_cast<int>(std::ceil(std::clamp(std::max(from.x, to.x) + reach, 0.0, 1.0 * width_)));
+	const int y1 = static_cast<int>(std::ceil(std::clamp(std::max(from.y, to.y) + reach, 0.0, 1.0 * height_)));
 	for (int y = y0; y < y1; y++)
 		for (int x = x0; x < x1; x++)
 		{
@@ -42,30 +47,9 @@ void Canvas::fill(
 		}
 }
 
-void Canvas::line(const Pixel& from, const Pixel& to, double width, const mrpt::img::TColor& color, double opacity)
-{
-	const double dx = to.x - from.x, dy = to.y - from.y, squared_length = std::max(dx * dx + dy * dy, 1e-12);
-	const auto distance = [&](double x, double y)
-	{
-		const double along = std::clamp(((x - from.x) * dx + (y - from.y) * dy) / squared_length, 0.0, 1.0);
-		return std::hypot(x - from.x - along * dx, y - from.y - along * dy) - width / 2;
-	};
-	const Pixel least(std::min(from.x, to.x) - width, std::min(from.y, to.y) - width);
-	const Pixel greatest(std::max(from.x, to.x) + width, std::max(from.y, to.y) + width);
-	fill(least, greatest, distance, color, opacity);
-}
-
 void Canvas::disc(const Pixel& center, double radius, const mrpt::img::TColor& color, double opacity)
 {
 	line(center, center, 2 * radius, color, opacity);
-}
-
-void Canvas::ring(const Pixel& center, double radius, double width, const mrpt::img::TColor& color, double opacity)
-{
-	const Pixel reach(radius + width, radius + width);
-	const auto distance = [&](double x, double y)
-	{ return std::abs(std::hypot(x - center.x, y - center.y) - radius) - width / 2; };
-	fill(center - reach, center + reach, distance, color, opacity);
 }
 
 void Canvas::cross(const Pixel& center, double radius, double width, const mrpt::img::TColor& color)

@@ -17,13 +17,11 @@ class Canvas
 	Canvas(int width, int height, const mrpt::img::TColor& background);
 
 	int width() const { return width_; }
-	int height() const { return height_; }
 
 	/// \param opacity [-] in [0, 1]
 	void point(int x, int y, const mrpt::img::TColor& color, double opacity = 1);
 	void line(const Pixel& from, const Pixel& to, double width, const mrpt::img::TColor& color, double opacity = 1);
 	void disc(const Pixel& center, double radius, const mrpt::img::TColor& color, double opacity = 1);
-	void ring(const Pixel& center, double radius, double width, const mrpt::img::TColor& color, double opacity = 1);
 	void cross(const Pixel& center, double radius, double width, const mrpt::img::TColor& color);
 	void text(int left, int top, const std::string& text, const mrpt::img::TColor& color);
 
@@ -33,12 +31,6 @@ class Canvas
 	const mrpt::img::CImage& image() const { return image_; }
 
    private:
-	/// Blends all pixels whose distance to the shape is covered; `distance` is negative inside.
-	template <class Distance>
-	void fill(
-	    const Pixel& least, const Pixel& greatest, const Distance& distance, const mrpt::img::TColor& color,
-	    double opacity);
-
 	int width_;
 	int height_;
 	mrpt::img::CImage image_;

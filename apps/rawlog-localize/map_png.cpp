@@ -1,7 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "map_png.h"
 
-#include "accuracy.h"
 #include "console.h"
 #include "legend.h"
 #include "map_crop.h"
@@ -33,7 +32,7 @@ class Painter
 {
    public:
 	Painter(const MapPicture& picture, const MapView& view, Canvas& canvas)
-	    : picture_(picture), view_(view), canvas_(canvas), matches_(match(picture.frames, picture.truth))
+	    : picture_(picture), view_(view), canvas_(canvas)
 	{
 	}
 
@@ -82,13 +81,13 @@ class Painter
 	/// pose and without ground truth: a cross where the robot was last seen.
 	void draw_failures()
 	{
-		for (const auto& m : matches_)
+		for (const auto& m : picture_.matches)
 		{
 			if (m.within(kTolerances.front())) continue;
 			if (m.frame->has_pose()) canvas_.line(at(m.truth->pose), at(*m.frame), 1.2, kWrong, 0.3);
 			canvas_.cross(at(m.truth->pose), 5, 2.4, kWrong);
 		}
-		if (!matches_.empty()) return;
+		if (!picture_.matches.empty()) return;
 		const Frame* last = nullptr;
 		for (const auto& frame : picture_.frames)
 			if (frame.has_pose())
@@ -126,7 +125,6 @@ class Painter
 	const MapPicture& picture_;
 	const MapView& view_;
 	Canvas& canvas_;
-	std::vector<Match> matches_;
 };
 
 std::vector<mrpt::math::TPoint2D> places(const MapPicture& picture)
@@ -142,9 +140,8 @@ std::vector<LegendEntry> legend_entries(const MapPicture& picture)
 {
 	const auto counts = count_statuses(picture.frames);
 	const bool truth = !picture.truth.empty();
-	const auto matches = match(picture.frames, picture.truth);
-	const auto failures =
-	    std::count_if(matches.begin(), matches.end(), [](const Match& m) { return !m.within(kTolerances.front()); });
+	const auto failures = std::count_if(
+	    picture.matches.begin(), picture.matches.end(), [](const Match& m) { return !m.within(kTolerances.front()); });
 	std::vector<LegendEntry> entries;
 	entries.push_back(
 	    {[](Canvas& canvas, const Pixel& at)

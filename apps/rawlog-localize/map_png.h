@@ -1,8 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "frame.h"
-#include "ground_truth.h"
+#include "accuracy.h"
 
 #include <d2s1r/grid.h>
 
@@ -15,7 +14,8 @@ struct MapPicture
 	const mrpt::maps::COccupancyGridMap2D& map;
 	const GridParameters& thresholds;
 	const std::vector<Frame>& frames;
-	const GroundTruth& truth;  //!< may be empty
+	const GroundTruth& truth;           //!< may be empty
+	const std::vector<Match>& matches;  //!< of the frames with it
 };
 
 /// map.png: the known part of the map with trajectory, headings, hypotheses, ground truth, failures, legend and scale

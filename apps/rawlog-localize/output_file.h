@@ -16,8 +16,7 @@ class PendingFile
 	PendingFile(const PendingFile&) = delete;
 	PendingFile& operator=(const PendingFile&) = delete;
 
-	const std::string& path() const { return path_; }
-	const std::string& temporary() const { return temporary_; }  //!< write here; ends like path()
+	const std::string& temporary() const { return temporary_; }  //!< write here; ends like the path
 	void commit();
 
 	[[noreturn]] void fail() const;

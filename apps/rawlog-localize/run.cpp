@@ -72,7 +72,7 @@ void write_reports(RunReport& report, const FrameOutputs& outputs, const GroundT
 {
 	const std::filesystem::path folder = report.flags.output_dir;
 	write_summary_json(report, folder / "summary.json");
-	write_map_png({localizer.map(), report.parameters.grid, report.frames, truth}, folder / "map.png");
+	write_map_png({localizer.map(), report.parameters.grid, report.frames, truth, report.matches}, folder / "map.png");
 	write_scene(
 	    {localizer.map(), report.parameters.grid, report.frames, outputs.last_localized_scan(), report.flags.fuse},
 	    folder / "scene.3Dscene");
