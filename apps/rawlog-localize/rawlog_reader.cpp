@@ -71,10 +71,13 @@ void read_odometry(const mrpt::serialization::CSerializable::Ptr& object, Rawlog
 }
 }  // namespace
 
-RawlogReader::RawlogReader(const std::string& file) : file_(file)
+RawlogReader::RawlogReader(const std::string& file)
 {
 	std::error_code error;
-	if (!std::filesystem::exists(file, error)) throw UserError(kBadInput, file, "no such rawlog; check the path");
+	if (!std::filesystem::exists(file, error))
+		throw UserError(
+		    kBadInput, file,
+		    (error ? "cannot be reached (" + error.message() + ")" : "no such rawlog") + "; check the path");
 	if (std::filesystem::is_directory(file, error)) throw UserError(kBadInput, file, "is a folder; name a rawlog file");
 	if (std::filesystem::file_size(file, error) == 0)
 		throw UserError(kBadInput, file, "is empty; copy or record the rawlog again");

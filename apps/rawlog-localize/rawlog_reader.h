@@ -40,7 +40,6 @@ class RawlogReader
 	const std::string& damage() const { return damage_; }
 
    private:
-	std::string file_;
 	mrpt::io::CFileGZInputStream stream_;
 	std::size_t objects_ = 0;
 	std::string damage_;

@@ -40,7 +40,8 @@ void make_folder(const std::string& folder)
 {
 	std::error_code error;
 	std::filesystem::create_directories(folder, error);
-	if (!std::filesystem::is_directory(folder))
+	std::error_code unseen;
+	if (!std::filesystem::is_directory(folder, unseen))
 		throw UserError(
 		    kBadOutput, folder,
 		    "cannot be made (" + (error ? error.message() : "a file is in the way") + "); name another folder");

@@ -96,9 +96,17 @@ Process AppTest::start(const Words& arguments) const
 	return Process(command, folder_);
 }
 
-void AppTest::expect_refusal(const Words& arguments, int status, const Words& parts) const
+ProcessResult AppTest::run_as_ordinary_user(const Words& arguments) const
 {
-	const ProcessResult result = run(arguments);
+	fs::permissions(folder_, fs::perms::owner_all | fs::perms::group_exec | fs::perms::others_exec);
+	Words command = {RAWLOG_LOCALIZE};
+	if (geteuid() == 0) command = {"setpriv", "--reuid=65534", "--clear-groups", RAWLOG_LOCALIZE};
+	command.insert(command.end(), arguments.begin(), arguments.end());
+	return run_program(command);
+}
+
+void AppTest::expect_refused(const ProcessResult& result, int status, const Words& parts)
+{
 	EXPECT_EQ(result.status, status);
 	EXPECT_EQ(result.out, "");
 	EXPECT_EQ(lines_of(result.err).size(), 1U) << result.err;

@@ -57,8 +57,15 @@ class AppTest : public testing::Test
 	ProcessResult run(const Words& arguments) const { return start(arguments).wait(); }
 	ProcessResult run_program(const Words& command) const { return Process(command, folder_).wait(); }
 
-	/// Expects the exit status, nothing on standard output, and one line on standard error that holds all `parts`.
-	void expect_refusal(const Words& arguments, int status, const Words& parts) const;
+	/// As a user for whom permissions count, which they do not for root; the inputs have to be readable by all.
+	ProcessResult run_as_ordinary_user(const Words& arguments) const;
+
+	/// Expect the exit status, nothing on standard output, and one line on standard error that holds all `parts`.
+	void expect_refusal(const Words& arguments, int status, const Words& parts) const
+	{
+		expect_refused(run(arguments), status, parts);
+	}
+	static void expect_refused(const ProcessResult& result, int status, const Words& parts);
 
    private:
 	std::filesystem::path folder_;

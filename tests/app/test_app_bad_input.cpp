@@ -48,6 +48,23 @@ TEST_F(AppBadInput, MissingRawlog)
 	expect_bad_rawlog(path("no.rawlog"), {path("no.rawlog") + ": no such"});
 }
 
+TEST_F(AppBadInput, InputsThatMayNotBeRead)
+{
+	const std::string map = path("flat.gridmap.gz"), rawlog = path("walk.rawlog"), locked = path("locked");
+	fs::create_directory(locked);
+	fs::permissions(locked, fs::perms::none);
+	const auto refuse = [&](const std::string& map_file, const std::string& rawlog_file, const std::string& part) {
+		expect_refused(run_as_ordinary_user({"-m", map_file, "-i", rawlog_file, "-o", path("out")}), 2, {part});
+	};
+	fs::create_directory(path("out"));
+	fs::permissions(path("out"), fs::perms::all);
+	refuse(locked + "/map.yaml", rawlog, locked + "/map.yaml: cannot be read");
+	refuse(map, locked + "/in.rawlog", locked + "/in.rawlog: cannot be reached (Permission denied)");
+	fs::permissions(map, fs::perms::none);
+	refuse(map, rawlog, map + ": cannot be read");
+	expect_nothing_written();
+}
+
 TEST_F(AppBadInput, FolderAsRawlog)
 {
 	expect_bad_rawlog(folder().string(), {"folder"});

@@ -31,6 +31,15 @@ TEST_F(AppBadOutput, OutputFolderThatCannotBeMade)
 	expect_bad_folder("/proc/d2s1r");
 }
 
+TEST_F(AppBadOutput, OutputFolderThatMayNotBeMade)
+{
+	fs::create_directory(path("locked"));
+	fs::permissions(path("locked"), fs::perms::none);
+	expect_refused(
+	    run_as_ordinary_user({"-m", path("flat.gridmap.gz"), "-i", path("walk.rawlog"), "-o", path("locked/out")}), 3,
+	    {path("locked/out") + ": cannot be made (Permission denied)"});
+}
+
 TEST_F(AppBadOutput, OutputFolderWithAFolderInTheWayOfAFile)
 {
 	fs::create_directories(path("out/map.png/full"));
