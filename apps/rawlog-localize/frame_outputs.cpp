@@ -34,7 +34,7 @@ void FrameOutputs::add(Frame frame, mrpt::obs::CObservation2DRangeScan::ConstPtr
 	frames_.push_back(std::move(frame));
 }
 
-void FrameOutputs::commit(const mrpt::maps::COccupancyGridMap2D& map)
+void FrameOutputs::commit()
 {
 	frames_csv_.commit();
 	hypotheses_csv_.commit();
@@ -42,6 +42,10 @@ void FrameOutputs::commit(const mrpt::maps::COccupancyGridMap2D& map)
 	trajectory_txt_.commit();
 	rawlog_.commit();
 	if (fusion_) fusion_->commit();
+}
+
+void FrameOutputs::commit_pipeline(const mrpt::maps::COccupancyGridMap2D& map)
+{
 	if (pipeline_) pipeline_->commit(map);
 }
 }  // namespace d2s1r::app

@@ -25,8 +25,11 @@ class FrameOutputs
 	void add(const RawlogObject& object);
 	void add(Frame frame, mrpt::obs::CObservation2DRangeScan::ConstPtr scan);
 
-	/// Gives the files their names.
-	void commit(const mrpt::maps::COccupancyGridMap2D& map);
+	/// Gives the files their names, those of the pipeline aside.
+	void commit();
+
+	/// Finishes the pipeline, if there is one.
+	void commit_pipeline(const mrpt::maps::COccupancyGridMap2D& map);
 
 	const std::vector<Frame>& frames() const { return frames_; }
 

@@ -2,10 +2,8 @@
 #pragma once
 
 #include "frame.h"
-#include "output_file.h"
+#include "gzip_file.h"
 #include "rawlog_reader.h"
-
-#include <mrpt/io/CFileGZOutputStream.h>
 
 #include <optional>
 
@@ -18,14 +16,13 @@ namespace d2s1r::app
 class LocalizedRawlog
 {
    public:
-	explicit LocalizedRawlog(const std::string& path);
-	void add(const RawlogObject& object);
+	explicit LocalizedRawlog(const std::string& path) : file_(path) {}
+	void add(const RawlogObject& object) { file_.write(object.bytes); }
 	void add(const Frame& frame, const mrpt::obs::CObservation2DRangeScan& scan);
-	void commit();
+	void commit() { file_.commit(); }
 
    private:
-	PendingFile pending_;
-	mrpt::io::CFileGZOutputStream stream_;
+	GzipFile file_;
 	std::optional<Localization> last_;  //!< latest localized frame
 	mrpt::poses::CPose2D odometry_;     //!< robot in the frame of the first localized one
 };

@@ -1,14 +1,11 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "pf_pipeline.h"
 
-#include "errors.h"
-
 #include <d2s1r/pseudo_odometry.h>
 #include <mrpt/core/bits_math.h>
 #include <mrpt/obs/CActionCollection.h>
 #include <mrpt/obs/CSensoryFrame.h>
 #include <mrpt/poses/CPosePDFGaussian.h>
-#include <mrpt/serialization/CArchive.h>
 
 #include <algorithm>
 #include <cmath>
@@ -27,6 +24,13 @@ std::string sibling(const std::string& ini, const char* extension)
 	return std::filesystem::path(ini).replace_extension(extension).string();
 }
 
+std::string absolute(const std::string& path)
+{
+	std::error_code error;
+	const auto whole = std::filesystem::absolute(path, error);
+	return error ? path : whole.string();
+}
+
 mrpt::obs::CActionRobotMovement2D no_motion()
 {
 	mrpt::obs::CActionRobotMovement2D action;
@@ -38,12 +42,12 @@ mrpt::obs::CActionRobotMovement2D no_motion()
 }
 }  // namespace
 
-PfPipeline::PfPipeline(const std::string& ini)
-    : paths_({ini, sibling(ini, ".rawlog"), sibling(ini, ".gridmap.gz")}), rawlog_(paths_[1])
+PfFiles pf_files(const std::string& ini)
 {
-	errno = 0;
-	if (!stream_.open(rawlog_.temporary())) rawlog_.fail();
+	return {ini, sibling(ini, ".rawlog"), sibling(ini, ".gridmap.gz")};
 }
+
+PfPipeline::PfPipeline(const std::string& ini) : files_(pf_files(ini)), rawlog_(files_.rawlog) {}
 
 void PfPipeline::add(const Frame& frame, const mrpt::obs::CObservation2DRangeScan& scan)
 {
@@ -56,34 +60,18 @@ void PfPipeline::add(const Frame& frame, const mrpt::obs::CObservation2DRangeSca
 	actions.begin()->get()->timestamp = scan.timestamp;
 	mrpt::obs::CSensoryFrame observations;
 	observations.insert(mrpt::obs::CObservation2DRangeScan::Create(scan));
-	try
-	{
-		mrpt::serialization::archiveFrom<mrpt::io::CStream>(stream_) << actions << observations;
-	}
-	catch (const std::exception&)
-	{
-		rawlog_.fail();
-	}
+	rawlog_.write(actions);
+	rawlog_.write(observations);
 }
 
 void PfPipeline::commit(const mrpt::maps::COccupancyGridMap2D& map)
 {
-	if (!first_) throw UserError(kBadOutput, paths_[0], "no frame was localized that a filter could start from");
-	stream_.close();
+	if (!first_) return;
 	rawlog_.commit();
-	write_map(map);
+	GzipFile map_file(files_.map);
+	map_file.write(map);
+	map_file.commit();
 	write_ini();
-}
-
-void PfPipeline::write_map(const mrpt::maps::COccupancyGridMap2D& map) const
-{
-	PendingFile pending(paths_[2]);
-	mrpt::io::CFileGZOutputStream stream;
-	errno = 0;
-	if (!stream.open(pending.temporary())) pending.fail();
-	mrpt::serialization::archiveFrom<mrpt::io::CStream>(stream) << map;
-	stream.close();
-	pending.commit();
 }
 
 void PfPipeline::write_ini() const
@@ -92,12 +80,12 @@ void PfPipeline::write_ini() const
 	const auto half = [&](int i) { return std::max(kLeastHalfBox, kSigmas * std::sqrt(start.covariance(i, i))); };
 	const double half_yaw = std::max(kLeastHalfBoxYaw, kSigmas * mrpt::RAD2DEG(std::sqrt(start.covariance(2, 2))));
 	const double yaw = mrpt::RAD2DEG(start.pose.phi());
-	TextFile file(paths_[0]);
+	TextFile file(files_.ini);
 	file.print("# For MRPT's pf-localization; written by rawlog-localize --write-pf-ini.\n");
 	file.print(
-	    "[LocalizationExperiment]\nrawlog_file = %s\nmap_file = %s\n", std::filesystem::absolute(paths_[1]).c_str(),
-	    std::filesystem::absolute(paths_[2]).c_str());
-	file.print("logOutput_dir = %s\n", std::filesystem::absolute(sibling(paths_[0], ".log")).c_str());
+	    "[LocalizationExperiment]\nrawlog_file = %s\nmap_file = %s\n", absolute(files_.rawlog).c_str(),
+	    absolute(files_.map).c_str());
+	file.print("logOutput_dir = %s\n", absolute(sibling(files_.ini, ".log")).c_str());
 	file.print("particles_count = 500\n# a box round the pose of the first localized frame\ninit_PDF_mode = 1\n");
 	file.print("init_PDF_min_x = %.3f\ninit_PDF_max_x = %.3f\n", start.pose.x() - half(0), start.pose.x() + half(0));
 	file.print("init_PDF_min_y = %.3f\ninit_PDF_max_y = %.3f\n", start.pose.y() - half(1), start.pose.y() + half(1));

@@ -2,15 +2,29 @@
 #pragma once
 
 #include "frame.h"
-#include "output_file.h"
+#include "gzip_file.h"
 
-#include <mrpt/io/CFileGZOutputStream.h>
 #include <mrpt/maps/COccupancyGridMap2D.h>
 
+#include <array>
 #include <optional>
+#include <string>
 
 namespace d2s1r::app
 {
+/// Paths of what a pipeline is made of.
+struct PfFiles
+{
+	std::string ini;
+	std::string rawlog;
+	std::string map;
+
+	std::array<std::string, 3> all() const { return {ini, rawlog, map}; }
+};
+
+/// The files that go with an ini file, next to it.
+PfFiles pf_files(const std::string& ini);
+
 /// All that the unmodified pf-localization needs to go on from these results: FILE.ini, and next to it FILE.rawlog (the
 /// localized scans, moved by pseudo-odometry with its covariance) and FILE.gridmap.gz; the particles start in a box
 /// round the first pose.
@@ -21,16 +35,14 @@ class PfPipeline
 	explicit PfPipeline(const std::string& ini);
 	void add(const Frame& frame, const mrpt::obs::CObservation2DRangeScan& scan);
 
-	/// \throws UserError (kBadOutput), also if no frame was localized
+	/// Leaves no file if no frame was localized. \throws UserError (kBadOutput)
 	void commit(const mrpt::maps::COccupancyGridMap2D& map);
 
    private:
-	std::vector<std::string> paths_;  //!< ini, rawlog, map
-	PendingFile rawlog_;
-	mrpt::io::CFileGZOutputStream stream_;
+	PfFiles files_;
+	GzipFile rawlog_;
 	std::optional<Localization> first_, last_;  //!< of the localized frames
 
-	void write_map(const mrpt::maps::COccupancyGridMap2D& map) const;
 	void write_ini() const;
 };
 }  // namespace d2s1r::app

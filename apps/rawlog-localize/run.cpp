@@ -63,10 +63,17 @@ ExitStatus conclude(const RunReport& report, const std::string& damage, Console&
 		    kBadInput, report.flags.rawlog,
 		    damage + "; the " + done + " frames before that are in " + report.flags.output_dir +
 		        "; copy or record the rawlog again");
-	if (!interrupted()) return kDone;
-	console.err << "rawlog-localize: interrupted after " << done << " of " << report.selected_frames
-	            << " frames; these are in " << report.flags.output_dir << std::endl;
-	return kInterrupted;
+	if (interrupted())
+	{
+		console.err << "rawlog-localize: interrupted after " << done << " of " << report.selected_frames
+		            << " frames; these are in " << report.flags.output_dir << std::endl;
+		return kInterrupted;
+	}
+	if (!report.flags.write_pf_ini.empty() && !any_localized(report.frames))
+		throw UserError(
+		    kBadOutput, report.flags.write_pf_ini,
+		    "no frame was localized that a filter could start from; check whether map and rawlog belong together");
+	return kDone;
 }
 
 void write_reports(RunReport& report, const FrameOutputs& outputs, const GroundTruth& truth, const Localizer& localizer)
@@ -122,11 +129,12 @@ ExitStatus run(const Flags& flags, Console& console)
 		damage = localize_rawlog(
 		    flags.rawlog, selection, {localizer, flags.query, flags.window, parameters.threads}, outputs, progress);
 	}
-	outputs.commit(localizer.map());
+	outputs.commit();
 	report.localization_seconds = watch.seconds();
 	report.truth_lines = truth.size();
 	report.matches = match(report.frames, truth);
 	write_reports(report, outputs, truth, localizer);
+	outputs.commit_pipeline(localizer.map());
 	if (!flags.quiet) print_table(report, console.out);
 	return conclude(report, damage, console);
 }

@@ -1,8 +1,15 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "run_report.h"
 
+#include <algorithm>
+
 namespace d2s1r::app
 {
+bool any_localized(const std::vector<Frame>& frames)
+{
+	return std::any_of(frames.begin(), frames.end(), [](const Frame& frame) { return frame.localized(); });
+}
+
 std::array<std::size_t, 4> count_statuses(const std::vector<Frame>& frames)
 {
 	std::array<std::size_t, 4> counts{};

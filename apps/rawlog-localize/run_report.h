@@ -30,6 +30,8 @@ struct RunReport
 	std::vector<std::string> outputs{};  //!< paths
 };
 
+bool any_localized(const std::vector<Frame>& frames);
+
 /// Frames of each status, in the order of Status.
 std::array<std::size_t, 4> count_statuses(const std::vector<Frame>& frames);
 constexpr std::array<Status, 4> kStatuses = {

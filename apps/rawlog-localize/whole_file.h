@@ -6,7 +6,7 @@
 
 namespace d2s1r::app
 {
-/// Whether a gzip file unpacks to as many bytes as its end says.
+/// Whether a gzip file unpacks to as many bytes as its end says, and not to none.
 bool is_whole_gzip(const std::string& path);
 
 /// Whether a PNG file ends as PNG files do.

@@ -71,6 +71,36 @@ TEST_F(AppBadOutput, DiskThatFillsUpAtAnyFile)
 	for (const char* name : {"localized.rawlog", "map.png"}) EXPECT_EQ(failed.count(name), 1U) << name;
 }
 
+TEST_F(AppBadOutput, DiskThatFillsUpAtAnyFileOfThePipeline)
+{
+	std::set<std::string> failed;
+	int status = 3;
+	for (int pages = 1; pages <= 32 && status != 0; pages++)
+	{
+		fs::create_directories(path("small"));
+		const std::string small = path("small"),
+		                  command = "mount -t tmpfs -o size=" + std::to_string(4 * pages) + "k tmpfs " + small +
+		                            " || exit 77; " + RAWLOG_LOCALIZE " -q -m " + path("flat.gridmap.gz") + " -i " +
+		                            path("walk.rawlog") + " -o " + path("out") + " --write-pf-ini " + small +
+		                            "/pf.ini; status=$?; cp -a " + small + " " + path("copy") + "; exit $status";
+		fs::remove_all(path("copy"));
+		const auto result = run_program({"unshare", "--map-root-user", "--mount", "bash", "-c", command});
+		if (result.status == 77 || result.status == 127 || result.err.rfind("unshare: ", 0) == 0)
+			GTEST_SKIP() << "no small disk to be had: " << result.err;
+		status = result.status;
+		if (status == 0) break;
+		EXPECT_EQ(status, 3) << result.err;
+		EXPECT_EQ(lines_of(result.err).size(), 1U) << result.err;
+		const auto end = result.err.find(": cannot be written");
+		const fs::path file = result.err.substr(0, end).substr(std::string("rawlog-localize: ").size());
+		EXPECT_FALSE(fs::exists(path("copy") / file.filename())) << file;
+		failed.insert(file.filename());
+	}
+	EXPECT_EQ(status, 0);
+	EXPECT_EQ(failed, (std::set<std::string>{"pf.rawlog", "pf.gridmap.gz", "pf.ini"}));
+	EXPECT_EQ(load(path("copy/pf.rawlog")).size(), 2 * walk().size());
+}
+
 TEST_F(AppBadOutput, ConfigThatCannotBeWritten)
 {
 	expect_refusal({"--write-config", path("no/folder/all.ini")}, 3, {path("no/folder/all.ini")});
