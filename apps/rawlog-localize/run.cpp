@@ -1,6 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "run.h"
 
+#include "files.h"
 #include "inputs.h"
 #include "interrupt.h"
 #include "map_png.h"
@@ -76,7 +77,8 @@ ExitStatus conclude(const RunReport& report, const std::string& damage, Console&
 	return kDone;
 }
 
-void write_reports(RunReport& report, const FrameOutputs& outputs, const GroundTruth& truth, const Localizer& localizer)
+void write_reports(
+    const RunReport& report, const FrameOutputs& outputs, const GroundTruth& truth, const Localizer& localizer)
 {
 	const std::filesystem::path folder = report.flags.output_dir;
 	write_summary_json(report, folder / "summary.json");
@@ -84,19 +86,12 @@ void write_reports(RunReport& report, const FrameOutputs& outputs, const GroundT
 	write_scene(
 	    {localizer.map(), report.parameters.grid, report.frames, outputs.last_localized_scan(), report.flags.fuse},
 	    folder / "scene.3Dscene");
-	for (const char* name :
-	     {"frames.csv", "hypotheses.csv", "trajectory.tum", "trajectory.txt", "localized.rawlog", "summary.json",
-	      "map.png", "scene.3Dscene"})
-		report.outputs.push_back(folder / name);
-	if (report.flags.fuse)
-		for (const char* name : {"fused.csv", "fused.tum"}) report.outputs.push_back(folder / name);
-	if (!report.flags.save_map.empty()) report.outputs.push_back(report.flags.save_map);
-	if (!report.flags.write_pf_ini.empty()) report.outputs.push_back(report.flags.write_pf_ini);
 }
 }  // namespace
 
 ExitStatus run(const Flags& flags, Console& console)
 {
+	check_files_apart(flags);
 	const Parameters parameters = read_parameters(flags);
 	if (!flags.write_config.empty()) write_config(flags, parameters);
 	if (flags.only_writes_config()) return kDone;

@@ -8,7 +8,6 @@
 #include <d2s1r/localizer.h>
 
 #include <array>
-#include <optional>
 
 namespace d2s1r::app
 {
@@ -22,12 +21,11 @@ struct RunReport
 	const Parameters& parameters;
 	const std::vector<Frame>& frames;
 	Sensor sensor;
-	std::size_t selected_frames = 0;     //!< [-] frames that were to be localized
-	double build_seconds = 0;            //!< [s] from map file to index
-	double localization_seconds = 0;     //!< [s] all frames, reading and writing included
-	std::size_t truth_lines = 0;         //!< [-] 0: no ground truth
-	std::vector<Match> matches{};        //!< of the ground truth
-	std::vector<std::string> outputs{};  //!< paths
+	std::size_t selected_frames = 0;  //!< [-] frames that were to be localized
+	double build_seconds = 0;         //!< [s] from map file to index
+	double localization_seconds = 0;  //!< [s] all frames, reading and writing included
+	std::size_t truth_lines = 0;      //!< [-] 0: no ground truth
+	std::vector<Match> matches{};     //!< of the ground truth
 };
 
 bool any_localized(const std::vector<Frame>& frames);

@@ -1,6 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "table.h"
 
+#include "files.h"
 #include "fusion_report.h"
 
 #include <mrpt/core/format.h>
@@ -79,7 +80,11 @@ void print_table(const RunReport& report, std::ostream& out)
 	if (!report.frames.empty()) print_times(report, out);
 	if (report.truth_lines > 0) print_accuracy(report, out);
 	if (report.flags.fuse) print_fusion(report, out);
-	for (const auto& path : report.outputs)
-		out << mrpt::format("%-12s%s\n", &path == &report.outputs.front() ? "written" : "", path.c_str());
+	const char* word = "written";
+	for (const auto& file : files_written(report.flags, any_localized(report.frames)))
+	{
+		out << mrpt::format("%-12s%s\n", word, file.path.c_str());
+		word = "";
+	}
 }
 }  // namespace d2s1r::app

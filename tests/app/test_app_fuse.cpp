@@ -128,13 +128,23 @@ TEST_F(AppFuse, WritesWhatPfLocalizationNeeds)
 	EXPECT_TRUE(std::filesystem::exists(path("pf.gridmap.gz")));
 }
 
-TEST_F(AppFuse, SaysIfNoFrameIsThereToStartPfLocalizationFrom)
+TEST_F(AppFuse, SaysLastThatNoFrameIsThereToStartPfLocalizationFrom)
 {
 	save(covered_laser_log(), path("covered.rawlog"));
 	const auto result = run(
-	    {"-q", "-m", path("flat.gridmap.gz"), "-i", path("covered.rawlog"), "-o", path("out"), "--frames", "3:4",
+	    {"-m", path("flat.gridmap.gz"), "-i", path("covered.rawlog"), "-o", path("out"), "--frames", "3:4",
 	     "--write-pf-ini", path("pf.ini")});
 	EXPECT_EQ(result.status, 3);
 	EXPECT_NE(result.err.find("pf.ini: no frame was localized"), std::string::npos) << result.err;
-	EXPECT_FALSE(std::filesystem::exists(path("pf.rawlog")));
+	EXPECT_EQ(lines_of(result.err).size(), 1U) << result.err;
+	for (const char* name : {"pf.ini", "pf.rawlog", "pf.gridmap.gz"})
+	{
+		EXPECT_FALSE(std::filesystem::exists(path(name))) << name;
+		EXPECT_EQ(result.out.find(name), std::string::npos) << result.out;
+	}
+	for (const char* name : {"summary.json", "map.png", "scene.3Dscene"})
+	{
+		EXPECT_TRUE(std::filesystem::exists(path("out/") + name)) << name;
+		EXPECT_NE(result.out.find(name), std::string::npos) << result.out;
+	}
 }

@@ -128,7 +128,7 @@ TEST(MapIo, FilesThatMayNotBeReadAreRefusedByName)
 	for (const char* name : {"locked.gridmap", "locked.yaml"})
 	{
 		save(*make_map(kRoom, 0.05), folder.path(name));
-		fs::permissions(folder.path(""), fs::perms::owner_all | fs::perms::others_exec);
+		fs::permissions(folder.path(""), fs::perms::owner_all | fs::perms::group_exec | fs::perms::others_exec);
 		fs::permissions(folder.path(name), fs::perms::none);
 		const OrdinaryUser user;
 		EXPECT_NE(refusal(folder.path(name)).find(std::string(name) + ": cannot be read"), std::string::npos);

@@ -1,0 +1,114 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+// No file is written over one that is read, or over another that is written.
+#include "app_process.h"
+#include "app_world.h"
+
+using namespace d2s1r::test;
+namespace fs = std::filesystem;
+
+class AppFiles : public AppTest
+{
+   protected:
+	AppFiles()
+	{
+		save_gridmap(flat(), path("a.gridmap.gz"));
+		save(observation_log(), path("a.rawlog"));
+	}
+
+	/// A command line without its folder for results.
+	Words words(const Words& more) const
+	{
+		Words all = {"-m", path("a.gridmap.gz"), "-i", path("a.rawlog")};
+		all.insert(all.end(), more.begin(), more.end());
+		return all;
+	}
+
+	/// Expects that the command line is refused for `file`, which keeps what is in it, before anything is written.
+	void expect_kept(const std::string& file, const std::string& why, const Words& command_line) const
+	{
+		const std::string before = read_file(file);
+		expect_refusal(command_line, 3, {file + ": is " + why, "name another file"});
+		EXPECT_EQ(read_file(file), before);
+		EXPECT_FALSE(fs::exists(path("out")));
+	}
+};
+
+TEST_F(AppFiles, InputRawlogIsNotWrittenOver)
+{
+	const std::string why = "the input of --input";
+	expect_kept(path("a.rawlog"), why, words({"-o", path("out"), "--write-pf-ini", path("a.ini")}));
+	expect_kept(path("a.rawlog"), why, words({"-o", path("out"), "--write-pf-ini", path("a.rawlog")}));
+	expect_kept(path("a.rawlog"), why, words({"-o", path("out"), "--write-config", path("a.rawlog")}));
+	expect_kept(path("a.rawlog"), why, words({"-o", path("out"), "--save-map", path("a.rawlog")}));
+
+	fs::create_directory(path("earlier"));
+	const std::string localized = path("earlier/localized.rawlog");
+	save(observation_log(), localized);
+	expect_kept(localized, why, {"-m", path("a.gridmap.gz"), "-i", localized, "-o", path("earlier")});
+	fs::create_symlink(localized, path("link.rawlog"));
+	expect_kept(
+	    path("earlier/./localized.rawlog"), why,
+	    {"-m", path("a.gridmap.gz"), "-i", path("link.rawlog"), "-o", path("earlier/.")});
+}
+
+TEST_F(AppFiles, MapIsNotWrittenOver)
+{
+	const std::string why = "the input of --map";
+	expect_kept(path("a.gridmap.gz"), why, words({"-o", path("out"), "--save-map", path("a.gridmap.gz")}));
+	save(observation_log(), path("b.rawlog"));
+	expect_kept(
+	    path("a.gridmap.gz"), why,
+	    {"-m", path("a.gridmap.gz"), "-i", path("b.rawlog"), "-o", path("out"), "--write-pf-ini", path("a.ini")});
+}
+
+TEST_F(AppFiles, ImageOfAYamlMapIsNotWrittenOver)
+{
+	write_file(path("map.png"), "an image");
+	write_file(
+	    path("map.yaml"),
+	    "image: map.png\nresolution: 0.05\norigin: [0, 0, 0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n");
+	expect_kept(
+	    path("map.png"), "the input of --map", {"-m", path("map.yaml"), "-i", path("a.rawlog"), "-o", folder()});
+}
+
+TEST_F(AppFiles, OtherInputsAreNotWrittenOver)
+{
+	write_file(path("c.ini"), "");
+	save_truth(path("trajectory.txt"), false);
+	expect_kept(
+	    path("c.ini"), "the input of --config",
+	    words({"-o", path("out"), "-c", path("c.ini"), "--write-pf-ini", path("c.ini")}));
+	expect_kept(path("c.ini"), "the input of --config", {"-c", path("c.ini"), "--write-config", path("c.ini")});
+	expect_kept(
+	    path("trajectory.txt"), "the input of --ground-truth",
+	    words({"-o", folder(), "--ground-truth", path("trajectory.txt")}));
+	write_file(path("module.so"), "");
+	expect_kept(
+	    path("module.so"), "the input of --plugins",
+	    words({"-o", path("out"), "--plugins", "other.so," + path("module.so"), "--save-map", path("module.so")}));
+}
+
+TEST_F(AppFiles, NoFileIsWrittenTwice)
+{
+	const auto refuse = [&](const std::string& file, const std::string& option, const Words& more)
+	{
+		Words all = words({"-o", path("out")});
+		all.insert(all.end(), more.begin(), more.end());
+		expect_refusal(all, 3, {file + ": is written by " + option + ", too", "name another file"});
+		EXPECT_FALSE(fs::exists(path("out")));
+	};
+	refuse(path("out/map.png"), "--output", {"--save-map", path("out/map.png")});
+	refuse(path("out/localized.rawlog"), "--output", {"--write-pf-ini", path("out/localized.ini")});
+	refuse(path("x.ini"), "--write-config", {"--write-config", path("out/../x.ini"), "--write-pf-ini", path("x.ini")});
+	refuse(path("x.rawlog"), "--write-pf-ini", {"--write-pf-ini", path("x.rawlog")});
+}
+
+TEST_F(AppFiles, TheTableListsAllThatIsWritten)
+{
+	const auto result = run(words(
+	    {"-o", path("out"), "--save-map", path("saved.map"), "--write-config", path("all.ini"), "--write-pf-ini",
+	     path("pf.ini")}));
+	EXPECT_EQ(result.status, 0) << result.err;
+	for (const char* name : {"out/map.png", "saved.map", "all.ini", "pf.ini", "pf.rawlog", "pf.gridmap.gz"})
+		EXPECT_NE(result.out.find(path(name) + "\n"), std::string::npos) << name << result.out;
+}
