@@ -137,7 +137,7 @@ void assign_particles(
     mrpt::poses::CPose3DPDFParticles& pdf, const std::vector<SeededParticle>& particles,
     const SeedingParameters& parameters)
 {
-	Random random(parameters.seed);
+	Random random(~parameters.seed);  // not the numbers that x, y and phi were drawn with
 	pdf.m_particles.resize(particles.size());
 	for (std::size_t i = 0; i < particles.size(); i++)
 	{
