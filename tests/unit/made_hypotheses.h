@@ -1,0 +1,46 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+// Results of the localizer made by hand.
+#pragma once
+
+#include <d2s1r/localization.h>
+
+#include <utility>
+#include <vector>
+
+namespace d2s1r::test
+{
+/// \param deviations [m], [m], [rad] of x, y and phi
+inline mrpt::math::CMatrixDouble33 covariance_of(const std::vector<double>& deviations)
+{
+	mrpt::math::CMatrixDouble33 covariance;
+	covariance.setZero();
+	for (int i = 0; i < 3; i++)
+	{
+		const double deviation = deviations.at(static_cast<std::size_t>(i));
+		covariance(i, i) = deviation * deviation;
+	}
+	return covariance;
+}
+
+/// A hypothesis with the given standard deviations [m], [m], [rad].
+inline Hypothesis hypothesis_at(
+    const mrpt::poses::CPose2D& pose, double probability, const std::vector<double>& deviations = {0.05, 0.05, 0.02})
+{
+	Hypothesis hypothesis;
+	hypothesis.pose = pose;
+	hypothesis.covariance = covariance_of(deviations);
+	hypothesis.probability = probability;
+	return hypothesis;
+}
+
+/// \param hypotheses by decreasing probability; none: rejected
+inline Localization result_of(std::vector<Hypothesis> hypotheses)
+{
+	if (hypotheses.empty()) return no_place(Status::kRejected, "nothing fits");
+	Localization result;
+	result.confidence = hypotheses[0].probability;
+	result.status = result.confidence > 0.9 ? Status::kLocalized : Status::kAmbiguous;
+	result.hypotheses = std::move(hypotheses);
+	return result;
+}
+}  // namespace d2s1r::test

@@ -1,0 +1,182 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include <d2s1r/free_cells.h>
+#include <d2s1r/seeding.h>
+#include <gtest/gtest.h>
+#include <mrpt/math/wrap2pi.h>
+
+#include <Eigen/Core>
+
+#include "made_hypotheses.h"
+#include "test_maps.h"
+
+namespace d2s1r::test
+{
+namespace
+{
+using Particles = std::vector<SeededParticle>;
+
+const Grid kRoom = make_picture_grid({"####", "#..#", "#.##", "####"}, 0.5, -1, 2);
+const std::vector<CellIndex> kFree = find_free_cells(kRoom, {});
+const std::vector<CellIndex> kNoCells;
+
+SeedingParameters with(int particles, double free_space_share, std::uint32_t seed = 1)
+{
+	SeedingParameters parameters;
+	parameters.particles = particles;
+	parameters.free_space_share = free_space_share;
+	parameters.seed = seed;
+	return parameters;
+}
+
+/// Hypotheses far from each other and from the room.
+Localization places(const std::vector<double>& probabilities)
+{
+	std::vector<Hypothesis> hypotheses;
+	for (const double probability : probabilities)
+		hypotheses.push_back(hypothesis_at({100.0 * static_cast<double>(hypotheses.size() + 1), 0, 1}, probability));
+	return result_of(hypotheses);
+}
+
+/// Particles of place 1, 2 ..., or of the room for 0.
+Particles of_place(const Particles& particles, int place)
+{
+	Particles chosen;
+	for (const SeededParticle& particle : particles)
+		if (std::abs(particle.pose.x - 100.0 * place) < 50) chosen.push_back(particle);
+	return chosen;
+}
+
+double weight_of(const Particles& particles)
+{
+	double sum = 0;
+	for (const SeededParticle& particle : particles) sum += std::exp(particle.log_weight);
+	return sum;
+}
+
+/// Mean square of the differences from `mean`, the short way round.
+Eigen::Matrix3d spread_about(const mrpt::poses::CPose2D& mean, const Particles& particles)
+{
+	Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
+	for (const auto& [pose, weight] : particles)
+	{
+		const Eigen::Vector3d error(pose.x - mean.x(), pose.y - mean.y(), mrpt::math::wrapToPi(pose.phi - mean.phi()));
+		spread += error * error.transpose() / static_cast<double>(particles.size());
+	}
+	return spread;
+}
+
+TEST(Seeding, WeightOfAHypothesisIsItsProbabilityWhateverTheDrawAndTheNumberOfParticles)
+{
+	const Localization localization = places({0.6, 0.25, 0.1});
+	for (const int count : {4, 37, 1000})
+		for (const std::uint32_t seed : {1U, 2U})
+		{
+			const Particles particles = seed_particles(localization, kRoom, kFree, with(count, 0.2, seed));
+			ASSERT_EQ(particles.size(), static_cast<std::size_t>(count));
+			EXPECT_NEAR(weight_of(of_place(particles, 1)), 0.6, 1e-9) << count;
+			EXPECT_NEAR(weight_of(of_place(particles, 2)), 0.25, 1e-9) << count;
+			EXPECT_NEAR(weight_of(of_place(particles, 3)), 0.1, 1e-9) << count;
+			EXPECT_NEAR(weight_of(of_place(particles, 0)), 0.05, 1e-9) << count;
+		}
+}
+
+TEST(Seeding, NumberOfParticlesOfAHypothesisIsInProportionToItsProbability)
+{
+	const Particles particles = seed_particles(places({0.6, 0.3, 0.1}), kRoom, kFree, with(1000, 0.1));
+	EXPECT_NEAR(static_cast<double>(of_place(particles, 1).size()), 540, 2);
+	EXPECT_NEAR(static_cast<double>(of_place(particles, 2).size()), 270, 2);
+	EXPECT_NEAR(static_cast<double>(of_place(particles, 3).size()), 90, 2);
+	EXPECT_EQ(of_place(particles, 0).size(), 100U);
+}
+
+TEST(Seeding, EveryHypothesisGetsAParticle)
+{
+	const Particles particles = seed_particles(places({0.98, 1e-6, 0}), kRoom, kFree, with(10, 0));
+	for (const int place : {1, 2, 3}) EXPECT_GE(of_place(particles, place).size(), 1U) << place;
+}
+
+TEST(Seeding, LeastProbableHypothesesGoWithoutIfThereAreFewerParticles)
+{
+	const Particles particles = seed_particles(places({0.4, 0.2, 0.2, 0.1}), kRoom, kFree, with(2, 0.5));
+	ASSERT_EQ(particles.size(), 2U);
+	EXPECT_NEAR(weight_of(of_place(particles, 1)), 2.0 / 3, 1e-9);
+	EXPECT_NEAR(weight_of(of_place(particles, 2)), 1.0 / 3, 1e-9);
+}
+
+TEST(Seeding, ParticlesSpreadAsTheCovarianceSaysAcrossTheSeamOfTheYaw)
+{
+	Hypothesis oblique = hypothesis_at({3, 4, 3.1}, 1, {0.5, 0.3, 0.2});
+	oblique.covariance(0, 1) = oblique.covariance(1, 0) = 0.12;
+	oblique.covariance(1, 2) = oblique.covariance(2, 1) = -0.04;
+	const Particles particles = seed_particles(result_of({oblique}), kRoom, kNoCells, with(50000, 0));
+	const Eigen::Matrix3d spread = spread_about(oblique.pose, particles);
+	for (int r = 0; r < 3; r++)
+		for (int c = 0; c < 3; c++) EXPECT_NEAR(spread(r, c), oblique.covariance(r, c), 0.005) << r << ", " << c;
+	for (const SeededParticle& particle : particles) ASSERT_LE(std::abs(particle.pose.phi), M_PI);
+}
+
+TEST(Seeding, ParticlesAreNeverNarrowerThanTheParametersSay)
+{
+	SeedingParameters parameters = with(20000, 0);
+	parameters.least_std_xy = 0.2;
+	parameters.least_std_phi = 0.1;
+	const Hypothesis sure = hypothesis_at({3, 4, 0.5}, 1, {0, 0, 0});
+	const Eigen::Matrix3d spread =
+	    spread_about(sure.pose, seed_particles(result_of({sure}), kRoom, kNoCells, parameters));
+	EXPECT_NEAR(std::sqrt(spread(0, 0)), 0.2, 0.005);
+	EXPECT_NEAR(std::sqrt(spread(1, 1)), 0.2, 0.005);
+	EXPECT_NEAR(std::sqrt(spread(2, 2)), 0.1, 0.0025);
+}
+
+TEST(Seeding, AllParticlesAreInFreeSpaceIfThereIsNoHypothesis)
+{
+	const Particles particles = seed_particles(result_of({}), kRoom, kFree, with(500, 0.05));
+	EXPECT_EQ(of_place(particles, 0).size(), 500U);
+	EXPECT_NEAR(weight_of(particles), 1, 1e-9);
+}
+
+TEST(Seeding, ParticlesInFreeSpaceAreUniformOverTheFreeCellsAndYaws)
+{
+	constexpr int kCount = 24000;
+	const Particles particles = seed_particles(result_of({}), kRoom, kFree, with(kCount, 1));
+	std::vector<int> of_quarter(4 * kRoom.cells.size()), of_yaw(4);  // quarters of cells, quadrants
+	for (const auto& [pose, weight] : particles)
+	{
+		const int u = static_cast<int>(std::floor(2 * (pose.x - kRoom.origin_x) / kRoom.cell_size));
+		const int v = static_cast<int>(std::floor(2 * (pose.y - kRoom.origin_y) / kRoom.cell_size));
+		ASSERT_TRUE(kRoom.contains(u / 2, v / 2));
+		of_quarter[static_cast<std::size_t>(4 * kRoom.index(u / 2, v / 2) + 2 * (v % 2) + u % 2)]++;
+		of_yaw.at(static_cast<std::size_t>((pose.phi + M_PI) / (M_PI / 2)))++;
+	}
+	for (std::size_t i = 0; i < of_quarter.size(); i++)
+		EXPECT_NEAR(of_quarter[i], kRoom.cells[i / 4] == Cell::kFree ? kCount / 12 : 0, 200) << i;
+	for (const int count : of_yaw) EXPECT_NEAR(count, kCount / 4, 300);
+}
+
+TEST(Seeding, HypothesesShareAllTheWeightIfThereIsNoFreeCell)
+{
+	const Particles particles = seed_particles(places({0.4, 0.1}), kRoom, kNoCells, with(100, 0.5));
+	ASSERT_EQ(particles.size(), 100U);
+	EXPECT_NEAR(weight_of(of_place(particles, 1)), 0.8, 1e-9);
+	EXPECT_NEAR(weight_of(of_place(particles, 2)), 0.2, 1e-9);
+}
+
+TEST(Seeding, RefusesToMakeParticlesOfNothing)
+{
+	EXPECT_THROW(seed_particles(result_of({}), kRoom, kNoCells, with(10, 0.1)), std::invalid_argument);
+	EXPECT_THROW(seed_particles(places({1}), kRoom, kFree, with(0, 0.1)), std::invalid_argument);
+}
+
+TEST(Seeding, SameSeedSameParticlesOtherSeedOthers)
+{
+	const auto draw = [](std::uint32_t seed)
+	{ return seed_particles(places({0.9}), kRoom, kFree, with(20, 0.5, seed)); };
+	const Particles first = draw(1), again = draw(1), other = draw(2);
+	for (std::size_t i = 0; i < first.size(); i++)
+	{
+		EXPECT_EQ(first[i].pose, again[i].pose) << i;
+		EXPECT_FALSE(first[i].pose == other[i].pose) << i;
+	}
+}
+}  // namespace
+}  // namespace d2s1r::test
