@@ -1,0 +1,114 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "time_budget.h"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <thread>
+
+namespace d2s1r::test
+{
+namespace
+{
+/// `count` candidates, told apart by x.
+std::vector<Candidate> candidates(int count)
+{
+	std::vector<Candidate> all(static_cast<std::size_t>(count));
+	for (int i = 0; i < count; i++) all[static_cast<std::size_t>(i)].pose.x = i;
+	return all;
+}
+
+Parameters round_numbers()
+{
+	Parameters parameters;
+	parameters.refinement.scored = 320;
+	parameters.refinement.promising = 160;
+	parameters.refinement.forked = 16;
+	return parameters;
+}
+
+void expect_counts(const RefinementParameters& refinement, int scored, int promising, int forked)
+{
+	EXPECT_EQ(refinement.scored, scored);
+	EXPECT_EQ(refinement.promising, promising);
+	EXPECT_EQ(refinement.forked, forked);
+}
+
+void take_no_time(const std::vector<Candidate>&, const Parameters&) {}
+
+void take_ten_milliseconds(const std::vector<Candidate>&, const Parameters&)
+{
+	std::this_thread::sleep_for(std::chrono::milliseconds(10));
+}
+
+constexpr double kPlenty = 1e12;  //!< [ms] 30 years
+}  // namespace
+
+TEST(TimeBudget, KeepsAllThatCanBeAfforded)
+{
+	auto kept = candidates(160);
+	const Parameters parameters = keep_affordable(kPlenty, kept, round_numbers(), take_no_time);
+	EXPECT_EQ(kept.size(), 160U);
+	expect_counts(parameters.refinement, 320, 160, 16);
+}
+
+TEST(TimeBudget, KeepsTheBestSixteenthIfTheTimeIsUp)
+{
+	auto kept = candidates(160);
+	const Parameters parameters = keep_affordable(5, kept, round_numbers(), take_ten_milliseconds);
+	ASSERT_EQ(kept.size(), 10U);
+	for (int i = 0; i < 10; i++) EXPECT_EQ(kept[static_cast<std::size_t>(i)].pose.x, i);
+	expect_counts(parameters.refinement, 20, 10, 1);
+}
+
+TEST(TimeBudget, KeepsASixteenthIfTheTimeWasUpBefore)
+{
+	auto kept = candidates(160);
+	keep_affordable(-3, kept, round_numbers(), take_no_time);
+	EXPECT_EQ(kept.size(), 10U);
+}
+
+TEST(TimeBudget, KeepsNoMoreThanFitsIntoFourFifthsOfTheRest)
+{
+	// a sixteenth takes 10 ms or longer, so that at most 50 ms are left, 40 of them planned with: four sixteenths
+	auto kept = candidates(160);
+	const Parameters parameters = keep_affordable(60, kept, round_numbers(), take_ten_milliseconds);
+	EXPECT_LE(kept.size(), 40U);
+	EXPECT_LE(parameters.refinement.scored, 80);
+	EXPECT_LE(parameters.refinement.promising, 40);
+	EXPECT_LE(parameters.refinement.forked, 4);
+}
+
+TEST(TimeBudget, TriesTheBestSixteenthWithTheParametersOfASixteenth)
+{
+	auto kept = candidates(160);
+	int calls = 0;
+	keep_affordable(
+	    kPlenty, kept, round_numbers(),
+	    [&](const std::vector<Candidate>& some, const Parameters& fewer)
+	    {
+		    calls++;
+		    ASSERT_EQ(some.size(), 10U);
+		    EXPECT_EQ(some.back().pose.x, 9);
+		    expect_counts(fewer.refinement, 20, 10, 1);
+	    });
+	EXPECT_EQ(calls, 1);
+}
+
+TEST(TimeBudget, LeavesSomethingToScoreOfSmallNumbers)
+{
+	Parameters few;
+	few.refinement.scored = few.refinement.promising = 1;
+	few.refinement.forked = 0;
+	auto kept = candidates(160);
+	expect_counts(keep_affordable(5, kept, few, take_ten_milliseconds).refinement, 1, 1, 0);
+}
+
+TEST(TimeBudget, FewCandidatesAreKeptWithoutATrial)
+{
+	auto kept = candidates(15);
+	const auto never = [](const std::vector<Candidate>&, const Parameters&) { FAIL() << "not worth a trial"; };
+	expect_counts(keep_affordable(1e-6, kept, round_numbers(), never).refinement, 320, 160, 16);
+	EXPECT_EQ(kept.size(), 15U);
+}
+}  // namespace d2s1r::test

@@ -1,0 +1,169 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "track_motion.h"
+
+#include <gtest/gtest.h>
+#include <mrpt/math/wrap2pi.h>
+
+#include <Eigen/Dense>
+
+#include "made_hypotheses.h"
+
+namespace d2s1r::test
+{
+namespace
+{
+using mrpt::poses::CPose2D;
+
+void expect_pose(const CPose2D& pose, const CPose2D& expected, double tolerance = 1e-9)
+{
+	EXPECT_NEAR(pose.x(), expected.x(), tolerance);
+	EXPECT_NEAR(pose.y(), expected.y(), tolerance);
+	EXPECT_NEAR(mrpt::math::wrapToPi(pose.phi() - expected.phi()), 0, tolerance);
+}
+
+PoseDensity density(const CPose2D& mean, const std::vector<double>& deviations)
+{
+	return {mean, covariance_of(deviations)};
+}
+
+/// Where `motion` takes each of `starts`, as probable.
+std::vector<Hypothesis> after(const std::vector<Hypothesis>& starts, const CPose2D& motion)
+{
+	std::vector<Hypothesis> ends = starts;
+	for (Hypothesis& end : ends) end.pose = end.pose + motion;
+	return ends;
+}
+
+bool is_wide(const PoseDensity& motion)
+{
+	return motion.cov(0, 0) >= 0.25 && motion.cov(1, 1) >= 0.25 && motion.cov(2, 2) >= 0.1;
+}
+
+const std::vector<Hypothesis> kThreePlaces = {
+    hypothesis_at({1, 2, 0.3}, 0.4), hypothesis_at({9, -4, 3.1}, 0.3), hypothesis_at({-6, 3, -1.8}, 0.3)};
+const CPose2D kStep = {0.4, 0.1, 0.3};
+
+TEST(CommonMotion, IsTheOneThatMostHypothesesShare)
+{
+	const PoseDensity motion = common_motion(kThreePlaces, after(kThreePlaces, kStep));
+	expect_pose(motion.mean, kStep);
+	EXPECT_FALSE(is_wide(motion));
+}
+
+TEST(CommonMotion, OfTwoImprobablePlacesOutvotesThatOfOneProbablePlace)
+{
+	auto ends = after(kThreePlaces, kStep);
+	ends[0].pose = kThreePlaces[0].pose + CPose2D(0.1, -0.2, -0.2);
+	expect_pose(common_motion(kThreePlaces, ends).mean, kStep);
+}
+
+TEST(CommonMotion, GoesByTheProbabilitiesOfBothEnds)
+{
+	const std::vector<Hypothesis> starts = {hypothesis_at({0, 0, 0}, 0.6), hypothesis_at({9, 0, 0}, 0.3)};
+	std::vector<Hypothesis> ends = {hypothesis_at({0.4, 0, 0}, 0.2), hypothesis_at({9, 0.4, 0}, 0.7)};
+	expect_pose(common_motion(starts, ends).mean, {0, 0.4, 0});
+	std::swap(ends[0].probability, ends[1].probability);
+	expect_pose(common_motion(starts, ends).mean, {0.4, 0, 0});
+}
+
+TEST(CommonMotion, IsAsFarAsRobotsUsuallyGo)
+{
+	const std::vector<Hypothesis> start = {hypothesis_at({0, 0, 0}, 0.9)};
+	const std::vector<Hypothesis> ends = {hypothesis_at({1.8, 0, 0}, 0.5), hypothesis_at({0, 0.3, 0}, 0.4)};
+	expect_pose(common_motion(start, ends).mean, {0, 0.3, 0});
+}
+
+TEST(CommonMotion, IsWideIfHypothesesAreTooFarApart)
+{
+	EXPECT_TRUE(is_wide(common_motion({hypothesis_at({0, 0, 0}, 0.9)}, {hypothesis_at({2.1, 0, 0}, 0.9)})));
+	EXPECT_TRUE(is_wide(common_motion({hypothesis_at({0, 0, 3}, 0.9)}, {hypothesis_at({0, 0, -2}, 0.9)})));
+	EXPECT_FALSE(is_wide(common_motion({hypothesis_at({0, 0, 3}, 0.9)}, {hypothesis_at({0, 0, -3}, 0.9)})));
+}
+
+TEST(CommonMotion, IsWideIfAFrameHasNoHypothesis)
+{
+	EXPECT_TRUE(is_wide(common_motion({}, kThreePlaces)));
+	EXPECT_TRUE(is_wide(common_motion(kThreePlaces, {})));
+	expect_pose(common_motion({}, {}).mean, {0, 0, 0});
+}
+
+TEST(WheelMotion, IsLessCertainTheFurtherAndTheMoreItTurns)
+{
+	const PoseDensity none = wheel_motion({0, 0, 0}), ahead = wheel_motion({1, 0, 0}), turn = wheel_motion({0, 0, -1});
+	EXPECT_GT(none.cov(0, 0), 0);
+	for (const int i : {0, 2})
+	{
+		EXPECT_GT(ahead.cov(i, i), none.cov(i, i)) << i;
+		EXPECT_GT(turn.cov(i, i), none.cov(i, i)) << i;
+	}
+	expect_pose(turn.mean, {0, 0, -1});
+}
+
+TEST(MovedPose, ComesBackByTheReversedMotion)
+{
+	const PoseDensity pose = density({3, -2, 3.0}, {0.1, 0.2, 0.05}), motion = density({0.7, 0.2, 0.5}, {0, 0, 0});
+	const PoseDensity end = moved(pose, motion), back = moved(end, reversed(motion));
+	expect_pose(end.mean, pose.mean + motion.mean);
+	expect_pose(back.mean, pose.mean);
+	for (int r = 0; r < 3; r++)
+		for (int c = 0; c < 3; c++) EXPECT_NEAR(back.cov(r, c), pose.cov(r, c), 1e-9) << r << ", " << c;
+}
+
+/// How far the inverse of `motion` moves with each of x, y and phi, by finite differences.
+Eigen::Matrix3d jacobian_of_inverse(const CPose2D& motion)
+{
+	constexpr double kDifference = 1e-6;
+	Eigen::Matrix3d jacobian;
+	for (int c = 0; c < 3; c++)
+	{
+		Eigen::Vector3d shifted(motion.x(), motion.y(), motion.phi());
+		shifted[c] += kDifference;
+		const CPose2D less = CPose2D() - motion, more = CPose2D() - CPose2D(shifted[0], shifted[1], shifted[2]);
+		jacobian.col(c) << more.x() - less.x(), more.y() - less.y(), mrpt::math::wrapToPi(more.phi() - less.phi());
+	}
+	return jacobian / kDifference;
+}
+
+TEST(ReversedMotion, CarriesTheUncertaintyIntoTheFrameOfTheEnd)
+{
+	const PoseDensity motion = density({0.7, -0.2, 2.5}, {0.1, 0.02, 0.3});
+	const PoseDensity back = reversed(motion);
+	expect_pose(motion.mean + back.mean, {0, 0, 0});
+	const Eigen::Matrix3d jacobian = jacobian_of_inverse(motion.mean);
+	const Eigen::Matrix3d expected = jacobian * motion.cov.asEigen() * jacobian.transpose();
+	for (int r = 0; r < 3; r++)
+		for (int c = 0; c < 3; c++) EXPECT_NEAR(back.cov(r, c), expected(r, c), 1e-5) << r << ", " << c;
+}
+
+TEST(Mismatch, IsTheSquaredDistanceInStandardDeviationsOfTheDifference)
+{
+	const PoseDensity a = density({1, 2, 3.1}, {0.3, 3, 0.03}), b = density({2, 2, 3.1}, {0.4, 4, 0.04});
+	EXPECT_NEAR(mismatch(a, b), 4, 1e-9);
+	EXPECT_NEAR(mismatch(a, density({1, 7, 3.1}, {0.4, 4, 0.04})), 1, 1e-9);
+	const double across = (2 * M_PI - 6.2) / 0.05;
+	EXPECT_NEAR(mismatch(a, density({1, 2, -3.1}, {0.4, 4, 0.04})), across * across, 1e-6);
+}
+
+TEST(FusedPose, LiesBetweenByTheVariancesAcrossTheSeamOfTheYaw)
+{
+	const PoseDensity a = density({1, 2, M_PI - 0.1}, {0.1, 0.2, 0.1}),
+	                  b = density({2, 4, 0.2 - M_PI}, {0.2, 0.1, 0.2});
+	const PoseDensity both = fused(a, b);
+	expect_pose(both.mean, {1.2, 3.6, M_PI - 0.04});
+	const auto expected = covariance_of({std::sqrt(0.008), std::sqrt(0.008), std::sqrt(0.008)});
+	for (int r = 0; r < 3; r++)
+		for (int c = 0; c < 3; c++) EXPECT_NEAR(both.cov(r, c), expected(r, c), 1e-12) << r << ", " << c;
+}
+
+TEST(FusedPose, IsTheSameEitherWayRound)
+{
+	PoseDensity a = density({1, 2, 0.4}, {0.1, 0.2, 0.1}), b = density({1.3, 1.8, 0.5}, {0.3, 0.1, 0.2});
+	a.cov(0, 1) = a.cov(1, 0) = 0.015;
+	b.cov(1, 2) = b.cov(2, 1) = -0.01;
+	const PoseDensity ab = fused(a, b), ba = fused(b, a);
+	expect_pose(ab.mean, ba.mean);
+	for (int r = 0; r < 3; r++)
+		for (int c = 0; c < 3; c++) EXPECT_NEAR(ab.cov(r, c), ba.cov(r, c), 1e-12) << r << ", " << c;
+}
+}  // namespace
+}  // namespace d2s1r::test
