@@ -109,6 +109,15 @@ TEST(MovedPose, ComesBackByTheReversedMotion)
 		for (int c = 0; c < 3; c++) EXPECT_NEAR(back.cov(r, c), pose.cov(r, c), 1e-9) << r << ", " << c;
 }
 
+TEST(MovedPose, TakesTheUncertaintyOfTheMotionIntoTheMap)
+{
+	const PoseDensity sure = density({3, -2, M_PI / 2}, {0, 0, 0});
+	const PoseDensity end = moved(sure, density({0.7, 0, 0.5}, {0.3, 0.1, 0.2}));
+	const auto expected = covariance_of({0.1, 0.3, 0.2});
+	for (int r = 0; r < 3; r++)
+		for (int c = 0; c < 3; c++) EXPECT_NEAR(end.cov(r, c), expected(r, c), 1e-9) << r << ", " << c;
+}
+
 /// How far the inverse of `motion` moves with each of x, y and phi, by finite differences.
 Eigen::Matrix3d jacobian_of_inverse(const CPose2D& motion)
 {
