@@ -15,13 +15,16 @@ namespace
 using mrpt::math::TPose2D;
 using mrpt::math::wrapToPi;
 
+constexpr int kBinsOfAPlace = 3 * 3 * 4;  //!< [-] at most: those of x, y and phi, one more at the seam of the yaw
+
 bool is_near(const TPose2D& a, const TPose2D& b)
 {
 	return std::hypot(a.x - b.x, a.y - b.y) < kPlaceRadius && std::abs(wrapToPi(a.phi - b.phi)) < kPlaceAngle;
 }
 
-/// A particle of the bin that holds the most weight.
-TPose2D heaviest_bin(const mrpt::poses::CPosePDFParticles& particles, const std::vector<double>& weights)
+/// Of the heaviest particles of bins the one with the most weight near it; not that of the heaviest bin, for a place
+/// may lie across the borders of bins.
+TPose2D heaviest_neighbourhood(const mrpt::poses::CPosePDFParticles& particles, const std::vector<double>& weights)
 {
 	struct Bin
 	{
@@ -38,9 +41,17 @@ TPose2D heaviest_bin(const mrpt::poses::CPosePDFParticles& particles, const std:
 		bin.weight += weights[i];
 		if (weights[i] > bin.heaviest) bin.heaviest = weights[i], bin.particle = i;
 	}
-	const auto best = std::max_element(
-	    bins.begin(), bins.end(), [](const auto& a, const auto& b) { return a.second.weight < b.second.weight; });
-	return particles.m_particles[best->second.particle].d;
+	double heaviest = 0, most = -1;
+	for (const auto& [key, bin] : bins) heaviest = std::max(heaviest, bin.weight);
+	TPose2D best;
+	for (const auto& [key, bin] : bins)
+	{
+		if (bin.weight < heaviest / kBinsOfAPlace) continue;
+		const TPose2D& pose = particles.m_particles[bin.particle].d;
+		const double weight = weight_near(particles, weights, pose);
+		if (weight > most) most = weight, best = pose;
+	}
+	return best;
 }
 }  // namespace
 
@@ -88,7 +99,7 @@ std::vector<std::size_t> systematic_draw(const std::vector<double>& weights, std
 ParticlePlace dominant_place(const mrpt::poses::CPosePDFParticles& particles, const std::vector<double>& weights)
 {
 	ParticlePlace place;
-	place.pose = heaviest_bin(particles, weights);
+	place.pose = heaviest_neighbourhood(particles, weights);
 	for (int pass = 0; pass < 3; pass++)
 	{
 		double sum = 0, x = 0, y = 0, phi = 0;
