@@ -1,0 +1,177 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include <gtest/gtest.h>
+#include <mrpt/math/wrap2pi.h>
+
+#include <Eigen/Dense>
+
+#include "made_hypotheses.h"
+#include "motion_choice.h"
+
+namespace d2s1r::test
+{
+namespace
+{
+using mrpt::poses::CPose2D;
+using mrpt::poses::CPosePDFGaussian;
+using pf::combine;
+using pf::MotionParameters;
+using pf::predict_motion;
+
+const MotionParameters kDefault;
+
+/// Two places that look alike, far apart, and where a robot may have gone from them.
+const CPose2D kHere{1, 2, 0.3}, kThere{30, -4, 2.0};
+const CPose2D kAhead{0.5, 0, 0.1}, kAside{0.3, 0.2, -0.2};
+
+/// All weight of the filter is within a metre of `pose`.
+pf::Support filter_at(const CPose2D& pose)
+{
+	return [pose](const Hypothesis& hypothesis) { return (hypothesis.pose - pose).norm() < 1 ? 1.0 : 0.0; };
+}
+
+std::optional<CPosePDFGaussian> choose(
+    const Localization& from, const Localization& to, const CPose2D& filter,
+    const std::optional<CPose2D>& odometry = {}, const CPose2D& previous = {})
+{
+	return pf::choose_motion(
+	    {from, to, predict_motion(odometry, previous, kDefault), odometry.has_value()}, filter_at(filter), kDefault);
+}
+
+void expect_motion(const std::optional<CPosePDFGaussian>& motion, const CPose2D& expected, double tolerance = 0.02)
+{
+	ASSERT_TRUE(motion);
+	EXPECT_NEAR(motion->mean.x(), expected.x(), tolerance);
+	EXPECT_NEAR(motion->mean.y(), expected.y(), tolerance);
+	EXPECT_NEAR(mrpt::math::wrapToPi(motion->mean.phi() - expected.phi()), 0, tolerance);
+}
+
+Localization at(const CPose2D& pose, double probability = 0.95)
+{
+	return result_of({hypothesis_at(pose, probability)});
+}
+
+TEST(PredictedMotion, IsTheOdometryTheLessCertainTheFurther)
+{
+	const auto near = predict_motion(kAhead, kAside, kDefault), far = predict_motion(CPose2D(3, 0, 1), {}, kDefault);
+	expect_motion(near, kAhead, 1e-9);
+	for (const int i : {0, 1, 2}) EXPECT_GT(far.cov(i, i), near.cov(i, i)) << i;
+}
+
+TEST(PredictedMotion, GoesOnAsBeforeWithoutOdometryButMayChange)
+{
+	const auto motion = predict_motion({}, kAside, kDefault), odometry = predict_motion(kAside, {}, kDefault);
+	expect_motion(motion, kAside, 1e-9);
+	for (const int i : {0, 1, 2}) EXPECT_GT(motion.cov(i, i), 4 * odometry.cov(i, i)) << i;
+}
+
+TEST(ChosenMotion, OfAmbiguousFramesIsTheOneThatTheFilterSupports)
+{
+	const Localization from = result_of({hypothesis_at(kHere, 0.5), hypothesis_at(kThere, 0.45)});
+	const Localization to = result_of({hypothesis_at(kThere + kAside, 0.6), hypothesis_at(kHere + kAhead, 0.35)});
+	expect_motion(choose(from, to, kHere), kAhead);
+	expect_motion(choose(from, to, kThere), kAside);
+}
+
+TEST(ChosenMotion, OfAmbiguousFramesIsTheMoreProbableOneIfTheFilterIsElsewhere)
+{
+	const Localization from = result_of({hypothesis_at(kHere, 0.5), hypothesis_at(kThere, 0.45)});
+	const Localization to = result_of({hypothesis_at(kThere + kAside, 0.7), hypothesis_at(kHere + kAhead, 0.25)});
+	expect_motion(choose(from, to, {-50, 0, 0}), kAside);
+}
+
+TEST(ChosenMotion, IsTheOneThatGoesOnAsBeforeIfNothingElseTellsTwoApart)
+{
+	const CPose2D back(-1.5, 0, 0);
+	const Localization to = result_of({hypothesis_at(kHere + back, 0.5), hypothesis_at(kHere + kAhead, 0.45)});
+	expect_motion(choose(at(kHere), to, kHere, {}, kAhead), kAhead);
+	expect_motion(choose(at(kHere), to, kHere, {}, back), back);
+}
+
+TEST(ChosenMotion, DoesNotFollowAJumpToALookAlikePlace)
+{
+	EXPECT_FALSE(choose(at(kHere), at(kThere), kHere));
+	EXPECT_FALSE(choose(at(kHere), at(kThere), kHere, kAhead));
+	EXPECT_FALSE(choose(at(kHere), at(kHere + CPose2D(0, 0, M_PI)), kHere)) << "the room turned round";
+}
+
+TEST(ChosenMotion, IsThatOfTheImprobablePlaceIfTheBestOneIsAJump)
+{
+	const Localization to = result_of({hypothesis_at(kThere, 0.9), hypothesis_at(kHere + kAhead, 0.05)});
+	expect_motion(choose(at(kHere), to, kHere), kAhead);
+}
+
+TEST(ChosenMotion, MayBeFarIfTheOdometryMeasuredIt)
+{
+	const CPose2D far(4, 0, 0.2);
+	expect_motion(choose(at(kHere), at(kHere + far), kHere, far), far);
+	EXPECT_FALSE(choose(at(kHere), at(kHere + far), kHere));
+}
+
+TEST(ChosenMotion, IsNoneIfAFrameWasRejected)
+{
+	EXPECT_FALSE(choose(result_of({}), at(kHere), kHere));
+	EXPECT_FALSE(choose(at(kHere), result_of({}), kHere));
+	EXPECT_FALSE(choose(result_of({}), result_of({}), kHere));
+}
+
+TEST(ChosenMotion, LiesBetweenOdometryAndLocalizationsThatAgree)
+{
+	const auto motion = choose(at(kHere), at(kHere + CPose2D(0.6, 0, 0)), kHere, CPose2D(0.5, 0, 0));
+	ASSERT_TRUE(motion);
+	EXPECT_GT(motion->mean.x(), 0.52);
+	EXPECT_LT(motion->mean.x(), 0.58);
+	EXPECT_LT(motion->cov(0, 0), predict_motion(CPose2D(0.5, 0, 0), {}, kDefault).cov(0, 0));
+}
+
+TEST(ChosenMotion, ThatTheOdometryDeniesTakesLocalizationsThatAreSure)
+{
+	const CPose2D slipped(0.5, 0, 0), moved(0.5, 1, 0);
+	expect_motion(choose(at(kHere, 0.98), at(kHere + moved, 0.98), kHere, slipped), moved, 1e-9);
+	EXPECT_FALSE(choose(at(kHere, 0.6), at(kHere + moved, 0.6), kHere, slipped));
+}
+
+TEST(ChosenMotion, IsTheOneThatTheOdometryMeasuredEvenIfItIsLessProbable)
+{
+	const Localization to =
+	    result_of({hypothesis_at(kHere + CPose2D(-1, 0.8, 0), 0.9), hypothesis_at(kHere + kAhead, 0.05)});
+	expect_motion(choose(at(kHere), to, kHere, kAhead), kAhead);
+}
+
+TEST(ChosenMotion, TurnsTheShortWayAcrossTheSeamOfTheYaw)
+{
+	expect_motion(choose(at({1, 2, 3.1}), at({1.2, 2, -3.1}), {1, 2, 3.1}), {-0.2, 0, 2 * M_PI - 6.2});
+}
+
+/// The product of Gaussians by their information matrices; differences from the mean of `a` are small.
+void expect_product(const CPosePDFGaussian& a, const CPosePDFGaussian& b)
+{
+	const Eigen::Matrix3d of_a = a.cov.asEigen().inverse(), of_b = b.cov.asEigen().inverse();
+	const Eigen::Matrix3d covariance = (of_a + of_b).inverse();
+	const Eigen::Vector3d difference(
+	    b.mean.x() - a.mean.x(), b.mean.y() - a.mean.y(), mrpt::math::wrapToPi(b.mean.phi() - a.mean.phi()));
+	const Eigen::Vector3d shift = covariance * of_b * difference;
+	const auto product = combine(a, b);
+	expect_motion(product, {a.mean.x() + shift[0], a.mean.y() + shift[1], a.mean.phi() + shift[2]}, 1e-9);
+	EXPECT_LE(std::abs(product.mean.phi()), M_PI);
+	EXPECT_TRUE(product.cov.asEigen().isApprox(covariance, 1e-9)) << product.cov;
+}
+
+TEST(CombinedMotion, IsTheProductOfTwoGaussians)
+{
+	CPosePDFGaussian a({1, 2, 0.4}, covariance_of({0.1, 0.2, 0.1})), b({1.3, 1.8, 0.5}, covariance_of({0.3, 0.1, 0.2}));
+	a.cov(0, 1) = a.cov(1, 0) = 0.015;
+	b.cov(1, 2) = b.cov(2, 1) = -0.01;
+	expect_product(a, b);
+	expect_product(b, a);
+}
+
+TEST(CombinedMotion, IsTheProductAcrossTheSeamOfTheYaw)
+{
+	const CPosePDFGaussian a({0, 0, 3.0}, covariance_of({0.1, 0.1, 0.1})),
+	    b({0, 0, -3.0}, covariance_of({0.1, 0.1, 0.05}));
+	expect_product(a, b);
+	expect_product(b, a);
+	EXPECT_NEAR(combine(a, b).mean.phi(), -3.0 - 0.2 * (2 * M_PI - 6), 1e-9);
+}
+}  // namespace
+}  // namespace d2s1r::test
