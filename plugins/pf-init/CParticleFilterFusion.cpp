@@ -48,7 +48,8 @@ void CParticleFilterFusion::start(const CSignatureMap2D::ConstPtr& map, const Fu
 	last_pose_.reset();
 	last_motion_ = {};
 	previous_ = {};
-	mrpt::random::getRandomGenerator().randomize(parameters.seed);  // the one that MRPT's filter draws from
+	// the one that MRPT's filter draws from: motions with other numbers than the seeded poses
+	mrpt::random::getRandomGenerator().randomize(~parameters.seed);
 }
 
 FusedPose CParticleFilterFusion::step(const FusionInput& input)
