@@ -1,0 +1,123 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "filter_on_a_floor.h"
+
+namespace d2s1r::test
+{
+namespace
+{
+TEST_F(FilterOnAFloor, FollowsADriveWithOdometry)
+{
+	const Drive drive = drive_along(along_corridor(25));
+	const auto poses = follow(drive);
+	for (std::size_t i = 0; i < poses.size(); i++)
+	{
+		expect_at(poses[i], drive[i].truth, "frame " + std::to_string(i));
+		EXPECT_EQ(poses[i].event, i == 0 ? FusionEvent::kSeeded : FusionEvent::kNone) << i;
+	}
+}
+
+TEST_F(FilterOnAFloor, GetsMoreCertainScanByScan)
+{
+	Drive drive = drive_along(along_corridor(5));
+	drive[0].localization = result_of({hypothesis_at(CPose2D(drive[0].truth), 0.95, {0.3, 0.3, 0.1})});
+	const auto poses = follow(drive);
+	for (const int axis : {0, 1, 2}) EXPECT_LT(deviation(poses[4], axis), 0.5 * deviation(poses[0], axis)) << axis;
+}
+
+TEST_F(FilterOnAFloor, FindsAKidnappedRobotAndSaysSo)
+{
+	const Drive drive = kidnapped(10, 5);
+	const auto poses = follow(drive);
+	expect_at(poses.back(), drive.back().truth);
+	std::vector<std::size_t> reseeded;
+	for (std::size_t i = 0; i < poses.size(); i++)
+		if (poses[i].event == FusionEvent::kReseeded) reseeded.push_back(i);
+	ASSERT_EQ(reseeded.size(), 1U);
+	EXPECT_GE(reseeded[0], 10U);
+}
+
+TEST_F(FilterOnAFloor, RecoversFromAWrongStart)
+{
+	Drive drive = drive_along(along_corridor(6));
+	drive[0].localization = result_of({hypothesis_at({7.6, 3.6, 0.8}, 0.95)});
+	expect_at(follow(drive).back(), drive.back().truth);
+}
+
+TEST_F(FilterOnAFloor, OneWrongLocalizationDoesNotMoveIt)
+{
+	Drive drive = drive_along(along_corridor(8));
+	drive[5].localization = result_of({hypothesis_at({7.6, 3.6, 0.8}, 0.95)});
+	const auto poses = follow(drive);
+	for (std::size_t i = 5; i < poses.size(); i++) expect_at(poses[i], drive[i].truth, std::to_string(i));
+}
+
+TEST_F(FilterOnAFloor, WaitsForAFirstHypothesis)
+{
+	Drive drive = drive_along(along_corridor(3));
+	drive[0].localization = drive[1].localization = no_place(Status::kRejected, "crowded");
+	const auto poses = follow(drive);
+	EXPECT_EQ(poses[0].status, FusionStatus::kWaiting);
+	EXPECT_EQ(poses[1].status, FusionStatus::kWaiting);
+	EXPECT_EQ(poses[2].event, FusionEvent::kSeeded);
+	expect_at(poses[2], drive[2].truth);
+}
+
+TEST_F(FilterOnAFloor, BlindFramesWidenIt)
+{
+	Drive drive = drive_along(along_corridor(5));
+	for (int i = 0; i < 3; i++) drive.push_back(blind_stop(drive.back()));
+	const auto poses = follow(drive);
+	for (std::size_t i = 5; i < poses.size(); i++)
+		for (const int axis : {0, 1, 2})
+			EXPECT_GT(deviation(poses[i], axis), deviation(poses[i - 1], axis)) << i << ", " << axis;
+	EXPECT_LT(distance_between(poses.back().pose, drive.back().truth), 0.2);
+}
+
+TEST_F(FilterOnAFloor, RejectedFramesMoveItByTheOdometryAndWidenIt)
+{
+	Drive drive = drive_along(along_corridor(12));
+	for (std::size_t i = 6; i < drive.size(); i++) drive[i] = blind(drive[i], Status::kRejected);
+	const auto poses = follow(drive);
+	EXPECT_LT(distance_between(poses.back().pose, drive.back().truth), 0.4);
+	for (const int axis : {0, 1, 2}) EXPECT_GT(deviation(poses.back(), axis), 2 * deviation(poses[5], axis)) << axis;
+}
+
+TEST_F(FilterOnAFloor, ScanWithoutBeamsIsNoUseButNoHarm)
+{
+	Drive drive = drive_along(along_corridor(4));
+	Frame frame = blind_stop(drive.back());
+	frame.scan.resizeScan(0);
+	drive.push_back(frame);
+	expect_at(follow(drive).back(), frame.truth);
+}
+
+TEST_F(FilterOnAFloor, MotionErrorsHaveNothingToDoWithThoseOfTheSeed)
+{
+	filter_.tuning.motion.odometry_xy = filter_.tuning.motion.odometry_phi = 0.1;
+	Drive drive = drive_along(along_corridor(1));
+	drive[0].localization = result_of({hypothesis_at(CPose2D(drive[0].truth), 0.97, {0.1, 0.1, 0.1})});
+	drive.push_back(blind_stop(drive[0]));
+	FusionParameters parameters;
+	parameters.particles = 10000;
+	const auto poses = follow(drive, parameters);
+	for (const int axis : {0, 1, 2})
+	{
+		EXPECT_NEAR(deviation(poses[0], axis), 0.1, 0.005) << axis;
+		EXPECT_NEAR(deviation(poses[1], axis), std::sqrt(0.02), 0.007) << axis;
+	}
+}
+
+TEST_F(FilterOnAFloor, PseudoOdometryTakesNoNoticeOfOdometry)
+{
+	Drive drive = drive_along(along_corridor(10));
+	FusionParameters parameters;
+	parameters.motion = MotionSource::kPseudo;
+	const auto with = follow(drive, parameters);
+	for (Frame& frame : drive) frame.odometry = CPose2D(-1, 1, 1);
+	const auto wrong = follow(drive, parameters);
+	for (std::size_t i = 0; i < drive.size(); i++) EXPECT_EQ(with[i].pose, wrong[i].pose) << i;
+	expect_at(with.back(), drive.back().truth);
+}
+
+}  // namespace
+}  // namespace d2s1r::test
