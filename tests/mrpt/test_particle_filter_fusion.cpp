@@ -36,11 +36,47 @@ TEST_F(FilterOnAFloor, FindsAKidnappedRobotAndSaysSo)
 	EXPECT_GE(reseeded[0], 10U);
 }
 
+TEST_F(FilterOnAFloor, GoesOverAtOnceIfItsParticlesDoNotExplainTheScanAtAll)
+{
+	filter_.tuning.log_place_share = -8;  // a place is a greater share of a small floor
+	const Drive drive = kidnapped(10, 1);
+	const FusedPose pose = follow(drive).back();
+	expect_at(pose, drive.back().truth);
+	EXPECT_EQ(pose.event, FusionEvent::kReseeded);
+}
+
 TEST_F(FilterOnAFloor, RecoversFromAWrongStart)
 {
 	Drive drive = drive_along(along_corridor(6));
 	drive[0].localization = result_of({hypothesis_at({7.6, 3.6, 0.8}, 0.95)});
 	expect_at(follow(drive).back(), drive.back().truth);
+}
+
+TEST_F(FilterOnAFloor, FindsOutWhereAnAmbiguousStartWasAndIsNotReseededByThat)
+{
+	Drive drive = drive_along(along_corridor(5));
+	drive[0].localization =
+	    result_of({hypothesis_at({7.6, 3.6, 0.8}, 0.55), hypothesis_at(CPose2D(drive[0].truth), 0.4)});
+	const auto poses = follow(drive);
+	EXPECT_EQ(poses[0].status, FusionStatus::kAmbiguous);
+	EXPECT_GT(distance_between(poses[0].pose, drive[0].truth), 5);
+	expect_at(poses.back(), drive.back().truth);
+	for (std::size_t i = 1; i < poses.size(); i++) EXPECT_EQ(poses[i].event, FusionEvent::kNone) << i;
+}
+
+TEST_F(FilterOnAFloor, GoesByHypothesesIfTheScanSaysNothing)
+{
+	const Hypothesis here = hypothesis_at({-1, 6, 0}, 0.4), there = hypothesis_at({7.6, 3.6, 0.8}, 0.55);
+	Drive drive = drive_along({{-1, 6, 0}});
+	drive[0].localization = result_of({there, here});
+	for (int i = 0; i < 4; i++)
+	{
+		drive.push_back(blind_stop(drive.back()));
+		drive.back().localization = result_of({hypothesis_at(here.pose, 0.8), hypothesis_at(there.pose, 0.15)});
+	}
+	const auto poses = follow(drive);
+	EXPECT_GT(distance_between(poses[0].pose, drive[0].truth), 5);
+	expect_at(poses.back(), drive.back().truth);
 }
 
 TEST_F(FilterOnAFloor, OneWrongLocalizationDoesNotMoveIt)
@@ -118,6 +154,5 @@ TEST_F(FilterOnAFloor, PseudoOdometryTakesNoNoticeOfOdometry)
 	for (std::size_t i = 0; i < drive.size(); i++) EXPECT_EQ(with[i].pose, wrong[i].pose) << i;
 	expect_at(with.back(), drive.back().truth);
 }
-
 }  // namespace
 }  // namespace d2s1r::test

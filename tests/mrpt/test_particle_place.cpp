@@ -65,7 +65,7 @@ TEST(NormalizedWeights, SumToOneWhateverTheScale)
 TEST(DominantPlace, IsWhereMostWeightIsNotWhereMostParticlesAre)
 {
 	CPosePDFParticles particles = no_particles();
-	for (int i = 0; i < 5; i++) add_cluster(particles, {2.5, 3.5, 0.25}, 0.06);
+	for (int i = 0; i < 50; i++) add_cluster(particles, {2.5, 3.5, 0.25}, 0.006);
 	add_cluster(particles, {12.5, 3.5, 0.25}, 0.7);
 	expect_place(place_of(particles), {12.5, 3.5, 0.25}, 0.7);
 }
@@ -120,6 +120,16 @@ TEST(DominantPlace, IsOneWhereverItLies)
 		add_cluster(particles, {12.5, 3.5, 0.25}, 0.2);
 		expect_place(place_of(particles), center, 0.8);
 	}
+}
+
+TEST(DominantPlace, MovesOnFromItsHeaviestParticleToItsMiddle)
+{
+	CPosePDFParticles particles = no_particles();
+	add(particles, {0, 0.5, 0.1}, 0.3);
+	add(particles, {0.8, 0.5, 0.1}, 0.25);
+	add(particles, {0.9, 0.5, 0.1}, 0.25);
+	add(particles, {1.5, 0.5, 0.1}, 0.2);
+	expect_place(place_of(particles), {0.725, 0.5, 0.1}, 1);
 }
 
 TEST(WeightNear, IsThatOfTheParticlesWithinAMetreAndHalfARadian)

@@ -137,19 +137,19 @@ TEST(Seeding, AllParticlesAreInFreeSpaceIfThereIsNoHypothesis)
 
 TEST(Seeding, ParticlesInFreeSpaceAreUniformOverTheFreeCellsAndYaws)
 {
-	constexpr int kCount = 24000;
+	constexpr int kCount = 27000;
 	const Particles particles = seed_particles(result_of({}), kRoom, kFree, with(kCount, 1));
-	std::vector<int> of_quarter(4 * kRoom.cells.size()), of_yaw(4);  // quarters of cells, quadrants
+	std::vector<int> of_part(9 * kRoom.cells.size()), of_yaw(4);  // ninths of cells, quadrants
 	for (const auto& [pose, weight] : particles)
 	{
-		const int u = static_cast<int>(std::floor(2 * (pose.x - kRoom.origin_x) / kRoom.cell_size));
-		const int v = static_cast<int>(std::floor(2 * (pose.y - kRoom.origin_y) / kRoom.cell_size));
-		ASSERT_TRUE(kRoom.contains(u / 2, v / 2));
-		of_quarter[static_cast<std::size_t>(4 * kRoom.index(u / 2, v / 2) + 2 * (v % 2) + u % 2)]++;
+		const int u = static_cast<int>(std::floor(3 * (pose.x - kRoom.origin_x) / kRoom.cell_size));
+		const int v = static_cast<int>(std::floor(3 * (pose.y - kRoom.origin_y) / kRoom.cell_size));
+		ASSERT_TRUE(kRoom.contains(u / 3, v / 3));
+		of_part[static_cast<std::size_t>(9 * kRoom.index(u / 3, v / 3) + 3 * (v % 3) + u % 3)]++;
 		of_yaw.at(static_cast<std::size_t>((pose.phi + M_PI) / (M_PI / 2)))++;
 	}
-	for (std::size_t i = 0; i < of_quarter.size(); i++)
-		EXPECT_NEAR(of_quarter[i], kRoom.cells[i / 4] == Cell::kFree ? kCount / 12 : 0, 200) << i;
+	for (std::size_t i = 0; i < of_part.size(); i++)
+		EXPECT_NEAR(of_part[i], kRoom.cells[i / 9] == Cell::kFree ? kCount / 27 : 0, 150) << i;
 	for (const int count : of_yaw) EXPECT_NEAR(count, kCount / 4, 300);
 }
 

@@ -59,11 +59,15 @@ TEST(CommonMotion, OfTwoImprobablePlacesOutvotesThatOfOneProbablePlace)
 
 TEST(CommonMotion, GoesByTheProbabilitiesOfBothEnds)
 {
-	const std::vector<Hypothesis> starts = {hypothesis_at({0, 0, 0}, 0.6), hypothesis_at({9, 0, 0}, 0.3)};
-	std::vector<Hypothesis> ends = {hypothesis_at({0.4, 0, 0}, 0.2), hypothesis_at({9, 0.4, 0}, 0.7)};
-	expect_pose(common_motion(starts, ends).mean, {0, 0.4, 0});
-	std::swap(ends[0].probability, ends[1].probability);
-	expect_pose(common_motion(starts, ends).mean, {0.4, 0, 0});
+	const auto motion = [](double start, double other_start, double end, double other_end)
+	{
+		return common_motion(
+		           {hypothesis_at({0, 0, 0}, start), hypothesis_at({9, 0, 0}, other_start)},
+		           {hypothesis_at({0.4, 0, 0}, end), hypothesis_at({9, 0.4, 0}, other_end)})
+		    .mean;
+	};
+	expect_pose(motion(0.6, 0.3, 0.2, 0.7), {0, 0.4, 0});
+	expect_pose(motion(0.9, 0.1, 0.4, 0.5), {0.4, 0, 0});
 }
 
 TEST(CommonMotion, IsAsFarAsRobotsUsuallyGo)
