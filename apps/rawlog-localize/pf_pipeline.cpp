@@ -1,6 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "pf_pipeline.h"
 
+#include <d2s1r/map_io.h>
 #include <d2s1r/pseudo_odometry.h>
 #include <mrpt/core/bits_math.h>
 #include <mrpt/obs/CActionCollection.h>
@@ -69,7 +70,7 @@ void PfPipeline::commit(const mrpt::maps::COccupancyGridMap2D& map)
 	if (!first_) return;
 	rawlog_.commit();
 	GzipFile map_file(files_.map);
-	map_file.write(map);
+	map_file.write(on_whole_cells(map));
 	map_file.commit();
 	write_ini();
 }

@@ -15,6 +15,7 @@
 #include <fstream>
 #include <thread>
 
+#include "occupancy_map.h"
 #include "test_files.h"
 #include "test_maps.h"
 
@@ -153,6 +154,22 @@ TEST(CSignatureMap2D, ComesBackFromAnArchive)
 	    read.computeObservationLikelihood(scan, CPose3D(kTruth)),
 	    map.computeObservationLikelihood(scan, CPose3D(kTruth)));
 	EXPECT_TRUE(deserialized(serialized(CSignatureMap2D())).isEmpty());
+}
+
+TEST(CSignatureMap2D, ComesBackExactlyWhereItWas)
+{
+	for (const double origin : {-5.013, -0.05, 0.05, 0.15, 3.021})
+	{
+		const auto grid = d2s1r::test::make_map(kGrid);
+		d2s1r::set_origin(*grid, origin, -origin);
+		const CSignatureMap2D map(*grid);
+		const CSignatureMap2D read = deserialized(serialized(map));
+		EXPECT_EQ(read.fingerprint(), map.fingerprint()) << origin;
+		EXPECT_EQ(read.grid()->getXMin(), static_cast<float>(origin));
+		EXPECT_EQ(read.grid()->getYMin(), static_cast<float>(-origin));
+		EXPECT_EQ(read.grid()->getSizeX(), map.grid()->getSizeX()) << origin;
+		EXPECT_EQ(read.grid()->getRawMap(), map.grid()->getRawMap()) << origin;
+	}
 }
 
 TEST(CSignatureMap2D, RefusesAnArchiveThatDoesNotFitItsFingerprint)

@@ -9,6 +9,8 @@
 
 #include <stdexcept>
 
+#include "occupancy_map.h"
+
 namespace d2s1r
 {
 IMPLEMENTS_SERIALIZABLE(CSignatureMap2D, CMetricMap, d2s1r)
@@ -83,7 +85,7 @@ mrpt::maps::CMetricMap* CSignatureMap2D::internal_CreateFromMapDefinition(
 
 std::uint8_t CSignatureMap2D::serializeGetVersion() const
 {
-	return 0;
+	return 1;
 }
 
 void CSignatureMap2D::serializeTo(mrpt::serialization::CArchive& out) const
@@ -92,12 +94,13 @@ void CSignatureMap2D::serializeTo(mrpt::serialization::CArchive& out) const
 	likelihood_options().saveToConfigFile(likelihood, kLikelihoodSection);
 	out << genericMapParams << to_ini(parameters()) << likelihood.getContent() << fingerprint();
 	out.WriteAs<bool>(!isEmpty());
-	if (!isEmpty()) out << *grid();
+	if (!isEmpty()) out << on_whole_cells(*grid()) << grid()->getXMin() << grid()->getYMin();
 }
 
 void CSignatureMap2D::serializeFrom(mrpt::serialization::CArchive& in, std::uint8_t version)
 {
-	if (version != 0) throw std::runtime_error("CSignatureMap2D: saved by a newer version of d2s1r: update this one");
+	if (version != serializeGetVersion())
+		throw std::runtime_error("CSignatureMap2D: saved by another version of d2s1r; save it anew from the map");
 	std::string ini, likelihood_ini;
 	std::uint64_t saved_fingerprint = 0;
 	in >> genericMapParams >> ini >> likelihood_ini >> saved_fingerprint;
@@ -107,7 +110,9 @@ void CSignatureMap2D::serializeFrom(mrpt::serialization::CArchive& in, std::uint
 	if (in.ReadAs<bool>())
 	{
 		mrpt::maps::COccupancyGridMap2D map;
-		in >> map;
+		float origin_x = 0, origin_y = 0;
+		in >> map >> origin_x >> origin_y;
+		set_origin(map, static_cast<double>(origin_x), static_cast<double>(origin_y));
 		read.set_map(map);
 	}
 	if (read.fingerprint() != saved_fingerprint)

@@ -16,15 +16,18 @@ using mrpt::maps::COccupancyGridMap2D;
 /// MRPT has no setter for the exact origin and number of cells, nor for "not empty" but the insertion of a scan.
 struct OpenMap : COccupancyGridMap2D
 {
-	static void set(COccupancyGridMap2D& map, int cells_x, int cells_y, double origin_x, double origin_y)
+	static void set_origin(COccupancyGridMap2D& map, double x, double y)
 	{
 		const double cell_size = static_cast<double>(map.getResolution());
+		map.*(&OpenMap::m_xMin) = static_cast<float>(x);
+		map.*(&OpenMap::m_yMin) = static_cast<float>(y);
+		map.*(&OpenMap::m_xMax) = static_cast<float>(x + static_cast<double>(map.getSizeX()) * cell_size);
+		map.*(&OpenMap::m_yMax) = static_cast<float>(y + static_cast<double>(map.getSizeY()) * cell_size);
+	}
+	static void set_size(COccupancyGridMap2D& map, int cells_x, int cells_y)
+	{
 		map.*(&OpenMap::m_size_x) = static_cast<std::uint32_t>(cells_x);
 		map.*(&OpenMap::m_size_y) = static_cast<std::uint32_t>(cells_y);
-		map.*(&OpenMap::m_xMin) = static_cast<float>(origin_x);
-		map.*(&OpenMap::m_yMin) = static_cast<float>(origin_y);
-		map.*(&OpenMap::m_xMax) = static_cast<float>(origin_x + cells_x * cell_size);
-		map.*(&OpenMap::m_yMax) = static_cast<float>(origin_y + cells_y * cell_size);
 		map.*(&OpenMap::m_is_empty) = false;
 		(map.*(&OpenMap::m_map))
 		    .assign(static_cast<std::size_t>(cells_x) * static_cast<std::size_t>(cells_y), p2l(0.5F));
@@ -47,8 +50,23 @@ COccupancyGridMap2D::Ptr make_unknown_map(int cells_x, int cells_y, double cell_
 	auto map = COccupancyGridMap2D::Create();
 	const auto size = static_cast<float>(cell_size);
 	map->setSize(0, size, 0, size, size);
-	OpenMap::set(*map, cells_x, cells_y, origin_x, origin_y);
+	OpenMap::set_size(*map, cells_x, cells_y);
+	OpenMap::set_origin(*map, origin_x, origin_y);
 	return map;
+}
+
+void set_origin(COccupancyGridMap2D& map, double x, double y)
+{
+	OpenMap::set_origin(map, x, y);
+}
+
+COccupancyGridMap2D on_whole_cells(const COccupancyGridMap2D& map)
+{
+	COccupancyGridMap2D moved = map;
+	const auto whole = [&](float origin)
+	{ return static_cast<double>(map.getResolution() * std::round(origin / map.getResolution())); };
+	OpenMap::set_origin(moved, whole(map.getXMin()), whole(map.getYMin()));
+	return moved;
 }
 
 COccupancyGridMap2D::Ptr draw_simple_map(const mrpt::maps::CSimpleMap& keyframes, double cell_size)

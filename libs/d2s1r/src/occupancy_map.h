@@ -19,6 +19,9 @@ void check_map_size(double cells_x, double cells_y);
 mrpt::maps::COccupancyGridMap2D::Ptr make_unknown_map(
     int cells_x, int cells_y, double cell_size, double origin_x, double origin_y);
 
+/// Moves the lower left corner of `map` to exactly (x, y) [m, map frame].
+void set_origin(mrpt::maps::COccupancyGridMap2D& map, double x, double y);
+
 /// Draws the 2D scans of a simplemap with MRPT's default insertion options.
 /// \param cell_size [m]
 /// \throws std::runtime_error if it is too large for memory

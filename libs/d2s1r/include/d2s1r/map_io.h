@@ -33,4 +33,8 @@ std::vector<std::string> files_of_map(const std::string& file);
 /// \throws std::invalid_argument if it holds none
 mrpt::maps::COccupancyGridMap2D::Ptr grid_of(
     const mrpt::serialization::CSerializable& map, const GridParameters& parameters = {});
+
+/// A copy whose lower left corner lies at a multiple of the cell size, at most half a cell off: what MRPT can read back
+/// from an archive. It rounds both corners of other grids, and the cells do not fit between them any more.
+mrpt::maps::COccupancyGridMap2D on_whole_cells(const mrpt::maps::COccupancyGridMap2D& map);
 }  // namespace d2s1r
