@@ -83,16 +83,4 @@ std::optional<CPosePDFGaussian> choose_motion(
 	}
 	return best;
 }
-
-CPosePDFGaussian combine(const CPosePDFGaussian& a, const CPosePDFGaussian& b)
-{
-	const Eigen::Matrix3d cov_a = a.cov.asEigen(), cov_b = b.cov.asEigen();
-	const Eigen::Matrix3d gain = cov_a * (cov_a + cov_b).inverse();
-	const Eigen::Vector3d shift = gain * difference(b.mean, a.mean);
-	CPosePDFGaussian product;
-	product.mean = {a.mean.x() + shift[0], a.mean.y() + shift[1], mrpt::math::wrapToPi(a.mean.phi() + shift[2])};
-	const Eigen::Matrix3d covariance = cov_a - gain * cov_a;
-	product.cov.asEigen() = 0.5 * (covariance + covariance.transpose());
-	return product;
-}
 }  // namespace d2s1r::pf

@@ -52,7 +52,4 @@ struct MotionEvidence
 /// a jump.
 std::optional<mrpt::poses::CPosePDFGaussian> choose_motion(
     const MotionEvidence& evidence, const Support& support, const MotionParameters& parameters);
-
-/// Product of two independent estimates of the same increment.
-mrpt::poses::CPosePDFGaussian combine(const mrpt::poses::CPosePDFGaussian& a, const mrpt::poses::CPosePDFGaussian& b);
 }  // namespace d2s1r::pf

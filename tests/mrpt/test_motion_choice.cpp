@@ -2,8 +2,6 @@
 #include <gtest/gtest.h>
 #include <mrpt/math/wrap2pi.h>
 
-#include <Eigen/Dense>
-
 #include "made_hypotheses.h"
 #include "motion_choice.h"
 
@@ -13,7 +11,6 @@ namespace
 {
 using mrpt::poses::CPose2D;
 using mrpt::poses::CPosePDFGaussian;
-using pf::combine;
 using pf::MotionParameters;
 using pf::predict_motion;
 
@@ -140,38 +137,6 @@ TEST(ChosenMotion, IsTheOneThatTheOdometryMeasuredEvenIfItIsLessProbable)
 TEST(ChosenMotion, TurnsTheShortWayAcrossTheSeamOfTheYaw)
 {
 	expect_motion(choose(at({1, 2, 3.1}), at({1.2, 2, -3.1}), {1, 2, 3.1}), {-0.2, 0, 2 * M_PI - 6.2});
-}
-
-/// The product of Gaussians by their information matrices; differences from the mean of `a` are small.
-void expect_product(const CPosePDFGaussian& a, const CPosePDFGaussian& b)
-{
-	const Eigen::Matrix3d of_a = a.cov.asEigen().inverse(), of_b = b.cov.asEigen().inverse();
-	const Eigen::Matrix3d covariance = (of_a + of_b).inverse();
-	const Eigen::Vector3d difference(
-	    b.mean.x() - a.mean.x(), b.mean.y() - a.mean.y(), mrpt::math::wrapToPi(b.mean.phi() - a.mean.phi()));
-	const Eigen::Vector3d shift = covariance * of_b * difference;
-	const auto product = combine(a, b);
-	expect_motion(product, {a.mean.x() + shift[0], a.mean.y() + shift[1], a.mean.phi() + shift[2]}, 1e-9);
-	EXPECT_LE(std::abs(product.mean.phi()), M_PI);
-	EXPECT_TRUE(product.cov.asEigen().isApprox(covariance, 1e-9)) << product.cov;
-}
-
-TEST(CombinedMotion, IsTheProductOfTwoGaussians)
-{
-	CPosePDFGaussian a({1, 2, 0.4}, covariance_of({0.1, 0.2, 0.1})), b({1.3, 1.8, 0.5}, covariance_of({0.3, 0.1, 0.2}));
-	a.cov(0, 1) = a.cov(1, 0) = 0.015;
-	b.cov(1, 2) = b.cov(2, 1) = -0.01;
-	expect_product(a, b);
-	expect_product(b, a);
-}
-
-TEST(CombinedMotion, IsTheProductAcrossTheSeamOfTheYaw)
-{
-	const CPosePDFGaussian a({0, 0, 3.0}, covariance_of({0.1, 0.1, 0.1})),
-	    b({0, 0, -3.0}, covariance_of({0.1, 0.1, 0.05}));
-	expect_product(a, b);
-	expect_product(b, a);
-	EXPECT_NEAR(combine(a, b).mean.phi(), -3.0 - 0.2 * (2 * M_PI - 6), 1e-9);
 }
 }  // namespace
 }  // namespace d2s1r::test

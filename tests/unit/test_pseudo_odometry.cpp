@@ -6,11 +6,15 @@
 #include <mrpt/poses/CPosePDFGaussian.h>
 #include <mrpt/serialization/CArchive.h>
 
+#include <Eigen/Dense>
 #include <random>
+
+#include "made_hypotheses.h"
 
 using d2s1r::Hypothesis;
 using d2s1r::Localization;
 using mrpt::poses::CPose2D;
+using mrpt::poses::CPosePDFGaussian;
 
 namespace
 {
@@ -107,5 +111,40 @@ TEST(PseudoOdometry, ModelForAuxiliaryFiltersIsNoNarrowerThanTheCovariance)
 	const auto covariance = motion.poseChange->getCovariance();
 	motion.computeFromOdometry(motion.rawOdometryIncrementReading, motion.motionModelConfiguration);
 	for (int i = 0; i < 3; i++) EXPECT_GE(motion.poseChange->getCovariance()(i, i), covariance(i, i) * (1 - 1e-6));
+}
+
+/// The product of Gaussians by their information matrices; differences from the mean of `a` are small.
+void expect_product(const CPosePDFGaussian& a, const CPosePDFGaussian& b)
+{
+	const Eigen::Matrix3d of_a = a.cov.asEigen().inverse(), of_b = b.cov.asEigen().inverse();
+	const Eigen::Matrix3d covariance = (of_a + of_b).inverse();
+	const Eigen::Vector3d difference(
+	    b.mean.x() - a.mean.x(), b.mean.y() - a.mean.y(), mrpt::math::wrapToPi(b.mean.phi() - a.mean.phi()));
+	const Eigen::Vector3d shift = covariance * of_b * difference;
+	const auto product = d2s1r::combine(a, b);
+	EXPECT_NEAR(product.mean.x(), a.mean.x() + shift[0], 1e-9);
+	EXPECT_NEAR(product.mean.y(), a.mean.y() + shift[1], 1e-9);
+	EXPECT_NEAR(mrpt::math::wrapToPi(product.mean.phi() - a.mean.phi() - shift[2]), 0, 1e-9);
+	EXPECT_LE(std::abs(product.mean.phi()), M_PI);
+	EXPECT_TRUE(product.cov.asEigen().isApprox(covariance, 1e-9)) << product.cov;
+}
+
+TEST(CombinedEstimates, IsTheProductOfTwoGaussians)
+{
+	CPosePDFGaussian a({1, 2, 0.4}, d2s1r::test::covariance_of({0.1, 0.2, 0.1})),
+	    b({1.3, 1.8, 0.5}, d2s1r::test::covariance_of({0.3, 0.1, 0.2}));
+	a.cov(0, 1) = a.cov(1, 0) = 0.015;
+	b.cov(1, 2) = b.cov(2, 1) = -0.01;
+	expect_product(a, b);
+	expect_product(b, a);
+}
+
+TEST(CombinedEstimates, IsTheProductAcrossTheSeamOfTheYaw)
+{
+	const CPosePDFGaussian a({0, 0, 3.0}, d2s1r::test::covariance_of({0.1, 0.1, 0.1})),
+	    b({0, 0, -3.0}, d2s1r::test::covariance_of({0.1, 0.1, 0.05}));
+	expect_product(a, b);
+	expect_product(b, a);
+	EXPECT_NEAR(d2s1r::combine(a, b).mean.phi(), -3.0 - 0.2 * (2 * M_PI - 6), 1e-9);
 }
 }  // namespace

@@ -156,27 +156,5 @@ TEST(Mismatch, IsTheSquaredDistanceInStandardDeviationsOfTheDifference)
 	const double across = (2 * M_PI - 6.2) / 0.05;
 	EXPECT_NEAR(mismatch(a, density({1, 2, -3.1}, {0.4, 4, 0.04})), across * across, 1e-6);
 }
-
-TEST(FusedPose, LiesBetweenByTheVariancesAcrossTheSeamOfTheYaw)
-{
-	const PoseDensity a = density({1, 2, M_PI - 0.1}, {0.1, 0.2, 0.1}),
-	                  b = density({2, 4, 0.2 - M_PI}, {0.2, 0.1, 0.2});
-	const PoseDensity both = fused(a, b);
-	expect_pose(both.mean, {1.2, 3.6, M_PI - 0.04});
-	const auto expected = covariance_of({std::sqrt(0.008), std::sqrt(0.008), std::sqrt(0.008)});
-	for (int r = 0; r < 3; r++)
-		for (int c = 0; c < 3; c++) EXPECT_NEAR(both.cov(r, c), expected(r, c), 1e-12) << r << ", " << c;
-}
-
-TEST(FusedPose, IsTheSameEitherWayRound)
-{
-	PoseDensity a = density({1, 2, 0.4}, {0.1, 0.2, 0.1}), b = density({1.3, 1.8, 0.5}, {0.3, 0.1, 0.2});
-	a.cov(0, 1) = a.cov(1, 0) = 0.015;
-	b.cov(1, 2) = b.cov(2, 1) = -0.01;
-	const PoseDensity ab = fused(a, b), ba = fused(b, a);
-	expect_pose(ab.mean, ba.mean);
-	for (int r = 0; r < 3; r++)
-		for (int c = 0; c < 3; c++) EXPECT_NEAR(ab.cov(r, c), ba.cov(r, c), 1e-12) << r << ", " << c;
-}
 }  // namespace
 }  // namespace d2s1r::test

@@ -1,23 +1,26 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include <d2s1r/pseudo_odometry.h>
-#include <mrpt/poses/CPosePDFGaussian.h>
+#include <mrpt/math/wrap2pi.h>
 
+#include <Eigen/Dense>
 #include <cmath>
 
 namespace d2s1r
 {
+using mrpt::poses::CPosePDFGaussian;
+
 mrpt::obs::CActionRobotMovement2D motion_between(const Hypothesis& from, const Hypothesis& to)
 {
-	const mrpt::poses::CPosePDFGaussian start(from.pose, from.covariance);
-	const mrpt::poses::CPosePDFGaussian end(to.pose, to.covariance);
-	mrpt::poses::CPosePDFGaussian increment;
+	const CPosePDFGaussian start(from.pose, from.covariance);
+	const CPosePDFGaussian end(to.pose, to.covariance);
+	CPosePDFGaussian increment;
 	increment.inverseComposition(end, start);
 
 	mrpt::obs::CActionRobotMovement2D action;
 	// emOdometry would be serialized without its covariance
 	action.estimationMethod = mrpt::obs::CActionRobotMovement2D::emScan2DMatching;
 	action.rawOdometryIncrementReading = increment.mean;
-	action.poseChange = mrpt::poses::CPosePDFGaussian::Create(increment);
+	action.poseChange = CPosePDFGaussian::Create(increment);
 	// auxiliary particle filters draw from this model instead of poseChange
 	auto& model = action.motionModelConfiguration;
 	model.modelSelection = mrpt::obs::CActionRobotMovement2D::mmGaussian;
@@ -30,5 +33,19 @@ std::optional<mrpt::obs::CActionRobotMovement2D> pseudo_odometry(const Localizat
 {
 	if (from.hypotheses.empty() || to.hypotheses.empty()) return std::nullopt;
 	return motion_between(from.best(), to.best());
+}
+
+CPosePDFGaussian combine(const CPosePDFGaussian& a, const CPosePDFGaussian& b)
+{
+	const Eigen::Matrix3d cov_a = a.cov.asEigen();
+	const Eigen::Matrix3d sum = cov_a + b.cov.asEigen();
+	const Eigen::Matrix3d gain = sum.ldlt().solve(cov_a).transpose();
+	const Eigen::Vector3d off(
+	    b.mean.x() - a.mean.x(), b.mean.y() - a.mean.y(), mrpt::math::wrapToPi(b.mean.phi() - a.mean.phi()));
+	const Eigen::Vector3d shift = gain * off;
+	const Eigen::Matrix3d covariance = cov_a - gain * cov_a;
+	return {
+	    {a.mean.x() + shift.x(), a.mean.y() + shift.y(), mrpt::math::wrapToPi(a.mean.phi() + shift.z())},
+	    mrpt::math::CMatrixDouble33(Eigen::Matrix3d(0.5 * (covariance + covariance.transpose())))};
 }
 }  // namespace d2s1r

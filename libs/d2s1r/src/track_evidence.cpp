@@ -1,6 +1,8 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "track_evidence.h"
 
+#include <d2s1r/pseudo_odometry.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -68,7 +70,7 @@ Fit best_fit(
 		if (hidden) evidence = std::min(evidence, kHiddenEvidence);
 		if (evidence <= best.evidence.log_likelihood) return;
 		best.evidence = {evidence, hypothesis.explained, 0};
-		best.pose = hidden ? predicted : off < kAgree ? fused(predicted, measured) : measured;
+		best.pose = hidden ? predicted : off < kAgree ? combine(predicted, measured) : measured;
 	};
 	if (refined) consider(*refined);
 	for (const Hypothesis& hypothesis : one_shot) consider(hypothesis);

@@ -98,17 +98,4 @@ double mismatch(const PoseDensity& a, const PoseDensity& b)
 	const Eigen::Vector3d off = difference(a, b);
 	return off.dot(sum.ldlt().solve(off));
 }
-
-PoseDensity fused(const PoseDensity& a, const PoseDensity& b)
-{
-	const Eigen::Matrix3d of_a = a.cov.asEigen();
-	const Eigen::Matrix3d sum = of_a + b.cov.asEigen();
-	const Eigen::Matrix3d gain = sum.ldlt().solve(of_a).transpose();
-	const Eigen::Vector3d shift = gain * difference(a, b);
-	const Eigen::Matrix3d rest = (Eigen::Matrix3d::Identity() - gain) * of_a;
-	const Eigen::Matrix3d covariance = 0.5 * (rest + rest.transpose());
-	return {
-	    {a.mean.x() + shift.x(), a.mean.y() + shift.y(), mrpt::math::wrapToPi(a.mean.phi() + shift.z())},
-	    mrpt::math::CMatrixDouble33(covariance)};
-}
 }  // namespace d2s1r

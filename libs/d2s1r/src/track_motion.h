@@ -25,7 +25,4 @@ PoseDensity moved(const PoseDensity& pose, const PoseDensity& motion);
 
 /// Squared Mahalanobis distance of two estimates of one pose.
 double mismatch(const PoseDensity& a, const PoseDensity& b);
-
-/// Both estimates of one pose together.
-PoseDensity fused(const PoseDensity& a, const PoseDensity& b);
 }  // namespace d2s1r

@@ -3,6 +3,7 @@
 
 #include <d2s1r/localization.h>
 #include <mrpt/obs/CActionRobotMovement2D.h>
+#include <mrpt/poses/CPosePDFGaussian.h>
 
 #include <optional>
 
@@ -14,4 +15,7 @@ mrpt::obs::CActionRobotMovement2D motion_between(const Hypothesis& from, const H
 /// The motion between two localized scans as if odometry had measured it (the paper, Section IV-B.6), with the
 /// uncertainty of both ends. No value unless both results have a pose.
 std::optional<mrpt::obs::CActionRobotMovement2D> pseudo_odometry(const Localization& from, const Localization& to);
+
+/// Product of two independent estimates of the same pose or motion, (x, y, phi), m and rad.
+mrpt::poses::CPosePDFGaussian combine(const mrpt::poses::CPosePDFGaussian& a, const mrpt::poses::CPosePDFGaussian& b);
 }  // namespace d2s1r
