@@ -1,6 +1,8 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "json_writer.h"
 
+#include "utf8.h"
+
 #include <cmath>
 
 namespace d2s1r::app
@@ -10,7 +12,7 @@ namespace
 std::string quoted(const std::string& text)
 {
 	std::string result = "\"";
-	for (const char c : text)
+	for (const char c : valid_utf8(text))
 	{
 		char code[8];
 		if (c == '"' || c == '\\')

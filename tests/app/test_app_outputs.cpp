@@ -3,7 +3,6 @@
 #include "app_process.h"
 #include "app_world.h"
 
-#include <mrpt/img/CImage.h>
 #include <mrpt/maps/registerAllClasses.h>
 #include <mrpt/obs/CObservationOdometry.h>
 #include <mrpt/obs/CObservationRobotPose.h>
@@ -173,18 +172,6 @@ TEST_F(AppOutputs, LocalizedRawlogHoldsEveryInputObjectAndThePoseAfterEachLocali
 	EXPECT_EQ(next, written.size());
 }
 
-TEST_F(AppOutputs, MapPngIsAPictureOfReasonableSize)
-{
-	save_truth(path("truth.txt"), false);
-	localize(covered_laser_log(), {"--ground-truth", path("truth.txt")});
-	mrpt::img::CImage image;
-	ASSERT_TRUE(image.loadFromFile(path("out/map.png")));
-	EXPECT_GE(image.getWidth(), 900U);
-	EXPECT_LE(image.getWidth(), 2000U);
-	EXPECT_LE(image.getHeight(), 2000U);
-	EXPECT_TRUE(image.isColor());
-}
-
 TEST_F(AppOutputs, SceneHoldsGridTrajectoryHypothesesAndLastScan)
 {
 	mrpt::maps::registerAllClasses_mrpt_maps();
@@ -215,6 +202,24 @@ TEST_F(AppOutputs, SummaryTellsTheSameAsTheTable)
 	EXPECT_EQ(summary.find("nan"), std::string::npos);
 	for (const char* line : {"localized      10", "invalid         2", "0.3 m, 5 deg: 10 of 12 frames"})
 		EXPECT_NE(result.out.find(line), std::string::npos) << line << "\n" << result.out;
+}
+
+TEST_F(AppOutputs, SummaryIsUtf8WhateverTheNames)
+{
+	const std::string unknown = "\xEF\xBF\xBD";
+	const auto expect_label = [&](const std::string& label, const std::string& written)
+	{
+		localize({walk_scan(0, label)}, {"-q"});
+		const std::string summary = read_file(path("out/summary.json"));
+		EXPECT_NE(summary.find("\"sensor_label\": \"" + written + "\""), std::string::npos) << summary;
+	};
+	const std::string characters = "caf\xC3\xA9 \xE2\x82\xAC \xF0\x9F\xA4\x96 \xF4\x8F\xBF\xBF";
+	expect_label(characters, characters);
+	expect_label("caf\xE9.", "caf" + unknown + ".");
+	expect_label("\xE2\x82", unknown + unknown);                              // cut short
+	expect_label("\xC0\xAF", unknown + unknown);                              // longer than need be
+	expect_label("\xED\xA0\x80", unknown + unknown + unknown);                // half of a pair
+	expect_label("\xF4\x90\x80\x80", unknown + unknown + unknown + unknown);  // beyond the last character
 }
 
 TEST_F(AppOutputs, SavedMapGivesTheSamePoses)

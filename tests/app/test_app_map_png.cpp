@@ -1,0 +1,137 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+// What map.png shows, and that its legend tells of it.
+#include "app_process.h"
+#include "app_world.h"
+
+#include <mrpt/img/CImage.h>
+
+#include <cstdlib>
+#include <vector>
+
+using namespace d2s1r::test;
+using mrpt::img::TColor;
+
+namespace
+{
+const TColor kInk(40, 44, 52), kCross(214, 34, 50);
+
+/// map.png, taken apart: the map, a line of ink, the legend.
+class MapPng
+{
+   public:
+	explicit MapPng(const std::string& file)
+	{
+		if (!image.loadFromFile(file)) throw std::runtime_error("cannot read " + file);
+		legend_top_ = height() - 1;
+		while (legend_top_ > 0 && !is_line(legend_top_)) legend_top_--;
+	}
+
+	bool map_has(const TColor& color) const
+	{
+		for (int y = 0; y < legend_top_; y++)
+			for (int x = 0; x < width(); x++)
+				if (at(x, y) == color) return true;
+		return false;
+	}
+
+	/// Coloured marks in the legend, whose text is grey.
+	int marks() const
+	{
+		std::vector<bool> seen(static_cast<std::size_t>(width() * height()));
+		int count = 0;
+		for (int y = legend_top_; y < height(); y++)
+			for (int x = 0; x < width(); x++) count += fill(x, y, seen);
+		return count;
+	}
+
+	mrpt::img::CImage image;
+
+   private:
+	int width() const { return static_cast<int>(image.getWidth()); }
+	int height() const { return static_cast<int>(image.getHeight()); }
+	TColor at(int x, int y) const
+	{
+		const auto pixel = [&](int channel)
+		{
+			return image.at<std::uint8_t>(
+			    static_cast<unsigned>(x), static_cast<unsigned>(y), static_cast<std::int8_t>(channel));
+		};
+		return {pixel(2), pixel(1), pixel(0)};
+	}
+	bool is_line(int y) const { return at(0, y) == kInk && at(width() / 2, y) == kInk && at(width() - 1, y) == kInk; }
+	bool is_coloured(int x, int y) const
+	{
+		const TColor color = at(x, y);
+		return std::abs(color.R - color.G) > 30 || std::abs(color.G - color.B) > 30;
+	}
+
+	/// Whether a coloured mark, not seen before, starts here; it is then seen. Anti-aliased marks have gaps.
+	bool fill(int x, int y, std::vector<bool>& seen) const
+	{
+		constexpr int kGap = 3;  // [pixel]
+		if (x < 0 || y < legend_top_ || x >= width() || y >= height() || !is_coloured(x, y)) return false;
+		if (seen[static_cast<std::size_t>(y * width() + x)]) return false;
+		seen[static_cast<std::size_t>(y * width() + x)] = true;
+		for (int dy = -kGap; dy <= kGap; dy++)
+			for (int dx = -kGap; dx <= kGap; dx++) fill(x + dx, y + dy, seen);
+		return true;
+	}
+
+	int legend_top_ = 0;  // [pixel] row of the line
+};
+}  // namespace
+
+class AppMapPng : public AppTest
+{
+   protected:
+	/// Runs on a log of the flat.
+	MapPng draw(const Objects& log, const Words& more = {})
+	{
+		save_gridmap(flat(), path("flat.gridmap.gz"));
+		save(log, path("in.rawlog"));
+		Words words = {"-q", "-m", path("flat.gridmap.gz"), "-i", path("in.rawlog"), "-o", path("out")};
+		words.insert(words.end(), more.begin(), more.end());
+		const auto result = run(words);
+		EXPECT_EQ(result.status, 0) << result.err;
+		return MapPng(path("out/map.png"));
+	}
+};
+
+TEST_F(AppMapPng, IsOfReasonableSize)
+{
+	save_truth(path("truth.txt"), false);
+	const MapPng picture = draw(covered_laser_log(), {"--ground-truth", path("truth.txt")});
+	EXPECT_GE(picture.image.getWidth(), 900U);
+	EXPECT_LE(picture.image.getWidth(), 2000U);
+	EXPECT_LE(picture.image.getHeight(), 2000U);
+	EXPECT_TRUE(picture.image.isColor());
+}
+
+TEST_F(AppMapPng, FramesWithoutAPoseAreDrawnOnlyWhereTheTruthSaysTheyWere)
+{
+	const MapPng without = draw(covered_laser_log());
+	EXPECT_FALSE(without.map_has(kCross));
+	EXPECT_EQ(without.marks(), 2);  // localized, ambiguous
+
+	save_truth(path("truth.txt"), false);
+	const MapPng with = draw(covered_laser_log(), {"--ground-truth", path("truth.txt")});
+	EXPECT_TRUE(with.map_has(kCross));
+	EXPECT_EQ(with.marks(), 4);  // and no pose, ground truth
+}
+
+TEST_F(AppMapPng, LegendHasTheLinesToWrongPoses)
+{
+	write_file(path("truth.txt"), std::to_string(walk_time(0)) + " 8.5 1 0\n");
+	const MapPng picture = draw(observation_log(), {"--ground-truth", path("truth.txt")});
+	EXPECT_EQ(picture.marks(), 5);  // localized, ambiguous, wrong, line to the wrong pose, ground truth
+}
+
+TEST_F(AppMapPng, LegendHasTheReseeds)
+{
+	EXPECT_EQ(draw(observation_log(), {"--fuse"}).marks(), 3);  // localized, ambiguous, fused
+	Objects log;
+	for (const int pose : {0, 0, 0, 11, 11, 11, 11, 11, 11}) log.push_back(walk_scan(static_cast<std::size_t>(pose)));
+	const MapPng picture = draw(log, {"--fuse"});
+	ASSERT_NE(read_file(path("out/fused.csv")).find(",reseeded,"), std::string::npos);
+	EXPECT_EQ(picture.marks(), 4);
+}
