@@ -1,6 +1,8 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "console.h"
 
+#include "errors.h"
+
 #include <fcntl.h>
 #include <unistd.h>
 
@@ -9,13 +11,32 @@
 
 namespace d2s1r::app
 {
-Console::Console() : out(std::cout.rdbuf(nullptr)), err(std::cerr.rdbuf(nullptr)), old_log_(std::clog.rdbuf(nullptr)) {}
+namespace
+{
+/// A file that is opened would take the place of a closed descriptor, and what is printed. Read-only: printing fails.
+void fill_closed_descriptors()
+{
+	int unused = 0;
+	while (unused >= 0 && unused <= STDERR_FILENO) unused = open("/dev/null", O_RDONLY | O_CLOEXEC);
+	close(unused);
+}
+}  // namespace
+
+Console::Console() : out(std::cout.rdbuf(nullptr)), err(std::cerr.rdbuf(nullptr)), old_log_(std::clog.rdbuf(nullptr))
+{
+	fill_closed_descriptors();
+}
 
 Console::~Console()
 {
 	std::cout.rdbuf(out.rdbuf());
 	std::cerr.rdbuf(err.rdbuf());
 	std::clog.rdbuf(old_log_);
+}
+
+void Console::check_written()
+{
+	if (!out.flush()) throw UserError(kBadOutput, "standard output", "cannot be written; check where it leads to");
 }
 
 SilentDescriptors::SilentDescriptors() : old_out_(dup(STDOUT_FILENO)), old_err_(dup(STDERR_FILENO))

@@ -16,6 +16,9 @@ class Console
 	Console(const Console&) = delete;
 	Console& operator=(const Console&) = delete;
 
+	/// \throws UserError (kBadOutput) if standard output did not take all that was printed
+	void check_written();
+
 	std::ostream out;  //!< the process's standard output
 	std::ostream err;  //!< the process's standard error
 

@@ -12,8 +12,9 @@ int main(int argc, char** argv)
 	try
 	{
 		const auto flags = parse_flags(argc, argv, console.out);
-		if (!flags) return kDone;
-		return run(*flags, console);
+		const ExitStatus status = flags ? run(*flags, console) : kDone;
+		if (status == kDone) console.check_written();
+		return status;
 	}
 	catch (const UserError& e)
 	{

@@ -12,11 +12,32 @@
 
 namespace d2s1r::app
 {
+namespace
+{
+namespace fs = std::filesystem;
+
+/// Follows links to a file that need not exist, which canonical paths do not.
+fs::path target_of(const std::string& path)
+{
+	fs::path target = path;
+	std::error_code error;
+	while (fs::is_symlink(fs::symlink_status(target, error)))
+		target = target.parent_path() / fs::read_symlink(target, error);
+	return target;
+}
+}  // namespace
+
 PendingFile::PendingFile(const std::string& path) : path_(path)
 {
-	const std::filesystem::path whole(path);
-	const std::string name = ".tmp" + std::to_string(getpid()) + "-" + whole.filename().string();
-	temporary_ = (whole.parent_path() / name).string();
+	std::error_code error;
+	const fs::file_status status = fs::status(path, error);
+	errno = error.value();
+	if (status.type() == fs::file_type::none) fail();
+	if (fs::exists(status) && !fs::is_regular_file(status))
+		throw UserError(kBadOutput, path, "is a folder, a device or a pipe; name another file");
+	const fs::path target = target_of(path);
+	target_ = target.string();
+	temporary_ = target.parent_path() / (".tmp" + std::to_string(getpid()) + "-" + target.filename().string());
 }
 
 PendingFile::~PendingFile()
@@ -27,7 +48,7 @@ PendingFile::~PendingFile()
 
 void PendingFile::commit()
 {
-	if (std::rename(temporary_.c_str(), path_.c_str()) != 0) fail();
+	if (std::rename(temporary_.c_str(), target_.c_str()) != 0) fail();
 }
 
 void PendingFile::fail() const

@@ -11,6 +11,7 @@ namespace d2s1r::app
 class PendingFile
 {
    public:
+	/// \param path the file or a link to it; devices, pipes and folders are refused, which a rename would replace
 	explicit PendingFile(const std::string& path);
 	~PendingFile();
 	PendingFile(const PendingFile&) = delete;
@@ -22,8 +23,9 @@ class PendingFile
 	[[noreturn]] void fail() const;
 
    private:
-	std::string path_;
-	std::string temporary_;
+	std::string path_;       //!< as the user says it
+	std::string target_;     //!< where its links lead
+	std::string temporary_;  //!< next to the target
 };
 
 /// A text file of that kind.

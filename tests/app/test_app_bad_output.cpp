@@ -3,6 +3,8 @@
 #include "app_process.h"
 #include "app_world.h"
 
+#include <sys/stat.h>
+
 #include <set>
 
 using namespace d2s1r::test;
@@ -99,6 +101,56 @@ TEST_F(AppBadOutput, DiskThatFillsUpAtAnyFileOfThePipeline)
 	EXPECT_EQ(status, 0);
 	EXPECT_EQ(failed, (std::set<std::string>{"pf.rawlog", "pf.gridmap.gz", "pf.ini"}));
 	EXPECT_EQ(load(path("copy/pf.rawlog")).size(), 2 * walk().size());
+}
+
+TEST_F(AppBadOutput, OnlyFilesAreReplaced)
+{
+	ASSERT_EQ(mkfifo(path("pipe").c_str(), 0600), 0);
+	fs::create_directory(path("folder"));
+	fs::create_symlink("pipe", path("link"));
+	fs::create_symlink("loop", path("loop"));
+	for (const char* name : {"pipe", "folder", "link"})
+		expect_refusal({"--write-config", path(name)}, 3, {path(name) + ": is a folder, a device or a pipe"});
+	expect_refusal({"--write-config", path("loop")}, 3, {path("loop") + ": cannot be written (Too many levels"});
+	EXPECT_TRUE(fs::is_fifo(fs::symlink_status(path("pipe"))));
+	EXPECT_TRUE(fs::is_symlink(path("link")));
+}
+
+TEST_F(AppBadOutput, LinksStayAndTheirTargetsAreReplaced)
+{
+	fs::create_directory(path("elsewhere"));
+	write_file(path("elsewhere/old.ini"), "old");
+	fs::create_symlink("elsewhere/old.ini", path("to_old.ini"));
+	fs::create_symlink(path("to_old.ini"), path("to_link.ini"));
+	fs::create_symlink("elsewhere/new.ini", path("to_new.ini"));
+	for (const char* link : {"to_link.ini", "to_new.ini"})
+	{
+		EXPECT_EQ(run({"--write-config", path(link)}).status, 0);
+		EXPECT_TRUE(fs::is_symlink(path(link)));
+	}
+	EXPECT_TRUE(fs::is_symlink(path("to_old.ini")));
+	for (const char* target : {"elsewhere/old.ini", "elsewhere/new.ini"})
+		EXPECT_NE(read_file(path(target)).find("[localizer]"), std::string::npos) << target;
+}
+
+TEST_F(AppBadOutput, StandardOutputThatTakesNothing)
+{
+	const std::string command =
+	    RAWLOG_LOCALIZE " -m " + path("flat.gridmap.gz") + " -i " + path("walk.rawlog") + " -o " + path("out");
+	for (const std::string redirection : {" > /dev/full", " >&-", " -q > /dev/full"})
+	{
+		fs::remove_all(path("out"));
+		const auto result = run_program({"bash", "-c", command + redirection});
+		const bool is_quiet = redirection.find("-q") != std::string::npos;
+		if (is_quiet)
+			EXPECT_EQ(result.status, 0) << result.err;
+		else
+			expect_refused(result, 3, {"standard output: cannot be written"});
+		EXPECT_EQ(lines_of(read_file(path("out/frames.csv"))).size(), walk().size() + 1);
+		EXPECT_TRUE(fs::exists(path("out/scene.3Dscene")));
+	}
+	expect_refused(
+	    run_program({"bash", "-c", RAWLOG_LOCALIZE " --help > /dev/full"}), 3, {"standard output: cannot be written"});
 }
 
 TEST_F(AppBadOutput, ConfigThatCannotBeWritten)
