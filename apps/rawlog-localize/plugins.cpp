@@ -5,7 +5,9 @@
 
 #include <mrpt/maps/registerAllClasses.h>
 #include <mrpt/system/os.h>
+#include <mrpt/system/string_utils.h>
 
+#include <algorithm>
 #include <filesystem>
 
 namespace d2s1r::app
@@ -18,8 +20,9 @@ constexpr const char* kFusionModule = "libd2s1r-pf-init.so";
 void load(const std::string& modules, const std::string& flag)
 {
 	std::string errors;
-	if (!mrpt::system::loadPluginModules(modules, errors))
-		throw UserError(kWrongUse, flag, one_line(std::runtime_error(errors)) + "; check the paths");
+	if (mrpt::system::loadPluginModules(modules, errors)) return;
+	std::replace(errors.begin(), errors.end(), '\n', ' ');  // between the name of a module and why it does not load
+	throw UserError(kWrongUse, flag, mrpt::system::trim(errors) + "; check the paths and what the modules need");
 }
 
 void load_fusion_module()

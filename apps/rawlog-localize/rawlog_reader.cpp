@@ -9,6 +9,8 @@
 #include <mrpt/obs/CSensoryFrame.h>
 #include <mrpt/serialization/CArchive.h>
 
+#include <algorithm>
+#include <cctype>
 #include <filesystem>
 
 namespace d2s1r::app
@@ -24,8 +26,9 @@ class RecordingStream : public mrpt::io::CStream
 	std::size_t Read(void* buffer, std::size_t count) override
 	{
 		const std::size_t got = source_.Read(buffer, count);
-		if (got != count) at_end_ = got == 0 && bytes_.empty();
-		if (got != count) throw mrpt::serialization::CExceptionEOF("end of file");
+		came_short_ = got != count;
+		at_clean_end_ = came_short_ && got == 0 && bytes_.empty();
+		if (came_short_) throw mrpt::serialization::CExceptionEOF("end of file");
 		const auto* first = static_cast<const std::uint8_t*>(buffer);
 		bytes_.insert(bytes_.end(), first, first + got);
 		return got;
@@ -35,12 +38,14 @@ class RecordingStream : public mrpt::io::CStream
 	std::uint64_t getTotalBytesCount() const override { return source_.getTotalBytesCount(); }
 	std::uint64_t getPosition() const override { return bytes_.size(); }
 
-	bool at_end() const { return at_end_; }
+	bool came_short() const { return came_short_; }
+	bool at_clean_end() const { return at_clean_end_; }
 
    private:
 	mrpt::io::CStream& source_;
 	std::vector<std::uint8_t>& bytes_;
-	bool at_end_ = false;  //!< [-] the file ended before the first byte of the object
+	bool came_short_ = false;
+	bool at_clean_end_ = false;  //!< [-] the file ended before the first byte of the object
 };
 
 Scans scans_in(const mrpt::serialization::CSerializable::Ptr& object)
@@ -69,6 +74,23 @@ void read_odometry(const mrpt::serialization::CSerializable::Ptr& object, Rawlog
 	// what an earlier run of rawlog-localize wrote is no measurement
 	if (reading && reading->sensorLabel != kPseudoOdometryLabel) into.odometry = reading->odometry;
 }
+
+/// The class that MRPT says it does not know; empty if it says something else, or the name is none.
+std::string unknown_class(const std::exception& error)
+{
+	const std::string text = error.what(), before = "Stored object has class '";
+	const auto found = text.find(before);
+	if (found == std::string::npos) return "";
+	const auto start = found + before.size();
+	const std::string name = text.substr(start, text.find('\'', start) - start);
+	const bool is_name = std::all_of(
+	    name.begin(), name.end(),
+	    [](unsigned char c) { return c < 0x80 && (std::isalnum(c) || c == '_' || c == ':'); });
+	return is_name ? name : "";
+}
+
+constexpr const char* kCheckFile = "; check that it is the right file and whole";
+constexpr const char* kCopyAgain = "; copy or record the rawlog again";
 }  // namespace
 
 RawlogReader::RawlogReader(const std::string& file)
@@ -79,8 +101,10 @@ RawlogReader::RawlogReader(const std::string& file)
 		    kBadInput, file,
 		    (error ? "cannot be reached (" + error.message() + ")" : "no such rawlog") + "; check the path");
 	if (std::filesystem::is_directory(file, error)) throw UserError(kBadInput, file, "is a folder; name a rawlog file");
+	if (!std::filesystem::is_regular_file(file, error))
+		throw UserError(kBadInput, file, "is a device or a pipe, but is read twice; copy the rawlog to a regular file");
 	if (std::filesystem::file_size(file, error) == 0)
-		throw UserError(kBadInput, file, "is empty; copy or record the rawlog again");
+		throw UserError(kBadInput, file, std::string("is empty") + kCopyAgain);
 	if (!stream_.open(file)) throw UserError(kBadInput, file, "cannot be opened; check its permissions");
 }
 
@@ -98,16 +122,27 @@ std::optional<RawlogObject> RawlogReader::next()
 		objects_++;
 		return object;
 	}
-	catch (const mrpt::serialization::CExceptionEOF&)
-	{
-		if (recording.at_end()) return std::nullopt;
-		damage_ = "is cut short or damaged after object " + std::to_string(objects_);
-	}
 	catch (const std::exception& e)
 	{
-		damage_ = "cannot be read after object " + std::to_string(objects_) + " (" + one_line(e) + ")";
+		if (recording.at_clean_end() && objects_ > 0) return std::nullopt;
+		damage_ = recording.came_short() ? end_within_object() : unreadable(e);
+		return std::nullopt;
 	}
-	if (objects_ == 0) damage_ = "is not an MRPT rawlog, or damaged from its start";
-	return std::nullopt;
+}
+
+std::string RawlogReader::end_within_object() const
+{
+	if (objects_ == 0) return std::string("is cut short within its first object, or not an MRPT rawlog") + kCheckFile;
+	return "is cut short or damaged after object " + std::to_string(objects_) + kCopyAgain;
+}
+
+std::string RawlogReader::unreadable(const std::exception& error) const
+{
+	const std::string name = unknown_class(error);
+	if (!name.empty())
+		return "object " + std::to_string(objects_ + 1) + " is of the unknown class " + name +
+		       "; name the module that has it with --plugins";
+	if (objects_ == 0) return std::string("is not an MRPT rawlog, or damaged from its start") + kCheckFile;
+	return "is damaged after object " + std::to_string(objects_) + kCopyAgain;
 }
 }  // namespace d2s1r::app

@@ -36,12 +36,15 @@ class RawlogReader
 	/// No value at the end, which is a clean one if damage() is empty.
 	std::optional<RawlogObject> next();
 
-	/// What stopped the reading before the end of the file; else empty.
+	/// What stopped the reading before the end of the file, and what to do; else empty.
 	const std::string& damage() const { return damage_; }
 
    private:
+	std::string end_within_object() const;
+	std::string unreadable(const std::exception& error) const;
+
 	mrpt::io::CFileGZInputStream stream_;
-	std::size_t objects_ = 0;
+	std::size_t objects_ = 0;  //!< [-] read so far
 	std::string damage_;
 };
 }  // namespace d2s1r::app

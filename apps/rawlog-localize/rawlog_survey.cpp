@@ -13,6 +13,8 @@ RawlogSurvey survey_rawlog(const std::string& file)
 	RawlogSurvey survey;
 	RawlogReader reader(file);
 	while (const auto object = reader.next())
+	{
+		survey.has_odometry |= object->odometry || object->increment;
 		for (const auto& scan : object->scans)
 		{
 			auto& sensors = survey.sensors;
@@ -21,6 +23,7 @@ RawlogSurvey survey_rawlog(const std::string& file)
 			if (sensor == sensors.end()) sensor = sensors.insert(sensor, {scan->sensorLabel, 0});
 			sensor->scans++;
 		}
+	}
 	survey.damage = reader.damage();
 	return survey;
 }
@@ -28,8 +31,7 @@ RawlogSurvey survey_rawlog(const std::string& file)
 Sensor choose_sensor(const RawlogSurvey& survey, const std::optional<std::string>& label, const std::string& file)
 {
 	const auto& sensors = survey.sensors;
-	if (sensors.empty() && !survey.damage.empty())
-		throw UserError(kBadInput, file, survey.damage + "; check that it is the right file and whole");
+	if (sensors.empty() && !survey.damage.empty()) throw UserError(kBadInput, file, survey.damage);
 	if (sensors.empty())
 		throw UserError(kBadInput, file, "holds no 2D laser scan (CObservation2DRangeScan); name another rawlog");
 	if (!label)

@@ -19,7 +19,8 @@ struct Sensor
 struct RawlogSurvey
 {
 	std::vector<Sensor> sensors;  //!< in order of appearance
-	std::string damage;           //!< see RawlogReader::damage()
+	bool has_odometry = false;
+	std::string damage;  //!< see RawlogReader::damage()
 };
 
 RawlogSurvey survey_rawlog(const std::string& file);

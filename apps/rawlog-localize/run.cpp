@@ -55,6 +55,16 @@ void say_sensor(const RawlogSurvey& survey, const Sensor& sensor, const Flags& f
 	            << sensor.label << "' with " << sensor.scans << " scans (--sensor-label chooses another)" << std::endl;
 }
 
+void warn_without_odometry(const RawlogSurvey& survey, const Flags& flags, Console& console)
+{
+	if (flags.quiet || flags.motion != MotionSource::kOdometry || survey.has_odometry) return;
+	console.err
+	    << "rawlog-localize: " << flags.rawlog
+	    << ": holds no odometry to move the filter with; it drifts as it moved last (--motion pseudo follows the "
+	       "results)"
+	    << std::endl;
+}
+
 /// How the run ended, and the line on standard error if it did not reach the end.
 ExitStatus conclude(const RunReport& report, const std::string& damage, Console& console)
 {
@@ -62,8 +72,7 @@ ExitStatus conclude(const RunReport& report, const std::string& damage, Console&
 	if (!damage.empty())
 		throw UserError(
 		    kBadInput, report.flags.rawlog,
-		    damage + "; the " + done + " frames before that are in " + report.flags.output_dir +
-		        "; copy or record the rawlog again");
+		    damage + "; the " + done + " frames before that are in " + report.flags.output_dir);
 	if (interrupted())
 	{
 		console.err << "rawlog-localize: interrupted after " << done << " of " << report.selected_frames
@@ -107,6 +116,7 @@ ExitStatus run(const Flags& flags, Console& console)
 	    flags.output_dir, backend ? std::make_unique<Fusion>(flags.output_dir, backend) : nullptr,
 	    flags.write_pf_ini.empty() ? nullptr : std::make_unique<PfPipeline>(flags.write_pf_ini));
 	say_sensor(survey, sensor, flags, console);
+	warn_without_odometry(survey, flags, console);
 
 	const Stopwatch build_watch;
 	const CSignatureMap2D::ConstPtr map = build_map(flags, parameters);

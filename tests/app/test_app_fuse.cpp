@@ -111,6 +111,25 @@ TEST_F(AppFuse, RefusesAMotionThatIsNone)
 	expect_refusal(with({"wheels", "--fuse"}), 1, {"--motion", "wheels"});
 }
 
+TEST_F(AppFuse, SaysThatThereIsNoOdometryToMoveBy)
+{
+	save(action_log(), path("actions.rawlog"));
+	const auto error = [&](const std::string& rawlog, const Words& more)
+	{
+		Words words = {"-m", path("flat.gridmap.gz"), "-i", path(rawlog), "-o", path("out"), "--fuse", "--motion"};
+		words.insert(words.end(), more.begin(), more.end());
+		const auto result = run(words);
+		EXPECT_EQ(result.status, 0) << result.err;
+		return result.err;
+	};
+	const std::string said = error("in.rawlog", {"odometry"});
+	EXPECT_EQ(lines_of(said).size(), 1U) << said;
+	EXPECT_NE(said.find("in.rawlog: holds no odometry"), std::string::npos) << said;
+	EXPECT_EQ(error("in.rawlog", {"odometry", "-q"}), "");
+	EXPECT_EQ(error("in.rawlog", {"both"}), "");
+	EXPECT_EQ(error("actions.rawlog", {"odometry"}), "");
+}
+
 TEST_F(AppFuse, ASavedMapGivesTheSamePoses)
 {
 	fuse("first", {"--save-map", path("flat.signaturemap")});

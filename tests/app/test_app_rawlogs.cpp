@@ -21,6 +21,24 @@ class AppRawlogs : public AppTest
 		return all;
 	}
 
+	/// Expects status 2 and one line about in.rawlog, which starts like this.
+	void expect_damage(const std::string& start) const
+	{
+		const auto result = run(words({"-q"}));
+		expect_refused(result, 2, {path("in.rawlog") + ": " + start});
+		EXPECT_EQ(result.err.find("mrpt"), std::string::npos) << result.err;
+		EXPECT_EQ(result.err.find("/libs/"), std::string::npos) << result.err;
+	}
+
+	/// The bytes of a log that is not compressed.
+	static std::string plain(const Objects& log)
+	{
+		std::string bytes;
+		for (const auto& object : log)
+			for (const std::uint8_t byte : bytes_of(*object)) bytes += static_cast<char>(byte);
+		return bytes;
+	}
+
 	CsvTable frames() const { return CsvTable(path("out/frames.csv"), kFramesHeader); }
 
 	/// Three scans of FRONT for two of REAR, REAR first.
@@ -157,4 +175,29 @@ TEST_F(AppRawlogs, RawlogWithDamagedBytesKeepsTheFramesBeforeThem)
 	EXPECT_EQ(lines_of(result.err).size(), 1U) << result.err;
 	EXPECT_GT(frames().size(), 0U);
 	EXPECT_LT(frames().size(), log.size());
+}
+
+TEST_F(AppRawlogs, DamageOfAPlainRawlogIsSaidInOneLineOfOurOwn)
+{
+	const std::string bytes = plain(observation_log());
+	std::string junk;
+	for (int byte = 120; byte < 256; byte++) junk += static_cast<char>(byte);
+	write_file(path("in.rawlog"), bytes + junk);
+	expect_damage("is damaged after object 12; copy or record the rawlog again; the 12 frames");
+	EXPECT_EQ(frames().size(), walk().size());
+
+	const std::size_t third = plain({walk_scan(0), walk_scan(1)}).size();
+	write_file(path("in.rawlog"), bytes.substr(0, third) + junk + bytes.substr(third + junk.size()));
+	expect_damage("is damaged after object 2; ");
+	EXPECT_EQ(frames().size(), 2U);
+}
+
+TEST_F(AppRawlogs, ObjectOfAClassThatNoModuleHasIsNoDamage)
+{
+	const std::string known = "mrpt::obs::CObservationOdometry", unknown = "mine::obs::CObservationHumidity";
+	std::string object = plain({std::make_shared<mrpt::obs::CObservationOdometry>()});
+	object.replace(object.find(known), known.size(), unknown);
+	write_file(path("in.rawlog"), plain({walk_scan(0)}) + object);
+	expect_damage(
+	    "object 2 is of the unknown class " + unknown + "; name the module that has it with --plugins; the 1 ");
 }
