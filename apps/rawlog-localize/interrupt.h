@@ -3,7 +3,8 @@
 
 namespace d2s1r::app
 {
-/// From here on the first SIGINT or SIGTERM only sets a flag; the second one ends the process.
+/// From here on the first SIGINT or SIGTERM only sets a flag, the second one ends the process; SIGHUP always sets it,
+/// unless it was ignored.
 void catch_interrupts();
 
 bool interrupted();

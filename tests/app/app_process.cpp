@@ -21,6 +21,7 @@ Process::Process(const Words& command, const fs::path& folder)
 {
 	if (id_ < 0) throw std::runtime_error("fork failed");
 	if (id_ > 0) return;
+	std::signal(SIGHUP, SIG_DFL);  // the tests may run under nohup
 	const auto redirect = [](const char* file, int flags, int descriptor)
 	{ dup2(open(file, flags | O_CREAT | O_TRUNC, 0644), descriptor); };
 	redirect("/dev/null", O_RDONLY, STDIN_FILENO);

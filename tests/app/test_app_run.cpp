@@ -39,6 +39,12 @@ class AppRun : public AppTest
 		return lines;
 	}
 
+	void wait_for_frames(Process& process, const std::string& out) const
+	{
+		while (process.running() && growing_size(out, "frames.csv") == 0)
+			std::this_thread::sleep_for(std::chrono::milliseconds(5));
+	}
+
 	/// Size of the file that is being written under another name; 0 if there is none.
 	std::uintmax_t growing_size(const std::string& out, const std::string& name) const
 	{
@@ -65,8 +71,7 @@ TEST_F(AppRun, InterruptKeepsTheFinishedFrames)
 	const std::size_t times = 3000;
 	save(long_log(times), path("in.rawlog"));
 	Process process = start(words("out", {"--threads", "2"}));
-	while (process.running() && growing_size("out", "frames.csv") == 0)
-		std::this_thread::sleep_for(std::chrono::milliseconds(5));
+	wait_for_frames(process, "out");
 	process.send(SIGINT);
 	const auto result = process.wait();
 	EXPECT_EQ(result.status, 130);
@@ -80,6 +85,33 @@ TEST_F(AppRun, InterruptKeepsTheFinishedFrames)
 	EXPECT_EQ(load(path("out/localized.rawlog")).size(), 3 * frames.size());
 	EXPECT_TRUE(fs::exists(path("out/map.png")));
 	EXPECT_EQ(growing_size("out", "frames.csv"), 0U);
+}
+
+TEST_F(AppRun, HangUpsKeepTheFinishedFrames)
+{
+	save(long_log(3000), path("in.rawlog"));
+	Process process = start(words("out", {"--threads", "2"}));
+	wait_for_frames(process, "out");
+	for (int i = 0; i < 3; i++)
+	{
+		process.send(SIGHUP);
+		std::this_thread::sleep_for(std::chrono::milliseconds(1));
+	}
+	const auto result = process.wait();
+	EXPECT_EQ(result.status, 130);
+	EXPECT_NE(result.err.find("interrupted after"), std::string::npos) << result.err;
+	EXPECT_GT(CsvTable(path("out/frames.csv"), kFramesHeader).size(), 0U);
+}
+
+TEST_F(AppRun, NohupLetsTheRunGoOn)
+{
+	save(long_log(300), path("in.rawlog"));
+	Words command = {"nohup", RAWLOG_LOCALIZE};
+	for (const auto& word : words("out", {"-q"})) command.push_back(word);
+	Process process(command, folder());
+	wait_for_frames(process, "out");
+	process.send(SIGHUP);
+	EXPECT_EQ(process.wait().status, 0);
 }
 
 TEST_F(AppRun, UnfinishedRunLeavesTheOldResultsAlone)
