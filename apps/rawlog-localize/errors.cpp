@@ -25,7 +25,8 @@ std::string one_line(const std::exception& exception)
 UserError about(const std::string& file, ExitStatus status, const std::exception& exception)
 {
 	const std::string line = one_line(exception);
-	if (line.rfind(file + ": ", 0) == 0) return UserError(status, file, line.substr(file.size() + 2));
-	return UserError(status, file, line);
+	if (line.rfind(file + ":", 0) != 0) return UserError(status, file, line);
+	const auto end = line.find(": ", file.size());  // of "FILE: " or "FILE:LINE: "
+	return UserError(status, line.substr(0, end), line.substr(end + 2));
 }
 }  // namespace d2s1r::app

@@ -3,6 +3,8 @@
 
 #include "errors.h"
 
+#include <mrpt/core/format.h>
+
 #include <charconv>
 #include <cmath>
 
@@ -100,7 +102,9 @@ std::optional<ImageGeometry> parse_image(const std::string& resolution, const st
 	if (resolution.empty()) return std::nullopt;
 	ImageGeometry image;
 	image.resolution = parse_number<double>("--resolution", resolution);
-	if (!(image.resolution > 0) || !std::isfinite(image.resolution)) wrong("--resolution", "must be above 0 m");
+	constexpr double kLeast = ImageGeometry::kLeastResolution, kGreatest = ImageGeometry::kGreatestResolution;
+	if (!(image.resolution >= kLeast && image.resolution <= kGreatest))
+		wrong("--resolution", mrpt::format("must be %g to %g m a pixel", kLeast, kGreatest));
 	if (origin.empty()) return image;
 	const auto point = parse_numbers("--origin", origin);
 	if (point.size() != 2) wrong("--origin", "'" + origin + "' is not a point; write X,Y in m");

@@ -1,6 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "flags.h"
 
+#include "errors.h"
 #include "flag_values.h"
 #include "option_list.h"
 
@@ -30,6 +31,18 @@ void check_complete(const Flags& flags)
 	if (flags.map.empty()) wrong("--map", "missing; name the map file");
 	if (flags.rawlog.empty()) wrong("--input", "missing; name the rawlog file");
 	if (flags.output_dir.empty()) wrong("--output", "missing; name the folder to write to");
+}
+
+/// An image needs a resolution; no other map takes one.
+void check_image(const Flags& flags)
+{
+	if (is_image_name(flags.map) == flags.image.has_value()) return;
+	if (!flags.image)
+		throw UserError(
+		    kBadInput, flags.map, "an image does not say its resolution; give it with --resolution [m/pixel]");
+	std::string known;
+	for (const char* extension : kImageExtensions) known += std::string(known.empty() ? "" : ", ") + extension;
+	wrong("--resolution", "only goes with an image (" + known + "); leave it out or rename the image");
 }
 
 /// All options; the order is that of --help.
@@ -126,8 +139,10 @@ std::optional<Flags> parse_flags(int argc, char** argv, std::ostream& out)
 		out << "rawlog-localize (d2s1r) " D2S1R_VERSION "\n";
 		return std::nullopt;
 	}
+	options.list.refuse_empty_values(options.label);  // a laser's label may be empty
 	const Flags flags = flags_of(options);
 	check_complete(flags);
+	if (!flags.only_writes_config()) check_image(flags);
 	return flags;
 }
 }  // namespace d2s1r::app

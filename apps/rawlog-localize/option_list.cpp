@@ -85,6 +85,13 @@ void OptionList::parse(int argc, char** argv)
 	parser_.parse(static_cast<int>(pointers.size()), pointers.data());
 }
 
+void OptionList::refuse_empty_values(const TCLAP::ValueArg<std::string>& may_be_empty)
+{
+	for (auto& value : values_)
+		if (&value != &may_be_empty && value.isSet() && value.getValue().empty())
+			throw UserError(kWrongUse, "--" + value.getName(), "needs a value; see rawlog-localize --help");
+}
+
 void OptionList::print(std::ostream& out) const
 {
 	for (const auto& line : lines_)

@@ -22,6 +22,9 @@ class OptionList
 	/// "--name=value" is split in two. \throws UserError (kWrongUse)
 	void parse(int argc, char** argv);
 
+	/// \throws UserError (kWrongUse) if an option is given the empty value, `may_be_empty` aside
+	void refuse_empty_values(const TCLAP::ValueArg<std::string>& may_be_empty);
+
 	/// One paragraph an option.
 	void print(std::ostream& out) const;
 

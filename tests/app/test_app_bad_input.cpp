@@ -4,6 +4,7 @@
 #include "app_world.h"
 
 #include <mrpt/obs/CObservationOdometry.h>
+#include <sys/stat.h>
 
 using namespace d2s1r::test;
 namespace fs = std::filesystem;
@@ -86,8 +87,18 @@ TEST_F(AppBadInput, NotARawlog)
 
 TEST_F(AppBadInput, RawlogCutWithinItsFirstObject)
 {
-	write_file(path("cut.rawlog"), read_file(path("walk.rawlog")).substr(0, 300));
-	expect_bad_rawlog(path("cut.rawlog"), {path("cut.rawlog"), "from its start"});
+	for (const std::size_t size : {20U, 100U, 300U})
+	{
+		write_file(path("cut.rawlog"), read_file(path("walk.rawlog")).substr(0, size));
+		expect_bad_rawlog(path("cut.rawlog"), {path("cut.rawlog") + ": is cut short within its first object"});
+	}
+}
+
+TEST_F(AppBadInput, RawlogThatIsNoRegularFile)
+{
+	ASSERT_EQ(mkfifo(path("pipe").c_str(), 0600), 0);
+	for (const std::string& file : {path("pipe"), std::string("/dev/null")})
+		expect_bad_rawlog(file, {file + ": is a device or a pipe", "regular file"});
 }
 
 TEST_F(AppBadInput, RawlogWithout2DScans)
@@ -104,7 +115,7 @@ TEST_F(AppBadInput, MissingMap)
 TEST_F(AppBadInput, EmptyMap)
 {
 	write_file(path("empty.gridmap.gz"), "");
-	expect_bad_map({path("empty.gridmap.gz")}, {"is empty"});
+	expect_bad_map({path("empty.gridmap.gz")}, {"is empty; copy or save the map again"});
 }
 
 TEST_F(AppBadInput, NotAMap)
@@ -130,7 +141,7 @@ TEST_F(AppBadInput, YamlThatNamesAMissingImage)
 TEST_F(AppBadInput, ImageWithoutResolution)
 {
 	write_file(path("map.pgm"), "P5 2 2 255\n" + std::string(4, '\xff'));
-	expect_bad_map({path("map.pgm")}, {"resolution"});
+	expect_bad_map({path("map.pgm")}, {path("map.pgm"), "--resolution"});
 }
 
 TEST_F(AppBadInput, DamagedImageDoesNotLetTheImageLibraryTalk)
@@ -163,6 +174,16 @@ TEST_F(AppBadInput, ConfigWithAValueOutOfRange)
 {
 	expect_bad_config("[paper]\nbins = 1\n", {path("bad.ini"), "bins"});
 	expect_bad_config("[grid]\nfree_threshold = lots\n", {path("bad.ini"), "free_threshold"});
+}
+
+TEST_F(AppBadInput, ConfigThatIsNoConfig)
+{
+	expect_bad_config("[paper]\nbins\n", {"rawlog-localize: " + path("bad.ini") + ":2: 'bins' is neither", "mend"});
+	const std::string bytes(
+	    "\x7F"
+	    "ELF\x02\x01\0\0",
+	    8);
+	expect_bad_config(bytes + std::string(500, '\xE4'), {path("bad.ini") + ":1: '?ELF????", "...'"});
 }
 
 TEST_F(AppBadInput, LabelThatIsNotInTheRawlog)

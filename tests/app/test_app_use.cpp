@@ -84,9 +84,21 @@ TEST_F(AppUse, RefusesValuesThatMakeNoSense)
 	expect_refusal(with({"--frames", "7"}), 1, {"--frames", "A:B"});
 	expect_refusal(with({"--frames", "9:3"}), 1, {"--frames", "no frame"});
 	expect_refusal(with({"--frames", "a:b"}), 1, {"--frames"});
-	expect_refusal(with({"--resolution", "0"}), 1, {"--resolution"});
+	for (const char* resolution : {"0", "1e-9", "11", "nan"})
+		expect_refusal(with({"--resolution", resolution}), 1, {"--resolution", "0.001 to 10 m"});
+	expect_refusal(with({"--resolution", "0.05"}), 1, {"--resolution", "only goes with an image (.png, "});
 	expect_refusal(with({"--origin", "1,2"}), 1, {"--origin", "--resolution"});
 	expect_refusal(with({"--resolution", "0.05", "--origin", "1"}), 1, {"--origin", "X,Y"});
+}
+
+TEST_F(AppUse, RefusesEmptyValues)
+{
+	for (const std::string option :
+	     {"--map", "--input", "--output", "--config", "--ground-truth", "--frames", "--threads", "--window", "--region",
+	      "--time-budget", "--seed", "--plugins", "--motion", "--save-map", "--write-config", "--write-pf-ini",
+	      "--resolution", "--origin"})
+		for (const Words& words : {Words{option, ""}, Words{option + "="}})
+			expect_refusal(words, 1, {option + ": needs a value"});
 }
 
 TEST_F(AppUse, RefusesWhatThePublishedMethodCannotDo)
@@ -100,5 +112,7 @@ TEST_F(AppUse, RefusesWhatThePublishedMethodCannotDo)
 
 TEST_F(AppUse, RefusesAPluginThatIsNotThere)
 {
-	expect_refusal({"-m", "map.yaml", "-i", "in.rawlog", "-o", path("out"), "--plugins", path("no.so")}, 1, {"no.so"});
+	expect_refusal(
+	    {"-m", "map.yaml", "-i", "in.rawlog", "-o", path("out"), "--plugins", path("no.so")}, 1,
+	    {"no.so", "No such file or directory; check the paths"});
 }

@@ -82,8 +82,11 @@ TEST(MapImage, NeedsItsGeometry)
 	const TempFolder folder;
 	const auto file = folder.write("map.pgm", std::string("P5\n1 1\n255\n\xFF", 12));
 	EXPECT_NE(refusal(file).find("needs its resolution"), std::string::npos);
-	EXPECT_NE(refusal(file, ImageGeometry{0, 0, 0}).find("resolution is not above 0"), std::string::npos);
-	EXPECT_NE(refusal(file, ImageGeometry{-1, 0, 0}).find("resolution is not above 0"), std::string::npos);
+	for (const double resolution : {0.0, -1.0, 1e-9, 11.0, std::nan("")})
+		EXPECT_NE(
+		    refusal(file, ImageGeometry{resolution, 0, 0}).find("resolution is not 0.001 to 10 m / pixel; mend it"),
+		    std::string::npos)
+		    << resolution;
 	EXPECT_NE(refusal(file, ImageGeometry{1, NAN, 0}).find("origin"), std::string::npos);
 }
 
@@ -92,7 +95,8 @@ TEST(MapImage, BrokenOnesAreRefusedByName)
 	const TempFolder folder;
 	const ImageGeometry geometry{0.05, 0, 0};
 	EXPECT_NE(refusal(folder.write("a.png", "hello"), geometry).find("cannot be decoded"), std::string::npos);
-	EXPECT_NE(refusal(folder.write("b.pgm", "P5\n10 10\n255\nxx"), geometry).find("truncated"), std::string::npos);
+	EXPECT_NE(
+	    refusal(folder.write("b.pgm", "P5\n10 10\n255\nxx"), geometry).find("truncated; copy"), std::string::npos);
 	EXPECT_NE(refusal(folder.write("c.pgm", "P5\nwidth"), geometry).find("malformed header"), std::string::npos);
 	EXPECT_NE(refusal(folder.write("d.jpg", "\xFF\xD8\xFF"), geometry).find("truncated"), std::string::npos);
 

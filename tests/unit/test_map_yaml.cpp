@@ -112,7 +112,7 @@ TEST_F(MapYaml, MissingKeysAreNamed)
 		for (const auto& line : lines)
 			if (line != missing) yaml += line;
 		const auto key = missing.substr(0, missing.find(':'));
-		EXPECT_NE(refusal(yaml).find("the key '" + key + "' is missing"), std::string::npos) << refusal(yaml);
+		EXPECT_NE(refusal(yaml).find("the key '" + key + "' is missing; add it"), std::string::npos) << refusal(yaml);
 	}
 }
 
@@ -123,7 +123,8 @@ TEST_F(MapYaml, UnusableValuesAreNamed)
 	    refusal(with("image: map.pgm\nresolution: 0\norigin: [0, 0, 0]\nnegate: 0\n")).find("resolution"),
 	    std::string::npos);
 	EXPECT_NE(
-	    refusal(with("image: map.pgm\nresolution: fine\norigin: [0, 0, 0]\nnegate: 0\n")).find("'resolution' is not"),
+	    refusal(with("image: map.pgm\nresolution: fine\norigin: [0, 0, 0]\nnegate: 0\n"))
+	        .find("'resolution' is not a number of metres; mend it"),
 	    std::string::npos);
 	EXPECT_NE(
 	    refusal(with("image: map.pgm\nresolution: 1\norigin: [0, 0]\nnegate: 0\n")).find("'origin' is not"),
@@ -132,7 +133,7 @@ TEST_F(MapYaml, UnusableValuesAreNamed)
 	EXPECT_NE(refusal(with(kGeometry + "negate: 0\nmode: raw\n")).find("mode 'raw'"), std::string::npos);
 	EXPECT_NE(
 	    refusal(kGeometry + "negate: 0\noccupied_thresh: 0.1\nfree_thresh: 0.2\n")
-	        .find("free_thresh < occupied_thresh"),
+	        .find("free_thresh < occupied_thresh <= 1; mend them"),
 	    std::string::npos);
 }
 

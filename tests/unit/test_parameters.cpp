@@ -122,9 +122,22 @@ TEST(Parameters, ValuesOutOfRangeAreRefused)
 TEST(Parameters, MalformedLinesAreRefused)
 {
 	EXPECT_NE(refusal("[paper]\nbins 60\n").find("my.ini:2: 'bins 60' is neither"), std::string::npos);
+	EXPECT_NE(refusal("[paper]\nbins 60\n").find("; mend or remove the line"), std::string::npos);
 	EXPECT_NE(refusal("[paper\nbins = 60\n").find("my.ini:1: "), std::string::npos);
 	EXPECT_NE(
 	    refusal("[paper]\nbins = 60\nbins = 61\n").find("my.ini:3: paper.bins is given twice"), std::string::npos);
+}
+
+TEST(Parameters, MessagesHoldPrintableTextOnly)
+{
+	const std::string bytes = std::string("\0\x1B\xE4\x7F", 4) + std::string(500, 'x');
+	for (const std::string& ini : {bytes, "[paper]\nbins = " + bytes, bytes + " = 1", "[" + bytes + "]\na = 1\na = 2"})
+	{
+		const std::string message = refusal(ini);
+		EXPECT_NE(message.find("????xxx"), std::string::npos) << message;
+		EXPECT_NE(message.find("xxx..."), std::string::npos) << message;
+		EXPECT_LT(message.size(), 200U);
+	}
 }
 
 TEST(Parameters, CheckNamesTheFirstValueOutOfRange)

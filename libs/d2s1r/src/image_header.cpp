@@ -23,19 +23,24 @@ std::string read_bytes(const std::string& file)
 	if (!stream) throw std::runtime_error("the image cannot be read; is it there and readable?");
 	std::ostringstream bytes;
 	bytes << stream.rdbuf();
-	if (bytes.str().empty()) throw std::runtime_error("the image is empty");
+	if (bytes.str().empty()) throw std::runtime_error("the image is empty; copy or save it again");
 	return bytes.str();
+}
+
+[[noreturn]] void refuse_as_truncated()
+{
+	throw std::runtime_error("the image is truncated; copy or save it again");
 }
 
 void check_end(const std::string& bytes, const std::string& mark)
 {
-	if (bytes.rfind(mark) == std::string::npos) throw std::runtime_error("the image is truncated");
+	if (bytes.rfind(mark) == std::string::npos) refuse_as_truncated();
 }
 
 void check_png(const std::string& bytes)
 {
 	constexpr std::size_t kWidthAt = 16, kHeightAt = 20, kHeaderEnd = 24;
-	if (bytes.size() < kHeaderEnd) throw std::runtime_error("the image is truncated");
+	if (bytes.size() < kHeaderEnd) refuse_as_truncated();
 	const auto big_endian = [&](std::size_t at)
 	{
 		double number = 0;
@@ -62,12 +67,11 @@ void check_pnm(const std::string& bytes)
 	const char kind = bytes[1];
 	const bool is_bitmap = kind == '1' || kind == '4';
 	const double greatest = is_bitmap ? 1 : next_number();
-	if (!text || greatest < 1) throw std::runtime_error("the image has a malformed header");
+	if (!text || greatest < 1) throw std::runtime_error("the image has a malformed header; convert it to PNG");
 	check_map_size(width, height);
 	if (kind != '5' && kind != '6') return;  // text or packed bits: no size to compare
 	const double size = width * height * (kind == '6' ? 3 : 1) * (greatest > 255 ? 2 : 1);
-	if (static_cast<double>(bytes.size()) - static_cast<double>(text.tellg()) - 1 < size)
-		throw std::runtime_error("the image is truncated");
+	if (static_cast<double>(bytes.size()) - static_cast<double>(text.tellg()) - 1 < size) refuse_as_truncated();
 }
 }  // namespace
 

@@ -23,6 +23,15 @@ std::string without_comment(const std::string& line)
 }
 }  // namespace
 
+std::string printable(const std::string& text)
+{
+	constexpr std::size_t kLongest = 60;
+	std::string shown = text.substr(0, kLongest);
+	std::replace_if(
+	    shown.begin(), shown.end(), [](char c) { return c < ' ' || c > '~'; }, '?');
+	return text.size() > kLongest ? shown + "..." : shown;
+}
+
 std::vector<IniEntry> parse_ini(const std::string& text, const std::string& name)
 {
 	std::vector<IniEntry> entries;
@@ -42,10 +51,11 @@ std::vector<IniEntry> parse_ini(const std::string& text, const std::string& name
 		}
 		const auto equals = line.find('=');
 		if (equals == std::string::npos)
-			throw std::invalid_argument(where() + "'" + line + "' is neither [section] nor key = value");
+			throw std::invalid_argument(
+			    where() + "'" + printable(line) + "' is neither [section] nor key = value; mend or remove the line");
 		IniEntry entry{number, section, trimmed(line.substr(0, equals)), trimmed(line.substr(equals + 1))};
 		if (!seen.insert(entry.section + '.' + entry.key).second)
-			throw std::invalid_argument(where() + section + '.' + entry.key + " is given twice; keep one");
+			throw std::invalid_argument(where() + printable(section + '.' + entry.key) + " is given twice; keep one");
 		entries.push_back(std::move(entry));
 	}
 	return entries;

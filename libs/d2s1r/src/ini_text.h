@@ -6,6 +6,9 @@
 
 namespace d2s1r
 {
+/// Text of a file that may be anything, as it can stand in a message: short, unprintable bytes as `?`.
+std::string printable(const std::string& text);
+
 /// A line `key = value` of an ini file.
 struct IniEntry
 {

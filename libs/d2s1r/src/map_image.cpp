@@ -1,6 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "map_image.h"
 
+#include <mrpt/core/format.h>
 #include <mrpt/img/CImage.h>
 
 #include <cmath>
@@ -30,7 +31,7 @@ mrpt::img::CImage read_image(const std::string& file)
 	{
 		loaded = false;  // MRPT's text is many lines long and speaks of its own sources
 	}
-	if (!loaded) throw std::runtime_error("cannot be decoded as an image; is it truncated?");
+	if (!loaded) throw std::runtime_error("cannot be decoded as an image; copy it again or convert it to PNG");
 	return image;
 }
 
@@ -73,10 +74,11 @@ PixelRule plain_image_rule()
 
 COccupancyGridMap2D::Ptr load_image_map(const std::string& file, const ImageGeometry& geometry, const PixelRule& rule)
 {
-	if (!(geometry.resolution > 0) || !std::isfinite(geometry.resolution))
-		throw std::runtime_error("the resolution is not above 0 m / pixel");
+	constexpr double kLeast = ImageGeometry::kLeastResolution, kGreatest = ImageGeometry::kGreatestResolution;
+	if (!(geometry.resolution >= kLeast && geometry.resolution <= kGreatest))
+		throw std::runtime_error(mrpt::format("the resolution is not %g to %g m / pixel; mend it", kLeast, kGreatest));
 	if (!std::isfinite(geometry.origin_x) || !std::isfinite(geometry.origin_y))
-		throw std::runtime_error("the origin is not a finite number of metres");
+		throw std::runtime_error("the origin is not a finite number of metres; mend it");
 	const mrpt::img::CImage image = read_image(file);
 	const auto width = image.getWidth(), height = image.getHeight();
 	check_map_size(static_cast<double>(width), static_cast<double>(height));

@@ -34,14 +34,10 @@ std::string lower_case_extension(const std::string& file)
 	return extension;
 }
 
-bool is_one_of(const std::string& text, std::initializer_list<const char*> words)
-{
-	return std::find(words.begin(), words.end(), text) != words.end();
-}
-
 bool is_yaml(const std::string& file)
 {
-	return is_one_of(lower_case_extension(file), {".yaml", ".yml"});
+	const std::string extension = lower_case_extension(file);
+	return extension == ".yaml" || extension == ".yml";
 }
 
 void check_readable(const std::string& file)
@@ -49,7 +45,7 @@ void check_readable(const std::string& file)
 	std::error_code error;
 	if (!fs::is_regular_file(file, error) || !std::ifstream(file))
 		throw std::runtime_error("cannot be read; is it there, a file, and are you permitted to read it?");
-	if (fs::file_size(file, error) == 0) throw std::runtime_error("is empty");
+	if (fs::file_size(file, error) == 0) throw std::runtime_error("is empty; copy or save the map again");
 }
 
 /// A serialized grid starts with its class name, version, bits of a cell and its size: looked at before MRPT allocates
@@ -108,7 +104,7 @@ COccupancyGridMap2D::Ptr load_serialized(const std::string& file, const GridPara
 {
 	check_serialized_size(file);
 	const auto object = read_object(file);
-	if (!object) throw std::runtime_error("holds an empty object, not a map");
+	if (!object) throw std::runtime_error("holds an empty object, not a map; save the map again");
 	return grid_of(*object, parameters);
 }
 
@@ -117,15 +113,20 @@ COccupancyGridMap2D::Ptr load_any(
 {
 	check_readable(file);
 	if (is_yaml(file)) return load_yaml_map(file);
-	if (is_one_of(
-	        lower_case_extension(file), {".png", ".pgm", ".pbm", ".ppm", ".bmp", ".jpg", ".jpeg", ".tif", ".tiff"}))
+	if (is_image_name(file))
 	{
-		if (!image) throw std::runtime_error("an image needs its resolution in m / pixel");
+		if (!image) throw std::runtime_error("an image needs its resolution in m / pixel; give its geometry");
 		return load_image_map(file, *image, plain_image_rule());
 	}
 	return load_serialized(file, parameters);
 }
 }  // namespace
+
+bool is_image_name(const std::string& file)
+{
+	const auto& known = kImageExtensions;
+	return std::find(known.begin(), known.end(), lower_case_extension(file)) != known.end();
+}
 
 COccupancyGridMap2D::Ptr load_map(
     const std::string& file, const GridParameters& parameters, const std::optional<ImageGeometry>& image)

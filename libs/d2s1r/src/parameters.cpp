@@ -38,7 +38,7 @@ std::string to_text(T value)
 
 [[noreturn]] void refuse(const std::string& what, const std::string& value, const std::string& expected)
 {
-	throw std::invalid_argument(what + " = '" + value + "': expected " + expected);
+	throw std::invalid_argument(what + " = '" + printable(value) + "': expected " + expected);
 }
 
 template <class T>
@@ -96,7 +96,7 @@ void set_parameter(Parameters& parameters, const std::string& section, const std
 		    check_range(what, parsed, least, greatest);
 		    value = parsed;
 	    });
-	if (!found) throw std::invalid_argument(what + " is not a parameter; remove it or mend its name");
+	if (!found) throw std::invalid_argument(printable(what) + " is not a parameter; remove it or mend its name");
 }
 
 Parameters parse_parameters(const std::string& ini_text, const std::string& name)

@@ -4,6 +4,7 @@
 #include <d2s1r/parameters.h>
 #include <mrpt/maps/COccupancyGridMap2D.h>
 
+#include <array>
 #include <optional>
 #include <string>
 #include <vector>
@@ -13,10 +14,20 @@ namespace d2s1r
 /// What an image file does not say of itself.
 struct ImageGeometry
 {
-	double resolution = 0;  //!< [m / pixel]
+	static constexpr double kLeastResolution = 0.001;  //!< [m / pixel]
+	static constexpr double kGreatestResolution = 10;  //!< [m / pixel]
+
+	double resolution = 0;  //!< [m / pixel] between these two
 	double origin_x = 0;    //!< [m] map frame, of the lower left corner of the image
 	double origin_y = 0;    //!< [m] map frame
 };
+
+/// Extensions, in lower case, of the files that load_map() takes for images.
+inline constexpr std::array<const char*, 9> kImageExtensions = {".png", ".pgm",  ".pbm", ".ppm", ".bmp",
+                                                                ".jpg", ".jpeg", ".tif", ".tiff"};
+
+/// Whether load_map() takes a file for an image, which needs an ImageGeometry: by its name, in upper or lower case.
+bool is_image_name(const std::string& file);
 
 /// Loads an occupancy map: .simplemap(.gz), .gridmap(.gz), ROS map_server .yaml, an image (needs `image`),
 /// a serialized CMultiMetricMap (its first grid) or CSignatureMap2D.
