@@ -24,17 +24,16 @@ struct Candidate
 /// parameters.overview_deficit times the root of the beams, are not looked at.
 /// The second look sees all pairs of group and shift whose costs in the first one are below a limit: no more than
 /// parameters.second_look pairs, nor parameters.second_look_share of them all, lie below it, and it is not
-/// parameters.overview_hopeless above the least. Comparing stops early only where the beams that were compared already
-/// cost more; the machine's SIMD instructions do not matter. Equal costs are ranked by the position in `profiles`, then
-/// by the shift.
+/// parameters.overview_hopeless above the least; of more than these at the least cost it sees the first. Comparing
+/// stops early only where the beams that were compared already cost more; the machine's SIMD instructions do not
+/// matter. Equal costs are ranked by the position in `profiles`, then by the shift.
 ///
-/// What all this loses against comparing everywhere (rawlog-localize of commit b87c96d): of the 500 scans with clutter
-/// of each of seven buildings one in one of them; in two others it finds one and five more.
+/// What all this loses against comparing everywhere is a scan in 500 with clutter or none: measured in
+/// tests/experiments/RESULTS.md.
 ///
-/// \param prior of the robot's pose; positions of the sensor within a sample's spacing of where it lets the robot be
-/// are searched, too \return distinct poses, best first, at most parameters.candidates and none much dearer than the
-/// best one (see
-///         parameters.hopeless; of 400 scans with clutter of each of seven buildings its default loses one success)
+/// \param prior of the robot; the sensor's positions within a sample's spacing of what it allows are searched, too
+/// \return distinct poses, best first, at most parameters.candidates and none much dearer than the best one (see
+///         parameters.hopeless)
 std::vector<Candidate> coarse_search(
     const RangeProfiles& profiles, const Scan& scan, const CoarseSearchParameters& parameters, const Prior& prior = {});
 }  // namespace d2s1r
