@@ -44,6 +44,25 @@ double presence(const Scored& best, double mass, const PresenceModel& model)
 	                        model.log_likelihood * best.score.log_likelihood + model.lead * lead;
 	return 1 / (1 + std::exp(-log_odds));
 }
+
+/// Best first, the best ones polished. A place counts by the best score found at it.
+std::vector<Scored> find_places(
+    const BeamTracer& tracer, const DistanceField& field, const Rays& rays, const std::vector<RefinedPose>& poses,
+    const Parameters& parameters)
+{
+	const BeamModel& model = parameters.scoring.beam_model;
+	std::vector<Scored> scored;
+	for (const RefinedPose& pose : poses) scored.push_back({pose.pose, score(tracer, field, rays, pose.pose, model)});
+	std::vector<Scored> places = distinct_places(std::move(scored), parameters.scoring);
+	const auto polished = std::min(places.size(), static_cast<std::size_t>(parameters.scoring.hypotheses));
+	for (std::size_t i = 0; i < polished; i++)
+	{
+		places[i].pose = polish(field, rays, places[i].pose, parameters.refinement);
+		const Score again = score(tracer, field, rays, places[i].pose, model);
+		if (again.log_likelihood > places[i].score.log_likelihood) places[i].score = again;
+	}
+	return distinct_places(std::move(places), parameters.scoring);
+}
 }  // namespace
 
 std::vector<RefinedPose> choose_promising(
@@ -73,28 +92,6 @@ std::vector<RefinedPose> choose_promising(
 		if (cost <= ranking.front().first + parameters.refinement.hopeless) promising.push_back(poses[i]);
 	return promising;
 }
-
-namespace
-{
-/// Best first, the best ones polished. A place counts by the best score found at it.
-std::vector<Scored> find_places(
-    const BeamTracer& tracer, const DistanceField& field, const Rays& rays, const std::vector<RefinedPose>& poses,
-    const Parameters& parameters)
-{
-	const BeamModel& model = parameters.scoring.beam_model;
-	std::vector<Scored> scored;
-	for (const RefinedPose& pose : poses) scored.push_back({pose.pose, score(tracer, field, rays, pose.pose, model)});
-	std::vector<Scored> places = distinct_places(std::move(scored), parameters.scoring);
-	const auto polished = std::min(places.size(), static_cast<std::size_t>(parameters.scoring.hypotheses));
-	for (std::size_t i = 0; i < polished; i++)
-	{
-		places[i].pose = polish(field, rays, places[i].pose, parameters.refinement);
-		const Score again = score(tracer, field, rays, places[i].pose, model);
-		if (again.log_likelihood > places[i].score.log_likelihood) places[i].score = again;
-	}
-	return distinct_places(std::move(places), parameters.scoring);
-}
-}  // namespace
 
 Localization decide(
     const BeamTracer& tracer, const DistanceField& field, const Scan& scan, const Rays& rays,

@@ -4,8 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
-#include <string>
+
+#include "checked_value.h"
 
 namespace d2s1r
 {
@@ -30,15 +30,8 @@ std::vector<mrpt::math::TPoint2Df> end_points(const Scan& scan, int most)
 void check(const LikelihoodParameters& parameters)
 {
 	visit_likelihood(
-	    parameters,
-	    [](const char* key, auto value, double least, double greatest, const char*)
-	    {
-		    const auto number = static_cast<double>(value);
-		    if (!(number >= least && number <= greatest))
-			    throw std::invalid_argument(
-			        std::string(key) + " is " + std::to_string(number) + ": give a value from " +
-			        std::to_string(least) + " to " + std::to_string(greatest));
-	    });
+	    parameters, [](const char* key, auto value, auto least, auto greatest, const char*)
+	    { check_range(key, value, least, greatest); });
 }
 
 LikelihoodField::LikelihoodField(const Grid& grid, const LikelihoodParameters& parameters)

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "checked_value.h"
 #include "ini_text.h"
 
 namespace d2s1r
@@ -18,27 +19,9 @@ namespace
 {
 constexpr const char* kMethodMeaning = "default: any field of view; paper: D2S1R as published, full circles";
 
-const char* to_text(Method method)
+const char* name_of(Method method)
 {
 	return method == Method::kPaper ? "paper" : "default";
-}
-
-/// The shortest text that reads back to the same value, whatever the locale.
-template <class T>
-std::string to_text(T value)
-{
-	if constexpr (std::is_same_v<T, bool>)
-		return value ? "true" : "false";
-	else
-	{
-		char text[64];
-		return {text, std::to_chars(text, text + sizeof(text), value).ptr};
-	}
-}
-
-[[noreturn]] void refuse(const std::string& what, const std::string& value, const std::string& expected)
-{
-	throw std::invalid_argument(what + " = '" + printable(value) + "': expected " + expected);
 }
 
 template <class T>
@@ -59,14 +42,6 @@ T from_text(const std::string& what, const std::string& text)
 			refuse(what, text, std::is_integral_v<T> ? "a whole number" : "a number");
 		return value;
 	}
-}
-
-template <class T, class Least, class Greatest>
-void check_range(const std::string& what, T value, Least least, Greatest greatest)
-{
-	const auto number = static_cast<double>(value);  // a NaN fails both comparisons
-	if (number >= static_cast<double>(least) && number <= static_cast<double>(greatest)) return;
-	refuse(what, to_text(value), "a value from " + to_text(least) + " to " + to_text(greatest));
 }
 
 void check_between_parameters(const Parameters& p)
@@ -142,7 +117,7 @@ std::string to_ini(const Parameters& parameters)
 		if (it == sections.end()) it = sections.insert(it, {section, "[" + section + "]\n"});
 		it->second += key + " = " + value + "  ; " + meaning + '\n';
 	};
-	add("localizer", "method", to_text(parameters.method), kMethodMeaning);
+	add("localizer", "method", name_of(parameters.method), kMethodMeaning);
 	visit_parameters(
 	    parameters,
 	    [&](const char* section, const char* key, auto value, auto least, auto greatest, const char* meaning)
