@@ -173,9 +173,10 @@ double CParticleFilterFusion::probability_of_being_lost(const FusionInput& input
 
 double CParticleFilterFusion::weigh_by_scan_and_resample(const FusionInput& input)
 {
-	double explained = 0;  // probability that the map explains the scan at all
+	double explained = 0;  // probability that the map explains the scan, as far as the scan alone can tell
 	for (const Hypothesis& hypothesis : input.localization.hypotheses) explained += hypothesis.probability;
-	filter_.m_options.powFactor = tuning.unexplained_power + (1 - tuning.unexplained_power) * explained;
+	// which has to allow for other buildings, while the filter knows its own: hence the root
+	filter_.m_options.powFactor = tuning.unexplained_power + (1 - tuning.unexplained_power) * std::sqrt(explained);
 	mrpt::obs::CSensoryFrame observations;
 	const auto beams = static_cast<std::size_t>(map_->likelihood_options().beams);
 	observations.insert(mrpt::obs::CObservation2DRangeScan::Create(pf::thinned(input.scan, beams)));

@@ -65,6 +65,34 @@ TEST(Hypotheses, OnePlaceThatExplainsTheScanIsLocalized)
 	EXPECT_LE(total, 1 + 1e-9);
 }
 
+TEST(Hypotheses, DepthEdgesAndTheLeadOverOtherPlacesTellThatOneIsRight)
+{
+	const Grid grid = make_four_fold_room();
+	const TPose2D robot{2.1, 3.2, 0.6};
+	const Scan scan = scan_at(world_of(grid), robot);
+	const auto log_odds = [&](const PresenceModel& model, const std::vector<TPose2D>& poses)
+	{
+		Parameters parameters;
+		parameters.scoring.presence_model = model;
+		parameters.scoring.rejected_below = 0;
+		double present = 0;
+		for (const Hypothesis& hypothesis : decide_among(grid, scan, poses, parameters).hypotheses)
+			present += hypothesis.probability;
+		return std::log(present / (1 - present));
+	};
+	const PresenceModel nothing{0, 0, 0, 0, 0};
+	EXPECT_NEAR(log_odds(nothing, {robot}), 0, 1e-9);
+	PresenceModel by_edges = nothing, by_lead = nothing;
+	by_edges.depth_edges = 0.5, by_lead.lead = 0.2;
+	const int edges = score_at(BeamTracer(grid), DistanceField(grid), scan, robot).depth_edges;
+	ASSERT_GT(edges, 2);
+	EXPECT_NEAR(log_odds(by_edges, {robot}), 0.5 * std::log1p(edges), 0.1);
+	const double alone = 0.2 * 12;
+	EXPECT_NEAR(log_odds(by_lead, {robot}), alone, 1e-9);
+	EXPECT_NEAR(log_odds(by_lead, {robot, {robot.x + 0.01, robot.y, robot.phi}}), alone, 1e-9) << "the same place";
+	EXPECT_LT(log_odds(by_lead, {robot, turned(robot, 1)}), 0.5 * alone);
+}
+
 TEST(Hypotheses, TheFourPlacesOfAFourFoldRoomAreListedAndAlike)
 {
 	const Grid grid = make_four_fold_room();

@@ -54,6 +54,22 @@ TEST(Rays, ReturnsArePaddedBeamsThatEndNowhereAreLeftOut)
 	for (std::size_t i = 9; i < 16; i++) EXPECT_LT(rays.returns.range[i], 0);
 }
 
+TEST(Rays, DepthEdgesLieBetweenNeighboursOfWhichOneIsWellBehindTheOther)
+{
+	const auto edges = [](const std::vector<float>& ranges)
+	{
+		Scan scan = scan_of(ranges.size(), static_cast<double>(ranges.size()));
+		for (std::size_t i = 0; i < ranges.size(); i++) scan.beams[i].range = ranges[i];
+		for (Beam& beam : scan.beams) beam.is_return = beam.range > 0;
+		return make_rays(scan, kDegree, 360).depth_edge;
+	};
+	using Edges = std::vector<std::uint8_t>;
+	EXPECT_EQ(edges({1, 1.4F, 2, 3, 3.6F, 1}), Edges({0, 0, 1, 1, 0, 1}));
+	EXPECT_EQ(edges({0.1F, 0.5F, 10, 12}), Edges({0, 0, 1, 0})) << "less than 0.5 m, less than a quarter";
+	EXPECT_EQ(edges({1, 0, 3, 1}), Edges({0, 0, 1})) << "nobody knows what is in the gap";
+	EXPECT_EQ(edges({0, 3, 1}), Edges({0, 1}));
+}
+
 TEST(Rays, OfNoBeamsAreNone)
 {
 	const Rays rays = make_rays(Scan(), kDegree, 360);

@@ -32,10 +32,12 @@ inline Score score_at(
 }
 
 /// What decide() says of a scan and poses that were found somehow, sensor in map.
-inline Localization decide_among(const Grid& grid, const Scan& scan, const std::vector<mrpt::math::TPose2D>& poses)
+inline Localization decide_among(
+    const Grid& grid, const Scan& scan, const std::vector<mrpt::math::TPose2D>& poses,
+    const Parameters& parameters = {})
 {
 	std::vector<RefinedPose> refined;
 	for (const auto& pose : poses) refined.push_back({pose, 1});
-	return decide(BeamTracer(grid), DistanceField(grid), scan, make_rays(scan, kDegree, 360), refined, Parameters{});
+	return decide(BeamTracer(grid), DistanceField(grid), scan, make_rays(scan, kDegree, 360), refined, parameters);
 }
 }  // namespace d2s1r::test

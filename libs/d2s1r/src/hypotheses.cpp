@@ -36,12 +36,13 @@ std::vector<Scored> distinct_places(std::vector<Scored> poses, const ScoringPara
 }
 
 /// Probability that one of the places found is right.
-double presence(const Scored& best, double mass, const PresenceModel& model)
+double presence(const std::vector<Scored>& places, const PresenceModel& model)
 {
-	constexpr double kLeastShare = 1e-5;
-	const double lead = -std::log(std::max(1 - best.weight / mass, kLeastShare));
-	const double log_odds = model.bias + model.explained * best.score.explained +
-	                        model.log_likelihood * best.score.log_likelihood + model.lead * lead;
+	constexpr double kMostLead = 12;  // [nat]
+	const Score& best = places.front().score;
+	const double lead = places.size() == 1 ? kMostLead : std::min(kMostLead, -std::log(places[1].weight));
+	const double log_odds = model.bias + model.explained * best.explained + model.log_likelihood * best.log_likelihood +
+	                        model.lead * lead + model.depth_edges * std::log1p(best.depth_edges);
 	return 1 / (1 + std::exp(-log_odds));
 }
 
@@ -100,7 +101,7 @@ Localization decide(
 	const std::vector<Scored> places = find_places(tracer, field, rays, poses, parameters);
 	double mass = 0;
 	for (const Scored& place : places) mass += place.weight;
-	const double present = places.empty() ? 0 : presence(places.front(), mass, parameters.scoring.presence_model);
+	const double present = places.empty() ? 0 : presence(places, parameters.scoring.presence_model);
 	if (places.empty() || present < parameters.scoring.rejected_below)
 		return no_place(Status::kRejected, "no place in the map explains the scan");
 	Localization result;

@@ -41,8 +41,8 @@ class Sum
    public:
 	Sum(const BeamModel& model, double beams) : model_(model), beams_(beams) {}
 
-	/// A beam that passed `walls` [-] and `unknown` space [m].
-	void add(const BeamEnd& at_end, float walls, float unknown, float log_range)
+	/// A beam that passed `walls` [-] and `unknown` space [m]; `depth_edge`: between it and the last one.
+	void add(const BeamEnd& at_end, float walls, float unknown, float log_range, bool depth_edge)
 	{
 		const auto counted = [](float passed) { return std::min(static_cast<double>(passed), kMostPassed); };
 		double beam =
@@ -55,21 +55,30 @@ class Sum
 		if (short_of_wall && !was_short_) log_likelihood_ += model_.off_wall_run;
 		if (in_unknown && !was_unknown_) log_likelihood_ += model_.unknown_run;
 		if (through && !was_through_) log_likelihood_ += model_.through_wall_run;
-		was_short_ = short_of_wall, was_unknown_ = in_unknown, was_through_ = through;
+		const bool explained = at_end.end == End::kWall && !through;
+		if (depth_edge && explained && was_explained_)
+		{
+			log_likelihood_ += model_.depth_edge;
+			depth_edges_++;
+		}
+		was_short_ = short_of_wall, was_unknown_ = in_unknown, was_through_ = through, was_explained_ = explained;
 		returns_++;
-		explained_ += at_end.end == End::kWall && !through ? 1 : 0;
+		explained_ += explained ? 1 : 0;
 	}
 
 	void end_runs() { was_short_ = was_unknown_ = was_through_ = false; }
 
-	Score result() const { return {log_likelihood_, returns_ > 0 ? static_cast<double>(explained_) / returns_ : 0.0}; }
+	Score result() const
+	{
+		return {log_likelihood_, returns_ > 0 ? static_cast<double>(explained_) / returns_ : 0.0, depth_edges_};
+	}
 
    private:
 	const BeamModel& model_;
 	double beams_;  //!< [-] beams of the model that one ray stands for
 	double log_likelihood_ = 0;
-	int returns_ = 0, explained_ = 0;
-	bool was_short_ = false, was_unknown_ = false, was_through_ = false;
+	int returns_ = 0, explained_ = 0, depth_edges_ = 0;
+	bool was_short_ = false, was_unknown_ = false, was_through_ = false, was_explained_ = false;
 };
 
 /// Where a return ends [m, map frame]; `c` and `s` are of the sensor's yaw.
@@ -98,7 +107,7 @@ Score score(
 		if (rays.starts_run[i] != 0) sum.end_runs();
 		sum.add(
 		    classify_end(to_wall.value, static_cast<Cell>(traced.end[i]), model), traced.walls[i], traced.unknown[i],
-		    rays.log_range[i]);
+		    rays.log_range[i], rays.depth_edge[i] != 0);
 	}
 	return sum.result();
 }
@@ -115,13 +124,17 @@ double most_log_likelihood(
 	thread_local TracedBeams ends;
 	tracer.locate_ends(rays.returns, sensor, ends);
 	double sum = 0;
+	bool was_on_wall = false;
 	const auto c = static_cast<float>(std::cos(sensor.phi)), s = static_cast<float>(std::sin(sensor.phi));
 	for (std::size_t i = 0; i < rays.log_range.size(); i++)
 	{
 		const auto [x, y] = end_of(rays.returns, i, sensor, c, s);
 		const BeamEnd at_end = classify_end(field.at(x, y).value, static_cast<Cell>(ends.end[i]), model);
-		const double by_range = at_end.end == End::kWall ? model.log_range * static_cast<double>(rays.log_range[i]) : 0;
+		const bool on_wall = at_end.end == End::kWall;
+		const double by_range = on_wall ? model.log_range * static_cast<double>(rays.log_range[i]) : 0;
 		sum += beams * (at_end.log_likelihood + by_range + most_by_beam) + most_by_run;
+		if (rays.depth_edge[i] != 0 && on_wall && was_on_wall) sum += gain(model.depth_edge);
+		was_on_wall = on_wall;
 	}
 	return sum;
 }

@@ -72,7 +72,7 @@ struct RefinementParameters
 	int scored = 300;               //!< [-] best fitting candidates that a few beams are scored at
 	double poor = 0.35;             //!< [-] candidates whose fit is this much below the best one's are dropped
 	int promising = 100;            //!< [-] best scoring of these, refined with all beams
-	double hopeless = 15.0;         //!< [nat] candidates this far below the best one are dropped
+	double hopeless = 21.0;         //!< [nat] candidates this far below the best one are dropped
 	int forked = 30;                //!< [-] best fitting ones, also tried to both sides where the scan leaves them open
 	double kernel = 0.08;           //!< [m] width of the robust kernel at the end
 	double cost_weight = 0.05;      //!< [1 / step] of the coarse cost beside the fit
@@ -84,27 +84,29 @@ struct RefinementParameters
 /// Log-likelihood [nat] of what a beam of 1 deg did, against ending anywhere. Learned: see scoring.h.
 struct BeamModel
 {
-	double on_wall = 0.16;             //!< end point within 6 cm of the centre of an occupied cell
-	double near_wall = 0.02;           //!< within 10 cm
-	double beside_wall = -0.037;       //!< within 20 cm, in free space
-	double off_wall = -0.18;           //!< further, in free space
-	double in_unknown = 0.039;         //!< further than 10 cm from a wall, in unknown space
-	double log_range = 0.131;          //!< times ln(range / 3 m), on or near a wall: a close wall is seen by many beams
-	double through_wall = -0.109;      //!< for each wall passed, at most three
-	double unknown_metre = -0.027;     //!< for each metre of unknown space passed, at most three
-	double off_wall_run = -0.207;      //!< for each run of beams off the walls that passed none: an object
-	double unknown_run = -0.093;       //!< for each run of beams that end in unknown space
-	double through_wall_run = -0.029;  //!< for each run of beams that passed walls
+	double on_wall = 0.224;            //!< end point within 6 cm of the centre of an occupied cell
+	double near_wall = 0.028;          //!< within 10 cm
+	double beside_wall = -0.052;       //!< within 20 cm, in free space
+	double off_wall = -0.252;          //!< further, in free space
+	double in_unknown = 0.055;         //!< further than 10 cm from a wall, in unknown space
+	double log_range = 0.183;          //!< times ln(range / 3 m), on or near a wall: a close wall is seen by many beams
+	double through_wall = -0.153;      //!< for each wall passed, at most three
+	double unknown_metre = -0.038;     //!< for each metre of unknown space passed, at most three
+	double off_wall_run = -0.29;       //!< for each run of beams off the walls that passed none: an object
+	double unknown_run = -0.13;        //!< for each run of beams that end in unknown space
+	double through_wall_run = -0.041;  //!< for each run of beams that passed walls
+	double depth_edge = 1.2;  //!< for each depth edge of the scan between beams that both end at walls of the map
 };
 
 /// Log-odds that one of the places found is right, against "the scan is of no place in the map". Learned: see
 /// hypotheses.h.
 struct PresenceModel
 {
-	double bias = -6.2;
-	double explained = 6.4;         //!< times the share of the returns that end at walls, at the best place
-	double log_likelihood = 0.108;  //!< [1 / nat] times the log-likelihood of the scan there
-	double lead = 0.633;  //!< times -ln of the share of all likelihood that the other places have, at most 11.5
+	double bias = -6.1;
+	double explained = 5.4;         //!< times the share of the returns that end at walls, at the best place
+	double log_likelihood = 0.069;  //!< [1 / nat] times the log-likelihood of the scan there
+	double lead = 0.41;             //!< [1 / nat] times its lead over the second best place, at most 12 nat
+	double depth_edges = 2.0;       //!< [-] times ln(1 + depth edges explained there)
 };
 
 /// From refined poses to hypotheses.

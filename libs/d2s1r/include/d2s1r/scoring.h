@@ -12,10 +12,13 @@ struct Score
 {
 	double log_likelihood = 0;  //!< [nat] against beams that end anywhere, higher is better
 	double explained = 0;       //!< [0, 1] share of the returns that end at a wall without having passed one
+	int depth_edges = 0;        //!< [-] those of the scan (Rays::depth_edge) with such returns on both sides
 };
 
 /// Log-likelihood of a scan at a pose under a beam model that is honest along the whole ray: where the beam ends, how
 /// many walls it passed and how much unknown space; neighbouring beams see the same object, so runs of misses count.
+/// That the map has both sides of a depth edge says more than as many beams along a wall: walls fit in many places,
+/// what stands before what in few.
 ///
 /// The weights (BeamModel) are a conditional logit: they maximize the probability of the true pose among those that
 /// coarse_search() and refine() find, so that the soft maximum of log-likelihoods is a calibrated probability.

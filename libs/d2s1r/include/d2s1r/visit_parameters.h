@@ -111,11 +111,16 @@ void visit_parameters(P& p, Visitor&& visit)
 	    "[nat] for each run of beams short of the walls");
 	visit("beam_model", "unknown_run", model.unknown_run, -10.0, 10.0, "[nat] for each run of beams in unknown space");
 	visit("beam_model", "through_wall_run", model.through_wall_run, -10.0, 10.0, "[nat] for each run through walls");
+	visit(
+	    "beam_model", "depth_edge", model.depth_edge, -10.0, 10.0,
+	    "[nat] for each depth edge between walls of the map");
 
 	auto& presence = p.scoring.presence_model;
 	visit("presence_model", "bias", presence.bias, -100.0, 100.0, "[-] log-odds that the scan is of the map");
 	visit("presence_model", "explained", presence.explained, -100.0, 100.0, "[-] times the share of explained returns");
 	visit("presence_model", "log_likelihood", presence.log_likelihood, -10.0, 10.0, "[1 / nat] at the best place");
-	visit("presence_model", "lead", presence.lead, -10.0, 10.0, "[-] times -ln(share of the other places)");
+	visit("presence_model", "lead", presence.lead, -10.0, 10.0, "[1 / nat] over the second best place, at most 12 nat");
+	visit(
+	    "presence_model", "depth_edges", presence.depth_edges, -10.0, 10.0, "[-] times ln(1 + depth edges explained)");
 }
 }  // namespace d2s1r
