@@ -56,16 +56,17 @@ TEST(Rays, ReturnsArePaddedBeamsThatEndNowhereAreLeftOut)
 
 TEST(Rays, DepthEdgesLieBetweenNeighboursOfWhichOneIsWellBehindTheOther)
 {
-	const auto edges = [](const std::vector<float>& ranges)
+	const auto edges = [](const std::vector<float>& ranges, double degrees_apart = 1)
 	{
-		Scan scan = scan_of(ranges.size(), static_cast<double>(ranges.size()));
+		Scan scan = scan_of(ranges.size(), degrees_apart * static_cast<double>(ranges.size()));
 		for (std::size_t i = 0; i < ranges.size(); i++) scan.beams[i].range = ranges[i];
 		for (Beam& beam : scan.beams) beam.is_return = beam.range > 0;
 		return make_rays(scan, kDegree, 360).depth_edge;
 	};
 	using Edges = std::vector<std::uint8_t>;
 	EXPECT_EQ(edges({1, 1.4F, 2, 3, 3.6F, 1}), Edges({0, 0, 1, 1, 0, 1}));
-	EXPECT_EQ(edges({0.1F, 0.5F, 10, 12}), Edges({0, 0, 1, 0})) << "less than 0.5 m, less than a quarter";
+	EXPECT_EQ(edges({0.1F, 0.5F, 10, 12}), Edges({0, 0, 1, 0})) << "less than 0.5 m, a wall seen at an angle";
+	EXPECT_EQ(edges({1, 2, 4.5F, 1}, 10), Edges({0, 0, 0, 1})) << "a wall seen at an angle by beams far apart";
 	EXPECT_EQ(edges({1, 0, 3, 1}), Edges({0, 0, 1})) << "nobody knows what is in the gap";
 	EXPECT_EQ(edges({0, 3, 1}), Edges({0, 1}));
 }

@@ -21,11 +21,13 @@ void pad(Returns& returns)
 	while (returns.range.size() % Returns::kVector != 0) add(returns, 1, 0, kFarBehind);
 }
 
-/// Whether neighbours see things that lie one behind the other, not one thing at an angle.
-bool is_depth_edge(float range, float next_range)
+/// Whether neighbours that are `spacing` [rad] apart see things one behind the other, not one thing at an angle.
+bool is_depth_edge(double range, double next_range, double spacing)
 {
+	constexpr double kLeastStep = 0.5;                  // [m]
+	const double kFlattest = std::tan(4 * M_PI / 180);  // of beams to a surface that both may see
 	const auto [near, far] = std::minmax(range, next_range);
-	return far - near > 0.5F && far > 1.25F * near;  // [m], [-]
+	return far - near > kLeastStep && far > near * (1 + spacing / kFlattest);
 }
 }  // namespace
 
@@ -46,7 +48,8 @@ Rays make_rays(const Scan& scan, double spacing, int most)
 		if (beam.is_return)
 		{
 			const bool has_neighbour = was_return && !rays.returns.range.empty();
-			rays.depth_edge.push_back(has_neighbour && is_depth_edge(rays.returns.range.back(), beam.range) ? 1 : 0);
+			rays.depth_edge.push_back(
+			    has_neighbour && is_depth_edge(rays.returns.range.back(), beam.range, rays.spacing) ? 1 : 0);
 			add(rays.returns, std::cos(beam.angle), std::sin(beam.angle), beam.range);
 			rays.log_range.push_back(std::log(std::clamp(beam.range, 0.5F, 20.0F) / 3.0F));
 			rays.starts_run.push_back(was_return ? 0 : 1);

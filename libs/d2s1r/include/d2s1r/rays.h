@@ -19,12 +19,13 @@ struct Rays
 {
 	Returns returns;               //!< by increasing angle
 	std::vector<float> log_range;  //!< ln of range / 3 m of each return, range within 0.5 and 20 m; not padded
-	std::vector<std::uint8_t>
-	    starts_run;  //!< 1 for a return next to a beam that ended at nothing, on its clockwise side
-	std::vector<std::uint8_t> depth_edge;  //!< 1 for a return next to one, on its clockwise side, that is not as far or
-	                                       //!< further away: by 0.5 m and a quarter of the nearer range at least
-	std::size_t count = 0;                 //!< [-] rays, those that ended at nothing included
-	double spacing = 0;                    //!< [rad] between neighbours that no gap parts: what a ray stands for
+	/// 1 for a return next to a beam that ended at nothing, on its clockwise side
+	std::vector<std::uint8_t> starts_run;
+	/// 1 for a return next to one, on its clockwise side, that is more than 0.5 m nearer or further, and too much so
+	/// for a surface that both see at 4 deg or more
+	std::vector<std::uint8_t> depth_edge;
+	std::size_t count = 0;  //!< [-] rays, those that ended at nothing included
+	double spacing = 0;     //!< [rad] between neighbours that no gap parts: what a ray stands for
 };
 
 /// At most `most` beams of `scan`: every n-th, n chosen for a distance nearest to `spacing` [rad].
