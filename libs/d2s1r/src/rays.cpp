@@ -24,10 +24,10 @@ void pad(Returns& returns)
 /// Whether neighbours that are `spacing` [rad] apart see things one behind the other, not one thing at an angle.
 bool is_depth_edge(double range, double next_range, double spacing)
 {
-	constexpr double kLeastStep = 0.5;                  // [m]
-	const double kFlattest = std::tan(4 * M_PI / 180);  // of beams to a surface that both may see
+	constexpr double kLeastStep = 0.5;                 // [m]
+	const double flattest = std::tan(4 * M_PI / 180);  // of beams to a surface that both may see
 	const auto [near, far] = std::minmax(range, next_range);
-	return far - near > kLeastStep && far > near * (1 + spacing / kFlattest);
+	return far - near > kLeastStep && far > near * (1 + spacing / flattest);
 }
 }  // namespace
 
