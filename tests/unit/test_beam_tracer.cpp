@@ -42,7 +42,7 @@ Returns random_returns(std::mt19937& random, std::size_t count)
 
 struct Walk
 {
-	int walls = 0;
+	double walls = 0;
 	double unknown = 0;  // [m]
 };
 
@@ -51,7 +51,7 @@ Walk walk_along(const Grid& grid, double x, double y, double angle, double range
 {
 	constexpr double kStep = kCell / 50;
 	Walk walk;
-	bool in_wall = false;
+	double in_wall = 0;  // [cells]
 	const int steps = static_cast<int>(std::ceil(range / kStep - 0.5));
 	for (int i = 0; i < steps; i++)
 	{
@@ -60,8 +60,8 @@ Walk walk_along(const Grid& grid, double x, double y, double angle, double range
 		const int v = static_cast<int>(std::floor((y + std::sin(angle) * t - grid.origin_y) / kCell));
 		const Cell cell = grid.contains(u, v) ? grid.at(u, v) : Cell::kUnknown;
 		if (cell == Cell::kUnknown) walk.unknown += kStep;
-		if (in_wall && cell != Cell::kOccupied && t < range - 0.15) walk.walls++;
-		in_wall = cell == Cell::kOccupied;
+		if (cell != Cell::kOccupied && t < range - 0.15) walk.walls += std::min(in_wall, 1.0);
+		in_wall = cell == Cell::kOccupied ? in_wall + kStep / kCell : 0;
 	}
 	return walk;
 }
@@ -94,11 +94,25 @@ TEST_P(BeamTracing, SeesWhatLiesAlongTheBeams)
 				const double angle = sensor.phi + std::atan2(returns.unit_y[i], returns.unit_x[i]);
 				const Walk walk = walk_along(grid, sensor.x, sensor.y, angle, static_cast<double>(returns.range[i]));
 				EXPECT_NEAR(static_cast<double>(traced.unknown[i]), walk.unknown, 0.06) << sensor << " " << angle;
-				same += static_cast<int>(traced.walls[i]) == walk.walls ? 1 : 0;
+				same += std::abs(static_cast<double>(traced.walls[i]) - walk.walls) < 0.05 ? 1 : 0;
 			}
 		}
 	}
 	EXPECT_GT(same, 0.985 * beams);  // steps jump over corners of cells
+}
+
+TEST_P(BeamTracing, ACornerCountsByTheWayThroughIt)
+{
+	const BeamTracer tracer(make_picture_grid({"....", "..#.", "....", "...."}, 1));
+	Returns returns;
+	returns.unit_x.assign(8, std::sqrt(0.5F)), returns.unit_y.assign(8, -std::sqrt(0.5F)),
+	    returns.range.assign(8, 3.6F);
+	TracedBeams traced;
+	for (const double inside : {-0.1, 0.1, 0.3, 0.6, 0.9})  // [cells] from the cell's corner, along its sides
+	{
+		tracer.trace(returns, {0.5 + inside, 3.5, 0}, traced);
+		EXPECT_NEAR(traced.walls[0], std::clamp(inside * M_SQRT2, 0.0, 1.0), 1e-5) << inside;
+	}
 }
 
 TEST_P(BeamTracing, KnowsTheCellsAtTheEnds)

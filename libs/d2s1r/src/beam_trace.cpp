@@ -51,20 +51,20 @@ struct Passed
 HWY_INLINE Passed follow(const std::uint8_t* start, int width, Axis u, Axis v, Floats end, Floats passed_before)
 {
 	Passed passed{all(0), all(0)};
-	Floats length = all(0);
-	Mask in_wall = hn::Lt(length, length), moving = hn::Gt(end, length);
+	Floats length = all(0), in_wall = all(0);  // [cells] so far: of the beam, of the wall that it is in
+	Mask moving = hn::Gt(end, length);
 	while (!hn::AllFalse(kFloats, moving))
 	{
 		const Ints packed = packed_at(start, u.cell, v.cell, width);
 		const Floats clearance = hn::ConvertTo(kFloats, hn::ShiftRight<BeamTracer::kClassBits>(packed));
 		const Mask outside = hn::Eq(clearance, all(0)), at_wall = is_class(packed, Cell::kOccupied);
-		const Mask left_wall = hn::And(hn::AndNot(at_wall, in_wall), hn::Lt(length, passed_before));
-		passed.walls = hn::IfThenElse(hn::And(moving, left_wall), hn::Add(passed.walls, all(1)), passed.walls);
-		in_wall = at_wall;
+		const Mask counts = hn::And(moving, hn::AndNot(at_wall, hn::Lt(length, passed_before)));
+		passed.walls = hn::IfThenElse(counts, hn::Add(passed.walls, hn::Min(in_wall, all(1))), passed.walls);
 		const Floats exit = cross(u, v, clearance, hn::AndNot(outside, moving));
 		const Floats next = hn::IfThenElse(outside, end, hn::Min(hn::Max(exit, length), end));
 		const Mask in_unknown = hn::And(moving, is_class(packed, Cell::kUnknown));
 		passed.unknown = hn::IfThenElse(in_unknown, hn::Add(passed.unknown, hn::Sub(next, length)), passed.unknown);
+		in_wall = hn::IfThenElse(at_wall, hn::Add(in_wall, hn::Sub(next, length)), all(0));
 		length = hn::IfThenElse(moving, next, length);
 		moving = hn::And(moving, hn::Lt(length, end));
 	}

@@ -11,6 +11,7 @@ namespace
 {
 constexpr double kModelBeam = M_PI / 180;  //!< [rad]
 constexpr double kMostPassed = 3;          //!< [-] walls and [m] of unknown space that count
+constexpr float kWholeCell = 0.99F;        //!< [-] of walls: passes of corners alone are no wall; rounding
 
 enum class End
 {
@@ -48,25 +49,22 @@ class Sum
 		double beam =
 		    at_end.log_likelihood + model_.through_wall * counted(walls) + model_.unknown_metre * counted(unknown);
 		if (at_end.end == End::kWall) beam += model_.log_range * static_cast<double>(log_range);
-		const bool through = walls > 0;
+		const bool through = walls > kWholeCell;
 		const bool short_of_wall = at_end.end == End::kOffWall && !through;
-		const bool in_unknown = at_end.end == End::kUnknown;
 		log_likelihood_ += beams_ * beam;
 		if (short_of_wall && !was_short_) log_likelihood_ += model_.off_wall_run;
-		if (in_unknown && !was_unknown_) log_likelihood_ += model_.unknown_run;
-		if (through && !was_through_) log_likelihood_ += model_.through_wall_run;
 		const bool explained = at_end.end == End::kWall && !through;
 		if (depth_edge && explained && was_explained_)
 		{
 			log_likelihood_ += model_.depth_edge;
 			depth_edges_++;
 		}
-		was_short_ = short_of_wall, was_unknown_ = in_unknown, was_through_ = through, was_explained_ = explained;
+		was_short_ = short_of_wall, was_explained_ = explained;
 		returns_++;
 		explained_ += explained ? 1 : 0;
 	}
 
-	void end_runs() { was_short_ = was_unknown_ = was_through_ = false; }
+	void end_run() { was_short_ = false; }
 
 	Score result() const
 	{
@@ -78,7 +76,7 @@ class Sum
 	double beams_;  //!< [-] beams of the model that one ray stands for
 	double log_likelihood_ = 0;
 	int returns_ = 0, explained_ = 0, depth_edges_ = 0;
-	bool was_short_ = false, was_unknown_ = false, was_through_ = false, was_explained_ = false;
+	bool was_short_ = false, was_explained_ = false;
 };
 
 /// Where a return ends [m, map frame]; `c` and `s` are of the sensor's yaw.
@@ -104,7 +102,7 @@ Score score(
 	{
 		const auto [x, y] = end_of(returns, i, sensor, c, s);
 		const Distance to_wall = field.at(x, y);
-		if (rays.starts_run[i] != 0) sum.end_runs();
+		if (rays.starts_run[i] != 0) sum.end_run();
 		sum.add(
 		    classify_end(to_wall.value, static_cast<Cell>(traced.end[i]), model), traced.walls[i], traced.unknown[i],
 		    rays.log_range[i], rays.depth_edge[i] != 0);
@@ -119,7 +117,7 @@ double most_log_likelihood(
 	// as a rule nothing that is passed adds to a likelihood
 	const auto gain = [](double weight) { return std::max(0.0, weight); };
 	const double most_by_beam = kMostPassed * (gain(model.through_wall) + gain(model.unknown_metre));
-	const double most_by_run = gain(model.off_wall_run) + gain(model.unknown_run) + gain(model.through_wall_run);
+	const double most_by_run = gain(model.off_wall_run);
 	const double beams = rays.spacing / kModelBeam;
 	thread_local TracedBeams ends;
 	tracer.locate_ends(rays.returns, sensor, ends);

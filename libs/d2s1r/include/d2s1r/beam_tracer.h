@@ -9,7 +9,9 @@ namespace d2s1r
 /// What lies along beams, and where they end; padded as Returns.
 struct TracedBeams
 {
-	std::vector<float> walls;       //!< [-] runs of occupied cells a beam came out of, except right before its end
+	/// [-] runs of occupied cells a beam came out of, except right before its end; one that it was in for less than the
+	/// size of a cell, as behind a corner, counts as that part of one
+	std::vector<float> walls;
 	std::vector<float> unknown;     //!< [m] in unknown space, outside of the grid included
 	std::vector<std::int32_t> end;  //!< Cell of the end point; unknown outside of the grid
 };

@@ -109,8 +109,6 @@ void visit_parameters(P& p, Visitor&& visit)
 	visit(
 	    "beam_model", "off_wall_run", model.off_wall_run, -10.0, 10.0,
 	    "[nat] for each run of beams short of the walls");
-	visit("beam_model", "unknown_run", model.unknown_run, -10.0, 10.0, "[nat] for each run of beams in unknown space");
-	visit("beam_model", "through_wall_run", model.through_wall_run, -10.0, 10.0, "[nat] for each run through walls");
 	visit(
 	    "beam_model", "depth_edge", model.depth_edge, -10.0, 10.0,
 	    "[nat] for each depth edge between walls of the map");
