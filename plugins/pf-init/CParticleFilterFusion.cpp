@@ -27,6 +27,15 @@ double milliseconds_since(std::chrono::steady_clock::time_point start)
 {
 	return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
 }
+
+/// Probability that the robot is at one of the hypotheses. By the root: the scan alone has to allow for other
+/// buildings, while the filter knows that it is in this one.
+double probability_found(const Localization& localization)
+{
+	double by_scan = 0;
+	for (const Hypothesis& hypothesis : localization.hypotheses) by_scan += hypothesis.probability;
+	return std::sqrt(std::min(1.0, by_scan));
+}
 }  // namespace
 
 void CParticleFilterFusion::start(const CSignatureMap2D::ConstPtr& map, const FusionParameters& parameters)
@@ -62,6 +71,7 @@ FusedPose CParticleFilterFusion::step(const FusionInput& input)
 		const CPosePDFGaussian motion = motion_to(input);
 		resize(particles_for(motion));
 		predict(motion);
+		unaccounted_ += (1 - unaccounted_) * tuning.admitted_probability;
 		const double lost = probability_of_being_lost(input);
 		weigh_by_hypotheses(input.localization);
 		const double effective = weigh_by_scan_and_resample(input);
@@ -89,6 +99,7 @@ FusedPose CParticleFilterFusion::step(const FusionInput& input)
 bool CParticleFilterFusion::seed(const Localization& localization)
 {
 	if (localization.hypotheses.empty()) return false;
+	unaccounted_ = 1 - probability_found(localization);
 	assign_particles(particles_, seed_particles(localization, grid_, free_cells_, seeding_));
 	return seeded_ = true;
 }
@@ -164,19 +175,17 @@ double CParticleFilterFusion::probability_of_being_lost(const FusionInput& input
 		best = std::max(best, std::log(hypothesis.probability + 1e-12) + log_likelihood(hypothesis.pose.asTPose()));
 	// likelihoods relative to the best hypothesis
 	const auto weights = pf::normalized_weights(particles_);
-	double of_filter = 0;
+	double likelihood = 0;
 	for (std::size_t i = 0; i < weights.size(); i++)
-		of_filter += weights[i] * std::exp(log_likelihood(particles_.m_particles[i].d) - best);
-	const double of_lost = tuning.admitted_probability * std::exp(tuning.log_place_share);
+		likelihood += weights[i] * std::exp(log_likelihood(particles_.m_particles[i].d) - best);
+	const double of_lost = unaccounted_ * std::exp(tuning.log_place_share), of_filter = (1 - unaccounted_) * likelihood;
 	return std::max(tuning.admitted_probability, of_lost / (of_lost + of_filter));
 }
 
 double CParticleFilterFusion::weigh_by_scan_and_resample(const FusionInput& input)
 {
-	double explained = 0;  // probability that the map explains the scan, as far as the scan alone can tell
-	for (const Hypothesis& hypothesis : input.localization.hypotheses) explained += hypothesis.probability;
-	// which has to allow for other buildings, while the filter knows its own: hence the root
-	filter_.m_options.powFactor = tuning.unexplained_power + (1 - tuning.unexplained_power) * std::sqrt(explained);
+	filter_.m_options.powFactor =
+	    tuning.unexplained_power + (1 - tuning.unexplained_power) * probability_found(input.localization);
 	mrpt::obs::CSensoryFrame observations;
 	const auto beams = static_cast<std::size_t>(map_->likelihood_options().beams);
 	observations.insert(mrpt::obs::CObservation2DRangeScan::Create(pf::thinned(input.scan, beams)));
@@ -188,6 +197,7 @@ double CParticleFilterFusion::weigh_by_scan_and_resample(const FusionInput& inpu
 void CParticleFilterFusion::admit(const Localization& localization, double probability)
 {
 	if (localization.hypotheses.empty()) return;
+	unaccounted_ = probability * (1 - probability_found(localization));
 	SeedingParameters few = seeding_;
 	const double share = std::max(tuning.admitted_share, probability);
 	few.particles = static_cast<int>(std::lround(share * static_cast<double>(particles_.m_particles.size())));
@@ -212,10 +222,10 @@ FusedPose CParticleFilterFusion::estimate() const
 	FusedPose pose;
 	pose.pose = place.pose;
 	pose.covariance = place.covariance;
-	pose.probability = place.probability;
+	pose.probability = place.probability * (1 - unaccounted_);
 	pose.particles = particles_.m_particles.size();
 	pose.effective_sample_size = particles_.ESS();
-	pose.status = place.probability >= tuning.tracking_probability ? FusionStatus::kTracking : FusionStatus::kAmbiguous;
+	pose.status = pose.probability >= tuning.tracking_probability ? FusionStatus::kTracking : FusionStatus::kAmbiguous;
 	return pose;
 }
 }  // namespace d2s1r

@@ -17,7 +17,8 @@ namespace d2s1r
 /// resample; then the hypotheses are admitted as particles, with the probability that the filter is lost: little while
 /// it explains the scan, so that they die out if it is right and take over within a few scans if it is not; all at
 /// once if its particles explain the scan far worse than the hypotheses do (kidnapping, a wrong start). That is
-/// reported as a re-seed.
+/// reported as a re-seed. What hypotheses left open, as the first ones of a scan that says little do, is not forgotten:
+/// until a scan settles it no place is tracked, and better hypotheses take over sooner.
 class CParticleFilterFusion : public CFusionBackend
 {
 	DEFINE_MRPT_OBJECT(CParticleFilterFusion, d2s1r)
@@ -30,7 +31,7 @@ class CParticleFilterFusion : public CFusionBackend
 	struct Tuning
 	{
 		double admitted_share = 0.10;          //!< [0, 1] of the particles given to the hypotheses of each scan
-		double admitted_probability = 0.0005;  //!< [0, 1] that the filter is lost, before each scan
+		double admitted_probability = 0.0005;  //!< [0, 1] that the robot was carried away since the last scan
 		double log_place_share = -17;    //!< [nat] of all poses that a place takes: how much better a hypothesis must
 		                                 //!< explain a scan to take over at once
 		double unexplained_power = 0.2;  //!< [0, 1] exponent of the likelihood of a scan that fits nowhere in the map;
@@ -58,6 +59,7 @@ class CParticleFilterFusion : public CFusionBackend
 	mrpt::bayes::CParticleFilter filter_;
 	mrpt::slam::CMonteCarloLocalization2D particles_;
 	bool seeded_ = false;
+	double unaccounted_ = 0;              ///< [0, 1] probability that no particle is where the robot is
 	Localization previous_;               ///< of the last scan
 	mrpt::poses::CPose2D last_motion_;    ///< increment to the last scan
 	std::optional<FusedPose> last_pose_;  ///< of the last scan

@@ -64,6 +64,24 @@ TEST_F(FilterOnAFloor, FindsOutWhereAnAmbiguousStartWasAndIsNotReseededByThat)
 	for (std::size_t i = 1; i < poses.size(); i++) EXPECT_EQ(poses[i].event, FusionEvent::kNone) << i;
 }
 
+TEST_F(FilterOnAFloor, AStartThatMayWellBeWrongIsNotTrackedAndGivesWaySooner)
+{
+	Drive drive = drive_along(along_corridor(12));
+	for (const std::size_t i : {1U, 2U}) drive[i] = blind(drive[i], Status::kRejected);
+	const auto scans_until_right = [&](double probability, FusionStatus expected)
+	{
+		const CPose2D further_along(drive[0].truth.x + 1.5, drive[0].truth.y, drive[0].truth.phi);
+		drive[0].localization = result_of({hypothesis_at(further_along, probability)});
+		const auto poses = follow(drive);
+		for (std::size_t i = 0; i < 3; i++) EXPECT_EQ(poses[i].status, expected) << probability << ", frame " << i;
+		std::size_t scans = 3;
+		while (scans < poses.size() && distance_between(poses[scans].pose, drive[scans].truth) > 0.5) scans++;
+		return scans;
+	};
+	EXPECT_EQ(scans_until_right(0.05, FusionStatus::kAmbiguous), 3U);
+	EXPECT_GT(scans_until_right(0.95, FusionStatus::kTracking), 3U);
+}
+
 TEST_F(FilterOnAFloor, GoesByHypothesesIfTheScanSaysNothing)
 {
 	const Hypothesis here = hypothesis_at({-1, 6, 0}, 0.4), there = hypothesis_at({7.6, 3.6, 0.8}, 0.55);
