@@ -70,6 +70,19 @@ TEST_F(Reproduce, WritesTablesAndFigures)
 	}
 }
 
+TEST_F(Reproduce, LeavesOutTheMapsIfAskedTo)
+{
+	if (run_program({kPython, "-c", "import matplotlib"}).status != 0)
+		GTEST_SKIP() << "NO MATPLOTLIB: install Debian's python3-matplotlib";
+	write_site("flat", {"sim360_off"});
+	const ProcessResult result = reproduce({"--frames", "2", "--sweep-frames", "1", "--no-maps"});
+	ASSERT_EQ(result.status, 0) << result.err;
+	EXPECT_FALSE(fs::exists(path("results/success_maps.png")));
+	const std::string report = read_file(path("results/README.md"));
+	EXPECT_EQ(report.find("success_maps.png"), std::string::npos) << report;
+	EXPECT_NE(report.find("--sweep-frames 1 --no-maps`"), std::string::npos) << report;
+}
+
 TEST_F(Reproduce, SaysWhatIsMissing)
 {
 	if (run_program({kPython, "-c", "import matplotlib"}).status != 0)

@@ -15,12 +15,12 @@ import tables  # noqa: E402
 SHOWN_MAPS = 3  # [-] in the figure of successes: the paper's buildings, then the largest
 
 
-def draw_all(results, folder):
+def draw_all(results, folder, with_maps):
     """{figure: file name, "" if there is nothing to draw}"""
     plain = {(job.site, job.scans, job.config): frames for job, frames in report.frames_of(results)}
     drawn = {
         "errors": draw_errors(plain, folder / "errors.png"),
-        "maps": draw_maps(plain, folder / "success_maps.png"),
+        "maps": draw_maps(plain, folder / "success_maps.png") if with_maps else "",
         "reliability": draw_reliability(plain, folder / "reliability.png"),
         "field_of_view": draw_curves(tables.points(results, "field_of_view"), "field of view [deg]",
                                      folder / "field_of_view.png"),

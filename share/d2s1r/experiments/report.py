@@ -7,7 +7,7 @@ import tables
 
 INTRODUCTION = """# Results
 
-{version}, {date}: `share/d2s1r/experiments/reproduce.py --frames {frames} --sweep-frames {sweep}`, {minutes:.0f} minutes, {jobs}
+{version}, {date}: `share/d2s1r/experiments/reproduce.py --frames {frames} --sweep-frames {sweep}{no_maps}`, {minutes:.0f} minutes, {jobs}
 programs of one thread at a time on {machine}. At most {frames} scans of a set and {sweep} for a point of a curve, evenly
 spread over the set.
 
@@ -18,6 +18,10 @@ success is a best pose within 0.2 m and 5 deg of the truth (real scans 0.3 m), w
 
 The paper's sets are of the same two buildings as our mit_killian (D_M) and intel (D_I), simulated by the authors on
 other maps and paths; its third building (D_G) is not among ours.
+"""
+
+NO_MAPS = """The counterpart of the paper's Fig. 3, where scans were localized, shows the maps: without `--no-maps` it is
+written, too.
 """
 
 
@@ -45,10 +49,12 @@ def write(results, figures, arguments, version, seconds):
     parts = [
         INTRODUCTION.format(
             version=version, date=datetime.date.today().isoformat(), minutes=seconds / 60, jobs=arguments.jobs,
-            machine=machine(), frames=arguments.frames, sweep=arguments.sweep_frames),
+            machine=machine(), frames=arguments.frames, sweep=arguments.sweep_frames,
+            no_maps=" --no-maps" if arguments.no_maps else ""),
         tables.times(plain), tables.success(plain), tables.precision(plain),
         tables.picture("Errors of the successes, as the paper's Fig. 2: position in white, yaw in grey", figures["errors"]),
         tables.picture("Where scans were localized, as the paper's Fig. 3", figures["maps"]),
+        NO_MAPS if arguments.no_maps else "",
         tables.statuses(plain), tables.windows(frames_of(results, window=tables.WINDOW)),
         tables.reliability(plain), tables.picture("Confidence and what it is worth", figures["reliability"]),
         tables.strangers(results),

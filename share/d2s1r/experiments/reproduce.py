@@ -31,6 +31,8 @@ def read_arguments():
     parser.add_argument("--sweep-frames", type=int, default=150, help="the same for every point of a curve and every "
                         "pair of sites (default 150)")
     parser.add_argument("--jobs", type=int, default=2, help="programs that run at a time, one thread each (default 2)")
+    parser.add_argument("--no-maps", action="store_true", help="leave out success_maps.png, for a report of maps that "
+                        "are not yours to pass on")
     return parser.parse_args()
 
 
@@ -44,7 +46,7 @@ def main():
     runner = runs.Runner(arguments.build, PROJECT / "share/d2s1r/config", arguments.output / "runs")
     jobs = plan.all_jobs(found, arguments.frames, arguments.sweep_frames)
     results = runner.run_all(jobs, arguments.jobs)
-    names = figures.draw_all(results, arguments.output)
+    names = figures.draw_all(results, arguments.output, not arguments.no_maps)
     report.write(results, names, arguments, runner.version(), time.monotonic() - start)
     print(f"{arguments.output / 'README.md'}: {len(jobs)} runs in {(time.monotonic() - start) / 60:.1f} min")
 
