@@ -134,20 +134,25 @@ TEST_P(CoarseKernel, CostsOfRowsAreThoseOfAPlainLoop)
 		for (const std::uint8_t truncation : {std::uint8_t{1}, std::uint8_t{10}, std::uint8_t{100}})
 		{
 			constexpr std::size_t kBlock = RangeProfiles::kBlock, kRows = 3;
-			const Row rows = random_row(random_, kRows * length + 5 + kBlock),
-			          step = random_row(random_, length + kBlock);
-			Row most(length + kBlock);
+			const Row rows = random_row(random_, kRows * length + 5 + kBlock);
+			Row least = random_row(random_, length + kBlock), greatest = least, most(length + kBlock);
+			for (auto& value : greatest)
+				if (random_() % 4 == 0) value = 255;
 			for (auto& value : most) value = random_() % 2 == 0 ? truncation : 0;
 			for (const std::size_t start : {std::size_t{0}, std::size_t{5}})  // rows start anywhere
 			{
 				std::array<std::uint32_t, kRows> costs{};
-				row_costs(rows.data() + start, kRows, {step.data(), most.data(), length}, costs.data());
+				row_costs(
+				    rows.data() + start, kRows, {least.data(), greatest.data(), most.data(), length}, costs.data());
 				for (std::size_t r = 0; r < kRows; r++)
 				{
 					std::uint32_t expected = 0;
 					for (std::size_t i = 0; i < length; i++)
-						expected +=
-						    static_cast<std::uint32_t>(difference(rows[start + r * length + i], step[i], most[i]));
+					{
+						const std::uint8_t range = rows[start + r * length + i];
+						expected += static_cast<std::uint32_t>(
+						    difference(range, std::clamp(range, least[i], greatest[i]), most[i]));
+					}
 					EXPECT_EQ(costs[r], expected);
 				}
 			}

@@ -82,6 +82,21 @@ TEST_F(CoarseSearch, PeopleDoNotOutvoteTheWalls)
 	}
 }
 
+TEST_F(CoarseSearch, ASensorOfShortReachAgreesWithAllThatIsBeyondIt)
+{
+	for (const auto& robot : poses_on_floor())
+	{
+		Scan scan = scan_at(world_, robot);
+		for (Beam& beam : scan.beams)
+			if (beam.range > 3) beam = {beam.angle, 3, false};
+		const auto candidates = coarse_search(profiles_, scan, parameters_);
+		EXPECT_TRUE(found(candidates, robot)) << robot;
+		const auto all = coarse_search(profiles_, scan_at(world_, robot), parameters_);
+		ASSERT_FALSE(candidates.empty() || all.empty());
+		EXPECT_LE(candidates[0].cost, all[0].cost + 0.1) << robot;
+	}
+}
+
 TEST_F(CoarseSearch, CandidatesAreDistinctAndBestFirst)
 {
 	parameters_.hopeless = 1e6;

@@ -17,7 +17,7 @@ class EndPoints : public testing::TestWithParam<std::int64_t>
 	const Grid grid_ = make_floor();
 	const DistanceField field_{grid_};
 
-	Returns returns_at(const mrpt::math::TPose2D& robot) const
+	BeamEnds returns_at(const mrpt::math::TPose2D& robot) const
 	{
 		return make_rays(scan_at(world_of(grid_), robot), kDegree, 360).returns;
 	}
@@ -25,7 +25,8 @@ class EndPoints : public testing::TestWithParam<std::int64_t>
 
 /// The same sums by plain loops.
 std::array<double, 15> literal_sums(
-    const DistanceField& field, const Returns& returns, const mrpt::math::TPose2D& sensor, double offset, double kernel)
+    const DistanceField& field, const BeamEnds& returns, const mrpt::math::TPose2D& sensor, double offset,
+    double kernel)
 {
 	std::array<double, 15> sums{};
 	for (std::size_t i = 0; i < returns.range.size(); i++)
@@ -55,7 +56,7 @@ TEST_P(EndPoints, SumsAreThoseOfPlainLoops)
 		for (const double offset : {0.0, 0.03})
 		{
 			const mrpt::math::TPose2D sensor{robot.x + 0.07, robot.y - 0.04, robot.phi + 0.02};
-			const Returns returns = returns_at(robot);
+			const BeamEnds returns = returns_at(robot);
 			const EndPointSums sums = sum_end_points(field_, returns, sensor, offset, 0.1);
 			const auto expected = literal_sums(field_, returns, sensor, offset, 0.1);
 			for (std::size_t k = 0; k < 10; k++)
@@ -68,7 +69,7 @@ TEST_P(EndPoints, SumsAreThoseOfPlainLoops)
 
 TEST_P(EndPoints, FarOutsideOfTheMapWeighNothing)
 {
-	const Returns returns = returns_at(poses_on_floor()[0]);
+	const BeamEnds returns = returns_at(poses_on_floor()[0]);
 	const EndPointSums sums = sum_end_points(field_, returns, {1e4, -1e4, 0.3}, 0, 0.1);
 	EXPECT_EQ(sums.weight, 0);
 	for (const float value : sums.information) EXPECT_EQ(value, 0);
@@ -77,7 +78,7 @@ TEST_P(EndPoints, FarOutsideOfTheMapWeighNothing)
 TEST_P(EndPoints, AreBitForBitTheSameAsPortableLoops)
 {
 	const auto robot = poses_on_floor()[2];
-	const Returns returns = returns_at(robot);
+	const BeamEnds returns = returns_at(robot);
 	const auto sum = [&] { return sum_end_points(field_, returns, {robot.x + 0.1, robot.y, robot.phi}, 0.01, 0.08); };
 	const EndPointSums chosen = sum();
 	const PortableSimd plain;

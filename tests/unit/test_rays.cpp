@@ -36,10 +36,11 @@ TEST(Rays, AreSpreadOverTheScanAndNotCloserThanAsked)
 	EXPECT_GT(most.count, 90U);
 }
 
-TEST(Rays, ReturnsArePaddedBeamsThatEndNowhereAreLeftOut)
+TEST(Rays, ReturnsArePaddedBeamsThatEndNowhereAreKeptApart)
 {
 	Scan scan = scan_of(11, 110);
 	scan.beams[3].is_return = scan.beams[4].is_return = false;
+	scan.beams[4].range = 80;
 	const Rays rays = make_rays(scan, kDegree, 360);
 	EXPECT_EQ(rays.count, 11U);
 	ASSERT_EQ(rays.log_range.size(), 9U);
@@ -52,6 +53,10 @@ TEST(Rays, ReturnsArePaddedBeamsThatEndNowhereAreLeftOut)
 		EXPECT_EQ(rays.starts_run[i], i == 3 ? 1 : 0) << i;  // the one after the gap
 	}
 	for (std::size_t i = 9; i < 16; i++) EXPECT_LT(rays.returns.range[i], 0);
+	ASSERT_EQ(rays.no_returns.range.size(), 8U);
+	EXPECT_EQ(rays.no_returns.range[0], 3);
+	EXPECT_EQ(rays.no_returns.range[1], 20) << "a wall that far may well not return a beam";
+	EXPECT_FLOAT_EQ(std::atan2(rays.no_returns.unit_y[0], rays.no_returns.unit_x[0]), scan.beams[3].angle);
 }
 
 TEST(Rays, DepthEdgesLieBetweenNeighboursOfWhichOneIsWellBehindTheOther)

@@ -207,8 +207,10 @@ TEST_F(OnFloor, NoPoseScoresMoreThanTheEndsOfItsBeamsAllow)
 {
 	BeamModel generous;
 	generous.through_wall = 0.02, generous.unknown_metre = 0.01, generous.off_wall_run = 0.1;
+	generous.no_return_at_wall = 0.05;
 	Scan scan = scan_at(world_, poses_on_floor()[0]);
 	block(scan, 30, 30, 0.7F);
+	for (std::size_t i = 200; i < 230; i++) scan.beams[i].is_return = false;
 	const Rays rays = make_rays(scan, kDegree, 360);
 	auto poses = random_poses(grid_, 300, 0.0, 5);
 	poses.insert(poses.end(), {poses_on_floor()[0], {-50, 5, 0}});
@@ -223,11 +225,31 @@ TEST_F(OnFloor, NoPoseScoresMoreThanTheEndsOfItsBeamsAllow)
 	EXPECT_LT(most, score(tracer_, field_, rays, robot, {}).log_likelihood + 3) << "too loose to be of use";
 }
 
-TEST_F(OnFloor, NoReturnSaysNothing)
+TEST(Scoring, ABeamThatSawNothingIsChargedForAWallInItsWayOnce)
+{
+	BeamModel model = nothing_counts();
+	model.no_return_at_wall = -1;
+	const Grid grid = make_two_rooms();
+	const auto score_of_reach = [&](double x, float reach)
+	{
+		Scan scan;
+		scan.field_of_view = 2 * kDegree;
+		scan.beams = {{0, reach, false}, {static_cast<float>(M_PI), static_cast<float>(x), true}};
+		return score_at(BeamTracer(grid), DistanceField(grid), scan, {x, 0.5, 0}, model).log_likelihood;
+	};
+	EXPECT_DOUBLE_EQ(score_of_reach(0.5, 0.4F), 0);
+	EXPECT_DOUBLE_EQ(score_of_reach(0.5, 0.6F), 0) << "the wall may be a little further away";
+	EXPECT_DOUBLE_EQ(score_of_reach(0.5, 1.0F), -1);
+	EXPECT_DOUBLE_EQ(score_of_reach(0.5, 2.0F), -1) << "whatever is behind the wall";
+	EXPECT_DOUBLE_EQ(score_of_reach(2.1, 0.8F), 0);
+	EXPECT_DOUBLE_EQ(score_of_reach(2.1, 2.0F), 0) << "unknown space";
+	EXPECT_DOUBLE_EQ(score_of_reach(2.1, 5.0F), 0) << "beyond the map";
+}
+
+TEST_F(OnFloor, AScanWithoutReturnsExplainsNothing)
 {
 	Scan scan = scan_at(world_, poses_on_floor()[0]);
 	for (Beam& beam : scan.beams) beam.is_return = false;
-	EXPECT_EQ(at(poses_on_floor()[0], scan).log_likelihood, 0);
 	EXPECT_EQ(at(poses_on_floor()[0], scan).explained, 0);
 }
 

@@ -73,7 +73,7 @@ HWY_INLINE Passed follow(const std::uint8_t* start, int width, Axis u, Axis v, F
 }  // namespace
 
 void trace_of_target(
-    const PackedCells& map, double start_u, double start_v, double heading, const Returns& returns, bool only_ends,
+    const PackedCells& map, double start_u, double start_v, double heading, const BeamEnds& returns, bool only_ends,
     TracedBeams& traced)
 {
 	constexpr double kAtWall = 0.15;  // [m] a wall this near to the end is where the beam ended
@@ -117,7 +117,7 @@ namespace d2s1r
 HWY_EXPORT(trace_of_target);
 
 void trace_beams(
-    const PackedCells& map, double u, double v, double heading, const Returns& returns, bool only_ends,
+    const PackedCells& map, double u, double v, double heading, const BeamEnds& returns, bool only_ends,
     TracedBeams& traced)
 {
 	HWY_DYNAMIC_DISPATCH(trace_of_target)(map, u, v, heading, returns, only_ends, traced);

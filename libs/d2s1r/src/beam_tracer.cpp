@@ -69,18 +69,18 @@ BeamTracer::BeamTracer(const Grid& grid)
 	}
 }
 
-void BeamTracer::trace(const Returns& returns, const mrpt::math::TPose2D& sensor, TracedBeams& traced) const
+void BeamTracer::trace(const BeamEnds& returns, const mrpt::math::TPose2D& sensor, TracedBeams& traced) const
 {
 	trace(returns, sensor, false, traced);
 }
 
-void BeamTracer::locate_ends(const Returns& returns, const mrpt::math::TPose2D& sensor, TracedBeams& traced) const
+void BeamTracer::locate_ends(const BeamEnds& returns, const mrpt::math::TPose2D& sensor, TracedBeams& traced) const
 {
 	trace(returns, sensor, true, traced);
 }
 
 void BeamTracer::trace(
-    const Returns& returns, const mrpt::math::TPose2D& sensor, bool only_ends, TracedBeams& traced) const
+    const BeamEnds& returns, const mrpt::math::TPose2D& sensor, bool only_ends, TracedBeams& traced) const
 {
 	const std::size_t count = returns.range.size();
 	traced.walls.resize(count);

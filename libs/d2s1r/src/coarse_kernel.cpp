@@ -154,8 +154,9 @@ void row_costs_of_target(const std::uint8_t* rows, std::size_t count, const Coar
 	{
 		const auto sum_from = [&](std::size_t i, V most)
 		{
-			const V range = hn::LoadU(bytes, rows + i), step = hn::LoadU(bytes, look.step + i);
-			const V difference = hn::Or(hn::SaturatedSub(range, step), hn::SaturatedSub(step, range));
+			const V range = hn::LoadU(bytes, rows + i);
+			const V beyond = hn::SaturatedSub(range, hn::LoadU(bytes, look.greatest + i));
+			const V difference = hn::Or(beyond, hn::SaturatedSub(hn::LoadU(bytes, look.least + i), range));
 			return hn::SumsOf8(hn::Min(difference, most));
 		};
 		auto sum = sum_from(whole, end_of_most);

@@ -51,12 +51,13 @@ std::size_t find_cheap_pairs(
 /// What a row is compared with, direction by direction.
 struct CoarseRow
 {
-	const std::uint8_t* step;  //!< [step]
-	const std::uint8_t* most;  //!< [step] truncation of the difference; 0 where there is no beam
-	std::size_t length;        //!< [-] directions. RangeProfiles::kBlock more may be read at the end of both arrays
+	const std::uint8_t *least, *greatest;  //!< [step] ranges that agree
+	const std::uint8_t* most;              //!< [step] truncation of the difference; 0 where there is no beam
+	std::size_t length;  //!< [-] directions. RangeProfiles::kBlock more may be read at the end of the arrays
 };
 
-/// The sums over directions of min(most[i], |row[i] - step[i]|), for `count` rows one after the other.
+/// The sums over directions of min(most[i], distance of row[i] from least[i] ... greatest[i]), for `count` rows one
+/// after the other.
 /// RangeProfiles::kBlock more may be read at the end of the rows.
 void row_costs(const std::uint8_t* rows, std::size_t count, const CoarseRow& look, std::uint32_t* costs);
 }  // namespace d2s1r

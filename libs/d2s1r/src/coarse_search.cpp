@@ -39,7 +39,8 @@ void second_look(
 		if (m + kAhead < of_groups.size()) prefetch(rows_of(group_of(m + kAhead)), 4 * directions);
 		const std::size_t group = group_of(m);
 		const std::size_t turned = directions - static_cast<std::size_t>(of_groups[m].shift);
-		const CoarseRow look{scan.step.data() + turned, scan.most.data() + turned, directions};
+		const CoarseRow look{
+		    scan.least.data() + turned, scan.greatest.data() + turned, scan.most.data() + turned, directions};
 		std::array<std::uint32_t, 4> costs;
 		const std::size_t first = first_of_group[group], count = first_of_group[group + 1] - first;
 		row_costs(rows_of(group), count, look, costs.data());
@@ -60,7 +61,7 @@ std::vector<Candidate> coarse_search(
     const RangeProfiles& profiles, const Scan& scan, const CoarseSearchParameters& parameters, const Prior& prior)
 {
 	const CompandedScan companded = compand(scan, profiles, parameters.truncation);
-	if (companded.observed.empty()) return {};
+	if (companded.exact.empty()) return {};
 	const AllowedPairs allowed(profiles, prior, scan, parameters);
 	thread_local std::vector<Match> of_groups, matches;  // kept for the next query
 	first_look(profiles, companded, parameters, allowed, of_groups);

@@ -12,7 +12,8 @@ CompandedScan compand(const Scan& scan, const RangeProfiles& profiles, int trunc
 {
 	const int directions = profiles.directions;
 	const auto padded = static_cast<std::size_t>(2 * directions + RangeProfiles::kBlock);
-	CompandedScan out{std::vector<std::uint8_t>(padded), std::vector<std::uint8_t>(padded), {}};
+	CompandedScan out;
+	for (auto* row : {&out.least, &out.greatest, &out.most}) row->resize(padded);
 	std::vector<float> nearest(static_cast<std::size_t>(directions), 0.5F);
 	for (const Beam& beam : scan.beams)
 	{
@@ -22,11 +23,18 @@ CompandedScan compand(const Scan& scan, const RangeProfiles& profiles, int trunc
 		if (out.most[bin] != 0 && offset >= nearest[bin]) continue;
 		nearest[bin] = offset;
 		out.most[bin] = static_cast<std::uint8_t>(truncation);
-		out.step[bin] = beam.is_return ? profiles.compand(static_cast<double>(beam.range)) : RangeProfiles::kOutOfRange;
+		out.least[bin] = profiles.compand(static_cast<double>(beam.range));
+		out.greatest[bin] = beam.is_return ? out.least[bin] : RangeProfiles::kOutOfRange;
 	}
-	for (int i = 0; i < directions; i++)
-		if (out.most[static_cast<std::size_t>(i)] != 0) out.observed.push_back(i);
-	for (auto* row : {&out.step, &out.most}) std::copy_n(row->begin(), directions, row->begin() + directions);
+	for (int direction = 0; direction < directions; direction++)
+	{
+		const auto bin = static_cast<std::size_t>(direction);
+		if (out.most[bin] == 0) continue;
+		out.observed.push_back(direction);
+		if (out.least[bin] == out.greatest[bin]) out.exact.push_back(direction);
+	}
+	for (auto* row : {&out.least, &out.greatest, &out.most})
+		std::copy_n(row->begin(), directions, row->begin() + directions);
 	return out;
 }
 }  // namespace d2s1r

@@ -72,7 +72,7 @@ Distances look_up(const DistanceField& field, Floats column, Floats row)
 	return result;
 }
 
-/// Adds Returns::kVector end points a step: lanes of vectors that are shorter are the same, one after another.
+/// Adds BeamEnds::kVector end points a step: lanes of vectors that are shorter are the same, one after another.
 class Accumulator
 {
    public:
@@ -99,7 +99,7 @@ class Accumulator
 		float total[kSums];
 		for (std::size_t k = 0; k < kSums; k++)
 		{
-			HWY_ALIGN float lanes[Returns::kVector];
+			HWY_ALIGN float lanes[BeamEnds::kVector];
 			for (std::size_t part = 0; part < kParts; part++)
 				hn::Store(sums_[part][k], kFloats, lanes + part * hn::Lanes(kFloats));
 			total[k] =
@@ -114,14 +114,14 @@ class Accumulator
 
    private:
 	static constexpr std::size_t kSums = 15;
-	static constexpr std::size_t kParts = Returns::kVector / hn::MaxLanes(kFloats);
-	static_assert(kParts * hn::MaxLanes(kFloats) == Returns::kVector && Returns::kVector == 8);
+	static constexpr std::size_t kParts = BeamEnds::kVector / hn::MaxLanes(kFloats);
+	static_assert(kParts * hn::MaxLanes(kFloats) == BeamEnds::kVector && BeamEnds::kVector == 8);
 	Floats sums_[kParts][kSums];
 };
 }  // namespace
 
 EndPointSums sum_of_target(
-    const DistanceField& field, const Returns& returns, const mrpt::math::TPose2D& sensor, double range_offset,
+    const DistanceField& field, const BeamEnds& returns, const mrpt::math::TPose2D& sensor, double range_offset,
     double kernel)
 {
 	const double cells_a_metre = 1 / field.cell_size();
@@ -152,7 +152,7 @@ EndPointSums sum_of_target(
 		const Floats jr = sum_of_products(at.gradient_x, dx, at.gradient_y, dy);
 		const auto valid = [&](Floats value) { return hn::IfThenElseZero(at.inside, value); };
 		sums.add(
-		    i / lanes % (Returns::kVector / lanes), valid(at.gradient_x), valid(at.gradient_y), valid(jp), valid(jr),
+		    i / lanes % (BeamEnds::kVector / lanes), valid(at.gradient_x), valid(at.gradient_y), valid(jp), valid(jr),
 		    valid(at.value), share);
 	}
 	return sums.result();
@@ -167,7 +167,7 @@ namespace d2s1r
 HWY_EXPORT(sum_of_target);
 
 EndPointSums sum_end_points(
-    const DistanceField& field, const Returns& returns, const mrpt::math::TPose2D& sensor, double range_offset,
+    const DistanceField& field, const BeamEnds& returns, const mrpt::math::TPose2D& sensor, double range_offset,
     double kernel)
 {
 	return HWY_DYNAMIC_DISPATCH(sum_of_target)(field, returns, sensor, range_offset, kernel);

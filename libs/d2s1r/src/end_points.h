@@ -22,6 +22,6 @@ struct EndPointSums
 /// \param kernel [m] width of the robust kernel
 /// \return the same bits whatever SIMD the machine has
 EndPointSums sum_end_points(
-    const DistanceField& field, const Returns& returns, const mrpt::math::TPose2D& sensor, double range_offset,
+    const DistanceField& field, const BeamEnds& returns, const mrpt::math::TPose2D& sensor, double range_offset,
     double kernel);
 }  // namespace d2s1r

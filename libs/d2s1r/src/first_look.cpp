@@ -15,13 +15,13 @@ namespace
 /// As many beams as a byte can sum up, spread over the scan; any few in a row of these are spread, too.
 std::vector<CoarseBeam> few_beams(const CompandedScan& scan, int truncation)
 {
-	const std::size_t count = std::min(scan.observed.size(), static_cast<std::size_t>(255 / truncation));
+	const std::size_t count = std::min(scan.exact.size(), static_cast<std::size_t>(255 / truncation));
 	const std::size_t stride = count % 7 != 0 ? 7 : 1;
 	std::vector<CoarseBeam> beams;
 	for (std::size_t i = 0; i < count; i++)
 	{
-		const int direction = scan.observed[i * stride % count * scan.observed.size() / count];
-		beams.push_back({direction, static_cast<std::uint8_t>(scan.step[static_cast<std::size_t>(direction)] / 2)});
+		const int direction = scan.exact[i * stride % count * scan.exact.size() / count];
+		beams.push_back({direction, static_cast<std::uint8_t>(scan.least[static_cast<std::size_t>(direction)] / 2)});
 	}
 	return beams;
 }
@@ -31,7 +31,7 @@ void find_deficits(const RangeProfiles& profiles, const CompandedScan& scan, std
 {
 	constexpr std::size_t kBlock = RangeProfiles::kBlock;
 	std::vector<std::uint8_t> steps;
-	for (const int direction : scan.observed) steps.push_back(scan.step[static_cast<std::size_t>(direction)] / 2);
+	for (const int direction : scan.exact) steps.push_back(scan.least[static_cast<std::size_t>(direction)] / 2);
 	const auto signature = profiles.signature_of(steps.data(), steps.size());
 	deficits.resize((profiles.groups() + kBlock - 1) / kBlock * kBlock);
 	for (std::size_t first = 0; first < deficits.size(); first += kBlock)
@@ -127,7 +127,7 @@ void first_look(
 	const int of_few = deficit_of_few(deficits, profiles.groups());
 	look_at_deficits(0, of_few);
 	const int most = greatest_deficit(
-	    profiles, static_cast<double>(scan.observed.size()), static_cast<double>(cheapest.least()), look, parameters);
+	    profiles, static_cast<double>(scan.exact.size()), static_cast<double>(cheapest.least()), look, parameters);
 	if (most > of_few) look_at_deficits(of_few + 1, most);
 	cheapest.drop_dear();
 }

@@ -8,17 +8,17 @@ namespace d2s1r
 {
 namespace
 {
-void add(Returns& returns, float unit_x, float unit_y, float range)
+void add(BeamEnds& returns, float unit_x, float unit_y, float range)
 {
 	returns.unit_x.push_back(unit_x);
 	returns.unit_y.push_back(unit_y);
 	returns.range.push_back(range);
 }
 
-void pad(Returns& returns)
+void pad(BeamEnds& returns)
 {
 	constexpr float kFarBehind = -1e6F;  // [m]
-	while (returns.range.size() % Returns::kVector != 0) add(returns, 1, 0, kFarBehind);
+	while (returns.range.size() % BeamEnds::kVector != 0) add(returns, 1, 0, kFarBehind);
 }
 
 /// Whether neighbours that are `spacing` [rad] apart see things one behind the other, not one thing at an angle.
@@ -41,6 +41,7 @@ Rays make_rays(const Scan& scan, double spacing, int most)
 	    static_cast<std::size_t>(std::max(1L, std::lround(spacing / apart))),
 	    (beams + static_cast<std::size_t>(most) - 1) / static_cast<std::size_t>(most));
 	rays.spacing = apart * static_cast<double>(stride);
+	constexpr float kFarthest = 20;  // [m] beyond, surfaces are too dark or too slanted often
 	bool was_return = true;
 	for (std::size_t i = 0; i < beams; i += stride, rays.count++)
 	{
@@ -54,9 +55,12 @@ Rays make_rays(const Scan& scan, double spacing, int most)
 			rays.log_range.push_back(std::log(std::clamp(beam.range, 0.5F, 20.0F) / 3.0F));
 			rays.starts_run.push_back(was_return ? 0 : 1);
 		}
+		else
+			add(rays.no_returns, std::cos(beam.angle), std::sin(beam.angle), std::min(beam.range, kFarthest));
 		was_return = beam.is_return;
 	}
 	pad(rays.returns);
+	pad(rays.no_returns);
 	return rays;
 }
 }  // namespace d2s1r

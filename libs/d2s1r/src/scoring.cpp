@@ -64,6 +64,9 @@ class Sum
 		explained_ += explained ? 1 : 0;
 	}
 
+	/// [nat] of anything but returns.
+	void add(double log_likelihood) { log_likelihood_ += log_likelihood; }
+
 	void end_run() { was_short_ = false; }
 
 	Score result() const
@@ -79,9 +82,21 @@ class Sum
 	bool was_short_ = false, was_explained_ = false;
 };
 
+/// [nat] of beams that ended at nothing: little, for glass and dark surfaces do not return every beam.
+double of_no_returns(
+    const BeamTracer& tracer, const Rays& rays, const mrpt::math::TPose2D& sensor, const BeamModel& model)
+{
+	thread_local TracedBeams traced;
+	tracer.trace(rays.no_returns, sensor, traced);
+	double sum = 0;
+	for (std::size_t i = 0; i < rays.count - rays.log_range.size(); i++)
+		if (traced.walls[i] > kWholeCell) sum += model.no_return_at_wall;
+	return rays.spacing / kModelBeam * sum;
+}
+
 /// Where a return ends [m, map frame]; `c` and `s` are of the sensor's yaw.
 std::pair<double, double> end_of(
-    const Returns& returns, std::size_t i, const mrpt::math::TPose2D& sensor, float c, float s)
+    const BeamEnds& returns, std::size_t i, const mrpt::math::TPose2D& sensor, float c, float s)
 {
 	const float x = (c * returns.unit_x[i] - s * returns.unit_y[i]) * returns.range[i];
 	const float y = (s * returns.unit_x[i] + c * returns.unit_y[i]) * returns.range[i];
@@ -94,9 +109,10 @@ Score score(
     const BeamModel& model)
 {
 	thread_local TracedBeams traced;
-	const Returns& returns = rays.returns;
+	const BeamEnds& returns = rays.returns;
 	tracer.trace(returns, sensor, traced);
 	Sum sum(model, rays.spacing / kModelBeam);
+	sum.add(of_no_returns(tracer, rays, sensor, model));
 	const auto c = static_cast<float>(std::cos(sensor.phi)), s = static_cast<float>(std::sin(sensor.phi));
 	for (std::size_t i = 0; i < rays.log_range.size(); i++)
 	{
@@ -121,7 +137,8 @@ double most_log_likelihood(
 	const double beams = rays.spacing / kModelBeam;
 	thread_local TracedBeams ends;
 	tracer.locate_ends(rays.returns, sensor, ends);
-	double sum = 0;
+	const auto no_returns = static_cast<double>(rays.count - rays.log_range.size());
+	double sum = beams * no_returns * gain(model.no_return_at_wall);
 	bool was_on_wall = false;
 	const auto c = static_cast<float>(std::cos(sensor.phi)), s = static_cast<float>(std::sin(sensor.phi));
 	for (std::size_t i = 0; i < rays.log_range.size(); i++)

@@ -6,7 +6,7 @@
 
 namespace d2s1r
 {
-/// What lies along beams, and where they end; padded as Returns.
+/// What lies along beams, and where they end; padded as BeamEnds.
 struct TracedBeams
 {
 	/// [-] runs of occupied cells a beam came out of, except right before its end; one that it was in for less than the
@@ -25,15 +25,15 @@ class BeamTracer
 
 	/// Follows all `returns` of a sensor at `sensor` [m, rad, map frame]; bit for bit the same whatever SIMD the
 	/// machine has.
-	void trace(const Returns& returns, const mrpt::math::TPose2D& sensor, TracedBeams& traced) const;
+	void trace(const BeamEnds& returns, const mrpt::math::TPose2D& sensor, TracedBeams& traced) const;
 
 	/// The same ends of the beams, as if these passed nothing: not followed, much faster.
-	void locate_ends(const Returns& returns, const mrpt::math::TPose2D& sensor, TracedBeams& traced) const;
+	void locate_ends(const BeamEnds& returns, const mrpt::math::TPose2D& sensor, TracedBeams& traced) const;
 
 	static constexpr int kClassBits = 2;
 
    private:
-	void trace(const Returns& returns, const mrpt::math::TPose2D& sensor, bool only_ends, TracedBeams& traced) const;
+	void trace(const BeamEnds& returns, const mrpt::math::TPose2D& sensor, bool only_ends, TracedBeams& traced) const;
 
 	int width_, height_;  //!< [cells] of the grid and a margin of one cell around it
 	double cell_size_, origin_x_, origin_y_;

@@ -84,16 +84,17 @@ struct RefinementParameters
 /// Log-likelihood [nat] of what a beam of 1 deg did, against ending anywhere. Learned: see scoring.h.
 struct BeamModel
 {
-	double on_wall = 0.224;         //!< end point within 6 cm of the centre of an occupied cell
-	double near_wall = 0.028;       //!< within 10 cm
-	double beside_wall = -0.052;    //!< within 20 cm, in free space
-	double off_wall = -0.252;       //!< further, in free space
-	double in_unknown = 0.04;       //!< further than 10 cm from a wall, in unknown space
-	double log_range = 0.183;       //!< times ln(range / 3 m), on or near a wall: a close wall is seen by many beams
-	double through_wall = -0.21;    //!< for each wall passed, at most three
-	double unknown_metre = -0.038;  //!< for each metre of unknown space passed, at most three
-	double off_wall_run = -0.29;    //!< for each run of beams off the walls that passed none: an object
-	double depth_edge = 1.5;        //!< for each depth edge of the scan between beams that both end at walls of the map
+	double on_wall = 0.224;           //!< end point within 6 cm of the centre of an occupied cell
+	double near_wall = 0.028;         //!< within 10 cm
+	double beside_wall = -0.052;      //!< within 20 cm, in free space
+	double off_wall = -0.252;         //!< further, in free space
+	double in_unknown = 0.04;         //!< further than 10 cm from a wall, in unknown space
+	double log_range = 0.183;         //!< times ln(range / 3 m), on or near a wall: a close wall is seen by many beams
+	double through_wall = -0.21;      //!< for each wall passed, at most three
+	double unknown_metre = -0.038;    //!< for each metre of unknown space passed, at most three
+	double off_wall_run = -0.29;      //!< for each run of beams off the walls that passed none: an object
+	double no_return_at_wall = -0.1;  //!< saw nothing, though a wall is in the way within 20 m: glass, a dark surface
+	double depth_edge = 1.5;  //!< for each depth edge of the scan between beams that both end at walls of the map
 };
 
 /// Log-odds that one of the places found is right, against "the scan is of no place in the map". Learned: see

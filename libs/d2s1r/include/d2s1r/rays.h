@@ -5,9 +5,9 @@
 
 namespace d2s1r
 {
-/// Beams that ended at something, coordinate by coordinate; padded to whole vectors by ones that have a negative range
-/// and end far outside of any map.
-struct Returns
+/// Ends of beams, coordinate by coordinate; padded to whole vectors by ones that have a negative range and end far
+/// outside of any map.
+struct BeamEnds
 {
 	static constexpr std::size_t kVector = 8;
 	std::vector<float> unit_x, unit_y;  //!< unit vectors, sensor frame
@@ -17,13 +17,14 @@ struct Returns
 /// Some beams of a scan, evenly spread.
 struct Rays
 {
-	Returns returns;               //!< by increasing angle
+	BeamEnds returns;              //!< by increasing angle
 	std::vector<float> log_range;  //!< ln of range / 3 m of each return, range within 0.5 and 20 m; not padded
 	/// 1 for a return next to a beam that ended at nothing, on its clockwise side
 	std::vector<std::uint8_t> starts_run;
 	/// 1 for a return next to one, on its clockwise side, that is more than 0.5 m nearer or further, and too much so
 	/// for a surface that both see at 4 deg or more
 	std::vector<std::uint8_t> depth_edge;
+	BeamEnds no_returns;    //!< beams that ended at nothing, up to the reach of the sensor, at most 20 m
 	std::size_t count = 0;  //!< [-] rays, those that ended at nothing included
 	double spacing = 0;     //!< [rad] between neighbours that no gap parts: what a ray stands for
 };

@@ -110,6 +110,9 @@ void visit_parameters(P& p, Visitor&& visit)
 	    "beam_model", "off_wall_run", model.off_wall_run, -10.0, 10.0,
 	    "[nat] for each run of beams short of the walls");
 	visit(
+	    "beam_model", "no_return_at_wall", model.no_return_at_wall, -10.0, 10.0,
+	    "[nat] nothing seen, a wall in the way");
+	visit(
 	    "beam_model", "depth_edge", model.depth_edge, -10.0, 10.0,
 	    "[nat] for each depth edge between walls of the map");
 
