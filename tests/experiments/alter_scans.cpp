@@ -1,9 +1,10 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-// alter_scans IN.rawlog OUT.rawlog FRAMES FIELD_OF_VIEW BLOCKED
-// Part of the scans of a rawlog of observations, evenly spread, as a narrower laser or one among people would see them.
+// alter_scans IN.rawlog OUT.rawlog FRAMES FIELD_OF_VIEW BLOCKED REACH
+// Part of the scans of a rawlog of observations, evenly spread, as a lesser laser or one among people would see them.
 //   FRAMES         [-] at most
 //   FIELD_OF_VIEW  [deg] about the middle of the scan that is left
 //   BLOCKED        [0, 1] share of the view in which something stands 0.4 to 2 m from the laser, 10 deg wide each
+//   REACH          [m] of the laser: from there on it reports nothing; `inf`: as recorded
 #include <mrpt/io/CFileGZInputStream.h>
 #include <mrpt/io/CFileGZOutputStream.h>
 #include <mrpt/obs/CObservation2DRangeScan.h>
@@ -88,11 +89,27 @@ void block(CObservation2DRangeScan& scan, double share, std::mt19937& random)
 	}
 }
 
+/// As a laser that sees nothing from `reach` [m] on would say.
+void shorten(CObservation2DRangeScan& scan, float reach)
+{
+	if (reach >= scan.maxRange) return;
+	for (std::size_t beam = 0; beam < scan.getScanSize(); beam++)
+	{
+		const float range = scan.getScanRange(beam);
+		const bool is_data = scan.getScanRangeValidity(beam) || range >= scan.maxRange;
+		if (!is_data || range < reach) continue;
+		scan.setScanRange(beam, reach);
+		scan.setScanRangeValidity(beam, false);
+	}
+	scan.maxRange = reach;
+}
+
 void alter(char** words)
 {
 	const auto scans = load_scans(words[1]);
 	const std::size_t frames = std::min<std::size_t>(std::stoul(words[3]), scans.size());
 	const double field_of_view = std::stod(words[4]) * M_PI / 180, blocked = std::stod(words[5]);
+	const float reach = std::stof(words[6]);
 	mrpt::io::CFileGZOutputStream stream;
 	if (!stream.open(words[2])) throw std::runtime_error(std::string(words[2]) + ": cannot be written");
 	auto archive = mrpt::serialization::archiveFrom(stream);
@@ -103,6 +120,7 @@ void alter(char** words)
 		auto& scan = *scans[frame];
 		block(scan, blocked, random);
 		crop(scan, field_of_view);
+		shorten(scan, reach);
 		archive << scan;
 	}
 }
@@ -112,7 +130,7 @@ int main(int count, char** words)
 {
 	try
 	{
-		if (count != 6) throw std::invalid_argument("usage: alter_scans IN OUT FRAMES FIELD_OF_VIEW BLOCKED");
+		if (count != 7) throw std::invalid_argument("usage: alter_scans IN OUT FRAMES FIELD_OF_VIEW BLOCKED REACH");
 		alter(words);
 		return 0;
 	}

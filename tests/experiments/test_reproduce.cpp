@@ -58,7 +58,7 @@ TEST_F(Reproduce, WritesTablesAndFigures)
 	const std::string report = read_file(path("results/README.md"));
 	for (const char* part :
 	     {"## Time a scan (Table III)", "## Success (Table IV)", "## Precision (Table V)", "## Reliability",
-	      "## Scans of another site", "## Field of view", "## Clutter", "## 10 scans together",
+	      "## Scans of another site", "## Field of view", "## Clutter", "## Reach", "## 10 scans together",
 	      "| intel sim360_on (D_I0) | 99 | 98 | 97 | 100.0 | 100.0 |", "| flat | test | 12 | 100.0 | 100.0 |"})
 		EXPECT_NE(report.find(part), std::string::npos) << part << " is not in\n" << report;
 	for (const char* figure : {"errors", "success_maps", "reliability", "field_of_view", "clutter"})
@@ -101,7 +101,7 @@ TEST_F(Reproduce, NarrowerAndBlockedScansAreMadeAsAskedFor)
 {
 	save(observation_log(), path("in.rawlog"));
 	const std::string program = D2S1R_BUILD_DIR "/tests/experiments/alter_scans";
-	ASSERT_EQ(run_program({program, path("in.rawlog"), path("out.rawlog"), "3", "90", "0.5"}).status, 0);
+	ASSERT_EQ(run_program({program, path("in.rawlog"), path("out.rawlog"), "3", "90", "0.5", "inf"}).status, 0);
 	const Objects altered = load(path("out.rawlog"));
 	ASSERT_EQ(altered.size(), 3U);
 	const auto scan = std::dynamic_pointer_cast<mrpt::obs::CObservation2DRangeScan>(altered[1]);
@@ -119,5 +119,28 @@ TEST_F(Reproduce, NarrowerAndBlockedScansAreMadeAsAskedFor)
 		EXPECT_LE(scan->getScanRange(beam), was);
 	}
 	EXPECT_GT(blocked, 10);
-	EXPECT_EQ(run_program({program, path("no.rawlog"), path("out.rawlog"), "3", "90", "0"}).status, 1);
+	EXPECT_EQ(run_program({program, path("no.rawlog"), path("out.rawlog"), "3", "90", "0", "inf"}).status, 1);
+}
+
+TEST_F(Reproduce, ScansOfShortReachSayNothingBeyondIt)
+{
+	save(observation_log(), path("in.rawlog"));
+	const std::string program = D2S1R_BUILD_DIR "/tests/experiments/alter_scans";
+	ASSERT_EQ(run_program({program, path("in.rawlog"), path("out.rawlog"), "3", "360", "0", "2.5"}).status, 0);
+	const Objects altered = load(path("out.rawlog"));
+	ASSERT_EQ(altered.size(), 3U);
+	const auto scan = std::dynamic_pointer_cast<mrpt::obs::CObservation2DRangeScan>(altered[1]);
+	ASSERT_TRUE(scan);
+	const auto original = walk_scan(4);
+	EXPECT_EQ(scan->maxRange, 2.5F);
+	ASSERT_EQ(scan->getScanSize(), original->getScanSize());
+	int beyond = 0;
+	for (std::size_t beam = 0; beam < scan->getScanSize(); beam++)
+	{
+		const bool is_beyond = original->getScanRange(beam) >= 2.5F;
+		EXPECT_EQ(scan->getScanRangeValidity(beam), original->getScanRangeValidity(beam) && !is_beyond) << beam;
+		EXPECT_EQ(scan->getScanRange(beam), std::min(2.5F, original->getScanRange(beam))) << beam;
+		beyond += is_beyond ? 1 : 0;
+	}
+	EXPECT_GT(beyond, 10);
 }

@@ -7,6 +7,8 @@ import sites
 CONFIGS = ("paper", "default")
 FIELDS_OF_VIEW = (360, 270, 180, 120, 90)  # [deg]
 BLOCKED = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5)  # [-] share of the view
+REACHES = (3.5, 5, 8, 12, 30)  # [m] of the sensor
+USUAL = {"field_of_view": 360, "blocked": 0.0, "reach": 30}  # unaltered scans; 30 m stands for all that were recorded
 WINDOW = 10  # [-] frames
 
 
@@ -17,8 +19,9 @@ class Job:
     scans: str
     config: str
     frames: int
-    field_of_view: int = 360  # [deg] to which scans are cropped
-    blocked: float = 0.0  # [-]
+    field_of_view: int = USUAL["field_of_view"]  # [deg] to which scans are cropped
+    blocked: float = USUAL["blocked"]  # [-]
+    reach: float = USUAL["reach"]  # [m] beyond which nothing is seen
     window: int = 0  # [-] frames that are judged together; 0: each alone
     map_site: sites.Site = None  # whose map; None: of the scans' own site
 
@@ -35,6 +38,7 @@ class Job:
     def name(self):
         words = [self.site.name, self.scans, self.config]
         words += [f"fov{self.field_of_view}"] if self.field_of_view != 360 else []
+        words += [f"reach{self.reach}"] if self.reach != USUAL["reach"] else []
         words += [f"blocked{round(100 * self.blocked)}"] if self.blocked else []
         words += [f"window{self.window}"] if self.window else []
         words += [f"n{self.frames}"]
@@ -42,19 +46,27 @@ class Job:
         return "-".join(words)
 
 
+def widest(scans):
+    """[deg] field of view of a set."""
+    return 360 if scans in sites.SIMULATED else 180
+
+
 def swept(site, frames):
-    """Jobs of the curves: narrower and narrower, more and more blocked."""
+    """Jobs of the curves: narrower and narrower, more and more blocked, of shorter and shorter reach."""
     for config in CONFIGS:
         for scans in ("sim360_off", "test"):
             if not site.has(scans):
                 continue
-            widest = 360 if scans in sites.SIMULATED else 180
             for field_of_view in FIELDS_OF_VIEW:
-                if field_of_view <= widest:
+                if field_of_view <= widest(scans):
                     yield Job(site, scans, config, frames, field_of_view=field_of_view)
         if site.has("sim360_off"):
             for blocked in BLOCKED:
                 yield Job(site, "sim360_off", config, frames, blocked=blocked)
+    for scans in ("sim360_off", "test"):
+        if site.has(scans):
+            for reach in REACHES:
+                yield Job(site, scans, "default", frames, reach=reach)
 
 
 def all_jobs(found, frames, sweep_frames):

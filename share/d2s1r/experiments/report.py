@@ -3,6 +3,7 @@
 import datetime
 import pathlib
 
+import plan
 import tables
 
 INTRODUCTION = """# Results
@@ -34,7 +35,7 @@ def machine():
 
 def frames_of(results, **wanted):
     """[(job, frames)] of plain runs, or of those with the given fields."""
-    fields = {"field_of_view": 360, "blocked": 0.0, "window": 0, "map_site": None, **wanted}
+    fields = {**plan.USUAL, "window": 0, "map_site": None, **wanted}
     found = {}
     for job, frames in results.items():
         if all(getattr(job, name) == value for name, value in fields.items()):
@@ -62,5 +63,6 @@ def write(results, figures, arguments, version, seconds):
         tables.picture("Success against field of view", figures["field_of_view"]),
         tables.curves("Clutter", results, "blocked", "of the view blocked by things 0.4 to 2 m away"),
         tables.picture("Success against clutter", figures["blocked"]),
+        tables.curves("Reach", results, "reach", "how far the sensor sees; beyond, it reports nothing. 30 m: as recorded"),
     ]
     (arguments.output / "README.md").write_text("\n".join(part for part in parts if part))

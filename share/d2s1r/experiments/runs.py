@@ -8,6 +8,8 @@ import shutil
 import subprocess
 import sys
 
+import plan
+
 
 @dataclasses.dataclass
 class Frame:
@@ -51,7 +53,8 @@ class Runner:
         more = ["--frames", f":{job.frames}", "--window", str(job.window)]
         if not job.window:
             altered = folder / "in.rawlog"
-            call([self.alter, rawlog, altered, job.frames, job.field_of_view, job.blocked])
+            reach = job.reach if job.reach < plan.USUAL["reach"] else math.inf
+            call([self.alter, rawlog, altered, job.frames, job.field_of_view, job.blocked, reach])
             rawlog, more = altered, []
         call([self.localize, "-q", "-m", job.map, "-i", rawlog, "-o", folder, "-c", self.configs / f"{job.config}.ini",
               *more])

@@ -140,18 +140,20 @@ def curves(title, results, field, meaning):
     values = sorted({value for line in lines.values() for value in line})
     rows = [[f"{site} {scans}", config] + [number(line.get(value)) for value in values]
             for (site, scans, config), line in sorted(lines.items())]
-    columns = [f"{value} deg" if field == "field_of_view" else f"{100 * value:.0f} %" for value in values]
+    scale, unit = {"field_of_view": (1, "deg"), "blocked": (100, "%"), "reach": (1, "m")}[field]
+    columns = [f"{scale * value:g} {unit}" for value in values]
     return table(title, f"[%] success; columns: {meaning}.", ["set", "method", *columns], rows)
 
 
 def points(results, field):
     """{(site, set, method): {value of `field`: success in %}} of the runs in which only `field` varies."""
-    usual = {"field_of_view": 360, "blocked": 0.0}
     fewest = min((job.frames for job in results if not job.map_site and not job.window), default=0)
     lines = {}
     for job, frames in results.items():
-        others = all(getattr(job, name) == value for name, value in usual.items() if name != field)
+        others = all(getattr(job, name) == value for name, value in plan.USUAL.items() if name != field)
         if job.window or job.map_site or not others or job.frames != fewest:
+            continue
+        if field == "field_of_view" and job.field_of_view > plan.widest(job.scans):
             continue
         line = lines.setdefault((job.site.name, job.scans, job.config), {})
         line[getattr(job, field)] = measures.success(frames)
