@@ -12,30 +12,19 @@ namespace
 constexpr double kMostCells = 1U << 30U;  //!< offsets of two bytes a cell have 31 bits
 constexpr int kReach = static_cast<int>(DistanceField::kReachCells);
 
-/// `grid` with a rim of unknown cells as wide as the field reaches: walls at its edge act outwards, too.
-Grid with_rim(const Grid& grid)
-{
-	Grid wide{
-	    grid.width + 2 * kReach,
-	    grid.height + 2 * kReach,
-	    grid.cell_size,
-	    grid.origin_x - kReach * grid.cell_size,
-	    grid.origin_y - kReach * grid.cell_size,
-	    {}};
-	wide.cells.assign(static_cast<std::size_t>(wide.width) * static_cast<std::size_t>(wide.height), Cell::kUnknown);
-	for (int y = 0; y < grid.height; y++)
-		std::copy_n(
-		    grid.cells.begin() + grid.index(0, y), grid.width, wide.cells.begin() + wide.index(kReach, y + kReach));
-	return wide;
-}
-
-/// Distance [cells] of every cell to the nearest occupied one in its column, at most kReach.
+/// Distance [cells] of every cell of `grid` and of a rim as wide as the field reaches to the nearest occupied one in
+/// its column, at most kReach: walls at the edge act outwards, too.
 std::vector<std::uint8_t> distances_along_columns(const Grid& grid)
 {
-	const auto width = static_cast<std::size_t>(grid.width);
-	std::vector<std::uint8_t> distance(grid.cells.size());
-	for (std::size_t i = 0; i < distance.size(); i++)
-		distance[i] = grid.cells[i] == Cell::kOccupied ? std::uint8_t{0} : std::uint8_t{kReach};
+	const auto width = static_cast<std::size_t>(grid.width + 2 * kReach);
+	const auto height = static_cast<std::size_t>(grid.height + 2 * kReach);
+	std::vector<std::uint8_t> distance(width * height, std::uint8_t{kReach});
+	for (int y = 0; y < grid.height; y++)
+	{
+		std::uint8_t* const row = distance.data() + static_cast<std::size_t>(y + kReach) * width + kReach;
+		for (int x = 0; x < grid.width; x++)
+			if (grid.at(x, y) == Cell::kOccupied) row[x] = 0;
+	}
 	const auto relax = [&](std::size_t to, std::size_t from)
 	{
 		for (std::size_t x = 0; x < width; x++)
@@ -44,7 +33,6 @@ std::vector<std::uint8_t> distances_along_columns(const Grid& grid)
 			if (step < distance[to + x]) distance[to + x] = step;
 		}
 	};
-	const auto height = static_cast<std::size_t>(grid.height);
 	for (std::size_t y = 1; y < height; y++) relax(y * width, (y - 1) * width);
 	for (std::size_t y = height - 1; y > 0; y--) relax((y - 1) * width, y * width);
 	return distance;
@@ -100,15 +88,17 @@ class RowTransform
 };
 }  // namespace
 
-DistanceField::DistanceField(const Grid& grid) : cell_size_(grid.cell_size)
+DistanceField::DistanceField(const Grid& grid)
+    : width_(grid.width + 2 * kReach),
+      height_(grid.height + 2 * kReach),
+      cell_size_(grid.cell_size),
+      origin_x_(grid.origin_x - kReach * grid.cell_size),
+      origin_y_(grid.origin_y - kReach * grid.cell_size)
 {
-	if ((grid.width + 2.0 * kReach) * (grid.height + 2.0 * kReach) > kMostCells)
+	if (static_cast<double>(width_) * height_ > kMostCells)
 		throw std::invalid_argument("the map has more cells than can be searched; use larger cells or a smaller map");
-	const Grid wide = with_rim(grid);
-	width_ = wide.width, height_ = wide.height;
-	origin_x_ = wide.origin_x, origin_y_ = wide.origin_y;
-	cells_.resize(wide.cells.size());
-	const auto columns = distances_along_columns(wide);
+	const auto columns = distances_along_columns(grid);
+	cells_.resize(columns.size());
 	RowTransform transform(width_);
 	for (int y = 0; y < height_; y++)
 	{

@@ -71,9 +71,8 @@ Grid with_hollow_walls(const Grid& grid)
 {
 	constexpr double kDepth = 0.1;  // [m]
 	const int depth = std::max(1, static_cast<int>(std::lround(kDepth / grid.cell_size)));
-	// 1 in free cells, then also within `depth` cells of them along a row, then along a column
-	const auto count = grid.cells.size();
-	std::vector<std::uint8_t> by_row(count), near(count);
+	// 1 in free cells and within `depth` cells of them along a row; then, row by row, along a column, too
+	std::vector<std::uint8_t> by_row(grid.cells.size());
 	for (int y = 0; y < grid.height; y++)
 		for (int x = 0; x < grid.width; x++)
 			if (grid.at(x, y) == Cell::kFree)
@@ -81,17 +80,21 @@ Grid with_hollow_walls(const Grid& grid)
 				const int first = std::max(0, x - depth), last = std::min(grid.width - 1, x + depth);
 				std::fill_n(by_row.begin() + grid.index(first, y), last - first + 1, std::uint8_t{1});
 			}
+	Grid hollow = grid;
 	const auto width = static_cast<std::size_t>(grid.width);
+	std::vector<std::uint8_t> near(width);
 	for (int y = 0; y < grid.height; y++)
+	{
+		std::fill(near.begin(), near.end(), std::uint8_t{0});
 		for (int v = std::max(0, y - depth); v <= std::min(grid.height - 1, y + depth); v++)
 		{
 			const std::uint8_t* from = by_row.data() + static_cast<std::size_t>(v) * width;
-			std::uint8_t* to = near.data() + static_cast<std::size_t>(y) * width;
-			for (std::size_t x = 0; x < width; x++) to[x] = static_cast<std::uint8_t>(to[x] | from[x]);
+			for (std::size_t x = 0; x < width; x++) near[x] = static_cast<std::uint8_t>(near[x] | from[x]);
 		}
-	Grid hollow = grid;
-	for (std::size_t i = 0; i < count; i++)
-		if (hollow.cells[i] == Cell::kOccupied && near[i] == 0) hollow.cells[i] = Cell::kUnknown;
+		Cell* const row = hollow.cells.data() + static_cast<std::size_t>(y) * width;
+		for (std::size_t x = 0; x < width; x++)
+			if (row[x] == Cell::kOccupied && near[x] == 0) row[x] = Cell::kUnknown;
+	}
 	return hollow;
 }
 }  // namespace d2s1r

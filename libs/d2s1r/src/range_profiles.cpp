@@ -68,7 +68,7 @@ class RowWriter
 	}
 
    private:
-	static constexpr std::size_t kGathered = 32;  //!< [directions] stored together, for whole cache lines
+	static constexpr std::size_t kGathered = 8;  //!< [directions] stored together, for whole words
 
 	/// The directions gathered last, up to `last`.
 	void store(std::size_t last)

@@ -36,8 +36,8 @@ class DistanceField
 	const std::uint16_t* cells() const { return cells_.data(); }  //!< [cell_size / kUnitsPerCell] row-major
 
    private:
-	int width_ = 0, height_ = 0;  //!< [cells] of the grid and a rim about it
-	double cell_size_, origin_x_ = 0, origin_y_ = 0;
+	int width_, height_;  //!< [cells] of the grid and a rim about it
+	double cell_size_, origin_x_, origin_y_;
 	std::vector<std::uint16_t> cells_;  //!< [cell_size / 1024] row-major
 };
 inline Distance DistanceField::at(double x, double y) const
