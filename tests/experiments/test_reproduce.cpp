@@ -12,6 +12,7 @@ class Reproduce : public AppTest
 {
    protected:
 	static constexpr const char* kPython = "/usr/bin/python3";  // the one that Debian's packages are for
+	static constexpr const char* kAlterScans = D2S1R_BUILD_DIR "/tests/experiments/alter_scans";
 
 	/// The flat as a map_server map, and sets of scans of the walk.
 	void write_site(const std::string& name, const Words& sets) const
@@ -34,6 +35,19 @@ class Reproduce : public AppTest
 			save(observation_log(), (site / (set + ".rawlog")).string());
 			save_truth((site / (set + "_gt.txt")).string(), false);
 		}
+	}
+
+	/// The second of three scans of a walk, as alter_scans makes it; null if it does not.
+	/// \param how field of view, blocked share and reach
+	mrpt::obs::CObservation2DRangeScan::Ptr altered(const Words& how) const
+	{
+		save(observation_log(), path("in.rawlog"));
+		Words words = {kAlterScans, path("in.rawlog"), path("out.rawlog"), "3"};
+		words.insert(words.end(), how.begin(), how.end());
+		EXPECT_EQ(run_program(words).status, 0);
+		const Objects scans = load(path("out.rawlog"));
+		EXPECT_EQ(scans.size(), 3U);
+		return scans.size() == 3 ? std::dynamic_pointer_cast<mrpt::obs::CObservation2DRangeScan>(scans[1]) : nullptr;
 	}
 
 	ProcessResult reproduce(const Words& more = {}) const
@@ -99,12 +113,7 @@ TEST_F(Reproduce, SaysWhatIsMissing)
 
 TEST_F(Reproduce, NarrowerAndBlockedScansAreMadeAsAskedFor)
 {
-	save(observation_log(), path("in.rawlog"));
-	const std::string program = D2S1R_BUILD_DIR "/tests/experiments/alter_scans";
-	ASSERT_EQ(run_program({program, path("in.rawlog"), path("out.rawlog"), "3", "90", "0.5", "inf"}).status, 0);
-	const Objects altered = load(path("out.rawlog"));
-	ASSERT_EQ(altered.size(), 3U);
-	const auto scan = std::dynamic_pointer_cast<mrpt::obs::CObservation2DRangeScan>(altered[1]);
+	const auto scan = altered({"90", "0.5", "inf"});
 	ASSERT_TRUE(scan);
 	const auto original = walk_scan(4);
 	EXPECT_EQ(scan->timestamp, original->timestamp);
@@ -119,17 +128,12 @@ TEST_F(Reproduce, NarrowerAndBlockedScansAreMadeAsAskedFor)
 		EXPECT_LE(scan->getScanRange(beam), was);
 	}
 	EXPECT_GT(blocked, 10);
-	EXPECT_EQ(run_program({program, path("no.rawlog"), path("out.rawlog"), "3", "90", "0", "inf"}).status, 1);
+	EXPECT_EQ(run_program({kAlterScans, path("no.rawlog"), path("out.rawlog"), "3", "90", "0", "inf"}).status, 1);
 }
 
 TEST_F(Reproduce, ScansOfShortReachSayNothingBeyondIt)
 {
-	save(observation_log(), path("in.rawlog"));
-	const std::string program = D2S1R_BUILD_DIR "/tests/experiments/alter_scans";
-	ASSERT_EQ(run_program({program, path("in.rawlog"), path("out.rawlog"), "3", "360", "0", "2.5"}).status, 0);
-	const Objects altered = load(path("out.rawlog"));
-	ASSERT_EQ(altered.size(), 3U);
-	const auto scan = std::dynamic_pointer_cast<mrpt::obs::CObservation2DRangeScan>(altered[1]);
+	const auto scan = altered({"360", "0", "2.5"});
 	ASSERT_TRUE(scan);
 	const auto original = walk_scan(4);
 	EXPECT_EQ(scan->maxRange, 2.5F);

@@ -246,11 +246,19 @@ TEST(Scoring, ABeamThatSawNothingIsChargedForAWallInItsWayOnce)
 	EXPECT_DOUBLE_EQ(score_of_reach(2.1, 5.0F), 0) << "beyond the map";
 }
 
-TEST_F(OnFloor, AScanWithoutReturnsExplainsNothing)
+TEST_F(OnFloor, BeamsThatSawNothingUpToTheWallsExplainNothingButSpeakAgainstSmallerRooms)
 {
-	Scan scan = scan_at(world_, poses_on_floor()[0]);
+	const auto robot = poses_on_floor()[0];
+	Scan scan = scan_at(world_, robot);
 	for (Beam& beam : scan.beams) beam.is_return = false;
-	EXPECT_EQ(at(poses_on_floor()[0], scan).explained, 0);
+	const Score truth = at(robot, scan);
+	EXPECT_EQ(truth.explained, 0);
+	EXPECT_GE(truth.log_likelihood, BeamModel().no_return_at_wall) << "one beam goes along a wall";
+	for (const auto& pose : random_poses(grid_, 50, 0.2, 6))
+		if (distance_between(pose, robot) > 0.5)
+		{
+			EXPECT_LT(at(pose, scan).log_likelihood, truth.log_likelihood) << pose;
+		}
 }
 
 TEST_F(OnFloor, IsFiniteOutsideOfTheMap)

@@ -73,7 +73,7 @@ HWY_INLINE Passed follow(const std::uint8_t* start, int width, Axis u, Axis v, F
 }  // namespace
 
 void trace_of_target(
-    const PackedCells& map, double start_u, double start_v, double heading, const BeamEnds& returns, bool only_ends,
+    const PackedCells& map, double start_u, double start_v, double heading, const BeamEnds& beams, bool only_ends,
     TracedBeams& traced)
 {
 	constexpr double kAtWall = 0.15;  // [m] a wall this near to the end is where the beam ended
@@ -83,13 +83,12 @@ void trace_of_target(
 	const auto cell_size = static_cast<float>(map.cell_size);
 	const Floats first_u = all(static_cast<float>(-column)), last_u = all(static_cast<float>(map.width - 1 - column));
 	const Floats first_v = all(static_cast<float>(-row)), last_v = all(static_cast<float>(map.height - 1 - row));
-	for (std::size_t i = 0; i < returns.range.size(); i += hn::Lanes(kFloats))
+	for (std::size_t i = 0; i < beams.range.size(); i += hn::Lanes(kFloats))
 	{
-		const Floats ux = hn::LoadU(kFloats, returns.unit_x.data() + i),
-		             uy = hn::LoadU(kFloats, returns.unit_y.data() + i);
+		const Floats ux = hn::LoadU(kFloats, beams.unit_x.data() + i), uy = hn::LoadU(kFloats, beams.unit_y.data() + i);
 		const Floats dx = hn::Sub(hn::Mul(cosine, ux), hn::Mul(sine, uy));
 		const Floats dy = hn::Add(hn::Mul(sine, ux), hn::Mul(cosine, uy));
-		const Floats end = hn::Div(hn::LoadU(kFloats, returns.range.data() + i), all(cell_size));
+		const Floats end = hn::Div(hn::LoadU(kFloats, beams.range.data() + i), all(cell_size));
 		const Axis u(static_cast<float>(start_u - column), not_zero(dx)),
 		    v(static_cast<float>(start_v - row), not_zero(dy));
 		Passed passed{all(0), all(0)};
@@ -117,10 +116,10 @@ namespace d2s1r
 HWY_EXPORT(trace_of_target);
 
 void trace_beams(
-    const PackedCells& map, double u, double v, double heading, const BeamEnds& returns, bool only_ends,
+    const PackedCells& map, double u, double v, double heading, const BeamEnds& beams, bool only_ends,
     TracedBeams& traced)
 {
-	HWY_DYNAMIC_DISPATCH(trace_of_target)(map, u, v, heading, returns, only_ends, traced);
+	HWY_DYNAMIC_DISPATCH(trace_of_target)(map, u, v, heading, beams, only_ends, traced);
 }
 }  // namespace d2s1r
 #endif  // HWY_ONCE

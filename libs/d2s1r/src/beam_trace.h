@@ -17,6 +17,6 @@ struct PackedCells
 /// \param u, v [cells] of the sensor, from the corner of the margin; within the grid
 /// \param heading [rad] of the sensor
 void trace_beams(
-    const PackedCells& map, double u, double v, double heading, const BeamEnds& returns, bool only_ends,
+    const PackedCells& map, double u, double v, double heading, const BeamEnds& beams, bool only_ends,
     TracedBeams& traced);
 }  // namespace d2s1r

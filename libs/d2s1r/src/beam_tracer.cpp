@@ -69,33 +69,33 @@ BeamTracer::BeamTracer(const Grid& grid)
 	}
 }
 
-void BeamTracer::trace(const BeamEnds& returns, const mrpt::math::TPose2D& sensor, TracedBeams& traced) const
+void BeamTracer::trace(const BeamEnds& beams, const mrpt::math::TPose2D& sensor, TracedBeams& traced) const
 {
-	trace(returns, sensor, false, traced);
+	trace(beams, sensor, false, traced);
 }
 
-void BeamTracer::locate_ends(const BeamEnds& returns, const mrpt::math::TPose2D& sensor, TracedBeams& traced) const
+void BeamTracer::locate_ends(const BeamEnds& beams, const mrpt::math::TPose2D& sensor, TracedBeams& traced) const
 {
-	trace(returns, sensor, true, traced);
+	trace(beams, sensor, true, traced);
 }
 
 void BeamTracer::trace(
-    const BeamEnds& returns, const mrpt::math::TPose2D& sensor, bool only_ends, TracedBeams& traced) const
+    const BeamEnds& beams, const mrpt::math::TPose2D& sensor, bool only_ends, TracedBeams& traced) const
 {
-	const std::size_t count = returns.range.size();
+	const std::size_t count = beams.range.size();
 	traced.walls.resize(count);
 	traced.unknown.resize(count);
 	traced.end.resize(count);
 	const double u = (sensor.x - origin_x_) / cell_size_, v = (sensor.y - origin_y_) / cell_size_;
 	if (u >= 1 && v >= 1 && u < width_ - 1 && v < height_ - 1)
 	{
-		trace_beams({cells_.data(), width_, height_, cell_size_}, u, v, sensor.phi, returns, only_ends, traced);
+		trace_beams({cells_.data(), width_, height_, cell_size_}, u, v, sensor.phi, beams, only_ends, traced);
 		return;
 	}
 	for (std::size_t i = 0; i < count; i++)
 	{
 		traced.walls[i] = 0;
-		traced.unknown[i] = only_ends ? 0 : returns.range[i];
+		traced.unknown[i] = only_ends ? 0 : beams.range[i];
 		traced.end[i] = static_cast<std::int32_t>(Cell::kUnknown);
 	}
 }

@@ -64,9 +64,6 @@ class Sum
 		explained_ += explained ? 1 : 0;
 	}
 
-	/// [nat] of anything but returns.
-	void add(double log_likelihood) { log_likelihood_ += log_likelihood; }
-
 	void end_run() { was_short_ = false; }
 
 	Score result() const
@@ -112,7 +109,6 @@ Score score(
 	const BeamEnds& returns = rays.returns;
 	tracer.trace(returns, sensor, traced);
 	Sum sum(model, rays.spacing / kModelBeam);
-	sum.add(of_no_returns(tracer, rays, sensor, model));
 	const auto c = static_cast<float>(std::cos(sensor.phi)), s = static_cast<float>(std::sin(sensor.phi));
 	for (std::size_t i = 0; i < rays.log_range.size(); i++)
 	{
@@ -123,7 +119,9 @@ Score score(
 		    classify_end(to_wall.value, static_cast<Cell>(traced.end[i]), model), traced.walls[i], traced.unknown[i],
 		    rays.log_range[i], rays.depth_edge[i] != 0);
 	}
-	return sum.result();
+	Score score = sum.result();
+	score.log_likelihood += of_no_returns(tracer, rays, sensor, model);
+	return score;
 }
 
 double most_log_likelihood(

@@ -37,7 +37,7 @@ class Job:
     @property
     def name(self):
         words = [self.site.name, self.scans, self.config]
-        words += [f"fov{self.field_of_view}"] if self.field_of_view != 360 else []
+        words += [f"fov{self.field_of_view}"] if self.field_of_view != USUAL["field_of_view"] else []
         words += [f"reach{self.reach}"] if self.reach != USUAL["reach"] else []
         words += [f"blocked{round(100 * self.blocked)}"] if self.blocked else []
         words += [f"window{self.window}"] if self.window else []

@@ -36,7 +36,7 @@ enum class FusionStatus
 {
 	kWaiting,    //!< nothing to start from yet: no pose
 	kTracking,   //!< one place holds nearly all the probability
-	kAmbiguous,  //!< several places share it; the pose is that of the first
+	kAmbiguous,  //!< several places share it, or places not found yet have much of it; the pose is the likeliest
 };
 
 const char* to_string(FusionStatus status);
@@ -59,7 +59,7 @@ struct FusedPose
 	FusionEvent event = FusionEvent::kNone;
 	mrpt::math::TPose2D pose;                //!< robot in map, m and rad
 	mrpt::math::CMatrixDouble33 covariance;  //!< of pose within its place, (x, y, phi), m^2, m rad, rad^2
-	double probability = 0;                  //!< [0, 1] of the place
+	double probability = 0;                  //!< [0, 1] that the robot is at the place
 	std::size_t particles = 0;               //!< [-]
 	double effective_sample_size = 0;        //!< [0, 1] of the weights before resampling
 	double step_ms = 0;                      //!< wall-clock time of the step

@@ -23,17 +23,17 @@ class BeamTracer
    public:
 	explicit BeamTracer(const Grid& grid);
 
-	/// Follows all `returns` of a sensor at `sensor` [m, rad, map frame]; bit for bit the same whatever SIMD the
+	/// Follows all `beams` of a sensor at `sensor` [m, rad, map frame]; bit for bit the same whatever SIMD the
 	/// machine has.
-	void trace(const BeamEnds& returns, const mrpt::math::TPose2D& sensor, TracedBeams& traced) const;
+	void trace(const BeamEnds& beams, const mrpt::math::TPose2D& sensor, TracedBeams& traced) const;
 
 	/// The same ends of the beams, as if these passed nothing: not followed, much faster.
-	void locate_ends(const BeamEnds& returns, const mrpt::math::TPose2D& sensor, TracedBeams& traced) const;
+	void locate_ends(const BeamEnds& beams, const mrpt::math::TPose2D& sensor, TracedBeams& traced) const;
 
 	static constexpr int kClassBits = 2;
 
    private:
-	void trace(const BeamEnds& returns, const mrpt::math::TPose2D& sensor, bool only_ends, TracedBeams& traced) const;
+	void trace(const BeamEnds& beams, const mrpt::math::TPose2D& sensor, bool only_ends, TracedBeams& traced) const;
 
 	int width_, height_;  //!< [cells] of the grid and a margin of one cell around it
 	double cell_size_, origin_x_, origin_y_;

@@ -17,7 +17,8 @@ struct Candidate
 
 /// Compares a scan with the profiles at all yaw shifts: first a few beams at the middles of groups of positions, then,
 /// where these fit, all beams at each position of the group. Truncated differences keep people and moved furniture from
-/// outvoting the walls.
+/// outvoting the walls. A beam that saw nothing agrees with all ranges beyond its reach, and takes no part in the first
+/// look if that is shorter than the profiles'.
 ///
 /// The first look begins at the groups whose signatures, the same for all yaws, are most like the scan's. The least
 /// cost there says how many beams may be without a counterpart; groups whose signatures lack more, and
