@@ -84,6 +84,15 @@ TEST(Grid, HollowWallsAreAsDeepAsALaserMapsThem)
 		    make_picture_grid({"......", ".#####", ".#????", ".#????", ".#????", ".#????"}, cell_size));
 }
 
+TEST(Grid, WallsBehindTheGreyOfABlurredPlanKeepTheirSurface)
+{
+	const Picture blurred = {"........", "????????", "????????", "????????", "########", "########",
+	                         "########", "########", "########", "########", "????????", "........"};
+	Picture hollow = blurred;
+	hollow[6] = hollow[7] = "????????";
+	expect_equal(with_hollow_walls(make_picture_grid(blurred, 0.05)), make_picture_grid(hollow, 0.05));
+}
+
 TEST(Grid, MapWithoutAKnownCellIsRefused)
 {
 	EXPECT_THROW(make_grid(*make_map({"??", "??"}, 1.0), {}), std::invalid_argument);

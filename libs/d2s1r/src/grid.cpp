@@ -71,14 +71,14 @@ Grid with_hollow_walls(const Grid& grid)
 {
 	constexpr double kDepth = 0.1;  // [m]
 	const int depth = std::max(1, static_cast<int>(std::lround(kDepth / grid.cell_size)));
-	// 1 in free cells and within `depth` cells of them along a row; then, row by row, along a column, too
+	// 1 within `depth` cells of what is not occupied, along a row; then, row by row, along a column, too
 	std::vector<std::uint8_t> by_row(grid.cells.size());
 	for (int y = 0; y < grid.height; y++)
-		for (int x = 0; x < grid.width; x++)
-			if (grid.at(x, y) == Cell::kFree)
+		for (int step = -depth; step <= depth; step++)
+			for (int x = std::max(0, -step); x < std::min(grid.width, grid.width - step); x++)
 			{
-				const int first = std::max(0, x - depth), last = std::min(grid.width - 1, x + depth);
-				std::fill_n(by_row.begin() + grid.index(first, y), last - first + 1, std::uint8_t{1});
+				std::uint8_t& near = by_row[static_cast<std::size_t>(grid.index(x, y))];
+				near = static_cast<std::uint8_t>(near | (grid.at(x + step, y) != Cell::kOccupied ? 1 : 0));
 			}
 	Grid hollow = grid;
 	const auto width = static_cast<std::size_t>(grid.width);

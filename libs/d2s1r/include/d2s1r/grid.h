@@ -46,7 +46,8 @@ struct Grid
 /// \throws std::invalid_argument if thresholds cross or there is no known cell
 Grid make_grid(const mrpt::maps::COccupancyGridMap2D& map, const GridParameters& parameters);
 
-/// The grid as a laser would have mapped it: what is occupied deeper than 0.1 m (at least a cell) below the surface
-/// that free space meets is unknown, for no beam ever ends there.
+/// The grid as a laser would have mapped it: what is occupied deeper than 0.1 m (at least a cell) below the surface of
+/// a wall is unknown, for no beam ever ends there. The surface is where free or unknown space begins: the edges of
+/// drawn plans are blurred, and their greys are unknown.
 Grid with_hollow_walls(const Grid& grid);
 }  // namespace d2s1r
