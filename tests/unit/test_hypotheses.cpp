@@ -80,7 +80,7 @@ TEST(Hypotheses, DepthEdgesAndTheLeadOverOtherPlacesTellThatOneIsRight)
 			present += hypothesis.probability;
 		return std::log(present / (1 - present));
 	};
-	const PresenceModel nothing{0, 0, 0, 0, 0};
+	const PresenceModel nothing{0, 0, 0, 0, 0, 0};
 	EXPECT_NEAR(log_odds(nothing, {robot}), 0, 1e-9);
 	PresenceModel by_edges = nothing, by_lead = nothing;
 	by_edges.depth_edges = 0.5, by_lead.lead = 0.2;
@@ -159,6 +159,46 @@ TEST(Hypotheses, PosesOfOnePlaceAreOne)
 	ASSERT_EQ(result.hypotheses.size(), 1U);
 	EXPECT_EQ(result.status, Status::kLocalized);
 	EXPECT_LT(distance_between(result.best().pose.asTPose(), robot), 1e-6) << "the best of the place stands for it";
+}
+
+TEST(Hypotheses, WhatTheBestPlaceLeavesUnexplainedMakesTheLeadOfItCountLess)
+{
+	const Grid grid = make_floor();
+	const auto robot = poses_on_floor()[0], elsewhere = poses_on_floor()[1];
+	Scan scan = scan_at(world_of(grid), robot);
+	const auto lead = [&](double temper, double by_beam)
+	{
+		Parameters parameters;
+		parameters.scoring.rejected_below = 0;
+		parameters.scoring.temper = temper, parameters.scoring.temper_by_beam = by_beam;
+		const auto places = decide_among(grid, scan, {robot, elsewhere}, parameters).hypotheses;
+		return std::log(places.at(0).probability / places.at(1).probability);
+	};
+	for (std::size_t i = 0; i < scan.beams.size() / 4; i++) scan.beams[i].range *= 0.5F;  // people
+	const double unexplained = score_at(BeamTracer(grid), DistanceField(grid), scan, robot).unexplained;
+	EXPECT_GT(unexplained, 50);
+	const double raw = lead(1, 0);
+	EXPECT_GT(raw, 5);
+	EXPECT_NEAR(lead(2, 0), raw / 2, 0.01 * raw);
+	EXPECT_NEAR(lead(1, 0.01), raw / (1 + 0.01 * unexplained), 0.02 * raw);
+}
+
+TEST(Hypotheses, ObjectsInFrontOfWallsSpeakForThePlaceOnlyBesideWalls)
+{
+	const Grid grid = make_floor();
+	const auto robot = poses_on_floor()[0];
+	const auto present = [&](double blocked)
+	{
+		Scan scan = scan_at(world_of(grid), robot);
+		const auto count = static_cast<std::size_t>(blocked * static_cast<double>(scan.beams.size()));
+		for (std::size_t i = 0; i < count; i++) scan.beams[i].range = 0.15F;
+		Parameters parameters;
+		parameters.scoring.rejected_below = 0;
+		return decide_among(grid, scan, {robot}, parameters).confidence;
+	};
+	EXPECT_GT(present(0.3), 0.95);
+	EXPECT_LT(present(0.9), 0.2);
+	EXPECT_LT(present(1), Parameters{}.scoring.rejected_below) << "a covered sensor";
 }
 
 TEST(Hypotheses, AScanThatNoPlaceExplainsIsRejected)

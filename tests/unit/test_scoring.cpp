@@ -126,6 +126,15 @@ TEST(Scoring, DepthEdgesCountWhereBothSidesAreExplained)
 	EXPECT_EQ(score_of({0.525F, 0.525F}).depth_edges, 0) << "one wall";
 }
 
+TEST(Scoring, TellsObjectsInFrontOfWallsFromBeamsThatPassedThem)
+{
+	const float wall = 0.525F, object = 0.2F, through = 1.0F;
+	const Score score = score_of({wall, object, object, through});
+	EXPECT_DOUBLE_EQ(score.explained, 0.25);
+	EXPECT_DOUBLE_EQ(score.in_front, 0.5);
+	EXPECT_DOUBLE_EQ(score.unexplained, 3);
+}
+
 TEST(Scoring, ABeamIsExplainedByTheWallItEndsAt)
 {
 	for (const float range : {0.50F, 0.525F, 0.55F}) EXPECT_EQ(score_of({range}).explained, 1) << range;

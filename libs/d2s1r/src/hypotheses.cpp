@@ -19,6 +19,13 @@ struct Scored
 	double weight = 0;  //!< likelihood relative to the best pose
 };
 
+/// What a difference of log-likelihoods is divided by for log-odds: the more the best place leaves unexplained, the
+/// more of the difference is chance.
+double temper(const Score& best, const ScoringParameters& parameters)
+{
+	return parameters.temper + parameters.temper_by_beam * best.unexplained;
+}
+
 /// Best first; of the poses at one place the best.
 std::vector<Scored> distinct_places(std::vector<Scored> poses, const ScoringParameters& parameters)
 {
@@ -29,7 +36,8 @@ std::vector<Scored> distinct_places(std::vector<Scored> poses, const ScoringPara
 	std::vector<Scored> places;
 	for (Scored& pose : poses)
 	{
-		pose.weight = std::exp(pose.score.log_likelihood - poses.front().score.log_likelihood);
+		const Score& best = poses.front().score;
+		pose.weight = std::exp((pose.score.log_likelihood - best.log_likelihood) / temper(best, parameters));
 		if (distinct.add(pose.pose)) places.push_back(pose);
 	}
 	return places;
@@ -38,11 +46,13 @@ std::vector<Scored> distinct_places(std::vector<Scored> poses, const ScoringPara
 /// Probability that one of the places found is right.
 double presence(const std::vector<Scored>& places, const PresenceModel& model)
 {
-	constexpr double kMostLead = 12;  // [nat]
+	constexpr double kMostLead = 12;  // [-]
 	const Score& best = places.front().score;
 	const double lead = places.size() == 1 ? kMostLead : std::min(kMostLead, -std::log(places[1].weight));
-	const double log_odds = model.bias + model.explained * best.explained + model.log_likelihood * best.log_likelihood +
-	                        model.lead * lead + model.depth_edges * std::log1p(best.depth_edges);
+	const double log_odds = model.bias + model.explained * best.explained +
+	                        model.in_front * std::min(best.in_front, best.explained) +
+	                        model.log_likelihood * best.log_likelihood + model.lead * lead +
+	                        model.depth_edges * std::log1p(best.depth_edges);
 	return 1 / (1 + std::exp(-log_odds));
 }
 

@@ -62,20 +62,22 @@ class Sum
 		was_short_ = short_of_wall, was_explained_ = explained;
 		returns_++;
 		explained_ += explained ? 1 : 0;
+		in_front_ += short_of_wall ? 1 : 0;
 	}
 
 	void end_run() { was_short_ = false; }
 
 	Score result() const
 	{
-		return {log_likelihood_, returns_ > 0 ? static_cast<double>(explained_) / returns_ : 0.0, depth_edges_};
+		const auto share = [&](int part) { return returns_ > 0 ? static_cast<double>(part) / returns_ : 0.0; };
+		return {log_likelihood_, share(explained_), share(in_front_), beams_ * (returns_ - explained_), depth_edges_};
 	}
 
    private:
 	const BeamModel& model_;
 	double beams_;  //!< [-] beams of the model that one ray stands for
 	double log_likelihood_ = 0;
-	int returns_ = 0, explained_ = 0, depth_edges_ = 0;
+	int returns_ = 0, explained_ = 0, in_front_ = 0, depth_edges_ = 0;
 	bool was_short_ = false, was_explained_ = false;
 };
 

@@ -14,9 +14,11 @@ std::vector<RefinedPose> choose_promising(
 
 /// Scores refined poses, keeps the best of each place, and says what the scan can tell.
 ///
-/// A place's probability is its share of the likelihood of all places (soft maximum of their scores) times the
-/// probability that one of them is right at all (PresenceModel: a logistic regression on scans of eight buildings in
-/// their own and in other buildings' maps; what is left is the probability of none of them).
+/// A place's probability is its share of the likelihood of all places (soft maximum of their scores, tempered: the more
+/// the best place leaves unexplained, the more of a difference is chance) times the probability that one of them is
+/// right at all (PresenceModel: a logistic regression; what is left is the probability of none of them). Both were
+/// learned from scans of eight buildings and of 17 drawn floor plans, with furniture that the plan does not have, in
+/// their own and in other buildings' maps.
 /// \return status, confidence and hypotheses (robot in map); times and relative entropy are the caller's
 Localization decide(
     const BeamTracer& tracer, const DistanceField& field, const Scan& scan, const Rays& rays,

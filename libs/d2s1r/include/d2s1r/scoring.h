@@ -12,6 +12,8 @@ struct Score
 {
 	double log_likelihood = 0;  //!< [nat] against beams that end anywhere, higher is better
 	double explained = 0;       //!< [0, 1] share of the returns that end at a wall without having passed one
+	double in_front = 0;        //!< [0, 1] share that ends in free space, more than 20 cm in front of walls: at objects
+	double unexplained = 0;     //!< [-] returns that are not explained, as beams of 1 deg
 	int depth_edges = 0;        //!< [-] those of the scan (Rays::depth_edge) with such returns on both sides
 };
 

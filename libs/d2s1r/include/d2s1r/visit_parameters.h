@@ -94,6 +94,9 @@ void visit_parameters(P& p, Visitor&& visit)
 	visit(
 	    "scoring", "rejected_below", scoring.rejected_below, 0.0, 1.0,
 	    "[probability] that one of the places found is right");
+	visit("scoring", "temper", scoring.temper, 0.01, 100.0, "[-] that log-likelihoods are divided by, for log-odds");
+	visit(
+	    "scoring", "temper_by_beam", scoring.temper_by_beam, 0.0, 10.0, "[-] more for each unexplained beam of 1 deg");
 
 	auto& model = p.scoring.beam_model;
 	visit("beam_model", "on_wall", model.on_wall, -10.0, 10.0, "[nat] end point within 6 cm of a wall");
@@ -119,8 +122,13 @@ void visit_parameters(P& p, Visitor&& visit)
 	auto& presence = p.scoring.presence_model;
 	visit("presence_model", "bias", presence.bias, -100.0, 100.0, "[-] log-odds that the scan is of the map");
 	visit("presence_model", "explained", presence.explained, -100.0, 100.0, "[-] times the share of explained returns");
+	visit(
+	    "presence_model", "in_front", presence.in_front, -100.0, 100.0,
+	    "[-] times the share in front of walls, at most that of the explained");
 	visit("presence_model", "log_likelihood", presence.log_likelihood, -10.0, 10.0, "[1 / nat] at the best place");
-	visit("presence_model", "lead", presence.lead, -10.0, 10.0, "[1 / nat] over the second best place, at most 12 nat");
+	visit(
+	    "presence_model", "lead", presence.lead, -10.0, 10.0,
+	    "[-] times the log-odds against the second best place, at most 12");
 	visit(
 	    "presence_model", "depth_edges", presence.depth_edges, -10.0, 10.0, "[-] times ln(1 + depth edges explained)");
 }
