@@ -101,12 +101,12 @@ struct BeamModel
 /// hypotheses.h.
 struct PresenceModel
 {
-	double bias = -7.5;
-	double explained = 7.8;         //!< times the share of the returns that end at walls, at the best place
+	double bias = -7.3;
+	double explained = 7.7;         //!< times the share of the returns that end at walls, at the best place
 	double in_front = 8.9;          //!< times the share that ends in front of walls, at most `explained`: objects
-	double log_likelihood = 0.062;  //!< [1 / nat] times the log-likelihood of the scan there
-	double lead = 0.26;             //!< times the log-odds of it against the second best place, at most 12
-	double depth_edges = 1.7;       //!< [-] times ln(1 + depth edges explained there)
+	double log_likelihood = 0.061;  //!< [1 / nat] times the log-likelihood of the scan there
+	double lead = 0.31;             //!< times the log-odds of it against the second best place, at most 12
+	double depth_edges = 1.6;       //!< [-] times ln(1 + depth edges explained there)
 };
 
 /// From refined poses to hypotheses.
@@ -117,8 +117,8 @@ struct ScoringParameters
 	int hypotheses = 10;             //!< [-] most hypotheses in a result
 	double localized_above = 0.9;    //!< [probability] confidence of a localized frame
 	double rejected_below = 0.05;    //!< [probability] that one of the places found is right
-	double temper = 0.75;            //!< [-] log-odds of two places: the difference of their log-likelihoods over this,
-	double temper_by_beam = 0.0035;  //!< [-] plus this for each beam of 1 deg that the best place does not explain
+	double temper = 0.9;             //!< [-] log-odds of two places: the difference of their log-likelihoods over this,
+	double temper_by_beam = 0.005;   //!< [-] plus this for each beam of 1 deg that the best place does not explain
 	BeamModel beam_model;
 	PresenceModel presence_model;
 };
