@@ -19,7 +19,7 @@ constexpr double kHopeless = 25;         //!< [nat] behind the best track
 constexpr std::size_t kMostTracks = 50;  //!< [-]
 constexpr double kUnexplained = 0.18;    //!< [-] mean share of the returns that end at walls; below, it is no place
 constexpr double kExplained = 0.45;      //!< [-] mean share of explained beams of a localized track
-constexpr double kLeastAlone = 0.5;      //!< [0, 1] that one scan alone gives to the place, in the mean
+constexpr double kLeastAlone = 0.65;     //!< [0, 1] that one scan alone gives to the place, in the mean
 constexpr std::size_t kLostFrames = 3;   //!< [-] in a row that no track explains: the robot was carried away
 
 /// [nat] of the last `frames` frames.
@@ -56,6 +56,7 @@ bool one_place(const Hypothesis& a, const Hypothesis& b, const ScoringParameters
 	return a.pose.distanceTo(b.pose) < parameters.distinct_distance &&
 	       std::abs(mrpt::math::wrapToPi(a.pose.phi() - b.pose.phi())) < parameters.distinct_yaw * M_PI / 180;
 }
+
 /// [0, 1] that the one-shot hypotheses of a frame give to a place.
 double probability_at(
     const PoseDensity& place, const std::vector<Hypothesis>& one_shot, const ScoringParameters& parameters)
