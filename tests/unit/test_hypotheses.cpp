@@ -80,7 +80,7 @@ TEST(Hypotheses, DepthEdgesAndTheLeadOverOtherPlacesTellThatOneIsRight)
 			present += hypothesis.probability;
 		return std::log(present / (1 - present));
 	};
-	const PresenceModel nothing{0, 0, 0, 0, 0, 0};
+	const PresenceModel nothing{0, 0, 0, 0, 0, 0, 0};
 	EXPECT_NEAR(log_odds(nothing, {robot}), 0, 1e-9);
 	PresenceModel by_edges = nothing, by_lead = nothing;
 	by_edges.depth_edges = 0.5, by_lead.lead = 0.2;

@@ -51,8 +51,8 @@ double presence(const std::vector<Scored>& places, const PresenceModel& model)
 	const double lead = places.size() == 1 ? kMostLead : std::min(kMostLead, -std::log(places[1].weight));
 	const double log_odds = model.bias + model.explained * best.explained +
 	                        model.in_front * std::min(best.in_front, best.explained) +
-	                        model.log_likelihood * best.log_likelihood + model.lead * lead +
-	                        model.depth_edges * std::log1p(best.depth_edges);
+	                        model.unexplained * best.unexplained + model.log_likelihood * best.log_likelihood +
+	                        model.lead * lead + model.depth_edges * std::log1p(best.depth_edges);
 	return 1 / (1 + std::exp(-log_odds));
 }
 

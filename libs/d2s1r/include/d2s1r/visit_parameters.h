@@ -125,6 +125,9 @@ void visit_parameters(P& p, Visitor&& visit)
 	visit(
 	    "presence_model", "in_front", presence.in_front, -100.0, 100.0,
 	    "[-] times the share in front of walls, at most that of the explained");
+	visit(
+	    "presence_model", "unexplained", presence.unexplained, -10.0, 10.0,
+	    "[-] times the unexplained beams of 1 deg, which log_likelihood charges");
 	visit("presence_model", "log_likelihood", presence.log_likelihood, -10.0, 10.0, "[1 / nat] at the best place");
 	visit(
 	    "presence_model", "lead", presence.lead, -10.0, 10.0,
