@@ -80,5 +80,5 @@ def all_jobs(found, frames, sweep_frames):
         if site.has("run"):
             jobs.append(Job(site, "run", "default", frames, window=WINDOW))
     for site in real:
-        jobs += [Job(site, "test", "default", sweep_frames // 3, map_site=other) for other in real if other != site]
+        jobs += [Job(site, "test", "default", frames, map_site=other) for other in real if other != site]
     return list(dict.fromkeys(jobs))
