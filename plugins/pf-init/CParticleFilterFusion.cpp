@@ -28,13 +28,12 @@ double milliseconds_since(std::chrono::steady_clock::time_point start)
 	return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
 }
 
-/// Probability that the robot is at one of the hypotheses. By the root: the scan alone has to allow for other
-/// buildings, while the filter knows that it is in this one.
+/// Probability that the robot is at one of the hypotheses.
 double probability_found(const Localization& localization)
 {
-	double by_scan = 0;
-	for (const Hypothesis& hypothesis : localization.hypotheses) by_scan += hypothesis.probability;
-	return std::sqrt(std::min(1.0, by_scan));
+	double sum = 0;
+	for (const Hypothesis& hypothesis : localization.hypotheses) sum += hypothesis.probability;
+	return std::min(1.0, sum);
 }
 }  // namespace
 

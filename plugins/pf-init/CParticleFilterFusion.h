@@ -35,8 +35,7 @@ class CParticleFilterFusion : public CFusionBackend
 		double log_place_share = -17;    //!< [nat] of all poses that a place takes: how much better a hypothesis must
 		                                 //!< explain a scan to take over at once
 		double unexplained_power = 0.2;  //!< [0, 1] exponent of the likelihood of a scan that fits nowhere in the map;
-		                                 //!< 1 of one that certainly fits somewhere, in between by the root of its
-		                                 //!< probability
+		                                 //!< 1 of one that certainly fits somewhere, in between by its probability
 		double unlisted = 0.30;          //!< [0, 1] weight of a particle that no hypothesis of the scan supports
 		double hypothesis_std_xy = 0.3;  //!< [m] round a hypothesis that particles are supported
 		double hypothesis_std_phi = 0.15;    //!< [rad]
