@@ -101,12 +101,13 @@ struct BeamModel
 /// hypotheses.h.
 struct PresenceModel
 {
-	double bias = -9.6;
-	double explained = 9.8;      //!< times the share of the returns that end at walls, at the best place
-	double in_front = 7.9;       //!< times the share that ends in front of walls, at most `explained`: objects
-	double unexplained = 0.014;  //!< times those not explained, as beams of 1 deg: log_likelihood charges them enough
+	double bias = -9.6;          //!< [-]
+	double explained = 9.8;      //!< [-] times the share of the returns that end at walls, at the best place
+	double in_front = 7.9;       //!< [-] times the share that ends in front of walls, at objects; at most `explained`
+	double unexplained = 0.014;  //!< [-] times the returns not explained, as beams of 1 deg: gives back part of what
+	                             //!< log_likelihood charges for them
 	double log_likelihood = 0.075;  //!< [1 / nat] times the log-likelihood of the scan there
-	double lead = 0.29;             //!< times the log-odds of it against the second best place, at most 12
+	double lead = 0.29;             //!< [-] times its log-odds against the second best place, at most 12
 	double depth_edges = 1.4;       //!< [-] times ln(1 + depth edges explained there)
 };
 
