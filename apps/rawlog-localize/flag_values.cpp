@@ -23,7 +23,9 @@ Number parse_number(const std::string& flag, const std::string& text)
 	Number number{};
 	const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
 	if (error != std::errc() || end != text.data() + text.size() || text.empty())
-		wrong(flag, "'" + text + "' is not a number that can stand here");
+		wrong(
+		    flag, "'" + text + "' is not " +
+		              (std::is_integral_v<Number> ? "a whole number from 0 to 4294967295" : "a number"));
 	return number;
 }
 

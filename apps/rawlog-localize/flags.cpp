@@ -60,10 +60,12 @@ struct Options
 	    "", "ground-truth", "GT.txt",
 	    "true poses, 'time x y phi' or 'time x y z yaw pitch roll' a line: adds accuracy to the results");
 	Value& label = list.value("", "sensor-label", "LABEL", "laser to use; default: the one with most scans");
-	Value& frames = list.value("", "frames", "A:B", "localize scan frames A to B-1 only, counted from 0");
+	Value& frames =
+	    list.value("", "frames", "A:B", "localize scan frames A to B-1 only, counted from 0; either may be left out");
 	Value& threads = list.value(
 	    "", "threads", "N",
-	    "threads to build the index and to localize with; the results do not depend on it (default 1)");
+	    "threads to localize with, and to build the index of method = paper; the results do not depend on it "
+	    "(default 1)");
 	Value& window = list.value(
 	    "", "window", "N",
 	    "judge the last N scans together, along the odometry of the rawlog or, without it, the motion that the results "
@@ -75,14 +77,16 @@ struct Options
 	    "", "time-budget", "MS",
 	    "refine only as many candidates of a scan as fit into this time [ms]; the results then depend on the machine "
 	    "and its load (default: no limit)");
-	Value& seed = list.value("", "seed", "N", "seed of whatever draws random numbers (default 1)");
+	Value& seed = list.value("", "seed", "N", "seed of the particle filter, from 0 to 4294967295 (default 1)");
 	Value& plugins = list.value("", "plugins", "A.so,B.so", "MRPT modules to load first");
 	Switch& fuse = list.flag(
 	    "", "fuse", "also run a particle filter, seeded and watched by the results; needs the pf-init plug-in");
 	Value& motion = list.value(
 	    "", "motion", "SOURCE",
 	    "what moves the filter: 'pseudo' (successive results), 'odometry' (of the rawlog) or 'both' (default)");
-	Value& save_map = list.value("", "save-map", "FILE", "save the map and its parameters as a CSignatureMap2D");
+	Value& save_map = list.value(
+	    "", "save-map", "FILE",
+	    "save the map and its parameters as a CSignatureMap2D, for MRPT programs; as MAP, only its grid is read");
 	Value& write_config =
 	    list.value("", "write-config", "FILE", "write all parameters, with units and meanings, as an ini file");
 	Value& write_pf_ini = list.value(

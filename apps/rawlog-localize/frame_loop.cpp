@@ -96,7 +96,8 @@ std::string localize_rawlog(
     ProgressBar& progress)
 {
 	std::optional<Window> window;
-	if (approach.window) window.emplace(approach.localizer, *approach.window);
+	if (approach.window)
+		window.emplace(approach.localizer, *approach.window, approach.query.prior, approach.hypotheses);
 	Loop loop(file, selection, approach.threads);
 	Batch previous, current = loop.read(), next;
 	while (!current.items.empty() && !interrupted())

@@ -47,16 +47,16 @@ Parameters read_parameters(const Flags& flags)
 	}
 	if (flags.threads) parameters.threads = *flags.threads;
 	check_method(flags, parameters.method);
-	if (flags.window)
-		parameters.scoring.hypotheses = std::max(parameters.scoring.hypotheses, WindowLocalizer::kHypotheses);
 	return parameters;
 }
 
 CSignatureMap2D::ConstPtr build_map(const Flags& flags, const Parameters& parameters)
 {
+	Parameters used = parameters;
+	if (flags.window) used.scoring.hypotheses = std::max(used.scoring.hypotheses, WindowLocalizer::kHypotheses);
 	try
 	{
-		auto map = CSignatureMap2D::Create(parameters);
+		auto map = CSignatureMap2D::Create(used);
 		{
 			const SilentDescriptors silence;
 			const auto grid = load_map(flags.map, parameters.grid, flags.image);

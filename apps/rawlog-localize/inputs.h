@@ -8,11 +8,12 @@
 
 namespace d2s1r::app
 {
-/// Defaults, the configuration file over them, flags over both; a window follows more hypotheses than one scan is
-/// worth. \throws UserError (kWrongUse), also if the method cannot do what the flags ask for
+/// Defaults, the configuration file over them, flags over both.
+/// \throws UserError (kWrongUse), also if the method cannot do what the flags ask for
 Parameters read_parameters(const Flags& flags);
 
-/// The map file and the index of it. \throws UserError (kBadInput; kWrongUse if the region is beside the map)
+/// The map file and the index of it; a window follows more hypotheses than one scan is worth.
+/// \throws UserError (kBadInput; kWrongUse if the region is beside the map)
 CSignatureMap2D::ConstPtr build_map(const Flags& flags, const Parameters& parameters);
 
 /// The frames that flags and rawlog leave. \throws UserError (kWrongUse)

@@ -21,14 +21,12 @@ void catch_interrupts()
 {
 	struct sigaction action = {};
 	action.sa_handler = note_signal;
-	action.sa_flags = static_cast<int>(SA_RESETHAND);
 	sigaction(SIGINT, &action, nullptr);
 	sigaction(SIGTERM, &action, nullptr);
 
 	struct sigaction inherited = {};
 	sigaction(SIGHUP, nullptr, &inherited);
 	if (inherited.sa_handler == SIG_IGN) return;  // as nohup does it
-	action.sa_flags = 0;                          // a closing terminal tells twice: shell and kernel
 	sigaction(SIGHUP, &action, nullptr);
 }
 

@@ -3,8 +3,8 @@
 
 namespace d2s1r::app
 {
-/// From here on the first SIGINT or SIGTERM only sets a flag, the second one ends the process; SIGHUP always sets it,
-/// unless it was ignored.
+/// From here on SIGINT, SIGTERM and SIGHUP, unless it was ignored, only set a flag, however often they come: the
+/// frames that are done are being written.
 void catch_interrupts();
 
 bool interrupted();

@@ -21,6 +21,11 @@ int main(int argc, char** argv)
 		console.err << "rawlog-localize: " << one_line(e) << std::endl;
 		return e.status;
 	}
+	catch (const std::bad_alloc&)
+	{
+		console.err << "rawlog-localize: not enough memory; use a coarser map or fewer threads" << std::endl;
+		return kBadInput;
+	}
 	catch (const std::exception& e)
 	{
 		console.err << "rawlog-localize: " << one_line(e) << "; this is a defect, please report it" << std::endl;

@@ -123,7 +123,7 @@ ExitStatus run(const Flags& flags, Console& console)
 	const Localizer& localizer = map->localizer();
 	RunReport report{flags, parameters, outputs.frames(), sensor};
 	report.build_seconds = build_watch.seconds();
-	if (!flags.save_map.empty()) save_map(localizer, flags.save_map);
+	if (!flags.save_map.empty()) save_map(localizer.map(), parameters, flags.save_map);
 	if (backend) backend->start(map, {flags.motion, kFusionParticles, flags.seed});
 	report.selected_frames = selection.past - selection.first;
 
@@ -132,7 +132,14 @@ ExitStatus run(const Flags& flags, Console& console)
 	{
 		ProgressBar progress(console.err, !flags.quiet && isatty(STDERR_FILENO), report.selected_frames);
 		damage = localize_rawlog(
-		    flags.rawlog, selection, {localizer, flags.query, flags.window, parameters.threads}, outputs, progress);
+		    flags.rawlog, selection,
+		    {localizer, flags.query, flags.window, parameters.scoring.hypotheses, parameters.threads}, outputs,
+		    progress);
+	}
+	if (report.frames.empty() && interrupted())
+	{
+		console.err << "rawlog-localize: interrupted before the first frame; nothing is written" << std::endl;
+		return kInterrupted;
 	}
 	outputs.commit();
 	report.localization_seconds = watch.seconds();

@@ -7,10 +7,12 @@
 
 namespace d2s1r::app
 {
-void save_map(const Localizer& localizer, const std::string& path)
+void save_map(const mrpt::maps::COccupancyGridMap2D& grid, const Parameters& parameters, const std::string& path)
 {
 	GzipFile file(path);
-	file.write(CSignatureMap2D(localizer.map(), localizer.parameters()));
+	Parameters saved = parameters;
+	saved.threads = Parameters().threads;  // of this machine, not of the map
+	file.write(CSignatureMap2D(grid, saved));
 	file.commit();
 }
 }  // namespace d2s1r::app

@@ -58,9 +58,12 @@ void print_fusion(const RunReport& report, std::ostream& out)
 {
 	const FusionReport fusion = report_fusion(report);
 	out << mrpt::format(
-	    "%-12stracking %zu, ambiguous %zu, waiting %zu; re-seeded %zu times; step [ms] mean %.2f, greatest %.2f\n",
-	    "fused", fusion.tracking, fusion.ambiguous, fusion.waiting, fusion.reseeds, mean_std(fusion.step_ms).mean,
-	    percentile(fusion.step_ms, 1));
+	    "%-12stracking %zu, ambiguous %zu, waiting %zu; re-seeded %zu times", "fused", fusion.tracking,
+	    fusion.ambiguous, fusion.waiting, fusion.reseeds);
+	if (!fusion.step_ms.empty())
+		out << mrpt::format(
+		    "; step [ms] mean %.2f, greatest %.2f", mean_std(fusion.step_ms).mean, percentile(fusion.step_ms, 1));
+	out << '\n';
 	if (fusion.matches == 0) return;
 	for (std::size_t i = 0; i < kTolerances.size(); i++)
 		out << mrpt::format(

@@ -56,14 +56,15 @@ void CParticleFilterFusion::start(const CSignatureMap2D::ConstPtr& map, const Fu
 	last_pose_.reset();
 	last_motion_ = {};
 	previous_ = {};
-	// the one that MRPT's filter draws from: motions with other numbers than the seeded poses
-	mrpt::random::getRandomGenerator().randomize(~parameters.seed);
+	random_.randomize(~parameters.seed);  // other numbers than those of the seeded poses
 }
 
 FusedPose CParticleFilterFusion::step(const FusionInput& input)
 {
 	if (!map_) throw std::logic_error("CParticleFilterFusion::step() before start()");
 	const auto start_time = std::chrono::steady_clock::now();
+	// MRPT's filter draws from this one, which belongs to the whole process
+	mrpt::random::getRandomGenerator().randomize(random_.drawUniform32bit());
 	FusedPose pose;
 	if (seeded_)
 	{
@@ -127,7 +128,7 @@ void CParticleFilterFusion::resize(std::size_t count)
 {
 	if (count == particles_.m_particles.size()) return;
 	// MRPT's computeResampling() never returns if it is to draw more than there are
-	const double offset = mrpt::random::getRandomGenerator().drawUniform(0.0, 1.0);
+	const double offset = random_.drawUniform(0.0, 1.0);
 	const auto drawn = pf::systematic_draw(pf::normalized_weights(particles_), count, offset);
 	particles_.performSubstitution(drawn);
 	for (auto& particle : particles_.m_particles) particle.log_w = 0;
@@ -201,7 +202,7 @@ void CParticleFilterFusion::admit(const Localization& localization, double proba
 	const double share = std::max(tuning.admitted_share, probability);
 	few.particles = static_cast<int>(std::lround(share * static_cast<double>(particles_.m_particles.size())));
 	if (few.particles < 1) return;
-	few.seed = mrpt::random::getRandomGenerator().drawUniform32bit();
+	few.seed = random_.drawUniform32bit();
 	const auto admitted = seed_particles(localization, grid_, free_cells_, few);
 	const auto replaced = pf::lightest(particles_, admitted.size());
 

@@ -4,6 +4,7 @@
 #include <d2s1r/CFusionBackend.h>
 #include <d2s1r/seeding.h>
 #include <mrpt/bayes/CParticleFilter.h>
+#include <mrpt/random/RandomGenerators.h>
 #include <mrpt/slam/CMonteCarloLocalization2D.h>
 
 #include "motion_choice.h"
@@ -57,6 +58,7 @@ class CParticleFilterFusion : public CFusionBackend
 	std::vector<CellIndex> free_cells_;
 	mrpt::bayes::CParticleFilter filter_;
 	mrpt::slam::CMonteCarloLocalization2D particles_;
+	mrpt::random::CRandomGenerator random_;
 	bool seeded_ = false;
 	double unaccounted_ = 0;              ///< [0, 1] probability that no particle is where the robot is
 	Localization previous_;               ///< of the last scan

@@ -110,6 +110,15 @@ TEST_F(AppQueries, WindowGivesTheSamePosesWithAnyNumberOfThreads)
 	EXPECT_GT(lines_of(one).size(), path_into_left_room().size());
 }
 
+TEST_F(AppQueries, WindowGivesNoMoreHypothesesThanTheParametersSay)
+{
+	write_file(path("few.ini"), "[scoring]\nhypotheses = 2\n");
+	const CsvTable frames = localize("twins", "twins", {"--window", "5", "-c", path("few.ini")});
+	for (std::size_t i = 0; i < frames.size(); i++) EXPECT_LE(frames.number(i, "hypotheses"), 2) << i;
+	localize("twins", "twins", {"--window", "5", "--write-config", path("all.ini"), "-c", path("few.ini")});
+	EXPECT_NE(read_file(path("all.ini")).find("hypotheses = 2 "), std::string::npos);
+}
+
 TEST_F(AppQueries, WindowStartsWithTheFirstSelectedFrame)
 {
 	const CsvTable frames = localize("twins", "twins", {"--window", "11", "--frames", "8:"});
@@ -127,13 +136,24 @@ TEST_F(AppQueries, RegionTellsRoomsApartThatLookAlike)
 
 TEST_F(AppQueries, PosesStayInTheRegion)
 {
-	const CsvTable frames = localize("flat", "walk", {"--region=-1.5,-1,4.6,4"});
-	ASSERT_EQ(frames.size(), walk().size());
-	for (std::size_t i = 0; i < frames.size(); i++)
+	for (const char* window : {"", "--window=4"})
 	{
-		if (frames.text(i, "x").empty()) continue;
-		EXPECT_LE(frames.number(i, "x"), 4.6);
-		EXPECT_LE(frames.number(i, "y"), 4);
+		Words words = {"--region=3,4.5,4.3,6"};
+		if (*window != 0) words.push_back(window);
+		const CsvTable frames = localize("flat", "walk", words);
+		ASSERT_EQ(frames.size(), walk().size());
+		int placed = 0;
+		for (std::size_t i = 0; i < frames.size(); i++)
+		{
+			if (frames.text(i, "x").empty()) continue;
+			placed++;
+			constexpr double kPolished = 0.02;  // [m] that a pose moves at the end
+			EXPECT_GE(frames.number(i, "x"), 3 - kPolished);
+			EXPECT_LE(frames.number(i, "x"), 4.3 + kPolished);
+			EXPECT_GE(frames.number(i, "y"), 4.5 - kPolished);
+			EXPECT_LE(frames.number(i, "y"), 6 + kPolished);
+		}
+		EXPECT_GE(placed, 3) << window;
 	}
 }
 

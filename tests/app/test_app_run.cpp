@@ -41,17 +41,17 @@ class AppRun : public AppTest
 
 	void wait_for_frames(Process& process, const std::string& out) const
 	{
-		while (process.running() && growing_size(out, "frames.csv") == 0)
+		while (process.running() && growing(out, "frames.csv").value_or(0) == 0)
 			std::this_thread::sleep_for(std::chrono::milliseconds(5));
 	}
 
-	/// Size of the file that is being written under another name; 0 if there is none.
-	std::uintmax_t growing_size(const std::string& out, const std::string& name) const
+	/// Size of the file that is being written under another name.
+	std::optional<std::uintmax_t> growing(const std::string& out, const std::string& name) const
 	{
 		std::error_code error;
 		for (const auto& entry : fs::directory_iterator(path(out), error))
 			if (entry.path().filename().string().find("-" + name) != std::string::npos) return entry.file_size(error);
-		return 0;
+		return std::nullopt;
 	}
 };
 
@@ -84,17 +84,34 @@ TEST_F(AppRun, InterruptKeepsTheFinishedFrames)
 	EXPECT_EQ(frames.text(frames.size() - 1, "frame"), std::to_string(frames.size() - 1));
 	EXPECT_EQ(load(path("out/localized.rawlog")).size(), 3 * frames.size());
 	EXPECT_TRUE(fs::exists(path("out/map.png")));
-	EXPECT_EQ(growing_size("out", "frames.csv"), 0U);
+	EXPECT_FALSE(growing("out", "frames.csv"));
 }
 
-TEST_F(AppRun, HangUpsKeepTheFinishedFrames)
+TEST_F(AppRun, AnInterruptBeforeTheFirstFrameLeavesEarlierResults)
+{
+	save(long_log(1), path("in.rawlog"));
+	ASSERT_EQ(run(words("out", {"-q"})).status, 0);
+	const std::string before = read_file(path("out/frames.csv"));
+	write_file(path("slow.ini"), "[coarse_search]\nspacing = 0.01\ndirections = 720\n");
+	Process process = start(words("out", {"-c", path("slow.ini")}));
+	while (process.running() && !growing("out", "frames.csv")) std::this_thread::yield();
+	process.send(SIGTERM);
+	const auto result = process.wait();
+	EXPECT_EQ(result.status, 130);
+	EXPECT_NE(result.err.find("interrupted before the first frame; nothing is written"), std::string::npos)
+	    << result.err;
+	EXPECT_EQ(read_file(path("out/frames.csv")), before);
+	EXPECT_FALSE(growing("out", "frames.csv"));
+}
+
+TEST_F(AppRun, ManySignalsKeepTheFinishedFrames)
 {
 	save(long_log(3000), path("in.rawlog"));
 	Process process = start(words("out", {"--threads", "2"}));
 	wait_for_frames(process, "out");
-	for (int i = 0; i < 3; i++)
+	for (const int signal : {SIGHUP, SIGHUP, SIGINT, SIGINT, SIGTERM})
 	{
-		process.send(SIGHUP);
+		process.send(signal);
 		std::this_thread::sleep_for(std::chrono::milliseconds(1));
 	}
 	const auto result = process.wait();

@@ -1,4 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include <thread>
+
 #include "filter_on_a_floor.h"
 
 namespace d2s1r::test
@@ -13,6 +15,23 @@ TEST_F(FilterOnAFloor, FollowsADriveWithOdometry)
 	{
 		expect_at(poses[i], drive[i].truth, "frame " + std::to_string(i));
 		EXPECT_EQ(poses[i].event, i == 0 ? FusionEvent::kSeeded : FusionEvent::kNone) << i;
+	}
+}
+
+TEST_F(FilterOnAFloor, AnotherFilterInTheProcessAndOtherThreadsChangeNothing)
+{
+	const Drive drive = drive_along(along_corridor(6));
+	const auto alone = follow(drive);
+	CParticleFilterFusion other;
+	other.start(map(), {MotionSource::kPseudo, 300, 5});
+	filter_.start(map(), {});
+	for (std::size_t i = 0; i < drive.size(); i++)
+	{
+		const FusionInput input{drive[i].scan, drive[i].localization, drive[i].odometry};
+		other.step(input);
+		FusedPose pose;
+		std::thread([&] { pose = filter_.step(input); }).join();
+		EXPECT_EQ(pose.pose, alone[i].pose) << i;
 	}
 }
 

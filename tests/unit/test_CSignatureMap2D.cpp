@@ -97,13 +97,10 @@ TEST(CSignatureMap2D, LikelihoodIsTheSameFromManyThreads)
 	for (const double value : values) EXPECT_EQ(value, alone);
 }
 
-TEST(CSignatureMap2D, FingerprintTellsGridsAndParametersApart)
+TEST(CSignatureMap2D, FingerprintTellsGridsApart)
 {
 	const auto map = make_signature_map();
 	EXPECT_EQ(map.fingerprint(), make_signature_map().fingerprint());
-	d2s1r::Parameters parameters;
-	parameters.paper.bins = 40;
-	EXPECT_NE(CSignatureMap2D(*map.grid(), parameters).fingerprint(), map.fingerprint());
 	auto changed = *map.grid();
 	changed.setCell(12, 12, 0.01F);
 	EXPECT_NE(CSignatureMap2D(changed).fingerprint(), map.fingerprint());
@@ -119,28 +116,34 @@ TEST(CSignatureMap2D, IsMadeFromAnIniSection)
 	    "[Maps]\nsignatureMap_count=1\n"
 	    "[Maps_signatureMap_00_creationOpts]\nenableObservationInsertion=false\n"
 	    "[Maps_signatureMap_00_insertOpts]\nmaxDistanceInsertion=7\n"
-	    "[Maps_signatureMap_00_likelihoodOpts]\nsigma=0.3\n");
+	    "[Maps_signatureMap_00_likelihoodOpts]\nsigma=0.3 ; [m]\nbeams = 45 // at most\n");
 	const auto map = maps.mapByClass<CSignatureMap2D>();
 	ASSERT_TRUE(map);
 	EXPECT_TRUE(map->isEmpty());
 	EXPECT_FALSE(map->genericMapParams.enableObservationInsertion);
 	EXPECT_EQ(map->insertionOptions.maxDistanceInsertion, 7.0F);
 	EXPECT_EQ(map->likelihood_options().sigma, 0.3);
+	EXPECT_EQ(map->likelihood_options().beams, 45);
 }
 
-TEST(CSignatureMap2D, SaysWhichIniValueIsOutOfRange)
+TEST(CSignatureMap2D, SaysWhichIniValueIsNotUsable)
 {
-	try
-	{
-		from_ini("[Maps]\nsignatureMap_count=1\n[Maps_signatureMap_00_likelihoodOpts]\nsigma=-1\n");
-		FAIL() << "a negative sigma was accepted";
-	}
-	catch (const std::exception& error)
-	{
-		EXPECT_NE(
-		    std::string(error.what()).find("Maps_signatureMap_00_likelihoodOpts: sigma = '-1'"), std::string::npos)
-		    << error.what();
-	}
+	const std::map<std::string, std::string> lines{
+	    {"sigma=-1", "sigma = '-1'"},    {"sigma=wide", "sigma = 'wide'"},       {"beams=90.7", "beams = '90.7'"},
+	    {"beams=1", "beams = '1'"},      {"beams=1e99", "beams = '1e99'"},       {"sigmo=0.1", "sigmo is not"},
+	    {"random_share=", "share = ''"}, {"unknown_share=nan", "share = 'nan'"},
+	};
+	for (const auto& [line, reason] : lines) try
+		{
+			from_ini("[Maps]\nsignatureMap_count=1\n[Maps_signatureMap_00_likelihoodOpts]\n" + line + "\n");
+			ADD_FAILURE() << line << " was accepted";
+		}
+		catch (const std::exception& error)
+		{
+			const std::string message = error.what();
+			EXPECT_NE(message.find("Maps_signatureMap_00_likelihoodOpts: "), std::string::npos) << message;
+			EXPECT_NE(message.find(reason), std::string::npos) << message;
+		}
 }
 
 TEST(CSignatureMap2D, IsFilledFromASimpleMapAndCleared)

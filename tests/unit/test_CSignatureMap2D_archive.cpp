@@ -36,21 +36,31 @@ TEST(SignatureMapArchive, ComesBackFromAnArchive)
 	Parameters parameters;
 	parameters.paper.bins = 40;
 	CSignatureMap2D::TLikelihoodOptions likelihood;
-	likelihood.sigma = 0.25;
+	likelihood.sigma = 0.1234567891234;
 	CSignatureMap2D map(*make_map(kGrid), parameters, likelihood);
 	map.genericMapParams.enableObservationInsertion = false;
+	map.insertionOptions.maxDistanceInsertion = 5;
 
 	const CSignatureMap2D read = deserialized(serialized(map));
 	EXPECT_EQ(read.fingerprint(), map.fingerprint());
 	EXPECT_EQ(read.parameters().paper.bins, 40);
-	EXPECT_EQ(read.likelihood_options().sigma, 0.25);
+	EXPECT_EQ(read.likelihood_options().sigma, likelihood.sigma);
 	EXPECT_FALSE(read.genericMapParams.enableObservationInsertion);
 	EXPECT_EQ(read.grid()->getRawMap(), map.grid()->getRawMap());
 	const auto scan = make_observation(kGrid, kTruth);
 	EXPECT_EQ(
 	    read.computeObservationLikelihood(scan, CPose3D(kTruth)),
 	    map.computeObservationLikelihood(scan, CPose3D(kTruth)));
-	EXPECT_TRUE(deserialized(serialized(CSignatureMap2D())).isEmpty());
+	EXPECT_EQ(read.insertionOptions.maxDistanceInsertion, 5);
+}
+
+TEST(SignatureMapArchive, AnEmptyOneComesBackWithItsOptions)
+{
+	CSignatureMap2D map;
+	map.insertionOptions.maxDistanceInsertion = 5;
+	const CSignatureMap2D read = deserialized(serialized(map));
+	EXPECT_TRUE(read.isEmpty());
+	EXPECT_EQ(read.insertionOptions.maxDistanceInsertion, 5);
 }
 
 TEST(SignatureMapArchive, ComesBackExactlyWhereItWas)
@@ -126,7 +136,7 @@ TEST(SignatureMapArchive, AMapFileWithOtherParametersSaysWhichOneItIs)
 	};
 	expect_refused_map_file(with("bins =", "bits ="), "paper.bits");
 	expect_refused_map_file(with("bins = 60", "bins = 01"), "paper.bins");
-	expect_refused_map_file(with("=  0.100000", "= -0.100000"), "sigma");
+	expect_refused_map_file(with("=  0.1 ", "= -0.1 "), "sigma");
 }
 }  // namespace
 }  // namespace d2s1r::test

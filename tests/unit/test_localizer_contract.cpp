@@ -7,6 +7,7 @@
 
 #include <thread>
 
+#include "test_files.h"
 #include "test_floor.h"
 
 namespace d2s1r::test
@@ -92,6 +93,30 @@ TEST_F(LocalizerContract, AScanWithoutBeamsIsInvalidToo)
 	EXPECT_FALSE(accumulator.scan().valid());
 }
 
+TEST_F(LocalizerContract, AScanThatCoversNoFieldOfViewIsInvalidToo)
+{
+	Scan scan = make_scan(make_observation(world_, poses_on_floor()[0]), {});
+	ASSERT_TRUE(scan.valid());
+	scan.field_of_view = 0;
+	const Localization result = localizer_.localize(scan);
+	EXPECT_EQ(result.status, Status::kInvalid);
+	EXPECT_NE(result.note.find("field of view"), std::string::npos) << result.note;
+}
+
+TEST_F(LocalizerContract, ASensorThatIsNowhereOnTheRobotMakesNoScan)
+{
+	const auto observation = make_observation(world_, poses_on_floor()[0]);
+	const double nan = std::nan("");
+	for (const auto& pose :
+	     {mrpt::poses::CPose3D(0, 0, 0, nan, 0, 0), mrpt::poses::CPose3D(nan, 0, 0, 0, 0, 0),
+	      mrpt::poses::CPose3D(0, 0, 0, INFINITY, 0, 0), mrpt::poses::CPose3D(0, 1e300, 0, 0, 0, 0)})
+	{
+		auto elsewhere = observation;
+		elsewhere.sensorPose = pose;
+		EXPECT_EQ(localizer_.localize(elsewhere).status, Status::kInvalid) << pose;
+	}
+}
+
 TEST_F(LocalizerContract, ManyThreadsGetTheSameBits)
 {
 	std::vector<mrpt::obs::CObservation2DRangeScan> observations;
@@ -155,6 +180,23 @@ TEST(LocalizerArguments, RefusesParametersOutOfRange)
 	Parameters parameters;
 	parameters.coarse_search.spacing = -1;
 	EXPECT_THROW(Localizer(make_map(make_floor()), parameters), std::invalid_argument);
+}
+
+TEST(LocalizerArguments, SaysWhichRangeIsTooLongForTheCells)
+{
+	for (const Method method : {Method::kDefault, Method::kPaper})
+	{
+		Parameters parameters;
+		parameters.method = method;
+		parameters.coarse_search.max_range = parameters.paper.max_range = 201;
+		const std::string key = method == Method::kPaper ? "paper.max_range" : "coarse_search.max_range";
+		const std::string message = message_of<std::invalid_argument>(
+		    [&] {
+			    Localizer(make_map({"####", "#..#", "####"}, 0.05), parameters);
+		    });
+		EXPECT_EQ(message.rfind(key + " = 201 m", 0), 0U) << message;
+		EXPECT_NE(message.find("200 m"), std::string::npos) << message;
+	}
 }
 
 TEST(LocalizerArguments, KeepsItsMapWhenMoved)

@@ -87,7 +87,11 @@ TEST(MapImage, NeedsItsGeometry)
 		    refusal(file, ImageGeometry{resolution, 0, 0}).find("resolution is not 0.001 to 10 m / pixel; mend it"),
 		    std::string::npos)
 		    << resolution;
-	EXPECT_NE(refusal(file, ImageGeometry{1, NAN, 0}).find("origin"), std::string::npos);
+	for (const double far : {1.1e7, -1e30, static_cast<double>(NAN), static_cast<double>(INFINITY)})
+	{
+		EXPECT_NE(refusal(file, ImageGeometry{1, far, 0}).find("origin"), std::string::npos) << far;
+		EXPECT_NE(refusal(file, ImageGeometry{1, 0, far}).find("origin"), std::string::npos) << far;
+	}
 }
 
 TEST(MapImage, BrokenOnesAreRefusedByName)

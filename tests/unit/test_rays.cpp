@@ -2,6 +2,7 @@
 #include <d2s1r/rays.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace d2s1r::test
@@ -74,6 +75,23 @@ TEST(Rays, DepthEdgesLieBetweenNeighboursOfWhichOneIsWellBehindTheOther)
 	EXPECT_EQ(edges({1, 2, 4.5F, 1}, 10), Edges({0, 0, 0, 1})) << "a wall seen at an angle by beams far apart";
 	EXPECT_EQ(edges({1, 0, 3, 1}), Edges({0, 0, 1})) << "nobody knows what is in the gap";
 	EXPECT_EQ(edges({0, 3, 1}), Edges({0, 1}));
+}
+
+TEST(Rays, BeamsOnBothSidesOfAGapWithoutDataAreNoNeighbours)
+{
+	Scan scan = scan_of(40, 40);
+	for (std::size_t i = 20; i < 40; i++) scan.beams[i].range = 6;
+	const auto edges_without = [&](std::size_t beams)
+	{
+		Scan cut = scan;
+		cut.beams.erase(cut.beams.begin() + 20, cut.beams.begin() + 20 + static_cast<std::ptrdiff_t>(beams));
+		cut.field_of_view -= static_cast<double>(beams) * kDegree;
+		const Rays rays = make_rays(cut, kDegree, 360);
+		EXPECT_EQ(rays.starts_run[20], beams < 10 ? 0 : 1) << beams;
+		return std::count(rays.depth_edge.begin(), rays.depth_edge.end(), 1);
+	};
+	for (const std::size_t beams : {0, 1, 8}) EXPECT_EQ(edges_without(beams), 1) << beams;
+	for (const std::size_t beams : {10, 19}) EXPECT_EQ(edges_without(beams), 0) << beams;
 }
 
 TEST(Rays, OfNoBeamsAreNone)

@@ -109,16 +109,21 @@ TEST(Scoring, DepthEdgesCountWhereBothSidesAreExplained)
 {
 	BeamModel model = nothing_counts();
 	model.depth_edge = 1;
-	const Grid grid = make_two_rooms();
-	const auto ahead_and_behind = [&](float ahead, float behind)
+	// a wall at 1 m that ends where the sensor looks, and whole ones at 2 and 3 m
+	const auto row = [](char first)
+	{ return std::string(20, '.') + first + std::string(19, '.') + "#" + std::string(19, '.') + "#"; };
+	Picture picture(10, row('#'));
+	picture.resize(20, row('.'));
+	const Grid grid = make_picture_grid(picture, 0.05);
+	const auto beside_and_at_the_wall = [&](float beside, float at)
 	{
 		Scan scan;
-		scan.field_of_view = 2 * kDegree;
-		scan.beams = {{0, ahead, true}, {static_cast<float>(M_PI), behind, true}};
+		scan.field_of_view = 4 * kDegree;
+		scan.beams = {{static_cast<float>(-kDegree), beside, true}, {static_cast<float>(kDegree), at, true}};
 		return score_at(BeamTracer(grid), DistanceField(grid), scan, {0.2, 0.5, 0}, model);
 	};
-	const Score both = ahead_and_behind(0.825F, 0.175F), one = ahead_and_behind(0.6F, 0.175F);
-	const Score through = ahead_and_behind(1.825F, 0.175F);
+	const Score both = beside_and_at_the_wall(1.825F, 0.825F), one = beside_and_at_the_wall(1.5F, 0.825F);
+	const Score through = beside_and_at_the_wall(1.825F, 2.825F);
 	EXPECT_EQ(both.depth_edges, 1);
 	EXPECT_DOUBLE_EQ(both.log_likelihood, 1);
 	EXPECT_EQ(one.depth_edges + through.depth_edges, 0);

@@ -4,6 +4,7 @@
 #include <d2s1r/signature_index.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <numeric>
 
 #include "literal_paper.h"
@@ -27,6 +28,24 @@ Grid make_rooms()
 	         "############"},
 	        6),
 	    0.1, 2, -4);
+}
+
+TEST(SignatureIndex, OfCellsThatAreEquallyNearTheFirstOnesAreFound)
+{
+	Parameters parameters;
+	parameters.paper.bins = 20;
+	parameters.paper.max_range = 1;  // [m] nothing is seen from most of the hall
+	const Grid grid = make_picture_grid(enlarge({"#######", "#.....#", "#.....#", "#.....#", "#######"}, 12), 0.1);
+	const std::vector<CellIndex> cells = find_free_cells(grid, {});
+	const SignatureIndex index(grid, cells, parameters);
+	Signature sees_nothing(20, 0);
+	sees_nothing.back() = 1;
+	const auto all = index.nearest(sees_nothing, static_cast<int>(cells.size()));
+	ASSERT_EQ(all[500].squared_distance, 0);
+	EXPECT_TRUE(std::is_sorted(
+	    all.begin(), all.begin() + 500, [](const NearestCell& a, const NearestCell& b) { return a.cell < b.cell; }));
+	const auto ten = index.nearest(sees_nothing, 10);
+	for (std::size_t i = 0; i < ten.size(); i++) EXPECT_EQ(ten[i].cell, all[i].cell) << i;
 }
 
 TEST(SignatureIndex, FindsTheNearestSignaturesOfAll)

@@ -54,8 +54,19 @@ class WindowOnTwinRooms : public testing::Test
 			else if (with_odometry)
 				motion = CPose2D();
 			last = window.add(scan, localizer_.localize(scan), motion);
+			expect_probabilities(last);
 		}
 		return last;
+	}
+
+	/// Those of all hypotheses and of "none of them" sum to 1.
+	static void expect_probabilities(const Localization& result)
+	{
+		if (result.hypotheses.empty()) return;
+		double sum = 0;
+		for (const Hypothesis& hypothesis : result.hypotheses) sum += hypothesis.probability;
+		EXPECT_LE(sum, 1 + 1e-9);
+		EXPECT_DOUBLE_EQ(result.confidence, result.best().probability);
 	}
 
 	const Grid grid_ = make_picture_grid(
@@ -148,6 +159,29 @@ TEST_F(WindowOnTwinRooms, MovesOnOverFramesWithoutAUsableScan)
 	expect_at(result, last);
 }
 
+TEST_F(WindowOnTwinRooms, DropsTracksThatThePriorRulesOut)
+{
+	const auto path = into_left_room();
+	WindowLocalizer right_half(localizer_, 10, make_prior(4.5, 0, 11, 4.5));
+	const Localization elsewhere = drive(right_half, path, true);
+	EXPECT_NE(elsewhere.status, Status::kLocalized);
+	for (const Hypothesis& hypothesis : elsewhere.hypotheses) EXPECT_GE(hypothesis.pose.x(), 4.5);
+	WindowLocalizer left_half(localizer_, 10, make_prior(0, 0, 4.5, 4.5));
+	expect_at(drive(left_half, path, true), path.back());
+}
+
+TEST_F(WindowOnTwinRooms, TheSameCallsGetTheSameAnswers)
+{
+	WindowLocalizer first(localizer_, 10), second(localizer_, 10);
+	const Localization a = drive(first, into_left_room(), false), b = drive(second, into_left_room(), false);
+	ASSERT_EQ(a.hypotheses.size(), b.hypotheses.size());
+	for (std::size_t i = 0; i < a.hypotheses.size(); i++)
+	{
+		EXPECT_EQ(a.hypotheses[i].pose.asTPose(), b.hypotheses[i].pose.asTPose());
+		EXPECT_EQ(a.hypotheses[i].probability, b.hypotheses[i].probability);
+	}
+}
+
 TEST_F(WindowOnTwinRooms, RejectsScansOfAnotherPlace)
 {
 	const Grid hall =
@@ -165,7 +199,7 @@ TEST_F(WindowOnTwinRooms, IsNotSureOfAWayThroughAnotherBuilding)
 	const Grid hall = make_picture_grid(
 	    enlarge({"#########", "#...#...#", "#.......#", "#...#...#", "##.####.#", "#.......#", "#########"}, 14), 0.05);
 	WindowLocalizer window(localizer_, 10);
-	int localized = 0;
+	int localized = 0, doubted = 0;
 	for (int i = 0; i < 10; i++)
 	{
 		Laser laser;
@@ -176,9 +210,13 @@ TEST_F(WindowOnTwinRooms, IsNotSureOfAWayThroughAnotherBuilding)
 		    make_scan(make_observation(hall, {1.2 + 0.3 * i, 1.7, 0.2 * i}, laser), localizer_.parameters().scan);
 		const CPose2D motion =
 		    i == 0 ? CPose2D() : CPose2D(1.2 + 0.3 * i, 1.7, 0.2 * i) - CPose2D(0.9 + 0.3 * i, 1.7, 0.2 * (i - 1));
-		localized += window.add(scan, localizer_.localize(scan), motion).status == Status::kLocalized ? 1 : 0;
+		const Localization result = window.add(scan, localizer_.localize(scan), motion);
+		expect_probabilities(result);
+		localized += result.status == Status::kLocalized ? 1 : 0;
+		doubted += result.confidence < 0.5 ? 1 : 0;
 	}
 	EXPECT_LE(localized, 1) << "one track is always the best, even if none is right";
+	EXPECT_GE(doubted, 5);
 }
 
 TEST_F(WindowOnTwinRooms, RefusesWhatItCannotDo)

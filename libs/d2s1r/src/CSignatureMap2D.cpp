@@ -1,6 +1,5 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include <d2s1r/CSignatureMap2D.h>
-#include <d2s1r/visit_parameters.h>
 #include <mrpt/obs/CObservation2DRangeScan.h>
 
 #include <fstream>
@@ -15,9 +14,6 @@ namespace d2s1r
 {
 namespace
 {
-/// Raised whenever the same grid and parameters give another index: what was saved before is refused.
-constexpr std::uint32_t kIndexVersion = 1;
-
 class Fnv1a
 {
    public:
@@ -117,11 +113,6 @@ const LikelihoodField& CSignatureMap2D::likelihood_field() const
 std::uint64_t CSignatureMap2D::fingerprint() const
 {
 	Fnv1a hash;
-	hash.add(kIndexVersion);
-	hash.add(content_->parameters.method);
-	visit_parameters(
-	    content_->parameters,
-	    [&](const char*, const char*, auto value, auto, auto, const char*) { hash.add(static_cast<double>(value)); });
 	if (!content_->map) return hash.value();
 	const COccupancyGridMap2D& map = *content_->map;
 	hash.add(map.getSizeX());

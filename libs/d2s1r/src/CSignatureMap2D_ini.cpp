@@ -9,6 +9,7 @@
 
 #include <stdexcept>
 
+#include "checked_value.h"
 #include "occupancy_map.h"
 
 namespace d2s1r
@@ -29,18 +30,23 @@ void CSignatureMap2D::TLikelihoodOptions::loadFromConfigFile(
     const mrpt::config::CConfigFileBase& source, const std::string& section)
 {
 	TLikelihoodOptions read = *this;
-	const auto load = [&](const char* key, auto& value, double, double, const char*) {
-		value =
-		    static_cast<std::decay_t<decltype(value)>>(source.read_double(section, key, static_cast<double>(value)));
-	};
-	visit_likelihood(read, load);
-	try
+	std::vector<std::string> keys;
+	source.getAllKeys(section, keys);
+	for (const std::string& key : keys)
 	{
-		check(read);
-	}
-	catch (const std::invalid_argument& error)
-	{
-		throw std::invalid_argument(section + ": " + error.what());
+		bool found = false;
+		const auto load = [&](const char* its_key, auto& value, auto least, auto greatest, const char*)
+		{
+			if (key != its_key) return;
+			found = true;
+			const std::string what = section + ": " + key, text = ini_value(source.read_string(section, key, ""));
+			value = from_text<std::decay_t<decltype(value)>>(what, text);
+			check_range(what, value, least, greatest);
+		};
+		visit_likelihood(read, load);
+		if (!found)
+			throw std::invalid_argument(
+			    section + ": " + printable(key) + " is not a parameter; remove it or mend its name");
 	}
 	*this = read;
 }
@@ -48,8 +54,8 @@ void CSignatureMap2D::TLikelihoodOptions::loadFromConfigFile(
 void CSignatureMap2D::TLikelihoodOptions::saveToConfigFile(
     mrpt::config::CConfigFileBase& target, const std::string& section) const
 {
-	const auto save = [&](const char* key, auto value, double, double, const char* meaning)
-	{ target.write(section, key, value, 30, 20, meaning); };
+	const auto save = [&](const char* key, auto value, auto, auto, const char* meaning)
+	{ target.write(section, key, to_text(value), 30, 20, meaning); };
 	visit_likelihood(*this, save);
 }
 
@@ -94,7 +100,10 @@ void CSignatureMap2D::serializeTo(mrpt::serialization::CArchive& out) const
 	likelihood_options().saveToConfigFile(likelihood, kLikelihoodSection);
 	out << genericMapParams << to_ini(parameters()) << likelihood.getContent() << fingerprint();
 	out.WriteAs<bool>(!isEmpty());
-	if (!isEmpty()) out << on_whole_cells(*grid()) << grid()->getXMin() << grid()->getYMin();
+	auto map = isEmpty() ? mrpt::maps::COccupancyGridMap2D() : on_whole_cells(*grid());
+	map.insertionOptions = insertionOptions;
+	out << map;
+	if (!isEmpty()) out << grid()->getXMin() << grid()->getYMin();
 }
 
 void CSignatureMap2D::serializeFrom(mrpt::serialization::CArchive& in, std::uint8_t version)
@@ -107,18 +116,21 @@ void CSignatureMap2D::serializeFrom(mrpt::serialization::CArchive& in, std::uint
 	TLikelihoodOptions likelihood;
 	likelihood.loadFromConfigFile(mrpt::config::CConfigFileMemory(likelihood_ini), kLikelihoodSection);
 	CSignatureMap2D read(parse_parameters(ini, "parameters saved with a CSignatureMap2D"), likelihood);
-	if (in.ReadAs<bool>())
+	const bool has_map = in.ReadAs<bool>();
+	mrpt::maps::COccupancyGridMap2D map;
+	in >> map;
+	if (has_map)
 	{
-		mrpt::maps::COccupancyGridMap2D map;
 		float origin_x = 0, origin_y = 0;
-		in >> map >> origin_x >> origin_y;
+		in >> origin_x >> origin_y;
 		set_origin(map, static_cast<double>(origin_x), static_cast<double>(origin_y));
 		read.set_map(map);
 	}
 	if (read.fingerprint() != saved_fingerprint)
 		throw std::runtime_error(
-		    "CSignatureMap2D: grid and parameters do not give the saved fingerprint: the file is damaged or of "
-		    "another version of d2s1r; save it anew from the map");
+		    "CSignatureMap2D: the grid does not have the saved fingerprint: the file is damaged; save it anew from "
+		    "the map");
 	content_ = read.content_;
+	insertionOptions = map.insertionOptions;
 }
 }  // namespace d2s1r

@@ -29,6 +29,27 @@ std::string to_text(T value)
 	throw std::invalid_argument(what + " = '" + printable(value) + "': expected " + expected);
 }
 
+/// \throws std::invalid_argument naming `what` if `text` is no T as a whole
+template <class T>
+T from_text(const std::string& what, const std::string& text)
+{
+	if constexpr (std::is_same_v<T, bool>)
+	{
+		if (text == "true" || text == "1") return true;
+		if (text == "false" || text == "0") return false;
+		refuse(what, text, "true or false");
+	}
+	else
+	{
+		T value{};
+		const char* end = text.data() + text.size();
+		const auto parsed = std::from_chars(text.data(), end, value);
+		if (parsed.ec != std::errc() || parsed.ptr != end)
+			refuse(what, text, std::is_integral_v<T> ? "a whole number" : "a number");
+		return value;
+	}
+}
+
 /// \throws std::invalid_argument naming `what` if `value` is not between these two; a NaN is not
 template <class T, class Least, class Greatest>
 void check_range(const std::string& what, T value, Least least, Greatest greatest)

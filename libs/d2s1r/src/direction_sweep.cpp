@@ -130,9 +130,8 @@ HWY_EXPORT(sweep_columns);
 
 int max_range_units(const Grid& grid, double max_range)
 {
-	constexpr double kMaxCells = 4000;
-	if (max_range / grid.cell_size > kMaxCells)
-		throw std::invalid_argument("sweep_ranges: max_range is above 4000 cells; use a shorter one or larger cells");
+	if (max_range / grid.cell_size > kMostSweptCells)
+		throw std::invalid_argument("sweep_ranges: max_range is above 4000 cells");
 	return static_cast<int>(max_range / grid.cell_size * kRangeUnitsPerCell);
 }
 

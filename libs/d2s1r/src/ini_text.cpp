@@ -32,6 +32,11 @@ std::string printable(const std::string& text)
 	return text.size() > kLongest ? shown + "..." : shown;
 }
 
+std::string ini_value(const std::string& text)
+{
+	return trimmed(without_comment(text));
+}
+
 std::vector<IniEntry> parse_ini(const std::string& text, const std::string& name)
 {
 	std::vector<IniEntry> entries;
@@ -41,7 +46,7 @@ std::vector<IniEntry> parse_ini(const std::string& text, const std::string& name
 	std::string raw;
 	for (int number = 1; std::getline(lines, raw); number++)
 	{
-		const std::string line = trimmed(without_comment(raw));
+		const std::string line = ini_value(raw);
 		if (line.empty()) continue;
 		const auto where = [&] { return name + ":" + std::to_string(number) + ": "; };
 		if (line.front() == '[' && line.back() == ']')

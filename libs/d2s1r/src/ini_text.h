@@ -18,6 +18,9 @@ struct IniEntry
 	std::string value;
 };
 
+/// A value as it stands in an ini file, without blanks and comment.
+std::string ini_value(const std::string& text);
+
 /// The entries of an ini file in order. Comments start with `;`, `#` or `//`, as in MRPT's files; values have no
 /// quotes and lie in one line.
 /// \throws std::invalid_argument naming `name` and line if a line is neither section, entry nor comment, or a key

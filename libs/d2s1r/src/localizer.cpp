@@ -3,6 +3,8 @@
 #include <d2s1r/free_cells.h>
 #include <d2s1r/localizer.h>
 #include <d2s1r/paper_localizer.h>
+#include <d2s1r/range_sweep.h>
+#include <mrpt/core/format.h>
 
 #include <algorithm>
 #include <optional>
@@ -22,6 +24,15 @@ std::vector<CellIndex> sensor_cells(const Grid& grid, const FreeCellParameters& 
 	return cells;
 }
 
+void check_reach(const char* key, double max_range, const Grid& grid)
+{
+	const double most = kMostSweptCells * grid.cell_size;
+	if (max_range > most)
+		throw std::invalid_argument(mrpt::format(
+		    "%s = %g m is above %d cells of this map; lower it to %g m or use larger cells", key, max_range,
+		    kMostSweptCells, most));
+}
+
 FreeCellParameters with_clearance(FreeCellParameters parameters, double clearance)
 {
 	parameters.clearance = std::max(parameters.clearance, clearance);
@@ -37,7 +48,12 @@ struct Localizer::Index
 	      grid(make_grid(*map, parameters.grid)),
 	      caster(grid, parameters.paper.max_range, parameters.grid.rays_stop_at_unknown)
 	{
-		if (parameters.method == Method::kPaper)
+		const bool is_paper = parameters.method == Method::kPaper;
+		if (is_paper)
+			check_reach("paper.max_range", parameters.paper.max_range, grid);
+		else
+			check_reach("coarse_search.max_range", parameters.coarse_search.max_range, grid);
+		if (is_paper)
 			signatures.emplace(grid, sensor_cells(grid, parameters.free_cells), parameters);
 		else
 			standard.emplace(make_default_index(

@@ -77,8 +77,9 @@ COccupancyGridMap2D::Ptr load_image_map(const std::string& file, const ImageGeom
 	constexpr double kLeast = ImageGeometry::kLeastResolution, kGreatest = ImageGeometry::kGreatestResolution;
 	if (!(geometry.resolution >= kLeast && geometry.resolution <= kGreatest))
 		throw std::runtime_error(mrpt::format("the resolution is not %g to %g m / pixel; mend it", kLeast, kGreatest));
-	if (!std::isfinite(geometry.origin_x) || !std::isfinite(geometry.origin_y))
-		throw std::runtime_error("the origin is not a finite number of metres; mend it");
+	constexpr double kFarthest = 1e7;  // [m] UTM's coordinates are below it; beyond, grids have no centimetres
+	if (!(std::abs(geometry.origin_x) <= kFarthest && std::abs(geometry.origin_y) <= kFarthest))
+		throw std::runtime_error("the origin is not within 1e7 m of (0, 0); mend it");
 	const mrpt::img::CImage image = read_image(file);
 	const auto width = image.getWidth(), height = image.getHeight();
 	check_map_size(static_cast<double>(width), static_cast<double>(height));

@@ -96,7 +96,8 @@ mrpt::serialization::CSerializable::Ptr read_object(const std::string& file)
 		const std::string refusal = refusal_in(error.what());
 		if (!refusal.empty()) throw std::runtime_error(refusal);
 		throw std::runtime_error(
-		    "is not a map that can be read: truncated, or none of .simplemap, .gridmap, .yaml, image, MRPT metric map");
+		    "is not a map that can be read: truncated, or none of .simplemap, .gridmap, .yaml, image, MRPT metric map; "
+		    "save it again as one of these");
 	}
 }
 
@@ -177,6 +178,7 @@ COccupancyGridMap2D::Ptr grid_of(const mrpt::serialization::CSerializable& map, 
 	if (const auto* signature_map = dynamic_cast<const CSignatureMap2D*>(&map))
 		if (!signature_map->isEmpty()) return std::make_shared<COccupancyGridMap2D>(*signature_map->grid());
 	throw std::invalid_argument(
-	    std::string("an object of class ") + map.GetRuntimeClass()->className + " that holds no occupancy grid");
+	    std::string("an object of class ") + map.GetRuntimeClass()->className +
+	    " that holds no occupancy grid; give a map with one");
 }
 }  // namespace d2s1r

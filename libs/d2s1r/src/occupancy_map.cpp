@@ -79,7 +79,7 @@ COccupancyGridMap2D::Ptr draw_simple_map(const mrpt::maps::CSimpleMap& keyframes
 		x0 = std::min(x0, pose.x() - reach), x1 = std::max(x1, pose.x() + reach);
 		y0 = std::min(y0, pose.y() - reach), y1 = std::max(y1, pose.y() + reach);
 	}
-	if (keyframes.empty()) throw std::runtime_error("a simplemap without keyframes");
+	if (keyframes.empty()) throw std::runtime_error("a simplemap without keyframes; save one with scans in it");
 	x0 = cell_size * std::floor(x0 / cell_size);
 	y0 = cell_size * std::floor(y0 / cell_size);
 	const double cells_x = std::ceil((x1 - x0) / cell_size), cells_y = std::ceil((y1 - y0) / cell_size);

@@ -1,7 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include <d2s1r/visit_parameters.h>
 
-#include <charconv>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -22,26 +21,6 @@ constexpr const char* kMethodMeaning = "default: any field of view; paper: D2S1R
 const char* name_of(Method method)
 {
 	return method == Method::kPaper ? "paper" : "default";
-}
-
-template <class T>
-T from_text(const std::string& what, const std::string& text)
-{
-	if constexpr (std::is_same_v<T, bool>)
-	{
-		if (text == "true" || text == "1") return true;
-		if (text == "false" || text == "0") return false;
-		refuse(what, text, "true or false");
-	}
-	else
-	{
-		T value{};
-		const char* end = text.data() + text.size();
-		const auto parsed = std::from_chars(text.data(), end, value);
-		if (parsed.ec != std::errc() || parsed.ptr != end)
-			refuse(what, text, std::is_integral_v<T> ? "a whole number" : "a number");
-		return value;
-	}
 }
 
 void check_between_parameters(const Parameters& p)

@@ -15,6 +15,8 @@ void add(BeamEnds& returns, float unit_x, float unit_y, float range)
 	returns.range.push_back(range);
 }
 
+constexpr double kWidestGap = 10 * M_PI / 180;  //!< [rad] of beams without data that parts no neighbours
+
 void pad(BeamEnds& returns)
 {
 	constexpr float kFarBehind = -1e6F;  // [m]
@@ -42,18 +44,20 @@ Rays make_rays(const Scan& scan, double spacing, int most)
 	    (beams + static_cast<std::size_t>(most) - 1) / static_cast<std::size_t>(most));
 	rays.spacing = apart * static_cast<double>(stride);
 	constexpr float kFarthest = 20;  // [m] beyond, surfaces are too dark or too slanted often
+	const double widest = std::max(kWidestGap, 1.5 * rays.spacing);
 	bool was_return = true;
 	for (std::size_t i = 0; i < beams; i += stride, rays.count++)
 	{
 		const Beam& beam = scan.beams[i];
+		const bool after_gap = i > 0 && beam.angle - scan.beams[i - stride].angle > widest;
 		if (beam.is_return)
 		{
-			const bool has_neighbour = was_return && !rays.returns.range.empty();
+			const bool has_neighbour = i > 0 && was_return && !after_gap;
 			rays.depth_edge.push_back(
 			    has_neighbour && is_depth_edge(rays.returns.range.back(), beam.range, rays.spacing) ? 1 : 0);
 			add(rays.returns, std::cos(beam.angle), std::sin(beam.angle), beam.range);
 			rays.log_range.push_back(std::log(std::clamp(beam.range, 0.5F, 20.0F) / 3.0F));
-			rays.starts_run.push_back(was_return ? 0 : 1);
+			rays.starts_run.push_back(was_return && !after_gap ? 0 : 1);
 		}
 		else
 			add(rays.no_returns, std::cos(beam.angle), std::sin(beam.angle), std::min(beam.range, kFarthest));

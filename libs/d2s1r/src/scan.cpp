@@ -11,6 +11,7 @@ namespace d2s1r
 namespace
 {
 constexpr double kFullTurn = 2 * M_PI;
+constexpr double kFarthestSensor = 100;  //!< [m]
 
 /// A reading as it is recorded -> distance and whether something was hit there; no value: no data.
 ///
@@ -47,7 +48,8 @@ std::string unusable_because(const mrpt::obs::CObservation2DRangeScan& observati
 	if (!(observation.maxRange > 0) || !std::isfinite(observation.maxRange)) return "maxRange is not above 0";
 	const auto& pose = observation.sensorPose;
 	const double tilt = mrpt::RAD2DEG(tilt_of(observation));
-	if (!std::isfinite(tilt + pose.x() + pose.y())) return "the pose of the sensor on the robot is not finite";
+	if (!std::isfinite(tilt + pose.yaw()) || !(std::hypot(pose.x(), pose.y()) <= kFarthestSensor))
+		return "the pose of the sensor on the robot is not finite or more than 100 m away";
 	if (tilt > parameters.max_tilt)
 		return "the sensor is tilted by " + std::to_string(std::lround(tilt)) + " deg, more than scan.max_tilt";
 	return {};
@@ -85,7 +87,8 @@ float beam_angle(double angle)
 
 std::string why_invalid(const Scan& scan)
 {
-	return scan.invalid_because.empty() ? "the scan has no beams" : scan.invalid_because;
+	if (!scan.invalid_because.empty()) return scan.invalid_because;
+	return scan.beams.empty() ? "the scan has no beams" : "the field of view of the scan is not above 0";
 }
 
 Scan make_scan(const mrpt::obs::CObservation2DRangeScan& observation, const ScanParameters& parameters)

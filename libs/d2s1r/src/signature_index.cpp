@@ -44,7 +44,12 @@ class NearestByFullDistance
 	}
 	std::size_t size() const { return nearest_.size(); }
 	bool full() const { return nearest_.size() == k_; }
-	float worstDist() const { return full() ? nearest_.back().squared_distance : std::numeric_limits<float>::max(); }
+	/// What is as far as the last one is offered, too: ties are by cell.
+	float worstDist() const
+	{
+		constexpr float kGreatest = std::numeric_limits<float>::max();
+		return full() ? std::nextafter(nearest_.back().squared_distance, kGreatest) : kGreatest;
+	}
 	bool addPoint(float projected_distance, std::uint32_t point)
 	{
 		if (projected_distance > worstDist()) return true;

@@ -10,10 +10,11 @@ namespace d2s1r
 {
 namespace
 {
-constexpr double kFits = 0.45;          //!< [-] share of the returns that end at walls; below, other yaws are tried
-constexpr double kSlip = 150;           //!< [-] squared Mahalanobis distance of motion and scan; beyond, another place
-constexpr double kTails = 5;            //!< [-] degrees of freedom of errors of the motion
-constexpr double kAgree = 16;           //!< [-] the same; beyond, the wheels slipped and the scan is believed
+constexpr double kFits = 0.45;  //!< [-] share of the returns that end at walls; below, other yaws are tried
+constexpr double kSlip = 150;   //!< [-] squared Mahalanobis distance of motion and scan; beyond, another place
+constexpr double kTails = 5;    //!< [-] degrees of freedom of errors of the motion
+constexpr double kAgree =
+    16;  //!< [-] squared Mahalanobis distance up to which both are averaged; beyond, the wheels slipped
 constexpr double kHidden = 0.15;        //!< [-] share of explained beams; below, unknown space explains the others
 constexpr double kHiddenEvidence = -2;  //!< [nat] most of a frame that is explained by so little
 
@@ -27,7 +28,7 @@ Query around(const PoseDensity& predicted)
 	return {{{box}}};
 }
 
-/// Whether `a` is the likelier place; what unknown space explains is none as long as there is another.
+/// Whether `a` is the likelier place; places that unknown space explains come after all others.
 bool likelier(const Hypothesis& a, const Hypothesis& b)
 {
 	if ((a.explained < kHidden) != (b.explained < kHidden)) return a.explained >= kHidden;
@@ -80,6 +81,7 @@ Fit best_fit(
 std::optional<Hypothesis> refined_near(const Localizer& localizer, const Scan& scan, const PoseDensity& predicted)
 {
 	constexpr double kStep = 2 * M_PI / 180;  // [rad]
+	constexpr int kMostTurns = 20;            // [-] to a side: wider, it is the one-shot search that finds the yaw
 	auto best = localizer.hypothesis_near(scan, predicted.mean);
 	if (!best || best->explained > kFits) return best;
 	const auto consider = [&](const Hypothesis& other)
@@ -88,7 +90,7 @@ std::optional<Hypothesis> refined_near(const Localizer& localizer, const Scan& s
 	};
 	const Localization found = localizer.localize(scan, around(predicted));
 	if (!found.hypotheses.empty()) consider(found.best());
-	const int turns = static_cast<int>(std::ceil(2 * std::sqrt(predicted.cov(2, 2)) / kStep)) - 1;
+	const int turns = std::min(kMostTurns, static_cast<int>(std::ceil(2 * std::sqrt(predicted.cov(2, 2)) / kStep)) - 1);
 	for (int turn = 1; turn <= turns; turn++)
 		for (const double yaw : {-turn * kStep, turn * kStep})
 			consider(*localizer.hypothesis_near(scan, predicted.mean + mrpt::poses::CPose2D(0, 0, yaw)));

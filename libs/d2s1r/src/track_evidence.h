@@ -36,7 +36,7 @@ Fit best_fit(
 /// from a few degrees off only where walls are near.
 std::optional<Hypothesis> refined_near(const Localizer& localizer, const Scan& scan, const PoseDensity& predicted);
 
-/// [nat] of the likeliest place of a frame; what unknown space explains is none as long as there is another.
+/// [nat] of the likeliest place of a frame; places that unknown space explains count only if there is no other.
 double greatest_likelihood(
     const std::vector<std::optional<Hypothesis>>& refined, const std::vector<Hypothesis>& one_shot);
 }  // namespace d2s1r

@@ -14,13 +14,13 @@ namespace d2s1r
 {
 namespace
 {
-constexpr std::size_t kSearched = 3;     //!< [-] best tracks whose pose is searched for where the scan does not fit
-constexpr double kHopeless = 25;         //!< [nat] behind the best track
-constexpr std::size_t kMostTracks = 50;  //!< [-]
-constexpr double kUnexplained = 0.18;    //!< [-] mean share of the returns that end at walls; below, it is no place
-constexpr double kExplained = 0.45;      //!< [-] mean share of explained beams of a localized track
-constexpr double kLeastAlone = 0.65;     //!< [0, 1] that one scan alone gives to the place, in the mean
-constexpr std::size_t kLostFrames = 3;   //!< [-] in a row that no track explains: the robot was carried away
+constexpr std::size_t kSearched = 3;      //!< [-] best tracks whose pose is searched for where the scan does not fit
+constexpr double kHopeless = 25;          //!< [nat] behind the best track
+constexpr std::size_t kMostTracks = 50;   //!< [-]
+constexpr double kLeastExplained = 0.18;  //!< [-] mean share of the returns that end at walls; below, it is no place
+constexpr double kExplained = 0.45;       //!< [-] mean share of explained beams of a localized track
+constexpr double kLeastAlone = 0.65;      //!< [0, 1] that one scan alone gives to the place, in the mean
+constexpr std::size_t kLostFrames = 3;    //!< [-] in a row that no track explains: the robot was carried away
 
 /// [nat] of the last `frames` frames.
 double sum_of(const std::deque<Evidence>& evidence, std::size_t frames)
@@ -70,8 +70,8 @@ double probability_at(
 }
 }  // namespace
 
-WindowLocalizer::WindowLocalizer(const Localizer& localizer, int frames)
-    : localizer_(&localizer), most_frames_(static_cast<std::size_t>(std::max(1, frames)))
+WindowLocalizer::WindowLocalizer(const Localizer& localizer, int frames, const Prior& prior)
+    : localizer_(&localizer), most_frames_(static_cast<std::size_t>(std::max(1, frames))), prior_(prior)
 {
 	if (frames < 1) throw std::invalid_argument("WindowLocalizer: frames must be at least 1");
 	if (localizer.parameters().method == Method::kPaper)
@@ -152,7 +152,7 @@ void WindowLocalizer::start_tracks(const Localization& one_shot)
 	tracks_.insert(tracks_.end(), started.begin(), started.end());
 }
 
-/// Best first; of tracks at one place the better one; without the hopeless.
+/// Best first; of tracks at one place the better one; without the hopeless and those that the prior rules out.
 void WindowLocalizer::prune()
 {
 	const auto& scoring = localizer_->parameters().scoring;
@@ -161,6 +161,7 @@ void WindowLocalizer::prune()
 	std::vector<Track> kept;
 	for (Track& track : tracks_)
 	{
+		if (!prior_.allows(track.now.pose.asTPose())) continue;
 		if (kept.size() >= kMostTracks) break;
 		if (!kept.empty() && sum_of(kept.front()) - sum_of(track) > kHopeless) break;
 		const auto same = [&](const Track& other) { return one_place(track.now, other.now, scoring); };
@@ -199,7 +200,7 @@ void WindowLocalizer::forget()
 Localization WindowLocalizer::conclude(const Localization& one_shot) const
 {
 	const auto& scoring = localizer_->parameters().scoring;
-	const bool explained = !tracks_.empty() && explained_by(tracks_.front()) >= kUnexplained;
+	const bool explained = !tracks_.empty() && explained_by(tracks_.front()) >= kLeastExplained;
 	Localization result =
 	    explained ? Localization{} : no_place(Status::kRejected, "no place in the map explains the last scans");
 	result.times = one_shot.times;
@@ -210,6 +211,8 @@ Localization WindowLocalizer::conclude(const Localization& one_shot) const
 	const Track& best = tracks_.front();
 	const bool known = explained_by(best) >= kExplained && alone(best) >= kLeastAlone;
 	if (!known) result.confidence = std::min(result.confidence, alone(best));
+	const double share = result.confidence / result.best().probability;  // the rest is "none of them"
+	for (Hypothesis& hypothesis : result.hypotheses) hypothesis.probability *= share;
 	result.status = known && result.confidence > scoring.localized_above ? Status::kLocalized : Status::kAmbiguous;
 	return result;
 }

@@ -67,6 +67,8 @@ struct FusedPose
 
 /// Fuses one-shot localizations over time. An application finds implementations in MRPT's class factory after
 /// mrpt::system::loadPluginModules(): `mrpt::rtti::classFactory("d2s1r::CParticleFilterFusion")`.
+/// The method is that of Section IV-B.6 of the paper. Not thread-safe, and only one step at a time in a process: MRPT's
+/// filters draw from one random generator, which each step sets anew.
 class CFusionBackend : public mrpt::rtti::CObject
 {
 	DEFINE_VIRTUAL_MRPT_OBJECT(CFusionBackend)

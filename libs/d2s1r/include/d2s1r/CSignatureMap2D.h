@@ -18,12 +18,12 @@ namespace d2s1r
 /// [MetricMap]
 /// signatureMap_count = 1
 /// [MetricMap_signatureMap_00_creationOpts]
-/// map_file    = building.yaml   ; optional: whatever d2s1r::load_map() reads
-/// config_file = d2s1r.ini       ; optional: d2s1r::Parameters
+/// map_file    = building.yaml   // optional: whatever d2s1r::load_map() reads
+/// config_file = d2s1r.ini       // optional: d2s1r::Parameters
 /// [MetricMap_signatureMap_00_insertOpts]
-/// ; keys of mrpt::maps::COccupancyGridMap2D::TInsertionOptions
+/// // keys of mrpt::maps::COccupancyGridMap2D::TInsertionOptions
 /// [MetricMap_signatureMap_00_likelihoodOpts]
-/// ; keys of TLikelihoodOptions
+/// // keys of TLikelihoodOptions
 /// \endcode
 /// Copies share grid and index until one of them is changed. Const member functions are thread-safe.
 class CSignatureMap2D : public mrpt::maps::CMetricMap
@@ -31,7 +31,8 @@ class CSignatureMap2D : public mrpt::maps::CMetricMap
 	DEFINE_SERIALIZABLE(CSignatureMap2D, d2s1r)
 
    public:
-	/// LikelihoodParameters by their names, in an ini section.
+	/// LikelihoodParameters by their names, in an ini section. Loading throws std::invalid_argument that names section
+	/// and key if one is unknown or its value is not usable; nothing is changed then.
 	struct TLikelihoodOptions : public mrpt::config::CLoadableOptions, public LikelihoodParameters
 	{
 		void loadFromConfigFile(const mrpt::config::CConfigFileBase& source, const std::string& section) override;
@@ -67,7 +68,7 @@ class CSignatureMap2D : public mrpt::maps::CMetricMap
 	/// \throws std::invalid_argument if empty
 	const LikelihoodField& likelihood_field() const;
 
-	/// Equal for equal grid (cells, size, origin), parameters and version of the index; part of the serialized form.
+	/// Equal for equal grids (cells, size, origin); tells a damaged archive.
 	std::uint64_t fingerprint() const;
 
 	bool isEmpty() const override;

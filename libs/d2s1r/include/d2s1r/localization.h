@@ -49,7 +49,8 @@ struct StageTimes
 struct Localization
 {
 	Status status = Status::kInvalid;
-	double confidence = 0;               //!< [0, 1] probability that best() is right
+	double confidence = 0;               //!< [0, 1] probability that best() is right; kPaper: of all hypotheses within
+	                                     //!< 0.3 m and 10 deg of it
 	std::vector<Hypothesis> hypotheses;  //!< by decreasing probability; empty if rejected or invalid
 	double relative_entropy =
 	    0;  //!< [bit] of the scan and the virtual scan at best(), Eq. 1; lower is better; NaN if none

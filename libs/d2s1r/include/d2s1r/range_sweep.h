@@ -10,6 +10,9 @@ namespace d2s1r
 /// Fixed-point distance of the sweep: 1 unit = cell_size / kRangeUnitsPerCell.
 inline constexpr int kRangeUnitsPerCell = 16;
 
+/// The farthest that the sweep can look: its distances have 16 bits.
+inline constexpr int kMostSweptCells = 4000;
+
 /// What the sweep reports where there is no obstacle within range.
 inline constexpr std::uint16_t kNoObstacle = 65535;
 
@@ -22,7 +25,7 @@ using RangeSink = std::function<void(int direction, const std::uint16_t* ranges)
 /// carried along digital lines. What lies outside of the grid is unknown. For 99 % of the rays within a cell of
 /// RayCaster's exact range: test_site_rays.cpp checks it on real maps.
 /// \param cells free ones, increasing
-/// \param max_range [m] at most 4000 cells
+/// \param max_range [m] at most kMostSweptCells
 /// \param stop_at_unknown rays end at unknown cells, too
 /// \throws std::invalid_argument if max_range is above that
 void sweep_ranges(

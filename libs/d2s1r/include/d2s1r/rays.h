@@ -19,10 +19,10 @@ struct Rays
 {
 	BeamEnds returns;              //!< by increasing angle
 	std::vector<float> log_range;  //!< ln of range / 3 m of each return, range within 0.5 and 20 m; not padded
-	/// 1 for a return next to a beam that ended at nothing, on its clockwise side
+	/// 1 for a return that has a beam that ended at nothing, or more than 10 deg without data, on its clockwise side
 	std::vector<std::uint8_t> starts_run;
-	/// 1 for a return next to one, on its clockwise side, that is more than 0.5 m nearer or further, and too much so
-	/// for a surface that both see at 4 deg or more
+	/// 1 for a return next to one, on its clockwise side and not more than 10 deg apart, that is more than 0.5 m nearer
+	/// or further, and too much so for a surface that both see at 4 deg or more
 	std::vector<std::uint8_t> depth_edge;
 	BeamEnds no_returns;    //!< beams that ended at nothing, up to the reach of the sensor, at most 20 m
 	std::size_t count = 0;  //!< [-] rays, those that ended at nothing included

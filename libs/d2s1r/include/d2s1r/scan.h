@@ -10,7 +10,8 @@
 
 namespace d2s1r
 {
-/// One usable beam of a scan. Beams without data (NaN, zero, negative, flagged) are not in a Scan.
+/// One usable beam of a scan. Not in a Scan are beams without data: NaN, -inf, negative, in range but flagged invalid,
+/// and zero unless ScanParameters::zero_is_no_return. What is at or beyond maxRange, flagged or not, saw nothing.
 struct Beam
 {
 	float angle = 0;        //!< [rad] in [-pi, pi), counter-clockwise, sensor frame as seen from above
@@ -29,7 +30,7 @@ struct Scan
 	mrpt::math::TPose2D sensor_on_robot;  //!< sensor in robot frame, m and rad
 	std::string invalid_because;          //!< empty if make_scan() found it usable, else the reason
 
-	bool valid() const { return invalid_because.empty() && !beams.empty(); }
+	bool valid() const { return invalid_because.empty() && !beams.empty() && field_of_view > 0; }
 };
 
 /// Why a scan is not valid().

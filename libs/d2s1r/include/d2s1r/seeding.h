@@ -27,9 +27,9 @@ struct SeededParticle
 	double log_weight = 0;     //!< [nat] the weights of all particles sum to 1
 };
 
-/// Particles for every hypothesis of `localization` in proportion to its probability, at least one each, and for free
-/// space: stratified, so that the weight of a hypothesis is its probability whatever the draw. The probability of
-/// "none of them" is spread over `free_cells`; if these are empty, all particles go to hypotheses.
+/// Particles for every hypothesis of `localization` in proportion to its probability, at least one each if there
+/// are enough, and for free space: stratified, so that the weight of a hypothesis is its probability whatever the draw.
+/// The probability of "none of them" is spread over `free_cells`; if these are empty, all particles go to hypotheses.
 /// \throws std::invalid_argument if there is neither a hypothesis nor a free cell, or no particle is asked for
 std::vector<SeededParticle> seed_particles(
     const Localization& localization, const Grid& grid, const std::vector<CellIndex>& free_cells,

@@ -41,8 +41,9 @@ class WindowLocalizer
 
 	/// Keeps a reference to `localizer`.
 	/// \param frames [-] that are judged together, at least 1
+	/// \param prior of the robot at every frame: tracks that leave it are dropped
 	/// \throws std::invalid_argument if `frames` is below 1 or the localizer's method is kPaper
-	WindowLocalizer(const Localizer& localizer, int frames);
+	WindowLocalizer(const Localizer& localizer, int frames, const Prior& prior = {});
 
 	/// Where is the robot, now that `scan` was taken?
 	/// \param one_shot localizer.localize(scan)
@@ -75,6 +76,7 @@ class WindowLocalizer
 
 	const Localizer* localizer_;
 	std::size_t most_frames_;
+	Prior prior_;
 	std::optional<mrpt::poses::CPose2D> skipped_;  //!< motion over frames without a usable scan
 	std::deque<Frame> frames_;                     //!< newest last
 	std::vector<Track> tracks_;                    //!< best first
