@@ -12,24 +12,15 @@
 #include "summary_json.h"
 #include "table.h"
 
+#include <mrpt/system/CTicTac.h>
 #include <unistd.h>
 
-#include <chrono>
 #include <filesystem>
 
 namespace d2s1r::app
 {
 namespace
 {
-class Stopwatch
-{
-   public:
-	double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
-
-   private:
-	std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-};
-
 void write_config(const Flags& flags, const Parameters& parameters)
 {
 	TextFile file(flags.write_config);
@@ -118,16 +109,16 @@ ExitStatus run(const Flags& flags, Console& console)
 	say_sensor(survey, sensor, flags, console);
 	warn_without_odometry(survey, flags, console);
 
-	const Stopwatch build_watch;
+	const mrpt::system::CTicTac build_watch;
 	const CSignatureMap2D::ConstPtr map = build_map(flags, parameters);
 	const Localizer& localizer = map->localizer();
 	RunReport report{flags, parameters, outputs.frames(), sensor};
-	report.build_seconds = build_watch.seconds();
+	report.build_seconds = build_watch.Tac();
 	if (!flags.save_map.empty()) save_map(localizer.map(), parameters, flags.save_map);
 	if (backend) backend->start(map, {flags.motion, kFusionParticles, flags.seed});
 	report.selected_frames = selection.past - selection.first;
 
-	const Stopwatch watch;
+	const mrpt::system::CTicTac watch;
 	std::string damage;
 	{
 		ProgressBar progress(console.err, !flags.quiet && isatty(STDERR_FILENO), report.selected_frames);
@@ -142,7 +133,7 @@ ExitStatus run(const Flags& flags, Console& console)
 		return kInterrupted;
 	}
 	outputs.commit();
-	report.localization_seconds = watch.seconds();
+	report.localization_seconds = watch.Tac();
 	report.truth_lines = truth.size();
 	report.matches = match(report.frames, truth);
 	write_reports(report, outputs, truth, localizer);

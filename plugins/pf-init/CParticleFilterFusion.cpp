@@ -6,9 +6,9 @@
 #include <mrpt/obs/CActionCollection.h>
 #include <mrpt/obs/CSensoryFrame.h>
 #include <mrpt/random/RandomGenerators.h>
+#include <mrpt/system/CTicTac.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
@@ -22,11 +22,6 @@ IMPLEMENTS_MRPT_OBJECT(CParticleFilterFusion, CFusionBackend, d2s1r)
 namespace
 {
 using mrpt::poses::CPosePDFGaussian;
-
-double milliseconds_since(std::chrono::steady_clock::time_point start)
-{
-	return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
-}
 
 /// Probability that the robot is at one of the hypotheses.
 double probability_found(const Localization& localization)
@@ -62,7 +57,7 @@ void CParticleFilterFusion::start(const CSignatureMap2D::ConstPtr& map, const Fu
 FusedPose CParticleFilterFusion::step(const FusionInput& input)
 {
 	if (!map_) throw std::logic_error("CParticleFilterFusion::step() before start()");
-	const auto start_time = std::chrono::steady_clock::now();
+	const mrpt::system::CTicTac watch;
 	// MRPT's filter draws from this one, which belongs to the whole process
 	mrpt::random::getRandomGenerator().randomize(random_.drawUniform32bit());
 	FusedPose pose;
@@ -92,7 +87,7 @@ FusedPose CParticleFilterFusion::step(const FusionInput& input)
 	}
 	if (seeded_) last_pose_ = pose;
 	previous_ = input.localization;
-	pose.step_ms = milliseconds_since(start_time);
+	pose.step_ms = 1e3 * watch.Tac();
 	return pose;
 }
 

@@ -99,7 +99,7 @@ TEST_F(CoarseSearch, ASensorOfShortReachAgreesWithAllThatIsBeyondIt)
 
 TEST_F(CoarseSearch, CandidatesAreDistinctAndBestFirst)
 {
-	parameters_.hopeless = 1e6;
+	parameters_.margin = 1e6;
 	for (const int most : {5, 100})
 	{
 		parameters_.candidates = most;
@@ -119,9 +119,9 @@ TEST_F(CoarseSearch, CandidatesAreDistinctAndBestFirst)
 
 TEST_F(CoarseSearch, TheBestIsTheLeastOfAllPositionsAndShifts)
 {
-	parameters_.second_look = 1000000;  // more than there are
-	parameters_.second_look_share = 1;
-	parameters_.overview_hopeless = 1e6;
+	parameters_.most_pairs = 1000000;  // more than there are
+	parameters_.most_pairs_share = 1;
+	parameters_.overview_margin = 1e6;
 	parameters_.overview_deficit = 1e6;
 	parameters_.candidates = 20;
 	for (const auto& [first, count] : {std::pair{0, 120}, {100, 40}})
@@ -142,8 +142,8 @@ TEST_F(CoarseSearch, TheSecondLookSeesAllPositionsOfAGroup)
 	parameters_.candidates = 1000000;
 	parameters_.distinct_distance = 0.01;  // every pair is a candidate
 	parameters_.distinct_yaw = 0.1;
-	parameters_.hopeless = 1e6;
-	parameters_.second_look = 1000;
+	parameters_.margin = 1e6;
+	parameters_.most_pairs = 1000;
 	const Scan scan = aligned_scan(grid_, profiles_.directions, {2.41, 8.57, 0.7}, 30, 100);
 	std::set<std::pair<std::size_t, int>> seen;
 	for (const Candidate& candidate : coarse_search(profiles_, scan, parameters_))
@@ -160,7 +160,7 @@ TEST_F(CoarseSearch, TheSecondLookSeesAllPositionsOfAGroup)
 
 TEST_F(CoarseSearch, PosesThatAPriorRulesOutTakeNoRoomInTheSecondLook)
 {
-	parameters_.second_look = 20;
+	parameters_.most_pairs = 20;
 	const Scan scan = aligned_scan(grid_, profiles_.directions, {2.41, 8.57, 0.7}, 0, 120);
 	PoseBox turned_round{2, 3, 8, 9, 0.7 + M_PI, 0.1};
 	const auto candidates = coarse_search(profiles_, scan, parameters_, Prior{{turned_round}});
@@ -174,9 +174,9 @@ TEST_F(CoarseSearch, PosesMuchDearerThanTheBestAreDroppedTheMoreBeamsTheSooner)
 	for (const int count : {120, 30})
 	{
 		const Scan scan = aligned_scan(grid_, profiles_.directions, {2.41, 8.57, 0.7}, 0, count);
-		parameters_.hopeless = 1e6;
+		parameters_.margin = 1e6;
 		const auto all = coarse_search(profiles_, scan, parameters_);
-		parameters_.hopeless = 12;
+		parameters_.margin = 12;
 		const auto some = coarse_search(profiles_, scan, parameters_);
 		const double dearest = all.front().cost + 12 / std::sqrt(count);
 		const auto expected = static_cast<std::size_t>(std::count_if(
@@ -188,7 +188,7 @@ TEST_F(CoarseSearch, PosesMuchDearerThanTheBestAreDroppedTheMoreBeamsTheSooner)
 
 TEST_F(CoarseSearch, EqualCostsAreRankedByPositionThenByShift)
 {
-	parameters_.overview_hopeless = 1e6;
+	parameters_.overview_margin = 1e6;
 	parameters_.overview_deficit = 1e6;
 	const auto candidates = coarse_search(profiles_, scan_at(world_, poses_on_floor()[2]), parameters_);
 	int ties = 0;

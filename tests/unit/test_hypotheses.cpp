@@ -139,7 +139,7 @@ TEST(PromisingPoses, AreTheBestOfAllScores)
 	for (const double hopeless : {1.0, 15.0, 40.0, 1e6})
 		for (const int promising : {1, 10, 1000})
 		{
-			parameters.refinement.hopeless = hopeless, parameters.refinement.promising = promising;
+			parameters.refinement.score_margin = hopeless, parameters.refinement.most_refined = promising;
 			std::vector<double> expected, found;
 			for (const double value : all)
 				if (value <= all.front() + hopeless && expected.size() < static_cast<std::size_t>(promising))
@@ -170,7 +170,7 @@ TEST(Hypotheses, WhatTheBestPlaceLeavesUnexplainedMakesTheLeadOfItCountLess)
 	{
 		Parameters parameters;
 		parameters.scoring.rejected_below = 0;
-		parameters.scoring.temper = temper, parameters.scoring.temper_by_beam = by_beam;
+		parameters.scoring.temperature = temper, parameters.scoring.temperature_by_beam = by_beam;
 		const auto places = decide_among(grid, scan, {robot, elsewhere}, parameters).hypotheses;
 		return std::log(places.at(0).probability / places.at(1).probability);
 	};

@@ -21,17 +21,17 @@ std::vector<Candidate> candidates(int count)
 Parameters round_numbers()
 {
 	Parameters parameters;
-	parameters.refinement.scored = 320;
-	parameters.refinement.promising = 160;
-	parameters.refinement.forked = 16;
+	parameters.refinement.most_scored = 320;
+	parameters.refinement.most_refined = 160;
+	parameters.refinement.most_restarted = 16;
 	return parameters;
 }
 
 void expect_counts(const RefinementParameters& refinement, int scored, int promising, int forked)
 {
-	EXPECT_EQ(refinement.scored, scored);
-	EXPECT_EQ(refinement.promising, promising);
-	EXPECT_EQ(refinement.forked, forked);
+	EXPECT_EQ(refinement.most_scored, scored);
+	EXPECT_EQ(refinement.most_refined, promising);
+	EXPECT_EQ(refinement.most_restarted, forked);
 }
 
 void take_no_time(const std::vector<Candidate>&, const Parameters&) {}
@@ -74,9 +74,9 @@ TEST(TimeBudget, KeepsNoMoreThanFitsIntoFourFifthsOfTheRest)
 	auto kept = candidates(160);
 	const Parameters parameters = keep_affordable(60, kept, round_numbers(), take_ten_milliseconds);
 	EXPECT_LE(kept.size(), 40U);
-	EXPECT_LE(parameters.refinement.scored, 80);
-	EXPECT_LE(parameters.refinement.promising, 40);
-	EXPECT_LE(parameters.refinement.forked, 4);
+	EXPECT_LE(parameters.refinement.most_scored, 80);
+	EXPECT_LE(parameters.refinement.most_refined, 40);
+	EXPECT_LE(parameters.refinement.most_restarted, 4);
 }
 
 TEST(TimeBudget, TriesTheBestSixteenthWithTheParametersOfASixteenth)
@@ -98,8 +98,8 @@ TEST(TimeBudget, TriesTheBestSixteenthWithTheParametersOfASixteenth)
 TEST(TimeBudget, LeavesSomethingToScoreOfSmallNumbers)
 {
 	Parameters few;
-	few.refinement.scored = few.refinement.promising = 1;
-	few.refinement.forked = 0;
+	few.refinement.most_scored = few.refinement.most_refined = 1;
+	few.refinement.most_restarted = 0;
 	auto kept = candidates(160);
 	expect_counts(keep_affordable(5, kept, few, take_ten_milliseconds).refinement, 1, 1, 0);
 }

@@ -18,7 +18,7 @@ namespace d2s1r
 {
 namespace
 {
-/// All beams, at all positions of the groups. What is allowed and at most `hopeless` dearer than the cheapest.
+/// All beams, at all positions of the groups. What is allowed and not dearer than the cheapest by more than the margin.
 void second_look(
     const RangeProfiles& profiles, const CompandedScan& scan, const CoarseSearchParameters& parameters,
     const std::vector<Match>& of_groups, const AllowedPairs& allowed, std::vector<Match>& matches)
@@ -29,8 +29,8 @@ void second_look(
 	const auto rows_of = [&](std::size_t group)
 	{ return profiles.by_position.data() + first_of_group[group] * directions; };
 	const auto group_of = [&](std::size_t m) { return static_cast<std::size_t>(of_groups[m].position); };
-	const auto hopeless =
-	    static_cast<std::uint32_t>(parameters.hopeless * std::sqrt(static_cast<double>(scan.observed.size())));
+	const auto margin =
+	    static_cast<std::uint32_t>(parameters.margin * std::sqrt(static_cast<double>(scan.observed.size())));
 	std::uint32_t most = std::numeric_limits<std::uint32_t>::max();
 	matches.clear();
 	for (std::size_t m = 0; m < of_groups.size(); m++)
@@ -49,7 +49,7 @@ void second_look(
 			const Match match{static_cast<std::int32_t>(first + i), of_groups[m].shift, costs[i]};
 			if (match.cost > most || !allowed.allows(match)) continue;
 			matches.push_back(match);
-			most = std::min(most, match.cost + hopeless);
+			most = std::min(most, match.cost + margin);
 		}
 	}
 	const auto dear = [=](const Match& match) { return match.cost > most; };

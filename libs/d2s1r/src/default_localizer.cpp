@@ -2,9 +2,9 @@
 #include <d2s1r/default_localizer.h>
 #include <d2s1r/hypotheses.h>
 #include <d2s1r/paper_localizer.h>
+#include <mrpt/system/CTicTac.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 #include "time_budget.h"
@@ -14,22 +14,6 @@ namespace d2s1r
 namespace
 {
 constexpr double kDegree = M_PI / 180;
-
-class Stopwatch
-{
-   public:
-	/// [ms] since the last lap.
-	double lap()
-	{
-		const auto now = std::chrono::steady_clock::now();
-		const double ms = std::chrono::duration<double, std::milli>(now - last_).count();
-		last_ = now;
-		return ms;
-	}
-
-   private:
-	std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
-};
 
 /// Without the poses that the prior rules out.
 void apply(const Prior& prior, const Scan& scan, std::vector<RefinedPose>& poses)
@@ -45,16 +29,17 @@ Localization judge(
     const Parameters& parameters)
 {
 	const auto& [profiles, field, tracer] = index;
-	Stopwatch stage;
+	mrpt::system::CTicTac watch;
 	const Rays few = make_rays(scan, 4 * kDegree, 45), more = make_rays(scan, kDegree, 180);
 	const auto settled = settle(field, few, candidates, parameters.refinement);
-	const double registration_ms = stage.lap();
+	const double registration_ms = 1e3 * watch.Tac();
+	watch.Tic();
 	const auto promising = choose_promising(tracer, field, few, settled, parameters);
 	auto poses = refine(field, more, promising, parameters.refinement);
 	apply(prior, scan, poses);
 	Localization result = decide(tracer, field, scan, make_rays(scan, kDegree, 360), poses, parameters);
 	result.times.registration_ms = registration_ms;
-	result.times.refinement_ms = stage.lap();
+	result.times.refinement_ms = 1e3 * watch.Tac();
 	return result;
 }
 }  // namespace
@@ -69,9 +54,9 @@ Localization localize_default(
     const Scan& scan, const DefaultIndex& index, const RayCaster& caster, const Parameters& parameters,
     const Query& query)
 {
-	Stopwatch stage, total;
+	const mrpt::system::CTicTac watch;
 	auto candidates = coarse_search(index.profiles, scan, parameters.coarse_search, query.prior);
-	const double retrieval_ms = stage.lap();
+	const double retrieval_ms = 1e3 * watch.Tac();
 	Parameters affordable = parameters;
 	if (query.time_budget > 0)
 		affordable = keep_affordable(
@@ -84,7 +69,7 @@ Localization localize_default(
 		result.relative_entropy =
 		    relative_entropy_at(result.best().pose.asTPose() + scan.sensor_on_robot, scan, caster, parameters.paper);
 	result.times.retrieval_ms = retrieval_ms;
-	result.times.total_ms = total.lap();
+	result.times.total_ms = 1e3 * watch.Tac();
 	return result;
 }
 

@@ -104,8 +104,8 @@ void first_look(
 	    few.data(), few.size(), profiles.directions, static_cast<std::uint8_t>(parameters.overview_truncation)};
 	const auto pairs = static_cast<double>(profiles.groups()) * profiles.directions;
 	const double wanted =
-	    std::max(1.0, std::min(static_cast<double>(parameters.second_look), parameters.second_look_share * pairs));
-	const double margin = parameters.overview_hopeless * std::sqrt(static_cast<double>(few.size()));
+	    std::max(1.0, std::min(static_cast<double>(parameters.most_pairs), parameters.most_pairs_share * pairs));
+	const double margin = parameters.overview_margin * std::sqrt(static_cast<double>(few.size()));
 	CheapestMatches cheapest(static_cast<std::uint32_t>(margin), static_cast<std::size_t>(wanted), matches);
 
 	thread_local std::vector<std::uint8_t> deficits;  // kept for the next query

@@ -21,9 +21,9 @@ struct Scored
 
 /// What a difference of log-likelihoods is divided by for log-odds: the more the best place leaves unexplained, the
 /// more of the difference is chance.
-double temper(const Score& best, const ScoringParameters& parameters)
+double temperature(const Score& best, const ScoringParameters& parameters)
 {
-	return parameters.temper + parameters.temper_by_beam * best.unexplained;
+	return parameters.temperature + parameters.temperature_by_beam * best.unexplained;
 }
 
 /// Best first; of the poses at one place the best.
@@ -37,7 +37,7 @@ std::vector<Scored> distinct_places(std::vector<Scored> poses, const ScoringPara
 	for (Scored& pose : poses)
 	{
 		const Score& best = poses.front().score;
-		pose.weight = std::exp((pose.score.log_likelihood - best.log_likelihood) / temper(best, parameters));
+		pose.weight = std::exp((pose.score.log_likelihood - best.log_likelihood) / temperature(best, parameters));
 		if (distinct.add(pose.pose)) places.push_back(pose);
 	}
 	return places;
@@ -83,7 +83,7 @@ std::vector<RefinedPose> choose_promising(
 	// (- log-likelihood, pose): best first, ties by fit
 	using Ranking = std::vector<std::pair<double, std::size_t>>;
 	const BeamModel& model = parameters.scoring.beam_model;
-	const auto most = static_cast<std::size_t>(parameters.refinement.promising);
+	const auto most = static_cast<std::size_t>(parameters.refinement.most_refined);
 	Ranking by_most;
 	for (std::size_t i = 0; i < poses.size(); i++)
 		by_most.emplace_back(-most_log_likelihood(tracer, field, few, poses[i].pose, model), i);
@@ -92,7 +92,8 @@ std::vector<RefinedPose> choose_promising(
 	for (const auto& [least_cost, i] : by_most)
 	{
 		constexpr double kRounding = 1e-6;  // [nat]
-		if (!ranking.empty() && least_cost > ranking.front().first + parameters.refinement.hopeless + kRounding) break;
+		if (!ranking.empty() && least_cost > ranking.front().first + parameters.refinement.score_margin + kRounding)
+			break;
 		if (ranking.size() == most && least_cost > ranking.back().first + kRounding) break;
 		const std::pair entry(-score(tracer, field, few, poses[i].pose, model).log_likelihood, i);
 		ranking.insert(std::upper_bound(ranking.begin(), ranking.end(), entry), entry);
@@ -100,7 +101,7 @@ std::vector<RefinedPose> choose_promising(
 	}
 	std::vector<RefinedPose> promising;
 	for (const auto& [cost, i] : ranking)
-		if (cost <= ranking.front().first + parameters.refinement.hopeless) promising.push_back(poses[i]);
+		if (cost <= ranking.front().first + parameters.refinement.score_margin) promising.push_back(poses[i]);
 	return promising;
 }
 

@@ -120,7 +120,7 @@ Localization Localizer::localize(const Scan& scan, const Query& query) const
 
 std::optional<Hypothesis> Localizer::hypothesis_near(const Scan& scan, const mrpt::poses::CPose2D& robot) const
 {
-	if (!index_->standard) throw std::logic_error("Localizer::hypothesis_near() needs method = default");
+	if (!index_->standard) throw std::invalid_argument("Localizer::hypothesis_near() needs method = default");
 	if (!scan.valid()) return std::nullopt;
 	return d2s1r::hypothesis_near(scan, *index_->standard, robot.asTPose(), index_->parameters);
 }

@@ -1,9 +1,9 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include <d2s1r/paper_localizer.h>
 #include <mrpt/math/wrap2pi.h>
+#include <mrpt/system/CTicTac.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 namespace d2s1r
@@ -12,14 +12,8 @@ namespace
 {
 constexpr double kIndependentBeams = 30;  //!< [-] beams of one wall are not independent
 
-using Clock = std::chrono::steady_clock;
-double ms_between(Clock::time_point from, Clock::time_point to)
-{
-	return std::chrono::duration<double, std::milli>(to - from).count();
-}
-
 /// A candidate cell with its yaw.
-struct Candidate
+struct RegisteredCell
 {
 	mrpt::math::TPose2D sensor;   //!< sensor in map frame, m and rad
 	double relative_entropy = 0;  //!< [bit] lower is better
@@ -31,8 +25,8 @@ struct Scratch
 	Signature signature;
 	std::vector<NearestCell> cells;
 	ResampledScan observed;
-	std::vector<float> virtual_ranges;  //!< [m]
-	std::vector<Candidate> candidates;  //!< by increasing relative entropy
+	std::vector<float> virtual_ranges;       //!< [m]
+	std::vector<RegisteredCell> candidates;  //!< by increasing relative entropy
 };
 
 void register_candidates(const Grid& grid, const RayCaster& caster, const PaperParameters& parameters, Scratch& scratch)
@@ -43,8 +37,8 @@ void register_candidates(const Grid& grid, const RayCaster& caster, const PaperP
 		const double x = grid.center_x(nearest.cell), y = grid.center_y(nearest.cell);
 		caster.scan(x, y, parameters.directions, scratch.virtual_ranges);
 		const YawRegistration registration = register_yaw(scratch.observed, scratch.virtual_ranges, parameters);
-		const Candidate candidate{{x, y, registration.yaw}, registration.relative_entropy};
-		const auto is_better = [](const Candidate& a, const Candidate& b)
+		const RegisteredCell candidate{{x, y, registration.yaw}, registration.relative_entropy};
+		const auto is_better = [](const RegisteredCell& a, const RegisteredCell& b)
 		{ return a.relative_entropy < b.relative_entropy; };
 		auto& sorted = scratch.candidates;
 		sorted.insert(std::upper_bound(sorted.begin(), sorted.end(), candidate, is_better), candidate);
@@ -61,13 +55,13 @@ mrpt::math::CMatrixDouble33 sensor_covariance(double cell_size, double yaw_step)
 }
 
 std::vector<Hypothesis> make_hypotheses(
-    const std::vector<Candidate>& candidates, const Scan& scan, double cell_size, double yaw_step)
+    const std::vector<RegisteredCell>& candidates, const Scan& scan, double cell_size, double yaw_step)
 {
 	const auto covariance = sensor_covariance(cell_size, yaw_step);
 	std::vector<Hypothesis> hypotheses;
 	hypotheses.reserve(candidates.size());
 	double total = 0;
-	for (const Candidate& candidate : candidates)
+	for (const RegisteredCell& candidate : candidates)
 	{
 		Hypothesis& hypothesis =
 		    hypotheses.emplace_back(hypothesis_of_sensor(candidate.sensor, covariance, scan.sensor_on_robot));
@@ -101,23 +95,23 @@ Localization localize_paper(
 {
 	if (!scan.valid()) return no_place(Status::kInvalid, why_invalid(scan));
 
-	const auto start = Clock::now();
+	const mrpt::system::CTicTac watch;
 	thread_local Scratch scratch;
 	make_signature(scan, parameters, scratch.signature);
 	index.nearest(scratch.signature, parameters.candidates, scratch.cells);
-	const auto retrieved = Clock::now();
+	const double retrieved_ms = 1e3 * watch.Tac();
 	resample(scan, parameters, scratch.observed);
 	register_candidates(grid, caster, parameters, scratch);
-	const auto registered = Clock::now();
+	const double registered_ms = 1e3 * watch.Tac();
 
 	Localization result;
 	result.status = Status::kLocalized;
 	result.hypotheses = make_hypotheses(scratch.candidates, scan, grid.cell_size, 2 * M_PI / parameters.directions);
 	result.confidence = probability_of_place(result.hypotheses);
 	result.relative_entropy = scratch.candidates.front().relative_entropy;
-	result.times.retrieval_ms = ms_between(start, retrieved);
-	result.times.registration_ms = ms_between(retrieved, registered);
-	result.times.total_ms = ms_between(start, Clock::now());
+	result.times.retrieval_ms = retrieved_ms;
+	result.times.registration_ms = registered_ms - retrieved_ms;
+	result.times.total_ms = 1e3 * watch.Tac();
 	return result;
 }
 

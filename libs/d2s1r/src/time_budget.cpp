@@ -1,8 +1,9 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "time_budget.h"
 
+#include <mrpt/system/CTicTac.h>
+
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 namespace d2s1r
@@ -15,9 +16,9 @@ constexpr double kReserve = 0.8;     //!< [-] of the time that is left is planne
 Parameters for_share(Parameters parameters, double share)
 {
 	auto& refinement = parameters.refinement;
-	refinement.scored = std::max(1, static_cast<int>(std::ceil(share * refinement.scored)));
-	refinement.promising = std::max(1, static_cast<int>(std::ceil(share * refinement.promising)));
-	refinement.forked = static_cast<int>(std::ceil(share * refinement.forked));
+	refinement.most_scored = std::max(1, static_cast<int>(std::ceil(share * refinement.most_scored)));
+	refinement.most_refined = std::max(1, static_cast<int>(std::ceil(share * refinement.most_refined)));
+	refinement.most_restarted = static_cast<int>(std::ceil(share * refinement.most_restarted));
 	return parameters;
 }
 
@@ -31,9 +32,9 @@ Parameters keep_affordable(
 	if (least == 0) return parameters;
 	const auto all = static_cast<double>(candidates.size()), sample = static_cast<double>(least);
 	const std::vector<Candidate> first(candidates.begin(), candidates.begin() + static_cast<std::ptrdiff_t>(least));
-	const auto start = std::chrono::steady_clock::now();
+	const mrpt::system::CTicTac watch;
 	judge(first, for_share(parameters, sample / all));
-	const double spent = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+	const double spent = 1e3 * watch.Tac();  // [ms]
 	const double affordable = std::clamp(kReserve * (budget - spent) / spent * sample, sample, all);
 	candidates.resize(static_cast<std::size_t>(affordable));
 	return for_share(parameters, affordable / all);

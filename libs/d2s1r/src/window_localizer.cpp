@@ -1,9 +1,9 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include <d2s1r/window_localizer.h>
 #include <mrpt/math/wrap2pi.h>
+#include <mrpt/system/CTicTac.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <numeric>
 #include <stdexcept>
@@ -225,7 +225,7 @@ Localization WindowLocalizer::add(
 		if (motion) skipped_ = skipped_.value_or(mrpt::poses::CPose2D()) + *motion;
 		return one_shot;
 	}
-	const auto start = std::chrono::steady_clock::now();
+	const mrpt::system::CTicTac watch;
 	Frame frame;
 	frame.scan = scan;
 	frame.one_shot = one_shot.hypotheses;
@@ -238,7 +238,7 @@ Localization WindowLocalizer::add(
 	start_tracks(one_shot);
 	prune();
 	Localization result = conclude(one_shot);
-	const double spent = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+	const double spent = 1e3 * watch.Tac();  // [ms]
 	result.times.refinement_ms += spent;
 	result.times.total_ms += spent;
 	return result;

@@ -23,18 +23,21 @@ struct Candidate
 /// The first look begins at the groups whose signatures, the same for all yaws, are most like the scan's. The least
 /// cost there says how many beams may be without a counterpart; groups whose signatures lack more, and
 /// parameters.overview_deficit times the root of the beams, are not looked at.
-/// The second look sees all pairs of group and shift whose costs in the first one are below a limit: no more than
-/// parameters.second_look pairs, nor parameters.second_look_share of them all, lie below it, and it is not
-/// parameters.overview_hopeless above the least; of more than these at the least cost it sees the first. Comparing
-/// stops early only where the beams that were compared already cost more; the machine's SIMD instructions do not
-/// matter. Equal costs are ranked by the position in `profiles`, then by the shift.
+/// The second look compares the cheapest pairs of the first: those dearer than the cheapest by at most
+/// parameters.overview_margin times the root of the beams, but no more than parameters.most_pairs, nor
+/// parameters.most_pairs_share of all pairs. Costs are whole numbers: a cost that would exceed that number is left out
+/// with all its pairs, but of the least one the first pairs are taken. Comparing stops early only where the beams that
+/// were compared already cost more; the machine's SIMD instructions do not matter. Equal costs are ranked by the
+/// position in `profiles`, then by the shift.
 ///
 /// What all this loses against a million pairs compared with all beams is a scan in 500 with clutter or none: measured
 /// in tests/experiments/RESULTS.md.
 ///
+/// Thread-safe: each thread keeps its scratch memory for its next query.
+///
 /// \param prior of the robot; the sensor's positions within a sample's spacing of what it allows are searched, too
-/// \return distinct poses, best first, at most parameters.candidates and none much dearer than the best one (see
-///         parameters.hopeless)
+/// \return distinct poses, best first, at most parameters.candidates and none dearer than the best one by
+///         more than parameters.margin
 std::vector<Candidate> coarse_search(
     const RangeProfiles& profiles, const Scan& scan, const CoarseSearchParameters& parameters, const Prior& prior = {});
 }  // namespace d2s1r

@@ -33,7 +33,7 @@ class Localizer
 
 	/// How does the scan fit near `robot` (map frame)? That pose is refined and scored, nothing is searched.
 	/// \return no value if the scan is not valid
-	/// \throws std::logic_error if the method is kPaper
+	/// \throws std::invalid_argument if the method is kPaper
 	std::optional<Hypothesis> hypothesis_near(const Scan& scan, const mrpt::poses::CPose2D& robot) const;
 
 	/// Eq. 1 of a valid scan and a virtual scan of the robot at `robot` (map frame) [bit], lower is better.

@@ -54,14 +54,16 @@ struct CoarseSearchParameters
 	double clearance = 0.1;           //!< [m] of sample positions from occupied cells
 	int directions = 120;             //!< [-] of a profile, and yaw shifts that are tried
 	double max_range = 30.0;          //!< [m] of a profile
-	int overview_truncation = 8;      //!< [2 steps] greatest difference of companded ranges that counts at first
-	double overview_hopeless = 17.0;  //!< [2 steps] over the root of the beams: pairs this much dearer are dropped
-	double overview_deficit = 0.7;    //!< [-] over the root of the beams: those that a signature may lack by chance
-	int second_look = 40000;          //!< [-] (group of positions, yaw) pairs compared with all beams, at most
-	double second_look_share = 0.05;  //!< [-] of all pairs, at most
+	int overview_truncation = 8;      //!< [2 steps] greatest difference of companded ranges that counts in the overview
+	double overview_margin = 17.0;    //!< [2 steps] times the root of the beams: pairs dearer than the cheapest by more
+	                                  //!< are dropped after the overview
+	double overview_deficit = 0.7;    //!< [-] times the root of the beams: those that a signature may lack by chance
+	int most_pairs = 40000;           //!< [-] (group of positions, yaw) pairs compared with all beams, at most
+	double most_pairs_share = 0.05;   //!< [-] of all pairs, at most
 	int truncation = 10;              //!< [step] greatest difference of companded ranges that counts
-	int candidates = 800;             //!< [-] poses handed on
-	double hopeless = 28.0;  //!< [step] over the root of the beams: poses this much dearer than the best, dropped
+	int candidates = 800;             //!< [-] poses handed on, at most
+	double margin = 28.0;             //!< [step] times the root of the beams: poses dearer than the best by more are
+	                                  //!< dropped
 	double distinct_distance = 0.36;  //!< [m] candidates closer than this
 	double distinct_yaw = 8.0;        //!< [deg] and this are one
 };
@@ -69,11 +71,12 @@ struct CoarseSearchParameters
 /// From candidate poses to poses that fit the map.
 struct RefinementParameters
 {
-	int scored = 300;               //!< [-] best fitting candidates that a few beams are scored at
-	double poor = 0.35;             //!< [-] candidates whose fit is this much below the best one's are dropped
-	int promising = 100;            //!< [-] best scoring of these, refined with all beams
-	double hopeless = 21.0;         //!< [nat] candidates this far below the best one are dropped
-	int forked = 30;                //!< [-] best fitting ones, also tried to both sides where the scan leaves them open
+	int most_scored = 300;          //!< [-] best fitting candidates that a few beams are scored at
+	double fit_margin = 0.35;       //!< [-] candidates whose fit is this much below the best one's are dropped
+	int most_refined = 100;         //!< [-] best scoring of these that are refined with all beams
+	double score_margin = 21.0;     //!< [nat] candidates whose score is this far below the best one's are dropped
+	int most_restarted = 30;        //!< [-] best fitting ones refined again from poses to both sides along what the
+	                                //!< scan leaves open, such as a corridor
 	double kernel = 0.08;           //!< [m] width of the robust kernel at the end
 	double cost_weight = 0.05;      //!< [1 / step] of the coarse cost beside the fit
 	double surface_offset = 0.2;    //!< [cell] standard deviation of where in their cells the walls have their surface
@@ -119,8 +122,8 @@ struct ScoringParameters
 	int hypotheses = 10;             //!< [-] most hypotheses in a result
 	double localized_above = 0.9;    //!< [probability] confidence of a localized frame
 	double rejected_below = 0.05;    //!< [probability] that one of the places found is right
-	double temper = 0.9;             //!< [-] log-odds of two places: the difference of their log-likelihoods over this,
-	double temper_by_beam = 0.005;   //!< [-] plus this for each beam of 1 deg that the best place does not explain
+	double temperature = 0.9;        //!< [-] log-odds of two places: the difference of their log-likelihoods over this,
+	double temperature_by_beam = 0.005;  //!< [-] plus this for each beam of 1 deg that the best place does not explain
 	BeamModel beam_model;
 	PresenceModel presence_model;
 };

@@ -12,12 +12,14 @@ namespace d2s1r
 struct RefinedPose
 {
 	mrpt::math::TPose2D pose;  //!< sensor in map, m and rad
-	double fit =
-	    0;  //!< [-] robust weights of the end points over the rays, at most 1; after settle() less the coarse cost
+	/// [-] mean robust weight (Geman and McClure) of the end points over all rays, at most 1; what settle() returns has
+	/// the coarse cost, times parameters.cost_weight, taken off
+	double fit = 0;
 };
 
 /// Pulls candidates onto the walls: Gauss-Newton on the distance field with a robust kernel that shrinks.
-/// \return distinct poses, best fit less the coarse cost first, at most parameters.scored, none of them poor
+/// \return distinct poses, best fit less the coarse cost first, at most parameters.most_scored, none
+///         worse than the best by more than parameters.fit_margin. Thread-safe, as all functions here.
 std::vector<RefinedPose> settle(
     const DistanceField& field, const Rays& few, const std::vector<Candidate>& candidates,
     const RefinementParameters& parameters);

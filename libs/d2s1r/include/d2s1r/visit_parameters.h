@@ -51,38 +51,58 @@ void visit_parameters(P& p, Visitor&& visit)
 	visit("coarse_search", "clearance", coarse.clearance, 0.0, 10.0, "[m] of sample positions from occupied cells");
 	visit("coarse_search", "directions", coarse.directions, 8, 720, "[-] of a profile, and yaw shifts that are tried");
 	visit("coarse_search", "max_range", coarse.max_range, 0.5, 300.0, "[m] of a profile");
-	visit("coarse_search", "overview_truncation", coarse.overview_truncation, 1, 100, "[2 steps] at first");
 	visit(
-	    "coarse_search", "overview_hopeless", coarse.overview_hopeless, 0.1, 1e6,
-	    "[2 steps] over the root of the beams: dearer pairs are not looked at again");
+	    "coarse_search", "overview_truncation", coarse.overview_truncation, 1, 100,
+	    "[2 steps] greatest difference of companded ranges that counts in the overview");
+	visit(
+	    "coarse_search", "overview_margin", coarse.overview_margin, 0.1, 1e6,
+	    "[2 steps] times the root of the beams: pairs dearer than the cheapest by more are dropped after the overview");
 	visit(
 	    "coarse_search", "overview_deficit", coarse.overview_deficit, 0.0, 1e6,
-	    "[-] over the root of the beams: those that a signature may lack by chance");
-	visit("coarse_search", "second_look", coarse.second_look, 1, 1000000, "[-] pairs compared with all beams, at most");
-	visit("coarse_search", "second_look_share", coarse.second_look_share, 0.0001, 1, "[-] of all pairs, at most");
-	visit("coarse_search", "truncation", coarse.truncation, 1, 100, "[step] greatest difference that counts");
-	visit("coarse_search", "candidates", coarse.candidates, 1, 100000, "[-] poses handed on");
+	    "[-] times the root of the beams: those that a signature may lack by chance");
 	visit(
-	    "coarse_search", "hopeless", coarse.hopeless, 0.0, 1e6,
-	    "[step] over the root of the beams: poses this much dearer than the best, dropped");
+	    "coarse_search", "most_pairs", coarse.most_pairs, 1, 1000000,
+	    "[-] (group of positions, yaw) pairs compared with all beams, at most");
+	visit("coarse_search", "most_pairs_share", coarse.most_pairs_share, 0.0001, 1, "[-] of all pairs, at most");
+	visit(
+	    "coarse_search", "truncation", coarse.truncation, 1, 100,
+	    "[step] greatest difference of companded ranges that counts");
+	visit("coarse_search", "candidates", coarse.candidates, 1, 100000, "[-] poses handed on, at most");
+	visit(
+	    "coarse_search", "margin", coarse.margin, 0.0, 1e6,
+	    "[step] times the root of the beams: poses dearer than the best by more are dropped");
 	visit(
 	    "coarse_search", "distinct_distance", coarse.distinct_distance, 0.01, 10.0, "[m] candidates closer than this");
 	visit("coarse_search", "distinct_yaw", coarse.distinct_yaw, 0.1, 180.0, "[deg] and this are one");
 
 	auto& refinement = p.refinement;
 	visit(
-	    "refinement", "scored", refinement.scored, 1, 100000,
+	    "refinement", "most_scored", refinement.most_scored, 1, 100000,
 	    "[-] best fitting candidates that a few beams are scored at");
-	visit("refinement", "poor", refinement.poor, 0.0, 100.0, "[-] of fit below the best candidate, dropped");
-	visit("refinement", "promising", refinement.promising, 1, 100000, "[-] of these, refined with all beams");
-	visit("refinement", "hopeless", refinement.hopeless, 0.0, 1e6, "[nat] below the best candidate, dropped");
-	visit("refinement", "forked", refinement.forked, 0, 100000, "[-] of these, also tried to both sides where open");
+	visit(
+	    "refinement", "fit_margin", refinement.fit_margin, 0.0, 100.0,
+	    "[-] candidates whose fit is this much below the best one's are dropped");
+	visit(
+	    "refinement", "most_refined", refinement.most_refined, 1, 100000,
+	    "[-] best scoring of these that are refined with all beams");
+	visit(
+	    "refinement", "score_margin", refinement.score_margin, 0.0, 1e6,
+	    "[nat] candidates whose score is this far below the best one's are dropped");
+	visit(
+	    "refinement", "most_restarted", refinement.most_restarted, 0, 100000,
+	    "[-] best fitting ones refined again from both sides along what the scan leaves open");
 	visit("refinement", "kernel", refinement.kernel, 0.001, 1.0, "[m] width of the robust kernel at the end");
 	visit(
 	    "refinement", "cost_weight", refinement.cost_weight, 0.0, 10.0, "[1 / step] of the coarse cost beside the fit");
-	visit("refinement", "surface_offset", refinement.surface_offset, 0.001, 10.0, "[cell] of surfaces in their cells");
-	visit("refinement", "range_noise", refinement.range_noise, 0.001, 1.0, "[m] standard deviation of a range");
-	visit("refinement", "beam_correlation", refinement.beam_correlation, 1.0, 1000.0, "[-] beams that count as one");
+	visit(
+	    "refinement", "surface_offset", refinement.surface_offset, 0.001, 10.0,
+	    "[cell] standard deviation of where in their cells the walls have their surface");
+	visit(
+	    "refinement", "range_noise", refinement.range_noise, 0.001, 1.0,
+	    "[m] standard deviation of a range about the map, for the covariance");
+	visit(
+	    "refinement", "beam_correlation", refinement.beam_correlation, 1.0, 1000.0,
+	    "[-] neighbouring beams that count as one measurement, for the covariance");
 
 	auto& scoring = p.scoring;
 	visit("scoring", "distinct_distance", scoring.distinct_distance, 0.01, 10.0, "[m] hypotheses closer than this");
@@ -94,9 +114,12 @@ void visit_parameters(P& p, Visitor&& visit)
 	visit(
 	    "scoring", "rejected_below", scoring.rejected_below, 0.0, 1.0,
 	    "[probability] that one of the places found is right");
-	visit("scoring", "temper", scoring.temper, 0.01, 100.0, "[-] that log-likelihoods are divided by, for log-odds");
 	visit(
-	    "scoring", "temper_by_beam", scoring.temper_by_beam, 0.0, 10.0, "[-] more for each unexplained beam of 1 deg");
+	    "scoring", "temperature", scoring.temperature, 0.01, 100.0,
+	    "[-] log-odds of two places: the difference of their log-likelihoods over this");
+	visit(
+	    "scoring", "temperature_by_beam", scoring.temperature_by_beam, 0.0, 10.0,
+	    "[-] plus this for each beam of 1 deg that the best place does not explain");
 
 	auto& model = p.scoring.beam_model;
 	visit("beam_model", "on_wall", model.on_wall, -10.0, 10.0, "[nat] end point within 6 cm of a wall");
