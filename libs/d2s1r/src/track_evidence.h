@@ -1,12 +1,20 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <d2s1r/window_localizer.h>
+#include <d2s1r/localizer.h>
 
 #include "track_motion.h"
 
 namespace d2s1r
 {
+/// What one frame says about a track.
+struct Evidence
+{
+	double log_likelihood = 0;  //!< [nat] against the best pose of the frame, bounded below
+	double explained = 0;       //!< see Hypothesis
+	double alone = 0;           //!< [0, 1] probability of the place by this frame alone
+};
+
 /// Least of a frame: scans may show what is not in the map.
 inline constexpr double kLeastEvidence = -8;  //!< [nat]
 

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
 #include <numeric>
 #include <stdexcept>
 
@@ -21,6 +22,13 @@ constexpr double kLeastExplained = 0.18;  //!< [-] mean share of the returns tha
 constexpr double kExplained = 0.45;       //!< [-] mean share of explained beams of a localized track
 constexpr double kLeastAlone = 0.65;      //!< [0, 1] that one scan alone gives to the place, in the mean
 constexpr std::size_t kLostFrames = 3;    //!< [-] in a row that no track explains: the robot was carried away
+
+/// Where the robot may be now, by the scans of several frames.
+struct Track
+{
+	Hypothesis now;                 //!< robot in map; probability and log_likelihood are those of all frames together
+	std::deque<Evidence> evidence;  //!< by frame, newest last
+};
 
 /// [nat] of the last `frames` frames.
 double sum_of(const std::deque<Evidence>& evidence, std::size_t frames)
@@ -70,15 +78,44 @@ double probability_at(
 }
 }  // namespace
 
-WindowLocalizer::WindowLocalizer(const Localizer& localizer, int frames, const Prior& prior)
-    : localizer_(&localizer), most_frames_(static_cast<std::size_t>(std::max(1, frames))), prior_(prior)
+class WindowLocalizer::Tracker
 {
-	if (frames < 1) throw std::invalid_argument("WindowLocalizer: frames must be at least 1");
-	if (localizer.parameters().method == Method::kPaper)
-		throw std::invalid_argument("WindowLocalizer: the paper's method judges one scan; use method = default");
-}
+   public:
+	Tracker(const Localizer& localizer, int frames, const Prior& prior)
+	    : localizer_(&localizer), most_frames_(static_cast<std::size_t>(frames)), prior_(prior)
+	{
+	}
+	Localization add(const Scan& scan, const Localization& one_shot, const std::optional<mrpt::poses::CPose2D>& motion);
 
-void WindowLocalizer::set_motion(
+   private:
+	struct Frame
+	{
+		Scan scan;
+		std::vector<Hypothesis> one_shot;
+		double reference = 0;         //!< [nat] log-likelihood of the best pose
+		mrpt::poses::CPose2D motion;  //!< since the frame before, in the robot frame then
+		mrpt::math::CMatrixDouble33 motion_covariance;
+	};
+
+	void set_motion(
+	    Frame& frame, const Localization& one_shot, const std::optional<mrpt::poses::CPose2D>& motion) const;
+	void follow(const Localization& one_shot);
+	void start_tracks(const Localization& one_shot);
+	bool trace_back(Track& track) const;
+	bool lost(const Localization& one_shot) const;
+	void forget();
+	void prune();
+	Localization conclude(const Localization& one_shot) const;
+
+	const Localizer* localizer_;
+	std::size_t most_frames_;
+	Prior prior_;
+	std::optional<mrpt::poses::CPose2D> skipped_;  //!< motion over frames without a usable scan
+	std::deque<Frame> frames_;                     //!< newest last
+	std::vector<Track> tracks_;                    //!< best first
+};
+
+void WindowLocalizer::Tracker::set_motion(
     Frame& frame, const Localization& one_shot, const std::optional<mrpt::poses::CPose2D>& motion) const
 {
 	std::vector<Hypothesis> before;
@@ -88,7 +125,7 @@ void WindowLocalizer::set_motion(
 	frame.motion_covariance = density.cov;
 }
 
-void WindowLocalizer::follow(const Localization& one_shot)
+void WindowLocalizer::Tracker::follow(const Localization& one_shot)
 {
 	Frame& frame = frames_.back();
 	const PoseDensity motion(frame.motion, frame.motion_covariance);
@@ -114,7 +151,7 @@ void WindowLocalizer::follow(const Localization& one_shot)
 }
 
 /// Looks for the evidence of earlier frames. \return whether the track may be as good as the best one
-bool WindowLocalizer::trace_back(Track& track) const
+bool WindowLocalizer::Tracker::trace_back(Track& track) const
 {
 	PoseDensity pose(track.now.pose, track.now.covariance);
 	for (std::size_t back = 1; back < frames_.size(); back++)
@@ -133,7 +170,7 @@ bool WindowLocalizer::trace_back(Track& track) const
 	return true;
 }
 
-void WindowLocalizer::start_tracks(const Localization& one_shot)
+void WindowLocalizer::Tracker::start_tracks(const Localization& one_shot)
 {
 	const auto& scoring = localizer_->parameters().scoring;
 	std::vector<Track> started;
@@ -153,7 +190,7 @@ void WindowLocalizer::start_tracks(const Localization& one_shot)
 }
 
 /// Best first; of tracks at one place the better one; without the hopeless and those that the prior rules out.
-void WindowLocalizer::prune()
+void WindowLocalizer::Tracker::prune()
 {
 	const auto& scoring = localizer_->parameters().scoring;
 	std::stable_sort(
@@ -181,7 +218,7 @@ void WindowLocalizer::prune()
 }
 
 /// Whether no track explains the last frames though some place in the map does.
-bool WindowLocalizer::lost(const Localization& one_shot) const
+bool WindowLocalizer::Tracker::lost(const Localization& one_shot) const
 {
 	if (one_shot.hypotheses.empty() || frames_.size() <= kLostFrames) return false;
 	return std::all_of(
@@ -191,13 +228,13 @@ bool WindowLocalizer::lost(const Localization& one_shot) const
 }
 
 /// Starts again with the frames since the robot was lost.
-void WindowLocalizer::forget()
+void WindowLocalizer::Tracker::forget()
 {
 	frames_.erase(frames_.begin(), frames_.end() - kLostFrames);
 	tracks_.clear();
 }
 
-Localization WindowLocalizer::conclude(const Localization& one_shot) const
+Localization WindowLocalizer::Tracker::conclude(const Localization& one_shot) const
 {
 	const auto& scoring = localizer_->parameters().scoring;
 	const bool explained = !tracks_.empty() && explained_by(tracks_.front()) >= kLeastExplained;
@@ -217,7 +254,7 @@ Localization WindowLocalizer::conclude(const Localization& one_shot) const
 	return result;
 }
 
-Localization WindowLocalizer::add(
+Localization WindowLocalizer::Tracker::add(
     const Scan& scan, const Localization& one_shot, const std::optional<mrpt::poses::CPose2D>& motion)
 {
 	if (!scan.valid())
@@ -242,5 +279,23 @@ Localization WindowLocalizer::add(
 	result.times.refinement_ms += spent;
 	result.times.total_ms += spent;
 	return result;
+}
+
+WindowLocalizer::WindowLocalizer(const Localizer& localizer, int frames, const Prior& prior)
+{
+	if (frames < 1) throw std::invalid_argument("WindowLocalizer: frames must be at least 1");
+	if (localizer.parameters().method == Method::kPaper)
+		throw std::invalid_argument("WindowLocalizer: the paper's method judges one scan; use method = default");
+	tracker_ = std::make_unique<Tracker>(localizer, frames, prior);
+}
+
+WindowLocalizer::~WindowLocalizer() = default;
+WindowLocalizer::WindowLocalizer(WindowLocalizer&&) noexcept = default;
+WindowLocalizer& WindowLocalizer::operator=(WindowLocalizer&&) noexcept = default;
+
+Localization WindowLocalizer::add(
+    const Scan& scan, const Localization& one_shot, const std::optional<mrpt::poses::CPose2D>& motion)
+{
+	return tracker_->add(scan, one_shot, motion);
 }
 }  // namespace d2s1r

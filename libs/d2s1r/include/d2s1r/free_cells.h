@@ -5,6 +5,7 @@
 
 namespace d2s1r
 {
-/// Cells of `grid` a sensor can stand in (the paper's passable grids), in increasing order; may be empty.
+/// Cells of `grid` a sensor can stand in (the passable grids of Algorithm 1), in increasing order; may be empty.
+/// Thread-safe.
 std::vector<CellIndex> find_free_cells(const Grid& grid, const FreeCellParameters& parameters);
 }  // namespace d2s1r

@@ -37,7 +37,8 @@ void check(const LikelihoodParameters& parameters);
 std::vector<mrpt::math::TPoint2Df> end_points(const Scan& scan, int most);
 
 /// How likely beams end where they do, one table look-up a beam: for particle filters, which ask for a thousand poses
-/// a scan. Const and thread-safe.
+/// a scan. The likelihood field model (Thrun, Burgard and Fox, Probabilistic Robotics, Section 6.4). Const and
+/// thread-safe.
 class LikelihoodField
 {
    public:

@@ -3,26 +3,11 @@
 
 #include <d2s1r/localizer.h>
 
-#include <deque>
+#include <memory>
 #include <optional>
 
 namespace d2s1r
 {
-/// What one frame says about a track.
-struct Evidence
-{
-	double log_likelihood = 0;  //!< [nat] against the best pose of the frame, bounded below
-	double explained = 0;       //!< see Hypothesis
-	double alone = 0;           //!< [0, 1] probability of the place by this frame alone
-};
-
-/// Where the robot may be now, by the scans of several frames.
-struct Track
-{
-	Hypothesis now;                 //!< robot in map; probability and log_likelihood are those of all frames together
-	std::deque<Evidence> evidence;  //!< by frame, newest last
-};
-
 /// Localizes by the scans of the last frames together: what looks alike in one scan, such as the arms of a symmetric
 /// building or the places along a corridor, seldom does in ten.
 ///
@@ -44,6 +29,9 @@ class WindowLocalizer
 	/// \param prior of the robot at every frame: tracks that leave it are dropped
 	/// \throws std::invalid_argument if `frames` is below 1 or the localizer's method is kPaper
 	WindowLocalizer(const Localizer& localizer, int frames, const Prior& prior = {});
+	~WindowLocalizer();
+	WindowLocalizer(WindowLocalizer&&) noexcept;
+	WindowLocalizer& operator=(WindowLocalizer&&) noexcept;
 
 	/// Where is the robot, now that `scan` was taken?
 	/// \param one_shot localizer.localize(scan)
@@ -55,30 +43,7 @@ class WindowLocalizer
 	    const Scan& scan, const Localization& one_shot, const std::optional<mrpt::poses::CPose2D>& motion = {});
 
    private:
-	struct Frame
-	{
-		Scan scan;
-		std::vector<Hypothesis> one_shot;
-		double reference = 0;         //!< [nat] log-likelihood of the best pose
-		mrpt::poses::CPose2D motion;  //!< since the frame before, in the robot frame then
-		mrpt::math::CMatrixDouble33 motion_covariance;
-	};
-
-	void set_motion(
-	    Frame& frame, const Localization& one_shot, const std::optional<mrpt::poses::CPose2D>& motion) const;
-	void follow(const Localization& one_shot);
-	void start_tracks(const Localization& one_shot);
-	bool trace_back(Track& track) const;
-	bool lost(const Localization& one_shot) const;
-	void forget();
-	void prune();
-	Localization conclude(const Localization& one_shot) const;
-
-	const Localizer* localizer_;
-	std::size_t most_frames_;
-	Prior prior_;
-	std::optional<mrpt::poses::CPose2D> skipped_;  //!< motion over frames without a usable scan
-	std::deque<Frame> frames_;                     //!< newest last
-	std::vector<Track> tracks_;                    //!< best first
+	class Tracker;
+	std::unique_ptr<Tracker> tracker_;
 };
 }  // namespace d2s1r
