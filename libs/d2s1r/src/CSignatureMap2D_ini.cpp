@@ -34,19 +34,18 @@ void CSignatureMap2D::TLikelihoodOptions::loadFromConfigFile(
 	source.getAllKeys(section, keys);
 	for (const std::string& key : keys)
 	{
+		std::string what = section;
+		what.append(": ").append(printable(key));
 		bool found = false;
 		const auto load = [&](const char* its_key, auto& value, auto least, auto greatest, const char*)
 		{
 			if (key != its_key) return;
 			found = true;
-			const std::string what = section + ": " + key, text = ini_value(source.read_string(section, key, ""));
-			value = from_text<std::decay_t<decltype(value)>>(what, text);
+			value = from_text<std::decay_t<decltype(value)>>(what, ini_value(source.read_string(section, key, "")));
 			check_range(what, value, least, greatest);
 		};
 		visit_likelihood(read, load);
-		if (!found)
-			throw std::invalid_argument(
-			    section + ": " + printable(key) + " is not a parameter; remove it or mend its name");
+		if (!found) throw std::invalid_argument(what + " is not a parameter; remove it or mend its name");
 	}
 	*this = read;
 }
