@@ -65,7 +65,7 @@ TEST(Hypotheses, OnePlaceThatExplainsTheScanIsLocalized)
 	EXPECT_LE(total, 1 + 1e-9);
 }
 
-TEST(Hypotheses, DepthEdgesAndTheLeadOverOtherPlacesTellThatOneIsRight)
+TEST(Hypotheses, DepthEdgesSurfacesAndTheLeadOverOtherPlacesTellThatOneIsRight)
 {
 	const Grid grid = make_four_fold_room();
 	const TPose2D robot{2.1, 3.2, 0.6};
@@ -80,13 +80,15 @@ TEST(Hypotheses, DepthEdgesAndTheLeadOverOtherPlacesTellThatOneIsRight)
 			present += hypothesis.probability;
 		return std::log(present / (1 - present));
 	};
-	const PresenceModel nothing{0, 0, 0, 0, 0, 0, 0};
+	const PresenceModel nothing{0, 0, 0, 0, 0, 0, 0, 0};
 	EXPECT_NEAR(log_odds(nothing, {robot}), 0, 1e-9);
-	PresenceModel by_edges = nothing, by_lead = nothing;
-	by_edges.depth_edges = 0.5, by_lead.lead = 0.2;
-	const int edges = score_at(BeamTracer(grid), DistanceField(grid), scan, robot).depth_edges;
-	ASSERT_GT(edges, 2);
-	EXPECT_NEAR(log_odds(by_edges, {robot}), 0.5 * std::log1p(edges), 0.1);
+	PresenceModel by_edges = nothing, by_surfaces = nothing, by_lead = nothing;
+	by_edges.depth_edges = by_surfaces.surfaces = 0.5, by_lead.lead = 0.2;
+	const Score score = score_at(BeamTracer(grid), DistanceField(grid), scan, robot);
+	ASSERT_GT(score.depth_edges, 2);
+	ASSERT_GT(score.surfaces, 4);
+	EXPECT_NEAR(log_odds(by_edges, {robot}), 0.5 * std::log1p(score.depth_edges), 0.1);
+	EXPECT_NEAR(log_odds(by_surfaces, {robot}), 0.5 * std::log1p(score.surfaces), 0.1);
 	const double alone = 0.2 * 12;
 	EXPECT_NEAR(log_odds(by_lead, {robot}), alone, 1e-9);
 	EXPECT_NEAR(log_odds(by_lead, {robot, {robot.x + 0.01, robot.y, robot.phi}}), alone, 1e-9) << "the same place";

@@ -77,6 +77,29 @@ TEST(Rays, DepthEdgesLieBetweenNeighboursOfWhichOneIsWellBehindTheOther)
 	EXPECT_EQ(edges({0, 3, 1}), Edges({0, 1}));
 }
 
+TEST(Rays, SurfacesAreStraightPiecesBetweenCornersEdgesAndGaps)
+{
+	// in a square room of 4 m, a post in front of one wall
+	Scan scan = scan_of(360, 360);
+	for (Beam& beam : scan.beams)
+	{
+		const auto angle = static_cast<double>(beam.angle);
+		beam.range = static_cast<float>(2 / std::max(std::abs(std::cos(angle)), std::abs(std::sin(angle))));
+	}
+	const auto surfaces = [&]
+	{
+		const auto starts = make_rays(scan, kDegree, 360).starts_surface;
+		return std::count(starts.begin(), starts.end(), 1);
+	};
+	EXPECT_EQ(surfaces(), 5) << "four walls, one in two parts, at both ends of the scan";
+	for (std::size_t i = 80; i < 90; i++) scan.beams[i].range = 1;
+	EXPECT_EQ(surfaces(), 7) << "and the post, with wall on both sides";
+	for (std::size_t i = 200; i < 205; i++) scan.beams[i].is_return = false;
+	EXPECT_EQ(surfaces(), 8) << "a glass door";
+	for (Beam& beam : scan.beams) beam.range += beam.angle > 2 ? 0.04F : 0.0F;
+	EXPECT_EQ(surfaces(), 8) << "less than 10 cm is noise";
+}
+
 TEST(Rays, BeamsOnBothSidesOfAGapWithoutDataAreNoNeighbours)
 {
 	Scan scan = scan_of(40, 40);

@@ -140,6 +140,22 @@ TEST(Scoring, TellsObjectsInFrontOfWallsFromBeamsThatPassedThem)
 	EXPECT_DOUBLE_EQ(score.unexplained, 3);
 }
 
+TEST(Scoring, CountsSurfacesWithThreeExplainedBeamsOrMore)
+{
+	const Grid grid = make_floor();
+	const DistanceField field(grid);
+	const BeamTracer tracer(grid);
+	const mrpt::math::TPose2D robot = poses_on_floor()[0];
+	Scan scan = make_scan(make_observation(world_of(grid), robot), {});
+	const Rays rays = make_rays(scan, kDegree, 360);
+	const int all = score(tracer, field, rays, robot, {}).surfaces;
+	EXPECT_GT(all, 4);
+	EXPECT_LE(all, std::count(rays.starts_surface.begin(), rays.starts_surface.end(), 1));
+	for (std::size_t i = 0; i < scan.beams.size(); i++)
+		if (i % 90 > 1) scan.beams[i].range = 0.3F;  // two beams in ninety are left
+	EXPECT_EQ(score(tracer, field, make_rays(scan, kDegree, 360), robot, {}).surfaces, 0);
+}
+
 TEST(Scoring, ABeamIsExplainedByTheWallItEndsAt)
 {
 	for (const float range : {0.50F, 0.525F, 0.55F}) EXPECT_EQ(score_of({range}).explained, 1) << range;

@@ -49,10 +49,10 @@ double presence(const std::vector<Scored>& places, const PresenceModel& model)
 	constexpr double kMostLead = 12;  // [-]
 	const Score& best = places.front().score;
 	const double lead = places.size() == 1 ? kMostLead : std::min(kMostLead, -std::log(places[1].weight));
-	const double log_odds = model.bias + model.explained * best.explained +
-	                        model.in_front * std::min(best.in_front, best.explained) +
-	                        model.unexplained * best.unexplained + model.log_likelihood * best.log_likelihood +
-	                        model.lead * lead + model.depth_edges * std::log1p(best.depth_edges);
+	const double log_odds =
+	    model.bias + model.explained * best.explained + model.in_front * std::min(best.in_front, best.explained) +
+	    model.unexplained * best.unexplained + model.log_likelihood * best.log_likelihood + model.lead * lead +
+	    model.depth_edges * std::log1p(best.depth_edges) + model.surfaces * std::log1p(best.surfaces);
 	return 1 / (1 + std::exp(-log_odds));
 }
 

@@ -31,6 +31,40 @@ bool is_depth_edge(double range, double next_range, double spacing)
 	const auto [near, far] = std::minmax(range, next_range);
 	return far - near > kLeastStep && far > near * (1 + spacing / flattest);
 }
+/// Marks where the returns `first` to `last` leave the straight line between these two: iterative end point fit (Duda
+/// and Hart, Pattern Classification and Scene Analysis, 1973).
+void split_surface(const BeamEnds& returns, std::size_t first, std::size_t last, std::vector<std::uint8_t>& starts)
+{
+	const auto x = [&](std::size_t i) { return returns.unit_x[i] * returns.range[i]; };
+	const auto y = [&](std::size_t i) { return returns.unit_y[i] * returns.range[i]; };
+	const float dx = x(last) - x(first), dy = y(last) - y(first), length = std::max(1e-6F, std::hypot(dx, dy));
+	float greatest = 0.1F;  // [m]
+	std::size_t corner = first;
+	for (std::size_t i = first + 1; i < last; i++)
+	{
+		const float off = std::abs(dx * (y(i) - y(first)) - dy * (x(i) - x(first))) / length;
+		if (off > greatest) greatest = off, corner = i;
+	}
+	if (corner == first) return;
+	starts[corner] = 1;
+	split_surface(returns, first, corner, starts);
+	split_surface(returns, corner, last, starts);
+}
+
+/// Marks where straight pieces of surface begin.
+std::vector<std::uint8_t> find_surfaces(const Rays& rays)
+{
+	const std::size_t count = rays.log_range.size();
+	std::vector<std::uint8_t> starts(count);
+	for (std::size_t first = 0, past; first < count; first = past)
+	{
+		starts[first] = 1;
+		past = first + 1;
+		while (past < count && rays.depth_edge[past] == 0 && rays.starts_run[past] == 0) past++;
+		split_surface(rays.returns, first, past - 1, starts);
+	}
+	return starts;
+}
 }  // namespace
 
 Rays make_rays(const Scan& scan, double spacing, int most)
@@ -63,6 +97,7 @@ Rays make_rays(const Scan& scan, double spacing, int most)
 			add(rays.no_returns, std::cos(beam.angle), std::sin(beam.angle), std::min(beam.range, kFarthest));
 		was_return = beam.is_return;
 	}
+	rays.starts_surface = find_surfaces(rays);
 	pad(rays.returns);
 	pad(rays.no_returns);
 	return rays;

@@ -11,6 +11,7 @@ namespace
 {
 constexpr double kModelBeam = M_PI / 180;  //!< [rad]
 constexpr double kMostPassed = 3;          //!< [-] walls and [m] of unknown space that count
+constexpr double kLeastOfSurface = 3;      //!< [-] explained returns, as beams of the model; two rays at least
 constexpr float kWholeCell = 0.99F;        //!< [-] of walls: passes of corners alone are no wall; rounding
 
 enum class End
@@ -40,10 +41,13 @@ BeamEnd classify_end(float distance, Cell cell, const BeamModel& model)
 class Sum
 {
    public:
-	Sum(const BeamModel& model, double beams) : model_(model), beams_(beams) {}
+	Sum(const BeamModel& model, double beams)
+	    : model_(model), beams_(beams), least_of_surface_(std::max(2L, std::lround(kLeastOfSurface / beams)))
+	{
+	}
 
 	/// A beam that passed `walls` [-] and `unknown` space [m]; `depth_edge`: between it and the last one.
-	void add(const BeamEnd& at_end, float walls, float unknown, float log_range, bool depth_edge)
+	void add(const BeamEnd& at_end, float walls, float unknown, float log_range, bool depth_edge, bool starts_surface)
 	{
 		const auto counted = [](float passed) { return std::min(static_cast<double>(passed), kMostPassed); };
 		double beam =
@@ -60,6 +64,8 @@ class Sum
 			depth_edges_++;
 		}
 		was_short_ = short_of_wall, was_explained_ = explained;
+		if (starts_surface) of_surface_ = 0;
+		if (explained && ++of_surface_ == least_of_surface_) surfaces_++;
 		returns_++;
 		explained_ += explained ? 1 : 0;
 		in_front_ += short_of_wall ? 1 : 0;
@@ -70,14 +76,16 @@ class Sum
 	Score result() const
 	{
 		const auto share = [&](int part) { return returns_ > 0 ? static_cast<double>(part) / returns_ : 0.0; };
-		return {log_likelihood_, share(explained_), share(in_front_), beams_ * (returns_ - explained_), depth_edges_};
+		return {log_likelihood_, share(explained_), share(in_front_), beams_ * (returns_ - explained_),
+		        depth_edges_,    surfaces_};
 	}
 
    private:
 	const BeamModel& model_;
 	double beams_;  //!< [-] beams of the model that one ray stands for
+	long least_of_surface_;
 	double log_likelihood_ = 0;
-	int returns_ = 0, explained_ = 0, in_front_ = 0, depth_edges_ = 0;
+	int returns_ = 0, explained_ = 0, in_front_ = 0, depth_edges_ = 0, surfaces_ = 0, of_surface_ = 0;
 	bool was_short_ = false, was_explained_ = false;
 };
 
@@ -119,7 +127,7 @@ Score score(
 		if (rays.starts_run[i] != 0) sum.end_run();
 		sum.add(
 		    classify_end(to_wall.value, static_cast<Cell>(traced.end[i]), model), traced.walls[i], traced.unknown[i],
-		    rays.log_range[i], rays.depth_edge[i] != 0);
+		    rays.log_range[i], rays.depth_edge[i] != 0, rays.starts_surface[i] != 0);
 	}
 	Score score = sum.result();
 	score.log_likelihood += of_no_returns(tracer, rays, sensor, model);

@@ -104,7 +104,7 @@ struct BeamModel
 /// hypotheses.h.
 struct PresenceModel
 {
-	double bias = -9.6;          //!< [-]
+	double bias = -12.0;         //!< [-]
 	double explained = 9.8;      //!< [-] times the share of the returns that end at walls, at the best place
 	double in_front = 7.9;       //!< [-] times the share that ends in front of walls, at objects; at most `explained`
 	double unexplained = 0.014;  //!< [-] times the returns not explained, as beams of 1 deg: gives back part of what
@@ -112,6 +112,8 @@ struct PresenceModel
 	double log_likelihood = 0.075;  //!< [1 / nat] times the log-likelihood of the scan there
 	double lead = 0.29;             //!< [-] times its log-odds against the second best place, at most 12
 	double depth_edges = 1.4;       //!< [-] times ln(1 + depth edges explained there)
+	double surfaces = 1.2;  //!< [-] times ln(1 + straight pieces of surface explained there): a scan of two walls
+	                        //!< fits in many buildings
 };
 
 /// From refined poses to hypotheses.

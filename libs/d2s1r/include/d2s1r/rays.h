@@ -24,6 +24,8 @@ struct Rays
 	/// 1 for a return next to one, on its clockwise side and not more than 10 deg apart, that is more than 0.5 m nearer
 	/// or further, and too much so for a surface that both see at 4 deg or more
 	std::vector<std::uint8_t> depth_edge;
+	/// 1 for a return that begins a straight piece of surface: neighbours within 10 cm of a line, without a depth edge
+	std::vector<std::uint8_t> starts_surface;
 	BeamEnds no_returns;    //!< beams that ended at nothing, up to the reach of the sensor, at most 20 m
 	std::size_t count = 0;  //!< [-] rays, those that ended at nothing included
 	double spacing = 0;     //!< [rad] between neighbours that no gap parts: what a ray stands for

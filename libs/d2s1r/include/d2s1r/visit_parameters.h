@@ -157,5 +157,8 @@ void visit_parameters(P& p, Visitor&& visit)
 	    "[-] times the log-odds against the second best place, at most 12");
 	visit(
 	    "presence_model", "depth_edges", presence.depth_edges, -10.0, 10.0, "[-] times ln(1 + depth edges explained)");
+	visit(
+	    "presence_model", "surfaces", presence.surfaces, -10.0, 10.0,
+	    "[-] times ln(1 + straight pieces of surface explained)");
 }
 }  // namespace d2s1r
