@@ -2,6 +2,12 @@
 # Installs what is missing of the packages in dependencies.txt that are needed to do the given things.
 # Usage: scripts/install_dependencies.sh build [demo] [test] [develop]
 set -euo pipefail
+for purpose in "${@:-}"; do
+  case "$purpose" in build | demo | test | develop) ;; *)
+    echo "usage: scripts/install_dependencies.sh build [demo] [test] [develop]" >&2
+    exit 1 ;;
+  esac
+done
 list="$(dirname "$0")/../dependencies.txt"
 
 missing=()

@@ -1,6 +1,8 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "odometry_between_scans.h"
 
+#include <d2s1r/pseudo_odometry.h>
+
 namespace d2s1r::app
 {
 void OdometryBetweenScans::add(const RawlogObject& object)
@@ -13,6 +15,7 @@ std::optional<mrpt::poses::CPose2D> OdometryBetweenScans::take()
 {
 	std::optional<mrpt::poses::CPose2D> increment;
 	if (now_ && then_) increment = *now_ - *then_;
+	if (increment && !is_plausible(*increment)) increment.reset(), now_.reset();
 	then_ = now_;
 	return increment;
 }

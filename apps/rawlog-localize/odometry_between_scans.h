@@ -11,7 +11,8 @@ class OdometryBetweenScans
    public:
 	void add(const RawlogObject& object);
 
-	/// Increment since the last call, robot frame of that moment; no value without odometry, or at the first call.
+	/// Increment since the last call, robot frame of that moment; no value without odometry, where it
+	/// is not plausible, or at the first call.
 	std::optional<mrpt::poses::CPose2D> take();
 
    private:

@@ -32,7 +32,7 @@ bool is_whole_gzip(const std::string& path)
 	for (std::size_t got = block.size(); got > 0 && got <= block.size(); size += static_cast<std::uint32_t>(got))
 		got = stream.Read(block.data(), block.size());
 	const auto end = last_bytes<4>(path);
-	return size > 0 && size == (end[0] | end[1] << 8U | end[2] << 16U | static_cast<std::uint32_t>(end[3]) << 24U);
+	return size > 0 && size == (end[0] | end[1] * 0x100U | end[2] * 0x10000U | end[3] * 0x1000000U);
 }
 
 bool is_whole_png(const std::string& path)

@@ -2,6 +2,7 @@
 #include "CParticleFilterFusion.h"
 
 #include <d2s1r/free_cells.h>
+#include <d2s1r/pseudo_odometry.h>
 #include <mrpt/math/wrap2pi.h>
 #include <mrpt/obs/CActionCollection.h>
 #include <mrpt/obs/CSensoryFrame.h>
@@ -101,7 +102,8 @@ bool CParticleFilterFusion::seed(const Localization& localization)
 
 CPosePDFGaussian CParticleFilterFusion::motion_to(const FusionInput& input) const
 {
-	const auto odometry = parameters_.motion == MotionSource::kPseudo ? std::nullopt : input.odometry;
+	const bool is_used = parameters_.motion != MotionSource::kPseudo && input.odometry && is_plausible(*input.odometry);
+	const auto odometry = is_used ? input.odometry : std::nullopt;
 	auto predicted = pf::predict_motion(odometry, last_motion_, tuning.motion);
 	if (parameters_.motion == MotionSource::kOdometry) return predicted;
 	const auto weights = pf::normalized_weights(particles_);

@@ -3,6 +3,7 @@
 #include "app_process.h"
 #include "app_world.h"
 
+#include <mrpt/obs/CObservationOdometry.h>
 #include <mrpt/opengl/COpenGLScene.h>
 
 #include <cmath>
@@ -131,6 +132,28 @@ TEST_F(AppFuse, SaysThatThereIsNoOdometryToMoveBy)
 	EXPECT_EQ(error("in.rawlog", {"odometry", "-q"}), "");
 	EXPECT_EQ(error("in.rawlog", {"both"}), "");
 	EXPECT_EQ(error("actions.rawlog", {"odometry"}), "");
+}
+
+TEST_F(AppFuse, OneOdometryThatIsNoNumberDoesNoHarm)
+{
+	Objects log;
+	for (std::size_t i = 0; i < walk().size(); i++)
+	{
+		auto odometry = mrpt::obs::CObservationOdometry::Create();
+		odometry->odometry = mrpt::poses::CPose2D(i == 5 ? mrpt::math::TPose2D(std::nan(""), 0, 0) : walk()[i]);
+		odometry->timestamp = walk_scan(i)->timestamp;
+		log.push_back(odometry);
+		log.push_back(walk_scan(i));
+	}
+	save(log, path("odometry.rawlog"));
+	for (const char* motion : {"both", "odometry"})
+	{
+		fuse("out", {"--motion", motion}, "odometry.rawlog");
+		const CsvTable fused(folder() / "out/fused.csv", kFusedHeader);
+		ASSERT_EQ(fused.size(), walk().size());
+		for (std::size_t i = 0; i < fused.size(); i++)
+			EXPECT_LT(std::hypot(fused.number(i, "x") - walk()[i].x, fused.number(i, "y") - walk()[i].y), 0.3) << i;
+	}
 }
 
 TEST_F(AppFuse, ASavedMapGivesTheSamePoses)

@@ -144,13 +144,16 @@ def growth_plot(rows, file):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("build", nargs="?", default=HERE.parent.parent / "build", type=pathlib.Path)
+    parser.add_argument("build", nargs="?", default=HERE.parent.parent / "build" / "release", type=pathlib.Path)
     parser.add_argument("--quick", action="store_true")
     parser.add_argument("--retrieval", default="intel" if "--quick" in sys.argv else ",".join(RETRIEVAL_SITES))
     options = parser.parse_args()
     if importlib.util.find_spec("matplotlib") is None:  # known before minutes are spent
         sys.exit("run.py: matplotlib is missing; install python3-matplotlib")
     programs = options.build / "tests" / "benchmark"
+    for name in ("d2s1r_benchmark", "d2s1r_retrieval", "d2s1r_growth"):
+        if not (programs / name).is_file():
+            sys.exit(f"run.py: {programs / name}: no such program; build the preset release, or name its folder")
     load = os.getloadavg()[0]
     repetitions = 1 if options.quick else 3
     stages = run_stages(programs / "d2s1r_benchmark", repetitions)

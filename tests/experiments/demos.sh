@@ -4,10 +4,14 @@
 # pf-localization (40,000 particles over all free cells, the ini that MRPT comes with), once a seed.
 #
 #   demos.sh RAWLOG_LOCALIZE [SEEDS]       prints two rows of a table a demo
-set -eu
+set -euo pipefail
+export LC_ALL=C  # numbers with points
 localize=${1:?usage: demos.sh RAWLOG_LOCALIZE [SEEDS]}
 seeds=${2:-20}
 share=/usr/share/mrpt
+for program in "$localize" pf-localization; do
+	command -v "$program" > /dev/null || { echo "demos.sh: $program: no such program" >&2; exit 1; }
+done
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 

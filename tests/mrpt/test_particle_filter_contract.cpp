@@ -46,6 +46,17 @@ TEST_F(FilterOnAFloor, SameSeedSameBitsOtherSeedOthers)
 	}
 }
 
+TEST_F(FilterOnAFloor, OdometryThatIsNotPlausibleIsNotUsed)
+{
+	Drive drive = drive_along(along_corridor(6));
+	for (Frame& frame : drive) frame.odometry = CPose2D(std::nan(""), 0, 0);
+	const auto poses = follow(drive);
+	for (Frame& frame : drive) frame.odometry.reset();
+	const auto without = follow(drive);
+	for (std::size_t i = 0; i < poses.size(); i++) EXPECT_EQ(poses[i].pose, without[i].pose) << i;
+	expect_at(poses.back(), drive.back().truth);
+}
+
 TEST_F(FilterOnAFloor, RefusesToStepBeforeItStarts)
 {
 	const Frame frame = drive_along(along_corridor(1))[0];

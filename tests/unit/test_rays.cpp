@@ -113,8 +113,8 @@ TEST(Rays, BeamsOnBothSidesOfAGapWithoutDataAreNoNeighbours)
 		EXPECT_EQ(rays.starts_run[20], beams < 10 ? 0 : 1) << beams;
 		return std::count(rays.depth_edge.begin(), rays.depth_edge.end(), 1);
 	};
-	for (const std::size_t beams : {0, 1, 8}) EXPECT_EQ(edges_without(beams), 1) << beams;
-	for (const std::size_t beams : {10, 19}) EXPECT_EQ(edges_without(beams), 0) << beams;
+	for (const std::size_t beams : {0U, 1U, 8U}) EXPECT_EQ(edges_without(beams), 1) << beams;
+	for (const std::size_t beams : {10U, 19U}) EXPECT_EQ(edges_without(beams), 0) << beams;
 }
 
 TEST(Rays, OfNoBeamsAreNone)

@@ -165,6 +165,11 @@ TEST(Seeding, RefusesToMakeParticlesOfNothing)
 {
 	EXPECT_THROW(seed_particles(result_of({}), kRoom, kNoCells, with(10, 0.1)), std::invalid_argument);
 	EXPECT_THROW(seed_particles(places({1}), kRoom, kFree, with(0, 0.1)), std::invalid_argument);
+	for (const double share : {-0.1, 1.1, std::nan("")})
+		EXPECT_THROW(seed_particles(places({1}), kRoom, kFree, with(10, share)), std::invalid_argument) << share;
+	SeedingParameters blurred;
+	blurred.least_std_xy = std::nan("");
+	EXPECT_THROW(seed_particles(places({1}), kRoom, kFree, blurred), std::invalid_argument);
 }
 
 TEST(Seeding, SameSeedSameParticlesOtherSeedOthers)

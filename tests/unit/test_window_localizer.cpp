@@ -182,6 +182,22 @@ TEST_F(WindowOnTwinRooms, TheSameCallsGetTheSameAnswers)
 	}
 }
 
+TEST_F(WindowOnTwinRooms, OdometryThatIsNotPlausibleIsNotUsed)
+{
+	const auto path = into_left_room();
+	WindowLocalizer window(localizer_, 10), without(localizer_, 10);
+	for (std::size_t i = 0; i < path.size(); i++)
+	{
+		const Scan scan = scan_at(path[i]);
+		const Localization one_shot = localizer_.localize(scan);
+		const CPose2D odometry(i % 3 == 0 ? std::nan("") : 0, i % 3 == 1 ? 1e300 : 0, i % 3 == 2 ? INFINITY : 0);
+		const Localization result = window.add(scan, one_shot, odometry), expected = without.add(scan, one_shot);
+		expect_probabilities(result);
+		EXPECT_EQ(result.status, expected.status) << i;
+		EXPECT_EQ(result.confidence, expected.confidence) << i;
+	}
+}
+
 TEST_F(WindowOnTwinRooms, RejectsScansThatNoPlaceExplains)
 {
 	Scan scan;

@@ -7,6 +7,7 @@
 #include <mrpt/core/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 #include <stdexcept>
 
@@ -121,7 +122,7 @@ Localization Localizer::localize(const Scan& scan, const Query& query) const
 std::optional<Hypothesis> Localizer::hypothesis_near(const Scan& scan, const mrpt::poses::CPose2D& robot) const
 {
 	if (!index_->standard) throw std::invalid_argument("Localizer::hypothesis_near() needs method = default");
-	if (!scan.valid()) return std::nullopt;
+	if (!scan.valid() || !std::isfinite(robot.x() + robot.y() + robot.phi())) return std::nullopt;
 	return d2s1r::hypothesis_near(scan, *index_->standard, robot.asTPose(), index_->parameters);
 }
 

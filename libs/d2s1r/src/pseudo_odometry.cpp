@@ -48,4 +48,9 @@ CPosePDFGaussian combine(const CPosePDFGaussian& a, const CPosePDFGaussian& b)
 	    {a.mean.x() + shift.x(), a.mean.y() + shift.y(), mrpt::math::wrapToPi(a.mean.phi() + shift.z())},
 	    mrpt::math::CMatrixDouble33(Eigen::Matrix3d(0.5 * (covariance + covariance.transpose())))};
 }
+
+bool is_plausible(const mrpt::poses::CPose2D& increment)
+{
+	return std::isfinite(increment.phi()) && std::hypot(increment.x(), increment.y()) <= 1000;
+}
 }  // namespace d2s1r

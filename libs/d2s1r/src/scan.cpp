@@ -85,10 +85,19 @@ float beam_angle(double angle)
 	return wrapped >= static_cast<float>(M_PI) ? -static_cast<float>(M_PI) : wrapped;
 }
 
+bool Scan::valid() const
+{
+	const auto& sensor = sensor_on_robot;
+	return invalid_because.empty() && !beams.empty() && field_of_view > 0 &&
+	       std::isfinite(sensor.x + sensor.y + sensor.phi);
+}
+
 std::string why_invalid(const Scan& scan)
 {
 	if (!scan.invalid_because.empty()) return scan.invalid_because;
-	return scan.beams.empty() ? "the scan has no beams" : "the field of view of the scan is not above 0";
+	if (scan.beams.empty()) return "the scan has no beams";
+	return scan.field_of_view > 0 ? "the pose of the sensor on the robot is not finite"
+	                              : "the field of view of the scan is not above 0";
 }
 
 Scan make_scan(const mrpt::obs::CObservation2DRangeScan& observation, const ScanParameters& parameters)

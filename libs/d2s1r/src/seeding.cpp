@@ -9,6 +9,8 @@
 #include <numeric>
 #include <stdexcept>
 
+#include "checked_value.h"
+
 namespace d2s1r
 {
 namespace
@@ -87,6 +89,16 @@ int particles_in_free_space(std::size_t hypotheses, const SeedingParameters& par
 	return std::min(share, parameters.particles - static_cast<int>(hypotheses));
 }
 
+void check(const SeedingParameters& parameters)
+{
+	if (parameters.particles < 1) throw std::invalid_argument("seeding: give at least one particle");
+	check_range("seeding: free_space_share", parameters.free_space_share, 0.0, 1.0);
+	check_range("seeding: least_std_xy", parameters.least_std_xy, 0.0, 1e6);
+	check_range("seeding: least_std_phi", parameters.least_std_phi, 0.0, 1e6);
+	check_range("seeding: std_z", parameters.std_z, 0.0, 1e6);
+	check_range("seeding: std_pitch_roll", parameters.std_pitch_roll, 0.0, 1e6);
+}
+
 double log_weight(double probability, int count)
 {
 	return std::log(std::max(probability, 1e-12)) - std::log(count);
@@ -97,7 +109,7 @@ std::vector<SeededParticle> seed_particles(
     const Localization& localization, const Grid& grid, const std::vector<CellIndex>& free_cells,
     const SeedingParameters& parameters)
 {
-	if (parameters.particles < 1) throw std::invalid_argument("seeding: give at least one particle");
+	check(parameters);
 	// fewer particles than hypotheses: the least probable ones go without
 	const std::size_t kept = std::min(localization.hypotheses.size(), static_cast<std::size_t>(parameters.particles));
 	if (kept == 0 && free_cells.empty()) throw std::invalid_argument("seeding: neither a hypothesis nor a free cell");
@@ -137,6 +149,7 @@ void assign_particles(
     mrpt::poses::CPose3DPDFParticles& pdf, const std::vector<SeededParticle>& particles,
     const SeedingParameters& parameters)
 {
+	check(parameters);
 	Random random(~parameters.seed);  // not the numbers that x, y and phi were drawn with
 	pdf.m_particles.resize(particles.size());
 	for (std::size_t i = 0; i < particles.size(); i++)

@@ -1,4 +1,5 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include <d2s1r/pseudo_odometry.h>
 #include <d2s1r/window_localizer.h>
 #include <mrpt/math/wrap2pi.h>
 #include <mrpt/system/CTicTac.h>
@@ -296,6 +297,6 @@ WindowLocalizer& WindowLocalizer::operator=(WindowLocalizer&&) noexcept = defaul
 Localization WindowLocalizer::add(
     const Scan& scan, const Localization& one_shot, const std::optional<mrpt::poses::CPose2D>& motion)
 {
-	return tracker_->add(scan, one_shot, motion);
+	return tracker_->add(scan, one_shot, motion && is_plausible(*motion) ? motion : std::nullopt);
 }
 }  // namespace d2s1r

@@ -13,7 +13,7 @@ mkdir -p "$out"
 
 # carmen2rawlog takes beams to be 0.5 deg apart unless the log says otherwise, and most logs do not; a PARAM line of the
 # log itself comes later and wins. The field of view becomes that number times the beams, one gap too many.
-awk -v degrees="$degrees" '
+LC_ALL=C awk -v degrees="$degrees" '
 	$1 == "FLASER" && !known {
 		known = 1
 		printf "PARAM laser_front_laser_resolution %.9f\n", degrees * ($2 - 1) / $2

@@ -29,6 +29,11 @@ map_file = $map
 [MetricMap_signatureMap_00_likelihoodOpts]
 sigma = 0.10
 END
-LD_PRELOAD=$(realpath "$module") pf-localization "$out/signature_map.ini" < /dev/null > "$out/pf.log" 2>&1
+# LD_PRELOAD is split at blanks and colons, so that the module needs a name without any
+link=$(mktemp -d)
+trap 'rm -r "$link"' EXIT
+ln -s "$(realpath "$module")" "$link/module.so"
+LD_PRELOAD=$link/module.so pf-localization "$out/signature_map.ini" < /dev/null > "$out/pf.log" 2>&1 ||
+	{ echo "pf-localization failed: see $out/pf.log" >&2; exit 1; }
 sed -n 's/.*PDF estimation: (\([^)]*\)).*/\1/p' "$out/pf.log" > "$out/pf_poses.txt"
 echo "pf-localization: $(wc -l < "$out/pf_poses.txt") steps, the last at (x, y, phi) = $(tail -n 1 "$out/pf_poses.txt")"

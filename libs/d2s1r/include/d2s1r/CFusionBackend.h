@@ -29,7 +29,8 @@ struct FusionInput
 {
 	const mrpt::obs::CObservation2DRangeScan& scan;
 	const Localization& localization;              //!< of this scan alone
-	std::optional<mrpt::poses::CPose2D> odometry;  //!< increment since the previous scan, previous robot frame
+	std::optional<mrpt::poses::CPose2D> odometry;  //!< increment since the previous scan, previous robot frame; not
+	                                               //!< used unless is_plausible()
 };
 
 enum class FusionStatus

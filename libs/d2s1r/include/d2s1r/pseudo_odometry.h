@@ -16,6 +16,9 @@ mrpt::obs::CActionRobotMovement2D motion_between(const Hypothesis& from, const H
 /// uncertainty of both ends. No value unless both results have a pose.
 std::optional<mrpt::obs::CActionRobotMovement2D> pseudo_odometry(const Localization& from, const Localization& to);
 
+/// Whether odometry can mean this increment: finite, and no more than a kilometre between two scans.
+bool is_plausible(const mrpt::poses::CPose2D& increment);
+
 /// Product of two independent estimates of the same pose or motion, (x, y, phi), m and rad.
 mrpt::poses::CPosePDFGaussian combine(const mrpt::poses::CPosePDFGaussian& a, const mrpt::poses::CPosePDFGaussian& b);
 }  // namespace d2s1r

@@ -30,7 +30,7 @@ struct Scan
 	mrpt::math::TPose2D sensor_on_robot;  //!< sensor in robot frame, m and rad
 	std::string invalid_because;          //!< empty if make_scan() found it usable, else the reason
 
-	bool valid() const { return invalid_because.empty() && !beams.empty() && field_of_view > 0; }
+	bool valid() const;
 };
 
 /// Why a scan is not valid().

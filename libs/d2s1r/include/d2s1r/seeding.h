@@ -30,7 +30,7 @@ struct SeededParticle
 /// Particles for every hypothesis of `localization` in proportion to its probability, at least one each if there
 /// are enough, and for free space: stratified, so that the weight of a hypothesis is its probability whatever the draw.
 /// The probability of "none of them" is spread over `free_cells`; if these are empty, all particles go to hypotheses.
-/// \throws std::invalid_argument if there is neither a hypothesis nor a free cell, or no particle is asked for
+/// \throws std::invalid_argument if there is neither a hypothesis nor a free cell, or a parameter is out of range
 std::vector<SeededParticle> seed_particles(
     const Localization& localization, const Grid& grid, const std::vector<CellIndex>& free_cells,
     const SeedingParameters& parameters);
@@ -39,7 +39,7 @@ std::vector<SeededParticle> seed_particles(
 void assign_particles(mrpt::poses::CPosePDFParticles& pdf, const std::vector<SeededParticle>& particles);
 
 /// Replaces the particles of `pdf`: a CPose3DPDFParticles or a CMonteCarloLocalization3D. z, pitch and roll are drawn
-/// about zero.
+/// about zero. \throws std::invalid_argument if a parameter is out of range
 void assign_particles(
     mrpt::poses::CPose3DPDFParticles& pdf, const std::vector<SeededParticle>& particles,
     const SeedingParameters& parameters);
