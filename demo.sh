@@ -11,7 +11,7 @@ quietly() { "$@" >"$log" 2>&1 || { cat "$log" >&2; exit 1; }; }
 if [ ! -x build/release/apps/rawlog-localize/rawlog-localize ]; then
   echo "Building (a few minutes, the first time only) ..."
 fi
-[ -f build/release/Makefile ] || quietly cmake --preset release -DBUILD_TESTING=OFF
+[ -f build/release/cmake_install.cmake ] || quietly cmake --preset release -DBUILD_TESTING=OFF
 quietly cmake --build --preset release -j "$(nproc)" --target rawlog-localize d2s1r-pf-init
 
 datasets=/usr/share/mrpt/datasets

@@ -7,6 +7,7 @@
 
 #include <charconv>
 #include <cmath>
+#include <limits>
 
 namespace d2s1r::app
 {
@@ -23,9 +24,13 @@ Number parse_number(const std::string& flag, const std::string& text)
 	Number number{};
 	const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
 	if (error != std::errc() || end != text.data() + text.size() || text.empty())
-		wrong(
-		    flag, "'" + text + "' is not " +
-		              (std::is_integral_v<Number> ? "a whole number from 0 to 4294967295" : "a number"));
+	{
+		using Limits = std::numeric_limits<Number>;
+		std::string expected = "a number";
+		if constexpr (std::is_integral_v<Number>)
+			expected = "a whole number from " + std::to_string(Limits::min()) + " to " + std::to_string(Limits::max());
+		wrong(flag, "'" + text + "' is not " + expected);
+	}
 	return number;
 }
 

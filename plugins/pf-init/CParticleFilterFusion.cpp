@@ -59,7 +59,7 @@ FusedPose CParticleFilterFusion::step(const FusionInput& input)
 {
 	if (!map_) throw std::logic_error("CParticleFilterFusion::step() before start()");
 	const mrpt::system::CTicTac watch;
-	// MRPT's filter draws from this one, which belongs to the whole process
+	// MRPT's filter draws from this one, which each thread has of its own and all filters in it share
 	mrpt::random::getRandomGenerator().randomize(random_.drawUniform32bit());
 	FusedPose pose;
 	if (seeded_)

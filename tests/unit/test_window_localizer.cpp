@@ -221,6 +221,18 @@ TEST_F(WindowOnTwinRooms, RejectsScansThatNoPlaceExplains)
 	expect_at(drive(window, into_left_room(), true), into_left_room().back());
 }
 
+TEST_F(WindowOnTwinRooms, IsNotSureOfScansOfAnotherPlace)
+{
+	const Grid hall =
+	    make_picture_grid(enlarge({"#...#..#", "........", "#......#", "..##....", "#.....#."}, 17), 0.05);
+	Laser laser;
+	laser.max_range = 3;
+	const Scan scan = make_scan(make_observation(hall, {3.2, 2.1, 0}, laser), localizer_.parameters().scan);
+	WindowLocalizer window(localizer_, 10);
+	for (int i = 0; i < 3; i++)
+		EXPECT_NE(window.add(scan, localizer_.localize(scan), CPose2D()).status, Status::kLocalized);
+}
+
 TEST_F(WindowOnTwinRooms, IsNotSureOfAWayThroughAnotherBuilding)
 {
 	const Grid hall = make_picture_grid(

@@ -35,17 +35,16 @@ void CSignatureMap2D::TLikelihoodOptions::loadFromConfigFile(
 	for (const std::string& key : keys)
 	{
 		std::string what = section;
-		what.append(": ").append(printable(key));
+		what.append(": ").append(key);
 		bool found = false;
 		const auto load = [&](const char* its_key, auto& value, auto least, auto greatest, const char*)
 		{
 			if (key != its_key) return;
 			found = true;
-			value = from_text<std::decay_t<decltype(value)>>(what, ini_value(source.read_string(section, key, "")));
-			check_range(what, value, least, greatest);
+			set_checked(what, ini_value(source.read_string(section, key, "")), value, least, greatest);
 		};
 		visit_likelihood(read, load);
-		if (!found) throw std::invalid_argument(what + " is not a parameter; remove it or mend its name");
+		if (!found) refuse_unknown(what);
 	}
 	*this = read;
 }

@@ -58,4 +58,18 @@ void check_range(const std::string& what, T value, Least least, Greatest greates
 	if (number >= static_cast<double>(least) && number <= static_cast<double>(greatest)) return;
 	refuse(what, to_text(value), "a value from " + to_text(least) + " to " + to_text(greatest));
 }
+
+/// Sets `value` from text. \throws std::invalid_argument naming `what` if that is no T or out of range
+template <class T, class Least, class Greatest>
+void set_checked(const std::string& what, const std::string& text, T& value, Least least, Greatest greatest)
+{
+	const T parsed = from_text<T>(what, text);
+	check_range(what, parsed, least, greatest);
+	value = parsed;
+}
+
+[[noreturn]] inline void refuse_unknown(const std::string& what)
+{
+	throw std::invalid_argument(printable(what) + " is not a parameter; remove it or mend its name");
+}
 }  // namespace d2s1r

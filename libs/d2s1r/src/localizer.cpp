@@ -49,17 +49,16 @@ struct Localizer::Index
 	      grid(make_grid(*map, parameters.grid)),
 	      caster(grid, parameters.paper.max_range, parameters.grid.rays_stop_at_unknown)
 	{
-		const bool is_paper = parameters.method == Method::kPaper;
-		if (is_paper)
+		if (parameters.method == Method::kPaper)
+		{
 			check_reach("paper.max_range", parameters.paper.max_range, grid);
-		else
-			check_reach("coarse_search.max_range", parameters.coarse_search.max_range, grid);
-		if (is_paper)
 			signatures.emplace(grid, sensor_cells(grid, parameters.free_cells), parameters);
-		else
-			standard.emplace(make_default_index(
-			    grid, sensor_cells(grid, with_clearance(parameters.free_cells, parameters.coarse_search.clearance)),
-			    parameters));
+			return;
+		}
+		check_reach("coarse_search.max_range", parameters.coarse_search.max_range, grid);
+		standard.emplace(make_default_index(
+		    grid, sensor_cells(grid, with_clearance(parameters.free_cells, parameters.coarse_search.clearance)),
+		    parameters));
 	}
 
 	Parameters parameters;

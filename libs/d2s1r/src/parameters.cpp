@@ -46,11 +46,9 @@ void set_parameter(Parameters& parameters, const std::string& section, const std
 	    {
 		    if (section != its_section || key != its_key) return;
 		    found = true;
-		    const auto parsed = from_text<std::decay_t<decltype(value)>>(what, text);
-		    check_range(what, parsed, least, greatest);
-		    value = parsed;
+		    set_checked(what, text, value, least, greatest);
 	    });
-	if (!found) throw std::invalid_argument(printable(what) + " is not a parameter; remove it or mend its name");
+	if (!found) refuse_unknown(what);
 }
 
 Parameters parse_parameters(const std::string& ini_text, const std::string& name)

@@ -8,14 +8,14 @@ namespace d2s1r
 {
 namespace
 {
+constexpr double kWidestGap = 10 * M_PI / 180;  //!< [rad] of beams without data that parts no neighbours
+
 void add(BeamEnds& returns, float unit_x, float unit_y, float range)
 {
 	returns.unit_x.push_back(unit_x);
 	returns.unit_y.push_back(unit_y);
 	returns.range.push_back(range);
 }
-
-constexpr double kWidestGap = 10 * M_PI / 180;  //!< [rad] of beams without data that parts no neighbours
 
 void pad(BeamEnds& returns)
 {
@@ -31,6 +31,7 @@ bool is_depth_edge(double range, double next_range, double spacing)
 	const auto [near, far] = std::minmax(range, next_range);
 	return far - near > kLeastStep && far > near * (1 + spacing / flattest);
 }
+
 /// Marks where the returns `first` to `last` leave the straight line between these two: iterative end point fit (Duda
 /// and Hart, Pattern Classification and Scene Analysis, 1973).
 void split_surface(const BeamEnds& returns, std::size_t first, std::size_t last, std::vector<std::uint8_t>& starts)

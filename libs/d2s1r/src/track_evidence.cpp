@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace d2s1r
 {
@@ -109,5 +110,31 @@ double greatest_likelihood(
 		if (hypothesis) consider(*hypothesis);
 	for (const Hypothesis& hypothesis : one_shot) consider(hypothesis);
 	return greatest ? greatest->log_likelihood : 0;
+}
+
+double sum_of(const std::deque<Evidence>& evidence, std::size_t frames)
+{
+	return std::accumulate(
+	    evidence.end() - static_cast<std::ptrdiff_t>(frames), evidence.end(), 0.0,
+	    [](double sum, const Evidence& frame) { return sum + frame.log_likelihood; });
+}
+
+double sum_of(const Track& track)
+{
+	return sum_of(track.evidence, track.evidence.size());
+}
+
+double explained_by(const Track& track)
+{
+	double sum = 0;
+	for (const Evidence& evidence : track.evidence) sum += evidence.explained;
+	return sum / static_cast<double>(track.evidence.size());
+}
+
+double alone(const Track& track)
+{
+	double sum = 0;
+	for (const Evidence& evidence : track.evidence) sum += evidence.alone;
+	return sum / static_cast<double>(track.evidence.size());
 }
 }  // namespace d2s1r

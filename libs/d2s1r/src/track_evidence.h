@@ -3,6 +3,8 @@
 
 #include <d2s1r/localizer.h>
 
+#include <deque>
+
 #include "track_motion.h"
 
 namespace d2s1r
@@ -13,6 +15,13 @@ struct Evidence
 	double log_likelihood = 0;  //!< [nat] against the best pose of the frame, bounded below
 	double explained = 0;       //!< see Hypothesis
 	double alone = 0;           //!< [0, 1] probability of the place by this frame alone
+};
+
+/// Where the robot may be now, by the scans of several frames.
+struct Track
+{
+	Hypothesis now;                 //!< robot in map; probability and log_likelihood are those of all frames together
+	std::deque<Evidence> evidence;  //!< by frame, newest last
 };
 
 /// Least of a frame: scans may show what is not in the map.
@@ -47,4 +56,14 @@ std::optional<Hypothesis> refined_near(const Localizer& localizer, const Scan& s
 /// [nat] of the likeliest place of a frame; places that unknown space explains count only if there is no other.
 double greatest_likelihood(
     const std::vector<std::optional<Hypothesis>>& refined, const std::vector<Hypothesis>& one_shot);
+
+/// [nat] of the last `frames` frames of a track.
+double sum_of(const std::deque<Evidence>& evidence, std::size_t frames);
+double sum_of(const Track& track);
+
+/// [-] mean share of explained beams.
+double explained_by(const Track& track);
+
+/// [0, 1] in the mean, that one scan alone gives to the place.
+double alone(const Track& track);
 }  // namespace d2s1r

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cmath>
 #include <deque>
-#include <numeric>
 #include <stdexcept>
 
 #include "track_evidence.h"
@@ -23,42 +22,6 @@ constexpr double kLeastExplained = 0.18;  //!< [-] mean share of the returns tha
 constexpr double kExplained = 0.45;       //!< [-] mean share of explained beams of a localized track
 constexpr double kLeastAlone = 0.65;      //!< [0, 1] that one scan alone gives to the place, in the mean
 constexpr std::size_t kLostFrames = 3;    //!< [-] in a row that no track explains: the robot was carried away
-
-/// Where the robot may be now, by the scans of several frames.
-struct Track
-{
-	Hypothesis now;                 //!< robot in map; probability and log_likelihood are those of all frames together
-	std::deque<Evidence> evidence;  //!< by frame, newest last
-};
-
-/// [nat] of the last `frames` frames.
-double sum_of(const std::deque<Evidence>& evidence, std::size_t frames)
-{
-	return std::accumulate(
-	    evidence.end() - static_cast<std::ptrdiff_t>(frames), evidence.end(), 0.0,
-	    [](double sum, const Evidence& frame) { return sum + frame.log_likelihood; });
-}
-
-double sum_of(const Track& track)
-{
-	return sum_of(track.evidence, track.evidence.size());
-}
-
-/// [-] mean share of explained beams.
-double explained_by(const Track& track)
-{
-	double sum = 0;
-	for (const Evidence& evidence : track.evidence) sum += evidence.explained;
-	return sum / static_cast<double>(track.evidence.size());
-}
-
-/// [0, 1] in the mean, that one scan alone gives to the place.
-double alone(const Track& track)
-{
-	double sum = 0;
-	for (const Evidence& evidence : track.evidence) sum += evidence.alone;
-	return sum / static_cast<double>(track.evidence.size());
-}
 
 bool one_place(const Hypothesis& a, const Hypothesis& b, const ScoringParameters& parameters)
 {

@@ -68,8 +68,8 @@ struct FusedPose
 
 /// Fuses one-shot localizations over time. An application finds implementations in MRPT's class factory after
 /// mrpt::system::loadPluginModules(): `mrpt::rtti::classFactory("d2s1r::CParticleFilterFusion")`.
-/// The method is that of Section IV-B.6 of the paper. Not thread-safe, and only one step at a time in a process: MRPT's
-/// filters draw from one random generator, which each step sets anew.
+/// The method is that of Section IV-B.6 of the paper. Not thread-safe, but each step may run in another thread; it sets
+/// MRPT's random generator of that thread.
 class CFusionBackend : public mrpt::rtti::CObject
 {
 	DEFINE_VIRTUAL_MRPT_OBJECT(CFusionBackend)

@@ -37,7 +37,7 @@ struct Candidate
 ///
 /// \param prior of the robot; the sensor's positions within a sample's spacing of what it allows are searched, too
 /// \return distinct poses, best first, at most parameters.candidates and none dearer than the best one by
-///         more than parameters.margin
+///         more than parameters.margin times the root of the beams
 std::vector<Candidate> coarse_search(
     const RangeProfiles& profiles, const Scan& scan, const CoarseSearchParameters& parameters, const Prior& prior = {});
 }  // namespace d2s1r

@@ -7,8 +7,8 @@
 namespace d2s1r
 {
 /// Those of `poses` that a few beams find plausible, best score first: at most parameters.refinement.most_refined, none
-/// below the best by more than parameters.refinement.score_margin. Thread-safe, as all functions here. Beams are
-/// followed only where their ends leave a chance.
+/// below the best by more than parameters.refinement.score_margin. Beams are followed only where their ends
+/// leave a chance. Thread-safe, as all functions here.
 std::vector<RefinedPose> choose_promising(
     const BeamTracer& tracer, const DistanceField& field, const Rays& few, const std::vector<RefinedPose>& poses,
     const Parameters& parameters);

@@ -32,7 +32,7 @@ class Localizer
 	Localization localize(const Scan& scan, const Query& query = {}) const;
 
 	/// How does the scan fit near `robot` (map frame)? That pose is refined and scored, nothing is searched.
-	/// \return no value if the scan is not valid
+	/// \return no value if the scan is not valid or `robot` not finite
 	/// \throws std::invalid_argument if the method is kPaper
 	std::optional<Hypothesis> hypothesis_near(const Scan& scan, const mrpt::poses::CPose2D& robot) const;
 

@@ -30,6 +30,7 @@ struct Scan
 	mrpt::math::TPose2D sensor_on_robot;  //!< sensor in robot frame, m and rad
 	std::string invalid_because;          //!< empty if make_scan() found it usable, else the reason
 
+	/// It has beams, a field of view and a finite sensor pose, and make_scan() found no other reason against it.
 	bool valid() const;
 };
 

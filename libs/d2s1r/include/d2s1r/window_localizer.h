@@ -36,8 +36,7 @@ class WindowLocalizer
 	/// Where is the robot, now that `scan` was taken?
 	/// \param one_shot localizer.localize(scan)
 	/// \param motion of the robot since the last call, in its frame then; no value, or none that is_plausible():
-	/// estimated from the hypotheses of
-	///        both frames (the paper's pseudo-odometry)
+	///        estimated from the hypotheses of both frames (the paper's pseudo-odometry)
 	/// \return as Localizer::localize(), with the evidence of all frames of the window; covariances include the motion,
 	///         and the time of refinement includes the following of hypotheses
 	Localization add(
