@@ -10,9 +10,7 @@ namespace d2s1r::app
 void save_map(const mrpt::maps::COccupancyGridMap2D& grid, const Parameters& parameters, const std::string& path)
 {
 	GzipFile file(path);
-	Parameters saved = parameters;
-	saved.threads = Parameters().threads;  // of this machine, not of the map
-	file.write(CSignatureMap2D(grid, saved));
+	file.write(CSignatureMap2D(grid, parameters));
 	file.commit();
 }
 }  // namespace d2s1r::app

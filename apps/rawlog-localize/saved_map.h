@@ -7,6 +7,6 @@
 
 namespace d2s1r::app
 {
-/// As a serialized CSignatureMap2D; the number of threads is left out. \throws UserError (kBadOutput)
+/// As a serialized CSignatureMap2D. \throws UserError (kBadOutput)
 void save_map(const mrpt::maps::COccupancyGridMap2D& grid, const Parameters& parameters, const std::string& path);
 }  // namespace d2s1r::app

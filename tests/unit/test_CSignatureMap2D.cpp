@@ -97,10 +97,15 @@ TEST(CSignatureMap2D, LikelihoodIsTheSameFromManyThreads)
 	for (const double value : values) EXPECT_EQ(value, alone);
 }
 
-TEST(CSignatureMap2D, FingerprintTellsGridsApart)
+TEST(CSignatureMap2D, FingerprintTellsGridsAndParametersApart)
 {
 	const auto map = make_signature_map();
 	EXPECT_EQ(map.fingerprint(), make_signature_map().fingerprint());
+	d2s1r::Parameters parameters;
+	parameters.threads = 2;
+	EXPECT_EQ(CSignatureMap2D(*map.grid(), parameters).fingerprint(), map.fingerprint()) << "of the machine";
+	parameters.paper.bins = 40;
+	EXPECT_NE(CSignatureMap2D(*map.grid(), parameters).fingerprint(), map.fingerprint());
 	auto changed = *map.grid();
 	changed.setCell(12, 12, 0.01F);
 	EXPECT_NE(CSignatureMap2D(changed).fingerprint(), map.fingerprint());

@@ -136,6 +136,7 @@ TEST(SignatureMapArchive, AMapFileWithOtherParametersSaysWhichOneItIs)
 	};
 	expect_refused_map_file(with("bins =", "bits ="), "paper.bits");
 	expect_refused_map_file(with("bins = 60", "bins = 01"), "paper.bins");
+	expect_refused_map_file(with("bins = 60", "bins = 61"), "fingerprint");
 	expect_refused_map_file(with("=  0.1 ", "= -0.1 "), "sigma");
 }
 }  // namespace

@@ -110,9 +110,22 @@ const LikelihoodField& CSignatureMap2D::likelihood_field() const
 	return content_->field();
 }
 
+std::string CSignatureMap2D::archived_parameters() const
+{
+	Parameters archived = parameters();
+	archived.threads = Parameters().threads;  // of a machine, not of the map
+	return to_ini(archived);
+}
+
 std::uint64_t CSignatureMap2D::fingerprint() const
 {
+	return fingerprint_with(archived_parameters());
+}
+
+std::uint64_t CSignatureMap2D::fingerprint_with(const std::string& archived_parameters) const
+{
 	Fnv1a hash;
+	hash.add(archived_parameters.data(), archived_parameters.size());
 	if (!content_->map) return hash.value();
 	const COccupancyGridMap2D& map = *content_->map;
 	hash.add(map.getSizeX());

@@ -96,7 +96,7 @@ void CSignatureMap2D::serializeTo(mrpt::serialization::CArchive& out) const
 {
 	mrpt::config::CConfigFileMemory likelihood;
 	likelihood_options().saveToConfigFile(likelihood, kLikelihoodSection);
-	out << genericMapParams << to_ini(parameters()) << likelihood.getContent() << fingerprint();
+	out << genericMapParams << archived_parameters() << likelihood.getContent() << fingerprint();
 	out.WriteAs<bool>(!isEmpty());
 	auto map = isEmpty() ? mrpt::maps::COccupancyGridMap2D() : on_whole_cells(*grid());
 	map.insertionOptions = insertionOptions;
@@ -124,10 +124,10 @@ void CSignatureMap2D::serializeFrom(mrpt::serialization::CArchive& in, std::uint
 		set_origin(map, static_cast<double>(origin_x), static_cast<double>(origin_y));
 		read.set_map(map);
 	}
-	if (read.fingerprint() != saved_fingerprint)
+	if (read.fingerprint_with(ini) != saved_fingerprint)
 		throw std::runtime_error(
-		    "CSignatureMap2D: the grid does not have the saved fingerprint: the file is damaged; save it anew from "
-		    "the map");
+		    "CSignatureMap2D: grid and parameters do not have the saved fingerprint: the file is damaged; save it "
+		    "anew from the map");
 	content_ = read.content_;
 	insertionOptions = map.insertionOptions;
 }

@@ -68,7 +68,8 @@ class CSignatureMap2D : public mrpt::maps::CMetricMap
 	/// \throws std::invalid_argument if empty
 	const LikelihoodField& likelihood_field() const;
 
-	/// Equal for equal grids (cells, size, origin); tells a damaged archive.
+	/// Equal for equal grids (cells, size, origin) and parameters, but for the number of threads. An archive holds it,
+	/// and not that number.
 	std::uint64_t fingerprint() const;
 
 	bool isEmpty() const override;
@@ -86,6 +87,11 @@ class CSignatureMap2D : public mrpt::maps::CMetricMap
 
 	/// The grid, or a copy of it if anybody else holds it, or a new one.
 	mrpt::maps::COccupancyGridMap2D::Ptr writable_grid() const;
+
+	/// Parameters as an archive holds them.
+	std::string archived_parameters() const;
+	/// Of the grid and parameters that were archived like that.
+	std::uint64_t fingerprint_with(const std::string& archived_parameters) const;
 
 	void internal_clear() override;
 	bool internal_insertObservation(
