@@ -93,8 +93,11 @@ ExitStatus run(const Flags& flags, Console& console)
 {
 	check_files_apart(flags);
 	const Parameters parameters = read_parameters(flags);
-	if (!flags.write_config.empty()) write_config(flags, parameters);
-	if (flags.only_writes_config()) return kDone;
+	if (flags.only_writes_config())
+	{
+		write_config(flags, parameters);
+		return kDone;
+	}
 	load_plugins(flags);
 	const CFusionBackend::Ptr backend = flags.fuse ? find_fusion_backend() : nullptr;
 
@@ -103,6 +106,7 @@ ExitStatus run(const Flags& flags, Console& console)
 	const FrameSelection selection = select_frames(flags, sensor);
 	const GroundTruth truth = flags.ground_truth.empty() ? GroundTruth{} : load_ground_truth(flags.ground_truth);
 	make_folder(flags.output_dir);
+	if (!flags.write_config.empty()) write_config(flags, parameters);
 	FrameOutputs outputs(
 	    flags.output_dir, backend ? std::make_unique<Fusion>(flags.output_dir, backend) : nullptr,
 	    flags.write_pf_ini.empty() ? nullptr : std::make_unique<PfPipeline>(flags.write_pf_ini));

@@ -219,6 +219,12 @@ TEST_F(AppOutputs, SummaryIsUtf8WhateverTheNames)
 	expect_label("\xE2\x82", unknown);  // cut short
 }
 
+TEST_F(AppOutputs, ParametersMayBeWrittenToTheNewFolder)
+{
+	localize(observation_log(), {"-q", "--write-config", path("out/all.ini")});
+	EXPECT_NE(read_file(path("out/all.ini")).find("[localizer]"), std::string::npos);
+}
+
 TEST_F(AppOutputs, SavedMapGivesTheSamePoses)
 {
 	localize(observation_log(), {"-q", "--save-map", path("flat.signaturemap")});

@@ -147,11 +147,10 @@ TEST_F(AppQueries, PosesStayInTheRegion)
 		{
 			if (frames.text(i, "x").empty()) continue;
 			placed++;
-			constexpr double kPolished = 0.02;  // [m] that a pose moves at the end
-			EXPECT_GE(frames.number(i, "x"), 3 - kPolished);
-			EXPECT_LE(frames.number(i, "x"), 4.3 + kPolished);
-			EXPECT_GE(frames.number(i, "y"), 4.5 - kPolished);
-			EXPECT_LE(frames.number(i, "y"), 6 + kPolished);
+			EXPECT_GE(frames.number(i, "x"), 3);
+			EXPECT_LE(frames.number(i, "x"), 4.3);
+			EXPECT_GE(frames.number(i, "y"), 4.5);
+			EXPECT_LE(frames.number(i, "y"), 6);
 		}
 		EXPECT_GE(placed, 3) << window;
 	}

@@ -111,7 +111,7 @@ void refine_and_decide(::benchmark::State& state, const std::string& site, bool 
 		{
 			state.ResumeTiming();
 			::benchmark::DoNotOptimize(
-			    decide(stages.tracer, stages.field, scan, make_rays(scan, kDegree, 360), poses, stages.parameters));
+			    decide(stages.tracer, stages.field, scan, make_rays(scan, kDegree, 360), poses, {}, stages.parameters));
 		}
 	}
 }

@@ -109,6 +109,9 @@ TEST_F(Reproduce, SaysWhatIsMissing)
 	const ProcessResult unbuilt = reproduce({"--build", path("no-build")});
 	EXPECT_EQ(unbuilt.status, 1);
 	EXPECT_NE(unbuilt.err.find("is missing; build the project"), std::string::npos) << unbuilt.err;
+	const ProcessResult idle = reproduce({"--jobs", "0"});
+	EXPECT_EQ(idle.status, 2);
+	EXPECT_NE(idle.err.find("--jobs: invalid whole_number value: '0'"), std::string::npos) << idle.err;
 }
 
 TEST_F(Reproduce, NarrowerAndBlockedScansAreMadeAsAskedFor)

@@ -151,6 +151,21 @@ TEST(CSignatureMap2D, SaysWhichIniValueIsNotUsable)
 		}
 }
 
+TEST(CSignatureMap2D, RefusesCreationOptionsThatItDoesNotKnow)
+{
+	try
+	{
+		from_ini("[Maps]\nsignatureMap_count=1\n[Maps_signatureMap_00_creationOpts]\nmapfile=building.yaml\n");
+		FAIL() << "the map would be empty";
+	}
+	catch (const std::exception& error)
+	{
+		const std::string message = error.what();
+		EXPECT_NE(message.find("Maps_signatureMap_00_creationOpts: mapfile is not a parameter"), std::string::npos)
+		    << message;
+	}
+}
+
 TEST(CSignatureMap2D, IsFilledFromASimpleMapAndCleared)
 {
 	mrpt::maps::CSimpleMap simple_map;

@@ -160,5 +160,11 @@ TEST_F(LocalizeWithPrior, AnyTimeBudgetStillGivesAPose)
 	EXPECT_EQ(plenty.best().pose, unlimited.best().pose);
 	EXPECT_EQ(plenty.confidence, unlimited.confidence);
 }
+
+TEST_F(LocalizeWithPrior, RefusesATimeBudgetThatIsNone)
+{
+	for (const double budget : {-1.0, std::nan("")})
+		EXPECT_THROW(localizer_.localize(make_observation(grid_, left_), {Prior{}, budget}), std::invalid_argument);
+}
 }  // namespace
 }  // namespace d2s1r::test

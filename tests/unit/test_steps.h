@@ -38,6 +38,6 @@ inline Localization decide_among(
 {
 	std::vector<RefinedPose> refined;
 	for (const auto& pose : poses) refined.push_back({pose, 1});
-	return decide(BeamTracer(grid), DistanceField(grid), scan, make_rays(scan, kDegree, 360), refined, parameters);
+	return decide(BeamTracer(grid), DistanceField(grid), scan, make_rays(scan, kDegree, 360), refined, {}, parameters);
 }
 }  // namespace d2s1r::test

@@ -7,6 +7,7 @@
 #include <mrpt/obs/CObservation2DRangeScan.h>
 #include <mrpt/serialization/CArchive.h>
 
+#include <set>
 #include <stdexcept>
 
 #include "checked_value.h"
@@ -24,18 +25,31 @@ MRPT_INITIALIZER(register_d2s1r_signature_map)
 namespace
 {
 constexpr const char* kLikelihoodSection = "likelihood";
+
+/// Creation options that MRPT reads into TMapGenericParams.
+const std::set<std::string> kOfAnyMap = {
+    "enableSaveAs3DObject", "enableObservationLikelihood", "enableObservationInsertion"};
+
+std::vector<std::string> keys_of(const mrpt::config::CConfigFileBase& source, const std::string& section)
+{
+	std::vector<std::string> keys;
+	source.getAllKeys(section, keys);
+	return keys;
+}
+
+std::string in_message(const std::string& section, const std::string& key)
+{
+	return section + ": " + key;
+}
 }  // namespace
 
 void CSignatureMap2D::TLikelihoodOptions::loadFromConfigFile(
     const mrpt::config::CConfigFileBase& source, const std::string& section)
 {
 	TLikelihoodOptions read = *this;
-	std::vector<std::string> keys;
-	source.getAllKeys(section, keys);
-	for (const std::string& key : keys)
+	for (const std::string& key : keys_of(source, section))
 	{
-		std::string what = section;
-		what.append(": ").append(key);
+		const std::string what = in_message(section, key);
 		bool found = false;
 		const auto load = [&](const char* its_key, auto& value, auto least, auto greatest, const char*)
 		{
@@ -63,8 +77,13 @@ void CSignatureMap2D::TMapDefinition::loadFromConfigFile_map_specific(
     const mrpt::config::CConfigFileBase& source, const std::string& prefix)
 {
 	const std::string creation = prefix + "_creationOpts";
-	map_file = source.read_string(creation, "map_file", map_file);
-	config_file = source.read_string(creation, "config_file", config_file);
+	for (const std::string& key : keys_of(source, creation))
+		if (key == "map_file")
+			map_file = source.read_string(creation, key, "");
+		else if (key == "config_file")
+			config_file = source.read_string(creation, key, "");
+		else if (kOfAnyMap.count(key) == 0)
+			refuse_unknown(in_message(creation, key));
 	insertion.loadFromConfigFile(source, prefix + "_insertOpts");
 	likelihood.loadFromConfigFile(source, prefix + "_likelihoodOpts");
 }

@@ -4,7 +4,6 @@
 #include <d2s1r/paper_localizer.h>
 #include <mrpt/system/CTicTac.h>
 
-#include <algorithm>
 #include <cmath>
 
 #include "time_budget.h"
@@ -14,14 +13,6 @@ namespace d2s1r
 namespace
 {
 constexpr double kDegree = M_PI / 180;
-
-/// Without the poses that the prior rules out.
-void apply(const Prior& prior, const Scan& scan, std::vector<RefinedPose>& poses)
-{
-	const auto ruled_out = [&](const RefinedPose& refined)
-	{ return !prior.allows(refined.pose + (mrpt::math::TPose2D() - scan.sensor_on_robot)); };
-	poses.erase(std::remove_if(poses.begin(), poses.end(), ruled_out), poses.end());
-}
 
 /// From candidates to an answer.
 Localization judge(
@@ -35,9 +26,8 @@ Localization judge(
 	const double registration_ms = 1e3 * watch.Tac();
 	watch.Tic();
 	const auto promising = choose_promising(tracer, field, few, settled, parameters);
-	auto poses = refine(field, more, promising, parameters.refinement);
-	apply(prior, scan, poses);
-	Localization result = decide(tracer, field, scan, make_rays(scan, kDegree, 360), poses, parameters);
+	const auto poses = refine(field, more, promising, parameters.refinement);
+	Localization result = decide(tracer, field, scan, make_rays(scan, kDegree, 360), poses, prior, parameters);
 	result.times.registration_ms = registration_ms;
 	result.times.refinement_ms = 1e3 * watch.Tac();
 	return result;

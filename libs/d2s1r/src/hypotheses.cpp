@@ -57,18 +57,23 @@ double presence(const std::vector<Scored>& places, const PresenceModel& model)
 }
 
 /// Best first, the best ones polished. A place counts by the best score found at it.
+/// \param is_possible (sensor in map) whether that pose counts
+template <class IsPossible>
 std::vector<Scored> find_places(
     const BeamTracer& tracer, const DistanceField& field, const Rays& rays, const std::vector<RefinedPose>& poses,
-    const Parameters& parameters)
+    const IsPossible& is_possible, const Parameters& parameters)
 {
 	const BeamModel& model = parameters.scoring.beam_model;
 	std::vector<Scored> scored;
-	for (const RefinedPose& pose : poses) scored.push_back({pose.pose, score(tracer, field, rays, pose.pose, model)});
+	for (const auto& [pose, fit] : poses)
+		if (is_possible(pose)) scored.push_back({pose, score(tracer, field, rays, pose, model)});
 	std::vector<Scored> places = distinct_places(std::move(scored), parameters.scoring);
 	const auto polished = std::min(places.size(), static_cast<std::size_t>(parameters.scoring.hypotheses));
 	for (std::size_t i = 0; i < polished; i++)
 	{
-		places[i].pose = polish(field, rays, places[i].pose, parameters.refinement);
+		const TPose2D pose = polish(field, rays, places[i].pose, parameters.refinement);
+		if (!is_possible(pose)) continue;
+		places[i].pose = pose;
 		const Score again = score(tracer, field, rays, places[i].pose, model);
 		if (again.log_likelihood > places[i].score.log_likelihood) places[i].score = again;
 	}
@@ -107,9 +112,11 @@ std::vector<RefinedPose> choose_promising(
 
 Localization decide(
     const BeamTracer& tracer, const DistanceField& field, const Scan& scan, const Rays& rays,
-    const std::vector<RefinedPose>& poses, const Parameters& parameters)
+    const std::vector<RefinedPose>& poses, const Prior& prior, const Parameters& parameters)
 {
-	const std::vector<Scored> places = find_places(tracer, field, rays, poses, parameters);
+	const TPose2D robot_from_sensor = TPose2D() - scan.sensor_on_robot;
+	const auto is_possible = [&](const TPose2D& sensor) { return prior.allows(sensor + robot_from_sensor); };
+	const std::vector<Scored> places = find_places(tracer, field, rays, poses, is_possible, parameters);
 	double mass = 0;
 	for (const Scored& place : places) mass += place.weight;
 	const double present = places.empty() ? 0 : presence(places, parameters.scoring.presence_model);

@@ -113,6 +113,8 @@ Localization Localizer::localize(const Scan& scan, const Query& query) const
 	if (signatures && !query.prior.anywhere())
 		throw std::invalid_argument(
 		    "Localizer: the paper's method searches everywhere; a prior needs method = default");
+	if (!(query.time_budget >= 0))  // a NaN is not, either
+		throw std::invalid_argument("Localizer: the time budget is negative or no number; give ms, or 0 for none");
 	if (!scan.valid()) return no_place(Status::kInvalid, why_invalid(scan));
 	if (signatures) return localize_paper(scan, grid, *signatures, caster, parameters.paper);
 	return localize_default(scan, *standard, caster, parameters, query);

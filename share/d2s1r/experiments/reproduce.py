@@ -13,7 +13,10 @@ import time
 
 sys.dont_write_bytecode = True  # the folder is part of the sources
 
-import figures  # noqa: E402
+try:
+    import figures
+except ImportError as error:
+    sys.exit(f"reproduce.py: {error}; install Debian's python3-matplotlib and run with /usr/bin/python3")
 import plan  # noqa: E402
 import report  # noqa: E402
 import runs  # noqa: E402
@@ -22,15 +25,25 @@ import sites  # noqa: E402
 PROJECT = pathlib.Path(__file__).resolve().parents[3]
 
 
+def whole_number(text):
+    """1 or more."""
+    number = int(text)
+    if number < 1:
+        raise ValueError
+    return number
+
+
 def read_arguments():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--build", type=pathlib.Path, default=PROJECT / "build/release", help="build folder")
     parser.add_argument("--data", type=pathlib.Path, default=sites.default_folder(PROJECT), help="folder of the sites")
     parser.add_argument("--output", type=pathlib.Path, default=PROJECT / "build/results", help="folder to write to")
-    parser.add_argument("--frames", type=int, default=500, help="most scans of a set, evenly spread (default 500)")
-    parser.add_argument("--sweep-frames", type=int, default=150, help="the same for every point of a curve and every "
-                        "pair of sites (default 150)")
-    parser.add_argument("--jobs", type=int, default=2, help="programs that run at a time, one thread each (default 2)")
+    parser.add_argument("--frames", type=whole_number, default=500, help="most scans of a set, evenly spread (default "
+                        "500)")
+    parser.add_argument("--sweep-frames", type=whole_number, default=150, help="the same for every point of a curve and "
+                        "every pair of sites (default 150)")
+    parser.add_argument("--jobs", type=whole_number, default=2, help="programs that run at a time, one thread each "
+                        "(default 2)")
     parser.add_argument("--no-maps", action="store_true", help="leave out success_maps.png, for a report of maps that "
                         "are not yours to pass on")
     return parser.parse_args()

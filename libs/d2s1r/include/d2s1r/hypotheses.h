@@ -2,6 +2,7 @@
 #pragma once
 
 #include <d2s1r/localization.h>
+#include <d2s1r/prior.h>
 #include <d2s1r/refinement.h>
 
 namespace d2s1r
@@ -13,7 +14,8 @@ std::vector<RefinedPose> choose_promising(
     const BeamTracer& tracer, const DistanceField& field, const Rays& few, const std::vector<RefinedPose>& poses,
     const Parameters& parameters);
 
-/// Scores refined poses, keeps the best of each place, and says what the scan can tell.
+/// Scores refined poses, keeps the best of each place, and says what the scan can tell. Poses that the prior rules out
+/// do not count.
 ///
 /// A place's probability is its share of the likelihood of all places (soft maximum of their scores, tempered: the more
 /// the best place leaves unexplained, the more of a difference is chance) times the probability that one of them is
@@ -23,5 +25,5 @@ std::vector<RefinedPose> choose_promising(
 /// \return status, confidence and hypotheses (robot in map); times and relative entropy are the caller's
 Localization decide(
     const BeamTracer& tracer, const DistanceField& field, const Scan& scan, const Rays& rays,
-    const std::vector<RefinedPose>& poses, const Parameters& parameters);
+    const std::vector<RefinedPose>& poses, const Prior& prior, const Parameters& parameters);
 }  // namespace d2s1r

@@ -27,7 +27,8 @@ class Localizer
 	Localizer& operator=(Localizer&&) noexcept;
 
 	/// Where was this scan taken? Never throws because of the scan: see Localization::status.
-	/// \throws std::invalid_argument if `query` holds a prior and the method is kPaper, which searches everywhere
+	/// \throws std::invalid_argument if `query` holds a prior and the method is kPaper, which searches everywhere, or a
+	///         time budget below 0
 	Localization localize(const mrpt::obs::CObservation2DRangeScan& observation, const Query& query = {}) const;
 	Localization localize(const Scan& scan, const Query& query = {}) const;
 
