@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <iterator>
 #include <utility>
 
@@ -68,16 +69,27 @@ class RowWriter
 	}
 
    private:
-	static constexpr std::size_t kGathered = 8;  //!< [directions] stored together, for whole words
+	static constexpr std::size_t kWord = 8;              //!< [directions] stored at once
+	static constexpr std::size_t kGathered = 2 * kWord;  //!< [directions] stored before the next cell
 
 	/// The directions gathered last, up to `last`.
 	void store(std::size_t last)
 	{
-		const std::size_t first = last / kGathered * kGathered, count = cells_.size(), stride = stride_;
+		const std::size_t first = last / kGathered * kGathered, directions = last - first + 1;
+		const std::size_t count = cells_.size(), stride = stride_;
 		const std::uint8_t* const gathered = gathered_.data();
-		std::uint8_t* const rows = rows_ + first;
-		for (std::size_t i = 0; i < count; i++)
-			for (std::size_t d = 0; d <= last - first; d++) rows[i * stride + d] = gathered[d * count + i];
+		std::uint8_t* row = rows_ + first;
+		for (std::size_t i = 0; i < count; i++, row += stride)
+		{
+			std::size_t d = 0;
+			for (; d + kWord <= directions; d += kWord)
+			{
+				std::array<std::uint8_t, kWord> word;
+				for (std::size_t k = 0; k < kWord; k++) word[k] = gathered[(d + k) * count + i];
+				std::memcpy(row + d, word.data(), kWord);
+			}
+			for (; d < directions; d++) row[d] = gathered[d * count + i];
+		}
 	}
 
 	std::vector<std::uint32_t> cells_;
