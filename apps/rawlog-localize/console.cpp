@@ -13,7 +13,8 @@ namespace d2s1r::app
 {
 namespace
 {
-/// A file that is opened would take the place of a closed descriptor, and what is printed. Read-only: printing fails.
+/// If 0, 1 or 2 is closed, the next file that is opened would get the number, and what is printed with it. Read-only:
+/// printing fails.
 void fill_closed_descriptors()
 {
 	int unused = 0;

@@ -59,7 +59,7 @@ struct Options
 	Value& truth = list.value(
 	    "", "ground-truth", "GT.txt",
 	    "true poses, 'time x y phi' or 'time x y z yaw pitch roll' a line: adds accuracy to the results");
-	Value& label = list.value("", "sensor-label", "LABEL", "laser to use; default: the one with most scans");
+	Value& label = list.value("", "sensor-label", "LABEL", "laser to use; default: the one with the most scans");
 	Value& frames =
 	    list.value("", "frames", "A:B", "localize scan frames A to B-1 only, counted from 0; either may be left out");
 	Value& threads = list.value(
@@ -86,7 +86,7 @@ struct Options
 	    "what moves the filter: 'pseudo' (successive results), 'odometry' (of the rawlog) or 'both' (default)");
 	Value& save_map = list.value(
 	    "", "save-map", "FILE",
-	    "save the map and its parameters as a CSignatureMap2D, for MRPT programs; as MAP, only its grid is read");
+	    "save the map and its parameters as a CSignatureMap2D, for MRPT programs; given as MAP, only its grid is used");
 	Value& write_config =
 	    list.value("", "write-config", "FILE", "write all parameters, with units and meanings, as an ini file");
 	Value& write_pf_ini = list.value(

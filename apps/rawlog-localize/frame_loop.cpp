@@ -82,10 +82,9 @@ void write(Batch& batch, std::optional<Window>& window, FrameOutputs& outputs)
 		outputs.add(item.object);
 		for (; job < item.past_job; job++)
 		{
-			auto& [frame, scan, result] = batch.jobs[job];
-			if (window) result = window->judge(*scan, *result);
-			const double time = seconds(*scan);
-			outputs.add(Frame{frame, time, std::move(*result)}, std::move(scan));
+			auto& [frame, scan, alone] = batch.jobs[job];
+			Frame done{frame, seconds(*scan), window ? window->judge(*scan, *alone) : *alone};
+			outputs.add(std::move(done), *alone, std::move(scan));
 		}
 	}
 }

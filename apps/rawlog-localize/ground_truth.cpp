@@ -40,7 +40,7 @@ GroundTruth load_ground_truth(const std::string& file)
 			throw UserError(
 			    kBadInput, file,
 			    "line " + std::to_string(number) +
-			        " is neither 'time x y phi' nor 'time x y z yaw pitch roll'; mend it");
+			        " is neither 'time x y phi' nor 'time x y z yaw pitch roll'; correct it");
 		truth.push_back(*pose);
 	}
 	if (truth.empty()) throw UserError(kBadInput, file, "holds no pose; name a file with lines 'time x y phi'");

@@ -48,31 +48,27 @@ class RecordingStream : public mrpt::io::CStream
 	bool at_clean_end_ = false;  //!< [-] the file ended before the first byte of the object
 };
 
-Scans scans_in(const mrpt::serialization::CSerializable::Ptr& object)
+void read_observation(const mrpt::serialization::CSerializable::Ptr& observation, RawlogObject& into)
 {
-	Scans scans;
-	const auto add = [&](const auto& observation)
-	{
-		if (auto scan = std::dynamic_pointer_cast<mrpt::obs::CObservation2DRangeScan>(observation))
-			scans.push_back(scan);
-	};
-	if (const auto frame = std::dynamic_pointer_cast<mrpt::obs::CSensoryFrame>(object))
-		for (const auto& observation : *frame) add(observation);
-	else
-		add(object);
-	return scans;
+	if (auto scan = std::dynamic_pointer_cast<mrpt::obs::CObservation2DRangeScan>(observation))
+		into.scans.push_back(std::move(scan));
+	const auto reading = std::dynamic_pointer_cast<mrpt::obs::CObservationOdometry>(observation);
+	// what an earlier run of rawlog-localize wrote is no measurement
+	if (reading && reading->sensorLabel != kPseudoOdometryLabel) into.odometry = reading->odometry;
 }
 
-void read_odometry(const mrpt::serialization::CSerializable::Ptr& object, RawlogObject& into)
+/// What localization needs of an object of a rawlog of either kind.
+void read_contents(const mrpt::serialization::CSerializable::Ptr& object, RawlogObject& into)
 {
 	if (const auto actions = std::dynamic_pointer_cast<mrpt::obs::CActionCollection>(object))
 	{
 		const auto movement = actions->getBestMovementEstimation();
 		if (movement) into.increment = movement->poseChange->getMeanVal();
 	}
-	const auto reading = std::dynamic_pointer_cast<mrpt::obs::CObservationOdometry>(object);
-	// what an earlier run of rawlog-localize wrote is no measurement
-	if (reading && reading->sensorLabel != kPseudoOdometryLabel) into.odometry = reading->odometry;
+	if (const auto frame = std::dynamic_pointer_cast<mrpt::obs::CSensoryFrame>(object))
+		for (const auto& observation : *frame) read_observation(observation, into);
+	else
+		read_observation(object, into);
 }
 
 /// The class that MRPT says it does not know; empty if it says something else, or the name is none.
@@ -116,9 +112,7 @@ std::optional<RawlogObject> RawlogReader::next()
 	try
 	{
 		auto archive = mrpt::serialization::archiveFrom<mrpt::io::CStream>(recording);
-		const auto read = archive.ReadObject();
-		object.scans = scans_in(read);
-		read_odometry(read, object);
+		read_contents(archive.ReadObject(), object);
 		objects_++;
 		return object;
 	}

@@ -51,7 +51,7 @@ void warn_without_odometry(const RawlogSurvey& survey, const Flags& flags, Conso
 	if (flags.quiet || flags.motion != MotionSource::kOdometry || survey.has_odometry) return;
 	console.err
 	    << "rawlog-localize: " << flags.rawlog
-	    << ": holds no odometry to move the filter with; it drifts as it moved last (--motion pseudo follows the "
+	    << ": holds no odometry to move the filter with; it repeats its last motion (--motion pseudo follows the "
 	       "results)"
 	    << std::endl;
 }
@@ -133,7 +133,7 @@ ExitStatus run(const Flags& flags, Console& console)
 	}
 	if (report.frames.empty() && interrupted())
 	{
-		console.err << "rawlog-localize: interrupted before the first frame; nothing is written" << std::endl;
+		console.err << "rawlog-localize: interrupted before the first frame; no results are written" << std::endl;
 		return kInterrupted;
 	}
 	outputs.commit();

@@ -18,8 +18,8 @@ namespace d2s1r
 /// resample; then the hypotheses are admitted as particles, with the probability that the filter is lost: little while
 /// it explains the scan, so that they die out if it is right and take over within a few scans if it is not; all at
 /// once if its particles explain the scan far worse than the hypotheses do (kidnapping, a wrong start). That is
-/// reported as a re-seed. What hypotheses left open, as the first ones of a scan that says little do, is not forgotten:
-/// until a scan settles it no place is tracked, and better hypotheses take over sooner.
+/// reported as a re-seed. The probability that the hypotheses leave to none of them is
+/// remembered: until a scan settles it no place is tracked, and better hypotheses take over sooner.
 class CParticleFilterFusion : public CFusionBackend
 {
 	DEFINE_MRPT_OBJECT(CParticleFilterFusion, d2s1r)
@@ -41,9 +41,9 @@ class CParticleFilterFusion : public CFusionBackend
 		double hypothesis_std_xy = 0.3;  //!< [m] round a hypothesis that particles are supported
 		double hypothesis_std_phi = 0.15;    //!< [rad]
 		double tracking_probability = 0.80;  //!< [0, 1] of a place to be kTracking
-		double sure_probability = 0.99;      //!< [0, 1] of a place, from which on fewer particles do
-		double sure_std_xy = 0.30;           //!< [m] of a motion, up to which fewer particles do
-		double sure_share = 0.20;            //!< [0, 1] of all particles that do then
+		double sure_probability = 0.99;      //!< [0, 1] of a place, above which fewer particles suffice
+		double sure_std_xy = 0.30;           //!< [m] of a motion, below which fewer particles suffice
+		double sure_share = 0.20;            //!< [0, 1] of all particles: those kept then
 		double reseed_distance = 2.0;        //!< [m] from where motion leads: a place beyond was re-seeded
 		double reseed_angle = 0.8;           //!< [rad]
 		pf::MotionParameters motion;

@@ -22,8 +22,8 @@ bool is_near(const TPose2D& a, const TPose2D& b)
 	return std::hypot(a.x - b.x, a.y - b.y) < kPlaceRadius && std::abs(wrapToPi(a.phi - b.phi)) < kPlaceAngle;
 }
 
-/// Of the heaviest particles of bins the one with the most weight near it; not that of the heaviest bin, for a place
-/// may lie across the borders of bins.
+/// Among the heaviest particle of each bin, the one with the most weight near it; not that of the heaviest bin, for a
+/// place may lie across the borders of bins.
 TPose2D heaviest_neighbourhood(const mrpt::poses::CPosePDFParticles& particles, const std::vector<double>& weights)
 {
 	struct Bin

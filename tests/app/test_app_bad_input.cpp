@@ -178,7 +178,7 @@ TEST_F(AppBadInput, ConfigWithAValueOutOfRange)
 
 TEST_F(AppBadInput, ConfigThatIsNoConfig)
 {
-	expect_bad_config("[paper]\nbins\n", {"rawlog-localize: " + path("bad.ini") + ":2: 'bins' is neither", "mend"});
+	expect_bad_config("[paper]\nbins\n", {"rawlog-localize: " + path("bad.ini") + ":2: 'bins' is neither", "correct"});
 	const std::string bytes(
 	    "\x7F"
 	    "ELF\x02\x01\0\0",

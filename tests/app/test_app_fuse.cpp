@@ -4,6 +4,7 @@
 #include "app_world.h"
 
 #include <mrpt/obs/CObservationOdometry.h>
+#include <mrpt/obs/CSensoryFrame.h>
 #include <mrpt/opengl/COpenGLScene.h>
 
 #include <cmath>
@@ -132,6 +133,40 @@ TEST_F(AppFuse, SaysThatThereIsNoOdometryToMoveBy)
 	EXPECT_EQ(error("in.rawlog", {"odometry", "-q"}), "");
 	EXPECT_EQ(error("in.rawlog", {"both"}), "");
 	EXPECT_EQ(error("actions.rawlog", {"odometry"}), "");
+}
+
+TEST_F(AppFuse, OdometryBesideTheScanOfAFrameMovesTheFilter)
+{
+	Objects log;
+	for (std::size_t i = 0; i < walk().size(); i++)
+	{
+		auto odometry = mrpt::obs::CObservationOdometry::Create();
+		odometry->odometry = mrpt::poses::CPose2D(walk()[i]);
+		auto frame = mrpt::obs::CSensoryFrame::Create();
+		frame->insert(odometry);
+		frame->insert(walk_scan(i));
+		log.push_back(frame);
+	}
+	save(log, path("frames.rawlog"));
+	const auto result = run(
+	    {"-m", path("flat.gridmap.gz"), "-i", path("frames.rawlog"), "-o", path("out"), "--fuse", "--motion",
+	     "odometry"});
+	EXPECT_EQ(result.status, 0);
+	EXPECT_EQ(result.err, "");
+	expect_on_walk("out");
+}
+
+TEST_F(AppFuse, TheFilterJoinsScansThatSpeakForThemselvesEvenInAWindow)
+{
+	write_file(path("many.ini"), "[scoring]\nhypotheses = 50\n");  // as a window has them
+	fuse("alone", {"-c", path("many.ini")});
+	fuse("window", {"--window", "4"});
+	const CsvTable alone(folder() / "alone/fused.csv", kFusedHeader),
+	    window(folder() / "window/fused.csv", kFusedHeader);
+	ASSERT_EQ(alone.size(), window.size());
+	for (std::size_t i = 0; i < alone.size(); i++)
+		for (const char* column : {"x", "y", "phi", "std_x", "probability", "effective_sample_size"})
+			EXPECT_EQ(alone.text(i, column), window.text(i, column)) << column << " of " << i;
 }
 
 TEST_F(AppFuse, OneOdometryThatIsNoNumberDoesNoHarm)

@@ -98,7 +98,7 @@ TEST_F(AppRun, AnInterruptBeforeTheFirstFrameLeavesEarlierResults)
 	process.send(SIGTERM);
 	const auto result = process.wait();
 	EXPECT_EQ(result.status, 130);
-	EXPECT_NE(result.err.find("interrupted before the first frame; nothing is written"), std::string::npos)
+	EXPECT_NE(result.err.find("interrupted before the first frame; no results are written"), std::string::npos)
 	    << result.err;
 	EXPECT_EQ(read_file(path("out/frames.csv")), before);
 	EXPECT_FALSE(growing("out", "frames.csv"));

@@ -151,6 +151,14 @@ TEST(CSignatureMap2D, SaysWhichIniValueIsNotUsable)
 		}
 }
 
+TEST(CSignatureMap2D, StaysUsableWhenItsContentIsMovedOn)
+{
+	CSignatureMap2D map = make_signature_map();
+	const CSignatureMap2D other = std::move(map);
+	EXPECT_FALSE(other.isEmpty());
+	EXPECT_EQ(map.fingerprint(), other.fingerprint());  // NOLINT(bugprone-use-after-move): that is the point
+}
+
 TEST(CSignatureMap2D, RefusesCreationOptionsThatItDoesNotKnow)
 {
 	try

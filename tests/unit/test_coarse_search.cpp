@@ -119,8 +119,8 @@ TEST_F(CoarseSearch, CandidatesAreDistinctAndBestFirst)
 
 TEST_F(CoarseSearch, TheBestIsTheLeastOfAllPositionsAndShifts)
 {
-	parameters_.most_pairs = 1000000;  // more than there are
-	parameters_.most_pairs_share = 1;
+	parameters_.max_pairs = 1000000;  // more than there are
+	parameters_.max_pairs_share = 1;
 	parameters_.overview_margin = 1e6;
 	parameters_.overview_deficit = 1e6;
 	parameters_.candidates = 20;
@@ -143,7 +143,7 @@ TEST_F(CoarseSearch, TheSecondLookSeesAllPositionsOfAGroup)
 	parameters_.distinct_distance = 0.01;  // every pair is a candidate
 	parameters_.distinct_yaw = 0.1;
 	parameters_.margin = 1e6;
-	parameters_.most_pairs = 1000;
+	parameters_.max_pairs = 1000;
 	const Scan scan = aligned_scan(grid_, profiles_.directions, {2.41, 8.57, 0.7}, 30, 100);
 	std::set<std::pair<std::size_t, int>> seen;
 	for (const Candidate& candidate : coarse_search(profiles_, scan, parameters_))
@@ -160,7 +160,7 @@ TEST_F(CoarseSearch, TheSecondLookSeesAllPositionsOfAGroup)
 
 TEST_F(CoarseSearch, PosesThatAPriorRulesOutTakeNoRoomInTheSecondLook)
 {
-	parameters_.most_pairs = 20;
+	parameters_.max_pairs = 20;
 	const Scan scan = aligned_scan(grid_, profiles_.directions, {2.41, 8.57, 0.7}, 0, 120);
 	PoseBox turned_round{2, 3, 8, 9, 0.7 + M_PI, 0.1};
 	const auto candidates = coarse_search(profiles_, scan, parameters_, Prior{{turned_round}});

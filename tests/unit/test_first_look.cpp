@@ -78,8 +78,8 @@ TEST_F(FirstLook, FindsAllPairsBelowALimit)
 	for (const auto& [wanted, share, hopeless] :
 	     {Case{3, 1, 1e6}, {50, 1, 1e6}, {1000, 1, 1e6}, {20000, 1, 1e6}, {20000, 0.01, 1e6}, {20000, 1, 3}})
 	{
-		parameters_.most_pairs = wanted;
-		parameters_.most_pairs_share = share;
+		parameters_.max_pairs = wanted;
+		parameters_.max_pairs_share = share;
 		parameters_.overview_margin = hopeless;
 		std::map<std::pair<std::size_t, int>, int> seen;
 		for (const Match& match : look(scan))
@@ -119,8 +119,8 @@ TEST_F(FirstLook, FindsAllPairsBelowALimit)
 TEST_F(FirstLook, PassesOverGroupsWhoseSignaturesLackTooMuch)
 {
 	parameters_.overview_margin = 1e6;
-	parameters_.most_pairs = 1000000;
-	parameters_.most_pairs_share = 1;
+	parameters_.max_pairs = 1000000;
+	parameters_.max_pairs_share = 1;
 	for (const int count : {120, 60})
 	{
 		const Scan scan = aligned_scan(grid_, profiles_.directions, {2.41, 8.57, 0.7}, 0, count);
@@ -146,7 +146,7 @@ TEST_F(FirstLook, PassesOverGroupsWhoseSignaturesLackTooMuch)
 
 TEST_F(FirstLook, WhatAPriorRulesOutTakesNoRoom)
 {
-	parameters_.most_pairs = 20;
+	parameters_.max_pairs = 20;
 	const Scan scan = aligned_scan(grid_, profiles_.directions, {2.41, 8.57, 0.7}, 0, 120);
 	const Prior turned_round{{PoseBox{2, 3, 8, 9, 0.7 + M_PI, 0.1}}};
 	const auto matches = look(scan, turned_round);

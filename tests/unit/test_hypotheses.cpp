@@ -84,7 +84,8 @@ TEST(Hypotheses, DepthEdgesSurfacesAndTheLeadOverOtherPlacesTellThatOneIsRight)
 	EXPECT_NEAR(log_odds(nothing, {robot}), 0, 1e-9);
 	PresenceModel by_edges = nothing, by_surfaces = nothing, by_lead = nothing;
 	by_edges.depth_edges = by_surfaces.surfaces = 0.5, by_lead.lead = 0.2;
-	const Score score = score_at(BeamTracer(grid), DistanceField(grid), scan, robot);
+	const Score score =
+	    best_score_near(BeamTracer(grid), DistanceField(grid), make_rays(scan, kDegree, 360), robot, {});
 	ASSERT_GT(score.depth_edges, 2);
 	ASSERT_GT(score.surfaces, 4);
 	EXPECT_NEAR(log_odds(by_edges, {robot}), 0.5 * std::log1p(score.depth_edges), 0.1);
@@ -141,7 +142,7 @@ TEST(PromisingPoses, AreTheBestOfAllScores)
 	for (const double hopeless : {1.0, 15.0, 40.0, 1e6})
 		for (const int promising : {1, 10, 1000})
 		{
-			parameters.refinement.score_margin = hopeless, parameters.refinement.most_refined = promising;
+			parameters.refinement.score_margin = hopeless, parameters.refinement.max_refined = promising;
 			std::vector<double> expected, found;
 			for (const double value : all)
 				if (value <= all.front() + hopeless && expected.size() < static_cast<std::size_t>(promising))

@@ -124,7 +124,7 @@ TEST_F(MapYaml, UnusableValuesAreNamed)
 	    std::string::npos);
 	EXPECT_NE(
 	    refusal(with("image: map.pgm\nresolution: fine\norigin: [0, 0, 0]\nnegate: 0\n"))
-	        .find("'resolution' is not a number of metres; mend it"),
+	        .find("'resolution' is not a number of metres; correct it"),
 	    std::string::npos);
 	EXPECT_NE(
 	    refusal(with("image: map.pgm\nresolution: 1\norigin: [0, 0]\nnegate: 0\n")).find("'origin' is not"),
@@ -133,7 +133,7 @@ TEST_F(MapYaml, UnusableValuesAreNamed)
 	EXPECT_NE(refusal(with(kGeometry + "negate: 0\nmode: raw\n")).find("mode 'raw'"), std::string::npos);
 	EXPECT_NE(
 	    refusal(kGeometry + "negate: 0\noccupied_thresh: 0.1\nfree_thresh: 0.2\n")
-	        .find("free_thresh < occupied_thresh <= 1; mend them"),
+	        .find("free_thresh < occupied_thresh <= 1; correct them"),
 	    std::string::npos);
 }
 

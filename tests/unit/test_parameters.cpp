@@ -94,7 +94,7 @@ TEST(Parameters, UnknownNamesAreRefused)
 {
 	EXPECT_EQ(
 	    refusal("[grid]\nocupied_threshold = 0.5\n"),
-	    "my.ini:2: grid.ocupied_threshold is not a parameter; remove it or mend its name");
+	    "my.ini:2: grid.ocupied_threshold is not a parameter; remove it or correct its name");
 	EXPECT_NE(
 	    refusal("[gird]\noccupied_threshold = 0.5\n").find("my.ini:2: gird.occupied_threshold"), std::string::npos);
 	EXPECT_NE(refusal("occupied_threshold = 0.5\n").find("my.ini:1: "), std::string::npos);
@@ -122,7 +122,7 @@ TEST(Parameters, ValuesOutOfRangeAreRefused)
 TEST(Parameters, MalformedLinesAreRefused)
 {
 	EXPECT_NE(refusal("[paper]\nbins 60\n").find("my.ini:2: 'bins 60' is neither"), std::string::npos);
-	EXPECT_NE(refusal("[paper]\nbins 60\n").find("; mend or remove the line"), std::string::npos);
+	EXPECT_NE(refusal("[paper]\nbins 60\n").find("; correct or remove the line"), std::string::npos);
 	EXPECT_NE(refusal("[paper\nbins = 60\n").find("my.ini:1: "), std::string::npos);
 	EXPECT_NE(
 	    refusal("[paper]\nbins = 60\nbins = 61\n").find("my.ini:3: paper.bins is given twice"), std::string::npos);

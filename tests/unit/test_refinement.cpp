@@ -85,7 +85,7 @@ TEST_F(Refinement, ReturnsDistinctPosesBestFitFirst)
 	const TPose2D robot = poses_on_floor()[2];
 	std::vector<Candidate> candidates = {{robot, 9}, {robot, 9}};
 	for (const auto& pose : random_poses(grid_, 40, 0.2, 6)) candidates.push_back({pose, 1});
-	parameters_.most_scored = 20;
+	parameters_.max_scored = 20;
 	const auto refined = refine_all(field_, scan_at(world_, robot), candidates, parameters_);
 	EXPECT_LE(refined.size(), 20U + 6U * 20U);  // each forked six times
 	ASSERT_GT(refined.size(), 5U);
@@ -120,9 +120,9 @@ TEST_F(Refinement, ForkingFindsTheWayAlongACorridor)
 	laser.max_range = 5;
 	const Scan scan = scan_at(world_of(corridor), robot, laser);
 	const std::vector<Candidate> aside = {{{robot.x + 0.5, robot.y, robot.phi}, 0}};
-	parameters_.most_restarted = 0;
+	parameters_.max_restarted = 0;
 	const auto without = refine_all(field, scan, aside, parameters_);
-	parameters_.most_restarted = 10;
+	parameters_.max_restarted = 10;
 	const auto with = refine_all(field, scan, aside, parameters_);
 	ASSERT_FALSE(without.empty());
 	ASSERT_FALSE(with.empty());

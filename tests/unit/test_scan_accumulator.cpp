@@ -56,6 +56,18 @@ class TurningRobot : public testing::Test
 };
 }  // namespace
 
+TEST_F(TurningRobot, StartsAgainWhereTheOdometryIsNoMotion)
+{
+	for (const CPose2D& motion : {CPose2D(std::nan(""), 0, 0), CPose2D(0, 0, std::nan("")), CPose2D(1e300, 0, 0)})
+	{
+		ScanAccumulator circle;
+		turn(circle, {3, 3, 0}, 6);
+		circle.add(scan_at({3, 3, 1}), motion);
+		EXPECT_EQ(circle.scan().beams.size(), scan_at({3, 3, 1}).beams.size());
+		EXPECT_LT(worst_range(circle.scan(), {3, 3, 1}), 1e-3);
+	}
+}
+
 TEST_F(TurningRobot, FullTurnMakesAFullCircle)
 {
 	ScanAccumulator circle;

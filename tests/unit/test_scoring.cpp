@@ -247,11 +247,11 @@ TEST_F(OnFloor, NoPoseScoresMoreThanTheEndsOfItsBeamsAllow)
 	for (const BeamModel& model : {BeamModel(), generous})
 		for (const auto& pose : poses)
 		{
-			const double most = most_log_likelihood(tracer_, field_, rays, pose, model);
+			const double most = log_likelihood_bound(tracer_, field_, rays, pose, model);
 			EXPECT_LE(score(tracer_, field_, rays, pose, model).log_likelihood, most + 1e-6) << pose;
 		}
 	const auto robot = poses_on_floor()[0];
-	const double most = most_log_likelihood(tracer_, field_, rays, robot, {});
+	const double most = log_likelihood_bound(tracer_, field_, rays, robot, {});
 	EXPECT_LT(most, score(tracer_, field_, rays, robot, {}).log_likelihood + 3) << "too loose to be of use";
 }
 
@@ -289,6 +289,20 @@ TEST_F(OnFloor, BeamsThatSawNothingUpToTheWallsExplainNothingButSpeakAgainstSmal
 		{
 			EXPECT_LT(at(pose, scan).log_likelihood, truth.log_likelihood) << pose;
 		}
+}
+
+TEST_F(OnFloor, TheBestScoreNearAPoseIsThatOfTheTruthCentimetresAway)
+{
+	int better = 0;
+	for (const mrpt::math::TPose2D& robot : poses_on_floor())
+	{
+		const Scan scan = scan_at(world_, robot);
+		const mrpt::math::TPose2D off{robot.x + 0.04, robot.y - 0.03, robot.phi + 0.01};
+		const Score best = best_score_near(tracer_, field_, make_rays(scan, kDegree, 360), off, {});
+		EXPECT_GE(best.log_likelihood, at(off, scan).log_likelihood);
+		better += best.log_likelihood > 0.5 * (at(off, scan).log_likelihood + at(robot, scan).log_likelihood) ? 1 : 0;
+	}
+	EXPECT_GE(better, static_cast<int>(poses_on_floor().size()) - 1);
 }
 
 TEST_F(OnFloor, IsFiniteOutsideOfTheMap)

@@ -118,8 +118,8 @@ TEST(Seeding, ParticlesSpreadAsTheCovarianceSaysAcrossTheSeamOfTheYaw)
 TEST(Seeding, ParticlesAreNeverNarrowerThanTheParametersSay)
 {
 	SeedingParameters parameters = with(20000, 0);
-	parameters.least_std_xy = 0.2;
-	parameters.least_std_phi = 0.1;
+	parameters.min_std_xy = 0.2;
+	parameters.min_std_phi = 0.1;
 	const Hypothesis sure = hypothesis_at({3, 4, 0.5}, 1, {0, 0, 0});
 	const Eigen::Matrix3d spread =
 	    spread_about(sure.pose, seed_particles(result_of({sure}), kRoom, kNoCells, parameters));
@@ -168,7 +168,7 @@ TEST(Seeding, RefusesToMakeParticlesOfNothing)
 	for (const double share : {-0.1, 1.1, std::nan("")})
 		EXPECT_THROW(seed_particles(places({1}), kRoom, kFree, with(10, share)), std::invalid_argument) << share;
 	SeedingParameters blurred;
-	blurred.least_std_xy = std::nan("");
+	blurred.min_std_xy = std::nan("");
 	EXPECT_THROW(seed_particles(places({1}), kRoom, kFree, blurred), std::invalid_argument);
 }
 

@@ -164,6 +164,7 @@ TEST(SignatureIndex, RefusesWhatItCannotAnswer)
 	EXPECT_THROW(SignatureIndex(grid, {}, {}), std::invalid_argument);
 	const SignatureIndex index(grid, find_free_cells(grid, {}), {});
 	EXPECT_THROW(index.nearest(Signature(61), 10), std::invalid_argument);
+	EXPECT_THROW(index.nearest(Signature(60), 0), std::invalid_argument);
 }
 }  // namespace
 }  // namespace d2s1r::test

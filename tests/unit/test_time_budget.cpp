@@ -21,17 +21,17 @@ std::vector<Candidate> candidates(int count)
 Parameters round_numbers()
 {
 	Parameters parameters;
-	parameters.refinement.most_scored = 320;
-	parameters.refinement.most_refined = 160;
-	parameters.refinement.most_restarted = 16;
+	parameters.refinement.max_scored = 320;
+	parameters.refinement.max_refined = 160;
+	parameters.refinement.max_restarted = 16;
 	return parameters;
 }
 
 void expect_counts(const RefinementParameters& refinement, int scored, int promising, int forked)
 {
-	EXPECT_EQ(refinement.most_scored, scored);
-	EXPECT_EQ(refinement.most_refined, promising);
-	EXPECT_EQ(refinement.most_restarted, forked);
+	EXPECT_EQ(refinement.max_scored, scored);
+	EXPECT_EQ(refinement.max_refined, promising);
+	EXPECT_EQ(refinement.max_restarted, forked);
 }
 
 void take_no_time(const std::vector<Candidate>&, const Parameters&) {}
@@ -74,9 +74,9 @@ TEST(TimeBudget, KeepsNoMoreThanFitsIntoFourFifthsOfTheRest)
 	auto kept = candidates(160);
 	const Parameters parameters = keep_affordable(60, kept, round_numbers(), take_ten_milliseconds);
 	EXPECT_LE(kept.size(), 40U);
-	EXPECT_LE(parameters.refinement.most_scored, 80);
-	EXPECT_LE(parameters.refinement.most_refined, 40);
-	EXPECT_LE(parameters.refinement.most_restarted, 4);
+	EXPECT_LE(parameters.refinement.max_scored, 80);
+	EXPECT_LE(parameters.refinement.max_refined, 40);
+	EXPECT_LE(parameters.refinement.max_restarted, 4);
 }
 
 TEST(TimeBudget, TriesTheBestSixteenthWithTheParametersOfASixteenth)
@@ -98,8 +98,8 @@ TEST(TimeBudget, TriesTheBestSixteenthWithTheParametersOfASixteenth)
 TEST(TimeBudget, LeavesSomethingToScoreOfSmallNumbers)
 {
 	Parameters few;
-	few.refinement.most_scored = few.refinement.most_refined = 1;
-	few.refinement.most_restarted = 0;
+	few.refinement.max_scored = few.refinement.max_refined = 1;
+	few.refinement.max_restarted = 0;
 	auto kept = candidates(160);
 	expect_counts(keep_affordable(5, kept, few, take_ten_milliseconds).refinement, 1, 1, 0);
 }

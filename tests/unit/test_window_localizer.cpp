@@ -59,7 +59,7 @@ class WindowOnTwinRooms : public testing::Test
 		return last;
 	}
 
-	/// Those of all hypotheses and of "none of them" sum to 1.
+	/// Those of all hypotheses sum to 1 at most: the rest is "none of them".
 	static void expect_probabilities(const Localization& result)
 	{
 		if (result.hypotheses.empty()) return;
@@ -157,6 +157,34 @@ TEST_F(WindowOnTwinRooms, MovesOnOverFramesWithoutAUsableScan)
 	const Localization result = window.add(scan, localizer_.localize(scan), CPose2D());
 	EXPECT_EQ(result.status, Status::kLocalized);
 	expect_at(result, last);
+}
+
+TEST_F(WindowOnTwinRooms, StartsAgainIfNobodyKnowsHowFarTheRobotWentUnseen)
+{
+	for (const bool before_known : {false, true})
+	{
+		WindowLocalizer window(localizer_, 10);
+		const auto path = into_left_room();
+		drive(window, path, true);
+		Scan covered;
+		covered.invalid_because = "covered";
+		std::optional<CPose2D> before = CPose2D(), after = CPose2D();
+		(before_known ? after : before).reset();
+		window.add(covered, localizer_.localize(covered), before);
+		const Scan scan = scan_at(path.back());
+		EXPECT_EQ(window.add(scan, localizer_.localize(scan), after).status, Status::kAmbiguous) << before_known;
+	}
+}
+
+TEST_F(WindowOnTwinRooms, SaysWhatShareOfTheLastScanIsExplained)
+{
+	WindowLocalizer window(localizer_, 10);
+	const auto path = into_left_room();
+	EXPECT_GT(drive(window, path, true).best().explained, 0.95);
+	Scan crowded = scan_at(path.back());
+	for (std::size_t i = 0; i < crowded.beams.size() / 4; i++) crowded.beams[i].range = 0.3F;
+	const Localization result = window.add(crowded, localizer_.localize(crowded), CPose2D());
+	EXPECT_NEAR(result.best().explained, 0.75, 0.05);
 }
 
 TEST_F(WindowOnTwinRooms, DropsTracksThatThePriorRulesOut)

@@ -70,6 +70,6 @@ void set_checked(const std::string& what, const std::string& text, T& value, Lea
 
 [[noreturn]] inline void refuse_unknown(const std::string& what)
 {
-	throw std::invalid_argument(printable(what) + " is not a parameter; remove it or mend its name");
+	throw std::invalid_argument(printable(what) + " is not a parameter; remove it or correct its name");
 }
 }  // namespace d2s1r

@@ -47,8 +47,8 @@ class CheapestMatches
 		least_ = std::min(least_, match.cost);
 	}
 
-	/// After some were added: to the greatest limit within the margin that at most as many as are wanted lie below. The
-	/// cheapest always do: of more than are wanted at the least cost, those added first are kept.
+	/// After some were added: lowers the limit, within the margin, until at most as many as are wanted are below it.
+	/// The cheapest always are: of more than are wanted at the lowest cost, those added first are kept.
 	void lower_limit()
 	{
 		while ((below_ > wanted_ || limit_ > least_ + margin_ + 1) && limit_ > least_ + 1) below_ -= count_[--limit_];

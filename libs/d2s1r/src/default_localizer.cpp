@@ -70,6 +70,8 @@ std::optional<Hypothesis> hypothesis_near(
 	lenient.scoring.rejected_below = 0;
 	const Localization result = judge(index, scan, {Candidate{robot + scan.sensor_on_robot}}, {}, lenient);
 	if (result.hypotheses.empty()) return std::nullopt;
-	return result.best();
+	Hypothesis hypothesis = result.best();
+	hypothesis.probability = 0;
+	return hypothesis;
 }
 }  // namespace d2s1r

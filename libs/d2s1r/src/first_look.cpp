@@ -12,7 +12,7 @@ namespace d2s1r
 {
 namespace
 {
-/// As many beams as a byte can sum up, spread over the scan; any few in a row of these are spread, too.
+/// As many beams as a byte can sum up, spread over the scan, in an order whose beginnings are spread, too.
 std::vector<CoarseBeam> few_beams(const CompandedScan& scan, int truncation)
 {
 	const std::size_t count = std::min(scan.exact.size(), static_cast<std::size_t>(255 / truncation));
@@ -51,8 +51,8 @@ int deficit_of_few(const std::vector<std::uint8_t>& deficits, std::size_t groups
 	return static_cast<int>(most);
 }
 
-/// Of a group that may explain the scan as well as one that costs `least` [2 steps] in the first look: no more beams
-/// without a counterpart than that cost allows, and some by chance.
+/// Beams without a counterpart that a group may have and still explain the scan as well as one that costs `least`
+/// [2 steps] in the first look: as many as that cost allows, and some by chance.
 int greatest_deficit(
     const RangeProfiles& profiles, double beams, double least, const CoarseLook& look,
     const CoarseSearchParameters& parameters)
@@ -104,7 +104,7 @@ void first_look(
 	    few.data(), few.size(), profiles.directions, static_cast<std::uint8_t>(parameters.overview_truncation)};
 	const auto pairs = static_cast<double>(profiles.groups()) * profiles.directions;
 	const double wanted =
-	    std::max(1.0, std::min(static_cast<double>(parameters.most_pairs), parameters.most_pairs_share * pairs));
+	    std::max(1.0, std::min(static_cast<double>(parameters.max_pairs), parameters.max_pairs_share * pairs));
 	const double margin = parameters.overview_margin * std::sqrt(static_cast<double>(few.size()));
 	CheapestMatches cheapest(static_cast<std::uint32_t>(margin), static_cast<std::size_t>(wanted), matches);
 

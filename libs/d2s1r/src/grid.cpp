@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "cell_classes.h"
+#include "occupancy_map.h"
 
 namespace d2s1r
 {
@@ -44,6 +45,7 @@ Grid make_grid(const mrpt::maps::COccupancyGridMap2D& map, const GridParameters&
 {
 	if (parameters.free_threshold > parameters.occupied_threshold)
 		throw std::invalid_argument("grid.free_threshold is above grid.occupied_threshold");
+	check_map_origin(static_cast<double>(map.getXMin()), static_cast<double>(map.getYMin()));
 	const CellClasses classes(parameters);
 	const KnownArea area = find_known_area(map, classes);
 	if (area.x1 == 0) throw std::invalid_argument("the map has no free or occupied cell");

@@ -56,13 +56,15 @@ double presence(const std::vector<Scored>& places, const PresenceModel& model)
 	return 1 / (1 + std::exp(-log_odds));
 }
 
-/// Best first, the best ones polished. A place counts by the best score found at it.
+/// Best first, the best ones polished. A place counts by the best score found at it: places are compared at their best,
+/// where a centimetre would decide otherwise.
 /// \param is_possible (sensor in map) whether that pose counts
 template <class IsPossible>
 std::vector<Scored> find_places(
     const BeamTracer& tracer, const DistanceField& field, const Rays& rays, const std::vector<RefinedPose>& poses,
     const IsPossible& is_possible, const Parameters& parameters)
 {
+	constexpr double kNegligible = 1e-4;  // [-] likelihood relative to the best place
 	const BeamModel& model = parameters.scoring.beam_model;
 	std::vector<Scored> scored;
 	for (const auto& [pose, fit] : poses)
@@ -74,7 +76,8 @@ std::vector<Scored> find_places(
 		const TPose2D pose = polish(field, rays, places[i].pose, parameters.refinement);
 		if (!is_possible(pose)) continue;
 		places[i].pose = pose;
-		const Score again = score(tracer, field, rays, places[i].pose, model);
+		const bool matters = i == 0 || places[i].weight > kNegligible;
+		const Score again = (matters ? best_score_near : score)(tracer, field, rays, pose, model);
 		if (again.log_likelihood > places[i].score.log_likelihood) places[i].score = again;
 	}
 	return distinct_places(std::move(places), parameters.scoring);
@@ -88,10 +91,10 @@ std::vector<RefinedPose> choose_promising(
 	// (- log-likelihood, pose): best first, ties by fit
 	using Ranking = std::vector<std::pair<double, std::size_t>>;
 	const BeamModel& model = parameters.scoring.beam_model;
-	const auto most = static_cast<std::size_t>(parameters.refinement.most_refined);
+	const auto most = static_cast<std::size_t>(parameters.refinement.max_refined);
 	Ranking by_most;
 	for (std::size_t i = 0; i < poses.size(); i++)
-		by_most.emplace_back(-most_log_likelihood(tracer, field, few, poses[i].pose, model), i);
+		by_most.emplace_back(-log_likelihood_bound(tracer, field, few, poses[i].pose, model), i);
 	std::sort(by_most.begin(), by_most.end());
 	Ranking ranking;
 	for (const auto& [least_cost, i] : by_most)

@@ -57,7 +57,7 @@ std::vector<IniEntry> parse_ini(const std::string& text, const std::string& name
 		const auto equals = line.find('=');
 		if (equals == std::string::npos)
 			throw std::invalid_argument(
-			    where() + "'" + printable(line) + "' is neither [section] nor key = value; mend or remove the line");
+			    where() + "'" + printable(line) + "' is neither [section] nor key = value; correct or remove the line");
 		IniEntry entry{number, section, trimmed(line.substr(0, equals)), trimmed(line.substr(equals + 1))};
 		if (!seen.insert(entry.section + '.' + entry.key).second)
 			throw std::invalid_argument(where() + printable(section + '.' + entry.key) + " is given twice; keep one");

@@ -50,7 +50,6 @@ Localization no_place(Status status, const std::string& note)
 {
 	Localization result;
 	result.status = status;
-	result.relative_entropy = std::numeric_limits<double>::quiet_NaN();
 	result.note = note;
 	return result;
 }

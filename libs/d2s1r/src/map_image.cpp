@@ -76,10 +76,9 @@ COccupancyGridMap2D::Ptr load_image_map(const std::string& file, const ImageGeom
 {
 	constexpr double kLeast = ImageGeometry::kLeastResolution, kGreatest = ImageGeometry::kGreatestResolution;
 	if (!(geometry.resolution >= kLeast && geometry.resolution <= kGreatest))
-		throw std::runtime_error(mrpt::format("the resolution is not %g to %g m / pixel; mend it", kLeast, kGreatest));
-	constexpr double kFarthest = 1e7;  // [m] UTM's coordinates are below it; beyond, grids have no centimetres
-	if (!(std::abs(geometry.origin_x) <= kFarthest && std::abs(geometry.origin_y) <= kFarthest))
-		throw std::runtime_error("the origin is not within 1e7 m of (0, 0); mend it");
+		throw std::runtime_error(
+		    mrpt::format("the resolution is not %g to %g m / pixel; correct it", kLeast, kGreatest));
+	check_map_origin(geometry.origin_x, geometry.origin_y);
 	const mrpt::img::CImage image = read_image(file);
 	const auto width = image.getWidth(), height = image.getHeight();
 	check_map_size(static_cast<double>(width), static_cast<double>(height));

@@ -22,7 +22,7 @@ struct PixelRule
 PixelRule plain_image_rule();
 
 /// Reads an image of 1, 3 or 4 channels of 8 or 16 bit.
-/// \throws std::runtime_error saying what is wrong with the image, without its name
+/// \throws std::exception saying what is wrong with the image or its geometry, without its name
 mrpt::maps::COccupancyGridMap2D::Ptr load_image_map(
     const std::string& file, const ImageGeometry& geometry, const PixelRule& rule);
 }  // namespace d2s1r

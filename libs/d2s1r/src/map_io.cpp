@@ -136,6 +136,7 @@ COccupancyGridMap2D::Ptr load_map(
 	try
 	{
 		map = load_any(file, parameters, image);
+		check_map_origin(static_cast<double>(map->getXMin()), static_cast<double>(map->getYMin()));
 	}
 	catch (const std::bad_alloc&)
 	{

@@ -39,7 +39,7 @@ T read(const YAML::Node& root, const std::string& key, const std::string& expect
 	}
 	catch (const YAML::Exception&)
 	{
-		throw std::runtime_error("'" + key + "' is not " + expected + "; mend it");
+		throw std::runtime_error("'" + key + "' is not " + expected + "; correct it");
 	}
 }
 
@@ -48,7 +48,7 @@ bool read_negate(const YAML::Node& root)
 	const auto text = read<std::string>(root, "negate", "0 or 1");
 	if (text == "1" || text == "true") return true;
 	if (text == "0" || text == "false") return false;
-	throw std::runtime_error("'negate' is not 0 or 1; mend it");
+	throw std::runtime_error("'negate' is not 0 or 1; correct it");
 }
 
 void check_values(const MapServerYaml& yaml, double origin_yaw)
@@ -56,7 +56,7 @@ void check_values(const MapServerYaml& yaml, double origin_yaw)
 	if (yaml.mode != "trinary" && yaml.mode != "scale")
 		throw std::runtime_error("mode '" + yaml.mode + "' is not read; use trinary or scale");
 	if (!(0 <= yaml.free_thresh && yaml.free_thresh < yaml.occupied_thresh && yaml.occupied_thresh <= 1))
-		throw std::runtime_error("thresholds are not 0 <= free_thresh < occupied_thresh <= 1; mend them");
+		throw std::runtime_error("thresholds are not 0 <= free_thresh < occupied_thresh <= 1; correct them");
 	if (!(std::abs(origin_yaw) < 1e-6))
 		throw std::runtime_error("the origin has a yaw, which a grid cannot have; turn the image and set it to 0");
 }
@@ -68,7 +68,7 @@ MapServerYaml read_yaml(const std::string& file)
 	yaml.image = read<std::string>(root, "image", "a file name");
 	yaml.geometry.resolution = read<double>(root, "resolution", "a number of metres");
 	const auto origin = read<std::vector<double>>(root, "origin", "[x, y, yaw] in m and rad");
-	if (origin.size() != 3) throw std::runtime_error("'origin' is not [x, y, yaw] in m and rad; mend it");
+	if (origin.size() != 3) throw std::runtime_error("'origin' is not [x, y, yaw] in m and rad; correct it");
 	yaml.geometry.origin_x = origin[0];
 	yaml.geometry.origin_y = origin[1];
 	yaml.negate = read_negate(root);
@@ -109,7 +109,7 @@ mrpt::maps::COccupancyGridMap2D::Ptr load_yaml_map(const std::string& yaml_file)
 	catch (const YAML::Exception& error)
 	{
 		throw std::runtime_error(
-		    "line " + std::to_string(error.mark.line + 1) + " is not yaml (" + error.msg + "); mend it");
+		    "line " + std::to_string(error.mark.line + 1) + " is not yaml (" + error.msg + "); correct it");
 	}
 	const std::string image = path_of_image(yaml_file, yaml);
 	try

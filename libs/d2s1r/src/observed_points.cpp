@@ -45,7 +45,7 @@ ObservedPoints::Points ObservedPoints::of(
 	const std::lock_guard<std::mutex> lock(mutex_);
 	if (points_ && matches(key_, observation)) return points_;
 	ScanParameters few = parameters;
-	few.min_beams = 1;  // too few to find a place by still weigh poses
+	few.min_beams = 1;  // too few to localize with can still weigh poses
 	const Scan scan = make_scan(observation, few);
 	points_ = std::make_shared<std::vector<mrpt::math::TPoint2Df>>(
 	    scan.valid() ? end_points(scan, most) : std::vector<mrpt::math::TPoint2Df>{});

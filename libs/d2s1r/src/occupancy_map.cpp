@@ -44,6 +44,14 @@ void check_map_size(double cells_x, double cells_y)
 	    " cells fit in memory, use larger cells or a smaller map");
 }
 
+void check_map_origin(double x, double y)
+{
+	constexpr double kFarthest = 1e5;  // [m] floats are 8 mm apart there
+	if (std::abs(x) <= kFarthest && std::abs(y) <= kFarthest) return;
+	throw std::invalid_argument(
+	    "the origin is not within 100 km of (0, 0), where grids have centimetres; subtract a constant from it");
+}
+
 COccupancyGridMap2D::Ptr make_unknown_map(int cells_x, int cells_y, double cell_size, double origin_x, double origin_y)
 {
 	check_map_size(cells_x, cells_y);

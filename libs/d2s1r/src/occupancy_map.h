@@ -12,6 +12,10 @@ inline constexpr double kMostCells = 256e6;
 /// \throws std::runtime_error if a grid of so many cells along x and y is empty or too large for memory
 void check_map_size(double cells_x, double cells_y);
 
+/// \throws std::invalid_argument if a lower left corner at (x, y) [m, map frame] is not finite, or so far from the
+///         origin of the frame that MRPT's grids, which keep it as floats, have no centimetres there
+void check_map_origin(double x, double y);
+
 /// A map of unknown cells, its lower left corner exactly at the origin: COccupancyGridMap2D::setSize() moves it to a
 /// multiple of the cell size.
 /// \param cell_size, origin_x, origin_y [m]

@@ -28,8 +28,8 @@ void check_between_parameters(const Parameters& p)
 	if (p.grid.free_threshold > p.grid.occupied_threshold)
 		refuse("grid.free_threshold", to_text(p.grid.free_threshold), "at most grid.occupied_threshold");
 }
-}  // namespace
 
+/// \throws std::invalid_argument naming section and key if it is unknown or `text` is not usable
 void set_parameter(Parameters& parameters, const std::string& section, const std::string& key, const std::string& text)
 {
 	const std::string what = section + '.' + key;
@@ -50,6 +50,7 @@ void set_parameter(Parameters& parameters, const std::string& section, const std
 	    });
 	if (!found) refuse_unknown(what);
 }
+}  // namespace
 
 Parameters parse_parameters(const std::string& ini_text, const std::string& name)
 {

@@ -118,7 +118,10 @@ void RayCaster::scan(double x, double y, int directions, std::vector<float>& ran
 
 float RayCaster::cast_along(double x, double y, double dx, double dy) const
 {
+	constexpr double kFarthest = 1e9;  // [cells] of a start, which a NaN is not within, either
 	const ClearanceMap& map = *clearance_;
+	const double off = (std::abs(x - grid_->origin_x) + std::abs(y - grid_->origin_y)) / grid_->cell_size;
+	if (!(off < kFarthest && std::isfinite(dx + dy))) return stop_at_unknown_ ? 0 : static_cast<float>(max_range_);
 	Axis u((x - grid_->origin_x) / grid_->cell_size + 1, dx);
 	Axis v((y - grid_->origin_y) / grid_->cell_size + 1, dy);
 	const double limit = max_range_ / grid_->cell_size;

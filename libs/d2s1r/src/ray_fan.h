@@ -7,7 +7,7 @@
 
 namespace d2s1r
 {
-/// A byte a cell of a grid and of a margin of one cell around it: so far a ray may go in any direction.
+/// One byte for each cell of a grid and of a margin of one cell around it: how far a ray may go in any direction.
 struct ClearanceMap
 {
 	int width = 0;   //!< [cells] with the margin

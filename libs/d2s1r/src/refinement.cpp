@@ -112,7 +112,7 @@ std::vector<RefinedPose> settle(
 	for (const RefinedPose& pose : poses) best = std::max(best, pose.fit);
 	const auto is_poor = [&](const RefinedPose& pose) { return pose.fit < best - parameters.fit_margin; };
 	poses.erase(std::remove_if(poses.begin(), poses.end(), is_poor), poses.end());
-	return best_distinct(std::move(poses), static_cast<std::size_t>(parameters.most_scored), 0.15, 3 * kDegree);
+	return best_distinct(std::move(poses), static_cast<std::size_t>(parameters.max_scored), 0.15, 3 * kDegree);
 }
 
 std::vector<RefinedPose> refine(
@@ -128,7 +128,7 @@ std::vector<RefinedPose> refine(
 	}
 	std::stable_sort(poses.begin(), poses.end(), [](const auto& a, const auto& b) { return a.fit > b.fit; });
 
-	const std::size_t forked = std::min(poses.size(), static_cast<std::size_t>(parameters.most_restarted));
+	const std::size_t forked = std::min(poses.size(), static_cast<std::size_t>(parameters.max_restarted));
 	for (std::size_t i = 0; i < forked; i++)
 	{
 		const TPose2D start = poses[i].pose;

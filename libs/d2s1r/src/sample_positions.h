@@ -19,8 +19,8 @@ struct PlacedCell
 	CellIndex cell;
 };
 
-/// By their places: neighbours near each other, so that the positions of a block fare alike; the squares of 2 x 2
-/// follow one another. \throws std::invalid_argument if there are more squares along a side of the map than the curve
-/// has places for
+/// Sorted along the curve, so that the positions of a block are near each other and match similarly; the squares of
+/// 2 x 2 follow one another. \throws std::invalid_argument if there are more squares along a side of the map than the
+/// curve has places for
 std::vector<PlacedCell> along_curve(const Grid& grid, const std::vector<CellIndex>& samples, int side);
 }  // namespace d2s1r

@@ -47,8 +47,9 @@ std::string unusable_because(const mrpt::obs::CObservation2DRangeScan& observati
 	if (!(observation.aperture > 0) || !std::isfinite(observation.aperture)) return "the aperture is not above 0";
 	if (!(observation.maxRange > 0) || !std::isfinite(observation.maxRange)) return "maxRange is not above 0";
 	const auto& pose = observation.sensorPose;
+	const auto& axes = pose.getRotationMatrix();  // yaw() would write to the observation
 	const double tilt = mrpt::RAD2DEG(tilt_of(observation));
-	if (!std::isfinite(tilt + pose.yaw()) || !(std::hypot(pose.x(), pose.y()) <= kFarthestSensor))
+	if (!std::isfinite(tilt + axes(0, 0) + axes(1, 0)) || !(std::hypot(pose.x(), pose.y()) <= kFarthestSensor))
 		return "the pose of the sensor on the robot is not finite or more than 100 m away";
 	if (tilt > parameters.max_tilt)
 		return "the sensor is tilted by " + std::to_string(std::lround(tilt)) + " deg, more than scan.max_tilt";

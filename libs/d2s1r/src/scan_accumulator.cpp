@@ -1,4 +1,5 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include <d2s1r/pseudo_odometry.h>
 #include <d2s1r/scan_accumulator.h>
 #include <mrpt/math/wrap2pi.h>
 
@@ -16,6 +17,7 @@ ScanAccumulator::ScanAccumulator(int directions, double reach) : directions_(dir
 
 void ScanAccumulator::add(const Scan& scan, const mrpt::poses::CPose2D& motion)
 {
+	if (!is_plausible(motion)) views_.clear();
 	const auto back = mrpt::poses::CPose2D() - motion;
 	for (View& view : views_) view.robot = back + view.robot;
 	const auto far = [&](const View& view) { return view.robot.norm() > reach_; };

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <utility>
 
 namespace d2s1r
@@ -134,7 +135,31 @@ Score score(
 	return score;
 }
 
-double most_log_likelihood(
+Score best_score_near(
+    const BeamTracer& tracer, const DistanceField& field, const Rays& rays, const mrpt::math::TPose2D& sensor,
+    const BeamModel& model)
+{
+	constexpr int kRounds = 3;
+	constexpr double kTurn = 0.2;  // [rad] for each metre of a step
+	Score best = score(tracer, field, rays, sensor, model);
+	mrpt::math::TPose2D at = sensor;
+	for (const double step : {0.04, 0.02})  // [m]
+		for (int round = 0; round < kRounds; round++)
+		{
+			const double turn = kTurn * step;
+			const mrpt::math::TPose2D from = at;
+			for (const mrpt::math::TPose2D& move : std::initializer_list<mrpt::math::TPose2D>{
+			         {step, 0, 0}, {-step, 0, 0}, {0, step, 0}, {0, -step, 0}, {0, 0, turn}, {0, 0, -turn}})
+			{
+				const Score found = score(tracer, field, rays, from + move, model);
+				if (found.log_likelihood > best.log_likelihood) best = found, at = from + move;
+			}
+			if (at == from) break;
+		}
+	return best;
+}
+
+double log_likelihood_bound(
     const BeamTracer& tracer, const DistanceField& field, const Rays& rays, const mrpt::math::TPose2D& sensor,
     const BeamModel& model)
 {

@@ -27,8 +27,8 @@ class HypothesisSampler
 		Eigen::Matrix3d covariance;
 		for (int r = 0; r < 3; r++)
 			for (int c = 0; c < 3; c++) covariance(r, c) = hypothesis.covariance(r, c);
-		const double least_xy = parameters.least_std_xy * parameters.least_std_xy;
-		const double least_phi = parameters.least_std_phi * parameters.least_std_phi;
+		const double least_xy = parameters.min_std_xy * parameters.min_std_xy;
+		const double least_phi = parameters.min_std_phi * parameters.min_std_phi;
 		covariance(0, 0) = std::max(covariance(0, 0), least_xy);
 		covariance(1, 1) = std::max(covariance(1, 1), least_xy);
 		covariance(2, 2) = std::max(covariance(2, 2), least_phi);
@@ -93,8 +93,8 @@ void check(const SeedingParameters& parameters)
 {
 	if (parameters.particles < 1) throw std::invalid_argument("seeding: give at least one particle");
 	check_range("seeding: free_space_share", parameters.free_space_share, 0.0, 1.0);
-	check_range("seeding: least_std_xy", parameters.least_std_xy, 0.0, 1e6);
-	check_range("seeding: least_std_phi", parameters.least_std_phi, 0.0, 1e6);
+	check_range("seeding: min_std_xy", parameters.min_std_xy, 0.0, 1e6);
+	check_range("seeding: min_std_phi", parameters.min_std_phi, 0.0, 1e6);
 	check_range("seeding: std_z", parameters.std_z, 0.0, 1e6);
 	check_range("seeding: std_pitch_roll", parameters.std_pitch_roll, 0.0, 1e6);
 }

@@ -191,6 +191,7 @@ void SignatureIndex::nearest(const Signature& signature, int k, std::vector<Near
 {
 	if (signature.size() != tree_->bins)
 		throw std::invalid_argument("SignatureIndex: the query has another number of bins than the index");
+	if (k < 1) throw std::invalid_argument("SignatureIndex: k must be at least 1");
 	thread_local Query query;
 	tree_->fill(query, signature);
 	const auto distance = [this](std::uint32_t point) { return tree_->distance(query, point); };

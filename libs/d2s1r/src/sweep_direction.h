@@ -28,8 +28,8 @@ struct SweepDirection
 	}
 };
 
-/// How the lines cross one column. Lines that enter a cell by the column's near edge do it at the same distance, those
-/// that enter it from the cell beside it lie next to them and do it at a ramp of distances.
+/// How the lines cross one column. Lines that enter a cell by the column's near edge all do so at the same distance;
+/// those that enter it from the cell beside it come next, at distances that grow from line to line.
 struct ColumnCrossing
 {
 	std::ptrdiff_t near_line;        //!< first of kPhases lines that enter row 0 by the near edge

@@ -16,9 +16,9 @@ constexpr double kReserve = 0.8;     //!< [-] of the time that is left is planne
 Parameters for_share(Parameters parameters, double share)
 {
 	auto& refinement = parameters.refinement;
-	refinement.most_scored = std::max(1, static_cast<int>(std::ceil(share * refinement.most_scored)));
-	refinement.most_refined = std::max(1, static_cast<int>(std::ceil(share * refinement.most_refined)));
-	refinement.most_restarted = static_cast<int>(std::ceil(share * refinement.most_restarted));
+	refinement.max_scored = std::max(1, static_cast<int>(std::ceil(share * refinement.max_scored)));
+	refinement.max_refined = std::max(1, static_cast<int>(std::ceil(share * refinement.max_refined)));
+	refinement.max_restarted = static_cast<int>(std::ceil(share * refinement.max_restarted));
 	return parameters;
 }
 

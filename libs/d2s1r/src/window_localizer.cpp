@@ -61,6 +61,7 @@ class WindowLocalizer::Tracker
 		mrpt::math::CMatrixDouble33 motion_covariance;
 	};
 
+	void pass_gap(const std::optional<mrpt::poses::CPose2D>& motion);
 	void set_motion(
 	    Frame& frame, const Localization& one_shot, const std::optional<mrpt::poses::CPose2D>& motion) const;
 	void follow(const Localization& one_shot);
@@ -74,10 +75,19 @@ class WindowLocalizer::Tracker
 	const Localizer* localizer_;
 	std::size_t most_frames_;
 	Prior prior_;
-	std::optional<mrpt::poses::CPose2D> skipped_;  //!< motion over frames without a usable scan
-	std::deque<Frame> frames_;                     //!< newest last
-	std::vector<Track> tracks_;                    //!< best first
+	bool in_gap_ = false;                             //!< the last scans were not usable
+	std::optional<mrpt::poses::CPose2D> gap_motion_;  //!< over these; no value if it is not known of all
+	std::deque<Frame> frames_;                        //!< newest last
+	std::vector<Track> tracks_;                       //!< best first
 };
+
+/// Adds the motion to a frame without a usable scan.
+void WindowLocalizer::Tracker::pass_gap(const std::optional<mrpt::poses::CPose2D>& motion)
+{
+	const bool known = motion && (!in_gap_ || gap_motion_);
+	gap_motion_ = known ? std::optional(gap_motion_.value_or(mrpt::poses::CPose2D()) + *motion) : std::nullopt;
+	in_gap_ = true;
+}
 
 void WindowLocalizer::Tracker::set_motion(
     Frame& frame, const Localization& one_shot, const std::optional<mrpt::poses::CPose2D>& motion) const
@@ -109,6 +119,7 @@ void WindowLocalizer::Tracker::follow(const Localization& one_shot)
 		fit.evidence.alone = probability_at(fit.pose, one_shot.hypotheses, localizer_->parameters().scoring);
 		tracks_[i].now.pose = fit.pose.mean;
 		tracks_[i].now.covariance = fit.pose.cov;
+		tracks_[i].now.explained = fit.evidence.explained;
 		tracks_[i].evidence.push_back(fit.evidence);
 		if (tracks_[i].evidence.size() > most_frames_) tracks_[i].evidence.pop_front();
 	}
@@ -223,15 +234,23 @@ Localization WindowLocalizer::Tracker::add(
 {
 	if (!scan.valid())
 	{
-		if (motion) skipped_ = skipped_.value_or(mrpt::poses::CPose2D()) + *motion;
+		pass_gap(motion);
 		return one_shot;
 	}
 	const mrpt::system::CTicTac watch;
+	std::optional<mrpt::poses::CPose2D> since_last = motion;
+	if (in_gap_)
+	{
+		pass_gap(motion);
+		since_last = gap_motion_;
+		if (!since_last) frames_.clear(), tracks_.clear();  // nobody knows how far the robot went
+		in_gap_ = false;
+		gap_motion_.reset();
+	}
 	Frame frame;
 	frame.scan = scan;
 	frame.one_shot = one_shot.hypotheses;
-	set_motion(frame, one_shot, motion && skipped_ ? *skipped_ + *motion : motion);
-	skipped_.reset();
+	set_motion(frame, one_shot, since_last);
 	frames_.push_back(std::move(frame));
 	if (frames_.size() > most_frames_) frames_.pop_front();
 	follow(one_shot);

@@ -52,6 +52,11 @@ class CSignatureMap2D : public mrpt::maps::CMetricMap
 	    const mrpt::maps::COccupancyGridMap2D& map, const Parameters& parameters = {},
 	    const TLikelihoodOptions& likelihood = {});
 
+	/// Cheap: shares what was built. There is no move, whose source would be without content.
+	CSignatureMap2D(const CSignatureMap2D&) = default;
+	CSignatureMap2D& operator=(const CSignatureMap2D&) = default;
+	~CSignatureMap2D() override = default;
+
 	/// Takes a copy of `map`; forgets what was built.
 	void set_map(const mrpt::maps::COccupancyGridMap2D& map);
 
@@ -60,16 +65,17 @@ class CSignatureMap2D : public mrpt::maps::CMetricMap
 	const Parameters& parameters() const;
 	const TLikelihoodOptions& likelihood_options() const;
 
-	/// Built at the first call.
+	/// Built at the first call; the reference holds until the map is changed.
 	/// \throws std::invalid_argument if there is no free cell
 	const Localizer& localizer() const;
 
-	/// What computeObservationLikelihood() looks beams up in. Built at the first call.
+	/// What computeObservationLikelihood() looks beams up in. Built at the first call; the
+	/// reference holds until the map is changed.
 	/// \throws std::invalid_argument if empty
 	const LikelihoodField& likelihood_field() const;
 
-	/// Equal for equal grids (cells, size, origin) and parameters, but for the number of threads. An archive holds it,
-	/// and not that number.
+	/// Equal for equal grids (cells, size, origin) and parameters as text (to_ini()), but for the number of threads. An
+	/// archive holds it, and not that number.
 	std::uint64_t fingerprint() const;
 
 	bool isEmpty() const override;

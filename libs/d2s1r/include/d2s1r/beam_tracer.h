@@ -23,8 +23,7 @@ class BeamTracer
    public:
 	explicit BeamTracer(const Grid& grid);
 
-	/// Follows all `beams` of a sensor at `sensor` [m, rad, map frame]; bit for bit the same whatever SIMD the
-	/// machine has.
+	/// Follows all `beams` of a sensor at `sensor` [m, rad, map frame]; the same result with every kind of SIMD.
 	void trace(const BeamEnds& beams, const mrpt::math::TPose2D& sensor, TracedBeams& traced) const;
 
 	/// The same ends of the beams, as if these passed nothing: not followed, much faster.

@@ -24,13 +24,13 @@ struct Candidate
 /// cost there says how many beams may be without a counterpart; groups whose signatures lack more, and
 /// parameters.overview_deficit times the root of the beams, are not looked at.
 /// The second look compares the cheapest pairs of the first: those dearer than the cheapest by at most
-/// parameters.overview_margin times the root of the beams, but no more than parameters.most_pairs, nor
-/// parameters.most_pairs_share of all pairs. Costs are whole numbers: a cost that would exceed that number is left out
-/// with all its pairs, but of the least one the first pairs are taken. Comparing stops early only where the beams that
-/// were compared already cost more; the machine's SIMD instructions do not matter. Equal costs are ranked by the
-/// position in `profiles`, then by the shift.
+/// parameters.overview_margin times the root of the beams, but no more than parameters.max_pairs, nor
+/// parameters.max_pairs_share of all pairs. Costs are whole numbers: if the pairs of one cost would
+/// exceed that number, all of them are dropped; of the lowest cost the first ones are kept. Comparing stops early only
+/// where the beams that were compared already cost more; the machine's SIMD instructions do not matter. Equal costs are
+/// ranked by the position in `profiles`, then by the shift.
 ///
-/// What all this loses against a million pairs compared with all beams is a scan in 500 with clutter or none: measured
+/// Against a million pairs compared with all beams all this loses at most one scan in 500, cluttered or not: measured
 /// in tests/experiments/RESULTS.md.
 ///
 /// Thread-safe: each thread keeps its scratch memory for its next query.

@@ -30,7 +30,8 @@ Localization localize_default(
     const Scan& scan, const DefaultIndex& index, const RayCaster& caster, const Parameters& parameters,
     const Query& query);
 
-/// How a valid scan fits near `robot` (map frame): that pose refined and scored, nothing searched.
+/// How a valid scan fits near `robot` (map frame): that pose refined and scored, nothing searched; its probability is
+/// 0.
 std::optional<Hypothesis> hypothesis_near(
     const Scan& scan, const DefaultIndex& index, const mrpt::math::TPose2D& robot, const Parameters& parameters);
 }  // namespace d2s1r

@@ -7,7 +7,7 @@
 
 namespace d2s1r
 {
-/// Those of `poses` that a few beams find plausible, best score first: at most parameters.refinement.most_refined, none
+/// Those of `poses` that a few beams find plausible, best score first: at most parameters.refinement.max_refined, none
 /// below the best by more than parameters.refinement.score_margin. Beams are followed only where their ends
 /// leave a chance. Thread-safe, as all functions here.
 std::vector<RefinedPose> choose_promising(

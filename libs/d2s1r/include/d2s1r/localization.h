@@ -6,6 +6,7 @@
 #include <mrpt/poses/CPose2D.h>
 #include <mrpt/poses/CPosePDFSOG.h>
 
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -26,9 +27,10 @@ struct Hypothesis
 {
 	mrpt::poses::CPose2D pose;               //!< robot in map, m and rad
 	mrpt::math::CMatrixDouble33 covariance;  //!< of pose, (x, y, phi), m^2, m rad, rad^2
-	double probability = 0;     //!< [0, 1] that this is the right place, all hypotheses and "none of them" sum to 1
-	double log_likelihood = 0;  //!< [nat] of the scan, the best found at this place; kPaper: minus relative entropy
-	double explained = 0;       //!< [0, 1] share of the beams with a return that end at a wall, none passed; kPaper: 0
+	double probability = 0;  //!< [0, 1] that this is the right place, all hypotheses and "none of them" sum to 1
+	double log_likelihood =
+	    0;                 //!< [nat] of the scan, the best found at this place; kPaper: minus relative entropy [bit]
+	double explained = 0;  //!< [0, 1] share of the beams with a return that end at a wall, none passed; kPaper: 0
 };
 
 /// With the pose of the robot and its covariance, from those of its sensor, (x, y, phi), m and rad, in the map frame.
@@ -53,7 +55,8 @@ struct Localization
 	                                     //!< 0.3 m and 10 deg of it
 	std::vector<Hypothesis> hypotheses;  //!< by decreasing probability; empty if rejected or invalid
 	double relative_entropy =
-	    0;  //!< [bit] of the scan and the virtual scan at best(), Eq. 1; lower is better; NaN if none
+	    std::numeric_limits<double>::quiet_NaN();  //!< [bit] of the scan and the virtual scan at
+	                                               //!< best(), Eq. 1; lower is better; NaN if none
 	StageTimes times;
 	std::string note;  //!< why, if rejected or invalid; else empty
 

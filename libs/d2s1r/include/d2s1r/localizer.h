@@ -21,7 +21,7 @@ class Localizer
    public:
 	/// \throws std::invalid_argument if `map` is null, has no free cell or is too large for the parameters (their
 	///         ranges in cells, the spacing of positions), or a parameter is out of range
-	Localizer(mrpt::maps::COccupancyGridMap2D::ConstPtr map, const Parameters& parameters);
+	explicit Localizer(mrpt::maps::COccupancyGridMap2D::ConstPtr map, const Parameters& parameters = {});
 	~Localizer();
 	Localizer(Localizer&&) noexcept;
 	Localizer& operator=(Localizer&&) noexcept;
@@ -33,7 +33,8 @@ class Localizer
 	Localization localize(const Scan& scan, const Query& query = {}) const;
 
 	/// How does the scan fit near `robot` (map frame)? That pose is refined and scored, nothing is searched.
-	/// \return no value if the scan is not valid or `robot` not finite
+	/// \return its probability is 0: it was not compared with other places; no value if the scan is not valid or
+	///         `robot` not finite
 	/// \throws std::invalid_argument if the method is kPaper
 	std::optional<Hypothesis> hypothesis_near(const Scan& scan, const mrpt::poses::CPose2D& robot) const;
 

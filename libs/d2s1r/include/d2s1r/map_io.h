@@ -41,7 +41,7 @@ std::vector<std::string> files_of_map(const std::string& file);
 
 /// The occupancy grid of a map object: a COccupancyGridMap2D, a CMultiMetricMap (its first grid), a CSimpleMap's
 /// drawing or a CSignatureMap2D.
-/// \throws std::invalid_argument if it holds none
+/// \throws std::invalid_argument if it holds none, std::runtime_error if a CSimpleMap cannot be drawn
 mrpt::maps::COccupancyGridMap2D::Ptr grid_of(
     const mrpt::serialization::CSerializable& map, const GridParameters& parameters = {});
 

@@ -17,7 +17,7 @@ struct GridParameters
 {
 	double occupied_threshold = 0.65;   //!< [probability] occupied if P(occupied) is above
 	double free_threshold = 0.40;       //!< [probability] free if P(occupied) is below
-	bool rays_stop_at_unknown = false;  //!< [-] virtual scans of the paper's method end where the known map ends
+	bool rays_stop_at_unknown = false;  //!< [-] virtual scans of Eq. 1 end where the known map ends
 	double simplemap_cell_size = 0.05;  //!< [m] of the grid drawn from a .simplemap
 };
 
@@ -36,7 +36,7 @@ struct ScanParameters
 	bool zero_is_no_return = false;  //!< [-] a range of 0 says that nothing is there up to the maximum range
 };
 
-/// The published method; defaults are Table II of the paper.
+/// The published method, and the relative entropy that either method reports; defaults are Table II of the paper.
 struct PaperParameters
 {
 	double max_range = 30.0;      //!< [m] r: longer readings are out of range
@@ -57,9 +57,9 @@ struct CoarseSearchParameters
 	int overview_truncation = 8;      //!< [2 steps] greatest difference of companded ranges that counts in the overview
 	double overview_margin = 17.0;    //!< [2 steps] times the root of the beams: pairs dearer than the cheapest by more
 	                                  //!< are dropped after the overview
-	double overview_deficit = 0.7;    //!< [-] times the root of the beams: those that a signature may lack by chance
-	int most_pairs = 40000;           //!< [-] (group of positions, yaw) pairs compared with all beams, at most
-	double most_pairs_share = 0.05;   //!< [-] of all pairs, at most
+	double overview_deficit = 0.7;    //!< [-] times the root of the beams: beams that a signature may lack by chance
+	int max_pairs = 40000;            //!< [-] (group of positions, yaw) pairs compared with all beams, at most
+	double max_pairs_share = 0.05;    //!< [-] of all pairs, at most
 	int truncation = 10;              //!< [step] greatest difference of companded ranges that counts
 	int candidates = 800;             //!< [-] poses handed on, at most
 	double margin = 28.0;             //!< [step] times the root of the beams: poses dearer than the best by more are
@@ -71,11 +71,11 @@ struct CoarseSearchParameters
 /// From candidate poses to poses that fit the map.
 struct RefinementParameters
 {
-	int most_scored = 300;          //!< [-] best fitting candidates that a few beams are scored at
+	int max_scored = 300;           //!< [-] best fitting candidates that a few beams are scored at
 	double fit_margin = 0.35;       //!< [-] candidates whose fit is this much below the best one's are dropped
-	int most_refined = 100;         //!< [-] best scoring of these that are refined with all beams
+	int max_refined = 100;          //!< [-] best scoring of these that are refined with all beams
 	double score_margin = 21.0;     //!< [nat] candidates whose score is this far below the best one's are dropped
-	int most_restarted = 30;        //!< [-] best fitting ones refined again from poses to both sides along what the
+	int max_restarted = 30;         //!< [-] best fitting ones refined again from poses to both sides along what the
 	                                //!< scan leaves open, such as a corridor
 	double kernel = 0.08;           //!< [m] width of the robust kernel at the end
 	double cost_weight = 0.05;      //!< [1 / step] of the coarse cost beside the fit
@@ -104,7 +104,7 @@ struct BeamModel
 /// hypotheses.h.
 struct PresenceModel
 {
-	double bias = -12.0;         //!< [-]
+	double bias = -13.15;        //!< [-]
 	double explained = 9.8;      //!< [-] times the share of the returns that end at walls, at the best place
 	double in_front = 7.9;       //!< [-] times the share that ends in front of walls, at objects; at most `explained`
 	double unexplained = 0.014;  //!< [-] times the returns not explained, as beams of 1 deg: gives back part of what
@@ -112,7 +112,7 @@ struct PresenceModel
 	double log_likelihood = 0.075;  //!< [1 / nat] times the log-likelihood of the scan there
 	double lead = 0.29;             //!< [-] times its log-odds against the second best place, at most 12
 	double depth_edges = 1.4;       //!< [-] times ln(1 + depth edges explained there)
-	double surfaces = 1.2;  //!< [-] times ln(1 + straight pieces of surface explained there): a scan of two walls
+	double surfaces = 1.6;  //!< [-] times ln(1 + straight pieces of surface explained there): a scan of two walls
 	                        //!< fits in many buildings
 };
 
@@ -151,10 +151,6 @@ Parameters load_parameters(const std::string& ini_file);
 
 /// The same from the text of an ini file; `name` stands in error messages.
 Parameters parse_parameters(const std::string& ini_text, const std::string& name = "ini text");
-
-/// Sets `localizer.method` or one of those that visit_parameters() lists from text, for other sources than our ini
-/// files. \throws std::invalid_argument naming section and key if it is unknown or `text` is not usable
-void set_parameter(Parameters& parameters, const std::string& section, const std::string& key, const std::string& text);
 
 /// An ini file that load_parameters() reads back to the same values, with units and meanings as comments.
 std::string to_ini(const Parameters& parameters);

@@ -18,7 +18,7 @@ struct RefinedPose
 };
 
 /// Pulls candidates onto the walls: Gauss-Newton on the distance field with a robust kernel that shrinks.
-/// \return distinct poses, best fit less the coarse cost first, at most parameters.most_scored, none
+/// \return distinct poses, best fit less the coarse cost first, at most parameters.max_scored, none
 ///         worse than the best by more than parameters.fit_margin. Thread-safe, as all functions here.
 std::vector<RefinedPose> settle(
     const DistanceField& field, const Rays& few, const std::vector<Candidate>& candidates,

@@ -32,9 +32,15 @@ Score score(
     const BeamTracer& tracer, const DistanceField& field, const Rays& rays, const mrpt::math::TPose2D& sensor,
     const BeamModel& model);
 
+/// The best score found at `sensor` and within some centimetres of it: a compass search (Kolda, Lewis and Torczon,
+/// "Optimization by Direct Search", 2003), for scores have steps and no slope. Thread-safe.
+Score best_score_near(
+    const BeamTracer& tracer, const DistanceField& field, const Rays& rays, const mrpt::math::TPose2D& sensor,
+    const BeamModel& model);
+
 /// What the log-likelihood of score() cannot exceed [nat]: that of the ends of the beams, as if they had passed
 /// nothing.
-double most_log_likelihood(
+double log_likelihood_bound(
     const BeamTracer& tracer, const DistanceField& field, const Rays& rays, const mrpt::math::TPose2D& sensor,
     const BeamModel& model);
 }  // namespace d2s1r

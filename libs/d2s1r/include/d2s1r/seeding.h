@@ -13,8 +13,8 @@ struct SeedingParameters
 {
 	int particles = 1000;            //!< [-]
 	double free_space_share = 0.05;  //!< [0, 1] of the particles anywhere in free space, for what nobody thought of
-	double least_std_xy = 0.05;      //!< [m] of the particles of a hypothesis, along x and along y
-	double least_std_phi = 0.02;     //!< [rad]
+	double min_std_xy = 0.05;        //!< [m] of the particles of a hypothesis, along x and along y
+	double min_std_phi = 0.02;       //!< [rad]
 	double std_z = 0;                //!< [m] 3D particles only
 	double std_pitch_roll = 0;       //!< [rad] 3D particles only
 	std::uint32_t seed = 1;          //!< [-] same seed, same particles

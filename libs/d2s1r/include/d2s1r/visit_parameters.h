@@ -19,9 +19,9 @@ void visit_parameters(P& p, Visitor&& visit)
 	visit("grid", "free_threshold", p.grid.free_threshold, 0.0, 1.0, "[probability] free if P(occupied) is below");
 	visit(
 	    "grid", "rays_stop_at_unknown", p.grid.rays_stop_at_unknown, 0, 1,
-	    "[-] virtual scans of the paper's method end where the known map ends");
+	    "[-] virtual scans of the paper's Eq. 1 end where the known map ends");
 	visit(
-	    "grid", "simplemap_cell_size", p.grid.simplemap_cell_size, 0.005, 1.0,
+	    "grid", "simplemap_cell_size", p.grid.simplemap_cell_size, 0.01, 1.0,
 	    "[m] cell of the grid drawn from a .simplemap");
 
 	visit(
@@ -61,9 +61,9 @@ void visit_parameters(P& p, Visitor&& visit)
 	    "coarse_search", "overview_deficit", coarse.overview_deficit, 0.0, 1e6,
 	    "[-] times the root of the beams: those that a signature may lack by chance");
 	visit(
-	    "coarse_search", "most_pairs", coarse.most_pairs, 1, 1000000,
+	    "coarse_search", "max_pairs", coarse.max_pairs, 1, 1000000,
 	    "[-] (group of positions, yaw) pairs compared with all beams, at most");
-	visit("coarse_search", "most_pairs_share", coarse.most_pairs_share, 0.0001, 1, "[-] of all pairs, at most");
+	visit("coarse_search", "max_pairs_share", coarse.max_pairs_share, 0.0001, 1, "[-] of all pairs, at most");
 	visit(
 	    "coarse_search", "truncation", coarse.truncation, 1, 100,
 	    "[step] greatest difference of companded ranges that counts");
@@ -77,19 +77,19 @@ void visit_parameters(P& p, Visitor&& visit)
 
 	auto& refinement = p.refinement;
 	visit(
-	    "refinement", "most_scored", refinement.most_scored, 1, 100000,
+	    "refinement", "max_scored", refinement.max_scored, 1, 100000,
 	    "[-] best fitting candidates that a few beams are scored at");
 	visit(
 	    "refinement", "fit_margin", refinement.fit_margin, 0.0, 100.0,
 	    "[-] candidates whose fit is this much below the best one's are dropped");
 	visit(
-	    "refinement", "most_refined", refinement.most_refined, 1, 100000,
+	    "refinement", "max_refined", refinement.max_refined, 1, 100000,
 	    "[-] best scoring of these that are refined with all beams");
 	visit(
 	    "refinement", "score_margin", refinement.score_margin, 0.0, 1e6,
 	    "[nat] candidates whose score is this far below the best one's are dropped");
 	visit(
-	    "refinement", "most_restarted", refinement.most_restarted, 0, 100000,
+	    "refinement", "max_restarted", refinement.max_restarted, 0, 100000,
 	    "[-] best fitting ones refined again from both sides along what the scan leaves open");
 	visit("refinement", "kernel", refinement.kernel, 0.001, 1.0, "[m] width of the robust kernel at the end");
 	visit(

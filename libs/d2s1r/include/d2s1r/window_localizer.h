@@ -22,7 +22,7 @@ namespace d2s1r
 class WindowLocalizer
 {
    public:
-	static constexpr int kHypotheses = 50;  //!< [-] a frame that are worth following: for ScoringParameters::hypotheses
+	static constexpr int kHypotheses = 50;  //!< [-] worth following, per frame: set ScoringParameters::hypotheses to it
 
 	/// Keeps a reference to `localizer`.
 	/// \param frames [-] that are judged together, at least 1
@@ -36,9 +36,11 @@ class WindowLocalizer
 	/// Where is the robot, now that `scan` was taken?
 	/// \param one_shot localizer.localize(scan)
 	/// \param motion of the robot since the last call, in its frame then; no value, or none that is_plausible():
-	///        estimated from the hypotheses of both frames (the paper's pseudo-odometry)
-	/// \return as Localizer::localize(), with the evidence of all frames of the window; covariances include the motion,
-	///         and the time of refinement includes the following of hypotheses
+	///        estimated from the hypotheses of both frames (the paper's pseudo-odometry). After frames without a valid
+	///        scan it must be known of each of them; otherwise a new window starts.
+	/// \return as Localizer::localize(), with the evidence of all frames of the window: log-likelihoods are sums over
+	///         them, bounded and against the best pose of each frame; covariances include the motion, and the time of
+	///         refinement includes the following of hypotheses
 	Localization add(
 	    const Scan& scan, const Localization& one_shot, const std::optional<mrpt::poses::CPose2D>& motion = {});
 
