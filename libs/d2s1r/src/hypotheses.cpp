@@ -64,7 +64,7 @@ std::vector<Scored> find_places(
     const BeamTracer& tracer, const DistanceField& field, const Rays& rays, const std::vector<RefinedPose>& poses,
     const IsPossible& is_possible, const Parameters& parameters)
 {
-	constexpr double kNegligible = 1e-4;  // [-] likelihood relative to the best place
+	constexpr double kNegligible = 1e-3;  // [-] likelihood relative to the best place
 	const BeamModel& model = parameters.scoring.beam_model;
 	std::vector<Scored> scored;
 	for (const auto& [pose, fit] : poses)

@@ -139,7 +139,7 @@ Score best_score_near(
     const BeamTracer& tracer, const DistanceField& field, const Rays& rays, const mrpt::math::TPose2D& sensor,
     const BeamModel& model)
 {
-	constexpr int kRounds = 3;
+	constexpr int kRounds = 2;
 	constexpr double kTurn = 0.2;  // [rad] for each metre of a step
 	Score best = score(tracer, field, rays, sensor, model);
 	mrpt::math::TPose2D at = sensor;
