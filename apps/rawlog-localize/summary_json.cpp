@@ -68,6 +68,7 @@ void write_summary_json(const RunReport& report, const std::string& path)
 	    {"sensor_label", report.sensor.label},
 	    {"sensor_scans", report.sensor.scans},
 	    {"method", report.parameters.method == Method::kPaper ? "paper" : "default"},
+	    {"window", report.flags.window.value_or(1)},
 	    {"seed", report.flags.seed},
 	    {"selected_frames", report.selected_frames},
 	    {"frames", report.frames.size()}};

@@ -166,6 +166,34 @@ TEST(MapIo, TooLargeForMemoryIsRefusedBeforeItIsTaken)
 	EXPECT_NE(message_of<std::runtime_error>([&] { grid_of(far_apart); }).find("fit in memory"), std::string::npos);
 }
 
+TEST(MapIo, SimpleMapsWithNumbersThatAreNoneAreRefusedOrDrawnWithoutThem)
+{
+	const auto with = [](const auto& spoil)
+	{
+		auto keyframes = room_seen_once();
+		const auto scan = keyframes.begin()->sf->getObservationByClass<mrpt::obs::CObservation2DRangeScan>();
+		spoil(*scan);
+		return keyframes;
+	};
+	const auto sound = grid_of(room_seen_once());
+	for (const float range : {-1e5F, -1e3F, std::nanf(""), HUGE_VALF})
+	{
+		const auto map = grid_of(with([&](auto& scan) { scan.setScanRange(3, range); }));
+		EXPECT_EQ(map->getSizeX(), sound->getSizeX()) << range;
+		EXPECT_EQ(map->getSizeY(), sound->getSizeY()) << range;
+	}
+	for (const double x : {1e6, std::nan("")})
+		EXPECT_NE(
+		    message_of<std::runtime_error>(
+		        [&] { grid_of(with([&](auto& scan) { scan.sensorPose = mrpt::poses::CPose3D(x, 0, 0, 0, 0, 0); })); })
+		        .find("no usable sensor pose"),
+		    std::string::npos)
+		    << x;
+	mrpt::maps::CSimpleMap lost = room_seen_once();
+	lost.insert(mrpt::poses::CPose3DPDFGaussian(mrpt::poses::CPose3D(NAN, 0, 0)), *lost.getAsPair(0).sf);
+	EXPECT_NE(message_of<std::runtime_error>([&] { grid_of(lost); }).find("pose of a keyframe"), std::string::npos);
+}
+
 TEST(MapIo, MapWithoutAFreeCellIsRefused)
 {
 	const TempFolder folder;

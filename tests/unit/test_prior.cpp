@@ -4,6 +4,7 @@
 #include <mrpt/math/wrap2pi.h>
 #include <mrpt/poses/CPosePDFGaussian.h>
 #include <mrpt/poses/CPosePDFGaussianInf.h>
+#include <mrpt/poses/CPosePDFGrid.h>
 #include <mrpt/poses/CPosePDFParticles.h>
 #include <mrpt/poses/CPosePDFSOG.h>
 
@@ -66,6 +67,30 @@ TEST(PriorOfDensity, HoldsTheModesOfASumAndTheGaussianOfAnythingElse)
 	const mrpt::poses::CPosePDFGaussianInf inverse(mrpt::poses::CPose2D(1, 1, 0), diagonal(100, 100, 100));
 	EXPECT_TRUE(make_prior(inverse).allows({1.5, 1, 0}));
 	EXPECT_FALSE(make_prior(inverse).allows({1.7, 1, 0}));
+}
+
+TEST(PriorOfDensity, HoldsTheLikelyCellsOfAGrid)
+{
+	mrpt::poses::CPosePDFGrid grid(0, 10, -5, 5, 0.2, mrpt::DEG2RAD(10.0));
+	grid.uniformDistribution();
+	const Prior anywhere = make_prior(grid);
+	for (const mrpt::math::TPose2D& pose : {TPose2D{0.1, -4.9, 3}, TPose2D{9.9, 4.9, 0}, TPose2D{5, 0, -1}})
+		EXPECT_TRUE(anywhere.allows(pose)) << pose;
+	for (double x = 0; x < 10; x += 0.2)
+		for (double y = -5; y < 5; y += 0.2)
+			for (double phi = -3; phi < 3; phi += 0.1) *grid.getByPos(x, y, phi) = 0;
+	*grid.getByPos(2, 1, 0.5) = 1, *grid.getByPos(8, -3, -2) = 0.5;
+	const Prior two = make_prior(grid);
+	EXPECT_TRUE(two.allows({2, 1, 0.5}));
+	EXPECT_TRUE(two.allows({8, -3, -2}));
+	EXPECT_FALSE(two.allows({5, -1, -0.7}));
+	EXPECT_FALSE(two.allows({2, 1, -2}));
+}
+
+TEST(PriorOfDensity, RefusesVariancesThatAreNoNumber)
+{
+	EXPECT_THROW(
+	    make_prior(mrpt::poses::CPosePDFGaussian({0, 0, 0}, diagonal(std::nan(""), 1, 1))), std::invalid_argument);
 }
 
 TEST(PriorOfDensity, HoldsAllParticlesInABoundedNumberOfBoxes)

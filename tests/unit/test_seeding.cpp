@@ -172,6 +172,19 @@ TEST(Seeding, RefusesToMakeParticlesOfNothing)
 	EXPECT_THROW(seed_particles(places({1}), kRoom, kFree, blurred), std::invalid_argument);
 }
 
+TEST(Seeding, RefusesHypothesesThatAreNoNumbers)
+{
+	for (const double probability : {std::nan(""), -0.5, 2.0, HUGE_VAL})
+		EXPECT_THROW(seed_particles(places({probability}), kRoom, kFree, with(10, 0.1)), std::invalid_argument);
+	Localization wide = places({0.5});
+	wide.hypotheses[0].covariance(1, 1) = std::nan("");
+	EXPECT_THROW(seed_particles(wide, kRoom, kFree, with(10, 0.1)), std::invalid_argument);
+	const Particles equal = seed_particles(places({0.0, 0.0}), kRoom, kNoCells, with(10, 0));
+	double sum = 0;
+	for (const SeededParticle& particle : equal) sum += std::exp(particle.log_weight);
+	EXPECT_NEAR(sum, 1, 1e-9) << "none is better than another";
+}
+
 TEST(Seeding, SameSeedSameParticlesOtherSeedOthers)
 {
 	const auto draw = [](std::uint32_t seed)

@@ -176,6 +176,18 @@ TEST_F(WindowOnTwinRooms, StartsAgainIfNobodyKnowsHowFarTheRobotWentUnseen)
 	}
 }
 
+TEST_F(WindowOnTwinRooms, ALongWindowDoesNotOutlastScansThatNothingExplains)
+{
+	WindowLocalizer window(localizer_, 100);
+	const auto path = into_left_room();
+	for (int i = 0; i < 4; i++) drive(window, path, true);
+	Scan crowded = scan_at(path.back());
+	for (Beam& beam : crowded.beams) beam.range = std::min(beam.range, 0.3F);
+	Localization last;
+	for (int i = 0; i < 10; i++) last = window.add(crowded, localizer_.localize(crowded), CPose2D());
+	EXPECT_NE(last.status, Status::kLocalized);
+}
+
 TEST_F(WindowOnTwinRooms, SaysWhatShareOfTheLastScanIsExplained)
 {
 	WindowLocalizer window(localizer_, 10);

@@ -1,6 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "image_header.h"
 
+#include <filesystem>
 #include <fstream>
 #include <limits>
 #include <sstream>
@@ -19,8 +20,10 @@ bool starts_with(const std::string& bytes, const std::string& start)
 
 std::string read_bytes(const std::string& file)
 {
-	std::ifstream stream(file, std::ios::binary);
-	if (!stream) throw std::runtime_error("the image cannot be read; is it there and readable?");
+	std::error_code error;
+	std::ifstream stream;
+	if (std::filesystem::is_regular_file(file, error)) stream.open(file, std::ios::binary);
+	if (!stream.is_open()) throw std::runtime_error("the image cannot be read; is it there, a file, and readable?");
 	std::ostringstream bytes;
 	bytes << stream.rdbuf();
 	if (bytes.str().empty()) throw std::runtime_error("the image is empty; copy or save it again");

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <stdexcept>
 
@@ -77,6 +78,13 @@ Parameters checked(const Parameters& parameters)
 	return parameters;
 }
 
+/// Finite, and not so far away that whole numbers of cells overflow.
+bool is_on_earth(const mrpt::poses::CPose2D& pose)
+{
+	constexpr double kFarthest = 1e7;  // [m]
+	return std::abs(pose.x()) <= kFarthest && std::abs(pose.y()) <= kFarthest && std::isfinite(pose.phi());
+}
+
 mrpt::maps::COccupancyGridMap2D::ConstPtr not_null(mrpt::maps::COccupancyGridMap2D::ConstPtr map)
 {
 	if (!map) throw std::invalid_argument("Localizer: the map is null");
@@ -123,12 +131,13 @@ Localization Localizer::localize(const Scan& scan, const Query& query) const
 std::optional<Hypothesis> Localizer::hypothesis_near(const Scan& scan, const mrpt::poses::CPose2D& robot) const
 {
 	if (!index_->standard) throw std::invalid_argument("Localizer::hypothesis_near() needs method = default");
-	if (!scan.valid() || !std::isfinite(robot.x() + robot.y() + robot.phi())) return std::nullopt;
+	if (!scan.valid() || !is_on_earth(robot)) return std::nullopt;
 	return d2s1r::hypothesis_near(scan, *index_->standard, robot.asTPose(), index_->parameters);
 }
 
 double Localizer::relative_entropy(const Scan& scan, const mrpt::poses::CPose2D& robot) const
 {
+	if (!is_on_earth(robot)) return std::numeric_limits<double>::quiet_NaN();
 	return relative_entropy_at(robot.asTPose() + scan.sensor_on_robot, scan, index_->caster, index_->parameters.paper);
 }
 }  // namespace d2s1r

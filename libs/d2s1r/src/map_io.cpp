@@ -67,6 +67,25 @@ void check_serialized_size(const std::string& file)
 	check_map_size(little_endian(header.size_x), little_endian(header.size_y));
 }
 
+/// Throws at the end of the file, where MRPT's archive goes on with numbers that were never read.
+class WholeReads : public mrpt::io::CStream
+{
+   public:
+	explicit WholeReads(const std::string& file) : file_(file) {}
+	std::size_t Read(void* buffer, std::size_t count) override
+	{
+		if (file_.Read(buffer, count) != count) throw std::runtime_error("is truncated; copy or save it again");
+		return count;
+	}
+	std::size_t Write(const void*, std::size_t) override { throw std::logic_error("read-only stream"); }
+	std::uint64_t Seek(std::int64_t, TSeekOrigin) override { throw std::logic_error("stream without positions"); }
+	std::uint64_t getTotalBytesCount() const override { return file_.getTotalBytesCount(); }
+	std::uint64_t getPosition() const override { return file_.getPosition(); }
+
+   private:
+	mrpt::io::CFileGZInputStream file_;
+};
+
 /// Why a CSignatureMap2D refused to be read, out of MRPT's report of several lines; empty if it did not.
 std::string refusal_in(const std::string& report)
 {
@@ -84,8 +103,8 @@ mrpt::serialization::CSerializable::Ptr read_object(const std::string& file)
 	mrpt::maps::registerAllClasses_mrpt_maps();
 	try
 	{
-		mrpt::io::CFileGZInputStream stream(file);
-		return mrpt::serialization::archiveFrom(stream).ReadObject();
+		WholeReads stream(file);
+		return mrpt::serialization::archiveFrom<mrpt::io::CStream>(stream).ReadObject();
 	}
 	catch (const std::bad_alloc&)
 	{

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <stdexcept>
 
+#include "ini_text.h"
 #include "map_image.h"
 
 namespace d2s1r
@@ -54,7 +55,7 @@ bool read_negate(const YAML::Node& root)
 void check_values(const MapServerYaml& yaml, double origin_yaw)
 {
 	if (yaml.mode != "trinary" && yaml.mode != "scale")
-		throw std::runtime_error("mode '" + yaml.mode + "' is not read; use trinary or scale");
+		throw std::runtime_error("mode '" + printable(yaml.mode) + "' is not read; use trinary or scale");
 	if (!(0 <= yaml.free_thresh && yaml.free_thresh < yaml.occupied_thresh && yaml.occupied_thresh <= 1))
 		throw std::runtime_error("thresholds are not 0 <= free_thresh < occupied_thresh <= 1; correct them");
 	if (!(std::abs(origin_yaw) < 1e-6))

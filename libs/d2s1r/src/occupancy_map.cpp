@@ -1,6 +1,8 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "occupancy_map.h"
 
+#include <mrpt/obs/CObservation2DRangeScan.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -77,13 +79,48 @@ COccupancyGridMap2D on_whole_cells(const COccupancyGridMap2D& map)
 	return moved;
 }
 
+namespace
+{
+using mrpt::obs::CObservation2DRangeScan;
+
+/// MRPT's insertion takes every number for good. \throws std::runtime_error
+mrpt::poses::CPose3D checked_pose(const mrpt::maps::CSimpleMap::Pair& keyframe)
+{
+	if (!keyframe.pose || !keyframe.sf)
+		throw std::runtime_error("a keyframe of the simplemap lacks its pose or its observations; save it again");
+	const auto pose = keyframe.pose->getMeanVal();
+	const auto& axes = pose.getRotationMatrix();
+	if (!std::isfinite(pose.norm() + axes.sum()))
+		throw std::runtime_error("the pose of a keyframe of the simplemap is not finite; save it again");
+	return pose;
+}
+
+/// A copy in which readings that are no distance are invalid. \throws std::runtime_error if nothing can be drawn of it
+CObservation2DRangeScan checked_scan(const CObservation2DRangeScan& scan)
+{
+	constexpr double kFarthestSensor = 100;  // [m]
+	const bool is_mounted =
+	    scan.sensorPose.norm() <= kFarthestSensor && std::isfinite(scan.sensorPose.getRotationMatrix().sum());
+	if (!is_mounted || !std::isfinite(scan.aperture) || !std::isfinite(scan.maxRange))
+		throw std::runtime_error("a scan of the simplemap has no usable sensor pose, aperture or range; save it again");
+	CObservation2DRangeScan checked = scan;
+	for (std::size_t i = 0; i < checked.getScanSize(); i++)
+		if (const float range = checked.getScanRange(i); !(range >= 0 && std::isfinite(range)))
+		{
+			checked.setScanRange(i, 0);
+			checked.setScanRangeValidity(i, false);
+		}
+	return checked;
+}
+}  // namespace
+
 COccupancyGridMap2D::Ptr draw_simple_map(const mrpt::maps::CSimpleMap& keyframes, double cell_size)
 {
 	const double reach = static_cast<double>(COccupancyGridMap2D::TInsertionOptions().maxDistanceInsertion) + 2;
 	double x0 = INFINITY, x1 = -INFINITY, y0 = INFINITY, y1 = -INFINITY;
 	for (const auto& keyframe : keyframes)
 	{
-		const auto pose = keyframe.pose->getMeanVal();
+		const auto pose = checked_pose(keyframe);
 		x0 = std::min(x0, pose.x() - reach), x1 = std::max(x1, pose.x() + reach);
 		y0 = std::min(y0, pose.y() - reach), y1 = std::max(y1, pose.y() + reach);
 	}
@@ -94,7 +131,10 @@ COccupancyGridMap2D::Ptr draw_simple_map(const mrpt::maps::CSimpleMap& keyframes
 	check_map_size(cells_x, cells_y);
 	// In its final size from the start: growing, MRPT's map calls std::terminate() when memory ends.
 	auto map = make_unknown_map(static_cast<int>(cells_x), static_cast<int>(cells_y), cell_size, x0, y0);
-	for (const auto& keyframe : keyframes) keyframe.sf->insertObservationsInto(*map, keyframe.pose->getMeanVal());
+	for (const auto& keyframe : keyframes)
+		for (const auto& observation : *keyframe.sf)
+			if (const auto* scan = dynamic_cast<const CObservation2DRangeScan*>(observation.get()))
+				map->insertObservation(checked_scan(*scan), keyframe.pose->getMeanVal());
 	return map;
 }
 }  // namespace d2s1r

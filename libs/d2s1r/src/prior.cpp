@@ -1,6 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include <d2s1r/prior.h>
 #include <mrpt/math/wrap2pi.h>
+#include <mrpt/poses/CPosePDFGrid.h>
 #include <mrpt/poses/CPosePDFParticles.h>
 #include <mrpt/poses/CPosePDFSOG.h>
 
@@ -22,7 +23,7 @@ constexpr double kYawTile = 30 * M_PI / 180;  //!< [rad] of the smallest
 
 PoseBox gaussian_box(const mrpt::poses::CPose2D& mean, const mrpt::math::CMatrixDouble33& covariance)
 {
-	const auto reach = [&](int i) { return kDeviations * std::sqrt(std::max(0.0, covariance(i, i))); };
+	const auto reach = [&](int i) { return kDeviations * std::sqrt(covariance(i, i) < 0 ? 0.0 : covariance(i, i)); };
 	const double x = reach(0) + kMargin, y = reach(1) + kMargin;
 	PoseBox box{mean.x() - x, mean.x() + x, mean.y() - y, mean.y() + y, mean.phi(), reach(2) + kYawMargin};
 	if (!std::isfinite(x + y + mean.x() + mean.y() + mean.phi() + box.yaw_tolerance))
@@ -30,14 +31,14 @@ PoseBox gaussian_box(const mrpt::poses::CPose2D& mean, const mrpt::math::CMatrix
 	return box;
 }
 
-/// The tiles of `side` [m] and `turn` [rad] that hold particles.
-std::set<std::array<long, 3>> occupied_tiles(const mrpt::poses::CPosePDFParticles& particles, double side, double turn)
+/// The tiles of `side` [m] and `turn` [rad] that hold poses.
+std::set<std::array<long, 3>> occupied_tiles(const std::vector<mrpt::math::TPose2D>& poses, double side, double turn)
 {
+	constexpr double kFarthest = 1e9;  // [m]
 	std::set<std::array<long, 3>> tiles;
-	for (const auto& particle : particles.m_particles)
+	for (const auto& pose : poses)
 	{
-		const auto& pose = particle.d;
-		if (!std::isfinite(pose.x + pose.y + pose.phi))
+		if (!(std::abs(pose.x) + std::abs(pose.y) < kFarthest && std::isfinite(pose.phi)))
 			throw std::invalid_argument("make_prior: the density is not finite");
 		tiles.insert(
 		    {std::lround(pose.x / side), std::lround(pose.y / side),
@@ -46,11 +47,12 @@ std::set<std::array<long, 3>> occupied_tiles(const mrpt::poses::CPosePDFParticle
 	return tiles;
 }
 
-Prior particle_prior(const mrpt::poses::CPosePDFParticles& particles)
+/// Boxes that hold all `poses`.
+Prior prior_of(const std::vector<mrpt::math::TPose2D>& poses)
 {
 	double side = kTile, turn = kYawTile;
-	auto tiles = occupied_tiles(particles, side, turn);
-	for (; tiles.size() > kMostTiles; tiles = occupied_tiles(particles, side, turn)) side *= 1.5, turn *= 1.5;
+	auto tiles = occupied_tiles(poses, side, turn);
+	for (; tiles.size() > kMostTiles; tiles = occupied_tiles(poses, side, turn)) side *= 1.5, turn *= 1.5;
 	Prior prior;
 	const double reach = side / 2 + kMargin;
 	for (const auto& [column, row, sector] : tiles)
@@ -60,6 +62,30 @@ Prior particle_prior(const mrpt::poses::CPosePDFParticles& particles)
 		    {x - reach, x + reach, y - reach, y + reach, static_cast<double>(sector) * turn, turn / 2 + kYawMargin});
 	}
 	return prior;
+}
+
+std::vector<mrpt::math::TPose2D> poses_of(const mrpt::poses::CPosePDFParticles& particles)
+{
+	std::vector<mrpt::math::TPose2D> poses;
+	for (const auto& particle : particles.m_particles) poses.push_back(particle.d);
+	return poses;
+}
+
+/// Centres of the cells that are not all but ruled out.
+std::vector<mrpt::math::TPose2D> poses_of(const mrpt::poses::CPosePDFGrid& grid)
+{
+	constexpr double kNegligible = 1e-3;  // [-] of the greatest probability
+	const std::size_t cells = grid.getSizeX() * grid.getSizeY() * grid.getSizePhi();
+	if (cells == 0) return {};
+	const double* const first = grid.getByIndex(0, 0, 0);  // x varies fastest
+	const double most = *std::max_element(first, first + cells);
+	std::vector<mrpt::math::TPose2D> poses;
+	for (std::size_t phi = 0; phi < grid.getSizePhi(); phi++)
+		for (std::size_t y = 0; y < grid.getSizeY(); y++)
+			for (std::size_t x = 0; x < grid.getSizeX(); x++)
+				if (*grid.getByIndex(x, y, phi) > kNegligible * most)
+					poses.push_back({grid.idx2x(x), grid.idx2y(y), grid.idx2phi(phi)});
+	return poses;
 }
 }  // namespace
 
@@ -102,7 +128,9 @@ Prior make_prior(const mrpt::poses::CPosePDF& pdf)
 {
 	Prior prior;
 	if (const auto* particles = dynamic_cast<const mrpt::poses::CPosePDFParticles*>(&pdf))
-		prior = particle_prior(*particles);
+		prior = prior_of(poses_of(*particles));
+	else if (const auto* grid = dynamic_cast<const mrpt::poses::CPosePDFGrid*>(&pdf))
+		prior = prior_of(poses_of(*grid));
 	else if (const auto* sum = dynamic_cast<const mrpt::poses::CPosePDFSOG*>(&pdf))
 		for (const auto& mode : *sum) prior.boxes.push_back(gaussian_box(mode.mean, mode.cov));
 	else

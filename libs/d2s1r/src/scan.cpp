@@ -44,8 +44,10 @@ double tilt_of(const mrpt::obs::CObservation2DRangeScan& observation)
 std::string unusable_because(const mrpt::obs::CObservation2DRangeScan& observation, const ScanParameters& parameters)
 {
 	if (observation.getScanSize() < 2) return "the scan has fewer than 2 beams";
-	if (!(observation.aperture > 0) || !std::isfinite(observation.aperture)) return "the aperture is not above 0";
-	if (!(observation.maxRange > 0) || !std::isfinite(observation.maxRange)) return "maxRange is not above 0";
+	if (!(observation.aperture > 0) || !std::isfinite(observation.aperture))
+		return "the aperture is not finite and above 0";
+	if (!(observation.maxRange > 0) || !std::isfinite(observation.maxRange))
+		return "maxRange is not finite and above 0";
 	const auto& pose = observation.sensorPose;
 	const auto& axes = pose.getRotationMatrix();  // yaw() would write to the observation
 	const double tilt = mrpt::RAD2DEG(tilt_of(observation));

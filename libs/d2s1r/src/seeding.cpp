@@ -99,6 +99,14 @@ void check(const SeedingParameters& parameters)
 	check_range("seeding: std_pitch_roll", parameters.std_pitch_roll, 0.0, 1e6);
 }
 
+void check(const Hypothesis& hypothesis)
+{
+	check_range("seeding: probability of a hypothesis", hypothesis.probability, 0.0, 1.0 + 1e-6);
+	const auto& pose = hypothesis.pose;
+	if (!std::isfinite(pose.x() + pose.y() + pose.phi() + hypothesis.covariance.sum()))
+		throw std::invalid_argument("seeding: pose or covariance of a hypothesis is not finite");
+}
+
 double log_weight(double probability, int count)
 {
 	return std::log(std::max(probability, 1e-12)) - std::log(count);
@@ -116,8 +124,17 @@ std::vector<SeededParticle> seed_particles(
 
 	const int in_free_space = free_cells.empty() ? 0 : particles_in_free_space(kept, parameters);
 	std::vector<double> probabilities;
-	for (std::size_t i = 0; i < kept; i++) probabilities.push_back(localization.hypotheses[i].probability);
-	const double known = std::accumulate(probabilities.begin(), probabilities.end(), 0.0);
+	for (std::size_t i = 0; i < kept; i++)
+	{
+		check(localization.hypotheses[i]);
+		probabilities.push_back(localization.hypotheses[i].probability);
+	}
+	double known = std::accumulate(probabilities.begin(), probabilities.end(), 0.0);
+	if (known == 0 && in_free_space == 0)  // none is better than another
+	{
+		probabilities.assign(kept, 1.0);
+		known = static_cast<double>(kept);
+	}
 	const double of_free_space = in_free_space == 0 ? 0.0 : kept == 0 ? 1.0 : std::max(0.0, 1 - known);
 	const double scale = known > 0 ? (1 - of_free_space) / known : 0;
 

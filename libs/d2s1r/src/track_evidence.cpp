@@ -17,6 +17,7 @@ constexpr double kTails = 5;    //!< [-] degrees of freedom of errors of the mot
 constexpr double kAgree =
     16;  //!< [-] squared Mahalanobis distance up to which both are averaged; beyond, the wheels slipped
 constexpr double kHidden = 0.15;        //!< [-] share of explained beams; below, unknown space explains the others
+constexpr std::size_t kRecent = 10;     //!< [-] frames that must be explained, however long the window
 constexpr double kHiddenEvidence = -2;  //!< [nat] most of a frame that is explained by so little
 
 /// Where the robot may be after a motion: two standard deviations, and what a refinement reaches anyway.
@@ -126,9 +127,11 @@ double sum_of(const Track& track)
 
 double explained_by(const Track& track)
 {
-	double sum = 0;
-	for (const Evidence& evidence : track.evidence) sum += evidence.explained;
-	return sum / static_cast<double>(track.evidence.size());
+	const auto frames = static_cast<std::ptrdiff_t>(std::min(kRecent, track.evidence.size()));
+	const double sum = std::accumulate(
+	    track.evidence.end() - frames, track.evidence.end(), 0.0,
+	    [](double so_far, const Evidence& frame) { return so_far + frame.explained; });
+	return sum / static_cast<double>(frames);
 }
 
 double alone(const Track& track)

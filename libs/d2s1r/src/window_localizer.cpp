@@ -21,6 +21,7 @@ constexpr std::size_t kMostTracks = 50;   //!< [-]
 constexpr double kLeastExplained = 0.18;  //!< [-] mean share of the returns that end at walls; below, it is no place
 constexpr double kExplained = 0.45;       //!< [-] mean share of explained beams of a localized track
 constexpr double kLeastAlone = 0.65;      //!< [0, 1] that one scan alone gives to the place, in the mean
+constexpr int kLongestGuess = 2;          //!< [-] frames without a usable scan whose motion hypotheses may tell
 constexpr std::size_t kLostFrames = 3;    //!< [-] in a row that no track explains: the robot was carried away
 
 bool one_place(const Hypothesis& a, const Hypothesis& b, const ScoringParameters& parameters)
@@ -75,7 +76,7 @@ class WindowLocalizer::Tracker
 	const Localizer* localizer_;
 	std::size_t most_frames_;
 	Prior prior_;
-	bool in_gap_ = false;                             //!< the last scans were not usable
+	int gap_ = 0;                                     //!< [-] last scans in a row that were not usable
 	std::optional<mrpt::poses::CPose2D> gap_motion_;  //!< over these; no value if it is not known of all
 	std::deque<Frame> frames_;                        //!< newest last
 	std::vector<Track> tracks_;                       //!< best first
@@ -84,9 +85,9 @@ class WindowLocalizer::Tracker
 /// Adds the motion to a frame without a usable scan.
 void WindowLocalizer::Tracker::pass_gap(const std::optional<mrpt::poses::CPose2D>& motion)
 {
-	const bool known = motion && (!in_gap_ || gap_motion_);
+	const bool known = motion && (gap_ == 0 || gap_motion_);
 	gap_motion_ = known ? std::optional(gap_motion_.value_or(mrpt::poses::CPose2D()) + *motion) : std::nullopt;
-	in_gap_ = true;
+	gap_++;
 }
 
 void WindowLocalizer::Tracker::set_motion(
@@ -239,12 +240,13 @@ Localization WindowLocalizer::Tracker::add(
 	}
 	const mrpt::system::CTicTac watch;
 	std::optional<mrpt::poses::CPose2D> since_last = motion;
-	if (in_gap_)
+	if (gap_ > 0)
 	{
+		const bool is_long = gap_ > kLongestGuess || motion || gap_motion_;
 		pass_gap(motion);
 		since_last = gap_motion_;
-		if (!since_last) frames_.clear(), tracks_.clear();  // nobody knows how far the robot went
-		in_gap_ = false;
+		if (!since_last && is_long) frames_.clear(), tracks_.clear();  // nobody knows how far the robot went
+		gap_ = 0;
 		gap_motion_.reset();
 	}
 	Frame frame;

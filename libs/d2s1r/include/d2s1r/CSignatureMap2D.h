@@ -25,7 +25,8 @@ namespace d2s1r
 /// [MetricMap_signatureMap_00_likelihoodOpts]
 /// // keys of TLikelihoodOptions
 /// \endcode
-/// Copies share grid and index until one of them is changed. Const member functions are thread-safe.
+/// Likelihoods of a map in which no cell is known throw std::invalid_argument. Copies share grid and index until one of
+/// them is changed. Const member functions are thread-safe.
 class CSignatureMap2D : public mrpt::maps::CMetricMap
 {
 	DEFINE_SERIALIZABLE(CSignatureMap2D, d2s1r)

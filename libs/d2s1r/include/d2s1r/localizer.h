@@ -34,11 +34,12 @@ class Localizer
 
 	/// How does the scan fit near `robot` (map frame)? That pose is refined and scored, nothing is searched.
 	/// \return its probability is 0: it was not compared with other places; no value if the scan is not valid or
-	///         `robot` not finite
+	///         `robot` is not finite or 10,000 km away
 	/// \throws std::invalid_argument if the method is kPaper
 	std::optional<Hypothesis> hypothesis_near(const Scan& scan, const mrpt::poses::CPose2D& robot) const;
 
-	/// Eq. 1 of a valid scan and a virtual scan of the robot at `robot` (map frame) [bit], lower is better.
+	/// Eq. 1 of a valid scan and a virtual scan of the robot at `robot` (map frame) [bit], lower is better; NaN if
+	/// `robot` is not finite or 10,000 km away.
 	double relative_entropy(const Scan& scan, const mrpt::poses::CPose2D& robot) const;
 
 	const mrpt::maps::COccupancyGridMap2D& map() const;

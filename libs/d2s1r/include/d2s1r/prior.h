@@ -36,8 +36,9 @@ struct Prior
 /// \throws std::invalid_argument if a corner is not finite or the box is empty
 Prior make_prior(double x0, double y0, double x1, double y1);
 
-/// Boxes that hold three standard deviations of a Gaussian or of each mode of a sum of Gaussians, or all particles; 0.3
-/// m and 10 deg wider, because priors tend to be too sure. Other densities count as the Gaussian of the same moments.
+/// Boxes that hold three standard deviations of a Gaussian or of each mode of a sum of Gaussians, all particles, or all
+/// cells of a grid with a thousandth of the greatest probability; 0.3 m and 10 deg wider, because priors tend to be too
+/// sure. Other densities count as the Gaussian of the same moments.
 /// \throws std::invalid_argument if the density has neither mode nor particle, or is not finite
 Prior make_prior(const mrpt::poses::CPosePDF& pdf);
 

@@ -17,7 +17,7 @@ namespace d2s1r
 ///
 /// \code
 /// ScanAccumulator circle;
-/// while (!circle.complete()) circle.add(next_scan, next_motion);
+/// while (turning && !circle.complete()) circle.add(next_scan, next_motion);
 /// const Localization result = localizer.localize(circle.scan());
 /// \endcode
 /// One object a robot; not thread-safe.
