@@ -88,7 +88,7 @@ mrpt::poses::CPose3D checked_pose(const mrpt::maps::CSimpleMap::Pair& keyframe)
 {
 	if (!keyframe.pose || !keyframe.sf)
 		throw std::runtime_error("a keyframe of the simplemap lacks its pose or its observations; save it again");
-	const auto pose = keyframe.pose->getMeanVal();
+	auto pose = keyframe.pose->getMeanVal();
 	const auto& axes = pose.getRotationMatrix();
 	if (!std::isfinite(pose.norm() + axes.sum()))
 		throw std::runtime_error("the pose of a keyframe of the simplemap is not finite; save it again");
