@@ -158,8 +158,12 @@ TEST(MapIo, TooLargeForMemoryIsRefusedBeforeItIsTaken)
 	mrpt::io::CFileGZInputStream stream(folder.path("c.gridmap"));
 	std::string bytes(4096, '\0');
 	bytes.resize(stream.Read(bytes.data(), bytes.size()));
-	bytes[37] = bytes[41] = '\x7f';  // the high bytes of the number of columns and rows
-	EXPECT_NE(refusal(folder.write("d.gridmap", bytes)).find("fit in memory"), std::string::npos);
+	for (const std::size_t high_byte : {49U, 57U})  // of the largest x, of the largest y
+	{
+		std::string damaged = bytes;
+		damaged[high_byte] = '\x4f';
+		EXPECT_NE(refusal(folder.write("d.gridmap", damaged)).find("fit in memory"), std::string::npos) << high_byte;
+	}
 
 	auto far_apart = room_seen_once();
 	far_apart.insert(mrpt::poses::CPose3DPDFGaussian(mrpt::poses::CPose3D(5e4, 5e4, 0)), *far_apart.getAsPair(0).sf);

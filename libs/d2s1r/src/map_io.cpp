@@ -9,6 +9,8 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <stdexcept>
@@ -48,23 +50,30 @@ void check_readable(const std::string& file)
 	if (fs::file_size(file, error) == 0) throw std::runtime_error("is empty; copy or save the map again");
 }
 
-/// A serialized grid starts with its class name, version, bits of a cell and its size: looked at before MRPT allocates
-/// that many cells.
+/// A serialized grid starts with its class name, version, bits of a cell, numbers of cells and extent: looked at before
+/// MRPT allocates the cells of that extent.
 void check_serialized_size(const std::string& file)
 {
 	const std::string name = "mrpt::maps::COccupancyGridMap2D";
 	struct Header
 	{
-		char name_length, name[31], version, cell_bits;
-		unsigned char size_x[4], size_y[4];
+		char name_length, name[31], version, cell_bits, cells[8], extent[20];
 	} header;
-	static_assert(sizeof(Header) == 42, "as written, without padding");
+	static_assert(sizeof(Header) == 62, "as written, without padding");
+	struct Extent
+	{
+		float x_min, x_max, y_min, y_max, cell_size;  // [m]
+	} extent;
+	static_assert(sizeof(extent) == sizeof(header.extent));
 	mrpt::io::CFileGZInputStream stream;
 	if (!stream.open(file) || stream.Read(&header, sizeof(header)) != sizeof(header)) return;
 	if (std::string(header.name, sizeof(header.name)) != name) return;
-	const auto little_endian = [](const unsigned char* b)
-	{ return b[0] + 256.0 * (b[1] + 256.0 * (b[2] + 256.0 * b[3])); };
-	check_map_size(little_endian(header.size_x), little_endian(header.size_y));
+	std::memcpy(&extent, header.extent, sizeof(extent));
+	const auto cells = [&](float from, float to) {
+		return std::round(
+		    (static_cast<double>(to) - static_cast<double>(from)) / static_cast<double>(extent.cell_size));
+	};
+	check_map_size(cells(extent.x_min, extent.x_max), cells(extent.y_min, extent.y_max));
 }
 
 /// Throws at the end of the file, where MRPT's archive goes on with numbers that were never read.
