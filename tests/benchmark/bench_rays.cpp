@@ -50,10 +50,15 @@ void sweep_all_free_cells(::benchmark::State& state)
 	const Site* the = site(state);
 	if (!the) return;
 	const int directions = 180;
+	std::vector<std::uint16_t> by_cell(the->cells.size());
 	for ([[maybe_unused]] auto _ : state)
 		sweep_ranges(
 		    the->grid, the->cells, directions, kMaxRange, false,
-		    [](int, const std::uint16_t* ranges) { ::benchmark::DoNotOptimize(ranges); });
+		    [&](int, const SweptRanges& ranges)
+		    {
+			    for (std::size_t i = 0; i < by_cell.size(); i++) by_cell[i] = ranges[i];
+			    ::benchmark::DoNotOptimize(by_cell.data());
+		    });
 	report_rays(state, directions * the->cells.size());
 }
 BENCHMARK(sweep_all_free_cells)->Unit(::benchmark::kMillisecond);

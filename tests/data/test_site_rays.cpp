@@ -46,7 +46,7 @@ TEST_P(SiteRays, NinetyNinePercentOfSweptRaysAreWithinACell)
 		Check check{RayCaster(grid, kMaxRange, stop_at_unknown)};
 		sweep_ranges(
 		    grid, cells, kDirections, kMaxRange, stop_at_unknown,
-		    [&](int direction, const std::uint16_t* ranges)
+		    [&](int direction, const SweptRanges& ranges)
 		    {
 			    const double angle = 2 * M_PI * direction / kDirections;
 			    for (std::size_t i = 0; i < cells.size(); i++) check.count(grid, cells[i], angle, ranges[i]);

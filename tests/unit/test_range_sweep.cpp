@@ -25,10 +25,10 @@ Ranges sweep_all(const Grid& grid, const std::vector<CellIndex>& cells, int dire
 		std::vector<std::uint16_t>& swept = stop_at_unknown ? all.unknown : all.occupied;
 		sweep_ranges(
 		    grid, cells, directions, max_range, stop_at_unknown,
-		    [&](int direction, const std::uint16_t* ranges)
+		    [&](int direction, const SweptRanges& ranges)
 		    {
 			    EXPECT_EQ(static_cast<std::size_t>(direction) * cells.size(), swept.size());
-			    swept.insert(swept.end(), ranges, ranges + cells.size());
+			    for (std::size_t i = 0; i < cells.size(); i++) swept.push_back(ranges[i]);
 		    });
 	}
 	return all;

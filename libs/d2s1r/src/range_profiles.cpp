@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <iterator>
-#include <utility>
 
 #include "sample_positions.h"
 
@@ -15,17 +13,6 @@ namespace d2s1r
 namespace
 {
 constexpr double kCompandingRange = 2.0;  //!< [m] below it steps are about equal, above they grow with the range
-
-/// Where each placed cell is in `cells`, which are increasing and hold them all.
-std::vector<std::uint32_t> ranks_in(const std::vector<CellIndex>& cells, const std::vector<PlacedCell>& placed)
-{
-	std::vector<std::uint32_t> ranks;
-	ranks.reserve(placed.size());
-	for (const PlacedCell& sample : placed)
-		ranks.push_back(
-		    static_cast<std::uint32_t>(std::lower_bound(cells.begin(), cells.end(), sample.cell) - cells.begin()));
-	return ranks;
-}
 
 /// Companded ranges [step] by swept range.
 std::vector<std::uint8_t> steps_of_ranges(const RangeProfiles& profiles, double cell_size)
@@ -36,35 +23,36 @@ std::vector<std::uint8_t> steps_of_ranges(const RangeProfiles& profiles, double 
 	return steps;
 }
 
-/// Stores swept ranges of some cells (cell, direction), in units of kRangeUnitsPerCell, as bytes.
+/// Stores swept ranges of consecutive cells (cell, direction) as bytes.
 class RowWriter
 {
    public:
-	/// \param cells where they are among the swept ones
+	/// \param first, count of the swept cells, those to store
 	/// \param byte_of by range, is referred to
 	/// \param stride [byte] between rows
 	/// \param rows (cell, direction), filled
 	RowWriter(
-	    std::vector<std::uint32_t> cells, const std::vector<std::uint8_t>& byte_of, int directions, std::size_t stride,
-	    std::uint8_t* rows)
-	    : cells_(std::move(cells)),
+	    std::size_t first, std::size_t count, const std::vector<std::uint8_t>& byte_of, int directions,
+	    std::size_t stride, std::uint8_t* rows)
+	    : first_(first),
+	      count_(count),
 	      byte_of_(byte_of),
 	      directions_(static_cast<std::size_t>(directions)),
 	      stride_(stride),
 	      rows_(rows),
-	      gathered_(kGathered * cells_.size())
+	      gathered_(kGathered * count)
 	{
 	}
 
 	/// \param direction all of them, in turn
-	/// \param ranges in `direction`, by cell
-	void write(std::size_t direction, const std::uint16_t* ranges)
+	/// \param swept in `direction`
+	void write(std::size_t direction, const SweptRanges& swept)
 	{
-		const std::size_t count = cells_.size();
-		std::uint8_t* const gathered = gathered_.data() + direction % kGathered * count;
-		const std::uint32_t* const cells = cells_.data();  // bytes may alias: members would be read again each time
+		const SweptRanges ranges = swept;  // bytes may alias: what is referred to would be read again each time
+		const std::size_t first = first_, count = count_;
 		const std::uint8_t* const byte_of = byte_of_.data();
-		for (std::size_t i = 0; i < count; i++) gathered[i] = byte_of[ranges[cells[i]]];
+		std::uint8_t* const gathered = gathered_.data() + direction % kGathered * count;
+		for (std::size_t i = 0; i < count; i++) gathered[i] = byte_of[ranges[first + i]];
 		if (direction % kGathered == kGathered - 1 || direction == directions_ - 1) store(direction);
 	}
 
@@ -76,7 +64,7 @@ class RowWriter
 	void store(std::size_t last)
 	{
 		const std::size_t first = last / kGathered * kGathered, directions = last - first + 1;
-		const std::size_t count = cells_.size(), stride = stride_;
+		const std::size_t count = count_, stride = stride_;
 		const std::uint8_t* const gathered = gathered_.data();
 		std::uint8_t* row = rows_ + first;
 		for (std::size_t i = 0; i < count; i++, row += stride)
@@ -92,7 +80,7 @@ class RowWriter
 		}
 	}
 
-	std::vector<std::uint32_t> cells_;
+	std::size_t first_, count_;
 	const std::vector<std::uint8_t>& byte_of_;
 	std::size_t directions_, stride_;
 	std::uint8_t* rows_;
@@ -144,11 +132,12 @@ RangeProfiles make_range_profiles(
     const Grid& grid, const std::vector<CellIndex>& cells, const CoarseSearchParameters& parameters)
 {
 	const int side = std::max(1, static_cast<int>(std::lround(parameters.spacing / grid.cell_size)));
-	const auto samples = one_a_square(grid, cells, side), middles = one_a_square(grid, cells, 2 * side);
-	const auto positions = along_curve(grid, samples, side), groups = along_curve(grid, middles, side);
+	const auto positions = along_curve(grid, one_a_square(grid, cells, side), side);
+	const auto groups = along_curve(grid, one_a_square(grid, cells, 2 * side), side);
 	std::vector<CellIndex> swept;
-	swept.reserve(samples.size() + middles.size());
-	std::set_union(samples.begin(), samples.end(), middles.begin(), middles.end(), std::back_inserter(swept));
+	swept.reserve(positions.size() + groups.size());
+	for (const auto* placed : {&positions, &groups})
+		for (const PlacedCell& sample : *placed) swept.push_back(sample.cell);
 
 	RangeProfiles profiles;
 	profiles.directions = parameters.directions;
@@ -169,15 +158,14 @@ RangeProfiles make_range_profiles(
 	const std::vector<std::uint8_t> step_of = steps_of_ranges(profiles, grid.cell_size);
 	std::vector<std::uint8_t> half_of = step_of;  // [2 steps]
 	for (std::uint8_t& step : half_of) step /= 2;
-	RowWriter by_position(
-	    ranks_in(swept, positions), step_of, parameters.directions, directions, profiles.by_position.data());
+	RowWriter by_position(0, positions.size(), step_of, parameters.directions, directions, profiles.by_position.data());
 	RowWriter overview(
-	    ranks_in(swept, groups), half_of, parameters.directions,
+	    positions.size(), groups.size(), half_of, parameters.directions,
 	    profiles.lines_of_group() * sizeof(RangeProfiles::Line),
 	    reinterpret_cast<std::uint8_t*>(profiles.overview.data()));
 	sweep_ranges(
 	    grid, swept, parameters.directions, parameters.max_range, false,
-	    [&](int direction, const std::uint16_t* ranges)
+	    [&](int direction, const SweptRanges& ranges)
 	    {
 		    by_position.write(static_cast<std::size_t>(direction), ranges);
 		    overview.write(static_cast<std::size_t>(direction), ranges);

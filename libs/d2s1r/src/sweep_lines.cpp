@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cstring>
+#include <functional>
+#include <numeric>
 
 namespace d2s1r
 {
@@ -109,29 +111,43 @@ ColumnRuns find_runs(const Flags& flags, std::uint8_t flag)
 	return result;
 }
 
-SweepLines make_lines(const Flags& flags)
+SweepLines make_lines(const Flags& flags, bool along_x)
 {
 	return {
-	    flags.columns, flags.rows, find_runs(flags, kIsOccupied), find_runs(flags, kIsUnknownOrOccupied),
+	    along_x,
+	    flags.columns,
+	    flags.rows,
+	    find_runs(flags, kIsOccupied),
+	    find_runs(flags, kIsUnknownOrOccupied),
 	    find_runs(flags, kIsWanted)};
 }
 
-/// Counting sort of the cells by column.
-std::vector<std::int32_t> ranks_along_x(const Grid& grid, const std::vector<CellIndex>& cells)
-{
-	std::vector<std::int32_t> next(static_cast<std::size_t>(grid.width) + 1);
-	for (const CellIndex cell : cells) next[static_cast<std::size_t>(cell % grid.width) + 1]++;
-	for (std::size_t x = 1; x < next.size(); x++) next[x] += next[x - 1];
-	std::vector<std::int32_t> ranks;
-	ranks.reserve(cells.size());
-	for (const CellIndex cell : cells) ranks.push_back(next[static_cast<std::size_t>(cell % grid.width)]++);
-	return ranks;
-}
 }  // namespace
 
 SweepLayout make_sweep_layout(const Grid& grid, const std::vector<CellIndex>& cells)
 {
 	const Flags along_y = make_flags_along_y(grid, cells);
-	return {make_lines(transposed(along_y)), make_lines(along_y), ranks_along_x(grid, cells)};
+	return {make_lines(transposed(along_y), true), make_lines(along_y, false)};
+}
+
+std::vector<std::int32_t> ranks_of(const std::vector<CellIndex>& cells, const Grid& grid, const SweepLines& lines)
+{
+	const auto& [runs, first, cells_before] = lines.cells;
+	std::vector<std::int32_t> before(runs.size());  // sums of the lengths of earlier runs
+	std::transform_exclusive_scan(
+	    runs.begin(), runs.end(), before.begin(), 0, std::plus<>(), [](const Run& run) { return run.length; });
+	std::vector<std::int32_t> ranks;
+	ranks.reserve(cells.size());
+	for (const CellIndex cell : cells)
+	{
+		const int x = cell % grid.width + 1, y = cell / grid.width + 1, row = lines.along_x ? y : x;
+		const auto column = static_cast<std::size_t>(lines.along_x ? x : y);
+		const Run* const begin = runs.data() + first[column];
+		const Run* const end = runs.data() + first[column + 1];
+		const Run* const run =
+		    std::upper_bound(begin, end, row, [](int wanted, const Run& of) { return wanted < of.row; }) - 1;
+		ranks.push_back(before[static_cast<std::size_t>(run - runs.data())] + row - run->row);
+	}
+	return ranks;
 }
 }  // namespace d2s1r

@@ -25,6 +25,7 @@ struct ColumnRuns
 /// (0, 0) of the grid is row 1 of column 1.
 struct SweepLines
 {
+	bool along_x = false;  //!< else along y
 	int columns = 0;
 	int rows = 0;
 	ColumnRuns occupied;             //!< occupied cells that rays can enter
@@ -37,9 +38,11 @@ struct SweepLayout
 {
 	SweepLines along_x;
 	SweepLines along_y;
-	std::vector<std::int32_t> rank_along_x;  //!< position in along_x.cells of the cells that along_y.cells lists
 };
 
-/// \param cells increasing
+/// \param cells in any order
 SweepLayout make_sweep_layout(const Grid& grid, const std::vector<CellIndex>& cells);
+
+/// Places of `cells` in lines.cells, which hold them all.
+std::vector<std::int32_t> ranks_of(const std::vector<CellIndex>& cells, const Grid& grid, const SweepLines& lines);
 }  // namespace d2s1r

@@ -16,15 +16,25 @@ inline constexpr int kMostSweptCells = 4000;
 /// What the sweep reports where there is no obstacle within range.
 inline constexpr std::uint16_t kNoObstacle = 65535;
 
-/// Called once a direction, with the ranges from cells[0], cells[1], ... in units of cell_size / kRangeUnitsPerCell,
-/// kNoObstacle where there is no obstacle within range. The pointer is valid during the call only.
-using RangeSink = std::function<void(int direction, const std::uint16_t* ranges)>;
+/// Ranges in one direction, in units of cell_size / kRangeUnitsPerCell; kNoObstacle where there is no obstacle within
+/// range.
+struct SweptRanges
+{
+	const std::uint16_t* in_sweep_order = nullptr;
+	const std::int32_t* ranks = nullptr;  //!< places of the cells in that order
+
+	/// From cells[i].
+	std::uint16_t operator[](std::size_t i) const { return in_sweep_order[ranks[i]]; }
+};
+
+/// Called once a direction. The ranges are valid during the call only.
+using RangeSink = std::function<void(int direction, const SweptRanges& ranges)>;
 
 /// Ranges from the centre of every cell in `cells` along `directions` equally spaced directions (direction i points at
 /// 2 pi i / directions, counter-clockwise from x), one sweep over the grid a direction: the last obstacle seen is
 /// carried along digital lines. What lies outside of the grid is unknown. For 99 % of the rays within a cell of
 /// RayCaster's exact range: test_site_rays.cpp checks it on real maps.
-/// \param cells free ones, increasing
+/// \param cells free ones, in any order
 /// \param max_range [m] at most kMostSweptCells
 /// \param stop_at_unknown rays end at unknown cells, too
 /// \throws std::invalid_argument if max_range is above that
