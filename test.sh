@@ -6,10 +6,10 @@ cd "$(dirname "$0")"
 scripts/install_dependencies.sh build demo test
 jobs=$(nproc)
 
-cmake --preset release -DBUILD_TESTING=ON
+cmake --preset release -DBUILD_TESTING=ON -DD2S1R_WERROR=ON
 cmake --build --preset release -j "$jobs"
 ctest --preset release -j "$jobs"
 
-cmake --preset asan
+cmake --preset asan -DD2S1R_WERROR=ON
 cmake --build --preset asan -j "$jobs" --target unit_tests
 ctest --preset asan -j "$jobs"

@@ -18,12 +18,16 @@ Match compare(const TimedPose& truth, const Frame& frame)
 {
 	constexpr double kInfinite = std::numeric_limits<double>::infinity();
 	if (!frame.has_pose()) return {&truth, &frame, kInfinite, kInfinite};
-	const auto& pose = frame.result.best().pose;
-	return {
-	    &truth, &frame, std::hypot(pose.x() - truth.pose.x, pose.y() - truth.pose.y),
-	    mrpt::RAD2DEG(std::abs(mrpt::math::wrapToPi(pose.phi() - truth.pose.phi)))};
+	return compare(truth, frame, frame.result.best().pose.asTPose());
 }
 }  // namespace
+
+Match compare(const TimedPose& truth, const Frame& frame, const mrpt::math::TPose2D& pose)
+{
+	return {
+	    &truth, &frame, std::hypot(pose.x - truth.pose.x, pose.y - truth.pose.y),
+	    mrpt::RAD2DEG(std::abs(mrpt::math::wrapToPi(pose.phi - truth.pose.phi)))};
+}
 
 std::vector<Match> match(const std::vector<Frame>& frames, const GroundTruth& truth)
 {

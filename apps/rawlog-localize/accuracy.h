@@ -30,6 +30,9 @@ struct Match
 	}
 };
 
+/// Errors of `pose` instead of the frame's own.
+Match compare(const TimedPose& truth, const Frame& frame, const mrpt::math::TPose2D& pose);
+
 /// Pairs the lines with the frames whose time is within 1 ms; lines without a frame are left out.
 std::vector<Match> match(const std::vector<Frame>& frames, const GroundTruth& truth);
 

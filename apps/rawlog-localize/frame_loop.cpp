@@ -82,9 +82,9 @@ void write(Batch& batch, std::optional<Window>& window, FrameOutputs& outputs)
 		outputs.add(item.object);
 		for (; job < item.past_job; job++)
 		{
-			auto& [frame, scan, alone] = batch.jobs[job];
-			Frame done{frame, seconds(*scan), window ? window->judge(*scan, *alone) : *alone};
-			outputs.add(std::move(done), *alone, std::move(scan));
+			auto& [frame, scan, one_shot] = batch.jobs[job];
+			Frame done{frame, seconds(*scan), window ? window->judge(*scan, *one_shot) : *one_shot};
+			outputs.add(std::move(done), *one_shot, std::move(scan));
 		}
 	}
 }

@@ -21,9 +21,9 @@ void FrameOutputs::add(const RawlogObject& object)
 	if (fusion_) fusion_->add(object);
 }
 
-void FrameOutputs::add(Frame frame, const Localization& alone, mrpt::obs::CObservation2DRangeScan::ConstPtr scan)
+void FrameOutputs::add(Frame frame, const Localization& one_shot, mrpt::obs::CObservation2DRangeScan::ConstPtr scan)
 {
-	if (fusion_) fusion_->add(frame, alone, *scan);
+	if (fusion_) fusion_->add(frame, one_shot, *scan);
 	frames_csv_.add(frame);
 	hypotheses_csv_.add(frame);
 	trajectory_tum_.add(frame);

@@ -23,8 +23,8 @@ class FrameOutputs
 	    const std::filesystem::path& folder, std::unique_ptr<Fusion> fusion, std::unique_ptr<PfPipeline> pipeline);
 
 	void add(const RawlogObject& object);
-	/// \param alone what that scan alone says, where frame.result is of several
-	void add(Frame frame, const Localization& alone, mrpt::obs::CObservation2DRangeScan::ConstPtr scan);
+	/// \param one_shot what that scan alone says, where frame.result is of several
+	void add(Frame frame, const Localization& one_shot, mrpt::obs::CObservation2DRangeScan::ConstPtr scan);
 
 	/// Gives the files their names, those of the pipeline aside.
 	void commit();

@@ -13,9 +13,9 @@ Fusion::Fusion(const std::filesystem::path& folder, CFusionBackend::Ptr backend)
 	    "step_ms\n");
 }
 
-void Fusion::add(Frame& frame, const Localization& alone, const mrpt::obs::CObservation2DRangeScan& scan)
+void Fusion::add(Frame& frame, const Localization& one_shot, const mrpt::obs::CObservation2DRangeScan& scan)
 {
-	const FusedPose fused = backend_->step({scan, alone, odometry_.take()});
+	const FusedPose fused = backend_->step({scan, one_shot, odometry_.take()});
 	csv_.print("%zu,%.6f,", frame.index, frame.timestamp);
 	if (fused.status == FusionStatus::kWaiting)
 		csv_.print(",,,,,,,,%s,%s,,%.3f\n", to_string(fused.status), to_string(fused.event), fused.step_ms);

@@ -19,8 +19,8 @@ class Fusion
 	Fusion(const std::filesystem::path& folder, CFusionBackend::Ptr backend);
 	void add(const RawlogObject& object) { odometry_.add(object); }
 
-	/// Sets frame.fused. \param alone what that scan alone says
-	void add(Frame& frame, const Localization& alone, const mrpt::obs::CObservation2DRangeScan& scan);
+	/// Sets frame.fused. \param one_shot what that scan alone says
+	void add(Frame& frame, const Localization& one_shot, const mrpt::obs::CObservation2DRangeScan& scan);
 	void commit();
 
    private:

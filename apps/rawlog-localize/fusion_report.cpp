@@ -26,10 +26,7 @@ FusionReport report_fusion(const RunReport& report)
 	{
 		fusion.matches++;
 		if (!m.frame->fused) continue;
-		const auto& pose = m.frame->fused->pose;
-		const Match fused = {
-		    m.truth, m.frame, std::hypot(pose.x - m.truth->pose.x, pose.y - m.truth->pose.y),
-		    mrpt::RAD2DEG(std::abs(mrpt::math::wrapToPi(pose.phi - m.truth->pose.phi)))};
+		const Match fused = compare(*m.truth, *m.frame, m.frame->fused->pose);
 		for (std::size_t i = 0; i < kTolerances.size(); i++)
 			fusion.successes.at(i) += fused.within(kTolerances.at(i)) ? 1 : 0;
 	}

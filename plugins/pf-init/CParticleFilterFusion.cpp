@@ -64,13 +64,14 @@ FusedPose CParticleFilterFusion::step(const FusionInput& input)
 	FusedPose pose;
 	if (seeded_)
 	{
+		const auto scan = pf::thinned(input.scan, static_cast<std::size_t>(map_->likelihood_options().beams));
 		const CPosePDFGaussian motion = motion_to(input);
 		resize(particles_for(motion));
 		predict(motion);
 		unaccounted_ += (1 - unaccounted_) * tuning.admitted_probability;
-		const double lost = probability_of_being_lost(input);
+		const double lost = probability_of_being_lost(scan, input.localization);
 		weigh_by_hypotheses(input.localization);
-		const double effective = weigh_by_scan_and_resample(input);
+		const double effective = weigh_by_scan_and_resample(scan, input.localization);
 		admit(input.localization, lost);
 		pose = estimate();
 		pose.effective_sample_size = effective;
@@ -161,14 +162,15 @@ void CParticleFilterFusion::weigh_by_hypotheses(const Localization& localization
 	}
 }
 
-double CParticleFilterFusion::probability_of_being_lost(const FusionInput& input) const
+double CParticleFilterFusion::probability_of_being_lost(
+    const mrpt::obs::CObservation2DRangeScan& scan, const Localization& localization) const
 {
-	if (input.localization.hypotheses.empty()) return 0;
-	const auto points = end_points(make_scan(input.scan, map_->parameters().scan), map_->likelihood_options().beams);
+	if (localization.hypotheses.empty()) return 0;
+	const auto points = end_points(make_scan(scan, map_->parameters().scan), map_->likelihood_options().beams);
 	const auto log_likelihood = [&](const mrpt::math::TPose2D& pose)
 	{ return map_->likelihood_field().log_likelihood(points, pose); };
 	double best = -std::numeric_limits<double>::infinity();
-	for (const Hypothesis& hypothesis : input.localization.hypotheses)
+	for (const Hypothesis& hypothesis : localization.hypotheses)
 		best = std::max(best, std::log(hypothesis.probability + 1e-12) + log_likelihood(hypothesis.pose.asTPose()));
 	// likelihoods relative to the best hypothesis
 	const auto weights = pf::normalized_weights(particles_);
@@ -179,13 +181,13 @@ double CParticleFilterFusion::probability_of_being_lost(const FusionInput& input
 	return std::max(tuning.admitted_probability, of_lost / (of_lost + of_filter));
 }
 
-double CParticleFilterFusion::weigh_by_scan_and_resample(const FusionInput& input)
+double CParticleFilterFusion::weigh_by_scan_and_resample(
+    const mrpt::obs::CObservation2DRangeScan& scan, const Localization& localization)
 {
 	filter_.m_options.powFactor =
-	    tuning.unexplained_power + (1 - tuning.unexplained_power) * probability_found(input.localization);
+	    tuning.unexplained_power + (1 - tuning.unexplained_power) * probability_found(localization);
 	mrpt::obs::CSensoryFrame observations;
-	const auto beams = static_cast<std::size_t>(map_->likelihood_options().beams);
-	observations.insert(mrpt::obs::CObservation2DRangeScan::Create(pf::thinned(input.scan, beams)));
+	observations.insert(mrpt::obs::CObservation2DRangeScan::Create(scan));
 	mrpt::bayes::CParticleFilter::TParticleFilterStats statistics;
 	filter_.executeOn(particles_, nullptr, &observations, &statistics);
 	return statistics.ESS_beforeResample;

@@ -12,14 +12,15 @@
 
 namespace d2s1r
 {
-/// MRPT's particle filter, seeded and watched by one-shot localizations.
+/// MRPT's particle filter, seeded and watched by one-shot localizations, after Section IV-B.6 of the paper, where their
+/// poses drive AMCL as pseudo-odometry.
 ///
 /// Each scan: predict by odometry or pseudo-odometry, weigh by the hypotheses of the scan and by CSignatureMap2D,
-/// resample; then the hypotheses are admitted as particles, with the probability that the filter is lost: little while
-/// it explains the scan, so that they die out if it is right and take over within a few scans if it is not; all at
-/// once if its particles explain the scan far worse than the hypotheses do (kidnapping, a wrong start). That is
-/// reported as a re-seed. The probability that the hypotheses leave to none of them is
-/// remembered: until a scan settles it no place is tracked, and better hypotheses take over sooner.
+/// resample. Then particles drawn from the hypotheses replace the lightest ones, and share the probability that the
+/// filter is lost as their weight. While the filter explains the scan that is little, and they die out; if it is wrong
+/// they take over within a few scans, or at once if they explain the scan far better (kidnapping, a wrong start), which
+/// is reported as a re-seed. The probability that no hypothesis is right is remembered: until a scan settles it, no
+/// place is tracked.
 class CParticleFilterFusion : public CFusionBackend
 {
 	DEFINE_MRPT_OBJECT(CParticleFilterFusion, d2s1r)
@@ -71,8 +72,9 @@ class CParticleFilterFusion : public CFusionBackend
 	void resize(std::size_t count);
 	void predict(const mrpt::poses::CPosePDFGaussian& motion);
 	void weigh_by_hypotheses(const Localization& localization);
-	double probability_of_being_lost(const FusionInput& input) const;
-	double weigh_by_scan_and_resample(const FusionInput& input);
+	double probability_of_being_lost(
+	    const mrpt::obs::CObservation2DRangeScan& scan, const Localization& localization) const;
+	double weigh_by_scan_and_resample(const mrpt::obs::CObservation2DRangeScan& scan, const Localization& localization);
 	void admit(const Localization& localization, double probability);
 	FusedPose estimate() const;
 };

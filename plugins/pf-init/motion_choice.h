@@ -11,23 +11,18 @@ namespace d2s1r::pf
 /// Noise of the motion models; increments in the previous robot frame.
 struct MotionParameters
 {
-	double odometry_xy_per_m = 0.10;     //!< [m / m] standard deviation of odometry
-	double odometry_xy = 0.05;           //!< [m] in addition
-	double odometry_phi_per_rad = 0.10;  //!< [rad / rad]
-	double odometry_phi_per_m = 0.03;    //!< [rad / m]
-	double odometry_phi = 0.02;          //!< [rad] in addition
-	double unknown_along = 0.80;         //!< [m] without odometry: change of motion from one scan to the next, ahead
-	double unknown_across = 0.30;        //!< [m] sideways
-	double unknown_phi = 0.60;           //!< [rad]
-	double gate = 3.5;                   //!< [standard deviations] of the predicted motion: beyond is a surprise
-	double surprise = 3.0;               //!< [nat] what a pair must outweigh to be believed beyond the gate
-	double odometry_surprise = 7.0;      //!< [nat] the same if the predicted motion is odometry
-	double farthest = 2.0;               //!< [m] between two scans without odometry: beyond is a jump
-	double widest_turn = 1.7;            //!< [rad] the same
-	double least_score = -7.5;           //!< [nat] of a pair that is believed
-	double least_support = 0.05;         //!< [0, 1] that a hypothesis is given whatever the filter says
-	double pseudo_xy = 0.05;             //!< [m] added to the uncertainty of both ends
-	double pseudo_phi = 0.02;            //!< [rad]
+	double unknown_along = 0.80;     //!< [m] without odometry: change of motion from one scan to the next, ahead
+	double unknown_across = 0.30;    //!< [m] sideways
+	double unknown_phi = 0.60;       //!< [rad]
+	double gate = 3.5;               //!< [standard deviations] of the predicted motion: beyond is a surprise
+	double surprise = 3.0;           //!< [nat] what a pair must outweigh to be believed beyond the gate
+	double odometry_surprise = 7.0;  //!< [nat] the same if the predicted motion is odometry
+	double farthest = 2.0;           //!< [m] between two scans without odometry: beyond is a jump
+	double widest_turn = 1.7;        //!< [rad] the same
+	double least_score = -7.5;       //!< [nat] of a pair that is believed
+	double least_support = 0.05;     //!< [0, 1] that a hypothesis is given whatever the filter says
+	double pseudo_xy = 0.05;         //!< [m] added to the uncertainty of both ends
+	double pseudo_phi = 0.02;        //!< [rad]
 };
 
 /// What is known of the motion before looking at localizations: odometry, or that it goes on as before.

@@ -18,7 +18,7 @@ std::vector<Match> cheapest_of(const std::vector<std::uint32_t>& costs, std::siz
 		cheapest.add({static_cast<std::int32_t>(i), 0, costs[i]});
 		cheapest.lower_limit();
 	}
-	cheapest.drop_dear();
+	cheapest.drop_costly();
 	return matches;
 }
 

@@ -124,12 +124,6 @@ TEST(DistanceField, IsBilinearBetweenCentres)
 	}
 }
 
-TEST(DistanceField, RefusesCellsThatItWouldNotReachFarEnoughOver)
-{
-	EXPECT_THROW(DistanceField(make_picture_grid({"#.."}, 0.005)), std::invalid_argument);
-	EXPECT_NO_THROW(DistanceField(make_picture_grid({"#.."}, 0.01)));
-}
-
 TEST(DistanceField, GradientIsTheSlope)
 {
 	std::mt19937 random(9);

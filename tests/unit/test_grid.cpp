@@ -97,4 +97,10 @@ TEST(Grid, MapWithoutAKnownCellIsRefused)
 {
 	EXPECT_THROW(make_grid(*make_map({"??", "??"}, 1.0), {}), std::invalid_argument);
 }
+
+TEST(Grid, RefusesCellsThatAreTooSmallForTheDistancesOfScoring)
+{
+	EXPECT_THROW(make_grid(*make_map({"#.."}, 0.005), {}), std::invalid_argument);
+	EXPECT_NO_THROW(make_grid(*make_map({"#.."}, 0.01), {}));
+}
 }  // namespace d2s1r::test

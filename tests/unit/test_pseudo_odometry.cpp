@@ -129,6 +129,28 @@ void expect_product(const CPosePDFGaussian& a, const CPosePDFGaussian& b)
 	EXPECT_TRUE(product.cov.asEigen().isApprox(covariance, 1e-9)) << product.cov;
 }
 
+TEST(OdometryMotion, IsLessCertainTheFurtherAndTheMoreItTurns)
+{
+	const CPosePDFGaussian none = d2s1r::odometry_motion({0, 0, 0}), ahead = d2s1r::odometry_motion({1, 0, 0}),
+	                       turn = d2s1r::odometry_motion({0, 0, -1});
+	EXPECT_GT(none.cov(0, 0), 0);
+	for (const int i : {0, 2})
+	{
+		EXPECT_GT(ahead.cov(i, i), none.cov(i, i)) << i;
+		EXPECT_GT(turn.cov(i, i), none.cov(i, i)) << i;
+	}
+	EXPECT_EQ(turn.mean, CPose2D(0, 0, -1));
+}
+
+TEST(MahalanobisDistance, IsInStandardDeviationsOfTheDifference)
+{
+	using d2s1r::mahalanobis_distance, d2s1r::covariance_of;
+	const CPosePDFGaussian a({1, 2, 3.1}, covariance_of(0.3, 3, 0.03));
+	EXPECT_NEAR(mahalanobis_distance(a, {{2, 2, 3.1}, covariance_of(0.4, 4, 0.04)}), 2, 1e-9);
+	EXPECT_NEAR(mahalanobis_distance(a, {{1, 7, 3.1}, covariance_of(0.4, 4, 0.04)}), 1, 1e-9);
+	EXPECT_NEAR(mahalanobis_distance(a, {{1, 2, -3.1}, covariance_of(0.4, 4, 0.04)}), (2 * M_PI - 6.2) / 0.05, 1e-6);
+}
+
 TEST(CombinedEstimates, IsTheProductOfTwoGaussians)
 {
 	CPosePDFGaussian a({1, 2, 0.4}, d2s1r::test::covariance_of({0.1, 0.2, 0.1})),

@@ -74,8 +74,11 @@ TEST(TrackEvidence, UnknownSpaceSetsTheStandardOnlyWhereNothingElseIs)
 
 TEST(TrackEvidence, IsBounded)
 {
-	EXPECT_NEAR(bounded(-1000), kLeastEvidence, 1e-6);
-	EXPECT_NEAR(bounded(0), 0, 1e-3);
-	EXPECT_NEAR(bounded(1000), 20, 1e-3);
+	const auto log_likelihood = [](double explained, double relative)
+	{ return evidence_of(*place(0, 0, explained), relative).log_likelihood; };
+	EXPECT_NEAR(log_likelihood(0.9, -1000), kLeastEvidence, 1e-6);
+	EXPECT_NEAR(log_likelihood(0.9, 0), 0, 1e-3);
+	EXPECT_NEAR(log_likelihood(0.9, 1000), 0, 1e-3);
+	EXPECT_EQ(log_likelihood(0.01, 1000), -2);  // explained by unknown space
 }
 }  // namespace d2s1r::test

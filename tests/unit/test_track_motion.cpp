@@ -91,18 +91,6 @@ TEST(CommonMotion, IsWideIfAFrameHasNoHypothesis)
 	expect_pose(common_motion({}, {}).mean, {0, 0, 0});
 }
 
-TEST(WheelMotion, IsLessCertainTheFurtherAndTheMoreItTurns)
-{
-	const PoseDensity none = wheel_motion({0, 0, 0}), ahead = wheel_motion({1, 0, 0}), turn = wheel_motion({0, 0, -1});
-	EXPECT_GT(none.cov(0, 0), 0);
-	for (const int i : {0, 2})
-	{
-		EXPECT_GT(ahead.cov(i, i), none.cov(i, i)) << i;
-		EXPECT_GT(turn.cov(i, i), none.cov(i, i)) << i;
-	}
-	expect_pose(turn.mean, {0, 0, -1});
-}
-
 TEST(MovedPose, ComesBackByTheReversedMotion)
 {
 	const PoseDensity pose = density({3, -2, 3.0}, {0.1, 0.2, 0.05}), motion = density({0.7, 0.2, 0.5}, {0, 0, 0});
@@ -148,13 +136,5 @@ TEST(ReversedMotion, CarriesTheUncertaintyIntoTheFrameOfTheEnd)
 		for (int c = 0; c < 3; c++) EXPECT_NEAR(back.cov(r, c), expected(r, c), 1e-5) << r << ", " << c;
 }
 
-TEST(Mismatch, IsTheSquaredDistanceInStandardDeviationsOfTheDifference)
-{
-	const PoseDensity a = density({1, 2, 3.1}, {0.3, 3, 0.03}), b = density({2, 2, 3.1}, {0.4, 4, 0.04});
-	EXPECT_NEAR(mismatch(a, b), 4, 1e-9);
-	EXPECT_NEAR(mismatch(a, density({1, 7, 3.1}, {0.4, 4, 0.04})), 1, 1e-9);
-	const double across = (2 * M_PI - 6.2) / 0.05;
-	EXPECT_NEAR(mismatch(a, density({1, 2, -3.1}, {0.4, 4, 0.04})), across * across, 1e-6);
-}
 }  // namespace
 }  // namespace d2s1r::test

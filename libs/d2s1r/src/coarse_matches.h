@@ -23,7 +23,7 @@ struct Match
 class CheapestMatches
 {
    public:
-	/// \param margin by which a match may be dearer than the cheapest, in the unit of the costs
+	/// \param margin by which a match may be costlier than the cheapest, in the unit of the costs
 	/// \param wanted how many at most, one or more
 	/// \param storage for the matches, kept from query to query
 	CheapestMatches(std::uint32_t margin, std::size_t wanted, std::vector<Match>& storage)
@@ -54,15 +54,15 @@ class CheapestMatches
 		while ((below_ > wanted_ || limit_ > least_ + margin_ + 1) && limit_ > least_ + 1) below_ -= count_[--limit_];
 		if (below_ > wanted_)
 		{
-			drop_dear();
+			drop_costly();
 			matches_.resize(wanted_);
 			below_ = count_[least_] = wanted_;
 		}
-		if (matches_.size() >= 3 * wanted_ && below_ <= wanted_) drop_dear();
+		if (matches_.size() >= 3 * wanted_ && below_ <= wanted_) drop_costly();
 	}
 
 	/// Drops all that are not among the cheapest.
-	void drop_dear()
+	void drop_costly()
 	{
 		const auto kept =
 		    std::remove_if(matches_.begin(), matches_.end(), [this](const Match& m) { return m.cost >= limit_; });

@@ -18,7 +18,7 @@ namespace d2s1r
 {
 namespace
 {
-/// All beams, at all positions of the groups. What is allowed and not dearer than the cheapest by more than the margin.
+/// All beams, at all positions of the groups. What is allowed and not costlier than the cheapest by more than the margin.
 void second_look(
     const RangeProfiles& profiles, const CompandedScan& scan, const CoarseSearchParameters& parameters,
     const std::vector<Match>& of_groups, const AllowedPairs& allowed, std::vector<Match>& matches)
@@ -52,8 +52,8 @@ void second_look(
 			most = std::min(most, match.cost + margin);
 		}
 	}
-	const auto dear = [=](const Match& match) { return match.cost > most; };
-	matches.erase(std::remove_if(matches.begin(), matches.end(), dear), matches.end());
+	const auto costly = [=](const Match& match) { return match.cost > most; };
+	matches.erase(std::remove_if(matches.begin(), matches.end(), costly), matches.end());
 }
 }  // namespace
 

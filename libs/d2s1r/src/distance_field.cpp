@@ -9,8 +9,7 @@ namespace d2s1r
 {
 namespace
 {
-constexpr double kMostCells = 1U << 30U;   //!< offsets of two bytes a cell have 31 bits
-constexpr double kLeastCellSize = 0.0062;  //!< [m] the field reaches the 20 cm that scoring tells apart
+constexpr double kMostCells = 1U << 30U;  //!< offsets of two bytes a cell have 31 bits
 constexpr int kReach = static_cast<int>(DistanceField::kReachCells);
 
 /// Distance [cells] of every cell of `grid` and of a rim as wide as the field reaches to the nearest occupied one in
@@ -96,8 +95,6 @@ DistanceField::DistanceField(const Grid& grid)
       origin_x_(grid.origin_x - kReach * grid.cell_size),
       origin_y_(grid.origin_y - kReach * grid.cell_size)
 {
-	if (cell_size_ < kLeastCellSize)
-		throw std::invalid_argument("the cells of the map are below 6.2 mm; use larger ones");
 	if (static_cast<double>(width_) * height_ > kMostCells)
 		throw std::invalid_argument("the map has more cells than can be searched; use larger cells or a smaller map");
 	const auto columns = distances_along_columns(grid);

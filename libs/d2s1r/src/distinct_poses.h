@@ -10,6 +10,13 @@
 
 namespace d2s1r
 {
+/// Whether two poses, their yaws in [-pi, pi], are closer than `distance` [m] and `yaw` [rad].
+inline bool are_near(const mrpt::math::TPose2D& a, const mrpt::math::TPose2D& b, double distance, double yaw)
+{
+	const double dx = a.x - b.x, dy = a.y - b.y, turn = std::abs(a.phi - b.phi);
+	return dx * dx + dy * dy < distance * distance && std::min(turn, 2 * M_PI - turn) < yaw;
+}
+
 /// Greedy choice of poses, their yaws in [-pi, pi], that lie apart.
 class DistinctPoses
 {
@@ -25,7 +32,7 @@ class DistinctPoses
 		for (std::int64_t j = row - 1; j <= row + 1; j++)
 			for (std::int64_t i = column - 1; i <= column + 1; i++)
 				for (int k = newest_[bucket(i, j)]; k >= 0; k = chosen_[static_cast<std::size_t>(k)].before)
-					if (is_same(pose, chosen_[static_cast<std::size_t>(k)].pose)) return false;
+					if (are_near(pose, chosen_[static_cast<std::size_t>(k)].pose, distance_, yaw_)) return false;
 		int& newest = newest_[bucket(column, row)];
 		chosen_.push_back({pose, newest});
 		newest = static_cast<int>(chosen_.size()) - 1;
@@ -47,12 +54,6 @@ class DistinctPoses
 		const auto mixed = static_cast<std::uint64_t>(column) * 0x9E3779B97F4A7C15U +
 		                   static_cast<std::uint64_t>(row) * 0xC2B2AE3D27D4EB4FU;
 		return static_cast<std::size_t>(mixed >> 53U);
-	}
-
-	bool is_same(const mrpt::math::TPose2D& a, const mrpt::math::TPose2D& b) const
-	{
-		const double dx = a.x - b.x, dy = a.y - b.y, turn = std::abs(a.phi - b.phi);
-		return dx * dx + dy * dy < distance_ * distance_ && std::min(turn, 2 * M_PI - turn) < yaw_;
 	}
 
 	double distance_;          //!< [m]

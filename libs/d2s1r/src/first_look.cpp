@@ -129,6 +129,6 @@ void first_look(
 	const int most = greatest_deficit(
 	    profiles, static_cast<double>(scan.exact.size()), static_cast<double>(cheapest.least()), look, parameters);
 	if (most > of_few) look_at_deficits(of_few + 1, most);
-	cheapest.drop_dear();
+	cheapest.drop_costly();
 }
 }  // namespace d2s1r

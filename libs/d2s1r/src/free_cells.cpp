@@ -68,8 +68,8 @@ std::vector<std::uint16_t> distances_in_columns(const Grid& grid, std::uint16_t 
 	return distances;
 }
 
-/// Leaves the cells whose centre is at least `clearance` [m] from the centre of every occupied cell: the exact
-/// Euclidean distance transform, first along columns, then along rows and only as far as it matters.
+/// Leaves the cells whose centre is at least `clearance` [m] from the centre of every occupied cell, exactly:
+/// distances along columns first, then a search along the row, only as far as it matters.
 void keep_clear_cells(const Grid& grid, double clearance, std::vector<CellIndex>& cells)
 {
 	const double in_cells = std::min(clearance / grid.cell_size, 60000.0);

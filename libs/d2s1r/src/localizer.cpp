@@ -57,7 +57,7 @@ struct Localizer::Index
 			return;
 		}
 		check_reach("coarse_search.max_range", parameters.coarse_search.max_range, grid);
-		standard.emplace(make_default_index(
+		default_index.emplace(make_default_index(
 		    grid, sensor_cells(grid, with_clearance(parameters.free_cells, parameters.coarse_search.clearance)),
 		    parameters));
 	}
@@ -67,7 +67,7 @@ struct Localizer::Index
 	Grid grid;
 	RayCaster caster;
 	std::optional<SignatureIndex> signatures;
-	std::optional<DefaultIndex> standard;
+	std::optional<DefaultIndex> default_index;
 };
 
 namespace
@@ -117,7 +117,7 @@ Localization Localizer::localize(const mrpt::obs::CObservation2DRangeScan& obser
 
 Localization Localizer::localize(const Scan& scan, const Query& query) const
 {
-	const auto& [parameters, map, grid, caster, signatures, standard] = *index_;
+	const auto& [parameters, map, grid, caster, signatures, default_index] = *index_;
 	if (signatures && !query.prior.anywhere())
 		throw std::invalid_argument(
 		    "Localizer: the paper's method searches everywhere; a prior needs method = default");
@@ -125,14 +125,14 @@ Localization Localizer::localize(const Scan& scan, const Query& query) const
 		throw std::invalid_argument("Localizer: the time budget is negative or no number; give ms, or 0 for none");
 	if (!scan.valid()) return no_place(Status::kInvalid, why_invalid(scan));
 	if (signatures) return localize_paper(scan, grid, *signatures, caster, parameters.paper);
-	return localize_default(scan, *standard, caster, parameters, query);
+	return localize_default(scan, *default_index, caster, parameters, query);
 }
 
 std::optional<Hypothesis> Localizer::hypothesis_near(const Scan& scan, const mrpt::poses::CPose2D& robot) const
 {
-	if (!index_->standard) throw std::invalid_argument("Localizer::hypothesis_near() needs method = default");
+	if (!index_->default_index) throw std::invalid_argument("Localizer::hypothesis_near() needs method = default");
 	if (!scan.valid() || !is_on_earth(robot)) return std::nullopt;
-	return d2s1r::hypothesis_near(scan, *index_->standard, robot.asTPose(), index_->parameters);
+	return d2s1r::hypothesis_near(scan, *index_->default_index, robot.asTPose(), index_->parameters);
 }
 
 double Localizer::relative_entropy(const Scan& scan, const mrpt::poses::CPose2D& robot) const

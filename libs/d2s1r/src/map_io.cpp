@@ -210,4 +210,13 @@ COccupancyGridMap2D::Ptr grid_of(const mrpt::serialization::CSerializable& map, 
 	    std::string("an object of class ") + map.GetRuntimeClass()->className +
 	    " that holds no occupancy grid; give a map with one");
 }
+
+COccupancyGridMap2D on_whole_cells(const COccupancyGridMap2D& map)
+{
+	COccupancyGridMap2D moved = map;
+	const auto whole = [&](float origin)
+	{ return static_cast<double>(map.getResolution() * std::round(origin / map.getResolution())); };
+	set_origin(moved, whole(map.getXMin()), whole(map.getYMin()));
+	return moved;
+}
 }  // namespace d2s1r

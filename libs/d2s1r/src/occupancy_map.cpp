@@ -70,15 +70,6 @@ void set_origin(COccupancyGridMap2D& map, double x, double y)
 	OpenMap::set_origin(map, x, y);
 }
 
-COccupancyGridMap2D on_whole_cells(const COccupancyGridMap2D& map)
-{
-	COccupancyGridMap2D moved = map;
-	const auto whole = [&](float origin)
-	{ return static_cast<double>(map.getResolution() * std::round(origin / map.getResolution())); };
-	OpenMap::set_origin(moved, whole(map.getXMin()), whole(map.getYMin()));
-	return moved;
-}
-
 namespace
 {
 using mrpt::obs::CObservation2DRangeScan;

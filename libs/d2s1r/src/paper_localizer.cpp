@@ -1,10 +1,11 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include <d2s1r/paper_localizer.h>
-#include <mrpt/math/wrap2pi.h>
 #include <mrpt/system/CTicTac.h>
 
 #include <algorithm>
 #include <cmath>
+
+#include "distinct_poses.h"
 
 namespace d2s1r
 {
@@ -81,12 +82,10 @@ double probability_of_place(const std::vector<Hypothesis>& hypotheses)
 	const auto& best = hypotheses.front().pose;
 	double probability = 0;
 	for (const Hypothesis& hypothesis : hypotheses)
-		if (hypothesis.pose.distanceTo(best) < kSamePlace &&
-		    std::abs(mrpt::math::wrapToPi(hypothesis.pose.phi() - best.phi())) < kSameYaw)
+		if (are_near(hypothesis.pose.asTPose(), best.asTPose(), kSamePlace, kSameYaw))
 			probability += hypothesis.probability;
 	return std::min(probability, 1.0);
 }
-
 }  // namespace
 
 Localization localize_paper(

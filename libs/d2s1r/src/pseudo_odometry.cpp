@@ -35,8 +35,30 @@ std::optional<mrpt::obs::CActionRobotMovement2D> pseudo_odometry(const Localizat
 	return motion_between(from.best(), to.best());
 }
 
+mrpt::math::CMatrixDouble33 covariance_of(double std_x, double std_y, double std_phi)
+{
+	mrpt::math::CMatrixDouble33 covariance;
+	covariance.setDiagonal(std::vector<double>{std_x * std_x, std_y * std_y, std_phi * std_phi});
+	return covariance;
+}
+
+CPosePDFGaussian odometry_motion(const mrpt::poses::CPose2D& increment)
+{
+	constexpr double kDegree = M_PI / 180;
+	const double way = increment.norm(), turn = std::abs(mrpt::math::wrapToPi(increment.phi()));
+	const double std_xy = 0.06 + 0.1 * way + 0.1 * turn;                  // [m]
+	const double std_phi = 3 * kDegree + 0.1 * turn + 4 * kDegree * way;  // [rad]
+	return {increment, covariance_of(std_xy, std_xy, std_phi)};
+}
+
+double mahalanobis_distance(CPosePDFGaussian a, const CPosePDFGaussian& b)
+{
+	return a.mahalanobisDistanceTo(b);
+}
+
 CPosePDFGaussian combine(const CPosePDFGaussian& a, const CPosePDFGaussian& b)
 {
+	// not MRPT's bayesianFusion(), which averages the yaws pi and -pi to 0
 	const Eigen::Matrix3d cov_a = a.cov.asEigen();
 	const Eigen::Matrix3d sum = cov_a + b.cov.asEigen();
 	const Eigen::Matrix3d gain = sum.ldlt().solve(cov_a).transpose();

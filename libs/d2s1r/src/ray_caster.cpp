@@ -85,11 +85,6 @@ RayCaster::~RayCaster() = default;
 RayCaster::RayCaster(RayCaster&&) noexcept = default;
 RayCaster& RayCaster::operator=(RayCaster&&) noexcept = default;
 
-float RayCaster::cast(double x, double y, double angle) const
-{
-	return cast_along(x, y, std::cos(angle), std::sin(angle));
-}
-
 std::vector<float> RayCaster::scan(double x, double y, int directions) const
 {
 	std::vector<float> ranges;
@@ -116,9 +111,10 @@ void RayCaster::scan(double x, double y, int directions, std::vector<float>& ran
 	for (std::size_t i = 0; i < fan.size; i++) ranges[i] = cast(x, y, 2 * M_PI * static_cast<double>(i) / directions);
 }
 
-float RayCaster::cast_along(double x, double y, double dx, double dy) const
+float RayCaster::cast(double x, double y, double angle) const
 {
 	constexpr double kFarthest = 1e9;  // [cells] of a start, which a NaN is not within, either
+	const double dx = std::cos(angle), dy = std::sin(angle);
 	const ClearanceMap& map = *clearance_;
 	const double off = (std::abs(x - grid_->origin_x) + std::abs(y - grid_->origin_y)) / grid_->cell_size;
 	if (!(off < kFarthest && std::isfinite(dx + dy))) return stop_at_unknown_ ? 0 : static_cast<float>(max_range_);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace d2s1r
 {
@@ -30,6 +31,41 @@ bool is_depth_edge(double range, double next_range, double spacing)
 	const double flattest = std::tan(4 * M_PI / 180);  // of beams to a surface that both may see
 	const auto [near, far] = std::minmax(range, next_range);
 	return far - near > kLeastStep && far > near * (1 + spacing / flattest);
+}
+
+/// From a beam to the next one counter-clockwise.
+struct Step
+{
+	bool starts_run = false;  //!< after a beam that ended at nothing, or a gap
+	bool is_depth_edge = false;
+};
+
+/// \param widest [rad] that neighbours are apart \param spacing [rad] that they are
+Step step_between(const Beam& before, const Beam& beam, double widest, double spacing)
+{
+	double apart = static_cast<double>(beam.angle) - static_cast<double>(before.angle);
+	if (apart < 0) apart += 2 * M_PI;
+	const bool starts_run = !before.is_return || apart > widest;
+	return {starts_run, !starts_run && beam.is_return && is_depth_edge(before.range, beam.range, spacing)};
+}
+
+/// Turns a full circle of beams, so that no surface is parted by the direction where circles begin.
+/// \return whether it is a full circle
+bool begin_where_a_surface_does(std::vector<Beam>& beams, double widest, double spacing)
+{
+	if (beams.front().angle + 2 * M_PI - beams.back().angle > widest) return false;
+	const Beam* before = &beams.back();
+	const auto is_seam = [&](const Beam& beam)
+	{
+		const Step step = step_between(*std::exchange(before, &beam), beam, widest, spacing);
+		return step.starts_run || step.is_depth_edge;
+	};
+	auto first = std::find_if(beams.begin(), beams.end(), is_seam);
+	if (first == beams.end())  // a room: its farthest point is a corner
+		first = std::max_element(
+		    beams.begin(), beams.end(), [](const Beam& a, const Beam& b) { return a.range < b.range; });
+	std::rotate(beams.begin(), first, beams.end());
+	return true;
 }
 
 /// Marks where the returns `first` to `last` leave the straight line between these two: iterative end point fit (Duda
@@ -78,25 +114,26 @@ Rays make_rays(const Scan& scan, double spacing, int most)
 	    static_cast<std::size_t>(std::max(1L, std::lround(spacing / apart))),
 	    (beams + static_cast<std::size_t>(most) - 1) / static_cast<std::size_t>(most));
 	rays.spacing = apart * static_cast<double>(stride);
+	std::vector<Beam> chosen;
+	for (std::size_t i = 0; i < beams; i += stride) chosen.push_back(scan.beams[i]);
+	rays.count = chosen.size();
 	constexpr float kFarthest = 20;  // [m] beyond, surfaces are too dark or too slanted often
 	const double widest = std::max(kWidestGap, 1.5 * rays.spacing);
-	bool was_return = true;
-	for (std::size_t i = 0; i < beams; i += stride, rays.count++)
+	const bool closed = begin_where_a_surface_does(chosen, widest, rays.spacing);
+	const Beam* before = closed ? &chosen.back() : nullptr;
+	for (const Beam& beam : chosen)
 	{
-		const Beam& beam = scan.beams[i];
-		const bool after_gap = i > 0 && beam.angle - scan.beams[i - stride].angle > widest;
 		if (beam.is_return)
 		{
-			const bool has_neighbour = i > 0 && was_return && !after_gap;
-			rays.depth_edge.push_back(
-			    has_neighbour && is_depth_edge(rays.returns.range.back(), beam.range, rays.spacing) ? 1 : 0);
+			const Step step = before ? step_between(*before, beam, widest, rays.spacing) : Step{};
+			rays.depth_edge.push_back(step.is_depth_edge ? 1 : 0);
 			add(rays.returns, std::cos(beam.angle), std::sin(beam.angle), beam.range);
 			rays.log_range.push_back(std::log(std::clamp(beam.range, 0.5F, 20.0F) / 3.0F));
-			rays.starts_run.push_back(was_return && !after_gap ? 0 : 1);
+			rays.starts_run.push_back(step.starts_run ? 1 : 0);
 		}
 		else
 			add(rays.no_returns, std::cos(beam.angle), std::sin(beam.angle), std::min(beam.range, kFarthest));
-		was_return = beam.is_return;
+		before = &beam;
 	}
 	rays.starts_surface = find_surfaces(rays);
 	pad(rays.returns);

@@ -65,11 +65,17 @@ bool ScanAccumulator::add_to(Circle& circle, const View& view) const
 	return !fresh.empty();
 }
 
-double ScanAccumulator::coverage() const
+ScanAccumulator::Circle ScanAccumulator::circle() const
 {
 	Circle circle{{}, std::vector<bool>(static_cast<std::size_t>(directions_))};
 	for (const View& view : views_) add_to(circle, view);
-	return static_cast<double>(std::count(circle.looked.begin(), circle.looked.end(), true)) / directions_;
+	return circle;
+}
+
+double ScanAccumulator::coverage() const
+{
+	const auto looked = circle().looked;
+	return static_cast<double>(std::count(looked.begin(), looked.end(), true)) / directions_;
 }
 
 Scan ScanAccumulator::scan() const
@@ -77,11 +83,10 @@ Scan ScanAccumulator::scan() const
 	Scan merged;
 	merged.invalid_because = "no usable scan was added";
 	if (views_.empty()) return merged;
-	Circle circle{{}, std::vector<bool>(static_cast<std::size_t>(directions_))};
-	for (const View& view : views_) add_to(circle, view);
-	std::sort(circle.beams.begin(), circle.beams.end(), [](const Beam& a, const Beam& b) { return a.angle < b.angle; });
-	merged.beams = std::move(circle.beams);
-	merged.field_of_view = 2 * M_PI * (complete() ? 1.0 : coverage());
+	merged.beams = circle().beams;
+	std::sort(merged.beams.begin(), merged.beams.end(), [](const Beam& a, const Beam& b) { return a.angle < b.angle; });
+	const double covered = coverage();
+	merged.field_of_view = 2 * M_PI * (covered >= kComplete ? 1.0 : covered);
 	merged.sensor_on_robot = views_.front().scan.sensor_on_robot;
 	merged.invalid_because.clear();
 	return merged;

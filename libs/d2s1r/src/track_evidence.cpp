@@ -2,6 +2,7 @@
 #include "track_evidence.h"
 
 #include <d2s1r/pseudo_odometry.h>
+#include <mrpt/core/bits_math.h>
 
 #include <algorithm>
 #include <cmath>
@@ -30,17 +31,23 @@ Query around(const PoseDensity& predicted)
 	return {{{box}}};
 }
 
+bool is_hidden(const Hypothesis& hypothesis)
+{
+	return hypothesis.explained < kHidden;
+}
+
 /// Whether `a` is the likelier place; places that unknown space explains come after all others.
 bool likelier(const Hypothesis& a, const Hypothesis& b)
 {
-	if ((a.explained < kHidden) != (b.explained < kHidden)) return a.explained >= kHidden;
+	if (is_hidden(a) != is_hidden(b)) return is_hidden(b);
 	return a.log_likelihood > b.log_likelihood;
 }
 }  // namespace
 
-double bounded(double log_likelihood)
+Evidence evidence_of(const Hypothesis& hypothesis, double relative)
 {
-	return std::log(std::exp(std::min(log_likelihood, 20.0)) + std::exp(kLeastEvidence));
+	const double bounded = std::log(std::exp(std::min(relative, 0.0)) + std::exp(kLeastEvidence));
+	return {is_hidden(hypothesis) ? std::min(bounded, kHiddenEvidence) : bounded, hypothesis.explained, 0};
 }
 
 bool missed(const Evidence& evidence)
@@ -65,15 +72,13 @@ Fit best_fit(
 	const auto consider = [&](const Hypothesis& hypothesis)
 	{
 		const PoseDensity measured = measurement(hypothesis);
-		const double off = mismatch(predicted, measured);
+		const double off = mrpt::square(mahalanobis_distance(predicted, measured));
 		if (off > kSlip) return;
 		const double of_motion = -0.5 * kTails * std::log1p(off / kTails);  // Student's t: wheels slip now and then
-		double evidence = bounded(hypothesis.log_likelihood - reference + of_motion);
-		const bool hidden = hypothesis.explained < kHidden;
-		if (hidden) evidence = std::min(evidence, kHiddenEvidence);
-		if (evidence <= best.evidence.log_likelihood) return;
-		best.evidence = {evidence, hypothesis.explained, 0};
-		best.pose = hidden ? predicted : off < kAgree ? combine(predicted, measured) : measured;
+		const Evidence evidence = evidence_of(hypothesis, hypothesis.log_likelihood - reference + of_motion);
+		if (evidence.log_likelihood <= best.evidence.log_likelihood) return;
+		best.evidence = evidence;
+		best.pose = is_hidden(hypothesis) ? predicted : off < kAgree ? combine(predicted, measured) : measured;
 	};
 	if (refined) consider(*refined);
 	for (const Hypothesis& hypothesis : one_shot) consider(hypothesis);
@@ -134,10 +139,10 @@ double explained_by(const Track& track)
 	return sum / static_cast<double>(frames);
 }
 
-double alone(const Track& track)
+double one_shot_probability(const Track& track)
 {
 	double sum = 0;
-	for (const Evidence& evidence : track.evidence) sum += evidence.alone;
+	for (const Evidence& evidence : track.evidence) sum += evidence.one_shot_probability;
 	return sum / static_cast<double>(track.evidence.size());
 }
 }  // namespace d2s1r

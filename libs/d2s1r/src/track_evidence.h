@@ -12,9 +12,9 @@ namespace d2s1r
 /// What one frame says about a track.
 struct Evidence
 {
-	double log_likelihood = 0;  //!< [nat] against the best pose of the frame, bounded below
-	double explained = 0;       //!< see Hypothesis
-	double alone = 0;           //!< [0, 1] probability of the place by this frame alone
+	double log_likelihood = 0;        //!< [nat] against the best pose of the frame, from kLeastEvidence to about 0
+	double explained = 0;             //!< see Hypothesis
+	double one_shot_probability = 0;  //!< [0, 1] of the place by this frame alone
 };
 
 /// Where the robot may be now, by the scans of several frames.
@@ -27,8 +27,8 @@ struct Track
 /// Least of a frame: scans may show what is not in the map.
 inline constexpr double kLeastEvidence = -8;  //!< [nat]
 
-/// [nat] of a pose against the best one of its frame, bounded below.
-double bounded(double log_likelihood);
+/// Of a hypothesis whose log-likelihood is `relative` [nat] to the best one of its frame.
+Evidence evidence_of(const Hypothesis& hypothesis, double relative);
 
 bool missed(const Evidence& evidence);
 
@@ -65,5 +65,5 @@ double sum_of(const Track& track);
 double explained_by(const Track& track);
 
 /// [0, 1] in the mean, that one scan alone gives to the place.
-double alone(const Track& track);
+double one_shot_probability(const Track& track);
 }  // namespace d2s1r

@@ -1,30 +1,16 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "track_motion.h"
 
+#include <d2s1r/pseudo_odometry.h>
 #include <mrpt/math/wrap2pi.h>
 
 #include <cmath>
-
-#include <Eigen/Dense>
 
 namespace d2s1r
 {
 namespace
 {
 constexpr double kDegree = M_PI / 180;
-
-mrpt::math::CMatrixDouble33 diagonal(double std_xy, double std_phi)
-{
-	mrpt::math::CMatrixDouble33 covariance;
-	covariance.setDiagonal(std::vector<double>{std_xy * std_xy, std_xy * std_xy, std_phi * std_phi});
-	return covariance;
-}
-
-/// Difference b - a in the map frame, m and rad.
-Eigen::Vector3d difference(const PoseDensity& a, const PoseDensity& b)
-{
-	return {b.mean.x() - a.mean.x(), b.mean.y() - a.mean.y(), mrpt::math::wrapToPi(b.mean.phi() - a.mean.phi())};
-}
 
 struct Vote
 {
@@ -49,17 +35,11 @@ std::vector<Vote> votes_of(const std::vector<Hypothesis>& from, const std::vecto
 }
 }  // namespace
 
-PoseDensity wheel_motion(const mrpt::poses::CPose2D& increment)
-{
-	const double way = increment.norm(), turn = std::abs(mrpt::math::wrapToPi(increment.phi()));
-	return {increment, diagonal(0.06 + 0.1 * way + 0.1 * turn, 3 * kDegree + 0.1 * turn + 4 * kDegree * way)};
-}
-
 PoseDensity common_motion(const std::vector<Hypothesis>& from, const std::vector<Hypothesis>& to)
 {
 	constexpr double kSame = 0.1, kSameTurn = 3 * kDegree;  // [m], [rad]
 	const std::vector<Vote> votes = votes_of(from, to);
-	PoseDensity best({0, 0, 0}, diagonal(0.5, 20 * kDegree));
+	PoseDensity best({0, 0, 0}, covariance_of(0.5, 0.5, 20 * kDegree));
 	double most = 0;
 	for (const Vote& vote : votes)
 	{
@@ -73,7 +53,7 @@ PoseDensity common_motion(const std::vector<Hypothesis>& from, const std::vector
 		}
 		if (support <= most) continue;
 		most = support;
-		best = PoseDensity(vote.motion, diagonal(0.15, 4 * kDegree));
+		best = PoseDensity(vote.motion, covariance_of(0.15, 0.15, 4 * kDegree));
 	}
 	return best;
 }
@@ -90,12 +70,5 @@ PoseDensity moved(const PoseDensity& pose, const PoseDensity& motion)
 	PoseDensity sum = pose;
 	sum += motion;
 	return sum;
-}
-
-double mismatch(const PoseDensity& a, const PoseDensity& b)
-{
-	const Eigen::Matrix3d sum = a.cov.asEigen() + b.cov.asEigen();
-	const Eigen::Vector3d off = difference(a, b);
-	return off.dot(sum.ldlt().solve(off));
 }
 }  // namespace d2s1r

@@ -10,9 +10,6 @@ namespace d2s1r
 {
 using PoseDensity = mrpt::poses::CPosePDFGaussian;
 
-/// Odometry as wheels measure it, with the errors that they make: a part of the way and of the turn.
-PoseDensity wheel_motion(const mrpt::poses::CPose2D& increment);
-
 /// The motion that takes most of the hypotheses of one frame, by probability, to hypotheses of the next. Without such
 /// a motion: none, known badly.
 PoseDensity common_motion(const std::vector<Hypothesis>& from, const std::vector<Hypothesis>& to);
@@ -22,7 +19,4 @@ PoseDensity reversed(const PoseDensity& motion);
 
 /// `pose` after `motion` in its frame.
 PoseDensity moved(const PoseDensity& pose, const PoseDensity& motion);
-
-/// Squared Mahalanobis distance of two estimates of one pose.
-double mismatch(const PoseDensity& a, const PoseDensity& b);
 }  // namespace d2s1r

@@ -1,7 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include <d2s1r/pseudo_odometry.h>
 #include <d2s1r/window_localizer.h>
-#include <mrpt/math/wrap2pi.h>
 #include <mrpt/system/CTicTac.h>
 
 #include <algorithm>
@@ -9,6 +8,7 @@
 #include <deque>
 #include <stdexcept>
 
+#include "distinct_poses.h"
 #include "track_evidence.h"
 
 namespace d2s1r
@@ -20,14 +20,14 @@ constexpr double kHopeless = 25;          //!< [nat] behind the best track
 constexpr std::size_t kMostTracks = 50;   //!< [-]
 constexpr double kLeastExplained = 0.18;  //!< [-] mean share of the returns that end at walls; below, it is no place
 constexpr double kExplained = 0.45;       //!< [-] mean share of explained beams of a localized track
-constexpr double kLeastAlone = 0.65;      //!< [0, 1] that one scan alone gives to the place, in the mean
+constexpr double kLeastOneShot = 0.65;    //!< [0, 1] that one scan alone gives to the place, in the mean
 constexpr int kLongestGuess = 2;          //!< [-] frames without a usable scan whose motion hypotheses may tell
 constexpr std::size_t kLostFrames = 3;    //!< [-] in a row that no track explains: the robot was carried away
 
 bool one_place(const Hypothesis& a, const Hypothesis& b, const ScoringParameters& parameters)
 {
-	return a.pose.distanceTo(b.pose) < parameters.distinct_distance &&
-	       std::abs(mrpt::math::wrapToPi(a.pose.phi() - b.pose.phi())) < parameters.distinct_yaw * M_PI / 180;
+	return are_near(
+	    a.pose.asTPose(), b.pose.asTPose(), parameters.distinct_distance, parameters.distinct_yaw * M_PI / 180);
 }
 
 /// [0, 1] that the one-shot hypotheses of a frame give to a place.
@@ -95,7 +95,7 @@ void WindowLocalizer::Tracker::set_motion(
 {
 	std::vector<Hypothesis> before;
 	for (const Track& track : tracks_) before.push_back(track.now);
-	const PoseDensity density = motion ? wheel_motion(*motion) : common_motion(before, one_shot.hypotheses);
+	const PoseDensity density = motion ? odometry_motion(*motion) : common_motion(before, one_shot.hypotheses);
 	frame.motion = density.mean;
 	frame.motion_covariance = density.cov;
 }
@@ -117,7 +117,8 @@ void WindowLocalizer::Tracker::follow(const Localization& one_shot)
 	for (std::size_t i = 0; i < tracks_.size(); i++)
 	{
 		Fit fit = best_fit(predicted[i], refined[i], one_shot.hypotheses, frame.reference);
-		fit.evidence.alone = probability_at(fit.pose, one_shot.hypotheses, localizer_->parameters().scoring);
+		fit.evidence.one_shot_probability =
+		    probability_at(fit.pose, one_shot.hypotheses, localizer_->parameters().scoring);
 		tracks_[i].now.pose = fit.pose.mean;
 		tracks_[i].now.covariance = fit.pose.cov;
 		tracks_[i].now.explained = fit.evidence.explained;
@@ -137,7 +138,7 @@ bool WindowLocalizer::Tracker::trace_back(Track& track) const
 		const PoseDensity predicted = moved(pose, reversed({later.motion, later.motion_covariance}));
 		const auto refined = localizer_->hypothesis_near(frame.scan, predicted.mean);
 		Fit fit = best_fit(predicted, refined, {}, frame.reference);
-		fit.evidence.alone = probability_at(fit.pose, frame.one_shot, localizer_->parameters().scoring);
+		fit.evidence.one_shot_probability = probability_at(fit.pose, frame.one_shot, localizer_->parameters().scoring);
 		pose = fit.pose;
 		track.evidence.push_front(fit.evidence);
 		if (tracks_.empty()) continue;
@@ -154,10 +155,9 @@ void WindowLocalizer::Tracker::start_tracks(const Localization& one_shot)
 	{
 		const auto followed = [&](const Track& track) { return one_place(track.now, hypothesis, scoring); };
 		if (std::any_of(tracks_.begin(), tracks_.end(), followed)) continue;
-		Track track{
-		    hypothesis,
-		    {{bounded(hypothesis.log_likelihood - frames_.back().reference), hypothesis.explained,
-		      hypothesis.probability}}};
+		Evidence evidence = evidence_of(hypothesis, hypothesis.log_likelihood - frames_.back().reference);
+		evidence.one_shot_probability = hypothesis.probability;
+		Track track{hypothesis, {evidence}};
 		const PoseDensity measured = measurement(hypothesis);
 		track.now.covariance = measured.cov;
 		if (trace_back(track)) started.push_back(std::move(track));
@@ -222,8 +222,8 @@ Localization WindowLocalizer::Tracker::conclude(const Localization& one_shot) co
 	result.relative_entropy = localizer_->relative_entropy(frames_.back().scan, result.best().pose);
 	result.confidence = result.best().probability;
 	const Track& best = tracks_.front();
-	const bool known = explained_by(best) >= kExplained && alone(best) >= kLeastAlone;
-	if (!known) result.confidence = std::min(result.confidence, alone(best));
+	const bool known = explained_by(best) >= kExplained && one_shot_probability(best) >= kLeastOneShot;
+	if (!known) result.confidence = std::min(result.confidence, one_shot_probability(best));
 	const double share = result.confidence / result.best().probability;  // the rest is "none of them"
 	for (Hypothesis& hypothesis : result.hypotheses) hypothesis.probability *= share;
 	result.status = known && result.confidence > scoring.localized_above ? Status::kLocalized : Status::kAmbiguous;

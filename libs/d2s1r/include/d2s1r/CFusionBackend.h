@@ -37,7 +37,7 @@ enum class FusionStatus
 {
 	kWaiting,    //!< nothing to start from yet: no pose
 	kTracking,   //!< one place holds nearly all the probability
-	kAmbiguous,  //!< several places share it, or places not found yet have much of it; the pose is the likeliest
+	kAmbiguous,  //!< several places share it, or places that no scan showed yet; the pose is the likeliest
 };
 
 const char* to_string(FusionStatus status);
@@ -68,7 +68,7 @@ struct FusedPose
 
 /// Fuses one-shot localizations over time. An application finds implementations in MRPT's class factory after
 /// mrpt::system::loadPluginModules(): `mrpt::rtti::classFactory("d2s1r::CParticleFilterFusion")`.
-/// The method is that of Section IV-B.6 of the paper. Not thread-safe, but each step may run in another thread; it sets
+/// Not thread-safe, but each step may run in another thread; it sets
 /// MRPT's random generator of that thread.
 class CFusionBackend : public mrpt::rtti::CObject
 {

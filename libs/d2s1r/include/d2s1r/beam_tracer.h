@@ -13,7 +13,8 @@ struct TracedBeams
 	/// size of a cell, as behind a corner, counts as that part of one
 	std::vector<float> walls;
 	std::vector<float> unknown;     //!< [m] in unknown space, outside of the grid included
-	std::vector<std::int32_t> end;  //!< Cell of the end point; unknown outside of the grid
+	std::vector<std::int32_t> end;  //!< Cell of the end point; unknown outside of the grid. If the sensor is outside,
+	                                //!< all are, and nothing is followed
 };
 
 /// Follows beams through walls, free and unknown space, many at a time; squares of one class are crossed in one step.

@@ -23,12 +23,11 @@ struct Candidate
 /// The first look begins at the groups whose signatures, the same for all yaws, are most like the scan's. The least
 /// cost there says how many beams may be without a counterpart; groups whose signatures lack more, and
 /// parameters.overview_deficit times the root of the beams, are not looked at.
-/// The second look compares the cheapest pairs of the first: those dearer than the cheapest by at most
-/// parameters.overview_margin times the root of the beams, but no more than parameters.max_pairs, nor
-/// parameters.max_pairs_share of all pairs. Costs are whole numbers: if the pairs of one cost would
-/// exceed that number, all of them are dropped; of the lowest cost the first ones are kept. Comparing stops early only
-/// where the beams that were compared already cost more; the machine's SIMD instructions do not matter. Equal costs are
-/// ranked by the position in `profiles`, then by the shift.
+/// The second look compares the cheapest pairs of the first: those within parameters.overview_margin times the root of
+/// the beams of the cheapest, no more than parameters.max_pairs, nor parameters.max_pairs_share of all pairs. Costs are
+/// whole numbers: if the pairs of the last cost admitted would exceed that number, none of that cost is compared; at
+/// the lowest cost, the first ones are. Neither early termination nor the machine's SIMD instructions change the
+/// result. Equal costs are ranked by the position in `profiles`, then by the shift.
 ///
 /// Against a million pairs compared with all beams all this loses at most one scan in 500, cluttered or not: measured
 /// in tests/experiments/RESULTS.md.
@@ -36,7 +35,7 @@ struct Candidate
 /// Thread-safe: each thread keeps its scratch memory for its next query.
 ///
 /// \param prior of the robot; the sensor's positions within a sample's spacing of what it allows are searched, too
-/// \return distinct poses, best first, at most parameters.candidates and none dearer than the best one by
+/// \return distinct poses, best first, at most parameters.candidates and none costlier than the best one by
 ///         more than parameters.margin times the root of the beams
 std::vector<Candidate> coarse_search(
     const RangeProfiles& profiles, const Scan& scan, const CoarseSearchParameters& parameters, const Prior& prior = {});

@@ -23,7 +23,7 @@ class DistanceField
 	static constexpr float kUnitsPerCell = 1024;
 	static constexpr float kReachCells = 32;  //!< [cells] beyond, the distance is cut off
 
-	/// \throws std::invalid_argument if the cells are below 6.2 mm or too many
+	/// \throws std::invalid_argument if there are more than 2^30 cells
 	explicit DistanceField(const Grid& grid);
 
 	/// At (x, y) [m, map frame]; far outside of the grid the greatest distance, with no gradient.

@@ -15,12 +15,13 @@ namespace d2s1r
 /// One-shot global localization: an index of a map that answers scans.
 ///
 /// Building it is the offline phase of the paper. Afterwards it is const and thread-safe: any number of
-/// threads may call localize() at once, and the same scan always gives the same answer.
+/// threads may call localize() at once, and without a time budget the same scan always gives the same
+/// answer.
 class Localizer
 {
    public:
-	/// \throws std::invalid_argument if `map` is null, has no free cell or is too large for the parameters (their
-	///         ranges in cells, the spacing of positions), or a parameter is out of range
+	/// \throws std::invalid_argument if `map` is null, has no free cell, has cells below 6.2 mm or is too large for the
+	///         parameters (their ranges in cells, the spacing of positions), or a parameter is out of range
 	explicit Localizer(mrpt::maps::COccupancyGridMap2D::ConstPtr map, const Parameters& parameters = {});
 	~Localizer();
 	Localizer(Localizer&&) noexcept;

@@ -9,7 +9,8 @@
 namespace d2s1r
 {
 /// The published method: the k cells of nearest signature, each registered to the scan by relative entropy (Wang et
-/// al., "Global Localization With a Single-Line LiDAR by Dense 2D Signature and 1D Registration", 2020, Fig. 1).
+/// al., "Global Localization With a Single-Line LiDAR by Dense 2D Signature and 1D Registration", IEEE Sensors Journal
+/// 21(10), 2021, Fig. 1).
 ///
 /// It always answers with its best candidate, status localized. All candidates are returned, by increasing relative
 /// entropy D; the paper knows no probabilities, here they are proportional to 2^(-n D) for n effectively independent

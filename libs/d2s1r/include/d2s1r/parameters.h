@@ -54,15 +54,15 @@ struct CoarseSearchParameters
 	double clearance = 0.1;           //!< [m] of sample positions from occupied cells
 	int directions = 120;             //!< [-] of a profile, and yaw shifts that are tried
 	double max_range = 30.0;          //!< [m] of a profile
-	int overview_truncation = 8;      //!< [2 steps] greatest difference of companded ranges that counts in the overview
-	double overview_margin = 17.0;    //!< [2 steps] times the root of the beams: pairs dearer than the cheapest by more
+	int overview_truncation = 8;      //!< [overview step] greatest difference of companded ranges that counts in the overview
+	double overview_margin = 17.0;    //!< [overview step] times the root of the beams: pairs costlier than the cheapest by more
 	                                  //!< are dropped after the overview
 	double overview_deficit = 0.7;    //!< [-] times the root of the beams: beams that a signature may lack by chance
 	int max_pairs = 40000;            //!< [-] (group of positions, yaw) pairs compared with all beams, at most
 	double max_pairs_share = 0.05;    //!< [-] of all pairs, at most
 	int truncation = 10;              //!< [step] greatest difference of companded ranges that counts
 	int candidates = 800;             //!< [-] poses handed on, at most
-	double margin = 28.0;             //!< [step] times the root of the beams: poses dearer than the best by more are
+	double margin = 28.0;             //!< [step] times the root of the beams: poses costlier than the best by more are
 	                                  //!< dropped
 	double distinct_distance = 0.36;  //!< [m] candidates closer than this
 	double distinct_yaw = 8.0;        //!< [deg] and this are one
@@ -134,7 +134,7 @@ struct ScoringParameters
 struct Parameters
 {
 	Method method = Method::kDefault;
-	int threads = 1;  //!< [-] used to build the index of kPaper; the result does not depend on it
+	int threads = 1;  //!< [-] of the program, and of building the index of kPaper; no result depends on it
 	GridParameters grid;
 	FreeCellParameters free_cells;
 	ScanParameters scan;

@@ -19,6 +19,17 @@ std::optional<mrpt::obs::CActionRobotMovement2D> pseudo_odometry(const Localizat
 /// Whether odometry can mean this increment: finite, and no more than a kilometre between two scans.
 bool is_plausible(const mrpt::poses::CPose2D& increment);
 
+/// Of independent errors. \param std_x, std_y [m] \param std_phi [rad]
+mrpt::math::CMatrixDouble33 covariance_of(double std_x, double std_y, double std_phi);
+
+/// An increment of odometry, robot frame at its start, with the errors that wheels make: parts of the way and of the
+/// turn.
+mrpt::poses::CPosePDFGaussian odometry_motion(const mrpt::poses::CPose2D& increment);
+
+/// Of two independent estimates of one pose or motion, (x, y, phi), m and rad. \return [standard deviations]
+double mahalanobis_distance(
+    mrpt::poses::CPosePDFGaussian a /* MRPT's method is not const */, const mrpt::poses::CPosePDFGaussian& b);
+
 /// Product of two independent estimates of the same pose or motion, (x, y, phi), m and rad.
 mrpt::poses::CPosePDFGaussian combine(const mrpt::poses::CPosePDFGaussian& a, const mrpt::poses::CPosePDFGaussian& b);
 }  // namespace d2s1r

@@ -16,7 +16,7 @@ namespace d2s1r
 /// the sensor, 35 cm at a max_range of 30 m.
 ///
 /// The positions form groups, those in 2 x 2 squares of the samples' spacing. The overview has one position a group, at
-/// its middle, and steps twice as large: what is too dear there need not be compared closely. A signature is a
+/// its middle, and steps twice as large: what is too costly there need not be compared closely. A signature is a
 /// histogram of the ranges of a group's overview, the same for all yaws (as in Section III-B.1 of the paper): where it
 /// lacks what a scan has, the overview need not be compared either.
 struct RangeProfiles

@@ -35,8 +35,6 @@ class RayCaster
 	void scan(double x, double y, int directions, std::vector<float>& ranges) const;
 
    private:
-	float cast_along(double x, double y, double dx, double dy) const;
-
 	const Grid* grid_;
 	double max_range_;  //!< [m]
 	bool stop_at_unknown_;

@@ -17,7 +17,7 @@ struct BeamEnds
 /// Some beams of a scan, evenly spread.
 struct Rays
 {
-	BeamEnds returns;              //!< by increasing angle
+	BeamEnds returns;              //!< counter-clockwise; of a full circle, from where a surface begins
 	std::vector<float> log_range;  //!< ln of range / 3 m of each return, range within 0.5 and 20 m; not padded
 	/// 1 for a return that has a beam that ended at nothing, or more than 10 deg without data, on its clockwise side
 	std::vector<std::uint8_t> starts_run;

@@ -37,7 +37,7 @@ class ScanAccumulator
 	double coverage() const;
 
 	/// Whether the turn is closed but for a hole or two.
-	bool complete() const { return coverage() >= 0.97; }
+	bool complete() const { return coverage() >= kComplete; }
 
 	/// One scan of all directions seen, as if taken where the robot is now by the sensor of the newest scan. Its field
 	/// of view is 2 pi if complete(), else the sum of the directions. Invalid if there was no usable scan yet.
@@ -46,6 +46,8 @@ class ScanAccumulator
 	void clear() { views_.clear(); }
 
    private:
+	static constexpr double kComplete = 0.97;  //!< [0, 1] coverage
+
 	/// A scan and where it was taken.
 	struct View
 	{
@@ -60,6 +62,7 @@ class ScanAccumulator
 
 	/// \return whether it sees a direction that is not in `circle` yet
 	bool add_to(Circle& circle, const View& view) const;
+	Circle circle() const;
 	std::size_t direction_of(double angle) const;
 
 	int directions_;

@@ -11,7 +11,7 @@ namespace d2s1r
 template <class P, class Visitor>
 void visit_parameters(P& p, Visitor&& visit)
 {
-	visit("localizer", "threads", p.threads, 1, 256, "[-] used to build the index of the paper's method");
+	visit("localizer", "threads", p.threads, 1, 256, "[-] of rawlog-localize, and of building the index of method = paper; no result depends on it");
 
 	visit(
 	    "grid", "occupied_threshold", p.grid.occupied_threshold, 0.0, 1.0,
@@ -53,10 +53,10 @@ void visit_parameters(P& p, Visitor&& visit)
 	visit("coarse_search", "max_range", coarse.max_range, 0.5, 300.0, "[m] of a profile");
 	visit(
 	    "coarse_search", "overview_truncation", coarse.overview_truncation, 1, 100,
-	    "[2 steps] greatest difference of companded ranges that counts in the overview");
+	    "[overview step, twice a step] greatest difference of companded ranges that counts in the overview");
 	visit(
 	    "coarse_search", "overview_margin", coarse.overview_margin, 0.1, 1e6,
-	    "[2 steps] times the root of the beams: pairs dearer than the cheapest by more are dropped after the overview");
+	    "[overview step] times the root of the beams: pairs costlier than the cheapest by more are dropped after the overview");
 	visit(
 	    "coarse_search", "overview_deficit", coarse.overview_deficit, 0.0, 1e6,
 	    "[-] times the root of the beams: those that a signature may lack by chance");
@@ -66,11 +66,11 @@ void visit_parameters(P& p, Visitor&& visit)
 	visit("coarse_search", "max_pairs_share", coarse.max_pairs_share, 0.0001, 1, "[-] of all pairs, at most");
 	visit(
 	    "coarse_search", "truncation", coarse.truncation, 1, 100,
-	    "[step] greatest difference of companded ranges that counts");
+	    "[step: 2 cm near the sensor, 35 cm at 30 m] greatest difference of companded ranges that counts");
 	visit("coarse_search", "candidates", coarse.candidates, 1, 100000, "[-] poses handed on, at most");
 	visit(
 	    "coarse_search", "margin", coarse.margin, 0.0, 1e6,
-	    "[step] times the root of the beams: poses dearer than the best by more are dropped");
+	    "[step] times the root of the beams: poses costlier than the best by more are dropped");
 	visit(
 	    "coarse_search", "distinct_distance", coarse.distinct_distance, 0.01, 10.0, "[m] candidates closer than this");
 	visit("coarse_search", "distinct_yaw", coarse.distinct_yaw, 0.1, 180.0, "[deg] and this are one");
