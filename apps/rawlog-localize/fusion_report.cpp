@@ -1,11 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "fusion_report.h"
 
-#include <mrpt/core/bits_math.h>
-#include <mrpt/math/wrap2pi.h>
-
-#include <cmath>
-
 namespace d2s1r::app
 {
 FusionReport report_fusion(const RunReport& report)

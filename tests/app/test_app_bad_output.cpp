@@ -80,11 +80,11 @@ TEST_F(AppBadOutput, DiskThatFillsUpAtAnyFileOfThePipeline)
 	for (int pages = 1; pages <= 32 && status != 0; pages++)
 	{
 		fs::create_directories(path("small"));
-		const std::string small = path("small"),
-		                  command = "mount -t tmpfs -o size=" + std::to_string(4 * pages) + "k tmpfs " + small +
-		                            " || exit 77; " + RAWLOG_LOCALIZE " -q -m " + path("flat.gridmap.gz") + " -i " +
-		                            path("walk.rawlog") + " -o " + path("out") + " --write-pf-ini " + small +
-		                            "/pf.ini; status=$?; cp -a " + small + " " + path("copy") + "; exit $status";
+		const std::string command = mrpt::format(
+		    "mount -t tmpfs -o size=%dk tmpfs %s || exit 77; " RAWLOG_LOCALIZE
+		    " -q -m %s -i %s -o %s --write-pf-ini %s/pf.ini; status=$?; cp -a %s %s; exit $status",
+		    4 * pages, path("small").c_str(), path("flat.gridmap.gz").c_str(), path("walk.rawlog").c_str(),
+		    path("out").c_str(), path("small").c_str(), path("small").c_str(), path("copy").c_str());
 		fs::remove_all(path("copy"));
 		const auto result = run_program({"unshare", "--map-root-user", "--mount", "bash", "-c", command});
 		if (result.status == 77 || result.status == 127 || result.err.rfind("unshare: ", 0) == 0)

@@ -2,10 +2,10 @@
 // The default method, stage by stage and as a whole.
 #include <benchmark/benchmark.h>
 #include <d2s1r/coarse_search.h>
-#include <d2s1r/hypotheses.h>
 #include <d2s1r/localizer.h>
 #include <d2s1r/refinement.h>
 
+#include "hypotheses.h"
 #include "literal_query.h"
 #include "site_queries.h"
 

@@ -1,9 +1,9 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // The published method, stage by stage, and its literal transcription.
 #include <benchmark/benchmark.h>
-#include <d2s1r/paper_localizer.h>
 
 #include "literal_query.h"
+#include "paper_localizer.h"
 #include "signature_counts.h"
 #include "site_queries.h"
 

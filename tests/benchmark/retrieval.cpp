@@ -1,11 +1,11 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // Share of queries whose ten candidates hold a cell within 0.2 m of the truth: by the index, and by exact search on the
 // full histograms of exactly cast rays. Prints a line of CSV a set: site, set, queries, index, exact, success.
-#include <d2s1r/paper_localizer.h>
 
 #include <iostream>
 
 #include "literal_query.h"
+#include "paper_localizer.h"
 #include "site_queries.h"
 
 namespace

@@ -1,4 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include <d2s1r/pseudo_odometry.h>
+
 #include <thread>
 
 #include "filter_on_a_floor.h"

@@ -1,6 +1,5 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include <d2s1r/free_cells.h>
-#include <d2s1r/paper_localizer.h>
 #include <gtest/gtest.h>
 #include <mrpt/math/wrap2pi.h>
 
@@ -8,6 +7,7 @@
 #include <cstdlib>
 #include <new>
 
+#include "paper_localizer.h"
 #include "test_maps.h"
 
 namespace

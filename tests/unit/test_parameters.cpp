@@ -1,5 +1,4 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include <d2s1r/visit_parameters.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -7,6 +6,8 @@
 #include <fstream>
 #include <limits>
 #include <stdexcept>
+
+#include "visit_parameters.h"
 
 namespace d2s1r
 {

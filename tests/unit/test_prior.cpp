@@ -76,9 +76,9 @@ TEST(PriorOfDensity, HoldsTheLikelyCellsOfAGrid)
 	const Prior anywhere = make_prior(grid);
 	for (const mrpt::math::TPose2D& pose : {TPose2D{0.1, -4.9, 3}, TPose2D{9.9, 4.9, 0}, TPose2D{5, 0, -1}})
 		EXPECT_TRUE(anywhere.allows(pose)) << pose;
-	for (double x = 0; x < 10; x += 0.2)
-		for (double y = -5; y < 5; y += 0.2)
-			for (double phi = -3; phi < 3; phi += 0.1) *grid.getByPos(x, y, phi) = 0;
+	for (unsigned x = 0; x < grid.getSizeX(); x++)
+		for (unsigned y = 0; y < grid.getSizeY(); y++)
+			for (unsigned phi = 0; phi < grid.getSizePhi(); phi++) *grid.getByIndex(x, y, phi) = 0;
 	*grid.getByPos(2, 1, 0.5) = 1, *grid.getByPos(8, -3, -2) = 0.5;
 	const Prior two = make_prior(grid);
 	EXPECT_TRUE(two.allows({2, 1, 0.5}));

@@ -1,8 +1,8 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include <d2s1r/visit_parameters.h>
 #include <gtest/gtest.h>
 
 #include "test_steps.h"
+#include "visit_parameters.h"
 
 namespace d2s1r::test
 {

@@ -2,8 +2,7 @@
 // The steps of the default method as the tests call them.
 #pragma once
 
-#include <d2s1r/hypotheses.h>
-
+#include "hypotheses.h"
 #include "test_floor.h"
 
 namespace d2s1r::test

@@ -75,7 +75,7 @@ TEST(TrackEvidence, UnknownSpaceSetsTheStandardOnlyWhereNothingElseIs)
 TEST(TrackEvidence, IsBounded)
 {
 	const auto log_likelihood = [](double explained, double relative)
-	{ return evidence_of(*place(0, 0, explained), relative).log_likelihood; };
+	{ return evidence_of(place(0, 0, explained), relative).log_likelihood; };
 	EXPECT_NEAR(log_likelihood(0.9, -1000), kLeastEvidence, 1e-6);
 	EXPECT_NEAR(log_likelihood(0.9, 0), 0, 1e-3);
 	EXPECT_NEAR(log_likelihood(0.9, 1000), 0, 1e-3);

@@ -12,6 +12,7 @@
 
 #include "checked_value.h"
 #include "occupancy_map.h"
+#include "visit_parameters.h"
 
 namespace d2s1r
 {

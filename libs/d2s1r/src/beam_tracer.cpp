@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "beam_trace.h"
+#include "beam_tracer_kernel.h"
 
 namespace d2s1r
 {

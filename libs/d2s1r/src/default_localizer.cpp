@@ -1,11 +1,12 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include <d2s1r/default_localizer.h>
-#include <d2s1r/hypotheses.h>
-#include <d2s1r/paper_localizer.h>
+#include "default_localizer.h"
+
 #include <mrpt/system/CTicTac.h>
 
 #include <cmath>
 
+#include "hypotheses.h"
+#include "paper_localizer.h"
 #include "time_budget.h"
 
 namespace d2s1r

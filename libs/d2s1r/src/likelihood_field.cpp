@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "checked_value.h"
+#include "visit_parameters.h"
 
 namespace d2s1r
 {

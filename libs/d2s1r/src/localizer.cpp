@@ -1,8 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include <d2s1r/default_localizer.h>
 #include <d2s1r/free_cells.h>
 #include <d2s1r/localizer.h>
-#include <d2s1r/paper_localizer.h>
 #include <d2s1r/range_sweep.h>
 #include <mrpt/core/format.h>
 
@@ -11,6 +9,9 @@
 #include <limits>
 #include <optional>
 #include <stdexcept>
+
+#include "default_localizer.h"
+#include "paper_localizer.h"
 
 namespace d2s1r
 {

@@ -1,5 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include <d2s1r/paper_localizer.h>
+#include "paper_localizer.h"
+
 #include <mrpt/system/CTicTac.h>
 
 #include <algorithm>

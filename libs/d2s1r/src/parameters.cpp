@@ -1,5 +1,5 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include <d2s1r/visit_parameters.h>
+#include <d2s1r/parameters.h>
 
 #include <filesystem>
 #include <fstream>
@@ -11,6 +11,7 @@
 
 #include "checked_value.h"
 #include "ini_text.h"
+#include "visit_parameters.h"
 
 namespace d2s1r
 {

@@ -1,7 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include <d2s1r/range_sweep.h>
 
-#include "direction_sweep.h"
+#include "range_sweep_kernel.h"
 
 #include <cmath>
 

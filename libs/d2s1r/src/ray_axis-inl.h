@@ -10,6 +10,8 @@
 
 #include <hwy/highway.h>
 
+#include <cstdint>
+
 HWY_BEFORE_NAMESPACE();
 namespace d2s1r
 {
@@ -29,6 +31,14 @@ using Mask = hn::Mask<FloatTag>;
 HWY_INLINE Floats all(float value)
 {
 	return hn::Set(kFloats, value);
+}
+
+/// The bytes of cells (u, v), counted from that at `start`; the three bytes after the last cell are read, too.
+HWY_INLINE Ints bytes_at(const std::uint8_t* start, Floats u, Floats v, int width)
+{
+	const Ints offsets = hn::Add(hn::ConvertTo(kInts, u), hn::Mul(hn::ConvertTo(kInts, v), hn::Set(kInts, width)));
+	const Ints words = hn::GatherOffset(kInts, reinterpret_cast<const std::int32_t*>(start), offsets);
+	return hn::And(words, hn::Set(kInts, 0xFF));
 }
 
 /// One coordinate of a vector of rays. Cells are counted from the cell of the start.

@@ -1,7 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include <d2s1r/ray_caster.h>
 
-#include "ray_fan.h"
+#include "ray_caster_kernel.h"
 
 #include <algorithm>
 #include <cmath>

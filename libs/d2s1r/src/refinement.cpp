@@ -9,7 +9,7 @@
 #include <limits>
 
 #include "distinct_poses.h"
-#include "end_points.h"
+#include "end_point_sums.h"
 
 namespace d2s1r
 {

@@ -1,7 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "signature_counts.h"
 
-#include "direction_sweep.h"
+#include "range_sweep_kernel.h"
 
 #include <d2s1r/parallel.h>
 

@@ -18,18 +18,6 @@ struct LikelihoodParameters
 	double independent_beams = 20.0;  //!< [-] beams that a scan is worth: neighbours see the same object
 };
 
-/// Calls `visit(key, value, least, greatest, unit_and_meaning)` for every parameter. The one list that reading, writing
-/// and checking go by; `P` is LikelihoodParameters, const or derived from it.
-template <class P, class Visitor>
-void visit_likelihood(P& p, Visitor&& visit)
-{
-	visit("sigma", p.sigma, 0.001, 10.0, "[m] of end points about the surface of a wall");
-	visit("random_share", p.random_share, 1e-6, 1.0, "[0, 1] of the beams that end anywhere");
-	visit("unknown_share", p.unknown_share, 0.0, 1.0, "[0, 1] density of an end in unknown space");
-	visit("beams", p.beams, 2, 100000, "[-] most beams looked at");
-	visit("independent_beams", p.independent_beams, 0.1, 1e5, "[-] beams that a scan is worth");
-}
-
 /// \throws std::invalid_argument naming the first parameter out of range
 void check(const LikelihoodParameters& parameters);
 

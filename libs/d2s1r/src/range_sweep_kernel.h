@@ -1,8 +1,8 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "sweep_direction.h"
-#include "sweep_lines.h"
+#include "column_runs.h"
+#include "digital_lines.h"
 
 namespace d2s1r
 {

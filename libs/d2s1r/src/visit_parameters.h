@@ -1,6 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <d2s1r/likelihood_field.h>
 #include <d2s1r/parameters.h>
 
 namespace d2s1r
@@ -11,7 +12,9 @@ namespace d2s1r
 template <class P, class Visitor>
 void visit_parameters(P& p, Visitor&& visit)
 {
-	visit("localizer", "threads", p.threads, 1, 256, "[-] of rawlog-localize, and of building the index of method = paper; no result depends on it");
+	visit(
+	    "localizer", "threads", p.threads, 1, 256,
+	    "[-] of rawlog-localize, and of building the index of method = paper; no result depends on it");
 
 	visit(
 	    "grid", "occupied_threshold", p.grid.occupied_threshold, 0.0, 1.0,
@@ -56,7 +59,8 @@ void visit_parameters(P& p, Visitor&& visit)
 	    "[overview step, twice a step] greatest difference of companded ranges that counts in the overview");
 	visit(
 	    "coarse_search", "overview_margin", coarse.overview_margin, 0.1, 1e6,
-	    "[overview step] times the root of the beams: pairs costlier than the cheapest by more are dropped after the overview");
+	    "[overview step] times the root of the beams: pairs costlier than the cheapest by more are dropped after the "
+	    "overview");
 	visit(
 	    "coarse_search", "overview_deficit", coarse.overview_deficit, 0.0, 1e6,
 	    "[-] times the root of the beams: those that a signature may lack by chance");
@@ -160,5 +164,17 @@ void visit_parameters(P& p, Visitor&& visit)
 	visit(
 	    "presence_model", "surfaces", presence.surfaces, -10.0, 10.0,
 	    "[-] times ln(1 + straight pieces of surface explained)");
+}
+
+/// Calls `visit(key, value, least, greatest, unit_and_meaning)` for every parameter. The one list that reading, writing
+/// and checking go by; `P` is LikelihoodParameters, const or derived from it.
+template <class P, class Visitor>
+void visit_likelihood(P& p, Visitor&& visit)
+{
+	visit("sigma", p.sigma, 0.001, 10.0, "[m] of end points about the surface of a wall");
+	visit("random_share", p.random_share, 1e-6, 1.0, "[0, 1] of the beams that end anywhere");
+	visit("unknown_share", p.unknown_share, 0.0, 1.0, "[0, 1] density of an end in unknown space");
+	visit("beams", p.beams, 2, 100000, "[-] most beams looked at");
+	visit("independent_beams", p.independent_beams, 0.1, 1e5, "[-] beams that a scan is worth");
 }
 }  // namespace d2s1r

@@ -1,5 +1,5 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include "end_points.h"
+#include "end_point_sums.h"
 
 #include <gtest/gtest.h>
 

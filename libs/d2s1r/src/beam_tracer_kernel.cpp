@@ -1,10 +1,10 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include "beam_trace.h"
+#include "beam_tracer_kernel.h"
 
 #include "simd_targets.h"
 
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "beam_trace.cpp"  // of the include path src/
+#define HWY_TARGET_INCLUDE "beam_tracer_kernel.cpp"  // of the include path src/
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
@@ -19,14 +19,6 @@ namespace HWY_NAMESPACE
 {
 namespace
 {
-/// The byte of the cells at (u, v), counted from `start`.
-HWY_INLINE Ints packed_at(const std::uint8_t* start, Floats u, Floats v, int width)
-{
-	const Ints offsets = hn::Add(hn::ConvertTo(kInts, u), hn::Mul(hn::ConvertTo(kInts, v), hn::Set(kInts, width)));
-	const Ints words = hn::GatherOffset(kInts, reinterpret_cast<const std::int32_t*>(start), offsets);
-	return hn::And(words, hn::Set(kInts, 0xFF));
-}
-
 HWY_INLINE Mask is_class(Ints packed, Cell cell)
 {
 	const Ints classes = hn::And(packed, hn::Set(kInts, (1 << BeamTracer::kClassBits) - 1));
@@ -55,7 +47,7 @@ HWY_INLINE Passed follow(const std::uint8_t* start, int width, Axis u, Axis v, F
 	Mask moving = hn::Gt(end, length);
 	while (!hn::AllFalse(kFloats, moving))
 	{
-		const Ints packed = packed_at(start, u.cell, v.cell, width);
+		const Ints packed = bytes_at(start, u.cell, v.cell, width);
 		const Floats clearance = hn::ConvertTo(kFloats, hn::ShiftRight<BeamTracer::kClassBits>(packed));
 		const Mask outside = hn::Eq(clearance, all(0)), at_wall = is_class(packed, Cell::kOccupied);
 		const Mask counts = hn::And(moving, hn::AndNot(at_wall, hn::Lt(length, passed_before)));
@@ -102,7 +94,7 @@ void trace_of_target(
 		const Floats end_v = hn::Floor(hn::Add(v.start, hn::Mul(dy, end)));
 		const Floats in_u = hn::Min(hn::Max(end_u, first_u), last_u), in_v = hn::Min(hn::Max(end_v, first_v), last_v);
 		const Ints classes =
-		    hn::And(packed_at(start, in_u, in_v, map.width), hn::Set(kInts, (1 << BeamTracer::kClassBits) - 1));
+		    hn::And(bytes_at(start, in_u, in_v, map.width), hn::Set(kInts, (1 << BeamTracer::kClassBits) - 1));
 		hn::StoreU(classes, kInts, traced.end.data() + i);
 	}
 }

@@ -1,12 +1,12 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include "direction_sweep.h"
+#include "range_sweep_kernel.h"
 
 #include "simd_targets.h"
 
 #include <stdexcept>
 
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "direction_sweep.cpp"  // of the include path src/
+#define HWY_TARGET_INCLUDE "range_sweep_kernel.cpp"  // of the include path src/
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 

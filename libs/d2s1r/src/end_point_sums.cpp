@@ -1,10 +1,10 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include "end_points.h"
+#include "end_point_sums.h"
 
 #include "simd_targets.h"
 
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "end_points.cpp"  // of the include path src/
+#define HWY_TARGET_INCLUDE "end_point_sums.cpp"  // of the include path src/
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 

@@ -1,10 +1,10 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include "ray_fan.h"
+#include "ray_caster_kernel.h"
 
 #include "simd_targets.h"
 
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "ray_fan.cpp"  // of the include path src/
+#define HWY_TARGET_INCLUDE "ray_caster_kernel.cpp"  // of the include path src/
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
@@ -31,10 +31,7 @@ struct Start
 	Floats clearance(const Axis& u, const Axis& v) const
 	{
 		const std::uint8_t* here = map.cells.data() + map.index(column, row);
-		const Ints offsets =
-		    hn::Add(hn::ConvertTo(kInts, u.cell), hn::Mul(hn::ConvertTo(kInts, v.cell), hn::Set(kInts, map.width)));
-		const Ints words = hn::GatherOffset(kInts, reinterpret_cast<const std::int32_t*>(here), offsets);
-		return hn::ConvertTo(kFloats, hn::And(words, hn::Set(kInts, 0xFF)));
+		return hn::ConvertTo(kFloats, bytes_at(here, u.cell, v.cell, map.width));
 	}
 	Mask is_in_margin(const Axis& u, const Axis& v) const
 	{
