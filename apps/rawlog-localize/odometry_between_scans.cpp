@@ -3,10 +3,13 @@
 
 #include <d2s1r/pseudo_odometry.h>
 
+#include <utility>
+
 namespace d2s1r::app
 {
 void OdometryBetweenScans::add(const RawlogObject& object)
 {
+	has_news_ = has_news_ || object.odometry || object.increment;
 	if (object.odometry) now_ = object.odometry;
 	if (object.increment) now_ = now_.value_or(mrpt::poses::CPose2D()) + *object.increment;
 }
@@ -14,6 +17,7 @@ void OdometryBetweenScans::add(const RawlogObject& object)
 std::optional<mrpt::poses::CPose2D> OdometryBetweenScans::take()
 {
 	std::optional<mrpt::poses::CPose2D> increment;
+	if (!std::exchange(has_news_, false)) now_.reset();  // not the same as standing still
 	if (now_ && then_) increment = *now_ - *then_;
 	if (increment && !is_plausible(*increment)) increment.reset(), now_.reset();
 	then_ = now_;

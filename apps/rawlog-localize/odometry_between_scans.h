@@ -11,12 +11,13 @@ class OdometryBetweenScans
    public:
 	void add(const RawlogObject& object);
 
-	/// Increment since the last call, robot frame of that moment; no value without odometry, where it
-	/// is not plausible, or at the first call.
+	/// Increment since the last call, robot frame of that moment; no value at the first call, where it is not
+	/// plausible, or without odometry since the last call or the one before.
 	std::optional<mrpt::poses::CPose2D> take();
 
    private:
 	std::optional<mrpt::poses::CPose2D> now_;   //!< robot in the odometry's frame
 	std::optional<mrpt::poses::CPose2D> then_;  //!< the same at the last scan
+	bool has_news_ = false;                     //!< since the last scan
 };
 }  // namespace d2s1r::app

@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <filesystem>
 
 namespace d2s1r::app
@@ -48,17 +49,23 @@ class RecordingStream : public mrpt::io::CStream
 	bool at_clean_end_ = false;  //!< [-] the file ended before the first byte of the object
 };
 
-void read_observation(const mrpt::serialization::CSerializable::Ptr& observation, RawlogObject& into)
+/// \param odometer label of the one that is read: the first; they have frames of their own
+void read_observation(
+    const mrpt::serialization::CSerializable::Ptr& observation, std::optional<std::string>& odometer,
+    RawlogObject& into)
 {
 	if (auto scan = std::dynamic_pointer_cast<mrpt::obs::CObservation2DRangeScan>(observation))
 		into.scans.push_back(std::move(scan));
 	const auto reading = std::dynamic_pointer_cast<mrpt::obs::CObservationOdometry>(observation);
-	// what an earlier run of rawlog-localize wrote is no measurement
-	if (reading && reading->sensorLabel != kPseudoOdometryLabel) into.odometry = reading->odometry;
+	if (!reading || !std::isfinite(reading->odometry.norm() + reading->odometry.phi())) return;
+	if (reading->sensorLabel == kPseudoOdometryLabel) return;  // by an earlier run of rawlog-localize, not measured
+	if (!odometer) odometer = reading->sensorLabel;
+	if (reading->sensorLabel == *odometer) into.odometry = reading->odometry;
 }
 
 /// What localization needs of an object of a rawlog of either kind.
-void read_contents(const mrpt::serialization::CSerializable::Ptr& object, RawlogObject& into)
+void read_contents(
+    const mrpt::serialization::CSerializable::Ptr& object, std::optional<std::string>& odometer, RawlogObject& into)
 {
 	if (const auto actions = std::dynamic_pointer_cast<mrpt::obs::CActionCollection>(object))
 	{
@@ -66,9 +73,9 @@ void read_contents(const mrpt::serialization::CSerializable::Ptr& object, Rawlog
 		if (movement) into.increment = movement->poseChange->getMeanVal();
 	}
 	if (const auto frame = std::dynamic_pointer_cast<mrpt::obs::CSensoryFrame>(object))
-		for (const auto& observation : *frame) read_observation(observation, into);
+		for (const auto& observation : *frame) read_observation(observation, odometer, into);
 	else
-		read_observation(object, into);
+		read_observation(object, odometer, into);
 }
 
 /// The class that MRPT says it does not know; empty if it says something else, or the name is none.
@@ -112,7 +119,7 @@ std::optional<RawlogObject> RawlogReader::next()
 	try
 	{
 		auto archive = mrpt::serialization::archiveFrom<mrpt::io::CStream>(recording);
-		read_contents(archive.ReadObject(), object);
+		read_contents(archive.ReadObject(), odometer_, object);
 		objects_++;
 		return object;
 	}

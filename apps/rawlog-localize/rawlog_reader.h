@@ -44,7 +44,8 @@ class RawlogReader
 	std::string unreadable(const std::exception& error) const;
 
 	mrpt::io::CFileGZInputStream stream_;
-	std::size_t objects_ = 0;  //!< [-] read so far
+	std::size_t objects_ = 0;              //!< [-] read so far
+	std::optional<std::string> odometer_;  //!< label
 	std::string damage_;
 };
 }  // namespace d2s1r::app

@@ -119,7 +119,7 @@ ExitStatus run(const Flags& flags, Console& console)
 	RunReport report{flags, parameters, outputs.frames(), sensor};
 	report.build_seconds = build_watch.Tac();
 	if (!flags.save_map.empty()) save_map(localizer.map(), parameters, flags.save_map);
-	if (backend) backend->start(map, {flags.motion, kFusionParticles, flags.seed});
+	if (backend) backend->start(map, {flags.motion, kFusionParticles, flags.seed, flags.query.prior});
 	report.selected_frames = selection.past - selection.first;
 
 	const mrpt::system::CTicTac watch;

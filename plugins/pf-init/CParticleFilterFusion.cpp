@@ -31,6 +31,25 @@ double probability_found(const Localization& localization)
 	for (const Hypothesis& hypothesis : localization.hypotheses) sum += hypothesis.probability;
 	return std::min(1.0, sum);
 }
+
+/// Probability that the hypotheses give to a place.
+double probability_at(const Localization& localization, const mrpt::math::TPose2D& place)
+{
+	double sum = 0;
+	for (const Hypothesis& hypothesis : localization.hypotheses)
+		if (pf::are_one_place(hypothesis.pose.asTPose(), place)) sum += hypothesis.probability;
+	return sum;
+}
+
+/// What the spread of a few particles does not show: they were drawn with the errors of `motion`, and their mean has
+/// these errors divided by how many count.
+/// \param heading [rad] of the frame of `motion`
+mrpt::math::CMatrixDouble33 error_of_mean(CPosePDFGaussian motion, double heading, double effective_particles)
+{
+	motion.rotateCov(heading);
+	motion.cov *= 1 / (1 + effective_particles);
+	return motion.cov;
+}
 }  // namespace
 
 void CParticleFilterFusion::start(const CSignatureMap2D::ConstPtr& map, const FusionParameters& parameters)
@@ -44,11 +63,15 @@ void CParticleFilterFusion::start(const CSignatureMap2D::ConstPtr& map, const Fu
 	seeding_.seed = parameters.seed;
 	grid_ = make_grid(*map->grid(), map->parameters().grid);
 	free_cells_ = find_free_cells(grid_, map->parameters().free_cells);
+	const auto is_ruled_out = [&](CellIndex cell)
+	{ return !parameters.prior.allows_position(grid_.center_x(cell), grid_.center_y(cell)); };
+	free_cells_.erase(std::remove_if(free_cells_.begin(), free_cells_.end(), is_ruled_out), free_cells_.end());
 	filter_.m_options.adaptiveSampleSize = false;  // KLD would grow a seed of several places to tens of thousands
 	filter_.m_options.resamplingMethod = mrpt::bayes::CParticleFilter::prSystematic;
 	particles_.options.metricMap = map;
 	map->likelihood_field();  // builds it now
 	seeded_ = false;
+	odometry_check_ = {};
 	last_pose_.reset();
 	last_motion_ = {};
 	previous_ = {};
@@ -59,8 +82,10 @@ FusedPose CParticleFilterFusion::step(const FusionInput& input)
 {
 	if (!map_) throw std::logic_error("CParticleFilterFusion::step() before start()");
 	const mrpt::system::CTicTac watch;
-	// MRPT's filter draws from this one, which each thread has of its own and all filters in it share
-	mrpt::random::getRandomGenerator().randomize(random_.drawUniform32bit());
+	// MRPT's filter draws from this one, which each thread has of its own and all filters in it share; a new one,
+	// because randomize() would leave every other normal number of whoever drew last
+	mrpt::random::getRandomGenerator() = mrpt::random::CRandomGenerator(random_.drawUniform32bit());
+	look_whether_in_map(input.localization);
 	FusedPose pose;
 	if (seeded_)
 	{
@@ -73,24 +98,35 @@ FusedPose CParticleFilterFusion::step(const FusionInput& input)
 		weigh_by_hypotheses(input.localization);
 		const double effective = weigh_by_scan_and_resample(scan, input.localization);
 		admit(input.localization, lost);
-		pose = estimate();
+		pose = estimate(input.localization);
 		pose.effective_sample_size = effective;
+		const auto error = error_of_mean(motion, last_pose_->pose.phi, effective * static_cast<double>(pose.particles));
+		for (int r = 0; r < 3; r++)
+			for (int c = 0; c < 3; c++)
+				pose.covariance(r, c) += error(r, c);  // += wants pose aligned: on the caller's stack
 		last_motion_ = motion.mean;
 		const auto expected = mrpt::poses::CPose2D(last_pose_->pose) + motion.mean;
 		const bool moved_on =
 		    std::hypot(pose.pose.x - expected.x(), pose.pose.y - expected.y()) < tuning.reseed_distance &&
 		    std::abs(mrpt::math::wrapToPi(pose.pose.phi - expected.phi())) < tuning.reseed_angle;
-		if (!moved_on && last_pose_->status == FusionStatus::kTracking) pose.event = FusionEvent::kReseeded;
+		if (!moved_on && is_sure(*last_pose_)) pose.event = FusionEvent::kReseeded;
 	}
 	else if (seed(input.localization))
 	{
-		pose = estimate();
+		pose = estimate(input.localization);
 		pose.event = FusionEvent::kSeeded;
 	}
 	if (seeded_) last_pose_ = pose;
 	previous_ = input.localization;
 	pose.step_ms = 1e3 * watch.Tac();
 	return pose;
+}
+
+void CParticleFilterFusion::look_whether_in_map(const Localization& localization)
+{
+	if (localization.status == Status::kInvalid) return;
+	const double found = probability_found(localization);
+	found_ += (seeded_ ? tuning.newest_found : 1.0) * (found - found_);
 }
 
 bool CParticleFilterFusion::seed(const Localization& localization)
@@ -101,10 +137,12 @@ bool CParticleFilterFusion::seed(const Localization& localization)
 	return seeded_ = true;
 }
 
-CPosePDFGaussian CParticleFilterFusion::motion_to(const FusionInput& input) const
+CPosePDFGaussian CParticleFilterFusion::motion_to(const FusionInput& input)
 {
-	const bool is_used = parameters_.motion != MotionSource::kPseudo && input.odometry && is_plausible(*input.odometry);
-	const auto odometry = is_used ? input.odometry : std::nullopt;
+	const bool agrees = odometry_check_.agrees(input.odometry, input.localization);
+	const bool is_wanted =
+	    parameters_.motion == MotionSource::kOdometry || (parameters_.motion == MotionSource::kBoth && agrees);
+	const auto odometry = is_wanted && input.odometry && is_plausible(*input.odometry) ? input.odometry : std::nullopt;
 	auto predicted = pf::predict_motion(odometry, last_motion_, tuning.motion);
 	if (parameters_.motion == MotionSource::kOdometry) return predicted;
 	const auto weights = pf::normalized_weights(particles_);
@@ -181,9 +219,24 @@ double CParticleFilterFusion::probability_of_being_lost(
 	return std::max(tuning.admitted_probability, of_lost / (of_lost + of_filter));
 }
 
+/// Whether the filter's place explains enough of a scan that no place explains well: a covered sensor would draw the
+/// particles to the next wall.
+bool CParticleFilterFusion::explains(const mrpt::obs::CObservation2DRangeScan& scan) const
+{
+	const auto& options = map_->likelihood_options();
+	const auto points = end_points(make_scan(scan, map_->parameters().scan), options.beams);
+	if (points.empty()) return false;
+	const auto place = pf::dominant_place(particles_, pf::normalized_weights(particles_));
+	const double of_nothing =
+	    std::min(options.independent_beams, static_cast<double>(points.size())) * std::log(options.random_share);
+	const double log_likelihood = map_->likelihood_field().log_likelihood(points, place.pose);
+	return log_likelihood >= (1 - tuning.least_explained) * of_nothing;
+}
+
 double CParticleFilterFusion::weigh_by_scan_and_resample(
     const mrpt::obs::CObservation2DRangeScan& scan, const Localization& localization)
 {
+	if (localization.hypotheses.empty() && !explains(scan)) return particles_.ESS();
 	filter_.m_options.powFactor =
 	    tuning.unexplained_power + (1 - tuning.unexplained_power) * probability_found(localization);
 	mrpt::obs::CSensoryFrame observations;
@@ -215,7 +268,12 @@ void CParticleFilterFusion::admit(const Localization& localization, double proba
 	}
 }
 
-FusedPose CParticleFilterFusion::estimate() const
+bool CParticleFilterFusion::is_sure(const FusedPose& pose) const
+{
+	return pose.probability >= tuning.tracking_probability && found_ >= tuning.least_found;
+}
+
+FusedPose CParticleFilterFusion::estimate(const Localization& localization) const
 {
 	const auto place = pf::dominant_place(particles_, pf::normalized_weights(particles_));
 	FusedPose pose;
@@ -224,7 +282,9 @@ FusedPose CParticleFilterFusion::estimate() const
 	pose.probability = place.probability * (1 - unaccounted_);
 	pose.particles = particles_.m_particles.size();
 	pose.effective_sample_size = particles_.ESS();
-	pose.status = pose.probability >= tuning.tracking_probability ? FusionStatus::kTracking : FusionStatus::kAmbiguous;
+	const bool is_agreed =
+	    localization.status != Status::kLocalized || probability_at(localization, pose.pose) >= tuning.least_agreement;
+	pose.status = is_sure(pose) && is_agreed ? FusionStatus::kTracking : FusionStatus::kAmbiguous;
 	return pose;
 }
 }  // namespace d2s1r

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <d2s1r/CFusionBackend.h>
+#include <d2s1r/pseudo_odometry.h>
 #include <d2s1r/seeding.h>
 #include <mrpt/bayes/CParticleFilter.h>
 #include <mrpt/random/RandomGenerators.h>
@@ -36,12 +37,17 @@ class CParticleFilterFusion : public CFusionBackend
 		double admitted_probability = 0.0005;  //!< [0, 1] that the robot was carried away since the last scan
 		double log_place_share = -17;    //!< [nat] of all poses that a place takes: how much better a hypothesis must
 		                                 //!< explain a scan to take over at once
-		double unexplained_power = 0.2;  //!< [0, 1] exponent of the likelihood of a scan that fits nowhere in the map;
-		                                 //!< 1 of one that certainly fits somewhere, in between by its probability
+		double unexplained_power = 0.2;  //!< [0, 1] exponent of the likelihood of a scan that hardly fits anywhere in
+		                                 //!< the map; 1 of one that certainly does, in between by its probability
+		double least_explained = 0.3;    //!< [0, 1] of a scan that no place explains, by the filter's place: below, the
+		                                 //!< scan is not weighed
 		double unlisted = 0.30;          //!< [0, 1] weight of a particle that no hypothesis of the scan supports
 		double hypothesis_std_xy = 0.3;  //!< [m] round a hypothesis that particles are supported
 		double hypothesis_std_phi = 0.15;    //!< [rad]
 		double tracking_probability = 0.80;  //!< [0, 1] of a place to be kTracking
+		double newest_found = 0.1;           //!< [0, 1] share of a scan in the average of probability_found()
+		double least_found = 0.5;            //!< [0, 1] of that average to be kTracking: below, the map is a wrong one
+		double least_agreement = 0.5;        //!< [0, 1] that a localized scan must give to a place that is kTracking
 		double sure_probability = 0.99;      //!< [0, 1] of a place, above which fewer particles suffice
 		double sure_std_xy = 0.30;           //!< [m] of a motion, below which fewer particles suffice
 		double sure_share = 0.20;            //!< [0, 1] of all particles: those kept then
@@ -61,13 +67,15 @@ class CParticleFilterFusion : public CFusionBackend
 	mrpt::slam::CMonteCarloLocalization2D particles_;
 	mrpt::random::CRandomGenerator random_;
 	bool seeded_ = false;
-	double unaccounted_ = 0;              ///< [0, 1] probability that no particle is where the robot is
+	double unaccounted_ = 0;  ///< [0, 1] probability that no particle is where the robot is
+	double found_ = 0;        ///< [0, 1] probability_found(), average of the last scans
+	OdometryCheck odometry_check_;
 	Localization previous_;               ///< of the last scan
 	mrpt::poses::CPose2D last_motion_;    ///< increment to the last scan
 	std::optional<FusedPose> last_pose_;  ///< of the last scan
 
 	bool seed(const Localization& localization);
-	mrpt::poses::CPosePDFGaussian motion_to(const FusionInput& input) const;
+	mrpt::poses::CPosePDFGaussian motion_to(const FusionInput& input);
 	std::size_t particles_for(const mrpt::poses::CPosePDFGaussian& motion) const;
 	void resize(std::size_t count);
 	void predict(const mrpt::poses::CPosePDFGaussian& motion);
@@ -75,7 +83,10 @@ class CParticleFilterFusion : public CFusionBackend
 	double probability_of_being_lost(
 	    const mrpt::obs::CObservation2DRangeScan& scan, const Localization& localization) const;
 	double weigh_by_scan_and_resample(const mrpt::obs::CObservation2DRangeScan& scan, const Localization& localization);
+	bool explains(const mrpt::obs::CObservation2DRangeScan& scan) const;
 	void admit(const Localization& localization, double probability);
-	FusedPose estimate() const;
+	void look_whether_in_map(const Localization& localization);
+	bool is_sure(const FusedPose& pose) const;
+	FusedPose estimate(const Localization& localization) const;
 };
 }  // namespace d2s1r

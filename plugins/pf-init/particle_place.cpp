@@ -17,11 +17,6 @@ using mrpt::math::wrapToPi;
 
 constexpr int kBinsOfAPlace = 3 * 3 * 4;  //!< [-] at most: those of x, y and phi, one more at the seam of the yaw
 
-bool is_near(const TPose2D& a, const TPose2D& b)
-{
-	return std::hypot(a.x - b.x, a.y - b.y) < kPlaceRadius && std::abs(wrapToPi(a.phi - b.phi)) < kPlaceAngle;
-}
-
 /// Among the heaviest particle of each bin, the one with the most weight near it; not that of the heaviest bin, for a
 /// place may lie across the borders of bins.
 TPose2D heaviest_neighbourhood(const mrpt::poses::CPosePDFParticles& particles, const std::vector<double>& weights)
@@ -54,6 +49,11 @@ TPose2D heaviest_neighbourhood(const mrpt::poses::CPosePDFParticles& particles, 
 	return best;
 }
 }  // namespace
+
+bool are_one_place(const TPose2D& a, const TPose2D& b)
+{
+	return std::hypot(a.x - b.x, a.y - b.y) < kPlaceRadius && std::abs(wrapToPi(a.phi - b.phi)) < kPlaceAngle;
+}
 
 std::vector<double> normalized_weights(const mrpt::poses::CPosePDFParticles& particles)
 {
@@ -109,7 +109,7 @@ ParticlePlace dominant_place(const mrpt::poses::CPosePDFParticles& particles, co
 		for (std::size_t i = 0; i < weights.size(); i++)
 		{
 			const TPose2D& pose = particles.m_particles[i].d;
-			if (!is_near(pose, center)) continue;
+			if (!are_one_place(pose, center)) continue;
 			const std::array<double, 3> offset = {
 			    pose.x - center.x, pose.y - center.y, wrapToPi(pose.phi - center.phi)};
 			sum += weights[i];
@@ -136,7 +136,7 @@ double weight_near(
 {
 	double sum = 0;
 	for (std::size_t i = 0; i < weights.size(); i++)
-		if (is_near(particles.m_particles[i].d, pose)) sum += weights[i];
+		if (are_one_place(particles.m_particles[i].d, pose)) sum += weights[i];
 	return sum;
 }
 }  // namespace d2s1r::pf

@@ -12,6 +12,9 @@ namespace d2s1r::pf
 inline constexpr double kPlaceRadius = 1.0;  //!< [m]
 inline constexpr double kPlaceAngle = 0.5;   //!< [rad]
 
+/// Whether a robot at `a` is at the place of `b`.
+bool are_one_place(const mrpt::math::TPose2D& a, const mrpt::math::TPose2D& b);
+
 /// Weights [0, 1] of the particles, sum 1.
 std::vector<double> normalized_weights(const mrpt::poses::CPosePDFParticles& particles);
 

@@ -25,14 +25,17 @@ TEST_F(FilterOnAFloor, AnotherFilterInTheProcessAndOtherThreadsChangeNothing)
 	const Drive drive = drive_along(along_corridor(6));
 	const auto alone = follow(drive);
 	CParticleFilterFusion other;
-	other.start(map(), {MotionSource::kPseudo, 300, 5});
+	other.start(map(), {MotionSource::kPseudo, 301, 5});  // draws an odd number of normal numbers
 	filter_.start(map(), {});
 	for (std::size_t i = 0; i < drive.size(); i++)
 	{
 		const FusionInput input{drive[i].scan, drive[i].localization, drive[i].odometry};
 		other.step(input);
 		FusedPose pose;
-		std::thread([&] { pose = filter_.step(input); }).join();
+		if (i % 2 == 0)
+			pose = filter_.step(input);
+		else
+			std::thread([&] { pose = filter_.step(input); }).join();
 		EXPECT_EQ(pose.pose, alone[i].pose) << i;
 	}
 }
@@ -123,7 +126,72 @@ TEST_F(FilterOnAFloor, OneWrongLocalizationDoesNotMoveIt)
 	Drive drive = drive_along(along_corridor(8));
 	drive[5].localization = result_of({hypothesis_at({7.6, 3.6, 0.8}, 0.95)});
 	const auto poses = follow(drive);
+	EXPECT_EQ(poses[5].status, FusionStatus::kAmbiguous) << "scan and filter do not agree";
+	EXPECT_LT(distance_between(poses[5].pose, drive[5].truth), 0.1);
+	for (std::size_t i = 6; i < poses.size(); i++) expect_at(poses[i], drive[i].truth, std::to_string(i));
+}
+
+TEST_F(FilterOnAFloor, FrozenOdometryIsNotFollowed)
+{
+	Drive drive = drive_along(along_corridor(25));
+	for (Frame& frame : drive) frame.odometry = CPose2D();
+	const auto poses = follow(drive);
 	for (std::size_t i = 5; i < poses.size(); i++) expect_at(poses[i], drive[i].truth, std::to_string(i));
+}
+
+TEST_F(FilterOnAFloor, ACoveredSensorDoesNotMoveIt)
+{
+	Drive drive = drive_along(along_corridor(20));
+	for (std::size_t i = 8; i < 16; i++)
+	{
+		for (std::size_t beam = 0; beam < drive[i].scan.getScanSize(); beam++) drive[i].scan.setScanRange(beam, 0.15F);
+		drive[i].localization = no_place(Status::kRejected, "covered");
+	}
+	const auto poses = follow(drive);
+	for (std::size_t i = 8; i < 16; i++) EXPECT_LT(distance_between(poses[i].pose, drive[i].truth), 0.8) << i;
+	for (std::size_t i = 18; i < 20; i++) expect_at(poses[i], drive[i].truth, std::to_string(i));
+}
+
+TEST_F(FilterOnAFloor, TracksNothingWhereTheMapExplainsFewScans)
+{
+	Drive drive = drive_along(along_corridor(25));
+	for (std::size_t i = 0; i < drive.size(); i++)
+		drive[i].localization = i % 3 == 0 ? result_of({hypothesis_at(CPose2D(drive[i].truth), 0.6)})
+		                                   : no_place(Status::kRejected, "another building");
+	const auto poses = follow(drive);
+	for (std::size_t i = 15; i < poses.size(); i++) EXPECT_EQ(poses[i].status, FusionStatus::kAmbiguous) << i;
+}
+
+TEST_F(FilterOnAFloor, FewParticlesThatCountAreNoCertainty)
+{
+	FusionParameters parameters;
+	parameters.particles = 1;
+	const auto poses = follow(drive_along(along_corridor(6)), parameters);
+	for (std::size_t i = 1; i < poses.size(); i++)
+		for (const int axis : {0, 1, 2}) EXPECT_GT(deviation(poses[i], axis), 0.01) << i << ", " << axis;
+}
+
+TEST_F(FilterOnAFloor, LooksForPlacesThatNoScanShowedWithinThePriorOnly)
+{
+	FusionParameters parameters;
+	parameters.prior = make_prior(-3, 5, 3, 7);
+	Drive drive = drive_along(along_corridor(1));
+	drive[0].localization = result_of({hypothesis_at(CPose2D(drive[0].truth), 0.01)});
+	drive.push_back(blind_stop(drive[0]));
+	const auto within = [&](const FusionParameters& used)
+	{
+		const FusedPose pose = follow(drive, used).back();
+		return parameters.prior.allows_position(pose.pose.x, pose.pose.y, 0.5);
+	};
+	int elsewhere = 0;
+	for (parameters.seed = 1; parameters.seed <= 5; parameters.seed++)
+	{
+		EXPECT_TRUE(within(parameters)) << parameters.seed;
+		FusionParameters anywhere;
+		anywhere.seed = parameters.seed;
+		elsewhere += within(anywhere) ? 0 : 1;
+	}
+	EXPECT_GT(elsewhere, 0);
 }
 
 TEST_F(FilterOnAFloor, WaitsForAFirstHypothesis)

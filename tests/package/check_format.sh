@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# All sources are laid out as .clang-format says; clang-format -i FILE mends one.
+# All sources are laid out as .clang-format says; clang-format -i FILE corrects one.
 # Usage: check_format.sh CLANG_FORMAT SOURCE_FOLDER
 set -euo pipefail
 cd "$2"

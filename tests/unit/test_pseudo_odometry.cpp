@@ -142,6 +142,38 @@ TEST(OdometryMotion, IsLessCertainTheFurtherAndTheMoreItTurns)
 	EXPECT_EQ(turn.mean, CPose2D(0, 0, -1));
 }
 
+TEST(OdometryCheck, DistrustsOdometryThatScansContradictUntilTheyAgreeAgain)
+{
+	d2s1r::OdometryCheck check;
+	CPose2D robot;
+	const CPose2D step(0.5, 0, 0.1);
+	const auto agrees = [&](const std::optional<CPose2D>& odometry)
+	{
+		robot = robot + step;
+		return check.agrees(odometry, localized_at(robot));
+	};
+	for (int i = 0; i < 10; i++) EXPECT_TRUE(agrees(step)) << i;
+	EXPECT_TRUE(agrees(CPose2D(0.4, 0.05, 0.15)));
+	int believed = 0;
+	while (agrees(CPose2D())) ASSERT_LT(believed++, 5) << "frozen";
+	int distrusted = 0;
+	while (!agrees(step)) ASSERT_LT(distrusted++, 10) << "repaired";
+}
+
+TEST(OdometryCheck, LearnsNothingFromScansThatAreNotLocalizedOrOdometryThatIsNotThere)
+{
+	d2s1r::OdometryCheck check;
+	Localization unsure = localized_at({});
+	unsure.status = d2s1r::Status::kAmbiguous;
+	for (int i = 0; i < 20; i++)
+	{
+		EXPECT_TRUE(check.agrees(CPose2D(3, 0, 0), unsure));
+		EXPECT_TRUE(check.agrees(CPose2D(3, 0, 0), localized_at({})));  // no motion seen since the scan before
+		EXPECT_TRUE(check.agrees({}, localized_at({5, 5, 1})));
+		EXPECT_TRUE(check.agrees(CPose2D(std::nan(""), 0, 0), localized_at({})));
+	}
+}
+
 TEST(MahalanobisDistance, IsInStandardDeviationsOfTheDifference)
 {
 	using d2s1r::mahalanobis_distance, d2s1r::covariance_of;

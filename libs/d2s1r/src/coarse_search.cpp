@@ -18,7 +18,7 @@ namespace d2s1r
 {
 namespace
 {
-/// All beams, at all positions of the groups. What is allowed and not costlier than the cheapest by more than the margin.
+/// All beams, at all positions of the groups: what is allowed, and costlier than the cheapest by the margin at most.
 void second_look(
     const RangeProfiles& profiles, const CompandedScan& scan, const CoarseSearchParameters& parameters,
     const std::vector<Match>& of_groups, const AllowedPairs& allowed, std::vector<Match>& matches)

@@ -3,6 +3,7 @@
 #include <mrpt/math/wrap2pi.h>
 
 #include <Eigen/Dense>
+#include <algorithm>
 #include <cmath>
 
 namespace d2s1r
@@ -49,6 +50,21 @@ CPosePDFGaussian odometry_motion(const mrpt::poses::CPose2D& increment)
 	const double std_xy = 0.06 + 0.1 * way + 0.1 * turn;                  // [m]
 	const double std_phi = 3 * kDegree + 0.1 * turn + 4 * kDegree * way;  // [rad]
 	return {increment, covariance_of(std_xy, std_xy, std_phi)};
+}
+
+bool OdometryCheck::agrees(const std::optional<mrpt::poses::CPose2D>& increment, const Localization& localization)
+{
+	constexpr double kNewest = 0.2, kOutlier = 30, kMost = 12;  // [-] share in the average; of a motion; of the average
+	const auto now = localization.status == Status::kLocalized ? std::optional(localization.best()) : std::nullopt;
+	if (before_ && now && increment && is_plausible(*increment))
+	{
+		CPosePDFGaussian seen;
+		seen.inverseComposition({now->pose, now->covariance}, {before_->pose, before_->covariance});
+		const double distance = mahalanobis_distance(odometry_motion(*increment), seen);
+		disagreement_ += kNewest * (std::min(distance * distance, kOutlier) - disagreement_);
+	}
+	before_ = now;
+	return disagreement_ <= kMost;
 }
 
 double mahalanobis_distance(CPosePDFGaussian a, const CPosePDFGaussian& b)

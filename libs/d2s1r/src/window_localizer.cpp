@@ -50,7 +50,8 @@ class WindowLocalizer::Tracker
 	    : localizer_(&localizer), most_frames_(static_cast<std::size_t>(frames)), prior_(prior)
 	{
 	}
-	Localization add(const Scan& scan, const Localization& one_shot, const std::optional<mrpt::poses::CPose2D>& motion);
+	Localization add(
+	    const Scan& scan, const Localization& one_shot, const std::optional<mrpt::poses::CPose2D>& odometry);
 
    private:
 	struct Frame
@@ -76,6 +77,7 @@ class WindowLocalizer::Tracker
 	const Localizer* localizer_;
 	std::size_t most_frames_;
 	Prior prior_;
+	OdometryCheck odometry_check_;
 	int gap_ = 0;                                     //!< [-] last scans in a row that were not usable
 	std::optional<mrpt::poses::CPose2D> gap_motion_;  //!< over these; no value if it is not known of all
 	std::deque<Frame> frames_;                        //!< newest last
@@ -231,15 +233,17 @@ Localization WindowLocalizer::Tracker::conclude(const Localization& one_shot) co
 }
 
 Localization WindowLocalizer::Tracker::add(
-    const Scan& scan, const Localization& one_shot, const std::optional<mrpt::poses::CPose2D>& motion)
+    const Scan& scan, const Localization& one_shot, const std::optional<mrpt::poses::CPose2D>& odometry)
 {
+	const bool is_relied_on = odometry_check_.agrees(odometry, one_shot) && odometry && is_plausible(*odometry);
+	const auto motion = is_relied_on ? odometry : std::nullopt;
 	if (!scan.valid())
 	{
 		pass_gap(motion);
 		return one_shot;
 	}
 	const mrpt::system::CTicTac watch;
-	std::optional<mrpt::poses::CPose2D> since_last = motion;
+	auto since_last = motion;
 	if (gap_ > 0)
 	{
 		const bool is_long = gap_ > kLongestGuess || motion || gap_motion_;
@@ -281,6 +285,6 @@ WindowLocalizer& WindowLocalizer::operator=(WindowLocalizer&&) noexcept = defaul
 Localization WindowLocalizer::add(
     const Scan& scan, const Localization& one_shot, const std::optional<mrpt::poses::CPose2D>& motion)
 {
-	return tracker_->add(scan, one_shot, motion && is_plausible(*motion) ? motion : std::nullopt);
+	return tracker_->add(scan, one_shot, motion);
 }
 }  // namespace d2s1r

@@ -22,6 +22,7 @@ struct FusionParameters
 	MotionSource motion = MotionSource::kBoth;
 	int particles = 1000;    //!< [-]
 	std::uint32_t seed = 1;  //!< [-] same seed, same input: same result
+	Prior prior = {};        //!< where the robot may be, all the time
 };
 
 /// One scan and what else is known of its moment.

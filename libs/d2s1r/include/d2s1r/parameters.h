@@ -54,9 +54,9 @@ struct CoarseSearchParameters
 	double clearance = 0.1;           //!< [m] of sample positions from occupied cells
 	int directions = 120;             //!< [-] of a profile, and yaw shifts that are tried
 	double max_range = 30.0;          //!< [m] of a profile
-	int overview_truncation = 8;      //!< [overview step] greatest difference of companded ranges that counts in the overview
-	double overview_margin = 17.0;    //!< [overview step] times the root of the beams: pairs costlier than the cheapest by more
-	                                  //!< are dropped after the overview
+	int overview_truncation = 8;      //!< [overview step] greatest difference of ranges that counts in the overview
+	double overview_margin = 17.0;    //!< [overview step] times the root of the beams: pairs costlier than the
+	                                  //!< cheapest by more are dropped after the overview
 	double overview_deficit = 0.7;    //!< [-] times the root of the beams: beams that a signature may lack by chance
 	int max_pairs = 40000;            //!< [-] (group of positions, yaw) pairs compared with all beams, at most
 	double max_pairs_share = 0.05;    //!< [-] of all pairs, at most
