@@ -35,13 +35,20 @@ class AppFuse : public AppTest
 		ASSERT_EQ(result.status, 0) << result.err;
 	}
 
-	void expect_on_walk(const std::string& out)
+	void expect_near_walk(const std::string& out)
 	{
 		const CsvTable fused(folder() / out / "fused.csv", kFusedHeader);
 		ASSERT_EQ(fused.size(), walk().size());
 		for (std::size_t i = 0; i < fused.size(); i++)
-		{
 			EXPECT_LT(std::hypot(fused.number(i, "x") - walk()[i].x, fused.number(i, "y") - walk()[i].y), 0.3) << i;
+	}
+
+	void expect_on_walk(const std::string& out)
+	{
+		expect_near_walk(out);
+		const CsvTable fused(folder() / out / "fused.csv", kFusedHeader);
+		for (std::size_t i = 0; i < fused.size(); i++)
+		{
 			EXPECT_EQ(fused.text(i, "status"), "tracking") << i;
 			EXPECT_EQ(fused.number(i, "particles"), i == 0 ? 1000 : 200) << i;
 			EXPECT_EQ(fused.text(i, "event"), i == 0 ? "seeded" : "-") << i;
@@ -169,26 +176,60 @@ TEST_F(AppFuse, TheFilterJoinsScansThatSpeakForThemselvesEvenInAWindow)
 			EXPECT_EQ(alone.text(i, column), window.text(i, column)) << column << " of " << i;
 }
 
+/// A reading at the time of a scan of the walk.
+mrpt::obs::CObservationOdometry::Ptr odometry_at(
+    std::size_t i, const mrpt::poses::CPose2D& pose, const std::string& label = "WHEELS")
+{
+	auto reading = mrpt::obs::CObservationOdometry::Create();
+	reading->sensorLabel = label;
+	reading->odometry = pose;
+	reading->timestamp = walk_scan(i)->timestamp;
+	return reading;
+}
+
 TEST_F(AppFuse, OneOdometryThatIsNoNumberDoesNoHarm)
 {
 	Objects log;
 	for (std::size_t i = 0; i < walk().size(); i++)
 	{
-		auto odometry = mrpt::obs::CObservationOdometry::Create();
-		odometry->odometry = mrpt::poses::CPose2D(i == 5 ? mrpt::math::TPose2D(std::nan(""), 0, 0) : walk()[i]);
-		odometry->timestamp = walk_scan(i)->timestamp;
-		log.push_back(odometry);
+		const auto pose = i == 5 ? mrpt::math::TPose2D(std::nan(""), 0, 0) : walk()[i];
+		log.push_back(odometry_at(i, mrpt::poses::CPose2D(pose)));
 		log.push_back(walk_scan(i));
 	}
 	save(log, path("odometry.rawlog"));
 	for (const char* motion : {"both", "odometry"})
 	{
 		fuse("out", {"--motion", motion}, "odometry.rawlog");
-		const CsvTable fused(folder() / "out/fused.csv", kFusedHeader);
-		ASSERT_EQ(fused.size(), walk().size());
-		for (std::size_t i = 0; i < fused.size(); i++)
-			EXPECT_LT(std::hypot(fused.number(i, "x") - walk()[i].x, fused.number(i, "y") - walk()[i].y), 0.3) << i;
+		expect_near_walk("out");
 	}
+}
+
+TEST_F(AppFuse, AGapInTheOdometryIsNotStandingStill)
+{
+	Objects log;
+	for (std::size_t i = 0; i < walk().size(); i++)
+	{
+		if (i < 4 || i > 7) log.push_back(odometry_at(i, mrpt::poses::CPose2D(walk()[i])));
+		log.push_back(walk_scan(i));
+	}
+	save(log, path("gap.rawlog"));
+	fuse("out", {"--motion", "odometry"}, "gap.rawlog");
+	expect_near_walk("out");
+}
+
+TEST_F(AppFuse, TheFirstOfTwoOdometersIsRead)
+{
+	Objects log;
+	for (std::size_t i = 0; i < walk().size(); i++)
+	{
+		const mrpt::poses::CPose2D pose(walk()[i]), other = mrpt::poses::CPose2D(40, -3, 2) + pose;
+		log.push_back(odometry_at(i, pose, "WHEELS"));
+		if (i % 2 == 0) log.push_back(odometry_at(i, other, "VISUAL"));
+		log.push_back(walk_scan(i));
+	}
+	save(log, path("two.rawlog"));
+	fuse("out", {"--motion", "odometry"}, "two.rawlog");
+	expect_on_walk("out");
 }
 
 TEST_F(AppFuse, ASavedMapGivesTheSamePoses)

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <mrpt/math/wrap2pi.h>
 
+#include "test_floor.h"
 #include "test_maps.h"
 
 namespace d2s1r::test
@@ -305,6 +306,24 @@ TEST_F(WindowOnTwinRooms, RefusesWhatItCannotDo)
 	parameters.method = Method::kPaper;
 	const Localizer paper(make_map(grid_), parameters);
 	EXPECT_THROW(WindowLocalizer(paper, 10), std::invalid_argument);
+}
+
+TEST(WindowLocalizer, RecognizesOdometryThatIsFrozen)
+{
+	const Grid floor = make_floor(), world = world_of(floor);
+	const Localizer localizer(make_map(floor), {});
+	WindowLocalizer window(localizer, 10);
+	int localized = 0;
+	for (int i = 0; i < 12; i++)
+	{
+		const TPose2D truth(-2 + 0.8 * i, 6 + 0.2 * std::sin(i), 0.25 * std::cos(i));
+		const Scan scan = make_scan(make_observation(world, truth, Laser()), localizer.parameters().scan);
+		const Localization result = window.add(scan, localizer.localize(scan), CPose2D());
+		if (i < 5) continue;
+		expect_at(result, truth);
+		localized += result.status == Status::kLocalized ? 1 : 0;
+	}
+	EXPECT_GE(localized, 5);
 }
 }  // namespace
 }  // namespace d2s1r::test

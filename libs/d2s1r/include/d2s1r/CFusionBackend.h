@@ -13,7 +13,7 @@ enum class MotionSource
 {
 	kPseudo,    //!< the poses of successive one-shot localizations
 	kOdometry,  //!< the odometry of the log
-	kBoth       //!< both, where they agree; else the odometry
+	kBoth       //!< both, where they agree; else the odometry, while OdometryCheck agrees with it
 };
 
 /// What a fusion back-end is told at its start.
@@ -36,9 +36,11 @@ struct FusionInput
 
 enum class FusionStatus
 {
-	kWaiting,    //!< nothing to start from yet: no pose
-	kTracking,   //!< one place holds nearly all the probability
-	kAmbiguous,  //!< several places share it, or places that no scan showed yet; the pose is the likeliest
+	kWaiting,   //!< nothing to start from yet: no pose
+	kTracking,  //!< one place holds nearly all the probability
+	/// several places share it, or places that no scan has shown yet; or the map explains few of the last scans, or a
+	/// localized scan says otherwise. The pose is the likeliest
+	kAmbiguous,
 };
 
 const char* to_string(FusionStatus status);

@@ -35,9 +35,11 @@ class WindowLocalizer
 
 	/// Where is the robot, now that `scan` was taken?
 	/// \param one_shot localizer.localize(scan)
-	/// \param motion of the robot since the last call, in its frame then; no value, or none that is_plausible():
-	///        estimated from the hypotheses of both frames (the paper's pseudo-odometry). After frames without a valid
-	///        scan it must be known of each of them, or of none if they are two at most; otherwise a new window starts.
+	/// \param motion of the robot since the last call, in its frame then; no value, or one that is not is_plausible()
+	/// or
+	///        that OdometryCheck does not agree with: estimated from the hypotheses of both frames (the paper's
+	///        pseudo-odometry). After frames without a valid scan it must be known of each of them, or of none if they
+	///        are two at most; otherwise a new window starts.
 	/// \return as Localizer::localize(), with the evidence of all frames of the window: log-likelihoods are sums over
 	///         them, bounded and against the best pose of each frame; covariances include the motion, and the time of
 	///         refinement includes the following of hypotheses
