@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cstring>
-#include <functional>
 #include <numeric>
 
 namespace d2s1r
@@ -111,42 +110,50 @@ ColumnRuns find_runs(const Flags& flags, std::uint8_t flag)
 	return result;
 }
 
-SweepLines make_lines(const Flags& flags, bool along_x)
+SweepLines make_lines(const Flags& flags)
 {
 	return {
-	    along_x,
-	    flags.columns,
-	    flags.rows,
-	    find_runs(flags, kIsOccupied),
-	    find_runs(flags, kIsUnknownOrOccupied),
+	    flags.columns, flags.rows, find_runs(flags, kIsOccupied), find_runs(flags, kIsUnknownOrOccupied),
 	    find_runs(flags, kIsWanted)};
 }
 
+/// Stable counting sort of `order` by `key_of` its elements, which is below `keys`.
+template <class KeyOf>
+std::vector<std::int32_t> sorted_by(const KeyOf& key_of, std::size_t keys, const std::vector<std::int32_t>& order)
+{
+	std::vector<std::int32_t> next(keys + 1);
+	for (const std::int32_t i : order) next[key_of(i) + 1]++;
+	std::partial_sum(next.begin(), next.end(), next.begin());
+	std::vector<std::int32_t> sorted(order.size());
+	for (const std::int32_t i : order) sorted[static_cast<std::size_t>(next[key_of(i)]++)] = i;
+	return sorted;
+}
 }  // namespace
 
 SweepLayout make_sweep_layout(const Grid& grid, const std::vector<CellIndex>& cells)
 {
 	const Flags along_y = make_flags_along_y(grid, cells);
-	return {make_lines(transposed(along_y), true), make_lines(along_y, false)};
+	return {make_lines(transposed(along_y)), make_lines(along_y)};
 }
 
-std::vector<std::int32_t> ranks_of(const std::vector<CellIndex>& cells, const Grid& grid, const SweepLines& lines)
+std::vector<std::int32_t> ranks_of(const std::vector<CellIndex>& cells, const Grid& grid, bool along_x)
 {
-	const auto& [runs, first, cells_before] = lines.cells;
-	std::vector<std::int32_t> before(runs.size());  // sums of the lengths of earlier runs
-	std::transform_exclusive_scan(
-	    runs.begin(), runs.end(), before.begin(), 0, std::plus<>(), [](const Run& run) { return run.length; });
-	std::vector<std::int32_t> ranks;
-	ranks.reserve(cells.size());
-	for (const CellIndex cell : cells)
+	const auto cell = [&](std::int32_t i) { return cells[static_cast<std::size_t>(i)]; };
+	const auto column = [&](std::int32_t i) { return static_cast<std::size_t>(cell(i) % grid.width); };
+	const auto row = [&](std::int32_t i) { return static_cast<std::size_t>(cell(i) / grid.width); };
+	const auto width = static_cast<std::size_t>(grid.width), height = static_cast<std::size_t>(grid.height);
+	std::vector<std::int32_t> order(cells.size());
+	std::iota(order.begin(), order.end(), 0);
+	order = along_x ? sorted_by(column, width, sorted_by(row, height, order))
+	                : sorted_by(row, height, sorted_by(column, width, order));
+	std::vector<std::int32_t> ranks(cells.size());
+	std::int32_t rank = -1;
+	CellIndex last = -1;
+	for (const std::int32_t i : order)
 	{
-		const int x = cell % grid.width + 1, y = cell / grid.width + 1, row = lines.along_x ? y : x;
-		const auto column = static_cast<std::size_t>(lines.along_x ? x : y);
-		const Run* const begin = runs.data() + first[column];
-		const Run* const end = runs.data() + first[column + 1];
-		const Run* const run =
-		    std::upper_bound(begin, end, row, [](int wanted, const Run& of) { return wanted < of.row; }) - 1;
-		ranks.push_back(before[static_cast<std::size_t>(run - runs.data())] + row - run->row);
+		if (cell(i) != last) rank++;
+		last = cell(i);
+		ranks[static_cast<std::size_t>(i)] = rank;
 	}
 	return ranks;
 }

@@ -25,7 +25,6 @@ struct ColumnRuns
 /// (0, 0) of the grid is row 1 of column 1.
 struct SweepLines
 {
-	bool along_x = false;  //!< else along y
 	int columns = 0;
 	int rows = 0;
 	ColumnRuns occupied;             //!< occupied cells that rays can enter
@@ -43,6 +42,6 @@ struct SweepLayout
 /// \param cells in any order
 SweepLayout make_sweep_layout(const Grid& grid, const std::vector<CellIndex>& cells);
 
-/// Places of `cells` in lines.cells, which hold them all.
-std::vector<std::int32_t> ranks_of(const std::vector<CellIndex>& cells, const Grid& grid, const SweepLines& lines);
+/// Places of `cells`, in any order, among those of the lines along x or y.
+std::vector<std::int32_t> ranks_of(const std::vector<CellIndex>& cells, const Grid& grid, bool along_x);
 }  // namespace d2s1r

@@ -13,8 +13,7 @@ void sweep_ranges(
 {
 	const int limit = max_range_units(grid, max_range);
 	const SweepLayout layout = make_sweep_layout(grid, cells);
-	const auto ranks_along_x = ranks_of(cells, grid, layout.along_x),
-	           ranks_along_y = ranks_of(cells, grid, layout.along_y);
+	const auto ranks_along_x = ranks_of(cells, grid, true), ranks_along_y = ranks_of(cells, grid, false);
 	std::vector<std::uint16_t> ranges(cells.size()), hits;
 	for (int i = 0; i < directions; i++)
 	{

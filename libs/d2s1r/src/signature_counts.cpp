@@ -113,7 +113,7 @@ SignatureCounts count_signatures(const Grid& grid, const std::vector<CellIndex>&
 	SignatureCounts by_column = total;
 	AxisCounter(layout.along_y, grid, parameters).count(along_y, total);
 	AxisCounter(layout.along_x, grid, parameters).count(along_x, by_column);
-	add(by_column, ranks_of(cells, grid, layout.along_x), total);
+	add(by_column, ranks_of(cells, grid, true), total);
 	return total;
 }
 }  // namespace d2s1r
