@@ -204,6 +204,7 @@ double CParticleFilterFusion::probability_of_being_lost(
     const mrpt::obs::CObservation2DRangeScan& scan, const Localization& localization) const
 {
 	if (localization.hypotheses.empty()) return 0;
+	if (probability_found(localization) < tuning.least_found) return tuning.admitted_probability;
 	const auto points = end_points(make_scan(scan, map_->parameters().scan), map_->likelihood_options().beams);
 	const auto log_likelihood = [&](const mrpt::math::TPose2D& pose)
 	{ return map_->likelihood_field().log_likelihood(points, pose); };
@@ -219,13 +220,14 @@ double CParticleFilterFusion::probability_of_being_lost(
 	return std::max(tuning.admitted_probability, of_lost / (of_lost + of_filter));
 }
 
-/// Whether the filter's place explains enough of a scan that no place explains well: a covered sensor would draw the
-/// particles to the next wall.
+/// Whether the filter's place explains enough of a scan that no place explains well: others would draw the particles to
+/// the next wall.
 bool CParticleFilterFusion::explains(const mrpt::obs::CObservation2DRangeScan& scan) const
 {
 	const auto& options = map_->likelihood_options();
-	const auto points = end_points(make_scan(scan, map_->parameters().scan), options.beams);
-	if (points.empty()) return false;
+	const Scan beams = make_scan(scan, map_->parameters().scan);
+	const auto points = end_points(beams, options.beams);
+	if (points.empty() || is_covered(beams, map_->parameters().scan)) return false;
 	const auto place = pf::dominant_place(particles_, pf::normalized_weights(particles_));
 	const double of_nothing =
 	    std::min(options.independent_beams, static_cast<double>(points.size())) * std::log(options.random_share);
@@ -236,7 +238,7 @@ bool CParticleFilterFusion::explains(const mrpt::obs::CObservation2DRangeScan& s
 double CParticleFilterFusion::weigh_by_scan_and_resample(
     const mrpt::obs::CObservation2DRangeScan& scan, const Localization& localization)
 {
-	if (localization.hypotheses.empty() && !explains(scan)) return particles_.ESS();
+	if (probability_found(localization) < tuning.least_found && !explains(scan)) return particles_.ESS();
 	filter_.m_options.powFactor =
 	    tuning.unexplained_power + (1 - tuning.unexplained_power) * probability_found(localization);
 	mrpt::obs::CSensoryFrame observations;

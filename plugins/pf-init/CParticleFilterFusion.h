@@ -39,20 +39,22 @@ class CParticleFilterFusion : public CFusionBackend
 		                                 //!< explain a scan to take over at once
 		double unexplained_power = 0.2;  //!< [0, 1] exponent of the likelihood of a scan that hardly fits anywhere in
 		                                 //!< the map; 1 of one that certainly does, in between by its probability
-		double least_explained = 0.3;    //!< [0, 1] of a scan that no place explains, by the filter's place: below, the
-		                                 //!< scan is not weighed
+		double least_explained = 0.3;    //!< [0, 1] of a scan that is weighed, by the filter's place, if there is less
+		                                 //!< than least_found to it
 		double unlisted = 0.30;          //!< [0, 1] weight of a particle that no hypothesis of the scan supports
 		double hypothesis_std_xy = 0.3;  //!< [m] round a hypothesis that particles are supported
 		double hypothesis_std_phi = 0.15;    //!< [rad]
 		double tracking_probability = 0.80;  //!< [0, 1] of a place to be kTracking
 		double newest_found = 0.1;           //!< [0, 1] share of a scan in the average of probability_found()
-		double least_found = 0.5;            //!< [0, 1] of that average to be kTracking: below, the map is a wrong one
-		double least_agreement = 0.5;        //!< [0, 1] that a localized scan must give to a place that is kTracking
-		double sure_probability = 0.99;      //!< [0, 1] of a place, above which fewer particles suffice
-		double sure_std_xy = 0.30;           //!< [m] of a motion, below which fewer particles suffice
-		double sure_share = 0.20;            //!< [0, 1] of all particles: those kept then
-		double reseed_distance = 2.0;        //!< [m] from where motion leads: a place beyond was re-seeded
-		double reseed_angle = 0.8;           //!< [rad]
+		/// [0, 1] that a hypothesis is right: of one scan, to say that the filter is lost, and to be weighed whether or
+		/// not the filter's place explains it; in the average of the last scans, to be kTracking
+		double least_found = 0.5;
+		double least_agreement = 0.5;    //!< [0, 1] that a localized scan must give to a place that is kTracking
+		double sure_probability = 0.99;  //!< [0, 1] of a place, above which fewer particles suffice
+		double sure_std_xy = 0.30;       //!< [m] of a motion, below which fewer particles suffice
+		double sure_share = 0.20;        //!< [0, 1] of all particles: those kept then
+		double reseed_distance = 2.0;    //!< [m] from where motion leads: a place beyond was re-seeded
+		double reseed_angle = 0.8;       //!< [rad]
 		pf::MotionParameters motion;
 	};
 	Tuning tuning;

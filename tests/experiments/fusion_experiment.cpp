@@ -1,12 +1,19 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-// fusion_experiment MAP RUN.rawlog RUN_gt.txt CACHE drives|kidnapped|filter-alone pseudo|odometry|both DRIVES
+// fusion_experiment MAP RUN.rawlog RUN_gt.txt CACHE EXPERIMENT pseudo|odometry|both DRIVES
 // The experiment of the paper's Fig. 8: many short drives of a recorded run, each localized from nothing by D2S1R
-// alone, by a particle filter alone or by both fused; and drives during which the robot is carried away.
+// alone and fused with a particle filter. EXPERIMENT is one of
+//   drives        as recorded
+//   kidnapped     the robot is carried away half-way
+//   frozen        the odometry stands still
+//   centimetres   the odometry is not in metres
+//   covered       something 0.1 to 0.3 m before the laser in 10 of 40 frames
+//   filter-alone  as recorded, by a particle filter without D2S1R
 #include <d2s1r/map_io.h>
 
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
+#include <random>
 
 #include "CParticleFilterFusion.h"
 #include "drives.h"
@@ -43,6 +50,8 @@ struct FusionCount
 	Count poses;
 	int false_reseeds = 0;  //!< [-] right after a right pose, without a jump
 	int found_again = 0;    //!< [-] drives right within 5 frames of the jump
+	int tracking = 0;       //!< [-] judged frames of that status
+	int misled = 0;         //!< [-] of these, those that are wrong
 	double total_ms = 0, worst_ms = 0;
 	int steps = 0;
 };
@@ -76,6 +85,8 @@ void judge_fusion(
 				count.poses.add(*drive[i], fused.pose, map);
 			else
 				count.poses.add_missing();
+			count.tracking += fused.status == FusionStatus::kTracking ? 1 : 0;
+			count.misled += fused.status == FusionStatus::kTracking && !is_right ? 1 : 0;
 		}
 		if (i >= jump && i < jump + 5) found_again |= is_right;
 		if (i < jump && was_right && fused.event == FusionEvent::kReseeded) count.false_reseeds++;
@@ -102,6 +113,7 @@ void run_fusion(
 	}
 	if (jump == kDriveFrames) alone.print("D2S1R alone");
 	fused.poses.print("fused");
+	std::printf("  tracking in %d frames, wrong in %d of these\n", fused.tracking, fused.misled);
 	std::printf(
 	    "  false re-seeds %d; step %.2f ms in the mean, %.2f ms at most\n", fused.false_reseeds,
 	    fused.total_ms / fused.steps, fused.worst_ms);
@@ -121,6 +133,32 @@ void run_filter_alone(const std::vector<Drive>& drives, const CSignatureMap2D::P
 	count.print("filter alone");
 }
 
+void spoil_odometry(std::vector<RunFrame>& run, double scale)
+{
+	for (RunFrame& frame : run)
+		if (frame.odometry)
+			frame.odometry = mrpt::poses::CPose2D(
+			    scale * frame.odometry->x(), scale * frame.odometry->y(), scale > 0 ? frame.odometry->phi() : 0);
+}
+
+void cover_sensor(std::vector<RunFrame>& run, const Localizer& localizer)
+{
+	std::mt19937 random(1);
+	std::uniform_real_distribution<float> distance(0.1F, 0.3F);
+	for (std::size_t i = 0; i < run.size(); i++)
+	{
+		if (i % 40 < 30) continue;
+		auto covered = mrpt::obs::CObservation2DRangeScan::Create(*run[i].scan);
+		for (std::size_t beam = 0; beam < covered->getScanSize(); beam++)
+		{
+			covered->setScanRange(beam, distance(random));
+			covered->setScanRangeValidity(beam, true);
+		}
+		run[i].localization = localizer.localize(*covered);
+		run[i].scan = covered;
+	}
+}
+
 MotionSource motion_of(const std::string& name)
 {
 	if (name == "pseudo") return MotionSource::kPseudo;
@@ -132,14 +170,17 @@ int run_experiment(int argc, char** argv)
 	if (argc != 8)
 		return std::fprintf(
 		           stderr,
-		           "usage: fusion_experiment MAP RUN.rawlog GT CACHE drives|kidnapped|filter-alone "
-		           "pseudo|odometry|both DRIVES\n"),
+		           "usage: fusion_experiment MAP RUN.rawlog GT CACHE "
+		           "drives|kidnapped|frozen|centimetres|covered|filter-alone pseudo|odometry|both DRIVES\n"),
 		       1;
 	const std::string what = argv[5];
 	const std::size_t count = std::strtoul(argv[7], nullptr, 10);
 	const auto map = CSignatureMap2D::Create(*load_map(argv[1]));
 	auto run = load_run(argv[2], argv[3]);
 	localize_all(run, *map, argv[4]);
+	if (what == "frozen") spoil_odometry(run, 0);
+	if (what == "centimetres") spoil_odometry(run, 100);
+	if (what == "covered") cover_sensor(run, map->localizer());
 	FusionParameters parameters;
 	parameters.motion = motion_of(argv[6]);
 	if (what == "kidnapped")

@@ -144,12 +144,26 @@ TEST_F(FilterOnAFloor, ACoveredSensorDoesNotMoveIt)
 	Drive drive = drive_along(along_corridor(20));
 	for (std::size_t i = 8; i < 16; i++)
 	{
-		for (std::size_t beam = 0; beam < drive[i].scan.getScanSize(); beam++) drive[i].scan.setScanRange(beam, 0.15F);
-		drive[i].localization = no_place(Status::kRejected, "covered");
+		for (std::size_t beam = 0; beam < drive[i].scan.getScanSize(); beam++)
+			drive[i].scan.setScanRange(beam, 0.1F + 0.02F * static_cast<float>(beam % 10));
+		drive[i].localization = map()->localizer().localize(drive[i].scan);
 	}
 	const auto poses = follow(drive);
 	for (std::size_t i = 8; i < 16; i++) EXPECT_LT(distance_between(poses[i].pose, drive[i].truth), 0.8) << i;
 	for (std::size_t i = 18; i < 20; i++) expect_at(poses[i], drive[i].truth, std::to_string(i));
+}
+
+TEST_F(FilterOnAFloor, AScanThatMayWellShowNothingOfTheMapDoesNotMoveIt)
+{
+	Drive drive = drive_along(along_corridor(16));
+	for (std::size_t i = 8; i < 12; i++)
+	{
+		drive[i].scan = make_observation(kWorld, {7.6, 3.6, 0.8}, Laser());
+		drive[i].localization = result_of({hypothesis_at({7.6, 3.6, 0.8}, 0.2)});
+	}
+	const auto poses = follow(drive);
+	for (std::size_t i = 8; i < 12; i++) EXPECT_LT(distance_between(poses[i].pose, drive[i].truth), 0.8) << i;
+	expect_at(poses.back(), drive.back().truth);
 }
 
 TEST_F(FilterOnAFloor, TracksNothingWhereTheMapExplainsFewScans)

@@ -101,6 +101,16 @@ TEST_F(OnFloor, AnyMountingFindsThePoseOfTheRobot)
 			}
 }
 
+TEST_F(OnFloor, ACoveredSensorIsRejectedEvenIfEveryBeamMayEndAtAWall)
+{
+	auto covered = make_observation(world(), poses_on_floor().front(), laser_of(180));
+	for (std::size_t i = 0; i < covered.getScanSize(); i++)
+		covered.setScanRange(i, 0.1F + 0.02F * static_cast<float>(i % 10));
+	const Localization result = localizer().localize(covered);
+	EXPECT_EQ(result.status, Status::kRejected);
+	EXPECT_NE(result.note.find("covered"), std::string::npos) << result.note;
+}
+
 TEST_F(OnFloor, NoiseAndPeopleDoNotHideThePose)
 {
 	for (const auto& robot : poses_on_floor())

@@ -57,6 +57,21 @@ TEST(Scan, BeamsAreCounterClockwiseFromWhateverOrder)
 	EXPECT_FLOAT_EQ(turned.beams[0].range, 3);
 }
 
+TEST(Scan, IsCoveredIfNearlyAllBeamsEndRightBeforeTheSensor)
+{
+	const auto covered = [](const std::vector<float>& ranges, double within = 0.3)
+	{
+		ScanParameters parameters = few_beams();
+		parameters.covered_within = within;
+		return is_covered(make_scan(record(ranges), parameters), parameters);
+	};
+	EXPECT_TRUE(covered({0.1F, 0.2F, 0.1F, 0.25F, 0.1F, 0.2F, 0.2F, 0.1F, 0.1F, 5}));
+	EXPECT_FALSE(covered({0.1F, 0.2F, 0.1F, 0.25F, 0.1F, 0.2F, 0.2F, 0.1F, 6, 5}));
+	EXPECT_FALSE(covered({0.4F, 0.5F, 0.4F}));
+	EXPECT_TRUE(covered({0.4F, 0.5F, 0.4F}, 0.6));
+	EXPECT_FALSE(covered({0.1F, 0.1F, 0.1F}, 0));
+}
+
 TEST(Scan, AnyMountingSeesTheSameRoom)
 {
 	using mrpt::poses::CPose3D;

@@ -126,6 +126,8 @@ Localization Localizer::localize(const Scan& scan, const Query& query) const
 		throw std::invalid_argument("Localizer: the time budget is negative or no number; give ms, or 0 for none");
 	if (!scan.valid()) return no_place(Status::kInvalid, why_invalid(scan));
 	if (signatures) return localize_paper(scan, grid, *signatures, caster, parameters.paper);
+	if (is_covered(scan, parameters.scan))
+		return no_place(Status::kRejected, "nine of ten beams end within scan.covered_within: the sensor is covered");
 	return localize_default(scan, *default_index, caster, parameters, query);
 }
 

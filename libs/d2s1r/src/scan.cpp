@@ -103,6 +103,14 @@ std::string why_invalid(const Scan& scan)
 	                              : "the field of view of the scan is not above 0";
 }
 
+bool is_covered(const Scan& scan, const ScanParameters& parameters)
+{
+	const auto is_blocked = [&](const Beam& beam)
+	{ return beam.is_return && static_cast<double>(beam.range) < parameters.covered_within; };
+	const auto blocked = std::count_if(scan.beams.begin(), scan.beams.end(), is_blocked);
+	return 10 * static_cast<std::size_t>(blocked) >= 9 * scan.beams.size();
+}
+
 Scan make_scan(const mrpt::obs::CObservation2DRangeScan& observation, const ScanParameters& parameters)
 {
 	Scan scan;

@@ -37,6 +37,9 @@ void visit_parameters(P& p, Visitor&& visit)
 	visit(
 	    "scan", "zero_is_no_return", p.scan.zero_is_no_return, 0, 1,
 	    "[-] a range of 0 says that nothing is there up to the maximum range, else no data");
+	visit(
+	    "scan", "covered_within", p.scan.covered_within, 0.0, 10.0,
+	    "[m] the sensor is covered if nine of ten beams end nearer: rejected by method = default");
 
 	visit("paper", "max_range", p.paper.max_range, 0.5, 300.0, "[m] r of Table II: longer readings are out of range");
 	visit("paper", "bins", p.paper.bins, 2, 256, "[-] d of Table II: dimension of the signature");

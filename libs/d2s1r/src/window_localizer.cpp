@@ -78,7 +78,7 @@ class WindowLocalizer::Tracker
 	std::size_t most_frames_;
 	Prior prior_;
 	OdometryCheck odometry_check_;
-	int gap_ = 0;                                     //!< [-] last scans in a row that were not usable
+	int gap_ = 0;  //!< [-] last scans in a row that were not usable, or of a covered sensor
 	std::optional<mrpt::poses::CPose2D> gap_motion_;  //!< over these; no value if it is not known of all
 	std::deque<Frame> frames_;                        //!< newest last
 	std::vector<Track> tracks_;                       //!< best first
@@ -237,7 +237,7 @@ Localization WindowLocalizer::Tracker::add(
 {
 	const bool is_relied_on = odometry_check_.agrees(odometry, one_shot) && odometry && is_plausible(*odometry);
 	const auto motion = is_relied_on ? odometry : std::nullopt;
-	if (!scan.valid())
+	if (!scan.valid() || is_covered(scan, localizer_->parameters().scan))
 	{
 		pass_gap(motion);
 		return one_shot;

@@ -34,6 +34,7 @@ struct ScanParameters
 	double max_tilt = 5.0;           //!< [deg] of the sensor against the plane of the map
 	int min_beams = 20;              //!< [-] fewest usable beams
 	bool zero_is_no_return = false;  //!< [-] a range of 0 says that nothing is there up to the maximum range
+	double covered_within = 0.3;     //!< [m] the sensor is covered if nine of ten beams end nearer (kDefault)
 };
 
 /// The published method, and the relative entropy that either method reports; defaults are Table II of the paper.

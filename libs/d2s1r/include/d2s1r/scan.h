@@ -37,6 +37,9 @@ struct Scan
 /// Why a scan is not valid().
 std::string why_invalid(const Scan& scan);
 
+/// Whether something stands right before the sensor: nine of ten beams end within parameters.covered_within.
+bool is_covered(const Scan& scan, const ScanParameters& parameters);
+
 /// The only place that knows about beam order, mounting (offset, yaw, upside down), validity flags and what drivers
 /// write for "nothing there". The last beam of a full turn is left out if it looks where the first one does. Never
 /// throws: a sensor tilted beyond parameters.max_tilt, too few usable beams or a malformed observation make an invalid
