@@ -41,14 +41,15 @@ double probability_at(const Localization& localization, const mrpt::math::TPose2
 	return sum;
 }
 
-/// What the spread of a few particles does not show: they were drawn with the errors of `motion`, and their mean has
-/// these errors divided by how many count.
+/// Adds what the spread of a few particles does not show: they were drawn with the errors of `motion`, and their mean
+/// has these errors divided by how many count.
 /// \param heading [rad] of the frame of `motion`
-mrpt::math::CMatrixDouble33 error_of_mean(CPosePDFGaussian motion, double heading, double effective_particles)
+void add_error_of_mean(
+    mrpt::math::CMatrixDouble33& covariance, CPosePDFGaussian motion, double heading, double effective_particles)
 {
 	motion.rotateCov(heading);
-	motion.cov *= 1 / (1 + effective_particles);
-	return motion.cov;
+	for (int r = 0; r < 3; r++)  // MRPT's += needs an alignment that a caller's stack may not have
+		for (int c = 0; c < 3; c++) covariance(r, c) += motion.cov(r, c) / (1 + effective_particles);
 }
 }  // namespace
 
@@ -88,29 +89,7 @@ FusedPose CParticleFilterFusion::step(const FusionInput& input)
 	look_whether_in_map(input.localization);
 	FusedPose pose;
 	if (seeded_)
-	{
-		const auto scan = pf::thinned(input.scan, static_cast<std::size_t>(map_->likelihood_options().beams));
-		const CPosePDFGaussian motion = motion_to(input);
-		resize(particles_for(motion));
-		predict(motion);
-		unaccounted_ += (1 - unaccounted_) * tuning.admitted_probability;
-		const double lost = probability_of_being_lost(scan, input.localization);
-		weigh_by_hypotheses(input.localization);
-		const double effective = weigh_by_scan_and_resample(scan, input.localization);
-		admit(input.localization, lost);
-		pose = estimate(input.localization);
-		pose.effective_sample_size = effective;
-		const auto error = error_of_mean(motion, last_pose_->pose.phi, effective * static_cast<double>(pose.particles));
-		for (int r = 0; r < 3; r++)
-			for (int c = 0; c < 3; c++)
-				pose.covariance(r, c) += error(r, c);  // += wants pose aligned: on the caller's stack
-		last_motion_ = motion.mean;
-		const auto expected = mrpt::poses::CPose2D(last_pose_->pose) + motion.mean;
-		const bool moved_on =
-		    std::hypot(pose.pose.x - expected.x(), pose.pose.y - expected.y()) < tuning.reseed_distance &&
-		    std::abs(mrpt::math::wrapToPi(pose.pose.phi - expected.phi())) < tuning.reseed_angle;
-		if (!moved_on && is_sure(*last_pose_)) pose.event = FusionEvent::kReseeded;
-	}
+		pose = follow(input);
 	else if (seed(input.localization))
 	{
 		pose = estimate(input.localization);
@@ -119,6 +98,30 @@ FusedPose CParticleFilterFusion::step(const FusionInput& input)
 	if (seeded_) last_pose_ = pose;
 	previous_ = input.localization;
 	pose.step_ms = 1e3 * watch.Tac();
+	return pose;
+}
+
+FusedPose CParticleFilterFusion::follow(const FusionInput& input)
+{
+	const auto scan = pf::thinned(input.scan, static_cast<std::size_t>(map_->likelihood_options().beams));
+	const CPosePDFGaussian motion = motion_to(input);
+	resize(particles_for(motion));
+	predict(motion);
+	unaccounted_ += (1 - unaccounted_) * tuning.admitted_probability;
+	const double lost = probability_of_being_lost(scan, input.localization);
+	weigh_by_hypotheses(input.localization);
+	const double effective = weigh_by_scan_and_resample(scan, input.localization);
+	admit(input.localization, lost);
+	last_motion_ = motion.mean;
+
+	FusedPose pose = estimate(input.localization);
+	pose.effective_sample_size = effective;
+	const double effective_particles = effective * static_cast<double>(pose.particles);
+	add_error_of_mean(pose.covariance, motion, last_pose_->pose.phi, effective_particles);
+	const auto expected = mrpt::poses::CPose2D(last_pose_->pose) + motion.mean;
+	const bool moved_on = std::hypot(pose.pose.x - expected.x(), pose.pose.y - expected.y()) < tuning.reseed_distance &&
+	                      std::abs(mrpt::math::wrapToPi(pose.pose.phi - expected.phi())) < tuning.reseed_angle;
+	if (!moved_on && is_sure(*last_pose_)) pose.event = FusionEvent::kReseeded;
 	return pose;
 }
 

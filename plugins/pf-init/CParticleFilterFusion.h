@@ -77,6 +77,7 @@ class CParticleFilterFusion : public CFusionBackend
 	std::optional<FusedPose> last_pose_;  ///< of the last scan
 
 	bool seed(const Localization& localization);
+	FusedPose follow(const FusionInput& input);
 	mrpt::poses::CPosePDFGaussian motion_to(const FusionInput& input);
 	std::size_t particles_for(const mrpt::poses::CPosePDFGaussian& motion) const;
 	void resize(std::size_t count);
