@@ -133,6 +133,20 @@ TEST(RayCaster, ScansAreWhatSingleRaysAre)
 	}
 }
 
+TEST(RayCaster, SeesNothingFromWhereNobodyCanBe)
+{
+	const Grid grid = make_picture_grid({"###", "#.#", "###"}, 1.0);
+	const RayCaster through(grid, 4, false), stopped(grid, 4, true);
+	for (const double far : {std::nan(""), HUGE_VAL, -1e300, 1e12})
+	{
+		EXPECT_EQ(through.scan(far, 1.5, 12), std::vector<float>(12, 4)) << far;
+		EXPECT_EQ(through.scan(1.5, far, 12), std::vector<float>(12, 4)) << far;
+		EXPECT_EQ(stopped.scan(far, far, 12), std::vector<float>(12, 0)) << far;
+		EXPECT_EQ(through.cast(far, 1.5, 0), 4) << far;
+	}
+	EXPECT_EQ(through.cast(1.5, 1.5, std::nan("")), 4);
+}
+
 TEST(RayCaster, ScansAreTheSameWithAndWithoutSimd)
 {
 	std::mt19937 random(9);

@@ -38,6 +38,13 @@ ClearanceMap make_clearance(const Grid& grid, bool stop_at_unknown)
 	return map;
 }
 
+/// Whether whole numbers of cells reach there; to a NaN they do not, either.
+bool is_countable(double column, double row)
+{
+	constexpr double kFarthest = 1e9;  // [cells]
+	return std::abs(column) + std::abs(row) < kFarthest;
+}
+
 /// One coordinate of a ray; lengths in cells.
 struct Axis
 {
@@ -98,7 +105,8 @@ void RayCaster::scan(double x, double y, int directions, std::vector<float>& ran
 	if (fan.size != static_cast<std::size_t>(directions)) fan = RayFan::full_circle(directions);
 	const double column = (x - grid_->origin_x) / grid_->cell_size + 1,
 	             row = (y - grid_->origin_y) / grid_->cell_size + 1;
-	if (clearance_->is_inside(static_cast<int>(std::floor(column)), static_cast<int>(std::floor(row))))
+	if (is_countable(column, row) &&
+	    clearance_->is_inside(static_cast<int>(std::floor(column)), static_cast<int>(std::floor(row))))
 	{
 		const auto limit = static_cast<float>(max_range_ / grid_->cell_size);
 		follow_rays(*clearance_, column, row, limit, stop_at_unknown_, fan, ranges);
@@ -113,13 +121,13 @@ void RayCaster::scan(double x, double y, int directions, std::vector<float>& ran
 
 float RayCaster::cast(double x, double y, double angle) const
 {
-	constexpr double kFarthest = 1e9;  // [cells] of a start, which a NaN is not within, either
 	const double dx = std::cos(angle), dy = std::sin(angle);
 	const ClearanceMap& map = *clearance_;
-	const double off = (std::abs(x - grid_->origin_x) + std::abs(y - grid_->origin_y)) / grid_->cell_size;
-	if (!(off < kFarthest && std::isfinite(dx + dy))) return stop_at_unknown_ ? 0 : static_cast<float>(max_range_);
-	Axis u((x - grid_->origin_x) / grid_->cell_size + 1, dx);
-	Axis v((y - grid_->origin_y) / grid_->cell_size + 1, dy);
+	const double column = (x - grid_->origin_x) / grid_->cell_size + 1,
+	             row = (y - grid_->origin_y) / grid_->cell_size + 1;
+	if (!(is_countable(column, row) && std::isfinite(dx + dy)))
+		return stop_at_unknown_ ? 0 : static_cast<float>(max_range_);
+	Axis u(column, dx), v(row, dy);
 	const double limit = max_range_ / grid_->cell_size;
 	double length = 0;  // [cells]
 	if (!map.is_inside(u.cell, v.cell))
