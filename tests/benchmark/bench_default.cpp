@@ -5,6 +5,7 @@
 #include <d2s1r/localizer.h>
 #include <d2s1r/refinement.h>
 
+#include "default_localizer.h"
 #include "hypotheses.h"
 #include "literal_query.h"
 #include "site_queries.h"
@@ -63,20 +64,17 @@ void localize(::benchmark::State& state, const std::string& site, const std::str
 struct Stages
 {
 	Parameters parameters;
-	Grid grid;
-	RangeProfiles profiles;
-	DistanceField field;
-	BeamTracer tracer;
+	DefaultIndex index;
 	std::vector<Query> queries;
 
 	explicit Stages(const std::string& site)
-	    : grid(make_grid(*site_map(site, "map_test"), {})),
-	      profiles(make_range_profiles(
-	          grid, find_free_cells(grid, {false, parameters.coarse_search.clearance}), parameters.coarse_search)),
-	      field(grid),
-	      tracer(grid),
-	      queries(site_queries(site, "test", {}))
+	    : index(index_of(site, parameters)), queries(site_queries(site, "test", {}))
 	{
+	}
+	static DefaultIndex index_of(const std::string& site, const Parameters& parameters)
+	{
+		const Grid grid = make_grid(*site_map(site, "map_test"), {});
+		return make_default_index(grid, find_free_cells(grid, {false, parameters.coarse_search.clearance}), parameters);
 	}
 	const Scan& scan(std::size_t i) const { return queries[i * 7 % queries.size()].scan; }
 };
@@ -87,8 +85,9 @@ void coarse(::benchmark::State& state, const std::string& site)
 	const Stages stages(site);
 	std::size_t i = 0;
 	for ([[maybe_unused]] auto _ : state)
-		::benchmark::DoNotOptimize(coarse_search(stages.profiles, stages.scan(i++), stages.parameters.coarse_search));
-	state.counters["positions"] = static_cast<double>(stages.profiles.size());
+		::benchmark::DoNotOptimize(
+		    coarse_search(stages.index.profiles, stages.scan(i++), stages.parameters.coarse_search));
+	state.counters["positions"] = static_cast<double>(stages.index.profiles.size());
 }
 
 void refine_and_decide(::benchmark::State& state, const std::string& site, bool decides)
@@ -102,16 +101,18 @@ void refine_and_decide(::benchmark::State& state, const std::string& site, bool 
 		state.PauseTiming();
 		const Scan& scan = stages.scan(i++);
 		const Rays few = make_rays(scan, 4 * kDegree, 45), more = make_rays(scan, kDegree, 180);
-		const auto candidates = coarse_search(stages.profiles, scan, stages.parameters.coarse_search);
+		const auto candidates = coarse_search(stages.index.profiles, scan, stages.parameters.coarse_search);
 		if (!decides) state.ResumeTiming();
-		const auto settled = settle(stages.field, few, candidates, stages.parameters.refinement);
-		const auto promising = choose_promising(stages.tracer, stages.field, few, settled, stages.parameters);
-		const auto poses = refine(stages.field, more, promising, stages.parameters.refinement);
+		const auto settled = settle(stages.index.field, few, candidates, stages.parameters.refinement);
+		const auto promising =
+		    choose_promising(stages.index.tracer, stages.index.field, few, settled, stages.parameters);
+		const auto poses = refine(stages.index.field, more, promising, stages.parameters.refinement);
 		if (decides)
 		{
 			state.ResumeTiming();
-			::benchmark::DoNotOptimize(
-			    decide(stages.tracer, stages.field, scan, make_rays(scan, kDegree, 360), poses, {}, stages.parameters));
+			::benchmark::DoNotOptimize(decide(
+			    stages.index.tracer, stages.index.field, scan, make_rays(scan, kDegree, 360), poses, {},
+			    stages.parameters));
 		}
 	}
 }
