@@ -12,12 +12,11 @@ namespace
 {
 using mrpt::poses::CPosePDFGaussian;
 
-CPosePDFGaussian increment_between(const Hypothesis& from, const Hypothesis& to, const MotionParameters& parameters)
+CPosePDFGaussian widened_increment(const Hypothesis& from, const Hypothesis& to, const MotionParameters& parameters)
 {
-	const auto action = motion_between(from, to);
-	CPosePDFGaussian increment;
-	increment.copyFrom(*action.poseChange);
-	increment.cov += covariance_of(parameters.pseudo_xy, parameters.pseudo_xy, parameters.pseudo_phi);
+	CPosePDFGaussian increment = increment_between(from, to);
+	const auto added = covariance_of(parameters.pseudo_xy, parameters.pseudo_xy, parameters.pseudo_phi);
+	for (int i = 0; i < 3; i++) increment.cov(i, i) += added(i, i);
 	return increment;
 }
 
@@ -47,7 +46,7 @@ std::optional<CPosePDFGaussian> choose_motion(
 		const double of_start = std::log(from.probability * (parameters.least_support + support(from)) + 1e-12);
 		for (const Hypothesis& to : evidence.current.hypotheses)
 		{
-			const CPosePDFGaussian increment = increment_between(from, to, parameters);
+			const CPosePDFGaussian increment = widened_increment(from, to, parameters);
 			const double error = mahalanobis_distance(predicted, increment);
 			const bool is_surprise = error > parameters.gate;
 			if (is_surprise && is_jump(increment.mean, parameters)) continue;

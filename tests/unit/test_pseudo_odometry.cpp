@@ -59,7 +59,7 @@ TEST(PseudoOdometry, CarriesTheUncertaintyOfBothEnds)
 {
 	const Hypothesis from = make_hypothesis({1, 2, 0.7}, 0.10, 0.02, 0.04);
 	const Hypothesis to = make_hypothesis({4, 1, -0.4}, 0.05, 0.20, 0.03);
-	const auto covariance = d2s1r::motion_between(from, to).poseChange->getCovariance();
+	const auto covariance = d2s1r::increment_between(from, to).cov;
 
 	std::mt19937 generator(1);
 	std::normal_distribution<double> normal;

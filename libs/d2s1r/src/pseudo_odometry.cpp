@@ -10,13 +10,17 @@ namespace d2s1r
 {
 using mrpt::poses::CPosePDFGaussian;
 
-mrpt::obs::CActionRobotMovement2D motion_between(const Hypothesis& from, const Hypothesis& to)
+CPosePDFGaussian increment_between(const Hypothesis& from, const Hypothesis& to)
 {
-	const CPosePDFGaussian start(from.pose, from.covariance);
-	const CPosePDFGaussian end(to.pose, to.covariance);
 	CPosePDFGaussian increment;
-	increment.inverseComposition(end, start);
+	increment.inverseComposition({to.pose, to.covariance}, {from.pose, from.covariance});
+	return increment;
+}
 
+std::optional<mrpt::obs::CActionRobotMovement2D> pseudo_odometry(const Localization& from, const Localization& to)
+{
+	if (from.hypotheses.empty() || to.hypotheses.empty()) return std::nullopt;
+	const CPosePDFGaussian increment = increment_between(from.best(), to.best());
 	mrpt::obs::CActionRobotMovement2D action;
 	// emOdometry would be serialized without its covariance
 	action.estimationMethod = mrpt::obs::CActionRobotMovement2D::emScan2DMatching;
@@ -28,12 +32,6 @@ mrpt::obs::CActionRobotMovement2D motion_between(const Hypothesis& from, const H
 	const double std_xy = std::sqrt(std::max(increment.cov(0, 0), increment.cov(1, 1)));
 	model.gaussianModel = {0, 0, 0, 0, std_xy, std::sqrt(increment.cov(2, 2))};
 	return action;
-}
-
-std::optional<mrpt::obs::CActionRobotMovement2D> pseudo_odometry(const Localization& from, const Localization& to)
-{
-	if (from.hypotheses.empty() || to.hypotheses.empty()) return std::nullopt;
-	return motion_between(from.best(), to.best());
 }
 
 mrpt::math::CMatrixDouble33 covariance_of(double std_x, double std_y, double std_phi)
@@ -58,9 +56,7 @@ bool OdometryCheck::agrees(const std::optional<mrpt::poses::CPose2D>& increment,
 	const auto now = localization.status == Status::kLocalized ? std::optional(localization.best()) : std::nullopt;
 	if (before_ && now && increment && is_plausible(*increment))
 	{
-		CPosePDFGaussian seen;
-		seen.inverseComposition({now->pose, now->covariance}, {before_->pose, before_->covariance});
-		const double distance = mahalanobis_distance(odometry_motion(*increment), seen);
+		const double distance = mahalanobis_distance(odometry_motion(*increment), increment_between(*before_, *now));
 		disagreement_ += kNewest * (std::min(distance * distance, kOutlier) - disagreement_);
 	}
 	before_ = now;

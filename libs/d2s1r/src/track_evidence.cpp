@@ -59,7 +59,8 @@ PoseDensity measurement(const Hypothesis& hypothesis)
 {
 	constexpr double kMap = 0.03, kMapYaw = 0.5 * M_PI / 180;  // [m], [rad]
 	PoseDensity density(hypothesis.pose, hypothesis.covariance);
-	density.cov *= 1 / std::max(0.1, hypothesis.explained);
+	for (int r = 0; r < 3; r++)
+		for (int c = 0; c < 3; c++) density.cov(r, c) /= std::max(0.1, hypothesis.explained);
 	for (int i = 0; i < 3; i++) density.cov(i, i) += i < 2 ? kMap * kMap : kMapYaw * kMapYaw;
 	return density;
 }

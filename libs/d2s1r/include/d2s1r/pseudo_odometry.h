@@ -9,8 +9,8 @@
 
 namespace d2s1r
 {
-/// The motion from one hypothesis to another, robot frame of `from`, with the uncertainty of both ends.
-mrpt::obs::CActionRobotMovement2D motion_between(const Hypothesis& from, const Hypothesis& to);
+/// The motion from one hypothesis to another, robot frame of `from`, m and rad, with the uncertainty of both ends.
+mrpt::poses::CPosePDFGaussian increment_between(const Hypothesis& from, const Hypothesis& to);
 
 /// The motion between two localized scans as if odometry had measured it (the paper, Section IV-B.6), with the
 /// uncertainty of both ends. No value unless both results have a pose.
