@@ -74,7 +74,8 @@ class AxisCounter
 		thread_local std::vector<std::uint16_t> hits, ranges;
 		ranges.resize(bins.size());
 		sweep(lines_, obstacles_, direction, max_units_, hits, ranges.data());
-		for (std::size_t i = 0; i < bins.size(); i++) bins[i] = bin_of_range_[ranges[i]];
+		const auto bin_of = [bin = bin_of_range_.data()](std::uint16_t range) { return bin[range]; };
+		std::transform(ranges.begin(), ranges.end(), bins.begin(), bin_of);
 	}
 
 	const SweepLines& lines_;
