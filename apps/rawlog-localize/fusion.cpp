@@ -15,21 +15,21 @@ Fusion::Fusion(const std::filesystem::path& folder, CFusionBackend::Ptr backend)
 
 void Fusion::add(Frame& frame, const Localization& one_shot, const mrpt::obs::CObservation2DRangeScan& scan)
 {
-	const FusedPose fused = backend_->step({scan, one_shot, odometry_.take()});
+	frame.fused = backend_->step({scan, one_shot, odometry_.take()});
 	csv_.print("%zu,%.6f,", frame.index, frame.timestamp);
-	if (fused.status == FusionStatus::kWaiting)
-		csv_.print(",,,,,,,,%s,%s,,%.3f\n", to_string(fused.status), to_string(fused.event), fused.step_ms);
-	else
+	if (!frame.fused)
 	{
-		const auto& [x, y, phi] = fused.pose;
-		const auto& covariance = fused.covariance;
-		csv_.print(
-		    "%.6f,%.6f,%.6f,%.6f,%.6f,%.6f,%zu,%.6f,%s,%s,%.6f,%.3f\n", x, y, phi, std::sqrt(covariance(0, 0)),
-		    std::sqrt(covariance(1, 1)), std::sqrt(covariance(2, 2)), fused.particles, fused.effective_sample_size,
-		    to_string(fused.status), to_string(fused.event), fused.probability, fused.step_ms);
-		tum_.print("%.6f %.6f %.6f 0 0 0 %.9f %.9f\n", frame.timestamp, x, y, std::sin(phi / 2), std::cos(phi / 2));
-		frame.fused = fused;
+		csv_.print(",,,,,,,,waiting,%s,,\n", to_string(FusionEvent::kNone));
+		return;
 	}
+	const FusedPose& fused = *frame.fused;
+	const auto& [x, y, phi] = fused.pose;
+	const auto& covariance = fused.covariance;
+	csv_.print(
+	    "%.6f,%.6f,%.6f,%.6f,%.6f,%.6f,%zu,%.6f,%s,%s,%.6f,%.3f\n", x, y, phi, std::sqrt(covariance(0, 0)),
+	    std::sqrt(covariance(1, 1)), std::sqrt(covariance(2, 2)), fused.particles, fused.effective_sample_size,
+	    to_string(fused.status), to_string(fused.event), fused.probability, fused.step_ms);
+	tum_.print("%.6f %.6f %.6f 0 0 0 %.9f %.9f\n", frame.timestamp, x, y, std::sin(phi / 2), std::cos(phi / 2));
 }
 
 void Fusion::commit()

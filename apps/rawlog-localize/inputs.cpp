@@ -4,7 +4,6 @@
 #include "console.h"
 #include "errors.h"
 
-#include <d2s1r/window_localizer.h>
 #include <mrpt/core/format.h>
 
 namespace d2s1r::app
@@ -52,11 +51,9 @@ Parameters read_parameters(const Flags& flags)
 
 CSignatureMap2D::ConstPtr build_map(const Flags& flags, const Parameters& parameters)
 {
-	Parameters used = parameters;
-	if (flags.window) used.scoring.hypotheses = std::max(used.scoring.hypotheses, WindowLocalizer::kHypotheses);
 	try
 	{
-		auto map = CSignatureMap2D::Create(used);
+		auto map = CSignatureMap2D::Create(parameters);
 		{
 			const SilentDescriptors silence;
 			const auto grid = load_map(flags.map, parameters.grid, flags.image);

@@ -71,7 +71,6 @@ void CParticleFilterFusion::start(const CSignatureMap2D::ConstPtr& map, const Fu
 	filter_.m_options.resamplingMethod = mrpt::bayes::CParticleFilter::prSystematic;
 	particles_.options.metricMap = map;
 	map->likelihood_field();  // builds it now
-	seeded_ = false;
 	odometry_check_ = {};
 	last_pose_.reset();
 	last_motion_ = {};
@@ -79,7 +78,7 @@ void CParticleFilterFusion::start(const CSignatureMap2D::ConstPtr& map, const Fu
 	random_.randomize(~parameters.seed);  // other numbers than those of the seeded poses
 }
 
-FusedPose CParticleFilterFusion::step(const FusionInput& input)
+std::optional<FusedPose> CParticleFilterFusion::step(const FusionInput& input)
 {
 	if (!map_) throw std::logic_error("CParticleFilterFusion::step() before start()");
 	const mrpt::system::CTicTac watch;
@@ -87,18 +86,16 @@ FusedPose CParticleFilterFusion::step(const FusionInput& input)
 	// because randomize() would leave every other normal number of whoever drew last
 	mrpt::random::getRandomGenerator() = mrpt::random::CRandomGenerator(random_.drawUniform32bit());
 	look_whether_in_map(input.localization);
-	FusedPose pose;
-	if (seeded_)
-		pose = follow(input);
+	if (last_pose_)
+		last_pose_ = follow(input);
 	else if (seed(input.localization))
 	{
-		pose = estimate(input.localization);
-		pose.event = FusionEvent::kSeeded;
+		last_pose_ = estimate(input.localization);
+		last_pose_->event = FusionEvent::kSeeded;
 	}
-	if (seeded_) last_pose_ = pose;
 	previous_ = input.localization;
-	pose.step_ms = 1e3 * watch.Tac();
-	return pose;
+	if (last_pose_) last_pose_->step_ms = 1e3 * watch.Tac();
+	return last_pose_;
 }
 
 FusedPose CParticleFilterFusion::follow(const FusionInput& input)
@@ -129,7 +126,7 @@ void CParticleFilterFusion::look_whether_in_map(const Localization& localization
 {
 	if (localization.status == Status::kInvalid) return;
 	const double found = probability_found(localization);
-	found_ += (seeded_ ? tuning.newest_found : 1.0) * (found - found_);
+	found_ += (last_pose_ ? tuning.newest_found : 1.0) * (found - found_);
 }
 
 bool CParticleFilterFusion::seed(const Localization& localization)
@@ -137,7 +134,7 @@ bool CParticleFilterFusion::seed(const Localization& localization)
 	if (localization.hypotheses.empty()) return false;
 	unaccounted_ = 1 - probability_found(localization);
 	assign_particles(particles_, seed_particles(localization, grid_, free_cells_, seeding_));
-	return seeded_ = true;
+	return true;
 }
 
 CPosePDFGaussian CParticleFilterFusion::motion_to(const FusionInput& input)

@@ -28,7 +28,7 @@ class CParticleFilterFusion : public CFusionBackend
 
    public:
 	void start(const CSignatureMap2D::ConstPtr& map, const FusionParameters& parameters) override;
-	FusedPose step(const FusionInput& input) override;
+	std::optional<FusedPose> step(const FusionInput& input) override;
 
 	/// Parameters of the filter that no application sets.
 	struct Tuning
@@ -68,13 +68,12 @@ class CParticleFilterFusion : public CFusionBackend
 	mrpt::bayes::CParticleFilter filter_;
 	mrpt::slam::CMonteCarloLocalization2D particles_;
 	mrpt::random::CRandomGenerator random_;
-	bool seeded_ = false;
 	double unaccounted_ = 0;  ///< [0, 1] probability that no particle is where the robot is
 	double found_ = 0;        ///< [0, 1] probability_found(), average of the last scans
 	OdometryCheck odometry_check_;
 	Localization previous_;               ///< of the last scan
 	mrpt::poses::CPose2D last_motion_;    ///< increment to the last scan
-	std::optional<FusedPose> last_pose_;  ///< of the last scan
+	std::optional<FusedPose> last_pose_;  ///< of the last scan; none before the filter is seeded
 
 	bool seed(const Localization& localization);
 	FusedPose follow(const FusionInput& input);

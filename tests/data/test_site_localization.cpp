@@ -98,7 +98,7 @@ TEST_P(SiteLocalization, FindsThePlace)
 	EXPECT_GT(localized, 0.5 * all) << "it says of too few frames that they are localized";
 }
 
-// What the whole sets are to reach (85, 90, 92 and 88 %; 98 %), less the sampling error of a hundred frames.
+// What the whole sets are to reach (93, 95, 97 and 92 %; 98 % and more), less the sampling error of a hundred frames.
 INSTANTIATE_TEST_SUITE_P(
     Real, SiteLocalization,
     testing::Values(
@@ -122,7 +122,8 @@ INSTANTIATE_TEST_SUITE_P(
     Paper, SiteLocalization,
     testing::Values(
         Expectation{"intel", "map.yaml", "sim360_off", "paper", 500, 0.2, 0.97, 0.97},
-        Expectation{"mit_csail", "map.yaml", "sim360_off", "paper", 500, 0.2, 0.97, 0.97}),
+        Expectation{"mit_csail", "map.yaml", "sim360_off", "paper", 500, 0.2, 0.97, 0.97},
+        Expectation{"mit_killian", "map.yaml", "sim360_off", "paper", 500, 0.2, 0.97, 0.97}),
     [](const auto& run) { return std::string(run.param.site); });
 
 TEST(AnotherSite, IsHardlyEverMistakenForThisOne)

@@ -76,23 +76,24 @@ void judge_fusion(
 	for (std::size_t i = 0; i < drive.size(); i++)
 	{
 		const auto odometry = i > 0 && i != jump ? odometry_between(*drive[i - 1], *drive[i]) : std::nullopt;
-		const FusedPose fused = filter.step({*drive[i]->scan, drive[i]->localization, odometry});
-		const bool is_pose = fused.status != FusionStatus::kWaiting;
-		const bool is_right = is_pose && drive[i]->is_near(fused.pose);
+		const auto fused = filter.step({*drive[i]->scan, drive[i]->localization, odometry});
+		const bool is_right = fused && drive[i]->is_near(fused->pose);
+		const bool is_tracking = fused && fused->status == FusionStatus::kTracking;
 		if (i >= kSettled && i < jump)
 		{
-			if (is_pose)
-				count.poses.add(*drive[i], fused.pose, map);
+			if (fused)
+				count.poses.add(*drive[i], fused->pose, map);
 			else
 				count.poses.add_missing();
-			count.tracking += fused.status == FusionStatus::kTracking ? 1 : 0;
-			count.misled += fused.status == FusionStatus::kTracking && !is_right ? 1 : 0;
+			count.tracking += is_tracking ? 1 : 0;
+			count.misled += is_tracking && !is_right ? 1 : 0;
 		}
 		if (i >= jump && i < jump + 5) found_again |= is_right;
-		if (i < jump && was_right && fused.event == FusionEvent::kReseeded) count.false_reseeds++;
+		if (i < jump && was_right && fused && fused->event == FusionEvent::kReseeded) count.false_reseeds++;
 		was_right = is_right;
-		count.total_ms += fused.step_ms;
-		count.worst_ms = std::max(count.worst_ms, fused.step_ms);
+		const double step_ms = fused ? fused->step_ms : 0;
+		count.total_ms += step_ms;
+		count.worst_ms = std::max(count.worst_ms, step_ms);
 		count.steps++;
 	}
 	count.found_again += found_again ? 1 : 0;

@@ -103,7 +103,7 @@ class FilterOnAFloor : public testing::Test
 		filter_.start(map(), parameters);
 		std::vector<FusedPose> poses;
 		for (const Frame& frame : drive)
-			poses.push_back(filter_.step({frame.scan, frame.localization, frame.odometry}));
+			poses.push_back(filter_.step({frame.scan, frame.localization, frame.odometry}).value());
 		return poses;
 	}
 

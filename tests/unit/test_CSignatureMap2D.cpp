@@ -198,6 +198,21 @@ TEST(CSignatureMap2D, IsFilledFromASimpleMapAndCleared)
 	EXPECT_TRUE(map.isEmpty());
 }
 
+TEST(CSignatureMap2D, ScansAnywhereAreDrawnWhereTheyAreOrRefused)
+{
+	const auto scan = d2s1r::test::make_observation(kGrid, kTruth);
+	CSignatureMap2D map;
+	map.insertObservation(scan, CPose3D(kTruth) + CPose3D(3000, -3000, 0, 0, 0, 0));
+	EXPECT_LT(map.grid()->getSizeX(), 2000U);
+	EXPECT_LT(map.grid()->getSizeY(), 2000U);
+	map.insertObservation(scan, CPose3D(kTruth) + CPose3D(3010, -3000, 0, 0, 0, 0));
+	const auto before = map.fingerprint();
+	for (const double x : {0.0, 1e7, HUGE_VAL, std::nan("")})
+		EXPECT_THROW(map.insertObservation(scan, CPose3D(x, 0, 0, 0, 0, 0)), std::exception) << x;
+	EXPECT_THROW(CSignatureMap2D().insertObservation(scan, CPose3D(1e7, 0, 0, 0, 0, 0)), std::invalid_argument);
+	EXPECT_EQ(map.fingerprint(), before) << "what was refused changes nothing";
+}
+
 TEST(CSignatureMap2D, InsertingIntoACopyLeavesTheOriginalAlone)
 {
 	const auto original = make_signature_map();

@@ -33,6 +33,13 @@ class CoarseSearch : public testing::Test
 		    });
 	}
 
+	/// A beam that saw nothing differs only from what is nearer than its reach.
+	int literal_difference(const Beam& beam, int expected) const
+	{
+		const int observed = profiles_.compand(static_cast<double>(beam.range));
+		return beam.is_return ? std::abs(expected - observed) : std::max(0, observed - expected);
+	}
+
 	/// Mean truncated difference of an aligned scan and position `i` turned by `shift` directions, beam by beam.
 	double literal_cost(const Scan& scan, std::size_t i, int shift) const
 	{
@@ -41,9 +48,7 @@ class CoarseSearch : public testing::Test
 		{
 			const std::size_t direction = direction_of(beam, shift, profiles_.directions);
 			const int expected = profiles_.by_position[i * static_cast<std::size_t>(profiles_.directions) + direction];
-			const int observed =
-			    beam.is_return ? profiles_.compand(static_cast<double>(beam.range)) : RangeProfiles::kOutOfRange;
-			sum += std::min(std::abs(expected - observed), parameters_.truncation);
+			sum += std::min(literal_difference(beam, expected), parameters_.truncation);
 		}
 		return static_cast<double>(sum) / static_cast<double>(scan.beams.size());
 	}
@@ -213,10 +218,23 @@ TEST_F(CoarseSearch, CostsAreThoseOfTheirPoses)
 
 TEST_F(CoarseSearch, ABeamWithoutReturnSaysThatNothingIsNear)
 {
-	Scan nothing = aligned_scan(grid_, profiles_.directions, {2, 8, 0}, 0, 180);
+	const mrpt::math::TPose2D pose{2, 8, 0};
+	Scan half = aligned_scan(grid_, profiles_.directions, pose, 0, 100);
+	for (std::size_t i = 0; i < half.beams.size(); i += 2) half.beams[i].range = 6, half.beams[i].is_return = false;
+	const auto candidates = coarse_search(profiles_, half, parameters_);
+	ASSERT_FALSE(candidates.empty());
+	for (const Candidate& candidate : candidates)
+	{
+		const auto [i, shift] = pair_of(candidate);
+		EXPECT_DOUBLE_EQ(candidate.cost, literal_cost(half, i, shift));
+	}
+}
+
+TEST_F(CoarseSearch, WithoutAReturnThereIsNoCandidate)
+{
+	Scan nothing = aligned_scan(grid_, profiles_.directions, {2, 8, 0}, 0, 100);
 	for (Beam& beam : nothing.beams) beam = {beam.angle, 20.0F, false};
-	for (const Candidate& candidate : coarse_search(profiles_, nothing, parameters_))
-		EXPECT_EQ(candidate.cost, parameters_.truncation);
+	EXPECT_TRUE(coarse_search(profiles_, nothing, parameters_).empty());
 }
 
 TEST_F(CoarseSearch, NoBeamsNoCandidates)

@@ -17,13 +17,6 @@ using mrpt::poses::CPose2D;
 class WindowOnTwinRooms : public testing::Test
 {
    protected:
-	static Parameters many_hypotheses()
-	{
-		Parameters parameters;
-		parameters.scoring.hypotheses = WindowLocalizer::kHypotheses;
-		return parameters;
-	}
-
 	Scan scan_at(const TPose2D& robot) const
 	{
 		Laser laser;
@@ -83,7 +76,7 @@ class WindowOnTwinRooms : public testing::Test
 	         "######################"},
 	        10),
 	    0.05);
-	const Localizer localizer_{make_map(grid_), many_hypotheses()};
+	const Localizer localizer_{make_map(grid_), {}};
 };
 
 void expect_at(const Localization& result, const TPose2D& truth)

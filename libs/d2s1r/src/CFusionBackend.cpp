@@ -12,11 +12,9 @@ const char* to_string(FusionStatus status)
 		case FusionStatus::kTracking:
 			return "tracking";
 		case FusionStatus::kAmbiguous:
-			return "ambiguous";
-		case FusionStatus::kWaiting:
 			break;
 	}
-	return "waiting";
+	return "ambiguous";
 }
 
 const char* to_string(FusionEvent event)

@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "observed_points.h"
+#include "occupancy_map.h"
 
 using mrpt::maps::COccupancyGridMap2D;
 
@@ -166,11 +167,9 @@ void CSignatureMap2D::internal_clear()
 	content_ = std::make_shared<Content>(nullptr, parameters(), likelihood_options());
 }
 
-COccupancyGridMap2D::Ptr CSignatureMap2D::writable_grid() const
+COccupancyGridMap2D::Ptr CSignatureMap2D::writable_grid(const mrpt::poses::CPose3D& robot) const
 {
-	if (!content_->map)
-		return std::make_shared<COccupancyGridMap2D>(
-		    -1.0F, 1.0F, -1.0F, 1.0F, static_cast<float>(parameters().grid.simplemap_cell_size));
+	if (!content_->map) return make_map_around(robot, parameters().grid.simplemap_cell_size);
 	const bool shared = content_.use_count() > 1 || content_->map.use_count() > 1;
 	return shared ? std::make_shared<COccupancyGridMap2D>(*content_->map) : content_->map;
 }
@@ -178,9 +177,10 @@ COccupancyGridMap2D::Ptr CSignatureMap2D::writable_grid() const
 bool CSignatureMap2D::internal_insertObservation(
     const mrpt::obs::CObservation& observation, const std::optional<const mrpt::poses::CPose3D>& robot_pose)
 {
-	const auto grid = writable_grid();
+	const auto robot = robot_pose.value_or(mrpt::poses::CPose3D());
+	const auto grid = writable_grid(robot);
 	grid->insertionOptions = insertionOptions;
-	if (!grid->insertObservation(observation, robot_pose)) return false;
+	if (!draw(observation, robot, *grid)) return false;
 	content_ = std::make_shared<Content>(grid, parameters(), likelihood_options());
 	return true;
 }

@@ -13,8 +13,6 @@ namespace d2s1r
 {
 namespace
 {
-constexpr double kLeastCellSize = 0.0062;  //!< [m] DistanceField reaches the 20 cm that scoring tells apart
-
 /// Columns and rows [first, end) that hold known cells.
 struct KnownArea
 {
@@ -48,7 +46,7 @@ Grid make_grid(const mrpt::maps::COccupancyGridMap2D& map, const GridParameters&
 	if (parameters.free_threshold > parameters.occupied_threshold)
 		throw std::invalid_argument("grid.free_threshold is above grid.occupied_threshold");
 	if (static_cast<double>(map.getResolution()) < kLeastCellSize)
-		throw std::invalid_argument("the cells of the map are below 6.2 mm; use larger ones");
+		throw std::invalid_argument("the cells of the map are below 6.3 mm; use larger ones");
 	check_map_origin(static_cast<double>(map.getXMin()), static_cast<double>(map.getYMin()));
 	const CellClasses classes(parameters);
 	const KnownArea area = find_known_area(map, classes);

@@ -64,14 +64,14 @@ std::vector<Scored> find_places(
     const BeamTracer& tracer, const DistanceField& field, const Rays& rays, const std::vector<RefinedPose>& poses,
     const IsPossible& is_possible, const Parameters& parameters)
 {
-	constexpr double kNegligible = 1e-3;  // [-] likelihood relative to the best place
+	constexpr double kNegligible = 1e-3;   // [-] likelihood relative to the best place
+	constexpr std::size_t kPolished = 10;  // [-] places
 	const BeamModel& model = parameters.scoring.beam_model;
 	std::vector<Scored> scored;
 	for (const auto& [pose, fit] : poses)
 		if (is_possible(pose)) scored.push_back({pose, score(tracer, field, rays, pose, model)});
 	std::vector<Scored> places = distinct_places(std::move(scored), parameters.scoring);
-	const auto polished = std::min(places.size(), static_cast<std::size_t>(parameters.scoring.hypotheses));
-	for (std::size_t i = 0; i < polished; i++)
+	for (std::size_t i = 0; i < std::min(kPolished, places.size()); i++)
 	{
 		const TPose2D pose = polish(field, rays, places[i].pose, parameters.refinement);
 		if (!is_possible(pose)) continue;

@@ -75,15 +75,10 @@ namespace
 using mrpt::obs::CObservation2DRangeScan;
 
 /// MRPT's insertion takes every number for good. \throws std::runtime_error
-mrpt::poses::CPose3D checked_pose(const mrpt::maps::CSimpleMap::Pair& keyframe)
+void check_robot_pose(const mrpt::poses::CPose3D& pose)
 {
-	if (!keyframe.pose || !keyframe.sf)
-		throw std::runtime_error("a keyframe of the simplemap lacks its pose or its observations; save it again");
-	auto pose = keyframe.pose->getMeanVal();
-	const auto& axes = pose.getRotationMatrix();
-	if (!std::isfinite(pose.norm() + axes.sum()))
-		throw std::runtime_error("the pose of a keyframe of the simplemap is not finite; save it again");
-	return pose;
+	if (!std::isfinite(pose.norm() + pose.getRotationMatrix().sum()))
+		throw std::runtime_error("the pose of a scan to be drawn is not finite; correct it or leave the scan out");
 }
 
 /// A copy in which readings that are no distance are invalid. \throws std::runtime_error if nothing can be drawn of it
@@ -93,7 +88,8 @@ CObservation2DRangeScan checked_scan(const CObservation2DRangeScan& scan)
 	const bool is_mounted =
 	    scan.sensorPose.norm() <= kFarthestSensor && std::isfinite(scan.sensorPose.getRotationMatrix().sum());
 	if (!is_mounted || !std::isfinite(scan.aperture) || !std::isfinite(scan.maxRange))
-		throw std::runtime_error("a scan of the simplemap has no usable sensor pose, aperture or range; save it again");
+		throw std::runtime_error(
+		    "a scan to be drawn has no usable sensor pose, aperture or range; correct it or leave it out");
 	CObservation2DRangeScan checked = scan;
 	for (std::size_t i = 0; i < checked.getScanSize(); i++)
 		if (const float range = checked.getScanRange(i); !(range >= 0 && std::isfinite(range)))
@@ -103,29 +99,75 @@ CObservation2DRangeScan checked_scan(const CObservation2DRangeScan& scan)
 		}
 	return checked;
 }
+
+/// [m, map frame]
+struct Extent
+{
+	double x0 = INFINITY, x1 = -INFINITY, y0 = INFINITY, y1 = -INFINITY;
+
+	void add(double x, double y, double reach)
+	{
+		x0 = std::min(x0, x - reach), x1 = std::max(x1, x + reach);
+		y0 = std::min(y0, y - reach), y1 = std::max(y1, y + reach);
+	}
+};
+
+/// [m] that an insertion may draw from the robot's position
+double reach_of(const COccupancyGridMap2D::TInsertionOptions& options)
+{
+	return static_cast<double>(options.maxDistanceInsertion) + 2;
+}
+
+/// Of unknown cells, whole ones from (0, 0). \throws std::runtime_error if it is too large for memory
+COccupancyGridMap2D::Ptr make_map_of(const Extent& extent, double cell_size)
+{
+	const double x0 = std::floor(extent.x0 / cell_size), y0 = std::floor(extent.y0 / cell_size);
+	const double cells_x = std::ceil(extent.x1 / cell_size - x0), cells_y = std::ceil(extent.y1 / cell_size - y0);
+	check_map_size(cells_x, cells_y);
+	return make_unknown_map(
+	    static_cast<int>(cells_x), static_cast<int>(cells_y), cell_size, cell_size * x0, cell_size * y0);
+}
 }  // namespace
+
+COccupancyGridMap2D::Ptr make_map_around(const mrpt::poses::CPose3D& robot, double cell_size)
+{
+	check_robot_pose(robot);
+	check_map_origin(robot.x(), robot.y());
+	Extent extent;
+	extent.add(robot.x(), robot.y(), 1);
+	return make_map_of(extent, cell_size);
+}
+
+bool draw(const mrpt::obs::CObservation& observation, const mrpt::poses::CPose3D& robot, COccupancyGridMap2D& map)
+{
+	check_robot_pose(robot);
+	const auto number = [](float value) { return static_cast<double>(value); };
+	Extent extent{number(map.getXMin()), number(map.getXMax()), number(map.getYMin()), number(map.getYMax())};
+	extent.add(robot.x(), robot.y(), reach_of(map.insertionOptions));
+	const double cell_size = number(map.getResolution());
+	check_map_size((extent.x1 - extent.x0) / cell_size, (extent.y1 - extent.y0) / cell_size);
+	if (const auto* scan = dynamic_cast<const CObservation2DRangeScan*>(&observation))
+		return map.insertObservation(checked_scan(*scan), robot);
+	return map.insertObservation(observation, robot);
+}
 
 COccupancyGridMap2D::Ptr draw_simple_map(const mrpt::maps::CSimpleMap& keyframes, double cell_size)
 {
-	const double reach = static_cast<double>(COccupancyGridMap2D::TInsertionOptions().maxDistanceInsertion) + 2;
-	double x0 = INFINITY, x1 = -INFINITY, y0 = INFINITY, y1 = -INFINITY;
-	for (const auto& keyframe : keyframes)
-	{
-		const auto pose = checked_pose(keyframe);
-		x0 = std::min(x0, pose.x() - reach), x1 = std::max(x1, pose.x() + reach);
-		y0 = std::min(y0, pose.y() - reach), y1 = std::max(y1, pose.y() + reach);
-	}
 	if (keyframes.empty()) throw std::runtime_error("a simplemap without keyframes; save one with scans in it");
-	x0 = cell_size * std::floor(x0 / cell_size);
-	y0 = cell_size * std::floor(y0 / cell_size);
-	const double cells_x = std::ceil((x1 - x0) / cell_size), cells_y = std::ceil((y1 - y0) / cell_size);
-	check_map_size(cells_x, cells_y);
+	Extent extent;
+	for (const auto& [pose, observations] : keyframes)
+	{
+		if (!pose || !observations)
+			throw std::runtime_error("a keyframe of the simplemap lacks its pose or its observations; save it again");
+		const auto robot = pose->getMeanVal();
+		check_robot_pose(robot);
+		extent.add(robot.x(), robot.y(), reach_of({}));
+	}
 	// In its final size from the start: growing, MRPT's map calls std::terminate() when memory ends.
-	auto map = make_unknown_map(static_cast<int>(cells_x), static_cast<int>(cells_y), cell_size, x0, y0);
+	auto map = make_map_of(extent, cell_size);
 	for (const auto& keyframe : keyframes)
 		for (const auto& observation : *keyframe.sf)
-			if (const auto* scan = dynamic_cast<const CObservation2DRangeScan*>(observation.get()))
-				map->insertObservation(checked_scan(*scan), keyframe.pose->getMeanVal());
+			if (IS_CLASS(*observation, CObservation2DRangeScan)) draw(*observation, keyframe.pose->getMeanVal(), *map);
 	return map;
 }
 }  // namespace d2s1r

@@ -26,6 +26,17 @@ mrpt::maps::COccupancyGridMap2D::Ptr make_unknown_map(
 /// Moves the lower left corner of `map` to exactly (x, y) [m, map frame].
 void set_origin(mrpt::maps::COccupancyGridMap2D& map, double x, double y);
 
+/// A small map of unknown cells about a robot (map frame), to draw into. \param cell_size [m]
+/// \throws std::runtime_error, std::invalid_argument if the pose is not finite or too far from the origin
+mrpt::maps::COccupancyGridMap2D::Ptr make_map_around(const mrpt::poses::CPose3D& robot, double cell_size);
+
+/// Draws an observation of a robot (map frame) with the options of `map`, which grows where it needs to.
+/// \return whether that can be drawn in an occupancy map
+/// \throws std::runtime_error if it holds numbers that are none, or the map would become too large for memory
+bool draw(
+    const mrpt::obs::CObservation& observation, const mrpt::poses::CPose3D& robot,
+    mrpt::maps::COccupancyGridMap2D& map);
+
 /// Draws the 2D scans of a simplemap with MRPT's default insertion options.
 /// \param cell_size [m]
 /// \throws std::runtime_error if it is too large for memory

@@ -82,7 +82,9 @@ struct Axis
 }  // namespace
 
 RayCaster::RayCaster(const Grid& grid, double max_range, bool stop_at_unknown)
-    : grid_(&grid),
+    : cell_size_(grid.cell_size),
+      origin_x_(grid.origin_x),
+      origin_y_(grid.origin_y),
       max_range_(max_range),
       stop_at_unknown_(stop_at_unknown),
       clearance_(std::make_unique<const ClearanceMap>(make_clearance(grid, stop_at_unknown)))
@@ -103,16 +105,15 @@ void RayCaster::scan(double x, double y, int directions, std::vector<float>& ran
 {
 	thread_local RayFan fan;
 	if (fan.size != static_cast<std::size_t>(directions)) fan = RayFan::full_circle(directions);
-	const double column = (x - grid_->origin_x) / grid_->cell_size + 1,
-	             row = (y - grid_->origin_y) / grid_->cell_size + 1;
+	const double column = (x - origin_x_) / cell_size_ + 1, row = (y - origin_y_) / cell_size_ + 1;
 	if (is_countable(column, row) &&
 	    clearance_->is_inside(static_cast<int>(std::floor(column)), static_cast<int>(std::floor(row))))
 	{
-		const auto limit = static_cast<float>(max_range_ / grid_->cell_size);
+		const auto limit = static_cast<float>(max_range_ / cell_size_);
 		follow_rays(*clearance_, column, row, limit, stop_at_unknown_, fan, ranges);
 		ranges.resize(fan.size);
 		for (float& range : ranges)
-			range = range < limit ? range * static_cast<float>(grid_->cell_size) : static_cast<float>(max_range_);
+			range = range < limit ? range * static_cast<float>(cell_size_) : static_cast<float>(max_range_);
 		return;
 	}
 	ranges.resize(fan.size);
@@ -123,12 +124,11 @@ float RayCaster::cast(double x, double y, double angle) const
 {
 	const double dx = std::cos(angle), dy = std::sin(angle);
 	const ClearanceMap& map = *clearance_;
-	const double column = (x - grid_->origin_x) / grid_->cell_size + 1,
-	             row = (y - grid_->origin_y) / grid_->cell_size + 1;
+	const double column = (x - origin_x_) / cell_size_ + 1, row = (y - origin_y_) / cell_size_ + 1;
 	if (!(is_countable(column, row) && std::isfinite(dx + dy)))
 		return stop_at_unknown_ ? 0 : static_cast<float>(max_range_);
 	Axis u(column, dx), v(row, dy);
-	const double limit = max_range_ / grid_->cell_size;
+	const double limit = max_range_ / cell_size_;
 	double length = 0;  // [cells]
 	if (!map.is_inside(u.cell, v.cell))
 	{
@@ -146,7 +146,7 @@ float RayCaster::cast(double x, double y, double angle) const
 		if (clearance == 0)
 		{
 			const bool none = !stop_at_unknown_ && !map.is_inside(u.cell, v.cell);
-			return static_cast<float>(none ? max_range_ : length * grid_->cell_size);
+			return static_cast<float>(none ? max_range_ : length * cell_size_);
 		}
 		const double u_exit = u.exit(clearance), v_exit = v.exit(clearance);
 		length = std::min(u_exit, v_exit);

@@ -89,7 +89,8 @@ Eigen::Vector2d open_direction(const DistanceField& field, const Rays& rays, con
 /// [m^2] of the sum of squares of one ray's distance: rays beside each other err alike.
 double variance_of(const Rays& rays, const RefinementParameters& parameters)
 {
-	return parameters.range_noise * parameters.range_noise * parameters.beam_correlation * kDegree / rays.spacing;
+	const double alike = std::max(1.0, parameters.beam_correlation * kDegree / rays.spacing);  // [-] rays
+	return parameters.range_noise * parameters.range_noise * alike;
 }
 
 }  // namespace

@@ -31,10 +31,13 @@ struct BeamEnd
 
 BeamEnd classify_end(float distance, Cell cell, const BeamModel& model)
 {
-	if (distance < 0.06F) return {model.on_wall, End::kWall};
-	if (distance < 0.10F) return {model.near_wall, End::kWall};
+	constexpr float kOnWall = 0.06F, kNearWall = 0.10F, kBesideWall = 0.20F;  // [m] as BeamModel says
+	static_assert(
+	    kBesideWall < static_cast<float>(kLeastCellSize) * (DistanceField::kReachCells - 0.01F), "else nothing is off");
+	if (distance < kOnWall) return {model.on_wall, End::kWall};
+	if (distance < kNearWall) return {model.near_wall, End::kWall};
 	if (cell == Cell::kUnknown) return {model.in_unknown, End::kUnknown};
-	if (distance < 0.20F) return {model.beside_wall, End::kBesideWall};
+	if (distance < kBesideWall) return {model.beside_wall, End::kBesideWall};
 	return {model.off_wall, End::kOffWall};
 }
 

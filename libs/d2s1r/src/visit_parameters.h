@@ -109,7 +109,7 @@ void visit_parameters(P& p, Visitor&& visit)
 	    "[m] standard deviation of a range about the map, for the covariance");
 	visit(
 	    "refinement", "beam_correlation", refinement.beam_correlation, 1.0, 1000.0,
-	    "[-] neighbouring beams that count as one measurement, for the covariance");
+	    "[-] neighbouring beams of 1 deg that count as one measurement, for the covariance");
 
 	auto& scoring = p.scoring;
 	visit("scoring", "distinct_distance", scoring.distinct_distance, 0.01, 10.0, "[m] hypotheses closer than this");

@@ -36,7 +36,6 @@ struct FusionInput
 
 enum class FusionStatus
 {
-	kWaiting,   //!< nothing to start from yet: no pose
 	kTracking,  //!< one place holds nearly all the probability
 	/// several places share it, or places that no scan has shown yet; or the map explains few of the last scans, or a
 	/// localized scan says otherwise. The pose is the likeliest
@@ -59,7 +58,7 @@ const char* to_string(FusionEvent event);
 /// The answer to "where is the robot now, after all scans so far?".
 struct FusedPose
 {
-	FusionStatus status = FusionStatus::kWaiting;
+	FusionStatus status = FusionStatus::kAmbiguous;
 	FusionEvent event = FusionEvent::kNone;
 	mrpt::math::TPose2D pose;                //!< robot in map, m and rad
 	mrpt::math::CMatrixDouble33 covariance;  //!< of pose within its place, (x, y, phi), m^2, m rad, rad^2
@@ -81,7 +80,8 @@ class CFusionBackend : public mrpt::rtti::CObject
 	/// Forgets everything. \param map not empty
 	virtual void start(const CSignatureMap2D::ConstPtr& map, const FusionParameters& parameters) = 0;
 
-	/// Takes in the next scan. \throws std::logic_error before start()
-	virtual FusedPose step(const FusionInput& input) = 0;
+	/// Takes in the next scan. \return no value while there is nothing to start from \throws std::logic_error before
+	/// start()
+	virtual std::optional<FusedPose> step(const FusionInput& input) = 0;
 };
 }  // namespace d2s1r

@@ -92,8 +92,8 @@ class CSignatureMap2D : public mrpt::maps::CMetricMap
 	struct Content;
 	std::shared_ptr<const Content> content_;
 
-	/// The grid, or a copy of it if anybody else holds it, or a new one.
-	mrpt::maps::COccupancyGridMap2D::Ptr writable_grid() const;
+	/// The grid, or a copy of it if anybody else holds it, or a new one about the robot.
+	mrpt::maps::COccupancyGridMap2D::Ptr writable_grid(const mrpt::poses::CPose3D& robot) const;
 
 	/// Parameters as an archive holds them.
 	std::string archived_parameters() const;

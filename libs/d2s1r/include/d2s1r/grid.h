@@ -9,6 +9,8 @@
 
 namespace d2s1r
 {
+inline constexpr double kLeastCellSize = 0.0063;  //!< [m] of a map: distances to walls are kept up to 32 cells
+
 enum class Cell : std::uint8_t
 {
 	kFree,
@@ -43,7 +45,7 @@ struct Grid
 };
 
 /// Classifies the cells of `map` and crops to the known ones.
-/// \throws std::invalid_argument if thresholds cross, there is no known cell, cells are below 6.2 mm, or the map is
+/// \throws std::invalid_argument if thresholds cross, there is no known cell, cells are below 6.3 mm, or the map is
 ///         further than 100 km from the origin of its frame
 Grid make_grid(const mrpt::maps::COccupancyGridMap2D& map, const GridParameters& parameters);
 

@@ -72,17 +72,18 @@ struct CoarseSearchParameters
 /// From candidate poses to poses that fit the map.
 struct RefinementParameters
 {
-	int max_scored = 300;           //!< [-] best fitting candidates that a few beams are scored at
-	double fit_margin = 0.35;       //!< [-] candidates whose fit is this much below the best one's are dropped
-	int max_refined = 100;          //!< [-] best scoring of these that are refined with all beams
-	double score_margin = 21.0;     //!< [nat] candidates whose score is this far below the best one's are dropped
-	int max_restarted = 30;         //!< [-] best fitting ones refined again from poses to both sides along what the
-	                                //!< scan leaves open, such as a corridor
-	double kernel = 0.08;           //!< [m] width of the robust kernel at the end
-	double cost_weight = 0.05;      //!< [1 / step] of the coarse cost beside the fit
-	double surface_offset = 0.2;    //!< [cell] standard deviation of where in their cells the walls have their surface
-	double range_noise = 0.03;      //!< [m] standard deviation of a range about the map, for the covariance
-	double beam_correlation = 9.0;  //!< [-] neighbouring beams that count as one measurement, for the covariance
+	int max_scored = 300;         //!< [-] best fitting candidates that a few beams are scored at
+	double fit_margin = 0.35;     //!< [-] candidates whose fit is this much below the best one's are dropped
+	int max_refined = 100;        //!< [-] best scoring of these that are refined with all beams
+	double score_margin = 21.0;   //!< [nat] candidates whose score is this far below the best one's are dropped
+	int max_restarted = 30;       //!< [-] best fitting ones refined again from poses to both sides along what the
+	                              //!< scan leaves open, such as a corridor
+	double kernel = 0.08;         //!< [m] width of the robust kernel at the end
+	double cost_weight = 0.05;    //!< [1 / step] of the coarse cost beside the fit
+	double surface_offset = 0.2;  //!< [cell] standard deviation of where in their cells the walls have their surface
+	double range_noise = 0.03;    //!< [m] standard deviation of a range about the map, for the covariance
+	double beam_correlation =
+	    9.0;  //!< [-] neighbouring beams of 1 deg that count as one measurement, for the covariance
 };
 
 /// Log-likelihood [nat] of what a beam of 1 deg did, against ending anywhere. Learned: see scoring.h.

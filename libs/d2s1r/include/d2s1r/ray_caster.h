@@ -14,7 +14,6 @@ struct ClearanceMap;
 class RayCaster
 {
    public:
-	/// Keeps a reference to `grid`.
 	/// \param max_range [m]
 	/// \param stop_at_unknown whether unknown cells, and all that lies outside of the grid, end a ray
 	RayCaster(const Grid& grid, double max_range, bool stop_at_unknown);
@@ -35,8 +34,8 @@ class RayCaster
 	void scan(double x, double y, int directions, std::vector<float>& ranges) const;
 
    private:
-	const Grid* grid_;
-	double max_range_;  //!< [m]
+	double cell_size_, origin_x_, origin_y_;  //!< [m] of the grid, map frame
+	double max_range_;                        //!< [m]
 	bool stop_at_unknown_;
 	std::unique_ptr<const ClearanceMap> clearance_;
 };

@@ -22,8 +22,6 @@ namespace d2s1r
 class WindowLocalizer
 {
    public:
-	static constexpr int kHypotheses = 50;  //!< [-] worth following, per frame: set ScoringParameters::hypotheses to it
-
 	/// Keeps a reference to `localizer`.
 	/// \param frames [-] that are judged together, at least 1
 	/// \param prior of the robot at every frame: tracks that leave it are dropped
@@ -35,11 +33,11 @@ class WindowLocalizer
 
 	/// Where is the robot, now that `scan` was taken?
 	/// \param one_shot localizer.localize(scan)
-	/// \param motion of the robot since the last call, in its frame then; no value, or one that is not is_plausible()
-	/// or
-	///        that OdometryCheck does not agree with: estimated from the hypotheses of both frames (the paper's
-	///        pseudo-odometry). After frames without a valid scan it must be known of each of them, or of none if they
-	///        are two at most; otherwise a new window starts.
+	/// \param motion of the robot since the last call, in its frame then. Without a value, or with one that is not
+	///        is_plausible() or that OdometryCheck does not agree with, it is estimated from the hypotheses of both
+	///        frames (the paper's pseudo-odometry). After frames without a
+	///        valid scan it must be known of each of them, or of none if they are two at most; otherwise a new window
+	///        starts.
 	/// \return as Localizer::localize(), with the evidence of all frames of the window: log-likelihoods are sums over
 	///         them, bounded and against the best pose of each frame; covariances include the motion, and the time of
 	///         refinement includes the following of hypotheses
