@@ -95,8 +95,7 @@ std::string localize_rawlog(
     ProgressBar& progress)
 {
 	std::optional<Window> window;
-	if (approach.window)
-		window.emplace(approach.localizer, *approach.window, approach.query.prior, approach.hypotheses);
+	if (approach.window) window.emplace(approach.localizer, *approach.window, approach.query.prior);
 	Loop loop(file, selection, approach.threads);
 	Batch previous, current = loop.read(), next;
 	while (!current.items.empty() && !interrupted())

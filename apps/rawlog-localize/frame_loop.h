@@ -24,7 +24,6 @@ struct Approach
 	const Localizer& localizer;
 	Query query;
 	std::optional<int> window;  //!< [-] frames that are judged together; else each on its own
-	int hypotheses;             //!< [-] most in a result of the window
 	int threads = 1;            //!< [-]
 };
 

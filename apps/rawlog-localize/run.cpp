@@ -127,9 +127,7 @@ ExitStatus run(const Flags& flags, Console& console)
 	{
 		ProgressBar progress(console.err, !flags.quiet && isatty(STDERR_FILENO), report.selected_frames);
 		damage = localize_rawlog(
-		    flags.rawlog, selection,
-		    {localizer, flags.query, flags.window, parameters.scoring.hypotheses, parameters.threads}, outputs,
-		    progress);
+		    flags.rawlog, selection, {localizer, flags.query, flags.window, parameters.threads}, outputs, progress);
 	}
 	if (report.frames.empty() && interrupted())
 	{

@@ -5,8 +5,6 @@ namespace d2s1r::app
 {
 Localization Window::judge(const mrpt::obs::CObservation2DRangeScan& scan, const Localization& one_shot)
 {
-	Localization result = window_.add(make_scan(scan, localizer_.parameters().scan), one_shot, odometry_.take());
-	if (result.hypotheses.size() > hypotheses_) result.hypotheses.resize(hypotheses_);
-	return result;
+	return window_.add(make_scan(scan, localizer_.parameters().scan), one_shot, odometry_.take());
 }
 }  // namespace d2s1r::app

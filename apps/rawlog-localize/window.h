@@ -11,10 +11,9 @@ namespace d2s1r::app
 class Window
 {
    public:
-	/// \param frames [-] that are judged together \param prior see WindowLocalizer \param hypotheses [-] most in a
-	/// result
-	Window(const Localizer& localizer, int frames, const Prior& prior, int hypotheses)
-	    : localizer_(localizer), window_(localizer, frames, prior), hypotheses_(static_cast<std::size_t>(hypotheses))
+	/// \param frames [-] that are judged together \param prior see WindowLocalizer
+	Window(const Localizer& localizer, int frames, const Prior& prior)
+	    : localizer_(localizer), window_(localizer, frames, prior)
 	{
 	}
 
@@ -27,6 +26,5 @@ class Window
 	const Localizer& localizer_;
 	WindowLocalizer window_;
 	OdometryBetweenScans odometry_;
-	std::size_t hypotheses_;
 };
 }  // namespace d2s1r::app

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <d2s1r/CFusionBackend.h>
-#include <d2s1r/pseudo_odometry.h>
+#include <d2s1r/odometry_check.h>
 #include <d2s1r/seeding.h>
 #include <mrpt/bayes/CParticleFilter.h>
 #include <mrpt/random/RandomGenerators.h>
@@ -39,10 +39,10 @@ class CParticleFilterFusion : public CFusionBackend
 		                                 //!< explain a scan to take over at once
 		double unexplained_power = 0.2;  //!< [0, 1] exponent of the likelihood of a scan that hardly fits anywhere in
 		                                 //!< the map; 1 of one that certainly does, in between by its probability
-		double least_explained = 0.3;    //!< [0, 1] of a scan that is weighed, by the filter's place, if there is less
-		                                 //!< than least_found to it
-		double unlisted = 0.30;          //!< [0, 1] weight of a particle that no hypothesis of the scan supports
-		double hypothesis_std_xy = 0.3;  //!< [m] round a hypothesis that particles are supported
+		double least_explained = 0.3;    //!< [0, 1] share of the log-likelihood range: a scan whose hypotheses have
+		                               //!< less than least_found is weighed only if the filter's place explains so much
+		double unlisted = 0.30;              //!< [0, 1] weight of a particle that no hypothesis of the scan supports
+		double hypothesis_std_xy = 0.3;      //!< [m] round a hypothesis that particles are supported
 		double hypothesis_std_phi = 0.15;    //!< [rad]
 		double tracking_probability = 0.80;  //!< [0, 1] of a place to be kTracking
 		double newest_found = 0.1;           //!< [0, 1] share of a scan in the average of probability_found()

@@ -93,14 +93,13 @@ void coarse(::benchmark::State& state, const std::string& site)
 void refine_and_decide(::benchmark::State& state, const std::string& site, bool decides)
 {
 	if (!is_there(state, site)) return;
-	constexpr double kDegree = M_PI / 180;
 	const Stages stages(site);
 	std::size_t i = 0;
 	for ([[maybe_unused]] auto _ : state)
 	{
 		state.PauseTiming();
 		const Scan& scan = stages.scan(i++);
-		const Rays few = make_rays(scan, 4 * kDegree, 45), more = make_rays(scan, kDegree, 180);
+		const Rays few = few_rays(scan), more = many_rays(scan);
 		const auto candidates = coarse_search(stages.index.profiles, scan, stages.parameters.coarse_search);
 		if (!decides) state.ResumeTiming();
 		const auto settled = settle(stages.index.field, few, candidates, stages.parameters.refinement);
@@ -110,9 +109,8 @@ void refine_and_decide(::benchmark::State& state, const std::string& site, bool 
 		if (decides)
 		{
 			state.ResumeTiming();
-			::benchmark::DoNotOptimize(decide(
-			    stages.index.tracer, stages.index.field, scan, make_rays(scan, kDegree, 360), poses, {},
-			    stages.parameters));
+			::benchmark::DoNotOptimize(
+			    decide(stages.index.tracer, stages.index.field, scan, all_rays(scan), poses, {}, stages.parameters));
 		}
 	}
 }

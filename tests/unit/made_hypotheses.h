@@ -2,33 +2,20 @@
 // Results of the localizer made by hand.
 #pragma once
 
-#include <d2s1r/localization.h>
+#include <d2s1r/pseudo_odometry.h>
 
 #include <utility>
 #include <vector>
 
 namespace d2s1r::test
 {
-/// \param deviations [m], [m], [rad] of x, y and phi
-inline mrpt::math::CMatrixDouble33 covariance_of(const std::vector<double>& deviations)
-{
-	mrpt::math::CMatrixDouble33 covariance;
-	covariance.setZero();
-	for (int i = 0; i < 3; i++)
-	{
-		const double deviation = deviations.at(static_cast<std::size_t>(i));
-		covariance(i, i) = deviation * deviation;
-	}
-	return covariance;
-}
-
 /// A hypothesis with the given standard deviations [m], [m], [rad].
 inline Hypothesis hypothesis_at(
     const mrpt::poses::CPose2D& pose, double probability, const std::vector<double>& deviations = {0.05, 0.05, 0.02})
 {
 	Hypothesis hypothesis;
 	hypothesis.pose = pose;
-	hypothesis.covariance = covariance_of(deviations);
+	hypothesis.covariance = covariance_of(deviations.at(0), deviations.at(1), deviations.at(2));
 	hypothesis.probability = probability;
 	return hypothesis;
 }

@@ -19,7 +19,7 @@ class EndPoints : public testing::TestWithParam<std::int64_t>
 
 	BeamEnds returns_at(const mrpt::math::TPose2D& robot) const
 	{
-		return make_rays(scan_at(world_of(grid_), robot), kDegree, 360).returns;
+		return all_rays(scan_at(world_of(grid_), robot)).returns;
 	}
 };
 
@@ -63,7 +63,7 @@ TEST_P(EndPoints, SumsAreThoseOfPlainLoops)
 				EXPECT_NEAR(static_cast<double>(sums.information[k]), expected[k], 1e-2 + 2e-3 * std::abs(expected[k]));
 			for (std::size_t k = 0; k < 4; k++)
 				EXPECT_NEAR(static_cast<double>(sums.gradient[k]), expected[10 + k], 1e-2);
-			EXPECT_NEAR(static_cast<double>(sums.weight), expected[14], 1e-2);
+			EXPECT_NEAR(static_cast<double>(sums.support), expected[14], 1e-2);
 		}
 }
 
@@ -71,7 +71,7 @@ TEST_P(EndPoints, FarOutsideOfTheMapWeighNothing)
 {
 	const BeamEnds returns = returns_at(poses_on_floor()[0]);
 	const EndPointSums sums = sum_end_points(field_, returns, {1e4, -1e4, 0.3}, 0, 0.1);
-	EXPECT_EQ(sums.weight, 0);
+	EXPECT_EQ(sums.support, 0);
 	for (const float value : sums.information) EXPECT_EQ(value, 0);
 }
 
@@ -85,7 +85,7 @@ TEST_P(EndPoints, AreBitForBitTheSameAsPortableLoops)
 	const EndPointSums portable = sum();
 	EXPECT_EQ(chosen.information, portable.information);
 	EXPECT_EQ(chosen.gradient, portable.gradient);
-	EXPECT_EQ(chosen.weight, portable.weight);
+	EXPECT_EQ(chosen.support, portable.support);
 }
 
 INSTANTIATE_TEST_SUITE_P(OnThisMachine, EndPoints, testing::ValuesIn(simd_targets()));

@@ -11,36 +11,21 @@
 
 #include "made_hypotheses.h"
 
-using d2s1r::Hypothesis;
-using d2s1r::Localization;
+namespace d2s1r::test
+{
+namespace
+{
 using mrpt::poses::CPose2D;
 using mrpt::poses::CPosePDFGaussian;
 
-namespace
-{
-Hypothesis make_hypothesis(const CPose2D& pose, double std_x, double std_y, double std_phi)
-{
-	Hypothesis hypothesis;
-	hypothesis.pose = pose;
-	hypothesis.covariance.setZero();
-	hypothesis.covariance(0, 0) = std_x * std_x;
-	hypothesis.covariance(1, 1) = std_y * std_y;
-	hypothesis.covariance(2, 2) = std_phi * std_phi;
-	hypothesis.probability = 0.9;
-	return hypothesis;
-}
-
 Localization localized_at(const CPose2D& pose)
 {
-	Localization result;
-	result.status = d2s1r::Status::kLocalized;
-	result.hypotheses.push_back(make_hypothesis(pose, 0.02, 0.05, 0.01));
-	return result;
+	return result_of({hypothesis_at(pose, 0.95, {0.02, 0.05, 0.01})});
 }
 
 TEST(PseudoOdometry, IsTheMotionInTheFrameOfTheFirstPose)
 {
-	const auto motion = d2s1r::pseudo_odometry(localized_at({1, 2, M_PI / 2}), localized_at({1, 3, M_PI}));
+	const auto motion = pseudo_odometry(localized_at({1, 2, M_PI / 2}), localized_at({1, 3, M_PI}));
 	ASSERT_TRUE(motion);
 	const CPose2D mean = motion->poseChange->getMeanVal();
 	EXPECT_NEAR(mean.x(), 1.0, 1e-9);
@@ -51,15 +36,15 @@ TEST(PseudoOdometry, IsTheMotionInTheFrameOfTheFirstPose)
 
 TEST(PseudoOdometry, TurnsAcrossPlusMinusPiTheShortWay)
 {
-	const auto motion = d2s1r::pseudo_odometry(localized_at({0, 0, 3.1}), localized_at({0, 0, -3.1}));
+	const auto motion = pseudo_odometry(localized_at({0, 0, 3.1}), localized_at({0, 0, -3.1}));
 	EXPECT_NEAR(motion->poseChange->getMeanVal().phi(), 2 * M_PI - 6.2, 1e-9);
 }
 
 TEST(PseudoOdometry, CarriesTheUncertaintyOfBothEnds)
 {
-	const Hypothesis from = make_hypothesis({1, 2, 0.7}, 0.10, 0.02, 0.04);
-	const Hypothesis to = make_hypothesis({4, 1, -0.4}, 0.05, 0.20, 0.03);
-	const auto covariance = d2s1r::increment_between(from, to).cov;
+	const Hypothesis from = hypothesis_at({1, 2, 0.7}, 0.9, {0.10, 0.02, 0.04});
+	const Hypothesis to = hypothesis_at({4, 1, -0.4}, 0.9, {0.05, 0.20, 0.03});
+	const auto covariance = increment_between(from, to).cov;
 
 	std::mt19937 generator(1);
 	std::normal_distribution<double> normal;
@@ -88,13 +73,13 @@ TEST(PseudoOdometry, CarriesTheUncertaintyOfBothEnds)
 
 TEST(PseudoOdometry, NeedsAPoseAtBothEnds)
 {
-	EXPECT_FALSE(d2s1r::pseudo_odometry(Localization{}, localized_at({1, 1, 0})));
-	EXPECT_FALSE(d2s1r::pseudo_odometry(localized_at({1, 1, 0}), Localization{}));
+	EXPECT_FALSE(pseudo_odometry(Localization{}, localized_at({1, 1, 0})));
+	EXPECT_FALSE(pseudo_odometry(localized_at({1, 1, 0}), Localization{}));
 }
 
 TEST(PseudoOdometry, KeepsItsCovarianceInARawlog)
 {
-	const auto motion = d2s1r::pseudo_odometry(localized_at({0, 0, 0}), localized_at({1, 0, 0.2}));
+	const auto motion = pseudo_odometry(localized_at({0, 0, 0}), localized_at({1, 0, 0.2}));
 	mrpt::io::CMemoryStream stream;
 	mrpt::serialization::archiveFrom(stream) << *motion;
 	stream.Seek(0);
@@ -107,7 +92,7 @@ TEST(PseudoOdometry, KeepsItsCovarianceInARawlog)
 
 TEST(PseudoOdometry, ModelForAuxiliaryFiltersIsNoNarrowerThanTheCovariance)
 {
-	auto motion = *d2s1r::pseudo_odometry(localized_at({0, 0, 0}), localized_at({1, 0, 0.2}));
+	auto motion = *pseudo_odometry(localized_at({0, 0, 0}), localized_at({1, 0, 0.2}));
 	const auto covariance = motion.poseChange->getCovariance();
 	motion.computeFromOdometry(motion.rawOdometryIncrementReading, motion.motionModelConfiguration);
 	for (int i = 0; i < 3; i++) EXPECT_GE(motion.poseChange->getCovariance()(i, i), covariance(i, i) * (1 - 1e-6));
@@ -121,7 +106,7 @@ void expect_product(const CPosePDFGaussian& a, const CPosePDFGaussian& b)
 	const Eigen::Vector3d difference(
 	    b.mean.x() - a.mean.x(), b.mean.y() - a.mean.y(), mrpt::math::wrapToPi(b.mean.phi() - a.mean.phi()));
 	const Eigen::Vector3d shift = covariance * of_b * difference;
-	const auto product = d2s1r::combine(a, b);
+	const auto product = combine(a, b);
 	EXPECT_NEAR(product.mean.x(), a.mean.x() + shift[0], 1e-9);
 	EXPECT_NEAR(product.mean.y(), a.mean.y() + shift[1], 1e-9);
 	EXPECT_NEAR(mrpt::math::wrapToPi(product.mean.phi() - a.mean.phi() - shift[2]), 0, 1e-9);
@@ -131,8 +116,8 @@ void expect_product(const CPosePDFGaussian& a, const CPosePDFGaussian& b)
 
 TEST(OdometryMotion, IsLessCertainTheFurtherAndTheMoreItTurns)
 {
-	const CPosePDFGaussian none = d2s1r::odometry_motion({0, 0, 0}), ahead = d2s1r::odometry_motion({1, 0, 0}),
-	                       turn = d2s1r::odometry_motion({0, 0, -1});
+	const CPosePDFGaussian none = odometry_motion({0, 0, 0}), ahead = odometry_motion({1, 0, 0}),
+	                       turn = odometry_motion({0, 0, -1});
 	EXPECT_GT(none.cov(0, 0), 0);
 	for (const int i : {0, 2})
 	{
@@ -142,41 +127,8 @@ TEST(OdometryMotion, IsLessCertainTheFurtherAndTheMoreItTurns)
 	EXPECT_EQ(turn.mean, CPose2D(0, 0, -1));
 }
 
-TEST(OdometryCheck, DistrustsOdometryThatScansContradictUntilTheyAgreeAgain)
-{
-	d2s1r::OdometryCheck check;
-	CPose2D robot;
-	const CPose2D step(0.5, 0, 0.1);
-	const auto agrees = [&](const std::optional<CPose2D>& odometry)
-	{
-		robot = robot + step;
-		return check.agrees(odometry, localized_at(robot));
-	};
-	for (int i = 0; i < 10; i++) EXPECT_TRUE(agrees(step)) << i;
-	EXPECT_TRUE(agrees(CPose2D(0.4, 0.05, 0.15)));
-	int believed = 0;
-	while (agrees(CPose2D())) ASSERT_LT(believed++, 5) << "frozen";
-	int distrusted = 0;
-	while (!agrees(step)) ASSERT_LT(distrusted++, 10) << "repaired";
-}
-
-TEST(OdometryCheck, LearnsNothingFromScansThatAreNotLocalizedOrOdometryThatIsNotThere)
-{
-	d2s1r::OdometryCheck check;
-	Localization unsure = localized_at({});
-	unsure.status = d2s1r::Status::kAmbiguous;
-	for (int i = 0; i < 20; i++)
-	{
-		EXPECT_TRUE(check.agrees(CPose2D(3, 0, 0), unsure));
-		EXPECT_TRUE(check.agrees(CPose2D(3, 0, 0), localized_at({})));  // no motion seen since the scan before
-		EXPECT_TRUE(check.agrees({}, localized_at({5, 5, 1})));
-		EXPECT_TRUE(check.agrees(CPose2D(std::nan(""), 0, 0), localized_at({})));
-	}
-}
-
 TEST(MahalanobisDistance, IsInStandardDeviationsOfTheDifference)
 {
-	using d2s1r::mahalanobis_distance, d2s1r::covariance_of;
 	const CPosePDFGaussian a({1, 2, 3.1}, covariance_of(0.3, 3, 0.03));
 	EXPECT_NEAR(mahalanobis_distance(a, {{2, 2, 3.1}, covariance_of(0.4, 4, 0.04)}), 2, 1e-9);
 	EXPECT_NEAR(mahalanobis_distance(a, {{1, 7, 3.1}, covariance_of(0.4, 4, 0.04)}), 1, 1e-9);
@@ -185,8 +137,7 @@ TEST(MahalanobisDistance, IsInStandardDeviationsOfTheDifference)
 
 TEST(CombinedEstimates, IsTheProductOfTwoGaussians)
 {
-	CPosePDFGaussian a({1, 2, 0.4}, d2s1r::test::covariance_of({0.1, 0.2, 0.1})),
-	    b({1.3, 1.8, 0.5}, d2s1r::test::covariance_of({0.3, 0.1, 0.2}));
+	CPosePDFGaussian a({1, 2, 0.4}, covariance_of(0.1, 0.2, 0.1)), b({1.3, 1.8, 0.5}, covariance_of(0.3, 0.1, 0.2));
 	a.cov(0, 1) = a.cov(1, 0) = 0.015;
 	b.cov(1, 2) = b.cov(2, 1) = -0.01;
 	expect_product(a, b);
@@ -195,10 +146,10 @@ TEST(CombinedEstimates, IsTheProductOfTwoGaussians)
 
 TEST(CombinedEstimates, IsTheProductAcrossTheSeamOfTheYaw)
 {
-	const CPosePDFGaussian a({0, 0, 3.0}, d2s1r::test::covariance_of({0.1, 0.1, 0.1})),
-	    b({0, 0, -3.0}, d2s1r::test::covariance_of({0.1, 0.1, 0.05}));
+	const CPosePDFGaussian a({0, 0, 3.0}, covariance_of(0.1, 0.1, 0.1)), b({0, 0, -3.0}, covariance_of(0.1, 0.1, 0.05));
 	expect_product(a, b);
 	expect_product(b, a);
-	EXPECT_NEAR(d2s1r::combine(a, b).mean.phi(), -3.0 - 0.2 * (2 * M_PI - 6), 1e-9);
+	EXPECT_NEAR(combine(a, b).mean.phi(), -3.0 - 0.2 * (2 * M_PI - 6), 1e-9);
 }
 }  // namespace
+}  // namespace d2s1r::test

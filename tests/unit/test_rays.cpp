@@ -27,10 +27,10 @@ Scan scan_of(std::size_t count, double degrees)
 
 TEST(Rays, AreSpreadOverTheScanAndNotCloserThanAsked)
 {
-	const Rays few = make_rays(scan_of(720, 180), kDegree, 360);
+	const Rays few = all_rays(scan_of(720, 180));
 	EXPECT_EQ(few.count, 180U);
 	EXPECT_NEAR(few.spacing, kDegree, 1e-9);
-	const Rays all = make_rays(scan_of(60, 180), kDegree, 360);
+	const Rays all = all_rays(scan_of(60, 180));
 	EXPECT_EQ(all.count, 60U);
 	EXPECT_NEAR(all.spacing, 3 * kDegree, 1e-9);
 	const Rays most = make_rays(scan_of(1440, 360), 0.1 * kDegree, 100);
@@ -43,7 +43,7 @@ TEST(Rays, ReturnsArePaddedBeamsThatEndNowhereAreKeptApart)
 	Scan scan = scan_of(11, 110);
 	scan.beams[3].is_return = scan.beams[4].is_return = false;
 	scan.beams[4].range = 80;
-	const Rays rays = make_rays(scan, kDegree, 360);
+	const Rays rays = all_rays(scan);
 	EXPECT_EQ(rays.count, 11U);
 	ASSERT_EQ(rays.log_range.size(), 9U);
 	ASSERT_EQ(rays.returns.range.size(), 16U);
@@ -68,7 +68,7 @@ TEST(Rays, DepthEdgesLieBetweenNeighboursOfWhichOneIsWellBehindTheOther)
 		Scan scan = scan_of(ranges.size(), degrees_apart * static_cast<double>(ranges.size()));
 		for (std::size_t i = 0; i < ranges.size(); i++) scan.beams[i].range = ranges[i];
 		for (Beam& beam : scan.beams) beam.is_return = beam.range > 0;
-		return make_rays(scan, kDegree, 360).depth_edge;
+		return all_rays(scan).depth_edge;
 	};
 	using Edges = std::vector<std::uint8_t>;
 	EXPECT_EQ(edges({1, 1.4F, 2, 3, 3.6F, 1}), Edges({0, 0, 1, 1, 0, 1}));
@@ -89,7 +89,7 @@ TEST(Rays, SurfacesAreStraightPiecesBetweenCornersEdgesAndGaps)
 	}
 	const auto surfaces = [&]
 	{
-		const auto starts = make_rays(scan, kDegree, 360).starts_surface;
+		const auto starts = all_rays(scan).starts_surface;
 		return std::count(starts.begin(), starts.end(), 1);
 	};
 	EXPECT_EQ(surfaces(), 4) << "four walls, wherever the scan begins";
@@ -110,7 +110,7 @@ TEST(Rays, BeamsOnBothSidesOfAGapWithoutDataAreNoNeighbours)
 		Scan cut = scan;
 		cut.beams.erase(cut.beams.begin() + 20, cut.beams.begin() + 20 + static_cast<std::ptrdiff_t>(beams));
 		cut.field_of_view -= static_cast<double>(beams) * kDegree;
-		const Rays rays = make_rays(cut, kDegree, 360);
+		const Rays rays = all_rays(cut);
 		EXPECT_EQ(rays.starts_run[20], beams < 10 ? 0 : 1) << beams;
 		return std::count(rays.depth_edge.begin(), rays.depth_edge.end(), 1);
 	};
@@ -131,7 +131,7 @@ TEST(Rays, OfAFullCircleAreTheSameWhereverItBegins)
 			turned.beams[i].range = scan.beams[(i + turn) % 360].range;
 			turned.beams[i].is_return = scan.beams[(i + turn) % 360].is_return;
 		}
-		const Rays rays = make_rays(turned, kDegree, 360);
+		const Rays rays = all_rays(turned);
 		const auto sum = [](const std::vector<std::uint8_t>& marks)
 		{ return std::count(marks.begin(), marks.end(), 1); };
 		return std::array{sum(rays.depth_edge), sum(rays.starts_run), sum(rays.starts_surface)};
@@ -144,7 +144,7 @@ TEST(Rays, OfAFullCircleAreTheSameWhereverItBegins)
 
 TEST(Rays, OfNoBeamsAreNone)
 {
-	const Rays rays = make_rays(Scan(), kDegree, 360);
+	const Rays rays = all_rays(Scan());
 	EXPECT_EQ(rays.count, 0U);
 	EXPECT_TRUE(rays.returns.range.empty());
 }

@@ -12,22 +12,22 @@ inline std::vector<RefinedPose> refine_all(
     const DistanceField& field, const Scan& scan, const std::vector<Candidate>& candidates,
     const RefinementParameters& parameters)
 {
-	const auto settled = settle(field, make_rays(scan, 4 * kDegree, 45), candidates, parameters);
-	return refine(field, make_rays(scan, kDegree, 180), settled, parameters);
+	const auto settled = settle(field, few_rays(scan), candidates, parameters);
+	return refine(field, many_rays(scan), settled, parameters);
 }
 
 inline Eigen::Matrix3d covariance_at(
     const DistanceField& field, const Scan& scan, const mrpt::math::TPose2D& sensor,
     const RefinementParameters& parameters = {})
 {
-	return pose_covariance(field, make_rays(scan, kDegree, 360), sensor, parameters);
+	return pose_covariance(field, all_rays(scan), sensor, parameters);
 }
 
 inline Score score_at(
     const BeamTracer& tracer, const DistanceField& field, const Scan& scan, const mrpt::math::TPose2D& sensor,
     const BeamModel& model = {})
 {
-	return score(tracer, field, make_rays(scan, kDegree, 360), sensor, model);
+	return score(tracer, field, all_rays(scan), sensor, model);
 }
 
 /// What decide() says of a scan and poses that were found somehow, sensor in map.
@@ -37,6 +37,6 @@ inline Localization decide_among(
 {
 	std::vector<RefinedPose> refined;
 	for (const auto& pose : poses) refined.push_back({pose, 1});
-	return decide(BeamTracer(grid), DistanceField(grid), scan, make_rays(scan, kDegree, 360), refined, {}, parameters);
+	return decide(BeamTracer(grid), DistanceField(grid), scan, all_rays(scan), refined, {}, parameters);
 }
 }  // namespace d2s1r::test

@@ -23,7 +23,7 @@ void expect_pose(const CPose2D& pose, const CPose2D& expected, double tolerance 
 
 PoseDensity density(const CPose2D& mean, const std::vector<double>& deviations)
 {
-	return {mean, covariance_of(deviations)};
+	return {mean, covariance_of(deviations.at(0), deviations.at(1), deviations.at(2))};
 }
 
 /// Where `motion` takes each of `starts`, as probable.
@@ -105,7 +105,7 @@ TEST(MovedPose, TakesTheUncertaintyOfTheMotionIntoTheMap)
 {
 	const PoseDensity sure = density({3, -2, M_PI / 2}, {0, 0, 0});
 	const PoseDensity end = moved(sure, density({0.7, 0, 0.5}, {0.3, 0.1, 0.2}));
-	const auto expected = covariance_of({0.1, 0.3, 0.2});
+	const auto expected = covariance_of(0.1, 0.3, 0.2);
 	for (int r = 0; r < 3; r++)
 		for (int c = 0; c < 3; c++) EXPECT_NEAR(end.cov(r, c), expected(r, c), 1e-9) << r << ", " << c;
 }

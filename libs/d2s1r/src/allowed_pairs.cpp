@@ -1,6 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "allowed_pairs.h"
 
+#include <mrpt/core/bits_math.h>
 #include <mrpt/math/wrap2pi.h>
 
 #include <algorithm>
@@ -21,7 +22,7 @@ AllowedPairs::AllowedPairs(
       prior_(prior),
       anywhere_(prior.anywhere()),
       reach_(std::hypot(scan.sensor_on_robot.x, scan.sensor_on_robot.y) + parameters.spacing),
-      yaw_(parameters.distinct_yaw * M_PI / 180),
+      yaw_(mrpt::DEG2RAD(parameters.distinct_yaw)),
       robot_on_sensor_(mrpt::math::TPose2D() - scan.sensor_on_robot)
 {
 }

@@ -1,11 +1,11 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "coarse_kernel.h"
 
-// All of Highway's targets, not those of simd_targets.h only: bytes profit from AVX-512.
 #include <algorithm>
 #include <array>
 #include <cstring>
 
+// All of Highway's targets, not those of simd_targets.h only: bytes profit from AVX-512.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "coarse_kernel.cpp"
 #include <hwy/foreach_target.h>

@@ -8,7 +8,7 @@
 
 namespace d2s1r
 {
-/// A beam of the first look: its direction before a shift, and its companded range.
+/// A beam of the overview search: its direction before a shift, and its companded range.
 struct CoarseBeam
 {
 	int direction;

@@ -1,5 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include <d2s1r/coarse_search.h>
+#include <mrpt/core/bits_math.h>
 
 #include <algorithm>
 #include <array>
@@ -11,7 +12,7 @@
 #include "coarse_matches.h"
 #include "companded_scan.h"
 #include "distinct_poses.h"
-#include "first_look.h"
+#include "overview_search.h"
 #include "prefetch.h"
 
 namespace d2s1r
@@ -19,7 +20,7 @@ namespace d2s1r
 namespace
 {
 /// All beams, at all positions of the groups: what is allowed, and costlier than the cheapest by the margin at most.
-void second_look(
+void search_profiles(
     const RangeProfiles& profiles, const CompandedScan& scan, const CoarseSearchParameters& parameters,
     const std::vector<Match>& of_groups, const AllowedPairs& allowed, std::vector<Match>& matches)
 {
@@ -64,12 +65,12 @@ std::vector<Candidate> coarse_search(
 	if (companded.exact.empty()) return {};
 	const AllowedPairs allowed(profiles, prior, scan, parameters);
 	thread_local std::vector<Match> of_groups, matches;  // kept for the next query
-	first_look(profiles, companded, parameters, allowed, of_groups);
-	second_look(profiles, companded, parameters, of_groups, allowed, matches);
+	search_overviews(profiles, companded, parameters, allowed, of_groups);
+	search_profiles(profiles, companded, parameters, of_groups, allowed, matches);
 
 	std::vector<Candidate> candidates;
 	const auto most = static_cast<std::size_t>(parameters.candidates);
-	DistinctPoses distinct(parameters.distinct_distance, parameters.distinct_yaw * M_PI / 180);
+	DistinctPoses distinct(parameters.distinct_distance, mrpt::DEG2RAD(parameters.distinct_yaw));
 	cheapest_first(
 	    matches,
 	    [&](const Match& match)

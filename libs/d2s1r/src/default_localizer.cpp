@@ -13,8 +13,6 @@ namespace d2s1r
 {
 namespace
 {
-constexpr double kDegree = M_PI / 180;
-
 /// From candidates to an answer.
 Localization judge(
     const DefaultIndex& index, const Scan& scan, const std::vector<Candidate>& candidates, const Prior& prior,
@@ -22,13 +20,13 @@ Localization judge(
 {
 	const auto& [profiles, field, tracer] = index;
 	mrpt::system::CTicTac watch;
-	const Rays few = make_rays(scan, 4 * kDegree, 45), more = make_rays(scan, kDegree, 180);
+	const Rays few = few_rays(scan), more = many_rays(scan);
 	const auto settled = settle(field, few, candidates, parameters.refinement);
 	const double registration_ms = 1e3 * watch.Tac();
 	watch.Tic();
 	const auto promising = choose_promising(tracer, field, few, settled, parameters);
 	const auto poses = refine(field, more, promising, parameters.refinement);
-	Localization result = decide(tracer, field, scan, make_rays(scan, kDegree, 360), poses, prior, parameters);
+	Localization result = decide(tracer, field, scan, all_rays(scan), poses, prior, parameters);
 	result.times.registration_ms = registration_ms;
 	result.times.refinement_ms = 1e3 * watch.Tac();
 	return result;

@@ -108,7 +108,7 @@ class Accumulator
 		EndPointSums sums;
 		std::copy_n(total, 10, sums.information.begin());
 		std::copy_n(total + 10, 4, sums.gradient.begin());
-		sums.weight = total[14];
+		sums.support = total[14];
 		return sums;
 	}
 

@@ -14,7 +14,7 @@ struct EndPointSums
 {
 	std::array<float, 10> information{};  //!< J^T W J, upper triangle by rows
 	std::array<float, 4> gradient{};      //!< J^T W r
-	float weight = 0;                     //!< square roots of the weights: 1 an end point that lies on a wall
+	float support = 0;                    //!< square roots of the weights: 1 an end point that lies on a wall
 };
 
 /// \param sensor in map

@@ -1,5 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "hypotheses.h"
+#include <mrpt/core/bits_math.h>
 
 #include <algorithm>
 #include <cmath>
@@ -32,7 +33,7 @@ std::vector<Scored> distinct_places(std::vector<Scored> poses, const ScoringPara
 	std::stable_sort(
 	    poses.begin(), poses.end(),
 	    [](const Scored& a, const Scored& b) { return a.score.log_likelihood > b.score.log_likelihood; });
-	DistinctPoses distinct(parameters.distinct_distance, parameters.distinct_yaw * M_PI / 180);
+	DistinctPoses distinct(parameters.distinct_distance, mrpt::DEG2RAD(parameters.distinct_yaw));
 	std::vector<Scored> places;
 	for (Scored& pose : poses)
 	{

@@ -1,6 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "paper_localizer.h"
 
+#include <mrpt/core/bits_math.h>
 #include <mrpt/system/CTicTac.h>
 
 #include <algorithm>
@@ -79,7 +80,7 @@ std::vector<Hypothesis> make_hypotheses(
 /// Probability of all hypotheses at the place of the first one.
 double probability_of_place(const std::vector<Hypothesis>& hypotheses)
 {
-	constexpr double kSamePlace = 0.3, kSameYaw = 10 * M_PI / 180;  // [m], [rad]
+	constexpr double kSamePlace = 0.3, kSameYaw = mrpt::DEG2RAD(10.0);  // [m], [rad]
 	const auto& best = hypotheses.front().pose;
 	double probability = 0;
 	for (const Hypothesis& hypothesis : hypotheses)

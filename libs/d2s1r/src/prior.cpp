@@ -1,5 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include <d2s1r/prior.h>
+#include <mrpt/core/bits_math.h>
 #include <mrpt/math/wrap2pi.h>
 #include <mrpt/poses/CPosePDFGrid.h>
 #include <mrpt/poses/CPosePDFParticles.h>
@@ -14,12 +15,12 @@ namespace d2s1r
 {
 namespace
 {
-constexpr double kMargin = 0.3;               //!< [m] by which densities are widened
-constexpr double kYawMargin = M_PI / 18;      //!< [rad]
-constexpr double kDeviations = 3;             //!< [-] standard deviations
-constexpr std::size_t kMostTiles = 256;       //!< [-] boxes that stand for particles
-constexpr double kTile = 0.5;                 //!< [m] side of the smallest
-constexpr double kYawTile = 30 * M_PI / 180;  //!< [rad] of the smallest
+constexpr double kMargin = 0.3;                   //!< [m] by which densities are widened
+constexpr double kYawMargin = M_PI / 18;          //!< [rad]
+constexpr double kDeviations = 3;                 //!< [-] standard deviations
+constexpr std::size_t kMostTiles = 256;           //!< [-] boxes that stand for particles
+constexpr double kTile = 0.5;                     //!< [m] side of the smallest
+constexpr double kYawTile = mrpt::DEG2RAD(30.0);  //!< [rad] of the smallest
 
 PoseBox gaussian_box(const mrpt::poses::CPose2D& mean, const mrpt::math::CMatrixDouble33& covariance)
 {

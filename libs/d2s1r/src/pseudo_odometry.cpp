@@ -1,5 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include <d2s1r/pseudo_odometry.h>
+#include <mrpt/core/bits_math.h>
 #include <mrpt/math/wrap2pi.h>
 
 #include <Eigen/Dense>
@@ -43,24 +44,10 @@ mrpt::math::CMatrixDouble33 covariance_of(double std_x, double std_y, double std
 
 CPosePDFGaussian odometry_motion(const mrpt::poses::CPose2D& increment)
 {
-	constexpr double kDegree = M_PI / 180;
 	const double way = increment.norm(), turn = std::abs(mrpt::math::wrapToPi(increment.phi()));
-	const double std_xy = 0.06 + 0.1 * way + 0.1 * turn;                  // [m]
-	const double std_phi = 3 * kDegree + 0.1 * turn + 4 * kDegree * way;  // [rad]
+	const double std_xy = 0.06 + 0.1 * way + 0.1 * turn;                                // [m]
+	const double std_phi = mrpt::DEG2RAD(3.0) + 0.1 * turn + mrpt::DEG2RAD(4.0) * way;  // [rad]
 	return {increment, covariance_of(std_xy, std_xy, std_phi)};
-}
-
-bool OdometryCheck::agrees(const std::optional<mrpt::poses::CPose2D>& increment, const Localization& localization)
-{
-	constexpr double kNewest = 0.2, kOutlier = 30, kMost = 12;  // [-] share in the average; of a motion; of the average
-	const auto now = localization.status == Status::kLocalized ? std::optional(localization.best()) : std::nullopt;
-	if (before_ && now && increment && is_plausible(*increment))
-	{
-		const double distance = mahalanobis_distance(odometry_motion(*increment), increment_between(*before_, *now));
-		disagreement_ += kNewest * (std::min(distance * distance, kOutlier) - disagreement_);
-	}
-	before_ = now;
-	return disagreement_ <= kMost;
 }
 
 double mahalanobis_distance(CPosePDFGaussian a, const CPosePDFGaussian& b)

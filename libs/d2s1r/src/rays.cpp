@@ -1,5 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include <d2s1r/rays.h>
+#include <mrpt/core/bits_math.h>
 
 #include <algorithm>
 #include <cmath>
@@ -9,26 +10,27 @@ namespace d2s1r
 {
 namespace
 {
-constexpr double kWidestGap = 10 * M_PI / 180;  //!< [rad] of beams without data that parts no neighbours
+constexpr float kFarthest = 20;                     //!< [m] beyond, surfaces are too dark or too slanted often
+constexpr double kWidestGap = mrpt::DEG2RAD(10.0);  //!< [rad] of beams without data that parts no neighbours
 
-void add(BeamEnds& returns, float unit_x, float unit_y, float range)
+void add(BeamEnds& beams, float unit_x, float unit_y, float range)
 {
-	returns.unit_x.push_back(unit_x);
-	returns.unit_y.push_back(unit_y);
-	returns.range.push_back(range);
+	beams.unit_x.push_back(unit_x);
+	beams.unit_y.push_back(unit_y);
+	beams.range.push_back(range);
 }
 
-void pad(BeamEnds& returns)
+void pad(BeamEnds& beams)
 {
 	constexpr float kFarBehind = -1e6F;  // [m]
-	while (returns.range.size() % BeamEnds::kVector != 0) add(returns, 1, 0, kFarBehind);
+	while (beams.range.size() % BeamEnds::kVector != 0) add(beams, 1, 0, kFarBehind);
 }
 
 /// Whether neighbours that are `spacing` [rad] apart see things one behind the other, not one thing at an angle.
 bool is_depth_edge(double range, double next_range, double spacing)
 {
-	constexpr double kLeastStep = 0.5;                 // [m]
-	const double flattest = std::tan(4 * M_PI / 180);  // of beams to a surface that both may see
+	constexpr double kLeastStep = 0.5;                     // [m]
+	const double flattest = std::tan(mrpt::DEG2RAD(4.0));  // of beams to a surface that both may see
 	const auto [near, far] = std::minmax(range, next_range);
 	return far - near > kLeastStep && far > near * (1 + spacing / flattest);
 }
@@ -117,7 +119,6 @@ Rays make_rays(const Scan& scan, double spacing, int most)
 	std::vector<Beam> chosen;
 	for (std::size_t i = 0; i < beams; i += stride) chosen.push_back(scan.beams[i]);
 	rays.count = chosen.size();
-	constexpr float kFarthest = 20;  // [m] beyond, surfaces are too dark or too slanted often
 	const double widest = std::max(kWidestGap, 1.5 * rays.spacing);
 	const bool closed = begin_where_a_surface_does(chosen, widest, rays.spacing);
 	const Beam* before = closed ? &chosen.back() : nullptr;
@@ -128,7 +129,7 @@ Rays make_rays(const Scan& scan, double spacing, int most)
 			const Step step = before ? step_between(*before, beam, widest, rays.spacing) : Step{};
 			rays.depth_edge.push_back(step.is_depth_edge ? 1 : 0);
 			add(rays.returns, std::cos(beam.angle), std::sin(beam.angle), beam.range);
-			rays.log_range.push_back(std::log(std::clamp(beam.range, 0.5F, 20.0F) / 3.0F));
+			rays.log_range.push_back(std::log(std::clamp(beam.range, 0.5F, kFarthest) / 3.0F));
 			rays.starts_run.push_back(step.starts_run ? 1 : 0);
 		}
 		else
@@ -139,5 +140,20 @@ Rays make_rays(const Scan& scan, double spacing, int most)
 	pad(rays.returns);
 	pad(rays.no_returns);
 	return rays;
+}
+
+Rays few_rays(const Scan& scan)
+{
+	return make_rays(scan, mrpt::DEG2RAD(4.0), 45);
+}
+
+Rays many_rays(const Scan& scan)
+{
+	return make_rays(scan, mrpt::DEG2RAD(1.0), 180);
+}
+
+Rays all_rays(const Scan& scan)
+{
+	return make_rays(scan, mrpt::DEG2RAD(1.0), 360);
 }
 }  // namespace d2s1r

@@ -1,5 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include <d2s1r/refinement.h>
+#include <mrpt/core/bits_math.h>
 #include <mrpt/math/wrap2pi.h>
 
 #include <Eigen/Cholesky>
@@ -17,7 +18,28 @@ namespace
 {
 using mrpt::math::TPose2D;
 
-constexpr double kDegree = M_PI / 180;
+// Steps of the descent by the width of the robust kernel, as multiples of parameters.kernel: wide from a coarse
+// candidate, narrower the nearer the pose.
+constexpr double kFromCandidate[] = {5, 3, 2, 2};
+constexpr double kFromSettled[] = {2, 1.25, 1, 1};
+constexpr double kFromBeside[] = {1.25, 1};
+constexpr double kToPolish = 0.75;
+// The fit is judged by narrower ones than the steps: what is near a wall is not on it.
+constexpr double kOfSettled = 1.25;
+constexpr double kOfRefined = 0.6;
+constexpr double kBeside[] = {-0.3, -0.2, -0.1, 0.1, 0.2, 0.3};  //!< [m] along what a scan leaves open
+
+/// Poses nearer than this are one.
+struct Apart
+{
+	double distance;  //!< [m]
+	double yaw;       //!< [rad]
+};
+constexpr Apart kSettledApart{0.15, mrpt::DEG2RAD(3.0)};
+constexpr Apart kRefinedApart{0.08, mrpt::DEG2RAD(2.0)};
+
+constexpr double kLongestStep = 0.2, kWidestTurn = 0.1;  //!< [m], [rad] of one step
+constexpr double kDamping = 1e-3;                        //!< [-] a ray
 
 /// J^T W J over (x, y, phi, range offset).
 Eigen::Matrix4d information_of(const EndPointSums& sums)
@@ -37,16 +59,17 @@ Eigen::Vector4d gradient_of(const EndPointSums& sums)
 
 double fit_of(const DistanceField& field, const Rays& rays, const TPose2D& pose, double kernel)
 {
-	return static_cast<double>(sum_end_points(field, rays.returns, pose, 0, kernel).weight) /
+	return static_cast<double>(sum_end_points(field, rays.returns, pose, 0, kernel).support) /
 	       static_cast<double>(std::max<std::size_t>(1, rays.count));
 }
 
-/// `pose` moved by `step` (x, y, phi), at most 0.2 m and 0.1 rad.
+/// `pose` moved by `step` (x, y, phi), shortened.
 TPose2D moved(const TPose2D& pose, Eigen::Vector3d step)
 {
 	const double length = step.head<2>().norm();
-	if (length > 0.2) step.head<2>() *= 0.2 / length;
-	return {pose.x + step.x(), pose.y + step.y(), mrpt::math::wrapToPi(pose.phi + std::clamp(step.z(), -0.1, 0.1))};
+	if (length > kLongestStep) step.head<2>() *= kLongestStep / length;
+	const double turn = std::clamp(step.z(), -kWidestTurn, kWidestTurn);
+	return {pose.x + step.x(), pose.y + step.y(), mrpt::math::wrapToPi(pose.phi + turn)};
 }
 
 /// One damped step.
@@ -54,23 +77,24 @@ TPose2D gauss_newton_step(const DistanceField& field, const Rays& rays, const TP
 {
 	const EndPointSums sums = sum_end_points(field, rays.returns, pose, 0, kernel);
 	Eigen::Matrix3d information = information_of(sums).topLeftCorner<3, 3>();
-	information.diagonal().array() += 1e-3 * static_cast<double>(rays.count) + 1e-6;
+	information.diagonal().array() += kDamping * static_cast<double>(rays.count) + 1e-6;
 	return moved(pose, -information.ldlt().solve(gradient_of(sums).head<3>()));
 }
 
+/// A step for each kernel, in multiples of `unit` [m].
 template <class Kernels>
-TPose2D descend(const DistanceField& field, const Rays& rays, TPose2D pose, const Kernels& kernels)
+TPose2D descend(const DistanceField& field, const Rays& rays, TPose2D pose, const Kernels& kernels, double unit)
 {
-	for (const double kernel : kernels) pose = gauss_newton_step(field, rays, pose, kernel);
+	for (const double kernel : kernels) pose = gauss_newton_step(field, rays, pose, kernel * unit);
 	return pose;
 }
 
-/// Best fits first, and of those closer than `distance` [m] and `yaw` [rad] only the best; at most `most`.
-std::vector<RefinedPose> best_distinct(std::vector<RefinedPose> poses, std::size_t most, double distance, double yaw)
+/// Best fits first, and of those that are not apart only the best; at most `most`.
+std::vector<RefinedPose> best_distinct(std::vector<RefinedPose> poses, std::size_t most, const Apart& apart)
 {
 	std::stable_sort(poses.begin(), poses.end(), [](const auto& a, const auto& b) { return a.fit > b.fit; });
 	std::vector<RefinedPose> kept;
-	DistinctPoses distinct(distance, yaw);
+	DistinctPoses distinct(apart.distance, apart.yaw);
 	for (const auto& pose : poses)
 	{
 		if (kept.size() >= most) break;
@@ -89,7 +113,7 @@ Eigen::Vector2d open_direction(const DistanceField& field, const Rays& rays, con
 /// [m^2] of the sum of squares of one ray's distance: rays beside each other err alike.
 double variance_of(const Rays& rays, const RefinementParameters& parameters)
 {
-	const double alike = std::max(1.0, parameters.beam_correlation * kDegree / rays.spacing);  // [-] rays
+	const double alike = std::max(1.0, mrpt::DEG2RAD(parameters.beam_correlation) / rays.spacing);  // [-] rays
 	return parameters.range_noise * parameters.range_noise * alike;
 }
 
@@ -103,17 +127,15 @@ std::vector<RefinedPose> settle(
 	poses.reserve(candidates.size());
 	for (const Candidate& candidate : candidates)
 	{
-		const double kernels[] = {
-		    5 * parameters.kernel, 3 * parameters.kernel, 2 * parameters.kernel, 2 * parameters.kernel};
-		const TPose2D pose = descend(field, few, candidate.pose, kernels);
-		const double fit = fit_of(field, few, pose, 1.25 * parameters.kernel);
+		const TPose2D pose = descend(field, few, candidate.pose, kFromCandidate, parameters.kernel);
+		const double fit = fit_of(field, few, pose, kOfSettled * parameters.kernel);
 		poses.push_back({pose, fit - parameters.cost_weight * candidate.cost});
 	}
 	double best = -std::numeric_limits<double>::infinity();
 	for (const RefinedPose& pose : poses) best = std::max(best, pose.fit);
 	const auto is_poor = [&](const RefinedPose& pose) { return pose.fit < best - parameters.fit_margin; };
 	poses.erase(std::remove_if(poses.begin(), poses.end(), is_poor), poses.end());
-	return best_distinct(std::move(poses), static_cast<std::size_t>(parameters.max_scored), 0.15, 3 * kDegree);
+	return best_distinct(std::move(poses), static_cast<std::size_t>(parameters.max_scored), kSettledApart);
 }
 
 std::vector<RefinedPose> refine(
@@ -123,9 +145,8 @@ std::vector<RefinedPose> refine(
 	const double kernel = parameters.kernel;
 	for (RefinedPose& refined : poses)
 	{
-		const double kernels[] = {2 * kernel, 1.25 * kernel, kernel, kernel};
-		refined.pose = descend(field, rays, refined.pose, kernels);
-		refined.fit = fit_of(field, rays, refined.pose, 0.6 * kernel);
+		refined.pose = descend(field, rays, refined.pose, kFromSettled, kernel);
+		refined.fit = fit_of(field, rays, refined.pose, kOfRefined * kernel);
 	}
 	std::stable_sort(poses.begin(), poses.end(), [](const auto& a, const auto& b) { return a.fit > b.fit; });
 
@@ -134,18 +155,17 @@ std::vector<RefinedPose> refine(
 	{
 		const TPose2D start = poses[i].pose;
 		const Eigen::Vector2d open = open_direction(field, rays, start, kernel);
-		for (const double offset : {-0.3, -0.2, -0.1, 0.1, 0.2, 0.3})
+		for (const double offset : kBeside)
 		{
-			const double kernels[] = {1.25 * kernel, kernel};
 			TPose2D pose = start;
 			pose.x += offset * open.x(), pose.y += offset * open.y();
-			pose = descend(field, rays, pose, kernels);
-			if (const double fit = fit_of(field, rays, pose, 0.6 * kernel); fit > poses[i].fit)
+			pose = descend(field, rays, pose, kFromBeside, kernel);
+			if (const double fit = fit_of(field, rays, pose, kOfRefined * kernel); fit > poses[i].fit)
 				poses.push_back({pose, fit});
 		}
 	}
 	const std::size_t all = poses.size();
-	return best_distinct(std::move(poses), all, 0.08, 2 * kDegree);
+	return best_distinct(std::move(poses), all, kRefinedApart);
 }
 
 TPose2D polish(const DistanceField& field, const Rays& rays, TPose2D pose, const RefinementParameters& parameters)
@@ -158,7 +178,7 @@ TPose2D polish(const DistanceField& field, const Rays& rays, TPose2D pose, const
 	double offset = 0;
 	for (int i = 0; i < kSteps; i++)
 	{
-		const EndPointSums sums = sum_end_points(field, rays.returns, pose, offset, 0.75 * parameters.kernel);
+		const EndPointSums sums = sum_end_points(field, rays.returns, pose, offset, kToPolish * parameters.kernel);
 		Eigen::Matrix4d information = information_of(sums);
 		information.diagonal() += Eigen::Vector4d(damping, damping, damping, prior);
 		Eigen::Vector4d gradient = gradient_of(sums);
@@ -175,7 +195,8 @@ Eigen::Matrix3d pose_covariance(
 {
 	const EndPointSums sums = sum_end_points(field, rays.returns, sensor, 0, parameters.kernel);
 	Eigen::Matrix3d information = information_of(sums).topLeftCorner<3, 3>() / variance_of(rays, parameters);
-	information.diagonal() += Eigen::Vector3d(1.0, 1.0, 1 / (10 * kDegree * 10 * kDegree));
+	constexpr double kMost = 1.0, kMostYaw = mrpt::DEG2RAD(10.0);  // [m], [rad] of standard deviation
+	information.diagonal() += Eigen::Vector3d(kMost, kMost, kMostYaw).cwiseAbs2().cwiseInverse();
 	return information.inverse();
 }
 }  // namespace d2s1r

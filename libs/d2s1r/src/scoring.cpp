@@ -1,5 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include <d2s1r/scoring.h>
+#include <mrpt/core/bits_math.h>
 
 #include <algorithm>
 #include <cmath>
@@ -10,10 +11,10 @@ namespace d2s1r
 {
 namespace
 {
-constexpr double kModelBeam = M_PI / 180;  //!< [rad]
-constexpr double kMostPassed = 3;          //!< [-] walls and [m] of unknown space that count
-constexpr double kLeastOfSurface = 3;      //!< [-] explained returns, as beams of the model; two rays at least
-constexpr float kWholeCell = 0.99F;        //!< [-] of walls: passes of corners alone are no wall; rounding
+constexpr double kModelBeam = mrpt::DEG2RAD(1.0);  //!< [rad]
+constexpr double kMostPassed = 3;                  //!< [-] walls and [m] of unknown space that count
+constexpr double kLeastOfSurface = 3;              //!< [-] explained returns, as beams of the model; two rays at least
+constexpr float kWholeCell = 0.99F;                //!< [-] of walls: passes of corners alone are no wall; rounding
 
 enum class End
 {

@@ -104,7 +104,6 @@ struct SignatureIndex::Tree
 
 	std::size_t bins = 0;
 	float directions = 0;  //!< [rays] of a signature
-	float search_epsilon = 0;
 	std::size_t lines_of_signature = 0;
 	SignatureProjection projection;
 	std::vector<CellIndex> cells;                 //!< in the order of the tree's leaves, as all that follows
@@ -112,7 +111,7 @@ struct SignatureIndex::Tree
 	std::vector<Line> signatures;
 	std::unique_ptr<KdTree> kd_tree;
 
-	Tree(const std::vector<CellIndex>& cells_, const SignatureCounts& counts, const Parameters& parameters);
+	Tree(const std::vector<CellIndex>& cells_, const SignatureCounts& counts);
 	void fill(Query& query, const Signature& signature) const;
 	NearestCell distance(const Query& query, std::uint32_t point) const;
 
@@ -125,11 +124,9 @@ struct SignatureIndex::Tree
 	}
 };
 
-SignatureIndex::Tree::Tree(
-    const std::vector<CellIndex>& cells_, const SignatureCounts& counts, const Parameters& parameters)
+SignatureIndex::Tree::Tree(const std::vector<CellIndex>& cells_, const SignatureCounts& counts)
     : bins(static_cast<std::size_t>(counts.bins)),
       directions(static_cast<float>(counts.directions)),
-      search_epsilon(static_cast<float>(parameters.paper.search_epsilon)),
       lines_of_signature((bins + kLineSize - 1) / kLineSize),
       projection(counts)
 {
@@ -174,7 +171,7 @@ NearestCell SignatureIndex::Tree::distance(const Query& query, std::uint32_t poi
 SignatureIndex::SignatureIndex(const Grid& grid, const std::vector<CellIndex>& cells, const Parameters& parameters)
 {
 	if (cells.empty()) throw std::invalid_argument("SignatureIndex: there is no free cell");
-	tree_ = std::make_unique<const Tree>(cells, count_signatures(grid, cells, parameters), parameters);
+	tree_ = std::make_unique<const Tree>(cells, count_signatures(grid, cells, parameters));
 }
 SignatureIndex::~SignatureIndex() = default;
 SignatureIndex::SignatureIndex(SignatureIndex&&) noexcept = default;
@@ -196,7 +193,7 @@ void SignatureIndex::nearest(const Signature& signature, int k, std::vector<Near
 	tree_->fill(query, signature);
 	const auto distance = [this](std::uint32_t point) { return tree_->distance(query, point); };
 	NearestByFullDistance nearest(std::min(static_cast<std::size_t>(k), tree_->cells.size()), result, distance);
-	tree_->kd_tree->findNeighbors(nearest, query.projected.data(), nanoflann::SearchParams(32, tree_->search_epsilon));
+	tree_->kd_tree->findNeighbors(nearest, query.projected.data(), nanoflann::SearchParams());
 	for (NearestCell& found : result) found.squared_distance /= tree_->directions * tree_->directions;
 }
 }  // namespace d2s1r

@@ -27,7 +27,7 @@ Query around(const PoseDensity& predicted)
 	const auto reach = [&](int i, double margin) { return 2 * std::sqrt(predicted.cov(i, i)) + margin; };
 	const auto& mean = predicted.mean;
 	const double x = reach(0, 0.2), y = reach(1, 0.2);  // [m]
-	const PoseBox box{mean.x() - x, mean.x() + x, mean.y() - y, mean.y() + y, mean.phi(), reach(2, 2 * M_PI / 180)};
+	const PoseBox box{mean.x() - x, mean.x() + x, mean.y() - y, mean.y() + y, mean.phi(), reach(2, mrpt::DEG2RAD(2.0))};
 	return {{{box}}};
 }
 
@@ -57,7 +57,7 @@ bool missed(const Evidence& evidence)
 
 PoseDensity measurement(const Hypothesis& hypothesis)
 {
-	constexpr double kMap = 0.03, kMapYaw = 0.5 * M_PI / 180;  // [m], [rad]
+	constexpr double kMap = 0.03, kMapYaw = mrpt::DEG2RAD(0.5);  // [m], [rad]
 	PoseDensity density(hypothesis.pose, hypothesis.covariance);
 	for (int r = 0; r < 3; r++)
 		for (int c = 0; c < 3; c++) density.cov(r, c) /= std::max(0.1, hypothesis.explained);
@@ -88,8 +88,8 @@ Fit best_fit(
 
 std::optional<Hypothesis> refined_near(const Localizer& localizer, const Scan& scan, const PoseDensity& predicted)
 {
-	constexpr double kStep = 2 * M_PI / 180;  // [rad]
-	constexpr int kMostTurns = 20;            // [-] to a side: wider, it is the one-shot search that finds the yaw
+	constexpr double kStep = mrpt::DEG2RAD(2.0);  // [rad]
+	constexpr int kMostTurns = 20;                // [-] to a side: wider, it is the one-shot search that finds the yaw
 	auto best = localizer.hypothesis_near(scan, predicted.mean);
 	if (!best || best->explained > kFits) return best;
 	const auto consider = [&](const Hypothesis& other)

@@ -2,6 +2,7 @@
 #include "track_motion.h"
 
 #include <d2s1r/pseudo_odometry.h>
+#include <mrpt/core/bits_math.h>
 #include <mrpt/math/wrap2pi.h>
 
 #include <cmath>
@@ -10,8 +11,6 @@ namespace d2s1r
 {
 namespace
 {
-constexpr double kDegree = M_PI / 180;
-
 struct Vote
 {
 	mrpt::poses::CPose2D motion;
@@ -21,7 +20,7 @@ struct Vote
 /// The motions between all pairs that a robot may have made from one frame to the next.
 std::vector<Vote> votes_of(const std::vector<Hypothesis>& from, const std::vector<Hypothesis>& to)
 {
-	constexpr double kFar = 2.0, kTurned = 60 * kDegree, kUsual = 0.7;  // [m], [rad], [m]
+	constexpr double kFar = 2.0, kTurned = mrpt::DEG2RAD(60.0), kUsual = 0.7;  // [m], [rad], [m]
 	std::vector<Vote> votes;
 	for (const Hypothesis& start : from)
 		for (const Hypothesis& end : to)
@@ -37,9 +36,9 @@ std::vector<Vote> votes_of(const std::vector<Hypothesis>& from, const std::vecto
 
 PoseDensity common_motion(const std::vector<Hypothesis>& from, const std::vector<Hypothesis>& to)
 {
-	constexpr double kSame = 0.1, kSameTurn = 3 * kDegree;  // [m], [rad]
+	constexpr double kSame = 0.1, kSameTurn = mrpt::DEG2RAD(3.0);  // [m], [rad]
 	const std::vector<Vote> votes = votes_of(from, to);
-	PoseDensity best({0, 0, 0}, covariance_of(0.5, 0.5, 20 * kDegree));
+	PoseDensity best({0, 0, 0}, covariance_of(0.5, 0.5, mrpt::DEG2RAD(20.0)));
 	double most = 0;
 	for (const Vote& vote : votes)
 	{
@@ -53,7 +52,7 @@ PoseDensity common_motion(const std::vector<Hypothesis>& from, const std::vector
 		}
 		if (support <= most) continue;
 		most = support;
-		best = PoseDensity(vote.motion, covariance_of(0.15, 0.15, 4 * kDegree));
+		best = PoseDensity(vote.motion, covariance_of(0.15, 0.15, mrpt::DEG2RAD(4.0)));
 	}
 	return best;
 }

@@ -46,9 +46,6 @@ void visit_parameters(P& p, Visitor&& visit)
 	visit("paper", "epsilon", p.paper.epsilon, 1e-9, 1.0, "[m] epsilon of Table II: least value in Eq. 1");
 	visit("paper", "candidates", p.paper.candidates, 1, 100000, "[-] k of Table II: nearest cells that are registered");
 	visit(
-	    "paper", "search_epsilon", p.paper.search_epsilon, 0.0, 100.0,
-	    "[-] relative error allowed to the nearest neighbours");
-	visit(
 	    "paper", "directions", p.paper.directions, 8, 3600,
 	    "[-] beams of a virtual scan and yaw shifts of a registration");
 
@@ -62,11 +59,12 @@ void visit_parameters(P& p, Visitor&& visit)
 	    "[overview step, twice a step] greatest difference of companded ranges that counts in the overview");
 	visit(
 	    "coarse_search", "overview_margin", coarse.overview_margin, 0.1, 1e6,
-	    "[overview step] times the root of the beams: pairs costlier than the cheapest by more are dropped after the "
-	    "overview");
+	    "[overview step] times the root of the beams: pairs whose beams cost more by that in all than those of the "
+	    "cheapest are dropped after the overview");
 	visit(
 	    "coarse_search", "overview_deficit", coarse.overview_deficit, 0.0, 1e6,
-	    "[-] times the root of the beams: those that a signature may lack by chance");
+	    "[-] times the root of the beams: so many of them may have, by chance, no counterpart in the signature of a "
+	    "place that is looked at");
 	visit(
 	    "coarse_search", "max_pairs", coarse.max_pairs, 1, 1000000,
 	    "[-] (group of positions, yaw) pairs compared with all beams, at most");
@@ -77,7 +75,8 @@ void visit_parameters(P& p, Visitor&& visit)
 	visit("coarse_search", "candidates", coarse.candidates, 1, 100000, "[-] poses handed on, at most");
 	visit(
 	    "coarse_search", "margin", coarse.margin, 0.0, 1e6,
-	    "[step] times the root of the beams: poses costlier than the best by more are dropped");
+	    "[step] times the root of the beams: poses whose beams cost more by that in all than those of the best one are "
+	    "dropped");
 	visit(
 	    "coarse_search", "distinct_distance", coarse.distinct_distance, 0.01, 10.0, "[m] candidates closer than this");
 	visit("coarse_search", "distinct_yaw", coarse.distinct_yaw, 0.1, 180.0, "[deg] and this are one");

@@ -1,6 +1,8 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include <d2s1r/odometry_check.h>
 #include <d2s1r/pseudo_odometry.h>
 #include <d2s1r/window_localizer.h>
+#include <mrpt/core/bits_math.h>
 #include <mrpt/system/CTicTac.h>
 
 #include <algorithm>
@@ -15,6 +17,7 @@ namespace d2s1r
 {
 namespace
 {
+// Chosen by hand on the runs of the five recorded sites, as those of track_evidence.cpp and track_motion.cpp.
 constexpr std::size_t kSearched = 3;      //!< [-] best tracks whose pose is searched for where the scan does not fit
 constexpr double kHopeless = 25;          //!< [nat] behind the best track
 constexpr std::size_t kMostTracks = 50;   //!< [-]
@@ -27,7 +30,7 @@ constexpr std::size_t kLostFrames = 3;    //!< [-] in a row that no track explai
 bool one_place(const Hypothesis& a, const Hypothesis& b, const ScoringParameters& parameters)
 {
 	return are_near(
-	    a.pose.asTPose(), b.pose.asTPose(), parameters.distinct_distance, parameters.distinct_yaw * M_PI / 180);
+	    a.pose.asTPose(), b.pose.asTPose(), parameters.distinct_distance, mrpt::DEG2RAD(parameters.distinct_yaw));
 }
 
 /// [0, 1] that the one-shot hypotheses of a frame give to a place.
@@ -228,6 +231,8 @@ Localization WindowLocalizer::Tracker::conclude(const Localization& one_shot) co
 	if (!known) result.confidence = std::min(result.confidence, one_shot_probability(best));
 	const double share = result.confidence / result.best().probability;  // the rest is "none of them"
 	for (Hypothesis& hypothesis : result.hypotheses) hypothesis.probability *= share;
+	const auto most = static_cast<std::size_t>(scoring.hypotheses);
+	if (result.hypotheses.size() > most) result.hypotheses.resize(most);
 	result.status = known && result.confidence > scoring.localized_above ? Status::kLocalized : Status::kAmbiguous;
 	return result;
 }

@@ -9,8 +9,8 @@ namespace d2s1r
 /// What lies along beams, and where they end; padded as BeamEnds.
 struct TracedBeams
 {
-	/// [-] runs of occupied cells a beam came out of, except right before its end; one that it was in for less than the
-	/// size of a cell, as behind a corner, counts as that part of one
+	/// [-] walls passed: runs of occupied cells that a beam entered and left, except right before its end. Of a corner
+	/// that it cut, less than the size of a cell, that part
 	std::vector<float> walls;
 	std::vector<float> unknown;     //!< [m] in unknown space, outside of the grid included
 	std::vector<std::int32_t> end;  //!< Cell of the end point; unknown outside of the grid. If the sensor is outside,

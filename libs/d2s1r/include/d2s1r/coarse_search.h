@@ -15,19 +15,19 @@ struct Candidate
 	double cost = 0;           //!< [step] mean truncated difference of companded ranges a beam, lower is better
 };
 
-/// Compares a scan with the profiles at all yaw shifts: first a few beams at the middles of groups of positions, then,
-/// where these fit, all beams at each position of the group. Truncated differences keep people and moved furniture from
-/// outvoting the walls. A beam that saw nothing agrees with all ranges beyond its reach, and takes no part in the first
-/// look if that is shorter than the profiles'.
+/// Compares a scan with the profiles at all yaw shifts: first a few beams with the overviews of groups of positions,
+/// then, where these fit, all beams at each position of the group. Truncated differences keep people and moved
+/// furniture from outvoting the walls. A beam that saw nothing agrees with all ranges beyond its reach; overviews are
+/// not compared with it if that is shorter than the profiles'.
 ///
-/// The first look begins at the groups whose signatures, the same for all yaws, are most like the scan's. The least
-/// cost there says how many beams may be without a counterpart; groups whose signatures lack more, and
-/// parameters.overview_deficit times the root of the beams, are not looked at.
-/// The second look compares the cheapest pairs of the first: those within parameters.overview_margin times the root of
-/// the beams of the cheapest, no more than parameters.max_pairs, nor parameters.max_pairs_share of all pairs. Costs are
-/// whole numbers: if the pairs of the last cost admitted would exceed that number, none of that cost is compared; at
-/// the lowest cost, the first ones are. Neither early termination nor the machine's SIMD instructions change the
-/// result. Equal costs are ranked by the position in `profiles`, then by the shift.
+/// Overviews: groups whose signatures, the same for all yaws, are most like the scan's come first. The least cost found
+/// there bounds how many beams may be without a counterpart in a signature; groups where there are more, by
+/// parameters.overview_deficit times the root of the beams, are left out.
+/// Profiles: those pairs of group and yaw whose beams cost at most parameters.overview_margin times their root more in
+/// all than those of the cheapest pair; no more than parameters.max_pairs, nor parameters.max_pairs_share of all pairs.
+/// Costs are whole numbers: if the pairs of the greatest cost admitted would be too many, none of that cost is taken;
+/// of the least cost, the first ones are. Neither stopping early nor the machine's SIMD instructions change the result.
+/// Equal costs are ranked by the position in `profiles`, then by the shift.
 ///
 /// Against a million pairs compared with all beams all this loses at most one scan in 500, cluttered or not: measured
 /// in tests/experiments/RESULTS.md.
@@ -35,8 +35,8 @@ struct Candidate
 /// Thread-safe: each thread keeps its scratch memory for its next query.
 ///
 /// \param prior of the robot; the sensor's positions within a sample's spacing of what it allows are searched, too
-/// \return distinct poses, best first, at most parameters.candidates and none costlier than the best one by
-///         more than parameters.margin times the root of the beams
+/// \return distinct poses, best first, at most parameters.candidates none whose beams cost more in all than
+///         those of the best one by parameters.margin times their root
 std::vector<Candidate> coarse_search(
     const RangeProfiles& profiles, const Scan& scan, const CoarseSearchParameters& parameters, const Prior& prior = {});
 }  // namespace d2s1r

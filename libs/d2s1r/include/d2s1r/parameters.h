@@ -40,31 +40,31 @@ struct ScanParameters
 /// The published method, and the relative entropy that either method reports; defaults are Table II of the paper.
 struct PaperParameters
 {
-	double max_range = 30.0;      //!< [m] r: longer readings are out of range
-	int bins = 60;                //!< [-] d: dimension of the signature, out-of-range bin included
-	double epsilon = 1e-3;        //!< [m] least value in Eq. 1; out-of-range points lie this far beyond max_range
-	int candidates = 10;          //!< [-] k: nearest cells that are registered
-	double search_epsilon = 0.0;  //!< [-] relative error allowed to the nearest neighbours
-	int directions = 360;         //!< [-] beams of a virtual scan and yaw shifts of a registration
+	double max_range = 30.0;  //!< [m] r: longer readings are out of range
+	int bins = 60;            //!< [-] d: dimension of the signature, out-of-range bin included
+	double epsilon = 1e-3;    //!< [m] least value in Eq. 1; out-of-range points lie this far beyond max_range
+	int candidates = 10;      //!< [-] k: nearest cells that are registered
+	int directions = 360;     //!< [-] beams of a virtual scan and yaw shifts of a registration
 };
 
 /// From a scan to candidate poses, by range profiles of sample positions.
 struct CoarseSearchParameters
 {
-	double spacing = 0.2;             //!< [m] between sample positions
-	double clearance = 0.1;           //!< [m] of sample positions from occupied cells
-	int directions = 120;             //!< [-] of a profile, and yaw shifts that are tried
-	double max_range = 30.0;          //!< [m] of a profile
-	int overview_truncation = 8;      //!< [overview step] greatest difference of ranges that counts in the overview
-	double overview_margin = 17.0;    //!< [overview step] times the root of the beams: pairs costlier than the
-	                                  //!< cheapest by more are dropped after the overview
-	double overview_deficit = 0.7;    //!< [-] times the root of the beams: beams that a signature may lack by chance
-	int max_pairs = 40000;            //!< [-] (group of positions, yaw) pairs compared with all beams, at most
-	double max_pairs_share = 0.05;    //!< [-] of all pairs, at most
-	int truncation = 10;              //!< [step] greatest difference of companded ranges that counts
-	int candidates = 800;             //!< [-] poses handed on, at most
-	double margin = 28.0;             //!< [step] times the root of the beams: poses costlier than the best by more are
-	                                  //!< dropped
+	double spacing = 0.2;           //!< [m] between sample positions
+	double clearance = 0.1;         //!< [m] of sample positions from occupied cells
+	int directions = 120;           //!< [-] of a profile, and yaw shifts that are tried
+	double max_range = 30.0;        //!< [m] of a profile
+	int overview_truncation = 8;    //!< [overview step] greatest difference of ranges that counts in the overview
+	double overview_margin = 17.0;  //!< [overview step] times the root of the beams: pairs whose beams cost more by
+	                                //!< that in all than those of the cheapest are dropped after the overview
+	double overview_deficit = 0.7;  //!< [-] times the root of the beams: so many of them may have, by chance, no
+	                                //!< counterpart in the signature of a place that is looked at
+	int max_pairs = 40000;          //!< [-] (group of positions, yaw) pairs compared with all beams, at most
+	double max_pairs_share = 0.05;  //!< [-] of all pairs, at most
+	int truncation = 10;            //!< [step] greatest difference of companded ranges that counts
+	int candidates = 800;           //!< [-] poses handed on, at most
+	double margin = 28.0;           //!< [step] times the root of the beams: poses whose beams cost more by that in all
+	                                //!< than those of the best one are dropped
 	double distinct_distance = 0.36;  //!< [m] candidates closer than this
 	double distinct_yaw = 8.0;        //!< [deg] and this are one
 };

@@ -26,20 +26,6 @@ mrpt::math::CMatrixDouble33 covariance_of(double std_x, double std_y, double std
 /// turn.
 mrpt::poses::CPosePDFGaussian odometry_motion(const mrpt::poses::CPose2D& increment);
 
-/// Whether odometry tells of the same motion as localized scans do: one that is frozen, or in other units, contradicts
-/// them scan after scan. One object a robot; not thread-safe.
-class OdometryCheck
-{
-   public:
-	/// Call for every scan. \param increment since the scan before \param localization of this scan alone
-	/// \return whether odometry can be relied on for now
-	bool agrees(const std::optional<mrpt::poses::CPose2D>& increment, const Localization& localization);
-
-   private:
-	std::optional<Hypothesis> before_;  //!< of the scan before, if that was localized
-	double disagreement_ = 0;           //!< [-] squared Mahalanobis distance, average of the last motions
-};
-
 /// Of two independent estimates of one pose or motion, (x, y, phi), m and rad. \return [standard deviations]
 double mahalanobis_distance(
     mrpt::poses::CPosePDFGaussian a /* MRPT's method is not const */, const mrpt::poses::CPosePDFGaussian& b);

@@ -33,4 +33,13 @@ struct Rays
 
 /// At most `most` beams of `scan`: every n-th, n chosen for a distance nearest to `spacing` [rad].
 Rays make_rays(const Scan& scan, double spacing, int most);
+
+/// What a fit or a score of many poses is first judged by: 4 deg apart, 45 at most.
+Rays few_rays(const Scan& scan);
+
+/// What the better ones are refined with: 1 deg apart, 180 at most.
+Rays many_rays(const Scan& scan);
+
+/// What decides: 1 deg apart, 360 at most.
+Rays all_rays(const Scan& scan);
 }  // namespace d2s1r

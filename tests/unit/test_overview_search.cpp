@@ -1,5 +1,5 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include "first_look.h"
+#include "overview_search.h"
 
 #include <d2s1r/free_cells.h>
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@ namespace d2s1r::test
 {
 namespace
 {
-class FirstLook : public testing::Test
+class OverviewSearch : public testing::Test
 {
    protected:
 	const Grid grid_ = make_floor();
@@ -25,7 +25,7 @@ class FirstLook : public testing::Test
 	std::vector<Match> look(const Scan& scan, const Prior& prior = {}) const
 	{
 		std::vector<Match> matches;
-		first_look(
+		search_overviews(
 		    profiles_, compand(scan, profiles_, parameters_.truncation), parameters_,
 		    AllowedPairs(profiles_, prior, scan, parameters_), matches);
 		return matches;
@@ -64,7 +64,7 @@ class FirstLook : public testing::Test
 };
 }  // namespace
 
-TEST_F(FirstLook, FindsAllPairsBelowALimit)
+TEST_F(OverviewSearch, FindsAllPairsBelowALimit)
 {
 	parameters_.overview_deficit = 1e6;   // all groups are looked at
 	parameters_.overview_truncation = 2;  // beams enough that all of them are compared
@@ -116,7 +116,7 @@ TEST_F(FirstLook, FindsAllPairsBelowALimit)
 	}
 }
 
-TEST_F(FirstLook, PassesOverGroupsWhoseSignaturesLackTooMuch)
+TEST_F(OverviewSearch, PassesOverGroupsWhoseSignaturesLackTooMuch)
 {
 	parameters_.overview_margin = 1e6;
 	parameters_.max_pairs = 1000000;
@@ -144,7 +144,7 @@ TEST_F(FirstLook, PassesOverGroupsWhoseSignaturesLackTooMuch)
 	}
 }
 
-TEST_F(FirstLook, WhatAPriorRulesOutTakesNoRoom)
+TEST_F(OverviewSearch, WhatAPriorRulesOutTakesNoRoom)
 {
 	parameters_.max_pairs = 20;
 	const Scan scan = aligned_scan(grid_, profiles_.directions, {2.41, 8.57, 0.7}, 0, 120);

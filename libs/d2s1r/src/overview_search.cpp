@@ -1,5 +1,5 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include "first_look.h"
+#include "overview_search.h"
 
 #include <algorithm>
 #include <array>
@@ -52,7 +52,7 @@ int deficit_of_few(const std::vector<std::uint8_t>& deficits, std::size_t groups
 }
 
 /// Beams without a counterpart that a group may have and still explain the scan as well as one that costs `least`
-/// [2 steps] in the first look: as many as that cost allows, and some by chance.
+/// [2 steps] in the overviews: as many as that cost allows, and some by chance.
 int greatest_deficit(
     const RangeProfiles& profiles, double beams, double least, const CoarseLook& look,
     const CoarseSearchParameters& parameters)
@@ -95,7 +95,7 @@ void look_at(
 }
 }  // namespace
 
-void first_look(
+void search_overviews(
     const RangeProfiles& profiles, const CompandedScan& scan, const CoarseSearchParameters& parameters,
     const AllowedPairs& allowed, std::vector<Match>& matches)
 {
