@@ -3,20 +3,34 @@
 
 #include <mrpt/core/exceptions.h>
 
+#include <algorithm>
+#include <cctype>
 #include <sstream>
 
 namespace d2s1r::app
 {
+namespace
+{
+const std::string kMrptReport = "====";
+}
+
 std::string one_line(const std::exception& exception)
 {
 	if (dynamic_cast<const std::bad_alloc*>(&exception)) return "not enough memory";
 	const auto* with_stack = dynamic_cast<const mrpt::ExceptionWithCallBackBase*>(&exception);
-	std::istringstream text(with_stack ? with_stack->originalWhat : exception.what());
+	std::string report = with_stack ? with_stack->originalWhat : exception.what();
+	if (!with_stack && report.find(kMrptReport) == std::string::npos)
+	{
+		const auto is_control = [](unsigned char c) { return std::iscntrl(c) != 0; };
+		std::replace_if(report.begin(), report.end(), is_control, '?');  // names of files may hold any
+		return report;
+	}
+	std::istringstream text(report);
 	const char* const blank = " \t\r";
 	for (std::string line; std::getline(text, line);)
 	{
 		const auto first = line.find_first_not_of(blank);
-		if (first == std::string::npos || line[first] == '=') continue;
+		if (first == std::string::npos || line.compare(first, kMrptReport.size(), kMrptReport) == 0) continue;
 		return line.substr(first, line.find_last_not_of(blank) - first + 1);
 	}
 	return "unknown error";

@@ -71,11 +71,11 @@ std::uint32_t parse_seed(const std::string& text)
 	return parse_number<std::uint32_t>("--seed", text);
 }
 
-int parse_window(const std::string& text)
+std::optional<int> parse_window(const std::string& text)
 {
 	const int frames = parse_number<int>("--window", text);
 	if (frames < 1 || frames > 1000) wrong("--window", "must be 1 to 1000 frames");
-	return frames;
+	return frames > 1 ? std::optional(frames) : std::nullopt;  // a scan on its own
 }
 
 Prior parse_region(const std::string& text)

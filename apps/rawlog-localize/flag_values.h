@@ -11,7 +11,7 @@ namespace d2s1r::app
 void parse_frames(const std::string& text, Flags& flags);
 int parse_threads(const std::string& text);
 std::uint32_t parse_seed(const std::string& text);
-int parse_window(const std::string& text);
+std::optional<int> parse_window(const std::string& text);
 Prior parse_region(const std::string& text);
 double parse_time_budget(const std::string& text);  //!< [ms]
 MotionSource parse_motion(const std::string& text, bool fuse);

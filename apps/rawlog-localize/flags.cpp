@@ -33,6 +33,13 @@ void check_complete(const Flags& flags)
 	if (flags.output_dir.empty()) wrong("--output", "missing; name the folder to write to");
 }
 
+/// Maps are read by the ends of their names.
+void check_saved_map(const std::string& file)
+{
+	if (is_image_name(file) || is_yaml_name(file))
+		wrong("--save-map", "'" + file + "' would be read back as an image or yaml; name it FILE.signaturemap");
+}
+
 /// An image needs a resolution; no other map takes one.
 void check_image(const Flags& flags)
 {
@@ -75,8 +82,8 @@ struct Options
 	    "the robot is in the box between these two corners [m], map frame: search there only");
 	Value& time_budget = list.value(
 	    "", "time-budget", "MS",
-	    "refine only as many candidates of a scan as fit into this time [ms]; the results then depend on the machine "
-	    "and its load (default: no limit)");
+	    "refine only as many candidates of a scan as fit into this time [ms], what --window and --fuse add aside; the "
+	    "results then depend on the machine and its load (default: no limit)");
 	Value& seed = list.value("", "seed", "N", "seed of the particle filter, from 0 to 4294967295 (default 1)");
 	Value& plugins = list.value("", "plugins", "A.so,B.so", "MRPT modules to load first");
 	Switch& fuse = list.flag(
@@ -146,6 +153,7 @@ std::optional<Flags> parse_flags(int argc, char** argv, std::ostream& out)
 	options.list.refuse_empty_values(options.label);  // a laser's label may be empty
 	const Flags flags = flags_of(options);
 	check_complete(flags);
+	check_saved_map(flags.save_map);
 	if (!flags.only_writes_config()) check_image(flags);
 	return flags;
 }

@@ -15,7 +15,7 @@ void HypothesesCsv::add(const Frame& frame)
 	int rank = 0;
 	for (const auto& h : frame.result.hypotheses)
 		file_.print(
-		    "%zu,%d,%.6f,%.6f,%.6f,%.6f,%.6f,%.6f,%.6f\n", frame.index, ++rank, h.pose.x(), h.pose.y(), h.pose.phi(),
+		    "%zu,%d,%.6f,%.6f,%.6f,%.6g,%.6f,%.6f,%.6f\n", frame.index, ++rank, h.pose.x(), h.pose.y(), h.pose.phi(),
 		    h.probability, std::sqrt(h.covariance(0, 0)), std::sqrt(h.covariance(1, 1)), std::sqrt(h.covariance(2, 2)));
 }
 }  // namespace d2s1r::app

@@ -3,6 +3,7 @@
 
 #include <atomic>
 #include <csignal>
+#include <initializer_list>
 
 namespace d2s1r::app
 {
@@ -21,13 +22,13 @@ void catch_interrupts()
 {
 	struct sigaction action = {};
 	action.sa_handler = note_signal;
-	sigaction(SIGINT, &action, nullptr);
-	sigaction(SIGTERM, &action, nullptr);
-
-	struct sigaction inherited = {};
-	sigaction(SIGHUP, nullptr, &inherited);
-	if (inherited.sa_handler == SIG_IGN) return;  // as nohup does it
-	sigaction(SIGHUP, &action, nullptr);
+	for (const int signal : {SIGINT, SIGTERM, SIGHUP})
+	{
+		struct sigaction inherited = {};
+		sigaction(signal, nullptr, &inherited);
+		if (inherited.sa_handler != SIG_IGN) sigaction(signal, &action, nullptr);  // as nohup and `&` in scripts do it
+	}
+	std::signal(SIGXFSZ, SIG_IGN);  // a file that grows too large is an output that cannot be written
 }
 
 bool interrupted()

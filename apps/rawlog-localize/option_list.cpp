@@ -3,6 +3,7 @@
 
 #include "errors.h"
 
+#include <algorithm>
 #include <sstream>
 
 namespace d2s1r::app
@@ -68,12 +69,25 @@ TCLAP::SwitchArg& OptionList::flag(const char* letter, const char* name, const c
 	return flags_.emplace_back(letter, name, meaning, parser_, false);
 }
 
+bool OptionList::is_letter_with_value(const std::string& word) const
+{
+	const auto is_its = [&](const auto& value) { return !value.getFlag().empty() && value.getFlag()[0] == word[1]; };
+	return word.size() > 2 && word[0] == '-' && std::any_of(values_.begin(), values_.end(), is_its);
+}
+
 void OptionList::parse(int argc, char** argv)
 {
 	std::vector<std::string> words;
 	for (int i = 0; i < argc; i++)
 	{
 		const std::string word = argv[i];
+		if (word == "--") throw UserError(kWrongUse, word, "there is nothing but options; see rawlog-localize --help");
+		if (i > 0 && is_letter_with_value(word))
+		{
+			words.push_back(word.substr(0, 2));
+			words.push_back(word.substr(2));
+			continue;
+		}
 		const auto equals = word.rfind("--", 0) == 0 && i > 0 ? word.find('=') : std::string::npos;
 		words.push_back(word.substr(0, equals));
 		if (equals != std::string::npos) words.push_back(word.substr(equals + 1));

@@ -19,7 +19,7 @@ class OptionList
 	    const char* letter, const char* name, const char* value_name, const char* meaning);
 	TCLAP::SwitchArg& flag(const char* letter, const char* name, const char* meaning);
 
-	/// "--name=value" is split in two. \throws UserError (kWrongUse)
+	/// "--name=value" and "-lvalue" are split in two. \throws UserError (kWrongUse)
 	void parse(int argc, char** argv);
 
 	/// \throws UserError (kWrongUse) if an option is given the empty value, `may_be_empty` aside
@@ -29,6 +29,8 @@ class OptionList
 	void print(std::ostream& out) const;
 
    private:
+	bool is_letter_with_value(const std::string& word) const;
+
 	struct Line
 	{
 		std::string option;

@@ -35,6 +35,9 @@ PendingFile::PendingFile(const std::string& path) : path_(path)
 	if (status.type() == fs::file_type::none) fail();
 	if (fs::exists(status) && !fs::is_regular_file(status))
 		throw UserError(kBadOutput, path, "is a folder, a device or a pipe; name another file");
+	for (const char* stream : {"/dev/stdout", "/dev/stderr"})
+		if (fs::exists(status) && fs::equivalent(path, stream, error))
+			throw UserError(kBadOutput, path, "is where the messages go; name another file");
 	const fs::path target = target_of(path);
 	target_ = target.string();
 	temporary_ = target.parent_path() / (".tmp" + std::to_string(getpid()) + "-" + target.filename().string());

@@ -70,6 +70,11 @@ ExitStatus conclude(const RunReport& report, const std::string& damage, Console&
 		            << " frames; these are in " << report.flags.output_dir << std::endl;
 		return kInterrupted;
 	}
+	if (report.truth_lines > 0 && report.matches.empty())
+		throw UserError(
+		    kBadInput, report.flags.ground_truth,
+		    "no line is of the time of a scan (within 1 ms); the results are in " + report.flags.output_dir +
+		        ", without accuracy. Give times of the rawlog's clock, in s");
 	if (!report.flags.write_pf_ini.empty() && !any_localized(report.frames))
 		throw UserError(
 		    kBadOutput, report.flags.write_pf_ini,

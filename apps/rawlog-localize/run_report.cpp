@@ -17,6 +17,14 @@ std::array<std::size_t, 4> count_statuses(const std::vector<Frame>& frames)
 	return counts;
 }
 
+std::map<std::string, std::size_t> count_notes(const std::vector<Frame>& frames, Status status)
+{
+	std::map<std::string, std::size_t> counts;
+	for (const auto& frame : frames)
+		if (frame.result.status == status && !frame.result.note.empty()) counts[frame.result.note]++;
+	return counts;
+}
+
 std::vector<double> stage_times(const std::vector<Frame>& frames, double StageTimes::*stage)
 {
 	std::vector<double> times;

@@ -8,6 +8,7 @@
 #include <d2s1r/localizer.h>
 
 #include <array>
+#include <map>
 
 namespace d2s1r::app
 {
@@ -34,6 +35,9 @@ bool any_localized(const std::vector<Frame>& frames);
 std::array<std::size_t, 4> count_statuses(const std::vector<Frame>& frames);
 constexpr std::array<Status, 4> kStatuses = {
     Status::kLocalized, Status::kAmbiguous, Status::kRejected, Status::kInvalid};
+
+/// Why the frames of a status have it, by Localization::note, and how many each; those without a note aside.
+std::map<std::string, std::size_t> count_notes(const std::vector<Frame>& frames, Status status);
 
 /// [ms] of one stage, all frames.
 std::vector<double> stage_times(const std::vector<Frame>& frames, double StageTimes::*stage);

@@ -74,6 +74,9 @@ void write_summary_json(const RunReport& report, const std::string& path)
 	    {"frames", report.frames.size()}};
 	const auto counts = count_statuses(report.frames);
 	for (std::size_t i = 0; i < counts.size(); i++) json[to_string(kStatuses.at(i))] = counts.at(i);
+	for (const Status status : {Status::kRejected, Status::kInvalid})
+		if (const auto notes = count_notes(report.frames, status); !notes.empty())
+			json[std::string(to_string(status)) + "_because"] = notes;
 	json["build_s"] = report.build_seconds;
 	json["localization_s"] = report.localization_seconds;
 	json["retrieval_ms"] = summary_of(stage_times(report.frames, &StageTimes::retrieval_ms));

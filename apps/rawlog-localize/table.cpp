@@ -19,9 +19,13 @@ void print_statuses(const RunReport& report, std::ostream& out)
 {
 	const auto counts = count_statuses(report.frames);
 	for (std::size_t i = 0; i < counts.size(); i++)
+	{
 		out << mrpt::format(
 		    "%-12s%-10s %6zu  %5.1f %%\n", i == 0 ? "status" : "", to_string(kStatuses.at(i)), counts.at(i),
 		    percent(counts.at(i), report.frames.size()));
+		for (const auto& [note, count] : count_notes(report.frames, kStatuses.at(i)))
+			out << mrpt::format("%-22s %6zu  %s\n", "", count, note.c_str());
+	}
 }
 
 void print_times(const RunReport& report, std::ostream& out)

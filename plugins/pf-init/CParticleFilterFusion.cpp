@@ -86,24 +86,25 @@ std::optional<FusedPose> CParticleFilterFusion::step(const FusionInput& input)
 	// because randomize() would leave every other normal number of whoever drew last
 	mrpt::random::getRandomGenerator() = mrpt::random::CRandomGenerator(random_.drawUniform32bit());
 	look_whether_in_map(input.localization);
-	if (last_pose_)
-		last_pose_ = follow(input);
-	else if (seed(input.localization))
+	const bool was_seeded = last_pose_.has_value();
+	if (was_seeded) last_pose_ = follow(input);
+	if (!last_pose_ && seed(input.localization))
 	{
 		last_pose_ = estimate(input.localization);
-		last_pose_->event = FusionEvent::kSeeded;
+		last_pose_->event = was_seeded ? FusionEvent::kReseeded : FusionEvent::kSeeded;
 	}
 	previous_ = input.localization;
 	if (last_pose_) last_pose_->step_ms = 1e3 * watch.Tac();
 	return last_pose_;
 }
 
-FusedPose CParticleFilterFusion::follow(const FusionInput& input)
+std::optional<FusedPose> CParticleFilterFusion::follow(const FusionInput& input)
 {
 	const auto scan = pf::thinned(input.scan, static_cast<std::size_t>(map_->likelihood_options().beams));
 	const CPosePDFGaussian motion = motion_to(input);
 	resize(particles_for(motion));
 	predict(motion);
+	if (!weigh_by_prior()) return std::nullopt;
 	unaccounted_ += (1 - unaccounted_) * tuning.admitted_probability;
 	const double lost = probability_of_being_lost(scan, input.localization);
 	weigh_by_hypotheses(input.localization);
@@ -179,6 +180,19 @@ void CParticleFilterFusion::predict(const CPosePDFGaussian& motion)
 	mrpt::obs::CActionCollection actions;
 	actions.insert(action);
 	filter_.executeOn(particles_, &actions, nullptr);
+}
+
+/// \return whether a particle is left where the robot may be
+bool CParticleFilterFusion::weigh_by_prior()
+{
+	constexpr double kRuledOut = -50;  // [nat]
+	bool is_any_left = false;
+	for (auto& particle : particles_.m_particles)
+		if (parameters_.prior.allows(particle.d))
+			is_any_left = true;
+		else
+			particle.log_w += kRuledOut;
+	return is_any_left;
 }
 
 void CParticleFilterFusion::weigh_by_hypotheses(const Localization& localization)

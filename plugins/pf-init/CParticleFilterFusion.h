@@ -76,11 +76,12 @@ class CParticleFilterFusion : public CFusionBackend
 	std::optional<FusedPose> last_pose_;  ///< of the last scan; none before the filter is seeded
 
 	bool seed(const Localization& localization);
-	FusedPose follow(const FusionInput& input);
+	std::optional<FusedPose> follow(const FusionInput& input);
 	mrpt::poses::CPosePDFGaussian motion_to(const FusionInput& input);
 	std::size_t particles_for(const mrpt::poses::CPosePDFGaussian& motion) const;
 	void resize(std::size_t count);
 	void predict(const mrpt::poses::CPosePDFGaussian& motion);
+	bool weigh_by_prior();
 	void weigh_by_hypotheses(const Localization& localization);
 	double probability_of_being_lost(
 	    const mrpt::obs::CObservation2DRangeScan& scan, const Localization& localization) const;

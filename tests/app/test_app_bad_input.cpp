@@ -200,6 +200,27 @@ TEST_F(AppBadInput, FramesBeyondTheLast)
 	    {"--frames", "100", "11"});
 }
 
+TEST_F(AppBadInput, NamesThatHoldAnything)
+{
+	const Words map_and_log = {"-i", path("walk.rawlog"), "-o", path("out"), "-m"};
+	for (const auto& [name, shown] : {std::pair("=none.gridmap", "=none.gridmap: "), {"no\nmap", "no?map: cannot be"}})
+	{
+		Words words = map_and_log;
+		words.push_back(name);
+		expect_refusal(words, 2, {shown});
+	}
+}
+
+TEST_F(AppBadInput, GroundTruthOfOtherTimesIsReportedAfterTheResults)
+{
+	write_file(path("other.txt"), "5 1 2 3\n");
+	const auto result = run(
+	    {"-q", "-m", path("flat.gridmap.gz"), "-i", path("walk.rawlog"), "-o", path("out"), "--ground-truth",
+	     path("other.txt")});
+	expect_refused(result, 2, {path("other.txt") + ": no line is of the time of a scan"});
+	EXPECT_EQ(lines_of(read_file(path("out/frames.csv"))).size(), walk().size() + 1);
+}
+
 TEST_F(AppBadInput, GroundTruthThatCannotBeUsed)
 {
 	const auto refuse = [&](const std::string& file, const Words& parts)

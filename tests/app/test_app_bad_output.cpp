@@ -116,6 +116,23 @@ TEST_F(AppBadOutput, OnlyFilesAreReplaced)
 	EXPECT_TRUE(fs::is_symlink(path("link")));
 }
 
+TEST_F(AppBadOutput, WhereTheMessagesGoIsNotReplaced)
+{
+	write_file(path("log"), "kept\n");
+	const std::string command = RAWLOG_LOCALIZE " --write-config /dev/stdout >> " + path("log");
+	expect_refused(run_program({"bash", "-c", command}), 3, {"/dev/stdout: is where the messages go"});
+	EXPECT_EQ(read_file(path("log")), "kept\n");
+}
+
+TEST_F(AppBadOutput, AFileThatMayNotGrowIsNamed)
+{
+	const std::string command = "ulimit -f 1; " RAWLOG_LOCALIZE " -q -m " + path("flat.gridmap.gz") + " -i " +
+	                            path("walk.rawlog") + " -o " + path("out");
+	expect_refused(run_program({"bash", "-c", command}), 3, {path("out"), "File too large"});
+	for (const auto& file : fs::directory_iterator(path("out")))
+		EXPECT_EQ(file.path().filename().string().find(".tmp"), std::string::npos) << file;
+}
+
 TEST_F(AppBadOutput, LinksStayAndTheirTargetsAreReplaced)
 {
 	fs::create_directory(path("elsewhere"));

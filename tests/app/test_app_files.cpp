@@ -97,7 +97,7 @@ TEST_F(AppFiles, NoFileIsWrittenTwice)
 		expect_refusal(all, 3, {file + ": is written by " + option + ", too", "name another file"});
 		EXPECT_FALSE(fs::exists(path("out")));
 	};
-	refuse(path("out/map.png"), "--output", {"--save-map", path("out/map.png")});
+	refuse(path("out/frames.csv"), "--output", {"--save-map", path("out/frames.csv")});
 	refuse(path("out/localized.rawlog"), "--output", {"--write-pf-ini", path("out/localized.ini")});
 	refuse(path("x.ini"), "--write-config", {"--write-config", path("out/../x.ini"), "--write-pf-ini", path("x.ini")});
 	refuse(path("x.rawlog"), "--write-pf-ini", {"--write-pf-ini", path("x.rawlog")});

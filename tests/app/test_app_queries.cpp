@@ -119,6 +119,14 @@ TEST_F(AppQueries, WindowGivesNoMoreHypothesesThanTheParametersSay)
 	EXPECT_NE(read_file(path("all.ini")).find("hypotheses = 2 "), std::string::npos);
 }
 
+TEST_F(AppQueries, AWindowOfOneIsNone)
+{
+	localize("twins", "twins", {});
+	const std::string alone = read_file(path("out/hypotheses.csv"));
+	localize("twins", "twins", {"--window", "1"});
+	EXPECT_EQ(read_file(path("out/hypotheses.csv")), alone);
+}
+
 TEST_F(AppQueries, WindowStartsWithTheFirstSelectedFrame)
 {
 	const CsvTable frames = localize("twins", "twins", {"--window", "11", "--frames", "8:"});

@@ -58,6 +58,8 @@ TEST_F(AppUse, RefusesUnknownWords)
 	expect_refusal({"--bogus"}, 1, {"--bogus", "--help"});
 	expect_refusal({"stray"}, 1, {"stray"});
 	expect_refusal({"-q", "-q"}, 1, {"-q"});
+	expect_refusal({"-q", "--", "stray"}, 1, {"--: there is nothing but options"});
+	expect_refusal({"-mno=map\n.gridmap", "-i=no.rawlog", "-oout"}, 2, {"=no.rawlog: "});
 }
 
 TEST_F(AppUse, RefusesValuesThatMakeNoSense)
@@ -71,6 +73,8 @@ TEST_F(AppUse, RefusesValuesThatMakeNoSense)
 	expect_refusal(with({"--threads", "0"}), 1, {"--threads"});
 	expect_refusal(with({"--threads", "two"}), 1, {"--threads", "two"});
 	expect_refusal(with({"--seed", "-1"}), 1, {"--seed"});
+	for (const char* file : {"saved.yaml", "saved.PNG"})
+		expect_refusal(with({"--save-map", file}), 1, {"--save-map", "FILE.signaturemap"});
 	expect_refusal(with({"--window", "0"}), 1, {"--window", "1 to 1000"});
 	expect_refusal(with({"--window", "ten"}), 1, {"--window", "ten"});
 	expect_refusal(with({"--region", "1,2,3"}), 1, {"--region", "X0,Y0,X1,Y1"});

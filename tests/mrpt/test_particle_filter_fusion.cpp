@@ -209,6 +209,25 @@ TEST_F(FilterOnAFloor, LooksForPlacesThatNoScanShowedWithinThePriorOnly)
 	EXPECT_GT(elsewhere, 0);
 }
 
+TEST_F(FilterOnAFloor, StaysWithinThePrior)
+{
+	FusionParameters parameters;
+	Drive drive = drive_along(along_corridor(12));
+	parameters.prior = make_prior(drive[0].truth.x - 0.5, 5, drive[6].truth.x, 7);
+	filter_.start(map(), parameters);
+	int poses = 0;
+	for (std::size_t i = 0; i < drive.size(); i++)
+	{
+		if (!parameters.prior.allows(drive[i].truth)) drive[i].localization = no_place(Status::kRejected, "outside");
+		const auto pose = filter_.step({drive[i].scan, drive[i].localization, drive[i].odometry});
+		if (!pose) continue;
+		EXPECT_TRUE(parameters.prior.allows(pose->pose)) << i << ": " << pose->pose;
+		poses++;
+	}
+	EXPECT_GE(poses, 6);
+	EXPECT_LT(poses, 12) << "no particle is left in the end";
+}
+
 TEST_F(FilterOnAFloor, WaitsForAFirstHypothesis)
 {
 	Drive drive = drive_along(along_corridor(3));

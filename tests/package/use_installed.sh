@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Another project finds the installed package and localizes a scan with it.
+# Another project finds the installed package and localizes a scan with it; pf-localization runs the installed module.
 # Usage: use_installed.sh BUILD_FOLDER
 set -euo pipefail
 prefix=$(mktemp -d)
@@ -12,3 +12,6 @@ answer=$("$prefix/build/one_scan" "$datasets/localization_demo.simplemap.gz" "$d
 echo "$answer"
 # The robot starts at 3.5 m, -10.2 m, -29 deg, and the scan leaves no doubt about it.
 [[ $answer =~ ^localized$'\n'(1|0\.9[0-9]*)\ at\ \(3\.[45][0-9]*,-10\.[123][0-9]*,-2[89] ]]
+
+module=$(find "$prefix/lib" -name libd2s1r-pf-init.so)
+RAWLOG_LOCALIZE=$prefix/bin/rawlog-localize "$prefix/share/d2s1r/examples/track_with_signature_map.sh" "$prefix/out" "$module"

@@ -102,6 +102,7 @@ TEST(MapImage, BrokenOnesAreRefusedByName)
 	EXPECT_NE(
 	    refusal(folder.write("b.pgm", "P5\n10 10\n255\nxx"), geometry).find("truncated; copy"), std::string::npos);
 	EXPECT_NE(refusal(folder.write("c.pgm", "P5\nwidth"), geometry).find("malformed header"), std::string::npos);
+	EXPECT_NE(refusal(folder.write("dim.pgm", "P5\n1 1\n200\nx"), geometry).find("greatest value"), std::string::npos);
 	EXPECT_NE(refusal(folder.write("d.jpg", "\xFF\xD8\xFF"), geometry).find("truncated"), std::string::npos);
 
 	mrpt::img::CImage image(50, 50, mrpt::img::CH_GRAY);

@@ -71,6 +71,8 @@ void check_pnm(const std::string& bytes)
 	const bool is_bitmap = kind == '1' || kind == '4';
 	const double greatest = is_bitmap ? 1 : next_number();
 	if (!text || greatest < 1) throw std::runtime_error("the image has a malformed header; convert it to PNG");
+	if (!is_bitmap && greatest != 255 && greatest != 65535)
+		throw std::runtime_error("the greatest value of the image's samples is not 255 or 65535; convert it to PNG");
 	check_map_size(width, height);
 	if (kind != '5' && kind != '6') return;  // text or packed bits: no size to compare
 	const double size = width * height * (kind == '6' ? 3 : 1) * (greatest > 255 ? 2 : 1);

@@ -36,12 +36,6 @@ std::string lower_case_extension(const std::string& file)
 	return extension;
 }
 
-bool is_yaml(const std::string& file)
-{
-	const std::string extension = lower_case_extension(file);
-	return extension == ".yaml" || extension == ".yml";
-}
-
 void check_readable(const std::string& file)
 {
 	std::error_code error;
@@ -141,7 +135,7 @@ COccupancyGridMap2D::Ptr load_any(
     const std::string& file, const GridParameters& parameters, const std::optional<ImageGeometry>& image)
 {
 	check_readable(file);
-	if (is_yaml(file)) return load_yaml_map(file);
+	if (is_yaml_name(file)) return load_yaml_map(file);
 	if (is_image_name(file))
 	{
 		if (!image) throw std::runtime_error("an image needs its resolution in m / pixel; give its geometry");
@@ -150,6 +144,12 @@ COccupancyGridMap2D::Ptr load_any(
 	return load_serialized(file, parameters);
 }
 }  // namespace
+
+bool is_yaml_name(const std::string& file)
+{
+	const std::string extension = lower_case_extension(file);
+	return extension == ".yaml" || extension == ".yml";
+}
 
 bool is_image_name(const std::string& file)
 {
@@ -181,7 +181,7 @@ COccupancyGridMap2D::Ptr load_map(
 
 std::vector<std::string> files_of_map(const std::string& file)
 {
-	if (!is_yaml(file)) return {file};
+	if (!is_yaml_name(file)) return {file};
 	try
 	{
 		check_readable(file);

@@ -3,7 +3,7 @@
 
 #include <yaml-cpp/yaml.h>
 
-#include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <filesystem>
 #include <stdexcept>
@@ -44,6 +44,22 @@ T read(const YAML::Node& root, const std::string& key, const std::string& expect
 	}
 }
 
+/// Whatever the locale of the program is, which yaml-cpp's conversion depends on.
+double number_of(const std::string& text, const std::string& key, const std::string& expected)
+{
+	double number = 0;
+	const char* const past = text.data() + text.size();
+	const auto [end, error] = std::from_chars(text.data() + (text.rfind('+', 0) == 0 ? 1 : 0), past, number);
+	if (error != std::errc() || end != past)
+		throw std::runtime_error("'" + key + "' is not " + expected + "; correct it");
+	return number;
+}
+
+double read_number(const YAML::Node& root, const std::string& key, const std::string& expected)
+{
+	return number_of(read<std::string>(root, key, expected), key, expected);
+}
+
 bool read_negate(const YAML::Node& root)
 {
 	const auto text = read<std::string>(root, "negate", "0 or 1");
@@ -67,16 +83,17 @@ MapServerYaml read_yaml(const std::string& file)
 	const YAML::Node root = YAML::LoadFile(file);
 	MapServerYaml yaml;
 	yaml.image = read<std::string>(root, "image", "a file name");
-	yaml.geometry.resolution = read<double>(root, "resolution", "a number of metres");
-	const auto origin = read<std::vector<double>>(root, "origin", "[x, y, yaw] in m and rad");
-	if (origin.size() != 3) throw std::runtime_error("'origin' is not [x, y, yaw] in m and rad; correct it");
-	yaml.geometry.origin_x = origin[0];
-	yaml.geometry.origin_y = origin[1];
+	yaml.geometry.resolution = read_number(root, "resolution", "a number of metres");
+	const std::string pose = "[x, y, yaw] in m and rad";
+	const auto origin = read<std::vector<std::string>>(root, "origin", pose);
+	if (origin.size() != 3) throw std::runtime_error("'origin' is not " + pose + "; correct it");
+	yaml.geometry.origin_x = number_of(origin[0], "origin", pose);
+	yaml.geometry.origin_y = number_of(origin[1], "origin", pose);
 	yaml.negate = read_negate(root);
-	yaml.occupied_thresh = read<double>(root, "occupied_thresh", "a probability");
-	yaml.free_thresh = read<double>(root, "free_thresh", "a probability");
+	yaml.occupied_thresh = read_number(root, "occupied_thresh", "a probability");
+	yaml.free_thresh = read_number(root, "free_thresh", "a probability");
 	if (root["mode"]) yaml.mode = read<std::string>(root, "mode", "trinary or scale");
-	check_values(yaml, origin[2]);
+	check_values(yaml, number_of(origin[2], "origin", pose));
 	return yaml;
 }
 
@@ -110,7 +127,7 @@ mrpt::maps::COccupancyGridMap2D::Ptr load_yaml_map(const std::string& yaml_file)
 	catch (const YAML::Exception& error)
 	{
 		throw std::runtime_error(
-		    "line " + std::to_string(error.mark.line + 1) + " is not yaml (" + error.msg + "); correct it");
+		    "line " + std::to_string(error.mark.line + 1) + " is not yaml (" + printable(error.msg) + "); correct it");
 	}
 	const std::string image = path_of_image(yaml_file, yaml);
 	try

@@ -80,6 +80,12 @@ std::vector<Beam> read_beams(const mrpt::obs::CObservation2DRangeScan& observati
 	std::sort(beams.begin(), beams.end(), [](const Beam& a, const Beam& b) { return a.angle < b.angle; });
 	return beams;
 }
+
+bool is_field_of_view(double angle)
+{
+	constexpr double kRounding = 1e-6;  // [rad]
+	return angle > 0 && angle <= 2 * M_PI + kRounding;
+}
 }  // namespace
 
 float beam_angle(double angle)
@@ -91,7 +97,7 @@ float beam_angle(double angle)
 bool Scan::valid() const
 {
 	const auto& sensor = sensor_on_robot;
-	return invalid_because.empty() && !beams.empty() && field_of_view > 0 &&
+	return invalid_because.empty() && !beams.empty() && is_field_of_view(field_of_view) &&
 	       std::isfinite(sensor.x + sensor.y + sensor.phi);
 }
 
@@ -99,8 +105,8 @@ std::string why_invalid(const Scan& scan)
 {
 	if (!scan.invalid_because.empty()) return scan.invalid_because;
 	if (scan.beams.empty()) return "the scan has no beams";
-	return scan.field_of_view > 0 ? "the pose of the sensor on the robot is not finite"
-	                              : "the field of view of the scan is not above 0";
+	return is_field_of_view(scan.field_of_view) ? "the pose of the sensor on the robot is not finite"
+	                                            : "the field of view of the scan is not above 0 and at most 2 pi";
 }
 
 bool is_covered(const Scan& scan, const ScanParameters& parameters)
@@ -125,7 +131,7 @@ Scan make_scan(const mrpt::obs::CObservation2DRangeScan& observation, const Scan
 	const double step = static_cast<double>(observation.aperture) / static_cast<double>(observation.getScanSize() - 1);
 	scan.field_of_view = std::min(kFullTurn, step * static_cast<double>(scan.beams.size()));
 	if (scan.beams.size() < static_cast<std::size_t>(parameters.min_beams))
-		scan.invalid_because = std::to_string(scan.beams.size()) + " usable beams, fewer than scan.min_beams";
+		scan.invalid_because = "fewer usable beams than scan.min_beams";
 	else if (std::none_of(scan.beams.begin(), scan.beams.end(), [](const Beam& beam) { return beam.is_return; }))
 		scan.invalid_because = "no beam hit anything";
 	return scan;

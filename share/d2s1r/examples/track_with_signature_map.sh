@@ -29,11 +29,13 @@ map_file = $map
 [MetricMap_signatureMap_00_likelihoodOpts]
 sigma = 0.10
 END
-# LD_PRELOAD is split at blanks and colons, so that the module needs a name without any
+# LD_PRELOAD is split at blanks and colons, so that the module needs a path without any; its folder is linked, not the
+# file, because the module finds its library from there
 link=$(mktemp -d)
 trap 'rm -r "$link"' EXIT
-ln -s "$(realpath "$module")" "$link/module.so"
-LD_PRELOAD=$link/module.so pf-localization "$out/signature_map.ini" < /dev/null > "$out/pf.log" 2>&1 ||
+module=$(realpath "$module")
+ln -s "$(dirname "$module")" "$link/modules"
+LD_PRELOAD=$link/modules/$(basename "$module") pf-localization "$out/signature_map.ini" < /dev/null > "$out/pf.log" 2>&1 ||
 	{ echo "pf-localization failed: see $out/pf.log" >&2; exit 1; }
 sed -n 's/.*PDF estimation: (\([^)]*\)).*/\1/p' "$out/pf.log" > "$out/pf_poses.txt"
 echo "pf-localization: $(wc -l < "$out/pf_poses.txt") steps, the last at (x, y, phi) = $(tail -n 1 "$out/pf_poses.txt")"

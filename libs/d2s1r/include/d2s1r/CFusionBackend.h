@@ -22,7 +22,7 @@ struct FusionParameters
 	MotionSource motion = MotionSource::kBoth;
 	int particles = 1000;    //!< [-]
 	std::uint32_t seed = 1;  //!< [-] same seed, same input: same result
-	Prior prior = {};        //!< where the robot may be, all the time
+	Prior prior = {};        //!< where the robot may be, all the time: as the hypotheses of the scans are
 };
 
 /// One scan and what else is known of its moment.
@@ -80,8 +80,8 @@ class CFusionBackend : public mrpt::rtti::CObject
 	/// Forgets everything. \param map not empty
 	virtual void start(const CSignatureMap2D::ConstPtr& map, const FusionParameters& parameters) = 0;
 
-	/// Takes in the next scan. \return no value while there is nothing to start from \throws std::logic_error before
-	/// start()
+	/// Takes in the next scan. \return no value while there is nothing to start from, or to go on from within the prior
+	/// \throws std::logic_error before start()
 	virtual std::optional<FusedPose> step(const FusionInput& input) = 0;
 };
 }  // namespace d2s1r

@@ -29,6 +29,9 @@ inline constexpr std::array<const char*, 9> kImageExtensions = {".png", ".pgm", 
 /// Whether load_map() takes a file for an image, which needs an ImageGeometry: by its name, in upper or lower case.
 bool is_image_name(const std::string& file);
 
+/// The same for ROS map_server .yaml.
+bool is_yaml_name(const std::string& file);
+
 /// Loads an occupancy map: .simplemap(.gz), .gridmap(.gz), ROS map_server .yaml, an image (needs `image`),
 /// a serialized CMultiMetricMap (its first grid) or CSignatureMap2D.
 /// \throws std::runtime_error naming the file and what is wrong with it
