@@ -82,8 +82,8 @@ struct Options
 	    "the robot is in the box between these two corners [m], map frame: search there only");
 	Value& time_budget = list.value(
 	    "", "time-budget", "MS",
-	    "refine only as many candidates of a scan as fit into this time [ms], what --window and --fuse add aside; the "
-	    "results then depend on the machine and its load (default: no limit)");
+	    "time for each scan [ms], without that of --window and --fuse: the search always ends, then as many candidates "
+	    "are refined as fit; the results depend on the machine and its load (default: no limit)");
 	Value& seed = list.value("", "seed", "N", "seed of the particle filter, from 0 to 4294967295 (default 1)");
 	Value& plugins = list.value("", "plugins", "A.so,B.so", "MRPT modules to load first");
 	Switch& fuse = list.flag(
@@ -93,12 +93,16 @@ struct Options
 	    "what moves the filter: 'pseudo' (successive results), 'odometry' (of the rawlog) or 'both' (default)");
 	Value& save_map = list.value(
 	    "", "save-map", "FILE",
-	    "save the map and its parameters as a CSignatureMap2D, for MRPT programs; given as MAP, only its grid is used");
+	    "save the map and its parameters as a CSignatureMap2D, for MRPT programs; if FILE is later given as MAP, its "
+	    "grid "
+	    "is used, its parameters are not");
 	Value& write_config =
 	    list.value("", "write-config", "FILE", "write all parameters, with units and meanings, as an ini file");
 	Value& write_pf_ini = list.value(
 	    "", "write-pf-ini", "FILE.ini",
-	    "write what MRPT's pf-localization needs to go on from the results: this ini, FILE.rawlog and FILE.gridmap.gz");
+	    "write files for MRPT's pf-localization: this ini (starts at the first localized pose), FILE.rawlog (the "
+	    "localized "
+	    "frames, moved by pseudo-odometry) and FILE.gridmap.gz");
 	Value& resolution = list.value("", "resolution", "R", "of a map that is an image [m/pixel]");
 	Value& origin = list.value(
 	    "", "origin", "X,Y", "where the lower left corner of such an image is in the map frame [m] (default 0,0)");

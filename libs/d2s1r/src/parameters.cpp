@@ -106,7 +106,10 @@ std::string to_ini(const Parameters& parameters)
 		    add(section, key, to_text(value), std::string(meaning) + ", " + range);
 	    });
 
-	std::string text = "; d2s1r parameters\n";
+	std::string text =
+	    "; d2s1r parameters. To change first: grid (what is a wall), free_cells, scan, and scoring.localized_above\n"
+	    "; (higher: fewer wrong poses are localized). Speed against success: refinement.max_scored and max_refined.\n"
+	    "; Learned, better left alone: beam_model, presence_model, scoring.temperature.\n";
 	for (const auto& section : sections) text += '\n' + section.second;
 	return text;
 }

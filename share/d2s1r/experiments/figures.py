@@ -18,14 +18,15 @@ SHOWN_MAPS = 3  # [-] in the figure of successes: the paper's buildings, then th
 def draw_all(results, folder, with_maps):
     """{figure: file name, "" if there is nothing to draw}"""
     plain = {(job.site, job.scans, job.config): frames for job, frames in report.frames_of(results)}
+    names = sorted({job.site.name for job, _ in report.frames_of(results)})
     drawn = {
         "errors": draw_errors(plain, folder / "errors.png"),
         "maps": draw_maps(plain, folder / "success_maps.png") if with_maps else "",
         "reliability": draw_reliability(plain, folder / "reliability.png"),
         "field_of_view": draw_curves(tables.points(results, "field_of_view"), "field of view [deg]",
-                                     folder / "field_of_view.png"),
+                                     names, folder / "field_of_view.png"),
         "blocked": draw_curves(tables.points(results, "blocked"), "share of the view that is blocked",
-                               folder / "clutter.png"),
+                               names, folder / "clutter.png"),
     }
     plt.close("all")
     return drawn
@@ -114,13 +115,12 @@ def draw_reliability(plain, file):
     return save(figure, file)
 
 
-def draw_curves(lines, meaning, file):
-    """A panel a method, a line a set."""
+def draw_curves(lines, meaning, names, file):
+    """A panel a method, a line a set, a colour a site of `names`."""
     if not lines:
         return ""
     figure, panels = plt.subplots(1, len(plan.CONFIGS), figsize=(13, 5.5), constrained_layout=True, sharey=True)
     sets = sorted({key[:2] for key in lines})
-    names = sorted({site for site, _ in sets})
     for axis, config in zip(panels, plan.CONFIGS):
         for site, scans in sets:
             line = sorted(lines.get((site, scans, config), {}).items())

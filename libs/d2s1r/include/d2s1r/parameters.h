@@ -102,8 +102,8 @@ struct BeamModel
 	double depth_edge = 1.5;  //!< for each depth edge of the scan between beams that both end at walls of the map
 };
 
-/// Log-odds that one of the places found is right, against "the scan is of no place in the map". Learned: see
-/// hypotheses.h.
+/// Log-odds that one of the places found is right, against "the scan is of no place in the map". Learned by logistic
+/// regression on the recorded sites and drawn plans.
 struct PresenceModel
 {
 	double bias = -13.15;        //!< [-]
