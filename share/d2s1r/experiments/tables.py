@@ -111,7 +111,8 @@ def windows(runs):
     return table(
         f"{WINDOW} scans together",
         f"[%] `--window {WINDOW}` on consecutive frames of run.rawlog in map.yaml, from the {WINDOW}th frame on: within 0.3 m "
-        "and 5 deg. These maps were built from the same runs, which makes it easier than for `test`.", ["site", "frames", "success", "precision", "recall"], rows)
+        "and 5 deg. These maps were built from the same runs, which makes it easier than for `test`.",
+        ["site", "frames", "success", "precision", "recall"], rows)
 
 
 def reliability(plain):
