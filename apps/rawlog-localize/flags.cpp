@@ -94,15 +94,13 @@ struct Options
 	Value& save_map = list.value(
 	    "", "save-map", "FILE",
 	    "save the map and its parameters as a CSignatureMap2D, for MRPT programs; if FILE is later given as MAP, its "
-	    "grid "
-	    "is used, its parameters are not");
+	    "grid is used, its parameters are not");
 	Value& write_config =
 	    list.value("", "write-config", "FILE", "write all parameters, with units and meanings, as an ini file");
 	Value& write_pf_ini = list.value(
 	    "", "write-pf-ini", "FILE.ini",
 	    "write files for MRPT's pf-localization: this ini (starts at the first localized pose), FILE.rawlog (the "
-	    "localized "
-	    "frames, moved by pseudo-odometry) and FILE.gridmap.gz");
+	    "localized frames, moved by pseudo-odometry) and FILE.gridmap.gz");
 	Value& resolution = list.value("", "resolution", "R", "of a map that is an image [m/pixel]");
 	Value& origin = list.value(
 	    "", "origin", "X,Y", "where the lower left corner of such an image is in the map frame [m] (default 0,0)");

@@ -85,7 +85,7 @@ void print_table(const RunReport& report, std::ostream& out)
 	    report.build_seconds);
 	print_statuses(report, out);
 	if (!report.frames.empty()) print_times(report, out);
-	if (report.truth_lines > 0) print_accuracy(report, out);
+	if (!report.matches.empty()) print_accuracy(report, out);
 	if (report.flags.fuse) print_fusion(report, out);
 	const char* word = "written";
 	for (const auto& file : files_written(report.flags, any_localized(report.frames)))

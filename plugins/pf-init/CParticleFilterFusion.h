@@ -39,8 +39,9 @@ class CParticleFilterFusion : public CFusionBackend
 		                                 //!< explain a scan to take over at once
 		double unexplained_power = 0.2;  //!< [0, 1] exponent of the likelihood of a scan that hardly fits anywhere in
 		                                 //!< the map; 1 of one that certainly does, in between by its probability
-		double least_explained = 0.3;    //!< [0, 1] share of the log-likelihood range: a scan whose hypotheses have
-		                               //!< less than least_found is weighed only if the filter's place explains so much
+		/// [0, 1] share of the log-likelihood range: a scan whose hypotheses have less than least_found is weighed only
+		/// if the filter's place explains so much
+		double least_explained = 0.3;
 		double unlisted = 0.30;              //!< [0, 1] weight of a particle that no hypothesis of the scan supports
 		double hypothesis_std_xy = 0.3;      //!< [m] round a hypothesis that particles are supported
 		double hypothesis_std_phi = 0.15;    //!< [rad]

@@ -1,5 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "hypotheses.h"
+
 #include <mrpt/core/bits_math.h>
 
 #include <algorithm>

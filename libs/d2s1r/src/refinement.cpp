@@ -116,7 +116,6 @@ double variance_of(const Rays& rays, const RefinementParameters& parameters)
 	const double alike = std::max(1.0, mrpt::DEG2RAD(parameters.beam_correlation) / rays.spacing);  // [-] rays
 	return parameters.range_noise * parameters.range_noise * alike;
 }
-
 }  // namespace
 
 std::vector<RefinedPose> settle(

@@ -35,7 +35,7 @@ struct Candidate
 /// Thread-safe: each thread keeps its scratch memory for its next query.
 ///
 /// \param prior of the robot; the sensor's positions within a sample's spacing of what it allows are searched, too
-/// \return distinct poses, best first, at most parameters.candidates none whose beams cost more in all than
+/// \return distinct poses, best first, at most parameters.candidates, and none whose beams cost more in all than
 ///         those of the best one by parameters.margin times their root
 std::vector<Candidate> coarse_search(
     const RangeProfiles& profiles, const Scan& scan, const CoarseSearchParameters& parameters, const Prior& prior = {});

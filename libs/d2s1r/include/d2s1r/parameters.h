@@ -82,8 +82,8 @@ struct RefinementParameters
 	double cost_weight = 0.05;    //!< [1 / step] of the coarse cost beside the fit
 	double surface_offset = 0.2;  //!< [cell] standard deviation of where in their cells the walls have their surface
 	double range_noise = 0.03;    //!< [m] standard deviation of a range about the map, for the covariance
-	double beam_correlation =
-	    9.0;  //!< [-] neighbouring beams of 1 deg that count as one measurement, for the covariance
+	/// [-] neighbouring beams of 1 deg that count as one measurement, for the covariance
+	double beam_correlation = 9.0;
 };
 
 /// Log-likelihood [nat] of what a beam of 1 deg did, against ending anywhere. Learned: see scoring.h.

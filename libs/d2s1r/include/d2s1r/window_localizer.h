@@ -35,9 +35,8 @@ class WindowLocalizer
 	/// \param one_shot localizer.localize(scan)
 	/// \param motion of the robot since the last call, in its frame then. Without a value, or with one that is not
 	///        is_plausible() or that OdometryCheck does not agree with, it is estimated from the hypotheses of both
-	///        frames (the paper's pseudo-odometry). Frames without a valid
-	///        scan: give the motion of all of them; if it is missing of all, two such frames are bridged at most.
-	///        Otherwise a new window starts.
+	///        frames (the paper's pseudo-odometry). Frames without a valid scan: give the motion of
+	///        all of them; if it is missing of all, two such frames are bridged at most. Otherwise a new window starts.
 	/// \return as Localizer::localize(), with the evidence of all frames of the window: log-likelihoods are sums over
 	///         them, bounded and against the best pose of each frame; covariances include the motion, and the time of
 	///         refinement includes the following of hypotheses
