@@ -3,11 +3,11 @@
 
 #include <yaml-cpp/yaml.h>
 
-#include <charconv>
 #include <cmath>
 #include <filesystem>
 #include <stdexcept>
 
+#include "checked_value.h"
 #include "ini_text.h"
 #include "map_image.h"
 
@@ -47,12 +47,14 @@ T read(const YAML::Node& root, const std::string& key, const std::string& expect
 /// Whatever the locale of the program is, which yaml-cpp's conversion depends on.
 double number_of(const std::string& text, const std::string& key, const std::string& expected)
 {
-	double number = 0;
-	const char* const past = text.data() + text.size();
-	const auto [end, error] = std::from_chars(text.data() + (text.rfind('+', 0) == 0 ? 1 : 0), past, number);
-	if (error != std::errc() || end != past)
+	try
+	{
+		return from_text<double>(key, text.rfind('+', 0) == 0 ? text.substr(1) : text);
+	}
+	catch (const std::invalid_argument&)
+	{
 		throw std::runtime_error("'" + key + "' is not " + expected + "; correct it");
-	return number;
+	}
 }
 
 double read_number(const YAML::Node& root, const std::string& key, const std::string& expected)
