@@ -34,10 +34,11 @@ struct Batch
 	std::vector<Job> jobs;
 };
 
-class Loop
+/// Some objects of the log at a time, with the scans that are to be localized.
+class BatchReader
 {
    public:
-	Loop(const std::string& file, const FrameSelection& selection, int threads)
+	BatchReader(const std::string& file, const FrameSelection& selection, int threads)
 	    : reader_(file), selection_(selection), scans_per_batch_(kScansPerThread * static_cast<std::size_t>(threads))
 	{
 	}
@@ -96,8 +97,8 @@ std::string localize_rawlog(
 {
 	std::optional<Window> window;
 	if (approach.window) window.emplace(approach.localizer, *approach.window, approach.query.prior);
-	Loop loop(file, selection, approach.threads);
-	Batch previous, current = loop.read(), next;
+	BatchReader reader(file, selection, approach.threads);
+	Batch previous, current = reader.read(), next;
 	while (!current.items.empty() && !interrupted())
 	{
 		// Job 0 keeps the files, and the window, busy while the other threads localize.
@@ -109,7 +110,7 @@ std::string localize_rawlog(
 			    {
 				    write(previous, window, outputs);
 				    progress.show(outputs.frames().size());
-				    next = loop.read();
+				    next = reader.read();
 			    }
 			    else if (!interrupted())
 				    current.jobs[i - 1].result = approach.localizer.localize(*current.jobs[i - 1].scan, approach.query);
@@ -119,6 +120,6 @@ std::string localize_rawlog(
 	}
 	write(previous, window, outputs);
 	progress.show(outputs.frames().size());
-	return loop.damage();
+	return reader.damage();
 }
 }  // namespace d2s1r::app

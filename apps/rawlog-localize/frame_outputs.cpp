@@ -5,10 +5,7 @@ namespace d2s1r::app
 {
 FrameOutputs::FrameOutputs(
     const std::filesystem::path& folder, std::unique_ptr<Fusion> fusion, std::unique_ptr<PfPipeline> pipeline)
-    : frames_csv_(folder / "frames.csv"),
-      hypotheses_csv_(folder / "hypotheses.csv"),
-      trajectory_tum_(folder / "trajectory.tum"),
-      trajectory_txt_(folder / "trajectory.txt"),
+    : files_(open_frame_files(folder)),
       rawlog_(folder / "localized.rawlog"),
       fusion_(std::move(fusion)),
       pipeline_(std::move(pipeline))
@@ -24,10 +21,7 @@ void FrameOutputs::add(const RawlogObject& object)
 void FrameOutputs::add(Frame frame, const Localization& one_shot, mrpt::obs::CObservation2DRangeScan::ConstPtr scan)
 {
 	if (fusion_) fusion_->add(frame, one_shot, *scan);
-	frames_csv_.add(frame);
-	hypotheses_csv_.add(frame);
-	trajectory_tum_.add(frame);
-	trajectory_txt_.add(frame);
+	for (auto& file : files_) file.add(frame);
 	rawlog_.add(frame, *scan);
 	if (pipeline_) pipeline_->add(frame, *scan);
 	if (frame.localized()) last_scan_ = std::move(scan);
@@ -36,10 +30,7 @@ void FrameOutputs::add(Frame frame, const Localization& one_shot, mrpt::obs::COb
 
 void FrameOutputs::commit()
 {
-	frames_csv_.commit();
-	hypotheses_csv_.commit();
-	trajectory_tum_.commit();
-	trajectory_txt_.commit();
+	for (auto& file : files_) file.commit();
 	rawlog_.commit();
 	if (fusion_) fusion_->commit();
 }

@@ -1,12 +1,10 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "frames_csv.h"
+#include "frame_files.h"
 #include "fusion.h"
-#include "hypotheses_csv.h"
 #include "localized_rawlog.h"
 #include "pf_pipeline.h"
-#include "trajectory_files.h"
 
 #include <filesystem>
 
@@ -38,10 +36,7 @@ class FrameOutputs
 	mrpt::obs::CObservation2DRangeScan::ConstPtr last_localized_scan() const { return last_scan_; }
 
    private:
-	FramesCsv frames_csv_;
-	HypothesesCsv hypotheses_csv_;
-	TrajectoryTum trajectory_tum_;
-	TrajectoryTxt trajectory_txt_;
+	std::deque<FrameFile> files_;
 	LocalizedRawlog rawlog_;
 	std::unique_ptr<Fusion> fusion_;
 	std::unique_ptr<PfPipeline> pipeline_;

@@ -1,6 +1,8 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "fusion.h"
 
+#include "frame_files.h"
+
 #include <cmath>
 
 namespace d2s1r::app
@@ -29,7 +31,7 @@ void Fusion::add(Frame& frame, const Localization& one_shot, const mrpt::obs::CO
 	    "%.6f,%.6f,%.6f,%.6f,%.6f,%.6f,%zu,%.6f,%s,%s,%.6f,%.3f\n", x, y, phi, std::sqrt(covariance(0, 0)),
 	    std::sqrt(covariance(1, 1)), std::sqrt(covariance(2, 2)), fused.particles, fused.effective_sample_size,
 	    to_string(fused.status), to_string(fused.event), fused.probability, fused.step_ms);
-	tum_.print("%.6f %.6f %.6f 0 0 0 %.9f %.9f\n", frame.timestamp, x, y, std::sin(phi / 2), std::cos(phi / 2));
+	print_tum(tum_, frame.timestamp, fused.pose);
 }
 
 void Fusion::commit()

@@ -9,9 +9,6 @@
 
 namespace d2s1r::app
 {
-/// [-] of the particle filter.
-inline constexpr int kFusionParticles = 1000;
-
 /// Hands every frame to a fusion back-end; fused.csv and fused.tum.
 class Fusion
 {

@@ -5,13 +5,10 @@
 
 #include <mrpt/serialization/CArchive.h>
 
-#include <cerrno>
-
 namespace d2s1r::app
 {
 GzipFile::GzipFile(const std::string& path) : pending_(path)
 {
-	errno = 0;
 	if (!stream_.open(pending_.temporary())) pending_.fail();
 }
 

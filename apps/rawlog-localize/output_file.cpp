@@ -9,6 +9,7 @@
 #include <cstdarg>
 #include <cstring>
 #include <filesystem>
+#include <utility>
 
 namespace d2s1r::app
 {
@@ -41,6 +42,7 @@ PendingFile::PendingFile(const std::string& path) : path_(path)
 	const fs::path target = target_of(path);
 	target_ = target.string();
 	temporary_ = target.parent_path() / (".tmp" + std::to_string(getpid()) + "-" + target.filename().string());
+	errno = 0;  // fail() gives the reason of a later error, which need not set it
 }
 
 PendingFile::~PendingFile()
@@ -82,10 +84,8 @@ void TextFile::print(const char* format, ...)
 
 void TextFile::commit()
 {
-	const bool whole = std::fflush(file_) == 0 && std::ferror(file_) == 0;
-	if (!whole) pending_.fail();
-	std::fclose(file_);
-	file_ = nullptr;
+	const bool is_whole = std::ferror(file_) == 0;
+	if (std::fclose(std::exchange(file_, nullptr)) != 0 || !is_whole) pending_.fail();
 	pending_.commit();
 }
 }  // namespace d2s1r::app

@@ -60,16 +60,16 @@ void warn_without_odometry(const RawlogSurvey& survey, const Flags& flags, Conso
 ExitStatus conclude(const RunReport& report, const std::string& damage, Console& console)
 {
 	const std::string done = std::to_string(report.frames.size());
-	if (!damage.empty())
-		throw UserError(
-		    kBadInput, report.flags.rawlog,
-		    damage + "; the " + done + " frames before that are in " + report.flags.output_dir);
 	if (interrupted())
 	{
 		console.err << "rawlog-localize: interrupted after " << done << " of " << report.selected_frames
 		            << " frames; these are in " << report.flags.output_dir << std::endl;
 		return kInterrupted;
 	}
+	if (!damage.empty())
+		throw UserError(
+		    kBadInput, report.flags.rawlog,
+		    damage + "; the " + done + " frames before that are in " + report.flags.output_dir);
 	if (report.truth_lines > 0 && report.matches.empty())
 		throw UserError(
 		    kBadInput, report.flags.ground_truth,
@@ -124,7 +124,7 @@ ExitStatus run(const Flags& flags, Console& console)
 	RunReport report{flags, parameters, outputs.frames(), sensor};
 	report.build_seconds = build_watch.Tac();
 	if (!flags.save_map.empty()) save_map(localizer.map(), parameters, flags.save_map);
-	if (backend) backend->start(map, {flags.motion, kFusionParticles, flags.seed, flags.query.prior});
+	if (backend) backend->start(map, {flags.motion, FusionParameters{}.particles, flags.seed, flags.query.prior});
 	report.selected_frames = selection.past - selection.first;
 
 	const mrpt::system::CTicTac watch;

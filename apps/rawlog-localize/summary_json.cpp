@@ -67,7 +67,7 @@ void write_summary_json(const RunReport& report, const std::string& path)
 	    {"rawlog", report.flags.rawlog},
 	    {"sensor_label", report.sensor.label},
 	    {"sensor_scans", report.sensor.scans},
-	    {"method", report.parameters.method == Method::kPaper ? "paper" : "default"},
+	    {"method", to_string(report.parameters.method)},
 	    {"window", report.flags.window.value_or(1)},
 	    {"seed", report.flags.seed},
 	    {"selected_frames", report.selected_frames},

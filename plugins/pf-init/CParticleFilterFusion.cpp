@@ -82,8 +82,8 @@ std::optional<FusedPose> CParticleFilterFusion::step(const FusionInput& input)
 {
 	if (!map_) throw std::logic_error("CParticleFilterFusion::step() before start()");
 	const mrpt::system::CTicTac watch;
-	// MRPT's filter draws from this one, which each thread has of its own and all filters in it share; a new one,
-	// because randomize() would leave every other normal number of whoever drew last
+	// MRPT's filters draw from the generator of their thread. It is replaced, not re-seeded: randomize() keeps a normal
+	// number that an earlier draw left over
 	mrpt::random::getRandomGenerator() = mrpt::random::CRandomGenerator(random_.drawUniform32bit());
 	look_whether_in_map(input.localization);
 	const bool was_seeded = last_pose_.has_value();
@@ -119,7 +119,7 @@ std::optional<FusedPose> CParticleFilterFusion::follow(const FusionInput& input)
 	const auto expected = mrpt::poses::CPose2D(last_pose_->pose) + motion.mean;
 	const bool moved_on = std::hypot(pose.pose.x - expected.x(), pose.pose.y - expected.y()) < tuning.reseed_distance &&
 	                      std::abs(mrpt::math::wrapToPi(pose.pose.phi - expected.phi())) < tuning.reseed_angle;
-	if (!moved_on && is_sure(*last_pose_)) pose.event = FusionEvent::kReseeded;
+	if (!moved_on && is_place_known(*last_pose_)) pose.event = FusionEvent::kReseeded;
 	return pose;
 }
 
@@ -140,10 +140,11 @@ bool CParticleFilterFusion::seed(const Localization& localization)
 
 CPosePDFGaussian CParticleFilterFusion::motion_to(const FusionInput& input)
 {
-	const bool agrees = odometry_check_.agrees(input.odometry, input.localization);
-	const bool is_wanted =
-	    parameters_.motion == MotionSource::kOdometry || (parameters_.motion == MotionSource::kBoth && agrees);
-	const auto odometry = is_wanted && input.odometry && is_plausible(*input.odometry) ? input.odometry : std::nullopt;
+	std::optional<mrpt::poses::CPose2D> odometry;
+	if (parameters_.motion == MotionSource::kBoth)
+		odometry = odometry_check_.checked(input.odometry, input.localization);
+	else if (parameters_.motion == MotionSource::kOdometry && input.odometry && is_plausible(*input.odometry))
+		odometry = input.odometry;
 	auto predicted = pf::predict_motion(odometry, last_motion_, tuning.motion);
 	if (parameters_.motion == MotionSource::kOdometry) return predicted;
 	const auto weights = pf::normalized_weights(particles_);
@@ -284,7 +285,7 @@ void CParticleFilterFusion::admit(const Localization& localization, double proba
 	}
 }
 
-bool CParticleFilterFusion::is_sure(const FusedPose& pose) const
+bool CParticleFilterFusion::is_place_known(const FusedPose& pose) const
 {
 	return pose.probability >= tuning.tracking_probability && found_ >= tuning.least_found;
 }
@@ -300,7 +301,7 @@ FusedPose CParticleFilterFusion::estimate(const Localization& localization) cons
 	pose.effective_sample_size = particles_.ESS();
 	const bool is_agreed =
 	    localization.status != Status::kLocalized || probability_at(localization, pose.pose) >= tuning.least_agreement;
-	pose.status = is_sure(pose) && is_agreed ? FusionStatus::kTracking : FusionStatus::kAmbiguous;
+	pose.status = is_place_known(pose) && is_agreed ? FusionStatus::kTracking : FusionStatus::kAmbiguous;
 	return pose;
 }
 }  // namespace d2s1r

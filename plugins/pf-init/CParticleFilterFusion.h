@@ -13,8 +13,10 @@
 
 namespace d2s1r
 {
-/// MRPT's particle filter, seeded and watched by one-shot localizations, after Section IV-B.6 of the paper, where their
-/// poses drive AMCL as pseudo-odometry.
+/// MRPT's particle filter, seeded and watched by one-shot localizations. In Section IV-B.6 of the paper one pose starts
+/// AMCL and the following ones drive it as pseudo-odometry; here all hypotheses seed the filter and weigh its
+/// particles, wheel odometry is used where it is known (MotionSource::kPseudo does without), and a lost filter is
+/// seeded again.
 ///
 /// Each scan: predict by odometry or pseudo-odometry, weigh by the hypotheses of the scan and by CSignatureMap2D,
 /// resample. Then particles drawn from the hypotheses replace the lightest ones, and share the probability that the
@@ -39,8 +41,8 @@ class CParticleFilterFusion : public CFusionBackend
 		                                 //!< explain a scan to take over at once
 		double unexplained_power = 0.2;  //!< [0, 1] exponent of the likelihood of a scan that hardly fits anywhere in
 		                                 //!< the map; 1 of one that certainly does, in between by its probability
-		/// [0, 1] share of the log-likelihood range: a scan whose hypotheses have less than least_found is weighed only
-		/// if the filter's place explains so much
+		/// [0, 1] share of the log-likelihood range that the filter's place must explain before a scan is weighed whose
+		/// hypotheses have less than least_found
 		double least_explained = 0.3;
 		double unlisted = 0.30;              //!< [0, 1] weight of a particle that no hypothesis of the scan supports
 		double hypothesis_std_xy = 0.3;      //!< [m] round a hypothesis that particles are supported
@@ -90,7 +92,7 @@ class CParticleFilterFusion : public CFusionBackend
 	bool explains(const mrpt::obs::CObservation2DRangeScan& scan) const;
 	void admit(const Localization& localization, double probability);
 	void look_whether_in_map(const Localization& localization);
-	bool is_sure(const FusedPose& pose) const;
+	bool is_place_known(const FusedPose& pose) const;
 	FusedPose estimate(const Localization& localization) const;
 };
 }  // namespace d2s1r

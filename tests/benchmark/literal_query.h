@@ -15,7 +15,8 @@ namespace d2s1r::benchmark
 /// Within 0.2 m and 5 deg, as in the paper.
 bool is_success(const mrpt::math::TPose2D& pose, const mrpt::math::TPose2D& truth);
 
-/// Nanoflann on the full histograms; Algorithm 2 and Eq. 1 as they are written, on rays that are followed cell by cell.
+/// Nanoflann on the full histograms; Algorithm 2 (from shift 0) and Eq. 1 as they are written, on rays that are
+/// followed cell by cell.
 class LiteralLocalizer
 {
    public:

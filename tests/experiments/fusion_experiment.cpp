@@ -1,13 +1,14 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // fusion_experiment MAP RUN.rawlog RUN_gt.txt CACHE EXPERIMENT pseudo|odometry|both DRIVES
-// The experiment of the paper's Fig. 8: many short drives of a recorded run, each localized from nothing by D2S1R
-// alone and fused with a particle filter. EXPERIMENT is one of
+// The experiment of the paper's Fig. 8: many short drives of a recorded run, each localized from nothing, scan by scan
+// (method = default) and fused with a particle filter. EXPERIMENT is one of
 //   drives        as recorded
 //   kidnapped     the robot is carried away half-way
 //   frozen        the odometry stands still
 //   centimetres   the odometry is not in metres
 //   covered       something 0.1 to 0.3 m before the laser in 10 of 40 frames
-//   filter-alone  as recorded, by a particle filter without D2S1R
+//   filter-alone  as recorded, by a particle filter that starts anywhere and knows no hypotheses: the localizations
+//                 of the scans only move it
 #include <d2s1r/map_io.h>
 
 #include <cstdio>
@@ -112,7 +113,7 @@ void run_fusion(
 		judge_alone(drive, *map, alone);
 		parameters.seed++;
 	}
-	if (jump == kDriveFrames) alone.print("D2S1R alone");
+	if (jump == kDriveFrames) alone.print("each scan alone");
 	fused.poses.print("fused");
 	std::printf("  tracking in %d frames, wrong in %d of these\n", fused.tracking, fused.misled);
 	std::printf(

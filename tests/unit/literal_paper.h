@@ -1,5 +1,5 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-// Wang et al., "Global Localization With a Single-Line LiDAR by Dense 2D Signature and 1D Registration", 2020, typed
+// Wang et al., "Global Localization With a Single-Line LiDAR by Dense 2D Signature and 1D Registration", 2021, typed
 // out as plain loops in double precision: what the library is compared with, and the baseline of the benchmarks.
 // Shares no code with the library. Lists run counter-clockwise here, clockwise in the paper.
 #pragma once

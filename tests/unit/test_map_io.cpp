@@ -97,6 +97,28 @@ TEST(MapIo, SimplemapIsDrawnWithItsCellSize)
 	EXPECT_EQ(load_map(folder.path("room.simplemap.gz"), parameters)->getRawMap(), map->getRawMap());
 }
 
+TEST(MapIo, ASimplemapIsDrawnAroundItsSensorsWithoutGrowing)
+{
+	for (const double cell_size : {0.05, 0.5})
+	{
+		mrpt::obs::CObservation2DRangeScan ahead =
+		    make_observation(make_picture_grid(enlarge(kRoom, 20), 0.05), {2.0, 1.5, 0});
+		ahead.sensorPose = mrpt::poses::CPose3D(30, 0, 0, 0, 0, 0);
+		for (std::size_t i = 0; i < ahead.getScanSize(); i++) ahead.setScanRange(i, 20);
+		mrpt::obs::CSensoryFrame frame;
+		frame.insert(std::make_shared<mrpt::obs::CObservation2DRangeScan>(ahead));
+		mrpt::maps::CSimpleMap keyframes;
+		keyframes.insert(mrpt::poses::CPose3DPDFGaussian(mrpt::poses::CPose3D(2.0, 1.5, 0, 0)), frame);
+		GridParameters parameters;
+		parameters.simplemap_cell_size = cell_size;
+		const auto map = grid_of(keyframes, parameters);
+		const double drawn = static_cast<double>(map->insertionOptions.maxDistanceInsertion);
+		EXPECT_NEAR(static_cast<double>(map->getXMin()), 2.0 - 1, cell_size);  // the robot; beams leave ahead of it
+		EXPECT_NEAR(static_cast<double>(map->getXMax()), 32.0 + drawn + 16 * cell_size + 1, 1.1 * cell_size);
+		EXPECT_LT(p_occupied(*map, map->x2idx(32.0F + 10), map->y2idx(1.5F)), 0.4) << cell_size;
+	}
+}
+
 TEST(MapIo, OtherObjectsAreRefused)
 {
 	EXPECT_NE(

@@ -119,9 +119,9 @@ TEST_F(MapYaml, MissingKeysAreNamed)
 TEST_F(MapYaml, UnusableValuesAreNamed)
 {
 	const auto with = [](const std::string& lines) { return lines + kThresholds; };
-	EXPECT_NE(
-	    refusal(with("image: map.pgm\nresolution: 0\norigin: [0, 0, 0]\nnegate: 0\n")).find("resolution"),
-	    std::string::npos);
+	const auto zero = refusal(with("image: map.pgm\nresolution: 0\norigin: [0, 0, 0]\nnegate: 0\n"));
+	EXPECT_NE(zero.find("resolution"), std::string::npos) << zero;
+	EXPECT_EQ(zero.find("map.pgm"), std::string::npos) << zero << ": it is not the image that is wrong";
 	EXPECT_NE(
 	    refusal(with("image: map.pgm\nresolution: fine\norigin: [0, 0, 0]\nnegate: 0\n"))
 	        .find("'resolution' is not a number of metres; correct it"),

@@ -26,7 +26,7 @@ TEST(OdometryCheck, DistrustsOdometryThatScansContradictUntilTheyAgreeAgain)
 	const auto agrees = [&](const std::optional<CPose2D>& odometry)
 	{
 		robot = robot + step;
-		return check.agrees(odometry, localized_at(robot));
+		return check.checked(odometry, localized_at(robot)).has_value();
 	};
 	for (int i = 0; i < 10; i++) EXPECT_TRUE(agrees(step)) << i;
 	EXPECT_TRUE(agrees(CPose2D(0.4, 0.05, 0.15)));
@@ -36,17 +36,18 @@ TEST(OdometryCheck, DistrustsOdometryThatScansContradictUntilTheyAgreeAgain)
 	while (!agrees(step)) ASSERT_LT(distrusted++, 10) << "repaired";
 }
 
-TEST(OdometryCheck, LearnsNothingFromScansThatAreNotLocalizedOrOdometryThatIsNotThere)
+TEST(OdometryCheck, LearnsNothingFromScansThatAreNotLocalizedOrOdometryThatIsNotUsable)
 {
 	OdometryCheck check;
 	Localization unsure = localized_at({});
 	unsure.status = Status::kAmbiguous;
 	for (int i = 0; i < 20; i++)
 	{
-		EXPECT_TRUE(check.agrees(CPose2D(3, 0, 0), unsure));
-		EXPECT_TRUE(check.agrees(CPose2D(3, 0, 0), localized_at({})));  // no motion seen since the scan before
-		EXPECT_TRUE(check.agrees({}, localized_at({5, 5, 1})));
-		EXPECT_TRUE(check.agrees(CPose2D(std::nan(""), 0, 0), localized_at({})));
+		EXPECT_TRUE(check.checked(CPose2D(3, 0, 0), unsure));
+		EXPECT_TRUE(check.checked(CPose2D(3, 0, 0), localized_at({})));  // no motion seen since the scan before
+		EXPECT_FALSE(check.checked({}, localized_at({5, 5, 1})));
+		EXPECT_FALSE(check.checked(CPose2D(std::nan(""), 0, 0), localized_at({})));
 	}
+	EXPECT_TRUE(check.checked(CPose2D(3, 0, 0), localized_at({3, 0, 0})));
 }
 }  // namespace d2s1r::test

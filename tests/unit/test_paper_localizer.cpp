@@ -147,16 +147,5 @@ TEST_F(PaperLocalizer, AllocatesNothingButTheHypotheses)
 	EXPECT_EQ(allocations - before, 1);
 	EXPECT_EQ(result.hypotheses.size(), 10U);
 }
-
-TEST_F(PaperLocalizer, AnInvalidScanIsInvalidNotAPose)
-{
-	Scan scan;
-	scan.invalid_because = "the sensor is tilted";
-	const Localization result = localize_paper(scan, grid_, index_, caster_, parameters_.paper);
-	EXPECT_EQ(result.status, Status::kInvalid);
-	EXPECT_EQ(result.note, "the sensor is tilted");
-	EXPECT_TRUE(result.hypotheses.empty());
-	EXPECT_TRUE(std::isnan(result.relative_entropy));
-}
 }  // namespace
 }  // namespace d2s1r::test

@@ -39,7 +39,7 @@ class Fnv1a
 struct CSignatureMap2D::Content
 {
 	Content(COccupancyGridMap2D::Ptr the_map, const Parameters& p, const TLikelihoodOptions& l)
-	    : map(std::move(the_map)), parameters(p), likelihood(l)
+	    : map(std::move(the_map)), parameters(p), likelihood(l), last_scan(p.scan, l.beams)
 	{
 	}
 
@@ -190,8 +190,10 @@ double CSignatureMap2D::internal_computeObservationLikelihood(
 {
 	const auto* scan = dynamic_cast<const mrpt::obs::CObservation2DRangeScan*>(&observation);
 	if (!scan || !content_->map) return 0.0;
-	const auto points = content_->last_scan.of(*scan, content_->parameters.scan, content_->likelihood.beams);
-	return content_->field().log_likelihood(*points, {taken_from.x(), taken_from.y(), taken_from.yaw()});
+	const auto points = content_->last_scan.of(*scan);
+	const auto& axes = taken_from.getRotationMatrix();  // yaw() would write to the caller's pose
+	const double yaw = std::atan2(axes(1, 0), axes(0, 0));
+	return content_->field().log_likelihood(*points, {taken_from.x(), taken_from.y(), yaw});
 }
 
 bool CSignatureMap2D::internal_canComputeObservationLikelihood(const mrpt::obs::CObservation& observation) const

@@ -67,8 +67,8 @@ struct Localizer::Index
 	mrpt::maps::COccupancyGridMap2D::ConstPtr map;
 	Grid grid;
 	RayCaster caster;
-	std::optional<SignatureIndex> signatures;
-	std::optional<DefaultIndex> default_index;
+	std::optional<SignatureIndex> signatures;   ///< of kPaper
+	std::optional<DefaultIndex> default_index;  ///< of kDefault
 };
 
 namespace
@@ -118,17 +118,18 @@ Localization Localizer::localize(const mrpt::obs::CObservation2DRangeScan& obser
 
 Localization Localizer::localize(const Scan& scan, const Query& query) const
 {
-	const auto& [parameters, map, grid, caster, signatures, default_index] = *index_;
-	if (signatures && !query.prior.anywhere())
+	const Index& index = *index_;
+	if (index.signatures && !query.prior.anywhere())
 		throw std::invalid_argument(
 		    "Localizer: the paper's method searches everywhere; a prior needs method = default");
 	if (!(query.time_budget >= 0))  // a NaN is not, either
 		throw std::invalid_argument("Localizer: the time budget is negative or no number; give ms, or 0 for none");
 	if (!scan.valid()) return no_place(Status::kInvalid, why_invalid(scan));
-	if (signatures) return localize_paper(scan, grid, *signatures, caster, parameters.paper);
-	if (is_covered(scan, parameters.scan))
+	if (index.signatures)
+		return localize_paper(scan, index.grid, *index.signatures, index.caster, index.parameters.paper);
+	if (is_covered(scan, index.parameters.scan))
 		return no_place(Status::kRejected, "nine of ten beams end within scan.covered_within: the sensor is covered");
-	return localize_default(scan, *default_index, caster, parameters, query);
+	return localize_default(scan, *index.default_index, index.caster, index.parameters, query);
 }
 
 std::optional<Hypothesis> Localizer::hypothesis_near(const Scan& scan, const mrpt::poses::CPose2D& robot) const

@@ -72,13 +72,18 @@ PixelRule plain_image_rule()
 	        { return std::abs(brightness - kMapServerUnknown) < 0.5 / 255 ? 0.5 : 1 - brightness; }};
 }
 
-COccupancyGridMap2D::Ptr load_image_map(const std::string& file, const ImageGeometry& geometry, const PixelRule& rule)
+void check_geometry(const ImageGeometry& geometry)
 {
 	constexpr double kLeast = ImageGeometry::kLeastResolution, kGreatest = ImageGeometry::kGreatestResolution;
 	if (!(geometry.resolution >= kLeast && geometry.resolution <= kGreatest))
 		throw std::runtime_error(
 		    mrpt::format("the resolution is not %g to %g m / pixel; correct it", kLeast, kGreatest));
 	check_map_origin(geometry.origin_x, geometry.origin_y);
+}
+
+COccupancyGridMap2D::Ptr load_image_map(const std::string& file, const ImageGeometry& geometry, const PixelRule& rule)
+{
+	check_geometry(geometry);
 	const mrpt::img::CImage image = read_image(file);
 	const auto width = image.getWidth(), height = image.getHeight();
 	check_map_size(static_cast<double>(width), static_cast<double>(height));

@@ -21,6 +21,9 @@ struct PixelRule
 /// map_server writes for unknown cells (205) is unknown.
 PixelRule plain_image_rule();
 
+/// \throws std::exception saying what is wrong
+void check_geometry(const ImageGeometry& geometry);
+
 /// Reads an image of 1, 3 or 4 channels of 8 or 16 bit.
 /// \throws std::exception saying what is wrong with the image or its geometry, without its name
 mrpt::maps::COccupancyGridMap2D::Ptr load_image_map(

@@ -72,6 +72,7 @@ bool read_negate(const YAML::Node& root)
 
 void check_values(const MapServerYaml& yaml, double origin_yaw)
 {
+	check_geometry(yaml.geometry);
 	if (yaml.mode != "trinary" && yaml.mode != "scale")
 		throw std::runtime_error("mode '" + printable(yaml.mode) + "' is not read; use trinary or scale");
 	if (!(0 <= yaml.free_thresh && yaml.free_thresh < yaml.occupied_thresh && yaml.occupied_thresh <= 1))

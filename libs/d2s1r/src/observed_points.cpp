@@ -6,6 +6,11 @@
 
 namespace d2s1r
 {
+ObservedPoints::ObservedPoints(const ScanParameters& parameters, int most) : parameters_(parameters), most_(most)
+{
+	parameters_.min_beams = 1;  // too few to localize with can still weigh poses
+}
+
 ObservedPoints::Key ObservedPoints::key_of(const mrpt::obs::CObservation2DRangeScan& observation)
 {
 	Key key{
@@ -39,16 +44,13 @@ bool ObservedPoints::matches(const Key& key, const mrpt::obs::CObservation2DRang
 	return true;
 }
 
-ObservedPoints::Points ObservedPoints::of(
-    const mrpt::obs::CObservation2DRangeScan& observation, const ScanParameters& parameters, int most)
+ObservedPoints::Points ObservedPoints::of(const mrpt::obs::CObservation2DRangeScan& observation)
 {
 	const std::lock_guard<std::mutex> lock(mutex_);
 	if (points_ && matches(key_, observation)) return points_;
-	ScanParameters few = parameters;
-	few.min_beams = 1;  // too few to localize with can still weigh poses
-	const Scan scan = make_scan(observation, few);
+	const Scan scan = make_scan(observation, parameters_);
 	points_ = std::make_shared<std::vector<mrpt::math::TPoint2Df>>(
-	    scan.valid() ? end_points(scan, most) : std::vector<mrpt::math::TPoint2Df>{});
+	    scan.valid() ? end_points(scan, most_) : std::vector<mrpt::math::TPoint2Df>{});
 	key_ = key_of(observation);
 	return points_;
 }

@@ -8,17 +8,20 @@
 
 namespace d2s1r
 {
-/// The end points of the last observation asked for: MRPT's filters pass the same observation once a particle.
+/// The end points of the last observation asked for: MRPT's filters pass the same observation for every particle.
 /// Thread-safe.
 class ObservedPoints
 {
    public:
 	using Points = std::shared_ptr<const std::vector<mrpt::math::TPoint2Df>>;
 
-	Points of(const mrpt::obs::CObservation2DRangeScan& observation, const ScanParameters& parameters, int most);
+	/// \param most see end_points()
+	ObservedPoints(const ScanParameters& parameters, int most);
+
+	Points of(const mrpt::obs::CObservation2DRangeScan& observation);
 
    private:
-	/// All that end points depend on.
+	/// All of an observation that end points depend on.
 	struct Key
 	{
 		std::vector<float> ranges;
@@ -31,6 +34,8 @@ class ObservedPoints
 	static Key key_of(const mrpt::obs::CObservation2DRangeScan& observation);
 	static bool matches(const Key& key, const mrpt::obs::CObservation2DRangeScan& observation);
 
+	ScanParameters parameters_;
+	int most_;
 	std::mutex mutex_;
 	Key key_;
 	Points points_;

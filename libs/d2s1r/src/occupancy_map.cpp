@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 namespace d2s1r
 {
@@ -81,8 +82,8 @@ void check_robot_pose(const mrpt::poses::CPose3D& pose)
 		throw std::runtime_error("the pose of a scan to be drawn is not finite; correct it or leave the scan out");
 }
 
-/// A copy in which readings that are no distance are invalid. \throws std::runtime_error if nothing can be drawn of it
-CObservation2DRangeScan checked_scan(const CObservation2DRangeScan& scan)
+/// \throws std::runtime_error if nothing can be drawn of it
+void check_scan(const CObservation2DRangeScan& scan)
 {
 	constexpr double kFarthestSensor = 100;  // [m]
 	const bool is_mounted =
@@ -90,6 +91,11 @@ CObservation2DRangeScan checked_scan(const CObservation2DRangeScan& scan)
 	if (!is_mounted || !std::isfinite(scan.aperture) || !std::isfinite(scan.maxRange))
 		throw std::runtime_error(
 		    "a scan to be drawn has no usable sensor pose, aperture or range; correct it or leave it out");
+}
+
+/// A copy in which readings that are no distance are invalid.
+CObservation2DRangeScan with_distances_only(const CObservation2DRangeScan& scan)
+{
 	CObservation2DRangeScan checked = scan;
 	for (std::size_t i = 0; i < checked.getScanSize(); i++)
 		if (const float range = checked.getScanRange(i); !(range >= 0 && std::isfinite(range)))
@@ -105,17 +111,35 @@ struct Extent
 {
 	double x0 = INFINITY, x1 = -INFINITY, y0 = INFINITY, y1 = -INFINITY;
 
-	void add(double x, double y, double reach)
+	void add(const mrpt::poses::CPose3D& place, double reach)
 	{
-		x0 = std::min(x0, x - reach), x1 = std::max(x1, x + reach);
-		y0 = std::min(y0, y - reach), y1 = std::max(y1, y + reach);
+		x0 = std::min(x0, place.x() - reach), x1 = std::max(x1, place.x() + reach);
+		y0 = std::min(y0, place.y() - reach), y1 = std::max(y1, place.y() + reach);
 	}
 };
 
-/// [m] that an insertion may draw from the robot's position
-double reach_of(const COccupancyGridMap2D::TInsertionOptions& options)
+/// [m] from the sensor: what an insertion draws, and the 15 cells around it without which MRPT grows the map
+double reach_of(const COccupancyGridMap2D::TInsertionOptions& options, double cell_size)
 {
-	return static_cast<double>(options.maxDistanceInsertion) + 2;
+	return static_cast<double>(options.maxDistanceInsertion) + 16 * cell_size + 1;
+}
+
+/// In the map frame
+mrpt::poses::CPose3D sensor_of(const mrpt::obs::CObservation& observation, const mrpt::poses::CPose3D& robot)
+{
+	mrpt::poses::CPose3D on_robot;
+	observation.getSensorPose(on_robot);
+	return robot + on_robot;
+}
+
+/// \throws std::runtime_error if nothing can be drawn of one of them
+std::vector<CObservation2DRangeScan::Ptr> scans_of(const mrpt::obs::CSensoryFrame& keyframe)
+{
+	std::vector<CObservation2DRangeScan::Ptr> scans;
+	for (const auto& observation : keyframe)
+		if (const auto scan = std::dynamic_pointer_cast<CObservation2DRangeScan>(observation))
+			check_scan(*scans.emplace_back(scan));
+	return scans;
 }
 
 /// Of unknown cells, whole ones from (0, 0). \throws std::runtime_error if it is too large for memory
@@ -134,7 +158,7 @@ COccupancyGridMap2D::Ptr make_map_around(const mrpt::poses::CPose3D& robot, doub
 	check_robot_pose(robot);
 	check_map_origin(robot.x(), robot.y());
 	Extent extent;
-	extent.add(robot.x(), robot.y(), 1);
+	extent.add(robot, 1);
 	return make_map_of(extent, cell_size);
 }
 
@@ -142,12 +166,14 @@ bool draw(const mrpt::obs::CObservation& observation, const mrpt::poses::CPose3D
 {
 	check_robot_pose(robot);
 	const auto number = [](float value) { return static_cast<double>(value); };
-	Extent extent{number(map.getXMin()), number(map.getXMax()), number(map.getYMin()), number(map.getYMax())};
-	extent.add(robot.x(), robot.y(), reach_of(map.insertionOptions));
 	const double cell_size = number(map.getResolution());
+	const double most_growth = 30 * cell_size + 6;  // [m] beyond what is drawn
+	Extent extent{number(map.getXMin()), number(map.getXMax()), number(map.getYMin()), number(map.getYMax())};
+	const auto* scan = dynamic_cast<const CObservation2DRangeScan*>(&observation);
+	if (scan) check_scan(*scan);
+	extent.add(sensor_of(observation, robot), reach_of(map.insertionOptions, cell_size) + most_growth);
 	check_map_size((extent.x1 - extent.x0) / cell_size, (extent.y1 - extent.y0) / cell_size);
-	if (const auto* scan = dynamic_cast<const CObservation2DRangeScan*>(&observation))
-		return map.insertObservation(checked_scan(*scan), robot);
+	if (scan) return map.insertObservation(with_distances_only(*scan), robot);
 	return map.insertObservation(observation, robot);
 }
 
@@ -161,13 +187,13 @@ COccupancyGridMap2D::Ptr draw_simple_map(const mrpt::maps::CSimpleMap& keyframes
 			throw std::runtime_error("a keyframe of the simplemap lacks its pose or its observations; save it again");
 		const auto robot = pose->getMeanVal();
 		check_robot_pose(robot);
-		extent.add(robot.x(), robot.y(), reach_of({}));
+		extent.add(robot, 1);
+		for (const auto& scan : scans_of(*observations)) extent.add(sensor_of(*scan, robot), reach_of({}, cell_size));
 	}
 	// In its final size from the start: growing, MRPT's map calls std::terminate() when memory ends.
 	auto map = make_map_of(extent, cell_size);
 	for (const auto& keyframe : keyframes)
-		for (const auto& observation : *keyframe.sf)
-			if (IS_CLASS(*observation, CObservation2DRangeScan)) draw(*observation, keyframe.pose->getMeanVal(), *map);
+		for (const auto& scan : scans_of(*keyframe.sf)) draw(*scan, keyframe.pose->getMeanVal(), *map);
 	return map;
 }
 }  // namespace d2s1r

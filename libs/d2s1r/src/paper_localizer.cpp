@@ -94,8 +94,6 @@ Localization localize_paper(
     const Scan& scan, const Grid& grid, const SignatureIndex& index, const RayCaster& caster,
     const PaperParameters& parameters)
 {
-	if (!scan.valid()) return no_place(Status::kInvalid, why_invalid(scan));
-
 	const mrpt::system::CTicTac watch;
 	thread_local Scratch scratch;
 	make_signature(scan, parameters, scratch.signature);

@@ -6,8 +6,6 @@
 #include <sstream>
 #include <stdexcept>
 #include <type_traits>
-#include <utility>
-#include <vector>
 
 #include "checked_value.h"
 #include "ini_text.h"
@@ -19,9 +17,19 @@ namespace
 {
 constexpr const char* kMethodMeaning = "default: any field of view; paper: D2S1R as published, full circles";
 
-const char* name_of(Method method)
+/// What a user may want to change.
+const char* guide_to(Method method)
 {
-	return method == Method::kPaper ? "paper" : "default";
+	return method == Method::kPaper
+	           ? "; d2s1r parameters. To change first: paper.max_range (the range of your sensor), grid (what is a "
+	             "wall),\n"
+	             "; free_cells, scan. Speed against success: paper.candidates. Not read by method = paper:\n"
+	             "; scan.covered_within and all below [paper].\n"
+	           : "; d2s1r parameters. To change first: grid (what is a wall), free_cells, scan, and "
+	             "scoring.localized_above\n"
+	             "; (higher: fewer wrong poses are localized). Speed against success: refinement.max_scored and "
+	             "max_refined.\n"
+	             "; Learned, better left alone: beam_model, presence_model, scoring.temperature.\n";
 }
 
 void check_between_parameters(const Parameters& p)
@@ -52,6 +60,11 @@ void set_parameter(Parameters& parameters, const std::string& section, const std
 	if (!found) refuse_unknown(what);
 }
 }  // namespace
+
+const char* to_string(Method method)
+{
+	return method == Method::kPaper ? "paper" : "default";
+}
 
 Parameters parse_parameters(const std::string& ini_text, const std::string& name)
 {
@@ -87,30 +100,17 @@ Parameters load_parameters(const std::string& ini_file)
 
 std::string to_ini(const Parameters& parameters)
 {
-	std::vector<std::pair<std::string, std::string>> sections;
-	const auto add =
-	    [&](const std::string& section, const std::string& key, const std::string& value, const std::string& meaning)
-	{
-		auto it = sections.begin();
-		while (it != sections.end() && it->first != section) ++it;
-		if (it == sections.end()) it = sections.insert(it, {section, "[" + section + "]\n"});
-		it->second += key + " = " + value + "  ; " + meaning + '\n';
-	};
-	add("localizer", "method", name_of(parameters.method), kMethodMeaning);
+	std::string text = guide_to(parameters.method), section = "localizer";
+	text += "\n[localizer]\nmethod = " + std::string(to_string(parameters.method)) + "  ; " + kMethodMeaning + '\n';
 	visit_parameters(
 	    parameters,
-	    [&](const char* section, const char* key, auto value, auto least, auto greatest, const char* meaning)
+	    [&](const char* its_section, const char* key, auto value, auto least, auto greatest, const char* meaning)
 	    {
+		    if (section != its_section) text += "\n[" + (section = its_section) + "]\n";
 		    const std::string range =
 		        std::is_same_v<decltype(value), bool> ? "true or false" : to_text(least) + " to " + to_text(greatest);
-		    add(section, key, to_text(value), std::string(meaning) + ", " + range);
+		    text += std::string(key) + " = " + to_text(value) + "  ; " + meaning + ", " + range + '\n';
 	    });
-
-	std::string text =
-	    "; d2s1r parameters. To change first: grid (what is a wall), free_cells, scan, and scoring.localized_above\n"
-	    "; (higher: fewer wrong poses are localized). Speed against success: refinement.max_scored and max_refined.\n"
-	    "; Learned, better left alone: beam_model, presence_model, scoring.temperature.\n";
-	for (const auto& section : sections) text += '\n' + section.second;
 	return text;
 }
 

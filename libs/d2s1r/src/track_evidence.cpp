@@ -101,7 +101,8 @@ std::optional<Hypothesis> refined_near(const Localizer& localizer, const Scan& s
 	const int turns = std::min(kMostTurns, static_cast<int>(std::ceil(2 * std::sqrt(predicted.cov(2, 2)) / kStep)) - 1);
 	for (int turn = 1; turn <= turns; turn++)
 		for (const double yaw : {-turn * kStep, turn * kStep})
-			consider(*localizer.hypothesis_near(scan, predicted.mean + mrpt::poses::CPose2D(0, 0, yaw)));
+			if (const auto turned = localizer.hypothesis_near(scan, predicted.mean + mrpt::poses::CPose2D(0, 0, yaw)))
+				consider(*turned);
 	return best;
 }
 

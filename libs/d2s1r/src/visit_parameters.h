@@ -14,7 +14,7 @@ void visit_parameters(P& p, Visitor&& visit)
 {
 	visit(
 	    "localizer", "threads", p.threads, 1, 256,
-	    "[-] of rawlog-localize, and of building the index of method = paper; no result depends on it");
+	    "[-] that build the index of method = paper, and that rawlog-localize localizes with; no result depends on it");
 
 	visit(
 	    "grid", "occupied_threshold", p.grid.occupied_threshold, 0.0, 1.0,
@@ -22,7 +22,7 @@ void visit_parameters(P& p, Visitor&& visit)
 	visit("grid", "free_threshold", p.grid.free_threshold, 0.0, 1.0, "[probability] free if P(occupied) is below");
 	visit(
 	    "grid", "rays_stop_at_unknown", p.grid.rays_stop_at_unknown, 0, 1,
-	    "[-] virtual scans of the paper's Eq. 1 end where the known map ends");
+	    "[-] virtual scans of the paper's Eq. 1 end where the known map ends (the paper does not say)");
 	visit(
 	    "grid", "simplemap_cell_size", p.grid.simplemap_cell_size, 0.01, 1.0,
 	    "[m] cell of the grid drawn from a .simplemap");
@@ -36,18 +36,24 @@ void visit_parameters(P& p, Visitor&& visit)
 	visit("scan", "min_beams", p.scan.min_beams, 1, 100000, "[-] fewest usable beams");
 	visit(
 	    "scan", "zero_is_no_return", p.scan.zero_is_no_return, 0, 1,
-	    "[-] a range of 0 says that nothing is there up to the maximum range, else no data");
+	    "[-] a range of 0 says that nothing is there up to the maximum range, else no data (the paper: epsilon)");
 	visit(
 	    "scan", "covered_within", p.scan.covered_within, 0.0, 10.0,
 	    "[m] the sensor is covered if nine of ten beams end nearer: rejected by method = default");
 
-	visit("paper", "max_range", p.paper.max_range, 0.5, 300.0, "[m] r of Table II: longer readings are out of range");
-	visit("paper", "bins", p.paper.bins, 2, 256, "[-] d of Table II: dimension of the signature");
-	visit("paper", "epsilon", p.paper.epsilon, 1e-9, 1.0, "[m] epsilon of Table II: least value in Eq. 1");
+	visit(
+	    "paper", "max_range", p.paper.max_range, 0.5, 300.0,
+	    "[m] r of Table II: the range of your sensor; longer readings are out of range");
+	visit(
+	    "paper", "bins", p.paper.bins, 2, 256,
+	    "[-] d of Table II: dimension of the signature; bins are (r + epsilon) / d wide");
+	visit(
+	    "paper", "epsilon", p.paper.epsilon, 1e-9, 1.0,
+	    "[m] epsilon of Table II: least value in Eq. 1; out-of-range points lie at r + epsilon");
 	visit("paper", "candidates", p.paper.candidates, 1, 100000, "[-] k of Table II: nearest cells that are registered");
 	visit(
 	    "paper", "directions", p.paper.directions, 8, 3600,
-	    "[-] beams of a virtual scan and yaw shifts of a registration");
+	    "[-] beams of a virtual scan (steps of 1 deg in Table II; 360 at most in a signature) and yaw shifts");
 
 	auto& coarse = p.coarse_search;
 	visit("coarse_search", "spacing", coarse.spacing, 0.01, 10.0, "[m] between sample positions");
@@ -63,8 +69,8 @@ void visit_parameters(P& p, Visitor&& visit)
 	    "cheapest are dropped after the overview");
 	visit(
 	    "coarse_search", "overview_deficit", coarse.overview_deficit, 0.0, 1e6,
-	    "[-] times the root of the beams: so many of them may have, by chance, no counterpart in the signature of a "
-	    "place that is looked at");
+	    "[-] times the root of the beams: how many beams may by chance lack a counterpart in the signature of a place "
+	    "that is still searched");
 	visit(
 	    "coarse_search", "max_pairs", coarse.max_pairs, 1, 1000000,
 	    "[-] (group of positions, yaw) pairs compared with all beams, at most");
@@ -78,8 +84,9 @@ void visit_parameters(P& p, Visitor&& visit)
 	    "[step] times the root of the beams: poses whose beams cost more by that in all than those of the best one are "
 	    "dropped");
 	visit(
-	    "coarse_search", "distinct_distance", coarse.distinct_distance, 0.01, 10.0, "[m] candidates closer than this");
-	visit("coarse_search", "distinct_yaw", coarse.distinct_yaw, 0.1, 180.0, "[deg] and this are one");
+	    "coarse_search", "distinct_distance", coarse.distinct_distance, 0.01, 10.0,
+	    "[m] candidates closer than this and than distinct_yaw count as one");
+	visit("coarse_search", "distinct_yaw", coarse.distinct_yaw, 0.1, 180.0, "[deg] see distinct_distance");
 
 	auto& refinement = p.refinement;
 	visit(
@@ -111,21 +118,23 @@ void visit_parameters(P& p, Visitor&& visit)
 	    "[-] neighbouring beams of 1 deg that count as one measurement, for the covariance");
 
 	auto& scoring = p.scoring;
-	visit("scoring", "distinct_distance", scoring.distinct_distance, 0.01, 10.0, "[m] hypotheses closer than this");
-	visit("scoring", "distinct_yaw", scoring.distinct_yaw, 0.1, 180.0, "[deg] and this are one");
+	visit(
+	    "scoring", "distinct_distance", scoring.distinct_distance, 0.01, 10.0,
+	    "[m] hypotheses closer than this and than distinct_yaw count as one");
+	visit("scoring", "distinct_yaw", scoring.distinct_yaw, 0.1, 180.0, "[deg] see distinct_distance");
 	visit("scoring", "hypotheses", scoring.hypotheses, 1, 1000, "[-] most hypotheses in a result");
 	visit(
 	    "scoring", "localized_above", scoring.localized_above, 0.0, 1.0,
-	    "[probability] confidence of a localized frame");
+	    "[probability] a frame whose confidence is above this is localized");
 	visit(
 	    "scoring", "rejected_below", scoring.rejected_below, 0.0, 1.0,
-	    "[probability] that one of the places found is right");
+	    "[probability] a frame is rejected if it is less likely than this that one of the places found is right");
 	visit(
 	    "scoring", "temperature", scoring.temperature, 0.01, 100.0,
-	    "[-] log-odds of two places: the difference of their log-likelihoods over this");
+	    "[-] divides differences of log-likelihoods: log-odds of two places");
 	visit(
 	    "scoring", "temperature_by_beam", scoring.temperature_by_beam, 0.0, 10.0,
-	    "[-] plus this for each beam of 1 deg that the best place does not explain");
+	    "[-] added to temperature for each beam of 1 deg that the best place does not explain");
 
 	auto& model = p.scoring.beam_model;
 	visit("beam_model", "on_wall", model.on_wall, -10.0, 10.0, "[nat] end point within 6 cm of a wall");

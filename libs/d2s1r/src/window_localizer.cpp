@@ -27,21 +27,18 @@ constexpr double kLeastOneShot = 0.65;    //!< [0, 1] that one scan alone gives 
 constexpr int kLongestGuess = 2;          //!< [-] frames without a usable scan whose motion hypotheses may tell
 constexpr std::size_t kLostFrames = 3;    //!< [-] in a row that no track explains: the robot was carried away
 
-bool one_place(const Hypothesis& a, const Hypothesis& b, const ScoringParameters& parameters)
+bool one_place(const mrpt::poses::CPose2D& a, const mrpt::poses::CPose2D& b, const ScoringParameters& parameters)
 {
-	return are_near(
-	    a.pose.asTPose(), b.pose.asTPose(), parameters.distinct_distance, mrpt::DEG2RAD(parameters.distinct_yaw));
+	return are_near(a.asTPose(), b.asTPose(), parameters.distinct_distance, mrpt::DEG2RAD(parameters.distinct_yaw));
 }
 
 /// [0, 1] that the one-shot hypotheses of a frame give to a place.
 double probability_at(
     const PoseDensity& place, const std::vector<Hypothesis>& one_shot, const ScoringParameters& parameters)
 {
-	Hypothesis there;
-	there.pose = place.mean;
 	double probability = 0;
 	for (const Hypothesis& hypothesis : one_shot)
-		if (one_place(hypothesis, there, parameters)) probability += hypothesis.probability;
+		if (one_place(hypothesis.pose, place.mean, parameters)) probability += hypothesis.probability;
 	return probability;
 }
 }  // namespace
@@ -87,7 +84,7 @@ class WindowLocalizer::Tracker
 	std::vector<Track> tracks_;                       //!< best first
 };
 
-/// Adds the motion to a frame without a usable scan.
+/// Adds the motion to a frame without a usable scan, and from the last of them to the one that ends the gap.
 void WindowLocalizer::Tracker::pass_gap(const std::optional<mrpt::poses::CPose2D>& motion)
 {
 	const bool known = motion && (gap_ == 0 || gap_motion_);
@@ -158,7 +155,7 @@ void WindowLocalizer::Tracker::start_tracks(const Localization& one_shot)
 	std::vector<Track> started;
 	for (const Hypothesis& hypothesis : one_shot.hypotheses)
 	{
-		const auto followed = [&](const Track& track) { return one_place(track.now, hypothesis, scoring); };
+		const auto followed = [&](const Track& track) { return one_place(track.now.pose, hypothesis.pose, scoring); };
 		if (std::any_of(tracks_.begin(), tracks_.end(), followed)) continue;
 		Evidence evidence = evidence_of(hypothesis, hypothesis.log_likelihood - frames_.back().reference);
 		evidence.one_shot_probability = hypothesis.probability;
@@ -182,7 +179,7 @@ void WindowLocalizer::Tracker::prune()
 		if (!prior_.allows(track.now.pose.asTPose())) continue;
 		if (kept.size() >= kMostTracks) break;
 		if (!kept.empty() && sum_of(kept.front()) - sum_of(track) > kHopeless) break;
-		const auto same = [&](const Track& other) { return one_place(track.now, other.now, scoring); };
+		const auto same = [&](const Track& other) { return one_place(track.now.pose, other.now.pose, scoring); };
 		if (std::none_of(kept.begin(), kept.end(), same)) kept.push_back(std::move(track));
 	}
 	// Frames share the errors of the map: n of them tell as much as sqrt(n) independent ones.
@@ -218,11 +215,14 @@ void WindowLocalizer::Tracker::forget()
 Localization WindowLocalizer::Tracker::conclude(const Localization& one_shot) const
 {
 	const auto& scoring = localizer_->parameters().scoring;
-	const bool explained = !tracks_.empty() && explained_by(tracks_.front()) >= kLeastExplained;
-	Localization result =
-	    explained ? Localization{} : no_place(Status::kRejected, "no place in the map explains the last scans");
+	if (tracks_.empty() || explained_by(tracks_.front()) < kLeastExplained)
+	{
+		Localization nowhere = no_place(Status::kRejected, "no place in the map explains the last scans");
+		nowhere.times = one_shot.times;
+		return nowhere;
+	}
+	Localization result;
 	result.times = one_shot.times;
-	if (!explained) return result;
 	for (const Track& track : tracks_) result.hypotheses.push_back(track.now);
 	result.relative_entropy = localizer_->relative_entropy(frames_.back().scan, result.best().pose);
 	result.confidence = result.best().probability;
@@ -240,8 +240,7 @@ Localization WindowLocalizer::Tracker::conclude(const Localization& one_shot) co
 Localization WindowLocalizer::Tracker::add(
     const Scan& scan, const Localization& one_shot, const std::optional<mrpt::poses::CPose2D>& odometry)
 {
-	const bool is_relied_on = odometry_check_.agrees(odometry, one_shot) && odometry && is_plausible(*odometry);
-	const auto motion = is_relied_on ? odometry : std::nullopt;
+	const auto motion = odometry_check_.checked(odometry, one_shot);
 	if (!scan.valid() || is_covered(scan, localizer_->parameters().scan))
 	{
 		pass_gap(motion);
@@ -251,10 +250,10 @@ Localization WindowLocalizer::Tracker::add(
 	auto since_last = motion;
 	if (gap_ > 0)
 	{
-		const bool is_long = gap_ > kLongestGuess || motion || gap_motion_;
+		const bool can_be_guessed = gap_ <= kLongestGuess && !motion && !gap_motion_;
 		pass_gap(motion);
 		since_last = gap_motion_;
-		if (!since_last && is_long) frames_.clear(), tracks_.clear();  // nobody knows how far the robot went
+		if (!since_last && !can_be_guessed) frames_.clear(), tracks_.clear();  // nobody knows how far the robot went
 		gap_ = 0;
 		gap_motion_.reset();
 	}

@@ -13,7 +13,8 @@ enum class MotionSource
 {
 	kPseudo,    //!< the poses of successive one-shot localizations
 	kOdometry,  //!< the odometry of the log
-	kBoth       //!< both, where they agree; else the odometry, while OdometryCheck agrees with it
+	kBoth  //!< both combined where they agree; else the odometry, unless two confident localizations contradict it or
+	       //!< OdometryCheck does not rely on it
 };
 
 /// What a fusion back-end is told at its start.

@@ -8,13 +8,14 @@
 namespace d2s1r
 {
 /// Whether odometry tells of the same motion as localized scans do: one that is frozen, or in other units, contradicts
-/// them scan after scan. One object a robot; not thread-safe.
+/// them scan after scan. One object per robot; not thread-safe.
 class OdometryCheck
 {
    public:
 	/// Call for every scan. \param increment since the scan before \param localization of this scan alone
-	/// \return whether odometry can be relied on for now
-	bool agrees(const std::optional<mrpt::poses::CPose2D>& increment, const Localization& localization);
+	/// \return the increment if it can be relied on: it is plausible, and scans do not contradict the last ones
+	std::optional<mrpt::poses::CPose2D> checked(
+	    const std::optional<mrpt::poses::CPose2D>& increment, const Localization& localization);
 
    private:
 	std::optional<Hypothesis> before_;  //!< of the scan before, if that was localized

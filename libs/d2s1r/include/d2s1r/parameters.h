@@ -12,6 +12,9 @@ enum class Method
 	kPaper     //!< D2S1R as published: signature, k nearest cells, relative entropy; full circles
 };
 
+/// `default` or `paper`.
+const char* to_string(Method method);
+
 /// Which cells of an occupancy map are occupied, free or unknown.
 struct GridParameters
 {
@@ -37,14 +40,15 @@ struct ScanParameters
 	double covered_within = 0.3;     //!< [m] the sensor is covered if nine of ten beams end nearer (kDefault)
 };
 
-/// The published method, and the relative entropy that either method reports; defaults are Table II of the paper.
+/// The published method, and the relative entropy that either method reports; defaults are Table II of the paper, whose
+/// bin of 0.05 m contradicts its d and r: bins are (r + epsilon) / d wide. paper.ini has `scan.zero_is_no_return`, too.
 struct PaperParameters
 {
-	double max_range = 30.0;  //!< [m] r: longer readings are out of range
-	int bins = 60;            //!< [-] d: dimension of the signature, out-of-range bin included
+	double max_range = 30.0;  //!< [m] r: the range of the sensor; longer readings are out of range
+	int bins = 60;            //!< [-] d: dimension of the signature; what is out of range counts in the last one
 	double epsilon = 1e-3;    //!< [m] least value in Eq. 1; out-of-range points lie this far beyond max_range
 	int candidates = 10;      //!< [-] k: nearest cells that are registered
-	int directions = 360;     //!< [-] beams of a virtual scan and yaw shifts of a registration
+	int directions = 360;     //!< [-] beams of a virtual scan, 360 at most in a signature, and yaw shifts
 };
 
 /// From a scan to candidate poses, by range profiles of sample positions.
@@ -57,16 +61,16 @@ struct CoarseSearchParameters
 	int overview_truncation = 8;    //!< [overview step] greatest difference of ranges that counts in the overview
 	double overview_margin = 17.0;  //!< [overview step] times the root of the beams: pairs whose beams cost more by
 	                                //!< that in all than those of the cheapest are dropped after the overview
-	double overview_deficit = 0.7;  //!< [-] times the root of the beams: so many of them may have, by chance, no
-	                                //!< counterpart in the signature of a place that is looked at
+	double overview_deficit = 0.7;  //!< [-] times the root of the beams: how many beams may by chance lack a
+	                                //!< counterpart in the signature of a place that is still searched
 	int max_pairs = 40000;          //!< [-] (group of positions, yaw) pairs compared with all beams, at most
 	double max_pairs_share = 0.05;  //!< [-] of all pairs, at most
 	int truncation = 10;            //!< [step] greatest difference of companded ranges that counts
 	int candidates = 800;           //!< [-] poses handed on, at most
 	double margin = 28.0;           //!< [step] times the root of the beams: poses whose beams cost more by that in all
 	                                //!< than those of the best one are dropped
-	double distinct_distance = 0.36;  //!< [m] candidates closer than this
-	double distinct_yaw = 8.0;        //!< [deg] and this are one
+	double distinct_distance = 0.36;  //!< [m] candidates closer than this and than distinct_yaw count as one
+	double distinct_yaw = 8.0;        //!< [deg] see distinct_distance
 };
 
 /// From candidate poses to poses that fit the map.
@@ -121,13 +125,15 @@ struct PresenceModel
 /// From refined poses to hypotheses.
 struct ScoringParameters
 {
-	double distinct_distance = 0.5;  //!< [m] hypotheses closer than this
-	double distinct_yaw = 10.0;      //!< [deg] and this are one
+	double distinct_distance = 0.5;  //!< [m] hypotheses closer than this and than distinct_yaw count as one
+	double distinct_yaw = 10.0;      //!< [deg] see distinct_distance
 	int hypotheses = 10;             //!< [-] most hypotheses in a result
-	double localized_above = 0.9;    //!< [probability] confidence of a localized frame
-	double rejected_below = 0.05;    //!< [probability] that one of the places found is right
-	double temperature = 0.9;        //!< [-] log-odds of two places: the difference of their log-likelihoods over this,
-	double temperature_by_beam = 0.005;  //!< [-] plus this for each beam of 1 deg that the best place does not explain
+	double localized_above = 0.9;    //!< [probability] a frame whose confidence is above this is localized
+	double rejected_below = 0.05;    //!< [probability] a frame is rejected if it is less likely than this that one of
+	                                 //!< the places found is right
+	double temperature = 0.9;        //!< [-] divides differences of log-likelihoods: log-odds of two places
+	double temperature_by_beam = 0.005;  //!< [-] added to temperature for each beam of 1 deg that the best place does
+	                                     //!< not explain
 	BeamModel beam_model;
 	PresenceModel presence_model;
 };
@@ -136,7 +142,8 @@ struct ScoringParameters
 struct Parameters
 {
 	Method method = Method::kDefault;
-	int threads = 1;  //!< [-] of the program, and of building the index of kPaper; no result depends on it
+	int threads = 1;  //!< [-] that build the index of kPaper, and that rawlog-localize localizes with; no result
+	                  //!< depends on it
 	GridParameters grid;
 	FreeCellParameters free_cells;
 	ScanParameters scan;
