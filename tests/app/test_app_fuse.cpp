@@ -8,6 +8,7 @@
 #include <mrpt/opengl/COpenGLScene.h>
 
 #include <cmath>
+#include <cstdio>
 
 using namespace d2s1r::test;
 
@@ -93,6 +94,39 @@ TEST_F(AppFuse, ShowsTheFusedPath)
 	EXPECT_NE(read_file(folder() / "out/summary.json").find("\"fused\""), std::string::npos);
 }
 
+TEST_F(AppFuse, TheFusedTrajectoryIsThatOfTheTable)
+{
+	fuse("out");
+	const CsvTable fused(folder() / "out/fused.csv", kFusedHeader);
+	const auto lines = lines_of(read_file(folder() / "out/fused.tum"));
+	ASSERT_EQ(lines.size(), fused.size());
+	for (std::size_t i = 0; i < lines.size(); i++)
+	{
+		double t, x, y, qz, qw;
+		ASSERT_EQ(std::sscanf(lines[i].c_str(), "%lf %lf %lf 0 0 0 %lf %lf", &t, &x, &y, &qz, &qw), 5);
+		EXPECT_NEAR(t, fused.number(i, "timestamp"), 1e-6);
+		EXPECT_NEAR(x, fused.number(i, "x"), 1e-6);
+		EXPECT_NEAR(y, fused.number(i, "y"), 1e-6);
+		EXPECT_NEAR(std::remainder(2 * std::atan2(qz, qw) - fused.number(i, "phi"), 2 * M_PI), 0, 1e-5);
+		EXPECT_NEAR(qz * qz + qw * qw, 1, 1e-6);
+		EXPECT_NE(fused.text(i, "std_phi"), fused.text(i, "std_y"));
+	}
+}
+
+TEST_F(AppFuse, CountsTheReseeds)
+{
+	Objects log;
+	for (int i = 0; i < 6; i++) log.push_back(walk_scan(0));
+	for (int i = 0; i < 12; i++) log.push_back(walk_scan(8));
+	save(log, path("carried.rawlog"));
+	fuse("out", {"--motion", "pseudo"}, "carried.rawlog");
+	const CsvTable fused(folder() / "out/fused.csv", kFusedHeader);
+	int reseeds = 0;
+	for (std::size_t i = 0; i < fused.size(); i++) reseeds += fused.text(i, "event") == "reseeded" ? 1 : 0;
+	EXPECT_EQ(reseeds, 1);
+	EXPECT_NE(read_file(folder() / "out/summary.json").find("\"reseeds\": 1"), std::string::npos);
+}
+
 TEST_F(AppFuse, FindsTheModuleByItsPathOrSaysThatItIsMissing)
 {
 	// a copy of the program has no module next to it
@@ -140,6 +174,16 @@ TEST_F(AppFuse, SaysThatThereIsNoOdometryToMoveBy)
 	EXPECT_EQ(error("in.rawlog", {"odometry", "-q"}), "");
 	EXPECT_EQ(error("in.rawlog", {"both"}), "");
 	EXPECT_EQ(error("actions.rawlog", {"odometry"}), "");
+}
+
+TEST_F(AppFuse, PseudoOdometryOfAnEarlierRunIsNoOdometry)
+{
+	fuse("first");
+	const auto again = run(
+	    {"-m", path("flat.gridmap.gz"), "-i", path("first/localized.rawlog"), "-o", path("out"), "--fuse", "--motion",
+	     "odometry"});
+	EXPECT_EQ(again.status, 0);
+	EXPECT_NE(again.err.find("localized.rawlog: holds no odometry"), std::string::npos) << again.err;
 }
 
 TEST_F(AppFuse, OdometryBesideTheScanOfAFrameMovesTheFilter)

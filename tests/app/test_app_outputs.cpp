@@ -14,6 +14,10 @@
 #include <mrpt/opengl/CTexturedPlane.h>
 #include <mrpt/poses/CPose2DInterpolator.h>
 
+#include <algorithm>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <numeric>
 #include <set>
 
 using namespace d2s1r::test;
@@ -131,6 +135,13 @@ TEST_F(AppOutputs, TrajectoriesAreReadByTheirTools)
 	mrpt::poses::CPose2DInterpolator path_of_mrpt;
 	ASSERT_TRUE(path_of_mrpt.loadFromTextFile(path("out/trajectory.txt")));
 	EXPECT_EQ(path_of_mrpt.size(), walk().size());
+	const CsvTable table = frames();
+	const auto rows = lines_of(read_file(path("out/trajectory.txt")));
+	ASSERT_EQ(rows.size(), table.size());
+	for (std::size_t i = 0; i < rows.size(); i++)
+		EXPECT_EQ(
+		    rows[i], table.text(i, "timestamp") + " " + table.text(i, "x") + " " + table.text(i, "y") + " " +
+		                 table.text(i, "phi"));
 	const auto lines = lines_of(read_file(path("out/trajectory.tum")));
 	ASSERT_EQ(lines.size(), walk().size());
 	for (std::size_t i = 0; i < lines.size(); i++)
@@ -202,6 +213,49 @@ TEST_F(AppOutputs, SummaryTellsTheSameAsTheTable)
 	EXPECT_EQ(summary.find("nan"), std::string::npos);
 	for (const char* line : {"localized      10", "invalid         2", "0.3 m, 5 deg: 10 of 12 frames"})
 		EXPECT_NE(result.out.find(line), std::string::npos) << line << "\n" << result.out;
+}
+
+TEST_F(AppOutputs, AllFilesTellTheSameUncertainty)
+{
+	localize(observation_log());
+	const CsvTable table = frames(), all = hypotheses();
+	std::size_t frame = 0, row = 0;
+	for (const auto& object : load(path("out/localized.rawlog")))
+		if (const auto pose = std::dynamic_pointer_cast<CObservationRobotPose>(object))
+		{
+			while (all.text(row, "frame") != std::to_string(frame)) row++;
+			const std::vector<std::pair<const char*, int>> axes = {{"std_x", 0}, {"std_y", 1}, {"std_phi", 3}};
+			for (const auto& [column, axis] : axes)
+			{
+				EXPECT_NEAR(table.number(frame, column), std::sqrt(pose->pose.cov(axis, axis)), 2e-6) << column;
+				EXPECT_EQ(table.text(frame, column), all.text(row, column)) << column;
+			}
+			frame++;
+		}
+	EXPECT_EQ(frame, walk().size());
+}
+
+TEST_F(AppOutputs, SummarySumsUpTheTimesOfTheTable)
+{
+	localize(observation_log(), {"--window", "3"});
+	const auto summary = nlohmann::json::parse(read_file(path("out/summary.json")));
+	EXPECT_EQ(summary["window"], 3);
+	const CsvTable table = frames();
+	for (const char* stage : {"retrieval_ms", "registration_ms", "refinement_ms", "total_ms"})
+	{
+		std::vector<double> times;
+		for (std::size_t i = 0; i < table.size(); i++) times.push_back(table.number(i, stage));
+		std::sort(times.begin(), times.end());
+		ASSERT_EQ(times.size(), 12U);
+		for (const auto& [name, rank] :
+		     std::map<std::string, std::size_t>{{"p50", 6}, {"p90", 10}, {"p99", 11}, {"max", 11}})
+			EXPECT_NEAR(summary[stage][name].get<double>(), times[rank], 1e-3) << stage << " " << name;
+		EXPECT_NEAR(summary[stage]["mean"].get<double>(), std::accumulate(times.begin(), times.end(), 0.0) / 12, 1e-3);
+	}
+	for (std::size_t i = 0; i < table.size(); i++)
+		EXPECT_LE(
+		    table.number(i, "retrieval_ms") + table.number(i, "registration_ms") + table.number(i, "refinement_ms"),
+		    table.number(i, "total_ms") + 0.01);
 }
 
 TEST_F(AppOutputs, SummaryIsUtf8WhateverTheNames)

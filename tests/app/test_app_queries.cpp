@@ -166,9 +166,20 @@ TEST_F(AppQueries, PosesStayInTheRegion)
 
 TEST_F(AppQueries, RefusesARegionBesideTheMap)
 {
+	for (const char* beside : {"50,0,60,10", "-60,0,-50,10", "0,50,10,60", "0,-60,10,-50"})
+		expect_refusal(
+		    {"-m", path("flat.gridmap.gz"), "-i", path("walk.rawlog"), "-o", path("out"),
+		     std::string("--region=") + beside},
+		    1, {"--region", "beside the map", "0.00,0.00"});
+}
+
+TEST_F(AppQueries, AnImageLiesWhereItsOriginSays)
+{
+	write_file(path("white.pgm"), std::string("P5\n2 1\n255\n\xFF\xFF", 13));
 	expect_refusal(
-	    {"-m", path("flat.gridmap.gz"), "-i", path("walk.rawlog"), "-o", path("out"), "--region", "50,0,60,10"}, 1,
-	    {"--region", "beside the map", "0.00,0.00"});
+	    {"-m", path("white.pgm"), "--resolution", "0.5", "--origin=3,-7", "-i", path("walk.rawlog"), "-o", path("out"),
+	     "--region", "100,100,101,101"},
+	    1, {"--region", "from 3.00,-7.00 to 4.00,-6.50 m"});
 }
 
 TEST_F(AppQueries, AmpleTimeChangesNothingAndLittleTimeStillAnswers)

@@ -3,7 +3,9 @@
 #include "app_process.h"
 #include "app_world.h"
 
+#include <chrono>
 #include <csignal>
+#include <nlohmann/json.hpp>
 #include <thread>
 
 using namespace d2s1r::test;
@@ -174,6 +176,48 @@ TEST_F(AppRun, WrongPosesAndLinesWithoutAFrameAreCounted)
 	const auto result = run(words("out", {"--ground-truth", path("truth.txt")}));
 	EXPECT_NE(result.out.find("0.3 m, 5 deg: 10 of 11 frames"), std::string::npos) << result.out;
 	EXPECT_NE(result.out.find("1 of 12 ground truth lines have no frame"), std::string::npos) << result.out;
+}
+
+TEST_F(AppRun, AccuracyIsOfTheNearestFrameAndTellsWhichSuccessesWereLocalized)
+{
+	const auto accuracy = [&](const Words& more)
+	{
+		Words with = {"-q", "--ground-truth", path("truth.txt")};
+		with.insert(with.end(), more.begin(), more.end());
+		const auto result = run(words("out", with));
+		EXPECT_EQ(result.status, 0) << result.err;
+		return nlohmann::json::parse(read_file(path("out/summary.json")));
+	};
+	save(observation_log(), path("in.rawlog"));
+	std::string turned = "1599999999 1 1 0\n";  // no scan is of that time
+	for (std::size_t i = 0; i < walk().size(); i++)
+	{
+		char line[160];
+		const auto& pose = walk()[i];
+		std::snprintf(
+		    line, sizeof line, "%.6f %.4f %.4f %.6f\n", walk_time(i), pose.x + 0.1, pose.y, pose.phi - 2 * M_PI + 0.05);
+		turned += line;
+	}
+	write_file(path("truth.txt"), turned);
+	write_file(path("never.ini"), "[scoring]\nlocalized_above = 1\n");
+	const auto sure = accuracy({}), never = accuracy({"-c", path("never.ini")});
+	EXPECT_EQ(sure["ground_truth_lines_without_frame"], 1);
+	EXPECT_EQ(sure["accuracy_0.3m_5deg"]["localized_successes"], 12);
+	EXPECT_NEAR(sure["accuracy_0.3m_5deg"]["position_error_mean_m"].get<double>(), 0.1, 0.02);
+	EXPECT_NEAR(sure["accuracy_0.3m_5deg"]["yaw_error_mean_deg"].get<double>(), 0.05 * 180 / M_PI, 0.2);
+	EXPECT_LT(sure["accuracy_0.3m_5deg"]["position_error_std_m"].get<double>(), 0.02);
+	EXPECT_LT(sure["accuracy_0.3m_5deg"]["yaw_error_std_deg"].get<double>(), 0.2);
+	EXPECT_EQ(never["accuracy_0.3m_5deg"]["successes"], 12);
+	EXPECT_EQ(never["accuracy_0.3m_5deg"]["localized_successes"], 0);
+
+	auto second = walk_scan(5);
+	second->timestamp = walk_scan(0)->timestamp + std::chrono::microseconds(600);
+	save({walk_scan(0), second}, path("in.rawlog"));
+	char line[160];
+	std::snprintf(
+	    line, sizeof line, "%.6f %.4f %.4f %.6f\n", walk_time(0) + 1e-4, walk()[0].x, walk()[0].y, walk()[0].phi);
+	write_file(path("truth.txt"), line);
+	EXPECT_EQ(accuracy({})["accuracy_0.3m_5deg"]["successes"], 1);
 }
 
 TEST_F(AppRun, TerminalGetsAProgressBarWithRateAndTimeLeft)

@@ -76,6 +76,7 @@ TEST_F(AppUse, RefusesValuesThatMakeNoSense)
 	for (const char* file : {"saved.yaml", "saved.PNG"})
 		expect_refusal(with({"--save-map", file}), 1, {"--save-map", "FILE.signaturemap"});
 	expect_refusal(with({"--window", "0"}), 1, {"--window", "1 to 1000"});
+	expect_refusal(with({"--window", "1001"}), 1, {"--window", "1 to 1000"});
 	expect_refusal(with({"--window", "ten"}), 1, {"--window", "ten"});
 	expect_refusal(with({"--region", "1,2,3"}), 1, {"--region", "X0,Y0,X1,Y1"});
 	expect_refusal(with({"--region", "1,2,3,4,5"}), 1, {"--region", "X0,Y0,X1,Y1"});
@@ -87,6 +88,7 @@ TEST_F(AppUse, RefusesValuesThatMakeNoSense)
 	expect_refusal(with({"--time-budget", "fast"}), 1, {"--time-budget", "fast"});
 	expect_refusal(with({"--frames", "7"}), 1, {"--frames", "A:B"});
 	expect_refusal(with({"--frames", "9:3"}), 1, {"--frames", "no frame"});
+	expect_refusal(with({"--frames", "3:3"}), 1, {"--frames", "no frame"});
 	expect_refusal(with({"--frames", "a:b"}), 1, {"--frames"});
 	for (const char* resolution : {"0", "1e-9", "11", "nan"})
 		expect_refusal(with({"--resolution", resolution}), 1, {"--resolution", "0.001 to 10 m"});

@@ -44,6 +44,18 @@ void expect_beams_of(const mrpt::obs::CObservation2DRangeScan& scan, std::size_t
 	}
 }
 
+TEST(ThinnedScan, KeepsWhichBeamsAreValid)
+{
+	d2s1r::test::Laser laser;
+	laser.beams = 181;
+	auto scan =
+	    d2s1r::test::make_observation(d2s1r::test::make_picture_grid({"###", "#.#", "###"}, 1.0), {1.5, 1.5, 0}, laser);
+	for (std::size_t i = 0; i < scan.getScanSize(); i++) scan.setScanRangeValidity(i, i % 6 == 0);
+	const auto thin = d2s1r::pf::thinned(scan, 90);  // every third
+	ASSERT_EQ(thin.getScanSize(), 61U);
+	for (std::size_t i = 0; i < thin.getScanSize(); i++) EXPECT_EQ(thin.getScanRangeValidity(i), i % 2 == 0) << i;
+}
+
 TEST(ThinnedScan, KeepsWhereBeamsEnd)
 {
 	const d2s1r::Grid room = d2s1r::test::make_picture_grid({"#######", "#.....#", "#.....#", "#######"}, 1.0);

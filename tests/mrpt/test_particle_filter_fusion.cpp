@@ -284,6 +284,59 @@ TEST_F(FilterOnAFloor, MotionErrorsHaveNothingToDoWithThoseOfTheSeed)
 	}
 }
 
+TEST_F(FilterOnAFloor, OdometryAloneTakesNoNoticeOfPseudoOdometry)
+{
+	Drive drive = drive_along(along_corridor(6));
+	for (Frame& frame : drive) frame.odometry.reset();
+	FusionParameters parameters;
+	const auto particles = [&](MotionSource source)
+	{
+		parameters.motion = source;
+		return follow(drive, parameters).back().particles;
+	};
+	EXPECT_EQ(particles(MotionSource::kPseudo), 200U);
+	EXPECT_EQ(particles(MotionSource::kOdometry), 1000U) << "nobody measured where it went";
+}
+
+TEST_F(FilterOnAFloor, WithoutAnyMotionItGoesOnAsBefore)
+{
+	Drive drive = drive_along(along_corridor(12));
+	for (std::size_t i = 8; i < drive.size(); i++) drive[i] = blind(drive[i], Status::kInvalid);
+	for (Frame& frame : drive) frame.odometry.reset();
+	const auto poses = follow(drive);
+	const double way = distance_between(drive[7].truth, drive[9].truth);
+	EXPECT_GT(distance_between(poses[7].pose, poses[9].pose), 0.5 * way);
+}
+
+TEST_F(FilterOnAFloor, WhatIsNotKnownOfAMotionIsAheadOfTheRobotWhereverThatIs)
+{
+	FusionParameters parameters;
+	parameters.particles = 1;
+	Drive drive = drive_along({{4.3, 8.3, M_PI / 2}});
+	drive.push_back(blind_stop(drive[0]));
+	drive.back().odometry.reset();
+	const FusedPose pose = follow(drive, parameters).back();
+	EXPECT_GT(deviation(pose, 1), 2 * deviation(pose, 0)) << "it looks along y";
+}
+
+TEST_F(FilterOnAFloor, TracksOnThroughScansThatAreNone)
+{
+	Drive drive = drive_along(along_corridor(5));
+	for (int i = 0; i < 12; i++) drive.push_back(blind_stop(drive.back()));
+	EXPECT_EQ(follow(drive).back().status, FusionStatus::kTracking);
+}
+
+TEST_F(FilterOnAFloor, StartingAnewForgetsTheDriveBefore)
+{
+	Drive frozen = drive_along(along_corridor(12));
+	for (Frame& frame : frozen) frame.odometry = CPose2D();
+	const Drive drive = drive_along(along_corridor(6));
+	const auto fresh = follow(drive);
+	follow(frozen);
+	const auto again = follow(drive);
+	for (std::size_t i = 0; i < drive.size(); i++) EXPECT_EQ(fresh[i].pose, again[i].pose) << i;
+}
+
 TEST_F(FilterOnAFloor, PseudoOdometryTakesNoNoticeOfOdometry)
 {
 	Drive drive = drive_along(along_corridor(10));

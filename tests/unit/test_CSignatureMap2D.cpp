@@ -12,6 +12,7 @@
 #include <thread>
 
 #include "signature_map_room.h"
+#include "test_files.h"
 
 using d2s1r::CSignatureMap2D;
 using d2s1r::test::kGrid;
@@ -44,6 +45,49 @@ TEST(CSignatureMap2D, LikelihoodIsGreatestAtTheTruthAndFiniteAnywhere)
 	}
 }
 
+TEST(CSignatureMap2D, LikelihoodIsThatOfThePoseWithItsHeading)
+{
+	const auto map = make_signature_map();
+	const auto scan = d2s1r::test::make_observation(kGrid, kTruth);
+	const double at_truth = map.computeObservationLikelihood(scan, CPose3D(kTruth));
+	for (const double turn : {-0.3, 0.3, M_PI})
+		EXPECT_LT(map.computeObservationLikelihood(scan, CPose3D(kTruth) + CPose3D(0, 0, 0, turn, 0, 0)), at_truth - 1)
+		    << turn;
+}
+
+TEST(CSignatureMap2D, LikelihoodLooksAtAsManyBeamsAsItIsToldTo)
+{
+	CSignatureMap2D::TLikelihoodOptions two;
+	two.beams = 2, two.independent_beams = 1000;
+	const CSignatureMap2D map(*d2s1r::test::make_map(kGrid), {}, two);
+	const double of_nothing = 2 * std::log(two.random_share);
+	const auto scan = d2s1r::test::make_observation(kGrid, kTruth);
+	EXPECT_GE(map.computeObservationLikelihood(scan, CPose3D(100, 100, 0, 0, 0, 0)), of_nothing - 1e-6);
+}
+
+TEST(CSignatureMap2D, InsertionFollowsItsOptions)
+{
+	const auto scan = d2s1r::test::make_observation(kGrid, kTruth);
+	const auto known = [&](float reach)
+	{
+		CSignatureMap2D map;
+		map.insertionOptions.maxDistanceInsertion = reach;
+		map.insertObservation(scan, CPose3D(kTruth));
+		const auto& cells = map.grid()->getRawMap();
+		return std::count_if(cells.begin(), cells.end(), [](auto cell) { return cell != 0; });
+	};
+	EXPECT_LT(2 * known(0.8F), known(20));
+}
+
+TEST(CSignatureMap2D, IsNotShownIfItIsNotToBeSaved)
+{
+	auto map = make_signature_map();
+	map.genericMapParams.enableSaveAs3DObject = false;
+	mrpt::opengl::CSetOfObjects scene;
+	map.getVisualizationInto(scene);
+	EXPECT_TRUE(scene.empty());
+}
+
 TEST(CSignatureMap2D, LikelihoodFollowsTheObservationNotItsAddress)
 {
 	const auto map = make_signature_map();
@@ -55,6 +99,17 @@ TEST(CSignatureMap2D, LikelihoodFollowsTheObservationNotItsAddress)
 	for (std::size_t i = 0; i < scan.getScanSize(); i++) scan.setScanRangeValidity(i, false);
 	EXPECT_EQ(map.computeObservationLikelihood(scan, CPose3D(kTruth)), 0.0);
 	EXPECT_EQ(make_signature_map().computeObservationLikelihood(scan, CPose3D(kTruth)), 0.0);
+}
+
+TEST(CSignatureMap2D, LikelihoodFollowsTheMountingOfTheLaser)
+{
+	const auto map = make_signature_map();
+	auto scan = d2s1r::test::make_observation(kGrid, kTruth);
+	const double first = map.computeObservationLikelihood(scan, CPose3D(kTruth));
+	scan.sensorPose = CPose3D(0.5, 0.2, 0, 0.7, 0, 0);
+	const double elsewhere = map.computeObservationLikelihood(scan, CPose3D(kTruth));
+	EXPECT_LT(elsewhere, first - 1);
+	EXPECT_EQ(elsewhere, make_signature_map().computeObservationLikelihood(scan, CPose3D(kTruth)));
 }
 
 TEST(CSignatureMap2D, BeamsTooFewToFindAPlaceByStillWeighPoses)
@@ -113,6 +168,10 @@ TEST(CSignatureMap2D, FingerprintTellsGridsAndParametersApart)
 	EXPECT_NE(
 	    CSignatureMap2D(*shifted).fingerprint(),
 	    CSignatureMap2D(*d2s1r::test::make_map({"#.", ".."}, 0.1)).fingerprint());
+	const auto higher = d2s1r::test::make_map({"#.", ".."}, 0.1, 0, 1);
+	EXPECT_NE(
+	    CSignatureMap2D(*higher).fingerprint(),
+	    CSignatureMap2D(*d2s1r::test::make_map({"#.", ".."}, 0.1)).fingerprint());
 }
 
 TEST(CSignatureMap2D, IsMadeFromAnIniSection)
@@ -129,6 +188,21 @@ TEST(CSignatureMap2D, IsMadeFromAnIniSection)
 	EXPECT_EQ(map->insertionOptions.maxDistanceInsertion, 7.0F);
 	EXPECT_EQ(map->likelihood_options().sigma, 0.3);
 	EXPECT_EQ(map->likelihood_options().beams, 45);
+}
+
+TEST(CSignatureMap2D, ReadsItsMapWithTheParametersOfItsConfiguration)
+{
+	const d2s1r::test::TempFolder folder;
+	const std::string image = folder.write("grey.pgm", std::string("P5\n2 1\n255\n\x8C\x00", 13));  // P(occupied) 0.45
+	const std::string yaml = folder.write(
+	    "grey.yaml",
+	    "image: grey.pgm\nresolution: 0.1\norigin: [0, 0, 0]\nnegate: 0\noccupied_thresh: 0.9\n"
+	    "free_thresh: 0\nmode: scale\n");
+	const std::string config = folder.write("grey.ini", "[grid]\nfree_threshold = 0.55\n");
+	const std::string definition =
+	    "[Maps]\nsignatureMap_count=1\n[Maps_signatureMap_00_creationOpts]\nmap_file=" + yaml + "\n";
+	EXPECT_THROW(from_ini(definition), std::exception) << "nothing is free by the default thresholds";
+	EXPECT_NO_THROW(from_ini(definition + "config_file=" + config + "\n"));
 }
 
 TEST(CSignatureMap2D, SaysWhichIniValueIsNotUsable)

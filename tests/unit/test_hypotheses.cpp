@@ -163,6 +163,63 @@ TEST(Hypotheses, PosesOfOnePlaceAreOne)
 	EXPECT_LT(distance_between(result.best().pose.asTPose(), robot), 1e-6) << "the best of the place stands for it";
 }
 
+TEST(Hypotheses, OppositeHeadingsAtOnePointAreTwoPlaces)
+{
+	const Grid grid = make_four_fold_room();
+	const TPose2D middle{4, 4, 0.3};
+	std::vector<TPose2D> poses;
+	for (int quarters = 0; quarters < 4; quarters++) poses.push_back(turned(middle, quarters));
+	const Localization result = decide_among(grid, scan_at(world_of(grid), middle), poses);
+	EXPECT_EQ(result.hypotheses.size(), 4U);
+	EXPECT_EQ(result.status, Status::kAmbiguous);
+}
+
+TEST(Hypotheses, WhatIsNotListedKeepsItsShare)
+{
+	const Grid grid = make_four_fold_room();
+	const TPose2D robot{2.1, 3.2, 0.6};
+	std::vector<TPose2D> poses;
+	for (int quarters = 0; quarters < 4; quarters++) poses.push_back(turned(robot, quarters));
+	const Scan scan = scan_at(world_of(grid), robot);
+	Parameters two;
+	two.scoring.hypotheses = 2;
+	const Localization all = decide_among(grid, scan, poses), few = decide_among(grid, scan, poses, two);
+	ASSERT_EQ(all.hypotheses.size(), 4U);
+	ASSERT_EQ(few.hypotheses.size(), 2U);
+	for (std::size_t i = 0; i < 2; i++)
+		EXPECT_DOUBLE_EQ(few.hypotheses[i].probability, all.hypotheses[i].probability) << i;
+}
+
+TEST(Hypotheses, TheThresholdsAreTheParameters)
+{
+	const Grid grid = make_floor();
+	const auto robot = poses_on_floor()[0];
+	const Scan scan = scan_at(world_of(grid), robot), strange = scan_at(world_of(make_four_fold_room()), {6, 5.5, 2});
+	Parameters parameters;
+	const double confidence = decide_among(grid, scan, {robot}).confidence;
+	parameters.scoring.localized_above = confidence;
+	EXPECT_EQ(decide_among(grid, scan, {robot}, parameters).status, Status::kAmbiguous) << "above, not at";
+	parameters.scoring.rejected_below = 1;
+	EXPECT_EQ(decide_among(grid, scan, {robot}, parameters).status, Status::kRejected);
+	EXPECT_EQ(decide_among(grid, strange, {robot}).status, Status::kRejected);
+	parameters.scoring.rejected_below = 0;
+	EXPECT_EQ(decide_among(grid, strange, {robot}, parameters).hypotheses.size(), 1U);
+}
+
+TEST(Hypotheses, ARefinementDoesNotLeaveThePrior)
+{
+	const Grid grid = make_floor();
+	const auto robot = poses_on_floor()[0];
+	const Scan scan = scan_at(world_of(grid), robot);
+	const TPose2D beside{robot.x + 0.04, robot.y, robot.phi};
+	const Prior prior = make_prior(robot.x + 0.02, robot.y - 1, robot.x + 1, robot.y + 1);
+	const Localization result =
+	    decide(BeamTracer(grid), DistanceField(grid), scan, all_rays(scan), {{beside, 1}}, prior, {});
+	for (const Hypothesis& hypothesis : result.hypotheses)
+		EXPECT_TRUE(prior.allows(hypothesis.pose.asTPose())) << hypothesis.pose;
+	EXPECT_FALSE(result.hypotheses.empty());
+}
+
 TEST(Hypotheses, WhatTheBestPlaceLeavesUnexplainedMakesTheLeadOfItCountLess)
 {
 	const Grid grid = make_floor();

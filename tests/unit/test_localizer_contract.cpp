@@ -100,6 +100,34 @@ TEST_F(LocalizerContract, AScanWithoutBeamsIsInvalidToo)
 	EXPECT_FALSE(accumulator.scan().valid());
 }
 
+TEST_F(LocalizerContract, WhatItSaysOfAPoseIsOfTheRobotNotOfTheSensor)
+{
+	Laser laser;
+	laser.on_robot = mrpt::poses::CPose3D(0.4, -0.2, 0, 1.9, 0, 0);
+	const auto robot = poses_on_floor()[0];
+	const Scan scan = make_scan(make_observation(world_, robot, laser), {});
+	const auto there = localizer_.hypothesis_near(scan, mrpt::poses::CPose2D(robot));
+	ASSERT_TRUE(there);
+	EXPECT_LT(distance_between(there->pose.asTPose(), robot), 0.02);
+	EXPECT_LT(turn_between(there->pose.asTPose(), robot), 0.5);
+	EXPECT_LT(localizer_.relative_entropy(scan, mrpt::poses::CPose2D(robot)), 0.05);
+	EXPECT_LT(localizer_.localize(scan).relative_entropy, 0.05);
+}
+
+TEST_F(LocalizerContract, AnyPoseThatIsOneHasAFit)
+{
+	const Scan scan = make_scan(make_observation(world_, poses_on_floor()[0]), {});
+	for (const double x : {1e12, std::nan(""), HUGE_VAL})
+	{
+		EXPECT_FALSE(localizer_.hypothesis_near(scan, mrpt::poses::CPose2D(x, 0, 0))) << x;
+		EXPECT_FALSE(localizer_.hypothesis_near(scan, mrpt::poses::CPose2D(0, x, 0))) << x;
+	}
+	EXPECT_FALSE(localizer_.hypothesis_near(scan, mrpt::poses::CPose2D(0, 0, std::nan(""))));
+	const auto elsewhere = localizer_.hypothesis_near(scan, mrpt::poses::CPose2D(7.6, 3.6, 0.8));
+	ASSERT_TRUE(elsewhere) << "however badly it fits";
+	EXPECT_LT(elsewhere->explained, 0.6);
+}
+
 TEST_F(LocalizerContract, AScanThatCoversNoFieldOfViewIsInvalidToo)
 {
 	Scan scan = make_scan(make_observation(world_, poses_on_floor()[0]), {});

@@ -105,6 +105,11 @@ TEST(MapImage, BrokenOnesAreRefusedByName)
 	EXPECT_NE(refusal(folder.write("dim.pgm", "P5\n1 1\n200\nx"), geometry).find("greatest value"), std::string::npos);
 	EXPECT_NE(refusal(folder.write("d.jpg", "\xFF\xD8\xFF"), geometry).find("truncated"), std::string::npos);
 
+	// one byte short: of three channels, of two bytes, of one
+	for (const std::string& cut :
+	     {std::string("P6\n2 1\n255\n12345"), std::string("P5\n2 1\n65535\n123"), std::string("P5\n2 1\n255\n1")})
+		EXPECT_NE(refusal(folder.write("short.ppm", cut), geometry).find("the image is truncated"), std::string::npos)
+		    << cut;
 	mrpt::img::CImage image(50, 50, mrpt::img::CH_GRAY);
 	image.filledRectangle(0, 0, 49, 49, mrpt::img::TColor(255, 255, 255));
 	ASSERT_TRUE(image.saveToFile(folder.path("whole.png")));

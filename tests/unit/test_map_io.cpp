@@ -1,4 +1,5 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include <d2s1r/CSignatureMap2D.h>
 #include <d2s1r/map_io.h>
 #include <gtest/gtest.h>
 #include <mrpt/io/CFileGZInputStream.h>
@@ -10,6 +11,7 @@
 #include <mrpt/poses/CPose3DPDFGaussian.h>
 #include <mrpt/serialization/CArchive.h>
 
+#include "occupancy_map.h"
 #include "test_files.h"
 #include "test_maps.h"
 
@@ -159,6 +161,60 @@ TEST(MapIo, FilesThatMayNotBeReadAreRefusedByName)
 	fs::permissions(folder.path("locked"), fs::perms::none);
 	const OrdinaryUser user;
 	EXPECT_NE(refusal(folder.path("locked/a.gridmap")).find("a.gridmap: cannot be read"), std::string::npos);
+}
+
+TEST(MapIo, NamesAreKnownByTheirEndsInAnyCase)
+{
+	for (const char* name : {"a.yaml", "a.yml", "A.YAML", "a.b.Yml"}) EXPECT_TRUE(is_yaml_name(name)) << name;
+	for (const char* name : {"a.png", "A.PNG", "a.PgM"}) EXPECT_TRUE(is_image_name(name)) << name;
+	for (const char* name : {"yaml", "a.yaml.gz", "a.gridmap", "png", ""})
+	{
+		EXPECT_FALSE(is_yaml_name(name)) << name;
+		EXPECT_FALSE(is_image_name(name)) << name;
+	}
+}
+
+TEST(MapIo, MapsFarFromTheOriginAreRefusedHoweverTheyAreSaved)
+{
+	const TempFolder folder;
+	auto far = make_map(kRoom, 0.5);
+	set_origin(*far, 2e5, 0);
+	save(*far, folder.path("far.gridmap"));
+	EXPECT_NE(refusal(folder.path("far.gridmap")).find("100 km"), std::string::npos);
+}
+
+TEST(MapIo, WhatIsFreeIsSaidByTheParameters)
+{
+	const TempFolder folder;
+	auto grey = make_map(kRoom, 0.05);
+	for (int y = 0; y < 3; y++)
+		for (int x = 0; x < 6; x++) grey->setCell(x, y, 0.55F);  // P(occupied) 0.45
+	save(*grey, folder.path("grey.gridmap"));
+	GridParameters parameters;
+	EXPECT_THROW(load_map(folder.path("grey.gridmap"), parameters), std::runtime_error);
+	parameters.free_threshold = 0.5;
+	EXPECT_NO_THROW(load_map(folder.path("grey.gridmap"), parameters));
+}
+
+TEST(MapIo, OnWholeCellsMovesAMapByHalfACellAtMost)
+{
+	for (const double origin : {-1.03, -1.02, 0.02, 0.03, 2.974})
+	{
+		auto map = make_map(kRoom, 0.05);
+		set_origin(*map, origin, -origin);
+		const auto moved = on_whole_cells(*map);
+		EXPECT_NEAR(moved.getXMin(), origin, 0.0251) << origin;
+		EXPECT_NEAR(moved.getYMin(), -origin, 0.0251) << origin;
+		EXPECT_NEAR(moved.getXMin() / 0.05, std::round(moved.getXMin() / 0.05), 1e-4) << origin;
+		EXPECT_EQ(moved.getRawMap(), map->getRawMap());
+	}
+}
+
+TEST(MapIo, MultiMetricMapGivesTheGridOfItsSignatureMap)
+{
+	mrpt::maps::CMultiMetricMap maps;
+	maps.maps.push_back(CSignatureMap2D::Create(*make_map(kRoom, 0.05)));
+	expect_room(*grid_of(maps));
 }
 
 TEST(MapIo, FilesOfAMapAreTheMapAndTheImageThatAYamlNames)

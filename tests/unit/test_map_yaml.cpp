@@ -95,6 +95,26 @@ TEST_F(MapYaml, ImageIsFoundBesideTheYamlOrByItsFullPath)
 	    std::string::npos);
 }
 
+TEST_F(MapYaml, AShadeAtAThresholdIsInBetween)
+{
+	// 0.6 and 0.4 are what the last two shades say, exactly
+	expect_near(p_occupied(kGeometry + "negate: 0\noccupied_thresh: 0.6\nfree_thresh: 0.4\n"), {1, 0, 0, 0.5, 0.5});
+}
+
+TEST_F(MapYaml, NumbersMayHaveASign)
+{
+	const auto file = folder_.write(
+	    "map.yaml", "image: map.pgm\nresolution: +0.05\norigin: [+1.5, -2, +0]\nnegate: 0\n" + kThresholds);
+	EXPECT_FLOAT_EQ(load_map(file)->getXMin(), 1.5F);
+}
+
+TEST_F(MapYaml, ThresholdsAreProbabilities)
+{
+	EXPECT_NE(
+	    refusal(kGeometry + "negate: 0\noccupied_thresh: 65\nfree_thresh: 0.2\n").find("occupied_thresh <= 1"),
+	    std::string::npos);
+}
+
 TEST_F(MapYaml, YawOfTheOriginIsRefused)
 {
 	EXPECT_NE(

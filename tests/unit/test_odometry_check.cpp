@@ -36,6 +36,16 @@ TEST(OdometryCheck, DistrustsOdometryThatScansContradictUntilTheyAgreeAgain)
 	while (!agrees(step)) ASSERT_LT(distrusted++, 10) << "repaired";
 }
 
+TEST(OdometryCheck, OneWrongMotionIsForgiven)
+{
+	OdometryCheck check;
+	CPose2D robot;
+	const CPose2D step(0.5, 0, 0.1);
+	for (int i = 0; i < 5; i++) EXPECT_TRUE(check.checked(step, localized_at(robot = robot + step)));
+	EXPECT_TRUE(check.checked(step, localized_at(robot = robot + CPose2D(20, 5, 2)))) << "one outlier";
+	for (int i = 0; i < 5; i++) EXPECT_TRUE(check.checked(step, localized_at(robot = robot + step))) << i;
+}
+
 TEST(OdometryCheck, LearnsNothingFromScansThatAreNotLocalizedOrOdometryThatIsNotUsable)
 {
 	OdometryCheck check;

@@ -100,6 +100,43 @@ TEST(PriorOfDensity, HoldsAllParticlesInABoundedNumberOfBoxes)
 	EXPECT_THROW(make_prior(mrpt::poses::CPosePDFParticles(0)), std::invalid_argument);
 }
 
+TEST(PriorOfCorners, TheMarginsWidenTheBoxAndTheYaw)
+{
+	PoseBox box{0, 1, 0, 1, 3.1, 0.2};
+	EXPECT_FALSE(box.contains({0.5, 0.5, 3.1 + 0.3}));
+	EXPECT_TRUE(box.contains({0.5, 0.5, 3.1 + 0.3}, 0, 0.15));
+	EXPECT_FALSE(box.contains({0.5, 0.5, 3.1 + 0.3}, 0.15, 0));
+	EXPECT_TRUE(Prior{{box}}.allows({1.1, 0.5, 3.1 - 0.3}, 0.15, 0.15));
+}
+
+TEST(PriorOfDensity, IsWiderThanTheDensity)
+{
+	const mrpt::poses::CPosePDFGaussian exact({2, 1, 0.5}, covariance_of(0, 0, 0));
+	mrpt::poses::CPosePDFParticles particles(1);
+	particles.m_particles[0].d = {2, 1, 0.5};
+	for (const Prior& prior : {make_prior(exact), make_prior(particles)})
+	{
+		for (const double off : {-0.29, 0.29})
+		{
+			EXPECT_TRUE(prior.allows({2 + off, 1, 0.5})) << off;
+			EXPECT_TRUE(prior.allows({2, 1 + off, 0.5})) << off;
+			EXPECT_TRUE(prior.allows({2, 1, 0.5 + 0.59 * off})) << off;
+		}
+		EXPECT_FALSE(prior.allows({2.9, 1, 0.5}));
+		EXPECT_FALSE(prior.allows({2, 1, 1.3}));
+	}
+}
+
+TEST(PriorOfDensity, RefusesParticlesThatAreNowhere)
+{
+	for (const TPose2D& nowhere : {TPose2D{std::nan(""), 0, 0}, TPose2D{0, INFINITY, 0}, TPose2D{0, 0, std::nan("")}})
+	{
+		mrpt::poses::CPosePDFParticles particles(2);
+		particles.m_particles[0].d = {1, 1, 1}, particles.m_particles[1].d = nowhere;
+		EXPECT_THROW(make_prior(particles), std::invalid_argument) << nowhere;
+	}
+}
+
 /// Two rooms that are alike.
 class LocalizeWithPrior : public testing::Test
 {
@@ -161,6 +198,21 @@ TEST_F(LocalizeWithPrior, RespectsTheYaw)
 	};
 	expect_at(facing(0.1), left_);
 	EXPECT_EQ(facing(M_PI).status, Status::kRejected);
+}
+
+TEST_F(LocalizeWithPrior, IsOfTheRobotHoweverFarTheSensorIsFromIt)
+{
+	Laser laser;
+	laser.on_robot = mrpt::poses::CPose3D(1.2, 0, 0, 2.0, 0, 0);
+	const TPose2D robot{1.3, 2.2, -0.6};  // its sensor is 1 m to the right
+	const auto scan = make_observation(grid_, robot, laser);
+	const Prior here = make_prior(robot.x - 0.1, robot.y - 0.1, robot.x + 0.1, robot.y + 0.1);
+	expect_at(localizer_.localize(scan, {here}), robot);
+	const mrpt::poses::CPosePDFGaussian as_it_stands(mrpt::poses::CPose2D(robot), covariance_of(0.1, 0.1, 0.05));
+	expect_at(localizer_.localize(scan, {make_prior(as_it_stands)}), robot);
+	const TPose2D sensor = robot + TPose2D{1.2, 0, 0};
+	const Prior where_the_sensor_is = make_prior(sensor.x - 0.1, sensor.y - 0.1, sensor.x + 0.1, sensor.y + 0.1);
+	EXPECT_NE(localizer_.localize(scan, {where_the_sensor_is}).status, Status::kLocalized);
 }
 
 TEST_F(LocalizeWithPrior, ThePaperMethodRefusesAPrior)

@@ -25,6 +25,20 @@ Scan scan_of(std::size_t count, double degrees)
 }
 }  // namespace
 
+TEST(Rays, LogRangesAreBounded)
+{
+	Scan scan;
+	scan.field_of_view = 4 * kDegree;
+	for (const float range : {0.05F, 0.5F, 20.0F, 60.0F})
+		scan.beams.push_back({static_cast<float>(scan.beams.size()) * static_cast<float>(kDegree), range, true});
+	const Rays rays = all_rays(scan);
+	ASSERT_EQ(rays.log_range.size(), 4U);
+	EXPECT_FLOAT_EQ(rays.log_range[0], std::log(0.5F / 3));
+	EXPECT_FLOAT_EQ(rays.log_range[1], std::log(0.5F / 3));
+	EXPECT_FLOAT_EQ(rays.log_range[2], std::log(20.0F / 3));
+	EXPECT_FLOAT_EQ(rays.log_range[3], std::log(20.0F / 3));
+}
+
 TEST(Rays, AreSpreadOverTheScanAndNotCloserThanAsked)
 {
 	const Rays few = all_rays(scan_of(720, 180));

@@ -124,6 +124,20 @@ TEST_F(TurningRobot, CoarseBeamsLeaveNoHoles)
 	EXPECT_EQ(circle.scan().beams.size(), 24U);
 }
 
+TEST_F(TurningRobot, BeamsThatSawNothingStillSawNothing)
+{
+	Scan ahead = scan_at({3, 2.5, 0});
+	for (Beam& beam : ahead.beams) beam.is_return = beam.angle < 0;
+	ScanAccumulator circle;
+	circle.add(ahead, {});
+	circle.add(scan_at({3, 2.5, M_PI}), CPose2D(0, 0, M_PI));
+	const Scan scan = circle.scan();
+	const auto missing = [](const Beam& beam) { return !beam.is_return; };
+	EXPECT_EQ(
+	    std::count_if(scan.beams.begin(), scan.beams.end(), missing),
+	    std::count_if(ahead.beams.begin(), ahead.beams.end(), missing));
+}
+
 TEST_F(TurningRobot, UnusableScanCountsForItsMotion)
 {
 	ScanAccumulator circle;

@@ -64,6 +64,14 @@ TEST(ScanReadings, TooLittleToGoByIsInvalidWithAReason)
 	EXPECT_NE(make_scan(record({}), few_beams()).invalid_because.find("fewer than 2"), std::string::npos);
 }
 
+TEST(ScanReadings, AsManyBeamsAsAskedForAreEnough)
+{
+	ScanParameters parameters;
+	parameters.min_beams = 3;
+	EXPECT_TRUE(make_scan(record({1, 2, 3}), parameters).valid());
+	EXPECT_FALSE(make_scan(record({1, 2, kNan}), parameters).valid());
+}
+
 TEST(ScanReadings, MalformedObservationsAreInvalidWithAReason)
 {
 	auto observation = record({1, 2, 3});

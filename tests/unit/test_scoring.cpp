@@ -82,6 +82,36 @@ TEST(Scoring, ChargesRunsOfNeighboursOnce)
 	EXPECT_DOUBLE_EQ(score_of({hit, miss, hit, miss}, model).log_likelihood, -2);
 }
 
+TEST(Scoring, ABeamThatSawNothingPartsTheRunsBesideIt)
+{
+	BeamModel model = nothing_counts();
+	model.off_wall_run = -1;
+	const auto with_middle = [&](bool is_return)
+	{
+		Scan scan;
+		scan.field_of_view = 3 * kDegree;
+		for (int i = -1; i <= 1; i++) scan.beams.push_back({static_cast<float>(i * kDegree), 0.25F, true});
+		scan.beams[1].is_return = is_return;
+		const Grid grid = make_two_rooms();
+		return score_at(BeamTracer(grid), DistanceField(grid), scan, {0.5, 0.5, 0}, model).log_likelihood;
+	};
+	EXPECT_DOUBLE_EQ(with_middle(true), -1);
+	EXPECT_DOUBLE_EQ(with_middle(false), -2);
+}
+
+TEST(Scoring, BeamsCountByTheDegreesThatTheyStandFor)
+{
+	BeamModel model = nothing_counts();
+	model.no_return_at_wall = -1;
+	const Grid grid = make_two_rooms();
+	Scan scan;
+	scan.field_of_view = 12 * kDegree;  // three beams of 4 deg
+	for (int i = -1; i <= 1; i++) scan.beams.push_back({static_cast<float>(4 * i * kDegree), 1.0F, i == 0});
+	const Score score = score_at(BeamTracer(grid), DistanceField(grid), scan, {0.5, 0.5, 0}, model);
+	EXPECT_NEAR(score.log_likelihood, -2 * 4, 1e-9);
+	EXPECT_NEAR(score.unexplained, 4, 1e-9);
+}
+
 TEST(Scoring, ABeamThatGrazesACornerIsExplainedByTheWallBehind)
 {
 	Picture picture(40, std::string(39, '.') + "#");

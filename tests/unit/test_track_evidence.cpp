@@ -72,6 +72,22 @@ TEST(TrackEvidence, UnknownSpaceSetsTheStandardOnlyWhereNothingElseIs)
 	EXPECT_EQ(greatest_likelihood({place(1, 30, 0.01)}, {}), 30);
 }
 
+TEST(TrackEvidence, OnlyTheLastTenFramesSayWhatIsExplained)
+{
+	Track track;
+	for (int i = 0; i < 40; i++) track.evidence.push_back({0, i < 30 ? 1.0 : 0.2, 0});
+	EXPECT_NEAR(explained_by(track), 0.2, 1e-12);
+	track.evidence.resize(5);
+	EXPECT_NEAR(explained_by(track), 1, 1e-12);
+}
+
+TEST(TrackEvidence, SlippingWheelsAreNotRuledOut)
+{
+	const Fit fit = best_fit(predicted(), place(3.0, 5, 0.9), {}, 5);  // ten deviations away
+	EXPECT_GT(fit.evidence.log_likelihood, -9);
+	EXPECT_NEAR(fit.pose.mean.x(), 3, 1e-9) << "the scan says where, not an average";
+}
+
 TEST(TrackEvidence, IsBounded)
 {
 	const auto log_likelihood = [](double explained, double relative)

@@ -70,6 +70,18 @@ TEST(CommonMotion, GoesByTheProbabilitiesOfBothEnds)
 	expect_pose(motion(0.9, 0.1, 0.4, 0.5), {0.4, 0, 0});
 }
 
+TEST(CommonMotion, TellsTurnsApart)
+{
+	// one way left, one way right, with the same step; two the other way straight on
+	const std::vector<Hypothesis> starts = {
+	    hypothesis_at({0, 0, 0}, 0.4), hypothesis_at({10, 0, 0}, 0.4), hypothesis_at({20, 0, 0}, 0.3),
+	    hypothesis_at({30, 0, 0}, 0.3)};
+	const std::vector<Hypothesis> ends = {
+	    hypothesis_at({0.4, 0, 0.5}, 0.4), hypothesis_at({10.4, 0, -0.5}, 0.4), hypothesis_at({20, 0.4, 0}, 0.3),
+	    hypothesis_at({30, 0.4, 0}, 0.3)};
+	expect_pose(common_motion(starts, ends).mean, {0, 0.4, 0});
+}
+
 TEST(CommonMotion, IsAsFarAsRobotsUsuallyGo)
 {
 	const std::vector<Hypothesis> start = {hypothesis_at({0, 0, 0}, 0.9)};
