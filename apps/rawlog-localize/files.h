@@ -16,7 +16,7 @@ struct NamedFile
 };
 
 /// All files that a run writes, in the order they are told to the user.
-/// \param localized whether any frame is: without one, there is nothing for --write-pf-ini to write
+/// \param localized whether any frame was: if none was, --write-pf-ini writes nothing
 std::vector<NamedFile> files_written(const Flags& flags, bool localized = true);
 
 /// Call before anything is written. \throws UserError (kBadOutput) if a file would be written over one that is read,

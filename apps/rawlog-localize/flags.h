@@ -14,7 +14,7 @@
 
 namespace d2s1r::app
 {
-/// The command line of rawlog-localize, checked in itself (no file is touched).
+/// The command line of rawlog-localize, checked for consistency (no file is touched).
 struct Flags
 {
 	std::string map;

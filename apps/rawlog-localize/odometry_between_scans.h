@@ -11,8 +11,8 @@ class OdometryBetweenScans
    public:
 	void add(const RawlogObject& object);
 
-	/// Increment since the last call, robot frame of that moment; no value at the first call, where it is not
-	/// plausible, or without odometry since the last call or the one before.
+	/// Increment since the last call, robot frame of that moment; no value at the first call, if the increment is not
+	/// plausible, or if no odometry came since the last call or between the two calls before.
 	std::optional<mrpt::poses::CPose2D> take();
 
    private:

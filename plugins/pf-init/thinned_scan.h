@@ -6,6 +6,6 @@
 namespace d2s1r::pf
 {
 /// Every n-th beam of `scan`, at most `beams` of them and the first one: MRPT's filter has the map look at the whole
-/// scan once a particle.
+/// scan for every particle.
 mrpt::obs::CObservation2DRangeScan thinned(const mrpt::obs::CObservation2DRangeScan& scan, std::size_t beams);
 }  // namespace d2s1r::pf

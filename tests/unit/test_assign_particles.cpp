@@ -48,7 +48,7 @@ TEST(AssignParticles, FillsAParticleFilterOfSpaceWithoutHeightAndTilt)
 	expect_planar_particles<mrpt::slam::CMonteCarloLocalization3D>(SeedingParameters{});
 }
 
-/// x, y, phi, z, pitch, roll of a hypothesis at zero, a row a particle; all over the given deviations.
+/// x, y, phi, z, pitch, roll of a hypothesis at zero, a row per particle; all over the given deviations.
 Eigen::Matrix<double, Eigen::Dynamic, 6> in_deviations(const SeedingParameters& parameters)
 {
 	const Localization localization = result_of({hypothesis_at({0, 0, 0}, 1, {0.3, 0.2, 0.1})});

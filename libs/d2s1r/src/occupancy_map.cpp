@@ -16,7 +16,8 @@ namespace
 {
 using mrpt::maps::COccupancyGridMap2D;
 
-/// MRPT has no setter for the exact origin and number of cells, nor for "not empty" but the insertion of a scan.
+/// MRPT has no setter for the exact origin and number of cells, and marks a map as not empty only when a scan is
+/// inserted.
 struct OpenMap : COccupancyGridMap2D
 {
 	static void set_origin(COccupancyGridMap2D& map, double x, double y)

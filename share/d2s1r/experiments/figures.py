@@ -116,7 +116,7 @@ def draw_reliability(plain, file):
 
 
 def draw_curves(lines, meaning, names, file):
-    """A panel a method, a line a set, a colour a site of `names`."""
+    """A panel per method, a line per set, a colour per site of `names`."""
     if not lines:
         return ""
     figure, panels = plt.subplots(1, len(plan.CONFIGS), figsize=(13, 5.5), constrained_layout=True, sharey=True)

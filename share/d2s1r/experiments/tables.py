@@ -138,7 +138,7 @@ def strangers(results):
 
 
 def curves(title, results, field, meaning):
-    """A row a site, set and method; a column a value of `field`."""
+    """A row per site, set and method; a column per value of `field`."""
     lines = points(results, field)
     values = sorted({value for line in lines.values() for value in line})
     rows = [[f"{site} {scans}", config] + [number(line.get(value)) for value in values]

@@ -53,7 +53,7 @@ class CSignatureMap2D : public mrpt::maps::CMetricMap
 	    const mrpt::maps::COccupancyGridMap2D& map, const Parameters& parameters = {},
 	    const TLikelihoodOptions& likelihood = {});
 
-	/// Cheap: shares what was built. There is no move, whose source would be without content.
+	/// Cheap: shares what was built. Not movable: a moved-from map would have no content.
 	CSignatureMap2D(const CSignatureMap2D&) = default;
 	CSignatureMap2D& operator=(const CSignatureMap2D&) = default;
 	~CSignatureMap2D() override = default;

@@ -45,8 +45,8 @@ struct Grid
 };
 
 /// Classifies the cells of `map` and crops to the known ones.
-/// \throws std::invalid_argument if thresholds cross, there is no known cell, cells are below 6.3 mm, or the map is
-///         further than 100 km from the origin of its frame
+/// \throws std::invalid_argument if thresholds cross, there is no known cell, cells are below 6.3 mm or more than
+///         can be numbered, or the map is further than 100 km from the origin of its frame. Thread-safe
 Grid make_grid(const mrpt::maps::COccupancyGridMap2D& map, const GridParameters& parameters);
 
 /// The grid as a laser would have mapped it: what is occupied deeper than 0.1 m (at least a cell) below the surface of

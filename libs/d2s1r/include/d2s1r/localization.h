@@ -33,7 +33,8 @@ struct Hypothesis
 	double explained = 0;  //!< [0, 1] share of the beams with a return that end at a wall, none passed; kPaper: 0
 };
 
-/// With the pose of the robot and its covariance, from those of its sensor, (x, y, phi), m and rad, in the map frame.
+/// A hypothesis of the robot, from pose and covariance of its sensor, (x, y, phi), m and rad, in the map frame.
+/// Thread-safe.
 Hypothesis hypothesis_of_sensor(
     const mrpt::math::TPose2D& sensor, const mrpt::math::CMatrixDouble33& covariance,
     const mrpt::math::TPose2D& sensor_on_robot);

@@ -20,6 +20,7 @@ namespace d2s1r
 class Localizer
 {
    public:
+	/// Shares `map`, which must not be changed afterwards.
 	/// \throws std::invalid_argument if `map` is null, has no free cell, has cells below 6.3 mm or is too large for the
 	///         parameters (their ranges in cells, the spacing of positions), or a parameter is out of range
 	explicit Localizer(mrpt::maps::COccupancyGridMap2D::ConstPtr map, const Parameters& parameters = {});

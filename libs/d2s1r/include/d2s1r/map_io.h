@@ -33,7 +33,7 @@ bool is_image_name(const std::string& file);
 bool is_yaml_name(const std::string& file);
 
 /// Loads an occupancy map: .simplemap(.gz), .gridmap(.gz), ROS map_server .yaml, an image (needs `image`),
-/// a serialized CMultiMetricMap (its first grid) or CSignatureMap2D.
+/// a serialized CMultiMetricMap (its first grid) or CSignatureMap2D. Thread-safe.
 /// \throws std::runtime_error naming the file and what is wrong with it
 mrpt::maps::COccupancyGridMap2D::Ptr load_map(
     const std::string& file, const GridParameters& parameters = {},

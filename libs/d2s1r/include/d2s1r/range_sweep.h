@@ -27,15 +27,15 @@ struct SweptRanges
 	std::uint16_t operator[](std::size_t i) const { return in_sweep_order[ranks[i]]; }
 };
 
-/// Called once a direction. The ranges are valid during the call only.
+/// Called once per direction, in the thread of sweep_ranges(). The ranges are valid during the call only.
 using RangeSink = std::function<void(int direction, const SweptRanges& ranges)>;
 
 /// Ranges from the centre of every cell in `cells` along `directions` equally spaced directions (direction i points at
-/// 2 pi i / directions, counter-clockwise from x), one sweep over the grid a direction: the last obstacle seen is
+/// 2 pi i / directions, counter-clockwise from x), one sweep over the grid per direction: the last obstacle seen is
 /// carried along digital lines. What lies outside of the grid is unknown. For 99 % of the rays within a cell of
 /// RayCaster's exact range: test_site_rays.cpp checks it on real maps.
 /// \param cells free ones, in any order
-/// \param max_range [m] at most kMostSweptCells
+/// \param max_range [m] at most kMostSweptCells cells
 /// \param stop_at_unknown rays end at unknown cells, too
 /// \throws std::invalid_argument if max_range is above that
 void sweep_ranges(

@@ -31,7 +31,8 @@ struct Rays
 	double spacing = 0;     //!< [rad] between neighbours that no gap parts: what a ray stands for
 };
 
-/// At most `most` beams of `scan`: every n-th, n chosen for a distance nearest to `spacing` [rad].
+/// At most `most` beams of `scan`: every n-th, n chosen for a distance nearest to `spacing` [rad]. Thread-safe, as
+/// the following.
 Rays make_rays(const Scan& scan, double spacing, int most);
 
 /// What a fit or a score of many poses is first judged by: 4 deg apart, 45 at most.

@@ -12,8 +12,8 @@ namespace d2s1r
 struct RefinedPose
 {
 	mrpt::math::TPose2D pose;  //!< sensor in map, m and rad
-	/// [-] mean over all rays of what an end point supports the pose, the root of its robust weight (Geman and
-	/// McClure): 1 on a wall; what settle() returns has the coarse cost, times parameters.cost_weight, taken off
+	/// [-] mean over all rays of the square root of the robust weight of their end points (Geman and McClure): 1 on a
+	/// wall, 0 for a beam that saw nothing; settle() subtracts parameters.cost_weight times the coarse cost
 	double fit = 0;
 };
 

@@ -20,7 +20,7 @@ namespace d2s1r
 /// while (turning && !circle.complete()) circle.add(next_scan, next_motion);
 /// const Localization result = localizer.localize(circle.scan());
 /// \endcode
-/// One object a robot; not thread-safe.
+/// One object per robot; not thread-safe.
 class ScanAccumulator
 {
    public:

@@ -10,8 +10,8 @@ namespace d2s1r
 /// Rotation-invariant description of a place: normalized histogram of its ranges; sums to 1.
 using Signature = std::vector<float>;
 
-/// Algorithm 1, lines 9-16, of a real scan: bins of (max_range + epsilon) / bins, the last one with what is out of
-/// range.
+/// Thread-safe. Algorithm 1, lines 9-16, of a real scan: bins of (max_range + epsilon) / bins, the last one with what
+/// is out of range.
 Signature make_signature(const Scan& scan, const PaperParameters& parameters);
 
 /// The same into `signature`, without allocation if that was large enough once.

@@ -18,7 +18,7 @@ namespace d2s1r
 /// are only compared with each other, and on a wrong map one of them is the best, too: a track is localized only if
 /// walls explain its scans and some of them found its place on their own.
 ///
-/// One object a robot, one call a frame, in order. Not thread-safe; the same calls always give the same answers.
+/// One object per robot, one call per frame, in order. Not thread-safe; the same calls always give the same answers.
 class WindowLocalizer
 {
    public:
@@ -33,10 +33,10 @@ class WindowLocalizer
 
 	/// Where is the robot, now that `scan` was taken?
 	/// \param one_shot localizer.localize(scan)
-	/// \param motion of the robot since the last call, in its frame then. Without a value, or with one that is not
-	///        is_plausible() or that OdometryCheck does not agree with, it is estimated from the hypotheses of both
-	///        frames (the paper's pseudo-odometry). Frames without a valid scan: give the motion of
-	///        all of them; if it is missing of all, two such frames are bridged at most. Otherwise a new window starts.
+	/// \param motion of the robot since the last call, in its frame then. Without a value, or with one that
+	///        OdometryCheck does not rely on, it is estimated from the hypotheses of both
+	///        frames (the paper's pseudo-odometry). Frames without a valid scan: pass the motion of each; if none of
+	///        them has one, up to two such frames are bridged. Otherwise a new window starts.
 	/// \return as Localizer::localize(), with the evidence of all frames of the window: log-likelihoods are sums over
 	///         them, bounded and against the best pose of each frame; covariances include the motion, and the time of
 	///         refinement includes the following of hypotheses

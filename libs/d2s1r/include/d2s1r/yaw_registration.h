@@ -22,7 +22,8 @@ struct ResampledScan
 	std::vector<char> observed;  //!< [-] whether a beam looked there; all true for a full circle
 };
 
-/// Nearest beam of every direction; the directions start at a beam, so that one beam a direction is taken as it is.
+/// Nearest beam of every direction; the directions start at a beam, so that one beam per direction is taken as it is.
+/// Thread-safe.
 ResampledScan resample(const Scan& scan, const PaperParameters& parameters);
 
 /// The same into `result`, without allocation if that was large enough once.
@@ -32,7 +33,7 @@ void resample(const Scan& scan, const PaperParameters& parameters, ResampledScan
 /// Only what was observed is compared: the vectors of Eq. 1 are normalized over that window.
 /// \param virtual_ranges [m] at the candidate, direction i points at 2 pi i / size in the map frame; same size as
 /// `observed`, out of range where >= max_range
-/// \throws std::invalid_argument if the sizes differ
+/// Thread-safe. \throws std::invalid_argument if the sizes differ
 YawRegistration register_yaw(
     const ResampledScan& observed, const std::vector<float>& virtual_ranges, const PaperParameters& parameters);
 
