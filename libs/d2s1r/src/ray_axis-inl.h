@@ -8,9 +8,12 @@
 #define D2S1R_RAY_AXIS_INL_H
 #endif
 
+#include <d2s1r/rays.h>
 #include <hwy/highway.h>
 
 #include <cstdint>
+
+#include "clearance.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace d2s1r
@@ -20,7 +23,7 @@ namespace HWY_NAMESPACE
 namespace
 {
 namespace hn = hwy::HWY_NAMESPACE;
-using FloatTag = hn::CappedTag<float, 8>;
+using FloatTag = hn::CappedTag<float, BeamEnds::kVector>;
 using IntTag = hn::RebindToSigned<FloatTag>;
 inline constexpr FloatTag kFloats;
 inline constexpr IntTag kInts;
@@ -33,12 +36,36 @@ HWY_INLINE Floats all(float value)
 	return hn::Set(kFloats, value);
 }
 
-/// The bytes of cells (u, v), counted from that at `start`; the three bytes after the last cell are read, too.
-HWY_INLINE Ints bytes_at(const std::uint8_t* start, Floats u, Floats v, int width)
+/// A map of a byte for each cell, with a margin. Cells are counted from the cell where rays start.
+struct Map
 {
-	const Ints offsets = hn::Add(hn::ConvertTo(kInts, u), hn::Mul(hn::ConvertTo(kInts, v), hn::Set(kInts, width)));
-	const Ints words = hn::GatherOffset(kInts, reinterpret_cast<const std::int32_t*>(start), offsets);
-	return hn::And(words, hn::Set(kInts, 0xFF));
+	const std::uint8_t* start;
+	int width;                                //!< [cells] with the margin
+	Floats first_u, last_u, first_v, last_v;  //!< columns and rows of the margin
+
+	Map(const std::uint8_t* cells, int width_, int height, int column, int row)
+	    : start(cells + static_cast<std::ptrdiff_t>(row) * width_ + column),
+	      width(width_),
+	      first_u(all(static_cast<float>(-column))),
+	      last_u(all(static_cast<float>(width_ - 1 - column))),
+	      first_v(all(static_cast<float>(-row))),
+	      last_v(all(static_cast<float>(height - 1 - row)))
+	{
+	}
+	/// The bytes of cells (u, v); kGatherOverrun bytes after the last cell are read, too.
+	Ints bytes_at(Floats u, Floats v) const
+	{
+		const Ints offsets = hn::Add(hn::ConvertTo(kInts, u), hn::Mul(hn::ConvertTo(kInts, v), hn::Set(kInts, width)));
+		const Ints words = hn::GatherOffset(kInts, reinterpret_cast<const std::int32_t*>(start), offsets);
+		return hn::And(words, hn::Set(kInts, 0xFF));
+	}
+};
+
+/// A direction that is never 0, whose inverse would not be finite.
+HWY_INLINE Floats not_zero(Floats direction)
+{
+	constexpr float kLeast = 1e-20F;
+	return hn::IfThenElse(hn::Lt(hn::Abs(direction), all(kLeast)), all(kLeast), direction);
 }
 
 /// One coordinate of a vector of rays. Cells are counted from the cell of the start.
@@ -50,8 +77,12 @@ struct Axis
 	Mask forward;    //!< step >= 0
 	Floats cell;
 
-	Axis(float start_, Floats step_)
-	    : start(all(start_)), step(step_), inverse(hn::Div(all(1), step_)), forward(hn::Ge(step_, all(0))), cell(all(0))
+	Axis(float start_, Floats direction)
+	    : start(all(start_)),
+	      step(not_zero(direction)),
+	      inverse(hn::Div(all(1), step)),
+	      forward(hn::Ge(step, all(0))),
+	      cell(all(0))
 	{
 	}
 	/// Length at which the rays leave the cells less than `clearance` away from their own.

@@ -38,7 +38,7 @@ class BeamTracer
 	int width_, height_;  //!< [cells] of the grid and a margin of one cell around it
 	double cell_size_, origin_x_, origin_y_;
 	/// Class in the two low bits; above, Chebyshev distance [cells] to the nearest cell of another class, at most 63,
-	/// or 0 in the margin. Followed by kOverrun bytes, because vectors are read in words.
+	/// or 0 in the margin. Followed by a few bytes, because cells are gathered as words of four bytes.
 	std::vector<std::uint8_t> cells_;
 };
 }  // namespace d2s1r
