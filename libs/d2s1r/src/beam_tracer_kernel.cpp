@@ -8,8 +8,6 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include <cmath>
-
 #include "ray_axis-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -64,14 +62,13 @@ void trace_of_target(
 	constexpr double kAtWall = 0.15;  // [m] a wall this near to the end is where the beam ended
 	const int column = static_cast<int>(start_u), row = static_cast<int>(start_v);
 	const Map map(cells.cells, cells.width, cells.height, column, row);
-	const Floats cosine = all(static_cast<float>(std::cos(heading))), sine = all(static_cast<float>(std::sin(heading)));
+	const Rotation rotation(heading);
 	const Floats cell_size = all(static_cast<float>(cells.cell_size));
 	const Floats near_end = all(static_cast<float>(kAtWall / cells.cell_size));
 	for (std::size_t i = 0; i < beams.range.size(); i += hn::Lanes(kFloats))
 	{
 		const Floats ux = hn::LoadU(kFloats, beams.unit_x.data() + i), uy = hn::LoadU(kFloats, beams.unit_y.data() + i);
-		const Floats dx = hn::Sub(hn::Mul(cosine, ux), hn::Mul(sine, uy));
-		const Floats dy = hn::Add(hn::Mul(sine, ux), hn::Mul(cosine, uy));
+		const Floats dx = rotation.x(ux, uy), dy = rotation.y(ux, uy);
 		const Floats end = hn::Div(hn::LoadU(kFloats, beams.range.data() + i), cell_size);
 		const Axis u(static_cast<float>(start_u - column), dx), v(static_cast<float>(start_v - row), dy);
 		Passed passed{all(0), all(0)};

@@ -1,5 +1,5 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-// How a vector of rays moves through cells, coordinate by coordinate. Once a target of Highway, inside of its
+// How a vector of rays moves through cells, coordinate by coordinate. Once per target of Highway, inside of its
 // namespace.
 #if defined(D2S1R_RAY_AXIS_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef D2S1R_RAY_AXIS_INL_H
@@ -8,12 +8,10 @@
 #define D2S1R_RAY_AXIS_INL_H
 #endif
 
-#include <d2s1r/rays.h>
-#include <hwy/highway.h>
-
 #include <cstdint>
 
 #include "clearance.h"
+#include "simd_floats-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace d2s1r
@@ -22,20 +20,6 @@ namespace HWY_NAMESPACE
 {
 namespace
 {
-namespace hn = hwy::HWY_NAMESPACE;
-using FloatTag = hn::CappedTag<float, BeamEnds::kVector>;
-using IntTag = hn::RebindToSigned<FloatTag>;
-inline constexpr FloatTag kFloats;
-inline constexpr IntTag kInts;
-using Floats = hn::Vec<FloatTag>;
-using Ints = hn::Vec<IntTag>;
-using Mask = hn::Mask<FloatTag>;
-
-HWY_INLINE Floats all(float value)
-{
-	return hn::Set(kFloats, value);
-}
-
 /// A map of a byte for each cell, with a margin. Cells are counted from the cell where rays start.
 struct Map
 {
