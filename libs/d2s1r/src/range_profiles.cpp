@@ -153,16 +153,15 @@ RangeProfiles make_range_profiles(
 	}
 	profiles.first_of_group.push_back(positions.size());
 	const auto directions = static_cast<std::size_t>(parameters.directions);
-	profiles.overview.resize(groups.size() * profiles.lines_of_group());
+	profiles.overview.resize(groups.size() * profiles.overview_stride());
 	profiles.by_position.resize(positions.size() * directions + RangeProfiles::kBlock);
 	const std::vector<std::uint8_t> step_of = steps_of_ranges(profiles, grid.cell_size);
 	std::vector<std::uint8_t> half_of = step_of;  // [2 steps]
 	for (std::uint8_t& step : half_of) step /= 2;
 	RowWriter by_position(0, positions.size(), step_of, parameters.directions, directions, profiles.by_position.data());
 	RowWriter overview(
-	    positions.size(), groups.size(), half_of, parameters.directions,
-	    profiles.lines_of_group() * sizeof(RangeProfiles::Line),
-	    reinterpret_cast<std::uint8_t*>(profiles.overview.data()));
+	    positions.size(), groups.size(), half_of, parameters.directions, profiles.overview_stride(),
+	    profiles.overview.data());
 	sweep_ranges(
 	    grid, swept, parameters.directions, parameters.max_range, false,
 	    [&](int direction, const SweptRanges& ranges)

@@ -1,6 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <d2s1r/aligned_bytes.h>
 #include <d2s1r/grid.h>
 
 #include <array>
@@ -26,29 +27,20 @@ struct RangeProfiles
 	static constexpr int kWhole = 240;                //!< [-] sum of a signature
 	static constexpr std::uint8_t kOutOfRange = 255;  //!< no obstacle within max_range
 
-	/// As long as a cache line, and aligned to it.
-	struct alignas(64) Line
-	{
-		std::array<std::uint8_t, 64> bytes;
-	};
-
 	int directions = 0;       //!< [-] direction i points at 2 pi i / directions, map frame
 	double max_range = 0;     //!< [m]
 	std::vector<float> x, y;  //!< [m] sample positions, map frame, along a curve that keeps neighbours near
 	/// [step] (position, direction). kBlock more may be read at the end.
 	std::vector<std::uint8_t> by_position;
 	std::vector<std::size_t> first_of_group;  //!< (group) its first position; one more at the end
-	std::vector<Line> overview;               //!< [2 steps] (group, direction): see overview_of()
+	AlignedBytes overview;                    //!< [2 steps] (group, direction): see overview_of()
 	std::vector<std::uint8_t> signatures;     //!< [1 / kWhole] (block, bin, group of the block)
 
 	std::size_t size() const { return x.size(); }
 	std::size_t groups() const { return first_of_group.empty() ? 0 : first_of_group.size() - 1; }
-	/// Rows of the overview begin at a cache line.
-	std::size_t lines_of_group() const
-	{
-		return (static_cast<std::size_t>(directions) + sizeof(Line) - 1) / sizeof(Line);
-	}
-	const std::uint8_t* overview_of(std::size_t group) const { return overview[group * lines_of_group()].bytes.data(); }
+	/// [bytes] between the rows of the overview, which begin at cache lines.
+	std::size_t overview_stride() const { return in_whole_lines(static_cast<std::size_t>(directions)); }
+	const std::uint8_t* overview_of(std::size_t group) const { return overview.data() + group * overview_stride(); }
 	std::uint8_t compand(double range) const;  //!< [m] -> [step]
 	/// How `count` ranges spread over the bins, kWhole / directions each. A range counts for the two bins it lies
 	/// between, the more for the nearer one.
