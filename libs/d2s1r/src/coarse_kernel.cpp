@@ -115,7 +115,7 @@ std::size_t find_cheap_pairs_of_target(
 	const Bytes bytes;
 	const std::size_t lanes = hn::Lanes(bytes), directions = static_cast<std::size_t>(scan.directions);
 	const std::size_t stride = 2 * directions + RangeProfiles::kBlock;
-	const std::size_t a_row = (directions + lanes - 1) / lanes, all = count * a_row;
+	const std::size_t per_row = (directions + lanes - 1) / lanes, all = count * per_row;
 	const V acceptable = hn::Set(bytes, most);
 	const CheapPair* const first = found;
 	alignas(64) std::uint8_t costs[4 * 64];
@@ -124,7 +124,7 @@ std::size_t find_cheap_pairs_of_target(
 		std::array<Shifts, 4> at;
 		for (std::size_t k = 0; k < 4; k++)
 		{
-			const std::size_t which = std::min(i + k, all - 1), row = which / a_row, shift = which % a_row * lanes;
+			const std::size_t which = std::min(i + k, all - 1), row = which / per_row, shift = which % per_row * lanes;
 			at[k] = {row, shift, rows + row * stride + shift};
 		}
 		if (!compare(at, scan, most, costs)) continue;

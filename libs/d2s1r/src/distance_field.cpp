@@ -11,7 +11,7 @@ namespace d2s1r
 {
 namespace
 {
-constexpr double kMostFieldCells = 1U << 30U;  //!< offsets of two bytes a cell have 31 bits
+constexpr double kMostFieldCells = 1U << 30U;  //!< offsets of two bytes per cell have 31 bits
 constexpr int kReach = static_cast<int>(DistanceField::kReachCells);
 
 /// Lower envelope of the parabolas (x - j)^2 + column[j]^2 over a row.

@@ -48,7 +48,8 @@ class RowWriter
 	/// \param swept in `direction`
 	void write(std::size_t direction, const SweptRanges& swept)
 	{
-		const SweptRanges ranges = swept;  // bytes may alias: what is referred to would be read again each time
+		// local copies: byte stores may alias members, which would be reloaded every time
+		const SweptRanges ranges = swept;
 		const std::size_t first = first_, count = count_;
 		const std::uint8_t* const byte_of = byte_of_.data();
 		std::uint8_t* const gathered = gathered_.data() + direction % kGathered * count;

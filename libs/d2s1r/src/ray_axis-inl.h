@@ -56,7 +56,7 @@ HWY_INLINE Floats not_zero(Floats direction)
 struct Axis
 {
 	Floats start;    //!< [cells] in [0, 1)
-	Floats step;     //!< [cells] a cell of ray length, not 0
+	Floats step;     //!< [cells] per cell of ray length, not 0
 	Floats inverse;  //!< of step
 	Mask forward;    //!< step >= 0
 	Floats cell;

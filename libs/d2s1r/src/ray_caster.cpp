@@ -42,7 +42,7 @@ bool is_countable(double column, double row)
 struct Axis
 {
 	double start;    //!< [cells]
-	double step;     //!< [cells] a cell of ray length
+	double step;     //!< [cells] per cell of ray length
 	double inverse;  //!< of step, signed infinity if the ray runs along the other axis
 	int cell;        //!< the one the ray is in
 
