@@ -62,13 +62,13 @@ TEST_P(CoarseKernel, CheapPairsAreThoseOfPlainLoops)
 					const Row beyond = random_row(random_, RangeProfiles::kBlock);
 					for (const Row* part : {&row, &row, &beyond}) rows.insert(rows.end(), part->begin(), part->end());
 				}
-				std::vector<CoarseBeam> beams;
+				std::vector<OverviewBeam> beams;
 				for (std::size_t b = 0; b < beam_count; b++)
 					beams.push_back({static_cast<int>(random_() % directions), random_half_row(random_, 1).front()});
 				const auto cost_of = [&](std::size_t row, std::size_t shift)
 				{
 					int cost = 0;
-					for (const CoarseBeam& beam : beams)
+					for (const OverviewBeam& beam : beams)
 					{
 						const std::size_t turned = (static_cast<std::size_t>(beam.direction) + shift) % directions;
 						cost += difference(rows[row * stride + turned], beam.step, kTruncation);
@@ -76,10 +76,10 @@ TEST_P(CoarseKernel, CheapPairsAreThoseOfPlainLoops)
 					return cost;
 				};
 				const int most = std::min(cost_of(row_count - 1, directions / 2) + 2, 255);  // some are, not all
-				const CoarseLook look{beams.data(), beam_count, static_cast<int>(directions), kTruncation};
+				const OverviewScan scan{beams.data(), beam_count, static_cast<int>(directions), kTruncation};
 				std::vector<CheapPair> found(row_count * directions);
 				found.resize(
-				    find_cheap_pairs(rows.data(), row_count, look, static_cast<std::uint8_t>(most), found.data()));
+				    find_cheap_pairs(rows.data(), row_count, scan, static_cast<std::uint8_t>(most), found.data()));
 				std::map<std::pair<std::size_t, std::size_t>, int> costs;
 				for (const CheapPair& pair : found)
 					EXPECT_TRUE(costs.insert({{pair.row, pair.shift}, pair.cost}).second) << "found twice";
@@ -135,15 +135,16 @@ TEST_P(CoarseKernel, CostsOfRowsAreThoseOfAPlainLoop)
 		{
 			constexpr std::size_t kBlock = RangeProfiles::kBlock, kRows = 3;
 			const Row rows = random_row(random_, kRows * length + 5 + kBlock);
-			Row least = random_row(random_, length + kBlock), greatest = least, most(length + kBlock);
+			Row least = random_row(random_, length + kBlock), greatest = least, truncations(length + kBlock);
 			for (auto& value : greatest)
 				if (random_() % 4 == 0) value = 255;
-			for (auto& value : most) value = random_() % 2 == 0 ? truncation : 0;
+			for (auto& value : truncations) value = random_() % 2 == 0 ? truncation : 0;
 			for (const std::size_t start : {std::size_t{0}, std::size_t{5}})  // rows start anywhere
 			{
 				std::array<std::uint32_t, kRows> costs{};
 				row_costs(
-				    rows.data() + start, kRows, {least.data(), greatest.data(), most.data(), length}, costs.data());
+				    rows.data() + start, kRows, {least.data(), greatest.data(), truncations.data(), length},
+				    costs.data());
 				for (std::size_t r = 0; r < kRows; r++)
 				{
 					std::uint32_t expected = 0;
@@ -151,7 +152,7 @@ TEST_P(CoarseKernel, CostsOfRowsAreThoseOfAPlainLoop)
 					{
 						const std::uint8_t range = rows[start + r * length + i];
 						expected += static_cast<std::uint32_t>(
-						    difference(range, std::clamp(range, least[i], greatest[i]), most[i]));
+						    difference(range, std::clamp(range, least[i], greatest[i]), truncations[i]));
 					}
 					EXPECT_EQ(costs[r], expected);
 				}

@@ -7,7 +7,7 @@ namespace d2s1r::test
 {
 namespace
 {
-/// Adds a match a cost, in turn; positions are 0, 1, ...
+/// Adds a match per cost, in turn; positions are 0, 1, ...
 std::vector<Match> cheapest_of(const std::vector<std::uint32_t>& costs, std::size_t wanted, std::uint32_t margin = 255)
 {
 	std::vector<Match> matches;

@@ -113,8 +113,8 @@ TEST_F(OnFloor, GroupsAreThePositionsInTwoByTwoSquares)
 TEST_F(OnFloor, TheOverviewHasTheRangesAtTheMiddlesOfGroups)
 {
 	const auto directions = static_cast<std::size_t>(profiles_.directions);
-	ASSERT_EQ(profiles_.overview.size(), 2 * profiles_.groups()) << "120 directions take two cache lines";
-	EXPECT_EQ(reinterpret_cast<std::uintptr_t>(profiles_.overview_of(1)) % sizeof(RangeProfiles::Line), 0U);
+	ASSERT_EQ(profiles_.overview.size(), 2 * kCacheLine * profiles_.groups()) << "120 directions take two cache lines";
+	EXPECT_EQ(reinterpret_cast<std::uintptr_t>(profiles_.overview_of(1)) % kCacheLine, 0U);
 	std::size_t near = 0;
 	for (std::size_t group = 0; group < profiles_.groups(); group++)
 		for (std::size_t d = 0; d < directions; d++)

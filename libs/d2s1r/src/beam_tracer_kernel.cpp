@@ -8,8 +8,6 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include <cmath>
-
 #include "ray_axis-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -26,13 +24,6 @@ HWY_INLINE Mask is_class(Ints packed, Cell cell)
 	    hn::BitCast(kFloats, hn::VecFromMask(kInts, hn::Eq(classes, hn::Set(kInts, static_cast<int>(cell))))));
 }
 
-/// A direction that is never 0, whose inverse would not be finite.
-HWY_INLINE Floats not_zero(Floats direction)
-{
-	constexpr float kLeast = 1e-20F;
-	return hn::IfThenElse(hn::Lt(hn::Abs(direction), all(kLeast)), all(kLeast), direction);
-}
-
 /// What lies along a vector of beams.
 struct Passed
 {
@@ -40,14 +31,14 @@ struct Passed
 };
 
 /// From the starts of the axes to `end` [cells]; walls left beyond `passed_before` [cells] are where a beam ended.
-HWY_INLINE Passed follow(const std::uint8_t* start, int width, Axis u, Axis v, Floats end, Floats passed_before)
+HWY_INLINE Passed follow(const Map& map, Axis u, Axis v, Floats end, Floats passed_before)
 {
 	Passed passed{all(0), all(0)};
 	Floats length = all(0), in_wall = all(0);  // [cells] so far: of the beam, of the wall that it is in
 	Mask moving = hn::Gt(end, length);
 	while (!hn::AllFalse(kFloats, moving))
 	{
-		const Ints packed = bytes_at(start, u.cell, v.cell, width);
+		const Ints packed = map.bytes_at(u.cell, v.cell);
 		const Floats clearance = hn::ConvertTo(kFloats, hn::ShiftRight<BeamTracer::kClassBits>(packed));
 		const Mask outside = hn::Eq(clearance, all(0)), at_wall = is_class(packed, Cell::kOccupied);
 		const Mask counts = hn::And(moving, hn::AndNot(at_wall, hn::Lt(length, passed_before)));
@@ -65,36 +56,31 @@ HWY_INLINE Passed follow(const std::uint8_t* start, int width, Axis u, Axis v, F
 }  // namespace
 
 void trace_of_target(
-    const PackedCells& map, double start_u, double start_v, double heading, const BeamEnds& beams, bool only_ends,
+    const PackedCells& cells, double start_u, double start_v, double heading, const BeamEnds& beams, bool only_ends,
     TracedBeams& traced)
 {
 	constexpr double kAtWall = 0.15;  // [m] a wall this near to the end is where the beam ended
 	const int column = static_cast<int>(start_u), row = static_cast<int>(start_v);
-	const std::uint8_t* start = map.cells + static_cast<std::ptrdiff_t>(row) * map.width + column;
-	const Floats cosine = all(static_cast<float>(std::cos(heading))), sine = all(static_cast<float>(std::sin(heading)));
-	const auto cell_size = static_cast<float>(map.cell_size);
-	const Floats first_u = all(static_cast<float>(-column)), last_u = all(static_cast<float>(map.width - 1 - column));
-	const Floats first_v = all(static_cast<float>(-row)), last_v = all(static_cast<float>(map.height - 1 - row));
+	const Map map(cells.cells, cells.width, cells.height, column, row);
+	const Rotation rotation(heading);
+	const Floats cell_size = all(static_cast<float>(cells.cell_size));
+	const Floats near_end = all(static_cast<float>(kAtWall / cells.cell_size));
 	for (std::size_t i = 0; i < beams.range.size(); i += hn::Lanes(kFloats))
 	{
 		const Floats ux = hn::LoadU(kFloats, beams.unit_x.data() + i), uy = hn::LoadU(kFloats, beams.unit_y.data() + i);
-		const Floats dx = hn::Sub(hn::Mul(cosine, ux), hn::Mul(sine, uy));
-		const Floats dy = hn::Add(hn::Mul(sine, ux), hn::Mul(cosine, uy));
-		const Floats end = hn::Div(hn::LoadU(kFloats, beams.range.data() + i), all(cell_size));
-		const Axis u(static_cast<float>(start_u - column), not_zero(dx)),
-		    v(static_cast<float>(start_v - row), not_zero(dy));
+		const Floats dx = rotation.x(ux, uy), dy = rotation.y(ux, uy);
+		const Floats end = hn::Div(hn::LoadU(kFloats, beams.range.data() + i), cell_size);
+		const Axis u(static_cast<float>(start_u - column), dx), v(static_cast<float>(start_v - row), dy);
 		Passed passed{all(0), all(0)};
-		if (!only_ends)
-			passed =
-			    follow(start, map.width, u, v, end, hn::Sub(end, all(static_cast<float>(kAtWall / map.cell_size))));
+		if (!only_ends) passed = follow(map, u, v, end, hn::Sub(end, near_end));
 		hn::StoreU(passed.walls, kFloats, traced.walls.data() + i);
-		hn::StoreU(hn::Mul(passed.unknown, all(cell_size)), kFloats, traced.unknown.data() + i);
+		hn::StoreU(hn::Mul(passed.unknown, cell_size), kFloats, traced.unknown.data() + i);
 
 		const Floats end_u = hn::Floor(hn::Add(u.start, hn::Mul(dx, end)));
 		const Floats end_v = hn::Floor(hn::Add(v.start, hn::Mul(dy, end)));
-		const Floats in_u = hn::Min(hn::Max(end_u, first_u), last_u), in_v = hn::Min(hn::Max(end_v, first_v), last_v);
-		const Ints classes =
-		    hn::And(bytes_at(start, in_u, in_v, map.width), hn::Set(kInts, (1 << BeamTracer::kClassBits) - 1));
+		const Floats in_u = hn::Min(hn::Max(end_u, map.first_u), map.last_u);
+		const Floats in_v = hn::Min(hn::Max(end_v, map.first_v), map.last_v);
+		const Ints classes = hn::And(map.bytes_at(in_u, in_v), hn::Set(kInts, (1 << BeamTracer::kClassBits) - 1));
 		hn::StoreU(classes, kInts, traced.end.data() + i);
 	}
 }

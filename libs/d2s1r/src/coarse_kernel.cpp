@@ -77,10 +77,11 @@ struct Shifts
 
 /// The costs of four times as many pairs as there are lanes.
 /// \return false if all cost more than `most`
-HWY_INLINE bool compare(const std::array<Shifts, 4>& at, const CoarseLook& look, std::uint8_t most, std::uint8_t* costs)
+HWY_INLINE bool compare(
+    const std::array<Shifts, 4>& at, const OverviewScan& scan, std::uint8_t most, std::uint8_t* costs)
 {
 	const Bytes bytes;
-	const V truncation = hn::Set(bytes, look.truncation), acceptable = hn::Set(bytes, most);
+	const V truncation = hn::Set(bytes, scan.truncation), acceptable = hn::Set(bytes, most);
 	// steps of the overview are below 128: their differences are signed bytes
 	const auto cost = [&](const std::uint8_t* ranges, V step)
 	{
@@ -90,11 +91,11 @@ HWY_INLINE bool compare(const std::array<Shifts, 4>& at, const CoarseLook& look,
 	const std::uint8_t *const r0 = at[0].ranges, *const r1 = at[1].ranges, *const r2 = at[2].ranges,
 	                          *const r3 = at[3].ranges;
 	V sum0 = hn::Zero(bytes), sum1 = sum0, sum2 = sum0, sum3 = sum0;
-	std::size_t next_check = look.count / 2;
-	for (std::size_t b = 0; b < look.count; b++)
+	std::size_t next_check = scan.count / 2;
+	for (std::size_t b = 0; b < scan.count; b++)
 	{
-		const int direction = look.beams[b].direction;
-		const V step = hn::Set(bytes, look.beams[b].step);
+		const int direction = scan.beams[b].direction;
+		const V step = hn::Set(bytes, scan.beams[b].step);
 		sum0 = hn::Add(sum0, cost(r0 + direction, step)), sum1 = hn::Add(sum1, cost(r1 + direction, step));
 		sum2 = hn::Add(sum2, cost(r2 + direction, step)), sum3 = hn::Add(sum3, cost(r3 + direction, step));
 		if (b < next_check) continue;
@@ -109,12 +110,12 @@ HWY_INLINE bool compare(const std::array<Shifts, 4>& at, const CoarseLook& look,
 }
 
 std::size_t find_cheap_pairs_of_target(
-    const std::uint8_t* rows, std::size_t count, const CoarseLook& look, std::uint8_t most, CheapPair* found)
+    const std::uint8_t* rows, std::size_t count, const OverviewScan& scan, std::uint8_t most, CheapPair* found)
 {
 	const Bytes bytes;
-	const std::size_t lanes = hn::Lanes(bytes), directions = static_cast<std::size_t>(look.directions);
+	const std::size_t lanes = hn::Lanes(bytes), directions = static_cast<std::size_t>(scan.directions);
 	const std::size_t stride = 2 * directions + RangeProfiles::kBlock;
-	const std::size_t a_row = (directions + lanes - 1) / lanes, all = count * a_row;
+	const std::size_t per_row = (directions + lanes - 1) / lanes, all = count * per_row;
 	const V acceptable = hn::Set(bytes, most);
 	const CheapPair* const first = found;
 	alignas(64) std::uint8_t costs[4 * 64];
@@ -123,10 +124,10 @@ std::size_t find_cheap_pairs_of_target(
 		std::array<Shifts, 4> at;
 		for (std::size_t k = 0; k < 4; k++)
 		{
-			const std::size_t which = std::min(i + k, all - 1), row = which / a_row, shift = which % a_row * lanes;
+			const std::size_t which = std::min(i + k, all - 1), row = which / per_row, shift = which % per_row * lanes;
 			at[k] = {row, shift, rows + row * stride + shift};
 		}
-		if (!compare(at, look, most, costs)) continue;
+		if (!compare(at, scan, most, costs)) continue;
 		for (std::size_t k = 0; k < std::min<std::size_t>(4, all - i); k++)
 		{
 			const std::uint8_t* const cost = costs + k * lanes;
@@ -143,24 +144,25 @@ std::size_t find_cheap_pairs_of_target(
 	return static_cast<std::size_t>(found - first);
 }
 
-void row_costs_of_target(const std::uint8_t* rows, std::size_t count, const CoarseRow& look, std::uint32_t* costs)
+void row_costs_of_target(const std::uint8_t* rows, std::size_t count, const ScanRow& scan, std::uint32_t* costs)
 {
 	const Bytes bytes;
 	const hn::Repartition<std::uint64_t, Bytes> words;
-	const std::size_t lanes = hn::Lanes(bytes), whole = look.length - look.length % lanes;
-	const V end_of_most =
-	    hn::IfThenElseZero(hn::FirstN(bytes, look.length - whole), hn::LoadU(bytes, look.most + whole));
-	for (std::size_t r = 0; r < count; r++, rows += look.length)
+	const std::size_t lanes = hn::Lanes(bytes), whole = scan.length - scan.length % lanes;
+	const V end_of_truncation =
+	    hn::IfThenElseZero(hn::FirstN(bytes, scan.length - whole), hn::LoadU(bytes, scan.truncation + whole));
+	for (std::size_t r = 0; r < count; r++, rows += scan.length)
 	{
-		const auto sum_from = [&](std::size_t i, V most)
+		const auto sum_from = [&](std::size_t i, V truncation)
 		{
 			const V range = hn::LoadU(bytes, rows + i);
-			const V beyond = hn::SaturatedSub(range, hn::LoadU(bytes, look.greatest + i));
-			const V difference = hn::Or(beyond, hn::SaturatedSub(hn::LoadU(bytes, look.least + i), range));
-			return hn::SumsOf8(hn::Min(difference, most));
+			const V beyond = hn::SaturatedSub(range, hn::LoadU(bytes, scan.greatest + i));
+			const V difference = hn::Or(beyond, hn::SaturatedSub(hn::LoadU(bytes, scan.least + i), range));
+			return hn::SumsOf8(hn::Min(difference, truncation));
 		};
-		auto sum = sum_from(whole, end_of_most);
-		for (std::size_t i = 0; i < whole; i += lanes) sum = hn::Add(sum, sum_from(i, hn::LoadU(bytes, look.most + i)));
+		auto sum = sum_from(whole, end_of_truncation);
+		for (std::size_t i = 0; i < whole; i += lanes)
+			sum = hn::Add(sum, sum_from(i, hn::LoadU(bytes, scan.truncation + i)));
 		costs[r] = static_cast<std::uint32_t>(hn::GetLane(hn::SumOfLanes(words, sum)));
 	}
 }
@@ -187,14 +189,14 @@ std::uint64_t groups_between(const std::uint8_t* deficits, int least, int most)
 }
 
 std::size_t find_cheap_pairs(
-    const std::uint8_t* rows, std::size_t count, const CoarseLook& look, std::uint8_t most, CheapPair* found)
+    const std::uint8_t* rows, std::size_t count, const OverviewScan& scan, std::uint8_t most, CheapPair* found)
 {
-	return HWY_DYNAMIC_DISPATCH(find_cheap_pairs_of_target)(rows, count, look, most, found);
+	return HWY_DYNAMIC_DISPATCH(find_cheap_pairs_of_target)(rows, count, scan, most, found);
 }
 
-void row_costs(const std::uint8_t* rows, std::size_t count, const CoarseRow& look, std::uint32_t* costs)
+void row_costs(const std::uint8_t* rows, std::size_t count, const ScanRow& scan, std::uint32_t* costs)
 {
-	HWY_DYNAMIC_DISPATCH(row_costs_of_target)(rows, count, look, costs);
+	HWY_DYNAMIC_DISPATCH(row_costs_of_target)(rows, count, scan, costs);
 }
 }  // namespace d2s1r
 #endif

@@ -9,16 +9,16 @@
 namespace d2s1r
 {
 /// A beam of the overview search: its direction before a shift, and its companded range.
-struct CoarseBeam
+struct OverviewBeam
 {
 	int direction;
 	std::uint8_t step;  //!< [2 steps] as in the overview
 };
 
-/// What overviews are compared with.
-struct CoarseLook
+/// A few beams of a scan: what overviews are compared with.
+struct OverviewScan
 {
-	const CoarseBeam* beams;
+	const OverviewBeam* beams;
 	std::size_t count;        //!< [-] beams
 	int directions;           //!< [-] of the profiles, and shifts
 	std::uint8_t truncation;  //!< [2 steps] count * truncation must fit a byte
@@ -46,18 +46,17 @@ std::uint64_t groups_between(const std::uint8_t* deficits, int least, int most);
 /// \param found room for all pairs
 /// \return how many there are
 std::size_t find_cheap_pairs(
-    const std::uint8_t* rows, std::size_t count, const CoarseLook& look, std::uint8_t most, CheapPair* found);
+    const std::uint8_t* rows, std::size_t count, const OverviewScan& scan, std::uint8_t most, CheapPair* found);
 
-/// What a row is compared with, direction by direction.
-struct CoarseRow
+/// A turned scan: what a row is compared with, direction by direction.
+struct ScanRow
 {
 	const std::uint8_t *least, *greatest;  //!< [step] ranges that agree
-	const std::uint8_t* most;              //!< [step] truncation of the difference; 0 where there is no beam
+	const std::uint8_t* truncation;        //!< [step] greatest difference that counts; 0 where there is no beam
 	std::size_t length;  //!< [-] directions. RangeProfiles::kBlock more may be read at the end of the arrays
 };
 
-/// The sums over directions of min(most[i], distance of row[i] from least[i] ... greatest[i]), for `count` rows one
-/// after the other.
-/// RangeProfiles::kBlock more may be read at the end of the rows.
-void row_costs(const std::uint8_t* rows, std::size_t count, const CoarseRow& look, std::uint32_t* costs);
+/// The sums over directions of min(truncation[i], distance of row[i] from least[i] ... greatest[i]), for `count` rows
+/// one after the other. RangeProfiles::kBlock more may be read at the end of the rows.
+void row_costs(const std::uint8_t* rows, std::size_t count, const ScanRow& scan, std::uint32_t* costs);
 }  // namespace d2s1r

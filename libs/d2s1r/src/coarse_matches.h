@@ -58,7 +58,7 @@ class CheapestMatches
 			matches_.resize(wanted_);
 			below_ = count_[least_] = wanted_;
 		}
-		if (matches_.size() >= 3 * wanted_ && below_ <= wanted_) drop_costly();
+		if (matches_.size() >= 3 * wanted_) drop_costly();
 	}
 
 	/// Drops all that are not among the cheapest.

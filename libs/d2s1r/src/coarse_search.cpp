@@ -40,11 +40,11 @@ void search_profiles(
 		if (m + kAhead < of_groups.size()) prefetch(rows_of(group_of(m + kAhead)), 4 * directions);
 		const std::size_t group = group_of(m);
 		const std::size_t turned = directions - static_cast<std::size_t>(of_groups[m].shift);
-		const CoarseRow look{
-		    scan.least.data() + turned, scan.greatest.data() + turned, scan.most.data() + turned, directions};
+		const ScanRow turned_scan{
+		    scan.least.data() + turned, scan.greatest.data() + turned, scan.truncation.data() + turned, directions};
 		std::array<std::uint32_t, 4> costs;
 		const std::size_t first = first_of_group[group], count = first_of_group[group + 1] - first;
-		row_costs(rows_of(group), count, look, costs.data());
+		row_costs(rows_of(group), count, turned_scan, costs.data());
 		for (std::size_t i = 0; i < count; i++)
 		{
 			const Match match{static_cast<std::int32_t>(first + i), of_groups[m].shift, costs[i]};

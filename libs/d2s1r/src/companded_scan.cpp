@@ -13,27 +13,27 @@ CompandedScan compand(const Scan& scan, const RangeProfiles& profiles, int trunc
 	const int directions = profiles.directions;
 	const auto padded = static_cast<std::size_t>(2 * directions + RangeProfiles::kBlock);
 	CompandedScan out;
-	for (auto* row : {&out.least, &out.greatest, &out.most}) row->resize(padded);
-	std::vector<float> nearest(static_cast<std::size_t>(directions), 0.5F);
+	for (auto* row : {&out.least, &out.greatest, &out.truncation}) row->resize(padded);
+	std::vector<float> nearest(static_cast<std::size_t>(directions), 1.0F);  // [directions] above every offset
 	for (const Beam& beam : scan.beams)
 	{
 		const double turn = mrpt::math::wrapTo2Pi(static_cast<double>(beam.angle)) / (2 * M_PI) * directions;
 		const auto bin = static_cast<std::size_t>(std::lround(turn)) % static_cast<std::size_t>(directions);
 		const auto offset = static_cast<float>(std::abs(turn - std::round(turn)));
-		if (out.most[bin] != 0 && offset >= nearest[bin]) continue;
+		if (offset >= nearest[bin]) continue;
 		nearest[bin] = offset;
-		out.most[bin] = static_cast<std::uint8_t>(truncation);
+		out.truncation[bin] = static_cast<std::uint8_t>(truncation);
 		out.least[bin] = profiles.compand(static_cast<double>(beam.range));
 		out.greatest[bin] = beam.is_return ? out.least[bin] : RangeProfiles::kOutOfRange;
 	}
 	for (int direction = 0; direction < directions; direction++)
 	{
 		const auto bin = static_cast<std::size_t>(direction);
-		if (out.most[bin] == 0) continue;
+		if (out.truncation[bin] == 0) continue;
 		out.observed.push_back(direction);
 		if (out.least[bin] == out.greatest[bin]) out.exact.push_back(direction);
 	}
-	for (auto* row : {&out.least, &out.greatest, &out.most})
+	for (auto* row : {&out.least, &out.greatest, &out.truncation})
 		std::copy_n(row->begin(), directions, row->begin() + directions);
 	return out;
 }

@@ -14,8 +14,8 @@ struct CompandedScan
 {
 	/// By direction, the least and the greatest companded range of the map that agrees, and the truncation of
 	/// differences, which is 0 where there is no beam. A return agrees with one range, a beam that saw nothing with all
-	/// beyond its reach. Twice in a row and a block of zeros: turns need no wrap.
-	std::vector<std::uint8_t> least, greatest, most;
+	/// beyond its reach. Stored twice, then kBlock zeros, so that a shifted read need not wrap around.
+	std::vector<std::uint8_t> least, greatest, truncation;
 	std::vector<int> observed;  //!< directions with a beam
 	std::vector<int> exact;     //!< of these, where one range agrees
 };

@@ -5,38 +5,14 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "column_distances.h"
+
 namespace d2s1r
 {
 namespace
 {
-constexpr double kMostCells = 1U << 30U;  //!< offsets of two bytes a cell have 31 bits
+constexpr double kMostFieldCells = 1U << 30U;  //!< offsets of two bytes per cell have 31 bits
 constexpr int kReach = static_cast<int>(DistanceField::kReachCells);
-
-/// Distance [cells] of every cell of `grid` and of a rim as wide as the field reaches to the nearest occupied one in
-/// its column, at most kReach: walls at the edge act outwards, too.
-std::vector<std::uint8_t> distances_along_columns(const Grid& grid)
-{
-	const auto width = static_cast<std::size_t>(grid.width + 2 * kReach);
-	const auto height = static_cast<std::size_t>(grid.height + 2 * kReach);
-	std::vector<std::uint8_t> distance(width * height, std::uint8_t{kReach});
-	for (int y = 0; y < grid.height; y++)
-	{
-		std::uint8_t* const row = distance.data() + static_cast<std::size_t>(y + kReach) * width + kReach;
-		for (int x = 0; x < grid.width; x++)
-			if (grid.at(x, y) == Cell::kOccupied) row[x] = 0;
-	}
-	const auto relax = [&](std::size_t to, std::size_t from)
-	{
-		for (std::size_t x = 0; x < width; x++)
-		{
-			const auto step = static_cast<std::uint8_t>(distance[from + x] + 1);
-			if (step < distance[to + x]) distance[to + x] = step;
-		}
-	};
-	for (std::size_t y = 1; y < height; y++) relax(y * width, (y - 1) * width);
-	for (std::size_t y = height - 1; y > 0; y--) relax((y - 1) * width, y * width);
-	return distance;
-}
 
 /// Lower envelope of the parabolas (x - j)^2 + column[j]^2 over a row.
 class RowTransform
@@ -46,8 +22,10 @@ class RowTransform
 	{
 	}
 
-	void operator()(const std::uint8_t* column, int width, std::uint16_t* out)
+	/// \param column distances of a row's cells along their columns [cells]
+	void operator()(const std::uint8_t* column, std::uint16_t* out)
 	{
+		const int width = static_cast<int>(apex_.size());
 		const auto height = [&](int j) { return static_cast<float>(column[j] * column[j]); };
 		int last = -1;
 		for (int j = 0; j < width; j++)
@@ -95,15 +73,16 @@ DistanceField::DistanceField(const Grid& grid)
       origin_x_(grid.origin_x - kReach * grid.cell_size),
       origin_y_(grid.origin_y - kReach * grid.cell_size)
 {
-	if (static_cast<double>(width_) * height_ > kMostCells)
+	if (static_cast<double>(width_) * height_ > kMostFieldCells)
 		throw std::invalid_argument("the map has more cells than can be searched; use larger cells or a smaller map");
-	const auto columns = distances_along_columns(grid);
+	// with the rim: walls at the edge act outwards, too
+	const auto columns = distances_in_columns(grid, kReach, std::uint8_t{kReach});
 	cells_.resize(columns.size());
 	RowTransform transform(width_);
 	for (int y = 0; y < height_; y++)
 	{
 		const auto row = static_cast<std::size_t>(y) * static_cast<std::size_t>(width_);
-		transform(columns.data() + row, width_, cells_.data() + row);
+		transform(columns.data() + row, cells_.data() + row);
 	}
 }
 }  // namespace d2s1r

@@ -8,10 +8,9 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "ray_axis-inl.h"
+#include "simd_floats-inl.h"
 
 #include <algorithm>
-#include <cmath>
 
 HWY_BEFORE_NAMESPACE();
 namespace d2s1r
@@ -20,20 +19,14 @@ namespace HWY_NAMESPACE
 {
 namespace
 {
-/// a b + c d, each product rounded.
-Floats sum_of_products(Floats a, Floats b, Floats c, Floats d)
-{
-	return hn::Add(hn::Mul(a, b), hn::Mul(c, d));
-}
-
 /// The sensor among the cells of the field.
 struct Frame
 {
-	Floats column, row;    //!< [cells] of the sensor, cell centres at whole numbers
-	Floats cosine, sine;   //!< of its heading
-	Floats cells_a_metre;  //!< [1 / m]
-	Floats range_offset;   //!< [m]
-	Floats kernel2;        //!< [m^2]
+	Floats column, row;      //!< [cells] of the sensor, cell centres at whole numbers
+	Rotation heading;        //!< of the sensor
+	Floats cells_per_metre;  //!< [1 / m]
+	Floats range_offset;     //!< [m]
+	Floats kernel2;          //!< [m^2]
 };
 
 struct Distances
@@ -72,7 +65,7 @@ Distances look_up(const DistanceField& field, Floats column, Floats row)
 	return result;
 }
 
-/// Adds BeamEnds::kVector end points a step: lanes of vectors that are shorter are the same, one after another.
+/// Sums in eight lanes whatever the length of a vector, so that every machine adds in the same order.
 class Accumulator
 {
    public:
@@ -124,13 +117,12 @@ EndPointSums sum_of_target(
     const DistanceField& field, const BeamEnds& returns, const mrpt::math::TPose2D& sensor, double range_offset,
     double kernel)
 {
-	const double cells_a_metre = 1 / field.cell_size();
+	const double cells_per_metre = 1 / field.cell_size();
 	const Frame frame{
-	    all(static_cast<float>((sensor.x - field.origin_x()) * cells_a_metre - 0.5)),
-	    all(static_cast<float>((sensor.y - field.origin_y()) * cells_a_metre - 0.5)),
-	    all(static_cast<float>(std::cos(sensor.phi))),
-	    all(static_cast<float>(std::sin(sensor.phi))),
-	    all(static_cast<float>(cells_a_metre)),
+	    all(static_cast<float>((sensor.x - field.origin_x()) * cells_per_metre - 0.5)),
+	    all(static_cast<float>((sensor.y - field.origin_y()) * cells_per_metre - 0.5)),
+	    Rotation(sensor.phi),
+	    all(static_cast<float>(cells_per_metre)),
 	    all(static_cast<float>(range_offset)),
 	    all(static_cast<float>(kernel * kernel))};
 	Accumulator sums;
@@ -140,12 +132,11 @@ EndPointSums sum_of_target(
 		const Floats ux = hn::LoadU(kFloats, returns.unit_x.data() + i),
 		             uy = hn::LoadU(kFloats, returns.unit_y.data() + i);
 		const Floats range = hn::Add(hn::LoadU(kFloats, returns.range.data() + i), frame.range_offset);
-		const Floats dx = hn::Sub(hn::Mul(frame.cosine, ux), hn::Mul(frame.sine, uy));
-		const Floats dy = sum_of_products(frame.sine, ux, frame.cosine, uy);
+		const Floats dx = frame.heading.x(ux, uy), dy = frame.heading.y(ux, uy);
 		const Floats rx = hn::Mul(dx, range), ry = hn::Mul(dy, range);
 		const Distances at = look_up(
-		    field, hn::Add(frame.column, hn::Mul(rx, frame.cells_a_metre)),
-		    hn::Add(frame.row, hn::Mul(ry, frame.cells_a_metre)));
+		    field, hn::Add(frame.column, hn::Mul(rx, frame.cells_per_metre)),
+		    hn::Add(frame.row, hn::Mul(ry, frame.cells_per_metre)));
 		const Floats share =
 		    hn::IfThenElseZero(at.inside, hn::Div(frame.kernel2, hn::Add(frame.kernel2, hn::Mul(at.value, at.value))));
 		const Floats jp = hn::Sub(hn::Mul(at.gradient_y, rx), hn::Mul(at.gradient_x, ry));

@@ -14,10 +14,10 @@ struct EndPointSums
 {
 	std::array<float, 10> information{};  //!< J^T W J, upper triangle by rows
 	std::array<float, 4> gradient{};      //!< J^T W r
-	float support = 0;                    //!< square roots of the weights: 1 an end point that lies on a wall
+	float support = 0;                    //!< square roots of the weights: 1 per end point that lies on a wall
 };
 
-/// \param sensor in map
+/// \param sensor [m, rad, map frame]
 /// \param range_offset [m] added to all ranges
 /// \param kernel [m] width of the robust kernel
 /// \return the same bits whatever SIMD the machine has

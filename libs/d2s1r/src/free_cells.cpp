@@ -3,7 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+
+#include "column_distances.h"
 
 namespace d2s1r
 {
@@ -48,33 +49,13 @@ void keep_largest_region(const Grid& grid, std::vector<CellIndex>& cells)
 	cells.erase(std::remove_if(cells.begin(), cells.end(), is_dropped), cells.end());
 }
 
-/// Rows from every cell to the nearest occupied cell of its column, at most `most`.
-std::vector<std::uint16_t> distances_in_columns(const Grid& grid, std::uint16_t most)
-{
-	std::vector<std::uint16_t> distances(grid.cells.size(), most);
-	const auto carry = [&](int row, int from_row)
-	{
-		for (int column = 0; column < grid.width; column++)
-		{
-			auto& here = distances[at(grid.index(column, row))];
-			if (grid.at(column, row) == Cell::kOccupied) here = 0;
-			if (!grid.contains(column, from_row)) continue;
-			const int passed_on = distances[at(grid.index(column, from_row))] + 1;
-			if (passed_on < here) here = static_cast<std::uint16_t>(passed_on);
-		}
-	};
-	for (int row = 0; row < grid.height; row++) carry(row, row - 1);
-	for (int row = grid.height - 1; row >= 0; row--) carry(row, row + 1);
-	return distances;
-}
-
 /// Leaves the cells whose centre is at least `clearance` [m] from the centre of every occupied cell, exactly:
 /// distances along columns first, then a search along the row, only as far as it matters.
 void keep_clear_cells(const Grid& grid, double clearance, std::vector<CellIndex>& cells)
 {
 	const double in_cells = std::min(clearance / grid.cell_size, 60000.0);
 	const auto reach = static_cast<int>(std::ceil(in_cells));
-	const auto distances = distances_in_columns(grid, static_cast<std::uint16_t>(reach));
+	const auto distances = distances_in_columns(grid, 0, static_cast<std::uint16_t>(reach));
 	const double least_squared = in_cells * in_cells * (1 - 1e-6);  // a distance of exactly the clearance will do
 	const auto is_too_close = [&](CellIndex cell)
 	{

@@ -13,11 +13,11 @@ namespace d2s1r
 namespace
 {
 /// As many beams as a byte can sum up, spread over the scan, in an order whose beginnings are spread, too.
-std::vector<CoarseBeam> few_beams(const CompandedScan& scan, int truncation)
+std::vector<OverviewBeam> few_beams(const CompandedScan& scan, int truncation)
 {
 	const std::size_t count = std::min(scan.exact.size(), static_cast<std::size_t>(255 / truncation));
 	const std::size_t stride = count % 7 != 0 ? 7 : 1;
-	std::vector<CoarseBeam> beams;
+	std::vector<OverviewBeam> beams;
 	for (std::size_t i = 0; i < count; i++)
 	{
 		const int direction = scan.exact[i * stride % count * scan.exact.size() / count];
@@ -54,7 +54,7 @@ int deficit_of_few(const std::vector<std::uint8_t>& deficits, std::size_t groups
 /// Beams without a counterpart that a group may have and still explain the scan as well as one that costs `least`
 /// [2 steps] in the overviews: as many as that cost allows, and some by chance.
 int greatest_deficit(
-    const RangeProfiles& profiles, double beams, double least, const CoarseLook& look,
+    const RangeProfiles& profiles, double beams, double least, const OverviewScan& look,
     const CoarseSearchParameters& parameters)
 {
 	const double unmatched = beams * least / (static_cast<double>(look.count) * look.truncation);
@@ -64,7 +64,7 @@ int greatest_deficit(
 
 /// A few beams of all shifts at some groups.
 void look_at(
-    const RangeProfiles& profiles, const std::vector<std::int32_t>& groups, const CoarseLook& look,
+    const RangeProfiles& profiles, const std::vector<std::int32_t>& groups, const OverviewScan& look,
     const AllowedPairs& allowed, CheapestMatches& cheapest)
 {
 	constexpr std::size_t kTogether = 32;
@@ -100,7 +100,7 @@ void search_overviews(
     const AllowedPairs& allowed, std::vector<Match>& matches)
 {
 	const auto few = few_beams(scan, parameters.overview_truncation);
-	const CoarseLook look{
+	const OverviewScan look{
 	    few.data(), few.size(), profiles.directions, static_cast<std::uint8_t>(parameters.overview_truncation)};
 	const auto pairs = static_cast<double>(profiles.groups()) * profiles.directions;
 	const double wanted =

@@ -48,7 +48,8 @@ class RowWriter
 	/// \param swept in `direction`
 	void write(std::size_t direction, const SweptRanges& swept)
 	{
-		const SweptRanges ranges = swept;  // bytes may alias: what is referred to would be read again each time
+		// local copies: byte stores may alias members, which would be reloaded every time
+		const SweptRanges ranges = swept;
 		const std::size_t first = first_, count = count_;
 		const std::uint8_t* const byte_of = byte_of_.data();
 		std::uint8_t* const gathered = gathered_.data() + direction % kGathered * count;
@@ -153,16 +154,15 @@ RangeProfiles make_range_profiles(
 	}
 	profiles.first_of_group.push_back(positions.size());
 	const auto directions = static_cast<std::size_t>(parameters.directions);
-	profiles.overview.resize(groups.size() * profiles.lines_of_group());
+	profiles.overview.resize(groups.size() * profiles.overview_stride());
 	profiles.by_position.resize(positions.size() * directions + RangeProfiles::kBlock);
 	const std::vector<std::uint8_t> step_of = steps_of_ranges(profiles, grid.cell_size);
 	std::vector<std::uint8_t> half_of = step_of;  // [2 steps]
 	for (std::uint8_t& step : half_of) step /= 2;
 	RowWriter by_position(0, positions.size(), step_of, parameters.directions, directions, profiles.by_position.data());
 	RowWriter overview(
-	    positions.size(), groups.size(), half_of, parameters.directions,
-	    profiles.lines_of_group() * sizeof(RangeProfiles::Line),
-	    reinterpret_cast<std::uint8_t*>(profiles.overview.data()));
+	    positions.size(), groups.size(), half_of, parameters.directions, profiles.overview_stride(),
+	    profiles.overview.data());
 	sweep_ranges(
 	    grid, swept, parameters.directions, parameters.max_range, false,
 	    [&](int direction, const SweptRanges& ranges)

@@ -31,7 +31,7 @@ struct Runs
 	const Run* end() const { return end_; }
 };
 
-/// Lines that enter obstacles from the side: only the first cell of a run can be; the others lie behind it.
+/// Lines that enter obstacles from the side. Only the first cell of a run can be entered so; the others lie behind it.
 void mark_sides(const Runs& obstacles, const ColumnCrossing& crossing, bool climbs, std::uint16_t* hits)
 {
 	for (const Run& run : obstacles)

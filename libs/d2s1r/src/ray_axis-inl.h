@@ -1,5 +1,5 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-// How a vector of rays moves through cells, coordinate by coordinate. Once a target of Highway, inside of its
+// How a vector of rays moves through cells, coordinate by coordinate. Once per target of Highway, inside of its
 // namespace.
 #if defined(D2S1R_RAY_AXIS_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef D2S1R_RAY_AXIS_INL_H
@@ -8,9 +8,10 @@
 #define D2S1R_RAY_AXIS_INL_H
 #endif
 
-#include <hwy/highway.h>
-
 #include <cstdint>
+
+#include "clearance.h"
+#include "simd_floats-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace d2s1r
@@ -19,39 +20,53 @@ namespace HWY_NAMESPACE
 {
 namespace
 {
-namespace hn = hwy::HWY_NAMESPACE;
-using FloatTag = hn::CappedTag<float, 8>;
-using IntTag = hn::RebindToSigned<FloatTag>;
-inline constexpr FloatTag kFloats;
-inline constexpr IntTag kInts;
-using Floats = hn::Vec<FloatTag>;
-using Ints = hn::Vec<IntTag>;
-using Mask = hn::Mask<FloatTag>;
-
-HWY_INLINE Floats all(float value)
+/// A map of a byte for each cell, with a margin. Cells are counted from the cell where rays start.
+struct Map
 {
-	return hn::Set(kFloats, value);
-}
+	const std::uint8_t* start;
+	int width;                                //!< [cells] with the margin
+	Floats first_u, last_u, first_v, last_v;  //!< columns and rows of the margin
 
-/// The bytes of cells (u, v), counted from that at `start`; the three bytes after the last cell are read, too.
-HWY_INLINE Ints bytes_at(const std::uint8_t* start, Floats u, Floats v, int width)
+	Map(const std::uint8_t* cells, int width_, int height, int column, int row)
+	    : start(cells + static_cast<std::ptrdiff_t>(row) * width_ + column),
+	      width(width_),
+	      first_u(all(static_cast<float>(-column))),
+	      last_u(all(static_cast<float>(width_ - 1 - column))),
+	      first_v(all(static_cast<float>(-row))),
+	      last_v(all(static_cast<float>(height - 1 - row)))
+	{
+	}
+	/// The bytes of cells (u, v); kGatherOverrun bytes after the last cell are read, too.
+	Ints bytes_at(Floats u, Floats v) const
+	{
+		const Ints offsets = hn::Add(hn::ConvertTo(kInts, u), hn::Mul(hn::ConvertTo(kInts, v), hn::Set(kInts, width)));
+		const Ints words = hn::GatherOffset(kInts, reinterpret_cast<const std::int32_t*>(start), offsets);
+		return hn::And(words, hn::Set(kInts, 0xFF));
+	}
+};
+
+/// A direction that is never 0, whose inverse would not be finite.
+HWY_INLINE Floats not_zero(Floats direction)
 {
-	const Ints offsets = hn::Add(hn::ConvertTo(kInts, u), hn::Mul(hn::ConvertTo(kInts, v), hn::Set(kInts, width)));
-	const Ints words = hn::GatherOffset(kInts, reinterpret_cast<const std::int32_t*>(start), offsets);
-	return hn::And(words, hn::Set(kInts, 0xFF));
+	constexpr float kLeast = 1e-20F;
+	return hn::IfThenElse(hn::Lt(hn::Abs(direction), all(kLeast)), all(kLeast), direction);
 }
 
 /// One coordinate of a vector of rays. Cells are counted from the cell of the start.
 struct Axis
 {
 	Floats start;    //!< [cells] in [0, 1)
-	Floats step;     //!< [cells] a cell of ray length, not 0
+	Floats step;     //!< [cells] per cell of ray length, not 0
 	Floats inverse;  //!< of step
 	Mask forward;    //!< step >= 0
 	Floats cell;
 
-	Axis(float start_, Floats step_)
-	    : start(all(start_)), step(step_), inverse(hn::Div(all(1), step_)), forward(hn::Ge(step_, all(0))), cell(all(0))
+	Axis(float start_, Floats direction)
+	    : start(all(start_)),
+	      step(not_zero(direction)),
+	      inverse(hn::Div(all(1), step)),
+	      forward(hn::Ge(step, all(0))),
+	      cell(all(0))
 	{
 	}
 	/// Length at which the rays leave the cells less than `clearance` away from their own.

@@ -1,6 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include <d2s1r/ray_caster.h>
 
+#include "clearance.h"
 #include "ray_caster_kernel.h"
 
 #include <algorithm>
@@ -13,28 +14,20 @@ namespace
 {
 constexpr int kMaxClearance = 255;
 
-/// Chebyshev distances by two raster passes.
 ClearanceMap make_clearance(const Grid& grid, bool stop_at_unknown)
 {
 	ClearanceMap map{grid.width + 2, grid.height + 2, {}};
-	map.cells.resize(map.index(0, map.height) + ClearanceMap::kOverrun);
-	const std::ptrdiff_t w = map.width;
-	for (int y = 1; y + 1 < map.height; y++)
-		for (int x = 1; x + 1 < map.width; x++)
+	std::vector<std::uint8_t> is_open(map.index(0, map.height));
+	for (int y = 0; y < grid.height; y++)
+		for (int x = 0; x < grid.width; x++)
 		{
-			const Cell cell = grid.at(x - 1, y - 1);
-			if (cell == Cell::kOccupied || (stop_at_unknown && cell == Cell::kUnknown)) continue;
-			std::uint8_t* here = map.cells.data() + map.index(x, y);
-			const int near = std::min({here[-1], here[-w - 1], here[-w], here[-w + 1]});
-			*here = static_cast<std::uint8_t>(std::min(near + 1, kMaxClearance));
+			const Cell cell = grid.at(x, y);
+			const bool is_obstacle = cell == Cell::kOccupied || (stop_at_unknown && cell == Cell::kUnknown);
+			is_open[map.index(x + 1, y + 1)] = is_obstacle ? 0 : 1;
 		}
-	for (int y = map.height - 2; y > 0; y--)
-		for (int x = map.width - 2; x > 0; x--)
-		{
-			std::uint8_t* here = map.cells.data() + map.index(x, y);
-			const int near = std::min({here[1], here[w + 1], here[w], here[w - 1]});
-			*here = static_cast<std::uint8_t>(std::min<int>(*here, near + 1));
-		}
+	map.cells = clearances(is_open, map.width, kMaxClearance);
+	for (std::size_t cell = 0; cell < is_open.size(); cell++)
+		if (is_open[cell] == 0) map.cells[cell] = 0;
 	return map;
 }
 
@@ -49,7 +42,7 @@ bool is_countable(double column, double row)
 struct Axis
 {
 	double start;    //!< [cells]
-	double step;     //!< [cells] a cell of ray length
+	double step;     //!< [cells] per cell of ray length
 	double inverse;  //!< of step, signed infinity if the ray runs along the other axis
 	int cell;        //!< the one the ray is in
 

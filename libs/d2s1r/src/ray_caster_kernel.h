@@ -13,10 +13,8 @@ struct ClearanceMap
 	int width = 0;   //!< [cells] with the margin
 	int height = 0;  //!< [cells] with the margin
 	/// [cells] Chebyshev distance to the nearest obstacle or cell of the margin, at most 255, row-major; followed by
-	/// kOverrun bytes, because vectors are read in words.
+	/// kGatherOverrun bytes.
 	std::vector<std::uint8_t> cells;
-
-	static constexpr std::size_t kOverrun = 3;
 
 	std::size_t index(int column, int row) const
 	{

@@ -1,4 +1,5 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include <d2s1r/aligned_bytes.h>
 #include <d2s1r/signature_index.h>
 
 #include <Eigen/Core>
@@ -15,20 +16,13 @@ namespace d2s1r
 namespace
 {
 constexpr std::size_t kLeafSize = 64;
-constexpr std::size_t kLineSize = 64;
 constexpr int kFraction = 8;             // steps of a query's counts
 constexpr float kRoundingSlack = 1e-4F;  // [-] of squared distances between projections
-
-/// Part of a signature in one cache line, [rays].
-struct alignas(kLineSize) Line
-{
-	std::array<std::uint8_t, kLineSize> counts{};
-};
 
 /// A signature in rays, as the index counts them.
 struct Query
 {
-	std::vector<std::int32_t> counts;  //!< [1 / kFraction rays] padded to whole lines
+	std::vector<std::int32_t> counts;  //!< [1 / kFraction rays] padded to the stride of the signatures
 	ProjectedSignature projected{};    //!< [rays]
 };
 
@@ -103,12 +97,12 @@ struct SignatureIndex::Tree
 	using KdTree = nanoflann::KDTreeSingleIndexAdaptor<Metric, Tree, kProjectionSize, std::uint32_t>;
 
 	std::size_t bins = 0;
-	float directions = 0;  //!< [rays] of a signature
-	std::size_t lines_of_signature = 0;
+	float directions = 0;    //!< [rays] of a signature
+	std::size_t stride = 0;  //!< [bytes] between signatures
 	SignatureProjection projection;
 	std::vector<CellIndex> cells;                 //!< in the order of the tree's leaves, as all that follows
 	std::vector<ProjectedSignature> projections;  //!< [rays]
-	std::vector<Line> signatures;
+	AlignedBytes signatures;                      //!< [rays] (cell, bin)
 	std::unique_ptr<KdTree> kd_tree;
 
 	Tree(const std::vector<CellIndex>& cells_, const SignatureCounts& counts);
@@ -127,7 +121,7 @@ struct SignatureIndex::Tree
 SignatureIndex::Tree::Tree(const std::vector<CellIndex>& cells_, const SignatureCounts& counts)
     : bins(static_cast<std::size_t>(counts.bins)),
       directions(static_cast<float>(counts.directions)),
-      lines_of_signature((bins + kLineSize - 1) / kLineSize),
+      stride(in_whole_lines(bins)),
       projection(counts)
 {
 	projections.reserve(cells_.size());
@@ -139,14 +133,14 @@ SignatureIndex::Tree::Tree(const std::vector<CellIndex>& cells_, const Signature
 	std::iota(kd_tree->vAcc.begin(), kd_tree->vAcc.end(), 0U);
 	projections = permuted(projections, order);
 	cells = permuted(cells_, order);
-	signatures.resize(cells.size() * lines_of_signature);
+	signatures.resize(cells.size() * stride);
 	for (std::size_t point = 0; point < cells.size(); point++)
-		std::copy_n(counts.of(order[point]), bins, signatures[point * lines_of_signature].counts.data());
+		std::copy_n(counts.of(order[point]), bins, signatures.data() + point * stride);
 }
 
 void SignatureIndex::Tree::fill(Query& query, const Signature& signature) const
 {
-	query.counts.assign(lines_of_signature * kLineSize, 0);
+	query.counts.assign(stride, 0);
 	for (std::size_t bin = 0; bin < bins; bin++)
 	{
 		const float count = std::min(signature[bin] * directions, 255.0F);
@@ -158,7 +152,7 @@ void SignatureIndex::Tree::fill(Query& query, const Signature& signature) const
 
 NearestCell SignatureIndex::Tree::distance(const Query& query, std::uint32_t point) const
 {
-	const std::uint8_t* counts = signatures[point * lines_of_signature].counts.data();
+	const std::uint8_t* counts = signatures.data() + point * stride;
 	std::int32_t squared = 0;
 	for (std::size_t bin = 0; bin < query.counts.size(); bin++)
 	{

@@ -20,7 +20,7 @@ class SignatureProjection
 	/// \param counts of at least one cell
 	explicit SignatureProjection(const SignatureCounts& counts);
 
-	/// \param counts [rays] one a bin
+	/// \param counts [rays] one per bin
 	template <class Count>
 	ProjectedSignature project(const Count* counts) const
 	{

@@ -9,8 +9,8 @@ namespace d2s1r
 /// What lies along beams, and where they end; padded as BeamEnds.
 struct TracedBeams
 {
-	/// [-] walls passed: runs of occupied cells that a beam entered and left, except right before its end. Of a corner
-	/// that it cut, less than the size of a cell, that part
+	/// [-] walls passed: runs of occupied cells that a beam entered and left, except right before its end. A corner
+	/// that is cut over less than one cell counts by the part of a cell
 	std::vector<float> walls;
 	std::vector<float> unknown;     //!< [m] in unknown space, outside of the grid included
 	std::vector<std::int32_t> end;  //!< Cell of the end point; unknown outside of the grid. If the sensor is outside,
@@ -18,7 +18,7 @@ struct TracedBeams
 };
 
 /// Follows beams through walls, free and unknown space, many at a time; squares of one class are crossed in one step.
-/// One byte a cell of the grid. Const and thread-safe.
+/// One byte per cell of the grid. Const and thread-safe.
 class BeamTracer
 {
    public:
@@ -38,7 +38,7 @@ class BeamTracer
 	int width_, height_;  //!< [cells] of the grid and a margin of one cell around it
 	double cell_size_, origin_x_, origin_y_;
 	/// Class in the two low bits; above, Chebyshev distance [cells] to the nearest cell of another class, at most 63,
-	/// or 0 in the margin. Followed by kOverrun bytes, because vectors are read in words.
+	/// or 0 in the margin. Followed by a few bytes, because cells are gathered as words of four bytes.
 	std::vector<std::uint8_t> cells_;
 };
 }  // namespace d2s1r

@@ -12,7 +12,7 @@ namespace d2s1r
 struct Candidate
 {
 	mrpt::math::TPose2D pose;  //!< sensor in map, m and rad
-	double cost = 0;           //!< [step] mean truncated difference of companded ranges a beam, lower is better
+	double cost = 0;           //!< [step] mean truncated difference of companded ranges per beam, lower is better
 };
 
 /// Compares a scan with the profiles at all yaw shifts: first a few beams with the overviews of groups of positions,

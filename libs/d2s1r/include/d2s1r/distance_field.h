@@ -14,7 +14,7 @@ struct Distance
 };
 
 /// Euclidean distance to the nearest occupied cell, bilinear between cell centres, also a little way out of the grid:
-/// the outer walls of a building are its edge. Two bytes a cell of the grid.
+/// the outer walls of a building are its edge. Two bytes per cell of the grid.
 /// Const and thread-safe. The transform is that of Felzenszwalb and Huttenlocher, "Distance Transforms of Sampled
 /// Functions", 2012.
 class DistanceField

@@ -30,7 +30,7 @@ std::vector<mrpt::math::TPoint2Df> end_points(const Scan& scan, int most);
 class LikelihoodField
 {
    public:
-	/// \throws std::invalid_argument if a parameter is out of range
+	/// \throws std::invalid_argument if a parameter is out of range, or the grid has too many cells for a DistanceField
 	LikelihoodField(const Grid& grid, const LikelihoodParameters& parameters);
 
 	/// Log-likelihood [nat] of beams that end at `points` [m, robot frame] if the robot is at `robot` (in map); finite,

@@ -1,6 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <d2s1r/aligned_bytes.h>
 #include <d2s1r/grid.h>
 
 #include <array>
@@ -9,14 +10,14 @@
 
 namespace d2s1r
 {
-/// Ranges from sample positions all over the free space, one byte a direction: what coarse_search() compares scans
+/// Ranges from sample positions all over the free space, one byte per direction: what coarse_search() compares scans
 /// with.
 ///
 /// Ranges are companded, so that one step is about the change of range that a small change of position makes: 2 cm near
 /// the sensor, 35 cm at a max_range of 30 m.
 ///
-/// The positions form groups, those in 2 x 2 squares of the samples' spacing. The overview has one position a group, at
-/// its middle, and steps twice as large: what is too costly there need not be compared closely. A signature is a
+/// The positions form groups, those in 2 x 2 squares of the samples' spacing. The overview has one position per group,
+/// at its middle, and steps twice as large: what is too costly there need not be compared closely. A signature is a
 /// histogram of the ranges of a group's overview, the same for all yaws (as in Section III-B.1 of the paper): where it
 /// lacks what a scan has, the overview need not be compared either.
 struct RangeProfiles
@@ -26,29 +27,20 @@ struct RangeProfiles
 	static constexpr int kWhole = 240;                //!< [-] sum of a signature
 	static constexpr std::uint8_t kOutOfRange = 255;  //!< no obstacle within max_range
 
-	/// As long as a cache line, and aligned to it.
-	struct alignas(64) Line
-	{
-		std::array<std::uint8_t, 64> bytes;
-	};
-
 	int directions = 0;       //!< [-] direction i points at 2 pi i / directions, map frame
 	double max_range = 0;     //!< [m]
 	std::vector<float> x, y;  //!< [m] sample positions, map frame, along a curve that keeps neighbours near
 	/// [step] (position, direction). kBlock more may be read at the end.
 	std::vector<std::uint8_t> by_position;
 	std::vector<std::size_t> first_of_group;  //!< (group) its first position; one more at the end
-	std::vector<Line> overview;               //!< [2 steps] (group, direction): see overview_of()
+	AlignedBytes overview;                    //!< [2 steps] (group, direction): see overview_of()
 	std::vector<std::uint8_t> signatures;     //!< [1 / kWhole] (block, bin, group of the block)
 
 	std::size_t size() const { return x.size(); }
 	std::size_t groups() const { return first_of_group.empty() ? 0 : first_of_group.size() - 1; }
-	/// Rows of the overview begin at a cache line.
-	std::size_t lines_of_group() const
-	{
-		return (static_cast<std::size_t>(directions) + sizeof(Line) - 1) / sizeof(Line);
-	}
-	const std::uint8_t* overview_of(std::size_t group) const { return overview[group * lines_of_group()].bytes.data(); }
+	/// [bytes] between the rows of the overview, which begin at cache lines.
+	std::size_t overview_stride() const { return in_whole_lines(static_cast<std::size_t>(directions)); }
+	const std::uint8_t* overview_of(std::size_t group) const { return overview.data() + group * overview_stride(); }
 	std::uint8_t compand(double range) const;  //!< [m] -> [step]
 	/// How `count` ranges spread over the bins, kWhole / directions each. A range counts for the two bins it lies
 	/// between, the more for the nearer one.
@@ -56,7 +48,7 @@ struct RangeProfiles
 	std::array<std::uint8_t, kBins> signature_of(const std::uint8_t* steps, std::size_t count) const;
 };
 
-/// Samples the free cells, one a square of `parameters.spacing`, and sweeps their ranges.
+/// Samples the free cells, one per square of `parameters.spacing`, and sweeps their ranges.
 /// \param cells free cells, increasing
 RangeProfiles make_range_profiles(
     const Grid& grid, const std::vector<CellIndex>& cells, const CoarseSearchParameters& parameters);

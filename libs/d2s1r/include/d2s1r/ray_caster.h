@@ -10,7 +10,7 @@ namespace d2s1r
 struct ClearanceMap;
 
 /// Virtual scans from arbitrary poses by exact grid traversal; whole squares of free space are crossed in one step.
-/// Const and thread-safe. Needs one byte a cell of the grid.
+/// Const and thread-safe. Needs one byte per cell of the grid.
 class RayCaster
 {
    public:

@@ -20,13 +20,14 @@ class SignatureIndex
 {
    public:
 	/// \param cells sensor positions, increasing, not empty
+	/// \throws std::invalid_argument if there is no cell, or parameters.paper.max_range is above 4000 cells
 	SignatureIndex(const Grid& grid, const std::vector<CellIndex>& cells, const Parameters& parameters);
 	~SignatureIndex();
 	SignatureIndex(SignatureIndex&&) noexcept;
 	SignatureIndex& operator=(SignatureIndex&&) noexcept;
 
 	/// The k cells of nearest signature, nearest first; ties by cell.
-	/// \throws std::invalid_argument if the query has another number of bins
+	/// \throws std::invalid_argument if the query has another number of bins, or k is below 1
 	std::vector<NearestCell> nearest(const Signature& query, int k) const;
 
 	/// The same into `result`, without allocation if that was large enough once.

@@ -1,0 +1,18 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace d2s1r
+{
+/// [bytes] after the last cell of a map that are read, too, because cells are gathered as words of four bytes.
+inline constexpr std::size_t kGatherOverrun = 3;
+
+/// Chebyshev distance [cells] of each cell of a map to the nearest cell of another class, at most `most`; 0 in a margin
+/// of one cell, which counts as another class. Followed by kGatherOverrun bytes.
+/// \param classes row-major, with the margin
+/// \param width [cells] with the margin
+std::vector<std::uint8_t> clearances(const std::vector<std::uint8_t>& classes, int width, int most);
+}  // namespace d2s1r
