@@ -14,7 +14,7 @@ inline constexpr std::size_t kCacheLine = 64;  //!< [bytes]
 template <class T>
 struct CacheAligned
 {
-	using value_type = T;
+	using value_type = T;  // NOLINT(readability-identifier-naming): the name that allocators have
 
 	CacheAligned() = default;
 	template <class U>
