@@ -5,6 +5,8 @@
 
 #include <mrpt/img/CImage.h>
 
+#include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <vector>
 
@@ -13,7 +15,7 @@ using mrpt::img::TColor;
 
 namespace
 {
-const TColor kInk(40, 44, 52), kCross(214, 34, 50);
+const TColor kInk(40, 44, 52), kCross(214, 34, 50), kPath(20, 99, 196);
 
 /// map.png, taken apart: the map, a line of ink, the legend.
 class MapPng
@@ -26,13 +28,17 @@ class MapPng
 		while (legend_top_ > 0 && !is_line(legend_top_)) legend_top_--;
 	}
 
-	bool map_has(const TColor& color) const
+	/// Places of a colour, [pixel] to the right and upwards.
+	std::vector<mrpt::math::TPoint2D> of_colour(const TColor& color) const
 	{
+		std::vector<mrpt::math::TPoint2D> places;
 		for (int y = 0; y < legend_top_; y++)
 			for (int x = 0; x < width(); x++)
-				if (at(x, y) == color) return true;
-		return false;
+				if (at(x, y) == color) places.emplace_back(x, -y);
+		return places;
 	}
+
+	bool map_has(const TColor& color) const { return !of_colour(color).empty(); }
 
 	/// Coloured marks in the legend, whose text is grey.
 	int marks() const
@@ -117,6 +123,26 @@ TEST_F(AppMapPng, FramesWithoutAPoseAreDrawnOnlyWhereTheTruthSaysTheyWere)
 	const MapPng with = draw(covered_laser_log(), {"--ground-truth", path("truth.txt")});
 	EXPECT_TRUE(with.map_has(kCross));
 	EXPECT_EQ(with.marks(), 4);  // and no pose, ground truth
+}
+
+TEST_F(AppMapPng, RightFramesHaveNoCross)
+{
+	save_truth(path("truth.txt"), false);
+	EXPECT_FALSE(draw(observation_log(), {"--ground-truth", path("truth.txt")}).map_has(kCross));
+}
+
+TEST_F(AppMapPng, HeadingsPointWhereTheRobotLooks)
+{
+	const double heading = walk()[7].phi;
+	ASSERT_NEAR(heading, 0.7, 1e-9);
+	mrpt::math::TPoint2D far;  // from the disc, which is the lower left end of the mark
+	const auto mark = draw({walk_scan(7)}).of_colour(kPath);
+	ASSERT_FALSE(mark.empty());
+	const auto left =
+	    *std::min_element(mark.begin(), mark.end(), [](const auto& a, const auto& b) { return a.x < b.x; });
+	for (const auto& place : mark)
+		if ((place - left).norm() > far.norm()) far = place - left;
+	EXPECT_NEAR(std::atan2(far.y, far.x), heading, 0.2);
 }
 
 TEST_F(AppMapPng, LegendHasTheLinesToWrongPoses)

@@ -95,6 +95,18 @@ TEST(SignatureMapArchive, RefusesAnArchiveThatDoesNotFitItsFingerprint)
 	}
 }
 
+TEST(SignatureMapArchive, RefusesAnArchiveOfAnotherVersion)
+{
+	auto bytes = serialized(make_signature_map());
+	const std::string name = "CSignatureMap2D";
+	const auto version =
+	    std::search(bytes.begin(), bytes.end(), name.begin(), name.end()) + static_cast<std::ptrdiff_t>(name.size());
+	EXPECT_EQ(int{*version}, 1);
+	*version = 2;
+	EXPECT_NE(
+	    message_of<std::exception>([&] { deserialized(bytes); }).find("another version of d2s1r"), std::string::npos);
+}
+
 TEST(SignatureMapArchive, IsAMapFile)
 {
 	const auto map = make_signature_map();

@@ -260,6 +260,24 @@ TEST(Hypotheses, ObjectsInFrontOfWallsSpeakForThePlaceOnlyBesideWalls)
 	EXPECT_LT(present(1), Parameters{}.scoring.rejected_below) << "a covered sensor";
 }
 
+TEST(Hypotheses, ObjectsInFrontOfWallsCountNoMoreThanTheWalls)
+{
+	const Grid grid = make_floor();
+	const auto robot = poses_on_floor()[0];
+	const auto log_odds = [&](std::size_t blocked)
+	{
+		Scan scan = scan_at(world_of(grid), robot);
+		block(scan, 0, blocked, 0.15F);
+		Parameters parameters;
+		parameters.scoring.rejected_below = 0;
+		parameters.scoring.presence_model = {0, 0, 10, 0, 0, 0, 0, 0};
+		const double present = decide_among(grid, scan, {robot}, parameters).confidence;
+		return std::log(present / (1 - present));
+	};
+	EXPECT_NEAR(log_odds(90), 10 * 0.25, 0.2);
+	EXPECT_NEAR(log_odds(270), 10 * 0.25, 0.2);
+}
+
 TEST(Hypotheses, AScanThatNoPlaceExplainsIsRejected)
 {
 	const Grid grid = make_floor();

@@ -56,13 +56,7 @@ TEST(MapImage, ColourAndTransparency)
 	EXPECT_LT(p_occupied(*map, 0, 0), 0.01);
 	EXPECT_NEAR(p_occupied(*map, 1, 0), 1 - 20.0 / 255, 0.01);
 
-	// Two white pixels with alpha, 255 and 0; CImage does not write alpha.
-	const std::string clear(
-	    "\x89\x50\x4e\x47\x0d\x0a\x1a\x0a\x00\x00\x00\x0d\x49\x48\x44\x52\x00\x00\x00\x02\x00\x00\x00\x01"
-	    "\x08\x06\x00\x00\x00\xf4\x22\x7f\x8a\x00\x00\x00\x0c\x49\x44\x41\x54\x78\x9c\x63\xf8\x0f\x01\x0c"
-	    "\x00\x22\xe6\x06\xfa\x08\xfa\x02\x27\x00\x00\x00\x00\x49\x45\x4e\x44\xae\x42\x60\x82",
-	    69);
-	const auto file = folder.write("clear.png", clear);
+	const auto file = folder.write("clear.png", kClearPng);
 	const auto holed = load_map(file, {}, ImageGeometry{1, 0, 0});
 	EXPECT_LT(p_occupied(*holed, 0, 0), 0.01);
 	EXPECT_DOUBLE_EQ(p_occupied(*holed, 1, 0), 0.5);

@@ -7,6 +7,7 @@
 #include <mrpt/maps/CMultiMetricMap.h>
 #include <mrpt/maps/CSimpleMap.h>
 #include <mrpt/maps/CSimplePointsMap.h>
+#include <mrpt/obs/CObservationRange.h>
 #include <mrpt/obs/CSensoryFrame.h>
 #include <mrpt/poses/CPose3DPDFGaussian.h>
 #include <mrpt/serialization/CArchive.h>
@@ -97,6 +98,18 @@ TEST(MapIo, SimplemapIsDrawnWithItsCellSize)
 	const TempFolder folder;
 	save(room_seen_once(), folder.path("room.simplemap.gz"));
 	EXPECT_EQ(load_map(folder.path("room.simplemap.gz"), parameters)->getRawMap(), map->getRawMap());
+}
+
+TEST(MapIo, OfASimplemapOnlyTheScansAreDrawn)
+{
+	auto keyframes = room_seen_once();
+	const auto scans_only = grid_of(keyframes);
+	auto sonar = mrpt::obs::CObservationRange::Create();
+	sonar->maxSensorDistance = 5;
+	sonar->sensedData.resize(1);
+	sonar->sensedData[0].sensedDistance = 0.3F;
+	keyframes.begin()->sf->insert(sonar);
+	EXPECT_EQ(grid_of(keyframes)->getRawMap(), scans_only->getRawMap());
 }
 
 TEST(MapIo, ASimplemapIsDrawnAroundItsSensorsWithoutGrowing)

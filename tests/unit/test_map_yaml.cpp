@@ -72,6 +72,12 @@ TEST_F(MapYaml, ScaleKeepsWhatIsInBetween)
 	    {1, (50.0 / 255 - 0.196) / span, 0, (0.6 - 0.196) / span, (0.4 - 0.196) / span});
 }
 
+TEST_F(MapYaml, WhatIsTransparentIsUnknownIfTheShadesAreAScale)
+{
+	folder_.write("map.pgm", kClearPng);
+	expect_near(p_occupied(kGeometry + kThresholds + "negate: 0\nmode: scale\n"), {0, 0.5});
+}
+
 TEST_F(MapYaml, GeometryIsExactAndTheOriginMayBeABlockList)
 {
 	const auto file = folder_.write(

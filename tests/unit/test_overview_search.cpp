@@ -144,6 +144,12 @@ TEST_F(OverviewSearch, PassesOverGroupsWhoseSignaturesLackTooMuch)
 	}
 }
 
+TEST_F(OverviewSearch, FindsAPairHoweverFewAreWanted)
+{
+	parameters_.max_pairs_share = 1e-9;
+	EXPECT_EQ(look(aligned_scan(grid_, profiles_.directions, {2.41, 8.57, 0.7}, 0, 120)).size(), 1U);
+}
+
 TEST_F(OverviewSearch, WhatAPriorRulesOutTakesNoRoom)
 {
 	parameters_.max_pairs = 20;

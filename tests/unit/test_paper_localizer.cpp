@@ -122,6 +122,19 @@ TEST_F(PaperLocalizer, ReturnsAllCandidatesByRelativeEntropy)
 	EXPECT_GE(result.times.total_ms, result.times.retrieval_ms + result.times.registration_ms);
 }
 
+TEST_F(PaperLocalizer, ConfidenceIsThatOfThePlaceNotOfOneCell)
+{
+	const Localization result = localize({3.0, -1.6, 0.3});
+	const mrpt::math::TPose2D best = result.best().pose.asTPose();
+	double at_place = 0;
+	for (const Hypothesis& hypothesis : result.hypotheses)
+		if (std::hypot(hypothesis.pose.x() - best.x, hypothesis.pose.y() - best.y) < 0.3 &&
+		    std::abs(mrpt::math::wrapToPi(hypothesis.pose.phi() - best.phi)) < M_PI / 18)
+			at_place += hypothesis.probability;
+	EXPECT_GT(at_place, result.best().probability + 0.05);
+	EXPECT_NEAR(result.confidence, at_place, 1e-9);
+}
+
 TEST_F(PaperLocalizer, CovarianceIsThatOfACellAndAStepMovedToTheRobot)
 {
 	const double yaw = std::pow(M_PI / 180, 2) / 12, position = 0.05 * 0.05 / 12;

@@ -81,6 +81,16 @@ TEST(PriorOfDensity, HoldsTheLikelyCellsOfAGrid)
 	EXPECT_FALSE(two.allows({2, 1, -2}));
 }
 
+TEST(PriorOfDensity, LeavesOutWhatTheGridAllButRulesOut)
+{
+	mrpt::poses::CPosePDFGrid grid(0, 10, -5, 5, 0.5, mrpt::DEG2RAD(30.0));
+	grid.uniformDistribution();
+	*grid.getByPos(2, 1, 0.5) = 1e4 * *grid.getByPos(8, -3, -2);
+	const Prior prior = make_prior(grid);
+	EXPECT_TRUE(prior.allows({2, 1, 0.5}));
+	EXPECT_FALSE(prior.allows({8, -3, -2}));
+}
+
 TEST(PriorOfDensity, RefusesVariancesThatAreNoNumber)
 {
 	EXPECT_THROW(

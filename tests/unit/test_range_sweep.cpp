@@ -93,6 +93,14 @@ TEST(RangeSweep, IsExactAlongTheAxes)
 	EXPECT_EQ(ranges.unknown, unknown);
 }
 
+TEST(RangeSweep, WallsBehindUnknownCellsEndRays)
+{
+	const Grid grid = make_picture_grid({"#..??#"}, 0.1);
+	const Ranges ranges = sweep_all(grid, find_free_cells(grid, {}), 1, 5);
+	EXPECT_EQ(ranges.occupied, (std::vector<std::uint16_t>{56, 40}));
+	EXPECT_EQ(ranges.unknown, (std::vector<std::uint16_t>{24, 8}));
+}
+
 TEST(RangeSweep, NothingLeaksThroughDiagonalWalls)
 {
 	const Grid grid = make_picture_grid(

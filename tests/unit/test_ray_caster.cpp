@@ -46,6 +46,14 @@ TEST(RayCaster, IsZeroInsideObstaclesAndMaxRangeBeyond)
 	EXPECT_EQ(RayCaster(grid, 1, false).cast(0.75, 0.75, 0), 1);
 }
 
+TEST(RayCaster, SeesAcrossHallsOfManyCells)
+{
+	const Grid grid = make_picture_grid(enlarge({"....."}, 600), 0.05);
+	const RayCaster caster(grid, 200, true);
+	const double y = 255.5 * 0.05;  // clearances of cells end at 255
+	for (const double angle : {0.0, M_PI}) EXPECT_NEAR(caster.cast(75, y, angle), 75, 1e-3) << angle;
+}
+
 TEST(RayCaster, RaysFromOutsideEnterTheGrid)
 {
 	const Grid grid = make_picture_grid({"..#"}, 1);

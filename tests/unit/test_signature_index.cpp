@@ -137,6 +137,27 @@ TEST(SignatureCounts, CountEveryRayOnceForAnyNumberOfThreads)
 	EXPECT_EQ(count_signatures(grid, cells, parameters).counts, one.counts);
 }
 
+TEST(SignatureCounts, UnknownCellsEndRaysIfAsked)
+{
+	const Grid grid = make_picture_grid({"???", "?.?", "???"}, 0.5);
+	Parameters parameters;
+	parameters.paper.directions = 100;
+	EXPECT_EQ(count_signatures(grid, {4}, parameters).of(0)[59], 100);
+	parameters.grid.rays_stop_at_unknown = true;
+	EXPECT_EQ(count_signatures(grid, {4}, parameters).of(0)[59], 0);
+}
+
+TEST(SignatureCounts, BinsAreThoseOfASignature)
+{
+	const Grid grid = make_picture_grid({"###", "#.#", "###"}, 1);
+	Parameters parameters;
+	parameters.paper.directions = 4;
+	const SignatureCounts counts = count_signatures(grid, {4}, parameters);
+	const Signature signature = make_signature(std::vector<float>(4, 0.5F), parameters.paper);  // at the end of a bin
+	for (std::size_t bin = 0; bin < signature.size(); bin++)
+		EXPECT_EQ(static_cast<float>(counts.of(0)[bin]), 4 * signature[bin]) << bin;
+}
+
 TEST(SignatureCounts, LargeCountsAreCapped)
 {
 	const Grid grid = make_picture_grid({"###", "#.#", "###"}, 0.2);

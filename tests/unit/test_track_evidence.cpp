@@ -1,7 +1,10 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "track_evidence.h"
 
+#include <d2s1r/pseudo_odometry.h>
 #include <gtest/gtest.h>
+
+#include "test_floor.h"
 
 namespace d2s1r::test
 {
@@ -86,6 +89,20 @@ TEST(TrackEvidence, SlippingWheelsAreNotRuledOut)
 	const Fit fit = best_fit(predicted(), place(3.0, 5, 0.9), {}, 5);  // ten deviations away
 	EXPECT_GT(fit.evidence.log_likelihood, -9);
 	EXPECT_NEAR(fit.pose.mean.x(), 3, 1e-9) << "the scan says where, not an average";
+}
+
+TEST(TrackEvidence, OfAScanThatHardlyFitsOtherYawsAreTried)
+{
+	const Grid grid = make_floor();
+	const Localizer localizer(make_map(grid), {});
+	const auto robot = poses_on_floor()[0];
+	Scan scan = scan_at(world_of(grid), robot);
+	for (std::size_t i = 0; i < 300; i++) block(scan, 103 * i, 1, 0.35F);  // people, gaps all around
+	const mrpt::poses::CPose2D turned(robot.x, robot.y, robot.phi + 20 * kDegree);
+	const auto found = refined_near(localizer, scan, PoseDensity(turned, covariance_of(0.05, 0.05, 10 * kDegree)));
+	ASSERT_TRUE(found);
+	EXPECT_LT(distance_between(found->pose.asTPose(), robot), 0.1);
+	EXPECT_LT(turn_between(found->pose.asTPose(), robot), 1);
 }
 
 TEST(TrackEvidence, IsBounded)

@@ -206,6 +206,33 @@ TEST_F(WindowOnTwinRooms, APlaceThatIsFoundLateIsLookedForInTheFramesBefore)
 	EXPECT_GT(result.best().log_likelihood, 1.25 * kLeastEvidence) << "all six frames fit";
 }
 
+TEST_F(WindowOnTwinRooms, APlaceThatNoScanAloneShowsIsDoubted)
+{
+	WindowLocalizer window(localizer_, 10);
+	const auto path = into_left_room();
+	drive(window, path, true);
+	const Scan scan = scan_at(path.back());
+	Localization result;
+	for (int i = 0; i < 10; i++) result = window.add(scan, no_place(Status::kRejected, "crowded"), CPose2D());
+	expect_at(result, path.back());
+	EXPECT_EQ(result.status, Status::kAmbiguous);
+	EXPECT_LT(result.confidence, 0.01);
+}
+
+TEST_F(WindowOnTwinRooms, APlaceThatIsFoundLateCountsByTheScansThatShowedItAlone)
+{
+	WindowLocalizer window(localizer_, 10);
+	drive(window, into_left_room(), true);
+	const TPose2D elsewhere{9.6, 3.0, -1.0};  // carried there
+	const Scan scan = scan_at(elsewhere);
+	const Localization one_shot = localizer_.localize(scan);
+	ASSERT_GT(one_shot.confidence, 0.9);
+	Localization result;
+	for (int i = 0; i < 3; i++) result = window.add(scan, one_shot, CPose2D());
+	expect_at(result, elsewhere);
+	EXPECT_EQ(result.status, Status::kLocalized);
+}
+
 TEST_F(WindowOnTwinRooms, RefusesWhatItCannotDo)
 {
 	EXPECT_THROW(WindowLocalizer(localizer_, 0), std::invalid_argument);

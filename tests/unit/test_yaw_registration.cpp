@@ -156,6 +156,13 @@ TEST(Resample, KeepsOneBeamADirectionAndMarksTheRest)
 	EXPECT_EQ(scan.ranges, (std::vector<float>{2, 1e-3F, 30.001F, 0, 0, 0, 0, 1}));
 }
 
+TEST(Resample, ABeamWithoutReturnIsOutOfRangeHoweverFarItLooked)
+{
+	Scan scan = scan_of(std::vector<float>(360, 3.0F), 0, kDegree);
+	for (Beam& beam : scan.beams) beam.is_return = false;
+	EXPECT_EQ(resample(scan, {}).ranges, std::vector<float>(360, 30.001F));
+}
+
 TEST(Resample, FillsACircleFromSparserAndDenserBeams)
 {
 	for (const std::size_t beams : {90U, 360U, 1440U})
