@@ -2,6 +2,7 @@
 // What a user knows or wants beyond the scan: --window, --region, --time-budget.
 #include "app_process.h"
 #include "app_world.h"
+#include "twin_rooms.h"
 
 #include <mrpt/obs/CObservationOdometry.h>
 
@@ -14,42 +15,15 @@ class AppQueries : public AppTest
 	{
 		save_gridmap(flat(), path("flat.gridmap.gz"));
 		save(observation_log(), path("walk.rawlog"));
-		save_gridmap(twin_rooms(), path("twins.gridmap.gz"));
+		save_gridmap(make_twin_rooms(), path("twins.gridmap.gz"));
 		save(way_into_left_room(), path("twins.rawlog"));
-	}
-
-	/// Two rooms that are alike on a corridor whose ends are not.
-	static const d2s1r::Grid& twin_rooms()
-	{
-		static const d2s1r::Grid grid = make_picture_grid(
-		    enlarge(
-		        {"######################",  //
-		         "#......##......#######",  //
-		         "#......##......##....#",  //
-		         "#.#....##.#....##....#",  //
-		         "#......##......##....#",  //
-		         "###..######..#####..##",  //
-		         "#....................#",  //
-		         "#....................#",  //
-		         "######################"},
-		        10),
-		    0.05);
-		return grid;
-	}
-
-	static std::vector<mrpt::math::TPose2D> path_into_left_room()
-	{
-		std::vector<mrpt::math::TPose2D> path;
-		for (int i = 0; i <= 4; i++) path.emplace_back(0.9 + 0.3 * i, 0.9, 0.1 * i);
-		for (int i = 1; i <= 6; i++) path.emplace_back(2.1, 0.9 + 0.35 * i, 0.4 + 0.2 * i);
-		return path;
 	}
 
 	/// Readings of wheels whose frame is not the map's, and scans of a laser that sees 3 m.
 	static Objects way_into_left_room()
 	{
 		Objects log;
-		const auto way = path_into_left_room();
+		const auto way = into_left_room();
 		for (std::size_t i = 0; i < way.size(); i++)
 		{
 			auto wheels = mrpt::obs::CObservationOdometry::Create();
@@ -59,8 +33,8 @@ class AppQueries : public AppTest
 			laser.max_range = 3;
 			laser.noise = 0.01;
 			laser.seed = static_cast<unsigned>(i + 1);
-			log.push_back(
-			    std::make_shared<mrpt::obs::CObservation2DRangeScan>(make_observation(twin_rooms(), way[i], laser)));
+			log.push_back(std::make_shared<mrpt::obs::CObservation2DRangeScan>(
+			    make_observation(make_twin_rooms(), way[i], laser)));
 		}
 		return log;
 	}
@@ -85,11 +59,11 @@ class AppQueries : public AppTest
 
 TEST_F(AppQueries, WindowTellsRoomsApartThatLookAlike)
 {
-	const std::size_t last = path_into_left_room().size() - 1;
+	const std::size_t last = into_left_room().size() - 1;
 	EXPECT_EQ(localize("twins", "twins", {}).text(last, "status"), "ambiguous");
 	const CsvTable together = localize("twins", "twins", {"--window", "11"});
 	ASSERT_EQ(together.size(), last + 1);
-	expect_at(together, last, path_into_left_room().back());
+	expect_at(together, last, into_left_room().back());
 }
 
 TEST_F(AppQueries, WindowNeedsNoOdometry)
@@ -98,7 +72,7 @@ TEST_F(AppQueries, WindowNeedsNoOdometry)
 	for (const auto& object : way_into_left_room())
 		if (std::dynamic_pointer_cast<mrpt::obs::CObservation2DRangeScan>(object)) scans.push_back(object);
 	save(scans, path("scans.rawlog"));
-	expect_at(localize("twins", "scans", {"--window", "11"}), scans.size() - 1, path_into_left_room().back());
+	expect_at(localize("twins", "scans", {"--window", "11"}), scans.size() - 1, into_left_room().back());
 }
 
 TEST_F(AppQueries, WindowGivesTheSamePosesWithAnyNumberOfThreads)
@@ -107,7 +81,7 @@ TEST_F(AppQueries, WindowGivesTheSamePosesWithAnyNumberOfThreads)
 	const std::string one = read_file(path("out/hypotheses.csv"));
 	localize("twins", "twins", {"--window", "5", "--threads", "3"});
 	EXPECT_EQ(read_file(path("out/hypotheses.csv")), one);
-	EXPECT_GT(lines_of(one).size(), path_into_left_room().size());
+	EXPECT_GT(lines_of(one).size(), into_left_room().size());
 }
 
 TEST_F(AppQueries, WindowGivesNoMoreHypothesesThanTheParametersSay)
@@ -137,8 +111,8 @@ TEST_F(AppQueries, WindowStartsWithTheFirstSelectedFrame)
 
 TEST_F(AppQueries, RegionTellsRoomsApartThatLookAlike)
 {
-	const std::size_t last = path_into_left_room().size() - 1;
-	expect_at(localize("twins", "twins", {"--region", "4,5,-1,0"}), last, path_into_left_room().back());
+	const std::size_t last = into_left_room().size() - 1;
+	expect_at(localize("twins", "twins", {"--region", "4,5,-1,0"}), last, into_left_room().back());
 	EXPECT_GT(localize("twins", "twins", {"--region", "4,0,8,5"}).number(last, "x"), 4);
 }
 

@@ -1,6 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "track_evidence.h"
-#include "twin_rooms.h"
+#include "window_on_twin_rooms.h"
 
 namespace d2s1r::test
 {

@@ -1,66 +1,14 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <d2s1r/window_localizer.h>
-#include <gtest/gtest.h>
-#include <mrpt/math/wrap2pi.h>
-
 #include "test_maps.h"
 
 namespace d2s1r::test
 {
-/// Two rooms that are alike on a corridor whose ends are not; the laser sees 3 m.
-class WindowOnTwinRooms : public testing::Test
+/// Two rooms that are alike on a corridor whose ends are not.
+inline Grid make_twin_rooms()
 {
-   protected:
-	Scan scan_at(const mrpt::math::TPose2D& robot) const
-	{
-		Laser laser;
-		laser.max_range = 3;
-		laser.noise = 0.01;
-		laser.seed = static_cast<unsigned>(std::lround(100 * (robot.x + robot.y + 20)));
-		return make_scan(make_observation(grid_, robot, laser), localizer_.parameters().scan);
-	}
-
-	/// From the left end of the corridor into the left room.
-	static std::vector<mrpt::math::TPose2D> into_left_room()
-	{
-		std::vector<mrpt::math::TPose2D> path;
-		for (int i = 0; i <= 4; i++) path.push_back({0.9 + 0.3 * i, 0.9, 0.1 * i});
-		for (int i = 1; i <= 6; i++) path.push_back({2.1, 0.9 + 0.35 * i, 0.4 + 0.2 * i});
-		return path;
-	}
-
-	/// Follows the path; motions are measured with errors, or not at all. \return the last answer
-	Localization drive(WindowLocalizer& window, const std::vector<mrpt::math::TPose2D>& path, bool with_odometry) const
-	{
-		Localization last;
-		for (std::size_t i = 0; i < path.size(); i++)
-		{
-			const Scan scan = scan_at(path[i]);
-			std::optional<mrpt::poses::CPose2D> motion;
-			if (with_odometry && i > 0)
-				motion = mrpt::poses::CPose2D(path[i]) - mrpt::poses::CPose2D(path[i - 1]) +
-				         mrpt::poses::CPose2D(0.03, -0.02, 0.05);
-			else if (with_odometry)
-				motion = mrpt::poses::CPose2D();
-			last = window.add(scan, localizer_.localize(scan), motion);
-			expect_probabilities(last);
-		}
-		return last;
-	}
-
-	/// Those of all hypotheses sum to 1 at most: the rest is "none of them".
-	static void expect_probabilities(const Localization& result)
-	{
-		if (result.hypotheses.empty()) return;
-		double sum = 0;
-		for (const Hypothesis& hypothesis : result.hypotheses) sum += hypothesis.probability;
-		EXPECT_LE(sum, 1 + 1e-9);
-		EXPECT_DOUBLE_EQ(result.confidence, result.best().probability);
-	}
-
-	const Grid grid_ = make_picture_grid(
+	return make_picture_grid(
 	    enlarge(
 	        {"######################",  //
 	         "#......##......#######",  //
@@ -73,15 +21,14 @@ class WindowOnTwinRooms : public testing::Test
 	         "######################"},
 	        10),
 	    0.05);
-	const Localizer localizer_{make_map(grid_), {}};
-};
+}
 
-/// The best pose is there.
-inline void expect_at(const Localization& result, const mrpt::math::TPose2D& truth)
+/// From the left end of the corridor into the left room.
+inline std::vector<mrpt::math::TPose2D> into_left_room()
 {
-	ASSERT_FALSE(result.hypotheses.empty()) << result.note;
-	const auto& pose = result.best().pose;
-	EXPECT_LT(std::hypot(pose.x() - truth.x, pose.y() - truth.y), 0.15) << pose;
-	EXPECT_LT(std::abs(mrpt::math::wrapToPi(pose.phi() - truth.phi)), 0.05) << pose;
+	std::vector<mrpt::math::TPose2D> path;
+	for (int i = 0; i <= 4; i++) path.push_back({0.9 + 0.3 * i, 0.9, 0.1 * i});
+	for (int i = 1; i <= 6; i++) path.push_back({2.1, 0.9 + 0.35 * i, 0.4 + 0.2 * i});
+	return path;
 }
 }  // namespace d2s1r::test

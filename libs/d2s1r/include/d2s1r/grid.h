@@ -44,9 +44,9 @@ struct Grid
 	}
 };
 
-/// Classifies the cells of `map` and crops to the known ones.
+/// Classifies the cells of `map` and crops to the known ones. Thread-safe.
 /// \throws std::invalid_argument if thresholds cross, there is no known cell, cells are below 6.3 mm or more than
-///         can be numbered, or the map is further than 100 km from the origin of its frame. Thread-safe
+///         can be numbered, or the map is further than 100 km from the origin of its frame
 Grid make_grid(const mrpt::maps::COccupancyGridMap2D& map, const GridParameters& parameters);
 
 /// The grid as a laser would have mapped it: what is occupied deeper than 0.1 m (at least a cell) below the surface of
