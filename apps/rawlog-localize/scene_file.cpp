@@ -1,6 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "scene_file.h"
 
+#include "map_marks.h"
 #include "map_view.h"
 #include "output_file.h"
 #include "path_pieces.h"
@@ -44,7 +45,7 @@ gl::CRenderizable::Ptr grid_object(const SceneContent& content)
 gl::CRenderizable::Ptr trajectory_object(const std::vector<Frame>& frames)
 {
 	auto lines = gl::CSetOfLines::Create();
-	lines->setColor_u8(20, 99, 196);
+	lines->setColor_u8(kPathColor);
 	lines->setLineWidth(3);
 	for (const auto& piece : path_pieces(frames))
 		for (std::size_t i = 1; i < piece.size(); i++)
@@ -58,7 +59,7 @@ gl::CRenderizable::Ptr trajectory_object(const std::vector<Frame>& frames)
 gl::CRenderizable::Ptr fused_object(const std::vector<Frame>& frames)
 {
 	auto lines = gl::CSetOfLines::Create();
-	lines->setColor_u8(133, 40, 160);
+	lines->setColor_u8(kFusedColor);
 	lines->setLineWidth(2);
 	for (std::size_t i = 1; i < frames.size(); i++)
 	{
@@ -80,7 +81,7 @@ gl::CRenderizable::Ptr hypotheses_object(const std::vector<Frame>& frames)
 			ellipse->setCovMatrix(mrpt::math::CMatrixDouble22(h.covariance.blockCopy<2, 2>(0, 0)));
 			ellipse->setQuantiles(kSigmas);
 			ellipse->setLocation(h.pose.x(), h.pose.y(), kAboveGrid);
-			frame.localized() ? ellipse->setColor_u8(20, 99, 196) : ellipse->setColor_u8(245, 150, 20);
+			ellipse->setColor_u8(frame.localized() ? kPathColor : kGuessColor);
 			ellipses->insert(ellipse);
 		}
 	return ellipses;

@@ -1,7 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "occupancy_map.h"
 
-#include <mrpt/obs/CObservation2DRangeScan.h>
+#include <d2s1r/scan.h>
 
 #include <algorithm>
 #include <cmath>
@@ -86,7 +86,6 @@ void check_robot_pose(const mrpt::poses::CPose3D& pose)
 /// \throws std::runtime_error if nothing can be drawn of it
 void check_scan(const CObservation2DRangeScan& scan)
 {
-	constexpr double kFarthestSensor = 100;  // [m]
 	const bool is_mounted =
 	    scan.sensorPose.norm() <= kFarthestSensor && std::isfinite(scan.sensorPose.getRotationMatrix().sum());
 	if (!is_mounted || !std::isfinite(scan.aperture) || !std::isfinite(scan.maxRange))

@@ -11,7 +11,6 @@ namespace d2s1r
 namespace
 {
 constexpr double kFullTurn = 2 * M_PI;
-constexpr double kFarthestSensor = 100;  //!< [m]
 
 /// A reading as it is recorded -> distance and whether something was hit there; no value: no data.
 ///

@@ -10,6 +10,8 @@
 
 namespace d2s1r
 {
+inline constexpr double kFarthestSensor = 100;  //!< [m] from the origin of the robot; beyond, its pose is a mistake
+
 /// One usable beam of a scan. Not in a Scan are beams without data: NaN, -inf, negative, in range but flagged invalid,
 /// and zero unless ScanParameters::zero_is_no_return. What is at or beyond maxRange, flagged or not, saw nothing.
 struct Beam
