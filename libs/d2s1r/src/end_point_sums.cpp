@@ -32,7 +32,7 @@ struct Frame
 struct Distances
 {
 	Floats value, gradient_x, gradient_y;  //!< [m], [-], [-]
-	hn::Mask<decltype(kFloats)> inside;
+	Mask inside;
 };
 
 /// As DistanceField::at(), at (column, row) [cells].
@@ -40,12 +40,11 @@ Distances look_up(const DistanceField& field, Floats column, Floats row)
 {
 	const auto last_column = all(static_cast<float>(field.width() - 1));
 	const auto last_row = all(static_cast<float>(field.height() - 1));
-	Distances result;
-	result.inside = hn::And(
+	const Mask inside = hn::And(
 	    hn::And(hn::Ge(column, all(0)), hn::Lt(column, last_column)),
 	    hn::And(hn::Ge(row, all(0)), hn::Lt(row, last_row)));
-	const Ints i = hn::ConvertTo(kInts, hn::IfThenElseZero(result.inside, column));
-	const Ints j = hn::ConvertTo(kInts, hn::IfThenElseZero(result.inside, row));
+	const Ints i = hn::ConvertTo(kInts, hn::IfThenElseZero(inside, column));
+	const Ints j = hn::ConvertTo(kInts, hn::IfThenElseZero(inside, row));
 	const Floats u = hn::Sub(column, hn::ConvertTo(kFloats, i)), v = hn::Sub(row, hn::ConvertTo(kFloats, j));
 	// a cell has two bytes: one word holds it and its right neighbour
 	const Ints offset = hn::ShiftLeft<1>(hn::Add(hn::Mul(j, hn::Set(kInts, field.width())), i));
@@ -59,10 +58,9 @@ Distances look_up(const DistanceField& field, Floats column, Floats row)
 	const Floats on_lower = hn::Add(a, hn::Mul(hn::Sub(b, a), u)), on_upper = hn::Add(c, hn::Mul(hn::Sub(d, c), u));
 	const Floats cells = all(1 / DistanceField::kUnitsPerCell);
 	const Floats metres = all(static_cast<float>(field.cell_size()) / DistanceField::kUnitsPerCell);
-	result.value = hn::Mul(hn::Add(on_lower, hn::Mul(hn::Sub(on_upper, on_lower), v)), metres);
-	result.gradient_x = hn::Mul(sum_of_products(hn::Sub(b, a), hn::Sub(all(1), v), hn::Sub(d, c), v), cells);
-	result.gradient_y = hn::Mul(hn::Sub(on_upper, on_lower), cells);
-	return result;
+	const Floats value = hn::Mul(hn::Add(on_lower, hn::Mul(hn::Sub(on_upper, on_lower), v)), metres);
+	const Floats along_x = sum_of_products(hn::Sub(b, a), hn::Sub(all(1), v), hn::Sub(d, c), v);
+	return {value, hn::Mul(along_x, cells), hn::Mul(hn::Sub(on_upper, on_lower), cells), inside};
 }
 
 /// Sums in eight lanes whatever the length of a vector, so that every machine adds in the same order.
