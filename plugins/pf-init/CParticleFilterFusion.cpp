@@ -18,7 +18,7 @@
 
 namespace d2s1r
 {
-IMPLEMENTS_MRPT_OBJECT(CParticleFilterFusion, CFusionBackend, d2s1r)
+IMPLEMENTS_MRPT_OBJECT(CParticleFilterFusion, mrpt::rtti::CObject, d2s1r)
 
 namespace
 {

@@ -8,6 +8,5 @@
 MRPT_INITIALIZER(register_d2s1r_pf_init)
 {
 	mrpt::rtti::registerClass(CLASS_ID(d2s1r::CSignatureMap2D));
-	mrpt::rtti::registerClass(CLASS_ID(d2s1r::CFusionBackend));
 	mrpt::rtti::registerClass(CLASS_ID(d2s1r::CParticleFilterFusion));
 }

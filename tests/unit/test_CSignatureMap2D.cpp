@@ -153,10 +153,9 @@ TEST(CSignatureMap2D, IsFilledFromASimpleMapAndCleared)
 	for (const double x : {1.3, 2.3, 5.3})
 	{
 		const mrpt::math::TPose2D pose = {x, 0.9, 0};
-		mrpt::obs::CSensoryFrame frame;
-		frame.insert(mrpt::obs::CObservation2DRangeScan::Create(d2s1r::test::make_observation(kGrid, pose)));
-		const mrpt::poses::CPose3DPDFGaussian where{mrpt::poses::CPose3D(pose)};
-		simple_map.insert(where, frame);
+		const auto frame = mrpt::obs::CSensoryFrame::Create();
+		frame->insert(mrpt::obs::CObservation2DRangeScan::Create(d2s1r::test::make_observation(kGrid, pose)));
+		simple_map.insert(mrpt::poses::CPose3DPDFGaussian::Create(mrpt::poses::CPose3D(pose)), frame);
 	}
 	CSignatureMap2D map;
 	map.loadFromSimpleMap(simple_map);

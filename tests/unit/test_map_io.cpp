@@ -47,13 +47,25 @@ void expect_room(const mrpt::maps::COccupancyGridMap2D& map)
 		}
 }
 
+/// A scan from a pose, as a keyframe.
+void add_keyframe(
+    mrpt::maps::CSimpleMap& keyframes, const mrpt::poses::CPose3D& robot,
+    const mrpt::obs::CObservation2DRangeScan& scan)
+{
+	const auto frame = mrpt::obs::CSensoryFrame::Create();
+	frame->insert(mrpt::obs::CObservation2DRangeScan::Create(scan));
+	keyframes.insert(mrpt::poses::CPose3DPDFGaussian::Create(robot), frame);
+}
+
+mrpt::obs::CObservation2DRangeScan scan_of_room()
+{
+	return make_observation(make_picture_grid(enlarge(kRoom, 20), 0.05), {2.0, 1.5, 0.3});
+}
+
 mrpt::maps::CSimpleMap room_seen_once()
 {
-	const Grid grid = make_picture_grid(enlarge(kRoom, 20), 0.05);
-	mrpt::obs::CSensoryFrame frame;
-	frame.insert(std::make_shared<mrpt::obs::CObservation2DRangeScan>(make_observation(grid, {2.0, 1.5, 0.3})));
 	mrpt::maps::CSimpleMap keyframes;
-	keyframes.insert(mrpt::poses::CPose3DPDFGaussian(mrpt::poses::CPose3D(2.0, 1.5, 0, 0.3)), frame);
+	add_keyframe(keyframes, {2.0, 1.5, 0, 0.3, 0, 0}, scan_of_room());
 	return keyframes;
 }
 
@@ -120,10 +132,8 @@ TEST(MapIo, ASimplemapIsDrawnAroundItsSensorsWithoutGrowing)
 		    make_observation(make_picture_grid(enlarge(kRoom, 20), 0.05), {2.0, 1.5, 0});
 		ahead.sensorPose = mrpt::poses::CPose3D(30, 0, 0, 0, 0, 0);
 		for (std::size_t i = 0; i < ahead.getScanSize(); i++) ahead.setScanRange(i, 20);
-		mrpt::obs::CSensoryFrame frame;
-		frame.insert(std::make_shared<mrpt::obs::CObservation2DRangeScan>(ahead));
 		mrpt::maps::CSimpleMap keyframes;
-		keyframes.insert(mrpt::poses::CPose3DPDFGaussian(mrpt::poses::CPose3D(2.0, 1.5, 0, 0)), frame);
+		add_keyframe(keyframes, {2.0, 1.5, 0, 0, 0, 0}, ahead);
 		GridParameters parameters;
 		parameters.simplemap_cell_size = cell_size;
 		const auto map = grid_of(keyframes, parameters);
@@ -257,7 +267,7 @@ TEST(MapIo, TooLargeForMemoryIsRefusedBeforeItIsTaken)
 	}
 
 	auto far_apart = room_seen_once();
-	far_apart.insert(mrpt::poses::CPose3DPDFGaussian(mrpt::poses::CPose3D(5e4, 5e4, 0)), *far_apart.getAsPair(0).sf);
+	add_keyframe(far_apart, {5e4, 5e4, 0, 0, 0, 0}, scan_of_room());
 	EXPECT_NE(message_of<std::runtime_error>([&] { grid_of(far_apart); }).find("fit in memory"), std::string::npos);
 }
 
@@ -285,7 +295,7 @@ TEST(MapIo, SimpleMapsWithNumbersThatAreNoneAreRefusedOrDrawnWithoutThem)
 		    std::string::npos)
 		    << x;
 	mrpt::maps::CSimpleMap lost = room_seen_once();
-	lost.insert(mrpt::poses::CPose3DPDFGaussian(mrpt::poses::CPose3D(NAN, 0, 0)), *lost.getAsPair(0).sf);
+	add_keyframe(lost, {NAN, 0, 0, 0, 0, 0}, scan_of_room());
 	EXPECT_NE(message_of<std::runtime_error>([&] { grid_of(lost); }).find("pose of a scan"), std::string::npos);
 }
 

@@ -3,8 +3,6 @@
 
 namespace d2s1r
 {
-IMPLEMENTS_VIRTUAL_MRPT_OBJECT(CFusionBackend, mrpt::rtti::CObject, d2s1r)
-
 const char* to_string(FusionStatus status)
 {
 	switch (status)

@@ -96,7 +96,8 @@ void CSignatureMap2D::TMapDefinition::dumpToTextStream_map_specific(std::ostream
 	likelihood.dumpToTextStream(out);
 }
 
-mrpt::maps::CMetricMap* CSignatureMap2D::internal_CreateFromMapDefinition(
+// a plain pointer in MRPT 2.5, a shared one later
+mrpt::maps::internal::MapCtorFromDefFunctor::result_type CSignatureMap2D::internal_CreateFromMapDefinition(
     const mrpt::maps::TMetricMapInitializer& definition)
 {
 	const auto& given = dynamic_cast<const TMapDefinition&>(definition);
@@ -104,7 +105,7 @@ mrpt::maps::CMetricMap* CSignatureMap2D::internal_CreateFromMapDefinition(
 	auto map = std::make_unique<CSignatureMap2D>(parameters, given.likelihood);
 	if (!given.map_file.empty()) map->set_map(*load_map(given.map_file, parameters.grid));
 	map->insertionOptions = given.insertion;
-	return map.release();
+	return mrpt::maps::internal::MapCtorFromDefFunctor::result_type(map.release());
 }
 
 std::uint8_t CSignatureMap2D::serializeGetVersion() const

@@ -181,14 +181,14 @@ COccupancyGridMap2D::Ptr draw_simple_map(const mrpt::maps::CSimpleMap& keyframes
 {
 	if (keyframes.empty()) throw std::runtime_error("a simplemap without keyframes; save one with scans in it");
 	Extent extent;
-	for (const auto& [pose, observations] : keyframes)
+	for (const auto& keyframe : keyframes)
 	{
-		if (!pose || !observations)
+		if (!keyframe.pose || !keyframe.sf)
 			throw std::runtime_error("a keyframe of the simplemap lacks its pose or its observations; save it again");
-		const auto robot = pose->getMeanVal();
+		const auto robot = keyframe.pose->getMeanVal();
 		check_robot_pose(robot);
 		extent.add(robot, 1);
-		for (const auto& scan : scans_of(*observations)) extent.add(sensor_of(*scan, robot), reach_of({}, cell_size));
+		for (const auto& scan : scans_of(*keyframe.sf)) extent.add(sensor_of(*scan, robot), reach_of({}, cell_size));
 	}
 	// In its final size from the start: growing, MRPT's map calls std::terminate() when memory ends.
 	auto map = make_map_of(extent, cell_size);

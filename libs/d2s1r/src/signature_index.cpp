@@ -31,12 +31,15 @@ template <class Distance>
 class NearestByFullDistance
 {
    public:
+	using DistanceType = float;
+
 	NearestByFullDistance(std::size_t k, std::vector<NearestCell>& nearest, const Distance& distance)
 	    : k_(k), nearest_(nearest), distance_(distance)
 	{
 		nearest_.clear();
 	}
 	std::size_t size() const { return nearest_.size(); }
+	void sort() const {}  // it always is
 	bool full() const { return nearest_.size() == k_; }
 	/// What is as far as the last one is offered, too: ties are by cell.
 	float worstDist() const
@@ -63,6 +66,23 @@ class NearestByFullDistance
 	std::vector<NearestCell>& nearest_;
 	const Distance& distance_;
 };
+
+// What nanoflann has named anew since Debian 12.
+#if NANOFLANN_VERSION >= 0x150
+using SearchParameters = nanoflann::SearchParameters;
+template <class KdTree>
+auto& points_by_leaf(KdTree& tree)
+{
+	return tree.vAcc_;
+}
+#else
+using SearchParameters = nanoflann::SearchParams;
+template <class KdTree>
+auto& points_by_leaf(KdTree& tree)
+{
+	return tree.vAcc;
+}
+#endif
 
 template <class T>
 std::vector<T> permuted(const std::vector<T>& values, const std::vector<std::uint32_t>& order)
@@ -129,8 +149,9 @@ SignatureIndex::Tree::Tree(const std::vector<CellIndex>& cells_, const Signature
 	kd_tree = std::make_unique<KdTree>(kProjectionSize, *this, nanoflann::KDTreeSingleIndexAdaptorParams(kLeafSize));
 
 	// Whatever a leaf refers to is moved next to each other.
-	const std::vector<std::uint32_t> order = kd_tree->vAcc;
-	std::iota(kd_tree->vAcc.begin(), kd_tree->vAcc.end(), 0U);
+	auto& points = points_by_leaf(*kd_tree);
+	const std::vector<std::uint32_t> order = points;
+	std::iota(points.begin(), points.end(), 0U);
 	projections = permuted(projections, order);
 	cells = permuted(cells_, order);
 	signatures.resize(cells.size() * stride);
@@ -187,7 +208,7 @@ void SignatureIndex::nearest(const Signature& signature, int k, std::vector<Near
 	tree_->fill(query, signature);
 	const auto distance = [this](std::uint32_t point) { return tree_->distance(query, point); };
 	NearestByFullDistance nearest(std::min(static_cast<std::size_t>(k), tree_->cells.size()), result, distance);
-	tree_->kd_tree->findNeighbors(nearest, query.projected.data(), nanoflann::SearchParams());
+	tree_->kd_tree->findNeighbors(nearest, query.projected.data(), SearchParameters());
 	for (NearestCell& found : result) found.squared_distance /= tree_->directions * tree_->directions;
 }
 }  // namespace d2s1r

@@ -75,9 +75,9 @@ struct FusedPose
 /// MRPT's random generator of that thread.
 class CFusionBackend : public mrpt::rtti::CObject
 {
-	DEFINE_VIRTUAL_MRPT_OBJECT(CFusionBackend)
-
    public:
+	using Ptr = std::shared_ptr<CFusionBackend>;
+
 	/// Forgets everything. \param map not empty
 	virtual void start(const CSignatureMap2D::ConstPtr& map, const FusionParameters& parameters) = 0;
 
