@@ -111,16 +111,18 @@ TEST_F(Examples, LocalizeThenTrackConvergesFromTheFirstStep)
 {
 	run("localize_then_track.sh " + path("out"));
 	const auto poses = pf_poses(path("out"));
-	ASSERT_EQ(poses.size(), 25U);
+	ASSERT_GE(poses.size(), 25U);
 	// the one-shot poses are the reference
 	std::ifstream file(path("out/localized/trajectory.txt"));
 	double time = 0, x = 0, y = 0, phi = 0;
-	for (std::size_t i = 0; file >> time >> x >> y >> phi; i++)
+	std::size_t i = 0;
+	for (; file >> time >> x >> y >> phi; i++)
 	{
 		ASSERT_LT(i, poses.size());
 		EXPECT_LT(std::hypot(poses[i][0] - x, poses[i][1] - y), 0.5) << "step " << i;
 		EXPECT_LT(std::abs(std::remainder(poses[i][2] - phi * 180 / M_PI, 360)), 10) << "step " << i;
 	}
+	EXPECT_EQ(poses.size(), i);
 }
 
 TEST_F(Examples, TrackWithSignatureMapArrives)
