@@ -22,6 +22,9 @@ IMPLEMENTS_MRPT_OBJECT(CParticleFilterFusion, mrpt::rtti::CObject, d2s1r)
 
 namespace
 {
+// Below IMPLEMENTS_MRPT_OBJECT; MRPT_INITIALIZER may run before the class has its name (Clang).
+[[maybe_unused]] const bool kIsRegistered = (mrpt::rtti::registerClass(CLASS_ID(CParticleFilterFusion)), true);
+
 using mrpt::poses::CPosePDFGaussian;
 
 /// Probability that the robot is at one of the hypotheses.

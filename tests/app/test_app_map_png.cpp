@@ -57,11 +57,8 @@ class MapPng
 	int height() const { return static_cast<int>(image.getHeight()); }
 	TColor at(int x, int y) const
 	{
-		const auto pixel = [&](int channel)
-		{
-			return image.at<std::uint8_t>(
-			    static_cast<unsigned>(x), static_cast<unsigned>(y), static_cast<std::int8_t>(channel));
-		};
+		const auto pixel = [&](unsigned channel)
+		{ return image.at<std::uint8_t>(static_cast<unsigned>(x), static_cast<unsigned>(y), channel); };
 		return {pixel(2), pixel(1), pixel(0)};
 	}
 	bool is_line(int y) const { return at(0, y) == kInk && at(width() / 2, y) == kInk && at(width() - 1, y) == kInk; }

@@ -223,7 +223,7 @@ TEST_F(FilterOnAFloor, WaitsForAFirstHypothesis)
 	Drive drive = drive_along(along_corridor(3));
 	drive[0].localization = drive[1].localization = no_place(Status::kRejected, "crowded");
 	filter_.start(map(), {});
-	for (int i = 0; i < 2; i++) EXPECT_FALSE(filter_.step({drive[i].scan, drive[i].localization, {}}));
+	for (std::size_t i = 0; i < 2; i++) EXPECT_FALSE(filter_.step({drive[i].scan, drive[i].localization, {}}));
 	const auto pose = filter_.step({drive[2].scan, drive[2].localization, {}});
 	ASSERT_TRUE(pose);
 	EXPECT_EQ(pose->event, FusionEvent::kSeeded);

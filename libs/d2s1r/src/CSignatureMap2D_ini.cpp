@@ -3,7 +3,6 @@
 #include <d2s1r/CSignatureMap2D.h>
 #include <d2s1r/map_io.h>
 #include <mrpt/config/CConfigFileMemory.h>
-#include <mrpt/core/initializer.h>
 #include <mrpt/obs/CObservation2DRangeScan.h>
 #include <mrpt/serialization/CArchive.h>
 
@@ -18,13 +17,12 @@ namespace d2s1r
 {
 IMPLEMENTS_SERIALIZABLE(CSignatureMap2D, CMetricMap, d2s1r)
 MAP_DEFINITION_REGISTER("d2s1r::CSignatureMap2D,signatureMap", d2s1r::CSignatureMap2D)
-MRPT_INITIALIZER(register_d2s1r_signature_map)
-{
-	mrpt::rtti::registerClass(CLASS_ID(d2s1r::CSignatureMap2D));
-}
 
 namespace
 {
+// Below IMPLEMENTS_SERIALIZABLE; MRPT_INITIALIZER may run before the class has its name (Clang).
+[[maybe_unused]] const bool kIsRegistered = (mrpt::rtti::registerClass(CLASS_ID(CSignatureMap2D)), true);
+
 constexpr const char* kLikelihoodSection = "likelihood";
 
 /// Creation options that MRPT reads into TMapGenericParams.
