@@ -135,24 +135,27 @@ TEST_P(CoarseKernel, CostsOfRowsAreThoseOfAPlainLoop)
 		{
 			constexpr std::size_t kBlock = RangeProfiles::kBlock, kRows = 3;
 			const Row rows = random_row(random_, kRows * length + 5 + kBlock);
-			Row least = random_row(random_, length + kBlock), greatest = least, truncations(length + kBlock);
+			Row least = random_row(random_, length + kBlock), greatest = least, truncations(length + kBlock), beyond;
 			for (auto& value : greatest)
 				if (random_() % 4 == 0) value = 255;
 			for (auto& value : truncations) value = random_() % 2 == 0 ? truncation : 0;
+			beyond = truncations;
+			for (auto& value : beyond) value = static_cast<std::uint8_t>(random_() % 2 == 0 ? value : value / 2);
 			for (const std::size_t start : {std::size_t{0}, std::size_t{5}})  // rows start anywhere
 			{
 				std::array<std::uint32_t, kRows> costs{};
 				row_costs(
-				    rows.data() + start, kRows, {least.data(), greatest.data(), truncations.data(), length},
-				    costs.data());
+				    rows.data() + start, kRows,
+				    {least.data(), greatest.data(), truncations.data(), beyond.data(), length}, costs.data());
 				for (std::size_t r = 0; r < kRows; r++)
 				{
 					std::uint32_t expected = 0;
 					for (std::size_t i = 0; i < length; i++)
 					{
 						const std::uint8_t range = rows[start + r * length + i];
-						expected += static_cast<std::uint32_t>(
-						    difference(range, std::clamp(range, least[i], greatest[i]), truncations[i]));
+						expected += static_cast<std::uint32_t>(difference(
+						    range, std::clamp(range, least[i], greatest[i]),
+						    range > greatest[i] ? beyond[i] : truncations[i]));
 					}
 					EXPECT_EQ(costs[r], expected);
 				}

@@ -33,11 +33,15 @@ class CoarseSearch : public testing::Test
 		    });
 	}
 
-	/// A beam that saw nothing differs only from what is nearer than its reach.
+	/// A beam that saw nothing differs only from what is nearer than its reach, one that may have met somebody little
+	/// from what is further than that.
 	int literal_difference(const Beam& beam, int expected) const
 	{
 		const int observed = profiles_.compand(static_cast<double>(beam.range));
-		return beam.is_return ? std::abs(expected - observed) : std::max(0, observed - expected);
+		if (expected <= observed) return std::min(observed - expected, parameters_.truncation);
+		const bool near = static_cast<double>(beam.range) < parameters_.occluder_range;
+		const int most = near ? parameters_.occluder_truncation : parameters_.truncation;
+		return beam.is_return ? std::min(expected - observed, most) : 0;
 	}
 
 	/// Mean truncated difference of an aligned scan and position `i` turned by `shift` directions, beam by beam.
@@ -48,7 +52,7 @@ class CoarseSearch : public testing::Test
 		{
 			const std::size_t direction = direction_of(beam, shift, profiles_.directions);
 			const int expected = profiles_.by_position[i * static_cast<std::size_t>(profiles_.directions) + direction];
-			sum += std::min(literal_difference(beam, expected), parameters_.truncation);
+			sum += literal_difference(beam, expected);
 		}
 		return static_cast<double>(sum) / static_cast<double>(scan.beams.size());
 	}

@@ -225,19 +225,15 @@ TEST(LocalizerArguments, RefusesParametersOutOfRange)
 
 TEST(LocalizerArguments, SaysWhichRangeIsTooLongForTheCells)
 {
-	for (const Method method : {Method::kDefault, Method::kPaper})
-	{
-		Parameters parameters;
-		parameters.method = method;
-		parameters.coarse_search.max_range = parameters.paper.max_range = 201;
-		const std::string key = method == Method::kPaper ? "paper.max_range" : "coarse_search.max_range";
-		const std::string message = message_of<std::invalid_argument>(
-		    [&] {
-			    Localizer(make_map({"####", "#..#", "####"}, 0.05), parameters);
-		    });
-		EXPECT_EQ(message.rfind(key + " = 201 m", 0), 0U) << message;
-		EXPECT_NE(message.find("200 m"), std::string::npos) << message;
-	}
+	Parameters parameters;
+	parameters.method = Method::kPaper;
+	parameters.paper.max_range = 201;
+	const std::string message = message_of<std::invalid_argument>(
+	    [&] {
+		    Localizer(make_map({"####", "#..#", "####"}, 0.05), parameters);
+	    });
+	EXPECT_EQ(message.rfind("paper.max_range = 201 m", 0), 0U) << message;
+	EXPECT_NE(message.find("200 m"), std::string::npos) << message;
 }
 
 TEST(LocalizerArguments, KeepsItsMapWhenMoved)

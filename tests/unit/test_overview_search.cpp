@@ -26,7 +26,7 @@ class OverviewSearch : public testing::Test
 	{
 		std::vector<Match> matches;
 		search_overviews(
-		    profiles_, compand(scan, profiles_, parameters_.truncation), parameters_,
+		    profiles_, compand(scan, profiles_, parameters_), parameters_,
 		    AllowedPairs(profiles_, prior, scan, parameters_), matches);
 		return matches;
 	}

@@ -149,20 +149,22 @@ void row_costs_of_target(const std::uint8_t* rows, std::size_t count, const Scan
 	const Bytes bytes;
 	const hn::Repartition<std::uint64_t, Bytes> words;
 	const std::size_t lanes = hn::Lanes(bytes), whole = scan.length - scan.length % lanes;
-	const V end_of_truncation =
-	    hn::IfThenElseZero(hn::FirstN(bytes, scan.length - whole), hn::LoadU(bytes, scan.truncation + whole));
+	const auto in_end = hn::FirstN(bytes, scan.length - whole);
+	const V end_of_truncation = hn::IfThenElseZero(in_end, hn::LoadU(bytes, scan.truncation + whole));
+	const V end_of_beyond = hn::IfThenElseZero(in_end, hn::LoadU(bytes, scan.truncation_beyond + whole));
 	for (std::size_t r = 0; r < count; r++, rows += scan.length)
 	{
-		const auto sum_from = [&](std::size_t i, V truncation)
+		const auto sum_from = [&](std::size_t i, V truncation, V truncation_beyond)
 		{
 			const V range = hn::LoadU(bytes, rows + i);
 			const V beyond = hn::SaturatedSub(range, hn::LoadU(bytes, scan.greatest + i));
-			const V difference = hn::Or(beyond, hn::SaturatedSub(hn::LoadU(bytes, scan.least + i), range));
-			return hn::SumsOf8(hn::Min(difference, truncation));
+			const V before = hn::SaturatedSub(hn::LoadU(bytes, scan.least + i), range);
+			return hn::SumsOf8(hn::Or(hn::Min(beyond, truncation_beyond), hn::Min(before, truncation)));
 		};
-		auto sum = sum_from(whole, end_of_truncation);
+		auto sum = sum_from(whole, end_of_truncation, end_of_beyond);
 		for (std::size_t i = 0; i < whole; i += lanes)
-			sum = hn::Add(sum, sum_from(i, hn::LoadU(bytes, scan.truncation + i)));
+			sum = hn::Add(
+			    sum, sum_from(i, hn::LoadU(bytes, scan.truncation + i), hn::LoadU(bytes, scan.truncation_beyond + i)));
 		costs[r] = static_cast<std::uint32_t>(hn::GetLane(hn::SumOfLanes(words, sum)));
 	}
 }

@@ -51,12 +51,13 @@ std::size_t find_cheap_pairs(
 /// A turned scan: what a row is compared with, direction by direction.
 struct ScanRow
 {
-	const std::uint8_t *least, *greatest;  //!< [step] ranges that agree
-	const std::uint8_t* truncation;        //!< [step] greatest difference that counts; 0 where there is no beam
+	const std::uint8_t *least, *greatest;   //!< [step] ranges that agree
+	const std::uint8_t* truncation;         //!< [step] greatest difference that counts; 0 where there is no beam
+	const std::uint8_t* truncation_beyond;  //!< [step] the same where the row's range is the greater one
 	std::size_t length;  //!< [-] directions. RangeProfiles::kBlock more may be read at the end of the arrays
 };
 
-/// The sums over directions of min(truncation[i], distance of row[i] from least[i] ... greatest[i]), for `count` rows
-/// one after the other. RangeProfiles::kBlock more may be read at the end of the rows.
+/// The sums over directions of the truncated distance of row[i] from least[i] ... greatest[i], for `count` rows one
+/// after the other. RangeProfiles::kBlock more may be read at the end of the rows.
 void row_costs(const std::uint8_t* rows, std::size_t count, const ScanRow& scan, std::uint32_t* costs);
 }  // namespace d2s1r

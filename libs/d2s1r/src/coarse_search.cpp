@@ -41,7 +41,8 @@ void search_profiles(
 		const std::size_t group = group_of(m);
 		const std::size_t turned = directions - static_cast<std::size_t>(of_groups[m].shift);
 		const ScanRow turned_scan{
-		    scan.least.data() + turned, scan.greatest.data() + turned, scan.truncation.data() + turned, directions};
+		    scan.least.data() + turned, scan.greatest.data() + turned, scan.truncation.data() + turned,
+		    scan.truncation_beyond.data() + turned, directions};
 		std::array<std::uint32_t, 4> costs;
 		const std::size_t first = first_of_group[group], count = first_of_group[group + 1] - first;
 		row_costs(rows_of(group), count, turned_scan, costs.data());
@@ -61,7 +62,7 @@ void search_profiles(
 std::vector<Candidate> coarse_search(
     const RangeProfiles& profiles, const Scan& scan, const CoarseSearchParameters& parameters, const Prior& prior)
 {
-	const CompandedScan companded = compand(scan, profiles, parameters.truncation);
+	const CompandedScan companded = compand(scan, profiles, parameters);
 	if (companded.exact.empty()) return {};
 	const AllowedPairs allowed(profiles, prior, scan, parameters);
 	thread_local std::vector<Match> of_groups, matches;  // kept for the next query

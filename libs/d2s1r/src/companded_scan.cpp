@@ -8,12 +8,12 @@
 
 namespace d2s1r
 {
-CompandedScan compand(const Scan& scan, const RangeProfiles& profiles, int truncation)
+CompandedScan compand(const Scan& scan, const RangeProfiles& profiles, const CoarseSearchParameters& parameters)
 {
 	const int directions = profiles.directions;
 	const auto padded = static_cast<std::size_t>(2 * directions + RangeProfiles::kBlock);
 	CompandedScan out;
-	for (auto* row : {&out.least, &out.greatest, &out.truncation}) row->resize(padded);
+	for (auto* row : {&out.least, &out.greatest, &out.truncation, &out.truncation_beyond}) row->resize(padded);
 	std::vector<float> nearest(static_cast<std::size_t>(directions), 1.0F);  // [directions] above every offset
 	for (const Beam& beam : scan.beams)
 	{
@@ -22,7 +22,11 @@ CompandedScan compand(const Scan& scan, const RangeProfiles& profiles, int trunc
 		const auto offset = static_cast<float>(std::abs(turn - std::round(turn)));
 		if (offset >= nearest[bin]) continue;
 		nearest[bin] = offset;
-		out.truncation[bin] = static_cast<std::uint8_t>(truncation);
+		const bool may_be_occluder = static_cast<double>(beam.range) < parameters.occluder_range;
+		const int beyond =
+		    may_be_occluder ? std::min(parameters.occluder_truncation, parameters.truncation) : parameters.truncation;
+		out.truncation[bin] = static_cast<std::uint8_t>(parameters.truncation);
+		out.truncation_beyond[bin] = static_cast<std::uint8_t>(beyond);
 		out.least[bin] = profiles.compand(static_cast<double>(beam.range));
 		out.greatest[bin] = beam.is_return ? out.least[bin] : RangeProfiles::kOutOfRange;
 	}
@@ -33,7 +37,7 @@ CompandedScan compand(const Scan& scan, const RangeProfiles& profiles, int trunc
 		out.observed.push_back(direction);
 		if (out.least[bin] == out.greatest[bin]) out.exact.push_back(direction);
 	}
-	for (auto* row : {&out.least, &out.greatest, &out.truncation})
+	for (auto* row : {&out.least, &out.greatest, &out.truncation, &out.truncation_beyond})
 		std::copy_n(row->begin(), directions, row->begin() + directions);
 	return out;
 }

@@ -13,13 +13,13 @@ namespace d2s1r
 struct CompandedScan
 {
 	/// By direction, the least and the greatest companded range of the map that agrees, and the truncation of
-	/// differences, which is 0 where there is no beam. A return agrees with one range, a beam that saw nothing with all
-	/// beyond its reach. Stored twice, then kBlock zeros, so that a shifted read need not wrap around.
-	std::vector<std::uint8_t> least, greatest, truncation;
+	/// differences, in general and of what is beyond the greatest, which are 0 where there is no beam. A return agrees
+	/// with one range, a beam that saw nothing with all beyond its reach. Stored twice, then kBlock zeros, so that a
+	/// shifted read need not wrap around.
+	std::vector<std::uint8_t> least, greatest, truncation, truncation_beyond;
 	std::vector<int> observed;  //!< directions with a beam
 	std::vector<int> exact;     //!< of these, where one range agrees
 };
 
-/// \param truncation [step] greatest difference that counts
-CompandedScan compand(const Scan& scan, const RangeProfiles& profiles, int truncation);
+CompandedScan compand(const Scan& scan, const RangeProfiles& profiles, const CoarseSearchParameters& parameters);
 }  // namespace d2s1r

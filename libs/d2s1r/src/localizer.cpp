@@ -27,12 +27,12 @@ std::vector<CellIndex> sensor_cells(const Grid& grid, const FreeCellParameters& 
 	return cells;
 }
 
-void check_reach(const char* key, double max_range, const Grid& grid)
+void check_reach(double max_range, const Grid& grid)
 {
 	const double most = kMostSweptCells * grid.cell_size;
 	if (max_range > most)
 		throw std::invalid_argument(mrpt::format(
-		    "%s = %g m is above %d cells of this map; lower it to %g m or use larger cells", key, max_range,
+		    "paper.max_range = %g m is above %d cells of this map; lower it to %g m or use larger cells", max_range,
 		    kMostSweptCells, most));
 }
 
@@ -53,11 +53,10 @@ struct Localizer::Index
 	{
 		if (parameters.method == Method::kPaper)
 		{
-			check_reach("paper.max_range", parameters.paper.max_range, grid);
+			check_reach(parameters.paper.max_range, grid);
 			signatures.emplace(grid, sensor_cells(grid, parameters.free_cells), parameters);
 			return;
 		}
-		check_reach("coarse_search.max_range", parameters.coarse_search.max_range, grid);
 		default_index.emplace(make_default_index(
 		    grid, sensor_cells(grid, with_clearance(parameters.free_cells, parameters.coarse_search.clearance)),
 		    parameters));

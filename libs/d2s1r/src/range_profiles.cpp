@@ -142,7 +142,7 @@ RangeProfiles make_range_profiles(
 
 	RangeProfiles profiles;
 	profiles.directions = parameters.directions;
-	profiles.max_range = parameters.max_range;
+	profiles.max_range = std::min(parameters.max_range, (kMostSweptCells - 1) * grid.cell_size);  // 1: rounding
 	profiles.x.reserve(positions.size());
 	profiles.y.reserve(positions.size());
 	profiles.first_of_group.reserve(groups.size() + 1);
@@ -164,7 +164,7 @@ RangeProfiles make_range_profiles(
 	    positions.size(), groups.size(), half_of, parameters.directions, profiles.overview_stride(),
 	    profiles.overview.data());
 	sweep_ranges(
-	    grid, swept, parameters.directions, parameters.max_range, false,
+	    grid, swept, parameters.directions, profiles.max_range, false,
 	    [&](int direction, const SweptRanges& ranges)
 	    {
 		    by_position.write(static_cast<std::size_t>(direction), ranges);

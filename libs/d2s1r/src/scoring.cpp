@@ -42,6 +42,13 @@ BeamEnd classify_end(float distance, Cell cell, const BeamModel& model)
 	return {model.off_wall, End::kOffWall};
 }
 
+/// How near an object is: what BeamModel::off_wall_near is multiplied with [-].
+double nearness(float log_range)
+{
+	constexpr double kNear = -0.693;  // [-] Rays::log_range of 1.5 m
+	return std::max(0.0, kNear - static_cast<double>(log_range));
+}
+
 /// The sum over one scan, beam by beam.
 class Sum
 {
@@ -60,6 +67,7 @@ class Sum
 		if (at_end.end == End::kWall) beam += model_.log_range * static_cast<double>(log_range);
 		const bool through = walls > kWholeCell;
 		const bool short_of_wall = at_end.end == End::kOffWall && !through;
+		if (short_of_wall) beam += model_.off_wall_near * nearness(log_range);
 		log_likelihood_ += beams_ * beam;
 		if (short_of_wall && !was_short_) log_likelihood_ += model_.off_wall_run;
 		const bool explained = at_end.end == End::kWall && !through;
@@ -183,7 +191,9 @@ double log_likelihood_bound(
 		const auto [x, y] = end_of(rays.returns, i, sensor, c, s);
 		const BeamEnd at_end = classify_end(field.at(x, y).value, static_cast<Cell>(ends.end[i]), model);
 		const bool on_wall = at_end.end == End::kWall;
-		const double by_range = on_wall ? model.log_range * static_cast<double>(rays.log_range[i]) : 0;
+		const float log_range = rays.log_range[i];
+		double by_range = on_wall ? model.log_range * static_cast<double>(log_range) : 0;
+		if (at_end.end == End::kOffWall) by_range = gain(model.off_wall_near) * nearness(log_range);
 		sum += beams * (at_end.log_likelihood + by_range + most_by_beam) + most_by_run;
 		if (rays.depth_edge[i] != 0 && on_wall && was_on_wall) sum += gain(model.depth_edge);
 		was_on_wall = on_wall;

@@ -59,7 +59,8 @@ void visit_parameters(P& p, Visitor&& visit)
 	visit("coarse_search", "spacing", coarse.spacing, 0.01, 10.0, "[m] between sample positions");
 	visit("coarse_search", "clearance", coarse.clearance, 0.0, 10.0, "[m] of sample positions from occupied cells");
 	visit("coarse_search", "directions", coarse.directions, 8, 720, "[-] of a profile, and yaw shifts that are tried");
-	visit("coarse_search", "max_range", coarse.max_range, 0.5, 300.0, "[m] of a profile");
+	visit(
+	    "coarse_search", "max_range", coarse.max_range, 0.5, 300.0, "[m] of a profile, 4000 cells of the map at most");
 	visit(
 	    "coarse_search", "overview_truncation", coarse.overview_truncation, 1, 100,
 	    "[overview step, twice a step] greatest difference of companded ranges that counts in the overview");
@@ -77,7 +78,13 @@ void visit_parameters(P& p, Visitor&& visit)
 	visit("coarse_search", "max_pairs_share", coarse.max_pairs_share, 0.0001, 1, "[-] of all pairs, at most");
 	visit(
 	    "coarse_search", "truncation", coarse.truncation, 1, 100,
-	    "[step: 2 cm near the sensor, 35 cm at 30 m] greatest difference of companded ranges that counts");
+	    "[step: 3 cm near the sensor, 1.2 m at 80 m] greatest difference of companded ranges that counts");
+	visit(
+	    "coarse_search", "occluder_truncation", coarse.occluder_truncation, 0, 100,
+	    "[step] the same where a beam ends before the wall of the map and within occluder_range");
+	visit(
+	    "coarse_search", "occluder_range", coarse.occluder_range, 0.0, 300.0,
+	    "[m] somebody may stand nearer than this: see occluder_truncation");
 	visit("coarse_search", "candidates", coarse.candidates, 1, 100000, "[-] poses handed on, at most");
 	visit(
 	    "coarse_search", "margin", coarse.margin, 0.0, 1e6,
@@ -141,6 +148,9 @@ void visit_parameters(P& p, Visitor&& visit)
 	visit("beam_model", "near_wall", model.near_wall, -10.0, 10.0, "[nat] within 10 cm");
 	visit("beam_model", "beside_wall", model.beside_wall, -10.0, 10.0, "[nat] within 20 cm, in free space");
 	visit("beam_model", "off_wall", model.off_wall, -10.0, 10.0, "[nat] further, in free space");
+	visit(
+	    "beam_model", "off_wall_near", model.off_wall_near, -10.0, 10.0,
+	    "[nat] times ln(1.5 m / range) if within 1.5 m, in free space, no wall passed");
 	visit("beam_model", "in_unknown", model.in_unknown, -10.0, 10.0, "[nat] further than 10 cm, in unknown space");
 	visit("beam_model", "log_range", model.log_range, -10.0, 10.0, "[nat] times ln(range / 3 m), on or near a wall");
 	visit("beam_model", "through_wall", model.through_wall, -10.0, 10.0, "[nat] for each wall passed, at most 3");

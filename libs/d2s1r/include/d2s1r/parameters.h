@@ -57,17 +57,20 @@ struct CoarseSearchParameters
 	double spacing = 0.2;           //!< [m] between sample positions
 	double clearance = 0.1;         //!< [m] of sample positions from occupied cells
 	int directions = 120;           //!< [-] of a profile, and yaw shifts that are tried
-	double max_range = 30.0;        //!< [m] of a profile
-	int overview_truncation = 8;    //!< [overview step] greatest difference of ranges that counts in the overview
-	double overview_margin = 17.0;  //!< [overview step] times the root of the beams: pairs whose beams cost more by
+	double max_range = 80.0;        //!< [m] of a profile; 4000 cells of the map at most
+	int overview_truncation = 6;    //!< [overview step] greatest difference of ranges that counts in the overview
+	double overview_margin = 15.0;  //!< [overview step] times the root of the beams: pairs whose beams cost more by
 	                                //!< that in all than those of the cheapest are dropped after the overview
 	double overview_deficit = 0.7;  //!< [-] times the root of the beams: how many beams may by chance lack a
 	                                //!< counterpart in the signature of a place that is still searched
 	int max_pairs = 40000;          //!< [-] (group of positions, yaw) pairs compared with all beams, at most
 	double max_pairs_share = 0.05;  //!< [-] of all pairs, at most
-	int truncation = 10;            //!< [step] greatest difference of companded ranges that counts
+	int truncation = 8;             //!< [step] greatest difference of companded ranges that counts
+	int occluder_truncation = 4;    //!< [step] the same where a beam ends before the wall of the map and within
+	                                //!< occluder_range: somebody may stand there
+	double occluder_range = 3.0;    //!< [m] see occluder_truncation
 	int candidates = 800;           //!< [-] poses handed on, at most
-	double margin = 28.0;           //!< [step] times the root of the beams: poses whose beams cost more by that in all
+	double margin = 21.0;           //!< [step] times the root of the beams: poses whose beams cost more by that in all
 	                                //!< than those of the best one are dropped
 	double distinct_distance = 0.36;  //!< [m] candidates closer than this and than distinct_yaw count as one
 	double distinct_yaw = 8.0;        //!< [deg] see distinct_distance
@@ -83,7 +86,7 @@ struct RefinementParameters
 	int max_restarted = 30;       //!< [-] best fitting ones refined again from poses to both sides along what the
 	                              //!< scan leaves open, such as a corridor
 	double kernel = 0.08;         //!< [m] width of the robust kernel at the end
-	double cost_weight = 0.05;    //!< [1 / step] of the coarse cost beside the fit
+	double cost_weight = 0.067;   //!< [1 / step] of the coarse cost beside the fit
 	double surface_offset = 0.2;  //!< [cell] standard deviation of where in their cells the walls have their surface
 	double range_noise = 0.03;    //!< [m] standard deviation of a range about the map, for the covariance
 	/// [-] neighbouring beams of 1 deg that count as one measurement, for the covariance
@@ -97,6 +100,8 @@ struct BeamModel
 	double near_wall = 0.028;         //!< within 10 cm
 	double beside_wall = -0.052;      //!< within 20 cm, in free space
 	double off_wall = -0.252;         //!< further, in free space
+	double off_wall_near = 0.1;       //!< times ln(1.5 m / range) if within 1.5 m, in free space, having passed no
+	                                  //!< wall: who stands near hides many beams
 	double in_unknown = 0.04;         //!< further than 10 cm from a wall, in unknown space
 	double log_range = 0.183;         //!< times ln(range / 3 m), on or near a wall: a close wall is seen by many beams
 	double through_wall = -0.21;      //!< for each wall passed, at most three
