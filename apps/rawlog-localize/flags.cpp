@@ -65,29 +65,31 @@ struct Options
 	Value& config = list.value("c", "config", "CONFIG.ini", "parameters; those not in the file keep their defaults");
 	Value& truth = list.value(
 	    "", "ground-truth", "GT.txt",
-	    "true poses, 'time x y phi' or 'time x y z yaw pitch roll' a line: adds accuracy to the results");
+	    "true poses, one per line, 'time x y phi' or 'time x y z yaw pitch roll': adds accuracy to the results");
 	Value& label = list.value("", "sensor-label", "LABEL", "laser to use; default: the one with the most scans");
 	Value& frames =
 	    list.value("", "frames", "A:B", "localize scan frames A to B-1 only, counted from 0; either may be left out");
 	Value& threads = list.value(
 	    "", "threads", "N",
-	    "threads to localize with, and to build the index of method = paper; the results do not depend on it "
+	    "number of threads to localize with, and to build the index of method = paper; the results do not depend on it "
 	    "(default 1)");
 	Value& window = list.value(
 	    "", "window", "N",
-	    "judge the last N scans together, along the odometry of the rawlog or, without it, the motion that the results "
-	    "share; finds the place in buildings that look alike all over (default: every scan on its own)");
+	    "judge the last N scans together, linked by the odometry of the rawlog or, without it, by the motion that the "
+	    "results agree on; finds the place in buildings that look alike all over (default: every scan on its own)");
 	Value& region = list.value(
 	    "", "region", "X0,Y0,X1,Y1",
 	    "the robot is in the box between these two corners [m], map frame: search there only");
 	Value& time_budget = list.value(
 	    "", "time-budget", "MS",
-	    "time for each scan [ms], without that of --window and --fuse: the search always ends, then as many candidates "
-	    "are refined as fit; the results depend on the machine and its load (default: no limit)");
+	    "time for each scan [ms], not counting --window and --fuse: the search always runs to its end, then as many "
+	    "candidates are refined as there is time for; the results depend on the machine and its load (default: no "
+	    "limit)");
 	Value& seed = list.value("", "seed", "N", "seed of the particle filter, from 0 to 4294967295 (default 1)");
 	Value& plugins = list.value("", "plugins", "A.so,B.so", "MRPT modules to load first");
 	Switch& fuse = list.flag(
-	    "", "fuse", "also run a particle filter, seeded and watched by the results; needs the pf-init plug-in");
+	    "", "fuse",
+	    "also run a particle filter, seeded from the results and checked against them; needs the pf-init plug-in");
 	Value& motion = list.value(
 	    "", "motion", "SOURCE",
 	    "what moves the filter: 'pseudo' (successive results), 'odometry' (of the rawlog) or 'both' (default)");
@@ -99,8 +101,8 @@ struct Options
 	    list.value("", "write-config", "FILE", "write all parameters, with units and meanings, as an ini file");
 	Value& write_pf_ini = list.value(
 	    "", "write-pf-ini", "FILE.ini",
-	    "write files for MRPT's pf-localization: this ini (starts at the first localized pose), FILE.rawlog (the "
-	    "localized frames, moved by pseudo-odometry) and FILE.gridmap.gz");
+	    "write files for MRPT's pf-localization: this ini (it starts at the first localized pose), FILE.rawlog (the "
+	    "localized frames, with pseudo-odometry between them) and FILE.gridmap.gz");
 	Value& resolution = list.value("", "resolution", "R", "of a map that is an image [m/pixel]");
 	Value& origin = list.value(
 	    "", "origin", "X,Y", "where the lower left corner of such an image is in the map frame [m] (default 0,0)");

@@ -51,8 +51,8 @@ void warn_without_odometry(const RawlogSurvey& survey, const Flags& flags, Conso
 	if (flags.quiet || flags.motion != MotionSource::kOdometry || survey.has_odometry) return;
 	console.err
 	    << "rawlog-localize: " << flags.rawlog
-	    << ": holds no odometry to move the filter with; it repeats its last motion (--motion pseudo follows the "
-	       "results)"
+	    << ": holds no odometry to move the filter with; the filter repeats its last motion (--motion pseudo follows "
+	       "the results)"
 	    << std::endl;
 }
 
@@ -73,8 +73,8 @@ ExitStatus conclude(const RunReport& report, const std::string& damage, Console&
 	if (report.truth_lines > 0 && report.matches.empty())
 		throw UserError(
 		    kBadInput, report.flags.ground_truth,
-		    "no line is of the time of a scan (within 1 ms); the results are in " + report.flags.output_dir +
-		        ", without accuracy. Give times of the rawlog's clock, in s");
+		    "no line has the time of a scan (within 1 ms); the results are in " + report.flags.output_dir +
+		        ", without accuracy. Give times by the rawlog's clock, in s");
 	if (!report.flags.write_pf_ini.empty() && !any_localized(report.frames))
 		throw UserError(
 		    kBadOutput, report.flags.write_pf_ini,

@@ -217,7 +217,7 @@ TEST_F(AppBadInput, GroundTruthOfOtherTimesIsReportedAfterTheResults)
 	const auto result = run(
 	    {"-q", "-m", path("flat.gridmap.gz"), "-i", path("walk.rawlog"), "-o", path("out"), "--ground-truth",
 	     path("other.txt")});
-	expect_refused(result, 2, {path("other.txt") + ": no line is of the time of a scan"});
+	expect_refused(result, 2, {path("other.txt") + ": no line has the time of a scan"});
 	EXPECT_EQ(lines_of(read_file(path("out/frames.csv"))).size(), walk().size() + 1);
 }
 

@@ -73,7 +73,7 @@ def stage_median(stages, name, key=None):
 
 
 def stage_table(stages):
-    lines = ["| stage | median | spread | a ray | success |", "| --- | --- | --- | --- | --- |"]
+    lines = ["| stage | median | spread | per ray | success |", "| --- | --- | --- | --- | --- |"]
     for name, rows in stages.items():
         middle, spread = median_and_spread([in_seconds(row) for row in rows])
         ray = readable(stage_median(stages, name, "s_per_ray")) if "s_per_ray" in rows[0] else ""
@@ -169,7 +169,7 @@ def main():
         "CPU times, medians over the repetitions; spread is (max - min) / median.", "",
         "## In short", "", *ratios(stages), "",
         "## Stages", "",
-        "Rays and index on mit_killian's map.yaml (3,750 m², 5 cm) unless the name says otherwise; the success is within "
+        "Rays and index on mit_killian's map.yaml (3,750 m², 5 cm) unless the name says otherwise; a success is within "
         "0.2 m and 5 deg.", "", *stage_table(stages), "",
         "## Retrieval", "",
         "Share of queries whose ten candidates hold a cell within 0.2 m of the truth: the index (swept rays, 8-bit counts, "

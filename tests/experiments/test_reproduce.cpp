@@ -71,7 +71,7 @@ TEST_F(Reproduce, WritesTablesAndFigures)
 	ASSERT_EQ(result.status, 0) << result.err;
 	const std::string report = read_file(path("results/README.md"));
 	for (const char* part :
-	     {"## Time a scan (Table III)", "## Success (Table IV)", "## Precision (Table V)", "## Reliability",
+	     {"## Time per scan (Table III)", "## Success (Table IV)", "## Precision (Table V)", "## Reliability",
 	      "## Scans of another site", "## Field of view", "## Clutter", "## Reach", "## 10 scans together",
 	      "| intel sim360_on (D_I0) | 99 | 98 | 97 | 100.0 | 100.0 |", "| flat | test | 12 | 100.0 | 100.0 |"})
 		EXPECT_NE(report.find(part), std::string::npos) << part << " is not in\n" << report;

@@ -23,7 +23,8 @@ std::string read_bytes(const std::string& file)
 	std::error_code error;
 	std::ifstream stream;
 	if (std::filesystem::is_regular_file(file, error)) stream.open(file, std::ios::binary);
-	if (!stream.is_open()) throw std::runtime_error("the image cannot be read; is it there, a file, and readable?");
+	if (!stream.is_open())
+		throw std::runtime_error("the image cannot be read; check that it exists, is a file and is readable");
 	std::ostringstream bytes;
 	bytes << stream.rdbuf();
 	if (bytes.str().empty()) throw std::runtime_error("the image is empty; copy or save it again");

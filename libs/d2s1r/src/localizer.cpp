@@ -32,7 +32,7 @@ void check_reach(double max_range, const Grid& grid)
 	const double most = kMostSweptCells * grid.cell_size;
 	if (max_range > most)
 		throw std::invalid_argument(mrpt::format(
-		    "paper.max_range = %g m is above %d cells of this map; lower it to %g m or use larger cells", max_range,
+		    "paper.max_range = %g m is more than %d cells of this map; lower it to %g m or use larger cells", max_range,
 		    kMostSweptCells, most));
 }
 

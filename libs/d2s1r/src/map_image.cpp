@@ -95,7 +95,7 @@ COccupancyGridMap2D::Ptr load_image_map(const std::string& file, const ImageGeom
 	else if (depth == mrpt::img::PixelDepth::D16U)
 		paint<std::uint16_t>(*map, image, rule);
 	else
-		throw std::runtime_error("pixels are neither 8 nor 16 bit; convert it to a PNG of 8 bit");
+		throw std::runtime_error("the image has neither 8 nor 16 bits per sample; convert it to an 8-bit PNG");
 	return map;
 }
 }  // namespace d2s1r

@@ -40,7 +40,7 @@ void check_readable(const std::string& file)
 {
 	std::error_code error;
 	if (!fs::is_regular_file(file, error) || !std::ifstream(file))
-		throw std::runtime_error("cannot be read; is it there, a file, and are you permitted to read it?");
+		throw std::runtime_error("cannot be read; check that it exists, is a file and is readable");
 	if (fs::file_size(file, error) == 0) throw std::runtime_error("is empty; copy or save the map again");
 }
 

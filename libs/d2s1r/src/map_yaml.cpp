@@ -74,11 +74,11 @@ void check_values(const MapServerYaml& yaml, double origin_yaw)
 {
 	check_geometry(yaml.geometry);
 	if (yaml.mode != "trinary" && yaml.mode != "scale")
-		throw std::runtime_error("mode '" + printable(yaml.mode) + "' is not read; use trinary or scale");
+		throw std::runtime_error("mode '" + printable(yaml.mode) + "' is not supported; use trinary or scale");
 	if (!(0 <= yaml.free_thresh && yaml.free_thresh < yaml.occupied_thresh && yaml.occupied_thresh <= 1))
 		throw std::runtime_error("thresholds are not 0 <= free_thresh < occupied_thresh <= 1; correct them");
 	if (!(std::abs(origin_yaw) < 1e-6))
-		throw std::runtime_error("the origin has a yaw, which a grid cannot have; turn the image and set it to 0");
+		throw std::runtime_error("the origin has a yaw, which a grid cannot have; turn the image and set the yaw to 0");
 }
 
 MapServerYaml read_yaml(const std::string& file)

@@ -44,8 +44,8 @@ void check_map_size(double cells_x, double cells_y)
 	if (cells_x >= 1 && cells_y >= 1 && cells_x * cells_y <= kMostCells) return;
 	const auto text = [](double cells) { return std::isfinite(cells) ? std::to_string(std::llround(cells)) : "?"; };
 	throw std::runtime_error(
-	    "a grid of " + text(cells_x) + " x " + text(cells_y) + " cells; from 1 to " + text(kMostCells) +
-	    " cells fit in memory, use larger cells or a smaller map");
+	    "the grid has " + text(cells_x) + " x " + text(cells_y) + " cells; 1 to " + text(kMostCells) +
+	    " cells fit in memory; use larger cells or a smaller map");
 }
 
 void check_map_origin(double x, double y)
@@ -53,7 +53,8 @@ void check_map_origin(double x, double y)
 	constexpr double kFarthest = 1e5;  // [m] floats are 8 mm apart there
 	if (std::abs(x) <= kFarthest && std::abs(y) <= kFarthest) return;
 	throw std::invalid_argument(
-	    "the origin is not within 100 km of (0, 0), where grids have centimetres; subtract a constant from it");
+	    "the origin is not within 100 km of (0, 0), and further out a grid cannot resolve centimetres; subtract a "
+	    "constant from it");
 }
 
 COccupancyGridMap2D::Ptr make_unknown_map(int cells_x, int cells_y, double cell_size, double origin_x, double origin_y)

@@ -18,8 +18,8 @@ void visit_parameters(P& p, Visitor&& visit)
 
 	visit(
 	    "grid", "occupied_threshold", p.grid.occupied_threshold, 0.0, 1.0,
-	    "[probability] occupied if P(occupied) is above");
-	visit("grid", "free_threshold", p.grid.free_threshold, 0.0, 1.0, "[probability] free if P(occupied) is below");
+	    "[probability] occupied if P(occupied) is above this");
+	visit("grid", "free_threshold", p.grid.free_threshold, 0.0, 1.0, "[probability] free if P(occupied) is below this");
 	visit(
 	    "grid", "rays_stop_at_unknown", p.grid.rays_stop_at_unknown, 0, 1,
 	    "[-] virtual scans of the paper's Eq. 1 end where the known map ends (the paper does not say)");
@@ -66,12 +66,12 @@ void visit_parameters(P& p, Visitor&& visit)
 	    "[overview step, twice a step] greatest difference of companded ranges that counts in the overview");
 	visit(
 	    "coarse_search", "overview_margin", coarse.overview_margin, 0.1, 1e6,
-	    "[overview step] times the root of the beams: pairs whose beams cost more by that in all than those of the "
-	    "cheapest are dropped after the overview");
+	    "[overview step] times the square root of the number of beams: pairs whose beams cost this much more in total "
+	    "than those of the cheapest are dropped after the overview");
 	visit(
 	    "coarse_search", "overview_deficit", coarse.overview_deficit, 0.0, 1e6,
-	    "[-] times the root of the beams: how many beams may by chance lack a counterpart in the signature of a place "
-	    "that is still searched");
+	    "[-] times the square root of the number of beams: how many beams may by chance lack a counterpart in the "
+	    "signature of a place that is still searched");
 	visit(
 	    "coarse_search", "max_pairs", coarse.max_pairs, 1, 1000000,
 	    "[-] (group of positions, yaw) pairs compared with all beams, at most");
@@ -88,8 +88,8 @@ void visit_parameters(P& p, Visitor&& visit)
 	visit("coarse_search", "candidates", coarse.candidates, 1, 100000, "[-] poses handed on, at most");
 	visit(
 	    "coarse_search", "margin", coarse.margin, 0.0, 1e6,
-	    "[step] times the root of the beams: poses whose beams cost more by that in all than those of the best one are "
-	    "dropped");
+	    "[step] times the square root of the number of beams: poses whose beams cost this much more in total than "
+	    "those of the best one are dropped");
 	visit(
 	    "coarse_search", "distinct_distance", coarse.distinct_distance, 0.01, 10.0,
 	    "[m] candidates closer than this and than distinct_yaw count as one");
@@ -98,7 +98,7 @@ void visit_parameters(P& p, Visitor&& visit)
 	auto& refinement = p.refinement;
 	visit(
 	    "refinement", "max_scored", refinement.max_scored, 1, 100000,
-	    "[-] best fitting candidates that a few beams are scored at");
+	    "[-] best fitting candidates that are scored with a few beams");
 	visit(
 	    "refinement", "fit_margin", refinement.fit_margin, 0.0, 100.0,
 	    "[-] candidates whose fit is this much below the best one's are dropped");

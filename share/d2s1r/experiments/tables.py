@@ -48,9 +48,9 @@ def times(plain):
         rows.append([labelled(site, scans)] + [number(v, 2) for v in known] + [number(v, 3) for v in ours] +
                     [number(measures.mean_time(default, stage), 2) for stage in ("retrieval", "total")])
     return table(
-        "Time a scan (Table III)",
-        "[ms] in the mean: t1 retrieval, t2 one candidate (ours with its virtual scan), t3 all. The paper's machine is an "
-        "i7-8750H.",
+        "Time per scan (Table III)",
+        "[ms] on average: t1 retrieval, t2 one candidate (ours includes its virtual scan), t3 all. The paper's machine "
+        "is an i7-8750H.",
         ["set", "published t1", "t2", "t3", "paper t1", "t2", "t3", "default retrieval", "all"], rows)
 
 
@@ -99,9 +99,9 @@ def statuses(plain):
     return table(
         "Success and status, all sets",
         "[%] Precision: right frames among those of status `localized`; recall: right frames of that status among all. "
-        "The published method has no such status, and wants full circles: with 180 or 270 deg the paper has the robot turn in "
-        "place first (Section III-C). Its own real scans, D_T, full circle, gave it 89 %.",
-        ["site", "set", "scans", "paper success", "default success", "precision", "recall", "ms a scan"], rows)
+        "The published method has no such status, and needs full circles: with 180 or 270 deg the paper has the robot "
+        "turn in place first (Section III-C). On the paper's own real scans (D_T, full circle) it reached 89 %.",
+        ["site", "set", "scans", "paper success", "default success", "precision", "recall", "ms per scan"], rows)
 
 
 def windows(runs):
@@ -133,8 +133,8 @@ def strangers(results):
     names = sorted({name for pair in pairs for name in pair})
     rows = [[name] + [number(measures.share(f.status == "localized" for f in pairs[name, other]))
                       if (name, other) in pairs else "" for other in names] for name in names]
-    return table("Scans of another site", "[%] of the scans of status `localized`, all of them wrong: `test` scans of "
-                 "the site in the column, in the map of the site in the row.", ["map", *names], rows)
+    return table("Scans of another site", "[%] Share of scans that get the status `localized`, all of them wrongly: "
+                 "`test` scans of the site in the column, in the map of the site in the row.", ["map", *names], rows)
 
 
 def curves(title, results, field, meaning):

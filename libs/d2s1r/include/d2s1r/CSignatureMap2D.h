@@ -75,8 +75,8 @@ class CSignatureMap2D : public mrpt::maps::CMetricMap
 	/// \throws std::invalid_argument if empty
 	const LikelihoodField& likelihood_field() const;
 
-	/// Equal for equal grids (cells, size, origin) and parameters as text (to_ini()), but for the number of threads. An
-	/// archive holds it, and not that number.
+	/// Equal for equal grids (cells, size, origin) and equal parameters as text (to_ini()), the number of threads
+	/// aside. An archive holds the fingerprint, but not the number of threads.
 	std::uint64_t fingerprint() const;
 
 	bool isEmpty() const override;

@@ -22,21 +22,22 @@ struct Candidate
 ///
 /// Overviews: groups whose signatures, the same for all yaws, are most like the scan's come first. The least cost found
 /// there bounds how many beams may be without a counterpart in a signature; groups where there are more, by
-/// parameters.overview_deficit times the root of the beams, are left out.
-/// Profiles: those pairs of group and yaw whose beams cost at most parameters.overview_margin times their root more in
-/// all than those of the cheapest pair; no more than parameters.max_pairs, nor parameters.max_pairs_share of all pairs.
-/// Costs are whole numbers: if the pairs of the greatest cost admitted would be too many, none of that cost is taken;
-/// of the least cost, the first ones are. Neither stopping early nor the machine's SIMD instructions change the result.
-/// Equal costs are ranked by the position in `profiles`, then by the shift.
+/// parameters.overview_deficit times the square root of the number of beams, are left out.
+/// Profiles: those pairs of group and yaw whose beams in total cost at most parameters.overview_margin times the square
+/// root of their number more than those of the cheapest pair; no more than parameters.max_pairs, nor
+/// parameters.max_pairs_share of all pairs. Costs are whole numbers: if the pairs of the greatest cost admitted would
+/// be too many, none of that cost is taken; if even those of the least cost are too many, the first ones of these are
+/// taken. Neither stopping early nor the machine's SIMD instructions change the result. Equal costs are ranked by the
+/// position in `profiles`, then by the shift.
 ///
-/// Against a million pairs compared with all beams all this loses at most one scan in 500, cluttered or not: measured
-/// in tests/experiments/RESULTS.md.
+/// Against a search that compares a million pairs with all beams, all this loses at most one scan in 500, cluttered or
+/// not: measured in tests/experiments/RESULTS.md.
 ///
 /// Thread-safe: each thread keeps its scratch memory for its next query.
 ///
 /// \param prior of the robot; the sensor's positions within a sample's spacing of what it allows are searched, too
-/// \return distinct poses, best first, at most parameters.candidates, and none whose beams cost more in all than
-///         those of the best one by parameters.margin times their root
+/// \return distinct poses, best first, at most parameters.candidates, and none whose beams cost more in total than
+///         those of the best one by parameters.margin times the square root of their number
 std::vector<Candidate> coarse_search(
     const RangeProfiles& profiles, const Scan& scan, const CoarseSearchParameters& parameters, const Prior& prior = {});
 }  // namespace d2s1r

@@ -13,7 +13,7 @@ class OdometryCheck
 {
    public:
 	/// Call for every scan. \param increment since the scan before \param localization of this scan alone
-	/// \return the increment if it can be relied on: it is plausible, and scans do not contradict the last ones
+	/// \return the increment if it can be relied on: it is plausible, and scans do not contradict the last increments
 	std::optional<mrpt::poses::CPose2D> checked(
 	    const std::optional<mrpt::poses::CPose2D>& increment, const Localization& localization);
 

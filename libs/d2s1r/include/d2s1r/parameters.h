@@ -59,10 +59,11 @@ struct CoarseSearchParameters
 	int directions = 120;           //!< [-] of a profile, and yaw shifts that are tried
 	double max_range = 80.0;        //!< [m] of a profile; 4000 cells of the map at most
 	int overview_truncation = 6;    //!< [overview step] greatest difference of ranges that counts in the overview
-	double overview_margin = 15.0;  //!< [overview step] times the root of the beams: pairs whose beams cost more by
-	                                //!< that in all than those of the cheapest are dropped after the overview
-	double overview_deficit = 0.7;  //!< [-] times the root of the beams: how many beams may by chance lack a
-	                                //!< counterpart in the signature of a place that is still searched
+	double overview_margin = 15.0;  //!< [overview step] times the square root of the number of beams: pairs whose beams
+	                                //!< cost this much more in total than those of the cheapest are dropped after the
+	                                //!< overview
+	double overview_deficit = 0.7;  //!< [-] times the square root of the number of beams: how many beams may by chance
+	                                //!< lack a counterpart in the signature of a place that is still searched
 	int max_pairs = 40000;          //!< [-] (group of positions, yaw) pairs compared with all beams, at most
 	double max_pairs_share = 0.05;  //!< [-] of all pairs, at most
 	int truncation = 8;             //!< [step] greatest difference of companded ranges that counts
@@ -70,8 +71,8 @@ struct CoarseSearchParameters
 	                                //!< occluder_range: somebody may stand there
 	double occluder_range = 3.0;    //!< [m] see occluder_truncation
 	int candidates = 800;           //!< [-] poses handed on, at most
-	double margin = 21.0;           //!< [step] times the root of the beams: poses whose beams cost more by that in all
-	                                //!< than those of the best one are dropped
+	double margin = 21.0;           //!< [step] times the square root of the number of beams: poses whose beams cost
+	                                //!< this much more in total than those of the best one are dropped
 	double distinct_distance = 0.36;  //!< [m] candidates closer than this and than distinct_yaw count as one
 	double distinct_yaw = 8.0;        //!< [deg] see distinct_distance
 };

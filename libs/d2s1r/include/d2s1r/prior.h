@@ -37,8 +37,8 @@ struct Prior
 Prior make_prior(double x0, double y0, double x1, double y1);
 
 /// Boxes that hold three standard deviations of a Gaussian or of each mode of a sum of Gaussians, all particles, or all
-/// cells of a grid with a thousandth of the greatest probability; 0.3 m and 10 deg wider, because priors tend to be too
-/// sure. Other densities count as the Gaussian of the same moments.
+/// cells of a grid with more than a thousandth of the greatest probability; 0.3 m and 10 deg wider, because priors tend
+/// to be overconfident. Other densities count as the Gaussian with the same moments.
 /// \throws std::invalid_argument if the density has neither mode nor particle, or is not finite
 Prior make_prior(const mrpt::poses::CPosePDF& pdf);
 

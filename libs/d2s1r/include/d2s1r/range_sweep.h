@@ -32,8 +32,8 @@ using RangeSink = std::function<void(int direction, const SweptRanges& ranges)>;
 
 /// Ranges from the centre of every cell in `cells` along `directions` equally spaced directions (direction i points at
 /// 2 pi i / directions, counter-clockwise from x), one sweep over the grid per direction: the last obstacle seen is
-/// carried along digital lines. What lies outside of the grid is unknown. For 99 % of the rays within a cell of
-/// RayCaster's exact range: test_site_rays.cpp checks it on real maps.
+/// carried along digital lines. What lies outside of the grid is unknown. 99 % of the ranges are within a cell of
+/// RayCaster's exact ones: test_site_rays.cpp checks that on real maps.
 /// \param cells free ones, in any order
 /// \param max_range [m] at most kMostSweptCells cells
 /// \param stop_at_unknown rays end at unknown cells, too

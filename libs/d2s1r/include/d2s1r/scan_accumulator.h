@@ -8,8 +8,8 @@
 
 namespace d2s1r
 {
-/// A full circle out of the scans of a narrow laser on a robot that turns in place: the paper's remedy for sensors that
-/// see less than 360 deg (end of Section III-C).
+/// A full circle put together from the scans of a laser with a narrow field of view on a robot that turns in place: the
+/// paper's remedy for sensors that see less than 360 deg (end of Section III-C).
 ///
 /// Every scan is moved, by odometry, to where the newest one was taken. Where several saw the same direction the newest
 /// is believed, because the errors of odometry grow with the turn. Scans from places further away than `reach` are

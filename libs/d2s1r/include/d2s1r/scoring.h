@@ -21,8 +21,8 @@ struct Score
 /// Log-likelihood of a scan at a pose under a beam model that is honest along the whole ray: where the beam ends, how
 /// many walls it passed and how much unknown space; neighbouring beams see the same object, so runs of misses count.
 /// A beam that saw nothing is charged for a wall of the map within its reach, and says nothing otherwise.
-/// That the map has both sides of a depth edge says more than as many beams along a wall: walls fit in many places,
-/// what stands before what in few.
+/// If the map explains both sides of a depth edge, that says more than the same number of beams along a wall: a wall
+/// fits in many places, one thing in front of another in few.
 ///
 /// The weights (BeamModel) are a conditional logit: they maximize the probability of the true pose among those that
 /// coarse_search() and refine() find, so that the soft maximum of log-likelihoods is a calibrated probability. Their

@@ -15,8 +15,8 @@ namespace d2s1r
 /// into those that were; each is a Gaussian that the motion widens and every scan corrects (Jensfelt and Kristensen,
 /// "Active Global Localization for a Mobile Robot Using Multiple Hypothesis Tracking", 2001). The evidence of a frame
 /// is bounded, so that no scan is trusted blindly: after a kidnapping the new place wins within a few frames. Tracks
-/// are only compared with each other, and on a wrong map one of them is the best, too: a track is localized only if
-/// walls explain its scans and some of them found its place on their own.
+/// are only compared with each other, and even in a wrong map one of them is the best; so a track is localized only if
+/// walls explain its scans and some of these scans found its place on their own.
 ///
 /// One object per robot, one call per frame, in order. Not thread-safe; the same calls always give the same answers.
 class WindowLocalizer
