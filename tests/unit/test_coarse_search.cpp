@@ -91,6 +91,19 @@ TEST_F(CoarseSearch, PeopleDoNotOutvoteTheWalls)
 	}
 }
 
+TEST_F(CoarseSearch, WhoStandsNearMattersLessThanAWallThatIsNotThere)
+{
+	const mrpt::math::TPose2D pose{2, 8, 0};
+	const Prior there{{{1.5, 2.5, 7.5, 8.5, 0, 0.1}}};
+	const Scan clean = aligned_scan(grid_, profiles_.directions, pose, 0, 120);
+	Scan near = clean, far = clean;
+	block(near, 20, 20, 0.3F);
+	for (std::size_t i = 20; i < 40; i++) far.beams[i].range += 3;
+	const auto least_cost = [&](const Scan& scan)
+	{ return coarse_search(profiles_, scan, parameters_, there).at(0).cost; };
+	EXPECT_LT(least_cost(near) - least_cost(clean), 0.5 * (least_cost(far) - least_cost(clean)));
+}
+
 TEST_F(CoarseSearch, ASensorOfShortReachAgreesWithAllThatIsBeyondIt)
 {
 	for (const auto& robot : poses_on_floor())
@@ -212,7 +225,8 @@ TEST_F(CoarseSearch, EqualCostsAreRankedByPositionThenByShift)
 
 TEST_F(CoarseSearch, CostsAreThoseOfTheirPoses)
 {
-	const Scan scan = aligned_scan(grid_, profiles_.directions, {6.3, 8.2, -1.9}, 20, 100);
+	Scan scan = aligned_scan(grid_, profiles_.directions, {6.3, 8.2, -1.9}, 20, 100);
+	block(scan, 30, 20, 0.5F);
 	for (const Candidate& candidate : coarse_search(profiles_, scan, parameters_))
 	{
 		const auto [i, shift] = pair_of(candidate);

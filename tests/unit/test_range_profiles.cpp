@@ -208,6 +208,19 @@ TEST(RangeProfiles, WhereThereIsNoWallIsOutOfRange)
 	EXPECT_LT(leftwards[1].second, leftwards[2].second);
 }
 
+TEST(RangeProfiles, SmallCellsLimitTheirReach)
+{
+	CoarseSearchParameters parameters;
+	parameters.spacing = 0.1;
+	for (const double cell_size : {0.05, 0.01})
+	{
+		const Grid grid = make_picture_grid({"#..."}, cell_size);
+		const RangeProfiles profiles = make_range_profiles(grid, find_free_cells(grid, {}), parameters);
+		EXPECT_NEAR(profiles.max_range, std::min(parameters.max_range, 4000 * cell_size), 0.011);
+		EXPECT_GT(profiles.size(), 0U);
+	}
+}
+
 TEST(RangeProfiles, NoCellsNoSamples)
 {
 	const Grid grid = make_picture_grid({"#.#"}, 0.5);

@@ -150,7 +150,7 @@ void visit_parameters(P& p, Visitor&& visit)
 	visit("beam_model", "off_wall", model.off_wall, -10.0, 10.0, "[nat] further, in free space");
 	visit(
 	    "beam_model", "off_wall_near", model.off_wall_near, -10.0, 10.0,
-	    "[nat] times ln(1.5 m / range) if within 1.5 m, in free space, no wall passed");
+	    "[nat] times ln(1.5 m / range) within 1.5 m, in free space, no wall passed; ranges from 0.5 m on");
 	visit("beam_model", "in_unknown", model.in_unknown, -10.0, 10.0, "[nat] further than 10 cm, in unknown space");
 	visit("beam_model", "log_range", model.log_range, -10.0, 10.0, "[nat] times ln(range / 3 m), on or near a wall");
 	visit("beam_model", "through_wall", model.through_wall, -10.0, 10.0, "[nat] for each wall passed, at most 3");

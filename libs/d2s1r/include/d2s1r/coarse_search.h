@@ -17,8 +17,9 @@ struct Candidate
 
 /// Compares a scan with the profiles at all yaw shifts: first a few beams with the overviews of groups of positions,
 /// then, where these fit, all beams at each position of the group. Truncated differences keep people and moved
-/// furniture from outvoting the walls. A beam that saw nothing agrees with all ranges beyond its reach; overviews are
-/// not compared with it if that is shorter than the profiles'.
+/// furniture from outvoting the walls; all beams are compared with the positions so that one that ends near the sensor,
+/// before the wall, costs less than one that ends elsewhere: somebody may stand there. A beam that saw nothing agrees
+/// with all ranges beyond its reach; overviews are not compared with it if that is shorter than the profiles'.
 ///
 /// Overviews: groups whose signatures, the same for all yaws, are most like the scan's come first. The least cost found
 /// there bounds how many beams may be without a counterpart in a signature; groups where there are more, by

@@ -59,7 +59,7 @@ struct CoarseSearchParameters
 	int directions = 120;           //!< [-] of a profile, and yaw shifts that are tried
 	double max_range = 80.0;        //!< [m] of a profile; 4000 cells of the map at most
 	int overview_truncation = 6;    //!< [overview step] greatest difference of ranges that counts in the overview
-	double overview_margin = 15.0;  //!< [overview step] times the square root of the number of beams: pairs whose beams
+	double overview_margin = 18.0;  //!< [overview step] times the square root of the number of beams: pairs whose beams
 	                                //!< cost this much more in total than those of the cheapest are dropped after the
 	                                //!< overview
 	double overview_deficit = 0.7;  //!< [-] times the square root of the number of beams: how many beams may by chance
@@ -102,7 +102,7 @@ struct BeamModel
 	double beside_wall = -0.052;      //!< within 20 cm, in free space
 	double off_wall = -0.252;         //!< further, in free space
 	double off_wall_near = 0.1;       //!< times ln(1.5 m / range) if within 1.5 m, in free space, having passed no
-	                                  //!< wall: who stands near hides many beams
+	                                  //!< wall, ranges from 0.5 m on: who stands near hides many beams
 	double in_unknown = 0.04;         //!< further than 10 cm from a wall, in unknown space
 	double log_range = 0.183;         //!< times ln(range / 3 m), on or near a wall: a close wall is seen by many beams
 	double through_wall = -0.21;      //!< for each wall passed, at most three

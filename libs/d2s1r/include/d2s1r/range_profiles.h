@@ -13,8 +13,8 @@ namespace d2s1r
 /// Ranges from sample positions all over the free space, one byte per direction: what coarse_search() compares scans
 /// with.
 ///
-/// Ranges are companded, so that one step is about the change of range that a small change of position makes: 2 cm near
-/// the sensor, 35 cm at a max_range of 30 m.
+/// Ranges are companded, so that one step is about the change of range that a small change of position makes: 3 cm near
+/// the sensor, 1.2 m at a max_range of 80 m.
 ///
 /// The positions form groups, those in 2 x 2 squares of the samples' spacing. The overview has one position per group,
 /// at its middle, and steps twice as large: what is too costly there need not be compared closely. A signature is a
@@ -48,7 +48,8 @@ struct RangeProfiles
 	std::array<std::uint8_t, kBins> signature_of(const std::uint8_t* steps, std::size_t count) const;
 };
 
-/// Samples the free cells, one per square of `parameters.spacing`, and sweeps their ranges.
+/// Samples the free cells, one per square of `parameters.spacing`, and sweeps their ranges, up to parameters.max_range
+/// or, where cells are so small that this is less, kMostSweptCells cells.
 /// \param cells free cells, increasing
 RangeProfiles make_range_profiles(
     const Grid& grid, const std::vector<CellIndex>& cells, const CoarseSearchParameters& parameters);
