@@ -73,7 +73,7 @@ void CParticleFilterFusion::start(const CSignatureMap2D::ConstPtr& map, const Fu
 	filter_.m_options.adaptiveSampleSize = false;  // KLD would grow a seed of several places to tens of thousands
 	filter_.m_options.resamplingMethod = mrpt::bayes::CParticleFilter::prSystematic;
 	particles_.options.metricMap = map;
-	map->likelihood_field();  // builds it now
+	map->likelihood_field(), map->localizer();  // builds them now
 	odometry_check_ = {};
 	last_pose_.reset();
 	last_motion_ = {};
@@ -223,7 +223,8 @@ double CParticleFilterFusion::probability_of_being_lost(
 {
 	if (localization.hypotheses.empty()) return 0;
 	if (probability_found(localization) < tuning.least_found) return tuning.admitted_probability;
-	const auto points = end_points(make_scan(scan, map_->parameters().scan), map_->likelihood_options().beams);
+	const Scan beams = make_scan(scan, map_->parameters().scan);
+	const auto points = end_points(beams, map_->likelihood_options().beams);
 	const auto log_likelihood = [&](const mrpt::math::TPose2D& pose)
 	{ return map_->likelihood_field().log_likelihood(points, pose); };
 	double best = -std::numeric_limits<double>::infinity();
@@ -234,8 +235,32 @@ double CParticleFilterFusion::probability_of_being_lost(
 	double likelihood = 0;
 	for (std::size_t i = 0; i < weights.size(); i++)
 		likelihood += weights[i] * std::exp(log_likelihood(particles_.m_particles[i].d) - best);
-	const double of_lost = unaccounted_ * std::exp(tuning.log_place_share), of_filter = (1 - unaccounted_) * likelihood;
+	likelihood = std::min(likelihood, likelihood_of_places(beams, localization));
+	const double of_lost = unaccounted_ * std::exp(-tuning.takeover_margin),
+	             of_filter = (1 - unaccounted_) * likelihood;
 	return std::max(tuning.admitted_probability, of_lost / (of_lost + of_filter));
+}
+
+/// How likely a scan is at the filter's places, relative to the best hypothesis, by the beam model of the localizer: it
+/// sees the walls that beams would have to pass, the likelihood field of the particles only their ends.
+double CParticleFilterFusion::likelihood_of_places(const Scan& scan, const Localization& localization) const
+{
+	constexpr double kEnough = 0.01;  // [-] the filter may well be right
+	constexpr double kAny = std::numeric_limits<double>::infinity();
+	const Localizer& localizer = map_->localizer();
+	if (localizer.parameters().method == Method::kPaper) return kAny;  // has no beam model
+	const auto weights = pf::normalized_weights(particles_);
+	const Hypothesis& best = localization.best();
+	double likelihood = 0;
+	for (const Hypothesis& hypothesis : localization.hypotheses)
+		likelihood +=
+		    hypothesis.probability / best.probability * pf::weight_near(particles_, weights, hypothesis.pose.asTPose());
+	if (likelihood > kEnough) return kAny;
+	const auto place = pf::dominant_place(particles_, weights);
+	const auto of_place = localizer.hypothesis_near(scan, mrpt::poses::CPose2D(place.pose));
+	const auto of_best = localizer.hypothesis_near(scan, best.pose);
+	if (!of_place || !of_best) return kAny;
+	return likelihood + place.probability * std::exp(of_place->log_likelihood - of_best->log_likelihood);
 }
 
 /// Whether the filter's place explains enough of a scan that no place explains well: others would draw the particles to

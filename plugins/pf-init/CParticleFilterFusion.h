@@ -21,8 +21,8 @@ namespace d2s1r
 /// Each scan: predict by odometry or pseudo-odometry, weigh by the hypotheses of the scan and by CSignatureMap2D,
 /// resample. Then particles drawn from the hypotheses replace the lightest ones, and share the probability that the
 /// filter is lost as their weight. While the filter explains the scan that is little, and they die out; if it is wrong
-/// they take over within a few scans, or at once if they explain the scan far better (kidnapping, a wrong start), which
-/// is reported as a re-seed. The probability that no hypothesis is right is remembered: until a scan settles it, no
+/// they take over within a few scans, or at once if they explain the scan far better (kidnapping, a wrong start), be it
+/// only because its beams would have to pass walls where the filter is; that is reported as a re-seed. The probability that no hypothesis is right is remembered: until a scan settles it, no
 /// place is tracked.
 class CParticleFilterFusion : public CFusionBackend
 {
@@ -37,8 +37,8 @@ class CParticleFilterFusion : public CFusionBackend
 	{
 		double admitted_share = 0.10;          //!< [0, 1] of the particles given to the hypotheses of each scan
 		double admitted_probability = 0.0005;  //!< [0, 1] that the robot was carried away since the last scan
-		double log_place_share = -17;    //!< [nat] of all poses that a place takes: how much better a hypothesis must
-		                                 //!< explain a scan to take over at once
+		double takeover_margin = 24;     //!< [nat] by how much more than to outweigh admitted_probability a hypothesis
+		                                 //!< must explain a scan better than the filter's places, to take over at once
 		double unexplained_power = 0.2;  //!< [0, 1] exponent of the likelihood of a scan that hardly fits anywhere in
 		                                 //!< the map; 1 of one that certainly does, in between by its probability
 		/// [0, 1] share of the log-likelihood range that the filter's place must explain before a scan is weighed whose
@@ -88,6 +88,7 @@ class CParticleFilterFusion : public CFusionBackend
 	void weigh_by_hypotheses(const Localization& localization);
 	double probability_of_being_lost(
 	    const mrpt::obs::CObservation2DRangeScan& scan, const Localization& localization) const;
+	double likelihood_of_places(const Scan& scan, const Localization& localization) const;
 	double weigh_by_scan_and_resample(const mrpt::obs::CObservation2DRangeScan& scan, const Localization& localization);
 	bool explains(const mrpt::obs::CObservation2DRangeScan& scan) const;
 	void admit(const Localization& localization, double probability);

@@ -61,11 +61,37 @@ TEST_F(FilterOnAFloor, FindsAKidnappedRobotAndSaysSo)
 
 TEST_F(FilterOnAFloor, GoesOverAtOnceIfItsParticlesDoNotExplainTheScanAtAll)
 {
-	filter_.tuning.log_place_share = -8;  // a place is a greater share of a small floor
+	filter_.tuning.takeover_margin = 8;  // the more easily, the smaller the floor
 	const Drive drive = kidnapped(10, 1);
 	const FusedPose pose = follow(drive).back();
 	expect_at(pose, drive.back().truth);
 	EXPECT_EQ(pose.event, FusionEvent::kReseeded);
+}
+
+TEST(FilterInRooms, LeavesAPlaceThatHasAllWallsTheScanShowsAndMoreInBetween)
+{
+	// a hall of 7 m beside rooms of 2 m, whose walls are as far apart as those of the hall
+	const std::string wall(31, '#'), beside_hall = "#....#....#....#" + std::string(14, '.') + "#";
+	Picture picture{wall};
+	for (int y = 1; y <= 14; y++)
+		picture.push_back(y % 5 > 0 ? beside_hall : std::string(16, '#') + std::string(14, '.') + "#");
+	picture.push_back(wall);
+	picture[3][29] = '#';  // else the hall looks the same from four sides
+	const Grid floor = make_building(picture), world = world_of(floor);
+	const TPose2D room{4, 4, 0}, hall{11.5, 4, 0};
+	const auto frame_at = [&](const TPose2D& truth)
+	{
+		Frame frame{truth, make_observation(world, truth), result_of({hypothesis_at(CPose2D(truth), 0.99)}), CPose2D()};
+		return frame;
+	};
+	CParticleFilterFusion filter;
+	filter.start(CSignatureMap2D::Create(*make_map(floor)), {});
+	const Frame before = frame_at(room), after = frame_at(hall);
+	for (int i = 0; i < 5; i++)
+		expect_at(filter.step({before.scan, before.localization, before.odometry}).value(), room);
+	const FusedPose first = filter.step({after.scan, after.localization, after.odometry}).value();
+	expect_at(first, hall);
+	EXPECT_EQ(first.event, FusionEvent::kReseeded);
 }
 
 TEST_F(FilterOnAFloor, RecoversFromAWrongStart)
