@@ -22,8 +22,8 @@ namespace d2s1r
 /// resample. Then particles drawn from the hypotheses replace the lightest ones, and share the probability that the
 /// filter is lost as their weight. While the filter explains the scan that is little, and they die out; if it is wrong
 /// they take over within a few scans, or at once if they explain the scan far better (kidnapping, a wrong start), be it
-/// only because its beams would have to pass walls where the filter is; that is reported as a re-seed. The probability that no hypothesis is right is remembered: until a scan settles it, no
-/// place is tracked.
+/// only because its beams would have to pass walls where the filter is; that is reported as a re-seed. The probability
+/// that no hypothesis is right is remembered: until a scan settles it, no place is tracked.
 class CParticleFilterFusion : public CFusionBackend
 {
 	DEFINE_MRPT_OBJECT(CParticleFilterFusion, d2s1r)

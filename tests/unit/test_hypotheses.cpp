@@ -65,6 +65,21 @@ TEST(Hypotheses, OnePlaceThatExplainsTheScanIsLocalized)
 	EXPECT_LE(total, 1 + 1e-9);
 }
 
+TEST(Hypotheses, AmongPosesAtOnePlaceTheOneCountsThatIsBestOncePolished)
+{
+	const Grid grid = make_floor();
+	const BeamTracer tracer(grid);
+	const DistanceField field(grid);
+	const TPose2D robot{4.1, 6.1, 0.1}, along{4.3, 6.1, 0.1}, across{4.1, 6.2, 0.1};  // in a corridor along x
+	const Scan scan = scan_at(world_of(grid), robot, laser_of(270));
+	ASSERT_GT(
+	    score_at(tracer, field, scan, along, {}).log_likelihood,
+	    score_at(tracer, field, scan, across, {}).log_likelihood);
+	const Localization result = decide_among(grid, scan, {along, across});
+	ASSERT_EQ(result.hypotheses.size(), 1U) << "one place";
+	EXPECT_LT(distance_between(result.best().pose.asTPose(), robot), 0.02) << result.best().pose;
+}
+
 TEST(Hypotheses, DepthEdgesSurfacesAndTheLeadOverOtherPlacesTellThatOneIsRight)
 {
 	const Grid grid = make_four_fold_room();

@@ -28,12 +28,17 @@ double temperature(const Score& best, const ScoringParameters& parameters)
 	return parameters.temperature + parameters.temperature_by_beam * best.unexplained;
 }
 
-/// Best first; of the poses at one place the best.
-std::vector<Scored> distinct_places(std::vector<Scored> poses, const ScoringParameters& parameters)
+void sort_best_first(std::vector<Scored>& poses)
 {
 	std::stable_sort(
 	    poses.begin(), poses.end(),
 	    [](const Scored& a, const Scored& b) { return a.score.log_likelihood > b.score.log_likelihood; });
+}
+
+/// Best first; of the poses at one place the best.
+std::vector<Scored> distinct_places(std::vector<Scored> poses, const ScoringParameters& parameters)
+{
+	sort_best_first(poses);
 	DistinctPoses distinct(parameters.distinct_distance, mrpt::DEG2RAD(parameters.distinct_yaw));
 	std::vector<Scored> places;
 	for (Scored& pose : poses)
@@ -58,29 +63,37 @@ double presence(const std::vector<Scored>& places, const PresenceModel& model)
 	return 1 / (1 + std::exp(-log_odds));
 }
 
-/// Best first, the best ones polished. A place counts by the best score found at it: places are compared at their best,
-/// where a centimetre would decide otherwise.
+/// Best first. Poses that may be the best one are polished before those at one place are reduced to the best of them,
+/// and a place counts by the best score found at it: else a few centimetres would decide.
 /// \param is_possible (sensor in map) whether that pose counts
 template <class IsPossible>
 std::vector<Scored> find_places(
     const BeamTracer& tracer, const DistanceField& field, const Rays& rays, const std::vector<RefinedPose>& poses,
     const IsPossible& is_possible, const Parameters& parameters)
 {
-	constexpr double kNegligible = 1e-3;   // [-] likelihood relative to the best place
-	constexpr std::size_t kPolished = 10;  // [-] places
+	constexpr std::size_t kPolished = 30;  // [-] poses, at most
+	constexpr double kHopeless = 12;       // [nat] below the best pose: not polished
+	constexpr std::size_t kCompared = 10;  // [-] places, at most
+	constexpr double kNegligible = 1e-3;   // [-] likelihood relative to the best place: not compared
 	const BeamModel& model = parameters.scoring.beam_model;
 	std::vector<Scored> scored;
 	for (const auto& [pose, fit] : poses)
 		if (is_possible(pose)) scored.push_back({pose, score(tracer, field, rays, pose, model)});
-	std::vector<Scored> places = distinct_places(std::move(scored), parameters.scoring);
-	for (std::size_t i = 0; i < std::min(kPolished, places.size()); i++)
+	sort_best_first(scored);
+	const double least = scored.empty() ? 0 : scored.front().score.log_likelihood - kHopeless;
+	for (std::size_t i = 0; i < std::min(kPolished, scored.size()) && scored[i].score.log_likelihood >= least; i++)
 	{
-		const TPose2D pose = polish(field, rays, places[i].pose, parameters.refinement);
+		const TPose2D pose = polish(field, rays, scored[i].pose, parameters.refinement);
 		if (!is_possible(pose)) continue;
-		places[i].pose = pose;
-		const bool matters = i == 0 || places[i].weight > kNegligible;
-		const Score again = (matters ? best_score_near : score)(tracer, field, rays, pose, model);
-		if (again.log_likelihood > places[i].score.log_likelihood) places[i].score = again;
+		scored[i].pose = pose;
+		const Score polished = score(tracer, field, rays, pose, model);
+		if (polished.log_likelihood > scored[i].score.log_likelihood) scored[i].score = polished;
+	}
+	std::vector<Scored> places = distinct_places(std::move(scored), parameters.scoring);
+	for (std::size_t i = 0; i < std::min(kCompared, places.size()) && places[i].weight > kNegligible; i++)
+	{
+		const Score best = best_score_near(tracer, field, rays, places[i].pose, model);
+		if (best.log_likelihood > places[i].score.log_likelihood) places[i].score = best;
 	}
 	return distinct_places(std::move(places), parameters.scoring);
 }

@@ -39,7 +39,8 @@ constexpr Apart kSettledApart{0.15, mrpt::DEG2RAD(3.0)};
 constexpr Apart kRefinedApart{0.08, mrpt::DEG2RAD(2.0)};
 
 constexpr double kLongestStep = 0.2, kWidestTurn = 0.1;  //!< [m], [rad] of one step
-constexpr double kDamping = 1e-3;                        //!< [-] a ray
+// Damping [-] a ray: few rays would slide along a corridor.
+constexpr double kDampingOfFew = 1e-2, kDamping = 1e-3;
 
 /// J^T W J over (x, y, phi, range offset).
 Eigen::Matrix4d information_of(const EndPointSums& sums)
@@ -73,19 +74,22 @@ TPose2D moved(const TPose2D& pose, Eigen::Vector3d step)
 }
 
 /// One damped step.
-TPose2D gauss_newton_step(const DistanceField& field, const Rays& rays, const TPose2D& pose, double kernel)
+TPose2D gauss_newton_step(
+    const DistanceField& field, const Rays& rays, const TPose2D& pose, double kernel, double damping)
 {
 	const EndPointSums sums = sum_end_points(field, rays.returns, pose, 0, kernel);
 	Eigen::Matrix3d information = information_of(sums).topLeftCorner<3, 3>();
-	information.diagonal().array() += kDamping * static_cast<double>(rays.count) + 1e-6;
+	information.diagonal().array() += damping * static_cast<double>(rays.count) + 1e-6;
 	return moved(pose, -information.ldlt().solve(gradient_of(sums).head<3>()));
 }
 
-/// A step for each kernel, in multiples of `unit` [m].
+/// A step for each kernel, in multiples of `unit` [m]; `damping` [-] a ray.
 template <class Kernels>
-TPose2D descend(const DistanceField& field, const Rays& rays, TPose2D pose, const Kernels& kernels, double unit)
+TPose2D descend(
+    const DistanceField& field, const Rays& rays, TPose2D pose, const Kernels& kernels, double unit,
+    double damping = kDamping)
 {
-	for (const double kernel : kernels) pose = gauss_newton_step(field, rays, pose, kernel * unit);
+	for (const double kernel : kernels) pose = gauss_newton_step(field, rays, pose, kernel * unit, damping);
 	return pose;
 }
 
@@ -126,7 +130,7 @@ std::vector<RefinedPose> settle(
 	poses.reserve(candidates.size());
 	for (const Candidate& candidate : candidates)
 	{
-		const TPose2D pose = descend(field, few, candidate.pose, kFromCandidate, parameters.kernel);
+		const TPose2D pose = descend(field, few, candidate.pose, kFromCandidate, parameters.kernel, kDampingOfFew);
 		const double fit = fit_of(field, few, pose, kOfSettled * parameters.kernel);
 		poses.push_back({pose, fit - parameters.cost_weight * candidate.cost});
 	}

@@ -70,7 +70,7 @@ struct CoarseSearchParameters
 	int occluder_truncation = 4;    //!< [step] the same where a beam ends before the wall of the map and within
 	                                //!< occluder_range: somebody may stand there
 	double occluder_range = 3.0;    //!< [m] see occluder_truncation
-	int candidates = 800;           //!< [-] poses handed on, at most
+	int candidates = 1200;          //!< [-] poses handed on, at most
 	double margin = 21.0;           //!< [step] times the square root of the number of beams: poses whose beams cost
 	                                //!< this much more in total than those of the best one are dropped
 	double distinct_distance = 0.36;  //!< [m] candidates closer than this and than distinct_yaw count as one
