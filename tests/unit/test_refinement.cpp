@@ -106,6 +106,24 @@ TEST_F(Refinement, ReturnsDistinctPosesBestFitFirst)
 	}
 }
 
+TEST_F(Refinement, WhatFitsMuchWorseIsGivenUpBeforeTheFirstStep)
+{
+	const TPose2D robot = poses_on_floor()[2];
+	const Rays few = few_rays(scan_at(world_, robot));
+	// both get to the robot, the one beside it at a lower cost, if it is not given up
+	const std::vector<Candidate> candidates = {{robot, 0.1}, {{robot.x + 0.25, robot.y - 0.25, robot.phi}, 0}};
+	parameters_.cost_weight = 1;
+	const auto fit_with = [&](double margin)
+	{
+		parameters_.fit_margin = margin;
+		const auto settled = settle(field_, few, candidates, parameters_);
+		EXPECT_EQ(settled.size(), 1U);
+		EXPECT_LT(distance_between(settled.front().pose, robot), 0.02);
+		return settled.front().fit;
+	};
+	EXPECT_NEAR(fit_with(1) - fit_with(0.02), 0.1, 0.01);
+}
+
 TEST_F(Refinement, NoCandidatesNoPoses)
 {
 	EXPECT_TRUE(refine_all(field_, scan_at(world_, poses_on_floor()[0]), {}, parameters_).empty());

@@ -58,10 +58,14 @@ Eigen::Vector4d gradient_of(const EndPointSums& sums)
 	return Eigen::Map<const Eigen::Vector4f>(sums.gradient.data()).cast<double>();
 }
 
+double fit_of(const EndPointSums& sums, std::size_t rays)
+{
+	return static_cast<double>(sums.support) / static_cast<double>(std::max<std::size_t>(1, rays));
+}
+
 double fit_of(const DistanceField& field, const Rays& rays, const TPose2D& pose, double kernel)
 {
-	return static_cast<double>(sum_end_points(field, rays.returns, pose, 0, kernel).support) /
-	       static_cast<double>(std::max<std::size_t>(1, rays.count));
+	return fit_of(sum_end_points(field, rays.returns, pose, 0, kernel), rays.count);
 }
 
 /// `pose` moved by `step` (x, y, phi), shortened.
@@ -73,24 +77,45 @@ TPose2D moved(const TPose2D& pose, Eigen::Vector3d step)
 	return {pose.x + step.x(), pose.y + step.y(), mrpt::math::wrapToPi(pose.phi + turn)};
 }
 
-/// One damped step.
-TPose2D gauss_newton_step(
-    const DistanceField& field, const Rays& rays, const TPose2D& pose, double kernel, double damping)
+/// One damped step from `pose`, where the end points of `count` rays sum up to `sums`.
+TPose2D gauss_newton_step(const EndPointSums& sums, std::size_t count, const TPose2D& pose, double damping)
 {
-	const EndPointSums sums = sum_end_points(field, rays.returns, pose, 0, kernel);
 	Eigen::Matrix3d information = information_of(sums).topLeftCorner<3, 3>();
-	information.diagonal().array() += damping * static_cast<double>(rays.count) + 1e-6;
+	information.diagonal().array() += damping * static_cast<double>(count) + 1e-6;
 	return moved(pose, -information.ldlt().solve(gradient_of(sums).head<3>()));
 }
 
-/// A step for each kernel, in multiples of `unit` [m]; `damping` [-] a ray.
+/// A step for each kernel, in multiples of `unit` [m].
 template <class Kernels>
-TPose2D descend(
-    const DistanceField& field, const Rays& rays, TPose2D pose, const Kernels& kernels, double unit,
-    double damping = kDamping)
+TPose2D descend(const DistanceField& field, const Rays& rays, TPose2D pose, const Kernels& kernels, double unit)
 {
-	for (const double kernel : kernels) pose = gauss_newton_step(field, rays, pose, kernel * unit, damping);
+	for (const double kernel : kernels)
+		pose =
+		    gauss_newton_step(sum_end_points(field, rays.returns, pose, 0, kernel * unit), rays.count, pose, kDamping);
 	return pose;
+}
+
+/// A candidate on its way.
+struct Settling
+{
+	TPose2D pose;
+	double cost;  //!< [-] that counts beside the fit
+	EndPointSums sums{};
+	double fit = 0;
+};
+
+/// Sums up the end points at all poses, and drops those that fit worse than the best one by more than the margin.
+void drop_poor(const DistanceField& field, const Rays& few, double kernel, double margin, std::vector<Settling>& poses)
+{
+	double best = -std::numeric_limits<double>::infinity();
+	for (Settling& at : poses)
+	{
+		at.sums = sum_end_points(field, few.returns, at.pose, 0, kernel);
+		at.fit = fit_of(at.sums, few.count) - at.cost;
+		best = std::max(best, at.fit);
+	}
+	const auto is_poor = [=](const Settling& at) { return at.fit < best - margin; };
+	poses.erase(std::remove_if(poses.begin(), poses.end(), is_poor), poses.end());
 }
 
 /// Best fits first, and of those that are not apart only the best; at most `most`.
@@ -126,18 +151,19 @@ std::vector<RefinedPose> settle(
     const DistanceField& field, const Rays& few, const std::vector<Candidate>& candidates,
     const RefinementParameters& parameters)
 {
-	std::vector<RefinedPose> poses;
-	poses.reserve(candidates.size());
+	std::vector<Settling> settling;
+	settling.reserve(candidates.size());
 	for (const Candidate& candidate : candidates)
+		settling.push_back({candidate.pose, parameters.cost_weight * candidate.cost});
+	for (const double kernel : kFromCandidate)
 	{
-		const TPose2D pose = descend(field, few, candidate.pose, kFromCandidate, parameters.kernel, kDampingOfFew);
-		const double fit = fit_of(field, few, pose, kOfSettled * parameters.kernel);
-		poses.push_back({pose, fit - parameters.cost_weight * candidate.cost});
+		drop_poor(field, few, kernel * parameters.kernel, parameters.fit_margin, settling);
+		for (Settling& at : settling) at.pose = gauss_newton_step(at.sums, few.count, at.pose, kDampingOfFew);
 	}
-	double best = -std::numeric_limits<double>::infinity();
-	for (const RefinedPose& pose : poses) best = std::max(best, pose.fit);
-	const auto is_poor = [&](const RefinedPose& pose) { return pose.fit < best - parameters.fit_margin; };
-	poses.erase(std::remove_if(poses.begin(), poses.end(), is_poor), poses.end());
+	drop_poor(field, few, kOfSettled * parameters.kernel, parameters.fit_margin, settling);
+	std::vector<RefinedPose> poses;
+	poses.reserve(settling.size());
+	for (const Settling& at : settling) poses.push_back({at.pose, at.fit});
 	return best_distinct(std::move(poses), static_cast<std::size_t>(parameters.max_scored), kSettledApart);
 }
 

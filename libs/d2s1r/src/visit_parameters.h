@@ -101,7 +101,7 @@ void visit_parameters(P& p, Visitor&& visit)
 	    "[-] best fitting candidates that are scored with a few beams");
 	visit(
 	    "refinement", "fit_margin", refinement.fit_margin, 0.0, 100.0,
-	    "[-] candidates whose fit is this much below the best one's are dropped");
+	    "[-] candidates that fit this much worse than the best one, before any step or after the last, are dropped");
 	visit(
 	    "refinement", "max_refined", refinement.max_refined, 1, 100000,
 	    "[-] best scoring of these that are refined with all beams");

@@ -80,9 +80,10 @@ struct CoarseSearchParameters
 /// From candidate poses to poses that fit the map.
 struct RefinementParameters
 {
-	int max_scored = 300;         //!< [-] best fitting candidates that a few beams are scored at
-	double fit_margin = 0.35;     //!< [-] candidates whose fit is this much below the best one's are dropped
-	int max_refined = 100;        //!< [-] best scoring of these that are refined with all beams
+	int max_scored = 400;     //!< [-] best fitting candidates that a few beams are scored at
+	double fit_margin = 0.4;  //!< [-] candidates that fit this much worse than the best one, before any step or after
+	                          //!< the last, are dropped
+	int max_refined = 100;    //!< [-] best scoring of these that are refined with all beams
 	double score_margin = 21.0;   //!< [nat] candidates whose score is this far below the best one's are dropped
 	int max_restarted = 30;       //!< [-] best fitting ones refined again from poses to both sides along what the
 	                              //!< scan leaves open, such as a corridor

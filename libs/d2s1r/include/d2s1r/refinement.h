@@ -17,9 +17,10 @@ struct RefinedPose
 	double fit = 0;
 };
 
-/// Pulls candidates onto the walls: Gauss-Newton on the distance field with a robust kernel that shrinks.
-/// \return distinct poses, best fit less the coarse cost first, at most parameters.max_scored, none
-///         worse than the best by more than parameters.fit_margin. Thread-safe, as all functions here.
+/// Pulls candidates onto the walls: Gauss-Newton on the distance field with a robust kernel that shrinks. Before each
+/// step, and after the last, those that fit worse than the best by more than parameters.fit_margin are given up.
+/// \return distinct poses, best fit less the coarse cost first, at most parameters.max_scored. Thread-safe, as all
+///         functions here.
 std::vector<RefinedPose> settle(
     const DistanceField& field, const Rays& few, const std::vector<Candidate>& candidates,
     const RefinementParameters& parameters);
