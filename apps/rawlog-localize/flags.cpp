@@ -82,9 +82,9 @@ struct Options
 	    "the robot is in the box between these two corners [m], map frame: search there only");
 	Value& time_budget = list.value(
 	    "", "time-budget", "MS",
-	    "time for each scan [ms], not counting --window and --fuse: the search always runs to its end, then as many "
-	    "candidates are refined as there is time for; the results depend on the machine and its load (default: no "
-	    "limit)");
+	    "time for each scan [ms], not counting --window and --fuse: a search for candidates always runs to its "
+	    "end, then as many of them are refined as there is time for; the results depend on the machine and its load "
+	    "(default: no limit)");
 	Value& seed = list.value("", "seed", "N", "seed of the particle filter, from 0 to 4294967295 (default 1)");
 	Value& plugins = list.value("", "plugins", "A.so,B.so", "MRPT modules to load first");
 	Switch& fuse = list.flag(

@@ -13,6 +13,8 @@ namespace d2s1r
 {
 namespace
 {
+constexpr double kShareOfFirstLook = 0.5;  //!< [-] of the time budget: after it no second look is begun
+
 /// From candidates to an answer.
 Localization judge(
     const DefaultIndex& index, const Scan& scan, const std::vector<Candidate>& candidates, const Prior& prior,
@@ -31,6 +33,17 @@ Localization judge(
 	result.times.refinement_ms = 1e3 * watch.Tac();
 	return result;
 }
+
+/// The parameters of the smaller search that comes first.
+Parameters for_first_look(const Parameters& parameters)
+{
+	const auto& [enough, effort, margins] = parameters.first_look;
+	Parameters first = with_share_of_effort(parameters, effort);
+	auto& coarse = first.coarse_search;
+	for (int* count : {&coarse.max_pairs, &coarse.candidates}) *count = static_cast<int>(std::ceil(effort * *count));
+	for (double* margin : {&coarse.overview_margin, &coarse.margin}) *margin *= margins;
+	return first;
+}
 }  // namespace
 
 DefaultIndex make_default_index(const Grid& grid, const std::vector<CellIndex>& cells, const Parameters& parameters)
@@ -44,20 +57,37 @@ Localization localize_default(
     const Query& query)
 {
 	const mrpt::system::CTicTac watch;
-	auto candidates = coarse_search(index.profiles, scan, parameters.coarse_search, query.prior);
-	const double retrieval_ms = 1e3 * watch.Tac();
-	Parameters affordable = parameters;
-	if (query.time_budget > 0)
-		affordable = keep_affordable(
-		    query.time_budget - retrieval_ms, candidates, parameters,
-		    [&](const auto& some, const Parameters& fewer) { judge(index, scan, some, query.prior, fewer); });
-	Localization result = judge(index, scan, candidates, query.prior, affordable);
+	const auto search = [&](Parameters effort)
+	{
+		mrpt::system::CTicTac stage;
+		auto candidates = coarse_search(index.profiles, scan, effort.coarse_search, query.prior);
+		const double retrieval_ms = 1e3 * stage.Tac();
+		if (query.time_budget > 0)
+			effort = keep_affordable(
+			    query.time_budget - 1e3 * watch.Tac(), candidates, effort,
+			    [&](const auto& some, const Parameters& fewer) { judge(index, scan, some, query.prior, fewer); });
+		Localization found = judge(index, scan, candidates, query.prior, effort);
+		found.times.retrieval_ms = retrieval_ms;
+		return found;
+	};
+	const FirstLookParameters& first_look = parameters.first_look;
+	const bool looks_first = first_look.enough < 1;
+	Localization result = search(looks_first ? for_first_look(parameters) : parameters);
+	const bool is_clear = result.status == Status::kLocalized && result.confidence > first_look.enough;
+	const bool is_late = query.time_budget > 0 && 1e3 * watch.Tac() > kShareOfFirstLook * query.time_budget;
+	if (looks_first && !is_clear && !is_late)
+	{
+		const StageTimes first = result.times;
+		result = search(parameters);
+		result.times.retrieval_ms += first.retrieval_ms;
+		result.times.registration_ms += first.registration_ms;
+		result.times.refinement_ms += first.refinement_ms;
+	}
 	if (result.status == Status::kRejected && !query.prior.anywhere())
 		result.note = "no place in the given region explains the scan";
 	if (!result.hypotheses.empty())
 		result.relative_entropy =
 		    relative_entropy_at(result.best().pose.asTPose() + scan.sensor_on_robot, scan, caster, parameters.paper);
-	result.times.retrieval_ms = retrieval_ms;
 	result.times.total_ms = 1e3 * watch.Tac();
 	return result;
 }

@@ -22,8 +22,8 @@ struct DefaultIndex
 /// \param cells where a sensor can stand, increasing
 DefaultIndex make_default_index(const Grid& grid, const std::vector<CellIndex>& cells, const Parameters& parameters);
 
-/// The default method, for any field of view: coarse_search(), settle(), choose_promising(), refine(), decide().
-/// Thread-safe.
+/// The default method, for any field of view: coarse_search(), settle(), choose_promising(), refine(), decide(); with
+/// fewer candidates first, and with all of them unless that made it clear. Thread-safe.
 /// \param scan a valid one
 /// \param caster of the same grid, with the range of parameters.paper: for the relative entropy of the best pose
 Localization localize_default(

@@ -71,17 +71,18 @@ std::vector<Scored> find_places(
     const BeamTracer& tracer, const DistanceField& field, const Rays& rays, const std::vector<RefinedPose>& poses,
     const IsPossible& is_possible, const Parameters& parameters)
 {
-	constexpr std::size_t kPolished = 30;  // [-] poses, at most
-	constexpr double kHopeless = 12;       // [nat] below the best pose: not polished
-	constexpr std::size_t kCompared = 10;  // [-] places, at most
-	constexpr double kNegligible = 1e-3;   // [-] likelihood relative to the best place: not compared
+	constexpr double kHopeless = 12;      // [nat] below the best pose: not polished
+	constexpr double kNegligible = 1e-3;  // [-] likelihood relative to the best place: not compared
 	const BeamModel& model = parameters.scoring.beam_model;
+	const auto polished_at_most = static_cast<std::size_t>(parameters.refinement.max_polished);
+	const auto compared_at_most = static_cast<std::size_t>(parameters.refinement.max_compared);
 	std::vector<Scored> scored;
 	for (const auto& [pose, fit] : poses)
 		if (is_possible(pose)) scored.push_back({pose, score(tracer, field, rays, pose, model)});
 	sort_best_first(scored);
 	const double least = scored.empty() ? 0 : scored.front().score.log_likelihood - kHopeless;
-	for (std::size_t i = 0; i < std::min(kPolished, scored.size()) && scored[i].score.log_likelihood >= least; i++)
+	const std::size_t to_polish = std::min(polished_at_most, scored.size());
+	for (std::size_t i = 0; i < to_polish && scored[i].score.log_likelihood >= least; i++)
 	{
 		const TPose2D pose = polish(field, rays, scored[i].pose, parameters.refinement);
 		if (!is_possible(pose)) continue;
@@ -90,7 +91,7 @@ std::vector<Scored> find_places(
 		if (polished.log_likelihood > scored[i].score.log_likelihood) scored[i].score = polished;
 	}
 	std::vector<Scored> places = distinct_places(std::move(scored), parameters.scoring);
-	for (std::size_t i = 0; i < std::min(kCompared, places.size()) && places[i].weight > kNegligible; i++)
+	for (std::size_t i = 0; i < std::min(compared_at_most, places.size()) && places[i].weight > kNegligible; i++)
 	{
 		const Score best = best_score_near(tracer, field, rays, places[i].pose, model);
 		if (best.log_likelihood > places[i].score.log_likelihood) places[i].score = best;

@@ -13,16 +13,17 @@ namespace
 constexpr std::size_t kSample = 16;  //!< [-] one candidate in this many shows what one costs
 constexpr double kReserve = 0.8;     //!< [-] of the time that is left is planned with
 
-Parameters for_share(Parameters parameters, double share)
+}  // namespace
+
+Parameters with_share_of_effort(Parameters parameters, double share)
 {
 	auto& refinement = parameters.refinement;
-	refinement.max_scored = std::max(1, static_cast<int>(std::ceil(share * refinement.max_scored)));
-	refinement.max_refined = std::max(1, static_cast<int>(std::ceil(share * refinement.max_refined)));
-	refinement.max_restarted = static_cast<int>(std::ceil(share * refinement.max_restarted));
+	for (int* count :
+	     {&refinement.max_scored, &refinement.max_refined, &refinement.max_restarted, &refinement.max_polished,
+	      &refinement.max_compared})
+		*count = static_cast<int>(std::ceil(share * *count));
 	return parameters;
 }
-
-}  // namespace
 
 Parameters keep_affordable(
     double budget, std::vector<Candidate>& candidates, const Parameters& parameters,
@@ -33,10 +34,10 @@ Parameters keep_affordable(
 	const auto all = static_cast<double>(candidates.size()), sample = static_cast<double>(least);
 	const std::vector<Candidate> first(candidates.begin(), candidates.begin() + static_cast<std::ptrdiff_t>(least));
 	const mrpt::system::CTicTac watch;
-	judge(first, for_share(parameters, sample / all));
+	judge(first, with_share_of_effort(parameters, sample / all));
 	const double spent = 1e3 * watch.Tac();  // [ms]
 	const double affordable = std::clamp(kReserve * (budget - spent) / spent * sample, sample, all);
 	candidates.resize(static_cast<std::size_t>(affordable));
-	return for_share(parameters, affordable / all);
+	return with_share_of_effort(parameters, affordable / all);
 }
 }  // namespace d2s1r

@@ -111,6 +111,12 @@ void visit_parameters(P& p, Visitor&& visit)
 	visit(
 	    "refinement", "max_restarted", refinement.max_restarted, 0, 100000,
 	    "[-] best fitting ones refined again from both sides along what the scan leaves open");
+	visit(
+	    "refinement", "max_polished", refinement.max_polished, 1, 100000,
+	    "[-] best scoring poses, by all beams, that are polished");
+	visit(
+	    "refinement", "max_compared", refinement.max_compared, 1, 100000,
+	    "[-] best places that are compared by the best score close by");
 	visit("refinement", "kernel", refinement.kernel, 0.001, 1.0, "[m] width of the robust kernel at the end");
 	visit(
 	    "refinement", "cost_weight", refinement.cost_weight, 0.0, 10.0, "[1 / step] of the coarse cost beside the fit");
@@ -123,6 +129,18 @@ void visit_parameters(P& p, Visitor&& visit)
 	visit(
 	    "refinement", "beam_correlation", refinement.beam_correlation, 1.0, 1000.0,
 	    "[-] neighbouring beams of 1 deg that count as one measurement, for the covariance");
+
+	auto& first_look = p.first_look;
+	visit(
+	    "first_look", "enough", first_look.enough, 0.0, 1.0,
+	    "[probability] the answer of a smaller search is taken if localized with a confidence above this; 1: no first "
+	    "look");
+	visit(
+	    "first_look", "effort", first_look.effort, 0.001, 1.0,
+	    "[-] share of max_pairs, candidates, and all max_... of refinement, in the first look");
+	visit(
+	    "first_look", "margins", first_look.margins, 0.01, 1.0,
+	    "[-] share of overview_margin and coarse_search.margin in the first look");
 
 	auto& scoring = p.scoring;
 	visit(

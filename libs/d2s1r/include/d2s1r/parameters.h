@@ -87,12 +87,23 @@ struct RefinementParameters
 	double score_margin = 21.0;   //!< [nat] candidates whose score is this far below the best one's are dropped
 	int max_restarted = 30;       //!< [-] best fitting ones refined again from poses to both sides along what the
 	                              //!< scan leaves open, such as a corridor
+	int max_polished = 30;        //!< [-] best scoring poses, by all beams, that are polished
+	int max_compared = 10;        //!< [-] best places that are compared by the best score close by
 	double kernel = 0.08;         //!< [m] width of the robust kernel at the end
 	double cost_weight = 0.067;   //!< [1 / step] of the coarse cost beside the fit
 	double surface_offset = 0.2;  //!< [cell] standard deviation of where in their cells the walls have their surface
 	double range_noise = 0.03;    //!< [m] standard deviation of a range about the map, for the covariance
 	/// [-] neighbouring beams of 1 deg that count as one measurement, for the covariance
 	double beam_correlation = 9.0;
+};
+
+/// A smaller search comes first. Most scans need no more: one place explains them far better than any other.
+struct FirstLookParameters
+{
+	double enough = 0.998;  //!< [probability] its answer is taken if localized with a confidence above this; 1: no
+	                        //!< first look
+	double effort = 0.25;   //!< [-] share of max_pairs, candidates, and all max_... of refinement
+	double margins = 0.67;  //!< [-] share of overview_margin and coarse_search.margin
 };
 
 /// Log-likelihood [nat] of what a beam of 1 deg did, against ending anywhere. Learned: see scoring.h.
@@ -157,6 +168,7 @@ struct Parameters
 	PaperParameters paper;
 	CoarseSearchParameters coarse_search;
 	RefinementParameters refinement;
+	FirstLookParameters first_look;
 	ScoringParameters scoring;
 };
 

@@ -47,9 +47,10 @@ struct Query
 {
 	Prior prior;
 
-	/// [ms] after which the answer should be there; 0: take the time it takes. The search for candidates always runs
+	/// [ms] after which the answer should be there; 0: take the time it takes. A search for candidates always runs
 	/// to its end, then as many candidates are refined, best first, as the rest of the time allows: never fewer than a
-	/// sixteenth. How many depends on the machine's load, so that two runs may differ. kPaper: has no effect.
+	/// sixteenth. If the first look takes more than half of the time, its answer is taken. All this depends on the
+	/// machine's load, so that two runs may differ. kPaper: has no effect.
 	double time_budget = 0;
 };
 }  // namespace d2s1r
