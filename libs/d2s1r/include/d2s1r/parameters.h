@@ -102,7 +102,7 @@ struct FirstLookParameters
 {
 	double enough = 0.998;  //!< [probability] its answer is taken if localized with a confidence above this; 1: no
 	                        //!< first look
-	double effort = 0.25;   //!< [-] share of max_pairs, candidates, and all max_... of refinement
+	double effort = 0.5;    //!< [-] share of max_pairs, candidates, and all max_... of refinement
 	double margins = 0.67;  //!< [-] share of overview_margin and coarse_search.margin
 };
 
