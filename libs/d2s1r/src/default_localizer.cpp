@@ -34,6 +34,14 @@ Localization judge(
 	return result;
 }
 
+/// After a first look that left out candidates: there may be a better one among them.
+Localization not_judged(double retrieval_ms)
+{
+	Localization result;
+	result.times.retrieval_ms = retrieval_ms;
+	return result;
+}
+
 /// The parameters of the smaller search that comes first.
 Parameters for_first_look(const Parameters& parameters)
 {
@@ -57,11 +65,14 @@ Localization localize_default(
     const Query& query)
 {
 	const mrpt::system::CTicTac watch;
+	bool is_first = parameters.first_look.enough < 1, is_complete = true;
 	const auto search = [&](Parameters effort)
 	{
 		mrpt::system::CTicTac stage;
 		auto candidates = coarse_search(index.profiles, scan, effort.coarse_search, query.prior);
 		const double retrieval_ms = 1e3 * stage.Tac();
+		is_complete = static_cast<int>(candidates.size()) < effort.coarse_search.candidates;
+		if (is_first && !is_complete && query.time_budget == 0) return not_judged(retrieval_ms);
 		if (query.time_budget > 0)
 			effort = keep_affordable(
 			    query.time_budget - 1e3 * watch.Tac(), candidates, effort,
@@ -70,14 +81,14 @@ Localization localize_default(
 		found.times.retrieval_ms = retrieval_ms;
 		return found;
 	};
-	const FirstLookParameters& first_look = parameters.first_look;
-	const bool looks_first = first_look.enough < 1;
-	Localization result = search(looks_first ? for_first_look(parameters) : parameters);
-	const bool is_clear = result.status == Status::kLocalized && result.confidence > first_look.enough;
+	Localization result = search(is_first ? for_first_look(parameters) : parameters);
+	const bool is_clear =
+	    is_complete && result.status == Status::kLocalized && result.confidence > parameters.first_look.enough;
 	const bool is_late = query.time_budget > 0 && 1e3 * watch.Tac() > kShareOfFirstLook * query.time_budget;
-	if (looks_first && !is_clear && !is_late)
+	if (is_first && !is_clear && !is_late)
 	{
 		const StageTimes first = result.times;
+		is_first = false;
 		result = search(parameters);
 		result.times.retrieval_ms += first.retrieval_ms;
 		result.times.registration_ms += first.registration_ms;

@@ -97,7 +97,8 @@ struct RefinementParameters
 	double beam_correlation = 9.0;
 };
 
-/// A smaller search comes first. Most scans need no more: one place explains them far better than any other.
+/// A smaller search comes first. Most scans need no more: one place explains them far better than any other, and no
+/// candidate within the margins was left out because there are too many.
 struct FirstLookParameters
 {
 	double enough = 0.998;  //!< [probability] its answer is taken if localized with a confidence above this; 1: no
