@@ -12,8 +12,6 @@ namespace d2s1r::test
 {
 namespace
 {
-using mrpt::obs::CObservation2DRangeScan;
-
 Parameters whole_search()
 {
 	Parameters parameters;
