@@ -15,14 +15,14 @@ namespace
 Parameters whole_search()
 {
 	Parameters parameters;
-	parameters.first_look.enough = 1;
+	parameters.first_look.clear_above = 1;
 	return parameters;
 }
 
 /// What the first look does, as the whole search.
 Parameters first_look_only()
 {
-	const auto [enough, effort, margins] = Parameters().first_look;
+	const auto [clear_above, effort, margins] = Parameters().first_look;
 	Parameters parameters = whole_search();
 	auto& coarse = parameters.coarse_search;
 	auto& refinement = parameters.refinement;
@@ -59,11 +59,11 @@ class FirstLook : public testing::Test
 		Localizer whole, first, both;
 	};
 
-	const double enough_ = Parameters().first_look.enough;
+	const double clear_above_ = Parameters().first_look.clear_above;
 
 	bool is_clear(const Localization& result) const
 	{
-		return result.status == Status::kLocalized && result.confidence > enough_;
+		return result.status == Status::kLocalized && result.confidence > clear_above_;
 	}
 };
 }  // namespace

@@ -34,18 +34,10 @@ Localization judge(
 	return result;
 }
 
-/// After a first look that left out candidates: there may be a better one among them.
-Localization not_judged(double retrieval_ms)
-{
-	Localization result;
-	result.times.retrieval_ms = retrieval_ms;
-	return result;
-}
-
 /// The parameters of the smaller search that comes first.
 Parameters for_first_look(const Parameters& parameters)
 {
-	const auto& [enough, effort, margins] = parameters.first_look;
+	const auto& [clear_above, effort, margins] = parameters.first_look;
 	Parameters first = with_share_of_effort(parameters, effort);
 	auto& coarse = first.coarse_search;
 	for (int* count : {&coarse.max_pairs, &coarse.candidates}) *count = static_cast<int>(std::ceil(effort * *count));
@@ -65,41 +57,48 @@ Localization localize_default(
     const Query& query)
 {
 	const mrpt::system::CTicTac watch;
-	bool is_first = parameters.first_look.enough < 1, is_complete = true;
-	const auto search = [&](Parameters effort)
+	const auto spent = [&] { return 1e3 * watch.Tac(); };  // [ms]
+	StageTimes times;                                      // of both looks
+	const auto retrieve = [&](const CoarseSearchParameters& coarse)
 	{
-		mrpt::system::CTicTac stage;
-		auto candidates = coarse_search(index.profiles, scan, effort.coarse_search, query.prior);
-		const double retrieval_ms = 1e3 * stage.Tac();
-		is_complete = static_cast<int>(candidates.size()) < effort.coarse_search.candidates;
-		if (is_first && !is_complete && query.time_budget == 0) return not_judged(retrieval_ms);
+		const double before = spent();
+		auto candidates = coarse_search(index.profiles, scan, coarse, query.prior);
+		times.retrieval_ms += spent() - before;
+		return candidates;
+	};
+	const auto choose_among = [&](std::vector<Candidate> candidates, Parameters effort)
+	{
 		if (query.time_budget > 0)
 			effort = keep_affordable(
-			    query.time_budget - 1e3 * watch.Tac(), candidates, effort,
+			    query.time_budget - spent(), candidates, effort,
 			    [&](const auto& some, const Parameters& fewer) { judge(index, scan, some, query.prior, fewer); });
-		Localization found = judge(index, scan, candidates, query.prior, effort);
-		found.times.retrieval_ms = retrieval_ms;
-		return found;
+		Localization chosen = judge(index, scan, candidates, query.prior, effort);
+		times.registration_ms += chosen.times.registration_ms;
+		times.refinement_ms += chosen.times.refinement_ms;
+		return chosen;
 	};
-	Localization result = search(is_first ? for_first_look(parameters) : parameters);
-	const bool is_clear =
-	    is_complete && result.status == Status::kLocalized && result.confidence > parameters.first_look.enough;
-	const bool is_late = query.time_budget > 0 && 1e3 * watch.Tac() > kShareOfFirstLook * query.time_budget;
-	if (is_first && !is_clear && !is_late)
+	Localization result;
+	bool is_enough = false;
+	if (parameters.first_look.clear_above < 1)
 	{
-		const StageTimes first = result.times;
-		is_first = false;
-		result = search(parameters);
-		result.times.retrieval_ms += first.retrieval_ms;
-		result.times.registration_ms += first.registration_ms;
-		result.times.refinement_ms += first.refinement_ms;
+		const Parameters first = for_first_look(parameters);
+		const auto candidates = retrieve(first.coarse_search);
+		if (static_cast<int>(candidates.size()) < first.coarse_search.candidates)  // none was left out
+		{
+			result = choose_among(candidates, first);
+			const bool is_clear =
+			    result.status == Status::kLocalized && result.confidence > parameters.first_look.clear_above;
+			is_enough = is_clear || (query.time_budget > 0 && spent() > kShareOfFirstLook * query.time_budget);
+		}
 	}
+	if (!is_enough) result = choose_among(retrieve(parameters.coarse_search), parameters);
 	if (result.status == Status::kRejected && !query.prior.anywhere())
 		result.note = "no place in the given region explains the scan";
 	if (!result.hypotheses.empty())
 		result.relative_entropy =
 		    relative_entropy_at(result.best().pose.asTPose() + scan.sensor_on_robot, scan, caster, parameters.paper);
-	result.times.total_ms = 1e3 * watch.Tac();
+	times.total_ms = spent();
+	result.times = times;
 	return result;
 }
 

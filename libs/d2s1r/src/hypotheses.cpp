@@ -74,14 +74,12 @@ std::vector<Scored> find_places(
 	constexpr double kHopeless = 12;      // [nat] below the best pose: not polished
 	constexpr double kNegligible = 1e-3;  // [-] likelihood relative to the best place: not compared
 	const BeamModel& model = parameters.scoring.beam_model;
-	const auto polished_at_most = static_cast<std::size_t>(parameters.refinement.max_polished);
-	const auto compared_at_most = static_cast<std::size_t>(parameters.refinement.max_compared);
 	std::vector<Scored> scored;
 	for (const auto& [pose, fit] : poses)
 		if (is_possible(pose)) scored.push_back({pose, score(tracer, field, rays, pose, model)});
 	sort_best_first(scored);
 	const double least = scored.empty() ? 0 : scored.front().score.log_likelihood - kHopeless;
-	const std::size_t to_polish = std::min(polished_at_most, scored.size());
+	const std::size_t to_polish = std::min(scored.size(), static_cast<std::size_t>(parameters.refinement.max_polished));
 	for (std::size_t i = 0; i < to_polish && scored[i].score.log_likelihood >= least; i++)
 	{
 		const TPose2D pose = polish(field, rays, scored[i].pose, parameters.refinement);
@@ -91,7 +89,9 @@ std::vector<Scored> find_places(
 		if (polished.log_likelihood > scored[i].score.log_likelihood) scored[i].score = polished;
 	}
 	std::vector<Scored> places = distinct_places(std::move(scored), parameters.scoring);
-	for (std::size_t i = 0; i < std::min(compared_at_most, places.size()) && places[i].weight > kNegligible; i++)
+	const std::size_t to_compare =
+	    std::min(places.size(), static_cast<std::size_t>(parameters.refinement.max_compared));
+	for (std::size_t i = 0; i < to_compare && places[i].weight > kNegligible; i++)
 	{
 		const Score best = best_score_near(tracer, field, rays, places[i].pose, model);
 		if (best.log_likelihood > places[i].score.log_likelihood) places[i].score = best;

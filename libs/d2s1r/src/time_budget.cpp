@@ -12,7 +12,6 @@ namespace
 {
 constexpr std::size_t kSample = 16;  //!< [-] one candidate in this many shows what one costs
 constexpr double kReserve = 0.8;     //!< [-] of the time that is left is planned with
-
 }  // namespace
 
 Parameters with_share_of_effort(Parameters parameters, double share)

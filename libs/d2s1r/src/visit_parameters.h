@@ -132,7 +132,7 @@ void visit_parameters(P& p, Visitor&& visit)
 
 	auto& first_look = p.first_look;
 	visit(
-	    "first_look", "enough", first_look.enough, 0.0, 1.0,
+	    "first_look", "clear_above", first_look.clear_above, 0.0, 1.0,
 	    "[probability] the answer of a smaller search is taken if localized with a confidence above this; 1: no first "
 	    "look");
 	visit(

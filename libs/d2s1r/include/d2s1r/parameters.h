@@ -101,10 +101,10 @@ struct RefinementParameters
 /// candidate within the margins was left out because there are too many.
 struct FirstLookParameters
 {
-	double enough = 0.998;  //!< [probability] its answer is taken if localized with a confidence above this; 1: no
-	                        //!< first look
-	double effort = 0.5;    //!< [-] share of max_pairs, candidates, and all max_... of refinement
-	double margins = 0.67;  //!< [-] share of overview_margin and coarse_search.margin
+	double clear_above = 0.998;  //!< [probability] its answer is taken if localized with a confidence above this; 1: no
+	                             //!< first look
+	double effort = 0.5;         //!< [-] share of max_pairs, candidates, and all max_... of refinement
+	double margins = 0.67;       //!< [-] share of overview_margin and coarse_search.margin
 };
 
 /// Log-likelihood [nat] of what a beam of 1 deg did, against ending anywhere. Learned: see scoring.h.

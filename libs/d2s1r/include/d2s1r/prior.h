@@ -49,8 +49,8 @@ struct Query
 
 	/// [ms] after which the answer should be there; 0: take the time it takes. A search for candidates always runs
 	/// to its end, then as many candidates are refined, best first, as the rest of the time allows: never fewer than a
-	/// sixteenth. If the first look takes more than half of the time, its answer is taken. All this depends on the
-	/// machine's load, so that two runs may differ. kPaper: has no effect.
+	/// sixteenth. If the first look judges its candidates and takes more than half of the time, its answer is taken.
+	/// All this depends on the machine's load, so that two runs may differ. kPaper: has no effect.
 	double time_budget = 0;
 };
 }  // namespace d2s1r
