@@ -123,10 +123,12 @@ TEST_F(OverviewSearch, PassesOverGroupsWhoseSignaturesLackTooMuch)
 	parameters_.max_pairs_share = 1;
 	for (const int count : {120, 60})
 	{
-		const Scan scan = aligned_scan(grid_, profiles_.directions, {2.41, 8.57, 0.7}, 0, count);
+		Scan scan = aligned_scan(grid_, profiles_.directions, {2.41, 8.57, 0.7}, 0, count);
+		block(scan, 0, 20, 0.5F);  // has no counterpart anywhere
 		std::size_t previous = 0;
-		for (const double by_chance : {0.0, 4.0, 1e6})
+		for (const auto& [unmatched, by_chance] : {std::pair{0.0, 0.0}, {1.0, 0.0}, {1.0, 1.0}, {1.0, 1e6}})
 		{
+			parameters_.overview_unmatched = unmatched;
 			parameters_.overview_deficit = by_chance;
 			std::set<std::size_t> seen;
 			for (const Match& match : look(scan)) seen.insert(static_cast<std::size_t>(match.position));
@@ -136,8 +138,8 @@ TEST_F(OverviewSearch, PassesOverGroupsWhoseSignaturesLackTooMuch)
 					most_seen = std::max(most_seen, literal_deficit(scan, group));
 				else
 					least_unseen = std::min(least_unseen, literal_deficit(scan, group));
-			EXPECT_LT(most_seen, least_unseen) << count << " " << by_chance;
-			EXPECT_GT(seen.size(), previous) << count << " " << by_chance;
+			EXPECT_LT(most_seen, least_unseen) << count << " " << unmatched << " " << by_chance;
+			EXPECT_GT(seen.size(), previous) << count << " " << unmatched << " " << by_chance;
 			previous = seen.size();
 		}
 		EXPECT_EQ(previous, profiles_.groups());

@@ -41,6 +41,7 @@ Parameters for_first_look(const Parameters& parameters)
 	Parameters first = with_share_of_effort(parameters, effort);
 	auto& coarse = first.coarse_search;
 	for (int* count : {&coarse.max_pairs, &coarse.candidates}) *count = static_cast<int>(std::ceil(effort * *count));
+	coarse.overview_unmatched *= effort;
 	for (double* margin : {&coarse.overview_margin, &coarse.margin}) *margin *= margins;
 	return first;
 }

@@ -52,13 +52,13 @@ int deficit_of_few(const std::vector<std::uint8_t>& deficits, std::size_t groups
 }
 
 /// Beams without a counterpart that a group may have and still explain the scan as well as one that costs `least`
-/// [2 steps] in the overviews: as many as that cost allows, and some by chance.
+/// [2 steps] in the overviews: as many as a share of that cost allows, and some by chance.
 int greatest_deficit(
     const RangeProfiles& profiles, double beams, double least, const OverviewScan& look,
     const CoarseSearchParameters& parameters)
 {
-	const double unmatched = beams * least / (static_cast<double>(look.count) * look.truncation);
-	const double most = unmatched + parameters.overview_deficit * std::sqrt(beams);
+	const double allowed = beams * least / (static_cast<double>(look.count) * look.truncation);
+	const double most = parameters.overview_unmatched * allowed + parameters.overview_deficit * std::sqrt(beams);
 	return static_cast<int>(std::min(255.0, most / profiles.directions * RangeProfiles::kWhole));
 }
 

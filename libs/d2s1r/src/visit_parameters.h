@@ -69,9 +69,13 @@ void visit_parameters(P& p, Visitor&& visit)
 	    "[overview step] times the square root of the number of beams: pairs whose beams cost this much more in total "
 	    "than those of the cheapest are dropped after the overview");
 	visit(
+	    "coarse_search", "overview_unmatched", coarse.overview_unmatched, 0.0, 1.0,
+	    "[-] share of the cost of the cheapest pair of the overview that beams without a counterpart may make up at a "
+	    "place that is still searched");
+	visit(
 	    "coarse_search", "overview_deficit", coarse.overview_deficit, 0.0, 1e6,
-	    "[-] times the square root of the number of beams: how many beams may by chance lack a counterpart in the "
-	    "signature of a place that is still searched");
+	    "[-] times the square root of the number of beams: how many beams may by chance lack a counterpart in its "
+	    "signature besides");
 	visit(
 	    "coarse_search", "max_pairs", coarse.max_pairs, 1, 1000000,
 	    "[-] (group of positions, yaw) pairs compared with all beams, at most");
@@ -137,7 +141,7 @@ void visit_parameters(P& p, Visitor&& visit)
 	    "look");
 	visit(
 	    "first_look", "effort", first_look.effort, 0.001, 1.0,
-	    "[-] share of max_pairs, candidates, and all max_... of refinement, in the first look");
+	    "[-] share of overview_unmatched, max_pairs, candidates, and all max_... of refinement, in the first look");
 	visit(
 	    "first_look", "margins", first_look.margins, 0.01, 1.0,
 	    "[-] share of overview_margin and coarse_search.margin in the first look");

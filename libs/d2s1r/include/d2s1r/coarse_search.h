@@ -22,10 +22,10 @@ struct Candidate
 /// with all ranges beyond its reach; overviews are not compared with it if that is shorter than the profiles'.
 ///
 /// Overviews: groups whose signatures, the same for all yaws, are most like the scan's come first. The least cost found
-/// there bounds how many beams may be without a counterpart in a signature; groups where there are more, by
-/// parameters.overview_deficit times the square root of the number of beams, are left out.
-/// Profiles: those pairs of group and yaw whose beams in total cost at most parameters.overview_margin times the square
-/// root of their number more than those of the cheapest pair; no more than parameters.max_pairs, nor
+/// there, times parameters.overview_unmatched, bounds how many beams may be without a counterpart in a signature;
+/// groups where there are more, by parameters.overview_deficit times the square root of the number of beams, are left
+/// out. Profiles: those pairs of group and yaw whose beams in total cost at most parameters.overview_margin times the
+/// square root of their number more than those of the cheapest pair; no more than parameters.max_pairs, nor
 /// parameters.max_pairs_share of all pairs. Costs are whole numbers: if the pairs of the greatest cost admitted would
 /// be too many, none of that cost is taken; if even those of the least cost are too many, the first ones of these are
 /// taken. Neither stopping early nor the machine's SIMD instructions change the result. Equal costs are ranked by the

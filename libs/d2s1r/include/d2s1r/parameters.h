@@ -62,8 +62,10 @@ struct CoarseSearchParameters
 	double overview_margin = 18.0;  //!< [overview step] times the square root of the number of beams: pairs whose beams
 	                                //!< cost this much more in total than those of the cheapest are dropped after the
 	                                //!< overview
+	double overview_unmatched = 1.0;  //!< [-] share of the cost of the cheapest pair of the overview that beams without
+	                                  //!< a counterpart may make up at a place that is still searched
 	double overview_deficit = 0.7;  //!< [-] times the square root of the number of beams: how many beams may by chance
-	                                //!< lack a counterpart in the signature of a place that is still searched
+	                                //!< lack a counterpart in its signature besides
 	int max_pairs = 40000;          //!< [-] (group of positions, yaw) pairs compared with all beams, at most
 	double max_pairs_share = 0.05;  //!< [-] of all pairs, at most
 	int truncation = 8;             //!< [step] greatest difference of companded ranges that counts
@@ -103,8 +105,8 @@ struct FirstLookParameters
 {
 	double clear_above = 0.998;  //!< [probability] its answer is taken if localized with a confidence above this; 1: no
 	                             //!< first look
-	double effort = 0.5;         //!< [-] share of max_pairs, candidates, and all max_... of refinement
-	double margins = 0.67;       //!< [-] share of overview_margin and coarse_search.margin
+	double effort = 0.5;    //!< [-] share of overview_unmatched, max_pairs, candidates, and all max_... of refinement
+	double margins = 0.75;  //!< [-] share of overview_margin and coarse_search.margin
 };
 
 /// Log-likelihood [nat] of what a beam of 1 deg did, against ending anywhere. Learned: see scoring.h.
