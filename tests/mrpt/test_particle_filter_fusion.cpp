@@ -179,7 +179,8 @@ TEST_F(FilterOnAFloor, AScanThatMayWellShowNothingOfTheMapDoesNotMoveIt)
 		drive[i].localization = result_of({hypothesis_at({7.6, 3.6, 0.8}, 0.2)});
 	}
 	const auto poses = follow(drive);
-	for (std::size_t i = 8; i < 12; i++) EXPECT_LT(distance_between(poses[i].pose, drive[i].truth), 0.8) << i;
+	// the place shown is 5 m away or more
+	for (std::size_t i = 8; i < 12; i++) EXPECT_LT(distance_between(poses[i].pose, drive[i].truth), 1) << i;
 	expect_at(poses.back(), drive.back().truth);
 }
 

@@ -116,6 +116,17 @@ TEST(LikelihoodField, AnEndInUnknownSpaceIsBetterThanOneInFreeSpace)
 	EXPECT_GT(on_wall, in_unknown);
 }
 
+TEST(LikelihoodField, WhatIsOutsideOfTheGridIsUnknownAndItsOuterWallsActOutwards)
+{
+	const d2s1r::Grid grid = d2s1r::test::make_picture_grid({"########", "#......#", "#......#", "########"}, 0.05);
+	const LikelihoodField field(grid, {});
+	const auto at = [&](double x) { return field.log_likelihood({{static_cast<float>(x), 0.11F}}, {0, 0, 0}); };
+	EXPECT_NEAR(at(-0.025), at(0.075), 1e-6);  // a cell to each side of the wall
+	const double unknown = std::log(LikelihoodParameters().unknown_share);
+	EXPECT_NEAR(at(-1), unknown, 1e-6);
+	EXPECT_NEAR(at(-100), unknown, 1e-6);
+}
+
 TEST(LikelihoodField, AScanIsWorthNoMoreThanItsIndependentBeams)
 {
 	LikelihoodParameters parameters;

@@ -248,7 +248,12 @@ TEST(MapIo, FilesOfAMapAreTheMapAndTheImageThatAYamlNames)
 	    "image: a.pgm\nresolution: 0.05\norigin: [0, 0, 0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.2\n");
 	using Files = std::vector<std::string>;
 	EXPECT_EQ(files_of_map(yaml), (Files{yaml, folder.path("a.pgm")}));
-	for (const auto& file : {folder.path("none.yaml"), folder.write("text.yaml", "]"), std::string("map.gridmap")})
+	for (const auto& file :
+	     {folder.path("none.yaml"), folder.write("text.yaml", "]"), std::string("map.gridmap"),
+	      folder.write(
+	          "far.yaml",
+	          "image: a.pgm\nresolution: 0.05\norigin: [200000, 0, 0]\nnegate: 0\n"
+	          "occupied_thresh: 0.65\nfree_thresh: 0.2\n")})
 		EXPECT_EQ(files_of_map(file), Files{file});
 }
 

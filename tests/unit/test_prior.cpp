@@ -81,6 +81,17 @@ TEST(PriorOfDensity, HoldsTheLikelyCellsOfAGrid)
 	EXPECT_FALSE(two.allows({2, 1, -2}));
 }
 
+TEST(PriorOfDensity, HoldsTheCellsOfAGridNotOnlyTheirCentres)
+{
+	mrpt::poses::CPosePDFGrid grid(0, 10, -6, 6, 2.0, M_PI);
+	grid.uniformDistribution();
+	const Prior prior = make_prior(grid);
+	for (const double x : {0.5, 1.1, 5.0, 5.9})
+		for (const double phi : {-2.5, -M_PI / 2, -0.7, 1.0, M_PI / 2})
+			EXPECT_TRUE(prior.allows({x, 1, phi})) << x << phi;
+	EXPECT_FALSE(prior.allows({12.5, 1, 0}));
+}
+
 TEST(PriorOfDensity, LeavesOutWhatTheGridAllButRulesOut)
 {
 	mrpt::poses::CPosePDFGrid grid(0, 10, -5, 5, 0.5, mrpt::DEG2RAD(30.0));

@@ -21,7 +21,8 @@ AllowedPairs::AllowedPairs(
     : profiles_(profiles),
       prior_(prior),
       anywhere_(prior.anywhere()),
-      reach_(std::hypot(scan.sensor_on_robot.x, scan.sensor_on_robot.y) + parameters.spacing),
+      offset_(std::hypot(scan.sensor_on_robot.x, scan.sensor_on_robot.y)),
+      spacing_(parameters.spacing),
       yaw_(mrpt::DEG2RAD(parameters.distinct_yaw)),
       robot_on_sensor_(mrpt::math::TPose2D() - scan.sensor_on_robot)
 {
@@ -29,7 +30,7 @@ AllowedPairs::AllowedPairs(
 
 bool AllowedPairs::prior_allows(const Match& match) const
 {
-	return prior_.allows(pose_of(profiles_, match) + robot_on_sensor_, reach_, yaw_);
+	return prior_.allows(pose_of(profiles_, match) + robot_on_sensor_, spacing_ + offset_ * yaw_, yaw_);
 }
 
 bool AllowedPairs::prior_allows_any(const Match& of_group) const
@@ -56,7 +57,7 @@ std::vector<std::uint64_t> AllowedPairs::groups() const
 		bool any = false;
 		for (std::size_t i = profiles_.first_of_group[group]; i < profiles_.first_of_group[group + 1] && !any; i++)
 			any = prior_.allows_position(
-			    static_cast<double>(profiles_.x[i]), static_cast<double>(profiles_.y[i]), reach_);
+			    static_cast<double>(profiles_.x[i]), static_cast<double>(profiles_.y[i]), offset_ + spacing_);
 		if (any) allowed[group / kBlock] |= std::uint64_t{1} << group % kBlock;
 	}
 	return allowed;

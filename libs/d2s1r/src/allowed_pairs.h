@@ -37,8 +37,9 @@ class AllowedPairs
 	const RangeProfiles& profiles_;
 	const Prior& prior_;
 	bool anywhere_;
-	double reach_;  //!< [m] around the prior's positions: the sensor's offset and a sample's square
-	double yaw_;    //!< [rad] around its yaws
+	double offset_;   //!< [m] from the robot to its sensor
+	double spacing_;  //!< [m] around the prior's positions: a sample's square
+	double yaw_;      //!< [rad] around its yaws
 	mrpt::math::TPose2D robot_on_sensor_;
 };
 }  // namespace d2s1r

@@ -1,5 +1,4 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include <d2s1r/distance_field.h>
 #include <d2s1r/likelihood_field.h>
 
 #include <algorithm>
@@ -36,29 +35,34 @@ void check(const LikelihoodParameters& parameters)
 }
 
 LikelihoodField::LikelihoodField(const Grid& grid, const LikelihoodParameters& parameters)
-    : width_(grid.width),
-      height_(grid.height),
-      cell_size_(grid.cell_size),
-      origin_x_(grid.origin_x),
-      origin_y_(grid.origin_y),
+    : LikelihoodField(grid, DistanceField(grid), parameters)
+{
+}
+
+LikelihoodField::LikelihoodField(const Grid& grid, const DistanceField& field, const LikelihoodParameters& parameters)
+    : width_(field.width()),
+      height_(field.height()),
+      cell_size_(field.cell_size()),
+      origin_x_(field.origin_x()),
+      origin_y_(field.origin_y()),
       independent_beams_(parameters.independent_beams)
 {
 	check(parameters);
 	// densities relative to the one on a wall
-	const DistanceField field(grid);
-	log_outside_ = static_cast<float>(std::log(parameters.random_share));
-	log_table_.resize(grid.cells.size());
-	for (std::size_t i = 0; i < grid.cells.size(); i++)
-	{
-		const auto cell = static_cast<CellIndex>(i);
-		const double distance = grid.cells[i] == Cell::kOccupied
-		                            ? 0.0
-		                            : static_cast<double>(field.at(grid.center_x(cell), grid.center_y(cell)).value);
-		const double hit = std::exp(-0.5 * distance * distance / (parameters.sigma * parameters.sigma));
-		const double unknown = grid.cells[i] == Cell::kUnknown ? parameters.unknown_share : 0.0;
-		const double known = parameters.random_share + (1 - parameters.random_share) * hit;
-		log_table_[i] = static_cast<float>(std::log(std::max(known, unknown)));
-	}
+	const auto cell_at = [&, rim = (width_ - grid.width) / 2](int x, int y)
+	{ return grid.contains(x - rim, y - rim) ? grid.at(x - rim, y - rim) : Cell::kUnknown; };
+	log_table_.reserve(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_));
+	const double unit = cell_size_ / static_cast<double>(DistanceField::kUnitsPerCell);  // [m]
+	for (int y = 0; y < height_; y++)
+		for (int x = 0; x < width_; x++)
+		{
+			const double distance = unit * field.cells()[log_table_.size()];
+			const double hit = std::exp(-0.5 * distance * distance / (parameters.sigma * parameters.sigma));
+			const double known = parameters.random_share + (1 - parameters.random_share) * hit;
+			const double least = cell_at(x, y) == Cell::kUnknown ? parameters.unknown_share : 0.0;
+			log_table_.push_back(static_cast<float>(std::log(std::max(known, least))));
+		}
+	log_outside_ = static_cast<float>(std::log(std::max(parameters.random_share, parameters.unknown_share)));
 }
 
 double LikelihoodField::log_likelihood(

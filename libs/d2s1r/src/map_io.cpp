@@ -187,7 +187,7 @@ std::vector<std::string> files_of_map(const std::string& file)
 		check_readable(file);
 		return {file, image_of_yaml_map(file)};
 	}
-	catch (const std::runtime_error&)
+	catch (const std::exception&)
 	{
 		return {file};  // load_map() says what is wrong with it
 	}

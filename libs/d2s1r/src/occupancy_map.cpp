@@ -126,11 +126,9 @@ double reach_of(const COccupancyGridMap2D::TInsertionOptions& options, double ce
 }
 
 /// In the map frame
-mrpt::poses::CPose3D sensor_of(const mrpt::obs::CObservation& observation, const mrpt::poses::CPose3D& robot)
+mrpt::poses::CPose3D sensor_of(const CObservation2DRangeScan& scan, const mrpt::poses::CPose3D& robot)
 {
-	mrpt::poses::CPose3D on_robot;
-	observation.getSensorPose(on_robot);
-	return robot + on_robot;
+	return robot + scan.sensorPose;
 }
 
 /// \throws std::runtime_error if nothing can be drawn of one of them
@@ -165,17 +163,17 @@ COccupancyGridMap2D::Ptr make_map_around(const mrpt::poses::CPose3D& robot, doub
 
 bool draw(const mrpt::obs::CObservation& observation, const mrpt::poses::CPose3D& robot, COccupancyGridMap2D& map)
 {
+	const auto* scan = dynamic_cast<const CObservation2DRangeScan*>(&observation);
+	if (!scan) return false;
+	check_scan(*scan);
 	check_robot_pose(robot);
 	const auto number = [](float value) { return static_cast<double>(value); };
 	const double cell_size = number(map.getResolution());
 	const double most_growth = 30 * cell_size + 6;  // [m] beyond what is drawn
 	Extent extent{number(map.getXMin()), number(map.getXMax()), number(map.getYMin()), number(map.getYMax())};
-	const auto* scan = dynamic_cast<const CObservation2DRangeScan*>(&observation);
-	if (scan) check_scan(*scan);
-	extent.add(sensor_of(observation, robot), reach_of(map.insertionOptions, cell_size) + most_growth);
+	extent.add(sensor_of(*scan, robot), reach_of(map.insertionOptions, cell_size) + most_growth);
 	check_map_size((extent.x1 - extent.x0) / cell_size, (extent.y1 - extent.y0) / cell_size);
-	if (scan) return map.insertObservation(with_distances_only(*scan), robot);
-	return map.insertObservation(observation, robot);
+	return map.insertObservation(with_distances_only(*scan), robot);
 }
 
 COccupancyGridMap2D::Ptr draw_simple_map(const mrpt::maps::CSimpleMap& keyframes, double cell_size)

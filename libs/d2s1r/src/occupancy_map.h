@@ -31,7 +31,7 @@ void set_origin(mrpt::maps::COccupancyGridMap2D& map, double x, double y);
 mrpt::maps::COccupancyGridMap2D::Ptr make_map_around(const mrpt::poses::CPose3D& robot, double cell_size);
 
 /// Draws an observation of a robot (map frame) with the options of `map`, which grows where it needs to.
-/// \return whether that can be drawn in an occupancy map
+/// \return whether it was drawn: 2D scans in the plane of the map are
 /// \throws std::runtime_error if it holds numbers that are none, or the map would become too large for memory
 bool draw(
     const mrpt::obs::CObservation& observation, const mrpt::poses::CPose3D& robot,

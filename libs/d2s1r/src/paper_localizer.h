@@ -18,16 +18,14 @@ namespace d2s1r
 /// come from the size of a cell and the step of the yaw.
 ///
 /// Where the paper leaves a choice, or contradicts itself:
-/// - Readings of zero are the least value there, of infinity out of range. Logs write 0 for "nothing in range":
-/// paper.ini
-///   takes 0 for out of range (scan.zero_is_no_return); the default, no data, finds 72 % instead of 98 % of the scans
-///   of mit_killian (sim360_off). Beams without data leave holes in the window that is compared.
-/// - The nearest signatures are exact, not approximate ones (see signature_index.h), and the bin beyond the last of
+/// - Readings of zero are the least value there, of infinity out of range. Logs write 0 for "nothing in range", and
+///   paper.ini takes 0 for out of range (scan.zero_is_no_return); the default, no data, finds 72 % instead of 98 % of
+///   the scans of mit_killian (sim360_off). Beams without data leave holes in the window that is compared.
+/// - The nearest signatures are exact, not approximate ones (see signature_index.cpp), and the bin beyond the last of
 ///   Algorithm 1 is the last one. Bins are (r + epsilon) / d wide, not 0.05 m as in Table II, which 60 bins cannot be.
 /// - Signatures come from a sweep along digital lines, the virtual scans that are registered from exact rays.
 /// - Algorithm 2 steps before its first comparison; here the first shift is 0. Scans are resampled, then normalized,
-/// and
-///   counter-clockwise, as MRPT's.
+///   and counter-clockwise, as MRPT's.
 /// - Cells are those of the map: Table II's 0.05 m is not forced on it. Rays pass unknown space.
 ///
 /// Thread-safe; a thread's first call aside, nothing but the returned hypotheses is allocated.

@@ -48,19 +48,19 @@ std::set<std::array<long, 3>> occupied_tiles(const std::vector<mrpt::math::TPose
 	return tiles;
 }
 
-/// Boxes that hold all `poses`.
-Prior prior_of(const std::vector<mrpt::math::TPose2D>& poses)
+/// Boxes that hold all `poses`, and what is within `near` [m] in x and in y and `turned` [rad] of each.
+Prior prior_of(const std::vector<mrpt::math::TPose2D>& poses, double near = 0, double turned = 0)
 {
 	double side = kTile, turn = kYawTile;
 	auto tiles = occupied_tiles(poses, side, turn);
 	for (; tiles.size() > kMostTiles; tiles = occupied_tiles(poses, side, turn)) side *= 1.5, turn *= 1.5;
 	Prior prior;
-	const double reach = side / 2 + kMargin;
+	const double reach = side / 2 + near + kMargin, yaw_reach = turn / 2 + turned + kYawMargin;
 	for (const auto& [column, row, sector] : tiles)
 	{
 		const double x = static_cast<double>(column) * side, y = static_cast<double>(row) * side;
 		prior.boxes.push_back(
-		    {x - reach, x + reach, y - reach, y + reach, static_cast<double>(sector) * turn, turn / 2 + kYawMargin});
+		    {x - reach, x + reach, y - reach, y + reach, static_cast<double>(sector) * turn, yaw_reach});
 	}
 	return prior;
 }
@@ -131,7 +131,7 @@ Prior make_prior(const mrpt::poses::CPosePDF& pdf)
 	if (const auto* particles = dynamic_cast<const mrpt::poses::CPosePDFParticles*>(&pdf))
 		prior = prior_of(poses_of(*particles));
 	else if (const auto* grid = dynamic_cast<const mrpt::poses::CPosePDFGrid*>(&pdf))
-		prior = prior_of(poses_of(*grid));
+		prior = prior_of(poses_of(*grid), grid->getResolutionXY() / 2, grid->getResolutionPhi() / 2);
 	else if (const auto* sum = dynamic_cast<const mrpt::poses::CPosePDFSOG*>(&pdf))
 		for (const auto& mode : *sum) prior.boxes.push_back(gaussian_box(mode.mean, mode.cov));
 	else

@@ -42,7 +42,8 @@ struct Step
 	bool is_depth_edge = false;
 };
 
-/// \param widest [rad] that neighbours are apart \param spacing [rad] that they are
+/// \param widest [rad] that neighbours are apart \param spacing [rad] that they are if there is data between: depth
+///        edges go by this, because things tend to end where there is none
 Step step_between(const Beam& before, const Beam& beam, double widest, double spacing)
 {
 	double apart = static_cast<double>(beam.angle) - static_cast<double>(before.angle);

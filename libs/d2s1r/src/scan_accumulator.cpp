@@ -72,10 +72,14 @@ ScanAccumulator::Circle ScanAccumulator::circle() const
 	return circle;
 }
 
+double ScanAccumulator::Circle::coverage() const
+{
+	return static_cast<double>(std::count(looked.begin(), looked.end(), true)) / static_cast<double>(looked.size());
+}
+
 double ScanAccumulator::coverage() const
 {
-	const auto looked = circle().looked;
-	return static_cast<double>(std::count(looked.begin(), looked.end(), true)) / directions_;
+	return circle().coverage();
 }
 
 Scan ScanAccumulator::scan() const
@@ -83,9 +87,10 @@ Scan ScanAccumulator::scan() const
 	Scan merged;
 	merged.invalid_because = "no usable scan was added";
 	if (views_.empty()) return merged;
-	merged.beams = circle().beams;
+	const Circle all = circle();
+	merged.beams = all.beams;
 	std::sort(merged.beams.begin(), merged.beams.end(), [](const Beam& a, const Beam& b) { return a.angle < b.angle; });
-	const double covered = coverage();
+	const double covered = all.coverage();
 	merged.field_of_view = 2 * M_PI * (covered >= kComplete ? 1.0 : covered);
 	merged.sensor_on_robot = views_.front().scan.sensor_on_robot;
 	merged.invalid_because.clear();

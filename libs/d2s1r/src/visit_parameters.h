@@ -22,7 +22,7 @@ void visit_parameters(P& p, Visitor&& visit)
 	visit("grid", "free_threshold", p.grid.free_threshold, 0.0, 1.0, "[probability] free if P(occupied) is below this");
 	visit(
 	    "grid", "rays_stop_at_unknown", p.grid.rays_stop_at_unknown, 0, 1,
-	    "[-] virtual scans of the paper's Eq. 1 end where the known map ends (the paper does not say)");
+	    "[-] virtual scans of the paper (signatures and Eq. 1) end where the known map ends (the paper does not say)");
 	visit(
 	    "grid", "simplemap_cell_size", p.grid.simplemap_cell_size, 0.01, 1.0,
 	    "[m] cell of the grid drawn from a .simplemap");
@@ -78,7 +78,7 @@ void visit_parameters(P& p, Visitor&& visit)
 	    "signature besides");
 	visit(
 	    "coarse_search", "max_pairs", coarse.max_pairs, 1, 1000000,
-	    "[-] (group of positions, yaw) pairs compared with all beams, at most");
+	    "[-] (group of positions, yaw) pairs compared beam by beam, at most");
 	visit("coarse_search", "max_pairs_share", coarse.max_pairs_share, 0.0001, 1, "[-] of all pairs, at most");
 	visit(
 	    "coarse_search", "truncation", coarse.truncation, 1, 100,
@@ -108,7 +108,7 @@ void visit_parameters(P& p, Visitor&& visit)
 	    "[-] candidates that fit this much worse than the best one, before any step or after the last, are dropped");
 	visit(
 	    "refinement", "max_refined", refinement.max_refined, 1, 100000,
-	    "[-] best scoring of these that are refined with all beams");
+	    "[-] best scoring of these that are refined with up to 180 beams");
 	visit(
 	    "refinement", "score_margin", refinement.score_margin, 0.0, 1e6,
 	    "[nat] candidates whose score is this far below the best one's are dropped");
@@ -117,7 +117,7 @@ void visit_parameters(P& p, Visitor&& visit)
 	    "[-] best fitting ones refined again from both sides along what the scan leaves open");
 	visit(
 	    "refinement", "max_polished", refinement.max_polished, 1, 100000,
-	    "[-] best scoring poses, by all beams, that are polished");
+	    "[-] best scoring poses, by up to 360 beams, that are polished");
 	visit(
 	    "refinement", "max_compared", refinement.max_compared, 1, 100000,
 	    "[-] best places that are compared by the best score close by");

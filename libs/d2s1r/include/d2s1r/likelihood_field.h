@@ -1,6 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <d2s1r/distance_field.h>
 #include <d2s1r/grid.h>
 #include <d2s1r/scan.h>
 #include <mrpt/math/TPoint2D.h>
@@ -38,10 +39,12 @@ class LikelihoodField
 	double log_likelihood(const std::vector<mrpt::math::TPoint2Df>& points, const mrpt::math::TPose2D& robot) const;
 
    private:
-	int width_, height_;
+	LikelihoodField(const Grid& grid, const DistanceField& field, const LikelihoodParameters& parameters);
+
+	int width_, height_;  //!< [cells] of the grid and a rim about it: the outer walls of a building are its edge
 	double cell_size_, origin_x_, origin_y_;
 	double independent_beams_;
-	float log_outside_;             //!< [nat] of an end outside of the grid
+	float log_outside_;             //!< [nat] of an end outside of both
 	std::vector<float> log_table_;  //!< [nat] of an end in each cell
 };
 }  // namespace d2s1r

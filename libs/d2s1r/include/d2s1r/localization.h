@@ -27,7 +27,8 @@ struct Hypothesis
 {
 	mrpt::poses::CPose2D pose;               //!< robot in map, m and rad
 	mrpt::math::CMatrixDouble33 covariance;  //!< of pose, (x, y, phi), m^2, m rad, rad^2
-	double probability = 0;  //!< [0, 1] that this is the right place, all hypotheses and "none of them" sum to 1
+	double probability = 0;  //!< [0, 1] that this is the right place; the rest of all hypotheses is "none of them"
+	                         //!< and places beyond scoring.hypotheses
 	double log_likelihood =
 	    0;                 //!< [nat] of the scan, the best found at this place; kPaper: minus relative entropy [bit]
 	double explained = 0;  //!< [0, 1] share of the beams with a return that end at a wall, none passed; kPaper: 0

@@ -20,7 +20,7 @@ struct GridParameters
 {
 	double occupied_threshold = 0.65;   //!< [probability] occupied if P(occupied) is above
 	double free_threshold = 0.40;       //!< [probability] free if P(occupied) is below
-	bool rays_stop_at_unknown = false;  //!< [-] virtual scans of Eq. 1 end where the known map ends
+	bool rays_stop_at_unknown = false;  //!< [-] virtual scans (signatures and Eq. 1) end where the known map ends
 	double simplemap_cell_size = 0.05;  //!< [m] of the grid drawn from a .simplemap
 };
 
@@ -66,7 +66,7 @@ struct CoarseSearchParameters
 	                                  //!< a counterpart may make up at a place that is still searched
 	double overview_deficit = 0.7;  //!< [-] times the square root of the number of beams: how many beams may by chance
 	                                //!< lack a counterpart in its signature besides
-	int max_pairs = 40000;          //!< [-] (group of positions, yaw) pairs compared with all beams, at most
+	int max_pairs = 40000;          //!< [-] (group of positions, yaw) pairs compared beam by beam, at most
 	double max_pairs_share = 0.05;  //!< [-] of all pairs, at most
 	int truncation = 8;             //!< [step] greatest difference of companded ranges that counts
 	int occluder_truncation = 4;    //!< [step] the same where a beam ends before the wall of the map and within
@@ -85,11 +85,11 @@ struct RefinementParameters
 	int max_scored = 400;     //!< [-] best fitting candidates that a few beams are scored at
 	double fit_margin = 0.4;  //!< [-] candidates that fit this much worse than the best one, before any step or after
 	                          //!< the last, are dropped
-	int max_refined = 100;    //!< [-] best scoring of these that are refined with all beams
+	int max_refined = 100;    //!< [-] best scoring of these that are refined with up to 180 beams
 	double score_margin = 21.0;   //!< [nat] candidates whose score is this far below the best one's are dropped
 	int max_restarted = 30;       //!< [-] best fitting ones refined again from poses to both sides along what the
 	                              //!< scan leaves open, such as a corridor
-	int max_polished = 30;        //!< [-] best scoring poses, by all beams, that are polished
+	int max_polished = 30;        //!< [-] best scoring poses, by up to 360 beams, that are polished
 	int max_compared = 10;        //!< [-] best places that are compared by the best score close by
 	double kernel = 0.08;         //!< [m] width of the robust kernel at the end
 	double cost_weight = 0.067;   //!< [1 / step] of the coarse cost beside the fit
@@ -99,8 +99,8 @@ struct RefinementParameters
 	double beam_correlation = 9.0;
 };
 
-/// A smaller search comes first. Most scans need no more: one place explains them far better than any other, and no
-/// candidate within the margins was left out because there are too many.
+/// A smaller search comes first. Most scans need no more: one place explains them far better than any other, and the
+/// coarse search found fewer candidates than it may hand on.
 struct FirstLookParameters
 {
 	double clear_above = 0.998;  //!< [probability] its answer is taken if localized with a confidence above this; 1: no

@@ -22,7 +22,8 @@ struct Rays
 	/// 1 for a return that has a beam that ended at nothing, or more than 10 deg without data, on its clockwise side
 	std::vector<std::uint8_t> starts_run;
 	/// 1 for a return whose neighbour on its clockwise side, also a return and not more than 10 deg apart, is more than
-	/// 0.5 m nearer or further, and by more than any surface that both see at 4 deg or more could explain
+	/// 0.5 m nearer or further, and by more than any surface that rays `spacing` apart see at 4 deg or more could
+	/// explain
 	std::vector<std::uint8_t> depth_edge;
 	/// 1 for a return that begins a straight piece of surface: neighbours within 10 cm of a line, without a depth edge
 	std::vector<std::uint8_t> starts_surface;

@@ -25,7 +25,7 @@ std::vector<RefinedPose> settle(
     const DistanceField& field, const Rays& few, const std::vector<Candidate>& candidates,
     const RefinementParameters& parameters);
 
-/// The same, to the end and with all beams. Gauss-Newton stops early in a corridor, and people pull it off: poses
+/// The same, to the end and with more beams. Gauss-Newton stops early in a corridor, and people pull it off: poses
 /// beside the best ones, along the direction that the scan leaves open, that fit better yet are returned as well. Which
 /// of them is right is for the score to say, which knows what a beam passed through.
 /// \return distinct poses, best fit first

@@ -58,6 +58,8 @@ class ScanAccumulator
 	{
 		std::vector<Beam> beams;   //!< sensor frame now, in no order
 		std::vector<bool> looked;  //!< by direction
+
+		double coverage() const;  //!< [0, 1]
 	};
 
 	/// \return whether it sees a direction that is not in `circle` yet

@@ -14,8 +14,8 @@ struct Score
 	double explained = 0;       //!< [0, 1] share of the returns that end at a wall without having passed one
 	double in_front = 0;        //!< [0, 1] share that ends in free space, more than 20 cm in front of walls: at objects
 	double unexplained = 0;     //!< [-] returns that are not explained, as beams of 1 deg
-	int depth_edges = 0;        //!< [-] those of the scan (Rays::depth_edge) with such returns on both sides
-	int surfaces = 0;           //!< [-] straight pieces of the scan (Rays::starts_surface) with such returns over 3 deg
+	int depth_edges = 0;        //!< [-] those of the scan (Rays::depth_edge) with explained returns on both sides
+	int surfaces = 0;  //!< [-] straight pieces of the scan (Rays::starts_surface) with explained returns over 3 deg
 };
 
 /// Log-likelihood of a scan at a pose under a beam model that is honest along the whole ray: where the beam ends, how

@@ -29,9 +29,9 @@ struct SeededParticle
 
 /// Particles for every hypothesis of `localization` in proportion to its probability, at least one each if there
 /// are enough, and for free space: stratified, so that the weight of a hypothesis is its probability whatever the draw.
-/// The probability of "none of them" is spread over `free_cells`; if these are empty, all particles go to hypotheses.
-/// Thread-safe. \throws std::invalid_argument if there is neither a hypothesis nor a free cell, a hypothesis is not
-/// finite or its
+/// What the hypotheses leave of the probability is spread over `free_cells`; if these are empty, all particles go to
+/// hypotheses. Thread-safe. \throws std::invalid_argument if there is neither a hypothesis nor a free cell, a
+/// hypothesis is not finite or its
 ///         probability not in [0, 1], or a parameter is out of range
 std::vector<SeededParticle> seed_particles(
     const Localization& localization, const Grid& grid, const std::vector<CellIndex>& free_cells,
