@@ -15,10 +15,11 @@ namespace
 using mrpt::math::TPose2D;
 using mrpt::math::wrapToPi;
 
-constexpr int kBinsOfAPlace = 3 * 3 * 4;  //!< [-] at most: those of x, y and phi, one more at the seam of the yaw
+/// A place overlaps at most so many bins: 3 along x, 3 along y, and 4 of the yaw, where one is cut by the seam.
+constexpr int kBinsOfAPlace = 3 * 3 * 4;  //!< [-]
 
-/// Among the heaviest particle of each bin, the one with the most weight near it; not that of the heaviest bin, for a
-/// place may lie across the borders of bins.
+/// Takes the heaviest particle of each bin and returns the one that has the most weight near it. That need not be the
+/// one of the heaviest bin, for a place may lie across the borders of bins.
 TPose2D heaviest_neighbourhood(const mrpt::poses::CPosePDFParticles& particles, const std::vector<double>& weights)
 {
 	struct Bin
@@ -34,7 +35,9 @@ TPose2D heaviest_neighbourhood(const mrpt::poses::CPosePDFParticles& particles, 
 		    static_cast<int>(std::floor(pose.x / kPlaceRadius)), static_cast<int>(std::floor(pose.y / kPlaceRadius)),
 		    static_cast<int>(std::floor(wrapToPi(pose.phi) / kPlaceAngle))}];
 		bin.weight += weights[i];
-		if (weights[i] > bin.heaviest) bin.heaviest = weights[i], bin.particle = i;
+		if (weights[i] <= bin.heaviest) continue;
+		bin.heaviest = weights[i];
+		bin.particle = i;
 	}
 	double heaviest = 0, most = -1;
 	for (const auto& [key, bin] : bins) heaviest = std::max(heaviest, bin.weight);
@@ -44,7 +47,9 @@ TPose2D heaviest_neighbourhood(const mrpt::poses::CPosePDFParticles& particles, 
 		if (bin.weight < heaviest / kBinsOfAPlace) continue;
 		const TPose2D& pose = particles.m_particles[bin.particle].d;
 		const double weight = weight_near(particles, weights, pose);
-		if (weight > most) most = weight, best = pose;
+		if (weight <= most) continue;
+		most = weight;
+		best = pose;
 	}
 	return best;
 }
@@ -66,36 +71,6 @@ std::vector<double> normalized_weights(const mrpt::poses::CPosePDFParticles& par
 	return weights;
 }
 
-std::vector<std::size_t> lightest(const mrpt::poses::CPosePDFParticles& particles, std::size_t count)
-{
-	std::vector<std::size_t> order(particles.m_particles.size());
-	for (std::size_t i = 0; i < order.size(); i++) order[i] = i;
-	const auto scattered = [](std::size_t i) { return static_cast<std::uint32_t>(i * 2654435761U); };
-	const auto lighter = [&](std::size_t a, std::size_t b)
-	{
-		const double weight_a = particles.m_particles[a].log_w, weight_b = particles.m_particles[b].log_w;
-		return weight_a != weight_b ? weight_a < weight_b : scattered(a) < scattered(b);
-	};
-	count = std::min(count, order.size());
-	std::partial_sort(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(count), order.end(), lighter);
-	order.resize(count);
-	return order;
-}
-
-std::vector<std::size_t> systematic_draw(const std::vector<double>& weights, std::size_t count, double offset)
-{
-	std::vector<std::size_t> drawn;
-	std::size_t i = 0;
-	double sum = weights.at(0);
-	for (std::size_t k = 0; k < count; k++)
-	{
-		const double mark = (static_cast<double>(k) + offset) / static_cast<double>(count);
-		while (sum < mark && i + 1 < weights.size()) sum += weights[++i];
-		drawn.push_back(i);
-	}
-	return drawn;
-}
-
 ParticlePlace dominant_place(const mrpt::poses::CPosePDFParticles& particles, const std::vector<double>& weights)
 {
 	ParticlePlace place;
@@ -113,7 +88,9 @@ ParticlePlace dominant_place(const mrpt::poses::CPosePDFParticles& particles, co
 			const std::array<double, 3> offset = {
 			    pose.x - center.x, pose.y - center.y, wrapToPi(pose.phi - center.phi)};
 			sum += weights[i];
-			x += weights[i] * offset[0], y += weights[i] * offset[1], phi += weights[i] * offset[2];
+			x += weights[i] * offset[0];
+			y += weights[i] * offset[1];
+			phi += weights[i] * offset[2];
 			for (int r = 0; r < 3; r++)
 				for (int c = 0; c < 3; c++)
 					second(r, c) +=

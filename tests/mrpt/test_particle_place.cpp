@@ -4,9 +4,7 @@
 #include <gtest/gtest.h>
 #include <mrpt/math/wrap2pi.h>
 
-#include <algorithm>
 #include <cmath>
-#include <numeric>
 
 namespace d2s1r::pf
 {
@@ -142,28 +140,6 @@ TEST(WeightNear, IsThatOfTheParticlesWithinAMetreAndHalfARadian)
 	const auto weights = normalized_weights(particles);
 	EXPECT_NEAR(weight_near(particles, weights, {2, 3, 3.0}), 0.3, 1e-9);
 	EXPECT_EQ(weight_near(particles, weights, {20, 3, 3.0}), 0);
-}
-
-TEST(LightestParticles, AreThoseOfLeastWeight)
-{
-	CPosePDFParticles particles = no_particles();
-	for (const double weight : {0.3, 0.1, 0.4, 0.2}) add(particles, {}, weight);
-	const std::vector<std::size_t> two = {1, 3};
-	EXPECT_EQ(lightest(particles, two.size()), two);
-	EXPECT_EQ(lightest(particles, 100).size(), 4U);
-	EXPECT_TRUE(lightest(particles, 0).empty());
-}
-
-TEST(LightestParticles, OfEqualWeightComeFromEverywhere)
-{
-	CPosePDFParticles particles = no_particles();
-	for (int i = 0; i < 1000; i++) add(particles, {}, 0.001);
-	std::vector<int> of_tenth(10);
-	auto chosen = lightest(particles, 100);
-	for (const std::size_t i : chosen) of_tenth.at(i / 100)++;
-	EXPECT_GE(*std::min_element(of_tenth.begin(), of_tenth.end()), 5);
-	std::sort(chosen.begin(), chosen.end());
-	EXPECT_EQ(std::unique(chosen.begin(), chosen.end()), chosen.end());
 }
 }  // namespace
 }  // namespace d2s1r::pf

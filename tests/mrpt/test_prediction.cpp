@@ -1,9 +1,10 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include <d2s1r/pseudo_odometry.h>
 #include <gtest/gtest.h>
 #include <mrpt/math/wrap2pi.h>
 
 #include "made_hypotheses.h"
-#include "motion_choice.h"
+#include "prediction.h"
 
 namespace d2s1r::test
 {
@@ -137,6 +138,58 @@ TEST(ChosenMotion, IsTheOneThatTheOdometryMeasuredEvenIfItIsLessProbable)
 TEST(ChosenMotion, TurnsTheShortWayAcrossTheSeamOfTheYaw)
 {
 	expect_motion(choose(at({1, 2, 3.1}), at({1.2, 2, -3.1}), {1, 2, 3.1}), {-0.2, 0, 2 * M_PI - 6.2});
+}
+
+using Indices = std::vector<std::size_t>;
+
+TEST(SystematicDraw, IsInProportionToTheWeights)
+{
+	EXPECT_EQ(pf::systematic_draw({0.25, 0.0, 0.75}, 4, 0.5), (Indices{0, 2, 2, 2}));
+}
+
+TEST(SystematicDraw, GivesMoreThanThereAre)
+{
+	EXPECT_EQ(pf::systematic_draw({0.5, 0.5}, 6, 0.5), (Indices{0, 0, 0, 1, 1, 1}));
+}
+
+TEST(SystematicDraw, SurvivesWeightsThatSumToLessThanOne)
+{
+	EXPECT_EQ(pf::systematic_draw({0.5, 0.4999999}, 1000, 0.9999999).back(), 1U);
+}
+
+mrpt::slam::CMonteCarloLocalization2D two_particles(double lighter, double heavier)
+{
+	mrpt::slam::CMonteCarloLocalization2D particles(2);
+	particles.m_particles[0].d = {1, 2, 0};
+	particles.m_particles[0].log_w = std::log(lighter);
+	particles.m_particles[1].d = {5, 2, M_PI / 2};
+	particles.m_particles[1].log_w = std::log(heavier);
+	return particles;
+}
+
+TEST(ResizedParticles, ComeInProportionToTheirWeightsAndWeighTheSameThen)
+{
+	auto particles = two_particles(0.2, 0.8);
+	pf::resize(particles, 10, 0.5);
+	ASSERT_EQ(particles.size(), 10U);
+	int of_heavier = 0;
+	for (const auto& particle : particles.m_particles)
+	{
+		of_heavier += particle.d.x == 5 ? 1 : 0;
+		EXPECT_EQ(particle.log_w, 0);
+	}
+	EXPECT_EQ(of_heavier, 8);
+}
+
+TEST(MovedParticles, MoveInTheirOwnFramesAndKeepTheirWeights)
+{
+	auto particles = two_particles(0.4, 0.6);
+	pf::move_particles(particles, {kAhead, covariance_of(1e-6, 1e-6, 1e-6)});
+	ASSERT_EQ(particles.size(), 2U);
+	EXPECT_NEAR(particles.m_particles[0].d.x, 1.5, 1e-4);
+	EXPECT_NEAR(particles.m_particles[1].d.y, 2.5, 1e-4);
+	EXPECT_NEAR(particles.m_particles[1].d.phi, M_PI / 2 + 0.1, 1e-4);
+	EXPECT_NEAR(std::exp(particles.m_particles[0].log_w - particles.m_particles[1].log_w), 0.4 / 0.6, 1e-9);
 }
 }  // namespace
 }  // namespace d2s1r::test

@@ -1,10 +1,13 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include "motion_choice.h"
+#include "prediction.h"
 
 #include <d2s1r/pseudo_odometry.h>
+#include <mrpt/obs/CActionCollection.h>
 
 #include <algorithm>
 #include <cmath>
+
+#include "particle_place.h"
 
 namespace d2s1r::pf
 {
@@ -57,5 +60,44 @@ std::optional<CPosePDFGaussian> choose_motion(
 		}
 	}
 	return best;
+}
+
+std::vector<std::size_t> systematic_draw(const std::vector<double>& weights, std::size_t count, double offset)
+{
+	std::vector<std::size_t> drawn;
+	std::size_t i = 0;
+	double sum = weights.at(0);
+	for (std::size_t k = 0; k < count; k++)
+	{
+		const double mark = (static_cast<double>(k) + offset) / static_cast<double>(count);
+		while (sum < mark && i + 1 < weights.size()) sum += weights[++i];
+		drawn.push_back(i);
+	}
+	return drawn;
+}
+
+void resize(mrpt::poses::CPosePDFParticles& particles, std::size_t count, double offset)
+{
+	particles.performSubstitution(systematic_draw(normalized_weights(particles), count, offset));
+	for (auto& particle : particles.m_particles) particle.log_w = 0;
+}
+
+mrpt::bayes::CParticleFilter filter_of_fixed_size()
+{
+	mrpt::bayes::CParticleFilter filter;
+	filter.m_options.adaptiveSampleSize = false;
+	filter.m_options.resamplingMethod = mrpt::bayes::CParticleFilter::prSystematic;
+	return filter;
+}
+
+void move_particles(mrpt::slam::CMonteCarloLocalization2D& particles, const CPosePDFGaussian& motion)
+{
+	mrpt::obs::CActionRobotMovement2D action;
+	action.estimationMethod = mrpt::obs::CActionRobotMovement2D::emScan2DMatching;
+	action.rawOdometryIncrementReading = motion.mean;
+	action.poseChange = CPosePDFGaussian::Create(motion);
+	mrpt::obs::CActionCollection actions;
+	actions.insert(action);
+	filter_of_fixed_size().executeOn(particles, &actions, nullptr);
 }
 }  // namespace d2s1r::pf

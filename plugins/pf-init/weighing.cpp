@@ -1,0 +1,107 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "weighing.h"
+
+#include <d2s1r/likelihood_field.h>
+#include <mrpt/math/wrap2pi.h>
+#include <mrpt/obs/CSensoryFrame.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "particle_place.h"
+#include "prediction.h"
+
+namespace d2s1r::pf
+{
+namespace
+{
+/// Returns whether the filter's place explains enough of a scan that no place of the map explains well. Such a scan
+/// would draw particles that are elsewhere to the next wall.
+bool explains(
+    const mrpt::poses::CPosePDFParticles& particles, const CSignatureMap2D& map,
+    const mrpt::obs::CObservation2DRangeScan& scan, const Tuning& tuning)
+{
+	const auto& options = map.likelihood_options();
+	const Scan beams = make_scan(scan, map.parameters().scan);
+	const auto points = end_points(beams, options.beams);
+	if (points.empty() || is_covered(beams, map.parameters().scan)) return false;
+	const auto place = dominant_place(particles, normalized_weights(particles));
+	const double of_nothing =
+	    std::min(options.independent_beams, static_cast<double>(points.size())) * std::log(options.random_share);
+	const double log_likelihood = map.likelihood_field().log_likelihood(points, place.pose);
+	return log_likelihood >= (1 - tuning.least_explained) * of_nothing;
+}
+}  // namespace
+
+double probability_found(const Localization& localization)
+{
+	double sum = 0;
+	for (const Hypothesis& hypothesis : localization.hypotheses) sum += hypothesis.probability;
+	return std::min(1.0, sum);
+}
+
+mrpt::obs::CObservation2DRangeScan thinned(const mrpt::obs::CObservation2DRangeScan& scan, std::size_t beams)
+{
+	if (scan.getScanSize() <= beams) return scan;
+	const std::size_t gaps = scan.getScanSize() - 1, stride = gaps / beams + 1, kept = gaps / stride + 1;
+	mrpt::obs::CObservation2DRangeScan few = scan;
+	few.resizeScan(kept);
+	for (std::size_t i = 0; i < kept; i++)
+	{
+		few.setScanRange(i, scan.getScanRange(i * stride));
+		few.setScanRangeValidity(i, scan.getScanRangeValidity(i * stride));
+	}
+	few.aperture = scan.aperture * static_cast<float>(stride * (kept - 1)) / static_cast<float>(gaps);
+	// The scan loses beams at its end only, and the middle of what is left looks elsewhere.
+	const double cut = 0.5 * static_cast<double>(scan.aperture - few.aperture);  // [rad]
+	few.sensorPose = scan.sensorPose + mrpt::poses::CPose3D(0, 0, 0, scan.rightToLeft ? -cut : cut, 0, 0);
+	return few;
+}
+
+bool weigh_by_prior(mrpt::poses::CPosePDFParticles& particles, const Prior& prior)
+{
+	constexpr double kRuledOut = -50;  // [nat]
+	bool is_any_left = false;
+	for (auto& particle : particles.m_particles)
+		if (prior.allows(particle.d))
+			is_any_left = true;
+		else
+			particle.log_w += kRuledOut;
+	return is_any_left;
+}
+
+void weigh_by_hypotheses(
+    mrpt::poses::CPosePDFParticles& particles, const Localization& localization, const Tuning& tuning)
+{
+	if (localization.hypotheses.empty()) return;
+	const double per_xy = 0.5 / (tuning.hypothesis_std_xy * tuning.hypothesis_std_xy);
+	const double per_phi = 0.5 / (tuning.hypothesis_std_phi * tuning.hypothesis_std_phi);
+	for (auto& particle : particles.m_particles)
+	{
+		double support = tuning.unlisted;
+		for (const Hypothesis& hypothesis : localization.hypotheses)
+		{
+			const double dx = particle.d.x - hypothesis.pose.x(), dy = particle.d.y - hypothesis.pose.y();
+			const double dphi = mrpt::math::wrapToPi(particle.d.phi - hypothesis.pose.phi());
+			const double exponent = per_xy * (dx * dx + dy * dy) + per_phi * dphi * dphi;
+			if (exponent < 10) support += hypothesis.probability * std::exp(-exponent);
+		}
+		particle.log_w += std::log(support);
+	}
+}
+
+double weigh_by_scan_and_resample(
+    mrpt::slam::CMonteCarloLocalization2D& particles, const CSignatureMap2D& map,
+    const mrpt::obs::CObservation2DRangeScan& scan, const Localization& localization, const Tuning& tuning)
+{
+	const double found = probability_found(localization);
+	if (found < tuning.least_found && !explains(particles, map, scan, tuning)) return particles.ESS();
+	mrpt::obs::CSensoryFrame observations;
+	observations.insert(mrpt::obs::CObservation2DRangeScan::Create(scan));
+	auto filter = filter_of_fixed_size();
+	filter.m_options.powFactor = tuning.unexplained_power + (1 - tuning.unexplained_power) * found;
+	mrpt::bayes::CParticleFilter::TParticleFilterStats statistics;
+	filter.executeOn(particles, nullptr, &observations, &statistics);
+	return statistics.ESS_beforeResample;
+}
+}  // namespace d2s1r::pf
