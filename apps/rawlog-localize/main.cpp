@@ -1,7 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include "console.h"
-#include "errors.h"
-#include "interrupt.h"
+#include "cli/console.h"
+#include "cli/errors.h"
 #include "run.h"
 
 int main(int argc, char** argv)

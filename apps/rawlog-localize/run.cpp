@@ -1,16 +1,16 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "run.h"
 
-#include "files.h"
-#include "inputs.h"
-#include "interrupt.h"
-#include "map_png.h"
-#include "plugins.h"
-#include "run_report.h"
-#include "saved_map.h"
-#include "scene_file.h"
-#include "summary_json.h"
-#include "table.h"
+#include "cli/console.h"
+#include "evaluation/ground_truth.h"
+#include "evaluation/run_report.h"
+#include "frames/frame_loop.h"
+#include "input/inputs.h"
+#include "output/files.h"
+#include "output/frame_outputs.h"
+#include "output/summary.h"
+#include "picture/map_png.h"
+#include "picture/scene_file.h"
 
 #include <mrpt/system/CTicTac.h>
 #include <unistd.h>
@@ -25,6 +25,14 @@ void write_config(const Flags& flags, const Parameters& parameters)
 {
 	TextFile file(flags.write_config);
 	file.print("%s", to_ini(parameters).c_str());
+	file.commit();
+}
+
+/// Writes the map as a serialized CSignatureMap2D.
+void save_map(const mrpt::maps::COccupancyGridMap2D& grid, const Parameters& parameters, const std::string& path)
+{
+	GzipFile file(path);
+	file.write(CSignatureMap2D(grid, parameters));
 	file.commit();
 }
 
@@ -92,20 +100,24 @@ void write_reports(
 	    {localizer.map(), report.parameters.grid, report.frames, outputs.last_localized_scan(), report.flags.fuse},
 	    folder / "scene.3Dscene");
 }
-}  // namespace
-
-ExitStatus run(const Flags& flags, Console& console)
+std::string localize_frames(
+    const RunReport& report, const FrameSelection& selection, const Localizer& localizer,
+    const CFusionBackend::Ptr& backend, FrameOutputs& outputs, Console& console)
 {
-	check_files_apart(flags);
-	const Parameters parameters = read_parameters(flags);
-	if (flags.only_writes_config())
-	{
-		write_config(flags, parameters);
-		return kDone;
-	}
-	load_plugins(flags);
-	const CFusionBackend::Ptr backend = flags.fuse ? find_fusion_backend() : nullptr;
+	const FrameSink sink = {
+	    [&](const RawlogObject& object) { outputs.add(object); },
+	    [&](Frame frame, mrpt::obs::CObservation2DRangeScan::ConstPtr scan)
+	    { outputs.add(std::move(frame), std::move(scan)); }};
+	ProgressBar progress(console.err, !report.flags.quiet && isatty(STDERR_FILENO), report.selected_frames);
+	return localize_rawlog(
+	    report.flags.rawlog, selection,
+	    {localizer, report.flags.query, report.flags.window, backend, report.parameters.threads}, sink, progress);
+}
 
+/// Goes from the log and the map to all outputs. \param backend null without --fuse
+ExitStatus localize(
+    const Flags& flags, const Parameters& parameters, const CFusionBackend::Ptr& backend, Console& console)
+{
 	const RawlogSurvey survey = survey_rawlog(flags.rawlog);
 	const Sensor sensor = choose_sensor(survey, flags.sensor_label, flags.rawlog);
 	const FrameSelection selection = select_frames(flags, sensor);
@@ -113,7 +125,7 @@ ExitStatus run(const Flags& flags, Console& console)
 	make_folder(flags.output_dir);
 	if (!flags.write_config.empty()) write_config(flags, parameters);
 	FrameOutputs outputs(
-	    flags.output_dir, backend ? std::make_unique<Fusion>(flags.output_dir, backend) : nullptr,
+	    flags.output_dir, flags.fuse,
 	    flags.write_pf_ini.empty() ? nullptr : std::make_unique<PfPipeline>(flags.write_pf_ini));
 	say_sensor(survey, sensor, flags, console);
 	warn_without_odometry(survey, flags, console);
@@ -128,12 +140,7 @@ ExitStatus run(const Flags& flags, Console& console)
 	report.selected_frames = selection.past - selection.first;
 
 	const mrpt::system::CTicTac watch;
-	std::string damage;
-	{
-		ProgressBar progress(console.err, !flags.quiet && isatty(STDERR_FILENO), report.selected_frames);
-		damage = localize_rawlog(
-		    flags.rawlog, selection, {localizer, flags.query, flags.window, parameters.threads}, outputs, progress);
-	}
+	const std::string damage = localize_frames(report, selection, localizer, backend, outputs, console);
 	if (report.frames.empty() && interrupted())
 	{
 		console.err << "rawlog-localize: interrupted before the first frame; no results are written" << std::endl;
@@ -147,5 +154,19 @@ ExitStatus run(const Flags& flags, Console& console)
 	outputs.commit_pipeline(localizer.map());
 	if (!flags.quiet) print_table(report, console.out);
 	return conclude(report, damage, console);
+}
+}  // namespace
+
+ExitStatus run(const Flags& flags, Console& console)
+{
+	check_files_apart(flags);
+	const Parameters parameters = read_parameters(flags);
+	if (flags.only_writes_config())
+	{
+		write_config(flags, parameters);
+		return kDone;
+	}
+	load_plugins(flags);
+	return localize(flags, parameters, flags.fuse ? find_fusion_backend() : nullptr, console);
 }
 }  // namespace d2s1r::app

@@ -1,9 +1,9 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "console.h"
-#include "errors.h"
-#include "flags.h"
+#include "cli/console.h"
+#include "cli/errors.h"
+#include "cli/flags.h"
 
 namespace d2s1r::app
 {

@@ -1,0 +1,114 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "cli/console.h"
+
+#include "cli/errors.h"
+
+#include <fcntl.h>
+#include <mrpt/core/format.h>
+#include <mrpt/system/progress.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <csignal>
+#include <cstdio>
+#include <initializer_list>
+#include <iostream>
+
+namespace d2s1r::app
+{
+namespace
+{
+/// If 0, 1 or 2 is closed, the next file that is opened would get the number, and what is printed with it. Read-only:
+/// printing fails.
+void fill_closed_descriptors()
+{
+	int unused = 0;
+	while (unused >= 0 && unused <= STDERR_FILENO) unused = open("/dev/null", O_RDONLY | O_CLOEXEC);
+	close(unused);
+}
+
+std::atomic<bool> seen{false};
+static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler may only touch lock-free atomics");
+
+void note_signal(int)
+{
+	seen = true;
+}
+}  // namespace
+
+Console::Console() : out(std::cout.rdbuf(nullptr)), err(std::cerr.rdbuf(nullptr)), old_log_(std::clog.rdbuf(nullptr))
+{
+	fill_closed_descriptors();
+}
+
+Console::~Console()
+{
+	std::cout.rdbuf(out.rdbuf());
+	std::cerr.rdbuf(err.rdbuf());
+	std::clog.rdbuf(old_log_);
+}
+
+void Console::check_written()
+{
+	if (!out.flush()) throw UserError(kBadOutput, "standard output", "cannot be written; check where it leads to");
+}
+
+SilentDescriptors::SilentDescriptors() : old_out_(dup(STDOUT_FILENO)), old_err_(dup(STDERR_FILENO))
+{
+	const int nowhere = open("/dev/null", O_WRONLY | O_CLOEXEC);
+	dup2(nowhere, STDOUT_FILENO);
+	dup2(nowhere, STDERR_FILENO);
+	close(nowhere);
+}
+
+SilentDescriptors::~SilentDescriptors()
+{
+	std::fflush(stdout);
+	dup2(old_out_, STDOUT_FILENO);
+	dup2(old_err_, STDERR_FILENO);
+	close(old_out_);
+	close(old_err_);
+}
+
+ProgressBar::ProgressBar(std::ostream& err, bool visible, std::size_t total)
+    : err_(err), visible_(visible && total > 0), total_(total)
+{
+}
+
+ProgressBar::~ProgressBar()
+{
+	if (visible_) err_ << "\r\033[K" << std::flush;
+}
+
+void ProgressBar::show(std::size_t done)
+{
+	const auto now = Clock::now();
+	if (!visible_ || (done < total_ && now - drawn_ < std::chrono::milliseconds(100))) return;
+	drawn_ = now;
+	const double seconds = std::chrono::duration<double>(now - start_).count();
+	const double share = static_cast<double>(done) / static_cast<double>(total_);
+	const double rate = seconds > 0 ? static_cast<double>(done) / seconds : 0;
+	err_ << "\r" << mrpt::system::progress(share, 30)
+	     << mrpt::format(" %3.0f %% %zu/%zu frames", 100 * share, done, total_);
+	if (rate > 0) err_ << mrpt::format(", %.1f frames/s, %.0f s left", rate, static_cast<double>(total_ - done) / rate);
+	err_ << "\033[K" << std::flush;
+}
+
+void catch_interrupts()
+{
+	struct sigaction action = {};
+	action.sa_handler = note_signal;
+	for (const int signal : {SIGINT, SIGTERM, SIGHUP})
+	{
+		struct sigaction inherited = {};
+		sigaction(signal, nullptr, &inherited);
+		if (inherited.sa_handler != SIG_IGN) sigaction(signal, &action, nullptr);  // as nohup and `&` in scripts do it
+	}
+	std::signal(SIGXFSZ, SIG_IGN);  // a file that grows too large is an output that cannot be written
+}
+
+bool interrupted()
+{
+	return seen;
+}
+}  // namespace d2s1r::app

@@ -1,0 +1,22 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <d2s1r/CFusionBackend.h>
+
+#include <cstddef>
+#include <optional>
+
+namespace d2s1r::app
+{
+/// A scan of the log that has been localized.
+struct Frame
+{
+	std::size_t index = 0;  //!< [-] of the scan among those of its sensor in the log
+	double timestamp = 0;   //!< [s] since the epoch, the log's clock; 0 if the scan has none
+	Localization result;
+	std::optional<FusedPose> fused{};  //!< with --fuse, once the filter has started
+
+	bool has_pose() const { return !result.hypotheses.empty(); }
+	bool localized() const { return result.status == Status::kLocalized; }
+};
+}  // namespace d2s1r::app

@@ -1,0 +1,44 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cli/console.h"
+#include "frames/frame.h"
+#include "input/inputs.h"
+#include "input/rawlog_reader.h"
+
+#include <d2s1r/localizer.h>
+
+#include <functional>
+#include <optional>
+#include <string>
+
+namespace d2s1r::app
+{
+/// How the scans of a rawlog are localized.
+struct Approach
+{
+	const Localizer& localizer;
+	Query query;
+	std::optional<int> window;           //!< [-] scans that are used jointly; without a value each on its own
+	CFusionBackend::Ptr fusion_backend;  //!< null: no fused poses
+	int threads = 1;                     //!< [-]
+};
+
+/// Where everything goes, in the order of the rawlog.
+struct FrameSink
+{
+	/// Takes every object of the rawlog, before the frames of its scans.
+	std::function<void(const RawlogObject& object)> take_object;
+	/// Takes every frame, with the scan that it was localized by.
+	std::function<void(Frame frame, mrpt::obs::CObservation2DRangeScan::ConstPtr scan)> take_frame;
+};
+
+/// Localizes the selected scans of a rawlog, `threads` at a time, and hands everything to `sink` in the order of the
+/// rawlog. The window and the fusion, if there are any, follow the scans in that order, too, so the results do not
+/// depend on the number of threads. Ends at the end of the rawlog, where it is damaged, or when the process is
+/// interrupted.
+/// \returns RawlogReader::damage()
+std::string localize_rawlog(
+    const std::string& file, const FrameSelection& selection, const Approach& approach, const FrameSink& sink,
+    ProgressBar& progress);
+}  // namespace d2s1r::app

@@ -1,0 +1,187 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "input/rawlog_reader.h"
+
+#include "cli/errors.h"
+
+#include <mrpt/obs/CActionCollection.h>
+#include <mrpt/obs/CActionRobotMovement2D.h>
+#include <mrpt/obs/CObservationOdometry.h>
+#include <mrpt/obs/CSensoryFrame.h>
+#include <mrpt/serialization/CArchive.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <filesystem>
+
+namespace d2s1r::app
+{
+namespace
+{
+/// Passes bytes on and keeps them; a read that comes short throws, where MRPT's archive would go on with garbage.
+class RecordingStream : public mrpt::io::CStream
+{
+   public:
+	RecordingStream(mrpt::io::CStream& source, std::vector<std::uint8_t>& bytes) : source_(source), bytes_(bytes) {}
+
+	std::size_t Read(void* buffer, std::size_t count) override
+	{
+		const std::size_t got = source_.Read(buffer, count);
+		came_short_ = got != count;
+		at_clean_end_ = came_short_ && got == 0 && bytes_.empty();
+		if (came_short_) throw mrpt::serialization::CExceptionEOF("end of file");
+		const auto* first = static_cast<const std::uint8_t*>(buffer);
+		bytes_.insert(bytes_.end(), first, first + got);
+		return got;
+	}
+	std::size_t Write(const void*, std::size_t) override { throw std::logic_error("read-only stream"); }
+	std::uint64_t Seek(std::int64_t, TSeekOrigin) override { throw std::logic_error("stream without positions"); }
+	std::uint64_t getTotalBytesCount() const override { return source_.getTotalBytesCount(); }
+	std::uint64_t getPosition() const override { return bytes_.size(); }
+
+	bool came_short() const { return came_short_; }
+	bool at_clean_end() const { return at_clean_end_; }
+
+   private:
+	mrpt::io::CStream& source_;
+	std::vector<std::uint8_t>& bytes_;
+	bool came_short_ = false;
+	bool at_clean_end_ = false;  //!< [-] the file ended before the first byte of the object
+};
+
+/// \param odometer label of the one that is read: the first; they have frames of their own
+void read_observation(
+    const mrpt::serialization::CSerializable::Ptr& observation, std::optional<std::string>& odometer,
+    RawlogObject& into)
+{
+	if (auto scan = std::dynamic_pointer_cast<mrpt::obs::CObservation2DRangeScan>(observation))
+		into.scans.push_back(std::move(scan));
+	const auto reading = std::dynamic_pointer_cast<mrpt::obs::CObservationOdometry>(observation);
+	if (!reading || !std::isfinite(reading->odometry.norm() + reading->odometry.phi())) return;
+	if (reading->sensorLabel == kPseudoOdometryLabel) return;  // by an earlier run of rawlog-localize, not measured
+	if (!odometer) odometer = reading->sensorLabel;
+	if (reading->sensorLabel == *odometer) into.odometry = reading->odometry;
+}
+
+/// What localization needs of an object of a rawlog of either kind.
+void read_contents(
+    const mrpt::serialization::CSerializable::Ptr& object, std::optional<std::string>& odometer, RawlogObject& into)
+{
+	if (const auto actions = std::dynamic_pointer_cast<mrpt::obs::CActionCollection>(object))
+	{
+		const auto movement = actions->getBestMovementEstimation();
+		if (movement) into.increment = movement->poseChange->getMeanVal();
+	}
+	if (const auto frame = std::dynamic_pointer_cast<mrpt::obs::CSensoryFrame>(object))
+		for (const auto& observation : *frame) read_observation(observation, odometer, into);
+	else
+		read_observation(object, odometer, into);
+}
+
+/// The class that MRPT says it does not know; empty if it says something else, or the name is none.
+std::string unknown_class(const std::exception& error)
+{
+	const std::string text = error.what(), before = "Stored object has class '";
+	const auto found = text.find(before);
+	if (found == std::string::npos) return "";
+	const auto start = found + before.size();
+	const std::string name = text.substr(start, text.find('\'', start) - start);
+	const bool is_name = std::all_of(
+	    name.begin(), name.end(),
+	    [](unsigned char c) { return c < 0x80 && (std::isalnum(c) || c == '_' || c == ':'); });
+	return is_name ? name : "";
+}
+
+constexpr const char* kCheckFile = "; check that it is the right file and whole";
+constexpr const char* kCopyAgain = "; copy or record the rawlog again";
+}  // namespace
+
+RawlogReader::RawlogReader(const std::string& file)
+{
+	std::error_code error;
+	if (!std::filesystem::exists(file, error))
+		throw UserError(
+		    kBadInput, file,
+		    (error ? "cannot be reached (" + error.message() + ")" : "no such rawlog") + "; check the path");
+	if (std::filesystem::is_directory(file, error)) throw UserError(kBadInput, file, "is a folder; name a rawlog file");
+	if (!std::filesystem::is_regular_file(file, error))
+		throw UserError(kBadInput, file, "is a device or a pipe, but is read twice; copy the rawlog to a regular file");
+	if (std::filesystem::file_size(file, error) == 0)
+		throw UserError(kBadInput, file, std::string("is empty") + kCopyAgain);
+	if (!stream_.open(file)) throw UserError(kBadInput, file, "cannot be opened; check its permissions");
+}
+
+std::optional<RawlogObject> RawlogReader::next()
+{
+	if (!damage_.empty()) return std::nullopt;
+	RawlogObject object;
+	RecordingStream recording(stream_, object.bytes);
+	try
+	{
+		auto archive = mrpt::serialization::archiveFrom<mrpt::io::CStream>(recording);
+		read_contents(archive.ReadObject(), odometer_, object);
+		objects_++;
+		return object;
+	}
+	catch (const std::exception& e)
+	{
+		if (recording.at_clean_end() && objects_ > 0) return std::nullopt;
+		damage_ = recording.came_short() ? end_within_object() : unreadable(e);
+		return std::nullopt;
+	}
+}
+
+std::string RawlogReader::end_within_object() const
+{
+	if (objects_ == 0) return std::string("is cut short within its first object, or not an MRPT rawlog") + kCheckFile;
+	return "is cut short or damaged after object " + std::to_string(objects_) + kCopyAgain;
+}
+
+std::string RawlogReader::unreadable(const std::exception& error) const
+{
+	const std::string name = unknown_class(error);
+	if (!name.empty())
+		return "object " + std::to_string(objects_ + 1) + " is of the unknown class " + name +
+		       "; name the module that has it with --plugins";
+	if (objects_ == 0) return std::string("is not an MRPT rawlog, or damaged from its start") + kCheckFile;
+	return "is damaged after object " + std::to_string(objects_) + kCopyAgain;
+}
+
+RawlogSurvey survey_rawlog(const std::string& file)
+{
+	RawlogSurvey survey;
+	RawlogReader reader(file);
+	while (const auto object = reader.next())
+	{
+		survey.has_odometry |= object->odometry || object->increment;
+		for (const auto& scan : object->scans)
+		{
+			auto& sensors = survey.sensors;
+			auto sensor = std::find_if(
+			    sensors.begin(), sensors.end(), [&](const Sensor& s) { return s.label == scan->sensorLabel; });
+			if (sensor == sensors.end()) sensor = sensors.insert(sensor, {scan->sensorLabel, 0});
+			sensor->scans++;
+		}
+	}
+	survey.damage = reader.damage();
+	return survey;
+}
+
+Sensor choose_sensor(const RawlogSurvey& survey, const std::optional<std::string>& label, const std::string& file)
+{
+	const auto& sensors = survey.sensors;
+	if (sensors.empty() && !survey.damage.empty()) throw UserError(kBadInput, file, survey.damage);
+	if (sensors.empty())
+		throw UserError(kBadInput, file, "holds no 2D laser scan (CObservation2DRangeScan); name another rawlog");
+	if (!label)
+		return *std::max_element(
+		    sensors.begin(), sensors.end(), [](const Sensor& a, const Sensor& b) { return a.scans < b.scans; });
+	std::string known;
+	for (const auto& sensor : sensors)
+	{
+		if (sensor.label == *label) return sensor;
+		known += (known.empty() ? "'" : ", '") + sensor.label + "'";
+	}
+	throw UserError(kWrongUse, file, "holds no 2D scan labelled '" + *label + "'; --sensor-label can be " + known);
+}
+}  // namespace d2s1r::app

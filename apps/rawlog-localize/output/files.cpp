@@ -1,0 +1,75 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "output/files.h"
+
+#include "cli/errors.h"
+#include "output/pf_pipeline.h"
+
+#include <mrpt/system/string_utils.h>
+
+#include <filesystem>
+#include <map>
+
+namespace d2s1r::app
+{
+namespace
+{
+namespace fs = std::filesystem;
+
+std::vector<NamedFile> files_read(const Flags& flags)
+{
+	std::vector<NamedFile> files = {
+	    {flags.rawlog, "--input"}, {flags.config, "--config"}, {flags.ground_truth, "--ground-truth"}};
+	for (const auto& file : files_of_map(flags.map)) files.push_back({file, "--map"});
+	std::vector<std::string> modules;
+	mrpt::system::tokenize(flags.plugins, ",", modules);
+	for (const auto& module : modules) files.push_back({module, "--plugins"});
+	return files;
+}
+
+/// The same for all names of a file, which need not exist.
+fs::path place_of(const std::string& file)
+{
+	std::error_code error;
+	const fs::path place = fs::weakly_canonical(fs::absolute(file, error), error);
+	return error ? fs::path(file) : place;
+}
+
+[[noreturn]] void refuse(const NamedFile& written, const std::string& what)
+{
+	throw UserError(kBadOutput, written.path, "is " + what + "; name another file or folder with " + written.option);
+}
+}  // namespace
+
+std::vector<NamedFile> files_written(const Flags& flags, bool localized)
+{
+	if (flags.only_writes_config()) return {{flags.write_config, "--write-config"}};
+	std::vector<NamedFile> files;
+	const auto add_to_folder = [&](std::initializer_list<const char*> names)
+	{
+		for (const char* name : names) files.push_back({fs::path(flags.output_dir) / name, "--output"});
+	};
+	add_to_folder(
+	    {"frames.csv", "hypotheses.csv", "trajectory.tum", "trajectory.txt", "localized.rawlog", "summary.json",
+	     "map.png", "scene.3Dscene"});
+	if (flags.fuse) add_to_folder({"fused.csv", "fused.tum"});
+	if (!flags.save_map.empty()) files.push_back({flags.save_map, "--save-map"});
+	if (!flags.write_config.empty()) files.push_back({flags.write_config, "--write-config"});
+	if (!flags.write_pf_ini.empty() && localized)
+		for (const auto& file : pf_files(flags.write_pf_ini).all()) files.push_back({file, "--write-pf-ini"});
+	return files;
+}
+
+void check_files_apart(const Flags& flags)
+{
+	const auto inputs = files_read(flags);
+	std::map<fs::path, std::string> option_of_place;
+	for (const auto& file : files_written(flags))
+	{
+		std::error_code error;
+		for (const auto& input : inputs)
+			if (fs::equivalent(file.path, input.path, error)) refuse(file, std::string("the input of ") + input.option);
+		const auto [other, is_new] = option_of_place.emplace(place_of(file.path), file.option);
+		if (!is_new) refuse(file, "written by " + other->second + ", too");
+	}
+}
+}  // namespace d2s1r::app

@@ -1,0 +1,170 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "output/frame_outputs.h"
+
+#include <d2s1r/pseudo_odometry.h>
+#include <mrpt/obs/CObservationOdometry.h>
+#include <mrpt/obs/CObservationRobotPose.h>
+#include <mrpt/poses/CPose3DPDFGaussian.h>
+#include <mrpt/poses/CPosePDFGaussian.h>
+
+#include <cmath>
+
+namespace d2s1r::app
+{
+namespace
+{
+constexpr const char* kFrameHeading =
+    "frame,timestamp,status,x,y,phi,std_x,std_y,std_phi,confidence,hypotheses,relative_entropy,retrieval_ms,"
+    "registration_ms,refinement_ms,total_ms\n";
+constexpr const char* kFusedHeading =
+    "frame,timestamp,x,y,phi,std_x,std_y,std_phi,particles,effective_sample_size,status,event,probability,step_ms\n";
+constexpr const char* kHypothesisHeading = "frame,rank,x,y,phi,probability,std_x,std_y,std_phi\n";
+
+void write_frame(TextFile& file, const Frame& frame)
+{
+	const Localization& result = frame.result;
+	file.print("%zu,%.6f,%s,", frame.index, frame.timestamp, to_string(result.status));
+	if (frame.has_pose())
+	{
+		const auto& pose = result.best().pose;
+		const auto& covariance = result.best().covariance;
+		file.print(
+		    "%.6f,%.6f,%.6f,%.6f,%.6f,%.6f,%.6f,", pose.x(), pose.y(), pose.phi(), std::sqrt(covariance(0, 0)),
+		    std::sqrt(covariance(1, 1)), std::sqrt(covariance(2, 2)), result.confidence);
+	}
+	else
+		file.print(",,,,,,,");
+	file.print("%zu,", result.hypotheses.size());
+	if (frame.has_pose() && std::isfinite(result.relative_entropy)) file.print("%.6f", result.relative_entropy);
+	file.print(
+	    ",%.3f,%.3f,%.3f,%.3f\n", result.times.retrieval_ms, result.times.registration_ms, result.times.refinement_ms,
+	    result.times.total_ms);
+}
+
+void write_hypotheses(TextFile& file, const Frame& frame)
+{
+	int rank = 0;
+	for (const auto& h : frame.result.hypotheses)
+		file.print(
+		    "%zu,%d,%.6f,%.6f,%.6f,%.6g,%.6f,%.6f,%.6f\n", frame.index, ++rank, h.pose.x(), h.pose.y(), h.pose.phi(),
+		    h.probability, std::sqrt(h.covariance(0, 0)), std::sqrt(h.covariance(1, 1)), std::sqrt(h.covariance(2, 2)));
+}
+
+/// A line "time x y z qx qy qz qw".
+void print_tum(TextFile& file, double timestamp, const mrpt::math::TPose2D& pose)
+{
+	file.print(
+	    "%.6f %.6f %.6f 0 0 0 %.9f %.9f\n", timestamp, pose.x, pose.y, std::sin(pose.phi / 2), std::cos(pose.phi / 2));
+}
+
+void write_tum(TextFile& file, const Frame& frame)
+{
+	if (frame.localized()) print_tum(file, frame.timestamp, frame.result.best().pose.asTPose());
+}
+
+void write_txt(TextFile& file, const Frame& frame)
+{
+	if (!frame.localized()) return;
+	const auto& pose = frame.result.best().pose;
+	file.print("%.6f %.6f %.6f %.6f\n", frame.timestamp, pose.x(), pose.y(), pose.phi());
+}
+
+void write_fused(TextFile& file, const Frame& frame)
+{
+	file.print("%zu,%.6f,", frame.index, frame.timestamp);
+	if (!frame.fused)
+	{
+		file.print(",,,,,,,,waiting,%s,,\n", to_string(FusionEvent::kNone));
+		return;
+	}
+	const FusedPose& fused = *frame.fused;
+	const auto& covariance = fused.covariance;
+	file.print(
+	    "%.6f,%.6f,%.6f,%.6f,%.6f,%.6f,%zu,%.6f,%s,%s,%.6f,%.3f\n", fused.pose.x, fused.pose.y, fused.pose.phi,
+	    std::sqrt(covariance(0, 0)), std::sqrt(covariance(1, 1)), std::sqrt(covariance(2, 2)), fused.particles,
+	    fused.effective_sample_size, to_string(fused.status), to_string(fused.event), fused.probability, fused.step_ms);
+}
+
+void write_fused_tum(TextFile& file, const Frame& frame)
+{
+	if (frame.fused) print_tum(file, frame.timestamp, frame.fused->pose);
+}
+
+std::deque<FrameFile> open_frame_files(const std::filesystem::path& folder, bool fused)
+{
+	std::deque<FrameFile> files;
+	files.emplace_back(folder / "frames.csv", kFrameHeading, write_frame);
+	files.emplace_back(folder / "hypotheses.csv", kHypothesisHeading, write_hypotheses);
+	files.emplace_back(folder / "trajectory.tum", "", write_tum);
+	files.emplace_back(folder / "trajectory.txt", "", write_txt);
+	if (!fused) return files;
+	files.emplace_back(folder / "fused.csv", kFusedHeading, write_fused);
+	files.emplace_back(folder / "fused.tum", "", write_fused_tum);
+	return files;
+}
+
+mrpt::obs::CObservationRobotPose pose_observation(const Hypothesis& best, mrpt::Clock::time_point time)
+{
+	mrpt::obs::CObservationRobotPose observation;
+	observation.timestamp = time;
+	observation.sensorLabel = "D2S1R";
+	observation.pose.copyFrom(mrpt::poses::CPosePDFGaussian(best.pose, best.covariance));
+	return observation;
+}
+
+mrpt::obs::CObservationOdometry odometry_observation(const mrpt::poses::CPose2D& pose, mrpt::Clock::time_point time)
+{
+	mrpt::obs::CObservationOdometry observation;
+	observation.timestamp = time;
+	observation.sensorLabel = kPseudoOdometryLabel;
+	observation.odometry = pose;
+	return observation;
+}
+}  // namespace
+
+FrameFile::FrameFile(const std::string& path, const char* heading, Writer writer) : file_(path), writer_(writer)
+{
+	file_.print("%s", heading);
+}
+
+void LocalizedRawlog::add(const Frame& frame, const mrpt::obs::CObservation2DRangeScan& scan)
+{
+	if (!frame.localized()) return;
+	if (last_)
+		if (const auto motion = pseudo_odometry(*last_, frame.result))
+			odometry_ = odometry_ + motion->poseChange->getMeanVal();
+	last_ = frame.result;
+	file_.write(pose_observation(frame.result.best(), scan.timestamp));
+	file_.write(odometry_observation(odometry_, scan.timestamp));
+}
+
+FrameOutputs::FrameOutputs(const std::filesystem::path& folder, bool fused, std::unique_ptr<PfPipeline> pipeline)
+    : files_(open_frame_files(folder, fused)), rawlog_(folder / "localized.rawlog"), pipeline_(std::move(pipeline))
+{
+}
+
+void FrameOutputs::add(const RawlogObject& object)
+{
+	rawlog_.add(object);
+}
+
+void FrameOutputs::add(Frame frame, mrpt::obs::CObservation2DRangeScan::ConstPtr scan)
+{
+	for (auto& file : files_) file.add(frame);
+	rawlog_.add(frame, *scan);
+	if (pipeline_) pipeline_->add(frame, *scan);
+	if (frame.localized()) last_scan_ = std::move(scan);
+	frames_.push_back(std::move(frame));
+}
+
+void FrameOutputs::commit()
+{
+	for (auto& file : files_) file.commit();
+	rawlog_.commit();
+}
+
+void FrameOutputs::commit_pipeline(const mrpt::maps::COccupancyGridMap2D& map)
+{
+	if (pipeline_) pipeline_->commit(map);
+}
+}  // namespace d2s1r::app

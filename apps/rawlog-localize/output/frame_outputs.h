@@ -1,0 +1,88 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "frames/frame.h"
+#include "input/rawlog_reader.h"
+#include "output/output_file.h"
+#include "output/pf_pipeline.h"
+
+#include <deque>
+#include <filesystem>
+#include <memory>
+#include <optional>
+
+namespace d2s1r::app
+{
+/// localized.rawlog: every object of the input byte by byte, and after each localized frame its pose
+/// (CObservationRobotPose "D2S1R") and the pseudo-odometry (CObservationOdometry "D2S1R_ODO", accumulated from the
+/// first localized frame on). In a rawlog of actions and sensory frames they stand between the pairs, where readers of
+/// pairs pass over them and readers of both kinds take them as observations.
+class LocalizedRawlog
+{
+   public:
+	explicit LocalizedRawlog(const std::string& path) : file_(path) {}
+	void add(const RawlogObject& object) { file_.write(object.bytes); }
+	void add(const Frame& frame, const mrpt::obs::CObservation2DRangeScan& scan);
+	void commit() { file_.commit(); }
+
+   private:
+	GzipFile file_;
+	std::optional<Localization> last_;  //!< latest localized frame
+	mrpt::poses::CPose2D odometry_;     //!< robot in the frame of the first localized one
+};
+
+/// A text file that grows by a frame at a time.
+class FrameFile
+{
+   public:
+	using Writer = void (*)(TextFile& file, const Frame& frame);
+
+	/// \param heading first line of the file, or nothing
+	FrameFile(const std::string& path, const char* heading, Writer writer);
+	void add(const Frame& frame) { writer_(file_, frame); }
+	void commit() { file_.commit(); }
+
+   private:
+	TextFile file_;
+	Writer writer_;
+};
+
+/// The outputs that grow frame by frame.
+/// - frames.csv has a row per frame, hypotheses.csv a row per hypothesis, the most probable one of a frame first
+///   (rank 1);
+/// - trajectory.tum ("time x y z qx qy qz qw") and, for MRPT's CPose2DInterpolator, trajectory.txt ("time x y phi")
+/// hold
+///   the poses of the frames of status localized;
+/// - fused.csv has a row per frame, fused.tum the fused poses;
+/// - localized.rawlog, and what pf-localization needs.
+class FrameOutputs
+{
+   public:
+	/// Opens all files.
+	/// \param fused whether the frames have fused poses
+	/// \param pipeline null: nothing for pf-localization is written
+	/// \throws UserError (kBadOutput)
+	FrameOutputs(const std::filesystem::path& folder, bool fused, std::unique_ptr<PfPipeline> pipeline);
+
+	void add(const RawlogObject& object);
+	void add(Frame frame, mrpt::obs::CObservation2DRangeScan::ConstPtr scan);
+
+	/// Gives the files their names, those of the pipeline aside.
+	void commit();
+
+	/// Finishes the pipeline, if there is one.
+	void commit_pipeline(const mrpt::maps::COccupancyGridMap2D& map);
+
+	const std::vector<Frame>& frames() const { return frames_; }
+
+	/// Scan of the last localized frame; null if there is none.
+	mrpt::obs::CObservation2DRangeScan::ConstPtr last_localized_scan() const { return last_scan_; }
+
+   private:
+	std::deque<FrameFile> files_;
+	LocalizedRawlog rawlog_;
+	std::unique_ptr<PfPipeline> pipeline_;
+	std::vector<Frame> frames_;
+	mrpt::obs::CObservation2DRangeScan::ConstPtr last_scan_;
+};
+}  // namespace d2s1r::app

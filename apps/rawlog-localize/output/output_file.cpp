@@ -1,0 +1,154 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "output/output_file.h"
+
+#include "cli/errors.h"
+
+#include <mrpt/io/CFileGZInputStream.h>
+#include <mrpt/serialization/CArchive.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cstdarg>
+#include <cstdint>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <utility>
+#include <vector>
+
+namespace d2s1r::app
+{
+namespace
+{
+namespace fs = std::filesystem;
+
+/// Follows links to a file that need not exist, which canonical paths do not.
+fs::path target_of(const std::string& path)
+{
+	fs::path target = path;
+	std::error_code error;
+	while (fs::is_symlink(fs::symlink_status(target, error)))
+		target = target.parent_path() / fs::read_symlink(target, error);
+	return target;
+}
+
+template <std::size_t N>
+std::array<unsigned char, N> last_bytes(const std::string& path)
+{
+	std::array<unsigned char, N> bytes{};
+	std::ifstream in(path, std::ios::binary);
+	in.seekg(-static_cast<std::streamoff>(N), std::ios::end);
+	in.read(reinterpret_cast<char*>(bytes.data()), N);
+	return in ? bytes : std::array<unsigned char, N>{};
+}
+}  // namespace
+
+PendingFile::PendingFile(const std::string& path) : path_(path)
+{
+	std::error_code error;
+	const fs::file_status status = fs::status(path, error);
+	errno = error.value();
+	if (status.type() == fs::file_type::none) fail();
+	if (fs::exists(status) && !fs::is_regular_file(status))
+		throw UserError(kBadOutput, path, "is a folder, a device or a pipe; name another file");
+	for (const char* stream : {"/dev/stdout", "/dev/stderr"})
+		if (fs::exists(status) && fs::equivalent(path, stream, error))
+			throw UserError(kBadOutput, path, "is where the messages go; name another file");
+	const fs::path target = target_of(path);
+	target_ = target.string();
+	temporary_ = target.parent_path() / (".tmp" + std::to_string(getpid()) + "-" + target.filename().string());
+	errno = 0;  // fail() gives the reason of a later error, which need not set it
+}
+
+PendingFile::~PendingFile()
+{
+	std::error_code ignored;
+	std::filesystem::remove(temporary_, ignored);
+}
+
+void PendingFile::commit()
+{
+	if (std::rename(temporary_.c_str(), target_.c_str()) != 0) fail();
+}
+
+void PendingFile::fail() const
+{
+	const std::string reason = errno ? std::strerror(errno) : "write error";
+	throw UserError(
+	    kBadOutput, path_, "cannot be written (" + reason + "); check the folder, its permissions and the disk");
+}
+
+TextFile::TextFile(const std::string& path) : pending_(path), file_(std::fopen(pending_.temporary().c_str(), "w"))
+{
+	if (!file_) pending_.fail();
+}
+
+TextFile::~TextFile()
+{
+	if (file_) std::fclose(file_);
+}
+
+void TextFile::print(const char* format, ...)
+{
+	va_list values;
+	va_start(values, format);
+	const int written = std::vfprintf(file_, format, values);
+	va_end(values);
+	if (written < 0) pending_.fail();
+}
+
+void TextFile::commit()
+{
+	const bool is_whole = std::ferror(file_) == 0;
+	if (std::fclose(std::exchange(file_, nullptr)) != 0 || !is_whole) pending_.fail();
+	pending_.commit();
+}
+
+bool is_whole_gzip(const std::string& path)
+{
+	mrpt::io::CFileGZInputStream stream;
+	if (!stream.open(path)) return false;
+	std::vector<std::uint8_t> block(1 << 16);
+	std::uint32_t size = 0;  // modulo 2^32, as in the file
+	for (std::size_t got = block.size(); got > 0 && got <= block.size(); size += static_cast<std::uint32_t>(got))
+		got = stream.Read(block.data(), block.size());
+	const auto end = last_bytes<4>(path);
+	return size > 0 && size == (end[0] | end[1] * 0x100U | end[2] * 0x10000U | end[3] * 0x1000000U);
+}
+
+bool is_whole_png(const std::string& path)
+{
+	constexpr std::array<unsigned char, 8> kEnd = {'I', 'E', 'N', 'D', 0xae, 0x42, 0x60, 0x82};
+	return last_bytes<8>(path) == kEnd;
+}
+
+GzipFile::GzipFile(const std::string& path) : pending_(path)
+{
+	if (!stream_.open(pending_.temporary())) pending_.fail();
+}
+
+void GzipFile::write(const std::vector<std::uint8_t>& bytes)
+{
+	if (stream_.Write(bytes.data(), bytes.size()) != bytes.size()) pending_.fail();
+}
+
+void GzipFile::write(const mrpt::serialization::CSerializable& object)
+{
+	try
+	{
+		mrpt::serialization::archiveFrom<mrpt::io::CStream>(stream_) << object;
+	}
+	catch (const std::exception&)
+	{
+		pending_.fail();
+	}
+}
+
+void GzipFile::commit()
+{
+	stream_.close();
+	if (!is_whole_gzip(pending_.temporary())) pending_.fail();
+	pending_.commit();
+}
+}  // namespace d2s1r::app

@@ -1,0 +1,104 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "output/pf_pipeline.h"
+
+#include <d2s1r/map_io.h>
+#include <d2s1r/pseudo_odometry.h>
+#include <mrpt/core/bits_math.h>
+#include <mrpt/obs/CActionCollection.h>
+#include <mrpt/obs/CSensoryFrame.h>
+#include <mrpt/poses/CPosePDFGaussian.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+namespace d2s1r::app
+{
+namespace
+{
+constexpr double kLeastHalfBox = 0.3;     //!< [m] of the box that particles start in
+constexpr double kLeastHalfBoxYaw = 5.0;  //!< [deg]
+constexpr double kSigmas = 3.0;           //!< [-] of the first pose that the box holds
+
+std::string sibling(const std::string& ini, const char* extension)
+{
+	return std::filesystem::path(ini).replace_extension(extension).string();
+}
+
+std::string absolute(const std::string& path)
+{
+	std::error_code error;
+	const auto whole = std::filesystem::absolute(path, error);
+	return error ? path : whole.string();
+}
+
+mrpt::obs::CActionRobotMovement2D no_motion()
+{
+	mrpt::obs::CActionRobotMovement2D action;
+	action.estimationMethod = mrpt::obs::CActionRobotMovement2D::emScan2DMatching;
+	mrpt::math::CMatrixDouble33 covariance;
+	covariance.setDiagonal(1e-4);
+	action.poseChange = mrpt::poses::CPosePDFGaussian::Create(mrpt::poses::CPose2D(), covariance);
+	return action;
+}
+}  // namespace
+
+PfFiles pf_files(const std::string& ini)
+{
+	return {ini, sibling(ini, ".rawlog"), sibling(ini, ".gridmap.gz")};
+}
+
+PfPipeline::PfPipeline(const std::string& ini) : files_(pf_files(ini)), rawlog_(files_.rawlog) {}
+
+void PfPipeline::add(const Frame& frame, const mrpt::obs::CObservation2DRangeScan& scan)
+{
+	if (!frame.localized()) return;
+	auto motion = last_ ? pseudo_odometry(*last_, frame.result) : std::nullopt;
+	if (!first_) first_ = frame.result;
+	last_ = frame.result;
+	mrpt::obs::CActionCollection actions;
+	actions.insert(motion ? *motion : no_motion());
+	actions.begin()->get()->timestamp = scan.timestamp;
+	mrpt::obs::CSensoryFrame observations;
+	observations.insert(mrpt::obs::CObservation2DRangeScan::Create(scan));
+	rawlog_.write(actions);
+	rawlog_.write(observations);
+}
+
+void PfPipeline::commit(const mrpt::maps::COccupancyGridMap2D& map)
+{
+	if (!first_) return;
+	rawlog_.commit();
+	GzipFile map_file(files_.map);
+	map_file.write(on_whole_cells(map));
+	map_file.commit();
+	write_ini();
+}
+
+void PfPipeline::write_ini() const
+{
+	const Hypothesis& start = first_->best();
+	const auto half = [&](int i) { return std::max(kLeastHalfBox, kSigmas * std::sqrt(start.covariance(i, i))); };
+	const double half_yaw = std::max(kLeastHalfBoxYaw, kSigmas * mrpt::RAD2DEG(std::sqrt(start.covariance(2, 2))));
+	const double yaw = mrpt::RAD2DEG(start.pose.phi());
+	TextFile file(files_.ini);
+	file.print("# For MRPT's pf-localization; written by rawlog-localize --write-pf-ini.\n");
+	file.print(
+	    "[LocalizationExperiment]\nrawlog_file = %s\nmap_file = %s\n", absolute(files_.rawlog).c_str(),
+	    absolute(files_.map).c_str());
+	file.print("logOutput_dir = %s\n", absolute(sibling(files_.ini, ".log")).c_str());
+	file.print("particles_count = 500\n# a box round the pose of the first localized frame\ninit_PDF_mode = 1\n");
+	file.print("init_PDF_min_x = %.3f\ninit_PDF_max_x = %.3f\n", start.pose.x() - half(0), start.pose.x() + half(0));
+	file.print("init_PDF_min_y = %.3f\ninit_PDF_max_y = %.3f\n", start.pose.y() - half(1), start.pose.y() + half(1));
+	file.print("init_PDF_min_yaw_deg = %.3f\ninit_PDF_max_yaw_deg = %.3f\n", yaw - half_yaw, yaw + half_yaw);
+	file.print("experimentRepetitions = 1\n3DSceneFrequency = -1\nSHOW_PROGRESS_3D_REAL_TIME = false\n\n");
+	file.print(
+	    "[PF_options]\nPF_algorithm = 0\nresamplingMethod = 3\nadaptiveSampleSize = 0\nBETA = 0.5\nsampleSize = 1\n\n");
+	file.print("[KLD_options]\nKLD_minSampleSize = 500\nKLD_maxSampleSize = 500\n\n");
+	file.print("[MetricMap]\noccupancyGrid_count = 1\n\n");
+	file.print(
+	    "[MetricMap_occupancyGrid_00_likelihoodOpts]\nlikelihoodMethod = 4\nLF_decimation = 10\nLF_stdHit = 0.20\n");
+	file.print("LF_maxCorrsDistance = 0.30\nLF_zHit = 0.95\nLF_zRandom = 0.05\nLF_maxRange = 80\n");
+	file.commit();
+}
+}  // namespace d2s1r::app

@@ -1,0 +1,48 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "frames/frame.h"
+#include "output/output_file.h"
+
+#include <mrpt/maps/COccupancyGridMap2D.h>
+
+#include <array>
+#include <optional>
+#include <string>
+
+namespace d2s1r::app
+{
+/// Paths of what a pipeline is made of.
+struct PfFiles
+{
+	std::string ini;
+	std::string rawlog;
+	std::string map;
+
+	std::array<std::string, 3> all() const { return {ini, rawlog, map}; }
+};
+
+/// The files that go with an ini file, next to it.
+PfFiles pf_files(const std::string& ini);
+
+/// All that the unmodified pf-localization needs to go on from these results: FILE.ini, and next to it FILE.rawlog (the
+/// localized scans, moved by pseudo-odometry with its covariance) and FILE.gridmap.gz; the particles start in a box
+/// round the first pose.
+class PfPipeline
+{
+   public:
+	/// \param ini path of the ini file
+	explicit PfPipeline(const std::string& ini);
+	void add(const Frame& frame, const mrpt::obs::CObservation2DRangeScan& scan);
+
+	/// Leaves no file if no frame was localized. \throws UserError (kBadOutput)
+	void commit(const mrpt::maps::COccupancyGridMap2D& map);
+
+   private:
+	PfFiles files_;
+	GzipFile rawlog_;
+	std::optional<Localization> first_, last_;  //!< of the localized frames
+
+	void write_ini() const;
+};
+}  // namespace d2s1r::app

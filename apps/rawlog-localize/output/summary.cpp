@@ -1,0 +1,179 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "output/summary.h"
+
+#include "evaluation/run_report.h"
+#include "output/files.h"
+#include "output/output_file.h"
+
+#include <d2s1r/version.h>
+#include <mrpt/core/format.h>
+#include <nlohmann/json.hpp>
+
+namespace d2s1r::app
+{
+namespace
+{
+using Json = nlohmann::ordered_json;  // numbers that are not finite become null
+
+Json summary_of(const std::vector<double>& times)
+{
+	return {
+	    {"mean", mean_std(times).mean},
+	    {"p50", percentile(times, 0.5)},
+	    {"p90", percentile(times, 0.9)},
+	    {"p99", percentile(times, 0.99)},
+	    {"max", percentile(times, 1)}};
+}
+
+void add_accuracy(Json& json, const RunReport& report)
+{
+	for (const auto& tolerance : kTolerances)
+	{
+		const Accuracy a = measure(report.matches, tolerance);
+		json[mrpt::format("accuracy_%.1fm_%.0fdeg", tolerance.position, tolerance.yaw)] = {
+		    {"frames", a.frames},
+		    {"successes", a.successes},
+		    {"localized", a.localized},
+		    {"localized_successes", a.localized_successes},
+		    {"position_error_mean_m", a.position_error.mean},
+		    {"position_error_std_m", a.position_error.deviation},
+		    {"yaw_error_mean_deg", a.yaw_error.mean},
+		    {"yaw_error_std_deg", a.yaw_error.deviation}};
+	}
+	json["ground_truth_lines_without_frame"] = report.truth_lines - report.matches.size();
+}
+
+Json fusion_of(const RunReport& report)
+{
+	const FusionReport fusion = report_fusion(report);
+	Json json = {
+	    {"tracking", fusion.tracking},
+	    {"ambiguous", fusion.ambiguous},
+	    {"waiting", fusion.waiting},
+	    {"reseeds", fusion.reseeds},
+	    {"step_ms", summary_of(fusion.step_ms)}};
+	for (std::size_t i = 0; i < kTolerances.size() && fusion.matches > 0; i++)
+		json[mrpt::format("successes_%.1fm_%.0fdeg", kTolerances.at(i).position, kTolerances.at(i).yaw)] =
+		    fusion.successes.at(i);
+	return json;
+}
+
+double percent(std::size_t part, std::size_t whole)
+{
+	return whole ? 100.0 * static_cast<double>(part) / static_cast<double>(whole) : 0;
+}
+
+void print_statuses(const RunReport& report, std::ostream& out)
+{
+	const auto counts = count_statuses(report.frames);
+	for (std::size_t i = 0; i < counts.size(); i++)
+	{
+		out << mrpt::format(
+		    "%-12s%-10s %6zu  %5.1f %%\n", i == 0 ? "status" : "", to_string(kStatuses.at(i)), counts.at(i),
+		    percent(counts.at(i), report.frames.size()));
+		for (const auto& [note, count] : count_notes(report.frames, kStatuses.at(i)))
+			out << mrpt::format("%-22s %6zu  %s\n", "", count, note.c_str());
+	}
+}
+
+void print_times(const RunReport& report, std::ostream& out)
+{
+	const auto times = stage_times(report.frames, &StageTimes::total_ms);
+	out << mrpt::format(
+	    "%-12smean %.2f, median %.2f, 90 %% %.2f, 99 %% %.2f, greatest %.2f\n", "time [ms]", mean_std(times).mean,
+	    percentile(times, 0.5), percentile(times, 0.9), percentile(times, 0.99), percentile(times, 1));
+}
+
+void print_accuracy(const RunReport& report, std::ostream& out)
+{
+	for (const auto& tolerance : kTolerances)
+	{
+		const Accuracy a = measure(report.matches, tolerance);
+		out << mrpt::format(
+		    "%-12s%.1f m, %.0f deg: %zu of %zu frames (%.1f %%); of the localized ones %zu of %zu (%.1f %%)\n",
+		    &tolerance == &kTolerances.front() ? "success" : "", tolerance.position, tolerance.yaw, a.successes,
+		    a.frames, percent(a.successes, a.frames), a.localized_successes, a.localized,
+		    percent(a.localized_successes, a.localized));
+	}
+	const Accuracy a = measure(report.matches, kTolerances.front());
+	if (a.successes > 0)
+		out << mrpt::format(
+		    "%-12s%.3f m +- %.3f m, %.2f deg +- %.2f deg (mean and deviation over successes)\n", "error",
+		    a.position_error.mean, a.position_error.deviation, a.yaw_error.mean, a.yaw_error.deviation);
+	if (report.matches.size() < report.truth_lines)
+		out << mrpt::format(
+		    "%-12s%zu of %zu ground truth lines have no frame within 1 ms and do not count\n", "",
+		    report.truth_lines - report.matches.size(), report.truth_lines);
+}
+
+void print_fusion(const RunReport& report, std::ostream& out)
+{
+	const FusionReport fusion = report_fusion(report);
+	out << mrpt::format(
+	    "%-12stracking %zu, ambiguous %zu, waiting %zu; re-seeded %zu times", "fused", fusion.tracking,
+	    fusion.ambiguous, fusion.waiting, fusion.reseeds);
+	if (!fusion.step_ms.empty())
+		out << mrpt::format(
+		    "; step [ms] mean %.2f, greatest %.2f", mean_std(fusion.step_ms).mean, percentile(fusion.step_ms, 1));
+	out << '\n';
+	if (fusion.matches == 0) return;
+	for (std::size_t i = 0; i < kTolerances.size(); i++)
+		out << mrpt::format(
+		    "%-12s%.1f m, %.0f deg: %zu of %zu frames (%.1f %%)\n", "", kTolerances.at(i).position,
+		    kTolerances.at(i).yaw, fusion.successes.at(i), fusion.matches,
+		    percent(fusion.successes.at(i), fusion.matches));
+}
+}  // namespace
+
+void write_summary_json(const RunReport& report, const std::string& path)
+{
+	Json json = {
+	    {"version", D2S1R_VERSION},
+	    {"map", report.flags.map},
+	    {"rawlog", report.flags.rawlog},
+	    {"sensor_label", report.sensor.label},
+	    {"sensor_scans", report.sensor.scans},
+	    {"method", to_string(report.parameters.method)},
+	    {"window", report.flags.window.value_or(1)},
+	    {"seed", report.flags.seed},
+	    {"selected_frames", report.selected_frames},
+	    {"frames", report.frames.size()}};
+	const auto counts = count_statuses(report.frames);
+	for (std::size_t i = 0; i < counts.size(); i++) json[to_string(kStatuses.at(i))] = counts.at(i);
+	for (const Status status : {Status::kRejected, Status::kInvalid})
+		if (const auto notes = count_notes(report.frames, status); !notes.empty())
+			json[std::string(to_string(status)) + "_because"] = notes;
+	json["build_s"] = report.build_seconds;
+	json["localization_s"] = report.localization_seconds;
+	json["retrieval_ms"] = summary_of(stage_times(report.frames, &StageTimes::retrieval_ms));
+	json["registration_ms"] = summary_of(stage_times(report.frames, &StageTimes::registration_ms));
+	json["refinement_ms"] = summary_of(stage_times(report.frames, &StageTimes::refinement_ms));
+	json["total_ms"] = summary_of(stage_times(report.frames, &StageTimes::total_ms));
+	if (report.truth_lines > 0) add_accuracy(json, report);
+	if (report.flags.fuse) json["fused"] = fusion_of(report);
+
+	// names of files are bytes of any kind
+	const std::string text = json.dump(2, ' ', false, Json::error_handler_t::replace);
+	TextFile file(path);
+	file.print("%s\n", text.c_str());
+	file.commit();
+}
+
+void print_table(const RunReport& report, std::ostream& out)
+{
+	out << mrpt::format(
+	    "%-12s%zu in %.2f s (%.1f a second), index in %.2f s\n", "frames", report.frames.size(),
+	    report.localization_seconds, static_cast<double>(report.frames.size()) / report.localization_seconds,
+	    report.build_seconds);
+	print_statuses(report, out);
+	if (!report.frames.empty()) print_times(report, out);
+	if (!report.matches.empty()) print_accuracy(report, out);
+	if (report.flags.fuse) print_fusion(report, out);
+	const char* word = "written";
+	for (const auto& file : files_written(report.flags, any_localized(report.frames)))
+	{
+		out << mrpt::format("%-12s%s\n", word, file.path.c_str());
+		word = "";
+	}
+}
+}  // namespace d2s1r::app

@@ -1,0 +1,15 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "evaluation/run_report.h"
+
+#include <ostream>
+
+namespace d2s1r::app
+{
+/// summary.json: inputs, frames by status, times of all stages, accuracy.
+void write_summary_json(const RunReport& report, const std::string& path);
+
+/// The short table at the end of a run.
+void print_table(const RunReport& report, std::ostream& out);
+}  // namespace d2s1r::app

@@ -1,0 +1,158 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "picture/map_view.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace d2s1r::app
+{
+namespace
+{
+using mrpt::img::TColor;
+constexpr int kSamples = 4;  //!< [-] a side of a pixel
+
+/// Shares of a pixel.
+struct Shares
+{
+	double occupied = 0;
+	double free = 0;
+};
+
+Shares sample(const Grid& grid, double column, double row, double cells_per_pixel)
+{
+	int occupied = 0, open = 0;
+	for (int i = 0; i < kSamples * kSamples; i++)
+	{
+		const int c = static_cast<int>(std::floor(column + (i % kSamples + 0.5) * cells_per_pixel / kSamples));
+		const int r = static_cast<int>(std::floor(row - (i / kSamples + 0.5) * cells_per_pixel / kSamples));
+		if (!grid.contains(c, r)) continue;
+		occupied += grid.at(c, r) == Cell::kOccupied;
+		open += grid.at(c, r) == Cell::kFree;
+	}
+	return {1.0 * occupied / (kSamples * kSamples), 1.0 * open / (kSamples * kSamples)};
+}
+
+std::uint8_t blend(double background, double wall, double occupied)
+{
+	return static_cast<std::uint8_t>(std::lround(background + occupied * (wall - background)));
+}
+
+constexpr double kStrayShare = 0.03;  //!< [-] of the known cells of the fullest row or column
+constexpr double kCropMargin = 1.0;   //!< [m]
+
+struct Interval
+{
+	int first = 0;  //!< [cells]
+	int past = 0;   //!< [cells]
+
+	void include(double low, double high, int size)
+	{
+		first = std::clamp(static_cast<int>(std::floor(low)), 0, first);
+		past = std::clamp(static_cast<int>(std::ceil(high)), past, size);
+	}
+};
+
+Interval without_strays(const std::vector<int>& known)
+{
+	const double least = kStrayShare * *std::max_element(known.begin(), known.end());
+	const auto full = [&](int count) { return count >= least; };
+	const auto first = std::find_if(known.begin(), known.end(), full);
+	const auto past = std::find_if(known.rbegin(), known.rend(), full).base();
+	return {static_cast<int>(first - known.begin()), static_cast<int>(past - known.begin())};
+}
+
+constexpr double kGreatestSpeed = 2.0;     //!< [m/s]
+constexpr double kAlwaysPossible = 0.5;    //!< [m] between frames: poses have errors, clocks too
+constexpr double kGreatestDistance = 5.0;  //!< [m] between frames, however long they took
+}  // namespace
+
+MapView fit_view(const Grid& grid, int long_side, double largest_cell)
+{
+	const int cells = std::max(grid.width, grid.height);
+	const double cell = std::min(largest_cell, 1.0 * long_side / cells);
+	MapView view;
+	view.scale = cell / grid.cell_size;
+	view.left = grid.origin_x;
+	view.top = grid.origin_y + grid.height * grid.cell_size;
+	view.width = std::max(1, static_cast<int>(std::ceil(grid.width * cell)));
+	view.height = std::max(1, static_cast<int>(std::ceil(grid.height * cell)));
+	return view;
+}
+
+void draw_map(const Grid& grid, const MapView& view, Canvas& canvas)
+{
+	const double cells_per_pixel = 1 / (view.scale * grid.cell_size);
+	const double emphasis = std::max(1.0, cells_per_pixel);
+	for (int y = 0; y < view.height; y++)
+		for (int x = 0; x < view.width; x++)
+		{
+			const Shares share = sample(grid, x * cells_per_pixel, grid.height - y * cells_per_pixel, cells_per_pixel);
+			const double occupied = std::min(1.0, share.occupied * emphasis);
+			const double background = 222 + 33 * std::min(1.0, share.free / std::max(1e-9, 1 - share.occupied));
+			const TColor color(
+			    blend(background, 40, occupied), blend(background, 44, occupied), blend(background, 52, occupied));
+			canvas.point(view.offset_x + x, view.offset_y + y, color);
+		}
+}
+
+Grid crop_for_picture(const Grid& grid, const std::vector<mrpt::math::TPoint2D>& points)
+{
+	std::vector<int> in_column(static_cast<std::size_t>(grid.width)), in_row(static_cast<std::size_t>(grid.height));
+	for (std::size_t i = 0; i < grid.cells.size(); i++)
+	{
+		if (grid.cells[i] == Cell::kUnknown) continue;
+		in_column[i % in_column.size()]++;
+		in_row[i / in_column.size()]++;
+	}
+	Interval columns = without_strays(in_column), rows = without_strays(in_row);
+	for (const auto& point : points)
+	{
+		const double column = (point.x - grid.origin_x) / grid.cell_size,
+		             row = (point.y - grid.origin_y) / grid.cell_size;
+		if (column < 0 || row < 0 || column > grid.width || row > grid.height) continue;
+		const double margin = kCropMargin / grid.cell_size;
+		columns.include(column - margin, column + margin, grid.width);
+		rows.include(row - margin, row + margin, grid.height);
+	}
+
+	Grid part;
+	part.width = columns.past - columns.first;
+	part.height = rows.past - rows.first;
+	part.cell_size = grid.cell_size;
+	part.origin_x = grid.origin_x + columns.first * grid.cell_size;
+	part.origin_y = grid.origin_y + rows.first * grid.cell_size;
+	for (int row = rows.first; row < rows.past; row++)
+	{
+		const auto start = grid.cells.begin() + grid.index(columns.first, row);
+		part.cells.insert(part.cells.end(), start, start + part.width);
+	}
+	return part;
+}
+
+bool is_jump(const mrpt::math::TPose2D& from, const mrpt::math::TPose2D& to, double seconds)
+{
+	const double possible = std::min(kAlwaysPossible + kGreatestSpeed * std::abs(seconds), kGreatestDistance);
+	return std::hypot(to.x - from.x, to.y - from.y) > possible;
+}
+
+std::vector<std::vector<const Frame*>> path_pieces(const std::vector<Frame>& frames)
+{
+	std::vector<std::vector<const Frame*>> pieces;
+	const Frame* last = nullptr;
+	for (const auto& frame : frames)
+	{
+		if (!frame.localized())
+		{
+			last = nullptr;
+			continue;
+		}
+		const bool continues = last && !is_jump(
+		                                   last->result.best().pose.asTPose(), frame.result.best().pose.asTPose(),
+		                                   frame.timestamp - last->timestamp);
+		if (!continues) pieces.emplace_back();
+		pieces.back().push_back(&frame);
+		last = &frame;
+	}
+	return pieces;
+}
+}  // namespace d2s1r::app

@@ -1,0 +1,117 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "picture/scene_file.h"
+
+#include "output/output_file.h"
+#include "picture/canvas.h"
+#include "picture/map_view.h"
+
+#include <mrpt/opengl/CEllipsoid2D.h>
+#include <mrpt/opengl/COpenGLScene.h>
+#include <mrpt/opengl/CPlanarLaserScan.h>
+#include <mrpt/opengl/CSetOfLines.h>
+#include <mrpt/opengl/CSetOfObjects.h>
+#include <mrpt/opengl/CTexturedPlane.h>
+#include <mrpt/opengl/stock_objects.h>
+
+namespace d2s1r::app
+{
+namespace
+{
+namespace gl = mrpt::opengl;
+constexpr int kTextureSide = 4096;          //!< [pixel] what graphics cards take
+constexpr float kAboveGrid = 0.02f;         //!< [m]
+constexpr float kSigmas = 3.0f;             //!< [-] of the ellipses
+constexpr double kLeastProbability = 0.05;  //!< [-] of hypotheses that are drawn
+
+gl::CRenderizable::Ptr grid_object(const SceneContent& content)
+{
+	const Grid grid = make_grid(content.map, content.thresholds);
+	const MapView view = fit_view(grid, kTextureSide, 1);
+	Canvas canvas(view.width, view.height, mrpt::img::TColor::white());
+	draw_map(grid, view, canvas);
+	mrpt::img::CImage texture(canvas.image(), mrpt::img::DEEP_COPY);
+	texture.flipVertical();
+	auto plane = gl::CTexturedPlane::Create();
+	const auto left = static_cast<float>(view.left), top = static_cast<float>(view.top);
+	plane->setPlaneCorners(
+	    left, left + static_cast<float>(grid.width * grid.cell_size),
+	    top - static_cast<float>(grid.height * grid.cell_size), top);
+	plane->assignImage(texture);
+	return plane;
+}
+
+gl::CRenderizable::Ptr trajectory_object(const std::vector<Frame>& frames)
+{
+	auto lines = gl::CSetOfLines::Create();
+	lines->setColor_u8(kPathColor);
+	lines->setLineWidth(3);
+	for (const auto& piece : path_pieces(frames))
+		for (std::size_t i = 1; i < piece.size(); i++)
+		{
+			const auto &from = piece[i - 1]->result.best().pose, &to = piece[i]->result.best().pose;
+			lines->appendLine(from.x(), from.y(), kAboveGrid, to.x(), to.y(), kAboveGrid);
+		}
+	return lines;
+}
+
+gl::CRenderizable::Ptr fused_object(const std::vector<Frame>& frames)
+{
+	auto lines = gl::CSetOfLines::Create();
+	lines->setColor_u8(kFusedColor);
+	lines->setLineWidth(2);
+	for (std::size_t i = 1; i < frames.size(); i++)
+	{
+		const auto &from = frames[i - 1].fused, &to = frames[i].fused;
+		if (!from || !to || to->event != FusionEvent::kNone) continue;
+		lines->appendLine(from->pose.x, from->pose.y, 2 * kAboveGrid, to->pose.x, to->pose.y, 2 * kAboveGrid);
+	}
+	return lines;
+}
+
+gl::CRenderizable::Ptr hypotheses_object(const std::vector<Frame>& frames)
+{
+	auto ellipses = gl::CSetOfObjects::Create();
+	for (const auto& frame : frames)
+		for (const auto& h : frame.result.hypotheses)
+		{
+			if (h.probability < kLeastProbability) continue;
+			auto ellipse = gl::CEllipsoid2D::Create();
+			ellipse->setCovMatrix(mrpt::math::CMatrixDouble22(h.covariance.blockCopy<2, 2>(0, 0)));
+			ellipse->setQuantiles(kSigmas);
+			ellipse->setLocation(h.pose.x(), h.pose.y(), kAboveGrid);
+			ellipse->setColor_u8(frame.localized() ? kPathColor : kGuessColor);
+			ellipses->insert(ellipse);
+		}
+	return ellipses;
+}
+
+gl::CRenderizable::Ptr scan_object(const SceneContent& content)
+{
+	auto scan = gl::CPlanarLaserScan::Create();
+	scan->setScan(*content.last_scan);
+	scan->enableSurface(true);
+	for (const auto& frame : content.frames)
+		if (frame.localized()) scan->setPose(mrpt::poses::CPose3D(frame.result.best().pose));
+	return scan;
+}
+
+void insert(gl::COpenGLScene& scene, const gl::CRenderizable::Ptr& object, const char* name)
+{
+	object->setName(name);
+	scene.insert(object);
+}
+}  // namespace
+
+void write_scene(const SceneContent& content, const std::string& path)
+{
+	gl::COpenGLScene scene;
+	insert(scene, grid_object(content), "grid");
+	insert(scene, hypotheses_object(content.frames), "hypotheses");
+	insert(scene, trajectory_object(content.frames), "trajectory");
+	if (content.fused) insert(scene, fused_object(content.frames), "fused_trajectory");
+	if (content.last_scan) insert(scene, scan_object(content), "last_scan");
+	PendingFile pending(path);
+	if (!scene.saveToFile(pending.temporary()) || !is_whole_gzip(pending.temporary())) pending.fail();
+	pending.commit();
+}
+}  // namespace d2s1r::app

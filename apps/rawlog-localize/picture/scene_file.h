@@ -1,0 +1,26 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "frames/frame.h"
+
+#include <d2s1r/parameters.h>
+#include <mrpt/maps/COccupancyGridMap2D.h>
+
+#include <string>
+#include <vector>
+
+namespace d2s1r::app
+{
+struct SceneContent
+{
+	const mrpt::maps::COccupancyGridMap2D& map;
+	const GridParameters& thresholds;
+	const std::vector<Frame>& frames;
+	mrpt::obs::CObservation2DRangeScan::ConstPtr last_scan;  //!< of the last localized frame; null if there is none
+	bool fused = false;                                      //!< whether frames have fused poses
+};
+
+/// scene.3Dscene for MRPT's SceneViewer3D, with objects named "grid", "trajectory", "hypotheses", "fused_trajectory"
+/// (only if there is one) and "last_scan" (only if a frame was localized). \throws UserError (kBadOutput)
+void write_scene(const SceneContent& content, const std::string& path);
+}  // namespace d2s1r::app

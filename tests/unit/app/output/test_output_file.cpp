@@ -1,0 +1,87 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "output/output_file.h"
+
+#include "../temporary_folder.h"
+#include "cli/errors.h"
+
+#include <mrpt/poses/CPose2D.h>
+
+using namespace d2s1r::app;
+namespace fs = std::filesystem;
+
+class OutputFile : public d2s1r::test::FolderTest
+{
+};
+
+TEST_F(OutputFile, AppearsUnderItsNameOnlyWhenItIsWhole)
+{
+	write("a.txt", "old");
+	TextFile file(path("a.txt"));
+	file.print("%s %d\n", "new", 1);
+	EXPECT_EQ(read("a.txt"), "old");
+	EXPECT_EQ(count(), 2);
+	file.commit();
+	EXPECT_EQ(read("a.txt"), "new 1\n");
+	EXPECT_EQ(count(), 1);
+}
+
+TEST_F(OutputFile, LeavesNothingIfItIsNotCommitted)
+{
+	{
+		TextFile text(path("a.txt"));
+		text.print("half");
+		GzipFile gzip(path("b.gz"));
+		EXPECT_EQ(count(), 2);
+	}
+	EXPECT_EQ(count(), 0);
+}
+
+TEST_F(OutputFile, IsWrittenWhereLinksLead)
+{
+	fs::create_directory(path("elsewhere"));
+	fs::create_symlink("elsewhere/b.txt", path("a.txt"));
+	TextFile file(path("a.txt"));
+	file.print("text");
+	file.commit();
+	EXPECT_TRUE(fs::is_symlink(path("a.txt")));
+	EXPECT_EQ(read("elsewhere/b.txt"), "text");
+}
+
+TEST_F(OutputFile, FoldersDevicesAndMissingFoldersAreRefused)
+{
+	for (const std::string& name : {path(""), std::string("/dev/null"), path("missing/a.txt")}) try
+		{
+			TextFile file(name);
+			ADD_FAILURE() << name;
+		}
+		catch (const UserError& error)
+		{
+			EXPECT_EQ(error.status, kBadOutput);
+			EXPECT_EQ(std::string(error.what()).rfind(name + ": ", 0), 0U) << error.what();
+		}
+}
+
+TEST_F(OutputFile, AGzipFileThatWasCutShortIsNotWhole)
+{
+	GzipFile file(path("a.gz"));
+	file.write(mrpt::poses::CPose2D(1, 2, 3));
+	file.commit();
+	EXPECT_TRUE(is_whole_gzip(path("a.gz")));
+	const std::string whole = read("a.gz");
+	for (std::size_t size = 0; size < whole.size(); size++)
+	{
+		write("cut.gz", whole.substr(0, size));
+		EXPECT_FALSE(is_whole_gzip(path("cut.gz"))) << size;
+	}
+}
+
+TEST_F(OutputFile, APngFileEndsWithItsLastChunk)
+{
+	const std::string end("IEND\xae\x42\x60\x82", 8);
+	write("a.png", "pixels" + end);
+	EXPECT_TRUE(is_whole_png(path("a.png")));
+	write("a.png", "pixels" + end.substr(0, 7));
+	EXPECT_FALSE(is_whole_png(path("a.png")));
+	write("a.png", "");
+	EXPECT_FALSE(is_whole_png(path("a.png")));
+}
