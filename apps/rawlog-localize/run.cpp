@@ -64,7 +64,7 @@ void warn_without_odometry(const RawlogSurvey& survey, const Flags& flags, Conso
 	    << std::endl;
 }
 
-/// How the run ended, and the line on standard error if it did not reach the end.
+/// Returns how the run ended. If it did not reach the end, one line on standard error says why.
 ExitStatus conclude(const RunReport& report, const std::string& damage, Console& console)
 {
 	const std::string done = std::to_string(report.frames.size());
@@ -100,6 +100,8 @@ void write_reports(
 	    {localizer.map(), report.parameters.grid, report.frames, outputs.last_localized_scan(), report.flags.fuse},
 	    folder / "scene.3Dscene");
 }
+/// Hands every scan to the localizer and every result to `outputs`.
+/// \returns RawlogReader::damage()
 std::string localize_frames(
     const RunReport& report, const FrameSelection& selection, const Localizer& localizer,
     const CFusionBackend::Ptr& backend, FrameOutputs& outputs, Console& console)
@@ -114,7 +116,8 @@ std::string localize_frames(
 	    {localizer, report.flags.query, report.flags.window, backend, report.parameters.threads}, sink, progress);
 }
 
-/// Goes from the log and the map to all outputs. \param backend null without --fuse
+/// Goes from the log and the map to all outputs.
+/// \param backend the particle filter; null without --fuse
 ExitStatus localize(
     const Flags& flags, const Parameters& parameters, const CFusionBackend::Ptr& backend, Console& console)
 {

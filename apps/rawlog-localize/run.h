@@ -7,6 +7,7 @@
 
 namespace d2s1r::app
 {
-/// What the command line asks for, from the files to the table. \throws UserError
+/// Does what the command line asks for: reads all inputs, localizes the scans, writes all outputs and prints the table.
+/// \throws UserError
 ExitStatus run(const Flags& flags, Console& console);
 }  // namespace d2s1r::app

@@ -144,7 +144,7 @@ TEST_F(AppQueries, RefusesARegionBesideTheMap)
 		expect_refusal(
 		    {"-m", path("flat.gridmap.gz"), "-i", path("walk.rawlog"), "-o", path("out"),
 		     std::string("--region=") + beside},
-		    1, {"--region", "beside the map", "0.00,0.00"});
+		    1, {"--region", "lies outside the map", "0.00,0.00"});
 }
 
 TEST_F(AppQueries, AnImageLiesWhereItsOriginSays)

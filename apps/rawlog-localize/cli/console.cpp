@@ -18,8 +18,8 @@ namespace d2s1r::app
 {
 namespace
 {
-/// If 0, 1 or 2 is closed, the next file that is opened would get the number, and what is printed with it. Read-only:
-/// printing fails.
+/// Opens /dev/null for each of the descriptors 0, 1 and 2 that is closed: else the next file that is opened would get
+/// the number, and with it what is printed. It is opened for reading only, so that printing fails.
 void fill_closed_descriptors()
 {
 	int unused = 0;
@@ -102,7 +102,8 @@ void catch_interrupts()
 	{
 		struct sigaction inherited = {};
 		sigaction(signal, nullptr, &inherited);
-		if (inherited.sa_handler != SIG_IGN) sigaction(signal, &action, nullptr);  // as nohup and `&` in scripts do it
+		if (inherited.sa_handler != SIG_IGN)
+			sigaction(signal, &action, nullptr);  // nohup and `&` in scripts ignore signals
 	}
 	std::signal(SIGXFSZ, SIG_IGN);  // a file that grows too large is an output that cannot be written
 }

@@ -8,8 +8,8 @@
 
 namespace d2s1r::app
 {
-/// Owns what the user sees: while it lives, std::cout, std::cerr and std::clog, which MRPT writes to as it pleases,
-/// lead nowhere.
+/// Owns what the user sees. While it lives, std::cout, std::cerr and std::clog lead nowhere, because MRPT prints to
+/// them as it pleases.
 class Console
 {
    public:
@@ -28,7 +28,7 @@ class Console
 	std::streambuf* old_log_;
 };
 
-/// While it lives, file descriptors 1 and 2 lead nowhere: image libraries written in C do not use the streams.
+/// While it lives, file descriptors 1 and 2 lead nowhere: libraries written in C print to them.
 class SilentDescriptors
 {
    public:
@@ -42,7 +42,7 @@ class SilentDescriptors
 	int old_err_;
 };
 
-/// "[####    ] 45 % 123/274 frames, 210 frames/s, 1 s left", in place on a terminal; nothing elsewhere.
+/// Shows "[####    ] 45 % 123/274 frames, 210 frames/s, 1 s left" in place if standard error is a terminal.
 class ProgressBar
 {
    public:
@@ -62,9 +62,10 @@ class ProgressBar
 	Clock::time_point drawn_{};
 };
 
-/// From here on SIGINT, SIGTERM and SIGHUP, unless it was ignored, only set a flag, however often they come: the
-/// frames that are done are being written.
+/// From here on SIGINT, SIGTERM and SIGHUP only set a flag, however often they come, so that the finished frames can be
+/// written. A signal that was ignored before is still ignored.
 void catch_interrupts();
 
+/// Returns whether one of these signals has come.
 bool interrupted();
 }  // namespace d2s1r::app

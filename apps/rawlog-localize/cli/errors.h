@@ -6,7 +6,7 @@
 
 namespace d2s1r::app
 {
-/// What the process returns.
+/// The exit status of the process.
 enum ExitStatus : int
 {
 	kDone = 0,
@@ -16,7 +16,7 @@ enum ExitStatus : int
 	kInterrupted = 130
 };
 
-/// An error the user can mend; the message is one line "WHERE: what is wrong, and what to do".
+/// An error that the user can mend. The message is one line "WHERE: what is wrong, and what to do".
 class UserError : public std::runtime_error
 {
    public:
@@ -27,9 +27,9 @@ class UserError : public std::runtime_error
 	const ExitStatus status;
 };
 
-/// The first meaningful line of an exception's text, without MRPT's call stacks.
+/// Returns the first meaningful line of an exception's text, without MRPT's call stacks.
 std::string one_line(const std::exception& exception);
 
-/// An exception of a library about `file` as a UserError; names the file if the library did not.
+/// Makes a UserError of what a library says about `file`. The file is named once, whether or not the library named it.
 UserError about(const std::string& file, ExitStatus status, const std::exception& exception);
 }  // namespace d2s1r::app

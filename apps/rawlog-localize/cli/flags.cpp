@@ -36,7 +36,7 @@ Number parse_number(const std::string& flag, const std::string& text)
 	return number;
 }
 
-/// Finite numbers with commas between them.
+/// Parses finite numbers with commas between them.
 std::vector<double> parse_numbers(const std::string& flag, const std::string& text)
 {
 	std::vector<double> numbers;
@@ -76,7 +76,7 @@ std::optional<int> parse_window(const std::string& text)
 {
 	const int frames = parse_number<int>("--window", text);
 	if (frames < 1 || frames > 1000) wrong("--window", "must be 1 to 1000 frames");
-	return frames > 1 ? std::optional(frames) : std::nullopt;  // a scan on its own
+	return frames > 1 ? std::optional(frames) : std::nullopt;  // one scan has no others to be used with
 }
 
 Prior parse_region(const std::string& text)
@@ -124,8 +124,8 @@ std::optional<ImageGeometry> parse_image(const std::string& resolution, const st
 constexpr const char* kUsage =
     "Usage: rawlog-localize -m MAP -i IN.rawlog -o OUT_DIR [OPTION]...\n"
     "       rawlog-localize --write-config FILE [-c CONFIG.ini]\n"
-    "Localize every 2D laser scan of an MRPT rawlog in a known map, each scan on its own, without a\n"
-    "first guess.\n\n";
+    "Localize every 2D laser scan of an MRPT rawlog in a known map, each scan on its own, without an\n"
+    "initial pose.\n\n";
 
 constexpr const char* kOutputs =
     "\nMAP is a .simplemap(.gz), a .gridmap(.gz), a ROS map_server .yaml, an image (with --resolution), or\n"
@@ -143,14 +143,14 @@ void check_complete(const Flags& flags)
 	if (flags.output_dir.empty()) wrong("--output", "missing; name the folder to write to");
 }
 
-/// Maps are read by the ends of their names.
+/// Refuses names that load_map() would take for another kind of map.
 void check_saved_map(const std::string& file)
 {
 	if (is_image_name(file) || is_yaml_name(file))
 		wrong("--save-map", "'" + file + "' would be read back as an image or yaml; name it FILE.signaturemap");
 }
 
-/// An image needs a resolution; no other map takes one.
+/// Checks that an image has a resolution, and that no other map has one.
 void check_image(const Flags& flags)
 {
 	if (is_image_name(flags.map) == flags.image.has_value()) return;
@@ -185,7 +185,7 @@ struct Options
 	    "(default 1)");
 	Value& window = list.value(
 	    "", "window", "N",
-	    "judge the last N scans together, linked by the odometry of the rawlog or, without it, by the motion that the "
+	    "use the last N scans jointly, linked by the odometry of the rawlog or, without it, by the motion that the "
 	    "results agree on; finds the place in buildings that look alike all over (default: every scan on its own)");
 	Value& region = list.value(
 	    "", "region", "X0,Y0,X1,Y1",

@@ -14,37 +14,37 @@
 
 namespace d2s1r::app
 {
-/// The command line of rawlog-localize, checked for consistency (no file is touched).
+/// The command line of rawlog-localize. It has been checked for consistency; no file has been touched.
 struct Flags
 {
 	std::string map;
 	std::string rawlog;
 	std::string output_dir;
 	std::string config;        //!< empty: default parameters
-	std::string ground_truth;  //!< empty: none
+	std::string ground_truth;  //!< empty: no ground truth
 	std::string plugins;       //!< comma-separated modules
 	std::string save_map;      //!< empty: not saved
 	std::string write_config;  //!< empty: not written
 	std::string write_pf_ini;  //!< empty: not written
 
-	std::optional<std::string> sensor_label;  //!< else the most frequent one
+	std::optional<std::string> sensor_label;  //!< without a value, the one with the most scans
 	std::size_t first_frame = 0;              //!< [-] scan frames first_frame ... past_frame - 1 are localized
 	std::size_t past_frame = std::numeric_limits<std::size_t>::max();
-	std::optional<int> threads;          //!< [-] else as the parameters say
-	std::optional<int> window;           //!< [-] frames that are judged together; else each on its own
-	Query query;                         //!< of every scan
-	std::uint32_t seed = 1;              //!< [-] of whatever draws random numbers
-	std::optional<ImageGeometry> image;  //!< of a map that is an image
+	std::optional<int> threads;          //!< [-] without a value, as the parameters say
+	std::optional<int> window;           //!< [-] scans that are used jointly; without a value, each on its own
+	Query query;                         //!< the same for every scan
+	std::uint32_t seed = 1;              //!< [-] of the particle filter
+	std::optional<ImageGeometry> image;  //!< only if the map is an image
 
 	bool fuse = false;
-	MotionSource motion = MotionSource::kBoth;  //!< of the fusion
+	MotionSource motion = MotionSource::kBoth;  //!< what moves the particle filter
 	bool quiet = false;
 
-	/// Whether the rest of the command line is only about writing a configuration file.
+	/// Returns whether the command line only asks for a configuration file to be written.
 	bool only_writes_config() const { return map.empty() && rawlog.empty() && output_dir.empty(); }
 };
 
-/// No value if --help or --version was asked for, which are then on `out`.
+/// Parses the command line. Returns nothing if --help or --version was asked for, after printing it on `out`.
 /// \throws UserError (kWrongUse)
 std::optional<Flags> parse_flags(int argc, char** argv, std::ostream& out);
 }  // namespace d2s1r::app

@@ -14,27 +14,27 @@ struct MeanStd
 	double deviation = 0;  //!< of the population
 };
 
-/// NaN if there is no value.
+/// Returns the mean and the standard deviation, both NaN if there is no value.
 MeanStd mean_std(const std::vector<double>& values);
 
-/// The value below which the given share of the values lies; NaN if there is none.
+/// Returns the value below which the given share of the values lies, NaN if there is no value.
 /// \param share [-] in [0, 1]
 double percentile(std::vector<double> values, double share);
 
-/// How far from the truth still counts as right.
+/// How far from the truth a pose may be that still counts as right.
 struct Tolerance
 {
 	double position = 0.3;  //!< [m]
 	double yaw = 5.0;       //!< [deg]
 };
 
-/// A line of the ground truth and the frame of that time.
+/// A line of the ground truth, and the frame that was taken at that time.
 struct Match
 {
 	const TimedPose* truth = nullptr;
 	const Frame* frame = nullptr;
-	double position_error = 0;  //!< [m] of the best pose, infinite if there is none
-	double yaw_error = 0;       //!< [deg] the same
+	double position_error = 0;  //!< [m] from the truth to the best pose; infinite if the frame has no pose
+	double yaw_error = 0;       //!< [deg] as above
 
 	bool within(const Tolerance& tolerance) const
 	{
@@ -42,19 +42,19 @@ struct Match
 	}
 };
 
-/// Errors of `pose` instead of the frame's own.
+/// Returns the errors of `pose`, which takes the place of the frame's own pose.
 Match compare(const TimedPose& truth, const Frame& frame, const mrpt::math::TPose2D& pose);
 
-/// Pairs the lines with the frames whose time is within 1 ms; lines without a frame are left out.
+/// Pairs each line with the frame that is nearest in time, at most 1 ms away. Lines without such a frame are left out.
 std::vector<Match> match(const std::vector<Frame>& frames, const GroundTruth& truth);
 
-/// Success, precision and errors over the matches.
+/// How often the frames with ground truth are right, and how large the errors of the right ones are.
 struct Accuracy
 {
 	std::size_t frames = 0;
-	std::size_t successes = 0;            //!< best pose within the tolerance, whatever the status
+	std::size_t successes = 0;            //!< frames whose best pose is within the tolerance, whatever their status
 	std::size_t localized = 0;            //!< frames of status localized
-	std::size_t localized_successes = 0;  //!< of these, within the tolerance
+	std::size_t localized_successes = 0;  //!< localized frames whose best pose is within the tolerance
 	MeanStd position_error;               //!< [m] over the successes
 	MeanStd yaw_error;                    //!< [deg] over the successes
 };

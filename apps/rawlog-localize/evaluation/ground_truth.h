@@ -11,10 +11,10 @@ namespace d2s1r::app
 struct TimedPose
 {
 	double timestamp = 0;      //!< [s] since the epoch
-	mrpt::math::TPose2D pose;  //!< robot in map, m and rad
+	mrpt::math::TPose2D pose;  //!< robot in the map frame, m and rad
 };
 
-/// Poses in the order of the file.
+/// The poses, in the order of the file.
 using GroundTruth = std::vector<TimedPose>;
 
 /// Reads lines "time x y phi" or "time x y z yaw pitch roll" (s, m, rad); lines that start with % or # are comments.

@@ -13,8 +13,8 @@ namespace d2s1r::app
 {
 namespace
 {
-constexpr std::size_t kScansPerThread = 8;  //!< [-] in a batch
-constexpr std::size_t kMostObjects = 1024;  //!< [-] in a batch; bounds the memory of logs with few scans
+constexpr std::size_t kScansPerThread = 8;  //!< [-] scans that a batch holds for each thread
+constexpr std::size_t kMostObjects = 1024;  //!< [-] objects in a batch, which bounds the memory of logs with few scans
 
 /// Returns [s] since the epoch, 0 if the observation has no time.
 double seconds(const mrpt::obs::CObservation& observation)
@@ -93,7 +93,7 @@ class OdometryBetweenScans
 	/// if the increment is not plausible, or if no odometry came since the last call or between the two calls before.
 	std::optional<mrpt::poses::CPose2D> take()
 	{
-		if (!std::exchange(has_news_, false)) now_.reset();  // not the same as standing still
+		if (!std::exchange(has_news_, false)) now_.reset();  // no odometry is not the same as standing still
 		std::optional<mrpt::poses::CPose2D> increment;
 		if (now_ && then_) increment = *now_ - *then_;
 		if (increment && !is_plausible(*increment))
@@ -120,7 +120,7 @@ class Follower
 		if (approach.window) window_.emplace(approach.localizer, *approach.window, approach.query.prior);
 	}
 
-	/// Goes up to the first object with a scan that was not localized because of an interrupt.
+	/// Follows the batch up to the first object with a scan that was not localized because of an interrupt.
 	void follow(Batch& batch)
 	{
 		std::size_t job = 0;
@@ -134,7 +134,7 @@ class Follower
 		}
 	}
 
-	/// Number of frames handed on so far.
+	/// Returns the number of frames handed on so far.
 	std::size_t frames() const { return frames_; }
 
    private:

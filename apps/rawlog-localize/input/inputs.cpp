@@ -21,7 +21,7 @@ void check_method(const Flags& flags, Method method)
 	if (method != Method::kPaper) return;
 	const auto refuse = [](const char* flag, const std::string& why)
 	{ throw UserError(kWrongUse, flag, "does not go with method = paper, which " + why + "; use method = default"); };
-	if (flags.window) refuse("--window", "judges one scan");
+	if (flags.window) refuse("--window", "uses one scan at a time");
 	if (!flags.query.prior.anywhere()) refuse("--region", "searches everywhere");
 	if (flags.query.time_budget > 0) refuse("--time-budget", "refines no candidate");
 }
@@ -34,7 +34,7 @@ void check_region(const Prior& prior, const mrpt::maps::COccupancyGridMap2D& map
 			throw UserError(
 			    kWrongUse, "--region",
 			    mrpt::format(
-			        "is beside the map, which reaches from %.2f,%.2f to %.2f,%.2f m; name a region in it",
+			        "lies outside the map, which reaches from %.2f,%.2f to %.2f,%.2f m; name a region in it",
 			        map.getXMin(), map.getYMin(), map.getXMax(), map.getYMax()));
 }
 
@@ -45,7 +45,8 @@ void load(const std::string& modules, const std::string& flag)
 {
 	std::string errors;
 	if (mrpt::system::loadPluginModules(modules, errors)) return;
-	std::replace(errors.begin(), errors.end(), '\n', ' ');  // between the name of a module and why it does not load
+	std::replace(
+	    errors.begin(), errors.end(), '\n', ' ');  // MRPT breaks the line between the name of a module and the reason
 	throw UserError(kWrongUse, flag, mrpt::system::trim(errors) + "; check the paths and what the modules need");
 }
 
@@ -86,7 +87,7 @@ CSignatureMap2D::ConstPtr build_map(const Flags& flags, const Parameters& parame
 			check_region(flags.query.prior, *grid);
 			map->set_map(*grid);
 		}
-		map->localizer();  // built here, where its errors are the map's
+		map->localizer();  // builds the index here, where its errors are the map's
 		return map;
 	}
 	catch (const UserError&)

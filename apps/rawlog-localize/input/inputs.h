@@ -8,12 +8,12 @@
 
 namespace d2s1r::app
 {
-/// Defaults, the configuration file over them, flags over both.
-/// \throws UserError (kWrongUse), also if the method cannot do what the flags ask for
+/// Returns the parameters: the values of the configuration file, where it has any, and else the defaults.
+/// \throws UserError (kWrongUse) if the file is wrong, or if the method cannot do what the flags ask for
 Parameters read_parameters(const Flags& flags);
 
-/// The map file and the index of it; a window follows more hypotheses than one scan is worth.
-/// \throws UserError (kBadInput; kWrongUse if the region is beside the map)
+/// Loads the map file and builds its index.
+/// \throws UserError (kBadInput; kWrongUse if the region lies outside the map)
 CSignatureMap2D::ConstPtr build_map(const Flags& flags, const Parameters& parameters);
 
 /// Which scans of a rawlog are localized.
@@ -24,13 +24,14 @@ struct FrameSelection
 	std::size_t past = 0;
 };
 
-/// The frames that flags and rawlog leave. \throws UserError (kWrongUse)
+/// Returns the frames of --frames that the rawlog has. \throws UserError (kWrongUse) if there is none
 FrameSelection select_frames(const Flags& flags, const Sensor& sensor);
 
-/// Loads the modules of --plugins and, for --fuse, the one with the particle filter if none of them brought it: it is
-/// looked for next to the program and in the folder it is installed to. \throws UserError (kWrongUse)
+/// Loads the modules of --plugins. For --fuse it also loads the module with the particle filter, if none of the others
+/// brought it, from the folder of the program or from where modules are installed.
+/// \throws UserError (kWrongUse) if a module cannot be loaded
 void load_plugins(const Flags& flags);
 
-/// A new fusion back-end, by its name in MRPT's class factory. \throws UserError (kWrongUse) if no module has it
+/// Makes a fusion back-end by its name in MRPT's class factory. \throws UserError (kWrongUse) if no module has it
 CFusionBackend::Ptr find_fusion_backend();
 }  // namespace d2s1r::app

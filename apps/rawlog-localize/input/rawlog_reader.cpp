@@ -18,7 +18,7 @@ namespace d2s1r::app
 {
 namespace
 {
-/// Passes bytes on and keeps them; a read that comes short throws, where MRPT's archive would go on with garbage.
+/// Passes bytes on and keeps them. A read that comes short throws, because MRPT's archive would go on with garbage.
 class RecordingStream : public mrpt::io::CStream
 {
    public:
@@ -49,7 +49,8 @@ class RecordingStream : public mrpt::io::CStream
 	bool at_clean_end_ = false;  //!< [-] the file ended before the first byte of the object
 };
 
-/// \param odometer label of the one that is read: the first; they have frames of their own
+/// Takes the scan or the odometry that an observation is, if it is one.
+/// \param odometer label of the first odometer, the only one that is read: each has a frame of its own
 void read_observation(
     const mrpt::serialization::CSerializable::Ptr& observation, std::optional<std::string>& odometer,
     RawlogObject& into)
@@ -58,12 +59,12 @@ void read_observation(
 		into.scans.push_back(std::move(scan));
 	const auto reading = std::dynamic_pointer_cast<mrpt::obs::CObservationOdometry>(observation);
 	if (!reading || !std::isfinite(reading->odometry.norm() + reading->odometry.phi())) return;
-	if (reading->sensorLabel == kPseudoOdometryLabel) return;  // by an earlier run of rawlog-localize, not measured
+	if (reading->sensorLabel == kPseudoOdometryLabel) return;  // an earlier run wrote it; nobody measured it
 	if (!odometer) odometer = reading->sensorLabel;
 	if (reading->sensorLabel == *odometer) into.odometry = reading->odometry;
 }
 
-/// What localization needs of an object of a rawlog of either kind.
+/// Takes what localization needs from an object of a rawlog of either kind.
 void read_contents(
     const mrpt::serialization::CSerializable::Ptr& object, std::optional<std::string>& odometer, RawlogObject& into)
 {
@@ -78,7 +79,7 @@ void read_contents(
 		read_observation(object, odometer, into);
 }
 
-/// The class that MRPT says it does not know; empty if it says something else, or the name is none.
+/// Returns the class that MRPT says it does not know; empty if it says something else, or if that is no name.
 std::string unknown_class(const std::exception& error)
 {
 	const std::string text = error.what(), before = "Stored object has class '";

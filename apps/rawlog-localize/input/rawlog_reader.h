@@ -18,12 +18,12 @@ inline constexpr const char* kPseudoOdometryLabel = "D2S1R_ODO";
 
 using Scans = std::vector<mrpt::obs::CObservation2DRangeScan::Ptr>;
 
-/// One object of a rawlog: an action collection, a sensory frame or an observation.
+/// One object of a rawlog, which is an action collection, a sensory frame or an observation.
 struct RawlogObject
 {
 	std::vector<std::uint8_t> bytes;                //!< as they stand in the (uncompressed) file
-	Scans scans;                                    //!< 2D laser scans in it, in order
-	std::optional<mrpt::poses::CPose2D> odometry;   //!< reading of a CObservationOdometry, D2S1R_ODO aside
+	Scans scans;                                    //!< the 2D laser scans in it, in order
+	std::optional<mrpt::poses::CPose2D> odometry;   //!< reading of a CObservationOdometry that is not D2S1R_ODO
 	std::optional<mrpt::poses::CPose2D> increment;  //!< odometry of an action collection
 };
 
@@ -34,10 +34,10 @@ class RawlogReader
 	/// \throws UserError (kBadInput)
 	explicit RawlogReader(const std::string& file);
 
-	/// No value at the end, which is a clean one if damage() is empty.
+	/// Returns the next object, or nothing at the end of the file and where it is damaged.
 	std::optional<RawlogObject> next();
 
-	/// What stopped the reading before the end of the file, and what to do; else empty.
+	/// Says what stopped the reading before the end of the file, and what to do; empty if nothing did.
 	const std::string& damage() const { return damage_; }
 
    private:
@@ -45,19 +45,19 @@ class RawlogReader
 	std::string unreadable(const std::exception& error) const;
 
 	mrpt::io::CFileGZInputStream stream_;
-	std::size_t objects_ = 0;              //!< [-] read so far
-	std::optional<std::string> odometer_;  //!< label
+	std::size_t objects_ = 0;              //!< [-] number of objects read so far
+	std::optional<std::string> odometer_;  //!< label of the first odometer, the only one that is read
 	std::string damage_;
 };
 
-/// A laser of a rawlog.
+/// A laser of a rawlog, and how many scans it took.
 struct Sensor
 {
 	std::string label;
 	std::size_t scans = 0;
 };
 
-/// What a rawlog holds, known after reading it once.
+/// What a rawlog holds; it has to be read once to know that.
 struct RawlogSurvey
 {
 	std::vector<Sensor> sensors;  //!< in order of appearance
@@ -67,7 +67,7 @@ struct RawlogSurvey
 
 RawlogSurvey survey_rawlog(const std::string& file);
 
-/// The laser of that label, else the one with most scans (the first of equals).
+/// Returns the laser of that label or, without a label, the one with the most scans (the first of equals).
 /// \throws UserError if there is none: kBadInput without any scan, kWrongUse if only the label is wrong
 Sensor choose_sensor(const RawlogSurvey& survey, const std::optional<std::string>& label, const std::string& file);
 }  // namespace d2s1r::app

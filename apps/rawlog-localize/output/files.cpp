@@ -26,7 +26,7 @@ std::vector<NamedFile> files_read(const Flags& flags)
 	return files;
 }
 
-/// The same for all names of a file, which need not exist.
+/// Returns a path that is the same for all names of a file. The file need not exist.
 fs::path place_of(const std::string& file)
 {
 	std::error_code error;

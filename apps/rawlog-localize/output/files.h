@@ -15,11 +15,11 @@ struct NamedFile
 	const char* option;  //!< that it is read or written for
 };
 
-/// All files that a run writes, in the order they are told to the user.
-/// \param localized whether any frame was: if none was, --write-pf-ini writes nothing
+/// Returns all files that a run writes, in the order in which the user is told.
+/// \param localized whether any frame was localized; if none was, --write-pf-ini writes nothing
 std::vector<NamedFile> files_written(const Flags& flags, bool localized = true);
 
-/// Call before anything is written. \throws UserError (kBadOutput) if a file would be written over one that is read,
-/// or over another that is written
+/// Checks that no file would be written over one that is read, or over another that is written; to be called before
+/// anything is written. \throws UserError (kBadOutput)
 void check_files_apart(const Flags& flags);
 }  // namespace d2s1r::app

@@ -50,7 +50,7 @@ void write_hypotheses(TextFile& file, const Frame& frame)
 		    h.probability, std::sqrt(h.covariance(0, 0)), std::sqrt(h.covariance(1, 1)), std::sqrt(h.covariance(2, 2)));
 }
 
-/// A line "time x y z qx qy qz qw".
+/// Prints a line "time x y z qx qy qz qw".
 void print_tum(TextFile& file, double timestamp, const mrpt::math::TPose2D& pose)
 {
 	file.print(

@@ -13,7 +13,7 @@
 
 namespace d2s1r::app
 {
-/// localized.rawlog: every object of the input byte by byte, and after each localized frame its pose
+/// Writes localized.rawlog: every object of the input byte by byte, and after each localized frame its pose
 /// (CObservationRobotPose "D2S1R") and the pseudo-odometry (CObservationOdometry "D2S1R_ODO", accumulated from the
 /// first localized frame on). In a rawlog of actions and sensory frames they stand between the pairs, where readers of
 /// pairs pass over them and readers of both kinds take them as observations.
@@ -37,7 +37,7 @@ class FrameFile
    public:
 	using Writer = void (*)(TextFile& file, const Frame& frame);
 
-	/// \param heading first line of the file, or nothing
+	/// \param heading first line of the file; may be empty
 	FrameFile(const std::string& path, const char* heading, Writer writer);
 	void add(const Frame& frame) { writer_(file_, frame); }
 	void commit() { file_.commit(); }
@@ -51,10 +51,9 @@ class FrameFile
 /// - frames.csv has a row per frame, hypotheses.csv a row per hypothesis, the most probable one of a frame first
 ///   (rank 1);
 /// - trajectory.tum ("time x y z qx qy qz qw") and, for MRPT's CPose2DInterpolator, trajectory.txt ("time x y phi")
-/// hold
-///   the poses of the frames of status localized;
+///   hold the poses of the frames of status localized;
 /// - fused.csv has a row per frame, fused.tum the fused poses;
-/// - localized.rawlog, and what pf-localization needs.
+/// - localized.rawlog and the files for pf-localization are written by the classes of their own.
 class FrameOutputs
 {
    public:
@@ -75,7 +74,7 @@ class FrameOutputs
 
 	const std::vector<Frame>& frames() const { return frames_; }
 
-	/// Scan of the last localized frame; null if there is none.
+	/// Returns the scan of the last localized frame, null if there is none.
 	mrpt::obs::CObservation2DRangeScan::ConstPtr last_localized_scan() const { return last_scan_; }
 
    private:

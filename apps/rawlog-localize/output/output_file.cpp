@@ -23,7 +23,7 @@ namespace
 {
 namespace fs = std::filesystem;
 
-/// Follows links to a file that need not exist, which canonical paths do not.
+/// Follows links to a file that need not exist. (Canonical paths need one that does.)
 fs::path target_of(const std::string& path)
 {
 	fs::path target = path;
@@ -58,7 +58,7 @@ PendingFile::PendingFile(const std::string& path) : path_(path)
 	const fs::path target = target_of(path);
 	target_ = target.string();
 	temporary_ = target.parent_path() / (".tmp" + std::to_string(getpid()) + "-" + target.filename().string());
-	errno = 0;  // fail() gives the reason of a later error, which need not set it
+	errno = 0;  // fail() tells the reason of a later error, which may leave errno alone
 }
 
 PendingFile::~PendingFile()

@@ -11,12 +11,13 @@
 
 namespace d2s1r::app
 {
-/// A file that appears under its name only when it is whole: written under another name, renamed by commit(),
-/// removed if there is none. All errors are UserError (kBadOutput).
+/// A file that appears under its name only when it is whole. It is written under another name, which commit() changes;
+/// without commit() it is removed. All errors are UserError (kBadOutput).
 class PendingFile
 {
    public:
-	/// \param path the file or a link to it; devices, pipes and folders are refused, which a rename would replace
+	/// \param path the file or a link to it; devices, pipes and folders are refused, because renaming would replace
+	/// them
 	explicit PendingFile(const std::string& path);
 	~PendingFile();
 	PendingFile(const PendingFile&) = delete;
@@ -33,7 +34,7 @@ class PendingFile
 	std::string temporary_;  //!< next to the target
 };
 
-/// A text file of that kind.
+/// A text file that appears only when it is whole, see PendingFile.
 class TextFile
 {
    public:
@@ -50,7 +51,7 @@ class TextFile
 	std::FILE* file_;
 };
 
-/// A gzipped file of MRPT's serialized objects, under its name only when it is whole: see PendingFile.
+/// A gzipped file of MRPT's serialized objects that appears only when it is whole, see PendingFile.
 class GzipFile
 {
    public:
@@ -65,9 +66,9 @@ class GzipFile
 	mrpt::io::CFileGZOutputStream stream_;
 };
 
-/// Whether a gzip file unpacks to as many bytes as its end says, and not to none.
+/// Returns whether a gzip file unpacks to as many bytes as its end says, and to at least one.
 bool is_whole_gzip(const std::string& path);
 
-/// Whether a PNG file ends as PNG files do.
+/// Returns whether a file ends as PNG files do.
 bool is_whole_png(const std::string& path);
 }  // namespace d2s1r::app

@@ -12,7 +12,7 @@
 
 namespace d2s1r::app
 {
-/// Paths of what a pipeline is made of.
+/// The paths of the files that pf-localization is given.
 struct PfFiles
 {
 	std::string ini;
@@ -22,12 +22,12 @@ struct PfFiles
 	std::array<std::string, 3> all() const { return {ini, rawlog, map}; }
 };
 
-/// The files that go with an ini file, next to it.
+/// Returns the files that go with an ini file, next to it.
 PfFiles pf_files(const std::string& ini);
 
-/// All that the unmodified pf-localization needs to go on from these results: FILE.ini, and next to it FILE.rawlog (the
-/// localized scans, moved by pseudo-odometry with its covariance) and FILE.gridmap.gz; the particles start in a box
-/// round the first pose.
+/// Writes all that the unmodified pf-localization needs to go on from these results: FILE.ini, and next to it
+/// FILE.rawlog (the localized scans, with pseudo-odometry and its covariance between them) and FILE.gridmap.gz. The
+/// particles start in a box round the first pose.
 class PfPipeline
 {
    public:
@@ -35,7 +35,7 @@ class PfPipeline
 	explicit PfPipeline(const std::string& ini);
 	void add(const Frame& frame, const mrpt::obs::CObservation2DRangeScan& scan);
 
-	/// Leaves no file if no frame was localized. \throws UserError (kBadOutput)
+	/// Gives the files their names. There are none if no frame was localized. \throws UserError (kBadOutput)
 	void commit(const mrpt::maps::COccupancyGridMap2D& map);
 
    private:

@@ -80,7 +80,7 @@ void print_times(const RunReport& report, std::ostream& out)
 {
 	const auto times = stage_times(report.frames, &StageTimes::total_ms);
 	out << mrpt::format(
-	    "%-12smean %.2f, median %.2f, 90 %% %.2f, 99 %% %.2f, greatest %.2f\n", "time [ms]", mean_std(times).mean,
+	    "%-12smean %.2f, median %.2f, p90 %.2f, p99 %.2f, max %.2f\n", "time [ms]", mean_std(times).mean,
 	    percentile(times, 0.5), percentile(times, 0.9), percentile(times, 0.99), percentile(times, 1));
 }
 
@@ -98,7 +98,7 @@ void print_accuracy(const RunReport& report, std::ostream& out)
 	const Accuracy a = measure(report.matches, kTolerances.front());
 	if (a.successes > 0)
 		out << mrpt::format(
-		    "%-12s%.3f m +- %.3f m, %.2f deg +- %.2f deg (mean and deviation over successes)\n", "error",
+		    "%-12s%.3f m +- %.3f m, %.2f deg +- %.2f deg (mean and standard deviation over the successes)\n", "error",
 		    a.position_error.mean, a.position_error.deviation, a.yaw_error.mean, a.yaw_error.deviation);
 	if (report.matches.size() < report.truth_lines)
 		out << mrpt::format(
@@ -114,7 +114,7 @@ void print_fusion(const RunReport& report, std::ostream& out)
 	    fusion.ambiguous, fusion.waiting, fusion.reseeds);
 	if (!fusion.step_ms.empty())
 		out << mrpt::format(
-		    "; step [ms] mean %.2f, greatest %.2f", mean_std(fusion.step_ms).mean, percentile(fusion.step_ms, 1));
+		    "; step [ms] mean %.2f, max %.2f", mean_std(fusion.step_ms).mean, percentile(fusion.step_ms, 1));
 	out << '\n';
 	if (fusion.matches == 0) return;
 	for (std::size_t i = 0; i < kTolerances.size(); i++)
@@ -152,7 +152,7 @@ void write_summary_json(const RunReport& report, const std::string& path)
 	if (report.truth_lines > 0) add_accuracy(json, report);
 	if (report.flags.fuse) json["fused"] = fusion_of(report);
 
-	// names of files are bytes of any kind
+	// names of files may hold bytes that are no UTF-8
 	const std::string text = json.dump(2, ' ', false, Json::error_handler_t::replace);
 	TextFile file(path);
 	file.print("%s\n", text.c_str());
@@ -162,7 +162,7 @@ void write_summary_json(const RunReport& report, const std::string& path)
 void print_table(const RunReport& report, std::ostream& out)
 {
 	out << mrpt::format(
-	    "%-12s%zu in %.2f s (%.1f a second), index in %.2f s\n", "frames", report.frames.size(),
+	    "%-12s%zu in %.2f s (%.1f frames/s), index in %.2f s\n", "frames", report.frames.size(),
 	    report.localization_seconds, static_cast<double>(report.frames.size()) / report.localization_seconds,
 	    report.build_seconds);
 	print_statuses(report, out);

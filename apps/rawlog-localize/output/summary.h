@@ -7,9 +7,9 @@
 
 namespace d2s1r::app
 {
-/// summary.json: inputs, frames by status, times of all stages, accuracy.
+/// Writes summary.json: inputs, frames by status, times of all stages, accuracy.
 void write_summary_json(const RunReport& report, const std::string& path);
 
-/// The short table at the end of a run.
+/// Prints the short table at the end of a run.
 void print_table(const RunReport& report, std::ostream& out);
 }  // namespace d2s1r::app

@@ -142,7 +142,7 @@ std::string counted(const std::string& what, std::ptrdiff_t count)
 	return what + " (" + std::to_string(count) + ")";
 }
 
-/// Frames without a pose and without ground truth.
+/// Counts the frames that have neither a pose nor ground truth.
 std::ptrdiff_t count_without_place(const MapPicture& picture)
 {
 	std::set<const Frame*> with_truth;
@@ -245,7 +245,7 @@ class Painter
 		}
 	}
 
-	/// Frames that are off, where the ground truth says that they were taken; of others that is not known.
+	/// Marks wrong frames where the ground truth says that they were taken.
 	void paint_failures()
 	{
 		for (const auto& m : picture_.matches)

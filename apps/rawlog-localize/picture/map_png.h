@@ -18,7 +18,7 @@ struct MapPicture
 	const std::vector<Match>& matches;  //!< of the frames with it
 };
 
-/// map.png: the known part of the map with trajectory, headings, hypotheses, ground truth, failures, legend and scale
-/// bar. \throws UserError (kBadOutput)
+/// Writes map.png: the known part of the map with trajectory, headings, hypotheses, ground truth, failures, legend and
+/// scale bar. \throws UserError (kBadOutput)
 void write_map_png(const MapPicture& picture, const std::string& path);
 }  // namespace d2s1r::app

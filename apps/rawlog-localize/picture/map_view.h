@@ -26,19 +26,21 @@ struct MapView
 	Pixel pixel(double x, double y) const { return {offset_x + (x - left) * scale, offset_y + (top - y) * scale}; }
 };
 
-/// A view of the whole grid whose longer side is `long_side` pixels, but no cell larger than `largest_cell` pixels.
+/// Returns a view of the whole grid whose longer side is `long_side` pixels, but no cell larger than `largest_cell`
+/// pixels.
 MapView fit_view(const Grid& grid, int long_side, double largest_cell);
 
-/// Occupied dark, free white, unknown grey; thin walls stay visible when the map is scaled down.
+/// Draws occupied cells dark, free ones white and unknown ones grey. Thin walls stay visible when the map is scaled
+/// down.
 void draw_map(const Grid& grid, const MapView& view, Canvas& canvas);
 
-/// The part of a map that is worth a picture: without the outer rows and columns that only a few stray rays reach, but
-/// with all `points` [m, map frame] that lie in the map and a margin round them.
+/// Returns the part of a map that is worth a picture: without the outer rows and columns that only a few stray rays
+/// reach, but with all `points` [m, map frame] that lie in the map and a margin round them.
 Grid crop_for_picture(const Grid& grid, const std::vector<mrpt::math::TPoint2D>& points);
 
-/// Whether no robot drives from one pose to the other in that time: one of them is wrong, or the log jumps.
+/// Returns whether no robot can drive from one pose to the other in that time: one of them is wrong, or the log jumps.
 bool is_jump(const mrpt::math::TPose2D& from, const mrpt::math::TPose2D& to, double seconds);
 
-/// The stretches of consecutive localized frames without a jump, which can be drawn as lines.
+/// Returns the stretches of consecutive localized frames without a jump, which can be drawn as lines.
 std::vector<std::vector<const Frame*>> path_pieces(const std::vector<Frame>& frames);
 }  // namespace d2s1r::app

@@ -20,7 +20,8 @@ struct SceneContent
 	bool fused = false;                                      //!< whether frames have fused poses
 };
 
-/// scene.3Dscene for MRPT's SceneViewer3D, with objects named "grid", "trajectory", "hypotheses", "fused_trajectory"
-/// (only if there is one) and "last_scan" (only if a frame was localized). \throws UserError (kBadOutput)
+/// Writes scene.3Dscene for MRPT's SceneViewer3D, with objects named "grid", "trajectory", "hypotheses",
+/// "fused_trajectory" (only if there is one) and "last_scan" (only if a frame was localized). \throws UserError
+/// (kBadOutput)
 void write_scene(const SceneContent& content, const std::string& path);
 }  // namespace d2s1r::app

@@ -1,6 +1,6 @@
 #!/bin/sh
 # d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-# Cut a log, find the robot in its map without a first guess, and let MRPT's unmodified pf-localization follow the
+# Cut a log, find the robot in its map without an initial pose, and let MRPT's unmodified pf-localization follow the
 # same part from there:  rawlog-edit -> rawlog-localize -> pf-localization
 #
 #   localize_then_track.sh OUT_DIR [MAP] [RAWLOG] [LAST_OBJECT]
