@@ -1,18 +1,26 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-// alter_scans IN.rawlog OUT.rawlog FRAMES FIELD_OF_VIEW BLOCKED REACH
-// Part of the scans of a rawlog of observations, evenly spread, as a lesser laser or one among people would see them.
-//   FRAMES         [-] at most
-//   FIELD_OF_VIEW  [deg] about the middle of the scan that is left
-//   BLOCKED        [0, 1] share of the view in which something stands 0.4 to 2 m from the laser, 10 deg wide each
-//   REACH          [m] of the laser: from there on it reports nothing; `inf`: as recorded
+// alter_scans IN.rawlog OUT.rawlog [NAME=VALUE ...]
+// The scans of a rawlog of observations, or some of them, as a lesser laser or one among people would see them.
+//   frames=N             [-] at most, evenly spread
+//   blocked=SHARE        [0, 1] of the view in which something stands 0.4 to 2 m from the laser, 10 deg wide each
+//   beams=N              [-] of a full circle, at most: every n-th beam is left
+//   field_of_view=ANGLE  [deg] about the middle of the scan that is left
+//   noise=LENGTH         [m] standard deviation added to the ranges
+//   relative_noise=PART  [-] the same as a part of the range
+//   invalid=SHARE        [0, 1] of the beams that return no data, in runs of 3 deg in the mean
+//   reach=LENGTH         [m] of the laser: from there on it reports nothing
+//   seed=N               of all that is drawn at random
 #include <mrpt/io/CFileGZInputStream.h>
 #include <mrpt/io/CFileGZOutputStream.h>
+#include <mrpt/math/TPose2D.h>
 #include <mrpt/obs/CObservation2DRangeScan.h>
 #include <mrpt/serialization/CArchive.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <limits>
+#include <map>
 #include <random>
 #include <stdexcept>
 #include <string>
@@ -104,23 +112,107 @@ void shorten(CObservation2DRangeScan& scan, float reach)
 	scan.maxRange = reach;
 }
 
-void alter(char** words)
+/// Leaves every n-th beam.
+void thin(CObservation2DRangeScan& scan, std::size_t most)
 {
-	const auto scans = load_scans(words[1]);
-	const std::size_t frames = std::min<std::size_t>(std::stoul(words[3]), scans.size());
-	const double field_of_view = std::stod(words[4]) * M_PI / 180, blocked = std::stod(words[5]);
-	const float reach = std::stof(words[6]);
+	const std::size_t beams = scan.getScanSize();
+	const double turns = static_cast<double>(scan.aperture) / (2 * M_PI);
+	const auto stride = static_cast<std::size_t>(
+	    std::ceil(static_cast<double>(beams) / std::max(1.0, turns * static_cast<double>(most)) - 0.01));
+	if (stride <= 1 || beams < 2) return;
+	std::vector<float> ranges;
+	std::vector<char> valid;
+	for (std::size_t i = 0; i < beams; i += stride)
+	{
+		ranges.push_back(scan.getScanRange(i));
+		valid.push_back(scan.getScanRangeValidity(i) ? 1 : 0);
+	}
+	const double step = static_cast<double>(scan.aperture) / static_cast<double>(beams - 1);  // [rad]
+	const std::size_t last = (ranges.size() - 1) * stride;
+	// the first beams are those that are left: the scan turns by half of what is missing at its end
+	const double turn = -0.5 * step * static_cast<double>(beams - 1 - last) * (scan.rightToLeft ? 1 : -1);
+	scan.sensorPose = scan.sensorPose + mrpt::poses::CPose3D(mrpt::math::TPose2D(0, 0, turn));
+	scan.aperture = static_cast<float>(step * static_cast<double>(last));
+	scan.loadFromVectors(ranges.size(), ranges.data(), valid.data());
+}
+
+bool is_return(const CObservation2DRangeScan& scan, std::size_t beam)
+{
+	return scan.getScanRangeValidity(beam) && scan.getScanRange(beam) < scan.maxRange;
+}
+
+void add_noise(CObservation2DRangeScan& scan, double deviation, double relative, std::mt19937& random)
+{
+	if (deviation <= 0 && relative <= 0) return;
+	std::normal_distribution<double> error(0, 1);
+	for (std::size_t beam = 0; beam < scan.getScanSize(); beam++)
+	{
+		if (!is_return(scan, beam)) continue;
+		const auto range = static_cast<double>(scan.getScanRange(beam));
+		const double noisy = range + std::hypot(deviation, relative * range) * error(random);
+		scan.setScanRange(beam, std::max(0.01F, static_cast<float>(noisy)));
+	}
+}
+
+/// Runs of beams without data, so long that `share` of all beams has none.
+void invalidate(CObservation2DRangeScan& scan, double share, std::mt19937& random)
+{
+	if (share <= 0) return;
+	const std::size_t beams = scan.getScanSize();
+	const double step = static_cast<double>(scan.aperture) / static_cast<double>(std::max<std::size_t>(2, beams) - 1);
+	const double run = std::max(1.0, 3 * M_PI / 180 / step);  // [beam] in the mean
+	std::uniform_real_distribution<double> uniform(0, 1);
+	bool is_valid = uniform(random) >= share;
+	for (std::size_t beam = 0; beam < beams; beam++)
+	{
+		if (is_valid ? uniform(random) < share / (1 - share) / run : uniform(random) < 1 / run) is_valid = !is_valid;
+		if (is_valid) continue;
+		scan.setScanRange(beam, 0);
+		scan.setScanRangeValidity(beam, false);
+	}
+}
+
+constexpr double kAsRecorded = std::numeric_limits<double>::infinity();
+
+/// What the command line asks for.
+using Settings = std::map<std::string, double>;
+
+Settings read_settings(int count, char** words)
+{
+	Settings settings{
+	    {"frames", kAsRecorded},        {"blocked", 0}, {"beams", kAsRecorded}, {"noise", 0}, {"relative_noise", 0},
+	    {"field_of_view", kAsRecorded}, {"invalid", 0}, {"reach", kAsRecorded}, {"seed", 0}};
+	for (int i = 0; i < count; i++)
+	{
+		const std::string word = words[i], name = word.substr(0, word.find('='));
+		const auto setting = settings.find(name);
+		if (setting == settings.end() || name == word)
+			throw std::invalid_argument("'" + word + "' is not NAME=VALUE with a name that alter_scans knows");
+		setting->second = std::stod(word.substr(name.size() + 1));
+	}
+	if (settings.at("invalid") >= 1) throw std::invalid_argument("invalid must be less than 1");
+	return settings;
+}
+
+void alter(const std::string& in, const std::string& out, const Settings& settings)
+{
+	const auto scans = load_scans(in);
+	const auto all = static_cast<double>(scans.size());
+	const auto frames = static_cast<std::size_t>(std::min(settings.at("frames"), all));
 	mrpt::io::CFileGZOutputStream stream;
-	if (!stream.open(words[2])) throw std::runtime_error(std::string(words[2]) + ": cannot be written");
+	if (!stream.open(out)) throw std::runtime_error(out + ": cannot be written");
 	auto archive = mrpt::serialization::archiveFrom(stream);
 	for (std::size_t i = 0; i < frames; i++)
 	{
 		const std::size_t frame = i * scans.size() / frames;
-		std::mt19937 random(static_cast<unsigned>(frame));
+		std::mt19937 random(static_cast<unsigned>(frame) + 1000003U * static_cast<unsigned>(settings.at("seed")));
 		auto& scan = *scans[frame];
-		block(scan, blocked, random);
-		crop(scan, field_of_view);
-		shorten(scan, reach);
+		block(scan, settings.at("blocked"), random);
+		if (settings.at("beams") < kAsRecorded) thin(scan, static_cast<std::size_t>(settings.at("beams")));
+		crop(scan, settings.at("field_of_view") * M_PI / 180);
+		add_noise(scan, settings.at("noise"), settings.at("relative_noise"), random);
+		invalidate(scan, settings.at("invalid"), random);
+		shorten(scan, static_cast<float>(settings.at("reach")));
 		archive << scan;
 	}
 }
@@ -130,8 +222,8 @@ int main(int count, char** words)
 {
 	try
 	{
-		if (count != 7) throw std::invalid_argument("usage: alter_scans IN OUT FRAMES FIELD_OF_VIEW BLOCKED REACH");
-		alter(words);
+		if (count < 3) throw std::invalid_argument("usage: alter_scans IN.rawlog OUT.rawlog [NAME=VALUE ...]");
+		alter(words[1], words[2], read_settings(count - 3, words + 3));
 		return 0;
 	}
 	catch (const std::exception& e)

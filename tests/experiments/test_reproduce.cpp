@@ -38,11 +38,11 @@ class Reproduce : public AppTest
 	}
 
 	/// The second of three scans of a walk, as alter_scans makes it; null if it does not.
-	/// \param how field of view, blocked share and reach
+	/// \param how NAME=VALUE words
 	mrpt::obs::CObservation2DRangeScan::Ptr altered(const Words& how) const
 	{
 		save(observation_log(), path("in.rawlog"));
-		Words words = {kAlterScans, path("in.rawlog"), path("out.rawlog"), "3"};
+		Words words = {kAlterScans, path("in.rawlog"), path("out.rawlog"), "frames=3"};
 		words.insert(words.end(), how.begin(), how.end());
 		EXPECT_EQ(run_program(words).status, 0);
 		const Objects scans = load(path("out.rawlog"));
@@ -116,7 +116,7 @@ TEST_F(Reproduce, SaysWhatIsMissing)
 
 TEST_F(Reproduce, NarrowerAndBlockedScansAreMadeAsAskedFor)
 {
-	const auto scan = altered({"90", "0.5", "inf"});
+	const auto scan = altered({"field_of_view=90", "blocked=0.5"});
 	ASSERT_TRUE(scan);
 	const auto original = walk_scan(4);
 	EXPECT_EQ(scan->timestamp, original->timestamp);
@@ -131,12 +131,12 @@ TEST_F(Reproduce, NarrowerAndBlockedScansAreMadeAsAskedFor)
 		EXPECT_LE(scan->getScanRange(beam), was);
 	}
 	EXPECT_GT(blocked, 10);
-	EXPECT_EQ(run_program({kAlterScans, path("no.rawlog"), path("out.rawlog"), "3", "90", "0", "inf"}).status, 1);
+	EXPECT_EQ(run_program({kAlterScans, path("no.rawlog"), path("out.rawlog")}).status, 1);
 }
 
 TEST_F(Reproduce, ScansOfShortReachSayNothingBeyondIt)
 {
-	const auto scan = altered({"360", "0", "2.5"});
+	const auto scan = altered({"reach=2.5"});
 	ASSERT_TRUE(scan);
 	const auto original = walk_scan(4);
 	EXPECT_EQ(scan->maxRange, 2.5F);
@@ -150,4 +150,45 @@ TEST_F(Reproduce, ScansOfShortReachSayNothingBeyondIt)
 		beyond += is_beyond ? 1 : 0;
 	}
 	EXPECT_GT(beyond, 10);
+}
+
+TEST_F(Reproduce, ThinnedScansShowTheSameFromWhereTheyLook)
+{
+	const auto scan = altered({"beams=90"});
+	ASSERT_TRUE(scan);
+	const auto original = walk_scan(4);
+	EXPECT_LE(scan->getScanSize(), 90U);
+	EXPECT_GT(scan->getScanSize(), 45U);
+	const auto direction = [](const auto& of, std::size_t beam)
+	{
+		const double step = static_cast<double>(of.aperture) / static_cast<double>(of.getScanSize() - 1);
+		return of.sensorPose.yaw() - static_cast<double>(of.aperture) / 2 + static_cast<double>(beam) * step;
+	};
+	const std::size_t stride = (original->getScanSize() + scan->getScanSize() - 1) / scan->getScanSize();
+	for (std::size_t beam = 0; beam < scan->getScanSize(); beam++)
+	{
+		EXPECT_EQ(scan->getScanRange(beam), original->getScanRange(stride * beam)) << beam;
+		EXPECT_NEAR(direction(*scan, beam), direction(*original, stride * beam), 1e-5) << beam;
+	}
+}
+
+TEST_F(Reproduce, NoiseAndMissingBeamsAreAsManyAsAskedFor)
+{
+	const auto noisy = altered({"relative_noise=0.02"}), sparse = altered({"invalid=0.4"});
+	ASSERT_TRUE(noisy && sparse);
+	const auto original = walk_scan(4);
+	double squares = 0;
+	int returns = 0, missing = 0;
+	for (std::size_t beam = 0; beam < original->getScanSize(); beam++)
+	{
+		if (!original->getScanRangeValidity(beam)) continue;
+		const double error = static_cast<double>(noisy->getScanRange(beam) / original->getScanRange(beam)) - 1;
+		squares += error * error;
+		returns++;
+		missing += sparse->getScanRangeValidity(beam) ? 0 : 1;
+	}
+	EXPECT_NEAR(std::sqrt(squares / returns), 0.02, 0.004);
+	EXPECT_NEAR(static_cast<double>(missing) / returns, 0.4, 0.15);
+	EXPECT_EQ(altered({"invalid=0.4", "seed=0"})->getScanRange(7), sparse->getScanRange(7));
+	EXPECT_EQ(run_program({kAlterScans, path("in.rawlog"), path("out.rawlog"), "reech=3"}).status, 1);
 }

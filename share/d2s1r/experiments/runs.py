@@ -54,7 +54,8 @@ class Runner:
         if not job.window:
             altered = folder / "in.rawlog"
             reach = job.reach if job.reach < plan.USUAL["reach"] else math.inf
-            call([self.alter, rawlog, altered, job.frames, job.field_of_view, job.blocked, reach])
+            call([self.alter, rawlog, altered, f"frames={job.frames}", f"field_of_view={job.field_of_view}",
+                  f"blocked={job.blocked}", f"reach={reach}"])
             rawlog, more = altered, []
         call([self.localize, "-q", "-m", job.map, "-i", rawlog, "-o", folder, "-c", self.configs / f"{job.config}.ini",
               *more])
