@@ -216,6 +216,8 @@ def main():
     parser.add_argument("--ground-truth", type=pathlib.Path, help="`time x y phi` lines, which move with the map")
     a = parser.parse_args()
     try:
+        for word in a.words:
+            parse(word)
         a.folder.mkdir(parents=True, exist_ok=True)
         result = degrade(load_map(a.map, a.ground_truth), a.words, a.seed)
         save_map(result, a.folder)

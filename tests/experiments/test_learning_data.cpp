@@ -1,0 +1,178 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+// The drawn floors and degraded maps of share/d2s1r/experiments/learning.
+#include <d2s1r/grid.h>
+#include <d2s1r/map_io.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <fstream>
+#include <numeric>
+
+#include "app_process.h"
+
+using namespace d2s1r::test;
+namespace fs = std::filesystem;
+
+class LearningData : public AppTest
+{
+   protected:
+	static constexpr const char* kPython = "/usr/bin/python3";  // the one that Debian's packages are for
+	static constexpr const char* kSimulateFloor = D2S1R_BUILD_DIR "/tests/experiments/simulate_floor";
+
+	void SetUp() override
+	{
+		if (run_program({kPython, "-c", "import numpy, scipy, PIL"}).status != 0)
+			GTEST_SKIP() << "NO NUMPY, SCIPY OR PILLOW: install Debian's python3-numpy, python3-scipy, python3-pil";
+	}
+
+	static std::string script(const std::string& name)
+	{
+		return std::string(D2S1R_SOURCE_DIR) + "/share/d2s1r/experiments/learning/" + name;
+	}
+
+	/// Draws a site into path(folder).
+	void draw(
+	    const std::string& kind, const std::string& area, const std::string& seed, const std::string& folder) const
+	{
+		const ProcessResult drawn = run_program(
+		    {kPython, script("drawn_sites.py"), kind, area, seed, path(folder), "--scans", "30", "--simulate-floor",
+		     kSimulateFloor});
+		ASSERT_EQ(drawn.status, 0) << drawn.err;
+	}
+
+	/// Degrades the map of path("site") into path(folder).
+	void degrade(const Words& how, const std::string& folder) const
+	{
+		Words words{kPython,      script("degraded_maps.py"), path("site/map.yaml"),
+		            path(folder), "--ground-truth",           path("site/scans_gt.txt")};
+		words.insert(words.end(), how.begin(), how.end());
+		const ProcessResult degraded = run_program(words);
+		ASSERT_EQ(degraded.status, 0) << degraded.err;
+	}
+
+	d2s1r::Grid grid(const std::string& folder) const
+	{
+		return d2s1r::make_grid(*d2s1r::load_map(path(folder + "/map.yaml")), {});
+	}
+
+	/// Positions of a ground truth [m].
+	std::vector<std::array<double, 2>> positions(const std::string& file) const
+	{
+		std::ifstream stream(path(file));
+		std::vector<std::array<double, 2>> result;
+		for (double time = 0, x = 0, y = 0, phi = 0; stream >> time >> x >> y >> phi;) result.push_back({x, y});
+		return result;
+	}
+
+	/// How far the poses of the scans of path("site"), localized in path(folder), are from `truth` [m], 0.3 m each at
+	/// most.
+	std::vector<double> errors(const std::string& map, const std::string& scans, const std::string& truth) const
+	{
+		const ProcessResult localized = run({"-q", "-m", path(map), "-i", path(scans), "-o", path("out")});
+		EXPECT_EQ(localized.status, 0) << localized.err;
+		const CsvTable frames(path("out/frames.csv"), kFramesHeader);
+		const auto at = positions(truth);
+		EXPECT_EQ(frames.size(), at.size());
+		std::vector<double> result;
+		for (std::size_t i = 0; i < frames.size(); i++)
+			result.push_back(
+			    frames.text(i, "x").empty()
+			        ? 0.3
+			        : std::min(0.3, std::hypot(frames.number(i, "x") - at[i][0], frames.number(i, "y") - at[i][1])));
+		return result;
+	}
+
+	/// [m2]
+	double area(const std::string& folder, d2s1r::Cell kind) const
+	{
+		const d2s1r::Grid map = grid(folder);
+		return static_cast<double>(std::count(map.cells.begin(), map.cells.end(), kind)) * map.cell_size *
+		       map.cell_size;
+	}
+};
+
+TEST_F(LearningData, FloorsAreTheSameForASeedAndOthersForAnother)
+{
+	draw("office", "250", "7", "site");
+	draw("office", "250", "7", "again");
+	draw("office", "250", "8", "other");
+	for (const char* file : {"map.png", "map.yaml", "scans.rawlog", "scans_gt.txt"})
+	{
+		const std::string content = read_file(folder() / "site" / file);
+		EXPECT_GT(content.size(), 50U) << file;
+		EXPECT_EQ(content, read_file(folder() / "again" / file)) << file;
+		EXPECT_NE(content, read_file(folder() / "other" / file)) << file;
+	}
+}
+
+TEST_F(LearningData, FloorsOfAllKindsHaveMapsAndScansThatFit)
+{
+	for (const char* kind : {"office", "corridor", "hall", "apartment", "warehouse"})
+	{
+		draw(kind, "400", "3", kind);
+		const double free = area(kind, d2s1r::Cell::kFree);
+		EXPECT_GT(free, 60) << kind;
+		EXPECT_LT(free, 800) << kind;
+		EXPECT_GT(area(kind, d2s1r::Cell::kUnknown), 0.1 * free) << kind;
+		const std::string site = kind;
+		const auto off = errors(site + "/map.yaml", site + "/scans.rawlog", site + "/scans_gt.txt");
+		const auto right = std::count_if(off.begin(), off.end(), [](double error) { return error < 0.1; });
+		EXPECT_GE(right, 25) << kind;
+	}
+}
+
+TEST_F(LearningData, MapsAreDegradedAsAskedFor)
+{
+	draw("office", "250", "7", "site");
+	const double walls = area("site", d2s1r::Cell::kOccupied), free = area("site", d2s1r::Cell::kFree);
+	degrade({"smeared=0.2", "--seed", "5"}, "smeared");
+	degrade({"smeared=0.2", "--seed", "5"}, "again");
+	EXPECT_EQ(read_file(path("smeared/map.png")), read_file(path("again/map.png")));
+	EXPECT_EQ(read_file(path("smeared/gt.txt")), read_file(path("again/gt.txt")));
+	EXPECT_GT(area("smeared", d2s1r::Cell::kOccupied), 3 * walls);
+	degrade({"smeared=0.2,0.5"}, "behind");
+	EXPECT_GT(area("behind", d2s1r::Cell::kOccupied), 1.15 * area("smeared", d2s1r::Cell::kOccupied));
+	EXPECT_NEAR(area("behind", d2s1r::Cell::kFree), area("smeared", d2s1r::Cell::kFree), 0.05 * free);
+	degrade({"coarse=0.1"}, "coarse");
+	EXPECT_NEAR(grid("coarse").cell_size, 0.1, 1e-6);
+	EXPECT_NEAR(area("coarse", d2s1r::Cell::kFree), free, 0.2 * free);
+	degrade({"grey=0.3"}, "grey");
+	EXPECT_NEAR(area("grey", d2s1r::Cell::kFree), 0.7 * free, 0.05 * free);
+	degrade({"false_free=1"}, "leaky");
+	EXPECT_GT(area("leaky", d2s1r::Cell::kFree), 1.1 * free);
+	degrade({"blurred=0.1"}, "blurred");
+	EXPECT_LT(area("blurred", d2s1r::Cell::kFree), 0.95 * free);
+	degrade({"moved=1"}, "moved");
+	EXPECT_NE(grid("moved").cells, grid("site").cells);
+	EXPECT_NEAR(area("moved", d2s1r::Cell::kOccupied), walls, 0.3 * walls);
+}
+
+TEST_F(LearningData, GroundTruthMovesWithAWarpedMap)
+{
+	draw("office", "250", "7", "site");
+	degrade({"warped=0.3"}, "warped");
+	const auto before = positions("site/scans_gt.txt"), after = positions("warped/gt.txt");
+	ASSERT_EQ(before.size(), after.size());
+	double most = 0;
+	for (std::size_t i = 0; i < before.size(); i++)
+		most = std::max(most, std::hypot(after[i][0] - before[i][0], after[i][1] - before[i][1]));
+	EXPECT_GT(most, 0.05);
+	EXPECT_LE(most, 0.3);
+	const auto total = [](const std::vector<double>& values)
+	{ return std::accumulate(values.begin(), values.end(), 0.0); };
+	EXPECT_LT(
+	    total(errors("warped/map.yaml", "site/scans.rawlog", "warped/gt.txt")),
+	    0.6 * total(errors("warped/map.yaml", "site/scans.rawlog", "site/scans_gt.txt")));
+}
+
+TEST_F(LearningData, WrongWordsAreRefused)
+{
+	const ProcessResult wrong = run_program({kPython, script("degraded_maps.py"), "map.yaml", path("out"), "smered=1"});
+	EXPECT_EQ(wrong.status, 1);
+	EXPECT_NE(wrong.err.find("'smered=1' is not KIND=STRENGTH"), std::string::npos) << wrong.err;
+	write_file(folder() / "world.txt", "seed 1\nwall both 0 0 1\n");
+	const ProcessResult broken = run_program({kSimulateFloor, path("world.txt"), path("out")});
+	EXPECT_EQ(broken.status, 1);
+	EXPECT_NE(broken.err.find("world.txt:2: too few numbers"), std::string::npos) << broken.err;
+}
