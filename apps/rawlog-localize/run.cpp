@@ -140,7 +140,7 @@ ExitStatus localize(
 	report.build_seconds = build_watch.Tac();
 	if (!flags.save_map.empty()) save_map(localizer.map(), parameters, flags.save_map);
 	if (backend) backend->start(map, {flags.motion, FusionParameters{}.particles, flags.seed, flags.query.prior});
-	report.selected_frames = selection.past - selection.first;
+	report.selected_frames = selection.size();
 
 	const mrpt::system::CTicTac watch;
 	const std::string damage = localize_frames(report, selection, localizer, backend, outputs, console);

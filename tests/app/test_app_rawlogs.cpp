@@ -145,6 +145,18 @@ TEST_F(AppRawlogs, FramesSelectsARangeAndKeepsTheNumbers)
 	EXPECT_EQ(frames().size(), 2U);
 }
 
+TEST_F(AppRawlogs, AStepLeavesOutTheFramesBetween)
+{
+	save(observation_log(), path("in.rawlog"));
+	const auto result = run(words({"--frames", "2:11:4"}));
+	ASSERT_EQ(result.status, 0);
+	EXPECT_NE(read_file(path("out/summary.json")).find("\"selected_frames\": 3"), std::string::npos);
+	ASSERT_EQ(frames().size(), 3U);
+	EXPECT_EQ(frames().text(0, "frame"), "2");
+	EXPECT_EQ(frames().text(1, "frame"), "6");
+	EXPECT_EQ(frames().text(2, "frame"), "10");
+}
+
 TEST_F(AppRawlogs, CutRawlogKeepsTheFramesBeforeTheCut)
 {
 	save(observation_log(), path("whole.rawlog"));

@@ -57,8 +57,10 @@ TEST_F(AppUse, RefusesUnknownWords)
 {
 	expect_refusal({"--bogus"}, 1, {"--bogus", "--help"});
 	expect_refusal({"stray"}, 1, {"stray"});
-	expect_refusal({"-q", "-q"}, 1, {"-q"});
-	expect_refusal({"-q", "--", "stray"}, 1, {"--: there is nothing but options"});
+	expect_refusal({"-q", "-q"}, 1, {"--quiet: is given more than once"});
+	expect_refusal({"-q", "--seed=1", "--seed=2"}, 1, {"--seed: is given more than once"});
+	expect_refusal({"--quiet=1"}, 1, {"--quiet: takes no value"});
+	expect_refusal({"-q", "--", "stray"}, 1, {"--: is no option"});
 	expect_refusal({"-mno=map\n.gridmap", "-i=no.rawlog", "-oout"}, 2, {"=no.rawlog: "});
 }
 
@@ -72,6 +74,7 @@ TEST_F(AppUse, RefusesValuesThatMakeNoSense)
 	};
 	expect_refusal(with({"--threads", "0"}), 1, {"--threads"});
 	expect_refusal(with({"--threads", "two"}), 1, {"--threads", "two"});
+	expect_refusal(with({"--threads", "2.5"}), 1, {"--threads", "'2.5' is not a whole number from 1 to 256"});
 	expect_refusal(with({"--seed", "-1"}), 1, {"--seed"});
 	for (const char* file : {"saved.yaml", "saved.PNG"})
 		expect_refusal(with({"--save-map", file}), 1, {"--save-map", "FILE.signaturemap"});
@@ -84,12 +87,15 @@ TEST_F(AppUse, RefusesValuesThatMakeNoSense)
 	expect_refusal(with({"--region", "1,2,inf,4"}), 1, {"--region", "finite"});
 	expect_refusal(with({"--region", "1,2,,4"}), 1, {"--region", "number"});
 	expect_refusal(with({"--time-budget", "0"}), 1, {"--time-budget", "above 0"});
+	expect_refusal(with({"--time-budget", "inf"}), 1, {"--time-budget", "'inf' is not a finite time"});
 	expect_refusal(with({"--time-budget", "nan"}), 1, {"--time-budget", "above 0"});
 	expect_refusal(with({"--time-budget", "fast"}), 1, {"--time-budget", "fast"});
 	expect_refusal(with({"--frames", "7"}), 1, {"--frames", "A:B"});
 	expect_refusal(with({"--frames", "9:3"}), 1, {"--frames", "no frame"});
 	expect_refusal(with({"--frames", "3:3"}), 1, {"--frames", "no frame"});
 	expect_refusal(with({"--frames", "a:b"}), 1, {"--frames"});
+	expect_refusal(with({"--frames", "1:9:0"}), 1, {"--frames", "at least 1"});
+	expect_refusal(with({"--frames", "1:9:2:2"}), 1, {"--frames", "A:B:STEP"});
 	for (const char* resolution : {"0", "1e-9", "11", "nan"})
 		expect_refusal(with({"--resolution", resolution}), 1, {"--resolution", "0.001 to 10 m"});
 	expect_refusal(with({"--resolution", "0.05"}), 1, {"--resolution", "only goes with an image (.png, "});

@@ -2,37 +2,56 @@
 #include "cli/flags.h"
 
 #include "cli/errors.h"
-#include "cli/option_list.h"
 
 #include <d2s1r/version.h>
 #include <mrpt/core/format.h>
 
+#include <CLI/CLI.hpp>
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <limits>
+#include <sstream>
+#include <vector>
 
 namespace d2s1r::app
 {
 namespace
 {
+constexpr std::size_t kMeaningColumn = 26;  //!< of --help
+constexpr std::size_t kLastColumn = 100;    //!< of --help
+
 [[noreturn]] void wrong(const std::string& flag, const std::string& what)
 {
 	throw UserError(kWrongUse, flag, what + "; see rawlog-localize --help");
 }
 
+/// Returns whether the whole text is a number, which is then in `number`.
 template <class Number>
-Number parse_number(const std::string& flag, const std::string& text)
+bool read_number(const std::string& text, Number& number)
 {
-	Number number{};
-	const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-	if (error != std::errc() || end != text.data() + text.size() || text.empty())
-	{
-		using Limits = std::numeric_limits<Number>;
-		std::string expected = "a number";
-		if constexpr (std::is_integral_v<Number>)
-			expected = "a whole number from " + std::to_string(Limits::min()) + " to " + std::to_string(Limits::max());
-		wrong(flag, "'" + text + "' is not " + expected);
-	}
+	const char* const end = text.data() + text.size();
+	const auto [parsed_to, error] = std::from_chars(text.data(), end, number);
+	return error == std::errc() && parsed_to == end && !text.empty();
+}
+
+std::uint64_t parse_whole_number(
+    const std::string& flag, const std::string& text, std::uint64_t least,
+    std::uint64_t greatest = std::numeric_limits<std::uint64_t>::max())
+{
+	std::uint64_t number = 0;
+	if (read_number(text, number) && number >= least && number <= greatest) return number;
+	const bool bounded = greatest < std::numeric_limits<std::uint64_t>::max();
+	wrong(
+	    flag, "'" + text + "' is not a whole number " +
+	              (bounded ? "from " + std::to_string(least) + " to " + std::to_string(greatest)
+	                       : "of at least " + std::to_string(least)));
+}
+
+double parse_finite_number(const std::string& flag, const std::string& text)
+{
+	double number = 0;
+	if (!read_number(text, number) || !std::isfinite(number)) wrong(flag, "'" + text + "' is not a finite number");
 	return number;
 }
 
@@ -43,8 +62,7 @@ std::vector<double> parse_numbers(const std::string& flag, const std::string& te
 	for (std::size_t start = 0; start <= text.size();)
 	{
 		const auto end = std::min(text.find(',', start), text.size());
-		numbers.push_back(parse_number<double>(flag, text.substr(start, end - start)));
-		if (!std::isfinite(numbers.back())) wrong(flag, "'" + text + "' is not finite");
+		numbers.push_back(parse_finite_number(flag, text.substr(start, end - start)));
 		start = end + 1;
 	}
 	return numbers;
@@ -52,31 +70,21 @@ std::vector<double> parse_numbers(const std::string& flag, const std::string& te
 
 void parse_frames(const std::string& text, Flags& flags)
 {
-	const auto colon = text.find(':');
-	if (colon == std::string::npos) wrong("--frames", "'" + text + "' is not a range; write A:B, A: or :B");
-	const std::string first = text.substr(0, colon), past = text.substr(colon + 1);
-	if (!first.empty()) flags.first_frame = parse_number<std::size_t>("--frames", first);
-	if (!past.empty()) flags.past_frame = parse_number<std::size_t>("--frames", past);
+	std::vector<std::string> parts;
+	std::istringstream in(text + ":");
+	for (std::string part; std::getline(in, part, ':');) parts.push_back(part);
+	if (parts.size() < 2 || parts.size() > 3)
+		wrong("--frames", "'" + text + "' is not a range; write A:B, A:, :B or A:B:STEP");
+	if (!parts[0].empty()) flags.first_frame = parse_whole_number("--frames", parts[0], 0);
+	if (!parts[1].empty()) flags.past_frame = parse_whole_number("--frames", parts[1], 0);
+	if (parts.size() > 2) flags.frame_step = parse_whole_number("--frames", parts[2], 1);
 	if (flags.first_frame >= flags.past_frame) wrong("--frames", "'" + text + "' holds no frame; A must be below B");
-}
-
-int parse_threads(const std::string& text)
-{
-	const int threads = parse_number<int>("--threads", text);
-	if (threads < 1 || threads > 256) wrong("--threads", "must be 1 to 256");
-	return threads;
-}
-
-std::uint32_t parse_seed(const std::string& text)
-{
-	return parse_number<std::uint32_t>("--seed", text);
 }
 
 std::optional<int> parse_window(const std::string& text)
 {
-	const int frames = parse_number<int>("--window", text);
-	if (frames < 1 || frames > 1000) wrong("--window", "must be 1 to 1000 frames");
-	return frames > 1 ? std::optional(frames) : std::nullopt;  // one scan has no others to be used with
+	const auto scans = parse_whole_number("--window", text, 1, 1000);
+	return scans > 1 ? std::optional(static_cast<int>(scans)) : std::nullopt;  // one scan has no others to be used with
 }
 
 Prior parse_region(const std::string& text)
@@ -90,8 +98,9 @@ Prior parse_region(const std::string& text)
 
 double parse_time_budget(const std::string& text)
 {
-	const auto budget = parse_number<double>("--time-budget", text);
-	if (!(budget > 0) || !std::isfinite(budget)) wrong("--time-budget", "must be above 0 ms");
+	double budget = 0;
+	if (!read_number(text, budget) || !(budget > 0) || !std::isfinite(budget))
+		wrong("--time-budget", "'" + text + "' is not a finite time above 0 ms; leave it out for no limit");
 	return budget;
 }
 
@@ -109,10 +118,9 @@ std::optional<ImageGeometry> parse_image(const std::string& resolution, const st
 	if (resolution.empty() && !origin.empty()) wrong("--origin", "only goes with --resolution");
 	if (resolution.empty()) return std::nullopt;
 	ImageGeometry image;
-	image.resolution = parse_number<double>("--resolution", resolution);
 	constexpr double kLeast = ImageGeometry::kLeastResolution, kGreatest = ImageGeometry::kGreatestResolution;
-	if (!(image.resolution >= kLeast && image.resolution <= kGreatest))
-		wrong("--resolution", mrpt::format("must be %g to %g m a pixel", kLeast, kGreatest));
+	if (!read_number(resolution, image.resolution) || !(image.resolution >= kLeast && image.resolution <= kGreatest))
+		wrong("--resolution", mrpt::format("'%s' is not %g to %g m a pixel", resolution.c_str(), kLeast, kGreatest));
 	if (origin.empty()) return image;
 	const auto point = parse_numbers("--origin", origin);
 	if (point.size() != 2) wrong("--origin", "'" + origin + "' is not a point; write X,Y in m");
@@ -162,110 +170,248 @@ void check_image(const Flags& flags)
 	wrong("--resolution", "only goes with an image (" + known + "); leave it out or rename the image");
 }
 
-/// All options; the order is that of --help.
-struct Options
+/// The options that only make sense with another one, which may come after them.
+struct Dependent
 {
-	using Value = TCLAP::ValueArg<std::string>;
-	using Switch = TCLAP::SwitchArg;
-
-	OptionList list;
-	Value& map = list.value("m", "map", "MAP", "map to localize in");
-	Value& rawlog = list.value("i", "input", "IN.rawlog", "rawlog with 2D laser scans");
-	Value& output = list.value("o", "output", "OUT_DIR", "folder for the results, made if missing");
-	Value& config = list.value("c", "config", "CONFIG.ini", "parameters; those not in the file keep their defaults");
-	Value& truth = list.value(
-	    "", "ground-truth", "GT.txt",
-	    "true poses, one per line, 'time x y phi' or 'time x y z yaw pitch roll': adds accuracy to the results");
-	Value& label = list.value("", "sensor-label", "LABEL", "laser to use; default: the one with the most scans");
-	Value& frames =
-	    list.value("", "frames", "A:B", "localize scan frames A to B-1 only, counted from 0; either may be left out");
-	Value& threads = list.value(
-	    "", "threads", "N",
-	    "number of threads to localize with, and to build the index of method = paper; the results do not depend on it "
-	    "(default 1)");
-	Value& window = list.value(
-	    "", "window", "N",
-	    "use the last N scans jointly, linked by the odometry of the rawlog or, without it, by the motion that the "
-	    "results agree on; finds the place in buildings that look alike all over (default: every scan on its own)");
-	Value& region = list.value(
-	    "", "region", "X0,Y0,X1,Y1",
-	    "the robot is in the box between these two corners [m], map frame: search there only");
-	Value& time_budget = list.value(
-	    "", "time-budget", "MS",
-	    "time for each scan [ms], not counting --window and --fuse: a search for candidates always runs to its "
-	    "end, then as many of them are refined as there is time for; the results depend on the machine and its load "
-	    "(default: no limit)");
-	Value& seed = list.value("", "seed", "N", "seed of the particle filter, from 0 to 4294967295 (default 1)");
-	Value& plugins = list.value("", "plugins", "A.so,B.so", "MRPT modules to load first");
-	Switch& fuse = list.flag(
-	    "", "fuse",
-	    "also run a particle filter, seeded from the results and checked against them; needs the pf-init plug-in");
-	Value& motion = list.value(
-	    "", "motion", "SOURCE",
-	    "what moves the filter: 'pseudo' (successive results), 'odometry' (of the rawlog) or 'both' (default)");
-	Value& save_map = list.value(
-	    "", "save-map", "FILE",
-	    "save the map and its parameters as a CSignatureMap2D, for MRPT programs; if FILE is later given as MAP, its "
-	    "grid is used, its parameters are not");
-	Value& write_config =
-	    list.value("", "write-config", "FILE", "write all parameters, with units and meanings, as an ini file");
-	Value& write_pf_ini = list.value(
-	    "", "write-pf-ini", "FILE.ini",
-	    "write files for MRPT's pf-localization: this ini (it starts at the first localized pose), FILE.rawlog (the "
-	    "localized frames, with pseudo-odometry between them) and FILE.gridmap.gz");
-	Value& resolution = list.value("", "resolution", "R", "of a map that is an image [m/pixel]");
-	Value& origin = list.value(
-	    "", "origin", "X,Y", "where the lower left corner of such an image is in the map frame [m] (default 0,0)");
-	Switch& quiet = list.flag("q", "quiet", "print errors only");
-	Switch& version = list.flag("", "version", "print the version and exit");
-	Switch& help = list.flag("h", "help", "print this help and exit");
+	std::string resolution;
+	std::string origin;
+	std::string motion;
 };
 
-Flags flags_of(Options& options)
+/// Adds options to a parser. What a user gives to an option may not be empty.
+class OptionAdder
 {
-	Flags flags;
-	flags.map = options.map.getValue();
-	flags.rawlog = options.rawlog.getValue();
-	flags.output_dir = options.output.getValue();
-	flags.config = options.config.getValue();
-	flags.ground_truth = options.truth.getValue();
-	flags.plugins = options.plugins.getValue();
-	flags.save_map = options.save_map.getValue();
-	flags.write_config = options.write_config.getValue();
-	flags.write_pf_ini = options.write_pf_ini.getValue();
-	if (options.label.isSet()) flags.sensor_label = options.label.getValue();
-	if (options.frames.isSet()) parse_frames(options.frames.getValue(), flags);
-	if (options.threads.isSet()) flags.threads = parse_threads(options.threads.getValue());
-	if (options.window.isSet()) flags.window = parse_window(options.window.getValue());
-	if (options.region.isSet()) flags.query.prior = parse_region(options.region.getValue());
-	if (options.time_budget.isSet()) flags.query.time_budget = parse_time_budget(options.time_budget.getValue());
-	if (options.seed.isSet()) flags.seed = parse_seed(options.seed.getValue());
-	flags.image = parse_image(options.resolution.getValue(), options.origin.getValue());
-	flags.fuse = options.fuse.getValue();
-	if (options.motion.isSet()) flags.motion = parse_motion(options.motion.getValue(), flags.fuse);
-	flags.quiet = options.quiet.getValue();
-	return flags;
+   public:
+	explicit OptionAdder(CLI::App& app) : app_(app)
+	{
+		const auto refuse_empty = [](const std::string& text)
+		{ return text.empty() ? "needs a value" : std::string(); };
+		not_empty_ = CLI::Validator(refuse_empty, "");
+	}
+
+	/// \param names "-l,--long" or "--long" \param parse takes the text of the value
+	CLI::Option* value(
+	    const char* names, const char* value_name, const char* meaning,
+	    const std::function<void(const std::string&)>& parse)
+	{
+		return option(names, value_name, meaning, parse)->check(not_empty_);
+	}
+	CLI::Option* value(const char* names, const char* value_name, const char* meaning, std::string& text)
+	{
+		return value(names, value_name, meaning, [&text](const std::string& given) { text = given; });
+	}
+
+	/// The same, but the value may be empty.
+	CLI::Option* option(
+	    const char* names, const char* value_name, const char* meaning,
+	    const std::function<void(const std::string&)>& parse)
+	{
+		return app_.add_option_function<std::string>(names, parse, meaning)->type_name(value_name);
+	}
+
+	CLI::Option* flag(const char* names, const char* meaning, bool& given)
+	{
+		return app_.add_flag(names, given, meaning)->disable_flag_override();
+	}
+
+   private:
+	CLI::App& app_;
+	CLI::Validator not_empty_;
+};
+
+void add_inputs(OptionAdder add, Flags& flags)
+{
+	add.value("-m,--map", "MAP", "map to localize in", flags.map);
+	add.value("-i,--input", "IN.rawlog", "rawlog with 2D laser scans", flags.rawlog);
+	add.value("-o,--output", "OUT_DIR", "folder for the results, made if missing", flags.output_dir);
+	add.value("-c,--config", "CONFIG.ini", "parameters; those not in the file keep their defaults", flags.config);
+	add.value(
+	    "--ground-truth", "GT.txt",
+	    "true poses, one per line, 'time x y phi' or 'time x y z yaw pitch roll': adds accuracy to the results",
+	    flags.ground_truth);
+	add.option(
+	    "--sensor-label", "LABEL", "laser to use; default: the one with the most scans",
+	    [&](const std::string& text) { flags.sensor_label = text; });  // a laser's label may be empty
+	add.value(
+	    "--frames", "A:B:STEP",
+	    "localize only scan frames A, A + STEP, A + 2 STEP, ... below B, counted from 0; A, B and :STEP may be left "
+	    "out",
+	    [&](const std::string& text) { parse_frames(text, flags); });
+}
+
+void add_methods(OptionAdder add, Flags& flags)
+{
+	add.value(
+	    "--threads", "N",
+	    "number of threads to localize with, and to build the index of method = paper; the results do not depend on it "
+	    "(default 1)",
+	    [&](const std::string& text)
+	    { flags.threads = static_cast<int>(parse_whole_number("--threads", text, 1, 256)); });
+	add.value(
+	    "--window", "N",
+	    "use the last N scans jointly, linked by the odometry of the rawlog or, without it, by the motion that the "
+	    "results agree on; finds the place in buildings that look alike all over (default: every scan on its own)",
+	    [&](const std::string& text) { flags.window = parse_window(text); });
+	add.value(
+	    "--region", "X0,Y0,X1,Y1",
+	    "the robot is in the box between these two corners [m], map frame: search there only",
+	    [&](const std::string& text) { flags.query.prior = parse_region(text); });
+	add.value(
+	    "--time-budget", "MS",
+	    "time for each scan [ms], not counting --window and --fuse: a search for candidates always runs to its "
+	    "end, then as many of them are refined as there is time for; the results depend on the machine and its load "
+	    "(default: no limit)",
+	    [&](const std::string& text) { flags.query.time_budget = parse_time_budget(text); });
+}
+
+void add_fusion(OptionAdder add, Flags& flags, Dependent& dependent)
+{
+	add.value(
+	    "--seed", "N", "seed of the particle filter, from 0 to 4294967295 (default 1)",
+	    [&](const std::string& text)
+	    { flags.seed = static_cast<std::uint32_t>(parse_whole_number("--seed", text, 0, 4294967295)); });
+	add.value("--plugins", "A.so,B.so", "MRPT modules to load first", flags.plugins);
+	add.flag(
+	    "--fuse",
+	    "also run a particle filter, seeded from the results and checked against them; needs the pf-init plug-in",
+	    flags.fuse);
+	add.value(
+	    "--motion", "SOURCE",
+	    "what moves the filter: 'pseudo' (successive results), 'odometry' (of the rawlog) or 'both' (default)",
+	    dependent.motion);
+}
+
+void add_outputs(OptionAdder add, Flags& flags, Dependent& dependent)
+{
+	add.value(
+	    "--save-map", "FILE",
+	    "save the map and its parameters as a CSignatureMap2D, for MRPT programs; if FILE is later given as MAP, its "
+	    "grid is used, its parameters are not",
+	    flags.save_map);
+	add.value(
+	    "--write-config", "FILE", "write all parameters, with units and meanings, as an ini file", flags.write_config);
+	add.value(
+	    "--write-pf-ini", "FILE.ini",
+	    "write files for MRPT's pf-localization: this ini (it starts at the first localized pose), FILE.rawlog (the "
+	    "localized frames, with pseudo-odometry between them) and FILE.gridmap.gz",
+	    flags.write_pf_ini);
+	add.value("--resolution", "R", "of a map that is an image [m/pixel]", dependent.resolution);
+	add.value(
+	    "--origin", "X,Y", "where the lower left corner of such an image is in the map frame [m] (default 0,0)",
+	    dependent.origin);
+	add.flag("-q,--quiet", "print errors only", flags.quiet);
+}
+
+/// Breaks a text that starts at the column of meanings.
+std::string wrap(const std::string& text)
+{
+	std::istringstream words(text);
+	std::string wrapped;
+	std::size_t column = kMeaningColumn;
+	for (std::string word; words >> word; column += word.size())
+	{
+		const bool starts = column == kMeaningColumn, fits = column + 1 + word.size() <= kLastColumn;
+		if (!starts) wrapped += fits ? " " : "\n" + std::string(kMeaningColumn, ' ');
+		column = starts || !fits ? kMeaningColumn : column + 1;
+		wrapped += word;
+	}
+	return wrapped;
+}
+
+/// Prints --help as GNU programs do, a paragraph for each option.
+void print_help(const CLI::App& app, std::ostream& out)
+{
+	out << kUsage;
+	for (const CLI::Option* option : app.get_options())
+	{
+		const auto& letters = option->get_snames();
+		std::string line = letters.empty() ? "      --" : "  -" + letters.front() + ", --";
+		line += option->get_lnames().front();
+		if (option->get_items_expected_max() > 0) line += " " + option->get_type_name();
+		if (line.size() + 2 > kMeaningColumn) line += "\n" + std::string(kMeaningColumn, ' ');
+		line.resize(std::max(line.size(), kMeaningColumn), ' ');
+		out << line << wrap(option->get_description()) << "\n";
+	}
+	out << kOutputs;
+}
+
+/// Returns the words behind the program's name, the last one first, as CLI11 wants them. It would take the next word
+/// for the value of "--name=", so that becomes two words.
+std::vector<std::string> words_of(int argc, char** argv)
+{
+	std::vector<std::string> words;
+	for (int i = 1; i < argc; i++)
+	{
+		const std::string word = argv[i];
+		const bool is_empty_value = word.rfind("--", 0) == 0 && word.find('=') == word.size() - 1;
+		words.push_back(is_empty_value ? word.substr(0, word.size() - 1) : word);
+		if (is_empty_value) words.emplace_back();
+	}
+	std::reverse(words.begin(), words.end());
+	return words;
+}
+
+/// Parses the words. \throws UserError (kWrongUse), CLI::Success for --help and --version
+void parse_words(CLI::App& app, int argc, char** argv)
+{
+	try
+	{
+		app.parse(words_of(argc, argv));
+	}
+	catch (const CLI::ArgumentMismatch& error)  // "--name: 1 required VALUE missing" or "name was given ..."
+	{
+		const std::string what = error.what();
+		const auto colon = what.find(':');
+		if (colon == std::string::npos) wrong("--" + what.substr(0, what.find(' ')), "takes no value");
+		wrong(what.substr(0, colon), "needs a value");
+	}
+	catch (const CLI::ValidationError& error)
+	{
+		const std::string what = error.what();
+		wrong(what.substr(0, what.find(':')), what.substr(what.find(": ") + 2));
+	}
+	const auto unknown = app.remaining();
+	if (!unknown.empty()) wrong(unknown.front(), "is no option");
+	for (const CLI::Option* option : app.get_options())
+		if (option->count() > 1) wrong(option->get_name(), "is given more than once");
 }
 }  // namespace
 
 std::optional<Flags> parse_flags(int argc, char** argv, std::ostream& out)
 {
-	Options options;
-	options.list.parse(argc, argv);
-	if (options.help.getValue())
-	{
-		out << kUsage;
-		options.list.print(out);
-		out << kOutputs;
-		return std::nullopt;
-	}
-	if (options.version.getValue())
+	Flags flags;
+	Dependent dependent;
+	CLI::App app;
+	app.set_help_flag();
+	app.allow_extras();
+	app.option_defaults()->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
+	const OptionAdder add(app);
+	add_inputs(add, flags);
+	add_methods(add, flags);
+	add_fusion(add, flags, dependent);
+	add_outputs(add, flags, dependent);
+	const auto print_version = [&]
 	{
 		out << "rawlog-localize (d2s1r) " D2S1R_VERSION "\n";
+		throw CLI::Success();
+	};
+	const auto print_the_help = [&]
+	{
+		print_help(app, out);
+		throw CLI::Success();
+	};
+	app.add_flag_callback("--version", print_version, "print the version and exit")->trigger_on_parse();
+	app.add_flag_callback("-h,--help", print_the_help, "print this help and exit")->trigger_on_parse();
+	try
+	{
+		parse_words(app, argc, argv);
+	}
+	catch (const CLI::Success&)
+	{
 		return std::nullopt;
 	}
-	options.list.refuse_empty_values(options.label);  // a laser's label may be empty
-	const Flags flags = flags_of(options);
+	if (!dependent.motion.empty()) flags.motion = parse_motion(dependent.motion, flags.fuse);
+	flags.image = parse_image(dependent.resolution, dependent.origin);
 	check_complete(flags);
 	check_saved_map(flags.save_map);
 	if (!flags.only_writes_config()) check_image(flags);

@@ -28,8 +28,10 @@ struct Flags
 	std::string write_pf_ini;  //!< empty: not written
 
 	std::optional<std::string> sensor_label;  //!< without a value, the one with the most scans
-	std::size_t first_frame = 0;              //!< [-] scan frames first_frame ... past_frame - 1 are localized
+	std::size_t first_frame = 0;              //!< [-] scan frames first_frame, first_frame + frame_step, ...
+	                                          //!< below past_frame are localized
 	std::size_t past_frame = std::numeric_limits<std::size_t>::max();
+	std::size_t frame_step = 1;
 	std::optional<int> threads;          //!< [-] without a value, as the parameters say
 	std::optional<int> window;           //!< [-] scans that are used jointly; without a value, each on its own
 	Query query;                         //!< the same for every scan

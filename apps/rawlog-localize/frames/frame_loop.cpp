@@ -60,7 +60,7 @@ class BatchReader
 			for (const auto& scan : object->scans)
 			{
 				if (scan->sensorLabel != selection_.label) continue;
-				if (scans_ >= selection_.first && scans_ < selection_.past) batch.jobs.push_back({scans_, scan, {}});
+				if (selection_.contains(scans_)) batch.jobs.push_back({scans_, scan, {}});
 				scans_++;
 			}
 			object->scans.clear();

@@ -112,7 +112,7 @@ FrameSelection select_frames(const Flags& flags, const Sensor& sensor)
 		    kWrongUse, "--frames",
 		    "starts at frame " + std::to_string(flags.first_frame) + " but the last one is " +
 		        std::to_string(sensor.scans - 1) + "; choose a lower start");
-	return {sensor.label, flags.first_frame, std::min(flags.past_frame, sensor.scans)};
+	return {sensor.label, flags.first_frame, std::min(flags.past_frame, sensor.scans), flags.frame_step};
 }
 
 void load_plugins(const Flags& flags)

@@ -20,8 +20,12 @@ CSignatureMap2D::ConstPtr build_map(const Flags& flags, const Parameters& parame
 struct FrameSelection
 {
 	std::string label;      //!< of the sensor
-	std::size_t first = 0;  //!< [-] scan frames first ... past - 1
+	std::size_t first = 0;  //!< [-] scan frames first, first + step, first + 2 step, ... below past
 	std::size_t past = 0;
+	std::size_t step = 1;
+
+	bool contains(std::size_t frame) const { return frame >= first && frame < past && (frame - first) % step == 0; }
+	std::size_t size() const { return (past - first + step - 1) / step; }
 };
 
 /// Returns the frames of --frames that the rawlog has. \throws UserError (kWrongUse) if there is none

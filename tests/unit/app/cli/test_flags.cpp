@@ -81,6 +81,9 @@ TEST(Flags, FramesAreARangeWithOpenEnds)
 	EXPECT_EQ(complete({"--frames", "3:7"}).past_frame, 7U);
 	EXPECT_EQ(complete({"--frames", ":7"}).first_frame, 0U);
 	EXPECT_EQ(complete({"--frames", "3:"}).past_frame, std::numeric_limits<std::size_t>::max());
+	EXPECT_EQ(complete({"--frames", "3:7"}).frame_step, 1U);
+	EXPECT_EQ(complete({"--frames", "010::5"}).first_frame, 10U);
+	EXPECT_EQ(complete({"--frames", "010::5"}).frame_step, 5U);
 }
 
 TEST(Flags, AWindowOfOneScanIsNoWindow)
@@ -99,11 +102,12 @@ TEST(Flags, AnEmptyValueIsRefusedExceptForALabel)
 TEST(Flags, EveryErrorNamesItsOptionAndTheHelp)
 {
 	const std::vector<std::pair<std::string, std::string>> wrong = {
-	    {"--frames", "5"},         {"--frames", "7:3"},       {"--frames", "-1:3"}, {"--threads", "0"},
-	    {"--threads", "257"},      {"--window", "0"},         {"--window", "many"}, {"--region", "1,2,3"},
-	    {"--region", "0,0,0,1"},   {"--region", "0,0,inf,1"}, {"--seed", "-1"},     {"--time-budget", "0"},
-	    {"--time-budget", "nan"},  {"--motion", "both"},      {"--origin", "1,2"},  {"--resolution", "0.05"},
-	    {"--save-map", "map.png"}, {"--unknown", "1"}};
+	    {"--frames", "5"},        {"--frames", "7:3"},       {"--frames", "-1:3"},     {"--threads", "0"},
+	    {"--threads", "257"},     {"--window", "0"},         {"--window", "many"},     {"--region", "1,2,3"},
+	    {"--region", "0,0,0,1"},  {"--region", "0,0,inf,1"}, {"--seed", "-1"},         {"--time-budget", "0"},
+	    {"--time-budget", "nan"}, {"--motion", "both"},      {"--origin", "1,2"},      {"--resolution", "0.05"},
+	    {"--frames", "1:9:0"},    {"--threads", "2.5"},      {"--time-budget", "inf"}, {"--save-map", "map.png"},
+	    {"--unknown", "1"}};
 	for (const auto& [option, value] : wrong)
 	{
 		const std::string message = refusal({option, value});
