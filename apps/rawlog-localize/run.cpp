@@ -113,7 +113,7 @@ std::string localize_frames(
 	ProgressBar progress(console.err, !report.flags.quiet && isatty(STDERR_FILENO), report.selected_frames);
 	return localize_rawlog(
 	    report.flags.rawlog, selection,
-	    {localizer, report.flags.query, report.flags.window, backend, report.parameters.threads}, sink, progress);
+	    {localizer, report.flags.query, report.flags.window, backend, report.flags.threads}, sink, progress);
 }
 
 /// Goes from the log and the map to all outputs.

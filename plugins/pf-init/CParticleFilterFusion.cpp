@@ -1,7 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include "CParticleFilterFusion.h"
-
-#include <d2s1r/pseudo_odometry.h>
+#include <d2s1r/motion.h>
+#include <d2s1r/scan_accumulator.h>
 #include <mrpt/math/wrap2pi.h>
 #include <mrpt/system/CTicTac.h>
 
@@ -9,6 +8,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "CParticleFilterFusion.h"
 #include "particle_place.h"
 #include "prediction.h"
 #include "weighing.h"

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <d2s1r/CFusionBackend.h>
-#include <d2s1r/odometry_check.h>
+#include <d2s1r/motion.h>
 #include <mrpt/random/RandomGenerators.h>
 #include <mrpt/slam/CMonteCarloLocalization2D.h>
 

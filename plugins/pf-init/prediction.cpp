@@ -1,13 +1,12 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include "prediction.h"
-
-#include <d2s1r/pseudo_odometry.h>
+#include <d2s1r/motion.h>
 #include <mrpt/obs/CActionCollection.h>
 
 #include <algorithm>
 #include <cmath>
 
 #include "particle_place.h"
+#include "prediction.h"
 
 namespace d2s1r::pf
 {

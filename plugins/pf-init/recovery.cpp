@@ -1,7 +1,4 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include "recovery.h"
-
-#include <d2s1r/free_cells.h>
 #include <d2s1r/likelihood_field.h>
 
 #include <algorithm>
@@ -9,6 +6,7 @@
 #include <limits>
 
 #include "particle_place.h"
+#include "recovery.h"
 #include "weighing.h"
 
 namespace d2s1r::pf
@@ -30,21 +28,17 @@ std::vector<std::size_t> lightest(const mrpt::poses::CPosePDFParticles& particle
 }
 
 Recovery::Recovery(const CSignatureMap2D::ConstPtr& map, const FusionParameters& parameters)
-    : map_(map), grid_(make_grid(*map->grid(), map->parameters().grid))
+    : map_(map), prior_(parameters.prior)
 {
 	seeding_.particles = parameters.particles;
 	seeding_.seed = parameters.seed;
-	free_cells_ = find_free_cells(grid_, map->parameters().free_cells);
-	const auto is_ruled_out = [&](CellIndex cell)
-	{ return !parameters.prior.allows_position(grid_.center_x(cell), grid_.center_y(cell)); };
-	free_cells_.erase(std::remove_if(free_cells_.begin(), free_cells_.end(), is_ruled_out), free_cells_.end());
 }
 
 bool Recovery::seed(mrpt::poses::CPosePDFParticles& particles, const Localization& localization)
 {
 	if (localization.hypotheses.empty()) return false;
 	nowhere_ = 1 - probability_found(localization);
-	assign_particles(particles, seed_particles(localization, grid_, free_cells_, seeding_));
+	assign_particles(particles, seed_particles(map_->localizer(), localization, seeding_, prior_));
 	return true;
 }
 
@@ -91,7 +85,7 @@ double Recovery::likelihood_of_places(
 	const auto of_place = localizer.hypothesis_near(scan, mrpt::poses::CPose2D(place.pose));
 	const auto of_best = localizer.hypothesis_near(scan, best.pose);
 	if (!of_place || !of_best) return kAny;
-	return likelihood + place.probability * std::exp(of_place->log_likelihood - of_best->log_likelihood);
+	return likelihood + place.probability * std::exp(*of_place->log_likelihood - *of_best->log_likelihood);
 }
 
 void Recovery::admit(
@@ -105,7 +99,7 @@ void Recovery::admit(
 	few.particles = static_cast<int>(std::lround(share * static_cast<double>(particles.m_particles.size())));
 	if (few.particles < 1) return;
 	few.seed = random.drawUniform32bit();
-	const auto admitted = seed_particles(localization, grid_, free_cells_, few);
+	const auto admitted = seed_particles(map_->localizer(), localization, few, prior_);
 	const auto replaced = lightest(particles, admitted.size());
 
 	const auto weights = normalized_weights(particles);

@@ -50,8 +50,7 @@ class Recovery
 
 	CSignatureMap2D::ConstPtr map_;
 	SeedingParameters seeding_;
-	Grid grid_;
-	std::vector<CellIndex> free_cells_;
+	Prior prior_;
 	double nowhere_ = 0;  ///< [0, 1] probability_nowhere()
 };
 }  // namespace d2s1r::pf

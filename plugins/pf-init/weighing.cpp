@@ -1,6 +1,4 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include "weighing.h"
-
 #include <d2s1r/likelihood_field.h>
 #include <mrpt/math/wrap2pi.h>
 #include <mrpt/obs/CSensoryFrame.h>
@@ -10,6 +8,7 @@
 
 #include "particle_place.h"
 #include "prediction.h"
+#include "weighing.h"
 
 namespace d2s1r::pf
 {

@@ -2,12 +2,12 @@
 // A small flat, and logs of a robot in it.
 #pragma once
 
-#include "test_maps.h"
-
 #include <mrpt/serialization/CSerializable.h>
 
 #include <string>
 #include <vector>
+
+#include "test_maps.h"
 
 namespace d2s1r::test
 {

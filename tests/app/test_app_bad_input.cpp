@@ -1,10 +1,10 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // Inputs that cannot be used: one line each, and the right exit status.
-#include "app_process.h"
-#include "app_world.h"
-
 #include <mrpt/obs/CObservationOdometry.h>
 #include <sys/stat.h>
+
+#include "app_process.h"
+#include "app_world.h"
 
 using namespace d2s1r::test;
 namespace fs = std::filesystem;

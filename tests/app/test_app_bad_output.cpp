@@ -1,11 +1,11 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // Outputs that cannot be written: one line, exit status 3, nothing half-written under its name.
-#include "app_process.h"
-#include "app_world.h"
-
 #include <sys/stat.h>
 
 #include <set>
+
+#include "app_process.h"
+#include "app_world.h"
 
 using namespace d2s1r::test;
 namespace fs = std::filesystem;

@@ -1,9 +1,9 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // MRPT's own demo data, and the sites in D2S1R_DATA: what the program says is so.
-#include "app_process.h"
-
 #include <cmath>
 #include <cstdlib>
+
+#include "app_process.h"
 
 using namespace d2s1r::test;
 namespace fs = std::filesystem;

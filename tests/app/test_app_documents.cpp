@@ -1,8 +1,8 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // Man page and completion say what --help says.
-#include "app_process.h"
-
 #include <sstream>
+
+#include "app_process.h"
 
 using namespace d2s1r::test;
 

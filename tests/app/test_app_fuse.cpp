@@ -1,14 +1,14 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // rawlog-localize --fuse and what goes with it.
-#include "app_process.h"
-#include "app_world.h"
-
 #include <mrpt/obs/CObservationOdometry.h>
 #include <mrpt/obs/CSensoryFrame.h>
 #include <mrpt/opengl/COpenGLScene.h>
 
 #include <cmath>
 #include <cstdio>
+
+#include "app_process.h"
+#include "app_world.h"
 
 using namespace d2s1r::test;
 

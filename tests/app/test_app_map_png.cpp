@@ -1,14 +1,14 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // What map.png shows, and that its legend tells of it.
-#include "app_process.h"
-#include "app_world.h"
-
 #include <mrpt/img/CImage.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <vector>
+
+#include "app_process.h"
+#include "app_world.h"
 
 using namespace d2s1r::test;
 using mrpt::img::TColor;

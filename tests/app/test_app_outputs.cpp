@@ -1,8 +1,5 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // What a run leaves in its folder.
-#include "app_process.h"
-#include "app_world.h"
-
 #include <mrpt/maps/registerAllClasses.h>
 #include <mrpt/obs/CObservationOdometry.h>
 #include <mrpt/obs/CObservationRobotPose.h>
@@ -13,12 +10,15 @@
 #include <mrpt/opengl/CSetOfObjects.h>
 #include <mrpt/opengl/CTexturedPlane.h>
 #include <mrpt/poses/CPose2DInterpolator.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <numeric>
 #include <set>
+
+#include "app_process.h"
+#include "app_world.h"
 
 using namespace d2s1r::test;
 namespace fs = std::filesystem;

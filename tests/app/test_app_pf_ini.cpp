@@ -1,12 +1,12 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // Where --write-pf-ini lets pf-localization start.
-#include "app_process.h"
-#include "app_world.h"
-
 #include <mrpt/config/CConfigFile.h>
 
 #include <algorithm>
 #include <cmath>
+
+#include "app_process.h"
+#include "app_world.h"
 
 using namespace d2s1r::test;
 

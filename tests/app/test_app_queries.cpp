@@ -1,10 +1,10 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // What a user knows or wants beyond the scan: --window, --region, --time-budget.
+#include <mrpt/obs/CObservationOdometry.h>
+
 #include "app_process.h"
 #include "app_world.h"
 #include "twin_rooms.h"
-
-#include <mrpt/obs/CObservationOdometry.h>
 
 using namespace d2s1r::test;
 

@@ -1,11 +1,11 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // Kinds of rawlogs: actions and sensory frames, several lasers, cut short; and the stock tools on the result.
-#include "app_process.h"
-#include "app_world.h"
-
 #include <mrpt/obs/CObservationOdometry.h>
 #include <mrpt/obs/CObservationRobotPose.h>
 #include <mrpt/obs/CSensoryFrame.h>
+
+#include "app_process.h"
+#include "app_world.h"
 
 using namespace d2s1r::test;
 

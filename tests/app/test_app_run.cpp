@@ -1,12 +1,13 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // How a run goes: threads, interrupts, ground truth, progress.
-#include "app_process.h"
-#include "app_world.h"
+#include <nlohmann/json.hpp>
 
 #include <chrono>
 #include <csignal>
-#include <nlohmann/json.hpp>
 #include <thread>
+
+#include "app_process.h"
+#include "app_world.h"
 
 using namespace d2s1r::test;
 namespace fs = std::filesystem;

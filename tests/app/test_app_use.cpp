@@ -1,8 +1,8 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // Command lines, right and wrong.
-#include "app_process.h"
-
 #include <d2s1r/version.h>
+
+#include "app_process.h"
 
 using namespace d2s1r::test;
 

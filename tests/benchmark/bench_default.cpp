@@ -1,12 +1,13 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // The default method, stage by stage and as a whole.
 #include <benchmark/benchmark.h>
-#include <d2s1r/coarse_search.h>
 #include <d2s1r/localizer.h>
-#include <d2s1r/refinement.h>
 
+#include "coarse/coarse_search.h"
 #include "default_localizer.h"
-#include "hypotheses.h"
+#include "fine/decision.h"
+#include "fine/refinement.h"
+#include "fine/shortlist.h"
 #include "literal_query.h"
 #include "site_queries.h"
 
@@ -103,14 +104,15 @@ void refine_and_decide(::benchmark::State& state, const std::string& site, bool 
 		const auto candidates = coarse_search(stages.index.profiles, scan, stages.parameters.coarse_search);
 		if (!decides) state.ResumeTiming();
 		const auto settled = settle(stages.index.field, few, candidates, stages.parameters.refinement);
-		const auto promising =
-		    choose_promising(stages.index.tracer, stages.index.field, few, settled, stages.parameters);
+		const auto promising = make_shortlist(stages.index.tracer, stages.index.field, few, settled, stages.parameters);
 		const auto poses = refine(stages.index.field, more, promising, stages.parameters.refinement);
 		if (decides)
 		{
 			state.ResumeTiming();
-			::benchmark::DoNotOptimize(
-			    decide(stages.index.tracer, stages.index.field, scan, all_rays(scan), poses, {}, stages.parameters));
+			const Rays all = all_rays(scan);
+			const auto places =
+			    find_places(stages.index.tracer, stages.index.field, scan, all, poses, {}, stages.parameters);
+			::benchmark::DoNotOptimize(decide(stages.index.field, scan, all, places, stages.parameters));
 		}
 	}
 }

@@ -3,8 +3,8 @@
 #include <benchmark/benchmark.h>
 
 #include "literal_query.h"
-#include "paper_localizer.h"
-#include "signature_counts.h"
+#include "paper/paper_localizer.h"
+#include "paper/signature_counts.h"
 #include "site_queries.h"
 
 namespace d2s1r::benchmark

@@ -1,11 +1,11 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // Rays: all at once, one by one, and MRPT's simulator.
 #include <benchmark/benchmark.h>
-#include <d2s1r/range_sweep.h>
-#include <d2s1r/ray_caster.h>
 
 #include <random>
 
+#include "ranges/range_sweep.h"
+#include "ranges/ray_caster.h"
 #include "site_queries.h"
 #include "unit/test_maps.h"
 

@@ -2,7 +2,6 @@
 // One generated floor, one method: what it takes to build the index and to answer queries. Prints a line of CSV:
 // area [m^2], free [m^2], method, cell [m], build [s of CPU], peak memory of this program [MB], query [ms of CPU],
 // success [-].
-#include <d2s1r/free_cells.h>
 #include <d2s1r/localizer.h>
 #include <sys/resource.h>
 
@@ -11,6 +10,7 @@
 #include <random>
 
 #include "literal_query.h"
+#include "map/free_cells.h"
 #include "office_floor.h"
 #include "unit/test_maps.h"
 

@@ -2,12 +2,12 @@
 // The whole published method by plain loops, and when a pose counts as found.
 #pragma once
 
-#include <d2s1r/ray_caster.h>
 #include <d2s1r/scan.h>
-#include <d2s1r/signature.h>
 
 #include <memory>
 
+#include "paper/signature.h"
+#include "ranges/ray_caster.h"
 #include "unit/test_maps.h"
 
 namespace d2s1r::benchmark

@@ -5,7 +5,7 @@
 #include <iostream>
 
 #include "literal_query.h"
-#include "paper_localizer.h"
+#include "paper/paper_localizer.h"
 #include "site_queries.h"
 
 namespace

@@ -2,13 +2,13 @@
 // Maps and recorded queries of the sites, loaded once.
 #pragma once
 
-#include <d2s1r/free_cells.h>
 #include <d2s1r/map_io.h>
 #include <mrpt/obs/CRawlog.h>
 
 #include <map>
 
 #include "data/sites.h"
+#include "map/free_cells.h"
 
 namespace d2s1r::benchmark
 {

@@ -1,7 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include <d2s1r/free_cells.h>
 #include <gtest/gtest.h>
 
+#include "map/free_cells.h"
 #include "office_floor.h"
 
 namespace d2s1r::benchmark

@@ -1,11 +1,11 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // Swept ranges on the maps of real buildings.
-#include <d2s1r/free_cells.h>
 #include <d2s1r/map_io.h>
-#include <d2s1r/range_sweep.h>
-#include <d2s1r/ray_caster.h>
 #include <gtest/gtest.h>
 
+#include "map/free_cells.h"
+#include "ranges/range_sweep.h"
+#include "ranges/ray_caster.h"
 #include "sites.h"
 
 namespace d2s1r::test

@@ -1,9 +1,9 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // share/d2s1r/experiments/reproduce.py on two small sites.
+#include <cmath>
+
 #include "app_process.h"
 #include "app_world.h"
-
-#include <cmath>
 
 using namespace d2s1r::test;
 namespace fs = std::filesystem;

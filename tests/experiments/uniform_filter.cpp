@@ -1,7 +1,5 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include "uniform_filter.h"
-
-#include <d2s1r/pseudo_odometry.h>
+#include <d2s1r/motion.h>
 #include <mrpt/bayes/CParticleFilter.h>
 #include <mrpt/obs/CActionCollection.h>
 #include <mrpt/obs/CSensoryFrame.h>
@@ -10,6 +8,7 @@
 
 #include "motion_choice.h"
 #include "particle_place.h"
+#include "uniform_filter.h"
 
 namespace d2s1r::experiments
 {

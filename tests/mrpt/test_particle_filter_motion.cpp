@@ -1,6 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // What moves the particles from frame to frame, and what it leaves open.
-#include <d2s1r/pseudo_odometry.h>
+#include <d2s1r/motion.h>
 
 #include "filter_on_a_floor.h"
 

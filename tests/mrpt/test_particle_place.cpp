@@ -1,10 +1,10 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include "particle_place.h"
-
 #include <gtest/gtest.h>
 #include <mrpt/math/wrap2pi.h>
 
 #include <cmath>
+
+#include "particle_place.h"
 
 namespace d2s1r::pf
 {

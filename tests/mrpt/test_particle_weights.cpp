@@ -1,8 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // Where the particles of the filter come from, and what they weigh.
-#include <d2s1r/free_cells.h>
-
 #include "filter_on_a_floor.h"
+#include "map/free_cells.h"
 
 namespace d2s1r::test
 {

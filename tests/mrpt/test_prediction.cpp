@@ -1,5 +1,5 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include <d2s1r/pseudo_odometry.h>
+#include <d2s1r/motion.h>
 #include <gtest/gtest.h>
 #include <mrpt/math/wrap2pi.h>
 

@@ -1,10 +1,9 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include "recovery.h"
-
 #include <algorithm>
 
 #include "filter_on_a_floor.h"
 #include "particle_place.h"
+#include "recovery.h"
 
 namespace d2s1r::test
 {

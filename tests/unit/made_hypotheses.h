@@ -2,7 +2,7 @@
 // Results of the localizer made by hand.
 #pragma once
 
-#include <d2s1r/pseudo_odometry.h>
+#include <d2s1r/motion.h>
 
 #include <utility>
 #include <vector>

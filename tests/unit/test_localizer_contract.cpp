@@ -179,9 +179,7 @@ TEST_F(LocalizerContract, AnIndexBuiltByManyThreadsIsTheSame)
 	Parameters parameters;
 	parameters.method = Method::kPaper;
 	const Localizer by_one(make_map(grid_), parameters);
-	parameters.threads = 3;
-	const Localizer by_three(make_map(grid_), parameters);
-	EXPECT_EQ(by_three.parameters().threads, 3);
+	const Localizer by_three(make_map(grid_), parameters, 3);
 	for (const auto& robot : {poses_on_floor()[2], poses_on_floor()[6]})
 	{
 		const auto observation = make_observation(world_, robot);

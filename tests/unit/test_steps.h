@@ -2,7 +2,8 @@
 // The steps of the default method as the tests call them.
 #pragma once
 
-#include "hypotheses.h"
+#include "fine/decision.h"
+#include "fine/shortlist.h"
 #include "test_floor.h"
 
 namespace d2s1r::test
@@ -30,13 +31,16 @@ inline Score score_at(
 	return score(tracer, field, all_rays(scan), sensor, model);
 }
 
-/// What decide() says of a scan and poses that were found somehow, sensor in map.
+/// What decide() says of a scan and the places that find_places() makes of poses, sensor in map.
 inline Localization decide_among(
     const Grid& grid, const Scan& scan, const std::vector<mrpt::math::TPose2D>& poses,
-    const Parameters& parameters = {})
+    const Parameters& parameters = {}, const Prior& prior = {})
 {
 	std::vector<RefinedPose> refined;
 	for (const auto& pose : poses) refined.push_back({pose, 1});
-	return decide(BeamTracer(grid), DistanceField(grid), scan, all_rays(scan), refined, {}, parameters);
+	const DistanceField field(grid);
+	const Rays all = all_rays(scan);
+	return decide(
+	    field, scan, all, find_places(BeamTracer(grid), field, scan, all, refined, prior, parameters), parameters);
 }
 }  // namespace d2s1r::test

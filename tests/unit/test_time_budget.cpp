@@ -1,10 +1,10 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include "time_budget.h"
-
 #include <gtest/gtest.h>
 
 #include <chrono>
 #include <thread>
+
+#include "default_localizer.h"
 
 namespace d2s1r::test
 {
@@ -27,11 +27,11 @@ Parameters round_numbers()
 	return parameters;
 }
 
-void expect_counts(const RefinementParameters& refinement, int scored, int promising, int forked)
+void expect_counts(const RefinementParameters& refinement, int scored, int refined, int restarted)
 {
 	EXPECT_EQ(refinement.max_scored, scored);
-	EXPECT_EQ(refinement.max_refined, promising);
-	EXPECT_EQ(refinement.max_restarted, forked);
+	EXPECT_EQ(refinement.max_refined, refined);
+	EXPECT_EQ(refinement.max_restarted, restarted);
 }
 
 void take_no_time(const std::vector<Candidate>&, const Parameters&) {}
@@ -46,16 +46,14 @@ constexpr double kPlenty = 1e12;  //!< [ms] 30 years
 
 TEST(TimeBudget, KeepsAllThatCanBeAfforded)
 {
-	auto kept = candidates(160);
-	const Parameters parameters = keep_affordable(kPlenty, kept, round_numbers(), take_no_time);
+	const auto [kept, parameters] = affordable_candidates(kPlenty, candidates(160), round_numbers(), take_no_time);
 	EXPECT_EQ(kept.size(), 160U);
 	expect_counts(parameters.refinement, 320, 160, 16);
 }
 
 TEST(TimeBudget, KeepsTheBestSixteenthIfTheTimeIsUp)
 {
-	auto kept = candidates(160);
-	const Parameters parameters = keep_affordable(5, kept, round_numbers(), take_ten_milliseconds);
+	const auto [kept, parameters] = affordable_candidates(5, candidates(160), round_numbers(), take_ten_milliseconds);
 	ASSERT_EQ(kept.size(), 10U);
 	for (int i = 0; i < 10; i++) EXPECT_EQ(kept[static_cast<std::size_t>(i)].pose.x, i);
 	expect_counts(parameters.refinement, 20, 10, 1);
@@ -63,16 +61,13 @@ TEST(TimeBudget, KeepsTheBestSixteenthIfTheTimeIsUp)
 
 TEST(TimeBudget, KeepsASixteenthIfTheTimeWasUpBefore)
 {
-	auto kept = candidates(160);
-	keep_affordable(-3, kept, round_numbers(), take_no_time);
-	EXPECT_EQ(kept.size(), 10U);
+	EXPECT_EQ(affordable_candidates(-3, candidates(160), round_numbers(), take_no_time).candidates.size(), 10U);
 }
 
 TEST(TimeBudget, KeepsNoMoreThanFitsIntoFourFifthsOfTheRest)
 {
 	// a sixteenth takes 10 ms or longer, so that at most 50 ms are left, 40 of them planned with: four sixteenths
-	auto kept = candidates(160);
-	const Parameters parameters = keep_affordable(60, kept, round_numbers(), take_ten_milliseconds);
+	const auto [kept, parameters] = affordable_candidates(60, candidates(160), round_numbers(), take_ten_milliseconds);
 	EXPECT_LE(kept.size(), 40U);
 	EXPECT_LE(parameters.refinement.max_scored, 80);
 	EXPECT_LE(parameters.refinement.max_refined, 40);
@@ -81,10 +76,9 @@ TEST(TimeBudget, KeepsNoMoreThanFitsIntoFourFifthsOfTheRest)
 
 TEST(TimeBudget, TriesTheBestSixteenthWithTheParametersOfASixteenth)
 {
-	auto kept = candidates(160);
 	int calls = 0;
-	keep_affordable(
-	    kPlenty, kept, round_numbers(),
+	affordable_candidates(
+	    kPlenty, candidates(160), round_numbers(),
 	    [&](const std::vector<Candidate>& some, const Parameters& fewer)
 	    {
 		    calls++;
@@ -100,15 +94,15 @@ TEST(TimeBudget, LeavesSomethingToScoreOfSmallNumbers)
 	Parameters few;
 	few.refinement.max_scored = few.refinement.max_refined = 1;
 	few.refinement.max_restarted = 0;
-	auto kept = candidates(160);
-	expect_counts(keep_affordable(5, kept, few, take_ten_milliseconds).refinement, 1, 1, 0);
+	const auto kept = affordable_candidates(5, candidates(160), few, take_ten_milliseconds);
+	expect_counts(kept.parameters.refinement, 1, 1, 0);
 }
 
 TEST(TimeBudget, FewCandidatesAreKeptWithoutATrial)
 {
-	auto kept = candidates(15);
 	const auto never = [](const std::vector<Candidate>&, const Parameters&) { FAIL() << "not worth a trial"; };
-	expect_counts(keep_affordable(1e-6, kept, round_numbers(), never).refinement, 320, 160, 16);
-	EXPECT_EQ(kept.size(), 15U);
+	const auto kept = affordable_candidates(1e-6, candidates(15), round_numbers(), never);
+	expect_counts(kept.parameters.refinement, 320, 160, 16);
+	EXPECT_EQ(kept.candidates.size(), 15U);
 }
 }  // namespace d2s1r::test

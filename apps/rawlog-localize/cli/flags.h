@@ -32,7 +32,7 @@ struct Flags
 	                                          //!< below past_frame are localized
 	std::size_t past_frame = std::numeric_limits<std::size_t>::max();
 	std::size_t frame_step = 1;
-	std::optional<int> threads;          //!< [-] without a value, as the parameters say
+	int threads = 1;                     //!< [-] that localize scans, and that build the index
 	std::optional<int> window;           //!< [-] scans that are used jointly; without a value, each on its own
 	Query query;                         //!< the same for every scan
 	std::uint32_t seed = 1;              //!< [-] of the particle filter

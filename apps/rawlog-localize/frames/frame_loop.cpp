@@ -1,7 +1,8 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "frames/frame_loop.h"
 
-#include <d2s1r/pseudo_odometry.h>
+#include <d2s1r/motion.h>
+#include <d2s1r/scan_accumulator.h>
 #include <d2s1r/window_localizer.h>
 
 #include <atomic>

@@ -71,7 +71,6 @@ Parameters read_parameters(const Flags& flags)
 	{
 		throw about(flags.config, kWrongUse, e);
 	}
-	if (flags.threads) parameters.threads = *flags.threads;
 	check_method(flags, parameters.method);
 	return parameters;
 }
@@ -87,7 +86,7 @@ CSignatureMap2D::ConstPtr build_map(const Flags& flags, const Parameters& parame
 			check_region(flags.query.prior, *grid);
 			map->set_map(*grid);
 		}
-		map->localizer();  // builds the index here, where its errors are the map's
+		map->localizer(flags.threads);  // builds the index here, where its errors are the map's
 		return map;
 	}
 	catch (const UserError&)

@@ -2,7 +2,7 @@
 #include "output/pf_pipeline.h"
 
 #include <d2s1r/map_io.h>
-#include <d2s1r/pseudo_odometry.h>
+#include <d2s1r/motion.h>
 #include <mrpt/core/bits_math.h>
 #include <mrpt/obs/CActionCollection.h>
 #include <mrpt/obs/CSensoryFrame.h>

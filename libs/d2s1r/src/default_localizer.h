@@ -3,11 +3,13 @@
 
 #include <d2s1r/localization.h>
 #include <d2s1r/prior.h>
-#include <d2s1r/range_profiles.h>
-#include <d2s1r/ray_caster.h>
-#include <d2s1r/scoring.h>
+#include <d2s1r/scan.h>
 
+#include <functional>
 #include <optional>
+
+#include "coarse/coarse_search.h"
+#include "fine/scoring.h"
 
 namespace d2s1r
 {
@@ -22,16 +24,29 @@ struct DefaultIndex
 /// \param cells where a sensor can stand, increasing
 DefaultIndex make_default_index(const Grid& grid, const std::vector<CellIndex>& cells, const Parameters& parameters);
 
-/// The default method, for any field of view: coarse_search(), settle(), choose_promising(), refine(), decide(); with
-/// fewer candidates first, and with all of them unless that made it clear. Thread-safe.
+/// Answers where `scan` was taken by the default method, which works for any field of view: coarse_search(), settle(),
+/// make_shortlist(), refine(), find_places(), decide(). All this is done with fewer candidates first, and once more
+/// with all of them unless the first answer is clear. Thread-safe.
 /// \param scan a valid one
-/// \param caster of the same grid, with the range of parameters.paper: for the relative entropy of the best pose
+/// \return without the relative entropy
 Localization localize_default(
-    const Scan& scan, const DefaultIndex& index, const RayCaster& caster, const Parameters& parameters,
-    const Query& query);
+    const Scan& scan, const DefaultIndex& index, const Parameters& parameters, const Query& query);
 
-/// How a valid scan fits near `robot` (map frame): that pose refined and scored, nothing searched; its probability is
-/// 0.
+/// Tells how a valid scan fits near `robot` (map frame): that pose is refined and scored, and nothing is searched. Its
+/// probability is 0.
 std::optional<Hypothesis> hypothesis_near(
     const Scan& scan, const DefaultIndex& index, const mrpt::math::TPose2D& robot, const Parameters& parameters);
+
+/// Candidates, and the parameters that they are to be judged with.
+struct AffordableCandidates
+{
+	std::vector<Candidate> candidates;  //!< best first
+	Parameters parameters;
+};
+
+/// Returns as many of `candidates`, best first, as can be judged in `budget` [ms], but at least a sixteenth of them,
+/// which are judged to see what one costs; and parameters that refine and score as small a share of what they would.
+AffordableCandidates affordable_candidates(
+    double budget, std::vector<Candidate> candidates, const Parameters& parameters,
+    const std::function<void(const std::vector<Candidate>&, const Parameters&)>& judge);
 }  // namespace d2s1r

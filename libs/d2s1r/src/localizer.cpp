@@ -1,17 +1,19 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include <d2s1r/free_cells.h>
 #include <d2s1r/localizer.h>
-#include <d2s1r/range_sweep.h>
 #include <mrpt/core/format.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <mutex>
 #include <optional>
 #include <stdexcept>
 
+#include "base/scoped_timer.h"
 #include "default_localizer.h"
-#include "paper_localizer.h"
+#include "map/free_cells.h"
+#include "paper/paper_localizer.h"
+#include "ranges/range_sweep.h"
 
 namespace d2s1r
 {
@@ -45,7 +47,7 @@ FreeCellParameters with_clearance(FreeCellParameters parameters, double clearanc
 
 struct Localizer::Index
 {
-	Index(mrpt::maps::COccupancyGridMap2D::ConstPtr the_map, const Parameters& the_parameters)
+	Index(mrpt::maps::COccupancyGridMap2D::ConstPtr the_map, const Parameters& the_parameters, int threads)
 	    : parameters(the_parameters),
 	      map(std::move(the_map)),
 	      grid(make_grid(*map, parameters.grid)),
@@ -54,7 +56,7 @@ struct Localizer::Index
 		if (parameters.method == Method::kPaper)
 		{
 			check_reach(parameters.paper.max_range, grid);
-			signatures.emplace(grid, sensor_cells(grid, parameters.free_cells), parameters);
+			signatures.emplace(grid, sensor_cells(grid, parameters.free_cells), parameters, threads);
 			return;
 		}
 		default_index.emplace(make_default_index(
@@ -68,6 +70,8 @@ struct Localizer::Index
 	RayCaster caster;
 	std::optional<SignatureIndex> signatures;   ///< of kPaper
 	std::optional<DefaultIndex> default_index;  ///< of kDefault
+	mutable std::once_flag free_cells_found;
+	mutable std::vector<CellIndex> free_cells;  ///< see Localizer::free_cells()
 };
 
 namespace
@@ -92,8 +96,8 @@ mrpt::maps::COccupancyGridMap2D::ConstPtr not_null(mrpt::maps::COccupancyGridMap
 }
 }  // namespace
 
-Localizer::Localizer(mrpt::maps::COccupancyGridMap2D::ConstPtr map, const Parameters& parameters)
-    : index_(std::make_unique<const Index>(not_null(std::move(map)), checked(parameters)))
+Localizer::Localizer(mrpt::maps::COccupancyGridMap2D::ConstPtr map, const Parameters& parameters, int threads)
+    : index_(std::make_unique<const Index>(not_null(std::move(map)), checked(parameters), threads))
 {
 }
 
@@ -108,6 +112,17 @@ const mrpt::maps::COccupancyGridMap2D& Localizer::map() const
 const Parameters& Localizer::parameters() const
 {
 	return index_->parameters;
+}
+const Grid& Localizer::grid() const
+{
+	return index_->grid;
+}
+const std::vector<CellIndex>& Localizer::free_cells() const
+{
+	const Index& index = *index_;
+	std::call_once(
+	    index.free_cells_found, [&] { index.free_cells = find_free_cells(index.grid, index.parameters.free_cells); });
+	return index.free_cells;
 }
 
 Localization Localizer::localize(const mrpt::obs::CObservation2DRangeScan& observation, const Query& query) const
@@ -128,7 +143,15 @@ Localization Localizer::localize(const Scan& scan, const Query& query) const
 		return localize_paper(scan, index.grid, *index.signatures, index.caster, index.parameters.paper);
 	if (is_covered(scan, index.parameters.scan))
 		return no_place(Status::kRejected, "nine of ten beams end within scan.covered_within: the sensor is covered");
-	return localize_default(scan, *index.default_index, index.caster, index.parameters, query);
+
+	double total_ms = 0;
+	Localization result = timed(total_ms, localize_default, scan, *index.default_index, index.parameters, query);
+	if (!result.hypotheses.empty())
+		result.relative_entropy = timed(
+		    total_ms, relative_entropy_at, result.best().pose.asTPose() + scan.sensor_on_robot, scan, index.caster,
+		    index.parameters.paper);
+	result.times.total_ms = total_ms;
+	return result;
 }
 
 std::optional<Hypothesis> Localizer::hypothesis_near(const Scan& scan, const mrpt::poses::CPose2D& robot) const

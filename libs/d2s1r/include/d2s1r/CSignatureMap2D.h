@@ -67,16 +67,16 @@ class CSignatureMap2D : public mrpt::maps::CMetricMap
 	const TLikelihoodOptions& likelihood_options() const;
 
 	/// Built at the first call; the reference holds until the map is changed.
+	/// \param threads [-] that build it, if this is the first call
 	/// \throws std::invalid_argument if there is no free cell
-	const Localizer& localizer() const;
+	const Localizer& localizer(int threads = 1) const;
 
 	/// What computeObservationLikelihood() looks beams up in. Built at the first call; the
 	/// reference holds until the map is changed.
 	/// \throws std::invalid_argument if empty
 	const LikelihoodField& likelihood_field() const;
 
-	/// Equal for equal grids (cells, size, origin) and equal parameters as text (to_ini()), the number of threads
-	/// aside. An archive holds the fingerprint, but not the number of threads.
+	/// Equal for equal grids (cells, size, origin) and equal parameters as text (to_ini()). An archive holds it.
 	std::uint64_t fingerprint() const;
 
 	bool isEmpty() const override;

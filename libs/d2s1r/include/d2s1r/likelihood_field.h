@@ -1,7 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <d2s1r/distance_field.h>
 #include <d2s1r/grid.h>
 #include <d2s1r/scan.h>
 #include <mrpt/math/TPoint2D.h>
@@ -9,18 +8,7 @@
 
 namespace d2s1r
 {
-/// End-point beam model of LikelihoodField.
-struct LikelihoodParameters
-{
-	double sigma = 0.10;              //!< [m] of end points about the surface of a wall
-	double random_share = 0.10;       //!< [0, 1] of the beams that end anywhere (people, moved things)
-	double unknown_share = 0.30;      //!< [0, 1] density of an end in unknown space, relative to one on a wall
-	int beams = 90;                   //!< [-] most beams looked at, evenly spread over the scan
-	double independent_beams = 20.0;  //!< [-] beams that a scan is worth: neighbours see the same object
-};
-
-/// \throws std::invalid_argument naming the first parameter out of range
-void check(const LikelihoodParameters& parameters);
+class DistanceField;
 
 /// Where the beams of `scan` that returned end [m, robot frame]; at most `most` of them, evenly spread over the beams.
 std::vector<mrpt::math::TPoint2Df> end_points(const Scan& scan, int most);

@@ -7,6 +7,7 @@
 #include <mrpt/poses/CPosePDFSOG.h>
 
 #include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -29,9 +30,11 @@ struct Hypothesis
 	mrpt::math::CMatrixDouble33 covariance;  //!< of pose, (x, y, phi), m^2, m rad, rad^2
 	double probability = 0;  //!< [0, 1] that this is the right place; the rest of all hypotheses is "none of them"
 	                         //!< and places beyond scoring.hypotheses
-	double log_likelihood =
-	    0;                 //!< [nat] of the scan, the best found at this place; kPaper: minus relative entropy [bit]
-	double explained = 0;  //!< [0, 1] share of the beams with a return that end at a wall, none passed; kPaper: 0
+	/// [nat] of the scan under the beam model, the best found at this place; higher is better. No value: kPaper, which
+	/// has no beam model.
+	std::optional<double> log_likelihood;
+	/// [0, 1] share of the beams with a return that end at a wall and have passed none. No value: kPaper.
+	std::optional<double> explained;
 };
 
 /// A hypothesis of the robot, from pose and covariance of its sensor, (x, y, phi), m and rad, in the map frame.
@@ -44,7 +47,7 @@ Hypothesis hypothesis_of_sensor(
 struct StageTimes
 {
 	double retrieval_ms = 0;     //!< scan -> candidates
-	double registration_ms = 0;  //!< candidates -> where each fits best; kPaper: their yaw
+	double registration_ms = 0;  //!< candidates -> settled on the walls; kPaper: registered in yaw
 	double refinement_ms = 0;    //!< these -> refined, scored hypotheses; kPaper: 0
 	double total_ms = 0;
 };
@@ -53,8 +56,8 @@ struct StageTimes
 struct Localization
 {
 	Status status = Status::kInvalid;
-	double confidence = 0;               //!< [0, 1] probability that best() is right; kPaper: of all hypotheses within
-	                                     //!< 0.3 m and 10 deg of it
+	double confidence = 0;  //!< [0, 1] probability that the robot is at the place of best(): the sum over the
+	                        //!< hypotheses within 0.3 m and 10 deg of it
 	std::vector<Hypothesis> hypotheses;  //!< by decreasing probability; empty if rejected or invalid
 	double relative_entropy =
 	    std::numeric_limits<double>::quiet_NaN();  //!< [bit] of the scan and the virtual scan at

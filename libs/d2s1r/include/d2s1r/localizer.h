@@ -1,6 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <d2s1r/grid.h>
 #include <d2s1r/localization.h>
 #include <d2s1r/parameters.h>
 #include <d2s1r/prior.h>
@@ -9,6 +10,7 @@
 
 #include <memory>
 #include <optional>
+#include <vector>
 
 namespace d2s1r
 {
@@ -21,9 +23,11 @@ class Localizer
 {
    public:
 	/// Shares `map`, which must not be changed afterwards.
+	/// \param threads [-] that build the index, at least 1; the index does not depend on it
 	/// \throws std::invalid_argument if `map` is null, has no free cell, has cells below 6.3 mm or is too large for the
 	///         parameters (their ranges in cells, the spacing of positions), or a parameter is out of range
-	explicit Localizer(mrpt::maps::COccupancyGridMap2D::ConstPtr map, const Parameters& parameters = {});
+	explicit Localizer(
+	    mrpt::maps::COccupancyGridMap2D::ConstPtr map, const Parameters& parameters = {}, int threads = 1);
 	~Localizer();
 	Localizer(Localizer&&) noexcept;
 	Localizer& operator=(Localizer&&) noexcept;
@@ -46,6 +50,12 @@ class Localizer
 
 	const mrpt::maps::COccupancyGridMap2D& map() const;
 	const Parameters& parameters() const;
+
+	/// The map as the localizer sees it: free, occupied and unknown cells.
+	const Grid& grid() const;
+
+	/// The cells of grid() that a sensor can stand in by Parameters::free_cells, increasing; found at the first call.
+	const std::vector<CellIndex>& free_cells() const;
 
    private:
 	struct Index;

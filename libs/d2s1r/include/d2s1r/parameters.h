@@ -163,8 +163,6 @@ struct ScoringParameters
 struct Parameters
 {
 	Method method = Method::kDefault;
-	int threads = 1;  //!< [-] that build the index of kPaper, and that rawlog-localize localizes with; no result
-	                  //!< depends on it
 	GridParameters grid;
 	FreeCellParameters free_cells;
 	ScanParameters scan;
@@ -173,6 +171,16 @@ struct Parameters
 	RefinementParameters refinement;
 	FirstLookParameters first_look;
 	ScoringParameters scoring;
+};
+
+/// End-point beam model of LikelihoodField.
+struct LikelihoodParameters
+{
+	double sigma = 0.10;              //!< [m] of end points about the surface of a wall
+	double random_share = 0.10;       //!< [0, 1] of the beams that end anywhere (people, moved things)
+	double unknown_share = 0.30;      //!< [0, 1] density of an end in unknown space, relative to one on a wall
+	int beams = 90;                   //!< [-] most beams looked at, evenly spread over the scan
+	double independent_beams = 20.0;  //!< [-] beams that a scan is worth: neighbours see the same object
 };
 
 /// Reads an ini file over the defaults.
@@ -188,4 +196,7 @@ std::string to_ini(const Parameters& parameters);
 
 /// \throws std::invalid_argument naming section and key of the first value out of range
 void check(const Parameters& parameters);
+
+/// \throws std::invalid_argument naming the first parameter out of range
+void check(const LikelihoodParameters& parameters);
 }  // namespace d2s1r

@@ -32,7 +32,9 @@ struct Scan
 	mrpt::math::TPose2D sensor_on_robot;  //!< sensor in robot frame, m and rad
 	std::string invalid_because;          //!< empty if make_scan() found it usable, else the reason
 
-	/// It has beams, a field of view and a finite sensor pose, and make_scan() found no other reason against it.
+	/// It has beams, a field of view and a finite sensor pose, and make_scan() found no other reason against it. Beams
+	/// are checked, too, in a scan made by hand: angles increase within [-pi, pi), and ranges are finite and not
+	/// negative.
 	bool valid() const;
 };
 

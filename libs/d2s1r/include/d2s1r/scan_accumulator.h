@@ -8,6 +8,9 @@
 
 namespace d2s1r
 {
+/// Whether odometry can mean this increment: finite, and no more than a kilometre between two scans.
+bool is_plausible(const mrpt::poses::CPose2D& increment);
+
 /// A full circle put together from the scans of a laser with a narrow field of view on a robot that turns in place: the
 /// paper's remedy for sensors that see less than 360 deg (end of Section III-C).
 ///

@@ -1,8 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <d2s1r/grid.h>
-#include <d2s1r/localization.h>
+#include <d2s1r/localizer.h>
 #include <mrpt/poses/CPose3DPDFParticles.h>
 #include <mrpt/poses/CPosePDFParticles.h>
 
@@ -27,15 +26,17 @@ struct SeededParticle
 	double log_weight = 0;     //!< [nat] the weights of all particles sum to 1
 };
 
-/// Particles for every hypothesis of `localization` in proportion to its probability, at least one each if there
+/// Draws particles for every hypothesis of `localization` in proportion to its probability, at least one each if there
 /// are enough, and for free space: stratified, so that the weight of a hypothesis is its probability whatever the draw.
-/// What the hypotheses leave of the probability is spread over `free_cells`; if these are empty, all particles go to
-/// hypotheses. Thread-safe. \throws std::invalid_argument if there is neither a hypothesis nor a free cell, a
-/// hypothesis is not finite or its
+/// What the hypotheses leave of the probability is spread over the free cells of the map that `prior` allows; if there
+/// are none, all particles go to hypotheses. Thread-safe.
+/// \param localizer of the map \param localization an answer of it
+/// \param prior of the robot, of the particles in free space
+/// \throws std::invalid_argument if there is neither a hypothesis nor a free cell, a hypothesis is not finite or its
 ///         probability not in [0, 1], or a parameter is out of range
 std::vector<SeededParticle> seed_particles(
-    const Localization& localization, const Grid& grid, const std::vector<CellIndex>& free_cells,
-    const SeedingParameters& parameters);
+    const Localizer& localizer, const Localization& localization, const SeedingParameters& parameters = {},
+    const Prior& prior = {});
 
 /// Replaces the particles of `pdf`: a CPosePDFParticles or a CMonteCarloLocalization2D.
 void assign_particles(mrpt::poses::CPosePDFParticles& pdf, const std::vector<SeededParticle>& particles);

@@ -44,6 +44,10 @@ class WindowLocalizer
 	Localization add(
 	    const Scan& scan, const Localization& one_shot, const std::optional<mrpt::poses::CPose2D>& motion = {});
 
+	/// The same of an observation, which is localized on its own first.
+	Localization add(
+	    const mrpt::obs::CObservation2DRangeScan& observation, const std::optional<mrpt::poses::CPose2D>& motion = {});
+
    private:
 	class Tracker;
 	std::unique_ptr<Tracker> tracker_;

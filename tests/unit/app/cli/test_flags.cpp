@@ -1,12 +1,11 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include "cli/flags.h"
-
-#include "cli/errors.h"
-
 #include <gtest/gtest.h>
 
 #include <sstream>
 #include <vector>
+
+#include "cli/errors.h"
+#include "cli/flags.h"
 
 using namespace d2s1r;
 using namespace d2s1r::app;

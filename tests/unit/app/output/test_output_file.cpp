@@ -1,10 +1,9 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include "output/output_file.h"
+#include <mrpt/poses/CPose2D.h>
 
 #include "../temporary_folder.h"
 #include "cli/errors.h"
-
-#include <mrpt/poses/CPose2D.h>
+#include "output/output_file.h"
 
 using namespace d2s1r::app;
 namespace fs = std::filesystem;

@@ -1,0 +1,47 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <d2s1r/localization.h>
+#include <mrpt/obs/CActionRobotMovement2D.h>
+#include <mrpt/poses/CPosePDFGaussian.h>
+
+#include <optional>
+
+namespace d2s1r
+{
+/// The motion from one hypothesis to another, robot frame of `from`, m and rad, with the uncertainty of both ends.
+mrpt::poses::CPosePDFGaussian increment_between(const Hypothesis& from, const Hypothesis& to);
+
+/// The motion between two localized scans as if odometry had measured it (the paper, Section IV-B.6), with the
+/// uncertainty of both ends. No value unless both results have a pose.
+std::optional<mrpt::obs::CActionRobotMovement2D> pseudo_odometry(const Localization& from, const Localization& to);
+
+/// Of independent errors. \param std_x, std_y [m] \param std_phi [rad]
+mrpt::math::CMatrixDouble33 covariance_of(double std_x, double std_y, double std_phi);
+
+/// An increment of odometry, robot frame at its start, with the errors that wheels make: parts of the way and of the
+/// turn.
+mrpt::poses::CPosePDFGaussian odometry_motion(const mrpt::poses::CPose2D& increment);
+
+/// Of two independent estimates of one pose or motion, (x, y, phi), m and rad. \return [standard deviations]
+double mahalanobis_distance(
+    mrpt::poses::CPosePDFGaussian a /* MRPT's method is not const */, const mrpt::poses::CPosePDFGaussian& b);
+
+/// Product of two independent estimates of the same pose or motion, (x, y, phi), m and rad.
+mrpt::poses::CPosePDFGaussian combine(const mrpt::poses::CPosePDFGaussian& a, const mrpt::poses::CPosePDFGaussian& b);
+
+/// Whether odometry tells of the same motion as localized scans do: one that is frozen, or in other units, contradicts
+/// them scan after scan. One object per robot; not thread-safe.
+class OdometryCheck
+{
+   public:
+	/// Call for every scan. \param increment since the scan before \param localization of this scan alone
+	/// \return the increment if it can be relied on: it is plausible, and scans do not contradict the last increments
+	std::optional<mrpt::poses::CPose2D> checked(
+	    const std::optional<mrpt::poses::CPose2D>& increment, const Localization& localization);
+
+   private:
+	std::optional<Hypothesis> before_;  //!< of the scan before, if that was localized
+	double disagreement_ = 0;           //!< [-] squared Mahalanobis distance, average of the last motions
+};
+}  // namespace d2s1r

@@ -1,0 +1,68 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "base/ini_text.h"
+
+#include <algorithm>
+#include <set>
+#include <sstream>
+#include <stdexcept>
+
+namespace d2s1r
+{
+namespace
+{
+std::string trimmed(const std::string& text)
+{
+	const char* blanks = " \t\r\f\v";
+	const auto first = text.find_first_not_of(blanks);
+	return first == std::string::npos ? "" : text.substr(first, text.find_last_not_of(blanks) - first + 1);
+}
+
+std::string without_comment(const std::string& line)
+{
+	return line.substr(0, std::min({line.find(';'), line.find('#'), line.find("//")}));
+}
+}  // namespace
+
+std::string printable(const std::string& text)
+{
+	constexpr std::size_t kLongest = 60;
+	std::string shown = text.substr(0, kLongest);
+	std::replace_if(
+	    shown.begin(), shown.end(), [](char c) { return c < ' ' || c > '~'; }, '?');
+	return text.size() > kLongest ? shown + "..." : shown;
+}
+
+std::string ini_value(const std::string& text)
+{
+	return trimmed(without_comment(text));
+}
+
+std::vector<IniEntry> parse_ini(const std::string& text, const std::string& name)
+{
+	std::vector<IniEntry> entries;
+	std::set<std::string> seen;
+	std::string section;
+	std::istringstream lines(text);
+	std::string raw;
+	for (int number = 1; std::getline(lines, raw); number++)
+	{
+		const std::string line = ini_value(raw);
+		if (line.empty()) continue;
+		const auto where = [&] { return name + ":" + std::to_string(number) + ": "; };
+		if (line.front() == '[' && line.back() == ']')
+		{
+			section = trimmed(line.substr(1, line.size() - 2));
+			continue;
+		}
+		const auto equals = line.find('=');
+		if (equals == std::string::npos)
+			throw std::invalid_argument(
+			    where() + "'" + printable(line) + "' is neither [section] nor key = value; correct or remove the line");
+		IniEntry entry{number, section, trimmed(line.substr(0, equals)), trimmed(line.substr(equals + 1))};
+		if (!seen.insert(entry.section + '.' + entry.key).second)
+			throw std::invalid_argument(where() + printable(section + '.' + entry.key) + " is given twice; keep one");
+		entries.push_back(std::move(entry));
+	}
+	return entries;
+}
+}  // namespace d2s1r

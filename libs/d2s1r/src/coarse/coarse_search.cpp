@@ -1,0 +1,87 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "coarse/coarse_search.h"
+
+#include <mrpt/core/bits_math.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "answer/distinct_poses.h"
+#include "base/simd.h"
+#include "coarse/allowed_pairs.h"
+#include "coarse/coarse_kernel.h"
+#include "coarse/coarse_matches.h"
+#include "coarse/companded_scan.h"
+#include "coarse/overview_search.h"
+
+namespace d2s1r
+{
+namespace
+{
+/// All beams, at all positions of the groups: what is allowed, and costlier than the cheapest by the margin at most.
+void search_profiles(
+    const RangeProfiles& profiles, const CompandedScan& scan, const CoarseSearchParameters& parameters,
+    const std::vector<Match>& of_groups, const AllowedPairs& allowed, std::vector<Match>& matches)
+{
+	constexpr std::size_t kAhead = 16;
+	const auto directions = static_cast<std::size_t>(profiles.directions);
+	const auto& first_of_group = profiles.first_of_group;
+	const auto rows_of = [&](std::size_t group)
+	{ return profiles.by_position.data() + first_of_group[group] * directions; };
+	const auto group_of = [&](std::size_t m) { return static_cast<std::size_t>(of_groups[m].position); };
+	const auto margin =
+	    static_cast<std::uint32_t>(parameters.margin * std::sqrt(static_cast<double>(scan.observed.size())));
+	std::uint32_t most = std::numeric_limits<std::uint32_t>::max();
+	matches.clear();
+	for (std::size_t m = 0; m < of_groups.size(); m++)
+	{
+		if (m + 2 * kAhead < of_groups.size()) __builtin_prefetch(&first_of_group[group_of(m + 2 * kAhead)]);
+		if (m + kAhead < of_groups.size()) prefetch(rows_of(group_of(m + kAhead)), 4 * directions);
+		const std::size_t group = group_of(m);
+		const std::size_t turned = directions - static_cast<std::size_t>(of_groups[m].shift);
+		const ScanRow turned_scan{
+		    scan.least.data() + turned, scan.greatest.data() + turned, scan.truncation.data() + turned,
+		    scan.truncation_beyond.data() + turned, directions};
+		std::array<std::uint32_t, 4> costs;
+		const std::size_t first = first_of_group[group], count = first_of_group[group + 1] - first;
+		row_costs(rows_of(group), count, turned_scan, costs.data());
+		for (std::size_t i = 0; i < count; i++)
+		{
+			const Match match{static_cast<std::int32_t>(first + i), of_groups[m].shift, costs[i]};
+			if (match.cost > most || !allowed.allows(match)) continue;
+			matches.push_back(match);
+			most = std::min(most, match.cost + margin);
+		}
+	}
+	const auto costly = [=](const Match& match) { return match.cost > most; };
+	matches.erase(std::remove_if(matches.begin(), matches.end(), costly), matches.end());
+}
+}  // namespace
+
+std::vector<Candidate> coarse_search(
+    const RangeProfiles& profiles, const Scan& scan, const CoarseSearchParameters& parameters, const Prior& prior)
+{
+	const CompandedScan companded = compand(scan, profiles, parameters);
+	if (companded.exact.empty()) return {};
+	const AllowedPairs allowed(profiles, prior, scan, parameters);
+	thread_local std::vector<Match> of_groups, matches;  // kept for the next query
+	search_overviews(profiles, companded, parameters, allowed, of_groups);
+	search_profiles(profiles, companded, parameters, of_groups, allowed, matches);
+
+	std::vector<Candidate> candidates;
+	const auto most = static_cast<std::size_t>(parameters.candidates);
+	DistinctPoses distinct(parameters.distinct_distance, mrpt::DEG2RAD(parameters.distinct_yaw));
+	cheapest_first(
+	    matches,
+	    [&](const Match& match)
+	    {
+		    const mrpt::math::TPose2D pose = pose_of(profiles, match);
+		    const double cost = static_cast<double>(match.cost) / static_cast<double>(companded.observed.size());
+		    if (distinct.add(pose)) candidates.push_back({pose, cost});
+		    return candidates.size() < most;
+	    });
+	return candidates;
+}
+}  // namespace d2s1r

@@ -1,0 +1,26 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <d2s1r/scan.h>
+
+#include <cstdint>
+#include <vector>
+
+#include "coarse/range_profiles.h"
+
+namespace d2s1r
+{
+/// The scan in the directions of the profiles: the beam nearest to each.
+struct CompandedScan
+{
+	/// By direction, the least and the greatest companded range of the map that agrees, and the truncation of
+	/// differences, in general and of what is beyond the greatest, which are 0 where there is no beam. A return agrees
+	/// with one range, a beam that saw nothing with all beyond its reach. Stored twice, then kBlock zeros, so that a
+	/// shifted read need not wrap around.
+	std::vector<std::uint8_t> least, greatest, truncation, truncation_beyond;
+	std::vector<int> observed;  //!< directions with a beam
+	std::vector<int> exact;     //!< of these, where one range agrees
+};
+
+CompandedScan compand(const Scan& scan, const RangeProfiles& profiles, const CoarseSearchParameters& parameters);
+}  // namespace d2s1r

@@ -1,0 +1,256 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "coarse/range_profiles.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <stdexcept>
+#include <utility>
+
+#include "ranges/range_sweep.h"
+
+namespace d2s1r
+{
+namespace
+{
+constexpr int kMostSquares = 1 << 16;  //!< along a side of the map: their places on the curve have 32 bits
+
+/// Position of (column, row), both below kMostSquares, along Hilbert's curve: cells near each other on it are near in
+/// the map.
+std::uint32_t hilbert_index(std::uint32_t column, std::uint32_t row)
+{
+	std::uint32_t index = 0;
+	for (std::uint32_t side = kMostSquares / 2; side > 0; side /= 2)
+	{
+		const bool right = (column & side) != 0, upper = (row & side) != 0;
+		index = 4 * index + ((right ? 3U : 0U) ^ (upper ? 1U : 0U));
+		if (upper) continue;
+		if (right) column = ~column, row = ~row;
+		std::swap(column, row);
+	}
+	return index;
+}
+
+/// The free cell nearest to the middle of every square of `side` x `side` cells, increasing.
+/// \param cells free ones, increasing
+std::vector<CellIndex> one_a_square(const Grid& grid, const std::vector<CellIndex>& cells, int side)
+{
+	struct Choice
+	{
+		CellIndex cell;
+		int distance;
+	};
+	constexpr Choice kNone{-1, std::numeric_limits<int>::max()};
+	std::vector<Choice> chosen(static_cast<std::size_t>(grid.width / side + 1), kNone);  // of one row of squares
+	std::vector<CellIndex> samples;
+	const auto finish_row = [&]
+	{
+		const auto first = static_cast<std::ptrdiff_t>(samples.size());
+		for (Choice& choice : chosen)
+			if (choice.cell != kNone.cell) samples.push_back(std::exchange(choice, kNone).cell);
+		std::sort(samples.begin() + first, samples.end());
+	};
+	int row = 0;
+	for (const CellIndex cell : cells)
+	{
+		for (; cell >= grid.index(0, row + 1); row++)
+			if ((row + 1) % side == 0) finish_row();
+		const int column = cell - grid.index(0, row);
+		const int dx = 2 * (column % side) - side + 1, dy = 2 * (row % side) - side + 1;
+		const Choice choice{cell, dx * dx + dy * dy};
+		Choice& nearest = chosen[static_cast<std::size_t>(column / side)];
+		if (choice.distance < nearest.distance) nearest = choice;
+	}
+	finish_row();
+	return samples;
+}
+
+/// A sample and its place along a Hilbert curve through the squares.
+struct PlacedCell
+{
+	std::uint32_t place;
+	CellIndex cell;
+};
+
+/// Sorted along the curve, so that the positions of a block are near each other and match similarly; the squares of
+/// 2 x 2 follow one another. \throws std::invalid_argument if there are more squares along a side of the map than the
+/// curve has places for
+std::vector<PlacedCell> along_curve(const Grid& grid, const std::vector<CellIndex>& samples, int side)
+{
+	if (std::max(grid.width, grid.height) / side >= kMostSquares)
+		throw std::invalid_argument("the map is wider than can be searched; use a greater coarse_search.spacing");
+	std::vector<PlacedCell> placed;
+	placed.reserve(samples.size());
+	for (const CellIndex cell : samples)
+		placed.push_back(
+		    {hilbert_index(
+		         static_cast<std::uint32_t>(cell % grid.width / side),
+		         static_cast<std::uint32_t>(cell / grid.width / side)),
+		     cell});
+	std::sort(placed.begin(), placed.end(), [](const auto& a, const auto& b) { return a.place < b.place; });
+	return placed;
+}
+
+constexpr double kCompandingRange = 2.0;  //!< [m] below it steps are about equal, above they grow with the range
+
+/// Companded ranges [step] by swept range.
+std::vector<std::uint8_t> steps_of_ranges(const RangeProfiles& profiles, double cell_size)
+{
+	std::vector<std::uint8_t> steps(65536, RangeProfiles::kOutOfRange);
+	for (std::size_t units = 0; units + 1 < steps.size(); units++)
+		steps[units] = profiles.compand(static_cast<double>(units) * cell_size / kRangeUnitsPerCell);
+	return steps;
+}
+
+/// Stores swept ranges of consecutive cells (cell, direction) as bytes.
+class RowWriter
+{
+   public:
+	/// \param first, count of the swept cells, those to store
+	/// \param byte_of by range, is referred to
+	/// \param stride [byte] between rows
+	/// \param rows (cell, direction), filled
+	RowWriter(
+	    std::size_t first, std::size_t count, const std::vector<std::uint8_t>& byte_of, int directions,
+	    std::size_t stride, std::uint8_t* rows)
+	    : first_(first),
+	      count_(count),
+	      byte_of_(byte_of),
+	      directions_(static_cast<std::size_t>(directions)),
+	      stride_(stride),
+	      rows_(rows),
+	      gathered_(kGathered * count)
+	{
+	}
+
+	/// \param direction all of them, in turn
+	/// \param swept in `direction`
+	void write(std::size_t direction, const SweptRanges& swept)
+	{
+		// local copies: byte stores may alias members, which would be reloaded every time
+		const SweptRanges ranges = swept;
+		const std::size_t first = first_, count = count_;
+		const std::uint8_t* const byte_of = byte_of_.data();
+		std::uint8_t* const gathered = gathered_.data() + direction % kGathered * count;
+		for (std::size_t i = 0; i < count; i++) gathered[i] = byte_of[ranges[first + i]];
+		if (direction % kGathered == kGathered - 1 || direction == directions_ - 1) store(direction);
+	}
+
+   private:
+	static constexpr std::size_t kWord = 8;              //!< [directions] stored at once
+	static constexpr std::size_t kGathered = 2 * kWord;  //!< [directions] stored before the next cell
+
+	/// The directions gathered last, up to `last`.
+	void store(std::size_t last)
+	{
+		const std::size_t first = last / kGathered * kGathered, directions = last - first + 1;
+		const std::size_t count = count_, stride = stride_;
+		const std::uint8_t* const gathered = gathered_.data();
+		std::uint8_t* row = rows_ + first;
+		for (std::size_t i = 0; i < count; i++, row += stride)
+		{
+			std::size_t d = 0;
+			for (; d + kWord <= directions; d += kWord)
+			{
+				std::array<std::uint8_t, kWord> word;
+				for (std::size_t k = 0; k < kWord; k++) word[k] = gathered[(d + k) * count + i];
+				std::memcpy(row + d, word.data(), kWord);
+			}
+			for (; d < directions; d++) row[d] = gathered[d * count + i];
+		}
+	}
+
+	std::size_t first_, count_;
+	const std::vector<std::uint8_t>& byte_of_;
+	std::size_t directions_, stride_;
+	std::uint8_t* rows_;
+	std::vector<std::uint8_t> gathered_;  //!< (direction, cell)
+};
+
+/// Signatures of the groups of an overview, block by block.
+std::vector<std::uint8_t> make_signatures(const RangeProfiles& profiles)
+{
+	constexpr std::size_t kBlock = RangeProfiles::kBlock, kBins = RangeProfiles::kBins;
+	std::vector<std::uint8_t> signatures((profiles.groups() + kBlock - 1) / kBlock * kBins * kBlock);
+	for (std::size_t group = 0; group < profiles.groups(); group++)
+	{
+		const auto signature =
+		    profiles.signature_of(profiles.overview_of(group), static_cast<std::size_t>(profiles.directions));
+		for (std::size_t bin = 0; bin < kBins; bin++)
+			signatures[(group / kBlock * kBins + bin) * kBlock + group % kBlock] = signature[bin];
+	}
+	return signatures;
+}
+}  // namespace
+
+std::uint8_t RangeProfiles::compand(double range) const
+{
+	if (range >= max_range) return kOutOfRange;
+	const double steps = (kOutOfRange - 1) / std::log1p(max_range / kCompandingRange);
+	return static_cast<std::uint8_t>(steps * std::log1p(range / kCompandingRange));
+}
+
+std::array<std::uint8_t, RangeProfiles::kBins> RangeProfiles::signature_of(
+    const std::uint8_t* steps, std::size_t count) const
+{
+	constexpr unsigned kParts = 8, kMost = kOutOfRange / 2;  // parts of a bin's width that are told apart
+	std::array<unsigned, kBins + 1> sums{};
+	for (std::size_t i = 0; i < count; i++)
+	{
+		const unsigned at = steps[i] * (kBins - 1) * kParts / kMost;
+		sums[at / kParts] += kParts - at % kParts;
+		sums[at / kParts + 1] += at % kParts;
+	}
+	std::array<std::uint8_t, kBins> signature;
+	const unsigned whole = kParts * static_cast<unsigned>(directions);
+	for (std::size_t bin = 0; bin < kBins; bin++)
+		signature[bin] = static_cast<std::uint8_t>((sums[bin] * kWhole + whole / 2) / whole);
+	return signature;
+}
+
+RangeProfiles make_range_profiles(
+    const Grid& grid, const std::vector<CellIndex>& cells, const CoarseSearchParameters& parameters)
+{
+	const int side = std::max(1, static_cast<int>(std::lround(parameters.spacing / grid.cell_size)));
+	const auto positions = along_curve(grid, one_a_square(grid, cells, side), side);
+	const auto groups = along_curve(grid, one_a_square(grid, cells, 2 * side), side);
+	std::vector<CellIndex> swept;
+	swept.reserve(positions.size() + groups.size());
+	for (const auto* placed : {&positions, &groups})
+		for (const PlacedCell& sample : *placed) swept.push_back(sample.cell);
+
+	RangeProfiles profiles;
+	profiles.directions = parameters.directions;
+	profiles.max_range = std::min(parameters.max_range, (kMostSweptCells - 1) * grid.cell_size);  // 1: rounding
+	profiles.x.reserve(positions.size());
+	profiles.y.reserve(positions.size());
+	profiles.first_of_group.reserve(groups.size() + 1);
+	for (std::size_t i = 0; i < positions.size(); i++)
+	{
+		profiles.x.push_back(static_cast<float>(grid.center_x(positions[i].cell)));
+		profiles.y.push_back(static_cast<float>(grid.center_y(positions[i].cell)));
+		if (i == 0 || positions[i].place / 4 != positions[i - 1].place / 4) profiles.first_of_group.push_back(i);
+	}
+	profiles.first_of_group.push_back(positions.size());
+	const auto directions = static_cast<std::size_t>(parameters.directions);
+	profiles.overview.resize(groups.size() * profiles.overview_stride());
+	profiles.by_position.resize(positions.size() * directions + RangeProfiles::kBlock);
+	const std::vector<std::uint8_t> step_of = steps_of_ranges(profiles, grid.cell_size);
+	std::vector<std::uint8_t> half_of = step_of;  // [2 steps]
+	for (std::uint8_t& step : half_of) step /= 2;
+	RowWriter by_position(0, positions.size(), step_of, parameters.directions, directions, profiles.by_position.data());
+	RowWriter overview(
+	    positions.size(), groups.size(), half_of, parameters.directions, profiles.overview_stride(),
+	    profiles.overview.data());
+	sweep_ranges(
+	    grid, swept, parameters.directions, profiles.max_range, false,
+	    [&](int direction, const SweptRanges& ranges)
+	    {
+		    by_position.write(static_cast<std::size_t>(direction), ranges);
+		    overview.write(static_cast<std::size_t>(direction), ranges);
+	    });
+	profiles.signatures = make_signatures(profiles);
+	return profiles;
+}
+}  // namespace d2s1r

@@ -1,0 +1,119 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "fine/decision.h"
+
+#include <mrpt/core/bits_math.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "answer/distinct_poses.h"
+
+namespace d2s1r
+{
+namespace
+{
+using mrpt::math::TPose2D;
+
+/// What a difference of log-likelihoods is divided by for log-odds: the more the best place leaves unexplained, the
+/// more of the difference is chance.
+double temperature(const Score& best, const ScoringParameters& parameters)
+{
+	return parameters.temperature + parameters.temperature_by_beam * best.unexplained;
+}
+
+void sort_best_first(std::vector<Place>& poses)
+{
+	std::stable_sort(
+	    poses.begin(), poses.end(),
+	    [](const Place& a, const Place& b) { return a.score.log_likelihood > b.score.log_likelihood; });
+}
+
+/// Best first; of the poses at one place the best.
+std::vector<Place> distinct_places(std::vector<Place> poses, const ScoringParameters& parameters)
+{
+	sort_best_first(poses);
+	DistinctPoses distinct(parameters.distinct_distance, mrpt::DEG2RAD(parameters.distinct_yaw));
+	std::vector<Place> places;
+	for (Place& pose : poses)
+	{
+		const Score& best = poses.front().score;
+		pose.weight = std::exp((pose.score.log_likelihood - best.log_likelihood) / temperature(best, parameters));
+		if (distinct.add(pose.pose)) places.push_back(pose);
+	}
+	return places;
+}
+
+/// Probability that one of the places found is right.
+double presence(const std::vector<Place>& places, const PresenceModel& model)
+{
+	constexpr double kMostLead = 12;  // [-]
+	const Score& best = places.front().score;
+	const double lead = places.size() == 1 ? kMostLead : std::min(kMostLead, -std::log(places[1].weight));
+	const double log_odds =
+	    model.bias + model.explained * best.explained + model.in_front * std::min(best.in_front, best.explained) +
+	    model.unexplained * best.unexplained + model.log_likelihood * best.log_likelihood + model.lead * lead +
+	    model.depth_edges * std::log1p(best.depth_edges) + model.surfaces * std::log1p(best.surfaces);
+	return 1 / (1 + std::exp(-log_odds));
+}
+}  // namespace
+
+std::vector<Place> find_places(
+    const BeamTracer& tracer, const DistanceField& field, const Scan& scan, const Rays& all,
+    const std::vector<RefinedPose>& poses, const Prior& prior, const Parameters& parameters)
+{
+	constexpr double kHopeless = 12;      // [nat] below the best pose: not polished
+	constexpr double kNegligible = 1e-3;  // [-] likelihood relative to the best place: not compared
+	const BeamModel& model = parameters.scoring.beam_model;
+	const TPose2D robot_on_sensor = TPose2D() - scan.sensor_on_robot;
+	const auto is_possible = [&](const TPose2D& sensor) { return prior.allows(sensor + robot_on_sensor); };
+	std::vector<Place> scored;
+	for (const auto& [pose, fit] : poses)
+		if (is_possible(pose)) scored.push_back({pose, score(tracer, field, all, pose, model)});
+	sort_best_first(scored);
+	const double least = scored.empty() ? 0 : scored.front().score.log_likelihood - kHopeless;
+	const std::size_t to_polish = std::min(scored.size(), static_cast<std::size_t>(parameters.refinement.max_polished));
+	for (std::size_t i = 0; i < to_polish && scored[i].score.log_likelihood >= least; i++)
+	{
+		const TPose2D pose = polish(field, all, scored[i].pose, parameters.refinement);
+		if (!is_possible(pose)) continue;
+		scored[i].pose = pose;
+		const Score polished = score(tracer, field, all, pose, model);
+		if (polished.log_likelihood > scored[i].score.log_likelihood) scored[i].score = polished;
+	}
+	std::vector<Place> places = distinct_places(std::move(scored), parameters.scoring);
+	const std::size_t to_compare =
+	    std::min(places.size(), static_cast<std::size_t>(parameters.refinement.max_compared));
+	for (std::size_t i = 0; i < to_compare && places[i].weight > kNegligible; i++)
+	{
+		const Score best = best_score_near(tracer, field, all, places[i].pose, model);
+		if (best.log_likelihood > places[i].score.log_likelihood) places[i].score = best;
+	}
+	return distinct_places(std::move(places), parameters.scoring);
+}
+
+Localization decide(
+    const DistanceField& field, const Scan& scan, const Rays& all, const std::vector<Place>& places,
+    const Parameters& parameters)
+{
+	double mass = 0;
+	for (const Place& place : places) mass += place.weight;
+	const double present = places.empty() ? 0 : presence(places, parameters.scoring.presence_model);
+	if (places.empty() || present < parameters.scoring.rejected_below)
+		return no_place(Status::kRejected, "no place in the map explains the scan");
+	Localization result;
+	const auto count = std::min(places.size(), static_cast<std::size_t>(parameters.scoring.hypotheses));
+	for (std::size_t i = 0; i < count; i++)
+	{
+		const TPose2D& pose = places[i].pose;
+		const mrpt::math::CMatrixDouble33 covariance(pose_covariance(field, all, pose, parameters.refinement));
+		Hypothesis hypothesis = hypothesis_of_sensor(pose, covariance, scan.sensor_on_robot);
+		hypothesis.probability = present * places[i].weight / mass;
+		hypothesis.log_likelihood = places[i].score.log_likelihood;
+		hypothesis.explained = places[i].score.explained;
+		result.hypotheses.push_back(hypothesis);
+	}
+	result.confidence = result.best().probability;
+	result.status = result.confidence > parameters.scoring.localized_above ? Status::kLocalized : Status::kAmbiguous;
+	return result;
+}
+}  // namespace d2s1r

@@ -1,0 +1,165 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "fine/end_point_sums.h"
+
+#include "base/simd.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "fine/end_point_sums.cpp"  // of the include path src/
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#include "base/simd_floats-inl.h"
+
+#include <algorithm>
+
+HWY_BEFORE_NAMESPACE();
+namespace d2s1r
+{
+namespace HWY_NAMESPACE
+{
+namespace
+{
+/// The sensor among the cells of the field.
+struct Frame
+{
+	Floats column, row;      //!< [cells] of the sensor, cell centres at whole numbers
+	Rotation heading;        //!< of the sensor
+	Floats cells_per_metre;  //!< [1 / m]
+	Floats range_offset;     //!< [m]
+	Floats kernel2;          //!< [m^2]
+};
+
+struct Distances
+{
+	Floats value, gradient_x, gradient_y;  //!< [m], [-], [-]
+	Mask inside;
+};
+
+/// As DistanceField::at(), at (column, row) [cells].
+Distances look_up(const DistanceField& field, Floats column, Floats row)
+{
+	const auto last_column = all(static_cast<float>(field.width() - 1));
+	const auto last_row = all(static_cast<float>(field.height() - 1));
+	const Mask inside = hn::And(
+	    hn::And(hn::Ge(column, all(0)), hn::Lt(column, last_column)),
+	    hn::And(hn::Ge(row, all(0)), hn::Lt(row, last_row)));
+	const Ints i = hn::ConvertTo(kInts, hn::IfThenElseZero(inside, column));
+	const Ints j = hn::ConvertTo(kInts, hn::IfThenElseZero(inside, row));
+	const Floats u = hn::Sub(column, hn::ConvertTo(kFloats, i)), v = hn::Sub(row, hn::ConvertTo(kFloats, j));
+	// a cell has two bytes: one word holds it and its right neighbour
+	const Ints offset = hn::ShiftLeft<1>(hn::Add(hn::Mul(j, hn::Set(kInts, field.width())), i));
+	const auto* lower_row = reinterpret_cast<const std::int32_t*>(field.cells());
+	const auto* upper_row = reinterpret_cast<const std::int32_t*>(field.cells() + field.width());
+	const Ints lower = hn::GatherOffset(kInts, lower_row, offset), upper = hn::GatherOffset(kInts, upper_row, offset);
+	const Ints low = hn::Set(kInts, 0xFFFF);
+	const Floats a = hn::ConvertTo(kFloats, hn::And(lower, low)), c = hn::ConvertTo(kFloats, hn::And(upper, low));
+	const Floats b = hn::ConvertTo(kFloats, hn::And(hn::ShiftRight<16>(lower), low));
+	const Floats d = hn::ConvertTo(kFloats, hn::And(hn::ShiftRight<16>(upper), low));
+	const Floats on_lower = hn::Add(a, hn::Mul(hn::Sub(b, a), u)), on_upper = hn::Add(c, hn::Mul(hn::Sub(d, c), u));
+	const Floats cells = all(1 / DistanceField::kUnitsPerCell);
+	const Floats metres = all(static_cast<float>(field.cell_size()) / DistanceField::kUnitsPerCell);
+	const Floats value = hn::Mul(hn::Add(on_lower, hn::Mul(hn::Sub(on_upper, on_lower), v)), metres);
+	const Floats along_x = sum_of_products(hn::Sub(b, a), hn::Sub(all(1), v), hn::Sub(d, c), v);
+	return {value, hn::Mul(along_x, cells), hn::Mul(hn::Sub(on_upper, on_lower), cells), inside};
+}
+
+/// Sums in eight lanes whatever the length of a vector, so that every machine adds in the same order.
+class Accumulator
+{
+   public:
+	Accumulator()
+	{
+		for (auto& part : sums_)
+			for (Floats& sum : part) sum = hn::Zero(kFloats);
+	}
+
+	void add(std::size_t part, Floats jx, Floats jy, Floats jp, Floats jr, Floats e, Floats share)
+	{
+		Floats* sum = sums_[part];
+		const Floats w = hn::Mul(share, share);
+		const Floats wx = hn::Mul(w, jx), wy = hn::Mul(w, jy), wp = hn::Mul(w, jp), wr = hn::Mul(w, jr);
+		const Floats terms[kSums] = {
+		    hn::Mul(wx, jx), hn::Mul(wx, jy), hn::Mul(wx, jp), hn::Mul(wx, jr), hn::Mul(wy, jy),
+		    hn::Mul(wy, jp), hn::Mul(wy, jr), hn::Mul(wp, jp), hn::Mul(wp, jr), hn::Mul(wr, jr),
+		    hn::Mul(wx, e),  hn::Mul(wy, e),  hn::Mul(wp, e),  hn::Mul(wr, e),  share};
+		for (std::size_t k = 0; k < kSums; k++) sum[k] = hn::Add(sum[k], terms[k]);
+	}
+
+	EndPointSums result() const
+	{
+		float total[kSums];
+		for (std::size_t k = 0; k < kSums; k++)
+		{
+			HWY_ALIGN float lanes[kSimdFloats];
+			for (std::size_t part = 0; part < kParts; part++)
+				hn::Store(sums_[part][k], kFloats, lanes + part * hn::Lanes(kFloats));
+			total[k] =
+			    ((lanes[0] + lanes[1]) + (lanes[2] + lanes[3])) + ((lanes[4] + lanes[5]) + (lanes[6] + lanes[7]));
+		}
+		EndPointSums sums;
+		std::copy_n(total, 10, sums.information.begin());
+		std::copy_n(total + 10, 4, sums.gradient.begin());
+		sums.support = total[14];
+		return sums;
+	}
+
+   private:
+	static constexpr std::size_t kSums = 15;
+	static constexpr std::size_t kParts = kSimdFloats / hn::MaxLanes(kFloats);
+	static_assert(kParts * hn::MaxLanes(kFloats) == kSimdFloats && kSimdFloats == 8);
+	Floats sums_[kParts][kSums];
+};
+}  // namespace
+
+EndPointSums sum_of_target(
+    const DistanceField& field, const BeamEnds& returns, const mrpt::math::TPose2D& sensor, double range_offset,
+    double kernel)
+{
+	const double cells_per_metre = 1 / field.cell_size();
+	const Frame frame{
+	    all(static_cast<float>((sensor.x - field.origin_x()) * cells_per_metre - 0.5)),
+	    all(static_cast<float>((sensor.y - field.origin_y()) * cells_per_metre - 0.5)),
+	    Rotation(sensor.phi),
+	    all(static_cast<float>(cells_per_metre)),
+	    all(static_cast<float>(range_offset)),
+	    all(static_cast<float>(kernel * kernel))};
+	Accumulator sums;
+	const std::size_t lanes = hn::Lanes(kFloats);
+	for (std::size_t i = 0; i < returns.range.size(); i += lanes)
+	{
+		const Floats ux = hn::LoadU(kFloats, returns.unit_x.data() + i),
+		             uy = hn::LoadU(kFloats, returns.unit_y.data() + i);
+		const Floats range = hn::Add(hn::LoadU(kFloats, returns.range.data() + i), frame.range_offset);
+		const Floats dx = frame.heading.x(ux, uy), dy = frame.heading.y(ux, uy);
+		const Floats rx = hn::Mul(dx, range), ry = hn::Mul(dy, range);
+		const Distances at = look_up(
+		    field, hn::Add(frame.column, hn::Mul(rx, frame.cells_per_metre)),
+		    hn::Add(frame.row, hn::Mul(ry, frame.cells_per_metre)));
+		const Floats share =
+		    hn::IfThenElseZero(at.inside, hn::Div(frame.kernel2, hn::Add(frame.kernel2, hn::Mul(at.value, at.value))));
+		const Floats jp = hn::Sub(hn::Mul(at.gradient_y, rx), hn::Mul(at.gradient_x, ry));
+		const Floats jr = sum_of_products(at.gradient_x, dx, at.gradient_y, dy);
+		const auto valid = [&](Floats value) { return hn::IfThenElseZero(at.inside, value); };
+		sums.add(
+		    i / lanes % (kSimdFloats / lanes), valid(at.gradient_x), valid(at.gradient_y), valid(jp), valid(jr),
+		    valid(at.value), share);
+	}
+	return sums.result();
+}
+}  // namespace HWY_NAMESPACE
+}  // namespace d2s1r
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace d2s1r
+{
+HWY_EXPORT(sum_of_target);
+
+EndPointSums sum_end_points(
+    const DistanceField& field, const BeamEnds& returns, const mrpt::math::TPose2D& sensor, double range_offset,
+    double kernel)
+{
+	return HWY_DYNAMIC_DISPATCH(sum_of_target)(field, returns, sensor, range_offset, kernel);
+}
+}  // namespace d2s1r
+#endif  // HWY_ONCE

@@ -1,0 +1,27 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+
+#include "ranges/distance_field.h"
+#include "scan/rays.h"
+
+namespace d2s1r
+{
+/// The least-squares problem of the distances of all end points to walls, linearized at a pose (x, y, phi) and at an
+/// offset of all ranges; robust weights are those of Geman and McClure.
+struct EndPointSums
+{
+	std::array<float, 10> information{};  //!< J^T W J, upper triangle by rows
+	std::array<float, 4> gradient{};      //!< J^T W r
+	float support = 0;                    //!< square roots of the weights: 1 per end point that lies on a wall
+};
+
+/// \param sensor [m, rad, map frame]
+/// \param range_offset [m] added to all ranges
+/// \param kernel [m] width of the robust kernel
+/// \return the same bits whatever SIMD the machine has
+EndPointSums sum_end_points(
+    const DistanceField& field, const BeamEnds& returns, const mrpt::math::TPose2D& sensor, double range_offset,
+    double kernel);
+}  // namespace d2s1r

@@ -1,0 +1,232 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "fine/refinement.h"
+
+#include <mrpt/core/bits_math.h>
+#include <mrpt/math/wrap2pi.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "answer/distinct_poses.h"
+#include "fine/end_point_sums.h"
+
+namespace d2s1r
+{
+namespace
+{
+using mrpt::math::TPose2D;
+
+// Steps of the descent by the width of the robust kernel, as multiples of parameters.kernel: wide from a coarse
+// candidate, narrower the nearer the pose.
+constexpr double kFromCandidate[] = {5, 3, 2, 2};
+constexpr double kFromSettled[] = {2, 1.25, 1, 1};
+constexpr double kFromBeside[] = {1.25, 1};
+constexpr double kToPolish = 0.75;
+// The fit is judged by narrower ones than the steps: what is near a wall is not on it.
+constexpr double kOfSettled = 1.25;
+constexpr double kOfRefined = 0.6;
+constexpr double kBeside[] = {-0.3, -0.2, -0.1, 0.1, 0.2, 0.3};  //!< [m] along what a scan leaves open
+
+/// Poses nearer than this are one.
+struct Apart
+{
+	double distance;  //!< [m]
+	double yaw;       //!< [rad]
+};
+constexpr Apart kSettledApart{0.15, mrpt::DEG2RAD(3.0)};
+constexpr Apart kRefinedApart{0.08, mrpt::DEG2RAD(2.0)};
+
+constexpr double kLongestStep = 0.2, kWidestTurn = 0.1;  //!< [m], [rad] of one step
+// Damping [-] a ray: few rays would slide along a corridor.
+constexpr double kDampingOfFew = 1e-2, kDamping = 1e-3;
+
+/// J^T W J over (x, y, phi, range offset).
+Eigen::Matrix4d information_of(const EndPointSums& sums)
+{
+	Eigen::Matrix4d information;
+	std::size_t next = 0;
+	for (int i = 0; i < 4; i++)
+		for (int j = i; j < 4; j++)
+			information(i, j) = information(j, i) = static_cast<double>(sums.information[next++]);
+	return information;
+}
+
+Eigen::Vector4d gradient_of(const EndPointSums& sums)
+{
+	return Eigen::Map<const Eigen::Vector4f>(sums.gradient.data()).cast<double>();
+}
+
+double fit_of(const EndPointSums& sums, std::size_t rays)
+{
+	return static_cast<double>(sums.support) / static_cast<double>(std::max<std::size_t>(1, rays));
+}
+
+double fit_of(const DistanceField& field, const Rays& rays, const TPose2D& pose, double kernel)
+{
+	return fit_of(sum_end_points(field, rays.returns, pose, 0, kernel), rays.count);
+}
+
+/// `pose` moved by `step` (x, y, phi), shortened.
+TPose2D moved(const TPose2D& pose, Eigen::Vector3d step)
+{
+	const double length = step.head<2>().norm();
+	if (length > kLongestStep) step.head<2>() *= kLongestStep / length;
+	const double turn = std::clamp(step.z(), -kWidestTurn, kWidestTurn);
+	return {pose.x + step.x(), pose.y + step.y(), mrpt::math::wrapToPi(pose.phi + turn)};
+}
+
+/// One damped step from `pose`, where the end points of `count` rays sum up to `sums`.
+TPose2D gauss_newton_step(const EndPointSums& sums, std::size_t count, const TPose2D& pose, double damping)
+{
+	Eigen::Matrix3d information = information_of(sums).topLeftCorner<3, 3>();
+	information.diagonal().array() += damping * static_cast<double>(count) + 1e-6;
+	return moved(pose, -information.ldlt().solve(gradient_of(sums).head<3>()));
+}
+
+/// A step for each kernel, in multiples of `unit` [m].
+template <class Kernels>
+TPose2D descend(const DistanceField& field, const Rays& rays, TPose2D pose, const Kernels& kernels, double unit)
+{
+	for (const double kernel : kernels)
+		pose =
+		    gauss_newton_step(sum_end_points(field, rays.returns, pose, 0, kernel * unit), rays.count, pose, kDamping);
+	return pose;
+}
+
+/// A candidate on its way.
+struct Settling
+{
+	TPose2D pose;
+	double cost;  //!< [-] that counts beside the fit
+	EndPointSums sums{};
+	double fit = 0;
+};
+
+/// Sums up the end points at all poses, and drops those that fit worse than the best one by more than the margin.
+void drop_poor(const DistanceField& field, const Rays& few, double kernel, double margin, std::vector<Settling>& poses)
+{
+	double best = -std::numeric_limits<double>::infinity();
+	for (Settling& at : poses)
+	{
+		at.sums = sum_end_points(field, few.returns, at.pose, 0, kernel);
+		at.fit = fit_of(at.sums, few.count) - at.cost;
+		best = std::max(best, at.fit);
+	}
+	const auto is_poor = [=](const Settling& at) { return at.fit < best - margin; };
+	poses.erase(std::remove_if(poses.begin(), poses.end(), is_poor), poses.end());
+}
+
+/// Best fits first, and of those that are not apart only the best; at most `most`.
+std::vector<RefinedPose> best_distinct(std::vector<RefinedPose> poses, std::size_t most, const Apart& apart)
+{
+	std::stable_sort(poses.begin(), poses.end(), [](const auto& a, const auto& b) { return a.fit > b.fit; });
+	std::vector<RefinedPose> kept;
+	DistinctPoses distinct(apart.distance, apart.yaw);
+	for (const auto& pose : poses)
+	{
+		if (kept.size() >= most) break;
+		if (distinct.add(pose.pose)) kept.push_back(pose);
+	}
+	return kept;
+}
+
+/// Unit vector in the map along which the end points hold the position least.
+Eigen::Vector2d open_direction(const DistanceField& field, const Rays& rays, const TPose2D& pose, double kernel)
+{
+	const Eigen::Matrix4d information = information_of(sum_end_points(field, rays.returns, pose, 0, kernel));
+	return Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(information.topLeftCorner<2, 2>()).eigenvectors().col(0);
+}
+
+/// [m^2] of the sum of squares of one ray's distance: rays beside each other err alike.
+double variance_of(const Rays& rays, const RefinementParameters& parameters)
+{
+	const double alike = std::max(1.0, mrpt::DEG2RAD(parameters.beam_correlation) / rays.spacing);  // [-] rays
+	return parameters.range_noise * parameters.range_noise * alike;
+}
+}  // namespace
+
+std::vector<RefinedPose> settle(
+    const DistanceField& field, const Rays& few, const std::vector<Candidate>& candidates,
+    const RefinementParameters& parameters)
+{
+	std::vector<Settling> settling;
+	settling.reserve(candidates.size());
+	for (const Candidate& candidate : candidates)
+		settling.push_back({candidate.pose, parameters.cost_weight * candidate.cost});
+	for (const double kernel : kFromCandidate)
+	{
+		drop_poor(field, few, kernel * parameters.kernel, parameters.fit_margin, settling);
+		for (Settling& at : settling) at.pose = gauss_newton_step(at.sums, few.count, at.pose, kDampingOfFew);
+	}
+	drop_poor(field, few, kOfSettled * parameters.kernel, parameters.fit_margin, settling);
+	std::vector<RefinedPose> poses;
+	poses.reserve(settling.size());
+	for (const Settling& at : settling) poses.push_back({at.pose, at.fit});
+	return best_distinct(std::move(poses), static_cast<std::size_t>(parameters.max_scored), kSettledApart);
+}
+
+std::vector<RefinedPose> refine(
+    const DistanceField& field, const Rays& rays, std::vector<RefinedPose> poses,
+    const RefinementParameters& parameters)
+{
+	const double kernel = parameters.kernel;
+	for (RefinedPose& refined : poses)
+	{
+		refined.pose = descend(field, rays, refined.pose, kFromSettled, kernel);
+		refined.fit = fit_of(field, rays, refined.pose, kOfRefined * kernel);
+	}
+	std::stable_sort(poses.begin(), poses.end(), [](const auto& a, const auto& b) { return a.fit > b.fit; });
+
+	const std::size_t forked = std::min(poses.size(), static_cast<std::size_t>(parameters.max_restarted));
+	for (std::size_t i = 0; i < forked; i++)
+	{
+		const TPose2D start = poses[i].pose;
+		const Eigen::Vector2d open = open_direction(field, rays, start, kernel);
+		for (const double offset : kBeside)
+		{
+			TPose2D pose = start;
+			pose.x += offset * open.x(), pose.y += offset * open.y();
+			pose = descend(field, rays, pose, kFromBeside, kernel);
+			if (const double fit = fit_of(field, rays, pose, kOfRefined * kernel); fit > poses[i].fit)
+				poses.push_back({pose, fit});
+		}
+	}
+	const std::size_t all = poses.size();
+	return best_distinct(std::move(poses), all, kRefinedApart);
+}
+
+TPose2D polish(const DistanceField& field, const Rays& rays, TPose2D pose, const RefinementParameters& parameters)
+{
+	constexpr int kSteps = 4;
+	constexpr double kStep = 0.05;  // [m] what the scan leaves open stays where it is
+	const double deviation = parameters.surface_offset * field.cell_size();
+	const double prior = variance_of(rays, parameters) / (deviation * deviation);
+	const double damping = variance_of(rays, parameters) / (kStep * kStep);
+	double offset = 0;
+	for (int i = 0; i < kSteps; i++)
+	{
+		const EndPointSums sums = sum_end_points(field, rays.returns, pose, offset, kToPolish * parameters.kernel);
+		Eigen::Matrix4d information = information_of(sums);
+		information.diagonal() += Eigen::Vector4d(damping, damping, damping, prior);
+		Eigen::Vector4d gradient = gradient_of(sums);
+		gradient(3) += prior * offset;
+		const Eigen::Vector4d step = -information.ldlt().solve(gradient);
+		pose = moved(pose, step.head<3>());
+		offset += step(3);
+	}
+	return pose;
+}
+
+Eigen::Matrix3d pose_covariance(
+    const DistanceField& field, const Rays& rays, const TPose2D& sensor, const RefinementParameters& parameters)
+{
+	const EndPointSums sums = sum_end_points(field, rays.returns, sensor, 0, parameters.kernel);
+	Eigen::Matrix3d information = information_of(sums).topLeftCorner<3, 3>() / variance_of(rays, parameters);
+	constexpr double kMost = 1.0, kMostYaw = mrpt::DEG2RAD(10.0);  // [m], [rad] of standard deviation
+	information.diagonal() += Eigen::Vector3d(kMost, kMost, kMostYaw).cwiseAbs2().cwiseInverse();
+	return information.inverse();
+}
+}  // namespace d2s1r

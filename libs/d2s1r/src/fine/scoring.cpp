@@ -1,0 +1,204 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "fine/scoring.h"
+
+#include <mrpt/core/bits_math.h>
+
+#include <algorithm>
+#include <cmath>
+#include <initializer_list>
+#include <utility>
+
+namespace d2s1r
+{
+namespace
+{
+constexpr double kModelBeam = mrpt::DEG2RAD(1.0);  //!< [rad]
+constexpr double kMostPassed = 3;                  //!< [-] walls and [m] of unknown space that count
+constexpr double kLeastOfSurface = 3;              //!< [-] explained returns, as beams of the model; two rays at least
+constexpr float kWholeCell = 0.99F;                //!< [-] of walls: passes of corners alone are no wall; rounding
+
+enum class End
+{
+	kWall,
+	kBesideWall,
+	kOffWall,
+	kUnknown
+};
+
+struct BeamEnd
+{
+	double log_likelihood;  //!< [nat]
+	End end;
+};
+
+BeamEnd classify_end(float distance, Cell cell, const BeamModel& model)
+{
+	constexpr float kOnWall = 0.06F, kNearWall = 0.10F, kBesideWall = 0.20F;  // [m] as BeamModel says
+	static_assert(
+	    kBesideWall < static_cast<float>(kLeastCellSize) * (DistanceField::kReachCells - 0.01F), "else nothing is off");
+	if (distance < kOnWall) return {model.on_wall, End::kWall};
+	if (distance < kNearWall) return {model.near_wall, End::kWall};
+	if (cell == Cell::kUnknown) return {model.in_unknown, End::kUnknown};
+	if (distance < kBesideWall) return {model.beside_wall, End::kBesideWall};
+	return {model.off_wall, End::kOffWall};
+}
+
+/// How near an object is: what BeamModel::off_wall_near is multiplied with [-].
+double nearness(float log_range)
+{
+	constexpr double kNear = -0.693;  // [-] Rays::log_range of 1.5 m
+	return std::max(0.0, kNear - static_cast<double>(log_range));
+}
+
+/// The sum over one scan, beam by beam.
+class Sum
+{
+   public:
+	Sum(const BeamModel& model, double beams)
+	    : model_(model), beams_(beams), least_of_surface_(std::max(2L, std::lround(kLeastOfSurface / beams)))
+	{
+	}
+
+	/// A beam that passed `walls` [-] and `unknown` space [m]; `depth_edge`: between it and the last one.
+	void add(const BeamEnd& at_end, float walls, float unknown, float log_range, bool depth_edge, bool starts_surface)
+	{
+		const auto counted = [](float passed) { return std::min(static_cast<double>(passed), kMostPassed); };
+		double beam =
+		    at_end.log_likelihood + model_.through_wall * counted(walls) + model_.unknown_metre * counted(unknown);
+		if (at_end.end == End::kWall) beam += model_.log_range * static_cast<double>(log_range);
+		const bool through = walls > kWholeCell;
+		const bool short_of_wall = at_end.end == End::kOffWall && !through;
+		if (short_of_wall) beam += model_.off_wall_near * nearness(log_range);
+		log_likelihood_ += beams_ * beam;
+		if (short_of_wall && !was_short_) log_likelihood_ += model_.off_wall_run;
+		const bool explained = at_end.end == End::kWall && !through;
+		if (depth_edge && explained && was_explained_)
+		{
+			log_likelihood_ += model_.depth_edge;
+			depth_edges_++;
+		}
+		was_short_ = short_of_wall, was_explained_ = explained;
+		if (starts_surface) of_surface_ = 0;
+		if (explained && ++of_surface_ == least_of_surface_) surfaces_++;
+		returns_++;
+		explained_ += explained ? 1 : 0;
+		in_front_ += short_of_wall ? 1 : 0;
+	}
+
+	void end_run() { was_short_ = false; }
+
+	Score result() const
+	{
+		const auto share = [&](int part) { return returns_ > 0 ? static_cast<double>(part) / returns_ : 0.0; };
+		return {log_likelihood_, share(explained_), share(in_front_), beams_ * (returns_ - explained_),
+		        depth_edges_,    surfaces_};
+	}
+
+   private:
+	const BeamModel& model_;
+	double beams_;  //!< [-] beams of the model that one ray stands for
+	long least_of_surface_;
+	double log_likelihood_ = 0;
+	int returns_ = 0, explained_ = 0, in_front_ = 0, depth_edges_ = 0, surfaces_ = 0, of_surface_ = 0;
+	bool was_short_ = false, was_explained_ = false;
+};
+
+/// [nat] of beams that ended at nothing: little, for glass and dark surfaces do not return every beam.
+double of_no_returns(
+    const BeamTracer& tracer, const Rays& rays, const mrpt::math::TPose2D& sensor, const BeamModel& model)
+{
+	thread_local TracedBeams traced;
+	tracer.trace(rays.no_returns, sensor, traced);
+	double sum = 0;
+	for (std::size_t i = 0; i < rays.count - rays.log_range.size(); i++)
+		if (traced.walls[i] > kWholeCell) sum += model.no_return_at_wall;
+	return rays.spacing / kModelBeam * sum;
+}
+
+/// Where a return ends [m, map frame]; `c` and `s` are of the sensor's yaw.
+std::pair<double, double> end_of(
+    const BeamEnds& returns, std::size_t i, const mrpt::math::TPose2D& sensor, float c, float s)
+{
+	const float x = (c * returns.unit_x[i] - s * returns.unit_y[i]) * returns.range[i];
+	const float y = (s * returns.unit_x[i] + c * returns.unit_y[i]) * returns.range[i];
+	return {sensor.x + static_cast<double>(x), sensor.y + static_cast<double>(y)};
+}
+}  // namespace
+
+Score score(
+    const BeamTracer& tracer, const DistanceField& field, const Rays& rays, const mrpt::math::TPose2D& sensor,
+    const BeamModel& model)
+{
+	thread_local TracedBeams traced;
+	const BeamEnds& returns = rays.returns;
+	tracer.trace(returns, sensor, traced);
+	Sum sum(model, rays.spacing / kModelBeam);
+	const auto c = static_cast<float>(std::cos(sensor.phi)), s = static_cast<float>(std::sin(sensor.phi));
+	for (std::size_t i = 0; i < rays.log_range.size(); i++)
+	{
+		const auto [x, y] = end_of(returns, i, sensor, c, s);
+		const Distance to_wall = field.at(x, y);
+		if (rays.starts_run[i] != 0) sum.end_run();
+		sum.add(
+		    classify_end(to_wall.value, static_cast<Cell>(traced.end[i]), model), traced.walls[i], traced.unknown[i],
+		    rays.log_range[i], rays.depth_edge[i] != 0, rays.starts_surface[i] != 0);
+	}
+	Score score = sum.result();
+	score.log_likelihood += of_no_returns(tracer, rays, sensor, model);
+	return score;
+}
+
+Score best_score_near(
+    const BeamTracer& tracer, const DistanceField& field, const Rays& rays, const mrpt::math::TPose2D& sensor,
+    const BeamModel& model)
+{
+	constexpr int kRounds = 2;
+	constexpr double kTurn = 0.2;  // [rad] for each metre of a step
+	Score best = score(tracer, field, rays, sensor, model);
+	mrpt::math::TPose2D at = sensor;
+	for (const double step : {0.04, 0.02})  // [m]
+		for (int round = 0; round < kRounds; round++)
+		{
+			const double turn = kTurn * step;
+			const mrpt::math::TPose2D from = at;
+			for (const mrpt::math::TPose2D& move : std::initializer_list<mrpt::math::TPose2D>{
+			         {step, 0, 0}, {-step, 0, 0}, {0, step, 0}, {0, -step, 0}, {0, 0, turn}, {0, 0, -turn}})
+			{
+				const Score found = score(tracer, field, rays, from + move, model);
+				if (found.log_likelihood > best.log_likelihood) best = found, at = from + move;
+			}
+			if (at == from) break;
+		}
+	return best;
+}
+
+double log_likelihood_bound(
+    const BeamTracer& tracer, const DistanceField& field, const Rays& rays, const mrpt::math::TPose2D& sensor,
+    const BeamModel& model)
+{
+	// as a rule nothing that is passed adds to a likelihood
+	const auto gain = [](double weight) { return std::max(0.0, weight); };
+	const double most_by_beam = kMostPassed * (gain(model.through_wall) + gain(model.unknown_metre));
+	const double most_by_run = gain(model.off_wall_run);
+	const double beams = rays.spacing / kModelBeam;
+	thread_local TracedBeams ends;
+	tracer.locate_ends(rays.returns, sensor, ends);
+	const auto no_returns = static_cast<double>(rays.count - rays.log_range.size());
+	double sum = beams * no_returns * gain(model.no_return_at_wall);
+	bool was_on_wall = false;
+	const auto c = static_cast<float>(std::cos(sensor.phi)), s = static_cast<float>(std::sin(sensor.phi));
+	for (std::size_t i = 0; i < rays.log_range.size(); i++)
+	{
+		const auto [x, y] = end_of(rays.returns, i, sensor, c, s);
+		const BeamEnd at_end = classify_end(field.at(x, y).value, static_cast<Cell>(ends.end[i]), model);
+		const bool on_wall = at_end.end == End::kWall;
+		const float log_range = rays.log_range[i];
+		double by_range = on_wall ? model.log_range * static_cast<double>(log_range) : 0;
+		if (at_end.end == End::kOffWall) by_range = gain(model.off_wall_near) * nearness(log_range);
+		sum += beams * (at_end.log_likelihood + by_range + most_by_beam) + most_by_run;
+		if (rays.depth_edge[i] != 0 && on_wall && was_on_wall) sum += gain(model.depth_edge);
+		was_on_wall = on_wall;
+	}
+	return sum;
+}
+}  // namespace d2s1r

@@ -1,0 +1,47 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "ranges/beam_tracer.h"
+#include "ranges/distance_field.h"
+#include "scan/rays.h"
+
+namespace d2s1r
+{
+/// How a scan fits at one pose.
+struct Score
+{
+	double log_likelihood = 0;  //!< [nat] against beams that end anywhere, higher is better
+	double explained = 0;       //!< [0, 1] share of the returns that end at a wall without having passed one
+	double in_front = 0;        //!< [0, 1] share that ends in free space, more than 20 cm in front of walls: at objects
+	double unexplained = 0;     //!< [-] returns that are not explained, as beams of 1 deg
+	int depth_edges = 0;        //!< [-] those of the scan (Rays::depth_edge) with explained returns on both sides
+	int surfaces = 0;  //!< [-] straight pieces of the scan (Rays::starts_surface) with explained returns over 3 deg
+};
+
+/// Log-likelihood of a scan at a pose under a beam model that is honest along the whole ray: where the beam ends, how
+/// many walls it passed and how much unknown space; neighbouring beams see the same object, so runs of misses count.
+/// A beam that saw nothing is charged for a wall of the map within its reach, and says nothing otherwise.
+/// If the map explains both sides of a depth edge, that says more than the same number of beams along a wall: a wall
+/// fits in many places, one thing in front of another in few.
+///
+/// The weights (BeamModel) are a conditional logit: they maximize the probability of the true pose among those that
+/// coarse_search() and refine() find, so that the soft maximum of log-likelihoods is a calibrated probability. Their
+/// common scale and the weights of depth edges and of walls passed were set afterwards, by the same measure, on the
+/// places that decide() lists; that of near objects by how often the best pose was right, with and without people
+/// added to the scans. Thread-safe.
+Score score(
+    const BeamTracer& tracer, const DistanceField& field, const Rays& rays, const mrpt::math::TPose2D& sensor,
+    const BeamModel& model);
+
+/// The best score found at `sensor` and within some centimetres of it: a compass search (Kolda, Lewis and Torczon,
+/// "Optimization by Direct Search", 2003), for scores have steps and no slope. Thread-safe.
+Score best_score_near(
+    const BeamTracer& tracer, const DistanceField& field, const Rays& rays, const mrpt::math::TPose2D& sensor,
+    const BeamModel& model);
+
+/// What the log-likelihood of score() cannot exceed [nat]: that of the ends of the beams, as if they had passed
+/// nothing.
+double log_likelihood_bound(
+    const BeamTracer& tracer, const DistanceField& field, const Rays& rays, const mrpt::math::TPose2D& sensor,
+    const BeamModel& model);
+}  // namespace d2s1r

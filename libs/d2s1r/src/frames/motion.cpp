@@ -1,0 +1,88 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include <d2s1r/motion.h>
+#include <d2s1r/scan_accumulator.h>
+#include <mrpt/core/bits_math.h>
+#include <mrpt/math/wrap2pi.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+namespace d2s1r
+{
+using mrpt::poses::CPosePDFGaussian;
+
+CPosePDFGaussian increment_between(const Hypothesis& from, const Hypothesis& to)
+{
+	CPosePDFGaussian increment;
+	increment.inverseComposition({to.pose, to.covariance}, {from.pose, from.covariance});
+	return increment;
+}
+
+std::optional<mrpt::obs::CActionRobotMovement2D> pseudo_odometry(const Localization& from, const Localization& to)
+{
+	if (from.hypotheses.empty() || to.hypotheses.empty()) return std::nullopt;
+	const CPosePDFGaussian increment = increment_between(from.best(), to.best());
+	mrpt::obs::CActionRobotMovement2D action;
+	// emOdometry would be serialized without its covariance
+	action.estimationMethod = mrpt::obs::CActionRobotMovement2D::emScan2DMatching;
+	action.rawOdometryIncrementReading = increment.mean;
+	action.poseChange = CPosePDFGaussian::Create(increment);
+	// auxiliary particle filters draw from this model instead of poseChange
+	auto& model = action.motionModelConfiguration;
+	model.modelSelection = mrpt::obs::CActionRobotMovement2D::mmGaussian;
+	const double std_xy = std::sqrt(std::max(increment.cov(0, 0), increment.cov(1, 1)));
+	model.gaussianModel = {0, 0, 0, 0, std_xy, std::sqrt(increment.cov(2, 2))};
+	return action;
+}
+
+mrpt::math::CMatrixDouble33 covariance_of(double std_x, double std_y, double std_phi)
+{
+	mrpt::math::CMatrixDouble33 covariance;
+	covariance.setDiagonal(std::vector<double>{std_x * std_x, std_y * std_y, std_phi * std_phi});
+	return covariance;
+}
+
+CPosePDFGaussian odometry_motion(const mrpt::poses::CPose2D& increment)
+{
+	const double way = increment.norm(), turn = std::abs(mrpt::math::wrapToPi(increment.phi()));
+	const double std_xy = 0.06 + 0.1 * way + 0.1 * turn;                                // [m]
+	const double std_phi = mrpt::DEG2RAD(3.0) + 0.1 * turn + mrpt::DEG2RAD(4.0) * way;  // [rad]
+	return {increment, covariance_of(std_xy, std_xy, std_phi)};
+}
+
+double mahalanobis_distance(CPosePDFGaussian a, const CPosePDFGaussian& b)
+{
+	return a.mahalanobisDistanceTo(b);
+}
+
+CPosePDFGaussian combine(const CPosePDFGaussian& a, const CPosePDFGaussian& b)
+{
+	// not MRPT's bayesianFusion(), which averages the yaws pi and -pi to 0
+	const Eigen::Matrix3d cov_a = a.cov.asEigen();
+	const Eigen::Matrix3d sum = cov_a + b.cov.asEigen();
+	const Eigen::Matrix3d gain = sum.ldlt().solve(cov_a).transpose();
+	const Eigen::Vector3d off(
+	    b.mean.x() - a.mean.x(), b.mean.y() - a.mean.y(), mrpt::math::wrapToPi(b.mean.phi() - a.mean.phi()));
+	const Eigen::Vector3d shift = gain * off;
+	const Eigen::Matrix3d covariance = cov_a - gain * cov_a;
+	return {
+	    {a.mean.x() + shift.x(), a.mean.y() + shift.y(), mrpt::math::wrapToPi(a.mean.phi() + shift.z())},
+	    mrpt::math::CMatrixDouble33(Eigen::Matrix3d(0.5 * (covariance + covariance.transpose())))};
+}
+
+std::optional<mrpt::poses::CPose2D> OdometryCheck::checked(
+    const std::optional<mrpt::poses::CPose2D>& increment, const Localization& localization)
+{
+	constexpr double kNewest = 0.2, kOutlier = 30, kMost = 12;  // [-] share in the average; of a motion; of the average
+	const auto now = localization.status == Status::kLocalized ? std::optional(localization.best()) : std::nullopt;
+	const bool is_usable = increment && is_plausible(*increment);
+	if (before_ && now && is_usable)
+	{
+		const double distance = mahalanobis_distance(odometry_motion(*increment), increment_between(*before_, *now));
+		disagreement_ += kNewest * (std::min(distance * distance, kOutlier) - disagreement_);
+	}
+	before_ = now;
+	return is_usable && disagreement_ <= kMost ? increment : std::nullopt;
+}
+}  // namespace d2s1r

@@ -1,0 +1,306 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include <d2s1r/window_localizer.h>
+#include <d2s1r/motion.h>
+#include <mrpt/core/bits_math.h>
+#include <mrpt/system/CTicTac.h>
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+#include <stdexcept>
+
+#include "answer/distinct_poses.h"
+#include "frames/tracks.h"
+
+namespace d2s1r
+{
+namespace
+{
+// Chosen by hand on the runs of the five recorded sites, as those of track_evidence.cpp and track_motion.cpp.
+constexpr std::size_t kSearched = 3;      //!< [-] best tracks whose pose is searched for where the scan does not fit
+constexpr double kHopeless = 25;          //!< [nat] behind the best track
+constexpr std::size_t kMostTracks = 50;   //!< [-]
+constexpr double kLeastExplained = 0.18;  //!< [-] mean share of the returns that end at walls; below, it is no place
+constexpr double kExplained = 0.45;       //!< [-] mean share of explained beams of a localized track
+constexpr double kLeastOneShot = 0.65;    //!< [0, 1] that one scan alone gives to the place, in the mean
+constexpr int kLongestGuess = 2;          //!< [-] frames without a usable scan whose motion hypotheses may tell
+constexpr std::size_t kLostFrames = 3;    //!< [-] in a row that no track explains: the robot was carried away
+
+bool one_place(const mrpt::poses::CPose2D& a, const mrpt::poses::CPose2D& b, const ScoringParameters& parameters)
+{
+	return are_near(a.asTPose(), b.asTPose(), parameters.distinct_distance, mrpt::DEG2RAD(parameters.distinct_yaw));
+}
+
+/// [0, 1] that the one-shot hypotheses of a frame give to a place.
+double probability_at(
+    const PoseDensity& place, const std::vector<Hypothesis>& one_shot, const ScoringParameters& parameters)
+{
+	double probability = 0;
+	for (const Hypothesis& hypothesis : one_shot)
+		if (one_place(hypothesis.pose, place.mean, parameters)) probability += hypothesis.probability;
+	return probability;
+}
+}  // namespace
+
+class WindowLocalizer::Tracker
+{
+   public:
+	Tracker(const Localizer& localizer, int frames, const Prior& prior)
+	    : localizer_(&localizer), most_frames_(static_cast<std::size_t>(frames)), prior_(prior)
+	{
+	}
+	Localization add(
+	    const Scan& scan, const Localization& one_shot, const std::optional<mrpt::poses::CPose2D>& odometry);
+
+	Localization add(
+	    const mrpt::obs::CObservation2DRangeScan& observation, const std::optional<mrpt::poses::CPose2D>& odometry)
+	{
+		const Scan scan = make_scan(observation, localizer_->parameters().scan);
+		return add(scan, localizer_->localize(scan, {prior_}), odometry);
+	}
+
+   private:
+	struct Frame
+	{
+		Scan scan;
+		std::vector<Hypothesis> one_shot;
+		double reference = 0;         //!< [nat] log-likelihood of the best pose
+		mrpt::poses::CPose2D motion;  //!< since the frame before, in the robot frame then
+		mrpt::math::CMatrixDouble33 motion_covariance;
+	};
+
+	void pass_gap(const std::optional<mrpt::poses::CPose2D>& motion);
+	void set_motion(
+	    Frame& frame, const Localization& one_shot, const std::optional<mrpt::poses::CPose2D>& motion) const;
+	void follow(const Localization& one_shot);
+	void start_tracks(const Localization& one_shot);
+	bool trace_back(Track& track) const;
+	bool lost(const Localization& one_shot) const;
+	void forget();
+	void prune();
+	Localization conclude(const Localization& one_shot) const;
+
+	const Localizer* localizer_;
+	std::size_t most_frames_;
+	Prior prior_;
+	OdometryCheck odometry_check_;
+	int gap_ = 0;  //!< [-] last scans in a row that were not usable, or of a covered sensor
+	std::optional<mrpt::poses::CPose2D> gap_motion_;  //!< over these; no value if it is not known of all
+	std::deque<Frame> frames_;                        //!< newest last
+	std::vector<Track> tracks_;                       //!< best first
+};
+
+/// Adds the motion to a frame without a usable scan, and from the last of them to the one that ends the gap.
+void WindowLocalizer::Tracker::pass_gap(const std::optional<mrpt::poses::CPose2D>& motion)
+{
+	const bool known = motion && (gap_ == 0 || gap_motion_);
+	gap_motion_ = known ? std::optional(gap_motion_.value_or(mrpt::poses::CPose2D()) + *motion) : std::nullopt;
+	gap_++;
+}
+
+void WindowLocalizer::Tracker::set_motion(
+    Frame& frame, const Localization& one_shot, const std::optional<mrpt::poses::CPose2D>& motion) const
+{
+	std::vector<Hypothesis> before;
+	for (const Track& track : tracks_) before.push_back(track.now);
+	const PoseDensity density = motion ? odometry_motion(*motion) : common_motion(before, one_shot.hypotheses);
+	frame.motion = density.mean;
+	frame.motion_covariance = density.cov;
+}
+
+void WindowLocalizer::Tracker::follow(const Localization& one_shot)
+{
+	Frame& frame = frames_.back();
+	const PoseDensity motion(frame.motion, frame.motion_covariance);
+	std::vector<PoseDensity> predicted;
+	std::vector<std::optional<Hypothesis>> refined;
+	for (const Track& track : tracks_)
+	{
+		predicted.push_back(moved({track.now.pose, track.now.covariance}, motion));
+		refined.push_back(
+		    refined.size() < kSearched ? refined_near(*localizer_, frame.scan, predicted.back())
+		                               : localizer_->hypothesis_near(frame.scan, predicted.back().mean));
+	}
+	frame.reference = greatest_likelihood(refined, one_shot.hypotheses);
+	for (std::size_t i = 0; i < tracks_.size(); i++)
+	{
+		Fit fit = best_fit(predicted[i], refined[i], one_shot.hypotheses, frame.reference);
+		fit.evidence.one_shot_probability =
+		    probability_at(fit.pose, one_shot.hypotheses, localizer_->parameters().scoring);
+		tracks_[i].now.pose = fit.pose.mean;
+		tracks_[i].now.covariance = fit.pose.cov;
+		tracks_[i].now.explained = fit.evidence.explained;
+		tracks_[i].evidence.push_back(fit.evidence);
+		if (tracks_[i].evidence.size() > most_frames_) tracks_[i].evidence.pop_front();
+	}
+}
+
+/// Looks for the evidence of earlier frames. \return whether the track may be as good as the best one
+bool WindowLocalizer::Tracker::trace_back(Track& track) const
+{
+	PoseDensity pose(track.now.pose, track.now.covariance);
+	for (std::size_t back = 1; back < frames_.size(); back++)
+	{
+		const Frame& later = frames_[frames_.size() - back];
+		const Frame& frame = frames_[frames_.size() - back - 1];
+		const PoseDensity predicted = moved(pose, reversed({later.motion, later.motion_covariance}));
+		const auto refined = localizer_->hypothesis_near(frame.scan, predicted.mean);
+		Fit fit = best_fit(predicted, refined, {}, frame.reference);
+		fit.evidence.one_shot_probability = probability_at(fit.pose, frame.one_shot, localizer_->parameters().scoring);
+		pose = fit.pose;
+		track.evidence.push_front(fit.evidence);
+		if (tracks_.empty()) continue;
+		if (sum_of(tracks_.front().evidence, back + 1) - sum_of(track) > kHopeless) return false;
+	}
+	return true;
+}
+
+void WindowLocalizer::Tracker::start_tracks(const Localization& one_shot)
+{
+	const auto& scoring = localizer_->parameters().scoring;
+	std::vector<Track> started;
+	for (const Hypothesis& hypothesis : one_shot.hypotheses)
+	{
+		const auto followed = [&](const Track& track) { return one_place(track.now.pose, hypothesis.pose, scoring); };
+		if (std::any_of(tracks_.begin(), tracks_.end(), followed)) continue;
+		Evidence evidence = evidence_of(hypothesis, log_likelihood_of(hypothesis) - frames_.back().reference);
+		evidence.one_shot_probability = hypothesis.probability;
+		Track track{hypothesis, {evidence}};
+		const PoseDensity measured = measurement(hypothesis);
+		track.now.covariance = measured.cov;
+		if (trace_back(track)) started.push_back(std::move(track));
+	}
+	tracks_.insert(tracks_.end(), started.begin(), started.end());
+}
+
+/// Best first; of tracks at one place the better one; without the hopeless and those that the prior rules out.
+void WindowLocalizer::Tracker::prune()
+{
+	const auto& scoring = localizer_->parameters().scoring;
+	std::stable_sort(
+	    tracks_.begin(), tracks_.end(), [](const Track& a, const Track& b) { return sum_of(a) > sum_of(b); });
+	std::vector<Track> kept;
+	for (Track& track : tracks_)
+	{
+		if (!prior_.allows(track.now.pose.asTPose())) continue;
+		if (kept.size() >= kMostTracks) break;
+		if (!kept.empty() && sum_of(kept.front()) - sum_of(track) > kHopeless) break;
+		const auto same = [&](const Track& other) { return one_place(track.now.pose, other.now.pose, scoring); };
+		if (std::none_of(kept.begin(), kept.end(), same)) kept.push_back(std::move(track));
+	}
+	// Frames share the errors of the map: n of them tell as much as sqrt(n) independent ones.
+	const double temper = 1 / std::sqrt(static_cast<double>(frames_.size()));
+	double mass = 0;
+	for (Track& track : kept)
+	{
+		track.now.log_likelihood = sum_of(track);
+		track.now.probability = std::exp(temper * (sum_of(track) - sum_of(kept.front())));
+		mass += track.now.probability;
+	}
+	for (Track& track : kept) track.now.probability /= mass;
+	tracks_ = std::move(kept);
+}
+
+/// Whether no track explains the last frames though some place in the map does.
+bool WindowLocalizer::Tracker::lost(const Localization& one_shot) const
+{
+	if (one_shot.hypotheses.empty() || frames_.size() <= kLostFrames) return false;
+	return std::all_of(
+	    tracks_.begin(), tracks_.end(),
+	    [](const Track& track)
+	    { return std::all_of(track.evidence.end() - kLostFrames, track.evidence.end(), missed); });
+}
+
+/// Starts again with the frames since the robot was lost.
+void WindowLocalizer::Tracker::forget()
+{
+	frames_.erase(frames_.begin(), frames_.end() - kLostFrames);
+	tracks_.clear();
+}
+
+Localization WindowLocalizer::Tracker::conclude(const Localization& one_shot) const
+{
+	const auto& scoring = localizer_->parameters().scoring;
+	if (tracks_.empty() || explained_by(tracks_.front()) < kLeastExplained)
+	{
+		Localization nowhere = no_place(Status::kRejected, "no place in the map explains the last scans");
+		nowhere.times = one_shot.times;
+		return nowhere;
+	}
+	Localization result;
+	result.times = one_shot.times;
+	for (const Track& track : tracks_) result.hypotheses.push_back(track.now);
+	result.relative_entropy = localizer_->relative_entropy(frames_.back().scan, result.best().pose);
+	result.confidence = result.best().probability;
+	const Track& best = tracks_.front();
+	const bool known = explained_by(best) >= kExplained && one_shot_probability(best) >= kLeastOneShot;
+	if (!known) result.confidence = std::min(result.confidence, one_shot_probability(best));
+	const double share = result.confidence / result.best().probability;  // the rest is "none of them"
+	for (Hypothesis& hypothesis : result.hypotheses) hypothesis.probability *= share;
+	const auto most = static_cast<std::size_t>(scoring.hypotheses);
+	if (result.hypotheses.size() > most) result.hypotheses.resize(most);
+	result.status = known && result.confidence > scoring.localized_above ? Status::kLocalized : Status::kAmbiguous;
+	return result;
+}
+
+Localization WindowLocalizer::Tracker::add(
+    const Scan& scan, const Localization& one_shot, const std::optional<mrpt::poses::CPose2D>& odometry)
+{
+	const auto motion = odometry_check_.checked(odometry, one_shot);
+	if (!scan.valid() || is_covered(scan, localizer_->parameters().scan))
+	{
+		pass_gap(motion);
+		return one_shot;
+	}
+	const mrpt::system::CTicTac watch;
+	auto since_last = motion;
+	if (gap_ > 0)
+	{
+		const bool can_be_guessed = gap_ <= kLongestGuess && !motion && !gap_motion_;
+		pass_gap(motion);
+		since_last = gap_motion_;
+		if (!since_last && !can_be_guessed) frames_.clear(), tracks_.clear();  // nobody knows how far the robot went
+		gap_ = 0;
+		gap_motion_.reset();
+	}
+	Frame frame;
+	frame.scan = scan;
+	frame.one_shot = one_shot.hypotheses;
+	set_motion(frame, one_shot, since_last);
+	frames_.push_back(std::move(frame));
+	if (frames_.size() > most_frames_) frames_.pop_front();
+	follow(one_shot);
+	if (lost(one_shot)) forget();
+	start_tracks(one_shot);
+	prune();
+	Localization result = conclude(one_shot);
+	const double spent = 1e3 * watch.Tac();  // [ms]
+	result.times.refinement_ms += spent;
+	result.times.total_ms += spent;
+	return result;
+}
+
+WindowLocalizer::WindowLocalizer(const Localizer& localizer, int frames, const Prior& prior)
+{
+	if (frames < 1) throw std::invalid_argument("WindowLocalizer: frames must be at least 1");
+	if (localizer.parameters().method == Method::kPaper)
+		throw std::invalid_argument("WindowLocalizer: the paper's method judges one scan; use method = default");
+	tracker_ = std::make_unique<Tracker>(localizer, frames, prior);
+}
+
+WindowLocalizer::~WindowLocalizer() = default;
+WindowLocalizer::WindowLocalizer(WindowLocalizer&&) noexcept = default;
+WindowLocalizer& WindowLocalizer::operator=(WindowLocalizer&&) noexcept = default;
+
+Localization WindowLocalizer::add(
+    const Scan& scan, const Localization& one_shot, const std::optional<mrpt::poses::CPose2D>& motion)
+{
+	return tracker_->add(scan, one_shot, motion);
+}
+
+Localization WindowLocalizer::add(
+    const mrpt::obs::CObservation2DRangeScan& observation, const std::optional<mrpt::poses::CPose2D>& motion)
+{
+	return tracker_->add(observation, motion);
+}
+}  // namespace d2s1r

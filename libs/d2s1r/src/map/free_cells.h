@@ -1,0 +1,42 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <d2s1r/grid.h>
+
+#include <cstddef>
+#include <vector>
+
+namespace d2s1r
+{
+/// Cells of `grid` a sensor can stand in (the passable grids of Algorithm 1), in increasing order; may be empty.
+/// Thread-safe.
+std::vector<CellIndex> find_free_cells(const Grid& grid, const FreeCellParameters& parameters);
+
+/// Distance [cells] of every cell of `grid`, and of a rim of `rim` cells about it, to the nearest occupied cell of its
+/// column, at most `most`; row-major.
+/// \param most below the greatest T
+template <class T>
+std::vector<T> distances_in_columns(const Grid& grid, int rim, T most)
+{
+	const auto width = static_cast<std::size_t>(grid.width + 2 * rim);
+	const auto height = static_cast<std::size_t>(grid.height + 2 * rim);
+	std::vector<T> distances(width * height, most);
+	for (int y = 0; y < grid.height; y++)
+	{
+		T* const row = distances.data() + static_cast<std::size_t>(y + rim) * width + rim;
+		for (int x = 0; x < grid.width; x++)
+			if (grid.at(x, y) == Cell::kOccupied) row[x] = 0;
+	}
+	const auto relax = [&](std::size_t to, std::size_t from)
+	{
+		for (std::size_t x = 0; x < width; x++)
+		{
+			const auto step = static_cast<T>(distances[from + x] + 1);
+			if (step < distances[to + x]) distances[to + x] = step;
+		}
+	};
+	for (std::size_t y = 1; y < height; y++) relax(y * width, (y - 1) * width);
+	for (std::size_t y = height; y > 1; y--) relax((y - 2) * width, (y - 1) * width);
+	return distances;
+}
+}  // namespace d2s1r

@@ -1,0 +1,76 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "map/map_files.h"
+
+#include <d2s1r/map_io.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <stdexcept>
+
+#include "map/map_yaml.h"
+#include "map/occupancy_map.h"
+
+namespace d2s1r
+{
+namespace
+{
+using mrpt::maps::COccupancyGridMap2D;
+namespace fs = std::filesystem;
+
+std::string lower_case_extension(const std::string& file)
+{
+	std::string extension = fs::path(file).extension().string();
+	std::transform(
+	    extension.begin(), extension.end(), extension.begin(),
+	    [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+	return extension;
+}
+
+}  // namespace
+
+void check_readable(const std::string& file)
+{
+	std::error_code error;
+	if (!fs::is_regular_file(file, error) || !std::ifstream(file))
+		throw std::runtime_error("cannot be read; check that it exists, is a file and is readable");
+	if (fs::file_size(file, error) == 0) throw std::runtime_error("is empty; copy or save the map again");
+}
+
+bool is_yaml_name(const std::string& file)
+{
+	const std::string extension = lower_case_extension(file);
+	return extension == ".yaml" || extension == ".yml";
+}
+
+bool is_image_name(const std::string& file)
+{
+	const auto& known = kImageExtensions;
+	return std::find(known.begin(), known.end(), lower_case_extension(file)) != known.end();
+}
+
+std::vector<std::string> files_of_map(const std::string& file)
+{
+	if (!is_yaml_name(file)) return {file};
+	try
+	{
+		check_readable(file);
+		return {file, image_of_yaml_map(file)};
+	}
+	catch (const std::exception&)
+	{
+		return {file};  // load_map() says what is wrong with it
+	}
+}
+
+COccupancyGridMap2D on_whole_cells(const COccupancyGridMap2D& map)
+{
+	COccupancyGridMap2D moved = map;
+	const auto whole = [&](float origin)
+	{ return static_cast<double>(map.getResolution() * std::round(origin / map.getResolution())); };
+	set_origin(moved, whole(map.getXMin()), whole(map.getYMin()));
+	return moved;
+}
+}  // namespace d2s1r

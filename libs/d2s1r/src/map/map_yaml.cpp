@@ -1,0 +1,150 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "map/map_yaml.h"
+
+#include <yaml-cpp/yaml.h>
+
+#include <cmath>
+#include <filesystem>
+#include <stdexcept>
+
+#include "base/checked_value.h"
+#include "base/ini_text.h"
+#include "map/map_image.h"
+
+namespace d2s1r
+{
+namespace
+{
+struct MapServerYaml
+{
+	std::string image;
+	ImageGeometry geometry;
+	std::string mode = "trinary";
+	bool negate = false;
+	double occupied_thresh = 0;  //!< [probability]
+	double free_thresh = 0;      //!< [probability]
+};
+
+YAML::Node value_of(const YAML::Node& root, const std::string& key)
+{
+	if (!root.IsMap() || !root[key]) throw std::runtime_error("the key '" + key + "' is missing; add it");
+	return root[key];
+}
+
+template <class T>
+T read(const YAML::Node& root, const std::string& key, const std::string& expected)
+{
+	try
+	{
+		return value_of(root, key).as<T>();
+	}
+	catch (const YAML::Exception&)
+	{
+		throw std::runtime_error("'" + key + "' is not " + expected + "; correct it");
+	}
+}
+
+/// Whatever the locale of the program is, which yaml-cpp's conversion depends on.
+double number_of(const std::string& text, const std::string& key, const std::string& expected)
+{
+	try
+	{
+		return from_text<double>(key, text.rfind('+', 0) == 0 ? text.substr(1) : text);
+	}
+	catch (const std::invalid_argument&)
+	{
+		throw std::runtime_error("'" + key + "' is not " + expected + "; correct it");
+	}
+}
+
+double read_number(const YAML::Node& root, const std::string& key, const std::string& expected)
+{
+	return number_of(read<std::string>(root, key, expected), key, expected);
+}
+
+bool read_negate(const YAML::Node& root)
+{
+	const auto text = read<std::string>(root, "negate", "0 or 1");
+	if (text == "1" || text == "true") return true;
+	if (text == "0" || text == "false") return false;
+	throw std::runtime_error("'negate' is not 0 or 1; correct it");
+}
+
+void check_values(const MapServerYaml& yaml, double origin_yaw)
+{
+	check_geometry(yaml.geometry);
+	if (yaml.mode != "trinary" && yaml.mode != "scale")
+		throw std::runtime_error("mode '" + printable(yaml.mode) + "' is not supported; use trinary or scale");
+	if (!(0 <= yaml.free_thresh && yaml.free_thresh < yaml.occupied_thresh && yaml.occupied_thresh <= 1))
+		throw std::runtime_error("thresholds are not 0 <= free_thresh < occupied_thresh <= 1; correct them");
+	if (!(std::abs(origin_yaw) < 1e-6))
+		throw std::runtime_error("the origin has a yaw, which a grid cannot have; turn the image and set the yaw to 0");
+}
+
+MapServerYaml read_yaml(const std::string& file)
+{
+	const YAML::Node root = YAML::LoadFile(file);
+	MapServerYaml yaml;
+	yaml.image = read<std::string>(root, "image", "a file name");
+	yaml.geometry.resolution = read_number(root, "resolution", "a number of metres");
+	const std::string pose = "[x, y, yaw] in m and rad";
+	const auto origin = read<std::vector<std::string>>(root, "origin", pose);
+	if (origin.size() != 3) throw std::runtime_error("'origin' is not " + pose + "; correct it");
+	yaml.geometry.origin_x = number_of(origin[0], "origin", pose);
+	yaml.geometry.origin_y = number_of(origin[1], "origin", pose);
+	yaml.negate = read_negate(root);
+	yaml.occupied_thresh = read_number(root, "occupied_thresh", "a probability");
+	yaml.free_thresh = read_number(root, "free_thresh", "a probability");
+	if (root["mode"]) yaml.mode = read<std::string>(root, "mode", "trinary or scale");
+	check_values(yaml, number_of(origin[2], "origin", pose));
+	return yaml;
+}
+
+std::string path_of_image(const std::string& yaml_file, const MapServerYaml& yaml)
+{
+	return (std::filesystem::path(yaml_file).parent_path() / yaml.image).string();
+}
+
+/// As map_server's loadMapFromFile() and nav2's map_io do.
+PixelRule rule_of(const MapServerYaml& yaml)
+{
+	const auto p_occupied = [yaml](double brightness)
+	{
+		const double occupancy = yaml.negate ? brightness : 1 - brightness;
+		if (occupancy > yaml.occupied_thresh) return 1.0;
+		if (occupancy < yaml.free_thresh) return 0.0;
+		if (yaml.mode == "trinary") return 0.5;
+		return (occupancy - yaml.free_thresh) / (yaml.occupied_thresh - yaml.free_thresh);
+	};
+	return {p_occupied, yaml.mode == "scale"};
+}
+}  // namespace
+
+mrpt::maps::COccupancyGridMap2D::Ptr load_yaml_map(const std::string& yaml_file)
+{
+	MapServerYaml yaml;
+	try
+	{
+		yaml = read_yaml(yaml_file);
+	}
+	catch (const YAML::Exception& error)
+	{
+		throw std::runtime_error(
+		    "line " + std::to_string(error.mark.line + 1) + " is not yaml (" + printable(error.msg) + "); correct it");
+	}
+	const std::string image = path_of_image(yaml_file, yaml);
+	try
+	{
+		return load_image_map(image, yaml.geometry, rule_of(yaml));
+	}
+	catch (const std::runtime_error& error)
+	{
+		throw std::runtime_error(image + ": " + error.what());
+	}
+}
+
+std::string image_of_yaml_map(const std::string& yaml_file)
+{
+	return path_of_image(yaml_file, read_yaml(yaml_file));
+}
+}  // namespace d2s1r

@@ -1,0 +1,285 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include <d2s1r/CSignatureMap2D.h>
+#include <mrpt/obs/CObservation2DRangeScan.h>
+
+#include <algorithm>
+#include <cstring>
+#include <fstream>
+#include <memory>
+#include <mutex>
+#include <stdexcept>
+
+#include "map/occupancy_map.h"
+
+using mrpt::maps::COccupancyGridMap2D;
+
+namespace d2s1r
+{
+namespace
+{
+/// The end points of the last observation asked for: MRPT's filters pass the same observation for every particle.
+/// Thread-safe.
+class ObservedPoints
+{
+   public:
+	using Points = std::shared_ptr<const std::vector<mrpt::math::TPoint2Df>>;
+
+	/// \param most see end_points()
+	ObservedPoints(const ScanParameters& parameters, int most);
+
+	Points of(const mrpt::obs::CObservation2DRangeScan& observation);
+
+   private:
+	/// All of an observation that end points depend on.
+	struct Key
+	{
+		std::vector<float> ranges;
+		std::vector<char> valid;
+		float aperture = 0, max_range = 0, delta_pitch = 0;
+		bool right_to_left = true;
+		mrpt::poses::CPose3D sensor_pose;
+	};
+
+	static Key key_of(const mrpt::obs::CObservation2DRangeScan& observation);
+	static bool matches(const Key& key, const mrpt::obs::CObservation2DRangeScan& observation);
+
+	ScanParameters parameters_;
+	int most_;
+	std::mutex mutex_;
+	Key key_;
+	Points points_;
+};
+
+ObservedPoints::ObservedPoints(const ScanParameters& parameters, int most) : parameters_(parameters), most_(most)
+{
+	parameters_.min_beams = 1;  // too few to localize with can still weigh poses
+}
+
+ObservedPoints::Key ObservedPoints::key_of(const mrpt::obs::CObservation2DRangeScan& observation)
+{
+	Key key{
+	    {},
+	    {},
+	    observation.aperture,
+	    observation.maxRange,
+	    static_cast<float>(observation.deltaPitch),
+	    observation.rightToLeft,
+	    observation.sensorPose};
+	for (std::size_t i = 0; i < observation.getScanSize(); i++)
+	{
+		key.ranges.push_back(observation.getScanRange(i));
+		key.valid.push_back(observation.getScanRangeValidity(i) ? 1 : 0);
+	}
+	return key;
+}
+
+bool ObservedPoints::matches(const Key& key, const mrpt::obs::CObservation2DRangeScan& observation)
+{
+	const std::size_t n = observation.getScanSize();
+	if (n != key.ranges.size() || observation.aperture != key.aperture || observation.maxRange != key.max_range ||
+	    static_cast<float>(observation.deltaPitch) != key.delta_pitch || observation.rightToLeft != key.right_to_left ||
+	    observation.sensorPose != key.sensor_pose)
+		return false;
+	if (n == 0) return true;
+	// ranges are contiguous; bytes are compared because NaN ranges are equal, too
+	if (std::memcmp(&observation.getScanRange(0), key.ranges.data(), n * sizeof(float)) != 0) return false;
+	for (std::size_t i = 0; i < n; i++)
+		if (observation.getScanRangeValidity(i) != (key.valid[i] != 0)) return false;
+	return true;
+}
+
+ObservedPoints::Points ObservedPoints::of(const mrpt::obs::CObservation2DRangeScan& observation)
+{
+	const std::lock_guard<std::mutex> lock(mutex_);
+	if (points_ && matches(key_, observation)) return points_;
+	const Scan scan = make_scan(observation, parameters_);
+	points_ = std::make_shared<std::vector<mrpt::math::TPoint2Df>>(
+	    scan.valid() ? end_points(scan, most_) : std::vector<mrpt::math::TPoint2Df>{});
+	key_ = key_of(observation);
+	return points_;
+}
+
+class Fnv1a
+{
+   public:
+	void add(const void* data, std::size_t size)
+	{
+		const auto* bytes = static_cast<const unsigned char*>(data);
+		for (std::size_t i = 0; i < size; i++) hash_ = (hash_ ^ bytes[i]) * 0x100000001b3U;
+	}
+	template <class Number>
+	void add(Number number)
+	{
+		add(&number, sizeof number);
+	}
+	std::uint64_t value() const { return hash_; }
+
+   private:
+	std::uint64_t hash_ = 0xcbf29ce484222325U;
+};
+}  // namespace
+
+/// Everything that a change of the map makes anew.
+struct CSignatureMap2D::Content
+{
+	Content(COccupancyGridMap2D::Ptr the_map, const Parameters& p, const TLikelihoodOptions& l)
+	    : map(std::move(the_map)), parameters(p), likelihood(l), last_scan(p.scan, l.beams)
+	{
+	}
+
+	const COccupancyGridMap2D::Ptr map;  ///< null: empty
+	const Parameters parameters;
+	const TLikelihoodOptions likelihood;
+
+	const Localizer& localizer(int threads) const
+	{
+		std::call_once(localizer_built, [&] { built_localizer.emplace(map, parameters, threads); });
+		return *built_localizer;
+	}
+	const LikelihoodField& field() const
+	{
+		std::call_once(field_built, [this] { built_field.emplace(make_grid(*map, parameters.grid), likelihood); });
+		return *built_field;
+	}
+
+	mutable std::once_flag localizer_built, field_built;
+	mutable std::optional<Localizer> built_localizer;
+	mutable std::optional<LikelihoodField> built_field;
+	mutable ObservedPoints last_scan;
+};
+
+CSignatureMap2D::CSignatureMap2D() : CSignatureMap2D(Parameters{}) {}
+
+CSignatureMap2D::CSignatureMap2D(const Parameters& parameters, const TLikelihoodOptions& likelihood)
+{
+	check(parameters);
+	check(likelihood);
+	content_ = std::make_shared<Content>(nullptr, parameters, likelihood);
+}
+
+CSignatureMap2D::CSignatureMap2D(
+    const COccupancyGridMap2D& map, const Parameters& parameters, const TLikelihoodOptions& likelihood)
+    : CSignatureMap2D(parameters, likelihood)
+{
+	set_map(map);
+}
+
+void CSignatureMap2D::set_map(const COccupancyGridMap2D& map)
+{
+	content_ =
+	    std::make_shared<Content>(std::make_shared<COccupancyGridMap2D>(map), parameters(), likelihood_options());
+}
+
+COccupancyGridMap2D::ConstPtr CSignatureMap2D::grid() const
+{
+	return content_->map;
+}
+const Parameters& CSignatureMap2D::parameters() const
+{
+	return content_->parameters;
+}
+const CSignatureMap2D::TLikelihoodOptions& CSignatureMap2D::likelihood_options() const
+{
+	return content_->likelihood;
+}
+
+const Localizer& CSignatureMap2D::localizer(int threads) const
+{
+	if (!content_->map) throw std::invalid_argument("CSignatureMap2D is empty: set a map or insert scans first");
+	return content_->localizer(threads);
+}
+
+const LikelihoodField& CSignatureMap2D::likelihood_field() const
+{
+	if (!content_->map) throw std::invalid_argument("CSignatureMap2D is empty: set a map or insert scans first");
+	return content_->field();
+}
+
+std::string CSignatureMap2D::archived_parameters() const
+{
+	return to_ini(parameters());
+}
+
+std::uint64_t CSignatureMap2D::fingerprint() const
+{
+	return fingerprint_with(archived_parameters());
+}
+
+std::uint64_t CSignatureMap2D::fingerprint_with(const std::string& archived_parameters) const
+{
+	Fnv1a hash;
+	hash.add(archived_parameters.data(), archived_parameters.size());
+	if (!content_->map) return hash.value();
+	const COccupancyGridMap2D& map = *content_->map;
+	hash.add(map.getSizeX());
+	hash.add(map.getXMin());
+	hash.add(map.getYMin());
+	hash.add(map.getResolution());
+	hash.add(map.getRawMap().data(), map.getRawMap().size() * sizeof map.getRawMap().front());
+	return hash.value();
+}
+
+bool CSignatureMap2D::isEmpty() const
+{
+	return !content_->map;
+}
+
+std::string CSignatureMap2D::asString() const
+{
+	if (isEmpty()) return "d2s1r::CSignatureMap2D, empty";
+	const COccupancyGridMap2D& map = *content_->map;
+	return "d2s1r::CSignatureMap2D of " + std::to_string(map.getSizeX()) + " x " + std::to_string(map.getSizeY()) +
+	       " cells of " + std::to_string(map.getResolution()) + " m";
+}
+
+void CSignatureMap2D::saveMetricMapRepresentationToFile(const std::string& prefix) const
+{
+	const std::string ini = prefix + "_signatureMap.ini";
+	if (!(std::ofstream(ini) << to_ini(content_->parameters))) throw std::runtime_error(ini + ": cannot be written");
+	if (content_->map) content_->map->saveMetricMapRepresentationToFile(prefix);
+}
+
+void CSignatureMap2D::getVisualizationInto(mrpt::opengl::CSetOfObjects& scene) const
+{
+	if (genericMapParams.enableSaveAs3DObject && content_->map) content_->map->getVisualizationInto(scene);
+}
+
+void CSignatureMap2D::internal_clear()
+{
+	content_ = std::make_shared<Content>(nullptr, parameters(), likelihood_options());
+}
+
+COccupancyGridMap2D::Ptr CSignatureMap2D::writable_grid(const mrpt::poses::CPose3D& robot) const
+{
+	if (!content_->map) return make_map_around(robot, parameters().grid.simplemap_cell_size);
+	const bool shared = content_.use_count() > 1 || content_->map.use_count() > 1;
+	return shared ? std::make_shared<COccupancyGridMap2D>(*content_->map) : content_->map;
+}
+
+bool CSignatureMap2D::internal_insertObservation(
+    const mrpt::obs::CObservation& observation, const std::optional<const mrpt::poses::CPose3D>& robot_pose)
+{
+	const auto robot = robot_pose.value_or(mrpt::poses::CPose3D());
+	const auto grid = writable_grid(robot);
+	grid->insertionOptions = insertionOptions;
+	if (!draw(observation, robot, *grid)) return false;
+	content_ = std::make_shared<Content>(grid, parameters(), likelihood_options());
+	return true;
+}
+
+double CSignatureMap2D::internal_computeObservationLikelihood(
+    const mrpt::obs::CObservation& observation, const mrpt::poses::CPose3D& taken_from) const
+{
+	const auto* scan = dynamic_cast<const mrpt::obs::CObservation2DRangeScan*>(&observation);
+	if (!scan || !content_->map) return 0.0;
+	const auto points = content_->last_scan.of(*scan);
+	const auto& axes = taken_from.getRotationMatrix();  // yaw() would write to the caller's pose
+	const double yaw = std::atan2(axes(1, 0), axes(0, 0));
+	return content_->field().log_likelihood(*points, {taken_from.x(), taken_from.y(), yaw});
+}
+
+bool CSignatureMap2D::internal_canComputeObservationLikelihood(const mrpt::obs::CObservation& observation) const
+{
+	return content_->map && IS_CLASS(observation, mrpt::obs::CObservation2DRangeScan);
+}
+}  // namespace d2s1r

@@ -1,0 +1,129 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "paper/paper_localizer.h"
+
+#include <mrpt/core/bits_math.h>
+#include <mrpt/system/CTicTac.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "answer/distinct_poses.h"
+
+namespace d2s1r
+{
+namespace
+{
+constexpr double kIndependentBeams = 30;  //!< [-] beams of one wall are not independent
+
+/// A candidate cell with its yaw.
+struct RegisteredCell
+{
+	mrpt::math::TPose2D sensor;   //!< sensor in map frame, m and rad
+	double relative_entropy = 0;  //!< [bit] lower is better
+};
+
+/// What a thread needs for a query, kept for the next one.
+struct Scratch
+{
+	Signature signature;
+	std::vector<NearestCell> cells;
+	ResampledScan observed;
+	std::vector<float> virtual_ranges;       //!< [m]
+	std::vector<RegisteredCell> candidates;  //!< by increasing relative entropy
+};
+
+void register_candidates(const Grid& grid, const RayCaster& caster, const PaperParameters& parameters, Scratch& scratch)
+{
+	scratch.candidates.clear();
+	for (const NearestCell& nearest : scratch.cells)
+	{
+		const double x = grid.center_x(nearest.cell), y = grid.center_y(nearest.cell);
+		caster.scan(x, y, parameters.directions, scratch.virtual_ranges);
+		const YawRegistration registration = register_yaw(scratch.observed, scratch.virtual_ranges, parameters);
+		const RegisteredCell candidate{{x, y, registration.yaw}, registration.relative_entropy};
+		const auto is_better = [](const RegisteredCell& a, const RegisteredCell& b)
+		{ return a.relative_entropy < b.relative_entropy; };
+		auto& sorted = scratch.candidates;
+		sorted.insert(std::upper_bound(sorted.begin(), sorted.end(), candidate, is_better), candidate);
+	}
+}
+
+/// Uniform errors within a cell and a step of yaw.
+mrpt::math::CMatrixDouble33 sensor_covariance(double cell_size, double yaw_step)
+{
+	mrpt::math::CMatrixDouble33 covariance;
+	covariance(0, 0) = covariance(1, 1) = cell_size * cell_size / 12;
+	covariance(2, 2) = yaw_step * yaw_step / 12;
+	return covariance;
+}
+
+std::vector<Hypothesis> make_hypotheses(
+    const std::vector<RegisteredCell>& candidates, const Scan& scan, double cell_size, double yaw_step)
+{
+	const auto covariance = sensor_covariance(cell_size, yaw_step);
+	std::vector<Hypothesis> hypotheses;
+	hypotheses.reserve(candidates.size());
+	double total = 0;
+	for (const RegisteredCell& candidate : candidates)
+	{
+		Hypothesis& hypothesis =
+		    hypotheses.emplace_back(hypothesis_of_sensor(candidate.sensor, covariance, scan.sensor_on_robot));
+		const double worse = candidate.relative_entropy - candidates.front().relative_entropy;
+		hypothesis.probability = std::exp2(-kIndependentBeams * worse);
+		total += hypothesis.probability;
+	}
+	for (Hypothesis& hypothesis : hypotheses) hypothesis.probability /= total;
+	return hypotheses;
+}
+
+/// Probability of all hypotheses at the place of the first one.
+double probability_of_place(const std::vector<Hypothesis>& hypotheses)
+{
+	constexpr double kSamePlace = 0.3, kSameYaw = mrpt::DEG2RAD(10.0);  // [m], [rad]
+	const auto& best = hypotheses.front().pose;
+	double probability = 0;
+	for (const Hypothesis& hypothesis : hypotheses)
+		if (are_near(hypothesis.pose.asTPose(), best.asTPose(), kSamePlace, kSameYaw))
+			probability += hypothesis.probability;
+	return std::min(probability, 1.0);
+}
+}  // namespace
+
+Localization localize_paper(
+    const Scan& scan, const Grid& grid, const SignatureIndex& index, const RayCaster& caster,
+    const PaperParameters& parameters)
+{
+	const mrpt::system::CTicTac watch;
+	thread_local Scratch scratch;
+	make_signature(scan, parameters, scratch.signature);
+	index.nearest(scratch.signature, parameters.candidates, scratch.cells);
+	const double retrieved_ms = 1e3 * watch.Tac();
+	resample(scan, parameters, scratch.observed);
+	register_candidates(grid, caster, parameters, scratch);
+	const double registered_ms = 1e3 * watch.Tac();
+
+	Localization result;
+	result.status = Status::kLocalized;
+	result.hypotheses = make_hypotheses(scratch.candidates, scan, grid.cell_size, 2 * M_PI / parameters.directions);
+	result.confidence = probability_of_place(result.hypotheses);
+	result.relative_entropy = scratch.candidates.front().relative_entropy;
+	result.times.retrieval_ms = retrieved_ms;
+	result.times.registration_ms = registered_ms - retrieved_ms;
+	result.times.total_ms = 1e3 * watch.Tac();
+	return result;
+}
+
+double relative_entropy_at(
+    const mrpt::math::TPose2D& sensor, const Scan& scan, const RayCaster& caster, const PaperParameters& parameters)
+{
+	const ResampledScan observed = resample(scan, parameters);
+	std::vector<float> ranges(observed.ranges.size());
+	for (std::size_t i = 0; i < ranges.size(); i++)
+	{
+		const double turn = 2 * M_PI * static_cast<double>(i) / static_cast<double>(ranges.size());
+		if (observed.observed[i] != 0)
+			ranges[i] = caster.cast(sensor.x, sensor.y, sensor.phi + observed.first_direction + turn);
+	}
+	return relative_entropy(observed, ranges, parameters);
+}
+}  // namespace d2s1r

@@ -1,0 +1,43 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <d2s1r/grid.h>
+
+#include <memory>
+
+#include "paper/signature.h"
+
+namespace d2s1r
+{
+/// A cell and how far its signature is from the query's.
+struct NearestCell
+{
+	CellIndex cell = 0;
+	float squared_distance = 0;  //!< [-] L2 between signatures, lower is better
+};
+
+/// Signatures of all free cells in a kd-tree (Algorithm 1). Const and thread-safe once built.
+class SignatureIndex
+{
+   public:
+	/// \param cells sensor positions, increasing, not empty
+	/// \param threads [-] that build the index, which does not depend on it
+	/// \throws std::invalid_argument if there is no cell, or parameters.paper.max_range is above 4000 cells
+	SignatureIndex(
+	    const Grid& grid, const std::vector<CellIndex>& cells, const Parameters& parameters, int threads = 1);
+	~SignatureIndex();
+	SignatureIndex(SignatureIndex&&) noexcept;
+	SignatureIndex& operator=(SignatureIndex&&) noexcept;
+
+	/// The k cells of nearest signature, nearest first; ties by cell.
+	/// \throws std::invalid_argument if the query has another number of bins, or k is below 1
+	std::vector<NearestCell> nearest(const Signature& query, int k) const;
+
+	/// The same into `result`, without allocation if that was large enough once.
+	void nearest(const Signature& query, int k, std::vector<NearestCell>& result) const;
+
+   private:
+	struct Tree;
+	std::unique_ptr<const Tree> tree_;
+};
+}  // namespace d2s1r

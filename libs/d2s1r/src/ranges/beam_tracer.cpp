@@ -1,0 +1,158 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "ranges/beam_tracer.h"
+
+#include "base/simd.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "ranges/beam_tracer.cpp"  // of the include path src/
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#include "ranges/clearance.h"
+#include "ranges/ray_axis-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace d2s1r
+{
+namespace HWY_NAMESPACE
+{
+namespace
+{
+HWY_INLINE Mask is_class(Ints packed, Cell cell)
+{
+	const Ints classes = hn::And(packed, hn::Set(kInts, (1 << BeamTracer::kClassBits) - 1));
+	return hn::MaskFromVec(
+	    hn::BitCast(kFloats, hn::VecFromMask(kInts, hn::Eq(classes, hn::Set(kInts, static_cast<int>(cell))))));
+}
+
+/// What lies along a vector of beams.
+struct Passed
+{
+	Floats walls, unknown;  //!< [-], [cells]
+};
+
+/// From the starts of the axes to `end` [cells]; walls left beyond `passed_before` [cells] are where a beam ended.
+HWY_INLINE Passed follow(const Map& map, Axis u, Axis v, Floats end, Floats passed_before)
+{
+	Passed passed{all(0), all(0)};
+	Floats length = all(0), in_wall = all(0);  // [cells] so far: of the beam, of the wall that it is in
+	Mask moving = hn::Gt(end, length);
+	while (!hn::AllFalse(kFloats, moving))
+	{
+		const Ints packed = map.bytes_at(u.cell, v.cell);
+		const Floats clearance = hn::ConvertTo(kFloats, hn::ShiftRight<BeamTracer::kClassBits>(packed));
+		const Mask outside = hn::Eq(clearance, all(0)), at_wall = is_class(packed, Cell::kOccupied);
+		const Mask counts = hn::And(moving, hn::AndNot(at_wall, hn::Lt(length, passed_before)));
+		passed.walls = hn::IfThenElse(counts, hn::Add(passed.walls, hn::Min(in_wall, all(1))), passed.walls);
+		const Floats exit = cross(u, v, clearance, hn::AndNot(outside, moving));
+		const Floats next = hn::IfThenElse(outside, end, hn::Min(hn::Max(exit, length), end));
+		const Mask in_unknown = hn::And(moving, is_class(packed, Cell::kUnknown));
+		passed.unknown = hn::IfThenElse(in_unknown, hn::Add(passed.unknown, hn::Sub(next, length)), passed.unknown);
+		in_wall = hn::IfThenElse(at_wall, hn::Add(in_wall, hn::Sub(next, length)), all(0));
+		length = hn::IfThenElse(moving, next, length);
+		moving = hn::And(moving, hn::Lt(length, end));
+	}
+	return passed;
+}
+}  // namespace
+
+/// The inner loop of BeamTracer::trace().
+/// \param start_u, start_v [cells] of the sensor, from the corner of the margin; within the grid
+/// \param heading [rad] of the sensor
+void trace_of_target(
+    const PackedCells& cells, double start_u, double start_v, double heading, const BeamEnds& beams, bool only_ends,
+    TracedBeams& traced)
+{
+	constexpr double kAtWall = 0.15;  // [m] a wall this near to the end is where the beam ended
+	const int column = static_cast<int>(start_u), row = static_cast<int>(start_v);
+	const Map map(cells.cells, cells.width, cells.height, column, row);
+	const Rotation rotation(heading);
+	const Floats cell_size = all(static_cast<float>(cells.cell_size));
+	const Floats near_end = all(static_cast<float>(kAtWall / cells.cell_size));
+	for (std::size_t i = 0; i < beams.range.size(); i += hn::Lanes(kFloats))
+	{
+		const Floats ux = hn::LoadU(kFloats, beams.unit_x.data() + i), uy = hn::LoadU(kFloats, beams.unit_y.data() + i);
+		const Floats dx = rotation.x(ux, uy), dy = rotation.y(ux, uy);
+		const Floats end = hn::Div(hn::LoadU(kFloats, beams.range.data() + i), cell_size);
+		const Axis u(static_cast<float>(start_u - column), dx), v(static_cast<float>(start_v - row), dy);
+		Passed passed{all(0), all(0)};
+		if (!only_ends) passed = follow(map, u, v, end, hn::Sub(end, near_end));
+		hn::StoreU(passed.walls, kFloats, traced.walls.data() + i);
+		hn::StoreU(hn::Mul(passed.unknown, cell_size), kFloats, traced.unknown.data() + i);
+
+		const Floats end_u = hn::Floor(hn::Add(u.start, hn::Mul(dx, end)));
+		const Floats end_v = hn::Floor(hn::Add(v.start, hn::Mul(dy, end)));
+		const Floats in_u = hn::Min(hn::Max(end_u, map.first_u), map.last_u);
+		const Floats in_v = hn::Min(hn::Max(end_v, map.first_v), map.last_v);
+		const Ints classes = hn::And(map.bytes_at(in_u, in_v), hn::Set(kInts, (1 << BeamTracer::kClassBits) - 1));
+		hn::StoreU(classes, kInts, traced.end.data() + i);
+	}
+}
+}  // namespace HWY_NAMESPACE
+}  // namespace d2s1r
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace d2s1r
+{
+HWY_EXPORT(trace_of_target);
+
+namespace
+{
+constexpr int kMostClearance = 63;  //!< [cells] six bits
+}  // namespace
+
+BeamTracer::BeamTracer(const Grid& grid)
+    : width_(grid.width + 2),
+      height_(grid.height + 2),
+      cell_size_(grid.cell_size),
+      origin_x_(grid.origin_x - grid.cell_size),
+      origin_y_(grid.origin_y - grid.cell_size)
+{
+	std::vector<std::uint8_t> classes(
+	    static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_),
+	    static_cast<std::uint8_t>(Cell::kUnknown));
+	auto from = grid.cells.begin();
+	for (int row = 1; row + 1 < height_; row++)
+	{
+		auto to = classes.begin() + static_cast<std::ptrdiff_t>(row) * width_ + 1;
+		for (int column = 0; column < grid.width; column++) *to++ = static_cast<std::uint8_t>(*from++);
+	}
+	cells_ = clearances(classes, width_, kMostClearance);
+	for (std::size_t cell = 0; cell < classes.size(); cell++)
+		cells_[cell] = static_cast<std::uint8_t>((cells_[cell] << kClassBits) | classes[cell]);
+}
+
+void BeamTracer::trace(const BeamEnds& beams, const mrpt::math::TPose2D& sensor, TracedBeams& traced) const
+{
+	trace(beams, sensor, false, traced);
+}
+
+void BeamTracer::locate_ends(const BeamEnds& beams, const mrpt::math::TPose2D& sensor, TracedBeams& traced) const
+{
+	trace(beams, sensor, true, traced);
+}
+
+void BeamTracer::trace(
+    const BeamEnds& beams, const mrpt::math::TPose2D& sensor, bool only_ends, TracedBeams& traced) const
+{
+	const std::size_t count = beams.range.size();
+	traced.walls.resize(count);
+	traced.unknown.resize(count);
+	traced.end.resize(count);
+	const double u = (sensor.x - origin_x_) / cell_size_, v = (sensor.y - origin_y_) / cell_size_;
+	if (u >= 1 && v >= 1 && u < width_ - 1 && v < height_ - 1)
+	{
+		HWY_DYNAMIC_DISPATCH(trace_of_target)
+		({cells_.data(), width_, height_, cell_size_}, u, v, sensor.phi, beams, only_ends, traced);
+		return;
+	}
+	for (std::size_t i = 0; i < count; i++)
+	{
+		traced.walls[i] = 0;
+		traced.unknown[i] = only_ends ? 0 : beams.range[i];
+		traced.end[i] = static_cast<std::int32_t>(Cell::kUnknown);
+	}
+}
+}  // namespace d2s1r
+#endif  // HWY_ONCE

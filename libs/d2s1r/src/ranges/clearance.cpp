@@ -1,0 +1,44 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "ranges/clearance.h"
+
+#include <algorithm>
+
+namespace d2s1r
+{
+namespace
+{
+/// One row of a pass in raster order (direction -1) or against it (1): looks at the four neighbours that are settled.
+/// \param classes, distances of the row, which has others before and after it
+void relax_row(const std::uint8_t* classes, std::uint8_t* distances, std::ptrdiff_t width, std::ptrdiff_t direction)
+{
+	for (const std::ptrdiff_t to : {direction * width - 1, direction * width, direction * width + 1})
+		for (std::ptrdiff_t cell = 1; cell < width - 1; cell++)
+		{
+			const int same = classes[cell + to] == classes[cell] ? 1 : 0;
+			const int near = same * distances[cell + to];  // a product, which compilers vectorize
+			distances[cell] = static_cast<std::uint8_t>(std::min<int>(distances[cell], near + 1));
+		}
+	int near = 0;
+	for (std::ptrdiff_t i = 1, cell = direction < 0 ? 1 : width - 2; i < width - 1; i++, cell -= direction)
+	{
+		if (classes[cell + direction] != classes[cell]) near = 0;
+		near = std::min<int>(distances[cell], near + 1);
+		distances[cell] = static_cast<std::uint8_t>(near);
+	}
+}
+}  // namespace
+
+std::vector<std::uint8_t> clearances(const std::vector<std::uint8_t>& classes, int width, int most)
+{
+	std::vector<std::uint8_t> distances(classes.size() + kGatherOverrun);
+	const auto w = static_cast<std::size_t>(width);
+	for (std::size_t row = w; row + w < classes.size(); row += w)
+	{
+		std::fill_n(distances.data() + row + 1, w - 2, static_cast<std::uint8_t>(most));
+		relax_row(classes.data() + row, distances.data() + row, width, -1);
+	}
+	for (std::size_t row = classes.size() - 2 * w; row > 0; row -= w)
+		relax_row(classes.data() + row, distances.data() + row, width, 1);
+	return distances;
+}
+}  // namespace d2s1r

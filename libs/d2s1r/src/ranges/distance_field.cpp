@@ -1,0 +1,88 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "ranges/distance_field.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "map/free_cells.h"
+
+namespace d2s1r
+{
+namespace
+{
+constexpr double kMostFieldCells = 1U << 30U;  //!< offsets of two bytes per cell have 31 bits
+constexpr int kReach = static_cast<int>(DistanceField::kReachCells);
+
+/// Lower envelope of the parabolas (x - j)^2 + column[j]^2 over a row.
+class RowTransform
+{
+   public:
+	explicit RowTransform(int width) : apex_(static_cast<std::size_t>(width)), start_(static_cast<std::size_t>(width))
+	{
+	}
+
+	/// \param column distances of a row's cells along their columns [cells]
+	void operator()(const std::uint8_t* column, std::uint16_t* out)
+	{
+		const int width = static_cast<int>(apex_.size());
+		const auto height = [&](int j) { return static_cast<float>(column[j] * column[j]); };
+		int last = -1;
+		for (int j = 0; j < width; j++)
+		{
+			if (column[j] >= kReach) continue;
+			float start = -1;
+			while (last >= 0)
+			{
+				const int k = apex_[static_cast<std::size_t>(last)];
+				start = 0.5F * (static_cast<float>(j + k) + (height(j) - height(k)) / static_cast<float>(j - k));
+				if (start > start_[static_cast<std::size_t>(last)]) break;
+				last--;
+				start = -1;
+			}
+			last++;
+			apex_[static_cast<std::size_t>(last)] = j;
+			start_[static_cast<std::size_t>(last)] = start;
+		}
+		std::fill(out, out + width, static_cast<std::uint16_t>(kReach * DistanceField::kUnitsPerCell - 1));
+		for (int k = 0; k <= last; k++)
+		{
+			const int j = apex_[static_cast<std::size_t>(k)];
+			const float end = k < last ? start_[static_cast<std::size_t>(k + 1)] : static_cast<float>(width);
+			const int x0 = std::max({0, j - kReach, static_cast<int>(std::ceil(start_[static_cast<std::size_t>(k)]))});
+			const int x1 = std::min({width - 1, j + kReach, static_cast<int>(std::floor(end))});
+			for (int x = x0; x <= x1; x++)
+			{
+				const float distance = std::sqrt(static_cast<float>((x - j) * (x - j)) + height(j));
+				out[x] = static_cast<std::uint16_t>(
+				    std::min(distance, DistanceField::kReachCells - 0.001F) * DistanceField::kUnitsPerCell);
+			}
+		}
+	}
+
+   private:
+	std::vector<int> apex_;
+	std::vector<float> start_;
+};
+}  // namespace
+
+DistanceField::DistanceField(const Grid& grid)
+    : width_(grid.width + 2 * kReach),
+      height_(grid.height + 2 * kReach),
+      cell_size_(grid.cell_size),
+      origin_x_(grid.origin_x - kReach * grid.cell_size),
+      origin_y_(grid.origin_y - kReach * grid.cell_size)
+{
+	if (static_cast<double>(width_) * height_ > kMostFieldCells)
+		throw std::invalid_argument("the map has more cells than can be searched; use larger cells or a smaller map");
+	// with the rim: walls at the edge act outwards, too
+	const auto columns = distances_in_columns(grid, kReach, std::uint8_t{kReach});
+	cells_.resize(columns.size());
+	RowTransform transform(width_);
+	for (int y = 0; y < height_; y++)
+	{
+		const auto row = static_cast<std::size_t>(y) * static_cast<std::size_t>(width_);
+		transform(columns.data() + row, cells_.data() + row);
+	}
+}
+}  // namespace d2s1r

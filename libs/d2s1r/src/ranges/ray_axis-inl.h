@@ -1,0 +1,107 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+// How a vector of rays moves through cells, coordinate by coordinate. Once per target of Highway, inside of its
+// namespace.
+#if defined(D2S1R_RAY_AXIS_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef D2S1R_RAY_AXIS_INL_H
+#undef D2S1R_RAY_AXIS_INL_H
+#else
+#define D2S1R_RAY_AXIS_INL_H
+#endif
+
+#include <cstdint>
+
+#include "base/simd_floats-inl.h"
+#include "ranges/clearance.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace d2s1r
+{
+namespace HWY_NAMESPACE
+{
+namespace
+{
+/// A map of a byte for each cell, with a margin. Cells are counted from the cell where rays start.
+struct Map
+{
+	const std::uint8_t* start;
+	int width;                                //!< [cells] with the margin
+	Floats first_u, last_u, first_v, last_v;  //!< columns and rows of the margin
+
+	Map(const std::uint8_t* cells, int width_, int height, int column, int row)
+	    : start(cells + static_cast<std::ptrdiff_t>(row) * width_ + column),
+	      width(width_),
+	      first_u(all(static_cast<float>(-column))),
+	      last_u(all(static_cast<float>(width_ - 1 - column))),
+	      first_v(all(static_cast<float>(-row))),
+	      last_v(all(static_cast<float>(height - 1 - row)))
+	{
+	}
+	/// The bytes of cells (u, v); kGatherOverrun bytes after the last cell are read, too.
+	Ints bytes_at(Floats u, Floats v) const
+	{
+		const Ints offsets = hn::Add(hn::ConvertTo(kInts, u), hn::Mul(hn::ConvertTo(kInts, v), hn::Set(kInts, width)));
+		const Ints words = hn::GatherOffset(kInts, reinterpret_cast<const std::int32_t*>(start), offsets);
+		return hn::And(words, hn::Set(kInts, 0xFF));
+	}
+};
+
+/// A direction that is never 0, whose inverse would not be finite.
+HWY_INLINE Floats not_zero(Floats direction)
+{
+	constexpr float kLeast = 1e-20F;
+	return hn::IfThenElse(hn::Lt(hn::Abs(direction), all(kLeast)), all(kLeast), direction);
+}
+
+/// One coordinate of a vector of rays. Cells are counted from the cell of the start.
+struct Axis
+{
+	Floats start;    //!< [cells] in [0, 1)
+	Floats step;     //!< [cells] per cell of ray length, not 0
+	Floats inverse;  //!< of step
+	Mask forward;    //!< step >= 0
+	Floats cell;
+
+	Axis(float start_, Floats direction)
+	    : start(all(start_)),
+	      step(not_zero(direction)),
+	      inverse(hn::Div(all(1), step)),
+	      forward(hn::Ge(step, all(0))),
+	      cell(all(0))
+	{
+	}
+	/// Length at which the rays leave the cells less than `clearance` away from their own.
+	Floats exit(Floats clearance) const
+	{
+		const Floats edge = hn::Add(cell, hn::IfThenElse(forward, clearance, hn::Sub(all(1), clearance)));
+		return hn::Mul(hn::Sub(edge, start), inverse);
+	}
+	Floats after_leaving(Floats clearance) const
+	{
+		return hn::Add(cell, hn::IfThenElse(forward, clearance, hn::Neg(clearance)));
+	}
+	Floats at(Floats length, Floats clearance) const
+	{
+		const Floats reach = hn::Sub(clearance, all(1));
+		const Floats now = hn::Floor(hn::Add(start, hn::Mul(length, step)));
+		return hn::Min(hn::Max(now, hn::Sub(cell, reach)), hn::Add(cell, reach));
+	}
+};
+
+/// Moves the rays of `moving` over the cells less than `clearance` away from their own.
+/// \return length at which they leave them
+HWY_INLINE Floats cross(Axis& u, Axis& v, Floats clearance, Mask moving)
+{
+	const Floats u_exit = u.exit(clearance), v_exit = v.exit(clearance);
+	const Mask by_u = hn::Lt(u_exit, v_exit);
+	const Floats length = hn::Min(u_exit, v_exit);
+	const Floats u_cell = hn::IfThenElse(by_u, u.after_leaving(clearance), u.at(length, clearance));
+	const Floats v_cell = hn::IfThenElse(by_u, v.at(length, clearance), v.after_leaving(clearance));
+	u.cell = hn::IfThenElse(moving, u_cell, u.cell);
+	v.cell = hn::IfThenElse(moving, v_cell, v.cell);
+	return length;
+}
+}  // namespace
+}  // namespace HWY_NAMESPACE
+}  // namespace d2s1r
+HWY_AFTER_NAMESPACE();
+#endif

@@ -1,0 +1,236 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "ranges/ray_caster.h"
+
+#include "base/simd.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "ranges/ray_caster.cpp"  // of the include path src/
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#include "ranges/ray_axis-inl.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+HWY_BEFORE_NAMESPACE();
+namespace d2s1r
+{
+namespace HWY_NAMESPACE
+{
+namespace
+{
+/// The clearance of the rays' cells.
+HWY_INLINE Floats clearance_at(const Map& map, const Axis& u, const Axis& v)
+{
+	return hn::ConvertTo(kFloats, map.bytes_at(u.cell, v.cell));
+}
+
+HWY_INLINE Mask is_in_margin(const Map& map, const Axis& u, const Axis& v)
+{
+	return hn::Or(
+	    hn::Or(hn::Eq(u.cell, map.first_u), hn::Eq(u.cell, map.last_u)),
+	    hn::Or(hn::Eq(v.cell, map.first_v), hn::Eq(v.cell, map.last_v)));
+}
+}  // namespace
+
+void follow(
+    const ClearanceMap& clearances, double x, double y, float limit, bool margin_ends_rays, const RayFan& fan,
+    float* lengths)
+{
+	const int column = static_cast<int>(std::floor(x)), row = static_cast<int>(std::floor(y));
+	const auto fraction_x = static_cast<float>(x - column), fraction_y = static_cast<float>(y - row);
+	const Map map(clearances.cells.data(), clearances.width, clearances.height, column, row);
+	for (std::size_t i = 0; i < fan.dx.size(); i += hn::Lanes(kFloats))
+	{
+		Axis u(fraction_x, hn::LoadU(kFloats, fan.dx.data() + i));
+		Axis v(fraction_y, hn::LoadU(kFloats, fan.dy.data() + i));
+		Floats length = all(0), clearance = clearance_at(map, u, v);
+		Mask moving = hn::Gt(clearance, all(0));
+		while (!hn::AllFalse(kFloats, moving))
+		{
+			const Floats exit = cross(u, v, clearance, moving);
+			length = hn::IfThenElse(moving, exit, length);
+			clearance = clearance_at(map, u, v);
+			moving = hn::And(hn::Gt(clearance, all(0)), hn::Lt(length, all(limit)));
+		}
+		if (!margin_ends_rays) length = hn::IfThenElse(is_in_margin(map, u, v), all(limit), length);
+		hn::StoreU(hn::Min(length, all(limit)), kFloats, lengths + i);
+	}
+}
+}  // namespace HWY_NAMESPACE
+}  // namespace d2s1r
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace d2s1r
+{
+HWY_EXPORT(follow);
+
+namespace
+{
+/// The directions 2 pi i / directions.
+RayFan full_circle(int directions)
+{
+	RayFan fan;
+	fan.size = static_cast<std::size_t>(directions);
+	for (std::size_t i = 0; i < fan.size || i % kSimdFloats != 0; i++)
+	{
+		const double angle = 2 * M_PI * static_cast<double>(i % fan.size) / directions;
+		fan.dx.push_back(static_cast<float>(std::cos(angle)));
+		fan.dy.push_back(static_cast<float>(std::sin(angle)));
+	}
+	return fan;
+}
+
+constexpr int kMaxClearance = 255;
+
+ClearanceMap make_clearance(const Grid& grid, bool stop_at_unknown)
+{
+	ClearanceMap map{grid.width + 2, grid.height + 2, {}};
+	std::vector<std::uint8_t> is_open(map.index(0, map.height));
+	for (int y = 0; y < grid.height; y++)
+		for (int x = 0; x < grid.width; x++)
+		{
+			const Cell cell = grid.at(x, y);
+			const bool is_obstacle = cell == Cell::kOccupied || (stop_at_unknown && cell == Cell::kUnknown);
+			is_open[map.index(x + 1, y + 1)] = is_obstacle ? 0 : 1;
+		}
+	map.cells = clearances(is_open, map.width, kMaxClearance);
+	for (std::size_t cell = 0; cell < is_open.size(); cell++)
+		if (is_open[cell] == 0) map.cells[cell] = 0;
+	return map;
+}
+
+/// Whether whole numbers of cells reach there; to a NaN they do not, either.
+bool is_countable(double column, double row)
+{
+	constexpr double kFarthest = 1e9;  // [cells]
+	return std::abs(column) + std::abs(row) < kFarthest;
+}
+
+/// One coordinate of a ray; lengths in cells.
+struct Axis
+{
+	double start;    //!< [cells]
+	double step;     //!< [cells] per cell of ray length
+	double inverse;  //!< of step, signed infinity if the ray runs along the other axis
+	int cell;        //!< the one the ray is in
+
+	Axis(double start_, double step_)
+	    : start(start_), step(step_), inverse(1.0 / step_), cell(static_cast<int>(std::floor(start_)))
+	{
+	}
+
+	/// Length at which the ray leaves the cells less than `clearance` away from its own.
+	double exit(int clearance) const
+	{
+		if (step == 0) return std::numeric_limits<double>::infinity();
+		return (step > 0 ? cell + clearance - start : cell + 1 - clearance - start) * inverse;
+	}
+	void leave(int clearance) { cell += step > 0 ? clearance : -clearance; }
+	void follow(double length, int clearance)
+	{
+		const int now = static_cast<int>(start + length * step);  // not negative inside the margin
+		cell = std::clamp(now, cell - clearance + 1, cell + clearance - 1);
+	}
+	/// Lengths between which the ray is inside [1, end]; the first above the second if never.
+	std::pair<double, double> inside(int end) const
+	{
+		if (step == 0)
+			return start >= 1 && start < end ? std::pair{-HUGE_VAL, HUGE_VAL} : std::pair{HUGE_VAL, -HUGE_VAL};
+		const double a = (1 - start) * inverse, b = (end - start) * inverse;
+		return {std::min(a, b), std::max(a, b)};
+	}
+};
+
+/// Lengths [cells] of all rays of `fan` from (x, y) [cells of the map] to the cells where the clearance is 0, at most
+/// `limit`; many rays at a time in single precision, bit for bit the same whatever SIMD the machine has.
+/// \param x, y inside the map's margin
+/// \param margin_ends_rays else a ray that leaves the grid has length `limit`
+/// \param lengths resized to the padded size of the fan
+void follow_rays(
+    const ClearanceMap& map, double x, double y, float limit, bool margin_ends_rays, const RayFan& fan,
+    std::vector<float>& lengths)
+{
+	lengths.resize(fan.dx.size());
+	HWY_DYNAMIC_DISPATCH(follow)(map, x, y, limit, margin_ends_rays, fan, lengths.data());
+}
+}  // namespace
+
+RayCaster::RayCaster(const Grid& grid, double max_range, bool stop_at_unknown)
+    : cell_size_(grid.cell_size),
+      origin_x_(grid.origin_x),
+      origin_y_(grid.origin_y),
+      max_range_(max_range),
+      stop_at_unknown_(stop_at_unknown),
+      clearance_(make_clearance(grid, stop_at_unknown))
+{
+}
+
+std::vector<float> RayCaster::scan(double x, double y, int directions) const
+{
+	std::vector<float> ranges;
+	scan(x, y, directions, ranges);
+	return ranges;
+}
+
+void RayCaster::scan(double x, double y, int directions, std::vector<float>& ranges) const
+{
+	thread_local RayFan fan;
+	if (fan.size != static_cast<std::size_t>(directions)) fan = full_circle(directions);
+	const double column = (x - origin_x_) / cell_size_ + 1, row = (y - origin_y_) / cell_size_ + 1;
+	if (is_countable(column, row) &&
+	    clearance_.is_inside(static_cast<int>(std::floor(column)), static_cast<int>(std::floor(row))))
+	{
+		const auto limit = static_cast<float>(max_range_ / cell_size_);
+		follow_rays(clearance_, column, row, limit, stop_at_unknown_, fan, ranges);
+		ranges.resize(fan.size);
+		for (float& range : ranges)
+			range = range < limit ? range * static_cast<float>(cell_size_) : static_cast<float>(max_range_);
+		return;
+	}
+	ranges.resize(fan.size);
+	for (std::size_t i = 0; i < fan.size; i++) ranges[i] = cast(x, y, 2 * M_PI * static_cast<double>(i) / directions);
+}
+
+float RayCaster::cast(double x, double y, double angle) const
+{
+	const double dx = std::cos(angle), dy = std::sin(angle);
+	const ClearanceMap& map = clearance_;
+	const double column = (x - origin_x_) / cell_size_ + 1, row = (y - origin_y_) / cell_size_ + 1;
+	if (!(is_countable(column, row) && std::isfinite(dx + dy)))
+		return stop_at_unknown_ ? 0 : static_cast<float>(max_range_);
+	Axis u(column, dx), v(row, dy);
+	const double limit = max_range_ / cell_size_;
+	double length = 0;  // [cells]
+	if (!map.is_inside(u.cell, v.cell))
+	{
+		if (stop_at_unknown_) return 0;
+		const auto [u_in, u_out] = u.inside(map.width - 1);
+		const auto [v_in, v_out] = v.inside(map.height - 1);
+		length = std::max({u_in, v_in, 0.0});
+		if (length >= std::min({u_out, v_out, limit})) return static_cast<float>(max_range_);
+		u.cell = std::clamp(static_cast<int>(std::floor(u.start + length * u.step)), 1, map.width - 2);
+		v.cell = std::clamp(static_cast<int>(std::floor(v.start + length * v.step)), 1, map.height - 2);
+	}
+	while (length < limit)
+	{
+		const int clearance = map.cells[map.index(u.cell, v.cell)];
+		if (clearance == 0)
+		{
+			const bool none = !stop_at_unknown_ && !map.is_inside(u.cell, v.cell);
+			return static_cast<float>(none ? max_range_ : length * cell_size_);
+		}
+		const double u_exit = u.exit(clearance), v_exit = v.exit(clearance);
+		length = std::min(u_exit, v_exit);
+		if (u_exit < v_exit)
+			u.leave(clearance), v.follow(length, clearance);
+		else
+			v.leave(clearance), u.follow(length, clearance);
+	}
+	return static_cast<float>(max_range_);
+}
+}  // namespace d2s1r
+#endif  // HWY_ONCE

@@ -1,0 +1,200 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "ranges/sweep_lines.h"
+
+#include <algorithm>
+#include <cstring>
+#include <numeric>
+
+namespace d2s1r
+{
+namespace
+{
+constexpr double kTouch = 1e-9;  //!< [lines] rounding errors do not decide on which side of a corner a line passes
+
+std::uint16_t to_units(double columns)
+{
+	return static_cast<std::uint16_t>(std::lround(columns * kRangeUnitsPerCell));
+}
+
+constexpr std::uint8_t kIsOccupied = 1, kIsUnknownOrOccupied = 2, kIsWanted = 4;
+
+/// Flags of cells with a margin of one cell; `columns` blocks of `rows` each.
+struct Flags
+{
+	int columns = 0;
+	int rows = 0;
+	std::vector<std::uint8_t> values;
+
+	Flags(int columns_, int rows_)
+	    : columns(columns_), rows(rows_), values(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_))
+	{
+	}
+	std::size_t index(int column, int row) const
+	{
+		return static_cast<std::size_t>(column) * static_cast<std::size_t>(rows) + static_cast<std::size_t>(row);
+	}
+};
+
+Cell cell_or_unknown(const Grid& grid, int x, int y)
+{
+	return grid.contains(x, y) ? grid.at(x, y) : Cell::kUnknown;
+}
+
+/// Obstacles that no ray can enter through an edge are left out.
+std::uint8_t obstacle_flags(const Grid& grid, int x, int y)
+{
+	const Cell cell = cell_or_unknown(grid, x, y);
+	if (cell == Cell::kFree) return 0;
+	const Cell neighbours[] = {
+	    cell_or_unknown(grid, x - 1, y), cell_or_unknown(grid, x + 1, y), cell_or_unknown(grid, x, y - 1),
+	    cell_or_unknown(grid, x, y + 1)};
+	std::uint8_t flags = 0;
+	for (const Cell neighbour : neighbours)
+	{
+		if (neighbour == Cell::kFree) flags |= kIsUnknownOrOccupied;
+		if (neighbour != Cell::kOccupied && cell == Cell::kOccupied) flags |= kIsOccupied;
+	}
+	return flags;
+}
+
+/// The grid's rows are the columns of the result, as sweeps along y need them.
+Flags make_flags_along_y(const Grid& grid, const std::vector<CellIndex>& cells)
+{
+	Flags flags(grid.height + 2, grid.width + 2);
+	for (int y = -1; y <= grid.height; y++)
+		for (int x = -1; x <= grid.width; x++) flags.values[flags.index(y + 1, x + 1)] = obstacle_flags(grid, x, y);
+	for (const CellIndex cell : cells)
+		flags.values[flags.index(cell / grid.width + 1, cell % grid.width + 1)] |= kIsWanted;
+	return flags;
+}
+
+Flags transposed(const Flags& flags)
+{
+	constexpr int kTile = 32;
+	Flags result(flags.rows, flags.columns);
+	for (int column = 0; column < flags.columns; column += kTile)
+		for (int row = 0; row < flags.rows; row += kTile)
+			for (int c = column; c < std::min(column + kTile, flags.columns); c++)
+				for (int r = row; r < std::min(row + kTile, flags.rows); r++)
+					result.values[result.index(r, c)] = flags.values[flags.index(c, r)];
+	return result;
+}
+
+/// First row from `row` on whose flag is set, or flags.rows.
+int next_set(const std::uint8_t* column, int row, int rows, std::uint8_t flag)
+{
+	constexpr int kBytes = 8;
+	for (; row + kBytes <= rows; row += kBytes)
+	{
+		std::uint64_t eight;
+		std::memcpy(&eight, column + row, kBytes);
+		if ((eight & (flag * 0x0101010101010101ULL)) != 0) break;
+	}
+	while (row < rows && (column[row] & flag) == 0) row++;
+	return row;
+}
+
+ColumnRuns find_runs(const Flags& flags, std::uint8_t flag)
+{
+	ColumnRuns result;
+	std::size_t cells = 0;
+	for (int c = 0; c < flags.columns; c++)
+	{
+		result.first.push_back(result.runs.size());
+		result.cells_before.push_back(cells);
+		const std::uint8_t* column = flags.values.data() + flags.index(c, 0);
+		for (int row = next_set(column, 0, flags.rows, flag); row < flags.rows;)
+		{
+			int end = row;
+			while (end < flags.rows && (column[end] & flag) != 0) end++;
+			result.runs.push_back({row, end - row});
+			cells += static_cast<std::size_t>(end - row);
+			row = next_set(column, end, flags.rows, flag);
+		}
+	}
+	result.first.push_back(result.runs.size());
+	result.cells_before.push_back(cells);
+	return result;
+}
+
+SweepLines make_lines(const Flags& flags)
+{
+	return {
+	    flags.columns, flags.rows, find_runs(flags, kIsOccupied), find_runs(flags, kIsUnknownOrOccupied),
+	    find_runs(flags, kIsWanted)};
+}
+
+/// Stable counting sort of `order` by `key_of` its elements, which is below `keys`.
+template <class KeyOf>
+std::vector<std::int32_t> sorted_by(const KeyOf& key_of, std::size_t keys, const std::vector<std::int32_t>& order)
+{
+	std::vector<std::int32_t> next(keys + 1);
+	for (const std::int32_t i : order) next[key_of(i) + 1]++;
+	std::partial_sum(next.begin(), next.end(), next.begin());
+	std::vector<std::int32_t> sorted(order.size());
+	for (const std::int32_t i : order) sorted[static_cast<std::size_t>(next[key_of(i)]++)] = i;
+	return sorted;
+}
+}  // namespace
+
+LineFamily::LineFamily(double slope, int columns, int rows) : slope_(slope)
+{
+	const auto climb = static_cast<std::ptrdiff_t>(std::ceil(std::abs(slope) * columns));
+	first_ = kPhases * (slope > 0 ? climb + 2 : 2);
+	size_ = static_cast<std::size_t>(kPhases * (rows + climb + 4));
+}
+
+/// A line that passes through a corner enters the cell beside it, so that none slips between diagonal neighbours.
+std::ptrdiff_t LineFamily::near_line(int column) const
+{
+	return first_ + static_cast<std::ptrdiff_t>(std::ceil(-kPhases * slope_ * (column - 0.5) - kTouch));
+}
+
+ColumnCrossing LineFamily::crossing(int column) const
+{
+	ColumnCrossing c{};
+	c.near_line = near_line(column);
+	c.center_line = first_ + std::lround(kPhases * (0.5 - slope_ * column));
+	c.center_at = to_units(column);
+	c.near_at = to_units(column - 0.5);
+	const std::ptrdiff_t next = near_line(column + 1);
+	const bool climbs = next < c.near_line;
+	c.side_line = climbs ? next : c.near_line + kPhases;
+	c.side_lines = static_cast<std::size_t>(std::min<std::ptrdiff_t>(std::abs(next - c.near_line), kPhases));
+	for (std::size_t i = 0; i < c.side_lines; i++)
+	{
+		const double line = static_cast<double>(c.side_line - first_) + static_cast<double>(i);
+		const double side = climbs ? 0 : 1;  // of row 0
+		c.side_at[i] = to_units(std::clamp((side - line / kPhases) / slope_, column - 0.5, column + 0.5));
+	}
+	return c;
+}
+
+SweepLayout make_sweep_layout(const Grid& grid, const std::vector<CellIndex>& cells)
+{
+	const Flags along_y = make_flags_along_y(grid, cells);
+	return {make_lines(transposed(along_y)), make_lines(along_y)};
+}
+
+std::vector<std::int32_t> ranks_of(const std::vector<CellIndex>& cells, const Grid& grid, bool along_x)
+{
+	const auto cell = [&](std::int32_t i) { return cells[static_cast<std::size_t>(i)]; };
+	const auto column = [&](std::int32_t i) { return static_cast<std::size_t>(cell(i) % grid.width); };
+	const auto row = [&](std::int32_t i) { return static_cast<std::size_t>(cell(i) / grid.width); };
+	const auto width = static_cast<std::size_t>(grid.width), height = static_cast<std::size_t>(grid.height);
+	std::vector<std::int32_t> order(cells.size());
+	std::iota(order.begin(), order.end(), 0);
+	order = along_x ? sorted_by(column, width, sorted_by(row, height, order))
+	                : sorted_by(row, height, sorted_by(column, width, order));
+	std::vector<std::int32_t> ranks(cells.size());
+	std::int32_t rank = -1;
+	CellIndex last = -1;
+	for (const std::int32_t i : order)
+	{
+		if (cell(i) != last) rank++;
+		last = cell(i);
+		ranks[static_cast<std::size_t>(i)] = rank;
+	}
+	return ranks;
+}
+}  // namespace d2s1r

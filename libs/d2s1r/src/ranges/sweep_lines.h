@@ -1,0 +1,106 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <d2s1r/grid.h>
+
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace d2s1r
+{
+/// Fixed-point distance of the sweep: 1 unit = cell_size / kRangeUnitsPerCell.
+inline constexpr int kRangeUnitsPerCell = 16;
+
+/// Digital lines a cell is crossed by: its centre is at most half a phase, a 64th of a cell, off one of them.
+inline constexpr int kPhases = 32;
+
+/// A direction as a sweep sees it: rays run along the axis they are closer to, `slope` rows a column.
+struct SweepDirection
+{
+	bool along_x;    //!< else along y
+	bool backwards;  //!< towards lower columns
+	double slope;    //!< [rows / column] in the sense of the ray, in [-1, 1]
+
+	explicit SweepDirection(double angle)
+	{
+		const double dx = std::cos(angle), dy = std::sin(angle);
+		along_x = std::abs(dx) >= std::abs(dy);
+		const double along = along_x ? dx : dy, across = along_x ? dy : dx;
+		backwards = along < 0;
+		slope = across / std::abs(along);
+	}
+};
+
+/// How the lines cross one column. Lines that enter a cell by the column's near edge all do so at the same distance;
+/// those that enter it from the cell beside it come next, at distances that grow from line to line.
+struct ColumnCrossing
+{
+	std::ptrdiff_t near_line;        //!< first of kPhases lines that enter row 0 by the near edge
+	std::ptrdiff_t side_line;        //!< first line that enters row 0 from the side
+	std::size_t side_lines;          //!< how many do, at most kPhases
+	std::ptrdiff_t center_line;      //!< the line nearest to the centre of row 0's cell
+	std::uint16_t center_at;         //!< [units] of the column's centre, along the axis, modulo 2^16
+	std::uint16_t near_at;           //!< of the near edge
+	std::uint16_t side_at[kPhases];  //!< where side_line, side_line + 1, ... enter row 0
+};
+
+/// The lines y = slope * column + line / kPhases, up to an offset of the lines. Row r, seen from its lower edge, is
+/// kPhases * r lines above row 0. Columns are counted in the sense of the ray.
+class LineFamily
+{
+   public:
+	LineFamily(double slope, int columns, int rows);
+
+	std::size_t size() const { return size_; }
+	ColumnCrossing crossing(int column) const;
+
+   private:
+	std::ptrdiff_t near_line(int column) const;
+
+	double slope_;          //!< [rows / column]
+	std::ptrdiff_t first_;  //!< index of the line with offset 0
+	std::size_t size_;      //!< lines that cross the grid
+};
+
+/// Consecutive rows of one column.
+struct Run
+{
+	std::int32_t row = 0;
+	std::int32_t length = 0;
+};
+
+/// Runs of rows, column by column.
+struct ColumnRuns
+{
+	std::vector<Run> runs;                  //!< by column, then by row
+	std::vector<std::size_t> first;         //!< of runs, by column; one more at the end
+	std::vector<std::size_t> cells_before;  //!< sum of the lengths before runs[first[column]]; one more at the end
+};
+
+/// What sweeps along one axis have to know of a map. Columns run across that axis: they are the grid's columns for
+/// sweeps along x, the grid's rows for sweeps along y. A margin of one unknown cell surrounds the grid, so that cell
+/// (0, 0) of the grid is row 1 of column 1.
+struct SweepLines
+{
+	int columns = 0;
+	int rows = 0;
+	ColumnRuns occupied;             //!< occupied cells that rays can enter
+	ColumnRuns unknown_or_occupied;  //!< not-free cells that rays from free cells can enter
+	ColumnRuns cells;                //!< where ranges are wanted
+};
+
+/// Both are needed for a full circle of directions.
+struct SweepLayout
+{
+	SweepLines along_x;
+	SweepLines along_y;
+};
+
+/// \param cells in any order
+SweepLayout make_sweep_layout(const Grid& grid, const std::vector<CellIndex>& cells);
+
+/// Places of `cells`, in any order, among those of the lines along x or y.
+std::vector<std::int32_t> ranks_of(const std::vector<CellIndex>& cells, const Grid& grid, bool along_x);
+}  // namespace d2s1r

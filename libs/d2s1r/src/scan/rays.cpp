@@ -1,0 +1,161 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "scan/rays.h"
+
+#include <mrpt/core/bits_math.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace d2s1r
+{
+namespace
+{
+constexpr float kFarthest = 20;                     //!< [m] beyond, surfaces are too dark or too slanted often
+constexpr double kWidestGap = mrpt::DEG2RAD(10.0);  //!< [rad] of beams without data that parts no neighbours
+
+void add(BeamEnds& beams, float unit_x, float unit_y, float range)
+{
+	beams.unit_x.push_back(unit_x);
+	beams.unit_y.push_back(unit_y);
+	beams.range.push_back(range);
+}
+
+void pad(BeamEnds& beams)
+{
+	constexpr float kFarBehind = -1e6F;  // [m]
+	while (beams.range.size() % kSimdFloats != 0) add(beams, 1, 0, kFarBehind);
+}
+
+/// Whether neighbours that are `spacing` [rad] apart see things one behind the other, not one thing at an angle.
+bool is_depth_edge(double range, double next_range, double spacing)
+{
+	constexpr double kLeastStep = 0.5;                     // [m]
+	const double flattest = std::tan(mrpt::DEG2RAD(4.0));  // of beams to a surface that both may see
+	const auto [near, far] = std::minmax(range, next_range);
+	return far - near > kLeastStep && far > near * (1 + spacing / flattest);
+}
+
+/// From a beam to the next one counter-clockwise.
+struct Step
+{
+	bool starts_run = false;  //!< after a beam that ended at nothing, or a gap
+	bool is_depth_edge = false;
+};
+
+/// \param widest [rad] that neighbours are apart \param spacing [rad] that they are if there is data between: depth
+///        edges go by this, because things tend to end where there is none
+Step step_between(const Beam& before, const Beam& beam, double widest, double spacing)
+{
+	double apart = static_cast<double>(beam.angle) - static_cast<double>(before.angle);
+	if (apart < 0) apart += 2 * M_PI;
+	const bool starts_run = !before.is_return || apart > widest;
+	return {starts_run, !starts_run && beam.is_return && is_depth_edge(before.range, beam.range, spacing)};
+}
+
+/// Turns a full circle of beams, so that no surface is parted by the direction where circles begin.
+/// \return whether it is a full circle
+bool begin_where_a_surface_does(std::vector<Beam>& beams, double widest, double spacing)
+{
+	if (beams.front().angle + 2 * M_PI - beams.back().angle > widest) return false;
+	const Beam* before = &beams.back();
+	const auto is_seam = [&](const Beam& beam)
+	{
+		const Step step = step_between(*std::exchange(before, &beam), beam, widest, spacing);
+		return step.starts_run || step.is_depth_edge;
+	};
+	auto first = std::find_if(beams.begin(), beams.end(), is_seam);
+	if (first == beams.end())  // a room: its farthest point is a corner
+		first = std::max_element(
+		    beams.begin(), beams.end(), [](const Beam& a, const Beam& b) { return a.range < b.range; });
+	std::rotate(beams.begin(), first, beams.end());
+	return true;
+}
+
+/// Marks where the returns `first` to `last` leave the straight line between these two: iterative end point fit (Duda
+/// and Hart, Pattern Classification and Scene Analysis, 1973).
+void split_surface(const BeamEnds& returns, std::size_t first, std::size_t last, std::vector<std::uint8_t>& starts)
+{
+	const auto x = [&](std::size_t i) { return returns.unit_x[i] * returns.range[i]; };
+	const auto y = [&](std::size_t i) { return returns.unit_y[i] * returns.range[i]; };
+	const float dx = x(last) - x(first), dy = y(last) - y(first), length = std::max(1e-6F, std::hypot(dx, dy));
+	float greatest = 0.1F;  // [m]
+	std::size_t corner = first;
+	for (std::size_t i = first + 1; i < last; i++)
+	{
+		const float off = std::abs(dx * (y(i) - y(first)) - dy * (x(i) - x(first))) / length;
+		if (off > greatest) greatest = off, corner = i;
+	}
+	if (corner == first) return;
+	starts[corner] = 1;
+	split_surface(returns, first, corner, starts);
+	split_surface(returns, corner, last, starts);
+}
+
+/// Marks where straight pieces of surface begin.
+std::vector<std::uint8_t> find_surfaces(const Rays& rays)
+{
+	const std::size_t count = rays.log_range.size();
+	std::vector<std::uint8_t> starts(count);
+	for (std::size_t first = 0, past; first < count; first = past)
+	{
+		starts[first] = 1;
+		past = first + 1;
+		while (past < count && rays.depth_edge[past] == 0 && rays.starts_run[past] == 0) past++;
+		split_surface(rays.returns, first, past - 1, starts);
+	}
+	return starts;
+}
+}  // namespace
+
+Rays make_rays(const Scan& scan, double spacing, int most)
+{
+	Rays rays;
+	const std::size_t beams = scan.beams.size();
+	if (beams == 0) return rays;
+	const double apart = scan.field_of_view / static_cast<double>(beams);
+	const auto stride = std::max(
+	    static_cast<std::size_t>(std::max(1L, std::lround(spacing / apart))),
+	    (beams + static_cast<std::size_t>(most) - 1) / static_cast<std::size_t>(most));
+	rays.spacing = apart * static_cast<double>(stride);
+	std::vector<Beam> chosen;
+	for (std::size_t i = 0; i < beams; i += stride) chosen.push_back(scan.beams[i]);
+	rays.count = chosen.size();
+	const double widest = std::max(kWidestGap, 1.5 * rays.spacing);
+	const bool closed = begin_where_a_surface_does(chosen, widest, rays.spacing);
+	const Beam* before = closed ? &chosen.back() : nullptr;
+	for (const Beam& beam : chosen)
+	{
+		if (beam.is_return)
+		{
+			const Step step = before ? step_between(*before, beam, widest, rays.spacing) : Step{};
+			rays.depth_edge.push_back(step.is_depth_edge ? 1 : 0);
+			add(rays.returns, std::cos(beam.angle), std::sin(beam.angle), beam.range);
+			rays.log_range.push_back(std::log(std::clamp(beam.range, 0.5F, kFarthest) / 3.0F));
+			rays.starts_run.push_back(step.starts_run ? 1 : 0);
+		}
+		else
+			add(rays.no_returns, std::cos(beam.angle), std::sin(beam.angle), std::min(beam.range, kFarthest));
+		before = &beam;
+	}
+	rays.starts_surface = find_surfaces(rays);
+	pad(rays.returns);
+	pad(rays.no_returns);
+	return rays;
+}
+
+Rays few_rays(const Scan& scan)
+{
+	return make_rays(scan, mrpt::DEG2RAD(4.0), 45);
+}
+
+Rays many_rays(const Scan& scan)
+{
+	return make_rays(scan, mrpt::DEG2RAD(1.0), 180);
+}
+
+Rays all_rays(const Scan& scan)
+{
+	return make_rays(scan, mrpt::DEG2RAD(1.0), 360);
+}
+}  // namespace d2s1r

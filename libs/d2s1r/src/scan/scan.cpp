@@ -1,0 +1,152 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include <d2s1r/scan.h>
+#include <mrpt/math/wrap2pi.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+namespace d2s1r
+{
+namespace
+{
+constexpr double kFullTurn = 2 * M_PI;
+
+/// A reading as it is recorded -> distance and whether something was hit there; no value: no data.
+///
+/// What drivers and logs write, and how it is read:
+///   finite, in range, valid       a return
+///   at or beyond maxRange, +inf   no return, whether flagged valid or not: SICK lasers say 81.8x m with maxRange 80,
+///                                 MRPT's demos flag that invalid, ROS drivers write +inf (REP 117)
+///   NaN, -inf, negative           no data (REP 117: erroneous, too close)
+///   in range but flagged invalid  no data: MRPT's exclusion areas clear the flag and leave the range
+///   zero                          no data unless `zero_is_no_return`. Logs that write 0 where the laser got nothing
+///                                 do not tell glass, black surfaces and objects at the lens from open space: of the
+///                                 zeros in the Intel, Freiburg 079 and CSAIL logs nearly all face a wall of the map
+///                                 within 20 m. In simulators and outdoors most zeros do mean open space.
+std::optional<Beam> read_beam(float range, bool flagged_valid, float max_range, const ScanParameters& parameters)
+{
+	const Beam no_return{0, max_range, false};
+	if (range >= max_range) return no_return;
+	if (range == 0 && parameters.zero_is_no_return) return no_return;
+	if (flagged_valid && range > 0) return Beam{0, range, true};
+	return std::nullopt;
+}
+
+/// Greatest tilt of the sensor's plane against the plane of the robot during the scan [rad].
+double tilt_of(const mrpt::obs::CObservation2DRangeScan& observation)
+{
+	const auto& axes = observation.sensorPose.getRotationMatrix();
+	return std::atan2(std::hypot(axes(2, 0), axes(2, 1)), std::abs(axes(2, 2))) + std::abs(observation.deltaPitch);
+}
+
+std::string unusable_because(const mrpt::obs::CObservation2DRangeScan& observation, const ScanParameters& parameters)
+{
+	if (observation.getScanSize() < 2) return "the scan has fewer than 2 beams";
+	if (!(observation.aperture > 0) || !std::isfinite(observation.aperture))
+		return "the aperture is not finite and above 0";
+	if (!(observation.maxRange > 0) || !std::isfinite(observation.maxRange))
+		return "maxRange is not finite and above 0";
+	const auto& pose = observation.sensorPose;
+	const auto& axes = pose.getRotationMatrix();  // yaw() would write to the observation
+	const double tilt = mrpt::RAD2DEG(tilt_of(observation));
+	if (!std::isfinite(tilt + axes(0, 0) + axes(1, 0)) || !(std::hypot(pose.x(), pose.y()) <= kFarthestSensor))
+		return "the pose of the sensor on the robot is not finite or more than 100 m away";
+	if (tilt > parameters.max_tilt)
+		return "the sensor is tilted by " + std::to_string(std::lround(tilt)) + " deg, more than scan.max_tilt";
+	return {};
+}
+
+/// Beams counter-clockwise as seen from above, by increasing angle.
+std::vector<Beam> read_beams(const mrpt::obs::CObservation2DRangeScan& observation, const ScanParameters& parameters)
+{
+	const bool upside_down = observation.sensorPose.getRotationMatrix()(2, 2) < 0;
+	const double sign = observation.rightToLeft != upside_down ? 1 : -1;
+	const auto aperture = static_cast<double>(observation.aperture);
+	const double step = aperture / static_cast<double>(observation.getScanSize() - 1);
+	std::vector<Beam> beams;
+	beams.reserve(observation.getScanSize());
+	for (std::size_t i = 0; i < observation.getScanSize(); i++)
+	{
+		const double turned = static_cast<double>(i) * step;
+		if (turned > kFullTurn - step / 2) break;  // looks where the first beam looked
+		auto beam = read_beam(
+		    observation.getScanRange(i), observation.getScanRangeValidity(i), observation.maxRange, parameters);
+		if (!beam) continue;
+		beam->angle = beam_angle(sign * (turned - aperture / 2));
+		beams.push_back(*beam);
+	}
+	std::sort(beams.begin(), beams.end(), [](const Beam& a, const Beam& b) { return a.angle < b.angle; });
+	return beams;
+}
+
+bool is_field_of_view(double angle)
+{
+	constexpr double kRounding = 1e-6;  // [rad]
+	return angle > 0 && angle <= 2 * M_PI + kRounding;
+}
+
+/// Whether beams are as Scan::beams says; angles that are equal are in order, too.
+bool are_in_order(const std::vector<Beam>& beams)
+{
+	float least = -static_cast<float>(M_PI);
+	for (const Beam& beam : beams)
+	{
+		if (!(beam.angle >= least && beam.range >= 0 && std::isfinite(beam.range))) return false;
+		least = beam.angle;
+	}
+	return least < static_cast<float>(M_PI);
+}
+}  // namespace
+
+float beam_angle(double angle)
+{
+	const auto wrapped = static_cast<float>(mrpt::math::wrapToPi(angle));
+	return wrapped >= static_cast<float>(M_PI) ? -static_cast<float>(M_PI) : wrapped;
+}
+
+bool Scan::valid() const
+{
+	const auto& sensor = sensor_on_robot;
+	return invalid_because.empty() && !beams.empty() && is_field_of_view(field_of_view) &&
+	       std::isfinite(sensor.x + sensor.y + sensor.phi) && are_in_order(beams);
+}
+
+std::string why_invalid(const Scan& scan)
+{
+	if (!scan.invalid_because.empty()) return scan.invalid_because;
+	if (scan.beams.empty()) return "the scan has no beams";
+	if (!is_field_of_view(scan.field_of_view)) return "the field of view of the scan is not above 0 and at most 2 pi";
+	if (!are_in_order(scan.beams))
+		return "the beams of the scan are not by increasing angle in [-pi, pi), with finite ranges of at least 0";
+	return "the pose of the sensor on the robot is not finite";
+}
+
+bool is_covered(const Scan& scan, const ScanParameters& parameters)
+{
+	const auto is_blocked = [&](const Beam& beam)
+	{ return beam.is_return && static_cast<double>(beam.range) < parameters.covered_within; };
+	const auto blocked = std::count_if(scan.beams.begin(), scan.beams.end(), is_blocked);
+	return 10 * static_cast<std::size_t>(blocked) >= 9 * scan.beams.size();
+}
+
+Scan make_scan(const mrpt::obs::CObservation2DRangeScan& observation, const ScanParameters& parameters)
+{
+	Scan scan;
+	scan.invalid_because = unusable_because(observation, parameters);
+	if (!scan.invalid_because.empty()) return scan;
+
+	// The heading of the sensor's x axis seen from above: the yaw, but half a turn off it if the sensor is turned over
+	// by its pitch. The height does not matter in a plane.
+	const auto& axes = observation.sensorPose.getRotationMatrix();
+	scan.sensor_on_robot = {observation.sensorPose.x(), observation.sensorPose.y(), std::atan2(axes(1, 0), axes(0, 0))};
+	scan.beams = read_beams(observation, parameters);
+	const double step = static_cast<double>(observation.aperture) / static_cast<double>(observation.getScanSize() - 1);
+	scan.field_of_view = std::min(kFullTurn, step * static_cast<double>(scan.beams.size()));
+	if (scan.beams.size() < static_cast<std::size_t>(parameters.min_beams))
+		scan.invalid_because = "fewer usable beams than scan.min_beams";
+	else if (std::none_of(scan.beams.begin(), scan.beams.end(), [](const Beam& beam) { return beam.is_return; }))
+		scan.invalid_because = "no beam hit anything";
+	return scan;
+}
+}  // namespace d2s1r

@@ -1,0 +1,282 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "aligned_scan.h"
+#include "coarse/coarse_search.h"
+#include "map/free_cells.h"
+#include "portable_simd.h"
+
+namespace d2s1r::test
+{
+namespace
+{
+class CoarseSearch : public testing::Test
+{
+   protected:
+	const Grid grid_ = make_floor(), world_ = world_of(grid_);
+	CoarseSearchParameters parameters_;
+	const RangeProfiles profiles_ = make_range_profiles(grid_, find_free_cells(grid_, {}), parameters_);
+
+	/// Whether a candidate lies within a sample's reach of the truth.
+	bool found(const std::vector<Candidate>& candidates, const mrpt::math::TPose2D& truth) const
+	{
+		return std::any_of(
+		    candidates.begin(), candidates.end(),
+		    [&](const Candidate& candidate)
+		    {
+			    return distance_between(candidate.pose, truth) < 1.5 * parameters_.spacing &&
+			           turn_between(candidate.pose, truth) < 6;
+		    });
+	}
+
+	/// A beam that saw nothing differs only from what is nearer than its reach, one that may have met somebody little
+	/// from what is further than that.
+	int literal_difference(const Beam& beam, int expected) const
+	{
+		const int observed = profiles_.compand(static_cast<double>(beam.range));
+		if (expected <= observed) return std::min(observed - expected, parameters_.truncation);
+		const bool near = static_cast<double>(beam.range) < parameters_.occluder_range;
+		const int most = near ? parameters_.occluder_truncation : parameters_.truncation;
+		return beam.is_return ? std::min(expected - observed, most) : 0;
+	}
+
+	/// Mean truncated difference of an aligned scan and position `i` turned by `shift` directions, beam by beam.
+	double literal_cost(const Scan& scan, std::size_t i, int shift) const
+	{
+		int sum = 0;
+		for (const Beam& beam : scan.beams)
+		{
+			const std::size_t direction = direction_of(beam, shift, profiles_.directions);
+			const int expected = profiles_.by_position[i * static_cast<std::size_t>(profiles_.directions) + direction];
+			sum += literal_difference(beam, expected);
+		}
+		return static_cast<double>(sum) / static_cast<double>(scan.beams.size());
+	}
+
+	/// Where a candidate lies among the profiles: its position and its shift.
+	std::pair<std::size_t, int> pair_of(const Candidate& candidate) const
+	{
+		std::size_t i = 0;
+		while (i < profiles_.size() && (static_cast<double>(profiles_.x[i]) != candidate.pose.x ||
+		                                static_cast<double>(profiles_.y[i]) != candidate.pose.y))
+			i++;
+		EXPECT_LT(i, profiles_.size()) << "a candidate is not at a sample";
+		const double turn = mrpt::math::wrapTo2Pi(candidate.pose.phi) / (2 * M_PI) * profiles_.directions;
+		return {i, static_cast<int>(std::lround(turn)) % profiles_.directions};
+	}
+};
+}  // namespace
+
+TEST_F(CoarseSearch, ThePlaceIsAmongTheCandidatesForAnyFieldOfView)
+{
+	for (const int field_of_view : {360, 270, 180, 120})
+		for (const auto& robot : poses_on_floor())
+			EXPECT_TRUE(
+			    found(coarse_search(profiles_, scan_at(world_, robot, laser_of(field_of_view)), parameters_), robot))
+			    << robot << " seen " << field_of_view << " deg";
+}
+
+TEST_F(CoarseSearch, PeopleDoNotOutvoteTheWalls)
+{
+	for (const auto& robot : poses_on_floor())
+	{
+		Scan scan = scan_at(world_, robot);
+		block(scan, 40, 45, 0.8F);
+		block(scan, 200, 45, 0.5F);
+		EXPECT_TRUE(found(coarse_search(profiles_, scan, parameters_), robot)) << robot;
+	}
+}
+
+TEST_F(CoarseSearch, WhoStandsNearMattersLessThanAWallThatIsNotThere)
+{
+	const mrpt::math::TPose2D pose{2, 8, 0};
+	const Prior there{{{1.5, 2.5, 7.5, 8.5, 0, 0.1}}};
+	const Scan clean = aligned_scan(grid_, profiles_.directions, pose, 0, 120);
+	Scan near = clean, far = clean;
+	block(near, 20, 20, 0.3F);
+	for (std::size_t i = 20; i < 40; i++) far.beams[i].range += 3;
+	const auto least_cost = [&](const Scan& scan)
+	{ return coarse_search(profiles_, scan, parameters_, there).at(0).cost; };
+	EXPECT_LT(least_cost(near) - least_cost(clean), 0.5 * (least_cost(far) - least_cost(clean)));
+}
+
+TEST_F(CoarseSearch, ASensorOfShortReachAgreesWithAllThatIsBeyondIt)
+{
+	for (const auto& robot : poses_on_floor())
+	{
+		Scan scan = scan_at(world_, robot);
+		for (Beam& beam : scan.beams)
+			if (beam.range > 3) beam = {beam.angle, 3, false};
+		const auto candidates = coarse_search(profiles_, scan, parameters_);
+		EXPECT_TRUE(found(candidates, robot)) << robot;
+		const auto all = coarse_search(profiles_, scan_at(world_, robot), parameters_);
+		ASSERT_FALSE(candidates.empty() || all.empty());
+		EXPECT_LE(candidates[0].cost, all[0].cost + 0.1) << robot;
+	}
+}
+
+TEST_F(CoarseSearch, CandidatesAreDistinctAndBestFirst)
+{
+	parameters_.margin = 1e6;
+	for (const int most : {5, 100})
+	{
+		parameters_.candidates = most;
+		const auto candidates = coarse_search(profiles_, scan_at(world_, poses_on_floor()[1]), parameters_);
+		ASSERT_EQ(candidates.size(), static_cast<std::size_t>(most));
+		for (std::size_t i = 0; i < candidates.size(); i++)
+			for (std::size_t j = 0; j < i; j++)
+			{
+				EXPECT_LE(candidates[j].cost, candidates[i].cost);
+				EXPECT_TRUE(
+				    distance_between(candidates[i].pose, candidates[j].pose) >= parameters_.distinct_distance ||
+				    turn_between(candidates[i].pose, candidates[j].pose) >= parameters_.distinct_yaw)
+				    << candidates[i].pose << " " << candidates[j].pose;
+			}
+	}
+}
+
+TEST_F(CoarseSearch, TheBestIsTheLeastOfAllPositionsAndShifts)
+{
+	parameters_.max_pairs = 1000000;  // more than there are
+	parameters_.max_pairs_share = 1;
+	parameters_.overview_margin = 1e6;
+	parameters_.overview_deficit = 1e6;
+	parameters_.candidates = 20;
+	for (const auto& [first, count] : {std::pair{0, 120}, {100, 40}})
+	{
+		const Scan scan = aligned_scan(grid_, profiles_.directions, {2.41, 8.57, 0.7}, first, count);
+		const auto candidates = coarse_search(profiles_, scan, parameters_);
+		ASSERT_FALSE(candidates.empty());
+		double least = 1e9;
+		for (std::size_t i = 0; i < profiles_.size(); i++)
+			for (int shift = 0; shift < profiles_.directions; shift++)
+				least = std::min(least, literal_cost(scan, i, shift));
+		EXPECT_DOUBLE_EQ(candidates.front().cost, least);
+	}
+}
+
+TEST_F(CoarseSearch, TheSecondLookSeesAllPositionsOfAGroup)
+{
+	parameters_.candidates = 1000000;
+	parameters_.distinct_distance = 0.01;  // every pair is a candidate
+	parameters_.distinct_yaw = 0.1;
+	parameters_.margin = 1e6;
+	parameters_.max_pairs = 1000;
+	const Scan scan = aligned_scan(grid_, profiles_.directions, {2.41, 8.57, 0.7}, 30, 100);
+	std::set<std::pair<std::size_t, int>> seen;
+	for (const Candidate& candidate : coarse_search(profiles_, scan, parameters_))
+		EXPECT_TRUE(seen.insert(pair_of(candidate)).second);
+	EXPECT_GT(seen.size(), 100U);
+	for (std::size_t group = 0; group < profiles_.groups(); group++)
+		for (int shift = 0; shift < profiles_.directions; shift++)
+		{
+			const std::size_t first = profiles_.first_of_group[group], last = profiles_.first_of_group[group + 1];
+			for (std::size_t i = first; i < last; i++)
+				EXPECT_EQ(seen.count({i, shift}), seen.count({first, shift})) << "a group is one";
+		}
+}
+
+TEST_F(CoarseSearch, PosesThatAPriorRulesOutTakeNoRoomInTheSecondLook)
+{
+	parameters_.max_pairs = 20;
+	const Scan scan = aligned_scan(grid_, profiles_.directions, {2.41, 8.57, 0.7}, 0, 120);
+	PoseBox turned_round{2, 3, 8, 9, 0.7 + M_PI, 0.1};
+	const auto candidates = coarse_search(profiles_, scan, parameters_, Prior{{turned_round}});
+	ASSERT_FALSE(candidates.empty());
+	for (const Candidate& candidate : candidates)
+		EXPECT_GT(turn_between(candidate.pose, {2.41, 8.57, 0.7}), 160) << candidate.pose;
+}
+
+TEST_F(CoarseSearch, PosesMuchDearerThanTheBestAreDroppedTheMoreBeamsTheSooner)
+{
+	for (const int count : {120, 30})
+	{
+		const Scan scan = aligned_scan(grid_, profiles_.directions, {2.41, 8.57, 0.7}, 0, count);
+		parameters_.margin = 1e6;
+		const auto all = coarse_search(profiles_, scan, parameters_);
+		parameters_.margin = 12;
+		const auto some = coarse_search(profiles_, scan, parameters_);
+		const double dearest = all.front().cost + 12 / std::sqrt(count);
+		const auto expected = static_cast<std::size_t>(std::count_if(
+		    all.begin(), all.end(), [&](const Candidate& candidate) { return candidate.cost <= dearest; }));
+		EXPECT_EQ(some.size(), expected) << count << " beams";
+		EXPECT_LT(some.size(), all.size()) << count << " beams";
+	}
+}
+
+TEST_F(CoarseSearch, EqualCostsAreRankedByPositionThenByShift)
+{
+	parameters_.overview_margin = 1e6;
+	parameters_.overview_deficit = 1e6;
+	const auto candidates = coarse_search(profiles_, scan_at(world_, poses_on_floor()[2]), parameters_);
+	int ties = 0;
+	for (std::size_t i = 1; i < candidates.size(); i++)
+		if (candidates[i].cost == candidates[i - 1].cost)
+		{
+			EXPECT_LT(pair_of(candidates[i - 1]), pair_of(candidates[i]));
+			ties++;
+		}
+	EXPECT_GT(ties, 0);
+}
+
+TEST_F(CoarseSearch, CostsAreThoseOfTheirPoses)
+{
+	Scan scan = aligned_scan(grid_, profiles_.directions, {6.3, 8.2, -1.9}, 20, 100);
+	block(scan, 30, 20, 0.5F);
+	for (const Candidate& candidate : coarse_search(profiles_, scan, parameters_))
+	{
+		const auto [i, shift] = pair_of(candidate);
+		EXPECT_DOUBLE_EQ(candidate.cost, literal_cost(scan, i, shift));
+	}
+}
+
+TEST_F(CoarseSearch, ABeamWithoutReturnSaysThatNothingIsNear)
+{
+	const mrpt::math::TPose2D pose{2, 8, 0};
+	Scan half = aligned_scan(grid_, profiles_.directions, pose, 0, 100);
+	for (std::size_t i = 0; i < half.beams.size(); i += 2) half.beams[i].range = 6, half.beams[i].is_return = false;
+	const auto candidates = coarse_search(profiles_, half, parameters_);
+	ASSERT_FALSE(candidates.empty());
+	for (const Candidate& candidate : candidates)
+	{
+		const auto [i, shift] = pair_of(candidate);
+		EXPECT_DOUBLE_EQ(candidate.cost, literal_cost(half, i, shift));
+	}
+}
+
+TEST_F(CoarseSearch, WithoutAReturnThereIsNoCandidate)
+{
+	Scan nothing = aligned_scan(grid_, profiles_.directions, {2, 8, 0}, 0, 100);
+	for (Beam& beam : nothing.beams) beam = {beam.angle, 20.0F, false};
+	EXPECT_TRUE(coarse_search(profiles_, nothing, parameters_).empty());
+}
+
+TEST_F(CoarseSearch, NoBeamsNoCandidates)
+{
+	EXPECT_TRUE(coarse_search(profiles_, Scan{}, parameters_).empty());
+}
+
+TEST_F(CoarseSearch, IsTheSameOnEverySimdTarget)
+{
+	for (const int field_of_view : {360, 100})
+	{
+		const Scan scan = scan_at(world_, poses_on_floor()[4], laser_of(field_of_view));
+		const auto expected = coarse_search(profiles_, scan, parameters_);
+		for (const std::int64_t target : simd_targets())
+		{
+			const ChosenSimd chosen(target);
+			const auto candidates = coarse_search(profiles_, scan, parameters_);
+			ASSERT_EQ(candidates.size(), expected.size()) << hwy::TargetName(target);
+			for (std::size_t i = 0; i < candidates.size(); i++)
+			{
+				EXPECT_EQ(candidates[i].pose, expected[i].pose) << hwy::TargetName(target);
+				EXPECT_EQ(candidates[i].cost, expected[i].cost) << hwy::TargetName(target);
+			}
+		}
+	}
+}
+}  // namespace d2s1r::test

@@ -1,0 +1,164 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+
+#include "aligned_scan.h"
+#include "coarse/overview_search.h"
+#include "map/free_cells.h"
+
+namespace d2s1r::test
+{
+namespace
+{
+class OverviewSearch : public testing::Test
+{
+   protected:
+	const Grid grid_ = make_floor();
+	CoarseSearchParameters parameters_;
+	const RangeProfiles profiles_ = make_range_profiles(grid_, find_free_cells(grid_, {}), parameters_);
+
+	std::vector<Match> look(const Scan& scan, const Prior& prior = {}) const
+	{
+		std::vector<Match> matches;
+		search_overviews(
+		    profiles_, compand(scan, profiles_, parameters_), parameters_,
+		    AllowedPairs(profiles_, prior, scan, parameters_), matches);
+		return matches;
+	}
+
+	/// What the signature of a group lacks of an aligned scan's [1 / RangeProfiles::kWhole].
+	int literal_deficit(const Scan& scan, std::size_t group) const
+	{
+		std::vector<std::uint8_t> steps;
+		for (const Beam& beam : scan.beams)
+			steps.push_back(
+			    (beam.is_return ? profiles_.compand(static_cast<double>(beam.range)) : RangeProfiles::kOutOfRange) / 2);
+		const auto directions = static_cast<std::size_t>(profiles_.directions);
+		const auto observed = profiles_.signature_of(steps.data(), steps.size());
+		const auto expected = profiles_.signature_of(profiles_.overview_of(group), directions);
+		int deficit = 0;
+		for (std::size_t bin = 0; bin < observed.size(); bin++)
+			deficit += std::max(0, int{observed[bin]} - int{expected[bin]});
+		return deficit;
+	}
+
+	/// Sum of the truncated differences of an aligned scan and group `i` of the overview turned by `shift` directions.
+	int literal_cost(const Scan& scan, std::size_t i, int shift) const
+	{
+		int sum = 0;
+		for (const Beam& beam : scan.beams)
+		{
+			const std::size_t direction = direction_of(beam, shift, profiles_.directions);
+			const int expected = profiles_.overview_of(i)[direction];
+			const int observed =
+			    (beam.is_return ? profiles_.compand(static_cast<double>(beam.range)) : RangeProfiles::kOutOfRange) / 2;
+			sum += std::min(std::abs(expected - observed), parameters_.overview_truncation);
+		}
+		return sum;
+	}
+};
+}  // namespace
+
+TEST_F(OverviewSearch, FindsAllPairsBelowALimit)
+{
+	parameters_.overview_deficit = 1e6;   // all groups are looked at
+	parameters_.overview_truncation = 2;  // beams enough that all of them are compared
+	const Scan scan = aligned_scan(grid_, profiles_.directions, {2.41, 8.57, 0.7}, 30, 100);
+	const std::size_t pairs = profiles_.groups() * static_cast<std::size_t>(profiles_.directions);
+	struct Case
+	{
+		int wanted;
+		double share, hopeless;
+	};
+	for (const auto& [wanted, share, hopeless] :
+	     {Case{3, 1, 1e6}, {50, 1, 1e6}, {1000, 1, 1e6}, {20000, 1, 1e6}, {20000, 0.01, 1e6}, {20000, 1, 3}})
+	{
+		parameters_.max_pairs = wanted;
+		parameters_.max_pairs_share = share;
+		parameters_.overview_margin = hopeless;
+		std::map<std::pair<std::size_t, int>, int> seen;
+		for (const Match& match : look(scan))
+		{
+			const std::pair pair{static_cast<std::size_t>(match.position), match.shift};
+			EXPECT_TRUE(seen.insert({pair, static_cast<int>(match.cost)}).second) << "found twice";
+		}
+		std::map<int, std::size_t> pairs_of_cost, seen_of_cost;
+		for (std::size_t group = 0; group < profiles_.groups(); group++)
+			for (int shift = 0; shift < profiles_.directions; shift++)
+			{
+				const int cost = literal_cost(scan, group, shift);
+				pairs_of_cost[cost]++;
+				const auto found = seen.find({group, shift});
+				if (found == seen.end()) continue;
+				EXPECT_EQ(found->second, cost);
+				seen_of_cost[cost]++;
+			}
+		const double most = std::min(static_cast<double>(wanted), share * static_cast<double>(pairs));
+		const double dearest =
+		    pairs_of_cost.begin()->first + hopeless * std::sqrt(static_cast<double>(scan.beams.size()));
+		std::size_t below = 0;
+		auto cost = pairs_of_cost.begin();
+		for (; cost != pairs_of_cost.end() && seen_of_cost[cost->first] == cost->second; ++cost)
+		{
+			below += cost->second;
+			EXPECT_LE(cost->first, dearest);
+		}
+		EXPECT_LE(static_cast<double>(below), most);
+		ASSERT_NE(cost, pairs_of_cost.end());
+		EXPECT_TRUE(static_cast<double>(below + cost->second) > most || cost->first > dearest)
+		    << "one more limit would do";
+		for (; cost != pairs_of_cost.end(); ++cost) EXPECT_EQ(seen_of_cost[cost->first], 0U) << cost->first;
+	}
+}
+
+TEST_F(OverviewSearch, PassesOverGroupsWhoseSignaturesLackTooMuch)
+{
+	parameters_.overview_margin = 1e6;
+	parameters_.max_pairs = 1000000;
+	parameters_.max_pairs_share = 1;
+	for (const int count : {120, 60})
+	{
+		Scan scan = aligned_scan(grid_, profiles_.directions, {2.41, 8.57, 0.7}, 0, count);
+		block(scan, 0, 20, 0.5F);  // has no counterpart anywhere
+		std::size_t previous = 0;
+		for (const auto& [unmatched, by_chance] : {std::pair{0.0, 0.0}, {1.0, 0.0}, {1.0, 1.0}, {1.0, 1e6}})
+		{
+			parameters_.overview_unmatched = unmatched;
+			parameters_.overview_deficit = by_chance;
+			std::set<std::size_t> seen;
+			for (const Match& match : look(scan)) seen.insert(static_cast<std::size_t>(match.position));
+			int most_seen = 0, least_unseen = 256;
+			for (std::size_t group = 0; group < profiles_.groups(); group++)
+				if (seen.count(group) != 0)
+					most_seen = std::max(most_seen, literal_deficit(scan, group));
+				else
+					least_unseen = std::min(least_unseen, literal_deficit(scan, group));
+			EXPECT_LT(most_seen, least_unseen) << count << " " << unmatched << " " << by_chance;
+			EXPECT_GT(seen.size(), previous) << count << " " << unmatched << " " << by_chance;
+			previous = seen.size();
+		}
+		EXPECT_EQ(previous, profiles_.groups());
+	}
+}
+
+TEST_F(OverviewSearch, FindsAPairHoweverFewAreWanted)
+{
+	parameters_.max_pairs_share = 1e-9;
+	EXPECT_EQ(look(aligned_scan(grid_, profiles_.directions, {2.41, 8.57, 0.7}, 0, 120)).size(), 1U);
+}
+
+TEST_F(OverviewSearch, WhatAPriorRulesOutTakesNoRoom)
+{
+	parameters_.max_pairs = 20;
+	const Scan scan = aligned_scan(grid_, profiles_.directions, {2.41, 8.57, 0.7}, 0, 120);
+	const Prior turned_round{{PoseBox{2, 3, 8, 9, 0.7 + M_PI, 0.1}}};
+	const auto matches = look(scan, turned_round);
+	ASSERT_FALSE(matches.empty());
+	const AllowedPairs allowed(profiles_, turned_round, scan, parameters_);
+	for (const Match& match : matches) EXPECT_TRUE(allowed.allows_any(match)) << match.position << " " << match.shift;
+}
+}  // namespace d2s1r::test

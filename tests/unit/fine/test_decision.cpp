@@ -1,0 +1,338 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include <gtest/gtest.h>
+
+#include "test_steps.h"
+
+namespace d2s1r::test
+{
+namespace
+{
+using mrpt::math::TPose2D;
+
+/// 8 x 8 m about (4, 4) m, the same after a quarter turn.
+Grid make_four_fold_room()
+{
+	return make_building(
+	    {"################",  //
+	     "#......##......#",  //
+	     "#..............#",  //
+	     "#..............#",  //
+	     "#...#......#...#",  //
+	     "#..............#",  //
+	     "#..............#",  //
+	     "##............##",  //
+	     "##............##",  //
+	     "#..............#",  //
+	     "#..............#",  //
+	     "#...#......#...#",  //
+	     "#..............#",  //
+	     "#..............#",  //
+	     "#......##......#",  //
+	     "################"});
+}
+
+/// `pose` after `quarters` turns of the room about its middle.
+TPose2D turned(const TPose2D& pose, int quarters)
+{
+	const TPose2D middle{4, 4, 0}, turn{0, 0, quarters * M_PI / 2};
+	return middle + turn + (TPose2D{-4, -4, 0} + pose);
+}
+}  // namespace
+
+TEST(Hypotheses, OnePlaceThatExplainsTheScanIsLocalized)
+{
+	const Grid grid = make_floor();
+	const auto robot = poses_on_floor()[0];
+	auto poses = random_poses(grid, 60, 0.3, 12);
+	poses.erase(
+	    std::remove_if(
+	        poses.begin(), poses.end(), [&](const TPose2D& pose) { return distance_between(pose, robot) < 1; }),
+	    poses.end());
+	poses.insert(poses.begin() + 20, robot);
+	const Localization result = decide_among(grid, scan_at(world_of(grid), robot), poses);
+	EXPECT_EQ(result.status, Status::kLocalized);
+	EXPECT_GT(result.confidence, 0.99);
+	EXPECT_EQ(result.confidence, result.best().probability);
+	EXPECT_TRUE(result.note.empty());
+	EXPECT_LT(distance_between(result.best().pose.asTPose(), robot), 1e-6);
+	EXPECT_EQ(result.hypotheses.size(), static_cast<std::size_t>(Parameters{}.scoring.hypotheses));
+	double total = 0;
+	for (std::size_t i = 0; i < result.hypotheses.size(); i++)
+	{
+		total += result.hypotheses[i].probability;
+		EXPECT_LE(result.hypotheses[i].probability, result.hypotheses[i == 0 ? 0 : i - 1].probability);
+	}
+	EXPECT_LE(total, 1 + 1e-9);
+}
+
+TEST(Hypotheses, AmongPosesAtOnePlaceTheOneCountsThatIsBestOncePolished)
+{
+	const Grid grid = make_floor();
+	const BeamTracer tracer(grid);
+	const DistanceField field(grid);
+	const TPose2D robot{4.1, 6.1, 0.1}, along{4.3, 6.1, 0.1}, across{4.1, 6.2, 0.1};  // in a corridor along x
+	const Scan scan = scan_at(world_of(grid), robot, laser_of(270));
+	ASSERT_GT(
+	    score_at(tracer, field, scan, along, {}).log_likelihood,
+	    score_at(tracer, field, scan, across, {}).log_likelihood);
+	const Localization result = decide_among(grid, scan, {along, across});
+	ASSERT_EQ(result.hypotheses.size(), 1U) << "one place";
+	EXPECT_LT(distance_between(result.best().pose.asTPose(), robot), 0.02) << result.best().pose;
+}
+
+TEST(Hypotheses, DepthEdgesSurfacesAndTheLeadOverOtherPlacesTellThatOneIsRight)
+{
+	const Grid grid = make_four_fold_room();
+	const TPose2D robot{2.1, 3.2, 0.6};
+	const Scan scan = scan_at(world_of(grid), robot);
+	const auto log_odds = [&](const PresenceModel& model, const std::vector<TPose2D>& poses)
+	{
+		Parameters parameters;
+		parameters.scoring.presence_model = model;
+		parameters.scoring.rejected_below = 0;
+		double present = 0;
+		for (const Hypothesis& hypothesis : decide_among(grid, scan, poses, parameters).hypotheses)
+			present += hypothesis.probability;
+		return std::log(present / (1 - present));
+	};
+	const PresenceModel nothing{0, 0, 0, 0, 0, 0, 0, 0};
+	EXPECT_NEAR(log_odds(nothing, {robot}), 0, 1e-9);
+	PresenceModel by_edges = nothing, by_surfaces = nothing, by_lead = nothing;
+	by_edges.depth_edges = by_surfaces.surfaces = 0.5, by_lead.lead = 0.2;
+	const Score score = best_score_near(BeamTracer(grid), DistanceField(grid), all_rays(scan), robot, {});
+	ASSERT_GT(score.depth_edges, 2);
+	ASSERT_GT(score.surfaces, 4);
+	EXPECT_NEAR(log_odds(by_edges, {robot}), 0.5 * std::log1p(score.depth_edges), 0.1);
+	EXPECT_NEAR(log_odds(by_surfaces, {robot}), 0.5 * std::log1p(score.surfaces), 0.1);
+	const double alone = 0.2 * 12;
+	EXPECT_NEAR(log_odds(by_lead, {robot}), alone, 1e-9);
+	EXPECT_NEAR(log_odds(by_lead, {robot, {robot.x + 0.01, robot.y, robot.phi}}), alone, 1e-9) << "the same place";
+	EXPECT_LT(log_odds(by_lead, {robot, turned(robot, 1)}), 0.5 * alone);
+}
+
+TEST(Hypotheses, TheFourPlacesOfAFourFoldRoomAreListedAndAlike)
+{
+	const Grid grid = make_four_fold_room();
+	const TPose2D robot{2.1, 3.2, 0.6};
+	std::vector<TPose2D> poses;
+	for (int quarters = 0; quarters < 4; quarters++) poses.push_back(turned(robot, quarters));
+	for (const auto& pose : random_poses(grid, 20, 0.3, 5)) poses.push_back(pose);
+	Laser laser;
+	laser.noise = 0.01;
+	const Localization result = decide_among(grid, scan_at(world_of(grid), robot, laser), poses);
+	EXPECT_EQ(result.status, Status::kAmbiguous);
+	ASSERT_GE(result.hypotheses.size(), 4U);
+	double share = 0;
+	for (int quarters = 0; quarters < 4; quarters++)
+	{
+		const TPose2D place = turned(robot, quarters);
+		const auto listed = std::find_if(
+		    result.hypotheses.begin(), result.hypotheses.begin() + 4,
+		    [&](const Hypothesis& hypothesis) { return distance_between(hypothesis.pose.asTPose(), place) < 0.01; });
+		ASSERT_NE(listed, result.hypotheses.begin() + 4) << quarters;
+		EXPECT_NEAR(listed->probability, 0.25, 0.12) << quarters;
+		share += listed->probability;
+	}
+	EXPECT_GT(share, 0.95);
+	EXPECT_LT(result.confidence, 0.5);
+}
+
+TEST(PromisingPoses, AreTheBestOfAllScores)
+{
+	const Grid grid = make_floor();
+	const DistanceField field(grid);
+	const BeamTracer tracer(grid);
+	const auto robot = poses_on_floor()[0];
+	const Rays few = few_rays(scan_at(world_of(grid), robot));
+	std::vector<RefinedPose> poses;
+	for (const auto& pose : random_poses(grid, 200, 0.2, 7)) poses.push_back({pose, 0});
+	poses.push_back({robot, 0});
+	const auto cost = [&](const RefinedPose& pose)
+	{ return -score(tracer, field, few, pose.pose, BeamModel()).log_likelihood; };
+	std::vector<double> all;
+	for (const auto& pose : poses) all.push_back(cost(pose));
+	std::sort(all.begin(), all.end());
+	Parameters parameters;
+	for (const double hopeless : {1.0, 15.0, 40.0, 1e6})
+		for (const int promising : {1, 10, 1000})
+		{
+			parameters.refinement.score_margin = hopeless, parameters.refinement.max_refined = promising;
+			std::vector<double> expected, found;
+			for (const double value : all)
+				if (value <= all.front() + hopeless && expected.size() < static_cast<std::size_t>(promising))
+					expected.push_back(value);
+			for (const auto& pose : make_shortlist(tracer, field, few, poses, parameters)) found.push_back(cost(pose));
+			EXPECT_EQ(found, expected) << hopeless << " " << promising;
+		}
+}
+
+TEST(Hypotheses, PosesOfOnePlaceAreOne)
+{
+	const Grid grid = make_floor();
+	const auto robot = poses_on_floor()[1];
+	const TPose2D beside{robot.x + 0.12, robot.y - 0.1, robot.phi + 4 * kDegree};
+	const Localization result = decide_among(grid, scan_at(world_of(grid), robot), {beside, robot, beside});
+	ASSERT_EQ(result.hypotheses.size(), 1U);
+	EXPECT_EQ(result.status, Status::kLocalized);
+	EXPECT_LT(distance_between(result.best().pose.asTPose(), robot), 1e-6) << "the best of the place stands for it";
+}
+
+TEST(Hypotheses, OppositeHeadingsAtOnePointAreTwoPlaces)
+{
+	const Grid grid = make_four_fold_room();
+	const TPose2D middle{4, 4, 0.3};
+	std::vector<TPose2D> poses;
+	for (int quarters = 0; quarters < 4; quarters++) poses.push_back(turned(middle, quarters));
+	const Localization result = decide_among(grid, scan_at(world_of(grid), middle), poses);
+	EXPECT_EQ(result.hypotheses.size(), 4U);
+	EXPECT_EQ(result.status, Status::kAmbiguous);
+}
+
+TEST(Hypotheses, WhatIsNotListedKeepsItsShare)
+{
+	const Grid grid = make_four_fold_room();
+	const TPose2D robot{2.1, 3.2, 0.6};
+	std::vector<TPose2D> poses;
+	for (int quarters = 0; quarters < 4; quarters++) poses.push_back(turned(robot, quarters));
+	const Scan scan = scan_at(world_of(grid), robot);
+	Parameters two;
+	two.scoring.hypotheses = 2;
+	const Localization all = decide_among(grid, scan, poses), few = decide_among(grid, scan, poses, two);
+	ASSERT_EQ(all.hypotheses.size(), 4U);
+	ASSERT_EQ(few.hypotheses.size(), 2U);
+	for (std::size_t i = 0; i < 2; i++)
+		EXPECT_DOUBLE_EQ(few.hypotheses[i].probability, all.hypotheses[i].probability) << i;
+}
+
+TEST(Hypotheses, TheThresholdsAreTheParameters)
+{
+	const Grid grid = make_floor();
+	const auto robot = poses_on_floor()[0];
+	const Scan scan = scan_at(world_of(grid), robot), strange = scan_at(world_of(make_four_fold_room()), {6, 5.5, 2});
+	Parameters parameters;
+	const double confidence = decide_among(grid, scan, {robot}).confidence;
+	parameters.scoring.localized_above = confidence;
+	EXPECT_EQ(decide_among(grid, scan, {robot}, parameters).status, Status::kAmbiguous) << "above, not at";
+	parameters.scoring.rejected_below = 1;
+	EXPECT_EQ(decide_among(grid, scan, {robot}, parameters).status, Status::kRejected);
+	EXPECT_EQ(decide_among(grid, strange, {robot}).status, Status::kRejected);
+	parameters.scoring.rejected_below = 0;
+	EXPECT_EQ(decide_among(grid, strange, {robot}, parameters).hypotheses.size(), 1U);
+}
+
+TEST(Hypotheses, ARefinementDoesNotLeaveThePrior)
+{
+	const Grid grid = make_floor();
+	const auto robot = poses_on_floor()[0];
+	const Scan scan = scan_at(world_of(grid), robot);
+	const TPose2D beside{robot.x + 0.04, robot.y, robot.phi};
+	const Prior prior = make_prior(robot.x + 0.02, robot.y - 1, robot.x + 1, robot.y + 1);
+	const Localization result = decide_among(grid, scan, {beside}, {}, prior);
+	for (const Hypothesis& hypothesis : result.hypotheses)
+		EXPECT_TRUE(prior.allows(hypothesis.pose.asTPose())) << hypothesis.pose;
+	EXPECT_FALSE(result.hypotheses.empty());
+}
+
+TEST(Hypotheses, WhatTheBestPlaceLeavesUnexplainedMakesTheLeadOfItCountLess)
+{
+	const Grid grid = make_floor();
+	const auto robot = poses_on_floor()[0], elsewhere = poses_on_floor()[1];
+	Scan scan = scan_at(world_of(grid), robot);
+	const auto lead = [&](double temper, double by_beam)
+	{
+		Parameters parameters;
+		parameters.scoring.rejected_below = 0;
+		parameters.scoring.temperature = temper, parameters.scoring.temperature_by_beam = by_beam;
+		const auto places = decide_among(grid, scan, {robot, elsewhere}, parameters).hypotheses;
+		return std::log(places.at(0).probability / places.at(1).probability);
+	};
+	for (std::size_t i = 0; i < scan.beams.size() / 4; i++) scan.beams[i].range *= 0.5F;  // people
+	const double unexplained = score_at(BeamTracer(grid), DistanceField(grid), scan, robot).unexplained;
+	EXPECT_GT(unexplained, 50);
+	const double raw = lead(1, 0);
+	EXPECT_GT(raw, 5);
+	EXPECT_NEAR(lead(2, 0), raw / 2, 0.01 * raw);
+	EXPECT_NEAR(lead(1, 0.01), raw / (1 + 0.01 * unexplained), 0.02 * raw);
+}
+
+TEST(Hypotheses, ObjectsInFrontOfWallsSpeakForThePlaceOnlyBesideWalls)
+{
+	const Grid grid = make_floor();
+	const auto robot = poses_on_floor()[0];
+	const auto present = [&](double blocked)
+	{
+		Scan scan = scan_at(world_of(grid), robot);
+		const auto count = static_cast<std::size_t>(blocked * static_cast<double>(scan.beams.size()));
+		for (std::size_t i = 0; i < count; i++) scan.beams[i].range = 0.15F;
+		Parameters parameters;
+		parameters.scoring.rejected_below = 0;
+		return decide_among(grid, scan, {robot}, parameters).confidence;
+	};
+	EXPECT_GT(present(0.3), 0.95);
+	EXPECT_LT(present(0.9), 0.2);
+	EXPECT_LT(present(1), Parameters{}.scoring.rejected_below) << "a covered sensor";
+}
+
+TEST(Hypotheses, ObjectsInFrontOfWallsCountNoMoreThanTheWalls)
+{
+	const Grid grid = make_floor();
+	const auto robot = poses_on_floor()[0];
+	const auto log_odds = [&](std::size_t blocked)
+	{
+		Scan scan = scan_at(world_of(grid), robot);
+		block(scan, 0, blocked, 0.15F);
+		Parameters parameters;
+		parameters.scoring.rejected_below = 0;
+		parameters.scoring.presence_model = {0, 0, 10, 0, 0, 0, 0, 0};
+		const double present = decide_among(grid, scan, {robot}, parameters).confidence;
+		return std::log(present / (1 - present));
+	};
+	EXPECT_NEAR(log_odds(90), 10 * 0.25, 0.2);
+	EXPECT_NEAR(log_odds(270), 10 * 0.25, 0.2);
+}
+
+TEST(Hypotheses, AScanThatNoPlaceExplainsIsRejected)
+{
+	const Grid grid = make_floor();
+	for (const auto& elsewhere : {TPose2D{2.1, 3.2, 0.6}, {6.0, 5.5, 2}})
+	{
+		const Scan scan = scan_at(world_of(make_four_fold_room()), elsewhere);
+		const Localization result = decide_among(grid, scan, random_poses(grid, 150, 0.2, 9));
+		EXPECT_EQ(result.status, Status::kRejected);
+		EXPECT_TRUE(result.hypotheses.empty());
+		EXPECT_EQ(result.confidence, 0);
+		EXPECT_FALSE(result.note.empty());
+	}
+	EXPECT_EQ(decide_among(grid, scan_at(world_of(grid), poses_on_floor()[0]), {}).status, Status::kRejected);
+}
+
+TEST(Hypotheses, AreOfTheRobotNotOfTheSensor)
+{
+	const Grid grid = make_floor();
+	const auto robot = poses_on_floor()[3];
+	Laser laser;
+	laser.on_robot = mrpt::poses::CPose3D(0.8, -0.3, 0, 1.9, 0, 0);
+	const Scan scan = scan_at(world_of(grid), robot, laser);
+	const TPose2D sensor = robot + scan.sensor_on_robot;
+	const Localization result = decide_among(grid, scan, {sensor});
+	ASSERT_EQ(result.hypotheses.size(), 1U);
+	EXPECT_LT(distance_between(result.best().pose.asTPose(), robot), 1e-6);
+	EXPECT_LT(turn_between(result.best().pose.asTPose(), robot), 1e-4);
+
+	// How the robot moves with the sensor, by differences.
+	Eigen::Matrix3d jacobian;
+	for (int k = 0; k < 3; k++)
+	{
+		TPose2D moved = sensor;
+		(k == 0 ? moved.x : k == 1 ? moved.y : moved.phi) += 1e-6;
+		const TPose2D there = moved + (TPose2D() - scan.sensor_on_robot);
+		jacobian.col(k) << (there.x - robot.x) / 1e-6, (there.y - robot.y) / 1e-6,
+		    mrpt::math::wrapToPi(there.phi - robot.phi) / 1e-6;
+	}
+	const Eigen::Matrix3d of_sensor = covariance_at(DistanceField(grid), scan, sensor);
+	const Eigen::Matrix3d expected = jacobian * of_sensor * jacobian.transpose();
+	const Eigen::Matrix3d of_robot = result.best().covariance.asEigen();
+	EXPECT_LT((of_robot - expected).norm(), 1e-4 * expected.norm());
+	EXPECT_GT((of_robot - of_sensor).norm(), 1e-2 * expected.norm());
+}
+}  // namespace d2s1r::test

@@ -1,0 +1,246 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "frames/tracks.h"
+#include "window_on_twin_rooms.h"
+
+namespace d2s1r::test
+{
+namespace
+{
+using mrpt::math::TPose2D;
+using mrpt::poses::CPose2D;
+
+TEST_F(WindowOnTwinRooms, OneScanCannotTellTheRoomsApart)
+{
+	EXPECT_EQ(localizer_.localize(scan_at(into_left_room().back())).status, Status::kAmbiguous);
+}
+
+TEST_F(WindowOnTwinRooms, TheWayThereTellsThemApart)
+{
+	WindowLocalizer window(localizer_, 10);
+	const Localization result = drive(window, into_left_room(), true);
+	EXPECT_EQ(result.status, Status::kLocalized);
+	expect_at(result, into_left_room().back());
+}
+
+TEST_F(WindowOnTwinRooms, TheRelativeEntropyIsThatOfTheBestPose)
+{
+	WindowLocalizer window(localizer_, 10);
+	const Localization result = drive(window, into_left_room(), true);
+	EXPECT_EQ(
+	    result.relative_entropy, localizer_.relative_entropy(scan_at(into_left_room().back()), result.best().pose));
+}
+
+TEST_F(WindowOnTwinRooms, LaterEvidenceFindsWhereAnAmbiguousWayBegan)
+{
+	auto path = into_left_room();
+	std::reverse(path.begin(), path.end());
+	WindowLocalizer window(localizer_, 20);
+	EXPECT_EQ(drive(window, {path.begin(), path.begin() + 2}, true).status, Status::kAmbiguous);
+	WindowLocalizer longer(localizer_, 20);
+	const Localization result = drive(longer, path, true);
+	EXPECT_EQ(result.status, Status::kLocalized);
+	expect_at(result, path.back());
+}
+
+TEST_F(WindowOnTwinRooms, FollowsARobotThatWasCarriedAway)
+{
+	WindowLocalizer window(localizer_, 10);
+	drive(window, into_left_room(), true);
+	const std::vector<TPose2D> elsewhere(5, {9.6, 3.0, -1.0});
+	expect_at(drive(window, elsewhere, true), elsewhere.back());
+}
+
+TEST_F(WindowOnTwinRooms, ALongWindowDoesNotOutlastScansThatNothingExplains)
+{
+	WindowLocalizer window(localizer_, 100);
+	const auto path = into_left_room();
+	for (int i = 0; i < 4; i++) drive(window, path, true);
+	Scan crowded = scan_at(path.back());
+	for (Beam& beam : crowded.beams) beam.range = std::min(beam.range, 0.3F);
+	Localization last;
+	for (int i = 0; i < 10; i++) last = window.add(crowded, localizer_.localize(crowded), CPose2D());
+	EXPECT_NE(last.status, Status::kLocalized);
+}
+
+TEST_F(WindowOnTwinRooms, SaysWhatShareOfTheLastScanIsExplained)
+{
+	WindowLocalizer window(localizer_, 10);
+	const auto path = into_left_room();
+	EXPECT_GT(drive(window, path, true).best().explained, 0.95);
+	Scan crowded = scan_at(path.back());
+	for (std::size_t i = 0; i < crowded.beams.size() / 4; i++) crowded.beams[i].range = 0.3F;
+	const Localization result = window.add(crowded, localizer_.localize(crowded), CPose2D());
+	EXPECT_NEAR(result.best().explained, 0.75, 0.05);
+}
+
+TEST_F(WindowOnTwinRooms, DropsTracksThatThePriorRulesOut)
+{
+	const auto path = into_left_room();
+	WindowLocalizer right_half(localizer_, 10, make_prior(4.5, 0, 11, 4.5));
+	const Localization elsewhere = drive(right_half, path, true);
+	EXPECT_NE(elsewhere.status, Status::kLocalized);
+	for (const Hypothesis& hypothesis : elsewhere.hypotheses) EXPECT_GE(hypothesis.pose.x(), 4.5);
+	WindowLocalizer left_half(localizer_, 10, make_prior(0, 0, 4.5, 4.5));
+	expect_at(drive(left_half, path, true), path.back());
+}
+
+TEST_F(WindowOnTwinRooms, TheSameCallsGetTheSameAnswers)
+{
+	WindowLocalizer first(localizer_, 10), second(localizer_, 10);
+	const Localization a = drive(first, into_left_room(), false), b = drive(second, into_left_room(), false);
+	ASSERT_EQ(a.hypotheses.size(), b.hypotheses.size());
+	for (std::size_t i = 0; i < a.hypotheses.size(); i++)
+	{
+		EXPECT_EQ(a.hypotheses[i].pose.asTPose(), b.hypotheses[i].pose.asTPose());
+		EXPECT_EQ(a.hypotheses[i].probability, b.hypotheses[i].probability);
+	}
+}
+
+TEST_F(WindowOnTwinRooms, RejectsScansThatNoPlaceExplains)
+{
+	Scan scan;
+	scan.field_of_view = 2 * M_PI;
+	for (int i = 0; i < 360; i++)  // a star: no wall is like that
+		scan.beams.push_back(
+		    {static_cast<float>((i - 180) * M_PI / 180),
+		     i % 3 == 0   ? 0.4F
+		     : i % 3 == 1 ? 1.3F
+		                  : 2.6F,
+		     true});
+	WindowLocalizer window(localizer_, 10);
+	for (int i = 0; i < 3; i++)
+	{
+		const Localization one_shot = localizer_.localize(scan), result = window.add(scan, one_shot, CPose2D());
+		EXPECT_EQ(one_shot.status, Status::kRejected) << i;
+		EXPECT_EQ(result.status, Status::kRejected) << i;
+		EXPECT_TRUE(result.hypotheses.empty());
+		EXPECT_FALSE(result.note.empty());
+	}
+	expect_at(drive(window, into_left_room(), true), into_left_room().back());
+}
+
+TEST_F(WindowOnTwinRooms, IsNotSureOfScansOfAnotherPlace)
+{
+	const Grid hall =
+	    make_picture_grid(enlarge({"#...#..#", "........", "#......#", "..##....", "#.....#."}, 17), 0.05);
+	Laser laser;
+	laser.max_range = 3;
+	const Scan scan = make_scan(make_observation(hall, {3.2, 2.1, 0}, laser), localizer_.parameters().scan);
+	WindowLocalizer window(localizer_, 10);
+	for (int i = 0; i < 3; i++)
+		EXPECT_NE(window.add(scan, localizer_.localize(scan), CPose2D()).status, Status::kLocalized);
+}
+
+TEST_F(WindowOnTwinRooms, IsNotSureOfAWayThroughAnotherBuilding)
+{
+	const Grid hall = make_picture_grid(
+	    enlarge({"#########", "#...#...#", "#.......#", "#...#...#", "##.####.#", "#.......#", "#########"}, 14), 0.05);
+	WindowLocalizer window(localizer_, 10);
+	int localized = 0, doubted = 0;
+	for (int i = 0; i < 10; i++)
+	{
+		Laser laser;
+		laser.max_range = 3;
+		laser.noise = 0.01;
+		laser.seed = static_cast<unsigned>(i + 1);
+		const Scan scan =
+		    make_scan(make_observation(hall, {1.2 + 0.3 * i, 1.7, 0.2 * i}, laser), localizer_.parameters().scan);
+		const CPose2D motion =
+		    i == 0 ? CPose2D() : CPose2D(1.2 + 0.3 * i, 1.7, 0.2 * i) - CPose2D(0.9 + 0.3 * i, 1.7, 0.2 * (i - 1));
+		const Localization result = window.add(scan, localizer_.localize(scan), motion);
+		expect_probabilities(result);
+		localized += result.status == Status::kLocalized ? 1 : 0;
+		doubted += result.confidence < 0.5 ? 1 : 0;
+	}
+	EXPECT_LE(localized, 1) << "one track is always the best, even if none is right";
+	EXPECT_GE(doubted, 5);
+}
+
+TEST_F(WindowOnTwinRooms, FramesShareTheErrorsOfTheMap)
+{
+	WindowLocalizer window(localizer_, 10);
+	auto path = into_left_room();
+	std::reverse(path.begin(), path.end());
+	path.resize(4);  // still in the room: the twin is a track, too
+	const Localization result = drive(window, path, true);
+	ASSERT_GE(result.hypotheses.size(), 2U);
+	for (const Hypothesis& hypothesis : result.hypotheses)
+	{
+		const double behind = hypothesis.log_likelihood - result.best().log_likelihood;
+		EXPECT_NEAR(
+		    hypothesis.probability / result.best().probability, std::exp(behind / std::sqrt(path.size())), 1e-9);
+	}
+}
+
+TEST_F(WindowOnTwinRooms, LooksAtNoMoreFramesThanItIsToldTo)
+{
+	const auto path = into_left_room();
+	WindowLocalizer window(localizer_, 2);
+	drive(window, path, true);
+	Scan poor = scan_at(path.back());
+	for (std::size_t i = 0; i < poor.beams.size(); i += 2) poor.beams[i].range *= 0.5F;
+	double least = 0;
+	Localization result;
+	for (int i = 0; i < 8; i++)
+	{
+		const Localization one_shot = localizer_.localize(poor);
+		result = window.add(poor, one_shot, CPose2D());
+		if (!result.hypotheses.empty()) least = std::min(least, result.hypotheses.back().log_likelihood);
+	}
+	EXPECT_GE(least, 2 * kLeastEvidence - 1e-6);
+}
+
+TEST_F(WindowOnTwinRooms, APlaceThatIsFoundLateIsLookedForInTheFramesBefore)
+{
+	WindowLocalizer window(localizer_, 20);
+	Localization result;
+	for (int i = 0; i <= 5; i++)
+	{
+		const TPose2D robot{7.2 - 1.2 * i, 0.95, M_PI - 0.01};
+		const Scan scan = scan_at(robot);
+		Localization one_shot = no_place(Status::kRejected, "crowded");
+		if (i == 5) one_shot = localizer_.localize(scan);
+		result = window.add(scan, one_shot, i == 0 ? CPose2D() : CPose2D(1.2, 0, 0));
+	}
+	expect_at(result, {1.2, 0.95, M_PI - 0.01});
+	EXPECT_GT(result.best().log_likelihood, 1.25 * kLeastEvidence) << "all six frames fit";
+}
+
+TEST_F(WindowOnTwinRooms, APlaceThatNoScanAloneShowsIsDoubted)
+{
+	WindowLocalizer window(localizer_, 10);
+	const auto path = into_left_room();
+	drive(window, path, true);
+	const Scan scan = scan_at(path.back());
+	Localization result;
+	for (int i = 0; i < 10; i++) result = window.add(scan, no_place(Status::kRejected, "crowded"), CPose2D());
+	expect_at(result, path.back());
+	EXPECT_EQ(result.status, Status::kAmbiguous);
+	EXPECT_LT(result.confidence, 0.01);
+}
+
+TEST_F(WindowOnTwinRooms, APlaceThatIsFoundLateCountsByTheScansThatShowedItAlone)
+{
+	WindowLocalizer window(localizer_, 10);
+	drive(window, into_left_room(), true);
+	const TPose2D elsewhere{9.6, 3.0, -1.0};  // carried there
+	const Scan scan = scan_at(elsewhere);
+	const Localization one_shot = localizer_.localize(scan);
+	ASSERT_GT(one_shot.confidence, 0.9);
+	Localization result;
+	for (int i = 0; i < 3; i++) result = window.add(scan, one_shot, CPose2D());
+	expect_at(result, elsewhere);
+	EXPECT_EQ(result.status, Status::kLocalized);
+}
+
+TEST_F(WindowOnTwinRooms, RefusesWhatItCannotDo)
+{
+	EXPECT_THROW(WindowLocalizer(localizer_, 0), std::invalid_argument);
+	Parameters parameters;
+	parameters.method = Method::kPaper;
+	const Localizer paper(make_map(grid_), parameters);
+	EXPECT_THROW(WindowLocalizer(paper, 10), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace d2s1r::test

@@ -1,0 +1,38 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <random>
+
+#include "ranges/clearance.h"
+
+namespace d2s1r::test
+{
+TEST(Clearances, AreChebyshevDistancesToAnotherClassOrTheMargin)
+{
+	constexpr int kMost = 6;
+	std::mt19937 random(3);
+	for (const auto& [width, height] : {std::pair{3, 3}, {3, 9}, {9, 3}, {40, 30}, {70, 25}})
+	{
+		std::vector<std::uint8_t> classes(static_cast<std::size_t>(width * height), 1);
+		for (std::size_t i = 0; i < classes.size() / 60; i++)
+			classes[random() % classes.size()] = static_cast<std::uint8_t>(random() % 3);
+		const auto class_at = [&, w = width](int x, int y) { return classes[static_cast<std::size_t>(y * w + x)]; };
+		const auto is_margin = [w = width, h = height](int x, int y)
+		{ return x == 0 || y == 0 || x == w - 1 || y == h - 1; };
+		const std::vector<std::uint8_t> found = clearances(classes, width, kMost);
+		ASSERT_EQ(found.size(), classes.size() + kGatherOverrun);
+		for (int y = 0; y < height; y++)
+			for (int x = 0; x < width; x++)
+			{
+				int expected = is_margin(x, y) ? 0 : kMost;
+				for (int v = 0; v < height; v++)
+					for (int u = 0; u < width; u++)
+						if (is_margin(u, v) || class_at(u, v) != class_at(x, y))
+							expected = std::min(expected, std::max(std::abs(u - x), std::abs(v - y)));
+				ASSERT_EQ(found[static_cast<std::size_t>(y * width + x)], expected) << x << " " << y;
+			}
+	}
+}
+}  // namespace d2s1r::test
