@@ -101,7 +101,7 @@ void write_reports(
 	    folder / "scene.3Dscene");
 }
 /// Hands every scan to the localizer and every result to `outputs`.
-/// \returns as localize_rawlog()
+/// \returns RawlogReader::damage()
 std::string localize_frames(
     const RunReport& report, const FrameSelection& selection, const Localizer& localizer,
     const CFusionBackend::Ptr& backend, FrameOutputs& outputs, Console& console)
@@ -123,7 +123,7 @@ ExitStatus localize(
 {
 	const RawlogSurvey survey = survey_rawlog(flags.rawlog);
 	const Sensor sensor = choose_sensor(survey, flags.sensor_label, flags.rawlog);
-	const FrameSelection selection = select_frames(flags, survey, sensor);
+	const FrameSelection selection = select_frames(flags, sensor);
 	const GroundTruth truth = flags.ground_truth.empty() ? GroundTruth{} : load_ground_truth(flags.ground_truth);
 	make_folder(flags.output_dir);
 	if (!flags.write_config.empty()) write_config(flags, parameters);
@@ -143,8 +143,7 @@ ExitStatus localize(
 	report.selected_frames = selection.size();
 
 	const mrpt::system::CTicTac watch;
-	const std::string new_damage = localize_frames(report, selection, localizer, backend, outputs, console);
-	const std::string& damage = new_damage.empty() ? survey.damage : new_damage;
+	const std::string damage = localize_frames(report, selection, localizer, backend, outputs, console);
 	if (report.frames.empty() && interrupted())
 	{
 		console.err << "rawlog-localize: interrupted before the first frame; no results are written" << std::endl;

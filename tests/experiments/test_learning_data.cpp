@@ -8,6 +8,7 @@
 #include <cmath>
 #include <fstream>
 #include <numeric>
+#include <sstream>
 
 #include "app_process.h"
 
@@ -164,6 +165,36 @@ TEST_F(LearningData, GroundTruthMovesWithAWarpedMap)
 	EXPECT_LT(
 	    total(errors("warped/map.yaml", "site/scans.rawlog", "warped/gt.txt")),
 	    0.6 * total(errors("warped/map.yaml", "site/scans.rawlog", "site/scans_gt.txt")));
+}
+
+TEST_F(LearningData, TermsOfComparedPlacesSumUpToTheirLogLikelihood)
+{
+	draw("office", "250", "7", "site");
+	const ProcessResult written = run_program(
+	    {D2S1R_BUILD_DIR "/tests/experiments/write_terms", path("site/map.yaml"), path("site/scans.rawlog"),
+	     path("site/scans_gt.txt"), "none", path("frames.csv"), path("terms.csv.gz")});
+	ASSERT_EQ(written.status, 0) << written.err;
+	const auto frames = lines_of(read_file(path("frames.csv")));
+	ASSERT_EQ(frames.size(), 31U);
+	EXPECT_EQ(frames[1].substr(0, 10), "localized,");
+	const ProcessResult unpacked = run_program({"zcat", path("terms.csv.gz")});
+	ASSERT_EQ(unpacked.status, 0) << unpacked.err;
+	const auto lines = lines_of(unpacked.out);
+	ASSERT_GT(lines.size(), 30U);
+	const d2s1r::BeamModel model;
+	const std::vector<double> weights{model.on_wall,      model.near_wall,         model.beside_wall,
+	                                  model.off_wall,     model.off_wall_near,     model.in_unknown,
+	                                  model.log_range,    model.through_wall,      model.unknown_metre,
+	                                  model.off_wall_run, model.no_return_at_wall, model.depth_edge};
+	for (std::size_t i = 1; i < lines.size(); i++)
+	{
+		std::vector<double> numbers;
+		std::istringstream words(lines[i]);
+		for (std::string word; std::getline(words, word, ',');) numbers.push_back(std::stod(word));
+		ASSERT_EQ(numbers.size(), 9 + weights.size());
+		const double sum = std::inner_product(weights.begin(), weights.end(), numbers.begin() + 9, 0.0);
+		EXPECT_NEAR(sum, numbers[3], 1e-3 * (1 + std::abs(numbers[3]))) << lines[i];
+	}
 }
 
 TEST_F(LearningData, WrongWordsAreRefused)

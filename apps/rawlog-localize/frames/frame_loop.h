@@ -35,9 +35,9 @@ struct FrameSink
 
 /// Localizes the selected scans of a rawlog, `threads` at a time, and hands everything to `sink` in the order of the
 /// rawlog. The window and the fusion, if there are any, follow the scans in that order, too, so the results do not
-/// depend on the number of threads. Ends at the end of the rawlog, after the objects that can be read, or when the
-/// process is interrupted.
-/// \returns RawlogReader::damage(): what is wrong with these objects, which is nothing unless the file has changed
+/// depend on the number of threads. Ends at the end of the rawlog, where it is damaged, or when the process is
+/// interrupted.
+/// \returns RawlogReader::damage()
 std::string localize_rawlog(
     const std::string& file, const FrameSelection& selection, const Approach& approach, const FrameSink& sink,
     ProgressBar& progress);

@@ -350,7 +350,7 @@ TEST_F(OnFloor, TheBestScoreNearAPoseIsThatOfTheTruthCentimetresAway)
 	{
 		const Scan scan = scan_at(world_, robot);
 		const mrpt::math::TPose2D off{robot.x + 0.04, robot.y - 0.03, robot.phi + 0.01};
-		const Score best = best_score_near(tracer_, field_, all_rays(scan), off, {});
+		const Score best = best_score_near(tracer_, field_, all_rays(scan), off, {}).score;
 		EXPECT_GE(best.log_likelihood, at(off, scan).log_likelihood);
 		better += best.log_likelihood > 0.5 * (at(off, scan).log_likelihood + at(robot, scan).log_likelihood) ? 1 : 0;
 	}

@@ -68,7 +68,7 @@ std::vector<Place> find_places(
 	const auto is_possible = [&](const TPose2D& sensor) { return prior.allows(sensor + robot_on_sensor); };
 	std::vector<Place> scored;
 	for (const auto& [pose, fit] : poses)
-		if (is_possible(pose)) scored.push_back({pose, score(tracer, field, all, pose, model)});
+		if (is_possible(pose)) scored.push_back({pose, score(tracer, field, all, pose, model), pose});
 	sort_best_first(scored);
 	const double least = scored.empty() ? 0 : scored.front().score.log_likelihood - kHopeless;
 	const std::size_t to_polish = std::min(scored.size(), static_cast<std::size_t>(parameters.refinement.max_polished));
@@ -78,15 +78,17 @@ std::vector<Place> find_places(
 		if (!is_possible(pose)) continue;
 		scored[i].pose = pose;
 		const Score polished = score(tracer, field, all, pose, model);
-		if (polished.log_likelihood > scored[i].score.log_likelihood) scored[i].score = polished;
+		if (polished.log_likelihood > scored[i].score.log_likelihood)
+			scored[i].score = polished, scored[i].scored_at = pose;
 	}
 	std::vector<Place> places = distinct_places(std::move(scored), parameters.scoring);
 	const std::size_t to_compare =
 	    std::min(places.size(), static_cast<std::size_t>(parameters.refinement.max_compared));
 	for (std::size_t i = 0; i < to_compare && places[i].weight > kNegligible; i++)
 	{
-		const Score best = best_score_near(tracer, field, all, places[i].pose, model);
-		if (best.log_likelihood > places[i].score.log_likelihood) places[i].score = best;
+		const ScoredPose best = best_score_near(tracer, field, all, places[i].pose, model);
+		if (best.score.log_likelihood > places[i].score.log_likelihood)
+			places[i].score = best.score, places[i].scored_at = best.pose;
 	}
 	return distinct_places(std::move(places), parameters.scoring);
 }

@@ -14,9 +14,10 @@ namespace d2s1r
 /// The best pose found at a place of the map.
 struct Place
 {
-	mrpt::math::TPose2D pose;  //!< sensor in map, m and rad
-	Score score;
-	double weight = 0;  //!< [0, 1] likelihood relative to the best place, tempered
+	mrpt::math::TPose2D pose;       //!< sensor in map, m and rad
+	Score score;                    //!< the best that was found at this place
+	mrpt::math::TPose2D scored_at;  //!< sensor in map, m and rad: where it was found, some centimetres beside
+	double weight = 0;              //!< [0, 1] likelihood relative to the best place, tempered
 };
 
 /// Scores refined poses with all beams and keeps the best of each place. Poses that may be the best one are polished

@@ -148,26 +148,25 @@ Score score(
 	return score;
 }
 
-Score best_score_near(
+ScoredPose best_score_near(
     const BeamTracer& tracer, const DistanceField& field, const Rays& rays, const mrpt::math::TPose2D& sensor,
     const BeamModel& model)
 {
 	constexpr int kRounds = 2;
 	constexpr double kTurn = 0.2;  // [rad] for each metre of a step
-	Score best = score(tracer, field, rays, sensor, model);
-	mrpt::math::TPose2D at = sensor;
+	ScoredPose best{sensor, score(tracer, field, rays, sensor, model)};
 	for (const double step : {0.04, 0.02})  // [m]
 		for (int round = 0; round < kRounds; round++)
 		{
 			const double turn = kTurn * step;
-			const mrpt::math::TPose2D from = at;
+			const mrpt::math::TPose2D from = best.pose;
 			for (const mrpt::math::TPose2D& move : std::initializer_list<mrpt::math::TPose2D>{
 			         {step, 0, 0}, {-step, 0, 0}, {0, step, 0}, {0, -step, 0}, {0, 0, turn}, {0, 0, -turn}})
 			{
 				const Score found = score(tracer, field, rays, from + move, model);
-				if (found.log_likelihood > best.log_likelihood) best = found, at = from + move;
+				if (found.log_likelihood > best.score.log_likelihood) best = {from + move, found};
 			}
-			if (at == from) break;
+			if (best.pose == from) break;
 		}
 	return best;
 }

@@ -33,9 +33,16 @@ Score score(
     const BeamTracer& tracer, const DistanceField& field, const Rays& rays, const mrpt::math::TPose2D& sensor,
     const BeamModel& model);
 
-/// The best score found at `sensor` and within some centimetres of it: a compass search (Kolda, Lewis and Torczon,
-/// "Optimization by Direct Search", 2003), for scores have steps and no slope. Thread-safe.
-Score best_score_near(
+/// A score, and where it was found.
+struct ScoredPose
+{
+	mrpt::math::TPose2D pose;  //!< sensor in map, m and rad
+	Score score;
+};
+
+/// Returns the best score found at `sensor` and within some centimetres of it: a compass search (Kolda, Lewis and
+/// Torczon, "Optimization by Direct Search", 2003), for scores have steps and no slope. Thread-safe.
+ScoredPose best_score_near(
     const BeamTracer& tracer, const DistanceField& field, const Rays& rays, const mrpt::math::TPose2D& sensor,
     const BeamModel& model);
 

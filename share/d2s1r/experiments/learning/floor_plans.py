@@ -219,7 +219,7 @@ def add_doors(tiles, walls, style, random):
 def draw_door(wall, style, is_only_way, random):
     wide = wall.length > 6 and random.random() < 0.2
     width = min(random.uniform(1.5, 2.2) if wide else random.uniform(0.8, 1.0), wall.length - 2 * BESIDE_DOOR)
-    start = random.uniform(wall.start + BESIDE_DOOR, wall.end - BESIDE_DOOR - width)
+    start = wall.start + BESIDE_DOOR + random.random() * max(0.0, wall.length - 2 * BESIDE_DOOR - width)
     often = style.open_doors ** 0.5 if is_only_way else style.open_doors  # what the mapper wants to see is opened
     open_to_mapper = random.random() < often
     open_to_scan = open_to_mapper if random.random() < 0.85 else random.random() < often
