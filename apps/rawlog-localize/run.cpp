@@ -8,6 +8,7 @@
 #include "input/inputs.h"
 #include "output/files.h"
 #include "output/frame_outputs.h"
+#include "output/run_json.h"
 #include "output/summary.h"
 #include "picture/map_png.h"
 #include "picture/scene_file.h"
@@ -101,8 +102,7 @@ void write_reports(
 	    folder / "scene.3Dscene");
 }
 /// Hands every scan to the localizer and every result to `outputs`.
-/// \returns RawlogReader::damage()
-std::string localize_frames(
+LoopResult localize_frames(
     const RunReport& report, const FrameSelection& selection, const Localizer& localizer,
     const CFusionBackend::Ptr& backend, FrameOutputs& outputs, Console& console)
 {
@@ -128,7 +128,7 @@ ExitStatus localize(
 	make_folder(flags.output_dir);
 	if (!flags.write_config.empty()) write_config(flags, parameters);
 	FrameOutputs outputs(
-	    flags.output_dir, flags.fuse,
+	    flags.output_dir, flags.fuse, flags.rawlog_copy,
 	    flags.write_pf_ini.empty() ? nullptr : std::make_unique<PfPipeline>(flags.write_pf_ini));
 	say_sensor(survey, sensor, flags, console);
 	warn_without_odometry(survey, flags, console);
@@ -143,7 +143,7 @@ ExitStatus localize(
 	report.selected_frames = selection.size();
 
 	const mrpt::system::CTicTac watch;
-	const std::string damage = localize_frames(report, selection, localizer, backend, outputs, console);
+	const LoopResult loop = localize_frames(report, selection, localizer, backend, outputs, console);
 	if (report.frames.empty() && interrupted())
 	{
 		console.err << "rawlog-localize: interrupted before the first frame; no results are written" << std::endl;
@@ -151,12 +151,14 @@ ExitStatus localize(
 	}
 	outputs.commit();
 	report.localization_seconds = watch.Tac();
+	report.computing_seconds = loop.seconds;
 	report.truth_lines = truth.size();
 	report.matches = match(report.frames, truth);
+	write_run_json(report, *map, std::filesystem::path(flags.output_dir) / "run.json");
 	write_reports(report, outputs, truth, localizer);
 	outputs.commit_pipeline(localizer.map());
 	if (!flags.quiet) print_table(report, console.out);
-	return conclude(report, damage, console);
+	return conclude(report, loop.damage, console);
 }
 }  // namespace
 

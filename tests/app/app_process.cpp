@@ -121,8 +121,11 @@ CsvTable::CsvTable(const fs::path& path, const std::string& header)
 	const auto split = [](const std::string& line)
 	{
 		std::vector<std::string> fields(1);
+		bool quoted = false;
 		for (const char c : line)
-			if (c == ',')
+			if (c == '"')
+				quoted = !quoted;
+			else if (c == ',' && !quoted)
 				fields.emplace_back();
 			else
 				fields.back() += c;
@@ -136,6 +139,15 @@ CsvTable::CsvTable(const fs::path& path, const std::string& header)
 		rows_.push_back(split(lines[i]));
 		if (rows_.back().size() != columns_.size()) throw std::runtime_error(path.string() + ": " + lines[i]);
 	}
+}
+
+std::vector<std::vector<std::string>> CsvTable::without_times() const
+{
+	std::vector<std::vector<std::string>> kept(rows_.size());
+	for (std::size_t row = 0; row < rows_.size(); row++)
+		for (std::size_t i = 0; i < columns_.size(); i++)
+			if (columns_[i].find("_ms") == std::string::npos) kept[row].push_back(rows_[row][i]);
+	return kept;
 }
 
 const std::string& CsvTable::text(std::size_t row, const std::string& column) const

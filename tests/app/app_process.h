@@ -80,6 +80,9 @@ class CsvTable
 	const std::string& text(std::size_t row, const std::string& column) const;
 	double number(std::size_t row, const std::string& column) const { return std::stod(text(row, column)); }
 
+	/// All fields row by row, without the columns of times, which end in _ms.
+	std::vector<std::vector<std::string>> without_times() const;
+
    private:
 	std::vector<std::string> columns_;
 	std::vector<std::vector<std::string>> rows_;
@@ -87,6 +90,6 @@ class CsvTable
 
 inline constexpr const char* kFramesHeader =
     "frame,timestamp,status,x,y,phi,std_x,std_y,std_phi,confidence,hypotheses,relative_entropy,retrieval_ms,"
-    "registration_ms,refinement_ms,total_ms";
+    "registration_ms,refinement_ms,total_ms,cov_xx,cov_xy,cov_xphi,cov_yy,cov_yphi,cov_phiphi,note";
 inline constexpr const char* kHypothesesHeader = "frame,rank,x,y,phi,probability,std_x,std_y,std_phi";
 }  // namespace d2s1r::test

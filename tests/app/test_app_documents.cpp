@@ -83,18 +83,22 @@ TEST_F(AppDocuments, CompletionOffersEveryOption)
 
 TEST_F(AppDocuments, CompletionOffersFilesOfTheRightKind)
 {
-	for (const char* name : {"a.rawlog", "a.yaml", "a.txt"}) write_file(path(name), "");
-	const auto offered = [&](const std::string& option)
+	for (const char* name : {"a.rawlog", "a.yaml", "a.txt", "b.rawlog.gz", "b.signaturemap"})
+		write_file(path(name), "");
+	const auto offered = [&](const std::string& option, const std::string& start)
 	{
-		return run_program(
-		           {"bash", "-c",
-		            "source " D2S1R_SOURCE_DIR "/share/bash-completion/completions/rawlog-localize; COMP_WORDS=(x " +
-		                option + " " + path("a") + "); COMP_CWORD=2; _rawlog_localize; echo \"${COMPREPLY[*]}\""})
+		return run_program({"bash", "-c",
+		                    "source " D2S1R_SOURCE_DIR
+		                    "/share/bash-completion/completions/rawlog-localize; COMP_WORDS=(x " +
+		                        option + " " + start + "); COMP_CWORD=2; _rawlog_localize; echo \"${COMPREPLY[*]}\""})
 		    .out;
 	};
-	EXPECT_EQ(offered("-i"), path("a.rawlog") + "\n");
-	EXPECT_EQ(offered("--map"), path("a.yaml") + "\n");
-	EXPECT_EQ(offered("--ground-truth"), path("a.txt") + "\n");
+	EXPECT_EQ(offered("-i", path("a")), path("a.rawlog") + "\n");
+	EXPECT_EQ(offered("--map", path("a")), path("a.yaml") + "\n");
+	EXPECT_EQ(offered("--ground-truth", path("a")), path("a.txt") + "\n");
+	EXPECT_EQ(offered("--input", path("b")), path("b.rawlog.gz") + "\n");
+	EXPECT_EQ(offered("-m", path("b")), path("b.signaturemap") + "\n");
+	EXPECT_EQ(offered("--motion", "o"), "odometry\n");
 }
 
 TEST_F(AppDocuments, ReadmeShowsTheExampleThatIsBuilt)

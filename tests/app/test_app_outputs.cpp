@@ -56,11 +56,21 @@ TEST_F(AppOutputs, FolderHoldsTheFilesOfTheContractAndNothingElse)
 	const auto result = localize(observation_log());
 	std::set<std::string> names;
 	for (const auto& entry : fs::directory_iterator(path("out"))) names.insert(entry.path().filename().string());
-	const std::set<std::string> expected = {"frames.csv",    "hypotheses.csv", "localized.rawlog", "map.png",
-	                                        "scene.3Dscene", "summary.json",   "trajectory.tum",   "trajectory.txt"};
+	const std::set<std::string> expected = {"frames.csv",   "hypotheses.csv", "localized.rawlog",
+	                                        "map.png",      "run.json",       "scene.3Dscene",
+	                                        "summary.json", "trajectory.tum", "trajectory.txt"};
 	EXPECT_EQ(names, expected);
 	for (const auto& name : expected) EXPECT_NE(result.out.find(path("out/" + name)), std::string::npos) << result.out;
 	EXPECT_EQ(result.err, "");
+}
+
+TEST_F(AppOutputs, NoRawlogLeavesTheCopyOfTheRawlogOut)
+{
+	const auto result = localize(observation_log(), {"--no-rawlog"});
+	EXPECT_FALSE(fs::exists(path("out/localized.rawlog")));
+	EXPECT_EQ(result.out.find("localized.rawlog"), std::string::npos) << result.out;
+	EXPECT_EQ(frames().size(), walk().size());
+	EXPECT_TRUE(fs::exists(path("out/scene.3Dscene")));
 }
 
 TEST_F(AppOutputs, QuietPrintsNothing)
@@ -99,7 +109,10 @@ TEST_F(AppOutputs, FramesWithoutAPoseHaveEmptyFields)
 		for (const char* column : {"x", "y", "phi", "std_x", "std_y", "std_phi", "confidence", "relative_entropy"})
 			EXPECT_EQ(table.text(i, column), "") << column;
 		EXPECT_EQ(table.text(i, "hypotheses"), "0");
+		EXPECT_EQ(table.text(i, "cov_xphi"), "");
 	}
+	EXPECT_NE(table.text(4, "note").find("tilt"), std::string::npos) << table.text(4, "note");
+	EXPECT_EQ(table.text(5, "note"), "");
 	EXPECT_EQ(table.text(5, "status"), "localized");
 	EXPECT_EQ(lines_of(read_file(path("out/trajectory.tum"))).size(), walk().size() - 2);
 }
@@ -230,6 +243,12 @@ TEST_F(AppOutputs, AllFilesTellTheSameUncertainty)
 				EXPECT_NEAR(table.number(frame, column), std::sqrt(pose->pose.cov(axis, axis)), 2e-6) << column;
 				EXPECT_EQ(table.text(frame, column), all.text(row, column)) << column;
 			}
+			const std::vector<std::tuple<const char*, int, int>> entries = {{"cov_xx", 0, 0},   {"cov_xy", 0, 1},
+			                                                                {"cov_xphi", 0, 3}, {"cov_yy", 1, 1},
+			                                                                {"cov_yphi", 1, 3}, {"cov_phiphi", 3, 3}};
+			for (const auto& [column, i, j] : entries)
+				EXPECT_NEAR(table.number(frame, column), pose->pose.cov(i, j), 1e-5 * std::abs(pose->pose.cov(i, j)))
+				    << column;
 			frame++;
 		}
 	EXPECT_EQ(frame, walk().size());

@@ -80,6 +80,21 @@ TEST_F(AppRawlogs, PosesStandBetweenThePairsOfAnActionLog)
 	}
 }
 
+TEST_F(AppRawlogs, ResultsOfAnEarlierRunAreReplaced)
+{
+	for (const Objects& log : {observation_log(), action_log()})
+	{
+		save(log, path("in.rawlog"));
+		ASSERT_EQ(run(words({"-q"})).status, 0);
+		const std::string once = read_file(path("out/localized.rawlog"));
+		std::filesystem::rename(path("out/localized.rawlog"), path("in.rawlog"));
+		ASSERT_EQ(run(words({"-q"})).status, 0);
+		EXPECT_EQ(read_file(path("out/localized.rawlog")), once);
+		ASSERT_EQ(run(words({"-q", "--frames", "2:3"})).status, 0);
+		EXPECT_EQ(load(path("out/localized.rawlog")).size(), log.size() + 2);
+	}
+}
+
 TEST_F(AppRawlogs, StockRawlogEditReadsTheResultAndTakesItApart)
 {
 	const auto stock = run_program({"rawlog-edit", "--version"});

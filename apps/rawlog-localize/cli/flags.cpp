@@ -139,7 +139,7 @@ constexpr const char* kOutputs =
     "\nMAP is a .simplemap(.gz), a .gridmap(.gz), a ROS map_server .yaml, an image (with --resolution), or\n"
     "a file with a serialized CMultiMetricMap or CSignatureMap2D.\n\n"
     "OUT_DIR receives frames.csv, hypotheses.csv, trajectory.tum, trajectory.txt, localized.rawlog,\n"
-    "summary.json, map.png and scene.3Dscene; with --fuse also fused.csv and fused.tum.\n\n"
+    "run.json, summary.json, map.png and scene.3Dscene; with --fuse also fused.csv and fused.tum.\n\n"
     "Exit status: 0 done, 1 wrong use or configuration, 2 an input that cannot be read or used, 3 an\n"
     "output that cannot be written, 130 interrupted (finished frames are on disk).\n";
 
@@ -170,12 +170,13 @@ void check_image(const Flags& flags)
 	wrong("--resolution", "only goes with an image (" + known + "); leave it out or rename the image");
 }
 
-/// The options that only make sense with another one, which may come after them.
-struct Dependent
+/// What the command line says before it is all known.
+struct Unchecked
 {
 	std::string resolution;
 	std::string origin;
 	std::string motion;
+	bool no_rawlog = false;
 };
 
 /// Adds options to a parser. What a user gives to an option may not be empty.
@@ -264,7 +265,7 @@ void add_methods(OptionAdder add, Flags& flags)
 	    [&](const std::string& text) { flags.query.time_budget = parse_time_budget(text); });
 }
 
-void add_fusion(OptionAdder add, Flags& flags, Dependent& dependent)
+void add_fusion(OptionAdder add, Flags& flags, Unchecked& unchecked)
 {
 	add.value(
 	    "--seed", "N", "seed of the particle filter, from 0 to 4294967295 (default 1)",
@@ -278,10 +279,10 @@ void add_fusion(OptionAdder add, Flags& flags, Dependent& dependent)
 	add.value(
 	    "--motion", "SOURCE",
 	    "what moves the filter: 'pseudo' (successive results), 'odometry' (of the rawlog) or 'both' (default)",
-	    dependent.motion);
+	    unchecked.motion);
 }
 
-void add_outputs(OptionAdder add, Flags& flags, Dependent& dependent)
+void add_outputs(OptionAdder add, Flags& flags, Unchecked& unchecked)
 {
 	add.value(
 	    "--save-map", "FILE",
@@ -295,10 +296,11 @@ void add_outputs(OptionAdder add, Flags& flags, Dependent& dependent)
 	    "write files for MRPT's pf-localization: this ini (it starts at the first localized pose), FILE.rawlog (the "
 	    "localized frames, with pseudo-odometry between them) and FILE.gridmap.gz",
 	    flags.write_pf_ini);
-	add.value("--resolution", "R", "of a map that is an image [m/pixel]", dependent.resolution);
+	add.flag("--no-rawlog", "leave localized.rawlog out, which is as large as the rawlog", unchecked.no_rawlog);
+	add.value("--resolution", "R", "of a map that is an image [m/pixel]", unchecked.resolution);
 	add.value(
 	    "--origin", "X,Y", "where the lower left corner of such an image is in the map frame [m] (default 0,0)",
-	    dependent.origin);
+	    unchecked.origin);
 	add.flag("-q,--quiet", "print errors only", flags.quiet);
 }
 
@@ -380,7 +382,7 @@ void parse_words(CLI::App& app, int argc, char** argv)
 std::optional<Flags> parse_flags(int argc, char** argv, std::ostream& out)
 {
 	Flags flags;
-	Dependent dependent;
+	Unchecked unchecked;
 	CLI::App app;
 	app.set_help_flag();
 	app.allow_extras();
@@ -388,8 +390,8 @@ std::optional<Flags> parse_flags(int argc, char** argv, std::ostream& out)
 	const OptionAdder add(app);
 	add_inputs(add, flags);
 	add_methods(add, flags);
-	add_fusion(add, flags, dependent);
-	add_outputs(add, flags, dependent);
+	add_fusion(add, flags, unchecked);
+	add_outputs(add, flags, unchecked);
 	const auto print_version = [&]
 	{
 		out << "rawlog-localize (d2s1r) " D2S1R_VERSION "\n";
@@ -410,8 +412,12 @@ std::optional<Flags> parse_flags(int argc, char** argv, std::ostream& out)
 	{
 		return std::nullopt;
 	}
-	if (!dependent.motion.empty()) flags.motion = parse_motion(dependent.motion, flags.fuse);
-	flags.image = parse_image(dependent.resolution, dependent.origin);
+	if (!unchecked.motion.empty()) flags.motion = parse_motion(unchecked.motion, flags.fuse);
+	flags.image = parse_image(unchecked.resolution, unchecked.origin);
+	flags.rawlog_copy = !unchecked.no_rawlog;
+	flags.words.assign(argv, argv + argc);
+	for (const CLI::Option* option : app.get_options())
+		if (option->count() > 0) flags.given[option->get_lnames().front()] = option->results().back();
 	check_complete(flags);
 	check_saved_map(flags.save_map);
 	if (!flags.only_writes_config()) check_image(flags);

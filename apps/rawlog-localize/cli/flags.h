@@ -8,9 +8,11 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <map>
 #include <optional>
 #include <ostream>
 #include <string>
+#include <vector>
 
 namespace d2s1r::app
 {
@@ -40,7 +42,11 @@ struct Flags
 
 	bool fuse = false;
 	MotionSource motion = MotionSource::kBoth;  //!< what moves the particle filter
+	bool rawlog_copy = true;                    //!< whether localized.rawlog is written
 	bool quiet = false;
+
+	std::vector<std::string> words;            //!< the command line as it was given
+	std::map<std::string, std::string> given;  //!< text by the long name of each option that was given
 
 	/// Returns whether the command line only asks for a configuration file to be written.
 	bool only_writes_config() const { return map.empty() && rawlog.empty() && output_dir.empty(); }

@@ -5,6 +5,11 @@
 
 namespace d2s1r::app
 {
+double frames_per_second(const RunReport& report)
+{
+	return static_cast<double>(report.frames.size()) / std::max(report.computing_seconds, 1e-9);
+}
+
 bool any_localized(const std::vector<Frame>& frames)
 {
 	return std::any_of(frames.begin(), frames.end(), [](const Frame& frame) { return frame.localized(); });

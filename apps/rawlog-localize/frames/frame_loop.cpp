@@ -6,6 +6,7 @@
 #include <d2s1r/window_localizer.h>
 
 #include <atomic>
+#include <chrono>
 #include <exception>
 #include <thread>
 #include <utility>
@@ -22,6 +23,21 @@ double seconds(const mrpt::obs::CObservation& observation)
 {
 	return observation.timestamp == INVALID_TIMESTAMP ? 0.0 : mrpt::Clock::toDouble(observation.timestamp);
 }
+
+/// Adds the time from its construction to its end to a sum.
+class ScopedTimer
+{
+   public:
+	explicit ScopedTimer(double& seconds) : seconds_(seconds) {}
+	~ScopedTimer() { seconds_ += std::chrono::duration<double>(Clock::now() - start_).count(); }
+	ScopedTimer(const ScopedTimer&) = delete;
+	ScopedTimer& operator=(const ScopedTimer&) = delete;
+
+   private:
+	using Clock = std::chrono::steady_clock;
+	double& seconds_;
+	Clock::time_point start_ = Clock::now();
+};
 
 struct Job
 {
@@ -53,6 +69,7 @@ class BatchReader
 
 	Batch read()
 	{
+		const ScopedTimer timer(seconds_);
 		Batch batch;
 		while (batch.jobs.size() < scans_per_batch_ && batch.items.size() < kMostObjects)
 		{
@@ -72,11 +89,15 @@ class BatchReader
 
 	const std::string& damage() const { return reader_.damage(); }
 
+	/// Returns the time [s] that reading took so far.
+	double seconds() const { return seconds_; }
+
    private:
 	RawlogReader reader_;
 	FrameSelection selection_;
 	std::size_t scans_per_batch_;
 	std::size_t scans_ = 0;  //!< [-] scans of the sensor seen so far
+	double seconds_ = 0;
 };
 
 /// The odometry of a rawlog of either kind, from one scan to the next.
@@ -130,13 +151,19 @@ class Follower
 			for (std::size_t i = job; i < item.past_job; i++)
 				if (!batch.jobs[i].result) return;
 			odometry_.add(item.object);
-			sink_.take_object(item.object);
+			{
+				const ScopedTimer timer(writing_seconds_);
+				sink_.take_object(item.object);
+			}
 			for (; job < item.past_job; job++) follow(batch.jobs[job]);
 		}
 	}
 
 	/// Returns the number of frames handed on so far.
 	std::size_t frames() const { return frames_; }
+
+	/// Returns the time [s] that the sink took so far.
+	double writing_seconds() const { return writing_seconds_; }
 
    private:
 	void follow(Job& job)
@@ -147,6 +174,7 @@ class Follower
 		if (window_)
 			frame.result = window_->add(make_scan(*job.scan, approach_.localizer.parameters().scan), one_shot, motion);
 		if (approach_.fusion_backend) frame.fused = approach_.fusion_backend->step({*job.scan, one_shot, motion});
+		const ScopedTimer timer(writing_seconds_);
 		sink_.take_frame(std::move(frame), std::move(job.scan));
 		frames_++;
 	}
@@ -154,6 +182,7 @@ class Follower
 	const Approach& approach_;
 	const FrameSink& sink_;
 	std::size_t frames_ = 0;
+	double writing_seconds_ = 0;
 	OdometryBetweenScans odometry_;
 	std::optional<WindowLocalizer> window_;
 };
@@ -194,10 +223,12 @@ void run_on_threads(std::size_t count, int threads, const std::function<void(std
 }
 }  // namespace
 
-std::string localize_rawlog(
+LoopResult localize_rawlog(
     const std::string& file, const FrameSelection& selection, const Approach& approach, const FrameSink& sink,
     ProgressBar& progress)
 {
+	double seconds = 0;
+	std::optional<ScopedTimer> timer(seconds);
 	Follower follower(approach, sink);
 	BatchReader reader(file, selection, approach.threads);
 	Batch previous, current = reader.read(), next;
@@ -221,6 +252,9 @@ std::string localize_rawlog(
 	}
 	follower.follow(previous);
 	progress.show(follower.frames());
-	return reader.damage();
+	timer.reset();
+	// Reading and writing take one thread of those there are.
+	seconds -= (reader.seconds() + follower.writing_seconds()) / approach.threads;
+	return {reader.damage(), seconds};
 }
 }  // namespace d2s1r::app

@@ -33,12 +33,18 @@ struct FrameSink
 	std::function<void(Frame frame, mrpt::obs::CObservation2DRangeScan::ConstPtr scan)> take_frame;
 };
 
+/// How a loop over the frames ended.
+struct LoopResult
+{
+	std::string damage;  //!< RawlogReader::damage()
+	double seconds = 0;  //!< [s] that all threads localized, without the time for reading and for `sink`
+};
+
 /// Localizes the selected scans of a rawlog, `threads` at a time, and hands everything to `sink` in the order of the
 /// rawlog. The window and the fusion, if there are any, follow the scans in that order, too, so the results do not
 /// depend on the number of threads. Ends at the end of the rawlog, where it is damaged, or when the process is
 /// interrupted.
-/// \returns RawlogReader::damage()
-std::string localize_rawlog(
+LoopResult localize_rawlog(
     const std::string& file, const FrameSelection& selection, const Approach& approach, const FrameSink& sink,
     ProgressBar& progress);
 }  // namespace d2s1r::app

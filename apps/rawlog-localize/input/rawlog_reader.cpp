@@ -6,6 +6,7 @@
 #include <mrpt/obs/CActionCollection.h>
 #include <mrpt/obs/CActionRobotMovement2D.h>
 #include <mrpt/obs/CObservationOdometry.h>
+#include <mrpt/obs/CObservationRobotPose.h>
 #include <mrpt/obs/CSensoryFrame.h>
 #include <mrpt/serialization/CArchive.h>
 
@@ -64,10 +65,19 @@ void read_observation(
 	if (reading->sensorLabel == *odometer) into.odometry = reading->odometry;
 }
 
+/// Returns whether an earlier run of rawlog-localize put this object into the log.
+bool is_from_earlier_run(const mrpt::serialization::CSerializable& object)
+{
+	const auto* const pose = dynamic_cast<const mrpt::obs::CObservationRobotPose*>(&object);
+	const auto* const odometry = dynamic_cast<const mrpt::obs::CObservationOdometry*>(&object);
+	return (pose && pose->sensorLabel == kPoseLabel) || (odometry && odometry->sensorLabel == kPseudoOdometryLabel);
+}
+
 /// Takes what localization needs from an object of a rawlog of either kind.
 void read_contents(
     const mrpt::serialization::CSerializable::Ptr& object, std::optional<std::string>& odometer, RawlogObject& into)
 {
+	into.from_earlier_run = is_from_earlier_run(*object);
 	if (const auto actions = std::dynamic_pointer_cast<mrpt::obs::CActionCollection>(object))
 	{
 		const auto movement = actions->getBestMovementEstimation();

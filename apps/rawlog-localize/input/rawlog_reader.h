@@ -13,7 +13,8 @@
 
 namespace d2s1r::app
 {
-/// Sensor label of the pseudo-odometry in localized.rawlog.
+/// Sensor labels of the poses and of the pseudo-odometry in localized.rawlog.
+inline constexpr const char* kPoseLabel = "D2S1R";
 inline constexpr const char* kPseudoOdometryLabel = "D2S1R_ODO";
 
 using Scans = std::vector<mrpt::obs::CObservation2DRangeScan::Ptr>;
@@ -25,6 +26,7 @@ struct RawlogObject
 	Scans scans;                                    //!< the 2D laser scans in it, in order
 	std::optional<mrpt::poses::CPose2D> odometry;   //!< reading of a CObservationOdometry that is not D2S1R_ODO
 	std::optional<mrpt::poses::CPose2D> increment;  //!< odometry of an action collection
+	bool from_earlier_run = false;                  //!< whether rawlog-localize wrote it: D2S1R or D2S1R_ODO
 };
 
 /// Reads a rawlog of either kind object by object.

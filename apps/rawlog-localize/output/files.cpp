@@ -49,8 +49,9 @@ std::vector<NamedFile> files_written(const Flags& flags, bool localized)
 		for (const char* name : names) files.push_back({fs::path(flags.output_dir) / name, "--output"});
 	};
 	add_to_folder(
-	    {"frames.csv", "hypotheses.csv", "trajectory.tum", "trajectory.txt", "localized.rawlog", "summary.json",
-	     "map.png", "scene.3Dscene"});
+	    {"frames.csv", "hypotheses.csv", "trajectory.tum", "trajectory.txt", "run.json", "summary.json", "map.png",
+	     "scene.3Dscene"});
+	if (flags.rawlog_copy) add_to_folder({"localized.rawlog"});
 	if (flags.fuse) add_to_folder({"fused.csv", "fused.tum"});
 	if (!flags.save_map.empty()) files.push_back({flags.save_map, "--save-map"});
 	if (!flags.write_config.empty()) files.push_back({flags.write_config, "--write-config"});

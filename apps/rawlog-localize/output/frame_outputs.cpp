@@ -15,10 +15,19 @@ namespace
 {
 constexpr const char* kFrameHeading =
     "frame,timestamp,status,x,y,phi,std_x,std_y,std_phi,confidence,hypotheses,relative_entropy,retrieval_ms,"
-    "registration_ms,refinement_ms,total_ms\n";
+    "registration_ms,refinement_ms,total_ms,cov_xx,cov_xy,cov_xphi,cov_yy,cov_yphi,cov_phiphi,note\n";
 constexpr const char* kFusedHeading =
     "frame,timestamp,x,y,phi,std_x,std_y,std_phi,particles,effective_sample_size,status,event,probability,step_ms\n";
 constexpr const char* kHypothesisHeading = "frame,rank,x,y,phi,probability,std_x,std_y,std_phi\n";
+
+/// Returns a text as a field of a CSV file, in quotes if it holds a separator.
+std::string csv_field(const std::string& text)
+{
+	if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
+	std::string field = "\"";
+	for (const char c : text) field += c == '"' ? "\"\"" : std::string(1, c);
+	return field + "\"";
+}
 
 void write_frame(TextFile& file, const Frame& frame)
 {
@@ -37,8 +46,15 @@ void write_frame(TextFile& file, const Frame& frame)
 	file.print("%zu,", result.hypotheses.size());
 	if (frame.has_pose() && std::isfinite(result.relative_entropy)) file.print("%.6f", result.relative_entropy);
 	file.print(
-	    ",%.3f,%.3f,%.3f,%.3f\n", result.times.retrieval_ms, result.times.registration_ms, result.times.refinement_ms,
+	    ",%.3f,%.3f,%.3f,%.3f,", result.times.retrieval_ms, result.times.registration_ms, result.times.refinement_ms,
 	    result.times.total_ms);
+	for (int row = 0; row < 3; row++)
+		for (int column = row; column < 3; column++)
+			if (frame.has_pose())
+				file.print("%.6g,", result.best().covariance(row, column));
+			else
+				file.print(",");
+	file.print("%s\n", csv_field(result.note).c_str());
 }
 
 void write_hypotheses(TextFile& file, const Frame& frame)
@@ -107,7 +123,7 @@ mrpt::obs::CObservationRobotPose pose_observation(const Hypothesis& best, mrpt::
 {
 	mrpt::obs::CObservationRobotPose observation;
 	observation.timestamp = time;
-	observation.sensorLabel = "D2S1R";
+	observation.sensorLabel = kPoseLabel;
 	observation.pose.copyFrom(mrpt::poses::CPosePDFGaussian(best.pose, best.covariance));
 	return observation;
 }
@@ -127,6 +143,11 @@ FrameFile::FrameFile(const std::string& path, const char* heading, Writer writer
 	file_.print("%s", heading);
 }
 
+void LocalizedRawlog::add(const RawlogObject& object)
+{
+	if (!object.from_earlier_run) file_.write(object.bytes);
+}
+
 void LocalizedRawlog::add(const Frame& frame, const mrpt::obs::CObservation2DRangeScan& scan)
 {
 	if (!frame.localized()) return;
@@ -138,20 +159,22 @@ void LocalizedRawlog::add(const Frame& frame, const mrpt::obs::CObservation2DRan
 	file_.write(odometry_observation(odometry_, scan.timestamp));
 }
 
-FrameOutputs::FrameOutputs(const std::filesystem::path& folder, bool fused, std::unique_ptr<PfPipeline> pipeline)
-    : files_(open_frame_files(folder, fused)), rawlog_(folder / "localized.rawlog"), pipeline_(std::move(pipeline))
+FrameOutputs::FrameOutputs(
+    const std::filesystem::path& folder, bool fused, bool rawlog_copy, std::unique_ptr<PfPipeline> pipeline)
+    : files_(open_frame_files(folder, fused)), pipeline_(std::move(pipeline))
 {
+	if (rawlog_copy) rawlog_.emplace(folder / "localized.rawlog");
 }
 
 void FrameOutputs::add(const RawlogObject& object)
 {
-	rawlog_.add(object);
+	if (rawlog_) rawlog_->add(object);
 }
 
 void FrameOutputs::add(Frame frame, mrpt::obs::CObservation2DRangeScan::ConstPtr scan)
 {
 	for (auto& file : files_) file.add(frame);
-	rawlog_.add(frame, *scan);
+	if (rawlog_) rawlog_->add(frame, *scan);
 	if (pipeline_) pipeline_->add(frame, *scan);
 	if (frame.localized()) last_scan_ = std::move(scan);
 	frames_.push_back(std::move(frame));
@@ -160,7 +183,7 @@ void FrameOutputs::add(Frame frame, mrpt::obs::CObservation2DRangeScan::ConstPtr
 void FrameOutputs::commit()
 {
 	for (auto& file : files_) file.commit();
-	rawlog_.commit();
+	if (rawlog_) rawlog_->commit();
 }
 
 void FrameOutputs::commit_pipeline(const mrpt::maps::COccupancyGridMap2D& map)

@@ -13,15 +13,15 @@
 
 namespace d2s1r::app
 {
-/// Writes localized.rawlog: every object of the input byte by byte, and after each localized frame its pose
-/// (CObservationRobotPose "D2S1R") and the pseudo-odometry (CObservationOdometry "D2S1R_ODO", accumulated from the
-/// first localized frame on). In a rawlog of actions and sensory frames they stand between the pairs, where readers of
-/// pairs pass over them and readers of both kinds take them as observations.
+/// Writes localized.rawlog: every object of the input byte by byte, except the results of an earlier run, and after
+/// each localized frame its pose (CObservationRobotPose "D2S1R") and the pseudo-odometry (CObservationOdometry
+/// "D2S1R_ODO", accumulated from the first localized frame on). In a rawlog of actions and sensory frames they stand
+/// between the pairs, where readers of pairs pass over them and readers of both kinds take them as observations.
 class LocalizedRawlog
 {
    public:
 	explicit LocalizedRawlog(const std::string& path) : file_(path) {}
-	void add(const RawlogObject& object) { file_.write(object.bytes); }
+	void add(const RawlogObject& object);
 	void add(const Frame& frame, const mrpt::obs::CObservation2DRangeScan& scan);
 	void commit() { file_.commit(); }
 
@@ -53,15 +53,16 @@ class FrameFile
 /// - trajectory.tum ("time x y z qx qy qz qw") and, for MRPT's CPose2DInterpolator, trajectory.txt ("time x y phi")
 ///   hold the poses of the frames of status localized;
 /// - fused.csv has a row per frame, fused.tum the fused poses;
-/// - localized.rawlog and the files for pf-localization are written by the classes of their own.
+/// - localized.rawlog, if it is wanted, and the files for pf-localization are written by the classes of their own.
 class FrameOutputs
 {
    public:
 	/// Opens all files.
-	/// \param fused whether the frames have fused poses
+	/// \param fused whether the frames have fused poses \param rawlog_copy whether localized.rawlog is written
 	/// \param pipeline null: nothing for pf-localization is written
 	/// \throws UserError (kBadOutput)
-	FrameOutputs(const std::filesystem::path& folder, bool fused, std::unique_ptr<PfPipeline> pipeline);
+	FrameOutputs(
+	    const std::filesystem::path& folder, bool fused, bool rawlog_copy, std::unique_ptr<PfPipeline> pipeline);
 
 	void add(const RawlogObject& object);
 	void add(Frame frame, mrpt::obs::CObservation2DRangeScan::ConstPtr scan);
@@ -79,7 +80,7 @@ class FrameOutputs
 
    private:
 	std::deque<FrameFile> files_;
-	LocalizedRawlog rawlog_;
+	std::optional<LocalizedRawlog> rawlog_;
 	std::unique_ptr<PfPipeline> pipeline_;
 	std::vector<Frame> frames_;
 	mrpt::obs::CObservation2DRangeScan::ConstPtr last_scan_;

@@ -1,0 +1,89 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "output/run_json.h"
+
+#include "output/output_file.h"
+
+#include <d2s1r/grid.h>
+#include <d2s1r/version.h>
+#include <mrpt/core/format.h>
+#include <mrpt/system/os.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+namespace d2s1r::app
+{
+namespace
+{
+using Json = nlohmann::ordered_json;
+
+/// Returns the values of an ini file by section and name, without comments.
+Json values_of(const std::string& ini)
+{
+	Json sections = Json::object();
+	std::string section;
+	std::istringstream in(ini);
+	for (std::string line; std::getline(in, line);)
+	{
+		if (line.rfind('[', 0) == 0) section = line.substr(1, line.find(']') - 1);
+		const auto equals = line.find(" = ");
+		if (line.rfind(';', 0) == 0 || equals == std::string::npos) continue;
+		sections[section][line.substr(0, equals)] = line.substr(equals + 3, line.find("  ;") - equals - 3);
+	}
+	return sections;
+}
+
+/// Returns the size of an input, which tells whether it is still the same.
+Json bytes_of(const std::string& file)
+{
+	std::error_code error;
+	const auto bytes = std::filesystem::file_size(file, error);
+	return error ? Json() : Json(bytes);
+}
+
+Json map_of(const RunReport& report, const CSignatureMap2D& map)
+{
+	const Grid grid = make_grid(map.localizer().map(), report.parameters.grid);
+	const auto free_cells = std::count(grid.cells.begin(), grid.cells.end(), Cell::kFree);
+	Json files = Json::array();
+	for (const auto& file : files_of_map(report.flags.map))
+		files.push_back({{"file", file}, {"bytes", bytes_of(file)}});
+	return {
+	    {"files", files},
+	    {"known_width_cells", grid.width},
+	    {"known_height_cells", grid.height},
+	    {"cell_size_m", grid.cell_size},
+	    {"known_origin_m", {grid.origin_x, grid.origin_y}},
+	    {"free_area_m2", static_cast<double>(free_cells) * grid.cell_size * grid.cell_size},
+	    {"fingerprint", mrpt::format("%016llx", static_cast<unsigned long long>(map.fingerprint()))}};
+}
+}  // namespace
+
+void write_run_json(const RunReport& report, const CSignatureMap2D& map, const std::string& path)
+{
+	std::error_code ignored;
+	const Json json = {
+	    {"program", "rawlog-localize"},
+	    {"version", D2S1R_VERSION},
+	    {"mrpt_version", mrpt::system::MRPT_getVersion()},
+	    {"compiler", __VERSION__},
+	    {"command_line", report.flags.words},
+	    {"working_folder", std::filesystem::current_path(ignored).string()},
+	    {"options", report.flags.given},
+	    {"parameters", values_of(to_ini(report.parameters))},
+	    {"map", map_of(report, map)},
+	    {"log",
+	     {{"file", report.flags.rawlog},
+	      {"bytes", bytes_of(report.flags.rawlog)},
+	      {"sensor_label", report.sensor.label},
+	      {"sensor_scans", report.sensor.scans}}}};
+
+	// names of files may hold bytes that are no UTF-8
+	const std::string text = json.dump(2, ' ', false, Json::error_handler_t::replace);
+	TextFile file(path);
+	file.print("%s\n", text.c_str());
+	file.commit();
+}
+}  // namespace d2s1r::app
