@@ -159,7 +159,7 @@ ExitStatus localize(
 	write_reports(report, outputs, truth, localizer);
 	outputs.commit_pipeline(localizer.map());
 	if (!flags.quiet) print_table(report, console.out);
-	return conclude(report, loop.damage, console);
+	return conclude(report, damage, console);
 }
 }  // namespace
 
