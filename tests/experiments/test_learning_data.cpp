@@ -68,9 +68,12 @@ class LearningData : public AppTest
 
 	/// How far the poses of the scans of path("site"), localized in path(folder), are from `truth` [m], 0.3 m each at
 	/// most.
-	std::vector<double> errors(const std::string& map, const std::string& scans, const std::string& truth) const
+	std::vector<double> errors(
+	    const std::string& map, const std::string& scans, const std::string& truth, const Words& more = {}) const
 	{
-		const ProcessResult localized = run({"-q", "-m", path(map), "-i", path(scans), "-o", path("out")});
+		Words words{"-q", "-m", path(map), "-i", path(scans), "-o", path("out")};
+		words.insert(words.end(), more.begin(), more.end());
+		const ProcessResult localized = run(words);
 		EXPECT_EQ(localized.status, 0) << localized.err;
 		const CsvTable frames(path("out/frames.csv"), kFramesHeader);
 		const auto at = positions(truth);
@@ -195,6 +198,41 @@ TEST_F(LearningData, TermsOfComparedPlacesSumUpToTheirLogLikelihood)
 		const double sum = std::inner_product(weights.begin(), weights.end(), numbers.begin() + 9, 0.0);
 		EXPECT_NEAR(sum, numbers[3], 1e-3 * (1 + std::abs(numbers[3]))) << lines[i];
 	}
+}
+
+TEST_F(LearningData, WeightsAreLearnedFromAUsersScansAlwaysTheSame)
+{
+	draw("office", "250", "7", "site");
+	const auto learn = [&](const std::string& output)
+	{
+		const ProcessResult learned = run_program(
+		    {kPython, std::string(D2S1R_SOURCE_DIR) + "/share/d2s1r/experiments/learn.py", "--build", D2S1R_BUILD_DIR,
+		     "--map", path("site/map.yaml"), "--rawlog", path("site/scans.rawlog"), "--ground-truth",
+		     path("site/scans_gt.txt"), "--frames", "3", "--floors", "2", "--output", path(output)});
+		EXPECT_EQ(learned.status, 0) << learned.err;
+		return read_file(path(output + "/learned.ini"));
+	};
+	const std::string ini = learn("learned");
+	for (const char* part :
+	     {"[scoring]", "temperature = ", "[beam_model]", "on_wall = ", "[presence_model]", "bias = "})
+		EXPECT_NE(ini.find(part), std::string::npos) << part << " is not in\n" << ini;
+	EXPECT_EQ(learn("again"), ini);
+	const auto off =
+	    errors("site/map.yaml", "site/scans.rawlog", "site/scans_gt.txt", {"-c", path("learned/learned.ini")});
+	EXPECT_GE(std::count_if(off.begin(), off.end(), [](double error) { return error < 0.1; }), 25);
+}
+
+TEST_F(LearningData, EveryConstantThatAblateSwitchesOffIsInTheDefaultConfiguration)
+{
+	ASSERT_EQ(run({"--write-config", path("default.ini")}).status, 0);
+	const ProcessResult read = run_program(
+	    {kPython, "-B", "-c",
+	     "import sys; sys.path.insert(0, sys.argv[1]); import ablate\n"
+	     "for c in ablate.read_constants(open(sys.argv[2]).read()): print(c.name, c.variants())",
+	     std::string(D2S1R_SOURCE_DIR) + "/share/d2s1r/experiments", path("default.ini")});
+	ASSERT_EQ(read.status, 0) << read.err;
+	EXPECT_GT(lines_of(read.out).size(), 30U);
+	EXPECT_NE(read.out.find("beam_model.on_wall {'off': 0.0, 'half': "), std::string::npos) << read.out;
 }
 
 TEST_F(LearningData, WrongWordsAreRefused)

@@ -95,9 +95,14 @@ def draw_map(axis, site, frames):
 
 def draw_reliability(plain, file):
     kinds = {"simulated sets": sites.SIMULATED, "real sets": ("test",)}
-    drawn = {name: sum((frames for key, frames in plain.items() if key[1] in scans and key[2] == "default"), [])
-             for name, scans in kinds.items()}
-    drawn = {name: frames for name, frames in drawn.items() if frames}
+    return draw_reliability_of({
+        name: sum((frames for key, frames in plain.items() if key[1] in scans and key[2] == "default"), [])
+        for name, scans in kinds.items()}, file)
+
+
+def draw_reliability_of(kinds, file):
+    """\p kinds: {name: frames}, a panel each."""
+    drawn = {name: frames for name, frames in kinds.items() if frames}
     if not drawn:
         return ""
     figure, panels = plt.subplots(2, len(drawn), figsize=(6 * len(drawn), 7), constrained_layout=True, squeeze=False,

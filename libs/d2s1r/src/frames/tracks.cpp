@@ -76,11 +76,11 @@ PoseDensity measurement(const Hypothesis& hypothesis)
 	return density;
 }
 
-Correction best_correction(
+Fit best_fit(
     const PoseDensity& predicted, const std::optional<Hypothesis>& refined, const std::vector<Hypothesis>& one_shot,
     double reference)
 {
-	Correction best{predicted};
+	Fit best{predicted};
 	const auto consider = [&](const Hypothesis& hypothesis)
 	{
 		const PoseDensity measured = measurement(hypothesis);

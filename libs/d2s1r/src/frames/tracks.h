@@ -39,7 +39,7 @@ bool missed(const Evidence& evidence);
 /// wall explains pull the pose.
 PoseDensity measurement(const Hypothesis& hypothesis);
 
-struct Correction
+struct Fit
 {
 	PoseDensity pose;  //!< corrected by the scan
 	Evidence evidence{kLeastEvidence, 0, 0};
@@ -48,7 +48,7 @@ struct Correction
 /// The best of the places near `predicted` that the scan may confirm; no place: as predicted. Where unknown space
 /// explains the scan, it says little about the place and nothing about the pose.
 /// \param reference [nat] log-likelihood of the best pose of the frame
-Correction best_correction(
+Fit best_fit(
     const PoseDensity& predicted, const std::optional<Hypothesis>& refined, const std::vector<Hypothesis>& one_shot,
     double reference);
 

@@ -10,7 +10,7 @@
 namespace d2s1r
 {
 /// One byte for each cell of a grid and of a margin of one cell around it: how far a ray may go in any direction.
-struct SkipMap
+struct ClearanceMap
 {
 	int width = 0;   //!< [cells] with the margin
 	int height = 0;  //!< [cells] with the margin
@@ -29,7 +29,7 @@ struct SkipMap
 };
 
 /// Unit vectors, padded to whole SIMD vectors.
-struct RayDirections
+struct RayFan
 {
 	std::size_t size = 0;
 	std::vector<float> dx;
@@ -61,6 +61,6 @@ class RayCaster
 	double cell_size_, origin_x_, origin_y_;  //!< [m] of the grid, map frame
 	double max_range_;                        //!< [m]
 	bool stop_at_unknown_;
-	SkipMap skips_;
+	ClearanceMap clearance_;
 };
 }  // namespace d2s1r

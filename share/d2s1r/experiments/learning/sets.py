@@ -161,10 +161,10 @@ def of_sites(found, frames, frames_of_each):
                 yield Set(f"{site.name}-{scans}-{name}", "sensor", (site.name,), *files, (), few + SENSORS[name])
 
 
-def on_floors(folder):
+def on_floors(folder, floors=len(FLOORS)):
     """Every drawn floor as it is and degraded, seen by lasers that take turns."""
     lasers, maps = itertools.cycle(LASERS.items()), itertools.cycle(MAPS.items())
-    for seed, (kind, area) in enumerate(FLOORS):
+    for seed, (kind, area) in enumerate(FLOORS[:floors]):
         floor = (kind, area, seed)
         at = floor_folder(folder, floor)
         files = (at / "map.yaml", at / "scans.rawlog", at / "scans_gt.txt")
@@ -189,3 +189,12 @@ def strangers(sets, frames):
 def are_one_building(a, b):
     """mines_runs and mines_other_day, olin_mac_923 and olin_mac_final, are."""
     return a.split("_")[0] == b.split("_")[0] and a.split("_")[0] in ("mines", "olin")
+
+
+def in_floors(own, folder, frames, floors):
+    """A user's scans in the maps of drawn floors, which are none of his."""
+    for seed, (kind, area) in enumerate(FLOORS[:floors]):
+        at = floor_folder(folder, (kind, area, seed))
+        yield dataclasses.replace(own, name=f"{own.name}-in-{at.name}", kind="stranger", groups=own.groups + (at.name,),
+                                  map=at / "map.yaml", truth=None, scan_words=(f"frames={frames}",),
+                                  floors=((kind, area, seed),))
