@@ -123,7 +123,7 @@ ExitStatus localize(
 {
 	const RawlogSurvey survey = survey_rawlog(flags.rawlog);
 	const Sensor sensor = choose_sensor(survey, flags.sensor_label, flags.rawlog);
-	const FrameSelection selection = select_frames(flags, sensor);
+	const FrameSelection selection = select_frames(flags, survey, sensor);
 	const GroundTruth truth = flags.ground_truth.empty() ? GroundTruth{} : load_ground_truth(flags.ground_truth);
 	make_folder(flags.output_dir);
 	if (!flags.write_config.empty()) write_config(flags, parameters);
@@ -144,6 +144,7 @@ ExitStatus localize(
 
 	const mrpt::system::CTicTac watch;
 	const LoopResult loop = localize_frames(report, selection, localizer, backend, outputs, console);
+	const std::string& damage = loop.damage.empty() ? survey.damage : loop.damage;
 	if (report.frames.empty() && interrupted())
 	{
 		console.err << "rawlog-localize: interrupted before the first frame; no results are written" << std::endl;
@@ -158,7 +159,7 @@ ExitStatus localize(
 	write_reports(report, outputs, truth, localizer);
 	outputs.commit_pipeline(localizer.map());
 	if (!flags.quiet) print_table(report, console.out);
-	return conclude(report, loop.damage, console);
+	return conclude(report, damage, console);
 }
 }  // namespace
 

@@ -41,16 +41,16 @@ void Process::send(int signal) const
 
 bool Process::running()
 {
-	if (!ended_) ended_ = waitpid(id_, &wait_status_, WNOHANG) == id_;
+	if (!ended_) ended_ = wait4(id_, &wait_status_, WNOHANG, &usage_) == id_;
 	return !ended_;
 }
 
 ProcessResult Process::wait()
 {
-	if (!ended_) waitpid(id_, &wait_status_, 0);
+	if (!ended_) wait4(id_, &wait_status_, 0, &usage_);
 	ended_ = true;
 	const int status = WIFEXITED(wait_status_) ? WEXITSTATUS(wait_status_) : 128 + WTERMSIG(wait_status_);
-	return {status, read_file(out_), read_file(err_)};
+	return {status, read_file(out_), read_file(err_), usage_.ru_maxrss};
 }
 
 std::string read_file(const fs::path& path)

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include <filesystem>
 #include <string>
@@ -18,6 +19,7 @@ struct ProcessResult
 	int status = -1;  //!< exit status, 128 + signal if it was killed
 	std::string out;  //!< standard output
 	std::string err;  //!< standard error
+	long memory = 0;  //!< [kB] that the process, or one that it started, had at most
 };
 
 /// A running process; standard input is empty, neither output is a terminal.
@@ -36,6 +38,7 @@ class Process
 	std::filesystem::path err_;
 	int id_;
 	int wait_status_ = 0;
+	rusage usage_ = {};
 	bool ended_ = false;
 };
 

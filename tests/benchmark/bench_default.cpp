@@ -100,7 +100,7 @@ void refine_and_decide(::benchmark::State& state, const std::string& site, bool 
 	{
 		state.PauseTiming();
 		const Scan& scan = stages.scan(i++);
-		const Rays few = few_rays(scan), more = many_rays(scan);
+		const BeamSubset few = few_beams(scan), more = many_beams(scan);
 		const auto candidates = coarse_search(stages.index.profiles, scan, stages.parameters.coarse_search);
 		if (!decides) state.ResumeTiming();
 		const auto settled = settle(stages.index.field, few, candidates, stages.parameters.refinement);
@@ -109,7 +109,7 @@ void refine_and_decide(::benchmark::State& state, const std::string& site, bool 
 		if (decides)
 		{
 			state.ResumeTiming();
-			const Rays all = all_rays(scan);
+			const BeamSubset all = all_beams(scan);
 			const auto places =
 			    find_places(stages.index.tracer, stages.index.field, scan, all, poses, {}, stages.parameters);
 			::benchmark::DoNotOptimize(decide(stages.index.field, scan, all, places, stages.parameters));

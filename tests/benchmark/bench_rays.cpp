@@ -1,5 +1,5 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-// Rays: all at once, one by one, and MRPT's simulator.
+// BeamSubset: all at once, one by one, and MRPT's simulator.
 #include <benchmark/benchmark.h>
 
 #include <random>

@@ -204,7 +204,7 @@ class Writer
 		const TPose2D robot_on_sensor = TPose2D() - scan.sensor_on_robot;
 		const auto errors = [&](const TPose2D& sensor)
 		{ return truth ? errors_of(sensor + robot_on_sensor, *truth) : Errors{}; };
-		const Rays all = all_rays(scan);
+		const BeamSubset all = all_beams(scan);
 		Comparison comparison = compare(scan, coarse_search(index_.profiles, scan, parameters_.coarse_search), errors);
 		frames_ << ',' << comparison.in_candidates << ',' << comparison.in_settled << ',' << comparison.in_shortlist
 		        << ',' << comparison.in_refined;
@@ -226,7 +226,7 @@ class Writer
 	Comparison compare(const Scan& scan, const std::vector<Candidate>& candidates, const ErrorsAt& errors) const
 	{
 		const auto& [profiles, field, tracer] = index_;
-		const Rays few = few_rays(scan), many = many_rays(scan), all = all_rays(scan);
+		const BeamSubset few = few_beams(scan), many = many_beams(scan), all = all_beams(scan);
 		const auto settled = settle(field, few, candidates, parameters_.refinement);
 		const auto shortlist = make_shortlist(tracer, field, few, settled, parameters_);
 		const auto refined = refine(field, many, shortlist, parameters_.refinement);
@@ -244,7 +244,7 @@ class Writer
 		return comparison;
 	}
 
-	void add_line(const Rays& all, const Place& place, bool is_right, bool is_added)
+	void add_line(const BeamSubset& all, const Place& place, bool is_right, bool is_added)
 	{
 		const Score& s = place.score;
 		terms_ << frame_ << ',' << is_right << ',' << is_added << ',' << s.log_likelihood << ',' << s.explained << ','

@@ -29,7 +29,7 @@ std::vector<double> numbers_of(const Localization& result)
 	{
 		numbers.insert(
 		    numbers.end(), {hypothesis.pose.x(), hypothesis.pose.y(), hypothesis.pose.phi(), hypothesis.probability,
-		                    hypothesis.log_likelihood});
+		                    hypothesis.log_likelihood.value_or(0)});
 		for (int i = 0; i < 9; i++) numbers.push_back(hypothesis.covariance(i / 3, i % 3));
 	}
 	return numbers;

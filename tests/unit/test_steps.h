@@ -13,22 +13,22 @@ inline std::vector<RefinedPose> refine_all(
     const DistanceField& field, const Scan& scan, const std::vector<Candidate>& candidates,
     const RefinementParameters& parameters)
 {
-	const auto settled = settle(field, few_rays(scan), candidates, parameters);
-	return refine(field, many_rays(scan), settled, parameters);
+	const auto settled = settle(field, few_beams(scan), candidates, parameters);
+	return refine(field, many_beams(scan), settled, parameters);
 }
 
 inline Eigen::Matrix3d covariance_at(
     const DistanceField& field, const Scan& scan, const mrpt::math::TPose2D& sensor,
     const RefinementParameters& parameters = {})
 {
-	return pose_covariance(field, all_rays(scan), sensor, parameters);
+	return pose_covariance(field, all_beams(scan), sensor, parameters);
 }
 
 inline Score score_at(
     const BeamTracer& tracer, const DistanceField& field, const Scan& scan, const mrpt::math::TPose2D& sensor,
     const BeamModel& model = {})
 {
-	return score(tracer, field, all_rays(scan), sensor, model);
+	return score(tracer, field, all_beams(scan), sensor, model);
 }
 
 /// What decide() says of a scan and the places that find_places() makes of poses, sensor in map.
@@ -39,7 +39,7 @@ inline Localization decide_among(
 	std::vector<RefinedPose> refined;
 	for (const auto& pose : poses) refined.push_back({pose, 1});
 	const DistanceField field(grid);
-	const Rays all = all_rays(scan);
+	const BeamSubset all = all_beams(scan);
 	return decide(
 	    field, scan, all, find_places(BeamTracer(grid), field, scan, all, refined, prior, parameters), parameters);
 }

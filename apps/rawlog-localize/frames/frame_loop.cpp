@@ -73,8 +73,10 @@ class BatchReader
 		Batch batch;
 		while (batch.jobs.size() < scans_per_batch_ && batch.items.size() < kMostObjects)
 		{
+			if (objects_ == selection_.objects) break;
 			auto object = reader_.next();
 			if (!object) break;
+			objects_++;
 			for (const auto& scan : object->scans)
 			{
 				if (scan->sensorLabel != selection_.label) continue;
@@ -96,7 +98,8 @@ class BatchReader
 	RawlogReader reader_;
 	FrameSelection selection_;
 	std::size_t scans_per_batch_;
-	std::size_t scans_ = 0;  //!< [-] scans of the sensor seen so far
+	std::size_t objects_ = 0;  //!< [-] objects read so far
+	std::size_t scans_ = 0;    //!< [-] scans of the sensor seen so far
 	double seconds_ = 0;
 };
 

@@ -42,8 +42,8 @@ struct LoopResult
 
 /// Localizes the selected scans of a rawlog, `threads` at a time, and hands everything to `sink` in the order of the
 /// rawlog. The window and the fusion, if there are any, follow the scans in that order, too, so the results do not
-/// depend on the number of threads. Ends at the end of the rawlog, where it is damaged, or when the process is
-/// interrupted.
+/// depend on the number of threads. Ends at the end of the rawlog, after the objects that can be read, or when the
+/// process is interrupted.
 LoopResult localize_rawlog(
     const std::string& file, const FrameSelection& selection, const Approach& approach, const FrameSink& sink,
     ProgressBar& progress);

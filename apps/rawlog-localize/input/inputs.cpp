@@ -3,9 +3,11 @@
 
 #include "cli/console.h"
 #include "cli/errors.h"
+#include "input/own_process.h"
 
 #include <mrpt/core/format.h>
 #include <mrpt/maps/registerAllClasses.h>
+#include <mrpt/serialization/CSerializable.h>
 #include <mrpt/system/os.h>
 #include <mrpt/system/string_utils.h>
 
@@ -36,6 +38,91 @@ void check_region(const Prior& prior, const mrpt::maps::COccupancyGridMap2D& map
 			    mrpt::format(
 			        "lies outside the map, which reaches from %.2f,%.2f to %.2f,%.2f m; name a region in it",
 			        map.getXMin(), map.getYMin(), map.getXMax(), map.getYMax()));
+}
+
+using Grid = mrpt::maps::COccupancyGridMap2D;
+
+/// Returns what loading a map file may take, which is far more than loading a sound one does.
+ProcessLimits limits_of_map(const std::string& file)
+{
+	constexpr std::uint64_t kMemory = 900'000'000, kMemoryPerByte = 40;  // [byte], [-]
+	constexpr unsigned kSeconds = 120, kMicrosecondsPerByte = 10;        // [s], [us]
+	std::error_code error;
+	const std::uintmax_t size = std::filesystem::file_size(file, error);
+	if (error) return {kMemory, kSeconds};
+	return {kMemory + kMemoryPerByte * size, kSeconds + static_cast<unsigned>(kMicrosecondsPerByte * size / 1'000'000)};
+}
+
+/// A map file is loaded in a process of its own, and the map arrives as records: a letter and what it is about.
+enum MapRecord : char
+{
+	kMapRecord = 'm',   //!< the next part of a serialized CSignatureMap2D, which keeps the grid to the last bit
+	kErrorRecord = 'e'  //!< why the file cannot be loaded
+};
+
+void tell_map(const std::string& file, const GridParameters& parameters, const Send& send)
+{
+	try
+	{
+		const CSignatureMap2D map(*load_map(file, parameters));
+		std::vector<std::uint8_t> bytes;
+		mrpt::serialization::ObjectToOctetVector(&map, bytes);
+		constexpr std::size_t kPart = 1 << 20;  // [byte]
+		for (std::size_t i = 0; i < bytes.size(); i += kPart)
+			send(std::string(1, kMapRecord)
+			         .append(bytes.begin() + i, bytes.begin() + std::min(i + kPart, bytes.size())));
+	}
+	catch (const std::bad_alloc&)
+	{
+		throw;
+	}
+	catch (const std::exception& error)
+	{
+		send(char{kErrorRecord} + std::string(error.what()));
+	}
+}
+
+/// Loads a map file in one of MRPT's formats. \throws std::runtime_error, UserError
+Grid::ConstPtr load_mrpt_map(const std::string& file, const GridParameters& parameters)
+{
+	std::vector<std::uint8_t> bytes;
+	std::string error;
+	const ProcessEnd end = run_in_own_process(
+	    limits_of_map(file), [&](const Send& send) { tell_map(file, parameters, send); },
+	    [&](const std::string& record)
+	    {
+		    if (record[0] == kErrorRecord)
+			    error = record.substr(1);
+		    else
+			    bytes.insert(bytes.end(), record.begin() + 1, record.end());
+	    });
+	if (!error.empty()) throw std::runtime_error(error);
+	const std::string advice = "; it is damaged or far too large: copy or save it again";
+	switch (end)
+	{
+		case ProcessEnd::kInterrupted:
+			throw UserError(kInterrupted, file, "interrupted before the first frame; no results are written");
+		case ProcessEnd::kOutOfMemory:
+			throw std::runtime_error("loading it takes too much memory" + advice);
+		case ProcessEnd::kOutOfTime:
+			throw std::runtime_error("loading it takes too long" + advice);
+		case ProcessEnd::kCrashed:
+			throw std::runtime_error("MRPT's reader crashes on it" + advice);
+		default:
+			break;
+	}
+	mrpt::serialization::CSerializable::Ptr map;
+	mrpt::serialization::OctetVectorToObject(bytes, map);
+	return dynamic_cast<const CSignatureMap2D&>(*map).grid();
+}
+
+/// Loads the map file. Formats that MRPT's own readers read are loaded in a process of their own: these readers trust
+/// what they read. \throws std::runtime_error, UserError
+Grid::ConstPtr load_grid(const Flags& flags, const Parameters& parameters)
+{
+	if (!is_yaml_name(flags.map) && !is_image_name(flags.map)) return load_mrpt_map(flags.map, parameters.grid);
+	const SilentDescriptors silence;
+	return load_map(flags.map, parameters.grid, flags.image);
 }
 
 constexpr const char* kFusionClass = "d2s1r::CParticleFilterFusion";
@@ -81,8 +168,7 @@ CSignatureMap2D::ConstPtr build_map(const Flags& flags, const Parameters& parame
 	{
 		auto map = CSignatureMap2D::Create(parameters);
 		{
-			const SilentDescriptors silence;
-			const auto grid = load_map(flags.map, parameters.grid, flags.image);
+			const auto grid = load_grid(flags, parameters);
 			check_region(flags.query.prior, *grid);
 			map->set_map(*grid);
 		}
@@ -104,14 +190,15 @@ CSignatureMap2D::ConstPtr build_map(const Flags& flags, const Parameters& parame
 	}
 }
 
-FrameSelection select_frames(const Flags& flags, const Sensor& sensor)
+FrameSelection select_frames(const Flags& flags, const RawlogSurvey& survey, const Sensor& sensor)
 {
 	if (flags.first_frame >= sensor.scans)
 		throw UserError(
 		    kWrongUse, "--frames",
 		    "starts at frame " + std::to_string(flags.first_frame) + " but the last one is " +
 		        std::to_string(sensor.scans - 1) + "; choose a lower start");
-	return {sensor.label, flags.first_frame, std::min(flags.past_frame, sensor.scans), flags.frame_step};
+	return {
+	    sensor.label, flags.first_frame, std::min(flags.past_frame, sensor.scans), flags.frame_step, survey.objects};
 }
 
 void load_plugins(const Flags& flags)

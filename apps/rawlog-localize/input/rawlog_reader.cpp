@@ -2,6 +2,7 @@
 #include "input/rawlog_reader.h"
 
 #include "cli/errors.h"
+#include "input/own_process.h"
 
 #include <mrpt/obs/CActionCollection.h>
 #include <mrpt/obs/CActionRobotMovement2D.h>
@@ -103,8 +104,76 @@ std::string unknown_class(const std::exception& error)
 	return is_name ? name : "";
 }
 
+/// A rawlog is surveyed in a process of its own, and what is in it arrives as records: a letter and what it is about.
+enum SurveyRecord : char
+{
+	kScanRecord = 's',      //!< the sensor label of a scan
+	kOdometryRecord = 'o',  //!< nothing more
+	kObjectRecord = 'n',    //!< nothing more; the object has been read as a whole
+	kDamageRecord = 'd'     //!< RawlogReader::damage()
+};
+
+void tell_contents(RawlogReader& reader, const Send& send)
+{
+	while (const auto object = reader.next())
+	{
+		for (const auto& scan : object->scans) send(char{kScanRecord} + scan->sensorLabel);
+		if (object->odometry || object->increment) send({kOdometryRecord});
+		send({kObjectRecord});
+	}
+	send(char{kDamageRecord} + reader.damage());
+}
+
+void note(const std::string& record, RawlogSurvey& survey)
+{
+	const std::string text = record.substr(1);
+	auto& sensors = survey.sensors;
+	auto sensor = std::find_if(sensors.begin(), sensors.end(), [&](const Sensor& s) { return s.label == text; });
+	switch (record[0])
+	{
+		case kScanRecord:
+			if (sensor == sensors.end()) sensor = sensors.insert(sensor, {text, 0});
+			sensor->scans++;
+			break;
+		case kOdometryRecord:
+			survey.has_odometry = true;
+			break;
+		case kObjectRecord:
+			survey.objects++;
+			break;
+		default:
+			survey.damage = text;
+	}
+}
+
 constexpr const char* kCheckFile = "; check that it is the right file and whole";
 constexpr const char* kCopyAgain = "; copy or record the rawlog again";
+
+/// Returns what reading a rawlog may take, which is far more than reading a sound one does: it is read object by
+/// object.
+ProcessLimits limits_of_survey(const std::string& file)
+{
+	constexpr std::uint64_t kMemory = 900'000'000;    // [byte]
+	constexpr std::uintmax_t kPerSecond = 1'000'000;  // [byte / s]
+	constexpr unsigned kSeconds = 60;
+	return {kMemory, kSeconds + static_cast<unsigned>(std::filesystem::file_size(file) / kPerSecond)};
+}
+
+/// Says what ended the survey after `objects` objects.
+std::string damage_that_ended(ProcessEnd end, std::size_t objects)
+{
+	const std::string where = objects > 0 ? "after object " + std::to_string(objects) : "from its start";
+	const std::string advice = objects > 0 ? kCopyAgain : kCheckFile;
+	switch (end)
+	{
+		case ProcessEnd::kOutOfMemory:
+			return "is damaged " + where + " (reading on takes too much memory)" + advice;
+		case ProcessEnd::kOutOfTime:
+			return "is damaged " + where + " (reading on takes too long)" + advice;
+		default:
+			return "is damaged " + where + " (MRPT's reader crashes there)" + advice;
+	}
+}
 }  // namespace
 
 RawlogReader::RawlogReader(const std::string& file)
@@ -134,6 +203,10 @@ std::optional<RawlogObject> RawlogReader::next()
 		objects_++;
 		return object;
 	}
+	catch (const std::bad_alloc&)
+	{
+		throw;
+	}
 	catch (const std::exception& e)
 	{
 		if (recording.at_clean_end() && objects_ > 0) return std::nullopt;
@@ -160,21 +233,14 @@ std::string RawlogReader::unreadable(const std::exception& error) const
 
 RawlogSurvey survey_rawlog(const std::string& file)
 {
-	RawlogSurvey survey;
 	RawlogReader reader(file);
-	while (const auto object = reader.next())
-	{
-		survey.has_odometry |= object->odometry || object->increment;
-		for (const auto& scan : object->scans)
-		{
-			auto& sensors = survey.sensors;
-			auto sensor = std::find_if(
-			    sensors.begin(), sensors.end(), [&](const Sensor& s) { return s.label == scan->sensorLabel; });
-			if (sensor == sensors.end()) sensor = sensors.insert(sensor, {scan->sensorLabel, 0});
-			sensor->scans++;
-		}
-	}
-	survey.damage = reader.damage();
+	RawlogSurvey survey;
+	const ProcessEnd end = run_in_own_process(
+	    limits_of_survey(file), [&](const Send& send) { tell_contents(reader, send); },
+	    [&](const std::string& record) { note(record, survey); });
+	if (end == ProcessEnd::kInterrupted)
+		throw UserError(kInterrupted, file, "interrupted before the first frame; no results are written");
+	if (end != ProcessEnd::kDone) survey.damage = damage_that_ended(end, survey.objects);
 	return survey;
 }
 

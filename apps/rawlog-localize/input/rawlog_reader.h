@@ -64,9 +64,12 @@ struct RawlogSurvey
 {
 	std::vector<Sensor> sensors;  //!< in order of appearance
 	bool has_odometry = false;
-	std::string damage;  //!< see RawlogReader::damage()
+	std::size_t objects = 0;  //!< [-] that can be read; MRPT's reader may crash on the next one
+	std::string damage;       //!< what is wrong after these objects, see RawlogReader::damage(); empty if nothing is
 };
 
+/// Reads a rawlog to its end, or to where it is damaged, in a process of its own.
+/// \throws UserError: kBadInput if it cannot be opened, kInterrupted if this process is interrupted meanwhile
 RawlogSurvey survey_rawlog(const std::string& file);
 
 /// Returns the laser of that label or, without a label, the one with the most scans (the first of equals).

@@ -54,7 +54,7 @@ Localization judge(
 {
 	const DistanceField& field = index.field;
 	const BeamTracer& tracer = index.tracer;
-	const Rays few = few_rays(scan), many = many_rays(scan), all = all_rays(scan);
+	const BeamSubset few = few_beams(scan), many = many_beams(scan), all = all_beams(scan);
 	const auto settled = timed(times.registration_ms, settle, field, few, candidates, parameters.refinement);
 	const auto shortlist = timed(times.refinement_ms, make_shortlist, tracer, field, few, settled, parameters);
 	const auto refined = timed(times.refinement_ms, refine, field, many, shortlist, parameters.refinement);

@@ -99,17 +99,17 @@ TEST_P(CoarseKernel, CheapPairsAreThoseOfPlainLoops)
 TEST_P(CoarseKernel, DeficitsAreWhatASignatureHasMore)
 {
 	constexpr std::size_t kBlock = RangeProfiles::kBlock, kBins = RangeProfiles::kBins;
-	Row block(kBins * kBlock), signature(kBins);
+	Row block(kBins * kBlock), histogram(kBins);
 	for (auto& value : block) value = static_cast<std::uint8_t>(random_() % 30);
-	for (auto& value : signature) value = static_cast<std::uint8_t>(random_() % 16);
-	block[3 * kBlock] = 255, signature[3] = 1;
+	for (auto& value : histogram) value = static_cast<std::uint8_t>(random_() % 16);
+	block[3 * kBlock] = 255, histogram[3] = 1;
 	Row deficits(kBlock);
-	signature_deficits(block.data(), signature.data(), deficits.data());
+	histogram_deficits(block.data(), histogram.data(), deficits.data());
 	for (std::size_t group = 0; group < kBlock; group++)
 	{
 		int expected = 0;
 		for (std::size_t bin = 0; bin < kBins; bin++)
-			expected += std::max(0, int{signature[bin]} - int{block[bin * kBlock + group]});
+			expected += std::max(0, int{histogram[bin]} - int{block[bin * kBlock + group]});
 		EXPECT_EQ(deficits[group], expected) << group;
 	}
 }

@@ -37,7 +37,7 @@ class CoarseSearch : public testing::Test
 	/// from what is further than that.
 	int literal_difference(const Beam& beam, int expected) const
 	{
-		const int observed = profiles_.compand(static_cast<double>(beam.range));
+		const int observed = profiles_.quantize(static_cast<double>(beam.range));
 		if (expected <= observed) return std::min(observed - expected, parameters_.truncation);
 		const bool near = static_cast<double>(beam.range) < parameters_.occluder_range;
 		const int most = near ? parameters_.occluder_truncation : parameters_.truncation;

@@ -25,21 +25,22 @@ class OverviewSearch : public testing::Test
 	{
 		std::vector<Match> matches;
 		search_overviews(
-		    profiles_, compand(scan, profiles_, parameters_), parameters_,
+		    profiles_, quantize(scan, profiles_, parameters_), parameters_,
 		    AllowedPairs(profiles_, prior, scan, parameters_), matches);
 		return matches;
 	}
 
-	/// What the signature of a group lacks of an aligned scan's [1 / RangeProfiles::kWhole].
+	/// What the histogram of a group lacks of an aligned scan's [1 / RangeProfiles::kWhole].
 	int literal_deficit(const Scan& scan, std::size_t group) const
 	{
 		std::vector<std::uint8_t> steps;
 		for (const Beam& beam : scan.beams)
 			steps.push_back(
-			    (beam.is_return ? profiles_.compand(static_cast<double>(beam.range)) : RangeProfiles::kOutOfRange) / 2);
+			    (beam.is_return ? profiles_.quantize(static_cast<double>(beam.range)) : RangeProfiles::kOutOfRange) /
+			    2);
 		const auto directions = static_cast<std::size_t>(profiles_.directions);
-		const auto observed = profiles_.signature_of(steps.data(), steps.size());
-		const auto expected = profiles_.signature_of(profiles_.overview_of(group), directions);
+		const auto observed = profiles_.histogram_of(steps.data(), steps.size());
+		const auto expected = profiles_.histogram_of(profiles_.overview_of(group), directions);
 		int deficit = 0;
 		for (std::size_t bin = 0; bin < observed.size(); bin++)
 			deficit += std::max(0, int{observed[bin]} - int{expected[bin]});
@@ -55,7 +56,7 @@ class OverviewSearch : public testing::Test
 			const std::size_t direction = direction_of(beam, shift, profiles_.directions);
 			const int expected = profiles_.overview_of(i)[direction];
 			const int observed =
-			    (beam.is_return ? profiles_.compand(static_cast<double>(beam.range)) : RangeProfiles::kOutOfRange) / 2;
+			    (beam.is_return ? profiles_.quantize(static_cast<double>(beam.range)) : RangeProfiles::kOutOfRange) / 2;
 			sum += std::min(std::abs(expected - observed), parameters_.overview_truncation);
 		}
 		return sum;

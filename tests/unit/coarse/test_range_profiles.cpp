@@ -36,17 +36,17 @@ TEST(RangeProfiles, StepsAreFineNearTheSensorAndCoarseFarFromIt)
 {
 	RangeProfiles profiles;
 	profiles.max_range = 30;
-	EXPECT_EQ(profiles.compand(0), 0);
-	EXPECT_LT(profiles.compand(29.99), RangeProfiles::kOutOfRange);
-	EXPECT_EQ(profiles.compand(30), RangeProfiles::kOutOfRange);
-	EXPECT_EQ(profiles.compand(81.9), RangeProfiles::kOutOfRange);
+	EXPECT_EQ(profiles.quantize(0), 0);
+	EXPECT_LT(profiles.quantize(29.99), RangeProfiles::kOutOfRange);
+	EXPECT_EQ(profiles.quantize(30), RangeProfiles::kOutOfRange);
+	EXPECT_EQ(profiles.quantize(81.9), RangeProfiles::kOutOfRange);
 	for (int centimetre = 0; centimetre < 3000; centimetre++)
 	{
 		const double range = centimetre / 100.0;
-		EXPECT_LE(profiles.compand(range), profiles.compand(range + 0.01)) << range;
+		EXPECT_LE(profiles.quantize(range), profiles.quantize(range + 0.01)) << range;
 		const double size = range < 1 ? 0.05 : 0.5;  // [m] two steps at most
-		EXPECT_LE(profiles.compand(range + size) - profiles.compand(range), range < 1 ? 3 : 25) << range;
-		EXPECT_GT(profiles.compand(range + size), profiles.compand(range)) << range;
+		EXPECT_LE(profiles.quantize(range + size) - profiles.quantize(range), range < 1 ? 3 : 25) << range;
+		EXPECT_GT(profiles.quantize(range + size), profiles.quantize(range)) << range;
 	}
 }
 
@@ -83,8 +83,8 @@ TEST_F(OnFloor, RangesAreExactToACell)
 			    grid_, static_cast<double>(profiles_.x[i]), static_cast<double>(profiles_.y[i]), angle,
 			    profiles_.max_range);
 			const std::uint8_t step = profiles_.by_position[i * directions + d];
-			const bool near = step >= profiles_.compand(std::max(0.0, exact - grid_.cell_size)) &&
-			                  step <= profiles_.compand(exact + grid_.cell_size);
+			const bool near = step >= profiles_.quantize(std::max(0.0, exact - grid_.cell_size)) &&
+			                  step <= profiles_.quantize(exact + grid_.cell_size);
 			off += near ? 0 : 1;
 		}
 	EXPECT_LT(static_cast<double>(off), 0.01 * static_cast<double>(profiles_.size() * directions));
@@ -136,12 +136,12 @@ TEST_F(OnFloor, SignaturesAreThoseOfTheOverview)
 	constexpr std::size_t kBlock = RangeProfiles::kBlock, kBins = RangeProfiles::kBins;
 	const auto directions = static_cast<std::size_t>(profiles_.directions);
 	ASSERT_NE(profiles_.groups() % kBlock, 0U) << "the last block is to be a partial one";
-	ASSERT_EQ(profiles_.signatures.size(), (profiles_.groups() / kBlock + 1) * kBlock * kBins);
+	ASSERT_EQ(profiles_.histograms.size(), (profiles_.groups() / kBlock + 1) * kBlock * kBins);
 	for (std::size_t group = 0; group < profiles_.groups(); group++)
 	{
-		const auto expected = profiles_.signature_of(profiles_.overview_of(group), directions);
+		const auto expected = profiles_.histogram_of(profiles_.overview_of(group), directions);
 		for (std::size_t bin = 0; bin < kBins; bin++)
-			ASSERT_EQ(profiles_.signatures[(group / kBlock * kBins + bin) * kBlock + group % kBlock], expected[bin])
+			ASSERT_EQ(profiles_.histograms[(group / kBlock * kBins + bin) * kBlock + group % kBlock], expected[bin])
 			    << group << " " << bin;
 	}
 }
@@ -150,16 +150,16 @@ TEST(RangeProfiles, ASignatureSpreadsARangeOverTheTwoBinsItLiesBetween)
 {
 	RangeProfiles profiles;
 	profiles.directions = 120;
-	const auto at = [&](int step) { return profiles.signature_of(std::vector(120, std::uint8_t(step)).data(), 120); };
+	const auto at = [&](int step) { return profiles.histogram_of(std::vector(120, std::uint8_t(step)).data(), 120); };
 	EXPECT_EQ(at(0)[0], RangeProfiles::kWhole);
 	EXPECT_EQ(at(RangeProfiles::kOutOfRange / 2)[RangeProfiles::kBins - 1], RangeProfiles::kWhole);
 	for (int step = 1; step < RangeProfiles::kOutOfRange / 2; step++)
 	{
 		const double place = step * 15.0 / 127;
 		const auto bin = static_cast<std::size_t>(place);
-		const auto signature = at(step);
-		EXPECT_EQ(signature[bin] + signature[bin + 1], RangeProfiles::kWhole) << step;
-		EXPECT_NEAR(signature[bin + 1], RangeProfiles::kWhole * (place - static_cast<double>(bin)), 31) << step;
+		const auto histogram = at(step);
+		EXPECT_EQ(histogram[bin] + histogram[bin + 1], RangeProfiles::kWhole) << step;
+		EXPECT_NEAR(histogram[bin + 1], RangeProfiles::kWhole * (place - static_cast<double>(bin)), 31) << step;
 	}
 }
 
@@ -167,11 +167,11 @@ TEST_F(OnFloor, ASignatureIsTheSameForAllYaws)
 {
 	const auto directions = static_cast<std::size_t>(profiles_.directions);
 	std::vector<std::uint8_t> turned(profiles_.overview_of(7), profiles_.overview_of(7) + directions);
-	const auto expected = profiles_.signature_of(turned.data(), directions);
+	const auto expected = profiles_.histogram_of(turned.data(), directions);
 	std::rotate(turned.begin(), turned.begin() + 33, turned.end());
-	EXPECT_EQ(profiles_.signature_of(turned.data(), directions), expected);
+	EXPECT_EQ(profiles_.histogram_of(turned.data(), directions), expected);
 	EXPECT_NEAR(std::accumulate(expected.begin(), expected.end(), 0), RangeProfiles::kWhole, 8);
-	const auto half = profiles_.signature_of(turned.data(), directions / 2);
+	const auto half = profiles_.histogram_of(turned.data(), directions / 2);
 	EXPECT_NEAR(std::accumulate(half.begin(), half.end(), 0), RangeProfiles::kWhole / 2, 8);
 }
 

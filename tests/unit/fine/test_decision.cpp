@@ -99,7 +99,7 @@ TEST(Hypotheses, DepthEdgesSurfacesAndTheLeadOverOtherPlacesTellThatOneIsRight)
 	EXPECT_NEAR(log_odds(nothing, {robot}), 0, 1e-9);
 	PresenceModel by_edges = nothing, by_surfaces = nothing, by_lead = nothing;
 	by_edges.depth_edges = by_surfaces.surfaces = 0.5, by_lead.lead = 0.2;
-	const Score score = best_score_near(BeamTracer(grid), DistanceField(grid), all_rays(scan), robot, {}).score;
+	const Score score = best_score_near(BeamTracer(grid), DistanceField(grid), all_beams(scan), robot, {}).score;
 	ASSERT_GT(score.depth_edges, 2);
 	ASSERT_GT(score.surfaces, 4);
 	EXPECT_NEAR(log_odds(by_edges, {robot}), 0.5 * std::log1p(score.depth_edges), 0.1);
@@ -143,7 +143,7 @@ TEST(PromisingPoses, AreTheBestOfAllScores)
 	const DistanceField field(grid);
 	const BeamTracer tracer(grid);
 	const auto robot = poses_on_floor()[0];
-	const Rays few = few_rays(scan_at(world_of(grid), robot));
+	const BeamSubset few = few_beams(scan_at(world_of(grid), robot));
 	std::vector<RefinedPose> poses;
 	for (const auto& pose : random_poses(grid, 200, 0.2, 7)) poses.push_back({pose, 0});
 	poses.push_back({robot, 0});

@@ -16,15 +16,15 @@ class EndPoints : public testing::TestWithParam<std::int64_t>
 	const Grid grid_ = make_floor();
 	const DistanceField field_{grid_};
 
-	BeamEnds returns_at(const mrpt::math::TPose2D& robot) const
+	BeamArrays returns_at(const mrpt::math::TPose2D& robot) const
 	{
-		return all_rays(scan_at(world_of(grid_), robot)).returns;
+		return all_beams(scan_at(world_of(grid_), robot)).returns;
 	}
 };
 
 /// The same sums by plain loops.
 std::array<double, 15> literal_sums(
-    const DistanceField& field, const BeamEnds& returns, const mrpt::math::TPose2D& sensor, double offset,
+    const DistanceField& field, const BeamArrays& returns, const mrpt::math::TPose2D& sensor, double offset,
     double kernel)
 {
 	std::array<double, 15> sums{};
@@ -55,36 +55,36 @@ TEST_P(EndPoints, SumsAreThoseOfPlainLoops)
 		for (const double offset : {0.0, 0.03})
 		{
 			const mrpt::math::TPose2D sensor{robot.x + 0.07, robot.y - 0.04, robot.phi + 0.02};
-			const BeamEnds returns = returns_at(robot);
+			const BeamArrays returns = returns_at(robot);
 			const EndPointSums sums = sum_end_points(field_, returns, sensor, offset, 0.1);
 			const auto expected = literal_sums(field_, returns, sensor, offset, 0.1);
 			for (std::size_t k = 0; k < 10; k++)
 				EXPECT_NEAR(static_cast<double>(sums.information[k]), expected[k], 1e-2 + 2e-3 * std::abs(expected[k]));
 			for (std::size_t k = 0; k < 4; k++)
 				EXPECT_NEAR(static_cast<double>(sums.gradient[k]), expected[10 + k], 1e-2);
-			EXPECT_NEAR(static_cast<double>(sums.support), expected[14], 1e-2);
+			EXPECT_NEAR(static_cast<double>(sums.fit), expected[14], 1e-2);
 		}
 }
 
 TEST_P(EndPoints, FarOutsideOfTheMapWeighNothing)
 {
-	const BeamEnds returns = returns_at(poses_on_floor()[0]);
+	const BeamArrays returns = returns_at(poses_on_floor()[0]);
 	const EndPointSums sums = sum_end_points(field_, returns, {1e4, -1e4, 0.3}, 0, 0.1);
-	EXPECT_EQ(sums.support, 0);
+	EXPECT_EQ(sums.fit, 0);
 	for (const float value : sums.information) EXPECT_EQ(value, 0);
 }
 
 TEST_P(EndPoints, AreBitForBitTheSameAsPortableLoops)
 {
 	const auto robot = poses_on_floor()[2];
-	const BeamEnds returns = returns_at(robot);
+	const BeamArrays returns = returns_at(robot);
 	const auto sum = [&] { return sum_end_points(field_, returns, {robot.x + 0.1, robot.y, robot.phi}, 0.01, 0.08); };
 	const EndPointSums chosen = sum();
 	const PortableSimd plain;
 	const EndPointSums portable = sum();
 	EXPECT_EQ(chosen.information, portable.information);
 	EXPECT_EQ(chosen.gradient, portable.gradient);
-	EXPECT_EQ(chosen.support, portable.support);
+	EXPECT_EQ(chosen.fit, portable.fit);
 }
 
 INSTANTIATE_TEST_SUITE_P(OnThisMachine, EndPoints, testing::ValuesIn(simd_targets()));

@@ -109,7 +109,7 @@ TEST_F(Refinement, ReturnsDistinctPosesBestFitFirst)
 TEST_F(Refinement, WhatFitsMuchWorseIsGivenUpBeforeTheFirstStep)
 {
 	const TPose2D robot = poses_on_floor()[2];
-	const Rays few = few_rays(scan_at(world_, robot));
+	const BeamSubset few = few_beams(scan_at(world_, robot));
 	// both get to the robot, the one beside it at a lower cost, if it is not given up
 	const std::vector<Candidate> candidates = {{robot, 0.1}, {{robot.x + 0.25, robot.y - 0.25, robot.phi}, 0}};
 	parameters_.cost_weight = 1;

@@ -199,13 +199,13 @@ TEST(Scoring, CountsSurfacesWithThreeExplainedBeamsOrMore)
 	const BeamTracer tracer(grid);
 	const mrpt::math::TPose2D robot = poses_on_floor()[0];
 	Scan scan = make_scan(make_observation(world_of(grid), robot), {});
-	const Rays rays = all_rays(scan);
+	const BeamSubset rays = all_beams(scan);
 	const int all = score(tracer, field, rays, robot, {}).surfaces;
 	EXPECT_GT(all, 4);
 	EXPECT_LE(all, std::count(rays.starts_surface.begin(), rays.starts_surface.end(), 1));
 	for (std::size_t i = 0; i < scan.beams.size(); i++)
 		if (i % 90 > 1) scan.beams[i].range = 0.3F;  // two beams in ninety are left
-	EXPECT_EQ(score(tracer, field, all_rays(scan), robot, {}).surfaces, 0);
+	EXPECT_EQ(score(tracer, field, all_beams(scan), robot, {}).surfaces, 0);
 }
 
 TEST(Scoring, ABeamIsExplainedByTheWallItEndsAt)
@@ -293,7 +293,7 @@ TEST_F(OnFloor, NoPoseScoresMoreThanTheEndsOfItsBeamsAllow)
 	Scan scan = scan_at(world_, poses_on_floor()[0]);
 	block(scan, 30, 30, 0.7F);
 	for (std::size_t i = 200; i < 230; i++) scan.beams[i].is_return = false;
-	const Rays rays = all_rays(scan);
+	const BeamSubset rays = all_beams(scan);
 	auto poses = random_poses(grid_, 300, 0.0, 5);
 	poses.insert(poses.end(), {poses_on_floor()[0], {-50, 5, 0}});
 	for (const BeamModel& model : {BeamModel(), generous})
@@ -350,7 +350,7 @@ TEST_F(OnFloor, TheBestScoreNearAPoseIsThatOfTheTruthCentimetresAway)
 	{
 		const Scan scan = scan_at(world_, robot);
 		const mrpt::math::TPose2D off{robot.x + 0.04, robot.y - 0.03, robot.phi + 0.01};
-		const Score best = best_score_near(tracer_, field_, all_rays(scan), off, {}).score;
+		const Score best = best_score_near(tracer_, field_, all_beams(scan), off, {}).score;
 		EXPECT_GE(best.log_likelihood, at(off, scan).log_likelihood);
 		better += best.log_likelihood > 0.5 * (at(off, scan).log_likelihood + at(robot, scan).log_likelihood) ? 1 : 0;
 	}

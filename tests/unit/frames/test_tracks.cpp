@@ -31,7 +31,7 @@ Hypothesis place(double x, double log_likelihood, double explained)
 
 TEST(TrackEvidence, ScanCorrectsThePose)
 {
-	const Fit fit = best_fit(predicted(), place(2.1, 5, 0.9), {}, 5);
+	const Correction fit = best_correction(predicted(), place(2.1, 5, 0.9), {}, 5);
 	EXPECT_GT(fit.pose.mean.x(), 2.08);
 	EXPECT_LT(fit.pose.cov(0, 0), 0.01);
 	EXPECT_NEAR(fit.evidence.log_likelihood, 0, 1.0);
@@ -40,7 +40,7 @@ TEST(TrackEvidence, ScanCorrectsThePose)
 
 TEST(TrackEvidence, ScanThatNoWallExplainsLeavesThePoseAlone)
 {
-	const Fit fit = best_fit(predicted(), place(2.1, 30, 0.05), {}, 5);
+	const Correction fit = best_correction(predicted(), place(2.1, 30, 0.05), {}, 5);
 	EXPECT_EQ(fit.pose.mean.x(), 2);
 	EXPECT_EQ(fit.pose.cov(0, 0), predicted().cov(0, 0));
 	EXPECT_LE(fit.evidence.log_likelihood, -2) << "unknown space explains anything, and is no evidence";
@@ -49,13 +49,13 @@ TEST(TrackEvidence, ScanThatNoWallExplainsLeavesThePoseAlone)
 TEST(TrackEvidence, PoorlyExplainedScanPullsLess)
 {
 	const auto pulled = [](double explained)
-	{ return best_fit(predicted(), place(2.1, 5, explained), {}, 5).pose.mean.x() - 2; };
+	{ return best_correction(predicted(), place(2.1, 5, explained), {}, 5).pose.mean.x() - 2; };
 	EXPECT_LT(pulled(0.2), pulled(0.9));
 }
 
 TEST(TrackEvidence, PlaceThatTheMotionCannotReachIsNotTaken)
 {
-	const Fit fit = best_fit(predicted(), place(5, 5, 0.9), {place(4, 9, 0.9)}, 9);
+	const Correction fit = best_correction(predicted(), place(5, 5, 0.9), {place(4, 9, 0.9)}, 9);
 	EXPECT_EQ(fit.pose.mean.x(), 2);
 	EXPECT_EQ(fit.evidence.log_likelihood, kLeastEvidence);
 	EXPECT_TRUE(missed(fit.evidence));
@@ -63,7 +63,7 @@ TEST(TrackEvidence, PlaceThatTheMotionCannotReachIsNotTaken)
 
 TEST(TrackEvidence, OneShotHypothesisNearbyIsTakenIfItIsBetter)
 {
-	const Fit fit = best_fit(predicted(), place(2.1, -20, 0.3), {place(1.9, 5, 0.9)}, 5);
+	const Correction fit = best_correction(predicted(), place(2.1, -20, 0.3), {place(1.9, 5, 0.9)}, 5);
 	EXPECT_LT(fit.pose.mean.x(), 2);
 	EXPECT_EQ(fit.evidence.explained, 0.9);
 }
@@ -85,7 +85,7 @@ TEST(TrackEvidence, OnlyTheLastTenFramesSayWhatIsExplained)
 
 TEST(TrackEvidence, SlippingWheelsAreNotRuledOut)
 {
-	const Fit fit = best_fit(predicted(), place(3.0, 5, 0.9), {}, 5);  // ten deviations away
+	const Correction fit = best_correction(predicted(), place(3.0, 5, 0.9), {}, 5);  // ten deviations away
 	EXPECT_GT(fit.evidence.log_likelihood, -9);
 	EXPECT_NEAR(fit.pose.mean.x(), 3, 1e-9) << "the scan says where, not an average";
 }

@@ -70,7 +70,7 @@ TEST_F(WindowOnTwinRooms, SaysWhatShareOfTheLastScanIsExplained)
 	Scan crowded = scan_at(path.back());
 	for (std::size_t i = 0; i < crowded.beams.size() / 4; i++) crowded.beams[i].range = 0.3F;
 	const Localization result = window.add(crowded, localizer_.localize(crowded), CPose2D());
-	EXPECT_NEAR(result.best().explained, 0.75, 0.05);
+	EXPECT_NEAR(result.best().explained.value(), 0.75, 0.05);
 }
 
 TEST_F(WindowOnTwinRooms, DropsTracksThatThePriorRulesOut)
@@ -166,7 +166,7 @@ TEST_F(WindowOnTwinRooms, FramesShareTheErrorsOfTheMap)
 	ASSERT_GE(result.hypotheses.size(), 2U);
 	for (const Hypothesis& hypothesis : result.hypotheses)
 	{
-		const double behind = hypothesis.log_likelihood - result.best().log_likelihood;
+		const double behind = hypothesis.log_likelihood.value() - result.best().log_likelihood.value();
 		EXPECT_NEAR(
 		    hypothesis.probability / result.best().probability, std::exp(behind / std::sqrt(path.size())), 1e-9);
 	}
@@ -185,7 +185,7 @@ TEST_F(WindowOnTwinRooms, LooksAtNoMoreFramesThanItIsToldTo)
 	{
 		const Localization one_shot = localizer_.localize(poor);
 		result = window.add(poor, one_shot, CPose2D());
-		if (!result.hypotheses.empty()) least = std::min(least, result.hypotheses.back().log_likelihood);
+		if (!result.hypotheses.empty()) least = std::min(least, result.hypotheses.back().log_likelihood.value());
 	}
 	EXPECT_GE(least, 2 * kLeastEvidence - 1e-6);
 }

@@ -26,10 +26,10 @@ Grid random_grid(unsigned seed)
 	return make_picture_grid(picture, kCell, -2, 1);
 }
 
-BeamEnds random_returns(std::mt19937& random, std::size_t count)
+BeamArrays random_returns(std::mt19937& random, std::size_t count)
 {
 	std::uniform_real_distribution<float> turn(0, 6.28F), range(0.1F, 8);
-	BeamEnds returns;
+	BeamArrays returns;
 	for (std::size_t i = 0; i < count; i++)
 	{
 		const float angle = turn(random);
@@ -86,7 +86,7 @@ TEST_P(BeamTracing, SeesWhatLiesAlongTheBeams)
 			const auto uniform = [&](double least, double greatest)
 			{ return std::uniform_real_distribution<double>(least, greatest)(random); };
 			const mrpt::math::TPose2D sensor{uniform(-2, 4.4), uniform(1, 5.4), uniform(-3, 3)};
-			const BeamEnds returns = random_returns(random, 40);
+			const BeamArrays returns = random_returns(random, 40);
 			TracedBeams traced;
 			tracer.trace(returns, sensor, traced);
 			for (std::size_t i = 0; i < returns.range.size(); i++, beams++)
@@ -104,7 +104,7 @@ TEST_P(BeamTracing, SeesWhatLiesAlongTheBeams)
 TEST_P(BeamTracing, ACornerCountsByTheWayThroughIt)
 {
 	const BeamTracer tracer(make_picture_grid({"....", "..#.", "....", "...."}, 1));
-	BeamEnds returns;
+	BeamArrays returns;
 	returns.unit_x.assign(8, std::sqrt(0.5F)), returns.unit_y.assign(8, -std::sqrt(0.5F)),
 	    returns.range.assign(8, 3.6F);
 	TracedBeams traced;
@@ -119,7 +119,7 @@ TEST_P(BeamTracing, KnowsTheCellsAtTheEnds)
 {
 	const Grid grid = make_picture_grid({"..#", ".??", "..."}, 1);
 	const BeamTracer tracer(grid);
-	BeamEnds returns;
+	BeamArrays returns;
 	returns.unit_x = {1, 1, 0, 0.7071068F, -1, 1, 1, 1};
 	returns.unit_y = {0, 0, 1, 0.7071068F, 0, 0, 0, 0};
 	returns.range = {0.2F, 2, 2, 2.828427F, 3, 50, -1e6F, -1e6F};
@@ -140,7 +140,7 @@ TEST_P(BeamTracing, KnowsTheCellsAtTheEnds)
 TEST_P(BeamTracing, FromOutsideAllIsUnknown)
 {
 	const BeamTracer tracer(make_picture_grid({"...", "..."}, 1));
-	BeamEnds returns;
+	BeamArrays returns;
 	returns.unit_x.assign(8, 1), returns.unit_y.assign(8, 0), returns.range.assign(8, 4);
 	TracedBeams traced;
 	for (const auto& sensor : {mrpt::math::TPose2D{-1, 1, 0}, {3.5, 1, 0}, {1, -0.01, 0}, {1, 1e9, 0}})
@@ -156,7 +156,7 @@ TEST_P(BeamTracing, IsBitForBitTheSameAsPortableLoops)
 {
 	const BeamTracer tracer(random_grid(5));
 	std::mt19937 random(5);
-	const BeamEnds returns = random_returns(random, 400);
+	const BeamArrays returns = random_returns(random, 400);
 	TracedBeams chosen, portable;
 	tracer.trace(returns, {1.234, 3.21, 0.77}, chosen);
 	{

@@ -68,7 +68,7 @@ struct CoarseSearchParameters
 	                                //!< lack a counterpart in its signature besides
 	int max_pairs = 40000;          //!< [-] (group of positions, yaw) pairs compared beam by beam, at most
 	double max_pairs_share = 0.05;  //!< [-] of all pairs, at most
-	int truncation = 8;             //!< [step] greatest difference of companded ranges that counts
+	int truncation = 8;             //!< [step] greatest difference of quantized ranges that counts
 	int occluder_truncation = 4;    //!< [step] the same where a beam ends before the wall of the map and within
 	                                //!< occluder_range: somebody may stand there
 	double occluder_range = 3.0;    //!< [m] see occluder_truncation

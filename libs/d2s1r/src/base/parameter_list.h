@@ -58,7 +58,7 @@ void visit_parameters(P& p, Visitor&& visit)
 	    "coarse_search", "max_range", coarse.max_range, 0.5, 300.0, "[m] of a profile, 4000 cells of the map at most");
 	visit(
 	    "coarse_search", "overview_truncation", coarse.overview_truncation, 1, 100,
-	    "[overview step, twice a step] greatest difference of companded ranges that counts in the overview");
+	    "[overview step, twice a step] greatest difference of quantized ranges that counts in the overview");
 	visit(
 	    "coarse_search", "overview_margin", coarse.overview_margin, 0.1, 1e6,
 	    "[overview step] times the square root of the number of beams: pairs whose beams cost this much more in total "
@@ -77,7 +77,7 @@ void visit_parameters(P& p, Visitor&& visit)
 	visit("coarse_search", "max_pairs_share", coarse.max_pairs_share, 0.0001, 1, "[-] of all pairs, at most");
 	visit(
 	    "coarse_search", "truncation", coarse.truncation, 1, 100,
-	    "[step: 3 cm near the sensor, 1.2 m at 80 m] greatest difference of companded ranges that counts");
+	    "[step: 3 cm near the sensor, 1.2 m at 80 m] greatest difference of quantized ranges that counts");
 	visit(
 	    "coarse_search", "occluder_truncation", coarse.occluder_truncation, 0, 100,
 	    "[step] the same where a beam ends before the wall of the map and within occluder_range");

@@ -6,6 +6,7 @@
 
 // To be included before Highway: portable loops and, on x86-64, AVX2 are compiled, and the machine chooses. On arm64 it
 // is NEON: vectors of SVE have no size that a struct could hold.
+#undef HWY_DISABLED_TARGETS  // Highway sets it to none where it was included before
 #define HWY_DISABLED_TARGETS \
 	(HWY_SSSE3 | HWY_SSE4 | HWY_AVX3 | HWY_AVX3_DL | HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128)
 

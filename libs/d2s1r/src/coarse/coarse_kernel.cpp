@@ -39,7 +39,7 @@ HWY_INLINE std::uint64_t bits_of(M mask)
 	return bits;
 }
 
-void signature_deficits_of_target(const std::uint8_t* block, const std::uint8_t* signature, std::uint8_t* deficits)
+void signature_deficits_of_target(const std::uint8_t* block, const std::uint8_t* histogram, std::uint8_t* deficits)
 {
 	const Bytes bytes;
 	for (std::size_t i = 0; i < RangeProfiles::kBlock; i += hn::Lanes(bytes))
@@ -48,7 +48,7 @@ void signature_deficits_of_target(const std::uint8_t* block, const std::uint8_t*
 		for (std::size_t bin = 0; bin < RangeProfiles::kBins; bin++)
 		{
 			const V has = hn::LoadU(bytes, block + bin * RangeProfiles::kBlock + i);
-			sum = hn::Add(sum, hn::SaturatedSub(hn::Set(bytes, signature[bin]), has));
+			sum = hn::Add(sum, hn::SaturatedSub(hn::Set(bytes, histogram[bin]), has));
 		}
 		hn::StoreU(sum, bytes, deficits + i);
 	}
@@ -180,9 +180,9 @@ HWY_EXPORT(groups_between_of_target);
 HWY_EXPORT(find_cheap_pairs_of_target);
 HWY_EXPORT(row_costs_of_target);
 
-void signature_deficits(const std::uint8_t* block, const std::uint8_t* signature, std::uint8_t* deficits)
+void histogram_deficits(const std::uint8_t* block, const std::uint8_t* histogram, std::uint8_t* deficits)
 {
-	HWY_DYNAMIC_DISPATCH(signature_deficits_of_target)(block, signature, deficits);
+	HWY_DYNAMIC_DISPATCH(signature_deficits_of_target)(block, histogram, deficits);
 }
 
 std::uint64_t groups_between(const std::uint8_t* deficits, int least, int most)

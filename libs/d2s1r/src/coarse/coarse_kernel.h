@@ -8,7 +8,7 @@
 
 namespace d2s1r
 {
-/// A beam of the overview search: its direction before a shift, and its companded range.
+/// A beam of the overview search: its direction before a shift, and its quantized range.
 struct OverviewBeam
 {
 	int direction;
@@ -31,10 +31,10 @@ struct CheapPair
 	std::uint8_t cost;  //!< [2 steps] lower is better
 };
 
-/// By group of a block, the deficit of its signature [1 / RangeProfiles::kWhole]: the sum over bins of what `signature`
+/// By group of a block, the deficit of its histogram [1 / RangeProfiles::kWhole]: the sum over bins of what `histogram`
 /// has more there.
-/// \param block signatures (bin, group)
-void signature_deficits(const std::uint8_t* block, const std::uint8_t* signature, std::uint8_t* deficits);
+/// \param block histograms (bin, group)
+void histogram_deficits(const std::uint8_t* block, const std::uint8_t* histogram, std::uint8_t* deficits);
 
 /// A bit for each group of a block with a deficit of `least` to `most`.
 std::uint64_t groups_between(const std::uint8_t* deficits, int least, int most);

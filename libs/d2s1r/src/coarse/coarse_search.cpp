@@ -13,8 +13,8 @@
 #include "coarse/allowed_pairs.h"
 #include "coarse/coarse_kernel.h"
 #include "coarse/coarse_matches.h"
-#include "coarse/companded_scan.h"
 #include "coarse/overview_search.h"
+#include "coarse/quantized_scan.h"
 
 namespace d2s1r
 {
@@ -22,7 +22,7 @@ namespace
 {
 /// All beams, at all positions of the groups: what is allowed, and costlier than the cheapest by the margin at most.
 void search_profiles(
-    const RangeProfiles& profiles, const CompandedScan& scan, const CoarseSearchParameters& parameters,
+    const RangeProfiles& profiles, const QuantizedScan& scan, const CoarseSearchParameters& parameters,
     const std::vector<Match>& of_groups, const AllowedPairs& allowed, std::vector<Match>& matches)
 {
 	constexpr std::size_t kAhead = 16;
@@ -63,12 +63,12 @@ void search_profiles(
 std::vector<Candidate> coarse_search(
     const RangeProfiles& profiles, const Scan& scan, const CoarseSearchParameters& parameters, const Prior& prior)
 {
-	const CompandedScan companded = compand(scan, profiles, parameters);
-	if (companded.exact.empty()) return {};
+	const QuantizedScan quantized = quantize(scan, profiles, parameters);
+	if (quantized.exact.empty()) return {};
 	const AllowedPairs allowed(profiles, prior, scan, parameters);
 	thread_local std::vector<Match> of_groups, matches;  // kept for the next query
-	search_overviews(profiles, companded, parameters, allowed, of_groups);
-	search_profiles(profiles, companded, parameters, of_groups, allowed, matches);
+	search_overviews(profiles, quantized, parameters, allowed, of_groups);
+	search_profiles(profiles, quantized, parameters, of_groups, allowed, matches);
 
 	std::vector<Candidate> candidates;
 	const auto most = static_cast<std::size_t>(parameters.candidates);
@@ -78,7 +78,7 @@ std::vector<Candidate> coarse_search(
 	    [&](const Match& match)
 	    {
 		    const mrpt::math::TPose2D pose = pose_of(profiles, match);
-		    const double cost = static_cast<double>(match.cost) / static_cast<double>(companded.observed.size());
+		    const double cost = static_cast<double>(match.cost) / static_cast<double>(quantized.observed.size());
 		    if (distinct.add(pose)) candidates.push_back({pose, cost});
 		    return candidates.size() < most;
 	    });

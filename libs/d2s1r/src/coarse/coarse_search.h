@@ -13,7 +13,7 @@ namespace d2s1r
 struct Candidate
 {
 	mrpt::math::TPose2D pose;  //!< sensor in map, m and rad
-	double cost = 0;           //!< [step] mean truncated difference of companded ranges per beam, lower is better
+	double cost = 0;           //!< [step] mean truncated difference of quantized ranges per beam, lower is better
 };
 
 /// Compares a scan with the profiles at all yaw shifts: first a few beams with the overviews of groups of positions,
@@ -23,8 +23,8 @@ struct Candidate
 /// nothing agrees with all ranges beyond its reach; overviews are not compared with it if that is shorter than the
 /// profiles'.
 ///
-/// Overviews: groups whose signatures, the same for all yaws, are most like the scan's come first. The least cost found
-/// there, times parameters.overview_unmatched, bounds how many beams may be without a counterpart in a signature;
+/// Overviews: groups whose histograms, the same for all yaws, are most like the scan's come first. The least cost found
+/// there, times parameters.overview_unmatched, bounds how many beams may be without a counterpart in a histogram;
 /// groups where there are more, by parameters.overview_deficit times the square root of the number of beams, are left
 /// out. Profiles: those pairs of group and yaw whose beams in total cost at most parameters.overview_margin times the
 /// square root of their number more than those of the cheapest pair; no more than parameters.max_pairs, nor

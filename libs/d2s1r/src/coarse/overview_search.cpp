@@ -13,7 +13,7 @@ namespace d2s1r
 namespace
 {
 /// As many beams as a byte can sum up, spread over the scan, in an order whose beginnings are spread, too.
-std::vector<OverviewBeam> few_beams(const CompandedScan& scan, int truncation)
+std::vector<OverviewBeam> overview_beams(const QuantizedScan& scan, int truncation)
 {
 	const std::size_t count = std::min(scan.exact.size(), static_cast<std::size_t>(255 / truncation));
 	const std::size_t stride = count % 7 != 0 ? 7 : 1;
@@ -26,17 +26,17 @@ std::vector<OverviewBeam> few_beams(const CompandedScan& scan, int truncation)
 	return beams;
 }
 
-/// By group, and up to whole blocks, the deficit of its signature: what it lacks of the scan's.
-void find_deficits(const RangeProfiles& profiles, const CompandedScan& scan, std::vector<std::uint8_t>& deficits)
+/// By group, and up to whole blocks, the deficit of its histogram: what it lacks of the scan's.
+void find_deficits(const RangeProfiles& profiles, const QuantizedScan& scan, std::vector<std::uint8_t>& deficits)
 {
 	constexpr std::size_t kBlock = RangeProfiles::kBlock;
 	std::vector<std::uint8_t> steps;
 	for (const int direction : scan.exact) steps.push_back(scan.least[static_cast<std::size_t>(direction)] / 2);
-	const auto signature = profiles.signature_of(steps.data(), steps.size());
+	const auto histogram = profiles.histogram_of(steps.data(), steps.size());
 	deficits.resize((profiles.groups() + kBlock - 1) / kBlock * kBlock);
 	for (std::size_t first = 0; first < deficits.size(); first += kBlock)
-		signature_deficits(
-		    profiles.signatures.data() + first * RangeProfiles::kBins, signature.data(), deficits.data() + first);
+		histogram_deficits(
+		    profiles.histograms.data() + first * RangeProfiles::kBins, histogram.data(), deficits.data() + first);
 }
 
 /// About one group in kFew has at most this deficit; from a sample.
@@ -96,10 +96,10 @@ void look_at(
 }  // namespace
 
 void search_overviews(
-    const RangeProfiles& profiles, const CompandedScan& scan, const CoarseSearchParameters& parameters,
+    const RangeProfiles& profiles, const QuantizedScan& scan, const CoarseSearchParameters& parameters,
     const AllowedPairs& allowed, std::vector<Match>& matches)
 {
-	const auto few = few_beams(scan, parameters.overview_truncation);
+	const auto few = overview_beams(scan, parameters.overview_truncation);
 	const OverviewScan look{
 	    few.data(), few.size(), profiles.directions, static_cast<std::uint8_t>(parameters.overview_truncation)};
 	const auto pairs = static_cast<double>(profiles.groups()) * profiles.directions;

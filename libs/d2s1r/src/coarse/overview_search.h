@@ -5,15 +5,15 @@
 
 #include "coarse/allowed_pairs.h"
 #include "coarse/coarse_matches.h"
-#include "coarse/companded_scan.h"
+#include "coarse/quantized_scan.h"
 #include "coarse/range_profiles.h"
 
 namespace d2s1r
 {
-/// A few beams at the groups and shifts that are allowed: first at the groups whose signatures are most like the
+/// A few beams at the groups and shifts that are allowed: first at the groups whose histograms are most like the
 /// scan's, then at all that may explain it as well as the best of those.
 /// \param matches [2 steps] the cheapest pairs of group and shift, within the limits that coarse_search.h tells
 void search_overviews(
-    const RangeProfiles& profiles, const CompandedScan& scan, const CoarseSearchParameters& parameters,
+    const RangeProfiles& profiles, const QuantizedScan& scan, const CoarseSearchParameters& parameters,
     const AllowedPairs& allowed, std::vector<Match>& matches);
 }  // namespace d2s1r

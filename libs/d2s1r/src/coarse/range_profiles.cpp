@@ -92,14 +92,14 @@ std::vector<PlacedCell> along_curve(const Grid& grid, const std::vector<CellInde
 	return placed;
 }
 
-constexpr double kCompandingRange = 2.0;  //!< [m] below it steps are about equal, above they grow with the range
+constexpr double kLinearRange = 2.0;  //!< [m] below it steps are about equal, above they grow with the range
 
-/// Companded ranges [step] by swept range.
+/// Quantized ranges [step] by swept range.
 std::vector<std::uint8_t> steps_of_ranges(const RangeProfiles& profiles, double cell_size)
 {
 	std::vector<std::uint8_t> steps(65536, RangeProfiles::kOutOfRange);
 	for (std::size_t units = 0; units + 1 < steps.size(); units++)
-		steps[units] = profiles.compand(static_cast<double>(units) * cell_size / kRangeUnitsPerCell);
+		steps[units] = profiles.quantize(static_cast<double>(units) * cell_size / kRangeUnitsPerCell);
 	return steps;
 }
 
@@ -168,30 +168,30 @@ class RowWriter
 	std::vector<std::uint8_t> gathered_;  //!< (direction, cell)
 };
 
-/// Signatures of the groups of an overview, block by block.
-std::vector<std::uint8_t> make_signatures(const RangeProfiles& profiles)
+/// Histograms of the groups of an overview, block by block.
+std::vector<std::uint8_t> make_histograms(const RangeProfiles& profiles)
 {
 	constexpr std::size_t kBlock = RangeProfiles::kBlock, kBins = RangeProfiles::kBins;
-	std::vector<std::uint8_t> signatures((profiles.groups() + kBlock - 1) / kBlock * kBins * kBlock);
+	std::vector<std::uint8_t> histograms((profiles.groups() + kBlock - 1) / kBlock * kBins * kBlock);
 	for (std::size_t group = 0; group < profiles.groups(); group++)
 	{
-		const auto signature =
-		    profiles.signature_of(profiles.overview_of(group), static_cast<std::size_t>(profiles.directions));
+		const auto histogram =
+		    profiles.histogram_of(profiles.overview_of(group), static_cast<std::size_t>(profiles.directions));
 		for (std::size_t bin = 0; bin < kBins; bin++)
-			signatures[(group / kBlock * kBins + bin) * kBlock + group % kBlock] = signature[bin];
+			histograms[(group / kBlock * kBins + bin) * kBlock + group % kBlock] = histogram[bin];
 	}
-	return signatures;
+	return histograms;
 }
 }  // namespace
 
-std::uint8_t RangeProfiles::compand(double range) const
+std::uint8_t RangeProfiles::quantize(double range) const
 {
 	if (range >= max_range) return kOutOfRange;
-	const double steps = (kOutOfRange - 1) / std::log1p(max_range / kCompandingRange);
-	return static_cast<std::uint8_t>(steps * std::log1p(range / kCompandingRange));
+	const double steps = (kOutOfRange - 1) / std::log1p(max_range / kLinearRange);
+	return static_cast<std::uint8_t>(steps * std::log1p(range / kLinearRange));
 }
 
-std::array<std::uint8_t, RangeProfiles::kBins> RangeProfiles::signature_of(
+std::array<std::uint8_t, RangeProfiles::kBins> RangeProfiles::histogram_of(
     const std::uint8_t* steps, std::size_t count) const
 {
 	constexpr unsigned kParts = 8, kMost = kOutOfRange / 2;  // parts of a bin's width that are told apart
@@ -202,11 +202,11 @@ std::array<std::uint8_t, RangeProfiles::kBins> RangeProfiles::signature_of(
 		sums[at / kParts] += kParts - at % kParts;
 		sums[at / kParts + 1] += at % kParts;
 	}
-	std::array<std::uint8_t, kBins> signature;
+	std::array<std::uint8_t, kBins> histogram;
 	const unsigned whole = kParts * static_cast<unsigned>(directions);
 	for (std::size_t bin = 0; bin < kBins; bin++)
-		signature[bin] = static_cast<std::uint8_t>((sums[bin] * kWhole + whole / 2) / whole);
-	return signature;
+		histogram[bin] = static_cast<std::uint8_t>((sums[bin] * kWhole + whole / 2) / whole);
+	return histogram;
 }
 
 RangeProfiles make_range_profiles(
@@ -250,7 +250,7 @@ RangeProfiles make_range_profiles(
 		    by_position.write(static_cast<std::size_t>(direction), ranges);
 		    overview.write(static_cast<std::size_t>(direction), ranges);
 	    });
-	profiles.signatures = make_signatures(profiles);
+	profiles.histograms = make_histograms(profiles);
 	return profiles;
 }
 }  // namespace d2s1r

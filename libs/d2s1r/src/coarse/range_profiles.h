@@ -14,18 +14,18 @@ namespace d2s1r
 /// Ranges from sample positions all over the free space, one byte per direction: what coarse_search() compares scans
 /// with.
 ///
-/// Ranges are companded, so that one step is about the change of range that a small change of position makes: 3 cm near
+/// Ranges are quantized, so that one step is about the change of range that a small change of position makes: 3 cm near
 /// the sensor, 1.2 m at a max_range of 80 m.
 ///
 /// The positions form groups, those in 2 x 2 squares of the samples' spacing. The overview has one position per group,
-/// at its middle, and steps twice as large: what is too costly there need not be compared closely. A signature is a
+/// at its middle, and steps twice as large: what is too costly there need not be compared closely. A histogram is a
 /// histogram of the ranges of a group's overview, the same for all yaws (as in Section III-B.1 of the paper): where it
 /// lacks what a scan has, the overview need not be compared either.
 struct RangeProfiles
 {
-	static constexpr int kBlock = 64;                 //!< [groups] whose signatures are stored together, bin by bin
-	static constexpr int kBins = 16;                  //!< [-] of a signature
-	static constexpr int kWhole = 240;                //!< [-] sum of a signature
+	static constexpr int kBlock = 64;                 //!< [groups] whose histograms are stored together, bin by bin
+	static constexpr int kBins = 16;                  //!< [-] of a histogram
+	static constexpr int kWhole = 240;                //!< [-] sum of a histogram
 	static constexpr std::uint8_t kOutOfRange = 255;  //!< no obstacle within max_range
 
 	int directions = 0;       //!< [-] direction i points at 2 pi i / directions, map frame
@@ -35,18 +35,18 @@ struct RangeProfiles
 	std::vector<std::uint8_t> by_position;
 	std::vector<std::size_t> first_of_group;  //!< (group) its first position; one more at the end
 	AlignedBytes overview;                    //!< [2 steps] (group, direction): see overview_of()
-	std::vector<std::uint8_t> signatures;     //!< [1 / kWhole] (block, bin, group of the block)
+	std::vector<std::uint8_t> histograms;     //!< [1 / kWhole] (block, bin, group of the block)
 
 	std::size_t size() const { return x.size(); }
 	std::size_t groups() const { return first_of_group.empty() ? 0 : first_of_group.size() - 1; }
 	/// [bytes] between the rows of the overview, which begin at cache lines.
 	std::size_t overview_stride() const { return in_whole_lines(static_cast<std::size_t>(directions)); }
 	const std::uint8_t* overview_of(std::size_t group) const { return overview.data() + group * overview_stride(); }
-	std::uint8_t compand(double range) const;  //!< [m] -> [step]
+	std::uint8_t quantize(double range) const;  //!< [m] -> [step]
 	/// How `count` ranges spread over the bins, kWhole / directions each. A range counts for the two bins it lies
 	/// between, the more for the nearer one.
 	/// \param steps [2 steps]
-	std::array<std::uint8_t, kBins> signature_of(const std::uint8_t* steps, std::size_t count) const;
+	std::array<std::uint8_t, kBins> histogram_of(const std::uint8_t* steps, std::size_t count) const;
 };
 
 /// Samples the free cells, one per square of `parameters.spacing`, and sweeps their ranges, up to parameters.max_range

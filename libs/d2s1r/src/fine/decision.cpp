@@ -58,7 +58,7 @@ double presence(const std::vector<Place>& places, const PresenceModel& model)
 }  // namespace
 
 std::vector<Place> find_places(
-    const BeamTracer& tracer, const DistanceField& field, const Scan& scan, const Rays& all,
+    const BeamTracer& tracer, const DistanceField& field, const Scan& scan, const BeamSubset& all,
     const std::vector<RefinedPose>& poses, const Prior& prior, const Parameters& parameters)
 {
 	constexpr double kHopeless = 12;      // [nat] below the best pose: not polished
@@ -94,7 +94,7 @@ std::vector<Place> find_places(
 }
 
 Localization decide(
-    const DistanceField& field, const Scan& scan, const Rays& all, const std::vector<Place>& places,
+    const DistanceField& field, const Scan& scan, const BeamSubset& all, const std::vector<Place>& places,
     const Parameters& parameters)
 {
 	double mass = 0;

@@ -25,7 +25,7 @@ struct Place
 /// otherwise a few centimetres would decide. Poses that the prior rules out do not count. Thread-safe.
 /// \return best place first
 std::vector<Place> find_places(
-    const BeamTracer& tracer, const DistanceField& field, const Scan& scan, const Rays& all,
+    const BeamTracer& tracer, const DistanceField& field, const Scan& scan, const BeamSubset& all,
     const std::vector<RefinedPose>& poses, const Prior& prior, const Parameters& parameters);
 
 /// Says what the scan can tell. Thread-safe.
@@ -37,6 +37,6 @@ std::vector<Place> find_places(
 /// have, in their own and in other buildings' maps. \param places best first \return status, confidence and hypotheses
 /// (robot in map)
 Localization decide(
-    const DistanceField& field, const Scan& scan, const Rays& all, const std::vector<Place>& places,
+    const DistanceField& field, const Scan& scan, const BeamSubset& all, const std::vector<Place>& places,
     const Parameters& parameters);
 }  // namespace d2s1r

@@ -99,7 +99,7 @@ class Accumulator
 		EndPointSums sums;
 		std::copy_n(total, 10, sums.information.begin());
 		std::copy_n(total + 10, 4, sums.gradient.begin());
-		sums.support = total[14];
+		sums.fit = total[14];
 		return sums;
 	}
 
@@ -112,7 +112,7 @@ class Accumulator
 }  // namespace
 
 EndPointSums sum_of_target(
-    const DistanceField& field, const BeamEnds& returns, const mrpt::math::TPose2D& sensor, double range_offset,
+    const DistanceField& field, const BeamArrays& returns, const mrpt::math::TPose2D& sensor, double range_offset,
     double kernel)
 {
 	const double cells_per_metre = 1 / field.cell_size();
@@ -156,7 +156,7 @@ namespace d2s1r
 HWY_EXPORT(sum_of_target);
 
 EndPointSums sum_end_points(
-    const DistanceField& field, const BeamEnds& returns, const mrpt::math::TPose2D& sensor, double range_offset,
+    const DistanceField& field, const BeamArrays& returns, const mrpt::math::TPose2D& sensor, double range_offset,
     double kernel)
 {
 	return HWY_DYNAMIC_DISPATCH(sum_of_target)(field, returns, sensor, range_offset, kernel);

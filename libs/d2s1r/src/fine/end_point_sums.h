@@ -4,7 +4,7 @@
 #include <array>
 
 #include "ranges/distance_field.h"
-#include "scan/rays.h"
+#include "scan/beam_subset.h"
 
 namespace d2s1r
 {
@@ -14,7 +14,7 @@ struct EndPointSums
 {
 	std::array<float, 10> information{};  //!< J^T W J, upper triangle by rows
 	std::array<float, 4> gradient{};      //!< J^T W r
-	float support = 0;                    //!< square roots of the weights: 1 per end point that lies on a wall
+	float fit = 0;                        //!< square roots of the weights: 1 per end point that lies on a wall
 };
 
 /// \param sensor [m, rad, map frame]
@@ -22,6 +22,6 @@ struct EndPointSums
 /// \param kernel [m] width of the robust kernel
 /// \return the same bits whatever SIMD the machine has
 EndPointSums sum_end_points(
-    const DistanceField& field, const BeamEnds& returns, const mrpt::math::TPose2D& sensor, double range_offset,
+    const DistanceField& field, const BeamArrays& returns, const mrpt::math::TPose2D& sensor, double range_offset,
     double kernel);
 }  // namespace d2s1r

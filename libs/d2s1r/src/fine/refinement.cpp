@@ -40,7 +40,7 @@ constexpr Apart kSettledApart{0.15, mrpt::DEG2RAD(3.0)};
 constexpr Apart kRefinedApart{0.08, mrpt::DEG2RAD(2.0)};
 
 constexpr double kLongestStep = 0.2, kWidestTurn = 0.1;  //!< [m], [rad] of one step
-// Damping [-] a ray: few rays would slide along a corridor.
+// Damping [-] a ray: few beams would slide along a corridor.
 constexpr double kDampingOfFew = 1e-2, kDamping = 1e-3;
 
 /// J^T W J over (x, y, phi, range offset).
@@ -59,14 +59,14 @@ Eigen::Vector4d gradient_of(const EndPointSums& sums)
 	return Eigen::Map<const Eigen::Vector4f>(sums.gradient.data()).cast<double>();
 }
 
-double fit_of(const EndPointSums& sums, std::size_t rays)
+double fit_of(const EndPointSums& sums, std::size_t beams)
 {
-	return static_cast<double>(sums.support) / static_cast<double>(std::max<std::size_t>(1, rays));
+	return static_cast<double>(sums.fit) / static_cast<double>(std::max<std::size_t>(1, beams));
 }
 
-double fit_of(const DistanceField& field, const Rays& rays, const TPose2D& pose, double kernel)
+double fit_of(const DistanceField& field, const BeamSubset& beams, const TPose2D& pose, double kernel)
 {
-	return fit_of(sum_end_points(field, rays.returns, pose, 0, kernel), rays.count);
+	return fit_of(sum_end_points(field, beams.returns, pose, 0, kernel), beams.count);
 }
 
 /// `pose` moved by `step` (x, y, phi), shortened.
@@ -78,7 +78,7 @@ TPose2D moved(const TPose2D& pose, Eigen::Vector3d step)
 	return {pose.x + step.x(), pose.y + step.y(), mrpt::math::wrapToPi(pose.phi + turn)};
 }
 
-/// One damped step from `pose`, where the end points of `count` rays sum up to `sums`.
+/// One damped step from `pose`, where the end points of `count` beams sum up to `sums`.
 TPose2D gauss_newton_step(const EndPointSums& sums, std::size_t count, const TPose2D& pose, double damping)
 {
 	Eigen::Matrix3d information = information_of(sums).topLeftCorner<3, 3>();
@@ -88,11 +88,11 @@ TPose2D gauss_newton_step(const EndPointSums& sums, std::size_t count, const TPo
 
 /// A step for each kernel, in multiples of `unit` [m].
 template <class Kernels>
-TPose2D descend(const DistanceField& field, const Rays& rays, TPose2D pose, const Kernels& kernels, double unit)
+TPose2D descend(const DistanceField& field, const BeamSubset& beams, TPose2D pose, const Kernels& kernels, double unit)
 {
 	for (const double kernel : kernels)
-		pose =
-		    gauss_newton_step(sum_end_points(field, rays.returns, pose, 0, kernel * unit), rays.count, pose, kDamping);
+		pose = gauss_newton_step(
+		    sum_end_points(field, beams.returns, pose, 0, kernel * unit), beams.count, pose, kDamping);
 	return pose;
 }
 
@@ -106,7 +106,8 @@ struct Settling
 };
 
 /// Sums up the end points at all poses, and drops those that fit worse than the best one by more than the margin.
-void drop_poor(const DistanceField& field, const Rays& few, double kernel, double margin, std::vector<Settling>& poses)
+void drop_poor(
+    const DistanceField& field, const BeamSubset& few, double kernel, double margin, std::vector<Settling>& poses)
 {
 	double best = -std::numeric_limits<double>::infinity();
 	for (Settling& at : poses)
@@ -134,22 +135,22 @@ std::vector<RefinedPose> best_distinct(std::vector<RefinedPose> poses, std::size
 }
 
 /// Unit vector in the map along which the end points hold the position least.
-Eigen::Vector2d open_direction(const DistanceField& field, const Rays& rays, const TPose2D& pose, double kernel)
+Eigen::Vector2d open_direction(const DistanceField& field, const BeamSubset& beams, const TPose2D& pose, double kernel)
 {
-	const Eigen::Matrix4d information = information_of(sum_end_points(field, rays.returns, pose, 0, kernel));
+	const Eigen::Matrix4d information = information_of(sum_end_points(field, beams.returns, pose, 0, kernel));
 	return Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(information.topLeftCorner<2, 2>()).eigenvectors().col(0);
 }
 
-/// [m^2] of the sum of squares of one ray's distance: rays beside each other err alike.
-double variance_of(const Rays& rays, const RefinementParameters& parameters)
+/// [m^2] of the sum of squares of one ray's distance: beams beside each other err alike.
+double variance_of(const BeamSubset& beams, const RefinementParameters& parameters)
 {
-	const double alike = std::max(1.0, mrpt::DEG2RAD(parameters.beam_correlation) / rays.spacing);  // [-] rays
+	const double alike = std::max(1.0, mrpt::DEG2RAD(parameters.beam_correlation) / beams.spacing);  // [-] beams
 	return parameters.range_noise * parameters.range_noise * alike;
 }
 }  // namespace
 
 std::vector<RefinedPose> settle(
-    const DistanceField& field, const Rays& few, const std::vector<Candidate>& candidates,
+    const DistanceField& field, const BeamSubset& few, const std::vector<Candidate>& candidates,
     const RefinementParameters& parameters)
 {
 	std::vector<Settling> settling;
@@ -169,14 +170,14 @@ std::vector<RefinedPose> settle(
 }
 
 std::vector<RefinedPose> refine(
-    const DistanceField& field, const Rays& rays, std::vector<RefinedPose> poses,
+    const DistanceField& field, const BeamSubset& beams, std::vector<RefinedPose> poses,
     const RefinementParameters& parameters)
 {
 	const double kernel = parameters.kernel;
 	for (RefinedPose& refined : poses)
 	{
-		refined.pose = descend(field, rays, refined.pose, kFromSettled, kernel);
-		refined.fit = fit_of(field, rays, refined.pose, kOfRefined * kernel);
+		refined.pose = descend(field, beams, refined.pose, kFromSettled, kernel);
+		refined.fit = fit_of(field, beams, refined.pose, kOfRefined * kernel);
 	}
 	std::stable_sort(poses.begin(), poses.end(), [](const auto& a, const auto& b) { return a.fit > b.fit; });
 
@@ -184,13 +185,13 @@ std::vector<RefinedPose> refine(
 	for (std::size_t i = 0; i < forked; i++)
 	{
 		const TPose2D start = poses[i].pose;
-		const Eigen::Vector2d open = open_direction(field, rays, start, kernel);
+		const Eigen::Vector2d open = open_direction(field, beams, start, kernel);
 		for (const double offset : kBeside)
 		{
 			TPose2D pose = start;
 			pose.x += offset * open.x(), pose.y += offset * open.y();
-			pose = descend(field, rays, pose, kFromBeside, kernel);
-			if (const double fit = fit_of(field, rays, pose, kOfRefined * kernel); fit > poses[i].fit)
+			pose = descend(field, beams, pose, kFromBeside, kernel);
+			if (const double fit = fit_of(field, beams, pose, kOfRefined * kernel); fit > poses[i].fit)
 				poses.push_back({pose, fit});
 		}
 	}
@@ -198,17 +199,18 @@ std::vector<RefinedPose> refine(
 	return best_distinct(std::move(poses), all, kRefinedApart);
 }
 
-TPose2D polish(const DistanceField& field, const Rays& rays, TPose2D pose, const RefinementParameters& parameters)
+TPose2D polish(
+    const DistanceField& field, const BeamSubset& beams, TPose2D pose, const RefinementParameters& parameters)
 {
 	constexpr int kSteps = 4;
 	constexpr double kStep = 0.05;  // [m] what the scan leaves open stays where it is
 	const double deviation = parameters.surface_offset * field.cell_size();
-	const double prior = variance_of(rays, parameters) / (deviation * deviation);
-	const double damping = variance_of(rays, parameters) / (kStep * kStep);
+	const double prior = variance_of(beams, parameters) / (deviation * deviation);
+	const double damping = variance_of(beams, parameters) / (kStep * kStep);
 	double offset = 0;
 	for (int i = 0; i < kSteps; i++)
 	{
-		const EndPointSums sums = sum_end_points(field, rays.returns, pose, offset, kToPolish * parameters.kernel);
+		const EndPointSums sums = sum_end_points(field, beams.returns, pose, offset, kToPolish * parameters.kernel);
 		Eigen::Matrix4d information = information_of(sums);
 		information.diagonal() += Eigen::Vector4d(damping, damping, damping, prior);
 		Eigen::Vector4d gradient = gradient_of(sums);
@@ -221,10 +223,10 @@ TPose2D polish(const DistanceField& field, const Rays& rays, TPose2D pose, const
 }
 
 Eigen::Matrix3d pose_covariance(
-    const DistanceField& field, const Rays& rays, const TPose2D& sensor, const RefinementParameters& parameters)
+    const DistanceField& field, const BeamSubset& beams, const TPose2D& sensor, const RefinementParameters& parameters)
 {
-	const EndPointSums sums = sum_end_points(field, rays.returns, sensor, 0, parameters.kernel);
-	Eigen::Matrix3d information = information_of(sums).topLeftCorner<3, 3>() / variance_of(rays, parameters);
+	const EndPointSums sums = sum_end_points(field, beams.returns, sensor, 0, parameters.kernel);
+	Eigen::Matrix3d information = information_of(sums).topLeftCorner<3, 3>() / variance_of(beams, parameters);
 	constexpr double kMost = 1.0, kMostYaw = mrpt::DEG2RAD(10.0);  // [m], [rad] of standard deviation
 	information.diagonal() += Eigen::Vector3d(kMost, kMost, kMostYaw).cwiseAbs2().cwiseInverse();
 	return information.inverse();

@@ -14,7 +14,7 @@ namespace
 {
 constexpr double kModelBeam = mrpt::DEG2RAD(1.0);  //!< [rad]
 constexpr double kMostPassed = 3;                  //!< [-] walls and [m] of unknown space that count
-constexpr double kLeastOfSurface = 3;              //!< [-] explained returns, as beams of the model; two rays at least
+constexpr double kLeastOfSurface = 3;              //!< [-] explained returns, as beams of the model; two beams at least
 constexpr float kWholeCell = 0.99F;                //!< [-] of walls: passes of corners alone are no wall; rounding
 
 enum class End
@@ -46,7 +46,7 @@ BeamEnd classify_end(float distance, Cell cell, const BeamModel& model)
 /// How near an object is: what BeamModel::off_wall_near is multiplied with [-].
 double nearness(float log_range)
 {
-	constexpr double kNear = -0.693;  // [-] Rays::log_range of 1.5 m
+	constexpr double kNear = -0.693;  // [-] BeamSubset::log_range of 1.5 m
 	return std::max(0.0, kNear - static_cast<double>(log_range));
 }
 
@@ -54,8 +54,10 @@ double nearness(float log_range)
 class Sum
 {
    public:
-	Sum(const BeamModel& model, double beams)
-	    : model_(model), beams_(beams), least_of_surface_(std::max(2L, std::lround(kLeastOfSurface / beams)))
+	Sum(const BeamModel& model, double model_beams)
+	    : model_(model),
+	      model_beams_(model_beams),
+	      least_of_surface_(std::max(2L, std::lround(kLeastOfSurface / model_beams)))
 	{
 	}
 
@@ -69,7 +71,7 @@ class Sum
 		const bool through = walls > kWholeCell;
 		const bool short_of_wall = at_end.end == End::kOffWall && !through;
 		if (short_of_wall) beam += model_.off_wall_near * nearness(log_range);
-		log_likelihood_ += beams_ * beam;
+		log_likelihood_ += model_beams_ * beam;
 		if (short_of_wall && !was_short_) log_likelihood_ += model_.off_wall_run;
 		const bool explained = at_end.end == End::kWall && !through;
 		if (depth_edge && explained && was_explained_)
@@ -90,13 +92,13 @@ class Sum
 	Score result() const
 	{
 		const auto share = [&](int part) { return returns_ > 0 ? static_cast<double>(part) / returns_ : 0.0; };
-		return {log_likelihood_, share(explained_), share(in_front_), beams_ * (returns_ - explained_),
+		return {log_likelihood_, share(explained_), share(in_front_), model_beams_ * (returns_ - explained_),
 		        depth_edges_,    surfaces_};
 	}
 
    private:
 	const BeamModel& model_;
-	double beams_;  //!< [-] beams of the model that one ray stands for
+	double model_beams_;  //!< [-] beams of the model, of 1 deg, that one beam stands for
 	long least_of_surface_;
 	double log_likelihood_ = 0;
 	int returns_ = 0, explained_ = 0, in_front_ = 0, depth_edges_ = 0, surfaces_ = 0, of_surface_ = 0;
@@ -105,19 +107,19 @@ class Sum
 
 /// [nat] of beams that ended at nothing: little, for glass and dark surfaces do not return every beam.
 double of_no_returns(
-    const BeamTracer& tracer, const Rays& rays, const mrpt::math::TPose2D& sensor, const BeamModel& model)
+    const BeamTracer& tracer, const BeamSubset& beams, const mrpt::math::TPose2D& sensor, const BeamModel& model)
 {
 	thread_local TracedBeams traced;
-	tracer.trace(rays.no_returns, sensor, traced);
+	tracer.trace(beams.no_returns, sensor, traced);
 	double sum = 0;
-	for (std::size_t i = 0; i < rays.count - rays.log_range.size(); i++)
+	for (std::size_t i = 0; i < beams.count - beams.log_range.size(); i++)
 		if (traced.walls[i] > kWholeCell) sum += model.no_return_at_wall;
-	return rays.spacing / kModelBeam * sum;
+	return beams.spacing / kModelBeam * sum;
 }
 
 /// Where a return ends [m, map frame]; `c` and `s` are of the sensor's yaw.
 std::pair<double, double> end_of(
-    const BeamEnds& returns, std::size_t i, const mrpt::math::TPose2D& sensor, float c, float s)
+    const BeamArrays& returns, std::size_t i, const mrpt::math::TPose2D& sensor, float c, float s)
 {
 	const float x = (c * returns.unit_x[i] - s * returns.unit_y[i]) * returns.range[i];
 	const float y = (s * returns.unit_x[i] + c * returns.unit_y[i]) * returns.range[i];
@@ -126,35 +128,35 @@ std::pair<double, double> end_of(
 }  // namespace
 
 Score score(
-    const BeamTracer& tracer, const DistanceField& field, const Rays& rays, const mrpt::math::TPose2D& sensor,
+    const BeamTracer& tracer, const DistanceField& field, const BeamSubset& beams, const mrpt::math::TPose2D& sensor,
     const BeamModel& model)
 {
 	thread_local TracedBeams traced;
-	const BeamEnds& returns = rays.returns;
+	const BeamArrays& returns = beams.returns;
 	tracer.trace(returns, sensor, traced);
-	Sum sum(model, rays.spacing / kModelBeam);
+	Sum sum(model, beams.spacing / kModelBeam);
 	const auto c = static_cast<float>(std::cos(sensor.phi)), s = static_cast<float>(std::sin(sensor.phi));
-	for (std::size_t i = 0; i < rays.log_range.size(); i++)
+	for (std::size_t i = 0; i < beams.log_range.size(); i++)
 	{
 		const auto [x, y] = end_of(returns, i, sensor, c, s);
 		const Distance to_wall = field.at(x, y);
-		if (rays.starts_run[i] != 0) sum.end_run();
+		if (beams.starts_run[i] != 0) sum.end_run();
 		sum.add(
 		    classify_end(to_wall.value, static_cast<Cell>(traced.end[i]), model), traced.walls[i], traced.unknown[i],
-		    rays.log_range[i], rays.depth_edge[i] != 0, rays.starts_surface[i] != 0);
+		    beams.log_range[i], beams.depth_edge[i] != 0, beams.starts_surface[i] != 0);
 	}
 	Score score = sum.result();
-	score.log_likelihood += of_no_returns(tracer, rays, sensor, model);
+	score.log_likelihood += of_no_returns(tracer, beams, sensor, model);
 	return score;
 }
 
 ScoredPose best_score_near(
-    const BeamTracer& tracer, const DistanceField& field, const Rays& rays, const mrpt::math::TPose2D& sensor,
+    const BeamTracer& tracer, const DistanceField& field, const BeamSubset& beams, const mrpt::math::TPose2D& sensor,
     const BeamModel& model)
 {
 	constexpr int kRounds = 2;
 	constexpr double kTurn = 0.2;  // [rad] for each metre of a step
-	ScoredPose best{sensor, score(tracer, field, rays, sensor, model)};
+	ScoredPose best{sensor, score(tracer, field, beams, sensor, model)};
 	for (const double step : {0.04, 0.02})  // [m]
 		for (int round = 0; round < kRounds; round++)
 		{
@@ -163,7 +165,7 @@ ScoredPose best_score_near(
 			for (const mrpt::math::TPose2D& move : std::initializer_list<mrpt::math::TPose2D>{
 			         {step, 0, 0}, {-step, 0, 0}, {0, step, 0}, {0, -step, 0}, {0, 0, turn}, {0, 0, -turn}})
 			{
-				const Score found = score(tracer, field, rays, from + move, model);
+				const Score found = score(tracer, field, beams, from + move, model);
 				if (found.log_likelihood > best.score.log_likelihood) best = {from + move, found};
 			}
 			if (best.pose == from) break;
@@ -172,30 +174,30 @@ ScoredPose best_score_near(
 }
 
 double log_likelihood_bound(
-    const BeamTracer& tracer, const DistanceField& field, const Rays& rays, const mrpt::math::TPose2D& sensor,
+    const BeamTracer& tracer, const DistanceField& field, const BeamSubset& beams, const mrpt::math::TPose2D& sensor,
     const BeamModel& model)
 {
 	// as a rule nothing that is passed adds to a likelihood
 	const auto gain = [](double weight) { return std::max(0.0, weight); };
 	const double most_by_beam = kMostPassed * (gain(model.through_wall) + gain(model.unknown_metre));
 	const double most_by_run = gain(model.off_wall_run);
-	const double beams = rays.spacing / kModelBeam;
+	const double model_beams = beams.spacing / kModelBeam;
 	thread_local TracedBeams ends;
-	tracer.locate_ends(rays.returns, sensor, ends);
-	const auto no_returns = static_cast<double>(rays.count - rays.log_range.size());
-	double sum = beams * no_returns * gain(model.no_return_at_wall);
+	tracer.locate_ends(beams.returns, sensor, ends);
+	const auto no_returns = static_cast<double>(beams.count - beams.log_range.size());
+	double sum = model_beams * no_returns * gain(model.no_return_at_wall);
 	bool was_on_wall = false;
 	const auto c = static_cast<float>(std::cos(sensor.phi)), s = static_cast<float>(std::sin(sensor.phi));
-	for (std::size_t i = 0; i < rays.log_range.size(); i++)
+	for (std::size_t i = 0; i < beams.log_range.size(); i++)
 	{
-		const auto [x, y] = end_of(rays.returns, i, sensor, c, s);
+		const auto [x, y] = end_of(beams.returns, i, sensor, c, s);
 		const BeamEnd at_end = classify_end(field.at(x, y).value, static_cast<Cell>(ends.end[i]), model);
 		const bool on_wall = at_end.end == End::kWall;
-		const float log_range = rays.log_range[i];
+		const float log_range = beams.log_range[i];
 		double by_range = on_wall ? model.log_range * static_cast<double>(log_range) : 0;
 		if (at_end.end == End::kOffWall) by_range = gain(model.off_wall_near) * nearness(log_range);
-		sum += beams * (at_end.log_likelihood + by_range + most_by_beam) + most_by_run;
-		if (rays.depth_edge[i] != 0 && on_wall && was_on_wall) sum += gain(model.depth_edge);
+		sum += model_beams * (at_end.log_likelihood + by_range + most_by_beam) + most_by_run;
+		if (beams.depth_edge[i] != 0 && on_wall && was_on_wall) sum += gain(model.depth_edge);
 		was_on_wall = on_wall;
 	}
 	return sum;

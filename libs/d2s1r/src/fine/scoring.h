@@ -3,7 +3,7 @@
 
 #include "ranges/beam_tracer.h"
 #include "ranges/distance_field.h"
-#include "scan/rays.h"
+#include "scan/beam_subset.h"
 
 namespace d2s1r
 {
@@ -14,8 +14,9 @@ struct Score
 	double explained = 0;       //!< [0, 1] share of the returns that end at a wall without having passed one
 	double in_front = 0;        //!< [0, 1] share that ends in free space, more than 20 cm in front of walls: at objects
 	double unexplained = 0;     //!< [-] returns that are not explained, as beams of 1 deg
-	int depth_edges = 0;        //!< [-] those of the scan (Rays::depth_edge) with explained returns on both sides
-	int surfaces = 0;  //!< [-] straight pieces of the scan (Rays::starts_surface) with explained returns over 3 deg
+	int depth_edges = 0;        //!< [-] those of the scan (BeamSubset::depth_edge) with explained returns on both sides
+	int surfaces =
+	    0;  //!< [-] straight pieces of the scan (BeamSubset::starts_surface) with explained returns over 3 deg
 };
 
 /// Log-likelihood of a scan at a pose under a beam model that is honest along the whole ray: where the beam ends, how
@@ -30,7 +31,7 @@ struct Score
 /// places that decide() lists; that of near objects by how often the best pose was right, with and without people
 /// added to the scans. Thread-safe.
 Score score(
-    const BeamTracer& tracer, const DistanceField& field, const Rays& rays, const mrpt::math::TPose2D& sensor,
+    const BeamTracer& tracer, const DistanceField& field, const BeamSubset& beams, const mrpt::math::TPose2D& sensor,
     const BeamModel& model);
 
 /// A score, and where it was found.
@@ -43,12 +44,12 @@ struct ScoredPose
 /// Returns the best score found at `sensor` and within some centimetres of it: a compass search (Kolda, Lewis and
 /// Torczon, "Optimization by Direct Search", 2003), for scores have steps and no slope. Thread-safe.
 ScoredPose best_score_near(
-    const BeamTracer& tracer, const DistanceField& field, const Rays& rays, const mrpt::math::TPose2D& sensor,
+    const BeamTracer& tracer, const DistanceField& field, const BeamSubset& beams, const mrpt::math::TPose2D& sensor,
     const BeamModel& model);
 
 /// What the log-likelihood of score() cannot exceed [nat]: that of the ends of the beams, as if they had passed
 /// nothing.
 double log_likelihood_bound(
-    const BeamTracer& tracer, const DistanceField& field, const Rays& rays, const mrpt::math::TPose2D& sensor,
+    const BeamTracer& tracer, const DistanceField& field, const BeamSubset& beams, const mrpt::math::TPose2D& sensor,
     const BeamModel& model);
 }  // namespace d2s1r

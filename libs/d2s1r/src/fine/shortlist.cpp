@@ -7,7 +7,7 @@
 namespace d2s1r
 {
 std::vector<RefinedPose> make_shortlist(
-    const BeamTracer& tracer, const DistanceField& field, const Rays& few, const std::vector<RefinedPose>& poses,
+    const BeamTracer& tracer, const DistanceField& field, const BeamSubset& few, const std::vector<RefinedPose>& poses,
     const Parameters& parameters)
 {
 	// (- log-likelihood, pose): best first, ties by fit

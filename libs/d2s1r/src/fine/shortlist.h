@@ -12,6 +12,6 @@ namespace d2s1r
 /// parameters.refinement.max_refined, and none whose score is below the best one's by more than
 /// parameters.refinement.score_margin. Beams are followed only where their ends leave a chance. Thread-safe.
 std::vector<RefinedPose> make_shortlist(
-    const BeamTracer& tracer, const DistanceField& field, const Rays& few, const std::vector<RefinedPose>& poses,
+    const BeamTracer& tracer, const DistanceField& field, const BeamSubset& few, const std::vector<RefinedPose>& poses,
     const Parameters& parameters);
 }  // namespace d2s1r

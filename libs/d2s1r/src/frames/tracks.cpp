@@ -76,11 +76,11 @@ PoseDensity measurement(const Hypothesis& hypothesis)
 	return density;
 }
 
-Fit best_fit(
+Correction best_correction(
     const PoseDensity& predicted, const std::optional<Hypothesis>& refined, const std::vector<Hypothesis>& one_shot,
     double reference)
 {
-	Fit best{predicted};
+	Correction best{predicted};
 	const auto consider = [&](const Hypothesis& hypothesis)
 	{
 		const PoseDensity measured = measurement(hypothesis);

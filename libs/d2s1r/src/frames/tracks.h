@@ -39,7 +39,7 @@ bool missed(const Evidence& evidence);
 /// wall explains pull the pose.
 PoseDensity measurement(const Hypothesis& hypothesis);
 
-struct Fit
+struct Correction
 {
 	PoseDensity pose;  //!< corrected by the scan
 	Evidence evidence{kLeastEvidence, 0, 0};
@@ -48,7 +48,7 @@ struct Fit
 /// The best of the places near `predicted` that the scan may confirm; no place: as predicted. Where unknown space
 /// explains the scan, it says little about the place and nothing about the pose.
 /// \param reference [nat] log-likelihood of the best pose of the frame
-Fit best_fit(
+Correction best_correction(
     const PoseDensity& predicted, const std::optional<Hypothesis>& refined, const std::vector<Hypothesis>& one_shot,
     double reference);
 

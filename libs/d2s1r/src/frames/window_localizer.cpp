@@ -1,6 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include <d2s1r/window_localizer.h>
 #include <d2s1r/motion.h>
+#include <d2s1r/window_localizer.h>
 #include <mrpt/core/bits_math.h>
 #include <mrpt/system/CTicTac.h>
 
@@ -124,7 +124,7 @@ void WindowLocalizer::Tracker::follow(const Localization& one_shot)
 	frame.reference = greatest_likelihood(refined, one_shot.hypotheses);
 	for (std::size_t i = 0; i < tracks_.size(); i++)
 	{
-		Fit fit = best_fit(predicted[i], refined[i], one_shot.hypotheses, frame.reference);
+		Correction fit = best_correction(predicted[i], refined[i], one_shot.hypotheses, frame.reference);
 		fit.evidence.one_shot_probability =
 		    probability_at(fit.pose, one_shot.hypotheses, localizer_->parameters().scoring);
 		tracks_[i].now.pose = fit.pose.mean;
@@ -145,7 +145,7 @@ bool WindowLocalizer::Tracker::trace_back(Track& track) const
 		const Frame& frame = frames_[frames_.size() - back - 1];
 		const PoseDensity predicted = moved(pose, reversed({later.motion, later.motion_covariance}));
 		const auto refined = localizer_->hypothesis_near(frame.scan, predicted.mean);
-		Fit fit = best_fit(predicted, refined, {}, frame.reference);
+		Correction fit = best_correction(predicted, refined, {}, frame.reference);
 		fit.evidence.one_shot_probability = probability_at(fit.pose, frame.one_shot, localizer_->parameters().scoring);
 		pose = fit.pose;
 		track.evidence.push_front(fit.evidence);

@@ -8,8 +8,8 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "ranges/clearance.h"
 #include "ranges/ray_axis-inl.h"
+#include "ranges/skip_distances.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace d2s1r
@@ -40,11 +40,11 @@ HWY_INLINE Passed follow(const Map& map, Axis u, Axis v, Floats end, Floats pass
 	while (!hn::AllFalse(kFloats, moving))
 	{
 		const Ints packed = map.bytes_at(u.cell, v.cell);
-		const Floats clearance = hn::ConvertTo(kFloats, hn::ShiftRight<BeamTracer::kClassBits>(packed));
-		const Mask outside = hn::Eq(clearance, all(0)), at_wall = is_class(packed, Cell::kOccupied);
+		const Floats skip = hn::ConvertTo(kFloats, hn::ShiftRight<BeamTracer::kClassBits>(packed));
+		const Mask outside = hn::Eq(skip, all(0)), at_wall = is_class(packed, Cell::kOccupied);
 		const Mask counts = hn::And(moving, hn::AndNot(at_wall, hn::Lt(length, passed_before)));
 		passed.walls = hn::IfThenElse(counts, hn::Add(passed.walls, hn::Min(in_wall, all(1))), passed.walls);
-		const Floats exit = cross(u, v, clearance, hn::AndNot(outside, moving));
+		const Floats exit = cross(u, v, skip, hn::AndNot(outside, moving));
 		const Floats next = hn::IfThenElse(outside, end, hn::Min(hn::Max(exit, length), end));
 		const Mask in_unknown = hn::And(moving, is_class(packed, Cell::kUnknown));
 		passed.unknown = hn::IfThenElse(in_unknown, hn::Add(passed.unknown, hn::Sub(next, length)), passed.unknown);
@@ -60,7 +60,7 @@ HWY_INLINE Passed follow(const Map& map, Axis u, Axis v, Floats end, Floats pass
 /// \param start_u, start_v [cells] of the sensor, from the corner of the margin; within the grid
 /// \param heading [rad] of the sensor
 void trace_of_target(
-    const PackedCells& cells, double start_u, double start_v, double heading, const BeamEnds& beams, bool only_ends,
+    const PackedCells& cells, double start_u, double start_v, double heading, const BeamArrays& beams, bool only_ends,
     TracedBeams& traced)
 {
 	constexpr double kAtWall = 0.15;  // [m] a wall this near to the end is where the beam ended
@@ -99,7 +99,7 @@ HWY_EXPORT(trace_of_target);
 
 namespace
 {
-constexpr int kMostClearance = 63;  //!< [cells] six bits
+constexpr int kMostSkipped = 63;  //!< [cells] six bits
 }  // namespace
 
 BeamTracer::BeamTracer(const Grid& grid)
@@ -118,23 +118,23 @@ BeamTracer::BeamTracer(const Grid& grid)
 		auto to = classes.begin() + static_cast<std::ptrdiff_t>(row) * width_ + 1;
 		for (int column = 0; column < grid.width; column++) *to++ = static_cast<std::uint8_t>(*from++);
 	}
-	cells_ = clearances(classes, width_, kMostClearance);
+	cells_ = skip_distances(classes, width_, kMostSkipped);
 	for (std::size_t cell = 0; cell < classes.size(); cell++)
 		cells_[cell] = static_cast<std::uint8_t>((cells_[cell] << kClassBits) | classes[cell]);
 }
 
-void BeamTracer::trace(const BeamEnds& beams, const mrpt::math::TPose2D& sensor, TracedBeams& traced) const
+void BeamTracer::trace(const BeamArrays& beams, const mrpt::math::TPose2D& sensor, TracedBeams& traced) const
 {
 	trace(beams, sensor, false, traced);
 }
 
-void BeamTracer::locate_ends(const BeamEnds& beams, const mrpt::math::TPose2D& sensor, TracedBeams& traced) const
+void BeamTracer::locate_ends(const BeamArrays& beams, const mrpt::math::TPose2D& sensor, TracedBeams& traced) const
 {
 	trace(beams, sensor, true, traced);
 }
 
 void BeamTracer::trace(
-    const BeamEnds& beams, const mrpt::math::TPose2D& sensor, bool only_ends, TracedBeams& traced) const
+    const BeamArrays& beams, const mrpt::math::TPose2D& sensor, bool only_ends, TracedBeams& traced) const
 {
 	const std::size_t count = beams.range.size();
 	traced.walls.resize(count);

@@ -3,11 +3,11 @@
 
 #include <d2s1r/grid.h>
 
-#include "scan/rays.h"
+#include "scan/beam_subset.h"
 
 namespace d2s1r
 {
-/// What lies along beams, and where they end; padded as BeamEnds.
+/// What lies along beams, and where they end; padded as BeamArrays.
 struct TracedBeams
 {
 	/// [-] walls passed: runs of occupied cells that a beam entered and left, except right before its end. A corner
@@ -34,15 +34,15 @@ class BeamTracer
 	explicit BeamTracer(const Grid& grid);
 
 	/// Follows all `beams` of a sensor at `sensor` [m, rad, map frame]; the same result with every kind of SIMD.
-	void trace(const BeamEnds& beams, const mrpt::math::TPose2D& sensor, TracedBeams& traced) const;
+	void trace(const BeamArrays& beams, const mrpt::math::TPose2D& sensor, TracedBeams& traced) const;
 
 	/// The same ends of the beams, as if these passed nothing: not followed, much faster.
-	void locate_ends(const BeamEnds& beams, const mrpt::math::TPose2D& sensor, TracedBeams& traced) const;
+	void locate_ends(const BeamArrays& beams, const mrpt::math::TPose2D& sensor, TracedBeams& traced) const;
 
 	static constexpr int kClassBits = 2;
 
    private:
-	void trace(const BeamEnds& beams, const mrpt::math::TPose2D& sensor, bool only_ends, TracedBeams& traced) const;
+	void trace(const BeamArrays& beams, const mrpt::math::TPose2D& sensor, bool only_ends, TracedBeams& traced) const;
 
 	int width_, height_;  //!< [cells] of the grid and a margin of one cell around it
 	double cell_size_, origin_x_, origin_y_;

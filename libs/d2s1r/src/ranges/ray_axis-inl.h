@@ -11,7 +11,7 @@
 #include <cstdint>
 
 #include "base/simd_floats-inl.h"
-#include "ranges/clearance.h"
+#include "ranges/skip_distances.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace d2s1r
@@ -69,33 +69,30 @@ struct Axis
 	      cell(all(0))
 	{
 	}
-	/// Length at which the rays leave the cells less than `clearance` away from their own.
-	Floats exit(Floats clearance) const
+	/// Length at which the rays leave the cells less than `skip` away from their own.
+	Floats exit(Floats skip) const
 	{
-		const Floats edge = hn::Add(cell, hn::IfThenElse(forward, clearance, hn::Sub(all(1), clearance)));
+		const Floats edge = hn::Add(cell, hn::IfThenElse(forward, skip, hn::Sub(all(1), skip)));
 		return hn::Mul(hn::Sub(edge, start), inverse);
 	}
-	Floats after_leaving(Floats clearance) const
+	Floats after_leaving(Floats skip) const { return hn::Add(cell, hn::IfThenElse(forward, skip, hn::Neg(skip))); }
+	Floats at(Floats length, Floats skip) const
 	{
-		return hn::Add(cell, hn::IfThenElse(forward, clearance, hn::Neg(clearance)));
-	}
-	Floats at(Floats length, Floats clearance) const
-	{
-		const Floats reach = hn::Sub(clearance, all(1));
+		const Floats reach = hn::Sub(skip, all(1));
 		const Floats now = hn::Floor(hn::Add(start, hn::Mul(length, step)));
 		return hn::Min(hn::Max(now, hn::Sub(cell, reach)), hn::Add(cell, reach));
 	}
 };
 
-/// Moves the rays of `moving` over the cells less than `clearance` away from their own.
+/// Moves the rays of `moving` over the cells less than `skip` away from their own.
 /// \return length at which they leave them
-HWY_INLINE Floats cross(Axis& u, Axis& v, Floats clearance, Mask moving)
+HWY_INLINE Floats cross(Axis& u, Axis& v, Floats skip, Mask moving)
 {
-	const Floats u_exit = u.exit(clearance), v_exit = v.exit(clearance);
+	const Floats u_exit = u.exit(skip), v_exit = v.exit(skip);
 	const Mask by_u = hn::Lt(u_exit, v_exit);
 	const Floats length = hn::Min(u_exit, v_exit);
-	const Floats u_cell = hn::IfThenElse(by_u, u.after_leaving(clearance), u.at(length, clearance));
-	const Floats v_cell = hn::IfThenElse(by_u, v.at(length, clearance), v.after_leaving(clearance));
+	const Floats u_cell = hn::IfThenElse(by_u, u.after_leaving(skip), u.at(length, skip));
+	const Floats v_cell = hn::IfThenElse(by_u, v.at(length, skip), v.after_leaving(skip));
 	u.cell = hn::IfThenElse(moving, u_cell, u.cell);
 	v.cell = hn::IfThenElse(moving, v_cell, v.cell);
 	return length;

@@ -21,8 +21,8 @@ namespace HWY_NAMESPACE
 {
 namespace
 {
-/// The clearance of the rays' cells.
-HWY_INLINE Floats clearance_at(const Map& map, const Axis& u, const Axis& v)
+/// The skip of the rays' cells.
+HWY_INLINE Floats skip_at(const Map& map, const Axis& u, const Axis& v)
 {
 	return hn::ConvertTo(kFloats, map.bytes_at(u.cell, v.cell));
 }
@@ -36,24 +36,24 @@ HWY_INLINE Mask is_in_margin(const Map& map, const Axis& u, const Axis& v)
 }  // namespace
 
 void follow(
-    const ClearanceMap& clearances, double x, double y, float limit, bool margin_ends_rays, const RayFan& fan,
+    const SkipMap& skips, double x, double y, float limit, bool margin_ends_rays, const RayDirections& fan,
     float* lengths)
 {
 	const int column = static_cast<int>(std::floor(x)), row = static_cast<int>(std::floor(y));
 	const auto fraction_x = static_cast<float>(x - column), fraction_y = static_cast<float>(y - row);
-	const Map map(clearances.cells.data(), clearances.width, clearances.height, column, row);
+	const Map map(skips.cells.data(), skips.width, skips.height, column, row);
 	for (std::size_t i = 0; i < fan.dx.size(); i += hn::Lanes(kFloats))
 	{
 		Axis u(fraction_x, hn::LoadU(kFloats, fan.dx.data() + i));
 		Axis v(fraction_y, hn::LoadU(kFloats, fan.dy.data() + i));
-		Floats length = all(0), clearance = clearance_at(map, u, v);
-		Mask moving = hn::Gt(clearance, all(0));
+		Floats length = all(0), skip = skip_at(map, u, v);
+		Mask moving = hn::Gt(skip, all(0));
 		while (!hn::AllFalse(kFloats, moving))
 		{
-			const Floats exit = cross(u, v, clearance, moving);
+			const Floats exit = cross(u, v, skip, moving);
 			length = hn::IfThenElse(moving, exit, length);
-			clearance = clearance_at(map, u, v);
-			moving = hn::And(hn::Gt(clearance, all(0)), hn::Lt(length, all(limit)));
+			skip = skip_at(map, u, v);
+			moving = hn::And(hn::Gt(skip, all(0)), hn::Lt(length, all(limit)));
 		}
 		if (!margin_ends_rays) length = hn::IfThenElse(is_in_margin(map, u, v), all(limit), length);
 		hn::StoreU(hn::Min(length, all(limit)), kFloats, lengths + i);
@@ -71,9 +71,9 @@ HWY_EXPORT(follow);
 namespace
 {
 /// The directions 2 pi i / directions.
-RayFan full_circle(int directions)
+RayDirections full_circle(int directions)
 {
-	RayFan fan;
+	RayDirections fan;
 	fan.size = static_cast<std::size_t>(directions);
 	for (std::size_t i = 0; i < fan.size || i % kSimdFloats != 0; i++)
 	{
@@ -84,11 +84,11 @@ RayFan full_circle(int directions)
 	return fan;
 }
 
-constexpr int kMaxClearance = 255;
+constexpr int kMostSkipped = 255;
 
-ClearanceMap make_clearance(const Grid& grid, bool stop_at_unknown)
+SkipMap make_skip_map(const Grid& grid, bool stop_at_unknown)
 {
-	ClearanceMap map{grid.width + 2, grid.height + 2, {}};
+	SkipMap map{grid.width + 2, grid.height + 2, {}};
 	std::vector<std::uint8_t> is_open(map.index(0, map.height));
 	for (int y = 0; y < grid.height; y++)
 		for (int x = 0; x < grid.width; x++)
@@ -97,7 +97,7 @@ ClearanceMap make_clearance(const Grid& grid, bool stop_at_unknown)
 			const bool is_obstacle = cell == Cell::kOccupied || (stop_at_unknown && cell == Cell::kUnknown);
 			is_open[map.index(x + 1, y + 1)] = is_obstacle ? 0 : 1;
 		}
-	map.cells = clearances(is_open, map.width, kMaxClearance);
+	map.cells = skip_distances(is_open, map.width, kMostSkipped);
 	for (std::size_t cell = 0; cell < is_open.size(); cell++)
 		if (is_open[cell] == 0) map.cells[cell] = 0;
 	return map;
@@ -123,17 +123,17 @@ struct Axis
 	{
 	}
 
-	/// Length at which the ray leaves the cells less than `clearance` away from its own.
-	double exit(int clearance) const
+	/// Length at which the ray leaves the cells less than `skip` away from its own.
+	double exit(int skip) const
 	{
 		if (step == 0) return std::numeric_limits<double>::infinity();
-		return (step > 0 ? cell + clearance - start : cell + 1 - clearance - start) * inverse;
+		return (step > 0 ? cell + skip - start : cell + 1 - skip - start) * inverse;
 	}
-	void leave(int clearance) { cell += step > 0 ? clearance : -clearance; }
-	void follow(double length, int clearance)
+	void leave(int skip) { cell += step > 0 ? skip : -skip; }
+	void follow(double length, int skip)
 	{
 		const int now = static_cast<int>(start + length * step);  // not negative inside the margin
-		cell = std::clamp(now, cell - clearance + 1, cell + clearance - 1);
+		cell = std::clamp(now, cell - skip + 1, cell + skip - 1);
 	}
 	/// Lengths between which the ray is inside [1, end]; the first above the second if never.
 	std::pair<double, double> inside(int end) const
@@ -145,13 +145,13 @@ struct Axis
 	}
 };
 
-/// Lengths [cells] of all rays of `fan` from (x, y) [cells of the map] to the cells where the clearance is 0, at most
+/// Lengths [cells] of all rays of `fan` from (x, y) [cells of the map] to the cells where the skip is 0, at most
 /// `limit`; many rays at a time in single precision, bit for bit the same whatever SIMD the machine has.
 /// \param x, y inside the map's margin
 /// \param margin_ends_rays else a ray that leaves the grid has length `limit`
 /// \param lengths resized to the padded size of the fan
 void follow_rays(
-    const ClearanceMap& map, double x, double y, float limit, bool margin_ends_rays, const RayFan& fan,
+    const SkipMap& map, double x, double y, float limit, bool margin_ends_rays, const RayDirections& fan,
     std::vector<float>& lengths)
 {
 	lengths.resize(fan.dx.size());
@@ -165,7 +165,7 @@ RayCaster::RayCaster(const Grid& grid, double max_range, bool stop_at_unknown)
       origin_y_(grid.origin_y),
       max_range_(max_range),
       stop_at_unknown_(stop_at_unknown),
-      clearance_(make_clearance(grid, stop_at_unknown))
+      skips_(make_skip_map(grid, stop_at_unknown))
 {
 }
 
@@ -178,14 +178,14 @@ std::vector<float> RayCaster::scan(double x, double y, int directions) const
 
 void RayCaster::scan(double x, double y, int directions, std::vector<float>& ranges) const
 {
-	thread_local RayFan fan;
+	thread_local RayDirections fan;
 	if (fan.size != static_cast<std::size_t>(directions)) fan = full_circle(directions);
 	const double column = (x - origin_x_) / cell_size_ + 1, row = (y - origin_y_) / cell_size_ + 1;
 	if (is_countable(column, row) &&
-	    clearance_.is_inside(static_cast<int>(std::floor(column)), static_cast<int>(std::floor(row))))
+	    skips_.is_inside(static_cast<int>(std::floor(column)), static_cast<int>(std::floor(row))))
 	{
 		const auto limit = static_cast<float>(max_range_ / cell_size_);
-		follow_rays(clearance_, column, row, limit, stop_at_unknown_, fan, ranges);
+		follow_rays(skips_, column, row, limit, stop_at_unknown_, fan, ranges);
 		ranges.resize(fan.size);
 		for (float& range : ranges)
 			range = range < limit ? range * static_cast<float>(cell_size_) : static_cast<float>(max_range_);
@@ -198,7 +198,7 @@ void RayCaster::scan(double x, double y, int directions, std::vector<float>& ran
 float RayCaster::cast(double x, double y, double angle) const
 {
 	const double dx = std::cos(angle), dy = std::sin(angle);
-	const ClearanceMap& map = clearance_;
+	const SkipMap& map = skips_;
 	const double column = (x - origin_x_) / cell_size_ + 1, row = (y - origin_y_) / cell_size_ + 1;
 	if (!(is_countable(column, row) && std::isfinite(dx + dy)))
 		return stop_at_unknown_ ? 0 : static_cast<float>(max_range_);
@@ -217,18 +217,18 @@ float RayCaster::cast(double x, double y, double angle) const
 	}
 	while (length < limit)
 	{
-		const int clearance = map.cells[map.index(u.cell, v.cell)];
-		if (clearance == 0)
+		const int skip = map.cells[map.index(u.cell, v.cell)];
+		if (skip == 0)
 		{
 			const bool none = !stop_at_unknown_ && !map.is_inside(u.cell, v.cell);
 			return static_cast<float>(none ? max_range_ : length * cell_size_);
 		}
-		const double u_exit = u.exit(clearance), v_exit = v.exit(clearance);
+		const double u_exit = u.exit(skip), v_exit = v.exit(skip);
 		length = std::min(u_exit, v_exit);
 		if (u_exit < v_exit)
-			u.leave(clearance), v.follow(length, clearance);
+			u.leave(skip), v.follow(length, skip);
 		else
-			v.leave(clearance), u.follow(length, clearance);
+			v.leave(skip), u.follow(length, skip);
 	}
 	return static_cast<float>(max_range_);
 }

@@ -10,7 +10,7 @@
 namespace d2s1r
 {
 /// One byte for each cell of a grid and of a margin of one cell around it: how far a ray may go in any direction.
-struct ClearanceMap
+struct SkipMap
 {
 	int width = 0;   //!< [cells] with the margin
 	int height = 0;  //!< [cells] with the margin
@@ -29,7 +29,7 @@ struct ClearanceMap
 };
 
 /// Unit vectors, padded to whole SIMD vectors.
-struct RayFan
+struct RayDirections
 {
 	std::size_t size = 0;
 	std::vector<float> dx;
@@ -61,6 +61,6 @@ class RayCaster
 	double cell_size_, origin_x_, origin_y_;  //!< [m] of the grid, map frame
 	double max_range_;                        //!< [m]
 	bool stop_at_unknown_;
-	ClearanceMap clearance_;
+	SkipMap skips_;
 };
 }  // namespace d2s1r

@@ -5,7 +5,7 @@
 #include <cstdlib>
 #include <random>
 
-#include "ranges/clearance.h"
+#include "ranges/skip_distances.h"
 
 namespace d2s1r::test
 {
@@ -21,7 +21,7 @@ TEST(Clearances, AreChebyshevDistancesToAnotherClassOrTheMargin)
 		const auto class_at = [&, w = width](int x, int y) { return classes[static_cast<std::size_t>(y * w + x)]; };
 		const auto is_margin = [w = width, h = height](int x, int y)
 		{ return x == 0 || y == 0 || x == w - 1 || y == h - 1; };
-		const std::vector<std::uint8_t> found = clearances(classes, width, kMost);
+		const std::vector<std::uint8_t> found = skip_distances(classes, width, kMost);
 		ASSERT_EQ(found.size(), classes.size() + kGatherOverrun);
 		for (int y = 0; y < height; y++)
 			for (int x = 0; x < width; x++)

@@ -14,5 +14,5 @@ inline constexpr std::size_t kGatherOverrun = 3;
 /// of one cell, which counts as another class. Followed by kGatherOverrun bytes.
 /// \param classes row-major, with the margin
 /// \param width [cells] with the margin
-std::vector<std::uint8_t> clearances(const std::vector<std::uint8_t>& classes, int width, int most);
+std::vector<std::uint8_t> skip_distances(const std::vector<std::uint8_t>& classes, int width, int most);
 }  // namespace d2s1r

@@ -1,5 +1,5 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include "ranges/clearance.h"
+#include "ranges/skip_distances.h"
 
 #include <algorithm>
 
@@ -28,7 +28,7 @@ void relax_row(const std::uint8_t* classes, std::uint8_t* distances, std::ptrdif
 }
 }  // namespace
 
-std::vector<std::uint8_t> clearances(const std::vector<std::uint8_t>& classes, int width, int most)
+std::vector<std::uint8_t> skip_distances(const std::vector<std::uint8_t>& classes, int width, int most)
 {
 	std::vector<std::uint8_t> distances(classes.size() + kGatherOverrun);
 	const auto w = static_cast<std::size_t>(width);

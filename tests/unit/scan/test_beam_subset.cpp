@@ -5,7 +5,7 @@
 #include <array>
 #include <cmath>
 
-#include "scan/rays.h"
+#include "scan/beam_subset.h"
 
 namespace d2s1r::test
 {
@@ -26,13 +26,13 @@ Scan scan_of(std::size_t count, double degrees)
 }
 }  // namespace
 
-TEST(Rays, LogRangesAreBounded)
+TEST(BeamSubset, LogRangesAreBounded)
 {
 	Scan scan;
 	scan.field_of_view = 4 * kDegree;
 	for (const float range : {0.05F, 0.5F, 20.0F, 60.0F})
 		scan.beams.push_back({static_cast<float>(scan.beams.size()) * static_cast<float>(kDegree), range, true});
-	const Rays rays = all_rays(scan);
+	const BeamSubset rays = all_beams(scan);
 	ASSERT_EQ(rays.log_range.size(), 4U);
 	EXPECT_FLOAT_EQ(rays.log_range[0], std::log(0.5F / 3));
 	EXPECT_FLOAT_EQ(rays.log_range[1], std::log(0.5F / 3));
@@ -40,25 +40,25 @@ TEST(Rays, LogRangesAreBounded)
 	EXPECT_FLOAT_EQ(rays.log_range[3], std::log(20.0F / 3));
 }
 
-TEST(Rays, AreSpreadOverTheScanAndNotCloserThanAsked)
+TEST(BeamSubset, AreSpreadOverTheScanAndNotCloserThanAsked)
 {
-	const Rays few = all_rays(scan_of(720, 180));
+	const BeamSubset few = all_beams(scan_of(720, 180));
 	EXPECT_EQ(few.count, 180U);
 	EXPECT_NEAR(few.spacing, kDegree, 1e-9);
-	const Rays all = all_rays(scan_of(60, 180));
+	const BeamSubset all = all_beams(scan_of(60, 180));
 	EXPECT_EQ(all.count, 60U);
 	EXPECT_NEAR(all.spacing, 3 * kDegree, 1e-9);
-	const Rays most = make_rays(scan_of(1440, 360), 0.1 * kDegree, 100);
+	const BeamSubset most = select_beams(scan_of(1440, 360), 0.1 * kDegree, 100);
 	EXPECT_LE(most.count, 100U);
 	EXPECT_GT(most.count, 90U);
 }
 
-TEST(Rays, ReturnsArePaddedBeamsThatEndNowhereAreKeptApart)
+TEST(BeamSubset, ReturnsArePaddedBeamsThatEndNowhereAreKeptApart)
 {
 	Scan scan = scan_of(11, 110);
 	scan.beams[3].is_return = scan.beams[4].is_return = false;
 	scan.beams[4].range = 80;
-	const Rays rays = all_rays(scan);
+	const BeamSubset rays = all_beams(scan);
 	EXPECT_EQ(rays.count, 11U);
 	ASSERT_EQ(rays.log_range.size(), 9U);
 	ASSERT_EQ(rays.returns.range.size(), 16U);
@@ -76,14 +76,14 @@ TEST(Rays, ReturnsArePaddedBeamsThatEndNowhereAreKeptApart)
 	EXPECT_FLOAT_EQ(std::atan2(rays.no_returns.unit_y[0], rays.no_returns.unit_x[0]), scan.beams[3].angle);
 }
 
-TEST(Rays, DepthEdgesLieBetweenNeighboursOfWhichOneIsWellBehindTheOther)
+TEST(BeamSubset, DepthEdgesLieBetweenNeighboursOfWhichOneIsWellBehindTheOther)
 {
 	const auto edges = [](const std::vector<float>& ranges, double degrees_apart = 1)
 	{
 		Scan scan = scan_of(ranges.size(), degrees_apart * static_cast<double>(ranges.size()));
 		for (std::size_t i = 0; i < ranges.size(); i++) scan.beams[i].range = ranges[i];
 		for (Beam& beam : scan.beams) beam.is_return = beam.range > 0;
-		return all_rays(scan).depth_edge;
+		return all_beams(scan).depth_edge;
 	};
 	using Edges = std::vector<std::uint8_t>;
 	EXPECT_EQ(edges({1, 1.4F, 2, 3, 3.6F, 1}), Edges({0, 0, 1, 1, 0, 1}));
@@ -93,7 +93,7 @@ TEST(Rays, DepthEdgesLieBetweenNeighboursOfWhichOneIsWellBehindTheOther)
 	EXPECT_EQ(edges({0, 3, 1}), Edges({0, 1}));
 }
 
-TEST(Rays, SurfacesAreStraightPiecesBetweenCornersEdgesAndGaps)
+TEST(BeamSubset, SurfacesAreStraightPiecesBetweenCornersEdgesAndGaps)
 {
 	// in a square room of 4 m, a post in front of one wall
 	Scan scan = scan_of(360, 360);
@@ -104,7 +104,7 @@ TEST(Rays, SurfacesAreStraightPiecesBetweenCornersEdgesAndGaps)
 	}
 	const auto surfaces = [&]
 	{
-		const auto starts = all_rays(scan).starts_surface;
+		const auto starts = all_beams(scan).starts_surface;
 		return std::count(starts.begin(), starts.end(), 1);
 	};
 	EXPECT_EQ(surfaces(), 4) << "four walls, wherever the scan begins";
@@ -116,7 +116,7 @@ TEST(Rays, SurfacesAreStraightPiecesBetweenCornersEdgesAndGaps)
 	EXPECT_EQ(surfaces(), 7) << "less than 10 cm is noise";
 }
 
-TEST(Rays, BeamsOnBothSidesOfAGapWithoutDataAreNoNeighbours)
+TEST(BeamSubset, BeamsOnBothSidesOfAGapWithoutDataAreNoNeighbours)
 {
 	Scan scan = scan_of(40, 40);
 	for (std::size_t i = 20; i < 40; i++) scan.beams[i].range = 6;
@@ -125,7 +125,7 @@ TEST(Rays, BeamsOnBothSidesOfAGapWithoutDataAreNoNeighbours)
 		Scan cut = scan;
 		cut.beams.erase(cut.beams.begin() + 20, cut.beams.begin() + 20 + static_cast<std::ptrdiff_t>(beams));
 		cut.field_of_view -= static_cast<double>(beams) * kDegree;
-		const Rays rays = all_rays(cut);
+		const BeamSubset rays = all_beams(cut);
 		EXPECT_EQ(rays.starts_run[20], beams < 10 ? 0 : 1) << beams;
 		return std::count(rays.depth_edge.begin(), rays.depth_edge.end(), 1);
 	};
@@ -133,7 +133,7 @@ TEST(Rays, BeamsOnBothSidesOfAGapWithoutDataAreNoNeighbours)
 	for (const std::size_t beams : {10U, 19U}) EXPECT_EQ(edges_without(beams), 0) << beams;
 }
 
-TEST(Rays, OfAFullCircleAreTheSameWhereverItBegins)
+TEST(BeamSubset, OfAFullCircleAreTheSameWhereverItBegins)
 {
 	Scan scan = scan_of(360, 360);
 	for (std::size_t i = 0; i < 360; i++) scan.beams[i].range = i < 100 ? 2 : i < 210 ? 4 : 6;
@@ -146,7 +146,7 @@ TEST(Rays, OfAFullCircleAreTheSameWhereverItBegins)
 			turned.beams[i].range = scan.beams[(i + turn) % 360].range;
 			turned.beams[i].is_return = scan.beams[(i + turn) % 360].is_return;
 		}
-		const Rays rays = all_rays(turned);
+		const BeamSubset rays = all_beams(turned);
 		const auto sum = [](const std::vector<std::uint8_t>& marks)
 		{ return std::count(marks.begin(), marks.end(), 1); };
 		return std::array{sum(rays.depth_edge), sum(rays.starts_run), sum(rays.starts_surface)};
@@ -157,9 +157,9 @@ TEST(Rays, OfAFullCircleAreTheSameWhereverItBegins)
 		EXPECT_EQ(flags(turn), flags(0)) << turn;
 }
 
-TEST(Rays, OfNoBeamsAreNone)
+TEST(BeamSubset, OfNoBeamsAreNone)
 {
-	const Rays rays = all_rays(Scan());
+	const BeamSubset rays = all_beams(Scan());
 	EXPECT_EQ(rays.count, 0U);
 	EXPECT_TRUE(rays.returns.range.empty());
 }

@@ -11,9 +11,9 @@
 namespace d2s1r
 {
 /// The scan in the directions of the profiles: the beam nearest to each.
-struct CompandedScan
+struct QuantizedScan
 {
-	/// By direction, the least and the greatest companded range of the map that agrees, and the truncation of
+	/// By direction, the least and the greatest quantized range of the map that agrees, and the truncation of
 	/// differences, in general and of what is beyond the greatest, which are 0 where there is no beam. A return agrees
 	/// with one range, a beam that saw nothing with all beyond its reach. Stored twice, then kBlock zeros, so that a
 	/// shifted read need not wrap around.
@@ -22,5 +22,5 @@ struct CompandedScan
 	std::vector<int> exact;     //!< of these, where one range agrees
 };
 
-CompandedScan compand(const Scan& scan, const RangeProfiles& profiles, const CoarseSearchParameters& parameters);
+QuantizedScan quantize(const Scan& scan, const RangeProfiles& profiles, const CoarseSearchParameters& parameters);
 }  // namespace d2s1r

@@ -1,5 +1,5 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include "coarse/companded_scan.h"
+#include "coarse/quantized_scan.h"
 
 #include <mrpt/math/wrap2pi.h>
 
@@ -8,11 +8,11 @@
 
 namespace d2s1r
 {
-CompandedScan compand(const Scan& scan, const RangeProfiles& profiles, const CoarseSearchParameters& parameters)
+QuantizedScan quantize(const Scan& scan, const RangeProfiles& profiles, const CoarseSearchParameters& parameters)
 {
 	const int directions = profiles.directions;
 	const auto padded = static_cast<std::size_t>(2 * directions + RangeProfiles::kBlock);
-	CompandedScan out;
+	QuantizedScan out;
 	for (auto* row : {&out.least, &out.greatest, &out.truncation, &out.truncation_beyond}) row->resize(padded);
 	std::vector<float> nearest(static_cast<std::size_t>(directions), 1.0F);  // [directions] above every offset
 	for (const Beam& beam : scan.beams)
@@ -27,7 +27,7 @@ CompandedScan compand(const Scan& scan, const RangeProfiles& profiles, const Coa
 		    may_be_occluder ? std::min(parameters.occluder_truncation, parameters.truncation) : parameters.truncation;
 		out.truncation[bin] = static_cast<std::uint8_t>(parameters.truncation);
 		out.truncation_beyond[bin] = static_cast<std::uint8_t>(beyond);
-		out.least[bin] = profiles.compand(static_cast<double>(beam.range));
+		out.least[bin] = profiles.quantize(static_cast<double>(beam.range));
 		out.greatest[bin] = beam.is_return ? out.least[bin] : RangeProfiles::kOutOfRange;
 	}
 	for (int direction = 0; direction < directions; direction++)

@@ -1,5 +1,5 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include "scan/rays.h"
+#include "scan/beam_subset.h"
 
 #include <mrpt/core/bits_math.h>
 
@@ -14,14 +14,14 @@ namespace
 constexpr float kFarthest = 20;                     //!< [m] beyond, surfaces are too dark or too slanted often
 constexpr double kWidestGap = mrpt::DEG2RAD(10.0);  //!< [rad] of beams without data that parts no neighbours
 
-void add(BeamEnds& beams, float unit_x, float unit_y, float range)
+void add(BeamArrays& beams, float unit_x, float unit_y, float range)
 {
 	beams.unit_x.push_back(unit_x);
 	beams.unit_y.push_back(unit_y);
 	beams.range.push_back(range);
 }
 
-void pad(BeamEnds& beams)
+void pad(BeamArrays& beams)
 {
 	constexpr float kFarBehind = -1e6F;  // [m]
 	while (beams.range.size() % kSimdFloats != 0) add(beams, 1, 0, kFarBehind);
@@ -74,7 +74,7 @@ bool begin_where_a_surface_does(std::vector<Beam>& beams, double widest, double 
 
 /// Marks where the returns `first` to `last` leave the straight line between these two: iterative end point fit (Duda
 /// and Hart, Pattern Classification and Scene Analysis, 1973).
-void split_surface(const BeamEnds& returns, std::size_t first, std::size_t last, std::vector<std::uint8_t>& starts)
+void split_surface(const BeamArrays& returns, std::size_t first, std::size_t last, std::vector<std::uint8_t>& starts)
 {
 	const auto x = [&](std::size_t i) { return returns.unit_x[i] * returns.range[i]; };
 	const auto y = [&](std::size_t i) { return returns.unit_y[i] * returns.range[i]; };
@@ -93,69 +93,69 @@ void split_surface(const BeamEnds& returns, std::size_t first, std::size_t last,
 }
 
 /// Marks where straight pieces of surface begin.
-std::vector<std::uint8_t> find_surfaces(const Rays& rays)
+std::vector<std::uint8_t> find_surfaces(const BeamSubset& subset)
 {
-	const std::size_t count = rays.log_range.size();
+	const std::size_t count = subset.log_range.size();
 	std::vector<std::uint8_t> starts(count);
 	for (std::size_t first = 0, past; first < count; first = past)
 	{
 		starts[first] = 1;
 		past = first + 1;
-		while (past < count && rays.depth_edge[past] == 0 && rays.starts_run[past] == 0) past++;
-		split_surface(rays.returns, first, past - 1, starts);
+		while (past < count && subset.depth_edge[past] == 0 && subset.starts_run[past] == 0) past++;
+		split_surface(subset.returns, first, past - 1, starts);
 	}
 	return starts;
 }
 }  // namespace
 
-Rays make_rays(const Scan& scan, double spacing, int most)
+BeamSubset select_beams(const Scan& scan, double spacing, int most)
 {
-	Rays rays;
+	BeamSubset subset;
 	const std::size_t beams = scan.beams.size();
-	if (beams == 0) return rays;
+	if (beams == 0) return subset;
 	const double apart = scan.field_of_view / static_cast<double>(beams);
 	const auto stride = std::max(
 	    static_cast<std::size_t>(std::max(1L, std::lround(spacing / apart))),
 	    (beams + static_cast<std::size_t>(most) - 1) / static_cast<std::size_t>(most));
-	rays.spacing = apart * static_cast<double>(stride);
+	subset.spacing = apart * static_cast<double>(stride);
 	std::vector<Beam> chosen;
 	for (std::size_t i = 0; i < beams; i += stride) chosen.push_back(scan.beams[i]);
-	rays.count = chosen.size();
-	const double widest = std::max(kWidestGap, 1.5 * rays.spacing);
-	const bool closed = begin_where_a_surface_does(chosen, widest, rays.spacing);
+	subset.count = chosen.size();
+	const double widest = std::max(kWidestGap, 1.5 * subset.spacing);
+	const bool closed = begin_where_a_surface_does(chosen, widest, subset.spacing);
 	const Beam* before = closed ? &chosen.back() : nullptr;
 	for (const Beam& beam : chosen)
 	{
 		if (beam.is_return)
 		{
-			const Step step = before ? step_between(*before, beam, widest, rays.spacing) : Step{};
-			rays.depth_edge.push_back(step.is_depth_edge ? 1 : 0);
-			add(rays.returns, std::cos(beam.angle), std::sin(beam.angle), beam.range);
-			rays.log_range.push_back(std::log(std::clamp(beam.range, 0.5F, kFarthest) / 3.0F));
-			rays.starts_run.push_back(step.starts_run ? 1 : 0);
+			const Step step = before ? step_between(*before, beam, widest, subset.spacing) : Step{};
+			subset.depth_edge.push_back(step.is_depth_edge ? 1 : 0);
+			add(subset.returns, std::cos(beam.angle), std::sin(beam.angle), beam.range);
+			subset.log_range.push_back(std::log(std::clamp(beam.range, 0.5F, kFarthest) / 3.0F));
+			subset.starts_run.push_back(step.starts_run ? 1 : 0);
 		}
 		else
-			add(rays.no_returns, std::cos(beam.angle), std::sin(beam.angle), std::min(beam.range, kFarthest));
+			add(subset.no_returns, std::cos(beam.angle), std::sin(beam.angle), std::min(beam.range, kFarthest));
 		before = &beam;
 	}
-	rays.starts_surface = find_surfaces(rays);
-	pad(rays.returns);
-	pad(rays.no_returns);
-	return rays;
+	subset.starts_surface = find_surfaces(subset);
+	pad(subset.returns);
+	pad(subset.no_returns);
+	return subset;
 }
 
-Rays few_rays(const Scan& scan)
+BeamSubset few_beams(const Scan& scan)
 {
-	return make_rays(scan, mrpt::DEG2RAD(4.0), 45);
+	return select_beams(scan, mrpt::DEG2RAD(4.0), 45);
 }
 
-Rays many_rays(const Scan& scan)
+BeamSubset many_beams(const Scan& scan)
 {
-	return make_rays(scan, mrpt::DEG2RAD(1.0), 180);
+	return select_beams(scan, mrpt::DEG2RAD(1.0), 180);
 }
 
-Rays all_rays(const Scan& scan)
+BeamSubset all_beams(const Scan& scan)
 {
-	return make_rays(scan, mrpt::DEG2RAD(1.0), 360);
+	return select_beams(scan, mrpt::DEG2RAD(1.0), 360);
 }
 }  // namespace d2s1r

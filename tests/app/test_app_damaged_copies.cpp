@@ -1,0 +1,150 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+// Damaged copies of the files that MRPT's own readers read. These readers trust the file: they crash, or take all the
+// memory there is. The program must not.
+#include "app_process.h"
+#include "app_world.h"
+
+#include <d2s1r/CSignatureMap2D.h>
+#include <mrpt/maps/CSimpleMap.h>
+#include <mrpt/obs/CActionCollection.h>
+#include <mrpt/obs/CActionRobotMovement2D.h>
+#include <mrpt/poses/CPose3DPDFGaussian.h>
+
+#include <random>
+
+using namespace d2s1r::test;
+
+namespace
+{
+std::string serialized(const mrpt::serialization::CSerializable& object)
+{
+	const auto bytes = bytes_of(object);
+	return {bytes.begin(), bytes.end()};
+}
+
+std::string some_actions_and_scans()
+{
+	std::string bytes;
+	const Objects log = action_log();
+	for (std::size_t i = 0; i < 8; i++) bytes += serialized(*log.at(i));
+	return bytes;
+}
+
+std::string simplemap_of_the_walk()
+{
+	mrpt::maps::CSimpleMap keyframes;
+	for (std::size_t i = 0; i < 3; i++)
+	{
+		mrpt::obs::CSensoryFrame frame;
+		frame.insert(walk_scan(i));
+		keyframes.insert(mrpt::poses::CPose3DPDFGaussian(mrpt::poses::CPose3D(walk()[i]), {}), frame);
+	}
+	return serialized(keyframes);
+}
+
+/// Changes a byte, or writes a great number over four of them, in one to three places; some copies are cut short.
+std::string damaged(std::string bytes, unsigned seed)
+{
+	std::mt19937 random(seed);
+	const auto below = [&](std::size_t end) { return random() % end; };
+	for (std::size_t i = 1 + below(3); i > 0; i--)
+	{
+		// half of the damage hits what stands before the first numbers of scans and cells
+		const std::size_t at = below(random() % 2 == 0 ? std::min<std::size_t>(bytes.size(), 400) : bytes.size());
+		if (random() % 2 == 0)
+			bytes[at] = static_cast<char>(random());
+		else
+			bytes.replace(at, 4, random() % 2 == 0 ? "\xff\xff\xff\x7f" : "\xff\xff\xff\xff");
+	}
+	if (below(5) == 0) bytes.resize(below(bytes.size()));
+	return bytes;
+}
+}  // namespace
+
+class AppDamagedCopies : public AppTest
+{
+   protected:
+	AppDamagedCopies()
+	{
+		save_gridmap(flat(), path("flat.gridmap.gz"));
+		save(observation_log(), path("walk.rawlog"));
+	}
+
+	/// Expects that the program ends by itself, with one line if it cannot use the file, and in little memory.
+	void expect_survived(const Words& inputs, const std::string& what) const
+	{
+		Words words = {"-o", path("out"), "-q"};
+		words.insert(words.end(), inputs.begin(), inputs.end());
+		const ProcessResult result = run(words);
+		EXPECT_TRUE(result.status == 0 || result.status == 2) << what << ": " << result.status;
+		EXPECT_EQ(lines_of(result.err).size(), result.status == 0 ? 0U : 1U) << what << ": " << result.err;
+		EXPECT_EQ(result.err.find("defect"), std::string::npos) << what << ": " << result.err;
+		EXPECT_LT(result.memory, 1'100'000) << what;
+	}
+
+	void expect_maps_survived(const std::string& sound, const std::string& name) const
+	{
+		write_file(path(name), sound);
+		EXPECT_EQ(run({"-m", path(name), "-i", path("walk.rawlog"), "-o", path("out")}).status, 0) << "undamaged";
+		for (unsigned seed = 1; seed <= kCopies; seed++)
+		{
+			write_file(path(name), damaged(sound, seed));
+			expect_survived({"-m", path(name), "-i", path("walk.rawlog")}, name + ", seed " + std::to_string(seed));
+		}
+	}
+
+	static constexpr unsigned kCopies = 12;
+};
+
+TEST_F(AppDamagedCopies, OfARawlog)
+{
+	const std::string sound = some_actions_and_scans(), file = path("log.rawlog");
+	write_file(file, sound);
+	EXPECT_EQ(run({"-m", path("flat.gridmap.gz"), "-i", file, "-o", path("out")}).status, 0) << "undamaged";
+	for (unsigned seed = 1; seed <= kCopies; seed++)
+	{
+		write_file(file, damaged(sound, seed));
+		expect_survived({"-m", path("flat.gridmap.gz"), "-i", file}, "seed " + std::to_string(seed));
+	}
+}
+
+TEST_F(AppDamagedCopies, OfASimplemap)
+{
+	expect_maps_survived(simplemap_of_the_walk(), "walk.simplemap");
+}
+
+TEST_F(AppDamagedCopies, OfAGridmap)
+{
+	expect_maps_survived(serialized(*make_map(flat())), "flat.gridmap");
+}
+
+TEST_F(AppDamagedCopies, OfASignatureMap)
+{
+	expect_maps_survived(serialized(d2s1r::CSignatureMap2D(*make_map(flat()))), "flat.signaturemap");
+}
+
+/// MRPT reads the pose change of such an action from nowhere.
+TEST_F(AppDamagedCopies, RawlogThatCrashesMrptsReaderIsLocalizedUpToThere)
+{
+	mrpt::obs::CActionRobotMovement2D movement;
+	movement.computeFromOdometry(mrpt::poses::CPose2D(0.1, 0, 0.1), {});
+	mrpt::obs::CActionCollection actions;
+	actions.insert(movement);
+	std::string action = serialized(actions);
+	const std::string name = "CActionRobotMovement2D";
+	action[action.find(name) + name.size() + 1] = 1;  // how the movement was estimated
+	write_file(path("log.rawlog"), serialized(*walk_scan(0)) + serialized(*walk_scan(1)) + action);
+	expect_refusal(
+	    {"-m", path("flat.gridmap.gz"), "-i", path("log.rawlog"), "-o", path("out"), "-q"}, 2,
+	    {path("log.rawlog") + ": is damaged after object 2 (MRPT's reader crashes there); copy",
+	     "the 2 frames before"});
+	EXPECT_EQ(CsvTable(path("out/frames.csv"), kFramesHeader).size(), 2U);
+}
+
+TEST_F(AppDamagedCopies, SimplemapOfTwoBillionKeyframesInFewBytes)
+{
+	std::string bytes = serialized(mrpt::maps::CSimpleMap());
+	bytes.replace(bytes.find("CSimpleMap") + 11, 4, "\xff\xff\xff\x7f");
+	write_file(path("count.simplemap"), bytes);
+	expect_survived({"-m", path("count.simplemap"), "-i", path("walk.rawlog")}, "count");
+}

@@ -1,0 +1,115 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+// The folders of the library are the stages of its data flow, and no include runs back.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace d2s1r::test
+{
+namespace
+{
+namespace fs = std::filesystem;
+
+const fs::path kLibrary = fs::path(D2S1R_SOURCE_DIR) / "libs/d2s1r";
+
+/// The stages in their order; a file may include its own stage and those of a lower number. Stages of one number do not
+/// know of each other.
+const std::map<std::string, int> kStages = {{"base", 0},      {"scan", 1},   {"map", 2},   {"ranges", 3},
+                                            {"answer", 4},    {"coarse", 5}, {"paper", 5}, {"fine", 6},
+                                            {"localizer", 7}, {"frames", 8}, {"mrpt", 8}};
+
+/// The stage of each public header that is not named like its folder.
+const std::map<std::string, std::string> kStageOfHeader = {
+    {"parameters.h", "base"},
+    {"scan.h", "scan"},
+    {"scan_accumulator.h", "scan"},
+    {"grid.h", "map"},
+    {"map_io.h", "map"},
+    {"localization.h", "answer"},
+    {"prior.h", "answer"},
+    {"localizer.h", "localizer"},
+    {"default_localizer.h", "localizer"},
+    {"window_localizer.h", "frames"},
+    {"motion.h", "frames"},
+    {"seeding.h", "mrpt"},
+    {"likelihood_field.h", "mrpt"},
+    {"CSignatureMap2D.h", "mrpt"},
+    {"CFusionBackend.h", "mrpt"},
+    {"version.h", "base"}};
+
+std::vector<fs::path> files_below(const fs::path& folder)
+{
+	std::vector<fs::path> files;
+	for (const auto& entry : fs::recursive_directory_iterator(folder))
+		if (entry.is_regular_file()) files.push_back(entry.path());
+	return files;
+}
+
+/// The stage that an included file belongs to; empty if it is not of the library.
+std::string stage_of(const std::string& included)
+{
+	const fs::path path(included);
+	const std::string folder = path.parent_path().string();
+	if (kStages.count(folder) > 0) return folder;
+	const auto header = kStageOfHeader.find(path.filename().string());
+	return header != kStageOfHeader.end() && (folder.empty() || folder == "d2s1r") ? header->second : "";
+}
+
+/// The stage of a source file: its folder, "localizer" for those beside the folders, and that of a public header.
+std::string stage_of_file(const fs::path& file)
+{
+	if (file.parent_path().filename() == "d2s1r") return stage_of("d2s1r/" + file.filename().string());
+	if (file.parent_path().filename() == "src") return "localizer";
+	return file.parent_path().filename().string();
+}
+
+std::vector<std::string> includes_of(const fs::path& file)
+{
+	std::vector<std::string> included;
+	std::ifstream stream(file);
+	const std::string start = "#include ";
+	for (std::string line; std::getline(stream, line);)
+		if (line.rfind(start, 0) == 0)
+			included.push_back(line.substr(start.size() + 1, line.find_last_of("\">") - start.size() - 1));
+	return included;
+}
+
+std::vector<fs::path> sources()
+{
+	std::vector<fs::path> files = files_below(kLibrary / "src");
+	for (const fs::path& header : files_below(kLibrary / "include")) files.push_back(header);
+	return files;
+}
+}  // namespace
+
+TEST(Layout, NoIncludeRunsAgainstTheDataFlow)
+{
+	int checked = 0;
+	for (const fs::path& file : sources())
+	{
+		const std::string from = stage_of_file(file);
+		ASSERT_EQ(kStages.count(from), 1U) << file << " belongs to no stage";
+		for (const std::string& included : includes_of(file))
+		{
+			const std::string to = stage_of(included);
+			if (to.empty() || to == from) continue;
+			checked++;
+			EXPECT_LT(kStages.at(to), kStages.at(from)) << file << " includes " << included;
+		}
+	}
+	EXPECT_GT(checked, 60) << "the test must see the includes";
+}
+
+TEST(Layout, FoldersCanBeSurveyed)
+{
+	std::map<std::string, int> files;
+	for (const fs::path& file : files_below(kLibrary / "src")) files[file.parent_path().filename().string()]++;
+	for (const auto& [folder, count] : files) EXPECT_LE(count, 15) << folder;
+	EXPECT_LE(files_below(kLibrary / "src").size(), 100U);
+	EXPECT_LE(files_below(kLibrary / "include").size() + 1, 16U) << "with version.h, which is generated";
+}
+}  // namespace d2s1r::test
