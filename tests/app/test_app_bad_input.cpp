@@ -66,6 +66,19 @@ TEST_F(AppBadInput, InputsThatMayNotBeRead)
 	expect_nothing_written();
 }
 
+TEST_F(AppBadInput, FewFileDescriptorsAreNotBlamedOnTheFiles)
+{
+	for (const char* descriptors : {"4", "5", "6"})
+	{
+		const auto result = run_program(
+		    {"prlimit", std::string("--nofile=") + descriptors, RAWLOG_LOCALIZE, "-m", path("flat.gridmap.gz"), "-i",
+		     path("walk.rawlog"), "-o", path("out"), "-q"});
+		if (result.status == 0) continue;
+		EXPECT_EQ(lines_of(result.err).size(), 1U) << result.err;
+		EXPECT_NE(result.err.find("ulimit -n"), std::string::npos) << descriptors << ": " << result.err;
+	}
+}
+
 TEST_F(AppBadInput, FolderAsRawlog)
 {
 	expect_bad_rawlog(folder().string(), {"folder"});

@@ -2,6 +2,7 @@
 #include "input/own_process.h"
 
 #include "cli/console.h"
+#include "cli/errors.h"
 
 #include <fcntl.h>
 #include <poll.h>
@@ -16,7 +17,6 @@
 #include <cstring>
 #include <fstream>
 #include <new>
-#include <system_error>
 #include <vector>
 
 namespace d2s1r::app
@@ -26,9 +26,12 @@ namespace
 constexpr int kOutOfMemoryStatus = 101;  //!< [-] exit status of the copy; below are those of sanitizers and shells
 constexpr int kCrashedStatus = 102;
 
-[[noreturn]] void fail(const char* what)
+[[noreturn]] void fail()
 {
-	throw std::system_error(errno, std::generic_category(), what);
+	throw UserError(
+	    kBadInput, "process that reads the file",
+	    std::string("cannot be started (") + std::strerror(errno) +
+	        "); allow the program more open files and processes (ulimit -n, ulimit -u)");
 }
 
 /// Returns the address space [byte] that this process has, 0 if the system does not tell.
@@ -182,11 +185,11 @@ ProcessEnd run_in_own_process(
     const std::function<void(const std::string& record)>& receive)
 {
 	int ends[2] = {-1, -1};
-	if (pipe2(ends, O_CLOEXEC) != 0) fail("no pipe to another process");
+	if (pipe2(ends, O_CLOEXEC) != 0) fail();
 	const Descriptor reading(ends[0]);
 	Descriptor writing(ends[1]);
 	const pid_t parent = getpid(), id = fork();
-	if (id < 0) fail("no other process");
+	if (id < 0) fail();
 	if (id == 0) work_and_exit(limits, work, writing.number(), parent);
 	Child child(id);
 	writing.close_now();

@@ -30,7 +30,7 @@ using Send = std::function<void(const std::string& record)>;
 /// Does `work` in a copy of this process, so that a crash, an endless loop or a hunger for memory ends only that copy.
 /// Nothing of what `work` changes or prints reaches this process, except for the records that it sends: `receive` gets
 /// each of them here, in order, and also those that were sent before a crash. Call it while this process has only one
-/// thread. \throws std::system_error if the system refuses another process
+/// thread. \throws UserError (kBadInput) if the system refuses another process
 ProcessEnd run_in_own_process(
     const ProcessLimits& limits, const std::function<void(const Send&)>& work,
     const std::function<void(const std::string& record)>& receive);

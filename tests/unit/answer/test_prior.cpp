@@ -28,6 +28,13 @@ TEST(PriorOfCorners, HoldsTheBoxInAnyOrderOfTheCorners)
 	EXPECT_TRUE(Prior{}.allows({1e6, 1e6, 0}));
 }
 
+TEST(PriorOfCorners, MayBeAsFarAsNumbersGo)
+{
+	const Prior prior = make_prior(-1e308, -1e308, 1e308, 5);
+	EXPECT_TRUE(prior.allows({100, 4, 1}));
+	EXPECT_FALSE(prior.allows({100, 6, 1}));
+}
+
 TEST(PriorOfCorners, RefusesEmptyAndInfiniteBoxes)
 {
 	EXPECT_THROW(make_prior(1, 1, 1, 2), std::invalid_argument);

@@ -98,7 +98,9 @@ TEST(Parameters, UnknownNamesAreRefused)
 	    "my.ini:2: grid.ocupied_threshold is not a parameter; remove it or correct its name");
 	EXPECT_NE(
 	    refusal("[gird]\noccupied_threshold = 0.5\n").find("my.ini:2: gird.occupied_threshold"), std::string::npos);
-	EXPECT_NE(refusal("occupied_threshold = 0.5\n").find("my.ini:1: "), std::string::npos);
+	EXPECT_EQ(
+	    refusal("occupied_threshold = 0.5\n"),
+	    "my.ini:1: 'occupied_threshold = 0.5' stands before the first [section]; put it below the one it belongs to");
 }
 
 TEST(Parameters, TextThatIsNotAValueIsRefused)
@@ -155,6 +157,29 @@ TEST(Parameters, CheckNamesTheFirstValueOutOfRange)
 	{
 		EXPECT_NE(std::string(error.what()).find("scan.max_tilt"), std::string::npos) << error.what();
 	}
+}
+
+TEST(Parameters, ByteOrderMarkIsSkipped)
+{
+	EXPECT_EQ(parse_parameters("\xEF\xBB\xBF[paper]\nbins = 33\n").paper.bins, 33);
+}
+
+TEST(Parameters, FilesThatCannotBeReadToTheirEndAreRefused)
+{
+	const auto refusal_of = [](const std::string& file)
+	{
+		try
+		{
+			load_parameters(file);
+		}
+		catch (const std::runtime_error& error)
+		{
+			return std::string(error.what());
+		}
+		return std::string();
+	};
+	EXPECT_NE(refusal_of("/proc/self/mem").find("/proc/self/mem: cannot be read ("), std::string::npos);
+	EXPECT_NE(refusal_of("/dev/zero").find("/dev/zero: is longer than"), std::string::npos);
 }
 
 TEST(Parameters, FilesAreReadAndMissingOnesNamed)

@@ -45,6 +45,37 @@ TEST(MapImage, RowsGoUpAndTheOriginIsExact)
 	EXPECT_GT(p_occupied(*map, 0, 1), 0.99);
 }
 
+TEST(MapImage, SamplesMayBeText)
+{
+	const TempFolder folder;
+	const auto occupied = [&](const std::string& bytes)
+	{
+		const auto map = load_map(folder.write("map.pnm.pgm", bytes), {}, ImageGeometry{1, 0, 0});
+		std::vector<bool> cells;
+		for (int y = static_cast<int>(map->getSizeY()) - 1; y >= 0; y--)
+			for (int x = 0; x < static_cast<int>(map->getSizeX()); x++) cells.push_back(p_occupied(*map, x, y) > 0.9);
+		return cells;
+	};
+	const std::vector<bool> expected = {true, false, false, true};
+	EXPECT_EQ(occupied("P2 2 2 255 0 255 255 0"), expected) << "nothing follows the last sample";
+	EXPECT_EQ(occupied("P2\n2 2\n255\n0 # a wall\n255\n255 0\n"), expected);
+	EXPECT_EQ(occupied("P2\n2 2\n65535\n0 65535 65535 0"), expected);
+	EXPECT_EQ(occupied("P1\n2 2\n1001"), expected);
+	EXPECT_EQ(occupied("P1\n2 2\n1 0\n0 1\n"), expected);
+	EXPECT_EQ(occupied("P3\n2 2\n255\n0 0 0 255 255 255\n255 255 255 0 0 0"), expected);
+}
+
+TEST(MapImage, TextWithTooFewSamplesIsRefused)
+{
+	const TempFolder folder;
+	for (const std::string& bytes :
+	     {std::string("P2 2 2 255 0 255 255"), std::string("P2 9000 9000 255 0 255 255"), std::string("P1 2 2 101"),
+	      std::string("P2 2 2 255 0 255 white 255 255")})
+		EXPECT_NE(
+		    refusal(folder.write("short.pgm", bytes), ImageGeometry{1, 0, 0}).find("truncated"), std::string::npos)
+		    << bytes;
+}
+
 TEST(MapImage, ColourAndTransparency)
 {
 	const TempFolder folder;

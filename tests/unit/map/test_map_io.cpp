@@ -11,6 +11,7 @@
 #include <mrpt/obs/CSensoryFrame.h>
 #include <mrpt/poses/CPose3DPDFGaussian.h>
 #include <mrpt/serialization/CArchive.h>
+#include <sys/resource.h>
 
 #include "map/occupancy_map.h"
 #include "test_files.h"
@@ -167,6 +168,37 @@ TEST(MapIo, BrokenFilesAreRefusedByName)
 	EXPECT_NE(
 	    refusal(folder.write("cut.gridmap.gz", bytes.substr(0, bytes.size() / 2))).find("truncated"),
 	    std::string::npos);
+}
+
+/// MRPT makes room for all that a file says it holds.
+TEST(MapIo, CountsThatTheFileCannotHoldAreRefused)
+{
+	const TempFolder folder;
+	const auto serialized = [](const mrpt::serialization::CSerializable& object)
+	{
+		std::vector<std::uint8_t> bytes;
+		mrpt::serialization::ObjectToOctetVector(&object, bytes);
+		return std::string(bytes.begin(), bytes.end());
+	};
+	std::string keyframes = serialized(mrpt::maps::CSimpleMap());
+	keyframes.replace(keyframes.find("CSimpleMap") + 11, 4, "\xff\xff\xff\x7f");
+	EXPECT_NE(refusal(folder.write("many.simplemap", keyframes)).find("truncated; copy"), std::string::npos);
+
+	const std::string start = serialized(*make_map(enlarge(kRoom, 200), 0.05)).substr(0, 100);
+	EXPECT_NE(refusal(folder.write("start.gridmap", start)).find("truncated; copy"), std::string::npos);
+}
+
+TEST(MapIo, FewFileDescriptorsAreNotBlamedOnTheMap)
+{
+	const TempFolder folder;
+	save(*make_map(kRoom, 0.05), folder.path("map.gridmap"));
+	rlimit limit = {};
+	ASSERT_EQ(getrlimit(RLIMIT_NOFILE, &limit), 0);
+	const rlimit none = {0, limit.rlim_max};
+	ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &none), 0);
+	const std::string message = refusal(folder.path("map.gridmap"));
+	ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &limit), 0);
+	EXPECT_NE(message.find("cannot be read (Too many open files); allow"), std::string::npos) << message;
 }
 
 TEST(MapIo, FilesThatMayNotBeReadAreRefusedByName)

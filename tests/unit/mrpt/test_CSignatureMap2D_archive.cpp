@@ -79,6 +79,20 @@ TEST(SignatureMapArchive, ComesBackExactlyWhereItWas)
 	}
 }
 
+TEST(SignatureMapArchive, ComesBackFromWhereFloatsAreCoarse)
+{
+	const auto grid = make_map(make_picture_grid({"#####", "#...#", "#####"}, 0.01));
+	for (const double origin : {30e3, -65e3, 99e3})
+	{
+		set_origin(*grid, origin, -origin);
+		const CSignatureMap2D map(*grid);
+		const CSignatureMap2D read = deserialized(serialized(map));
+		EXPECT_EQ(read.fingerprint(), map.fingerprint()) << origin;
+		EXPECT_EQ(read.grid()->getSizeX(), map.grid()->getSizeX()) << origin;
+		EXPECT_EQ(read.grid()->getXMin(), map.grid()->getXMin()) << origin;
+	}
+}
+
 TEST(SignatureMapArchive, RefusesAnArchiveThatDoesNotFitItsFingerprint)
 {
 	auto bytes = serialized(make_signature_map());

@@ -117,7 +117,8 @@ bool Prior::allows_position(double x, double y, double margin) const
 
 Prior make_prior(double x0, double y0, double x1, double y1)
 {
-	if (!std::isfinite(x0 + y0 + x1 + y1)) throw std::invalid_argument("make_prior: a corner is not finite");
+	for (const double corner : {x0, y0, x1, y1})
+		if (!std::isfinite(corner)) throw std::invalid_argument("make_prior: a corner is not finite");
 	if (x0 == x1 || y0 == y1) throw std::invalid_argument("make_prior: the box is empty; give two opposite corners");
 	PoseBox box;
 	std::tie(box.least_x, box.greatest_x) = std::minmax({x0, x1});

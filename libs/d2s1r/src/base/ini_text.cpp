@@ -42,7 +42,8 @@ std::vector<IniEntry> parse_ini(const std::string& text, const std::string& name
 	std::vector<IniEntry> entries;
 	std::set<std::string> seen;
 	std::string section;
-	std::istringstream lines(text);
+	const std::string byte_order_mark = "\xEF\xBB\xBF";
+	std::istringstream lines(text.rfind(byte_order_mark, 0) == 0 ? text.substr(byte_order_mark.size()) : text);
 	std::string raw;
 	for (int number = 1; std::getline(lines, raw); number++)
 	{
@@ -58,6 +59,10 @@ std::vector<IniEntry> parse_ini(const std::string& text, const std::string& name
 		if (equals == std::string::npos)
 			throw std::invalid_argument(
 			    where() + "'" + printable(line) + "' is neither [section] nor key = value; correct or remove the line");
+		if (section.empty())
+			throw std::invalid_argument(
+			    where() + "'" + printable(line) +
+			    "' stands before the first [section]; put it below the one it belongs to");
 		IniEntry entry{number, section, trimmed(line.substr(0, equals)), trimmed(line.substr(equals + 1))};
 		if (!seen.insert(entry.section + '.' + entry.key).second)
 			throw std::invalid_argument(where() + printable(section + '.' + entry.key) + " is given twice; keep one");

@@ -1,13 +1,11 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include <d2s1r/parameters.h>
 
-#include <filesystem>
-#include <fstream>
-#include <sstream>
 #include <stdexcept>
 #include <type_traits>
 
 #include "base/checked_value.h"
+#include "base/file_text.h"
 #include "base/ini_text.h"
 #include "base/parameter_list.h"
 
@@ -90,12 +88,19 @@ Parameters parse_parameters(const std::string& ini_text, const std::string& name
 
 Parameters load_parameters(const std::string& ini_file)
 {
-	std::ifstream file(ini_file, std::ios::binary);
-	if (!file.is_open() || std::filesystem::is_directory(ini_file))
-		throw std::runtime_error(ini_file + ": cannot be read; is it there and readable?");
-	std::ostringstream text;
-	text << file.rdbuf();
-	return parse_parameters(text.str(), ini_file);
+	constexpr std::size_t kMost = 1 << 20;  // [byte] a hundred times what to_ini() writes
+	std::string text;
+	try
+	{
+		text = read_text(ini_file, kMost + 1);
+		if (text.size() > kMost)
+			throw std::runtime_error("is longer than " + std::to_string(kMost) + " bytes; name an ini file");
+	}
+	catch (const std::runtime_error& error)
+	{
+		throw std::runtime_error(ini_file + ": " + error.what());
+	}
+	return parse_parameters(text, ini_file);
 }
 
 std::string to_ini(const Parameters& parameters)

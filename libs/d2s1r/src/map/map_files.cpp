@@ -7,9 +7,9 @@
 #include <cctype>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <stdexcept>
 
+#include "base/file_text.h"
 #include "map/map_yaml.h"
 #include "map/occupancy_map.h"
 
@@ -28,15 +28,15 @@ std::string lower_case_extension(const std::string& file)
 	    [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
 	return extension;
 }
-
 }  // namespace
 
 void check_readable(const std::string& file)
 {
 	std::error_code error;
-	if (!fs::is_regular_file(file, error) || !std::ifstream(file))
-		throw std::runtime_error("cannot be read; check that it exists, is a file and is readable");
-	if (fs::file_size(file, error) == 0) throw std::runtime_error("is empty; copy or save the map again");
+	const auto status = fs::status(file, error);
+	if (fs::exists(status) && !fs::is_regular_file(status))
+		throw std::runtime_error("cannot be read (it is a folder, a device or a pipe); name the file of a map");
+	if (read_text(file, 1).empty()) throw std::runtime_error("is empty; copy or save the map again");
 }
 
 bool is_yaml_name(const std::string& file)

@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "base/checked_value.h"
+#include "base/file_text.h"
 #include "base/ini_text.h"
 #include "map/map_image.h"
 
@@ -83,7 +84,7 @@ void check_values(const MapServerYaml& yaml, double origin_yaw)
 
 MapServerYaml read_yaml(const std::string& file)
 {
-	const YAML::Node root = YAML::LoadFile(file);
+	const YAML::Node root = YAML::Load(read_text(file));
 	MapServerYaml yaml;
 	yaml.image = read<std::string>(root, "image", "a file name");
 	yaml.geometry.resolution = read_number(root, "resolution", "a number of metres");

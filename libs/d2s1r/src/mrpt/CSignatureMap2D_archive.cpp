@@ -117,7 +117,9 @@ void CSignatureMap2D::serializeTo(mrpt::serialization::CArchive& out) const
 	likelihood_options().saveToConfigFile(likelihood, kLikelihoodSection);
 	out << genericMapParams << archived_parameters() << likelihood.getContent() << fingerprint();
 	out.WriteAs<bool>(!isEmpty());
-	auto map = isEmpty() ? mrpt::maps::COccupancyGridMap2D() : on_whole_cells(*grid());
+	auto map = isEmpty() ? mrpt::maps::COccupancyGridMap2D() : *grid();
+	// MRPT reads the corners as floats and finds the number of cells from them: only near the origin that is right.
+	if (!isEmpty()) set_origin(map, 0, 0);
 	map.insertionOptions = insertionOptions;
 	out << map;
 	if (!isEmpty()) out << grid()->getXMin() << grid()->getYMin();

@@ -9,7 +9,7 @@
 #include <mrpt/serialization/CArchive.h>
 
 #include <cmath>
-#include <cstring>
+#include <filesystem>
 #include <stdexcept>
 
 #include "map/cell_classes.h"
@@ -23,32 +23,74 @@ namespace d2s1r
 namespace
 {
 using mrpt::maps::COccupancyGridMap2D;
+namespace fs = std::filesystem;
 
-/// A serialized grid starts with its class name, version, bits of a cell, numbers of cells and extent: looked at before
-/// MRPT allocates the cells of that extent.
-void check_serialized_size(const std::string& file)
+[[noreturn]] void refuse_as_truncated()
 {
-	const std::string name = "mrpt::maps::COccupancyGridMap2D";
-	struct Header
-	{
-		char name_length, name[31], version, cell_bits, cells[8], extent[20];
-	} header;
-	static_assert(sizeof(Header) == 62, "as written, without padding");
-	struct Extent
-	{
-		float x_min, x_max, y_min, y_max, cell_size;  // [m]
-	} extent;
-	static_assert(sizeof(extent) == sizeof(header.extent));
-	mrpt::io::CFileGZInputStream stream;
-	if (!stream.open(file) || stream.Read(&header, sizeof(header)) != sizeof(header)) return;
-	if (std::string(header.name, sizeof(header.name)) != name) return;
-	std::memcpy(&extent, header.extent, sizeof(extent));
-	const auto cells = [&](float from, float to) {
-		return std::round(
-		    (static_cast<double>(to) - static_cast<double>(from)) / static_cast<double>(extent.cell_size));
-	};
-	check_map_size(cells(extent.x_min, extent.x_max), cells(extent.y_min, extent.y_max));
+	throw std::runtime_error("is truncated; copy or save it again");
 }
+
+/// Reads the start of a serialized map, which MRPT believes: it makes room for as many cells or keyframes as that says.
+class MapHeader
+{
+   public:
+	explicit MapHeader(const std::string& file) : most_bytes_(kGzipRatio * static_cast<double>(fs::file_size(file)))
+	{
+		if (!stream_.open(file)) return;
+		const auto name_length = read<unsigned char>();
+		name_.resize(name_length & 0x7FU);
+		if (stream_.Read(name_.data(), name_.size()) != name_.size()) return;
+		version_ = read<unsigned char>();
+	}
+
+	/// \throws std::runtime_error if the map is too large for memory, or for the file that it is to be in
+	void check()
+	{
+		if (name_ == "mrpt::maps::COccupancyGridMap2D") check_grid();
+		if (name_ == "mrpt::maps::CSimpleMap") check_keyframes();
+	}
+
+   private:
+	static constexpr double kGzipRatio = 1032;  //!< [-] unpacked bytes for a byte of a gzip file, at most
+
+	template <class Number>
+	Number read()
+	{
+		Number number{};
+		stream_.Read(&number, sizeof number);
+		return number;
+	}
+
+	void check_grid()
+	{
+		struct Start
+		{
+			std::uint32_t cells_x, cells_y;
+			float x_min, x_max, y_min, y_max, cell_size;  //!< [m]
+		};
+		if (version_ >= 2) read<unsigned char>();  // bits of a cell
+		const auto start = read<Start>();
+		const auto cells = [&](float from, float to) {
+			return std::round(
+			    (static_cast<double>(to) - static_cast<double>(from)) / static_cast<double>(start.cell_size));
+		};
+		const double cells_x = cells(start.x_min, start.x_max), cells_y = cells(start.y_min, start.y_max);
+		check_map_size(cells_x, cells_y);
+		if (cells_x * cells_y > most_bytes_) refuse_as_truncated();
+	}
+
+	void check_keyframes()
+	{
+		constexpr double kLeast = 16;  // [byte] of a keyframe: even a missing pose or frame takes 8
+		const auto keyframes = static_cast<double>(read<std::uint32_t>());
+		if (kLeast * keyframes > most_bytes_) refuse_as_truncated();
+	}
+
+	double most_bytes_;
+	mrpt::io::CFileGZInputStream stream_;
+	std::string name_;
+	unsigned version_ = 0;
+};
 
 /// Throws at the end of the file, where MRPT's archive goes on with numbers that were never read.
 class WholeReads : public mrpt::io::CStream
@@ -57,7 +99,7 @@ class WholeReads : public mrpt::io::CStream
 	explicit WholeReads(const std::string& file) : file_(file) {}
 	std::size_t Read(void* buffer, std::size_t count) override
 	{
-		if (file_.Read(buffer, count) != count) throw std::runtime_error("is truncated; copy or save it again");
+		if (file_.Read(buffer, count) != count) refuse_as_truncated();
 		return count;
 	}
 	std::size_t Write(const void*, std::size_t) override { throw std::logic_error("read-only stream"); }
@@ -105,7 +147,7 @@ mrpt::serialization::CSerializable::Ptr read_object(const std::string& file)
 
 COccupancyGridMap2D::Ptr load_serialized(const std::string& file, const GridParameters& parameters)
 {
-	check_serialized_size(file);
+	MapHeader(file).check();
 	const auto object = read_object(file);
 	if (!object) throw std::runtime_error("holds an empty object, not a map; save the map again");
 	return grid_of(*object, parameters);
@@ -136,7 +178,7 @@ COccupancyGridMap2D::Ptr load_map(
 	}
 	catch (const std::bad_alloc&)
 	{
-		throw std::runtime_error(file + ": does not fit in memory");
+		throw std::runtime_error(file + ": does not fit in memory, or is damaged; use a coarser map, or save it again");
 	}
 	catch (const std::exception& error)
 	{

@@ -2,34 +2,39 @@
 // one_scan MAP RAWLOG: where may the first scan of a rawlog have been taken?
 #include <d2s1r/localizer.h>
 #include <d2s1r/map_io.h>
-#include <mrpt/obs/CRawlog.h>
+#include <mrpt/io/CFileGZInputStream.h>
+#include <mrpt/obs/CObservation2DRangeScan.h>
+#include <mrpt/obs/CSensoryFrame.h>
+#include <mrpt/serialization/CArchive.h>
 
 #include <iostream>
 
 using mrpt::obs::CObservation2DRangeScan;
-using mrpt::obs::CRawlog;
 
-CObservation2DRangeScan::Ptr first_scan(const CRawlog& rawlog)
+CObservation2DRangeScan::Ptr first_scan(const std::string& rawlog)
+try
 {
-	CObservation2DRangeScan::Ptr scan;
-	for (std::size_t i = 0; i < rawlog.size() && !scan; i++)
-		if (rawlog.getType(i) == CRawlog::etObservation)
-			scan = std::dynamic_pointer_cast<CObservation2DRangeScan>(rawlog.getAsObservation(i));
-		else if (rawlog.getType(i) == CRawlog::etSensoryFrame)
-			scan = rawlog.getAsObservations(i)->getObservationByClass<CObservation2DRangeScan>();
-	return scan;
+	mrpt::io::CFileGZInputStream file(rawlog);
+	auto objects = mrpt::serialization::archiveFrom(file);
+	while (true)
+	{
+		const auto object = objects.ReadObject();
+		if (auto scan = std::dynamic_pointer_cast<CObservation2DRangeScan>(object)) return scan;
+		const auto frame = std::dynamic_pointer_cast<mrpt::obs::CSensoryFrame>(object);
+		if (auto scan = frame ? frame->getObservationByClass<CObservation2DRangeScan>() : nullptr) return scan;
+	}
+}
+catch (const std::exception&)
+{
+	throw std::runtime_error(rawlog + ": no 2D laser scan can be read from it");
 }
 
 int main(int argc, char** argv)
 try
 {
-	CRawlog rawlog;
-	if (argc != 3 || !rawlog.loadFromRawLogFile(argv[2])) throw std::runtime_error("usage: one_scan MAP RAWLOG");
-	const auto scan = first_scan(rawlog);
-	if (!scan) throw std::runtime_error(std::string(argv[2]) + ": holds no 2D laser scan");
-
+	if (argc != 3) throw std::runtime_error("usage: one_scan MAP RAWLOG");
 	const d2s1r::Localizer localizer(d2s1r::load_map(argv[1]));
-	const d2s1r::Localization result = localizer.localize(*scan);
+	const d2s1r::Localization result = localizer.localize(*first_scan(argv[2]));
 	std::cout << to_string(result.status) << '\n';
 	for (const auto& hypothesis : result.hypotheses)
 		std::cout << hypothesis.probability << " at " << hypothesis.pose << '\n';
