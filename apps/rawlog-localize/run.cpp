@@ -48,21 +48,11 @@ void make_folder(const std::string& folder)
 		    "cannot be made (" + (error ? error.message() : "a file is in the way") + "); name another folder");
 }
 
-void say_sensor(const RawlogSurvey& survey, const Sensor& sensor, const Flags& flags, Console& console)
+void say_log(const LogSurvey& survey, const Sensor& sensor, const Flags& flags, Console& console)
 {
-	if (flags.quiet || flags.sensor_label || survey.sensors.size() < 2) return;
-	console.err << "rawlog-localize: " << flags.rawlog << ": " << survey.sensors.size() << " lasers; using '"
-	            << sensor.label << "' with " << sensor.scans << " scans (--sensor-label chooses another)" << std::endl;
-}
-
-void warn_without_odometry(const RawlogSurvey& survey, const Flags& flags, Console& console)
-{
-	if (flags.quiet || flags.motion != MotionSource::kOdometry || survey.has_odometry) return;
-	console.err
-	    << "rawlog-localize: " << flags.rawlog
-	    << ": holds no odometry to move the filter with; the filter repeats its last motion (--motion pseudo follows "
-	       "the results)"
-	    << std::endl;
+	if (flags.quiet) return;
+	for (const std::string& line : describe_log(survey, sensor, flags))
+		console.err << "rawlog-localize: " << flags.rawlog << ": " << line << std::endl;
 }
 
 /// Returns how the run ended. If it did not reach the end, one line on standard error says why.
@@ -103,7 +93,7 @@ void write_reports(
 }
 /// Hands every scan to the localizer and every result to `outputs`.
 LoopResult localize_frames(
-    const RunReport& report, const FrameSelection& selection, const Localizer& localizer,
+    const Log& log, const RunReport& report, const FrameSelection& selection, const Localizer& localizer,
     const CFusionBackend::Ptr& backend, FrameOutputs& outputs, Console& console)
 {
 	const FrameSink sink = {
@@ -111,9 +101,10 @@ LoopResult localize_frames(
 	    [&](Frame frame, mrpt::obs::CObservation2DRangeScan::ConstPtr scan)
 	    { outputs.add(std::move(frame), std::move(scan)); }};
 	ProgressBar progress(console.err, !report.flags.quiet && isatty(STDERR_FILENO), report.selected_frames);
-	return localize_rawlog(
-	    report.flags.rawlog, selection,
-	    {localizer, report.flags.query, report.flags.window, backend, report.flags.threads}, sink, progress);
+	const auto reader = read_log(log, selection.label, report.flags.overrides);
+	return localize_log(
+	    *reader, selection, {localizer, report.flags.query, report.flags.window, backend, report.flags.threads}, sink,
+	    progress);
 }
 
 /// Goes from the log and the map to all outputs.
@@ -121,17 +112,16 @@ LoopResult localize_frames(
 ExitStatus localize(
     const Flags& flags, const Parameters& parameters, const CFusionBackend::Ptr& backend, Console& console)
 {
-	const RawlogSurvey survey = survey_rawlog(flags.rawlog);
-	const Sensor sensor = choose_sensor(survey, flags.sensor_label, flags.rawlog);
-	const FrameSelection selection = select_frames(flags, survey, sensor);
+	const Log log = open_log(flags.rawlog);
+	const Sensor sensor = choose_sensor(log.survey, flags.sensor_label, flags.rawlog);
+	const FrameSelection selection = select_frames(flags, log.survey, sensor);
 	const GroundTruth truth = flags.ground_truth.empty() ? GroundTruth{} : load_ground_truth(flags.ground_truth);
 	make_folder(flags.output_dir);
 	if (!flags.write_config.empty()) write_config(flags, parameters);
 	FrameOutputs outputs(
 	    flags.output_dir, flags.fuse, flags.rawlog_copy,
 	    flags.write_pf_ini.empty() ? nullptr : std::make_unique<PfPipeline>(flags.write_pf_ini));
-	say_sensor(survey, sensor, flags, console);
-	warn_without_odometry(survey, flags, console);
+	say_log(log.survey, sensor, flags, console);
 
 	const mrpt::system::CTicTac build_watch;
 	const CSignatureMap2D::ConstPtr map = build_map(flags, parameters);
@@ -143,8 +133,8 @@ ExitStatus localize(
 	report.selected_frames = selection.size();
 
 	const mrpt::system::CTicTac watch;
-	const LoopResult loop = localize_frames(report, selection, localizer, backend, outputs, console);
-	const std::string& damage = loop.damage.empty() ? survey.damage : loop.damage;
+	const LoopResult loop = localize_frames(log, report, selection, localizer, backend, outputs, console);
+	const std::string& damage = loop.damage.empty() ? log.survey.damage : loop.damage;
 	if (report.frames.empty() && interrupted())
 	{
 		console.err << "rawlog-localize: interrupted before the first frame; no results are written" << std::endl;

@@ -97,9 +97,9 @@ TEST_F(AppBadInput, EmptyRawlog)
 TEST_F(AppBadInput, NotARawlog)
 {
 	write_file(path("text.rawlog"), "This is a text, not a rawlog.\n");
-	expect_bad_rawlog(path("text.rawlog"), {"not an MRPT rawlog"});
+	expect_bad_rawlog(path("text.rawlog"), {"not a log that I know (MRPT rawlogs, "});
 	write_file(path("noise.rawlog"), std::string(5000, '\xa5'));
-	expect_bad_rawlog(path("noise.rawlog"), {"not an MRPT rawlog"});
+	expect_bad_rawlog(path("noise.rawlog"), {"not a log that I know (MRPT rawlogs, "});
 }
 
 TEST_F(AppBadInput, RawlogCutWithinItsFirstObject)

@@ -27,7 +27,10 @@ TEST_F(AppUse, VersionIsThatOfTheProject)
 {
 	const auto result = run({"--version"});
 	EXPECT_EQ(result.status, 0);
-	EXPECT_EQ(result.out, "rawlog-localize (d2s1r) " D2S1R_VERSION "\n");
+	EXPECT_EQ(
+	    result.out.rfind("rawlog-localize (d2s1r) " D2S1R_VERSION "\nreads MRPT rawlogs, CARMEN logs, ROS 1 bags", 0),
+	    0U)
+	    << result.out;
 }
 
 TEST_F(AppUse, WriteConfigAloneWritesWhatConfigReads)

@@ -2,6 +2,7 @@
 #include "cli/flags.h"
 
 #include "cli/errors.h"
+#include "input/log.h"
 
 #include <d2s1r/version.h>
 #include <mrpt/core/format.h>
@@ -129,14 +130,31 @@ std::optional<ImageGeometry> parse_image(const std::string& resolution, const st
 	return image;
 }
 
+mrpt::poses::CPose3D parse_sensor_pose(const std::string& text)
+{
+	const auto values = parse_numbers("--sensor-pose", text);
+	if (values.size() != 6)
+		wrong("--sensor-pose", "'" + text + "' is not a pose; write X,Y,Z,YAW,PITCH,ROLL in m and deg");
+	const auto angle = [&](std::size_t i) { return mrpt::DEG2RAD(values[i]); };
+	return {values[0], values[1], values[2], angle(3), angle(4), angle(5)};
+}
+
+float parse_max_range(const std::string& text)
+{
+	const auto range = static_cast<float>(parse_finite_number("--max-range", text));
+	if (!(range > 0) || !std::isfinite(range)) wrong("--max-range", "'" + text + "' is not a range above 0 m");
+	return range;
+}
+
 constexpr const char* kUsage =
-    "Usage: rawlog-localize -m MAP -i IN.rawlog -o OUT_DIR [OPTION]...\n"
+    "Usage: rawlog-localize -m MAP -i LOG -o OUT_DIR [OPTION]...\n"
     "       rawlog-localize --write-config FILE [-c CONFIG.ini]\n"
-    "Localize every 2D laser scan of an MRPT rawlog in a known map, each scan on its own, without an\n"
-    "initial pose.\n\n";
+    "Localize every 2D laser scan of a log in a known map, each scan on its own, without an initial pose.\n\n";
 
 constexpr const char* kOutputs =
-    "\nMAP is a .simplemap(.gz), a .gridmap(.gz), a ROS map_server .yaml, an image (with --resolution), or\n"
+    "\nLOG is a ROS 2 bag (a folder, or a file of sqlite3 or MCAP), a ROS 1 bag, an MRPT rawlog or a CARMEN\n"
+    "log; its content tells which.\n\n"
+    "MAP is a .simplemap(.gz), a .gridmap(.gz), a ROS map_server .yaml, an image (with --resolution), or\n"
     "a file with a serialized CMultiMetricMap or CSignatureMap2D.\n\n"
     "OUT_DIR receives frames.csv, hypotheses.csv, trajectory.tum, trajectory.txt, localized.rawlog,\n"
     "run.json, summary.json, map.png and scene.3Dscene; with --fuse also fused.csv and fused.tum.\n\n"
@@ -147,7 +165,7 @@ void check_complete(const Flags& flags)
 {
 	if (flags.only_writes_config() && !flags.write_config.empty()) return;
 	if (flags.map.empty()) wrong("--map", "missing; name the map file");
-	if (flags.rawlog.empty()) wrong("--input", "missing; name the rawlog file");
+	if (flags.rawlog.empty()) wrong("--input", "missing; name the log");
 	if (flags.output_dir.empty()) wrong("--output", "missing; name the folder to write to");
 }
 
@@ -176,6 +194,7 @@ struct Unchecked
 	std::string resolution;
 	std::string origin;
 	std::string motion;
+	std::string topic;
 	bool no_rawlog = false;
 };
 
@@ -220,10 +239,10 @@ class OptionAdder
 	CLI::Validator not_empty_;
 };
 
-void add_inputs(OptionAdder add, Flags& flags)
+void add_inputs(OptionAdder add, Flags& flags, Unchecked& unchecked)
 {
 	add.value("-m,--map", "MAP", "map to localize in", flags.map);
-	add.value("-i,--input", "IN.rawlog", "rawlog with 2D laser scans", flags.rawlog);
+	add.value("-i,--input", "LOG", "log with 2D laser scans: a bag, a rawlog or a CARMEN log", flags.rawlog);
 	add.value("-o,--output", "OUT_DIR", "folder for the results, made if missing", flags.output_dir);
 	add.value("-c,--config", "CONFIG.ini", "parameters; those not in the file keep their defaults", flags.config);
 	add.value(
@@ -233,6 +252,16 @@ void add_inputs(OptionAdder add, Flags& flags)
 	add.option(
 	    "--sensor-label", "LABEL", "laser to use; default: the one with the most scans",
 	    [&](const std::string& text) { flags.sensor_label = text; });  // a laser's label may be empty
+	add.value(
+	    "--topic", "TOPIC", "the same as --sensor-label: the topic of the laser to use, if the log is of ROS",
+	    unchecked.topic);
+	add.value(
+	    "--sensor-pose", "X,Y,Z,YAW,PITCH,ROLL",
+	    "pose of that laser on the robot [m, deg], in place of what the log says; a roll of 180 is upside down",
+	    [&](const std::string& text) { flags.overrides.sensor_pose = parse_sensor_pose(text); });
+	add.value(
+	    "--max-range", "M", "range up to which that laser sees [m], in place of what the log says",
+	    [&](const std::string& text) { flags.overrides.max_range = parse_max_range(text); });
 	add.value(
 	    "--frames", "A:B:STEP",
 	    "localize only scan frames A, A + STEP, A + 2 STEP, ... below B, counted from 0; A, B and :STEP may be left "
@@ -388,13 +417,13 @@ std::optional<Flags> parse_flags(int argc, char** argv, std::ostream& out)
 	app.allow_extras();
 	app.option_defaults()->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
 	const OptionAdder add(app);
-	add_inputs(add, flags);
+	add_inputs(add, flags, unchecked);
 	add_methods(add, flags);
 	add_fusion(add, flags, unchecked);
 	add_outputs(add, flags, unchecked);
 	const auto print_version = [&]
 	{
-		out << "rawlog-localize (d2s1r) " D2S1R_VERSION "\n";
+		out << "rawlog-localize (d2s1r) " D2S1R_VERSION "\nreads " << known_formats() << "\n";
 		throw CLI::Success();
 	};
 	const auto print_the_help = [&]
@@ -411,6 +440,11 @@ std::optional<Flags> parse_flags(int argc, char** argv, std::ostream& out)
 	catch (const CLI::Success&)
 	{
 		return std::nullopt;
+	}
+	if (!unchecked.topic.empty())
+	{
+		if (flags.sensor_label) wrong("--topic", "is the same as --sensor-label; leave one of them out");
+		flags.sensor_label = unchecked.topic;
 	}
 	if (!unchecked.motion.empty()) flags.motion = parse_motion(unchecked.motion, flags.fuse);
 	flags.image = parse_image(unchecked.resolution, unchecked.origin);

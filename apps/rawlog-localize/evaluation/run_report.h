@@ -3,7 +3,7 @@
 
 #include "cli/flags.h"
 #include "evaluation/accuracy.h"
-#include "input/rawlog_reader.h"
+#include "input/log.h"
 
 #include <d2s1r/localizer.h>
 

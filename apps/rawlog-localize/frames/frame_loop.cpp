@@ -62,8 +62,8 @@ struct Batch
 class BatchReader
 {
    public:
-	BatchReader(const std::string& file, const FrameSelection& selection, int threads)
-	    : reader_(file), selection_(selection), scans_per_batch_(kScansPerThread * static_cast<std::size_t>(threads))
+	BatchReader(LogReader& reader, const FrameSelection& selection, int threads)
+	    : reader_(reader), selection_(selection), scans_per_batch_(kScansPerThread * static_cast<std::size_t>(threads))
 	{
 	}
 
@@ -84,18 +84,17 @@ class BatchReader
 				scans_++;
 			}
 			object->scans.clear();
+			object->object.reset();
 			batch.items.push_back({std::move(*object), batch.jobs.size()});
 		}
 		return batch;
 	}
 
-	const std::string& damage() const { return reader_.damage(); }
-
 	/// Returns the time [s] that reading took so far.
 	double seconds() const { return seconds_; }
 
    private:
-	RawlogReader reader_;
+	LogReader& reader_;
 	FrameSelection selection_;
 	std::size_t scans_per_batch_;
 	std::size_t objects_ = 0;  //!< [-] objects read so far
@@ -103,7 +102,7 @@ class BatchReader
 	double seconds_ = 0;
 };
 
-/// The odometry of a rawlog of either kind, from one scan to the next.
+/// The odometry of a log, from one scan to the next.
 class OdometryBetweenScans
 {
    public:
@@ -226,15 +225,15 @@ void run_on_threads(std::size_t count, int threads, const std::function<void(std
 }
 }  // namespace
 
-LoopResult localize_rawlog(
-    const std::string& file, const FrameSelection& selection, const Approach& approach, const FrameSink& sink,
+LoopResult localize_log(
+    LogReader& reader, const FrameSelection& selection, const Approach& approach, const FrameSink& sink,
     ProgressBar& progress)
 {
 	double seconds = 0;
 	std::optional<ScopedTimer> timer(seconds);
 	Follower follower(approach, sink);
-	BatchReader reader(file, selection, approach.threads);
-	Batch previous, current = reader.read(), next;
+	BatchReader batches(reader, selection, approach.threads);
+	Batch previous, current = batches.read(), next;
 	while (!current.items.empty() && !interrupted())
 	{
 		// Job 0 keeps the files, the window and the fusion busy while the other threads localize.
@@ -244,7 +243,7 @@ LoopResult localize_rawlog(
 			{
 				follower.follow(previous);
 				progress.show(follower.frames());
-				next = reader.read();
+				next = batches.read();
 			}
 			else if (!interrupted())
 				current.jobs[i - 1].result = approach.localizer.localize(*current.jobs[i - 1].scan, approach.query);
@@ -257,7 +256,7 @@ LoopResult localize_rawlog(
 	progress.show(follower.frames());
 	timer.reset();
 	// Reading and writing take one thread of those there are.
-	seconds -= (reader.seconds() + follower.writing_seconds()) / approach.threads;
+	seconds -= (batches.seconds() + follower.writing_seconds()) / approach.threads;
 	return {reader.damage(), seconds};
 }
 }  // namespace d2s1r::app

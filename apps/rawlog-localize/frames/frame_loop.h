@@ -36,15 +36,15 @@ struct FrameSink
 /// How a loop over the frames ended.
 struct LoopResult
 {
-	std::string damage;  //!< RawlogReader::damage()
+	std::string damage;  //!< LogReader::damage()
 	double seconds = 0;  //!< [s] that all threads localized, without the time for reading and for `sink`
 };
 
-/// Localizes the selected scans of a rawlog, `threads` at a time, and hands everything to `sink` in the order of the
-/// rawlog. The window and the fusion, if there are any, follow the scans in that order, too, so the results do not
-/// depend on the number of threads. Ends at the end of the rawlog, after the objects that can be read, or when the
+/// Localizes the selected scans of a log, `threads` at a time, and hands everything to `sink` in the order of the
+/// log. The window and the fusion, if there are any, follow the scans in that order, too, so the results do not
+/// depend on the number of threads. Ends at the end of the log, after the objects that can be read, or when the
 /// process is interrupted.
-LoopResult localize_rawlog(
-    const std::string& file, const FrameSelection& selection, const Approach& approach, const FrameSink& sink,
+LoopResult localize_log(
+    LogReader& reader, const FrameSelection& selection, const Approach& approach, const FrameSink& sink,
     ProgressBar& progress);
 }  // namespace d2s1r::app

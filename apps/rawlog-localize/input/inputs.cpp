@@ -190,7 +190,7 @@ CSignatureMap2D::ConstPtr build_map(const Flags& flags, const Parameters& parame
 	}
 }
 
-FrameSelection select_frames(const Flags& flags, const RawlogSurvey& survey, const Sensor& sensor)
+FrameSelection select_frames(const Flags& flags, const LogSurvey& survey, const Sensor& sensor)
 {
 	if (flags.first_frame >= sensor.scans)
 		throw UserError(

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "cli/flags.h"
-#include "input/rawlog_reader.h"
+#include "input/log.h"
 
 #include <d2s1r/CFusionBackend.h>
 
@@ -23,14 +23,14 @@ struct FrameSelection
 	std::size_t first = 0;  //!< [-] scan frames first, first + step, first + 2 step, ... below past
 	std::size_t past = 0;
 	std::size_t step = 1;
-	std::size_t objects = 0;  //!< [-] of the rawlog that are read, see RawlogSurvey
+	std::size_t objects = std::numeric_limits<std::size_t>::max();  //!< [-] of the log that are read, see LogSurvey
 
 	bool contains(std::size_t frame) const { return frame >= first && frame < past && (frame - first) % step == 0; }
 	std::size_t size() const { return (past - first + step - 1) / step; }
 };
 
 /// Returns the frames of --frames that the rawlog has. \throws UserError (kWrongUse) if there is none
-FrameSelection select_frames(const Flags& flags, const RawlogSurvey& survey, const Sensor& sensor);
+FrameSelection select_frames(const Flags& flags, const LogSurvey& survey, const Sensor& sensor);
 
 /// Loads the modules of --plugins. For --fuse it also loads the module with the particle filter, if none of the others
 /// brought it, from the folder of the program or from where modules are installed.

@@ -124,7 +124,7 @@ void tell_contents(RawlogReader& reader, const Send& send)
 	send(char{kDamageRecord} + reader.damage());
 }
 
-void note(const std::string& record, RawlogSurvey& survey)
+void note(const std::string& record, LogSurvey& survey)
 {
 	const std::string text = record.substr(1);
 	auto& sensors = survey.sensors;
@@ -132,11 +132,11 @@ void note(const std::string& record, RawlogSurvey& survey)
 	switch (record[0])
 	{
 		case kScanRecord:
-			if (sensor == sensors.end()) sensor = sensors.insert(sensor, {text, 0});
+			if (sensor == sensors.end()) sensor = sensors.insert(sensor, {text});
 			sensor->scans++;
 			break;
 		case kOdometryRecord:
-			survey.has_odometry = true;
+			survey.odometry = "the log";
 			break;
 		case kObjectRecord:
 			survey.objects++;
@@ -178,16 +178,6 @@ std::string damage_that_ended(ProcessEnd end, std::size_t objects)
 
 RawlogReader::RawlogReader(const std::string& file)
 {
-	std::error_code error;
-	if (!std::filesystem::exists(file, error))
-		throw UserError(
-		    kBadInput, file,
-		    (error ? "cannot be reached (" + error.message() + ")" : "no such rawlog") + "; check the path");
-	if (std::filesystem::is_directory(file, error)) throw UserError(kBadInput, file, "is a folder; name a rawlog file");
-	if (!std::filesystem::is_regular_file(file, error))
-		throw UserError(kBadInput, file, "is a device or a pipe, but is read twice; copy the rawlog to a regular file");
-	if (std::filesystem::file_size(file, error) == 0)
-		throw UserError(kBadInput, file, std::string("is empty") + kCopyAgain);
 	if (!stream_.open(file)) throw UserError(kBadInput, file, "cannot be opened; check its permissions");
 }
 
@@ -199,7 +189,8 @@ std::optional<RawlogObject> RawlogReader::next()
 	try
 	{
 		auto archive = mrpt::serialization::archiveFrom<mrpt::io::CStream>(recording);
-		read_contents(archive.ReadObject(), odometer_, object);
+		object.object = archive.ReadObject();
+		read_contents(object.object, odometer_, object);
 		objects_++;
 		return object;
 	}
@@ -231,10 +222,13 @@ std::string RawlogReader::unreadable(const std::exception& error) const
 	return "is damaged after object " + std::to_string(objects_) + kCopyAgain;
 }
 
-RawlogSurvey survey_rawlog(const std::string& file)
+LogSurvey survey_rawlog(const std::string& file)
 {
 	RawlogReader reader(file);
-	RawlogSurvey survey;
+	LogSurvey survey;
+	survey.format = "MRPT rawlog";
+	survey.kind_of_scan = "CObservation2DRangeScan";
+	survey.objects = 0;  // none so far
 	const ProcessEnd end = run_in_own_process(
 	    limits_of_survey(file), [&](const Send& send) { tell_contents(reader, send); },
 	    [&](const std::string& record) { note(record, survey); });
@@ -242,23 +236,5 @@ RawlogSurvey survey_rawlog(const std::string& file)
 		throw UserError(kInterrupted, file, "interrupted before the first frame; no results are written");
 	if (end != ProcessEnd::kDone) survey.damage = damage_that_ended(end, survey.objects);
 	return survey;
-}
-
-Sensor choose_sensor(const RawlogSurvey& survey, const std::optional<std::string>& label, const std::string& file)
-{
-	const auto& sensors = survey.sensors;
-	if (sensors.empty() && !survey.damage.empty()) throw UserError(kBadInput, file, survey.damage);
-	if (sensors.empty())
-		throw UserError(kBadInput, file, "holds no 2D laser scan (CObservation2DRangeScan); name another rawlog");
-	if (!label)
-		return *std::max_element(
-		    sensors.begin(), sensors.end(), [](const Sensor& a, const Sensor& b) { return a.scans < b.scans; });
-	std::string known;
-	for (const auto& sensor : sensors)
-	{
-		if (sensor.label == *label) return sensor;
-		known += (known.empty() ? "'" : ", '") + sensor.label + "'";
-	}
-	throw UserError(kWrongUse, file, "holds no 2D scan labelled '" + *label + "'; --sensor-label can be " + known);
 }
 }  // namespace d2s1r::app

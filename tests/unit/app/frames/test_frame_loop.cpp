@@ -1,6 +1,8 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "frames/frame_loop.h"
 
+#include "input/rawlog_reader.h"
+
 #include "../temporary_folder.h"
 #include "app_world.h"
 
@@ -20,7 +22,8 @@ class FrameLoop : public test::FolderTest
 	{
 		std::ostringstream unseen;
 		ProgressBar progress(unseen, false, 0);
-		return localize_rawlog(path("in.rawlog"), selection, {localizer_, {}, {}, nullptr, threads}, sink, progress);
+		RawlogReader reader(path("in.rawlog"));
+		return localize_log(reader, selection, {localizer_, {}, {}, nullptr, threads}, sink, progress);
 	}
 
    private:

@@ -59,7 +59,7 @@ std::string action_collection_of_two_billion()
 class SurveyOfRawlog : public test::FolderTest
 {
    protected:
-	RawlogSurvey survey(const std::string& bytes) const
+	LogSurvey survey(const std::string& bytes) const
 	{
 		write("log.rawlog", bytes);
 		return survey_rawlog(path("log.rawlog"));
@@ -68,20 +68,20 @@ class SurveyOfRawlog : public test::FolderTest
 
 TEST_F(SurveyOfRawlog, CountsTheScansOfEachLaserAndAllObjects)
 {
-	const RawlogSurvey found = survey(scan_of("front") + scan_of("a\nb") + action() + scan_of("front"));
+	const LogSurvey found = survey(scan_of("front") + scan_of("a\nb") + action() + scan_of("front"));
 	EXPECT_EQ(found.damage, "");
 	EXPECT_EQ(found.objects, 4U);
-	EXPECT_TRUE(found.has_odometry);
+	EXPECT_EQ(found.odometry, "the log");
 	ASSERT_EQ(found.sensors.size(), 2U);
 	EXPECT_EQ(found.sensors[0].label, "front");
 	EXPECT_EQ(found.sensors[0].scans, 2U);
 	EXPECT_EQ(found.sensors[1].label, "a\nb");
-	EXPECT_FALSE(survey(scan_of("front")).has_odometry);
+	EXPECT_EQ(survey(scan_of("front")).odometry, "");
 }
 
 TEST_F(SurveyOfRawlog, KeepsWhatCameBeforeAnObjectThatCrashesMrptsReader)
 {
-	const RawlogSurvey found = survey(scan_of("front") + action() + action_without_a_pose_change() + scan_of("front"));
+	const LogSurvey found = survey(scan_of("front") + action() + action_without_a_pose_change() + scan_of("front"));
 	EXPECT_EQ(found.objects, 2U);
 	ASSERT_EQ(found.sensors.size(), 1U);
 	EXPECT_EQ(found.sensors[0].scans, 1U);
@@ -91,14 +91,14 @@ TEST_F(SurveyOfRawlog, KeepsWhatCameBeforeAnObjectThatCrashesMrptsReader)
 
 TEST_F(SurveyOfRawlog, KeepsWhatCameBeforeAnObjectThatTakesTooMuchMemory)
 {
-	const RawlogSurvey found = survey(scan_of("front") + action_collection_of_two_billion());
+	const LogSurvey found = survey(scan_of("front") + action_collection_of_two_billion());
 	EXPECT_EQ(found.objects, 1U);
 	EXPECT_NE(found.damage.find("damaged after object 1"), std::string::npos) << found.damage;
 }
 
 TEST_F(SurveyOfRawlog, SaysWhatIsWrongWithAFileThatCrashesMrptsReaderAtOnce)
 {
-	const RawlogSurvey found = survey(action_without_a_pose_change());
+	const LogSurvey found = survey(action_without_a_pose_change());
 	EXPECT_EQ(found.objects, 0U);
 	EXPECT_NE(found.damage.find("damaged from its start"), std::string::npos) << found.damage;
 }

@@ -1,0 +1,249 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "input/log.h"
+
+#include "cli/errors.h"
+#include "input/carmen_log.h"
+#include "input/rawlog_reader.h"
+#include "input/ros/ros_log.h"
+
+#include <mrpt/obs/CObservationOdometry.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <filesystem>
+
+namespace d2s1r::app
+{
+namespace
+{
+namespace fs = std::filesystem;
+
+void check_is_there(const std::string& path)
+{
+	std::error_code error;
+	if (!fs::exists(path, error))
+		throw UserError(
+		    kBadInput, path,
+		    (error ? "cannot be reached (" + error.message() + ")" : "no such log") + "; check the path");
+	if (fs::is_directory(path, error))
+	{
+		if (fs::exists(fs::path(path) / "metadata.yaml", error)) return;
+		throw UserError(kBadInput, path, "is a folder without metadata.yaml; name the file of the log");
+	}
+	if (!fs::is_regular_file(path, error))
+		throw UserError(kBadInput, path, "is a device or a pipe, but is read twice; copy the log to a regular file");
+	if (fs::file_size(path, error) == 0) throw UserError(kBadInput, path, "is empty; copy or record the log again");
+}
+
+/// Whether a file starts with an object as MRPT serializes it: the length of the name of its class, and the name.
+bool is_rawlog(const std::string& start)
+{
+	constexpr unsigned kLengthFollows = 0x80;
+	if (start.empty()) return false;
+	const auto first = static_cast<unsigned char>(start[0]);
+	const std::string name = start.substr(1, first & ~kLengthFollows);
+	return (first & kLengthFollows) != 0 && name.size() > 1 &&
+	       std::all_of(
+	           name.begin(), name.end(), [](unsigned char c) { return std::isalnum(c) || c == '_' || c == ':'; });
+}
+
+Log open_rawlog(const std::string& path)
+{
+	Log log;
+	log.survey = survey_rawlog(path);
+	log.read = [path] { return std::make_unique<RawlogReader>(path); };
+	return log;
+}
+
+std::string first_bytes(const std::string& path)
+{
+	constexpr std::uint64_t kSize = 16;
+	ByteFile file(path);
+	const Bytes bytes = file.view(0, std::min(file.size(), kSize));
+	return {reinterpret_cast<const char*>(bytes.data), bytes.size};
+}
+
+/// The start of a file, unpacked; empty if it is packed and damaged.
+std::string unpacked_start(const std::string& path)
+{
+	constexpr std::size_t kSize = 4096;  // [byte] of text in which a message of CARMEN must appear
+	try
+	{
+		return read_unpacked_start(path, kSize);
+	}
+	catch (const UserError&)
+	{
+		throw;
+	}
+	catch (const std::exception&)
+	{
+		return "";
+	}
+}
+
+std::vector<std::uint8_t> serialize(const mrpt::serialization::CSerializable& object)
+{
+	std::vector<std::uint8_t> bytes;
+	mrpt::serialization::ObjectToOctetVector(&object, bytes);
+	return bytes;
+}
+
+/// Alters the scans of one laser.
+class OverridingReader : public LogReader
+{
+   public:
+	OverridingReader(std::unique_ptr<LogReader> reader, std::string label, Overrides overrides)
+	    : reader_(std::move(reader)), label_(std::move(label)), overrides_(std::move(overrides))
+	{
+	}
+
+	std::optional<RawlogObject> next() override
+	{
+		auto object = reader_->next();
+		damage_ = reader_->damage();
+		if (!object) return std::nullopt;
+		bool altered = false;
+		for (const auto& scan : object->scans)
+		{
+			if (scan->sensorLabel != label_) continue;
+			alter(*scan, object->middle_angle);
+			altered = true;
+		}
+		if (altered) object->bytes = serialize(*object->object);
+		return object;
+	}
+
+   private:
+	void alter(mrpt::obs::CObservation2DRangeScan& scan, double middle_angle) const
+	{
+		if (overrides_.sensor_pose)
+			scan.sensorPose = *overrides_.sensor_pose + mrpt::poses::CPose3D(0, 0, 0, middle_angle, 0, 0);
+		if (!overrides_.max_range) return;
+		for (std::size_t i = 0; i < scan.getScanSize(); i++)
+			if (scan.getScanRange(i) >= scan.maxRange && scan.getScanRange(i) < *overrides_.max_range)
+				scan.setScanRangeValidity(i, true);
+		scan.maxRange = *overrides_.max_range;
+	}
+
+	std::unique_ptr<LogReader> reader_;
+	std::string label_;
+	Overrides overrides_;
+};
+}  // namespace
+
+RawlogObject to_rawlog_object(const mrpt::obs::CObservation::Ptr& observation, double middle_angle)
+{
+	RawlogObject object;
+	object.bytes = serialize(*observation);
+	object.object = observation;
+	object.middle_angle = middle_angle;
+	if (auto scan = std::dynamic_pointer_cast<mrpt::obs::CObservation2DRangeScan>(observation))
+		object.scans.push_back(std::move(scan));
+	const auto reading = std::dynamic_pointer_cast<mrpt::obs::CObservationOdometry>(observation);
+	if (reading && std::isfinite(reading->odometry.norm() + reading->odometry.phi()))
+		object.odometry = reading->odometry;
+	return object;
+}
+
+Log open_log(const std::string& path)
+{
+	check_is_there(path);
+	if (fs::is_directory(path)) return open_ros_log(path, RosFormat::kFolder2);
+	const std::string magic = first_bytes(path);
+	const auto ros = recognize_ros({reinterpret_cast<const std::uint8_t*>(magic.data()), magic.size()});
+	if (ros) return open_ros_log(path, *ros);
+	const std::string start = unpacked_start(path);
+	if (is_carmen_text(start)) return open_carmen_log(path);
+	const bool is_cut_gzip = start.size() < 2 && magic.rfind("\x1f\x8b", 0) == 0;
+	if (is_rawlog(start) || is_cut_gzip) return open_rawlog(path);
+	throw UserError(
+	    kBadInput, path,
+	    "not a log that I know (" + known_formats() + "); check that it is the right file and whole, and not packed");
+}
+
+LogSurvey survey_objects(LogReader& reader)
+{
+	LogSurvey survey;
+	while (const auto object = reader.next())
+	{
+		if (object->odometry || object->increment) survey.odometry = "the log";
+		for (const auto& scan : object->scans)
+		{
+			auto& sensors = survey.sensors;
+			auto sensor = std::find_if(
+			    sensors.begin(), sensors.end(), [&](const Sensor& s) { return s.label == scan->sensorLabel; });
+			if (sensor == sensors.end()) sensor = sensors.insert(sensor, {scan->sensorLabel});
+			sensor->scans++;
+		}
+	}
+	survey.damage = reader.damage();
+	return survey;
+}
+
+std::string known_formats()
+{
+	std::string formats = "MRPT rawlogs, CARMEN logs, ROS 1 bags";
+#ifdef D2S1R_FASTCDR
+#ifdef D2S1R_SQLITE
+	formats += ", ROS 2 bags in sqlite3";
+#endif
+	formats += ", ROS 2 bags in MCAP";
+#endif
+	std::string packed;
+#ifdef D2S1R_BZ2
+	packed += ", bz2";
+#endif
+#ifdef D2S1R_LZ4
+	packed += ", lz4";
+#endif
+#ifdef D2S1R_ZSTD
+	packed += ", zstd";
+#endif
+	return formats + "; packed by gzip" + packed;
+}
+
+Sensor choose_sensor(const LogSurvey& survey, const std::optional<std::string>& label, const std::string& file)
+{
+	const auto& sensors = survey.sensors;
+	if (sensors.empty() && !survey.damage.empty()) throw UserError(kBadInput, file, survey.damage);
+	if (sensors.empty())
+		throw UserError(kBadInput, file, "holds no 2D laser scan (" + survey.kind_of_scan + "); name another log");
+	if (!label)
+		return *std::max_element(
+		    sensors.begin(), sensors.end(), [](const Sensor& a, const Sensor& b) { return a.scans < b.scans; });
+	std::string known;
+	for (const auto& sensor : sensors)
+	{
+		if (sensor.label == *label) return sensor;
+		known += (known.empty() ? "'" : ", '") + sensor.label + "'";
+	}
+	throw UserError(kWrongUse, file, "holds no 2D scan labelled '" + *label + "'; --sensor-label can be " + known);
+}
+
+std::vector<std::string> describe_log(const LogSurvey& survey, const Sensor& sensor, const Flags& flags)
+{
+	std::vector<std::string> lines;
+	const std::string scans = "'" + sensor.label + "' with " + std::to_string(sensor.scans) + " scans";
+	if (!flags.sensor_label && survey.sensors.size() > 1)
+		lines.push_back(
+		    std::to_string(survey.sensors.size()) + " lasers; using " + scans + " (--sensor-label chooses another)");
+	if (!sensor.mounting.empty())
+		lines.push_back(
+		    survey.format + ", laser " + scans + (flags.overrides.sensor_pose ? "" : ", " + sensor.mounting) +
+		    (survey.odometry.empty() ? "; no odometry" : "; odometry from " + survey.odometry));
+	lines.insert(lines.end(), survey.notes.begin(), survey.notes.end());
+	if (flags.motion == MotionSource::kOdometry && survey.odometry.empty())
+		lines.push_back(
+		    "holds no odometry to move the filter with; the filter repeats its last motion (--motion pseudo follows "
+		    "the results)");
+	return lines;
+}
+
+std::unique_ptr<LogReader> read_log(const Log& log, const std::string& label, const Overrides& overrides)
+{
+	auto reader = log.read();
+	if (!overrides.sensor_pose && !overrides.max_range) return reader;
+	return std::make_unique<OverridingReader>(std::move(reader), label, overrides);
+}
+}  // namespace d2s1r::app

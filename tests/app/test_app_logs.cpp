@@ -1,0 +1,197 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+// The same walk in every format of logs.
+#include "app/input/made_logs.h"
+#include "app_process.h"
+#include "app_world.h"
+
+#include <mrpt/obs/CObservationOdometry.h>
+#include <mrpt/obs/CObservationRobotPose.h>
+
+#include <cmath>
+#include <cstdio>
+
+using namespace d2s1r::test;
+
+namespace
+{
+std::int64_t nanoseconds(std::size_t i)
+{
+	return std::llround(walk_time(i) * 10) * 100'000'000;
+}
+
+/// walk_scan(i) as ROS has it, from beams that start at -pi. \param clockwise as a laser upside down gives it
+MadeScan ros_scan(std::size_t i, bool clockwise = false)
+{
+	const auto observation = walk_scan(i);
+	const auto beams = observation->getScanSize();
+	MadeScan scan;
+	scan.time = nanoseconds(i);
+	scan.first_angle = -observation->aperture / 2;
+	scan.angle_step = observation->aperture / static_cast<float>(beams - 1);
+	scan.min_range = 0;
+	scan.max_range = observation->maxRange;
+	scan.ranges.clear();
+	for (std::size_t beam = 0; beam < beams; beam++)
+		scan.ranges.push_back(observation->getScanRange(clockwise ? beams - 1 - beam : beam));
+	return scan;
+}
+
+/// The walk with odometry, and the laser where walk_scan() has it.
+std::vector<MadeMessage> ros_walk(Wire wire, bool upside_down = false)
+{
+	std::vector<MadeMessage> messages;
+	const char axis = upside_down ? 'x' : 'z';
+	messages.push_back(made_transforms(
+	    wire, nanoseconds(0) - 1000, {{"base_link", "laser", 0.1, 0, 0.2, axis, upside_down ? M_PI : 0}}));
+	for (std::size_t i = 0; i < walk().size(); i++)
+	{
+		messages.push_back(made_odometry(wire, nanoseconds(i) - 10, walk()[i].x, walk()[i].y, walk()[i].phi));
+		messages.push_back(made_scan(wire, ros_scan(i, upside_down)));
+	}
+	return messages;
+}
+}  // namespace
+
+class AppLogs : public AppTest
+{
+   protected:
+	AppLogs() { save_gridmap(flat(), path("flat.gridmap.gz")); }
+
+	Words words(const std::string& log, const Words& more = {}) const
+	{
+		Words all = {"-m", path("flat.gridmap.gz"), "-i", path(log), "-o", path("out")};
+		all.insert(all.end(), more.begin(), more.end());
+		return all;
+	}
+
+	/// Expects that a run on the log finds the walk.
+	void expect_walk(const std::string& log, const Words& more = {}) const
+	{
+		const auto result = run(words(log, more));
+		ASSERT_EQ(result.status, 0) << result.err;
+		const CsvTable frames(path("out/frames.csv"), kFramesHeader);
+		ASSERT_EQ(frames.size(), walk().size());
+		for (std::size_t i = 0; i < frames.size(); i++)
+		{
+			EXPECT_EQ(frames.text(i, "status"), "localized") << i;
+			EXPECT_NEAR(frames.number(i, "timestamp"), walk_time(i), 1e-6);
+			EXPECT_NEAR(frames.number(i, "x"), walk()[i].x, 0.05) << i;
+			EXPECT_NEAR(frames.number(i, "y"), walk()[i].y, 0.05) << i;
+		}
+	}
+};
+
+TEST_F(AppLogs, BagOfRos1)
+{
+	write_file(path("walk.bag"), bag1_file(ros_walk(Wire::kRos1)));
+	expect_walk("walk.bag");
+	const auto result = run(words("walk.bag"));
+	EXPECT_EQ(
+	    result.err, "rawlog-localize: " + path("walk.bag") +
+	                    ": ROS 1 bag, laser '/scan' with 12 scans, at x 0.100, y 0.000, z 0.200 m, yaw 0.0, pitch 0.0, "
+	                    "roll 0.0 deg on base_link by tf; odometry from /odom\n");
+}
+
+TEST_F(AppLogs, BagsOfRos2)
+{
+#ifndef D2S1R_FASTCDR
+	GTEST_SKIP() << "built without libfastcdr-dev";
+#endif
+	write_file(path("walk.mcap"), mcap_file(ros_walk(Wire::kCdr)));
+	expect_walk("walk.mcap");
+	const std::string frames = read_file(path("out/trajectory.tum"));
+	std::filesystem::create_directory(path("folder"));
+	write_file(path("folder/walk_0.mcap"), mcap_file(ros_walk(Wire::kCdr), {can_pack("zstd") ? "zstd" : ""}));
+	write_file(path("folder/metadata.yaml"), "rosbag2_bagfile_information:\n  relative_file_paths: [walk_0.mcap]\n");
+	expect_walk("folder", {"-q"});
+	EXPECT_EQ(read_file(path("out/trajectory.tum")), frames);
+#ifdef D2S1R_SQLITE
+	save_sqlite_bag(path("walk.db3"), ros_walk(Wire::kCdr));
+	expect_walk("walk.db3");
+	EXPECT_EQ(read_file(path("out/trajectory.tum")), frames);
+#endif
+}
+
+TEST_F(AppLogs, CarmenLog)
+{
+	std::string log = "PARAM robot_frontlaser_offset 0.1 1 host 1\n";
+	for (std::size_t i = 0; i < walk().size(); i++)
+	{
+		const MadeScan scan = ros_scan(i);
+		char text[100];
+		log += "ROBOTLASER1 0 " + std::to_string(scan.first_angle) + " 6.28 " + std::to_string(scan.angle_step) + " " +
+		       std::to_string(scan.max_range) + " 0.01 0 " + std::to_string(scan.ranges.size());
+		for (const float range : scan.ranges) log += " " + std::to_string(range);
+		std::snprintf(text, sizeof text, " 0 0.1 0 0 0 0 0 0 0 0 0 0 %.6f host 0\n", walk_time(i));
+		log += text;
+	}
+	write_file(path("walk.log"), log);
+	expect_walk("walk.log");
+}
+
+TEST_F(AppLogs, LaserUpsideDown)
+{
+	write_file(path("walk.bag"), bag1_file(ros_walk(Wire::kRos1, true)));
+	expect_walk("walk.bag");
+}
+
+TEST_F(AppLogs, SensorPoseOfTheCommandLine)
+{
+	std::vector<MadeMessage> messages;
+	for (std::size_t i = 0; i < walk().size(); i++) messages.push_back(made_scan(Wire::kRos1, ros_scan(i, true)));
+	write_file(path("walk.bag"), bag1_file(messages));
+	expect_walk("walk.bag", {"--sensor-pose", "0.1,0,0,0,0,180"});
+}
+
+TEST_F(AppLogs, TopicChoosesTheLaser)
+{
+	auto messages = ros_walk(Wire::kRos1);
+	for (std::size_t i = 0; i < 20; i++) messages.push_back(made_scan(Wire::kRos1, ros_scan(3), "/other"));
+	write_file(path("walk.bag"), bag1_file(messages));
+	expect_walk("walk.bag", {"--topic", "/scan"});
+	expect_refusal(words("walk.bag", {"--topic", "/third"}), 1, {"'/third'", "'/scan', '/other'"});
+	expect_refusal(words("walk.bag", {"--topic", "/scan", "--sensor-label", "/scan"}), 1, {"--topic"});
+}
+
+TEST_F(AppLogs, LocalizedRawlogIsTheLogInTheFormOfMrpt)
+{
+	write_file(path("walk.bag"), bag1_file(ros_walk(Wire::kRos1)));
+	expect_walk("walk.bag");
+	const Objects written = load(path("out/localized.rawlog"));
+	ASSERT_EQ(written.size(), 4 * walk().size());
+	EXPECT_TRUE(std::dynamic_pointer_cast<mrpt::obs::CObservationOdometry>(written[0]));
+	EXPECT_TRUE(std::dynamic_pointer_cast<mrpt::obs::CObservation2DRangeScan>(written[1]));
+	EXPECT_TRUE(std::dynamic_pointer_cast<mrpt::obs::CObservationRobotPose>(written[2]));
+	const std::string poses = read_file(path("out/trajectory.tum"));
+	const auto stock = run_program(
+	    {"rawlog-edit", "--remove-label", "D2S1R,D2S1R_ODO", "-i", path("out/localized.rawlog"), "-o",
+	     path("back.rawlog"), "-w"});
+	if (stock.status == 127) GTEST_SKIP() << "rawlog-edit is missing: install mrpt-apps";
+	ASSERT_EQ(stock.status, 0) << stock.err;
+	expect_walk("back.rawlog");
+	EXPECT_EQ(read_file(path("out/trajectory.tum")), poses);
+}
+
+TEST_F(AppLogs, LogThatIsCutKeepsTheFramesBeforeTheCut)
+{
+	const std::string whole = bag1_file(ros_walk(Wire::kRos1));
+	write_file(path("cut.bag"), whole.substr(0, whole.size() / 2));
+	const auto result = run(words("cut.bag", {"-q"}));
+	EXPECT_EQ(result.status, 2);
+	EXPECT_EQ(lines_of(result.err).size(), 1U) << result.err;
+	const CsvTable frames(path("out/frames.csv"), kFramesHeader);
+	EXPECT_GT(frames.size(), 0U);
+	EXPECT_LT(frames.size(), walk().size());
+	EXPECT_NE(
+	    result.err.find("the " + std::to_string(frames.size()) + " frames before that are in"), std::string::npos);
+}
+
+TEST_F(AppLogs, LogsThatHoldNoScanSayWhatIsLookedFor)
+{
+	write_file(path("odometry.bag"), bag1_file({made_odometry(Wire::kRos1, 1, 0, 0, 0)}));
+	expect_refusal(words("odometry.bag"), 2, {"holds no 2D laser scan (sensor_msgs/LaserScan)"});
+	write_file(path("odometry.log"), "ODOM 0 0 0 0 0 0 1 host 1\n");
+	expect_refusal(words("odometry.log"), 2, {"holds no 2D laser scan (FLASER, RLASER or ROBOTLASER1)"});
+	write_file(path("old.bag"), "#ROSBAG V1.2\n");
+	expect_refusal(words("old.bag"), 2, {"is a ROS bag of version V1.2, but only V2.0 is read"});
+}

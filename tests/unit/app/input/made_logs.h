@@ -1,0 +1,96 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+// Logs of robots, written by the rules of their formats and without the code that reads them.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace d2s1r::test
+{
+/// How the fields of a message are written.
+enum class Wire
+{
+	kRos1,
+	kCdr
+};
+
+/// Fields of a message, one after the other.
+class FieldWriter
+{
+   public:
+	explicit FieldWriter(Wire wire);
+
+	template <typename Number>
+	FieldWriter& number(Number value)
+	{
+		align(sizeof value);
+		bytes_.append(reinterpret_cast<const char*>(&value), sizeof value);
+		return *this;
+	}
+	FieldWriter& text(const std::string& text);
+	FieldWriter& header(std::int64_t nanoseconds, const std::string& frame);
+
+	const std::string& bytes() const { return bytes_; }
+
+   private:
+	void align(std::size_t size);
+
+	Wire wire_;
+	std::string bytes_;
+};
+
+struct MadeScan
+{
+	std::int64_t time = 0;  //!< [ns]
+	std::string frame = "laser";
+	float first_angle = -1.5F;  //!< [rad]
+	float angle_step = 0.5F;    //!< [rad]
+	float min_range = 0.1F;     //!< [m]
+	float max_range = 10.0F;    //!< [m]
+	std::vector<float> ranges = {1, 2, 3, 4, 5, 6, 7};
+};
+std::string scan_message(Wire wire, const MadeScan& scan);
+
+std::string odometry_message(Wire wire, std::int64_t time, const std::string& child, double x, double y, double phi);
+
+/// A pose by its position [m] and a rotation about one axis, 'x', 'y' or 'z' [rad].
+struct MadeTransform
+{
+	std::string parent, child;
+	double x = 0, y = 0, z = 0;
+	char axis = 'z';
+	double angle = 0;
+};
+std::string transform_message(Wire wire, std::int64_t time, const std::vector<MadeTransform>& transforms);
+
+struct MadeMessage
+{
+	std::string topic;
+	std::string type;
+	std::int64_t time = 0;  //!< [ns] of its recording
+	std::string data;
+};
+MadeMessage made_scan(Wire wire, const MadeScan& scan, const std::string& topic = "/scan");
+MadeMessage made_odometry(Wire wire, std::int64_t time, double x, double y, double phi);
+MadeMessage made_transforms(
+    Wire wire, std::int64_t time, const std::vector<MadeTransform>& transforms,
+    const std::string& topic = "/tf_static");
+
+/// How the messages of a file are put together.
+struct Packing
+{
+	std::string method{};                    //!< "", "bz2", "lz4" or "zstd"
+	std::size_t messages_in_chunk = 3;       //!< [-] 0: MCAP without chunks
+	bool with_index = true;                  //!< of a chunk (ROS 1) or of the file (MCAP)
+	std::vector<std::size_t> chunk_order{};  //!< empty: as the messages are
+};
+std::string bag1_file(const std::vector<MadeMessage>& messages, const Packing& packing = {});
+std::string mcap_file(
+    const std::vector<MadeMessage>& messages, const Packing& packing = {}, const std::string& encoding = "cdr");
+void save_sqlite_bag(const std::string& path, const std::vector<MadeMessage>& messages);
+
+/// \param method "bz2", "lz4" (frames) or "zstd"; else `bytes` as they are
+std::string packed(const std::string& method, const std::string& bytes);
+bool can_pack(const std::string& method);
+}  // namespace d2s1r::test
