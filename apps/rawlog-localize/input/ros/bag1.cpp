@@ -100,12 +100,12 @@ class Bag1Source : public PieceSource
 
 	void check_magic(const std::string& path)
 	{
-		const Bytes start = file_.view(0, std::min(file_.size(), kMagicSize));
-		const std::string magic(reinterpret_cast<const char*>(start.data), start.size);
-		if (magic == "#ROSBAG V2.0\n") return;
+		constexpr std::uint64_t kLongestMagic = 16;  // [byte] "#ROSRECORD V1.2\n"
+		const std::string magic = text_of(file_.view(0, std::min(file_.size(), kLongestMagic)));
+		if (magic.rfind("#ROSBAG V2.0\n", 0) == 0) return;
 		throw UserError(
 		    kBadInput, path,
-		    "is a ROS bag of version " + magic.substr(std::min(magic.find('V'), magic.size()), 4) +
+		    "is a ROS bag of version " + magic.substr(magic.find(" V") + 1, 4) +
 		        ", but only V2.0 is read, which ROS writes since 2010; convert it with the tools of its ROS");
 	}
 
@@ -119,8 +119,18 @@ class Bag1Source : public PieceSource
 		record.operation = number_of<std::uint8_t>(header, "op");
 		record.data = offset + 4 + header_size + 4;
 		record.size = size_at(record.data - 4);
+		if (record.operation == kIndex)  // early recorders gave it too large a size
+			record.size = std::min(record.size, size_of_index(record.fields()));
 		if (record.end() > file_.size()) throw std::runtime_error("it ends within a record");
 		return record;
+	}
+
+	/// [byte] of the entries that it says it has, at most what a record can have.
+	static std::uint32_t size_of_index(Bytes fields)
+	{
+		constexpr std::uint32_t kEntrySize = 12;  // a time and an offset
+		constexpr std::uint32_t kMost = std::numeric_limits<std::uint32_t>::max() / kEntrySize;
+		return kEntrySize * std::min(number_of<std::uint32_t>(fields, "count"), kMost);
 	}
 
 	void find_pieces(std::vector<Piece>& pieces)

@@ -164,6 +164,19 @@ TEST_F(MessageSources, ChunksOfABagWithoutAnIndexAreReadAllTheSame)
 	EXPECT_EQ(reading.damage, "");
 }
 
+TEST_F(MessageSources, IndexOfEarlyRecordersHasTooLargeASize)
+{
+	const auto messages = recording(Wire::kRos1);
+	std::string bag = bag1_file(messages, {"", 20});
+	const auto index = bag.rfind("op=\x04");  // of ten scans, then of ten other messages
+	const auto size = bag.find(std::string("\x78\0\0\0", 4), index);
+	ASSERT_NE(size, std::string::npos);
+	bag[size] = '\xc8';  // 20 bytes an entry, where 12 are there
+	const Reading reading = read_file(bag, RosFormat::kBag1);
+	EXPECT_EQ(reading.times, times_of(messages));
+	EXPECT_EQ(reading.damage, "");
+}
+
 TEST_F(MessageSources, FilesThatEndTooEarlyGiveTheMessagesBeforeThatAndSaySo)
 {
 	const std::string bag = bag1_file(recording(Wire::kRos1), {"", 5});
@@ -200,7 +213,7 @@ TEST_F(MessageSources, OldBagsAreRefusedByTheirVersion)
 {
 	try
 	{
-		read_file("#ROSBAG V1.2\nsomething", RosFormat::kBag1);
+		read_file("#ROSRECORD V1.2\nsomething", RosFormat::kBag1);
 		FAIL() << "was read";
 	}
 	catch (const UserError& e)
