@@ -81,12 +81,11 @@ ExitStatus conclude(const RunReport& report, const std::string& damage, Console&
 	return kDone;
 }
 
-void write_reports(
-    const RunReport& report, const FrameOutputs& outputs, const GroundTruth& truth, const Localizer& localizer)
+void write_reports(const RunReport& report, const FrameOutputs& outputs, const Localizer& localizer)
 {
 	const std::filesystem::path folder = report.flags.output_dir;
 	write_summary_json(report, folder / "summary.json");
-	write_map_png({localizer.map(), report.parameters.grid, report.frames, truth, report.matches}, folder / "map.png");
+	write_map_png(report, localizer.map(), folder / "map.png");
 	write_scene(
 	    {localizer.map(), report.parameters.grid, report.frames, outputs.last_localized_scan(), report.flags.fuse},
 	    folder / "scene.3Dscene");
@@ -146,7 +145,7 @@ ExitStatus localize(
 	report.truth_lines = truth.size();
 	report.matches = match(report.frames, truth);
 	write_run_json(report, *map, std::filesystem::path(flags.output_dir) / "run.json");
-	write_reports(report, outputs, truth, localizer);
+	write_reports(report, outputs, localizer);
 	outputs.commit_pipeline(localizer.map());
 	if (!flags.quiet) print_table(report, console.out);
 	return conclude(report, damage, console);

@@ -15,7 +15,8 @@ using mrpt::img::TColor;
 
 namespace
 {
-const TColor kInk(40, 44, 52), kCross(214, 34, 50), kPath(20, 99, 196);
+const TColor kInk(40, 44, 52), kWrong(214, 34, 50), kPath(20, 99, 196), kTruth(142, 211, 144), kFused(176, 108, 202),
+    kGuess(245, 150, 20);
 
 /// map.png, taken apart: the map, a line of ink, the legend.
 class MapPng
@@ -39,6 +40,13 @@ class MapPng
 	}
 
 	bool map_has(const TColor& color) const { return !of_colour(color).empty(); }
+	bool legend_has(const TColor& color) const
+	{
+		for (int y = legend_top_ + 1; y < height(); y++)
+			for (int x = 0; x < width(); x++)
+				if (at(x, y) == color) return true;
+		return false;
+	}
 
 	/// Coloured marks in the legend, whose text is grey.
 	int marks() const
@@ -104,7 +112,7 @@ TEST_F(AppMapPng, IsOfReasonableSize)
 {
 	save_truth(path("truth.txt"), false);
 	const MapPng picture = draw(covered_laser_log(), {"--ground-truth", path("truth.txt")});
-	EXPECT_GE(picture.image.getWidth(), 900U);
+	EXPECT_GE(picture.image.getWidth(), 1000U);
 	EXPECT_LE(picture.image.getWidth(), 2000U);
 	EXPECT_LE(picture.image.getHeight(), 2000U);
 	EXPECT_TRUE(picture.image.isColor());
@@ -113,19 +121,68 @@ TEST_F(AppMapPng, IsOfReasonableSize)
 TEST_F(AppMapPng, FramesWithoutAPoseAreDrawnOnlyWhereTheTruthSaysTheyWere)
 {
 	const MapPng without = draw(covered_laser_log());
-	EXPECT_FALSE(without.map_has(kCross));
-	EXPECT_EQ(without.marks(), 2);  // localized, ambiguous
+	EXPECT_FALSE(without.map_has(kInk));
+	EXPECT_FALSE(without.map_has(kTruth));
+	EXPECT_FALSE(without.legend_has(kTruth));
 
 	save_truth(path("truth.txt"), false);
 	const MapPng with = draw(covered_laser_log(), {"--ground-truth", path("truth.txt")});
-	EXPECT_TRUE(with.map_has(kCross));
-	EXPECT_EQ(with.marks(), 4);  // and no pose, ground truth
+	EXPECT_TRUE(with.map_has(kInk));
+	EXPECT_TRUE(with.map_has(kTruth));
+	EXPECT_TRUE(with.legend_has(kTruth));
 }
 
-TEST_F(AppMapPng, RightFramesHaveNoCross)
+TEST_F(AppMapPng, RightFramesAreNotMarkedAsWrong)
 {
 	save_truth(path("truth.txt"), false);
-	EXPECT_FALSE(draw(observation_log(), {"--ground-truth", path("truth.txt")}).map_has(kCross));
+	const MapPng picture = draw(observation_log(), {"--ground-truth", path("truth.txt")});
+	EXPECT_FALSE(picture.map_has(kWrong));
+	EXPECT_TRUE(picture.legend_has(kWrong));
+}
+
+TEST_F(AppMapPng, AWrongLocalizedFrameStandsOut)
+{
+	write_file(path("truth.txt"), std::to_string(walk_time(0)) + " 8.5 1 0\n");
+	const MapPng picture = draw(observation_log(), {"--ground-truth", path("truth.txt")});
+	const auto marks = picture.of_colour(kWrong);
+	double longest = 0;  // [pixel] from the pose to its true place
+	for (const auto& mark : marks) longest = std::max(longest, (mark - marks.front()).norm());
+	EXPECT_GT(marks.size(), 150U + longest);  // a disc of radius 7 at least, and the line
+	EXPECT_GT(longest, 300);
+}
+
+TEST_F(AppMapPng, AnAmbiguousFrameWhoseBestPoseIsOffIsMarkedOtherwise)
+{
+	write_file(path("truth.txt"), std::to_string(walk_time(0)) + " 8.5 1 0\n");
+	write_file(path("never.ini"), "[scoring]\nlocalized_above = 1\n");
+	const MapPng picture =
+	    draw(observation_log(), {"--ground-truth", path("truth.txt"), "-c", path("never.ini"), "--frames", ":1"});
+	EXPECT_FALSE(picture.map_has(kWrong));
+	EXPECT_FALSE(picture.map_has(kPath));
+	EXPECT_TRUE(picture.map_has(kGuess));
+}
+
+TEST_F(AppMapPng, OnlyTheGroundTruthOfTheSelectedFramesIsDrawn)
+{
+	save_truth(path("truth.txt"), false);
+	const auto extent = [](const std::vector<mrpt::math::TPoint2D>& places)
+	{
+		double widest = 0;
+		for (const auto& place : places) widest = std::max(widest, (place - places.front()).norm());
+		return widest;
+	};
+	EXPECT_GT(extent(draw(observation_log(), {"--ground-truth", path("truth.txt")}).of_colour(kTruth)), 300);
+	const auto one =
+	    draw(observation_log(), {"--ground-truth", path("truth.txt"), "--frames", "3:4"}).of_colour(kTruth);
+	ASSERT_FALSE(one.empty());
+	EXPECT_LT(extent(one), 15);
+}
+
+TEST_F(AppMapPng, TheFusedPathIsSeenBesideTheSingleOne)
+{
+	const MapPng picture = draw(observation_log(), {"--fuse"});
+	EXPECT_GT(picture.of_colour(kFused).size(), 500U);
+	EXPECT_GT(picture.of_colour(kPath).size(), 500U);
 }
 
 TEST_F(AppMapPng, HeadingsPointWhereTheRobotLooks)
@@ -140,13 +197,6 @@ TEST_F(AppMapPng, HeadingsPointWhereTheRobotLooks)
 	for (const auto& place : mark)
 		if ((place - left).norm() > far.norm()) far = place - left;
 	EXPECT_NEAR(std::atan2(far.y, far.x), heading, 0.2);
-}
-
-TEST_F(AppMapPng, LegendHasTheLinesToWrongPoses)
-{
-	write_file(path("truth.txt"), std::to_string(walk_time(0)) + " 8.5 1 0\n");
-	const MapPng picture = draw(observation_log(), {"--ground-truth", path("truth.txt")});
-	EXPECT_EQ(picture.marks(), 5);  // localized, ambiguous, wrong, line to the wrong pose, ground truth
 }
 
 TEST_F(AppMapPng, LegendHasTheReseeds)

@@ -117,12 +117,6 @@ bool is_whole_gzip(const std::string& path)
 	return size > 0 && size == (end[0] | end[1] * 0x100U | end[2] * 0x10000U | end[3] * 0x1000000U);
 }
 
-bool is_whole_png(const std::string& path)
-{
-	constexpr std::array<unsigned char, 8> kEnd = {'I', 'E', 'N', 'D', 0xae, 0x42, 0x60, 0x82};
-	return last_bytes<8>(path) == kEnd;
-}
-
 GzipFile::GzipFile(const std::string& path) : pending_(path)
 {
 	if (!stream_.open(pending_.temporary())) pending_.fail();

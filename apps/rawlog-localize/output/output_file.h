@@ -68,7 +68,4 @@ class GzipFile
 
 /// Returns whether a gzip file unpacks to as many bytes as its end says, and to at least one.
 bool is_whole_gzip(const std::string& path);
-
-/// Returns whether a file ends as PNG files do.
-bool is_whole_png(const std::string& path);
 }  // namespace d2s1r::app

@@ -1,119 +1,115 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "picture/canvas.h"
 
-#include <algorithm>
-#include <cmath>
+#include <cairo.h>
+
+#include <new>
 
 namespace d2s1r::app
 {
 namespace
 {
-constexpr double kTickLength = 13;  //!< [pixel]
+cairo_t* make_context(int width, int height)
+{
+	cairo_surface_t* const surface = cairo_image_surface_create(CAIRO_FORMAT_RGB24, width, height);
+	cairo_t* const context = cairo_create(surface);
+	cairo_surface_destroy(surface);  // the context keeps it
+	return context;
+}
 }  // namespace
 
-Canvas::Canvas(int width, int height, const mrpt::img::TColor& background)
-    : width_(width),
-      height_(height),
-      image_(static_cast<unsigned>(width), static_cast<unsigned>(height), mrpt::img::CH_RGB)
+Canvas::Canvas(int width, int height, const Color& background)
+    : width_(width), context_(make_context(width, height), cairo_destroy)
 {
-	image_.filledRectangle(0, 0, width - 1, height - 1, background);
-	image_.selectTextFont("10x20");
+	check();
+	cairo_set_line_cap(context_.get(), CAIRO_LINE_CAP_ROUND);
+	cairo_set_line_join(context_.get(), CAIRO_LINE_JOIN_ROUND);
+	cairo_select_font_face(context_.get(), "sans-serif", CAIRO_FONT_SLANT_NORMAL, CAIRO_FONT_WEIGHT_NORMAL);
+	cairo_set_font_size(context_.get(), kTextHeight);
+	cairo_font_options_t* const options = cairo_font_options_create();
+	cairo_font_options_set_antialias(options, CAIRO_ANTIALIAS_GRAY);  // the same picture whatever the screen
+	cairo_font_options_set_hint_style(options, CAIRO_HINT_STYLE_NONE);
+	cairo_set_font_options(context_.get(), options);
+	cairo_font_options_destroy(options);
+	rectangle(0, 0, width, height, background);
 }
 
-void Canvas::point(int x, int y, const mrpt::img::TColor& color, double opacity)
+void Canvas::check() const
 {
-	if (x < 0 || y < 0 || x >= width_ || y >= height_) return;
-	auto* bgr = image_.ptr<std::uint8_t>(static_cast<unsigned>(x), static_cast<unsigned>(y), 0);
-	const auto mix = [&](std::uint8_t& below, std::uint8_t above)
-	{ below = static_cast<std::uint8_t>(std::lround(below + opacity * (above - below))); };
-	mix(bgr[0], color.B);
-	mix(bgr[1], color.G);
-	mix(bgr[2], color.R);
+	if (cairo_status(context_.get()) == CAIRO_STATUS_NO_MEMORY) throw std::bad_alloc();
 }
 
-void Canvas::line(const Pixel& from, const Pixel& to, double width, const mrpt::img::TColor& color, double opacity)
+void Canvas::use(const Color& color, double opacity)
 {
-	const double dx = to.x - from.x, dy = to.y - from.y, squared_length = std::max(dx * dx + dy * dy, 1e-12);
-	const auto distance = [&](double x, double y)  // negative inside
+	cairo_set_source_rgba(context_.get(), color.R / 255.0, color.G / 255.0, color.B / 255.0, opacity);
+}
+
+void Canvas::greys(const std::vector<std::uint8_t>& image, int image_width, int left, int top)
+{
+	cairo_surface_t* const surface = cairo_get_target(context_.get());
+	cairo_surface_flush(surface);
+	const auto stride = static_cast<std::size_t>(cairo_image_surface_get_stride(surface));
+	auto* const pixels = cairo_image_surface_get_data(surface);
+	const auto width = static_cast<std::size_t>(image_width);
+	for (std::size_t i = 0; i < image.size(); i++)
 	{
-		const double along = std::clamp(((x - from.x) * dx + (y - from.y) * dy) / squared_length, 0.0, 1.0);
-		return std::hypot(x - from.x - along * dx, y - from.y - along * dy) - width / 2;
-	};
-	const double reach = width + 1;
-	const int x0 = static_cast<int>(std::floor(std::clamp(std::min(from.x, to.x) - reach, 0.0, 1.0 * width_)));
-	const int y0 = static_cast<int>(std::floor(std::clamp(std::min(from.y, to.y) - reach, 0.0, 1.0 * height_)));
-	const int x1 = static_cast<int>(std::ceil(std::clamp(std::max(from.x, to.x) + reach, 0.0, 1.0 * width_)));
-	const int y1 = static_cast<int>(std::ceil(std::clamp(std::max(from.y, to.y) + reach, 0.0, 1.0 * height_)));
-	for (int y = y0; y < y1; y++)
-		for (int x = x0; x < x1; x++)
-		{
-			const double coverage = std::clamp(0.5 - distance(x + 0.5, y + 0.5), 0.0, 1.0);
-			if (coverage > 0) point(x, y, color, opacity * coverage);
-		}
+		const std::size_t x = static_cast<std::size_t>(left) + i % width, y = static_cast<std::size_t>(top) + i / width;
+		for (std::size_t channel = 0; channel < 3; channel++) pixels[y * stride + 4 * x + channel] = image[i];
+	}
+	cairo_surface_mark_dirty(surface);
 }
 
-void Canvas::disc(const Pixel& center, double radius, const mrpt::img::TColor& color, double opacity)
+void Canvas::line(const std::vector<Pixel>& points, double width, const Color& color, double opacity)
 {
-	line(center, center, 2 * radius, color, opacity);
+	if (points.empty()) return;
+	use(color, opacity);
+	cairo_set_line_width(context_.get(), width);
+	cairo_move_to(context_.get(), points.front().x, points.front().y);
+	for (const Pixel& point : points) cairo_line_to(context_.get(), point.x, point.y);
+	cairo_stroke(context_.get());
+	check();
 }
 
-void Canvas::cross(const Pixel& center, double radius, double width, const mrpt::img::TColor& color)
+void Canvas::disc(const Pixel& center, double radius, const Color& color, double opacity)
+{
+	line({center}, 2 * radius, color, opacity);
+}
+
+void Canvas::cross(const Pixel& center, double radius, double width, const Color& color)
 {
 	const Pixel down(radius, radius), up(radius, -radius);
-	line(center - down, center + down, width, color);
-	line(center - up, center + up, width, color);
+	line({center - down, center + down}, width, color);
+	line({center - up, center + up}, width, color);
 }
 
-void Canvas::text(int left, int top, const std::string& text, const mrpt::img::TColor& color)
+void Canvas::rectangle(int left, int top, int width, int height, const Color& color)
 {
-	image_.textOut(left, top, text, color);
+	use(color, 1);
+	cairo_rectangle(context_.get(), left, top, width, height);
+	cairo_fill(context_.get());
+	check();
 }
 
-void draw_path(Canvas& canvas, const Pixel& from, const Pixel& to)
+void Canvas::text(double left, double middle, const std::string& text, const Color& color)
 {
-	canvas.line(from, to, 2.4, kPathColor);
+	use(color, 1);
+	cairo_move_to(context_.get(), left, middle + 0.36 * kTextHeight);  // capitals are 0.72 of the size high
+	cairo_show_text(context_.get(), text.c_str());
+	check();
 }
 
-void draw_place(Canvas& canvas, const Pixel& at)
+double Canvas::text_width(const std::string& text)
 {
-	canvas.disc(at, 2.2, kPathColor);
+	cairo_text_extents_t extents;
+	cairo_text_extents(context_.get(), text.c_str(), &extents);
+	check();
+	return extents.x_advance;
 }
 
-void draw_heading(Canvas& canvas, const Pixel& from, double phi)
+bool Canvas::save(const std::string& path) const
 {
-	const Pixel tip(from.x + kTickLength * std::cos(phi), from.y - kTickLength * std::sin(phi));
-	canvas.line(from, tip, 1.6, kPathColor);
-	for (const double side : {-2.6, 2.6})
-		canvas.line(tip, {tip.x + 5 * std::cos(phi + side), tip.y - 5 * std::sin(phi + side)}, 1.6, kPathColor);
-}
-
-void draw_hypothesis(Canvas& canvas, const Pixel& at, double probability)
-{
-	canvas.disc(at, 2 + 3 * std::sqrt(probability), kGuessColor, 0.75);
-}
-
-void draw_failure(Canvas& canvas, const Pixel& at)
-{
-	canvas.cross(at, 5, 2.4, kWrongColor);
-}
-
-void draw_error(Canvas& canvas, const Pixel& truth, const Pixel& pose)
-{
-	canvas.line(truth, pose, 1.2, kWrongColor, 0.3);
-}
-
-void draw_truth(Canvas& canvas, const Pixel& from, const Pixel& to)
-{
-	canvas.line(from, to, 7, kTruthColor);
-}
-
-void draw_fused(Canvas& canvas, const Pixel& from, const Pixel& to)
-{
-	canvas.line(from, to, 1.5, kFusedColor);
-}
-
-void draw_reseed(Canvas& canvas, const Pixel& at)
-{
-	canvas.cross(at, 5, 1.5, kFusedColor);
+	const cairo_status_t status = cairo_surface_write_to_png(cairo_get_target(context_.get()), path.c_str());
+	if (status == CAIRO_STATUS_NO_MEMORY) throw std::bad_alloc();
+	return status == CAIRO_STATUS_SUCCESS;
 }
 }  // namespace d2s1r::app

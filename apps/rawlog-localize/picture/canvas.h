@@ -1,51 +1,57 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <mrpt/img/CImage.h>
+#include <mrpt/img/TColor.h>
 #include <mrpt/math/TPoint2D.h>
 
+#include <cstdint>
+#include <memory>
 #include <string>
+#include <vector>
+
+struct _cairo;
 
 namespace d2s1r::app
 {
-using Pixel = mrpt::math::TPoint2D;  //!< [pixel] from the upper left corner, y down; pixel centres at .5
+using Color = mrpt::img::TColor;
+using Pixel = mrpt::math::TPoint2D;  //!< [pixel] from the upper left corner, y down; pixel centres are at .5
 
-/// Anti-aliased drawing, which MRPT's canvas does not have.
+/// Colours of what is drawn on a map; the scene has the same.
+inline const Color kPathColor(20, 99, 196), kTruthColor(142, 211, 144), kGuessColor(245, 150, 20),
+    kWrongColor(214, 34, 50), kFusedColor(176, 108, 202), kInk(40, 44, 52);
+
+/// A picture that is drawn on with cairo.
 class Canvas
 {
    public:
-	Canvas(int width, int height, const mrpt::img::TColor& background);
+	/// \throws std::bad_alloc
+	Canvas(int width, int height, const Color& background);
 
 	int width() const { return width_; }
 
-	/// \param opacity [-] in [0, 1]
-	void point(int x, int y, const mrpt::img::TColor& color, double opacity = 1);
-	void line(const Pixel& from, const Pixel& to, double width, const mrpt::img::TColor& color, double opacity = 1);
-	void disc(const Pixel& center, double radius, const mrpt::img::TColor& color, double opacity = 1);
-	void cross(const Pixel& center, double radius, double width, const mrpt::img::TColor& color);
-	void text(int left, int top, const std::string& text, const mrpt::img::TColor& color);
+	/// Copies an image of grey values, row by row from the top, to this place.
+	void greys(const std::vector<std::uint8_t>& image, int image_width, int left, int top);
 
-	static constexpr int kLetterWidth = 10;   //!< [pixel]
-	static constexpr int kLetterHeight = 20;  //!< [pixel]
+	/// Draws one line through all points, or a dot if there is only one. \param opacity [-] in [0, 1]
+	void line(const std::vector<Pixel>& points, double width, const Color& color, double opacity = 1);
+	void disc(const Pixel& center, double radius, const Color& color, double opacity = 1);
+	void cross(const Pixel& center, double radius, double width, const Color& color);
+	void rectangle(int left, int top, int width, int height, const Color& color);
 
-	const mrpt::img::CImage& image() const { return image_; }
+	/// \param left, middle [pixel] of the text, which is kTextHeight high
+	void text(double left, double middle, const std::string& text, const Color& color);
+	double text_width(const std::string& text);  //!< [pixel]
+	static constexpr double kTextHeight = 22;    //!< [pixel]
+
+	/// Writes a PNG file. Returns whether it is whole.
+	bool save(const std::string& path) const;
 
    private:
+	/// \throws std::bad_alloc if cairo ran out of memory
+	void check() const;
+	void use(const Color& color, double opacity);
+
 	int width_;
-	int height_;
-	mrpt::img::CImage image_;
+	std::unique_ptr<_cairo, void (*)(_cairo*)> context_;
 };
-
-inline const mrpt::img::TColor kPathColor(20, 99, 196), kTruthColor(118, 200, 120), kGuessColor(245, 150, 20),
-    kWrongColor(214, 34, 50), kFusedColor(133, 40, 160);
-
-void draw_path(Canvas& canvas, const Pixel& from, const Pixel& to);
-void draw_place(Canvas& canvas, const Pixel& at);                  //!< of a localized frame
-void draw_heading(Canvas& canvas, const Pixel& from, double phi);  //!< [rad] map frame
-void draw_hypothesis(Canvas& canvas, const Pixel& at, double probability);
-void draw_failure(Canvas& canvas, const Pixel& at);
-void draw_error(Canvas& canvas, const Pixel& truth, const Pixel& pose);
-void draw_truth(Canvas& canvas, const Pixel& from, const Pixel& to);
-void draw_fused(Canvas& canvas, const Pixel& from, const Pixel& to);
-void draw_reseed(Canvas& canvas, const Pixel& at);
 }  // namespace d2s1r::app

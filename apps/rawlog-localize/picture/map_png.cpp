@@ -1,8 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "picture/map_png.h"
 
-#include "cli/console.h"
-#include "evaluation/run_report.h"
 #include "output/output_file.h"
 #include "picture/canvas.h"
 #include "picture/map_view.h"
@@ -21,11 +19,80 @@ namespace d2s1r::app
 {
 namespace
 {
-constexpr int kMargin = 20;          //!< [pixel]
-constexpr int kRowHeight = 32;       //!< [pixel]
-constexpr int kSampleWidth = 34;     //!< [pixel]
-constexpr int kGap = 28;             //!< [pixel] between entries
-constexpr double kLongestBar = 0.2;  //!< [-] of the width
+constexpr int kLongSide = 1600;             //!< [pixel] of the map
+constexpr double kLargestCell = 24;         //!< [pixel] of small maps
+constexpr int kLeastWidth = 1000;           //!< [pixel] of the picture, which has room for the legend
+constexpr int kMargin = 20;                 //!< [pixel]
+constexpr int kRowHeight = 36;              //!< [pixel] of the legend
+constexpr double kSampleWidth = 46;         //!< [pixel] of a mark in the legend
+constexpr double kGap = 34;                 //!< [pixel] between entries of the legend
+constexpr double kLongestBar = 0.2;         //!< [-] of the width
+constexpr double kTickSpacing = 15;         //!< [pixel] between headings that are drawn
+constexpr double kLeastProbability = 0.05;  //!< [-] of hypotheses that are drawn
+const Color kPaper(222, 222, 222), kWhite(255, 255, 255);
+
+// The marks; the legend shows the same.
+
+void draw_heading(Canvas& canvas, const Pixel& from, double phi, const Color& color, double length = 13)
+{
+	const Pixel tip(from.x + length * std::cos(phi), from.y - length * std::sin(phi));
+	const auto barb = [&](double side)
+	{ return Pixel(tip.x + 5 * std::cos(phi + side), tip.y - 5 * std::sin(phi + side)); };
+	canvas.line({from, tip}, 1.6, color);
+	canvas.line({barb(-2.6), tip, barb(2.6)}, 1.6, color);
+}
+
+void draw_path(Canvas& canvas, const std::vector<Pixel>& points)
+{
+	canvas.line(points, 2.4, kPathColor);
+	for (const Pixel& point : points) canvas.disc(point, 2.2, kPathColor);
+}
+
+void draw_truth(Canvas& canvas, const std::vector<Pixel>& points)
+{
+	canvas.line(points, 11, kTruthColor);
+}
+
+/// Broad enough to be seen on both sides of the path.
+void draw_fused(Canvas& canvas, const std::vector<Pixel>& points)
+{
+	canvas.line(points, 6.5, kFusedColor);
+}
+
+void draw_reseed(Canvas& canvas, const Pixel& at)
+{
+	canvas.cross(at, 7, 6.5, kWhite);
+	canvas.cross(at, 7, 3, kFusedColor);
+}
+
+void draw_hypothesis(Canvas& canvas, const Pixel& at, double probability)
+{
+	canvas.disc(at, 2 + 3 * std::sqrt(probability), kGuessColor, 0.75);
+}
+
+/// A localized frame that is off: the pose, and the way to where the robot was.
+void draw_wrong(Canvas& canvas, const Pixel& pose, double phi, const Pixel& truth)
+{
+	canvas.line({truth, pose}, 5, kWhite, 0.8);
+	canvas.line({truth, pose}, 2.4, kWrongColor);
+	canvas.disc(pose, 9, kWhite);
+	canvas.disc(pose, 7, kWrongColor);
+	draw_heading(canvas, pose, phi, kWrongColor, 19);
+	canvas.disc(truth, 4, kWrongColor);
+}
+
+/// An ambiguous frame whose best pose is off.
+void draw_wrong_guess(Canvas& canvas, const Pixel& pose, const Pixel& truth)
+{
+	canvas.line({truth, pose}, 1.4, kGuessColor, 0.7);
+	canvas.cross(truth, 5, 2.4, kGuessColor);
+}
+
+void draw_without_pose(Canvas& canvas, const Pixel& truth)
+{
+	canvas.cross(truth, 5, 5, kWhite);
+	canvas.cross(truth, 5, 2.4, kInk);
+}
 
 /// The longest of 1, 2, 5, 10, ... (or a tenth, ...) that is not above `limit`.
 double round_length(double limit)
@@ -36,9 +103,7 @@ double round_length(double limit)
 	return power;
 }
 
-const mrpt::img::TColor kInk(40, 44, 52);
-
-/// A sample of a mark, drawn around a centre, and what it stands for.
+/// A mark, drawn around a centre, and what it stands for.
 struct LegendEntry
 {
 	std::function<void(Canvas&, const Pixel& center)> draw_sample;
@@ -49,124 +114,117 @@ struct LegendEntry
 class Legend
 {
    public:
-	Legend(std::vector<LegendEntry> entries, double pixels_per_metre, int width);
-	int height() const;
-	void draw(Canvas& canvas, int top) const;
+	Legend(std::vector<LegendEntry> entries, double pixels_per_metre, int width)
+	    : entries_(std::move(entries)),
+	      bar_metres_(round_length(kLongestBar * width / pixels_per_metre)),
+	      bar_pixels_(bar_metres_ * pixels_per_metre)
+	{
+		Canvas ruler(1, 1, kWhite);
+		const double first = kMargin + std::max(bar_pixels_, ruler.text_width(bar_text())) + kGap;
+		double left = first;
+		for (const auto& entry : entries_)
+		{
+			const double needed = kSampleWidth + ruler.text_width(entry.text);
+			if (left + needed > width - kMargin && left > first)
+			{
+				left = first;
+				rows_++;
+			}
+			places_.push_back({left, rows_ - 1});
+			left += needed + kGap;
+		}
+		rows_ = std::max(rows_, 2);
+	}
+
+	int height() const { return rows_ * kRowHeight + kMargin; }
+
+	void draw(Canvas& canvas, int top) const
+	{
+		canvas.rectangle(0, top, canvas.width(), height(), kWhite);
+		canvas.rectangle(0, top, canvas.width(), 1, kInk);
+		draw_scale_bar(canvas, top + kMargin / 2 + kRowHeight / 2);
+		for (std::size_t i = 0; i < entries_.size(); i++)
+		{
+			const double middle = top + kMargin / 2 + places_[i].row * kRowHeight + kRowHeight / 2;
+			entries_[i].draw_sample(canvas, Pixel(places_[i].left + kSampleWidth / 2 - 5, middle));
+			canvas.text(places_[i].left + kSampleWidth, middle, entries_[i].text, kInk);
+		}
+	}
 
    private:
 	struct Place
 	{
-		int left;
+		double left;  //!< [pixel]
 		int row;
 	};
-	void draw_scale_bar(Canvas& canvas, int top) const;
+
+	std::string bar_text() const { return mrpt::format("%g m", bar_metres_); }
+
+	void draw_scale_bar(Canvas& canvas, int middle) const
+	{
+		const double left = kMargin, right = kMargin + bar_pixels_;
+		canvas.line({{left, middle - 6.0}, {left, middle + 6.0}}, 3, kInk);
+		canvas.line({{left, 1.0 * middle}, {right, 1.0 * middle}}, 3, kInk);
+		canvas.line({{right, middle - 6.0}, {right, middle + 6.0}}, 3, kInk);
+		canvas.text(left, middle + kRowHeight - 4, bar_text(), kInk);
+	}
 
 	std::vector<LegendEntry> entries_;
 	std::vector<Place> places_;
 	double bar_metres_;  //!< [m]
-	int bar_pixels_;     //!< [pixel]
+	double bar_pixels_;  //!< [pixel]
 	int rows_ = 1;
 };
 
-Legend::Legend(std::vector<LegendEntry> entries, double pixels_per_metre, int width)
-    : entries_(std::move(entries)),
-      bar_metres_(round_length(kLongestBar * width / pixels_per_metre)),
-      bar_pixels_(static_cast<int>(std::lround(bar_metres_ * pixels_per_metre)))
+bool is_wrong(const Match& match)
 {
-	const int bar_room = std::max(bar_pixels_, 8 * Canvas::kLetterWidth) + kGap;
-	int left = kMargin + bar_room;
-	for (const auto& entry : entries_)
-	{
-		const int needed = kSampleWidth + Canvas::kLetterWidth * static_cast<int>(entry.text.size());
-		if (left + needed > width - kMargin && left > kMargin + bar_room)
-		{
-			left = kMargin + bar_room;
-			rows_++;
-		}
-		places_.push_back({left, rows_ - 1});
-		left += needed + kGap;
-	}
-	rows_ = std::max(rows_, 2);
+	return !match.within(kTolerances.front());
 }
-
-int Legend::height() const
-{
-	return rows_ * kRowHeight + kMargin;
-}
-
-void Legend::draw(Canvas& canvas, int top) const
-{
-	for (int y = top; y < top + height(); y++)
-		for (int x = 0; x < canvas.width(); x++) canvas.point(x, y, y == top ? kInk : mrpt::img::TColor::white());
-	draw_scale_bar(canvas, top);
-	for (std::size_t i = 0; i < entries_.size(); i++)
-	{
-		const int middle = top + kMargin / 2 + places_[i].row * kRowHeight + kRowHeight / 2;
-		entries_[i].draw_sample(canvas, Pixel(places_[i].left + kSampleWidth / 2 - 4, middle));
-		canvas.text(places_[i].left + kSampleWidth, middle - Canvas::kLetterHeight / 2, entries_[i].text, kInk);
-	}
-}
-
-void Legend::draw_scale_bar(Canvas& canvas, int top) const
-{
-	const double left = kMargin, right = kMargin + bar_pixels_, y = top + kMargin / 2 + 18;
-	canvas.line({left, y}, {right, y}, 3, kInk);
-	canvas.line({left, y - 6}, {left, y + 6}, 3, kInk);
-	canvas.line({right, y - 6}, {right, y + 6}, 3, kInk);
-	canvas.text(kMargin, static_cast<int>(y) + 10, mrpt::format("%g m", bar_metres_), kInk);
-}
-
-using DrawLine = void (*)(Canvas&, const Pixel&, const Pixel&);
-
-LegendEntry line_entry(DrawLine draw, const std::string& text)
-{
-	return {[draw](Canvas& canvas, const Pixel& at) { draw(canvas, {at.x - 13, at.y}, {at.x + 13, at.y}); }, text};
-}
-
-void draw_localized(Canvas& canvas, const Pixel& at)
-{
-	draw_path(canvas, {at.x - 13, at.y}, {at.x + 13, at.y});
-	draw_place(canvas, at);
-	draw_heading(canvas, at, 0.9);
-}
-
-void draw_ambiguous(Canvas& canvas, const Pixel& at)
-{
-	draw_hypothesis(canvas, at, 1);
-}
-
-void draw_nothing(Canvas&, const Pixel&) {}
 
 std::string counted(const std::string& what, std::ptrdiff_t count)
 {
 	return what + " (" + std::to_string(count) + ")";
 }
 
+using DrawLine = void (*)(Canvas&, const std::vector<Pixel>&);
+
+LegendEntry line_entry(DrawLine draw, const std::string& text)
+{
+	return {[draw](Canvas& canvas, const Pixel& at) { draw(canvas, {{at.x - 15, at.y}, {at.x + 15, at.y}}); }, text};
+}
+
 /// Counts the frames that have neither a pose nor ground truth.
-std::ptrdiff_t count_without_place(const MapPicture& picture)
+std::ptrdiff_t count_without_place(const RunReport& report)
 {
 	std::set<const Frame*> with_truth;
-	for (const auto& m : picture.matches) with_truth.insert(m.frame);
+	for (const auto& m : report.matches) with_truth.insert(m.frame);
 	return std::count_if(
-	    picture.frames.begin(), picture.frames.end(),
+	    report.frames.begin(), report.frames.end(),
 	    [&](const Frame& frame) { return !frame.has_pose() && with_truth.count(&frame) == 0; });
 }
 
-void add_failures(const MapPicture& picture, std::vector<LegendEntry>& entries)
+void add_wrong(const RunReport& report, std::vector<LegendEntry>& entries)
 {
-	std::ptrdiff_t failures = 0, errors = 0;
-	for (const auto& m : picture.matches)
-	{
-		if (m.within(kTolerances.front())) continue;
-		failures++;
-		errors += m.frame->has_pose();
-	}
-	if (!picture.truth.empty())
-		entries.push_back({draw_failure, counted("wrong or no pose, at its true place", failures)});
-	if (errors > 0) entries.push_back(line_entry(draw_error, counted("from there to the wrong pose", errors)));
-	const auto without_place = count_without_place(picture);
-	if (without_place > 0)
-		entries.push_back({draw_nothing, std::to_string(without_place) + " rejected or invalid (not drawn)"});
+	std::ptrdiff_t localized = 0, ambiguous = 0, without_pose = 0;
+	for (const auto& m : report.matches)
+		if (is_wrong(m)) (m.frame->localized() ? localized : m.frame->has_pose() ? ambiguous : without_pose)++;
+	const std::string off =
+	    mrpt::format("localized, but off by %.1f m or %.0f deg", kTolerances.front().position, kTolerances.front().yaw);
+	if (report.truth_lines > 0)
+		entries.push_back(
+		    {[](Canvas& canvas, const Pixel& at) {
+			     draw_wrong(canvas, {at.x, at.y}, 0, {at.x - 18, at.y});
+		     },
+		     counted(off, localized)});
+	if (ambiguous > 0)
+		entries.push_back(
+		    {[](Canvas& canvas, const Pixel& at) {
+			     draw_wrong_guess(canvas, {at.x + 15, at.y}, {at.x - 10, at.y});
+		     },
+		     counted("ambiguous, best pose off", ambiguous)});
+	if (without_pose > 0) entries.push_back({draw_without_pose, counted("no pose, at its true place", without_pose)});
+	if (const auto unknown = count_without_place(report); unknown > 0)
+		entries.push_back({[](Canvas&, const Pixel&) {}, counted("rejected or invalid, not drawn", unknown)});
 }
 
 void add_fusion(const std::vector<Frame>& frames, std::vector<LegendEntry>& entries)
@@ -179,137 +237,148 @@ void add_fusion(const std::vector<Frame>& frames, std::vector<LegendEntry>& entr
 	if (reseeds > 0) entries.push_back({draw_reseed, counted("re-seeded", reseeds)});
 }
 
-std::vector<LegendEntry> map_legend(const MapPicture& picture)
+std::vector<LegendEntry> legend_entries(const RunReport& report)
 {
-	const auto counts = count_statuses(picture.frames);
+	const auto counts = count_statuses(report.frames);
+	const auto localized = [](Canvas& canvas, const Pixel& at)
+	{
+		draw_path(canvas, {{at.x - 15, at.y}, {at.x + 15, at.y}});
+		draw_heading(canvas, at, 0.9, kPathColor);
+	};
+	const auto ambiguous = [](Canvas& canvas, const Pixel& at) { draw_hypothesis(canvas, at, 1); };
 	std::vector<LegendEntry> entries = {
-	    {draw_localized, "localized, heading (" + std::to_string(counts[0]) + ")"},
-	    {draw_ambiguous, "ambiguous (" + std::to_string(counts[1]) + "), other hypotheses"}};
-	add_failures(picture, entries);
-	add_fusion(picture.frames, entries);
-	if (!picture.truth.empty()) entries.push_back(line_entry(draw_truth, "ground truth"));
+	    {localized, "localized (" + std::to_string(counts[0]) + "), heading"},
+	    {ambiguous, "ambiguous (" + std::to_string(counts[1]) + "), other hypotheses"}};
+	add_wrong(report, entries);
+	add_fusion(report.frames, entries);
+	if (report.truth_lines > 0) entries.push_back(line_entry(draw_truth, "ground truth of these frames"));
 	return entries;
 }
 
-constexpr int kLongSide = 1600;      //!< [pixel] of the map
-constexpr double kLargestCell = 24;  //!< [pixel] of small maps
-constexpr int kLeastWidth = 900;     //!< [pixel] of the picture: room for the legend
-constexpr double kTickSpacing = 15;  //!< [pixel] between headings that are drawn
-const mrpt::img::TColor kPaper(222, 222, 222);
-
+/// Draws the results of a run on its map.
 class Painter
 {
    public:
-	Painter(const MapPicture& picture, const MapView& view, Canvas& canvas)
-	    : picture_(picture), view_(view), canvas_(canvas)
+	Painter(const RunReport& report, const MapView& view, Canvas& canvas)
+	    : report_(report), view_(view), canvas_(canvas)
 	{
 	}
 
 	void paint_truth()
 	{
+		std::vector<Pixel> piece;
 		const TimedPose* last = nullptr;
-		for (const auto& line : picture_.truth)
+		for (const auto& m : report_.matches)
 		{
-			const bool jump = !last || is_jump(last->pose, line.pose, line.timestamp - last->timestamp);
-			draw_truth(canvas_, at(jump ? line.pose : last->pose), at(line.pose));
-			last = &line;
+			if (last && is_jump(last->pose, m.truth->pose, m.truth->timestamp - last->timestamp))
+			{
+				draw_truth(canvas_, piece);
+				piece.clear();
+			}
+			piece.push_back(at(m.truth->pose));
+			last = m.truth;
 		}
+		draw_truth(canvas_, piece);
 	}
 
 	void paint_hypotheses()
 	{
-		for (const auto& frame : picture_.frames)
+		for (const auto& frame : report_.frames)
 			for (std::size_t i = frame.localized() ? 1 : 0; i < frame.result.hypotheses.size(); i++)
 			{
 				const Hypothesis& h = frame.result.hypotheses[i];
-				if (h.probability >= 0.05) draw_hypothesis(canvas_, at(h.pose.asTPose()), h.probability);
+				if (h.probability >= kLeastProbability) draw_hypothesis(canvas_, at(h.pose.asTPose()), h.probability);
 			}
 	}
 
 	void paint_path()
 	{
-		const auto pieces = path_pieces(picture_.frames);
-		for (const auto& piece : pieces)
-			for (std::size_t i = 1; i < piece.size(); i++) draw_path(canvas_, at(*piece[i - 1]), at(*piece[i]));
-		for (const auto& piece : pieces)
+		for (const auto& piece : path_pieces(report_.frames))
 		{
+			std::vector<Pixel> points;
+			for (const Frame* frame : piece) points.push_back(at(*frame));
+			draw_path(canvas_, points);
 			std::optional<Pixel> last;
 			for (const Frame* frame : piece)
 			{
-				const Pixel from = at(*frame);
-				draw_place(canvas_, from);
-				if (last && (from - *last).norm() < kTickSpacing) continue;
-				draw_heading(canvas_, from, frame->result.best().pose.phi());
-				last = from;
+				if (last && (at(*frame) - *last).norm() < kTickSpacing) continue;
+				last = at(*frame);
+				draw_heading(canvas_, *last, frame->result.best().pose.phi(), kPathColor);
 			}
-		}
-	}
-
-	/// Marks wrong frames where the ground truth says that they were taken.
-	void paint_failures()
-	{
-		for (const auto& m : picture_.matches)
-		{
-			if (m.within(kTolerances.front())) continue;
-			if (m.frame->has_pose()) draw_error(canvas_, at(m.truth->pose), at(*m.frame));
-			draw_failure(canvas_, at(m.truth->pose));
 		}
 	}
 
 	void paint_fused()
 	{
-		const Frame* last = nullptr;
-		for (const auto& frame : picture_.frames)
+		std::vector<Pixel> piece;
+		for (const auto& frame : report_.frames)
 		{
-			if (frame.fused && last && frame.fused->event == FusionEvent::kNone)
-				draw_fused(canvas_, at(last->fused->pose), at(frame.fused->pose));
+			if (!frame.fused || frame.fused->event != FusionEvent::kNone)
+			{
+				draw_fused(canvas_, piece);
+				piece.clear();
+			}
+			if (frame.fused) piece.push_back(at(frame.fused->pose));
+		}
+		draw_fused(canvas_, piece);
+		for (const auto& frame : report_.frames)
 			if (frame.fused && frame.fused->event == FusionEvent::kReseeded)
 				draw_reseed(canvas_, at(frame.fused->pose));
-			last = frame.fused ? &frame : nullptr;
-		}
+	}
+
+	/// Wrong localized frames come last, on top of all that might hide them.
+	void paint_wrong()
+	{
+		for (const auto& m : report_.matches)
+			if (is_wrong(m) && !m.frame->has_pose())
+				draw_without_pose(canvas_, at(m.truth->pose));
+			else if (is_wrong(m) && !m.frame->localized())
+				draw_wrong_guess(canvas_, at(*m.frame), at(m.truth->pose));
+		for (const auto& m : report_.matches)
+			if (is_wrong(m) && m.frame->localized())
+				draw_wrong(canvas_, at(*m.frame), m.frame->result.best().pose.phi(), at(m.truth->pose));
 	}
 
    private:
 	Pixel at(const mrpt::math::TPose2D& pose) const { return view_.pixel(pose.x, pose.y); }
 	Pixel at(const Frame& frame) const { return at(frame.result.best().pose.asTPose()); }
 
-	const MapPicture& picture_;
+	const RunReport& report_;
 	const MapView& view_;
 	Canvas& canvas_;
 };
 
-std::vector<mrpt::math::TPoint2D> places(const MapPicture& picture)
+std::vector<mrpt::math::TPoint2D> places(const RunReport& report)
 {
 	std::vector<mrpt::math::TPoint2D> points;
-	for (const auto& frame : picture.frames)
+	for (const auto& frame : report.frames)
 		if (frame.has_pose()) points.emplace_back(frame.result.best().pose.x(), frame.result.best().pose.y());
-	for (const auto& line : picture.truth) points.emplace_back(line.pose.x, line.pose.y);
+	for (const auto& m : report.matches) points.emplace_back(m.truth->pose.x, m.truth->pose.y);
 	return points;
 }
 }  // namespace
 
-void write_map_png(const MapPicture& picture, const std::string& path)
+void write_map_png(const RunReport& report, const mrpt::maps::COccupancyGridMap2D& map, const std::string& path)
 {
-	const Grid grid = crop_for_picture(make_grid(picture.map, picture.thresholds), places(picture));
+	const Grid grid = crop_for_picture(make_grid(map, report.parameters.grid), places(report));
 	MapView view = fit_view(grid, kLongSide, kLargestCell);
 	const int width = std::max(view.width + 2 * kMargin, kLeastWidth);
-	const Legend legend(map_legend(picture), view.scale, width);
+	const Legend legend(legend_entries(report), view.scale, width);
 	view.offset_x = (width - view.width) / 2;
 	view.offset_y = kMargin;
 
 	Canvas canvas(width, view.height + 2 * kMargin + legend.height(), kPaper);
-	draw_map(grid, view, canvas);
-	Painter painter(picture, view, canvas);
+	canvas.greys(map_greys(grid, view), view.width, view.offset_x, view.offset_y);
+	Painter painter(report, view, canvas);
 	painter.paint_truth();
+	painter.paint_fused();
 	painter.paint_hypotheses();
 	painter.paint_path();
-	painter.paint_fused();
-	painter.paint_failures();
+	painter.paint_wrong();
 	legend.draw(canvas, view.height + 2 * kMargin);
 
 	PendingFile pending(path);
-	const SilentDescriptors silence;  // libpng tells standard error when the disk is full
-	if (!canvas.image().saveToFile(pending.temporary()) || !is_whole_png(pending.temporary())) pending.fail();
+	if (!canvas.save(pending.temporary())) pending.fail();
 	pending.commit();
 }
 }  // namespace d2s1r::app

@@ -8,7 +8,6 @@ namespace d2s1r::app
 {
 namespace
 {
-using mrpt::img::TColor;
 constexpr int kSamples = 4;  //!< [-] a side of a pixel
 
 /// Shares of a pixel.
@@ -30,11 +29,6 @@ Shares sample(const Grid& grid, double column, double row, double cells_per_pixe
 		open += grid.at(c, r) == Cell::kFree;
 	}
 	return {1.0 * occupied / (kSamples * kSamples), 1.0 * open / (kSamples * kSamples)};
-}
-
-std::uint8_t blend(double background, double wall, double occupied)
-{
-	return static_cast<std::uint8_t>(std::lround(background + occupied * (wall - background)));
 }
 
 constexpr double kStrayShare = 0.03;  //!< [-] of the known cells of the fullest row or column
@@ -79,20 +73,23 @@ MapView fit_view(const Grid& grid, int long_side, double largest_cell)
 	return view;
 }
 
-void draw_map(const Grid& grid, const MapView& view, Canvas& canvas)
+std::vector<std::uint8_t> map_greys(const Grid& grid, const MapView& view)
 {
+	constexpr double kWall = 45, kUnknown = 222, kFree = 255;
 	const double cells_per_pixel = 1 / (view.scale * grid.cell_size);
 	const double emphasis = std::max(1.0, cells_per_pixel);
+	std::vector<std::uint8_t> greys;
+	greys.reserve(static_cast<std::size_t>(view.width) * static_cast<std::size_t>(view.height));
 	for (int y = 0; y < view.height; y++)
 		for (int x = 0; x < view.width; x++)
 		{
 			const Shares share = sample(grid, x * cells_per_pixel, grid.height - y * cells_per_pixel, cells_per_pixel);
 			const double occupied = std::min(1.0, share.occupied * emphasis);
-			const double background = 222 + 33 * std::min(1.0, share.free / std::max(1e-9, 1 - share.occupied));
-			const TColor color(
-			    blend(background, 40, occupied), blend(background, 44, occupied), blend(background, 52, occupied));
-			canvas.point(view.offset_x + x, view.offset_y + y, color);
+			const double open = std::min(1.0, share.free / std::max(1e-9, 1 - share.occupied));
+			const double background = kUnknown + open * (kFree - kUnknown);
+			greys.push_back(static_cast<std::uint8_t>(std::lround(background + occupied * (kWall - background))));
 		}
+	return greys;
 }
 
 Grid crop_for_picture(const Grid& grid, const std::vector<mrpt::math::TPoint2D>& points)

@@ -8,6 +8,7 @@
 #include <mrpt/math/TPoint2D.h>
 #include <mrpt/math/TPose2D.h>
 
+#include <cstdint>
 #include <vector>
 
 namespace d2s1r::app
@@ -30,9 +31,9 @@ struct MapView
 /// pixels.
 MapView fit_view(const Grid& grid, int long_side, double largest_cell);
 
-/// Draws occupied cells dark, free ones white and unknown ones grey. Thin walls stay visible when the map is scaled
-/// down.
-void draw_map(const Grid& grid, const MapView& view, Canvas& canvas);
+/// Returns a picture of the map, one grey value for each pixel, row by row from the top: occupied cells are dark, free
+/// ones white and unknown ones grey. Thin walls stay visible when the map is scaled down.
+std::vector<std::uint8_t> map_greys(const Grid& grid, const MapView& view);
 
 /// Returns the part of a map that is worth a picture: without the outer rows and columns that only a few stray rays
 /// reach, but with all `points` [m, map frame] that lie in the map and a margin round them.

@@ -13,6 +13,8 @@
 #include <mrpt/opengl/CTexturedPlane.h>
 #include <mrpt/opengl/stock_objects.h>
 
+#include <algorithm>
+
 namespace d2s1r::app
 {
 namespace
@@ -27,16 +29,20 @@ gl::CRenderizable::Ptr grid_object(const SceneContent& content)
 {
 	const Grid grid = make_grid(content.map, content.thresholds);
 	const MapView view = fit_view(grid, kTextureSide, 1);
-	Canvas canvas(view.width, view.height, mrpt::img::TColor::white());
-	draw_map(grid, view, canvas);
-	mrpt::img::CImage texture(canvas.image(), mrpt::img::DEEP_COPY);
-	texture.flipVertical();
+	const auto greys = map_greys(grid, view);
+	const auto width = static_cast<std::size_t>(view.width);
+	mrpt::img::CImage texture(
+	    static_cast<unsigned>(view.width), static_cast<unsigned>(view.height), mrpt::img::CH_GRAY);
+	for (int y = 0; y < view.height; y++)  // the lowest row of the map comes first
+		std::copy_n(
+		    greys.begin() + static_cast<std::ptrdiff_t>(width) * y, width,
+		    texture.ptrLine<std::uint8_t>(static_cast<unsigned>(view.height - 1 - y)));
 	auto plane = gl::CTexturedPlane::Create();
 	const auto left = static_cast<float>(view.left), top = static_cast<float>(view.top);
 	plane->setPlaneCorners(
 	    left, left + static_cast<float>(grid.width * grid.cell_size),
 	    top - static_cast<float>(grid.height * grid.cell_size), top);
-	plane->assignImage(texture);
+	plane->assignImage(texture.colorImage());
 	return plane;
 }
 

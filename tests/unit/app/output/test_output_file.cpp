@@ -73,14 +73,3 @@ TEST_F(OutputFile, AGzipFileThatWasCutShortIsNotWhole)
 		EXPECT_FALSE(is_whole_gzip(path("cut.gz"))) << size;
 	}
 }
-
-TEST_F(OutputFile, APngFileEndsWithItsLastChunk)
-{
-	const std::string end("IEND\xae\x42\x60\x82", 8);
-	write("a.png", "pixels" + end);
-	EXPECT_TRUE(is_whole_png(path("a.png")));
-	write("a.png", "pixels" + end.substr(0, 7));
-	EXPECT_FALSE(is_whole_png(path("a.png")));
-	write("a.png", "");
-	EXPECT_FALSE(is_whole_png(path("a.png")));
-}
