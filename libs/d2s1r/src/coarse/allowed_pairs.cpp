@@ -9,28 +9,62 @@
 
 namespace d2s1r
 {
+namespace
+{
+double yaw_of(const RangeProfiles& profiles, int shift)
+{
+	return mrpt::math::wrapToPi(2 * M_PI * shift / profiles.directions);
+}
+}  // namespace
+
 mrpt::math::TPose2D pose_of(const RangeProfiles& profiles, const Match& match)
 {
 	const auto i = static_cast<std::size_t>(match.position);
-	const double yaw = mrpt::math::wrapToPi(2 * M_PI * match.shift / profiles.directions);
-	return {static_cast<double>(profiles.x[i]), static_cast<double>(profiles.y[i]), yaw};
+	return {static_cast<double>(profiles.x[i]), static_cast<double>(profiles.y[i]), yaw_of(profiles, match.shift)};
 }
+
+namespace
+{
+double robot_to_sensor(const Scan& scan)
+{
+	return std::hypot(scan.sensor_on_robot.x, scan.sensor_on_robot.y);
+}
+
+/// Returns the box that holds all sample positions, or nothing useful if the prior does not need it.
+PoseBox area_of(const RangeProfiles& profiles, const Prior& prior, double margin)
+{
+	if (prior.anywhere() || profiles.size() == 0) return {};
+	const auto [least_x, greatest_x] = std::minmax_element(profiles.x.begin(), profiles.x.end());
+	const auto [least_y, greatest_y] = std::minmax_element(profiles.y.begin(), profiles.y.end());
+	const auto number = [](float value) { return static_cast<double>(value); };
+	return {
+	    number(*least_x) - margin, number(*greatest_x) + margin, number(*least_y) - margin,
+	    number(*greatest_y) + margin};
+}
+}  // namespace
 
 AllowedPairs::AllowedPairs(
     const RangeProfiles& profiles, const Prior& prior, const Scan& scan, const CoarseSearchParameters& parameters)
     : profiles_(profiles),
-      prior_(prior),
       anywhere_(prior.anywhere()),
-      offset_(std::hypot(scan.sensor_on_robot.x, scan.sensor_on_robot.y)),
-      spacing_(parameters.spacing),
-      yaw_(mrpt::DEG2RAD(parameters.distinct_yaw)),
-      robot_on_sensor_(mrpt::math::TPose2D() - scan.sensor_on_robot)
+      prior_(
+          prior, area_of(profiles, prior, robot_to_sensor(scan)),
+          parameters.spacing + robot_to_sensor(scan) * mrpt::DEG2RAD(parameters.distinct_yaw),
+          mrpt::DEG2RAD(parameters.distinct_yaw)),
+      prior_of_sensor_(prior, area_of(profiles, prior, 0), parameters.spacing + robot_to_sensor(scan), 0)
 {
+	if (anywhere_) return;
+	const mrpt::math::TPose2D robot_on_sensor = mrpt::math::TPose2D() - scan.sensor_on_robot;
+	for (int shift = 0; shift < profiles.directions; shift++)
+		robot_on_position_.push_back(mrpt::math::TPose2D(0, 0, yaw_of(profiles, shift)) + robot_on_sensor);
 }
 
 bool AllowedPairs::prior_allows(const Match& match) const
 {
-	return prior_.allows(pose_of(profiles_, match) + robot_on_sensor_, spacing_ + offset_ * yaw_, yaw_);
+	const auto i = static_cast<std::size_t>(match.position);
+	const mrpt::math::TPose2D& robot = robot_on_position_[static_cast<std::size_t>(match.shift)];
+	return prior_.allows(
+	    {static_cast<double>(profiles_.x[i]) + robot.x, static_cast<double>(profiles_.y[i]) + robot.y, robot.phi});
 }
 
 bool AllowedPairs::prior_allows_any(const Match& of_group) const
@@ -56,8 +90,8 @@ std::vector<std::uint64_t> AllowedPairs::groups() const
 	{
 		bool any = false;
 		for (std::size_t i = profiles_.first_of_group[group]; i < profiles_.first_of_group[group + 1] && !any; i++)
-			any = prior_.allows_position(
-			    static_cast<double>(profiles_.x[i]), static_cast<double>(profiles_.y[i]), offset_ + spacing_);
+			any = prior_of_sensor_.allows_position(
+			    static_cast<double>(profiles_.x[i]), static_cast<double>(profiles_.y[i]));
 		if (any) allowed[group / kBlock] |= std::uint64_t{1} << group % kBlock;
 	}
 	return allowed;

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "answer/prior_index.h"
 #include "coarse/coarse_matches.h"
 #include "coarse/range_profiles.h"
 
@@ -25,9 +26,9 @@ class AllowedPairs
 	    const RangeProfiles& profiles, const Prior& prior, const Scan& scan, const CoarseSearchParameters& parameters);
 
 	bool allows(const Match& match) const { return anywhere_ || prior_allows(match); }
-	/// Whether any position of a group is allowed at a shift.
+	/// Returns whether any position of a group is allowed at a shift.
 	bool allows_any(const Match& of_group) const { return anywhere_ || prior_allows_any(of_group); }
-	/// By block, a bit for each group with a position that is allowed at some shift.
+	/// Returns, by block, a bit for each group with a position that is allowed at some shift.
 	std::vector<std::uint64_t> groups() const;
 
    private:
@@ -35,11 +36,9 @@ class AllowedPairs
 	bool prior_allows_any(const Match& of_group) const;
 
 	const RangeProfiles& profiles_;
-	const Prior& prior_;
 	bool anywhere_;
-	double offset_;   //!< [m] from the robot to its sensor
-	double spacing_;  //!< [m] around the prior's positions: a sample's square
-	double yaw_;      //!< [rad] around its yaws
-	mrpt::math::TPose2D robot_on_sensor_;
+	std::vector<mrpt::math::TPose2D> robot_on_position_;  //!< by shift: the robot if the sensor is at (0, 0)
+	PriorIndex prior_;                                    //!< widened to a sample's square and the yaws beside a shift
+	PriorIndex prior_of_sensor_;                          //!< widened by the distance from robot to sensor, too
 };
 }  // namespace d2s1r

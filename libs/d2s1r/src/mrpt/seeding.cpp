@@ -9,6 +9,7 @@
 #include <numeric>
 #include <stdexcept>
 
+#include "answer/prior_index.h"
 #include "base/checked_value.h"
 
 namespace d2s1r
@@ -117,8 +118,12 @@ std::vector<CellIndex> allowed_cells(const Localizer& localizer, const Prior& pr
 {
 	std::vector<CellIndex> cells = localizer.free_cells();
 	const Grid& grid = localizer.grid();
+	const PoseBox area{
+	    grid.origin_x, grid.origin_x + grid.width * grid.cell_size, grid.origin_y,
+	    grid.origin_y + grid.height * grid.cell_size};
+	const PriorIndex index(prior, area, 0, 0);
 	const auto is_ruled_out = [&](CellIndex cell)
-	{ return !prior.allows_position(grid.center_x(cell), grid.center_y(cell)); };
+	{ return !index.allows_position(grid.center_x(cell), grid.center_y(cell)); };
 	cells.erase(std::remove_if(cells.begin(), cells.end(), is_ruled_out), cells.end());
 	return cells;
 }

@@ -1,0 +1,127 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "answer/prior_index.h"
+
+#include <d2s1r/localizer.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <chrono>
+#include <limits>
+#include <random>
+
+#include "test_floor.h"
+
+namespace d2s1r::test
+{
+namespace
+{
+using mrpt::math::TPose2D;
+
+class RandomBoxes
+{
+   public:
+	explicit RandomBoxes(unsigned seed) : generator_(seed) {}
+
+	double between(double least, double greatest)
+	{
+		return std::uniform_real_distribution<double>(least, greatest)(generator_);
+	}
+
+	/// Boxes of up to `size` [m] with any middle heading and any tolerance, some of them all round.
+	Prior prior(std::size_t count, double size)
+	{
+		Prior prior;
+		for (std::size_t i = 0; i < count; i++)
+		{
+			const double x = between(-10, 10), y = between(-5, 15), width = between(0, size), height = between(0, size);
+			const double tolerance = between(0, 1) < 0.3 ? M_PI : between(0, 3);
+			prior.boxes.push_back({x, x + width, y, y + height, between(-7, 7), tolerance});
+		}
+		return prior;
+	}
+
+	/// A pose in and around the boxes; some stand exactly on an edge of one or look exactly as far as it allows.
+	TPose2D pose(const Prior& prior)
+	{
+		TPose2D pose{between(-13, 16), between(-8, 21), between(-4, 4)};
+		const PoseBox& box = prior.boxes[generator_() % prior.boxes.size()];
+		if (between(0, 1) < 0.2) pose.x = box.least_x;
+		if (between(0, 1) < 0.2) pose.y = box.greatest_y;
+		if (between(0, 1) < 0.2) pose.phi = box.yaw + box.yaw_tolerance;
+		return pose;
+	}
+
+   private:
+	std::mt19937 generator_;
+};
+
+TEST(PriorIndex, AnswersAsThePriorDoes)
+{
+	RandomBoxes random(5);
+	const PoseBox areas[] = {{-12, 12, -7, 17}, {-3, 3, 0, 5}, {100, 101, 0, 1}, {0, 0, 0, 0}};
+	int allowed = 0;
+	for (int trial = 0; trial < 60; trial++)
+	{
+		const Prior prior = random.prior(trial % 4 == 0 ? 1 : 40, trial % 3 == 0 ? 20 : 3);
+		const double margin = random.between(0, 0.5), yaw_margin = random.between(0, 0.3);
+		const PriorIndex index(prior, areas[trial % 4], margin, yaw_margin);
+		for (int i = 0; i < 1000; i++)
+		{
+			const TPose2D pose = random.pose(prior);
+			ASSERT_EQ(index.allows(pose), prior.allows(pose, margin, yaw_margin)) << trial << ": " << pose;
+			ASSERT_EQ(index.allows_position(pose.x, pose.y), prior.allows_position(pose.x, pose.y, margin));
+			allowed += index.allows(pose) ? 1 : 0;
+		}
+	}
+	EXPECT_GT(allowed, 10000);
+	EXPECT_LT(allowed, 50000);
+}
+
+TEST(PriorIndex, TakesNumbersThatAreNone)
+{
+	constexpr double kNan = std::numeric_limits<double>::quiet_NaN(), kInfinite = INFINITY;
+	for (const double odd : {kNan, kInfinite, -kInfinite, 1e308, -1e308, 1e12})
+		for (int field = 0; field < 6; field++)
+		{
+			PoseBox box{0, 1, 0, 1, 0, 1};
+			double* const fields[] = {&box.least_x,    &box.greatest_x, &box.least_y,
+			                          &box.greatest_y, &box.yaw,        &box.yaw_tolerance};
+			*fields[field] = odd;
+			const Prior prior{{box, {5, 6, 5, 6}}};
+			const PriorIndex index(prior, {-10, 10, -10, 10}, 0.1, 0.1);
+			for (const TPose2D& pose :
+			     {TPose2D{0.5, 0.5, 0}, TPose2D{-3, 0.5, 0}, TPose2D{5.5, 5.5, 2}, TPose2D{kNan, 0, 0},
+			      TPose2D{0, 0, kNan}, TPose2D{kInfinite, 0, 0}})
+				EXPECT_EQ(index.allows(pose), prior.allows(pose, 0.1, 0.1)) << odd << ", " << field << ": " << pose;
+		}
+}
+
+TEST(PriorIndex, AllowsAllIfThePriorDoes)
+{
+	const Prior anywhere;
+	EXPECT_TRUE(PriorIndex(anywhere, {0, 1, 0, 1}, 0, 0).allows({50, 50, 1}));
+	EXPECT_TRUE(PriorIndex(anywhere, {0, 1, 0, 1}, 0, 0).allows_position(50, 50));
+}
+
+TEST(PriorIndex, ManyBoxesCostLittleMoreThanNone)
+{
+	const Grid floor = make_floor();
+	const Localizer localizer(make_map(floor));
+	const auto scan = make_observation(world_of(floor), {-1, 6, 0.3});
+	const auto seconds = [&](const Query& query)
+	{
+		double least = INFINITY;
+		for (int i = 0; i < 5; i++)
+		{
+			const auto start = std::chrono::steady_clock::now();
+			localizer.localize(scan, query);
+			least = std::min(least, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+		}
+		return least;
+	};
+	RandomBoxes random(7);
+	const double without = seconds({});
+	EXPECT_LT(seconds({random.prior(5000, 3), 0}), 5 * without + 2e-3);
+}
+}  // namespace
+}  // namespace d2s1r::test
