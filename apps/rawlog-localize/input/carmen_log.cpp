@@ -153,11 +153,12 @@ class Words
 	/// Empty at the end.
 	std::string_view word()
 	{
-		constexpr const char* kBlank = " \t\r";
-		rest_.remove_prefix(std::min(rest_.find_first_not_of(kBlank), rest_.size()));
-		const auto found = rest_.substr(0, rest_.find_first_of(kBlank));
-		rest_.remove_prefix(found.size());
-		return found;
+		const auto is_blank = [](char c) { return c == ' ' || c == '\t' || c == '\r'; };
+		const auto* const end = rest_.data() + rest_.size();
+		const auto* const start = std::find_if_not(rest_.data(), end, is_blank);
+		const auto* const past = std::find_if(start, end, is_blank);
+		rest_ = std::string_view(past, static_cast<std::size_t>(end - past));
+		return std::string_view(start, static_cast<std::size_t>(past - start));
 	}
 
 	double number()
@@ -346,8 +347,31 @@ class CarmenReader : public LogReader
 		return std::nullopt;
 	}
 
-	std::size_t scans() const { return scans_; }
-	std::size_t repaired() const { return repaired_; }  //!< [-] scans whose times were
+	/// Reads the log to its end.
+	LogSurvey survey()
+	{
+		LogSurvey survey;
+		survey.format = "CARMEN log";
+		survey.kind_of_scan = "FLASER, RLASER or ROBOTLASER1";
+		auto& sensors = survey.sensors;
+		while (const auto line = next_line())
+		{
+			survey.odometry = "the log";
+			if (!line->scan) continue;
+			const auto sensor = std::find_if(
+			    sensors.begin(), sensors.end(), [&](const Sensor& s) { return s.label == line->scan->sensorLabel; });
+			if (sensor == sensors.end())
+				sensors.push_back({line->scan->sensorLabel, 1});
+			else
+				sensor->scans++;
+		}
+		if (repaired_ > 0)
+			survey.notes.push_back(
+			    std::to_string(repaired_) + " of " + std::to_string(scans_) +
+			    " scans have a time that is out of line with those before and after; it was repaired");
+		survey.damage = damage_;
+		return survey;
+	}
 
    private:
 	/// The next line with its final time.
@@ -467,15 +491,8 @@ std::string read_unpacked_start(const std::string& path, std::size_t size)
 
 Log open_carmen_log(const std::string& path)
 {
-	CarmenReader reader(path);
 	Log log;
-	log.survey = survey_objects(reader);
-	log.survey.format = "CARMEN log";
-	log.survey.kind_of_scan = "FLASER, RLASER or ROBOTLASER1";
-	if (reader.repaired() > 0)
-		log.survey.notes.push_back(
-		    std::to_string(reader.repaired()) + " of " + std::to_string(reader.scans()) +
-		    " scans have a time that is out of line with those before and after; it was repaired");
+	log.survey = CarmenReader(path).survey();
 	log.read = [path] { return std::make_unique<CarmenReader>(path); };
 	return log;
 }

@@ -162,25 +162,6 @@ Log open_log(const std::string& path)
 	    "not a log that I know (" + known_formats() + "); check that it is the right file and whole, and not packed");
 }
 
-LogSurvey survey_objects(LogReader& reader)
-{
-	LogSurvey survey;
-	while (const auto object = reader.next())
-	{
-		if (object->odometry || object->increment) survey.odometry = "the log";
-		for (const auto& scan : object->scans)
-		{
-			auto& sensors = survey.sensors;
-			auto sensor = std::find_if(
-			    sensors.begin(), sensors.end(), [&](const Sensor& s) { return s.label == scan->sensorLabel; });
-			if (sensor == sensors.end()) sensor = sensors.insert(sensor, {scan->sensorLabel});
-			sensor->scans++;
-		}
-	}
-	survey.damage = reader.damage();
-	return survey;
-}
-
 std::string known_formats()
 {
 	std::string formats = "MRPT rawlogs, CARMEN logs, ROS 1 bags";

@@ -89,9 +89,6 @@ struct Log
 /// Recognizes a log by its content (a folder by its metadata.yaml). \throws UserError (kBadInput)
 Log open_log(const std::string& path);
 
-/// Reads a log of any format to its end.
-LogSurvey survey_objects(LogReader& reader);
-
 /// The formats that this program was built with, for --version.
 std::string known_formats();
 
