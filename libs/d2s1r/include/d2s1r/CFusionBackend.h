@@ -8,52 +8,55 @@
 
 namespace d2s1r
 {
-/// What moves a filter between two scans.
+/// Selects what moves a filter between two scans.
 enum class MotionSource
 {
 	kPseudo,    //!< the poses of successive one-shot localizations
 	kOdometry,  //!< the odometry of the log
-	kBoth  //!< both combined where they agree; else the odometry, unless two confident localizations contradict it or
-	       //!< OdometryCheck does not rely on it
+	/// Odometry and poses are combined where they agree; otherwise the odometry counts, unless two confident
+	/// localizations contradict it or OdometryCheck does not rely on it.
+	kBoth
 };
 
-/// What a fusion back-end is told at its start.
+/// Says what a fusion back-end is told at its start.
 struct FusionParameters
 {
 	MotionSource motion = MotionSource::kBoth;
-	int particles = 1000;    //!< [-]
-	std::uint32_t seed = 1;  //!< [-] same seed, same input: same result
-	Prior prior = {};        //!< where the robot may be, all the time: as the hypotheses of the scans are
+	int particles = 1000;    //!< [-] at most
+	std::uint32_t seed = 1;  //!< [-] the same seed and input give the same result
+	Prior prior = {};        //!< where the robot may be at any time; the hypotheses of the scans keep to it, too
 };
 
-/// One scan and what else is known of its moment.
+/// A scan and what else is known of its moment.
 struct FusionInput
 {
 	const mrpt::obs::CObservation2DRangeScan& scan;
-	const Localization& localization;              //!< of this scan alone
-	std::optional<mrpt::poses::CPose2D> odometry;  //!< increment since the previous scan, previous robot frame; not
-	                                               //!< used unless is_plausible()
+	const Localization& localization;  //!< of this scan alone
+	/// Increment since the previous scan, in the robot frame then, m and rad; it is not used unless is_plausible().
+	std::optional<mrpt::poses::CPose2D> odometry;
 };
 
+/// Says what a fused pose is worth.
 enum class FusionStatus
 {
 	kTracking,  //!< one place holds nearly all the probability
-	/// several places share it, or places that no scan has shown yet; or the map explains few of the last scans, or a
-	/// localized scan says otherwise. The pose is the likeliest
+	/// Several places share the probability, or places that no scan has shown yet; or the map explains few of the last
+	/// scans, or a localized scan contradicts the pose. The pose is that of the likeliest place.
 	kAmbiguous,
 };
 
+/// Returns `tracking` or `ambiguous`.
 const char* to_string(FusionStatus status);
 
-/// How a fused pose came about.
+/// Says how a fused pose came about.
 enum class FusionEvent
 {
-	kNone,
-	kSeeded,   //!< first particles
+	kNone,     //!< the filter went on from the frame before
+	kSeeded,   //!< the filter got its first particles
 	kReseeded  //!< the filter was found to be lost, and moved to where the scans say
 };
 
-/// `-`, `seeded` or `reseeded`.
+/// Returns `-`, `seeded` or `reseeded`.
 const char* to_string(FusionEvent event);
 
 /// The answer to "where is the robot now, after all scans so far?".
@@ -64,24 +67,24 @@ struct FusedPose
 	mrpt::math::TPose2D pose;                //!< robot in map, m and rad
 	mrpt::math::CMatrixDouble33 covariance;  //!< of pose within its place, (x, y, phi), m^2, m rad, rad^2
 	double probability = 0;                  //!< [0, 1] that the robot is at the place
-	std::size_t particles = 0;               //!< [-]
+	std::size_t particles = 0;               //!< [-] of the filter
 	double effective_sample_size = 0;        //!< [0, 1] of the weights before resampling
-	double step_ms = 0;                      //!< wall-clock time of the step
+	double step_ms = 0;                      //!< [ms] wall-clock time of the step
 };
 
 /// Fuses one-shot localizations over time. An application finds implementations in MRPT's class factory after
 /// mrpt::system::loadPluginModules(): `mrpt::rtti::classFactory("d2s1r::CParticleFilterFusion")`.
-/// Not thread-safe, but each step may run in another thread; it sets
-/// MRPT's random generator of that thread.
+/// It is not thread-safe, but each step may run in another thread; it sets MRPT's random generator of that thread.
 class CFusionBackend : public mrpt::rtti::CObject
 {
    public:
 	using Ptr = std::shared_ptr<CFusionBackend>;
 
-	/// Forgets everything. \param map not empty
+	/// Forgets everything and starts in `map`, which must not be empty.
 	virtual void start(const CSignatureMap2D::ConstPtr& map, const FusionParameters& parameters) = 0;
 
-	/// Takes in the next scan. \return no value while there is nothing to start from, or to go on from within the prior
+	/// Takes in the next scan.
+	/// \return where the robot is; no value while there is nothing to start from, or to go on from within the prior
 	/// \throws std::logic_error before start()
 	virtual std::optional<FusedPose> step(const FusionInput& input) = 0;
 };

@@ -32,28 +32,29 @@ class CSignatureMap2D : public mrpt::maps::CMetricMap
 	DEFINE_SERIALIZABLE(CSignatureMap2D, d2s1r)
 
    public:
-	/// LikelihoodParameters by their names, in an ini section. Loading throws std::invalid_argument that names section
-	/// and key if one is unknown or its value is not usable; nothing is changed then.
+	/// Reads and writes LikelihoodParameters by their names in an ini section. Loading throws std::invalid_argument
+	/// that names section and key if one is unknown or its value is not usable; nothing is changed then.
 	struct TLikelihoodOptions : public mrpt::config::CLoadableOptions, public LikelihoodParameters
 	{
 		void loadFromConfigFile(const mrpt::config::CConfigFileBase& source, const std::string& section) override;
 		void saveToConfigFile(mrpt::config::CConfigFileBase& target, const std::string& section) const override;
 	};
 
-	/// Empty, default parameters.
+	/// Makes an empty map with default parameters.
 	CSignatureMap2D();
 
-	/// Empty.
+	/// Makes an empty map.
 	/// \throws std::invalid_argument if a parameter is out of range
 	explicit CSignatureMap2D(const Parameters& parameters, const TLikelihoodOptions& likelihood = {});
 
-	/// Of a copy of `map`.
+	/// Takes a copy of `map`.
 	/// \throws std::invalid_argument if a parameter is out of range
 	explicit CSignatureMap2D(
 	    const mrpt::maps::COccupancyGridMap2D& map, const Parameters& parameters = {},
 	    const TLikelihoodOptions& likelihood = {});
 
-	/// Cheap: shares what was built. Not movable: a moved-from map would have no content.
+	/// Copies share what was built, which makes them cheap. Maps cannot be moved: a moved-from map would have no
+	/// content.
 	CSignatureMap2D(const CSignatureMap2D&) = default;
 	CSignatureMap2D& operator=(const CSignatureMap2D&) = default;
 	~CSignatureMap2D() override = default;
@@ -61,43 +62,54 @@ class CSignatureMap2D : public mrpt::maps::CMetricMap
 	/// Takes a copy of `map`; forgets what was built.
 	void set_map(const mrpt::maps::COccupancyGridMap2D& map);
 
-	/// Null if empty.
+	/// Returns the occupancy grid; null if the map is empty.
 	mrpt::maps::COccupancyGridMap2D::ConstPtr grid() const;
+
+	/// Returns the parameters of the localizer.
 	const Parameters& parameters() const;
+
+	/// Returns the parameters of the likelihood field.
 	const TLikelihoodOptions& likelihood_options() const;
 
-	/// Built at the first call; the reference holds until the map is changed.
+	/// Returns the localizer of the map. It is built at the first call; the reference holds until the map is changed.
 	/// \param threads [-] that build it, if this is the first call
 	/// \throws std::invalid_argument if there is no free cell
 	const Localizer& localizer(int threads = 1) const;
 
-	/// What computeObservationLikelihood() looks beams up in. Built at the first call; the
-	/// reference holds until the map is changed.
-	/// \throws std::invalid_argument if empty
+	/// Returns the likelihood field that computeObservationLikelihood() looks beams up in. It is built at the first
+	/// call; the reference holds until the map is changed. \throws std::invalid_argument if the map is empty
 	const LikelihoodField& likelihood_field() const;
 
-	/// Equal for equal grids (cells, size, origin) and equal parameters as text (to_ini()). An archive holds it.
+	/// Returns a number that is equal for equal grids (cells, size, origin) and equal parameters as text (to_ini()). An
+	/// archive holds it.
 	std::uint64_t fingerprint() const;
 
+	/// Returns whether there is no grid.
 	bool isEmpty() const override;
+
+	/// Returns the class and the size of the grid as a text.
 	std::string asString() const override;
+
 	/// Writes `prefix`_signatureMap.ini and the files of COccupancyGridMap2D.
 	void saveMetricMapRepresentationToFile(const std::string& prefix) const override;
+
+	/// Draws the grid into `scene` unless genericMapParams forbid it.
 	void getVisualizationInto(mrpt::opengl::CSetOfObjects& scene) const override;
 
-	/// Options of COccupancyGridMap2D for inserted scans.
+	/// The options that COccupancyGridMap2D inserts scans with.
 	mrpt::maps::COccupancyGridMap2D::TInsertionOptions insertionOptions;
 
    private:
 	struct Content;
 	std::shared_ptr<const Content> content_;
 
-	/// The grid, or a copy of it if anybody else holds it, or a new one about the robot.
+	/// Returns the grid, or a copy of it if anybody else holds it, or a new one about the robot.
 	mrpt::maps::COccupancyGridMap2D::Ptr writable_grid(const mrpt::poses::CPose3D& robot) const;
 
-	/// Parameters as an archive holds them.
+	/// Returns the parameters as an archive holds them.
 	std::string archived_parameters() const;
-	/// Of the grid and parameters that were archived like that.
+
+	/// Returns the fingerprint of the grid and of parameters that were archived like that.
 	std::uint64_t fingerprint_with(const std::string& archived_parameters) const;
 
 	void internal_clear() override;

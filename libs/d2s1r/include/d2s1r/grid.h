@@ -9,8 +9,10 @@
 
 namespace d2s1r
 {
-inline constexpr double kLeastCellSize = 0.0063;  //!< [m] of a map: distances to walls are kept up to 32 cells
+/// [m] The smallest cells that a map may have: distances to walls are kept up to 32 cells.
+inline constexpr double kLeastCellSize = 0.0063;
 
+/// The classes of cells.
 enum class Cell : std::uint8_t
 {
 	kFree,
@@ -18,7 +20,7 @@ enum class Cell : std::uint8_t
 	kUnknown
 };
 
-/// Position of a cell in Grid::cells.
+/// The position of a cell in Grid::cells.
 using CellIndex = std::int32_t;
 
 /// An occupancy map reduced to three classes and to the bounding box of what is known.
@@ -31,12 +33,19 @@ struct Grid
 	double origin_y = 0;      //!< [m] map frame
 	std::vector<Cell> cells;  //!< row-major, the row of least y first
 
+	/// Returns the position of a cell in `cells`.
 	CellIndex index(int column, int row) const { return row * width + column; }
+
+	/// Returns whether there is a cell at this column and row.
 	bool contains(int column, int row) const { return column >= 0 && row >= 0 && column < width && row < height; }
+
+	/// Returns the class of a cell of the grid.
 	Cell at(int column, int row) const { return cells[static_cast<std::size_t>(index(column, row))]; }
 
-	/// Centre of a cell [m], map frame.
+	/// Returns the x coordinate [m] of the centre of a cell, map frame.
 	double center_x(CellIndex cell) const { return origin_x + (cell % width + 0.5) * cell_size; }
+
+	/// Returns the y coordinate [m] of the centre of a cell, map frame.
 	double center_y(CellIndex cell) const
 	{
 		const int row = cell / width;
@@ -44,13 +53,13 @@ struct Grid
 	}
 };
 
-/// Classifies the cells of `map` and crops to the known ones. Thread-safe.
+/// Classifies the cells of `map` and crops them to the bounding box of the known ones. Thread-safe.
 /// \throws std::invalid_argument if thresholds cross, there is no known cell, cells are below 6.3 mm or more than
 ///         can be numbered, or the map is further than 100 km from the origin of its frame
 Grid make_grid(const mrpt::maps::COccupancyGridMap2D& map, const GridParameters& parameters);
 
-/// The grid as a laser would have mapped it: what is occupied deeper than 0.1 m (at least a cell) below the surface of
-/// a wall is unknown, for no beam ever ends there. The surface is where free or unknown space begins: the edges of
-/// drawn plans are blurred, and their greys are unknown.
-Grid with_hollow_walls(const Grid& grid);
+/// Returns the grid as a laser would have mapped it: what is occupied deeper than 0.1 m (at least a cell) below the
+/// surface of a wall becomes unknown, for no beam ever ends there. The surface is where free or unknown space begins:
+/// the edges of drawn plans are blurred, and their greys are unknown.
+Grid with_wall_surfaces_only(const Grid& grid);
 }  // namespace d2s1r

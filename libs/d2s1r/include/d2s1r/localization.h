@@ -13,6 +13,7 @@
 
 namespace d2s1r
 {
+/// Says what a scan tells about the place of the robot.
 enum class Status
 {
 	kLocalized,  //!< one place explains the scan and stands out
@@ -21,6 +22,7 @@ enum class Status
 	kInvalid     //!< the observation is not a usable scan
 };
 
+/// Returns `localized`, `ambiguous`, `rejected` or `invalid`.
 const char* to_string(Status status);
 
 /// A place where the robot may be.
@@ -28,50 +30,53 @@ struct Hypothesis
 {
 	mrpt::poses::CPose2D pose;               //!< robot in map, m and rad
 	mrpt::math::CMatrixDouble33 covariance;  //!< of pose, (x, y, phi), m^2, m rad, rad^2
-	double probability = 0;  //!< [0, 1] that this is the right place; the rest of all hypotheses is "none of them"
-	                         //!< and places beyond scoring.hypotheses
-	/// [nat] of the scan under the beam model, the best found at this place; higher is better. No value: kPaper, which
-	/// has no beam model.
+	/// [0, 1] Probability that this is the right place. What the hypotheses of a result lack to 1 is the probability of
+	/// "none of them" and of places beyond scoring.hypotheses.
+	double probability = 0;
+	/// [nat] Log-likelihood of the scan under the beam model, the best that was found at this place; higher is better.
+	/// It has no value with kPaper, which has no beam model.
 	std::optional<double> log_likelihood;
-	/// [0, 1] share of the beams with a return that end at a wall and have passed none. No value: kPaper.
+	/// [0, 1] Share of the returns that are explained: they end at a wall and passed none. It has no value with kPaper.
 	std::optional<double> explained;
 };
 
-/// A hypothesis of the robot, from pose and covariance of its sensor, (x, y, phi), m and rad, in the map frame.
-/// Thread-safe.
+/// Returns the hypothesis of a robot whose sensor has this pose and covariance, (x, y, phi), m and rad, in the map
+/// frame. Thread-safe.
 Hypothesis hypothesis_of_sensor(
     const mrpt::math::TPose2D& sensor, const mrpt::math::CMatrixDouble33& covariance,
     const mrpt::math::TPose2D& sensor_on_robot);
 
-/// Wall-clock time of each stage.
+/// The wall-clock time that each stage took.
 struct StageTimes
 {
-	double retrieval_ms = 0;     //!< scan -> candidates
-	double registration_ms = 0;  //!< candidates -> settled on the walls; kPaper: registered in yaw
-	double refinement_ms = 0;    //!< these -> refined, scored hypotheses; kPaper: 0
-	double total_ms = 0;
+	double retrieval_ms = 0;     //!< [ms] from the scan to candidates
+	double registration_ms = 0;  //!< [ms] from candidates to settled poses; kPaper: to their yaws
+	double refinement_ms = 0;    //!< [ms] from these to scored hypotheses; kPaper: 0
+	double total_ms = 0;         //!< [ms] of all stages
 };
 
 /// The answer to "where was this scan taken?".
 struct Localization
 {
 	Status status = Status::kInvalid;
-	double confidence = 0;  //!< [0, 1] probability that the robot is at the place of best(): the sum over the
-	                        //!< hypotheses within 0.3 m and 10 deg of it
+	/// [0, 1] Probability that the robot is at the place of best(): the sum over the hypotheses within 0.3 m and 10 deg
+	/// of it.
+	double confidence = 0;
 	std::vector<Hypothesis> hypotheses;  //!< by decreasing probability; empty if rejected or invalid
-	double relative_entropy =
-	    std::numeric_limits<double>::quiet_NaN();  //!< [bit] of the scan and the virtual scan at
-	                                               //!< best(), Eq. 1; lower is better; NaN if none
+	/// [bit] Relative entropy between the scan and the virtual scan at best(), Eq. 1; lower is better. NaN without a
+	/// hypothesis.
+	double relative_entropy = std::numeric_limits<double>::quiet_NaN();
 	StageTimes times;
-	std::string note;  //!< why, if rejected or invalid; else empty
+	std::string note;  //!< says why a scan was rejected or is invalid; else empty
 
-	/// \throws std::logic_error if there is no hypothesis
+	/// Returns the most probable hypothesis.
+	/// \throws std::logic_error if there is none
 	const Hypothesis& best() const;
 
-	/// All hypotheses as a sum of Gaussians; log weights are log probabilities. Empty if there is none.
+	/// Returns all hypotheses as a sum of Gaussians, whose log weights are log probabilities; empty if there is none.
 	mrpt::poses::CPosePDFSOG as_sog() const;
 };
 
-/// The answer without a hypothesis: kRejected or kInvalid, and why.
+/// Returns an answer without a hypothesis, which is kRejected or kInvalid, and says why.
 Localization no_place(Status status, const std::string& note);
 }  // namespace d2s1r

@@ -9,33 +9,37 @@
 
 namespace d2s1r
 {
-/// The motion from one hypothesis to another, robot frame of `from`, m and rad, with the uncertainty of both ends.
+/// Returns the motion from one hypothesis to another, in the robot frame of `from`, m and rad, with the uncertainty of
+/// both ends.
 mrpt::poses::CPosePDFGaussian increment_between(const Hypothesis& from, const Hypothesis& to);
 
-/// The motion between two localized scans as if odometry had measured it (the paper, Section IV-B.6), with the
-/// uncertainty of both ends. No value unless both results have a pose.
+/// Returns the motion between two localized scans as if odometry had measured it (the paper, Section IV-B.6), with the
+/// uncertainty of both ends; no value unless both results have a pose.
 std::optional<mrpt::obs::CActionRobotMovement2D> pseudo_odometry(const Localization& from, const Localization& to);
 
-/// Of independent errors. \param std_x, std_y [m] \param std_phi [rad]
+/// Returns the covariance of (x, y, phi), m^2 and rad^2, whose errors are independent of each other.
+/// \param std_x, std_y [m] standard deviations \param std_phi [rad] standard deviation
 mrpt::math::CMatrixDouble33 covariance_of(double std_x, double std_y, double std_phi);
 
-/// An increment of odometry, robot frame at its start, with the errors that wheels make: parts of the way and of the
-/// turn.
+/// Returns an increment of odometry, in the robot frame at its start, with the errors that wheels make: they grow with
+/// the way and with the turn.
 mrpt::poses::CPosePDFGaussian odometry_motion(const mrpt::poses::CPose2D& increment);
 
-/// Of two independent estimates of one pose or motion, (x, y, phi), m and rad. \return [standard deviations]
+/// Returns how far apart two independent estimates of one pose or motion are, (x, y, phi), m and rad.
+/// \return [standard deviations]
 double mahalanobis_distance(
     mrpt::poses::CPosePDFGaussian a /* MRPT's method is not const */, const mrpt::poses::CPosePDFGaussian& b);
 
-/// Product of two independent estimates of the same pose or motion, (x, y, phi), m and rad.
+/// Returns the product of two independent estimates of the same pose or motion, (x, y, phi), m and rad.
 mrpt::poses::CPosePDFGaussian combine(const mrpt::poses::CPosePDFGaussian& a, const mrpt::poses::CPosePDFGaussian& b);
 
-/// Whether odometry tells of the same motion as localized scans do: one that is frozen, or in other units, contradicts
-/// them scan after scan. One object per robot; not thread-safe.
+/// Finds out whether odometry tells of the same motion as localized scans do: one that is frozen, or in other units,
+/// contradicts them scan after scan. Use one object per robot; it is not thread-safe.
 class OdometryCheck
 {
    public:
-	/// Call for every scan. \param increment since the scan before \param localization of this scan alone
+	/// Takes in the next scan; call it for every one.
+	/// \param increment since the scan before, robot frame then \param localization of this scan alone
 	/// \return the increment if it can be relied on: it is plausible, and scans do not contradict the last increments
 	std::optional<mrpt::poses::CPose2D> checked(
 	    const std::optional<mrpt::poses::CPose2D>& increment, const Localization& localization);

@@ -10,21 +10,23 @@
 
 namespace d2s1r
 {
-inline constexpr double kFarthestSensor = 100;  //!< [m] from the origin of the robot; beyond, its pose is a mistake
+/// [m] How far a sensor may be from the origin of the robot; beyond, its pose is a mistake.
+inline constexpr double kFarthestSensor = 100;
 
-/// One usable beam of a scan. Not in a Scan are beams without data: NaN, -inf, negative, in range but flagged invalid,
-/// and zero unless ScanParameters::zero_is_no_return. What is at or beyond maxRange, flagged or not, saw nothing.
+/// One usable beam of a scan. Beams without data are not in a Scan: those that are NaN, -inf or negative, those in
+/// range but flagged invalid, and those of zero unless ScanParameters::zero_is_no_return. A beam whose range is at or
+/// beyond maxRange, flagged or not, saw nothing.
 struct Beam
 {
 	float angle = 0;        //!< [rad] in [-pi, pi), counter-clockwise, sensor frame as seen from above
-	float range = 0;        //!< [m] if is_return, else the range up to which nothing was seen
-	bool is_return = true;  //!< [-] false: looked and saw nothing up to `range`
+	float range = 0;        //!< [m] to what the beam hit, or, if it is no return, up to where it saw nothing
+	bool is_return = true;  //!< [-] whether the beam hit something
 };
 
-/// `angle` [rad] as Beam::angle has it.
+/// Returns `angle` [rad] wrapped to where Beam::angle lies.
 float beam_angle(double angle);
 
-/// A 2D scan, free of the sensor's conventions: beams counter-clockwise as seen from above.
+/// A 2D scan that is free of the sensor's conventions: its beams are counter-clockwise as seen from above.
 struct Scan
 {
 	std::vector<Beam> beams;              //!< by increasing angle
@@ -32,21 +34,21 @@ struct Scan
 	mrpt::math::TPose2D sensor_on_robot;  //!< sensor in robot frame, m and rad
 	std::string invalid_because;          //!< empty if make_scan() found it usable, else the reason
 
-	/// It has beams, a field of view and a finite sensor pose, and make_scan() found no other reason against it. Beams
-	/// are checked, too, in a scan made by hand: angles increase within [-pi, pi), and ranges are finite and not
-	/// negative.
+	/// Returns whether the scan can be used: it has beams, a field of view and a finite sensor pose, and make_scan()
+	/// found no other reason against it. The beams of a scan that was made by hand are checked, too: their angles
+	/// increase within [-pi, pi), and their ranges are finite and not negative.
 	bool valid() const;
 };
 
-/// Why a scan is not valid().
+/// Says why a scan is not valid().
 std::string why_invalid(const Scan& scan);
 
-/// Whether something stands right before the sensor: nine of ten beams end within parameters.covered_within.
+/// Returns whether the sensor is covered: nine of ten beams end within parameters.covered_within.
 bool is_covered(const Scan& scan, const ScanParameters& parameters);
 
-/// The only place that knows about beam order, mounting (offset, yaw, upside down), validity flags and what drivers
-/// write for "nothing there". The last beam of a full turn is left out if it looks where the first one does. Never
-/// throws: a sensor tilted beyond parameters.max_tilt, too few usable beams or a malformed observation make an invalid
-/// Scan.
+/// Makes a Scan of an observation. Nothing else knows about the order of beams, the mounting of the sensor (offset,
+/// yaw, upside down), validity flags, and what drivers write for "nothing there". The last beam of a full turn is left
+/// out if it looks where the first one does. It never throws: a sensor tilted beyond parameters.max_tilt, too few
+/// usable beams or a malformed observation make an invalid Scan.
 Scan make_scan(const mrpt::obs::CObservation2DRangeScan& observation, const ScanParameters& parameters);
 }  // namespace d2s1r

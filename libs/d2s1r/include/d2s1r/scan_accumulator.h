@@ -8,11 +8,11 @@
 
 namespace d2s1r
 {
-/// Whether odometry can mean this increment: finite, and no more than a kilometre between two scans.
+/// Returns whether odometry can mean this increment: it is finite, and no more than a kilometre between two scans.
 bool is_plausible(const mrpt::poses::CPose2D& increment);
 
-/// A full circle put together from the scans of a laser with a narrow field of view on a robot that turns in place: the
-/// paper's remedy for sensors that see less than 360 deg (end of Section III-C).
+/// Puts a full circle together from the scans of a laser with a narrow field of view on a robot that turns in place. It
+/// is the paper's remedy for sensors that see less than 360 deg (end of Section III-C).
 ///
 /// Every scan is moved, by odometry, to where the newest one was taken. Where several saw the same direction the newest
 /// is believed, because the errors of odometry grow with the turn. Scans from places further away than `reach` are
@@ -23,29 +23,33 @@ bool is_plausible(const mrpt::poses::CPose2D& increment);
 /// while (turning && !circle.complete()) circle.add(next_scan, next_motion);
 /// const Localization result = localizer.localize(circle.scan());
 /// \endcode
-/// One object per robot; not thread-safe.
+/// Use one object per robot; it is not thread-safe.
 class ScanAccumulator
 {
    public:
-	/// \param directions [-] of a full turn that are told apart, at least 8
-	/// \param reach [m] between the places of two scans that are put together, above 0
+	/// Starts without a scan.
+	/// \param directions [-] into which a full turn is divided, at least 8
+	/// \param reach [m] greatest distance between the places of two scans that are put together, above 0
 	/// \throws std::invalid_argument if one of them is out of range
 	explicit ScanAccumulator(int directions = 360, double reach = 0.25);
 
-	/// \param scan an invalid one counts for its motion only
-	/// \param motion of the robot since the last call, in its frame then; not looked at in the first call
+	/// Adds the next scan.
+	/// \param scan counts for its motion only if it is invalid
+	/// \param motion of the robot since the last call, in its frame then; the first call does not look at it
 	void add(const Scan& scan, const mrpt::poses::CPose2D& motion);
 
-	/// Share of the directions in which a beam looked [0, 1].
+	/// Returns the share of the directions in which a beam looked [0, 1].
 	double coverage() const;
 
-	/// Whether the turn is closed but for a hole or two.
+	/// Returns whether the turn is closed but for a hole or two.
 	bool complete() const { return coverage() >= kComplete; }
 
-	/// One scan of all directions seen, as if taken where the robot is now by the sensor of the newest scan. Its field
-	/// of view is 2 pi if complete(), else the sum of the directions. Invalid if there was no usable scan yet.
+	/// Returns one scan of all directions seen, as if the sensor of the newest scan had taken it where the robot is
+	/// now. Its field of view is 2 pi if complete(), else the sum of the directions. It is invalid if there was no
+	/// usable scan yet.
 	Scan scan() const;
 
+	/// Forgets all scans.
 	void clear() { views_.clear(); }
 
    private:
@@ -55,7 +59,7 @@ class ScanAccumulator
 	struct View
 	{
 		Scan scan;
-		mrpt::poses::CPose2D robot;  //!< then, in the frame of the robot now, m and rad
+		mrpt::poses::CPose2D robot;  //!< robot at that time, in the frame of the robot now, m and rad
 	};
 	struct Circle
 	{
@@ -65,7 +69,7 @@ class ScanAccumulator
 		double coverage() const;  //!< [0, 1]
 	};
 
-	/// \return whether it sees a direction that is not in `circle` yet
+	/// Adds what `view` sees to `circle`. \return whether that includes a direction that was not in it yet
 	bool add_to(Circle& circle, const View& view) const;
 	Circle circle() const;
 	std::size_t direction_of(double angle) const;

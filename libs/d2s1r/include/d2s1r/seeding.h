@@ -7,16 +7,16 @@
 
 namespace d2s1r
 {
-/// How hypotheses become particles.
+/// Says how hypotheses become particles.
 struct SeedingParameters
 {
-	int particles = 1000;            //!< [-]
-	double free_space_share = 0.05;  //!< [0, 1] of the particles anywhere in free space, for what nobody thought of
-	double min_std_xy = 0.05;        //!< [m] of the particles of a hypothesis, along x and along y
-	double min_std_phi = 0.02;       //!< [rad]
-	double std_z = 0;                //!< [m] 3D particles only
-	double std_pitch_roll = 0;       //!< [rad] 3D particles only
-	std::uint32_t seed = 1;          //!< [-] same seed, same particles
+	int particles = 1000;            //!< [-] all of them
+	double free_space_share = 0.05;  //!< [0, 1] share of the particles that lie anywhere in free space
+	double min_std_xy = 0.05;        //!< [m] least standard deviation of a hypothesis, along x and along y
+	double min_std_phi = 0.02;       //!< [rad] least standard deviation of a hypothesis
+	double std_z = 0;                //!< [m] standard deviation of 3D particles
+	double std_pitch_roll = 0;       //!< [rad] standard deviation of 3D particles
+	std::uint32_t seed = 1;          //!< [-] the same seed gives the same particles
 };
 
 /// A weighted robot pose.
@@ -27,22 +27,21 @@ struct SeededParticle
 };
 
 /// Draws particles for every hypothesis of `localization` in proportion to its probability, at least one each if there
-/// are enough, and for free space: stratified, so that the weight of a hypothesis is its probability whatever the draw.
-/// What the hypotheses leave of the probability is spread over the free cells of the map that `prior` allows; if there
-/// are none, all particles go to hypotheses. Thread-safe.
-/// \param localizer of the map \param localization an answer of it
-/// \param prior of the robot, of the particles in free space
-/// \throws std::invalid_argument if there is neither a hypothesis nor a free cell, a hypothesis is not finite or its
+/// are enough, and for free space. The draw is stratified, so that the particles of a hypothesis weigh together what
+/// its probability says. What the hypotheses leave of the probability is spread over the free cells of the map that
+/// `prior` allows; if there are none, all particles go to hypotheses. Thread-safe. \param localizer whose map the robot
+/// is in \param localization an answer of `localizer` \param prior says where particles in free space may lie \throws
+/// std::invalid_argument if there is neither a hypothesis nor a free cell, a hypothesis is not finite or its
 ///         probability not in [0, 1], or a parameter is out of range
 std::vector<SeededParticle> seed_particles(
     const Localizer& localizer, const Localization& localization, const SeedingParameters& parameters = {},
     const Prior& prior = {});
 
-/// Replaces the particles of `pdf`: a CPosePDFParticles or a CMonteCarloLocalization2D.
+/// Replaces the particles of `pdf`, which is a CPosePDFParticles or a CMonteCarloLocalization2D.
 void assign_particles(mrpt::poses::CPosePDFParticles& pdf, const std::vector<SeededParticle>& particles);
 
-/// Replaces the particles of `pdf`: a CPose3DPDFParticles or a CMonteCarloLocalization3D. z, pitch and roll are drawn
-/// about zero. \throws std::invalid_argument if a parameter is out of range
+/// Replaces the particles of `pdf`, which is a CPose3DPDFParticles or a CMonteCarloLocalization3D. z, pitch and roll
+/// are drawn about zero. \throws std::invalid_argument if a parameter is out of range
 void assign_particles(
     mrpt::poses::CPose3DPDFParticles& pdf, const std::vector<SeededParticle>& particles,
     const SeedingParameters& parameters);

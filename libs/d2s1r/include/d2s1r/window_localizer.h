@@ -18,7 +18,8 @@ namespace d2s1r
 /// are only compared with each other, and even in a wrong map one of them is the best; so a track is localized only if
 /// walls explain its scans and some of these scans found its place on their own.
 ///
-/// One object per robot, one call per frame, in order. Not thread-safe; the same calls always give the same answers.
+/// Use one object per robot, and call it once per frame, in order. It is not thread-safe; the same calls always give
+/// the same answers.
 class WindowLocalizer
 {
    public:
@@ -27,12 +28,13 @@ class WindowLocalizer
 	/// \param prior of the robot at every frame: tracks that leave it are dropped
 	/// \throws std::invalid_argument if `frames` is below 1 or the localizer's method is kPaper
 	WindowLocalizer(const Localizer& localizer, int frames, const Prior& prior = {});
+
 	~WindowLocalizer();
 	WindowLocalizer(WindowLocalizer&&) noexcept;
 	WindowLocalizer& operator=(WindowLocalizer&&) noexcept;
 
-	/// Where is the robot, now that `scan` was taken?
-	/// \param one_shot localizer.localize(scan)
+	/// Answers where the robot is, now that `scan` was taken.
+	/// \param one_shot what localizer.localize(scan) answered
 	/// \param motion of the robot since the last call, in its frame then. Without a value, or with one that
 	///        OdometryCheck does not rely on, it is estimated from the hypotheses of both frames (the paper's
 	///        pseudo-odometry). Frames without a valid scan, or with one of a covered sensor: pass the motion of each;
@@ -44,7 +46,7 @@ class WindowLocalizer
 	Localization add(
 	    const Scan& scan, const Localization& one_shot, const std::optional<mrpt::poses::CPose2D>& motion = {});
 
-	/// The same of an observation, which is localized on its own first.
+	/// Answers the same for an observation, which it localizes on its own first.
 	Localization add(
 	    const mrpt::obs::CObservation2DRangeScan& observation, const std::optional<mrpt::poses::CPose2D>& motion = {});
 

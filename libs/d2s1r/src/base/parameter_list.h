@@ -1,218 +1,319 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+// The one list of parameters that reading, writing and checking go by. Here stands what each parameter means in full:
+// to_ini() writes these texts, and share/d2s1r/config/default.ini has them from there.
 #pragma once
 
 #include <d2s1r/parameters.h>
 
 namespace d2s1r
 {
-/// Calls `visit(section, key, value, least, greatest, unit_and_meaning)` for every numeric or boolean
-/// parameter (booleans: 0, 1). The one list that reading, writing and checking go by; `P` is Parameters or const
-/// Parameters.
+// Each function calls `visit(key, value, least, greatest, unit_and_meaning)` for the parameters of one section;
+// booleans go from 0 to 1. `P` is the struct of the section, const or not.
+
 template <class P, class Visitor>
-void visit_parameters(P& p, Visitor&& visit)
+void visit_grid(P& grid, const Visitor& visit)
 {
 	visit(
-	    "grid", "occupied_threshold", p.grid.occupied_threshold, 0.0, 1.0,
-	    "[probability] occupied if P(occupied) is above this");
-	visit("grid", "free_threshold", p.grid.free_threshold, 0.0, 1.0, "[probability] free if P(occupied) is below this");
+	    "occupied_threshold", grid.occupied_threshold, 0.0, 1.0,
+	    "[probability] a cell is occupied if P(occupied) is above this");
+	visit("free_threshold", grid.free_threshold, 0.0, 1.0, "[probability] a cell is free if P(occupied) is below this");
 	visit(
-	    "grid", "rays_stop_at_unknown", p.grid.rays_stop_at_unknown, 0, 1,
-	    "[-] virtual scans of the paper (signatures and Eq. 1) end where the known map ends (the paper does not say)");
+	    "rays_stop_at_unknown", grid.rays_stop_at_unknown, 0, 1,
+	    "[-] whether rays of the paper's virtual scans (signatures and Eq. 1) end where the known map ends; the paper "
+	    "does not say");
 	visit(
-	    "grid", "simplemap_cell_size", p.grid.simplemap_cell_size, 0.01, 1.0,
-	    "[m] cell of the grid drawn from a .simplemap");
+	    "simplemap_cell_size", grid.simplemap_cell_size, 0.01, 1.0,
+	    "[m] side of a cell of the grid that is drawn from a .simplemap");
+}
 
+template <class P, class Visitor>
+void visit_free_cells(P& free_cells, const Visitor& visit)
+{
 	visit(
-	    "free_cells", "largest_region_only", p.free_cells.largest_region_only, 0, 1,
-	    "[-] only cells connected to the largest free region");
-	visit("free_cells", "clearance", p.free_cells.clearance, 0.0, 10.0, "[m] least distance to an occupied cell");
+	    "largest_region_only", free_cells.largest_region_only, 0, 1,
+	    "[-] whether the sensor is in the largest connected region of free cells");
+	visit("clearance", free_cells.clearance, 0.0, 10.0, "[m] least distance of the sensor from an occupied cell");
+}
 
-	visit("scan", "max_tilt", p.scan.max_tilt, 0.0, 45.0, "[deg] of the sensor against the plane of the map");
-	visit("scan", "min_beams", p.scan.min_beams, 1, 100000, "[-] fewest usable beams");
+template <class P, class Visitor>
+void visit_scan(P& scan, const Visitor& visit)
+{
 	visit(
-	    "scan", "zero_is_no_return", p.scan.zero_is_no_return, 0, 1,
-	    "[-] a range of 0 says that nothing is there up to the maximum range, else no data (the paper: epsilon)");
+	    "max_tilt", scan.max_tilt, 0.0, 45.0,
+	    "[deg] a scan is invalid if its plane is tilted by more than this against the map");
+	visit("min_beams", scan.min_beams, 1, 100000, "[-] a scan is invalid if it has fewer usable beams than this");
 	visit(
-	    "scan", "covered_within", p.scan.covered_within, 0.0, 10.0,
-	    "[m] the sensor is covered if nine of ten beams end nearer: rejected by method = default");
+	    "zero_is_no_return", scan.zero_is_no_return, 0, 1,
+	    "[-] whether a range of 0 says that nothing is there up to the maximum range; otherwise it is no data (the "
+	    "paper: epsilon)");
+	visit(
+	    "covered_within", scan.covered_within, 0.0, 10.0,
+	    "[m] the sensor is covered, and its scan rejected, if nine of ten beams end nearer than this; method = paper "
+	    "does not look");
+}
 
+template <class P, class Visitor>
+void visit_paper(P& paper, const Visitor& visit)
+{
 	visit(
-	    "paper", "max_range", p.paper.max_range, 0.5, 300.0,
+	    "max_range", paper.max_range, 0.5, 300.0,
 	    "[m] r of Table II: the range of your sensor; longer readings are out of range");
 	visit(
-	    "paper", "bins", p.paper.bins, 2, 256,
-	    "[-] d of Table II: dimension of the signature; bins are (r + epsilon) / d wide");
+	    "bins", paper.bins, 2, 256,
+	    "[-] d of Table II: bins of a signature, each (r + epsilon) / d wide; the last one counts what is out of "
+	    "range, too");
 	visit(
-	    "paper", "epsilon", p.paper.epsilon, 1e-9, 1.0,
-	    "[m] epsilon of Table II: least value in Eq. 1; out-of-range points lie at r + epsilon");
-	visit("paper", "candidates", p.paper.candidates, 1, 100000, "[-] k of Table II: nearest cells that are registered");
+	    "epsilon", paper.epsilon, 1e-9, 1.0,
+	    "[m] epsilon of Table II: the least range in Eq. 1; what is out of range counts as r + epsilon there");
+	visit("candidates", paper.candidates, 1, 100000, "[-] k of Table II: number of nearest cells that are registered");
 	visit(
-	    "paper", "directions", p.paper.directions, 8, 3600,
-	    "[-] beams of a virtual scan (steps of 1 deg in Table II; 360 at most in a signature) and yaw shifts");
+	    "directions", paper.directions, 8, 3600,
+	    "[-] rays of a virtual scan, which are the yaw shifts, too (steps of 1 deg in Table II); a signature counts "
+	    "360 at most");
+}
 
-	auto& coarse = p.coarse_search;
-	visit("coarse_search", "spacing", coarse.spacing, 0.01, 10.0, "[m] between sample positions");
-	visit("coarse_search", "clearance", coarse.clearance, 0.0, 10.0, "[m] of sample positions from occupied cells");
-	visit("coarse_search", "directions", coarse.directions, 8, 720, "[-] of a profile, and yaw shifts that are tried");
+template <class P, class Visitor>
+void visit_range_profiles(P& coarse, const Visitor& visit)
+{
+	visit("spacing", coarse.spacing, 0.01, 10.0, "[m] distance between neighbouring sample positions");
+	visit("clearance", coarse.clearance, 0.0, 10.0, "[m] least distance of a sample position from an occupied cell");
 	visit(
-	    "coarse_search", "max_range", coarse.max_range, 0.5, 300.0, "[m] of a profile, 4000 cells of the map at most");
+	    "directions", coarse.directions, 8, 720,
+	    "[-] directions of a range profile, which are the yaw shifts that are tried, too");
+	visit("max_range", coarse.max_range, 0.5, 300.0, "[m] range of a profile; 4000 cells of the map if these are less");
+}
+
+template <class P, class Visitor>
+void visit_overview_search(P& coarse, const Visitor& visit)
+{
 	visit(
-	    "coarse_search", "overview_truncation", coarse.overview_truncation, 1, 100,
+	    "overview_truncation", coarse.overview_truncation, 1, 100,
 	    "[overview step, twice a step] greatest difference of quantized ranges that counts in the overview");
 	visit(
-	    "coarse_search", "overview_margin", coarse.overview_margin, 0.1, 1e6,
+	    "overview_margin", coarse.overview_margin, 0.1, 1e6,
 	    "[overview step] times the square root of the number of beams: pairs whose beams cost this much more in total "
 	    "than those of the cheapest are dropped after the overview");
 	visit(
-	    "coarse_search", "overview_unmatched", coarse.overview_unmatched, 0.0, 1.0,
-	    "[-] share of the cost of the cheapest pair of the overview that beams without a counterpart may make up at a "
-	    "place that is still searched");
+	    "overview_unmatched", coarse.overview_unmatched, 0.0, 1.0,
+	    "[-] share of the cost of the cheapest pair that beams missing from a range histogram may make up at a group "
+	    "that is still searched");
 	visit(
-	    "coarse_search", "overview_deficit", coarse.overview_deficit, 0.0, 1e6,
-	    "[-] times the square root of the number of beams: how many beams may by chance lack a counterpart in its "
-	    "signature besides");
+	    "overview_deficit", coarse.overview_deficit, 0.0, 1e6,
+	    "[-] times the square root of the number of beams: how many beams more may by chance be missing there");
 	visit(
-	    "coarse_search", "max_pairs", coarse.max_pairs, 1, 1000000,
-	    "[-] (group of positions, yaw) pairs compared beam by beam, at most");
-	visit("coarse_search", "max_pairs_share", coarse.max_pairs_share, 0.0001, 1, "[-] of all pairs, at most");
+	    "max_pairs", coarse.max_pairs, 1, 1000000,
+	    "[-] greatest number of (group of positions, yaw) pairs that are compared beam by beam");
+	visit("max_pairs_share", coarse.max_pairs_share, 0.0001, 1, "[-] the same as a share of all pairs");
+}
+
+template <class P, class Visitor>
+void visit_profile_search(P& coarse, const Visitor& visit)
+{
 	visit(
-	    "coarse_search", "truncation", coarse.truncation, 1, 100,
+	    "truncation", coarse.truncation, 1, 100,
 	    "[step: 3 cm near the sensor, 1.2 m at 80 m] greatest difference of quantized ranges that counts");
 	visit(
-	    "coarse_search", "occluder_truncation", coarse.occluder_truncation, 0, 100,
-	    "[step] the same where a beam ends before the wall of the map and within occluder_range");
+	    "occluder_truncation", coarse.occluder_truncation, 0, 100,
+	    "[step] the same for a beam that ends before the wall of the map and within occluder_range");
 	visit(
-	    "coarse_search", "occluder_range", coarse.occluder_range, 0.0, 300.0,
+	    "occluder_range", coarse.occluder_range, 0.0, 300.0,
 	    "[m] somebody may stand nearer than this: see occluder_truncation");
-	visit("coarse_search", "candidates", coarse.candidates, 1, 100000, "[-] poses handed on, at most");
+	visit("candidates", coarse.candidates, 1, 100000, "[-] greatest number of candidates that are handed on");
 	visit(
-	    "coarse_search", "margin", coarse.margin, 0.0, 1e6,
+	    "margin", coarse.margin, 0.0, 1e6,
 	    "[step] times the square root of the number of beams: poses whose beams cost this much more in total than "
 	    "those of the best one are dropped");
 	visit(
-	    "coarse_search", "distinct_distance", coarse.distinct_distance, 0.01, 10.0,
-	    "[m] candidates closer than this and than distinct_yaw count as one");
-	visit("coarse_search", "distinct_yaw", coarse.distinct_yaw, 0.1, 180.0, "[deg] see distinct_distance");
-
-	auto& refinement = p.refinement;
-	visit(
-	    "refinement", "max_scored", refinement.max_scored, 1, 100000,
-	    "[-] best fitting candidates that are scored with a few beams");
-	visit(
-	    "refinement", "fit_margin", refinement.fit_margin, 0.0, 100.0,
-	    "[-] candidates that fit this much worse than the best one, before any step or after the last, are dropped");
-	visit(
-	    "refinement", "max_refined", refinement.max_refined, 1, 100000,
-	    "[-] best scoring of these that are refined with up to 180 beams");
-	visit(
-	    "refinement", "score_margin", refinement.score_margin, 0.0, 1e6,
-	    "[nat] candidates whose score is this far below the best one's are dropped");
-	visit(
-	    "refinement", "max_restarted", refinement.max_restarted, 0, 100000,
-	    "[-] best fitting ones refined again from both sides along what the scan leaves open");
-	visit(
-	    "refinement", "max_polished", refinement.max_polished, 1, 100000,
-	    "[-] best scoring poses, by up to 360 beams, that are polished");
-	visit(
-	    "refinement", "max_compared", refinement.max_compared, 1, 100000,
-	    "[-] best places that are compared by the best score close by");
-	visit("refinement", "kernel", refinement.kernel, 0.001, 1.0, "[m] width of the robust kernel at the end");
-	visit(
-	    "refinement", "cost_weight", refinement.cost_weight, 0.0, 10.0, "[1 / step] of the coarse cost beside the fit");
-	visit(
-	    "refinement", "surface_offset", refinement.surface_offset, 0.001, 10.0,
-	    "[cell] standard deviation of where in their cells the walls have their surface");
-	visit(
-	    "refinement", "range_noise", refinement.range_noise, 0.001, 1.0,
-	    "[m] standard deviation of a range about the map, for the covariance");
-	visit(
-	    "refinement", "beam_correlation", refinement.beam_correlation, 1.0, 1000.0,
-	    "[-] neighbouring beams of 1 deg that count as one measurement, for the covariance");
-
-	auto& first_look = p.first_look;
-	visit(
-	    "first_look", "clear_above", first_look.clear_above, 0.0, 1.0,
-	    "[probability] the answer of a smaller search is taken if localized with a confidence above this; 1: no first "
-	    "look");
-	visit(
-	    "first_look", "effort", first_look.effort, 0.001, 1.0,
-	    "[-] share of overview_unmatched, max_pairs, candidates, and all max_... of refinement, in the first look");
-	visit(
-	    "first_look", "margins", first_look.margins, 0.01, 1.0,
-	    "[-] share of overview_margin and coarse_search.margin in the first look");
-
-	auto& scoring = p.scoring;
-	visit(
-	    "scoring", "distinct_distance", scoring.distinct_distance, 0.01, 10.0,
-	    "[m] hypotheses closer than this and than distinct_yaw count as one");
-	visit("scoring", "distinct_yaw", scoring.distinct_yaw, 0.1, 180.0, "[deg] see distinct_distance");
-	visit("scoring", "hypotheses", scoring.hypotheses, 1, 1000, "[-] most hypotheses in a result");
-	visit(
-	    "scoring", "localized_above", scoring.localized_above, 0.0, 1.0,
-	    "[probability] a frame whose confidence is above this is localized");
-	visit(
-	    "scoring", "rejected_below", scoring.rejected_below, 0.0, 1.0,
-	    "[probability] a frame is rejected if it is less likely than this that one of the places found is right");
-	visit(
-	    "scoring", "temperature", scoring.temperature, 0.01, 100.0,
-	    "[-] divides differences of log-likelihoods: log-odds of two places");
-	visit(
-	    "scoring", "temperature_by_beam", scoring.temperature_by_beam, 0.0, 10.0,
-	    "[-] added to temperature for each beam of 1 deg that the best place does not explain");
-
-	auto& model = p.scoring.beam_model;
-	visit("beam_model", "on_wall", model.on_wall, -10.0, 10.0, "[nat] end point within 6 cm of a wall");
-	visit("beam_model", "near_wall", model.near_wall, -10.0, 10.0, "[nat] within 10 cm");
-	visit("beam_model", "beside_wall", model.beside_wall, -10.0, 10.0, "[nat] within 20 cm, in free space");
-	visit("beam_model", "off_wall", model.off_wall, -10.0, 10.0, "[nat] further, in free space");
-	visit(
-	    "beam_model", "off_wall_near", model.off_wall_near, -10.0, 10.0,
-	    "[nat] times ln(1.5 m / range) within 1.5 m, in free space, no wall passed; ranges from 0.5 m on");
-	visit("beam_model", "in_unknown", model.in_unknown, -10.0, 10.0, "[nat] further than 10 cm, in unknown space");
-	visit("beam_model", "log_range", model.log_range, -10.0, 10.0, "[nat] times ln(range / 3 m), on or near a wall");
-	visit("beam_model", "through_wall", model.through_wall, -10.0, 10.0, "[nat] for each wall passed, at most 3");
-	visit(
-	    "beam_model", "unknown_metre", model.unknown_metre, -10.0, 10.0,
-	    "[nat] for each metre of unknown space, at most 3");
-	visit(
-	    "beam_model", "off_wall_run", model.off_wall_run, -10.0, 10.0,
-	    "[nat] for each run of beams short of the walls");
-	visit(
-	    "beam_model", "no_return_at_wall", model.no_return_at_wall, -10.0, 10.0,
-	    "[nat] nothing seen, a wall in the way");
-	visit(
-	    "beam_model", "depth_edge", model.depth_edge, -10.0, 10.0,
-	    "[nat] for each depth edge between walls of the map");
-
-	auto& presence = p.scoring.presence_model;
-	visit("presence_model", "bias", presence.bias, -100.0, 100.0, "[-] log-odds that the scan is of the map");
-	visit("presence_model", "explained", presence.explained, -100.0, 100.0, "[-] times the share of explained returns");
-	visit(
-	    "presence_model", "in_front", presence.in_front, -100.0, 100.0,
-	    "[-] times the share in front of walls, at most that of the explained");
-	visit(
-	    "presence_model", "unexplained", presence.unexplained, -10.0, 10.0,
-	    "[-] times the unexplained beams of 1 deg, which log_likelihood charges");
-	visit("presence_model", "log_likelihood", presence.log_likelihood, -10.0, 10.0, "[1 / nat] at the best place");
-	visit(
-	    "presence_model", "lead", presence.lead, -10.0, 10.0,
-	    "[-] times the log-odds against the second best place, at most 12");
-	visit(
-	    "presence_model", "depth_edges", presence.depth_edges, -10.0, 10.0, "[-] times ln(1 + depth edges explained)");
-	visit(
-	    "presence_model", "surfaces", presence.surfaces, -10.0, 10.0,
-	    "[-] times ln(1 + straight pieces of surface explained)");
+	    "distinct_distance", coarse.distinct_distance, 0.01, 10.0,
+	    "[m] candidates that are closer than this and than distinct_yaw count as one");
+	visit("distinct_yaw", coarse.distinct_yaw, 0.1, 180.0, "[deg] see distinct_distance");
 }
 
-/// Calls `visit(key, value, least, greatest, unit_and_meaning)` for every parameter. The one list that reading, writing
-/// and checking go by; `P` is LikelihoodParameters, const or derived from it.
 template <class P, class Visitor>
-void visit_likelihood(P& p, Visitor&& visit)
+void visit_coarse_search(P& coarse, const Visitor& visit)
 {
-	visit("sigma", p.sigma, 0.001, 10.0, "[m] of end points about the surface of a wall");
-	visit("random_share", p.random_share, 1e-6, 1.0, "[0, 1] of the beams that end anywhere");
-	visit("unknown_share", p.unknown_share, 0.0, 1.0, "[0, 1] density of an end in unknown space");
-	visit("beams", p.beams, 2, 100000, "[-] most beams looked at");
-	visit("independent_beams", p.independent_beams, 0.1, 1e5, "[-] beams that a scan is worth");
+	visit_range_profiles(coarse, visit);
+	visit_overview_search(coarse, visit);
+	visit_profile_search(coarse, visit);
+}
+
+template <class P, class Visitor>
+void visit_refinement(P& fine, const Visitor& visit)
+{
+	visit(
+	    "max_scored", fine.max_scored, 1, 100000,
+	    "[-] greatest number of settled candidates, those of best fit, that are scored with up to 45 beams");
+	visit(
+	    "fit_margin", fine.fit_margin, 0.0, 100.0,
+	    "[-] candidates that fit this much worse than the best one, before or after any step of settling, are dropped");
+	visit(
+	    "max_refined", fine.max_refined, 1, 100000,
+	    "[-] greatest number of these, those of best score, that are refined with up to 180 beams");
+	visit(
+	    "score_margin", fine.score_margin, 0.0, 1e6,
+	    "[nat] candidates whose score is this far below the best one's are not refined");
+	visit(
+	    "max_restarted", fine.max_restarted, 0, 100000,
+	    "[-] greatest number of refined poses, those of best fit, that are refined again from both sides along what "
+	    "the scan leaves open, such as a corridor");
+	visit(
+	    "max_polished", fine.max_polished, 1, 100000,
+	    "[-] greatest number of poses, those of best score by up to 360 beams, that are polished");
+	visit(
+	    "max_compared", fine.max_compared, 1, 100000,
+	    "[-] greatest number of places that are compared by the best score within some centimetres");
+	visit("kernel", fine.kernel, 0.001, 1.0, "[m] width of the robust kernel at the end of the refinement");
+	visit(
+	    "cost_weight", fine.cost_weight, 0.0, 10.0,
+	    "[1 / step] the coarse cost of a candidate times this is subtracted from its fit");
+	visit(
+	    "surface_offset", fine.surface_offset, 0.001, 10.0,
+	    "[cell] standard deviation of where in their cells the walls have their surface");
+	visit(
+	    "range_noise", fine.range_noise, 0.001, 1.0,
+	    "[m] standard deviation of a range about the map, for the covariance");
+	visit(
+	    "beam_correlation", fine.beam_correlation, 1.0, 1000.0,
+	    "[-] neighbouring beams of 1 deg that count as one measurement, for the covariance");
+}
+
+template <class P, class Visitor>
+void visit_first_look(P& first_look, const Visitor& visit)
+{
+	visit(
+	    "clear_above", first_look.clear_above, 0.0, 1.0,
+	    "[probability] the answer of a smaller search is taken if it is localized with a confidence above this; 1: "
+	    "there is no first look");
+	visit(
+	    "effort", first_look.effort, 0.001, 1.0,
+	    "[-] share of overview_unmatched, max_pairs, candidates and all max_... of refinement that the first look has");
+	visit(
+	    "margins", first_look.margins, 0.01, 1.0,
+	    "[-] share of overview_margin and coarse_search.margin that the first look has");
+}
+
+template <class P, class Visitor>
+void visit_scoring(P& scoring, const Visitor& visit)
+{
+	visit(
+	    "distinct_distance", scoring.distinct_distance, 0.01, 10.0,
+	    "[m] hypotheses that are closer than this and than distinct_yaw count as one");
+	visit("distinct_yaw", scoring.distinct_yaw, 0.1, 180.0, "[deg] see distinct_distance");
+	visit("hypotheses", scoring.hypotheses, 1, 1000, "[-] greatest number of hypotheses in a result");
+	visit(
+	    "localized_above", scoring.localized_above, 0.0, 1.0,
+	    "[probability] a frame is localized if its confidence is above this");
+	visit(
+	    "rejected_below", scoring.rejected_below, 0.0, 1.0,
+	    "[probability] a frame is rejected if it is less likely than this that one of the places found is right");
+	visit(
+	    "temperature", scoring.temperature, 0.01, 100.0,
+	    "[-] the difference of two log-likelihoods divided by this is the log-odds of two places");
+	visit(
+	    "temperature_by_beam", scoring.temperature_by_beam, 0.0, 10.0,
+	    "[-] added to temperature for each beam of 1 deg that the best place does not explain");
+}
+
+template <class P, class Visitor>
+void visit_beam_model(P& model, const Visitor& visit)
+{
+	visit(
+	    "on_wall", model.on_wall, -10.0, 10.0,
+	    "[nat] for a beam that ends within 6 cm of the centre of an occupied cell");
+	visit("near_wall", model.near_wall, -10.0, 10.0, "[nat] for one that ends further off, but within 10 cm");
+	visit(
+	    "beside_wall", model.beside_wall, -10.0, 10.0,
+	    "[nat] for one that ends further off, but within 20 cm, in free space");
+	visit("off_wall", model.off_wall, -10.0, 10.0, "[nat] for one that ends further off, in free space");
+	visit(
+	    "off_wall_near", model.off_wall_near, -10.0, 10.0,
+	    "[nat] added times ln(1.5 m / range) for such a beam within 1.5 m that passed no wall; ranges count from 0.5 m "
+	    "on");
+	visit(
+	    "in_unknown", model.in_unknown, -10.0, 10.0,
+	    "[nat] for a beam that ends further than 10 cm from a wall, in unknown space");
+	visit(
+	    "log_range", model.log_range, -10.0, 10.0,
+	    "[nat] added times ln(range / 3 m) for a beam that ends within 10 cm of a wall");
+	visit(
+	    "through_wall", model.through_wall, -10.0, 10.0, "[nat] added for each wall that a beam passed, at most three");
+	visit(
+	    "unknown_metre", model.unknown_metre, -10.0, 10.0,
+	    "[nat] added for each metre of unknown space that a beam passed, at most three");
+	visit(
+	    "off_wall_run", model.off_wall_run, -10.0, 10.0,
+	    "[nat] for each run of neighbouring beams that end off the walls and passed none: an object");
+	visit(
+	    "no_return_at_wall", model.no_return_at_wall, -10.0, 10.0,
+	    "[nat] for a beam that saw nothing though a wall is in its way within 20 m");
+	visit(
+	    "depth_edge", model.depth_edge, -10.0, 10.0,
+	    "[nat] for each depth edge of the scan between two beams that both end at walls of the map");
+}
+
+template <class P, class Visitor>
+void visit_presence_model(P& presence, const Visitor& visit)
+{
+	visit(
+	    "bias", presence.bias, -100.0, 100.0,
+	    "[-] log-odds that one of the places found is right, before all that follows is added");
+	visit(
+	    "explained", presence.explained, -100.0, 100.0,
+	    "[-] times the share of returns that are explained at the best place");
+	visit(
+	    "in_front", presence.in_front, -100.0, 100.0,
+	    "[-] times the share of returns that end in front of walls there, at most that of the explained ones");
+	visit(
+	    "unexplained", presence.unexplained, -10.0, 10.0,
+	    "[-] times the unexplained returns there, as beams of 1 deg: part of what log_likelihood charges for them");
+	visit(
+	    "log_likelihood", presence.log_likelihood, -10.0, 10.0, "[1 / nat] times the log-likelihood of the scan there");
+	visit(
+	    "lead", presence.lead, -10.0, 10.0,
+	    "[-] times the log-odds of that place against the second best one, at most 12");
+	visit("depth_edges", presence.depth_edges, -10.0, 10.0, "[-] times ln(1 + number of depth edges explained there)");
+	visit(
+	    "surfaces", presence.surfaces, -10.0, 10.0,
+	    "[-] times ln(1 + number of straight pieces of surface explained there)");
+}
+
+/// Calls `visit(section, key, value, least, greatest, unit_and_meaning)` for every numeric or boolean parameter. `P` is
+/// Parameters or const Parameters.
+template <class P, class Visitor>
+void visit_parameters(P& p, const Visitor& visit)
+{
+	const auto in = [&visit](const char* section)
+	{
+		return [&visit, section](const char* key, auto& value, auto least, auto greatest, const char* meaning)
+		{ visit(section, key, value, least, greatest, meaning); };
+	};
+	visit_grid(p.grid, in("grid"));
+	visit_free_cells(p.free_cells, in("free_cells"));
+	visit_scan(p.scan, in("scan"));
+	visit_paper(p.paper, in("paper"));
+	visit_coarse_search(p.coarse_search, in("coarse_search"));
+	visit_refinement(p.refinement, in("refinement"));
+	visit_first_look(p.first_look, in("first_look"));
+	visit_scoring(p.scoring, in("scoring"));
+	visit_beam_model(p.scoring.beam_model, in("beam_model"));
+	visit_presence_model(p.scoring.presence_model, in("presence_model"));
+}
+
+/// Calls `visit(key, value, least, greatest, unit_and_meaning)` for every parameter of a likelihood field. `P` is
+/// LikelihoodParameters, const or derived from it.
+template <class P, class Visitor>
+void visit_likelihood(P& p, const Visitor& visit)
+{
+	visit("sigma", p.sigma, 0.001, 10.0, "[m] standard deviation of end points about the surface of a wall");
+	visit(
+	    "random_share", p.random_share, 1e-6, 1.0,
+	    "[0, 1] share of the beams that end anywhere (people, moved things)");
+	visit(
+	    "unknown_share", p.unknown_share, 0.0, 1.0,
+	    "[0, 1] density of an end in unknown space, relative to one on a wall");
+	visit("beams", p.beams, 2, 100000, "[-] greatest number of beams that are looked at, evenly spread over the scan");
+	visit(
+	    "independent_beams", p.independent_beams, 0.1, 1e5,
+	    "[-] beams that a scan is worth: neighbours see the same object");
 }
 }  // namespace d2s1r

@@ -13,9 +13,9 @@ namespace d2s1r
 {
 namespace
 {
-constexpr const char* kMethodMeaning = "default: any field of view; paper: D2S1R as published, full circles";
+constexpr const char* kMethodMeaning = "default: any field of view; paper: D2S1R as published, assumes 360 deg scans";
 
-/// What a user may want to change.
+/// Returns the head of an ini file, which says what a user may want to change.
 const char* guide_to(Method method)
 {
 	return method == Method::kPaper
@@ -36,6 +36,7 @@ void check_between_parameters(const Parameters& p)
 		refuse("grid.free_threshold", to_text(p.grid.free_threshold), "at most grid.occupied_threshold");
 }
 
+/// Sets one parameter from text.
 /// \throws std::invalid_argument naming section and key if it is unknown or `text` is not usable
 void set_parameter(Parameters& parameters, const std::string& section, const std::string& key, const std::string& text)
 {
@@ -114,7 +115,7 @@ std::string to_ini(const Parameters& parameters)
 		    if (section != its_section) text += "\n[" + (section = its_section) + "]\n";
 		    const std::string range =
 		        std::is_same_v<decltype(value), bool> ? "true or false" : to_text(least) + " to " + to_text(greatest);
-		    text += std::string(key) + " = " + to_text(value) + "  ; " + meaning + ", " + range + '\n';
+		    text += std::string(key) + " = " + to_text(value) + "  ; " + meaning + " (" + range + ")\n";
 	    });
 	return text;
 }
