@@ -108,8 +108,8 @@ std::optional<Hypothesis> hypothesis_near(
 
 DefaultIndex make_default_index(const Grid& grid, const std::vector<CellIndex>& cells, const Parameters& parameters)
 {
-	const Grid surfaces = with_wall_surfaces_only(grid);
-	return {make_range_profiles(grid, cells, parameters.coarse_search), DistanceField(surfaces), BeamTracer(surfaces)};
+	const Grid hollow = with_hollow_walls(grid);
+	return {make_range_profiles(grid, cells, parameters.coarse_search), DistanceField(hollow), BeamTracer(hollow)};
 }
 
 AffordableCandidates affordable_candidates(

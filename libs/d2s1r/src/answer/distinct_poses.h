@@ -10,21 +10,21 @@
 
 namespace d2s1r
 {
-/// Whether two poses, their yaws in [-pi, pi], are closer than `distance` [m] and `yaw` [rad].
+/// Returns whether two poses, their yaws in [-pi, pi], are closer than `distance` [m] and `yaw` [rad].
 inline bool are_near(const mrpt::math::TPose2D& a, const mrpt::math::TPose2D& b, double distance, double yaw)
 {
 	const double dx = a.x - b.x, dy = a.y - b.y, turn = std::abs(a.phi - b.phi);
 	return dx * dx + dy * dy < distance * distance && std::min(turn, 2 * M_PI - turn) < yaw;
 }
 
-/// Greedy choice of poses, their yaws in [-pi, pi], that lie apart.
+/// Chooses poses, their yaws in [-pi, pi], that lie apart: greedily, in the order in which they come.
 class DistinctPoses
 {
    public:
-	/// Poses closer than `distance` [m] and `yaw` [rad] are one.
+	/// Takes poses that are closer than `distance` [m] and `yaw` [rad] for one.
 	DistinctPoses(double distance, double yaw) : distance_(distance), yaw_(yaw), newest_(kBuckets, -1) {}
 
-	/// \return whether `pose` lies apart from all that were added; if so, it is added
+	/// Adds `pose` if it lies apart from all that were added before. \return whether it does
 	bool add(const mrpt::math::TPose2D& pose)
 	{
 		const auto column = static_cast<std::int64_t>(std::floor(pose.x / distance_));
@@ -48,7 +48,7 @@ class DistinctPoses
 		int before;  //!< the one chosen before it in its bucket, or -1
 	};
 
-	/// Tiles of side `distance_` share buckets: one more comparison, no harm.
+	/// Returns the bucket of a tile of side `distance_`. Tiles may share one, which costs comparisons but does no harm.
 	static std::size_t bucket(std::int64_t column, std::int64_t row)
 	{
 		const auto mixed = static_cast<std::uint64_t>(column) * 0x9E3779B97F4A7C15U +

@@ -62,7 +62,7 @@ mrpt::poses::CPosePDFSOG Localization::as_sog() const
 		auto& mode = sog.get(i);
 		mode.mean = hypotheses[i].pose;
 		mode.cov = hypotheses[i].covariance;
-		// finite even for a probability that underflowed: MRPT subtracts log weights
+		// MRPT subtracts log weights: they must be finite, even where a probability has underflowed
 		mode.log_w = std::log(std::max(hypotheses[i].probability, std::numeric_limits<double>::min()));
 	}
 	return sog;

@@ -16,12 +16,13 @@ namespace d2s1r
 namespace
 {
 constexpr double kMargin = 0.3;                   //!< [m] by which densities are widened
-constexpr double kYawMargin = M_PI / 18;          //!< [rad]
+constexpr double kYawMargin = M_PI / 18;          //!< [rad] by which densities are widened
 constexpr double kDeviations = 3;                 //!< [-] standard deviations
 constexpr std::size_t kMostTiles = 256;           //!< [-] boxes that stand for particles
-constexpr double kTile = 0.5;                     //!< [m] side of the smallest
-constexpr double kYawTile = mrpt::DEG2RAD(30.0);  //!< [rad] of the smallest
+constexpr double kTile = 0.5;                     //!< [m] side of the smallest of these
+constexpr double kYawTile = mrpt::DEG2RAD(30.0);  //!< [rad] width of the smallest of these
 
+/// Returns a box that holds three standard deviations of a Gaussian.
 PoseBox gaussian_box(const mrpt::poses::CPose2D& mean, const mrpt::math::CMatrixDouble33& covariance)
 {
 	const auto reach = [&](int i) { return kDeviations * std::sqrt(covariance(i, i) < 0 ? 0.0 : covariance(i, i)); };
@@ -32,7 +33,7 @@ PoseBox gaussian_box(const mrpt::poses::CPose2D& mean, const mrpt::math::CMatrix
 	return box;
 }
 
-/// The tiles of `side` [m] and `turn` [rad] that hold poses.
+/// Returns the tiles of `side` [m] and `turn` [rad] that hold poses.
 std::set<std::array<long, 3>> occupied_tiles(const std::vector<mrpt::math::TPose2D>& poses, double side, double turn)
 {
 	constexpr double kFarthest = 1e9;  // [m]
@@ -48,12 +49,17 @@ std::set<std::array<long, 3>> occupied_tiles(const std::vector<mrpt::math::TPose
 	return tiles;
 }
 
-/// Boxes that hold all `poses`, and what is within `near` [m] in x and in y and `turned` [rad] of each.
+/// Returns boxes that hold all `poses`, and what is within `near` [m] in x and in y and `turned` [rad] of each.
 Prior prior_of(const std::vector<mrpt::math::TPose2D>& poses, double near = 0, double turned = 0)
 {
 	double side = kTile, turn = kYawTile;
 	auto tiles = occupied_tiles(poses, side, turn);
-	for (; tiles.size() > kMostTiles; tiles = occupied_tiles(poses, side, turn)) side *= 1.5, turn *= 1.5;
+	while (tiles.size() > kMostTiles)
+	{
+		side *= 1.5;
+		turn *= 1.5;
+		tiles = occupied_tiles(poses, side, turn);
+	}
 	Prior prior;
 	const double reach = side / 2 + near + kMargin, yaw_reach = turn / 2 + turned + kYawMargin;
 	for (const auto& [column, row, sector] : tiles)
@@ -72,7 +78,7 @@ std::vector<mrpt::math::TPose2D> poses_of(const mrpt::poses::CPosePDFParticles& 
 	return poses;
 }
 
-/// Centres of the cells that are not all but ruled out.
+/// Returns the centres of the cells that are not all but ruled out.
 std::vector<mrpt::math::TPose2D> poses_of(const mrpt::poses::CPosePDFGrid& grid)
 {
 	constexpr double kNegligible = 1e-3;  // [-] of the greatest probability

@@ -8,9 +8,9 @@
 
 namespace d2s1r
 {
-inline constexpr std::size_t kCacheLine = 64;  //!< [bytes]
+inline constexpr std::size_t kCacheLine = 64;  //!< [byte]
 
-/// An allocator whose memory begins at a cache line.
+/// Allocates memory that begins at a cache line.
 template <class T>
 struct CacheAligned
 {
@@ -30,10 +30,10 @@ struct CacheAligned
 	friend bool operator!=(const CacheAligned&, const CacheAligned&) noexcept { return false; }
 };
 
-/// Rows of bytes, each of which begins at a cache line if they are in_whole_lines() apart.
+/// Bytes that begin at a cache line. Rows of them do so, too, if they are in_whole_lines() apart.
 using AlignedBytes = std::vector<std::uint8_t, CacheAligned<std::uint8_t>>;
 
-/// `count` [bytes] or more.
+/// Returns `count` [byte], rounded up to whole cache lines.
 constexpr std::size_t in_whole_lines(std::size_t count)
 {
 	return (count + kCacheLine - 1) / kCacheLine * kCacheLine;

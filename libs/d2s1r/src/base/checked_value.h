@@ -1,5 +1,5 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-// Values of parameters in messages, and whether they are in range.
+// Turns values of parameters into text and back, and checks whether they are in range.
 #pragma once
 
 #include <charconv>
@@ -11,7 +11,7 @@
 
 namespace d2s1r
 {
-/// The shortest text that reads back to the same value, whatever the locale.
+/// Returns the shortest text that reads back to the same value, whatever the locale.
 template <class T>
 std::string to_text(T value)
 {
@@ -24,11 +24,14 @@ std::string to_text(T value)
 	}
 }
 
+/// Says that `what` has a value that cannot be used, and what was expected.
+/// \throws std::invalid_argument
 [[noreturn]] inline void refuse(const std::string& what, const std::string& value, const std::string& expected)
 {
 	throw std::invalid_argument(what + " = '" + printable(value) + "': expected " + expected);
 }
 
+/// Returns the value that `text` stands for.
 /// \throws std::invalid_argument naming `what` if `text` is no T as a whole
 template <class T>
 T from_text(const std::string& what, const std::string& text)
@@ -50,7 +53,8 @@ T from_text(const std::string& what, const std::string& text)
 	}
 }
 
-/// \throws std::invalid_argument naming `what` if `value` is not between these two; a NaN is not
+/// Checks that `value` is not below `least` and not above `greatest`.
+/// \throws std::invalid_argument naming `what` if it is, or is a NaN
 template <class T, class Least, class Greatest>
 void check_range(const std::string& what, T value, Least least, Greatest greatest)
 {
@@ -59,7 +63,8 @@ void check_range(const std::string& what, T value, Least least, Greatest greates
 	refuse(what, to_text(value), "a value from " + to_text(least) + " to " + to_text(greatest));
 }
 
-/// Sets `value` from text. \throws std::invalid_argument naming `what` if that is no T or out of range
+/// Sets `value` from text.
+/// \throws std::invalid_argument naming `what` if the text is no T or out of range
 template <class T, class Least, class Greatest>
 void set_checked(const std::string& what, const std::string& text, T& value, Least least, Greatest greatest)
 {
@@ -68,6 +73,8 @@ void set_checked(const std::string& what, const std::string& text, T& value, Lea
 	value = parsed;
 }
 
+/// Says that there is no parameter `what`.
+/// \throws std::invalid_argument
 [[noreturn]] inline void refuse_unknown(const std::string& what)
 {
 	throw std::invalid_argument(printable(what) + " is not a parameter; remove it or correct its name");

@@ -11,7 +11,7 @@ namespace d2s1r
 class ScopedTimer
 {
    public:
-	/// \param sum_ms [ms] outlives the timer
+	/// Starts the time. \param sum_ms [ms] must outlive the timer
 	explicit ScopedTimer(double& sum_ms) : sum_ms_(sum_ms) {}
 	~ScopedTimer() { sum_ms_ += 1e3 * watch_.Tac(); }
 	ScopedTimer(const ScopedTimer&) = delete;

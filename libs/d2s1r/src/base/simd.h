@@ -4,21 +4,21 @@
 #include <cstddef>
 #include <cstdint>
 
-// To be included before Highway: portable loops and, on x86-64, AVX2 are compiled, and the machine chooses. On arm64 it
-// is NEON: vectors of SVE have no size that a struct could hold.
-#undef HWY_DISABLED_TARGETS  // Highway sets it to none where it was included before
+// Include this before Highway. Portable loops are compiled and, on x86-64, AVX2, and the machine chooses at run time.
+// On arm64 it is NEON: vectors of SVE have no size that a struct could hold.
+#undef HWY_DISABLED_TARGETS  // Highway defines it where it was included before
 #define HWY_DISABLED_TARGETS \
 	(HWY_SSSE3 | HWY_SSE4 | HWY_AVX3 | HWY_AVX3_DL | HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128)
 
 namespace d2s1r
 {
-/// Arrays that kernels read are padded to whole vectors of this many floats.
+/// [-] Arrays that kernels read are padded to a multiple of this many floats.
 inline constexpr std::size_t kSimdFloats = 8;
 
-/// Fetches bytes that are needed soon into the cache, line by line.
+/// Fetches bytes that will be needed soon into the cache.
 inline void prefetch(const std::uint8_t* bytes, std::size_t count)
 {
-	constexpr std::size_t kLine = 64;  // [bytes]
+	constexpr std::size_t kLine = 64;  // [byte]
 	for (std::size_t i = 0; i < count; i += kLine) __builtin_prefetch(bytes + i);
 }
 }  // namespace d2s1r

@@ -24,7 +24,7 @@ std::optional<mrpt::obs::CActionRobotMovement2D> pseudo_odometry(const Localizat
 	if (from.hypotheses.empty() || to.hypotheses.empty()) return std::nullopt;
 	const CPosePDFGaussian increment = increment_between(from.best(), to.best());
 	mrpt::obs::CActionRobotMovement2D action;
-	// emOdometry would be serialized without its covariance
+	// MRPT would serialize emOdometry without its covariance
 	action.estimationMethod = mrpt::obs::CActionRobotMovement2D::emScan2DMatching;
 	action.rawOdometryIncrementReading = increment.mean;
 	action.poseChange = CPosePDFGaussian::Create(increment);
@@ -58,7 +58,7 @@ double mahalanobis_distance(CPosePDFGaussian a, const CPosePDFGaussian& b)
 
 CPosePDFGaussian combine(const CPosePDFGaussian& a, const CPosePDFGaussian& b)
 {
-	// not MRPT's bayesianFusion(), which averages the yaws pi and -pi to 0
+	// MRPT's bayesianFusion() would average the yaws pi and -pi to 0
 	const Eigen::Matrix3d cov_a = a.cov.asEigen();
 	const Eigen::Matrix3d sum = cov_a + b.cov.asEigen();
 	const Eigen::Matrix3d gain = sum.ldlt().solve(cov_a).transpose();
@@ -74,7 +74,9 @@ CPosePDFGaussian combine(const CPosePDFGaussian& a, const CPosePDFGaussian& b)
 std::optional<mrpt::poses::CPose2D> OdometryCheck::checked(
     const std::optional<mrpt::poses::CPose2D>& increment, const Localization& localization)
 {
-	constexpr double kNewest = 0.2, kOutlier = 30, kMost = 12;  // [-] share in the average; of a motion; of the average
+	constexpr double kNewest = 0.2;  // [-] share of the newest motion in the average
+	constexpr double kOutlier = 30;  // [-] the most that one motion counts
+	constexpr double kMost = 12;     // [-] average of an odometry that can be relied on
 	const auto now = localization.status == Status::kLocalized ? std::optional(localization.best()) : std::nullopt;
 	const bool is_usable = increment && is_plausible(*increment);
 	if (before_ && now && is_usable)

@@ -11,16 +11,18 @@ namespace d2s1r
 {
 namespace
 {
+/// A motion that a pair of hypotheses speaks for.
 struct Vote
 {
-	mrpt::poses::CPose2D motion;
-	double weight;
+	mrpt::poses::CPose2D motion;  //!< robot frame at its start, m and rad
+	double weight;                //!< [-]
 };
 
-/// The motions between all pairs that a robot may have made from one frame to the next.
+/// Returns the motions between all pairs of hypotheses that a robot may have made from one frame to the next.
 std::vector<Vote> votes_of(const std::vector<Hypothesis>& from, const std::vector<Hypothesis>& to)
 {
-	constexpr double kFar = 2.0, kTurned = mrpt::DEG2RAD(60.0), kUsual = 0.7;  // [m], [rad], [m]
+	constexpr double kFar = 2.0, kTurned = mrpt::DEG2RAD(60.0);  // [m], [rad] that no robot makes
+	constexpr double kUsual = 0.7;                               // [m] standard deviation of what it makes
 	std::vector<Vote> votes;
 	for (const Hypothesis& start : from)
 		for (const Hypothesis& end : to)
@@ -36,7 +38,7 @@ std::vector<Vote> votes_of(const std::vector<Hypothesis>& from, const std::vecto
 
 PoseDensity common_motion(const std::vector<Hypothesis>& from, const std::vector<Hypothesis>& to)
 {
-	constexpr double kSame = 0.1, kSameTurn = mrpt::DEG2RAD(3.0);  // [m], [rad]
+	constexpr double kSame = 0.1, kSameTurn = mrpt::DEG2RAD(3.0);  // [m], [rad] between votes for one motion
 	const std::vector<Vote> votes = votes_of(from, to);
 	PoseDensity best({0, 0, 0}, covariance_of(0.5, 0.5, mrpt::DEG2RAD(20.0)));
 	double most = 0;

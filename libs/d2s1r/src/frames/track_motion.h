@@ -8,15 +8,16 @@
 
 namespace d2s1r
 {
+/// A Gaussian of a pose or of a motion.
 using PoseDensity = mrpt::poses::CPosePDFGaussian;
 
-/// The motion that takes most of the hypotheses of one frame, by probability, to hypotheses of the next. Without such
-/// a motion: none, known badly.
+/// Returns the motion that takes most of the hypotheses of one frame, by probability, to hypotheses of the next. If
+/// there is none, it is no motion with a large covariance.
 PoseDensity common_motion(const std::vector<Hypothesis>& from, const std::vector<Hypothesis>& to);
 
-/// The motion from the end back to the start, in the robot frame at the end.
+/// Returns the motion from the end back to the start, in the robot frame at the end.
 PoseDensity reversed(const PoseDensity& motion);
 
-/// `pose` after `motion` in its frame.
+/// Returns where a robot at `pose` is after `motion`, which is in its frame.
 PoseDensity moved(const PoseDensity& pose, const PoseDensity& motion);
 }  // namespace d2s1r

@@ -12,16 +12,16 @@ namespace d2s1r
 {
 namespace
 {
-constexpr double kFits = 0.45;  //!< [-] share of the returns that end at walls; below, other yaws are tried
-constexpr double kSlip = 150;   //!< [-] squared Mahalanobis distance of motion and scan; beyond, another place
-constexpr double kTails = 5;    //!< [-] degrees of freedom of errors of the motion
-constexpr double kAgree =
-    16;  //!< [-] squared Mahalanobis distance up to which both are averaged; beyond, the wheels slipped
-constexpr double kHidden = 0.15;        //!< [-] share of explained beams; below, unknown space explains the others
-constexpr std::size_t kRecent = 10;     //!< [-] frames that must be explained, however long the window
-constexpr double kHiddenEvidence = -2;  //!< [nat] most of a frame that is explained by so little
+constexpr double kFits = 0.45;    //!< [-] share of explained returns; below, other yaws are tried
+constexpr double kSlip = 150;     //!< [-] squared Mahalanobis distance of motion and scan; beyond, it is another place
+constexpr double kAgree = 16;     //!< [-] the same up to which both are averaged; beyond, the wheels slipped
+constexpr double kTails = 5;      //!< [-] degrees of freedom of the errors of a motion
+constexpr double kHidden = 0.15;  //!< [-] share of explained returns; below, unknown space explains the others
+constexpr double kHiddenEvidence = -2;  //!< [nat] greatest evidence of a frame that is explained by so little
+constexpr std::size_t kRecent = 10;     //!< [frames] that must be explained, however long the window
 
-/// Where the robot may be after a motion: two standard deviations, and what a refinement reaches anyway.
+/// Returns a query for where the robot may be after a motion: within two standard deviations, and what a refinement
+/// reaches anyway.
 Query around(const PoseDensity& predicted)
 {
 	const auto reach = [&](int i, double margin) { return 2 * std::sqrt(predicted.cov(i, i)) + margin; };
@@ -31,18 +31,20 @@ Query around(const PoseDensity& predicted)
 	return {{{box}}};
 }
 
-/// [0, 1] A hypothesis without a value, which no WindowLocalizer makes, counts as explained by nothing.
+/// Returns the share [0, 1] of explained returns. A hypothesis without it, which no WindowLocalizer makes, counts as
+/// explained by nothing.
 double explained_of(const Hypothesis& hypothesis)
 {
 	return hypothesis.explained.value_or(0);
 }
 
+/// Returns whether unknown space, and no wall, explains the scan at a hypothesis.
 bool is_hidden(const Hypothesis& hypothesis)
 {
 	return explained_of(hypothesis) < kHidden;
 }
 
-/// Whether `a` is the likelier place; places that unknown space explains come after all others.
+/// Returns whether `a` is the likelier place; places that unknown space explains come after all others.
 bool likelier(const Hypothesis& a, const Hypothesis& b)
 {
 	if (is_hidden(a) != is_hidden(b)) return is_hidden(b);
@@ -68,7 +70,7 @@ bool missed(const Evidence& evidence)
 
 PoseDensity measurement(const Hypothesis& hypothesis)
 {
-	constexpr double kMap = 0.03, kMapYaw = mrpt::DEG2RAD(0.5);  // [m], [rad]
+	constexpr double kMap = 0.03, kMapYaw = mrpt::DEG2RAD(0.5);  // [m], [rad] errors of the map
 	PoseDensity density(hypothesis.pose, hypothesis.covariance);
 	for (int r = 0; r < 3; r++)
 		for (int c = 0; c < 3; c++) density.cov(r, c) /= std::max(0.1, explained_of(hypothesis));
@@ -99,8 +101,8 @@ Correction best_correction(
 
 std::optional<Hypothesis> refined_near(const Localizer& localizer, const Scan& scan, const PoseDensity& predicted)
 {
-	constexpr double kStep = mrpt::DEG2RAD(2.0);  // [rad]
-	constexpr int kMostTurns = 20;                // [-] to a side: wider, it is the one-shot search that finds the yaw
+	constexpr double kStep = mrpt::DEG2RAD(2.0);  // [rad] between the yaws that are tried
+	constexpr int kMostTurns = 20;                // [-] to a side: beyond, the one-shot search finds the yaw
 	auto best = localizer.hypothesis_near(scan, predicted.mean);
 	if (!best || explained_of(*best) > kFits) return best;
 	const auto consider = [&](const Hypothesis& other)

@@ -13,60 +13,65 @@ namespace d2s1r
 struct Evidence
 {
 	double log_likelihood = 0;        //!< [nat] against the best pose of the frame, from kLeastEvidence to about 0
-	double explained = 0;             //!< see Hypothesis
-	double one_shot_probability = 0;  //!< [0, 1] of the place by this frame alone
+	double explained = 0;             //!< [0, 1] see Hypothesis
+	double one_shot_probability = 0;  //!< [0, 1] that this frame alone gives to the place
 };
 
-/// Where the robot may be now, by the scans of several frames.
+/// A place where the robot may be now, by the scans of several frames.
 struct Track
 {
 	Hypothesis now;                 //!< robot in map; probability and log_likelihood are those of all frames together
 	std::deque<Evidence> evidence;  //!< by frame, newest last
 };
 
-/// Least of a frame: scans may show what is not in the map.
-inline constexpr double kLeastEvidence = -8;  //!< [nat]
+/// [nat] The least evidence of a frame. It is bounded because scans may show what is not in the map.
+inline constexpr double kLeastEvidence = -8;
 
-/// Of a hypothesis whose log-likelihood is `relative` [nat] to the best one of its frame.
+/// Returns the evidence for a hypothesis whose log-likelihood is `relative` [nat] to the best one of its frame.
 Evidence evidence_of(const Hypothesis& hypothesis, double relative);
 
-/// [nat] 0 for a hypothesis that has none, which the default method does not make.
+/// Returns the log-likelihood [nat] of a hypothesis; 0 for one that has none, which the default method does not make.
 double log_likelihood_of(const Hypothesis& hypothesis);
 
+/// Returns whether a frame speaks against a track as clearly as one frame can.
 bool missed(const Evidence& evidence);
 
-/// What a scan says at a place, less sure of itself: the map is off by more than the scan's noise, and beams that no
-/// wall explains pull the pose.
+/// Returns what a scan says of the pose at a place, with a larger covariance than the hypothesis has: the map is off by
+/// more than the scan's noise, and beams that no wall explains pull the pose.
 PoseDensity measurement(const Hypothesis& hypothesis);
 
+/// A predicted pose that a scan has corrected.
 struct Correction
 {
-	PoseDensity pose;  //!< corrected by the scan
+	PoseDensity pose;  //!< robot in map, m and rad
 	Evidence evidence{kLeastEvidence, 0, 0};
 };
 
-/// The best of the places near `predicted` that the scan may confirm; no place: as predicted. Where unknown space
-/// explains the scan, it says little about the place and nothing about the pose.
+/// Returns the best of the places near `predicted` that the scan may confirm; without one, the pose stays as predicted.
+/// Where unknown space explains the scan, it says little about the place and nothing about the pose.
 /// \param reference [nat] log-likelihood of the best pose of the frame
 Correction best_correction(
     const PoseDensity& predicted, const std::optional<Hypothesis>& refined, const std::vector<Hypothesis>& one_shot,
     double reference);
 
-/// Refined from `predicted` and, if the scan does not fit there, searched for around it: a refinement finds the place
-/// from a few degrees off only where walls are near.
+/// Refines `predicted` and, if the scan does not fit there, searches around it: a refinement finds the place from a few
+/// degrees off only where walls are near.
 std::optional<Hypothesis> refined_near(const Localizer& localizer, const Scan& scan, const PoseDensity& predicted);
 
-/// [nat] of the likeliest place of a frame; places that unknown space explains count only if there is no other.
+/// Returns the log-likelihood [nat] of the likeliest place of a frame. Places that unknown space explains count only if
+/// there is no other.
 double greatest_likelihood(
     const std::vector<std::optional<Hypothesis>>& refined, const std::vector<Hypothesis>& one_shot);
 
-/// [nat] of the last `frames` frames of a track.
+/// Returns the sum of the evidence [nat] of the last `frames` frames of a track.
 double sum_of(const std::deque<Evidence>& evidence, std::size_t frames);
+
+/// Returns the sum of the evidence [nat] of all frames of a track.
 double sum_of(const Track& track);
 
-/// [-] mean share of explained beams.
+/// Returns the mean share [0, 1] of explained beams in the last frames of a track.
 double explained_by(const Track& track);
 
-/// [0, 1] in the mean, that one scan alone gives to the place.
+/// Returns the probability [0, 1] that one scan alone gives to the place of a track, in the mean of its frames.
 double one_shot_probability(const Track& track);
 }  // namespace d2s1r

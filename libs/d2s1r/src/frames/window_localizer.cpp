@@ -16,22 +16,23 @@ namespace d2s1r
 {
 namespace
 {
-// Chosen by hand on the runs of the five recorded sites, as those of track_evidence.cpp and track_motion.cpp.
+// These were chosen by hand on the runs of the five recorded sites, as those of tracks.cpp and track_motion.cpp were.
 constexpr std::size_t kSearched = 3;      //!< [-] best tracks whose pose is searched for where the scan does not fit
-constexpr double kHopeless = 25;          //!< [nat] behind the best track
-constexpr std::size_t kMostTracks = 50;   //!< [-]
-constexpr double kLeastExplained = 0.18;  //!< [-] mean share of the returns that end at walls; below, it is no place
-constexpr double kExplained = 0.45;       //!< [-] mean share of explained beams of a localized track
-constexpr double kLeastOneShot = 0.65;    //!< [0, 1] that one scan alone gives to the place, in the mean
-constexpr int kLongestGuess = 2;          //!< [-] frames without a usable scan whose motion hypotheses may tell
-constexpr std::size_t kLostFrames = 3;    //!< [-] in a row that no track explains: the robot was carried away
+constexpr double kHopeless = 25;          //!< [nat] a track this far behind the best one is given up
+constexpr std::size_t kMostTracks = 50;   //!< [-] that are followed
+constexpr double kLeastExplained = 0.18;  //!< [-] mean share of explained returns; below, a track is at no place
+constexpr double kExplained = 0.45;       //!< [-] least mean share of explained returns of a localized track
+constexpr double kLeastOneShot = 0.65;    //!< [0, 1] least mean probability that one scan alone gives to its place
+constexpr int kLongestGuess = 2;          //!< [frames] without a usable scan whose motion hypotheses may tell
+constexpr std::size_t kLostFrames = 3;    //!< [frames] in a row that no track explains: the robot was carried away
 
+/// Returns whether two poses count as one place.
 bool one_place(const mrpt::poses::CPose2D& a, const mrpt::poses::CPose2D& b, const ScoringParameters& parameters)
 {
 	return are_near(a.asTPose(), b.asTPose(), parameters.distinct_distance, mrpt::DEG2RAD(parameters.distinct_yaw));
 }
 
-/// [0, 1] that the one-shot hypotheses of a frame give to a place.
+/// Returns the probability [0, 1] that the one-shot hypotheses of a frame give to a place.
 double probability_at(
     const PoseDensity& place, const std::vector<Hypothesis>& one_shot, const ScoringParameters& parameters)
 {
@@ -60,13 +61,14 @@ class WindowLocalizer::Tracker
 	}
 
    private:
+	/// A frame of the window.
 	struct Frame
 	{
 		Scan scan;
-		std::vector<Hypothesis> one_shot;
-		double reference = 0;         //!< [nat] log-likelihood of the best pose
-		mrpt::poses::CPose2D motion;  //!< since the frame before, in the robot frame then
-		mrpt::math::CMatrixDouble33 motion_covariance;
+		std::vector<Hypothesis> one_shot;               //!< what the scan says alone
+		double reference = 0;                           //!< [nat] log-likelihood of the best pose
+		mrpt::poses::CPose2D motion;                    //!< since the frame before, in the robot frame then, m and rad
+		mrpt::math::CMatrixDouble33 motion_covariance;  //!< (x, y, phi), m^2, m rad, rad^2
 	};
 
 	void pass_gap(const std::optional<mrpt::poses::CPose2D>& motion);
@@ -84,13 +86,13 @@ class WindowLocalizer::Tracker
 	std::size_t most_frames_;
 	Prior prior_;
 	OdometryCheck odometry_check_;
-	int gap_ = 0;  //!< [-] last scans in a row that were not usable, or of a covered sensor
-	std::optional<mrpt::poses::CPose2D> gap_motion_;  //!< over these; no value if it is not known of all
+	int gap_ = 0;  //!< [frames] the last ones in a row whose scans were not usable, or of a covered sensor
+	std::optional<mrpt::poses::CPose2D> gap_motion_;  //!< over these frames; no value if that of one is not known
 	std::deque<Frame> frames_;                        //!< newest last
 	std::vector<Track> tracks_;                       //!< best first
 };
 
-/// Adds the motion to a frame without a usable scan, and from the last of them to the one that ends the gap.
+/// Adds the motion to the next frame of a gap, which has no usable scan, or to the frame that ends the gap.
 void WindowLocalizer::Tracker::pass_gap(const std::optional<mrpt::poses::CPose2D>& motion)
 {
 	const bool known = motion && (gap_ == 0 || gap_motion_);
@@ -98,6 +100,7 @@ void WindowLocalizer::Tracker::pass_gap(const std::optional<mrpt::poses::CPose2D
 	gap_++;
 }
 
+/// Sets the motion to a frame: the odometry, or what the hypotheses of both frames agree on.
 void WindowLocalizer::Tracker::set_motion(
     Frame& frame, const Localization& one_shot, const std::optional<mrpt::poses::CPose2D>& motion) const
 {
@@ -108,6 +111,7 @@ void WindowLocalizer::Tracker::set_motion(
 	frame.motion_covariance = density.cov;
 }
 
+/// Moves all tracks to the newest frame, whose scan corrects them.
 void WindowLocalizer::Tracker::follow(const Localization& one_shot)
 {
 	Frame& frame = frames_.back();
@@ -135,7 +139,8 @@ void WindowLocalizer::Tracker::follow(const Localization& one_shot)
 	}
 }
 
-/// Looks for the evidence of earlier frames. \return whether the track may be as good as the best one
+/// Follows a new track back through the frames of the window for their evidence.
+/// \return whether it may be as good as the best one
 bool WindowLocalizer::Tracker::trace_back(Track& track) const
 {
 	PoseDensity pose(track.now.pose, track.now.covariance);
@@ -155,6 +160,7 @@ bool WindowLocalizer::Tracker::trace_back(Track& track) const
 	return true;
 }
 
+/// Starts tracks at the hypotheses of the newest frame that no track is at.
 void WindowLocalizer::Tracker::start_tracks(const Localization& one_shot)
 {
 	const auto& scoring = localizer_->parameters().scoring;
@@ -173,7 +179,8 @@ void WindowLocalizer::Tracker::start_tracks(const Localization& one_shot)
 	tracks_.insert(tracks_.end(), started.begin(), started.end());
 }
 
-/// Best first; of tracks at one place the better one; without the hopeless and those that the prior rules out.
+/// Sorts the tracks, best first. It drops hopeless ones, those that the prior rules out and, of tracks at one place,
+/// all but the best.
 void WindowLocalizer::Tracker::prune()
 {
 	const auto& scoring = localizer_->parameters().scoring;
@@ -188,7 +195,7 @@ void WindowLocalizer::Tracker::prune()
 		const auto same = [&](const Track& other) { return one_place(track.now.pose, other.now.pose, scoring); };
 		if (std::none_of(kept.begin(), kept.end(), same)) kept.push_back(std::move(track));
 	}
-	// Frames share the errors of the map: n of them tell as much as sqrt(n) independent ones.
+	// Frames share the errors of the map: n of them tell as much as sqrt(n) independent ones would.
 	const double temper = 1 / std::sqrt(static_cast<double>(frames_.size()));
 	double mass = 0;
 	for (Track& track : kept)
@@ -201,7 +208,7 @@ void WindowLocalizer::Tracker::prune()
 	tracks_ = std::move(kept);
 }
 
-/// Whether no track explains the last frames though some place in the map does.
+/// Returns whether no track explains the last frames though some place in the map does.
 bool WindowLocalizer::Tracker::lost(const Localization& one_shot) const
 {
 	if (one_shot.hypotheses.empty() || frames_.size() <= kLostFrames) return false;
@@ -211,13 +218,14 @@ bool WindowLocalizer::Tracker::lost(const Localization& one_shot) const
 	    { return std::all_of(track.evidence.end() - kLostFrames, track.evidence.end(), missed); });
 }
 
-/// Starts again with the frames since the robot was lost.
+/// Forgets all frames but those since the robot was lost.
 void WindowLocalizer::Tracker::forget()
 {
 	frames_.erase(frames_.begin(), frames_.end() - kLostFrames);
 	tracks_.clear();
 }
 
+/// Says what all frames of the window tell.
 Localization WindowLocalizer::Tracker::conclude(const Localization& one_shot) const
 {
 	const auto& scoring = localizer_->parameters().scoring;
@@ -259,7 +267,11 @@ Localization WindowLocalizer::Tracker::add(
 		const bool can_be_guessed = gap_ <= kLongestGuess && !motion && !gap_motion_;
 		pass_gap(motion);
 		since_last = gap_motion_;
-		if (!since_last && !can_be_guessed) frames_.clear(), tracks_.clear();  // nobody knows how far the robot went
+		if (!since_last && !can_be_guessed)  // nobody knows how far the robot went
+		{
+			frames_.clear();
+			tracks_.clear();
+		}
 		gap_ = 0;
 		gap_motion_.reset();
 	}

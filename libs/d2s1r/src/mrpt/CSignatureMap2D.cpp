@@ -17,20 +17,21 @@ namespace d2s1r
 {
 namespace
 {
-/// The end points of the last observation asked for: MRPT's filters pass the same observation for every particle.
-/// Thread-safe.
+/// Keeps the end points of the last observation that was asked for: MRPT's filters pass the same observation for every
+/// particle. Thread-safe.
 class ObservedPoints
 {
    public:
 	using Points = std::shared_ptr<const std::vector<mrpt::math::TPoint2Df>>;
 
-	/// \param most see end_points()
+	/// Starts without an observation. \param most points of one, see end_points()
 	ObservedPoints(const ScanParameters& parameters, int most);
 
+	/// Returns the end points of an observation.
 	Points of(const mrpt::obs::CObservation2DRangeScan& observation);
 
    private:
-	/// All of an observation that end points depend on.
+	/// All parts of an observation that end points depend on.
 	struct Key
 	{
 		std::vector<float> ranges;
@@ -52,7 +53,7 @@ class ObservedPoints
 
 ObservedPoints::ObservedPoints(const ScanParameters& parameters, int most) : parameters_(parameters), most_(most)
 {
-	parameters_.min_beams = 1;  // too few to localize with can still weigh poses
+	parameters_.min_beams = 1;  // beams that are too few to localize with can still weigh poses
 }
 
 ObservedPoints::Key ObservedPoints::key_of(const mrpt::obs::CObservation2DRangeScan& observation)
@@ -81,7 +82,7 @@ bool ObservedPoints::matches(const Key& key, const mrpt::obs::CObservation2DRang
 	    observation.sensorPose != key.sensor_pose)
 		return false;
 	if (n == 0) return true;
-	// ranges are contiguous; bytes are compared because NaN ranges are equal, too
+	// Ranges are contiguous. Their bytes are compared because NaN ranges are to be equal, too.
 	if (std::memcmp(&observation.getScanRange(0), key.ranges.data(), n * sizeof(float)) != 0) return false;
 	for (std::size_t i = 0; i < n; i++)
 		if (observation.getScanRangeValidity(i) != (key.valid[i] != 0)) return false;
@@ -99,6 +100,7 @@ ObservedPoints::Points ObservedPoints::of(const mrpt::obs::CObservation2DRangeSc
 	return points_;
 }
 
+/// Computes the FNV-1a hash of bytes.
 class Fnv1a
 {
    public:
@@ -119,7 +121,7 @@ class Fnv1a
 };
 }  // namespace
 
-/// Everything that a change of the map makes anew.
+/// Holds everything that a change of the map makes anew.
 struct CSignatureMap2D::Content
 {
 	Content(COccupancyGridMap2D::Ptr the_map, const Parameters& p, const TLikelihoodOptions& l)
@@ -127,7 +129,7 @@ struct CSignatureMap2D::Content
 	{
 	}
 
-	const COccupancyGridMap2D::Ptr map;  ///< null: empty
+	const COccupancyGridMap2D::Ptr map;  //!< null if the map is empty
 	const Parameters parameters;
 	const TLikelihoodOptions likelihood;
 

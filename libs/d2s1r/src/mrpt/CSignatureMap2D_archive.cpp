@@ -1,5 +1,5 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-// CSignatureMap2D from ini sections and from archives.
+// Reads CSignatureMap2D from ini sections and archives, and writes it there.
 #include <d2s1r/CSignatureMap2D.h>
 #include <d2s1r/map_io.h>
 #include <mrpt/config/CConfigFileMemory.h>
@@ -20,12 +20,12 @@ MAP_DEFINITION_REGISTER("d2s1r::CSignatureMap2D,signatureMap", d2s1r::CSignature
 
 namespace
 {
-// Below IMPLEMENTS_SERIALIZABLE; MRPT_INITIALIZER may run before the class has its name (Clang).
+// This stands below IMPLEMENTS_SERIALIZABLE because MRPT_INITIALIZER may run before the class has its name (Clang).
 [[maybe_unused]] const bool kIsRegistered = (mrpt::rtti::registerClass(CLASS_ID(CSignatureMap2D)), true);
 
 constexpr const char* kLikelihoodSection = "likelihood";
 
-/// Creation options that MRPT reads into TMapGenericParams.
+/// The creation options that MRPT reads into TMapGenericParams.
 const std::set<std::string> kOfAnyMap = {
     "enableSaveAs3DObject", "enableObservationLikelihood", "enableObservationInsertion"};
 
@@ -94,7 +94,7 @@ void CSignatureMap2D::TMapDefinition::dumpToTextStream_map_specific(std::ostream
 	likelihood.dumpToTextStream(out);
 }
 
-// a plain pointer in MRPT 2.5, a shared one later
+// MRPT 2.5 returns a plain pointer, later versions a shared one.
 mrpt::maps::internal::MapCtorFromDefFunctor::result_type CSignatureMap2D::internal_CreateFromMapDefinition(
     const mrpt::maps::TMetricMapInitializer& definition)
 {

@@ -40,7 +40,7 @@ LikelihoodField::LikelihoodField(const Grid& grid, const DistanceField& field, c
       independent_beams_(parameters.independent_beams)
 {
 	check(parameters);
-	// densities relative to the one on a wall
+	// The table holds densities relative to the one on a wall.
 	const auto cell_at = [&, rim = (width_ - grid.width) / 2](int x, int y)
 	{ return grid.contains(x - rim, y - rim) ? grid.at(x - rim, y - rim) : Cell::kUnknown; };
 	log_table_.reserve(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_));

@@ -1,5 +1,5 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-// Maps from files, and from the objects that MRPT serializes.
+// Loads maps from files, and takes them from the objects that MRPT serializes.
 #include <d2s1r/CSignatureMap2D.h>
 #include <d2s1r/map_io.h>
 #include <mrpt/io/CFileGZInputStream.h>

@@ -19,7 +19,7 @@ namespace
 using Random = mrpt::random::CRandomGenerator;
 using Vector3 = Eigen::Vector3d;
 
-/// Draws from one hypothesis, never narrower than the parameters say.
+/// Draws poses from one hypothesis, whose standard deviations are at least those of the parameters.
 class HypothesisSampler
 {
    public:
@@ -49,6 +49,7 @@ class HypothesisSampler
 	Eigen::Matrix3d root_;
 };
 
+/// Draws a pose anywhere in the free cells.
 mrpt::math::TPose2D draw_in_free_space(const Grid& grid, const std::vector<CellIndex>& free_cells, Random& random)
 {
 	std::uint32_t choice = 0;
@@ -60,7 +61,7 @@ mrpt::math::TPose2D draw_in_free_space(const Grid& grid, const std::vector<CellI
 	return {x, y, random.drawUniform<double>(-M_PI, M_PI)};
 }
 
-/// `total` split in proportion to `shares` by largest remainders, at least one each.
+/// Splits `total` in proportion to `shares` by largest remainders; each gets at least one.
 std::vector<int> apportion(const std::vector<double>& shares, int total)
 {
 	const double sum = std::accumulate(shares.begin(), shares.end(), 0.0);
@@ -82,7 +83,8 @@ std::vector<int> apportion(const std::vector<double>& shares, int total)
 	return counts;
 }
 
-/// All of them without a hypothesis, else a share that leaves one for each.
+/// Returns how many particles go to free space: all if there is no hypothesis, otherwise a share that leaves one for
+/// each of them.
 int particles_in_free_space(std::size_t hypotheses, const SeedingParameters& parameters)
 {
 	if (hypotheses == 0) return parameters.particles;
@@ -108,12 +110,13 @@ void check(const Hypothesis& hypothesis)
 		throw std::invalid_argument("seeding: pose or covariance of a hypothesis is not finite");
 }
 
+/// Returns the log-weight [nat] of one of `count` particles that weigh `probability` together.
 double log_weight(double probability, int count)
 {
 	return std::log(std::max(probability, 1e-12)) - std::log(count);
 }
 
-/// The free cells of the map whose centres `prior` allows.
+/// Returns the free cells of the map whose centres `prior` allows.
 std::vector<CellIndex> allowed_cells(const Localizer& localizer, const Prior& prior)
 {
 	std::vector<CellIndex> cells = localizer.free_cells();
@@ -131,12 +134,13 @@ std::vector<CellIndex> allowed_cells(const Localizer& localizer, const Prior& pr
 /// How the probability is shared between hypotheses and free space.
 struct Shares
 {
-	std::vector<double> of_hypotheses;  //!< not normalized
-	double scale = 0;                   //!< makes them and the share of free space sum to 1
+	std::vector<double> of_hypotheses;  //!< [-] not normalized
+	double scale = 0;                   //!< [-] makes them and the share of free space sum to 1
 	double of_free_space = 0;           //!< [0, 1]
 };
 
-/// \param kept [-] of the hypotheses that get particles \param uses_free_space whether free space gets any
+/// Shares the probability. \param kept [-] number of hypotheses that get particles
+/// \param uses_free_space whether free space gets any
 Shares share_probability(const Localization& localization, std::size_t kept, bool uses_free_space)
 {
 	Shares shares;
@@ -146,7 +150,7 @@ Shares share_probability(const Localization& localization, std::size_t kept, boo
 		shares.of_hypotheses.push_back(localization.hypotheses[i].probability);
 	}
 	double known = std::accumulate(shares.of_hypotheses.begin(), shares.of_hypotheses.end(), 0.0);
-	if (known == 0 && !uses_free_space)  // none is better than another
+	if (known == 0 && !uses_free_space)  // no hypothesis is better than another
 	{
 		shares.of_hypotheses.assign(kept, 1.0);
 		known = static_cast<double>(kept);
@@ -165,7 +169,7 @@ std::vector<SeededParticle> seed_particles(
 	const std::vector<CellIndex> allowed =
 	    prior.anywhere() ? std::vector<CellIndex>{} : allowed_cells(localizer, prior);
 	const std::vector<CellIndex>& free_cells = prior.anywhere() ? localizer.free_cells() : allowed;
-	// fewer particles than hypotheses: the least probable ones go without
+	// If there are fewer particles than hypotheses, the least probable ones go without.
 	const std::size_t kept = std::min(localization.hypotheses.size(), static_cast<std::size_t>(parameters.particles));
 	if (kept == 0 && free_cells.empty()) throw std::invalid_argument("seeding: neither a hypothesis nor a free cell");
 
@@ -201,7 +205,7 @@ void assign_particles(
     const SeedingParameters& parameters)
 {
 	check(parameters);
-	Random random(~parameters.seed);  // not the numbers that x, y and phi were drawn with
+	Random random(~parameters.seed);  // other numbers than those that x, y and phi were drawn with
 	pdf.m_particles.resize(particles.size());
 	for (std::size_t i = 0; i < particles.size(); i++)
 	{

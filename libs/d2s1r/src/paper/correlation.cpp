@@ -15,7 +15,7 @@ namespace HWY_NAMESPACE
 {
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// Eight vectors of shifts at a time stay in registers.
+/// Computes the correlation. Eight vectors of shifts at a time stay in registers.
 void correlate_shifts(const float* weights, std::size_t size, const float* circle, float* result)
 {
 	const hn::CappedTag<float, kCorrelationPadding / 8> lanes;
@@ -38,10 +38,14 @@ void correlate_shifts(const float* weights, std::size_t size, const float* circl
 			s7 = hn::Add(s7, hn::Mul(weight, hn::LoadU(lanes, from + 7 * n)));
 		}
 		float* to = result + shift;
-		hn::StoreU(s0, lanes, to), hn::StoreU(s1, lanes, to + n);
-		hn::StoreU(s2, lanes, to + 2 * n), hn::StoreU(s3, lanes, to + 3 * n);
-		hn::StoreU(s4, lanes, to + 4 * n), hn::StoreU(s5, lanes, to + 5 * n);
-		hn::StoreU(s6, lanes, to + 6 * n), hn::StoreU(s7, lanes, to + 7 * n);
+		hn::StoreU(s0, lanes, to);
+		hn::StoreU(s1, lanes, to + n);
+		hn::StoreU(s2, lanes, to + 2 * n);
+		hn::StoreU(s3, lanes, to + 3 * n);
+		hn::StoreU(s4, lanes, to + 4 * n);
+		hn::StoreU(s5, lanes, to + 5 * n);
+		hn::StoreU(s6, lanes, to + 6 * n);
+		hn::StoreU(s7, lanes, to + 7 * n);
 	}
 }
 }  // namespace HWY_NAMESPACE

@@ -6,12 +6,11 @@
 
 namespace d2s1r
 {
-/// Values that correlate() reads and writes beyond the last one.
+/// [-] How many values correlate() reads and writes beyond the last one.
 inline constexpr std::size_t kCorrelationPadding = 64;
 
-/// result[s] = sum over i of weights[i] * circle[i + s], s below weights.size(); bit for bit the same whatever SIMD the
-/// machine has.
-/// \param circle two turns of weights.size() values and kCorrelationPadding more
-/// \param result weights.size() values and kCorrelationPadding more
+/// Computes result[s] = sum over i of weights[i] * circle[i + s] for all s below weights.size(). Every kind of SIMD
+/// gives the same bits. \param circle two turns of weights.size() values and kCorrelationPadding more \param result
+/// weights.size() values and kCorrelationPadding more
 void correlate(const std::vector<float>& weights, const std::vector<float>& circle, std::vector<float>& result);
 }  // namespace d2s1r

@@ -13,7 +13,7 @@ namespace d2s1r
 {
 namespace
 {
-constexpr double kIndependentBeams = 30;  //!< [-] beams of one wall are not independent
+constexpr double kIndependentBeams = 30;  //!< [-] that a scan is worth: beams of one wall are not independent
 
 /// A candidate cell with its yaw.
 struct RegisteredCell
@@ -22,7 +22,7 @@ struct RegisteredCell
 	double relative_entropy = 0;  //!< [bit] lower is better
 };
 
-/// What a thread needs for a query, kept for the next one.
+/// The memory that a thread needs for a query, and keeps for the next one.
 struct Scratch
 {
 	Signature signature;
@@ -32,6 +32,7 @@ struct Scratch
 	std::vector<RegisteredCell> candidates;  //!< by increasing relative entropy
 };
 
+/// Finds the yaw of each of the nearest cells, and sorts them by relative entropy.
 void register_candidates(const Grid& grid, const RayCaster& caster, const PaperParameters& parameters, Scratch& scratch)
 {
 	scratch.candidates.clear();
@@ -48,7 +49,7 @@ void register_candidates(const Grid& grid, const RayCaster& caster, const PaperP
 	}
 }
 
-/// Uniform errors within a cell and a step of yaw.
+/// Returns the covariance of errors that are uniform within a cell and a step of the yaw.
 mrpt::math::CMatrixDouble33 sensor_covariance(double cell_size, double yaw_step)
 {
 	mrpt::math::CMatrixDouble33 covariance;
@@ -57,6 +58,7 @@ mrpt::math::CMatrixDouble33 sensor_covariance(double cell_size, double yaw_step)
 	return covariance;
 }
 
+/// Makes hypotheses of the robot, whose probabilities follow from the relative entropies.
 std::vector<Hypothesis> make_hypotheses(
     const std::vector<RegisteredCell>& candidates, const Scan& scan, double cell_size, double yaw_step)
 {
@@ -76,7 +78,7 @@ std::vector<Hypothesis> make_hypotheses(
 	return hypotheses;
 }
 
-/// Probability of all hypotheses at the place of the first one.
+/// Returns the probability [0, 1] of all hypotheses at the place of the first one.
 double probability_of_place(const std::vector<Hypothesis>& hypotheses)
 {
 	constexpr double kSamePlace = 0.3, kSameYaw = mrpt::DEG2RAD(10.0);  // [m], [rad]

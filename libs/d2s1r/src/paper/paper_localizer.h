@@ -9,35 +9,38 @@
 
 namespace d2s1r
 {
-/// The published method: the k cells of nearest signature, each registered to the scan by relative entropy (Wang et
-/// al., "Global Localization With a Single-Line LiDAR by Dense 2D Signature and 1D Registration", IEEE Sensors Journal
-/// 21(10), 2021, Fig. 1).
+/// Answers where `scan` was taken by the published method: it finds the k cells of nearest signature and registers the
+/// scan to each of them by relative entropy (Wang et al., "Global Localization With a Single-Line LiDAR by Dense 2D
+/// Signature and 1D Registration", IEEE Sensors Journal 21(10), 2021, Fig. 1).
 ///
-/// It always answers with its best candidate, status localized. All candidates are returned, by increasing relative
-/// entropy D; the paper knows no probabilities, here they are proportional to 2^(-n D) for n effectively independent
-/// beams (Sanov's theorem), and the confidence is the sum over the candidates at the place of the best one. Covariances
-/// come from the size of a cell and the step of the yaw.
+/// It always answers with its best candidate, and the status is localized. All candidates are returned, by increasing
+/// relative entropy D. The paper knows no probabilities; here they are proportional to 2^(-n D) for n effectively
+/// independent beams (Sanov's theorem), and the confidence is the sum over the candidates at the place of the best one.
+/// Covariances come from the size of a cell and the step of the yaw.
 ///
 /// Where the paper leaves a choice, or contradicts itself:
-/// - Readings of zero are the least value there, of infinity out of range. Logs write 0 for "nothing in range", and
-///   paper.ini takes 0 for out of range (scan.zero_is_no_return); the default, no data, finds 72 % instead of 98 % of
-///   the scans of mit_killian (sim360_off). Beams without data leave holes in the window that is compared.
+/// - In the paper a reading of zero is the least range, and one of infinity is out of range. Logs write 0 for "nothing
+/// in
+///   range", and paper.ini takes it for that (scan.zero_is_no_return); the default, which takes it for no data, finds
+///   72 % instead of 98 % of the scans of mit_killian (sim360_off). Beams without data leave holes in the window that
+///   is compared.
 /// - The nearest signatures are exact, not approximate ones (see signature_index.cpp), and the bin beyond the last of
 ///   Algorithm 1 is the last one. Bins are (r + epsilon) / d wide, not 0.05 m as in Table II, which 60 bins cannot be.
 /// - Signatures come from a sweep along digital lines, the virtual scans that are registered from exact rays.
 /// - Algorithm 2 steps before its first comparison; here the first shift is 0. Scans are resampled, then normalized,
 ///   and counter-clockwise, as MRPT's.
-/// - Cells are those of the map: Table II's 0.05 m is not forced on it. BeamSubset pass unknown space.
+/// - Cells are those of the map: Table II's 0.05 m is not forced on it. Rays pass unknown space unless
+///   grid.rays_stop_at_unknown is set.
 ///
-/// Thread-safe; a thread's first call aside, nothing but the returned hypotheses is allocated.
+/// It is thread-safe. A thread's first call aside, nothing but the returned hypotheses is allocated.
 /// \param scan a valid one
-/// \param caster of `grid`, with the range of `parameters`
+/// \param caster casts rays in `grid`, up to the range of `parameters`
 Localization localize_paper(
     const Scan& scan, const Grid& grid, const SignatureIndex& index, const RayCaster& caster,
     const PaperParameters& parameters);
 
-/// Eq. 1, D(observed || virtual) [bit], lower is better, of a scan and a virtual scan at `sensor` [m, rad, map frame].
-/// Thread-safe.
+/// Returns the relative entropy D(observed || virtual) [bit], Eq. 1, of a scan and a virtual scan of a sensor at
+/// `sensor` (in map, m and rad); lower is better. Thread-safe.
 double relative_entropy_at(
     const mrpt::math::TPose2D& sensor, const Scan& scan, const RayCaster& caster, const PaperParameters& parameters);
 }  // namespace d2s1r

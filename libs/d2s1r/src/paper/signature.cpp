@@ -24,7 +24,10 @@ class Histogram
 		counts_[std::min(bin, counts_.size() - 1)] += 1;
 		total_ += 1;
 	}
+
 	void add_out_of_range() { add(max_range_); }
+
+	/// Makes the sum of the counts 1.
 	void normalize()
 	{
 		for (float& count : counts_) count /= std::max(total_, 1.0F);

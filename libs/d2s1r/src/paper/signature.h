@@ -7,16 +7,16 @@
 
 namespace d2s1r
 {
-/// Rotation-invariant description of a place: normalized histogram of its ranges; sums to 1.
+/// The normalized histogram of the ranges of a place, which does not change with the yaw; its sum is 1.
 using Signature = std::vector<float>;
 
-/// Thread-safe. Algorithm 1, lines 9-16, of a real scan: bins of (max_range + epsilon) / bins, the last one with what
-/// is out of range.
+/// Returns the signature of a real scan (Algorithm 1, lines 9-16). Its bins are (max_range + epsilon) / bins wide, and
+/// the last one counts what is out of range, too. Thread-safe.
 Signature make_signature(const Scan& scan, const PaperParameters& parameters);
 
-/// The same into `signature`, without allocation if that was large enough once.
+/// Writes the signature of a real scan into `signature`, without allocation if that was large enough once.
 void make_signature(const Scan& scan, const PaperParameters& parameters, Signature& signature);
 
-/// The same of a virtual scan given by its ranges [m]; out of range where >= max_range.
+/// Returns the signature of a virtual scan with these ranges [m], which are out of range where >= max_range.
 Signature make_signature(const std::vector<float>& ranges, const PaperParameters& parameters);
 }  // namespace d2s1r

@@ -10,13 +10,13 @@ namespace d2s1r
 {
 namespace
 {
-constexpr int kMostDirections = 360;
-constexpr std::size_t kDirectionsAtOnce = 32;
-constexpr std::size_t kTile = 128;  // cells whose histograms stay in the first cache
+constexpr int kMostDirections = 360;           //!< [-] of a signature
+constexpr std::size_t kDirectionsAtOnce = 32;  //!< [-] swept before they are counted
+constexpr std::size_t kTile = 128;             //!< [cells] whose histograms stay in the first cache
 
 using Bins = std::vector<std::uint8_t>;
 
-/// Bin of every range that a sweep can report; out of range is in the last one.
+/// Returns the bin of every range that a sweep can report; out of range is in the last one.
 Bins make_bin_of_range(double cell_size, const PaperParameters& paper)
 {
 	const double bin_width = (paper.max_range + paper.epsilon) / paper.bins, unit = cell_size / kRangeUnitsPerCell;
@@ -40,7 +40,7 @@ void count_tile(
 	}
 }
 
-/// Counts along one axis, fewer than 256 directions, in the order of lines.cells.
+/// Counts the rays of the directions along one axis, which are fewer than 256. Cells are in the order of lines.cells.
 class AxisCounter
 {
    public:
@@ -84,7 +84,7 @@ class AxisCounter
 	Bins bin_of_range_;
 };
 
-/// Adds counts in the order of columns to counts in the order of rows.
+/// Adds counts that are in the order of columns to counts that are in the order of rows.
 void add(const SignatureCounts& along_x, const std::vector<std::int32_t>& ranks, SignatureCounts& total)
 {
 	const auto bins = static_cast<std::size_t>(total.bins);

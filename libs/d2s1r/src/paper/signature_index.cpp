@@ -16,19 +16,20 @@ namespace d2s1r
 {
 namespace
 {
-inline constexpr int kProjectionSize = 8;
+constexpr int kProjectionSize = 8;  //!< [-] axes
 
-/// A signature on the axes that carry most of the variance.
+/// A signature projected on the axes that carry most of the variance.
 using ProjectedSignature = std::array<float, kProjectionSize>;
 
-/// Orthonormal projection on the principal axes of a map's signatures: never lengthens a distance.
+/// Projects signatures on the principal axes of a map's signatures. The projection is orthonormal, so that it never
+/// lengthens a distance.
 class SignatureProjection
 {
    public:
-	/// \param counts of at least one cell
+	/// Finds the axes. \param counts of at least one cell
 	explicit SignatureProjection(const SignatureCounts& counts);
 
-	/// \param counts [rays] one per bin
+	/// Returns the projection [rays] of a signature. \param counts [rays] one per bin
 	template <class Count>
 	ProjectedSignature project(const Count* counts) const
 	{
@@ -43,7 +44,7 @@ class SignatureProjection
 	std::vector<ProjectedSignature> axes_;  //!< by bin
 };
 
-/// From evenly spaced cells: the axes need not be exact.
+/// Returns the covariance of the signatures of evenly spaced cells: the axes need not be exact.
 Eigen::MatrixXd covariance_of(const SignatureCounts& counts)
 {
 	constexpr std::size_t kCells = 20000;
@@ -72,18 +73,19 @@ SignatureProjection::SignatureProjection(const SignatureCounts& counts) : axes_(
 			    static_cast<float>(solver.eigenvectors()(bin, counts.bins - 1 - i));
 }
 
-constexpr std::size_t kLeafSize = 64;
-constexpr int kFraction = 8;             // steps of a query's counts
-constexpr float kRoundingSlack = 1e-4F;  // [-] of squared distances between projections
+constexpr std::size_t kLeafSize = 64;    //!< [-] signatures of a leaf of the tree
+constexpr int kFraction = 8;             //!< [-] steps to a ray in which a query is counted
+constexpr float kRoundingSlack = 1e-4F;  //!< [-] by which squared distances of projections are shortened
 
-/// A signature in rays, as the index counts them.
+/// The signature of a query, counted in rays as the index counts them.
 struct Query
 {
-	std::vector<std::int32_t> counts;  //!< [1 / kFraction rays] padded to the stride of the signatures
+	std::vector<std::int32_t> counts;  //!< [ray / kFraction] padded to the stride of the signatures
 	ProjectedSignature projected{};    //!< [rays]
 };
 
-/// The k nearest by full signatures, fed by nanoflann with the candidates that are near enough by their projections.
+/// Keeps the k cells that are nearest by full signatures. nanoflann feeds it with those that are near enough by their
+/// projections.
 template <class Distance>
 class NearestByFullDistance
 {
@@ -98,7 +100,8 @@ class NearestByFullDistance
 	std::size_t size() const { return nearest_.size(); }
 	void sort() const {}  // it always is
 	bool full() const { return nearest_.size() == k_; }
-	/// What is as far as the last one is offered, too: ties are by cell.
+	/// Returns the distance up to which nanoflann offers cells. One that is as far as the last one is offered, too,
+	/// because ties are resolved by cell.
 	float worstDist() const
 	{
 		constexpr float kGreatest = std::numeric_limits<float>::max();
@@ -124,7 +127,7 @@ class NearestByFullDistance
 	const Distance& distance_;
 };
 
-// What nanoflann has named anew since Debian 12.
+// nanoflann has renamed these since Debian 12.
 #if NANOFLANN_VERSION >= 0x150
 using SearchParameters = nanoflann::SearchParameters;
 template <class KdTree>
@@ -151,7 +154,7 @@ std::vector<T> permuted(const std::vector<T>& values, const std::vector<std::uin
 }
 }  // namespace
 
-/// The tree is over projections; as they never lengthen a distance, the nearest full signatures are found exactly.
+/// A kd-tree of projections. As these never lengthen a distance, the nearest full signatures are found exactly.
 struct SignatureIndex::Tree
 {
 	struct Metric
@@ -175,7 +178,7 @@ struct SignatureIndex::Tree
 
 	std::size_t bins = 0;
 	float directions = 0;    //!< [rays] of a signature
-	std::size_t stride = 0;  //!< [bytes] between signatures
+	std::size_t stride = 0;  //!< [byte] between signatures
 	SignatureProjection projection;
 	std::vector<CellIndex> cells;                 //!< in the order of the tree's leaves, as all that follows
 	std::vector<ProjectedSignature> projections;  //!< [rays]
@@ -205,7 +208,7 @@ SignatureIndex::Tree::Tree(const std::vector<CellIndex>& cells_, const Signature
 	for (std::size_t i = 0; i < cells_.size(); i++) projections.push_back(projection.project(counts.of(i)));
 	kd_tree = std::make_unique<KdTree>(kProjectionSize, *this, nanoflann::KDTreeSingleIndexAdaptorParams(kLeafSize));
 
-	// Whatever a leaf refers to is moved next to each other.
+	// What one leaf refers to is moved next to each other.
 	auto& points = points_by_leaf(*kd_tree);
 	const std::vector<std::uint32_t> order = points;
 	std::iota(points.begin(), points.end(), 0U);

@@ -13,14 +13,15 @@ namespace d2s1r
 struct NearestCell
 {
 	CellIndex cell = 0;
-	float squared_distance = 0;  //!< [-] L2 between signatures, lower is better
+	float squared_distance = 0;  //!< [-] squared L2 distance between the signatures, lower is better
 };
 
-/// Signatures of all free cells in a kd-tree (Algorithm 1). Const and thread-safe once built.
+/// Holds the signatures of all free cells in a kd-tree (Algorithm 1). It is const and thread-safe once built.
 class SignatureIndex
 {
    public:
-	/// \param cells sensor positions, increasing, not empty
+	/// Builds the index.
+	/// \param cells where the sensor can stand, increasing, not empty
 	/// \param threads [-] that build the index, which does not depend on it
 	/// \throws std::invalid_argument if there is no cell, or parameters.paper.max_range is above 4000 cells
 	SignatureIndex(
@@ -29,11 +30,11 @@ class SignatureIndex
 	SignatureIndex(SignatureIndex&&) noexcept;
 	SignatureIndex& operator=(SignatureIndex&&) noexcept;
 
-	/// The k cells of nearest signature, nearest first; ties by cell.
+	/// Returns the k cells of nearest signature, nearest first; of equal ones, that of the lower index.
 	/// \throws std::invalid_argument if the query has another number of bins, or k is below 1
 	std::vector<NearestCell> nearest(const Signature& query, int k) const;
 
-	/// The same into `result`, without allocation if that was large enough once.
+	/// Writes these cells into `result`, without allocation if that was large enough once.
 	void nearest(const Signature& query, int k, std::vector<NearestCell>& result) const;
 
    private:

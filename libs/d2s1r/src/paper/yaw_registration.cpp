@@ -15,19 +15,20 @@ namespace d2s1r
 {
 namespace
 {
-/// "Preprocess" of Algorithm 2: no zero and no infinity.
+/// Makes a range neither zero nor infinite ("Preprocess" of Algorithm 2).
 float preprocess(float range, bool is_return, const PaperParameters& parameters)
 {
 	const auto epsilon = static_cast<float>(parameters.epsilon), max_range = static_cast<float>(parameters.max_range);
 	return is_return && range < max_range ? std::max(range, epsilon) : max_range + epsilon;
 }
 
+/// Returns the angle [rad] between two directions, without sign.
 double angle_between(double a, double b)
 {
 	return std::abs(mrpt::math::wrapToPi(a - b));
 }
 
-/// Beam nearest to `angle` [rad] in a scan that has some.
+/// Returns the beam that is nearest to `angle` [rad]. \param beams by increasing angle, not empty
 const Beam& nearest_beam(const std::vector<Beam>& beams, double angle)
 {
 	const auto wrapped = static_cast<float>(mrpt::math::wrapToPi(angle));
@@ -39,7 +40,7 @@ const Beam& nearest_beam(const std::vector<Beam>& beams, double angle)
 	return to_next < angle_between(static_cast<double>(previous.angle), angle) ? next : previous;
 }
 
-/// Directions that follow each other and were all observed.
+/// Directions, from the first to before the second, that were all observed.
 using Window = std::pair<std::size_t, std::size_t>;
 
 void find_observed_runs(const ResampledScan& scan, std::vector<Window>& runs)
@@ -54,7 +55,8 @@ void find_observed_runs(const ResampledScan& scan, std::vector<Window>& runs)
 			runs.emplace_back(i, i + 1);
 }
 
-/// What the registration of one candidate needs; two turns of a virtual scan, so that no window wraps around.
+/// The memory that the registration of one candidate needs: two turns of a virtual scan, so that no window wraps
+/// around.
 struct Scratch
 {
 	std::vector<float> logarithms;   //!< [bit] of the virtual ranges
@@ -63,6 +65,7 @@ struct Scratch
 	std::vector<Window> runs;
 };
 
+/// Fills the memory from a virtual scan.
 void prepare(const std::vector<float>& virtual_ranges, const PaperParameters& parameters, Scratch& scratch)
 {
 	const std::size_t size = virtual_ranges.size();

@@ -18,6 +18,7 @@ namespace HWY_NAMESPACE
 {
 namespace
 {
+/// Returns which lanes hold a cell of this class.
 HWY_INLINE Mask is_class(Ints packed, Cell cell)
 {
 	const Ints classes = hn::And(packed, hn::Set(kInts, (1 << BeamTracer::kClassBits) - 1));
@@ -28,14 +29,16 @@ HWY_INLINE Mask is_class(Ints packed, Cell cell)
 /// What lies along a vector of beams.
 struct Passed
 {
-	Floats walls, unknown;  //!< [-], [cells]
+	Floats walls;    //!< [-]
+	Floats unknown;  //!< [cells]
 };
 
-/// From the starts of the axes to `end` [cells]; walls left beyond `passed_before` [cells] are where a beam ended.
+/// Follows beams from the starts of the axes to `end` [cells]. A wall that is left beyond `passed_before` [cells] is
+/// not passed: the beam ended at it.
 HWY_INLINE Passed follow(const Map& map, Axis u, Axis v, Floats end, Floats passed_before)
 {
 	Passed passed{all(0), all(0)};
-	Floats length = all(0), in_wall = all(0);  // [cells] so far: of the beam, of the wall that it is in
+	Floats length = all(0), in_wall = all(0);  // [cells] followed so far, and of these in the wall at hand
 	Mask moving = hn::Gt(end, length);
 	while (!hn::AllFalse(kFloats, moving))
 	{
@@ -56,14 +59,14 @@ HWY_INLINE Passed follow(const Map& map, Axis u, Axis v, Floats end, Floats pass
 }
 }  // namespace
 
-/// The inner loop of BeamTracer::trace().
-/// \param start_u, start_v [cells] of the sensor, from the corner of the margin; within the grid
+/// Follows all beams: the inner loop of BeamTracer::trace().
+/// \param start_u, start_v [cells] position of the sensor from the corner of the margin; it is within the grid
 /// \param heading [rad] of the sensor
 void trace_of_target(
     const PackedCells& cells, double start_u, double start_v, double heading, const BeamArrays& beams, bool only_ends,
     TracedBeams& traced)
 {
-	constexpr double kAtWall = 0.15;  // [m] a wall this near to the end is where the beam ended
+	constexpr double kAtWall = 0.15;  // [m] a beam that ends so little behind a wall ended at it
 	const int column = static_cast<int>(start_u), row = static_cast<int>(start_v);
 	const Map map(cells.cells, cells.width, cells.height, column, row);
 	const Rotation rotation(heading);
@@ -99,7 +102,7 @@ HWY_EXPORT(trace_of_target);
 
 namespace
 {
-constexpr int kMostSkipped = 63;  //!< [cells] six bits
+constexpr int kMostSkipped = 63;  //!< [cells] that fit in six bits
 }  // namespace
 
 BeamTracer::BeamTracer(const Grid& grid)

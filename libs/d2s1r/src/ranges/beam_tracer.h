@@ -7,47 +7,51 @@
 
 namespace d2s1r
 {
-/// What lies along beams, and where they end; padded as BeamArrays.
+/// What lies along beams, and where they end; padded as BeamArrays are.
 struct TracedBeams
 {
-	/// [-] walls passed: runs of occupied cells that a beam entered and left, except right before its end. A corner
-	/// that is cut over less than one cell counts by the part of a cell
+	/// [-] Walls that a beam passed: runs of occupied cells that it entered and left, except right before its end. A
+	/// corner that is cut over less than one cell counts by the part of a cell.
 	std::vector<float> walls;
-	std::vector<float> unknown;     //!< [m] in unknown space, outside of the grid included
-	std::vector<std::int32_t> end;  //!< Cell of the end point; unknown outside of the grid. If the sensor is outside,
-	                                //!< all are, and nothing is followed
+	/// [m] Way of a beam through unknown space, which includes all that is outside of the grid.
+	std::vector<float> unknown;
+	/// Class (Cell) of the cell that a beam ends in; unknown outside of the grid. If the sensor itself is outside, no
+	/// beam is followed, and all ends are unknown.
+	std::vector<std::int32_t> end;
 };
 
 /// The cells of a BeamTracer, as its kernel sees them.
 struct PackedCells
 {
 	const std::uint8_t* cells;
-	int width, height;  //!< [cells] margin included
+	int width, height;  //!< [cells] with the margin
 	double cell_size;   //!< [m]
 };
 
 /// Follows beams through walls, free and unknown space, many at a time; squares of one class are crossed in one step.
-/// One byte per cell of the grid. Const and thread-safe.
+/// It needs one byte per cell of the grid. Const and thread-safe.
 class BeamTracer
 {
    public:
+	/// Prepares the cells of `grid`.
 	explicit BeamTracer(const Grid& grid);
 
-	/// Follows all `beams` of a sensor at `sensor` [m, rad, map frame]; the same result with every kind of SIMD.
+	/// Follows all `beams` of a sensor at `sensor` (in map, m and rad). Every kind of SIMD gives the same result.
 	void trace(const BeamArrays& beams, const mrpt::math::TPose2D& sensor, TracedBeams& traced) const;
 
-	/// The same ends of the beams, as if these passed nothing: not followed, much faster.
+	/// Finds only where the beams end, as if they passed nothing. This is much faster, because no beam is followed.
 	void locate_ends(const BeamArrays& beams, const mrpt::math::TPose2D& sensor, TracedBeams& traced) const;
 
-	static constexpr int kClassBits = 2;
+	static constexpr int kClassBits = 2;  //!< [bit] of a cell that hold its class
 
    private:
 	void trace(const BeamArrays& beams, const mrpt::math::TPose2D& sensor, bool only_ends, TracedBeams& traced) const;
 
-	int width_, height_;  //!< [cells] of the grid and a margin of one cell around it
-	double cell_size_, origin_x_, origin_y_;
-	/// Class in the two low bits; above, Chebyshev distance [cells] to the nearest cell of another class, at most 63,
-	/// or 0 in the margin. Followed by a few bytes, because cells are gathered as words of four bytes.
+	int width_, height_;                      //!< [cells] of the grid and a margin of one cell around it
+	double cell_size_, origin_x_, origin_y_;  //!< [m] map frame
+	/// By cell, its class in the two low bits. Above them is its skip distance: the Chebyshev distance [cells] to the
+	/// nearest cell of another class, at most 63, or 0 in the margin. A few bytes follow, because cells are gathered as
+	/// words of four bytes.
 	std::vector<std::uint8_t> cells_;
 };
 }  // namespace d2s1r

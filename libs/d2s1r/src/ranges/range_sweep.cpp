@@ -19,6 +19,7 @@ namespace HWY_NAMESPACE
 namespace hn = hwy::HWY_NAMESPACE;
 const hn::CappedTag<std::uint16_t, kPhases> kLanes;
 
+/// The runs of one column.
 struct Runs
 {
 	const Run* begin_;
@@ -32,7 +33,8 @@ struct Runs
 	const Run* end() const { return end_; }
 };
 
-/// Lines that enter obstacles from the side. Only the first cell of a run can be entered so; the others lie behind it.
+/// Marks the lines that enter obstacles from the side. Only the first cell of a run can be entered so; the others lie
+/// behind it.
 void mark_sides(const Runs& obstacles, const ColumnCrossing& crossing, bool climbs, std::uint16_t* hits)
 {
 	for (const Run& run : obstacles)
@@ -45,7 +47,7 @@ void mark_sides(const Runs& obstacles, const ColumnCrossing& crossing, bool clim
 	}
 }
 
-/// Lines that enter obstacles by the near edge of the column.
+/// Marks the lines that enter obstacles by the near edge of the column.
 void mark_near_edges(const Runs& obstacles, const ColumnCrossing& crossing, std::uint16_t* hits)
 {
 	const auto at = hn::Set(kLanes, crossing.near_at);
@@ -57,7 +59,7 @@ void mark_near_edges(const Runs& obstacles, const ColumnCrossing& crossing, std:
 	}
 }
 
-/// Distances along the axis from the centres of cells to the last obstacles on their lines.
+/// Writes the distances along the axis from the centres of cells to the last obstacles on their lines.
 void emit(const Runs& cells, const ColumnCrossing& crossing, const std::uint16_t* hits, std::uint16_t* ranges)
 {
 	for (const Run& run : cells)
@@ -68,7 +70,7 @@ void emit(const Runs& cells, const ColumnCrossing& crossing, const std::uint16_t
 	}
 }
 
-/// From distances along the axis to distances along lines `stretch` / 2^16 + 1 times as long.
+/// Turns distances along the axis into distances along the lines, which are `stretch` / 2^16 + 1 times as long.
 void lengthen(std::uint16_t stretch, std::uint16_t max_units, std::size_t size, std::uint16_t* ranges)
 {
 	const auto factor = hn::Set(kLanes, stretch), most = hn::Set(kLanes, max_units),
@@ -87,13 +89,14 @@ void lengthen(std::uint16_t stretch, std::uint16_t max_units, std::size_t size, 
 	}
 }
 
-/// Obstacles beyond the horizon move to it, before their distance overflows.
+/// Moves obstacles beyond the horizon to it, before their distance overflows.
 void forget(std::uint16_t here, int horizon, std::vector<std::uint16_t>& hits)
 {
 	for (auto& hit : hits)
 		if (static_cast<std::uint16_t>(hit - here) > horizon) hit = static_cast<std::uint16_t>(here + horizon);
 }
 
+/// Sweeps all columns in one direction: the inner loop of sweep().
 void sweep_columns(
     const SweepLines& lines, const ColumnRuns& obstacles, const SweepDirection& direction, int max_units,
     std::vector<std::uint16_t>& hits, std::uint16_t* ranges)

@@ -7,46 +7,47 @@
 
 namespace d2s1r
 {
-/// The farthest that the sweep can look: its distances have 16 bits.
+/// [cells] How far the sweep can look: its distances have 16 bits.
 inline constexpr int kMostSweptCells = 4000;
 
-/// What the sweep reports where there is no obstacle within range.
+/// The range that the sweep reports where there is no obstacle within range.
 inline constexpr std::uint16_t kNoObstacle = 65535;
 
-/// Ranges in one direction, in units of cell_size / kRangeUnitsPerCell; kNoObstacle where there is no obstacle within
-/// range.
+/// The ranges of all cells in one direction, in units of cell_size / kRangeUnitsPerCell; kNoObstacle where there is no
+/// obstacle within range.
 struct SweptRanges
 {
 	const std::uint16_t* in_sweep_order = nullptr;
-	const std::int32_t* ranks = nullptr;  //!< places of the cells in that order
+	const std::int32_t* ranks = nullptr;  //!< by cell, its place in that order
 
-	/// From cells[i].
+	/// Returns the range from cells[i].
 	std::uint16_t operator[](std::size_t i) const { return in_sweep_order[ranks[i]]; }
 };
 
-/// Called once per direction, in the thread of sweep_ranges(). The ranges are valid during the call only.
+/// Takes the ranges of one direction. It is called once per direction, in the thread of sweep_ranges(); the ranges are
+/// valid during the call only.
 using RangeSink = std::function<void(int direction, const SweptRanges& ranges)>;
 
-/// Ranges from the centre of every cell in `cells` along `directions` equally spaced directions (direction i points at
-/// 2 pi i / directions, counter-clockwise from x), one sweep over the grid per direction: the last obstacle seen is
-/// carried along digital lines. What lies outside of the grid is unknown. 99 % of the ranges are within a cell of
+/// Finds the ranges from the centre of every cell in `cells` along `directions` equally spaced directions (direction i
+/// points at 2 pi i / directions, counter-clockwise from x). One sweep over the grid per direction carries the last
+/// obstacle seen along digital lines. What lies outside of the grid is unknown. 99 % of the ranges are within a cell of
 /// RayCaster's exact ones: test_site_rays.cpp checks that on real maps.
-/// \param cells free ones, in any order
+/// \param cells free cells, in any order
 /// \param max_range [m] at most kMostSweptCells cells
-/// \param stop_at_unknown rays end at unknown cells, too
+/// \param stop_at_unknown whether rays end at unknown cells, too
 /// \throws std::invalid_argument if max_range is above that
 void sweep_ranges(
     const Grid& grid, const std::vector<CellIndex>& cells, int directions, double max_range, bool stop_at_unknown,
     const RangeSink& sink);
 
-/// `max_range` [m] in units of cell_size / kRangeUnitsPerCell.
+/// Returns `max_range` [m] in units of cell_size / kRangeUnitsPerCell.
 /// \throws std::invalid_argument if 16 bits of distance cannot hold it
 int max_range_units(const Grid& grid, double max_range);
 
-/// Ranges from all `lines.cells`, in their order, to `obstacles` in one direction, in units of
-/// cell_size / kRangeUnitsPerCell; kNoObstacle above `max_units`. Same result whatever SIMD the machine has.
-/// \param hits scratch
-/// \param ranges as many as there are lines.cells
+/// Finds the ranges from all `lines.cells`, in their order, to `obstacles` in one direction, in units of
+/// cell_size / kRangeUnitsPerCell; they are kNoObstacle above `max_units`. Every kind of SIMD gives the same result.
+/// \param hits memory that is kept from call to call
+/// \param ranges room for as many as there are lines.cells
 void sweep(
     const SweepLines& lines, const ColumnRuns& obstacles, const SweepDirection& direction, int max_units,
     std::vector<std::uint16_t>& hits, std::uint16_t* ranges);

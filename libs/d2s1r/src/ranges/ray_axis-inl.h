@@ -1,6 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-// How a vector of rays moves through cells, coordinate by coordinate. Once per target of Highway, inside of its
-// namespace.
+// Moves a vector of rays through cells, coordinate by coordinate. The file is compiled once per target of Highway,
+// inside of its namespace.
 #if defined(D2S1R_RAY_AXIS_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef D2S1R_RAY_AXIS_INL_H
 #undef D2S1R_RAY_AXIS_INL_H
@@ -20,12 +20,12 @@ namespace HWY_NAMESPACE
 {
 namespace
 {
-/// A map of a byte for each cell, with a margin. Cells are counted from the cell where rays start.
+/// A map of one byte per cell, with a margin. Cells are counted from the cell where rays start.
 struct Map
 {
 	const std::uint8_t* start;
 	int width;                                //!< [cells] with the margin
-	Floats first_u, last_u, first_v, last_v;  //!< columns and rows of the margin
+	Floats first_u, last_u, first_v, last_v;  //!< [cells] columns and rows of the margin
 
 	Map(const std::uint8_t* cells, int width_, int height, int column, int row)
 	    : start(cells + static_cast<std::ptrdiff_t>(row) * width_ + column),
@@ -36,7 +36,7 @@ struct Map
 	      last_v(all(static_cast<float>(height - 1 - row)))
 	{
 	}
-	/// The bytes of cells (u, v); kGatherOverrun bytes after the last cell are read, too.
+	/// Returns the bytes of cells (u, v). It reads kGatherOverrun bytes after the last cell, too.
 	Ints bytes_at(Floats u, Floats v) const
 	{
 		const Ints offsets = hn::Add(hn::ConvertTo(kInts, u), hn::Mul(hn::ConvertTo(kInts, v), hn::Set(kInts, width)));
@@ -45,7 +45,7 @@ struct Map
 	}
 };
 
-/// A direction that is never 0, whose inverse would not be finite.
+/// Returns `direction`, or a tiny number instead of 0, whose inverse would not be finite.
 HWY_INLINE Floats not_zero(Floats direction)
 {
 	constexpr float kLeast = 1e-20F;
@@ -57,9 +57,9 @@ struct Axis
 {
 	Floats start;    //!< [cells] in [0, 1)
 	Floats step;     //!< [cells] per cell of ray length, not 0
-	Floats inverse;  //!< of step
+	Floats inverse;  //!< 1 / step
 	Mask forward;    //!< step >= 0
-	Floats cell;
+	Floats cell;     //!< [cells] where the rays are
 
 	Axis(float start_, Floats direction)
 	    : start(all(start_)),
@@ -69,13 +69,15 @@ struct Axis
 	      cell(all(0))
 	{
 	}
-	/// Length at which the rays leave the cells less than `skip` away from their own.
+	/// Returns the length [cells] at which the rays leave the cells less than `skip` away from their own.
 	Floats exit(Floats skip) const
 	{
 		const Floats edge = hn::Add(cell, hn::IfThenElse(forward, skip, hn::Sub(all(1), skip)));
 		return hn::Mul(hn::Sub(edge, start), inverse);
 	}
+	/// Returns the cells that the rays enter then.
 	Floats after_leaving(Floats skip) const { return hn::Add(cell, hn::IfThenElse(forward, skip, hn::Neg(skip))); }
+	/// Returns the cells of the rays at `length` [cells], less than `skip` away from where they are.
 	Floats at(Floats length, Floats skip) const
 	{
 		const Floats reach = hn::Sub(skip, all(1));
@@ -85,7 +87,7 @@ struct Axis
 };
 
 /// Moves the rays of `moving` over the cells less than `skip` away from their own.
-/// \return length at which they leave them
+/// \return the length [cells] at which they leave these
 HWY_INLINE Floats cross(Axis& u, Axis& v, Floats skip, Mask moving)
 {
 	const Floats u_exit = u.exit(skip), v_exit = v.exit(skip);

@@ -21,12 +21,13 @@ namespace HWY_NAMESPACE
 {
 namespace
 {
-/// The skip of the rays' cells.
+/// Returns the skip distances of the cells that the rays are in.
 HWY_INLINE Floats skip_at(const Map& map, const Axis& u, const Axis& v)
 {
 	return hn::ConvertTo(kFloats, map.bytes_at(u.cell, v.cell));
 }
 
+/// Returns which rays are in the margin.
 HWY_INLINE Mask is_in_margin(const Map& map, const Axis& u, const Axis& v)
 {
 	return hn::Or(
@@ -36,16 +37,16 @@ HWY_INLINE Mask is_in_margin(const Map& map, const Axis& u, const Axis& v)
 }  // namespace
 
 void follow(
-    const SkipMap& skips, double x, double y, float limit, bool margin_ends_rays, const RayDirections& fan,
+    const SkipMap& skips, double x, double y, float limit, bool margin_ends_rays, const RayDirections& rays,
     float* lengths)
 {
 	const int column = static_cast<int>(std::floor(x)), row = static_cast<int>(std::floor(y));
 	const auto fraction_x = static_cast<float>(x - column), fraction_y = static_cast<float>(y - row);
 	const Map map(skips.cells.data(), skips.width, skips.height, column, row);
-	for (std::size_t i = 0; i < fan.dx.size(); i += hn::Lanes(kFloats))
+	for (std::size_t i = 0; i < rays.dx.size(); i += hn::Lanes(kFloats))
 	{
-		Axis u(fraction_x, hn::LoadU(kFloats, fan.dx.data() + i));
-		Axis v(fraction_y, hn::LoadU(kFloats, fan.dy.data() + i));
+		Axis u(fraction_x, hn::LoadU(kFloats, rays.dx.data() + i));
+		Axis v(fraction_y, hn::LoadU(kFloats, rays.dy.data() + i));
 		Floats length = all(0), skip = skip_at(map, u, v);
 		Mask moving = hn::Gt(skip, all(0));
 		while (!hn::AllFalse(kFloats, moving))
@@ -70,21 +71,21 @@ HWY_EXPORT(follow);
 
 namespace
 {
-/// The directions 2 pi i / directions.
+/// Returns the directions 2 pi i / directions.
 RayDirections full_circle(int directions)
 {
-	RayDirections fan;
-	fan.size = static_cast<std::size_t>(directions);
-	for (std::size_t i = 0; i < fan.size || i % kSimdFloats != 0; i++)
+	RayDirections rays;
+	rays.size = static_cast<std::size_t>(directions);
+	for (std::size_t i = 0; i < rays.size || i % kSimdFloats != 0; i++)
 	{
-		const double angle = 2 * M_PI * static_cast<double>(i % fan.size) / directions;
-		fan.dx.push_back(static_cast<float>(std::cos(angle)));
-		fan.dy.push_back(static_cast<float>(std::sin(angle)));
+		const double angle = 2 * M_PI * static_cast<double>(i % rays.size) / directions;
+		rays.dx.push_back(static_cast<float>(std::cos(angle)));
+		rays.dy.push_back(static_cast<float>(std::sin(angle)));
 	}
-	return fan;
+	return rays;
 }
 
-constexpr int kMostSkipped = 255;
+constexpr int kMostSkipped = 255;  //!< [cells] that fit in a byte
 
 SkipMap make_skip_map(const Grid& grid, bool stop_at_unknown)
 {
@@ -103,7 +104,7 @@ SkipMap make_skip_map(const Grid& grid, bool stop_at_unknown)
 	return map;
 }
 
-/// Whether whole numbers of cells reach there; to a NaN they do not, either.
+/// Returns whether a position can be counted in cells by whole numbers; a NaN cannot.
 bool is_countable(double column, double row)
 {
 	constexpr double kFarthest = 1e9;  // [cells]
@@ -115,27 +116,33 @@ struct Axis
 {
 	double start;    //!< [cells]
 	double step;     //!< [cells] per cell of ray length
-	double inverse;  //!< of step, signed infinity if the ray runs along the other axis
-	int cell;        //!< the one the ray is in
+	double inverse;  //!< 1 / step, a signed infinity if the ray runs along the other axis
+	int cell;        //!< [cells] where the ray is
 
 	Axis(double start_, double step_)
 	    : start(start_), step(step_), inverse(1.0 / step_), cell(static_cast<int>(std::floor(start_)))
 	{
 	}
 
-	/// Length at which the ray leaves the cells less than `skip` away from its own.
+	/// Returns the length [cells] at which the ray leaves the cells less than `skip` away from its own.
 	double exit(int skip) const
 	{
 		if (step == 0) return std::numeric_limits<double>::infinity();
 		return (step > 0 ? cell + skip - start : cell + 1 - skip - start) * inverse;
 	}
+
+	/// Moves the ray across that edge.
 	void leave(int skip) { cell += step > 0 ? skip : -skip; }
+
+	/// Moves the ray to `length` [cells], but less than `skip` cells.
 	void follow(double length, int skip)
 	{
 		const int now = static_cast<int>(start + length * step);  // not negative inside the margin
 		cell = std::clamp(now, cell - skip + 1, cell + skip - 1);
 	}
-	/// Lengths between which the ray is inside [1, end]; the first above the second if never.
+
+	/// Returns the lengths [cells] between which the ray is inside [1, end]; the first is above the second if it never
+	/// is.
 	std::pair<double, double> inside(int end) const
 	{
 		if (step == 0)
@@ -145,17 +152,16 @@ struct Axis
 	}
 };
 
-/// Lengths [cells] of all rays of `fan` from (x, y) [cells of the map] to the cells where the skip is 0, at most
-/// `limit`; many rays at a time in single precision, bit for bit the same whatever SIMD the machine has.
-/// \param x, y inside the map's margin
-/// \param margin_ends_rays else a ray that leaves the grid has length `limit`
-/// \param lengths resized to the padded size of the fan
+/// Finds the lengths [cells] of all `rays` from (x, y) [cells of the map] to the cells where the skip
+/// distance is 0, at most `limit`. It follows many rays at a time in single precision; every kind of SIMD gives the
+/// same bits. \param x, y inside the map's margin \param margin_ends_rays whether the margin ends rays; otherwise a ray
+/// that leaves the grid has length `limit` \param lengths is resized to the padded size of `rays`
 void follow_rays(
-    const SkipMap& map, double x, double y, float limit, bool margin_ends_rays, const RayDirections& fan,
+    const SkipMap& map, double x, double y, float limit, bool margin_ends_rays, const RayDirections& rays,
     std::vector<float>& lengths)
 {
-	lengths.resize(fan.dx.size());
-	HWY_DYNAMIC_DISPATCH(follow)(map, x, y, limit, margin_ends_rays, fan, lengths.data());
+	lengths.resize(rays.dx.size());
+	HWY_DYNAMIC_DISPATCH(follow)(map, x, y, limit, margin_ends_rays, rays, lengths.data());
 }
 }  // namespace
 
@@ -178,21 +184,21 @@ std::vector<float> RayCaster::scan(double x, double y, int directions) const
 
 void RayCaster::scan(double x, double y, int directions, std::vector<float>& ranges) const
 {
-	thread_local RayDirections fan;
-	if (fan.size != static_cast<std::size_t>(directions)) fan = full_circle(directions);
+	thread_local RayDirections rays;
+	if (rays.size != static_cast<std::size_t>(directions)) rays = full_circle(directions);
 	const double column = (x - origin_x_) / cell_size_ + 1, row = (y - origin_y_) / cell_size_ + 1;
 	if (is_countable(column, row) &&
 	    skips_.is_inside(static_cast<int>(std::floor(column)), static_cast<int>(std::floor(row))))
 	{
 		const auto limit = static_cast<float>(max_range_ / cell_size_);
-		follow_rays(skips_, column, row, limit, stop_at_unknown_, fan, ranges);
-		ranges.resize(fan.size);
+		follow_rays(skips_, column, row, limit, stop_at_unknown_, rays, ranges);
+		ranges.resize(rays.size);
 		for (float& range : ranges)
 			range = range < limit ? range * static_cast<float>(cell_size_) : static_cast<float>(max_range_);
 		return;
 	}
-	ranges.resize(fan.size);
-	for (std::size_t i = 0; i < fan.size; i++) ranges[i] = cast(x, y, 2 * M_PI * static_cast<double>(i) / directions);
+	ranges.resize(rays.size);
+	for (std::size_t i = 0; i < rays.size; i++) ranges[i] = cast(x, y, 2 * M_PI * static_cast<double>(i) / directions);
 }
 
 float RayCaster::cast(double x, double y, double angle) const
@@ -226,9 +232,15 @@ float RayCaster::cast(double x, double y, double angle) const
 		const double u_exit = u.exit(skip), v_exit = v.exit(skip);
 		length = std::min(u_exit, v_exit);
 		if (u_exit < v_exit)
-			u.leave(skip), v.follow(length, skip);
+		{
+			u.leave(skip);
+			v.follow(length, skip);
+		}
 		else
-			v.leave(skip), u.follow(length, skip);
+		{
+			v.leave(skip);
+			u.follow(length, skip);
+		}
 	}
 	return static_cast<float>(max_range_);
 }

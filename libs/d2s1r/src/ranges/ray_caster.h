@@ -9,52 +9,57 @@
 
 namespace d2s1r
 {
-/// One byte for each cell of a grid and of a margin of one cell around it: how far a ray may go in any direction.
+/// The skip distance of each cell of a grid, and of a margin of one cell around it: how far a ray may go in any
+/// direction.
 struct SkipMap
 {
 	int width = 0;   //!< [cells] with the margin
 	int height = 0;  //!< [cells] with the margin
-	/// [cells] Chebyshev distance to the nearest obstacle or cell of the margin, at most 255, row-major; followed by
-	/// kGatherOverrun bytes.
+	/// [cells] Chebyshev distance to the nearest obstacle or cell of the margin, at most 255, row-major. kGatherOverrun
+	/// bytes follow.
 	std::vector<std::uint8_t> cells;
 
+	/// Returns the position of a cell in `cells`.
 	std::size_t index(int column, int row) const
 	{
 		return static_cast<std::size_t>(row) * static_cast<std::size_t>(width) + static_cast<std::size_t>(column);
 	}
+
+	/// Returns whether a cell is inside of the margin.
 	bool is_inside(int column, int row) const
 	{
 		return column > 0 && row > 0 && column < width - 1 && row < height - 1;
 	}
 };
 
-/// Unit vectors, padded to whole SIMD vectors.
+/// The unit vectors of rays, padded to whole SIMD vectors.
 struct RayDirections
 {
-	std::size_t size = 0;
-	std::vector<float> dx;
-	std::vector<float> dy;
+	std::size_t size = 0;   //!< [-] without the padding
+	std::vector<float> dx;  //!< [-]
+	std::vector<float> dy;  //!< [-]
 };
 
-/// Virtual scans from arbitrary poses by exact grid traversal; whole squares of free space are crossed in one step.
-/// Const and thread-safe. Needs one byte per cell of the grid.
+/// Casts rays from arbitrary positions by exact grid traversal; whole squares of free space are crossed in one step. It
+/// needs one byte per cell of the grid. Const and thread-safe.
 class RayCaster
 {
    public:
-	/// \param max_range [m]
+	/// Prepares the cells of `grid`.
+	/// \param max_range [m] of a ray
 	/// \param stop_at_unknown whether unknown cells, and all that lies outside of the grid, end a ray
 	RayCaster(const Grid& grid, double max_range, bool stop_at_unknown);
 
-	/// Distance [m] from (x, y) [m, map frame] along `angle` [rad] to the near side of the first obstacle; max_range if
-	/// none. Zero inside an obstacle.
+	/// Returns the distance [m] from (x, y) [m, map frame] along `angle` [rad] to the near side of the first obstacle,
+	/// or max_range if there is none; zero inside an obstacle.
 	float cast(double x, double y, double angle) const;
 
-	/// Ranges [m] from (x, y) [m, map frame] along `directions` directions; direction i points at 2 pi i / directions.
-	/// Several rays at a time in single precision: a ray that grazes a corner may pass it on the other side than cast()
-	/// says.
+	/// Returns a virtual scan: the ranges [m] from (x, y) [m, map frame] along `directions` directions, of which
+	/// direction i points at 2 pi i / directions. Several rays are followed at a time in single precision, so that a
+	/// ray which grazes a corner may pass it on the other side than cast() says.
 	std::vector<float> scan(double x, double y, int directions) const;
 
-	/// The same into `ranges`, without allocation if that was large enough once.
+	/// Writes a virtual scan into `ranges`, without allocation if that was large enough once.
 	void scan(double x, double y, int directions, std::vector<float>& ranges) const;
 
    private:

@@ -7,7 +7,8 @@ namespace d2s1r
 {
 namespace
 {
-/// One row of a pass in raster order (direction -1) or against it (1): looks at the four neighbours that are settled.
+/// Does one row of a pass in raster order (direction -1) or against it (1): it looks at the four neighbours whose
+/// distances are known.
 /// \param classes, distances of the row, which has others before and after it
 void relax_row(const std::uint8_t* classes, std::uint8_t* distances, std::ptrdiff_t width, std::ptrdiff_t direction)
 {

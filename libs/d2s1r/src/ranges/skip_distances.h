@@ -7,11 +7,11 @@
 
 namespace d2s1r
 {
-/// [bytes] after the last cell of a map that are read, too, because cells are gathered as words of four bytes.
+/// [byte] How far kernels read behind the last cell of a map, because they gather cells as words of four bytes.
 inline constexpr std::size_t kGatherOverrun = 3;
 
-/// Chebyshev distance [cells] of each cell of a map to the nearest cell of another class, at most `most`; 0 in a margin
-/// of one cell, which counts as another class. Followed by kGatherOverrun bytes.
+/// Returns the skip distance of each cell of a map: the Chebyshev distance [cells] to the nearest cell of another
+/// class, at most `most`, and 0 in a margin of one cell, which counts as another class. kGatherOverrun bytes follow.
 /// \param classes row-major, with the margin
 /// \param width [cells] with the margin
 std::vector<std::uint8_t> skip_distances(const std::vector<std::uint8_t>& classes, int width, int most);

@@ -9,8 +9,9 @@ namespace d2s1r
 {
 namespace
 {
-constexpr double kTouch = 1e-9;  //!< [lines] rounding errors do not decide on which side of a corner a line passes
+constexpr double kTouch = 1e-9;  //!< [lines] so that rounding does not decide on which side a line passes a corner
 
+/// Turns a number of columns into units of distance.
 std::uint16_t to_units(double columns)
 {
 	return static_cast<std::uint16_t>(std::lround(columns * kRangeUnitsPerCell));
@@ -18,7 +19,7 @@ std::uint16_t to_units(double columns)
 
 constexpr std::uint8_t kIsOccupied = 1, kIsUnknownOrOccupied = 2, kIsWanted = 4;
 
-/// Flags of cells with a margin of one cell; `columns` blocks of `rows` each.
+/// The flags of cells and of a margin of one cell, in `columns` blocks of `rows` each.
 struct Flags
 {
 	int columns = 0;
@@ -40,7 +41,7 @@ Cell cell_or_unknown(const Grid& grid, int x, int y)
 	return grid.contains(x, y) ? grid.at(x, y) : Cell::kUnknown;
 }
 
-/// Obstacles that no ray can enter through an edge are left out.
+/// Returns which obstacle a cell is, unless no ray can enter it through an edge.
 std::uint8_t obstacle_flags(const Grid& grid, int x, int y)
 {
 	const Cell cell = cell_or_unknown(grid, x, y);
@@ -57,7 +58,7 @@ std::uint8_t obstacle_flags(const Grid& grid, int x, int y)
 	return flags;
 }
 
-/// The grid's rows are the columns of the result, as sweeps along y need them.
+/// Returns the flags as sweeps along y need them: the grid's rows are the columns of the result.
 Flags make_flags_along_y(const Grid& grid, const std::vector<CellIndex>& cells)
 {
 	Flags flags(grid.height + 2, grid.width + 2);
@@ -80,7 +81,7 @@ Flags transposed(const Flags& flags)
 	return result;
 }
 
-/// First row from `row` on whose flag is set, or flags.rows.
+/// Returns the first row from `row` on whose flag is set, or `rows` if there is none.
 int next_set(const std::uint8_t* column, int row, int rows, std::uint8_t flag)
 {
 	constexpr int kBytes = 8;
@@ -124,7 +125,7 @@ SweepLines make_lines(const Flags& flags)
 	    find_runs(flags, kIsWanted)};
 }
 
-/// Stable counting sort of `order` by `key_of` its elements, which is below `keys`.
+/// Sorts `order` by `key_of` its elements, which is below `keys`: a stable counting sort.
 template <class KeyOf>
 std::vector<std::int32_t> sorted_by(const KeyOf& key_of, std::size_t keys, const std::vector<std::int32_t>& order)
 {

@@ -10,19 +10,20 @@
 
 namespace d2s1r
 {
-/// Fixed-point distance of the sweep: 1 unit = cell_size / kRangeUnitsPerCell.
+/// [-] Distances of the sweep are whole numbers of cell_size / kRangeUnitsPerCell.
 inline constexpr int kRangeUnitsPerCell = 16;
 
-/// Digital lines a cell is crossed by: its centre is at most half a phase, a 64th of a cell, off one of them.
+/// [-] Digital lines that cross a cell: its centre is at most half a phase, a 64th of a cell, off one of them.
 inline constexpr int kPhases = 32;
 
 /// A direction as a sweep sees it: rays run along the axis they are closer to, `slope` rows a column.
 struct SweepDirection
 {
-	bool along_x;    //!< else along y
-	bool backwards;  //!< towards lower columns
+	bool along_x;    //!< whether rays run along x, not along y
+	bool backwards;  //!< whether rays run towards lower columns
 	double slope;    //!< [rows / column] in the sense of the ray, in [-1, 1]
 
+	/// Makes the direction that points at `angle` [rad].
 	explicit SweepDirection(double angle)
 	{
 		const double dx = std::cos(angle), dy = std::sin(angle);
@@ -33,17 +34,17 @@ struct SweepDirection
 	}
 };
 
-/// How the lines cross one column. Lines that enter a cell by the column's near edge all do so at the same distance;
+/// Where the lines cross one column. Lines that enter a cell by the column's near edge all do so at the same distance;
 /// those that enter it from the cell beside it come next, at distances that grow from line to line.
 struct ColumnCrossing
 {
 	std::ptrdiff_t near_line;        //!< first of kPhases lines that enter row 0 by the near edge
 	std::ptrdiff_t side_line;        //!< first line that enters row 0 from the side
-	std::size_t side_lines;          //!< how many do, at most kPhases
+	std::size_t side_lines;          //!< number of these, at most kPhases
 	std::ptrdiff_t center_line;      //!< the line nearest to the centre of row 0's cell
 	std::uint16_t center_at;         //!< [units] of the column's centre, along the axis, modulo 2^16
-	std::uint16_t near_at;           //!< of the near edge
-	std::uint16_t side_at[kPhases];  //!< where side_line, side_line + 1, ... enter row 0
+	std::uint16_t near_at;           //!< [units] of the near edge
+	std::uint16_t side_at[kPhases];  //!< [units] where side_line, side_line + 1, ... enter row 0
 };
 
 /// The lines y = slope * column + line / kPhases, up to an offset of the lines. Row r, seen from its lower edge, is
@@ -51,9 +52,13 @@ struct ColumnCrossing
 class LineFamily
 {
    public:
+	/// Makes the lines that cross a grid. \param slope [rows / column]
 	LineFamily(double slope, int columns, int rows);
 
+	/// Returns the number of lines.
 	std::size_t size() const { return size_; }
+
+	/// Returns where the lines cross a column.
 	ColumnCrossing crossing(int column) const;
 
    private:
@@ -75,11 +80,11 @@ struct Run
 struct ColumnRuns
 {
 	std::vector<Run> runs;                  //!< by column, then by row
-	std::vector<std::size_t> first;         //!< of runs, by column; one more at the end
-	std::vector<std::size_t> cells_before;  //!< sum of the lengths before runs[first[column]]; one more at the end
+	std::vector<std::size_t> first;         //!< by column, its first run; one more at the end
+	std::vector<std::size_t> cells_before;  //!< by column, sum of the lengths before its first run; one more at the end
 };
 
-/// What sweeps along one axis have to know of a map. Columns run across that axis: they are the grid's columns for
+/// All that sweeps along one axis have to know of a map. Columns run across that axis: they are the grid's columns for
 /// sweeps along x, the grid's rows for sweeps along y. A margin of one unknown cell surrounds the grid, so that cell
 /// (0, 0) of the grid is row 1 of column 1.
 struct SweepLines
@@ -91,16 +96,16 @@ struct SweepLines
 	ColumnRuns cells;                //!< where ranges are wanted
 };
 
-/// Both are needed for a full circle of directions.
+/// The lines along both axes, which a full circle of directions needs.
 struct SweepLayout
 {
 	SweepLines along_x;
 	SweepLines along_y;
 };
 
-/// \param cells in any order
+/// Makes the lines of a grid. \param cells where ranges are wanted, in any order
 SweepLayout make_sweep_layout(const Grid& grid, const std::vector<CellIndex>& cells);
 
-/// Places of `cells`, in any order, among those of the lines along x or y.
+/// Returns the places of `cells`, which are in any order, among the cells of the lines along x or y.
 std::vector<std::int32_t> ranks_of(const std::vector<CellIndex>& cells, const Grid& grid, bool along_x);
 }  // namespace d2s1r

@@ -11,9 +11,10 @@ namespace d2s1r
 {
 namespace
 {
-constexpr float kFarthest = 20;                     //!< [m] beyond, surfaces are too dark or too slanted often
-constexpr double kWidestGap = mrpt::DEG2RAD(10.0);  //!< [rad] of beams without data that parts no neighbours
+constexpr float kFarthest = 20;                     //!< [m] beyond, surfaces are often too dark or too slanted
+constexpr double kWidestGap = mrpt::DEG2RAD(10.0);  //!< [rad] beams on both sides of a wider gap are no neighbours
 
+/// Appends a beam.
 void add(BeamArrays& beams, float unit_x, float unit_y, float range)
 {
 	beams.unit_x.push_back(unit_x);
@@ -21,30 +22,34 @@ void add(BeamArrays& beams, float unit_x, float unit_y, float range)
 	beams.range.push_back(range);
 }
 
+/// Pads the arrays to whole vectors.
 void pad(BeamArrays& beams)
 {
 	constexpr float kFarBehind = -1e6F;  // [m]
 	while (beams.range.size() % kSimdFloats != 0) add(beams, 1, 0, kFarBehind);
 }
 
-/// Whether neighbours that are `spacing` [rad] apart see things one behind the other, not one thing at an angle.
+/// Returns whether neighbours that are `spacing` [rad] apart see two things, one behind the other, and not one thing at
+/// an angle.
 bool is_depth_edge(double range, double next_range, double spacing)
 {
 	constexpr double kLeastStep = 0.5;                     // [m]
-	const double flattest = std::tan(mrpt::DEG2RAD(4.0));  // of beams to a surface that both may see
+	const double flattest = std::tan(mrpt::DEG2RAD(4.0));  // of the angle at which beams may meet a surface
 	const auto [near, far] = std::minmax(range, next_range);
 	return far - near > kLeastStep && far > near * (1 + spacing / flattest);
 }
 
-/// From a beam to the next one counter-clockwise.
+/// What lies between a beam and the next one counter-clockwise.
 struct Step
 {
-	bool starts_run = false;  //!< after a beam that ended at nothing, or a gap
-	bool is_depth_edge = false;
+	bool starts_run = false;     //!< the first beam saw nothing, or there is a gap
+	bool is_depth_edge = false;  //!< both are returns, one far behind the other
 };
 
-/// \param widest [rad] that neighbours are apart \param spacing [rad] that they are if there is data between: depth
-///        edges go by this, because things tend to end where there is none
+/// Compares a beam with the next one.
+/// \param widest [rad] greatest angle between neighbours
+/// \param spacing [rad] angle between neighbours with no gap between them. Depth edges go by this one, because things
+///        tend to end where there is a gap
 Step step_between(const Beam& before, const Beam& beam, double widest, double spacing)
 {
 	double apart = static_cast<double>(beam.angle) - static_cast<double>(before.angle);
@@ -53,8 +58,8 @@ Step step_between(const Beam& before, const Beam& beam, double widest, double sp
 	return {starts_run, !starts_run && beam.is_return && is_depth_edge(before.range, beam.range, spacing)};
 }
 
-/// Turns a full circle of beams, so that no surface is parted by the direction where circles begin.
-/// \return whether it is a full circle
+/// Makes a full circle begin where a surface does, so that no surface is cut in two.
+/// \return whether the beams are a full circle
 bool begin_where_a_surface_does(std::vector<Beam>& beams, double widest, double spacing)
 {
 	if (beams.front().angle + 2 * M_PI - beams.back().angle > widest) return false;
@@ -65,15 +70,15 @@ bool begin_where_a_surface_does(std::vector<Beam>& beams, double widest, double 
 		return step.starts_run || step.is_depth_edge;
 	};
 	auto first = std::find_if(beams.begin(), beams.end(), is_seam);
-	if (first == beams.end())  // a room: its farthest point is a corner
+	if (first == beams.end())  // a room without depth edges: its farthest point is a corner
 		first = std::max_element(
 		    beams.begin(), beams.end(), [](const Beam& a, const Beam& b) { return a.range < b.range; });
 	std::rotate(beams.begin(), first, beams.end());
 	return true;
 }
 
-/// Marks where the returns `first` to `last` leave the straight line between these two: iterative end point fit (Duda
-/// and Hart, Pattern Classification and Scene Analysis, 1973).
+/// Marks where the returns `first` to `last` leave the straight line between these two. This is the iterative end point
+/// fit of Duda and Hart, Pattern Classification and Scene Analysis, 1973.
 void split_surface(const BeamArrays& returns, std::size_t first, std::size_t last, std::vector<std::uint8_t>& starts)
 {
 	const auto x = [&](std::size_t i) { return returns.unit_x[i] * returns.range[i]; };
@@ -84,7 +89,9 @@ void split_surface(const BeamArrays& returns, std::size_t first, std::size_t las
 	for (std::size_t i = first + 1; i < last; i++)
 	{
 		const float off = std::abs(dx * (y(i) - y(first)) - dy * (x(i) - x(first))) / length;
-		if (off > greatest) greatest = off, corner = i;
+		if (off <= greatest) continue;
+		greatest = off;
+		corner = i;
 	}
 	if (corner == first) return;
 	starts[corner] = 1;
@@ -92,7 +99,7 @@ void split_surface(const BeamArrays& returns, std::size_t first, std::size_t las
 	split_surface(returns, corner, last, starts);
 }
 
-/// Marks where straight pieces of surface begin.
+/// Returns where surfaces, straight pieces of what the scan sees, begin.
 std::vector<std::uint8_t> find_surfaces(const BeamSubset& subset)
 {
 	const std::size_t count = subset.log_range.size();

@@ -10,42 +10,45 @@
 
 namespace d2s1r
 {
-/// Ends of beams, coordinate by coordinate; padded to whole vectors by ones that have a negative range and end far
-/// outside of any map.
+/// Beams as arrays, coordinate by coordinate. They are padded to whole vectors by beams of negative range, which end
+/// far outside of any map.
 struct BeamArrays
 {
-	std::vector<float> unit_x, unit_y;  //!< unit vectors, sensor frame
+	std::vector<float> unit_x, unit_y;  //!< [-] unit vectors, sensor frame
 	std::vector<float> range;           //!< [m]
 };
 
-/// Some beams of a scan, evenly spread.
+/// Some beams of a scan, evenly spread over it.
 struct BeamSubset
 {
-	BeamArrays returns;            //!< counter-clockwise; of a full circle, from where a surface begins
-	std::vector<float> log_range;  //!< ln of range / 3 m of each return, range within 0.5 and 20 m; not padded
-	/// 1 for a return that has a beam that ended at nothing, or more than 10 deg without data, on its clockwise side
+	BeamArrays returns;  //!< counter-clockwise; those of a full circle begin where a surface does
+	/// [-] ln(range / 3 m) of each return, its range limited to 0.5 to 20 m; not padded.
+	std::vector<float> log_range;
+	/// 1 for a return that begins a run: on its clockwise side is a beam that saw nothing, or more than 10 deg without
+	/// data.
 	std::vector<std::uint8_t> starts_run;
-	/// 1 for a return whose neighbour on its clockwise side, also a return and not more than 10 deg apart, is more than
-	/// 0.5 m nearer or further, and by more than any surface that beams `spacing` apart see at 4 deg or more could
-	/// explain
+	/// 1 for a return with a depth edge on its clockwise side: the neighbour there, also a return and not more than
+	/// 10 deg apart, is more than 0.5 m nearer or further, and by more than a surface could explain that beams
+	/// `spacing` apart meet at 4 deg or more.
 	std::vector<std::uint8_t> depth_edge;
-	/// 1 for a return that begins a straight piece of surface: neighbours within 10 cm of a line, without a depth edge
+	/// 1 for a return that begins a surface: a straight piece of neighbours within 10 cm of a line, without a depth
+	/// edge.
 	std::vector<std::uint8_t> starts_surface;
-	BeamArrays no_returns;  //!< beams that ended at nothing, up to the reach of the sensor, at most 20 m
-	std::size_t count = 0;  //!< [-] beams, those that ended at nothing included
-	double spacing = 0;     //!< [rad] between neighbours that no gap parts: what a ray stands for
+	BeamArrays no_returns;  //!< beams that saw nothing, up to the reach of the sensor, at most 20 m
+	std::size_t count = 0;  //!< [-] number of beams, those that saw nothing included
+	double spacing = 0;     //!< [rad] between neighbours that no gap parts: the angle that one beam stands for
 };
 
-/// At most `most` beams of `scan`: every n-th, n chosen for a distance nearest to `spacing` [rad]. Thread-safe, as
-/// the following.
+/// Selects every n-th beam of `scan`, at most `most`. n is chosen so that they are apart by about `spacing` [rad].
+/// Thread-safe, as the following functions are.
 BeamSubset select_beams(const Scan& scan, double spacing, int most);
 
-/// What a fit or a score of many poses is first judged by: 4 deg apart, 45 at most.
+/// Returns the few beams that many poses are first judged by: 4 deg apart, 45 at most.
 BeamSubset few_beams(const Scan& scan);
 
-/// What the better ones are refined with: 1 deg apart, 180 at most.
+/// Returns the many beams that the better poses are refined with: 1 deg apart, 180 at most.
 BeamSubset many_beams(const Scan& scan);
 
-/// What decides: 1 deg apart, 360 at most.
+/// Returns all beams that are used, which decide: 1 deg apart, 360 at most.
 BeamSubset all_beams(const Scan& scan);
 }  // namespace d2s1r

@@ -12,9 +12,10 @@ namespace
 {
 constexpr double kFullTurn = 2 * M_PI;
 
-/// A reading as it is recorded -> distance and whether something was hit there; no value: no data.
+/// Turns a reading, as it is recorded, into a distance and whether the beam hit something there. It has no value if the
+/// reading is no data.
 ///
-/// What drivers and logs write, and how it is read:
+/// This is what drivers and logs write, and how it is read:
 ///   finite, in range, valid       a return
 ///   at or beyond maxRange, +inf   no return, whether flagged valid or not: SICK lasers say 81.8x m with maxRange 80,
 ///                                 MRPT's demos flag that invalid, ROS drivers write +inf (REP 117)
@@ -33,13 +34,14 @@ std::optional<Beam> read_beam(float range, bool flagged_valid, float max_range, 
 	return std::nullopt;
 }
 
-/// Greatest tilt of the sensor's plane against the plane of the robot during the scan [rad].
+/// Returns the greatest tilt [rad] of the sensor's plane against the plane of the robot during the scan.
 double tilt_of(const mrpt::obs::CObservation2DRangeScan& observation)
 {
 	const auto& axes = observation.sensorPose.getRotationMatrix();
 	return std::atan2(std::hypot(axes(2, 0), axes(2, 1)), std::abs(axes(2, 2))) + std::abs(observation.deltaPitch);
 }
 
+/// Says why an observation cannot be used; empty if it can.
 std::string unusable_because(const mrpt::obs::CObservation2DRangeScan& observation, const ScanParameters& parameters)
 {
 	if (observation.getScanSize() < 2) return "the scan has fewer than 2 beams";
@@ -57,7 +59,7 @@ std::string unusable_because(const mrpt::obs::CObservation2DRangeScan& observati
 	return {};
 }
 
-/// Beams counter-clockwise as seen from above, by increasing angle.
+/// Returns the usable beams, counter-clockwise as seen from above, by increasing angle.
 std::vector<Beam> read_beams(const mrpt::obs::CObservation2DRangeScan& observation, const ScanParameters& parameters)
 {
 	const bool upside_down = observation.sensorPose.getRotationMatrix()(2, 2) < 0;
@@ -69,7 +71,7 @@ std::vector<Beam> read_beams(const mrpt::obs::CObservation2DRangeScan& observati
 	for (std::size_t i = 0; i < observation.getScanSize(); i++)
 	{
 		const double turned = static_cast<double>(i) * step;
-		if (turned > kFullTurn - step / 2) break;  // looks where the first beam looked
+		if (turned > kFullTurn - step / 2) break;  // this beam looks where the first one looked
 		auto beam = read_beam(
 		    observation.getScanRange(i), observation.getScanRangeValidity(i), observation.maxRange, parameters);
 		if (!beam) continue;
@@ -86,7 +88,7 @@ bool is_field_of_view(double angle)
 	return angle > 0 && angle <= 2 * M_PI + kRounding;
 }
 
-/// Whether beams are as Scan::beams says; angles that are equal are in order, too.
+/// Returns whether beams are as Scan::beams says; equal angles are in order, too.
 bool are_in_order(const std::vector<Beam>& beams)
 {
 	float least = -static_cast<float>(M_PI);

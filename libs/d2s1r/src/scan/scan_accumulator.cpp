@@ -29,7 +29,7 @@ void ScanAccumulator::add(const Scan& scan, const mrpt::poses::CPose2D& motion)
 	if (!scan.valid()) return;
 	views_.push_front({scan, {}});
 
-	// What only shows what newer scans show is not needed any more: a robot that stands still keeps one scan.
+	// A scan that shows only what newer ones show, too, is dropped: a robot that stands still keeps one scan.
 	Circle circle{{}, std::vector<bool>(static_cast<std::size_t>(directions_))};
 	const auto superseded = [&](const View& view) { return !add_to(circle, view); };
 	views_.erase(std::remove_if(views_.begin(), views_.end(), superseded), views_.end());
