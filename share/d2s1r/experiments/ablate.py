@@ -78,7 +78,7 @@ def read_constants(ini):
     for line in ini.splitlines():
         head = re.match(r"\[(\w+)\]", line)
         section = head.group(1) if head else section
-        entry = re.match(rf"(\w+) = ({number})\s*;.*, ({number}) to ({number})$", line)
+        entry = re.match(rf"(\w+) = ({number})\s*;.* \(({number}) to ({number})\)$", line)
         if entry and section in SECTIONS:
             key, value, least, greatest = entry.groups()
             is_whole = key.startswith("max_") and "share" not in key or key in (
