@@ -75,7 +75,7 @@ struct Stages
 	static DefaultIndex index_of(const std::string& site, const Parameters& parameters)
 	{
 		const Grid grid = make_grid(*site_map(site, "map_test"), {});
-		return make_default_index(grid, find_free_cells(grid, {false, parameters.coarse_search.clearance}), parameters);
+		return make_default_index(grid, parameters);
 	}
 	const Scan& scan(std::size_t i) const { return queries[i * 7 % queries.size()].scan; }
 };
@@ -87,8 +87,8 @@ void coarse(::benchmark::State& state, const std::string& site)
 	std::size_t i = 0;
 	for ([[maybe_unused]] auto _ : state)
 		::benchmark::DoNotOptimize(
-		    coarse_search(stages.index.profiles, stages.scan(i++), stages.parameters.coarse_search));
-	state.counters["positions"] = static_cast<double>(stages.index.profiles.size());
+		    coarse_search(stages.index.readings[0].profiles, stages.scan(i++), stages.parameters.coarse_search));
+	state.counters["positions"] = static_cast<double>(stages.index.readings[0].profiles.size());
 }
 
 void refine_and_decide(::benchmark::State& state, const std::string& site, bool decides)
@@ -101,18 +101,18 @@ void refine_and_decide(::benchmark::State& state, const std::string& site, bool 
 		state.PauseTiming();
 		const Scan& scan = stages.scan(i++);
 		const BeamSubset few = few_beams(scan), more = many_beams(scan);
-		const auto candidates = coarse_search(stages.index.profiles, scan, stages.parameters.coarse_search);
+		const auto candidates = coarse_search(stages.index.readings[0].profiles, scan, stages.parameters.coarse_search);
 		if (!decides) state.ResumeTiming();
-		const auto settled = settle(stages.index.field, few, candidates, stages.parameters.refinement);
-		const auto promising = make_shortlist(stages.index.tracer, stages.index.field, few, settled, stages.parameters);
-		const auto poses = refine(stages.index.field, more, promising, stages.parameters.refinement);
+		const auto settled = settle(stages.index.readings[0].field, few, candidates, stages.parameters.refinement);
+		const auto promising = make_shortlist(stages.index.readings[0].tracer, stages.index.readings[0].field, few, settled, stages.parameters);
+		const auto poses = refine(stages.index.readings[0].field, more, promising, stages.parameters.refinement);
 		if (decides)
 		{
 			state.ResumeTiming();
 			const BeamSubset all = all_beams(scan);
 			const auto places =
-			    find_places(stages.index.tracer, stages.index.field, scan, all, poses, {}, stages.parameters);
-			::benchmark::DoNotOptimize(decide(stages.index.field, scan, all, places, stages.parameters));
+			    find_places(stages.index.readings[0].tracer, stages.index.readings[0].field, scan, all, poses, {}, stages.parameters);
+			::benchmark::DoNotOptimize(decide(scan, places, stages.parameters));
 		}
 	}
 }

@@ -115,10 +115,7 @@ void for_each_scan(const std::string& rawlog, Handle&& handle)
 
 DefaultIndex index_of(const std::string& map, const Parameters& parameters)
 {
-	const Grid grid = make_grid(*load_map(map), parameters.grid);
-	FreeCellParameters free_cells = parameters.free_cells;
-	free_cells.clearance = std::max(free_cells.clearance, parameters.coarse_search.clearance);
-	return make_default_index(grid, find_free_cells(grid, free_cells), parameters);
+	return make_default_index(make_grid(*load_map(map), parameters.grid), parameters);
 }
 
 /// A weight of BeamModel, and the model in which it is 1 and all others are 0.
@@ -205,7 +202,8 @@ class Writer
 		const auto errors = [&](const TPose2D& sensor)
 		{ return truth ? errors_of(sensor + robot_on_sensor, *truth) : Errors{}; };
 		const BeamSubset all = all_beams(scan);
-		Comparison comparison = compare(scan, coarse_search(index_.profiles, scan, parameters_.coarse_search), errors);
+		Comparison comparison =
+		    compare(scan, coarse_search(index_.readings.back().profiles, scan, parameters_.coarse_search), errors);
 		frames_ << ',' << comparison.in_candidates << ',' << comparison.in_settled << ',' << comparison.in_shortlist
 		        << ',' << comparison.in_refined;
 		bool is_found = false;
@@ -225,7 +223,7 @@ class Writer
 	template <class ErrorsAt>
 	Comparison compare(const Scan& scan, const std::vector<Candidate>& candidates, const ErrorsAt& errors) const
 	{
-		const auto& [profiles, field, tracer] = index_;
+		const auto& [profiles, field, tracer] = index_.readings.back();
 		const BeamSubset few = few_beams(scan), many = many_beams(scan), all = all_beams(scan);
 		const auto settled = settle(field, few, candidates, parameters_.refinement);
 		const auto shortlist = make_shortlist(tracer, field, few, settled, parameters_);
@@ -250,7 +248,10 @@ class Writer
 		terms_ << frame_ << ',' << is_right << ',' << is_added << ',' << s.log_likelihood << ',' << s.explained << ','
 		       << s.in_front << ',' << s.unexplained << ',' << s.depth_edges << ',' << s.surfaces;
 		for (const Term& term : all_terms_)
-			terms_ << ',' << score(index_.tracer, index_.field, all, place.scored_at, term.alone).log_likelihood;
+			terms_ << ','
+			       << score(
+			              index_.readings.back().tracer, index_.readings.back().field, all, place.scored_at, term.alone)
+			              .log_likelihood;
 		terms_ << '\n';
 	}
 

@@ -40,7 +40,6 @@ inline Localization decide_among(
 	for (const auto& pose : poses) refined.push_back({pose, 1});
 	const DistanceField field(grid);
 	const BeamSubset all = all_beams(scan);
-	return decide(
-	    field, scan, all, find_places(BeamTracer(grid), field, scan, all, refined, prior, parameters), parameters);
+	return decide(scan, find_places(BeamTracer(grid), field, scan, all, refined, prior, parameters), parameters);
 }
 }  // namespace d2s1r::test

@@ -7,6 +7,8 @@
 #include "base/scoped_timer.h"
 #include "fine/decision.h"
 #include "fine/shortlist.h"
+#include "map/free_cells.h"
+#include "ranges/wall_surface.h"
 
 namespace d2s1r
 {
@@ -47,19 +49,43 @@ bool is_clear(const Localization& answer, const FirstLookParameters& parameters)
 	return answer.status == Status::kLocalized && answer.confidence > parameters.clear_above;
 }
 
-/// Goes from candidates to an answer: each result feeds the next step.
-Localization judge(
-    const DefaultIndex& index, const Scan& scan, const std::vector<Candidate>& candidates, const Prior& prior,
+/// Goes from candidates to places: each result feeds the next step.
+std::vector<Place> places_among(
+    const std::vector<Candidate>& candidates, const MapReading& map, const Scan& scan, const Prior& prior,
     const Parameters& parameters, StageTimes& times)
 {
-	const DistanceField& field = index.field;
-	const BeamTracer& tracer = index.tracer;
+	const DistanceField& field = map.field;
+	const BeamTracer& tracer = map.tracer;
 	const BeamSubset few = few_beams(scan), many = many_beams(scan), all = all_beams(scan);
 	const auto settled = timed(times.registration_ms, settle, field, few, candidates, parameters.refinement);
 	const auto shortlist = timed(times.refinement_ms, make_shortlist, tracer, field, few, settled, parameters);
 	const auto refined = timed(times.refinement_ms, refine, field, many, shortlist, parameters.refinement);
-	const auto places = timed(times.refinement_ms, find_places, tracer, field, scan, all, refined, prior, parameters);
-	return timed(times.refinement_ms, decide, field, scan, all, places, parameters);
+	return timed(times.refinement_ms, find_places, tracer, field, scan, all, refined, prior, parameters);
+}
+
+/// Searches the map with the effort that `look` allows. The search goes on with as many candidates as the time affords.
+/// \return no value if `look` must leave out candidates, and `may_leave_out` is false
+std::optional<Localization> answer_of(
+    const Parameters& look, bool may_leave_out, const Scan& scan, const DefaultIndex& index, const Query& query,
+    const std::function<double()>& left_ms, StageTimes& times)
+{
+	std::vector<Place> places;
+	double share = 1 / static_cast<double>(index.readings.size());  // [-] of the time that is left
+	for (const MapReading& map : index.readings)
+	{
+		auto candidates = timed(times.retrieval_ms, coarse_search, map.profiles, scan, look.coarse_search, query.prior);
+		if (!may_leave_out && static_cast<int>(candidates.size()) >= look.coarse_search.candidates) return std::nullopt;
+		StageTimes of_sample;
+		const AffordableCandidates affordable = affordable_candidates(
+		    share * left_ms(), std::move(candidates), look,
+		    [&](const auto& some, const Parameters& fewer)
+		    { places_among(some, map, scan, query.prior, fewer, of_sample); });
+		places = merged_places(
+		    std::move(places),
+		    places_among(affordable.candidates, map, scan, query.prior, affordable.parameters, times), look.scoring);
+		share = 1;
+	}
+	return timed(times.refinement_ms, decide, scan, places, look);
 }
 }  // namespace
 
@@ -68,24 +94,17 @@ Localization localize_default(
 {
 	constexpr double kShareOfFirstLook = 0.5;  // [-] of the time budget; after it no second look is begun
 	const mrpt::system::CTicTac watch;
-	const auto spent_ms = [&] { return 1e3 * watch.Tac(); };
+	const double budget_ms = query.time_budget > 0 ? query.time_budget : HUGE_VAL;
+	const auto left_ms = [&] { return budget_ms - 1e3 * watch.Tac(); };
 	StageTimes times;
 	Localization result;
 	const std::vector<Parameters> all_looks = looks(parameters);
 	for (const Parameters& look : all_looks)
 	{
-		auto candidates =
-		    timed(times.retrieval_ms, coarse_search, index.profiles, scan, look.coarse_search, query.prior);
-		const bool some_left_out = static_cast<int>(candidates.size()) >= look.coarse_search.candidates;
-		if (some_left_out && &look != &all_looks.back()) continue;
-		StageTimes of_sample;
-		const AffordableCandidates affordable = affordable_candidates(
-		    query.time_budget > 0 ? query.time_budget - spent_ms() : INFINITY, std::move(candidates), look,
-		    [&](const auto& some, const Parameters& fewer)
-		    { judge(index, scan, some, query.prior, fewer, of_sample); });
-		result = judge(index, scan, affordable.candidates, query.prior, affordable.parameters, times);
-		const bool is_late = query.time_budget > 0 && spent_ms() > kShareOfFirstLook * query.time_budget;
-		if (is_clear(result, parameters.first_look) || is_late) break;
+		const auto answer = answer_of(look, &look == &all_looks.back(), scan, index, query, left_ms, times);
+		if (!answer) continue;
+		result = *answer;
+		if (is_clear(result, parameters.first_look) || left_ms() < (1 - kShareOfFirstLook) * budget_ms) break;
 	}
 	if (result.status == Status::kRejected && !query.prior.anywhere())
 		result.note = "no place in the given region explains the scan";
@@ -99,17 +118,34 @@ std::optional<Hypothesis> hypothesis_near(
 	Parameters lenient = parameters;
 	lenient.scoring.rejected_below = 0;
 	StageTimes times;
-	const Localization result = judge(index, scan, {Candidate{robot + scan.sensor_on_robot}}, {}, lenient, times);
+	std::vector<Place> places;
+	for (const MapReading& map : index.readings)
+		places = merged_places(
+		    std::move(places), places_among({Candidate{robot + scan.sensor_on_robot}}, map, scan, {}, lenient, times),
+		    lenient.scoring);
+	const Localization result = decide(scan, places, lenient);
 	if (result.hypotheses.empty()) return std::nullopt;
 	Hypothesis hypothesis = result.best();
 	hypothesis.probability = 0;
 	return hypothesis;
 }
 
-DefaultIndex make_default_index(const Grid& grid, const std::vector<CellIndex>& cells, const Parameters& parameters)
+DefaultIndex make_default_index(const Grid& grid, const Parameters& parameters)
 {
-	const Grid hollow = with_hollow_walls(grid);
-	return {make_range_profiles(grid, cells, parameters.coarse_search), DistanceField(hollow), BeamTracer(hollow)};
+	DefaultIndex index;
+	const auto add_reading = [&](const Grid& read)
+	{
+		FreeCellParameters free_cells = parameters.free_cells;
+		free_cells.clearance = std::max(free_cells.clearance, parameters.coarse_search.clearance);
+		const Grid hollow = with_hollow_walls(read);
+		index.readings.push_back(
+		    {make_range_profiles(read, find_sensor_cells(read, free_cells), parameters.coarse_search),
+		     DistanceField(hollow), BeamTracer(hollow)});
+	};
+	add_reading(grid);
+	const double depth = measure_walls(grid).surface_depth;
+	if (depth > 0.5 * grid.cell_size) add_reading(with_surfaces_deeper(grid, depth));
+	return index;
 }
 
 AffordableCandidates affordable_candidates(

@@ -7,22 +7,30 @@
 
 #include <functional>
 #include <optional>
+#include <vector>
 
 #include "coarse/coarse_search.h"
 #include "fine/scoring.h"
 
 namespace d2s1r
 {
-/// What the default method looks scans up in.
-struct DefaultIndex
+/// A map, read in one way, as the default method looks scans up in it.
+struct MapReading
 {
 	RangeProfiles profiles;
 	DistanceField field;
 	BeamTracer tracer;
 };
 
-/// \param cells where a sensor can stand, increasing
-DefaultIndex make_default_index(const Grid& grid, const std::vector<CellIndex>& cells, const Parameters& parameters);
+/// What the default method looks scans up in: the map as it is drawn and, if its walls are so thick that it may have been
+/// smeared, the map with their surfaces deeper inside the walls, too. Only scans can tell which of the two is right.
+struct DefaultIndex
+{
+	std::vector<MapReading> readings;  //!< at least one; as drawn first
+};
+
+/// \throws std::invalid_argument if a sensor can stand nowhere
+DefaultIndex make_default_index(const Grid& grid, const Parameters& parameters);
 
 /// Answers where `scan` was taken by the default method, which works for any field of view: coarse_search(), settle(),
 /// make_shortlist(), refine(), find_places(), decide(). All this is done with fewer candidates first, and once more

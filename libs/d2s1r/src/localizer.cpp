@@ -19,16 +19,6 @@ namespace d2s1r
 {
 namespace
 {
-std::vector<CellIndex> sensor_cells(const Grid& grid, const FreeCellParameters& parameters)
-{
-	auto cells = find_free_cells(grid, parameters);
-	if (cells.empty())
-		throw std::invalid_argument(
-		    "the map has no free cell a sensor can stand in; check its thresholds, free_cells.clearance, "
-		    "free_cells.largest_region_only and coarse_search.clearance");
-	return cells;
-}
-
 void check_reach(double max_range, const Grid& grid)
 {
 	const double most = kMostSweptCells * grid.cell_size;
@@ -36,12 +26,6 @@ void check_reach(double max_range, const Grid& grid)
 		throw std::invalid_argument(mrpt::format(
 		    "paper.max_range = %g m is more than %d cells of this map; lower it to %g m or use larger cells", max_range,
 		    kMostSweptCells, most));
-}
-
-FreeCellParameters with_clearance(FreeCellParameters parameters, double clearance)
-{
-	parameters.clearance = std::max(parameters.clearance, clearance);
-	return parameters;
 }
 }  // namespace
 
@@ -56,12 +40,10 @@ struct Localizer::Index
 		if (parameters.method == Method::kPaper)
 		{
 			check_reach(parameters.paper.max_range, grid);
-			signatures.emplace(grid, sensor_cells(grid, parameters.free_cells), parameters, threads);
+			signatures.emplace(grid, find_sensor_cells(grid, parameters.free_cells), parameters, threads);
 			return;
 		}
-		default_index.emplace(make_default_index(
-		    grid, sensor_cells(grid, with_clearance(parameters.free_cells, parameters.coarse_search.clearance)),
-		    parameters));
+		default_index.emplace(make_default_index(grid, parameters));
 	}
 
 	Parameters parameters;

@@ -68,7 +68,8 @@ std::vector<Place> find_places(
 	const auto is_possible = [&](const TPose2D& sensor) { return prior.allows(sensor + robot_on_sensor); };
 	std::vector<Place> scored;
 	for (const auto& [pose, fit] : poses)
-		if (is_possible(pose)) scored.push_back({pose, score(tracer, field, all, pose, model), pose});
+		if (is_possible(pose))
+			scored.push_back({pose, score(tracer, field, all, pose, model), pose, 0, Eigen::Matrix3d::Zero()});
 	sort_best_first(scored);
 	const double least = scored.empty() ? 0 : scored.front().score.log_likelihood - kHopeless;
 	const std::size_t to_polish = std::min(scored.size(), static_cast<std::size_t>(parameters.refinement.max_polished));
@@ -90,12 +91,21 @@ std::vector<Place> find_places(
 		if (best.score.log_likelihood > places[i].score.log_likelihood)
 			places[i].score = best.score, places[i].scored_at = best.pose;
 	}
-	return distinct_places(std::move(places), parameters.scoring);
+	places = distinct_places(std::move(places), parameters.scoring);
+	const std::size_t listed = std::min(places.size(), static_cast<std::size_t>(parameters.scoring.hypotheses));
+	for (std::size_t i = 0; i < listed; i++)
+		places[i].covariance = pose_covariance(field, all, places[i].pose, parameters.refinement);
+	return places;
 }
 
-Localization decide(
-    const DistanceField& field, const Scan& scan, const BeamSubset& all, const std::vector<Place>& places,
-    const Parameters& parameters)
+std::vector<Place> merged_places(std::vector<Place> a, std::vector<Place> b, const ScoringParameters& parameters)
+{
+	if (a.empty()) return b;
+	a.insert(a.end(), b.begin(), b.end());
+	return distinct_places(std::move(a), parameters);
+}
+
+Localization decide(const Scan& scan, const std::vector<Place>& places, const Parameters& parameters)
 {
 	double mass = 0;
 	for (const Place& place : places) mass += place.weight;
@@ -106,9 +116,8 @@ Localization decide(
 	const auto count = std::min(places.size(), static_cast<std::size_t>(parameters.scoring.hypotheses));
 	for (std::size_t i = 0; i < count; i++)
 	{
-		const TPose2D& pose = places[i].pose;
-		const mrpt::math::CMatrixDouble33 covariance(pose_covariance(field, all, pose, parameters.refinement));
-		Hypothesis hypothesis = hypothesis_of_sensor(pose, covariance, scan.sensor_on_robot);
+		const mrpt::math::CMatrixDouble33 covariance(places[i].covariance);
+		Hypothesis hypothesis = hypothesis_of_sensor(places[i].pose, covariance, scan.sensor_on_robot);
 		hypothesis.probability = present * places[i].weight / mass;
 		hypothesis.log_likelihood = places[i].score.log_likelihood;
 		hypothesis.explained = places[i].score.explained;

@@ -18,6 +18,8 @@ struct Place
 	Score score;                    //!< the best that was found at this place
 	mrpt::math::TPose2D scored_at;  //!< sensor in map, m and rad: where it was found, some centimetres beside
 	double weight = 0;              //!< [0, 1] likelihood relative to the best place, tempered
+	Eigen::Matrix3d covariance =
+	    Eigen::Matrix3d::Zero();  //!< of pose (x, y, phi) [m^2, m rad, rad^2]; set for the places that may be listed
 };
 
 /// Scores refined poses with all beams and keeps the best of each place. Poses that may be the best one are polished
@@ -36,7 +38,8 @@ std::vector<Place> find_places(
 /// Both were learned from scans of eight buildings and of 17 drawn floor plans, with furniture that the plan does not
 /// have, in their own and in other buildings' maps. \param places best first \return status, confidence and hypotheses
 /// (robot in map)
-Localization decide(
-    const DistanceField& field, const Scan& scan, const BeamSubset& all, const std::vector<Place>& places,
-    const Parameters& parameters);
+Localization decide(const Scan& scan, const std::vector<Place>& places, const Parameters& parameters);
+
+/// Returns the places of both lists, best first; of those at one place only the better one. Thread-safe.
+std::vector<Place> merged_places(std::vector<Place> a, std::vector<Place> b, const ScoringParameters& parameters);
 }  // namespace d2s1r

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 namespace d2s1r
 {
@@ -78,6 +79,16 @@ std::vector<CellIndex> find_free_cells(const Grid& grid, const FreeCellParameter
 		if (grid.cells[i] == Cell::kFree) cells.push_back(static_cast<CellIndex>(i));
 	if (parameters.largest_region_only) keep_largest_region(grid, cells);
 	if (parameters.clearance > 0) keep_clear_cells(grid, parameters.clearance, cells);
+	return cells;
+}
+
+std::vector<CellIndex> find_sensor_cells(const Grid& grid, const FreeCellParameters& parameters)
+{
+	auto cells = find_free_cells(grid, parameters);
+	if (cells.empty())
+		throw std::invalid_argument(
+		    "the map has no free cell a sensor can stand in; check its thresholds, free_cells.clearance, "
+		    "free_cells.largest_region_only and coarse_search.clearance");
 	return cells;
 }
 }  // namespace d2s1r

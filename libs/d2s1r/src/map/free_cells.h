@@ -12,6 +12,9 @@ namespace d2s1r
 /// Thread-safe.
 std::vector<CellIndex> find_free_cells(const Grid& grid, const FreeCellParameters& parameters);
 
+/// The same. \throws std::invalid_argument if there is no such cell
+std::vector<CellIndex> find_sensor_cells(const Grid& grid, const FreeCellParameters& parameters);
+
 /// Distance [cells] of every cell of `grid`, and of a rim of `rim` cells about it, to the nearest occupied cell of its
 /// column, at most `most`; row-major.
 /// \param most below the greatest T

@@ -1,0 +1,117 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "ranges/wall_surface.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include "ranges/distance_field.h"
+
+namespace d2s1r
+{
+namespace
+{
+constexpr double kThickest = 1.2;        //!< [m] what is thicker is no wall
+constexpr double kSharpThickness = 0.1;  //!< [m] of walls that are drawn by a laser whose poses are known
+
+struct Step
+{
+	int column, row;
+};
+constexpr std::array<Step, 8> kSteps{{{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {1, 1}, {-1, -1}, {1, -1}, {-1, 1}}};
+
+bool is_free(const Grid& grid, int column, int row)
+{
+	return grid.contains(column, row) && grid.at(column, row) == Cell::kFree;
+}
+
+/// Returns the length [m] of the run of occupied cells that begins at (column, row) behind a free cell and goes on by
+/// `step`, or infinity if it does not end at a free cell.
+double run_length(const Grid& grid, int column, int row, const Step& step)
+{
+	const double of_step = grid.cell_size * std::hypot(step.column, step.row);
+	const int most = static_cast<int>(kThickest / of_step);
+	int cells = 0;
+	for (; cells <= most && grid.contains(column, row) && grid.at(column, row) == Cell::kOccupied; cells++)
+	{
+		column += step.column;
+		row += step.row;
+	}
+	return cells <= most && is_free(grid, column, row) ? cells * of_step : HUGE_VAL;
+}
+
+/// Returns the thickness [m] of the wall at an occupied cell: the shortest run through it from free to free cells.
+double thickness_at(const Grid& grid, int column, int row)
+{
+	double thickness = HUGE_VAL;
+	for (const Step& step : kSteps)
+		if (is_free(grid, column - step.column, row - step.row))
+			thickness = std::min(thickness, run_length(grid, column, row, step));
+	return thickness;
+}
+
+/// Returns the distances [cells] from the centres of all cells to the nearest free cell's, at most
+/// DistanceField::kReachCells.
+std::vector<float> distances_to_free(const Grid& grid)
+{
+	Grid inverted = grid;
+	for (Cell& cell : inverted.cells) cell = cell == Cell::kFree ? Cell::kOccupied : Cell::kFree;
+	const DistanceField field(inverted);
+	const int rim = (field.width() - grid.width) / 2;
+	std::vector<float> distances;
+	distances.reserve(grid.cells.size());
+	for (int row = 0; row < grid.height; row++)
+	{
+		const std::uint16_t* from =
+		    field.cells() + static_cast<std::size_t>(row + rim) * static_cast<std::size_t>(field.width()) + rim;
+		for (int column = 0; column < grid.width; column++)
+			distances.push_back(static_cast<float>(from[column]) / DistanceField::kUnitsPerCell);
+	}
+	return distances;
+}
+}  // namespace
+
+WallMeasure measure_walls(const Grid& grid)
+{
+	constexpr double kShare = 0.3;       // [-] of the walls that are at most so thick
+	constexpr double kRounding = 1e-6;   // [m]
+	constexpr std::size_t kFewest = 50;  // [-] cells that tell something
+	std::vector<double> thicknesses;
+	for (int row = 0; row < grid.height; row++)
+		for (int column = 0; column < grid.width; column++)
+			if (grid.at(column, row) == Cell::kOccupied)
+				if (const double thickness = thickness_at(grid, column, row); std::isfinite(thickness))
+					thicknesses.push_back(thickness);
+	if (thicknesses.size() < kFewest) return {};
+	const auto third =
+	    thicknesses.begin() + static_cast<std::ptrdiff_t>(kShare * static_cast<double>(thicknesses.size()));
+	std::nth_element(thicknesses.begin(), third, thicknesses.end());
+	return {*third, std::max(0.0, *third - kSharpThickness - kRounding)};
+}
+
+Grid with_surfaces_deeper(const Grid& grid, double depth)
+{
+	const std::vector<float> distances = distances_to_free(grid);
+	const auto distance = [&](int column, int row)
+	{
+		const bool is_wall = grid.contains(column, row) && grid.at(column, row) == Cell::kOccupied;
+		return is_wall ? distances[static_cast<std::size_t>(grid.index(column, row))] : 0.0F;
+	};
+	const auto is_middle_line = [&](int column, int row)
+	{
+		return std::none_of(
+		    kSteps.begin(), kSteps.end(),
+		    [&](const Step& step)
+		    { return distance(column + step.column, row + step.row) > distance(column, row) + 1e-3F; });
+	};
+	const auto removed_below = static_cast<float>(depth / grid.cell_size + 0.5);  // [cells] between centres
+	Grid deeper = grid;
+	for (int row = 0; row < grid.height; row++)
+		for (int column = 0; column < grid.width; column++)
+			if (grid.at(column, row) == Cell::kOccupied && distance(column, row) < removed_below &&
+			    !is_middle_line(column, row))
+				deeper.cells[static_cast<std::size_t>(grid.index(column, row))] = Cell::kFree;
+	return deeper;
+}
+}  // namespace d2s1r

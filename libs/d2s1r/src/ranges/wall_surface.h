@@ -1,0 +1,27 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <d2s1r/grid.h>
+
+namespace d2s1r
+{
+/// How a map draws its walls.
+struct WallMeasure
+{
+	/// [m] Thickness that three of ten pieces of wall do not exceed, among those with free space on both sides; 0 if
+	/// the map has no such wall. A laser draws partitions, doors and furniture one or two cells thick, so that a map in
+	/// which even the thin walls are thick was smeared: by errors of its poses, by blurring, or by safety margins.
+	double thickness = 0;
+
+	/// [m] How deep inside the drawn walls the surfaces lie that a laser sees, if the map was smeared; 0 if it is
+	/// sharp.
+	double surface_depth = 0;
+};
+
+/// Measures the walls of `grid`. Thread-safe, as the following.
+WallMeasure measure_walls(const Grid& grid);
+
+/// Returns `grid` with walls whose surfaces lie `depth` [m] deeper: occupied cells that are less than that behind the
+/// nearest free cell become free, but the middle line of a wall stays.
+Grid with_surfaces_deeper(const Grid& grid, double depth);
+}  // namespace d2s1r
