@@ -8,7 +8,6 @@
 #include "fine/decision.h"
 #include "fine/shortlist.h"
 #include "map/free_cells.h"
-#include "ranges/wall_surface.h"
 
 namespace d2s1r
 {
@@ -35,6 +34,17 @@ Parameters for_first_look(const Parameters& parameters)
 	coarse.overview_unmatched *= effort;
 	for (double* margin : {&coarse.overview_margin, &coarse.margin}) *margin *= margins;
 	return first;
+}
+
+/// The same parameters for a map with such walls: the less exactly it tells where the surfaces are, the less a
+/// difference of log-likelihoods says.
+Parameters adapted_to(const WallMeasure& walls, Parameters parameters)
+{
+	constexpr double kTemperature = 8;  // [1 / m] of depth
+	const double factor = 1 + kTemperature * walls.surface_depth;
+	parameters.scoring.temperature *= factor;
+	parameters.scoring.temperature_by_beam *= factor;
+	return parameters;
 }
 
 /// The searches that are made, one after the other, until the answer is clear.
@@ -98,7 +108,7 @@ Localization localize_default(
 	const auto left_ms = [&] { return budget_ms - 1e3 * watch.Tac(); };
 	StageTimes times;
 	Localization result;
-	const std::vector<Parameters> all_looks = looks(parameters);
+	const std::vector<Parameters> all_looks = looks(adapted_to(index.walls, parameters));
 	for (const Parameters& look : all_looks)
 	{
 		const auto answer = answer_of(look, &look == &all_looks.back(), scan, index, query, left_ms, times);
@@ -115,7 +125,7 @@ Localization localize_default(
 std::optional<Hypothesis> hypothesis_near(
     const Scan& scan, const DefaultIndex& index, const mrpt::math::TPose2D& robot, const Parameters& parameters)
 {
-	Parameters lenient = parameters;
+	Parameters lenient = adapted_to(index.walls, parameters);
 	lenient.scoring.rejected_below = 0;
 	StageTimes times;
 	std::vector<Place> places;
@@ -133,18 +143,19 @@ std::optional<Hypothesis> hypothesis_near(
 DefaultIndex make_default_index(const Grid& grid, const Parameters& parameters)
 {
 	DefaultIndex index;
-	const auto add_reading = [&](const Grid& read)
+	const auto add_reading = [&](const Grid& read, double tolerance)
 	{
 		FreeCellParameters free_cells = parameters.free_cells;
 		free_cells.clearance = std::max(free_cells.clearance, parameters.coarse_search.clearance);
 		const Grid hollow = with_hollow_walls(read);
 		index.readings.push_back(
 		    {make_range_profiles(read, find_sensor_cells(read, free_cells), parameters.coarse_search),
-		     DistanceField(hollow), BeamTracer(hollow)});
+		     DistanceField(hollow, tolerance), BeamTracer(hollow)});
 	};
-	add_reading(grid);
-	const double depth = measure_walls(grid).surface_depth;
-	if (depth > 0.5 * grid.cell_size) add_reading(with_surfaces_deeper(grid, depth));
+	index.walls = measure_walls(grid);
+	const double depth = index.walls.surface_depth, tolerance = index.walls.surface_tolerance();
+	add_reading(grid, tolerance);
+	if (depth > 0.5 * grid.cell_size) add_reading(with_surfaces_deeper(grid, depth), tolerance);
 	return index;
 }
 

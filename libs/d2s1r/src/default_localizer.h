@@ -11,6 +11,7 @@
 
 #include "coarse/coarse_search.h"
 #include "fine/scoring.h"
+#include "ranges/wall_surface.h"
 
 namespace d2s1r
 {
@@ -22,11 +23,13 @@ struct MapReading
 	BeamTracer tracer;
 };
 
-/// What the default method looks scans up in: the map as it is drawn and, if its walls are so thick that it may have been
-/// smeared, the map with their surfaces deeper inside the walls, too. Only scans can tell which of the two is right.
+/// What the default method looks scans up in: the map as it is drawn and, if its walls are so thick that it may have
+/// been smeared, the map with their surfaces deeper inside the walls, too. Only scans can tell which of the two is
+/// right.
 struct DefaultIndex
 {
 	std::vector<MapReading> readings;  //!< at least one; as drawn first
+	WallMeasure walls;
 };
 
 /// \throws std::invalid_argument if a sensor can stand nowhere

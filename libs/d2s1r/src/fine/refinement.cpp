@@ -229,6 +229,9 @@ Eigen::Matrix3d pose_covariance(
 	Eigen::Matrix3d information = information_of(sums).topLeftCorner<3, 3>() / variance_of(beams, parameters);
 	constexpr double kMost = 1.0, kMostYaw = mrpt::DEG2RAD(10.0);  // [m], [rad] of standard deviation
 	information.diagonal() += Eigen::Vector3d(kMost, kMost, kMostYaw).cwiseAbs2().cwiseInverse();
-	return information.inverse();
+	Eigen::Matrix3d covariance = information.inverse();
+	// The surface may be anywhere within the tolerance.
+	covariance.diagonal().head<2>().array() += field.tolerance() * field.tolerance() / 3;
+	return covariance;
 }
 }  // namespace d2s1r

@@ -66,12 +66,13 @@ class RowTransform
 };
 }  // namespace
 
-DistanceField::DistanceField(const Grid& grid)
+DistanceField::DistanceField(const Grid& grid, double tolerance)
     : width_(grid.width + 2 * kReach),
       height_(grid.height + 2 * kReach),
       cell_size_(grid.cell_size),
       origin_x_(grid.origin_x - kReach * grid.cell_size),
-      origin_y_(grid.origin_y - kReach * grid.cell_size)
+      origin_y_(grid.origin_y - kReach * grid.cell_size),
+      tolerance_(tolerance)
 {
 	if (static_cast<double>(width_) * height_ > kMostFieldCells)
 		throw std::invalid_argument("the map has more cells than can be searched; use larger cells or a smaller map");
@@ -84,5 +85,8 @@ DistanceField::DistanceField(const Grid& grid)
 		const auto row = static_cast<std::size_t>(y) * static_cast<std::size_t>(width_);
 		transform(columns.data() + row, cells_.data() + row);
 	}
+	const auto nearer = static_cast<int>(tolerance / cell_size_ * static_cast<double>(kUnitsPerCell));
+	if (nearer > 0)
+		for (std::uint16_t& cell : cells_) cell = static_cast<std::uint16_t>(std::max(0, cell - nearer));
 }
 }  // namespace d2s1r

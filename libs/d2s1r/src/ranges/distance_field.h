@@ -23,13 +23,15 @@ class DistanceField
 	static constexpr float kUnitsPerCell = 1024;
 	static constexpr float kReachCells = 32;  //!< [cells] beyond, the distance is cut off
 
-	/// \throws std::invalid_argument if there are more than 2^30 cells
-	explicit DistanceField(const Grid& grid);
+	/// \param tolerance [m] how far from the occupied cells' centres the walls may be: distances are counted from there
+	/// on \throws std::invalid_argument if there are more than 2^30 cells
+	explicit DistanceField(const Grid& grid, double tolerance = 0);
 
 	/// At (x, y) [m, map frame]; far outside of the grid the greatest distance, with no gradient.
 	Distance at(double x, double y) const;
 
 	double cell_size() const { return cell_size_; }  //!< [m]
+	double tolerance() const { return tolerance_; }  //!< [m]
 	double origin_x() const { return origin_x_; }    //!< [m] lower left corner of the first cell, map frame
 	double origin_y() const { return origin_y_; }    //!< [m]
 	int width() const { return width_; }             //!< [cells]
@@ -39,6 +41,7 @@ class DistanceField
    private:
 	int width_, height_;  //!< [cells] of the grid and a rim about it
 	double cell_size_, origin_x_, origin_y_;
+	double tolerance_;                  //!< [m]
 	std::vector<std::uint16_t> cells_;  //!< [cell_size / 1024] row-major
 };
 inline Distance DistanceField::at(double x, double y) const

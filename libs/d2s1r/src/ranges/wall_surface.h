@@ -16,6 +16,9 @@ struct WallMeasure
 	/// [m] How deep inside the drawn walls the surfaces lie that a laser sees, if the map was smeared; 0 if it is
 	/// sharp.
 	double surface_depth = 0;
+
+	/// [m] How far from there the surfaces may lie, because maps are not smeared evenly.
+	double surface_tolerance() const { return 0.35 * surface_depth; }
 };
 
 /// Measures the walls of `grid`. Thread-safe, as the following.
