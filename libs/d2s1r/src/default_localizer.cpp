@@ -8,6 +8,7 @@
 #include "fine/decision.h"
 #include "fine/shortlist.h"
 #include "map/free_cells.h"
+#include "ranges/wall_surface.h"
 
 namespace d2s1r
 {
@@ -34,17 +35,6 @@ Parameters for_first_look(const Parameters& parameters)
 	coarse.overview_unmatched *= effort;
 	for (double* margin : {&coarse.overview_margin, &coarse.margin}) *margin *= margins;
 	return first;
-}
-
-/// The same parameters for a map with such walls: the less exactly it tells where the surfaces are, the less a
-/// difference of log-likelihoods says.
-Parameters adapted_to(const WallMeasure& walls, Parameters parameters)
-{
-	constexpr double kTemperature = 8;  // [1 / m] of depth
-	const double factor = 1 + kTemperature * walls.surface_depth;
-	parameters.scoring.temperature *= factor;
-	parameters.scoring.temperature_by_beam *= factor;
-	return parameters;
 }
 
 /// The searches that are made, one after the other, until the answer is clear.
@@ -108,7 +98,7 @@ Localization localize_default(
 	const auto left_ms = [&] { return budget_ms - 1e3 * watch.Tac(); };
 	StageTimes times;
 	Localization result;
-	const std::vector<Parameters> all_looks = looks(adapted_to(index.walls, parameters));
+	const std::vector<Parameters> all_looks = looks(parameters);
 	for (const Parameters& look : all_looks)
 	{
 		const auto answer = answer_of(look, &look == &all_looks.back(), scan, index, query, left_ms, times);
@@ -125,7 +115,7 @@ Localization localize_default(
 std::optional<Hypothesis> hypothesis_near(
     const Scan& scan, const DefaultIndex& index, const mrpt::math::TPose2D& robot, const Parameters& parameters)
 {
-	Parameters lenient = adapted_to(index.walls, parameters);
+	Parameters lenient = parameters;
 	lenient.scoring.rejected_below = 0;
 	StageTimes times;
 	std::vector<Place> places;
@@ -152,10 +142,10 @@ DefaultIndex make_default_index(const Grid& grid, const Parameters& parameters)
 		    {make_range_profiles(read, find_sensor_cells(read, free_cells), parameters.coarse_search),
 		     DistanceField(hollow, tolerance), BeamTracer(hollow)});
 	};
-	index.walls = measure_walls(grid);
-	const double depth = index.walls.surface_depth, tolerance = index.walls.surface_tolerance();
-	add_reading(grid, tolerance);
-	if (depth > 0.5 * grid.cell_size) add_reading(with_surfaces_deeper(grid, depth), tolerance);
+	add_reading(grid, 0);
+	const WallMeasure walls = measure_walls(grid);
+	if (walls.surface_depth > 0.5 * grid.cell_size)
+		add_reading(with_surfaces_deeper(grid, walls.surface_depth), walls.surface_tolerance());
 	return index;
 }
 

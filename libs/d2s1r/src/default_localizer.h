@@ -11,7 +11,6 @@
 
 #include "coarse/coarse_search.h"
 #include "fine/scoring.h"
-#include "ranges/wall_surface.h"
 
 namespace d2s1r
 {
@@ -29,7 +28,6 @@ struct MapReading
 struct DefaultIndex
 {
 	std::vector<MapReading> readings;  //!< at least one; as drawn first
-	WallMeasure walls;
 };
 
 /// \throws std::invalid_argument if a sensor can stand nowhere

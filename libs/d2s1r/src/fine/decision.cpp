@@ -16,9 +16,11 @@ using mrpt::math::TPose2D;
 
 /// What a difference of log-likelihoods is divided by for log-odds: the more the best place leaves unexplained, the
 /// more of the difference is chance.
-double temperature(const Score& best, const ScoringParameters& parameters)
+double temperature(const Place& best, const ScoringParameters& parameters)
 {
-	return parameters.temperature + parameters.temperature_by_beam * best.unexplained;
+	constexpr double kByTolerance = 23;  // [1 / m]
+	const double of_scan = parameters.temperature + parameters.temperature_by_beam * best.score.unexplained;
+	return (1 + kByTolerance * best.tolerance) * of_scan;
 }
 
 void sort_best_first(std::vector<Place>& poses)
@@ -36,8 +38,8 @@ std::vector<Place> distinct_places(std::vector<Place> poses, const ScoringParame
 	std::vector<Place> places;
 	for (Place& pose : poses)
 	{
-		const Score& best = poses.front().score;
-		pose.weight = std::exp((pose.score.log_likelihood - best.log_likelihood) / temperature(best, parameters));
+		const Place& best = poses.front();
+		pose.weight = std::exp((pose.score.log_likelihood - best.score.log_likelihood) / temperature(best, parameters));
 		if (distinct.add(pose.pose)) places.push_back(pose);
 	}
 	return places;
@@ -69,7 +71,7 @@ std::vector<Place> find_places(
 	std::vector<Place> scored;
 	for (const auto& [pose, fit] : poses)
 		if (is_possible(pose))
-			scored.push_back({pose, score(tracer, field, all, pose, model), pose, 0, Eigen::Matrix3d::Zero()});
+			scored.push_back({pose, score(tracer, field, all, pose, model), pose, field.tolerance()});
 	sort_best_first(scored);
 	const double least = scored.empty() ? 0 : scored.front().score.log_likelihood - kHopeless;
 	const std::size_t to_polish = std::min(scored.size(), static_cast<std::size_t>(parameters.refinement.max_polished));

@@ -17,6 +17,7 @@ struct Place
 	mrpt::math::TPose2D pose;       //!< sensor in map, m and rad
 	Score score;                    //!< the best that was found at this place
 	mrpt::math::TPose2D scored_at;  //!< sensor in map, m and rad: where it was found, some centimetres beside
+	double tolerance = 0;           //!< [m] of the surfaces of the walls: see DistanceField
 	double weight = 0;              //!< [0, 1] likelihood relative to the best place, tempered
 	Eigen::Matrix3d covariance =
 	    Eigen::Matrix3d::Zero();  //!< of pose (x, y, phi) [m^2, m rad, rad^2]; set for the places that may be listed

@@ -77,6 +77,7 @@ WallMeasure measure_walls(const Grid& grid)
 	constexpr double kShare = 0.3;  // [-] of the walls that are at most so thick
 	// A smeared wall grew on both sides, but the thin ones, which are measured here, grew less than most.
 	constexpr double kDepth = 1.25;      // [-]
+	constexpr double kMostGrowth = 0.2;  // [m] walls that are thicker yet are solid ones
 	constexpr double kRounding = 1e-6;   // [m]
 	constexpr std::size_t kFewest = 50;  // [-] cells that tell something
 	std::vector<double> thicknesses;
@@ -89,7 +90,7 @@ WallMeasure measure_walls(const Grid& grid)
 	const auto third =
 	    thicknesses.begin() + static_cast<std::ptrdiff_t>(kShare * static_cast<double>(thicknesses.size()));
 	std::nth_element(thicknesses.begin(), third, thicknesses.end());
-	return {*third, kDepth * std::max(0.0, *third - kSharpThickness - kRounding)};
+	return {*third, kDepth * std::clamp(*third - kSharpThickness - kRounding, 0.0, kMostGrowth)};
 }
 
 Grid with_surfaces_deeper(const Grid& grid, double depth)
