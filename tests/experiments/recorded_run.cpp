@@ -57,7 +57,7 @@ void read_cache(std::vector<RunFrame>& run, const std::string& file)
 		archive >> status >> hypotheses;
 		frame.localization.status = static_cast<Status>(status);
 		for (const auto& mode : hypotheses)
-			frame.localization.hypotheses.push_back({mode.mean, mode.cov, std::exp(mode.log_w), 0});
+			frame.localization.hypotheses.push_back({mode.mean, mode.cov, std::exp(mode.log_w), {}, {}});
 	}
 }
 }  // namespace

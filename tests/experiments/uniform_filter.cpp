@@ -6,8 +6,8 @@
 #include <mrpt/random/RandomGenerators.h>
 #include <mrpt/slam/CMonteCarloLocalization2D.h>
 
-#include "motion_choice.h"
 #include "particle_place.h"
+#include "prediction.h"
 #include "uniform_filter.h"
 
 namespace d2s1r::experiments
