@@ -104,14 +104,16 @@ void refine_and_decide(::benchmark::State& state, const std::string& site, bool 
 		const auto candidates = coarse_search(stages.index.readings[0].profiles, scan, stages.parameters.coarse_search);
 		if (!decides) state.ResumeTiming();
 		const auto settled = settle(stages.index.readings[0].field, few, candidates, stages.parameters.refinement);
-		const auto promising = make_shortlist(stages.index.readings[0].tracer, stages.index.readings[0].field, few, settled, stages.parameters);
+		const auto promising = make_shortlist(
+		    stages.index.readings[0].tracer, stages.index.readings[0].field, few, settled, stages.parameters);
 		const auto poses = refine(stages.index.readings[0].field, more, promising, stages.parameters.refinement);
 		if (decides)
 		{
 			state.ResumeTiming();
 			const BeamSubset all = all_beams(scan);
-			const auto places =
-			    find_places(stages.index.readings[0].tracer, stages.index.readings[0].field, scan, all, poses, {}, stages.parameters);
+			const auto places = find_places(
+			    stages.index.readings[0].tracer, stages.index.readings[0].field, scan, all, poses, {},
+			    stages.parameters);
 			::benchmark::DoNotOptimize(decide(scan, places, stages.parameters));
 		}
 	}
