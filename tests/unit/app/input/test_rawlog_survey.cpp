@@ -91,6 +91,9 @@ TEST_F(SurveyOfRawlog, KeepsWhatCameBeforeAnObjectThatCrashesMrptsReader)
 
 TEST_F(SurveyOfRawlog, KeepsWhatCameBeforeAnObjectThatTakesTooMuchMemory)
 {
+#ifdef __SANITIZE_ADDRESS__
+	GTEST_SKIP() << "AddressSanitizer takes the memory of the whole machine before it ends the process";
+#endif
 	const LogSurvey found = survey(scan_of("front") + action_collection_of_two_billion());
 	EXPECT_EQ(found.objects, 1U);
 	EXPECT_NE(found.damage.find("damaged after object 1"), std::string::npos) << found.damage;
