@@ -4,6 +4,7 @@
 #include "cli/console.h"
 #include "evaluation/ground_truth.h"
 #include "evaluation/run_report.h"
+#include "evaluation/truth_alignment.h"
 #include "frames/frame_loop.h"
 #include "input/inputs.h"
 #include "output/files.h"
@@ -72,8 +73,10 @@ ExitStatus conclude(const RunReport& report, const std::string& damage, Console&
 	if (report.truth_lines > 0 && report.matches.empty())
 		throw UserError(
 		    kBadInput, report.flags.ground_truth,
-		    "no line has the time of a scan (within 1 ms); the results are in " + report.flags.output_dir +
-		        ", without accuracy. Give times by the rawlog's clock, in s");
+		    mrpt::format(
+		        "no line has the time of a scan (within 1 ms), nor are two lines at most %.1f s apart around one; the "
+		        "results are in %s, without accuracy. Give times by the log's clock, in s",
+		        kGreatestGap, report.flags.output_dir.c_str()));
 	if (!report.flags.write_pf_ini.empty() && !any_localized(report.frames))
 		throw UserError(
 		    kBadOutput, report.flags.write_pf_ini,
@@ -114,7 +117,8 @@ ExitStatus localize(
 	const Log log = open_log(flags.rawlog);
 	const Sensor sensor = choose_sensor(log.survey, flags.sensor_label, flags.rawlog);
 	const FrameSelection selection = select_frames(flags, log.survey, sensor);
-	const GroundTruth truth = flags.ground_truth.empty() ? GroundTruth{} : load_ground_truth(flags.ground_truth);
+	const GroundTruth truth =
+	    flags.ground_truth.empty() ? GroundTruth{} : read_ground_truth(flags.ground_truth, flags.rawlog);
 	make_folder(flags.output_dir);
 	if (!flags.write_config.empty()) write_config(flags, parameters);
 	FrameOutputs outputs(
@@ -142,8 +146,11 @@ ExitStatus localize(
 	outputs.commit();
 	report.localization_seconds = watch.Tac();
 	report.computing_seconds = loop.seconds;
-	report.truth_lines = truth.size();
-	report.matches = match(report.frames, truth);
+	const AlignedTruth aligned = align_truth(truth, report.frames);
+	report.truth_lines = aligned.lines.size();
+	report.truth_interpolated = aligned.interpolated;
+	report.truth_offset = aligned.offset;
+	report.matches = match(report.frames, aligned.lines);
 	write_run_json(report, *map, std::filesystem::path(flags.output_dir) / "run.json");
 	write_reports(report, outputs, localizer);
 	outputs.commit_pipeline(localizer.map());

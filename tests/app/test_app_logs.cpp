@@ -172,6 +172,18 @@ TEST_F(AppLogs, LocalizedRawlogIsTheLogInTheFormOfMrpt)
 	EXPECT_EQ(read_file(path("out/trajectory.tum")), poses);
 }
 
+TEST_F(AppLogs, GroundTruthMayBeATopicOfTheLog)
+{
+	write_file(path("walk.bag"), bag1_file(ros_walk(Wire::kRos1)));
+	const auto result = run(words("walk.bag", {"--ground-truth", "topic:/odom"}));
+	ASSERT_EQ(result.status, 0) << result.err;
+	EXPECT_NE(result.out.find("0.3 m, 5 deg: 12 of 12 frames"), std::string::npos) << result.out;
+	expect_refusal(
+	    words("walk.bag", {"--ground-truth", "topic:/other"}), 2, {"no nav_msgs/Odometry on the topic '/other'"});
+	save(observation_log(), path("in.rawlog"));
+	expect_refusal(words("in.rawlog", {"--ground-truth", "topic:/odom"}), 2, {"is no recording of ROS"});
+}
+
 TEST_F(AppLogs, LogThatIsCutKeepsTheFramesBeforeTheCut)
 {
 	const std::string whole = bag1_file(ros_walk(Wire::kRos1));

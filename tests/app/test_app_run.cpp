@@ -169,13 +169,38 @@ TEST_F(AppRun, WrongPosesAndLinesWithoutAFrameAreCounted)
 	auto lines = lines_of(read_file(path("truth.txt")));
 	ASSERT_EQ(lines.size(), walk().size() + 1);
 	lines[1] = "1600000000.0008 9 1 0";         // within 1 ms of frame 0, elsewhere
-	lines[2] = "1600000000.3980 3.5 5.25 0.1";  // 2 ms from frame 1
+	lines[2] = "1599999990.3980 3.5 5.25 0.1";  // no frame is near, nor is the next line
 	std::string text;
 	for (const auto& line : lines) text += line + "\n";
 	write_file(path("truth.txt"), text);
 	const auto result = run(words("out", {"--ground-truth", path("truth.txt")}));
 	EXPECT_NE(result.out.find("0.3 m, 5 deg: 10 of 11 frames"), std::string::npos) << result.out;
 	EXPECT_NE(result.out.find("1 of 12 ground truth lines have no frame"), std::string::npos) << result.out;
+}
+
+TEST_F(AppRun, TrajectoryIsGroundTruthAlsoWithAnotherClockOrAsATable)
+{
+	save(observation_log(), path("in.rawlog"));
+	ASSERT_EQ(run(words("first", {"-q"})).status, 0);
+	const auto table_with = [&](const std::string& truth)
+	{
+		const auto result = run(words("out", {"--ground-truth", truth}));
+		EXPECT_EQ(result.status, 0) << result.err;
+		EXPECT_NE(result.out.find("0.3 m, 5 deg: 12 of 12 frames"), std::string::npos) << result.out;
+		EXPECT_NE(result.out.find("0.000 m +- 0.000 m, 0.00 deg"), std::string::npos) << result.out;
+		return result.out;
+	};
+	for (const char* name : {"first/trajectory.tum", "first/trajectory.txt", "first/frames.csv"})
+		EXPECT_EQ(table_with(path(name)).find("clock"), std::string::npos) << name;
+	std::string shifted;
+	for (const auto& line : lines_of(read_file(path("first/trajectory.tum"))))
+	{
+		const auto blank = line.find(' ');
+		shifted += std::to_string(std::stod(line.substr(0, blank)) + 0.05) + line.substr(blank) + "\n";
+	}
+	write_file(path("shifted.tum"), shifted);
+	const std::string table = table_with(path("shifted.tum"));
+	EXPECT_NE(table.find("the ground truth's clock is 0.050 s ahead of the log's"), std::string::npos) << table;
 }
 
 TEST_F(AppRun, AccuracyIsOfTheNearestFrameAndTellsWhichSuccessesWereLocalized)

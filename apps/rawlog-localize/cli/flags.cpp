@@ -247,7 +247,8 @@ void add_inputs(OptionAdder add, Flags& flags, Unchecked& unchecked)
 	add.value("-c,--config", "CONFIG.ini", "parameters; those not in the file keep their defaults", flags.config);
 	add.value(
 	    "--ground-truth", "GT.txt",
-	    "true poses, one per line, 'time x y phi' or 'time x y z yaw pitch roll': adds accuracy to the results",
+	    "true poses: adds accuracy to the results; lines 'time x y phi', 'time x y z yaw pitch roll' or those of TUM, "
+	    "a CSV file with the names of its columns, or topic:/TOPIC, a nav_msgs/Odometry of the log",
 	    flags.ground_truth);
 	add.option(
 	    "--sensor-label", "LABEL", "laser to use; default: the one with the most scans",

@@ -17,7 +17,16 @@ struct TimedPose
 /// The poses, in the order of the file.
 using GroundTruth = std::vector<TimedPose>;
 
-/// Reads lines "time x y phi" or "time x y z yaw pitch roll" (s, m, rad); lines that start with % or # are comments.
+/// Reads a file of poses (s, m, rad), the format of which shows in its first line:
+/// - "time x y phi" or "time x y z yaw pitch roll", as MRPT has them,
+/// - "time x y z qx qy qz qw", as TUM has them,
+/// - names with commas between them, and below them numbers in the same order: a time (s, or ns if the numbers are that
+///   large), x, y, and phi, yaw or theta or a quaternion; rows without a pose are passed over.
+/// Other lines that start with % or # are comments.
 /// \throws UserError (kBadInput)
 GroundTruth load_ground_truth(const std::string& file);
+
+/// Reads what --ground-truth names: a file, or as "topic:/odom" the poses of a topic of nav_msgs/Odometry of the log.
+/// \throws UserError (kBadInput)
+GroundTruth read_ground_truth(const std::string& name, const std::string& log);
 }  // namespace d2s1r::app

@@ -22,12 +22,14 @@ struct RunReport
 	const Parameters& parameters;
 	const std::vector<Frame>& frames;
 	Sensor sensor;
-	std::size_t selected_frames = 0;  //!< [-] frames that were to be localized, whether or not the run came so far
-	double build_seconds = 0;         //!< [s] from the map file to the index
-	double localization_seconds = 0;  //!< [s] for all frames, reading and writing included
-	double computing_seconds = 0;     //!< [s] for all frames, without reading and writing
-	std::size_t truth_lines = 0;      //!< [-] lines of the ground truth; 0 if there is none
-	std::vector<Match> matches{};     //!< frames with ground truth
+	std::size_t selected_frames = 0;     //!< [-] frames that were to be localized, whether or not the run came so far
+	double build_seconds = 0;            //!< [s] from the map file to the index
+	double localization_seconds = 0;     //!< [s] for all frames, reading and writing included
+	double computing_seconds = 0;        //!< [s] for all frames, without reading and writing
+	std::size_t truth_lines = 0;         //!< [-] lines of the ground truth; 0 if there is none
+	std::size_t truth_interpolated = 0;  //!< [-] of these, made between two lines of the file
+	double truth_offset = 0;             //!< [s] see AlignedTruth
+	std::vector<Match> matches{};        //!< frames with ground truth
 };
 
 /// Returns [1/s], without the time for reading and writing.

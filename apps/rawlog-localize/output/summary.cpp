@@ -2,6 +2,7 @@
 #include "output/summary.h"
 
 #include "evaluation/run_report.h"
+#include "evaluation/truth_alignment.h"
 #include "output/files.h"
 #include "output/output_file.h"
 
@@ -40,6 +41,8 @@ void add_accuracy(Json& json, const RunReport& report)
 		    {"yaw_error_mean_deg", a.yaw_error.mean},
 		    {"yaw_error_std_deg", a.yaw_error.deviation}};
 	}
+	json["ground_truth_interpolated"] = report.truth_interpolated;
+	json["ground_truth_clock_offset_s"] = report.truth_offset;
 	json["ground_truth_lines_without_frame"] = report.truth_lines - report.matches.size();
 }
 
@@ -100,6 +103,14 @@ void print_accuracy(const RunReport& report, std::ostream& out)
 		out << mrpt::format(
 		    "%-12s%.3f m +- %.3f m, %.2f deg +- %.2f deg (mean and standard deviation over the successes)\n", "error",
 		    a.position_error.mean, a.position_error.deviation, a.yaw_error.mean, a.yaw_error.deviation);
+	if (report.truth_interpolated > 0)
+		out << mrpt::format(
+		    "%-12sthe truth of %zu frames is interpolated between lines at most %.1f s apart\n", "",
+		    report.truth_interpolated, kGreatestGap);
+	if (report.truth_offset != 0)
+		out << mrpt::format(
+		    "%-12sthe ground truth's clock is %.3f s %s the log's, as its poses show; that was taken off\n", "",
+		    std::abs(report.truth_offset), report.truth_offset > 0 ? "ahead of" : "behind");
 	if (report.matches.size() < report.truth_lines)
 		out << mrpt::format(
 		    "%-12s%zu of %zu ground truth lines have no frame within 1 ms and do not count\n", "",

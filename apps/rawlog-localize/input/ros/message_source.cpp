@@ -39,11 +39,7 @@ class FolderSource : public MessageSource
    private:
 	static std::unique_ptr<MessageSource> open_file(const std::string& file)
 	{
-		std::optional<RosFormat> format;
-		{
-			ByteFile bytes(file);
-			format = recognize_ros(bytes.view(0, std::min<std::uint64_t>(bytes.size(), 16)));
-		}
+		const auto format = recognize_ros(file);
 		if (format != RosFormat::kSqlite && format != RosFormat::kMcap)
 			throw UserError(
 			    kBadInput, file,
@@ -157,6 +153,14 @@ std::optional<RosFormat> recognize_ros(Bytes start)
 	if (starts_with("SQLite format 3")) return RosFormat::kSqlite;
 	if (starts_with("\x89MCAP")) return RosFormat::kMcap;
 	return std::nullopt;
+}
+
+std::optional<RosFormat> recognize_ros(const std::string& path)
+{
+	if (fs::is_directory(path)) return RosFormat::kFolder2;
+	constexpr std::uint64_t kMagicSize = 16;  // [byte]
+	ByteFile file(path);
+	return recognize_ros(file.view(0, std::min(file.size(), kMagicSize)));
 }
 
 std::unique_ptr<MessageSource> open_messages(const std::string& path, RosFormat format)

@@ -122,6 +122,9 @@ enum class RosFormat
 /// \param start first bytes of a file
 std::optional<RosFormat> recognize_ros(Bytes start);
 
+/// The same for a file or a folder. \throws UserError (kBadInput) if it cannot be read
+std::optional<RosFormat> recognize_ros(const std::string& path);
+
 /// Opens a recording from its start. \throws UserError (kBadInput)
 std::unique_ptr<MessageSource> open_messages(const std::string& path, RosFormat format);
 

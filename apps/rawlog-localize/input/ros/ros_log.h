@@ -12,6 +12,12 @@ namespace d2s1r::app
 /// \throws UserError (kBadInput)
 Log open_ros_log(const std::string& path, RosFormat format);
 
+/// A pose of a topic, at a time [s] since the epoch.
+using PoseOfTopic = std::pair<double, mrpt::math::TPose2D>;
+
+/// The poses that a topic of nav_msgs/Odometry of a recording has, in its frame. \throws UserError (kBadInput)
+std::vector<PoseOfTopic> read_odometry_of_topic(const std::string& path, const std::string& topic);
+
 /// [rad] of the middle of the beams, in the frame of the laser.
 double middle_angle(const LaserScan& scan);
 

@@ -40,9 +40,46 @@ TEST_F(GroundTruthFile, HoldsPosesOfThreeOrSixNumbers)
 	EXPECT_EQ(truth[1].pose, mrpt::math::TPose2D(4, 5, -0.5));
 }
 
+TEST_F(GroundTruthFile, HoldsPosesOfTum)
+{
+	const auto truth = load("1.5 2 3 0 0 0 0.479425538604203 0.877582561890373\n");
+	ASSERT_EQ(truth.size(), 1U);
+	EXPECT_NEAR(truth[0].pose.phi, 1.0, 1e-9);
+}
+
+TEST_F(GroundTruthFile, HoldsATableWhoseColumnsHaveNames)
+{
+	const auto expect = [&](const std::string& names, const std::string& row, double phi)
+	{
+		const auto truth = load(names + "\n" + row + "\n");
+		ASSERT_EQ(truth.size(), 1U) << names;
+		EXPECT_NEAR(truth[0].timestamp, 1.5e9, 1e-6) << names;
+		EXPECT_NEAR(truth[0].pose.x, 2, 1e-9) << names;
+		EXPECT_NEAR(truth[0].pose.y, 3, 1e-9) << names;
+		EXPECT_NEAR(truth[0].pose.phi, phi, 1e-9) << names;
+	};
+	expect("time,x,y,yaw", "1.5e9, 2, 3, 0.5", 0.5);
+	expect("frame,timestamp,status,x,y,phi,std_x", "7,1500000000,localized,2,3,0.25,0.1", 0.25);
+	expect(
+	    "#timestamp [ns],p_RS_R_x [m],p_RS_R_y [m],p_RS_R_z [m],q_RS_w [],q_RS_x [],q_RS_y [],q_RS_z []",
+	    "1500000000000000000,2,3,0,0.877582561890373,0,0,0.479425538604203", 1.0);
+	expect(
+	    "%time,field.pose.pose.position.x,field.pose.pose.position.y,field.pose.pose.orientation.x,"
+	    "field.pose.pose.orientation.y,field.pose.pose.orientation.z,field.pose.pose.orientation.w",
+	    "1500000000000000000,2,3,0,0,0.479425538604203,0.877582561890373", 1.0);
+}
+
+TEST_F(GroundTruthFile, RowsWithoutAPoseArePassedOver)
+{
+	EXPECT_EQ(load("timestamp,x,y,phi\n1,2,3,4\n2,,,\n3,2,3,4\n").size(), 2U);
+	EXPECT_NE(refusal("timestamp,x,phi\n").find("line 1 names no column for y"), std::string::npos);
+	EXPECT_NE(refusal("timestamp,x,y\n").find("names no column for phi, yaw, theta or"), std::string::npos);
+	EXPECT_NE(refusal("time,x,y,phi\n1,2,b,4\n").find("line 2 lacks a number"), std::string::npos);
+}
+
 TEST_F(GroundTruthFile, WrongLinesAreNamed)
 {
-	for (const char* line : {"1 2 3", "1 2 3 4 5", "1 2 three 4", "1 2 3 nan", "1 2 3 4 5 6 7 8", "1,2,3,4"})
+	for (const char* line : {"1 2 3", "1 2 3 4 5", "1 2 three 4", "1 2 3 nan", "1 2 3 4 5 6 7 8 9", "1,2,3,4"})
 		EXPECT_NE(refusal("1 2 3 4\n" + std::string(line) + "\n").find("line 2 is neither"), std::string::npos) << line;
 	EXPECT_NE(refusal("# nothing\n").find("holds no pose"), std::string::npos);
 	EXPECT_THROW(load_ground_truth(path("missing.txt")), UserError);
