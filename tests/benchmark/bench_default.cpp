@@ -104,9 +104,9 @@ void refine_and_decide(::benchmark::State& state, const std::string& site, bool 
 		const auto candidates = coarse_search(stages.index.readings[0].profiles, scan, stages.parameters.coarse_search);
 		if (!decides) state.ResumeTiming();
 		const auto settled = settle(stages.index.readings[0].field, few, candidates, stages.parameters.refinement);
-		const auto promising = make_shortlist(
+		const auto shortlist = make_shortlist(
 		    stages.index.readings[0].tracer, stages.index.readings[0].field, few, settled, stages.parameters);
-		const auto poses = refine(stages.index.readings[0].field, more, promising, stages.parameters.refinement);
+		const auto poses = refine(stages.index.readings[0].field, more, shortlist, stages.parameters.refinement);
 		if (decides)
 		{
 			state.ResumeTiming();

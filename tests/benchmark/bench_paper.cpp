@@ -114,7 +114,10 @@ void literal_query(::benchmark::State& state, const std::string& name)
 	static std::string of;  // built once for all repetitions
 	static std::unique_ptr<const LiteralLocalizer> literal;
 	if (of != name)
-		literal = std::make_unique<const LiteralLocalizer>(site->grid, site->caster, site->cells), of = name;
+	{
+		literal = std::make_unique<const LiteralLocalizer>(site->grid, site->caster, site->cells);
+		of = name;
+	}
 	std::size_t i = 0, successes = 0;
 	for ([[maybe_unused]] auto _ : state)
 	{

@@ -56,7 +56,11 @@ void run(double area, Method method, double cell_size, unsigned seed)
 	std::vector<mrpt::obs::CObservation2DRangeScan> scans;
 	test::Laser laser;
 	laser.noise = 0.01;
-	for (const auto& pose : poses) laser.seed++, scans.push_back(test::make_observation(*grid, pose, laser));
+	for (const auto& pose : poses)
+	{
+		laser.seed++;
+		scans.push_back(test::make_observation(*grid, pose, laser));
+	}
 	const auto map = test::make_map(*grid);
 	grid.reset();
 

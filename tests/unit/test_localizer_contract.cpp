@@ -57,7 +57,8 @@ TEST_F(LocalizerContract, UnusableScansAreAStatusNotAnException)
 	no_aperture.aperture = 0;
 	for (std::size_t i = 0; i < good.getScanSize(); i++)
 	{
-		blind.setScanRangeValidity(i, false), blind.setScanRange(i, 0);
+		blind.setScanRangeValidity(i, false);
+		blind.setScanRange(i, 0);
 		not_numbers.setScanRange(i, std::nanf(""));
 	}
 	for (const auto& observation :

@@ -110,9 +110,15 @@ inline double cast_exactly(const Grid& grid, double x, double y, double angle, d
 		if (grid.contains(column, row) && grid.at(column, row) == Cell::kOccupied) return distance * grid.cell_size;
 		distance = std::min(next_x, next_y);
 		if (next_x < next_y)
-			column += dx > 0 ? 1 : -1, next_x += step_x;
+		{
+			column += dx > 0 ? 1 : -1;
+			next_x += step_x;
+		}
 		else
-			row += dy > 0 ? 1 : -1, next_y += step_y;
+		{
+			row += dy > 0 ? 1 : -1;
+			next_y += step_y;
+		}
 	}
 	return max_range;
 }

@@ -14,7 +14,7 @@ namespace d2s1r
 {
 namespace
 {
-/// The same parameters for a share [-] of the effort of refinement and scoring, rounded up.
+/// Returns the same parameters for a share [-] of the effort of refinement and scoring, rounded up.
 Parameters with_share_of_effort(Parameters parameters, double share)
 {
 	auto& refinement = parameters.refinement;
@@ -25,7 +25,7 @@ Parameters with_share_of_effort(Parameters parameters, double share)
 	return parameters;
 }
 
-/// The parameters of the smaller search that comes first.
+/// Returns the parameters of the smaller search that comes first.
 Parameters for_first_look(const Parameters& parameters)
 {
 	const double effort = parameters.first_look.effort, margins = parameters.first_look.margins;
@@ -37,13 +37,14 @@ Parameters for_first_look(const Parameters& parameters)
 	return first;
 }
 
-/// The searches that are made, one after the other, until the answer is clear.
+/// Returns the parameters of the searches that are made, one after the other, until the answer is clear.
 std::vector<Parameters> looks(const Parameters& parameters)
 {
 	if (parameters.first_look.clear_above >= 1) return {parameters};
 	return {for_first_look(parameters), parameters};
 }
 
+/// Returns whether an answer needs no second look.
 bool is_clear(const Localization& answer, const FirstLookParameters& parameters)
 {
 	return answer.status == Status::kLocalized && answer.confidence > parameters.clear_above;
@@ -137,10 +138,10 @@ DefaultIndex make_default_index(const Grid& grid, const Parameters& parameters)
 	{
 		FreeCellParameters free_cells = parameters.free_cells;
 		free_cells.clearance = std::max(free_cells.clearance, parameters.coarse_search.clearance);
-		const Grid hollow = with_hollow_walls(read);
+		const Grid surfaces = with_wall_surfaces_only(read);
 		index.readings.push_back(
 		    {make_range_profiles(read, find_sensor_cells(read, free_cells), parameters.coarse_search),
-		     DistanceField(hollow, tolerance), BeamTracer(hollow)});
+		     DistanceField(surfaces, tolerance), BeamTracer(surfaces)});
 	};
 	add_reading(grid, 0);
 	const WallMeasure walls = measure_walls(grid);

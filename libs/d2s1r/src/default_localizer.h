@@ -14,22 +14,22 @@
 
 namespace d2s1r
 {
-/// A map, read in one way, as the default method looks scans up in it.
+/// One reading of a map, in which the default method looks scans up.
 struct MapReading
 {
-	RangeProfiles profiles;
-	DistanceField field;
-	BeamTracer tracer;
+	RangeProfiles profiles;  //!< for the coarse search
+	DistanceField field;     //!< for refinement and scores
+	BeamTracer tracer;       //!< for scores
 };
 
-/// What the default method looks scans up in: the map as it is drawn and, if its walls are so thick that it may have
-/// been smeared, the map with their surfaces deeper inside the walls, too. Only scans can tell which of the two is
-/// right.
+/// The index of the default method: the map as it is drawn and, if its walls are so thick that it may have been
+/// smeared, the map with their surfaces deeper inside the walls, too. Only scans can tell which of the two is right.
 struct DefaultIndex
 {
-	std::vector<MapReading> readings;  //!< at least one; as drawn first
+	std::vector<MapReading> readings;  //!< at least one; the map as it is drawn comes first
 };
 
+/// Builds the index of a map.
 /// \throws std::invalid_argument if a sensor can stand nowhere
 DefaultIndex make_default_index(const Grid& grid, const Parameters& parameters);
 
@@ -37,7 +37,7 @@ DefaultIndex make_default_index(const Grid& grid, const Parameters& parameters);
 /// make_shortlist(), refine(), find_places(), decide(). All this is done with fewer candidates first, and once more
 /// with all of them unless the first answer is clear. Thread-safe.
 /// \param scan a valid one
-/// \return without the relative entropy
+/// \return the answer without the relative entropy
 Localization localize_default(
     const Scan& scan, const DefaultIndex& index, const Parameters& parameters, const Query& query);
 

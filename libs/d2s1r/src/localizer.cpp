@@ -19,6 +19,7 @@ namespace d2s1r
 {
 namespace
 {
+/// Checks that the range of the paper's method can be swept.
 void check_reach(double max_range, const Grid& grid)
 {
 	const double most = kMostSweptCells * grid.cell_size;
@@ -50,10 +51,10 @@ struct Localizer::Index
 	mrpt::maps::COccupancyGridMap2D::ConstPtr map;
 	Grid grid;
 	RayCaster caster;
-	std::optional<SignatureIndex> signatures;   ///< of kPaper
-	std::optional<DefaultIndex> default_index;  ///< of kDefault
+	std::optional<SignatureIndex> signatures;   //!< with kPaper
+	std::optional<DefaultIndex> default_index;  //!< with kDefault
 	mutable std::once_flag free_cells_found;
-	mutable std::vector<CellIndex> free_cells;  ///< see Localizer::free_cells()
+	mutable std::vector<CellIndex> free_cells;  //!< see Localizer::free_cells()
 };
 
 namespace
@@ -64,7 +65,7 @@ Parameters checked(const Parameters& parameters)
 	return parameters;
 }
 
-/// Finite, and not so far away that whole numbers of cells overflow.
+/// Returns whether a pose is finite, and not so far away that whole numbers of cells overflow.
 bool is_on_earth(const mrpt::poses::CPose2D& pose)
 {
 	constexpr double kFarthest = 1e7;  // [m]
@@ -118,7 +119,7 @@ Localization Localizer::localize(const Scan& scan, const Query& query) const
 	if (index.signatures && !query.prior.anywhere())
 		throw std::invalid_argument(
 		    "Localizer: the paper's method searches everywhere; a prior needs method = default");
-	if (!(query.time_budget >= 0))  // a NaN is not, either
+	if (!(query.time_budget >= 0))  // this is true for a NaN, too
 		throw std::invalid_argument("Localizer: the time budget is negative or no number; give ms, or 0 for none");
 	if (!scan.valid()) return no_place(Status::kInvalid, why_invalid(scan));
 	if (index.signatures)

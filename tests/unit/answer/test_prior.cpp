@@ -80,7 +80,8 @@ TEST(PriorOfDensity, HoldsTheLikelyCellsOfAGrid)
 	for (unsigned x = 0; x < grid.getSizeX(); x++)
 		for (unsigned y = 0; y < grid.getSizeY(); y++)
 			for (unsigned phi = 0; phi < grid.getSizePhi(); phi++) *grid.getByIndex(x, y, phi) = 0;
-	*grid.getByPos(2, 1, 0.5) = 1, *grid.getByPos(8, -3, -2) = 0.5;
+	*grid.getByPos(2, 1, 0.5) = 1;
+	*grid.getByPos(8, -3, -2) = 0.5;
 	const Prior two = make_prior(grid);
 	EXPECT_TRUE(two.allows({2, 1, 0.5}));
 	EXPECT_TRUE(two.allows({8, -3, -2}));
@@ -160,7 +161,8 @@ TEST(PriorOfDensity, RefusesParticlesThatAreNowhere)
 	for (const TPose2D& nowhere : {TPose2D{std::nan(""), 0, 0}, TPose2D{0, INFINITY, 0}, TPose2D{0, 0, std::nan("")}})
 	{
 		mrpt::poses::CPosePDFParticles particles(2);
-		particles.m_particles[0].d = {1, 1, 1}, particles.m_particles[1].d = nowhere;
+		particles.m_particles[0].d = {1, 1, 1};
+		particles.m_particles[1].d = nowhere;
 		EXPECT_THROW(make_prior(particles), std::invalid_argument) << nowhere;
 	}
 }

@@ -96,35 +96,36 @@ TEST_P(CoarseKernel, CheapPairsAreThoseOfPlainLoops)
 			}
 }
 
-TEST_P(CoarseKernel, DeficitsAreWhatASignatureHasMore)
+TEST_P(CoarseKernel, MissingBeamsAreWhatAHistogramHasMore)
 {
 	constexpr std::size_t kBlock = RangeProfiles::kBlock, kBins = RangeProfiles::kBins;
 	Row block(kBins * kBlock), histogram(kBins);
 	for (auto& value : block) value = static_cast<std::uint8_t>(random_() % 30);
 	for (auto& value : histogram) value = static_cast<std::uint8_t>(random_() % 16);
-	block[3 * kBlock] = 255, histogram[3] = 1;
-	Row deficits(kBlock);
-	histogram_deficits(block.data(), histogram.data(), deficits.data());
+	block[3 * kBlock] = 255;
+	histogram[3] = 1;
+	Row missing(kBlock);
+	missing_beams(block.data(), histogram.data(), missing.data());
 	for (std::size_t group = 0; group < kBlock; group++)
 	{
 		int expected = 0;
 		for (std::size_t bin = 0; bin < kBins; bin++)
 			expected += std::max(0, int{histogram[bin]} - int{block[bin * kBlock + group]});
-		EXPECT_EQ(deficits[group], expected) << group;
+		EXPECT_EQ(missing[group], expected) << group;
 	}
 }
 
 TEST_P(CoarseKernel, GroupsBetweenIncludeBothEnds)
 {
-	Row deficits(RangeProfiles::kBlock);
-	for (auto& value : deficits) value = static_cast<std::uint8_t>(random_() % 8);
-	deficits[0] = 0, deficits[1] = 255;
+	Row missing(RangeProfiles::kBlock);
+	for (auto& value : missing) value = static_cast<std::uint8_t>(random_() % 8);
+	missing[0] = 0;
+	missing[1] = 255;
 	for (const auto& [least, most] : {std::pair{0, 0}, {2, 5}, {7, 255}, {0, 255}})
-		for (std::size_t i = 0; i < deficits.size(); i++)
+		for (std::size_t i = 0; i < missing.size(); i++)
 			EXPECT_EQ(
-			    (groups_between(deficits.data(), least, most) >> i & 1U) != 0,
-			    least <= deficits[i] && deficits[i] <= most)
-			    << int{deficits[i]} << " in " << least << " to " << most;
+			    (groups_between(missing.data(), least, most) >> i & 1U) != 0, least <= missing[i] && missing[i] <= most)
+			    << int{missing[i]} << " in " << least << " to " << most;
 }
 
 TEST_P(CoarseKernel, CostsOfRowsAreThoseOfAPlainLoop)

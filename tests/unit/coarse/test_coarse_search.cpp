@@ -238,7 +238,11 @@ TEST_F(CoarseSearch, ABeamWithoutReturnSaysThatNothingIsNear)
 {
 	const mrpt::math::TPose2D pose{2, 8, 0};
 	Scan half = aligned_scan(grid_, profiles_.directions, pose, 0, 100);
-	for (std::size_t i = 0; i < half.beams.size(); i += 2) half.beams[i].range = 6, half.beams[i].is_return = false;
+	for (std::size_t i = 0; i < half.beams.size(); i += 2)
+	{
+		half.beams[i].range = 6;
+		half.beams[i].is_return = false;
+	}
 	const auto candidates = coarse_search(profiles_, half, parameters_);
 	ASSERT_FALSE(candidates.empty());
 	for (const Candidate& candidate : candidates)

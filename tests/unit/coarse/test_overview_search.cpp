@@ -31,7 +31,7 @@ class OverviewSearch : public testing::Test
 	}
 
 	/// What the histogram of a group lacks of an aligned scan's [1 / RangeProfiles::kWhole].
-	int literal_deficit(const Scan& scan, std::size_t group) const
+	int literal_missing(const Scan& scan, std::size_t group) const
 	{
 		std::vector<std::uint8_t> steps;
 		for (const Beam& beam : scan.beams)
@@ -41,10 +41,10 @@ class OverviewSearch : public testing::Test
 		const auto directions = static_cast<std::size_t>(profiles_.directions);
 		const auto observed = profiles_.histogram_of(steps.data(), steps.size());
 		const auto expected = profiles_.histogram_of(profiles_.overview_of(group), directions);
-		int deficit = 0;
+		int missing = 0;
 		for (std::size_t bin = 0; bin < observed.size(); bin++)
-			deficit += std::max(0, int{observed[bin]} - int{expected[bin]});
-		return deficit;
+			missing += std::max(0, int{observed[bin]} - int{expected[bin]});
+		return missing;
 	}
 
 	/// Sum of the truncated differences of an aligned scan and group `i` of the overview turned by `shift` directions.
@@ -135,9 +135,9 @@ TEST_F(OverviewSearch, PassesOverGroupsWhoseSignaturesLackTooMuch)
 			int most_seen = 0, least_unseen = 256;
 			for (std::size_t group = 0; group < profiles_.groups(); group++)
 				if (seen.count(group) != 0)
-					most_seen = std::max(most_seen, literal_deficit(scan, group));
+					most_seen = std::max(most_seen, literal_missing(scan, group));
 				else
-					least_unseen = std::min(least_unseen, literal_deficit(scan, group));
+					least_unseen = std::min(least_unseen, literal_missing(scan, group));
 			EXPECT_LT(most_seen, least_unseen) << count << " " << unmatched << " " << by_chance;
 			EXPECT_GT(seen.size(), previous) << count << " " << unmatched << " " << by_chance;
 			previous = seen.size();

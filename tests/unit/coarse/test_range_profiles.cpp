@@ -124,7 +124,8 @@ TEST_F(OnFloor, TheOverviewHasTheRangesAtTheMiddlesOfGroups)
 			for (std::size_t i = profiles_.first_of_group[group]; i < profiles_.first_of_group[group + 1]; i++)
 			{
 				const int other = profiles_.by_position[i * directions + d];
-				least = std::min(least, other), greatest = std::max(greatest, other);
+				least = std::min(least, other);
+				greatest = std::max(greatest, other);
 			}
 			near += step >= least - 8 && step <= greatest + 8 ? 1 : 0;
 		}

@@ -98,7 +98,8 @@ TEST(Hypotheses, DepthEdgesSurfacesAndTheLeadOverOtherPlacesTellThatOneIsRight)
 	const PresenceModel nothing{0, 0, 0, 0, 0, 0, 0, 0};
 	EXPECT_NEAR(log_odds(nothing, {robot}), 0, 1e-9);
 	PresenceModel by_edges = nothing, by_surfaces = nothing, by_lead = nothing;
-	by_edges.depth_edges = by_surfaces.surfaces = 0.5, by_lead.lead = 0.2;
+	by_edges.depth_edges = by_surfaces.surfaces = 0.5;
+	by_lead.lead = 0.2;
 	const Score score = best_score_near(BeamTracer(grid), DistanceField(grid), all_beams(scan), robot, {}).score;
 	ASSERT_GT(score.depth_edges, 2);
 	ASSERT_GT(score.surfaces, 4);
@@ -154,15 +155,16 @@ TEST(PromisingPoses, AreTheBestOfAllScores)
 	std::sort(all.begin(), all.end());
 	Parameters parameters;
 	for (const double hopeless : {1.0, 15.0, 40.0, 1e6})
-		for (const int promising : {1, 10, 1000})
+		for (const int wanted : {1, 10, 1000})
 		{
-			parameters.refinement.score_margin = hopeless, parameters.refinement.max_refined = promising;
+			parameters.refinement.score_margin = hopeless;
+			parameters.refinement.max_refined = wanted;
 			std::vector<double> expected, found;
 			for (const double value : all)
-				if (value <= all.front() + hopeless && expected.size() < static_cast<std::size_t>(promising))
+				if (value <= all.front() + hopeless && expected.size() < static_cast<std::size_t>(wanted))
 					expected.push_back(value);
 			for (const auto& pose : make_shortlist(tracer, field, few, poses, parameters)) found.push_back(cost(pose));
-			EXPECT_EQ(found, expected) << hopeless << " " << promising;
+			EXPECT_EQ(found, expected) << hopeless << " " << wanted;
 		}
 }
 
@@ -242,7 +244,8 @@ TEST(Hypotheses, WhatTheBestPlaceLeavesUnexplainedMakesTheLeadOfItCountLess)
 	{
 		Parameters parameters;
 		parameters.scoring.rejected_below = 0;
-		parameters.scoring.temperature = temper, parameters.scoring.temperature_by_beam = by_beam;
+		parameters.scoring.temperature = temper;
+		parameters.scoring.temperature_by_beam = by_beam;
 		const auto places = decide_among(grid, scan, {robot, elsewhere}, parameters).hypotheses;
 		return std::log(places.at(0).probability / places.at(1).probability);
 	};

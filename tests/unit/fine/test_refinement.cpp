@@ -72,7 +72,8 @@ TEST_F(Refinement, PeopleDoNotPullItAway)
 	for (const auto& robot : poses_on_floor())
 	{
 		Scan scan = scan_at(world_, robot);
-		block(scan, 20, 36, 0.7F), block(scan, 240, 36, 0.5F);
+		block(scan, 20, 36, 0.7F);
+		block(scan, 240, 36, 0.5F);
 		const auto refined = refine_from(robot, scan, 0.1, -0.1, 3);
 		ASSERT_FALSE(refined.empty());
 		EXPECT_LT(distance_between(refined.front().pose, robot), 0.02) << robot << " " << refined.front().pose;

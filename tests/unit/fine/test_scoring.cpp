@@ -262,7 +262,8 @@ TEST_F(OnFloor, TheTruthBeatsWrongPlacesBehindPeople)
 	for (const auto& robot : poses_on_floor())
 	{
 		Scan scan = scan_at(world_, robot);
-		block(scan, 30, 30, 0.7F), block(scan, 250, 60, 0.5F);
+		block(scan, 30, 30, 0.7F);
+		block(scan, 250, 60, 0.5F);
 		const double truth = at(robot, scan).log_likelihood;
 		for (const auto& pose : wrong)
 			if (distance_between(pose, robot) > 0.5 || turn_between(pose, robot) > 10)
@@ -288,7 +289,9 @@ TEST_F(OnFloor, AScanIsWorthTheSameAtAnyResolution)
 TEST_F(OnFloor, NoPoseScoresMoreThanTheEndsOfItsBeamsAllow)
 {
 	BeamModel generous;
-	generous.through_wall = 0.02, generous.unknown_metre = 0.01, generous.off_wall_run = 0.1;
+	generous.through_wall = 0.02;
+	generous.unknown_metre = 0.01;
+	generous.off_wall_run = 0.1;
 	generous.no_return_at_wall = 0.05;
 	Scan scan = scan_at(world_, poses_on_floor()[0]);
 	block(scan, 30, 30, 0.7F);

@@ -96,7 +96,7 @@ TEST_F(WindowOnTwinRooms, AScanOfACoveredSensorMovesNothing)
 	const auto path = into_left_room();
 	drive(window, path, true);
 	Scan covered = scan_at(path.back());
-	for (Beam& beam : covered.beams) beam.range = 0.1F, beam.is_return = true;
+	for (Beam& beam : covered.beams) beam = {beam.angle, 0.1F, true};
 	for (int i = 0; i < 12; i++)
 		EXPECT_EQ(window.add(covered, localizer_.localize(covered), CPose2D()).status, Status::kRejected) << i;
 	const Scan scan = scan_at(path.back());

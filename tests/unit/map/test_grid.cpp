@@ -71,16 +71,16 @@ TEST(Grid, ThresholdsDecide)
 	EXPECT_THROW(make_grid(*map, parameters), std::invalid_argument);
 }
 
-TEST(Grid, HollowWallsAreAsDeepAsALaserMapsThem)
+TEST(Grid, KeepsWallsAsDeepAsALaserMapsThem)
 {
 	const Picture solid = {"......", ".#####", ".#####", ".#####", ".#####", ".#####"};
 	// cells of 5 cm keep two layers, cells of 10 cm and more keep one
 	expect_equal(
-	    with_hollow_walls(make_picture_grid(solid, 0.05)),
+	    with_wall_surfaces_only(make_picture_grid(solid, 0.05)),
 	    make_picture_grid({"......", ".#####", ".#####", ".##???", ".##???", ".##???"}, 0.05));
 	for (const double cell_size : {0.1, 0.5})
 		expect_equal(
-		    with_hollow_walls(make_picture_grid(solid, cell_size)),
+		    with_wall_surfaces_only(make_picture_grid(solid, cell_size)),
 		    make_picture_grid({"......", ".#####", ".#????", ".#????", ".#????", ".#????"}, cell_size));
 }
 
@@ -88,9 +88,9 @@ TEST(Grid, WallsBehindTheGreyOfABlurredPlanKeepTheirSurface)
 {
 	const Picture blurred = {"........", "????????", "????????", "????????", "########", "########",
 	                         "########", "########", "########", "########", "????????", "........"};
-	Picture hollow = blurred;
-	hollow[6] = hollow[7] = "????????";
-	expect_equal(with_hollow_walls(make_picture_grid(blurred, 0.05)), make_picture_grid(hollow, 0.05));
+	Picture surfaces = blurred;
+	surfaces[6] = surfaces[7] = "????????";
+	expect_equal(with_wall_surfaces_only(make_picture_grid(blurred, 0.05)), make_picture_grid(surfaces, 0.05));
 }
 
 TEST(Grid, MapWithoutAKnownCellIsRefused)

@@ -42,7 +42,8 @@ TEST(CSignatureMap2D, LikelihoodIsThatOfThePoseWithItsHeading)
 TEST(CSignatureMap2D, LikelihoodLooksAtAsManyBeamsAsItIsToldTo)
 {
 	CSignatureMap2D::TLikelihoodOptions two;
-	two.beams = 2, two.independent_beams = 1000;
+	two.beams = 2;
+	two.independent_beams = 1000;
 	const CSignatureMap2D map(*d2s1r::test::make_map(kGrid), {}, two);
 	const double of_nothing = 2 * std::log(two.random_share);
 	const auto scan = d2s1r::test::make_observation(kGrid, kTruth);

@@ -141,7 +141,9 @@ TEST_P(BeamTracing, FromOutsideAllIsUnknown)
 {
 	const BeamTracer tracer(make_picture_grid({"...", "..."}, 1));
 	BeamArrays returns;
-	returns.unit_x.assign(8, 1), returns.unit_y.assign(8, 0), returns.range.assign(8, 4);
+	returns.unit_x.assign(8, 1);
+	returns.unit_y.assign(8, 0);
+	returns.range.assign(8, 4);
 	TracedBeams traced;
 	for (const auto& sensor : {mrpt::math::TPose2D{-1, 1, 0}, {3.5, 1, 0}, {1, -0.01, 0}, {1, 1e9, 0}})
 	{

@@ -134,7 +134,10 @@ TEST(RangeSweep, AFewCellsGetWhatTheyGetAmongAll)
 	std::vector<std::uint16_t> expected;
 	const Ranges ranges = sweep_all(grid, all, 1, 20);
 	for (std::size_t i = 0; i < all.size(); i += 1 + i % 7)
-		few.push_back(all[i]), expected.push_back(ranges.occupied[i]);
+	{
+		few.push_back(all[i]);
+		expected.push_back(ranges.occupied[i]);
+	}
 	EXPECT_EQ(sweep_all(grid, few, 1, 20).occupied, expected);
 }
 

@@ -14,20 +14,23 @@
 
 namespace d2s1r
 {
-/// Pose of the sensor at a pair of position and yaw shift.
+/// Returns the pose of the sensor (in map, m and rad) at a pair of position and yaw shift.
 mrpt::math::TPose2D pose_of(const RangeProfiles& profiles, const Match& match);
 
-/// The pairs of position and yaw shift that a prior of the robot's pose allows, to a sample's square. It refers to its
-/// arguments.
+/// Tells which pairs of position and yaw shift a prior of the robot's pose allows, to a sample's square. It refers to
+/// its arguments.
 class AllowedPairs
 {
    public:
 	AllowedPairs(
 	    const RangeProfiles& profiles, const Prior& prior, const Scan& scan, const CoarseSearchParameters& parameters);
 
+	/// Returns whether a position is allowed at a shift.
 	bool allows(const Match& match) const { return anywhere_ || prior_allows(match); }
+
 	/// Returns whether any position of a group is allowed at a shift.
 	bool allows_any(const Match& of_group) const { return anywhere_ || prior_allows_any(of_group); }
+
 	/// Returns, by block, a bit for each group with a position that is allowed at some shift.
 	std::vector<std::uint64_t> groups() const;
 

@@ -5,7 +5,7 @@
 #include <array>
 #include <cstring>
 
-// All of Highway's targets, not those of simd_targets.h only: bytes profit from AVX-512.
+// This is compiled for all of Highway's targets, not only for those of base/simd.h: bytes profit from AVX-512.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "coarse/coarse_kernel.cpp"
 #include <hwy/foreach_target.h>
@@ -22,13 +22,13 @@ using Bytes = hn::CappedTag<std::uint8_t, 64>;
 using Signed = hn::RebindToSigned<Bytes>;
 using V = hn::Vec<Bytes>;
 
-/// Which lanes hold at most `most`.
+/// Returns which lanes hold at most `most`.
 HWY_INLINE auto at_most(V values, V most)
 {
 	return hn::Eq(hn::Min(values, most), values);
 }
 
-/// A bit for each lane.
+/// Returns a bit for each lane.
 template <class M>
 HWY_INLINE std::uint64_t bits_of(M mask)
 {
@@ -39,7 +39,7 @@ HWY_INLINE std::uint64_t bits_of(M mask)
 	return bits;
 }
 
-void signature_deficits_of_target(const std::uint8_t* block, const std::uint8_t* histogram, std::uint8_t* deficits)
+void missing_beams_of_target(const std::uint8_t* block, const std::uint8_t* histogram, std::uint8_t* missing)
 {
 	const Bytes bytes;
 	for (std::size_t i = 0; i < RangeProfiles::kBlock; i += hn::Lanes(bytes))
@@ -50,11 +50,11 @@ void signature_deficits_of_target(const std::uint8_t* block, const std::uint8_t*
 			const V has = hn::LoadU(bytes, block + bin * RangeProfiles::kBlock + i);
 			sum = hn::Add(sum, hn::SaturatedSub(hn::Set(bytes, histogram[bin]), has));
 		}
-		hn::StoreU(sum, bytes, deficits + i);
+		hn::StoreU(sum, bytes, missing + i);
 	}
 }
 
-std::uint64_t groups_between_of_target(const std::uint8_t* deficits, int least, int most)
+std::uint64_t groups_between_of_target(const std::uint8_t* missing, int least, int most)
 {
 	const Bytes bytes;
 	const V low = hn::Set(bytes, static_cast<std::uint8_t>(least)),
@@ -62,20 +62,20 @@ std::uint64_t groups_between_of_target(const std::uint8_t* deficits, int least, 
 	std::uint64_t between = 0;
 	for (std::size_t i = 0; i < RangeProfiles::kBlock; i += hn::Lanes(bytes))
 	{
-		const V value = hn::LoadU(bytes, deficits + i);
+		const V value = hn::LoadU(bytes, missing + i);
 		between |= bits_of(hn::And(at_most(low, value), at_most(value, high))) << i;
 	}
 	return between;
 }
 
-/// As many shifts of a row as there are lanes, from `shift` on.
+/// The shifts of a row from `shift` on, as many as there are lanes.
 struct Shifts
 {
 	std::size_t row, shift;
 	const std::uint8_t* ranges;
 };
 
-/// The costs of four times as many pairs as there are lanes.
+/// Computes the costs of four times as many pairs as there are lanes.
 /// \return false if all cost more than `most`
 HWY_INLINE bool compare(
     const std::array<Shifts, 4>& at, const OverviewScan& scan, std::uint8_t most, std::uint8_t* costs)
@@ -96,16 +96,20 @@ HWY_INLINE bool compare(
 	{
 		const int direction = scan.beams[b].direction;
 		const V step = hn::Set(bytes, scan.beams[b].step);
-		sum0 = hn::Add(sum0, cost(r0 + direction, step)), sum1 = hn::Add(sum1, cost(r1 + direction, step));
-		sum2 = hn::Add(sum2, cost(r2 + direction, step)), sum3 = hn::Add(sum3, cost(r3 + direction, step));
+		sum0 = hn::Add(sum0, cost(r0 + direction, step));
+		sum1 = hn::Add(sum1, cost(r1 + direction, step));
+		sum2 = hn::Add(sum2, cost(r2 + direction, step));
+		sum3 = hn::Add(sum3, cost(r3 + direction, step));
 		if (b < next_check) continue;
 		const V least = hn::Min(hn::Min(sum0, sum1), hn::Min(sum2, sum3));
 		if (hn::AllFalse(bytes, at_most(least, acceptable))) return false;
 		next_check = b + 3;
 	}
 	const std::size_t lanes = hn::Lanes(bytes);
-	hn::Store(sum0, bytes, costs), hn::Store(sum1, bytes, costs + lanes);
-	hn::Store(sum2, bytes, costs + 2 * lanes), hn::Store(sum3, bytes, costs + 3 * lanes);
+	hn::Store(sum0, bytes, costs);
+	hn::Store(sum1, bytes, costs + lanes);
+	hn::Store(sum2, bytes, costs + 2 * lanes);
+	hn::Store(sum3, bytes, costs + 3 * lanes);
 	return true;
 }
 
@@ -175,19 +179,19 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace d2s1r
 {
-HWY_EXPORT(signature_deficits_of_target);
+HWY_EXPORT(missing_beams_of_target);
 HWY_EXPORT(groups_between_of_target);
 HWY_EXPORT(find_cheap_pairs_of_target);
 HWY_EXPORT(row_costs_of_target);
 
-void histogram_deficits(const std::uint8_t* block, const std::uint8_t* histogram, std::uint8_t* deficits)
+void missing_beams(const std::uint8_t* block, const std::uint8_t* histogram, std::uint8_t* missing)
 {
-	HWY_DYNAMIC_DISPATCH(signature_deficits_of_target)(block, histogram, deficits);
+	HWY_DYNAMIC_DISPATCH(missing_beams_of_target)(block, histogram, missing);
 }
 
-std::uint64_t groups_between(const std::uint8_t* deficits, int least, int most)
+std::uint64_t groups_between(const std::uint8_t* missing, int least, int most)
 {
-	return HWY_DYNAMIC_DISPATCH(groups_between_of_target)(deficits, least, most);
+	return HWY_DYNAMIC_DISPATCH(groups_between_of_target)(missing, least, most);
 }
 
 std::size_t find_cheap_pairs(

@@ -8,14 +8,14 @@
 
 namespace d2s1r
 {
-/// A beam of the overview search: its direction before a shift, and its quantized range.
+/// A beam of the overview search.
 struct OverviewBeam
 {
-	int direction;
-	std::uint8_t step;  //!< [2 steps] as in the overview
+	int direction;      //!< [-] of the profiles, before a shift
+	std::uint8_t step;  //!< [2 steps] quantized range, as in the overview
 };
 
-/// A few beams of a scan: what overviews are compared with.
+/// The few beams of a scan that overviews are compared with.
 struct OverviewScan
 {
 	const OverviewBeam* beams;
@@ -24,40 +24,37 @@ struct OverviewScan
 	std::uint8_t truncation;  //!< [2 steps] count * truncation must fit a byte
 };
 
-/// A row at a yaw shift.
+/// A row at a yaw shift that costs little.
 struct CheapPair
 {
-	std::uint16_t row, shift;
-	std::uint8_t cost;  //!< [2 steps] lower is better
+	std::uint16_t row, shift;  //!< [-]
+	std::uint8_t cost;         //!< [2 steps] lower is better
 };
 
-/// By group of a block, the deficit of its histogram [1 / RangeProfiles::kWhole]: the sum over bins of what `histogram`
-/// has more there.
-/// \param block histograms (bin, group)
-void histogram_deficits(const std::uint8_t* block, const std::uint8_t* histogram, std::uint8_t* deficits);
+/// Counts, for each group of a block, the beams that are missing there [1 / RangeProfiles::kWhole]: the sum over the
+/// bins of what `histogram` has more than that of the group. \param block range histograms (bin, group)
+void missing_beams(const std::uint8_t* block, const std::uint8_t* histogram, std::uint8_t* missing);
 
-/// A bit for each group of a block with a deficit of `least` to `most`.
-std::uint64_t groups_between(const std::uint8_t* deficits, int least, int most);
+/// Returns a bit for each group of a block where `least` to `most` beams are missing.
+std::uint64_t groups_between(const std::uint8_t* missing, int least, int most);
 
-/// All pairs of row and shift that cost at most `most`. The cost is the sum over beams of
-/// min(truncation, |row[direction + shift] - step|); it only grows with the beams, so that as a rule some suffice to
-/// tell that it will be above.
-/// \param rows each the directions twice and RangeProfiles::kBlock bytes of any value
-/// \param found room for all pairs
-/// \return how many there are
+/// Finds all pairs of row and shift that cost at most `most`. The cost is the sum over beams of
+/// min(truncation, |row[direction + shift] - step|). It only grows with the beams, so that as a rule some of them
+/// suffice to tell that it will be above. \param rows each of which holds the directions twice, and
+/// RangeProfiles::kBlock bytes of any value \param found room for all pairs \return their number
 std::size_t find_cheap_pairs(
     const std::uint8_t* rows, std::size_t count, const OverviewScan& scan, std::uint8_t most, CheapPair* found);
 
-/// A turned scan: what a row is compared with, direction by direction.
+/// A scan at a yaw shift, with which rows are compared direction by direction.
 struct ScanRow
 {
-	const std::uint8_t *least, *greatest;   //!< [step] ranges that agree
+	const std::uint8_t *least, *greatest;   //!< [step] ranges between which a row agrees with the scan
 	const std::uint8_t* truncation;         //!< [step] greatest difference that counts; 0 where there is no beam
 	const std::uint8_t* truncation_beyond;  //!< [step] the same where the row's range is the greater one
-	std::size_t length;  //!< [-] directions. RangeProfiles::kBlock more may be read at the end of the arrays
+	std::size_t length;                     //!< [-] directions; RangeProfiles::kBlock more may be read
 };
 
-/// The sums over directions of the truncated distance of row[i] from least[i] ... greatest[i], for `count` rows one
-/// after the other. RangeProfiles::kBlock more may be read at the end of the rows.
+/// Computes the costs of `count` rows, which follow one another: the sums over directions of the truncated distance of
+/// row[i] from least[i] ... greatest[i]. RangeProfiles::kBlock bytes more may be read at the end of the rows.
 void row_costs(const std::uint8_t* rows, std::size_t count, const ScanRow& scan, std::uint32_t* costs);
 }  // namespace d2s1r

@@ -10,12 +10,12 @@
 
 namespace d2s1r
 {
-/// A sample position, or a group of them, seen at a yaw shift.
+/// A sample position, or a group of them, at a yaw shift.
 struct Match
 {
-	std::int32_t position;
-	std::int32_t shift;
-	std::uint32_t cost;  //!< [step], of a group [2 steps]; lower is better
+	std::int32_t position;  //!< [-] or group
+	std::int32_t shift;     //!< [directions]
+	std::uint32_t cost;     //!< [step], for a group [2 steps]; lower is better
 };
 
 /// Keeps the cheapest of a stream of matches whose costs are bytes: all those below a limit, which is lowered as they
@@ -23,22 +23,23 @@ struct Match
 class CheapestMatches
 {
    public:
+	/// Starts without a match.
 	/// \param margin by which a match may be costlier than the cheapest, in the unit of the costs
-	/// \param wanted how many at most, one or more
-	/// \param storage for the matches, kept from query to query
+	/// \param wanted [-] greatest number of matches, one or more
+	/// \param storage memory for the matches, which is kept from query to query
 	CheapestMatches(std::uint32_t margin, std::size_t wanted, std::vector<Match>& storage)
 	    : margin_(margin), wanted_(wanted), matches_(storage)
 	{
 		matches_.clear();
 	}
 
-	/// The greatest cost that may still be among the cheapest.
+	/// Returns the greatest cost that may still be among the cheapest.
 	std::uint8_t most() const { return static_cast<std::uint8_t>(limit_ - 1); }
 
-	/// Of the cheapest so far; 255 if there is none.
+	/// Returns the cost of the cheapest match so far; 255 if there is none.
 	std::uint32_t least() const { return least_; }
 
-	/// \param match costs at most what most() was when the limit was lowered last
+	/// Adds a match. \param match costs at most what most() was when the limit was lowered last
 	void add(const Match& match)
 	{
 		matches_.push_back(match);
@@ -47,8 +48,8 @@ class CheapestMatches
 		least_ = std::min(least_, match.cost);
 	}
 
-	/// After some were added: lowers the limit, within the margin, until at most as many as are wanted are below it.
-	/// The cheapest always are: of more than are wanted at the lowest cost, those added first are kept.
+	/// Lowers the limit, after some matches were added, until at most as many as are wanted are below it and within the
+	/// margin. The cheapest always are: if there are more than wanted at the lowest cost, those added first are kept.
 	void lower_limit()
 	{
 		while ((below_ > wanted_ || limit_ > least_ + margin_ + 1) && limit_ > least_ + 1) below_ -= count_[--limit_];
@@ -61,7 +62,7 @@ class CheapestMatches
 		if (matches_.size() >= 3 * wanted_) drop_costly();
 	}
 
-	/// Drops all that are not among the cheapest.
+	/// Drops all matches that are not among the cheapest.
 	void drop_costly()
 	{
 		const auto kept =
@@ -70,17 +71,17 @@ class CheapestMatches
 	}
 
    private:
-	std::uint32_t margin_;
-	std::size_t wanted_;
-	std::uint32_t least_ = 255;
-	std::size_t below_ = 0;      //!< matches that cost less than limit_
-	std::uint32_t limit_ = 256;  //!< in the unit of the costs
+	std::uint32_t margin_;       //!< in the unit of the costs, as least_ and limit_
+	std::size_t wanted_;         //!< [-]
+	std::uint32_t least_ = 255;  //!< cost of the cheapest
+	std::size_t below_ = 0;      //!< [-] matches that cost less than limit_
+	std::uint32_t limit_ = 256;
 	std::vector<Match>& matches_;
-	std::array<std::size_t, 256> count_{};  //!< by cost
+	std::array<std::size_t, 256> count_{};  //!< [-] number of matches by cost
 };
 
-/// Hands out the cheapest first, ties by position and shift, as long as `take(match)` is true. Costs are small numbers:
-/// by bucket, of which only those that are reached get sorted.
+/// Hands out matches, the cheapest first, as long as `take(match)` is true. Equal costs are ordered by position and
+/// shift. Costs are small numbers: each has a bucket, and only buckets that are reached get sorted.
 template <class Take>
 void cheapest_first(const std::vector<Match>& matches, const Take& take)
 {

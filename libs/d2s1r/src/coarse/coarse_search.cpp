@@ -20,7 +20,8 @@ namespace d2s1r
 {
 namespace
 {
-/// All beams, at all positions of the groups: what is allowed, and costlier than the cheapest by the margin at most.
+/// Compares all beams with the profiles of all positions of the groups. It keeps what is allowed, and costlier than the
+/// cheapest by the margin at most.
 void search_profiles(
     const RangeProfiles& profiles, const QuantizedScan& scan, const CoarseSearchParameters& parameters,
     const std::vector<Match>& of_groups, const AllowedPairs& allowed, std::vector<Match>& matches)

@@ -9,37 +9,37 @@
 
 namespace d2s1r
 {
-/// A pose worth a closer look.
+/// A pose that is worth a closer look.
 struct Candidate
 {
 	mrpt::math::TPose2D pose;  //!< sensor in map, m and rad
 	double cost = 0;           //!< [step] mean truncated difference of quantized ranges per beam, lower is better
 };
 
-/// Compares a scan with the profiles at all yaw shifts: first a few beams with the overviews of groups of positions,
-/// then, where these fit, the beam nearest to each direction at each position of the group. Truncated differences keep
-/// people and moved furniture from outvoting the walls; all beams are compared with the positions so that one that ends
-/// near the sensor, before the wall, costs less than one that ends elsewhere: somebody may stand there. A beam that saw
-/// nothing agrees with all ranges beyond its reach; overviews are not compared with it if that is shorter than the
-/// profiles'.
+/// Finds the poses of the sensor at which a scan may have been taken. It compares the scan with the profiles at all yaw
+/// shifts: first a few beams with the overviews of groups of positions, then, where these agree, the beam nearest to
+/// each direction at each position of the group. Truncated differences keep people and moved furniture from outvoting
+/// the walls. A beam that ends near the sensor, before the wall, costs less than one that ends elsewhere, because
+/// somebody may stand there. A beam that saw nothing agrees with all ranges beyond its reach; overviews are not
+/// compared with it if that is shorter than the profiles'.
 ///
-/// Overviews: groups whose histograms, the same for all yaws, are most like the scan's come first. The least cost found
-/// there, times parameters.overview_unmatched, bounds how many beams may be without a counterpart in a histogram;
+/// Of the overviews, those whose range histograms, the same for all yaws, are most like the scan's come first. The
+/// least cost found there, times parameters.overview_unmatched, bounds how many beams may be missing in a histogram;
 /// groups where there are more, by parameters.overview_deficit times the square root of the number of beams, are left
-/// out. Profiles: those pairs of group and yaw whose beams in total cost at most parameters.overview_margin times the
-/// square root of their number more than those of the cheapest pair; no more than parameters.max_pairs, nor
-/// parameters.max_pairs_share of all pairs. Costs are whole numbers: if the pairs of the greatest cost admitted would
-/// be too many, none of that cost is taken; if even those of the least cost are too many, the first ones of these are
-/// taken. Neither stopping early nor the machine's SIMD instructions change the result. Equal costs are ranked by the
-/// position in `profiles`, then by the shift.
+/// out. Profiles are compared for the pairs of group and yaw whose beams cost in total at most
+/// parameters.overview_margin times the square root of their number more than those of the cheapest pair, but for no
+/// more than parameters.max_pairs, nor parameters.max_pairs_share of all pairs. Costs are whole numbers: if the pairs
+/// of the greatest cost admitted would be too many, none of that cost is taken; if even those of the least cost are too
+/// many, the first ones of these are taken. Neither stopping early nor the machine's SIMD instructions change the
+/// result. Equal costs are ranked by the position in `profiles`, then by the shift.
 ///
 /// Against a search that compares a million pairs beam by beam, all this loses at most one scan in 500, cluttered or
-/// not: measured in tests/experiments/RESULTS.md.
+/// not: tests/experiments/RESULTS.md has the measurement.
 ///
-/// Thread-safe: each thread keeps its scratch memory for its next query.
+/// It is thread-safe: each thread keeps its scratch memory for its next query.
 ///
-/// \param prior of the robot; the sensor's positions within a sample's spacing of what it allows are searched, too
-/// \return distinct poses, best first, at most parameters.candidates, and none whose beams cost more in total than
+/// \param prior says where the robot may be; positions of the sensor within a sample's spacing of that are searched,
+/// too \return distinct poses, best first, at most parameters.candidates, and none whose beams cost more in total than
 ///         those of the best one by parameters.margin times the square root of their number
 std::vector<Candidate> coarse_search(
     const RangeProfiles& profiles, const Scan& scan, const CoarseSearchParameters& parameters, const Prior& prior = {});

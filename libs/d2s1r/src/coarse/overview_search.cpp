@@ -12,7 +12,7 @@ namespace d2s1r
 {
 namespace
 {
-/// As many beams as a byte can sum up, spread over the scan, in an order whose beginnings are spread, too.
+/// Returns as many beams as a byte can sum up, spread over the scan, in an order whose beginnings are spread, too.
 std::vector<OverviewBeam> overview_beams(const QuantizedScan& scan, int truncation)
 {
 	const std::size_t count = std::min(scan.exact.size(), static_cast<std::size_t>(255 / truncation));
@@ -26,34 +26,34 @@ std::vector<OverviewBeam> overview_beams(const QuantizedScan& scan, int truncati
 	return beams;
 }
 
-/// By group, and up to whole blocks, the deficit of its histogram: what it lacks of the scan's.
-void find_deficits(const RangeProfiles& profiles, const QuantizedScan& scan, std::vector<std::uint8_t>& deficits)
+/// Counts the beams of the scan that are missing in the range histogram of each group, up to whole blocks of groups.
+void find_missing_beams(const RangeProfiles& profiles, const QuantizedScan& scan, std::vector<std::uint8_t>& missing)
 {
 	constexpr std::size_t kBlock = RangeProfiles::kBlock;
 	std::vector<std::uint8_t> steps;
 	for (const int direction : scan.exact) steps.push_back(scan.least[static_cast<std::size_t>(direction)] / 2);
 	const auto histogram = profiles.histogram_of(steps.data(), steps.size());
-	deficits.resize((profiles.groups() + kBlock - 1) / kBlock * kBlock);
-	for (std::size_t first = 0; first < deficits.size(); first += kBlock)
-		histogram_deficits(
-		    profiles.histograms.data() + first * RangeProfiles::kBins, histogram.data(), deficits.data() + first);
+	missing.resize((profiles.groups() + kBlock - 1) / kBlock * kBlock);
+	for (std::size_t first = 0; first < missing.size(); first += kBlock)
+		missing_beams(
+		    profiles.histograms.data() + first * RangeProfiles::kBins, histogram.data(), missing.data() + first);
 }
 
-/// About one group in kFew has at most this deficit; from a sample.
-int deficit_of_few(const std::vector<std::uint8_t>& deficits, std::size_t groups)
+/// Returns how many beams about one group in kFew is at most missing; it looks at a sample of the groups.
+int missing_at_few(const std::vector<std::uint8_t>& missing, std::size_t groups)
 {
 	constexpr std::size_t kFew = 32, kApart = 16;
 	std::array<std::size_t, 256> count{};
 	std::size_t seen = 0;
-	for (std::size_t group = 0; group < groups; group += kApart, seen++) count[deficits[group]]++;
+	for (std::size_t group = 0; group < groups; group += kApart, seen++) count[missing[group]]++;
 	std::size_t most = 0;
 	for (std::size_t below = count[0]; below * kFew < seen; below += count[most]) most++;
 	return static_cast<int>(most);
 }
 
-/// Beams without a counterpart that a group may have and still explain the scan as well as one that costs `least`
+/// Returns how many beams may be missing at a group that still explains the scan as well as one that costs `least`
 /// [2 steps] in the overviews: as many as a share of that cost allows, and some by chance.
-int greatest_deficit(
+int most_missing(
     const RangeProfiles& profiles, double beams, double least, const OverviewScan& look,
     const CoarseSearchParameters& parameters)
 {
@@ -62,7 +62,7 @@ int greatest_deficit(
 	return static_cast<int>(std::min(255.0, most / profiles.directions * RangeProfiles::kWhole));
 }
 
-/// A few beams of all shifts at some groups.
+/// Compares a few beams with the overviews of some groups at all shifts.
 void look_at(
     const RangeProfiles& profiles, const std::vector<std::int32_t>& groups, const OverviewScan& look,
     const AllowedPairs& allowed, CheapestMatches& cheapest)
@@ -108,27 +108,27 @@ void search_overviews(
 	const double margin = parameters.overview_margin * std::sqrt(static_cast<double>(few.size()));
 	CheapestMatches cheapest(static_cast<std::uint32_t>(margin), static_cast<std::size_t>(wanted), matches);
 
-	thread_local std::vector<std::uint8_t> deficits;  // kept for the next query
+	thread_local std::vector<std::uint8_t> missing;  // kept for the next query
 	thread_local std::vector<std::int32_t> groups;
-	find_deficits(profiles, scan, deficits);
+	find_missing_beams(profiles, scan, missing);
 	const std::vector<std::uint64_t> allowed_groups = allowed.groups();
-	const auto look_at_deficits = [&](int least, int most)
+	const auto look_where_missing = [&](int least, int most)
 	{
 		constexpr std::size_t kBlock = RangeProfiles::kBlock;
 		groups.clear();
 		for (std::size_t block = 0; block < allowed_groups.size(); block++)
 		{
-			std::uint64_t left = allowed_groups[block] & groups_between(deficits.data() + block * kBlock, least, most);
+			std::uint64_t left = allowed_groups[block] & groups_between(missing.data() + block * kBlock, least, most);
 			for (; left != 0; left &= left - 1)
 				groups.push_back(static_cast<std::int32_t>(block * kBlock) + __builtin_ctzll(left));
 		}
 		look_at(profiles, groups, look, allowed, cheapest);
 	};
-	const int of_few = deficit_of_few(deficits, profiles.groups());
-	look_at_deficits(0, of_few);
-	const int most = greatest_deficit(
+	const int of_few = missing_at_few(missing, profiles.groups());
+	look_where_missing(0, of_few);
+	const int most = most_missing(
 	    profiles, static_cast<double>(scan.exact.size()), static_cast<double>(cheapest.least()), look, parameters);
-	if (most > of_few) look_at_deficits(of_few + 1, most);
+	if (most > of_few) look_where_missing(of_few + 1, most);
 	cheapest.drop_costly();
 }
 }  // namespace d2s1r

@@ -10,9 +10,9 @@
 
 namespace d2s1r
 {
-/// A few beams at the groups and shifts that are allowed: first at the groups whose histograms are most like the
-/// scan's, then at all that may explain it as well as the best of those.
-/// \param matches [2 steps] the cheapest pairs of group and shift, within the limits that coarse_search.h tells
+/// Compares a few beams with the overviews of the groups, at the shifts that are allowed: first of the groups whose
+/// range histograms are most like the scan's, then of all that may explain it as well as the best of those. \param
+/// matches [2 steps] the cheapest pairs of group and shift, within the limits that coarse_search.h tells
 void search_overviews(
     const RangeProfiles& profiles, const QuantizedScan& scan, const CoarseSearchParameters& parameters,
     const AllowedPairs& allowed, std::vector<Match>& matches);

@@ -10,17 +10,18 @@
 
 namespace d2s1r
 {
-/// The scan in the directions of the profiles: the beam nearest to each.
+/// A scan in the directions of the profiles: the beam nearest to each.
 struct QuantizedScan
 {
-	/// By direction, the least and the greatest quantized range of the map that agrees, and the truncation of
-	/// differences, in general and of what is beyond the greatest, which are 0 where there is no beam. A return agrees
-	/// with one range, a beam that saw nothing with all beyond its reach. Stored twice, then kBlock zeros, so that a
-	/// shifted read need not wrap around.
+	/// [step] By direction, the least and the greatest quantized range of the map that agrees with the beam, and the
+	/// truncation of differences, in general and of what is beyond the greatest; both are 0 where there is no beam. A
+	/// return agrees with one range, a beam that saw nothing with all beyond its reach. All directions are stored
+	/// twice, and kBlock zeros follow, so that a shifted read need not wrap around.
 	std::vector<std::uint8_t> least, greatest, truncation, truncation_beyond;
 	std::vector<int> observed;  //!< directions with a beam
-	std::vector<int> exact;     //!< of these, where one range agrees
+	std::vector<int> exact;     //!< those of them with which only one range agrees
 };
 
+/// Quantizes a scan as the profiles are.
 QuantizedScan quantize(const Scan& scan, const RangeProfiles& profiles, const CoarseSearchParameters& parameters);
 }  // namespace d2s1r

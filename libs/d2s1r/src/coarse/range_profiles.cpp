@@ -14,10 +14,10 @@ namespace d2s1r
 {
 namespace
 {
-constexpr int kMostSquares = 1 << 16;  //!< along a side of the map: their places on the curve have 32 bits
+constexpr int kMostSquares = 1 << 16;  //!< [-] along a side of the map: their places on the curve have 32 bits
 
-/// Position of (column, row), both below kMostSquares, along Hilbert's curve: cells near each other on it are near in
-/// the map.
+/// Returns the position of (column, row), both below kMostSquares, along Hilbert's curve: cells that are near each
+/// other on it are near in the map.
 std::uint32_t hilbert_index(std::uint32_t column, std::uint32_t row)
 {
 	std::uint32_t index = 0;
@@ -26,13 +26,17 @@ std::uint32_t hilbert_index(std::uint32_t column, std::uint32_t row)
 		const bool right = (column & side) != 0, upper = (row & side) != 0;
 		index = 4 * index + ((right ? 3U : 0U) ^ (upper ? 1U : 0U));
 		if (upper) continue;
-		if (right) column = ~column, row = ~row;
+		if (right)
+		{
+			column = ~column;
+			row = ~row;
+		}
 		std::swap(column, row);
 	}
 	return index;
 }
 
-/// The free cell nearest to the middle of every square of `side` x `side` cells, increasing.
+/// Returns the free cell nearest to the middle of every square of `side` x `side` cells, in increasing order.
 /// \param cells free ones, increasing
 std::vector<CellIndex> one_a_square(const Grid& grid, const std::vector<CellIndex>& cells, int side)
 {
@@ -66,16 +70,16 @@ std::vector<CellIndex> one_a_square(const Grid& grid, const std::vector<CellInde
 	return samples;
 }
 
-/// A sample and its place along a Hilbert curve through the squares.
+/// A sample position and its place along a Hilbert curve through the squares.
 struct PlacedCell
 {
 	std::uint32_t place;
 	CellIndex cell;
 };
 
-/// Sorted along the curve, so that the positions of a block are near each other and match similarly; the squares of
-/// 2 x 2 follow one another. \throws std::invalid_argument if there are more squares along a side of the map than the
-/// curve has places for
+/// Sorts sample positions along the curve, so that those of a block are near each other and match similarly; the
+/// squares of 2 x 2 follow one another. \throws std::invalid_argument if there are more squares along a side of the map
+/// than the curve has places for
 std::vector<PlacedCell> along_curve(const Grid& grid, const std::vector<CellIndex>& samples, int side)
 {
 	if (std::max(grid.width, grid.height) / side >= kMostSquares)
@@ -92,9 +96,9 @@ std::vector<PlacedCell> along_curve(const Grid& grid, const std::vector<CellInde
 	return placed;
 }
 
-constexpr double kLinearRange = 2.0;  //!< [m] below it steps are about equal, above they grow with the range
+constexpr double kLinearRange = 2.0;  //!< [m] below it steps are about equal, above it they grow with the range
 
-/// Quantized ranges [step] by swept range.
+/// Returns the quantized range [step] of every swept range.
 std::vector<std::uint8_t> steps_of_ranges(const RangeProfiles& profiles, double cell_size)
 {
 	std::vector<std::uint8_t> steps(65536, RangeProfiles::kOutOfRange);
@@ -103,14 +107,15 @@ std::vector<std::uint8_t> steps_of_ranges(const RangeProfiles& profiles, double 
 	return steps;
 }
 
-/// Stores swept ranges of consecutive cells (cell, direction) as bytes.
+/// Stores the swept ranges of consecutive cells as bytes, by cell, then by direction.
 class RowWriter
 {
    public:
-	/// \param first, count of the swept cells, those to store
-	/// \param byte_of by range, is referred to
+	/// Refers to its arguments.
+	/// \param first, count which of the swept cells are stored
+	/// \param byte_of by range
 	/// \param stride [byte] between rows
-	/// \param rows (cell, direction), filled
+	/// \param rows memory that is filled
 	RowWriter(
 	    std::size_t first, std::size_t count, const std::vector<std::uint8_t>& byte_of, int directions,
 	    std::size_t stride, std::uint8_t* rows)
@@ -124,8 +129,7 @@ class RowWriter
 	{
 	}
 
-	/// \param direction all of them, in turn
-	/// \param swept in `direction`
+	/// Stores the ranges of one direction. All directions must come in turn.
 	void write(std::size_t direction, const SweptRanges& swept)
 	{
 		// local copies: byte stores may alias members, which would be reloaded every time
@@ -141,7 +145,7 @@ class RowWriter
 	static constexpr std::size_t kWord = 8;              //!< [directions] stored at once
 	static constexpr std::size_t kGathered = 2 * kWord;  //!< [directions] stored before the next cell
 
-	/// The directions gathered last, up to `last`.
+	/// Stores the directions that were gathered last, up to `last`.
 	void store(std::size_t last)
 	{
 		const std::size_t first = last / kGathered * kGathered, directions = last - first + 1;
@@ -168,7 +172,7 @@ class RowWriter
 	std::vector<std::uint8_t> gathered_;  //!< (direction, cell)
 };
 
-/// Histograms of the groups of an overview, block by block.
+/// Makes the range histograms of all groups, block by block.
 std::vector<std::uint8_t> make_histograms(const RangeProfiles& profiles)
 {
 	constexpr std::size_t kBlock = RangeProfiles::kBlock, kBins = RangeProfiles::kBins;

@@ -11,47 +11,54 @@
 
 namespace d2s1r
 {
-/// Ranges from sample positions all over the free space, one byte per direction: what coarse_search() compares scans
-/// with.
+/// Holds the ranges from sample positions all over the free space, one byte per direction; coarse_search() compares
+/// scans with them.
 ///
-/// Ranges are quantized, so that one step is about the change of range that a small change of position makes: 3 cm near
+/// Ranges are quantized so that one step is about the change of range that a small change of position makes: 3 cm near
 /// the sensor, 1.2 m at a max_range of 80 m.
 ///
-/// The positions form groups, those in 2 x 2 squares of the samples' spacing. The overview has one position per group,
-/// at its middle, and steps twice as large: what is too costly there need not be compared closely. A histogram is a
-/// histogram of the ranges of a group's overview, the same for all yaws (as in Section III-B.1 of the paper): where it
-/// lacks what a scan has, the overview need not be compared either.
+/// The positions in 2 x 2 squares of the samples' spacing form a group. The overview has one position per group, at its
+/// middle, and steps twice as large: what is too costly there need not be compared closely. The range histogram of a
+/// group is that of its overview, the same for all yaws (as in Section III-B.1 of the paper): where it misses too many
+/// of the beams of a scan, the overview need not be compared either.
 struct RangeProfiles
 {
 	static constexpr int kBlock = 64;                 //!< [groups] whose histograms are stored together, bin by bin
 	static constexpr int kBins = 16;                  //!< [-] of a histogram
 	static constexpr int kWhole = 240;                //!< [-] sum of a histogram
-	static constexpr std::uint8_t kOutOfRange = 255;  //!< no obstacle within max_range
+	static constexpr std::uint8_t kOutOfRange = 255;  //!< [step] there is no obstacle within max_range
 
 	int directions = 0;       //!< [-] direction i points at 2 pi i / directions, map frame
 	double max_range = 0;     //!< [m]
 	std::vector<float> x, y;  //!< [m] sample positions, map frame, along a curve that keeps neighbours near
-	/// [step] (position, direction). kBlock more may be read at the end.
+	/// [step] by position, then by direction; kBlock bytes more may be read at the end.
 	std::vector<std::uint8_t> by_position;
-	std::vector<std::size_t> first_of_group;  //!< (group) its first position; one more at the end
-	AlignedBytes overview;                    //!< [2 steps] (group, direction): see overview_of()
-	std::vector<std::uint8_t> histograms;     //!< [1 / kWhole] (block, bin, group of the block)
+	std::vector<std::size_t> first_of_group;  //!< by group, its first position; one more at the end
+	AlignedBytes overview;                    //!< [2 steps] by group, then by direction: see overview_of()
+	std::vector<std::uint8_t> histograms;     //!< [1 / kWhole] by block, then by bin, then by group of the block
 
+	/// Returns the number of sample positions.
 	std::size_t size() const { return x.size(); }
+
+	/// Returns the number of groups.
 	std::size_t groups() const { return first_of_group.empty() ? 0 : first_of_group.size() - 1; }
-	/// [bytes] between the rows of the overview, which begin at cache lines.
+
+	/// Returns the distance [byte] between the rows of the overview, which begin at cache lines.
 	std::size_t overview_stride() const { return in_whole_lines(static_cast<std::size_t>(directions)); }
+
+	/// Returns the row [2 steps] of a group.
 	const std::uint8_t* overview_of(std::size_t group) const { return overview.data() + group * overview_stride(); }
-	std::uint8_t quantize(double range) const;  //!< [m] -> [step]
-	/// How `count` ranges spread over the bins, kWhole / directions each. A range counts for the two bins it lies
-	/// between, the more for the nearer one.
-	/// \param steps [2 steps]
+
+	/// Returns the quantized range [step] of `range` [m].
+	std::uint8_t quantize(double range) const;
+
+	/// Returns how `count` ranges spread over the bins, kWhole / directions each. A range counts for the two bins that
+	/// it lies between, more for the nearer one. \param steps [2 steps]
 	std::array<std::uint8_t, kBins> histogram_of(const std::uint8_t* steps, std::size_t count) const;
 };
 
-/// Samples the free cells, one per square of `parameters.spacing`, and sweeps their ranges, up to parameters.max_range
-/// or, where cells are so small that this is less, kMostSweptCells cells.
-/// \param cells free cells, increasing
+/// Samples the free cells, one per square of `parameters.spacing`, and sweeps their ranges up to parameters.max_range,
+/// or up to kMostSweptCells cells if that is less. \param cells free cells, increasing
 RangeProfiles make_range_profiles(
     const Grid& grid, const std::vector<CellIndex>& cells, const CoarseSearchParameters& parameters);
 }  // namespace d2s1r

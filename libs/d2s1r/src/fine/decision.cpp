@@ -14,8 +14,8 @@ namespace
 {
 using mrpt::math::TPose2D;
 
-/// What a difference of log-likelihoods is divided by for log-odds: the more the best place leaves unexplained, the
-/// more of the difference is chance.
+/// Returns the temperature: the number by which a difference of log-likelihoods is divided to get log-odds. The more
+/// the best place leaves unexplained, the more of the difference is chance.
 double temperature(const Place& best, const ScoringParameters& parameters)
 {
 	constexpr double kByTolerance = 23;  // [1 / m]
@@ -30,7 +30,7 @@ void sort_best_first(std::vector<Place>& poses)
 	    [](const Place& a, const Place& b) { return a.score.log_likelihood > b.score.log_likelihood; });
 }
 
-/// Best first; of the poses at one place the best.
+/// Returns the poses, best first; of those at one place it keeps the best, and gives it its weight.
 std::vector<Place> distinct_places(std::vector<Place> poses, const ScoringParameters& parameters)
 {
 	sort_best_first(poses);
@@ -45,10 +45,10 @@ std::vector<Place> distinct_places(std::vector<Place> poses, const ScoringParame
 	return places;
 }
 
-/// Probability that one of the places found is right.
+/// Returns the probability [0, 1] that one of the places found is right.
 double presence(const std::vector<Place>& places, const PresenceModel& model)
 {
-	constexpr double kMostLead = 12;  // [-]
+	constexpr double kMostLead = 12;  // [-] greatest log-odds that count
 	const Score& best = places.front().score;
 	const double lead = places.size() == 1 ? kMostLead : std::min(kMostLead, -std::log(places[1].weight));
 	const double log_odds =
@@ -63,8 +63,8 @@ std::vector<Place> find_places(
     const BeamTracer& tracer, const DistanceField& field, const Scan& scan, const BeamSubset& all,
     const std::vector<RefinedPose>& poses, const Prior& prior, const Parameters& parameters)
 {
-	constexpr double kHopeless = 12;      // [nat] below the best pose: not polished
-	constexpr double kNegligible = 1e-3;  // [-] likelihood relative to the best place: not compared
+	constexpr double kHopeless = 12;      // [nat] a pose this far below the best one is not polished
+	constexpr double kNegligible = 1e-3;  // [-] a place of this weight is not compared
 	const BeamModel& model = parameters.scoring.beam_model;
 	const TPose2D robot_on_sensor = TPose2D() - scan.sensor_on_robot;
 	const auto is_possible = [&](const TPose2D& sensor) { return prior.allows(sensor + robot_on_sensor); };
@@ -82,7 +82,10 @@ std::vector<Place> find_places(
 		scored[i].pose = pose;
 		const Score polished = score(tracer, field, all, pose, model);
 		if (polished.log_likelihood > scored[i].score.log_likelihood)
-			scored[i].score = polished, scored[i].scored_at = pose;
+		{
+			scored[i].score = polished;
+			scored[i].scored_at = pose;
+		}
 	}
 	std::vector<Place> places = distinct_places(std::move(scored), parameters.scoring);
 	const std::size_t to_compare =
@@ -91,7 +94,10 @@ std::vector<Place> find_places(
 	{
 		const ScoredPose best = best_score_near(tracer, field, all, places[i].pose, model);
 		if (best.score.log_likelihood > places[i].score.log_likelihood)
-			places[i].score = best.score, places[i].scored_at = best.pose;
+		{
+			places[i].score = best.score;
+			places[i].scored_at = best.pose;
+		}
 	}
 	places = distinct_places(std::move(places), parameters.scoring);
 	const std::size_t listed = std::min(places.size(), static_cast<std::size_t>(parameters.scoring.hypotheses));

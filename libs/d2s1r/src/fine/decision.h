@@ -19,28 +19,28 @@ struct Place
 	mrpt::math::TPose2D scored_at;  //!< sensor in map, m and rad: where it was found, some centimetres beside
 	double tolerance = 0;           //!< [m] of the surfaces of the walls: see DistanceField
 	double weight = 0;              //!< [0, 1] likelihood relative to the best place, tempered
-	Eigen::Matrix3d covariance =
-	    Eigen::Matrix3d::Zero();  //!< of pose (x, y, phi) [m^2, m rad, rad^2]; set for the places that may be listed
+	/// Of pose (x, y, phi) [m^2, m rad, rad^2]; it is set for the places that may be listed.
+	Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
 };
 
 /// Scores refined poses with all beams and keeps the best of each place. Poses that may be the best one are polished
 /// before the poses of a place are reduced to the best of them, and a place counts by the best score found at it:
 /// otherwise a few centimetres would decide. Poses that the prior rules out do not count. Thread-safe.
-/// \return best place first
+/// \return the places, best first
 std::vector<Place> find_places(
     const BeamTracer& tracer, const DistanceField& field, const Scan& scan, const BeamSubset& all,
     const std::vector<RefinedPose>& poses, const Prior& prior, const Parameters& parameters);
 
 /// Says what the scan can tell. Thread-safe.
 ///
-/// A place's probability is its share of the likelihood of all places (a soft maximum of their scores, tempered: the
-/// more the best place leaves unexplained, the more of a difference is chance) times the probability that one of them
-/// is right at all (PresenceModel, a logistic regression); what is left is the probability that none of them is right.
-/// Both were learned from scans of eight buildings and of 17 drawn floor plans, with furniture that the plan does not
-/// have, in their own and in other buildings' maps. \param places best first \return status, confidence and hypotheses
-/// (robot in map)
+/// The probability of a place is the product of two: its share of the likelihood of all places, which is a soft maximum
+/// of their scores, and the presence, which is the probability that one of them is right at all (PresenceModel, a
+/// logistic regression). What is left is the probability that none of them is right. The soft maximum is tempered: the
+/// more the best place leaves unexplained, the more of a difference is chance. Both were learned from scans of eight
+/// buildings and of 17 drawn floor plans, with furniture that the plan does not have, in their own and in other
+/// buildings' maps. \param places best first \return status, confidence and hypotheses (robot in map)
 Localization decide(const Scan& scan, const std::vector<Place>& places, const Parameters& parameters);
 
-/// Returns the places of both lists, best first; of those at one place only the better one. Thread-safe.
+/// Merges two lists of places, best first; of those at one place it keeps the better one. Thread-safe.
 std::vector<Place> merged_places(std::vector<Place> a, std::vector<Place> b, const ScoringParameters& parameters);
 }  // namespace d2s1r

@@ -19,7 +19,7 @@ namespace HWY_NAMESPACE
 {
 namespace
 {
-/// The sensor among the cells of the field.
+/// The pose of the sensor among the cells of the field.
 struct Frame
 {
 	Floats column, row;      //!< [cells] of the sensor, cell centres at whole numbers
@@ -35,7 +35,7 @@ struct Distances
 	Mask inside;
 };
 
-/// As DistanceField::at(), at (column, row) [cells].
+/// Looks up the distance field at (column, row) [cells], as DistanceField::at() does.
 Distances look_up(const DistanceField& field, Floats column, Floats row)
 {
 	const auto last_column = all(static_cast<float>(field.width() - 1));
@@ -46,7 +46,7 @@ Distances look_up(const DistanceField& field, Floats column, Floats row)
 	const Ints i = hn::ConvertTo(kInts, hn::IfThenElseZero(inside, column));
 	const Ints j = hn::ConvertTo(kInts, hn::IfThenElseZero(inside, row));
 	const Floats u = hn::Sub(column, hn::ConvertTo(kFloats, i)), v = hn::Sub(row, hn::ConvertTo(kFloats, j));
-	// a cell has two bytes: one word holds it and its right neighbour
+	// A cell has two bytes: one word holds it and its right neighbour.
 	const Ints offset = hn::ShiftLeft<1>(hn::Add(hn::Mul(j, hn::Set(kInts, field.width())), i));
 	const auto* lower_row = reinterpret_cast<const std::int32_t*>(field.cells());
 	const auto* upper_row = reinterpret_cast<const std::int32_t*>(field.cells() + field.width());
@@ -63,7 +63,7 @@ Distances look_up(const DistanceField& field, Floats column, Floats row)
 	return {value, hn::Mul(along_x, cells), hn::Mul(hn::Sub(on_upper, on_lower), cells), inside};
 }
 
-/// Sums in eight lanes whatever the length of a vector, so that every machine adds in the same order.
+/// Sums up in eight lanes, whatever the length of a vector, so that every machine adds in the same order.
 class Accumulator
 {
    public:

@@ -9,18 +9,18 @@
 namespace d2s1r
 {
 /// The least-squares problem of the distances of all end points to walls, linearized at a pose (x, y, phi) and at an
-/// offset of all ranges; robust weights are those of Geman and McClure.
+/// offset of all ranges. The robust weights are those of Geman and McClure.
 struct EndPointSums
 {
 	std::array<float, 10> information{};  //!< J^T W J, upper triangle by rows
 	std::array<float, 4> gradient{};      //!< J^T W r
-	float fit = 0;                        //!< square roots of the weights: 1 per end point that lies on a wall
+	float fit = 0;                        //!< [-] sum of the square roots of the weights: 1 for an end point on a wall
 };
 
-/// \param sensor [m, rad, map frame]
+/// Sums up the end points of `returns`. Every kind of SIMD gives the same bits.
+/// \param sensor in map, m and rad
 /// \param range_offset [m] added to all ranges
 /// \param kernel [m] width of the robust kernel
-/// \return the same bits whatever SIMD the machine has
 EndPointSums sum_end_points(
     const DistanceField& field, const BeamArrays& returns, const mrpt::math::TPose2D& sensor, double range_offset,
     double kernel);

@@ -19,13 +19,13 @@ namespace
 {
 using mrpt::math::TPose2D;
 
-// Steps of the descent by the width of the robust kernel, as multiples of parameters.kernel: wide from a coarse
-// candidate, narrower the nearer the pose.
+// The steps of the descent, each with the width of its robust kernel as a multiple of parameters.kernel: wide from a
+// coarse candidate, and narrower the nearer the pose is.
 constexpr double kFromCandidate[] = {5, 3, 2, 2};
 constexpr double kFromSettled[] = {2, 1.25, 1, 1};
 constexpr double kFromBeside[] = {1.25, 1};
 constexpr double kToPolish = 0.75;
-// The fit is judged by narrower ones than the steps: what is near a wall is not on it.
+// The fit is judged with narrower kernels than those of the steps: what is near a wall is not on it.
 constexpr double kOfSettled = 1.25;
 constexpr double kOfRefined = 0.6;
 constexpr double kBeside[] = {-0.3, -0.2, -0.1, 0.1, 0.2, 0.3};  //!< [m] along what a scan leaves open
@@ -43,7 +43,7 @@ constexpr double kLongestStep = 0.2, kWidestTurn = 0.1;  //!< [m], [rad] of one 
 // Damping [-] a ray: few beams would slide along a corridor.
 constexpr double kDampingOfFew = 1e-2, kDamping = 1e-3;
 
-/// J^T W J over (x, y, phi, range offset).
+/// Returns J^T W J over (x, y, phi, range offset).
 Eigen::Matrix4d information_of(const EndPointSums& sums)
 {
 	Eigen::Matrix4d information;
@@ -69,7 +69,7 @@ double fit_of(const DistanceField& field, const BeamSubset& beams, const TPose2D
 	return fit_of(sum_end_points(field, beams.returns, pose, 0, kernel), beams.count);
 }
 
-/// `pose` moved by `step` (x, y, phi), shortened.
+/// Returns `pose` moved by `step` (x, y, phi), which is shortened if it is too long.
 TPose2D moved(const TPose2D& pose, Eigen::Vector3d step)
 {
 	const double length = step.head<2>().norm();
@@ -78,7 +78,7 @@ TPose2D moved(const TPose2D& pose, Eigen::Vector3d step)
 	return {pose.x + step.x(), pose.y + step.y(), mrpt::math::wrapToPi(pose.phi + turn)};
 }
 
-/// One damped step from `pose`, where the end points of `count` beams sum up to `sums`.
+/// Returns `pose` after one damped step, where the end points of `count` beams sum up to `sums`.
 TPose2D gauss_newton_step(const EndPointSums& sums, std::size_t count, const TPose2D& pose, double damping)
 {
 	Eigen::Matrix3d information = information_of(sums).topLeftCorner<3, 3>();
@@ -86,7 +86,7 @@ TPose2D gauss_newton_step(const EndPointSums& sums, std::size_t count, const TPo
 	return moved(pose, -information.ldlt().solve(gradient_of(sums).head<3>()));
 }
 
-/// A step for each kernel, in multiples of `unit` [m].
+/// Makes a step for each kernel, whose width is a multiple of `unit` [m].
 template <class Kernels>
 TPose2D descend(const DistanceField& field, const BeamSubset& beams, TPose2D pose, const Kernels& kernels, double unit)
 {
@@ -96,13 +96,13 @@ TPose2D descend(const DistanceField& field, const BeamSubset& beams, TPose2D pos
 	return pose;
 }
 
-/// A candidate on its way.
+/// A candidate on its way to the walls.
 struct Settling
 {
-	TPose2D pose;
-	double cost;  //!< [-] that counts beside the fit
+	TPose2D pose;  //!< sensor in map, m and rad
+	double cost;   //!< [-] that is subtracted from the fit
 	EndPointSums sums{};
-	double fit = 0;
+	double fit = 0;  //!< [-] less the cost, higher is better
 };
 
 /// Sums up the end points at all poses, and drops those that fit worse than the best one by more than the margin.
@@ -120,7 +120,7 @@ void drop_poor(
 	poses.erase(std::remove_if(poses.begin(), poses.end(), is_poor), poses.end());
 }
 
-/// Best fits first, and of those that are not apart only the best; at most `most`.
+/// Returns at most `most` poses, best fit first, and of those that are not apart only the best.
 std::vector<RefinedPose> best_distinct(std::vector<RefinedPose> poses, std::size_t most, const Apart& apart)
 {
 	std::stable_sort(poses.begin(), poses.end(), [](const auto& a, const auto& b) { return a.fit > b.fit; });
@@ -134,14 +134,15 @@ std::vector<RefinedPose> best_distinct(std::vector<RefinedPose> poses, std::size
 	return kept;
 }
 
-/// Unit vector in the map along which the end points hold the position least.
+/// Returns the unit vector in the map along which the end points hold the position least.
 Eigen::Vector2d open_direction(const DistanceField& field, const BeamSubset& beams, const TPose2D& pose, double kernel)
 {
 	const Eigen::Matrix4d information = information_of(sum_end_points(field, beams.returns, pose, 0, kernel));
 	return Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(information.topLeftCorner<2, 2>()).eigenvectors().col(0);
 }
 
-/// [m^2] of the sum of squares of one ray's distance: beams beside each other err alike.
+/// Returns the variance [m^2] of the distance of one end point. It is larger than that of a range, because beams beside
+/// each other err alike.
 double variance_of(const BeamSubset& beams, const RefinementParameters& parameters)
 {
 	const double alike = std::max(1.0, mrpt::DEG2RAD(parameters.beam_correlation) / beams.spacing);  // [-] beams
@@ -189,7 +190,8 @@ std::vector<RefinedPose> refine(
 		for (const double offset : kBeside)
 		{
 			TPose2D pose = start;
-			pose.x += offset * open.x(), pose.y += offset * open.y();
+			pose.x += offset * open.x();
+			pose.y += offset * open.y();
 			pose = descend(field, beams, pose, kFromBeside, kernel);
 			if (const double fit = fit_of(field, beams, pose, kOfRefined * kernel); fit > poses[i].fit)
 				poses.push_back({pose, fit});

@@ -43,14 +43,14 @@ BeamEnd classify_end(float distance, Cell cell, const BeamModel& model)
 	return {model.off_wall, End::kOffWall};
 }
 
-/// How near an object is: what BeamModel::off_wall_near is multiplied with [-].
+/// Returns how near an object is: the number [-] that BeamModel::off_wall_near is multiplied with.
 double nearness(float log_range)
 {
 	constexpr double kNear = -0.693;  // [-] BeamSubset::log_range of 1.5 m
 	return std::max(0.0, kNear - static_cast<double>(log_range));
 }
 
-/// The sum over one scan, beam by beam.
+/// Sums up the score of one scan, beam by beam.
 class Sum
 {
    public:
@@ -61,7 +61,8 @@ class Sum
 	{
 	}
 
-	/// A beam that passed `walls` [-] and `unknown` space [m]; `depth_edge`: between it and the last one.
+	/// Adds a beam that passed `walls` [-] and `unknown` space [m].
+	/// \param depth_edge whether there is one between this beam and the last one
 	void add(const BeamEnd& at_end, float walls, float unknown, float log_range, bool depth_edge, bool starts_surface)
 	{
 		const auto counted = [](float passed) { return std::min(static_cast<double>(passed), kMostPassed); };
@@ -79,7 +80,8 @@ class Sum
 			log_likelihood_ += model_.depth_edge;
 			depth_edges_++;
 		}
-		was_short_ = short_of_wall, was_explained_ = explained;
+		was_short_ = short_of_wall;
+		was_explained_ = explained;
 		if (starts_surface) of_surface_ = 0;
 		if (explained && ++of_surface_ == least_of_surface_) surfaces_++;
 		returns_++;
@@ -87,8 +89,10 @@ class Sum
 		in_front_ += short_of_wall ? 1 : 0;
 	}
 
+	/// Says that the next beam is no neighbour of the last one.
 	void end_run() { was_short_ = false; }
 
+	/// Returns the score of the beams that were added.
 	Score result() const
 	{
 		const auto share = [&](int part) { return returns_ > 0 ? static_cast<double>(part) / returns_ : 0.0; };
@@ -105,7 +109,8 @@ class Sum
 	bool was_short_ = false, was_explained_ = false;
 };
 
-/// [nat] of beams that ended at nothing: little, for glass and dark surfaces do not return every beam.
+/// Returns the log-likelihood [nat] of beams that saw nothing. It is small, for glass and dark surfaces do not return
+/// every beam.
 double of_no_returns(
     const BeamTracer& tracer, const BeamSubset& beams, const mrpt::math::TPose2D& sensor, const BeamModel& model)
 {
@@ -117,7 +122,7 @@ double of_no_returns(
 	return beams.spacing / kModelBeam * sum;
 }
 
-/// Where a return ends [m, map frame]; `c` and `s` are of the sensor's yaw.
+/// Returns where a return ends [m, map frame]; `c` and `s` are the cosine and sine of the sensor's yaw.
 std::pair<double, double> end_of(
     const BeamArrays& returns, std::size_t i, const mrpt::math::TPose2D& sensor, float c, float s)
 {
@@ -177,7 +182,7 @@ double log_likelihood_bound(
     const BeamTracer& tracer, const DistanceField& field, const BeamSubset& beams, const mrpt::math::TPose2D& sensor,
     const BeamModel& model)
 {
-	// as a rule nothing that is passed adds to a likelihood
+	// As a rule nothing that a beam passes adds to its likelihood.
 	const auto gain = [](double weight) { return std::max(0.0, weight); };
 	const double most_by_beam = kMostPassed * (gain(model.through_wall) + gain(model.unknown_metre));
 	const double most_by_run = gain(model.off_wall_run);

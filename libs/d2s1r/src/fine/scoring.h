@@ -7,23 +7,22 @@
 
 namespace d2s1r
 {
-/// How a scan fits at one pose.
+/// What the beam model says of a scan at a pose.
 struct Score
 {
 	double log_likelihood = 0;  //!< [nat] against beams that end anywhere, higher is better
 	double explained = 0;       //!< [0, 1] share of the returns that end at a wall without having passed one
-	double in_front = 0;        //!< [0, 1] share that ends in free space, more than 20 cm in front of walls: at objects
+	double in_front = 0;        //!< [0, 1] share that ends in free space, more than 20 cm in front of walls, at objects
 	double unexplained = 0;     //!< [-] returns that are not explained, as beams of 1 deg
-	int depth_edges = 0;        //!< [-] those of the scan (BeamSubset::depth_edge) with explained returns on both sides
-	int surfaces =
-	    0;  //!< [-] straight pieces of the scan (BeamSubset::starts_surface) with explained returns over 3 deg
+	int depth_edges = 0;        //!< [-] depth edges of the scan with explained returns on both sides
+	int surfaces = 0;           //!< [-] surfaces of the scan with explained returns over 3 deg
 };
 
-/// Log-likelihood of a scan at a pose under a beam model that is honest along the whole ray: where the beam ends, how
-/// many walls it passed and how much unknown space; neighbouring beams see the same object, so runs of misses count.
-/// A beam that saw nothing is charged for a wall of the map within its reach, and says nothing otherwise.
-/// If the map explains both sides of a depth edge, that says more than the same number of beams along a wall: a wall
-/// fits in many places, one thing in front of another in few.
+/// Scores a scan at a pose by a beam model that looks at the whole beam: where it ends, how many walls it passed and
+/// how much unknown space. Neighbouring beams see the same object, so it is runs of them that count if they end in
+/// front of walls. A beam that saw nothing is charged for a wall of the map within its reach, and says nothing
+/// otherwise. If the map explains both sides of a depth edge, that says more than the same number of beams along a
+/// wall: a wall fits in many places, one thing in front of another in few.
 ///
 /// The weights (BeamModel) are a conditional logit: they maximize the probability of the true pose among those that
 /// coarse_search() and refine() find, so that the soft maximum of log-likelihoods is a calibrated probability. Their
@@ -47,7 +46,7 @@ ScoredPose best_score_near(
     const BeamTracer& tracer, const DistanceField& field, const BeamSubset& beams, const mrpt::math::TPose2D& sensor,
     const BeamModel& model);
 
-/// What the log-likelihood of score() cannot exceed [nat]: that of the ends of the beams, as if they had passed
+/// Returns what the log-likelihood [nat] of score() cannot exceed: that of the ends of the beams, as if they had passed
 /// nothing.
 double log_likelihood_bound(
     const BeamTracer& tracer, const DistanceField& field, const BeamSubset& beams, const mrpt::math::TPose2D& sensor,

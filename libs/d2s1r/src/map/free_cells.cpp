@@ -28,11 +28,14 @@ void collect_region(const Grid& grid, CellIndex start, std::vector<char>& seen, 
 			seen[at(grid.index(x, y))] = 1;
 			region.push_back(grid.index(x, y));
 		};
-		visit(column - 1, row), visit(column + 1, row), visit(column, row - 1), visit(column, row + 1);
+		visit(column - 1, row);
+		visit(column + 1, row);
+		visit(column, row - 1);
+		visit(column, row + 1);
 	}
 }
 
-/// Leaves the cells of the largest region; of regions of equal size, the one with the first cell.
+/// Keeps the cells of the largest region; of regions of equal size, those of the one with the first cell.
 void keep_largest_region(const Grid& grid, std::vector<CellIndex>& cells)
 {
 	std::vector<char> dropped(grid.cells.size(), 0);
@@ -48,7 +51,7 @@ void keep_largest_region(const Grid& grid, std::vector<CellIndex>& cells)
 	cells.erase(std::remove_if(cells.begin(), cells.end(), is_dropped), cells.end());
 }
 
-/// Leaves the cells whose centre is at least `clearance` [m] from the centre of every occupied cell, exactly:
+/// Keeps the cells whose centre is at least `clearance` [m] from the centre of every occupied cell, exactly:
 /// distances along columns first, then a search along the row, only as far as it matters.
 void keep_clear_cells(const Grid& grid, double clearance, std::vector<CellIndex>& cells)
 {

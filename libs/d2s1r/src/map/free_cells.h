@@ -8,16 +8,15 @@
 
 namespace d2s1r
 {
-/// Cells of `grid` a sensor can stand in (the passable grids of Algorithm 1), in increasing order; may be empty.
-/// Thread-safe.
+/// Finds the cells of `grid` that a sensor can stand in (the passable grids of Algorithm 1), in increasing order; there
+/// may be none. Thread-safe.
 std::vector<CellIndex> find_free_cells(const Grid& grid, const FreeCellParameters& parameters);
 
-/// The same. \throws std::invalid_argument if there is no such cell
+/// Finds the same cells. \throws std::invalid_argument if there is none
 std::vector<CellIndex> find_sensor_cells(const Grid& grid, const FreeCellParameters& parameters);
 
-/// Distance [cells] of every cell of `grid`, and of a rim of `rim` cells about it, to the nearest occupied cell of its
-/// column, at most `most`; row-major.
-/// \param most below the greatest T
+/// Returns the distance [cells] of every cell of `grid`, and of a rim of `rim` cells about it, to the nearest occupied
+/// cell of its column, at most `most`; row-major. \param most below the greatest T
 template <class T>
 std::vector<T> distances_in_columns(const Grid& grid, int rim, T most)
 {

@@ -31,7 +31,7 @@ KnownArea find_known_area(const mrpt::maps::COccupancyGridMap2D& map, const Cell
 		int first = 0, last = width - 1;
 		while (first < width && !is_known(first)) first++;
 		if (first == width) continue;
-		while (last >= area.x1 && !is_known(last)) last--;  // not past what is in the area already
+		while (last >= area.x1 && !is_known(last)) last--;  // cells that are in the area already need no look
 		area.x0 = std::min(area.x0, first);
 		area.x1 = std::max(area.x1, last + 1);
 		area.y0 = std::min(area.y0, y);
@@ -71,7 +71,7 @@ Grid make_grid(const mrpt::maps::COccupancyGridMap2D& map, const GridParameters&
 	return grid;
 }
 
-Grid with_hollow_walls(const Grid& grid)
+Grid with_wall_surfaces_only(const Grid& grid)
 {
 	constexpr double kDepth = 0.1;  // [m]
 	const int depth = std::max(1, static_cast<int>(std::lround(kDepth / grid.cell_size)));
@@ -84,7 +84,7 @@ Grid with_hollow_walls(const Grid& grid)
 				std::uint8_t& near = by_row[static_cast<std::size_t>(grid.index(x, y))];
 				near = static_cast<std::uint8_t>(near | (grid.at(x + step, y) != Cell::kOccupied ? 1 : 0));
 			}
-	Grid hollow = grid;
+	Grid surfaces = grid;
 	const auto width = static_cast<std::size_t>(grid.width);
 	std::vector<std::uint8_t> near(width);
 	for (int y = 0; y < grid.height; y++)
@@ -95,10 +95,10 @@ Grid with_hollow_walls(const Grid& grid)
 			const std::uint8_t* from = by_row.data() + static_cast<std::size_t>(v) * width;
 			for (std::size_t x = 0; x < width; x++) near[x] = static_cast<std::uint8_t>(near[x] | from[x]);
 		}
-		Cell* const row = hollow.cells.data() + static_cast<std::size_t>(y) * width;
+		Cell* const row = surfaces.cells.data() + static_cast<std::size_t>(y) * width;
 		for (std::size_t x = 0; x < width; x++)
 			if (row[x] == Cell::kOccupied && near[x] == 0) row[x] = Cell::kUnknown;
 	}
-	return hollow;
+	return surfaces;
 }
 }  // namespace d2s1r

@@ -5,6 +5,7 @@
 
 namespace d2s1r
 {
+/// Checks that a file can be read.
 /// \throws std::runtime_error that does not name `file`, if it is no file, is empty or cannot be read
 void check_readable(const std::string& file);
 }  // namespace d2s1r

@@ -7,20 +7,22 @@
 
 namespace d2s1r
 {
-/// How the pixels of an image become cells.
+/// Says how the pixels of an image become cells.
 struct PixelRule
 {
-	/// P(occupied) of a pixel's brightness in [0, 1], black to white.
+	/// Returns P(occupied) for the brightness of a pixel in [0, 1], from black to white.
 	std::function<double(double)> p_occupied;
 
-	/// A pixel with transparency is unknown; otherwise the mean brightness takes in alpha as if it were a colour.
+	/// Whether a pixel with transparency is unknown; otherwise alpha counts in the mean brightness as if it were a
+	/// colour.
 	bool transparent_is_unknown = true;
 };
 
-/// The rule of an image that comes without a yaml file: black is occupied, white is free, and the shade that
+/// Returns the rule of an image that comes without a yaml file: black is occupied, white is free, and the shade that
 /// map_server writes for unknown cells (205) is unknown.
 PixelRule plain_image_rule();
 
+/// Checks that resolution and origin are in range.
 /// \throws std::exception saying what is wrong
 void check_geometry(const ImageGeometry& geometry);
 

@@ -45,7 +45,7 @@ T read(const YAML::Node& root, const std::string& key, const std::string& expect
 	}
 }
 
-/// Whatever the locale of the program is, which yaml-cpp's conversion depends on.
+/// Reads a number, whatever the locale of the program is, on which yaml-cpp's conversion depends.
 double number_of(const std::string& text, const std::string& key, const std::string& expected)
 {
 	try
@@ -106,7 +106,7 @@ std::string path_of_image(const std::string& yaml_file, const MapServerYaml& yam
 	return (std::filesystem::path(yaml_file).parent_path() / yaml.image).string();
 }
 
-/// As map_server's loadMapFromFile() and nav2's map_io do.
+/// Returns the rule of a yaml file: that of map_server's loadMapFromFile() and nav2's map_io.
 PixelRule rule_of(const MapServerYaml& yaml)
 {
 	const auto p_occupied = [yaml](double brightness)

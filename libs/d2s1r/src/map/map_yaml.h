@@ -11,7 +11,7 @@ namespace d2s1r
 /// \throws std::exception saying what is wrong, without the name of the yaml file
 mrpt::maps::COccupancyGridMap2D::Ptr load_yaml_map(const std::string& yaml_file);
 
-/// Path of the image that such a yaml file names.
+/// Returns the path of the image that such a yaml file names.
 /// \throws std::exception if the yaml file cannot be read or is not as it should be
 std::string image_of_yaml_map(const std::string& yaml_file);
 }  // namespace d2s1r

@@ -77,13 +77,15 @@ namespace
 {
 using mrpt::obs::CObservation2DRangeScan;
 
-/// MRPT's insertion takes every number for good. \throws std::runtime_error
+/// Checks the pose of a scan that is to be drawn, because MRPT's insertion takes every number for good.
+/// \throws std::runtime_error if it is not finite
 void check_robot_pose(const mrpt::poses::CPose3D& pose)
 {
 	if (!std::isfinite(pose.norm() + pose.getRotationMatrix().sum()))
 		throw std::runtime_error("the pose of a scan to be drawn is not finite; correct it or leave the scan out");
 }
 
+/// Checks a scan that is to be drawn.
 /// \throws std::runtime_error if nothing can be drawn of it
 void check_scan(const CObservation2DRangeScan& scan)
 {
@@ -94,7 +96,7 @@ void check_scan(const CObservation2DRangeScan& scan)
 		    "a scan to be drawn has no usable sensor pose, aperture or range; correct it or leave it out");
 }
 
-/// A copy in which readings that are no distance are invalid.
+/// Returns a copy in which readings that are no distance are invalid.
 CObservation2DRangeScan with_distances_only(const CObservation2DRangeScan& scan)
 {
 	CObservation2DRangeScan checked = scan;
@@ -107,30 +109,35 @@ CObservation2DRangeScan with_distances_only(const CObservation2DRangeScan& scan)
 	return checked;
 }
 
-/// [m, map frame]
+/// A box in the map frame [m].
 struct Extent
 {
 	double x0 = INFINITY, x1 = -INFINITY, y0 = INFINITY, y1 = -INFINITY;
 
+	/// Widens the box so that it holds what is within `reach` [m] of `place`.
 	void add(const mrpt::poses::CPose3D& place, double reach)
 	{
-		x0 = std::min(x0, place.x() - reach), x1 = std::max(x1, place.x() + reach);
-		y0 = std::min(y0, place.y() - reach), y1 = std::max(y1, place.y() + reach);
+		x0 = std::min(x0, place.x() - reach);
+		x1 = std::max(x1, place.x() + reach);
+		y0 = std::min(y0, place.y() - reach);
+		y1 = std::max(y1, place.y() + reach);
 	}
 };
 
-/// [m] from the sensor: what an insertion draws, and the 15 cells around it without which MRPT grows the map
+/// Returns how far [m] from the sensor an insertion draws, with the 15 cells around it without which MRPT grows the
+/// map.
 double reach_of(const COccupancyGridMap2D::TInsertionOptions& options, double cell_size)
 {
 	return static_cast<double>(options.maxDistanceInsertion) + 16 * cell_size + 1;
 }
 
-/// In the map frame
+/// Returns the pose of the sensor in the map frame.
 mrpt::poses::CPose3D sensor_of(const CObservation2DRangeScan& scan, const mrpt::poses::CPose3D& robot)
 {
 	return robot + scan.sensorPose;
 }
 
+/// Returns the 2D scans of a keyframe.
 /// \throws std::runtime_error if nothing can be drawn of one of them
 std::vector<CObservation2DRangeScan::Ptr> scans_of(const mrpt::obs::CSensoryFrame& keyframe)
 {
@@ -141,7 +148,8 @@ std::vector<CObservation2DRangeScan::Ptr> scans_of(const mrpt::obs::CSensoryFram
 	return scans;
 }
 
-/// Of unknown cells, whole ones from (0, 0). \throws std::runtime_error if it is too large for memory
+/// Makes a map of unknown cells that holds `extent`; its origin is a whole number of cells from (0, 0).
+/// \throws std::runtime_error if it is too large for memory
 COccupancyGridMap2D::Ptr make_map_of(const Extent& extent, double cell_size)
 {
 	const double x0 = std::floor(extent.x0 / cell_size), y0 = std::floor(extent.y0 / cell_size);
@@ -189,7 +197,7 @@ COccupancyGridMap2D::Ptr draw_simple_map(const mrpt::maps::CSimpleMap& keyframes
 		extent.add(robot, 1);
 		for (const auto& scan : scans_of(*keyframe.sf)) extent.add(sensor_of(*scan, robot), reach_of({}, cell_size));
 	}
-	// In its final size from the start: growing, MRPT's map calls std::terminate() when memory ends.
+	// The map has its final size from the start: MRPT's map calls std::terminate() if memory ends while it grows.
 	auto map = make_map_of(extent, cell_size);
 	for (const auto& keyframe : keyframes)
 		for (const auto& scan : scans_of(*keyframe.sf)) draw(*scan, keyframe.pose->getMeanVal(), *map);

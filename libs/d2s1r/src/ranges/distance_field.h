@@ -5,29 +5,32 @@
 
 namespace d2s1r
 {
-/// A smooth distance and its gradient.
+/// A distance to the walls and its gradient.
 struct Distance
 {
-	float value = 0;       //!< [m] to the nearest occupied cell's centre, at most DistanceField::kReachCells cells
+	float value = 0;       //!< [m] to the centre of the nearest occupied cell, at most DistanceField::kReachCells cells
 	float gradient_x = 0;  //!< [-] d value / d x, map frame
 	float gradient_y = 0;  //!< [-] d value / d y
 };
 
-/// Euclidean distance to the nearest occupied cell, bilinear between cell centres, also a little way out of the grid:
-/// the outer walls of a building are its edge. Two bytes per cell of the grid.
-/// Const and thread-safe. The transform is that of Felzenszwalb and Huttenlocher, "Distance Transforms of Sampled
-/// Functions", 2012.
+/// Holds the Euclidean distance to the nearest occupied cell, bilinear between the centres of cells, also a little way
+/// out of the grid, whose edge the outer walls of a building are. It needs two bytes per cell of the grid. The
+/// transform is that of Felzenszwalb and Huttenlocher, "Distance Transforms of Sampled Functions", 2012. Const and
+/// thread-safe.
 class DistanceField
 {
    public:
-	static constexpr float kUnitsPerCell = 1024;
-	static constexpr float kReachCells = 32;  //!< [cells] beyond, the distance is cut off
+	static constexpr float kUnitsPerCell = 1024;  //!< [-] in which distances are stored
+	static constexpr float kReachCells = 32;      //!< [cells] beyond, the distance is cut off
 
-	/// \param tolerance [m] how far from the occupied cells' centres the walls may be: distances are counted from there
-	/// on \throws std::invalid_argument if there are more than 2^30 cells
+	/// Computes the distances of `grid`.
+	/// \param tolerance [m] how far from the centres of occupied cells the walls may be: distances are counted from
+	/// there
+	///        on
+	/// \throws std::invalid_argument if there are more than 2^30 cells
 	explicit DistanceField(const Grid& grid, double tolerance = 0);
 
-	/// At (x, y) [m, map frame]; far outside of the grid the greatest distance, with no gradient.
+	/// Returns the distance at (x, y) [m, map frame]; far outside of the grid it is the greatest one, with no gradient.
 	Distance at(double x, double y) const;
 
 	double cell_size() const { return cell_size_; }  //!< [m]
@@ -39,10 +42,10 @@ class DistanceField
 	const std::uint16_t* cells() const { return cells_.data(); }  //!< [cell_size / kUnitsPerCell] row-major
 
    private:
-	int width_, height_;  //!< [cells] of the grid and a rim about it
-	double cell_size_, origin_x_, origin_y_;
-	double tolerance_;                  //!< [m]
-	std::vector<std::uint16_t> cells_;  //!< [cell_size / 1024] row-major
+	int width_, height_;                      //!< [cells] of the grid and a rim about it
+	double cell_size_, origin_x_, origin_y_;  //!< [m] map frame
+	double tolerance_;                        //!< [m]
+	std::vector<std::uint16_t> cells_;        //!< [cell_size / kUnitsPerCell] row-major
 };
 inline Distance DistanceField::at(double x, double y) const
 {

@@ -17,11 +17,11 @@ struct WallMeasure
 	/// sharp.
 	double surface_depth = 0;
 
-	/// [m] How far from there the surfaces may lie, because maps are not smeared evenly.
+	/// Returns how far [m] from there the surfaces may lie, because maps are not smeared evenly.
 	double surface_tolerance() const { return 0.35 * surface_depth; }
 };
 
-/// Measures the walls of `grid`. Thread-safe, as the following.
+/// Measures the walls of `grid`. Thread-safe, as the following function is.
 WallMeasure measure_walls(const Grid& grid);
 
 /// Returns `grid` with walls whose surfaces lie `depth` [m] deeper: occupied cells that are less than that behind the
