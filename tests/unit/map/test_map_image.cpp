@@ -45,6 +45,32 @@ TEST(MapImage, RowsGoUpAndTheOriginIsExact)
 	EXPECT_GT(p_occupied(*map, 0, 1), 0.99);
 }
 
+TEST(MapImage, CellsOfAnArrayAreKeptWithTheExactOrigin)
+{
+	const auto map = map_of_cells({0, 1, NAN, 0.25F, 0.75F, 0.5F}, 3, {0.05, -10.013, 0.021});
+	EXPECT_FLOAT_EQ(map->getXMin(), -10.013F);
+	EXPECT_FLOAT_EQ(map->getYMin(), 0.021F);
+	EXPECT_EQ(map->getSizeX(), 3U);
+	EXPECT_EQ(map->getSizeY(), 2U);
+	EXPECT_LT(p_occupied(*map, 0, 0), 0.01);
+	EXPECT_GT(p_occupied(*map, 1, 0), 0.99);
+	EXPECT_DOUBLE_EQ(p_occupied(*map, 2, 0), 0.5);
+	EXPECT_NEAR(p_occupied(*map, 0, 1), 0.25, 0.02);
+	EXPECT_NEAR(p_occupied(*map, 1, 1), 0.75, 0.02);
+}
+
+TEST(MapImage, ArraysThatAreNoMapAreRefused)
+{
+	const auto refused = [](const std::vector<float>& cells, std::size_t width, const ImageGeometry& geometry)
+	{ return message_of<std::invalid_argument>([&] { map_of_cells(cells, width, geometry); }); };
+	EXPECT_NE(refused({0, 1, 1.5F, 0}, 2, {1, 0, 0}).find("column 0 and row 1 is 1.5"), std::string::npos);
+	EXPECT_NE(refused({0, 1, 1}, 2, {1, 0, 0}).find("last row is not whole"), std::string::npos);
+	EXPECT_NE(refused({0, 1}, 2, {0, 0, 0}).find("resolution"), std::string::npos);
+	EXPECT_NE(refused({0, 1}, 2, {1, 1e9, 0}).find("origin"), std::string::npos);
+	EXPECT_NE(refused({}, 2, {1, 0, 0}).find("2 x 0 cells"), std::string::npos);
+	EXPECT_NE(refused({0}, 0, {1, 0, 0}).find("0 x 0 cells"), std::string::npos);
+}
+
 TEST(MapImage, SamplesMayBeText)
 {
 	const TempFolder folder;

@@ -44,6 +44,14 @@ mrpt::maps::COccupancyGridMap2D::Ptr load_map(
 /// Returns the files that load_map() reads: the map itself and, if it is a sound yaml file, the image that it names.
 std::vector<std::string> files_of_map(const std::string& file);
 
+/// Makes a map of the probabilities that its cells are occupied.
+/// \param p_occupied [probability] row-major, the row of least y first; NaN is unknown
+/// \param width [cells] of a row \param geometry a pixel is a cell; its origin is kept exactly
+/// \throws std::invalid_argument if a probability is not in [0, 1], the last row is not whole, the geometry is out of
+///         range, or the map is empty or too large for memory
+mrpt::maps::COccupancyGridMap2D::Ptr map_of_cells(
+    const std::vector<float>& p_occupied, std::size_t width, const ImageGeometry& geometry);
+
 /// Returns the occupancy grid of a map object: of a COccupancyGridMap2D, a CMultiMetricMap (its first grid) or a
 /// CSignatureMap2D, or drawn from the scans of a CSimpleMap.
 /// \throws std::invalid_argument if it holds none, std::runtime_error if a CSimpleMap cannot be drawn

@@ -264,4 +264,37 @@ COccupancyGridMap2D::Ptr load_image_map(const std::string& file, const ImageGeom
 		throw std::runtime_error("the image has neither 8 nor 16 bits per sample; convert it to an 8-bit PNG");
 	return map;
 }
+
+COccupancyGridMap2D::Ptr map_of_cells(
+    const std::vector<float>& p_occupied, std::size_t width, const ImageGeometry& geometry)
+try
+{
+	check_geometry(geometry);
+	const std::size_t height = width > 0 ? p_occupied.size() / width : 0;
+	check_map_size(static_cast<double>(width), static_cast<double>(height));
+	if (width * height != p_occupied.size())
+		throw std::invalid_argument("the last row is not whole; give width times height cells");
+	auto map = make_unknown_map(
+	    static_cast<int>(width), static_cast<int>(height), geometry.resolution, geometry.origin_x, geometry.origin_y);
+	for (std::size_t i = 0; i < p_occupied.size(); i++)
+	{
+		const float p = p_occupied[i];
+		if (std::isnan(p)) continue;
+		if (!(p >= 0 && p <= 1))
+			throw std::invalid_argument(mrpt::format(
+			    "the cell of column %zu and row %zu is %g, which is no probability; give 0 for free to 1 for occupied "
+			    "and NaN for unknown",
+			    i % width, i / width, static_cast<double>(p)));
+		map->getRow(static_cast<int>(i / width))[i % width] = COccupancyGridMap2D::p2l(1 - p);
+	}
+	return map;
+}
+catch (const std::logic_error& error)
+{
+	throw std::invalid_argument(std::string("map_of_cells: ") + error.what());
+}
+catch (const std::runtime_error& error)
+{
+	throw std::invalid_argument(std::string("map_of_cells: ") + error.what());
+}
 }  // namespace d2s1r

@@ -1,0 +1,83 @@
+import os
+from typing import Mapping, Optional, Sequence, Tuple, Union
+
+import numpy as np
+import numpy.typing as npt
+
+__version__: str
+
+class Map:
+    def __init__(
+        self, array: npt.ArrayLike, resolution: float, origin: Sequence[float] = (0.0, 0.0)
+    ) -> None: ...
+    @staticmethod
+    def load(
+        file: Union[str, os.PathLike[str]],
+        resolution: Optional[float] = None,
+        origin: Optional[Sequence[float]] = None,
+    ) -> Map: ...
+    @property
+    def array(self) -> npt.NDArray[np.float32]: ...
+    @property
+    def resolution(self) -> float: ...
+    @property
+    def extent(self) -> Tuple[float, float, float, float]: ...
+
+class Localization:
+    @property
+    def status(self) -> str: ...
+    @property
+    def confidence(self) -> float: ...
+    @property
+    def note(self) -> str: ...
+    @property
+    def relative_entropy(self) -> float: ...
+    @property
+    def pose(self) -> Optional[npt.NDArray[np.float64]]: ...
+    @property
+    def poses(self) -> npt.NDArray[np.float64]: ...
+    @property
+    def covariances(self) -> npt.NDArray[np.float64]: ...
+    @property
+    def probabilities(self) -> npt.NDArray[np.float64]: ...
+    @property
+    def explained(self) -> npt.NDArray[np.float64]: ...
+    @property
+    def total_ms(self) -> float: ...
+
+class Localizer:
+    def __init__(
+        self,
+        map: Map,
+        parameters: Union[None, str, os.PathLike[str], Mapping[str, object]] = None,
+        threads: int = 1,
+    ) -> None: ...
+    def localize(
+        self,
+        ranges: npt.ArrayLike,
+        angle_min: float,
+        angle_increment: float,
+        max_range: float,
+        sensor_pose: Sequence[float] = (),
+        region: Optional[Sequence[float]] = None,
+        *,
+        min_range: float = 0.0,
+        time_budget: float = 0.0,
+    ) -> Localization: ...
+    def to_ini(self) -> str: ...
+
+class WindowLocalizer:
+    def __init__(
+        self, localizer: Localizer, frames: int = 10, region: Optional[Sequence[float]] = None
+    ) -> None: ...
+    def add(
+        self,
+        ranges: npt.ArrayLike,
+        angle_min: float,
+        angle_increment: float,
+        max_range: float,
+        sensor_pose: Sequence[float] = (),
+        motion: Optional[Sequence[float]] = None,
+        *,
+        min_range: float = 0.0,
+    ) -> Localization: ...

@@ -1,0 +1,407 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+// The Python module: maps and scans are numpy arrays, errors of the library become ValueError and RuntimeError.
+#include <d2s1r/map_io.h>
+#include <d2s1r/version.h>
+#include <d2s1r/window_localizer.h>
+#include <mrpt/core/format.h>
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace py = pybind11;
+using namespace py::literals;
+
+namespace d2s1r
+{
+namespace
+{
+using mrpt::maps::COccupancyGridMap2D;
+using mrpt::obs::CObservation2DRangeScan;
+using Floats = py::array_t<float, py::array::c_style | py::array::forcecast>;
+
+/// A map as Python holds it. It is never changed, so that localizers can share it.
+struct Map
+{
+	COccupancyGridMap2D::ConstPtr grid;
+};
+
+/// A window, and what keeps threads of Python from using it at once.
+struct Window
+{
+	const Localizer& localizer;
+	Prior prior;
+	WindowLocalizer window;
+	std::mutex mutex{};
+};
+
+/// Returns what a cell of an array says, as the probability that it is occupied; NaN is unknown.
+/// \throws std::invalid_argument if an integer is none of nav_msgs/OccupancyGrid
+float p_of_percent(int percent)
+{
+	if (percent == -1) return std::numeric_limits<float>::quiet_NaN();
+	if (percent < 0 || percent > 100)
+		throw std::invalid_argument(
+		    "Map: a cell of the array is " + std::to_string(percent) +
+		    "; integers are -1 for unknown and 0 to 100 for percent that a cell is occupied");
+	return static_cast<float>(percent) / 100.0F;
+}
+
+/// Returns the probabilities that the cells of an array of bool, integers or floats are occupied.
+std::vector<float> p_occupied_of(const py::array& array)
+{
+	if (array.dtype().kind() == 'f' || array.dtype().kind() == 'b')
+	{
+		const Floats cells(array);
+		return {cells.data(), cells.data() + cells.size()};
+	}
+	const py::array_t<int, py::array::c_style | py::array::forcecast> cells(array);
+	std::vector<float> p_occupied(static_cast<std::size_t>(cells.size()));
+	std::transform(cells.data(), cells.data() + cells.size(), p_occupied.begin(), p_of_percent);
+	return p_occupied;
+}
+
+Map map_of_array(const py::object& cells, double resolution, std::array<double, 2> origin)
+{
+	const py::array array = py::module_::import("numpy").attr("asarray")(cells);
+	if (array.ndim() != 2)
+		throw std::invalid_argument(
+		    "Map: the array has " + std::to_string(array.ndim()) + " dimensions; give 2, the row of least y first");
+	if (std::string("fbiu").find(array.dtype().kind()) == std::string::npos)
+		throw std::invalid_argument("Map: the cells of the array are no numbers; give bool, integers or floats");
+	const auto p_occupied = p_occupied_of(array);
+	const auto width = static_cast<std::size_t>(array.shape(1));
+	const py::gil_scoped_release release;
+	return {map_of_cells(p_occupied, width, {resolution, origin[0], origin[1]})};
+}
+
+Map load(const py::object& file, std::optional<double> resolution, std::optional<std::array<double, 2>> origin)
+{
+	const auto path = py::module_::import("os").attr("fspath")(file).cast<std::string>();
+	std::optional<ImageGeometry> image;
+	if (resolution) image = ImageGeometry{*resolution, origin ? (*origin)[0] : 0, origin ? (*origin)[1] : 0};
+	if (origin && !resolution)
+		throw std::invalid_argument("Map.load: origin goes with resolution; give both, or none if the file tells them");
+	const py::gil_scoped_release release;
+	return {load_map(path, {}, image)};
+}
+
+/// Returns the probabilities that cells are occupied, the row of least y first.
+py::array_t<float> cells_of(const Map& map)
+{
+	const COccupancyGridMap2D& grid = *map.grid;
+	const int width = static_cast<int>(grid.getSizeX()), height = static_cast<int>(grid.getSizeY());
+	py::array_t<float> cells({height, width});
+	auto cell = cells.mutable_unchecked<2>();
+	for (int y = 0; y < height; y++)
+		for (int x = 0; x < width; x++) cell(y, x) = 1 - grid.getCell(x, y);
+	return cells;
+}
+
+/// Returns parameters from an ini file, or from a dict such as {"scan.min_beams": 30}.
+Parameters parameters_of(const py::object& given)
+{
+	if (given.is_none()) return {};
+	if (!py::isinstance<py::dict>(given))
+		return load_parameters(py::module_::import("os").attr("fspath")(given).cast<std::string>());
+	std::string text;
+	for (const auto& [key, value] : py::cast<py::dict>(given))
+	{
+		const std::string name = py::str(key);
+		const auto dot = name.find('.');
+		if (dot == std::string::npos)
+			throw std::invalid_argument("parameters: '" + name + "' is not of the form section.key; see to_ini()");
+		const std::string written =
+		    py::isinstance<py::bool_>(value) ? (value.cast<bool>() ? "true" : "false") : std::string(py::str(value));
+		text += '[' + name.substr(0, dot) + "]\n" + name.substr(dot + 1) + " = " + written + '\n';
+	}
+	return parse_parameters(text, "parameters");
+}
+
+/// Returns the pose of the laser on the robot, of (x, y, yaw) or (x, y, z, yaw, pitch, roll), m and rad.
+mrpt::poses::CPose3D sensor_pose_of(const std::vector<double>& pose)
+{
+	if (pose.empty()) return {};
+	if (pose.size() == 3) return {pose[0], pose[1], 0, pose[2], 0, 0};
+	if (pose.size() == 6) return {pose[0], pose[1], pose[2], pose[3], pose[4], pose[5]};
+	throw std::invalid_argument(
+	    "sensor_pose has " + std::to_string(pose.size()) +
+	    " numbers; give x, y, yaw or x, y, z, yaw, pitch, roll of the laser on the robot in m and rad");
+}
+
+/// The arguments that stand for a scan, as ROS's LaserScan has them.
+struct Sweep
+{
+	Floats ranges;                    //!< [m]
+	double angle_min = 0;             //!< [rad]
+	double angle_increment = 0;       //!< [rad]
+	double max_range = 0;             //!< [m]
+	std::vector<double> sensor_pose;  //!< see sensor_pose_of()
+	double min_range = 0;             //!< [m] nearer readings are no data
+};
+
+CObservation2DRangeScan observation_of(const Sweep& sweep)
+{
+	if (sweep.ranges.ndim() != 1)
+		throw std::invalid_argument("ranges has " + std::to_string(sweep.ranges.ndim()) + " dimensions; give 1");
+	const auto ranges = sweep.ranges.unchecked<1>();  // read in place
+	const auto beams = static_cast<std::size_t>(ranges.size());
+	const double turned = beams > 0 ? sweep.angle_increment * static_cast<double>(beams - 1) : 0;
+	CObservation2DRangeScan observation;
+	observation.rightToLeft = sweep.angle_increment >= 0;
+	observation.maxRange = static_cast<float>(sweep.max_range);
+	observation.aperture = static_cast<float>(std::abs(turned));
+	observation.sensorPose =
+	    sensor_pose_of(sweep.sensor_pose) + mrpt::poses::CPose3D(0, 0, 0, sweep.angle_min + turned / 2, 0, 0);
+	observation.resizeScan(beams);
+	for (std::size_t i = 0; i < beams; i++)
+	{
+		const float range = ranges(static_cast<py::ssize_t>(i));
+		observation.setScanRange(i, range);
+		observation.setScanRangeValidity(
+		    i, range >= static_cast<float>(sweep.min_range) && range <= observation.maxRange);
+	}
+	return observation;
+}
+
+Prior prior_of(const std::optional<std::array<double, 4>>& region)
+{
+	if (!region) return {};
+	return make_prior((*region)[0], (*region)[1], (*region)[2], (*region)[3]);
+}
+
+Localization localize(
+    const Localizer& localizer, const Sweep& sweep, const std::optional<std::array<double, 4>>& region,
+    double time_budget)
+{
+	const Query query{prior_of(region), time_budget};
+	const CObservation2DRangeScan observation = observation_of(sweep);
+	const py::gil_scoped_release release;
+	return localizer.localize(observation, query);
+}
+
+Localization add_to_window(Window& window, const Sweep& sweep, const std::optional<std::array<double, 3>>& motion)
+{
+	const CObservation2DRangeScan observation = observation_of(sweep);
+	std::optional<mrpt::poses::CPose2D> increment;
+	if (motion) increment.emplace((*motion)[0], (*motion)[1], (*motion)[2]);
+	const py::gil_scoped_release release;
+	const Scan scan = make_scan(observation, window.localizer.parameters().scan);
+	const Localization one_shot = window.localizer.localize(scan, {window.prior, 0});
+	const std::lock_guard lock(window.mutex);
+	return window.window.add(scan, one_shot, increment);
+}
+
+using Doubles = py::array_t<double>;
+
+Doubles array_of(const mrpt::poses::CPose2D& pose)
+{
+	const std::array<double, 3> numbers = {pose.x(), pose.y(), pose.phi()};
+	return Doubles(static_cast<py::ssize_t>(numbers.size()), numbers.data());
+}
+
+Doubles poses_of(const Localization& result)
+{
+	Doubles poses({static_cast<py::ssize_t>(result.hypotheses.size()), py::ssize_t{3}});
+	auto pose = poses.mutable_unchecked<2>();
+	for (py::ssize_t i = 0; i < pose.shape(0); i++)
+		for (int k = 0; k < 3; k++)
+			pose(i, k) = result.hypotheses[static_cast<std::size_t>(i)].pose[static_cast<std::size_t>(k)];
+	return poses;
+}
+
+Doubles covariances_of(const Localization& result)
+{
+	Doubles covariances({static_cast<py::ssize_t>(result.hypotheses.size()), py::ssize_t{3}, py::ssize_t{3}});
+	auto covariance = covariances.mutable_unchecked<3>();
+	for (py::ssize_t i = 0; i < covariance.shape(0); i++)
+		for (int row = 0; row < 3; row++)
+			for (int column = 0; column < 3; column++)
+				covariance(i, row, column) = result.hypotheses[static_cast<std::size_t>(i)].covariance(row, column);
+	return covariances;
+}
+
+/// Returns a number of each hypothesis; NaN stands for none.
+template <typename Get>
+Doubles numbers_of(const Localization& result, const Get& get)
+{
+	Doubles numbers(static_cast<py::ssize_t>(result.hypotheses.size()));
+	std::transform(result.hypotheses.begin(), result.hypotheses.end(), numbers.mutable_data(), get);
+	return numbers;
+}
+
+std::string text_of(const Localization& result)
+{
+	std::string text = std::string("<d2s1r.Localization ") + to_string(result.status);
+	if (!result.hypotheses.empty())
+	{
+		const auto& pose = result.best().pose;
+		text +=
+		    mrpt::format(" at (%.3f, %.3f, %.4f), confidence %.4f", pose.x(), pose.y(), pose.phi(), result.confidence);
+	}
+	return text + (result.note.empty() ? "" : ": " + result.note) + ">";
+}
+
+constexpr const char* kSweep =
+    "    ranges: 1D array of distances [m]; inf and what is at or beyond max_range saw nothing, NaN is no data.\n"
+    "    angle_min: direction of the first beam [rad], counter-clockwise from the x axis of the laser.\n"
+    "    angle_increment: angle from one beam to the next [rad]; it is negative if the beams run clockwise.\n"
+    "    max_range: range up to which the laser sees [m].\n"
+    "    sensor_pose: pose of the laser on the robot, (x, y, yaw) or (x, y, z, yaw, pitch, roll) [m, rad].\n"
+    "    min_range: nearer readings are no data [m].\n";
+
+void bind_map(py::module_& module)
+{
+	py::class_<Map>(module, "Map", "An occupancy map. It never changes; localizers share it.")
+	    .def(
+	        py::init(&map_of_array), "array"_a, "resolution"_a, "origin"_a = std::array<double, 2>{0, 0},
+	        "Makes a map of an array of cells, the row of least y first.\n\n"
+	        "    array: 2D. Floats are probabilities that a cell is occupied, NaN is unknown; integers are those of\n"
+	        "        ROS's OccupancyGrid, -1 for unknown and 0 to 100; bool is True where it is occupied.\n"
+	        "    resolution: side of a cell [m].\n"
+	        "    origin: (x, y) of the outer corner of cell [0, 0] in the map frame [m].\n\n"
+	        "Raises ValueError if a cell or the geometry is out of range.")
+	    .def_static(
+	        "load", &load, "file"_a, "resolution"_a = py::none(), "origin"_a = py::none(),
+	        "Loads a map_server yaml, an image (with resolution [m] and origin (x, y) [m]), a .simplemap or "
+	        ".gridmap.\n\n"
+	        "Raises RuntimeError that names the file and what is wrong with it.")
+	    .def_property_readonly(
+	        "array", &cells_of, "A copy of the probabilities that cells are occupied, the row of least y first.")
+	    .def_property_readonly(
+	        "resolution", [](const Map& map) { return static_cast<double>(map.grid->getResolution()); },
+	        "Side of a cell [m].")
+	    .def_property_readonly(
+	        "extent",
+	        [](const Map& map) {
+		        return std::array<double, 4>{
+		            map.grid->getXMin(), map.grid->getXMax(), map.grid->getYMin(), map.grid->getYMax()};
+	        },
+	        "Borders (least x, greatest x, least y, greatest y) in the map frame [m], as matplotlib's imshow() takes "
+	        "them.");
+}
+
+void bind_localization(py::module_& module)
+{
+	py::class_<Localization>(module, "Localization", "The answer to \"where was this scan taken?\".")
+	    .def_property_readonly(
+	        "status", [](const Localization& result) { return to_string(result.status); },
+	        "\"localized\", \"ambiguous\", \"rejected\" or \"invalid\".")
+	    .def_readonly("confidence", &Localization::confidence, "Probability that the robot is at the best pose.")
+	    .def_readonly("note", &Localization::note, "Says why a scan was rejected or is invalid; else empty.")
+	    .def_readonly(
+	        "relative_entropy", &Localization::relative_entropy,
+	        "Between the scan and what the map shows at the best pose [bit]; lower is better. NaN without a pose.")
+	    .def_property_readonly(
+	        "pose",
+	        [](const Localization& result) -> py::object
+	        { return result.hypotheses.empty() ? py::object(py::none()) : array_of(result.best().pose); },
+	        "The most probable pose (x, y, phi) of the robot in the map frame [m, rad]; None without a hypothesis.")
+	    .def_property_readonly(
+	        "poses", &poses_of, "Poses (x, y, phi) of all hypotheses, by decreasing probability: n x 3 [m, rad].")
+	    .def_property_readonly(
+	        "covariances", &covariances_of, "Covariances of the poses: n x 3 x 3 [m^2, m rad, rad^2].")
+	    .def_property_readonly(
+	        "probabilities",
+	        [](const Localization& result)
+	        { return numbers_of(result, [](const Hypothesis& h) { return h.probability; }); },
+	        "Probabilities of the hypotheses: n. What they lack to 1 is that of \"none of them\".")
+	    .def_property_readonly(
+	        "explained",
+	        [](const Localization& result)
+	        { return numbers_of(result, [](const Hypothesis& h) { return h.explained.value_or(NAN); }); },
+	        "Share of the returns that the map explains, for each hypothesis: n. NaN with the paper's method.")
+	    .def_property_readonly(
+	        "total_ms", [](const Localization& result) { return result.times.total_ms; },
+	        "Time that the answer took [ms].")
+	    .def("__repr__", &text_of);
+}
+
+void bind_localizer(py::module_& module)
+{
+	const auto make = [](const Map& map, const py::object& given, int threads)
+	{
+		const Parameters parameters = parameters_of(given);
+		const py::gil_scoped_release release;
+		return std::make_unique<Localizer>(map.grid, parameters, threads);
+	};
+	const auto answer = [](const Localizer& self, const Floats& ranges, double angle_min, double angle_increment,
+	                       double max_range, const std::vector<double>& sensor_pose,
+	                       const std::optional<std::array<double, 4>>& region, double min_range, double time_budget)
+	{
+		return localize(
+		    self, {ranges, angle_min, angle_increment, max_range, sensor_pose, min_range}, region, time_budget);
+	};
+	py::class_<Localizer>(
+	    module, "Localizer",
+	    "Tells where in a map a scan was taken, without an initial pose.\n\n"
+	    "It is constant once it is made: any number of threads may call localize() at once, and they run in parallel.")
+	    .def(
+	        py::init(make), "map"_a, "parameters"_a = py::none(), "threads"_a = 1,
+	        "Builds the index of a map.\n\n"
+	        "    parameters: path of an ini file, or a dict such as {\"scan.min_beams\": 30}; see to_ini().\n"
+	        "    threads: that build the index.\n\n"
+	        "Raises ValueError that names a wrong parameter, or RuntimeError if the file cannot be read.")
+	    .def(
+	        "localize", answer, "ranges"_a, "angle_min"_a, "angle_increment"_a, "max_range"_a,
+	        "sensor_pose"_a = std::vector<double>{}, "region"_a = py::none(), py::kw_only(), "min_range"_a = 0.0,
+	        "time_budget"_a = 0.0,
+	        ("Answers where a scan was taken. A scan that cannot be localized is a status, not an error.\n\n" +
+	         std::string(kSweep) +
+	         "    region: search only in the box between the corners (x0, y0, x1, y1) in the map frame [m].\n"
+	         "    time_budget: time after which the answer should be there [ms]; 0 is no limit.\n")
+	            .c_str())
+	    .def(
+	        "to_ini", [](const Localizer& self) { return to_ini(self.parameters()); },
+	        "Returns all parameters with units and meanings as the text of an ini file.");
+}
+
+void bind_window(py::module_& module)
+{
+	const auto make = [](const Localizer& localizer, int frames, const std::optional<std::array<double, 4>>& region)
+	{
+		const Prior prior = prior_of(region);
+		return std::unique_ptr<Window>(new Window{localizer, prior, WindowLocalizer(localizer, frames, prior)});
+	};
+	const auto add = [](Window& self, const Floats& ranges, double angle_min, double angle_increment, double max_range,
+	                    const std::vector<double>& sensor_pose, const std::optional<std::array<double, 3>>& motion,
+	                    double min_range) {
+		return add_to_window(self, {ranges, angle_min, angle_increment, max_range, sensor_pose, min_range}, motion);
+	};
+	py::class_<Window>(
+	    module, "WindowLocalizer",
+	    "Localizes by the scans of the last frames together. Use one object per robot, with one call per frame.")
+	    .def(
+	        py::init(make), "localizer"_a, "frames"_a = 10, "region"_a = py::none(), py::keep_alive<1, 2>(),
+	        "    frames: that are judged together.\n"
+	        "    region: box between the corners (x0, y0, x1, y1) in the map frame [m] that the robot never leaves.")
+	    .def(
+	        "add", add, "ranges"_a, "angle_min"_a, "angle_increment"_a, "max_range"_a,
+	        "sensor_pose"_a = std::vector<double>{}, "motion"_a = py::none(), py::kw_only(), "min_range"_a = 0.0,
+	        ("Answers where the robot is, now that this scan was taken.\n\n" + std::string(kSweep) +
+	         "    motion: (x, y, phi) of the robot since the last call, in its frame then [m, rad]; None if unknown.\n")
+	            .c_str());
+}
+}  // namespace
+}  // namespace d2s1r
+
+PYBIND11_MODULE(_d2s1r, module)
+{
+	module.doc() = "One-shot global localization with a 2D LiDAR.";
+	module.attr("__version__") = D2S1R_VERSION;
+	d2s1r::bind_map(module);
+	d2s1r::bind_localization(module);
+	d2s1r::bind_localizer(module);
+	d2s1r::bind_window(module);
+}

@@ -1,0 +1,286 @@
+# d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+"""The Python module: the program's poses, arrays in and out, errors, and threads that run in parallel.
+
+RAWLOG_LOCALIZE names the program."""
+import ast
+import csv
+import inspect
+import math
+import os
+import pathlib
+import subprocess
+import sys
+import threading
+
+import d2s1r
+import numpy as np
+import pytest
+
+CELL = 0.05  # [m]
+ORIGIN = (-1.0, 2.0)  # [m] map frame
+MAX_RANGE = 20.0  # [m]
+BEAMS = 181
+FIRST_ANGLE, STEP = -math.radians(90), math.radians(1)
+SENSOR = (0.2, -0.1, math.radians(30))  # laser on the robot [m, rad]
+WALLS = [(0, 0, 12, 0.2), (0, 8.8, 12, 9), (0, 0, 0.2, 9), (11.8, 0, 12, 9), (4, 0, 4.2, 5.5), (4, 6.7, 4.2, 9),
+         (4, 5.5, 7, 5.7), (8.3, 5.5, 12, 5.7), (8, 0, 8.2, 3), (1, 2, 1.8, 2.6), (5.5, 1, 6.1, 1.5), (9.4, 7, 10.6, 7.6),
+         (2.4, 7.9, 3.1, 8.4), (10.2, 1.1, 10.9, 2.9)]  # x0, y0, x1, y1 [m] from the lower left corner
+
+
+def occupied_cells():
+    cells = np.zeros((round(9 / CELL), round(12 / CELL)), dtype=bool)
+    for x0, y0, x1, y1 in WALLS:
+        cells[round(y0 / CELL):round(y1 / CELL), round(x0 / CELL):round(x1 / CELL)] = True
+    return cells
+
+
+def ranges_at(occupied, robot):
+    """What the laser sees of a robot at (x, y, phi), map frame, with 1 cm of noise."""
+    x, y, phi = robot
+    sx = x + SENSOR[0] * math.cos(phi) - SENSOR[1] * math.sin(phi)
+    sy = y + SENSOR[0] * math.sin(phi) + SENSOR[1] * math.cos(phi)
+    angles = phi + SENSOR[2] + FIRST_ANGLE + STEP * np.arange(BEAMS)
+    way = np.arange(0, MAX_RANGE, 0.01)[:, None]
+    column = ((sx + way * np.cos(angles) - ORIGIN[0]) / CELL).astype(int).clip(0, occupied.shape[1] - 1)
+    row = ((sy + way * np.sin(angles) - ORIGIN[1]) / CELL).astype(int).clip(0, occupied.shape[0] - 1)
+    seen = occupied[row, column].argmax(axis=0) * 0.01
+    noise = np.random.default_rng(round(1000 * x)).normal(0, 0.01, BEAMS)
+    return (seen + noise).astype(np.float32)
+
+
+class World:
+    """A map and a drive of 100 frames through it, as arrays and as the files that the program reads."""
+
+    def __init__(self, folder):
+        self.folder = folder
+        self.occupied = occupied_cells()
+        turn = np.linspace(0, 2 * math.pi, 100)
+        self.robots = np.stack([5 + 1.2 * np.cos(turn), 5.4 + 1.2 * np.sin(turn), turn + math.pi / 2 - 2 * math.pi], 1)
+        self.scans = [ranges_at(self.occupied, robot) for robot in self.robots]
+        with open(folder / "map.pgm", "wb") as image:
+            image.write(b"P5\n%d %d\n255\n" % self.occupied.shape[::-1])
+            image.write(np.where(self.occupied, 0, 254).astype(np.uint8)[::-1].tobytes())
+        (folder / "map.yaml").write_text(
+            f"image: map.pgm\nresolution: {CELL}\norigin: [{ORIGIN[0]}, {ORIGIN[1]}, 0]\n"
+            "negate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n")
+        with open(folder / "drive.log", "w") as log:
+            for i, (robot, scan) in enumerate(zip(self.robots, self.scans)):
+                pose = " ".join(repr(float(value)) for value in robot)
+                numbers = " ".join(repr(float(value)) for value in scan)
+                log.write(f"ROBOTLASER1 0 {FIRST_ANGLE!r} {math.pi!r} {STEP!r} {MAX_RANGE} 0.01 0 {BEAMS} {numbers} 0 "
+                          f"{pose} {pose} 0 0 0 0 0 {100 + i} host {100 + i}\n")
+
+    def rows_of_program(self, *options):
+        """The rows of frames.csv and of hypotheses.csv."""
+        pose = f"{SENSOR[0]},{SENSOR[1]},0,30,0,0"
+        subprocess.run(
+            [os.environ["RAWLOG_LOCALIZE"], "-m", self.folder / "map.yaml", "-i", self.folder / "drive.log", "-o",
+             self.folder / "out", f"--sensor-pose={pose}", "--quiet", *options], check=True)
+        rows = []
+        for name in "frames.csv", "hypotheses.csv":
+            with open(self.folder / "out" / name, newline="") as stream:
+                rows.append(list(csv.DictReader(stream)))
+        return rows
+
+    def arguments(self, i):
+        return self.scans[i], FIRST_ANGLE, STEP, MAX_RANGE, SENSOR
+
+
+@pytest.fixture(scope="module")
+def world(tmp_path_factory):
+    return World(tmp_path_factory.mktemp("world"))
+
+
+@pytest.fixture(scope="module")
+def localizer(world):
+    return d2s1r.Localizer(d2s1r.Map.load(world.folder / "map.yaml"))
+
+
+def test_poses_are_those_of_the_program_to_the_last_digit(world, localizer):
+    frames, hypotheses = world.rows_of_program()
+    assert len(frames) == 100
+    for frame in frames:
+        result = localizer.localize(*world.arguments(int(frame["frame"])))
+        assert result.status == frame["status"]
+        assert f"{result.confidence:.6f}" == frame["confidence"]
+        mine = [h for h in hypotheses if h["frame"] == frame["frame"]]
+        assert [[f"{v:.6f}" for v in pose] for pose in result.poses] == [[h["x"], h["y"], h["phi"]] for h in mine]
+        assert [f"{p:.6g}" for p in result.probabilities] == [h["probability"] for h in mine]
+        assert [f"{math.sqrt(c[2, 2]):.6f}" for c in result.covariances] == [h["std_phi"] for h in mine]
+        assert f"{result.relative_entropy:.6f}" == frame["relative_entropy"]
+    assert sum(frame["status"] == "localized" for frame in frames) > 90
+
+
+def test_window_answers_as_the_program_does(world, localizer):
+    frames, _ = world.rows_of_program("--window", "5")
+    window = d2s1r.WindowLocalizer(localizer, frames=5)
+    for i in range(20):
+        motion = None
+        if i > 0:
+            dx, dy, dphi = world.robots[i] - world.robots[i - 1]
+            phi = world.robots[i - 1][2]
+            motion = (dx * math.cos(phi) + dy * math.sin(phi), dy * math.cos(phi) - dx * math.sin(phi), dphi)
+        result = window.add(*world.arguments(i), motion=motion)
+        assert result.status == frames[i]["status"]
+        assert np.allclose(result.pose, [float(frames[i][key]) for key in ("x", "y", "phi")], atol=2e-6)
+        assert result.confidence == pytest.approx(float(frames[i]["confidence"]), abs=1e-5)
+
+
+def test_poses_are_right(world, localizer):
+    for i in range(0, 100, 10):
+        result = localizer.localize(*world.arguments(i))
+        assert result.status == "localized"
+        assert result.pose == pytest.approx(result.poses[0])
+        assert np.hypot(*(result.pose - world.robots[i])[:2]) < 0.1
+        assert result.poses.shape == (len(result.probabilities), 3)
+        assert result.covariances.shape == (len(result.probabilities), 3, 3)
+        assert result.explained[0] > 0.8 and result.total_ms > 0 and result.note == ""
+        assert repr(result).startswith("<d2s1r.Localization localized at (")
+
+
+@pytest.mark.parametrize("cells", [
+    lambda occupied: occupied, lambda occupied: occupied.astype(np.float64), lambda occupied: 100 * occupied.astype(np.int8)])
+def test_map_of_an_array_is_the_same_map(world, localizer, cells):
+    made = d2s1r.Map(cells(world.occupied), CELL, ORIGIN)
+    assert made.extent == pytest.approx((-1, 11, 2, 11))
+    assert made.resolution == pytest.approx(CELL)
+    assert np.array_equal(made.array > 0.5, world.occupied)
+    other = d2s1r.Localizer(made)
+    for i in (0, 37, 74):
+        assert np.array_equal(other.localize(*world.arguments(i)).poses, localizer.localize(*world.arguments(i)).poses)
+
+
+def test_image_needs_a_resolution(world):
+    made = d2s1r.Map.load(str(world.folder / "map.pgm"), resolution=CELL, origin=ORIGIN)
+    assert np.array_equal(made.array > 0.5, world.occupied)
+    with pytest.raises(RuntimeError, match="map.pgm.*resolution"):
+        d2s1r.Map.load(world.folder / "map.pgm")
+    with pytest.raises(ValueError, match="origin goes with resolution"):
+        d2s1r.Map.load(world.folder / "map.pgm", origin=ORIGIN)
+
+
+def test_unknown_cells_are_kept():
+    made = d2s1r.Map(np.array([[0.0, np.nan], [1.0, 0.5]]), 1.0)
+    assert made.array == pytest.approx(np.array([[0, 0.5], [1, 0.5]]), abs=0.01)
+    assert d2s1r.Map(np.array([[0, -1], [100, 50]]), 1.0).array == pytest.approx(made.array, abs=0.01)
+
+
+def test_region_and_arguments(world, localizer):
+    arguments = world.arguments(50)
+    pose = localizer.localize(*arguments).pose
+    inside = localizer.localize(*arguments, region=(pose[0] - 1, pose[1] - 1, pose[0] + 1, pose[1] + 1))
+    assert inside.pose == pytest.approx(pose, abs=0.02)
+    outside = localizer.localize(*arguments, region=(8.5, 3, 10.5, 5))
+    assert outside.status != "localized" or not np.allclose(outside.pose, pose, atol=0.5)
+    backwards = localizer.localize(arguments[0][::-1], FIRST_ANGLE + STEP * (BEAMS - 1), -STEP, MAX_RANGE, SENSOR)
+    assert backwards.pose == pytest.approx(pose, abs=0.002)
+    in_3d = localizer.localize(*arguments[:4], (SENSOR[0], SENSOR[1], 0.4, SENSOR[2], 0, 0))
+    assert np.array_equal(in_3d.pose, pose)
+    listed = localizer.localize(list(map(float, arguments[0])), *arguments[1:])
+    assert np.array_equal(listed.pose, pose)
+    blind = localizer.localize(*arguments, min_range=30.0)
+    assert blind.status == "invalid" and blind.pose is None and blind.poses.shape == (0, 3) and blind.note
+
+
+def test_parameters_by_dict_and_by_file(world, tmp_path):
+    made = d2s1r.Map.load(world.folder / "map.yaml")
+    strict = d2s1r.Localizer(made, {"scan.min_beams": 500, "free_cells.largest_region_only": True}, threads=2)
+    assert strict.localize(*world.arguments(0)).status == "invalid"
+    (tmp_path / "all.ini").write_text(strict.to_ini())
+    assert d2s1r.Localizer(made, tmp_path / "all.ini").to_ini() == strict.to_ini()
+
+
+@pytest.mark.parametrize("error, text, call", [
+    (RuntimeError, "no.yaml", lambda localizer, made: d2s1r.Map.load("no.yaml")),
+    (ValueError, "1 dimensions", lambda localizer, made: d2s1r.Map([0, 1], 0.05)),
+    (ValueError, "column 1 and row 0 is 7", lambda localizer, made: d2s1r.Map([[0.0, 7.0]], 0.05)),
+    (ValueError, "cell of the array is 101", lambda localizer, made: d2s1r.Map([[0, 101]], 0.05)),
+    (ValueError, "no numbers", lambda localizer, made: d2s1r.Map([["a"]], 0.05)),
+    (ValueError, "resolution", lambda localizer, made: d2s1r.Map([[0.0]], 0)),
+    (ValueError, "0 x 1 cells|1 x 0 cells|0 x 0 cells", lambda localizer, made: d2s1r.Map(np.zeros((1, 0)), 0.05)),
+    (ValueError, "origin", lambda localizer, made: d2s1r.Map([[0.0]], 0.05, (1e9, 0))),
+    (ValueError, "scan.min_beams", lambda localizer, made: d2s1r.Localizer(made, {"scan.min_beams": 0})),
+    (ValueError, "section.key", lambda localizer, made: d2s1r.Localizer(made, {"min_beams": 30})),
+    (RuntimeError, "no.ini", lambda localizer, made: d2s1r.Localizer(made, "no.ini")),
+    (ValueError, "ranges has 2 dimensions", lambda localizer, made: localizer.localize([[1.0]], 0, 1, 10)),
+    (ValueError, "sensor_pose has 2", lambda localizer, made: localizer.localize([1.0], 0, 1, 10, (1, 2))),
+    (ValueError, "box", lambda localizer, made: localizer.localize([1.0], 0, 1, 10, region=(1, 1, 1, 1))),
+    (ValueError, "time budget", lambda localizer, made: localizer.localize([1.0], 0, 1, 10, time_budget=-1)),
+    (ValueError, "frames", lambda localizer, made: d2s1r.WindowLocalizer(localizer, 0)),
+])
+def test_errors_say_what_is_wrong_in_one_line(world, localizer, error, text, call):
+    with pytest.raises(error, match=text) as caught:
+        call(localizer, d2s1r.Map(world.occupied, CELL))
+    assert "\n" not in str(caught.value)
+
+
+def test_a_window_keeps_its_localizer(world):
+    window = d2s1r.WindowLocalizer(d2s1r.Localizer(d2s1r.Map(world.occupied, CELL, ORIGIN)), 3)
+    assert window.add(*world.arguments(0)).status == "localized"
+
+
+def test_other_threads_run_while_one_localizes(world, localizer):
+    """With the interpreter's lock held, the other thread could count only between two calls."""
+    made = d2s1r.Map(world.occupied, CELL, ORIGIN)
+    inside, done, counted = False, False, 0
+
+    def count():
+        nonlocal counted
+        while not done:
+            counted += inside
+
+    other = threading.Thread(target=count)
+    other.start()
+    for _ in range(3):
+        inside = True
+        d2s1r.Localizer(made, {"coarse_search.spacing": 0.1})
+        inside = False
+    done = True
+    other.join()
+    assert counted > 300
+
+
+def test_threads_get_the_same_answers(world, localizer):
+    answers = [[None] * 100, [None] * 100]
+
+    def work(own):
+        for i in range(100):
+            own[i] = localizer.localize(*world.arguments(i)).poses
+
+    threads = [threading.Thread(target=work, args=(own,)) for own in answers]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert all(np.array_equal(a, b) for a, b in zip(*answers))
+
+
+def test_the_example_of_the_readme_runs(world, tmp_path):
+    pytest.importorskip("matplotlib")
+    readme = pathlib.Path(__file__).parents[2] / "README.md"
+    example = readme.read_text().split("```python\n")[1].split("```")[0]
+    assert len(example.splitlines()) <= 15
+    (tmp_path / "map.pgm").write_bytes((world.folder / "map.pgm").read_bytes())
+    (tmp_path / "building.yaml").write_text((world.folder / "map.yaml").read_text())
+    np.savetxt(tmp_path / "scan.txt", world.scans[0])
+    told = subprocess.run([sys.executable, "-c", example], cwd=tmp_path, env={**os.environ, "MPLBACKEND": "Agg"}, check=True,
+                          capture_output=True, text=True).stdout
+    assert told.startswith("localized [")
+    assert (tmp_path / "scan.png").stat().st_size > 1000
+
+
+def test_stubs_and_docstrings_cover_the_module():
+    stubs = ast.parse((pathlib.Path(d2s1r.__file__).parent / "__init__.pyi").read_text())
+    classes = {node.name: node for node in stubs.body if isinstance(node, ast.ClassDef)}
+    assert sorted(classes) == sorted(d2s1r.__all__)
+    for name, stub in classes.items():
+        own = {key: getattr(getattr(d2s1r, name), key) for key in vars(getattr(d2s1r, name)) if not key.startswith("_")}
+        functions = {node.name: node for node in stub.body if isinstance(node, ast.FunctionDef)}
+        assert sorted(own) == sorted(key for key in functions if key != "__init__")
+        for key, value in own.items():
+            assert inspect.getdoc(value), f"{name}.{key} has no docstring"
+            if not isinstance(value, property):
+                arguments = functions[key].args
+                signature = inspect.getdoc(value).splitlines()[0]
+                for argument in arguments.args + arguments.kwonlyargs:
+                    assert argument.arg in signature
