@@ -154,13 +154,16 @@ class TruthReader
 		number_++;
 		const auto first = line.find_first_not_of(" \t\r");
 		if (first == std::string::npos) return;
-		if (truth_.empty() && !columns_ && (columns_ = Columns::parse(line)))
+		const bool is_comment = line[first] == '%' || line[first] == '#';
+		const auto columns = truth_.empty() && !columns_ ? Columns::parse(line) : std::nullopt;
+		if (columns)
 		{
-			if (!columns_->missing().empty())
-				throw_wrong_line(file_, number_, "names no column for " + columns_->missing());
-			return;
+			const std::string missing = columns->missing();
+			if (missing.empty()) columns_ = columns;
+			if (missing.empty() || is_comment) return;
+			throw_wrong_line(file_, number_, "names no column for " + missing);
 		}
-		if (line[first] == '%' || line[first] == '#') return;
+		if (is_comment) return;
 		if (columns_)
 			read_row(split(line, ','));
 		else if (const auto pose = parse_line(line))

@@ -40,6 +40,13 @@ TEST_F(GroundTruthFile, HoldsPosesOfThreeOrSixNumbers)
 	EXPECT_EQ(truth[1].pose, mrpt::math::TPose2D(4, 5, -0.5));
 }
 
+TEST_F(GroundTruthFile, ACommentWithCommasIsNoTable)
+{
+	const auto truth = load("% time x y phi  (sensor pose in the map frame, s, m, rad)\n1.5 2 3 0.5\n");
+	ASSERT_EQ(truth.size(), 1U);
+	EXPECT_EQ(truth[0].pose, mrpt::math::TPose2D(2, 3, 0.5));
+}
+
 TEST_F(GroundTruthFile, HoldsPosesOfTum)
 {
 	const auto truth = load("1.5 2 3 0 0 0 0.479425538604203 0.877582561890373\n");
