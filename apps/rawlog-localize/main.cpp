@@ -3,11 +3,41 @@
 #include "cli/errors.h"
 #include "run.h"
 
-int main(int argc, char** argv)
+#include <unistd.h>
+
+#include <cstdlib>
+#include <exception>
+#include <new>
+
+namespace
 {
-	using namespace d2s1r::app;
-	Console console;
-	catch_interrupts();
+using namespace d2s1r::app;
+
+constexpr char kOutOfMemory[] = "rawlog-localize: not enough memory; use a coarser map or fewer threads\n";
+std::terminate_handler usual_handler = nullptr;
+
+/// Libraries let memory run out where no exception may pass. Files that were being written are left under their
+/// temporary names, which the next run removes.
+[[noreturn]] void end_without_memory()
+{
+	try
+	{
+		if (const auto exception = std::current_exception()) std::rethrow_exception(exception);
+	}
+	catch (const std::bad_alloc&)
+	{
+		if (write(STDERR_FILENO, kOutOfMemory, sizeof kOutOfMemory - 1) > 0) std::_Exit(kBadInput);
+	}
+	catch (...)
+	{
+	}
+	usual_handler();
+	std::abort();
+}
+
+/// Runs the program and tells what went wrong, unless there is no memory even for that.
+int run_and_tell(int argc, char** argv, Console& console)
+{
 	try
 	{
 		const auto flags = parse_flags(argc, argv, console.out);
@@ -17,17 +47,33 @@ int main(int argc, char** argv)
 	}
 	catch (const UserError& e)
 	{
-		console.err << "rawlog-localize: " << one_line(e) << std::endl;
+		console.say(one_line(e));
 		return e.status;
-	}
-	catch (const std::bad_alloc&)
-	{
-		console.err << "rawlog-localize: not enough memory; use a coarser map or fewer threads" << std::endl;
-		return kBadInput;
 	}
 	catch (const std::exception& e)
 	{
-		console.err << "rawlog-localize: " << one_line(e) << "; this is a defect, please report it" << std::endl;
+		if (is_out_of_memory(e)) throw std::bad_alloc();
+		console.say(one_line(e) + "; this is a defect, please report it");
 		return kBadInput;
 	}
+}
+}  // namespace
+
+int main(int argc, char** argv)
+{
+	Console console;
+	catch_interrupts();
+	usual_handler = std::set_terminate(end_without_memory);
+	int status = kBadInput;
+	try
+	{
+		status = run_and_tell(argc, argv, console);
+	}
+	catch (const std::bad_alloc&)
+	{
+		console.err << kOutOfMemory << std::flush;
+	}
+	if (status != kInterrupted) return status;
+	console.out.flush();
+	std::_Exit(status);  // work may still be going on, see run_interruptibly()
 }

@@ -42,6 +42,10 @@ class Process
 	bool ended_ = false;
 };
 
+/// Returns the number of cases that a test injects faults in: `few`, or `all` if D2S1R_ALL_FAULTS is in the
+/// environment.
+int fault_cases(int few, int all);
+
 std::string read_file(const std::filesystem::path& path);
 void write_file(const std::filesystem::path& path, const std::string& content);
 std::vector<std::string> lines_of(const std::string& text);

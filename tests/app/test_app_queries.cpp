@@ -140,7 +140,8 @@ TEST_F(AppQueries, PosesStayInTheRegion)
 
 TEST_F(AppQueries, RefusesARegionBesideTheMap)
 {
-	for (const char* beside : {"50,0,60,10", "-60,0,-50,10", "0,50,10,60", "0,-60,10,-50"})
+	for (const char* beside :
+	     {"50,0,60,10", "-60,0,-50,10", "0,50,10,60", "0,-60,10,-50", "-1e308,-1e308,-1e307,1e308"})
 		expect_refusal(
 		    {"-m", path("flat.gridmap.gz"), "-i", path("walk.rawlog"), "-o", path("out"),
 		     std::string("--region=") + beside},

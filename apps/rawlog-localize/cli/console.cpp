@@ -10,9 +10,16 @@
 
 #include <atomic>
 #include <csignal>
+#include <cstdint>
 #include <cstdio>
+#include <ctime>
+#include <future>
 #include <initializer_list>
 #include <iostream>
+#include <memory>
+#include <system_error>
+#include <thread>
+#include <utility>
 
 namespace d2s1r::app
 {
@@ -27,12 +34,17 @@ void fill_closed_descriptors()
 	close(unused);
 }
 
-std::atomic<bool> seen{false};
-static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler may only touch lock-free atomics");
+std::atomic<std::int64_t> first_signal{0};  //!< [ms] monotonic clock; 0: none has come
+static_assert(std::atomic<std::int64_t>::is_always_lock_free, "a signal handler may only touch lock-free atomics");
 
 void note_signal(int)
 {
-	seen = true;
+	constexpr std::int64_t kSameWish = 500;  // [ms] shells and systems send several signals at once
+	timespec time = {};
+	clock_gettime(CLOCK_MONOTONIC, &time);
+	const std::int64_t now = 1000 * std::int64_t(time.tv_sec) + time.tv_nsec / 1'000'000;
+	std::int64_t first = 0;
+	if (!first_signal.compare_exchange_strong(first, now) && now > first + kSameWish) _exit(kInterrupted);
 }
 }  // namespace
 
@@ -51,6 +63,11 @@ Console::~Console()
 void Console::check_written()
 {
 	if (!out.flush()) throw UserError(kBadOutput, "standard output", "cannot be written; check where it leads to");
+}
+
+void Console::say(const std::string& line)
+{
+	err << "rawlog-localize: " << printable(line) << std::endl;
 }
 
 SilentDescriptors::SilentDescriptors() : old_out_(dup(STDOUT_FILENO)), old_err_(dup(STDERR_FILENO))
@@ -94,6 +111,47 @@ void ProgressBar::show(std::size_t done)
 	err_ << "\033[K" << std::flush;
 }
 
+Activity::Activity(std::ostream& err, bool visible, std::string what)
+    : err_(err), visible_(visible), what_(std::move(what))
+{
+	show();
+}
+
+Activity::~Activity()
+{
+	if (visible_) err_ << "\r\033[K" << std::flush;
+}
+
+void Activity::show()
+{
+	const auto now = Clock::now();
+	if (!visible_ || now - drawn_ < std::chrono::milliseconds(500)) return;
+	drawn_ = now;
+	err_ << "\r" << what_ << mrpt::format(", %.0f s\033[K", std::chrono::duration<double>(now - start_).count())
+	     << std::flush;
+}
+
+bool run_interruptibly(Activity& activity, std::function<void()> work)
+{
+	const auto task = std::make_shared<std::packaged_task<void()>>(std::move(work));
+	std::future<void> done = task->get_future();
+	try
+	{
+		std::thread([task] { (*task)(); }).detach();
+	}
+	catch (const std::system_error&)
+	{
+		(*task)();  // no thread is to be had
+	}
+	while (done.wait_for(std::chrono::milliseconds(20)) != std::future_status::ready)
+	{
+		if (interrupted()) return false;
+		activity.show();
+	}
+	done.get();
+	return true;
+}
+
 void catch_interrupts()
 {
 	struct sigaction action = {};
@@ -110,6 +168,6 @@ void catch_interrupts()
 
 bool interrupted()
 {
-	return seen;
+	return first_signal != 0;
 }
 }  // namespace d2s1r::app

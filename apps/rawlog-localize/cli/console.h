@@ -3,8 +3,10 @@
 
 #include <chrono>
 #include <cstddef>
+#include <functional>
 #include <ostream>
 #include <streambuf>
+#include <string>
 
 namespace d2s1r::app
 {
@@ -20,6 +22,9 @@ class Console
 
 	/// \throws UserError (kBadOutput) if standard output did not take all that was printed
 	void check_written();
+
+	/// Prints one line about the program itself on standard error.
+	void say(const std::string& line);
 
 	std::ostream out;  //!< the process's standard output
 	std::ostream err;  //!< the process's standard error
@@ -62,8 +67,35 @@ class ProgressBar
 	Clock::time_point drawn_{};
 };
 
-/// From here on SIGINT, SIGTERM and SIGHUP only set a flag, however often they come, so that the finished frames can be
-/// written. A signal that was ignored before is still ignored.
+/// Shows what is being done and since when, "building the index, 12 s", in place if standard error is a terminal.
+class Activity
+{
+   public:
+	Activity(std::ostream& err, bool visible, std::string what);
+	~Activity();
+	Activity(const Activity&) = delete;
+	Activity& operator=(const Activity&) = delete;
+
+	void show();
+
+   private:
+	using Clock = std::chrono::steady_clock;
+	std::ostream& err_;
+	bool visible_;
+	std::string what_;
+	Clock::time_point start_ = Clock::now();
+	Clock::time_point drawn_{};
+};
+
+/// Does `work` on a thread of its own while this one shows the activity and looks at interrupts.
+/// \return whether the work was done. If the process was interrupted, it goes on until the process ends: it must own
+/// all that it uses, and the process must end by _Exit()
+/// \throws what `work` throws
+bool run_interruptibly(Activity& activity, std::function<void()> work);
+
+/// From here on the first SIGINT, SIGTERM or SIGHUP only sets a flag, and so do those that come within half a second,
+/// so that the finished frames can be written; one that comes later ends the process at once. A signal that was ignored
+/// before is still ignored.
 void catch_interrupts();
 
 /// Returns whether one of these signals has come.

@@ -16,6 +16,9 @@ enum ExitStatus : int
 	kInterrupted = 130
 };
 
+/// What is told if a run is interrupted when there is nothing to write yet.
+inline constexpr const char* kInterruptedEarly = "interrupted before the first frame; no results are written";
+
 /// An error that the user can mend. The message is one line "WHERE: what is wrong, and what to do".
 class UserError : public std::runtime_error
 {
@@ -27,8 +30,17 @@ class UserError : public std::runtime_error
 	const ExitStatus status;
 };
 
-/// Returns the first meaningful line of an exception's text, without MRPT's call stacks.
+/// Returns a text without what would control a terminal; names of files and lasers may hold anything.
+std::string printable(std::string text);
+
+/// Returns whether memory ran out, which libraries tell in ways of their own.
+bool is_out_of_memory(const std::exception& exception);
+
+/// Returns the first meaningful line of an exception's text, printable and without MRPT's call stacks.
 std::string one_line(const std::exception& exception);
+
+/// Returns the error that an input cannot be opened, with the reason in errno.
+UserError cannot_open(const std::string& file);
 
 /// Makes a UserError of what a library says about `file`. The file is named once, whether or not the library named it.
 UserError about(const std::string& file, ExitStatus status, const std::exception& exception);

@@ -6,7 +6,9 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cerrno>
 #include <cmath>
+#include <cstring>
 #include <fstream>
 #include <map>
 #include <optional>
@@ -197,8 +199,14 @@ GroundTruth load_ground_truth(const std::string& file)
 {
 	std::ifstream in(file);
 	if (!in) throw UserError(kBadInput, file, "cannot be opened; check the path of the ground truth");
+	errno = 0;
 	TruthReader reader(file);
 	for (std::string line; std::getline(in, line);) reader.read(line);
+	if (in.bad())  // else the lines before an error would count as all
+		throw UserError(
+		    kBadInput, file,
+		    std::string("cannot be read to its end (") + (errno ? std::strerror(errno) : "read error") +
+		        "); check that it is a file, and copy it again");
 	if (reader.truth().empty())
 		throw UserError(kBadInput, file, "holds no pose; name a file with lines 'time x y phi'");
 	return reader.truth();

@@ -41,7 +41,7 @@ class GzipText : public TextFile
    public:
 	explicit GzipText(const std::string& path) : file_(gzopen(path.c_str(), "rb"))
 	{
-		if (!file_) throw UserError(kBadInput, path, "cannot be opened; check its permissions");
+		if (!file_) throw cannot_open(path);
 	}
 	~GzipText() override { gzclose(file_); }
 	GzipText(const GzipText&) = delete;
@@ -67,7 +67,7 @@ class Bzip2Text : public TextFile
    public:
 	explicit Bzip2Text(const std::string& path) : file_(std::fopen(path.c_str(), "rb"))
 	{
-		if (!file_) throw UserError(kBadInput, path, "cannot be opened; check its permissions");
+		if (!file_) throw cannot_open(path);
 		BZ2_bzDecompressInit(&stream_, 0, 0);
 	}
 	~Bzip2Text() override

@@ -10,9 +10,11 @@
 #include <mrpt/serialization/CSerializable.h>
 #include <mrpt/system/os.h>
 #include <mrpt/system/string_utils.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <filesystem>
+#include <memory>
 
 namespace d2s1r::app
 {
@@ -101,7 +103,7 @@ Grid::ConstPtr load_mrpt_map(const std::string& file, const GridParameters& para
 	switch (end)
 	{
 		case ProcessEnd::kInterrupted:
-			throw UserError(kInterrupted, file, "interrupted before the first frame; no results are written");
+			throw UserError(kInterrupted, file, kInterruptedEarly);
 		case ProcessEnd::kOutOfMemory:
 			throw std::runtime_error("loading it takes too much memory" + advice);
 		case ProcessEnd::kOutOfTime:
@@ -118,11 +120,15 @@ Grid::ConstPtr load_mrpt_map(const std::string& file, const GridParameters& para
 
 /// Loads the map file. Formats that MRPT's own readers read are loaded in a process of their own: these readers trust
 /// what they read. \throws std::runtime_error, UserError
-Grid::ConstPtr load_grid(const Flags& flags, const Parameters& parameters)
+Grid::ConstPtr load_grid(const Flags& flags, const Parameters& parameters, Activity& activity)
 {
 	if (!is_yaml_name(flags.map) && !is_image_name(flags.map)) return load_mrpt_map(flags.map, parameters.grid);
 	const SilentDescriptors silence;
-	return load_map(flags.map, parameters.grid, flags.image);
+	const auto grid = std::make_shared<Grid::ConstPtr>();
+	const auto load = [grid, file = flags.map, thresholds = parameters.grid, image = flags.image]
+	{ *grid = load_map(file, thresholds, image); };
+	if (!run_interruptibly(activity, load)) throw UserError(kInterrupted, flags.map, kInterruptedEarly);
+	return *grid;
 }
 
 constexpr const char* kFusionClass = "d2s1r::CParticleFilterFusion";
@@ -162,30 +168,37 @@ Parameters read_parameters(const Flags& flags)
 	return parameters;
 }
 
-CSignatureMap2D::ConstPtr build_map(const Flags& flags, const Parameters& parameters)
+CSignatureMap2D::ConstPtr build_map(const Flags& flags, const Parameters& parameters, Console& console)
 {
+	const bool visible = !flags.quiet && isatty(STDERR_FILENO);
 	try
 	{
-		auto map = CSignatureMap2D::Create(parameters);
+		const auto map = CSignatureMap2D::Create(parameters);
+		Grid::ConstPtr grid;
 		{
-			const auto grid = load_grid(flags, parameters);
-			check_region(flags.query.prior, *grid);
-			map->set_map(*grid);
+			Activity activity(console.err, visible, "loading the map");
+			grid = load_grid(flags, parameters, activity);
 		}
-		map->localizer(flags.threads);  // builds the index here, where its errors are the map's
+		check_region(flags.query.prior, *grid);
+		Activity activity(console.err, visible, "building the index of the map");
+		const auto build = [map, grid, threads = flags.threads]
+		{
+			map->set_map(*grid);
+			map->localizer(threads);  // builds the index here, where its errors are the map's
+		};
+		if (!run_interruptibly(activity, build)) throw UserError(kInterrupted, flags.map, kInterruptedEarly);
 		return map;
 	}
 	catch (const UserError&)
 	{
 		throw;
 	}
-	catch (const std::bad_alloc&)
-	{
-		throw UserError(
-		    kBadInput, flags.map, "the grid is too large for the memory of this machine; use a coarser or smaller map");
-	}
 	catch (const std::exception& e)
 	{
+		if (is_out_of_memory(e))
+			throw UserError(
+			    kBadInput, flags.map,
+			    "the grid is too large for the memory of this machine; use a coarser or smaller map");
 		throw about(flags.map, kBadInput, e);
 	}
 }

@@ -1,6 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "cli/console.h"
 #include "cli/flags.h"
 #include "input/log.h"
 
@@ -12,9 +13,9 @@ namespace d2s1r::app
 /// \throws UserError (kWrongUse) if the file is wrong, or if the method cannot do what the flags ask for
 Parameters read_parameters(const Flags& flags);
 
-/// Loads the map file and builds its index.
-/// \throws UserError (kBadInput; kWrongUse if the region lies outside the map)
-CSignatureMap2D::ConstPtr build_map(const Flags& flags, const Parameters& parameters);
+/// Loads the map file and builds its index, and tells on a terminal that it does.
+/// \throws UserError (kBadInput; kWrongUse if the region lies outside the map; kInterrupted)
+CSignatureMap2D::ConstPtr build_map(const Flags& flags, const Parameters& parameters, Console& console);
 
 /// Which scans of a rawlog are localized.
 struct FrameSelection

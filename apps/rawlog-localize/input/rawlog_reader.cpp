@@ -178,7 +178,7 @@ std::string damage_that_ended(ProcessEnd end, std::size_t objects)
 
 RawlogReader::RawlogReader(const std::string& file)
 {
-	if (!stream_.open(file)) throw UserError(kBadInput, file, "cannot be opened; check its permissions");
+	if (!stream_.open(file)) throw cannot_open(file);
 }
 
 std::optional<RawlogObject> RawlogReader::next()
@@ -194,12 +194,9 @@ std::optional<RawlogObject> RawlogReader::next()
 		objects_++;
 		return object;
 	}
-	catch (const std::bad_alloc&)
-	{
-		throw;
-	}
 	catch (const std::exception& e)
 	{
+		if (is_out_of_memory(e)) throw std::bad_alloc();
 		if (recording.at_clean_end() && objects_ > 0) return std::nullopt;
 		damage_ = recording.came_short() ? end_within_object() : unreadable(e);
 		return std::nullopt;
@@ -232,8 +229,7 @@ LogSurvey survey_rawlog(const std::string& file)
 	const ProcessEnd end = run_in_own_process(
 	    limits_of_survey(file), [&](const Send& send) { tell_contents(reader, send); },
 	    [&](const std::string& record) { note(record, survey); });
-	if (end == ProcessEnd::kInterrupted)
-		throw UserError(kInterrupted, file, "interrupted before the first frame; no results are written");
+	if (end == ProcessEnd::kInterrupted) throw UserError(kInterrupted, file, kInterruptedEarly);
 	if (end != ProcessEnd::kDone) survey.damage = damage_that_ended(end, survey.objects);
 	return survey;
 }

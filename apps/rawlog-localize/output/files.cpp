@@ -46,18 +46,31 @@ std::vector<NamedFile> files_written(const Flags& flags, bool localized)
 	std::vector<NamedFile> files;
 	const auto add_to_folder = [&](std::initializer_list<const char*> names)
 	{
-		for (const char* name : names) files.push_back({fs::path(flags.output_dir) / name, "--output"});
+		for (const char* name : names) files.push_back({fs::path(flags.output_dir) / name, "--output", true});
 	};
-	add_to_folder(
-	    {"frames.csv", "hypotheses.csv", "trajectory.tum", "trajectory.txt", "run.json", "summary.json", "map.png",
-	     "scene.3Dscene"});
+	add_to_folder({"frames.csv", "hypotheses.csv", "trajectory.tum", "trajectory.txt"});
 	if (flags.rawlog_copy) add_to_folder({"localized.rawlog"});
 	if (flags.fuse) add_to_folder({"fused.csv", "fused.tum"});
+	add_to_folder({"map.png", "scene.3Dscene", "run.json", "summary.json"});
 	if (!flags.save_map.empty()) files.push_back({flags.save_map, "--save-map"});
 	if (!flags.write_config.empty()) files.push_back({flags.write_config, "--write-config"});
 	if (!flags.write_pf_ini.empty() && localized)
 		for (const auto& file : pf_files(flags.write_pf_ini).all()) files.push_back({file, "--write-pf-ini"});
 	return files;
+}
+
+const std::set<std::string>& names_in_folder()
+{
+	static const std::set<std::string> names = []
+	{
+		Flags all;
+		all.map = "map";
+		all.fuse = true;
+		std::set<std::string> found;
+		for (const auto& file : files_written(all)) found.insert(fs::path(file.path).filename().string());
+		return found;
+	}();
+	return names;
 }
 
 void check_files_apart(const Flags& flags)

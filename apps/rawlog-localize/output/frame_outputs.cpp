@@ -180,14 +180,17 @@ void FrameOutputs::add(Frame frame, mrpt::obs::CObservation2DRangeScan::ConstPtr
 	frames_.push_back(std::move(frame));
 }
 
+void FrameOutputs::finish(const mrpt::maps::COccupancyGridMap2D& map)
+{
+	for (auto& file : files_) file.finish();
+	if (rawlog_) rawlog_->finish();
+	if (pipeline_) pipeline_->finish(map);
+}
+
 void FrameOutputs::commit()
 {
 	for (auto& file : files_) file.commit();
 	if (rawlog_) rawlog_->commit();
-}
-
-void FrameOutputs::commit_pipeline(const mrpt::maps::COccupancyGridMap2D& map)
-{
-	if (pipeline_) pipeline_->commit(map);
+	if (pipeline_) pipeline_->commit();
 }
 }  // namespace d2s1r::app

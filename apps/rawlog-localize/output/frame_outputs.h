@@ -23,6 +23,7 @@ class LocalizedRawlog
 	explicit LocalizedRawlog(const std::string& path) : file_(path) {}
 	void add(const RawlogObject& object);
 	void add(const Frame& frame, const mrpt::obs::CObservation2DRangeScan& scan);
+	void finish() { file_.finish(); }
 	void commit() { file_.commit(); }
 
    private:
@@ -40,6 +41,7 @@ class FrameFile
 	/// \param heading first line of the file; may be empty
 	FrameFile(const std::string& path, const char* heading, Writer writer);
 	void add(const Frame& frame) { writer_(file_, frame); }
+	void finish() { file_.finish(); }
 	void commit() { file_.commit(); }
 
    private:
@@ -67,11 +69,10 @@ class FrameOutputs
 	void add(const RawlogObject& object);
 	void add(Frame frame, mrpt::obs::CObservation2DRangeScan::ConstPtr scan);
 
-	/// Gives the files their names, those of the pipeline aside.
+	/// Writes all to the disk. \param map for pf-localization
+	void finish(const mrpt::maps::COccupancyGridMap2D& map);
+	/// Gives the finished files their names.
 	void commit();
-
-	/// Finishes the pipeline, if there is one.
-	void commit_pipeline(const mrpt::maps::COccupancyGridMap2D& map);
 
 	const std::vector<Frame>& frames() const { return frames_; }
 

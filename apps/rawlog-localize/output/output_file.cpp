@@ -3,8 +3,12 @@
 
 #include "cli/errors.h"
 
+#include <dirent.h>
+#include <fcntl.h>
 #include <mrpt/io/CFileGZInputStream.h>
 #include <mrpt/serialization/CArchive.h>
+#include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <array>
@@ -14,6 +18,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <memory>
 #include <utility>
 #include <vector>
 
@@ -31,6 +36,36 @@ fs::path target_of(const std::string& path)
 	while (fs::is_symlink(fs::symlink_status(target, error)))
 		target = target.parent_path() / fs::read_symlink(target, error);
 	return target;
+}
+
+/// Opens and locks a file that may have to be made. Returns its descriptor, or -1 with the reason in errno. A file
+/// system without locks leaves it unlocked.
+int open_locked(const std::string& path)
+{
+	for (;;)
+	{
+		const int descriptor = open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0666);
+		if (descriptor < 0) return -1;
+		const bool is_taken = flock(descriptor, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;
+		struct stat status = {};
+		fstat(descriptor, &status);
+		if (!is_taken && status.st_nlink > 0) return descriptor;  // else another process is just removing it
+		close(descriptor);
+		if (is_taken)
+		{
+			errno = EBUSY;
+			return -1;
+		}
+	}
+}
+
+/// Returns the name that a temporary file is to have in the end; empty if this is the name of no temporary file.
+std::string name_of_temporary(const std::string& name)
+{
+	const std::string start = ".tmp";
+	const auto after_number = name.find_first_not_of("0123456789", start.size());
+	if (name.rfind(start, 0) != 0 || after_number == start.size() || after_number == std::string::npos) return "";
+	return name[after_number] == '-' ? name.substr(after_number + 1) : "";
 }
 
 template <std::size_t N>
@@ -58,18 +93,38 @@ PendingFile::PendingFile(const std::string& path) : path_(path)
 	const fs::path target = target_of(path);
 	target_ = target.string();
 	temporary_ = target.parent_path() / (".tmp" + std::to_string(getpid()) + "-" + target.filename().string());
+	remove_abandoned(target.parent_path().empty() ? fs::path(".") : target.parent_path(), {target.filename().string()});
+	lock_ = open_locked(temporary_);
+	if (lock_ < 0) fail();
 	errno = 0;  // fail() tells the reason of a later error, which may leave errno alone
 }
 
 PendingFile::~PendingFile()
 {
-	std::error_code ignored;
-	std::filesystem::remove(temporary_, ignored);
+	if (lock_ < 0) return;
+	unlink(temporary_.c_str());
+	close(lock_);
 }
 
 void PendingFile::commit()
 {
 	if (std::rename(temporary_.c_str(), target_.c_str()) != 0) fail();
+	close(std::exchange(lock_, -1));
+}
+
+void remove_abandoned(const fs::path& folder, const std::set<std::string>& names)
+{
+	// Not fs::directory_iterator, which ends the process if memory runs out.
+	const std::unique_ptr<DIR, int (*)(DIR*)> entries(opendir(folder.c_str()), closedir);
+	while (const dirent* const entry = entries ? readdir(entries.get()) : nullptr)
+	{
+		if (names.count(name_of_temporary(entry->d_name)) == 0) continue;
+		const fs::path file = folder / entry->d_name;
+		const int descriptor = open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK);
+		if (descriptor < 0) continue;
+		if (flock(descriptor, LOCK_EX | LOCK_NB) == 0) unlink(file.c_str());
+		close(descriptor);
+	}
 }
 
 void PendingFile::fail() const
@@ -98,10 +153,15 @@ void TextFile::print(const char* format, ...)
 	if (written < 0) pending_.fail();
 }
 
-void TextFile::commit()
+void TextFile::finish()
 {
 	const bool is_whole = std::ferror(file_) == 0;
 	if (std::fclose(std::exchange(file_, nullptr)) != 0 || !is_whole) pending_.fail();
+}
+
+void TextFile::commit()
+{
+	if (file_) finish();
 	pending_.commit();
 }
 
@@ -133,16 +193,23 @@ void GzipFile::write(const mrpt::serialization::CSerializable& object)
 	{
 		mrpt::serialization::archiveFrom<mrpt::io::CStream>(stream_) << object;
 	}
-	catch (const std::exception&)
+	catch (const std::exception& e)
 	{
+		if (is_out_of_memory(e)) throw std::bad_alloc();
 		pending_.fail();
 	}
 }
 
-void GzipFile::commit()
+void GzipFile::finish()
 {
 	stream_.close();
+	finished_ = true;
 	if (!is_whole_gzip(pending_.temporary())) pending_.fail();
+}
+
+void GzipFile::commit()
+{
+	if (!finished_) finish();
 	pending_.commit();
 }
 }  // namespace d2s1r::app

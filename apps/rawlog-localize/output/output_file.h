@@ -6,16 +6,20 @@
 
 #include <cstdint>
 #include <cstdio>
+#include <filesystem>
+#include <set>
 #include <string>
 #include <vector>
 
 namespace d2s1r::app
 {
-/// A file that appears under its name only when it is whole. It is written under another name, which commit() changes;
-/// without commit() it is removed. All errors are UserError (kBadOutput).
+/// A file that appears under its name only when it is whole. It is made and written under another name, which commit()
+/// changes; without commit() it is removed. While it is there it is locked, so that what a killed process left can be
+/// told from what another one is writing. All errors are UserError (kBadOutput).
 class PendingFile
 {
    public:
+	/// Makes the file under its other name, and removes what killed processes left of it.
 	/// \param path the file or a link to it; devices, pipes and folders are refused, because renaming would replace
 	/// them
 	explicit PendingFile(const std::string& path);
@@ -26,13 +30,18 @@ class PendingFile
 	const std::string& temporary() const { return temporary_; }  //!< write here; ends like the path
 	void commit();
 
+	/// Throws the error that the file cannot be written, with the reason in errno.
 	[[noreturn]] void fail() const;
 
    private:
 	std::string path_;       //!< as the user says it
 	std::string target_;     //!< where its links lead
 	std::string temporary_;  //!< next to the target
+	int lock_ = -1;          //!< descriptor of the temporary file
 };
+
+/// Removes the files that killed processes left when they were writing files of these names in a folder.
+void remove_abandoned(const std::filesystem::path& folder, const std::set<std::string>& names);
 
 /// A text file that appears only when it is whole, see PendingFile.
 class TextFile
@@ -44,6 +53,10 @@ class TextFile
 	TextFile& operator=(const TextFile&) = delete;
 
 	void print(const char* format, ...) __attribute__((format(printf, 2, 3)));
+
+	/// Writes all to the disk; nothing may be printed any more.
+	void finish();
+	/// Finishes the file, unless that has been done, and gives it its name.
 	void commit();
 
    private:
@@ -59,11 +72,16 @@ class GzipFile
 
 	void write(const std::vector<std::uint8_t>& bytes);
 	void write(const mrpt::serialization::CSerializable& object);
+
+	/// Writes all to the disk; nothing may be written any more.
+	void finish();
+	/// Finishes the file, unless that has been done, and gives it its name.
 	void commit();
 
    private:
 	PendingFile pending_;
 	mrpt::io::CFileGZOutputStream stream_;
+	bool finished_ = false;
 };
 
 /// Returns whether a gzip file unpacks to as many bytes as its end says, and to at least one.

@@ -48,7 +48,10 @@ PfFiles pf_files(const std::string& ini)
 	return {ini, sibling(ini, ".rawlog"), sibling(ini, ".gridmap.gz")};
 }
 
-PfPipeline::PfPipeline(const std::string& ini) : files_(pf_files(ini)), rawlog_(files_.rawlog) {}
+PfPipeline::PfPipeline(const std::string& ini)
+    : files_(pf_files(ini)), rawlog_(files_.rawlog), map_(files_.map), ini_(files_.ini)
+{
+}
 
 void PfPipeline::add(const Frame& frame, const mrpt::obs::CObservation2DRangeScan& scan)
 {
@@ -65,40 +68,46 @@ void PfPipeline::add(const Frame& frame, const mrpt::obs::CObservation2DRangeSca
 	rawlog_.write(observations);
 }
 
-void PfPipeline::commit(const mrpt::maps::COccupancyGridMap2D& map)
+void PfPipeline::finish(const mrpt::maps::COccupancyGridMap2D& map)
+{
+	if (!first_) return;
+	rawlog_.finish();
+	map_.write(on_whole_cells(map));
+	map_.finish();
+	write_ini();
+	ini_.finish();
+}
+
+void PfPipeline::commit()
 {
 	if (!first_) return;
 	rawlog_.commit();
-	GzipFile map_file(files_.map);
-	map_file.write(on_whole_cells(map));
-	map_file.commit();
-	write_ini();
+	map_.commit();
+	ini_.commit();
 }
 
-void PfPipeline::write_ini() const
+void PfPipeline::write_ini()
 {
 	const Hypothesis& start = first_->best();
 	const auto half = [&](int i) { return std::max(kLeastHalfBox, kSigmas * std::sqrt(start.covariance(i, i))); };
 	const double half_yaw = std::max(kLeastHalfBoxYaw, kSigmas * mrpt::RAD2DEG(std::sqrt(start.covariance(2, 2))));
 	const double yaw = mrpt::RAD2DEG(start.pose.phi());
-	TextFile file(files_.ini);
-	file.print("# For MRPT's pf-localization; written by rawlog-localize --write-pf-ini.\n");
-	file.print(
+	ini_.print("# For MRPT's pf-localization; written by rawlog-localize --write-pf-ini.\n");
+	ini_.print(
 	    "[LocalizationExperiment]\nrawlog_file = %s\nmap_file = %s\n", absolute(files_.rawlog).c_str(),
 	    absolute(files_.map).c_str());
-	file.print("logOutput_dir = %s\n", absolute(sibling(files_.ini, ".log")).c_str());
-	file.print("particles_count = 500\n# a box round the pose of the first localized frame\ninit_PDF_mode = 1\n");
-	file.print("init_PDF_min_x = %.3f\ninit_PDF_max_x = %.3f\n", start.pose.x() - half(0), start.pose.x() + half(0));
-	file.print("init_PDF_min_y = %.3f\ninit_PDF_max_y = %.3f\n", start.pose.y() - half(1), start.pose.y() + half(1));
-	file.print("init_PDF_min_yaw_deg = %.3f\ninit_PDF_max_yaw_deg = %.3f\n", yaw - half_yaw, yaw + half_yaw);
-	file.print("experimentRepetitions = 1\n3DSceneFrequency = -1\nSHOW_PROGRESS_3D_REAL_TIME = false\n\n");
-	file.print(
+	ini_.print("logOutput_dir = %s\n", absolute(sibling(files_.ini, ".log")).c_str());
+	ini_.print("particles_count = 500\n# a box round the pose of the first localized frame\ninit_PDF_mode = 1\n");
+	ini_.print("init_PDF_min_x = %.3f\ninit_PDF_max_x = %.3f\n", start.pose.x() - half(0), start.pose.x() + half(0));
+	ini_.print("init_PDF_min_y = %.3f\ninit_PDF_max_y = %.3f\n", start.pose.y() - half(1), start.pose.y() + half(1));
+	ini_.print("init_PDF_min_yaw_deg = %.3f\ninit_PDF_max_yaw_deg = %.3f\n", yaw - half_yaw, yaw + half_yaw);
+	ini_.print("experimentRepetitions = 1\n3DSceneFrequency = -1\nSHOW_PROGRESS_3D_REAL_TIME = false\n\n");
+	ini_.print(
 	    "[PF_options]\nPF_algorithm = 0\nresamplingMethod = 3\nadaptiveSampleSize = 0\nBETA = 0.5\nsampleSize = 1\n\n");
-	file.print("[KLD_options]\nKLD_minSampleSize = 500\nKLD_maxSampleSize = 500\n\n");
-	file.print("[MetricMap]\noccupancyGrid_count = 1\n\n");
-	file.print(
+	ini_.print("[KLD_options]\nKLD_minSampleSize = 500\nKLD_maxSampleSize = 500\n\n");
+	ini_.print("[MetricMap]\noccupancyGrid_count = 1\n\n");
+	ini_.print(
 	    "[MetricMap_occupancyGrid_00_likelihoodOpts]\nlikelihoodMethod = 4\nLF_decimation = 10\nLF_stdHit = 0.20\n");
-	file.print("LF_maxCorrsDistance = 0.30\nLF_zHit = 0.95\nLF_zRandom = 0.05\nLF_maxRange = 80\n");
-	file.commit();
+	ini_.print("LF_maxCorrsDistance = 0.30\nLF_zHit = 0.95\nLF_zRandom = 0.05\nLF_maxRange = 80\n");
 }
 }  // namespace d2s1r::app

@@ -35,14 +35,18 @@ class PfPipeline
 	explicit PfPipeline(const std::string& ini);
 	void add(const Frame& frame, const mrpt::obs::CObservation2DRangeScan& scan);
 
-	/// Gives the files their names. There are none if no frame was localized. \throws UserError (kBadOutput)
-	void commit(const mrpt::maps::COccupancyGridMap2D& map);
+	/// Writes all to the disk. \throws UserError (kBadOutput)
+	void finish(const mrpt::maps::COccupancyGridMap2D& map);
+	/// Gives the finished files their names. There are none if no frame was localized. \throws UserError (kBadOutput)
+	void commit();
 
    private:
 	PfFiles files_;
 	GzipFile rawlog_;
+	GzipFile map_;
+	TextFile ini_;
 	std::optional<Localization> first_, last_;  //!< of the localized frames
 
-	void write_ini() const;
+	void write_ini();
 };
 }  // namespace d2s1r::app

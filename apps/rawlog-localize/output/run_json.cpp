@@ -1,7 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "output/run_json.h"
 
-#include "output/output_file.h"
+#include "output/files.h"
 
 #include <d2s1r/grid.h>
 #include <d2s1r/version.h>
@@ -61,8 +61,11 @@ Json map_of(const RunReport& report, const CSignatureMap2D& map)
 }
 }  // namespace
 
-void write_run_json(const RunReport& report, const CSignatureMap2D& map, const std::string& path)
+void write_run_json(const RunReport& report, const CSignatureMap2D& map, TextFile& file)
 {
+	Json files = Json::array();
+	for (const auto& file_written : files_written(report.flags))
+		if (file_written.in_folder) files.push_back(std::filesystem::path(file_written.path).filename().string());
 	std::error_code ignored;
 	const Json json = {
 	    {"program", "rawlog-localize"},
@@ -73,6 +76,7 @@ void write_run_json(const RunReport& report, const CSignatureMap2D& map, const s
 	    {"working_folder", std::filesystem::current_path(ignored).string()},
 	    {"options", report.flags.given},
 	    {"parameters", values_of(to_ini(report.parameters))},
+	    {"files", files},
 	    {"map", map_of(report, map)},
 	    {"log",
 	     {{"file", report.flags.rawlog},
@@ -82,8 +86,6 @@ void write_run_json(const RunReport& report, const CSignatureMap2D& map, const s
 
 	// names of files may hold bytes that are no UTF-8
 	const std::string text = json.dump(2, ' ', false, Json::error_handler_t::replace);
-	TextFile file(path);
 	file.print("%s\n", text.c_str());
-	file.commit();
 }
 }  // namespace d2s1r::app

@@ -1,6 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "output/summary.h"
 
+#include "cli/errors.h"
 #include "evaluation/run_report.h"
 #include "evaluation/truth_alignment.h"
 #include "output/files.h"
@@ -75,7 +76,7 @@ void print_statuses(const RunReport& report, std::ostream& out)
 		    "%-12s%-10s %6zu  %5.1f %%\n", i == 0 ? "status" : "", to_string(kStatuses.at(i)), counts.at(i),
 		    percent(counts.at(i), report.frames.size()));
 		for (const auto& [note, count] : count_notes(report.frames, kStatuses.at(i)))
-			out << mrpt::format("%-22s %6zu  %s\n", "", count, note.c_str());
+			out << mrpt::format("%-22s %6zu  %s\n", "", count, printable(note).c_str());
 	}
 }
 
@@ -136,7 +137,7 @@ void print_fusion(const RunReport& report, std::ostream& out)
 }
 }  // namespace
 
-void write_summary_json(const RunReport& report, const std::string& path)
+void write_summary_json(const RunReport& report, TextFile& file)
 {
 	Json json = {
 	    {"version", D2S1R_VERSION},
@@ -166,9 +167,7 @@ void write_summary_json(const RunReport& report, const std::string& path)
 
 	// names of files may hold bytes that are no UTF-8
 	const std::string text = json.dump(2, ' ', false, Json::error_handler_t::replace);
-	TextFile file(path);
 	file.print("%s\n", text.c_str());
-	file.commit();
 }
 
 void print_table(const RunReport& report, std::ostream& out)
@@ -183,7 +182,7 @@ void print_table(const RunReport& report, std::ostream& out)
 	const char* word = "written";
 	for (const auto& file : files_written(report.flags, any_localized(report.frames)))
 	{
-		out << mrpt::format("%-12s%s\n", word, file.path.c_str());
+		out << mrpt::format("%-12s%s\n", word, printable(file.path).c_str());
 		word = "";
 	}
 }

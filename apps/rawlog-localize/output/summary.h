@@ -2,13 +2,14 @@
 #pragma once
 
 #include "evaluation/run_report.h"
+#include "output/output_file.h"
 
 #include <ostream>
 
 namespace d2s1r::app
 {
 /// Writes summary.json: inputs, frames by status, times of all stages, accuracy.
-void write_summary_json(const RunReport& report, const std::string& path);
+void write_summary_json(const RunReport& report, TextFile& file);
 
 /// Prints the short table at the end of a run.
 void print_table(const RunReport& report, std::ostream& out);

@@ -358,7 +358,7 @@ std::vector<mrpt::math::TPoint2D> places(const RunReport& report)
 }
 }  // namespace
 
-void write_map_png(const RunReport& report, const mrpt::maps::COccupancyGridMap2D& map, const std::string& path)
+void write_map_png(const RunReport& report, const mrpt::maps::COccupancyGridMap2D& map, const PendingFile& file)
 {
 	const Grid grid = crop_for_picture(make_grid(map, report.parameters.grid), places(report));
 	MapView view = fit_view(grid, kLongSide, kLargestCell);
@@ -376,9 +376,6 @@ void write_map_png(const RunReport& report, const mrpt::maps::COccupancyGridMap2
 	painter.paint_path();
 	painter.paint_wrong();
 	legend.draw(canvas, view.height + 2 * kMargin);
-
-	PendingFile pending(path);
-	if (!canvas.save(pending.temporary())) pending.fail();
-	pending.commit();
+	if (!canvas.save(file.temporary())) file.fail();
 }
 }  // namespace d2s1r::app

@@ -108,7 +108,7 @@ void insert(gl::COpenGLScene& scene, const gl::CRenderizable::Ptr& object, const
 }
 }  // namespace
 
-void write_scene(const SceneContent& content, const std::string& path)
+void write_scene(const SceneContent& content, const PendingFile& file)
 {
 	gl::COpenGLScene scene;
 	insert(scene, grid_object(content), "grid");
@@ -116,8 +116,6 @@ void write_scene(const SceneContent& content, const std::string& path)
 	insert(scene, trajectory_object(content.frames), "trajectory");
 	if (content.fused) insert(scene, fused_object(content.frames), "fused_trajectory");
 	if (content.last_scan) insert(scene, scan_object(content), "last_scan");
-	PendingFile pending(path);
-	if (!scene.saveToFile(pending.temporary()) || !is_whole_gzip(pending.temporary())) pending.fail();
-	pending.commit();
+	if (!scene.saveToFile(file.temporary()) || !is_whole_gzip(file.temporary())) file.fail();
 }
 }  // namespace d2s1r::app

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "frames/frame.h"
+#include "output/output_file.h"
 
 #include <d2s1r/parameters.h>
 #include <mrpt/maps/COccupancyGridMap2D.h>
@@ -23,5 +24,5 @@ struct SceneContent
 /// Writes scene.3Dscene for MRPT's SceneViewer3D, with objects named "grid", "trajectory", "hypotheses",
 /// "fused_trajectory" (only if there is one) and "last_scan" (only if a frame was localized). \throws UserError
 /// (kBadOutput)
-void write_scene(const SceneContent& content, const std::string& path);
+void write_scene(const SceneContent& content, const PendingFile& file);
 }  // namespace d2s1r::app

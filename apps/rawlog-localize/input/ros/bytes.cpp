@@ -95,7 +95,7 @@ void unpack_zstd(Bytes packed, std::vector<std::uint8_t>& into)
 
 ByteFile::ByteFile(const std::string& path) : descriptor_(open(path.c_str(), O_RDONLY | O_CLOEXEC))
 {
-	if (descriptor_ < 0) throw UserError(kBadInput, path, "cannot be opened; check its permissions");
+	if (descriptor_ < 0) throw cannot_open(path);
 	struct stat status
 	{
 	};

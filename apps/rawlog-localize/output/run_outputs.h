@@ -1,0 +1,64 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "evaluation/run_report.h"
+#include "output/frame_outputs.h"
+
+#include <d2s1r/CSignatureMap2D.h>
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace d2s1r::app
+{
+/// A folder that is made if it is missing, with all that it lies in. What was made is removed again if it is empty when
+/// the object goes out of scope.
+class OutputFolder
+{
+   public:
+	/// \throws UserError (kBadOutput)
+	explicit OutputFolder(const std::string& path);
+	~OutputFolder() { remove_made(); }
+	OutputFolder(const OutputFolder&) = delete;
+	OutputFolder& operator=(const OutputFolder&) = delete;
+
+   private:
+	void remove_made();
+
+	std::vector<std::filesystem::path> made_;  //!< the innermost first
+};
+
+/// All files of a run. They are opened before anything is computed, so that one that cannot be written is found at
+/// once, and appear together at the end, summary.json last: where it stands, the folder is whole.
+class RunOutputs
+{
+   public:
+	/// Makes the folder and opens all files. Keeps a reference to `flags`. \throws UserError (kBadOutput)
+	explicit RunOutputs(const Flags& flags);
+
+	FrameOutputs& frames() { return frames_; }
+
+	/// Writes the file of --save-map, if there is one.
+	void save_map(const mrpt::maps::COccupancyGridMap2D& grid, const Parameters& parameters);
+
+	/// Writes all files that tell of the whole run, removes those of an earlier run from the folder and gives the new
+	/// ones their names.
+	void commit(const RunReport& report, const CSignatureMap2D& map);
+
+   private:
+	void finish(const RunReport& report, const CSignatureMap2D& map);
+	void remove_files_of_earlier_run() const;
+
+	const Flags& flags_;
+	OutputFolder folder_;
+	FrameOutputs frames_;
+	std::optional<GzipFile> saved_map_;
+	std::optional<TextFile> config_;
+	PendingFile map_png_;
+	PendingFile scene_;
+	TextFile run_json_;
+	TextFile summary_;
+};
+}  // namespace d2s1r::app

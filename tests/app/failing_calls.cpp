@@ -1,0 +1,125 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+// Is preloaded into rawlog-localize and lets calls fail that seldom fail by themselves. The environment says which:
+// D2S1R_FAIL_READ=NAME:N    reads of files whose path ends like NAME fail from byte N on
+// D2S1R_FAIL_NEW=N          the N-th call of operator new throws, counted from when main() starts to catch signals
+// D2S1R_HANG_RENAME=FILE    the first rename() makes FILE and never returns
+// D2S1R_COUNT_NEW=FILE      the number of these calls is written to FILE at the end
+#include <dlfcn.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cerrno>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <new>
+
+namespace
+{
+std::atomic<long> calls{-1};  // [-] of operator new so far; negative before they are counted
+const long failing_call = std::getenv("D2S1R_FAIL_NEW") ? std::atol(std::getenv("D2S1R_FAIL_NEW")) : 0;
+
+template <class Function>
+Function next(const char* name)
+{
+	return reinterpret_cast<Function>(dlsym(RTLD_NEXT, name));
+}
+
+/// Returns the byte from which on reads of this file fail, or -1.
+long failing_byte(int descriptor)
+{
+	const char* const chosen = std::getenv("D2S1R_FAIL_READ");
+	const char* const colon = chosen ? std::strrchr(chosen, ':') : nullptr;
+	if (!colon) return -1;
+	char link[64], path[4096];
+	std::snprintf(link, sizeof link, "/proc/self/fd/%d", descriptor);
+	const ssize_t length = readlink(link, path, sizeof path);
+	const auto name = static_cast<std::size_t>(colon - chosen);
+	if (length < static_cast<ssize_t>(name)) return -1;
+	return std::strncmp(path + length - static_cast<ssize_t>(name), chosen, name) == 0 ? std::atol(colon + 1) : -1;
+}
+
+void* allocate(std::size_t size)
+{
+	if (calls >= 0 && ++calls == failing_call) return nullptr;
+	return std::malloc(size > 0 ? size : 1);
+}
+
+struct AtEnd
+{
+	~AtEnd()
+	{
+		const char* const name = std::getenv("D2S1R_COUNT_NEW");
+		std::FILE* const file = name ? std::fopen(name, "w") : nullptr;
+		if (!file) return;
+		std::fprintf(file, "%ld\n", calls.load());
+		std::fclose(file);
+	}
+} at_end;
+}  // namespace
+
+extern "C" ssize_t read(int descriptor, void* buffer, std::size_t count)
+{
+	static const auto real = next<ssize_t (*)(int, void*, std::size_t)>("read");
+	const long end = failing_byte(descriptor), at = end < 0 ? 0 : lseek(descriptor, 0, SEEK_CUR);
+	if (end >= 0 && at >= end)
+	{
+		errno = EIO;
+		return -1;
+	}
+	const auto left = static_cast<std::size_t>(end - at);
+	return real(descriptor, buffer, end >= 0 && left < count ? left : count);
+}
+
+extern "C" int rename(const char* from, const char* to) noexcept
+{
+	static const auto real = next<int (*)(const char*, const char*)>("rename");
+	const char* const name = std::getenv("D2S1R_HANG_RENAME");
+	if (!name) return real(from, to);
+	std::fclose(std::fopen(name, "w"));
+	for (;;) pause();
+}
+
+extern "C" int sigaction(int number, const struct sigaction* action, struct sigaction* old)
+{
+	static const auto real = next<int (*)(int, const struct sigaction*, struct sigaction*)>("sigaction");
+	long not_yet = -1;
+	calls.compare_exchange_strong(not_yet, 0);
+	return real(number, action, old);
+}
+
+void* operator new(std::size_t size)
+{
+	void* const memory = allocate(size);
+	if (!memory) throw std::bad_alloc();
+	return memory;
+}
+void* operator new[](std::size_t size)
+{
+	return operator new(size);
+}
+void* operator new(std::size_t size, const std::nothrow_t&) noexcept
+{
+	return allocate(size);
+}
+void* operator new[](std::size_t size, const std::nothrow_t&) noexcept
+{
+	return allocate(size);
+}
+void operator delete(void* memory) noexcept
+{
+	std::free(memory);
+}
+void operator delete[](void* memory) noexcept
+{
+	std::free(memory);
+}
+void operator delete(void* memory, std::size_t) noexcept
+{
+	std::free(memory);
+}
+void operator delete[](void* memory, std::size_t) noexcept
+{
+	std::free(memory);
+}

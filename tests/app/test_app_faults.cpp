@@ -1,0 +1,187 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+// Faults of the system and signals at bad moments: a clear line, the right exit status, nothing half-written.
+#include <chrono>
+#include <csignal>
+#include <thread>
+
+#include "app_process.h"
+#include "app_world.h"
+
+using namespace d2s1r::test;
+namespace fs = std::filesystem;
+using std::chrono::duration;
+using Clock = std::chrono::steady_clock;
+
+class AppFaults : public AppTest
+{
+   protected:
+	AppFaults()
+	{
+		save_gridmap(flat(), path("flat.gridmap.gz"));
+		save(observation_log(), path("walk.rawlog"));
+	}
+
+	Words words(const std::string& map, const Words& more = {}) const
+	{
+		Words all = {"-m", path(map), "-i", path("walk.rawlog"), "-o", path("out")};
+		all.insert(all.end(), more.begin(), more.end());
+		return all;
+	}
+
+	/// Runs the program with calls that fail. \param failure such as "D2S1R_FAIL_NEW=7"
+	ProcessResult run_failing(const std::string& failure, const Words& arguments) const
+	{
+		Words command = {"env", "LD_PRELOAD=" FAILING_CALLS, failure, RAWLOG_LOCALIZE};
+		command.insert(command.end(), arguments.begin(), arguments.end());
+		return run_program(command);
+	}
+
+	/// Waits until the program has opened its outputs, which it does before it reads anything.
+	void wait_for_outputs(Process& process) const
+	{
+		while (process.running() && !fs::exists(path("out"))) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+	}
+
+	/// A white image of so many pixels a side, with a wall around.
+	void save_image(const std::string& name, int side) const
+	{
+		std::string pixels = "P5\n" + std::to_string(side) + " " + std::to_string(side) + "\n255\n";
+		for (int y = 0; y < side; y++)
+			for (int x = 0; x < side; x++) pixels += x < 2 || y < 2 || x >= side - 2 || y >= side - 2 ? '\0' : '\xfe';
+		write_file(path(name), pixels);
+	}
+};
+
+TEST_F(AppFaults, AReadErrorIsNotTakenForTheEndOfTheGroundTruth)
+{
+	save_truth(path("truth.txt"), false);
+	const auto size = fs::file_size(path("truth.txt"));
+	const Words arguments = words("flat.gridmap.gz", {"--ground-truth", path("truth.txt")});
+	for (const auto byte : {std::uintmax_t(0), size / 2, size - 1})
+	{
+		expect_refused(
+		    run_failing("D2S1R_FAIL_READ=/truth.txt:" + std::to_string(byte), arguments), 2,
+		    {path("truth.txt") + ": cannot be read to its end (Input/output error)"});
+		EXPECT_FALSE(fs::exists(path("out"))) << byte;
+	}
+	expect_refusal(
+	    words("flat.gridmap.gz", {"--ground-truth", folder().string()}), 2,
+	    {"cannot be read to its end (Is a directory)"});
+}
+
+TEST_F(AppFaults, AnAllocationThatFailsIsToldAsThat)
+{
+	run_failing("D2S1R_COUNT_NEW=" + path("count"), words("flat.gridmap.gz", {"-q"}));
+	const long count = std::stol(read_file(path("count")));
+	ASSERT_GT(count, 1000);
+	int failed = 0;
+	const int cases = fault_cases(12, 300);
+	for (int i = 0; i < cases; i++)
+	{
+		fs::remove_all(path("out"));
+		const long call = 1 + i * count / cases + 37 * i % 101;
+		const auto result = run_failing("D2S1R_FAIL_NEW=" + std::to_string(call), words("flat.gridmap.gz", {"-q"}));
+		if (result.status == 0) continue;
+		failed++;
+		EXPECT_EQ(result.status, 2) << "at call " << call;
+		EXPECT_EQ(lines_of(result.err).size(), 1U) << result.err << " at call " << call;
+		EXPECT_NE(result.err.find("memory"), std::string::npos) << result.err << " at call " << call;
+		EXPECT_EQ(result.err.find("defect"), std::string::npos) << result.err << " at call " << call;
+		if (!fs::exists(path("out"))) continue;
+		for (const auto& entry : fs::directory_iterator(path("out")))  // of a library that lets nothing pass
+			EXPECT_EQ(entry.path().filename().string().rfind(".tmp", 0), 0U) << entry.path() << " at call " << call;
+	}
+	EXPECT_GT(failed, cases / 2);
+}
+
+TEST_F(AppFaults, TooLittleMemoryIsToldAsThat)
+{
+	const auto run_within = [&](int megabytes, const std::string& arguments)
+	{
+		return run_program(
+		    {"bash", "-c",
+		     "ulimit -c 0; ulimit -v " + std::to_string(1000 * megabytes) + "; exec " RAWLOG_LOCALIZE " " + arguments});
+	};
+	int least = 100;  // [MB] that the program takes to start
+	while (run_within(least, "--version").status != 0 && least < 2000) least += 4;
+	int failed = 0;
+	for (int megabytes = least + 8; failed < 200; megabytes += fault_cases(4, 2))
+	{
+		const auto result = run_within(
+		    megabytes, "-q -m " + path("flat.gridmap.gz") + " -i " + path("walk.rawlog") + " -o " + path("out"));
+		if (result.status == 0) break;
+		failed++;
+		EXPECT_EQ(result.status, 2) << result.err << " with " << megabytes << " MB";
+		EXPECT_EQ(lines_of(result.err).size(), 1U) << result.err << " with " << megabytes << " MB";
+		EXPECT_NE(result.err.find("memory"), std::string::npos) << result.err << " with " << megabytes << " MB";
+		EXPECT_FALSE(fs::exists(path("out"))) << megabytes;
+	}
+	EXPECT_GT(failed, 1);
+}
+
+TEST_F(AppFaults, AnInterruptEndsTheLoadingAndIndexingOfALargeMapWithinASecond)
+{
+	save_image("hall.pgm", 5000);  // 62,500 m^2
+	for (const int milliseconds : {50, 1500})
+	{
+		Process process = start(words("hall.pgm", {"--resolution", "0.05"}));
+		wait_for_outputs(process);
+		std::this_thread::sleep_for(std::chrono::milliseconds(milliseconds));
+		ASSERT_TRUE(process.running()) << "the map is too small for this test";
+		process.send(SIGINT);
+		const auto sent = Clock::now();
+		const auto result = process.wait();
+		EXPECT_LT(duration<double>(Clock::now() - sent).count(), 1) << "after " << milliseconds << " ms";
+		EXPECT_EQ(result.status, 130);
+		EXPECT_NE(result.err.find("interrupted before the first frame; no results are written"), std::string::npos)
+		    << result.err;
+		EXPECT_FALSE(fs::exists(path("out")));
+	}
+}
+
+TEST_F(AppFaults, ATerminalIsToldThatTheIndexIsBuilt)
+{
+	save_image("hall.pgm", 1500);
+	std::string command = RAWLOG_LOCALIZE;
+	for (const auto& word : words("hall.pgm", {"--resolution", "0.05"})) command += " " + word;
+	const auto result = run_program({"script", "-qec", command, "/dev/null"});
+	if (result.status == 127) GTEST_SKIP() << "script is missing: install bsdutils";
+	EXPECT_NE(result.out.find("loading the map"), std::string::npos) << result.out;
+	EXPECT_NE(result.out.find("building the index of the map, 0 s"), std::string::npos) << result.out;
+}
+
+TEST_F(AppFaults, ALaterInterruptEndsAtOnceWhatTheFirstOneDidNot)
+{
+	const std::string hanging = path("hanging");
+	Words command = {"env", "LD_PRELOAD=" FAILING_CALLS, "D2S1R_HANG_RENAME=" + hanging, RAWLOG_LOCALIZE};
+	for (const auto& word : words("flat.gridmap.gz")) command.push_back(word);
+	Process process(command, folder());
+	while (process.running() && !fs::exists(hanging)) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+	for (const int signal : {SIGINT, SIGTERM, SIGHUP})
+	{
+		process.send(signal);
+		std::this_thread::sleep_for(std::chrono::milliseconds(100));
+	}
+	EXPECT_TRUE(process.running()) << "signals at once are one wish, and results are being written";
+	std::this_thread::sleep_for(std::chrono::milliseconds(500));
+	process.send(SIGINT);
+	const auto sent = Clock::now();
+	EXPECT_EQ(process.wait().status, 130);
+	EXPECT_LT(duration<double>(Clock::now() - sent).count(), 1);
+	EXPECT_FALSE(fs::exists(path("out/summary.json")));
+}
+
+TEST_F(AppFaults, LabelsThatControlATerminalArePrintedWithoutThat)
+{
+	const std::string escape = "\x1b[31mred\r\n\x07\xc2\x9b";
+	save({walk_scan(0, escape), walk_scan(1, escape), walk_scan(2, "other")}, path("walk.rawlog"));
+	const auto result = run(words("flat.gridmap.gz"));
+	EXPECT_EQ(result.status, 0);
+	EXPECT_EQ(lines_of(result.err).size(), 1U) << result.err;
+	EXPECT_NE(result.err.find("?[31mred????"), std::string::npos) << result.err;
+	for (const char control : {'\x1b', '\r', '\x07', '\x9b'})
+		EXPECT_EQ(result.err.find(control), std::string::npos) << result.err;
+	const auto named = run(words("flat.gridmap.gz", {"--sensor-label", "none\x1b[0m"}));
+	EXPECT_EQ(named.status, 1);
+	EXPECT_EQ(named.err.find('\x1b'), std::string::npos) << named.err;
+}
