@@ -11,6 +11,7 @@
 
 namespace
 {
+using namespace d2s1r;
 using namespace d2s1r::app;
 
 constexpr char kOutOfMemory[] = "rawlog-localize: not enough memory; use a coarser map or fewer threads\n";
@@ -49,6 +50,11 @@ int run_and_tell(int argc, char** argv, Console& console)
 	{
 		console.say(one_line(e));
 		return e.status;
+	}
+	catch (const logs::LogError& e)
+	{
+		console.say(one_line(e));
+		return kBadInput;
 	}
 	catch (const std::exception& e)
 	{

@@ -18,7 +18,7 @@ namespace d2s1r::app
 {
 namespace
 {
-void say_log(const LogSurvey& survey, const Sensor& sensor, const Flags& flags, Console& console)
+void say_log(const logs::LogSurvey& survey, const logs::Sensor& sensor, const Flags& flags, Console& console)
 {
 	if (flags.quiet) return;
 	for (const std::string& line : describe_log(survey, sensor, flags)) console.say(flags.rawlog + ": " + line);
@@ -55,15 +55,15 @@ ExitStatus conclude(const RunReport& report, const std::string& damage, Console&
 
 /// Hands every scan to the localizer and every result to `outputs`.
 LoopResult localize_frames(
-    const Log& log, const RunReport& report, const FrameSelection& selection, const Localizer& localizer,
+    const logs::Log& log, const RunReport& report, const FrameSelection& selection, const Localizer& localizer,
     const CFusionBackend::Ptr& backend, FrameOutputs& outputs, Console& console)
 {
 	const FrameSink sink = {
-	    [&](const RawlogObject& object) { outputs.add(object); },
+	    [&](const logs::RawlogObject& object) { outputs.add(object); },
 	    [&](Frame frame, mrpt::obs::CObservation2DRangeScan::ConstPtr scan)
 	    { outputs.add(std::move(frame), std::move(scan)); }};
 	ProgressBar progress(console.err, !report.flags.quiet && isatty(STDERR_FILENO), report.selected_frames);
-	const auto reader = read_log(log, selection.label, report.flags.overrides);
+	const auto reader = logs::read_log(log, selection.label, report.flags.overrides);
 	return localize_log(
 	    *reader, selection, {localizer, report.flags.query, report.flags.window, backend, report.flags.threads}, sink,
 	    progress);
@@ -75,8 +75,8 @@ ExitStatus localize(
     const Flags& flags, const Parameters& parameters, const CFusionBackend::Ptr& backend, Console& console)
 {
 	RunOutputs outputs(flags);
-	const Log log = open_log(flags.rawlog);
-	const Sensor sensor = choose_sensor(log.survey, flags.sensor_label, flags.rawlog);
+	const logs::Log log = open_log(flags);
+	const logs::Sensor sensor = choose_sensor(log.survey, flags.sensor_label, flags.rawlog);
 	const FrameSelection selection = select_frames(flags, log.survey, sensor);
 	const GroundTruth truth =
 	    flags.ground_truth.empty() ? GroundTruth{} : read_ground_truth(flags.ground_truth, flags.rawlog);

@@ -1,8 +1,8 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // The same walk in every format of logs.
-#include "app/input/made_logs.h"
 #include "app_process.h"
 #include "app_world.h"
+#include "logs/made_logs.h"
 
 #include <mrpt/obs/CObservationOdometry.h>
 #include <mrpt/obs/CObservationRobotPose.h>

@@ -1,7 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // The conformance files of MCAP: every record as the json file beside each has it.
-#include "input/ros/mcap.h"
-#include "input/ros/message_source.h"
+#include "ros/mcap.h"
+#include "ros/message_source.h"
 
 #include <gtest/gtest.h>
 
@@ -15,8 +15,8 @@ namespace d2s1r::test
 namespace
 {
 namespace fs = std::filesystem;
-using app::ByteCursor;
-using app::Bytes;
+using logs::ByteCursor;
+using logs::Bytes;
 using nlohmann::json;
 
 /// Names and types of the fields of a record, in order: u8 to u64, text, texts (a map), numbers (a map of 16 bits to
@@ -112,7 +112,7 @@ json read_field(ByteCursor& cursor, const std::string& type)
 }
 
 /// Adds the record as the json files have it; they leave out the indices of messages.
-void add_record(app::McapOpcode opcode, Bytes content, json& records)
+void add_record(logs::McapOpcode opcode, Bytes content, json& records)
 {
 	const auto layout = layouts().find(static_cast<int>(opcode));
 	if (layout == layouts().end()) return;
@@ -127,22 +127,22 @@ void add_record(app::McapOpcode opcode, Bytes content, json& records)
 json records_of(const fs::path& path)
 {
 	json records = json::array();
-	app::ByteFile file(path.string());
-	app::McapPlace place;
-	for (std::uint64_t offset = app::kMcapMagicSize; place.opcode != app::McapOpcode::kFooter; offset = place.end())
+	logs::ByteFile file(path.string());
+	logs::McapPlace place;
+	for (std::uint64_t offset = logs::kMcapMagicSize; place.opcode != logs::McapOpcode::kFooter; offset = place.end())
 	{
-		place = app::find_mcap_record(file, offset);
+		place = logs::find_mcap_record(file, offset);
 		const Bytes content = file.view(place.content, place.size);
-		if (place.opcode != app::McapOpcode::kChunk)
+		if (place.opcode != logs::McapOpcode::kChunk)
 		{
 			add_record(place.opcode, content, records);
 			continue;
 		}
-		const auto chunk = app::unpack_mcap_chunk(content);
+		const auto chunk = logs::unpack_mcap_chunk(content);
 		ByteCursor cursor(Bytes{chunk.records.data(), chunk.records.size()});
 		while (cursor.left() > 0)
 		{
-			const auto record = app::take_mcap_record(cursor);
+			const auto record = logs::take_mcap_record(cursor);
 			add_record(record.opcode, record.content, records);
 		}
 	}
@@ -160,7 +160,7 @@ TEST(McapConformance, RecordsAreThoseOfTheJsonFilesBesideThem)
 		fs::path file = entry.path();
 		if (file.extension() != ".mcap") continue;
 		const json records = records_of(file);
-		const auto source = app::open_mcap(file.string());
+		const auto source = logs::open_mcap(file.string());
 		EXPECT_FALSE(source->next());  // their messages are of no type that is needed
 		EXPECT_EQ(source->damage(), "") << file;
 		std::ifstream expected(file.replace_extension(".json"));

@@ -1,7 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // Logs of real robots, in every format that is read.
-#include "cli/errors.h"
-#include "input/log.h"
+#include "input/inputs.h"
 
 #include <d2s1r/localizer.h>
 #include <d2s1r/map_io.h>
@@ -18,9 +17,9 @@ namespace d2s1r::test
 namespace
 {
 namespace fs = std::filesystem;
-using app::Log;
+using logs::Log;
 
-fs::path logs()
+fs::path log_files()
 {
 	return sites_folder() / "logs";
 }
@@ -42,11 +41,11 @@ std::ostream& operator<<(std::ostream& stream, const Expectation& expected)
 }
 
 /// Opens a log, chooses its laser and reads it to its end. \returns what the error says, empty if there was none
-std::string read_to_end(const fs::path& file, app::LogSurvey& survey, app::Sensor& sensor)
+std::string read_to_end(const fs::path& file, logs::LogSurvey& survey, logs::Sensor& sensor)
 {
 	try
 	{
-		const Log log = app::open_log(file);
+		const Log log = logs::open_log(file);
 		survey = log.survey;
 		sensor = app::choose_sensor(survey, std::nullopt, file);
 		const auto reader = log.read();
@@ -56,7 +55,7 @@ std::string read_to_end(const fs::path& file, app::LogSurvey& survey, app::Senso
 		EXPECT_EQ(scans, sensor.scans);
 		return reader->damage();
 	}
-	catch (const app::UserError& error)
+	catch (const std::runtime_error& error)
 	{
 		return error.what();
 	}
@@ -66,7 +65,7 @@ std::string read_to_end(const fs::path& file, app::LogSurvey& survey, app::Senso
 std::vector<std::vector<std::uint8_t>> bytes_of(const fs::path& file)
 {
 	std::vector<std::vector<std::uint8_t>> bytes;
-	const auto reader = app::open_log(file).read();
+	const auto reader = logs::open_log(file).read();
 	while (auto object = reader->next()) bytes.push_back(std::move(object->bytes));
 	EXPECT_EQ(reader->damage(), "");
 	return bytes;
@@ -80,10 +79,10 @@ class RecordedLogs : public testing::TestWithParam<Expectation>
 TEST_P(RecordedLogs, AreReadOrRefused)
 {
 	const Expectation& expected = GetParam();
-	const fs::path file = logs() / expected.file;
+	const fs::path file = log_files() / expected.file;
 	if (!fs::exists(file)) GTEST_SKIP() << why_skipped(file);
-	app::LogSurvey survey;
-	app::Sensor sensor;
+	logs::LogSurvey survey;
+	logs::Sensor sensor;
 	const std::string error = read_to_end(file, survey, sensor);
 	if (*expected.refusal != '\0')
 	{
@@ -134,19 +133,20 @@ TEST(RecordedLogs, AreTheSameWhateverThePacking)
 		if (!fs::exists(first)) GTEST_SKIP() << why_skipped(first);
 		const auto bytes = bytes_of(first);
 		EXPECT_GT(bytes.size(), 1000U);
-		for (const std::string& other : others) EXPECT_TRUE(bytes_of(logs() / "derived" / other) == bytes) << other;
+		for (const std::string& other : others)
+			EXPECT_TRUE(bytes_of(log_files() / "derived" / other) == bytes) << other;
 	};
 	expect_same(
-	    logs() / "ros2_db3_olin_mac/macfirst_floor_take_2",
+	    log_files() / "ros2_db3_olin_mac/macfirst_floor_take_2",
 	    {"mac_take_2_mcap_zstd", "mac_take_2_mcap_lz4", "mac_take_2_mcap_none", "mac_take_2_mcap_unchunked"});
-	expect_same(logs() / "ros1_uob_pioneer/trace0.bag", {"trace0_bz2.bag", "trace0_lz4.bag"});
+	expect_same(log_files() / "ros1_uob_pioneer/trace0.bag", {"trace0_bz2.bag", "trace0_lz4.bag"});
 }
 
 TEST(RecordedLogs, TimesOfTheIntelLogAreRepairedAndIncrease)
 {
-	const fs::path file = logs() / "carmen_radish/intel.clf.bz2";
+	const fs::path file = log_files() / "carmen_radish/intel.clf.bz2";
 	if (!fs::exists(file)) GTEST_SKIP() << why_skipped(file);
-	const Log log = app::open_log(file);
+	const Log log = logs::open_log(file);
 	ASSERT_EQ(log.survey.notes.size(), 1U);
 	EXPECT_NE(log.survey.notes[0].find(" of 13631 scans have a time that is out of line"), std::string::npos);
 	EXPECT_LT(std::stoi(log.survey.notes[0]), 1000);  // 631 run back
@@ -168,7 +168,7 @@ class TurtleBotLog : public testing::TestWithParam<std::pair<const char*, const 
 TEST_P(TurtleBotLog, IsLocalizedWhereTheLaserWas)
 {
 	const auto [map, truth] = GetParam();
-	const fs::path folder = logs() / "ros2_db3_olin_mac";
+	const fs::path folder = log_files() / "ros2_db3_olin_mac";
 	if (!fs::exists(folder)) GTEST_SKIP() << why_skipped(folder);
 	const Localizer localizer(load_map((sites_folder() / map / "map.yaml").string()), Parameters{});
 	std::ifstream lines(folder / truth);
@@ -180,7 +180,7 @@ TEST_P(TurtleBotLog, IsLocalizedWhereTheLaserWas)
 		if (values >> time >> x >> y >> z >> qx >> qy >> qz >> qw)
 			poses[std::llround(time * 1e4)] = {x, y, 2 * std::atan2(qz, qw)};
 	}
-	const auto reader = app::open_log(folder / "macfirst_floor_take_2").read();
+	const auto reader = logs::open_log(folder / "macfirst_floor_take_2").read();
 	std::size_t compared = 0;
 	while (const auto object = reader->next())
 		for (const auto& scan : object->scans)

@@ -1,6 +1,8 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <logs/errors.h>
+
 #include <stdexcept>
 #include <string>
 
@@ -30,17 +32,9 @@ class UserError : public std::runtime_error
 	const ExitStatus status;
 };
 
-/// Returns a text without what would control a terminal; names of files and lasers may hold anything.
-std::string printable(std::string text);
-
-/// Returns whether memory ran out, which libraries tell in ways of their own.
-bool is_out_of_memory(const std::exception& exception);
-
-/// Returns the first meaningful line of an exception's text, printable and without MRPT's call stacks.
-std::string one_line(const std::exception& exception);
-
-/// Returns the error that an input cannot be opened, with the reason in errno.
-UserError cannot_open(const std::string& file);
+using logs::is_out_of_memory;
+using logs::one_line;
+using logs::printable;
 
 /// Makes a UserError of what a library says about `file`. The file is named once, whether or not the library named it.
 UserError about(const std::string& file, ExitStatus status, const std::exception& exception);

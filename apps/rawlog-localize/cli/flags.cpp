@@ -2,7 +2,6 @@
 #include "cli/flags.h"
 
 #include "cli/errors.h"
-#include "input/log.h"
 
 #include <d2s1r/version.h>
 #include <mrpt/core/format.h>
@@ -424,7 +423,7 @@ std::optional<Flags> parse_flags(int argc, char** argv, std::ostream& out)
 	add_outputs(add, flags, unchecked);
 	const auto print_version = [&]
 	{
-		out << "rawlog-localize (d2s1r) " D2S1R_VERSION "\nreads " << known_formats() << "\n";
+		out << "rawlog-localize (d2s1r) " D2S1R_VERSION "\nreads " << logs::known_formats() << "\n";
 		throw CLI::Success();
 	};
 	const auto print_the_help = [&]

@@ -4,7 +4,7 @@
 #include <d2s1r/CFusionBackend.h>
 #include <d2s1r/map_io.h>
 #include <d2s1r/prior.h>
-#include <mrpt/poses/CPose3D.h>
+#include <logs/log.h>
 
 #include <cstddef>
 #include <cstdint>
@@ -17,13 +17,6 @@
 
 namespace d2s1r::app
 {
-/// What the user knows better about a laser than the log.
-struct Overrides
-{
-	std::optional<mrpt::poses::CPose3D> sensor_pose;  //!< laser on the robot
-	std::optional<float> max_range;                   //!< [m]
-};
-
 /// The command line of rawlog-localize. It has been checked for consistency; no file has been touched.
 struct Flags
 {
@@ -38,7 +31,7 @@ struct Flags
 	std::string write_pf_ini;  //!< empty: not written
 
 	std::optional<std::string> sensor_label;  //!< without a value, the one with the most scans
-	Overrides overrides;                      //!< they are about that laser
+	logs::Overrides overrides;                //!< they are about that laser
 	std::size_t first_frame = 0;              //!< [-] scan frames first_frame, first_frame + frame_step, ...
 	                                          //!< below past_frame are localized
 	std::size_t past_frame = std::numeric_limits<std::size_t>::max();

@@ -2,8 +2,8 @@
 #include "evaluation/ground_truth.h"
 
 #include "cli/errors.h"
-#include "input/ros/ros_log.h"
 
+#include <logs/log.h>
 #include <algorithm>
 #include <cctype>
 #include <cerrno>
@@ -217,7 +217,7 @@ GroundTruth read_ground_truth(const std::string& name, const std::string& log)
 	const std::string prefix = "topic:";
 	if (name.rfind(prefix, 0) != 0) return load_ground_truth(name);
 	GroundTruth truth;
-	for (const auto& [time, pose] : read_odometry_of_topic(log, name.substr(prefix.size())))
+	for (const auto& [time, pose] : logs::read_odometry_of_topic(log, name.substr(prefix.size())))
 		truth.push_back({time, pose});
 	return truth;
 }

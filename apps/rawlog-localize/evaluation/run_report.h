@@ -3,7 +3,6 @@
 
 #include "cli/flags.h"
 #include "evaluation/accuracy.h"
-#include "input/log.h"
 
 #include <d2s1r/localizer.h>
 
@@ -21,7 +20,7 @@ struct RunReport
 	const Flags& flags;
 	const Parameters& parameters;
 	const std::vector<Frame>& frames;
-	Sensor sensor;
+	logs::Sensor sensor;
 	std::size_t selected_frames = 0;     //!< [-] frames that were to be localized, whether or not the run came so far
 	double build_seconds = 0;            //!< [s] from the map file to the index
 	double localization_seconds = 0;     //!< [s] for all frames, reading and writing included

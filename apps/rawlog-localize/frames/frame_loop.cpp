@@ -48,7 +48,7 @@ struct Job
 
 struct Item
 {
-	RawlogObject object;
+	logs::RawlogObject object;
 	std::size_t past_job = 0;  //!< [-] jobs of the batch up to here belong to this or earlier objects
 };
 
@@ -62,7 +62,7 @@ struct Batch
 class BatchReader
 {
    public:
-	BatchReader(LogReader& reader, const FrameSelection& selection, int threads)
+	BatchReader(logs::LogReader& reader, const FrameSelection& selection, int threads)
 	    : reader_(reader), selection_(selection), scans_per_batch_(kScansPerThread * static_cast<std::size_t>(threads))
 	{
 	}
@@ -94,7 +94,7 @@ class BatchReader
 	double seconds() const { return seconds_; }
 
    private:
-	LogReader& reader_;
+	logs::LogReader& reader_;
 	FrameSelection selection_;
 	std::size_t scans_per_batch_;
 	std::size_t objects_ = 0;  //!< [-] objects read so far
@@ -106,7 +106,7 @@ class BatchReader
 class OdometryBetweenScans
 {
    public:
-	void add(const RawlogObject& object)
+	void add(const logs::RawlogObject& object)
 	{
 		has_news_ = has_news_ || object.odometry || object.increment;
 		if (object.odometry) now_ = object.odometry;
@@ -226,7 +226,7 @@ void run_on_threads(std::size_t count, int threads, const std::function<void(std
 }  // namespace
 
 LoopResult localize_log(
-    LogReader& reader, const FrameSelection& selection, const Approach& approach, const FrameSink& sink,
+    logs::LogReader& reader, const FrameSelection& selection, const Approach& approach, const FrameSink& sink,
     ProgressBar& progress)
 {
 	double seconds = 0;

@@ -4,7 +4,6 @@
 #include "cli/console.h"
 #include "frames/frame.h"
 #include "input/inputs.h"
-#include "input/rawlog_reader.h"
 
 #include <d2s1r/localizer.h>
 
@@ -28,7 +27,7 @@ struct Approach
 struct FrameSink
 {
 	/// Takes every object of the rawlog, before the frames of its scans.
-	std::function<void(const RawlogObject& object)> take_object;
+	std::function<void(const logs::RawlogObject& object)> take_object;
 	/// Takes every frame, with the scan that it was localized by.
 	std::function<void(Frame frame, mrpt::obs::CObservation2DRangeScan::ConstPtr scan)> take_frame;
 };
@@ -45,6 +44,6 @@ struct LoopResult
 /// depend on the number of threads. Ends at the end of the log, after the objects that can be read, or when the
 /// process is interrupted.
 LoopResult localize_log(
-    LogReader& reader, const FrameSelection& selection, const Approach& approach, const FrameSink& sink,
+    logs::LogReader& reader, const FrameSelection& selection, const Approach& approach, const FrameSink& sink,
     ProgressBar& progress);
 }  // namespace d2s1r::app

@@ -3,8 +3,8 @@
 
 #include "cli/console.h"
 #include "cli/errors.h"
-#include "input/own_process.h"
 
+#include <logs/own_process.h>
 #include <mrpt/core/format.h>
 #include <mrpt/maps/registerAllClasses.h>
 #include <mrpt/serialization/CSerializable.h>
@@ -45,7 +45,7 @@ void check_region(const Prior& prior, const mrpt::maps::COccupancyGridMap2D& map
 using Grid = mrpt::maps::COccupancyGridMap2D;
 
 /// Returns what loading a map file may take, which is far more than loading a sound one does.
-ProcessLimits limits_of_map(const std::string& file)
+logs::ProcessLimits limits_of_map(const std::string& file)
 {
 	constexpr std::uint64_t kMemory = 900'000'000, kMemoryPerByte = 40;  // [byte], [-]
 	constexpr unsigned kSeconds = 120, kMicrosecondsPerByte = 10;        // [s], [us]
@@ -62,7 +62,7 @@ enum MapRecord : char
 	kErrorRecord = 'e'  //!< why the file cannot be loaded
 };
 
-void tell_map(const std::string& file, const GridParameters& parameters, const Send& send)
+void tell_map(const std::string& file, const GridParameters& parameters, const logs::Send& send)
 {
 	try
 	{
@@ -89,26 +89,27 @@ Grid::ConstPtr load_mrpt_map(const std::string& file, const GridParameters& para
 {
 	std::vector<std::uint8_t> bytes;
 	std::string error;
-	const ProcessEnd end = run_in_own_process(
-	    limits_of_map(file), [&](const Send& send) { tell_map(file, parameters, send); },
+	const logs::ProcessEnd end = logs::run_in_own_process(
+	    limits_of_map(file), [&](const logs::Send& send) { tell_map(file, parameters, send); },
 	    [&](const std::string& record)
 	    {
 		    if (record[0] == kErrorRecord)
 			    error = record.substr(1);
 		    else
 			    bytes.insert(bytes.end(), record.begin() + 1, record.end());
-	    });
+	    },
+	    interrupted);
 	if (!error.empty()) throw std::runtime_error(error);
 	const std::string advice = "; it is damaged or far too large: copy or save it again";
 	switch (end)
 	{
-		case ProcessEnd::kInterrupted:
+		case logs::ProcessEnd::kInterrupted:
 			throw UserError(kInterrupted, file, kInterruptedEarly);
-		case ProcessEnd::kOutOfMemory:
+		case logs::ProcessEnd::kOutOfMemory:
 			throw std::runtime_error("loading it takes too much memory" + advice);
-		case ProcessEnd::kOutOfTime:
+		case logs::ProcessEnd::kOutOfTime:
 			throw std::runtime_error("loading it takes too long" + advice);
-		case ProcessEnd::kCrashed:
+		case logs::ProcessEnd::kCrashed:
 			throw std::runtime_error("MRPT's reader crashes on it" + advice);
 		default:
 			break;
@@ -203,7 +204,58 @@ CSignatureMap2D::ConstPtr build_map(const Flags& flags, const Parameters& parame
 	}
 }
 
-FrameSelection select_frames(const Flags& flags, const LogSurvey& survey, const Sensor& sensor)
+logs::Log open_log(const Flags& flags)
+{
+	try
+	{
+		return logs::open_log(flags.rawlog, interrupted);
+	}
+	catch (const logs::Interrupted&)
+	{
+		throw UserError(kInterrupted, flags.rawlog, kInterruptedEarly);
+	}
+}
+
+logs::Sensor choose_sensor(
+    const logs::LogSurvey& survey, const std::optional<std::string>& label, const std::string& file)
+{
+	const auto& sensors = survey.sensors;
+	if (sensors.empty() && !survey.damage.empty()) throw UserError(kBadInput, file, survey.damage);
+	if (sensors.empty())
+		throw UserError(kBadInput, file, "holds no 2D laser scan (" + survey.kind_of_scan + "); name another log");
+	if (!label)
+		return *std::max_element(
+		    sensors.begin(), sensors.end(),
+		    [](const logs::Sensor& a, const logs::Sensor& b) { return a.scans < b.scans; });
+	std::string known;
+	for (const auto& sensor : sensors)
+	{
+		if (sensor.label == *label) return sensor;
+		known += (known.empty() ? "'" : ", '") + sensor.label + "'";
+	}
+	throw UserError(kWrongUse, file, "holds no 2D scan labelled '" + *label + "'; --sensor-label can be " + known);
+}
+
+std::vector<std::string> describe_log(const logs::LogSurvey& survey, const logs::Sensor& sensor, const Flags& flags)
+{
+	std::vector<std::string> lines;
+	const std::string scans = "'" + sensor.label + "' with " + std::to_string(sensor.scans) + " scans";
+	if (!flags.sensor_label && survey.sensors.size() > 1)
+		lines.push_back(
+		    std::to_string(survey.sensors.size()) + " lasers; using " + scans + " (--sensor-label chooses another)");
+	if (!sensor.mounting.empty())
+		lines.push_back(
+		    survey.format + ", laser " + scans + (flags.overrides.sensor_pose ? "" : ", " + sensor.mounting) +
+		    (survey.odometry.empty() ? "; no odometry" : "; odometry from " + survey.odometry));
+	lines.insert(lines.end(), survey.notes.begin(), survey.notes.end());
+	if (flags.motion == MotionSource::kOdometry && survey.odometry.empty())
+		lines.push_back(
+		    "holds no odometry to move the filter with; the filter repeats its last motion (--motion pseudo follows "
+		    "the results)");
+	return lines;
+}
+
+FrameSelection select_frames(const Flags& flags, const logs::LogSurvey& survey, const logs::Sensor& sensor)
 {
 	if (flags.first_frame >= sensor.scans)
 		throw UserError(

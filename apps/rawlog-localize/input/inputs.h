@@ -3,7 +3,6 @@
 
 #include "cli/console.h"
 #include "cli/flags.h"
-#include "input/log.h"
 
 #include <d2s1r/CFusionBackend.h>
 
@@ -16,6 +15,17 @@ Parameters read_parameters(const Flags& flags);
 /// Loads the map file and builds its index, and tells on a terminal that it does.
 /// \throws UserError (kBadInput; kWrongUse if the region lies outside the map; kInterrupted)
 CSignatureMap2D::ConstPtr build_map(const Flags& flags, const Parameters& parameters, Console& console);
+
+/// Recognizes the log and reads it once. \throws logs::LogError, UserError (kInterrupted)
+logs::Log open_log(const Flags& flags);
+
+/// The laser of that label, else the one with most scans (the first of equals).
+/// \throws UserError if there is none: kBadInput without any scan, kWrongUse if only the label is wrong
+logs::Sensor choose_sensor(
+    const logs::LogSurvey& survey, const std::optional<std::string>& label, const std::string& file);
+
+/// What to tell the user about a log before its scans are localized, a line each.
+std::vector<std::string> describe_log(const logs::LogSurvey& survey, const logs::Sensor& sensor, const Flags& flags);
 
 /// Which scans of a rawlog are localized.
 struct FrameSelection
@@ -31,7 +41,7 @@ struct FrameSelection
 };
 
 /// Returns the frames of --frames that the rawlog has. \throws UserError (kWrongUse) if there is none
-FrameSelection select_frames(const Flags& flags, const LogSurvey& survey, const Sensor& sensor);
+FrameSelection select_frames(const Flags& flags, const logs::LogSurvey& survey, const logs::Sensor& sensor);
 
 /// Loads the modules of --plugins. For --fuse it also loads the module with the particle filter, if none of the others
 /// brought it, from the folder of the program or from where modules are installed.

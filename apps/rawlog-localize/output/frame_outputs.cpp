@@ -123,7 +123,7 @@ mrpt::obs::CObservationRobotPose pose_observation(const Hypothesis& best, mrpt::
 {
 	mrpt::obs::CObservationRobotPose observation;
 	observation.timestamp = time;
-	observation.sensorLabel = kPoseLabel;
+	observation.sensorLabel = logs::kPoseLabel;
 	observation.pose.copyFrom(mrpt::poses::CPosePDFGaussian(best.pose, best.covariance));
 	return observation;
 }
@@ -132,7 +132,7 @@ mrpt::obs::CObservationOdometry odometry_observation(const mrpt::poses::CPose2D&
 {
 	mrpt::obs::CObservationOdometry observation;
 	observation.timestamp = time;
-	observation.sensorLabel = kPseudoOdometryLabel;
+	observation.sensorLabel = logs::kPseudoOdometryLabel;
 	observation.odometry = pose;
 	return observation;
 }
@@ -143,7 +143,7 @@ FrameFile::FrameFile(const std::string& path, const char* heading, Writer writer
 	file_.print("%s", heading);
 }
 
-void LocalizedRawlog::add(const RawlogObject& object)
+void LocalizedRawlog::add(const logs::RawlogObject& object)
 {
 	if (!object.from_earlier_run) file_.write(object.bytes);
 }
@@ -166,7 +166,7 @@ FrameOutputs::FrameOutputs(
 	if (rawlog_copy) rawlog_.emplace(folder / "localized.rawlog");
 }
 
-void FrameOutputs::add(const RawlogObject& object)
+void FrameOutputs::add(const logs::RawlogObject& object)
 {
 	if (rawlog_) rawlog_->add(object);
 }

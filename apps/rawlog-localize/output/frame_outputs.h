@@ -2,9 +2,10 @@
 #pragma once
 
 #include "frames/frame.h"
-#include "input/rawlog_reader.h"
 #include "output/output_file.h"
 #include "output/pf_pipeline.h"
+
+#include <logs/log.h>
 
 #include <deque>
 #include <filesystem>
@@ -21,7 +22,7 @@ class LocalizedRawlog
 {
    public:
 	explicit LocalizedRawlog(const std::string& path) : file_(path) {}
-	void add(const RawlogObject& object);
+	void add(const logs::RawlogObject& object);
 	void add(const Frame& frame, const mrpt::obs::CObservation2DRangeScan& scan);
 	void finish() { file_.finish(); }
 	void commit() { file_.commit(); }
@@ -66,7 +67,7 @@ class FrameOutputs
 	FrameOutputs(
 	    const std::filesystem::path& folder, bool fused, bool rawlog_copy, std::unique_ptr<PfPipeline> pipeline);
 
-	void add(const RawlogObject& object);
+	void add(const logs::RawlogObject& object);
 	void add(Frame frame, mrpt::obs::CObservation2DRangeScan::ConstPtr scan);
 
 	/// Writes all to the disk. \param map for pf-localization

@@ -1,8 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "frames/frame_loop.h"
 
-#include "input/rawlog_reader.h"
-
 #include "../temporary_folder.h"
 #include "app_world.h"
 
@@ -22,8 +20,8 @@ class FrameLoop : public test::FolderTest
 	{
 		std::ostringstream unseen;
 		ProgressBar progress(unseen, false, 0);
-		RawlogReader reader(path("in.rawlog"));
-		return localize_log(reader, selection, {localizer_, {}, {}, nullptr, threads}, sink, progress);
+		const auto reader = logs::open_log(path("in.rawlog")).read();
+		return localize_log(*reader, selection, {localizer_, {}, {}, nullptr, threads}, sink, progress);
 	}
 
    private:
@@ -36,7 +34,7 @@ TEST_F(FrameLoop, HandsOnEveryObjectAndBehindItTheFramesOfItsScans)
 	{
 		std::string order;
 		const FrameSink sink = {
-		    [&](const RawlogObject&) { order += "o"; },
+		    [&](const logs::RawlogObject&) { order += "o"; },
 		    [&](const Frame& frame, const mrpt::obs::CObservation2DRangeScan::ConstPtr& scan)
 		    {
 			    order += std::to_string(frame.index) + " ";
@@ -52,7 +50,7 @@ TEST_F(FrameLoop, TheTimeOfTheSinkDoesNotCount)
 {
 	static constexpr double kSinkSeconds = 0.02;  // [s] for each of 12 frames
 	const FrameSink sink = {
-	    [](const RawlogObject&) {}, [](const Frame&, const mrpt::obs::CObservation2DRangeScan::ConstPtr&)
+	    [](const logs::RawlogObject&) {}, [](const Frame&, const mrpt::obs::CObservation2DRangeScan::ConstPtr&)
 	    { std::this_thread::sleep_for(std::chrono::duration<double>(kSinkSeconds)); }};
 	const auto start = std::chrono::steady_clock::now();
 	const double seconds = run({"LASER", 0, 12, 1}, 1, sink).seconds;

@@ -1,0 +1,33 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <exception>
+#include <stdexcept>
+#include <string>
+
+namespace d2s1r::logs
+{
+/// A log that cannot be read. The message is one line "FILE: what is wrong, and what to do".
+class LogError : public std::runtime_error
+{
+   public:
+	LogError(const std::string& file, const std::string& what) : std::runtime_error(file + ": " + what) {}
+};
+
+/// The caller asked to stop, see open_log().
+class Interrupted : public std::exception
+{
+};
+
+/// Returns a text without what would control a terminal; names of files and lasers may hold anything.
+std::string printable(std::string text);
+
+/// Returns whether memory ran out, which libraries tell in ways of their own.
+bool is_out_of_memory(const std::exception& exception);
+
+/// Returns the first meaningful line of an exception's text, printable and without MRPT's call stacks.
+std::string one_line(const std::exception& exception);
+
+/// Returns the error that a file cannot be opened, with the reason in errno.
+LogError cannot_open(const std::string& file);
+}  // namespace d2s1r::logs

@@ -1,0 +1,116 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "logs/own_process.h"
+
+#include <mrpt/math/TPose2D.h>
+#include <mrpt/obs/CObservation2DRangeScan.h>
+#include <mrpt/poses/CPose2D.h>
+#include <mrpt/poses/CPose3D.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace d2s1r::logs
+{
+/// Sensor labels of the poses and of the pseudo-odometry in localized.rawlog.
+inline constexpr const char* kPoseLabel = "D2S1R";
+inline constexpr const char* kPseudoOdometryLabel = "D2S1R_ODO";
+
+using Scans = std::vector<mrpt::obs::CObservation2DRangeScan::Ptr>;
+
+/// One object of a log in the form of MRPT: an action collection, a sensory frame or an observation. Logs of other
+/// formats are turned into observations.
+struct RawlogObject
+{
+	std::vector<std::uint8_t> bytes;                 //!< as they stand in an (uncompressed) rawlog
+	Scans scans;                                     //!< 2D laser scans in it, in order
+	std::optional<mrpt::poses::CPose2D> odometry;    //!< reading of a CObservationOdometry, D2S1R_ODO aside
+	std::optional<mrpt::poses::CPose2D> increment;   //!< odometry of an action collection
+	bool from_earlier_run = false;                   //!< whether rawlog-localize wrote it: D2S1R or D2S1R_ODO
+	mrpt::serialization::CSerializable::Ptr object;  //!< which holds the scans
+
+	/// [rad] of the middle of the scans, which is ahead for MRPT, in the frame that the log's format gives a laser.
+	double middle_angle = 0;
+};
+
+/// The object that a scan or a reading of odometry of another format has been turned into.
+RawlogObject to_rawlog_object(const mrpt::obs::CObservation::Ptr& observation, double middle_angle = 0);
+
+/// Reads a log of any format object by object.
+class LogReader
+{
+   public:
+	virtual ~LogReader() = default;
+
+	/// No value at the end, which is a clean one if damage() is empty.
+	virtual std::optional<RawlogObject> next() = 0;
+
+	/// What stopped the reading before the end of the file, and what to do; else empty.
+	const std::string& damage() const { return damage_; }
+
+   protected:
+	std::string damage_;
+};
+
+/// A laser of a log.
+struct Sensor
+{
+	std::string label;  //!< of ROS: the topic
+	std::size_t scans = 0;
+	std::string mounting = "";  //!< where it is on the robot and how that is known; empty: each scan has it
+};
+
+/// What a log holds, known after reading it once.
+struct LogSurvey
+{
+	std::string format;              //!< for people, such as "ROS 1 bag"
+	std::string kind_of_scan;        //!< how the format calls a 2D scan
+	std::vector<Sensor> sensors;     //!< in order of appearance
+	std::string odometry;            //!< where it comes from; empty: there is none
+	std::vector<std::string> notes;  //!< what the user should know besides
+	/// [-] Number of objects that can be read; MRPT's reader may crash on the next one of a rawlog.
+	std::size_t objects = std::numeric_limits<std::size_t>::max();
+	std::string damage;  //!< what is wrong after these objects, see LogReader::damage()
+};
+
+/// A log that has been recognized and read once.
+struct Log
+{
+	LogSurvey survey;
+	std::function<std::unique_ptr<LogReader>()> read;  //!< from its start
+};
+
+/// Recognizes a log by its content (a folder by its metadata.yaml) and reads it once.
+/// \param stop asked a few times a second by readers that take long
+/// \throws LogError if it cannot be read, Interrupted if `stop` said so
+Log open_log(
+    const std::string& path, const Stop& stop = [] { return false; });
+
+/// The formats that this program was built with, for --version.
+std::string known_formats();
+
+/// A pose of a topic, at a time [s] since the epoch.
+using PoseOfTopic = std::pair<double, mrpt::math::TPose2D>;
+
+/// The poses that a topic of nav_msgs/Odometry of a recording of ROS has, in its frame. \throws LogError
+std::vector<PoseOfTopic> read_odometry_of_topic(const std::string& path, const std::string& topic);
+
+/// What the user knows better about a laser than the log.
+struct Overrides
+{
+	std::optional<mrpt::poses::CPose3D> sensor_pose;  //!< laser on the robot
+	std::optional<float> max_range;                   //!< [m]
+};
+
+/// Reads a log from its start; the scans labelled `label` are as `overrides` says, in their objects' bytes, too.
+/// Readings that were above the range that the log gives the laser count if they are below the new one.
+std::unique_ptr<LogReader> read_log(const Log& log, const std::string& label, const Overrides& overrides);
+}  // namespace d2s1r::logs

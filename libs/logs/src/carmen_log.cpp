@@ -1,0 +1,499 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+// CARMEN logs, as https://carmen.sourceforge.net/doc/binary__loggerplayback.html has them: a message a line.
+#include "carmen_log.h"
+
+#include "logs/errors.h"
+
+#include <mrpt/core/bits_math.h>
+#include <mrpt/obs/CObservationOdometry.h>
+#include <zlib.h>
+#ifdef D2S1R_BZ2
+#include <bzlib.h>
+#endif
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+#include <deque>
+#include <limits>
+#include <map>
+
+namespace d2s1r::logs
+{
+namespace
+{
+constexpr std::size_t kLongestLine = 1 << 20;  // [byte] a scan has 10,000
+constexpr double kMaxRange = 80;               // [m] of a SICK laser, unless the log says otherwise
+
+/// Bytes of a text that may be packed.
+class TextFile
+{
+   public:
+	virtual ~TextFile() = default;
+	/// \returns how many bytes there were, 0 at the end \throws std::runtime_error
+	virtual std::size_t read(char* buffer, std::size_t size) = 0;
+};
+
+/// Plain or packed by gzip.
+class GzipText : public TextFile
+{
+   public:
+	explicit GzipText(const std::string& path) : file_(gzopen(path.c_str(), "rb"))
+	{
+		if (!file_) throw cannot_open(path);
+	}
+	~GzipText() override { gzclose(file_); }
+	GzipText(const GzipText&) = delete;
+	GzipText& operator=(const GzipText&) = delete;
+
+	std::size_t read(char* buffer, std::size_t size) override
+	{
+		const int got = gzread(file_, buffer, static_cast<unsigned>(size));
+		int error = Z_OK;
+		if (got < static_cast<int>(size)) gzerror(file_, &error);
+		if (got < 0 || (got == 0 && error != Z_OK)) throw std::runtime_error("the part packed by gzip is not whole");
+		return static_cast<std::size_t>(got);
+	}
+
+   private:
+	gzFile file_;
+};
+
+#ifdef D2S1R_BZ2
+/// Packed by bzip2, in one stream or several.
+class Bzip2Text : public TextFile
+{
+   public:
+	explicit Bzip2Text(const std::string& path) : file_(std::fopen(path.c_str(), "rb"))
+	{
+		if (!file_) throw cannot_open(path);
+		BZ2_bzDecompressInit(&stream_, 0, 0);
+	}
+	~Bzip2Text() override
+	{
+		BZ2_bzDecompressEnd(&stream_);
+		std::fclose(file_);
+	}
+	Bzip2Text(const Bzip2Text&) = delete;
+	Bzip2Text& operator=(const Bzip2Text&) = delete;
+
+	std::size_t read(char* buffer, std::size_t size) override
+	{
+		stream_.next_out = buffer;
+		stream_.avail_out = static_cast<unsigned>(size);
+		while (stream_.avail_out > 0)
+		{
+			if (stream_.avail_in == 0)
+			{
+				stream_.next_in = packed_.data();
+				stream_.avail_in = static_cast<unsigned>(std::fread(packed_.data(), 1, packed_.size(), file_));
+				if (stream_.avail_in == 0 && is_between_streams_) break;
+				if (stream_.avail_in == 0) throw std::runtime_error("the part packed by bzip2 is not whole");
+			}
+			is_between_streams_ = false;
+			const int result = BZ2_bzDecompress(&stream_);
+			if (result != BZ_OK && result != BZ_STREAM_END)
+				throw std::runtime_error("the part packed by bzip2 is damaged");
+			if (result == BZ_STREAM_END) start_next_stream();
+		}
+		return size - stream_.avail_out;
+	}
+
+   private:
+	void start_next_stream()
+	{
+		const bz_stream before = stream_;
+		BZ2_bzDecompressEnd(&stream_);
+		stream_ = {};
+		BZ2_bzDecompressInit(&stream_, 0, 0);
+		stream_.next_in = before.next_in;
+		stream_.avail_in = before.avail_in;
+		stream_.next_out = before.next_out;
+		stream_.avail_out = before.avail_out;
+		is_between_streams_ = true;
+	}
+
+	std::FILE* file_;
+	bz_stream stream_{};
+	std::vector<char> packed_ = std::vector<char>(1 << 16);
+	bool is_between_streams_ = false;
+};
+#endif
+
+bool is_bzip2(const std::string& path)
+{
+	char magic[3] = {};
+	std::FILE* file = std::fopen(path.c_str(), "rb");
+	if (!file) return false;
+	const std::size_t got = std::fread(magic, 1, sizeof magic, file);
+	std::fclose(file);
+	return got == sizeof magic && std::equal(magic, magic + 3, "BZh");
+}
+
+std::unique_ptr<TextFile> open_text(const std::string& path)
+{
+	if (!is_bzip2(path)) return std::make_unique<GzipText>(path);
+#ifdef D2S1R_BZ2
+	return std::make_unique<Bzip2Text>(path);
+#else
+	throw LogError(
+	    path,
+	    "is packed by bzip2, which this program was built without; install libbz2-dev and build it again, or unpack "
+	    "it");
+#endif
+}
+
+/// The words of a line, one after the other.
+class Words
+{
+   public:
+	explicit Words(std::string_view line) : rest_(line) {}
+
+	/// Empty at the end.
+	std::string_view word()
+	{
+		const auto is_blank = [](char c) { return c == ' ' || c == '\t' || c == '\r'; };
+		const auto* const end = rest_.data() + rest_.size();
+		const auto* const start = std::find_if_not(rest_.data(), end, is_blank);
+		const auto* const past = std::find_if(start, end, is_blank);
+		rest_ = std::string_view(past, static_cast<std::size_t>(end - past));
+		return std::string_view(start, static_cast<std::size_t>(past - start));
+	}
+
+	double number()
+	{
+		const auto text = word();
+		double value = 0;
+		const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+		if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value))
+			throw std::runtime_error("has no number where one belongs");
+		return value;
+	}
+
+	/// A count of numbers that follow, each of which takes two characters or more.
+	std::size_t count()
+	{
+		const double value = number();
+		if (!(value >= 0) || value > static_cast<double>(rest_.size()) / 2 || value != std::floor(value))
+			throw std::runtime_error("is shorter than it says");
+		return static_cast<std::size_t>(value);
+	}
+
+	mrpt::poses::CPose2D pose()
+	{
+		const double x = number(), y = number(), phi = number();
+		return {x, y, phi};
+	}
+
+   private:
+	std::string_view rest_;
+};
+
+/// A message of a scan or of odometry.
+struct Line
+{
+	double time = 0;                                 //!< [s] of CARMEN's clock
+	mrpt::poses::CPose2D robot;                      //!< in the frame of the odometry
+	mrpt::obs::CObservation2DRangeScan::Ptr scan{};  //!< null: only odometry
+	double middle_angle = 0;                         //!< [rad] of the scan, in the frame of the laser
+	bool is_settled = true;                          //!< its time will not change any more
+};
+
+/// What PARAM lines say about the lasers.
+struct Lasers
+{
+	double front_offset = 0;  //!< [m] before the middle of the robot
+	double rear_offset = 0;   //!< [m] before the middle of the robot
+	double front_max_range = kMaxRange;
+	double rear_max_range = kMaxRange;
+
+	void read(Words& words)
+	{
+		const auto name = words.word();
+		if (name == "robot_frontlaser_offset") front_offset = words.number();
+		if (name == "robot_rearlaser_offset") rear_offset = words.number();
+		if (name == "robot_front_laser_max") front_max_range = words.number();
+		if (name == "robot_rear_laser_max") rear_max_range = words.number();
+	}
+};
+
+/// How a laser looks around.
+struct Laser
+{
+	std::string label;
+	double first_angle = 0;       //!< [rad]
+	double angle_step = 0;        //!< [rad]
+	double max_range = 0;         //!< [m]
+	mrpt::poses::CPose3D pose{};  //!< on the robot
+};
+
+/// A line of a laser.
+Line make_line(double time, const mrpt::poses::CPose2D& robot, const Laser& laser, const std::vector<float>& ranges)
+{
+	auto scan = mrpt::obs::CObservation2DRangeScan::Create();
+	scan->sensorLabel = laser.label;
+	scan->maxRange = static_cast<float>(laser.max_range);
+	const double aperture = laser.angle_step * (static_cast<double>(ranges.size()) - 1);
+	const double middle_angle = laser.first_angle + aperture / 2;
+	scan->aperture = static_cast<float>(aperture);
+	scan->sensorPose = laser.pose + mrpt::poses::CPose3D(0, 0, 0, middle_angle, 0, 0);
+	scan->resizeScan(ranges.size());
+	for (std::size_t i = 0; i < ranges.size(); i++)
+	{
+		scan->setScanRange(i, ranges[i]);
+		scan->setScanRangeValidity(i, ranges[i] > 0 && ranges[i] < scan->maxRange);
+	}
+	return {time, robot, scan, middle_angle, false};
+}
+
+std::vector<float> read_ranges(Words& words)
+{
+	std::vector<float> ranges(words.count());
+	for (float& range : ranges) range = static_cast<float>(words.number());
+	return ranges;
+}
+
+Line read_old_laser(const std::string& label, Words& words, const Lasers& lasers)
+{
+	const bool is_front = label == "FLASER";
+	const std::vector<float> ranges = read_ranges(words);
+	words.pose();  // of the laser, which programs that correct maps overwrite
+	const mrpt::poses::CPose2D robot = words.pose();
+	// 180 deg in equal steps; an even number of beams lacks the last one.
+	const double step = M_PI / std::max(1.0, 2 * std::floor(static_cast<double>(ranges.size()) / 2));
+	Laser laser{label, -M_PI_2, step, is_front ? lasers.front_max_range : lasers.rear_max_range};
+	laser.pose =
+	    mrpt::poses::CPose3D(is_front ? lasers.front_offset : lasers.rear_offset, 0, 0, is_front ? 0 : M_PI, 0, 0);
+	return make_line(words.number(), robot, laser, ranges);
+}
+
+Line read_robot_laser(const std::string& label, Words& words)
+{
+	Laser laser{label};
+	words.number();  // the type of laser
+	laser.first_angle = words.number();
+	words.number();  // the field of view, which follows from the number of beams
+	laser.angle_step = words.number();
+	laser.max_range = words.number();
+	words.number();  // its accuracy
+	words.number();  // whether it has remissions
+	const std::vector<float> ranges = read_ranges(words);
+	for (std::size_t i = words.count(); i > 0; i--) words.number();
+	const mrpt::poses::CPose2D laser_pose = words.pose(), robot = words.pose();
+	laser.pose = mrpt::poses::CPose3D(laser_pose - robot);
+	for (int i = 0; i < 5; i++) words.number();  // velocities and distances of safety
+	return make_line(words.number(), robot, laser, ranges);
+}
+
+Line read_odometry(Words& words)
+{
+	Line line;
+	line.robot = words.pose();
+	for (int i = 0; i < 3; i++) words.number();  // velocities and acceleration
+	line.time = words.number();
+	return line;
+}
+
+/// Makes the times of a laser's scans increase. A time that is out of line with those before and after it is put in
+/// their middle; if the clock was set back by seconds, it is set forward again.
+class TimeRepair
+{
+   public:
+	/// \param time [s] by the log, of one scan and of the next, if there is one
+	double repair(double time, std::optional<double> next)
+	{
+		if (!last_) return *(last_ = time);
+		const double last = *last_;
+		if (time + shift_ < last - kClockSet && !(next && *next + shift_ > last)) shift_ = last + kLeast - time;
+		const bool next_is_later = next && *next + shift_ > last;
+		double repaired = time + shift_;
+		if (repaired <= last || (next_is_later && repaired >= *next + shift_))
+			repaired = next_is_later ? (last + *next + shift_) / 2 : last + kLeast;
+		return *(last_ = repaired);
+	}
+
+   private:
+	static constexpr double kLeast = 1e-6;  //!< [s] that times differ by
+	static constexpr double kClockSet = 5;  //!< [s] back: the clock was set; delays stay below that
+	std::optional<double> last_;            //!< [s] repaired
+	double shift_ = 0;                      //!< [s]
+};
+
+class CarmenReader : public LogReader
+{
+   public:
+	explicit CarmenReader(const std::string& path) : file_(open_text(path)) {}
+
+	/// A line of a laser gives its odometry, then its scan. Odometry that is no newer than what came before is left
+	/// out.
+	std::optional<RawlogObject> next() override
+	{
+		if (scan_) return to_rawlog_object(std::exchange(scan_, nullptr), middle_angle_);
+		while (const auto line = next_line())
+		{
+			if (!line->scan && line->time <= newest_) continue;
+			newest_ = line->time;
+			const auto time = mrpt::Clock::fromDouble(line->time);
+			scan_ = line->scan;
+			middle_angle_ = line->middle_angle;
+			if (scan_) scan_->timestamp = time;
+			auto odometry = mrpt::obs::CObservationOdometry::Create();
+			odometry->sensorLabel = "ODOMETRY";
+			odometry->timestamp = time;
+			odometry->odometry = line->robot;
+			return to_rawlog_object(odometry);
+		}
+		return std::nullopt;
+	}
+
+	/// Reads the log to its end.
+	LogSurvey survey()
+	{
+		LogSurvey survey;
+		survey.format = "CARMEN log";
+		survey.kind_of_scan = "FLASER, RLASER or ROBOTLASER1";
+		auto& sensors = survey.sensors;
+		while (const auto line = next_line())
+		{
+			survey.odometry = "the log";
+			if (!line->scan) continue;
+			const auto sensor = std::find_if(
+			    sensors.begin(), sensors.end(), [&](const Sensor& s) { return s.label == line->scan->sensorLabel; });
+			if (sensor == sensors.end())
+				sensors.push_back({line->scan->sensorLabel, 1});
+			else
+				sensor->scans++;
+		}
+		if (repaired_ > 0)
+			survey.notes.push_back(
+			    std::to_string(repaired_) + " of " + std::to_string(scans_) +
+			    " scans have a time that is out of line with those before and after; it was repaired");
+		survey.damage = damage_;
+		return survey;
+	}
+
+   private:
+	/// The next line with its final time.
+	std::optional<Line> next_line()
+	{
+		constexpr std::size_t kMostWaiting = 10000;  // [-] lines, for logs whose laser falls silent
+		while (lines_.empty() || !lines_.front().is_settled)
+			if (lines_.size() > kMostWaiting || !read_line()) break;
+		if (lines_.empty()) return std::nullopt;
+		settle(lines_.front(), std::nullopt);
+		const Line line = lines_.front();
+		lines_.pop_front();
+		return line;
+	}
+
+	/// \returns false at the end, or where the log is damaged
+	bool read_line()
+	{
+		if (!damage_.empty()) return false;
+		try
+		{
+			const auto text = next_text();
+			if (text) add(*text);
+			return text.has_value();
+		}
+		catch (const std::exception& e)
+		{
+			damage_ = "line " + std::to_string(number_) + " is damaged or cut short (" + one_line(e) +
+			          "); copy or record the log again";
+			return false;
+		}
+	}
+
+	/// Valid until the next call.
+	std::optional<std::string_view> next_text()
+	{
+		std::size_t end = text_.find('\n', past_line_);
+		while (end == std::string::npos)
+		{
+			text_.erase(0, std::exchange(past_line_, 0));
+			const std::size_t before = text_.size();
+			if (before > kLongestLine) throw std::runtime_error("it is too long");
+			constexpr std::size_t kBlock = 1 << 16;
+			text_.resize(before + kBlock);
+			text_.resize(before + file_->read(&text_[before], kBlock));
+			if (text_.empty()) return std::nullopt;
+			end = text_.size() == before ? before : text_.find('\n', before);
+		}
+		number_++;
+		const auto line = std::string_view(text_).substr(past_line_, end - past_line_);
+		past_line_ = std::min(end + 1, text_.size());
+		return line;
+	}
+
+	void add(std::string_view text)
+	{
+		Words words(text);
+		const std::string kind(words.word());
+		if (kind == "PARAM")
+			lasers_.read(words);
+		else if (kind == "FLASER" || kind == "RLASER")
+			add_scan(read_old_laser(kind, words, lasers_));
+		else if (kind == "ROBOTLASER1")
+			add_scan(read_robot_laser(kind, words));
+		else if (kind == "ODOM")
+			lines_.push_back(read_odometry(words));
+	}
+
+	void add_scan(const Line& line)
+	{
+		scans_++;
+		for (Line& waiting : lines_)
+			if (waiting.scan && waiting.scan->sensorLabel == line.scan->sensorLabel) settle(waiting, line.time);
+		lines_.push_back(line);
+	}
+
+	/// \param next [s] time of the laser's next scan by the log, if there is one
+	void settle(Line& line, std::optional<double> next)
+	{
+		if (line.is_settled) return;
+		const double repaired = clocks_[line.scan->sensorLabel].repair(line.time, next);
+		if (repaired != line.time) repaired_++;
+		line.time = repaired;
+		line.is_settled = true;
+	}
+
+	std::unique_ptr<TextFile> file_;
+	std::string text_;           //!< read, but not yet parsed from past_line_ on
+	std::size_t past_line_ = 0;  //!< [byte] of text_
+	std::size_t number_ = 0;     //!< [-] of the line, from 1 on
+	Lasers lasers_;
+	std::deque<Line> lines_;                               //!< that wait for the times of scans before them
+	mrpt::obs::CObservation2DRangeScan::Ptr scan_;         //!< comes next
+	double middle_angle_ = 0;                              //!< [rad] of that scan
+	double newest_ = -std::numeric_limits<double>::max();  //!< [s] of the odometry so far
+	std::map<std::string, TimeRepair> clocks_;             //!< by laser
+	std::size_t scans_ = 0, repaired_ = 0;
+};
+}  // namespace
+
+bool is_carmen_text(const std::string& start)
+{
+	const std::string lines = "\n" + start;
+	if (start.find('\0') != std::string::npos) return false;
+	for (const char* kind :
+	     {"PARAM ", "SYNC ", "ODOM ", "FLASER ", "RLASER ", "ROBOTLASER1 ", "RAWLASER1 ", "# CARMEN"})
+		if (lines.find(std::string("\n") + kind) != std::string::npos) return true;
+	return false;
+}
+
+std::string read_unpacked_start(const std::string& path, std::size_t size)
+{
+	std::string start(size, '\0');
+	start.resize(open_text(path)->read(start.data(), size));
+	return start;
+}
+
+Log open_carmen_log(const std::string& path)
+{
+	Log log;
+	log.survey = CarmenReader(path).survey();
+	log.read = [path] { return std::make_unique<CarmenReader>(path); };
+	return log;
+}
+}  // namespace d2s1r::logs

@@ -1,0 +1,192 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "logs/log.h"
+
+#include "carmen_log.h"
+#include "logs/errors.h"
+#include "rawlog_reader.h"
+#include "ros/ros_log.h"
+
+#include <mrpt/obs/CObservationOdometry.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <filesystem>
+
+namespace d2s1r::logs
+{
+namespace
+{
+namespace fs = std::filesystem;
+
+void check_is_there(const std::string& path)
+{
+	std::error_code error;
+	if (!fs::exists(path, error))
+		throw LogError(
+		    path, (error ? "cannot be reached (" + error.message() + ")" : "no such log") + "; check the path");
+	if (fs::is_directory(path, error))
+	{
+		if (fs::exists(fs::path(path) / "metadata.yaml", error)) return;
+		throw LogError(path, "is a folder without metadata.yaml; name the file of the log");
+	}
+	if (!fs::is_regular_file(path, error))
+		throw LogError(path, "is a device or a pipe, but is read twice; copy the log to a regular file");
+	if (fs::file_size(path, error) == 0) throw LogError(path, "is empty; copy or record the log again");
+}
+
+/// Whether a file starts with an object as MRPT serializes it: the length of the name of its class, and the name.
+bool is_rawlog(const std::string& start)
+{
+	constexpr unsigned kLengthFollows = 0x80;
+	if (start.empty()) return false;
+	const auto first = static_cast<unsigned char>(start[0]);
+	const std::string name = start.substr(1, first & ~kLengthFollows);
+	return (first & kLengthFollows) != 0 && name.size() > 1 &&
+	       std::all_of(
+	           name.begin(), name.end(), [](unsigned char c) { return std::isalnum(c) || c == '_' || c == ':'; });
+}
+
+Log open_rawlog(const std::string& path, const Stop& stop)
+{
+	Log log;
+	log.survey = survey_rawlog(path, stop);
+	log.read = [path] { return std::make_unique<RawlogReader>(path); };
+	return log;
+}
+
+std::string first_bytes(const std::string& path)
+{
+	constexpr std::uint64_t kSize = 16;
+	ByteFile file(path);
+	const Bytes bytes = file.view(0, std::min(file.size(), kSize));
+	return {reinterpret_cast<const char*>(bytes.data), bytes.size};
+}
+
+/// The start of a file, unpacked; empty if it is packed and damaged.
+std::string unpacked_start(const std::string& path)
+{
+	constexpr std::size_t kSize = 4096;  // [byte] of text in which a message of CARMEN must appear
+	try
+	{
+		return read_unpacked_start(path, kSize);
+	}
+	catch (const LogError&)
+	{
+		throw;
+	}
+	catch (const std::exception&)
+	{
+		return "";
+	}
+}
+
+std::vector<std::uint8_t> serialize(const mrpt::serialization::CSerializable& object)
+{
+	std::vector<std::uint8_t> bytes;
+	mrpt::serialization::ObjectToOctetVector(&object, bytes);
+	return bytes;
+}
+
+/// Alters the scans of one laser.
+class OverridingReader : public LogReader
+{
+   public:
+	OverridingReader(std::unique_ptr<LogReader> reader, std::string label, Overrides overrides)
+	    : reader_(std::move(reader)), label_(std::move(label)), overrides_(std::move(overrides))
+	{
+	}
+
+	std::optional<RawlogObject> next() override
+	{
+		auto object = reader_->next();
+		damage_ = reader_->damage();
+		if (!object) return std::nullopt;
+		bool altered = false;
+		for (const auto& scan : object->scans)
+		{
+			if (scan->sensorLabel != label_) continue;
+			alter(*scan, object->middle_angle);
+			altered = true;
+		}
+		if (altered) object->bytes = serialize(*object->object);
+		return object;
+	}
+
+   private:
+	void alter(mrpt::obs::CObservation2DRangeScan& scan, double middle_angle) const
+	{
+		if (overrides_.sensor_pose)
+			scan.sensorPose = *overrides_.sensor_pose + mrpt::poses::CPose3D(0, 0, 0, middle_angle, 0, 0);
+		if (!overrides_.max_range) return;
+		for (std::size_t i = 0; i < scan.getScanSize(); i++)
+			if (scan.getScanRange(i) >= scan.maxRange && scan.getScanRange(i) < *overrides_.max_range)
+				scan.setScanRangeValidity(i, true);
+		scan.maxRange = *overrides_.max_range;
+	}
+
+	std::unique_ptr<LogReader> reader_;
+	std::string label_;
+	Overrides overrides_;
+};
+}  // namespace
+
+RawlogObject to_rawlog_object(const mrpt::obs::CObservation::Ptr& observation, double middle_angle)
+{
+	RawlogObject object;
+	object.bytes = serialize(*observation);
+	object.object = observation;
+	object.middle_angle = middle_angle;
+	if (auto scan = std::dynamic_pointer_cast<mrpt::obs::CObservation2DRangeScan>(observation))
+		object.scans.push_back(std::move(scan));
+	const auto reading = std::dynamic_pointer_cast<mrpt::obs::CObservationOdometry>(observation);
+	if (reading && std::isfinite(reading->odometry.norm() + reading->odometry.phi()))
+		object.odometry = reading->odometry;
+	return object;
+}
+
+Log open_log(const std::string& path, const Stop& stop)
+{
+	check_is_there(path);
+	if (fs::is_directory(path)) return open_ros_log(path, RosFormat::kFolder2);
+	const std::string magic = first_bytes(path);
+	const auto ros = recognize_ros({reinterpret_cast<const std::uint8_t*>(magic.data()), magic.size()});
+	if (ros) return open_ros_log(path, *ros);
+	const std::string start = unpacked_start(path);
+	if (is_carmen_text(start)) return open_carmen_log(path);
+	const bool is_cut_gzip = start.size() < 2 && magic.rfind("\x1f\x8b", 0) == 0;
+	if (is_rawlog(start) || is_cut_gzip) return open_rawlog(path, stop);
+	throw LogError(
+	    path,
+	    "not a log that I know (" + known_formats() + "); check that it is the right file and whole, and not packed");
+}
+
+std::string known_formats()
+{
+	std::string formats = "MRPT rawlogs, CARMEN logs, ROS 1 bags";
+#ifdef D2S1R_FASTCDR
+#ifdef D2S1R_SQLITE
+	formats += ", ROS 2 bags in sqlite3";
+#endif
+	formats += ", ROS 2 bags in MCAP";
+#endif
+	std::string packed;
+#ifdef D2S1R_BZ2
+	packed += ", bz2";
+#endif
+#ifdef D2S1R_LZ4
+	packed += ", lz4";
+#endif
+#ifdef D2S1R_ZSTD
+	packed += ", zstd";
+#endif
+	return formats + "; packed by gzip" + packed;
+}
+
+std::unique_ptr<LogReader> read_log(const Log& log, const std::string& label, const Overrides& overrides)
+{
+	auto reader = log.read();
+	if (!overrides.sensor_pose && !overrides.max_range) return reader;
+	return std::make_unique<OverridingReader>(std::move(reader), label, overrides);
+}
+}  // namespace d2s1r::logs

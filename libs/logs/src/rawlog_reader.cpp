@@ -1,0 +1,236 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "rawlog_reader.h"
+
+#include "logs/errors.h"
+#include "logs/own_process.h"
+
+#include <mrpt/obs/CActionCollection.h>
+#include <mrpt/obs/CActionRobotMovement2D.h>
+#include <mrpt/obs/CObservationOdometry.h>
+#include <mrpt/obs/CObservationRobotPose.h>
+#include <mrpt/obs/CSensoryFrame.h>
+#include <mrpt/serialization/CArchive.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <filesystem>
+
+namespace d2s1r::logs
+{
+namespace
+{
+/// Passes bytes on and keeps them. A read that comes short throws, because MRPT's archive would go on with garbage.
+class RecordingStream : public mrpt::io::CStream
+{
+   public:
+	RecordingStream(mrpt::io::CStream& source, std::vector<std::uint8_t>& bytes) : source_(source), bytes_(bytes) {}
+
+	std::size_t Read(void* buffer, std::size_t count) override
+	{
+		const std::size_t got = source_.Read(buffer, count);
+		came_short_ = got != count;
+		at_clean_end_ = came_short_ && got == 0 && bytes_.empty();
+		if (came_short_) throw mrpt::serialization::CExceptionEOF("end of file");
+		const auto* first = static_cast<const std::uint8_t*>(buffer);
+		bytes_.insert(bytes_.end(), first, first + got);
+		return got;
+	}
+	std::size_t Write(const void*, std::size_t) override { throw std::logic_error("read-only stream"); }
+	std::uint64_t Seek(std::int64_t, TSeekOrigin) override { throw std::logic_error("stream without positions"); }
+	std::uint64_t getTotalBytesCount() const override { return source_.getTotalBytesCount(); }
+	std::uint64_t getPosition() const override { return bytes_.size(); }
+
+	bool came_short() const { return came_short_; }
+	bool at_clean_end() const { return at_clean_end_; }
+
+   private:
+	mrpt::io::CStream& source_;
+	std::vector<std::uint8_t>& bytes_;
+	bool came_short_ = false;
+	bool at_clean_end_ = false;  //!< [-] the file ended before the first byte of the object
+};
+
+/// Takes the scan or the odometry that an observation is, if it is one.
+/// \param odometer label of the first odometer, the only one that is read: each has a frame of its own
+void read_observation(
+    const mrpt::serialization::CSerializable::Ptr& observation, std::optional<std::string>& odometer,
+    RawlogObject& into)
+{
+	if (auto scan = std::dynamic_pointer_cast<mrpt::obs::CObservation2DRangeScan>(observation))
+		into.scans.push_back(std::move(scan));
+	const auto reading = std::dynamic_pointer_cast<mrpt::obs::CObservationOdometry>(observation);
+	if (!reading || !std::isfinite(reading->odometry.norm() + reading->odometry.phi())) return;
+	if (reading->sensorLabel == kPseudoOdometryLabel) return;  // an earlier run wrote it; nobody measured it
+	if (!odometer) odometer = reading->sensorLabel;
+	if (reading->sensorLabel == *odometer) into.odometry = reading->odometry;
+}
+
+/// Returns whether an earlier run of rawlog-localize put this object into the log.
+bool is_from_earlier_run(const mrpt::serialization::CSerializable& object)
+{
+	const auto* const pose = dynamic_cast<const mrpt::obs::CObservationRobotPose*>(&object);
+	const auto* const odometry = dynamic_cast<const mrpt::obs::CObservationOdometry*>(&object);
+	return (pose && pose->sensorLabel == kPoseLabel) || (odometry && odometry->sensorLabel == kPseudoOdometryLabel);
+}
+
+/// Takes what localization needs from an object of a rawlog of either kind.
+void read_contents(
+    const mrpt::serialization::CSerializable::Ptr& object, std::optional<std::string>& odometer, RawlogObject& into)
+{
+	into.from_earlier_run = is_from_earlier_run(*object);
+	if (const auto actions = std::dynamic_pointer_cast<mrpt::obs::CActionCollection>(object))
+	{
+		const auto movement = actions->getBestMovementEstimation();
+		if (movement) into.increment = movement->poseChange->getMeanVal();
+	}
+	if (const auto frame = std::dynamic_pointer_cast<mrpt::obs::CSensoryFrame>(object))
+		for (const auto& observation : *frame) read_observation(observation, odometer, into);
+	else
+		read_observation(object, odometer, into);
+}
+
+/// Returns the class that MRPT says it does not know; empty if it says something else, or if that is no name.
+std::string unknown_class(const std::exception& error)
+{
+	const std::string text = error.what(), before = "Stored object has class '";
+	const auto found = text.find(before);
+	if (found == std::string::npos) return "";
+	const auto start = found + before.size();
+	const std::string name = text.substr(start, text.find('\'', start) - start);
+	const bool is_name = std::all_of(
+	    name.begin(), name.end(),
+	    [](unsigned char c) { return c < 0x80 && (std::isalnum(c) || c == '_' || c == ':'); });
+	return is_name ? name : "";
+}
+
+/// A rawlog is surveyed in a process of its own, and what is in it arrives as records: a letter and what it is about.
+enum SurveyRecord : char
+{
+	kScanRecord = 's',      //!< the sensor label of a scan
+	kOdometryRecord = 'o',  //!< nothing more
+	kObjectRecord = 'n',    //!< nothing more; the object has been read as a whole
+	kDamageRecord = 'd'     //!< RawlogReader::damage()
+};
+
+void tell_contents(RawlogReader& reader, const Send& send)
+{
+	while (const auto object = reader.next())
+	{
+		for (const auto& scan : object->scans) send(char{kScanRecord} + scan->sensorLabel);
+		if (object->odometry || object->increment) send({kOdometryRecord});
+		send({kObjectRecord});
+	}
+	send(char{kDamageRecord} + reader.damage());
+}
+
+void note(const std::string& record, LogSurvey& survey)
+{
+	const std::string text = record.substr(1);
+	auto& sensors = survey.sensors;
+	auto sensor = std::find_if(sensors.begin(), sensors.end(), [&](const Sensor& s) { return s.label == text; });
+	switch (record[0])
+	{
+		case kScanRecord:
+			if (sensor == sensors.end()) sensor = sensors.insert(sensor, {text});
+			sensor->scans++;
+			break;
+		case kOdometryRecord:
+			survey.odometry = "the log";
+			break;
+		case kObjectRecord:
+			survey.objects++;
+			break;
+		default:
+			survey.damage = text;
+	}
+}
+
+constexpr const char* kCheckFile = "; check that it is the right file and whole";
+constexpr const char* kCopyAgain = "; copy or record the rawlog again";
+
+/// Returns what reading a rawlog may take, which is far more than reading a sound one does: it is read object by
+/// object.
+ProcessLimits limits_of_survey(const std::string& file)
+{
+	constexpr std::uint64_t kMemory = 900'000'000;    // [byte]
+	constexpr std::uintmax_t kPerSecond = 1'000'000;  // [byte / s]
+	constexpr unsigned kSeconds = 60;
+	return {kMemory, kSeconds + static_cast<unsigned>(std::filesystem::file_size(file) / kPerSecond)};
+}
+
+/// Says what ended the survey after `objects` objects.
+std::string damage_that_ended(ProcessEnd end, std::size_t objects)
+{
+	const std::string where = objects > 0 ? "after object " + std::to_string(objects) : "from its start";
+	const std::string advice = objects > 0 ? kCopyAgain : kCheckFile;
+	switch (end)
+	{
+		case ProcessEnd::kOutOfMemory:
+			return "is damaged " + where + " (reading on takes too much memory)" + advice;
+		case ProcessEnd::kOutOfTime:
+			return "is damaged " + where + " (reading on takes too long)" + advice;
+		default:
+			return "is damaged " + where + " (MRPT's reader crashes there)" + advice;
+	}
+}
+}  // namespace
+
+RawlogReader::RawlogReader(const std::string& file)
+{
+	if (!stream_.open(file)) throw cannot_open(file);
+}
+
+std::optional<RawlogObject> RawlogReader::next()
+{
+	if (!damage_.empty()) return std::nullopt;
+	RawlogObject object;
+	RecordingStream recording(stream_, object.bytes);
+	try
+	{
+		auto archive = mrpt::serialization::archiveFrom<mrpt::io::CStream>(recording);
+		object.object = archive.ReadObject();
+		read_contents(object.object, odometer_, object);
+		objects_++;
+		return object;
+	}
+	catch (const std::exception& e)
+	{
+		if (is_out_of_memory(e)) throw std::bad_alloc();
+		if (recording.at_clean_end() && objects_ > 0) return std::nullopt;
+		damage_ = recording.came_short() ? end_within_object() : unreadable(e);
+		return std::nullopt;
+	}
+}
+
+std::string RawlogReader::end_within_object() const
+{
+	if (objects_ == 0) return std::string("is cut short within its first object, or not an MRPT rawlog") + kCheckFile;
+	return "is cut short or damaged after object " + std::to_string(objects_) + kCopyAgain;
+}
+
+std::string RawlogReader::unreadable(const std::exception& error) const
+{
+	const std::string name = unknown_class(error);
+	if (!name.empty())
+		return "object " + std::to_string(objects_ + 1) + " is of the unknown class " + name +
+		       "; name the module that has it with --plugins";
+	if (objects_ == 0) return std::string("is not an MRPT rawlog, or damaged from its start") + kCheckFile;
+	return "is damaged after object " + std::to_string(objects_) + kCopyAgain;
+}
+
+LogSurvey survey_rawlog(const std::string& file, const Stop& stop)
+{
+	RawlogReader reader(file);
+	LogSurvey survey;
+	survey.format = "MRPT rawlog";
+	survey.kind_of_scan = "CObservation2DRangeScan";
+	survey.objects = 0;  // none so far
+	const ProcessEnd end = run_in_own_process(
+	    limits_of_survey(file), [&](const Send& send) { tell_contents(reader, send); },
+	    [&](const std::string& record) { note(record, survey); }, stop);
+	if (end == ProcessEnd::kInterrupted) throw Interrupted();
+	if (end != ProcessEnd::kDone) survey.damage = damage_that_ended(end, survey.objects);
+	return survey;
+}
+}  // namespace d2s1r::logs

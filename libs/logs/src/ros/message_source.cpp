@@ -1,0 +1,179 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "ros/message_source.h"
+
+#include "logs/errors.h"
+
+#include <yaml-cpp/yaml.h>
+
+#include <algorithm>
+#include <filesystem>
+
+namespace d2s1r::logs
+{
+namespace
+{
+namespace fs = std::filesystem;
+
+/// The files of a folder that ROS 2 recorded, one after the other.
+class FolderSource : public MessageSource
+{
+   public:
+	explicit FolderSource(std::vector<std::string> files) : files_(std::move(files)) {}
+
+	std::optional<Message> next() override
+	{
+		while (damage_.empty())
+		{
+			if (!source_ && opened_ == files_.size()) return std::nullopt;
+			if (!source_) source_ = open_file(files_[opened_++]);
+			auto message = source_->next();
+			if (message) return message;
+			damage_ = source_->damage();
+			if (!damage_.empty() && files_.size() > 1)
+				damage_ = fs::path(files_[opened_ - 1]).filename().string() + " in it: " + damage_;
+			source_.reset();
+		}
+		return std::nullopt;
+	}
+
+   private:
+	static std::unique_ptr<MessageSource> open_file(const std::string& file)
+	{
+		const auto format = recognize_ros(file);
+		if (format != RosFormat::kSqlite && format != RosFormat::kMcap)
+			throw LogError(
+			    file,
+			    "is neither a sqlite3 nor an MCAP file, as its metadata.yaml has it; if it is packed as a whole "
+			    "(FILE.zstd), unpack it by 'zstd -d' and name the file");
+		return open_messages(file, *format);
+	}
+
+	std::vector<std::string> files_;
+	std::size_t opened_ = 0;
+	std::unique_ptr<MessageSource> source_;
+};
+
+std::vector<std::string> files_of_metadata(const fs::path& folder)
+{
+	const fs::path metadata = folder / "metadata.yaml";
+	std::vector<std::string> files;
+	try
+	{
+		const YAML::Node yaml = YAML::LoadFile(metadata.string());
+		for (const auto& name : yaml["rosbag2_bagfile_information"]["relative_file_paths"])
+		{
+			fs::path file = folder / name.as<std::string>();
+			if (!fs::exists(file)) file = folder / file.filename();  // old recorders name the folder, too
+			files.push_back(file.string());
+		}
+	}
+	catch (const YAML::Exception& e)
+	{
+		throw LogError(
+		    metadata.string(), "is not the metadata of a ROS 2 bag (" + std::string(e.what()) +
+		                           "); name the file in it that has the "
+		                           "messages");
+	}
+	if (files.empty())
+		throw LogError(metadata.string(), "has no relative_file_paths; name the file in it that has the messages");
+	for (const auto& file : files)
+		if (!fs::is_regular_file(file))
+			throw LogError(file, "is missing, though metadata.yaml names it; copy the whole folder");
+	return files;
+}
+}  // namespace
+
+MessageKind kind_of_type(const std::string& type)
+{
+	std::string short_type = type;
+	if (const auto middle = type.find("/msg/"); middle != std::string::npos) short_type.erase(middle, 4);
+	if (short_type == "sensor_msgs/LaserScan") return MessageKind::kLaserScan;
+	if (short_type == "nav_msgs/Odometry") return MessageKind::kOdometry;
+	if (short_type == "tf2_msgs/TFMessage" || short_type == "tf/tfMessage") return MessageKind::kTransforms;
+	return MessageKind::kOther;
+}
+
+std::string describe_damage(const std::exception& error)
+{
+	if (dynamic_cast<const Unreadable*>(&error)) return one_line(error);
+	return "is damaged or cut short (" + one_line(error) + "); copy or record the log again";
+}
+
+void PieceSource::set_pieces(std::vector<Piece> pieces, std::string damage)
+{
+	pieces_ = std::move(pieces);
+	std::stable_sort(
+	    pieces_.begin(), pieces_.end(), [](const Piece& a, const Piece& b) { return a.first_time < b.first_time; });
+	damage_at_end_ = std::move(damage);
+}
+
+void PieceSource::load_next_piece()
+{
+	for (auto& message : load(pieces_[next_piece_++]))
+	{
+		waiting_bytes_ += message.data.size;
+		waiting_.push({std::move(message), loaded_++});
+	}
+}
+
+std::optional<Message> PieceSource::next()
+{
+	try
+	{
+		const auto must_load = [this]
+		{
+			if (next_piece_ == pieces_.size()) return false;
+			if (waiting_.empty()) return true;
+			return pieces_[next_piece_].first_time <= waiting_.top().message.time && waiting_bytes_ < kMostBytesAtOnce;
+		};
+		while (damage_.empty() && must_load()) load_next_piece();
+	}
+	catch (const std::exception& e)
+	{
+		damage_ = describe_damage(e);
+	}
+	if (waiting_.empty())
+	{
+		if (damage_.empty()) damage_ = damage_at_end_;
+		return std::nullopt;
+	}
+	Message first = waiting_.top().message;
+	waiting_.pop();
+	waiting_bytes_ -= first.data.size;
+	return first;
+}
+
+std::optional<RosFormat> recognize_ros(Bytes start)
+{
+	const std::string text(reinterpret_cast<const char*>(start.data), start.size);
+	const auto starts_with = [&](const std::string& magic) { return text.compare(0, magic.size(), magic) == 0; };
+	if (starts_with("#ROSBAG V") || starts_with("#ROSRECORD V")) return RosFormat::kBag1;
+	if (starts_with("SQLite format 3")) return RosFormat::kSqlite;
+	if (starts_with("\x89MCAP")) return RosFormat::kMcap;
+	return std::nullopt;
+}
+
+std::optional<RosFormat> recognize_ros(const std::string& path)
+{
+	if (fs::is_directory(path)) return RosFormat::kFolder2;
+	constexpr std::uint64_t kMagicSize = 16;  // [byte]
+	ByteFile file(path);
+	return recognize_ros(file.view(0, std::min(file.size(), kMagicSize)));
+}
+
+std::unique_ptr<MessageSource> open_messages(const std::string& path, RosFormat format)
+{
+	switch (format)
+	{
+		case RosFormat::kBag1:
+			return open_bag1(path);
+		case RosFormat::kSqlite:
+			return open_sqlite(path);
+		case RosFormat::kMcap:
+			return open_mcap(path);
+		case RosFormat::kFolder2:
+			break;
+	}
+	return std::make_unique<FolderSource>(files_of_metadata(path));
+}
+}  // namespace d2s1r::logs

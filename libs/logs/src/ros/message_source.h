@@ -1,0 +1,135 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "ros/bytes.h"
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <queue>
+#include <string>
+#include <vector>
+
+namespace d2s1r::logs
+{
+/// How the fields of a message follow each other.
+enum class Encoding
+{
+	kRos1,  //!< little-endian, without gaps
+	kCdr    //!< ROS 2: the common data representation, aligned
+};
+
+/// The messages that localization needs; all others are passed over.
+enum class MessageKind
+{
+	kLaserScan,   //!< sensor_msgs/LaserScan
+	kOdometry,    //!< nav_msgs/Odometry
+	kTransforms,  //!< tf2_msgs/TFMessage and tf/tfMessage
+	kOther
+};
+
+/// \param type with or without ROS 2's "/msg/" in its middle
+MessageKind kind_of_type(const std::string& type);
+
+struct Topic
+{
+	std::string name;
+	MessageKind kind = MessageKind::kOther;
+	Encoding encoding = Encoding::kCdr;
+};
+
+struct Message
+{
+	std::shared_ptr<const Topic> topic;
+	std::int64_t time = 0;                                   //!< [ns] since the epoch, when it was recorded
+	Bytes data;                                              //!< without the encapsulation of the recorder
+	std::shared_ptr<const std::vector<std::uint8_t>> owner;  //!< of the data
+};
+
+/// Messages of a recording by the time of their recording; kOther never appears.
+class MessageSource
+{
+   public:
+	virtual ~MessageSource() = default;
+
+	/// No value at the end, which is a clean one if damage() is empty.
+	virtual std::optional<Message> next() = 0;
+
+	/// What stopped the reading before the end of the file, and what to do; else empty.
+	const std::string& damage() const { return damage_; }
+
+   protected:
+	std::string damage_;
+};
+
+/// What MessageSource::damage() says about an error of a reader.
+std::string describe_damage(const std::exception& error);
+
+/// A part of a file that is read at once.
+struct Piece
+{
+	std::uint64_t offset = 0;     //!< [byte]
+	std::uint64_t size = 0;       //!< [byte]
+	std::int64_t first_time = 0;  //!< [ns] of its messages
+};
+
+/// Orders the messages of a file whose pieces are in no order and overlap in time. It holds no more pieces in memory
+/// than overlap; if these are more than kMostBytesAtOnce, the order is that of the pieces.
+class PieceSource : public MessageSource
+{
+   public:
+	std::optional<Message> next() final;
+
+   protected:
+	/// Call once, before next(). \param damage what is said when the pieces are through
+	void set_pieces(std::vector<Piece> pieces, std::string damage);
+
+	/// Messages of a piece, in any order.
+	virtual std::vector<Message> load(const Piece& piece) = 0;
+
+   private:
+	struct Waiting
+	{
+		Message message;
+		std::size_t number = 0;  //!< [-] messages of the same time stay in the order in which they were loaded
+	};
+	struct IsLater
+	{
+		bool operator()(const Waiting& a, const Waiting& b) const
+		{
+			return a.message.time != b.message.time ? a.message.time > b.message.time : a.number > b.number;
+		}
+	};
+	void load_next_piece();
+
+	std::vector<Piece> pieces_;
+	std::size_t next_piece_ = 0;
+	std::priority_queue<Waiting, std::vector<Waiting>, IsLater> waiting_;
+	std::size_t loaded_ = 0;         //!< [-] messages
+	std::size_t waiting_bytes_ = 0;  //!< [byte] of the messages that wait
+	std::string damage_at_end_;
+};
+
+/// What a ROS recording is, by its content.
+enum class RosFormat
+{
+	kBag1,     //!< ROS 1 bag
+	kSqlite,   //!< ROS 2 bag, sqlite3
+	kMcap,     //!< MCAP
+	kFolder2,  //!< ROS 2 bag: a folder with a metadata.yaml
+};
+
+/// \param start first bytes of a file
+std::optional<RosFormat> recognize_ros(Bytes start);
+
+/// The same for a file or a folder. \throws LogError if it cannot be read
+std::optional<RosFormat> recognize_ros(const std::string& path);
+
+/// Opens a recording from its start. \throws LogError
+std::unique_ptr<MessageSource> open_messages(const std::string& path, RosFormat format);
+
+// The formats, each in a file of its own. \throws LogError
+std::unique_ptr<MessageSource> open_bag1(const std::string& path);
+std::unique_ptr<MessageSource> open_sqlite(const std::string& path);
+std::unique_ptr<MessageSource> open_mcap(const std::string& path);
+}  // namespace d2s1r::logs

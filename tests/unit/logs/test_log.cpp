@@ -1,0 +1,117 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+// A log is known by its content, whatever its name.
+#include <logs/errors.h>
+#include <logs/log.h>
+#include "app/temporary_folder.h"
+#include "logs/made_logs.h"
+
+#include <mrpt/serialization/CArchive.h>
+
+using namespace d2s1r::test;
+using namespace d2s1r::logs;
+
+namespace
+{
+MadeScan some_scan()
+{
+	MadeScan scan;
+	scan.time = 1'000'000'000;
+	return scan;
+}
+}  // namespace
+
+class LogFiles : public FolderTest
+{
+   protected:
+	std::string format_of(const std::string& content) const
+	{
+		write("log", content);
+		return open_log(path("log")).survey.format;
+	}
+
+	std::string refusal(const std::string& content) const
+	{
+		write("log", content);
+		try
+		{
+			open_log(path("log"));
+		}
+		catch (const LogError& e)
+		{
+			return std::string(e.what()).substr(path("log").size() + 2);
+		}
+		return "";
+	}
+
+	static std::string rawlog()
+	{
+		mrpt::obs::CObservation2DRangeScan scan;
+		scan.sensorLabel = "LASER";
+		const auto bytes = to_rawlog_object(std::make_shared<mrpt::obs::CObservation2DRangeScan>(scan)).bytes;
+		return {bytes.begin(), bytes.end()};
+	}
+};
+
+TEST_F(LogFiles, AreKnownByTheirContent)
+{
+	EXPECT_EQ(format_of(rawlog()), "MRPT rawlog");
+	EXPECT_EQ(format_of(bag1_file({made_scan(Wire::kRos1, some_scan())})), "ROS 1 bag");
+	EXPECT_EQ(format_of("# CARMEN Logfile\nODOM 0 0 0 0 0 0 1 h 1\n"), "CARMEN log");
+	EXPECT_EQ(format_of(mcap_file({made_scan(Wire::kRos1, some_scan())}, {}, "ros1")), "MCAP file");
+#if defined(D2S1R_SQLITE) && defined(D2S1R_FASTCDR)
+	save_sqlite_bag(path("sqlite"), {made_scan(Wire::kCdr, some_scan())});
+	EXPECT_EQ(open_log(path("sqlite")).survey.format, "ROS 2 bag");
+	write("metadata.yaml", "rosbag2_bagfile_information:\n  relative_file_paths: [sqlite]\n");
+	EXPECT_EQ(open_log(path("")).survey.format, "ROS 2 bag");
+#endif
+}
+
+TEST_F(LogFiles, WhatIsNoneIsRefusedInOneLine)
+{
+	for (const std::string& content :
+	     {std::string("hello\nworld\n"), std::string(5000, '\xff'), std::string("\x80"), std::string("PK\3\4zip")})
+	{
+		const std::string line = refusal(content);
+		EXPECT_FALSE(line.empty());
+		EXPECT_EQ(line.find('\n'), std::string::npos);
+	}
+	EXPECT_EQ(refusal("hello\n").rfind("not a log that I know (MRPT rawlogs, CARMEN logs, ROS 1 bags", 0), 0U);
+	EXPECT_EQ(refusal("").rfind("is empty", 0), 0U);
+	EXPECT_THROW(open_log(path("")), LogError);  // a folder without metadata.yaml
+	EXPECT_THROW(open_log(path("missing")), LogError);
+	EXPECT_THROW(open_log("/dev/null"), LogError);
+}
+
+TEST_F(LogFiles, SensorPoseReplacesThatOfTheLog)
+{
+	MadeScan scan = some_scan();
+	scan.first_angle = 0;  // its middle is at 1.5 rad
+	write("log", bag1_file({made_scan(Wire::kRos1, scan), made_scan(Wire::kRos1, scan, "/other")}));
+	Overrides overrides;
+	overrides.sensor_pose = mrpt::poses::CPose3D(0.5, 0, 0, 0.25, 0, 0);
+	const auto reader = read_log(open_log(path("log")), "/scan", overrides);
+	const auto object = reader->next().value(), other = reader->next().value();
+	EXPECT_NEAR(object.scans.at(0)->sensorPose.x(), 0.5, 1e-9);
+	EXPECT_NEAR(object.scans.at(0)->sensorPose.yaw(), 1.75, 1e-6);
+	EXPECT_NEAR(other.scans.at(0)->sensorPose.x(), 0, 1e-9);
+	EXPECT_EQ(object.bytes, to_rawlog_object(object.scans.at(0)).bytes);
+}
+
+TEST_F(LogFiles, MaxRangeReplacesThatOfTheLog)
+{
+	MadeScan scan = some_scan();
+	scan.max_range = 4;
+	write("log", bag1_file({made_scan(Wire::kRos1, scan)}));
+	const auto validity = [&](float max_range)
+	{
+		Overrides overrides;
+		overrides.max_range = max_range;
+		const auto object = read_log(open_log(path("log")), "/scan", overrides)->next().value();
+		EXPECT_EQ(object.scans.at(0)->maxRange, max_range);
+		std::string valid;
+		for (std::size_t i = 0; i < 7; i++) valid += object.scans.at(0)->getScanRangeValidity(i) ? '1' : '0';
+		return valid;
+	};
+	EXPECT_EQ(validity(6.5F), "1111110");  // readings of 1 m to 7 m
+	EXPECT_EQ(validity(100), "1111111");
+}

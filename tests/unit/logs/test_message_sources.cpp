@@ -1,0 +1,285 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+// Bags of ROS 1 and ROS 2 and MCAP files: whatever the packing, the same messages in order; damage is told.
+#include <logs/errors.h>
+#include "app/temporary_folder.h"
+#include "logs/made_logs.h"
+#include "ros/message_source.h"
+
+#include <random>
+
+using namespace d2s1r::test;
+using namespace d2s1r::logs;
+
+namespace
+{
+constexpr std::int64_t kSecond = 1'000'000'000;
+
+/// Ten scans with other messages between them, which are not read.
+std::vector<MadeMessage> recording(Wire wire)
+{
+	std::vector<MadeMessage> messages;
+	for (std::int64_t i = 0; i < 10; i++)
+	{
+		MadeScan scan;
+		scan.time = 1600 * kSecond + i * kSecond / 10;
+		messages.push_back(made_scan(wire, scan));
+		messages.push_back({"/chatter", "std_msgs/String", scan.time + 1, FieldWriter(wire).text("hello").bytes()});
+	}
+	return messages;
+}
+
+std::vector<std::int64_t> times_of(const std::vector<MadeMessage>& messages)
+{
+	std::vector<std::int64_t> times;
+	for (const auto& message : messages)
+		if (message.topic != "/chatter") times.push_back(message.time);
+	return times;
+}
+
+struct Reading
+{
+	std::vector<std::int64_t> times;
+	std::vector<std::string> topics;
+	std::vector<std::string> data;
+	std::string damage;
+};
+
+Reading read_all(MessageSource& source)
+{
+	Reading reading;
+	while (const auto message = source.next())
+	{
+		reading.times.push_back(message->time);
+		reading.topics.push_back(message->topic->name);
+		reading.data.emplace_back(reinterpret_cast<const char*>(message->data.data), message->data.size);
+	}
+	EXPECT_FALSE(source.next());  // nor does it start again
+	reading.damage = source.damage();
+	return reading;
+}
+}  // namespace
+
+class MessageSources : public FolderTest
+{
+   protected:
+	Reading read_file(const std::string& content, RosFormat format) const
+	{
+		write("log", content);
+		const auto source = open_messages(path("log"), format);
+		return read_all(*source);
+	}
+
+	/// Expects that whatever is cut off or altered, the reading ends, and that nothing of it was made up.
+	void expect_no_harm(const std::string& whole, RosFormat format) const
+	{
+		std::mt19937 random(7);  // NOLINT: the same bytes each time
+		const auto below = [&](std::size_t limit) { return random() % limit; };
+		for (int i = 0; i < 300; i++)
+		{
+			std::string file = whole;
+			if (i % 3 == 0)
+				file.resize(below(file.size()));
+			else
+				for (int j = 0; j < 4; j++) file[below(file.size())] = static_cast<char>(below(256));
+			try
+			{
+				EXPECT_LE(read_file(file, format).times.size(), 10000U);
+			}
+			catch (const LogError& e)
+			{
+			}
+		}
+	}
+};
+
+TEST_F(MessageSources, BagsOfRos1GiveTheirMessagesWhateverThePacking)
+{
+	const auto messages = recording(Wire::kRos1);
+	for (const std::string method : {"", "bz2", "lz4"})
+	{
+		if (!method.empty() && !can_pack(method)) continue;
+		const Reading reading = read_file(bag1_file(messages, {method}), RosFormat::kBag1);
+		EXPECT_EQ(reading.times, times_of(messages)) << method;
+		EXPECT_EQ(reading.data[3], messages[6].data) << method;
+		EXPECT_EQ(reading.topics[3], "/scan") << method;
+		EXPECT_EQ(reading.damage, "") << method;
+	}
+}
+
+TEST_F(MessageSources, McapFilesGiveTheirMessagesWhateverThePacking)
+{
+	const auto messages = recording(Wire::kCdr);
+	for (const std::string method : {"", "lz4", "zstd"})
+		for (const std::size_t in_chunk : {0U, 1U, 3U, 100U})
+			for (const bool with_index : {false, true})
+			{
+				if (!method.empty() && !can_pack(method)) continue;
+				const Reading reading =
+				    read_file(mcap_file(messages, {method, in_chunk, with_index}), RosFormat::kMcap);
+				EXPECT_EQ(reading.times, times_of(messages)) << method << " " << in_chunk;
+				EXPECT_EQ(reading.data[3], messages[6].data) << method << " " << in_chunk;
+				EXPECT_EQ(reading.damage, "") << method << " " << in_chunk;
+			}
+}
+
+TEST_F(MessageSources, SqliteBagsGiveTheirMessagesByTime)
+{
+#ifndef D2S1R_SQLITE
+	GTEST_SKIP() << "built without libsqlite3-dev";
+#endif
+	auto messages = recording(Wire::kCdr);
+	const auto times = times_of(messages);
+	std::reverse(messages.begin(), messages.end());
+	save_sqlite_bag(path("log"), messages);
+	const Reading reading = read_all(*open_messages(path("log"), RosFormat::kSqlite));
+	EXPECT_EQ(reading.times, times);
+	EXPECT_EQ(reading.data[0], messages.back().topic == "/scan" ? messages.back().data : messages[18].data);
+	EXPECT_EQ(reading.damage, "");
+}
+
+TEST_F(MessageSources, ChunksInAnyOrderGiveMessagesByTime)
+{
+	const Packing shuffled{"", 5, true, {2, 0, 3, 1}};
+	const auto ros1 = recording(Wire::kRos1), cdr = recording(Wire::kCdr);
+	EXPECT_EQ(read_file(bag1_file(ros1, shuffled), RosFormat::kBag1).times, times_of(ros1));
+	EXPECT_EQ(read_file(mcap_file(cdr, shuffled), RosFormat::kMcap).times, times_of(cdr));
+}
+
+TEST_F(MessageSources, ChunksThatOverlapInTimeGiveMessagesByTime)
+{
+	auto messages = recording(Wire::kCdr);
+	const auto times = times_of(messages);
+	std::swap(messages[0], messages[18]);  // the first chunk holds the first time and the last, out of order
+	std::swap(messages[4], messages[14]);
+	EXPECT_EQ(read_file(mcap_file(messages, {"", 4}), RosFormat::kMcap).times, times);
+	EXPECT_EQ(read_file(mcap_file(messages, {"", 0}), RosFormat::kMcap).times, times);
+}
+
+TEST_F(MessageSources, ChunksOfABagWithoutAnIndexAreReadAllTheSame)
+{
+	const auto messages = recording(Wire::kRos1);
+	const Reading reading = read_file(bag1_file(messages, {"", 5, false, {1, 0, 2, 3}}), RosFormat::kBag1);
+	EXPECT_EQ(reading.times, times_of(messages));
+	EXPECT_EQ(reading.damage, "");
+}
+
+TEST_F(MessageSources, IndexOfEarlyRecordersHasTooLargeASize)
+{
+	const auto messages = recording(Wire::kRos1);
+	std::string bag = bag1_file(messages, {"", 20});
+	const auto index = bag.rfind("op=\x04");  // of ten scans, then of ten other messages
+	const auto size = bag.find(std::string("\x78\0\0\0", 4), index);
+	ASSERT_NE(size, std::string::npos);
+	bag[size] = '\xc8';  // 20 bytes an entry, where 12 are there
+	const Reading reading = read_file(bag, RosFormat::kBag1);
+	EXPECT_EQ(reading.times, times_of(messages));
+	EXPECT_EQ(reading.damage, "");
+}
+
+TEST_F(MessageSources, FilesThatEndTooEarlyGiveTheMessagesBeforeThatAndSaySo)
+{
+	const std::string bag = bag1_file(recording(Wire::kRos1), {"", 5});
+	const Reading of_bag = read_file(bag.substr(0, bag.size() - bag.size() / 5), RosFormat::kBag1);
+	EXPECT_GE(of_bag.times.size(), 5U);
+	EXPECT_LT(of_bag.times.size(), 10U);
+	EXPECT_NE(of_bag.damage.find("it ends within a record"), std::string::npos) << of_bag.damage;
+
+	const std::string mcap = mcap_file(recording(Wire::kCdr), {"", 5});
+	const Reading of_mcap = read_file(mcap.substr(0, mcap.size() / 2), RosFormat::kMcap);
+	EXPECT_GE(of_mcap.times.size(), 2U);
+	EXPECT_NE(of_mcap.damage.find("it ends within a record"), std::string::npos) << of_mcap.damage;
+}
+
+TEST_F(MessageSources, ChunkOfAnMcapFileWithAnotherChecksumIsDamaged)
+{
+	std::string file = mcap_file(recording(Wire::kCdr), {"", 100});
+	const auto place = file.find("laser", file.size() / 2);
+	file[place] = 'L';
+	const Reading reading = read_file(file, RosFormat::kMcap);
+	EXPECT_TRUE(reading.times.empty());
+	EXPECT_NE(reading.damage.find("checksum"), std::string::npos) << reading.damage;
+}
+
+TEST_F(MessageSources, PackingThatIsNotKnownIsNamed)
+{
+	std::string bag = bag1_file(recording(Wire::kRos1));
+	for (auto at = bag.find("=none"); at != std::string::npos; at = bag.find("=none")) bag.replace(at, 5, "=mine");
+	const Reading reading = read_file(bag, RosFormat::kBag1);
+	EXPECT_EQ(reading.damage.rfind("is packed by 'mine', which is not known", 0), 0U) << reading.damage;
+}
+
+TEST_F(MessageSources, OldBagsAreRefusedByTheirVersion)
+{
+	try
+	{
+		read_file("#ROSRECORD V1.2\nsomething", RosFormat::kBag1);
+		FAIL() << "was read";
+	}
+	catch (const LogError& e)
+	{
+		EXPECT_NE(std::string(e.what()).find("of version V1.2, but only V2.0 is read"), std::string::npos) << e.what();
+	}
+}
+
+TEST_F(MessageSources, SqliteFileThatIsNoBagIsRefused)
+{
+#ifndef D2S1R_SQLITE
+	GTEST_SKIP() << "built without libsqlite3-dev";
+#endif
+	write("log", std::string("SQLite format 3\0", 16) + std::string(500, 'x'));
+	EXPECT_THROW(open_messages(path("log"), RosFormat::kSqlite), LogError);
+}
+
+TEST_F(MessageSources, FolderGivesItsFilesOneAfterTheOther)
+{
+	const auto messages = recording(Wire::kCdr);
+	const std::vector<MadeMessage> first(messages.begin(), messages.begin() + 8),
+	    rest(messages.begin() + 8, messages.end());
+	write("a_0.mcap", mcap_file(first));
+	write("a_1.mcap", mcap_file(rest));
+	write(
+	    "metadata.yaml",
+	    "rosbag2_bagfile_information:\n  relative_file_paths:\n    - a_0.mcap\n    - old_folder/a_1.mcap\n");
+	const Reading reading = read_all(*open_messages(path(""), RosFormat::kFolder2));
+	EXPECT_EQ(reading.times, times_of(messages));
+	EXPECT_EQ(reading.damage, "");
+}
+
+TEST_F(MessageSources, FolderWhoseFilesAreMissingNamesThem)
+{
+	write("metadata.yaml", "rosbag2_bagfile_information:\n  relative_file_paths: [gone.mcap]\n");
+	try
+	{
+		open_messages(path(""), RosFormat::kFolder2);
+		FAIL() << "was opened";
+	}
+	catch (const LogError& e)
+	{
+		EXPECT_NE(std::string(e.what()).find("gone.mcap: is missing"), std::string::npos) << e.what();
+	}
+	write("metadata.yaml", "- 1\n");
+	EXPECT_THROW(open_messages(path(""), RosFormat::kFolder2), LogError);
+}
+
+TEST_F(MessageSources, DamagedBagsOfRos1DoNoHarm)
+{
+	expect_no_harm(bag1_file(recording(Wire::kRos1), {"", 5}), RosFormat::kBag1);
+	expect_no_harm(bag1_file(recording(Wire::kRos1), {"lz4", 5}), RosFormat::kBag1);
+	expect_no_harm(bag1_file(recording(Wire::kRos1), {"bz2", 5, false}), RosFormat::kBag1);
+}
+
+TEST_F(MessageSources, DamagedMcapFilesDoNoHarm)
+{
+	expect_no_harm(mcap_file(recording(Wire::kCdr), {"", 0}), RosFormat::kMcap);
+	expect_no_harm(mcap_file(recording(Wire::kCdr), {"zstd", 5}), RosFormat::kMcap);
+	expect_no_harm(mcap_file(recording(Wire::kCdr), {"lz4", 5}), RosFormat::kMcap);
+}
+
+TEST_F(MessageSources, DamagedSqliteBagsDoNoHarm)
+{
+#ifndef D2S1R_SQLITE
+	GTEST_SKIP() << "built without libsqlite3-dev";
+#endif
+	save_sqlite_bag(path("whole"), recording(Wire::kCdr));
+	expect_no_harm(read("whole"), RosFormat::kSqlite);
+}

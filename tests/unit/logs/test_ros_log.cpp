@@ -1,0 +1,282 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+// What is made of the messages of ROS: scans with their poses on the robot, and odometry.
+#include "app/temporary_folder.h"
+#include "logs/made_logs.h"
+#include "ros/ros_log.h"
+
+#include <d2s1r/scan.h>
+#include <mrpt/obs/CObservationOdometry.h>
+
+#include <cmath>
+#include <limits>
+
+using namespace d2s1r;
+using namespace d2s1r::test;
+using namespace d2s1r::logs;
+
+namespace
+{
+constexpr std::int64_t kStart = 1'600'000'000'123'456'700;  // [ns] to the 100 ns that MRPT keeps
+
+/// The beam whose angle is nearest to `angle` [rad] in the frame of the robot.
+Beam beam_at(const mrpt::obs::CObservation2DRangeScan& observation, double angle)
+{
+	const Scan scan = make_scan(observation, ScanParameters{});
+	Beam nearest = scan.beams.at(0);
+	const auto off = [&](const Beam& beam)
+	{ return std::abs(beam_angle(static_cast<double>(beam.angle) + scan.sensor_on_robot.phi - angle)); };
+	for (const Beam& beam : scan.beams)
+		if (off(beam) < off(nearest)) nearest = beam;
+	EXPECT_LT(off(nearest), 1e-3F);
+	return nearest;
+}
+
+/// 20 beams from ahead to the left, each of them as far as its number [m].
+MadeScan fan(float first_angle = 0, float angle_step = 0.1F)
+{
+	MadeScan scan;
+	scan.time = kStart;
+	scan.first_angle = first_angle;
+	scan.angle_step = angle_step;
+	scan.max_range = 30;
+	scan.ranges.clear();
+	for (int i = 1; i <= 20; i++) scan.ranges.push_back(static_cast<float>(i));
+	return scan;
+}
+}  // namespace
+
+class RosLog : public FolderTest
+{
+   protected:
+	/// Reads these messages, as a bag of ROS 1 or an MCAP file.
+	Log log_of(const std::vector<MadeMessage>& messages, Wire wire) const
+	{
+		const bool is_ros1 = wire == Wire::kRos1;
+		write("log", is_ros1 ? bag1_file(messages) : mcap_file(messages));
+		return open_ros_log(path("log"), is_ros1 ? RosFormat::kBag1 : RosFormat::kMcap);
+	}
+
+	static std::vector<RawlogObject> objects_of(const Log& log)
+	{
+		std::vector<RawlogObject> objects;
+		const auto reader = log.read();
+		while (auto object = reader->next()) objects.push_back(std::move(*object));
+		EXPECT_EQ(reader->damage(), "");
+		return objects;
+	}
+
+	/// The first scan of a log of ROS 1 with these transforms and that scan.
+	mrpt::obs::CObservation2DRangeScan::Ptr scan_with(
+	    const std::vector<MadeTransform>& transforms, const MadeScan& scan = fan()) const
+	{
+		const auto objects = objects_of(
+		    log_of({made_transforms(Wire::kRos1, 1, transforms), made_scan(Wire::kRos1, scan)}, Wire::kRos1));
+		return objects.back().scans.at(0);
+	}
+};
+
+TEST_F(RosLog, BothEncodingsGiveTheSameObservations)
+{
+#ifndef D2S1R_FASTCDR
+	GTEST_SKIP() << "built without libfastcdr-dev";
+#endif
+	std::vector<std::vector<std::vector<std::uint8_t>>> bytes;
+	for (const Wire wire : {Wire::kRos1, Wire::kCdr})
+	{
+		auto& of_wire = bytes.emplace_back();
+		const std::vector<MadeMessage> messages = {
+		    made_transforms(wire, 1, {{"base_link", "laser", 0.2, 0, 0.3}}),
+		    made_odometry(wire, kStart - 10, 1, 2, 0.5), made_scan(wire, fan())};
+		for (const auto& object : objects_of(log_of(messages, wire))) of_wire.push_back(object.bytes);
+	}
+	ASSERT_EQ(bytes[0].size(), 2U);
+	EXPECT_EQ(bytes[0], bytes[1]);
+}
+
+TEST_F(RosLog, ScanHasTheTimeAndTheTopicOfItsMessage)
+{
+	const auto scan = scan_with({});
+	EXPECT_EQ(scan->sensorLabel, "/scan");
+	EXPECT_EQ(mrpt::Clock::toDouble(scan->timestamp), 1'600'000'000.1234567);
+	EXPECT_EQ(scan->maxRange, 30.0F);
+}
+
+TEST_F(RosLog, MessageWithoutATimeHasThatOfItsRecording)
+{
+	MadeScan scan = fan();
+	MadeMessage message = made_scan(Wire::kRos1, scan);
+	scan.time = 0;
+	message.data = scan_message(Wire::kRos1, scan);
+	const auto objects = objects_of(log_of({message}, Wire::kRos1));
+	EXPECT_EQ(mrpt::Clock::toDouble(objects.at(0).scans.at(0)->timestamp), 1'600'000'000.1234567);
+}
+
+TEST_F(RosLog, ScanNeedNotBeSymmetric)
+{
+	const auto scan = scan_with({});
+	EXPECT_NEAR(beam_at(*scan, 0).range, 1, 1e-5);
+	EXPECT_NEAR(beam_at(*scan, 1.0).range, 11, 1e-5);
+}
+
+TEST_F(RosLog, ClockwiseScanIsReadInItsOwnDirection)
+{
+	const auto scan = scan_with({}, fan(1.0F, -0.1F));
+	EXPECT_FALSE(scan->rightToLeft);
+	EXPECT_NEAR(beam_at(*scan, 1.0).range, 1, 1e-5);
+	EXPECT_NEAR(beam_at(*scan, -0.9).range, 20, 1e-5);
+}
+
+TEST_F(RosLog, TurnedLaserLooksWhereTfHasIt)
+{
+	const auto scan = scan_with({{"base_link", "laser", 0.5, 0.1, 0.2, 'z', M_PI / 2}});
+	EXPECT_NEAR(scan->sensorPose.x(), 0.5, 1e-9);
+	EXPECT_NEAR(beam_at(*scan, M_PI / 2 + 1.0).range, 11, 1e-5);
+}
+
+TEST_F(RosLog, LaserUpsideDownSeesLeftForRight)
+{
+	const auto scan = scan_with({{"base_link", "laser", 0, 0, 0.2, 'x', M_PI}});
+	EXPECT_NEAR(beam_at(*scan, -1.0).range, 11, 1e-5);
+}
+
+TEST_F(RosLog, TransformsAreChainedToTheFrameOfTheRobot)
+{
+	const auto scan = scan_with(
+	    {{"base_footprint", "base_link", 0, 0, 0.1},
+	     {"base_link", "plate", 0.3, 0, 0, 'z', M_PI / 2},
+	     {"plate", "/laser", 0.2, 0, 0}});
+	EXPECT_NEAR(scan->sensorPose.x(), 0.3, 1e-9);
+	EXPECT_NEAR(scan->sensorPose.y(), 0.2, 1e-9);
+}
+
+TEST_F(RosLog, RobotIsTheFrameThatTheOdometryIsAbout)
+{
+	const std::vector<MadeMessage> messages = {
+	    made_transforms(
+	        Wire::kRos1, 1, {{"base_footprint", "base_link", 1, 0, 0.1}, {"base_footprint", "laser", 0.25, 0, 0}}),
+	    made_odometry(Wire::kRos1, 2, 0, 0, 0), made_scan(Wire::kRos1, fan())};
+	const Log log = log_of(messages, Wire::kRos1);
+	EXPECT_NEAR(objects_of(log).at(1).scans.at(0)->sensorPose.x(), -0.75, 1e-9);
+	EXPECT_EQ(
+	    log.survey.sensors.at(0).mounting,
+	    "at x -0.750, y 0.000, z -0.100 m, yaw 0.0, pitch 0.0, roll 0.0 deg on base_link by tf");
+	EXPECT_EQ(log.survey.odometry, "/odom");
+}
+
+TEST_F(RosLog, FrameThatCarriesTheLaserIsTheRobotIfNoneHasAKnownName)
+{
+	const auto scan =
+	    scan_with({{"odom", "my_robot", 5, 0, 0}, {"my_robot", "mast", 0.5, 0, 0}, {"mast", "laser", 0.1, 0, 0}});
+	EXPECT_NEAR(scan->sensorPose.x(), 0.6, 1e-9);
+}
+
+TEST_F(RosLog, WithoutTransformsTheLaserIsTheRobotAndThatIsSaid)
+{
+	const Log log = log_of({made_scan(Wire::kRos1, fan())}, Wire::kRos1);
+	EXPECT_NEAR(objects_of(log).at(0).scans.at(0)->sensorPose.x(), 0, 1e-9);
+	EXPECT_NE(log.survey.sensors.at(0).mounting.find("no transform to its frame 'laser'"), std::string::npos);
+	EXPECT_EQ(log.survey.odometry, "");
+}
+
+TEST_F(RosLog, TransformsThatComeAfterTheScanCountForIt)
+{
+	const auto objects = objects_of(log_of(
+	    {made_scan(Wire::kRos1, fan()),
+	     made_transforms(Wire::kRos1, kStart + 1000, {{"base_link", "laser", 0.5, 0, 0}}, "/tf")},
+	    Wire::kRos1));
+	EXPECT_NEAR(objects.at(0).scans.at(0)->sensorPose.x(), 0.5, 1e-9);
+}
+
+TEST_F(RosLog, OdometryComesFromItsTopic)
+{
+	const auto objects =
+	    objects_of(log_of({made_odometry(Wire::kRos1, kStart, 1, 2, 0.5), made_scan(Wire::kRos1, fan())}, Wire::kRos1));
+	ASSERT_TRUE(objects.at(0).odometry);
+	EXPECT_NEAR(objects.at(0).odometry->x(), 1, 1e-9);
+	EXPECT_NEAR(objects.at(0).odometry->phi(), 0.5, 1e-9);
+	const auto reading = std::dynamic_pointer_cast<mrpt::obs::CObservationOdometry>(objects.at(0).object);
+	ASSERT_TRUE(reading && reading->hasVelocities);
+	EXPECT_NEAR(reading->velocityLocal.vx, 0.25, 1e-9);
+	EXPECT_NEAR(reading->velocityLocal.omega, 0.125, 1e-9);
+}
+
+TEST_F(RosLog, OdometryComesFromTfIfNoTopicHasIt)
+{
+	std::vector<MadeMessage> messages = {
+	    made_transforms(
+	        Wire::kRos1, 1, {{"base_footprint", "base_link", 0, 0, 0.1}, {"base_link", "laser", 0, 0, 0.1}}),
+	    made_scan(Wire::kRos1, fan())};
+	for (int i = 0; i < 3; i++)
+		messages.push_back(made_transforms(
+		    Wire::kRos1, kStart + 1 + i, {{"odom", "base_footprint", 0.5 * i, 0, 0, 'z', 0.1 * i}}, "/tf"));
+	const Log log = log_of(messages, Wire::kRos1);
+	EXPECT_EQ(log.survey.odometry, "tf (odom to base_link)");
+	const auto objects = objects_of(log);
+	ASSERT_EQ(objects.size(), 4U);
+	EXPECT_NEAR(objects[3].odometry.value().x(), 1.0, 1e-9);
+	EXPECT_NEAR(objects[3].odometry.value().phi(), 0.2, 1e-9);
+}
+
+TEST_F(RosLog, ReadingsThatAreNoneAreTakenAsRosMeansThem)
+{
+	MadeScan scan = fan();
+	scan.min_range = 0.5F;
+	scan.max_range = 15;
+	constexpr float kInfinity = std::numeric_limits<float>::infinity();
+	scan.ranges = {1, kInfinity, -kInfinity, std::nanf(""), 0, 0.4F, 15.5F, 14};
+	scan.ranges.resize(40, 2.0F);
+	const Scan read = make_scan(*scan_with({}, scan), ScanParameters{});
+	ASSERT_TRUE(read.valid()) << read.invalid_because;
+	ASSERT_EQ(read.beams.size(), 36U);  // without -inf, NaN and those below the least range
+	const auto at = [&](double angle) { return beam_at(*scan_with({}, scan), angle); };
+	EXPECT_TRUE(at(0).is_return);
+	EXPECT_FALSE(at(0.1).is_return);
+	EXPECT_EQ(at(0.1).range, 15.0F);
+	EXPECT_FALSE(at(0.6).is_return);
+	EXPECT_TRUE(at(0.7).is_return);
+}
+
+TEST_F(RosLog, RotationThatIsNoneIsPassedOver)
+{
+	MadeMessage message = made_transforms(Wire::kRos1, 1, {{"base_link", "laser", 0.5, 0, 0}});
+	message.data.replace(message.data.size() - 32, 32, std::string(32, '\0'));
+	const Log log = log_of({message, made_scan(Wire::kRos1, fan())}, Wire::kRos1);
+	EXPECT_NE(log.survey.sensors.at(0).mounting.find("no transform"), std::string::npos);
+}
+
+TEST_F(RosLog, MessageThatIsShorterThanItSaysIsDamage)
+{
+	for (const Wire wire : {Wire::kRos1, Wire::kCdr})
+	{
+#ifndef D2S1R_FASTCDR
+		if (wire == Wire::kCdr) continue;
+#endif
+		MadeMessage good = made_scan(wire, fan()), bad = made_scan(wire, fan());
+		bad.time += 10;
+		const std::string count("\x14\0\0\0", 4);
+		bad.data.replace(bad.data.find(count + std::string("\0\0\x80\x3f", 4)), 4, "\xff\xff\xff\xff");
+		const Log log = log_of({good, bad}, wire);
+		const auto reader = log.read();
+		EXPECT_TRUE(reader->next());
+		EXPECT_FALSE(reader->next());
+		EXPECT_NE(reader->damage().find("a message is shorter than it says"), std::string::npos) << reader->damage();
+	}
+}
+
+TEST_F(RosLog, TwoLasersAreTwoSensorsWithPosesOfTheirOwn)
+{
+	MadeScan rear = fan();
+	rear.frame = "rear_laser";
+	const Log log = log_of(
+	    {made_transforms(
+	         Wire::kRos1, 1, {{"base_link", "laser", 0.5, 0, 0}, {"base_link", "rear_laser", -0.5, 0, 0, 'z', M_PI}}),
+	     made_scan(Wire::kRos1, fan(), "/front"), made_scan(Wire::kRos1, rear, "/rear"),
+	     made_scan(Wire::kRos1, rear, "/rear")},
+	    Wire::kRos1);
+	ASSERT_EQ(log.survey.sensors.size(), 2U);
+	EXPECT_EQ(log.survey.sensors[1].label, "/rear");
+	EXPECT_EQ(log.survey.sensors[1].scans, 2U);
+	const auto objects = objects_of(log);
+	EXPECT_NEAR(objects.at(0).scans.at(0)->sensorPose.x(), 0.5, 1e-9);
+	EXPECT_NEAR(objects.at(1).scans.at(0)->sensorPose.x(), -0.5, 1e-9);
+}
