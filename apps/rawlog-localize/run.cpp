@@ -83,10 +83,12 @@ ExitStatus localize(
 	say_log(log.survey, sensor, flags, console);
 
 	const mrpt::system::CTicTac build_watch;
-	const CSignatureMap2D::ConstPtr map = build_map(flags, parameters, console);
+	const IndexedMap indexed = load_or_build_map(flags, parameters, console);
+	const CSignatureMap2D::ConstPtr& map = indexed.map;
 	const Localizer& localizer = map->localizer();
 	RunReport report{flags, parameters, outputs.frames().frames(), sensor};
 	report.build_seconds = build_watch.Tac();
+	report.index = indexed.use;
 	outputs.save_map(localizer.map(), parameters);
 	if (backend) backend->start(map, {flags.motion, FusionParameters{}.particles, flags.seed, flags.query.prior});
 	report.selected_frames = selection.size();

@@ -112,3 +112,41 @@ TEST_F(AppFiles, TheTableListsAllThatIsWritten)
 	for (const char* name : {"out/map.png", "saved.map", "all.ini", "pf.ini", "pf.rawlog", "pf.gridmap.gz"})
 		EXPECT_NE(result.out.find(path(name) + "\n"), std::string::npos) << name << result.out;
 }
+
+TEST_F(AppFiles, TheIndexIsKeptInItsFile)
+{
+	const std::string index = path("a.index");
+	const auto localize = [&](const Words& more, const std::string& came)
+	{
+		Words all = words({"-o", path("out"), "--index", index});
+		all.insert(all.end(), more.begin(), more.end());
+		const auto result = run(all);
+		EXPECT_EQ(result.status, 0) << result.err;
+		EXPECT_NE(result.out.find(came), std::string::npos) << result.out;
+		return read_file(path("out/trajectory.tum"));
+	};
+	const std::string poses = localize({}, "the index was built: the file did not exist\n");
+	EXPECT_NE(read_file(path("out/summary.json")).find("\"loaded\": false"), std::string::npos);
+	EXPECT_EQ(localize({}, ", loaded from " + index + "\n"), poses);
+	EXPECT_NE(read_file(path("out/summary.json")).find("\"loaded\": true"), std::string::npos);
+	EXPECT_NE(read_file(path("out/run.json")).find("\"fingerprint\""), std::string::npos);
+
+	write_file(path("other.ini"), "[coarse_search]\nspacing = 0.3\n");
+	localize({"-c", path("other.ini")}, "the index was built: the file is the index of other parameters");
+	EXPECT_EQ(localize({}, ", saved in " + index + "\n"), poses);
+	std::string damaged = read_file(index);
+	damaged[damaged.size() / 2] ^= 1;
+	write_file(index, damaged);
+	EXPECT_EQ(localize({}, "the index was built: the file is damaged\n"), poses);
+	save_gridmap(
+	    make_picture_grid(enlarge({"########", "#......#", "#..##..#", "#......#", "########"}, 20), 0.05),
+	    path("a.gridmap.gz"));
+	localize({}, "the index was built: the file is the index of another map\n");
+
+	expect_kept(
+	    path("a.gridmap.gz"), "the input of --map", words({"-o", path("new"), "--index", path("a.gridmap.gz")}));
+	write_file(path("notes.txt"), "not an index");
+	expect_refusal(
+	    words({"-o", path("new"), "--index", path("notes.txt")}), 3, {path("notes.txt"), "exists and is not"});
+	EXPECT_EQ(read_file(path("notes.txt")), "not an index");
+}

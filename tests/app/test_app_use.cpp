@@ -16,10 +16,31 @@ TEST_F(AppUse, HelpNamesEveryOptionAndExitStatus)
 	EXPECT_EQ(result.status, 0);
 	EXPECT_EQ(result.err, "");
 	for (const char* option :
-	     {"-m,",          "-i,",       "-o,",      "-c,",        "--ground-truth", "--sensor-label",
-	      "--frames",     "--threads", "--window", "--region",   "--time-budget",  "--seed",
-	      "--plugins",    "--fuse",    "--motion", "--save-map", "--write-config", "--write-pf-ini",
-	      "--resolution", "--origin",  "-q,",      "--version",  "--help",         "130"})
+	     {"--index",
+	      "-m,",
+	      "-i,",
+	      "-o,",
+	      "-c,",
+	      "--ground-truth",
+	      "--sensor-label",
+	      "--frames",
+	      "--threads",
+	      "--window",
+	      "--region",
+	      "--time-budget",
+	      "--seed",
+	      "--plugins",
+	      "--fuse",
+	      "--motion",
+	      "--save-map",
+	      "--write-config",
+	      "--write-pf-ini",
+	      "--resolution",
+	      "--origin",
+	      "-q,",
+	      "--version",
+	      "--help",
+	      "130"})
 		EXPECT_NE(result.out.find(option), std::string::npos) << option;
 }
 
@@ -111,7 +132,7 @@ TEST_F(AppUse, RefusesEmptyValues)
 	for (const std::string option :
 	     {"--map", "--input", "--output", "--config", "--ground-truth", "--frames", "--threads", "--window", "--region",
 	      "--time-budget", "--seed", "--plugins", "--motion", "--save-map", "--write-config", "--write-pf-ini",
-	      "--resolution", "--origin"})
+	      "--index", "--resolution", "--origin"})
 		for (const Words& words : {Words{option, ""}, Words{option + "="}})
 			expect_refusal(words, 1, {option + ": needs a value"});
 }

@@ -7,7 +7,6 @@
 #include "default_localizer.h"
 #include "fine/decision.h"
 #include "fine/refinement.h"
-#include "fine/shortlist.h"
 #include "literal_query.h"
 #include "site_queries.h"
 

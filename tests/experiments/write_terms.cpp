@@ -34,7 +34,7 @@
 #include "base/parameter_list.h"
 #include "default_localizer.h"
 #include "fine/decision.h"
-#include "fine/shortlist.h"
+#include "fine/refinement.h"
 #include "map/free_cells.h"
 
 namespace

@@ -7,6 +7,7 @@
 
 #include <thread>
 
+#include "numbers_of.h"
 #include "test_files.h"
 #include "test_floor.h"
 
@@ -20,20 +21,6 @@ class LocalizerContract : public testing::Test
 	const Grid grid_ = make_floor(), world_ = world_of(grid_);
 	const Localizer localizer_{make_map(grid_), {}};
 };
-
-/// All that a result says, but for the times.
-std::vector<double> numbers_of(const Localization& result)
-{
-	std::vector<double> numbers{static_cast<double>(result.status), result.confidence, result.relative_entropy};
-	for (const Hypothesis& hypothesis : result.hypotheses)
-	{
-		numbers.insert(
-		    numbers.end(), {hypothesis.pose.x(), hypothesis.pose.y(), hypothesis.pose.phi(), hypothesis.probability,
-		                    hypothesis.log_likelihood.value_or(0)});
-		for (int i = 0; i < 9; i++) numbers.push_back(hypothesis.covariance(i / 3, i % 3));
-	}
-	return numbers;
-}
 }  // namespace
 
 TEST_F(LocalizerContract, ResultsCarryTimesAndEntropy)

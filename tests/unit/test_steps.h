@@ -3,7 +3,7 @@
 #pragma once
 
 #include "fine/decision.h"
-#include "fine/shortlist.h"
+#include "fine/refinement.h"
 #include "test_floor.h"
 
 namespace d2s1r::test

@@ -314,6 +314,11 @@ void add_fusion(OptionAdder add, Flags& flags, Unchecked& unchecked)
 void add_outputs(OptionAdder add, Flags& flags, Unchecked& unchecked)
 {
 	add.value(
+	    "--index", "FILE",
+	    "keep the index of the map in FILE: it is loaded from there in a fraction of the time, and built and saved "
+	    "again if FILE is missing, damaged or of another map, other parameters or another version",
+	    flags.index);
+	add.value(
 	    "--save-map", "FILE",
 	    "save the map and its parameters as a CSignatureMap2D, for MRPT programs; if FILE is later given as MAP, its "
 	    "grid is used, its parameters are not",

@@ -26,6 +26,7 @@ struct Flags
 	std::string config;        //!< empty: default parameters
 	std::string ground_truth;  //!< empty: no ground truth
 	std::string plugins;       //!< comma-separated modules
+	std::string index;         //!< file of the saved index; empty: none
 	std::string save_map;      //!< empty: not saved
 	std::string write_config;  //!< empty: not written
 	std::string write_pf_ini;  //!< empty: not written

@@ -3,6 +3,7 @@
 
 #include "cli/flags.h"
 #include "evaluation/accuracy.h"
+#include "input/inputs.h"
 
 #include <d2s1r/localizer.h>
 
@@ -21,8 +22,9 @@ struct RunReport
 	const Parameters& parameters;
 	const std::vector<Frame>& frames;
 	logs::Sensor sensor;
-	std::size_t selected_frames = 0;     //!< [-] frames that were to be localized, whether or not the run came so far
-	double build_seconds = 0;            //!< [s] from the map file to the index
+	std::size_t selected_frames = 0;  //!< [-] frames that were to be localized, whether or not the run came so far
+	double build_seconds = 0;         //!< [s] from the map file to the index, or for loading it
+	IndexUse index{};
 	double localization_seconds = 0;     //!< [s] for all frames, reading and writing included
 	double computing_seconds = 0;        //!< [s] for all frames, without reading and writing
 	std::size_t truth_lines = 0;         //!< [-] lines of the ground truth; 0 if there is none

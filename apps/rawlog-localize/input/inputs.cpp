@@ -204,6 +204,61 @@ CSignatureMap2D::ConstPtr build_map(const Flags& flags, const Parameters& parame
 	}
 }
 
+namespace
+{
+/// Returns the fingerprint of the map file; no value if it cannot be read, which build_map() says better.
+std::optional<std::uint64_t> fingerprint_of(const Flags& flags)
+{
+	try
+	{
+		return fingerprint_of_map(flags.map, flags.image);
+	}
+	catch (const std::exception&)
+	{
+		return std::nullopt;
+	}
+}
+
+/// Loads the index of a map from its file. \return a null map, and why, if it cannot be used
+IndexedMap load_index(const Flags& flags, std::uint64_t fingerprint, const Parameters& parameters)
+{
+	std::error_code error;
+	if (!std::filesystem::exists(flags.index, error)) return {nullptr, {false, "the file did not exist"}};
+	try
+	{
+		auto localizer = std::make_shared<const Localizer>(Localizer::load(flags.index, fingerprint, parameters));
+		check_region(flags.query.prior, localizer->map());
+		return {std::make_shared<const CSignatureMap2D>(std::move(localizer)), {true, ""}};
+	}
+	catch (const std::runtime_error& refusal)
+	{
+		if (dynamic_cast<const UserError*>(&refusal)) throw;
+		const std::string why = refusal.what();
+		return {
+		    nullptr,
+		    {false, "the file " + why.substr(flags.index.size() + 2, why.rfind(';') - flags.index.size() - 2)}};
+	}
+}
+}  // namespace
+
+IndexedMap load_or_build_map(const Flags& flags, const Parameters& parameters, Console& console)
+{
+	const auto fingerprint = flags.index.empty() ? std::nullopt : fingerprint_of(flags);
+	if (!fingerprint) return {build_map(flags, parameters, console), {}};
+	IndexedMap result = load_index(flags, *fingerprint, parameters);
+	if (result.map) return result;
+	result.map = build_map(flags, parameters, console);
+	try
+	{
+		result.map->localizer().save(flags.index, *fingerprint);
+	}
+	catch (const std::runtime_error& error)
+	{
+		throw about(flags.index, kBadOutput, error);
+	}
+	return result;
+}
+
 logs::Log open_log(const Flags& flags)
 {
 	try

@@ -16,6 +16,25 @@ Parameters read_parameters(const Flags& flags);
 /// \throws UserError (kBadInput; kWrongUse if the region lies outside the map; kInterrupted)
 CSignatureMap2D::ConstPtr build_map(const Flags& flags, const Parameters& parameters, Console& console);
 
+/// Where the index of the map came from.
+struct IndexUse
+{
+	bool loaded = false;    //!< whether it was loaded from the file of --index
+	std::string why_built;  //!< if it was not, and --index was given: why
+};
+
+/// A map with its index.
+struct IndexedMap
+{
+	CSignatureMap2D::ConstPtr map;
+	IndexUse use;
+};
+
+/// Loads the index from the file of --index, with the map in it. If that is not given, or not the index of this map and
+/// these parameters, it does what build_map() does, and saves the index in that file.
+/// \throws UserError (as build_map(); kBadOutput if the index cannot be saved)
+IndexedMap load_or_build_map(const Flags& flags, const Parameters& parameters, Console& console);
+
 /// Recognizes the log and reads it once. \throws logs::LogError, UserError (kInterrupted)
 logs::Log open_log(const Flags& flags);
 

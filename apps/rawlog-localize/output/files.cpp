@@ -77,7 +77,9 @@ void check_files_apart(const Flags& flags)
 {
 	const auto inputs = files_read(flags);
 	std::map<fs::path, std::string> option_of_place;
-	for (const auto& file : files_written(flags))
+	auto written = files_written(flags);
+	if (!flags.index.empty()) written.push_back({flags.index, "--index"});
+	for (const auto& file : written)
 	{
 		std::error_code error;
 		for (const auto& input : inputs)

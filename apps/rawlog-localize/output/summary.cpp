@@ -156,6 +156,11 @@ void write_summary_json(const RunReport& report, TextFile& file)
 		if (const auto notes = count_notes(report.frames, status); !notes.empty())
 			json[std::string(to_string(status)) + "_because"] = notes;
 	json["build_s"] = report.build_seconds;
+	if (!report.flags.index.empty())
+	{
+		json["index"] = {{"file", report.flags.index}, {"loaded", report.index.loaded}};
+		if (!report.index.loaded) json["index"]["built_because"] = report.index.why_built;
+	}
 	json["localization_s"] = report.localization_seconds;
 	json["frames_per_s"] = frames_per_second(report);
 	json["retrieval_ms"] = summary_of(stage_times(report.frames, &StageTimes::retrieval_ms));
@@ -172,9 +177,13 @@ void write_summary_json(const RunReport& report, TextFile& file)
 
 void print_table(const RunReport& report, std::ostream& out)
 {
+	const std::string came = report.index.loaded ? "loaded from " : "saved in ";
 	out << mrpt::format(
-	    "%-12s%zu in %.2f s, %.1f frames/s without reading and writing; index in %.2f s\n", "frames",
-	    report.frames.size(), report.localization_seconds, frames_per_second(report), report.build_seconds);
+	    "%-12s%zu in %.2f s, %.1f frames/s without reading and writing; index in %.2f s%s\n", "frames",
+	    report.frames.size(), report.localization_seconds, frames_per_second(report), report.build_seconds,
+	    report.flags.index.empty() ? "" : (", " + came + report.flags.index).c_str());
+	if (!report.index.why_built.empty())
+		out << mrpt::format("%-12sthe index was built: %s\n", "", report.index.why_built.c_str());
 	print_statuses(report, out);
 	if (!report.frames.empty()) print_times(report, out);
 	if (!report.matches.empty()) print_accuracy(report, out);

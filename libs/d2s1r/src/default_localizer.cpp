@@ -6,7 +6,7 @@
 
 #include "base/scoped_timer.h"
 #include "fine/decision.h"
-#include "fine/shortlist.h"
+#include "fine/refinement.h"
 #include "map/free_cells.h"
 #include "ranges/wall_surface.h"
 
@@ -147,6 +147,25 @@ DefaultIndex make_default_index(const Grid& grid, const Parameters& parameters)
 	const WallMeasure walls = measure_walls(grid);
 	if (walls.surface_depth > 0.5 * grid.cell_size)
 		add_reading(with_surfaces_deeper(grid, walls.surface_depth), walls.surface_tolerance());
+	return index;
+}
+
+void save(const DefaultIndex& index, IndexWriter& file)
+{
+	file(index.readings.size());
+	for (const MapReading& reading : index.readings) MapReading::fields(reading, file);
+}
+
+DefaultIndex read_default_index(IndexReader& file)
+{
+	std::size_t readings = 0;
+	file(readings);
+	DefaultIndex index;
+	for (std::size_t i = 0; i < readings; i++)
+	{
+		index.readings.emplace_back();
+		MapReading::fields(index.readings.back(), file);
+	}
 	return index;
 }
 

@@ -9,6 +9,7 @@
 #include <optional>
 #include <vector>
 
+#include "base/index_file.h"
 #include "coarse/coarse_search.h"
 #include "fine/scoring.h"
 
@@ -20,6 +21,15 @@ struct MapReading
 	RangeProfiles profiles;  //!< for the coarse search
 	DistanceField field;     //!< for refinement and scores
 	BeamTracer tracer;       //!< for scores
+
+	/// Lists what an index file holds of the reading.
+	template <class Self, class File>
+	static void fields(Self& self, File& file)
+	{
+		RangeProfiles::fields(self.profiles, file);
+		DistanceField::fields(self.field, file);
+		BeamTracer::fields(self.tracer, file);
+	}
 };
 
 /// The index of the default method: the map as it is drawn and, if its walls are so thick that it may have been
@@ -28,6 +38,12 @@ struct DefaultIndex
 {
 	std::vector<MapReading> readings;  //!< at least one; the map as it is drawn comes first
 };
+
+/// Reads an index that save() wrote.
+DefaultIndex read_default_index(IndexReader& file);
+
+/// Writes an index.
+void save(const DefaultIndex& index, IndexWriter& file);
 
 /// Builds the index of a map.
 /// \throws std::invalid_argument if a sensor can stand nowhere

@@ -1,5 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include <d2s1r/localizer.h>
+#include <d2s1r/version.h>
 #include <mrpt/core/format.h>
 
 #include <algorithm>
@@ -9,9 +10,11 @@
 #include <optional>
 #include <stdexcept>
 
+#include "base/index_file.h"
 #include "base/scoped_timer.h"
 #include "default_localizer.h"
 #include "map/free_cells.h"
+#include "map/occupancy_map.h"
 #include "paper/paper_localizer.h"
 #include "ranges/range_sweep.h"
 
@@ -27,6 +30,73 @@ void check_reach(double max_range, const Grid& grid)
 		throw std::invalid_argument(mrpt::format(
 		    "paper.max_range = %g m is more than %d cells of this map; lower it to %g m or use larger cells", max_range,
 		    kMostSweptCells, most));
+}
+
+/// Returns the fingerprint of all parameters that an index depends on, and of the version of the library.
+std::uint64_t fingerprint_of_index(const Parameters& parameters)
+{
+	Parameters of_index;
+	of_index.method = parameters.method;
+	of_index.grid = parameters.grid;
+	of_index.free_cells = parameters.free_cells;
+	of_index.paper = parameters.paper;
+	of_index.coarse_search.spacing = parameters.coarse_search.spacing;
+	of_index.coarse_search.clearance = parameters.coarse_search.clearance;
+	of_index.coarse_search.directions = parameters.coarse_search.directions;
+	of_index.coarse_search.max_range = parameters.coarse_search.max_range;
+	const std::string text = D2S1R_VERSION + to_ini(of_index);
+	return fingerprint_of(text.data(), text.size());
+}
+
+/// The cells of a map in an index file.
+struct SavedMap
+{
+	std::uint32_t width = 0, height = 0;                     //!< [cells]
+	float cell_size = 0;                                     //!< [m]
+	float origin_x = 0, origin_y = 0;                        //!< [m] map frame, lower left corner
+	Array<mrpt::maps::COccupancyGridMap2D::cellType> cells;  //!< row-major
+
+	/// Lists what an index file holds of the map.
+	template <class Self, class File>
+	static void fields(Self& self, File& file)
+	{
+		file(self.width);
+		file(self.height);
+		file(self.cell_size);
+		file(self.origin_x);
+		file(self.origin_y);
+		file(self.cells);
+	}
+};
+
+/// Returns the cells of `map`, which they refer to.
+SavedMap cells_of(const mrpt::maps::COccupancyGridMap2D& map)
+{
+	const auto& cells = map.getRawMap();
+	return {map.getSizeX(), map.getSizeY(), map.getResolution(),
+	        map.getXMin(),  map.getYMin(),  {cells.data(), cells.size(), nullptr}};
+}
+
+mrpt::maps::COccupancyGridMap2D::ConstPtr map_of(const SavedMap& saved)
+{
+	auto map = make_unknown_map(
+	    static_cast<int>(saved.width), static_cast<int>(saved.height), static_cast<double>(saved.cell_size),
+	    static_cast<double>(saved.origin_x), static_cast<double>(saved.origin_y));
+	for (std::uint32_t row = 0; row < saved.height; row++)
+		std::copy_n(
+		    saved.cells.data() + std::size_t{row} * saved.width, saved.width, map->getRow(static_cast<int>(row)));
+	return map;
+}
+
+/// Lists what an index file holds of a grid: all but its cells, which follow from the map.
+template <class Self, class File>
+void geometry_fields(Self& grid, File& file)
+{
+	file(grid.width);
+	file(grid.height);
+	file(grid.cell_size);
+	file(grid.origin_x);
+	file(grid.origin_y);
 }
 }  // namespace
 
@@ -47,13 +117,49 @@ struct Localizer::Index
 		default_index.emplace(make_default_index(grid, parameters));
 	}
 
+	/// Reads what save() wrote.
+	Index(IndexReader& file, const Parameters& the_parameters) : parameters(the_parameters)
+	{
+		SavedMap::fields(saved_map, file);
+		geometry_fields(grid, file);
+		RayCaster::fields(caster, file);
+		if (parameters.method == Method::kPaper)
+			signatures.emplace(file);
+		else
+			default_index.emplace(read_default_index(file));
+	}
+
+	void save(IndexWriter& file) const
+	{
+		SavedMap::fields(saved_map.cells.empty() ? cells_of(*map) : saved_map, file);
+		geometry_fields(grid, file);
+		RayCaster::fields(caster, file);
+		if (signatures)
+			signatures->save(file);
+		else
+			d2s1r::save(*default_index, file);
+	}
+
+	const mrpt::maps::COccupancyGridMap2D& the_map() const
+	{
+		std::call_once(
+		    map_made,
+		    [this]
+		    {
+			    if (!map) map = map_of(saved_map);
+		    });
+		return *map;
+	}
+
 	Parameters parameters;
-	mrpt::maps::COccupancyGridMap2D::ConstPtr map;
-	Grid grid;
+	SavedMap saved_map;                                     //!< of a loaded index
+	mutable mrpt::maps::COccupancyGridMap2D::ConstPtr map;  //!< of a loaded index: null until the_map() is called
+	Grid grid;                                              //!< of a loaded index: without cells, see whole_grid
 	RayCaster caster;
 	std::optional<SignatureIndex> signatures;   //!< with kPaper
 	std::optional<DefaultIndex> default_index;  //!< with kDefault
-	mutable std::once_flag free_cells_found;
+	mutable std::once_flag map_made, grid_made, free_cells_found;
+	mutable Grid whole_grid;                    //!< of a loaded index, see Localizer::grid()
 	mutable std::vector<CellIndex> free_cells;  //!< see Localizer::free_cells()
 };
 
@@ -84,13 +190,29 @@ Localizer::Localizer(mrpt::maps::COccupancyGridMap2D::ConstPtr map, const Parame
 {
 }
 
+Localizer::Localizer(std::unique_ptr<const Index> index) : index_(std::move(index)) {}
+
+Localizer Localizer::load(const std::string& file, std::uint64_t map_fingerprint, const Parameters& parameters)
+{
+	check(parameters);
+	IndexReader reader(file, {map_fingerprint, fingerprint_of_index(parameters)});
+	return Localizer(std::make_unique<const Index>(reader, parameters));
+}
+
+void Localizer::save(const std::string& file, std::uint64_t map_fingerprint) const
+{
+	IndexWriter writer(file);
+	index_->save(writer);
+	writer.commit({map_fingerprint, fingerprint_of_index(index_->parameters)});
+}
+
 Localizer::~Localizer() = default;
 Localizer::Localizer(Localizer&&) noexcept = default;
 Localizer& Localizer::operator=(Localizer&&) noexcept = default;
 
 const mrpt::maps::COccupancyGridMap2D& Localizer::map() const
 {
-	return *index_->map;
+	return index_->the_map();
 }
 const Parameters& Localizer::parameters() const
 {
@@ -98,13 +220,16 @@ const Parameters& Localizer::parameters() const
 }
 const Grid& Localizer::grid() const
 {
-	return index_->grid;
+	const Index& index = *index_;
+	if (!index.grid.cells.empty()) return index.grid;
+	std::call_once(index.grid_made, [&] { index.whole_grid = make_grid(index.the_map(), index.parameters.grid); });
+	return index.whole_grid;
 }
 const std::vector<CellIndex>& Localizer::free_cells() const
 {
 	const Index& index = *index_;
 	std::call_once(
-	    index.free_cells_found, [&] { index.free_cells = find_free_cells(index.grid, index.parameters.free_cells); });
+	    index.free_cells_found, [&] { index.free_cells = find_free_cells(grid(), index.parameters.free_cells); });
 	return index.free_cells;
 }
 

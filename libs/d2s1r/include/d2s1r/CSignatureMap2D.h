@@ -53,6 +53,10 @@ class CSignatureMap2D : public mrpt::maps::CMetricMap
 	    const mrpt::maps::COccupancyGridMap2D& map, const Parameters& parameters = {},
 	    const TLikelihoodOptions& likelihood = {});
 
+	/// Takes map, parameters and index of a localizer, such as Localizer::load() returns.
+	/// \throws std::invalid_argument if it is null
+	explicit CSignatureMap2D(std::shared_ptr<const Localizer> localizer);
+
 	/// Copies share what was built, which makes them cheap. Maps cannot be moved: a moved-from map would have no
 	/// content.
 	CSignatureMap2D(const CSignatureMap2D&) = default;

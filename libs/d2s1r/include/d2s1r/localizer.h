@@ -8,8 +8,10 @@
 #include <d2s1r/scan.h>
 #include <mrpt/maps/COccupancyGridMap2D.h>
 
+#include <cstdint>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 namespace d2s1r
@@ -32,6 +34,22 @@ class Localizer
 	Localizer(Localizer&&) noexcept;
 	Localizer& operator=(Localizer&&) noexcept;
 
+	/// Maps the index that save() wrote into memory, which takes a small part of the time that it takes to build it.
+	/// The memory is shared by all processes that load the same file. The localizer answers as the saved one would, bit
+	/// for bit. The file may be replaced by save() and removed while it is in use, but not written over. \param
+	/// map_fingerprint what save() was given \param parameters may differ in what an index does not depend on: sections
+	/// scan, refinement, first_look, scoring
+	///        and their subsections, and all of coarse_search but spacing, clearance, directions and max_range
+	/// \throws std::runtime_error naming the file and saying what to do, if it cannot be read, is damaged, or was saved
+	///         with another map, other parameters, by another version of the library or by a machine of another kind;
+	///         std::invalid_argument if a parameter is out of range
+	static Localizer load(const std::string& file, std::uint64_t map_fingerprint, const Parameters& parameters = {});
+
+	/// Writes map and index into a file for load(). The file is written under another name and renamed at the end.
+	/// \param map_fingerprint of what the map was made from: see fingerprint_of_map()
+	/// \throws std::runtime_error naming the file if it cannot be written, or exists and is no saved index
+	void save(const std::string& file, std::uint64_t map_fingerprint) const;
+
 	/// Answers where a scan was taken. It never throws because of the scan: Localization::status tells.
 	/// \throws std::invalid_argument if `query` holds a prior and the method is kPaper, which searches everywhere, or a
 	///         time budget below 0
@@ -50,13 +68,14 @@ class Localizer
 	/// Eq. 1; lower is better. It is NaN if `robot` is not finite or 10,000 km away.
 	double relative_entropy(const Scan& scan, const mrpt::poses::CPose2D& robot) const;
 
-	/// Returns the map that was given to the constructor.
+	/// Returns the map that was given to the constructor. A loaded one is made at the first call.
 	const mrpt::maps::COccupancyGridMap2D& map() const;
 
 	/// Returns the parameters that were given to the constructor.
 	const Parameters& parameters() const;
 
-	/// Returns the map as the localizer sees it: free, occupied and unknown cells.
+	/// Returns the map as the localizer sees it: free, occupied and unknown cells. That of a loaded index is made at
+	/// the first call.
 	const Grid& grid() const;
 
 	/// Returns the cells of grid() that a sensor can stand in by Parameters::free_cells, in increasing order. They are
@@ -65,6 +84,8 @@ class Localizer
 
    private:
 	struct Index;
+	explicit Localizer(std::unique_ptr<const Index> index);
+
 	std::unique_ptr<const Index> index_;
 };
 }  // namespace d2s1r

@@ -5,6 +5,7 @@
 #include <mrpt/maps/COccupancyGridMap2D.h>
 
 #include <array>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -51,6 +52,14 @@ std::vector<std::string> files_of_map(const std::string& file);
 ///         range, or the map is empty or too large for memory
 mrpt::maps::COccupancyGridMap2D::Ptr map_of_cells(
     const std::vector<float>& p_occupied, std::size_t width, const ImageGeometry& geometry);
+
+/// Returns a number that tells whether a map is the one that an index was saved for: it is equal for equal bytes of the
+/// files that load_map() reads and an equal `image`. This is faster than loading the map. Thread-safe.
+/// \throws std::runtime_error naming the file if one cannot be read
+std::uint64_t fingerprint_of_map(const std::string& file, const std::optional<ImageGeometry>& image = std::nullopt);
+
+/// Returns such a number for a map in memory: it is equal for equal cells, size, resolution and origin.
+std::uint64_t fingerprint_of_map(const mrpt::maps::COccupancyGridMap2D& map);
 
 /// Returns the occupancy grid of a map object: of a COccupancyGridMap2D, a CMultiMetricMap (its first grid) or a
 /// CSignatureMap2D, or drawn from the scans of a CSimpleMap.

@@ -227,26 +227,31 @@ RangeProfiles make_range_profiles(
 	RangeProfiles profiles;
 	profiles.directions = parameters.directions;
 	profiles.max_range = std::min(parameters.max_range, (kMostSweptCells - 1) * grid.cell_size);  // 1: rounding
-	profiles.x.reserve(positions.size());
-	profiles.y.reserve(positions.size());
-	profiles.first_of_group.reserve(groups.size() + 1);
+	std::vector<float> xs, ys;
+	std::vector<std::size_t> first_of_group;
+	xs.reserve(positions.size());
+	ys.reserve(positions.size());
+	first_of_group.reserve(groups.size() + 1);
 	for (std::size_t i = 0; i < positions.size(); i++)
 	{
-		profiles.x.push_back(static_cast<float>(grid.center_x(positions[i].cell)));
-		profiles.y.push_back(static_cast<float>(grid.center_y(positions[i].cell)));
-		if (i == 0 || positions[i].place / 4 != positions[i - 1].place / 4) profiles.first_of_group.push_back(i);
+		xs.push_back(static_cast<float>(grid.center_x(positions[i].cell)));
+		ys.push_back(static_cast<float>(grid.center_y(positions[i].cell)));
+		if (i == 0 || positions[i].place / 4 != positions[i - 1].place / 4) first_of_group.push_back(i);
 	}
-	profiles.first_of_group.push_back(positions.size());
+	first_of_group.push_back(positions.size());
+	profiles.x = std::move(xs);
+	profiles.y = std::move(ys);
+	profiles.first_of_group = std::move(first_of_group);
 	const auto directions = static_cast<std::size_t>(parameters.directions);
-	profiles.overview.resize(groups.size() * profiles.overview_stride());
-	profiles.by_position.resize(positions.size() * directions + RangeProfiles::kBlock);
+	AlignedBytes overview_rows(groups.size() * profiles.overview_stride());
+	std::vector<std::uint8_t> position_rows(positions.size() * directions + RangeProfiles::kBlock);
 	const std::vector<std::uint8_t> step_of = steps_of_ranges(profiles, grid.cell_size);
 	std::vector<std::uint8_t> half_of = step_of;  // [2 steps]
 	for (std::uint8_t& step : half_of) step /= 2;
-	RowWriter by_position(0, positions.size(), step_of, parameters.directions, directions, profiles.by_position.data());
+	RowWriter by_position(0, positions.size(), step_of, parameters.directions, directions, position_rows.data());
 	RowWriter overview(
 	    positions.size(), groups.size(), half_of, parameters.directions, profiles.overview_stride(),
-	    profiles.overview.data());
+	    overview_rows.data());
 	sweep_ranges(
 	    grid, swept, parameters.directions, profiles.max_range, false,
 	    [&](int direction, const SweptRanges& ranges)
@@ -254,6 +259,8 @@ RangeProfiles make_range_profiles(
 		    by_position.write(static_cast<std::size_t>(direction), ranges);
 		    overview.write(static_cast<std::size_t>(direction), ranges);
 	    });
+	profiles.by_position = std::move(position_rows);
+	profiles.overview = std::move(overview_rows);
 	profiles.histograms = make_histograms(profiles);
 	return profiles;
 }

@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "base/aligned_bytes.h"
+#include "base/array.h"
 
 namespace d2s1r
 {
@@ -28,14 +28,14 @@ struct RangeProfiles
 	static constexpr int kWhole = 240;                //!< [-] sum of a histogram
 	static constexpr std::uint8_t kOutOfRange = 255;  //!< [step] there is no obstacle within max_range
 
-	int directions = 0;       //!< [-] direction i points at 2 pi i / directions, map frame
-	double max_range = 0;     //!< [m]
-	std::vector<float> x, y;  //!< [m] sample positions, map frame, along a curve that keeps neighbours near
+	int directions = 0;    //!< [-] direction i points at 2 pi i / directions, map frame
+	double max_range = 0;  //!< [m]
+	Array<float> x, y;     //!< [m] sample positions, map frame, along a curve that keeps neighbours near
 	/// [step] by position, then by direction; kBlock bytes more may be read at the end.
-	std::vector<std::uint8_t> by_position;
-	std::vector<std::size_t> first_of_group;  //!< by group, its first position; one more at the end
-	AlignedBytes overview;                    //!< [2 steps] by group, then by direction: see overview_of()
-	std::vector<std::uint8_t> histograms;     //!< [1 / kWhole] by block, then by bin, then by group of the block
+	Array<std::uint8_t> by_position;
+	Array<std::size_t> first_of_group;  //!< by group, its first position; one more at the end
+	Array<std::uint8_t> overview;       //!< [2 steps] by group, then by direction: see overview_of()
+	Array<std::uint8_t> histograms;     //!< [1 / kWhole] by block, then by bin, then by group of the block
 
 	/// Returns the number of sample positions.
 	std::size_t size() const { return x.size(); }
@@ -55,6 +55,20 @@ struct RangeProfiles
 	/// Returns how `count` ranges spread over the bins, kWhole / directions each. A range counts for the two bins that
 	/// it lies between, more for the nearer one. \param steps [2 steps]
 	std::array<std::uint8_t, kBins> histogram_of(const std::uint8_t* steps, std::size_t count) const;
+
+	/// Lists what an index file holds of the profiles.
+	template <class Self, class File>
+	static void fields(Self& self, File& file)
+	{
+		file(self.directions);
+		file(self.max_range);
+		file(self.x);
+		file(self.y);
+		file(self.by_position);
+		file(self.first_of_group);
+		file(self.overview);
+		file(self.histograms);
+	}
 };
 
 /// Samples the free cells, one per square of `parameters.spacing`, and sweeps their ranges up to parameters.max_range,

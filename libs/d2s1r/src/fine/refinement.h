@@ -1,6 +1,8 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <d2s1r/parameters.h>
+
 #include <Eigen/Core>
 
 #include "coarse/coarse_search.h"
@@ -25,6 +27,13 @@ struct RefinedPose
 std::vector<RefinedPose> settle(
     const DistanceField& field, const BeamSubset& few, const std::vector<Candidate>& candidates,
     const RefinementParameters& parameters);
+
+/// Returns those of `poses` that a few beams find plausible, best score first: at most
+/// parameters.refinement.max_refined, and none whose score is below the best one's by more than
+/// parameters.refinement.score_margin. Beams are followed only where their ends leave a chance. Thread-safe.
+std::vector<RefinedPose> make_shortlist(
+    const BeamTracer& tracer, const DistanceField& field, const BeamSubset& few, const std::vector<RefinedPose>& poses,
+    const Parameters& parameters);
 
 /// Goes on with more beams, to the end. Gauss-Newton stops early in a corridor, and people pull it off: poses to both
 /// sides of the best ones, along the direction that the scan leaves open, that fit better yet are returned as well.

@@ -10,6 +10,7 @@
 #include <stdexcept>
 
 #include "base/file_text.h"
+#include "base/index_file.h"
 #include "map/map_yaml.h"
 #include "map/occupancy_map.h"
 
@@ -63,6 +64,40 @@ std::vector<std::string> files_of_map(const std::string& file)
 	{
 		return {file};  // load_map() says what is wrong with it
 	}
+}
+
+std::uint64_t fingerprint_of_map(const std::string& file, const std::optional<ImageGeometry>& image)
+{
+	std::uint64_t fingerprint = 0;
+	if (image)
+	{
+		const std::array<double, 3> geometry = {image->resolution, image->origin_x, image->origin_y};
+		fingerprint = fingerprint_of(geometry.data(), sizeof geometry);
+	}
+	for (const std::string& part : files_of_map(file))
+	{
+		try
+		{
+			const std::string bytes = read_text(part);
+			fingerprint = fingerprint_of(bytes.data(), bytes.size(), fingerprint);
+		}
+		catch (const std::runtime_error& error)
+		{
+			throw std::runtime_error(part + ": " + error.what());
+		}
+	}
+	return fingerprint;
+}
+
+std::uint64_t fingerprint_of_map(const COccupancyGridMap2D& map)
+{
+	const std::array<double, 5> geometry = {
+	    static_cast<double>(map.getSizeX()), static_cast<double>(map.getSizeY()),
+	    static_cast<double>(map.getResolution()), static_cast<double>(map.getXMin()),
+	    static_cast<double>(map.getYMin())};
+	const auto& cells = map.getRawMap();
+	return fingerprint_of(
+	    cells.data(), cells.size() * sizeof cells.front(), fingerprint_of(geometry.data(), sizeof geometry));
 }
 
 COccupancyGridMap2D on_whole_cells(const COccupancyGridMap2D& map)

@@ -124,18 +124,29 @@ class Fnv1a
 /// Holds everything that a change of the map makes anew.
 struct CSignatureMap2D::Content
 {
-	Content(COccupancyGridMap2D::Ptr the_map, const Parameters& p, const TLikelihoodOptions& l)
-	    : map(std::move(the_map)), parameters(p), likelihood(l), last_scan(p.scan, l.beams)
+	Content(
+	    COccupancyGridMap2D::ConstPtr the_map, const Parameters& p, const TLikelihoodOptions& l,
+	    std::shared_ptr<const Localizer> the_localizer = nullptr)
+	    : map(std::move(the_map)),
+	      parameters(p),
+	      likelihood(l),
+	      built_localizer(std::move(the_localizer)),
+	      last_scan(p.scan, l.beams)
 	{
 	}
 
-	const COccupancyGridMap2D::Ptr map;  //!< null if the map is empty
+	const COccupancyGridMap2D::ConstPtr map;  //!< null if the map is empty
 	const Parameters parameters;
 	const TLikelihoodOptions likelihood;
 
 	const Localizer& localizer(int threads) const
 	{
-		std::call_once(localizer_built, [&] { built_localizer.emplace(map, parameters, threads); });
+		std::call_once(
+		    localizer_built,
+		    [&]
+		    {
+			    if (!built_localizer) built_localizer = std::make_shared<const Localizer>(map, parameters, threads);
+		    });
 		return *built_localizer;
 	}
 	const LikelihoodField& field() const
@@ -145,7 +156,7 @@ struct CSignatureMap2D::Content
 	}
 
 	mutable std::once_flag localizer_built, field_built;
-	mutable std::optional<Localizer> built_localizer;
+	mutable std::shared_ptr<const Localizer> built_localizer;
 	mutable std::optional<LikelihoodField> built_field;
 	mutable ObservedPoints last_scan;
 };
@@ -164,6 +175,13 @@ CSignatureMap2D::CSignatureMap2D(
     : CSignatureMap2D(parameters, likelihood)
 {
 	set_map(map);
+}
+
+CSignatureMap2D::CSignatureMap2D(std::shared_ptr<const Localizer> localizer)
+{
+	if (!localizer) throw std::invalid_argument("CSignatureMap2D: the localizer is null");
+	const COccupancyGridMap2D::ConstPtr map(localizer, &localizer->map());
+	content_ = std::make_shared<Content>(map, localizer->parameters(), TLikelihoodOptions{}, localizer);
 }
 
 void CSignatureMap2D::set_map(const COccupancyGridMap2D& map)
@@ -255,7 +273,8 @@ COccupancyGridMap2D::Ptr CSignatureMap2D::writable_grid(const mrpt::poses::CPose
 {
 	if (!content_->map) return make_map_around(robot, parameters().grid.simplemap_cell_size);
 	const bool shared = content_.use_count() > 1 || content_->map.use_count() > 1;
-	return shared ? std::make_shared<COccupancyGridMap2D>(*content_->map) : content_->map;
+	if (shared) return std::make_shared<COccupancyGridMap2D>(*content_->map);
+	return std::const_pointer_cast<COccupancyGridMap2D>(content_->map);  // it was made here, not const
 }
 
 bool CSignatureMap2D::internal_insertObservation(

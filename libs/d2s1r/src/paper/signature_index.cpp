@@ -7,9 +7,10 @@
 #include <cmath>
 #include <nanoflann.hpp>
 #include <numeric>
+#include <sstream>
 #include <stdexcept>
 
-#include "base/aligned_bytes.h"
+#include "base/array.h"
 #include "paper/signature_counts.h"
 
 namespace d2s1r
@@ -26,8 +27,18 @@ using ProjectedSignature = std::array<float, kProjectionSize>;
 class SignatureProjection
 {
    public:
+	/// Makes an empty one, to read into.
+	SignatureProjection() = default;
+
 	/// Finds the axes. \param counts of at least one cell
 	explicit SignatureProjection(const SignatureCounts& counts);
+
+	/// Lists what an index file holds of the projection.
+	template <class Self, class File>
+	static void fields(Self& self, File& file)
+	{
+		file(self.axes_);
+	}
 
 	/// Returns the projection [rays] of a signature. \param counts [rays] one per bin
 	template <class Count>
@@ -41,7 +52,7 @@ class SignatureProjection
 	}
 
    private:
-	std::vector<ProjectedSignature> axes_;  //!< by bin
+	Array<ProjectedSignature> axes_;  //!< by bin
 };
 
 /// Returns the covariance of the signatures of evenly spaced cells: the axes need not be exact.
@@ -64,13 +75,15 @@ Eigen::MatrixXd covariance_of(const SignatureCounts& counts)
 	return products / n - sum * sum.transpose() / (n * n);
 }
 
-SignatureProjection::SignatureProjection(const SignatureCounts& counts) : axes_(static_cast<std::size_t>(counts.bins))
+SignatureProjection::SignatureProjection(const SignatureCounts& counts)
 {
+	std::vector<ProjectedSignature> axes(static_cast<std::size_t>(counts.bins));
 	const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(covariance_of(counts));  // increasing eigenvalues
 	for (int i = 0; i < std::min(kProjectionSize, counts.bins); i++)
 		for (int bin = 0; bin < counts.bins; bin++)
-			axes_[static_cast<std::size_t>(bin)][static_cast<std::size_t>(i)] =
+			axes[static_cast<std::size_t>(bin)][static_cast<std::size_t>(i)] =
 			    static_cast<float>(solver.eigenvectors()(bin, counts.bins - 1 - i));
+	axes_ = std::move(axes);
 }
 
 constexpr std::size_t kLeafSize = 64;    //!< [-] signatures of a leaf of the tree
@@ -180,12 +193,25 @@ struct SignatureIndex::Tree
 	float directions = 0;    //!< [rays] of a signature
 	std::size_t stride = 0;  //!< [byte] between signatures
 	SignatureProjection projection;
-	std::vector<CellIndex> cells;                 //!< in the order of the tree's leaves, as all that follows
-	std::vector<ProjectedSignature> projections;  //!< [rays]
-	AlignedBytes signatures;                      //!< [rays] (cell, bin)
+	Array<CellIndex> cells;                 //!< in the order of the tree's leaves, as all that follows
+	Array<ProjectedSignature> projections;  //!< [rays]
+	Array<std::uint8_t> signatures;         //!< [rays] (cell, bin)
 	std::unique_ptr<KdTree> kd_tree;
 
 	Tree(const std::vector<CellIndex>& cells_, const SignatureCounts& counts);
+	explicit Tree(IndexReader& file);
+	void save(IndexWriter& file) const;
+	template <class Self, class File>
+	static void fields(Self& self, File& file)
+	{
+		file(self.bins);
+		file(self.directions);
+		file(self.stride);
+		SignatureProjection::fields(self.projection, file);
+		file(self.cells);
+		file(self.projections);
+		file(self.signatures);
+	}
 	void fill(Query& query, const Signature& signature) const;
 	NearestCell distance(const Query& query, std::uint32_t point) const;
 
@@ -204,19 +230,44 @@ SignatureIndex::Tree::Tree(const std::vector<CellIndex>& cells_, const Signature
       stride(in_whole_lines(bins)),
       projection(counts)
 {
-	projections.reserve(cells_.size());
-	for (std::size_t i = 0; i < cells_.size(); i++) projections.push_back(projection.project(counts.of(i)));
+	std::vector<ProjectedSignature> projected;
+	projected.reserve(cells_.size());
+	for (std::size_t i = 0; i < cells_.size(); i++) projected.push_back(projection.project(counts.of(i)));
+	projections = std::vector<ProjectedSignature>(projected);
 	kd_tree = std::make_unique<KdTree>(kProjectionSize, *this, nanoflann::KDTreeSingleIndexAdaptorParams(kLeafSize));
 
 	// What one leaf refers to is moved next to each other.
 	auto& points = points_by_leaf(*kd_tree);
 	const std::vector<std::uint32_t> order = points;
 	std::iota(points.begin(), points.end(), 0U);
-	projections = permuted(projections, order);
+	projections = permuted(projected, order);
 	cells = permuted(cells_, order);
-	signatures.resize(cells.size() * stride);
+	AlignedBytes rows(cells.size() * stride);
 	for (std::size_t point = 0; point < cells.size(); point++)
-		std::copy_n(counts.of(order[point]), bins, signatures.data() + point * stride);
+		std::copy_n(counts.of(order[point]), bins, rows.data() + point * stride);
+	signatures = std::move(rows);
+}
+
+SignatureIndex::Tree::Tree(IndexReader& file)
+{
+	fields(*this, file);
+	Array<char> nodes;
+	file(nodes);
+	std::istringstream stream(std::string(nodes.begin(), nodes.end()));
+	kd_tree = std::make_unique<KdTree>(
+	    kProjectionSize, *this,
+	    nanoflann::KDTreeSingleIndexAdaptorParams(
+	        kLeafSize, nanoflann::KDTreeSingleIndexAdaptorFlags::SkipInitialBuildIndex));
+	kd_tree->loadIndex(stream);
+}
+
+void SignatureIndex::Tree::save(IndexWriter& file) const
+{
+	fields(*this, file);
+	std::ostringstream stream;
+	kd_tree->saveIndex(stream);
+	const std::string nodes = stream.str();
+	file(Array<char>(std::vector<char>(nodes.begin(), nodes.end())));
 }
 
 void SignatureIndex::Tree::fill(Query& query, const Signature& signature) const
@@ -249,6 +300,14 @@ SignatureIndex::SignatureIndex(
 	if (cells.empty()) throw std::invalid_argument("SignatureIndex: there is no free cell");
 	tree_ = std::make_unique<const Tree>(cells, count_signatures(grid, cells, parameters, threads));
 }
+
+SignatureIndex::SignatureIndex(IndexReader& file) : tree_(std::make_unique<const Tree>(file)) {}
+
+void SignatureIndex::save(IndexWriter& file) const
+{
+	tree_->save(file);
+}
+
 SignatureIndex::~SignatureIndex() = default;
 SignatureIndex::SignatureIndex(SignatureIndex&&) noexcept = default;
 SignatureIndex& SignatureIndex::operator=(SignatureIndex&&) noexcept = default;

@@ -5,6 +5,7 @@
 
 #include <memory>
 
+#include "base/index_file.h"
 #include "paper/signature.h"
 
 namespace d2s1r
@@ -26,9 +27,15 @@ class SignatureIndex
 	/// \throws std::invalid_argument if there is no cell, or parameters.paper.max_range is above 4000 cells
 	SignatureIndex(
 	    const Grid& grid, const std::vector<CellIndex>& cells, const Parameters& parameters, int threads = 1);
+	/// Reads an index that save() wrote.
+	explicit SignatureIndex(IndexReader& file);
+
 	~SignatureIndex();
 	SignatureIndex(SignatureIndex&&) noexcept;
 	SignatureIndex& operator=(SignatureIndex&&) noexcept;
+
+	/// Writes the index.
+	void save(IndexWriter& file) const;
 
 	/// Returns the k cells of nearest signature, nearest first; of equal ones, that of the lower index.
 	/// \throws std::invalid_argument if the query has another number of bins, or k is below 1

@@ -121,9 +121,10 @@ BeamTracer::BeamTracer(const Grid& grid)
 		auto to = classes.begin() + static_cast<std::ptrdiff_t>(row) * width_ + 1;
 		for (int column = 0; column < grid.width; column++) *to++ = static_cast<std::uint8_t>(*from++);
 	}
-	cells_ = skip_distances(classes, width_, kMostSkipped);
+	std::vector<std::uint8_t> cells = skip_distances(classes, width_, kMostSkipped);
 	for (std::size_t cell = 0; cell < classes.size(); cell++)
-		cells_[cell] = static_cast<std::uint8_t>((cells_[cell] << kClassBits) | classes[cell]);
+		cells[cell] = static_cast<std::uint8_t>((cells[cell] << kClassBits) | classes[cell]);
+	cells_ = std::move(cells);
 }
 
 void BeamTracer::trace(const BeamArrays& beams, const mrpt::math::TPose2D& sensor, TracedBeams& traced) const

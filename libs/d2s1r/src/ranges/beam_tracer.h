@@ -3,6 +3,7 @@
 
 #include <d2s1r/grid.h>
 
+#include "base/array.h"
 #include "scan/beam_subset.h"
 
 namespace d2s1r
@@ -36,6 +37,9 @@ class BeamTracer
 	/// Prepares the cells of `grid`.
 	explicit BeamTracer(const Grid& grid);
 
+	/// Makes an empty one, for fields() to read into.
+	BeamTracer() = default;
+
 	/// Follows all `beams` of a sensor at `sensor` (in map, m and rad). Every kind of SIMD gives the same result.
 	void trace(const BeamArrays& beams, const mrpt::math::TPose2D& sensor, TracedBeams& traced) const;
 
@@ -44,14 +48,26 @@ class BeamTracer
 
 	static constexpr int kClassBits = 2;  //!< [bit] of a cell that hold its class
 
+	/// Lists what an index file holds of the tracer.
+	template <class Self, class File>
+	static void fields(Self& self, File& file)
+	{
+		file(self.width_);
+		file(self.height_);
+		file(self.cell_size_);
+		file(self.origin_x_);
+		file(self.origin_y_);
+		file(self.cells_);
+	}
+
    private:
 	void trace(const BeamArrays& beams, const mrpt::math::TPose2D& sensor, bool only_ends, TracedBeams& traced) const;
 
-	int width_, height_;                      //!< [cells] of the grid and a margin of one cell around it
-	double cell_size_, origin_x_, origin_y_;  //!< [m] map frame
+	int width_ = 0, height_ = 0;                          //!< [cells] of the grid and a margin of one cell around it
+	double cell_size_ = 0, origin_x_ = 0, origin_y_ = 0;  //!< [m] map frame
 	/// By cell, its class in the two low bits. Above them is its skip distance: the Chebyshev distance [cells] to the
 	/// nearest cell of another class, at most 63, or 0 in the margin. A few bytes follow, because cells are gathered as
 	/// words of four bytes.
-	std::vector<std::uint8_t> cells_;
+	Array<std::uint8_t> cells_;
 };
 }  // namespace d2s1r

@@ -78,15 +78,16 @@ DistanceField::DistanceField(const Grid& grid, double tolerance)
 		throw std::invalid_argument("the map has more cells than can be searched; use larger cells or a smaller map");
 	// with the rim: walls at the edge act outwards, too
 	const auto columns = distances_in_columns(grid, kReach, std::uint8_t{kReach});
-	cells_.resize(columns.size());
+	std::vector<std::uint16_t> cells(columns.size());
 	RowTransform transform(width_);
 	for (int y = 0; y < height_; y++)
 	{
 		const auto row = static_cast<std::size_t>(y) * static_cast<std::size_t>(width_);
-		transform(columns.data() + row, cells_.data() + row);
+		transform(columns.data() + row, cells.data() + row);
 	}
 	const auto nearer = static_cast<int>(tolerance / cell_size_ * static_cast<double>(kUnitsPerCell));
 	if (nearer > 0)
-		for (std::uint16_t& cell : cells_) cell = static_cast<std::uint16_t>(std::max(0, cell - nearer));
+		for (std::uint16_t& cell : cells) cell = static_cast<std::uint16_t>(std::max(0, cell - nearer));
+	cells_ = std::move(cells);
 }
 }  // namespace d2s1r

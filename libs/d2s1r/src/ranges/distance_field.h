@@ -3,6 +3,8 @@
 
 #include <d2s1r/grid.h>
 
+#include "base/array.h"
+
 namespace d2s1r
 {
 /// A distance to the walls and its gradient.
@@ -30,6 +32,9 @@ class DistanceField
 	/// \throws std::invalid_argument if there are more than 2^30 cells
 	explicit DistanceField(const Grid& grid, double tolerance = 0);
 
+	/// Makes an empty one, for fields() to read into.
+	DistanceField() = default;
+
 	/// Returns the distance at (x, y) [m, map frame]; far outside of the grid it is the greatest one, with no gradient.
 	Distance at(double x, double y) const;
 
@@ -41,11 +46,24 @@ class DistanceField
 	int height() const { return height_; }           //!< [cells]
 	const std::uint16_t* cells() const { return cells_.data(); }  //!< [cell_size / kUnitsPerCell] row-major
 
+	/// Lists what an index file holds of the field.
+	template <class Self, class File>
+	static void fields(Self& self, File& file)
+	{
+		file(self.width_);
+		file(self.height_);
+		file(self.cell_size_);
+		file(self.origin_x_);
+		file(self.origin_y_);
+		file(self.tolerance_);
+		file(self.cells_);
+	}
+
    private:
-	int width_, height_;                      //!< [cells] of the grid and a rim about it
-	double cell_size_, origin_x_, origin_y_;  //!< [m] map frame
-	double tolerance_;                        //!< [m]
-	std::vector<std::uint16_t> cells_;        //!< [cell_size / kUnitsPerCell] row-major
+	int width_ = 0, height_ = 0;                          //!< [cells] of the grid and a rim about it
+	double cell_size_ = 0, origin_x_ = 0, origin_y_ = 0;  //!< [m] map frame
+	double tolerance_ = 0;                                //!< [m]
+	Array<std::uint16_t> cells_;                          //!< [cell_size / kUnitsPerCell] row-major
 };
 inline Distance DistanceField::at(double x, double y) const
 {

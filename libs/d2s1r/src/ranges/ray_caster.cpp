@@ -98,9 +98,10 @@ SkipMap make_skip_map(const Grid& grid, bool stop_at_unknown)
 			const bool is_obstacle = cell == Cell::kOccupied || (stop_at_unknown && cell == Cell::kUnknown);
 			is_open[map.index(x + 1, y + 1)] = is_obstacle ? 0 : 1;
 		}
-	map.cells = skip_distances(is_open, map.width, kMostSkipped);
+	std::vector<std::uint8_t> cells = skip_distances(is_open, map.width, kMostSkipped);
 	for (std::size_t cell = 0; cell < is_open.size(); cell++)
-		if (is_open[cell] == 0) map.cells[cell] = 0;
+		if (is_open[cell] == 0) cells[cell] = 0;
+	map.cells = std::move(cells);
 	return map;
 }
 

@@ -7,6 +7,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "base/array.h"
+
 namespace d2s1r
 {
 /// The skip distance of each cell of a grid, and of a margin of one cell around it: how far a ray may go in any
@@ -17,7 +19,7 @@ struct SkipMap
 	int height = 0;  //!< [cells] with the margin
 	/// [cells] Chebyshev distance to the nearest obstacle or cell of the margin, at most 255, row-major. kGatherOverrun
 	/// bytes follow.
-	std::vector<std::uint8_t> cells;
+	Array<std::uint8_t> cells;
 
 	/// Returns the position of a cell in `cells`.
 	std::size_t index(int column, int row) const
@@ -50,6 +52,9 @@ class RayCaster
 	/// \param stop_at_unknown whether unknown cells, and all that lies outside of the grid, end a ray
 	RayCaster(const Grid& grid, double max_range, bool stop_at_unknown);
 
+	/// Makes an empty one, for fields() to read into.
+	RayCaster() = default;
+
 	/// Returns the distance [m] from (x, y) [m, map frame] along `angle` [rad] to the near side of the first obstacle,
 	/// or max_range if there is none; zero inside an obstacle.
 	float cast(double x, double y, double angle) const;
@@ -62,10 +67,24 @@ class RayCaster
 	/// Writes a virtual scan into `ranges`, without allocation if that was large enough once.
 	void scan(double x, double y, int directions, std::vector<float>& ranges) const;
 
+	/// Lists what an index file holds of the caster.
+	template <class Self, class File>
+	static void fields(Self& self, File& file)
+	{
+		file(self.cell_size_);
+		file(self.origin_x_);
+		file(self.origin_y_);
+		file(self.max_range_);
+		file(self.stop_at_unknown_);
+		file(self.skips_.width);
+		file(self.skips_.height);
+		file(self.skips_.cells);
+	}
+
    private:
-	double cell_size_, origin_x_, origin_y_;  //!< [m] of the grid, map frame
-	double max_range_;                        //!< [m]
-	bool stop_at_unknown_;
+	double cell_size_ = 0, origin_x_ = 0, origin_y_ = 0;  //!< [m] of the grid, map frame
+	double max_range_ = 0;                                //!< [m]
+	bool stop_at_unknown_ = false;
 	SkipMap skips_;
 };
 }  // namespace d2s1r

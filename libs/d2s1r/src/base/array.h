@@ -3,7 +3,9 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <new>
+#include <utility>
 #include <vector>
 
 namespace d2s1r
@@ -38,4 +40,42 @@ constexpr std::size_t in_whole_lines(std::size_t count)
 {
 	return (count + kCacheLine - 1) / kCacheLine * kCacheLine;
 }
+
+/// An array that is not changed any more. It was made here, from a vector, or it is a part of a file that is mapped
+/// into memory. Copies share it.
+template <class T>
+class Array
+{
+   public:
+	/// Makes an empty array.
+	Array() = default;
+
+	/// Takes the values of a vector. It is implicit because vectors are what arrays are made in.
+	template <class Allocator>
+	Array(std::vector<T, Allocator>&& values)
+	{
+		const auto owned = std::make_shared<const std::vector<T, Allocator>>(std::move(values));
+		*this = Array(owned->data(), owned->size(), owned);
+	}
+
+	/// Refers to values that live as long as `owner`.
+	Array(const T* values, std::size_t count, std::shared_ptr<const void> owner)
+	    : values_(values), size_(count), owner_(std::move(owner))
+	{
+	}
+
+	const T* data() const { return values_; }
+	std::size_t size() const { return size_; }
+	bool empty() const { return size_ == 0; }
+	const T& operator[](std::size_t i) const { return values_[i]; }
+	const T& front() const { return values_[0]; }
+	const T& back() const { return values_[size_ - 1]; }
+	const T* begin() const { return values_; }
+	const T* end() const { return values_ + size_; }
+
+   private:
+	const T* values_ = nullptr;
+	std::size_t size_ = 0;
+	std::shared_ptr<const void> owner_;
+};
 }  // namespace d2s1r

@@ -1,0 +1,205 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "base/index_file.h"
+
+#include <fcntl.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <unistd.h>
+#include <xxhash.h>
+
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <stdexcept>
+
+namespace d2s1r
+{
+namespace
+{
+constexpr std::array<char, 16> kMagic = {"d2s1r index\r\n\x1a\n"};  // as in PNG: shows files that were copied as text
+constexpr std::uint32_t kByteOrder = 0x01020304;
+constexpr std::uint32_t kVersion = 1;  //!< of the file's layout
+
+struct Header
+{
+	std::array<char, 16> magic = kMagic;
+	std::uint32_t byte_order = kByteOrder;
+	std::uint32_t version = kVersion;
+	IndexKey key;
+	std::uint64_t bytes = 0;    //!< [byte] of the whole file
+	std::uint64_t content = 0;  //!< fingerprint of all that follows
+	std::uint64_t header = 0;   //!< fingerprint of the header up to here
+};
+static_assert(sizeof(Header) == kIndexAlignment);
+
+/// What comes before each array.
+struct Prefix
+{
+	std::uint64_t size = 0;   //!< [byte] of a value
+	std::uint64_t count = 0;  //!< [-] of values
+};
+
+std::uint64_t sum_of(const Header& header)
+{
+	return fingerprint_of(&header, offsetof(Header, header));
+}
+
+std::size_t aligned(std::size_t bytes)
+{
+	return (bytes + kIndexAlignment - 1) / kIndexAlignment * kIndexAlignment;
+}
+
+[[noreturn]] void refuse(const std::string& file, const std::string& why)
+{
+	throw std::runtime_error(file + ": " + why);
+}
+
+constexpr const char* kBuildAgain = "; build the index again";
+
+/// Says why a header, which may be any bytes, is not that of an index of `key`; empty if it is.
+std::string why_refused(const Header& header, const IndexKey& key, std::size_t file_size)
+{
+	if (header.magic != kMagic) return "is not the file of an index; name another file";
+	const auto build_again = [](const std::string& what) { return what + kBuildAgain; };
+	if (header.byte_order == __builtin_bswap32(kByteOrder))
+		return build_again("was saved by a machine of another byte order");
+	if (header.byte_order == kByteOrder && header.version != kVersion)
+		return build_again("was saved by another version of the library");
+	if (header.header != sum_of(header) || header.bytes != file_size) return build_again("is damaged");
+	if (header.key.map != key.map) return build_again("is the index of another map");
+	if (header.key.parameters != key.parameters)
+		return build_again("is the index of other parameters or of another version of the library");
+	return "";
+}
+
+/// Returns whether a file exists, is not empty and does not begin as an index does.
+bool is_something_else(const std::string& file)
+{
+	const std::unique_ptr<std::FILE, int (*)(std::FILE*)> stream(std::fopen(file.c_str(), "rb"), std::fclose);
+	std::array<char, kMagic.size()> start{};
+	if (!stream) return false;
+	const std::size_t got = std::fread(start.data(), 1, start.size(), stream.get());
+	return got > 0 && std::memcmp(start.data(), kMagic.data(), got) != 0;
+}
+
+std::shared_ptr<const unsigned char> map_into_memory(const std::string& file, std::size_t& size)
+{
+	const int descriptor = open(file.c_str(), O_RDONLY | O_CLOEXEC);
+	if (descriptor < 0) refuse(file, std::string("cannot be read (") + std::strerror(errno) + ")");
+	struct stat status = {};
+	const bool is_file = fstat(descriptor, &status) == 0 && S_ISREG(status.st_mode);
+	size = is_file ? static_cast<std::size_t>(status.st_size) : 0;
+	void* const memory = size > 0 ? mmap(nullptr, size, PROT_READ, MAP_SHARED | MAP_POPULATE, descriptor, 0) : nullptr;
+	close(descriptor);
+	if (size == 0) refuse(file, "is not the file of an index; name another file");
+	if (memory == MAP_FAILED) refuse(file, std::string("cannot be mapped into memory (") + std::strerror(errno) + ")");
+	const auto unmap = [size](const unsigned char* mapped) { munmap(const_cast<unsigned char*>(mapped), size); };
+	return {static_cast<const unsigned char*>(memory), unmap};
+}
+}  // namespace
+
+std::uint64_t fingerprint_of(const void* bytes, std::size_t count, std::uint64_t seed)
+{
+	return XXH3_64bits_withSeed(bytes, count, seed);
+}
+
+struct IndexWriter::Sum
+{
+	XXH3_state_t* state = XXH3_createState();
+	Sum()
+	{
+		if (!state) throw std::bad_alloc();
+		XXH3_64bits_reset(state);
+	}
+	~Sum() { XXH3_freeState(state); }
+	Sum(const Sum&) = delete;
+	Sum& operator=(const Sum&) = delete;
+};
+
+IndexWriter::IndexWriter(const std::string& file)
+    : file_(file), temporary_(file + "." + std::to_string(getpid()) + ".part"), stream_(nullptr, std::fclose)
+{
+	if (is_something_else(file)) refuse(file, "exists and is not the file of an index; name another file");
+	sum_ = std::make_unique<Sum>();
+	stream_.reset(std::fopen(temporary_.c_str(), "wbe"));
+	if (!stream_) fail();
+	const Header unfinished{};
+	if (std::fwrite(&unfinished, sizeof unfinished, 1, stream_.get()) != 1) fail();
+	written_ = sizeof unfinished;
+}
+
+IndexWriter::~IndexWriter()
+{
+	if (!stream_) return;
+	stream_.reset();
+	std::remove(temporary_.c_str());
+}
+
+void IndexWriter::fail() const
+{
+	refuse(file_, std::string("cannot be written (") + std::strerror(errno) + "); name another file or free space");
+}
+
+void IndexWriter::put(const void* bytes, std::size_t count)
+{
+	if (count == 0) return;
+	if (std::fwrite(bytes, 1, count, stream_.get()) != count) fail();
+	XXH3_64bits_update(sum_->state, bytes, count);
+	written_ += count;
+}
+
+void IndexWriter::write(const void* values, std::size_t size, std::size_t count)
+{
+	constexpr std::array<char, kIndexAlignment> kZeros{};
+	const Prefix prefix{size, count};
+	put(&prefix, sizeof prefix);
+	put(kZeros.data(), aligned(written_) - written_);
+	put(values, size * count);
+	put(kZeros.data(), aligned(written_) - written_);
+}
+
+void IndexWriter::commit(const IndexKey& key)
+{
+	Header header;
+	header.key = key;
+	header.bytes = written_;
+	header.content = XXH3_64bits_digest(sum_->state);
+	header.header = sum_of(header);
+	if (std::fseek(stream_.get(), 0, SEEK_SET) != 0) fail();
+	if (std::fwrite(&header, sizeof header, 1, stream_.get()) != 1) fail();
+	if (std::fclose(stream_.release()) != 0 || std::rename(temporary_.c_str(), file_.c_str()) != 0)
+	{
+		const int error = errno;
+		std::remove(temporary_.c_str());
+		errno = error;
+		fail();
+	}
+}
+
+IndexReader::IndexReader(const std::string& file, const IndexKey& key) : file_(file)
+{
+	memory_ = map_into_memory(file, size_);
+	Header header{};
+	std::memcpy(&header, memory_.get(), std::min(sizeof header, size_));
+	if (const std::string why = why_refused(header, key, size_); !why.empty()) refuse(file, why);
+	at_ = sizeof header;
+	if (header.content != fingerprint_of(memory_.get() + at_, size_ - at_))
+		refuse(file, std::string("is damaged") + kBuildAgain);
+}
+
+std::pair<const void*, std::size_t> IndexReader::read(std::size_t size, std::size_t expected_count)
+{
+	Prefix prefix;
+	const auto is_inside = [this](std::size_t bytes) { return at_ <= size_ && bytes <= size_ - at_; };
+	const auto refuse_content = [this]
+	{ refuse(file_, std::string("does not hold what an index holds") + kBuildAgain); };
+	if (!is_inside(sizeof prefix)) refuse_content();
+	std::memcpy(&prefix, memory_.get() + at_, sizeof prefix);
+	at_ = aligned(at_ + sizeof prefix);
+	const bool is_expected = prefix.size == size && (expected_count == 0 || prefix.count == expected_count);
+	if (!is_expected || prefix.count > size_ / size || !is_inside(size * prefix.count)) refuse_content();
+	const void* const values = memory_.get() + at_;
+	at_ = aligned(at_ + size * prefix.count);
+	return {values, prefix.count};
+}
+}  // namespace d2s1r
