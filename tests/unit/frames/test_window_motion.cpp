@@ -105,6 +105,24 @@ TEST_F(WindowOnTwinRooms, AScanOfACoveredSensorMovesNothing)
 	expect_at(result, path.back());
 }
 
+TEST(WindowLocalizer, FramesFarApartDoNotOutvoteWhatAScanSaysClearlyByItself)
+{
+	const Grid floor = make_floor(), world = world_of(floor);
+	const Localizer localizer(make_map(floor), {});
+	WindowLocalizer window(localizer, 10);
+	int clear = 0;
+	for (const TPose2D& truth : random_poses(floor, 60, 0.3, 5))
+	{
+		const Scan scan = make_scan(make_observation(world, truth, Laser()), localizer.parameters().scan);
+		const Localization alone = localizer.localize(scan), result = window.add(scan, alone);
+		if (result.status == Status::kLocalized) expect_at(result, truth);
+		if (alone.status != Status::kLocalized) continue;
+		clear++;
+		EXPECT_EQ(result.status, Status::kLocalized);
+	}
+	EXPECT_GE(clear, 50);
+}
+
 TEST(WindowLocalizer, RecognizesOdometryThatIsFrozen)
 {
 	const Grid floor = make_floor(), world = world_of(floor);

@@ -18,16 +18,23 @@ struct Vote
 	double weight;                //!< [-]
 };
 
-/// Returns the motions between all pairs of hypotheses that a robot may have made from one frame to the next.
+/// Returns the motions between all pairs of hypotheses that a robot may have made from one frame to the next. Between
+/// two places that are clear by themselves it may have made any.
 std::vector<Vote> votes_of(const std::vector<Hypothesis>& from, const std::vector<Hypothesis>& to)
 {
 	constexpr double kFar = 2.0, kTurned = mrpt::DEG2RAD(60.0);  // [m], [rad] that no robot makes
 	constexpr double kUsual = 0.7;                               // [m] standard deviation of what it makes
+	constexpr double kClear = 0.9;                               // [0, 1] least probability of a clear place
 	std::vector<Vote> votes;
 	for (const Hypothesis& start : from)
 		for (const Hypothesis& end : to)
 		{
 			const auto motion = end.pose - start.pose;
+			if (start.probability > kClear && end.probability > kClear)
+			{
+				votes.push_back({motion, 1});
+				continue;
+			}
 			if (motion.norm() > kFar || std::abs(mrpt::math::wrapToPi(motion.phi())) > kTurned) continue;
 			const double usual = std::exp(-0.5 * motion.norm() * motion.norm() / (kUsual * kUsual));
 			votes.push_back({motion, usual * std::sqrt(start.probability * end.probability)});

@@ -80,6 +80,8 @@ class WindowLocalizer::Tracker
 	bool lost(const Localization& one_shot) const;
 	void forget();
 	void prune();
+	bool contradicts(const Localization& one_shot) const;
+	void begin_with(const Localization& one_shot);
 	Localization conclude(const Localization& one_shot) const;
 
 	const Localizer* localizer_;
@@ -225,6 +227,24 @@ void WindowLocalizer::Tracker::forget()
 	tracks_.clear();
 }
 
+/// Returns whether the newest scan is clear by itself about another place than the best track.
+bool WindowLocalizer::Tracker::contradicts(const Localization& one_shot) const
+{
+	return one_shot.status == Status::kLocalized &&
+	       (tracks_.empty() ||
+	        !one_place(one_shot.best().pose, tracks_.front().now.pose, localizer_->parameters().scoring));
+}
+
+/// Forgets all frames but the newest one, from which the window begins anew.
+void WindowLocalizer::Tracker::begin_with(const Localization& one_shot)
+{
+	frames_.erase(frames_.begin(), frames_.end() - 1);
+	frames_.back().reference = greatest_likelihood({}, one_shot.hypotheses);
+	tracks_.clear();
+	start_tracks(one_shot);
+	prune();
+}
+
 /// Says what all frames of the window tell.
 Localization WindowLocalizer::Tracker::conclude(const Localization& one_shot) const
 {
@@ -285,6 +305,7 @@ Localization WindowLocalizer::Tracker::add(
 	if (lost(one_shot)) forget();
 	start_tracks(one_shot);
 	prune();
+	if (!since_last && contradicts(one_shot)) begin_with(one_shot);  // a guessed motion links frames badly now and then
 	Localization result = conclude(one_shot);
 	const double spent = 1e3 * watch.Tac();  // [ms]
 	result.times.refinement_ms += spent;
