@@ -37,12 +37,39 @@ Parameters for_first_look(const Parameters& parameters)
 	return first;
 }
 
-/// Returns the parameters of the searches that are made, one after the other, until the answer is clear.
-std::vector<Parameters> looks(const Parameters& parameters)
+/// One of the searches that are made, one after the other, until the answer is clear.
+struct Look
 {
-	if (parameters.first_look.clear_above >= 1) return {parameters};
-	return {for_first_look(parameters), parameters};
+	Parameters parameters;
+	bool is_last;
+
+	/// Returns whether there may be candidates that this look leaves out, and a later one would not.
+	bool leaves_out(const std::vector<Candidate>& candidates) const
+	{
+		return !is_last && static_cast<int>(candidates.size()) >= parameters.coarse_search.candidates;
+	}
+};
+
+std::vector<Look> looks(const Parameters& parameters)
+{
+	if (parameters.first_look.clear_above >= 1) return {{parameters, true}};
+	return {{for_first_look(parameters), false}, {parameters, true}};
 }
+
+/// The time that a query may take.
+class TimeBudget
+{
+   public:
+	/// \param budget [ms] 0: as much as it takes
+	explicit TimeBudget(double budget) : budget_ms_(budget > 0 ? budget : HUGE_VAL) {}
+
+	double left_ms() const { return budget_ms_ - 1e3 * watch_.Tac(); }
+	bool is_half_spent() const { return left_ms() < 0.5 * budget_ms_; }
+
+   private:
+	double budget_ms_;
+	mrpt::system::CTicTac watch_;
+};
 
 /// Returns whether an answer needs no second look.
 bool is_clear(const Localization& answer, const FirstLookParameters& parameters)
@@ -64,51 +91,42 @@ std::vector<Place> places_among(
 	return timed(times.refinement_ms, find_places, tracer, field, scan, all, refined, prior, parameters);
 }
 
-/// Searches the map with the effort that `look` allows. The search goes on with as many candidates as the time affords.
-/// \return no value if `look` must leave out candidates, and `may_leave_out` is false
+/// Searches all readings of the map. \return no value if a look that is not the last one would leave out candidates
 std::optional<Localization> answer_of(
-    const Parameters& look, bool may_leave_out, const Scan& scan, const DefaultIndex& index, const Query& query,
-    const std::function<double()>& left_ms, StageTimes& times)
+    const Look& look, const Scan& scan, const DefaultIndex& index, const Prior& prior, const TimeBudget& budget,
+    StageTimes& times)
 {
 	std::vector<Place> places;
-	double share = 1 / static_cast<double>(index.readings.size());  // [-] of the time that is left
+	auto readings = static_cast<double>(index.readings.size());  // [-] that are still to be searched
 	for (const MapReading& map : index.readings)
 	{
-		auto candidates = timed(times.retrieval_ms, coarse_search, map.profiles, scan, look.coarse_search, query.prior);
-		if (!may_leave_out && static_cast<int>(candidates.size()) >= look.coarse_search.candidates) return std::nullopt;
-		StageTimes of_sample;
-		const AffordableCandidates affordable = affordable_candidates(
-		    share * left_ms(), std::move(candidates), look,
-		    [&](const auto& some, const Parameters& fewer)
-		    { places_among(some, map, scan, query.prior, fewer, of_sample); });
+		const auto candidates =
+		    timed(times.retrieval_ms, coarse_search, map.profiles, scan, look.parameters.coarse_search, prior);
+		if (look.leaves_out(candidates)) return std::nullopt;
+		const auto judge = [&](const std::vector<Candidate>& some, const Parameters& parameters)
+		{ return places_among(some, map, scan, prior, parameters, times); };
+		const auto affordable =
+		    affordable_candidates(budget.left_ms() / readings--, candidates, look.parameters, judge);
 		places = merged_places(
-		    std::move(places),
-		    places_among(affordable.candidates, map, scan, query.prior, affordable.parameters, times), look.scoring);
-		share = 1;
+		    std::move(places), judge(affordable.candidates, affordable.parameters), look.parameters.scoring);
 	}
-	return timed(times.refinement_ms, decide, scan, places, look);
+	return timed(times.refinement_ms, decide, scan, places, look.parameters);
 }
 }  // namespace
 
 Localization localize_default(
     const Scan& scan, const DefaultIndex& index, const Parameters& parameters, const Query& query)
 {
-	constexpr double kShareOfFirstLook = 0.5;  // [-] of the time budget; after it no second look is begun
-	const mrpt::system::CTicTac watch;
-	const double budget_ms = query.time_budget > 0 ? query.time_budget : HUGE_VAL;
-	const auto left_ms = [&] { return budget_ms - 1e3 * watch.Tac(); };
+	const TimeBudget budget(query.time_budget);
 	StageTimes times;
 	Localization result;
-	const std::vector<Parameters> all_looks = looks(parameters);
-	for (const Parameters& look : all_looks)
+	for (const Look& look : looks(parameters))
 	{
-		const auto answer = answer_of(look, &look == &all_looks.back(), scan, index, query, left_ms, times);
+		const auto answer = answer_of(look, scan, index, query.prior, budget, times);
 		if (!answer) continue;
 		result = *answer;
-		if (is_clear(result, parameters.first_look) || left_ms() < (1 - kShareOfFirstLook) * budget_ms) break;
+		if (is_clear(result, parameters.first_look) || budget.is_half_spent()) break;
 	}
-	if (result.status == Status::kRejected && !query.prior.anywhere())
-		result.note = "no place in the given region explains the scan";
 	result.times = times;
 	return result;
 }

@@ -254,6 +254,8 @@ Localization Localizer::localize(const Scan& scan, const Query& query) const
 
 	double total_ms = 0;
 	Localization result = timed(total_ms, localize_default, scan, *index.default_index, index.parameters, query);
+	if (result.status == Status::kRejected && !query.prior.anywhere())
+		result.note = "no place in the given region explains the scan";
 	if (!result.hypotheses.empty())
 		result.relative_entropy = timed(
 		    total_ms, relative_entropy_at, result.best().pose.asTPose() + scan.sensor_on_robot, scan, index.caster,
