@@ -227,12 +227,13 @@ void WindowLocalizer::Tracker::forget()
 	tracks_.clear();
 }
 
-/// Returns whether the newest scan is clear by itself about another place than the best track.
+/// Returns whether the newest scan by itself gives most of the probability to another place than that of the best
+/// track.
 bool WindowLocalizer::Tracker::contradicts(const Localization& one_shot) const
 {
-	return one_shot.status == Status::kLocalized &&
-	       (tracks_.empty() ||
-	        !one_place(one_shot.best().pose, tracks_.front().now.pose, localizer_->parameters().scoring));
+	if (one_shot.hypotheses.empty() || one_shot.best().probability < 0.5) return false;
+	const auto& scoring = localizer_->parameters().scoring;
+	return tracks_.empty() || !one_place(one_shot.best().pose, tracks_.front().now.pose, scoring);
 }
 
 /// Forgets all frames but the newest one, from which the window begins anew.
@@ -305,8 +306,10 @@ Localization WindowLocalizer::Tracker::add(
 	if (lost(one_shot)) forget();
 	start_tracks(one_shot);
 	prune();
-	if (!since_last && contradicts(one_shot)) begin_with(one_shot);  // a guessed motion links frames badly now and then
-	Localization result = conclude(one_shot);
+	// A motion that was guessed links frames badly now and then: it never outvotes what a scan says by itself.
+	const bool is_unlinked = !since_last && contradicts(one_shot);
+	if (is_unlinked) begin_with(one_shot);
+	Localization result = is_unlinked ? one_shot : conclude(one_shot);
 	const double spent = 1e3 * watch.Tac();  // [ms]
 	result.times.refinement_ms += spent;
 	result.times.total_ms += spent;
