@@ -143,8 +143,11 @@ TEST_F(AppFiles, TheIndexIsKeptInItsFile)
 	    path("a.gridmap.gz"));
 	localize({}, "the index was built: the file is the index of another map\n");
 
-	expect_kept(
-	    path("a.gridmap.gz"), "the input of --map", words({"-o", path("new"), "--index", path("a.gridmap.gz")}));
+	const std::string map = read_file(path("a.gridmap.gz"));
+	expect_refusal(
+	    words({"-o", path("new"), "--index", path("a.gridmap.gz")}), 3,
+	    {path("a.gridmap.gz") + ": is the input of --map", "name another file"});
+	EXPECT_EQ(read_file(path("a.gridmap.gz")), map);
 	write_file(path("notes.txt"), "not an index");
 	expect_refusal(
 	    words({"-o", path("new"), "--index", path("notes.txt")}), 3, {path("notes.txt"), "exists and is not"});
