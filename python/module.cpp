@@ -351,7 +351,7 @@ void bind_localizer(py::module_& module)
 	        py::init(make), "map"_a, "parameters"_a = py::none(), "threads"_a = 1,
 	        "Builds the index of a map.\n\n"
 	        "    parameters: path of an ini file, or a dict such as {\"scan.min_beams\": 30}; see to_ini().\n"
-	        "    threads: that build the index.\n\n"
+	        "    threads: number of threads that build the index of the published method.\n\n"
 	        "Raises ValueError that names a wrong parameter, or RuntimeError if the file cannot be read.")
 	    .def(
 	        "localize", answer, "ranges"_a, "angle_min"_a, "angle_increment"_a, "max_range"_a,

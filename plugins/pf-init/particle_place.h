@@ -26,7 +26,8 @@ struct ParticlePlace
 	double probability = 0;                  //!< [0, 1] weight of the place
 };
 
-/// Returns the place that holds most of the weight. \param weights as normalized_weights() returns them
+/// Returns the place that holds most of the weight.
+/// \param weights as normalized_weights() returns them
 ParticlePlace dominant_place(const mrpt::poses::CPosePDFParticles& particles, const std::vector<double>& weights);
 
 /// Returns the weight [0, 1] of the particles within kPlaceRadius and kPlaceAngle of `pose`.

@@ -38,12 +38,14 @@ struct MotionEvidence
 std::optional<mrpt::poses::CPosePDFGaussian> choose_motion(
     const MotionEvidence& evidence, const Support& support, const MotionParameters& parameters);
 
-/// Draws `count` of the particles in proportion to their weights. \param offset [0, 1) of the first draw
+/// Draws `count` of the particles in proportion to their weights.
+/// \param offset [0, 1) of the first draw
 /// \return their indices, in ascending order
 std::vector<std::size_t> systematic_draw(const std::vector<double>& weights, std::size_t count, double offset);
 
 /// Draws `count` of the particles, each as often as its weight asks for; all weigh the same then. MRPT's
-/// computeResampling() never returns if it is to draw more than there are. \param offset as in systematic_draw()
+/// computeResampling() never returns if it is to draw more than there are.
+/// \param offset as in systematic_draw()
 void resize(mrpt::poses::CPosePDFParticles& particles, std::size_t count, double offset);
 
 /// Returns MRPT's particle filter, set to keep the number of particles: KLD would grow a seed of several places to tens

@@ -24,7 +24,8 @@ class Recovery
 	Recovery() = default;
 	Recovery(const CSignatureMap2D::ConstPtr& map, const FusionParameters& parameters);
 
-	/// Replaces all particles by ones drawn from the hypotheses. \return false if there is no hypothesis
+	/// Replaces all particles by ones drawn from the hypotheses.
+	/// \return false if there is no hypothesis
 	bool seed(mrpt::poses::CPosePDFParticles& particles, const Localization& localization);
 
 	/// Call it once a scan: the robot may have been carried away since the last one.

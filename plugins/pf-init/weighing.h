@@ -15,7 +15,8 @@ double probability_found(const Localization& localization);
 /// whole scan for every particle.
 mrpt::obs::CObservation2DRangeScan thinned(const mrpt::obs::CObservation2DRangeScan& scan, std::size_t beams);
 
-/// Makes particles light where the robot cannot be. \return whether there is a particle where it can be
+/// Makes particles light where the robot cannot be.
+/// \return whether there is a particle where it can be
 bool weigh_by_prior(mrpt::poses::CPosePDFParticles& particles, const Prior& prior);
 
 /// Makes particles heavier the nearer they are to probable hypotheses of a scan.
@@ -24,7 +25,8 @@ void weigh_by_hypotheses(
 
 /// Weighs particles by how well the map explains `scan` from where they are, and resamples them if few of them count.
 /// Changes nothing if neither the hypotheses of the scan nor the filter's place explain it.
-/// \param localization of `scan` \return the effective sample size [0, 1] before resampling
+/// \param localization of `scan`
+/// \return the effective sample size [0, 1] before resampling
 double weigh_by_scan_and_resample(
     mrpt::slam::CMonteCarloLocalization2D& particles, const CSignatureMap2D& map,
     const mrpt::obs::CObservation2DRangeScan& scan, const Localization& localization, const Tuning& tuning);

@@ -16,7 +16,7 @@ using mrpt::img::TColor;
 namespace
 {
 const TColor kInk(40, 44, 52), kWrong(214, 34, 50), kPath(20, 99, 196), kTruth(142, 211, 144), kFused(176, 108, 202),
-    kGuess(245, 150, 20);
+    kHypothesis(245, 150, 20);
 
 /// map.png, taken apart: the map, a line of ink, the legend.
 class MapPng
@@ -159,7 +159,7 @@ TEST_F(AppMapPng, AnAmbiguousFrameWhoseBestPoseIsOffIsMarkedOtherwise)
 	    draw(observation_log(), {"--ground-truth", path("truth.txt"), "-c", path("never.ini"), "--frames", ":1"});
 	EXPECT_FALSE(picture.map_has(kWrong));
 	EXPECT_FALSE(picture.map_has(kPath));
-	EXPECT_TRUE(picture.map_has(kGuess));
+	EXPECT_TRUE(picture.map_has(kHypothesis));
 }
 
 TEST_F(AppMapPng, OnlyTheGroundTruthOfTheSelectedFramesIsDrawn)

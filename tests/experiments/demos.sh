@@ -1,6 +1,6 @@
 #!/bin/bash
 # d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-# MRPT's two localization demos over the whole map without a first guess: rawlog-localize --fuse against the stock
+# MRPT's two localization demos over the whole map without an initial pose: rawlog-localize --fuse against the stock
 # pf-localization (40,000 particles over all free cells, the ini that MRPT comes with), once a seed.
 #
 #   demos.sh RAWLOG_LOCALIZE [SEEDS]       prints two rows of a table a demo

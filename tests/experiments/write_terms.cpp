@@ -246,7 +246,7 @@ class Writer
 	{
 		const Score& s = place.score;
 		terms_ << frame_ << ',' << is_right << ',' << is_added << ',' << s.log_likelihood << ',' << s.explained << ','
-		       << s.in_front << ',' << s.unexplained << ',' << s.depth_edges << ',' << s.surfaces;
+		       << s.in_front << ',' << s.unexplained << ',' << s.depth_edges << ',' << s.segments;
 		for (const Term& term : all_terms_)
 			terms_ << ','
 			       << score(

@@ -1,5 +1,5 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-// The folders of the library are the stages of its data flow, and no include runs back.
+// The folders of the library are the stages of its data flow, and no include runs back; folders can be surveyed.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -15,6 +15,7 @@ namespace
 namespace fs = std::filesystem;
 
 const fs::path kLibrary = fs::path(D2S1R_SOURCE_DIR) / "libs/d2s1r";
+const fs::path kProgram = fs::path(D2S1R_SOURCE_DIR) / "apps/rawlog-localize";
 
 /// The stages in their order; a file may include its own stage and those of a lower number. Stages of one number do not
 /// know of each other.
@@ -111,5 +112,20 @@ TEST(Layout, FoldersCanBeSurveyed)
 	for (const auto& [folder, count] : files) EXPECT_LE(count, 15) << folder;
 	EXPECT_LE(files_below(kLibrary / "src").size(), 100U);
 	EXPECT_LE(files_below(kLibrary / "include").size() + 1, 16U) << "with version.h, which is generated";
+}
+
+TEST(Layout, FoldersOfTheProgramCanBeSurveyed)
+{
+	std::map<std::string, int> files;
+	for (const fs::path& file : files_below(kProgram))
+		if (file.parent_path() != kProgram) files[file.parent_path().filename().string()]++;
+	int all = 0;
+	for (const auto& [folder, count] : files)
+	{
+		EXPECT_LE(count, 15) << folder;
+		all += count;
+	}
+	EXPECT_GT(all, 20) << "the test must see the files";
+	EXPECT_LE(all, 45);
 }
 }  // namespace d2s1r::test

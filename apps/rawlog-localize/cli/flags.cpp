@@ -208,7 +208,8 @@ class OptionAdder
 		not_empty_ = CLI::Validator(refuse_empty, "");
 	}
 
-	/// \param names "-l,--long" or "--long" \param parse takes the text of the value
+	/// \param names "-l,--long" or "--long"
+	/// \param parse takes the text of the value
 	CLI::Option* value(
 	    const char* names, const char* value_name, const char* meaning,
 	    const std::function<void(const std::string&)>& parse)

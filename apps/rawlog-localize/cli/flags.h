@@ -37,7 +37,7 @@ struct Flags
 	                                          //!< below past_frame are localized
 	std::size_t past_frame = std::numeric_limits<std::size_t>::max();
 	std::size_t frame_step = 1;
-	int threads = 1;                     //!< [-] that localize scans, and that build the index
+	int threads = 1;                     //!< [-] that localize scans, and that build the index of method = paper
 	std::optional<int> window;           //!< [-] scans that are used jointly; without a value, each on its own
 	Query query;                         //!< the same for every scan
 	std::uint32_t seed = 1;              //!< [-] of the particle filter

@@ -8,6 +8,7 @@
 
 namespace d2s1r::app
 {
+/// Holds the mean and the standard deviation of some values, in their unit.
 struct MeanStd
 {
 	double mean = 0;
@@ -21,14 +22,14 @@ MeanStd mean_std(const std::vector<double>& values);
 /// \param share [-] in [0, 1]
 double percentile(std::vector<double> values, double share);
 
-/// How far from the truth a pose may be that still counts as right.
+/// Says how far from the truth a pose may be that still counts as right.
 struct Tolerance
 {
 	double position = 0.3;  //!< [m]
 	double yaw = 5.0;       //!< [deg]
 };
 
-/// A line of the ground truth, and the frame that was taken at that time.
+/// Pairs a line of the ground truth with the frame that was taken at that time.
 struct Match
 {
 	const TimedPose* truth = nullptr;
@@ -48,7 +49,7 @@ Match compare(const TimedPose& truth, const Frame& frame, const mrpt::math::TPos
 /// Pairs each line with the frame that is nearest in time, at most 1 ms away. Lines without such a frame are left out.
 std::vector<Match> match(const std::vector<Frame>& frames, const GroundTruth& truth);
 
-/// How often the frames with ground truth are right, and how large the errors of the right ones are.
+/// Says how often the frames with ground truth are right, and how large the errors of the right ones are.
 struct Accuracy
 {
 	std::size_t frames = 0;
@@ -59,5 +60,6 @@ struct Accuracy
 	MeanStd yaw_error;                    //!< [deg] over the successes
 };
 
+/// Measures how accurate the frames with ground truth are.
 Accuracy measure(const std::vector<Match>& matches, const Tolerance& tolerance);
 }  // namespace d2s1r::app

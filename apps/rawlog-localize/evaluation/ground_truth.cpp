@@ -61,11 +61,11 @@ std::optional<TimedPose> parse_line(const std::string& line)
 	return pose;
 }
 
-/// Where the columns of a table are that make a pose.
+/// Knows where the columns of a table are that make a pose.
 class Columns
 {
    public:
-	/// No value if the line names no columns.
+	/// Returns no value if the line names no columns.
 	static std::optional<Columns> parse(const std::string& line)
 	{
 		const auto is_letter = [](unsigned char c) { return std::isalpha(c) != 0; };
@@ -77,7 +77,7 @@ class Columns
 		return columns;
 	}
 
-	/// What is missing for a pose; empty if nothing is.
+	/// Returns what is missing for a pose, or an empty text if nothing is.
 	std::string missing() const
 	{
 		for (const char* meaning : {"time", "x", "y"})
@@ -87,7 +87,7 @@ class Columns
 		return places_.count("phi") == 0 && !has_quaternion ? "phi, yaw, theta or a quaternion" : "";
 	}
 
-	/// Whether the row lacks a pose because a field is empty.
+	/// Returns whether the row lacks a pose because a field is empty.
 	bool is_empty(const std::vector<std::string>& row) const
 	{
 		const auto is_blank = [](const std::string& text)

@@ -8,13 +8,14 @@
 
 namespace d2s1r::app
 {
+/// Holds a pose of the robot and its time.
 struct TimedPose
 {
 	double timestamp = 0;      //!< [s] since the epoch
 	mrpt::math::TPose2D pose;  //!< robot in the map frame, m and rad
 };
 
-/// The poses, in the order of the file.
+/// Holds the poses, in the order of the file.
 using GroundTruth = std::vector<TimedPose>;
 
 /// Reads a file of poses (s, m, rad), the format of which shows in its first line:

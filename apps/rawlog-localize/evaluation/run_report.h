@@ -15,7 +15,7 @@ namespace d2s1r::app
 /// Accuracy is reported at these two tolerances; the errors are those of the frames within the first.
 constexpr std::array<Tolerance, 2> kTolerances = {{{0.3, 5.0}, {0.2, 5.0}}};
 
-/// What a run did. The table and summary.json tell nothing else.
+/// Says what a run did. The table and summary.json tell nothing else.
 struct RunReport
 {
 	const Flags& flags;
@@ -36,6 +36,7 @@ struct RunReport
 /// Returns [1/s], without the time for reading and writing.
 double frames_per_second(const RunReport& report);
 
+/// Returns whether any frame is localized.
 bool any_localized(const std::vector<Frame>& frames);
 
 /// Returns the number of frames of each status, in the order of Status.
@@ -50,7 +51,7 @@ std::map<std::string, std::size_t> count_notes(const std::vector<Frame>& frames,
 /// Returns the times [ms] that one stage took, frame by frame.
 std::vector<double> stage_times(const std::vector<Frame>& frames, double StageTimes::*stage);
 
-/// How the particle filter of --fuse did.
+/// Says how the particle filter of --fuse did.
 struct FusionReport
 {
 	std::size_t tracking = 0, ambiguous = 0, waiting = 0;  //!< [-] number of frames of each status
@@ -60,5 +61,6 @@ struct FusionReport
 	std::array<std::size_t, 2> successes{};  //!< [-] frames whose fused pose is within each of kTolerances
 };
 
+/// Counts what the particle filter did, and how often its pose is right.
 FusionReport report_fusion(const RunReport& report);
 }  // namespace d2s1r::app

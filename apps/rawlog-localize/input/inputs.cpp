@@ -120,7 +120,8 @@ Grid::ConstPtr load_mrpt_map(const std::string& file, const GridParameters& para
 }
 
 /// Loads the map file. Formats that MRPT's own readers read are loaded in a process of their own: these readers trust
-/// what they read. \throws std::runtime_error, UserError
+/// what they read.
+/// \throws std::runtime_error, UserError
 Grid::ConstPtr load_grid(const Flags& flags, const Parameters& parameters, Activity& activity)
 {
 	if (!is_yaml_name(flags.map) && !is_image_name(flags.map)) return load_mrpt_map(flags.map, parameters.grid);

@@ -38,15 +38,15 @@ IndexedMap load_or_build_map(const Flags& flags, const Parameters& parameters, C
 /// Recognizes the log and reads it once. \throws logs::LogError, UserError (kInterrupted)
 logs::Log open_log(const Flags& flags);
 
-/// The laser of that label, else the one with most scans (the first of equals).
+/// Returns the laser of that label, else the one with most scans (the first of equals).
 /// \throws UserError if there is none: kBadInput without any scan, kWrongUse if only the label is wrong
 logs::Sensor choose_sensor(
     const logs::LogSurvey& survey, const std::optional<std::string>& label, const std::string& file);
 
-/// What to tell the user about a log before its scans are localized, a line each.
+/// Returns what to tell the user about a log before its scans are localized, a line each.
 std::vector<std::string> describe_log(const logs::LogSurvey& survey, const logs::Sensor& sensor, const Flags& flags);
 
-/// Which scans of a rawlog are localized.
+/// Says which scans of a rawlog are localized.
 struct FrameSelection
 {
 	std::string label;      //!< of the sensor

@@ -25,6 +25,7 @@ std::vector<NamedFile> files_written(const Flags& flags, bool localized = true);
 const std::set<std::string>& names_in_folder();
 
 /// Checks that no file would be written over one that is read, or over another that is written; to be called before
-/// anything is written. \throws UserError (kBadOutput)
+/// anything is written.
+/// \throws UserError (kBadOutput)
 void check_files_apart(const Flags& flags);
 }  // namespace d2s1r::app

@@ -61,7 +61,8 @@ class FrameOutputs
 {
    public:
 	/// Opens all files.
-	/// \param fused whether the frames have fused poses \param rawlog_copy whether localized.rawlog is written
+	/// \param fused whether the frames have fused poses
+	/// \param rawlog_copy whether localized.rawlog is written
 	/// \param pipeline null: nothing for pf-localization is written
 	/// \throws UserError (kBadOutput)
 	FrameOutputs(

@@ -17,7 +17,7 @@ using Color = mrpt::img::TColor;
 using Pixel = mrpt::math::TPoint2D;  //!< [pixel] from the upper left corner, y down; pixel centres are at .5
 
 /// Colours of what is drawn on a map; the scene has the same.
-inline const Color kPathColor(20, 99, 196), kTruthColor(142, 211, 144), kGuessColor(245, 150, 20),
+inline const Color kPathColor(20, 99, 196), kTruthColor(142, 211, 144), kHypothesisColor(245, 150, 20),
     kWrongColor(214, 34, 50), kFusedColor(176, 108, 202), kInk(40, 44, 52);
 
 /// A picture that is drawn on with cairo.

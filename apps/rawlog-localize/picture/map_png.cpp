@@ -67,7 +67,7 @@ void draw_reseed(Canvas& canvas, const Pixel& at)
 
 void draw_hypothesis(Canvas& canvas, const Pixel& at, double probability)
 {
-	canvas.disc(at, 2 + 3 * std::sqrt(probability), kGuessColor, 0.75);
+	canvas.disc(at, 2 + 3 * std::sqrt(probability), kHypothesisColor, 0.75);
 }
 
 /// A localized frame that is off: the pose, and the way to where the robot was.
@@ -82,10 +82,10 @@ void draw_wrong(Canvas& canvas, const Pixel& pose, double phi, const Pixel& trut
 }
 
 /// An ambiguous frame whose best pose is off.
-void draw_wrong_guess(Canvas& canvas, const Pixel& pose, const Pixel& truth)
+void draw_wrong_pose(Canvas& canvas, const Pixel& pose, const Pixel& truth)
 {
-	canvas.line({truth, pose}, 1.4, kGuessColor, 0.7);
-	canvas.cross(truth, 5, 2.4, kGuessColor);
+	canvas.line({truth, pose}, 1.4, kHypothesisColor, 0.7);
+	canvas.cross(truth, 5, 2.4, kHypothesisColor);
 }
 
 void draw_without_pose(Canvas& canvas, const Pixel& truth)
@@ -130,7 +130,7 @@ class Legend
 				left = first;
 				rows_++;
 			}
-			places_.push_back({left, rows_ - 1});
+			slots_.push_back({left, rows_ - 1});
 			left += needed + kGap;
 		}
 		rows_ = std::max(rows_, 2);
@@ -145,14 +145,14 @@ class Legend
 		draw_scale_bar(canvas, top + kMargin / 2 + kRowHeight / 2);
 		for (std::size_t i = 0; i < entries_.size(); i++)
 		{
-			const double middle = top + kMargin / 2 + places_[i].row * kRowHeight + kRowHeight / 2;
-			entries_[i].draw_sample(canvas, Pixel(places_[i].left + kSampleWidth / 2 - 5, middle));
-			canvas.text(places_[i].left + kSampleWidth, middle, entries_[i].text, kInk);
+			const double middle = top + kMargin / 2 + slots_[i].row * kRowHeight + kRowHeight / 2;
+			entries_[i].draw_sample(canvas, Pixel(slots_[i].left + kSampleWidth / 2 - 5, middle));
+			canvas.text(slots_[i].left + kSampleWidth, middle, entries_[i].text, kInk);
 		}
 	}
 
    private:
-	struct Place
+	struct Slot
 	{
 		double left;  //!< [pixel]
 		int row;
@@ -170,7 +170,7 @@ class Legend
 	}
 
 	std::vector<LegendEntry> entries_;
-	std::vector<Place> places_;
+	std::vector<Slot> slots_;
 	double bar_metres_;  //!< [m]
 	double bar_pixels_;  //!< [pixel]
 	int rows_ = 1;
@@ -219,7 +219,7 @@ void add_wrong(const RunReport& report, std::vector<LegendEntry>& entries)
 	if (ambiguous > 0)
 		entries.push_back(
 		    {[](Canvas& canvas, const Pixel& at) {
-			     draw_wrong_guess(canvas, {at.x + 15, at.y}, {at.x - 10, at.y});
+			     draw_wrong_pose(canvas, {at.x + 15, at.y}, {at.x - 10, at.y});
 		     },
 		     counted("ambiguous, best pose off", ambiguous)});
 	if (without_pose > 0) entries.push_back({draw_without_pose, counted("no pose, at its true place", without_pose)});
@@ -333,7 +333,7 @@ class Painter
 			if (is_wrong(m) && !m.frame->has_pose())
 				draw_without_pose(canvas_, at(m.truth->pose));
 			else if (is_wrong(m) && !m.frame->localized())
-				draw_wrong_guess(canvas_, at(*m.frame), at(m.truth->pose));
+				draw_wrong_pose(canvas_, at(*m.frame), at(m.truth->pose));
 		for (const auto& m : report_.matches)
 			if (is_wrong(m) && m.frame->localized())
 				draw_wrong(canvas_, at(*m.frame), m.frame->result.best().pose.phi(), at(m.truth->pose));

@@ -9,6 +9,7 @@
 namespace d2s1r::app
 {
 /// Writes map.png: the known part of the map with ground truth, path, headings, hypotheses, fused path, wrong frames,
-/// legend and scale bar. \throws UserError (kBadOutput)
+/// legend and scale bar.
+/// \throws UserError (kBadOutput)
 void write_map_png(const RunReport& report, const mrpt::maps::COccupancyGridMap2D& map, const PendingFile& file);
 }  // namespace d2s1r::app

@@ -85,7 +85,7 @@ gl::CRenderizable::Ptr hypotheses_object(const std::vector<Frame>& frames)
 			ellipse->setCovMatrix(mrpt::math::CMatrixDouble22(h.covariance.blockCopy<2, 2>(0, 0)));
 			ellipse->setQuantiles(kSigmas);
 			ellipse->setLocation(h.pose.x(), h.pose.y(), kAboveGrid);
-			ellipse->setColor_u8(frame.localized() ? kPathColor : kGuessColor);
+			ellipse->setColor_u8(frame.localized() ? kPathColor : kHypothesisColor);
 			ellipses->insert(ellipse);
 		}
 	return ellipses;

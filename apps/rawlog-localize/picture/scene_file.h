@@ -12,6 +12,7 @@
 
 namespace d2s1r::app
 {
+/// Refers to what is drawn into a scene.
 struct SceneContent
 {
 	const mrpt::maps::COccupancyGridMap2D& map;
@@ -22,7 +23,7 @@ struct SceneContent
 };
 
 /// Writes scene.3Dscene for MRPT's SceneViewer3D, with objects named "grid", "trajectory", "hypotheses",
-/// "fused_trajectory" (only if there is one) and "last_scan" (only if a frame was localized). \throws UserError
-/// (kBadOutput)
+/// "fused_trajectory" (only if there is one) and "last_scan" (only if a frame was localized).
+/// \throws UserError (kBadOutput)
 void write_scene(const SceneContent& content, const PendingFile& file);
 }  // namespace d2s1r::app

@@ -31,7 +31,8 @@ class TextFile
 {
    public:
 	virtual ~TextFile() = default;
-	/// \returns how many bytes there were, 0 at the end \throws std::runtime_error
+	/// \returns how many bytes there were, 0 at the end
+	/// \throws std::runtime_error
 	virtual std::size_t read(char* buffer, std::size_t size) = 0;
 };
 

@@ -5,14 +5,14 @@
 
 namespace d2s1r::logs
 {
-/// Whether a text looks like the start of a CARMEN log.
+/// Returns whether a text looks like the start of a CARMEN log.
 bool is_carmen_text(const std::string& start);
 
-/// The first bytes of a file, unpacked if it is packed by gzip or bzip2.
+/// Returns the first bytes of a file, unpacked if it is packed by gzip or bzip2.
 /// \throws std::runtime_error if they cannot be read
 std::string read_unpacked_start(const std::string& path, std::size_t size);
 
-/// A CARMEN log, plain or packed by gzip or bzip2: lasers FLASER, RLASER and ROBOTLASER1, odometry from their lines and
-/// from ODOM. Reads it once. \throws LogError
+/// Opens a CARMEN log, plain or packed by gzip or bzip2: lasers FLASER, RLASER and ROBOTLASER1, odometry from their
+/// lines and from ODOM. It is read once. \throws LogError
 Log open_carmen_log(const std::string& path);
 }  // namespace d2s1r::logs

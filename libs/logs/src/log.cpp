@@ -35,7 +35,8 @@ void check_is_there(const std::string& path)
 	if (fs::file_size(path, error) == 0) throw LogError(path, "is empty; copy or record the log again");
 }
 
-/// Whether a file starts with an object as MRPT serializes it: the length of the name of its class, and the name.
+/// Returns whether a file starts with an object as MRPT serializes it: the length of the name of its class, and the
+/// name.
 bool is_rawlog(const std::string& start)
 {
 	constexpr unsigned kLengthFollows = 0x80;

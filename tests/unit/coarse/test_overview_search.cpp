@@ -21,13 +21,13 @@ class OverviewSearch : public testing::Test
 	CoarseSearchParameters parameters_;
 	const RangeProfiles profiles_ = make_range_profiles(grid_, find_free_cells(grid_, {}), parameters_);
 
-	std::vector<Match> look(const Scan& scan, const Prior& prior = {}) const
+	std::vector<Pair> look(const Scan& scan, const Prior& prior = {}) const
 	{
-		std::vector<Match> matches;
+		std::vector<Pair> pairs;
 		search_overviews(
 		    profiles_, quantize(scan, profiles_, parameters_), parameters_,
-		    AllowedPairs(profiles_, prior, scan, parameters_), matches);
-		return matches;
+		    AllowedPairs(profiles_, prior, scan, parameters_), pairs);
+		return pairs;
 	}
 
 	/// What the histogram of a group lacks of an aligned scan's [1 / RangeProfiles::kWhole].
@@ -69,7 +69,7 @@ TEST_F(OverviewSearch, FindsAllPairsBelowALimit)
 	parameters_.overview_deficit = 1e6;   // all groups are looked at
 	parameters_.overview_truncation = 2;  // beams enough that all of them are compared
 	const Scan scan = aligned_scan(grid_, profiles_.directions, {2.41, 8.57, 0.7}, 30, 100);
-	const std::size_t pairs = profiles_.groups() * static_cast<std::size_t>(profiles_.directions);
+	const std::size_t all_pairs = profiles_.groups() * static_cast<std::size_t>(profiles_.directions);
 	struct Case
 	{
 		int wanted;
@@ -82,10 +82,10 @@ TEST_F(OverviewSearch, FindsAllPairsBelowALimit)
 		parameters_.max_pairs_share = share;
 		parameters_.overview_margin = hopeless;
 		std::map<std::pair<std::size_t, int>, int> seen;
-		for (const Match& match : look(scan))
+		for (const Pair& pair : look(scan))
 		{
-			const std::pair pair{static_cast<std::size_t>(match.position), match.shift};
-			EXPECT_TRUE(seen.insert({pair, static_cast<int>(match.cost)}).second) << "found twice";
+			const std::pair key{static_cast<std::size_t>(pair.position), pair.shift};
+			EXPECT_TRUE(seen.insert({key, static_cast<int>(pair.cost)}).second) << "found twice";
 		}
 		std::map<int, std::size_t> pairs_of_cost, seen_of_cost;
 		for (std::size_t group = 0; group < profiles_.groups(); group++)
@@ -98,7 +98,7 @@ TEST_F(OverviewSearch, FindsAllPairsBelowALimit)
 				EXPECT_EQ(found->second, cost);
 				seen_of_cost[cost]++;
 			}
-		const double most = std::min(static_cast<double>(wanted), share * static_cast<double>(pairs));
+		const double most = std::min(static_cast<double>(wanted), share * static_cast<double>(all_pairs));
 		const double dearest =
 		    pairs_of_cost.begin()->first + hopeless * std::sqrt(static_cast<double>(scan.beams.size()));
 		std::size_t below = 0;
@@ -131,7 +131,7 @@ TEST_F(OverviewSearch, PassesOverGroupsWhoseSignaturesLackTooMuch)
 			parameters_.overview_unmatched = unmatched;
 			parameters_.overview_deficit = by_chance;
 			std::set<std::size_t> seen;
-			for (const Match& match : look(scan)) seen.insert(static_cast<std::size_t>(match.position));
+			for (const Pair& pair : look(scan)) seen.insert(static_cast<std::size_t>(pair.position));
 			int most_seen = 0, least_unseen = 256;
 			for (std::size_t group = 0; group < profiles_.groups(); group++)
 				if (seen.count(group) != 0)
@@ -157,9 +157,9 @@ TEST_F(OverviewSearch, WhatAPriorRulesOutTakesNoRoom)
 	parameters_.max_pairs = 20;
 	const Scan scan = aligned_scan(grid_, profiles_.directions, {2.41, 8.57, 0.7}, 0, 120);
 	const Prior turned_round{{PoseBox{2, 3, 8, 9, 0.7 + M_PI, 0.1}}};
-	const auto matches = look(scan, turned_round);
-	ASSERT_FALSE(matches.empty());
+	const auto pairs = look(scan, turned_round);
+	ASSERT_FALSE(pairs.empty());
 	const AllowedPairs allowed(profiles_, turned_round, scan, parameters_);
-	for (const Match& match : matches) EXPECT_TRUE(allowed.allows_any(match)) << match.position << " " << match.shift;
+	for (const Pair& pair : pairs) EXPECT_TRUE(allowed.allows_any(pair)) << pair.position << " " << pair.shift;
 }
 }  // namespace d2s1r::test

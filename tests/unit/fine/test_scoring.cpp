@@ -192,7 +192,7 @@ TEST(Scoring, TellsObjectsInFrontOfWallsFromBeamsThatPassedThem)
 	EXPECT_DOUBLE_EQ(score.unexplained, 3);
 }
 
-TEST(Scoring, CountsSurfacesWithThreeExplainedBeamsOrMore)
+TEST(Scoring, CountsSegmentsWithThreeExplainedBeamsOrMore)
 {
 	const Grid grid = make_floor();
 	const DistanceField field(grid);
@@ -200,12 +200,12 @@ TEST(Scoring, CountsSurfacesWithThreeExplainedBeamsOrMore)
 	const mrpt::math::TPose2D robot = poses_on_floor()[0];
 	Scan scan = make_scan(make_observation(world_of(grid), robot), {});
 	const BeamSubset rays = all_beams(scan);
-	const int all = score(tracer, field, rays, robot, {}).surfaces;
+	const int all = score(tracer, field, rays, robot, {}).segments;
 	EXPECT_GT(all, 4);
-	EXPECT_LE(all, std::count(rays.starts_surface.begin(), rays.starts_surface.end(), 1));
+	EXPECT_LE(all, std::count(rays.starts_segment.begin(), rays.starts_segment.end(), 1));
 	for (std::size_t i = 0; i < scan.beams.size(); i++)
 		if (i % 90 > 1) scan.beams[i].range = 0.3F;  // two beams in ninety are left
-	EXPECT_EQ(score(tracer, field, all_beams(scan), robot, {}).surfaces, 0);
+	EXPECT_EQ(score(tracer, field, all_beams(scan), robot, {}).segments, 0);
 }
 
 TEST(Scoring, ABeamIsExplainedByTheWallItEndsAt)

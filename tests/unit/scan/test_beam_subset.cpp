@@ -93,7 +93,7 @@ TEST(BeamSubset, DepthEdgesLieBetweenNeighboursOfWhichOneIsWellBehindTheOther)
 	EXPECT_EQ(edges({0, 3, 1}), Edges({0, 1}));
 }
 
-TEST(BeamSubset, SurfacesAreStraightPiecesBetweenCornersEdgesAndGaps)
+TEST(BeamSubset, SegmentsAreStraightPiecesBetweenCornersEdgesAndGaps)
 {
 	// in a square room of 4 m, a post in front of one wall
 	Scan scan = scan_of(360, 360);
@@ -102,18 +102,18 @@ TEST(BeamSubset, SurfacesAreStraightPiecesBetweenCornersEdgesAndGaps)
 		const auto angle = static_cast<double>(beam.angle);
 		beam.range = static_cast<float>(2 / std::max(std::abs(std::cos(angle)), std::abs(std::sin(angle))));
 	}
-	const auto surfaces = [&]
+	const auto segments = [&]
 	{
-		const auto starts = all_beams(scan).starts_surface;
+		const auto starts = all_beams(scan).starts_segment;
 		return std::count(starts.begin(), starts.end(), 1);
 	};
-	EXPECT_EQ(surfaces(), 4) << "four walls, wherever the scan begins";
+	EXPECT_EQ(segments(), 4) << "four walls, wherever the scan begins";
 	for (std::size_t i = 80; i < 90; i++) scan.beams[i].range = 1;
-	EXPECT_EQ(surfaces(), 6) << "and the post, with wall on both sides";
+	EXPECT_EQ(segments(), 6) << "and the post, with wall on both sides";
 	for (std::size_t i = 200; i < 205; i++) scan.beams[i].is_return = false;
-	EXPECT_EQ(surfaces(), 7) << "a glass door";
+	EXPECT_EQ(segments(), 7) << "a glass door";
 	for (Beam& beam : scan.beams) beam.range += beam.angle > 2 ? 0.04F : 0.0F;
-	EXPECT_EQ(surfaces(), 7) << "less than 10 cm is noise";
+	EXPECT_EQ(segments(), 7) << "less than 10 cm is noise";
 }
 
 TEST(BeamSubset, BeamsOnBothSidesOfAGapWithoutDataAreNoNeighbours)
@@ -149,7 +149,7 @@ TEST(BeamSubset, OfAFullCircleAreTheSameWhereverItBegins)
 		const BeamSubset rays = all_beams(turned);
 		const auto sum = [](const std::vector<std::uint8_t>& marks)
 		{ return std::count(marks.begin(), marks.end(), 1); };
-		return std::array{sum(rays.depth_edge), sum(rays.starts_run), sum(rays.starts_surface)};
+		return std::array{sum(rays.depth_edge), sum(rays.starts_run), sum(rays.starts_segment)};
 	};
 	EXPECT_EQ(flags(0)[0], 3) << "between the three arcs";
 	EXPECT_EQ(flags(0)[1], 1) << "after the gap";

@@ -21,17 +21,17 @@ enum class MotionSource
 /// Says what a fusion back-end is told at its start.
 struct FusionParameters
 {
-	MotionSource motion = MotionSource::kBoth;
-	int particles = 1000;    //!< [-] at most
-	std::uint32_t seed = 1;  //!< [-] the same seed and input give the same result
-	Prior prior = {};        //!< where the robot may be at any time; the hypotheses of the scans keep to it, too
+	MotionSource motion = MotionSource::kBoth;  //!< what moves the filter
+	int particles = 1000;                       //!< [-] at most
+	std::uint32_t seed = 1;                     //!< [-] the same seed and input give the same result
+	Prior prior = {};  //!< where the robot may be at any time; the hypotheses of the scans keep to it, too
 };
 
-/// A scan and what else is known of its moment.
+/// Holds a scan and what else is known of its moment.
 struct FusionInput
 {
-	const mrpt::obs::CObservation2DRangeScan& scan;
-	const Localization& localization;  //!< of this scan alone
+	const mrpt::obs::CObservation2DRangeScan& scan;  //!< as the sensor gave it
+	const Localization& localization;                //!< of this scan alone
 	/// Increment since the previous scan, in the robot frame then, m and rad; it is not used unless is_plausible().
 	std::optional<mrpt::poses::CPose2D> odometry;
 };
@@ -59,17 +59,17 @@ enum class FusionEvent
 /// Returns `-`, `seeded` or `reseeded`.
 const char* to_string(FusionEvent event);
 
-/// The answer to "where is the robot now, after all scans so far?".
+/// Answers "where is the robot now, after all scans so far?".
 struct FusedPose
 {
-	FusionStatus status = FusionStatus::kAmbiguous;
-	FusionEvent event = FusionEvent::kNone;
-	mrpt::math::TPose2D pose;                //!< robot in map, m and rad
-	mrpt::math::CMatrixDouble33 covariance;  //!< of pose within its place, (x, y, phi), m^2, m rad, rad^2
-	double probability = 0;                  //!< [0, 1] that the robot is at the place
-	std::size_t particles = 0;               //!< [-] of the filter
-	double effective_sample_size = 0;        //!< [0, 1] of the weights before resampling
-	double step_ms = 0;                      //!< [ms] wall-clock time of the step
+	FusionStatus status = FusionStatus::kAmbiguous;  //!< what the pose is worth
+	FusionEvent event = FusionEvent::kNone;          //!< how the pose came about
+	mrpt::math::TPose2D pose;                        //!< robot in map, m and rad
+	mrpt::math::CMatrixDouble33 covariance;          //!< of pose within its place, (x, y, phi), m^2, m rad, rad^2
+	double probability = 0;                          //!< [0, 1] that the robot is at the place
+	std::size_t particles = 0;                       //!< [-] of the filter
+	double effective_sample_size = 0;                //!< [0, 1] of the weights before resampling
+	double step_ms = 0;                              //!< [ms] wall-clock time of the step
 };
 
 /// Fuses one-shot localizations over time. An application finds implementations in MRPT's class factory after
@@ -78,7 +78,7 @@ struct FusedPose
 class CFusionBackend : public mrpt::rtti::CObject
 {
    public:
-	using Ptr = std::shared_ptr<CFusionBackend>;
+	using Ptr = std::shared_ptr<CFusionBackend>;  //!< owns a back-end, as MRPT's pointers do
 
 	/// Forgets everything and starts in `map`, which must not be empty.
 	virtual void start(const CSignatureMap2D::ConstPtr& map, const FusionParameters& parameters) = 0;

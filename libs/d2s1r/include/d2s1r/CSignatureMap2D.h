@@ -9,13 +9,11 @@
 
 namespace d2s1r
 {
-/// The localizer as an MRPT metric map: an occupancy grid, the parameters, and what is built from them at first use
-/// (the index of the localizer, the likelihood field).
+/// Makes the localizer an MRPT metric map: it holds an occupancy grid, the parameters, and what is built from them at
+/// first use (the index of the localizer, the likelihood field).
 ///
-/// Filled by set_map(), by an ini section, or by inserting scans as any grid map is (CSimpleMap). Registered as
-/// `signatureMap`, so that a CMultiMetricMap takes it from an ini file:
-/// \code
-/// [MetricMap]
+/// It is filled by set_map(), by an ini section, or by inserting scans as any grid map is (CSimpleMap). It is
+/// registered as `signatureMap`, so that a CMultiMetricMap takes it from an ini file: \code [MetricMap]
 /// signatureMap_count = 1
 /// [MetricMap_signatureMap_00_creationOpts]
 /// map_file    = building.yaml   // optional: whatever d2s1r::load_map() reads
@@ -36,7 +34,9 @@ class CSignatureMap2D : public mrpt::maps::CMetricMap
 	/// that names section and key if one is unknown or its value is not usable; nothing is changed then.
 	struct TLikelihoodOptions : public mrpt::config::CLoadableOptions, public LikelihoodParameters
 	{
+		/// Reads the keys of `section`.
 		void loadFromConfigFile(const mrpt::config::CConfigFileBase& source, const std::string& section) override;
+		/// Writes all keys into `section`.
 		void saveToConfigFile(mrpt::config::CConfigFileBase& target, const std::string& section) const override;
 	};
 
@@ -60,7 +60,7 @@ class CSignatureMap2D : public mrpt::maps::CMetricMap
 	/// Copies share what was built, which makes them cheap. Maps cannot be moved: a moved-from map would have no
 	/// content.
 	CSignatureMap2D(const CSignatureMap2D&) = default;
-	CSignatureMap2D& operator=(const CSignatureMap2D&) = default;
+	CSignatureMap2D& operator=(const CSignatureMap2D&) = default;  //!< shares what was built, too
 	~CSignatureMap2D() override = default;
 
 	/// Takes a copy of `map`; forgets what was built.
@@ -76,12 +76,13 @@ class CSignatureMap2D : public mrpt::maps::CMetricMap
 	const TLikelihoodOptions& likelihood_options() const;
 
 	/// Returns the localizer of the map. It is built at the first call; the reference holds until the map is changed.
-	/// \param threads [-] that build it, if this is the first call
+	/// \param threads [-] number of threads that build the index of method = paper, if this is the first call
 	/// \throws std::invalid_argument if there is no free cell
 	const Localizer& localizer(int threads = 1) const;
 
 	/// Returns the likelihood field that computeObservationLikelihood() looks beams up in. It is built at the first
-	/// call; the reference holds until the map is changed. \throws std::invalid_argument if the map is empty
+	/// call; the reference holds until the map is changed.
+	/// \throws std::invalid_argument if the map is empty
 	const LikelihoodField& likelihood_field() const;
 
 	/// Returns a number that is equal for equal grids (cells, size, origin) and equal parameters as text (to_ini()). An
@@ -100,7 +101,7 @@ class CSignatureMap2D : public mrpt::maps::CMetricMap
 	/// Draws the grid into `scene` unless genericMapParams forbid it.
 	void getVisualizationInto(mrpt::opengl::CSetOfObjects& scene) const override;
 
-	/// The options that COccupancyGridMap2D inserts scans with.
+	/// Says how COccupancyGridMap2D inserts scans.
 	mrpt::maps::COccupancyGridMap2D::TInsertionOptions insertionOptions;
 
    private:

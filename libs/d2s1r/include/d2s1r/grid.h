@@ -9,10 +9,10 @@
 
 namespace d2s1r
 {
-/// [m] The smallest cells that a map may have: distances to walls are kept up to 32 cells.
+/// Says how small [m] the cells of a map may be: distances to walls are kept up to 32 cells.
 inline constexpr double kLeastCellSize = 0.0063;
 
-/// The classes of cells.
+/// Says what is known of a cell.
 enum class Cell : std::uint8_t
 {
 	kFree,
@@ -20,10 +20,10 @@ enum class Cell : std::uint8_t
 	kUnknown
 };
 
-/// The position of a cell in Grid::cells.
+/// Numbers a cell by its position in Grid::cells.
 using CellIndex = std::int32_t;
 
-/// An occupancy map reduced to three classes and to the bounding box of what is known.
+/// Holds an occupancy map that is reduced to three classes and to the bounding box of what is known.
 struct Grid
 {
 	int width = 0;            //!< [cells] along x

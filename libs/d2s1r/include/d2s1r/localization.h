@@ -25,7 +25,7 @@ enum class Status
 /// Returns `localized`, `ambiguous`, `rejected` or `invalid`.
 const char* to_string(Status status);
 
-/// A place where the robot may be.
+/// Describes a place where the robot may be.
 struct Hypothesis
 {
 	mrpt::poses::CPose2D pose;               //!< robot in map, m and rad
@@ -34,7 +34,8 @@ struct Hypothesis
 	/// "none of them" and of places beyond scoring.hypotheses.
 	double probability = 0;
 	/// [nat] Log-likelihood of the scan under the beam model, the best that was found at this place; higher is better.
-	/// It has no value with kPaper, which has no beam model.
+	/// After WindowLocalizer::add() it is the sum over the frames of their evidence, which is bounded and relative to
+	/// the best pose of the frame. It has no value with kPaper, which has no beam model.
 	std::optional<double> log_likelihood;
 	/// [0, 1] Share of the returns that are explained: they end at a wall and passed none. It has no value with kPaper.
 	std::optional<double> explained;
@@ -46,7 +47,7 @@ Hypothesis hypothesis_of_sensor(
     const mrpt::math::TPose2D& sensor, const mrpt::math::CMatrixDouble33& covariance,
     const mrpt::math::TPose2D& sensor_on_robot);
 
-/// The wall-clock time that each stage took.
+/// Tells how much wall-clock time each stage took.
 struct StageTimes
 {
 	double retrieval_ms = 0;     //!< [ms] from the scan to candidates
@@ -55,10 +56,10 @@ struct StageTimes
 	double total_ms = 0;         //!< [ms] of all stages
 };
 
-/// The answer to "where was this scan taken?".
+/// Answers "where was this scan taken?".
 struct Localization
 {
-	Status status = Status::kInvalid;
+	Status status = Status::kInvalid;  //!< what the scan tells
 	/// [0, 1] Probability that the robot is at the place of best(): the sum over the hypotheses within 0.3 m and 10 deg
 	/// of it.
 	double confidence = 0;
@@ -66,7 +67,7 @@ struct Localization
 	/// [bit] Relative entropy between the scan and the virtual scan at best(), Eq. 1; lower is better. NaN without a
 	/// hypothesis.
 	double relative_entropy = std::numeric_limits<double>::quiet_NaN();
-	StageTimes times;
+	StageTimes times;  //!< how long the answer took
 	std::string note;  //!< says why a scan was rejected or is invalid; else empty
 
 	/// Returns the most probable hypothesis.

@@ -25,13 +25,16 @@ class Localizer
 {
    public:
 	/// Builds the index of `map`, which it shares; the map must not be changed afterwards.
-	/// \param threads [-] that build the index, at least 1; the index does not depend on it
+	/// \param threads [-] number of threads that build the index of method = paper, at least 1; the default method
+	///        builds its index on one. The index does not depend on it.
 	/// \throws std::invalid_argument if `map` is null, has no free cell, has cells below 6.3 mm or is too large for the
 	///         parameters (their ranges in cells, the spacing of positions), or a parameter is out of range
 	explicit Localizer(
 	    mrpt::maps::COccupancyGridMap2D::ConstPtr map, const Parameters& parameters = {}, int threads = 1);
 	~Localizer();
+	/// Leaves the other one empty: it can only be destroyed or assigned to.
 	Localizer(Localizer&&) noexcept;
+	/// Leaves the other one empty, too.
 	Localizer& operator=(Localizer&&) noexcept;
 
 	/// Maps the index that save() wrote into memory, which takes a small part of the time that it takes to build it.

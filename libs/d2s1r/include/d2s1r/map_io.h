@@ -23,7 +23,7 @@ struct ImageGeometry
 	double origin_y = 0;    //!< [m] map frame
 };
 
-/// The extensions, in lower case, of the files that load_map() takes for images.
+/// Lists the extensions, in lower case, of the files that load_map() takes for images.
 inline constexpr std::array<const char*, 9> kImageExtensions = {".png", ".pgm",  ".pbm", ".ppm", ".bmp",
                                                                 ".jpg", ".jpeg", ".tif", ".tiff"};
 
@@ -47,7 +47,8 @@ std::vector<std::string> files_of_map(const std::string& file);
 
 /// Makes a map of the probabilities that its cells are occupied.
 /// \param p_occupied [probability] row-major, the row of least y first; NaN is unknown
-/// \param width [cells] of a row \param geometry a pixel is a cell; its origin is kept exactly
+/// \param width [cells] of a row
+/// \param geometry a pixel is a cell; its origin is kept exactly
 /// \throws std::invalid_argument if a probability is not in [0, 1], the last row is not whole, the geometry is out of
 ///         range, or the map is empty or too large for memory
 mrpt::maps::COccupancyGridMap2D::Ptr map_of_cells(

@@ -18,7 +18,8 @@ mrpt::poses::CPosePDFGaussian increment_between(const Hypothesis& from, const Hy
 std::optional<mrpt::obs::CActionRobotMovement2D> pseudo_odometry(const Localization& from, const Localization& to);
 
 /// Returns the covariance of (x, y, phi), m^2 and rad^2, whose errors are independent of each other.
-/// \param std_x, std_y [m] standard deviations \param std_phi [rad] standard deviation
+/// \param std_x, std_y [m] standard deviations
+/// \param std_phi [rad] standard deviation
 mrpt::math::CMatrixDouble33 covariance_of(double std_x, double std_y, double std_phi);
 
 /// Returns an increment of odometry, in the robot frame at its start, with the errors that wheels make: they grow with
@@ -39,7 +40,8 @@ class OdometryCheck
 {
    public:
 	/// Takes in the next scan; call it for every one.
-	/// \param increment since the scan before, robot frame then \param localization of this scan alone
+	/// \param increment since the scan before, robot frame then
+	/// \param localization of this scan alone
 	/// \return the increment if it can be relied on: it is plausible, and scans do not contradict the last increments
 	std::optional<mrpt::poses::CPose2D> checked(
 	    const std::optional<mrpt::poses::CPose2D>& increment, const Localization& localization);

@@ -45,9 +45,9 @@ struct ScanParameters
 /// of the paper, except that its bin of 0.05 m contradicts its d and r. paper.ini sets `scan.zero_is_no_return`, too.
 struct PaperParameters
 {
-	double max_range = 30.0;  //!< [m] r: range of the sensor
-	int bins = 60;            //!< [-] d: dimension of the signature
-	double epsilon = 1e-3;    //!< [m] least range in Eq. 1
+	double max_range = 30.0;  //!< [m] r: range of the sensor; longer ranges are out of range
+	int bins = 60;            //!< [-] d: bins of a signature
+	double epsilon = 1e-3;    //!< [m] least range in Eq. 1; what is out of range counts as r + epsilon
 	int candidates = 10;      //!< [-] k: nearest cells
 	int directions = 360;     //!< [-] rays of a virtual scan, and yaw shifts
 };
@@ -56,16 +56,16 @@ struct PaperParameters
 struct CoarseSearchParameters
 {
 	double spacing = 0.2;             //!< [m] between sample positions
-	double clearance = 0.1;           //!< [m] of sample positions from occupied cells
+	double clearance = 0.1;           //!< [m] least distance of sample positions from occupied cells
 	int directions = 120;             //!< [-] of a profile, and yaw shifts
-	double max_range = 80.0;          //!< [m] of a profile
-	int overview_truncation = 6;      //!< [overview step] of the difference of two ranges
+	double max_range = 80.0;          //!< [m] of a profile, at most 4000 cells of the map
+	int overview_truncation = 6;      //!< [overview step] maximum difference of two ranges that counts
 	double overview_margin = 18.0;    //!< [overview step] by the square root of the number of beams
 	double overview_unmatched = 1.0;  //!< [-] share of the least cost that missing beams may make up
 	double overview_deficit = 0.7;    //!< [-] beams missing by chance, by the square root of their number
-	int max_pairs = 40000;            //!< [-] pairs of group and yaw compared beam by beam
-	double max_pairs_share = 0.05;    //!< [-] the same, of all pairs
-	int truncation = 8;               //!< [step] of the difference of two ranges
+	int max_pairs = 40000;            //!< [-] pairs of group and yaw compared beam by beam, at most
+	double max_pairs_share = 0.05;    //!< [-] the same, as a share of all pairs
+	int truncation = 8;               //!< [step] maximum difference of two ranges that counts
 	int occluder_truncation = 4;      //!< [step] the same where somebody may stand
 	double occluder_range = 3.0;      //!< [m] where somebody may stand
 	int candidates = 1200;            //!< [-] handed on, at most
@@ -77,9 +77,9 @@ struct CoarseSearchParameters
 /// Sets the way from candidates to poses that fit the map.
 struct RefinementParameters
 {
-	int max_scored = 400;           //!< [-] settled candidates, at most
+	int max_scored = 400;           //!< [-] settled candidates that are scored, at most
 	double fit_margin = 0.4;        //!< [-] below the best fit, while settling
-	int max_refined = 100;          //!< [-] poses of the shortlist, at most
+	int max_refined = 100;          //!< [-] of these, refined, at most: the shortlist
 	double score_margin = 21.0;     //!< [nat] below the best score, for the shortlist
 	int max_restarted = 30;         //!< [-] refined from both sides once more, at most
 	int max_polished = 30;          //!< [-] polished, at most
@@ -100,35 +100,35 @@ struct FirstLookParameters
 	double margins = 0.75;       //!< [-] share of the margins of the coarse search
 };
 
-/// Log-likelihood [nat] of what a beam of 1 deg did, against ending anywhere. The weights are learned: see scoring.h.
+/// Says how likely [nat] what a beam of 1 deg did is, against ending anywhere. The weights are learned: see scoring.h.
 struct BeamModel
 {
-	double on_wall = 0.224;           //!< ends within 6 cm of a wall
-	double near_wall = 0.028;         //!< ends within 10 cm
-	double beside_wall = -0.052;      //!< ends within 20 cm, in free space
+	double on_wall = 0.224;           //!< ends within 6 cm of the centre of an occupied cell
+	double near_wall = 0.028;         //!< ends further off, but within 10 cm
+	double beside_wall = -0.052;      //!< ends further off, but within 20 cm, in free space
 	double off_wall = -0.252;         //!< ends further off, in free space
-	double off_wall_near = 0.1;       //!< added for such a beam near the sensor, where one object hides many beams
-	double in_unknown = 0.04;         //!< ends in unknown space
-	double log_range = 0.183;         //!< by range, on or near a wall: a close wall is seen by many beams
-	double through_wall = -0.21;      //!< added for each wall passed
-	double unknown_metre = -0.038;    //!< added for each metre of unknown space passed
-	double off_wall_run = -0.29;      //!< added for each run of beams off the walls: an object
-	double no_return_at_wall = -0.1;  //!< saw nothing though a wall is in the way: glass, a dark surface
+	double off_wall_near = 0.1;       //!< added for such a beam within 1.5 m: a near object hides many beams
+	double in_unknown = 0.04;         //!< ends further than 10 cm from a wall, in unknown space
+	double log_range = 0.183;         //!< by range, within 10 cm of a wall: a close wall is seen by many beams
+	double through_wall = -0.21;      //!< added for each wall passed, at most three
+	double unknown_metre = -0.038;    //!< added for each metre of unknown space passed, at most three
+	double off_wall_run = -0.29;      //!< added for each run of beams off the walls that passed none: an object
+	double no_return_at_wall = -0.1;  //!< saw nothing though a wall is in the way within 20 m: glass, a dark surface
 	double depth_edge = 1.5;          //!< added for each depth edge between walls of the map
 };
 
-/// Log-odds that one of the places found is right, against "the scan is of no place in the map". The weights are
-/// learned by logistic regression on the recorded sites and drawn plans.
+/// Sets the log-odds that one of the places found is right, against "the scan is of no place in the map". The weights
+/// are learned by logistic regression on the recorded sites and drawn plans.
 struct PresenceModel
 {
 	double bias = -13.15;           //!< [-]
 	double explained = 9.8;         //!< [-] by the share of explained returns at the best place
-	double in_front = 7.9;          //!< [-] by the share that ends in front of walls, at objects
+	double in_front = 7.9;          //!< [-] by the share that ends in front of walls, at most that of the explained
 	double unexplained = 0.014;     //!< [-] by beams not explained: gives back part of what log_likelihood charges
 	double log_likelihood = 0.075;  //!< [1 / nat] by the log-likelihood of the scan
-	double lead = 0.29;             //!< [-] by the log-odds against the second best place
-	double depth_edges = 1.4;       //!< [-] by the depth edges explained
-	double surfaces = 1.6;          //!< [-] by the surfaces explained: two walls fit in many buildings
+	double lead = 0.29;             //!< [-] by the log-odds against the second best place, at most 12
+	double depth_edges = 1.4;       //!< [-] by the logarithm of 1 + the depth edges explained
+	double surfaces = 1.6;          //!< [-] by that of 1 + the segments explained: two walls fit in many buildings
 };
 
 /// Sets the way from refined poses to hypotheses.
@@ -141,22 +141,22 @@ struct ScoringParameters
 	double rejected_below = 0.05;        //!< [probability] that one of the places is right, else rejected
 	double temperature = 0.9;            //!< [-] from differences of log-likelihoods to log-odds
 	double temperature_by_beam = 0.005;  //!< [-] added for each beam of 1 deg not explained
-	BeamModel beam_model;
-	PresenceModel presence_model;
+	BeamModel beam_model;                //!< section beam_model of an ini file
+	PresenceModel presence_model;        //!< section presence_model
 };
 
 /// Holds all parameters. Their defaults are here and nowhere else.
 struct Parameters
 {
-	Method method = Method::kDefault;
-	GridParameters grid;
-	FreeCellParameters free_cells;
-	ScanParameters scan;
-	PaperParameters paper;
-	CoarseSearchParameters coarse_search;
-	RefinementParameters refinement;
-	FirstLookParameters first_look;
-	ScoringParameters scoring;
+	Method method = Method::kDefault;      //!< how candidates are found and ranked
+	GridParameters grid;                   //!< section grid of an ini file
+	FreeCellParameters free_cells;         //!< section free_cells
+	ScanParameters scan;                   //!< section scan
+	PaperParameters paper;                 //!< section paper
+	CoarseSearchParameters coarse_search;  //!< section coarse_search
+	RefinementParameters refinement;       //!< section refinement
+	FirstLookParameters first_look;        //!< section first_look
+	ScoringParameters scoring;             //!< section scoring
 };
 
 /// Sets the end-point model of a LikelihoodField. CSignatureMap2D writes what each parameter means in full.

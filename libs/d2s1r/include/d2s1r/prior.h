@@ -9,13 +9,15 @@
 
 namespace d2s1r
 {
-/// A box of robot poses in the map frame.
+/// Bounds the poses of a robot by a box in the map frame.
 struct PoseBox
 {
-	double least_x = 0, greatest_x = 0;  //!< [m] map frame
-	double least_y = 0, greatest_y = 0;  //!< [m] map frame
-	double yaw = 0;                      //!< [rad] in the middle
-	double yaw_tolerance = M_PI;         //!< [rad] to either side; pi: any yaw
+	double least_x = 0;           //!< [m] map frame
+	double greatest_x = 0;        //!< [m] map frame
+	double least_y = 0;           //!< [m] map frame
+	double greatest_y = 0;        //!< [m] map frame
+	double yaw = 0;               //!< [rad] in the middle
+	double yaw_tolerance = M_PI;  //!< [rad] to either side; pi: any yaw
 
 	/// Returns whether the box contains `robot` if it is widened by `margin` [m] and `yaw_margin` [rad].
 	bool contains(const mrpt::math::TPose2D& robot, double margin = 0, double yaw_margin = 0) const;
@@ -47,13 +49,14 @@ Prior make_prior(double x0, double y0, double x1, double y1);
 /// Returns boxes that hold a density of robot poses: three standard deviations of a Gaussian or of each mode of a sum
 /// of Gaussians, all particles, or all cells of a grid with more than a thousandth of the greatest probability. They
 /// are 0.3 m and 10 deg wider, because priors tend to be overconfident. Other densities count as the Gaussian with the
-/// same moments. \throws std::invalid_argument if the density has neither mode nor particle, or is not finite
+/// same moments.
+/// \throws std::invalid_argument if the density has neither mode nor particle, or is not finite
 Prior make_prior(const mrpt::poses::CPosePDF& pdf);
 
 /// Says what a caller knows and wants beyond the scan.
 struct Query
 {
-	Prior prior;
+	Prior prior;  //!< where the robot may be
 
 	/// [ms] Time after which the answer should be there; 0 is no limit. A search for candidates always runs to its end,
 	/// then as many candidates are refined, best first, as the rest of the time allows: never fewer than a sixteenth.

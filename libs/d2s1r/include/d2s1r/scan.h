@@ -10,12 +10,12 @@
 
 namespace d2s1r
 {
-/// [m] How far a sensor may be from the origin of the robot; beyond, its pose is a mistake.
+/// Says how far [m] a sensor may be from the origin of the robot; beyond, its pose is a mistake.
 inline constexpr double kFarthestSensor = 100;
 
-/// One usable beam of a scan. Beams without data are not in a Scan: those that are NaN, -inf or negative, those in
-/// range but flagged invalid, and those of zero unless ScanParameters::zero_is_no_return. A beam whose range is at or
-/// beyond maxRange, flagged or not, saw nothing.
+/// Describes one usable beam of a scan. Beams without data are not in a Scan: those that are NaN, -inf or negative,
+/// those in range but flagged invalid, and those of zero unless ScanParameters::zero_is_no_return. A beam whose range
+/// is at or beyond maxRange, flagged or not, saw nothing.
 struct Beam
 {
 	float angle = 0;        //!< [rad] in [-pi, pi), counter-clockwise, sensor frame as seen from above
@@ -26,7 +26,7 @@ struct Beam
 /// Returns `angle` [rad] wrapped to where Beam::angle lies.
 float beam_angle(double angle);
 
-/// A 2D scan that is free of the sensor's conventions: its beams are counter-clockwise as seen from above.
+/// Holds a 2D scan that is free of the sensor's conventions: its beams are counter-clockwise as seen from above.
 struct Scan
 {
 	std::vector<Beam> beams;              //!< by increasing angle

@@ -55,7 +55,7 @@ class ScanAccumulator
    private:
 	static constexpr double kComplete = 0.97;  //!< [0, 1] coverage
 
-	/// A scan and where it was taken.
+	/// Holds a scan and where it was taken.
 	struct View
 	{
 		Scan scan;

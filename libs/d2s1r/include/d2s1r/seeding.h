@@ -19,7 +19,7 @@ struct SeedingParameters
 	std::uint32_t seed = 1;          //!< [-] the same seed gives the same particles
 };
 
-/// A weighted robot pose.
+/// Holds a pose of the robot and its weight.
 struct SeededParticle
 {
 	mrpt::math::TPose2D pose;  //!< robot in map, m and rad
@@ -29,9 +29,11 @@ struct SeededParticle
 /// Draws particles for every hypothesis of `localization` in proportion to its probability, at least one each if there
 /// are enough, and for free space. The draw is stratified, so that the particles of a hypothesis weigh together what
 /// its probability says. What the hypotheses leave of the probability is spread over the free cells of the map that
-/// `prior` allows; if there are none, all particles go to hypotheses. Thread-safe. \param localizer whose map the robot
-/// is in \param localization an answer of `localizer` \param prior says where particles in free space may lie \throws
-/// std::invalid_argument if there is neither a hypothesis nor a free cell, a hypothesis is not finite or its
+/// `prior` allows; if there are none, all particles go to hypotheses. Thread-safe.
+/// \param localizer whose map the robot is in
+/// \param localization an answer of `localizer`
+/// \param prior says where particles in free space may lie
+/// \throws std::invalid_argument if there is neither a hypothesis nor a free cell, a hypothesis is not finite or its
 ///         probability not in [0, 1], or a parameter is out of range
 std::vector<SeededParticle> seed_particles(
     const Localizer& localizer, const Localization& localization, const SeedingParameters& parameters = {},
@@ -41,7 +43,8 @@ std::vector<SeededParticle> seed_particles(
 void assign_particles(mrpt::poses::CPosePDFParticles& pdf, const std::vector<SeededParticle>& particles);
 
 /// Replaces the particles of `pdf`, which is a CPose3DPDFParticles or a CMonteCarloLocalization3D. z, pitch and roll
-/// are drawn about zero. \throws std::invalid_argument if a parameter is out of range
+/// are drawn about zero.
+/// \throws std::invalid_argument if a parameter is out of range
 void assign_particles(
     mrpt::poses::CPose3DPDFParticles& pdf, const std::vector<SeededParticle>& particles,
     const SeedingParameters& parameters);

@@ -30,7 +30,9 @@ class WindowLocalizer
 	WindowLocalizer(const Localizer& localizer, int frames, const Prior& prior = {});
 
 	~WindowLocalizer();
+	/// Leaves the other one empty: it can only be destroyed or assigned to.
 	WindowLocalizer(WindowLocalizer&&) noexcept;
+	/// Leaves the other one empty, too.
 	WindowLocalizer& operator=(WindowLocalizer&&) noexcept;
 
 	/// Answers where the robot is, now that `scan` was taken.

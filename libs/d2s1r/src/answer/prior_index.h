@@ -16,7 +16,8 @@ class PriorIndex
    public:
 	/// \param area [m, map frame] where the positions lie that will be asked for; its yaw has no meaning. Positions
 	///        elsewhere take longer.
-	/// \param margin [m] by which the boxes are widened \param yaw_margin [rad]
+	/// \param margin [m] by which the boxes are widened
+	/// \param yaw_margin [rad]
 	PriorIndex(const Prior& prior, const PoseBox& area, double margin, double yaw_margin);
 
 	/// Returns what Prior::allows() returns.

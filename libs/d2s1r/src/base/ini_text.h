@@ -23,8 +23,8 @@ struct IniEntry
 std::string ini_value(const std::string& text);
 
 /// Returns the entries of an ini file in order. Comments start with `;`, `#` or `//`, as in MRPT's files; values have
-/// no quotes and lie in one line. A byte order mark of UTF-8 is skipped. \throws std::invalid_argument naming `name`
-/// and line if a line is neither section, entry nor comment, or an entry
+/// no quotes and lie in one line. A byte order mark of UTF-8 is skipped.
+/// \throws std::invalid_argument naming `name` and line if a line is neither section, entry nor comment, or an entry
 ///         stands before the first section or comes twice
 std::vector<IniEntry> parse_ini(const std::string& text, const std::string& name);
 }  // namespace d2s1r

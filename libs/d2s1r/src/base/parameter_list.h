@@ -57,7 +57,7 @@ void visit_paper(P& paper, const Visitor& visit)
 {
 	visit(
 	    "max_range", paper.max_range, 0.5, 300.0,
-	    "[m] r of Table II: the range of your sensor; longer readings are out of range");
+	    "[m] r of Table II: the range of your sensor; longer ranges are out of range");
 	visit(
 	    "bins", paper.bins, 2, 256,
 	    "[-] d of Table II: bins of a signature, each (r + epsilon) / d wide; the last one counts what is out of "
@@ -102,7 +102,7 @@ void visit_overview_search(P& coarse, const Visitor& visit)
 	    "[-] times the square root of the number of beams: how many beams more may by chance be missing there");
 	visit(
 	    "max_pairs", coarse.max_pairs, 1, 1000000,
-	    "[-] greatest number of (group of positions, yaw) pairs that are compared beam by beam");
+	    "[-] maximum number of (group of positions, yaw) pairs that are compared beam by beam");
 	visit("max_pairs_share", coarse.max_pairs_share, 0.0001, 1, "[-] the same as a share of all pairs");
 }
 
@@ -118,7 +118,7 @@ void visit_profile_search(P& coarse, const Visitor& visit)
 	visit(
 	    "occluder_range", coarse.occluder_range, 0.0, 300.0,
 	    "[m] somebody may stand nearer than this: see occluder_truncation");
-	visit("candidates", coarse.candidates, 1, 100000, "[-] greatest number of candidates that are handed on");
+	visit("candidates", coarse.candidates, 1, 100000, "[-] maximum number of candidates that are handed on");
 	visit(
 	    "margin", coarse.margin, 0.0, 1e6,
 	    "[step] times the square root of the number of beams: poses whose beams cost this much more in total than "
@@ -142,26 +142,26 @@ void visit_refinement(P& fine, const Visitor& visit)
 {
 	visit(
 	    "max_scored", fine.max_scored, 1, 100000,
-	    "[-] greatest number of settled candidates, those of best fit, that are scored with up to 45 beams");
+	    "[-] maximum number of settled candidates, those of best fit, that are scored with up to 45 beams");
 	visit(
 	    "fit_margin", fine.fit_margin, 0.0, 100.0,
 	    "[-] candidates that fit this much worse than the best one, before or after any step of settling, are dropped");
 	visit(
 	    "max_refined", fine.max_refined, 1, 100000,
-	    "[-] greatest number of these, those of best score, that are refined with up to 180 beams");
+	    "[-] maximum number of these, those of best score, that are refined with up to 180 beams");
 	visit(
 	    "score_margin", fine.score_margin, 0.0, 1e6,
 	    "[nat] candidates whose score is this far below the best one's are not refined");
 	visit(
 	    "max_restarted", fine.max_restarted, 0, 100000,
-	    "[-] greatest number of refined poses, those of best fit, that are refined again from both sides along what "
+	    "[-] maximum number of refined poses, those of best fit, that are refined again from both sides along what "
 	    "the scan leaves open, such as a corridor");
 	visit(
 	    "max_polished", fine.max_polished, 1, 100000,
-	    "[-] greatest number of poses, those of best score by up to 360 beams, that are polished");
+	    "[-] maximum number of poses, those of best score by up to 360 beams, that are polished");
 	visit(
 	    "max_compared", fine.max_compared, 1, 100000,
-	    "[-] greatest number of places that are compared by the best score within some centimetres");
+	    "[-] maximum number of places that are compared by the best score within some centimetres");
 	visit("kernel", fine.kernel, 0.001, 1.0, "[m] width of the robust kernel at the end of the refinement");
 	visit(
 	    "cost_weight", fine.cost_weight, 0.0, 10.0,
@@ -199,7 +199,7 @@ void visit_scoring(P& scoring, const Visitor& visit)
 	    "distinct_distance", scoring.distinct_distance, 0.01, 10.0,
 	    "[m] hypotheses that are closer than this and than distinct_yaw count as one");
 	visit("distinct_yaw", scoring.distinct_yaw, 0.1, 180.0, "[deg] see distinct_distance");
-	visit("hypotheses", scoring.hypotheses, 1, 1000, "[-] greatest number of hypotheses in a result");
+	visit("hypotheses", scoring.hypotheses, 1, 1000, "[-] maximum number of hypotheses in a result");
 	visit(
 	    "localized_above", scoring.localized_above, 0.0, 1.0,
 	    "[probability] a frame is localized if its confidence is above this");
@@ -274,7 +274,7 @@ void visit_presence_model(P& presence, const Visitor& visit)
 	visit("depth_edges", presence.depth_edges, -10.0, 10.0, "[-] times ln(1 + number of depth edges explained there)");
 	visit(
 	    "surfaces", presence.surfaces, -10.0, 10.0,
-	    "[-] times ln(1 + number of straight pieces of surface explained there)");
+	    "[-] times ln(1 + number of segments, straight pieces of what the scan sees, explained there)");
 }
 
 /// Calls `visit(section, key, value, least, greatest, unit_and_meaning)` for every numeric or boolean parameter. `P` is
@@ -311,7 +311,7 @@ void visit_likelihood(P& p, const Visitor& visit)
 	visit(
 	    "unknown_share", p.unknown_share, 0.0, 1.0,
 	    "[0, 1] density of an end in unknown space, relative to one on a wall");
-	visit("beams", p.beams, 2, 100000, "[-] greatest number of beams that are looked at, evenly spread over the scan");
+	visit("beams", p.beams, 2, 100000, "[-] maximum number of beams that are looked at, evenly spread over the scan");
 	visit(
 	    "independent_beams", p.independent_beams, 0.1, 1e5,
 	    "[-] beams that a scan is worth: neighbours see the same object");

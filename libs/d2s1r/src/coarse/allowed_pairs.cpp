@@ -17,10 +17,10 @@ double yaw_of(const RangeProfiles& profiles, int shift)
 }
 }  // namespace
 
-mrpt::math::TPose2D pose_of(const RangeProfiles& profiles, const Match& match)
+mrpt::math::TPose2D pose_of(const RangeProfiles& profiles, const Pair& pair)
 {
-	const auto i = static_cast<std::size_t>(match.position);
-	return {static_cast<double>(profiles.x[i]), static_cast<double>(profiles.y[i]), yaw_of(profiles, match.shift)};
+	const auto i = static_cast<std::size_t>(pair.position);
+	return {static_cast<double>(profiles.x[i]), static_cast<double>(profiles.y[i]), yaw_of(profiles, pair.shift)};
 }
 
 namespace
@@ -59,15 +59,15 @@ AllowedPairs::AllowedPairs(
 		robot_on_position_.push_back(mrpt::math::TPose2D(0, 0, yaw_of(profiles, shift)) + robot_on_sensor);
 }
 
-bool AllowedPairs::prior_allows(const Match& match) const
+bool AllowedPairs::prior_allows(const Pair& pair) const
 {
-	const auto i = static_cast<std::size_t>(match.position);
-	const mrpt::math::TPose2D& robot = robot_on_position_[static_cast<std::size_t>(match.shift)];
+	const auto i = static_cast<std::size_t>(pair.position);
+	const mrpt::math::TPose2D& robot = robot_on_position_[static_cast<std::size_t>(pair.shift)];
 	return prior_.allows(
 	    {static_cast<double>(profiles_.x[i]) + robot.x, static_cast<double>(profiles_.y[i]) + robot.y, robot.phi});
 }
 
-bool AllowedPairs::prior_allows_any(const Match& of_group) const
+bool AllowedPairs::prior_allows_any(const Pair& of_group) const
 {
 	const std::size_t* const first = profiles_.first_of_group.data() + of_group.position;
 	bool any = false;

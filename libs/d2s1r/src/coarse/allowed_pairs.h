@@ -9,13 +9,13 @@
 #include <vector>
 
 #include "answer/prior_index.h"
-#include "coarse/coarse_matches.h"
+#include "coarse/coarse_pairs.h"
 #include "coarse/range_profiles.h"
 
 namespace d2s1r
 {
 /// Returns the pose of the sensor (in map, m and rad) at a pair of position and yaw shift.
-mrpt::math::TPose2D pose_of(const RangeProfiles& profiles, const Match& match);
+mrpt::math::TPose2D pose_of(const RangeProfiles& profiles, const Pair& pair);
 
 /// Tells which pairs of position and yaw shift a prior of the robot's pose allows, to a sample's square. It refers to
 /// its arguments.
@@ -26,17 +26,17 @@ class AllowedPairs
 	    const RangeProfiles& profiles, const Prior& prior, const Scan& scan, const CoarseSearchParameters& parameters);
 
 	/// Returns whether a position is allowed at a shift.
-	bool allows(const Match& match) const { return anywhere_ || prior_allows(match); }
+	bool allows(const Pair& pair) const { return anywhere_ || prior_allows(pair); }
 
 	/// Returns whether any position of a group is allowed at a shift.
-	bool allows_any(const Match& of_group) const { return anywhere_ || prior_allows_any(of_group); }
+	bool allows_any(const Pair& of_group) const { return anywhere_ || prior_allows_any(of_group); }
 
 	/// Returns, by block, a bit for each group with a position that is allowed at some shift.
 	std::vector<std::uint64_t> groups() const;
 
    private:
-	bool prior_allows(const Match& match) const;
-	bool prior_allows_any(const Match& of_group) const;
+	bool prior_allows(const Pair& pair) const;
+	bool prior_allows_any(const Pair& of_group) const;
 
 	const RangeProfiles& profiles_;
 	bool anywhere_;

@@ -32,16 +32,19 @@ struct CheapPair
 };
 
 /// Counts, for each group of a block, the beams that are missing there [1 / RangeProfiles::kWhole]: the sum over the
-/// bins of what `histogram` has more than that of the group. \param block range histograms (bin, group)
+/// bins of what `histogram` has more than that of the group.
+/// \param block range histograms (bin, group)
 void missing_beams(const std::uint8_t* block, const std::uint8_t* histogram, std::uint8_t* missing);
 
 /// Returns a bit for each group of a block where `least` to `most` beams are missing.
 std::uint64_t groups_between(const std::uint8_t* missing, int least, int most);
 
-/// Finds all pairs of row and shift that cost at most `most`. The cost is the sum over beams of
-/// min(truncation, |row[direction + shift] - step|). It only grows with the beams, so that as a rule some of them
-/// suffice to tell that it will be above. \param rows each of which holds the directions twice, and
-/// RangeProfiles::kBlock bytes of any value \param found room for all pairs \return their number
+/// Finds all pairs of row and shift that cost at most `most`. The cost is the sum over beams of min(truncation,
+/// |row[direction + shift] - step|). It only grows with the beams, so that as a rule some of them suffice to tell that
+/// it will be above.
+/// \param rows each of which holds the directions twice, and RangeProfiles::kBlock bytes of any value
+/// \param found room for all pairs
+/// \return their number
 std::size_t find_cheap_pairs(
     const std::uint8_t* rows, std::size_t count, const OverviewScan& scan, std::uint8_t most, CheapPair* found);
 

@@ -12,7 +12,7 @@
 #include "base/simd.h"
 #include "coarse/allowed_pairs.h"
 #include "coarse/coarse_kernel.h"
-#include "coarse/coarse_matches.h"
+#include "coarse/coarse_pairs.h"
 #include "coarse/overview_search.h"
 #include "coarse/quantized_scan.h"
 
@@ -24,7 +24,7 @@ namespace
 /// cheapest by the margin at most.
 void search_profiles(
     const RangeProfiles& profiles, const QuantizedScan& scan, const CoarseSearchParameters& parameters,
-    const std::vector<Match>& of_groups, const AllowedPairs& allowed, std::vector<Match>& matches)
+    const std::vector<Pair>& of_groups, const AllowedPairs& allowed, std::vector<Pair>& pairs)
 {
 	constexpr std::size_t kAhead = 16;
 	const auto directions = static_cast<std::size_t>(profiles.directions);
@@ -35,7 +35,7 @@ void search_profiles(
 	const auto margin =
 	    static_cast<std::uint32_t>(parameters.margin * std::sqrt(static_cast<double>(scan.observed.size())));
 	std::uint32_t most = std::numeric_limits<std::uint32_t>::max();
-	matches.clear();
+	pairs.clear();
 	for (std::size_t m = 0; m < of_groups.size(); m++)
 	{
 		if (m + 2 * kAhead < of_groups.size()) __builtin_prefetch(&first_of_group[group_of(m + 2 * kAhead)]);
@@ -50,14 +50,14 @@ void search_profiles(
 		row_costs(rows_of(group), count, turned_scan, costs.data());
 		for (std::size_t i = 0; i < count; i++)
 		{
-			const Match match{static_cast<std::int32_t>(first + i), of_groups[m].shift, costs[i]};
-			if (match.cost > most || !allowed.allows(match)) continue;
-			matches.push_back(match);
-			most = std::min(most, match.cost + margin);
+			const Pair pair{static_cast<std::int32_t>(first + i), of_groups[m].shift, costs[i]};
+			if (pair.cost > most || !allowed.allows(pair)) continue;
+			pairs.push_back(pair);
+			most = std::min(most, pair.cost + margin);
 		}
 	}
-	const auto costly = [=](const Match& match) { return match.cost > most; };
-	matches.erase(std::remove_if(matches.begin(), matches.end(), costly), matches.end());
+	const auto costly = [=](const Pair& pair) { return pair.cost > most; };
+	pairs.erase(std::remove_if(pairs.begin(), pairs.end(), costly), pairs.end());
 }
 }  // namespace
 
@@ -67,19 +67,19 @@ std::vector<Candidate> coarse_search(
 	const QuantizedScan quantized = quantize(scan, profiles, parameters);
 	if (quantized.exact.empty()) return {};
 	const AllowedPairs allowed(profiles, prior, scan, parameters);
-	thread_local std::vector<Match> of_groups, matches;  // kept for the next query
+	thread_local std::vector<Pair> of_groups, pairs;  // kept for the next query
 	search_overviews(profiles, quantized, parameters, allowed, of_groups);
-	search_profiles(profiles, quantized, parameters, of_groups, allowed, matches);
+	search_profiles(profiles, quantized, parameters, of_groups, allowed, pairs);
 
 	std::vector<Candidate> candidates;
 	const auto most = static_cast<std::size_t>(parameters.candidates);
 	DistinctPoses distinct(parameters.distinct_distance, mrpt::DEG2RAD(parameters.distinct_yaw));
 	cheapest_first(
-	    matches,
-	    [&](const Match& match)
+	    pairs,
+	    [&](const Pair& pair)
 	    {
-		    const mrpt::math::TPose2D pose = pose_of(profiles, match);
-		    const double cost = static_cast<double>(match.cost) / static_cast<double>(quantized.observed.size());
+		    const mrpt::math::TPose2D pose = pose_of(profiles, pair);
+		    const double cost = static_cast<double>(pair.cost) / static_cast<double>(quantized.observed.size());
 		    if (distinct.add(pose)) candidates.push_back({pose, cost});
 		    return candidates.size() < most;
 	    });

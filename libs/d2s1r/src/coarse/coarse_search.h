@@ -38,8 +38,8 @@ struct Candidate
 ///
 /// It is thread-safe: each thread keeps its scratch memory for its next query.
 ///
-/// \param prior says where the robot may be; positions of the sensor within a sample's spacing of that are searched,
-/// too \return distinct poses, best first, at most parameters.candidates, and none whose beams cost more in total than
+/// \param prior says where the robot may be; the sensor is also searched for within a sample's spacing of that
+/// \return distinct poses, best first, at most parameters.candidates, and none whose beams cost more in total than
 ///         those of the best one by parameters.margin times the square root of their number
 std::vector<Candidate> coarse_search(
     const RangeProfiles& profiles, const Scan& scan, const CoarseSearchParameters& parameters, const Prior& prior = {});

@@ -54,18 +54,18 @@ int missing_at_few(const std::vector<std::uint8_t>& missing, std::size_t groups)
 /// Returns how many beams may be missing at a group that still explains the scan as well as one that costs `least`
 /// [2 steps] in the overviews: as many as a share of that cost allows, and some by chance.
 int most_missing(
-    const RangeProfiles& profiles, double beams, double least, const OverviewScan& look,
+    const RangeProfiles& profiles, double beams, double least, const OverviewScan& few,
     const CoarseSearchParameters& parameters)
 {
-	const double allowed = beams * least / (static_cast<double>(look.count) * look.truncation);
+	const double allowed = beams * least / (static_cast<double>(few.count) * few.truncation);
 	const double most = parameters.overview_unmatched * allowed + parameters.overview_deficit * std::sqrt(beams);
 	return static_cast<int>(std::min(255.0, most / profiles.directions * RangeProfiles::kWhole));
 }
 
 /// Compares a few beams with the overviews of some groups at all shifts.
 void look_at(
-    const RangeProfiles& profiles, const std::vector<std::int32_t>& groups, const OverviewScan& look,
-    const AllowedPairs& allowed, CheapestMatches& cheapest)
+    const RangeProfiles& profiles, const std::vector<std::int32_t>& groups, const OverviewScan& few,
+    const AllowedPairs& allowed, CheapestPairs& cheapest)
 {
 	constexpr std::size_t kTogether = 32;
 	const auto directions = static_cast<std::size_t>(profiles.directions);
@@ -84,11 +84,11 @@ void look_at(
 			for (std::uint8_t* half : {row, row + directions}) std::copy_n(overview_of(i), directions, half);
 			if (i + kTogether < groups.size()) prefetch(overview_of(i + kTogether), directions);
 		}
-		const std::size_t cheap = find_cheap_pairs(rows.data(), last - first, look, cheapest.most(), found.data());
+		const std::size_t cheap = find_cheap_pairs(rows.data(), last - first, few, cheapest.most(), found.data());
 		for (std::size_t i = 0; i < cheap; i++)
 		{
-			const Match match{groups[first + found[i].row], found[i].shift, found[i].cost};
-			if (allowed.allows_any(match)) cheapest.add(match);
+			const Pair pair{groups[first + found[i].row], found[i].shift, found[i].cost};
+			if (allowed.allows_any(pair)) cheapest.add(pair);
 		}
 		cheapest.lower_limit();
 	}
@@ -97,16 +97,16 @@ void look_at(
 
 void search_overviews(
     const RangeProfiles& profiles, const QuantizedScan& scan, const CoarseSearchParameters& parameters,
-    const AllowedPairs& allowed, std::vector<Match>& matches)
+    const AllowedPairs& allowed, std::vector<Pair>& pairs)
 {
-	const auto few = overview_beams(scan, parameters.overview_truncation);
-	const OverviewScan look{
-	    few.data(), few.size(), profiles.directions, static_cast<std::uint8_t>(parameters.overview_truncation)};
-	const auto pairs = static_cast<double>(profiles.groups()) * profiles.directions;
+	const auto beams = overview_beams(scan, parameters.overview_truncation);
+	const OverviewScan few{
+	    beams.data(), beams.size(), profiles.directions, static_cast<std::uint8_t>(parameters.overview_truncation)};
+	const auto all_pairs = static_cast<double>(profiles.groups()) * profiles.directions;
 	const double wanted =
-	    std::max(1.0, std::min(static_cast<double>(parameters.max_pairs), parameters.max_pairs_share * pairs));
-	const double margin = parameters.overview_margin * std::sqrt(static_cast<double>(few.size()));
-	CheapestMatches cheapest(static_cast<std::uint32_t>(margin), static_cast<std::size_t>(wanted), matches);
+	    std::max(1.0, std::min(static_cast<double>(parameters.max_pairs), parameters.max_pairs_share * all_pairs));
+	const double margin = parameters.overview_margin * std::sqrt(static_cast<double>(beams.size()));
+	CheapestPairs cheapest(static_cast<std::uint32_t>(margin), static_cast<std::size_t>(wanted), pairs);
 
 	thread_local std::vector<std::uint8_t> missing;  // kept for the next query
 	thread_local std::vector<std::int32_t> groups;
@@ -122,12 +122,12 @@ void search_overviews(
 			for (; left != 0; left &= left - 1)
 				groups.push_back(static_cast<std::int32_t>(block * kBlock) + __builtin_ctzll(left));
 		}
-		look_at(profiles, groups, look, allowed, cheapest);
+		look_at(profiles, groups, few, allowed, cheapest);
 	};
 	const int of_few = missing_at_few(missing, profiles.groups());
 	look_where_missing(0, of_few);
 	const int most = most_missing(
-	    profiles, static_cast<double>(scan.exact.size()), static_cast<double>(cheapest.least()), look, parameters);
+	    profiles, static_cast<double>(scan.exact.size()), static_cast<double>(cheapest.least()), few, parameters);
 	if (most > of_few) look_where_missing(of_few + 1, most);
 	cheapest.drop_costly();
 }

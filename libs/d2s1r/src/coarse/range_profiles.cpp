@@ -78,8 +78,8 @@ struct PlacedCell
 };
 
 /// Sorts sample positions along the curve, so that those of a block are near each other and match similarly; the
-/// squares of 2 x 2 follow one another. \throws std::invalid_argument if there are more squares along a side of the map
-/// than the curve has places for
+/// squares of 2 x 2 follow one another.
+/// \throws std::invalid_argument if there are more squares along a side of the map than the curve has places for
 std::vector<PlacedCell> along_curve(const Grid& grid, const std::vector<CellIndex>& samples, int side)
 {
 	if (std::max(grid.width, grid.height) / side >= kMostSquares)

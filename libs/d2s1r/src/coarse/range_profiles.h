@@ -53,7 +53,8 @@ struct RangeProfiles
 	std::uint8_t quantize(double range) const;
 
 	/// Returns how `count` ranges spread over the bins, kWhole / directions each. A range counts for the two bins that
-	/// it lies between, more for the nearer one. \param steps [2 steps]
+	/// it lies between, more for the nearer one.
+	/// \param steps [2 steps]
 	std::array<std::uint8_t, kBins> histogram_of(const std::uint8_t* steps, std::size_t count) const;
 
 	/// Lists what an index file holds of the profiles.
@@ -72,7 +73,8 @@ struct RangeProfiles
 };
 
 /// Samples the free cells, one per square of `parameters.spacing`, and sweeps their ranges up to parameters.max_range,
-/// or up to kMostSweptCells cells if that is less. \param cells free cells, increasing
+/// or up to kMostSweptCells cells if that is less.
+/// \param cells free cells, increasing
 RangeProfiles make_range_profiles(
     const Grid& grid, const std::vector<CellIndex>& cells, const CoarseSearchParameters& parameters);
 }  // namespace d2s1r

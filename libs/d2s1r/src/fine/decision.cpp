@@ -54,7 +54,7 @@ double presence(const std::vector<Place>& places, const PresenceModel& model)
 	const double log_odds =
 	    model.bias + model.explained * best.explained + model.in_front * std::min(best.in_front, best.explained) +
 	    model.unexplained * best.unexplained + model.log_likelihood * best.log_likelihood + model.lead * lead +
-	    model.depth_edges * std::log1p(best.depth_edges) + model.surfaces * std::log1p(best.surfaces);
+	    model.depth_edges * std::log1p(best.depth_edges) + model.surfaces * std::log1p(best.segments);
 	return 1 / (1 + std::exp(-log_odds));
 }
 }  // namespace

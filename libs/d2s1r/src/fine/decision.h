@@ -38,7 +38,9 @@ std::vector<Place> find_places(
 /// logistic regression). What is left is the probability that none of them is right. The soft maximum is tempered: the
 /// more the best place leaves unexplained, the more of a difference is chance. Both were learned from scans of eight
 /// buildings and of 17 drawn floor plans, with furniture that the plan does not have, in their own and in other
-/// buildings' maps. \param places best first \return status, confidence and hypotheses (robot in map)
+/// buildings' maps.
+/// \param places best first
+/// \return status, confidence and hypotheses (robot in map)
 Localization decide(const Scan& scan, const std::vector<Place>& places, const Parameters& parameters);
 
 /// Merges two lists of places, best first; of those at one place it keeps the better one. Thread-safe.

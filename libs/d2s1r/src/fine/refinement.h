@@ -37,8 +37,8 @@ std::vector<RefinedPose> make_shortlist(
 
 /// Goes on with more beams, to the end. Gauss-Newton stops early in a corridor, and people pull it off: poses to both
 /// sides of the best ones, along the direction that the scan leaves open, that fit better yet are returned as well.
-/// Which of them is right is for the score to say, which knows what a beam passed. \return distinct poses, best fit
-/// first
+/// Which of them is right is for the score to say, which knows what a beam passed.
+/// \return distinct poses, best fit first
 std::vector<RefinedPose> refine(
     const DistanceField& field, const BeamSubset& beams, std::vector<RefinedPose> poses,
     const RefinementParameters& parameters);

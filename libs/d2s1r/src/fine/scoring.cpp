@@ -14,7 +14,7 @@ namespace
 {
 constexpr double kModelBeam = mrpt::DEG2RAD(1.0);  //!< [rad]
 constexpr double kMostPassed = 3;                  //!< [-] walls and [m] of unknown space that count
-constexpr double kLeastOfSurface = 3;              //!< [-] explained returns, as beams of the model; two beams at least
+constexpr double kLeastOfSegment = 3;              //!< [-] explained returns, as beams of the model; two beams at least
 constexpr float kWholeCell = 0.99F;                //!< [-] of walls: passes of corners alone are no wall; rounding
 
 enum class End
@@ -57,13 +57,13 @@ class Sum
 	Sum(const BeamModel& model, double model_beams)
 	    : model_(model),
 	      model_beams_(model_beams),
-	      least_of_surface_(std::max(2L, std::lround(kLeastOfSurface / model_beams)))
+	      least_of_segment_(std::max(2L, std::lround(kLeastOfSegment / model_beams)))
 	{
 	}
 
 	/// Adds a beam that passed `walls` [-] and `unknown` space [m].
 	/// \param depth_edge whether there is one between this beam and the last one
-	void add(const BeamEnd& at_end, float walls, float unknown, float log_range, bool depth_edge, bool starts_surface)
+	void add(const BeamEnd& at_end, float walls, float unknown, float log_range, bool depth_edge, bool starts_segment)
 	{
 		const auto counted = [](float passed) { return std::min(static_cast<double>(passed), kMostPassed); };
 		double beam =
@@ -82,8 +82,8 @@ class Sum
 		}
 		was_short_ = short_of_wall;
 		was_explained_ = explained;
-		if (starts_surface) of_surface_ = 0;
-		if (explained && ++of_surface_ == least_of_surface_) surfaces_++;
+		if (starts_segment) of_segment_ = 0;
+		if (explained && ++of_segment_ == least_of_segment_) segments_++;
 		returns_++;
 		explained_ += explained ? 1 : 0;
 		in_front_ += short_of_wall ? 1 : 0;
@@ -97,15 +97,15 @@ class Sum
 	{
 		const auto share = [&](int part) { return returns_ > 0 ? static_cast<double>(part) / returns_ : 0.0; };
 		return {log_likelihood_, share(explained_), share(in_front_), model_beams_ * (returns_ - explained_),
-		        depth_edges_,    surfaces_};
+		        depth_edges_,    segments_};
 	}
 
    private:
 	const BeamModel& model_;
 	double model_beams_;  //!< [-] beams of the model, of 1 deg, that one beam stands for
-	long least_of_surface_;
+	long least_of_segment_;
 	double log_likelihood_ = 0;
-	int returns_ = 0, explained_ = 0, in_front_ = 0, depth_edges_ = 0, surfaces_ = 0, of_surface_ = 0;
+	int returns_ = 0, explained_ = 0, in_front_ = 0, depth_edges_ = 0, segments_ = 0, of_segment_ = 0;
 	bool was_short_ = false, was_explained_ = false;
 };
 
@@ -148,7 +148,7 @@ Score score(
 		if (beams.starts_run[i] != 0) sum.end_run();
 		sum.add(
 		    classify_end(to_wall.value, static_cast<Cell>(traced.end[i]), model), traced.walls[i], traced.unknown[i],
-		    beams.log_range[i], beams.depth_edge[i] != 0, beams.starts_surface[i] != 0);
+		    beams.log_range[i], beams.depth_edge[i] != 0, beams.starts_segment[i] != 0);
 	}
 	Score score = sum.result();
 	score.log_likelihood += of_no_returns(tracer, beams, sensor, model);

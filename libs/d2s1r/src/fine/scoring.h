@@ -15,7 +15,7 @@ struct Score
 	double in_front = 0;        //!< [0, 1] share that ends in free space, more than 20 cm in front of walls, at objects
 	double unexplained = 0;     //!< [-] returns that are not explained, as beams of 1 deg
 	int depth_edges = 0;        //!< [-] depth edges of the scan with explained returns on both sides
-	int surfaces = 0;           //!< [-] surfaces of the scan with explained returns over 3 deg
+	int segments = 0;           //!< [-] segments of the scan with explained returns over 3 deg
 };
 
 /// Scores a scan at a pose by a beam model that looks at the whole beam: where it ends, how many walls it passed and

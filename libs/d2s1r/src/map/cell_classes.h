@@ -9,8 +9,8 @@
 
 namespace d2s1r
 {
-/// The class of every value a cell of an MRPT map can hold, by the thresholds: a table, because maps have tens of
-/// millions of cells and few different values.
+/// Tells the class of every value that a cell of an MRPT map can hold, by the thresholds. It is a table, because maps
+/// have tens of millions of cells and few different values.
 class CellClasses
 {
    public:
@@ -25,6 +25,6 @@ class CellClasses
 	std::vector<Cell> classes_;  // by the cell's bits read as unsigned
 };
 
-/// Whether any cell of `map` is free.
+/// Returns whether any cell of `map` is free.
 bool has_free_cell(const mrpt::maps::COccupancyGridMap2D& map, const CellClasses& classes);
 }  // namespace d2s1r

@@ -16,7 +16,8 @@ std::vector<CellIndex> find_free_cells(const Grid& grid, const FreeCellParameter
 std::vector<CellIndex> find_sensor_cells(const Grid& grid, const FreeCellParameters& parameters);
 
 /// Returns the distance [cells] of every cell of `grid`, and of a rim of `rim` cells about it, to the nearest occupied
-/// cell of its column, at most `most`; row-major. \param most below the greatest T
+/// cell of its column, at most `most`; row-major.
+/// \param most below the greatest T
 template <class T>
 std::vector<T> distances_in_columns(const Grid& grid, int rim, T most)
 {

@@ -169,8 +169,7 @@ mrpt::img::CImage decode_text_pnm(const std::string& bytes)
 /// Looks at the bytes of a PNG, JPEG or PNM file before a decoder does, which would write to stderr, take a truncated
 /// file, or allocate whatever the header says. Other formats pass.
 /// \throws std::runtime_error if the image is truncated, too large for memory, or a PNM whose samples are not of 8 or
-/// 16
-///         bit
+///         16 bit
 void check_image(const std::string& bytes)
 {
 	if (starts_with(bytes, "\x89PNG"))

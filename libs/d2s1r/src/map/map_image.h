@@ -13,7 +13,7 @@ struct PixelRule
 	/// Returns P(occupied) for the brightness of a pixel in [0, 1], from black to white.
 	std::function<double(double)> p_occupied;
 
-	/// Whether a pixel with transparency is unknown; otherwise alpha counts in the mean brightness as if it were a
+	/// Says whether a pixel with transparency is unknown; otherwise alpha counts in the mean brightness as if it were a
 	/// colour.
 	bool transparent_is_unknown = true;
 };

@@ -28,7 +28,8 @@ mrpt::maps::COccupancyGridMap2D::Ptr make_unknown_map(
 /// Moves the lower left corner of `map` to exactly (x, y) [m, map frame].
 void set_origin(mrpt::maps::COccupancyGridMap2D& map, double x, double y);
 
-/// Makes a small map of unknown cells about a robot (map frame), to draw into. \param cell_size [m]
+/// Makes a small map of unknown cells about a robot (map frame), to draw into.
+/// \param cell_size [m]
 /// \throws std::runtime_error, std::invalid_argument if the pose is not finite or too far from the origin
 mrpt::maps::COccupancyGridMap2D::Ptr make_map_around(const mrpt::poses::CPose3D& robot, double cell_size);
 

@@ -139,7 +139,8 @@ struct Shares
 	double of_free_space = 0;           //!< [0, 1]
 };
 
-/// Shares the probability. \param kept [-] number of hypotheses that get particles
+/// Shares the probability.
+/// \param kept [-] number of hypotheses that get particles
 /// \param uses_free_space whether free space gets any
 Shares share_probability(const Localization& localization, std::size_t kept, bool uses_free_space)
 {

@@ -19,8 +19,7 @@ namespace d2s1r
 /// Covariances come from the size of a cell and the step of the yaw.
 ///
 /// Where the paper leaves a choice, or contradicts itself:
-/// - In the paper a reading of zero is the least range, and one of infinity is out of range. Logs write 0 for "nothing
-/// in
+/// - In the paper a range of zero is the least one, and one of infinity is out of range. Logs write 0 for "nothing in
 ///   range", and paper.ini takes it for that (scan.zero_is_no_return); the default, which takes it for no data, finds
 ///   72 % instead of 98 % of the scans of mit_killian (sim360_off). Beams without data leave holes in the window that
 ///   is compared.

@@ -33,8 +33,7 @@ void resample(const Scan& scan, const PaperParameters& parameters, ResampledScan
 /// the paper's "<=" does. Only what was observed is compared: the vectors of Eq. 1 are normalized over that window.
 /// Thread-safe.
 /// \param virtual_ranges [m] at the candidate, as many as `observed` has; direction i points at 2 pi i / size in the
-/// map
-///        frame, and ranges are out of range where >= max_range
+///        map frame, and ranges are out of range where >= max_range
 /// \throws std::invalid_argument if the sizes differ
 YawRegistration register_yaw(
     const ResampledScan& observed, const std::vector<float>& virtual_ranges, const PaperParameters& parameters);

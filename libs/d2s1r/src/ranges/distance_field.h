@@ -27,8 +27,7 @@ class DistanceField
 
 	/// Computes the distances of `grid`.
 	/// \param tolerance [m] how far from the centres of occupied cells the walls may be: distances are counted from
-	/// there
-	///        on
+	///        there on
 	/// \throws std::invalid_argument if there are more than 2^30 cells
 	explicit DistanceField(const Grid& grid, double tolerance = 0);
 

@@ -153,10 +153,11 @@ struct Axis
 	}
 };
 
-/// Finds the lengths [cells] of all `rays` from (x, y) [cells of the map] to the cells where the skip
-/// distance is 0, at most `limit`. It follows many rays at a time in single precision; every kind of SIMD gives the
-/// same bits. \param x, y inside the map's margin \param margin_ends_rays whether the margin ends rays; otherwise a ray
-/// that leaves the grid has length `limit` \param lengths is resized to the padded size of `rays`
+/// Finds the lengths [cells] of all `rays` from (x, y) [cells of the map] to the cells where the skip distance is 0, at
+/// most `limit`. It follows many rays at a time in single precision; every kind of SIMD gives the same bits.
+/// \param x, y inside the map's margin
+/// \param margin_ends_rays whether the margin ends rays; otherwise a ray that leaves the grid has length `limit`
+/// \param lengths is resized to the padded size of `rays`
 void follow_rays(
     const SkipMap& map, double x, double y, float limit, bool margin_ends_rays, const RayDirections& rays,
     std::vector<float>& lengths)

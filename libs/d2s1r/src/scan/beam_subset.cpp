@@ -58,9 +58,9 @@ Step step_between(const Beam& before, const Beam& beam, double widest, double sp
 	return {starts_run, !starts_run && beam.is_return && is_depth_edge(before.range, beam.range, spacing)};
 }
 
-/// Makes a full circle begin where a surface does, so that no surface is cut in two.
+/// Makes a full circle begin where a segment does, so that no segment is cut in two.
 /// \return whether the beams are a full circle
-bool begin_where_a_surface_does(std::vector<Beam>& beams, double widest, double spacing)
+bool begin_where_a_segment_does(std::vector<Beam>& beams, double widest, double spacing)
 {
 	if (beams.front().angle + 2 * M_PI - beams.back().angle > widest) return false;
 	const Beam* before = &beams.back();
@@ -79,7 +79,7 @@ bool begin_where_a_surface_does(std::vector<Beam>& beams, double widest, double 
 
 /// Marks where the returns `first` to `last` leave the straight line between these two. This is the iterative end point
 /// fit of Duda and Hart, Pattern Classification and Scene Analysis, 1973.
-void split_surface(const BeamArrays& returns, std::size_t first, std::size_t last, std::vector<std::uint8_t>& starts)
+void split_segment(const BeamArrays& returns, std::size_t first, std::size_t last, std::vector<std::uint8_t>& starts)
 {
 	const auto x = [&](std::size_t i) { return returns.unit_x[i] * returns.range[i]; };
 	const auto y = [&](std::size_t i) { return returns.unit_y[i] * returns.range[i]; };
@@ -95,12 +95,12 @@ void split_surface(const BeamArrays& returns, std::size_t first, std::size_t las
 	}
 	if (corner == first) return;
 	starts[corner] = 1;
-	split_surface(returns, first, corner, starts);
-	split_surface(returns, corner, last, starts);
+	split_segment(returns, first, corner, starts);
+	split_segment(returns, corner, last, starts);
 }
 
-/// Returns where surfaces, straight pieces of what the scan sees, begin.
-std::vector<std::uint8_t> find_surfaces(const BeamSubset& subset)
+/// Returns where segments, straight pieces of what the scan sees, begin.
+std::vector<std::uint8_t> find_segments(const BeamSubset& subset)
 {
 	const std::size_t count = subset.log_range.size();
 	std::vector<std::uint8_t> starts(count);
@@ -109,7 +109,7 @@ std::vector<std::uint8_t> find_surfaces(const BeamSubset& subset)
 		starts[first] = 1;
 		past = first + 1;
 		while (past < count && subset.depth_edge[past] == 0 && subset.starts_run[past] == 0) past++;
-		split_surface(subset.returns, first, past - 1, starts);
+		split_segment(subset.returns, first, past - 1, starts);
 	}
 	return starts;
 }
@@ -129,7 +129,7 @@ BeamSubset select_beams(const Scan& scan, double spacing, int most)
 	for (std::size_t i = 0; i < beams; i += stride) chosen.push_back(scan.beams[i]);
 	subset.count = chosen.size();
 	const double widest = std::max(kWidestGap, 1.5 * subset.spacing);
-	const bool closed = begin_where_a_surface_does(chosen, widest, subset.spacing);
+	const bool closed = begin_where_a_segment_does(chosen, widest, subset.spacing);
 	const Beam* before = closed ? &chosen.back() : nullptr;
 	for (const Beam& beam : chosen)
 	{
@@ -145,7 +145,7 @@ BeamSubset select_beams(const Scan& scan, double spacing, int most)
 			add(subset.no_returns, std::cos(beam.angle), std::sin(beam.angle), std::min(beam.range, kFarthest));
 		before = &beam;
 	}
-	subset.starts_surface = find_surfaces(subset);
+	subset.starts_segment = find_segments(subset);
 	pad(subset.returns);
 	pad(subset.no_returns);
 	return subset;

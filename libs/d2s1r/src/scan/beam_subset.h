@@ -21,7 +21,7 @@ struct BeamArrays
 /// Some beams of a scan, evenly spread over it.
 struct BeamSubset
 {
-	BeamArrays returns;  //!< counter-clockwise; those of a full circle begin where a surface does
+	BeamArrays returns;  //!< counter-clockwise; those of a full circle begin where a segment does
 	/// [-] ln(range / 3 m) of each return, its range limited to 0.5 to 20 m; not padded.
 	std::vector<float> log_range;
 	/// 1 for a return that begins a run: on its clockwise side is a beam that saw nothing, or more than 10 deg without
@@ -31,9 +31,9 @@ struct BeamSubset
 	/// 10 deg apart, is more than 0.5 m nearer or further, and by more than a surface could explain that beams
 	/// `spacing` apart meet at 4 deg or more.
 	std::vector<std::uint8_t> depth_edge;
-	/// 1 for a return that begins a surface: a straight piece of neighbours within 10 cm of a line, without a depth
+	/// 1 for a return that begins a segment: a straight piece of neighbours within 10 cm of a line, without a depth
 	/// edge.
-	std::vector<std::uint8_t> starts_surface;
+	std::vector<std::uint8_t> starts_segment;
 	BeamArrays no_returns;  //!< beams that saw nothing, up to the reach of the sensor, at most 20 m
 	std::size_t count = 0;  //!< [-] number of beams, those that saw nothing included
 	double spacing = 0;     //!< [rad] between neighbours that no gap parts: the angle that one beam stands for

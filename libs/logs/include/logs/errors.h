@@ -7,14 +7,14 @@
 
 namespace d2s1r::logs
 {
-/// A log that cannot be read. The message is one line "FILE: what is wrong, and what to do".
+/// Says that a log cannot be read. The message is one line "FILE: what is wrong, and what to do".
 class LogError : public std::runtime_error
 {
    public:
 	LogError(const std::string& file, const std::string& what) : std::runtime_error(file + ": " + what) {}
 };
 
-/// The caller asked to stop, see open_log().
+/// Says that the caller asked to stop, see open_log().
 class Interrupted : public std::exception
 {
 };

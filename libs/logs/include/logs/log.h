@@ -20,14 +20,17 @@
 
 namespace d2s1r::logs
 {
-/// Sensor labels of the poses and of the pseudo-odometry in localized.rawlog.
+/// Labels the poses in localized.rawlog as those of a sensor.
 inline constexpr const char* kPoseLabel = "D2S1R";
+
+/// Labels the pseudo-odometry in localized.rawlog as that of a sensor.
 inline constexpr const char* kPseudoOdometryLabel = "D2S1R_ODO";
 
+/// Holds the scans of one object of a log.
 using Scans = std::vector<mrpt::obs::CObservation2DRangeScan::Ptr>;
 
-/// One object of a log in the form of MRPT: an action collection, a sensory frame or an observation. Logs of other
-/// formats are turned into observations.
+/// Holds one object of a log in the form of MRPT: an action collection, a sensory frame or an observation. Logs of
+/// other formats are turned into observations.
 struct RawlogObject
 {
 	std::vector<std::uint8_t> bytes;                 //!< as they stand in an (uncompressed) rawlog
@@ -37,11 +40,12 @@ struct RawlogObject
 	bool from_earlier_run = false;                   //!< whether rawlog-localize wrote it: D2S1R or D2S1R_ODO
 	mrpt::serialization::CSerializable::Ptr object;  //!< which holds the scans
 
-	/// [rad] of the middle of the scans, which is ahead for MRPT, in the frame that the log's format gives a laser.
+	/// [rad] Angle of the middle of the scans, which is ahead for MRPT, in the frame that the log's format gives a
+	/// laser.
 	double middle_angle = 0;
 };
 
-/// The object that a scan or a reading of odometry of another format has been turned into.
+/// Returns the object that a scan or a pose of the odometry of another format is turned into.
 RawlogObject to_rawlog_object(const mrpt::obs::CObservation::Ptr& observation, double middle_angle = 0);
 
 /// Reads a log of any format object by object.
@@ -50,25 +54,25 @@ class LogReader
    public:
 	virtual ~LogReader() = default;
 
-	/// No value at the end, which is a clean one if damage() is empty.
+	/// Returns the next object, or no value at the end, which is a clean one if damage() is empty.
 	virtual std::optional<RawlogObject> next() = 0;
 
-	/// What stopped the reading before the end of the file, and what to do; else empty.
+	/// Returns what stopped the reading before the end of the file, and what to do; else an empty text.
 	const std::string& damage() const { return damage_; }
 
    protected:
 	std::string damage_;
 };
 
-/// A laser of a log.
+/// Describes a laser of a log.
 struct Sensor
 {
-	std::string label;  //!< of ROS: the topic
-	std::size_t scans = 0;
+	std::string label;          //!< of ROS: the topic
+	std::size_t scans = 0;      //!< [-] number of its scans
 	std::string mounting = "";  //!< where it is on the robot and how that is known; empty: each scan has it
 };
 
-/// What a log holds, known after reading it once.
+/// Says what a log holds; it is known after the log was read once.
 struct LogSurvey
 {
 	std::string format;              //!< for people, such as "ROS 1 bag"
@@ -81,7 +85,7 @@ struct LogSurvey
 	std::string damage;  //!< what is wrong after these objects, see LogReader::damage()
 };
 
-/// A log that has been recognized and read once.
+/// Holds a log that has been recognized and read once.
 struct Log
 {
 	LogSurvey survey;
@@ -89,21 +93,22 @@ struct Log
 };
 
 /// Recognizes a log by its content (a folder by its metadata.yaml) and reads it once.
-/// \param stop asked a few times a second by readers that take long
+/// \param stop is asked a few times a second by readers that take long
 /// \throws LogError if it cannot be read, Interrupted if `stop` said so
 Log open_log(
     const std::string& path, const Stop& stop = [] { return false; });
 
-/// The formats that this program was built with, for --version.
+/// Returns the formats that this program was built with, for --version.
 std::string known_formats();
 
-/// A pose of a topic, at a time [s] since the epoch.
+/// Holds a time [s] since the epoch and the pose that a topic has then.
 using PoseOfTopic = std::pair<double, mrpt::math::TPose2D>;
 
-/// The poses that a topic of nav_msgs/Odometry of a recording of ROS has, in its frame. \throws LogError
+/// Returns the poses that a topic of nav_msgs/Odometry of a recording of ROS has, in its frame.
+/// \throws LogError if the recording cannot be read or lacks the topic
 std::vector<PoseOfTopic> read_odometry_of_topic(const std::string& path, const std::string& topic);
 
-/// What the user knows better about a laser than the log.
+/// Says what the user knows better about a laser than the log.
 struct Overrides
 {
 	std::optional<mrpt::poses::CPose3D> sensor_pose;  //!< laser on the robot
@@ -111,6 +116,6 @@ struct Overrides
 };
 
 /// Reads a log from its start; the scans labelled `label` are as `overrides` says, in their objects' bytes, too.
-/// Readings that were above the range that the log gives the laser count if they are below the new one.
+/// Ranges that were above the range that the log gives the laser count if they are below the new one.
 std::unique_ptr<LogReader> read_log(const Log& log, const std::string& label, const Overrides& overrides);
 }  // namespace d2s1r::logs

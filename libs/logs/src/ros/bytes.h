@@ -74,7 +74,8 @@ class ByteFile
 
 	std::uint64_t size() const { return size_; }
 
-	/// Valid until the next call. \throws std::runtime_error if the file ends before
+	/// Returns a part of the file; it is valid until the next call.
+	/// \throws std::runtime_error if the file ends before
 	Bytes view(std::uint64_t offset, std::uint64_t size);
 
    private:
@@ -86,7 +87,7 @@ class ByteFile
 	std::vector<std::uint8_t> window_;
 };
 
-/// What is read into memory at once at most [byte].
+/// Says how much [byte] is read into memory at once at most.
 inline constexpr std::uint64_t kMostBytesAtOnce = std::uint64_t{1} << 26;
 
 /// Unpacks what was packed as `method` says: "none" or "", "bz2", "lz4" or "zstd".

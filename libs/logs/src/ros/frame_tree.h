@@ -17,10 +17,10 @@ class FrameTree
 	/// Takes a transform, unless it has no pose.
 	void add(const Transform& transform);
 
-	/// Pose of one frame in another, by the fewest transforms; no value if they are not connected.
+	/// Returns the pose of one frame in another, by the fewest transforms; no value if they are not connected.
 	std::optional<mrpt::poses::CPose3D> pose_in(const std::string& frame, const std::string& other) const;
 
-	/// The frames above `frame`, its parent first.
+	/// Returns the frames above `frame`, its parent first.
 	std::vector<std::string> ancestors(const std::string& frame) const;
 
    private:

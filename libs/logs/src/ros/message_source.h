@@ -12,14 +12,14 @@
 
 namespace d2s1r::logs
 {
-/// How the fields of a message follow each other.
+/// Says how the fields of a message follow each other.
 enum class Encoding
 {
 	kRos1,  //!< little-endian, without gaps
 	kCdr    //!< ROS 2: the common data representation, aligned
 };
 
-/// The messages that localization needs; all others are passed over.
+/// Says which of the messages that localization needs it is; all others are passed over.
 enum class MessageKind
 {
 	kLaserScan,   //!< sensor_msgs/LaserScan
@@ -28,6 +28,7 @@ enum class MessageKind
 	kOther
 };
 
+/// Returns the kind of a type of messages.
 /// \param type with or without ROS 2's "/msg/" in its middle
 MessageKind kind_of_type(const std::string& type);
 
@@ -52,17 +53,17 @@ class MessageSource
    public:
 	virtual ~MessageSource() = default;
 
-	/// No value at the end, which is a clean one if damage() is empty.
+	/// Returns the next message, or no value at the end, which is a clean one if damage() is empty.
 	virtual std::optional<Message> next() = 0;
 
-	/// What stopped the reading before the end of the file, and what to do; else empty.
+	/// Returns what stopped the reading before the end of the file, and what to do; else an empty text.
 	const std::string& damage() const { return damage_; }
 
    protected:
 	std::string damage_;
 };
 
-/// What MessageSource::damage() says about an error of a reader.
+/// Returns what MessageSource::damage() says about an error of a reader.
 std::string describe_damage(const std::exception& error);
 
 /// A part of a file that is read at once.
@@ -84,7 +85,7 @@ class PieceSource : public MessageSource
 	/// Call once, before next(). \param damage what is said when the pieces are through
 	void set_pieces(std::vector<Piece> pieces, std::string damage);
 
-	/// Messages of a piece, in any order.
+	/// Returns the messages of a piece, in any order.
 	virtual std::vector<Message> load(const Piece& piece) = 0;
 
    private:
@@ -110,7 +111,7 @@ class PieceSource : public MessageSource
 	std::string damage_at_end_;
 };
 
-/// What a ROS recording is, by its content.
+/// Says what a ROS recording is, by its content.
 enum class RosFormat
 {
 	kBag1,     //!< ROS 1 bag
@@ -119,10 +120,12 @@ enum class RosFormat
 	kFolder2,  //!< ROS 2 bag: a folder with a metadata.yaml
 };
 
-/// \param start first bytes of a file
+/// Returns the format of a file, or no value if it is no recording.
+/// \param start first bytes of the file
 std::optional<RosFormat> recognize_ros(Bytes start);
 
-/// The same for a file or a folder. \throws LogError if it cannot be read
+/// Returns the same for a file or a folder.
+/// \throws LogError if it cannot be read
 std::optional<RosFormat> recognize_ros(const std::string& path);
 
 /// Opens a recording from its start. \throws LogError

@@ -213,7 +213,7 @@ class RosReader : public LogReader
 	}
 
    private:
-	/// No value if the message is none that localization needs.
+	/// Returns no value if the message is none that localization needs.
 	std::optional<RawlogObject> convert(const Message& message)
 	{
 		if (message.topic->kind == MessageKind::kLaserScan) return convert_scan(message);

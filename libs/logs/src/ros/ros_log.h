@@ -7,15 +7,16 @@
 
 namespace d2s1r::logs
 {
-/// A recording of ROS as a log: a laser is a topic of sensor_msgs/LaserScan, its pose on the robot comes from tf_static
-/// and tf, the odometry from a topic of nav_msgs/Odometry or from tf. Reads the recording once.
+/// Opens a recording of ROS as a log: a laser is a topic of sensor_msgs/LaserScan, its pose on the robot comes from
+/// tf_static and tf, the odometry from a topic of nav_msgs/Odometry or from tf. The recording is read once.
 /// \throws LogError
 Log open_ros_log(const std::string& path, RosFormat format);
 
-/// [rad] of the middle of the beams, in the frame of the laser.
+/// Returns the angle [rad] of the middle of the beams, in the frame of the laser.
 double middle_angle(const LaserScan& scan);
 
-/// The scan as MRPT has it, whose scans are symmetric to the x axis of the sensor. \param laser its frame on the robot
+/// Returns the scan as MRPT has it, whose scans are symmetric to the x axis of the sensor.
+/// \param laser its frame on the robot
 mrpt::obs::CObservation2DRangeScan::Ptr to_observation(
     const LaserScan& scan, const mrpt::poses::CPose3D& laser, const std::string& label);
 }  // namespace d2s1r::logs

@@ -1,0 +1,109 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <numeric>
+#include <tuple>
+#include <vector>
+
+namespace d2s1r
+{
+/// Is a sample position, or a group of them, at a yaw shift.
+struct Pair
+{
+	std::int32_t position;  //!< [-] or group
+	std::int32_t shift;     //!< [directions]
+	std::uint32_t cost;     //!< [step], for a group [2 steps]; lower is better
+};
+
+/// Keeps the cheapest of a stream of pairs whose costs are bytes: all those below a limit, which is lowered as they
+/// come.
+class CheapestPairs
+{
+   public:
+	/// Starts without a pair.
+	/// \param margin by which a pair may be costlier than the cheapest, in the unit of the costs
+	/// \param wanted [-] maximum number of pairs, one or more
+	/// \param storage memory for the pairs, which is kept from query to query
+	CheapestPairs(std::uint32_t margin, std::size_t wanted, std::vector<Pair>& storage)
+	    : margin_(margin), wanted_(wanted), pairs_(storage)
+	{
+		pairs_.clear();
+	}
+
+	/// Returns the greatest cost that may still be among the cheapest.
+	std::uint8_t most() const { return static_cast<std::uint8_t>(limit_ - 1); }
+
+	/// Returns the cost of the cheapest pair so far; 255 if there is none.
+	std::uint32_t least() const { return least_; }
+
+	/// Adds a pair.
+	/// \param pair costs at most what most() was when the limit was lowered last
+	void add(const Pair& pair)
+	{
+		pairs_.push_back(pair);
+		count_[pair.cost]++;
+		below_++;
+		least_ = std::min(least_, pair.cost);
+	}
+
+	/// Lowers the limit, after some pairs were added, until at most as many as are wanted are below it and within the
+	/// margin. The cheapest always are: if there are more than wanted at the lowest cost, those added first are kept.
+	void lower_limit()
+	{
+		while ((below_ > wanted_ || limit_ > least_ + margin_ + 1) && limit_ > least_ + 1) below_ -= count_[--limit_];
+		if (below_ > wanted_)
+		{
+			drop_costly();
+			pairs_.resize(wanted_);
+			below_ = count_[least_] = wanted_;
+		}
+		if (pairs_.size() >= 3 * wanted_) drop_costly();
+	}
+
+	/// Drops all pairs that are not among the cheapest.
+	void drop_costly()
+	{
+		const auto kept =
+		    std::remove_if(pairs_.begin(), pairs_.end(), [this](const Pair& m) { return m.cost >= limit_; });
+		pairs_.erase(kept, pairs_.end());
+	}
+
+   private:
+	std::uint32_t margin_;       //!< in the unit of the costs, as least_ and limit_
+	std::size_t wanted_;         //!< [-]
+	std::uint32_t least_ = 255;  //!< cost of the cheapest
+	std::size_t below_ = 0;      //!< [-] pairs that cost less than limit_
+	std::uint32_t limit_ = 256;
+	std::vector<Pair>& pairs_;
+	std::array<std::size_t, 256> count_{};  //!< [-] number of pairs by cost
+};
+
+/// Hands out pairs, the cheapest first, as long as `take(pair)` is true. Equal costs are ordered by position and
+/// shift. Costs are small numbers: each has a bucket, and only buckets that are reached get sorted.
+template <class Take>
+void cheapest_first(const std::vector<Pair>& pairs, const Take& take)
+{
+	thread_local std::vector<Pair> sorted;        // kept for the next query
+	thread_local std::vector<std::size_t> begin;  // of the bucket of a cost
+	std::uint32_t greatest = 0;
+	for (const Pair& pair : pairs) greatest = std::max(greatest, pair.cost);
+	begin.assign(greatest + 2, 0);
+	for (const Pair& pair : pairs) begin[pair.cost]++;
+	std::partial_sum(begin.begin(), begin.end(), begin.begin());
+	sorted.resize(pairs.size());
+	for (const Pair& pair : pairs) sorted[--begin[pair.cost]] = pair;
+	for (std::size_t cost = 0; cost <= greatest; cost++)
+	{
+		const auto first = sorted.begin() + static_cast<std::ptrdiff_t>(begin[cost]);
+		const auto last = sorted.begin() + static_cast<std::ptrdiff_t>(begin[cost + 1]);
+		std::sort(
+		    first, last,
+		    [](const Pair& a, const Pair& b) { return std::tie(a.position, a.shift) < std::tie(b.position, b.shift); });
+		for (auto pair = first; pair != last; ++pair)
+			if (!take(*pair)) return;
+	}
+}
+}  // namespace d2s1r

@@ -1,0 +1,39 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "fine/shortlist.h"
+
+#include <gtest/gtest.h>
+
+#include "test_steps.h"
+
+namespace d2s1r::test
+{
+TEST(Shortlist, HoldsTheBestOfAllScores)
+{
+	const Grid grid = make_floor();
+	const DistanceField field(grid);
+	const BeamTracer tracer(grid);
+	const auto robot = poses_on_floor()[0];
+	const BeamSubset few = few_beams(scan_at(world_of(grid), robot));
+	std::vector<RefinedPose> poses;
+	for (const auto& pose : random_poses(grid, 200, 0.2, 7)) poses.push_back({pose, 0});
+	poses.push_back({robot, 0});
+	const auto cost = [&](const RefinedPose& pose)
+	{ return -score(tracer, field, few, pose.pose, BeamModel()).log_likelihood; };
+	std::vector<double> all;
+	for (const auto& pose : poses) all.push_back(cost(pose));
+	std::sort(all.begin(), all.end());
+	Parameters parameters;
+	for (const double hopeless : {1.0, 15.0, 40.0, 1e6})
+		for (const int wanted : {1, 10, 1000})
+		{
+			parameters.refinement.score_margin = hopeless;
+			parameters.refinement.max_refined = wanted;
+			std::vector<double> expected, found;
+			for (const double value : all)
+				if (value <= all.front() + hopeless && expected.size() < static_cast<std::size_t>(wanted))
+					expected.push_back(value);
+			for (const auto& pose : make_shortlist(tracer, field, few, poses, parameters)) found.push_back(cost(pose));
+			EXPECT_EQ(found, expected) << hopeless << " " << wanted;
+		}
+}
+}  // namespace d2s1r::test
