@@ -13,6 +13,7 @@ bool is_carmen_text(const std::string& start);
 std::string read_unpacked_start(const std::string& path, std::size_t size);
 
 /// Opens a CARMEN log, plain or packed by gzip or bzip2: lasers FLASER, RLASER and ROBOTLASER1, odometry from their
-/// lines and from ODOM. It is read once. \throws LogError
+/// lines and from ODOM. It is read once.
+/// \throws LogError
 Log open_carmen_log(const std::string& path);
 }  // namespace d2s1r::logs

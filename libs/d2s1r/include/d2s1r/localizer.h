@@ -39,9 +39,9 @@ class Localizer
 
 	/// Maps the index that save() wrote into memory, which takes a small part of the time that it takes to build it.
 	/// The memory is shared by all processes that load the same file. The localizer answers as the saved one would, bit
-	/// for bit. The file may be replaced by save() and removed while it is in use, but not written over. \param
-	/// map_fingerprint what save() was given \param parameters may differ in what an index does not depend on: sections
-	/// scan, refinement, first_look, scoring
+	/// for bit. The file may be replaced by save() and removed while it is in use, but not written over.
+	/// \param map_fingerprint what save() was given
+	/// \param parameters may differ in what an index does not depend on: sections scan, refinement, first_look, scoring
 	///        and their subsections, and all of coarse_search but spacing, clearance, directions and max_range
 	/// \throws std::runtime_error naming the file and saying what to do, if it cannot be read, is damaged, or was saved
 	///         with another map, other parameters, by another version of the library or by a machine of another kind;
