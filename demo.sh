@@ -23,5 +23,6 @@ echo "${command[*]}"
 
 echo
 echo "Where the robot was:   $PWD/$output/map.png"
+echo "Frame by frame:        $PWD/$output/report.html  (in a browser)"
 echo "The same in 3D:        $PWD/$output/scene.3Dscene  (SceneViewer3D, of package mrpt-apps)"
 echo "Poses, frame by frame: $PWD/$output/frames.csv"

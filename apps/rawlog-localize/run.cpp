@@ -56,12 +56,16 @@ ExitStatus conclude(const RunReport& report, const std::string& damage, Console&
 /// Hands every scan to the localizer and every result to `outputs`.
 LoopResult localize_frames(
     const logs::Log& log, const RunReport& report, const FrameSelection& selection, const Localizer& localizer,
-    const CFusionBackend::Ptr& backend, FrameOutputs& outputs, Console& console)
+    const CFusionBackend::Ptr& backend, RunOutputs& outputs, Console& console)
 {
 	const FrameSink sink = {
-	    [&](const logs::RawlogObject& object) { outputs.add(object); },
+	    [&](const logs::RawlogObject& object) { outputs.frames().add(object); },
 	    [&](Frame frame, mrpt::obs::CObservation2DRangeScan::ConstPtr scan)
-	    { outputs.add(std::move(frame), std::move(scan)); }};
+	    {
+		    outputs.page().add(frame, make_scan(*scan, report.parameters.scan));
+		    frame.alone.reset();  // it is large, and nothing else needs it
+		    outputs.frames().add(std::move(frame), std::move(scan));
+	    }};
 	ProgressBar progress(console.err, !report.flags.quiet && isatty(STDERR_FILENO), report.selected_frames);
 	const auto reader = logs::read_log(log, selection.label, report.flags.overrides);
 	return localize_log(
@@ -94,7 +98,7 @@ ExitStatus localize(
 	report.selected_frames = selection.size();
 
 	const mrpt::system::CTicTac watch;
-	const LoopResult loop = localize_frames(log, report, selection, localizer, backend, outputs.frames(), console);
+	const LoopResult loop = localize_frames(log, report, selection, localizer, backend, outputs, console);
 	const std::string& damage = loop.damage.empty() ? log.survey.damage : loop.damage;
 	if (report.frames.empty() && interrupted())
 	{

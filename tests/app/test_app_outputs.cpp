@@ -56,9 +56,9 @@ TEST_F(AppOutputs, FolderHoldsTheFilesOfTheContractAndNothingElse)
 	const auto result = localize(observation_log());
 	std::set<std::string> names;
 	for (const auto& entry : fs::directory_iterator(path("out"))) names.insert(entry.path().filename().string());
-	const std::set<std::string> expected = {"frames.csv",   "hypotheses.csv", "localized.rawlog",
-	                                        "map.png",      "run.json",       "scene.3Dscene",
-	                                        "summary.json", "trajectory.tum", "trajectory.txt"};
+	const std::set<std::string> expected = {"frames.csv",     "hypotheses.csv", "localized.rawlog", "map.png",
+	                                        "report.html",    "run.json",       "scene.3Dscene",    "summary.json",
+	                                        "trajectory.tum", "trajectory.txt"};
 	EXPECT_EQ(names, expected);
 	for (const auto& name : expected) EXPECT_NE(result.out.find(path("out/" + name)), std::string::npos) << result.out;
 	EXPECT_EQ(result.err, "");

@@ -156,7 +156,7 @@ constexpr const char* kOutputs =
     "MAP is a .simplemap(.gz), a .gridmap(.gz), a ROS map_server .yaml, an image (with --resolution), or\n"
     "a file with a serialized CMultiMetricMap or CSignatureMap2D.\n\n"
     "OUT_DIR receives frames.csv, hypotheses.csv, trajectory.tum, trajectory.txt, localized.rawlog,\n"
-    "run.json, summary.json, map.png and scene.3Dscene; with --fuse also fused.csv and fused.tum.\n\n"
+    "run.json, summary.json, map.png, scene.3Dscene and report.html; with --fuse also fused.csv and\nfused.tum.\n\n"
     "Exit status: 0 done, 1 wrong use or configuration, 2 an input that cannot be read or used, 3 an\n"
     "output that cannot be written, 130 interrupted (finished frames are on disk).\n";
 

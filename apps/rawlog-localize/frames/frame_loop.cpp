@@ -174,7 +174,10 @@ class Follower
 		const Localization& one_shot = *job.result;
 		Frame frame{job.frame, seconds(*job.scan), one_shot};
 		if (window_)
+		{
+			frame.alone = one_shot;
 			frame.result = window_->add(make_scan(*job.scan, approach_.localizer.parameters().scan), one_shot, motion);
+		}
 		if (approach_.fusion_backend) frame.fused = approach_.fusion_backend->step({*job.scan, one_shot, motion});
 		const ScopedTimer timer(writing_seconds_);
 		sink_.take_frame(std::move(frame), std::move(job.scan));

@@ -51,7 +51,7 @@ std::vector<NamedFile> files_written(const Flags& flags, bool localized)
 	add_to_folder({"frames.csv", "hypotheses.csv", "trajectory.tum", "trajectory.txt"});
 	if (flags.rawlog_copy) add_to_folder({"localized.rawlog"});
 	if (flags.fuse) add_to_folder({"fused.csv", "fused.tum"});
-	add_to_folder({"map.png", "scene.3Dscene", "run.json", "summary.json"});
+	add_to_folder({"map.png", "scene.3Dscene", "report.html", "run.json", "summary.json"});
 	if (!flags.save_map.empty()) files.push_back({flags.save_map, "--save-map"});
 	if (!flags.write_config.empty()) files.push_back({flags.write_config, "--write-config"});
 	if (!flags.write_pf_ini.empty() && localized)

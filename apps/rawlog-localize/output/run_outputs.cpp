@@ -63,6 +63,7 @@ RunOutputs::RunOutputs(const Flags& flags)
           flags.write_pf_ini.empty() ? nullptr : std::make_unique<PfPipeline>(flags.write_pf_ini)),
       map_png_(fs::path(flags.output_dir) / "map.png"),
       scene_(fs::path(flags.output_dir) / "scene.3Dscene"),
+      page_(fs::path(flags.output_dir) / "report.html"),
       run_json_(fs::path(flags.output_dir) / "run.json"),
       summary_(fs::path(flags.output_dir) / "summary.json")
 {
@@ -85,6 +86,7 @@ void RunOutputs::finish(const RunReport& report, const CSignatureMap2D& map)
 	write_map_png(report, grid, map_png_);
 	write_scene(
 	    {grid, report.parameters.grid, report.frames, frames_.last_localized_scan(), report.flags.fuse}, scene_);
+	page_.finish(report, map.localizer());
 	write_run_json(report, map, run_json_);
 	run_json_.finish();
 	write_summary_json(report, summary_);
@@ -113,6 +115,7 @@ void RunOutputs::commit(const RunReport& report, const CSignatureMap2D& map)
 	frames_.commit();
 	map_png_.commit();
 	scene_.commit();
+	page_.commit();
 	if (config_) config_->commit();
 	summary_.commit();
 }

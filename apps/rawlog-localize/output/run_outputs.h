@@ -3,6 +3,7 @@
 
 #include "evaluation/run_report.h"
 #include "output/frame_outputs.h"
+#include "output/report_html.h"
 
 #include <d2s1r/CSignatureMap2D.h>
 
@@ -39,6 +40,7 @@ class RunOutputs
 	explicit RunOutputs(const Flags& flags);
 
 	FrameOutputs& frames() { return frames_; }
+	ReportHtml& page() { return page_; }
 
 	/// Writes the file of --save-map, if there is one.
 	void save_map(const mrpt::maps::COccupancyGridMap2D& grid, const Parameters& parameters);
@@ -58,6 +60,7 @@ class RunOutputs
 	std::optional<TextFile> config_;
 	PendingFile map_png_;
 	PendingFile scene_;
+	ReportHtml page_;
 	TextFile run_json_;
 	TextFile summary_;
 };

@@ -1,0 +1,249 @@
+# d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+"""report.html in a headless Chromium, as a person uses it: opening, clicking, zooming, filtering.
+
+Usage: test_report.py [REPORT.html [PICTURE_FOLDER]]. Without a report it makes one of a drawn building with the program
+that RAWLOG_LOCALIZE names. It exits with 77 if there is no Chromium to drive."""
+import math
+import os
+import pathlib
+import shutil
+import sys
+import tempfile
+import time
+
+SKIPPED = 77
+
+
+def skip(why):
+    print(f"SKIPPED: {why}; install chromium, chromium-driver and python3-selenium")
+    sys.exit(SKIPPED)
+
+
+try:
+    from selenium import webdriver
+    from selenium.webdriver.common.action_chains import ActionChains
+    from selenium.webdriver.common.by import By
+    from selenium.webdriver.common.keys import Keys
+    from selenium.webdriver.chrome.service import Service
+except ImportError:
+    skip("python3-selenium is missing")
+
+
+def open_browser(folder):
+    program, driver = shutil.which("chromium"), shutil.which("chromedriver")
+    if not program or not driver:
+        skip("chromium or chromedriver is missing")
+    options = webdriver.ChromeOptions()
+    options.binary_location = program
+    for argument in ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--window-size=1400,900",
+                     f"--user-data-dir={folder}"):
+        options.add_argument(argument)
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+    return webdriver.Chrome(service=Service(driver), options=options)
+
+
+class Page:
+    def __init__(self, browser, report, pictures):
+        self.browser, self.pictures = browser, pictures
+        start = time.monotonic()
+        browser.get(report.resolve().as_uri())
+        self.wait(lambda: self.script("return document.body.dataset.ready") == "yes", "the report opens", 60)
+        self.opened_s = time.monotonic() - start
+
+    def script(self, text, *arguments):
+        return self.browser.execute_script(text, *arguments)
+
+    def find(self, selector):
+        return self.browser.find_element(By.CSS_SELECTOR, selector)
+
+    def all(self, selector):
+        return self.browser.find_elements(By.CSS_SELECTOR, selector)
+
+    def wait(self, condition, what, seconds=10):
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            if condition():
+                return
+            time.sleep(0.02)
+        raise AssertionError(f"not so: {what}; console: {self.errors()}")
+
+    def errors(self):
+        return [entry["message"] for entry in self.browser.get_log("browser") if entry["level"] in ("SEVERE", "WARNING")]
+
+    def click_map(self, x, y):
+        """Clicks at a pixel of the map from its upper left corner."""
+        canvas = self.find("#map")
+        ActionChains(self.browser).move_to_element_with_offset(
+            canvas, round(x - canvas.size["width"] / 2), round(y - canvas.size["height"] / 2)).click().perform()
+
+    def picture(self, name):
+        time.sleep(0.2)
+        if self.pictures:
+            self.browser.save_screenshot(str(self.pictures / name))
+
+    def settle(self):
+        """Waits for what requestAnimationFrame() draws."""
+        self.browser.execute_async_script("requestAnimationFrame(() => requestAnimationFrame(arguments[0]))")
+
+
+def shown(page):
+    return page.script("return shown.length")
+
+
+def test_opens(page):
+    frames = page.script("return run.index.length")
+    assert frames > 10
+    assert page.find("#summary").text.startswith(f"{frames} frames")
+    assert shown(page) == frames
+    dark = page.script(
+        "const c = $('map'), p = c.getContext('2d').getImageData(0, 0, c.width, c.height).data; let dark = 0;"
+        "for (let i = 0; i < p.length; i += 4) dark += p[i] < 80 && p[i + 1] < 80; return dark")
+    assert dark > 500, "the walls are drawn"
+    page.picture("opened.png")
+
+
+def test_list_selects(page):
+    page.all("#rows .row")[3].click()
+    page.settle()
+    assert page.script("return selected") == 3
+    assert page.find("#details b").text.startswith(f"frame {page.script('return run.index[3]')}: ")
+    page.find("body").send_keys(Keys.ARROW_RIGHT)
+    page.settle()
+    assert page.script("return selected") == 4
+
+
+def test_map_click_selects_and_lays_the_scan(page):
+    f = page.script("return run.status.findIndex(s => s === 0)")
+    page.script("view.scale = 3 * view.fitted; const p = poseOf(arguments[0]); view.x = p.x; view.y = p.y; select(-1); redraw()", f)
+    page.settle()
+    x, y = page.script("const p = poseOf(arguments[0]); return [pixelX(p.x), pixelY(p.y)]", f)
+    page.click_map(x, y)
+    page.settle()
+    chosen = page.script("return selected")
+    assert chosen >= 0
+    apart = page.script("const a = poseOf(arguments[0]), b = poseOf(arguments[1]); return Math.hypot(a.x - b.x, a.y - b.y) * view.scale",
+                        f, chosen)
+    assert apart < 4, "the frame that was clicked is selected, or one at the same place"
+    assert len(page.all("#details tr.place")) >= 1
+    counts = page.script("return lay(scanOf(selected), placesOf(selected)[0]).ends.reduce((n, e) => (n[e.kind]++, n), [0, 0, 0, 0, 0, 0])")
+    assert counts[0] > sum(counts[:5]) / 2, f"most beams of a localized scan end on walls: {counts}"
+    assert f"({counts[0]})" in page.find("#legend").text
+    page.picture("localized.png")
+
+
+def test_explained_share_is_that_of_the_beam_model(page):
+    """The page judges beams by itself; the program told which share of the returns is explained, of at most 180."""
+    pairs = page.script(
+        "const pairs = []; for (let f = 0; f < run.index.length && pairs.length < 300; f += 3) { if (run.status[f] !== 0) continue;"
+        "const h = hypothesesOf(f)[0], ends = lay(scanOf(f), h).ends.filter(e => e.kind !== kNoReturn);"
+        "if (h.explained !== null) pairs.push([h.explained, ends.filter(e => e.kind === kOnWall).length / ends.length]); } return pairs")
+    apart = [abs(a - b) for a, b in pairs]
+    assert pairs and sum(apart) / len(apart) < 0.05 and max(apart) < 0.3, (sum(apart) / len(apart), max(apart))
+
+
+def test_wheel_zooms_about_the_pointer(page):
+    before = page.script("return [view.scale, view.x + (300 - canvasSize.width / 2) / view.scale]")
+    page.script("$('map').dispatchEvent(new WheelEvent('wheel', {deltaY: -300, clientX: 300 + $('map').getBoundingClientRect().x,"
+                "clientY: 200 + $('map').getBoundingClientRect().y, cancelable: true}))")
+    page.settle()
+    after = page.script("return [view.scale, view.x + (300 - canvasSize.width / 2) / view.scale]")
+    assert after[0] > 1.3 * before[0] and math.isclose(after[1], before[1], abs_tol=1e-6)
+    canvas = page.find("#map")
+    ActionChains(page.browser).move_to_element(canvas).click_and_hold().move_by_offset(80, 30).release().perform()
+    moved = page.script("return view.x + (300 - canvasSize.width / 2) / view.scale")
+    assert math.isclose(moved, after[1] - 80 / after[0], abs_tol=3 / after[0]), "dragging moves the map"
+    page.find("#fit").click()
+    page.settle()
+    assert page.script("return view.scale === view.fitted")
+
+
+def test_ambiguous_frame_shows_its_rivals(page):
+    f = page.script("let best = -1, most = 0; run.status.forEach((s, f) => { const n = hypothesesOf(f).filter(h => h.probability > 0.05).length;"
+                    "if (s === 1 && n > most) [best, most] = [f, n]; }); return best")
+    if f < 0:
+        return
+    page.script("select(arguments[0])", f)
+    page.settle()
+    rows = page.all("#details tr.place")
+    assert len(rows) >= page.script("return hypothesesOf(selected).length")
+    if len(rows) > 1:
+        rows[1].click()
+        page.settle()
+        assert page.script("return place") == 1
+        assert "shown" in page.all("#details tr.place")[1].get_attribute("class")
+    page.picture("ambiguous.png")
+
+
+def test_filters(page):
+    all_frames, counts = shown(page), page.script("return [0, 1, 2, 3].map(s => run.status.filter(t => t === s).length)")
+    page.find("#show-localized").click()
+    page.settle()
+    assert shown(page) == all_frames - counts[0]
+    assert page.find("#count").text == f"{all_frames - counts[0]} of {all_frames} frames"
+    page.find("#show-localized").click()
+    box = page.find("#least-confidence")
+    box.clear()
+    box.send_keys("0.9")
+    page.settle()
+    sure = page.script("return run.confidence.filter(c => c >= 0.9).length")
+    assert shown(page) == sure < all_frames or sure == all_frames
+    box.clear()
+    box.send_keys("0")
+    if page.all("#only-wrong"):
+        page.find("#only-wrong").click()
+        page.settle()
+        wrong = page.script("return run.index.filter((_, f) => isWrong(errorOf(f, poseOf(f)))).length")
+        assert shown(page) == wrong < all_frames
+        page.find("#only-wrong").click()
+    page.settle()
+    assert shown(page) == all_frames
+
+
+def test_timeline_selects(page):
+    line = page.find("#timeline")
+    ActionChains(page.browser).move_to_element_with_offset(line, round(0.25 * line.size["width"]), 0).click().perform()
+    page.settle()
+    frames = page.script("return run.index.length")
+    assert abs(page.script("return selected") - 0.75 * frames) < 0.03 * frames + 2
+
+
+def test_drawing_is_fluid(page):
+    """A picture may take 1/15 s of this machine's time, which is without a graphics card and busy."""
+    milliseconds = page.script(
+        "const t = []; for (let i = 0; i < 9; i++) { const a = performance.now(); drawView(); drawTimeline(); drawList();"
+        "t.push(performance.now() - a); } return t.sort((a, b) => a - b)[4]")
+    print(f"drawing takes {milliseconds:.1f} ms for {page.script('return run.index.length')} frames")
+    assert milliseconds < 67
+
+
+def make_report(folder):
+    from drawn_world import World
+    World(folder, spoiled=True).rows_of_program("--window", "3", "--fuse", "--ground-truth", folder / "truth.txt")
+    return folder / "out" / "report.html"
+
+
+def main():
+    pictures = pathlib.Path(sys.argv[2]) if len(sys.argv) > 2 else None
+    with tempfile.TemporaryDirectory() as folder:
+        report = pathlib.Path(sys.argv[1]) if len(sys.argv) > 1 else make_report(pathlib.Path(folder))
+        try:
+            browser = open_browser(folder + "/browser")
+        except OSError as error:
+            skip(str(error))
+        try:
+            browser.set_script_timeout(60)
+            page = Page(browser, report, pictures)
+            print(f"{report.stat().st_size / 1000:.0f} kB, opened after {page.opened_s:.2f} s")
+            for test in (test_opens, test_list_selects, test_map_click_selects_and_lays_the_scan,
+                         test_explained_share_is_that_of_the_beam_model, test_wheel_zooms_about_the_pointer,
+                         test_ambiguous_frame_shows_its_rivals, test_filters, test_timeline_selects, test_drawing_is_fluid):
+                test(page)
+                print(f"passed {test.__name__}", flush=True)
+            errors = page.errors()
+            assert not errors, f"the console is empty: {errors}"
+        finally:
+            browser.quit()
+
+
+if __name__ == "__main__":
+    main()
