@@ -62,7 +62,7 @@ TEST_F(AppWholeFolder, FoldersThatWereMadeForARunThatFailsAreRemoved)
 
 TEST_F(AppWholeFolder, EveryOutputIsTriedBeforeAnyInputIsRead)
 {
-	const std::set<std::string> last = {"map.png", "scene.3Dscene", "run.json", "summary.json"};
+	const std::set<std::string> last = {"map.png", "scene.3Dscene", "report.html", "run.json", "summary.json"};
 	for (const auto& name : last)
 	{
 		fs::create_directories(path("out/" + name));
@@ -88,9 +88,9 @@ TEST_F(AppWholeFolder, FilesOfAnEarlierRunAreRemovedAndThoseOfOthersAreNot)
 	ASSERT_EQ(run(words("out", {"--fuse"})).status, 0);
 	EXPECT_TRUE(fs::exists(path("out/fused.csv")));
 	ASSERT_EQ(run(words("out", {"--no-rawlog"})).status, 0);
-	const std::set<std::string> expected = {"frames.csv",   "hypotheses.csv", "map.png",
-	                                        "notes.txt",    "run.json",       "scene.3Dscene",
-	                                        "summary.json", "trajectory.tum", "trajectory.txt"};
+	const std::set<std::string> expected = {"frames.csv",     "hypotheses.csv", "map.png",       "notes.txt",
+	                                        "report.html",    "run.json",       "scene.3Dscene", "summary.json",
+	                                        "trajectory.tum", "trajectory.txt"};
 	EXPECT_EQ(names_in("out"), expected);
 }
 

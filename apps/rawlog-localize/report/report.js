@@ -14,6 +14,7 @@ const kRowHeight = 22;  // [pixel]
 const $ = id => document.getElementById(id);
 let run, cells, scans;  // what the file holds: results, classes of cells, packed scans with the place of each
 let shown = [];  // frames that pass the filters
+let passes, drawnX, drawnY, wrong;  // by frame: 1 if it passes them; where it is drawn, NaN if nowhere; 1 if its pose is off
 let selected = -1, place = 0;  // the frame, and which of its places the scan is laid at
 const view = {scale: 20, x: 0, y: 0, fitted: 20};  // [pixel/m], and the middle of the picture
 
@@ -203,43 +204,40 @@ function drawMap(g) {
     picture.width * size * view.scale, picture.height * size * view.scale);
 }
 
-function line(g, points, color, width) {
-  g.strokeStyle = color;
-  g.lineWidth = width;
+// The poses of all frames, faint if they do not pass the filters.
+function drawPath(g) {
+  const side = view.scale > 3 * view.fitted ? 7 : run.index.length > 3000 ? 3 : 5;
+  if (run.truth) drawSquares(g, f => true, f => run.truth[3 * f], f => run.truth[3 * f + 1], 'rgba(0, 0, 0, .18)', 6);
+  for (const pass of [0, 1])
+    for (let status = 3; status >= 0; status--) {
+      g.globalAlpha = pass ? 0.9 : 0.12;
+      drawSquares(
+        g, f => run.status[f] === status && passes[f] === pass, f => drawnX[f], f => drawnY[f], kStatusColors[status], side);
+    }
+  g.globalAlpha = 1;
+  g.strokeStyle = '#c1121f';  // from where the robot was to a localized pose that is off
+  g.lineWidth = 1.5;
   g.beginPath();
-  points.forEach(([x, y], i) => i ? g.lineTo(pixelX(x), pixelY(y)) : g.moveTo(pixelX(x), pixelY(y)));
+  for (const f of shown) {
+    if (!wrong[f] || run.status[f] !== 0) continue;
+    g.moveTo(pixelX(run.truth[3 * f]), pixelY(run.truth[3 * f + 1]));
+    g.lineTo(pixelX(drawnX[f]), pixelY(drawnY[f]));
+  }
   g.stroke();
 }
 
-// The poses of all frames, faint if they do not pass the filters.
-function drawPath(g) {
-  drawTruth(g);
-  const passes = new Uint8Array(run.index.length);
-  for (const f of shown) passes[f] = 1;
-  const side = view.scale > 3 * view.fitted ? 7 : run.index.length > 3000 ? 3 : 5;
-  for (const [pass, opacity] of [[0, 0.12], [1, 0.9]])
-    for (let status = 3; status >= 0; status--) {
-      g.fillStyle = kStatusColors[status];
-      g.globalAlpha = opacity;
-      for (let f = 0; f < run.index.length; f++) {
-        if (run.status[f] !== status || passes[f] !== pass) continue;
-        const pose = poseOf(f) || truthOf(f);
-        if (pose) g.fillRect(pixelX(pose.x) - side / 2, pixelY(pose.y) - side / 2, side, side);
-      }
-    }
-  g.globalAlpha = 1;
-  for (const f of shown) {
-    const pose = poseOf(f), truth = truthOf(f);
-    if (run.status[f] === 0 && isWrong(errorOf(f, pose))) line(g, [[truth.x, truth.y], [pose.x, pose.y]], '#c1121f', 1.5);
-  }
-}
-
-function drawTruth(g) {
-  if (!run.truth) return;
-  g.fillStyle = 'rgba(0, 0, 0, .18)';
+// Draws a square at each of the chosen frames that lies in the picture and not on another one.
+function drawSquares(g, isChosen, xOf, yOf, color, side) {
+  const columns = Math.ceil(canvasSize.width / 2), rows = Math.ceil(canvasSize.height / 2), taken = new Uint8Array(columns * rows);
+  g.fillStyle = color;
   for (let f = 0; f < run.index.length; f++) {
-    const truth = truthOf(f);
-    if (truth) g.fillRect(pixelX(truth.x) - 3, pixelY(truth.y) - 3, 6, 6);
+    if (!isChosen(f) || xOf(f) === null) continue;
+    const x = pixelX(xOf(f)), y = pixelY(yOf(f));
+    if (!(x >= 0 && y >= 0 && x < canvasSize.width && y < canvasSize.height)) continue;
+    const at = (y >> 1) * columns + (x >> 1);
+    if (taken[at]) continue;
+    taken[at] = 1;
+    g.fillRect(x - side / 2, y - side / 2, side, side);
   }
 }
 
@@ -332,28 +330,42 @@ function frameX(f, width) {
   return kTimelineMargin + (f + 0.5) / run.index.length * (width - 2 * kTimelineMargin);
 }
 
+// The bars of all frames are drawn anew only if the filters or the size change.
+const timelinePicture = {canvas: document.createElement('canvas'), shown: null, width: 0, height: 0};
+
 function drawTimeline() {
-  const {g, width, height} = sized($('timeline'));
+  const {g, width, height} = sized($('timeline')), picture = timelinePicture;
+  if (picture.shown !== shown || picture.width !== width || picture.height !== height) {
+    Object.assign(picture, {shown, width, height});
+    picture.canvas.width = width * devicePixelRatio;
+    picture.canvas.height = height * devicePixelRatio;
+    const bars = picture.canvas.getContext('2d');
+    bars.scale(devicePixelRatio, devicePixelRatio);
+    drawBars(bars, width, height);
+  }
   g.clearRect(0, 0, width, height);
-  const passes = new Uint8Array(run.index.length), bottom = height - 26, top = 10;
-  for (const f of shown) passes[f] = 1;
-  const bar = Math.max(1, (width - 2 * kTimelineMargin) / run.index.length * 0.9);
+  g.drawImage(picture.canvas, 0, 0, width, height);
+  if (selected < 0) return;
+  g.fillStyle = '#111111';
+  g.fillRect(frameX(selected, width) - 1, 2, 2, height - 18);
+}
+
+function drawBars(g, width, height) {
+  const bottom = height - 26, top = 10, bar = Math.max(1, (width - 2 * kTimelineMargin) / run.index.length * 0.9);
   for (let f = 0; f < run.index.length; f++) {
-    const height = Math.max(3, run.confidence[f] * (bottom - top));
+    const length = Math.max(3, run.confidence[f] * (bottom - top));
     g.globalAlpha = passes[f] ? 1 : 0.12;
     g.fillStyle = kStatusColors[run.status[f]];
-    g.fillRect(frameX(f, width) - bar / 2, bottom - height, bar, height);
-    if (!run.truth || !isWrong(errorOf(f, poseOf(f)))) continue;
+    g.fillRect(frameX(f, width) - bar / 2, bottom - length, bar, length);
+    if (!wrong[f]) continue;
     g.fillStyle = '#c1121f';
     g.fillRect(frameX(f, width) - Math.max(bar, 2) / 2, bottom + 2, Math.max(bar, 2), 5);
   }
   g.globalAlpha = 1;
   g.fillStyle = '#555555';
   g.font = '11px system-ui, "DejaVu Sans", sans-serif';
-  g.fillText(`confidence of frames ${run.index[0]} to ${run.index[run.index.length - 1]}` + (run.truth ? '; red below: the pose is off' : ''), kTimelineMargin, height - 4);
-  if (selected < 0) return;
-  g.fillStyle = '#111111';
-  g.fillRect(frameX(selected, width) - 1, 2, 2, bottom + 6);
+  const range = `frames ${run.index[0]} to ${run.index[run.index.length - 1]}`;
+  g.fillText(`confidence of ${range}` + (run.truth ? '; red below: the pose is off' : ''), kTimelineMargin, height - 4);
 }
 
 // ---- Lists and words -------------------------------------------------------------------------------------------------
@@ -448,6 +460,19 @@ function drawSummary() {
   $('summary').textContent = `${run.index.length} frames${window}: ${texts.join(', ')}  ·  ${run.log}  ·  ${run.map}  ·  d2s1r ${run.version}`;
 }
 
+// Keeps what drawing needs of every frame.
+function prepareFrames() {
+  const frames = run.index.length;
+  drawnX = new Float64Array(frames).fill(NaN);
+  drawnY = new Float64Array(frames).fill(NaN);
+  wrong = new Uint8Array(frames);
+  for (let f = 0; f < frames; f++) {
+    const pose = poseOf(f), at = pose || truthOf(f);
+    if (at) [drawnX[f], drawnY[f]] = [at.x, at.y];
+    wrong[f] = isWrong(errorOf(f, pose)) ? 1 : 0;
+  }
+}
+
 // ---- Filters ---------------------------------------------------------------------------------------------------------
 
 function makeFilters() {
@@ -474,7 +499,9 @@ function applyFilters() {
   shown = [];
   for (let f = 0; f < run.index.length; f++)
     if (statuses[run.status[f]] && run.confidence[f] >= least && run.confidence[f] <= greatest &&
-        (!onlyWrong || isWrong(errorOf(f, poseOf(f))))) shown.push(f);
+        (!onlyWrong || wrong[f])) shown.push(f);
+  passes = new Uint8Array(run.index.length);
+  for (const f of shown) passes[f] = 1;
   $('count').textContent = `${shown.length} of ${run.index.length} frames`;
   redraw();
 }
@@ -571,7 +598,7 @@ function clickMap(x, y) {
   }
   let best = -1, least = 15;
   for (const f of shown) {
-    const pose = poseOf(f) || truthOf(f), distance = pose ? distanceTo(pose) : Infinity;
+    const distance = distanceTo({x: drawnX[f], y: drawnY[f]});
     if (distance < least) [best, least] = [f, distance];
   }
   select(best);
@@ -660,6 +687,7 @@ async function start() {
   run = JSON.parse(new TextDecoder().decode(results));
   cells = new Uint8Array(map);
   scans = findScans(packed);
+  prepareFrames();
   drawSummary();
   paintMap();
   makeFilters();
