@@ -14,6 +14,9 @@
 #include <mrpt/system/CTicTac.h>
 #include <unistd.h>
 
+#include <csignal>
+#include <optional>
+
 namespace d2s1r::app
 {
 namespace
@@ -21,24 +24,28 @@ namespace
 void say_log(const logs::LogSurvey& survey, const logs::Sensor& sensor, const Flags& flags, Console& console)
 {
 	if (flags.quiet) return;
-	for (const std::string& line : describe_log(survey, sensor, flags)) console.say(flags.rawlog + ": " + line);
+	for (const std::string& line : describe_log(survey, sensor, flags)) console.say(flags.log_name() + ": " + line);
 }
 
 /// Returns how the run ended. If it did not reach the end, one line on standard error says why.
-ExitStatus conclude(const RunReport& report, const std::string& damage, Console& console)
+/// \param done [-] number of frames
+ExitStatus conclude(const RunReport& report, std::size_t done, const std::string& damage, Console& console)
 {
-	const std::string done = std::to_string(report.frames.size());
+	const std::string& folder = report.flags.output_dir;
 	if (interrupted())
 	{
-		console.say(
-		    "interrupted after " + done + " of " + std::to_string(report.selected_frames) + " frames; these are in " +
-		    report.flags.output_dir);
+		const std::string all = report.flags.is_live() ? "" : " of " + std::to_string(report.selected_frames);
+		const std::string where = folder.empty() ? "" : "; these are in " + folder;
+		console.say("interrupted after " + std::to_string(done) + all + " frames" + where);
 		return kInterrupted;
 	}
 	if (!damage.empty())
+	{
+		const std::string where = folder.empty() ? " are printed" : " are in " + folder;
 		throw UserError(
-		    kBadInput, report.flags.rawlog,
-		    damage + "; the " + done + " frames before that are in " + report.flags.output_dir);
+		    kBadInput, report.flags.log_name(),
+		    damage + "; the " + std::to_string(done) + " frames before that" + where);
+	}
 	if (report.truth_lines > 0 && report.matches.empty())
 		throw UserError(
 		    kBadInput, report.flags.ground_truth,
@@ -53,24 +60,50 @@ ExitStatus conclude(const RunReport& report, const std::string& damage, Console&
 	return kDone;
 }
 
-/// Hands every scan to the localizer and every result to `outputs`.
+/// Hands every scan to the localizer, and every result to the files and to standard output.
+/// \param outputs null: no files are written
 LoopResult localize_frames(
     const logs::Log& log, const RunReport& report, const FrameSelection& selection, const Localizer& localizer,
-    const CFusionBackend::Ptr& backend, RunOutputs& outputs, Console& console)
+    const CFusionBackend::Ptr& backend, RunOutputs* outputs, Console& console)
 {
-	const FrameSink sink = {
-	    [&](const logs::RawlogObject& object) { outputs.frames().add(object); },
-	    [&](Frame frame, mrpt::obs::CObservation2DRangeScan::ConstPtr scan)
-	    {
-		    outputs.page().add(frame, make_scan(*scan, report.parameters.scan));
-		    frame.alone.reset();  // it is large, and nothing else needs it
-		    outputs.frames().add(std::move(frame), std::move(scan));
-	    }};
-	ProgressBar progress(console.err, !report.flags.quiet && isatty(STDERR_FILENO), report.selected_frames);
-	const auto reader = logs::read_log(log, selection.label, report.flags.overrides);
+	const Flags& flags = report.flags;
+	FrameSink sink;
+	sink.take_object = [&](const logs::RawlogObject& object)
+	{
+		if (outputs) outputs->frames().add(object);
+	};
+	sink.take_frame = [&](Frame frame, mrpt::obs::CObservation2DRangeScan::ConstPtr scan)
+	{
+		if (flags.stream) console.print_line(json_line(frame));
+		if (!outputs) return;
+		outputs->page().add(frame, make_scan(*scan, report.parameters.scan));
+		frame.alone.reset();  // it is large, and nothing else needs it
+		outputs->frames().add(std::move(frame), std::move(scan));
+	};
+	const bool shows_progress = !flags.quiet && !flags.stream && !flags.is_live() && isatty(STDERR_FILENO);
+	ProgressBar progress(console.err, shows_progress, report.selected_frames);
+	const auto reader = logs::read_log(log, selection.label, flags.overrides);
 	return localize_log(
-	    *reader, selection, {localizer, report.flags.query, report.flags.window, backend, report.flags.threads}, sink,
-	    progress);
+	    *reader, selection, {localizer, flags.query, flags.window, backend, flags.threads}, sink, progress);
+}
+
+/// Completes the report and writes the files.
+void write_files(
+    RunOutputs& outputs, RunReport& report, const LoopResult& loop, const GroundTruth& truth,
+    const CSignatureMap2D& map)
+{
+	if (report.flags.is_live())  // only now it is known
+	{
+		report.sensor.scans = loop.scans;
+		report.selected_frames = loop.frames;
+	}
+	report.computing_seconds = loop.seconds;
+	const AlignedTruth aligned = align_truth(truth, report.frames);
+	report.truth_lines = aligned.lines.size();
+	report.truth_interpolated = aligned.interpolated;
+	report.truth_offset = aligned.offset;
+	report.matches = match(report.frames, aligned.lines);
+	outputs.commit(report, map);
 }
 
 /// Goes from the log and the map to all outputs.
@@ -78,9 +111,10 @@ LoopResult localize_frames(
 ExitStatus localize(
     const Flags& flags, const Parameters& parameters, const CFusionBackend::Ptr& backend, Console& console)
 {
-	RunOutputs outputs(flags);
+	std::optional<RunOutputs> outputs;
+	if (!flags.output_dir.empty()) outputs.emplace(flags);
 	const logs::Log log = open_log(flags);
-	const logs::Sensor sensor = choose_sensor(log.survey, flags.sensor_label, flags.rawlog);
+	const logs::Sensor sensor = choose_sensor(log.survey, flags.sensor_label, flags.log_name());
 	const FrameSelection selection = select_frames(flags, log.survey, sensor);
 	const GroundTruth truth =
 	    flags.ground_truth.empty() ? GroundTruth{} : read_ground_truth(flags.ground_truth, flags.rawlog);
@@ -90,31 +124,26 @@ ExitStatus localize(
 	const IndexedMap indexed = load_or_build_map(flags, parameters, console);
 	const CSignatureMap2D::ConstPtr& map = indexed.map;
 	const Localizer& localizer = map->localizer();
-	RunReport report{flags, parameters, outputs.frames().frames(), sensor};
+	const std::vector<Frame> unknown;
+	RunReport report{flags, parameters, outputs ? outputs->frames().frames() : unknown, sensor};
 	report.build_seconds = build_watch.Tac();
 	report.index = indexed.use;
-	outputs.save_map(localizer.map(), parameters);
+	if (outputs) outputs->save_map(localizer.map(), parameters);
 	if (backend) backend->start(map, {flags.motion, FusionParameters{}.particles, flags.seed, flags.query.prior});
 	report.selected_frames = selection.size();
 
 	const mrpt::system::CTicTac watch;
-	const LoopResult loop = localize_frames(log, report, selection, localizer, backend, outputs, console);
-	const std::string& damage = loop.damage.empty() ? log.survey.damage : loop.damage;
-	if (report.frames.empty() && interrupted())
+	const LoopResult loop =
+	    localize_frames(log, report, selection, localizer, backend, outputs ? &*outputs : nullptr, console);
+	if (loop.frames == 0 && interrupted())
 	{
 		console.say(kInterruptedEarly);
 		return kInterrupted;
 	}
 	report.localization_seconds = watch.Tac();
-	report.computing_seconds = loop.seconds;
-	const AlignedTruth aligned = align_truth(truth, report.frames);
-	report.truth_lines = aligned.lines.size();
-	report.truth_interpolated = aligned.interpolated;
-	report.truth_offset = aligned.offset;
-	report.matches = match(report.frames, aligned.lines);
-	outputs.commit(report, *map);
-	if (!flags.quiet) print_table(report, console.out);
-	return conclude(report, damage, console);
+	if (outputs) write_files(*outputs, report, loop, truth, *map);
+	if (!flags.quiet && !flags.stream) print_table(report, console.out);
+	return conclude(report, loop.frames, loop.damage.empty() ? log.survey.damage : loop.damage, console);
 }
 }  // namespace
 
@@ -129,6 +158,7 @@ ExitStatus run(const Flags& flags, Console& console)
 		file.commit();
 		return kDone;
 	}
+	if (flags.stream) std::signal(SIGPIPE, SIG_IGN);  // who reads the lines may end before the log does
 	load_plugins(flags);
 	return localize(flags, parameters, flags.fuse ? find_fusion_backend() : nullptr, console);
 }

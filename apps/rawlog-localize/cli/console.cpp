@@ -65,6 +65,12 @@ void Console::check_written()
 	if (!out.flush()) throw UserError(kBadOutput, "standard output", "cannot be written; check where it leads to");
 }
 
+void Console::print_line(const std::string& line)
+{
+	out << line + "\n";
+	check_written();
+}
+
 void Console::say(const std::string& line)
 {
 	err << "rawlog-localize: " << printable(line) << std::endl;

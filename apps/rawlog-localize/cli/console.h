@@ -23,6 +23,9 @@ class Console
 	/// \throws UserError (kBadOutput) if standard output did not take all that was printed
 	void check_written();
 
+	/// Prints one line on standard output, and sees to it that it arrives. \throws UserError (kBadOutput)
+	void print_line(const std::string& line);
+
 	/// Prints one line about the program itself on standard error.
 	void say(const std::string& line);
 

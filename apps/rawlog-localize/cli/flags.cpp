@@ -147,6 +147,7 @@ float parse_max_range(const std::string& text)
 
 constexpr const char* kUsage =
     "Usage: rawlog-localize -m MAP -i LOG -o OUT_DIR [OPTION]...\n"
+    "       rawlog-localize -m MAP -i LOG --stream [OPTION]...\n"
     "       rawlog-localize --write-config FILE [-c CONFIG.ini]\n"
     "Localize every 2D laser scan of a log in a known map, each scan on its own, without an initial pose.\n\n";
 
@@ -165,7 +166,21 @@ void check_complete(const Flags& flags)
 	if (flags.only_writes_config() && !flags.write_config.empty()) return;
 	if (flags.map.empty()) wrong("--map", "missing; name the map file");
 	if (flags.rawlog.empty()) wrong("--input", "missing; name the log");
-	if (flags.output_dir.empty()) wrong("--output", "missing; name the folder to write to");
+	if (flags.output_dir.empty() && !flags.stream) wrong("--output", "missing; name the folder to write to");
+}
+
+/// Checks that the options go with a log that is still being written, and with lines instead of files.
+void check_live(const Flags& flags)
+{
+	if (flags.follow && flags.rawlog == logs::kStandardInput)
+		wrong("--follow", "is for a file that grows; standard input is read to its end without it");
+	if (!flags.output_dir.empty()) return;
+	for (const auto& [flag, value] :
+	     {std::pair("--ground-truth", flags.ground_truth),
+	      {"--save-map", flags.save_map},
+	      {"--write-pf-ini", flags.write_pf_ini},
+	      {"--write-config", flags.write_config}})
+		if (!value.empty()) wrong(flag, "goes with files; name a folder for them with --output");
 }
 
 /// Refuses names that load_map() would take for another kind of map.
@@ -242,7 +257,13 @@ class OptionAdder
 void add_inputs(OptionAdder add, Flags& flags, Unchecked& unchecked)
 {
 	add.value("-m,--map", "MAP", "map to localize in", flags.map);
-	add.value("-i,--input", "LOG", "log with 2D laser scans: a bag, a rawlog or a CARMEN log", flags.rawlog);
+	add.value(
+	    "-i,--input", "LOG",
+	    "log with 2D laser scans: a bag, a rawlog or a CARMEN log; - is a rawlog on standard input, read as it comes",
+	    flags.rawlog);
+	add.flag(
+	    "--follow", "LOG is a rawlog that grows: wait for more at its end, until it is removed or the run interrupted",
+	    flags.follow);
 	add.value("-o,--output", "OUT_DIR", "folder for the results, made if missing", flags.output_dir);
 	add.value("-c,--config", "CONFIG.ini", "parameters; those not in the file keep their defaults", flags.config);
 	add.value(
@@ -336,6 +357,10 @@ void add_outputs(OptionAdder add, Flags& flags, Unchecked& unchecked)
 	add.value(
 	    "--origin", "X,Y", "where the lower left corner of such an image is in the map frame [m] (default 0,0)",
 	    unchecked.origin);
+	add.flag(
+	    "--stream",
+	    "print a line of JSON for each frame as soon as it is known, in place of the table; OUT_DIR may be left out",
+	    flags.stream);
 	add.flag("-q,--quiet", "print errors only", flags.quiet);
 }
 
@@ -459,6 +484,7 @@ std::optional<Flags> parse_flags(int argc, char** argv, std::ostream& out)
 	for (const CLI::Option* option : app.get_options())
 		if (option->count() > 0) flags.given[option->get_lnames().front()] = option->results().back();
 	check_complete(flags);
+	if (!flags.only_writes_config()) check_live(flags);
 	check_saved_map(flags.save_map);
 	if (!flags.only_writes_config()) check_image(flags);
 	return flags;

@@ -46,10 +46,18 @@ struct Flags
 	bool fuse = false;
 	MotionSource motion = MotionSource::kBoth;  //!< what moves the particle filter
 	bool rawlog_copy = true;                    //!< whether localized.rawlog is written
+	bool follow = false;                        //!< whether the log is a file that grows
+	bool stream = false;                        //!< whether a line for each frame is printed
 	bool quiet = false;
 
 	std::vector<std::string> words;            //!< the command line as it was given
 	std::map<std::string, std::string> given;  //!< text by the long name of each option that was given
+
+	/// Returns whether the log is read while it is being written.
+	bool is_live() const { return follow || rawlog == logs::kStandardInput; }
+
+	/// Returns the log as messages name it.
+	std::string log_name() const { return rawlog == logs::kStandardInput ? "standard input" : rawlog; }
 
 	/// Returns whether the command line only asks for a configuration file to be written.
 	bool only_writes_config() const { return map.empty() && rawlog.empty() && output_dir.empty(); }

@@ -3,6 +3,7 @@
 
 #include <d2s1r/CFusionBackend.h>
 
+#include <chrono>
 #include <cstddef>
 #include <optional>
 
@@ -16,6 +17,7 @@ struct Frame
 	Localization result;
 	std::optional<Localization> alone{};  //!< with --window, what the scan says alone
 	std::optional<FusedPose> fused{};     //!< with --fuse, once the filter has started
+	std::chrono::steady_clock::time_point read_at{};  //!< when the scan had been read
 
 	bool has_pose() const { return !result.hypotheses.empty(); }
 	bool localized() const { return result.status == Status::kLocalized; }

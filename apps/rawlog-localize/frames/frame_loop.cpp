@@ -7,16 +7,22 @@
 
 #include <atomic>
 #include <chrono>
+#include <condition_variable>
+#include <deque>
 #include <exception>
+#include <mutex>
 #include <thread>
 #include <utility>
+#include <vector>
 
 namespace d2s1r::app
 {
 namespace
 {
-constexpr std::size_t kScansPerThread = 8;  //!< [-] scans that a batch holds for each thread
-constexpr std::size_t kMostObjects = 1024;  //!< [-] objects in a batch, which bounds the memory of logs with few scans
+constexpr std::size_t kScansPerThread = 8;  //!< [-] scans that are read ahead of those that have been followed
+constexpr std::size_t kMostObjects = 1024;  //!< [-] the same of objects, which bounds the memory of logs with few scans
+
+using Clock = std::chrono::steady_clock;
 
 /// Returns [s] since the epoch, 0 if the observation has no time.
 double seconds(const mrpt::obs::CObservation& observation)
@@ -34,7 +40,6 @@ class ScopedTimer
 	ScopedTimer& operator=(const ScopedTimer&) = delete;
 
    private:
-	using Clock = std::chrono::steady_clock;
 	double& seconds_;
 	Clock::time_point start_ = Clock::now();
 };
@@ -43,62 +48,56 @@ struct Job
 {
 	std::size_t frame = 0;
 	mrpt::obs::CObservation2DRangeScan::ConstPtr scan;
-	std::optional<Localization> result;
+	Clock::time_point read_at;  //!< when the scan had been read
+	std::optional<Localization> result = {};
 };
 
+/// An object of the log with its scans that are to be localized.
 struct Item
 {
 	logs::RawlogObject object;
-	std::size_t past_job = 0;  //!< [-] jobs of the batch up to here belong to this or earlier objects
+	std::vector<Job> jobs = {};
+	std::size_t unfinished = 0;  //!< [-] jobs without a result
 };
 
-struct Batch
-{
-	std::vector<Item> items;
-	std::vector<Job> jobs;
-};
-
-/// Reads some objects of the log at a time, with the scans in them that are to be localized.
-class BatchReader
+/// Reads the objects of a log, and finds the scans in them that are to be localized.
+class ItemReader
 {
    public:
-	BatchReader(logs::LogReader& reader, const FrameSelection& selection, int threads)
-	    : reader_(reader), selection_(selection), scans_per_batch_(kScansPerThread * static_cast<std::size_t>(threads))
-	{
-	}
+	ItemReader(logs::LogReader& reader, const FrameSelection& selection) : reader_(reader), selection_(selection) {}
 
-	Batch read()
+	/// Returns the next object; no value at the end of the log or after the objects that can be read.
+	std::optional<Item> read()
 	{
 		const ScopedTimer timer(seconds_);
-		Batch batch;
-		while (batch.jobs.size() < scans_per_batch_ && batch.items.size() < kMostObjects)
+		if (objects_ == selection_.objects) return std::nullopt;
+		auto object = reader_.next();
+		if (!object) return std::nullopt;
+		objects_++;
+		Item item = {std::move(*object)};
+		for (const auto& scan : item.object.scans)
 		{
-			if (objects_ == selection_.objects) break;
-			auto object = reader_.next();
-			if (!object) break;
-			objects_++;
-			for (const auto& scan : object->scans)
-			{
-				if (scan->sensorLabel != selection_.label) continue;
-				if (selection_.contains(scans_)) batch.jobs.push_back({scans_, scan, {}});
-				scans_++;
-			}
-			object->scans.clear();
-			object->object.reset();
-			batch.items.push_back({std::move(*object), batch.jobs.size()});
+			if (scan->sensorLabel != selection_.label) continue;
+			if (selection_.contains(scans_)) item.jobs.push_back({scans_, scan, Clock::now()});
+			scans_++;
 		}
-		return batch;
+		item.object.scans.clear();
+		item.object.object.reset();
+		item.unfinished = item.jobs.size();
+		return item;
 	}
+
+	/// Returns the number of scans of the sensor seen so far.
+	std::size_t scans() const { return scans_; }
 
 	/// Returns the time [s] that reading took so far.
 	double seconds() const { return seconds_; }
 
    private:
 	logs::LogReader& reader_;
-	FrameSelection selection_;
-	std::size_t scans_per_batch_;
+	const FrameSelection& selection_;
 	std::size_t objects_ = 0;  //!< [-] objects read so far
-	std::size_t scans_ = 0;    //!< [-] scans of the sensor seen so far
+	std::size_t scans_ = 0;
 	double seconds_ = 0;
 };
 
@@ -135,7 +134,7 @@ class OdometryBetweenScans
 	bool has_news_ = false;                     //!< since the last scan
 };
 
-/// Takes what the scans of a batch say alone, follows them with the window and the fusion, and hands the frames on.
+/// Takes what scans say alone, follows them with the window and the fusion, and hands the frames on.
 class Follower
 {
    public:
@@ -144,21 +143,15 @@ class Follower
 		if (approach.window) window_.emplace(approach.localizer, *approach.window, approach.query.prior);
 	}
 
-	/// Follows the batch up to the first object with a scan that was not localized because of an interrupt.
-	void follow(Batch& batch)
+	/// Follows the scans of an object, all of which have been localized.
+	void follow(Item& item)
 	{
-		std::size_t job = 0;
-		for (auto& item : batch.items)
+		odometry_.add(item.object);
 		{
-			for (std::size_t i = job; i < item.past_job; i++)
-				if (!batch.jobs[i].result) return;
-			odometry_.add(item.object);
-			{
-				const ScopedTimer timer(writing_seconds_);
-				sink_.take_object(item.object);
-			}
-			for (; job < item.past_job; job++) follow(batch.jobs[job]);
+			const ScopedTimer timer(writing_seconds_);
+			sink_.take_object(item.object);
 		}
+		for (Job& job : item.jobs) follow(job);
 	}
 
 	/// Returns the number of frames handed on so far.
@@ -172,7 +165,7 @@ class Follower
 	{
 		const auto motion = odometry_.take();
 		const Localization& one_shot = *job.result;
-		Frame frame{job.frame, seconds(*job.scan), one_shot};
+		Frame frame{job.frame, seconds(*job.scan), one_shot, {}, job.read_at};
 		if (window_)
 		{
 			frame.alone = one_shot;
@@ -192,24 +185,137 @@ class Follower
 	std::optional<WindowLocalizer> window_;
 };
 
-/// Calls `work(i)` for every i below `count`, started in this order, on up to `threads` threads, the calling one
-/// included. If the system refuses a thread, those there are do the work.
-/// \throws what the first call of `work` to fail throws; calls that have not started by then are left out
-void run_on_threads(std::size_t count, int threads, const std::function<void(std::size_t)>& work)
+/// What the threads share. Each does whatever can be done next, and what brings a result out soonest goes first:
+/// objects whose scans have been localized are followed in the order of the log, else a scan is localized, else an
+/// object is read. So a frame is handed on as soon as it and those before it are known, also if the log is still being
+/// written.
+class FramePipeline
 {
-	std::atomic<std::size_t> next{0};
+   public:
+	FramePipeline(ItemReader& reader, Follower& follower, const Approach& approach, ProgressBar& progress)
+	    : reader_(reader), follower_(follower), approach_(approach), progress_(progress)
+	{
+	}
+
+	/// Is to be called by each thread. Returns when all is done, or when another thread has failed.
+	/// \throws what reading, localizing or following throws
+	void work()
+	{
+		std::unique_lock<std::mutex> lock(mutex_);
+		for (;;)
+		{
+			const auto task = choose();
+			if (!task && busy_ == 0) return;
+			if (!task)
+			{
+				changed_.wait(lock);
+				continue;
+			}
+			busy_++;
+			try
+			{
+				(this->*task)(lock);
+			}
+			catch (...)
+			{
+				if (!lock.owns_lock()) lock.lock();
+				failed_ = true;
+				finish_task();
+				throw;
+			}
+			finish_task();
+		}
+	}
+
+   private:
+	using Lock = std::unique_lock<std::mutex>;
+	using Task = void (FramePipeline::*)(Lock&);
+
+	/// Returns what this thread can do; null if there is nothing until another thread has done its task.
+	Task choose() const
+	{
+		if (failed_) return nullptr;
+		if (!is_following_ && !items_.empty() && items_.front().unfinished == 0) return &FramePipeline::follow;
+		if (interrupted()) return nullptr;
+		if (!waiting_.empty()) return &FramePipeline::localize;
+		const auto most_jobs = kScansPerThread * static_cast<std::size_t>(approach_.threads);
+		const bool has_room = items_.size() < kMostObjects && unfollowed_jobs_ < most_jobs;
+		return !is_reading_ && !at_end_ && has_room ? &FramePipeline::read : nullptr;
+	}
+
+	void finish_task()
+	{
+		busy_--;
+		changed_.notify_all();
+	}
+
+	void follow(Lock& lock)
+	{
+		is_following_ = true;
+		Item& item = items_.front();
+		lock.unlock();
+		follower_.follow(item);
+		progress_.show(follower_.frames());
+		lock.lock();
+		unfollowed_jobs_ -= item.jobs.size();
+		items_.pop_front();
+		is_following_ = false;
+	}
+
+	void localize(Lock& lock)
+	{
+		const auto [item, job] = waiting_.front();
+		waiting_.pop_front();
+		lock.unlock();
+		job->result = approach_.localizer.localize(*job->scan, approach_.query);
+		lock.lock();
+		item->unfinished--;
+	}
+
+	void read(Lock& lock)
+	{
+		is_reading_ = true;
+		lock.unlock();
+		auto read = reader_.read();
+		lock.lock();
+		is_reading_ = false;
+		at_end_ = !read;
+		if (!read) return;
+		Item& item = items_.emplace_back(std::move(*read));
+		unfollowed_jobs_ += item.jobs.size();
+		for (Job& job : item.jobs) waiting_.emplace_back(&item, &job);
+	}
+
+	ItemReader& reader_;
+	Follower& follower_;
+	const Approach& approach_;
+	ProgressBar& progress_;
+	std::mutex mutex_;  //!< for all below
+	std::condition_variable changed_;
+	std::deque<Item> items_;                          //!< read and not yet followed, in the order of the log
+	std::deque<std::pair<Item*, Job*>> waiting_;      //!< jobs in them that nobody has begun
+	std::size_t unfollowed_jobs_ = 0;                 //!< [-] jobs in them
+	std::size_t busy_ = 0;                            //!< [-] threads that do a task
+	bool is_following_ = false, is_reading_ = false;  //!< whether a thread does
+	bool at_end_ = false;                             //!< of the log
+	bool failed_ = false;                             //!< whether a task has
+};
+
+/// Calls `work` on up to `threads` threads, the calling one included. If the system refuses a thread, those there are
+/// do the work. \throws what the first call of `work` to fail throws
+void run_on_threads(int threads, const std::function<void()>& work)
+{
 	std::exception_ptr failure;
 	std::atomic_flag failed = ATOMIC_FLAG_INIT;
 	const auto run = [&]
 	{
 		try
 		{
-			for (std::size_t i = next++; i < count; i = next++) work(i);
+			work();
 		}
 		catch (...)
 		{
 			if (!failed.test_and_set()) failure = std::current_exception();
-			next = count;
 		}
 	};
 	std::vector<std::thread> others;
@@ -232,34 +338,14 @@ LoopResult localize_log(
     logs::LogReader& reader, const FrameSelection& selection, const Approach& approach, const FrameSink& sink,
     ProgressBar& progress)
 {
-	double seconds = 0;
-	std::optional<ScopedTimer> timer(seconds);
+	const auto start = Clock::now();
+	ItemReader items(reader, selection);
 	Follower follower(approach, sink);
-	BatchReader batches(reader, selection, approach.threads);
-	Batch previous, current = batches.read(), next;
-	while (!current.items.empty() && !interrupted())
-	{
-		// Job 0 keeps the files, the window and the fusion busy while the other threads localize.
-		const auto work = [&](std::size_t i)
-		{
-			if (i == 0)
-			{
-				follower.follow(previous);
-				progress.show(follower.frames());
-				next = batches.read();
-			}
-			else if (!interrupted())
-				current.jobs[i - 1].result = approach.localizer.localize(*current.jobs[i - 1].scan, approach.query);
-		};
-		run_on_threads(1 + current.jobs.size(), approach.threads, work);
-		previous = std::move(current);
-		current = std::exchange(next, {});
-	}
-	follower.follow(previous);
-	progress.show(follower.frames());
-	timer.reset();
+	FramePipeline pipeline(items, follower, approach, progress);
+	run_on_threads(approach.threads, [&] { pipeline.work(); });
 	// Reading and writing take one thread of those there are.
-	seconds -= (batches.seconds() + follower.writing_seconds()) / approach.threads;
-	return {reader.damage(), seconds};
+	const double seconds = std::chrono::duration<double>(Clock::now() - start).count() -
+	                       (items.seconds() + follower.writing_seconds()) / approach.threads;
+	return {reader.damage(), seconds, items.scans(), follower.frames()};
 }
 }  // namespace d2s1r::app

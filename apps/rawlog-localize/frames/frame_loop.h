@@ -35,14 +35,16 @@ struct FrameSink
 /// How a loop over the frames ended.
 struct LoopResult
 {
-	std::string damage;  //!< LogReader::damage()
-	double seconds = 0;  //!< [s] that all threads localized, without the time for reading and for `sink`
+	std::string damage;      //!< LogReader::damage()
+	double seconds = 0;      //!< [s] that all threads localized, without the time for reading and for `sink`
+	std::size_t scans = 0;   //!< [-] of the sensor, in what was read
+	std::size_t frames = 0;  //!< [-] handed to `sink`
 };
 
 /// Localizes the selected scans of a log, `threads` at a time, and hands everything to `sink` in the order of the
-/// log. The window and the fusion, if there are any, follow the scans in that order, too, so the results do not
-/// depend on the number of threads. Ends at the end of the log, after the objects that can be read, or when the
-/// process is interrupted.
+/// log, each frame as soon as it and those before it are known. The window and the fusion, if there are any, follow the
+/// scans in that order, too, so the results do not depend on the number of threads. Ends at the end of the log, after
+/// the objects that can be read, or when the process is interrupted.
 LoopResult localize_log(
     logs::LogReader& reader, const FrameSelection& selection, const Approach& approach, const FrameSink& sink,
     ProgressBar& progress);

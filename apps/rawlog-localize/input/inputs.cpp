@@ -264,6 +264,7 @@ logs::Log open_log(const Flags& flags)
 {
 	try
 	{
+		if (flags.is_live()) return logs::open_live_log(flags.rawlog, flags.sensor_label, interrupted);
 		return logs::open_log(flags.rawlog, interrupted);
 	}
 	catch (const logs::Interrupted&)
@@ -304,7 +305,7 @@ std::vector<std::string> describe_log(const logs::LogSurvey& survey, const logs:
 		    survey.format + ", laser " + scans + (flags.overrides.sensor_pose ? "" : ", " + sensor.mounting) +
 		    (survey.odometry.empty() ? "; no odometry" : "; odometry from " + survey.odometry));
 	lines.insert(lines.end(), survey.notes.begin(), survey.notes.end());
-	if (flags.motion == MotionSource::kOdometry && survey.odometry.empty())
+	if (flags.motion == MotionSource::kOdometry && survey.odometry.empty() && !survey.is_live)
 		lines.push_back(
 		    "holds no odometry to move the filter with; the filter repeats its last motion (--motion pseudo follows "
 		    "the results)");

@@ -35,7 +35,8 @@ struct IndexedMap
 /// \throws UserError (as build_map(); kBadOutput if the index cannot be saved)
 IndexedMap load_or_build_map(const Flags& flags, const Parameters& parameters, Console& console);
 
-/// Recognizes the log and reads it once. \throws logs::LogError, UserError (kInterrupted)
+/// Recognizes the log and reads it once, or begins to read it if it is still being written.
+/// \throws logs::LogError, UserError (kInterrupted)
 logs::Log open_log(const Flags& flags);
 
 /// Returns the laser of that label, else the one with most scans (the first of equals).

@@ -46,6 +46,7 @@ std::vector<NamedFile> files_written(const Flags& flags, bool localized)
 	std::vector<NamedFile> files;
 	const auto add_to_folder = [&](std::initializer_list<const char*> names)
 	{
+		if (flags.output_dir.empty()) return;
 		for (const char* name : names) files.push_back({fs::path(flags.output_dir) / name, "--output", true});
 	};
 	add_to_folder({"frames.csv", "hypotheses.csv", "trajectory.tum", "trajectory.txt"});
@@ -65,6 +66,7 @@ const std::set<std::string>& names_in_folder()
 	{
 		Flags all;
 		all.map = "map";
+		all.output_dir = ".";
 		all.fuse = true;
 		std::set<std::string> found;
 		for (const auto& file : files_written(all)) found.insert(fs::path(file.path).filename().string());

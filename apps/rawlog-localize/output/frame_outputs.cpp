@@ -7,7 +7,9 @@
 #include <mrpt/poses/CPose3DPDFGaussian.h>
 #include <mrpt/poses/CPosePDFGaussian.h>
 
+#include <chrono>
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 namespace d2s1r::app
 {
@@ -137,6 +139,40 @@ mrpt::obs::CObservationOdometry odometry_observation(const mrpt::poses::CPose2D&
 	return observation;
 }
 }  // namespace
+
+std::string json_line(const Frame& frame)
+{
+	using Json = nlohmann::ordered_json;  // numbers that are not finite become null
+	const auto with_pose = [](Json json, const mrpt::math::TPose2D& pose)
+	{
+		json["x"] = pose.x;
+		json["y"] = pose.y;
+		json["phi"] = pose.phi;
+		return json;
+	};
+	const Localization& result = frame.result;
+	Json json = {{"frame", frame.index}, {"timestamp", frame.timestamp}, {"status", to_string(result.status)}};
+	if (frame.has_pose())
+	{
+		json = with_pose(json, result.best().pose.asTPose());
+		for (int row = 0; row < 3; row++)
+			for (int column = row; column < 3; column++)
+				json["covariance"].push_back(result.best().covariance(row, column));
+		json["confidence"] = result.confidence;
+	}
+	json["hypotheses"] = Json::array();
+	for (const auto& hypothesis : result.hypotheses)
+		json["hypotheses"].push_back(
+		    with_pose(Json::object({{"probability", hypothesis.probability}}), hypothesis.pose.asTPose()));
+	if (frame.fused)
+		json["fused"] = with_pose(
+		    {{"status", to_string(frame.fused->status)}, {"event", to_string(frame.fused->event)}}, frame.fused->pose);
+	if (!result.note.empty()) json["note"] = result.note;
+	json["total_ms"] = result.times.total_ms;
+	const auto latency = std::chrono::steady_clock::now() - frame.read_at;
+	json["latency_ms"] = std::chrono::duration<double, std::milli>(latency).count();
+	return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
 
 FrameFile::FrameFile(const std::string& path, const char* heading, Writer writer) : file_(path), writer_(writer)
 {

@@ -14,6 +14,10 @@
 
 namespace d2s1r::app
 {
+/// Returns what is known of a frame as an object of JSON in one line, without a line break. It has the names of
+/// frames.csv and hypotheses.csv; `latency_ms` is the time from when the scan had been read until now.
+std::string json_line(const Frame& frame);
+
 /// Writes localized.rawlog: every object of the input byte by byte, except the results of an earlier run, and after
 /// each localized frame its pose (CObservationRobotPose "D2S1R") and the pseudo-odometry (CObservationOdometry
 /// "D2S1R_ODO", accumulated from the first localized frame on). In a rawlog of actions and sensory frames they stand

@@ -16,7 +16,7 @@
 #include <cstring>
 #include <fstream>
 #include <new>
-#include <vector>
+#include <utility>
 
 namespace d2s1r::logs
 {
@@ -96,105 +96,88 @@ void write_all(int pipe, const char* bytes, std::size_t count)
 	}
 	_exit(0);
 }
+}  // namespace
 
-/// Ends a process when it goes out of scope, unless somebody has waited for its end before.
-class Child
+OwnProcess::OwnProcess(const ProcessLimits& limits, const std::function<void(const Send&)>& work, Stop stop)
+    : stop_(std::move(stop))
 {
-   public:
-	explicit Child(pid_t id) : id_(id) {}
-	~Child()
-	{
-		if (id_ <= 0) return;
-		kill(id_, SIGKILL);
-		wait();
-	}
-	Child(const Child&) = delete;
-	Child& operator=(const Child&) = delete;
-
-	/// Returns the status as waitpid() gives it.
-	int wait()
-	{
-		int status = 0;
-		while (waitpid(id_, &status, 0) < 0 && errno == EINTR)
-			;
-		id_ = 0;
-		return status;
-	}
-
-   private:
-	pid_t id_;
-};
-
-/// A file descriptor that is closed when it goes out of scope.
-class Descriptor
-{
-   public:
-	explicit Descriptor(int number) : number_(number) {}
-	~Descriptor() { close_now(); }
-	Descriptor(const Descriptor&) = delete;
-	Descriptor& operator=(const Descriptor&) = delete;
-
-	int number() const { return number_; }
-	void close_now()
-	{
-		if (number_ >= 0) close(number_);
-		number_ = -1;
-	}
-
-   private:
-	int number_;
-};
-
-/// Hands each record that is whole in `bytes` to `receive` and takes it out.
-void take_records(std::string& bytes, const std::function<void(const std::string&)>& receive)
-{
-	std::size_t done = 0;
-	for (std::uint64_t size = 0; bytes.size() - done >= sizeof size; done += sizeof size + size)
-	{
-		std::memcpy(&size, bytes.data() + done, sizeof size);
-		if (bytes.size() - done - sizeof size < size) break;
-		receive(bytes.substr(done + sizeof size, size));
-	}
-	bytes.erase(0, done);
+	int ends[2] = {-1, -1};
+	if (pipe2(ends, O_CLOEXEC) != 0) fail();
+	const pid_t parent = getpid();
+	id_ = fork();
+	if (id_ == 0) work_and_exit(limits, work, ends[1], parent);
+	const int error = errno;
+	close(ends[1]);
+	pipe_ = ends[0];
+	if (id_ > 0) return;
+	close(pipe_);
+	errno = error;
+	fail();
 }
 
-/// Reads records until the other end of the pipe is closed. \return false if it had to stop
-bool receive_all(int pipe, const std::function<void(const std::string&)>& receive, const Stop& stop)
+OwnProcess::~OwnProcess()
+{
+	close(pipe_);
+	if (id_ == 0) return;
+	kill(id_, SIGKILL);
+	wait();
+}
+
+std::optional<std::string> OwnProcess::next()
 {
 	constexpr int kAskToStop = 200;  // [ms]
-	std::string bytes;
-	std::vector<char> block(1 << 20);
-	while (!stop())
+	std::uint64_t size = 0;
+	while (!stop_())
 	{
-		pollfd waiting = {pipe, POLLIN, 0};
+		const std::size_t received = bytes_.size() - taken_;
+		if (received >= sizeof size) std::memcpy(&size, bytes_.data() + taken_, sizeof size);
+		if (received >= sizeof size && received - sizeof size >= size)
+		{
+			std::string record = bytes_.substr(taken_ + sizeof size, size);
+			taken_ += sizeof size + size;
+			return record;
+		}
+		bytes_.erase(0, std::exchange(taken_, 0));
+		pollfd waiting = {pipe_, POLLIN, 0};
 		if (poll(&waiting, 1, kAskToStop) <= 0) continue;
-		const ssize_t got = read(pipe, block.data(), block.size());
+		const ssize_t got = read(pipe_, block_.data(), block_.size());
 		if (got < 0 && errno == EINTR) continue;
-		if (got <= 0) return true;
-		bytes.append(block.data(), static_cast<std::size_t>(got));
-		take_records(bytes, receive);
+		if (got <= 0) return std::nullopt;
+		bytes_.append(block_.data(), static_cast<std::size_t>(got));
 	}
-	return false;
+	end_ = ProcessEnd::kInterrupted;
+	return std::nullopt;
 }
-}  // namespace
+
+ProcessEnd OwnProcess::end()
+{
+	if (end_) return *end_;
+	const int status = wait();
+	if (WIFSIGNALED(status))
+		end_ = WTERMSIG(status) == SIGXCPU ? ProcessEnd::kOutOfTime : ProcessEnd::kCrashed;
+	else if (WEXITSTATUS(status) == 0)
+		end_ = ProcessEnd::kDone;
+	else
+		end_ = WEXITSTATUS(status) == kOutOfMemoryStatus ? ProcessEnd::kOutOfMemory : ProcessEnd::kCrashed;
+	return *end_;
+}
+
+/// Returns the status as waitpid() gives it.
+int OwnProcess::wait()
+{
+	int status = 0;
+	while (waitpid(id_, &status, 0) < 0 && errno == EINTR)
+		;
+	id_ = 0;
+	return status;
+}
 
 ProcessEnd run_in_own_process(
     const ProcessLimits& limits, const std::function<void(const Send&)>& work,
     const std::function<void(const std::string& record)>& receive, const Stop& stop)
 {
-	int ends[2] = {-1, -1};
-	if (pipe2(ends, O_CLOEXEC) != 0) fail();
-	const Descriptor reading(ends[0]);
-	Descriptor writing(ends[1]);
-	const pid_t parent = getpid(), id = fork();
-	if (id < 0) fail();
-	if (id == 0) work_and_exit(limits, work, writing.number(), parent);
-	Child child(id);
-	writing.close_now();
-	if (!receive_all(reading.number(), receive, stop)) return ProcessEnd::kInterrupted;
-	const int status = child.wait();
-	if (WIFSIGNALED(status)) return WTERMSIG(status) == SIGXCPU ? ProcessEnd::kOutOfTime : ProcessEnd::kCrashed;
-	if (WEXITSTATUS(status) == 0) return ProcessEnd::kDone;
-	return WEXITSTATUS(status) == kOutOfMemoryStatus ? ProcessEnd::kOutOfMemory : ProcessEnd::kCrashed;
+	OwnProcess process(limits, work, stop);
+	while (const auto record = process.next()) receive(*record);
+	return process.end();
 }
 }  // namespace d2s1r::logs

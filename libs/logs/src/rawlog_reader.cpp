@@ -4,6 +4,7 @@
 #include "logs/errors.h"
 #include "logs/own_process.h"
 
+#include <mrpt/io/CFileGZInputStream.h>
 #include <mrpt/obs/CActionCollection.h>
 #include <mrpt/obs/CActionRobotMovement2D.h>
 #include <mrpt/obs/CObservationOdometry.h>
@@ -158,34 +159,20 @@ ProcessLimits limits_of_survey(const std::string& file)
 	constexpr unsigned kSeconds = 60;
 	return {kMemory, kSeconds + static_cast<unsigned>(std::filesystem::file_size(file) / kPerSecond)};
 }
-
-/// Says what ended the survey after `objects` objects.
-std::string damage_that_ended(ProcessEnd end, std::size_t objects)
-{
-	const std::string where = objects > 0 ? "after object " + std::to_string(objects) : "from its start";
-	const std::string advice = objects > 0 ? kCopyAgain : kCheckFile;
-	switch (end)
-	{
-		case ProcessEnd::kOutOfMemory:
-			return "is damaged " + where + " (reading on takes too much memory)" + advice;
-		case ProcessEnd::kOutOfTime:
-			return "is damaged " + where + " (reading on takes too long)" + advice;
-		default:
-			return "is damaged " + where + " (MRPT's reader crashes there)" + advice;
-	}
-}
 }  // namespace
 
 RawlogReader::RawlogReader(const std::string& file)
 {
-	if (!stream_.open(file)) throw cannot_open(file);
+	auto packed = std::make_unique<mrpt::io::CFileGZInputStream>();
+	if (!packed->open(file)) throw cannot_open(file);
+	stream_ = std::move(packed);
 }
 
 std::optional<RawlogObject> RawlogReader::next()
 {
 	if (!damage_.empty()) return std::nullopt;
 	RawlogObject object;
-	RecordingStream recording(stream_, object.bytes);
+	RecordingStream recording(*stream_, object.bytes);
 	try
 	{
 		auto archive = mrpt::serialization::archiveFrom<mrpt::io::CStream>(recording);
@@ -232,5 +219,20 @@ LogSurvey survey_rawlog(const std::string& file, const Stop& stop)
 	if (end == ProcessEnd::kInterrupted) throw Interrupted();
 	if (end != ProcessEnd::kDone) survey.damage = damage_that_ended(end, survey.objects);
 	return survey;
+}
+
+std::string damage_that_ended(ProcessEnd end, std::size_t objects)
+{
+	const std::string where = objects > 0 ? "after object " + std::to_string(objects) : "from its start";
+	const std::string advice = objects > 0 ? kCopyAgain : kCheckFile;
+	switch (end)
+	{
+		case ProcessEnd::kOutOfMemory:
+			return "is damaged " + where + " (reading on takes too much memory)" + advice;
+		case ProcessEnd::kOutOfTime:
+			return "is damaged " + where + " (reading on takes too long)" + advice;
+		default:
+			return "is damaged " + where + " (MRPT's reader crashes there)" + advice;
+	}
 }
 }  // namespace d2s1r::logs

@@ -4,10 +4,12 @@
 #include "logs/log.h"
 #include "logs/own_process.h"
 
-#include <mrpt/io/CFileGZInputStream.h>
+#include <mrpt/io/CStream.h>
 
+#include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 
 namespace d2s1r::logs
 {
@@ -18,13 +20,16 @@ class RawlogReader : public LogReader
 	/// \throws LogError
 	explicit RawlogReader(const std::string& file);
 
+	/// \param stream holds the rawlog, unpacked
+	explicit RawlogReader(std::unique_ptr<mrpt::io::CStream> stream) : stream_(std::move(stream)) {}
+
 	std::optional<RawlogObject> next() override;
 
    private:
 	std::string end_within_object() const;
 	std::string unreadable(const std::exception& error) const;
 
-	mrpt::io::CFileGZInputStream stream_;
+	std::unique_ptr<mrpt::io::CStream> stream_;
 	std::size_t objects_ = 0;              //!< [-] read so far
 	std::optional<std::string> odometer_;  //!< label
 };
@@ -32,4 +37,8 @@ class RawlogReader : public LogReader
 /// Reads a rawlog to its end, or to where it is damaged, in a process of its own.
 /// \throws LogError if it cannot be opened, Interrupted if `stop` said so
 LogSurvey survey_rawlog(const std::string& file, const Stop& stop);
+
+/// Returns what is wrong with a rawlog whose reading in a process of its own ended in a bad way, after `objects`
+/// objects.
+std::string damage_that_ended(ProcessEnd end, std::size_t objects);
 }  // namespace d2s1r::logs

@@ -83,6 +83,8 @@ struct LogSurvey
 	/// [-] Number of objects that can be read; MRPT's reader may crash on the next one of a rawlog.
 	std::size_t objects = std::numeric_limits<std::size_t>::max();
 	std::string damage;  //!< what is wrong after these objects, see LogReader::damage()
+	/// Whether the log is still being written, so that neither its length nor other lasers nor odometry are known.
+	bool is_live = false;
 };
 
 /// Holds a log that has been recognized and read once.
@@ -97,6 +99,17 @@ struct Log
 /// \throws LogError if it cannot be read, Interrupted if `stop` said so
 Log open_log(
     const std::string& path, const Stop& stop = [] { return false; });
+
+/// Names the log that stands for standard input.
+inline constexpr const char* kStandardInput = "-";
+
+/// Opens a rawlog that is still being written, and reads it, in a process of its own, as it comes. The survey knows
+/// only the laser that will be used. It can be read once.
+/// \param file its name, or kStandardInput. At the end of a file the reader waits for more, until the file is removed
+/// \param label of the laser to use; without one, the laser of the first scan, which this waits for
+/// \param stop asked a few times a second by all that waits, also while the log is read
+/// \throws LogError if it cannot be opened, Interrupted if `stop` said so
+Log open_live_log(const std::string& file, const std::optional<std::string>& label, const Stop& stop);
 
 /// Returns the formats that this program was built with, for --version.
 std::string known_formats();

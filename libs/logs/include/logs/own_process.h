@@ -1,9 +1,12 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
+#include <vector>
 
 namespace d2s1r::logs
 {
@@ -30,10 +33,38 @@ using Send = std::function<void(const std::string& record)>;
 /// Returns whether what is going on shall stop; it is asked a few times a second.
 using Stop = std::function<bool()>;
 
-/// Does `work` in a copy of this process, so that a crash, an endless loop or a hunger for memory ends only that copy.
-/// Nothing of what `work` changes or prints reaches this process, except for the records that it sends: `receive` gets
-/// each of them here, in order, and also those that were sent before a crash. Call it while this process has only one
-/// thread.
+/// Work that is done in a copy of this process, so that a crash, an endless loop or a hunger for memory ends only that
+/// copy. Nothing of what it changes or prints reaches this process, except for the records that it sends.
+class OwnProcess
+{
+   public:
+	/// Starts the work. Call it while this process has only one thread.
+	/// \throws LogError if the system refuses another process
+	OwnProcess(const ProcessLimits& limits, const std::function<void(const Send&)>& work, Stop stop);
+	~OwnProcess();
+	OwnProcess(const OwnProcess&) = delete;
+	OwnProcess& operator=(const OwnProcess&) = delete;
+
+	/// Waits for the next record, in the order in which they are sent; those that were sent before a crash come, too.
+	/// There is none when the work has ended, and when `stop` says so.
+	std::optional<std::string> next();
+
+	/// Returns how the work ended, after next() returned nothing.
+	ProcessEnd end();
+
+   private:
+	int wait();
+
+	Stop stop_;
+	std::vector<char> block_ = std::vector<char>(1 << 20);
+	std::string bytes_;      //!< received and not yet returned
+	std::size_t taken_ = 0;  //!< [byte] of these that have been returned
+	int pipe_ = -1;          //!< descriptor to read from
+	int id_ = 0;             //!< of the process; 0 once it has ended
+	std::optional<ProcessEnd> end_;
+};
+
+/// Does `work` as an OwnProcess does, and hands each record to `receive`.
 /// \throws LogError if the system refuses another process
 ProcessEnd run_in_own_process(
     const ProcessLimits& limits, const std::function<void(const Send&)>& work,

@@ -1,0 +1,320 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+// Logs that are read while they are written, and lines that are printed while frames become known.
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "app_process.h"
+#include "app_world.h"
+
+using namespace d2s1r::test;
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+class AppStream : public AppTest
+{
+   protected:
+	AppStream()
+	{
+		save_gridmap(flat(), path("flat.gridmap.gz"));
+		save(observation_log(), path("walk.rawlog"));
+		for (const auto& object : observation_log()) objects_.push_back(text_of(*object));
+	}
+
+	/// An object as it stands in a rawlog that is not packed.
+	static std::string text_of(const mrpt::serialization::CSerializable& object)
+	{
+		const auto bytes = bytes_of(object);
+		return {bytes.begin(), bytes.end()};
+	}
+
+	/// The objects from `begin` up to `end` of an unpacked rawlog.
+	std::string part(std::size_t begin, std::size_t end) const
+	{
+		std::string bytes;
+		for (std::size_t i = begin; i < end; i++) bytes += objects_[i];
+		return bytes;
+	}
+	std::string part(std::size_t begin) const { return part(begin, objects_.size()); }
+
+	Words words(const std::string& log, const Words& more = {}) const
+	{
+		Words all = {"-m", path("flat.gridmap.gz"), "-i", log, "--stream"};
+		all.insert(all.end(), more.begin(), more.end());
+		return all;
+	}
+
+	/// Runs the program with a file on its standard input.
+	ProcessResult run_with_input(const std::string& file, const Words& arguments) const
+	{
+		return run_program({"bash", "-c", command(arguments) + " < " + file});
+	}
+
+	static std::string command(const Words& arguments)
+	{
+		std::string text = "exec " RAWLOG_LOCALIZE;
+		for (const auto& word : arguments) text += " " + word;
+		return text;
+	}
+
+	/// Starts the program with a pipe as its standard input, whose other end is `descriptor`.
+	Process start_with_pipe(const Words& arguments, int& descriptor) const
+	{
+		fs::remove(path("pipe"));
+		fs::remove(path("stdout"));
+		mkfifo(path("pipe").c_str(), 0600);
+		Process process({"bash", "-c", command(arguments) + " < " + path("pipe")}, folder());
+		descriptor = open(path("pipe").c_str(), O_WRONLY | O_CLOEXEC);
+		return process;
+	}
+
+	static void send(int descriptor, const std::string& bytes)
+	{
+		for (std::size_t done = 0; done < bytes.size();)
+		{
+			const ssize_t written = write(descriptor, bytes.data() + done, bytes.size() - done);
+			ASSERT_GT(written, 0);
+			done += static_cast<std::size_t>(written);
+		}
+	}
+
+	/// Waits until so many lines have been printed. A reader of a file may see the start of what is being written.
+	std::vector<json> wait_for_lines(Process& process, std::size_t count) const
+	{
+		const auto whole_lines = [&]
+		{
+			const std::string text = fs::exists(path("stdout")) ? read_file(path("stdout")) : "";
+			return text.substr(0, text.find_last_of('\n') + 1);
+		};
+		while (process.running() && lines_of(whole_lines()).size() < count)
+			std::this_thread::sleep_for(std::chrono::milliseconds(2));
+		return parse(whole_lines());
+	}
+
+	/// Parses the lines, each of which has to be whole.
+	static std::vector<json> parse(const std::string& text)
+	{
+		EXPECT_TRUE(text.empty() || text.back() == '\n') << text;
+		std::vector<json> lines;
+		for (const auto& line : lines_of(text)) lines.push_back(json::parse(line));
+		return lines;
+	}
+
+	/// Prints how long frames waited for a thread and for being printed, beyond the time that localizing them took.
+	static void report_waits(const std::string& how, const std::vector<json>& lines)
+	{
+		std::vector<double> waits;  // [ms]
+		for (const auto& line : lines)
+		{
+			waits.push_back(line["latency_ms"].get<double>() - line["total_ms"].get<double>());
+			EXPECT_GE(waits.back(), 0);
+		}
+		std::sort(waits.begin(), waits.end());
+		std::printf(
+		    "[ waits    ] %s: median %.3f ms, p90 %.3f ms, greatest %.3f ms\n", how.c_str(), waits[waits.size() / 2],
+		    waits[waits.size() * 9 / 10], waits.back());
+	}
+
+	/// Without the times, which differ from run to run.
+	static std::vector<json> without_times(std::vector<json> lines)
+	{
+		for (auto& line : lines)
+			for (const char* name : {"total_ms", "latency_ms"}) EXPECT_EQ(line.erase(name), 1U) << line;
+		return lines;
+	}
+
+	std::vector<std::string> objects_;  //!< of the log, as they stand in it
+};
+
+TEST_F(AppStream, LinesSayWhatTheFilesSay)
+{
+	const auto result = run(words(path("walk.rawlog"), {"-o", path("out")}));
+	ASSERT_EQ(result.status, 0) << result.err;
+	const auto lines = parse(result.out);
+	const CsvTable frames(path("out/frames.csv"), kFramesHeader), all(path("out/hypotheses.csv"), kHypothesesHeader);
+	ASSERT_EQ(lines.size(), frames.size());
+	std::size_t row = 0;
+	for (std::size_t i = 0; i < lines.size(); i++)
+	{
+		EXPECT_EQ(lines[i]["frame"], i);
+		EXPECT_EQ(lines[i]["status"], frames.text(i, "status"));
+		for (const char* name : {"timestamp", "x", "y", "phi", "confidence"})
+			EXPECT_NEAR(lines[i][name].get<double>(), frames.number(i, name), 1e-6) << name << " of " << i;
+		EXPECT_NEAR(lines[i]["covariance"][4].get<double>(), frames.number(i, "cov_yphi"), 1e-6);
+		for (const auto& hypothesis : lines[i]["hypotheses"])
+			EXPECT_NEAR(hypothesis["probability"].get<double>(), all.number(row++, "probability"), 1e-5);
+	}
+	EXPECT_EQ(row, all.size());
+}
+
+TEST_F(AppStream, APipedLogGivesTheSameLinesPackedOrNotOnAnyNumberOfThreads)
+{
+	const auto expected = run(words(path("walk.rawlog")));
+	ASSERT_EQ(expected.status, 0) << expected.err;
+	EXPECT_EQ(expected.err, "");
+	write_file(path("plain.rawlog"), part(0));
+	write_file(path("twice.rawlog"), read_file(path("walk.rawlog")) + read_file(path("walk.rawlog")));
+	for (const std::string threads : {"1", "3"})
+	{
+		for (const char* name : {"walk.rawlog", "plain.rawlog"})
+		{
+			const auto result = run_with_input(path(name), words("-", {"--threads", threads, "-o", path("out")}));
+			EXPECT_EQ(result.status, 0) << result.err;
+			EXPECT_EQ(without_times(parse(result.out)), without_times(parse(expected.out))) << name << threads;
+			EXPECT_EQ(load(path("out/localized.rawlog")).size(), 3 * walk().size());
+			EXPECT_EQ(json::parse(read_file(path("out/run.json")))["log"]["sensor_scans"], walk().size());
+		}
+		const auto twice = run_with_input(path("twice.rawlog"), words("-", {"--threads", threads}));
+		EXPECT_EQ(parse(twice.out).size(), 2 * walk().size()) << twice.err;
+	}
+}
+
+TEST_F(AppStream, LinesAreThereBeforeMoreIsSent)
+{
+	for (const std::string threads : {"1", "2"})
+	{
+		int input = -1;
+		Process process = start_with_pipe(words("-", {"--threads", threads}), input);
+		for (std::size_t i = 0; i < objects_.size(); i++)
+		{
+			send(input, objects_[i]);
+			EXPECT_EQ(wait_for_lines(process, i + 1).size(), i + 1);
+		}
+		close(input);
+		const auto result = process.wait();
+		EXPECT_EQ(result.status, 0) << result.err;
+		report_waits("a scan at a time, " + threads + " threads", parse(result.out));
+	}
+}
+
+TEST_F(AppStream, AScanEvery25MillisecondsIsFollowed)
+{
+	constexpr std::size_t kScans = 80;
+	constexpr std::chrono::milliseconds kPeriod(25);
+	int input = -1;
+	Process process = start_with_pipe(words("-", {"--threads", "2"}), input);
+	send(input, objects_[0]);
+	wait_for_lines(process, 1);
+	auto next = std::chrono::steady_clock::now();
+	for (std::size_t i = 1; i < kScans; i++)
+	{
+		std::this_thread::sleep_until(next += kPeriod);
+		send(input, objects_[i % objects_.size()]);
+	}
+	close(input);
+	const auto result = process.wait();
+	EXPECT_EQ(result.status, 0) << result.err;
+	const auto lines = parse(result.out);
+	ASSERT_EQ(lines.size(), kScans);
+	report_waits("a scan every 25 ms", lines);
+}
+
+TEST_F(AppStream, AnInputThatEndsWithinAnObjectLeavesWholeLines)
+{
+	for (const std::size_t whole : {std::size_t(1), std::size_t(5)})
+		for (const std::size_t missing : {std::size_t(1), objects_[whole].size() / 2})
+		{
+			const std::string bytes = part(0, whole + 1);
+			write_file(path("cut.rawlog"), bytes.substr(0, bytes.size() - missing));
+			const auto result = run_with_input(path("cut.rawlog"), words("-"));
+			EXPECT_EQ(result.status, 2);
+			EXPECT_EQ(parse(result.out).size(), whole);
+			EXPECT_EQ(lines_of(result.err).size(), 1U) << result.err;
+			EXPECT_NE(result.err.find("standard input: is cut short or damaged after object"), std::string::npos)
+			    << result.err;
+		}
+}
+
+TEST_F(AppStream, InputsThatAreNoRawlogs)
+{
+	write_file(path("empty"), "");
+	write_file(path("text"), "This is a text, not a rawlog.\n");
+	for (const char* name : {"empty", "text"})
+		expect_refused(run_with_input(path(name), words("-")), 2, {"standard input: is ", "not an MRPT rawlog"});
+	expect_refusal(words(path("none.rawlog"), {"--follow"}), 2, {"none.rawlog: cannot be opened (No such file"});
+	expect_refusal(words(folder().string(), {"--follow"}), 2, {"is no file that can grow"});
+}
+
+TEST_F(AppStream, AFileIsFollowedWhileItGrowsUntilItIsRemoved)
+{
+	for (const Words& more : {Words{}, Words{"-o", path("out")}})
+	{
+		write_file(path("grows.rawlog"), part(0, 2) + objects_[2].substr(0, 40));
+		fs::remove(path("stdout"));  // of the process before
+		Words arguments = words(path("grows.rawlog"), {"--follow"});
+		arguments.insert(arguments.end(), more.begin(), more.end());
+		Process process = start(arguments);
+		EXPECT_EQ(wait_for_lines(process, 2).size(), 2U);
+		std::ofstream grows(path("grows.rawlog"), std::ios::app | std::ios::binary);
+		grows << objects_[2].substr(40) << std::flush;
+		EXPECT_EQ(wait_for_lines(process, 3).size(), 3U);
+		grows << part(3) << std::flush;
+		EXPECT_EQ(wait_for_lines(process, walk().size()).size(), walk().size());
+		EXPECT_TRUE(process.running());
+		fs::remove(path("grows.rawlog"));
+		const auto result = process.wait();
+		EXPECT_EQ(result.status, 0) << result.err;
+		EXPECT_EQ(fs::exists(path("out/frames.csv")), !more.empty());
+	}
+}
+
+TEST_F(AppStream, AnInterruptEndsTheWaitForMore)
+{
+	write_file(path("grows.rawlog"), part(0, 3));
+	Process process = start(words(path("grows.rawlog"), {"--follow", "-o", path("out")}));
+	wait_for_lines(process, 3);
+	process.send(SIGINT);
+	const auto result = process.wait();
+	EXPECT_EQ(result.status, 130);
+	EXPECT_NE(result.err.find("interrupted after 3 frames; these are in " + path("out")), std::string::npos)
+	    << result.err;
+	EXPECT_EQ(CsvTable(path("out/frames.csv"), kFramesHeader).size(), 3U);
+
+	write_file(path("empty.rawlog"), "");
+	fs::remove(path("stdout"));
+	Process waiting = start(words(path("empty.rawlog"), {"--follow", "-o", path("new")}));
+	while (!fs::exists(path("new"))) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+	waiting.send(SIGTERM);
+	EXPECT_EQ(waiting.wait().status, 130);
+}
+
+TEST_F(AppStream, TheLaserOfTheFirstScanIsUsedUnlessAnotherIsNamed)
+{
+	save(
+	    {walk_scan(0, "front"), walk_scan(1, "rear"), walk_scan(2, "front"), walk_scan(3, "rear"),
+	     walk_scan(4, "rear")},
+	    path("two.rawlog"));
+	EXPECT_EQ(parse(run_with_input(path("two.rawlog"), words("-")).out).size(), 2U);
+	EXPECT_EQ(parse(run_with_input(path("two.rawlog"), words("-", {"--sensor-label", "rear"})).out).size(), 3U);
+}
+
+TEST_F(AppStream, AReaderThatEndsFirstIsTold)
+{
+	Objects log;
+	for (int i = 0; i < 20; i++)
+		for (const auto& object : observation_log()) log.push_back(object);
+	save(log, path("long.rawlog"));
+	const std::string arguments = command(words(path("long.rawlog"), {"-o", path("out")})).substr(5);
+	const auto result = run_program({"bash", "-c", arguments + " | head -n 1; exit ${PIPESTATUS[0]}"});
+	EXPECT_EQ(result.status, 3);
+	EXPECT_EQ(parse(result.out).size(), 1U);
+	EXPECT_NE(result.err.find("standard output: cannot be written"), std::string::npos) << result.err;
+	EXPECT_FALSE(fs::exists(path("out")));
+}
+
+TEST_F(AppStream, OptionsThatNeedAFolderOrAFileAreRefusedWithoutIt)
+{
+	for (const Words& option :
+	     {Words{"--ground-truth", "truth.txt"}, Words{"--save-map", "a.signaturemap"},
+	      Words{"--write-pf-ini", "pf.ini"}, Words{"--write-config", "a.ini"}})
+		expect_refusal(words(path("walk.rawlog"), option), 1, {option[0], "--output"});
+	expect_refusal(words("-", {"--follow"}), 1, {"--follow", "standard input"});
+}
