@@ -21,10 +21,10 @@ namespace d2s1r::app
 {
 namespace
 {
-void say_log(const logs::LogSurvey& survey, const logs::Sensor& sensor, const Flags& flags, Console& console)
+/// Says something about a file, a line each.
+void say(const std::string& file, const std::vector<std::string>& lines, Console& console)
 {
-	if (flags.quiet) return;
-	for (const std::string& line : describe_log(survey, sensor, flags)) console.say(flags.log_name() + ": " + line);
+	for (const std::string& line : lines) console.say(file + ": " + line);
 }
 
 /// Returns how the run ended. If it did not reach the end, one line on standard error says why.
@@ -118,12 +118,13 @@ ExitStatus localize(
 	const FrameSelection selection = select_frames(flags, log.survey, sensor);
 	const GroundTruth truth =
 	    flags.ground_truth.empty() ? GroundTruth{} : read_ground_truth(flags.ground_truth, flags.rawlog);
-	say_log(log.survey, sensor, flags, console);
+	if (!flags.quiet) say(flags.rawlog, describe_log(log.survey, sensor, flags), console);
 
 	const mrpt::system::CTicTac build_watch;
 	const IndexedMap indexed = load_or_build_map(flags, parameters, console);
 	const CSignatureMap2D::ConstPtr& map = indexed.map;
 	const Localizer& localizer = map->localizer();
+	if (!flags.quiet) say(flags.map, doubts_about_map(flags, localizer), console);
 	const std::vector<Frame> unknown;
 	RunReport report{flags, parameters, outputs ? outputs->frames().frames() : unknown, sensor};
 	report.build_seconds = build_watch.Tac();

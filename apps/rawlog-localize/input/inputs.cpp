@@ -312,6 +312,37 @@ std::vector<std::string> describe_log(const logs::LogSurvey& survey, const logs:
 	return lines;
 }
 
+std::vector<std::string> doubts_about_map(const Flags& flags, const Localizer& map)
+{
+	constexpr double kLeastUnknown = 0.01;   // [-] share of an image that is worth a word
+	constexpr double kCoarsest = 0.1001;     // [m] see README
+	constexpr double kMostOpenBorder = 0.6;  // [-] of laser maps, at most 0.5 of the border is open
+	const MapMeasure measure = map.measure();
+	const double cell = map.grid().cell_size;
+	std::vector<std::string> doubts;
+	if (const double share = unknown_made_free(flags.map); share > kLeastUnknown)
+		doubts.push_back(mrpt::format(
+		    "its free_thresh makes the grey 205 of unknown cells free, which is %.0f %% of the image; set free_thresh "
+		    "to 0.196",
+		    100 * share));
+	if (cell > kCoarsest)
+		doubts.push_back(mrpt::format(
+		    "its cells of %.2f m are too coarse for scans to match; use a map with cells of 0.01 to 0.1 m", cell));
+	if (measure.wall_area == 0)
+		doubts.push_back("it has no walls; check the image, occupied_thresh and negate, or grid.occupied_threshold");
+	else if (measure.open_border > kMostOpenBorder)
+		doubts.push_back(mrpt::format(
+		    "no wall bounds %.0f %% of the border of its free space; check occupied_thresh, or whether walls are lost "
+		    "in the image",
+		    100 * measure.open_border));
+	if (measure.surface_depth > 0.5 * cell)
+		doubts.push_back(mrpt::format(
+		    "even its thin walls are %.2f m thick: it is smeared, or drawn with solid walls; poses are less exact "
+		    "than in a sharp map",
+		    measure.wall_thickness));
+	return doubts;
+}
+
 FrameSelection select_frames(const Flags& flags, const logs::LogSurvey& survey, const logs::Sensor& sensor)
 {
 	if (flags.first_frame >= sensor.scans)

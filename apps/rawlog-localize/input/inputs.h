@@ -47,6 +47,10 @@ logs::Sensor choose_sensor(
 /// Returns what to tell the user about a log before its scans are localized, a line each.
 std::vector<std::string> describe_log(const logs::LogSurvey& survey, const logs::Sensor& sensor, const Flags& flags);
 
+/// Returns what makes it doubtful that scans will be found in the map, a line each.
+/// \param map that build_map() built
+std::vector<std::string> doubts_about_map(const Flags& flags, const Localizer& map);
+
 /// Says which scans of a rawlog are localized.
 struct FrameSelection
 {

@@ -3,12 +3,10 @@
 
 #include "output/files.h"
 
-#include <d2s1r/grid.h>
 #include <d2s1r/version.h>
 #include <mrpt/core/format.h>
 #include <mrpt/system/os.h>
 
-#include <algorithm>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -45,8 +43,8 @@ Json bytes_of(const std::string& file)
 
 Json map_of(const RunReport& report, const CSignatureMap2D& map)
 {
-	const Grid grid = make_grid(map.localizer().map(), report.parameters.grid);
-	const auto free_cells = std::count(grid.cells.begin(), grid.cells.end(), Cell::kFree);
+	const Grid& grid = map.localizer().grid();
+	const MapMeasure measure = map.localizer().measure();
 	Json files = Json::array();
 	for (const auto& file : files_of_map(report.flags.map))
 		files.push_back({{"file", file}, {"bytes", bytes_of(file)}});
@@ -56,7 +54,11 @@ Json map_of(const RunReport& report, const CSignatureMap2D& map)
 	    {"known_height_cells", grid.height},
 	    {"cell_size_m", grid.cell_size},
 	    {"known_origin_m", {grid.origin_x, grid.origin_y}},
-	    {"free_area_m2", static_cast<double>(free_cells) * grid.cell_size * grid.cell_size},
+	    {"free_area_m2", measure.free_area},
+	    {"wall_area_m2", measure.wall_area},
+	    {"wall_thickness_m", measure.wall_thickness},
+	    {"wall_surface_depth_m", measure.surface_depth},
+	    {"open_border_share", measure.open_border},
 	    {"fingerprint", mrpt::format("%016llx", static_cast<unsigned long long>(map.fingerprint()))}};
 }
 }  // namespace

@@ -17,6 +17,7 @@
 #include "map/occupancy_map.h"
 #include "paper/paper_localizer.h"
 #include "ranges/range_sweep.h"
+#include "ranges/wall_surface.h"
 
 namespace d2s1r
 {
@@ -224,6 +225,10 @@ const Grid& Localizer::grid() const
 	if (!index.grid.cells.empty()) return index.grid;
 	std::call_once(index.grid_made, [&] { index.whole_grid = make_grid(index.the_map(), index.parameters.grid); });
 	return index.whole_grid;
+}
+MapMeasure Localizer::measure() const
+{
+	return measure_map(index_->grid);
 }
 const std::vector<CellIndex>& Localizer::free_cells() const
 {

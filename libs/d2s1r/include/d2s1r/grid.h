@@ -53,6 +53,24 @@ struct Grid
 	}
 };
 
+/// Measures of a map that tell how well scans can be found in it. Localizer::measure() returns them.
+struct MapMeasure
+{
+	double free_area = 0;  //!< [m^2] of free cells
+	double wall_area = 0;  //!< [m^2] of occupied cells; without any, no scan can be found
+
+	/// [m] Thickness that three of ten pieces of wall do not exceed, among those with free space on both sides; 0 if
+	/// there are too few of them. A laser draws partitions, doors and furniture one or two cells thick.
+	double wall_thickness = 0;
+
+	/// [m] How deep inside the drawn walls their true surfaces may lie, if even the thin walls are thick; 0 if the map
+	/// is sharp. If it is more than half a cell, the default method reads the map in both ways.
+	double surface_depth = 0;
+
+	/// [0, 1] Share of the border of free space where no wall is: it meets unknown cells or the end of the map.
+	double open_border = 0;
+};
+
 /// Classifies the cells of `map` and crops them to the bounding box of the known ones. Thread-safe.
 /// \throws std::invalid_argument if thresholds cross, there is no known cell, cells are below 6.3 mm or more than
 ///         can be numbered, or the map is further than 100 km from the origin of its frame

@@ -81,6 +81,9 @@ class Localizer
 	/// the first call.
 	const Grid& grid() const;
 
+	/// Returns the measures of grid(): how thick its walls are, how much of its free space they bound.
+	MapMeasure measure() const;
+
 	/// Returns the cells of grid() that a sensor can stand in by Parameters::free_cells, in increasing order. They are
 	/// found at the first call.
 	const std::vector<CellIndex>& free_cells() const;

@@ -244,12 +244,16 @@ void check_geometry(const ImageGeometry& geometry)
 		throw std::runtime_error(
 		    mrpt::format("the resolution is not %g to %g m / pixel; correct it", kLeast, kGreatest));
 	check_map_origin(geometry.origin_x, geometry.origin_y);
+	if (!std::isfinite(geometry.origin_yaw))
+		throw std::runtime_error("the yaw of the origin is not finite; correct it");
 }
 
-COccupancyGridMap2D::Ptr load_image_map(const std::string& file, const ImageGeometry& geometry, const PixelRule& rule)
+namespace
 {
-	check_geometry(geometry);
-	const mrpt::img::CImage image = read_image(file);
+/// Paints an image whose pixels are cells.
+COccupancyGridMap2D::Ptr paint_along_axes(
+    const mrpt::img::CImage& image, const ImageGeometry& geometry, const PixelRule& rule)
+{
 	const auto width = image.getWidth(), height = image.getHeight();
 	check_map_size(static_cast<double>(width), static_cast<double>(height));
 	auto map = make_unknown_map(
@@ -262,6 +266,53 @@ COccupancyGridMap2D::Ptr load_image_map(const std::string& file, const ImageGeom
 	else
 		throw std::runtime_error("the image has neither 8 nor 16 bits per sample; convert it to an 8-bit PNG");
 	return map;
+}
+
+/// Returns the map turned about its lower left corner by geometry.origin_yaw, in cells along the axes.
+COccupancyGridMap2D::Ptr along_axes(const COccupancyGridMap2D::Ptr& image, const ImageGeometry& geometry)
+{
+	constexpr double kNoYaw = 1e-6;  // [rad]
+	if (std::abs(geometry.origin_yaw) < kNoYaw) return image;
+	const COccupancyGridMap2D& map = *image;
+	const double c = std::cos(geometry.origin_yaw), s = std::sin(geometry.origin_yaw);
+	const double w = map.getSizeX(), h = map.getSizeY();  // [cells], as all lengths here
+	const auto bounds = std::minmax({0.0, c * w, -s * h, c * w - s * h});
+	const auto bounds_y = std::minmax({0.0, s * w, c * h, s * w + c * h});
+	constexpr double kRounding = 1e-6;
+	const double x0 = bounds.first, y0 = bounds_y.first;
+	const double width = std::ceil(bounds.second - x0 - kRounding),
+	             height = std::ceil(bounds_y.second - y0 - kRounding);
+	check_map_size(width, height);
+	auto grid = make_unknown_map(
+	    static_cast<int>(width), static_cast<int>(height), geometry.resolution,
+	    geometry.origin_x + x0 * geometry.resolution, geometry.origin_y + y0 * geometry.resolution);
+	for (int row = 0; row < static_cast<int>(height); row++)
+		for (int column = 0; column < static_cast<int>(width); column++)
+		{
+			const double x = x0 + column + 0.5, y = y0 + row + 0.5;
+			const double u = std::floor(c * x + s * y), v = std::floor(c * y - s * x);
+			if (u < 0 || v < 0 || u >= w || v >= h) continue;
+			grid->getRow(row)[column] = map.getRow(static_cast<int>(v))[static_cast<int>(u)];
+		}
+	return grid;
+}
+}  // namespace
+
+COccupancyGridMap2D::Ptr load_image_map(const std::string& file, const ImageGeometry& geometry, const PixelRule& rule)
+{
+	check_geometry(geometry);
+	return along_axes(paint_along_axes(read_image(file), geometry, rule), geometry);
+}
+
+double share_of_pixels(const std::string& file, const std::function<bool(double)>& matches)
+{
+	const PixelRule rule = {[&](double brightness) { return matches(brightness) ? 1.0 : 0.0; }};
+	const auto map = paint_along_axes(read_image(file), {1, 0, 0}, rule);
+	const auto occupied = COccupancyGridMap2D::p2l(0.0F);
+	std::size_t count = 0;
+	for (int row = 0; row < static_cast<int>(map->getSizeY()); row++)
+		count += static_cast<std::size_t>(std::count(map->getRow(row), map->getRow(row) + map->getSizeX(), occupied));
+	return static_cast<double>(count) / (static_cast<double>(map->getSizeX()) * map->getSizeY());
 }
 
 COccupancyGridMap2D::Ptr map_of_cells(
@@ -286,7 +337,7 @@ try
 			    i % width, i / width, static_cast<double>(p)));
 		map->getRow(static_cast<int>(i / width))[i % width] = COccupancyGridMap2D::p2l(1 - p);
 	}
-	return map;
+	return along_axes(map, geometry);
 }
 catch (const std::logic_error& error)
 {

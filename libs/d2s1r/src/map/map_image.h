@@ -30,4 +30,7 @@ void check_geometry(const ImageGeometry& geometry);
 /// \throws std::exception saying what is wrong with the image or its geometry, without its name
 mrpt::maps::COccupancyGridMap2D::Ptr load_image_map(
     const std::string& file, const ImageGeometry& geometry, const PixelRule& rule);
+
+/// Returns the share [0, 1] of the pixels of an image whose brightness, in [0, 1], `matches`. \throws std::exception
+double share_of_pixels(const std::string& file, const std::function<bool(double)>& matches);
 }  // namespace d2s1r

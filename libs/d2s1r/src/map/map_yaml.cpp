@@ -71,15 +71,13 @@ bool read_negate(const YAML::Node& root)
 	throw std::runtime_error("'negate' is not 0 or 1; correct it");
 }
 
-void check_values(const MapServerYaml& yaml, double origin_yaw)
+void check_values(const MapServerYaml& yaml)
 {
 	check_geometry(yaml.geometry);
 	if (yaml.mode != "trinary" && yaml.mode != "scale")
 		throw std::runtime_error("mode '" + printable(yaml.mode) + "' is not supported; use trinary or scale");
 	if (!(0 <= yaml.free_thresh && yaml.free_thresh < yaml.occupied_thresh && yaml.occupied_thresh <= 1))
 		throw std::runtime_error("thresholds are not 0 <= free_thresh < occupied_thresh <= 1; correct them");
-	if (!(std::abs(origin_yaw) < 1e-6))
-		throw std::runtime_error("the origin has a yaw, which a grid cannot have; turn the image and set the yaw to 0");
 }
 
 MapServerYaml read_yaml(const std::string& file)
@@ -97,7 +95,8 @@ MapServerYaml read_yaml(const std::string& file)
 	yaml.occupied_thresh = read_number(root, "occupied_thresh", "a probability");
 	yaml.free_thresh = read_number(root, "free_thresh", "a probability");
 	if (root["mode"]) yaml.mode = read<std::string>(root, "mode", "trinary or scale");
-	check_values(yaml, number_of(origin[2], "origin", pose));
+	yaml.geometry.origin_yaw = number_of(origin[2], "origin", pose);
+	check_values(yaml);
 	return yaml;
 }
 
@@ -121,31 +120,59 @@ PixelRule rule_of(const MapServerYaml& yaml)
 }
 }  // namespace
 
-mrpt::maps::COccupancyGridMap2D::Ptr load_yaml_map(const std::string& yaml_file)
+namespace
 {
-	MapServerYaml yaml;
+/// \throws std::runtime_error if it is no yaml
+MapServerYaml read_checked(const std::string& yaml_file)
+{
 	try
 	{
-		yaml = read_yaml(yaml_file);
+		return read_yaml(yaml_file);
 	}
 	catch (const YAML::Exception& error)
 	{
 		throw std::runtime_error(
 		    "line " + std::to_string(error.mark.line + 1) + " is not yaml (" + printable(error.msg) + "); correct it");
 	}
+}
+
+/// Calls `read` with the path of the image. \throws std::runtime_error naming the image
+template <class Read>
+auto of_image(const std::string& yaml_file, const MapServerYaml& yaml, const Read& read)
+{
 	const std::string image = path_of_image(yaml_file, yaml);
 	try
 	{
-		return load_image_map(image, yaml.geometry, rule_of(yaml));
+		return read(image);
 	}
 	catch (const std::runtime_error& error)
 	{
 		throw std::runtime_error(image + ": " + error.what());
 	}
 }
+}  // namespace
+
+mrpt::maps::COccupancyGridMap2D::Ptr load_yaml_map(const std::string& yaml_file)
+{
+	const MapServerYaml yaml = read_checked(yaml_file);
+	return of_image(
+	    yaml_file, yaml, [&](const std::string& image) { return load_image_map(image, yaml.geometry, rule_of(yaml)); });
+}
 
 std::string image_of_yaml_map(const std::string& yaml_file)
 {
 	return path_of_image(yaml_file, read_yaml(yaml_file));
+}
+
+double unknown_made_free(const std::string& file)
+{
+	if (!is_yaml_name(file)) return 0;
+	const MapServerYaml yaml = read_checked(file);
+	constexpr double kShade = 205.0 / 255, kHalfAShade = 0.5 / 255;
+	if (rule_of(yaml).p_occupied(kShade) > 0) return 0;
+	return of_image(
+	    file, yaml,
+	    [&](const std::string& image)
+	    { return share_of_pixels(image, [&](double shade) { return std::abs(shade - kShade) < kHalfAShade; }); });
 }
 }  // namespace d2s1r

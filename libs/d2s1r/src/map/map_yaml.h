@@ -7,7 +7,8 @@ namespace d2s1r
 {
 /// Reads a map of ROS map_server: a yaml file and the image it names, in modes trinary and scale. In MRPT's map an
 /// occupied cell gets P(occupied) 1, a free one 0 and an unknown one 0.5, in between only in mode scale.
-/// MRPT's own reader ignores the yaw of the origin and moves the origin to a multiple of the cell size.
+/// Of an image that the origin's yaw turns, cells along the axes of the map frame are made, see ImageGeometry. MRPT's
+/// own reader ignores that yaw and moves the origin to a multiple of the cell size.
 /// \throws std::exception saying what is wrong, without the name of the yaml file
 mrpt::maps::COccupancyGridMap2D::Ptr load_yaml_map(const std::string& yaml_file);
 

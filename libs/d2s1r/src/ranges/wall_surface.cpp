@@ -93,6 +93,34 @@ WallMeasure measure_walls(const Grid& grid)
 	return {*third, kDepth * std::clamp(*third - kSharpThickness - kRounding, 0.0, kMostGrowth)};
 }
 
+MapMeasure measure_map(const Grid& grid)
+{
+	std::size_t free = 0, occupied = 0, at_walls = 0, open = 0;  // cells, and their sides
+	for (int row = 0; row < grid.height; row++)
+		for (int column = 0; column < grid.width; column++)
+		{
+			occupied += grid.at(column, row) == Cell::kOccupied;
+			if (!is_free(grid, column, row)) continue;
+			free++;
+			for (std::size_t side = 0; side < 4; side++)
+			{
+				const int x = column + kSteps[side].column, y = row + kSteps[side].row;
+				if (is_free(grid, x, y)) continue;
+				const bool is_wall = grid.contains(x, y) && grid.at(x, y) == Cell::kOccupied;
+				(is_wall ? at_walls : open)++;
+			}
+		}
+	const double cell = grid.cell_size * grid.cell_size;
+	const WallMeasure walls = measure_walls(grid);
+	MapMeasure measure;
+	measure.free_area = cell * static_cast<double>(free);
+	measure.wall_area = cell * static_cast<double>(occupied);
+	measure.wall_thickness = walls.thickness;
+	measure.surface_depth = walls.surface_depth;
+	if (open > 0) measure.open_border = static_cast<double>(open) / static_cast<double>(open + at_walls);
+	return measure;
+}
+
 Grid with_surfaces_deeper(const Grid& grid, double depth)
 {
 	const std::vector<float> distances = distances_to_free(grid);

@@ -24,6 +24,9 @@ struct WallMeasure
 /// Measures the walls of `grid`. Thread-safe, as the following function is.
 WallMeasure measure_walls(const Grid& grid);
 
+/// Returns the measures of the map that `grid` was made of.
+MapMeasure measure_map(const Grid& grid);
+
 /// Returns `grid` with walls whose surfaces lie `depth` [m] deeper: occupied cells that are less than that behind the
 /// nearest free cell become free, but the middle line of a wall stays.
 Grid with_surfaces_deeper(const Grid& grid, double depth);
