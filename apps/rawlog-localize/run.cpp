@@ -4,7 +4,6 @@
 #include "cli/console.h"
 #include "evaluation/ground_truth.h"
 #include "evaluation/run_report.h"
-#include "evaluation/truth_alignment.h"
 #include "frames/frame_loop.h"
 #include "input/inputs.h"
 #include "output/files.h"
@@ -60,6 +59,26 @@ ExitStatus conclude(const RunReport& report, std::size_t done, const std::string
 	return kDone;
 }
 
+/// Says what is wrong with a scan for the method that is used.
+std::vector<std::string> doubts_about_scan(const mrpt::obs::CObservation2DRangeScan& scan, const Parameters& parameters)
+{
+	constexpr double kFullCircle = 350;  // [deg]
+	const double seen = mrpt::RAD2DEG(static_cast<double>(scan.aperture));
+	if (parameters.method != Method::kPaper || seen > kFullCircle) return {};
+	return {mrpt::format(
+	    "its scans see %.0f deg, but method = paper takes a full circle for granted and will answer wrongly; use "
+	    "method = default",
+	    seen)};
+}
+
+/// Returns whether most of the frames were not localized, and the user should know why.
+bool needs_diagnosis(const RunReport& report)
+{
+	const std::size_t localized = count_statuses(report.frames).front();
+	return report.parameters.method == Method::kDefault && !report.flags.quiet && !report.flags.is_live() &&
+	       !interrupted() && 2 * localized < report.frames.size();
+}
+
 /// Hands every scan to the localizer, and every result to the files and to standard output.
 /// \param outputs null: no files are written
 LoopResult localize_frames(
@@ -74,6 +93,8 @@ LoopResult localize_frames(
 	};
 	sink.take_frame = [&](Frame frame, mrpt::obs::CObservation2DRangeScan::ConstPtr scan)
 	{
+		if (frame.index == selection.first && !flags.quiet)
+			say(flags.log_name(), doubts_about_scan(*scan, report.parameters), console);
 		if (flags.stream) console.print_line(json_line(frame));
 		if (!outputs) return;
 		outputs->page().add(frame, make_scan(*scan, report.parameters.scan));
@@ -84,7 +105,8 @@ LoopResult localize_frames(
 	ProgressBar progress(console.err, shows_progress, report.selected_frames);
 	const auto reader = logs::read_log(log, selection.label, flags.overrides);
 	return localize_log(
-	    *reader, selection, {localizer, flags.query, flags.window, backend, flags.threads}, sink, progress);
+	    *reader, selection, {localizer, flags.query, flags.window, backend, flags.threads, flags.merge_lasers}, sink,
+	    progress);
 }
 
 /// Completes the report and writes the files.
@@ -124,7 +146,7 @@ ExitStatus localize(
 	const IndexedMap indexed = load_or_build_map(flags, parameters, console);
 	const CSignatureMap2D::ConstPtr& map = indexed.map;
 	const Localizer& localizer = map->localizer();
-	if (!flags.quiet) say(flags.map, doubts_about_map(flags, localizer), console);
+	if (!flags.quiet && !indexed.use.loaded) say(flags.map, doubts_about_map(flags, localizer), console);
 	const std::vector<Frame> unknown;
 	RunReport report{flags, parameters, outputs ? outputs->frames().frames() : unknown, sensor};
 	report.build_seconds = build_watch.Tac();
@@ -142,9 +164,25 @@ ExitStatus localize(
 		return kInterrupted;
 	}
 	report.localization_seconds = watch.Tac();
+	if (needs_diagnosis(report)) report.diagnosis = diagnose(log, selection, flags, localizer, truth);
 	if (outputs) write_files(*outputs, report, loop, truth, *map);
 	if (!flags.quiet && !flags.stream) print_table(report, console.out);
 	return conclude(report, loop.frames, loop.damage.empty() ? log.survey.damage : loop.damage, console);
+}
+
+/// Looks for mistakes only.
+ExitStatus diagnose_only(const Flags& flags, const Parameters& parameters, Console& console)
+{
+	const logs::Log log = open_log(flags);
+	const logs::Sensor sensor = choose_sensor(log.survey, flags.sensor_label, flags.rawlog);
+	const GroundTruth truth =
+	    flags.ground_truth.empty() ? GroundTruth{} : read_ground_truth(flags.ground_truth, flags.rawlog);
+	if (!flags.quiet) say(flags.rawlog, describe_log(log.survey, sensor, flags), console);
+	const CSignatureMap2D::ConstPtr map = build_map(flags, parameters, console);
+	if (!flags.quiet) say(flags.map, doubts_about_map(flags, map->localizer()), console);
+	print_diagnosis(
+	    diagnose(log, select_frames(flags, log.survey, sensor), flags, map->localizer(), truth), console.out);
+	return interrupted() ? kInterrupted : kDone;
 }
 }  // namespace
 
@@ -161,6 +199,7 @@ ExitStatus run(const Flags& flags, Console& console)
 	}
 	if (flags.stream) std::signal(SIGPIPE, SIG_IGN);  // who reads the lines may end before the log does
 	load_plugins(flags);
+	if (flags.diagnose) return diagnose_only(flags, parameters, console);
 	return localize(flags, parameters, flags.fuse ? find_fusion_backend() : nullptr, console);
 }
 }  // namespace d2s1r::app

@@ -153,6 +153,98 @@ TEST_F(AppLogs, TopicChoosesTheLaser)
 	expect_refusal(words("walk.bag", {"--topic", "/scan", "--sensor-label", "/scan"}), 1, {"--topic"});
 }
 
+TEST_F(AppLogs, LasersAreMerged)
+{
+	Objects log;
+	for (std::size_t i = 0; i < walk().size(); i++)
+	{
+		const auto odometry = mrpt::obs::CObservationOdometry::Create();
+		odometry->odometry = mrpt::poses::CPose2D(walk()[i]);
+		odometry->timestamp = mrpt::Clock::fromDouble(walk_time(i));
+		log.push_back(odometry);
+		for (const bool rear : {true, false})
+		{
+			Laser laser;
+			laser.beams = 91;
+			laser.aperture = 180 * M_PI / 180;
+			laser.on_robot = mrpt::poses::CPose3D(rear ? -0.1 : 0.1, 0, 0.2, rear ? M_PI : 0, 0, 0);
+			auto scan =
+			    std::make_shared<mrpt::obs::CObservation2DRangeScan>(make_observation(flat(), walk()[i], laser));
+			scan->sensorLabel = rear ? "REAR" : "FRONT";
+			scan->timestamp = odometry->timestamp;
+			log.push_back(scan);
+		}
+	}
+	save(log, path("two.rawlog"));
+	const Words merged = {"--merge-lasers", "--sensor-label", "FRONT"};
+	expect_walk("two.rawlog", merged);
+	const auto result = run(words("two.rawlog", merged));
+	EXPECT_NE(result.err.find("2 lasers are merged at the times of 'FRONT' with 12 scans"), std::string::npos)
+	    << result.err;
+}
+
+TEST_F(AppLogs, MistakeIsNamedAloneAndAtTheEndOfARun)
+{
+	Objects log;
+	for (std::size_t i = 0; i < walk().size(); i++)
+	{
+		const auto scan = walk_scan(i);
+		for (std::size_t beam = 0; beam < scan->getScanSize(); beam++)
+			scan->setScanRange(beam, 1000 * scan->getScanRange(beam));
+		log.push_back(scan);
+	}
+	save(log, path("mm.rawlog"));
+	const std::string advice = "12 of 12 scans fit (0 do as it is) if the ranges are millimetres: --range-factor 0.001";
+	const auto run_to_end = run(words("mm.rawlog"));
+	EXPECT_NE(run_to_end.out.find(advice), std::string::npos) << run_to_end.out;
+	EXPECT_NE(read_file(path("out/summary.json")).find(advice), std::string::npos);
+	const auto alone = run({"-m", path("flat.gridmap.gz"), "-i", path("mm.rawlog"), "--diagnose"});
+	EXPECT_EQ(alone.status, 0) << alone.err;
+	EXPECT_NE(alone.out.find("0 of 12 scans fit as they are"), std::string::npos) << alone.out;
+	EXPECT_NE(alone.out.find(advice), std::string::npos) << alone.out;
+	expect_walk("mm.rawlog", {"--range-factor", "0.001"});
+	const auto sound = run(words("mm.rawlog", {"--range-factor", "0.001", "--diagnose"}));
+	EXPECT_EQ(sound.out, "diagnosis   12 of 12 scans fit as they are\n");
+}
+
+TEST_F(AppLogs, ScansThatDoNotSeeAFullCircleAreNotForThePublishedMethod)
+{
+	auto log = observation_log();
+	save(log, path("full.rawlog"));
+	const Words paper = {"-c", std::string(D2S1R_SOURCE_DIR) + "/share/d2s1r/config/paper.ini"};
+	EXPECT_EQ(run(words("full.rawlog", paper)).err, "");
+	for (const auto& object : log)
+		std::dynamic_pointer_cast<mrpt::obs::CObservation2DRangeScan>(object)->aperture = 3.1F;
+	save(log, path("half.rawlog"));
+	const auto result = run(words("half.rawlog", paper));
+	EXPECT_EQ(result.status, 0) << result.err;
+	EXPECT_NE(result.err.find("its scans see 178 deg, but method = paper takes a full circle"), std::string::npos)
+	    << result.err;
+}
+
+TEST_F(AppLogs, DoubtfulMapsGetALineEach)
+{
+	save(observation_log(), path("in.rawlog"));
+	std::string image = "P5\n40 40\n255\n" + std::string(1600, '\xCD');
+	for (std::size_t row = 10; row < 30; row++) image.replace(image.size() - 1600 + row * 40 + 10, 20, 20, '\xFE');
+	write_file(path("map.pgm"), image);
+	const auto lines_about = [&](const std::string& yaml)
+	{
+		write_file(path("map.yaml"), "image: map.pgm\norigin: [0, 0, 0]\nnegate: 0\noccupied_thresh: 0.65\n" + yaml);
+		return run({"-m", path("map.yaml"), "-i", path("in.rawlog"), "-o", path("out"), "--frames", ":1"}).err;
+	};
+	const std::string nav2 = lines_about("resolution: 0.2\nfree_thresh: 0.25\n");
+	EXPECT_NE(nav2.find("free_thresh makes the grey 205 of unknown cells free, which is 75 %"), std::string::npos)
+	    << nav2;
+	EXPECT_NE(nav2.find("its cells of 0.20 m are too coarse"), std::string::npos) << nav2;
+	EXPECT_NE(nav2.find("it has no walls"), std::string::npos) << nav2;
+	for (std::size_t i = 0; i < 2; i++) image[image.size() - 1600 + 9 * 40 + 10 + i] = '\0';
+	write_file(path("map.pgm"), image);
+	const std::string open = lines_about("resolution: 0.1\nfree_thresh: 0.196\n");
+	EXPECT_NE(open.find("no wall bounds 98 % of the border of its free space"), std::string::npos) << open;
+	EXPECT_EQ(lines_of(open).size(), 1U) << open;
+}
+
 TEST_F(AppLogs, LocalizedRawlogIsTheLogInTheFormOfMrpt)
 {
 	write_file(path("walk.bag"), bag1_file(ros_walk(Wire::kRos1)));

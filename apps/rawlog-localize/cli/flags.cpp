@@ -145,9 +145,17 @@ float parse_max_range(const std::string& text)
 	return range;
 }
 
+double parse_range_factor(const std::string& text)
+{
+	const double factor = parse_finite_number("--range-factor", text);
+	if (!(factor > 0)) wrong("--range-factor", "'" + text + "' is not a factor above 0");
+	return factor;
+}
+
 constexpr const char* kUsage =
     "Usage: rawlog-localize -m MAP -i LOG -o OUT_DIR [OPTION]...\n"
     "       rawlog-localize -m MAP -i LOG --stream [OPTION]...\n"
+    "       rawlog-localize -m MAP -i LOG --diagnose [OPTION]...\n"
     "       rawlog-localize --write-config FILE [-c CONFIG.ini]\n"
     "Localize every 2D laser scan of a log in a known map, each scan on its own, without an initial pose.\n\n";
 
@@ -166,7 +174,8 @@ void check_complete(const Flags& flags)
 	if (flags.only_writes_config() && !flags.write_config.empty()) return;
 	if (flags.map.empty()) wrong("--map", "missing; name the map file");
 	if (flags.rawlog.empty()) wrong("--input", "missing; name the log");
-	if (flags.output_dir.empty() && !flags.stream) wrong("--output", "missing; name the folder to write to");
+	if (flags.output_dir.empty() && !flags.stream && !flags.diagnose)
+		wrong("--output", "missing; name the folder to write to");
 }
 
 /// Checks that the options go with a log that is still being written, and with lines instead of files.
@@ -277,6 +286,11 @@ void add_inputs(OptionAdder add, Flags& flags, Unchecked& unchecked)
 	add.value(
 	    "--topic", "TOPIC", "the same as --sensor-label: the topic of the laser to use, if the log is of ROS",
 	    unchecked.topic);
+	add.flag(
+	    "--merge-lasers",
+	    "use all lasers together: each scan of that laser with the last one of each other laser, at most 0.5 s older; "
+	    "odometry, if there is any, links them",
+	    flags.merge_lasers);
 	add.value(
 	    "--sensor-pose", "X,Y,Z,YAW,PITCH,ROLL",
 	    "pose of that laser on the robot [m, deg], in place of what the log says; a roll of 180 is upside down",
@@ -284,6 +298,9 @@ void add_inputs(OptionAdder add, Flags& flags, Unchecked& unchecked)
 	add.value(
 	    "--max-range", "M", "range up to which that laser sees [m], in place of what the log says",
 	    [&](const std::string& text) { flags.overrides.max_range = parse_max_range(text); });
+	add.value(
+	    "--range-factor", "F", "factor of all ranges of that laser, such as 0.001 if the log has them in mm",
+	    [&](const std::string& text) { flags.overrides.range_factor = parse_range_factor(text); });
 	add.value(
 	    "--frames", "A:B:STEP",
 	    "localize only scan frames A, A + STEP, A + 2 STEP, ... below B, counted from 0; A, B and :STEP may be left "
@@ -361,6 +378,12 @@ void add_outputs(OptionAdder add, Flags& flags, Unchecked& unchecked)
 	    "--stream",
 	    "print a line of JSON for each frame as soon as it is known, in place of the table; OUT_DIR may be left out",
 	    flags.stream);
+	add.flag(
+	    "--diagnose",
+	    "write nothing, but try on 20 scans what is usually wrong if scans do not fit to a map (its resolution, "
+	    "mirrored scans, the unit of ranges, ...), and say which mistake explains them and which option sets it right; "
+	    "a run in which most frames are not localized does the same at its end",
+	    flags.diagnose);
 	add.flag("-q,--quiet", "print errors only", flags.quiet);
 }
 

@@ -32,6 +32,7 @@ struct Flags
 	std::string write_pf_ini;  //!< empty: not written
 
 	std::optional<std::string> sensor_label;  //!< without a value, the one with the most scans
+	bool merge_lasers = false;                //!< whether the other lasers' scans are used, too
 	logs::Overrides overrides;                //!< they are about that laser
 	std::size_t first_frame = 0;              //!< [-] scan frames first_frame, first_frame + frame_step, ...
 	                                          //!< below past_frame are localized
@@ -48,6 +49,7 @@ struct Flags
 	bool rawlog_copy = true;                    //!< whether localized.rawlog is written
 	bool follow = false;                        //!< whether the log is a file that grows
 	bool stream = false;                        //!< whether a line for each frame is printed
+	bool diagnose = false;                      //!< whether only mistakes are looked for
 	bool quiet = false;
 
 	std::vector<std::string> words;            //!< the command line as it was given

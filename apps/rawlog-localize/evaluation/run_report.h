@@ -3,6 +3,7 @@
 
 #include "cli/flags.h"
 #include "evaluation/accuracy.h"
+#include "evaluation/diagnosis.h"
 #include "input/inputs.h"
 
 #include <d2s1r/localizer.h>
@@ -25,12 +26,13 @@ struct RunReport
 	std::size_t selected_frames = 0;  //!< [-] frames that were to be localized, whether or not the run came so far
 	double build_seconds = 0;         //!< [s] from the map file to the index, or for loading it
 	IndexUse index{};
-	double localization_seconds = 0;     //!< [s] for all frames, reading and writing included
-	double computing_seconds = 0;        //!< [s] for all frames, without reading and writing
-	std::size_t truth_lines = 0;         //!< [-] lines of the ground truth; 0 if there is none
-	std::size_t truth_interpolated = 0;  //!< [-] of these, made between two lines of the file
-	double truth_offset = 0;             //!< [s] see AlignedTruth
-	std::vector<Match> matches{};        //!< frames with ground truth
+	double localization_seconds = 0;       //!< [s] for all frames, reading and writing included
+	double computing_seconds = 0;          //!< [s] for all frames, without reading and writing
+	std::size_t truth_lines = 0;           //!< [-] lines of the ground truth; 0 if there is none
+	std::size_t truth_interpolated = 0;    //!< [-] of these, made between two lines of the file
+	double truth_offset = 0;               //!< [s] see AlignedTruth
+	std::vector<Match> matches{};          //!< frames with ground truth
+	std::optional<Diagnosis> diagnosis{};  //!< if most frames were not localized
 };
 
 /// Returns [1/s], without the time for reading and writing.

@@ -15,8 +15,8 @@ struct Frame
 	std::size_t index = 0;  //!< [-] of the scan among those of its sensor in the log
 	double timestamp = 0;   //!< [s] since the epoch, the log's clock; 0 if the scan has none
 	Localization result;
-	std::optional<Localization> alone{};  //!< with --window, what the scan says alone
-	std::optional<FusedPose> fused{};     //!< with --fuse, once the filter has started
+	std::optional<Localization> alone{};              //!< with --window, what the scan says alone
+	std::optional<FusedPose> fused{};                 //!< with --fuse, once the filter has started
 	std::chrono::steady_clock::time_point read_at{};  //!< when the scan had been read
 
 	bool has_pose() const { return !result.hypotheses.empty(); }

@@ -10,6 +10,7 @@
 #include <condition_variable>
 #include <deque>
 #include <exception>
+#include <map>
 #include <mutex>
 #include <thread>
 #include <utility>
@@ -44,12 +45,69 @@ class ScopedTimer
 	Clock::time_point start_ = Clock::now();
 };
 
+using Lasers = std::vector<PlacedObservation>;
+
 struct Job
 {
 	std::size_t frame = 0;
 	mrpt::obs::CObservation2DRangeScan::ConstPtr scan;
-	Clock::time_point read_at;  //!< when the scan had been read
+	Clock::time_point read_at = {};  //!< when the scan had been read
+	Lasers lasers = {};              //!< what is merged, `scan` last; empty: each scan is used alone
 	std::optional<Localization> result = {};
+};
+
+Scan scan_of(const Job& job, const ScanParameters& parameters)
+{
+	return job.lasers.empty() ? make_scan(*job.scan, parameters) : merge_scans(job.lasers, parameters);
+}
+
+/// The last scan of each laser, and where the robot was then by the odometry.
+class LastScans
+{
+   public:
+	void add(const logs::RawlogObject& object)
+	{
+		if (object.increment) robot_ = robot_ + *object.increment;
+		if (!object.odometry) return;
+		before_ = std::exchange(robot_, *object.odometry);
+		const auto* reading = dynamic_cast<const mrpt::obs::CObservation*>(object.object.get());
+		time_before_ = std::exchange(time_, reading ? seconds(*reading) : 0);
+	}
+
+	void add(const mrpt::obs::CObservation2DRangeScan::ConstPtr& scan)
+	{
+		scans_[scan->sensorLabel] = {scan, robot_at(seconds(*scan))};
+	}
+
+	/// Returns the scans that are at most 0.5 s older than the last one of the laser `label`, which is the last of
+	/// them.
+	Lasers with(const std::string& label) const
+	{
+		constexpr double kOldest = 0.5;  // [s]
+		const PlacedObservation& newest = scans_.at(label);
+		Lasers lasers;
+		for (const auto& [other, placed] : scans_)
+			if (other != label && std::abs(seconds(*newest.observation) - seconds(*placed.observation)) <= kOldest)
+				lasers.push_back(placed);
+		lasers.push_back(newest);
+		return lasers;
+	}
+
+   private:
+	/// Returns the robot in the odometry's frame, which goes on for a moment as it did between the last two readings.
+	mrpt::poses::CPose2D robot_at(double time) const
+	{
+		constexpr double kLongest = 0.2;  // [s]
+		const double step = time_ - time_before_, ahead = time - time_;
+		if (!(time_before_ > 0 && step > 0 && step < kLongest && ahead > 0 && ahead < kLongest)) return robot_;
+		const auto motion = robot_ - before_;
+		const double share = ahead / step;
+		return robot_ + mrpt::poses::CPose2D(share * motion.x(), share * motion.y(), share * motion.phi());
+	}
+
+	mrpt::poses::CPose2D robot_, before_;  //!< by the last reading of the odometry and the one before, in its frame
+	double time_ = 0, time_before_ = 0;    //!< [s] of these; 0 without a time
+	std::map<std::string, PlacedObservation> scans_;
 };
 
 /// An object of the log with its scans that are to be localized.
@@ -64,7 +122,10 @@ struct Item
 class ItemReader
 {
    public:
-	ItemReader(logs::LogReader& reader, const FrameSelection& selection) : reader_(reader), selection_(selection) {}
+	ItemReader(logs::LogReader& reader, const FrameSelection& selection, bool merge_lasers)
+	    : reader_(reader), selection_(selection), merge_lasers_(merge_lasers)
+	{
+	}
 
 	/// Returns the next object; no value at the end of the log or after the objects that can be read.
 	std::optional<Item> read()
@@ -75,10 +136,14 @@ class ItemReader
 		if (!object) return std::nullopt;
 		objects_++;
 		Item item = {std::move(*object)};
+		if (merge_lasers_) last_scans_.add(item.object);
 		for (const auto& scan : item.object.scans)
 		{
+			if (merge_lasers_) last_scans_.add(scan);
 			if (scan->sensorLabel != selection_.label) continue;
-			if (selection_.contains(scans_)) item.jobs.push_back({scans_, scan, Clock::now()});
+			if (selection_.contains(scans_))
+				item.jobs.push_back(
+				    {scans_, scan, Clock::now(), merge_lasers_ ? last_scans_.with(scan->sensorLabel) : Lasers{}});
 			scans_++;
 		}
 		item.object.scans.clear();
@@ -96,6 +161,8 @@ class ItemReader
    private:
 	logs::LogReader& reader_;
 	const FrameSelection& selection_;
+	bool merge_lasers_;
+	LastScans last_scans_;
 	std::size_t objects_ = 0;  //!< [-] objects read so far
 	std::size_t scans_ = 0;
 	double seconds_ = 0;
@@ -169,7 +236,7 @@ class Follower
 		if (window_)
 		{
 			frame.alone = one_shot;
-			frame.result = window_->add(make_scan(*job.scan, approach_.localizer.parameters().scan), one_shot, motion);
+			frame.result = window_->add(scan_of(job, approach_.localizer.parameters().scan), one_shot, motion);
 		}
 		if (approach_.fusion_backend) frame.fused = approach_.fusion_backend->step({*job.scan, one_shot, motion});
 		const ScopedTimer timer(writing_seconds_);
@@ -267,7 +334,8 @@ class FramePipeline
 		const auto [item, job] = waiting_.front();
 		waiting_.pop_front();
 		lock.unlock();
-		job->result = approach_.localizer.localize(*job->scan, approach_.query);
+		job->result =
+		    approach_.localizer.localize(scan_of(*job, approach_.localizer.parameters().scan), approach_.query);
 		lock.lock();
 		item->unfinished--;
 	}
@@ -303,7 +371,7 @@ class FramePipeline
 
 /// Calls `work` on up to `threads` threads, the calling one included. If the system refuses a thread, those there are
 /// do the work. \throws what the first call of `work` to fail throws
-void run_on_threads(int threads, const std::function<void()>& work)
+void on_threads(int threads, const std::function<void()>& work)
 {
 	std::exception_ptr failure;
 	std::atomic_flag failed = ATOMIC_FLAG_INIT;
@@ -334,15 +402,34 @@ void run_on_threads(int threads, const std::function<void()>& work)
 }
 }  // namespace
 
+void run_on_threads(std::size_t count, int threads, const std::function<void(std::size_t)>& work)
+{
+	std::atomic<std::size_t> next{0};
+	on_threads(
+	    threads,
+	    [&]
+	    {
+		    try
+		    {
+			    for (std::size_t i = next++; i < count; i = next++) work(i);
+		    }
+		    catch (...)
+		    {
+			    next = count;
+			    throw;
+		    }
+	    });
+}
+
 LoopResult localize_log(
     logs::LogReader& reader, const FrameSelection& selection, const Approach& approach, const FrameSink& sink,
     ProgressBar& progress)
 {
 	const auto start = Clock::now();
-	ItemReader items(reader, selection);
+	ItemReader items(reader, selection, approach.merge_lasers);
 	Follower follower(approach, sink);
 	FramePipeline pipeline(items, follower, approach, progress);
-	run_on_threads(approach.threads, [&] { pipeline.work(); });
+	on_threads(approach.threads, [&] { pipeline.work(); });
 	// Reading and writing take one thread of those there are.
 	const double seconds = std::chrono::duration<double>(Clock::now() - start).count() -
 	                       (items.seconds() + follower.writing_seconds()) / approach.threads;

@@ -21,6 +21,7 @@ struct Approach
 	std::optional<int> window;           //!< [-] scans that are used jointly; without a value each on its own
 	CFusionBackend::Ptr fusion_backend;  //!< null: no fused poses
 	int threads = 1;                     //!< [-]
+	bool merge_lasers = false;           //!< whether scans of other lasers are used, too
 };
 
 /// Where everything goes, in the order of the rawlog.
@@ -40,6 +41,11 @@ struct LoopResult
 	std::size_t scans = 0;   //!< [-] of the sensor, in what was read
 	std::size_t frames = 0;  //!< [-] handed to `sink`
 };
+
+/// Calls `work(i)` for every i below `count`, started in this order, on up to `threads` threads, the calling one
+/// included. If the system refuses a thread, those there are do the work.
+/// \throws what the first call of `work` to fail throws; calls that have not started by then are left out
+void run_on_threads(std::size_t count, int threads, const std::function<void(std::size_t)>& work);
 
 /// Localizes the selected scans of a log, `threads` at a time, and hands everything to `sink` in the order of the
 /// log, each frame as soon as it and those before it are known. The window and the fusion, if there are any, follow the

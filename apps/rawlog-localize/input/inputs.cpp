@@ -27,6 +27,7 @@ void check_method(const Flags& flags, Method method)
 	{ throw UserError(kWrongUse, flag, "does not go with method = paper, which " + why + "; use method = default"); };
 	if (flags.window) refuse("--window", "uses one scan at a time");
 	if (!flags.query.prior.anywhere()) refuse("--region", "searches everywhere");
+	if (flags.diagnose) refuse("--diagnose", "never says that a scan does not fit");
 	if (flags.query.time_budget > 0) refuse("--time-budget", "refines no candidate");
 }
 
@@ -297,9 +298,12 @@ std::vector<std::string> describe_log(const logs::LogSurvey& survey, const logs:
 {
 	std::vector<std::string> lines;
 	const std::string scans = "'" + sensor.label + "' with " + std::to_string(sensor.scans) + " scans";
-	if (!flags.sensor_label && survey.sensors.size() > 1)
+	if (flags.merge_lasers)
+		lines.push_back(std::to_string(survey.sensors.size()) + " lasers are merged at the times of " + scans);
+	else if (!flags.sensor_label && survey.sensors.size() > 1)
 		lines.push_back(
-		    std::to_string(survey.sensors.size()) + " lasers; using " + scans + " (--sensor-label chooses another)");
+		    std::to_string(survey.sensors.size()) + " lasers; using " + scans +
+		    " (--sensor-label chooses another, --merge-lasers uses all)");
 	if (!sensor.mounting.empty())
 		lines.push_back(
 		    survey.format + ", laser " + scans + (flags.overrides.sensor_pose ? "" : ", " + sensor.mounting) +
@@ -314,9 +318,10 @@ std::vector<std::string> describe_log(const logs::LogSurvey& survey, const logs:
 
 std::vector<std::string> doubts_about_map(const Flags& flags, const Localizer& map)
 {
-	constexpr double kLeastUnknown = 0.01;   // [-] share of an image that is worth a word
-	constexpr double kCoarsest = 0.1001;     // [m] see README
-	constexpr double kMostOpenBorder = 0.6;  // [-] of laser maps, at most 0.5 of the border is open
+	constexpr double kLeastUnknown = 0.01;    // [-] share of an image that is worth a word
+	constexpr double kCoarsest = 0.1001;      // [m] see README
+	constexpr double kMostOpenBorder = 0.95;  // [-] of outdoor maps that lasers drew, 0.87 of the border is open
+	constexpr double kSolid = 0.3;            // [m] walls that are all thicker than this are drawn so, not smeared
 	const MapMeasure measure = map.measure();
 	const double cell = map.grid().cell_size;
 	std::vector<std::string> doubts;
@@ -335,10 +340,11 @@ std::vector<std::string> doubts_about_map(const Flags& flags, const Localizer& m
 		    "no wall bounds %.0f %% of the border of its free space; check occupied_thresh, or whether walls are lost "
 		    "in the image",
 		    100 * measure.open_border));
-	if (measure.surface_depth > 0.5 * cell)
+	if (measure.surface_depth > 0.5 * cell && measure.wall_thickness < kSolid)
 		doubts.push_back(mrpt::format(
-		    "even its thin walls are %.2f m thick: it is smeared, or drawn with solid walls; poses are less exact "
-		    "than in a sharp map",
+		    "even its thin walls are %.2f m thick: it is smeared, and poses are less exact than in a sharp map; draw "
+		    "it "
+		    "again from scans whose poses are better, or without margins",
 		    measure.wall_thickness));
 	return doubts;
 }

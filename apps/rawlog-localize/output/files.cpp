@@ -43,6 +43,7 @@ fs::path place_of(const std::string& file)
 std::vector<NamedFile> files_written(const Flags& flags, bool localized)
 {
 	if (flags.only_writes_config()) return {{flags.write_config, "--write-config"}};
+	if (flags.diagnose) return {};
 	std::vector<NamedFile> files;
 	const auto add_to_folder = [&](std::initializer_list<const char*> names)
 	{

@@ -2,8 +2,8 @@
 #include "output/summary.h"
 
 #include "cli/errors.h"
+#include "evaluation/ground_truth.h"
 #include "evaluation/run_report.h"
-#include "evaluation/truth_alignment.h"
 #include "output/files.h"
 #include "output/output_file.h"
 
@@ -169,10 +169,22 @@ void write_summary_json(const RunReport& report, TextFile& file)
 	json["total_ms"] = summary_of(stage_times(report.frames, &StageTimes::total_ms));
 	if (report.truth_lines > 0) add_accuracy(json, report);
 	if (report.flags.fuse) json["fused"] = fusion_of(report);
+	if (report.diagnosis) json["advice"] = report.diagnosis->advice;
 
 	// names of files may hold bytes that are no UTF-8
 	const std::string text = json.dump(2, ' ', false, Json::error_handler_t::replace);
 	file.print("%s\n", text.c_str());
+}
+
+void print_diagnosis(const Diagnosis& diagnosis, std::ostream& out)
+{
+	out << mrpt::format("%-12s%zu of %zu scans fit as they are\n", "diagnosis", diagnosis.fit, diagnosis.tried);
+	for (const std::string& line : diagnosis.advice) out << mrpt::format("%-12s%s\n", "", line.c_str());
+	if (diagnosis.advice.empty() && 2 * diagnosis.fit < diagnosis.tried)
+		out << mrpt::format(
+		    "%-12snone of the usual mistakes explains the others: is it the map of the place where the log was "
+		    "recorded?\n",
+		    "");
 }
 
 void print_table(const RunReport& report, std::ostream& out)
@@ -188,6 +200,7 @@ void print_table(const RunReport& report, std::ostream& out)
 	if (!report.frames.empty()) print_times(report, out);
 	if (!report.matches.empty()) print_accuracy(report, out);
 	if (report.flags.fuse) print_fusion(report, out);
+	if (report.diagnosis) print_diagnosis(*report.diagnosis, out);
 	const char* word = "written";
 	for (const auto& file : files_written(report.flags, any_localized(report.frames)))
 	{

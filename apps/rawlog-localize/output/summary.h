@@ -11,6 +11,9 @@ namespace d2s1r::app
 /// Writes summary.json: inputs, frames by status, times of all stages, accuracy.
 void write_summary_json(const RunReport& report, TextFile& file);
 
+/// Prints how many scans fit, and what is advised.
+void print_diagnosis(const Diagnosis& diagnosis, std::ostream& out);
+
 /// Prints the short table at the end of a run.
 void print_table(const RunReport& report, std::ostream& out);
 }  // namespace d2s1r::app

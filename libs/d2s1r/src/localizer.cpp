@@ -243,6 +243,11 @@ Localization Localizer::localize(const mrpt::obs::CObservation2DRangeScan& obser
 	return localize(make_scan(observation, index_->parameters.scan), query);
 }
 
+Localization Localizer::localize(const std::vector<PlacedObservation>& observations, const Query& query) const
+{
+	return localize(merge_scans(observations, index_->parameters.scan), query);
+}
+
 Localization Localizer::localize(const Scan& scan, const Query& query) const
 {
 	const Index& index = *index_;

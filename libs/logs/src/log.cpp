@@ -119,11 +119,16 @@ class OverridingReader : public LogReader
 	{
 		if (overrides_.sensor_pose)
 			scan.sensorPose = *overrides_.sensor_pose + mrpt::poses::CPose3D(0, 0, 0, middle_angle, 0, 0);
-		if (!overrides_.max_range) return;
+		if (!overrides_.max_range && !overrides_.range_factor) return;
+		const float max_range = overrides_.max_range.value_or(scan.maxRange);
+		const auto factor = static_cast<float>(overrides_.range_factor.value_or(1));
 		for (std::size_t i = 0; i < scan.getScanSize(); i++)
-			if (scan.getScanRange(i) >= scan.maxRange && scan.getScanRange(i) < *overrides_.max_range)
-				scan.setScanRangeValidity(i, true);
-		scan.maxRange = *overrides_.max_range;
+		{
+			const float before = scan.getScanRange(i), after = factor * before;
+			if (before >= scan.maxRange && after < max_range) scan.setScanRangeValidity(i, true);
+			scan.setScanRange(i, after);
+		}
+		scan.maxRange = max_range;
 	}
 
 	std::unique_ptr<LogReader> reader_;
@@ -187,7 +192,7 @@ std::string known_formats()
 std::unique_ptr<LogReader> read_log(const Log& log, const std::string& label, const Overrides& overrides)
 {
 	auto reader = log.read();
-	if (!overrides.sensor_pose && !overrides.max_range) return reader;
+	if (!overrides.sensor_pose && !overrides.max_range && !overrides.range_factor) return reader;
 	return std::make_unique<OverridingReader>(std::move(reader), label, overrides);
 }
 }  // namespace d2s1r::logs

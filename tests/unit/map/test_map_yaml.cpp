@@ -2,7 +2,10 @@
 #include <d2s1r/map_io.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "test_files.h"
+#include "test_maps.h"
 
 namespace d2s1r::test
 {
@@ -121,11 +124,57 @@ TEST_F(MapYaml, ThresholdsAreProbabilities)
 	    std::string::npos);
 }
 
-TEST_F(MapYaml, YawOfTheOriginIsRefused)
+TEST_F(MapYaml, YawOfTheOriginTurnsTheImageAboutItsCorner)
 {
-	EXPECT_NE(
-	    refusal("image: map.pgm\nresolution: 1\norigin: [0, 0, 0.1]\nnegate: 0\n" + kThresholds).find("yaw"),
-	    std::string::npos);
+	const auto load_turned = [&](const std::string& yaw)
+	{
+		return load_map(folder_.write(
+		    "map.yaml", "image: map.pgm\nresolution: 0.5\norigin: [10, 20, " + yaw + "]\nnegate: 0\n" + kThresholds));
+	};
+	const auto upright = load_turned("1.5707963267948966");  // the row goes up along y, to the left of the corner
+	ASSERT_EQ(upright->getSizeX(), 1U);
+	ASSERT_EQ(upright->getSizeY(), 5U);
+	EXPECT_FLOAT_EQ(upright->getXMin(), 9.5F);
+	EXPECT_FLOAT_EQ(upright->getYMin(), 20.0F);
+	EXPECT_GT(test::p_occupied(*upright, 0, 0), 0.9);
+	EXPECT_LT(test::p_occupied(*upright, 0, 2), 0.1);
+	const auto back = load_turned("-3.1415926535897931");
+	EXPECT_FLOAT_EQ(back->getXMin(), 7.5F);
+	EXPECT_FLOAT_EQ(back->getYMin(), 19.5F);
+	EXPECT_GT(test::p_occupied(*back, 4, 0), 0.9) << "the first pixel is the one at the corner";
+}
+
+TEST_F(MapYaml, CellsOfATurnedImageHaveThePixelThatTheirCentreLiesIn)
+{
+	// a white image of 40 x 20 pixels with a black block, turned by 30 deg
+	std::string image = "P5\n40 20\n255\n" + std::string(800, '\xFE');
+	for (std::size_t row = 5; row < 15; row++) image.replace(image.size() - 800 + row * 40 + 10, 10, 10, '\0');
+	folder_.write("map.pgm", image);
+	const auto map = load_map(folder_.write(
+	    "map.yaml", "image: map.pgm\nresolution: 0.1\norigin: [1, -2, 0.5235987755982988]\nnegate: 0\n" + kThresholds));
+	const auto at = [&](double u, double v)  // [m] along the image's rows and columns
+	{
+		const double x = 1 + u * std::cos(M_PI / 6) - v * std::sin(M_PI / 6);
+		const double y = -2 + u * std::sin(M_PI / 6) + v * std::cos(M_PI / 6);
+		return 1.0 - static_cast<double>(map->getPos(static_cast<float>(x), static_cast<float>(y)));
+	};
+	EXPECT_GT(at(1.5, 1.0), 0.9);
+	EXPECT_GT(at(1.15, 0.65), 0.9);
+	EXPECT_LT(at(0.5, 0.5), 0.1);
+	EXPECT_LT(at(3.5, 1.5), 0.1);
+	EXPECT_NEAR(at(-0.3, 1.0), 0.5, 0.02) << "what the image does not show is unknown";
+	EXPECT_NEAR(at(2.0, 2.3), 0.5, 0.02);
+}
+
+TEST_F(MapYaml, UnknownCellsThatTheThresholdsMakeFreeAreMeasured)
+{
+	const auto share = [&](const std::string& more)
+	{ return unknown_made_free(folder_.write("map.yaml", kGeometry + "occupied_thresh: 0.65\n" + more)); };
+	EXPECT_DOUBLE_EQ(share("free_thresh: 0.25\nnegate: 0\n"), 0.2);
+	EXPECT_DOUBLE_EQ(share("free_thresh: 0.25\nnegate: 0\nmode: scale\n"), 0.2);
+	EXPECT_EQ(share("free_thresh: 0.196\nnegate: 0\n"), 0);
+	EXPECT_EQ(share("free_thresh: 0.25\nnegate: 1\n"), 0);
+	EXPECT_EQ(unknown_made_free(folder_.path("map.pgm")), 0);
 }
 
 TEST_F(MapYaml, MissingKeysAreNamed)

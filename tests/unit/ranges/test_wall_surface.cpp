@@ -67,6 +67,18 @@ TEST(WallSurface, AMapWithoutWallsBetweenFreeCellsTellsNothing)
 	EXPECT_EQ(measure_walls(make_picture_grid({"###", "#.#", "###"}, 0.1)).thickness, 0);
 }
 
+TEST(WallSurface, MeasureOfAMapTellsHowMuchOfItsFreeSpaceWallsBound)
+{
+	const MapMeasure closed = measure_map(make_picture_grid({"####", "#..#", "####"}, 0.5));
+	EXPECT_DOUBLE_EQ(closed.free_area, 0.5);
+	EXPECT_DOUBLE_EQ(closed.wall_area, 2.5);
+	EXPECT_EQ(closed.open_border, 0);
+	EXPECT_EQ(closed.wall_thickness, 0) << "there are too few walls to tell";
+	EXPECT_DOUBLE_EQ(measure_map(make_picture_grid({"##?", "#..", "###"}, 0.5)).open_border, 2.0 / 6);
+	EXPECT_EQ(measure_map(make_picture_grid({"...", "..."}, 0.5)).open_border, 1);
+	EXPECT_DOUBLE_EQ(measure_map(two_rooms(3)).wall_thickness, 0.1 * 3);
+}
+
 TEST(WallSurface, MovesTheSurfacesAndKeepsTheMiddleLine)
 {
 	const Picture before = {"..........", "..#####...", "..#####...", "..#####...",

@@ -124,6 +124,45 @@ TEST_F(TurningRobot, CoarseBeamsLeaveNoHoles)
 	EXPECT_EQ(circle.scan().beams.size(), 24U);
 }
 
+TEST_F(TurningRobot, LasersBeforeAndBehindSeeAFullCircleTogether)
+{
+	const auto observation = [&](const TPose2D& robot, double x, double yaw)
+	{
+		Laser laser;
+		laser.beams = 381;
+		laser.aperture = 190 * kDegree;
+		laser.on_robot = {x, 0, 0, yaw, 0, 0};
+		return std::make_shared<mrpt::obs::CObservation2DRangeScan>(make_observation(grid_, robot, laser));
+	};
+	const TPose2D then{3, 2.5, 0.3}, now{3.2, 2.6, 0.5};
+	const CPose2D odometry(7, -5, 2);  // of the map, in the frame of the odometry
+	const std::vector<PlacedObservation> both = {
+	    {observation(then, -0.2, M_PI), odometry + CPose2D(then)}, {observation(now, 0.2, 0), odometry + CPose2D(now)}};
+	const Scan scan = merge_scans(both, {});
+	ASSERT_TRUE(scan.valid());
+	EXPECT_GT(scan.field_of_view, 345 * kDegree);
+	EXPECT_EQ(scan.sensor_on_robot, TPose2D(0.2, 0, 0));
+	EXPECT_LT(worst_range(scan, now), 0.06);
+	const Localizer localizer(make_map(grid_));
+	const Localization answer = localizer.localize(both);
+	ASSERT_FALSE(answer.hypotheses.empty());
+	const CPose2D found = answer.best().pose;  // or on the other side of the room, which looks the same from there
+	EXPECT_LT(
+	    std::min(
+	        std::hypot(found.x() - now.x, found.y() - now.y), std::hypot(found.x() - 8 + now.x, found.y() - 6 + now.y)),
+	    0.05);
+}
+
+TEST_F(TurningRobot, ObservationsThatCannotBeUsedAreLeftOutOfAMergedScan)
+{
+	const auto good = std::make_shared<mrpt::obs::CObservation2DRangeScan>(make_observation(grid_, {3, 2.5, 0.3}));
+	const auto bad = std::make_shared<mrpt::obs::CObservation2DRangeScan>();
+	EXPECT_FALSE(merge_scans({}, {}).valid());
+	EXPECT_FALSE(merge_scans({{bad, {}}}, {}).valid());
+	EXPECT_EQ(merge_scans({{good, {}}, {bad, {}}}, {}).beams.size(), make_scan(*good, {}).beams.size());
+	EXPECT_EQ(merge_scans({{good, {}}, {good, CPose2D(5, 0, 0)}}, {}).beams.size(), make_scan(*good, {}).beams.size());
+}
+
 TEST_F(TurningRobot, BeamsThatSawNothingStillSawNothing)
 {
 	Scan ahead = scan_at({3, 2.5, 0});

@@ -6,6 +6,7 @@
 #include <d2s1r/parameters.h>
 #include <d2s1r/prior.h>
 #include <d2s1r/scan.h>
+#include <d2s1r/scan_accumulator.h>
 #include <mrpt/maps/COccupancyGridMap2D.h>
 
 #include <cstdint>
@@ -57,6 +58,10 @@ class Localizer
 	/// \throws std::invalid_argument if `query` holds a prior and the method is kPaper, which searches everywhere, or a
 	///         time budget below 0
 	Localization localize(const mrpt::obs::CObservation2DRangeScan& observation, const Query& query = {}) const;
+
+	/// Answers where a robot with several lasers was when it made the last of these observations, by all of them
+	/// together, see merge_scans().
+	Localization localize(const std::vector<PlacedObservation>& observations, const Query& query = {}) const;
 
 	/// Answers where a scan was taken that make_scan() or the caller prepared.
 	Localization localize(const Scan& scan, const Query& query = {}) const;

@@ -5,6 +5,7 @@
 #include <mrpt/poses/CPose2D.h>
 
 #include <deque>
+#include <vector>
 
 namespace d2s1r
 {
@@ -78,4 +79,18 @@ class ScanAccumulator
 	double reach_;
 	std::deque<View> views_;  //!< newest first
 };
+
+/// What a laser of a robot saw, and where the robot was then.
+struct PlacedObservation
+{
+	mrpt::obs::CObservation2DRangeScan::ConstPtr observation;
+	mrpt::poses::CPose2D robot;  //!< in a frame that is the same for all observations, such as that of the odometry
+};
+
+/// Makes one scan of what several lasers of a robot saw shortly after each other: as if the laser of the last
+/// observation had seen it all from where it was then. Where several saw the same direction, the last of them is
+/// believed. Observations that are not usable are left out, and so are those from places more than 2 m from the last.
+/// \param observations in the order of their times; none of the pointers is null
+/// \return an invalid scan if there is no usable observation
+Scan merge_scans(const std::vector<PlacedObservation>& observations, const ScanParameters& parameters);
 }  // namespace d2s1r

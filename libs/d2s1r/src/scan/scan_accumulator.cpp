@@ -100,4 +100,19 @@ Scan ScanAccumulator::scan() const
 	merged.invalid_because.clear();
 	return merged;
 }
+
+Scan merge_scans(const std::vector<PlacedObservation>& observations, const ScanParameters& parameters)
+{
+	constexpr int kDirections = 360;  // [-] lasers have a beam or two a degree
+	constexpr double kReach = 2.0;    // [m]
+	ScanAccumulator circle(kDirections, kReach);
+	const PlacedObservation* last = nullptr;
+	for (const PlacedObservation& placed : observations)
+	{
+		circle.add(
+		    make_scan(*placed.observation, parameters), last ? placed.robot - last->robot : mrpt::poses::CPose2D());
+		last = &placed;
+	}
+	return circle.scan();
+}
 }  // namespace d2s1r

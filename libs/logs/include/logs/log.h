@@ -126,6 +126,7 @@ struct Overrides
 {
 	std::optional<mrpt::poses::CPose3D> sensor_pose;  //!< laser on the robot
 	std::optional<float> max_range;                   //!< [m]
+	std::optional<double> range_factor;               //!< [-] of all ranges in the log
 };
 
 /// Reads a log from its start; the scans labelled `label` are as `overrides` says, in their objects' bytes, too.

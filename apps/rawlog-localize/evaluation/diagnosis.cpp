@@ -1,0 +1,676 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "evaluation/diagnosis.h"
+
+#include "cli/console.h"
+#include "evaluation/accuracy.h"
+#include "evaluation/ground_truth.h"
+#include "frames/frame_loop.h"
+
+#include <mrpt/core/format.h>
+#include <mrpt/math/wrap2pi.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <map>
+#include <optional>
+#include <utility>
+
+namespace d2s1r::app
+{
+namespace
+{
+using mrpt::obs::CObservation2DRangeScan;
+using mrpt::poses::CPose2D;
+using ScanPtr = CObservation2DRangeScan::ConstPtr;
+
+constexpr std::size_t kScans = 20;  // [-] that are tried
+
+/// A scan of the log, and one that was taken after the robot had moved on.
+struct Sample
+{
+	ScanPtr scan;
+	ScanPtr later;        //!< null if the odometry shows no motion
+	CPose2D motion;       //!< from scan to later by the odometry
+	double middle_angle;  //!< [rad] see RawlogObject
+};
+
+struct Samples
+{
+	std::vector<Sample> chosen;                          //!< of the laser that is localized
+	std::map<std::string, std::vector<ScanPtr>> others;  //!< by the label of another laser
+};
+
+/// Reads the samples from a log.
+class SampleReader
+{
+   public:
+	SampleReader(const logs::LogSurvey& survey, const FrameSelection& selection)
+	    : survey_(survey), selection_(selection)
+	{
+		const std::size_t count = std::min(kScans, selection.size());
+		for (std::size_t i = 0; i < count; i++)
+			frames_.push_back(selection.first + selection.step * ((2 * i + 1) * selection.size() / (2 * count)));
+	}
+
+	Samples read(logs::LogReader& reader)
+	{
+		for (std::size_t objects = 0; objects < selection_.objects && !interrupted(); objects++)
+		{
+			const auto object = reader.next();
+			if (!object) break;
+			if (object->odometry) robot_ = *object->odometry;
+			if (object->increment) robot_ = robot_ + *object->increment;
+			has_odometry_ = has_odometry_ || object->odometry || object->increment;
+			for (const auto& scan : object->scans) add(scan, object->middle_angle);
+		}
+		return std::move(samples_);
+	}
+
+   private:
+	void add(const ScanPtr& scan, double middle_angle)
+	{
+		const std::size_t index = counts_[scan->sensorLabel]++;
+		if (scan->sensorLabel != selection_.label) return add_other(scan, index);
+		complete(scan);
+		if (samples_.chosen.size() == frames_.size() || index != frames_[samples_.chosen.size()]) return;
+		if (has_odometry_) waiting_.push_back({samples_.chosen.size(), robot_});
+		samples_.chosen.push_back({scan, nullptr, {}, middle_angle});
+	}
+
+	/// Takes a scan as the later one of those samples from which the robot has moved on.
+	void complete(const ScanPtr& scan)
+	{
+		constexpr double kDistance = 0.5, kTurn = 0.5;  // [m], [rad]
+		const auto has_moved_on = [&](const Waiting& waiting)
+		{
+			const CPose2D motion = robot_ - waiting.robot;
+			if (motion.norm() < kDistance && std::abs(motion.phi()) < kTurn) return false;
+			samples_.chosen[waiting.sample].later = scan;
+			samples_.chosen[waiting.sample].motion = motion;
+			return true;
+		};
+		waiting_.erase(std::remove_if(waiting_.begin(), waiting_.end(), has_moved_on), waiting_.end());
+	}
+
+	void add_other(const ScanPtr& scan, std::size_t index)
+	{
+		const auto sensor = std::find_if(
+		    survey_.sensors.begin(), survey_.sensors.end(),
+		    [&](const logs::Sensor& known) { return known.label == scan->sensorLabel; });
+		if (sensor == survey_.sensors.end()) return;
+		auto& scans = samples_.others[scan->sensorLabel];
+		const std::size_t count = std::min(kScans, sensor->scans);
+		if (scans.size() < count && index >= (2 * scans.size() + 1) * sensor->scans / (2 * count))
+			scans.push_back(scan);
+	}
+
+	const logs::LogSurvey& survey_;
+	FrameSelection selection_;
+	std::vector<std::size_t> frames_;
+	std::map<std::string, std::size_t> counts_;  //!< [-] scans seen so far, by label
+	CPose2D robot_;                              //!< in the frame of the odometry
+	bool has_odometry_ = false;
+	/// A sample whose robot has not moved on yet.
+	struct Waiting
+	{
+		std::size_t sample;
+		CPose2D robot;  //!< when it was taken, in the frame of the odometry
+	};
+	std::vector<Waiting> waiting_;
+	Samples samples_;
+};
+
+/// What a scan would be without a mistake.
+using Correction = std::function<void(CObservation2DRangeScan&)>;
+
+/// A mistake that may have been made.
+struct Mistake
+{
+	std::string advice;  //!< goes on after "17 of 20 scans fit (2 do as it is) if "
+	Correction correct = [](CObservation2DRangeScan&) {};
+	bool toggles_zeros = false;  //!< whether scan.zero_is_no_return is the other way round
+	std::string other_laser{};   //!< label of the laser whose scans are tried; empty: that of the run
+	bool mirrors = false;
+};
+
+/// What became of scans under a mistake.
+struct Trial
+{
+	std::vector<Localization> answers;
+
+	std::size_t fit() const
+	{
+		return static_cast<std::size_t>(std::count_if(
+		    answers.begin(), answers.end(), [](const Localization& a) { return a.status == Status::kLocalized; }));
+	}
+	/// Higher is better, also if no scan is localized.
+	double score() const
+	{
+		double sum = 0;
+		for (const Localization& answer : answers)
+			if (!answer.hypotheses.empty()) sum += answer.confidence + answer.best().explained.value_or(0);
+		return sum;
+	}
+};
+
+/// Returns parameters that always give a best place, and look for it with the effort of a first look only: most of the
+/// scans that are tried fit nowhere.
+Parameters for_trials(Parameters parameters)
+{
+	parameters.scoring.rejected_below = 0;
+	const double effort = std::exchange(parameters.first_look, {1.0}).effort;
+	auto& coarse = parameters.coarse_search;
+	auto& refinement = parameters.refinement;
+	for (int* count :
+	     {&coarse.max_pairs, &coarse.candidates, &refinement.max_scored, &refinement.max_refined,
+	      &refinement.max_restarted, &refinement.max_polished, &refinement.max_compared})
+		*count = static_cast<int>(std::ceil(effort * *count));
+	return parameters;
+}
+
+/// Localizes samples under mistakes.
+class Tester
+{
+   public:
+	Tester(Samples samples, const Flags& flags, const Localizer& localizer)
+	    : samples_(std::move(samples)),
+	      flags_(flags),
+	      localizer_(
+	          std::make_shared<mrpt::maps::COccupancyGridMap2D>(localizer.map()), for_trials(localizer.parameters()),
+	          flags.threads)
+	{
+	}
+
+	const Samples& samples() const { return samples_; }
+	const Localizer& localizer() const { return localizer_; }
+
+	/// Tries the scans, one in `step` of them.
+	Trial try_scans(const Mistake& mistake, std::size_t step = 1, const Query& query = {}) const
+	{
+		std::vector<ScanPtr> scans;
+		if (mistake.other_laser.empty())
+			for (std::size_t i = step / 2; i < samples_.chosen.size(); i += step)
+				scans.push_back(samples_.chosen[i].scan);
+		else
+			scans = samples_.others.at(mistake.other_laser);
+		return localize(mistake, scans, query);
+	}
+
+	/// Tries the scans that were taken later, in the order of the samples; those there are not are invalid.
+	Trial try_later(const Mistake& mistake) const
+	{
+		std::vector<ScanPtr> scans;
+		for (const Sample& sample : samples_.chosen) scans.push_back(sample.later);
+		return localize(mistake, scans, {});
+	}
+
+   private:
+	Trial localize(const Mistake& mistake, const std::vector<ScanPtr>& scans, const Query& query) const
+	{
+		Trial trial{std::vector<Localization>(scans.size())};
+		ScanParameters parameters = localizer_.parameters().scan;
+		if (mistake.toggles_zeros) parameters.zero_is_no_return = !parameters.zero_is_no_return;
+		run_on_threads(
+		    scans.size(), flags_.threads,
+		    [&](std::size_t i)
+		    {
+			    if (!scans[i] || interrupted()) return;
+			    CObservation2DRangeScan scan = *scans[i];
+			    mistake.correct(scan);
+			    trial.answers[i] = localizer_.localize(make_scan(scan, parameters), query);
+		    });
+		return trial;
+	}
+
+	Samples samples_;
+	const Flags& flags_;
+	Localizer localizer_;
+};
+
+Correction scaled_by(double factor)
+{
+	return [factor](CObservation2DRangeScan& scan)
+	{
+		for (std::size_t i = 0; i < scan.getScanSize(); i++)
+			scan.setScanRange(i, static_cast<float>(factor * static_cast<double>(scan.getScanRange(i))));
+		scan.maxRange = static_cast<float>(factor * static_cast<double>(scan.maxRange));
+	};
+}
+
+void mirror(CObservation2DRangeScan& scan)
+{
+	scan.rightToLeft = !scan.rightToLeft;
+}
+
+/// Reads what is at or beyond the laser's range as measured, if it is within the new one.
+Correction with_max_range(float range)
+{
+	return [range](CObservation2DRangeScan& scan)
+	{
+		for (std::size_t i = 0; i < scan.getScanSize(); i++)
+			if (scan.getScanRange(i) >= scan.maxRange && scan.getScanRange(i) < range)
+				scan.setScanRangeValidity(i, true);
+		scan.maxRange = range;
+	};
+}
+
+/// What the readings of the samples look like.
+struct Readings
+{
+	std::vector<float> ranges;  //!< [m] finite ones above 0, by increasing range
+	std::size_t beams = 0;      //!< [-] all of them
+	std::size_t zeros = 0;      //!< [-] of these
+	float max_range = 0;        //!< [m] as the log has it
+
+	explicit Readings(const std::vector<Sample>& samples)
+	{
+		for (const Sample& sample : samples)
+		{
+			max_range = sample.scan->maxRange;
+			beams += sample.scan->getScanSize();
+			for (std::size_t i = 0; i < sample.scan->getScanSize(); i++)
+			{
+				const float range = sample.scan->getScanRange(i);
+				zeros += range == 0;
+				if (range > 0 && std::isfinite(range)) ranges.push_back(range);
+			}
+		}
+		std::sort(ranges.begin(), ranges.end());
+	}
+
+	double median() const { return ranges.empty() ? 0 : static_cast<double>(ranges[ranges.size() / 2]); }
+};
+
+/// Returns the text of --sensor-pose [m, deg] for a laser that is turned by (yaw, roll) [deg] against `pose`.
+std::string turned_pose(const mrpt::poses::CPose3D& pose, double yaw, double roll)
+{
+	const auto degrees = [](double radians) { return mrpt::RAD2DEG(mrpt::math::wrapToPi(radians)); };
+	mrpt::poses::CPose3D copy = pose;  // MRPT computes its angles in place
+	return mrpt::format(
+	    "--sensor-pose %.3f,%.3f,%.3f,%.2f,%.2f,%.2f", copy.x(), copy.y(), copy.z(),
+	    degrees(copy.yaw() + mrpt::DEG2RAD(yaw)), degrees(copy.pitch()), degrees(copy.roll() + mrpt::DEG2RAD(roll)));
+}
+
+/// Returns the pose of the laser on the robot that --sensor-pose would have to give.
+mrpt::poses::CPose3D laser_on_robot(const Flags& flags, const Samples& samples)
+{
+	const Sample& sample = samples.chosen.front();
+	return flags.overrides.sensor_pose.value_or(
+	    sample.scan->sensorPose + mrpt::poses::CPose3D(0, 0, 0, -sample.middle_angle, 0, 0));
+}
+
+void add_units(const Readings& readings, std::vector<Mistake>& mistakes)
+{
+	struct Unit
+	{
+		const char* name;
+		double metres;
+	};
+	constexpr double kLeastMedian = 0.3, kGreatestMedian = 60;  // [m] that laser scans have
+	for (const Unit& unit :
+	     {Unit{"millimetres", 1e-3}, Unit{"centimetres", 1e-2}, Unit{"feet", 0.3048}, Unit{"kilometres", 1e3}})
+	{
+		const double median = unit.metres * readings.median();
+		if (median < kLeastMedian || median > kGreatestMedian) continue;
+		const bool is_range_in_metres = median < static_cast<double>(readings.max_range);
+		const double factor = unit.metres;
+		const float max_range = is_range_in_metres
+		                            ? readings.max_range
+		                            : static_cast<float>(factor * static_cast<double>(readings.max_range));
+		const auto correct = [factor, max_range](CObservation2DRangeScan& scan)
+		{
+			scaled_by(factor)(scan);
+			for (std::size_t i = 0; i < scan.getScanSize(); i++)
+				if (const float range = scan.getScanRange(i); range > 0 && range < max_range)
+					scan.setScanRangeValidity(i, true);
+			scan.maxRange = max_range;
+		};
+		mistakes.push_back(
+		    {mrpt::format(
+		         "the ranges are %s: --range-factor %g --max-range %g", unit.name, factor,
+		         static_cast<double>(max_range)),
+		     correct});
+	}
+}
+
+void add_max_ranges(const Readings& readings, std::vector<Mistake>& mistakes)
+{
+	const auto& ranges = readings.ranges;
+	if (ranges.empty()) return;
+	constexpr float kSame = 0.02F;  // [m]
+	constexpr double kPile = 0.03;  // [-] of the beams that end at one range
+	const auto count_from = [&](float range)
+	{ return static_cast<double>(ranges.end() - std::lower_bound(ranges.begin(), ranges.end(), range)); };
+	const auto beams = static_cast<double>(readings.beams);
+	const float greatest = ranges.back();
+	if (count_from(readings.max_range) > kPile * beams && greatest > readings.max_range + kSame)
+	{
+		const float range = std::ceil(greatest + kSame);
+		mistakes.push_back(
+		    {mrpt::format(
+		         "the laser sees further than %g m: --max-range %g", static_cast<double>(readings.max_range),
+		         static_cast<double>(range)),
+		     with_max_range(range)});
+	}
+	const float pile = greatest - kSame;
+	if (greatest < readings.max_range && count_from(pile) > kPile * beams)
+		mistakes.push_back(
+		    {mrpt::format(
+		         "readings of %.2f m mean that nothing was there: --max-range %.2f", static_cast<double>(greatest),
+		         static_cast<double>(pile)),
+		     with_max_range(pile)});
+}
+
+/// Returns the mistakes that are tried, but for the resolution.
+std::vector<Mistake> usual_mistakes(const Samples& samples, const Localizer& localizer)
+{
+	const Readings readings(samples.chosen);
+	std::vector<Mistake> mistakes(1);
+	mistakes[0].correct = mirror;
+	mistakes[0].mirrors = true;
+	add_units(readings, mistakes);
+	add_max_ranges(readings, mistakes);
+	constexpr double kManyZeros = 0.02;  // [-] of the beams
+	if (static_cast<double>(readings.zeros) > kManyZeros * static_cast<double>(readings.beams))
+	{
+		const bool is_no_return = localizer.parameters().scan.zero_is_no_return;
+		mistakes.emplace_back();
+		mistakes.back().advice = std::string("ranges of 0 mean that ") +
+		                         (is_no_return ? "there is no data" : "nothing was there") +
+		                         ": zero_is_no_return = " + (is_no_return ? "0" : "1") + " in [scan] of --config";
+		mistakes.back().toggles_zeros = true;
+	}
+	for (const auto& [label, scans] : samples.others)
+	{
+		mistakes.emplace_back();
+		mistakes.back().advice = "another laser is used: --sensor-label '" + label + "'";
+		mistakes.back().other_laser = label;
+	}
+	return mistakes;
+}
+
+/// Returns the factor of all ranges under which scans fit best, from 0.5 to 2: first with few scans in large steps,
+/// then in small ones around the best.
+double best_scale(const Tester& tester)
+{
+	constexpr double kLargeStep = 1.04, kSmallStep = 1.01;
+	constexpr std::size_t kFewer = 4;  // [-] one scan in so many
+	const auto score = [&](double factor) { return tester.try_scans({"", scaled_by(factor)}, kFewer).score(); };
+	double best = 1, most = 0;
+	const auto look = [&](double factor)
+	{
+		if (interrupted()) return;
+		const double here = score(factor);
+		if (here <= most) return;
+		most = here;
+		best = factor;
+	};
+	for (double factor = 0.5; factor < 2.04; factor *= kLargeStep)
+		if (std::abs(std::log(factor)) > 0.5 * std::log(kLargeStep)) look(factor);
+	const double middle = best;
+	for (int i = -3; i <= 3; i++)
+		if (i != 0) look(middle * std::pow(kSmallStep, i));
+	return best;
+}
+
+/// Says how to set the resolution of the map so that its cells are as large as `cell` [m].
+std::string how_to_set_resolution(const Flags& flags, double cell)
+{
+	if (flags.image) return mrpt::format("--resolution %.4g", cell);
+	if (is_yaml_name(flags.map)) return mrpt::format("resolution: %.4g in %s", cell, flags.map.c_str());
+	return "draw the map again";
+}
+
+/// A motion as the odometry has it, and the same between the poses that were found.
+struct Motions
+{
+	CPose2D by_odometry;
+	CPose2D found;
+};
+
+std::vector<Motions> motions_between(const std::vector<Sample>& samples, const Trial& trial, const Trial& later)
+{
+	const auto is_found = [](const Localization& answer) { return answer.status == Status::kLocalized; };
+	std::vector<Motions> motions;
+	for (std::size_t i = 0; i < samples.size(); i++)
+		if (samples[i].later && is_found(trial.answers[i]) && is_found(later.answers[i]))
+			motions.push_back({samples[i].motion, later.answers[i].best().pose - trial.answers[i].best().pose});
+	return motions;
+}
+
+/// Returns the middle of angles [rad], and how many of them are within 20 deg of it.
+std::pair<double, std::size_t> middle_of(const std::vector<double>& angles)
+{
+	constexpr double kNear = 20 * M_PI / 180;  // [rad]
+	std::pair<double, std::size_t> best{0, 0};
+	for (const double angle : angles)
+	{
+		double sum = 0;
+		std::size_t near = 0;
+		for (const double other : angles)
+			if (const double off = mrpt::math::wrapToPi(other - angle); std::abs(off) < kNear)
+			{
+				sum += off;
+				near++;
+			}
+		if (near > best.second) best = {mrpt::math::wrapToPi(angle + sum / static_cast<double>(near)), near};
+	}
+	return best;
+}
+
+/// Says whether it is the scans or the image that are mirrored: only in a mirrored map does a robot turn the other way.
+std::string mirror_advice(const std::vector<Motions>& motions, const Samples& samples, const Flags& flags)
+{
+	constexpr double kTurn = 0.2;  // [rad]
+	int as_odometry = 0;
+	for (const Motions& motion : motions)
+		if (std::abs(motion.by_odometry.phi()) > kTurn)
+			as_odometry += motion.by_odometry.phi() * motion.found.phi() > 0 ? 1 : -1;
+	const std::string scans = "the scans are mirrored: is the laser mounted upside down? " +
+	                          turned_pose(laser_on_robot(flags, samples), 0, 180);
+	const std::string image = "the image of the map is mirrored: flip it";
+	if (as_odometry > 1) return scans;
+	if (as_odometry < -1) return image;
+	return scans + "; or if " + image;
+}
+
+constexpr double kMostOfThem = 0.7;      // [-] share that counts as agreement
+constexpr std::size_t kFewestPairs = 5;  // [-] that show something
+
+/// Returns the lines of what the odometry shows though the scans fit: a laser that is turned.
+std::vector<std::string> advice_by_odometry(
+    const std::vector<Motions>& motions, const Samples& samples, const Flags& flags)
+{
+	constexpr double kStraight = 0.4, kDistance = 0.3, kTurned = 45;  // [rad], [m], [deg]
+	std::vector<double> angles;
+	for (const Motions& motion : motions)
+		if (std::abs(motion.by_odometry.phi()) < kStraight && motion.by_odometry.norm() > kDistance &&
+		    motion.found.norm() > kDistance)
+			angles.push_back(
+			    std::atan2(motion.by_odometry.y(), motion.by_odometry.x()) -
+			    std::atan2(motion.found.y(), motion.found.x()));
+	const auto [middle, near] = middle_of(angles);
+	constexpr double kRight = 90, kError = 10;  // [deg] lasers are mounted straight; motions are not as exact
+	double turned = mrpt::RAD2DEG(middle);
+	if (const double right = kRight * std::round(turned / kRight); std::abs(turned - right) < kError) turned = right;
+	if (near < kFewestPairs || static_cast<double>(near) < kMostOfThem * static_cast<double>(angles.size()) ||
+	    std::abs(turned) < kTurned)
+		return {};
+	return {mrpt::format(
+	    "%zu of %zu motions are those of the odometry if the laser is turned by %.0f deg: %s", near, angles.size(),
+	    turned, turned_pose(laser_on_robot(flags, samples), turned, 0).c_str())};
+}
+
+/// How a pose that was found differs from the ground truth.
+struct Offset
+{
+	double x, y;  //!< [m] found minus true, map frame
+	double yaw;   //!< [rad]
+};
+
+double median_of(std::vector<double> values)
+{
+	return percentile(std::move(values), 0.5);
+}
+
+/// Returns the offsets of the localized scans that have ground truth.
+std::vector<Offset> offsets_from_truth(const std::vector<Sample>& samples, const Trial& trial, const GroundTruth& truth)
+{
+	std::vector<Frame> frames;
+	for (std::size_t i = 0; i < samples.size(); i++)
+		if (trial.answers[i].status == Status::kLocalized)
+			frames.push_back({i, mrpt::Clock::toDouble(samples[i].scan->timestamp), trial.answers[i]});
+	const AlignedTruth aligned = align_truth(truth, frames);
+	std::vector<Offset> offsets;
+	for (const Match& match : match(frames, aligned.lines))
+	{
+		const auto& found = match.frame->result.best().pose;
+		const auto& right = match.truth->pose;
+		offsets.push_back({found.x() - right.x, found.y() - right.y, mrpt::math::wrapToPi(found.phi() - right.phi)});
+	}
+	return offsets;
+}
+
+/// Returns the share of offsets whose position is within 0.3 m of (x, y) [m].
+double share_near(const std::vector<Offset>& offsets, double x, double y)
+{
+	const auto near = std::count_if(
+	    offsets.begin(), offsets.end(),
+	    [&](const Offset& offset) { return std::hypot(offset.x - x, offset.y - y) < 0.3; });
+	return static_cast<double>(near) / static_cast<double>(offsets.size());
+}
+
+/// Returns the lines of what the ground truth shows though the scans fit: an origin that is wrong, a laser that is
+/// turned, be it by half a beam.
+std::vector<std::string> advice_by_truth(
+    const std::vector<Offset>& offsets, const Samples& samples, const Flags& flags, const Localizer& localizer)
+{
+	if (offsets.size() < kFewestPairs) return {};
+	std::vector<double> xs, ys, yaws;
+	for (const Offset& offset : offsets)
+	{
+		xs.push_back(offset.x);
+		ys.push_back(offset.y);
+		yaws.push_back(offset.yaw);
+	}
+	const auto [turn, near] = middle_of(yaws);
+	if (static_cast<double>(near) < kMostOfThem * static_cast<double>(yaws.size())) return {};
+	const double x = median_of(xs), y = median_of(ys), turned = mrpt::RAD2DEG(turn);
+	const std::string fit = mrpt::format("%zu of %zu poses are those of the ground truth if ", near, yaws.size());
+	const auto& map = localizer.map();
+	if (std::hypot(x, y) > 0.5 && std::abs(turned) < 20 && share_near(offsets, x, y) > kMostOfThem)
+		return {
+		    fit +
+		    mrpt::format(
+		        "the origin of the map is (%.2f, %.2f) instead of (%.2f, %.2f) m: --origin, or origin in the yaml file",
+		        static_cast<double>(map.getXMin()) - x, static_cast<double>(map.getYMin()) - y,
+		        static_cast<double>(map.getXMin()), static_cast<double>(map.getYMin()))};
+	if (share_near(offsets, 0, 0) < kMostOfThem && std::abs(turned) < 45) return {};
+	const auto& scan = *samples.chosen.front().scan;
+	const double half_beam = mrpt::RAD2DEG(
+	    0.5 * static_cast<double>(scan.aperture) /
+	    static_cast<double>(std::max<std::size_t>(scan.getScanSize(), 2) - 1));
+	const auto same_side = static_cast<double>(
+	    std::count_if(yaws.begin(), yaws.end(), [turn = turn](double yaw) { return yaw * turn > 0; }));
+	const bool is_half_a_beam = half_beam > 0.2 && std::abs(std::abs(turned) - half_beam) < 0.35 * half_beam &&
+	                            same_side > 0.85 * static_cast<double>(yaws.size());
+	if (!is_half_a_beam && std::abs(turned) < 45) return {};
+	return {
+	    fit + mrpt::format("the laser is turned by %.2f deg", turned) + (is_half_a_beam ? ", half a beam: " : ": ") +
+	    turned_pose(laser_on_robot(flags, samples), turned, 0)};
+}
+
+/// Says how much better scans fit outside the region, if they do.
+std::vector<std::string> advice_on_region(const Tester& tester, const Flags& flags, const Trial& anywhere)
+{
+	constexpr double kFarBetter = 0.2;  // [-] of the returns
+	if (flags.query.prior.anywhere()) return {};
+	const Trial inside = tester.try_scans({}, 1, flags.query);
+	std::size_t outside = 0;
+	std::vector<double> explained, explained_inside;
+	const Hypothesis* example = nullptr;
+	for (std::size_t i = 0; i < anywhere.answers.size(); i++)
+	{
+		const Localization& answer = anywhere.answers[i];
+		if (answer.status != Status::kLocalized || flags.query.prior.allows(answer.best().pose.asTPose())) continue;
+		outside++;
+		example = &answer.best();
+		explained.push_back(example->explained.value_or(0));
+		const auto& in = inside.answers[i];
+		explained_inside.push_back(in.hypotheses.empty() ? 0 : in.best().explained.value_or(0));
+	}
+	if (2 * outside < anywhere.answers.size()) return {};
+	const double there = median_of(explained), here = median_of(explained_inside);
+	if (there < here + kFarBetter) return {};
+	return {mrpt::format(
+	    "%zu of %zu scans fit outside the region, the last one at (%.2f, %.2f) m: %.0f %% of their returns are "
+	    "explained "
+	    "there, %.0f %% at the best places inside (medians): check --region",
+	    outside, anywhere.answers.size(), example->pose.x(), example->pose.y(), 100 * there, 100 * here)};
+}
+
+/// Returns how many more of so many scans must fit without a mistake to believe in it.
+std::size_t far_more(std::size_t scans)
+{
+	return std::max<std::size_t>(2, scans / 5);
+}
+
+/// Returns the mistake under which the scans fit best, if there is one under which far more of them fit, and what
+/// became of them.
+std::optional<std::pair<Mistake, Trial>> worst_mistake(const Tester& tester, const Flags& flags, std::size_t fit)
+{
+	std::vector<Mistake> mistakes = usual_mistakes(tester.samples(), tester.localizer());
+	const double scale = best_scale(tester), cell = tester.localizer().grid().cell_size;
+	mistakes.push_back(
+	    {mrpt::format("the cells of the map are %.3g m instead of %.3g m wide: ", cell / scale, cell) +
+	         how_to_set_resolution(flags, cell / scale),
+	     scaled_by(scale)});
+	std::optional<std::pair<Mistake, Trial>> worst;
+	for (const Mistake& mistake : mistakes)
+	{
+		Trial trial = tester.try_scans(mistake);
+		const bool is_far_better =
+		    trial.fit() >= fit + far_more(trial.answers.size()) && 2 * trial.fit() >= trial.answers.size();
+		const auto better = [&](const Trial& other)
+		{ return std::make_pair(trial.fit(), trial.score()) > std::make_pair(other.fit(), other.score()); };
+		if (is_far_better && (!worst || better(worst->second))) worst.emplace(mistake, std::move(trial));
+	}
+	return worst;
+}
+}  // namespace
+
+Diagnosis diagnose(
+    const logs::Log& log, const FrameSelection& selection, const Flags& flags, const Localizer& localizer,
+    const GroundTruth& truth)
+{
+	const auto reader = logs::read_log(log, selection.label, flags.overrides);
+	const Tester tester(SampleReader(log.survey, selection).read(*reader), flags, localizer);
+	const Samples& samples = tester.samples();
+	if (samples.chosen.empty()) return {};
+	const Trial as_it_is = tester.try_scans({});
+	Diagnosis diagnosis{samples.chosen.size(), as_it_is.fit(), advice_on_region(tester, flags, as_it_is)};
+	const auto add = [&](const std::vector<std::string>& lines)
+	{ diagnosis.advice.insert(diagnosis.advice.end(), lines.begin(), lines.end()); };
+	const auto motions = [&](const Mistake& mistake, const Trial& trial)
+	{ return motions_between(samples.chosen, trial, tester.try_later(mistake)); };
+	if (diagnosis.fit + far_more(diagnosis.tried) <= diagnosis.tried)
+		if (const auto worst = worst_mistake(tester, flags, diagnosis.fit))
+		{
+			const auto& [mistake, trial] = *worst;
+			const std::string advice =
+			    mistake.mirrors ? mirror_advice(motions(mistake, trial), samples, flags) : mistake.advice;
+			add(
+			    {mrpt::format(
+			         "%zu of %zu scans fit (%zu do as it is) if ", trial.fit(), trial.answers.size(), diagnosis.fit) +
+			     advice});
+		}
+	if (diagnosis.advice.empty() && 2 * diagnosis.fit >= diagnosis.tried)
+	{
+		add(advice_by_odometry(motions({}, as_it_is), samples, flags));
+		if (diagnosis.advice.empty() && !truth.empty())
+			add(advice_by_truth(offsets_from_truth(samples.chosen, as_it_is, truth), samples, flags, localizer));
+	}
+	return diagnosis;
+}
+}  // namespace d2s1r::app

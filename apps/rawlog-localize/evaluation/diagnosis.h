@@ -1,0 +1,31 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "cli/flags.h"
+#include "evaluation/ground_truth.h"
+#include "input/inputs.h"
+
+#include <d2s1r/localizer.h>
+
+#include <string>
+#include <vector>
+
+namespace d2s1r::app
+{
+/// What a diagnosis found out.
+struct Diagnosis
+{
+	std::size_t tried = 0;            //!< [-] scans, evenly spread over the selected ones
+	std::size_t fit = 0;              //!< [-] of these are localized as the command line and the log have them
+	std::vector<std::string> advice;  //!< a line each: how many fit if something is wrong, and the option that sets it
+};
+
+/// Tries on 20 of the selected scans what is usually wrong if scans do not fit to a map: the resolution, an image that
+/// is flipped, scans that are mirrored, the unit of ranges, maxRange, zeros, a region, the choice of the laser. What
+/// scans alone cannot show is looked for in the odometry of the log and the ground truth, if there are any: a laser
+/// that is turned, an origin that is wrong. A mistake is named only if far more scans fit without it. \param localizer
+/// of the default method
+Diagnosis diagnose(
+    const logs::Log& log, const FrameSelection& selection, const Flags& flags, const Localizer& localizer,
+    const GroundTruth& truth);
+}  // namespace d2s1r::app

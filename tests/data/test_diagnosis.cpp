@@ -1,0 +1,350 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+// Mistakes, planted into a log or a map that fit to each other, are named; and none is where there is none.
+#include "evaluation/diagnosis.h"
+
+#include <d2s1r/map_io.h>
+#include <gtest/gtest.h>
+#include <mrpt/obs/CObservationOdometry.h>
+
+#include <functional>
+
+#include "sites.h"
+#include "test_floor.h"
+
+namespace d2s1r::test
+{
+namespace
+{
+using app::Diagnosis;
+using app::Flags;
+using app::GroundTruth;
+using logs::Log;
+using logs::LogReader;
+using logs::RawlogObject;
+using mrpt::maps::COccupancyGridMap2D;
+using mrpt::obs::CObservation2DRangeScan;
+using ScanPtr = CObservation2DRangeScan::Ptr;
+
+/// What a mistake does to each scan of a log.
+using Alter = std::function<void(CObservation2DRangeScan&)>;
+
+/// A log that fits to a map.
+struct Set
+{
+	std::string name;
+	COccupancyGridMap2D::Ptr map;
+	Log log;
+	logs::Sensor laser;
+	GroundTruth truth;
+};
+
+/// Alters the scans of another reader, and may put scans of another laser before each.
+class AlteringReader : public LogReader
+{
+   public:
+	AlteringReader(std::unique_ptr<LogReader> reader, Alter alter, std::string other_laser)
+	    : reader_(std::move(reader)), alter_(std::move(alter)), other_laser_(std::move(other_laser))
+	{
+	}
+
+	std::optional<RawlogObject> next() override
+	{
+		if (waiting_) return std::exchange(waiting_, std::nullopt);
+		auto object = reader_->next();
+		if (!object || object->scans.empty()) return object;
+		const auto scan = std::make_shared<CObservation2DRangeScan>(*object->scans.front());
+		const auto altered = std::make_shared<CObservation2DRangeScan>(*scan);
+		alter_(*altered);
+		if (!other_laser_.empty())
+		{
+			scan->sensorLabel = other_laser_;
+			waiting_ = logs::to_rawlog_object(scan);
+		}
+		return logs::to_rawlog_object(altered);
+	}
+
+   private:
+	std::unique_ptr<LogReader> reader_;
+	Alter alter_;
+	std::string other_laser_;
+	std::optional<RawlogObject> waiting_;
+};
+
+Set with(Set set, const Alter& alter, const std::string& other_laser = "")
+{
+	set.log.read = [read = set.log.read, alter, other_laser]
+	{ return std::make_unique<AlteringReader>(read(), alter, other_laser); };
+	if (!other_laser.empty()) set.log.survey.sensors.push_back({other_laser, set.laser.scans});
+	return set;
+}
+
+/// Reads a log from memory.
+class MemoryReader : public LogReader
+{
+   public:
+	explicit MemoryReader(std::vector<mrpt::obs::CObservation::Ptr> observations)
+	    : observations_(std::move(observations))
+	{
+	}
+	std::optional<RawlogObject> next() override
+	{
+		if (next_ == observations_.size()) return std::nullopt;
+		return logs::to_rawlog_object(observations_[next_++]);
+	}
+
+   private:
+	std::vector<mrpt::obs::CObservation::Ptr> observations_;
+	std::size_t next_ = 0;
+};
+
+/// Robots all over make_floor(), each second one turned by 0.1 rad and the others by 1.1 rad since the one before.
+std::vector<mrpt::math::TPose2D> drive()
+{
+	auto poses = random_poses(make_floor(), 24, 0.4, 7);
+	for (std::size_t i = 0; i < poses.size(); i++)
+		poses[i].phi = mrpt::math::wrapToPi(1.2 * static_cast<double>(i / 2) + 0.1 * static_cast<double>(i % 2));
+	return poses;
+}
+
+/// The drawn floor, and a drive through it with odometry and ground truth. \param laser that sees, wherever the log
+/// says that it is
+Set drawn_set(const Laser& laser = {})
+{
+	Set set;
+	set.name = "drawn floor";
+	const Grid grid = make_floor();
+	set.map = make_map(grid);
+	std::vector<mrpt::obs::CObservation::Ptr> observations;
+	double time = 1.6e9;
+	for (const auto& pose : drive())
+	{
+		const auto odometry = mrpt::obs::CObservationOdometry::Create();
+		const auto scan = std::make_shared<CObservation2DRangeScan>(make_observation(world_of(grid), pose, laser));
+		odometry->odometry = mrpt::poses::CPose2D(pose);
+		odometry->timestamp = scan->timestamp = mrpt::Clock::fromDouble(time);
+		scan->sensorPose = {};
+		observations.push_back(odometry);
+		observations.push_back(scan);
+		set.truth.push_back({time, pose});
+		time += 1;
+	}
+	set.laser = {"LASER", drive().size()};
+	set.log.survey.sensors = {set.laser};
+	set.log.read = [observations] { return std::make_unique<MemoryReader>(observations); };
+	return set;
+}
+
+/// A recorded or simulated set of a site.
+Set site_set(const std::string& site, const std::string& log, const std::string& map = "map.yaml")
+{
+	const auto folder = sites_folder() / site;
+	Set set;
+	set.name = site + " " + log;
+	set.map = load_map((folder / map).string());
+	set.log = logs::open_log((folder / (log + ".rawlog")).string());
+	set.laser = app::choose_sensor(set.log.survey, std::nullopt, log);
+	set.truth = app::load_ground_truth((folder / (log + "_gt.txt")).string());
+	return set;
+}
+
+Diagnosis diagnosis_of(const Set& set, const Flags& flags = {})
+{
+	const Localizer localizer(set.map);
+	app::FrameSelection selection;
+	selection.label = set.laser.label;
+	selection.past = set.laser.scans;
+	return app::diagnose(set.log, selection, flags, localizer, set.truth);
+}
+
+std::string advice_of(const Diagnosis& diagnosis)
+{
+	std::string text;
+	for (const auto& line : diagnosis.advice) text += line + "\n";
+	return text;
+}
+
+void expect_named(const Set& set, const std::string& what, const Flags& flags = {})
+{
+	const Diagnosis diagnosis = diagnosis_of(set, flags);
+	ASSERT_EQ(diagnosis.advice.size(), 1U)
+	    << set.name << ": " << what << ", " << diagnosis.fit << " of " << diagnosis.tried << " fit\n"
+	    << advice_of(diagnosis);
+	EXPECT_NE(diagnosis.advice[0].find(what), std::string::npos) << set.name << ": " << diagnosis.advice[0];
+}
+
+void expect_sound(const Set& set)
+{
+	EXPECT_EQ(advice_of(diagnosis_of(set)), "") << set.name;
+}
+
+/// The map with cells of another size about the same corner.
+Set with_cells(Set set, double cell_size)
+{
+	Grid grid = make_grid(*set.map, {});
+	grid.cell_size = cell_size;
+	grid.origin_x = grid.origin_y = 0;
+	set.map = make_map(grid);
+	return set;
+}
+
+Set with_flipped_image(Set set)
+{
+	Grid grid = make_grid(*set.map, {});
+	for (int row = 0; row < grid.height / 2; row++)
+		std::swap_ranges(
+		    grid.cells.begin() + grid.index(0, row), grid.cells.begin() + grid.index(0, row + 1),
+		    grid.cells.begin() + grid.index(0, grid.height - 1 - row));
+	grid.origin_x = grid.origin_y = 0;
+	set.map = make_map(grid);
+	return set;
+}
+
+Set with_origin(Set set, double x, double y)
+{
+	Grid grid = make_grid(*set.map, {});
+	grid.origin_x = x;
+	grid.origin_y = y;
+	set.map = make_map(grid);
+	return set;
+}
+
+void for_ranges(CObservation2DRangeScan& scan, const std::function<float(float)>& alter)
+{
+	for (std::size_t i = 0; i < scan.getScanSize(); i++) scan.setScanRange(i, alter(scan.getScanRange(i)));
+}
+
+void mirror(CObservation2DRangeScan& scan)
+{
+	scan.rightToLeft = !scan.rightToLeft;
+}
+
+void to_millimetres(CObservation2DRangeScan& scan)
+{
+	for_ranges(scan, [](float range) { return 1000 * range; });
+}
+
+Alter seen_up_to(float reach, float beyond)
+{
+	return [=](CObservation2DRangeScan& scan)
+	{
+		for_ranges(scan, [&](float range) { return range < reach ? range : beyond; });
+		for (std::size_t i = 0; i < scan.getScanSize(); i++) scan.setScanRangeValidity(i, scan.getScanRange(i) > 0);
+	};
+}
+
+/// As a laser behind a bumper sees it.
+void block_most(CObservation2DRangeScan& scan)
+{
+	for (std::size_t i = 0; i < scan.getScanSize(); i++)
+		if (i % 3 != 0) scan.setScanRange(i, 0.35F + 0.02F * static_cast<float>(i % 5));
+}
+
+Alter turned_by(double degrees)
+{
+	return [=](CObservation2DRangeScan& scan)
+	{ scan.sensorPose = scan.sensorPose + mrpt::poses::CPose3D(0, 0, 0, -degrees * kDegree, 0, 0); };
+}
+}  // namespace
+
+TEST(DiagnosisOfDrawnFloor, NamesNothingWithoutAMistake)
+{
+	expect_sound(drawn_set());
+	expect_sound(drawn_set(laser_of(180)));
+}
+
+TEST(DiagnosisOfDrawnFloor, NamesAResolution)
+{
+	expect_named(with_cells(drawn_set(), 0.06), "the cells of the map are 0.0");
+}
+
+TEST(DiagnosisOfDrawnFloor, NamesAMirrorAndTellsScansFromImage)
+{
+	expect_named(
+	    with(drawn_set(), mirror), "the scans are mirrored: is the laser mounted upside down? --sensor-pose 0");
+	expect_named(with_flipped_image(drawn_set()), "the image of the map is mirrored: flip it");
+}
+
+TEST(DiagnosisOfDrawnFloor, NamesATurnedLaser)
+{
+	for (const int turn : {90, 180})
+		expect_named(
+		    with(drawn_set(laser_of(180)), turned_by(turn)), "the laser is turned by " + std::to_string(turn) + " deg");
+	expect_named(with(drawn_set(), turned_by(0.5)), "the laser is turned by 0.5");
+}
+
+TEST(DiagnosisOfDrawnFloor, NamesAWrongOrigin)
+{
+	expect_named(with_origin(drawn_set(), 3, -2), "the origin of the map is (-");
+}
+
+TEST(DiagnosisOfDrawnFloor, NamesWhatIsWrongWithRanges)
+{
+	expect_named(with(drawn_set(), to_millimetres), "the ranges are millimetres: --range-factor 0.001");
+	for (const float reach : {1.6F, 2.0F, 3.0F})
+		expect_named(with(drawn_set(), seen_up_to(reach, reach)), "mean that nothing was there: --max-range");
+}
+
+TEST(DiagnosisOfDrawnFloor, NamesAnotherLaser)
+{
+	expect_named(with(drawn_set(), block_most, "GOOD"), "another laser is used: --sensor-label 'GOOD'");
+}
+
+TEST(DiagnosisOfDrawnFloor, TellsWhatFitsOutsideARegion)
+{
+	Flags flags;
+	flags.query.prior = make_prior(-3, 2, 0, 4);
+	expect_named(drawn_set(), "scans fit outside the region", flags);
+	flags.query.prior = make_prior(-10, 0, 20, 20);
+	EXPECT_EQ(advice_of(diagnosis_of(drawn_set(), flags)), "");
+}
+
+TEST(DiagnosisOfDrawnFloor, KnowsNoMistakeThatExplainsScansOfAnotherBuilding)
+{
+	Set set = drawn_set();
+	set.map = make_map(make_building({"##########", "#...#....#", "#...#....#", "#........#", "##########"}));
+	const Diagnosis diagnosis = diagnosis_of(set);
+	EXPECT_EQ(advice_of(diagnosis), "");
+	EXPECT_LT(diagnosis.fit, 5U);
+}
+
+class DiagnosisOfSite : public testing::TestWithParam<const char*>
+{
+   protected:
+	void SetUp() override
+	{
+		if (!std::filesystem::exists(sites_folder() / GetParam()))
+			GTEST_SKIP() << why_skipped(sites_folder() / GetParam());
+	}
+};
+
+TEST_P(DiagnosisOfSite, NamesEachOfTwelveMistakes)
+{
+	const Set circles = site_set(GetParam(), "sim360_on"), run = site_set(GetParam(), "run");
+	const double cell = circles.map->getResolution();
+	expect_named(with_cells(circles, 0.5 * cell), "the cells of the map are 0.0");
+	expect_named(with_cells(circles, 1.2 * cell), "the cells of the map are 0.0");
+	expect_named(with_origin(circles, 5, 7), "the origin of the map is");
+	expect_named(with_flipped_image(run), "the image of the map is mirrored");
+	expect_named(with(run, mirror), "the scans are mirrored");
+	expect_named(with(run, turned_by(90)), "the laser is turned by 9");
+	expect_named(with(run, turned_by(180)), "the laser is turned by");
+	expect_named(with(circles, turned_by(0.5)), "half a beam");
+	expect_named(with(circles, to_millimetres), "the ranges are millimetres");
+	expect_named(with(circles, seen_up_to(4, 4)), "mean that nothing was there");
+	expect_named(with(circles, seen_up_to(2.5F, 0)), "zero_is_no_return = 1");
+	expect_named(with(circles, block_most, "GOOD"), "another laser");
+}
+INSTANTIATE_TEST_SUITE_P(Sites, DiagnosisOfSite, testing::Values("intel", "fr079", "mit_csail"));
+
+TEST(DiagnosisOfSites, NamesNothingOnEightSoundSets)
+{
+	if (!std::filesystem::exists(sites_folder() / "intel")) GTEST_SKIP() << why_skipped(sites_folder() / "intel");
+	for (const char* site : {"intel", "fr079", "mit_csail"})
+	{
+		expect_sound(site_set(site, "test", "map_test.yaml"));
+		expect_sound(site_set(site, "sim270_off"));
+	}
+	expect_sound(site_set("intel", "run"));
+	expect_sound(site_set("mit_csail", "sim360_clutter"));
+}
+}  // namespace d2s1r::test
