@@ -174,6 +174,19 @@ TEST_F(AppBadInput, GridTooLargeForMemory)
 	expect_bad_map({path("huge.pgm"), "--resolution", "0.05"}, {path("huge.pgm"), "memory"});
 }
 
+TEST_F(AppBadInput, MapWhoseIndexDoesNotFitIntoMemory)
+{
+	constexpr unsigned kSide = 9000;
+	write_file(path("white.pgm"), "P5\n9000 9000\n255\n" + std::string(kSide * kSide, '\xFE'));
+	const std::string limited = "ulimit -v 1500000; exec " RAWLOG_LOCALIZE " \"$@\"";
+	expect_refused(
+	    run_program(
+	        {"sh", "-c", limited, "sh", "-m", path("white.pgm"), "--resolution", "0.05", "-i", path("walk.rawlog"),
+	         "-o", path("out"), "-q"}),
+	    2, {path("white.pgm") + ": the index of 9000 x 9000 cells takes about 2.", "use a coarser or smaller map"});
+	expect_nothing_written();
+}
+
 TEST_F(AppBadInput, MissingConfig)
 {
 	expect_refusal(

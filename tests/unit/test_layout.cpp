@@ -1,10 +1,13 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-// The folders of the library are the stages of its data flow, and no include runs back; folders can be surveyed.
+// The folders of the library are the stages of its data flow, and no include runs back; folders can be surveyed; what
+// doc/promises.md promises is tested.
 #include <gtest/gtest.h>
 
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <map>
+#include <regex>
 #include <string>
 #include <vector>
 
@@ -68,6 +71,12 @@ std::string stage_of_file(const fs::path& file)
 	return file.parent_path().filename().string();
 }
 
+std::string text_of(const fs::path& file)
+{
+	std::ifstream stream(file);
+	return {std::istreambuf_iterator<char>(stream), {}};
+}
+
 std::vector<std::string> includes_of(const fs::path& file)
 {
 	std::vector<std::string> included;
@@ -127,5 +136,24 @@ TEST(Layout, FoldersOfTheProgramCanBeSurveyed)
 	}
 	EXPECT_GT(all, 20) << "the test must see the files";
 	EXPECT_LE(all, 45);
+}
+
+/// A promise without a test would be a wish.
+TEST(Promises, AreKeptByTestsThatExist)
+{
+	const fs::path project(D2S1R_SOURCE_DIR);
+	std::string tests;
+	for (const fs::path& file : files_below(project / "tests"))
+		if (file.extension() == ".cpp" || file.filename() == "CMakeLists.txt") tests += text_of(file);
+	const std::string promises = text_of(project / "doc/promises.md");
+	const std::regex name("`(\\w+)\\.(\\w+)`");
+	int checked = 0;
+	for (std::sregex_iterator at(promises.begin(), promises.end(), name), end; at != end; ++at, checked++)
+	{
+		const std::string suite = at->str(1), test = at->str(2);
+		const std::string built = suite == "fuzz" ? "d2s1r_add_fuzz_target(" + test : "(" + suite + ", " + test + ")";
+		EXPECT_NE(tests.find(built), std::string::npos) << "doc/promises.md names " << suite << "." << test;
+	}
+	EXPECT_GT(checked, 40) << "the test must see the names";
 }
 }  // namespace d2s1r::test

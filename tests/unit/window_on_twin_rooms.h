@@ -51,8 +51,15 @@ class WindowOnTwinRooms : public testing::Test
 		EXPECT_DOUBLE_EQ(result.confidence, result.best().probability);
 	}
 
+	/// Builds the index once for all tests: under a sanitizer this takes seconds.
+	static const Localizer& localizer()
+	{
+		static const Localizer the_localizer(make_map(make_twin_rooms()), {});
+		return the_localizer;
+	}
+
 	const Grid grid_ = make_twin_rooms();
-	const Localizer localizer_{make_map(grid_), {}};
+	const Localizer& localizer_ = localizer();
 };
 
 /// The best pose is there.

@@ -22,9 +22,12 @@ namespace d2s1r::app
 {
 namespace
 {
-/// Returns the yaw of a rotation [rad].
+/// Returns the yaw of a rotation [rad], or NaN if the quaternion is none.
 double yaw_of_quaternion(double x, double y, double z, double w)
 {
+	const double length = std::hypot(std::hypot(x, y), std::hypot(z, w));
+	if (!(length > 0) || !std::isfinite(length)) return std::numeric_limits<double>::quiet_NaN();
+	x /= length, y /= length, z /= length, w /= length;
 	return std::atan2(2 * (w * z + x * y), w * w + x * x - y * y - z * z);
 }
 
@@ -58,7 +61,8 @@ std::optional<TimedPose> parse_line(const std::string& line)
 	if (values.size() == 4) pose.pose.phi = values[3];
 	if (values.size() == 7) pose.pose.phi = values[4];
 	if (values.size() == 8) pose.pose.phi = yaw_of_quaternion(values[4], values[5], values[6], values[7]);
-	if (values.size() != 4 && values.size() != 7 && values.size() != 8) return std::nullopt;
+	if ((values.size() != 4 && values.size() != 7 && values.size() != 8) || std::isnan(pose.pose.phi))
+		return std::nullopt;
 	pose.timestamp = values[0];
 	pose.pose.x = values[1];
 	pose.pose.y = values[2];
@@ -114,6 +118,7 @@ class Columns
 		const bool has_phi = values.count("phi") > 0;
 		const double phi =
 		    has_phi ? values["phi"] : yaw_of_quaternion(values["qx"], values["qy"], values["qz"], values["qw"]);
+		if (std::isnan(phi)) return std::nullopt;
 		return TimedPose{values["time"], {values["x"], values["y"], phi}};
 	}
 
@@ -124,8 +129,9 @@ class Columns
 	{
 		name = name.substr(0, name.find('['));
 		std::string lower;
-		for (const unsigned char c : name)
-			if (std::isalnum(c) || c == '.' || c == '_') lower += static_cast<char>(std::tolower(c));
+		for (const char c : name)
+			if (const auto byte = static_cast<unsigned char>(c); std::isalnum(byte) || c == '.' || c == '_')
+				lower += static_cast<char>(std::tolower(byte));
 		const auto last_dot = lower.find_last_of("._");
 		const std::string last = lower.substr(last_dot + 1);  // all of it if there is none
 		const std::string before = last_dot == std::string::npos ? "" : lower.substr(0, last_dot);

@@ -73,7 +73,7 @@ void tell_map(const std::string& file, const GridParameters& parameters, const l
 		constexpr std::size_t kPart = 1 << 20;  // [byte]
 		for (std::size_t i = 0; i < bytes.size(); i += kPart)
 			send(std::string(1, kMapRecord)
-			         .append(bytes.begin() + i, bytes.begin() + std::min(i + kPart, bytes.size())));
+			         .append(reinterpret_cast<const char*>(bytes.data()) + i, std::min(kPart, bytes.size() - i)));
 	}
 	catch (const std::bad_alloc&)
 	{
@@ -134,6 +134,20 @@ Grid::ConstPtr load_grid(const Flags& flags, const Parameters& parameters, Activ
 	return *grid;
 }
 
+/// Returns how much memory [GB] the index of a map takes about. \throws std::runtime_error if there is less
+double memory_of_index(const Grid& grid, const Parameters& parameters)
+{
+	const double of_copy = static_cast<double>(grid.getRawMap().size());
+	const double needed = 1e-9 * (of_copy + static_cast<double>(memory_to_build(grid, parameters)));
+	const double available = 1e-9 * static_cast<double>(logs::available_memory());
+	if (needed > available)
+		throw std::runtime_error(mrpt::format(
+		    "the index of %u x %u cells takes about %.1f GB and there are %.1f GB of memory; use a coarser or smaller "
+		    "map",
+		    static_cast<unsigned>(grid.getSizeX()), static_cast<unsigned>(grid.getSizeY()), needed, available));
+	return needed;
+}
+
 constexpr const char* kFusionClass = "d2s1r::CParticleFilterFusion";
 constexpr const char* kFusionModule = "libd2s1r-pf-init.so";
 
@@ -177,13 +191,17 @@ CSignatureMap2D::ConstPtr build_map(const Flags& flags, const Parameters& parame
 	try
 	{
 		const auto map = CSignatureMap2D::Create(parameters);
+		const auto memory = std::make_shared<double>(0);  // [GB]
 		Grid::ConstPtr grid;
 		{
 			Activity activity(console.err, visible, "loading the map");
 			grid = load_grid(flags, parameters, activity);
+			const auto measure = [grid, parameters, memory] { *memory = memory_of_index(*grid, parameters); };
+			if (!run_interruptibly(activity, measure)) throw UserError(kInterrupted, flags.map, kInterruptedEarly);
 		}
 		check_region(flags.query.prior, *grid);
-		Activity activity(console.err, visible, "building the index of the map");
+		const std::string size = *memory >= 1 ? mrpt::format(" (about %.1f GB)", *memory) : "";
+		Activity activity(console.err, visible, "building the index of the map" + size);
 		const auto build = [map, grid, threads = flags.threads]
 		{
 			map->set_map(*grid);

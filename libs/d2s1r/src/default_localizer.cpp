@@ -149,6 +149,19 @@ std::optional<Hypothesis> hypothesis_near(
 	return hypothesis;
 }
 
+namespace
+{
+bool may_be_smeared(const WallMeasure& walls, const Grid& grid)
+{
+	return walls.surface_depth > 0.5 * grid.cell_size;
+}
+}  // namespace
+
+int count_readings(const Grid& grid)
+{
+	return may_be_smeared(measure_walls(grid), grid) ? 2 : 1;
+}
+
 DefaultIndex make_default_index(const Grid& grid, const Parameters& parameters)
 {
 	DefaultIndex index;
@@ -163,7 +176,7 @@ DefaultIndex make_default_index(const Grid& grid, const Parameters& parameters)
 	};
 	add_reading(grid, 0);
 	const WallMeasure walls = measure_walls(grid);
-	if (walls.surface_depth > 0.5 * grid.cell_size)
+	if (may_be_smeared(walls, grid))
 		add_reading(with_surfaces_deeper(grid, walls.surface_depth), walls.surface_tolerance());
 	return index;
 }

@@ -45,6 +45,9 @@ DefaultIndex read_default_index(IndexReader& file);
 /// Writes an index.
 void save(const DefaultIndex& index, IndexWriter& file);
 
+/// Returns how many readings a map has: two if its walls are so thick that it may have been smeared.
+int count_readings(const Grid& grid);
+
 /// Builds the index of a map.
 /// \throws std::invalid_argument if a sensor can stand nowhere
 DefaultIndex make_default_index(const Grid& grid, const Parameters& parameters);

@@ -12,6 +12,7 @@
 
 #include "base/index_file.h"
 #include "base/scoped_timer.h"
+#include "coarse/range_profiles.h"
 #include "default_localizer.h"
 #include "map/free_cells.h"
 #include "map/occupancy_map.h"
@@ -285,5 +286,60 @@ double Localizer::relative_entropy(const Scan& scan, const mrpt::poses::CPose2D&
 {
 	if (!is_on_earth(robot)) return std::numeric_limits<double>::quiet_NaN();
 	return relative_entropy_at(robot.asTPose() + scan.sensor_on_robot, scan, index_->caster, index_->parameters.paper);
+}
+
+namespace
+{
+/// Counts the squares of `side` x `side` cells that have a free cell.
+double count_free_squares(const Grid& grid, int side)
+{
+	std::vector<char> has_free(static_cast<std::size_t>(grid.width / side + 1));
+	std::ptrdiff_t squares = 0;
+	for (int y = 0; y < grid.height; y++)
+	{
+		for (int x = 0; x < grid.width; x++)
+			if (grid.at(x, y) == Cell::kFree) has_free[static_cast<std::size_t>(x / side)] = 1;
+		if ((y + 1) % side != 0 && y + 1 != grid.height) continue;
+		squares += std::count(has_free.begin(), has_free.end(), 1);
+		std::fill(has_free.begin(), has_free.end(), 0);
+	}
+	return static_cast<double>(squares);
+}
+
+/// Returns the length [byte] of a row of so many bytes that begins and ends at cache lines.
+double in_lines(int bytes)
+{
+	return static_cast<double>(in_whole_lines(static_cast<std::size_t>(bytes)));
+}
+
+double memory_of_default_index(const Grid& grid, const CoarseSearchParameters& parameters)
+{
+	// What is kept and what it takes to make it: grids and fields of the cells, profiles and sweeps of the positions.
+	constexpr double kPerCell = 7, kPerFreeCell = 4, kPerPosition = 50, kPerGroup = 50;  // [byte]
+	const int side = std::max(1, static_cast<int>(std::lround(parameters.spacing / grid.cell_size)));
+	const double of_cells = kPerCell * static_cast<double>(grid.cells.size());
+	const double of_free_cells = kPerFreeCell * count_free_squares(grid, 1);
+	const double of_positions = (parameters.directions + kPerPosition) * count_free_squares(grid, side);
+	const double of_groups =
+	    (in_lines(parameters.directions) + RangeProfiles::kBins + kPerGroup) * count_free_squares(grid, 2 * side);
+	return of_cells + of_free_cells + of_positions + of_groups;
+}
+
+double memory_of_paper_index(const Grid& grid, const PaperParameters& parameters)
+{
+	constexpr double kPerCell = 2, kPerFreeCell = 50;  // [byte] grids; numbers, projections and tree
+	return kPerCell * static_cast<double>(grid.cells.size()) +
+	       (parameters.bins + in_lines(parameters.bins) + kPerFreeCell) * count_free_squares(grid, 1);
+}
+}  // namespace
+
+std::uint64_t memory_to_build(const mrpt::maps::COccupancyGridMap2D& map, const Parameters& parameters)
+{
+	const Grid grid = make_grid(map, parameters.grid);
+	const double of_grid = static_cast<double>(grid.cells.size());
+	if (parameters.method == Method::kPaper)
+		return static_cast<std::uint64_t>(of_grid + memory_of_paper_index(grid, parameters.paper));
+	const double of_reading = memory_of_default_index(grid, parameters.coarse_search);
+	return static_cast<std::uint64_t>(of_grid + count_readings(grid) * of_reading);
 }
 }  // namespace d2s1r

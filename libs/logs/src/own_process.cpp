@@ -15,6 +15,7 @@
 #include <csignal>
 #include <cstring>
 #include <fstream>
+#include <limits>
 #include <new>
 #include <utility>
 
@@ -179,5 +180,37 @@ ProcessEnd run_in_own_process(
 	OwnProcess process(limits, work, stop);
 	while (const auto record = process.next()) receive(*record);
 	return process.end();
+}
+
+namespace
+{
+constexpr std::uint64_t kUnlimited = std::numeric_limits<std::uint64_t>::max();
+
+/// Returns the number [byte] that a file of the system holds, or no limit if it holds none.
+std::uint64_t number_in(const char* file)
+{
+	std::uint64_t number = 0;
+	return std::ifstream(file) >> number ? number : kUnlimited;
+}
+
+/// Returns the memory [byte] that the machine has left.
+std::uint64_t machine_memory()
+{
+	std::ifstream stream("/proc/meminfo");
+	std::uint64_t kilobytes = 0;
+	for (std::string key; stream >> key;)
+		if (key == "MemAvailable:" && stream >> kilobytes) return 1024 * kilobytes;
+	return kUnlimited;
+}
+}  // namespace
+
+std::uint64_t available_memory()
+{
+	const std::uint64_t container =
+	    std::min(number_in("/sys/fs/cgroup/memory.max"), number_in("/sys/fs/cgroup/memory/memory.limit_in_bytes"));
+	rlimit limits = {};
+	const bool is_limited = getrlimit(RLIMIT_AS, &limits) == 0 && limits.rlim_cur != RLIM_INFINITY;
+	const std::uint64_t process = is_limited ? limits.rlim_cur : kUnlimited, taken = address_space();
+	return std::min({machine_memory(), container, process > taken ? process - taken : 0});
 }
 }  // namespace d2s1r::logs

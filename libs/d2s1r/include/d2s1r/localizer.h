@@ -99,4 +99,9 @@ class Localizer
 
 	std::unique_ptr<const Index> index_;
 };
+
+/// Returns about how much memory [byte] it takes to build a Localizer of `map`, beside the map itself; one that is
+/// built has less. It looks only at the cells and is done long before an index is. Thread-safe. \throws
+/// std::invalid_argument if the map has no cell that is known
+std::uint64_t memory_to_build(const mrpt::maps::COccupancyGridMap2D& map, const Parameters& parameters = {});
 }  // namespace d2s1r

@@ -166,20 +166,6 @@ mrpt::img::CImage decode_text_pnm(const std::string& bytes)
 	return image;
 }
 
-/// Looks at the bytes of a PNG, JPEG or PNM file before a decoder does, which would write to stderr, take a truncated
-/// file, or allocate whatever the header says. Other formats pass.
-/// \throws std::runtime_error if the image is truncated, too large for memory, or a PNM whose samples are not of 8 or
-///         16 bit
-void check_image(const std::string& bytes)
-{
-	if (starts_with(bytes, "\x89PNG"))
-		check_png(bytes);
-	else if (starts_with(bytes, "\xFF\xD8"))
-		check_end(bytes, "\xFF\xD9");
-	else if (is_pnm(bytes))
-		check_pnm(bytes);
-}
-
 mrpt::img::CImage read_image(const std::string& file)
 {
 	const std::string bytes = read_bytes(file);
@@ -229,6 +215,16 @@ void paint(COccupancyGridMap2D& map, const mrpt::img::CImage& image, const Pixel
 	}
 }
 }  // namespace
+
+void check_image(const std::string& bytes)
+{
+	if (starts_with(bytes, "\x89PNG"))
+		check_png(bytes);
+	else if (starts_with(bytes, "\xFF\xD8"))
+		check_end(bytes, "\xFF\xD9");
+	else if (is_pnm(bytes))
+		check_pnm(bytes);
+}
 
 PixelRule plain_image_rule()
 {

@@ -33,4 +33,10 @@ mrpt::maps::COccupancyGridMap2D::Ptr load_image_map(
 
 /// Returns the share [0, 1] of the pixels of an image whose brightness, in [0, 1], `matches`. \throws std::exception
 double share_of_pixels(const std::string& file, const std::function<bool(double)>& matches);
+
+/// Looks at the bytes of a PNG, JPEG or PNM file before a decoder does, which would write to stderr, take a truncated
+/// file, or allocate whatever the header says. Other formats pass.
+/// \throws std::runtime_error if the image is truncated, too large for memory, or a PNM whose samples are not of 8 or
+///         16 bit
+void check_image(const std::string& bytes);
 }  // namespace d2s1r

@@ -69,4 +69,8 @@ class OwnProcess
 ProcessEnd run_in_own_process(
     const ProcessLimits& limits, const std::function<void(const Send&)>& work,
     const std::function<void(const std::string& record)>& receive, const Stop& stop);
+
+/// Returns how much more memory [byte] this process can have: what the machine has left, within the limits that are set
+/// on the process and on the container that it runs in.
+std::uint64_t available_memory();
 }  // namespace d2s1r::logs

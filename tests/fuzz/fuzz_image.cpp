@@ -1,0 +1,29 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+// Any bytes as an image: refused with one line, or a map. Only formats whose headers cannot ask for more pixels than
+// the file holds are decoded; of the others the header is looked at, because their decoders are not ours.
+#include <d2s1r/map_io.h>
+
+#include "fuzz_input.h"
+#include "map/map_image.h"
+
+int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
+{
+	using namespace d2s1r;
+	static const fuzz::CaseFile file("image.pgm");
+	const std::string bytes(reinterpret_cast<const char*>(data), size);
+	try
+	{
+		check_image(bytes);
+		const bool is_pnm = size > 2 && bytes[0] == 'P' && bytes[1] >= '1' && bytes[1] <= '6';
+		if (!is_pnm) return 0;
+		const auto map = load_map(file.write(data, size), {}, ImageGeometry{0.05, 1, 2});
+		fuzz::require(
+		    map->getRawMap().size() == std::size_t{map->getSizeX()} * map->getSizeY(), "as many cells as pixels");
+		fuzz::require(map->getRawMap().size() <= 8 * size, "no more pixels than the file holds");
+	}
+	catch (const std::runtime_error& error)
+	{
+		fuzz::require_one_line(error.what());
+	}
+	return 0;
+}

@@ -1,0 +1,27 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+// Any bytes as a map file in one of MRPT's formats: refused with one line, or a map that a localizer is built of.
+// MRPT's readers work in a process of their own, whose coverage libFuzzer does not see.
+#include "cli/errors.h"
+#include "fuzz_input.h"
+#include "input/inputs.h"
+
+int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
+{
+	using namespace d2s1r;
+	static const fuzz::CaseFile file("map.gridmap");
+	app::Console console;
+	app::Flags flags;
+	flags.quiet = true;
+	flags.map = file.write(data, size);
+	try
+	{
+		const auto map = app::build_map(flags, {}, console);
+		fuzz::require(!map->isEmpty() && !map->localizer().grid().cells.empty(), "cells in a map that is accepted");
+	}
+	catch (const app::UserError& error)
+	{
+		fuzz::require_one_line(error.what());
+		fuzz::require(error.status == app::kBadInput, "exit status of a bad input");
+	}
+	return 0;
+}

@@ -1,0 +1,27 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+// Any bytes as a rawlog: what the survey, in a process of its own, says can be read can be read in this one.
+#include <d2s1r/scan.h>
+
+#include "fuzz_input.h"
+#include "rawlog_reader.h"
+
+int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
+{
+	using namespace d2s1r;
+	static const fuzz::CaseFile file("log.rawlog");
+	if (size == 0) return 0;
+	const logs::LogSurvey survey = logs::survey_rawlog(file.write(data, size), [] { return false; });
+	if (!survey.damage.empty()) fuzz::require_one_line(survey.damage);
+	logs::RawlogReader reader(file.path());
+	std::size_t scans = 0, counted = 0;
+	for (std::size_t i = 0; i < survey.objects; i++)
+	{
+		const auto object = reader.next();
+		fuzz::require(object.has_value(), "an object that the survey has read");
+		scans += object->scans.size();
+		for (const auto& scan : object->scans) make_scan(*scan, {});
+	}
+	for (const logs::Sensor& sensor : survey.sensors) counted += sensor.scans;
+	fuzz::require(scans == counted, "as many scans as the survey counted");
+	return 0;
+}
