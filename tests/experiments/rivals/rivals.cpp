@@ -1,0 +1,214 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+// rivals METHOD MAP QUERIES.rawlog OUT.csv [NAME=VALUE ...]
+// Localizes each scan of a rawlog of observations with another method; OUT.csv has the columns of frames.csv. Prints
+// the time to prepare [s] and the peak of memory [MB] as JSON. METHOD  exhaustive | branch-and-bound | bag-of-words |
+// phrases | glare | filter: each scan alone
+//         drives: the filter along parts of a rawlog with odometry, each of 40 frames; OUT.csv has a column `drive`
+//   keyframes=RAWLOG truth=FILE  of the drive that built the map, with its ground truth: for bag-of-words, phrases and
+//                                glare; for drives, `truth` is that of QUERIES
+//   part=all|first_half|even     of the keyframes that are used
+//   start=anywhere|near          of drives: uniform over the map, or 0.3 m, 0.3 m and 30 deg off (Wang et al., Fig. 7)
+//   drives=N                     [-] their starts evenly spread
+#include <d2s1r/map_io.h>
+#include <mrpt/obs/CRawlog.h>
+#include <sys/resource.h>
+
+#include <cstdio>
+#include <ctime>
+#include <map>
+#include <memory>
+#include <stdexcept>
+
+#include "../drives.h"
+#include "rivals.h"
+
+namespace d2s1r::rivals
+{
+namespace
+{
+using experiments::RunFrame;
+using Options = std::map<std::string, std::string>;
+/// Robot in map.
+using Answer = std::function<std::optional<mrpt::math::TPose2D>(const mrpt::obs::CObservation2DRangeScan::Ptr&)>;
+
+std::string get(const Options& options, const std::string& name, const std::string& otherwise)
+{
+	const auto found = options.find(name);
+	return found != options.end() ? found->second : otherwise;
+}
+
+std::vector<mrpt::obs::CObservation2DRangeScan::Ptr> load_scans(const std::string& rawlog)
+{
+	mrpt::obs::CRawlog log;
+	if (!log.loadFromRawLogFile(rawlog)) throw std::runtime_error(rawlog + ": cannot be read; check the path");
+	std::vector<mrpt::obs::CObservation2DRangeScan::Ptr> scans;
+	for (const auto& entry : log)
+		if (const auto scan = std::dynamic_pointer_cast<mrpt::obs::CObservation2DRangeScan>(entry))
+			scans.push_back(scan);
+	return scans;
+}
+
+std::vector<Keyframe> load_keyframes(const Options& options)
+{
+	const std::string rawlog = get(options, "keyframes", ""), part = get(options, "part", "all");
+	if (rawlog.empty()) throw std::runtime_error("keyframes: give the rawlog that built the map, and its truth");
+	const auto run = experiments::load_run(rawlog, get(options, "truth", ""));
+	std::vector<Keyframe> keyframes;
+	for (std::size_t i = 0; i < run.size(); i++)
+	{
+		if ((part == "first_half" && i >= run.size() / 2) || (part == "even" && i % 2 == 1)) continue;
+		const Scan scan = make_scan(*run[i].scan, {});
+		if (!scan.valid()) continue;
+		const auto sensor = mrpt::poses::CPose2D(run[i].truth) + mrpt::poses::CPose2D(scan.sensor_on_robot);
+		keyframes.push_back({scan, sensor.asTPose()});
+	}
+	return keyframes;
+}
+
+Answer make_answer(const std::string& method, const std::string& map_file, const Options& options)
+{
+	const auto map = load_map(map_file);
+	if (method == "filter")
+		return [filter = std::make_shared<ParticleFilter>(*map),
+		        seed = std::uint32_t{0}](const mrpt::obs::CObservation2DRangeScan::Ptr& observation) mutable
+		{
+			filter->start_anywhere(++seed);
+			return std::optional(filter->step(nullptr, observation));
+		};
+	Rival rival;
+	if (method == "exhaustive") rival = exhaustive_search(make_grid(*map, {}));
+	if (method == "branch-and-bound") rival = branch_and_bound(make_grid(*map, {}));
+	if (method == "bag-of-words") rival = bag_of_words(load_keyframes(options));
+	if (method == "phrases") rival = flirt_phrases(load_keyframes(options));
+	if (method == "glare") rival = landmark_relations(load_keyframes(options));
+	if (!rival) throw std::runtime_error(method + ": no such method; see the head of rivals.cpp");
+	return [rival](const mrpt::obs::CObservation2DRangeScan::Ptr& observation) -> std::optional<mrpt::math::TPose2D>
+	{
+		const Scan scan = make_scan(*observation, {});
+		const auto sensor = scan.valid() ? rival(scan) : std::nullopt;
+		if (!sensor) return std::nullopt;
+		return (mrpt::poses::CPose2D(*sensor) + -mrpt::poses::CPose2D(scan.sensor_on_robot)).asTPose();
+	};
+}
+
+/// [s] of processor time, which other programs on the machine do not change.
+double processor_time()
+{
+	return static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
+}
+
+struct File
+{
+	explicit File(const std::string& name) : stream(std::fopen(name.c_str(), "w"))
+	{
+		if (!stream) throw std::runtime_error(name + ": cannot be written; check the folder");
+	}
+	~File() { std::fclose(stream); }
+	File(const File&) = delete;
+	File& operator=(const File&) = delete;
+
+	std::FILE* stream;
+};
+
+void write_row(
+    std::FILE* out, std::size_t frame, const mrpt::obs::CObservation& observation,
+    const std::optional<mrpt::math::TPose2D>& pose, double seconds)
+{
+	std::fprintf(out, "%zu,%.6f,", frame, mrpt::Clock::toDouble(observation.timestamp));
+	if (pose)
+		std::fprintf(out, "localized,%.6f,%.6f,%.6f,1,", pose->x, pose->y, pose->phi);
+	else
+		std::fprintf(out, "rejected,,,,,");
+	std::fprintf(out, "%.3f\n", 1e3 * seconds);
+}
+
+void localize_each(const Answer& answer, const std::string& queries, const File& out)
+{
+	std::fprintf(out.stream, "frame,timestamp,status,x,y,phi,confidence,total_ms\n");
+	const auto scans = load_scans(queries);
+	for (std::size_t i = 0; i < scans.size(); i++)
+	{
+		const double start = processor_time();
+		const auto pose = answer(scans[i]);
+		write_row(out.stream, i, *scans[i], pose, processor_time() - start);
+	}
+}
+
+/// The deviation of a first guess in the paper's Section IV-B.1: 0.3 m, 0.3 m and 30 deg.
+mrpt::math::TPose2D off(const mrpt::math::TPose2D& truth)
+{
+	return {truth.x + 0.3, truth.y + 0.3, truth.phi + M_PI / 6};
+}
+
+void follow_drives(ParticleFilter& filter, const std::string& queries, const Options& options, const File& out)
+{
+	const auto run = experiments::load_run(queries, get(options, "truth", ""));
+	const bool is_near = get(options, "start", "anywhere") == "near";
+	const auto drives = experiments::spread_drives(run, std::stoul(get(options, "drives", "20")));
+	std::fprintf(out.stream, "drive,frame,timestamp,status,x,y,phi,confidence,total_ms\n");
+	for (std::size_t d = 0; d < drives.size(); d++)
+	{
+		const auto& drive = drives[d];
+		const auto seed = static_cast<std::uint32_t>(d + 1);
+		is_near ? filter.start_near(off(drive[0]->truth), seed) : filter.start_anywhere(seed);
+		for (std::size_t i = 0; i < drive.size(); i++)
+		{
+			const double start = processor_time();
+			const auto motion = i > 0 ? experiments::odometry_between(*drive[i - 1], *drive[i]) : std::nullopt;
+			const auto pose = filter.step(motion ? &*motion : nullptr, drive[i]->scan);
+			std::fprintf(out.stream, "%zu,", d);
+			write_row(out.stream, i, *drive[i]->scan, pose, processor_time() - start);
+		}
+	}
+}
+
+int run(int argc, char** argv)
+{
+	if (argc < 5)
+	{
+		std::fprintf(stderr, "usage: rivals METHOD MAP QUERIES.rawlog OUT.csv [NAME=VALUE ...]\n");
+		return 1;
+	}
+	Options options;
+	for (int i = 5; i < argc; i++)
+	{
+		const std::string word = argv[i];
+		options[word.substr(0, word.find('='))] = word.substr(word.find('=') + 1);
+	}
+	const std::string method = argv[1];
+	const double start = processor_time();
+	double preparation = 0;  // [s]
+	const File out(argv[4]);
+	if (method == "drives")
+	{
+		ParticleFilter filter(*load_map(argv[2]));
+		preparation = processor_time() - start;
+		follow_drives(filter, argv[3], options, out);
+	}
+	else
+	{
+		const Answer answer = make_answer(method, argv[2], options);
+		preparation = processor_time() - start;
+		localize_each(answer, argv[3], out);
+	}
+	rusage usage{};
+	getrusage(RUSAGE_SELF, &usage);
+	std::printf(
+	    "{\"preparation_s\": %.3f, \"memory_mb\": %.0f}\n", preparation, static_cast<double>(usage.ru_maxrss) / 1024);
+	return 0;
+}
+}  // namespace
+}  // namespace d2s1r::rivals
+
+int main(int argc, char** argv)
+{
+	try
+	{
+		return d2s1r::rivals::run(argc, argv);
+	}
+	catch (const std::exception& error)
+	{
+		std::fprintf(stderr, "rivals: %s\n", error.what());
+		return 1;
+	}
+}
