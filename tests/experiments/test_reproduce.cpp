@@ -67,13 +67,16 @@ TEST_F(Reproduce, WritesTablesAndFigures)
 		GTEST_SKIP() << "NO MATPLOTLIB: install Debian's python3-matplotlib";
 	write_site("intel", {"sim360_on", "sim360_off", "test", "run"});
 	write_site("flat", {"test"});
-	const ProcessResult result = reproduce({"--frames", "12", "--sweep-frames", "6"});
+	const ProcessResult result = reproduce({"--frames", "12", "--sweep-frames", "6", "--rival-frames", "1"});
 	ASSERT_EQ(result.status, 0) << result.err;
 	const std::string report = read_file(path("results/README.md"));
 	for (const char* part :
 	     {"## Time per scan (Table III)", "## Success (Table IV)", "## Precision (Table V)", "## Reliability",
-	      "## Scans of another site", "## Field of view", "## Clutter", "## Reach", "## 10 scans together",
-	      "| intel sim360_on (D_I0) | 99 | 98 | 97 | 100.0 | 100.0 |", "| flat | test | 12 | 100.0 | 100.0 |"})
+	      "## Scans of another site", "## Field of view", "## Clutter", "## Reach", "## 10 scans together", "## Rivals",
+	      "## Rivals beside published figures", "## Convergence of the particle filter", "## Right poses by confidence",
+	      "| intel sim360_on (D_I0) | 99 | 98 | 97 | 100.0 (76-100) | 100.0 (76-100) |",
+	      "| flat | test | 12 | 100.0 (76-100) | 100.0 (76-100) |",
+	      "| d2s1r | config/default.ini | **100.0 (21-100) of 1** | **100.0 (21-100) of 1** |"})
 		EXPECT_NE(report.find(part), std::string::npos) << part << " is not in\n" << report;
 	for (const char* figure : {"errors", "success_maps", "reliability", "field_of_view", "clutter"})
 	{
@@ -94,7 +97,7 @@ TEST_F(Reproduce, LeavesOutTheMapsIfAskedTo)
 	EXPECT_FALSE(fs::exists(path("results/success_maps.png")));
 	const std::string report = read_file(path("results/README.md"));
 	EXPECT_EQ(report.find("success_maps.png"), std::string::npos) << report;
-	EXPECT_NE(report.find("--sweep-frames 1 --no-maps`"), std::string::npos) << report;
+	EXPECT_NE(report.find("--rival-frames 20 --no-maps`"), std::string::npos) << report;
 }
 
 TEST_F(Reproduce, SaysWhatIsMissing)

@@ -12,6 +12,8 @@ import report  # noqa: E402
 import sites  # noqa: E402
 import tables  # noqa: E402
 
+ERRORS = (1e-4, 0.3)  # [m] of the axis; yaw: 25 deg a metre, as the limits of a success are
+FREE_MAPS = ("willow_garage_005", "nav2_warehouse_005", "mit_stata_basement")  # licences BSD, Apache-2.0, MIT
 SHOWN_MAPS = 3  # [-] in the figure of successes: the paper's buildings, then the largest
 
 
@@ -21,7 +23,8 @@ def draw_all(results, folder, with_maps):
     names = sorted({job.site.name for job, _ in report.frames_of(results)})
     drawn = {
         "errors": draw_errors(plain, folder / "errors.png"),
-        "maps": draw_maps(plain, folder / "success_maps.png") if with_maps else "",
+        "maps": draw_maps({key: frames for key, frames in plain.items() if with_maps or key[0].name in FREE_MAPS},
+                          folder / "success_maps.png"),
         "reliability": draw_reliability(plain, folder / "reliability.png"),
         "field_of_view": draw_curves(tables.points(results, "field_of_view"), "field of view [deg]",
                                      names, folder / "field_of_view.png"),
@@ -53,8 +56,8 @@ def draw_errors(plain, file):
         yaw_axis = axis.twinx()
         yaw_axis.boxplot([[f.yaw_error for f in frames] for frames in right], positions=[p + 0.2 for p in places],
                          boxprops={"facecolor": "lightgrey"}, **looks)
-        axis.set(title=config, ylabel="position error [m], white", ylim=(0, None))
-        yaw_axis.set(ylabel="yaw error [deg], grey", ylim=(0, None))
+        axis.set(title=plan.TITLES[config], ylabel="position error [m], white", yscale="log", ylim=ERRORS)
+        yaw_axis.set(ylabel="yaw error [deg], grey", yscale="log", ylim=[25 * error for error in ERRORS])
         axis.set_xticks(list(places), [f"{site.name}\n{scans}" for site, scans in sets], rotation=40, ha="right")
     return save(figure, file)
 
@@ -71,7 +74,7 @@ def draw_maps(plain, file):
     for row, config in zip(panels, plan.CONFIGS):
         for axis, site in zip(row, shown):
             draw_map(axis, site, plain[site, "sim360_off", config])
-            axis.set_title(f"{site.name} sim360_off, {config}")
+            axis.set_title(f"{site.name} sim360_off, {plan.TITLES[config]}", fontsize="medium")
     panels[0][0].legend(loc="upper right")
     return save(figure, file)
 
@@ -89,6 +92,9 @@ def draw_map(axis, site, frames):
     for flag, colour, size, label in ((True, "tab:green", 4, "success"), (False, "tab:red", 18, "failure")):
         places = [f.truth for f in frames if f.right == flag]
         axis.scatter([p[0] for p in places], [p[1] for p in places], s=size, c=colour, label=label)
+    for f in frames:
+        if f.pose and not f.right:
+            axis.plot([f.truth[0], f.pose[0]], [f.truth[1], f.pose[1]], color="tab:red", linewidth=0.7)
     x, y = [f.truth[0] for f in frames], [f.truth[1] for f in frames]
     axis.set(xlim=(min(x) - 5, max(x) + 5), ylim=(min(y) - 5, max(y) + 5), xlabel="x [m]", ylabel="y [m]")
 
@@ -131,7 +137,7 @@ def draw_curves(lines, meaning, names, file):
             line = sorted(lines.get((site, scans, config), {}).items())
             axis.plot([x for x, _ in line], [y for _, y in line], marker="o", color=f"C{names.index(site) % 10}",
                       linestyle="-" if scans in sites.SIMULATED else "--", label=f"{site} {scans}")
-        axis.set(title=config, xlabel=meaning, ylim=(0, 102))
+        axis.set(title=plan.TITLES[config], xlabel=meaning, ylim=(0, 102))
         axis.grid(alpha=0.3)
     panels[0].set_ylabel("success [%]")
     panels[-1].legend(fontsize="small", loc="center left", bbox_to_anchor=(1.01, 0.5))

@@ -12,6 +12,14 @@ USUAL = {"field_of_view": 360, "blocked": 0.0, "reach": 30}  # unaltered scans; 
 WINDOW = 10  # [-] frames
 
 
+TITLES = {"paper": "published method, our implementation", "default": "d2s1r"}
+
+
+def position_limit(scans):
+    """[m] greatest error of a success: as in the paper, but real truth is not that exact."""
+    return 0.2 if scans in sites.SIMULATED else 0.3
+
+
 @dataclasses.dataclass(frozen=True)
 class Job:
     """One run of rawlog-localize."""
@@ -31,8 +39,7 @@ class Job:
 
     @property
     def position(self):
-        """[m] greatest error of a success: as in the paper, but real truth is not that exact."""
-        return 0.2 if self.scans in sites.SIMULATED else 0.3
+        return position_limit(self.scans)
 
     @property
     def name(self):

@@ -1,9 +1,9 @@
 #!/usr/bin/python3
 # d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-"""Runs the paper's evaluation and more on all sites, with the published method and the default one.
+"""Runs the paper's evaluation and more on all sites, with the published method, the default one and other methods.
 
-Writes OUTPUT/README.md with the counterparts of the paper's Tables III, IV and V and of its Figs. 2 and 3, the paper's
-numbers beside ours, reliability, success against field of view and clutter; figures beside it. Needs Debian's
+Writes OUTPUT/README.md with a table of rivals, the counterparts of the paper's Tables III, IV and V and of its Figs. 2,
+3, 4 and 7, the paper's numbers beside ours, reliability, success against field of view and clutter; figures beside it. Needs Debian's
 python3-matplotlib and a build with its programs (BUILD_TESTING=ON, the default).
 """
 import argparse
@@ -19,6 +19,7 @@ except ImportError as error:
     sys.exit(f"reproduce.py: {error}; install Debian's python3-matplotlib and run with /usr/bin/python3")
 import plan  # noqa: E402
 import report  # noqa: E402
+import rivals  # noqa: E402
 import runs  # noqa: E402
 import sites  # noqa: E402
 
@@ -42,10 +43,13 @@ def read_arguments():
                         "500)")
     parser.add_argument("--sweep-frames", type=whole_number, default=150, help="the same for every point of a curve and "
                         "every pair of sites (default 150)")
+    parser.add_argument("--rival-frames", type=int, default=20, help="the same for every set and rival; 0 leaves the "
+                        "rivals out (default 20)")
+    parser.add_argument("--only-rivals", action="store_true", help="leave out all but the rivals")
     parser.add_argument("--jobs", type=whole_number, default=2, help="programs that run at a time, one thread each "
                         "(default 2)")
-    parser.add_argument("--no-maps", action="store_true", help="leave out success_maps.png, for a report of maps that "
-                        "are not yours to pass on")
+    parser.add_argument("--no-maps", action="store_true", help="show in success_maps.png only maps that anyone may "
+                        "pass on")
     return parser.parse_args()
 
 
@@ -57,10 +61,13 @@ def main():
     arguments.output.mkdir(parents=True, exist_ok=True)
     start = time.monotonic()
     runner = runs.Runner(arguments.build, PROJECT / "share/d2s1r/config", arguments.output / "runs")
-    jobs = plan.all_jobs(found, arguments.frames, arguments.sweep_frames)
-    results = runner.run_all(jobs, arguments.jobs)
+    jobs = [] if arguments.only_rivals else plan.all_jobs(found, arguments.frames, arguments.sweep_frames)
+    jobs += rivals.all_jobs(found, arguments.rival_frames)
+    every = runner.run_all(jobs, arguments.jobs)
+    results = {job: result for job, result in every.items() if isinstance(job, plan.Job)}
+    others = {job: result for job, result in every.items() if not isinstance(job, plan.Job)}
     names = figures.draw_all(results, arguments.output, not arguments.no_maps)
-    report.write(results, names, arguments, runner.version(), time.monotonic() - start)
+    report.write(results, others, names, arguments, runner.version(), time.monotonic() - start)
     print(f"{arguments.output / 'README.md'}: {len(jobs)} runs in {(time.monotonic() - start) / 60:.1f} min")
 
 

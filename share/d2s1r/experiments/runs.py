@@ -4,11 +4,14 @@ import concurrent.futures
 import csv
 import dataclasses
 import math
+import os
 import shutil
 import subprocess
 import sys
+import tempfile
 
 import plan
+import rivals
 
 
 @dataclasses.dataclass
@@ -18,6 +21,7 @@ class Frame:
     right: bool
     confidence: float  # [0, 1], 0 if there is no pose
     truth: tuple  # x, y, phi: m and rad, robot in map
+    pose: tuple  # the answer, the same; None if there is none
     position_error: float  # [m], inf if there is no pose
     yaw_error: float  # [deg]
     times: dict  # [ms] by stage
@@ -27,9 +31,10 @@ class Runner:
     def __init__(self, build, configs, folder):
         self.localize = build / "apps/rawlog-localize/rawlog-localize"
         self.alter = build / "tests/experiments/alter_scans"
+        self.rivals = build / "tests/experiments/rivals"
         self.configs = configs
         self.folder = folder
-        for program in (self.localize, self.alter):
+        for program in (self.localize, self.alter, self.rivals):
             if not program.exists():
                 sys.exit(f"reproduce.py: {program} is missing; build the project, tests included")
 
@@ -42,11 +47,13 @@ class Runner:
         with concurrent.futures.ThreadPoolExecutor(at_a_time) as pool:
             for job, frames in zip(jobs, pool.map(self.run, jobs)):
                 results[job] = frames
-                print(f"{len(results)}/{len(jobs)} {job.name}: {sum(f.right for f in frames)} of {len(frames)}",
-                      file=sys.stderr)
+                print(f"{len(results)}/{len(jobs)} {job.name}", file=sys.stderr)
         return results
 
     def run(self, job):
+        """[Frame] of a plan.Job; what rivals.run() returns of the others."""
+        if not isinstance(job, plan.Job):
+            return rivals.run(self, job)
         folder = self.folder / job.name
         folder.mkdir(parents=True, exist_ok=True)
         rawlog = job.site.folder / f"{job.scans}.rawlog"
@@ -65,15 +72,26 @@ class Runner:
 
 
 def call(words):
-    result = subprocess.run([str(word) for word in words], capture_output=True, text=True, check=False)
-    if result.returncode != 0:
-        sys.exit(f"reproduce.py: {result.stderr.strip() or words[0]}")
+    """Runs a program; its resources, of which ru_maxrss is the peak of memory [kB]."""
+    with tempfile.TemporaryFile("w+") as errors:
+        process = subprocess.Popen([str(word) for word in words], stdout=subprocess.DEVNULL, stderr=errors)
+        _, status, usage = os.wait4(process.pid, 0)
+        process.returncode = os.waitstatus_to_exitcode(status)
+        errors.seek(0)
+        if process.returncode != 0:
+            sys.exit(f"reproduce.py: {errors.read().strip() or words[0]}")
+    return usage
 
 
 def read_frames(file, job):
+    return [frame for _, frame in read_rows(file, job)]
+
+
+def read_rows(file, job):
+    """[(row, Frame)]"""
     truth = job.site.truth(job.scans)
     with open(file, newline="") as stream:
-        return [read_frame(row, truth_at(truth, float(row["timestamp"])), job) for row in csv.DictReader(stream)]
+        return [(row, read_frame(row, truth_at(truth, float(row["timestamp"])), job)) for row in csv.DictReader(stream)]
 
 
 def truth_at(truth, stamp):
@@ -83,10 +101,11 @@ def truth_at(truth, stamp):
 
 def read_frame(row, truth, job):
     position_error = yaw_error = math.inf
+    pose = None
     if row["x"]:
-        x, y, phi = (float(row[name]) for name in ("x", "y", "phi"))
+        pose = x, y, phi = tuple(float(row[name]) for name in ("x", "y", "phi"))
         position_error = math.hypot(x - truth[0], y - truth[1])
         yaw_error = math.degrees(abs((phi - truth[2] + math.pi) % (2 * math.pi) - math.pi))
     right = job.map_site is None and position_error < job.position and yaw_error < 5
     times = {name[:-3]: float(value) for name, value in row.items() if name.endswith("_ms")}
-    return Frame(row["status"], right, float(row["confidence"] or 0), truth, position_error, yaw_error, times)
+    return Frame(row["status"], right, float(row["confidence"] or 0), truth, pose, position_error, yaw_error, times)

@@ -144,7 +144,9 @@ void follow_drives(ParticleFilter& filter, const std::string& queries, const Opt
 {
 	const auto run = experiments::load_run(queries, get(options, "truth", ""));
 	const bool is_near = get(options, "start", "anywhere") == "near";
-	const auto drives = experiments::spread_drives(run, std::stoul(get(options, "drives", "20")));
+	auto drives = std::vector<experiments::Drive>{experiments::drive_from(run, 0, run.size())};
+	if (run.size() > experiments::kDriveFrames)
+		drives = experiments::spread_drives(run, std::stoul(get(options, "drives", "20")));
 	std::fprintf(out.stream, "drive,frame,timestamp,status,x,y,phi,confidence,total_ms\n");
 	for (std::size_t d = 0; d < drives.size(); d++)
 	{
