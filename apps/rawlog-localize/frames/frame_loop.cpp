@@ -232,7 +232,7 @@ class Follower
 	{
 		const auto motion = odometry_.take();
 		const Localization& one_shot = *job.result;
-		Frame frame{job.frame, seconds(*job.scan), one_shot, {}, job.read_at};
+		Frame frame{job.frame, seconds(*job.scan), one_shot, {}, {}, job.read_at};
 		if (window_)
 		{
 			frame.alone = one_shot;
