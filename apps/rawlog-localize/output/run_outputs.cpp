@@ -3,7 +3,6 @@
 
 #include "cli/errors.h"
 #include "output/files.h"
-#include "output/run_json.h"
 #include "output/summary.h"
 #include "picture/map_png.h"
 #include "picture/scene_file.h"

@@ -229,7 +229,7 @@ const Grid& Localizer::grid() const
 }
 MapMeasure Localizer::measure() const
 {
-	return measure_map(index_->grid);
+	return measure_map(grid());
 }
 const std::vector<CellIndex>& Localizer::free_cells() const
 {

@@ -80,10 +80,10 @@ class ScanAccumulator
 	std::deque<View> views_;  //!< newest first
 };
 
-/// What a laser of a robot saw, and where the robot was then.
+/// Holds what a laser of a robot saw, and where the robot was then.
 struct PlacedObservation
 {
-	mrpt::obs::CObservation2DRangeScan::ConstPtr observation;
+	mrpt::obs::CObservation2DRangeScan::ConstPtr observation;  //!< not null
 	mrpt::poses::CPose2D robot;  //!< in a frame that is the same for all observations, such as that of the odometry
 };
 

@@ -74,7 +74,7 @@ def progress(text):
 def read_frames(folder):
     """[runs.Frame]"""
     with open(folder / "frames.csv", newline="") as stream:
-        return [runs.Frame(row["status"], row["right"] == "1", float(row["confidence"]), None,
+        return [runs.Frame(row["status"], row["right"] == "1", float(row["confidence"]), None, None,
                            float(row["position_error"]), float(row["yaw_error"]), {"total": float(row["total_ms"])})
                 for row in csv.DictReader(stream)]
 
