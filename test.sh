@@ -1,7 +1,6 @@
 #!/usr/bin/env bash
 # Builds everything and runs all tests, then the unit tests once more under AddressSanitizer and
-# UndefinedBehaviorSanitizer, and the fuzz targets for half a minute each. Takes a bare Debian 12 machine (root, or a
-# user with sudo) to a result.
+# UndefinedBehaviorSanitizer. Takes a bare Debian 12 machine (root, or a user with sudo) to a result.
 set -euo pipefail
 cd "$(dirname "$0")"
 scripts/install_dependencies.sh build demo test
@@ -14,4 +13,3 @@ ctest --preset release -j "$jobs"
 cmake --preset asan -DD2S1R_WERROR=ON
 cmake --build --preset asan -j "$jobs" --target unit_tests
 ctest --preset asan -j "$jobs"
-tests/fuzz/run.sh 30

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Builds the fuzz targets and runs each for some time, on the stored cases and on what libFuzzer makes of them.
-# Usage: tests/fuzz/run.sh SECONDS [TARGET...]; test.sh gives each target 30 seconds, a release an hour.
+# Usage: tests/fuzz/run.sh SECONDS [TARGET...]; 30 seconds look for what a change broke, a release gets an hour.
 # D2S1R_FUZZ_JOBS (by default the number of processors) targets run at a time. New cases are kept in build/fuzz/cases;
 # a case that breaks a promise is named at the end.
 set -euo pipefail
