@@ -6,9 +6,6 @@ import math
 import re
 import shutil
 
-import numpy
-import matplotlib.image
-
 import measures
 import plan
 import runs
@@ -161,6 +158,8 @@ def run_drives(runner, job, folder):
 
 def smear_map(yaml, folder):
     """The map in cells of 10 cm, its walls grown by a cell to every side."""
+    import matplotlib.image  # here, because learn.py and ablate.py do without
+    import numpy
     text = yaml.read_text()
     resolution = float(re.search(r"resolution: *([\d.]+)", text).group(1))
     image = matplotlib.image.imread(sites.map_image(yaml)[0])

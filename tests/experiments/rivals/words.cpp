@@ -141,6 +141,7 @@ Rival make_rival(const std::vector<Keyframe>& keyframes, Score score)
 	return [library, score](const Scan& scan)
 	{
 		const auto keypoints = find_keypoints(scan);
+		if (library->centres.empty()) return std::optional<mrpt::math::TPose2D>();  // no keyframe has a keypoint
 		const Words words = read(*library, keypoints);
 		std::vector<std::pair<double, std::size_t>> ranked;  // the query's own norm is the same for all
 		for (std::size_t i = 0; i < library->texts.size(); i++)
