@@ -223,6 +223,15 @@ void to_millimetres(CObservation2DRangeScan& scan)
 	for_ranges(scan, [](float range) { return 1000 * range; });
 }
 
+Alter seen_up_to(float reach, float beyond)
+{
+	return [=](CObservation2DRangeScan& scan)
+	{
+		for_ranges(scan, [&](float range) { return range < reach ? range : beyond; });
+		for (std::size_t i = 0; i < scan.getScanSize(); i++) scan.setScanRangeValidity(i, scan.getScanRange(i) > 0);
+	};
+}
+
 /// As a laser behind a bumper sees it.
 void block_most(CObservation2DRangeScan& scan)
 {
@@ -273,6 +282,13 @@ TEST(DiagnosisOfDrawnFloor, NamesWhatIsWrongWithRanges)
 	expect_named(with(drawn_set(), to_millimetres), "the ranges are millimetres: --range-factor 0.001");
 }
 
+// Known shortfall: scans that fit in spite of such readings, or hardly fit without them, get no advice.
+TEST(DiagnosisOfDrawnFloor, DISABLED_NamesReadingsThatMeanNoReturn)
+{
+	for (const float reach : {1.6F, 2.0F, 3.0F})
+		expect_named(with(drawn_set(), seen_up_to(reach, reach)), "mean that nothing was there: --max-range");
+}
+
 TEST(DiagnosisOfDrawnFloor, NamesAnotherLaser)
 {
 	expect_named(with(drawn_set(), block_most, "GOOD"), "another laser is used: --sensor-label 'GOOD'");
@@ -320,6 +336,13 @@ TEST_P(DiagnosisOfSite, NamesEachOfTenMistakes)
 	expect_named(with(circles, turned_by(0.5)), "half a beam");
 	expect_named(with(circles, to_millimetres), "the ranges are millimetres");
 	expect_named(with(circles, block_most, "GOOD"), "another laser");
+}
+
+TEST_P(DiagnosisOfSite, DISABLED_NamesReadingsThatMeanNoReturn)
+{
+	const Set circles = site_set(GetParam(), "sim360_on");
+	expect_named(with(circles, seen_up_to(4, 4)), "mean that nothing was there");
+	expect_named(with(circles, seen_up_to(2.5F, 0)), "zero_is_no_return = 1");
 }
 INSTANTIATE_TEST_SUITE_P(Sites, DiagnosisOfSite, testing::Values("intel", "fr079", "mit_csail"));
 

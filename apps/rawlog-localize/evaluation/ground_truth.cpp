@@ -26,7 +26,8 @@ namespace
 double yaw_of_quaternion(double x, double y, double z, double w)
 {
 	const double length = std::hypot(std::hypot(x, y), std::hypot(z, w));
-	if (!(length > 0) || !std::isfinite(length)) return std::numeric_limits<double>::quiet_NaN();
+	constexpr double kRounded = 0.1;  // [-] that the length of a rotation may be off 1
+	if (!(std::abs(length - 1) < kRounded)) return std::numeric_limits<double>::quiet_NaN();
 	x /= length, y /= length, z /= length, w /= length;
 	return std::atan2(2 * (w * z + x * y), w * w + x * x - y * y - z * z);
 }

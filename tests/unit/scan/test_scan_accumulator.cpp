@@ -129,8 +129,8 @@ TEST_F(TurningRobot, LasersBeforeAndBehindSeeAFullCircleTogether)
 	const auto observation = [&](const TPose2D& robot, double x, double yaw)
 	{
 		Laser laser;
-		laser.beams = 381;
-		laser.aperture = 190 * kDegree;
+		laser.beams = 441;
+		laser.aperture = 220 * kDegree;  // 190 deg leave a gap where the robot turned and moved between the scans
 		laser.on_robot = {x, 0, 0, yaw, 0, 0};
 		return std::make_shared<mrpt::obs::CObservation2DRangeScan>(make_observation(grid_, robot, laser));
 	};
@@ -140,7 +140,7 @@ TEST_F(TurningRobot, LasersBeforeAndBehindSeeAFullCircleTogether)
 	    {observation(then, -0.2, M_PI), odometry + CPose2D(then)}, {observation(now, 0.2, 0), odometry + CPose2D(now)}};
 	const Scan scan = merge_scans(both, {});
 	ASSERT_TRUE(scan.valid());
-	EXPECT_GT(scan.field_of_view, 330 * kDegree) << "each of them sees 190 deg; they stand 0.4 m apart";
+	EXPECT_GT(scan.field_of_view, 345 * kDegree);
 	EXPECT_EQ(scan.sensor_on_robot, TPose2D(0.2, 0, 0));
 	EXPECT_LT(worst_range(scan, now), 0.06);
 	const Localizer localizer(make_map(grid_));

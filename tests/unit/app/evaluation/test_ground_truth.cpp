@@ -87,7 +87,8 @@ TEST_F(GroundTruthFile, RowsWithoutAPoseArePassedOver)
 TEST_F(GroundTruthFile, WrongLinesAreNamed)
 {
 	for (const char* line :
-	     {"1 2 3", "1 2 3 4 5", "1 2 three 4", "1 2 3 nan", "1 2 3 4 5 6 7 8 9", "1,2,3,4", "1 2 3 0 0 0 0 0"})
+	     {"1 2 3", "1 2 3 4 5", "1 2 three 4", "1 2 3 nan", "1 2 3 4 5 6 7 8 9", "1,2,3,4", "1 2 3 0 0 0 0 0",
+	      "1 2 3 0 1e200 1e200 1e200 -1e200"})
 		EXPECT_NE(refusal("1 2 3 4\n" + std::string(line) + "\n").find("line 2 is neither"), std::string::npos) << line;
 	EXPECT_NE(refusal("# nothing\n").find("holds no pose"), std::string::npos);
 	EXPECT_THROW(load_ground_truth(path("missing.txt")), UserError);
