@@ -302,7 +302,7 @@ void bind_localization(py::module_& module)
 	    .def_readonly("note", &Localization::note, "Says why a scan was rejected or is invalid; else empty.")
 	    .def_readonly(
 	        "relative_entropy", &Localization::relative_entropy,
-	        "Between the scan and what the map shows at the best pose [bit]; lower is better. NaN without a pose.")
+	        "Between the scan and what the map shows at the best pose [bit]; lower is better. None without a pose.")
 	    .def_property_readonly(
 	        "pose",
 	        [](const Localization& result) -> py::object

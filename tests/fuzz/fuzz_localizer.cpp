@@ -177,7 +177,8 @@ void ask(const Localizer& localizer, Numbers& numbers)
 	const Scan scan = random_scan(numbers);
 	ask_twice(scan);
 	const mrpt::poses::CPose2D anywhere(numbers.odd(-60, 60), numbers.odd(-60, 60), numbers.odd(-4, 4));
-	if (scan.valid()) require(!std::isinf(localizer.relative_entropy(scan, anywhere)), "a relative entropy");
+	if (const auto entropy = scan.valid() ? localizer.relative_entropy(scan, anywhere) : std::nullopt)
+		require(std::isfinite(*entropy), "a relative entropy");
 	if (localizer.parameters().method == Method::kPaper) return;
 	if (const auto near = localizer.hypothesis_near(scan, anywhere)) require_positive_definite(near->covariance);
 }

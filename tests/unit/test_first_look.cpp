@@ -30,7 +30,7 @@ Parameters first_look_only()
 	     {&coarse.max_pairs, &coarse.candidates, &refinement.max_scored, &refinement.max_refined,
 	      &refinement.max_restarted, &refinement.max_polished, &refinement.max_compared})
 		*count = static_cast<int>(std::ceil(effort * *count));
-	coarse.overview_unmatched *= effort;
+	coarse.overview_missing *= effort;
 	for (double* margin : {&coarse.overview_margin, &coarse.margin}) *margin *= margins;
 	return parameters;
 }

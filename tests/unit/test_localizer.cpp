@@ -152,6 +152,7 @@ double memory_taken(const mrpt::maps::COccupancyGridMap2D::Ptr& map, const Param
 	const pid_t child = fork();
 	if (child == 0)
 	{
+		const Localizer first(hall(1.0, 20), parameters);  // brings the pages of the libraries in
 		rusage before = {}, after = {};
 		getrusage(RUSAGE_SELF, &before);
 		const Localizer localizer(map, parameters);

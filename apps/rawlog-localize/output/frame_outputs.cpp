@@ -46,7 +46,7 @@ void write_frame(TextFile& file, const Frame& frame)
 	else
 		file.print(",,,,,,,");
 	file.print("%zu,", result.hypotheses.size());
-	if (frame.has_pose() && std::isfinite(result.relative_entropy)) file.print("%.6f", result.relative_entropy);
+	if (frame.has_pose() && result.relative_entropy) file.print("%.6f", *result.relative_entropy);
 	file.print(
 	    ",%.3f,%.3f,%.3f,%.3f,", result.times.retrieval_ms, result.times.registration_ms, result.times.refinement_ms,
 	    result.times.total_ms);

@@ -32,7 +32,7 @@ Parameters for_first_look(const Parameters& parameters)
 	Parameters first = with_share_of_effort(parameters, effort);
 	auto& coarse = first.coarse_search;
 	for (int* count : {&coarse.max_pairs, &coarse.candidates}) *count = static_cast<int>(std::ceil(effort * *count));
-	coarse.overview_unmatched *= effort;
+	coarse.overview_missing *= effort;
 	for (double* margin : {&coarse.overview_margin, &coarse.margin}) *margin *= margins;
 	return first;
 }
@@ -63,10 +63,20 @@ class TimeBudget
 	/// \param budget [ms] 0: as much as it takes
 	explicit TimeBudget(double budget) : budget_ms_(budget > 0 ? budget : HUGE_VAL) {}
 
-	double left_ms() const { return budget_ms_ - 1e3 * watch_.Tac(); }
 	bool is_half_spent() const { return left_ms() < 0.5 * budget_ms_; }
 
+	/// Judges as many candidates as a share [-] of the time that is left allows.
+	template <class Judge>
+	std::vector<Place> judge(
+	    const Judge& judge, const std::vector<Candidate>& candidates, const Parameters& parameters, double share) const
+	{
+		const auto affordable = affordable_candidates(share * left_ms(), candidates, parameters, judge);
+		return judge(affordable.candidates, affordable.parameters);
+	}
+
    private:
+	double left_ms() const { return budget_ms_ - 1e3 * watch_.Tac(); }
+
 	double budget_ms_;
 	mrpt::system::CTicTac watch_;
 };
@@ -77,58 +87,63 @@ bool is_clear(const Localization& answer, const FirstLookParameters& parameters)
 	return answer.status == Status::kLocalized && answer.confidence > parameters.clear_above;
 }
 
-/// Goes from candidates to places: each result feeds the next step.
-std::vector<Place> places_among(
-    const std::vector<Candidate>& candidates, const MapReading& map, const Scan& scan, const Prior& prior,
-    const Parameters& parameters, StageTimes& times)
+/// What a query works with, and the time that its stages take.
+struct Work
 {
-	const DistanceField& field = map.field;
-	const BeamTracer& tracer = map.tracer;
-	const BeamSubset few = few_beams(scan), many = many_beams(scan), all = all_beams(scan);
-	const auto settled = timed(times.registration_ms, settle, field, few, candidates, parameters.refinement);
-	const auto shortlist = timed(times.refinement_ms, make_shortlist, tracer, field, few, settled, parameters);
-	const auto refined = timed(times.refinement_ms, refine, field, many, shortlist, parameters.refinement);
-	return timed(times.refinement_ms, find_places, tracer, field, scan, all, refined, prior, parameters);
+	const Scan& scan;
+	const DefaultIndex& index;
+	const Prior& prior;
+	TimeBudget budget;
+	StageTimes times;
+
+	/// Returns the share [-] of the time left that one of the readings not yet searched, `map` the first of them, has.
+	double share_of(const MapReading& map) const
+	{
+		return 1.0 / static_cast<double>(&index.readings.back() - &map + 1);
+	}
+};
+
+// The whole method: from candidates to places, from a look at all readings to an answer, and one look after the other.
+std::vector<Place> places_among(
+    const std::vector<Candidate>& candidates, const MapReading& map, const Parameters& parameters, Work& work)
+{
+	const BeamSubset few = few_beams(work.scan), many = many_beams(work.scan), all = all_beams(work.scan);
+	StageTimes& times = work.times;
+	const auto settled = timed(times.registration_ms, settle, map.field, few, candidates, parameters.refinement);
+	const auto shortlist = timed(times.refinement_ms, make_shortlist, map.tracer, map.field, few, settled, parameters);
+	const auto poses = timed(times.refinement_ms, refine, map.field, many, shortlist, parameters.refinement);
+	return timed(
+	    times.refinement_ms, find_places, map.tracer, map.field, work.scan, all, poses, work.prior, parameters);
 }
 
-/// Searches all readings of the map. \return no value if a look that is not the last one would leave out candidates
-std::optional<Localization> answer_of(
-    const Look& look, const Scan& scan, const DefaultIndex& index, const Prior& prior, const TimeBudget& budget,
-    StageTimes& times)
+std::optional<Localization> answer_of(const Look& look, Work& work)
 {
 	std::vector<Place> places;
-	auto readings = static_cast<double>(index.readings.size());  // [-] that are still to be searched
-	for (const MapReading& map : index.readings)
+	for (const MapReading& map : work.index.readings)
 	{
-		const auto candidates =
-		    timed(times.retrieval_ms, coarse_search, map.profiles, scan, look.parameters.coarse_search, prior);
+		const auto candidates = timed(
+		    work.times.retrieval_ms, coarse_search, map.profiles, work.scan, look.parameters.coarse_search, work.prior);
 		if (look.leaves_out(candidates)) return std::nullopt;
-		const auto judge = [&](const std::vector<Candidate>& some, const Parameters& parameters)
-		{ return places_among(some, map, scan, prior, parameters, times); };
-		const auto affordable =
-		    affordable_candidates(budget.left_ms() / readings--, candidates, look.parameters, judge);
-		places = merged_places(
-		    std::move(places), judge(affordable.candidates, affordable.parameters), look.parameters.scoring);
+		const auto judge = [&](const auto& some, const auto& with) { return places_among(some, map, with, work); };
+		const auto found = work.budget.judge(judge, candidates, look.parameters, work.share_of(map));
+		places = merged_places(std::move(places), found, look.parameters.scoring);
 	}
-	return timed(times.refinement_ms, decide, scan, places, look.parameters);
+	return timed(work.times.refinement_ms, decide, work.scan, places, look.parameters);
 }
 }  // namespace
 
 Localization localize_default(
     const Scan& scan, const DefaultIndex& index, const Parameters& parameters, const Query& query)
 {
-	const TimeBudget budget(query.time_budget);
-	StageTimes times;
-	Localization result;
+	Work work{scan, index, query.prior, TimeBudget(query.time_budget), {}};
+	std::optional<Localization> answer;
 	for (const Look& look : looks(parameters))
 	{
-		const auto answer = answer_of(look, scan, index, query.prior, budget, times);
-		if (!answer) continue;
-		result = *answer;
-		if (is_clear(result, parameters.first_look) || budget.is_half_spent()) break;
+		answer = answer_of(look, work);
+		if (answer && (is_clear(*answer, parameters.first_look) || work.budget.is_half_spent())) break;
 	}
-	result.times = times;
-	return result;
+	answer->times = work.times;  // the last look always has an answer
+	return *answer;
 }
 
 std::optional<Hypothesis> hypothesis_near(
@@ -136,12 +151,12 @@ std::optional<Hypothesis> hypothesis_near(
 {
 	Parameters lenient = parameters;
 	lenient.scoring.rejected_below = 0;
-	StageTimes times;
+	const std::vector<Candidate> here{Candidate{robot + scan.sensor_on_robot}};
+	const Prior anywhere;
+	Work work{scan, index, anywhere, TimeBudget(0), {}};
 	std::vector<Place> places;
 	for (const MapReading& map : index.readings)
-		places = merged_places(
-		    std::move(places), places_among({Candidate{robot + scan.sensor_on_robot}}, map, scan, {}, lenient, times),
-		    lenient.scoring);
+		places = merged_places(std::move(places), places_among(here, map, lenient, work), lenient.scoring);
 	const Localization result = decide(scan, places, lenient);
 	if (result.hypotheses.empty()) return std::nullopt;
 	Hypothesis hypothesis = result.best();

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <mutex>
 #include <optional>
 #include <stdexcept>
@@ -282,9 +281,9 @@ std::optional<Hypothesis> Localizer::hypothesis_near(const Scan& scan, const mrp
 	return d2s1r::hypothesis_near(scan, *index_->default_index, robot.asTPose(), index_->parameters);
 }
 
-double Localizer::relative_entropy(const Scan& scan, const mrpt::poses::CPose2D& robot) const
+std::optional<double> Localizer::relative_entropy(const Scan& scan, const mrpt::poses::CPose2D& robot) const
 {
-	if (!is_on_earth(robot)) return std::numeric_limits<double>::quiet_NaN();
+	if (!is_on_earth(robot)) return std::nullopt;
 	return relative_entropy_at(robot.asTPose() + scan.sensor_on_robot, scan, index_->caster, index_->parameters.paper);
 }
 

@@ -30,8 +30,8 @@ SECTIONS = ("free_cells", "scan", "coarse_search", "refinement", "first_look", "
 WEIGHTS = ("beam_model", "presence_model")  # sections whose keys are off at 0
 # What a constant is set to for its heuristic to be off; one that has no such value is only halved and doubled.
 OFF = {
-    "scan.covered_within": 0, "coarse_search.overview_margin": 1e6, "coarse_search.overview_unmatched": 1,
-    "coarse_search.overview_deficit": 1e6, "coarse_search.occluder_range": 0, "coarse_search.margin": 1e6,
+    "scan.covered_within": 0, "coarse_search.overview_margin": 1e6, "coarse_search.overview_missing": 1,
+    "coarse_search.overview_missing_by_chance": 1e6, "coarse_search.occluder_range": 0, "coarse_search.margin": 1e6,
     "refinement.fit_margin": 100, "refinement.score_margin": 1e6, "refinement.max_restarted": 0,
     "refinement.cost_weight": 0, "refinement.surface_offset": 0.001, "first_look.clear_above": 1,
     "scoring.temperature_by_beam": 0,

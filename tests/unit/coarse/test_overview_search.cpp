@@ -66,8 +66,8 @@ class OverviewSearch : public testing::Test
 
 TEST_F(OverviewSearch, FindsAllPairsBelowALimit)
 {
-	parameters_.overview_deficit = 1e6;   // all groups are looked at
-	parameters_.overview_truncation = 2;  // beams enough that all of them are compared
+	parameters_.overview_missing_by_chance = 1e6;  // all groups are looked at
+	parameters_.overview_truncation = 2;           // beams enough that all of them are compared
 	const Scan scan = aligned_scan(grid_, profiles_.directions, {2.41, 8.57, 0.7}, 30, 100);
 	const std::size_t all_pairs = profiles_.groups() * static_cast<std::size_t>(profiles_.directions);
 	struct Case
@@ -126,10 +126,10 @@ TEST_F(OverviewSearch, PassesOverGroupsWhoseSignaturesLackTooMuch)
 		Scan scan = aligned_scan(grid_, profiles_.directions, {2.41, 8.57, 0.7}, 0, count);
 		block(scan, 0, 20, 0.5F);  // has no counterpart anywhere
 		std::size_t previous = 0;
-		for (const auto& [unmatched, by_chance] : {std::pair{0.0, 0.0}, {1.0, 0.0}, {1.0, 1.0}, {1.0, 1e6}})
+		for (const auto& [share, by_chance] : {std::pair{0.0, 0.0}, {1.0, 0.0}, {1.0, 1.0}, {1.0, 1e6}})
 		{
-			parameters_.overview_unmatched = unmatched;
-			parameters_.overview_deficit = by_chance;
+			parameters_.overview_missing = share;
+			parameters_.overview_missing_by_chance = by_chance;
 			std::set<std::size_t> seen;
 			for (const Pair& pair : look(scan)) seen.insert(static_cast<std::size_t>(pair.position));
 			int most_seen = 0, least_unseen = 256;
@@ -138,8 +138,8 @@ TEST_F(OverviewSearch, PassesOverGroupsWhoseSignaturesLackTooMuch)
 					most_seen = std::max(most_seen, literal_missing(scan, group));
 				else
 					least_unseen = std::min(least_unseen, literal_missing(scan, group));
-			EXPECT_LT(most_seen, least_unseen) << count << " " << unmatched << " " << by_chance;
-			EXPECT_GT(seen.size(), previous) << count << " " << unmatched << " " << by_chance;
+			EXPECT_LT(most_seen, least_unseen) << count << " " << share << " " << by_chance;
+			EXPECT_GT(seen.size(), previous) << count << " " << share << " " << by_chance;
 			previous = seen.size();
 		}
 		EXPECT_EQ(previous, profiles_.groups());

@@ -6,7 +6,6 @@
 #include <mrpt/poses/CPose2D.h>
 #include <mrpt/poses/CPosePDFSOG.h>
 
-#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -64,9 +63,9 @@ struct Localization
 	/// of it.
 	double confidence = 0;
 	std::vector<Hypothesis> hypotheses;  //!< by decreasing probability; empty if rejected or invalid
-	/// [bit] Relative entropy between the scan and the virtual scan at best(), Eq. 1; lower is better. NaN without a
-	/// hypothesis.
-	double relative_entropy = std::numeric_limits<double>::quiet_NaN();
+	/// [bit] Relative entropy between the scan and the virtual scan at best(), Eq. 1; lower is better. It has no value
+	/// without a hypothesis.
+	std::optional<double> relative_entropy;
 	StageTimes times;  //!< how long the answer took
 	std::string note;  //!< says why a scan was rejected or is invalid; else empty
 

@@ -73,8 +73,9 @@ class Localizer
 	std::optional<Hypothesis> hypothesis_near(const Scan& scan, const mrpt::poses::CPose2D& robot) const;
 
 	/// Returns the relative entropy [bit] between a valid scan and a virtual scan of the robot at `robot` (map frame),
-	/// Eq. 1; lower is better. It is NaN if `robot` is not finite or 10,000 km away.
-	double relative_entropy(const Scan& scan, const mrpt::poses::CPose2D& robot) const;
+	/// Eq. 1; lower is better.
+	/// \return no value if `robot` is not finite or 10,000 km away, or if no beam can be compared
+	std::optional<double> relative_entropy(const Scan& scan, const mrpt::poses::CPose2D& robot) const;
 
 	/// Returns the map that was given to the constructor. A loaded one is made at the first call.
 	const mrpt::maps::COccupancyGridMap2D& map() const;

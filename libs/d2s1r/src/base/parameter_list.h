@@ -94,11 +94,11 @@ void visit_overview_search(P& coarse, const Visitor& visit)
 	    "[overview step] times the square root of the number of beams: pairs whose beams cost this much more in total "
 	    "than those of the cheapest are dropped after the overview");
 	visit(
-	    "overview_unmatched", coarse.overview_unmatched, 0.0, 1.0,
+	    "overview_missing", coarse.overview_missing, 0.0, 1.0,
 	    "[-] share of the cost of the cheapest pair that beams missing from a range histogram may make up at a group "
 	    "that is still searched");
 	visit(
-	    "overview_deficit", coarse.overview_deficit, 0.0, 1e6,
+	    "overview_missing_by_chance", coarse.overview_missing_by_chance, 0.0, 1e6,
 	    "[-] times the square root of the number of beams: how many beams more may by chance be missing there");
 	visit(
 	    "max_pairs", coarse.max_pairs, 1, 1000000,
@@ -186,7 +186,7 @@ void visit_first_look(P& first_look, const Visitor& visit)
 	    "there is no first look");
 	visit(
 	    "effort", first_look.effort, 0.001, 1.0,
-	    "[-] share of overview_unmatched, max_pairs, candidates and all max_... of refinement that the first look has");
+	    "[-] share of overview_missing, max_pairs, candidates and all max_... of refinement that the first look has");
 	visit(
 	    "margins", first_look.margins, 0.01, 1.0,
 	    "[-] share of overview_margin and coarse_search.margin that the first look has");

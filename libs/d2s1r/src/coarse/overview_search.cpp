@@ -58,7 +58,8 @@ int most_missing(
     const CoarseSearchParameters& parameters)
 {
 	const double allowed = beams * least / (static_cast<double>(few.count) * few.truncation);
-	const double most = parameters.overview_unmatched * allowed + parameters.overview_deficit * std::sqrt(beams);
+	const double most =
+	    parameters.overview_missing * allowed + parameters.overview_missing_by_chance * std::sqrt(beams);
 	return static_cast<int>(std::min(255.0, most / profiles.directions * RangeProfiles::kWhole));
 }
 

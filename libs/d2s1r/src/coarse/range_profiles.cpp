@@ -186,6 +186,27 @@ std::vector<std::uint8_t> make_histograms(const RangeProfiles& profiles)
 	}
 	return histograms;
 }
+
+/// Writes where the sample positions are, and which of them make a group.
+void list_positions(
+    const Grid& grid, const std::vector<PlacedCell>& positions, std::size_t groups, RangeProfiles& profiles)
+{
+	std::vector<float> xs, ys;
+	std::vector<std::size_t> first_of_group;
+	xs.reserve(positions.size());
+	ys.reserve(positions.size());
+	first_of_group.reserve(groups + 1);
+	for (std::size_t i = 0; i < positions.size(); i++)
+	{
+		xs.push_back(static_cast<float>(grid.center_x(positions[i].cell)));
+		ys.push_back(static_cast<float>(grid.center_y(positions[i].cell)));
+		if (i == 0 || positions[i].place / 4 != positions[i - 1].place / 4) first_of_group.push_back(i);
+	}
+	first_of_group.push_back(positions.size());
+	profiles.x = std::move(xs);
+	profiles.y = std::move(ys);
+	profiles.first_of_group = std::move(first_of_group);
+}
 }  // namespace
 
 std::uint8_t RangeProfiles::quantize(double range) const
@@ -227,21 +248,7 @@ RangeProfiles make_range_profiles(
 	RangeProfiles profiles;
 	profiles.directions = parameters.directions;
 	profiles.max_range = std::min(parameters.max_range, (kMostSweptCells - 1) * grid.cell_size);  // 1: rounding
-	std::vector<float> xs, ys;
-	std::vector<std::size_t> first_of_group;
-	xs.reserve(positions.size());
-	ys.reserve(positions.size());
-	first_of_group.reserve(groups.size() + 1);
-	for (std::size_t i = 0; i < positions.size(); i++)
-	{
-		xs.push_back(static_cast<float>(grid.center_x(positions[i].cell)));
-		ys.push_back(static_cast<float>(grid.center_y(positions[i].cell)));
-		if (i == 0 || positions[i].place / 4 != positions[i - 1].place / 4) first_of_group.push_back(i);
-	}
-	first_of_group.push_back(positions.size());
-	profiles.x = std::move(xs);
-	profiles.y = std::move(ys);
-	profiles.first_of_group = std::move(first_of_group);
+	list_positions(grid, positions, groups.size(), profiles);
 	const auto directions = static_cast<std::size_t>(parameters.directions);
 	AlignedBytes overview_rows(groups.size() * profiles.overview_stride());
 	std::vector<std::uint8_t> position_rows(positions.size() * directions + RangeProfiles::kBlock);

@@ -108,14 +108,15 @@ Localization localize_paper(
 	result.status = Status::kLocalized;
 	result.hypotheses = make_hypotheses(scratch.candidates, scan, grid.cell_size, 2 * M_PI / parameters.directions);
 	result.confidence = probability_of_place(result.hypotheses);
-	result.relative_entropy = scratch.candidates.front().relative_entropy;
+	const double entropy = scratch.candidates.front().relative_entropy;
+	if (std::isfinite(entropy)) result.relative_entropy = entropy;
 	result.times.retrieval_ms = retrieved_ms;
 	result.times.registration_ms = registered_ms - retrieved_ms;
 	result.times.total_ms = 1e3 * watch.Tac();
 	return result;
 }
 
-double relative_entropy_at(
+std::optional<double> relative_entropy_at(
     const mrpt::math::TPose2D& sensor, const Scan& scan, const RayCaster& caster, const PaperParameters& parameters)
 {
 	const ResampledScan observed = resample(scan, parameters);
@@ -126,6 +127,7 @@ double relative_entropy_at(
 		if (observed.observed[i] != 0)
 			ranges[i] = caster.cast(sensor.x, sensor.y, sensor.phi + observed.first_direction + turn);
 	}
-	return relative_entropy(observed, ranges, parameters);
+	const double entropy = relative_entropy(observed, ranges, parameters);
+	return std::isfinite(entropy) ? std::optional(entropy) : std::nullopt;
 }
 }  // namespace d2s1r

@@ -40,6 +40,7 @@ Localization localize_paper(
 
 /// Returns the relative entropy D(observed || virtual) [bit], Eq. 1, of a scan and a virtual scan of a sensor at
 /// `sensor` (in map, m and rad); lower is better. Thread-safe.
-double relative_entropy_at(
+/// \return no value if no beam can be compared
+std::optional<double> relative_entropy_at(
     const mrpt::math::TPose2D& sensor, const Scan& scan, const RayCaster& caster, const PaperParameters& parameters);
 }  // namespace d2s1r

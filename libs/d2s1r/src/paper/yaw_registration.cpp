@@ -9,10 +9,65 @@
 #include <numeric>
 #include <stdexcept>
 
-#include "paper/correlation.h"
+#include "base/simd.h"
 
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "paper/yaw_registration.cpp"  // of the include path src/
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
 namespace d2s1r
 {
+namespace HWY_NAMESPACE
+{
+namespace hn = hwy::HWY_NAMESPACE;
+
+/// Computes result[s] = sum over i of weights[i] * circle[i + s] for all s below `size`. Every kind of SIMD gives the
+/// same bits. Eight vectors of shifts at a time stay in registers.
+/// \param circle two turns of `size` values and kCorrelationPadding more
+/// \param result `size` values and kCorrelationPadding more
+void correlate_shifts(const float* weights, std::size_t size, const float* circle, float* result)
+{
+	const hn::CappedTag<float, kCorrelationPadding / 8> lanes;
+	const std::size_t n = hn::Lanes(lanes);
+	for (std::size_t shift = 0; shift < size; shift += 8 * n)
+	{
+		auto s0 = hn::Zero(lanes), s1 = s0, s2 = s0, s3 = s0, s4 = s0, s5 = s0, s6 = s0, s7 = s0;
+		for (std::size_t i = 0; i < size; i++)
+		{
+			if (weights[i] == 0) continue;
+			const auto weight = hn::Set(lanes, weights[i]);
+			const float* from = circle + i + shift;
+			s0 = hn::Add(s0, hn::Mul(weight, hn::LoadU(lanes, from)));
+			s1 = hn::Add(s1, hn::Mul(weight, hn::LoadU(lanes, from + n)));
+			s2 = hn::Add(s2, hn::Mul(weight, hn::LoadU(lanes, from + 2 * n)));
+			s3 = hn::Add(s3, hn::Mul(weight, hn::LoadU(lanes, from + 3 * n)));
+			s4 = hn::Add(s4, hn::Mul(weight, hn::LoadU(lanes, from + 4 * n)));
+			s5 = hn::Add(s5, hn::Mul(weight, hn::LoadU(lanes, from + 5 * n)));
+			s6 = hn::Add(s6, hn::Mul(weight, hn::LoadU(lanes, from + 6 * n)));
+			s7 = hn::Add(s7, hn::Mul(weight, hn::LoadU(lanes, from + 7 * n)));
+		}
+		float* to = result + shift;
+		hn::StoreU(s0, lanes, to);
+		hn::StoreU(s1, lanes, to + n);
+		hn::StoreU(s2, lanes, to + 2 * n);
+		hn::StoreU(s3, lanes, to + 3 * n);
+		hn::StoreU(s4, lanes, to + 4 * n);
+		hn::StoreU(s5, lanes, to + 5 * n);
+		hn::StoreU(s6, lanes, to + 6 * n);
+		hn::StoreU(s7, lanes, to + 7 * n);
+	}
+}
+}  // namespace HWY_NAMESPACE
+}  // namespace d2s1r
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace d2s1r
+{
+HWY_EXPORT(correlate_shifts);
+
 namespace
 {
 /// Makes a range neither zero nor infinite ("Preprocess" of Algorithm 2).
@@ -127,7 +182,8 @@ YawRegistration register_yaw(
 	double first_term = -std::log2(total);
 	for (const float range : observed.ranges)
 		if (range > 0) first_term += static_cast<double>(range) * std::log2(static_cast<double>(range)) / total;
-	correlate(observed.ranges, scratch.logarithms, scratch.correlation);
+	HWY_DYNAMIC_DISPATCH(correlate_shifts)
+	(observed.ranges.data(), size, scratch.logarithms.data(), scratch.correlation.data());
 	YawRegistration best{0, std::numeric_limits<double>::infinity()};
 	for (std::size_t shift = 0; shift < size; shift++)
 	{
@@ -158,3 +214,4 @@ double relative_entropy(
 	return sum / total_observed + std::log2(total_virtual / total_observed);
 }
 }  // namespace d2s1r
+#endif  // HWY_ONCE

@@ -7,6 +7,9 @@
 
 namespace d2s1r
 {
+/// [-] How many values the SIMD kernel of register_yaw() reads and writes beyond the last one.
+inline constexpr std::size_t kCorrelationPadding = 64;
+
 /// How well a scan agrees with a virtual scan at the best yaw.
 struct YawRegistration
 {
