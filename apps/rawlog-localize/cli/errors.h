@@ -37,5 +37,11 @@ using logs::one_line;
 using logs::printable;
 
 /// Makes a UserError of what a library says about `file`. The file is named once, whether or not the library named it.
-UserError about(const std::string& file, ExitStatus status, const std::exception& exception);
+inline UserError about(const std::string& file, ExitStatus status, const std::exception& exception)
+{
+	const std::string line = one_line(exception), name = printable(file);
+	if (line.rfind(name + ":", 0) != 0) return UserError(status, name, line);
+	const auto end = line.find(": ", name.size());  // of "FILE: " or "FILE:LINE: "
+	return UserError(status, line.substr(0, end), line.substr(end + 2));
+}
 }  // namespace d2s1r::app

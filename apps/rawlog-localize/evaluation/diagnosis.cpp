@@ -4,6 +4,7 @@
 #include "cli/console.h"
 #include "evaluation/accuracy.h"
 #include "evaluation/ground_truth.h"
+#include "evaluation/mistakes.h"
 #include "frames/frame_loop.h"
 
 #include <mrpt/core/format.h>
@@ -22,24 +23,8 @@ namespace
 {
 using mrpt::obs::CObservation2DRangeScan;
 using mrpt::poses::CPose2D;
-using ScanPtr = CObservation2DRangeScan::ConstPtr;
 
 constexpr std::size_t kScans = 20;  // [-] that are tried
-
-/// A scan of the log, and one that was taken after the robot had moved on.
-struct Sample
-{
-	ScanPtr scan;
-	ScanPtr later;        //!< null if the odometry shows no motion
-	CPose2D motion;       //!< from scan to later by the odometry
-	double middle_angle;  //!< [rad] see RawlogObject
-};
-
-struct Samples
-{
-	std::vector<Sample> chosen;                          //!< of the laser that is localized
-	std::map<std::string, std::vector<ScanPtr>> others;  //!< by the label of another laser
-};
 
 /// Reads the samples from a log.
 class SampleReader
@@ -121,19 +106,6 @@ class SampleReader
 	Samples samples_;
 };
 
-/// What a scan would be without a mistake.
-using Correction = std::function<void(CObservation2DRangeScan&)>;
-
-/// A mistake that may have been made.
-struct Mistake
-{
-	std::string advice;  //!< goes on after "17 of 20 scans fit (2 do as it is) if "
-	Correction correct = [](CObservation2DRangeScan&) {};
-	bool toggles_zeros = false;  //!< whether scan.zero_is_no_return is the other way round
-	std::string other_laser{};   //!< label of the laser whose scans are tried; empty: that of the run
-	bool mirrors = false;
-};
-
 /// What became of scans under a mistake.
 struct Trial
 {
@@ -209,16 +181,13 @@ class Tester
 	Trial localize(const Mistake& mistake, const std::vector<ScanPtr>& scans, const Query& query) const
 	{
 		Trial trial{std::vector<Localization>(scans.size())};
-		ScanParameters parameters = localizer_.parameters().scan;
-		if (mistake.toggles_zeros) parameters.zero_is_no_return = !parameters.zero_is_no_return;
 		run_on_threads(
 		    scans.size(), flags_.threads,
 		    [&](std::size_t i)
 		    {
 			    if (!scans[i] || interrupted()) return;
-			    CObservation2DRangeScan scan = *scans[i];
-			    mistake.correct(scan);
-			    trial.answers[i] = localizer_.localize(make_scan(scan, parameters), query);
+			    trial.answers[i] =
+			        localizer_.localize(corrected(*scans[i], mistake, localizer_.parameters().scan), query);
 		    });
 		return trial;
 	}
@@ -226,60 +195,6 @@ class Tester
 	Samples samples_;
 	const Flags& flags_;
 	Localizer localizer_;
-};
-
-Correction scaled_by(double factor)
-{
-	return [factor](CObservation2DRangeScan& scan)
-	{
-		for (std::size_t i = 0; i < scan.getScanSize(); i++)
-			scan.setScanRange(i, static_cast<float>(factor * static_cast<double>(scan.getScanRange(i))));
-		scan.maxRange = static_cast<float>(factor * static_cast<double>(scan.maxRange));
-	};
-}
-
-void mirror(CObservation2DRangeScan& scan)
-{
-	scan.rightToLeft = !scan.rightToLeft;
-}
-
-/// Reads what is at or beyond the laser's range as measured, if it is within the new one.
-Correction with_max_range(float range)
-{
-	return [range](CObservation2DRangeScan& scan)
-	{
-		for (std::size_t i = 0; i < scan.getScanSize(); i++)
-			if (scan.getScanRange(i) >= scan.maxRange && scan.getScanRange(i) < range)
-				scan.setScanRangeValidity(i, true);
-		scan.maxRange = range;
-	};
-}
-
-/// What the readings of the samples look like.
-struct Readings
-{
-	std::vector<float> ranges;  //!< [m] finite ones above 0, by increasing range
-	std::size_t beams = 0;      //!< [-] all of them
-	std::size_t zeros = 0;      //!< [-] of these
-	float max_range = 0;        //!< [m] as the log has it
-
-	explicit Readings(const std::vector<Sample>& samples)
-	{
-		for (const Sample& sample : samples)
-		{
-			max_range = sample.scan->maxRange;
-			beams += sample.scan->getScanSize();
-			for (std::size_t i = 0; i < sample.scan->getScanSize(); i++)
-			{
-				const float range = sample.scan->getScanRange(i);
-				zeros += range == 0;
-				if (range > 0 && std::isfinite(range)) ranges.push_back(range);
-			}
-		}
-		std::sort(ranges.begin(), ranges.end());
-	}
-
-	double median() const { return ranges.empty() ? 0 : static_cast<double>(ranges[ranges.size() / 2]); }
 };
 
 /// Returns the text of --sensor-pose [m, deg] for a laser that is turned by (yaw, roll) [deg] against `pose`.
@@ -298,96 +213,6 @@ mrpt::poses::CPose3D laser_on_robot(const Flags& flags, const Samples& samples)
 	const Sample& sample = samples.chosen.front();
 	return flags.overrides.sensor_pose.value_or(
 	    sample.scan->sensorPose + mrpt::poses::CPose3D(0, 0, 0, -sample.middle_angle, 0, 0));
-}
-
-void add_units(const Readings& readings, std::vector<Mistake>& mistakes)
-{
-	struct Unit
-	{
-		const char* name;
-		double metres;
-	};
-	constexpr double kLeastMedian = 0.3, kGreatestMedian = 60;  // [m] that laser scans have
-	for (const Unit& unit :
-	     {Unit{"millimetres", 1e-3}, Unit{"centimetres", 1e-2}, Unit{"feet", 0.3048}, Unit{"kilometres", 1e3}})
-	{
-		const double median = unit.metres * readings.median();
-		if (median < kLeastMedian || median > kGreatestMedian) continue;
-		const bool is_range_in_metres = median < static_cast<double>(readings.max_range);
-		const double factor = unit.metres;
-		const float max_range = is_range_in_metres
-		                            ? readings.max_range
-		                            : static_cast<float>(factor * static_cast<double>(readings.max_range));
-		const auto correct = [factor, max_range](CObservation2DRangeScan& scan)
-		{
-			scaled_by(factor)(scan);
-			for (std::size_t i = 0; i < scan.getScanSize(); i++)
-				if (const float range = scan.getScanRange(i); range > 0 && range < max_range)
-					scan.setScanRangeValidity(i, true);
-			scan.maxRange = max_range;
-		};
-		mistakes.push_back(
-		    {mrpt::format(
-		         "the ranges are %s: --range-factor %g --max-range %g", unit.name, factor,
-		         static_cast<double>(max_range)),
-		     correct});
-	}
-}
-
-void add_max_ranges(const Readings& readings, std::vector<Mistake>& mistakes)
-{
-	const auto& ranges = readings.ranges;
-	if (ranges.empty()) return;
-	constexpr float kSame = 0.02F;  // [m]
-	constexpr double kPile = 0.03;  // [-] of the beams that end at one range
-	const auto count_from = [&](float range)
-	{ return static_cast<double>(ranges.end() - std::lower_bound(ranges.begin(), ranges.end(), range)); };
-	const auto beams = static_cast<double>(readings.beams);
-	const float greatest = ranges.back();
-	if (count_from(readings.max_range) > kPile * beams && greatest > readings.max_range + kSame)
-	{
-		const float range = std::ceil(greatest + kSame);
-		mistakes.push_back(
-		    {mrpt::format(
-		         "the laser sees further than %g m: --max-range %g", static_cast<double>(readings.max_range),
-		         static_cast<double>(range)),
-		     with_max_range(range)});
-	}
-	const float pile = greatest - kSame;
-	if (greatest < readings.max_range && count_from(pile) > kPile * beams)
-		mistakes.push_back(
-		    {mrpt::format(
-		         "readings of %.2f m mean that nothing was there: --max-range %.2f", static_cast<double>(greatest),
-		         static_cast<double>(pile)),
-		     with_max_range(pile)});
-}
-
-/// Returns the mistakes that are tried, but for the resolution.
-std::vector<Mistake> usual_mistakes(const Samples& samples, const Localizer& localizer)
-{
-	const Readings readings(samples.chosen);
-	std::vector<Mistake> mistakes(1);
-	mistakes[0].correct = mirror;
-	mistakes[0].mirrors = true;
-	add_units(readings, mistakes);
-	add_max_ranges(readings, mistakes);
-	constexpr double kManyZeros = 0.02;  // [-] of the beams
-	if (static_cast<double>(readings.zeros) > kManyZeros * static_cast<double>(readings.beams))
-	{
-		const bool is_no_return = localizer.parameters().scan.zero_is_no_return;
-		mistakes.emplace_back();
-		mistakes.back().advice = std::string("ranges of 0 mean that ") +
-		                         (is_no_return ? "there is no data" : "nothing was there") +
-		                         ": zero_is_no_return = " + (is_no_return ? "0" : "1") + " in [scan] of --config";
-		mistakes.back().toggles_zeros = true;
-	}
-	for (const auto& [label, scans] : samples.others)
-	{
-		mistakes.emplace_back();
-		mistakes.back().advice = "another laser is used: --sensor-label '" + label + "'";
-		mistakes.back().other_laser = label;
-	}
-	return mistakes;
 }
 
 /// Returns the factor of all ranges under which scans fit best, from 0.5 to 2: first with few scans in large steps,
@@ -616,11 +441,33 @@ std::size_t far_more(std::size_t scans)
 	return std::max<std::size_t>(2, scans / 5);
 }
 
+/// Returns what is told of a mistake.
+std::string fit_without(const Trial& trial, std::size_t fit, const std::string& advice)
+{
+	return mrpt::format("%zu of %zu scans fit (%zu do as it is) if ", trial.fit(), trial.answers.size(), fit) + advice;
+}
+
+/// Returns the lines of what readings mean that are taken for something else, though the scans may fit all the same.
+std::vector<std::string> advice_by_beams(const Tester& tester, std::size_t fit)
+{
+	constexpr double kNearlyAll = 0.8;  // [-] of the beams
+	std::vector<std::string> lines;
+	for (const Mistake& mistake : usual_mistakes(tester.samples(), tester.localizer().parameters().scan))
+	{
+		if (!mistake.changes_beams) continue;
+		const Trial trial = tester.try_scans(mistake);
+		if (trial.fit() >= fit &&
+		    share_that_map_confirms(mistake, tester.samples().chosen, trial.answers, tester.localizer()) > kNearlyAll)
+			lines.push_back(fit_without(trial, fit, mistake.advice));
+	}
+	return lines;
+}
+
 /// Returns the mistake under which the scans fit best, if there is one under which far more of them fit, and what
 /// became of them.
 std::optional<std::pair<Mistake, Trial>> worst_mistake(const Tester& tester, const Flags& flags, std::size_t fit)
 {
-	std::vector<Mistake> mistakes = usual_mistakes(tester.samples(), tester.localizer());
+	std::vector<Mistake> mistakes = usual_mistakes(tester.samples(), tester.localizer().parameters().scan);
 	const double scale = best_scale(tester), cell = tester.localizer().grid().cell_size;
 	mistakes.push_back(
 	    {mrpt::format("the cells of the map are %.3g m instead of %.3g m wide: ", cell / scale, cell) +
@@ -654,16 +501,14 @@ Diagnosis diagnose(
 	{ diagnosis.advice.insert(diagnosis.advice.end(), lines.begin(), lines.end()); };
 	const auto motions = [&](const Mistake& mistake, const Trial& trial)
 	{ return motions_between(samples.chosen, trial, tester.try_later(mistake)); };
-	if (diagnosis.fit + far_more(diagnosis.tried) <= diagnosis.tried)
+	if (diagnosis.advice.empty()) add(advice_by_beams(tester, diagnosis.fit));
+	if (diagnosis.advice.empty() && diagnosis.fit + far_more(diagnosis.tried) <= diagnosis.tried)
 		if (const auto worst = worst_mistake(tester, flags, diagnosis.fit))
 		{
 			const auto& [mistake, trial] = *worst;
 			const std::string advice =
 			    mistake.mirrors ? mirror_advice(motions(mistake, trial), samples, flags) : mistake.advice;
-			add(
-			    {mrpt::format(
-			         "%zu of %zu scans fit (%zu do as it is) if ", trial.fit(), trial.answers.size(), diagnosis.fit) +
-			     advice});
+			add({fit_without(trial, diagnosis.fit, advice)});
 		}
 	if (diagnosis.advice.empty() && 2 * diagnosis.fit >= diagnosis.tried)
 	{

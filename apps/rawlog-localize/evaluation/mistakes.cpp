@@ -1,0 +1,243 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "evaluation/mistakes.h"
+
+#include <d2s1r/scan.h>
+#include <mrpt/core/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace d2s1r::app
+{
+using mrpt::obs::CObservation2DRangeScan;
+
+Correction scaled_by(double factor)
+{
+	return [factor](CObservation2DRangeScan& scan)
+	{
+		for (std::size_t i = 0; i < scan.getScanSize(); i++)
+			scan.setScanRange(i, static_cast<float>(factor * static_cast<double>(scan.getScanRange(i))));
+		scan.maxRange = static_cast<float>(factor * static_cast<double>(scan.maxRange));
+	};
+}
+
+namespace
+{
+void mirror(CObservation2DRangeScan& scan)
+{
+	scan.rightToLeft = !scan.rightToLeft;
+}
+
+/// Reads what is at or beyond the laser's range as measured, if it is within the new one.
+Correction with_max_range(float range)
+{
+	return [range](CObservation2DRangeScan& scan)
+	{
+		for (std::size_t i = 0; i < scan.getScanSize(); i++)
+			if (scan.getScanRange(i) >= scan.maxRange && scan.getScanRange(i) < range)
+				scan.setScanRangeValidity(i, true);
+		scan.maxRange = range;
+	};
+}
+
+/// What the readings of the samples look like.
+struct Readings
+{
+	std::vector<float> ranges;  //!< [m] finite ones above 0, by increasing range
+	std::size_t beams = 0;      //!< [-] all of them
+	std::size_t zeros = 0;      //!< [-] of these
+	float max_range = 0;        //!< [m] as the log has it
+
+	explicit Readings(const std::vector<Sample>& samples)
+	{
+		for (const Sample& sample : samples)
+		{
+			max_range = sample.scan->maxRange;
+			beams += sample.scan->getScanSize();
+			for (std::size_t i = 0; i < sample.scan->getScanSize(); i++)
+			{
+				const float range = sample.scan->getScanRange(i);
+				zeros += range == 0;
+				if (range > 0 && std::isfinite(range)) ranges.push_back(range);
+			}
+		}
+		std::sort(ranges.begin(), ranges.end());
+	}
+
+	float greatest() const { return ranges.empty() ? 0 : ranges.back(); }  //!< [m]
+	double median() const { return ranges.empty() ? 0 : static_cast<double>(ranges[ranges.size() / 2]); }
+};
+
+void add_units(const Readings& readings, std::vector<Mistake>& mistakes)
+{
+	struct Unit
+	{
+		const char* name;
+		double metres;
+	};
+	constexpr double kLeastMedian = 0.3, kGreatestMedian = 60;  // [m] that laser scans have
+	for (const Unit& unit :
+	     {Unit{"millimetres", 1e-3}, Unit{"centimetres", 1e-2}, Unit{"feet", 0.3048}, Unit{"kilometres", 1e3}})
+	{
+		const double median = unit.metres * readings.median();
+		if (median < kLeastMedian || median > kGreatestMedian) continue;
+		const bool is_range_in_metres = median < static_cast<double>(readings.max_range);
+		const double factor = unit.metres;
+		const float max_range = is_range_in_metres
+		                            ? readings.max_range
+		                            : static_cast<float>(factor * static_cast<double>(readings.max_range));
+		const auto correct = [factor, max_range](CObservation2DRangeScan& scan)
+		{
+			scaled_by(factor)(scan);
+			for (std::size_t i = 0; i < scan.getScanSize(); i++)
+				if (const float range = scan.getScanRange(i); range > 0 && range < max_range)
+					scan.setScanRangeValidity(i, true);
+			scan.maxRange = max_range;
+		};
+		mistakes.push_back(
+		    {mrpt::format(
+		         "the ranges are %s: --range-factor %g --max-range %g", unit.name, factor,
+		         static_cast<double>(max_range)),
+		     correct});
+	}
+}
+
+void add_max_ranges(const Readings& readings, std::vector<Mistake>& mistakes)
+{
+	const auto& ranges = readings.ranges;
+	if (ranges.empty()) return;
+	constexpr float kSame = 0.02F;  // [m]
+	constexpr double kPile = 0.03;  // [-] of the beams that end at one range
+	const auto count_from = [&](float range)
+	{ return static_cast<double>(ranges.end() - std::lower_bound(ranges.begin(), ranges.end(), range)); };
+	const auto beams = static_cast<double>(readings.beams);
+	const float greatest = readings.greatest();
+	if (count_from(readings.max_range) > kPile * beams && greatest > readings.max_range + kSame)
+	{
+		const float range = std::ceil(greatest + kSame);
+		mistakes.push_back(
+		    {mrpt::format(
+		         "the laser sees further than %g m: --max-range %g", static_cast<double>(readings.max_range),
+		         static_cast<double>(range)),
+		     with_max_range(range)});
+		mistakes.back().changes_beams = true;
+	}
+	const float pile = greatest - kSame;
+	if (greatest < readings.max_range && count_from(pile) > kPile * beams)
+	{
+		mistakes.push_back(
+		    {mrpt::format(
+		         "readings of %.2f m mean that nothing was there: --max-range %.2f", static_cast<double>(greatest),
+		         static_cast<double>(pile)),
+		     with_max_range(pile)});
+		mistakes.back().changes_beams = true;
+	}
+}
+
+void add_zeros(const Readings& readings, const ScanParameters& parameters, std::vector<Mistake>& mistakes)
+{
+	constexpr double kMany = 0.02;  // [-] of the beams
+	if (static_cast<double>(readings.zeros) <= kMany * static_cast<double>(readings.beams)) return;
+	Mistake mistake;
+	mistake.toggles_zeros = true;
+	if (parameters.zero_is_no_return)
+		mistake.advice = "ranges of 0 mean that there is no data: zero_is_no_return = 0 in [scan] of --config";
+	else
+	{
+		constexpr double kStep = 0.1;  // [m]
+		const double seen = kStep * std::ceil(static_cast<double>(readings.greatest()) / kStep);
+		const auto max_range = static_cast<double>(readings.max_range);
+		const bool is_shorter = seen < max_range - 0.5 * kStep;
+		const double reach = is_shorter ? seen : max_range;
+		mistake.changes_beams = true;
+		mistake.correct = with_max_range(static_cast<float>(reach));
+		mistake.advice = mrpt::format("ranges of 0 mean that nothing was there within %g m: ", reach);
+		if (is_shorter) mistake.advice += mrpt::format("--max-range %g, and ", reach);
+		mistake.advice += "zero_is_no_return = 1 in [scan] of --config";
+	}
+	mistakes.push_back(mistake);
+}
+/// Returns whether a scan has a beam in the same direction that ends in the same way.
+bool is_same_in(const Scan& scan, const Beam& beam)
+{
+	const auto same = std::lower_bound(
+	    scan.beams.begin(), scan.beams.end(), beam.angle,
+	    [](const Beam& other, float angle) { return other.angle < angle; });
+	return same != scan.beams.end() && same->angle == beam.angle && same->is_return == beam.is_return;
+}
+
+/// Returns the distance [m] from a sensor to the first wall in a direction [rad] of the map frame; `most` if there is
+/// none up to there.
+double distance_to_wall(const Grid& grid, const mrpt::math::TPose2D& sensor, double direction, double most)
+{
+	const double step = 0.5 * grid.cell_size;
+	for (double distance = 0; distance < most; distance += step)
+	{
+		const double x = sensor.x + distance * std::cos(direction), y = sensor.y + distance * std::sin(direction);
+		const int column = static_cast<int>(std::floor((x - grid.origin_x) / grid.cell_size)),
+		          row = static_cast<int>(std::floor((y - grid.origin_y) / grid.cell_size));
+		if (!grid.contains(column, row)) return most;
+		if (grid.at(column, row) == Cell::kOccupied) return distance;
+	}
+	return most;
+}
+
+/// Returns whether the map has a wall where a beam ends, or none in its way if it saw nothing.
+bool agrees(const Beam& beam, const mrpt::math::TPose2D& sensor, const Grid& grid)
+{
+	constexpr double kNear = 0.3;  // [m]
+	const auto range = static_cast<double>(beam.range);
+	const double wall = distance_to_wall(grid, sensor, sensor.phi + static_cast<double>(beam.angle), range + kNear);
+	return beam.is_return ? std::abs(wall - range) < kNear : wall > range;
+}
+}  // namespace
+
+Scan corrected(CObservation2DRangeScan scan, const Mistake& mistake, ScanParameters parameters)
+{
+	if (mistake.toggles_zeros) parameters.zero_is_no_return = !parameters.zero_is_no_return;
+	mistake.correct(scan);
+	return make_scan(scan, parameters);
+}
+
+std::vector<Mistake> usual_mistakes(const Samples& samples, const ScanParameters& parameters)
+{
+	const Readings readings(samples.chosen);
+	std::vector<Mistake> mistakes(1);
+	mistakes[0].correct = mirror;
+	mistakes[0].mirrors = true;
+	add_units(readings, mistakes);
+	add_max_ranges(readings, mistakes);
+	add_zeros(readings, parameters, mistakes);
+	for (const auto& [label, scans] : samples.others)
+	{
+		mistakes.emplace_back();
+		mistakes.back().advice = "another laser is used: --sensor-label '" + label + "'";
+		mistakes.back().other_laser = label;
+	}
+	return mistakes;
+}
+
+double share_that_map_confirms(
+    const Mistake& mistake, const std::vector<Sample>& samples, const std::vector<Localization>& answers,
+    const Localizer& localizer)
+{
+	constexpr std::size_t kFewest = 3;  // [-] scans that show something
+	std::size_t found = 0, changed = 0, confirmed = 0;
+	for (std::size_t i = 0; i < samples.size(); i++)
+	{
+		if (answers[i].status != Status::kLocalized) continue;
+		found++;
+		const Scan with_mistake = make_scan(*samples[i].scan, localizer.parameters().scan);
+		const Scan without = corrected(*samples[i].scan, mistake, localizer.parameters().scan);
+		const auto sensor = answers[i].best().pose.asTPose() + without.sensor_on_robot;
+		for (const Beam& beam : without.beams)
+		{
+			if (is_same_in(with_mistake, beam)) continue;
+			changed++;
+			confirmed += agrees(beam, sensor, localizer.grid());
+		}
+	}
+	if (found < kFewest || changed == 0) return 0;
+	return static_cast<double>(confirmed) / static_cast<double>(changed);
+}
+}  // namespace d2s1r::app

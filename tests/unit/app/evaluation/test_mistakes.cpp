@@ -1,0 +1,131 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "evaluation/mistakes.h"
+
+#include <gtest/gtest.h>
+
+#include "test_floor.h"
+
+namespace d2s1r::test
+{
+namespace
+{
+using app::corrected;
+using app::Mistake;
+using app::Samples;
+using app::share_that_map_confirms;
+using app::usual_mistakes;
+using mrpt::obs::CObservation2DRangeScan;
+
+/// Readings of one laser, again and again.
+Samples samples_of(const std::vector<float>& readings, float max_range)
+{
+	CObservation2DRangeScan scan;
+	scan.maxRange = max_range;
+	scan.resizeScan(readings.size());
+	for (std::size_t i = 0; i < readings.size(); i++)
+	{
+		scan.setScanRange(i, readings[i]);
+		scan.setScanRangeValidity(i, readings[i] > 0 && readings[i] < max_range);
+	}
+	Samples samples;
+	for (int i = 0; i < 3; i++) samples.chosen.push_back({std::make_shared<CObservation2DRangeScan>(scan), {}, {}, 0});
+	return samples;
+}
+
+/// Readings at a short distance, as most are indoors, and some others.
+std::vector<float> near_and(const std::vector<float>& others)
+{
+	std::vector<float> readings;
+	for (int i = 0; i < 60; i++) readings.push_back(0.4F + 0.008F * static_cast<float>(i));
+	readings.insert(readings.end(), others.begin(), others.end());
+	return readings;
+}
+
+/// The advice of each mistake that may have been made, a line each; mirrors have none.
+std::string advice_on(const Samples& samples, const ScanParameters& parameters = {})
+{
+	std::string lines;
+	for (const Mistake& mistake : usual_mistakes(samples, parameters))
+		if (!mistake.mirrors) lines += mistake.advice + "\n";
+	return lines;
+}
+}  // namespace
+
+TEST(UsualMistakes, AreFewIfReadingsLookRight)
+{
+	EXPECT_EQ(advice_on(samples_of(near_and({2, 3, 4, 5, 6}), 10)), "");
+	EXPECT_EQ(
+	    advice_on(samples_of(near_and({2, 81.8F, 81.8F, 81.8F}), 80)),
+	    "the laser sees further than 80 m: --max-range 82\n")
+	    << "which is tried, and is no better";
+}
+
+TEST(UsualMistakes, KnowUnitsThatGiveRangesOfLasers)
+{
+	const std::string advice = advice_on(samples_of({1000, 2000, 3000}, 10));
+	EXPECT_NE(advice.find("the ranges are millimetres: --range-factor 0.001 --max-range 10\n"), std::string::npos);
+	EXPECT_NE(advice.find("the ranges are centimetres: --range-factor 0.01 --max-range 0.1\n"), std::string::npos);
+	EXPECT_EQ(advice.find("feet"), std::string::npos) << advice;
+}
+
+TEST(UsualMistakes, KnowWhatAPileOfReadingsMeans)
+{
+	EXPECT_EQ(
+	    advice_on(samples_of(near_and({2, 3.9F, 4, 4, 4}), 30)),
+	    "readings of 4.00 m mean that nothing was there: --max-range 3.98\n");
+}
+
+TEST(UsualMistakes, KnowWhatZerosMayMean)
+{
+	EXPECT_EQ(
+	    advice_on(samples_of(near_and({2, 3.42F, 0, 0}), 30)),
+	    "ranges of 0 mean that nothing was there within 3.5 m: --max-range 3.5, and zero_is_no_return = 1 in [scan] of "
+	    "--config\n");
+	EXPECT_EQ(
+	    advice_on(samples_of(near_and({2, 29.99F, 0, 0}), 30)),
+	    "ranges of 0 mean that nothing was there within 30 m: zero_is_no_return = 1 in [scan] of --config\n");
+	ScanParameters parameters;
+	parameters.zero_is_no_return = true;
+	EXPECT_EQ(
+	    advice_on(samples_of(near_and({2, 3.4F, 0, 0}), 30), parameters),
+	    "ranges of 0 mean that there is no data: zero_is_no_return = 0 in [scan] of --config\n");
+}
+
+TEST(ShareThatMapConfirms, TellsOpenSpaceFromBeamsThatGotLost)
+{
+	const Grid grid = make_floor();
+	const Localizer localizer(make_map(grid));
+	constexpr float kReach = 2;
+	for (const bool nothing_there : {true, false})
+	{
+		Samples samples;
+		std::vector<Localization> answers;
+		for (const auto& pose : random_poses(grid, 5, 0.4, 3))
+		{
+			CObservation2DRangeScan scan = make_observation(world_of(grid), pose);
+			for (std::size_t i = 0; i < scan.getScanSize(); i++)
+				if (nothing_there ? scan.getScanRange(i) > kReach : i % 5 == 0)
+				{
+					scan.setScanRange(i, 0);
+					scan.setScanRangeValidity(i, false);
+				}
+			samples.chosen.push_back({std::make_shared<CObservation2DRangeScan>(scan), {}, {}, 0});
+			Localization answer;
+			answer.status = Status::kLocalized;
+			answer.hypotheses.emplace_back();
+			answer.hypotheses[0].pose = mrpt::poses::CPose2D(pose);
+			answers.push_back(answer);
+		}
+		Mistake zeros;
+		zeros.toggles_zeros = true;
+		zeros.correct = [](CObservation2DRangeScan& scan) { scan.maxRange = kReach; };
+		const double share = share_that_map_confirms(zeros, samples.chosen, answers, localizer);
+		if (nothing_there)
+			EXPECT_GT(share, 0.8);
+		else
+			EXPECT_LT(share, 0.6);
+		for (Localization& answer : answers) answer.status = Status::kAmbiguous;
+		EXPECT_EQ(share_that_map_confirms(zeros, samples.chosen, answers, localizer), 0) << "no scan was found";
+	}
+}
+}  // namespace d2s1r::test

@@ -1,0 +1,92 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "input/inputs.h"
+
+#include <gtest/gtest.h>
+
+#include "cli/errors.h"
+
+namespace d2s1r::test
+{
+namespace
+{
+using app::choose_sensor;
+using app::Flags;
+using app::FrameSelection;
+using app::select_frames;
+using app::UserError;
+
+logs::LogSurvey two_lasers()
+{
+	logs::LogSurvey survey;
+	survey.kind_of_scan = "CObservation2DRangeScan";
+	survey.sensors = {{"rear", 3}, {"front", 9}, {"side", 9}};
+	return survey;
+}
+
+FrameSelection selection_of(std::size_t first, std::size_t past, std::size_t step)
+{
+	Flags flags;
+	flags.first_frame = first;
+	flags.past_frame = past;
+	flags.frame_step = step;
+	return select_frames(flags, two_lasers(), {"front", 9});
+}
+
+/// What is told if no laser can be chosen, and the exit status.
+std::pair<std::string, int> refusal(const logs::LogSurvey& survey, const std::optional<std::string>& label)
+{
+	try
+	{
+		choose_sensor(survey, label, "a.rawlog");
+	}
+	catch (const UserError& error)
+	{
+		return {error.what(), error.status};
+	}
+	return {"", app::kDone};
+}
+}  // namespace
+
+TEST(ChooseSensor, TakesTheFirstOfThoseWithMostScans)
+{
+	EXPECT_EQ(choose_sensor(two_lasers(), std::nullopt, "a.rawlog").label, "front");
+	EXPECT_EQ(choose_sensor(two_lasers(), "rear", "a.rawlog").scans, 3U);
+}
+
+TEST(ChooseSensor, SaysWhichLasersThereAre)
+{
+	EXPECT_EQ(
+	    refusal(two_lasers(), "top"),
+	    std::pair(
+	        std::string("a.rawlog: holds no 2D scan labelled 'top'; --sensor-label can be 'rear', 'front', 'side'"),
+	        static_cast<int>(app::kWrongUse)));
+}
+
+TEST(ChooseSensor, TellsALogWithoutScansFromADamagedOne)
+{
+	logs::LogSurvey survey = two_lasers();
+	survey.sensors.clear();
+	EXPECT_EQ(
+	    refusal(survey, std::nullopt).first,
+	    "a.rawlog: holds no 2D laser scan (CObservation2DRangeScan); name another log");
+	survey.damage = "is damaged after 0 objects";
+	EXPECT_EQ(
+	    refusal(survey, std::nullopt),
+	    std::pair(std::string("a.rawlog: is damaged after 0 objects"), static_cast<int>(app::kBadInput)));
+}
+
+TEST(SelectFrames, EndsWithTheLogAndCountsInSteps)
+{
+	const FrameSelection some = selection_of(1, 100, 3);
+	EXPECT_EQ(some.size(), 3U);
+	for (const std::size_t frame : {1, 4, 7}) EXPECT_TRUE(some.contains(frame)) << frame;
+	for (const std::size_t frame : {0, 2, 3, 5, 6, 8, 10}) EXPECT_FALSE(some.contains(frame)) << frame;
+	EXPECT_EQ(selection_of(0, 9, 1).size(), 9U);
+	EXPECT_EQ(selection_of(8, 9, 5).size(), 1U);
+}
+
+TEST(SelectFrames, RefusesAStartBehindTheLastFrame)
+{
+	EXPECT_THROW(selection_of(9, 100, 1), UserError);
+}
+}  // namespace d2s1r::test
