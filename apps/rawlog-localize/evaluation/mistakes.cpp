@@ -144,12 +144,14 @@ void add_zeros(const Readings& readings, const ScanParameters& parameters, std::
 		mistake.advice = "ranges of 0 mean that there is no data: zero_is_no_return = 0 in [scan] of --config";
 	else
 	{
-		constexpr double kStep = 0.1;  // [m]
+		// If zeros are all that is beyond the reach of the laser, to read them as no data costs little, and is right
+		// for most logs. If the laser sees less far than the log says, too, they hide most of the open space.
+		constexpr double kStep = 0.1, kShorter = 0.8;  // [m], [-] of maxRange
 		const double seen = kStep * std::ceil(static_cast<double>(readings.greatest()) / kStep);
 		const auto max_range = static_cast<double>(readings.max_range);
-		const bool is_shorter = seen < max_range - 0.5 * kStep;
+		const bool is_shorter = seen < kShorter * max_range;
 		const double reach = is_shorter ? seen : max_range;
-		mistake.changes_beams = true;
+		mistake.changes_beams = is_shorter;
 		mistake.correct = with_max_range(static_cast<float>(reach));
 		mistake.advice = mrpt::format("ranges of 0 mean that nothing was there within %g m: ", reach);
 		if (is_shorter) mistake.advice += mrpt::format("--max-range %g, and ", reach);
