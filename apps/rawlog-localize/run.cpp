@@ -152,7 +152,7 @@ ExitStatus localize(
 	report.build_seconds = build_watch.Tac();
 	report.index = indexed.use;
 	if (outputs) outputs->save_map(localizer.map(), parameters);
-	if (backend) backend->start(map, {flags.motion, FusionParameters{}.particles, flags.seed, flags.query.prior});
+	if (backend) backend->start(map, {flags.motion, map->localizer().parameters().filter, flags.seed, flags.query.prior});
 	report.selected_frames = selection.size();
 
 	const mrpt::system::CTicTac watch;

@@ -48,7 +48,7 @@ void add_error_of_mean(
 void CParticleFilterFusion::start(const CSignatureMap2D::ConstPtr& map, const FusionParameters& parameters)
 {
 	if (!map || map->isEmpty()) throw std::invalid_argument("particle filter: the map is empty");
-	if (parameters.particles < 1) throw std::invalid_argument("particle filter: give at least one particle");
+	if (parameters.filter.particles < 1) throw std::invalid_argument("particle filter: give at least one particle");
 	map_ = map;
 	parameters_ = parameters;
 	recovery_ = pf::Recovery(map, parameters);
@@ -111,7 +111,7 @@ CPosePDFGaussian CParticleFilterFusion::motion_to(const FusionInput& input)
 		odometry = odometry_check_.checked(input.odometry, input.localization);
 	else if (parameters_.motion == MotionSource::kOdometry && input.odometry && is_plausible(*input.odometry))
 		odometry = input.odometry;
-	auto predicted = pf::predict_motion(odometry, last_motion_, tuning.motion);
+	auto predicted = pf::predict_motion(odometry, last_motion_, parameters_.filter);
 	if (parameters_.motion == MotionSource::kOdometry) return predicted;
 	const auto weights = pf::normalized_weights(particles_);
 	const auto support = [&](const Hypothesis& hypothesis)
@@ -125,7 +125,7 @@ void CParticleFilterFusion::adapt_number_of_particles(const CPosePDFGaussian& mo
 	const bool is_sure = last_pose_->probability >= tuning.sure_probability &&
 	                     std::max(motion.cov(0, 0), motion.cov(1, 1)) < tuning.sure_std_xy * tuning.sure_std_xy;
 	const double share = is_sure ? tuning.sure_share : 1.0;
-	const auto count = static_cast<std::size_t>(std::max(1L, std::lround(share * parameters_.particles)));
+	const auto count = static_cast<std::size_t>(std::max(1L, std::lround(share * parameters_.filter.particles)));
 	if (count != particles_.m_particles.size()) pf::resize(particles_, count, random_.drawUniform(0.0, 1.0));
 }
 

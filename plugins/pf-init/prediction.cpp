@@ -30,10 +30,10 @@ bool is_jump(const mrpt::poses::CPose2D& increment, const MotionParameters& para
 
 CPosePDFGaussian predict_motion(
     const std::optional<mrpt::poses::CPose2D>& odometry, const mrpt::poses::CPose2D& previous,
-    const MotionParameters& parameters)
+    const FilterParameters& parameters)
 {
 	if (odometry) return odometry_motion(*odometry);
-	return {previous, covariance_of(parameters.unknown_along, parameters.unknown_across, parameters.unknown_phi)};
+	return {previous, covariance_of(parameters.motion_along, parameters.motion_across, parameters.motion_turn)};
 }
 
 std::optional<CPosePDFGaussian> choose_motion(

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <d2s1r/localization.h>
+#include <d2s1r/parameters.h>
 #include <mrpt/bayes/CParticleFilter.h>
 #include <mrpt/poses/CPosePDFGaussian.h>
 #include <mrpt/slam/CMonteCarloLocalization2D.h>
@@ -18,7 +19,7 @@ namespace d2s1r::pf
 /// robot goes on as before.
 mrpt::poses::CPosePDFGaussian predict_motion(
     const std::optional<mrpt::poses::CPose2D>& odometry, const mrpt::poses::CPose2D& previous,
-    const MotionParameters& parameters);
+    const FilterParameters& parameters);
 
 /// Returns how much of the filter's weight [0, 1] is near a hypothesis of the previous scan.
 using Support = std::function<double(const Hypothesis&)>;

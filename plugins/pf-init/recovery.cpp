@@ -30,7 +30,7 @@ std::vector<std::size_t> lightest(const mrpt::poses::CPosePDFParticles& particle
 Recovery::Recovery(const CSignatureMap2D::ConstPtr& map, const FusionParameters& parameters)
     : map_(map), prior_(parameters.prior)
 {
-	seeding_.particles = parameters.particles;
+	seeding_.particles = parameters.filter.particles;
 	seeding_.seed = parameters.seed;
 }
 

@@ -6,9 +6,6 @@ namespace d2s1r::pf
 /// The errors of the motion from one scan to the next, which is an increment in the robot frame of the first.
 struct MotionParameters
 {
-	double unknown_along = 0.80;     //!< [m] standard deviation ahead of a motion that nobody measured
-	double unknown_across = 0.30;    //!< [m] the same to the side
-	double unknown_phi = 0.60;       //!< [rad] the same of the turn
 	double gate = 3.5;               //!< [standard deviations] from the predicted motion; beyond is a surprise
 	double surprise = 3.0;           //!< [nat] a surprise costs a pair of hypotheses so much
 	double odometry_surprise = 7.0;  //!< [nat] the same if odometry predicts the motion

@@ -73,6 +73,15 @@ TEST_F(AppFuse, FollowsTheWalkByPseudoOdometryOnly)
 	expect_on_walk("pseudo");
 }
 
+TEST_F(AppFuse, HasAsManyParticlesAsTheIniSays)
+{
+	write_file(path("few.ini"), "[filter]\nparticles = 150\n");
+	fuse("few", {"-c", path("few.ini")});
+	expect_near_walk("few");
+	const CsvTable fused(folder() / "few" / "fused.csv", kFusedHeader);
+	EXPECT_EQ(fused.number(0, "particles"), 150);
+}
+
 TEST_F(AppFuse, SameSeedSameResultForAnyNumberOfThreads)
 {
 	fuse("one", {"--seed", "7"});

@@ -29,7 +29,7 @@ mrpt::obs::CActionRobotMovement2D motion_of(const Localization& from, const Loca
 		increment.cov(2, 2) += parameters.pseudo_phi * parameters.pseudo_phi;
 	}
 	else
-		increment = pf::predict_motion(std::nullopt, {}, parameters);
+		increment = pf::predict_motion(std::nullopt, {}, FilterParameters{});
 	action.estimationMethod = mrpt::obs::CActionRobotMovement2D::emScan2DMatching;
 	action.poseChange = mrpt::poses::CPosePDFGaussian::Create(increment);
 	return action;

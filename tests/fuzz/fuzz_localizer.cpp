@@ -195,7 +195,12 @@ void drive(const CSignatureMap2D::Ptr& map, Numbers& numbers)
 	const Localizer& localizer = map->localizer();
 	WindowLocalizer window(localizer, numbers.whole(1, 5), random_prior(numbers));
 	CParticleFilterFusion filter;
-	filter.start(map, {MotionSource(numbers.byte() % 3), numbers.whole(1, 60), numbers.byte(), random_prior(numbers)});
+	FusionParameters parameters;
+	parameters.motion = MotionSource(numbers.byte() % 3);
+	parameters.filter.particles = numbers.whole(1, 60);
+	parameters.seed = numbers.byte();
+	parameters.prior = random_prior(numbers);
+	filter.start(map, parameters);
 	const auto odd = random_observation(numbers);
 	for (int frame = 0; frame < 4; frame++)
 	{

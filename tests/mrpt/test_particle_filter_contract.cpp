@@ -10,7 +10,7 @@ TEST_F(FilterOnAFloor, NumberOfParticlesStaysWithinBounds)
 	FusionParameters parameters;
 	for (const int most : {1, 2, 50, 1000})
 	{
-		parameters.particles = most;
+		parameters.filter.particles = most;
 		for (const FusedPose& pose : follow(kidnapped(6, 4), parameters))
 		{
 			EXPECT_GE(pose.particles, 1U);
@@ -66,7 +66,7 @@ TEST_F(FilterOnAFloor, RefusesToStepBeforeItStarts)
 TEST_F(FilterOnAFloor, RefusesToStartOnNothing)
 {
 	FusionParameters none;
-	none.particles = 0;
+	none.filter.particles = 0;
 	EXPECT_THROW(filter_.start({}, {}), std::invalid_argument);
 	EXPECT_THROW(filter_.start(CSignatureMap2D::Create(), {}), std::invalid_argument);
 	EXPECT_THROW(filter_.start(map(), none), std::invalid_argument);

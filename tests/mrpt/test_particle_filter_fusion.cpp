@@ -197,7 +197,7 @@ TEST_F(FilterOnAFloor, TracksNothingWhereTheMapExplainsFewScans)
 TEST_F(FilterOnAFloor, FewParticlesThatCountAreNoCertainty)
 {
 	FusionParameters parameters;
-	parameters.particles = 1;
+	parameters.filter.particles = 1;
 	const auto poses = follow(drive_along(along_corridor(6)), parameters);
 	for (std::size_t i = 1; i < poses.size(); i++)
 		for (const int axis : {0, 1, 2}) EXPECT_GT(deviation(poses[i], axis), 0.01) << i << ", " << axis;

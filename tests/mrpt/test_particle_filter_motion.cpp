@@ -42,7 +42,7 @@ TEST_F(FilterOnAFloor, MotionErrorsHaveNothingToDoWithThoseOfTheSeed)
 	drive[0].localization = result_of({hypothesis_at(CPose2D(drive[0].truth), 0.97, {0.1, 0.1, 0.1})});
 	drive.push_back(blind_stop(drive[0]));
 	FusionParameters parameters;
-	parameters.particles = 10000;
+	parameters.filter.particles = 10000;
 	const auto poses = follow(drive, parameters);
 	for (const int axis : {0, 1, 2})
 	{
@@ -78,7 +78,7 @@ TEST_F(FilterOnAFloor, WithoutAnyMotionItGoesOnAsBefore)
 TEST_F(FilterOnAFloor, WhatIsNotKnownOfAMotionIsAheadOfTheRobotWhereverThatIs)
 {
 	FusionParameters parameters;
-	parameters.particles = 1;
+	parameters.filter.particles = 1;
 	Drive drive = drive_along({{4.3, 8.3, M_PI / 2}});
 	drive.push_back(blind_stop(drive[0]));
 	drive.back().odometry.reset();

@@ -104,7 +104,7 @@ std::vector<TPose2D> starts_anywhere(const Start& start)
 	{
 		CParticleFilterFusion filter;
 		FusionParameters parameters;
-		parameters.particles = 20;  // one of them in free space
+		parameters.filter.particles = 20;  // one of them in free space
 		parameters.seed = seed;
 		start(filter, parameters);
 		poses.push_back(filter.step({frame.scan, frame.localization, {}}).value().pose);

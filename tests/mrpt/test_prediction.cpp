@@ -16,6 +16,7 @@ using pf::MotionParameters;
 using pf::predict_motion;
 
 const MotionParameters kDefault;
+const FilterParameters kFilter;
 
 /// Two places that look alike, far apart, and where a robot may have gone from them.
 const CPose2D kHere{1, 2, 0.3}, kThere{30, -4, 2.0};
@@ -32,7 +33,7 @@ std::optional<CPosePDFGaussian> choose(
     const std::optional<CPose2D>& odometry = {}, const CPose2D& previous = {})
 {
 	return pf::choose_motion(
-	    {from, to, predict_motion(odometry, previous, kDefault), odometry.has_value()}, filter_at(filter), kDefault);
+	    {from, to, predict_motion(odometry, previous, kFilter), odometry.has_value()}, filter_at(filter), kDefault);
 }
 
 void expect_motion(const std::optional<CPosePDFGaussian>& motion, const CPose2D& expected, double tolerance = 0.02)
@@ -50,14 +51,14 @@ Localization at(const CPose2D& pose, double probability = 0.95)
 
 TEST(PredictedMotion, IsTheOdometryTheLessCertainTheFurther)
 {
-	const auto near = predict_motion(kAhead, kAside, kDefault), far = predict_motion(CPose2D(3, 0, 1), {}, kDefault);
+	const auto near = predict_motion(kAhead, kAside, kFilter), far = predict_motion(CPose2D(3, 0, 1), {}, kFilter);
 	expect_motion(near, kAhead, 1e-9);
 	for (const int i : {0, 1, 2}) EXPECT_GT(far.cov(i, i), near.cov(i, i)) << i;
 }
 
 TEST(PredictedMotion, GoesOnAsBeforeWithoutOdometryButMayChange)
 {
-	const auto motion = predict_motion({}, kAside, kDefault), odometry = predict_motion(kAside, {}, kDefault);
+	const auto motion = predict_motion({}, kAside, kFilter), odometry = predict_motion(kAside, {}, kFilter);
 	expect_motion(motion, kAside, 1e-9);
 	for (const int i : {0, 1, 2}) EXPECT_GT(motion.cov(i, i), 4 * odometry.cov(i, i)) << i;
 }
@@ -118,7 +119,7 @@ TEST(ChosenMotion, LiesBetweenOdometryAndLocalizationsThatAgree)
 	ASSERT_TRUE(motion);
 	EXPECT_GT(motion->mean.x(), 0.52);
 	EXPECT_LT(motion->mean.x(), 0.58);
-	EXPECT_LT(motion->cov(0, 0), predict_motion(CPose2D(0.5, 0, 0), {}, kDefault).cov(0, 0));
+	EXPECT_LT(motion->cov(0, 0), predict_motion(CPose2D(0.5, 0, 0), {}, kFilter).cov(0, 0));
 }
 
 TEST(ChosenMotion, ThatTheOdometryDeniesTakesLocalizationsThatAreSure)

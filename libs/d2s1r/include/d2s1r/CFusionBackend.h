@@ -22,7 +22,7 @@ enum class MotionSource
 struct FusionParameters
 {
 	MotionSource motion = MotionSource::kBoth;  //!< what moves the filter
-	int particles = 1000;                       //!< [-] at most
+	FilterParameters filter = {};               //!< how the filter is set
 	std::uint32_t seed = 1;                     //!< [-] the same seed and input give the same result
 	Prior prior = {};  //!< where the robot may be at any time; the hypotheses of the scans keep to it, too
 };

@@ -145,6 +145,15 @@ struct ScoringParameters
 	PresenceModel presence_model;        //!< section presence_model
 };
 
+/// Sets the particle filter that follows a robot from scan to scan: see CFusionBackend.
+struct FilterParameters
+{
+	int particles = 1000;         //!< [-] at most
+	double motion_along = 0.80;   //!< [m] standard deviation ahead of a motion that nobody measured
+	double motion_across = 0.30;  //!< [m] the same to the side
+	double motion_turn = 0.60;    //!< [rad] the same of the turn
+};
+
 /// Holds all parameters. Their defaults are here and nowhere else.
 struct Parameters
 {
@@ -157,6 +166,7 @@ struct Parameters
 	RefinementParameters refinement;       //!< section refinement
 	FirstLookParameters first_look;        //!< section first_look
 	ScoringParameters scoring;             //!< section scoring
+	FilterParameters filter;               //!< section filter
 };
 
 /// Sets the end-point model of a LikelihoodField. CSignatureMap2D writes what each parameter means in full.

@@ -277,6 +277,18 @@ void visit_presence_model(P& presence, const Visitor& visit)
 	    "[-] times ln(1 + number of segments, straight pieces of what the scan sees, explained there)");
 }
 
+template <class P, class Visitor>
+void visit_filter(P& filter, const Visitor& visit)
+{
+	visit("particles", filter.particles, 1, 10000000, "[-] maximum number of particles");
+	visit(
+	    "motion_along", filter.motion_along, 0.001, 100.0,
+	    "[m] standard deviation ahead of the motion between two scans that nobody measured: without odometry, with the "
+	    "robot going on as before");
+	visit("motion_across", filter.motion_across, 0.001, 100.0, "[m] the same to the side");
+	visit("motion_turn", filter.motion_turn, 0.001, 3.2, "[rad] the same of the turn");
+}
+
 /// Calls `visit(section, key, value, least, greatest, unit_and_meaning)` for every numeric or boolean parameter. `P` is
 /// Parameters or const Parameters.
 template <class P, class Visitor>
@@ -297,6 +309,7 @@ void visit_parameters(P& p, const Visitor& visit)
 	visit_scoring(p.scoring, in("scoring"));
 	visit_beam_model(p.scoring.beam_model, in("beam_model"));
 	visit_presence_model(p.scoring.presence_model, in("presence_model"));
+	visit_filter(p.filter, in("filter"));
 }
 
 /// Calls `visit(key, value, least, greatest, unit_and_meaning)` for every parameter of a likelihood field. `P` is

@@ -22,7 +22,7 @@ const char* guide_to(Method method)
 	           ? "; d2s1r parameters. To change first: paper.max_range (the range of your sensor), grid (what is a "
 	             "wall),\n"
 	             "; free_cells, scan. Speed against success: paper.candidates. Not read by method = paper:\n"
-	             "; scan.covered_within and all below [paper].\n"
+	             "; scan.covered_within and all from [coarse_search] to [presence_model].\n"
 	           : "; d2s1r parameters. To change first: grid (what is a wall), free_cells, scan, and "
 	             "scoring.localized_above\n"
 	             "; (higher: fewer wrong poses are localized). Speed against success: refinement.max_scored and "
