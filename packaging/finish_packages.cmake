@@ -1,0 +1,17 @@
+# Run by CPack on the files of each package before they are packed: every Debian package has its copyright and its
+# changelog, and man pages and changelogs are compressed.
+cmake_minimum_required(VERSION 3.21)
+find_program(GZIP gzip REQUIRED)
+set(source ${CMAKE_CURRENT_LIST_DIR}/..)
+foreach(component ${CPACK_COMPONENTS_ALL})
+  string(TOUPPER ${component} name)
+  set(files ${CPACK_TEMPORARY_DIRECTORY}/${component}/usr)
+  set(documents ${files}/share/doc/${CPACK_DEBIAN_${name}_PACKAGE_NAME})
+  file(COPY ${source}/packaging/debian/copyright ${source}/packaging/debian/changelog DESTINATION ${documents})
+  file(RENAME ${documents}/changelog ${documents}/changelog.Debian)
+  file(COPY_FILE ${source}/CHANGELOG.md ${documents}/changelog)
+  file(GLOB pages ${files}/share/man/man1/*.1)
+  foreach(file ${documents}/changelog ${documents}/changelog.Debian ${pages})
+    execute_process(COMMAND ${GZIP} -9nf ${file} COMMAND_ERROR_IS_FATAL ANY)
+  endforeach()
+endforeach()

@@ -1,0 +1,33 @@
+# Removes what `cmake --install` put there last, and the folders of this project that are empty then.
+# Usage: cmake -D build=BUILD_FOLDER -P uninstall.cmake
+cmake_minimum_required(VERSION 3.21)
+set(manifest ${build}/install_manifest.txt)
+if(NOT EXISTS ${manifest})
+  message(FATAL_ERROR "${manifest} is missing: nothing was installed from here")
+endif()
+file(STRINGS ${manifest} files)
+set(folders "")
+foreach(file ${files})
+  set(file "$ENV{DESTDIR}${file}")
+  message(STATUS "Removing ${file}")
+  file(REMOVE ${file})
+  cmake_path(GET file PARENT_PATH folder)
+  while(folder MATCHES "/d2s1r(/|$)")
+    list(APPEND folders ${folder})
+    cmake_path(GET folder PARENT_PATH folder)
+  endwhile()
+endforeach()
+file(REMOVE ${manifest})
+
+list(REMOVE_DUPLICATES folders)
+list(SORT folders ORDER DESCENDING)  # a folder after what is in it
+foreach(folder ${folders})
+  if(folder MATCHES "-packages/d2s1r$")
+    file(REMOVE_RECURSE ${folder}/__pycache__)  # written when the module was used
+  endif()
+  file(GLOB left ${folder}/* ${folder}/.*)
+  list(FILTER left EXCLUDE REGEX "/\\.\\.?$")
+  if(NOT left)
+    file(REMOVE_RECURSE ${folder})
+  endif()
+endforeach()

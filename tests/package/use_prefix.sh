@@ -1,0 +1,35 @@
+#!/usr/bin/env bash
+# Another project finds what is installed below PREFIX, with CMake and with pkg-config, and localizes a scan with it;
+# pf-localization runs the installed module.
+# Usage: use_prefix.sh PREFIX
+set -euo pipefail
+prefix=$1
+folder=$(mktemp -d)
+trap 'rm -rf "$folder"' EXIT
+example=$prefix/share/d2s1r/examples/one_scan
+datasets=/usr/share/mrpt/datasets
+demo=("$datasets/localization_demo.simplemap.gz" "$datasets/localization_demo.rawlog")
+
+cmake -S "$example" -B "$folder/build" -DCMAKE_PREFIX_PATH="$prefix" >/dev/null
+cmake --build "$folder/build"
+answer=$("$folder/build/one_scan" "${demo[@]}")
+echo "$answer"
+# The robot starts at 3.5 m, -10.2 m, -29 deg, and the scan leaves no doubt about it.
+[[ $answer =~ ^localized$'\n'(1|0\.9[0-9]*)\ at\ \(3\.[45][0-9]*,-10\.[123][0-9]*,-2[89] ]]
+
+pc_file=$(find "$prefix/lib" -name d2s1r.pc)
+read -ra flags < <(PKG_CONFIG_PATH=$(dirname "$pc_file") pkg-config --cflags --libs d2s1r)
+g++ -std=c++17 "$example/one_scan.cpp" -o "$folder/one_scan" "${flags[@]}"
+libraries=$(dirname "$(find "$prefix/lib" -name libd2s1r.so)")
+[ "$(LD_LIBRARY_PATH=$libraries "$folder/one_scan" "${demo[@]}")" = "$answer" ]
+
+# What cannot be used is told in one line.
+for arguments in "" "no.yaml ${demo[1]}" "${demo[0]} no.rawlog" "${demo[0]} $0"; do
+	# shellcheck disable=SC2086  # the arguments are words
+	if refusal=$("$folder/build/one_scan" $arguments 2>&1); then exit 1; fi
+	[[ $refusal != *$'\n'* && ( $refusal == usage:* || $refusal == *no.* || $refusal == *"$0"* ) ]]
+done
+
+module=$(find "$prefix/lib" -name libd2s1r-pf-init.so)
+RAWLOG_LOCALIZE=$prefix/bin/rawlog-localize \
+	"$prefix/share/d2s1r/examples/track_with_signature_map.sh" "$folder/out" "$module"
