@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Localizes every scan of MRPT's localization demo in its map, without any initial pose. Takes a bare Debian 12 machine
-# (root, or a user with sudo) to a result; a second run starts at once.
+# (root, or a user with sudo, who is asked first) to a result; a second run starts at once.
 set -euo pipefail
 cd "$(dirname "$0")"
 scripts/install_dependencies.sh build demo

@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Installs what is missing of the packages in dependencies.txt that are needed to do the given things.
+# Installs what is missing of the packages in dependencies.txt that are needed to do the given things. A user who is not
+# root is asked before sudo is used, if there is a terminal to ask at.
 # Usage: scripts/install_dependencies.sh build [demo] [test] [develop]
 set -euo pipefail
 for purpose in "${@:-}"; do
@@ -23,6 +24,14 @@ as_root=()
 if [ "$(id -u)" -ne 0 ]; then
   command -v sudo >/dev/null || { echo "install these as root, then run again: ${missing[*]}" >&2; exit 1; }
   as_root=(sudo)
+  if [ -t 0 ] && [ -t 2 ]; then
+    echo "To be installed with sudo apt-get: ${missing[*]}" >&2
+    read -r -p 'Go on? [y/N] ' answer
+    case "$answer" in [yY]*) ;; *)
+      echo "nothing was installed; by hand: sudo apt-get install --no-install-recommends ${missing[*]}" >&2
+      exit 1 ;;
+    esac
+  fi
 fi
 echo "Installing ${missing[*]} ..."
 log=$(mktemp)
