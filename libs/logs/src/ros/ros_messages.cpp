@@ -41,6 +41,28 @@ class Ros1Fields
 };
 
 #ifdef D2S1R_FASTCDR
+#if __has_include(<fastcdr/CdrEncoding.hpp>)  // Fast CDR 2
+constexpr auto kDdsCdr = eprosima::fastcdr::CdrVersion::DDS_CDR;
+std::size_t bytes_read(const eprosima::fastcdr::Cdr& cdr)
+{
+	return cdr.get_serialized_data_length();
+}
+void read_all(eprosima::fastcdr::Cdr& cdr, std::vector<float>& to)
+{
+	cdr.deserialize_array(to.data(), to.size());
+}
+#else
+constexpr auto kDdsCdr = eprosima::fastcdr::Cdr::DDS_CDR;
+std::size_t bytes_read(const eprosima::fastcdr::Cdr& cdr)
+{
+	return cdr.getSerializedDataLength();
+}
+void read_all(eprosima::fastcdr::Cdr& cdr, std::vector<float>& to)
+{
+	cdr.deserializeArray(to.data(), to.size());
+}
+#endif
+
 /// Fields as ROS 2 writes them.
 class CdrFields
 {
@@ -50,7 +72,7 @@ class CdrFields
 	explicit CdrFields(Bytes data)
 	    : size_(data.size),
 	      buffer_(const_cast<char*>(reinterpret_cast<const char*>(data.data)), data.size),  // which is only read
-	      cdr_(buffer_, eprosima::fastcdr::Cdr::DEFAULT_ENDIAN, eprosima::fastcdr::Cdr::DDS_CDR)
+	      cdr_(buffer_, eprosima::fastcdr::Cdr::DEFAULT_ENDIAN, kDdsCdr)
 	{
 		constexpr std::uint8_t kMostKnown = 1;  // plain CDR, big-endian or little-endian
 		if (data.size < 4 || data.data[0] != 0 || data.data[1] > kMostKnown)
@@ -73,9 +95,9 @@ class CdrFields
 		return value;
 	}
 
-	std::size_t left() const { return size_ - std::min(size_, cdr_.getSerializedDataLength()); }
+	std::size_t left() const { return size_ - std::min(size_, bytes_read(cdr_)); }
 
-	void copy_to(std::vector<float>& numbers) { cdr_.deserializeArray(numbers.data(), numbers.size()); }
+	void copy_to(std::vector<float>& numbers) { read_all(cdr_, numbers); }
 
    private:
 	std::size_t size_;
