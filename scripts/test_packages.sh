@@ -1,0 +1,118 @@
+#!/usr/bin/env bash
+# Makes the Debian packages in a bare root of each given release of Debian, installs them in another bare one, uses them
+# there (demo, Python module, tests of what is installed), removes them, and looks for what is left.
+# Usage, as root, with mmdebstrap: scripts/test_packages.sh [--tests] [RELEASE...]
+#   --tests  run all tests as well, in the root that the packages were made in
+#   RELEASE  bookworm or trixie; both if none is given
+# The roots are folders in $D2S1R_ROOTS (/var/tmp/d2s1r-roots).
+set -euo pipefail
+cd "$(dirname "$0")/.."
+# What is mounted below is unmounted when this process ends.
+[ "${D2S1R_MOUNTS:-}" = own ] || exec env D2S1R_MOUNTS=own unshare --mount --propagation private "$0" "$@"
+
+with_tests=
+if [ "${1:-}" = --tests ]; then with_tests=yes; shift; fi
+[ $# -gt 0 ] || set -- bookworm trixie
+roots=${D2S1R_ROOTS:-/var/tmp/d2s1r-roots}
+datasets=/usr/share/mrpt/datasets
+mkdir -p "$roots"
+
+say() { echo "$(date +%H:%M:%S) $release: $*"; }
+# in_root ROOT COMMAND...: runs a command in $roots/ROOT, where `environment` is all that it knows of this one.
+environment=(PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin LC_ALL=C.UTF-8 HOME=/root
+  DEBIAN_FRONTEND=noninteractive)
+in_root() { chroot "$roots/$1" env -i "${environment[@]}" "${@:2}"; }
+# quietly COMMAND...: shows what the command prints only if it fails.
+quietly() { "$@" >"$roots/log" 2>&1 || { tail -n 100 "$roots/log" >&2; echo "failed: $*" >&2; exit 1; }; }
+install() { quietly in_root "$1" apt-get -y install --no-install-recommends "${@:2}"; }
+
+# new_root RELEASE ROOT: a bare system, from an archive that is made once.
+new_root() {
+  if [ ! -e "$roots/$1.tar" ]; then
+    quietly mmdebstrap --variant=minbase --include=ca-certificates "$1" "$roots/new.tar" http://deb.debian.org/debian
+    mv "$roots/new.tar" "$roots/$1.tar"
+  fi
+  rm -rf "${roots:?}/$2"
+  mkdir "$roots/$2"
+  tar -xf "$roots/$1.tar" -C "$roots/$2" --exclude='./dev/*'
+  mount -t proc proc "$roots/$2/proc"
+  mount --rbind /dev "$roots/$2/dev"
+  cp /etc/resolv.conf "$roots/$2/etc/"
+  quietly in_root "$2" apt-get update
+}
+
+# make_packages RELEASE: leaves them in $roots/RELEASE-build/d2s1r/build/package/packages.
+make_packages() {
+  new_root "$1" "$1-build"
+  mkdir "$roots/$1-build/d2s1r"
+  git ls-files -z | tar -c --null -T - | tar -x -C "$roots/$1-build/d2s1r"
+  quietly in_root "$1-build" d2s1r/scripts/install_dependencies.sh build
+  install "$1-build" dpkg-dev file lintian
+  quietly in_root "$1-build" sh -c \
+    "cd d2s1r && cmake --preset package && cmake --build --preset package -j $(nproc)"
+  in_root "$1-build" sh -c "lintian --fail-on error --allow-root d2s1r/build/package/packages/*.deb"
+}
+
+# use_packages ROOT: as a user does, with the program, as a library and in Python.
+use_packages() {
+  local map=/usr/share/mrpt/datasets/localization_demo.simplemap.gz log=/usr/share/mrpt/datasets/localization_demo.rawlog
+  quietly in_root "$1" rawlog-localize -m $map -i $log -o /tmp/demo
+  quietly in_root "$1" sh -c "g++ -std=c++17 /tests/print_scans.cpp -o /tmp/print_scans \$(pkg-config --cflags --libs d2s1r)
+    /tmp/print_scans $log >/tmp/scans"
+  in_root "$1" python3 /tests/localize_demo.py $map /tmp/scans /tmp/demo/frames.csv
+  quietly in_root "$1" /tests/use_prefix.sh /usr
+}
+
+# all_files ROOT: but those that apt and dpkg keep for themselves.
+all_files() {
+  (cd "$roots/$1" && find . -xdev \( -path ./tmp -o -path './var/cache/*' -o -path './var/log/*' -o -path './var/lib/apt/*' \
+    -o -path './var/lib/dpkg/*' \) -prune -o -print | sort)
+}
+
+# try_packages RELEASE: installs them twice, first with what they depend on, then alone; the second removal must leave
+# everything as it was, the first one at least nothing that bears our names.
+try_packages() {
+  local root=$1-install names left
+  new_root "$1" "$root"
+  mkdir "$roots/$root/packages" "$roots/$root/tests"
+  cp "$roots/$1-build/d2s1r/build/package/packages/"*.deb "$roots/$root/packages"
+  cp tests/package/{print_scans.cpp,localize_demo.py,use_prefix.sh} "$roots/$root/tests"
+  names=$(for package in "$roots/$root/packages/"*.deb; do dpkg-deb --field "$package" Package; done)
+
+  install "$root" $(cd "$roots/$root" && ls ./packages/*.deb)
+  install "$root" mrpt-common mrpt-apps g++ cmake make pkg-config
+  use_packages "$root"
+  # shellcheck disable=SC2086  # the names are words
+  quietly in_root "$root" dpkg --purge $names
+  left=$(all_files "$root" | grep -E 'd2s1r|rawlog-localize' | grep -v -E '^\./packages' || true)
+  [ -z "$left" ] || { echo "removing left $left" >&2; exit 1; }
+
+  all_files "$root" >"$roots/before"
+  quietly in_root "$root" sh -c 'dpkg --install /packages/*.deb'
+  use_packages "$root" >/dev/null
+  # shellcheck disable=SC2086
+  quietly in_root "$root" dpkg --purge $names
+  all_files "$root" | diff "$roots/before" - || { echo "installing and removing changed the files above" >&2; exit 1; }
+}
+
+# run_all_tests RELEASE: in the root where the packages were made.
+run_all_tests() {
+  quietly in_root "$1-build" d2s1r/scripts/install_dependencies.sh build demo test
+  quietly in_root "$1-build" sh -c \
+    "cd d2s1r && cmake --preset release -DBUILD_TESTING=ON && cmake --build --preset release -j $(nproc)"
+  in_root "$1-build" sh -c "cd d2s1r && ctest --preset release -j $(nproc)" >"$roots/$1-tests.log" 2>&1 || true
+  sed -n '/tests passed/,$p' "$roots/$1-tests.log"
+}
+
+for release in "$@"; do
+  say "making the packages"
+  make_packages "$release"
+  say "installing, using and removing them"
+  try_packages "$release"
+  say "MRPT $(in_root "$release-build" dpkg-query -W -f '${Version}' libmrpt-maps-dev): packages are good"
+  if [ -n "$with_tests" ]; then
+    say "running all tests"
+    run_all_tests "$release"
+    say "the tests' output is in $roots/$release-tests.log"
+  fi
+done
