@@ -39,9 +39,9 @@ std::string simplemap_of_the_walk()
 	mrpt::maps::CSimpleMap keyframes;
 	for (std::size_t i = 0; i < 3; i++)
 	{
-		mrpt::obs::CSensoryFrame frame;
-		frame.insert(walk_scan(i));
-		keyframes.insert(mrpt::poses::CPose3DPDFGaussian(mrpt::poses::CPose3D(walk()[i]), {}), frame);
+		const auto frame = mrpt::obs::CSensoryFrame::Create();
+		frame->insert(walk_scan(i));
+		keyframes.insert(mrpt::poses::CPose3DPDFGaussian::Create(mrpt::poses::CPose3D(walk()[i])), frame);
 	}
 	return serialized(keyframes);
 }

@@ -1,8 +1,9 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // rawlog-localize --fuse and what goes with it.
+#include <d2s1r/mrpt_versions.h>
 #include <mrpt/obs/CObservationOdometry.h>
 #include <mrpt/obs/CSensoryFrame.h>
-#include <mrpt/opengl/COpenGLScene.h>
+#include D2S1R_DRAWING_SCENE
 
 #include <cmath>
 #include <cstdio>
@@ -97,7 +98,7 @@ TEST_F(AppFuse, SameSeedSameResultForAnyNumberOfThreads)
 TEST_F(AppFuse, ShowsTheFusedPath)
 {
 	fuse("out");
-	mrpt::opengl::COpenGLScene scene;
+	d2s1r::DrawnScene scene;
 	ASSERT_TRUE(scene.loadFromFile(path("out/scene.3Dscene")));
 	EXPECT_TRUE(scene.getByName("fused_trajectory"));
 	EXPECT_NE(read_file(folder() / "out/summary.json").find("\"fused\""), std::string::npos);

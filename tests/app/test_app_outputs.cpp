@@ -1,14 +1,15 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // What a run leaves in its folder.
+#include <d2s1r/mrpt_versions.h>
 #include <mrpt/maps/registerAllClasses.h>
 #include <mrpt/obs/CObservationOdometry.h>
 #include <mrpt/obs/CObservationRobotPose.h>
-#include <mrpt/opengl/CEllipsoid2D.h>
-#include <mrpt/opengl/COpenGLScene.h>
-#include <mrpt/opengl/CPlanarLaserScan.h>
-#include <mrpt/opengl/CSetOfLines.h>
-#include <mrpt/opengl/CSetOfObjects.h>
-#include <mrpt/opengl/CTexturedPlane.h>
+#include D2S1R_DRAWING(CEllipsoid2D.h)
+#include D2S1R_DRAWING_SCENE
+#include D2S1R_DRAWING(CPlanarLaserScan.h)
+#include D2S1R_DRAWING(CSetOfLines.h)
+#include D2S1R_DRAWING(CSetOfObjects.h)
+#include D2S1R_DRAWING(CTexturedPlane.h)
 #include <mrpt/poses/CPose2DInterpolator.h>
 #include <nlohmann/json.hpp>
 
@@ -200,16 +201,16 @@ TEST_F(AppOutputs, SceneHoldsGridTrajectoryHypothesesAndLastScan)
 {
 	mrpt::maps::registerAllClasses_mrpt_maps();
 	localize(observation_log());
-	mrpt::opengl::COpenGLScene scene;
+	d2s1r::DrawnScene scene;
 	ASSERT_TRUE(scene.loadFromFile(path("out/scene.3Dscene")));
-	EXPECT_TRUE(std::dynamic_pointer_cast<mrpt::opengl::CTexturedPlane>(scene.getByName("grid")));
-	const auto lines = std::dynamic_pointer_cast<mrpt::opengl::CSetOfLines>(scene.getByName("trajectory"));
+	EXPECT_TRUE(std::dynamic_pointer_cast<d2s1r::drawing::CTexturedPlane>(scene.getByName("grid")));
+	const auto lines = std::dynamic_pointer_cast<d2s1r::drawing::CSetOfLines>(scene.getByName("trajectory"));
 	ASSERT_TRUE(lines);
-	EXPECT_EQ(lines->getLineCount(), walk().size() - 1);
-	const auto ellipses = std::dynamic_pointer_cast<mrpt::opengl::CSetOfObjects>(scene.getByName("hypotheses"));
+	EXPECT_EQ(lines->size(), walk().size() - 1);
+	const auto ellipses = std::dynamic_pointer_cast<d2s1r::drawing::CSetOfObjects>(scene.getByName("hypotheses"));
 	ASSERT_TRUE(ellipses);
 	EXPECT_GE(ellipses->size(), walk().size());
-	const auto scan = std::dynamic_pointer_cast<mrpt::opengl::CPlanarLaserScan>(scene.getByName("last_scan"));
+	const auto scan = std::dynamic_pointer_cast<d2s1r::drawing::CPlanarLaserScan>(scene.getByName("last_scan"));
 	ASSERT_TRUE(scan);
 	expect_near(scan->getPose().x, scan->getPose().y, scan->getPose().yaw, walk().back());
 }

@@ -5,13 +5,15 @@
 #include "picture/canvas.h"
 #include "picture/map_view.h"
 
-#include <mrpt/opengl/CEllipsoid2D.h>
-#include <mrpt/opengl/COpenGLScene.h>
-#include <mrpt/opengl/CPlanarLaserScan.h>
-#include <mrpt/opengl/CSetOfLines.h>
-#include <mrpt/opengl/CSetOfObjects.h>
-#include <mrpt/opengl/CTexturedPlane.h>
-#include <mrpt/opengl/stock_objects.h>
+#include <d2s1r/mrpt_versions.h>
+
+#include D2S1R_DRAWING(CEllipsoid2D.h)
+#include D2S1R_DRAWING_SCENE
+#include D2S1R_DRAWING(CPlanarLaserScan.h)
+#include D2S1R_DRAWING(CSetOfLines.h)
+#include D2S1R_DRAWING(CSetOfObjects.h)
+#include D2S1R_DRAWING(CTexturedPlane.h)
+#include D2S1R_DRAWING(stock_objects.h)
 
 #include <algorithm>
 
@@ -19,13 +21,13 @@ namespace d2s1r::app
 {
 namespace
 {
-namespace gl = mrpt::opengl;
+namespace gl = drawing;
 constexpr int kTextureSide = 4096;          //!< [pixel] what graphics cards take
 constexpr float kAboveGrid = 0.02f;         //!< [m]
 constexpr float kSigmas = 3.0f;             //!< [-] of the ellipses
 constexpr double kLeastProbability = 0.05;  //!< [-] of hypotheses that are drawn
 
-gl::CRenderizable::Ptr grid_object(const SceneContent& content)
+DrawnObject::Ptr grid_object(const SceneContent& content)
 {
 	const Grid grid = make_grid(content.map, content.thresholds);
 	const MapView view = fit_view(grid, kTextureSide, 1);
@@ -46,7 +48,7 @@ gl::CRenderizable::Ptr grid_object(const SceneContent& content)
 	return plane;
 }
 
-gl::CRenderizable::Ptr trajectory_object(const std::vector<Frame>& frames)
+DrawnObject::Ptr trajectory_object(const std::vector<Frame>& frames)
 {
 	auto lines = gl::CSetOfLines::Create();
 	lines->setColor_u8(kPathColor);
@@ -60,7 +62,7 @@ gl::CRenderizable::Ptr trajectory_object(const std::vector<Frame>& frames)
 	return lines;
 }
 
-gl::CRenderizable::Ptr fused_object(const std::vector<Frame>& frames)
+DrawnObject::Ptr fused_object(const std::vector<Frame>& frames)
 {
 	auto lines = gl::CSetOfLines::Create();
 	lines->setColor_u8(kFusedColor);
@@ -74,7 +76,7 @@ gl::CRenderizable::Ptr fused_object(const std::vector<Frame>& frames)
 	return lines;
 }
 
-gl::CRenderizable::Ptr hypotheses_object(const std::vector<Frame>& frames)
+DrawnObject::Ptr hypotheses_object(const std::vector<Frame>& frames)
 {
 	auto ellipses = gl::CSetOfObjects::Create();
 	for (const auto& frame : frames)
@@ -91,7 +93,7 @@ gl::CRenderizable::Ptr hypotheses_object(const std::vector<Frame>& frames)
 	return ellipses;
 }
 
-gl::CRenderizable::Ptr scan_object(const SceneContent& content)
+DrawnObject::Ptr scan_object(const SceneContent& content)
 {
 	auto scan = gl::CPlanarLaserScan::Create();
 	scan->setScan(*content.last_scan);
@@ -101,7 +103,7 @@ gl::CRenderizable::Ptr scan_object(const SceneContent& content)
 	return scan;
 }
 
-void insert(gl::COpenGLScene& scene, const gl::CRenderizable::Ptr& object, const char* name)
+void insert(DrawnScene& scene, const DrawnObject::Ptr& object, const char* name)
 {
 	object->setName(name);
 	scene.insert(object);
@@ -110,7 +112,7 @@ void insert(gl::COpenGLScene& scene, const gl::CRenderizable::Ptr& object, const
 
 void write_scene(const SceneContent& content, const PendingFile& file)
 {
-	gl::COpenGLScene scene;
+	DrawnScene scene;
 	insert(scene, grid_object(content), "grid");
 	insert(scene, hypotheses_object(content.frames), "hypotheses");
 	insert(scene, trajectory_object(content.frames), "trajectory");

@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 #include <mrpt/img/CImage.h>
 
+#include <algorithm>
+
 #include "test_files.h"
 #include "test_maps.h"
 
@@ -106,8 +108,11 @@ TEST(MapImage, ColourAndTransparency)
 {
 	const TempFolder folder;
 	mrpt::img::CImage colour(2, 1, mrpt::img::CH_RGB);
-	colour.setPixel(0, 0, mrpt::img::TColor(255, 255, 255));
-	colour.setPixel(1, 0, mrpt::img::TColor(60, 0, 0));
+	for (unsigned channel = 0; channel < 3; channel++)  // white, and 60 of one colour, whichever that is
+	{
+		colour.at<std::uint8_t>(0, 0, channel) = 255;
+		colour.at<std::uint8_t>(1, 0, channel) = channel == 0 ? 60 : 0;
+	}
 	ASSERT_TRUE(colour.saveToFile(folder.path("colour.png")));
 	const auto map = load_map(folder.path("colour.png"), {}, ImageGeometry{1, 0, 0});
 	EXPECT_LT(p_occupied(*map, 0, 0), 0.01);
@@ -162,7 +167,7 @@ TEST(MapImage, BrokenOnesAreRefusedByName)
 		EXPECT_NE(refusal(folder.write("short.ppm", cut), geometry).find("the image is truncated"), std::string::npos)
 		    << cut;
 	mrpt::img::CImage image(50, 50, mrpt::img::CH_GRAY);
-	image.filledRectangle(0, 0, 49, 49, mrpt::img::TColor(255, 255, 255));
+	for (unsigned y = 0; y < 50; y++) std::fill_n(image.ptrLine<std::uint8_t>(y), 50, std::uint8_t{255});
 	ASSERT_TRUE(image.saveToFile(folder.path("whole.png")));
 	const auto bytes = read_bytes(folder.path("whole.png"));
 	EXPECT_NE(refusal(folder.write("e.png", bytes.substr(0, 60)), geometry).find("truncated"), std::string::npos);

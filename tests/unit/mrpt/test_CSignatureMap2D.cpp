@@ -5,7 +5,7 @@
 #include <mrpt/maps/CMultiMetricMap.h>
 #include <mrpt/maps/CSimpleMap.h>
 #include <mrpt/maps/CSimplePointsMap.h>
-#include <mrpt/opengl/CSetOfObjects.h>
+#include D2S1R_DRAWING(CSetOfObjects.h)
 #include <mrpt/poses/CPose3DPDFGaussian.h>
 
 #include "signature_map_room.h"
@@ -46,7 +46,7 @@ TEST(CSignatureMap2D, IsNotShownIfItIsNotToBeSaved)
 {
 	auto map = make_signature_map();
 	map.genericMapParams.enableSaveAs3DObject = false;
-	mrpt::opengl::CSetOfObjects scene;
+	d2s1r::drawing::CSetOfObjects scene;
 	map.getVisualizationInto(scene);
 	EXPECT_TRUE(scene.empty());
 }
@@ -196,7 +196,7 @@ TEST(CSignatureMap2D, InsertingIntoACopyLeavesTheOriginalAlone)
 TEST(CSignatureMap2D, ShowsItsGridAndNamesItself)
 {
 	const auto map = make_signature_map();
-	mrpt::opengl::CSetOfObjects scene;
+	d2s1r::drawing::CSetOfObjects scene;
 	map.getVisualizationInto(scene);
 	EXPECT_FALSE(scene.empty());
 	EXPECT_NE(map.asString().find("70 x 35 cells"), std::string::npos) << map.asString();

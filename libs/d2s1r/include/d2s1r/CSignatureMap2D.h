@@ -3,6 +3,7 @@
 
 #include <d2s1r/likelihood_field.h>
 #include <d2s1r/localizer.h>
+#include <d2s1r/mrpt_versions.h>
 #include <mrpt/maps/CMetricMap.h>
 
 #include <cstdint>
@@ -99,7 +100,7 @@ class CSignatureMap2D : public mrpt::maps::CMetricMap
 	void saveMetricMapRepresentationToFile(const std::string& prefix) const override;
 
 	/// Draws the grid into `scene` unless genericMapParams forbid it.
-	void getVisualizationInto(mrpt::opengl::CSetOfObjects& scene) const override;
+	void getVisualizationInto(drawing::CSetOfObjects& scene) const override;
 
 	/// Says how COccupancyGridMap2D inserts scans.
 	mrpt::maps::COccupancyGridMap2D::TInsertionOptions insertionOptions;

@@ -1,6 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "map/map_image.h"
 
+#include <d2s1r/mrpt_versions.h>
 #include <mrpt/core/format.h>
 #include <mrpt/img/CImage.h>
 
@@ -175,8 +176,7 @@ mrpt::img::CImage read_image(const std::string& file)
 	bool loaded = false;
 	try
 	{
-		constexpr int kAsStored = -1;
-		loaded = image.loadFromFile(file, kAsStored);
+		loaded = image.loadFromFile(file, kChannelsAsStored);
 	}
 	catch (const std::exception&)
 	{
@@ -191,7 +191,7 @@ template <class Value>
 void paint(COccupancyGridMap2D& map, const mrpt::img::CImage& image, const PixelRule& rule)
 {
 	constexpr std::size_t kWhite = std::numeric_limits<Value>::max();
-	const auto channels = static_cast<std::size_t>(image.getChannelCount());
+	const auto channels = channels_of(image);
 	const bool alpha_is_apart = channels == 4 && rule.transparent_is_unknown;
 	const std::size_t averaged = alpha_is_apart ? 3 : channels;
 	// By the sum of the averaged channels: millions of pixels, few different sums.

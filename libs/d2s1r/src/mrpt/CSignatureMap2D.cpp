@@ -259,7 +259,7 @@ void CSignatureMap2D::saveMetricMapRepresentationToFile(const std::string& prefi
 	if (content_->map) content_->map->saveMetricMapRepresentationToFile(prefix);
 }
 
-void CSignatureMap2D::getVisualizationInto(mrpt::opengl::CSetOfObjects& scene) const
+void CSignatureMap2D::getVisualizationInto(drawing::CSetOfObjects& scene) const
 {
 	if (genericMapParams.enableSaveAs3DObject && content_->map) content_->map->getVisualizationInto(scene);
 }
