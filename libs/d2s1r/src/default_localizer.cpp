@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "base/scoped_timer.h"
-#include "fine/decision.h"
 #include "fine/refinement.h"
 #include "map/free_cells.h"
 #include "ranges/wall_surface.h"
@@ -37,23 +36,42 @@ Parameters for_first_look(const Parameters& parameters)
 	return first;
 }
 
+/// What the coarse search finds in a reading of a map.
+struct FoundInReading
+{
+	std::size_t map;  //!< [-] number of the map
+	const MapReading* reading;
+	std::vector<Candidate> candidates;  //!< best first
+};
+
 /// One of the searches that are made, one after the other, until the answer is clear.
 struct Look
 {
-	Parameters parameters;
+	std::vector<Parameters> parameters;  //!< by map
 	bool is_last;
 
 	/// Returns whether there may be candidates that this look leaves out, and a later one would not.
-	bool leaves_out(const std::vector<Candidate>& candidates) const
+	bool leaves_out(const std::vector<FoundInReading>& found) const
 	{
-		return !is_last && static_cast<int>(candidates.size()) >= parameters.coarse_search.candidates;
+		const auto is_full = [this](const FoundInReading& in)
+		{ return static_cast<int>(in.candidates.size()) >= parameters[in.map].coarse_search.candidates; };
+		return !is_last && std::any_of(found.begin(), found.end(), is_full);
 	}
 };
 
-std::vector<Look> looks(const Parameters& parameters)
+/// Returns the looks, the last of which is with the parameters as they are. There is only one if any map wants it so.
+std::vector<Look> looks(const std::vector<SearchedMap>& maps)
 {
-	if (parameters.first_look.clear_above >= 1) return {{parameters, true}};
-	return {{for_first_look(parameters), false}, {parameters, true}};
+	Look first{{}, false}, last{{}, true};
+	bool only_one = false;
+	for (const SearchedMap& map : maps)
+	{
+		first.parameters.push_back(for_first_look(map.parameters));
+		last.parameters.push_back(map.parameters);
+		only_one = only_one || map.parameters.first_look.clear_above >= 1;
+	}
+	if (only_one) return {std::move(last)};
+	return {std::move(first), std::move(last)};
 }
 
 /// The time that a query may take.
@@ -77,6 +95,13 @@ bool is_clear(const Localization& answer, const FirstLookParameters& parameters)
 	return answer.status == Status::kLocalized && answer.confidence > parameters.clear_above;
 }
 
+std::vector<const Parameters*> parameters_of(const std::vector<SearchedMap>& maps)
+{
+	std::vector<const Parameters*> parameters;
+	for (const SearchedMap& map : maps) parameters.push_back(&map.parameters);
+	return parameters;
+}
+
 /// Goes from candidates to places: each result feeds the next step.
 std::vector<Place> places_among(
     const std::vector<Candidate>& candidates, const MapReading& map, const Scan& scan, const Prior& prior,
@@ -91,43 +116,89 @@ std::vector<Place> places_among(
 	return timed(times.refinement_ms, find_places, tracer, field, scan, all, refined, prior, parameters);
 }
 
-/// Searches all readings of the map. \return no value if a look that is not the last one would leave out candidates
-std::optional<Localization> answer_of(
-    const Look& look, const Scan& scan, const DefaultIndex& index, const Prior& prior, const TimeBudget& budget,
-    StageTimes& times)
+/// Drops the candidates that cost more than the best one in another map by as much as none may in one map.
+void drop_costly(std::vector<FoundInReading>& found, const Look& look, const Scan& scan)
 {
-	std::vector<Place> places;
-	auto readings = static_cast<double>(index.readings.size());  // [-] that are still to be searched
-	for (const MapReading& map : index.readings)
+	for (FoundInReading& here : found)
 	{
-		const auto candidates =
-		    timed(times.retrieval_ms, coarse_search, map.profiles, scan, look.parameters.coarse_search, prior);
-		if (look.leaves_out(candidates)) return std::nullopt;
-		const auto judge = [&](const std::vector<Candidate>& some, const Parameters& parameters)
-		{ return places_among(some, map, scan, prior, parameters, times); };
-		const auto affordable =
-		    affordable_candidates(budget.left_ms() / readings--, candidates, look.parameters, judge);
-		places = merged_places(
-		    std::move(places), judge(affordable.candidates, affordable.parameters), look.parameters.scoring);
+		double least = HUGE_VAL;  // [step] in other maps
+		for (const FoundInReading& there : found)
+			if (there.map != here.map && !there.candidates.empty())
+				least = std::min(least, there.candidates.front().cost);
+		const auto& parameters = look.parameters[here.map].coarse_search;
+		const double directions = parameters.directions * scan.field_of_view / (2 * M_PI);
+		const double beams = std::min(directions, static_cast<double>(scan.beams.size()));
+		const double most = least + parameters.margin / std::sqrt(beams);
+		const auto kept = std::find_if(
+		    here.candidates.begin(), here.candidates.end(),
+		    [=](const Candidate& candidate) { return candidate.cost > most; });
+		here.candidates.erase(kept, here.candidates.end());
 	}
-	return timed(times.refinement_ms, decide, scan, places, look.parameters);
+}
+
+/// Searches all readings of all maps.
+std::vector<FoundInReading> candidates_of(const Look& look, const Scan& scan, const std::vector<SearchedMap>& maps)
+{
+	std::vector<FoundInReading> found;
+	for (std::size_t map = 0; map < maps.size(); map++)
+		for (const MapReading& reading : maps[map].index.readings)
+			found.push_back(
+			    {map, &reading,
+			     coarse_search(reading.profiles, scan, look.parameters[map].coarse_search, maps[map].prior)});
+	drop_costly(found, look, scan);
+	return found;
+}
+
+/// Goes from candidates to places in all maps.
+std::vector<Place> places_in_maps(
+    const std::vector<FoundInReading>& found, const Look& look, const Scan& scan, const std::vector<SearchedMap>& maps,
+    const TimeBudget& budget, StageTimes& times)
+{
+	std::vector<std::vector<Place>> by_map(maps.size());
+	auto readings = static_cast<double>(found.size());  // [-] that are still to be judged
+	for (const auto& [map, reading, candidates] : found)
+	{
+		const Prior& prior = maps[map].prior;
+		const auto judge = [&, &in = *reading](const std::vector<Candidate>& some, const Parameters& parameters)
+		{ return places_among(some, in, scan, prior, parameters, times); };
+		const auto affordable =
+		    affordable_candidates(budget.left_ms() / readings--, candidates, look.parameters[map], judge);
+		by_map[map] = merged_places(
+		    std::move(by_map[map]), judge(affordable.candidates, affordable.parameters),
+		    look.parameters[map].scoring);
+	}
+	return places_of_all_maps(std::move(by_map), parameters_of(maps));
+}
+
+/// Says what the places tell.
+Decision conclude(const Scan& scan, const std::vector<SearchedMap>& maps, const std::vector<Place>& places)
+{
+	Decision result = decide(scan, places, parameters_of(maps));
+	const auto is_bounded = [](const SearchedMap& map) { return !map.prior.anywhere(); };
+	if (result.answer.status == Status::kRejected && std::any_of(maps.begin(), maps.end(), is_bounded))
+		result.answer.note = "no place in the given region explains the scan";
+	return result;
 }
 }  // namespace
 
-Localization localize_default(
-    const Scan& scan, const DefaultIndex& index, const Parameters& parameters, const Query& query)
+Decision localize_default(const Scan& scan, const std::vector<SearchedMap>& maps, double time_budget)
 {
-	const TimeBudget budget(query.time_budget);
+	const Parameters& parameters = maps.front().parameters;
+	if (is_covered(scan, parameters.scan))
+		return {
+		    no_place(Status::kRejected, "nine of ten beams end within scan.covered_within: the sensor is covered"), {}};
+	const TimeBudget budget(time_budget);
 	StageTimes times;
-	Localization result;
-	for (const Look& look : looks(parameters))
+	Decision result;
+	for (const Look& look : looks(maps))
 	{
-		const auto answer = answer_of(look, scan, index, query.prior, budget, times);
-		if (!answer) continue;
-		result = *answer;
-		if (is_clear(result, parameters.first_look) || budget.is_half_spent()) break;
+		const auto found = timed(times.retrieval_ms, candidates_of, look, scan, maps);
+		if (look.leaves_out(found)) continue;
+		const auto places = places_in_maps(found, look, scan, maps, budget, times);
+		result = timed(times.refinement_ms, conclude, scan, maps, places);
+		if (is_clear(result.answer, parameters.first_look) || budget.is_half_spent()) break;
 	}
-	result.times = times;
+	result.answer.times = times;
 	return result;
 }
 

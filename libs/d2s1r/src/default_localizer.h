@@ -11,7 +11,7 @@
 
 #include "base/index_file.h"
 #include "coarse/coarse_search.h"
-#include "fine/scoring.h"
+#include "fine/decision.h"
 
 namespace d2s1r
 {
@@ -52,13 +52,23 @@ int count_readings(const Grid& grid);
 /// \throws std::invalid_argument if a sensor can stand nowhere
 DefaultIndex make_default_index(const Grid& grid, const Parameters& parameters);
 
-/// Answers where `scan` was taken by the default method, which works for any field of view: coarse_search(), settle(),
-/// make_shortlist(), refine(), find_places(), decide(). All this is done with fewer candidates first, and once more
-/// with all of them unless the first answer is clear. Thread-safe.
+/// A map that a scan is looked for in. It refers to its members.
+struct SearchedMap
+{
+	const DefaultIndex& index;
+	const Parameters& parameters;  //!< of this map
+	const Prior& prior;            //!< where in this map the robot may be
+};
+
+/// Answers in which of `maps`, and where there, `scan` was taken, by the default method, which works for any field of
+/// view: coarse_search(), settle(), make_shortlist(), refine(), find_places() in each map, and one decide() over the
+/// places of all. All this is done with fewer candidates first, and once more with all of them unless the first answer
+/// is clear. Of many maps only the most promising ones are searched, see promising_maps(). Thread-safe.
 /// \param scan a valid one
+/// \param maps one or more
+/// \param time_budget [ms] see Query; 0 is no limit
 /// \return the answer without the relative entropy
-Localization localize_default(
-    const Scan& scan, const DefaultIndex& index, const Parameters& parameters, const Query& query);
+Decision localize_default(const Scan& scan, const std::vector<SearchedMap>& maps, double time_budget);
 
 /// Tells how a valid scan fits near `robot` (map frame): that pose is refined and scored, and nothing is searched. Its
 /// probability is 0.

@@ -13,8 +13,8 @@
 #include <stdexcept>
 
 #include "map/cell_classes.h"
-#include "map/map_files.h"
 #include "map/map_image.h"
+#include "base/file_text.h"
 #include "map/map_yaml.h"
 #include "map/occupancy_map.h"
 
