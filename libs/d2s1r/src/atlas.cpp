@@ -193,12 +193,6 @@ std::vector<AtlasEntry> entries_of_file(const std::string& file)
 	return entries;
 }
 
-/// Returns a file's name without folder and extension, and without that of a compressed file.
-std::string stem_of(const fs::path& file)
-{
-	return (file.extension() == ".gz" ? file.stem() : file).stem().string();
-}
-
 /// Returns whether load_map() needs nothing but the file, by its name.
 bool is_map_name(const fs::path& file)
 {
@@ -217,7 +211,7 @@ std::vector<AtlasEntry> entries_of_folder(const std::string& folder)
 	std::set<std::string> names;
 	for (const fs::path& file : files)
 	{
-		entries.push_back({stem_of(file), file.string(), {}});
+		entries.push_back({map_name_of(file.string()), file.string(), {}});
 		check_name(entries.back().name);
 		if (!names.insert(entries.back().name).second)
 			throw std::runtime_error(
@@ -231,6 +225,12 @@ std::vector<AtlasEntry> entries_of_folder(const std::string& folder)
 	return entries;
 }
 }  // namespace
+
+std::string map_name_of(const std::string& file)
+{
+	const fs::path path(file);
+	return (path.extension() == ".gz" ? path.stem() : path).stem().string();
+}
 
 bool is_atlas(const std::string& path)
 {
