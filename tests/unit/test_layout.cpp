@@ -37,6 +37,7 @@ const std::map<std::string, std::string> kStageOfHeader = {
     {"localization.h", "answer"},
     {"prior.h", "answer"},
     {"localizer.h", "localizer"},
+    {"atlas.h", "localizer"},
     {"default_localizer.h", "localizer"},
     {"window_localizer.h", "frames"},
     {"motion.h", "frames"},
