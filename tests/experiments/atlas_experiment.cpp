@@ -11,22 +11,38 @@
 // without the true map, and the time of a scan in the atlas. OUT_DIR receives a table for each set and way in the form
 // of frames.csv; a pose in a wrong map is left out there.
 #include <d2s1r/atlas.h>
+#include <d2s1r/map_io.h>
 #include <mrpt/math/wrap2pi.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <ctime>
 #include <filesystem>
 #include <fstream>
+#include <random>
 #include <stdexcept>
 
+#include "office_floor.h"
+#include "ranges/ray_caster.h"
 #include "recorded_run.h"
 
 namespace
 {
 using namespace d2s1r;
 using namespace d2s1r::experiments;
+
+/// Returns what `localizer` says of a scan, with the processor's time [ms] in place of that of the clock, which others
+/// on the machine lengthen.
+template <class L>
+Localization localize(const L& localizer, const mrpt::obs::CObservation2DRangeScan& scan)
+{
+	const std::clock_t start = std::clock();
+	Localization result = localizer.localize(scan);
+	result.times.total_ms = 1e3 * static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
+	return result;
+}
 
 /// A scan and where it was taken.
 struct Question
@@ -152,7 +168,7 @@ Counts ask(const Ways& ways, const std::vector<Question>& questions, std::ofstre
 	Counts counts;
 	for (const Question& question : questions)
 	{
-		const Localization result = ways.atlas.localize(*question.scan), known = ways.known.localize(*question.scan);
+		const Localization result = localize(ways.atlas, *question.scan), known = localize(ways.known, *question.scan);
 		const bool right = is_right(result, ways.map, question.truth);
 		counts.frames += 1;
 		counts.right_map += !result.hypotheses.empty() && result.best().map == ways.map ? 1 : 0;
@@ -213,6 +229,105 @@ int run_sites(int argc, char** argv)
 	print("all", all);
 	return EXIT_SUCCESS;
 }
+
+/// Takes 5 % of the walls of a floor away, or puts new ones into its rooms, in pieces of 1.5 m.
+Grid altered(const Grid& floor, unsigned seed)
+{
+	Grid other = floor;
+	std::mt19937 random(seed);
+	const auto walls = static_cast<double>(std::count(floor.cells.begin(), floor.cells.end(), Cell::kOccupied));
+	const int length = static_cast<int>(std::lround(1.5 / floor.cell_size));
+	const auto below = [&](int count) { return static_cast<int>(random() % static_cast<unsigned>(count)); };
+	for (double changed = 0; changed < 0.05 * walls;)
+	{
+		const int x = below(floor.width), y = below(floor.height);
+		const Cell from = random() % 2 == 0 ? Cell::kOccupied : Cell::kFree;
+		if (floor.at(x, y) != from) continue;
+		const bool is_upright = random() % 2 == 0;
+		const int width = is_upright ? 3 : length, height = is_upright ? length : 3;
+		for (int v = y; v < std::min(floor.height, y + height); v++)
+			for (int u = x; u < std::min(floor.width, x + width); u++)
+			{
+				if (floor.at(u, v) != from) continue;
+				other.cells[static_cast<std::size_t>(floor.index(u, v))] =
+				    from == Cell::kOccupied ? Cell::kFree : Cell::kOccupied;
+				changed += 1;
+			}
+	}
+	return other;
+}
+
+mrpt::maps::COccupancyGridMap2D::Ptr map_of(const Grid& grid)
+{
+	std::vector<float> p_occupied;
+	for (const Cell cell : grid.cells)
+		p_occupied.push_back(cell == Cell::kFree ? 0.01F : cell == Cell::kOccupied ? 0.99F : NAN);
+	return map_of_cells(
+	    p_occupied, static_cast<std::size_t>(grid.width), {grid.cell_size, grid.origin_x, grid.origin_y});
+}
+
+/// A scan of a floor by its exact rays.
+Question question_on(const Grid& grid, double field_of_view, std::mt19937& random)
+{
+	std::uniform_real_distribution<double> unit(0, 1);
+	std::normal_distribution<double> noise(0, 0.01);  // [m]
+	const RayCaster caster(grid, 30, false);
+	mrpt::math::TPose2D pose;
+	for (bool is_free = false; !is_free;)
+	{
+		pose = {
+		    grid.origin_x + unit(random) * grid.width * grid.cell_size,
+		    grid.origin_y + unit(random) * grid.height * grid.cell_size, M_PI * (2 * unit(random) - 1)};
+		const int column = static_cast<int>((pose.x - grid.origin_x) / grid.cell_size),
+		          row = static_cast<int>((pose.y - grid.origin_y) / grid.cell_size);
+		is_free = true;
+		for (int y = row - 6; y <= row + 6; y++)
+			for (int x = column - 6; x <= column + 6; x++)
+				is_free = is_free && grid.contains(x, y) && grid.at(x, y) == Cell::kFree;
+	}
+	auto scan = mrpt::obs::CObservation2DRangeScan::Create();
+	const auto beams = static_cast<std::size_t>(field_of_view);
+	scan->aperture = static_cast<float>((field_of_view - 1) * M_PI / 180);
+	scan->rightToLeft = true;
+	scan->maxRange = 30;
+	scan->resizeScan(beams);
+	for (std::size_t i = 0; i < beams; i++)
+	{
+		const double angle = pose.phi + (static_cast<double>(i) - 0.5 * (field_of_view - 1)) * M_PI / 180;
+		const auto range = caster.cast(pose.x, pose.y, angle);
+		scan->setScanRange(i, static_cast<float>(range + noise(random)));
+		scan->setScanRangeValidity(i, range < 30);
+	}
+	return {scan, pose};
+}
+
+int run_floors(char** argv)
+{
+	const int floors = std::stoi(argv[2]), twins = std::stoi(argv[3]), queries = std::stoi(argv[4]);
+	const double area = std::stod(argv[5]), field_of_view = std::stod(argv[6]);
+	std::vector<AtlasMap> maps;
+	std::vector<Grid> grids;
+	for (int i = 0; i < floors; i++)
+	{
+		const auto base = static_cast<unsigned>(i / (twins + 1));
+		Grid grid = benchmark::make_office_floor(area, 0.05, base + 1);
+		if (i % (twins + 1) > 0) grid = altered(grid, static_cast<unsigned>(i));
+		maps.push_back({std::to_string(i), std::make_shared<const Localizer>(map_of(grid))});
+		grids.push_back(std::move(grid));
+	}
+	const Atlas atlas(std::move(maps));
+	print_heading();
+	std::mt19937 random(1);
+	Counts all;
+	for (int i = 0; i < queries; i++)
+	{
+		const int floor = static_cast<int>(random() % static_cast<unsigned>(floors));
+		const auto question = question_on(grids[static_cast<std::size_t>(floor)], field_of_view, random);
+		all += ask(Ways(atlas, std::to_string(floor)), {question}, nullptr);
+	}
+	print(mrpt::format("%d floors, %d alike, %.0f deg", floors, twins + 1, field_of_view), all);
+	return EXIT_SUCCESS;
+}
 }  // namespace
 
 int main(int argc, char** argv)
@@ -220,6 +335,7 @@ try
 {
 	const std::string what = argc > 1 ? argv[1] : "";
 	if (what == "sites" && argc > 5) return run_sites(argc, argv);
+	if (what == "floors" && argc == 7) return run_floors(argv);
 	std::fprintf(stderr, "usage: see the head of atlas_experiment.cpp\n");
 	return EXIT_FAILURE;
 }

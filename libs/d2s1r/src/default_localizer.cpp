@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "base/scoped_timer.h"
 #include "fine/refinement.h"
@@ -170,6 +171,47 @@ std::vector<Place> places_in_maps(
 	return places_of_all_maps(std::move(by_map), parameters_of(maps));
 }
 
+constexpr std::size_t kMostSearched = 8;  //!< [-] maps of an atlas that are searched as a single one is
+
+/// Returns how well the best of the candidates in a map explains the scan [nat], by few beams; higher is better.
+double promise_of(
+    const std::vector<Candidate>& candidates, const SearchedMap& map, const BeamSubset& few)
+{
+	const auto& [profiles, field, tracer] = map.index.readings.front();
+	double best = -HUGE_VAL;
+	for (const RefinedPose& settled : settle(field, few, candidates, map.parameters.refinement))
+		best = std::max(
+		    best, score(tracer, field, few, settled.pose, map.parameters.scoring.beam_model).log_likelihood);
+	return best;
+}
+
+/// Returns the maps that are worth a search: those in which few beams explain the scan best, at a candidate that one
+/// search through all maps, as if they were one, finds. They keep their order.
+std::vector<std::size_t> promising_maps(const Scan& scan, const std::vector<SearchedMap>& maps)
+{
+	constexpr int kPairs = 3, kCandidates = 2;  // [-] times as many for all maps as for one
+	std::vector<std::size_t> numbers(maps.size());
+	std::iota(numbers.begin(), numbers.end(), std::size_t{0});
+	if (maps.size() <= kMostSearched) return numbers;
+	CoarseSearchParameters for_all = maps.front().parameters.coarse_search;
+	for_all.max_pairs *= kPairs;
+	for_all.candidates *= kCandidates;
+	std::vector<CoarseSearchIn> in;
+	for (const SearchedMap& map : maps)
+		in.push_back(
+		    {map.index.readings.front().profiles, in.empty() ? for_all : map.parameters.coarse_search, map.prior});
+	const auto candidates = coarse_search(in, scan);
+	const BeamSubset few = few_beams(scan);
+	std::vector<double> promise;
+	for (std::size_t map = 0; map < maps.size(); map++)
+		promise.push_back(candidates[map].empty() ? -HUGE_VAL : promise_of(candidates[map], maps[map], few));
+	std::stable_sort(
+	    numbers.begin(), numbers.end(), [&](std::size_t a, std::size_t b) { return promise[a] > promise[b]; });
+	numbers.resize(kMostSearched);
+	std::sort(numbers.begin(), numbers.end());
+	return numbers;
+}
+
 /// Says what the places tell.
 Decision conclude(const Scan& scan, const std::vector<SearchedMap>& maps, const std::vector<Place>& places)
 {
@@ -181,14 +223,17 @@ Decision conclude(const Scan& scan, const std::vector<SearchedMap>& maps, const 
 }
 }  // namespace
 
-Decision localize_default(const Scan& scan, const std::vector<SearchedMap>& maps, double time_budget)
+Decision localize_default(const Scan& scan, const std::vector<SearchedMap>& all_maps, double time_budget)
 {
-	const Parameters& parameters = maps.front().parameters;
+	const Parameters& parameters = all_maps.front().parameters;
 	if (is_covered(scan, parameters.scan))
 		return {
 		    no_place(Status::kRejected, "nine of ten beams end within scan.covered_within: the sensor is covered"), {}};
 	const TimeBudget budget(time_budget);
 	StageTimes times;
+	const auto numbers = timed(times.retrieval_ms, promising_maps, scan, all_maps);
+	std::vector<SearchedMap> maps;
+	for (const std::size_t number : numbers) maps.push_back(all_maps[number]);
 	Decision result;
 	for (const Look& look : looks(maps))
 	{
@@ -199,6 +244,7 @@ Decision localize_default(const Scan& scan, const std::vector<SearchedMap>& maps
 		if (is_clear(result.answer, parameters.first_look) || budget.is_half_spent()) break;
 	}
 	result.answer.times = times;
+	for (std::size_t& map : result.maps) map = numbers[map];
 	return result;
 }
 
