@@ -311,8 +311,7 @@ void bind_localization(py::module_& module)
 	        { return result.hypotheses.empty() ? py::object(py::none()) : array_of(result.best().pose); },
 	        "The most probable pose (x, y, phi) of the robot in the map frame [m, rad]; None without a hypothesis.")
 	    .def_property_readonly(
-	        "map",
-	        [](const Localization& result) { return result.hypotheses.empty() ? "" : result.best().map; },
+	        "map", [](const Localization& result) { return result.hypotheses.empty() ? "" : result.best().map; },
 	        "Name of the map that pose is in, from an Atlas; else empty.")
 	    .def_property_readonly(
 	        "maps",
@@ -426,7 +425,8 @@ void bind_atlas(py::module_& module)
 	    .def(
 	        py::init(make), "localizers"_a, "regions"_a = std::map<std::string, std::array<double, 4>>{},
 	        "    localizers: dict of Localizer by the name of its map.\n"
-	        "    regions: dict of boxes between corners (x0, y0, x1, y1) [m] that the robot is in, for some of the maps.")
+	        "    regions: dict of boxes between corners (x0, y0, x1, y1) [m] that the robot is in, for some of the "
+	        "maps.")
 	    .def_static(
 	        "load", load_file, "path"_a, "parameters"_a = py::none(),
 	        "Loads the maps of an atlas.yaml or of a folder, and builds their indices.\n\n"
@@ -436,7 +436,8 @@ void bind_atlas(py::module_& module)
 	        "localize", answer, "ranges"_a, "angle_min"_a, "angle_increment"_a, "max_range"_a,
 	        "sensor_pose"_a = std::vector<double>{}, py::kw_only(), "min_range"_a = 0.0, "time_budget"_a = 0.0,
 	        ("Answers in which map, and where there, a scan was taken: see Localization.map.\n\n" +
-	         std::string(kSweep) + "    time_budget: time after which the answer should be there [ms]; 0 is no limit.\n")
+	         std::string(kSweep) +
+	         "    time_budget: time after which the answer should be there [ms]; 0 is no limit.\n")
 	            .c_str())
 	    .def_property_readonly("names", names, "Names of the maps.");
 }
@@ -453,8 +454,8 @@ void bind_window(py::module_& module)
 	const auto make_in_atlas = [](const Atlas& atlas, int frames)
 	{
 		const auto localize = [&atlas](const Scan& scan) { return atlas.localize(scan); };
-		return std::unique_ptr<Window>(new Window{
-		    localize, atlas.maps().front().localizer->parameters().scan, WindowLocalizer(atlas, frames)});
+		return std::unique_ptr<Window>(
+		    new Window{localize, atlas.maps().front().localizer->parameters().scan, WindowLocalizer(atlas, frames)});
 	};
 	const auto add = [](Window& self, const Floats& ranges, double angle_min, double angle_increment, double max_range,
 	                    const std::vector<double>& sensor_pose, const std::optional<std::array<double, 3>>& motion,

@@ -76,8 +76,7 @@ bool needs_diagnosis(const RunReport& report)
 {
 	const std::size_t localized = count_statuses(report.frames).front();
 	return report.parameters.method == Method::kDefault && report.maps.size() == 1 && !report.flags.quiet &&
-	       !report.flags.is_live() &&
-	       !interrupted() && 2 * localized < report.frames.size();
+	       !report.flags.is_live() && !interrupted() && 2 * localized < report.frames.size();
 }
 
 /// Hands every scan to the localizer, and every result to the files and to standard output.
@@ -113,8 +112,7 @@ LoopResult localize_frames(
 }
 
 /// Completes the report and writes the files.
-void write_files(
-    RunOutputs& outputs, RunReport& report, const LoopResult& loop, const GroundTruth& truth)
+void write_files(RunOutputs& outputs, RunReport& report, const LoopResult& loop, const GroundTruth& truth)
 {
 	if (report.flags.is_live())  // only now it is known
 	{
@@ -156,8 +154,8 @@ ExitStatus localize(
 	report.selected_frames = selection.size();
 
 	const mrpt::system::CTicTac watch;
-	const LoopResult loop =
-	    localize_frames(log, report, selection, atlas ? &*atlas : nullptr, backend, outputs ? &*outputs : nullptr, console);
+	const LoopResult loop = localize_frames(
+	    log, report, selection, atlas ? &*atlas : nullptr, backend, outputs ? &*outputs : nullptr, console);
 	if (loop.frames == 0 && interrupted())
 	{
 		console.say(kInterruptedEarly);

@@ -113,11 +113,11 @@ void print(const std::string& name, Counts counts)
 	std::sort(counts.ms.begin(), counts.ms.end());
 	const auto percent = [&](double part) { return 100 * part / counts.frames; };
 	std::printf(
-	    "%-34s %6.0f %6.1f %6.1f %6.1f %6.1f %6.1f %6.1f %6.1f %6.3f %7.1f %7.1f %7.1f %7.1f %7.1f\n", name.c_str(), counts.frames,
-	    percent(counts.right_map), percent(counts.right), percent(counts.right_if_known), percent(counts.localized),
-	    100 * counts.localized_right / std::max(1.0, counts.localized), percent(counts.localized_if_known),
-	    percent(counts.localized_without), counts.calibration_error(), mean(counts.ms),
-	    counts.ms[counts.ms.size() * 99 / 100], mean(counts.retrieval_ms), mean(counts.settling_ms),
+	    "%-34s %6.0f %6.1f %6.1f %6.1f %6.1f %6.1f %6.1f %6.1f %6.3f %7.1f %7.1f %7.1f %7.1f %7.1f\n", name.c_str(),
+	    counts.frames, percent(counts.right_map), percent(counts.right), percent(counts.right_if_known),
+	    percent(counts.localized), 100 * counts.localized_right / std::max(1.0, counts.localized),
+	    percent(counts.localized_if_known), percent(counts.localized_without), counts.calibration_error(),
+	    mean(counts.ms), counts.ms[counts.ms.size() * 99 / 100], mean(counts.retrieval_ms), mean(counts.settling_ms),
 	    mean(counts.known_ms));
 	std::fflush(stdout);
 }
@@ -125,8 +125,8 @@ void print(const std::string& name, Counts counts)
 void print_heading()
 {
 	std::printf(
-	    "%-34s %6s %6s %6s %6s %6s %6s %6s %6s %6s %7s %7s %7s %7s %7s\n", "set", "frames", "map %", "pose %", "known%", "loc %",
-	    "right%", "k loc%", "out %", "ECE", "ms", "p99", "search", "settle", "known");
+	    "%-34s %6s %6s %6s %6s %6s %6s %6s %6s %6s %7s %7s %7s %7s %7s\n", "set", "frames", "map %", "pose %", "known%",
+	    "loc %", "right%", "k loc%", "out %", "ECE", "ms", "p99", "search", "settle", "known");
 }
 
 /// Writes a row as frames.csv has it; a pose in a wrong map is left out.
@@ -219,7 +219,8 @@ int run_sites(int argc, char** argv)
 		std::ofstream tables[3];
 		for (std::size_t way = 0; way < 3; way++)
 		{
-			tables[way].open(folder / (name + "_" + std::vector<std::string>{"atlas", "known", "without"}[way] + ".csv"));
+			tables[way].open(
+			    folder / (name + "_" + std::vector<std::string>{"atlas", "known", "without"}[way] + ".csv"));
 			tables[way] << "timestamp,status,x,y,phi,confidence,total_ms,map\n";
 		}
 		const Counts counts = ask(Ways(atlas, map), questions, tables);

@@ -105,7 +105,8 @@ TEST(Atlas, FindsMapAndPose)
 		expect_in(result, "floor", robot);
 		EXPECT_EQ(result.status, Status::kLocalized);
 		EXPECT_LE(sum_of_probabilities(result), 1 + 1e-9);
-		EXPECT_EQ(result.relative_entropy, floor_localizer()->relative_entropy(scan_at(floor, robot), result.best().pose));
+		EXPECT_EQ(
+		    result.relative_entropy, floor_localizer()->relative_entropy(scan_at(floor, robot), result.best().pose));
 	}
 	for (const TPose2D& robot : poses_in_annex())
 		expect_in(atlas.localize(make_observation(annex, robot, laser_of(270))), "annex", robot);
@@ -145,7 +146,8 @@ TEST(Atlas, TwoFloorsThatAreAlikeShareTheProbability)
 		EXPECT_EQ(result.hypotheses[0].pose, result.hypotheses[1].pose);
 		EXPECT_DOUBLE_EQ(result.hypotheses[0].probability, result.hypotheses[1].probability);
 		const Localization one = floor_localizer()->localize(make_observation(world_of(make_floor()), robot));
-		EXPECT_NEAR(sum_of_probabilities(result), sum_of_probabilities(one), 1e-6) << "as likely that it is one of them";
+		EXPECT_NEAR(sum_of_probabilities(result), sum_of_probabilities(one), 1e-6)
+		    << "as likely that it is one of them";
 	}
 }
 
@@ -173,7 +175,8 @@ TEST(Atlas, EachMapHasARegionAndParametersOfItsOwn)
 	Parameters fine;
 	fine.coarse_search.spacing = 0.15;
 	fine.scoring.hypotheses = 3;
-	const Atlas there({{"floor", localizer_of(make_floor(), fine), make_prior(3, 5, 6, 7)}, {"annex", annex_localizer()}});
+	const Atlas there(
+	    {{"floor", localizer_of(make_floor(), fine), make_prior(3, 5, 6, 7)}, {"annex", annex_localizer()}});
 	const Localization found = there.localize(scan);
 	expect_in(found, "floor", robot);
 	EXPECT_LE(found.hypotheses.size(), 3U);
@@ -199,7 +202,8 @@ TEST(Atlas, SaysWhichMapsDoNotGoTogether)
 {
 	const auto refused = [](std::vector<AtlasMap> maps) { return what_of([&] { Atlas(std::move(maps)); }); };
 	EXPECT_NE(refused({}).find("no map"), std::string::npos);
-	EXPECT_NE(refused({{"a", floor_localizer()}, {"a", annex_localizer()}}).find("'a' is there twice"), std::string::npos);
+	EXPECT_NE(
+	    refused({{"a", floor_localizer()}, {"a", annex_localizer()}}).find("'a' is there twice"), std::string::npos);
 	EXPECT_NE(refused({{"a", nullptr}}).find("'a' has no localizer"), std::string::npos);
 	Parameters paper;
 	paper.method = Method::kPaper;

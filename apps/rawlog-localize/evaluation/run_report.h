@@ -24,8 +24,8 @@ struct RunReport
 	const std::vector<Frame>& frames;
 	const std::vector<IndexedMap>& maps;
 	logs::Sensor sensor;
-	std::size_t selected_frames = 0;  //!< [-] frames that were to be localized, whether or not the run came so far
-	double build_seconds = 0;         //!< [s] from the map file to the index, or for loading it
+	std::size_t selected_frames = 0;       //!< [-] frames that were to be localized, whether or not the run came so far
+	double build_seconds = 0;              //!< [s] from the map file to the index, or for loading it
 	double localization_seconds = 0;       //!< [s] for all frames, reading and writing included
 	double computing_seconds = 0;          //!< [s] for all frames, without reading and writing
 	std::size_t truth_lines = 0;           //!< [-] lines of the ground truth; 0 if there is none

@@ -16,7 +16,7 @@ namespace d2s1r::app
 /// How the scans of a rawlog are localized.
 struct Approach
 {
-	const Localizer& localizer;          //!< of the map, of an atlas that of its first map
+	const Localizer& localizer;  //!< of the map, of an atlas that of its first map
 	Query query;
 	std::optional<int> window;           //!< [-] scans that are used jointly; without a value each on its own
 	CFusionBackend::Ptr fusion_backend;  //!< null: no fused poses

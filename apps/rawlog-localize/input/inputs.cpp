@@ -378,8 +378,7 @@ std::optional<Atlas> atlas_of(const std::vector<IndexedMap>& maps)
 	if (maps.front().entry.name.empty()) return std::nullopt;
 	std::vector<AtlasMap> of_atlas;
 	for (const IndexedMap& map : maps)
-		of_atlas.push_back(
-		    {map.entry.name, {map.map, &map.map->localizer()}, map.entry.region, map.entry.floor});
+		of_atlas.push_back({map.entry.name, {map.map, &map.map->localizer()}, map.entry.region, map.entry.floor});
 	try
 	{
 		return Atlas(std::move(of_atlas));

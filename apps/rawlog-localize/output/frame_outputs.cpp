@@ -64,9 +64,9 @@ void write_hypotheses(TextFile& file, const Frame& frame)
 	int rank = 0;
 	for (const auto& h : frame.result.hypotheses)
 		file.print(
-		    "%zu,%d,%.6f,%.6f,%.6f,%.6g,%.6f,%.6f,%.6f,%s\n", frame.index, ++rank, h.pose.x(), h.pose.y(),
-		    h.pose.phi(), h.probability, std::sqrt(h.covariance(0, 0)), std::sqrt(h.covariance(1, 1)),
-		    std::sqrt(h.covariance(2, 2)), csv_field(h.map).c_str());
+		    "%zu,%d,%.6f,%.6f,%.6f,%.6g,%.6f,%.6f,%.6f,%s\n", frame.index, ++rank, h.pose.x(), h.pose.y(), h.pose.phi(),
+		    h.probability, std::sqrt(h.covariance(0, 0)), std::sqrt(h.covariance(1, 1)), std::sqrt(h.covariance(2, 2)),
+		    csv_field(h.map).c_str());
 }
 
 /// Prints a line "time x y z qx qy qz qw".

@@ -75,7 +75,9 @@ void write_run_json(const RunReport& report, TextFile& file)
 	for (const IndexedMap& map : report.maps)
 	{
 		Json one = {
-		    {"name", map.entry.name}, {"floor", map.entry.floor}, {"parameters", values_of(to_ini(map.map->parameters()))}};
+		    {"name", map.entry.name},
+		    {"floor", map.entry.floor},
+		    {"parameters", values_of(to_ini(map.map->parameters()))}};
 		one.update(json_of(map));
 		maps.push_back(std::move(one));
 	}

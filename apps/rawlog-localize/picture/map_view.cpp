@@ -156,8 +156,7 @@ std::map<std::string, OnSheet> placed_on_sheet(const std::vector<IndexedMap>& ma
 			area += (order.back().second.width() + kGap) * (order.back().second.height() + kGap);
 		}
 	std::stable_sort(
-	    order.begin(), order.end(),
-	    [](const auto& a, const auto& b) { return a.second.height() > b.second.height(); });
+	    order.begin(), order.end(), [](const auto& a, const auto& b) { return a.second.height() > b.second.height(); });
 	std::map<std::string, OnSheet> placed;
 	double x = 0, y = 0, height = 0;  // [m] of the row
 	for (auto& [name, map] : order)
@@ -189,18 +188,15 @@ Grid grid_of_sheet(const std::map<std::string, OnSheet>& placed)
 	}
 	sheet.width = static_cast<int>(std::ceil(width / sheet.cell_size));
 	sheet.height = static_cast<int>(std::ceil(height / sheet.cell_size));
-	sheet.cells.assign(
-	    static_cast<std::size_t>(sheet.width) * static_cast<std::size_t>(sheet.height), Cell::kUnknown);
+	sheet.cells.assign(static_cast<std::size_t>(sheet.width) * static_cast<std::size_t>(sheet.height), Cell::kUnknown);
 	for (const auto& [name, map] : placed)
 	{
 		const auto cell = [&](double metres) { return static_cast<int>(std::floor(metres / sheet.cell_size)); };
 		for (int row = cell(map.y); row < std::min(sheet.height, cell(map.y + map.height()) + 1); row++)
 			for (int column = cell(map.x); column < std::min(sheet.width, cell(map.x + map.width()) + 1); column++)
 			{
-				const auto there = [&](int index, double from)
-				{
-					return static_cast<int>(
-					    std::floor(((index + 0.5) * sheet.cell_size - from) / map.grid->cell_size));
+				const auto there = [&](int index, double from) {
+					return static_cast<int>(std::floor(((index + 0.5) * sheet.cell_size - from) / map.grid->cell_size));
 				};
 				const int x = there(column, map.x), y = there(row, map.y);
 				if (map.grid->contains(x, y))
@@ -252,9 +248,10 @@ std::vector<std::vector<const Frame*>> path_pieces(const std::vector<Frame>& fra
 			last = nullptr;
 			continue;
 		}
-		const bool continues = last && last->result.best().map == frame.result.best().map && !is_jump(
-		                                   last->result.best().pose.asTPose(), frame.result.best().pose.asTPose(),
-		                                   frame.timestamp - last->timestamp);
+		const bool continues = last && last->result.best().map == frame.result.best().map &&
+		                       !is_jump(
+		                           last->result.best().pose.asTPose(), frame.result.best().pose.asTPose(),
+		                           frame.timestamp - last->timestamp);
 		if (!continues) pieces.emplace_back();
 		pieces.back().push_back(&frame);
 		last = &frame;

@@ -67,8 +67,7 @@ Localization Atlas::localize(const Scan& scan, double time_budget) const
 	if (!numbers.empty())
 	{
 		const ScopedTimer timer(total_ms);
-		result.relative_entropy =
-		    maps_[numbers.front()].localizer->relative_entropy(scan, result.best().pose);
+		result.relative_entropy = maps_[numbers.front()].localizer->relative_entropy(scan, result.best().pose);
 	}
 	result.times.total_ms = total_ms;
 	return result;

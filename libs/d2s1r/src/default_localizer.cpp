@@ -165,8 +165,7 @@ std::vector<Place> places_in_maps(
 		const auto affordable =
 		    affordable_candidates(budget.left_ms() / readings--, candidates, look.parameters[map], judge);
 		by_map[map] = merged_places(
-		    std::move(by_map[map]), judge(affordable.candidates, affordable.parameters),
-		    look.parameters[map].scoring);
+		    std::move(by_map[map]), judge(affordable.candidates, affordable.parameters), look.parameters[map].scoring);
 	}
 	return places_of_all_maps(std::move(by_map), parameters_of(maps));
 }
@@ -174,14 +173,13 @@ std::vector<Place> places_in_maps(
 constexpr std::size_t kMostSearched = 8;  //!< [-] maps of an atlas that are searched as a single one is
 
 /// Returns how well the best of the candidates in a map explains the scan [nat], by few beams; higher is better.
-double promise_of(
-    const std::vector<Candidate>& candidates, const SearchedMap& map, const BeamSubset& few)
+double promise_of(const std::vector<Candidate>& candidates, const SearchedMap& map, const BeamSubset& few)
 {
 	const auto& [profiles, field, tracer] = map.index.readings.front();
 	double best = -HUGE_VAL;
 	for (const RefinedPose& settled : settle(field, few, candidates, map.parameters.refinement))
-		best = std::max(
-		    best, score(tracer, field, few, settled.pose, map.parameters.scoring.beam_model).log_likelihood);
+		best =
+		    std::max(best, score(tracer, field, few, settled.pose, map.parameters.scoring.beam_model).log_likelihood);
 	return best;
 }
 

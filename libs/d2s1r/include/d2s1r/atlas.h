@@ -18,7 +18,8 @@ struct AtlasMap
 	std::string floor = {};                      //!< as people call it; only told, nothing depends on it
 };
 
-/// Tells in which of several maps, and where there, a scan was taken. An atlas of one map answers as its Localizer does.
+/// Tells in which of several maps, and where there, a scan was taken. An atlas of one map answers as its Localizer
+/// does.
 ///
 /// All maps answer together: places are scored in each map by its own parameters, and one decision is made over the
 /// places of all, so that the probabilities of an answer share one scale. What they lack to 1 is the probability that

@@ -127,7 +127,8 @@ void look_where_missing(const GroupsOfMap& of, int least, int most, CheapestPair
 std::vector<GroupsOfMap> groups_of(const std::vector<MapToSearch>& maps, std::vector<std::uint8_t>& missing)
 {
 	constexpr std::size_t kBlock = RangeProfiles::kBlock;
-	const auto whole_blocks = [](const MapToSearch& map) { return (map.profiles.groups() + kBlock - 1) / kBlock * kBlock; };
+	const auto whole_blocks = [](const MapToSearch& map)
+	{ return (map.profiles.groups() + kBlock - 1) / kBlock * kBlock; };
 	std::size_t size = 0;
 	for (const MapToSearch& map : maps) size += whole_blocks(map);
 	missing.resize(size);
@@ -139,10 +140,14 @@ std::vector<GroupsOfMap> groups_of(const std::vector<MapToSearch>& maps, std::ve
 	{
 		const int truncation = map.parameters.overview_truncation;
 		all.push_back(
-		    {&map, static_cast<std::int32_t>(first), next, overview_beams(map.scan, truncation), {}, map.allowed.groups()});
+		    {&map,
+		     static_cast<std::int32_t>(first),
+		     next,
+		     overview_beams(map.scan, truncation),
+		     {},
+		     map.allowed.groups()});
 		GroupsOfMap& of = all.back();
-		of.few = {
-		    of.beams.data(), of.beams.size(), map.profiles.directions, static_cast<std::uint8_t>(truncation)};
+		of.few = {of.beams.data(), of.beams.size(), map.profiles.directions, static_cast<std::uint8_t>(truncation)};
 		find_missing_beams(map.profiles, map.scan, of.missing);
 		next += whole_blocks(map);
 		first += map.profiles.groups();
@@ -168,8 +173,7 @@ void search_overviews(const std::vector<MapToSearch>& maps, std::vector<Pair>& p
 	for (const GroupsOfMap& of : all) look_where_missing(of, 0, of_few, cheapest);
 	const auto least = static_cast<double>(cheapest.least());
 	for (const GroupsOfMap& of : all)
-		if (const int most = most_missing(of, least); most > of_few)
-			look_where_missing(of, of_few + 1, most, cheapest);
+		if (const int most = most_missing(of, least); most > of_few) look_where_missing(of, of_few + 1, most, cheapest);
 	cheapest.drop_costly();
 }
 }  // namespace d2s1r

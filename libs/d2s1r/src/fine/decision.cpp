@@ -58,8 +58,7 @@ double log_odds_of_presence(const Place& best_place, const Place* second, const 
 	constexpr double kMostLead = 12;  // [-] greatest log-odds that count
 	const Score& best = best_place.score;
 	const PresenceModel& model = parameters.presence_model;
-	const double lead =
-	    second ? std::min(kMostLead, -std::log(weight_of(*second, best_place, parameters))) : kMostLead;
+	const double lead = second ? std::min(kMostLead, -std::log(weight_of(*second, best_place, parameters))) : kMostLead;
 	return model.bias + model.explained * best.explained + model.in_front * std::min(best.in_front, best.explained) +
 	       model.unexplained * best.unexplained + model.log_likelihood * best.log_likelihood + model.lead * lead +
 	       model.depth_edges * std::log1p(best.depth_edges) + model.surfaces * std::log1p(best.segments);
@@ -221,8 +220,7 @@ Decision decide(const Scan& scan, const std::vector<Place>& places, const std::v
 		result.maps.push_back(place.map);
 	}
 	result.answer.confidence = result.answer.best().probability;
-	result.answer.status =
-	    result.answer.confidence > scoring.localized_above ? Status::kLocalized : Status::kAmbiguous;
+	result.answer.status = result.answer.confidence > scoring.localized_above ? Status::kLocalized : Status::kAmbiguous;
 	return result;
 }
 

@@ -53,8 +53,7 @@ struct Decision
 /// way to one in a map that explains the scan, and the same place in two maps gets half of the probability in each.
 /// \param places best first, of all maps
 /// \param parameters by the number of the map
-Decision decide(
-    const Scan& scan, const std::vector<Place>& places, const std::vector<const Parameters*>& parameters);
+Decision decide(const Scan& scan, const std::vector<Place>& places, const std::vector<const Parameters*>& parameters);
 
 /// The same for one map. \return status, confidence and hypotheses (robot in map)
 Localization decide(const Scan& scan, const std::vector<Place>& places, const Parameters& parameters);

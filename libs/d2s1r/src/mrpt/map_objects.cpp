@@ -12,9 +12,9 @@
 #include <filesystem>
 #include <stdexcept>
 
+#include "base/file_text.h"
 #include "map/cell_classes.h"
 #include "map/map_image.h"
-#include "base/file_text.h"
 #include "map/map_yaml.h"
 #include "map/occupancy_map.h"
 
