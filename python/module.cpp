@@ -11,7 +11,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <limits>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -40,8 +42,8 @@ struct Map
 /// A window, and what keeps threads of Python from using it at once.
 struct Window
 {
-	const Localizer& localizer;
-	Prior prior;
+	std::function<Localization(const Scan&)> localize;  //!< what a scan says alone
+	ScanParameters scan;
 	WindowLocalizer window;
 	std::mutex mutex{};
 };
@@ -197,8 +199,8 @@ Localization add_to_window(Window& window, const Sweep& sweep, const std::option
 	std::optional<mrpt::poses::CPose2D> increment;
 	if (motion) increment.emplace((*motion)[0], (*motion)[1], (*motion)[2]);
 	const py::gil_scoped_release release;
-	const Scan scan = make_scan(observation, window.localizer.parameters().scan);
-	const Localization one_shot = window.localizer.localize(scan, {window.prior, 0});
+	const Scan scan = make_scan(observation, window.scan);
+	const Localization one_shot = window.localize(scan);
 	const std::lock_guard lock(window.mutex);
 	return window.window.add(scan, one_shot, increment);
 }
@@ -309,6 +311,18 @@ void bind_localization(py::module_& module)
 	        { return result.hypotheses.empty() ? py::object(py::none()) : array_of(result.best().pose); },
 	        "The most probable pose (x, y, phi) of the robot in the map frame [m, rad]; None without a hypothesis.")
 	    .def_property_readonly(
+	        "map", [](const Localization& result) { return result.hypotheses.empty() ? "" : result.best().map; },
+	        "Name of the map that pose is in, from an Atlas; else empty.")
+	    .def_property_readonly(
+	        "maps",
+	        [](const Localization& result)
+	        {
+		        std::vector<std::string> maps;
+		        for (const Hypothesis& hypothesis : result.hypotheses) maps.push_back(hypothesis.map);
+		        return maps;
+	        },
+	        "Name of the map of each hypothesis, as map.")
+	    .def_property_readonly(
 	        "poses", &poses_of, "Poses (x, y, phi) of all hypotheses, by decreasing probability: n x 3 [m, rad].")
 	    .def_property_readonly(
 	        "covariances", &covariances_of, "Covariances of the poses: n x 3 x 3 [m^2, m rad, rad^2].")
@@ -343,7 +357,7 @@ void bind_localizer(py::module_& module)
 		return localize(
 		    self, {ranges, angle_min, angle_increment, max_range, sensor_pose, min_range}, region, time_budget);
 	};
-	py::class_<Localizer>(
+	py::class_<Localizer, std::shared_ptr<Localizer>>(
 	    module, "Localizer",
 	    "Tells where in a map a scan was taken, without an initial pose.\n\n"
 	    "It is constant once it is made: any number of threads may call localize() at once, and they run in parallel.")
@@ -367,12 +381,81 @@ void bind_localizer(py::module_& module)
 	        "Returns all parameters with units and meanings as the text of an ini file.");
 }
 
+void bind_atlas(py::module_& module)
+{
+	const auto make = [](const std::map<std::string, std::shared_ptr<Localizer>>& localizers,
+	                     const std::map<std::string, std::array<double, 4>>& regions)
+	{
+		std::vector<AtlasMap> maps;
+		for (const auto& [name, localizer] : localizers)
+		{
+			const auto region = regions.find(name);
+			maps.push_back({name, localizer, region == regions.end() ? Prior() : prior_of(region->second)});
+		}
+		for (const auto& [name, region] : regions)
+			if (localizers.count(name) == 0)
+				throw std::invalid_argument("Atlas: there is a region for '" + name + "', which is no map");
+		return std::make_unique<Atlas>(std::move(maps));
+	};
+	const auto load_file = [](const py::object& file, const py::object& given)
+	{
+		const auto path = py::module_::import("os").attr("fspath")(file).cast<std::string>();
+		const Parameters parameters = parameters_of(given);
+		const py::gil_scoped_release release;
+		return std::make_unique<Atlas>(load_atlas(path, parameters));
+	};
+	const auto answer = [](const Atlas& self, const Floats& ranges, double angle_min, double angle_increment,
+	                       double max_range, const std::vector<double>& sensor_pose, double min_range,
+	                       double time_budget)
+	{
+		const CObservation2DRangeScan observation =
+		    observation_of({ranges, angle_min, angle_increment, max_range, sensor_pose, min_range});
+		const py::gil_scoped_release release;
+		return self.localize(observation, time_budget);
+	};
+	const auto names = [](const Atlas& self)
+	{
+		std::vector<std::string> all;
+		for (const AtlasMap& map : self.maps()) all.push_back(map.name);
+		return all;
+	};
+	py::class_<Atlas>(
+	    module, "Atlas",
+	    "Tells in which of several maps, and where there, a scan was taken. It is constant once it is made.")
+	    .def(
+	        py::init(make), "localizers"_a, "regions"_a = std::map<std::string, std::array<double, 4>>{},
+	        "    localizers: dict of Localizer by the name of its map.\n"
+	        "    regions: dict of boxes between corners (x0, y0, x1, y1) [m] that the robot is in, for some of the "
+	        "maps.")
+	    .def_static(
+	        "load", load_file, "path"_a, "parameters"_a = py::none(),
+	        "Loads the maps of an atlas.yaml or of a folder, and builds their indices.\n\n"
+	        "    parameters: as for Localizer, of the maps without a file of their own.\n\n"
+	        "Raises RuntimeError or ValueError that names the file and what is wrong with it.")
+	    .def(
+	        "localize", answer, "ranges"_a, "angle_min"_a, "angle_increment"_a, "max_range"_a,
+	        "sensor_pose"_a = std::vector<double>{}, py::kw_only(), "min_range"_a = 0.0, "time_budget"_a = 0.0,
+	        ("Answers in which map, and where there, a scan was taken: see Localization.map.\n\n" +
+	         std::string(kSweep) +
+	         "    time_budget: time after which the answer should be there [ms]; 0 is no limit.\n")
+	            .c_str())
+	    .def_property_readonly("names", names, "Names of the maps.");
+}
+
 void bind_window(py::module_& module)
 {
 	const auto make = [](const Localizer& localizer, int frames, const std::optional<std::array<double, 4>>& region)
 	{
 		const Prior prior = prior_of(region);
-		return std::unique_ptr<Window>(new Window{localizer, prior, WindowLocalizer(localizer, frames, prior)});
+		const auto localize = [&localizer, prior](const Scan& scan) { return localizer.localize(scan, {prior, 0}); };
+		return std::unique_ptr<Window>(
+		    new Window{localize, localizer.parameters().scan, WindowLocalizer(localizer, frames, prior)});
+	};
+	const auto make_in_atlas = [](const Atlas& atlas, int frames)
+	{
+		const auto localize = [&atlas](const Scan& scan) { return atlas.localize(scan); };
+		return std::unique_ptr<Window>(
+		    new Window{localize, atlas.maps().front().localizer->parameters().scan, WindowLocalizer(atlas, frames)});
 	};
 	const auto add = [](Window& self, const Floats& ranges, double angle_min, double angle_increment, double max_range,
 	                    const std::vector<double>& sensor_pose, const std::optional<std::array<double, 3>>& motion,
@@ -386,6 +469,9 @@ void bind_window(py::module_& module)
 	        py::init(make), "localizer"_a, "frames"_a = 10, "region"_a = py::none(), py::keep_alive<1, 2>(),
 	        "    frames: that are judged together.\n"
 	        "    region: box between the corners (x0, y0, x1, y1) in the map frame [m] that the robot never leaves.")
+	    .def(
+	        py::init(make_in_atlas), "atlas"_a, "frames"_a = 10, py::keep_alive<1, 2>(),
+	        "The same in an atlas: the robot is followed from map to map.")
 	    .def(
 	        "add", add, "ranges"_a, "angle_min"_a, "angle_increment"_a, "max_range"_a,
 	        "sensor_pose"_a = std::vector<double>{}, "motion"_a = py::none(), py::kw_only(), "min_range"_a = 0.0,
@@ -403,5 +489,6 @@ PYBIND11_MODULE(_d2s1r, module)
 	d2s1r::bind_map(module);
 	d2s1r::bind_localization(module);
 	d2s1r::bind_localizer(module);
+	d2s1r::bind_atlas(module);
 	d2s1r::bind_window(module);
 }

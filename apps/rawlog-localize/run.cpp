@@ -75,16 +75,18 @@ std::vector<std::string> doubts_about_scan(const mrpt::obs::CObservation2DRangeS
 bool needs_diagnosis(const RunReport& report)
 {
 	const std::size_t localized = count_statuses(report.frames).front();
-	return report.parameters.method == Method::kDefault && !report.flags.quiet && !report.flags.is_live() &&
-	       !interrupted() && 2 * localized < report.frames.size();
+	return report.parameters.method == Method::kDefault && report.maps.size() == 1 && !report.flags.quiet &&
+	       !report.flags.is_live() && !interrupted() && 2 * localized < report.frames.size();
 }
 
 /// Hands every scan to the localizer, and every result to the files and to standard output.
+/// \param atlas null: there is one map
 /// \param outputs null: no files are written
 LoopResult localize_frames(
-    const logs::Log& log, const RunReport& report, const FrameSelection& selection, const Localizer& localizer,
+    const logs::Log& log, const RunReport& report, const FrameSelection& selection, const Atlas* atlas,
     const CFusionBackend::Ptr& backend, RunOutputs* outputs, Console& console)
 {
+	const Localizer& localizer = report.maps.front().map->localizer();
 	const Flags& flags = report.flags;
 	FrameSink sink;
 	sink.take_object = [&](const logs::RawlogObject& object)
@@ -105,14 +107,12 @@ LoopResult localize_frames(
 	ProgressBar progress(console.err, shows_progress, report.selected_frames);
 	const auto reader = logs::read_log(log, selection.label, flags.overrides);
 	return localize_log(
-	    *reader, selection, {localizer, flags.query, flags.window, backend, flags.threads, flags.merge_lasers}, sink,
-	    progress);
+	    *reader, selection, {localizer, flags.query, flags.window, backend, flags.threads, flags.merge_lasers, atlas},
+	    sink, progress);
 }
 
 /// Completes the report and writes the files.
-void write_files(
-    RunOutputs& outputs, RunReport& report, const LoopResult& loop, const GroundTruth& truth,
-    const CSignatureMap2D& map)
+void write_files(RunOutputs& outputs, RunReport& report, const LoopResult& loop, const GroundTruth& truth)
 {
 	if (report.flags.is_live())  // only now it is known
 	{
@@ -125,7 +125,7 @@ void write_files(
 	report.truth_interpolated = aligned.interpolated;
 	report.truth_offset = aligned.offset;
 	report.matches = match(report.frames, aligned.lines);
-	outputs.commit(report, map);
+	outputs.commit(report);
 }
 
 /// Goes from the log and the map to all outputs.
@@ -143,29 +143,28 @@ ExitStatus localize(
 	if (!flags.quiet) say(flags.rawlog, describe_log(log.survey, sensor, flags), console);
 
 	const mrpt::system::CTicTac build_watch;
-	const IndexedMap indexed = load_or_build_map(flags, parameters, console);
-	const CSignatureMap2D::ConstPtr& map = indexed.map;
-	const Localizer& localizer = map->localizer();
-	if (!flags.quiet && !indexed.use.loaded) say(flags.map, doubts_about_map(flags, localizer), console);
+	const std::vector<IndexedMap> maps = load_maps(flags, parameters, console);
+	const std::optional<Atlas> atlas = atlas_of(maps);
+	const CSignatureMap2D::ConstPtr& map = maps.front().map;
 	const std::vector<Frame> unknown;
-	RunReport report{flags, parameters, outputs ? outputs->frames().frames() : unknown, sensor};
+	RunReport report{flags, parameters, outputs ? outputs->frames().frames() : unknown, maps, sensor};
 	report.build_seconds = build_watch.Tac();
-	report.index = indexed.use;
-	if (outputs) outputs->save_map(localizer.map(), parameters);
-	if (backend) backend->start(map, {flags.motion, map->localizer().parameters().filter, flags.seed, flags.query.prior});
+	if (outputs) outputs->save_map(map->localizer().map(), parameters);
+	if (backend)
+		backend->start(map, {flags.motion, map->localizer().parameters().filter, flags.seed, flags.query.prior});
 	report.selected_frames = selection.size();
 
 	const mrpt::system::CTicTac watch;
-	const LoopResult loop =
-	    localize_frames(log, report, selection, localizer, backend, outputs ? &*outputs : nullptr, console);
+	const LoopResult loop = localize_frames(
+	    log, report, selection, atlas ? &*atlas : nullptr, backend, outputs ? &*outputs : nullptr, console);
 	if (loop.frames == 0 && interrupted())
 	{
 		console.say(kInterruptedEarly);
 		return kInterrupted;
 	}
 	report.localization_seconds = watch.Tac();
-	if (needs_diagnosis(report)) report.diagnosis = diagnose(log, selection, flags, localizer, truth);
-	if (outputs) write_files(*outputs, report, loop, truth, *map);
+	if (needs_diagnosis(report)) report.diagnosis = diagnose(log, selection, flags, map->localizer(), truth);
+	if (outputs) write_files(*outputs, report, loop, truth);
 	if (!flags.quiet && !flags.stream) print_table(report, console.out);
 	return conclude(report, loop.frames, loop.damage.empty() ? log.survey.damage : loop.damage, console);
 }
@@ -178,6 +177,7 @@ ExitStatus diagnose_only(const Flags& flags, const Parameters& parameters, Conso
 	const GroundTruth truth =
 	    flags.ground_truth.empty() ? GroundTruth{} : read_ground_truth(flags.ground_truth, flags.rawlog);
 	if (!flags.quiet) say(flags.rawlog, describe_log(log.survey, sensor, flags), console);
+	map_entries(flags);  // refuses an atlas
 	const CSignatureMap2D::ConstPtr map = build_map(flags, parameters, console);
 	if (!flags.quiet) say(flags.map, doubts_about_map(flags, map->localizer()), console);
 	print_diagnosis(

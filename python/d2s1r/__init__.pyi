@@ -1,5 +1,5 @@
 import os
-from typing import Mapping, Optional, Sequence, Tuple, Union
+from typing import List, Mapping, Optional, Sequence, Tuple, Union, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -35,6 +35,10 @@ class Localization:
     @property
     def pose(self) -> Optional[npt.NDArray[np.float64]]: ...
     @property
+    def map(self) -> str: ...
+    @property
+    def maps(self) -> List[str]: ...
+    @property
     def poses(self) -> npt.NDArray[np.float64]: ...
     @property
     def covariances(self) -> npt.NDArray[np.float64]: ...
@@ -66,10 +70,36 @@ class Localizer:
     ) -> Localization: ...
     def to_ini(self) -> str: ...
 
+class Atlas:
+    def __init__(
+        self, localizers: Mapping[str, Localizer], regions: Mapping[str, Sequence[float]] = ...
+    ) -> None: ...
+    @staticmethod
+    def load(
+        path: Union[str, os.PathLike[str]],
+        parameters: Union[None, str, os.PathLike[str], Mapping[str, object]] = None,
+    ) -> Atlas: ...
+    def localize(
+        self,
+        ranges: npt.ArrayLike,
+        angle_min: float,
+        angle_increment: float,
+        max_range: float,
+        sensor_pose: Sequence[float] = (),
+        *,
+        min_range: float = 0.0,
+        time_budget: float = 0.0,
+    ) -> Localization: ...
+    @property
+    def names(self) -> List[str]: ...
+
 class WindowLocalizer:
+    @overload
     def __init__(
         self, localizer: Localizer, frames: int = 10, region: Optional[Sequence[float]] = None
     ) -> None: ...
+    @overload
+    def __init__(self, atlas: Atlas, frames: int = 10) -> None: ...
     def add(
         self,
         ranges: npt.ArrayLike,

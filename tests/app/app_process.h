@@ -97,6 +97,6 @@ class CsvTable
 
 inline constexpr const char* kFramesHeader =
     "frame,timestamp,status,x,y,phi,std_x,std_y,std_phi,confidence,hypotheses,relative_entropy,retrieval_ms,"
-    "registration_ms,refinement_ms,total_ms,cov_xx,cov_xy,cov_xphi,cov_yy,cov_yphi,cov_phiphi,note";
-inline constexpr const char* kHypothesesHeader = "frame,rank,x,y,phi,probability,std_x,std_y,std_phi";
+    "registration_ms,refinement_ms,total_ms,cov_xx,cov_xy,cov_xphi,cov_yy,cov_yphi,cov_phiphi,note,map";
+inline constexpr const char* kHypothesesHeader = "frame,rank,x,y,phi,probability,std_x,std_y,std_phi,map";
 }  // namespace d2s1r::test

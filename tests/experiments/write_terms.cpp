@@ -175,11 +175,9 @@ class Writer
 	{
 		const Scan scan = make_scan(observation, parameters_.scan);
 		const mrpt::system::CTicTac watch;
-		Localization result = no_place(Status::kRejected, "the sensor is covered");
-		if (!scan.valid())
-			result = no_place(Status::kInvalid, why_invalid(scan));
-		else if (!is_covered(scan, parameters_.scan))
-			result = localize_default(scan, index_, parameters_, {});
+		const auto refusal = refusal_of(scan, parameters_.scan);
+		const Localization result =
+		    refusal ? *refusal : localize_default(scan, {{index_, anywhere_, parameters_, 0}}, 0).answer;
 		const double total_ms = 1e3 * watch.Tac();
 		Errors errors;
 		if (truth && !result.hypotheses.empty()) errors = errors_of(result.best().pose.asTPose(), *truth);
@@ -257,6 +255,7 @@ class Writer
 
 	Parameters parameters_;
 	DefaultIndex index_;
+	Prior anywhere_;
 	bool with_terms_;
 	std::vector<Term> all_terms_ = terms_of_beam_model();
 	int frame_ = 0;

@@ -186,6 +186,28 @@ def test_threads_get_the_same_answers(world, localizer):
     assert all(np.array_equal(a, b) for a, b in zip(*answers))
 
 
+def test_an_atlas_names_the_map(world, localizer, tmp_path):
+    other = d2s1r.Localizer(d2s1r.Map(world.occupied[:, ::-1], CELL, ORIGIN))
+    atlas = d2s1r.Atlas({"here": localizer, "mirrored": other})
+    assert atlas.names == ["here", "mirrored"]
+    for i in range(0, 100, 10):
+        result, alone = atlas.localize(*world.arguments(i)), localizer.localize(*world.arguments(i))
+        assert result.map == "here" and alone.map == ""
+        assert len(result.maps) == len(result.probabilities)
+        assert np.array_equal(result.pose, alone.pose)
+    window = d2s1r.WindowLocalizer(atlas, frames=5)
+    for i in range(5):
+        result = window.add(*world.arguments(i))
+    assert result.status == "localized" and result.map == "here"
+    with pytest.raises(ValueError, match="'cellar', which is no map"):
+        d2s1r.Atlas({"here": localizer}, regions={"cellar": (0, 0, 1, 1)})
+    (tmp_path / "atlas.yaml").write_text(f"maps: {{a: {{file: {world.folder / 'map.yaml'}, region: [-1, 2, 11, 11]}}}}\n")
+    assert d2s1r.Atlas.load(tmp_path / "atlas.yaml").localize(*world.arguments(0)).map == "a"
+    with pytest.raises(RuntimeError, match="holds no map"):
+        (tmp_path / "empty").mkdir()
+        d2s1r.Atlas.load(tmp_path / "empty")
+
+
 def test_the_example_of_the_readme_runs(world, tmp_path):
     pytest.importorskip("matplotlib")
     readme = pathlib.Path(__file__).parents[2] / "README.md"

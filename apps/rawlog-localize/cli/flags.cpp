@@ -163,7 +163,9 @@ constexpr const char* kOutputs =
     "\nLOG is a ROS 2 bag (a folder, or a file of sqlite3 or MCAP), a ROS 1 bag, an MRPT rawlog or a CARMEN\n"
     "log; its content tells which.\n\n"
     "MAP is a .simplemap(.gz), a .gridmap(.gz), a ROS map_server .yaml, an image (with --resolution), or\n"
-    "a file with a serialized CMultiMetricMap or CSignatureMap2D.\n\n"
+    "a file with a serialized CMultiMetricMap or CSignatureMap2D. An atlas is a folder of such maps or a\n"
+    "yaml file: maps: {NAME: {file: MAP, floor: TEXT, region: [X0, Y0, X1, Y1], config: CONFIG.ini}, ...};\n"
+    "of a map all but the file may be left out. The column 'map' of the results names the map.\n\n"
     "OUT_DIR receives frames.csv, hypotheses.csv, trajectory.tum, trajectory.txt, localized.rawlog,\n"
     "run.json, summary.json, map.png, scene.3Dscene and report.html; with --fuse also fused.csv and\nfused.tum.\n\n"
     "Exit status: 0 done, 1 wrong use or configuration, 2 an input that cannot be read or used, 3 an\n"
@@ -245,6 +247,23 @@ class OptionAdder
 		return value(names, value_name, meaning, [&text](const std::string& given) { text = given; });
 	}
 
+	/// An option that may be given several times.
+	void maps(
+	    const char* names, const char* value_name, const char* meaning, std::string& first,
+	    std::vector<std::string>& others)
+	{
+		const auto take = [&first, &others](const std::vector<std::string>& given)
+		{
+			first = given.front();
+			others.assign(given.begin() + 1, given.end());
+		};
+		app_.add_option_function<std::vector<std::string>>(names, take, meaning)
+		    ->type_name(value_name)
+		    ->expected(1)
+		    ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
+		    ->check(not_empty_);
+	}
+
 	/// The same, but the value may be empty.
 	CLI::Option* option(
 	    const char* names, const char* value_name, const char* meaning,
@@ -265,7 +284,11 @@ class OptionAdder
 
 void add_inputs(OptionAdder add, Flags& flags, Unchecked& unchecked)
 {
-	add.value("-m,--map", "MAP", "map to localize in", flags.map);
+	add.maps(
+	    "-m,--map", "MAP",
+	    "map to localize in, or an atlas of maps: a yaml file that lists them, or a folder; may also be given several "
+	    "times",
+	    flags.map, flags.more_maps);
 	add.value(
 	    "-i,--input", "LOG",
 	    "log with 2D laser scans: a bag, a rawlog or a CARMEN log; - is a rawlog on standard input, read as it comes",
@@ -355,7 +378,8 @@ void add_outputs(OptionAdder add, Flags& flags, Unchecked& unchecked)
 	add.value(
 	    "--index", "FILE",
 	    "keep the index of the map in FILE: it is loaded from there in a fraction of the time, and built and saved "
-	    "again if FILE is missing, damaged or of another map, other parameters or another version",
+	    "again if FILE is missing, damaged or of another map, other parameters or another version; with an atlas FILE "
+	    "is a folder with a file for each map",
 	    flags.index);
 	add.value(
 	    "--save-map", "FILE",
@@ -458,7 +482,8 @@ void parse_words(CLI::App& app, int argc, char** argv)
 	const auto unknown = app.remaining();
 	if (!unknown.empty()) wrong(unknown.front(), "is no option");
 	for (const CLI::Option* option : app.get_options())
-		if (option->count() > 1) wrong(option->get_name(), "is given more than once");
+		if (option->count() > 1 && option->get_multi_option_policy() != CLI::MultiOptionPolicy::TakeAll)
+			wrong(option->get_name(), "is given more than once");
 }
 }  // namespace
 

@@ -20,13 +20,14 @@ namespace d2s1r::app
 /// The command line of rawlog-localize. It has been checked for consistency; no file has been touched.
 struct Flags
 {
-	std::string map;
+	std::string map;                     //!< a map, or an atlas: see read_atlas()
+	std::vector<std::string> more_maps;  //!< if --map was given several times: all but the first
 	std::string rawlog;
 	std::string output_dir;
 	std::string config;        //!< empty: default parameters
 	std::string ground_truth;  //!< empty: no ground truth
 	std::string plugins;       //!< comma-separated modules
-	std::string index;         //!< file of the saved index; empty: none
+	std::string index;         //!< file of the saved index, of an atlas its folder; empty: none
 	std::string save_map;      //!< empty: not saved
 	std::string write_config;  //!< empty: not written
 	std::string write_pf_ini;  //!< empty: not written

@@ -5,6 +5,14 @@
 
 namespace d2s1r::app
 {
+std::map<std::string, std::size_t> count_maps(const std::vector<Frame>& frames)
+{
+	std::map<std::string, std::size_t> counts;
+	for (const auto& frame : frames)
+		if (frame.has_pose()) counts[frame.result.best().map]++;
+	return counts;
+}
+
 double frames_per_second(const RunReport& report)
 {
 	return static_cast<double>(report.frames.size()) / std::max(report.computing_seconds, 1e-9);

@@ -22,10 +22,10 @@ struct RunReport
 	const Flags& flags;
 	const Parameters& parameters;
 	const std::vector<Frame>& frames;
+	const std::vector<IndexedMap>& maps;
 	logs::Sensor sensor;
-	std::size_t selected_frames = 0;  //!< [-] frames that were to be localized, whether or not the run came so far
-	double build_seconds = 0;         //!< [s] from the map file to the index, or for loading it
-	IndexUse index{};
+	std::size_t selected_frames = 0;       //!< [-] frames that were to be localized, whether or not the run came so far
+	double build_seconds = 0;              //!< [s] from the map file to the index, or for loading it
 	double localization_seconds = 0;       //!< [s] for all frames, reading and writing included
 	double computing_seconds = 0;          //!< [s] for all frames, without reading and writing
 	std::size_t truth_lines = 0;           //!< [-] lines of the ground truth; 0 if there is none
@@ -34,6 +34,9 @@ struct RunReport
 	std::vector<Match> matches{};          //!< frames with ground truth
 	std::optional<Diagnosis> diagnosis{};  //!< if most frames were not localized
 };
+
+/// Returns the number of frames with a pose, by the map that it is in.
+std::map<std::string, std::size_t> count_maps(const std::vector<Frame>& frames);
 
 /// Returns [1/s], without the time for reading and writing.
 double frames_per_second(const RunReport& report);

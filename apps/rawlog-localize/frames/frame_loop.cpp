@@ -207,7 +207,10 @@ class Follower
    public:
 	Follower(const Approach& approach, const FrameSink& sink) : approach_(approach), sink_(sink)
 	{
-		if (approach.window) window_.emplace(approach.localizer, *approach.window, approach.query.prior);
+		if (approach.window && approach.atlas)
+			window_.emplace(*approach.atlas, *approach.window);
+		else if (approach.window)
+			window_.emplace(approach.localizer, *approach.window, approach.query.prior);
 	}
 
 	/// Follows the scans of an object, all of which have been localized.
@@ -334,8 +337,9 @@ class FramePipeline
 		const auto [item, job] = waiting_.front();
 		waiting_.pop_front();
 		lock.unlock();
-		job->result =
-		    approach_.localizer.localize(scan_of(*job, approach_.localizer.parameters().scan), approach_.query);
+		const Scan scan = scan_of(*job, approach_.localizer.parameters().scan);
+		job->result = approach_.atlas ? approach_.atlas->localize(scan, approach_.query.time_budget)
+		                              : approach_.localizer.localize(scan, approach_.query);
 		lock.lock();
 		item->unfinished--;
 	}

@@ -5,7 +5,7 @@
 #include "frames/frame.h"
 #include "input/inputs.h"
 
-#include <d2s1r/localizer.h>
+#include <d2s1r/atlas.h>
 
 #include <functional>
 #include <optional>
@@ -16,12 +16,13 @@ namespace d2s1r::app
 /// How the scans of a rawlog are localized.
 struct Approach
 {
-	const Localizer& localizer;
+	const Localizer& localizer;  //!< of the map, of an atlas that of its first map
 	Query query;
 	std::optional<int> window;           //!< [-] scans that are used jointly; without a value each on its own
 	CFusionBackend::Ptr fusion_backend;  //!< null: no fused poses
 	int threads = 1;                     //!< [-]
 	bool merge_lasers = false;           //!< whether scans of other lasers are used, too
+	const Atlas* atlas = nullptr;        //!< maps that are searched; null: only that of `localizer`
 };
 
 /// Where everything goes, in the order of the rawlog.

@@ -243,18 +243,19 @@ std::optional<std::uint64_t> fingerprint_of(const Flags& flags)
 IndexedMap load_index(const Flags& flags, std::uint64_t fingerprint, const Parameters& parameters)
 {
 	std::error_code error;
-	if (!std::filesystem::exists(flags.index, error)) return {nullptr, {false, "the file did not exist"}};
+	if (!std::filesystem::exists(flags.index, error)) return {{}, nullptr, {false, "the file did not exist"}};
 	try
 	{
 		auto localizer = std::make_shared<const Localizer>(Localizer::load(flags.index, fingerprint, parameters));
 		check_region(flags.query.prior, localizer->map());
-		return {std::make_shared<const CSignatureMap2D>(std::move(localizer)), {true, ""}};
+		return {{}, std::make_shared<const CSignatureMap2D>(std::move(localizer)), {true, ""}};
 	}
 	catch (const std::runtime_error& refusal)
 	{
 		if (dynamic_cast<const UserError*>(&refusal)) throw;
 		const std::string why = refusal.what();
 		return {
+		    {},
 		    nullptr,
 		    {false, "the file " + why.substr(flags.index.size() + 2, why.rfind(';') - flags.index.size() - 2)}};
 	}
@@ -264,7 +265,7 @@ IndexedMap load_index(const Flags& flags, std::uint64_t fingerprint, const Param
 IndexedMap load_or_build_map(const Flags& flags, const Parameters& parameters, Console& console)
 {
 	const auto fingerprint = flags.index.empty() ? std::nullopt : fingerprint_of(flags);
-	if (!fingerprint) return {build_map(flags, parameters, console), {}};
+	if (!fingerprint) return {{}, build_map(flags, parameters, console), {}};
 	IndexedMap result = load_index(flags, *fingerprint, parameters);
 	if (result.map) return result;
 	result.map = build_map(flags, parameters, console);
@@ -277,6 +278,115 @@ IndexedMap load_or_build_map(const Flags& flags, const Parameters& parameters, C
 		throw about(flags.index, kBadOutput, error);
 	}
 	return result;
+}
+
+namespace
+{
+/// Refuses what is about one map.
+void check_atlas(const Flags& flags)
+{
+	const auto refuse = [](const char* flag, const char* why)
+	{ throw UserError(kWrongUse, flag, std::string("does not go with several maps: ") + why); };
+	if (!flags.query.prior.anywhere()) refuse("--region", "give a map its 'region' in the yaml file of the atlas");
+	if (flags.fuse) refuse("--fuse", "the filter stays in one map; --window follows the robot from map to map");
+	if (flags.image) refuse("--resolution", "describe each image by a map_server yaml");
+	if (flags.diagnose) refuse("--diagnose", "name the map that the scans should fit to");
+	if (!flags.ground_truth.empty()) refuse("--ground-truth", "its poses do not tell their map");
+	if (!flags.save_map.empty()) refuse("--save-map", "name one map");
+	if (!flags.write_pf_ini.empty()) refuse("--write-pf-ini", "pf-localization knows one map; name that");
+}
+
+/// Returns the maps of an option that was given several times.
+std::vector<AtlasEntry> entries_of_names(const Flags& flags)
+{
+	std::vector<std::string> files = {flags.map};
+	files.insert(files.end(), flags.more_maps.begin(), flags.more_maps.end());
+	std::vector<AtlasEntry> entries;
+	for (const std::string& file : files)
+	{
+		if (is_atlas(file)) throw UserError(kWrongUse, "--map", "'" + file + "' is an atlas; give it alone");
+		const AtlasEntry entry{map_name_of(file), file, {}};
+		for (const AtlasEntry& other : entries)
+			if (other.name == entry.name)
+				throw UserError(
+				    kWrongUse, "--map",
+				    "'" + other.file + "' and '" + file + "' would both be called '" + entry.name +
+				        "'; name them in the yaml file of an atlas");
+		entries.push_back(entry);
+	}
+	return entries;
+}
+
+/// Returns what the command line would say if the map were the only one.
+Flags flags_of(const AtlasEntry& entry, const Flags& flags)
+{
+	Flags only = flags;
+	only.map = entry.file;
+	only.more_maps.clear();
+	if (entry.name.empty()) return only;
+	only.query.prior = entry.region;
+	if (!flags.index.empty()) only.index = (std::filesystem::path(flags.index) / (entry.name + ".index")).string();
+	return only;
+}
+
+/// Makes the folder of --index.
+void make_index_folder(const std::string& folder)
+{
+	std::error_code error;
+	std::filesystem::create_directories(folder, error);
+	if (!std::filesystem::is_directory(folder, error))
+		throw UserError(kBadOutput, folder, "is no folder and none can be made there; name one for the indices");
+}
+}  // namespace
+
+std::vector<AtlasEntry> map_entries(const Flags& flags)
+{
+	if (flags.more_maps.empty() && !is_atlas(flags.map)) return {{{}, flags.map, {}, flags.query.prior}};
+	check_atlas(flags);
+	if (!flags.more_maps.empty()) return entries_of_names(flags);
+	try
+	{
+		return read_atlas(flags.map);
+	}
+	catch (const std::exception& error)
+	{
+		throw about(flags.map, kBadInput, error);
+	}
+}
+
+std::vector<IndexedMap> load_maps(const Flags& flags, const Parameters& parameters, Console& console)
+{
+	std::vector<IndexedMap> maps;
+	for (const AtlasEntry& entry : map_entries(flags))
+	{
+		Flags only = flags_of(entry, flags);
+		if (maps.empty() && !entry.name.empty() && !flags.index.empty()) make_index_folder(flags.index);
+		if (!entry.config.empty()) only.config = entry.config;
+		const Parameters own = entry.config.empty() ? parameters : read_parameters(only);
+		IndexedMap map = load_or_build_map(only, own, console);
+		map.entry = entry;
+		if (!flags.quiet && !map.use.loaded)
+			for (const std::string& doubt : doubts_about_map(only, map.map->localizer()))
+				console.say(only.map + ": " + doubt);
+		maps.push_back(std::move(map));
+	}
+	return maps;
+}
+
+std::optional<Atlas> atlas_of(const std::vector<IndexedMap>& maps)
+{
+	if (maps.front().entry.name.empty()) return std::nullopt;
+	std::vector<AtlasMap> of_atlas;
+	for (const IndexedMap& map : maps)
+		of_atlas.push_back({map.entry.name, {map.map, &map.map->localizer()}, map.entry.region, map.entry.floor});
+	try
+	{
+		return Atlas(std::move(of_atlas));
+	}
+	catch (const std::invalid_argument& error)
+	{
+		throw UserError(kWrongUse, "--map", error.what());
+	}
 }
 
 logs::Log open_log(const Flags& flags)

@@ -5,6 +5,7 @@
 #include "cli/flags.h"
 
 #include <d2s1r/CFusionBackend.h>
+#include <d2s1r/atlas.h>
 
 namespace d2s1r::app
 {
@@ -26,9 +27,22 @@ struct IndexUse
 /// A map with its index.
 struct IndexedMap
 {
+	AtlasEntry entry;  //!< its name is empty if there is only one map, which is no atlas
 	CSignatureMap2D::ConstPtr map;
 	IndexUse use;
 };
+
+/// Returns the maps that the command line names. \throws UserError (kBadInput if an atlas cannot be read; kWrongUse if
+/// an option is about one map and there are several)
+std::vector<AtlasEntry> map_entries(const Flags& flags);
+
+/// Loads all maps or their indices, as load_or_build_map() does, and tells what makes them doubtful.
+/// \throws UserError
+std::vector<IndexedMap> load_maps(const Flags& flags, const Parameters& parameters, Console& console);
+
+/// Returns the atlas of several maps; no value if there is one map, which is no atlas.
+/// \throws UserError (kWrongUse) if they do not go together
+std::optional<Atlas> atlas_of(const std::vector<IndexedMap>& maps);
 
 /// Loads the index from the file of --index, with the map in it. If that is not given, or not the index of this map and
 /// these parameters, it does what build_map() does, and saves the index in that file.

@@ -2,6 +2,7 @@
 #include "output/files.h"
 
 #include "cli/errors.h"
+#include "input/inputs.h"
 #include "output/pf_pipeline.h"
 
 #include <mrpt/system/string_utils.h>
@@ -19,7 +20,13 @@ std::vector<NamedFile> files_read(const Flags& flags)
 {
 	std::vector<NamedFile> files = {
 	    {flags.rawlog, "--input"}, {flags.config, "--config"}, {flags.ground_truth, "--ground-truth"}};
-	for (const auto& file : files_of_map(flags.map)) files.push_back({file, "--map"});
+	if (!flags.map.empty())
+		for (const AtlasEntry& entry : map_entries(flags))
+		{
+			for (const auto& file : files_of_map(entry.file)) files.push_back({file, "--map"});
+			files.push_back({entry.config, "--map"});
+		}
+	files.push_back({flags.map, "--map"});
 	std::vector<std::string> modules;
 	mrpt::system::tokenize(flags.plugins, ",", modules);
 	for (const auto& module : modules) files.push_back({module, "--plugins"});

@@ -17,10 +17,10 @@ namespace
 {
 constexpr const char* kFrameHeading =
     "frame,timestamp,status,x,y,phi,std_x,std_y,std_phi,confidence,hypotheses,relative_entropy,retrieval_ms,"
-    "registration_ms,refinement_ms,total_ms,cov_xx,cov_xy,cov_xphi,cov_yy,cov_yphi,cov_phiphi,note\n";
+    "registration_ms,refinement_ms,total_ms,cov_xx,cov_xy,cov_xphi,cov_yy,cov_yphi,cov_phiphi,note,map\n";
 constexpr const char* kFusedHeading =
     "frame,timestamp,x,y,phi,std_x,std_y,std_phi,particles,effective_sample_size,status,event,probability,step_ms\n";
-constexpr const char* kHypothesisHeading = "frame,rank,x,y,phi,probability,std_x,std_y,std_phi\n";
+constexpr const char* kHypothesisHeading = "frame,rank,x,y,phi,probability,std_x,std_y,std_phi,map\n";
 
 /// Returns a text as a field of a CSV file, in quotes if it holds a separator.
 std::string csv_field(const std::string& text)
@@ -56,7 +56,7 @@ void write_frame(TextFile& file, const Frame& frame)
 				file.print("%.6g,", result.best().covariance(row, column));
 			else
 				file.print(",");
-	file.print("%s\n", csv_field(result.note).c_str());
+	file.print("%s,%s\n", csv_field(result.note).c_str(), frame.has_pose() ? csv_field(result.best().map).c_str() : "");
 }
 
 void write_hypotheses(TextFile& file, const Frame& frame)
@@ -64,8 +64,9 @@ void write_hypotheses(TextFile& file, const Frame& frame)
 	int rank = 0;
 	for (const auto& h : frame.result.hypotheses)
 		file.print(
-		    "%zu,%d,%.6f,%.6f,%.6f,%.6g,%.6f,%.6f,%.6f\n", frame.index, ++rank, h.pose.x(), h.pose.y(), h.pose.phi(),
-		    h.probability, std::sqrt(h.covariance(0, 0)), std::sqrt(h.covariance(1, 1)), std::sqrt(h.covariance(2, 2)));
+		    "%zu,%d,%.6f,%.6f,%.6f,%.6g,%.6f,%.6f,%.6f,%s\n", frame.index, ++rank, h.pose.x(), h.pose.y(), h.pose.phi(),
+		    h.probability, std::sqrt(h.covariance(0, 0)), std::sqrt(h.covariance(1, 1)), std::sqrt(h.covariance(2, 2)),
+		    csv_field(h.map).c_str());
 }
 
 /// Prints a line "time x y z qx qy qz qw".
@@ -159,11 +160,15 @@ std::string json_line(const Frame& frame)
 			for (int column = row; column < 3; column++)
 				json["covariance"].push_back(result.best().covariance(row, column));
 		json["confidence"] = result.confidence;
+		if (!result.best().map.empty()) json["map"] = result.best().map;
 	}
 	json["hypotheses"] = Json::array();
 	for (const auto& hypothesis : result.hypotheses)
-		json["hypotheses"].push_back(
-		    with_pose(Json::object({{"probability", hypothesis.probability}}), hypothesis.pose.asTPose()));
+	{
+		Json one = with_pose(Json::object({{"probability", hypothesis.probability}}), hypothesis.pose.asTPose());
+		if (!hypothesis.map.empty()) one["map"] = hypothesis.map;
+		json["hypotheses"].push_back(std::move(one));
+	}
 	if (frame.fused)
 		json["fused"] = with_pose(
 		    {{"status", to_string(frame.fused->status)}, {"event", to_string(frame.fused->event)}}, frame.fused->pose);

@@ -233,9 +233,8 @@ void ReportHtml::add(const Frame& frame, const Scan& scan)
 	alone_.insert(alone_.end(), numbers.begin(), numbers.end());
 }
 
-void ReportHtml::finish(const RunReport& report, const Localizer& localizer)
+void ReportHtml::finish(const RunReport& report, const Grid& grid)
 {
-	const Grid& grid = localizer.grid();
 	Json json = {
 	    {"version", D2S1R_VERSION},
 	    {"map", report.flags.map},
@@ -249,7 +248,7 @@ void ReportHtml::finish(const RunReport& report, const Localizer& localizer)
 	add_frames(json, report.frames);
 	if (!report.matches.empty()) json["truth"] = truth_of(report);
 	if (report.flags.fuse) json["fused"] = fused_of(report.frames);
-	if (!alone_.empty()) json["alone"] = alone_of(alone_);
+	if (!alone_.empty() && report.maps.size() == 1) json["alone"] = alone_of(alone_);
 
 	fill_template(
 	    file_,

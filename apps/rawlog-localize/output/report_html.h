@@ -4,7 +4,8 @@
 #include "evaluation/run_report.h"
 #include "output/output_file.h"
 
-#include <d2s1r/localizer.h>
+#include <d2s1r/grid.h>
+#include <d2s1r/scan.h>
 
 #include <cstdint>
 #include <memory>
@@ -28,7 +29,7 @@ class ReportHtml
 	void add(const Frame& frame, const Scan& scan);
 
 	/// Writes the page of the frames of `report`, which are those that were added, in the same order.
-	void finish(const RunReport& report, const Localizer& localizer);
+	void finish(const RunReport& report, const Grid& grid);
 
 	/// Gives the file its name.
 	void commit() { file_.commit(); }

@@ -41,12 +41,14 @@ Json bytes_of(const std::string& file)
 	return error ? Json() : Json(bytes);
 }
 
-Json map_of(const RunReport& report, const CSignatureMap2D& map)
+/// Returns what is known of a map.
+Json json_of(const IndexedMap& indexed)
 {
+	const CSignatureMap2D& map = *indexed.map;
 	const Grid& grid = map.localizer().grid();
 	const MapMeasure measure = map.localizer().measure();
 	Json files = Json::array();
-	for (const auto& file : files_of_map(report.flags.map))
+	for (const auto& file : files_of_map(indexed.entry.file))
 		files.push_back({{"file", file}, {"bytes", bytes_of(file)}});
 	return {
 	    {"files", files},
@@ -63,12 +65,23 @@ Json map_of(const RunReport& report, const CSignatureMap2D& map)
 }
 }  // namespace
 
-void write_run_json(const RunReport& report, const CSignatureMap2D& map, TextFile& file)
+void write_run_json(const RunReport& report, TextFile& file)
 {
 	Json files = Json::array();
 	for (const auto& file_written : files_written(report.flags))
 		if (file_written.in_folder) files.push_back(std::filesystem::path(file_written.path).filename().string());
 	std::error_code ignored;
+	Json maps = Json::array();
+	for (const IndexedMap& map : report.maps)
+	{
+		Json one = {
+		    {"name", map.entry.name},
+		    {"floor", map.entry.floor},
+		    {"parameters", values_of(to_ini(map.map->parameters()))}};
+		one.update(json_of(map));
+		maps.push_back(std::move(one));
+	}
+	const bool is_atlas = !report.maps.front().entry.name.empty();
 	const Json json = {
 	    {"program", "rawlog-localize"},
 	    {"version", D2S1R_VERSION},
@@ -79,7 +92,7 @@ void write_run_json(const RunReport& report, const CSignatureMap2D& map, TextFil
 	    {"options", report.flags.given},
 	    {"parameters", values_of(to_ini(report.parameters))},
 	    {"files", files},
-	    {"map", map_of(report, map)},
+	    {is_atlas ? "maps" : "map", is_atlas ? maps : json_of(report.maps.front())},
 	    {"log",
 	     {{"file", report.flags.rawlog},
 	      {"bytes", bytes_of(report.flags.rawlog)},

@@ -5,6 +5,7 @@
 #include "output/files.h"
 #include "output/summary.h"
 #include "picture/map_png.h"
+#include "picture/map_view.h"
 #include "picture/scene_file.h"
 
 #include <unistd.h>
@@ -78,15 +79,26 @@ void RunOutputs::save_map(const mrpt::maps::COccupancyGridMap2D& grid, const Par
 	saved_map_->commit();
 }
 
-void RunOutputs::finish(const RunReport& report, const CSignatureMap2D& map)
+/// Writes the files that show the map.
+void RunOutputs::draw(const RunReport& report, const Grid& grid)
 {
-	const auto& grid = map.localizer().map();
-	frames_.finish(grid);
 	write_map_png(report, grid, map_png_);
-	write_scene(
-	    {grid, report.parameters.grid, report.frames, frames_.last_localized_scan(), report.flags.fuse}, scene_);
-	page_.finish(report, map.localizer());
-	write_run_json(report, map, run_json_);
+	write_scene({grid, report.frames, frames_.last_localized_scan(), report.flags.fuse}, scene_);
+	page_.finish(report, grid);
+}
+
+void RunOutputs::finish(const RunReport& report)
+{
+	const Localizer& localizer = report.maps.front().map->localizer();
+	frames_.finish(localizer.map());
+	if (report.maps.size() == 1)
+		draw(report, localizer.grid());
+	else
+	{
+		const Sheet sheet = make_sheet(report.maps, report.frames);
+		draw({report.flags, report.parameters, sheet.frames, report.maps, report.sensor}, sheet.grid);
+	}
+	write_run_json(report, run_json_);
 	run_json_.finish();
 	write_summary_json(report, summary_);
 	summary_.finish();
@@ -106,9 +118,9 @@ void RunOutputs::remove_files_of_earlier_run() const
 		if (written.count(name) == 0) fs::remove(folder / name, ignored);
 }
 
-void RunOutputs::commit(const RunReport& report, const CSignatureMap2D& map)
+void RunOutputs::commit(const RunReport& report)
 {
-	finish(report, map);
+	finish(report);
 	remove_files_of_earlier_run();
 	run_json_.commit();
 	frames_.commit();

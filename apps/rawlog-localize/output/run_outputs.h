@@ -5,7 +5,7 @@
 #include "output/frame_outputs.h"
 #include "output/report_html.h"
 
-#include <d2s1r/CSignatureMap2D.h>
+#include <d2s1r/grid.h>
 
 #include <filesystem>
 #include <optional>
@@ -47,10 +47,11 @@ class RunOutputs
 
 	/// Writes all files that tell of the whole run, removes those of an earlier run from the folder and gives the new
 	/// ones their names.
-	void commit(const RunReport& report, const CSignatureMap2D& map);
+	void commit(const RunReport& report);
 
    private:
-	void finish(const RunReport& report, const CSignatureMap2D& map);
+	void finish(const RunReport& report);
+	void draw(const RunReport& report, const Grid& grid);
 	void remove_files_of_earlier_run() const;
 
 	const Flags& flags_;

@@ -11,6 +11,8 @@
 #include <mrpt/core/format.h>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
+
 namespace d2s1r::app
 {
 namespace
@@ -137,6 +139,57 @@ void print_fusion(const RunReport& report, std::ostream& out)
 }
 }  // namespace
 
+namespace
+{
+bool is_of_atlas(const RunReport& report)
+{
+	return !report.maps.front().entry.name.empty();
+}
+
+Json index_of(const std::string& file, const IndexUse& use)
+{
+	Json json = {{"file", file}, {"loaded", use.loaded}};
+	if (!use.loaded) json["built_because"] = use.why_built;
+	return json;
+}
+
+/// Returns what there is to tell of each map of an atlas, by its name.
+Json maps_of(const RunReport& report)
+{
+	auto counts = count_maps(report.frames);
+	Json json = Json::object();
+	for (const auto& [entry, map, use] : report.maps)
+	{
+		Json& of_map = json[entry.name];
+		of_map = {{"file", entry.file}, {"floor", entry.floor}, {"frames", counts[entry.name]}};
+		if (!report.flags.index.empty()) of_map["index"] = index_of(entry.name + ".index", use);
+	}
+	return json;
+}
+
+/// Returns what was done with the files of --index: ", loaded from FILE"; empty without --index.
+std::string use_of_index(const RunReport& report)
+{
+	if (report.flags.index.empty()) return "";
+	const auto is_loaded = [](const IndexedMap& map) { return map.use.loaded; };
+	const auto loaded = std::count_if(report.maps.begin(), report.maps.end(), is_loaded);
+	if (is_of_atlas(report))
+		return mrpt::format(", %td of %zu loaded from %s", loaded, report.maps.size(), report.flags.index.c_str());
+	return (loaded == 1 ? ", loaded from " : ", saved in ") + report.flags.index;
+}
+
+/// Prints in which maps of an atlas the frames are.
+void print_maps(const RunReport& report, std::ostream& out)
+{
+	const char* word = "map";
+	for (const auto& [name, frames] : count_maps(report.frames))
+	{
+		out << mrpt::format("%-12s%-10s %6zu\n", word, printable(name).c_str(), frames);
+		word = "";
+	}
+}
+}  // namespace
+
 void write_summary_json(const RunReport& report, TextFile& file)
 {
 	Json json = {
@@ -156,11 +209,10 @@ void write_summary_json(const RunReport& report, TextFile& file)
 		if (const auto notes = count_notes(report.frames, status); !notes.empty())
 			json[std::string(to_string(status)) + "_because"] = notes;
 	json["build_s"] = report.build_seconds;
-	if (!report.flags.index.empty())
-	{
-		json["index"] = {{"file", report.flags.index}, {"loaded", report.index.loaded}};
-		if (!report.index.loaded) json["index"]["built_because"] = report.index.why_built;
-	}
+	if (is_of_atlas(report))
+		json["maps"] = maps_of(report);
+	else if (!report.flags.index.empty())
+		json["index"] = index_of(report.flags.index, report.maps.front().use);
 	json["localization_s"] = report.localization_seconds;
 	json["frames_per_s"] = frames_per_second(report);
 	json["retrieval_ms"] = summary_of(stage_times(report.frames, &StageTimes::retrieval_ms));
@@ -189,14 +241,18 @@ void print_diagnosis(const Diagnosis& diagnosis, std::ostream& out)
 
 void print_table(const RunReport& report, std::ostream& out)
 {
-	const std::string came = report.index.loaded ? "loaded from " : "saved in ";
 	out << mrpt::format(
 	    "%-12s%zu in %.2f s, %.1f frames/s without reading and writing; index in %.2f s%s\n", "frames",
 	    report.frames.size(), report.localization_seconds, frames_per_second(report), report.build_seconds,
-	    report.flags.index.empty() ? "" : (", " + came + report.flags.index).c_str());
-	if (!report.index.why_built.empty())
-		out << mrpt::format("%-12sthe index was built: %s\n", "", report.index.why_built.c_str());
+	    use_of_index(report).c_str());
+	for (const IndexedMap& map : report.maps)
+		if (!map.use.why_built.empty())
+			out << mrpt::format(
+			    "%-12sthe index %swas built: %s\n", "",
+			    is_of_atlas(report) ? ("of " + printable(map.entry.name) + " ").c_str() : "",
+			    map.use.why_built.c_str());
 	print_statuses(report, out);
+	if (is_of_atlas(report)) print_maps(report, out);
 	if (!report.frames.empty()) print_times(report, out);
 	if (!report.matches.empty()) print_accuracy(report, out);
 	if (report.flags.fuse) print_fusion(report, out);

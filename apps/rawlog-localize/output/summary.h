@@ -4,8 +4,6 @@
 #include "evaluation/run_report.h"
 #include "output/output_file.h"
 
-#include <d2s1r/CSignatureMap2D.h>
-
 #include <ostream>
 
 namespace d2s1r::app
@@ -15,7 +13,7 @@ void write_summary_json(const RunReport& report, TextFile& file);
 
 /// Writes run.json, all that is needed to repeat a run: the command line and its options, all parameters, the versions,
 /// and what the inputs measured.
-void write_run_json(const RunReport& report, const CSignatureMap2D& map, TextFile& file);
+void write_run_json(const RunReport& report, TextFile& file);
 
 /// Prints how many scans fit, and what is advised.
 void print_diagnosis(const Diagnosis& diagnosis, std::ostream& out);

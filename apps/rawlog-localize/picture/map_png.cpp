@@ -358,9 +358,9 @@ std::vector<mrpt::math::TPoint2D> places(const RunReport& report)
 }
 }  // namespace
 
-void write_map_png(const RunReport& report, const mrpt::maps::COccupancyGridMap2D& map, const PendingFile& file)
+void write_map_png(const RunReport& report, const Grid& map, const PendingFile& file)
 {
-	const Grid grid = crop_for_picture(make_grid(map, report.parameters.grid), places(report));
+	const Grid grid = crop_for_picture(map, places(report));
 	MapView view = fit_view(grid, kLongSide, kLargestCell);
 	const int width = std::max(view.width + 2 * kMargin, kLeastWidth);
 	const Legend legend(legend_entries(report), view.scale, width);

@@ -4,12 +4,12 @@
 #include "evaluation/run_report.h"
 #include "output/output_file.h"
 
-#include <mrpt/maps/COccupancyGridMap2D.h>
+#include <d2s1r/grid.h>
 
 namespace d2s1r::app
 {
 /// Writes map.png: the known part of the map with ground truth, path, headings, hypotheses, fused path, wrong frames,
 /// legend and scale bar.
 /// \throws UserError (kBadOutput)
-void write_map_png(const RunReport& report, const mrpt::maps::COccupancyGridMap2D& map, const PendingFile& file);
+void write_map_png(const RunReport& report, const Grid& map, const PendingFile& file);
 }  // namespace d2s1r::app

@@ -3,6 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <set>
+#include <string>
+#include <utility>
 
 namespace d2s1r::app
 {
@@ -126,6 +130,107 @@ Grid crop_for_picture(const Grid& grid, const std::vector<mrpt::math::TPoint2D>&
 	return part;
 }
 
+namespace
+{
+/// A map on a sheet.
+struct OnSheet
+{
+	const Grid* grid;
+	double x, y;  //!< [m] of its lower left corner on the sheet
+
+	double width() const { return grid->width * grid->cell_size; }
+	double height() const { return grid->height * grid->cell_size; }
+};
+
+/// Places the maps in rows, whose maps are of about one height, on a sheet that is about as wide as high.
+std::map<std::string, OnSheet> placed_on_sheet(const std::vector<IndexedMap>& maps, const std::set<std::string>& used)
+{
+	constexpr double kGap = 2;  // [m]
+	std::vector<std::pair<std::string, OnSheet>> order;
+	double area = 0;  // [m^2]
+	for (const IndexedMap& map : maps)
+		if (used.count(map.entry.name) > 0)
+		{
+			const Grid& grid = map.map->localizer().grid();
+			order.push_back({map.entry.name, {&grid, 0, 0}});
+			area += (order.back().second.width() + kGap) * (order.back().second.height() + kGap);
+		}
+	std::stable_sort(
+	    order.begin(), order.end(), [](const auto& a, const auto& b) { return a.second.height() > b.second.height(); });
+	std::map<std::string, OnSheet> placed;
+	double x = 0, y = 0, height = 0;  // [m] of the row
+	for (auto& [name, map] : order)
+	{
+		if (x > 0 && x + map.width() > std::sqrt(area))
+		{
+			y += height + kGap;
+			x = height = 0;
+		}
+		map.x = x;
+		map.y = y;
+		x += map.width() + kGap;
+		height = std::max(height, map.height());
+		placed.emplace(name, map);
+	}
+	return placed;
+}
+
+Grid grid_of_sheet(const std::map<std::string, OnSheet>& placed)
+{
+	Grid sheet;
+	sheet.cell_size = placed.begin()->second.grid->cell_size;
+	double width = 0, height = 0;  // [m]
+	for (const auto& [name, map] : placed)
+	{
+		sheet.cell_size = std::min(sheet.cell_size, map.grid->cell_size);
+		width = std::max(width, map.x + map.width());
+		height = std::max(height, map.y + map.height());
+	}
+	sheet.width = static_cast<int>(std::ceil(width / sheet.cell_size));
+	sheet.height = static_cast<int>(std::ceil(height / sheet.cell_size));
+	sheet.cells.assign(static_cast<std::size_t>(sheet.width) * static_cast<std::size_t>(sheet.height), Cell::kUnknown);
+	for (const auto& [name, map] : placed)
+	{
+		const auto cell = [&](double metres) { return static_cast<int>(std::floor(metres / sheet.cell_size)); };
+		for (int row = cell(map.y); row < std::min(sheet.height, cell(map.y + map.height()) + 1); row++)
+			for (int column = cell(map.x); column < std::min(sheet.width, cell(map.x + map.width()) + 1); column++)
+			{
+				const auto there = [&](int index, double from) {
+					return static_cast<int>(std::floor(((index + 0.5) * sheet.cell_size - from) / map.grid->cell_size));
+				};
+				const int x = there(column, map.x), y = there(row, map.y);
+				if (map.grid->contains(x, y))
+					sheet.cells[static_cast<std::size_t>(sheet.index(column, row))] = map.grid->at(x, y);
+			}
+	}
+	return sheet;
+}
+}  // namespace
+
+Sheet make_sheet(const std::vector<IndexedMap>& maps, const std::vector<Frame>& frames)
+{
+	std::set<std::string> used;
+	for (const Frame& frame : frames)
+		if (frame.has_pose()) used.insert(frame.result.best().map);
+	if (used.empty()) used.insert(maps.front().entry.name);
+	const auto placed = placed_on_sheet(maps, used);
+	Sheet sheet{grid_of_sheet(placed), frames};
+	const auto move = [&](Localization& result)
+	{
+		auto& hypotheses = result.hypotheses;
+		const auto is_off = [&](const Hypothesis& hypothesis) { return placed.count(hypothesis.map) == 0; };
+		hypotheses.erase(std::remove_if(hypotheses.begin(), hypotheses.end(), is_off), hypotheses.end());
+		for (Hypothesis& hypothesis : hypotheses)
+		{
+			const OnSheet& map = placed.at(hypothesis.map);
+			hypothesis.pose.x_incr(map.x - map.grid->origin_x);
+			hypothesis.pose.y_incr(map.y - map.grid->origin_y);
+		}
+	};
+	for (Frame& frame : sheet.frames) move(frame.result);
+	return sheet;
+}
+
 bool is_jump(const mrpt::math::TPose2D& from, const mrpt::math::TPose2D& to, double seconds)
 {
 	const double possible = std::min(kAlwaysPossible + kGreatestSpeed * std::abs(seconds), kGreatestDistance);
@@ -143,9 +248,10 @@ std::vector<std::vector<const Frame*>> path_pieces(const std::vector<Frame>& fra
 			last = nullptr;
 			continue;
 		}
-		const bool continues = last && !is_jump(
-		                                   last->result.best().pose.asTPose(), frame.result.best().pose.asTPose(),
-		                                   frame.timestamp - last->timestamp);
+		const bool continues = last && last->result.best().map == frame.result.best().map &&
+		                       !is_jump(
+		                           last->result.best().pose.asTPose(), frame.result.best().pose.asTPose(),
+		                           frame.timestamp - last->timestamp);
 		if (!continues) pieces.emplace_back();
 		pieces.back().push_back(&frame);
 		last = &frame;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "frames/frame.h"
+#include "input/inputs.h"
 #include "picture/canvas.h"
 
 #include <d2s1r/grid.h>
@@ -38,6 +39,16 @@ std::vector<std::uint8_t> map_greys(const Grid& grid, const MapView& view);
 /// Returns the part of a map that is worth a picture: without the outer rows and columns that only a few stray rays
 /// reach, but with all `points` [m, map frame] that lie in the map and a margin round them.
 Grid crop_for_picture(const Grid& grid, const std::vector<mrpt::math::TPoint2D>& points);
+
+/// The maps of an atlas that frames are in, side by side as if they were one, and the frames there.
+struct Sheet
+{
+	Grid grid;                  //!< cells as small as the smallest of the maps
+	std::vector<Frame> frames;  //!< poses in the frame of the sheet; hypotheses in other maps are left out
+};
+
+/// Draws a sheet of the maps in which frames have their best pose; of the first map if none has one.
+Sheet make_sheet(const std::vector<IndexedMap>& maps, const std::vector<Frame>& frames);
 
 /// Returns whether no robot can drive from one pose to the other in that time: one of them is wrong, or the log jumps.
 bool is_jump(const mrpt::math::TPose2D& from, const mrpt::math::TPose2D& to, double seconds);

@@ -29,7 +29,7 @@ constexpr double kLeastProbability = 0.05;  //!< [-] of hypotheses that are draw
 
 DrawnObject::Ptr grid_object(const SceneContent& content)
 {
-	const Grid grid = make_grid(content.map, content.thresholds);
+	const Grid& grid = content.grid;
 	const MapView view = fit_view(grid, kTextureSide, 1);
 	const auto greys = map_greys(grid, view);
 	const auto width = static_cast<std::size_t>(view.width);

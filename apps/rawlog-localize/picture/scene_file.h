@@ -4,8 +4,7 @@
 #include "frames/frame.h"
 #include "output/output_file.h"
 
-#include <d2s1r/parameters.h>
-#include <mrpt/maps/COccupancyGridMap2D.h>
+#include <d2s1r/grid.h>
 
 #include <string>
 #include <vector>
@@ -15,8 +14,7 @@ namespace d2s1r::app
 /// Refers to what is drawn into a scene.
 struct SceneContent
 {
-	const mrpt::maps::COccupancyGridMap2D& map;
-	const GridParameters& thresholds;
+	const Grid& grid;
 	const std::vector<Frame>& frames;
 	mrpt::obs::CObservation2DRangeScan::ConstPtr last_scan;  //!< of the last localized frame; null if there is none
 	bool fused = false;                                      //!< whether frames have fused poses

@@ -5,10 +5,7 @@
 #include <cmath>
 
 #include "base/scoped_timer.h"
-#include "fine/decision.h"
 #include "fine/refinement.h"
-#include "map/free_cells.h"
-#include "ranges/wall_surface.h"
 
 namespace d2s1r
 {
@@ -40,20 +37,37 @@ Parameters for_first_look(const Parameters& parameters)
 /// One of the searches that are made, one after the other, until the answer is clear.
 struct Look
 {
-	Parameters parameters;
+	std::vector<SearchedMap> maps;
 	bool is_last;
 
 	/// Returns whether there may be candidates that this look leaves out, and a later one would not.
-	bool leaves_out(const std::vector<Candidate>& candidates) const
+	bool leaves_out(const std::vector<FoundInReading>& found) const
 	{
-		return !is_last && static_cast<int>(candidates.size()) >= parameters.coarse_search.candidates;
+		const auto is_full = [this](const FoundInReading& in)
+		{ return static_cast<int>(in.candidates.size()) >= maps[in.map].parameters.coarse_search.candidates; };
+		return !is_last && std::any_of(found.begin(), found.end(), is_full);
+	}
+
+	/// Returns whether an answer needs no other look.
+	bool is_clear(const Localization& answer) const
+	{
+		return answer.status == Status::kLocalized &&
+		       answer.confidence > maps.front().parameters.first_look.clear_above;
 	}
 };
 
-std::vector<Look> looks(const Parameters& parameters)
+/// Returns the looks, the last of which is with the parameters as they are. There is only one if any map wants it so.
+std::vector<Look> looks(std::vector<SearchedMap> maps)
 {
-	if (parameters.first_look.clear_above >= 1) return {{parameters, true}};
-	return {{for_first_look(parameters), false}, {parameters, true}};
+	std::vector<SearchedMap> first = maps;
+	bool only_one = false;
+	for (SearchedMap& map : first)
+	{
+		only_one = only_one || map.parameters.first_look.clear_above >= 1;
+		map.parameters = for_first_look(map.parameters);
+	}
+	if (only_one) return {{std::move(maps), true}};
+	return {{std::move(first), false}, {std::move(maps), true}};
 }
 
 /// The time that a query may take.
@@ -65,12 +79,14 @@ class TimeBudget
 
 	bool is_half_spent() const { return left_ms() < 0.5 * budget_ms_; }
 
-	/// Judges as many candidates as a share [-] of the time that is left allows.
+	/// Judges as many candidates as the time allows of which the `following` readings [-] shall have an equal share.
 	template <class Judge>
 	std::vector<Place> judge(
-	    const Judge& judge, const std::vector<Candidate>& candidates, const Parameters& parameters, double share) const
+	    const Judge& judge, const std::vector<Candidate>& candidates, const Parameters& parameters,
+	    std::ptrdiff_t following) const
 	{
-		const auto affordable = affordable_candidates(share * left_ms(), candidates, parameters, judge);
+		const double budget = left_ms() / static_cast<double>(1 + following);
+		const auto affordable = affordable_candidates(budget, candidates, parameters, judge);
 		return judge(affordable.candidates, affordable.parameters);
 	}
 
@@ -81,69 +97,76 @@ class TimeBudget
 	mrpt::system::CTicTac watch_;
 };
 
-/// Returns whether an answer needs no second look.
-bool is_clear(const Localization& answer, const FirstLookParameters& parameters)
-{
-	return answer.status == Status::kLocalized && answer.confidence > parameters.clear_above;
-}
-
 /// What a query works with, and the time that its stages take.
 struct Work
 {
 	const Scan& scan;
-	const DefaultIndex& index;
-	const Prior& prior;
 	TimeBudget budget;
 	StageTimes times;
-
-	/// Returns the share [-] of the time left that one of the readings not yet searched, `map` the first of them, has.
-	double share_of(const MapReading& map) const
-	{
-		return 1.0 / static_cast<double>(&index.readings.back() - &map + 1);
-	}
 };
 
-// The whole method: from candidates to places, from a look at all readings to an answer, and one look after the other.
+/// Says what the places tell. \param by_map places by the position of their map in `maps`
+Decision conclude(const Scan& scan, const std::vector<SearchedMap>& maps, std::vector<std::vector<Place>> by_map)
+{
+	std::vector<const Parameters*> parameters;
+	for (const SearchedMap& map : maps) parameters.push_back(&map.parameters);
+	Decision result = decide(scan, places_of_all_maps(std::move(by_map), parameters), parameters);
+	for (std::size_t& map : result.maps) map = maps[map].number;
+	const auto is_bounded = [](const SearchedMap& map) { return !map.prior.anywhere(); };
+	if (result.answer.status == Status::kRejected && std::any_of(maps.begin(), maps.end(), is_bounded))
+		result.answer.note = "no place in the given region explains the scan";
+	return result;
+}
+
+// The whole method: from candidates to places, from all readings of the maps to an answer, and one look after the
+// other.
 std::vector<Place> places_among(
-    const std::vector<Candidate>& candidates, const MapReading& map, const Parameters& parameters, Work& work)
+    const std::vector<Candidate>& candidates, const MapReading& map, const Parameters& parameters, const Prior& prior,
+    Work& work)
 {
 	const BeamSubset few = few_beams(work.scan), many = many_beams(work.scan), all = all_beams(work.scan);
 	StageTimes& times = work.times;
 	const auto settled = timed(times.registration_ms, settle, map.field, few, candidates, parameters.refinement);
 	const auto shortlist = timed(times.refinement_ms, make_shortlist, map.tracer, map.field, few, settled, parameters);
 	const auto poses = timed(times.refinement_ms, refine, map.field, many, shortlist, parameters.refinement);
-	return timed(
-	    times.refinement_ms, find_places, map.tracer, map.field, work.scan, all, poses, work.prior, parameters);
+	return timed(times.refinement_ms, find_places, map.tracer, map.field, work.scan, all, poses, prior, parameters);
 }
 
-std::optional<Localization> answer_of(const Look& look, Work& work)
+std::optional<Decision> answer_of(const Look& look, Work& work)
 {
-	std::vector<Place> places;
-	for (const MapReading& map : work.index.readings)
+	const auto found = timed(work.times.retrieval_ms, candidates_in, look.maps, work.scan);
+	if (look.leaves_out(found)) return std::nullopt;
+	std::vector<std::vector<Place>> places(look.maps.size());
+	for (const FoundInReading& in : found)
 	{
-		const auto candidates = timed(
-		    work.times.retrieval_ms, coarse_search, map.profiles, work.scan, look.parameters.coarse_search, work.prior);
-		if (look.leaves_out(candidates)) return std::nullopt;
-		const auto judge = [&](const auto& some, const auto& with) { return places_among(some, map, with, work); };
-		const auto found = work.budget.judge(judge, candidates, look.parameters, work.share_of(map));
-		places = merged_places(std::move(places), found, look.parameters.scoring);
+		const SearchedMap& map = look.maps[in.map];
+		const auto judge = [&](const auto& some, const auto& with)
+		{ return places_among(some, in.reading, with, map.prior, work); };
+		const auto here = work.budget.judge(judge, in.candidates, map.parameters, &found.back() - &in);
+		places[in.map] = merged_places(std::move(places[in.map]), here, map.parameters.scoring);
 	}
-	return timed(work.times.refinement_ms, decide, work.scan, places, look.parameters);
+	return timed(work.times.refinement_ms, conclude, work.scan, look.maps, std::move(places));
 }
 }  // namespace
 
-Localization localize_default(
-    const Scan& scan, const DefaultIndex& index, const Parameters& parameters, const Query& query)
+Decision localize_default(const Scan& scan, const std::vector<SearchedMap>& maps, double time_budget)
 {
-	Work work{scan, index, query.prior, TimeBudget(query.time_budget), {}};
-	std::optional<Localization> answer;
-	for (const Look& look : looks(parameters))
+	Work work{scan, TimeBudget(time_budget), {}};
+	std::optional<Decision> decision;
+	for (const Look& look : looks(timed(work.times.retrieval_ms, promising_maps, scan, maps)))
 	{
-		answer = answer_of(look, work);
-		if (answer && (is_clear(*answer, parameters.first_look) || work.budget.is_half_spent())) break;
+		decision = answer_of(look, work);
+		if (decision && (look.is_clear(decision->answer) || work.budget.is_half_spent())) break;
 	}
-	answer->times = work.times;  // the last look always has an answer
-	return *answer;
+	decision->answer.times = work.times;  // the last look always has an answer
+	return *decision;
+}
+
+std::optional<Localization> refusal_of(const Scan& scan, const ScanParameters& parameters)
+{
+	if (!scan.valid()) return no_place(Status::kInvalid, why_invalid(scan));
+	if (!is_covered(scan, parameters)) return std::nullopt;
+	return no_place(Status::kRejected, "nine of ten beams end within scan.covered_within: the sensor is covered");
 }
 
 std::optional<Hypothesis> hypothesis_near(
@@ -152,67 +175,15 @@ std::optional<Hypothesis> hypothesis_near(
 	Parameters lenient = parameters;
 	lenient.scoring.rejected_below = 0;
 	const std::vector<Candidate> here{Candidate{robot + scan.sensor_on_robot}};
-	const Prior anywhere;
-	Work work{scan, index, anywhere, TimeBudget(0), {}};
+	Work work{scan, TimeBudget(0), {}};
 	std::vector<Place> places;
 	for (const MapReading& map : index.readings)
-		places = merged_places(std::move(places), places_among(here, map, lenient, work), lenient.scoring);
+		places = merged_places(std::move(places), places_among(here, map, lenient, {}, work), lenient.scoring);
 	const Localization result = decide(scan, places, lenient);
 	if (result.hypotheses.empty()) return std::nullopt;
 	Hypothesis hypothesis = result.best();
 	hypothesis.probability = 0;
 	return hypothesis;
-}
-
-namespace
-{
-bool may_be_smeared(const WallMeasure& walls, const Grid& grid)
-{
-	return walls.surface_depth > 0.5 * grid.cell_size;
-}
-}  // namespace
-
-int count_readings(const Grid& grid)
-{
-	return may_be_smeared(measure_walls(grid), grid) ? 2 : 1;
-}
-
-DefaultIndex make_default_index(const Grid& grid, const Parameters& parameters)
-{
-	DefaultIndex index;
-	const auto add_reading = [&](const Grid& read, double tolerance)
-	{
-		FreeCellParameters free_cells = parameters.free_cells;
-		free_cells.clearance = std::max(free_cells.clearance, parameters.coarse_search.clearance);
-		const Grid surfaces = with_wall_surfaces_only(read);
-		index.readings.push_back(
-		    {make_range_profiles(read, find_sensor_cells(read, free_cells), parameters.coarse_search),
-		     DistanceField(surfaces, tolerance), BeamTracer(surfaces)});
-	};
-	add_reading(grid, 0);
-	const WallMeasure walls = measure_walls(grid);
-	if (may_be_smeared(walls, grid))
-		add_reading(with_surfaces_deeper(grid, walls.surface_depth), walls.surface_tolerance());
-	return index;
-}
-
-void save(const DefaultIndex& index, IndexWriter& file)
-{
-	file(index.readings.size());
-	for (const MapReading& reading : index.readings) MapReading::fields(reading, file);
-}
-
-DefaultIndex read_default_index(IndexReader& file)
-{
-	std::size_t readings = 0;
-	file(readings);
-	DefaultIndex index;
-	for (std::size_t i = 0; i < readings; i++)
-	{
-		index.readings.emplace_back();
-		MapReading::fields(index.readings.back(), file);
-	}
-	return index;
 }
 
 AffordableCandidates affordable_candidates(

@@ -9,56 +9,24 @@
 #include <optional>
 #include <vector>
 
-#include "base/index_file.h"
-#include "coarse/coarse_search.h"
-#include "fine/scoring.h"
+#include "fine/decision.h"
+#include "searched_maps.h"
 
 namespace d2s1r
 {
-/// One reading of a map, in which the default method looks scans up.
-struct MapReading
-{
-	RangeProfiles profiles;  //!< for the coarse search
-	DistanceField field;     //!< for refinement and scores
-	BeamTracer tracer;       //!< for scores
+/// Returns the answer about a scan that is not looked for, because it is not valid or the sensor is covered; no value
+/// about all others.
+std::optional<Localization> refusal_of(const Scan& scan, const ScanParameters& parameters);
 
-	/// Lists what an index file holds of the reading.
-	template <class Self, class File>
-	static void fields(Self& self, File& file)
-	{
-		RangeProfiles::fields(self.profiles, file);
-		DistanceField::fields(self.field, file);
-		BeamTracer::fields(self.tracer, file);
-	}
-};
-
-/// The index of the default method: the map as it is drawn and, if its walls are so thick that it may have been
-/// smeared, the map with their surfaces deeper inside the walls, too. Only scans can tell which of the two is right.
-struct DefaultIndex
-{
-	std::vector<MapReading> readings;  //!< at least one; the map as it is drawn comes first
-};
-
-/// Reads an index that save() wrote.
-DefaultIndex read_default_index(IndexReader& file);
-
-/// Writes an index.
-void save(const DefaultIndex& index, IndexWriter& file);
-
-/// Returns how many readings a map has: two if its walls are so thick that it may have been smeared.
-int count_readings(const Grid& grid);
-
-/// Builds the index of a map.
-/// \throws std::invalid_argument if a sensor can stand nowhere
-DefaultIndex make_default_index(const Grid& grid, const Parameters& parameters);
-
-/// Answers where `scan` was taken by the default method, which works for any field of view: coarse_search(), settle(),
-/// make_shortlist(), refine(), find_places(), decide(). All this is done with fewer candidates first, and once more
-/// with all of them unless the first answer is clear. Thread-safe.
-/// \param scan a valid one
-/// \return the answer without the relative entropy
-Localization localize_default(
-    const Scan& scan, const DefaultIndex& index, const Parameters& parameters, const Query& query);
+/// Answers in which of `maps`, and where there, `scan` was taken, by the default method, which works for any field of
+/// view: coarse_search(), settle(), make_shortlist(), refine(), find_places() in each map, and one decide() over the
+/// places of all. All this is done with fewer candidates first, and once more with all of them unless the first answer
+/// is clear. Of many maps only the most promising ones are searched, see promising_maps(). Thread-safe.
+/// \param scan one without a refusal_of()
+/// \param maps one or more
+/// \param time_budget [ms] see Query; 0 is no limit
+/// \return the answer without the relative entropy, and the number of the map of each hypothesis
+Decision localize_default(const Scan& scan, const std::vector<SearchedMap>& maps, double time_budget);
 
 /// Tells how a valid scan fits near `robot` (map frame): that pose is refined and scored, and nothing is searched. Its
 /// probability is 0.

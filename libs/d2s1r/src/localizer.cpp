@@ -259,19 +259,22 @@ Localization Localizer::localize(const Scan& scan, const Query& query) const
 	if (!scan.valid()) return no_place(Status::kInvalid, why_invalid(scan));
 	if (index.signatures)
 		return localize_paper(scan, index.grid, *index.signatures, index.caster, index.parameters.paper);
-	if (is_covered(scan, index.parameters.scan))
-		return no_place(Status::kRejected, "nine of ten beams end within scan.covered_within: the sensor is covered");
+	if (const auto refusal = refusal_of(scan, index.parameters.scan)) return *refusal;
 
 	double total_ms = 0;
-	Localization result = timed(total_ms, localize_default, scan, *index.default_index, index.parameters, query);
-	if (result.status == Status::kRejected && !query.prior.anywhere())
-		result.note = "no place in the given region explains the scan";
+	const std::vector<SearchedMap> only = {{*index.default_index, query.prior, index.parameters, 0}};
+	Localization result = timed(total_ms, localize_default, scan, only, query.time_budget).answer;
 	if (!result.hypotheses.empty())
 		result.relative_entropy = timed(
 		    total_ms, relative_entropy_at, result.best().pose.asTPose() + scan.sensor_on_robot, scan, index.caster,
 		    index.parameters.paper);
 	result.times.total_ms = total_ms;
 	return result;
+}
+
+const DefaultIndex* Localizer::default_index() const
+{
+	return index_->default_index ? &*index_->default_index : nullptr;
 }
 
 std::optional<Hypothesis> Localizer::hypothesis_near(const Scan& scan, const mrpt::poses::CPose2D& robot) const

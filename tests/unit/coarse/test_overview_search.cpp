@@ -24,9 +24,9 @@ class OverviewSearch : public testing::Test
 	std::vector<Pair> look(const Scan& scan, const Prior& prior = {}) const
 	{
 		std::vector<Pair> pairs;
-		search_overviews(
-		    profiles_, quantize(scan, profiles_, parameters_), parameters_,
-		    AllowedPairs(profiles_, prior, scan, parameters_), pairs);
+		const QuantizedScan quantized = quantize(scan, profiles_, parameters_);
+		const AllowedPairs allowed(profiles_, prior, scan, parameters_);
+		search_overviews({{profiles_, quantized, parameters_, allowed}}, pairs);
 		return pairs;
 	}
 

@@ -38,6 +38,7 @@ struct Hypothesis
 	std::optional<double> log_likelihood;
 	/// [0, 1] Share of the returns that are explained: they end at a wall and passed none. It has no value with kPaper.
 	std::optional<double> explained;
+	std::string map = {};  //!< name of the map that `pose` is in, from an Atlas; empty from a Localizer
 };
 
 /// Returns the hypothesis of a robot whose sensor has this pose and covariance, (x, y, phi), m and rad, in the map

@@ -17,6 +17,8 @@
 
 namespace d2s1r
 {
+struct DefaultIndex;
+
 /// Tells where in a map a scan was taken, without an initial pose: one-shot global localization.
 ///
 /// Its constructor builds an index of the map, which is the offline phase of the paper. Afterwards it is const and
@@ -95,8 +97,12 @@ class Localizer
 	const std::vector<CellIndex>& free_cells() const;
 
    private:
+	friend class Atlas;
 	struct Index;
 	explicit Localizer(std::unique_ptr<const Index> index);
+
+	/// Returns the index of method = default; null with kPaper.
+	const DefaultIndex* default_index() const;
 
 	std::unique_ptr<const Index> index_;
 };

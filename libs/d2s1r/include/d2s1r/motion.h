@@ -14,7 +14,7 @@ namespace d2s1r
 mrpt::poses::CPosePDFGaussian increment_between(const Hypothesis& from, const Hypothesis& to);
 
 /// Returns the motion between two localized scans as if odometry had measured it (the paper, Section IV-B.6), with the
-/// uncertainty of both ends; no value unless both results have a pose.
+/// uncertainty of both ends; no value unless both results have a pose, in the same map.
 std::optional<mrpt::obs::CActionRobotMovement2D> pseudo_odometry(const Localization& from, const Localization& to);
 
 /// Returns the covariance of (x, y, phi), m^2 and rad^2, whose errors are independent of each other.

@@ -1,8 +1,9 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <d2s1r/localizer.h>
+#include <d2s1r/atlas.h>
 
+#include <functional>
 #include <memory>
 #include <optional>
 
@@ -29,6 +30,12 @@ class WindowLocalizer
 	/// \throws std::invalid_argument if `frames` is below 1 or the localizer's method is kPaper
 	WindowLocalizer(const Localizer& localizer, int frames, const Prior& prior = {});
 
+	/// The same in an atlas, to which it keeps a reference: tracks in all maps are compared with each other. A robot
+	/// that leaves one map for another, as by an elevator, is found there within a few frames, as after a kidnapping.
+	/// The region of each map is the prior there.
+	/// \throws std::invalid_argument if `frames` is below 1
+	WindowLocalizer(const Atlas& atlas, int frames);
+
 	~WindowLocalizer();
 	/// Leaves the other one empty: it can only be destroyed or assigned to.
 	WindowLocalizer(WindowLocalizer&&) noexcept;
@@ -36,7 +43,7 @@ class WindowLocalizer
 	WindowLocalizer& operator=(WindowLocalizer&&) noexcept;
 
 	/// Answers where the robot is, now that `scan` was taken.
-	/// \param one_shot what localizer.localize(scan) answered
+	/// \param one_shot what localizer.localize(scan), or that of the atlas, answered
 	/// \param motion of the robot since the last call, in its frame then. Without a value, or with one that
 	///        OdometryCheck does not rely on, it is estimated from the hypotheses of both frames (the paper's
 	///        pseudo-odometry); if the scan by itself then gives most of the probability to another place, the answer
@@ -56,5 +63,6 @@ class WindowLocalizer
    private:
 	class Tracker;
 	std::unique_ptr<Tracker> tracker_;
+	std::function<Localization(const Scan&)> localize_;  //!< what the scan says alone
 };
 }  // namespace d2s1r

@@ -6,6 +6,7 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
 #include <memory>
 #include <stdexcept>
 
@@ -36,5 +37,15 @@ std::string read_text(const std::string& file, std::size_t most)
 		if (std::ferror(stream.get())) refuse(errno);
 	}
 	return text;
+}
+
+void check_readable(const std::string& file)
+{
+	namespace fs = std::filesystem;
+	std::error_code error;
+	const auto status = fs::status(file, error);
+	if (fs::exists(status) && !fs::is_regular_file(status))
+		throw std::runtime_error("cannot be read (it is a folder, a device or a pipe); name the file of a map");
+	if (read_text(file, 1).empty()) throw std::runtime_error("is empty; copy or save the map again");
 }
 }  // namespace d2s1r

@@ -43,4 +43,18 @@ struct Candidate
 ///         those of the best one by parameters.margin times the square root of their number
 std::vector<Candidate> coarse_search(
     const RangeProfiles& profiles, const Scan& scan, const CoarseSearchParameters& parameters, const Prior& prior = {});
+
+/// Where one of several maps is searched. It refers to its members.
+struct CoarseSearchIn
+{
+	const RangeProfiles& profiles;
+	const CoarseSearchParameters& parameters;
+	const Prior& prior;
+};
+
+/// Searches several maps as if they were one, in about the time that one map of their size takes: the limits hold for
+/// all pairs and candidates together, so that most of the maps get few of them or none.
+/// \param maps one or more; the parameters of the first one limit pairs and candidates
+/// \return by map, its poses among the best of all, best first
+std::vector<std::vector<Candidate>> coarse_search(const std::vector<CoarseSearchIn>& maps, const Scan& scan);
 }  // namespace d2s1r

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "answer/distinct_poses.h"
 
@@ -23,6 +24,12 @@ double temperature(const Place& best, const ScoringParameters& parameters)
 	return (1 + kByTolerance * best.tolerance) * of_scan;
 }
 
+/// Returns the likelihood [0, 1] of a place relative to that of the best one, tempered.
+double weight_of(const Place& place, const Place& best, const ScoringParameters& parameters)
+{
+	return std::exp((place.score.log_likelihood - best.score.log_likelihood) / temperature(best, parameters));
+}
+
 void sort_best_first(std::vector<Place>& poses)
 {
 	std::stable_sort(
@@ -38,24 +45,86 @@ std::vector<Place> distinct_places(std::vector<Place> poses, const ScoringParame
 	std::vector<Place> places;
 	for (Place& pose : poses)
 	{
-		const Place& best = poses.front();
-		pose.weight = std::exp((pose.score.log_likelihood - best.score.log_likelihood) / temperature(best, parameters));
+		pose.weight = weight_of(pose, poses.front(), parameters);
 		if (distinct.add(pose.pose)) places.push_back(pose);
 	}
 	return places;
 }
 
-/// Returns the probability [0, 1] that one of the places found is right.
-double presence(const std::vector<Place>& places, const PresenceModel& model)
+/// Returns the log-odds that one of the places found in a map is right.
+/// \param second best place of the map; null if there is none
+double log_odds_of_presence(const Place& best_place, const Place* second, const ScoringParameters& parameters)
 {
 	constexpr double kMostLead = 12;  // [-] greatest log-odds that count
-	const Score& best = places.front().score;
-	const double lead = places.size() == 1 ? kMostLead : std::min(kMostLead, -std::log(places[1].weight));
-	const double log_odds =
-	    model.bias + model.explained * best.explained + model.in_front * std::min(best.in_front, best.explained) +
-	    model.unexplained * best.unexplained + model.log_likelihood * best.log_likelihood + model.lead * lead +
-	    model.depth_edges * std::log1p(best.depth_edges) + model.surfaces * std::log1p(best.segments);
-	return 1 / (1 + std::exp(-log_odds));
+	const Score& best = best_place.score;
+	const PresenceModel& model = parameters.presence_model;
+	const double lead = second ? std::min(kMostLead, -std::log(weight_of(*second, best_place, parameters))) : kMostLead;
+	return model.bias + model.explained * best.explained + model.in_front * std::min(best.in_front, best.explained) +
+	       model.unexplained * best.unexplained + model.log_likelihood * best.log_likelihood + model.lead * lead +
+	       model.depth_edges * std::log1p(best.depth_edges) + model.surfaces * std::log1p(best.segments);
+}
+
+/// What the places found in a map tell of it.
+struct MapEvidence
+{
+	const Place* best = nullptr;    //!< null: no place was found
+	const Place* second = nullptr;  //!< null: there is only one
+	double mass = 0;                //!< [-] sum of the weights of its places
+	double log_odds = 0;            //!< that one of them is right
+};
+
+std::vector<MapEvidence> evidence_by_map(
+    const std::vector<Place>& places, const std::vector<const Parameters*>& parameters)
+{
+	std::vector<MapEvidence> evidence(parameters.size());
+	for (const Place& place : places)
+	{
+		MapEvidence& of_map = evidence[place.map];
+		of_map.mass += place.weight;
+		if (!of_map.best)
+			of_map.best = &place;
+		else if (!of_map.second)
+			of_map.second = &place;
+	}
+	for (std::size_t map = 0; map < evidence.size(); map++)
+		if (evidence[map].best)
+			evidence[map].log_odds =
+			    log_odds_of_presence(*evidence[map].best, evidence[map].second, parameters[map]->scoring);
+	return evidence;
+}
+
+/// A place and its probability [0, 1].
+struct Likely
+{
+	const Place* place;
+	double probability;
+};
+
+/// Returns the places with their probabilities, the most probable first, and sets the probability `present` that one of
+/// them is right.
+std::vector<Likely> probabilities_of(
+    const std::vector<Place>& places, const std::vector<const Parameters*>& parameters, double& present)
+{
+	const std::vector<MapEvidence> evidence = evidence_by_map(places, parameters);
+	double mass = 0, greatest = -std::numeric_limits<double>::infinity();
+	for (const MapEvidence& of_map : evidence)
+	{
+		mass += of_map.mass;
+		if (of_map.best) greatest = std::max(greatest, of_map.log_odds);
+	}
+	double mean_odds = 0;  // [-] relative to the greatest ones
+	for (const MapEvidence& of_map : evidence)
+		if (of_map.best) mean_odds += of_map.mass / mass * std::exp(of_map.log_odds - greatest);
+	present = 1 / (1 + std::exp(-greatest) / mean_odds);
+	std::vector<Likely> likely;
+	for (const Place& place : places)
+	{
+		const double of_map = std::exp(evidence[place.map].log_odds - greatest) / mean_odds;
+		likely.push_back({&place, present * place.weight / mass * of_map});
+	}
+	std::stable_sort(
+	    likely.begin(), likely.end(), [](const Likely& a, const Likely& b) { return a.probability > b.probability; });
+	return likely;
 }
 }  // namespace
 
@@ -113,26 +182,50 @@ std::vector<Place> merged_places(std::vector<Place> a, std::vector<Place> b, con
 	return distinct_places(std::move(a), parameters);
 }
 
-Localization decide(const Scan& scan, const std::vector<Place>& places, const Parameters& parameters)
+std::vector<Place> places_of_all_maps(
+    std::vector<std::vector<Place>> by_map, const std::vector<const Parameters*>& parameters)
 {
-	double mass = 0;
-	for (const Place& place : places) mass += place.weight;
-	const double present = places.empty() ? 0 : presence(places, parameters.scoring.presence_model);
-	if (places.empty() || present < parameters.scoring.rejected_below)
-		return no_place(Status::kRejected, "no place in the map explains the scan");
-	Localization result;
-	const auto count = std::min(places.size(), static_cast<std::size_t>(parameters.scoring.hypotheses));
+	std::vector<Place> places;
+	for (std::size_t map = 0; map < by_map.size(); map++)
+		for (Place& place : by_map[map])
+		{
+			place.map = map;
+			places.push_back(std::move(place));
+		}
+	sort_best_first(places);
+	for (Place& place : places)
+		place.weight = weight_of(place, places.front(), parameters[places.front().map]->scoring);
+	return places;
+}
+
+Decision decide(const Scan& scan, const std::vector<Place>& places, const std::vector<const Parameters*>& parameters)
+{
+	const auto rejected = [] { return no_place(Status::kRejected, "no place in the map explains the scan"); };
+	if (places.empty()) return {rejected(), {}};
+	double present = 0;
+	const std::vector<Likely> likely = probabilities_of(places, parameters, present);
+	const ScoringParameters& scoring = parameters[likely.front().place->map]->scoring;
+	if (present < scoring.rejected_below) return {rejected(), {}};
+	Decision result;
+	const auto count = std::min(likely.size(), static_cast<std::size_t>(scoring.hypotheses));
 	for (std::size_t i = 0; i < count; i++)
 	{
-		const mrpt::math::CMatrixDouble33 covariance(places[i].covariance);
-		Hypothesis hypothesis = hypothesis_of_sensor(places[i].pose, covariance, scan.sensor_on_robot);
-		hypothesis.probability = present * places[i].weight / mass;
-		hypothesis.log_likelihood = places[i].score.log_likelihood;
-		hypothesis.explained = places[i].score.explained;
-		result.hypotheses.push_back(hypothesis);
+		const Place& place = *likely[i].place;
+		const mrpt::math::CMatrixDouble33 covariance(place.covariance);
+		Hypothesis hypothesis = hypothesis_of_sensor(place.pose, covariance, scan.sensor_on_robot);
+		hypothesis.probability = likely[i].probability;
+		hypothesis.log_likelihood = place.score.log_likelihood;
+		hypothesis.explained = place.score.explained;
+		result.answer.hypotheses.push_back(hypothesis);
+		result.maps.push_back(place.map);
 	}
-	result.confidence = result.best().probability;
-	result.status = result.confidence > parameters.scoring.localized_above ? Status::kLocalized : Status::kAmbiguous;
+	result.answer.confidence = result.answer.best().probability;
+	result.answer.status = result.answer.confidence > scoring.localized_above ? Status::kLocalized : Status::kAmbiguous;
 	return result;
+}
+
+Localization decide(const Scan& scan, const std::vector<Place>& places, const Parameters& parameters)
+{
+	return decide(scan, places, std::vector<const Parameters*>{&parameters}).answer;
 }
 }  // namespace d2s1r

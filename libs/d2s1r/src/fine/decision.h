@@ -19,6 +19,7 @@ struct Place
 	mrpt::math::TPose2D scored_at;  //!< sensor in map, m and rad: where it was found, some centimetres beside
 	double tolerance = 0;           //!< [m] of the surfaces of the walls: see DistanceField
 	double weight = 0;              //!< [0, 1] likelihood relative to the best place, tempered
+	std::size_t map = 0;            //!< [-] number of the map that it is in, among those that were searched
 	/// Of pose (x, y, phi) [m^2, m rad, rad^2]; it is set for the places that may be listed.
 	Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
 };
@@ -31,6 +32,13 @@ std::vector<Place> find_places(
     const BeamTracer& tracer, const DistanceField& field, const Scan& scan, const BeamSubset& all,
     const std::vector<RefinedPose>& poses, const Prior& prior, const Parameters& parameters);
 
+/// An answer about one or several maps.
+struct Decision
+{
+	Localization answer;            //!< status, confidence and hypotheses (robot in map), without names of maps
+	std::vector<std::size_t> maps;  //!< [-] by hypothesis, the number of its map
+};
+
 /// Says what the scan can tell. Thread-safe.
 ///
 /// The probability of a place is the product of two: its share of the likelihood of all places, which is a soft maximum
@@ -39,9 +47,24 @@ std::vector<Place> find_places(
 /// more the best place leaves unexplained, the more of a difference is chance. Both were learned from scans of eight
 /// buildings and of 17 drawn floor plans, with furniture that the plan does not have, in their own and in other
 /// buildings' maps.
-/// \param places best first
-/// \return status, confidence and hypotheses (robot in map)
+///
+/// With several maps, the odds of the presence are those of each map, by its own best place, in the mean over the
+/// places: each counts by its share of the likelihood. So a place that is likely but that its map explains badly gives
+/// way to one in a map that explains the scan, and the same place in two maps gets half of the probability in each.
+/// \param places best first, of all maps
+/// \param parameters by the number of the map
+Decision decide(const Scan& scan, const std::vector<Place>& places, const std::vector<const Parameters*>& parameters);
+
+/// The same for one map. \return status, confidence and hypotheses (robot in map)
 Localization decide(const Scan& scan, const std::vector<Place>& places, const Parameters& parameters);
+
+/// Joins the places of several maps, each of which was scored by the beam model of its own map: log-likelihoods are all
+/// against beams that end anywhere, so that they share one scale. Thread-safe.
+/// \param by_map places by the number of their map, best first
+/// \param parameters by the number of the map; those of the best place's map set the weights
+/// \return the places of all maps, best first
+std::vector<Place> places_of_all_maps(
+    std::vector<std::vector<Place>> by_map, const std::vector<const Parameters*>& parameters);
 
 /// Merges two lists of places, best first; of those at one place it keeps the better one. Thread-safe.
 std::vector<Place> merged_places(std::vector<Place> a, std::vector<Place> b, const ScoringParameters& parameters);

@@ -21,7 +21,7 @@ CPosePDFGaussian increment_between(const Hypothesis& from, const Hypothesis& to)
 
 std::optional<mrpt::obs::CActionRobotMovement2D> pseudo_odometry(const Localization& from, const Localization& to)
 {
-	if (from.hypotheses.empty() || to.hypotheses.empty()) return std::nullopt;
+	if (from.hypotheses.empty() || to.hypotheses.empty() || from.best().map != to.best().map) return std::nullopt;
 	const CPosePDFGaussian increment = increment_between(from.best(), to.best());
 	mrpt::obs::CActionRobotMovement2D action;
 	// MRPT would serialize emOdometry without its covariance
@@ -79,7 +79,7 @@ std::optional<mrpt::poses::CPose2D> OdometryCheck::checked(
 	constexpr double kMost = 12;     // [-] average of an odometry that can be relied on
 	const auto now = localization.status == Status::kLocalized ? std::optional(localization.best()) : std::nullopt;
 	const bool is_usable = increment && is_plausible(*increment);
-	if (before_ && now && is_usable)
+	if (before_ && now && is_usable && before_->map == now->map)
 	{
 		const double distance = mahalanobis_distance(odometry_motion(*increment), increment_between(*before_, *now));
 		disagreement_ += kNewest * (std::min(distance * distance, kOutlier) - disagreement_);

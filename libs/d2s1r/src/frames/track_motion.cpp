@@ -29,6 +29,7 @@ std::vector<Vote> votes_of(const std::vector<Hypothesis>& from, const std::vecto
 	for (const Hypothesis& start : from)
 		for (const Hypothesis& end : to)
 		{
+			if (start.map != end.map) continue;
 			const auto motion = end.pose - start.pose;
 			if (start.probability > kClear && end.probability > kClear)
 			{

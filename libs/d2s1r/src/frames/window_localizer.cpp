@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <cmath>
 #include <deque>
+#include <iterator>
+#include <map>
 #include <stdexcept>
 
 #include "answer/distinct_poses.h"
@@ -26,39 +28,37 @@ constexpr double kLeastOneShot = 0.65;    //!< [0, 1] least mean probability tha
 constexpr int kLongestGuess = 2;          //!< [frames] without a usable scan whose motion hypotheses may tell
 constexpr std::size_t kLostFrames = 3;    //!< [frames] in a row that no track explains: the robot was carried away
 
-/// Returns whether two poses count as one place.
-bool one_place(const mrpt::poses::CPose2D& a, const mrpt::poses::CPose2D& b, const ScoringParameters& parameters)
+/// Returns those of the hypotheses that are in a map.
+std::vector<Hypothesis> in_map(const std::vector<Hypothesis>& hypotheses, const std::string& map)
 {
-	return are_near(a.asTPose(), b.asTPose(), parameters.distinct_distance, mrpt::DEG2RAD(parameters.distinct_yaw));
+	std::vector<Hypothesis> found;
+	std::copy_if(
+	    hypotheses.begin(), hypotheses.end(), std::back_inserter(found),
+	    [&](const Hypothesis& hypothesis) { return hypothesis.map == map; });
+	return found;
 }
 
-/// Returns the probability [0, 1] that the one-shot hypotheses of a frame give to a place.
-double probability_at(
-    const PoseDensity& place, const std::vector<Hypothesis>& one_shot, const ScoringParameters& parameters)
+/// A map that the robot may be in.
+struct TrackedMap
 {
-	double probability = 0;
-	for (const Hypothesis& hypothesis : one_shot)
-		if (one_place(hypothesis.pose, place.mean, parameters)) probability += hypothesis.probability;
-	return probability;
-}
+	const Localizer* localizer;
+	Prior prior;  //!< of the robot at every frame
+};
 }  // namespace
 
 class WindowLocalizer::Tracker
 {
    public:
-	Tracker(const Localizer& localizer, int frames, const Prior& prior)
-	    : localizer_(&localizer), most_frames_(static_cast<std::size_t>(frames)), prior_(prior)
+	/// \param maps by name
+	Tracker(std::map<std::string, TrackedMap> maps, int frames)
+	    : maps_(std::move(maps)), most_frames_(static_cast<std::size_t>(frames))
 	{
 	}
 	Localization add(
 	    const Scan& scan, const Localization& one_shot, const std::optional<mrpt::poses::CPose2D>& odometry);
 
-	Localization add(
-	    const mrpt::obs::CObservation2DRangeScan& observation, const std::optional<mrpt::poses::CPose2D>& odometry)
-	{
-		const Scan scan = make_scan(observation, localizer_->parameters().scan);
-		return add(scan, localizer_->localize(scan, {prior_}), odometry);
-	}
+	/// Returns the parameters of section scan, which all maps share.
+	const ScanParameters& scan_parameters() const { return maps_.begin()->second.localizer->parameters().scan; }
 
    private:
 	/// A frame of the window.
@@ -84,9 +84,28 @@ class WindowLocalizer::Tracker
 	void begin_with(const Localization& one_shot);
 	Localization conclude(const Localization& one_shot) const;
 
-	const Localizer* localizer_;
+	const Localizer& localizer_of(const std::string& map) const { return *maps_.at(map).localizer; }
+
+	/// Returns whether two hypotheses count as one place.
+	bool one_place(const Hypothesis& a, const Hypothesis& b) const
+	{
+		if (a.map != b.map) return false;
+		const auto& parameters = localizer_of(a.map).parameters().scoring;
+		return are_near(
+		    a.pose.asTPose(), b.pose.asTPose(), parameters.distinct_distance, mrpt::DEG2RAD(parameters.distinct_yaw));
+	}
+
+	/// Returns the probability [0, 1] that the one-shot hypotheses of a frame give to the place of another one.
+	double probability_at(const Hypothesis& place, const std::vector<Hypothesis>& one_shot) const
+	{
+		double probability = 0;
+		for (const Hypothesis& hypothesis : one_shot)
+			if (one_place(hypothesis, place)) probability += hypothesis.probability;
+		return probability;
+	}
+
+	std::map<std::string, TrackedMap> maps_;  //!< by name
 	std::size_t most_frames_;
-	Prior prior_;
 	OdometryCheck odometry_check_;
 	int gap_ = 0;  //!< [frames] the last ones in a row whose scans were not usable, or of a covered sensor
 	std::optional<mrpt::poses::CPose2D> gap_motion_;  //!< over these frames; no value if that of one is not known
@@ -122,20 +141,22 @@ void WindowLocalizer::Tracker::follow(const Localization& one_shot)
 	std::vector<std::optional<Hypothesis>> refined;
 	for (const Track& track : tracks_)
 	{
+		const Localizer& localizer = localizer_of(track.now.map);
 		predicted.push_back(moved({track.now.pose, track.now.covariance}, motion));
 		refined.push_back(
-		    refined.size() < kSearched ? refined_near(*localizer_, frame.scan, predicted.back())
-		                               : localizer_->hypothesis_near(frame.scan, predicted.back().mean));
+		    refined.size() < kSearched ? refined_near(localizer, frame.scan, predicted.back())
+		                               : localizer.hypothesis_near(frame.scan, predicted.back().mean));
 	}
 	frame.reference = greatest_likelihood(refined, one_shot.hypotheses);
 	for (std::size_t i = 0; i < tracks_.size(); i++)
 	{
-		Correction fit = best_correction(predicted[i], refined[i], one_shot.hypotheses, frame.reference);
-		fit.evidence.one_shot_probability =
-		    probability_at(fit.pose, one_shot.hypotheses, localizer_->parameters().scoring);
-		tracks_[i].now.pose = fit.pose.mean;
-		tracks_[i].now.covariance = fit.pose.cov;
-		tracks_[i].now.explained = fit.evidence.explained;
+		Hypothesis& now = tracks_[i].now;
+		Correction fit =
+		    best_correction(predicted[i], refined[i], in_map(one_shot.hypotheses, now.map), frame.reference);
+		now.pose = fit.pose.mean;
+		now.covariance = fit.pose.cov;
+		now.explained = fit.evidence.explained;
+		fit.evidence.one_shot_probability = probability_at(now, one_shot.hypotheses);
 		tracks_[i].evidence.push_back(fit.evidence);
 		if (tracks_[i].evidence.size() > most_frames_) tracks_[i].evidence.pop_front();
 	}
@@ -146,15 +167,17 @@ void WindowLocalizer::Tracker::follow(const Localization& one_shot)
 bool WindowLocalizer::Tracker::trace_back(Track& track) const
 {
 	PoseDensity pose(track.now.pose, track.now.covariance);
+	Hypothesis then = track.now;
 	for (std::size_t back = 1; back < frames_.size(); back++)
 	{
 		const Frame& later = frames_[frames_.size() - back];
 		const Frame& frame = frames_[frames_.size() - back - 1];
 		const PoseDensity predicted = moved(pose, reversed({later.motion, later.motion_covariance}));
-		const auto refined = localizer_->hypothesis_near(frame.scan, predicted.mean);
+		const auto refined = localizer_of(then.map).hypothesis_near(frame.scan, predicted.mean);
 		Correction fit = best_correction(predicted, refined, {}, frame.reference);
-		fit.evidence.one_shot_probability = probability_at(fit.pose, frame.one_shot, localizer_->parameters().scoring);
 		pose = fit.pose;
+		then.pose = pose.mean;
+		fit.evidence.one_shot_probability = probability_at(then, frame.one_shot);
 		track.evidence.push_front(fit.evidence);
 		if (tracks_.empty()) continue;
 		if (sum_of(tracks_.front().evidence, back + 1) - sum_of(track) > kHopeless) return false;
@@ -165,11 +188,10 @@ bool WindowLocalizer::Tracker::trace_back(Track& track) const
 /// Starts tracks at the hypotheses of the newest frame that no track is at.
 void WindowLocalizer::Tracker::start_tracks(const Localization& one_shot)
 {
-	const auto& scoring = localizer_->parameters().scoring;
 	std::vector<Track> started;
 	for (const Hypothesis& hypothesis : one_shot.hypotheses)
 	{
-		const auto followed = [&](const Track& track) { return one_place(track.now.pose, hypothesis.pose, scoring); };
+		const auto followed = [&](const Track& track) { return one_place(track.now, hypothesis); };
 		if (std::any_of(tracks_.begin(), tracks_.end(), followed)) continue;
 		Evidence evidence = evidence_of(hypothesis, log_likelihood_of(hypothesis) - frames_.back().reference);
 		evidence.one_shot_probability = hypothesis.probability;
@@ -185,16 +207,15 @@ void WindowLocalizer::Tracker::start_tracks(const Localization& one_shot)
 /// all but the best.
 void WindowLocalizer::Tracker::prune()
 {
-	const auto& scoring = localizer_->parameters().scoring;
 	std::stable_sort(
 	    tracks_.begin(), tracks_.end(), [](const Track& a, const Track& b) { return sum_of(a) > sum_of(b); });
 	std::vector<Track> kept;
 	for (Track& track : tracks_)
 	{
-		if (!prior_.allows(track.now.pose.asTPose())) continue;
+		if (!maps_.at(track.now.map).prior.allows(track.now.pose.asTPose())) continue;
 		if (kept.size() >= kMostTracks) break;
 		if (!kept.empty() && sum_of(kept.front()) - sum_of(track) > kHopeless) break;
-		const auto same = [&](const Track& other) { return one_place(track.now.pose, other.now.pose, scoring); };
+		const auto same = [&](const Track& other) { return one_place(track.now, other.now); };
 		if (std::none_of(kept.begin(), kept.end(), same)) kept.push_back(std::move(track));
 	}
 	// Frames share the errors of the map: n of them tell as much as sqrt(n) independent ones would.
@@ -232,8 +253,7 @@ void WindowLocalizer::Tracker::forget()
 bool WindowLocalizer::Tracker::contradicts(const Localization& one_shot) const
 {
 	if (one_shot.hypotheses.empty() || one_shot.best().probability < 0.5) return false;
-	const auto& scoring = localizer_->parameters().scoring;
-	return tracks_.empty() || !one_place(one_shot.best().pose, tracks_.front().now.pose, scoring);
+	return tracks_.empty() || !one_place(one_shot.best(), tracks_.front().now);
 }
 
 /// Forgets all frames but the newest one, from which the window begins anew.
@@ -249,7 +269,6 @@ void WindowLocalizer::Tracker::begin_with(const Localization& one_shot)
 /// Says what all frames of the window tell.
 Localization WindowLocalizer::Tracker::conclude(const Localization& one_shot) const
 {
-	const auto& scoring = localizer_->parameters().scoring;
 	if (tracks_.empty() || explained_by(tracks_.front()) < kLeastExplained)
 	{
 		Localization nowhere = no_place(Status::kRejected, "no place in the map explains the last scans");
@@ -259,13 +278,15 @@ Localization WindowLocalizer::Tracker::conclude(const Localization& one_shot) co
 	Localization result;
 	result.times = one_shot.times;
 	for (const Track& track : tracks_) result.hypotheses.push_back(track.now);
-	result.relative_entropy = localizer_->relative_entropy(frames_.back().scan, result.best().pose);
+	const Localizer& localizer = localizer_of(result.best().map);
+	result.relative_entropy = localizer.relative_entropy(frames_.back().scan, result.best().pose);
 	result.confidence = result.best().probability;
 	const Track& best = tracks_.front();
 	const bool known = explained_by(best) >= kExplained && one_shot_probability(best) >= kLeastOneShot;
 	if (!known) result.confidence = std::min(result.confidence, one_shot_probability(best));
 	const double share = result.confidence / result.best().probability;  // the rest is "none of them"
 	for (Hypothesis& hypothesis : result.hypotheses) hypothesis.probability *= share;
+	const auto& scoring = localizer.parameters().scoring;
 	const auto most = static_cast<std::size_t>(scoring.hypotheses);
 	if (result.hypotheses.size() > most) result.hypotheses.resize(most);
 	result.status = known && result.confidence > scoring.localized_above ? Status::kLocalized : Status::kAmbiguous;
@@ -276,7 +297,7 @@ Localization WindowLocalizer::Tracker::add(
     const Scan& scan, const Localization& one_shot, const std::optional<mrpt::poses::CPose2D>& odometry)
 {
 	const auto motion = odometry_check_.checked(odometry, one_shot);
-	if (!scan.valid() || is_covered(scan, localizer_->parameters().scan))
+	if (!scan.valid() || is_covered(scan, scan_parameters()))
 	{
 		pass_gap(motion);
 		return one_shot;
@@ -316,12 +337,30 @@ Localization WindowLocalizer::Tracker::add(
 	return result;
 }
 
-WindowLocalizer::WindowLocalizer(const Localizer& localizer, int frames, const Prior& prior)
+namespace
+{
+int checked(int frames)
 {
 	if (frames < 1) throw std::invalid_argument("WindowLocalizer: frames must be at least 1");
+	return frames;
+}
+}  // namespace
+
+WindowLocalizer::WindowLocalizer(const Localizer& localizer, int frames, const Prior& prior)
+{
 	if (localizer.parameters().method == Method::kPaper)
 		throw std::invalid_argument("WindowLocalizer: the paper's method judges one scan; use method = default");
-	tracker_ = std::make_unique<Tracker>(localizer, frames, prior);
+	const std::map<std::string, TrackedMap> only = {{"", {&localizer, prior}}};
+	tracker_ = std::make_unique<Tracker>(only, checked(frames));
+	localize_ = [&localizer, prior](const Scan& scan) { return localizer.localize(scan, {prior}); };
+}
+
+WindowLocalizer::WindowLocalizer(const Atlas& atlas, int frames)
+{
+	std::map<std::string, TrackedMap> maps;
+	for (const AtlasMap& map : atlas.maps()) maps[map.name] = {map.localizer.get(), map.region};
+	tracker_ = std::make_unique<Tracker>(std::move(maps), checked(frames));
+	localize_ = [&atlas](const Scan& scan) { return atlas.localize(scan); };
 }
 
 WindowLocalizer::~WindowLocalizer() = default;
@@ -337,6 +376,7 @@ Localization WindowLocalizer::add(
 Localization WindowLocalizer::add(
     const mrpt::obs::CObservation2DRangeScan& observation, const std::optional<mrpt::poses::CPose2D>& motion)
 {
-	return tracker_->add(observation, motion);
+	const Scan scan = make_scan(observation, tracker_->scan_parameters());
+	return tracker_->add(scan, localize_(scan), motion);
 }
 }  // namespace d2s1r

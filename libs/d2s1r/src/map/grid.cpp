@@ -6,7 +6,6 @@
 #include <limits>
 #include <stdexcept>
 
-#include "map/cell_classes.h"
 #include "map/occupancy_map.h"
 
 namespace d2s1r

@@ -1,6 +1,4 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include "map/map_files.h"
-
 #include <d2s1r/map_io.h>
 
 #include <algorithm>
@@ -30,15 +28,6 @@ std::string lower_case_extension(const std::string& file)
 	return extension;
 }
 }  // namespace
-
-void check_readable(const std::string& file)
-{
-	std::error_code error;
-	const auto status = fs::status(file, error);
-	if (fs::exists(status) && !fs::is_regular_file(status))
-		throw std::runtime_error("cannot be read (it is a folder, a device or a pipe); name the file of a map");
-	if (read_text(file, 1).empty()) throw std::runtime_error("is empty; copy or save the map again");
-}
 
 bool is_yaml_name(const std::string& file)
 {

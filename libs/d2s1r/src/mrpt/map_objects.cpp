@@ -12,8 +12,7 @@
 #include <filesystem>
 #include <stdexcept>
 
-#include "map/cell_classes.h"
-#include "map/map_files.h"
+#include "base/file_text.h"
 #include "map/map_image.h"
 #include "map/map_yaml.h"
 #include "map/occupancy_map.h"

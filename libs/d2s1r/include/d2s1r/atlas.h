@@ -1,0 +1,94 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <d2s1r/localizer.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace d2s1r
+{
+/// Holds a map of an Atlas.
+struct AtlasMap
+{
+	std::string name;                            //!< which hypotheses tell; no other map of the atlas has it
+	std::shared_ptr<const Localizer> localizer;  //!< index of the map, with parameters of its own
+	Prior region = {};                           //!< where in this map the robot may be, map frame
+	std::string floor = {};                      //!< as people call it; only told, nothing depends on it
+};
+
+/// Tells in which of several maps, and where there, a scan was taken. An atlas of one map answers as its Localizer
+/// does.
+///
+/// All maps answer together: places are scored in each map by its own parameters, and one decision is made over the
+/// places of all, so that the probabilities of an answer share one scale. What they lack to 1 is the probability that
+/// the scan is of none of these maps. Floors that look alike from where the scan was taken share the probability: the
+/// answer is kAmbiguous.
+///
+/// Up to 8 maps are all searched. Of more, one pass over the overviews of all finds the 8 in which the scan fits best,
+/// and only these are searched.
+///
+/// It is const and thread-safe: any number of threads may call localize() at once.
+class Atlas
+{
+   public:
+	/// \param maps one or more; the atlas shares their localizers
+	/// \throws std::invalid_argument if there is no map, a name is there twice, a localizer is null or its method is
+	///         kPaper, or the section `scan` of their parameters, which is about the sensor, differs
+	explicit Atlas(std::vector<AtlasMap> maps);
+
+	/// Answers where a scan was taken: Hypothesis::map names the map. It never throws because of the scan.
+	/// \param time_budget [ms] see Query; 0 is no limit
+	/// \throws std::invalid_argument if the time budget is below 0
+	Localization localize(const mrpt::obs::CObservation2DRangeScan& observation, double time_budget = 0) const;
+
+	/// Answers where a scan was taken that make_scan() or the caller prepared.
+	Localization localize(const Scan& scan, double time_budget = 0) const;
+
+	/// Returns the maps, in the order in which they were given.
+	const std::vector<AtlasMap>& maps() const { return maps_; }
+
+	/// Returns the map of that name. \throws std::invalid_argument if there is none
+	const AtlasMap& at(const std::string& name) const;
+
+   private:
+	std::vector<AtlasMap> maps_;
+};
+
+/// Says what a file or a folder tells of a map of an atlas, before the map is loaded.
+struct AtlasEntry
+{
+	std::string name;        //!< of the map
+	std::string file;        //!< as load_map() takes it
+	std::string config;      //!< ini file of its parameters; empty: those that all maps have
+	Prior region = {};       //!< where in this map the robot may be, map frame
+	std::string floor = {};  //!< as people call it
+};
+
+/// Returns the name that a map gets by its file: without folder, extension and that of a compressed file.
+std::string map_name_of(const std::string& file);
+
+/// Returns whether `path` names an atlas: a folder, or a yaml file with the key `maps`.
+bool is_atlas(const std::string& path);
+
+/// Reads which maps an atlas has. All files of a folder that load_map() loads without further information are its maps,
+/// named like the files without their extension, in the order of their names. A yaml file reads
+/// \code
+/// maps:
+///   ground:                   # name
+///     file: ground.yaml       # as load_map() takes it, beside this file
+///     floor: "0"              # optional: what people call it
+///     region: [0, 0, 20, 12]  # optional: X0, Y0, X1, Y1 [m], two corners of the box that the robot is in
+///     config: ground.ini      # optional: parameters of its own, beside this file
+///   first:
+///     file: first.yaml
+/// \endcode
+/// \throws std::runtime_error naming the file and what is wrong with it
+std::vector<AtlasEntry> read_atlas(const std::string& path);
+
+/// Loads all maps of an atlas and builds their indices.
+/// \param parameters of the maps without a file of their own
+/// \throws std::runtime_error, std::invalid_argument naming the file and what is wrong with it
+Atlas load_atlas(const std::string& path, const Parameters& parameters = {});
+}  // namespace d2s1r

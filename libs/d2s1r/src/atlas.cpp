@@ -1,0 +1,280 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include <d2s1r/atlas.h>
+#include <d2s1r/map_io.h>
+#include <yaml-cpp/yaml.h>
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <set>
+#include <stdexcept>
+
+#include "base/checked_value.h"
+#include "base/file_text.h"
+#include "base/ini_text.h"
+#include "base/parameter_list.h"
+#include "base/scoped_timer.h"
+#include "default_localizer.h"
+
+namespace d2s1r
+{
+namespace fs = std::filesystem;
+
+namespace
+{
+/// Returns the section `scan` as text, which is equal for equal values.
+std::string scan_section(const Localizer& localizer)
+{
+	Parameters only;
+	only.scan = localizer.parameters().scan;
+	return to_ini(only);
+}
+}  // namespace
+
+Atlas::Atlas(std::vector<AtlasMap> maps) : maps_(std::move(maps))
+{
+	if (maps_.empty()) throw std::invalid_argument("Atlas: there is no map; give one or more");
+	std::set<std::string> names;
+	for (const AtlasMap& map : maps_)
+	{
+		const auto refuse = [&](const std::string& what)
+		{ throw std::invalid_argument("Atlas: map '" + printable(map.name) + "' " + what); };
+		if (!names.insert(map.name).second) refuse("is there twice; give each map a name of its own");
+		if (!map.localizer) refuse("has no localizer; build or load one");
+		if (!map.localizer->default_index()) refuse("has method = paper, which searches one map; use method = default");
+		if (scan_section(*map.localizer) != scan_section(*maps_.front().localizer))
+			refuse("has other parameters in section scan, which are about the sensor; give all maps the same");
+	}
+}
+
+Localization Atlas::localize(const mrpt::obs::CObservation2DRangeScan& observation, double time_budget) const
+{
+	return localize(make_scan(observation, maps_.front().localizer->parameters().scan), time_budget);
+}
+
+Localization Atlas::localize(const Scan& scan, double time_budget) const
+{
+	if (!(time_budget >= 0))  // this is true for a NaN, too
+		throw std::invalid_argument("Atlas: the time budget is negative or no number; give ms, or 0 for none");
+	if (const auto refusal = refusal_of(scan, maps_.front().localizer->parameters().scan)) return *refusal;
+	std::vector<SearchedMap> searched;
+	for (const AtlasMap& map : maps_)
+		searched.push_back({*map.localizer->default_index(), map.region, map.localizer->parameters(), searched.size()});
+
+	double total_ms = 0;
+	auto [result, numbers] = timed(total_ms, localize_default, scan, searched, time_budget);
+	for (std::size_t i = 0; i < numbers.size(); i++) result.hypotheses[i].map = maps_[numbers[i]].name;
+	if (!numbers.empty())
+	{
+		const ScopedTimer timer(total_ms);
+		result.relative_entropy = maps_[numbers.front()].localizer->relative_entropy(scan, result.best().pose);
+	}
+	result.times.total_ms = total_ms;
+	return result;
+}
+
+const AtlasMap& Atlas::at(const std::string& name) const
+{
+	for (const AtlasMap& map : maps_)
+		if (map.name == name) return map;
+	throw std::invalid_argument("Atlas: there is no map '" + printable(name) + "'");
+}
+
+namespace
+{
+/// Reads a yaml file. \throws std::runtime_error that does not name it
+YAML::Node read_yaml(const std::string& file)
+{
+	try
+	{
+		return YAML::Load(read_text(file));
+	}
+	catch (const YAML::Exception& error)
+	{
+		throw std::runtime_error(
+		    "line " + std::to_string(error.mark.line + 1) + " is not yaml (" + printable(error.msg) + "); correct it");
+	}
+}
+
+/// Returns the text of a key; an empty one if the key is missing.
+std::string text_of(const YAML::Node& map, const char* key)
+{
+	if (!map[key]) return {};
+	if (!map[key].IsScalar()) throw std::runtime_error("'" + std::string(key) + "' is not a text; correct it");
+	return map[key].Scalar();
+}
+
+Prior region_of(const YAML::Node& map)
+{
+	if (!map["region"]) return {};
+	const char* const expected = "'region' is not [X0, Y0, X1, Y1] in m; correct it";
+	const YAML::Node& corners = map["region"];
+	if (!corners.IsSequence() || corners.size() != 4) throw std::runtime_error(expected);
+	std::array<double, 4> numbers{};
+	for (std::size_t i = 0; i < 4; i++)
+	{
+		if (!corners[i].IsScalar()) throw std::runtime_error(expected);
+		try
+		{
+			numbers[i] = from_text<double>("region", corners[i].Scalar());
+		}
+		catch (const std::invalid_argument&)
+		{
+			throw std::runtime_error(expected);
+		}
+	}
+	try
+	{
+		return make_prior(numbers[0], numbers[1], numbers[2], numbers[3]);
+	}
+	catch (const std::invalid_argument& error)
+	{
+		throw std::runtime_error("'region': " + std::string(error.what()));
+	}
+}
+
+/// Checks that a name can be written to tables and be part of a file's name.
+void check_name(const std::string& name)
+{
+	const auto is_bad = [](unsigned char c) { return c < ' ' || c == 127 || c == '/'; };
+	if (name.empty() || name.front() == '.' || std::any_of(name.begin(), name.end(), is_bad))
+		throw std::runtime_error(
+		    "map '" + printable(name) +
+		    "': a name may not be empty, begin with a dot, nor hold slashes or control characters; rename it");
+}
+
+AtlasEntry entry_of(const std::string& name, const YAML::Node& map, const fs::path& folder)
+{
+	check_name(name);
+	if (!map.IsMap()) throw std::runtime_error("map '" + name + "' has no keys; give it a 'file'");
+	constexpr std::array<const char*, 4> kKeys = {"file", "floor", "region", "config"};
+	for (const auto& item : map)
+	{
+		const std::string& key = item.first.Scalar();
+		if (std::find(kKeys.begin(), kKeys.end(), key) == kKeys.end())
+			throw std::runtime_error(
+			    "map '" + name + "': '" + printable(key) + "' is not one of file, floor, region, config; correct it");
+	}
+	try
+	{
+		AtlasEntry entry;
+		entry.name = name;
+		entry.file = text_of(map, "file");
+		if (entry.file.empty()) throw std::runtime_error("the key 'file' is missing; add it");
+		entry.file = (folder / entry.file).string();
+		entry.config = text_of(map, "config");
+		if (!entry.config.empty()) entry.config = (folder / entry.config).string();
+		entry.floor = text_of(map, "floor");
+		entry.region = region_of(map);
+		return entry;
+	}
+	catch (const std::runtime_error& error)
+	{
+		throw std::runtime_error("map '" + name + "': " + error.what());
+	}
+}
+
+std::vector<AtlasEntry> entries_of_file(const std::string& file)
+{
+	const YAML::Node root = read_yaml(file);
+	const YAML::Node maps = root.IsMap() ? root["maps"] : YAML::Node();
+	if (!maps.IsMap() || maps.size() == 0)
+		throw std::runtime_error("the key 'maps' is missing or names no map; list them below it");
+	std::vector<AtlasEntry> entries;
+	std::set<std::string> names;
+	for (const auto& item : maps)
+	{
+		const std::string& name = item.first.Scalar();
+		entries.push_back(entry_of(name, item.second, fs::path(file).parent_path()));
+		if (!names.insert(name).second)
+			throw std::runtime_error("map '" + name + "' is there twice; rename one of them");
+	}
+	return entries;
+}
+
+/// Returns whether load_map() needs nothing but the file, by its name.
+bool is_map_name(const fs::path& file)
+{
+	const fs::path plain = file.extension() == ".gz" ? file.stem() : file;
+	return is_yaml_name(file.string()) || plain.extension() == ".simplemap" || plain.extension() == ".gridmap" ||
+	       plain.extension() == ".signaturemap";
+}
+
+std::vector<AtlasEntry> entries_of_folder(const std::string& folder)
+{
+	std::set<fs::path> files;
+	for (const auto& entry : fs::directory_iterator(folder))
+		if (entry.is_regular_file() && is_map_name(entry.path()) && !is_atlas(entry.path().string()))
+			files.insert(entry.path());
+	std::vector<AtlasEntry> entries;
+	std::set<std::string> names;
+	for (const fs::path& file : files)
+	{
+		entries.push_back({map_name_of(file.string()), file.string(), {}});
+		check_name(entries.back().name);
+		if (!names.insert(entries.back().name).second)
+			throw std::runtime_error(
+			    "holds two maps that would be called '" + entries.back().name +
+			    "'; rename one, or name the maps in an atlas.yaml");
+	}
+	if (entries.empty())
+		throw std::runtime_error(
+		    "holds no map (.yaml, .simplemap, .gridmap or .signaturemap, the last three also as .gz); name another "
+		    "folder");
+	return entries;
+}
+}  // namespace
+
+std::string map_name_of(const std::string& file)
+{
+	const fs::path path(file);
+	return (path.extension() == ".gz" ? path.stem() : path).stem().string();
+}
+
+bool is_atlas(const std::string& path)
+{
+	std::error_code error;
+	if (fs::is_directory(path, error)) return true;
+	if (!is_yaml_name(path)) return false;
+	try
+	{
+		const YAML::Node root = YAML::Load(read_text(path));
+		return root.IsMap() && root["maps"];
+	}
+	catch (const std::exception&)
+	{
+		return false;  // load_map() says what is wrong with it
+	}
+}
+
+std::vector<AtlasEntry> read_atlas(const std::string& path)
+{
+	try
+	{
+		return fs::is_directory(path) ? entries_of_folder(path) : entries_of_file(path);
+	}
+	catch (const std::exception& error)
+	{
+		throw std::runtime_error(path + ": " + error.what());
+	}
+}
+
+Atlas load_atlas(const std::string& path, const Parameters& parameters)
+{
+	std::vector<AtlasMap> maps;
+	for (const AtlasEntry& entry : read_atlas(path))
+	{
+		const Parameters own = entry.config.empty() ? parameters : load_parameters(entry.config);
+		const auto map = load_map(entry.file, own.grid);
+		try
+		{
+			maps.push_back({entry.name, std::make_shared<const Localizer>(map, own), entry.region, entry.floor});
+		}
+		catch (const std::invalid_argument& error)
+		{
+			throw std::invalid_argument(entry.file + ": " + error.what());
+		}
+	}
+	return Atlas(std::move(maps));
+}
+}  // namespace d2s1r

@@ -1,0 +1,61 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "default_index.h"
+
+#include <algorithm>
+
+#include "map/free_cells.h"
+#include "ranges/wall_surface.h"
+
+namespace d2s1r
+{
+namespace
+{
+bool may_be_smeared(const WallMeasure& walls, const Grid& grid)
+{
+	return walls.surface_depth > 0.5 * grid.cell_size;
+}
+}  // namespace
+
+int count_readings(const Grid& grid)
+{
+	return may_be_smeared(measure_walls(grid), grid) ? 2 : 1;
+}
+
+DefaultIndex make_default_index(const Grid& grid, const Parameters& parameters)
+{
+	DefaultIndex index;
+	const auto add_reading = [&](const Grid& read, double tolerance)
+	{
+		FreeCellParameters free_cells = parameters.free_cells;
+		free_cells.clearance = std::max(free_cells.clearance, parameters.coarse_search.clearance);
+		const Grid surfaces = with_wall_surfaces_only(read);
+		index.readings.push_back(
+		    {make_range_profiles(read, find_sensor_cells(read, free_cells), parameters.coarse_search),
+		     DistanceField(surfaces, tolerance), BeamTracer(surfaces)});
+	};
+	add_reading(grid, 0);
+	const WallMeasure walls = measure_walls(grid);
+	if (may_be_smeared(walls, grid))
+		add_reading(with_surfaces_deeper(grid, walls.surface_depth), walls.surface_tolerance());
+	return index;
+}
+
+void save(const DefaultIndex& index, IndexWriter& file)
+{
+	file(index.readings.size());
+	for (const MapReading& reading : index.readings) MapReading::fields(reading, file);
+}
+
+DefaultIndex read_default_index(IndexReader& file)
+{
+	std::size_t readings = 0;
+	file(readings);
+	DefaultIndex index;
+	for (std::size_t i = 0; i < readings; i++)
+	{
+		index.readings.emplace_back();
+		MapReading::fields(index.readings.back(), file);
+	}
+	return index;
+}
+}  // namespace d2s1r

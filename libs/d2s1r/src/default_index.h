@@ -1,0 +1,49 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <vector>
+
+#include "base/index_file.h"
+#include "coarse/range_profiles.h"
+#include "ranges/beam_tracer.h"
+#include "ranges/distance_field.h"
+
+namespace d2s1r
+{
+/// One reading of a map, in which the default method looks scans up.
+struct MapReading
+{
+	RangeProfiles profiles;  //!< for the coarse search
+	DistanceField field;     //!< for refinement and scores
+	BeamTracer tracer;       //!< for scores
+
+	/// Lists what an index file holds of the reading.
+	template <class Self, class File>
+	static void fields(Self& self, File& file)
+	{
+		RangeProfiles::fields(self.profiles, file);
+		DistanceField::fields(self.field, file);
+		BeamTracer::fields(self.tracer, file);
+	}
+};
+
+/// The index of the default method: the map as it is drawn and, if its walls are so thick that it may have been
+/// smeared, the map with their surfaces deeper inside the walls, too. Only scans can tell which of the two is right.
+struct DefaultIndex
+{
+	std::vector<MapReading> readings;  //!< at least one; the map as it is drawn comes first
+};
+
+/// Reads an index that save() wrote.
+DefaultIndex read_default_index(IndexReader& file);
+
+/// Writes an index.
+void save(const DefaultIndex& index, IndexWriter& file);
+
+/// Returns how many readings a map has: two if its walls are so thick that it may have been smeared.
+int count_readings(const Grid& grid);
+
+/// Builds the index of a map.
+/// \throws std::invalid_argument if a sensor can stand nowhere
+DefaultIndex make_default_index(const Grid& grid, const Parameters& parameters);
+}  // namespace d2s1r
