@@ -54,7 +54,7 @@ This package contains the headers, the CMake package and the pkg-config file.")
 
 set(CPACK_DEBIAN_TOOLS_PACKAGE_NAME d2s1r-tools)
 set(CPACK_DEBIAN_TOOLS_PACKAGE_SECTION science)
-set(CPACK_DEBIAN_TOOLS_PACKAGE_SUGGESTS "mrpt-apps, mrpt-common")
+set(CPACK_DEBIAN_TOOLS_PACKAGE_SUGGESTS "mrpt-apps, mrpt-common, snakemake")
 set(CPACK_DEBIAN_TOOLS_DESCRIPTION "${method}
 .
 This package contains rawlog-localize, which localizes the scans of a recorded

@@ -18,9 +18,10 @@ WALLS = [(0, 0, 12, 0.2), (0, 8.8, 12, 9), (0, 0, 0.2, 9), (11.8, 0, 12, 9), (4,
          (2.4, 7.9, 3.1, 8.4), (10.2, 1.1, 10.9, 2.9)]  # x0, y0, x1, y1 [m] from the lower left corner
 
 
-def occupied_cells():
+def occupied_cells(boxes=()):
+    """The walls, and more boxes: x0, y0, x1, y1 [m] from the lower left corner."""
     cells = np.zeros((round(9 / CELL), round(12 / CELL)), dtype=bool)
-    for x0, y0, x1, y1 in WALLS:
+    for x0, y0, x1, y1 in (*WALLS, *boxes):
         cells[round(y0 / CELL):round(y1 / CELL), round(x0 / CELL):round(x1 / CELL)] = True
     return cells
 
@@ -42,10 +43,10 @@ def ranges_at(occupied, robot):
 class World:
     """A map and a drive of 100 frames through it, as arrays and as the files that the program reads."""
 
-    def __init__(self, folder, spoiled=False):
+    def __init__(self, folder, spoiled=False, boxes=()):
         """In a spoiled drive every tenth scan is of another place or sees only what is near."""
         self.folder = folder
-        self.occupied = occupied_cells()
+        self.occupied = occupied_cells(boxes)
         turn = np.linspace(0, 2 * math.pi, 100)
         self.robots = np.stack([5 + 1.2 * np.cos(turn), 5.4 + 1.2 * np.sin(turn), turn + math.pi / 2 - 2 * math.pi], 1)
         self.scans = [ranges_at(self.occupied, robot) for robot in self.robots]
