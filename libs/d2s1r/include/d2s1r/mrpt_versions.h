@@ -24,7 +24,12 @@ namespace mrpt::opengl
 {
 class CRenderizable;
 class CSetOfObjects;
+#if __has_include(<mrpt/opengl/Scene.h>)  // COpenGLScene is another name of it in later versions of MRPT 2
+class Scene;
+using COpenGLScene = Scene;
+#else
 class COpenGLScene;
+#endif
 }  // namespace mrpt::opengl
 #endif
 
