@@ -187,17 +187,17 @@ double promise_of(const std::vector<Candidate>& candidates, const SearchedMap& m
 /// search through all maps, as if they were one, finds. They keep their order.
 std::vector<std::size_t> promising_maps(const Scan& scan, const std::vector<SearchedMap>& maps)
 {
-	constexpr int kPairs = 3, kCandidates = 2;  // [-] times as many for all maps as for one
+	constexpr int kTimes = 2;  // [-] times as many pairs and candidates for all maps as the first look has for one
 	std::vector<std::size_t> numbers(maps.size());
 	std::iota(numbers.begin(), numbers.end(), std::size_t{0});
 	if (maps.size() <= kMostSearched) return numbers;
-	CoarseSearchParameters for_all = maps.front().parameters.coarse_search;
-	for_all.max_pairs *= kPairs;
-	for_all.candidates *= kCandidates;
+	std::vector<CoarseSearchParameters> parameters;
+	for (const SearchedMap& map : maps) parameters.push_back(for_first_look(map.parameters).coarse_search);
+	parameters.front().max_pairs *= kTimes;
+	parameters.front().candidates *= kTimes;
 	std::vector<CoarseSearchIn> in;
-	for (const SearchedMap& map : maps)
-		in.push_back(
-		    {map.index.readings.front().profiles, in.empty() ? for_all : map.parameters.coarse_search, map.prior});
+	for (std::size_t map = 0; map < maps.size(); map++)
+		in.push_back({maps[map].index.readings.front().profiles, parameters[map], maps[map].prior});
 	const auto candidates = coarse_search(in, scan);
 	const BeamSubset few = few_beams(scan);
 	std::vector<double> promise;
