@@ -175,11 +175,9 @@ class Writer
 	{
 		const Scan scan = make_scan(observation, parameters_.scan);
 		const mrpt::system::CTicTac watch;
-		Localization result = no_place(Status::kRejected, "the sensor is covered");
-		if (!scan.valid())
-			result = no_place(Status::kInvalid, why_invalid(scan));
-		else if (!is_covered(scan, parameters_.scan))
-			result = localize_default(scan, index_, parameters_, {});
+		const Prior anywhere;
+		const Localization result = scan.valid() ? localize_default(scan, {{index_, parameters_, anywhere}}, 0).answer
+		                                         : no_place(Status::kInvalid, why_invalid(scan));
 		const double total_ms = 1e3 * watch.Tac();
 		Errors errors;
 		if (truth && !result.hypotheses.empty()) errors = errors_of(result.best().pose.asTPose(), *truth);
