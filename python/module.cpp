@@ -381,29 +381,32 @@ void bind_localizer(py::module_& module)
 	        "Returns all parameters with units and meanings as the text of an ini file.");
 }
 
+std::unique_ptr<Atlas> atlas_of(
+    const std::map<std::string, std::shared_ptr<Localizer>>& localizers,
+    const std::map<std::string, std::array<double, 4>>& regions)
+{
+	std::vector<AtlasMap> maps;
+	for (const auto& [name, localizer] : localizers)
+	{
+		const auto region = regions.find(name);
+		maps.push_back({name, localizer, region == regions.end() ? Prior() : prior_of(region->second)});
+	}
+	for (const auto& [name, region] : regions)
+		if (localizers.count(name) == 0)
+			throw std::invalid_argument("Atlas: there is a region for '" + name + "', which is no map");
+	return std::make_unique<Atlas>(std::move(maps));
+}
+
+std::unique_ptr<Atlas> load_atlas_of(const py::object& file, const py::object& given)
+{
+	const auto path = py::module_::import("os").attr("fspath")(file).cast<std::string>();
+	const Parameters parameters = parameters_of(given);
+	const py::gil_scoped_release release;
+	return std::make_unique<Atlas>(load_atlas(path, parameters));
+}
+
 void bind_atlas(py::module_& module)
 {
-	const auto make = [](const std::map<std::string, std::shared_ptr<Localizer>>& localizers,
-	                     const std::map<std::string, std::array<double, 4>>& regions)
-	{
-		std::vector<AtlasMap> maps;
-		for (const auto& [name, localizer] : localizers)
-		{
-			const auto region = regions.find(name);
-			maps.push_back({name, localizer, region == regions.end() ? Prior() : prior_of(region->second)});
-		}
-		for (const auto& [name, region] : regions)
-			if (localizers.count(name) == 0)
-				throw std::invalid_argument("Atlas: there is a region for '" + name + "', which is no map");
-		return std::make_unique<Atlas>(std::move(maps));
-	};
-	const auto load_file = [](const py::object& file, const py::object& given)
-	{
-		const auto path = py::module_::import("os").attr("fspath")(file).cast<std::string>();
-		const Parameters parameters = parameters_of(given);
-		const py::gil_scoped_release release;
-		return std::make_unique<Atlas>(load_atlas(path, parameters));
-	};
 	const auto answer = [](const Atlas& self, const Floats& ranges, double angle_min, double angle_increment,
 	                       double max_range, const std::vector<double>& sensor_pose, double min_range,
 	                       double time_budget)
@@ -423,12 +426,12 @@ void bind_atlas(py::module_& module)
 	    module, "Atlas",
 	    "Tells in which of several maps, and where there, a scan was taken. It is constant once it is made.")
 	    .def(
-	        py::init(make), "localizers"_a, "regions"_a = std::map<std::string, std::array<double, 4>>{},
+	        py::init(&atlas_of), "localizers"_a, "regions"_a = std::map<std::string, std::array<double, 4>>{},
 	        "    localizers: dict of Localizer by the name of its map.\n"
 	        "    regions: dict of boxes between corners (x0, y0, x1, y1) [m] that the robot is in, for some of the "
 	        "maps.")
 	    .def_static(
-	        "load", load_file, "path"_a, "parameters"_a = py::none(),
+	        "load", &load_atlas_of, "path"_a, "parameters"_a = py::none(),
 	        "Loads the maps of an atlas.yaml or of a folder, and builds their indices.\n\n"
 	        "    parameters: as for Localizer, of the maps without a file of their own.\n\n"
 	        "Raises RuntimeError or ValueError that names the file and what is wrong with it.")

@@ -11,29 +11,6 @@ namespace d2s1r
 {
 namespace
 {
-/// Returns the same parameters for a share [-] of the effort of refinement and scoring, rounded up.
-Parameters with_share_of_effort(Parameters parameters, double share)
-{
-	auto& refinement = parameters.refinement;
-	for (int* count :
-	     {&refinement.max_scored, &refinement.max_refined, &refinement.max_restarted, &refinement.max_polished,
-	      &refinement.max_compared})
-		*count = static_cast<int>(std::ceil(share * *count));
-	return parameters;
-}
-
-/// Returns the parameters of the smaller search that comes first.
-Parameters for_first_look(const Parameters& parameters)
-{
-	const double effort = parameters.first_look.effort, margins = parameters.first_look.margins;
-	Parameters first = with_share_of_effort(parameters, effort);
-	auto& coarse = first.coarse_search;
-	for (int* count : {&coarse.max_pairs, &coarse.candidates}) *count = static_cast<int>(std::ceil(effort * *count));
-	coarse.overview_missing *= effort;
-	for (double* margin : {&coarse.overview_margin, &coarse.margin}) *margin *= margins;
-	return first;
-}
-
 /// One of the searches that are made, one after the other, until the answer is clear.
 struct Look
 {

@@ -10,6 +10,27 @@
 
 namespace d2s1r
 {
+Parameters with_share_of_effort(Parameters parameters, double share)
+{
+	auto& refinement = parameters.refinement;
+	for (int* count :
+	     {&refinement.max_scored, &refinement.max_refined, &refinement.max_restarted, &refinement.max_polished,
+	      &refinement.max_compared})
+		*count = static_cast<int>(std::ceil(share * *count));
+	return parameters;
+}
+
+Parameters for_first_look(const Parameters& parameters)
+{
+	const double effort = parameters.first_look.effort, margins = parameters.first_look.margins;
+	Parameters first = with_share_of_effort(parameters, effort);
+	auto& coarse = first.coarse_search;
+	for (int* count : {&coarse.max_pairs, &coarse.candidates}) *count = static_cast<int>(std::ceil(effort * *count));
+	coarse.overview_missing *= effort;
+	for (double* margin : {&coarse.overview_margin, &coarse.margin}) *margin *= margins;
+	return first;
+}
+
 namespace
 {
 /// Drops the candidates that cost more than the best one in another map by as much as none may in one map.
@@ -49,15 +70,15 @@ double promise_of(const std::vector<Candidate>& candidates, const SearchedMap& m
 
 std::vector<SearchedMap> promising_maps(const Scan& scan, const std::vector<SearchedMap>& maps)
 {
-	constexpr int kPairs = 3, kCandidates = 2;  // [-] times as many for all maps as for one
+	constexpr int kTimes = 2;  // [-] times as many pairs and candidates for all maps as the first look has for one
 	if (maps.size() <= kMostSearched) return maps;
-	CoarseSearchParameters for_all = maps.front().parameters.coarse_search;
-	for_all.max_pairs *= kPairs;
-	for_all.candidates *= kCandidates;
+	std::vector<CoarseSearchParameters> parameters;
+	for (const SearchedMap& map : maps) parameters.push_back(for_first_look(map.parameters).coarse_search);
+	parameters.front().max_pairs *= kTimes;
+	parameters.front().candidates *= kTimes;
 	std::vector<CoarseSearchIn> in;
-	for (const SearchedMap& map : maps)
-		in.push_back(
-		    {map.index.readings.front().profiles, in.empty() ? for_all : map.parameters.coarse_search, map.prior});
+	for (std::size_t map = 0; map < maps.size(); map++)
+		in.push_back({maps[map].index.readings.front().profiles, parameters[map], maps[map].prior});
 	const auto candidates = coarse_search(in, scan);
 	const BeamSubset few = few_beams(scan);
 	std::vector<double> promise;
