@@ -30,7 +30,6 @@ const std::map<std::string, int> kStages = {{"base", 0},      {"scan", 1},   {"m
 /// The stage of each public header that is not named like its folder.
 const std::map<std::string, std::string> kStageOfHeader = {
     {"parameters.h", "base"},
-    {"mrpt_versions.h", "base"},
     {"scan.h", "scan"},
     {"scan_accumulator.h", "scan"},
     {"grid.h", "map"},

@@ -5,7 +5,7 @@
 #include "picture/canvas.h"
 #include "picture/map_view.h"
 
-#include <d2s1r/mrpt_versions.h>
+#include <d2s1r/version.h>
 
 #include D2S1R_DRAWING(CEllipsoid2D.h)
 #include D2S1R_DRAWING_SCENE

@@ -3,7 +3,7 @@
 
 #include <d2s1r/likelihood_field.h>
 #include <d2s1r/localizer.h>
-#include <d2s1r/mrpt_versions.h>
+#include <d2s1r/version.h>
 #include <mrpt/maps/CMetricMap.h>
 
 #include <cstdint>

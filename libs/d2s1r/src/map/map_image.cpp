@@ -1,7 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "map/map_image.h"
 
-#include <d2s1r/mrpt_versions.h>
+#include <d2s1r/version.h>
 #include <mrpt/core/format.h>
 #include <mrpt/img/CImage.h>
 
