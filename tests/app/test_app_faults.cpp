@@ -69,6 +69,65 @@ TEST_F(AppFaults, AReadErrorIsNotTakenForTheEndOfTheGroundTruth)
 	    {"cannot be read to its end (Is a directory)"});
 }
 
+TEST_F(AppFaults, AReadErrorInALogOrImageIsTold)
+{
+	save_image("hall.pgm", 120);
+	for (const char* name : {"hall.pgm", "walk.rawlog", "flat.gridmap.gz"})
+	{
+		const bool is_image = std::string(name) == "hall.pgm";
+		Words arguments = words(is_image ? name : "flat.gridmap.gz", {"-q"});
+		if (is_image) arguments.insert(arguments.end(), {"--resolution", "0.1"});
+		const auto size = fs::file_size(path(name));
+		const auto cases = static_cast<std::uintmax_t>(fault_cases(4, 70));
+		for (std::uintmax_t i = 0; i < cases; i++)
+		{
+			fs::remove_all(path("out"));
+			const auto byte = i * size / cases;
+			const auto result =
+			    run_failing("D2S1R_FAIL_READ=/" + std::string(name) + ":" + std::to_string(byte), arguments);
+			EXPECT_EQ(result.status, 2) << name << " at byte " << byte;
+			EXPECT_EQ(lines_of(result.err).size(), 1U) << result.err << name << " at byte " << byte;
+			EXPECT_NE(result.err.find(path(name)), std::string::npos) << result.err;
+			if (!fs::exists(path("out"))) continue;  // frames before the error are kept
+			EXPECT_EQ(std::string(name), "walk.rawlog") << byte;
+			EXPECT_TRUE(fs::exists(path("out/summary.json"))) << byte;
+		}
+	}
+}
+
+TEST_F(AppFaults, InputsThatChangeDuringTheRunCostALineAtMost)
+{
+	const std::string log = read_file(path("walk.rawlog")), map = read_file(path("flat.gridmap.gz"));
+	const int cases = fault_cases(6, 60);
+	for (int i = 0; i < cases; i++)
+	{
+		fs::remove_all(path("out"));
+		write_file(path("walk.rawlog"), log);
+		write_file(path("flat.gridmap.gz"), map);
+		Process process = start(words("flat.gridmap.gz", {"-q"}));
+		std::this_thread::sleep_for(std::chrono::milliseconds(40 + 13 * i % 300));
+		switch (i % 3)
+		{
+			case 0:
+				fs::resize_file(path("walk.rawlog"), log.size() * static_cast<std::size_t>(1 + i % 7) / 9);
+				break;
+			case 1:
+				write_file(path("walk.rawlog"), log.substr(log.size() / 3) + log);
+				break;
+			default:
+				fs::remove(path("walk.rawlog"));
+				write_file(path("flat.gridmap.gz"), map.substr(map.size() / 2));
+		}
+		const auto result = process.wait();
+		EXPECT_TRUE(result.status == 0 || result.status == 2)
+		    << result.status << ": " << result.err << " in case " << i;
+		EXPECT_EQ(lines_of(result.err).size(), result.status == 0 ? 0U : 1U) << result.err << " in case " << i;
+		EXPECT_EQ(result.err.find("defect"), std::string::npos) << result.err << " in case " << i;
+		const bool is_whole = !fs::exists(path("out")) || fs::exists(path("out/summary.json"));
+		EXPECT_TRUE(is_whole) << "in case " << i;
+	}
+}
+
 TEST_F(AppFaults, AnAllocationThatFailsIsToldAsThat)
 {
 	run_failing("D2S1R_COUNT_NEW=" + path("count"), words("flat.gridmap.gz", {"-q"}));
