@@ -155,12 +155,17 @@ ExitStatus localize(
 	report.selected_frames = selection.size();
 
 	const mrpt::system::CTicTac watch;
-	const LoopResult loop = localize_frames(
+	LoopResult loop = localize_frames(
 	    log, report, selection, atlas ? &*atlas : nullptr, backend, outputs ? &*outputs : nullptr, console);
 	if (loop.frames == 0 && interrupted())
 	{
 		console.say(kInterruptedEarly);
 		return kInterrupted;
+	}
+	if (loop.frames < selection.size() && loop.damage.empty() && !interrupted() && !flags.is_live())
+	{
+		loop.damage = "holds fewer scans than when the run began; run again when nothing writes to it";
+		if (loop.frames == 0) throw UserError(kBadInput, flags.rawlog, loop.damage);
 	}
 	report.localization_seconds = watch.Tac();
 	if (needs_diagnosis(report)) report.diagnosis = diagnose(log, selection, flags, map->localizer(), truth);

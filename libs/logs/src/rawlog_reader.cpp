@@ -157,7 +157,9 @@ ProcessLimits limits_of_survey(const std::string& file)
 	constexpr std::uint64_t kMemory = 900'000'000;    // [byte]
 	constexpr std::uintmax_t kPerSecond = 1'000'000;  // [byte / s]
 	constexpr unsigned kSeconds = 60;
-	return {kMemory, kSeconds + static_cast<unsigned>(std::filesystem::file_size(file) / kPerSecond)};
+	std::error_code error;
+	const std::uintmax_t size = std::filesystem::file_size(file, error);
+	return {kMemory, kSeconds + (error ? 0 : static_cast<unsigned>(size / kPerSecond))};
 }
 }  // namespace
 
