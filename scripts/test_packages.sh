@@ -14,7 +14,6 @@ with_tests=
 if [ "${1:-}" = --tests ]; then with_tests=yes; shift; fi
 [ $# -gt 0 ] || set -- bookworm trixie
 roots=${D2S1R_ROOTS:-/var/tmp/d2s1r-roots}
-datasets=/usr/share/mrpt/datasets
 mkdir -p "$roots"
 
 say() { echo "$(date +%H:%M:%S) $release: $*"; }
@@ -79,7 +78,7 @@ try_packages() {
   cp tests/package/{print_scans.cpp,localize_demo.py,use_prefix.sh} "$roots/$root/tests"
   names=$(for package in "$roots/$root/packages/"*.deb; do dpkg-deb --field "$package" Package; done)
 
-  install "$root" $(cd "$roots/$root" && ls ./packages/*.deb)
+  quietly in_root "$root" sh -c 'apt-get -y install --no-install-recommends /packages/*.deb'
   install "$root" mrpt-common mrpt-apps g++ cmake make pkg-config
   use_packages "$root"
   # shellcheck disable=SC2086  # the names are words

@@ -10,7 +10,8 @@ namespace d2s1r::test
 /// All that a result says, but for the times.
 inline std::vector<double> numbers_of(const Localization& result)
 {
-	std::vector<double> numbers{static_cast<double>(result.status), result.confidence, result.relative_entropy.value_or(0)};
+	std::vector<double> numbers{
+	    static_cast<double>(result.status), result.confidence, result.relative_entropy.value_or(0)};
 	for (const Hypothesis& hypothesis : result.hypotheses)
 	{
 		numbers.insert(
