@@ -26,9 +26,9 @@ namespace
 /// Compares all beams with the profiles of all positions of the groups. It adds what is allowed, and costlier than the
 /// cheapest by the margin at most.
 /// \param first number of the first position of the map among those of all
-/// \param most [step] cost beyond which no pair is added; it is lowered
+/// \param most_of_all [step] cost beyond which no pair is added; it is lowered
 void search_profiles(
-    const MapToSearch& map, const std::vector<Pair>& of_groups, std::int32_t first_position, std::uint32_t& most,
+    const MapToSearch& map, const std::vector<Pair>& of_groups, std::int32_t first_position, std::uint32_t& most_of_all,
     std::vector<Pair>& pairs)
 {
 	constexpr std::size_t kAhead = 16;
@@ -40,6 +40,7 @@ void search_profiles(
 	const auto group_of = [&](std::size_t m) { return static_cast<std::size_t>(of_groups[m].position); };
 	const auto margin =
 	    static_cast<std::uint32_t>(parameters.margin * std::sqrt(static_cast<double>(scan.observed.size())));
+	std::uint32_t most = most_of_all;
 	for (std::size_t m = 0; m < of_groups.size(); m++)
 	{
 		if (m + 2 * kAhead < of_groups.size()) __builtin_prefetch(&first_of_group[group_of(m + 2 * kAhead)]);
@@ -54,13 +55,13 @@ void search_profiles(
 		row_costs(rows_of(group), count, turned_scan, costs.data());
 		for (std::size_t i = 0; i < count; i++)
 		{
-			Pair pair{static_cast<std::int32_t>(first + i), of_groups[m].shift, costs[i]};
-			if (pair.cost > most || !allowed.allows(pair)) continue;
-			most = std::min(most, pair.cost + margin);
-			pair.position += first_position;
-			pairs.push_back(pair);
+			const auto position = static_cast<std::int32_t>(first + i);
+			if (costs[i] > most || !allowed.allows({position, of_groups[m].shift, costs[i]})) continue;
+			most = std::min(most, costs[i] + margin);
+			append({position + first_position, of_groups[m].shift, costs[i]}, pairs);
 		}
 	}
+	most_of_all = most;
 }
 
 /// Returns whether a scan is quantized alike for two maps.
@@ -113,6 +114,7 @@ struct Numbers
 	/// Returns the number of the map that the group or position `number` is of.
 	static std::size_t map_of(const std::vector<std::size_t>& first, std::int32_t number)
 	{
+		if (first.size() == 2) return 0;
 		const auto after = std::upper_bound(first.begin(), first.end(), static_cast<std::size_t>(number));
 		return static_cast<std::size_t>(after - first.begin()) - 1;
 	}

@@ -78,7 +78,7 @@ int most_missing(const GroupsOfMap& of, double least)
 /// Compares a few beams with the overviews of some groups of a map at all shifts.
 void look_at(const GroupsOfMap& of, const std::vector<std::int32_t>& groups, CheapestPairs& cheapest)
 {
-	const RangeProfiles& profiles = of.map->profiles;
+	const auto& [profiles, scan, parameters, allowed] = *of.map;
 	constexpr std::size_t kTogether = 32;
 	const auto directions = static_cast<std::size_t>(profiles.directions);
 	const std::size_t stride = 2 * directions + RangeProfiles::kBlock;
@@ -99,10 +99,9 @@ void look_at(const GroupsOfMap& of, const std::vector<std::int32_t>& groups, Che
 		const std::size_t cheap = find_cheap_pairs(rows.data(), last - first, of.few, cheapest.most(), found.data());
 		for (std::size_t i = 0; i < cheap; i++)
 		{
-			Pair pair{groups[first + found[i].row], found[i].shift, found[i].cost};
-			if (!of.map->allowed.allows_any(pair)) continue;
-			pair.position += of.first;
-			cheapest.add(pair);
+			const std::int32_t group = groups[first + found[i].row];
+			if (allowed.allows_any({group, found[i].shift, found[i].cost}))
+				cheapest.add({group + of.first, found[i].shift, found[i].cost});
 		}
 		cheapest.lower_limit();
 	}
