@@ -159,6 +159,7 @@ void add_zeros(const Readings& readings, const ScanParameters& parameters, std::
 	}
 	mistakes.push_back(mistake);
 }
+
 /// Returns whether a scan has a beam in the same direction that ends in the same way.
 bool is_same_in(const Scan& scan, const Beam& beam)
 {

@@ -40,7 +40,8 @@ struct Mistake
 	bool toggles_zeros = false;  //!< whether scan.zero_is_no_return is the other way round
 	std::string other_laser{};   //!< label of the laser whose scans are tried; empty: that of the run
 	bool mirrors = false;        //!< whether scans or image are mirrored: the odometry tells which of them
-	/// Whether it shows in the beams that are read in another way without it, wherever the scans are found.
+	/// Whether the map can show it: some beams are read in another way without the mistake, and the walls around the
+	/// places where scans are found confirm or contradict that.
 	bool changes_beams = false;
 };
 

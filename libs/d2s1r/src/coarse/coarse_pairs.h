@@ -18,8 +18,8 @@ struct Pair
 	std::uint32_t cost;     //!< [step], for a group [2 steps]; lower is better
 };
 
-/// Appends a pair number by number: what push_back() copies in eight bytes at once has just been written in four, which
-/// a processor waits for.
+/// Appends a pair number by number. push_back() would load eight bytes at once that have just been stored four by four,
+/// and the processor would wait for these stores.
 inline void append(const Pair& pair, std::vector<Pair>& pairs)
 {
 	Pair& appended = pairs.emplace_back();
