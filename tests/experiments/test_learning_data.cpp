@@ -185,8 +185,7 @@ TEST_F(LearningData, TermsOfComparedPlacesSumUpToTheirLogLikelihood)
 	const auto lines = lines_of(unpacked.out);
 	ASSERT_GT(lines.size(), 30U);
 	const d2s1r::BeamModel model;
-	const std::vector<double> weights{model.on_wall,      model.near_wall,         model.beside_wall,
-	                                  model.off_wall,     model.off_wall_near,     model.in_unknown,
+	const std::vector<double> weights{model.on_wall,      model.off_wall,          model.in_unknown,
 	                                  model.log_range,    model.through_wall,      model.unknown_metre,
 	                                  model.off_wall_run, model.no_return_at_wall, model.depth_edge};
 	for (std::size_t i = 1; i < lines.size(); i++)
@@ -194,8 +193,8 @@ TEST_F(LearningData, TermsOfComparedPlacesSumUpToTheirLogLikelihood)
 		std::vector<double> numbers;
 		std::istringstream words(lines[i]);
 		for (std::string word; std::getline(words, word, ',');) numbers.push_back(std::stod(word));
-		ASSERT_EQ(numbers.size(), 9 + weights.size());
-		const double sum = std::inner_product(weights.begin(), weights.end(), numbers.begin() + 9, 0.0);
+		ASSERT_EQ(numbers.size(), 10 + weights.size());
+		const double sum = std::inner_product(weights.begin(), weights.end(), numbers.begin() + 10, 0.0);
 		EXPECT_NEAR(sum, numbers[3], 1e-3 * (1 + std::abs(numbers[3]))) << lines[i];
 	}
 }

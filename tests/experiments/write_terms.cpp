@@ -10,9 +10,10 @@
 // another place than the map. Scans that it does not tell of are left out.
 //
 // TERMS.csv.gz has a line for each place that is compared in the whole search, best first, with what learn.py learns
-// from: the terms that the weights of BeamModel multiply, and the Score. Frames in which no place is right have one
-// more line, `added`, of the place at the truth. Then FRAMES.csv has four more columns: whether the truth is among the
-// candidates (0.4 m, 8 deg), the settled poses, the shortlist and the refined poses (0.35 m, 6 deg).
+// from: the terms that the weights of BeamModel multiply, the Score, and the tolerance [m] of the walls. Frames in
+// which no place is right have one more line, `added`, of the place at the truth. Then FRAMES.csv has four more
+// columns: whether the truth is among the candidates (0.4 m, 8 deg), the settled poses, the shortlist and the refined
+// poses (0.35 m, 6 deg).
 #include <d2s1r/grid.h>
 #include <d2s1r/map_io.h>
 #include <mrpt/io/CFileGZInputStream.h>
@@ -165,7 +166,7 @@ class Writer
 		frames_ << "status,confidence,right,position_error,yaw_error,total_ms";
 		if (with_terms) frames_ << ",in_candidates,in_settled,in_shortlist,in_refined";
 		frames_ << '\n';
-		terms_ << "frame,right,added,log_likelihood,explained,in_front,unexplained,depth_edges,surfaces";
+		terms_ << "frame,right,added,log_likelihood,explained,in_front,unexplained,depth_edges,surfaces,tolerance";
 		for (const Term& term : all_terms_) terms_ << ',' << term.key;
 		terms_ << '\n';
 	}
@@ -200,8 +201,9 @@ class Writer
 		const auto errors = [&](const TPose2D& sensor)
 		{ return truth ? errors_of(sensor + robot_on_sensor, *truth) : Errors{}; };
 		const BeamSubset all = all_beams(scan);
-		Comparison comparison =
-		    compare(scan, coarse_search(index_.readings.back().profiles, scan, parameters_.coarse_search), errors);
+		Comparison comparison;
+		for (const MapReading& map : index_.readings)
+			compare(scan, map, coarse_search(map.profiles, scan, parameters_.coarse_search), errors, comparison);
 		frames_ << ',' << comparison.in_candidates << ',' << comparison.in_settled << ',' << comparison.in_shortlist
 		        << ',' << comparison.in_refined;
 		bool is_found = false;
@@ -213,15 +215,21 @@ class Writer
 			add_line(all, place, is_right, false);
 		}
 		if (!truth || is_found) return;
-		for (const Place& place : compare(scan, {Candidate{*truth + scan.sensor_on_robot}}, errors).places)
+		Comparison at_truth;
+		for (const MapReading& map : index_.readings)
+			compare(scan, map, {Candidate{*truth + scan.sensor_on_robot}}, errors, at_truth);
+		for (const Place& place : at_truth.places)
 			if (errors(place.pose).are_right()) return add_line(all, place, true, true);
 	}
 
+	/// Adds what is found in a reading of the map to `comparison`.
 	/// \param errors function of the sensor's pose
 	template <class ErrorsAt>
-	Comparison compare(const Scan& scan, const std::vector<Candidate>& candidates, const ErrorsAt& errors) const
+	void compare(
+	    const Scan& scan, const MapReading& map, const std::vector<Candidate>& candidates, const ErrorsAt& errors,
+	    Comparison& comparison) const
 	{
-		const auto& [profiles, field, tracer] = index_.readings.back();
+		const auto& [profiles, field, tracer] = map;
 		const BeamSubset few = few_beams(scan), many = many_beams(scan), all = all_beams(scan);
 		const auto settled = settle(field, few, candidates, parameters_.refinement);
 		const auto shortlist = make_shortlist(tracer, field, few, settled, parameters_);
@@ -231,25 +239,25 @@ class Writer
 			const auto is_near = [&](const auto& at) { return errors(at.pose).are_within(metres, degrees); };
 			return std::any_of(poses.begin(), poses.end(), is_near);
 		};
-		Comparison comparison;
-		comparison.in_candidates = is_in(candidates, 0.4, 8);
-		comparison.in_settled = comparison.in_candidates && is_in(settled, 0.35, 6);
-		comparison.in_shortlist = comparison.in_settled && is_in(shortlist, 0.35, 6);
-		comparison.in_refined = comparison.in_shortlist && is_in(refined, 0.35, 6);
-		comparison.places = find_places(tracer, field, scan, all, refined, {}, parameters_);
-		return comparison;
+		comparison.in_candidates |= is_in(candidates, 0.4, 8);
+		comparison.in_settled |= is_in(settled, 0.35, 6);
+		comparison.in_shortlist |= is_in(shortlist, 0.35, 6);
+		comparison.in_refined |= is_in(refined, 0.35, 6);
+		comparison.places = merged_places(
+		    std::move(comparison.places), find_places(tracer, field, scan, all, refined, {}, parameters_),
+		    parameters_.scoring);
 	}
 
 	void add_line(const BeamSubset& all, const Place& place, bool is_right, bool is_added)
 	{
 		const Score& s = place.score;
+		const auto is_its = [&](const MapReading& map) { return map.field.tolerance() == place.tolerance; };
+		const MapReading& map = *std::find_if(index_.readings.begin(), index_.readings.end(), is_its);
 		terms_ << frame_ << ',' << is_right << ',' << is_added << ',' << s.log_likelihood << ',' << s.explained << ','
-		       << s.in_front << ',' << s.unexplained << ',' << s.depth_edges << ',' << s.segments;
+		       << s.in_front << ',' << s.unexplained << ',' << s.depth_edges << ',' << s.segments << ','
+		       << place.tolerance;
 		for (const Term& term : all_terms_)
-			terms_ << ','
-			       << score(
-			              index_.readings.back().tracer, index_.readings.back().field, all, place.scored_at, term.alone)
-			              .log_likelihood;
+			terms_ << ',' << score(map.tracer, map.field, all, place.scored_at, term.alone).log_likelihood;
 		terms_ << '\n';
 	}
 

@@ -34,7 +34,7 @@ import tables  # noqa: E402
 PROJECT = pathlib.Path(__file__).resolve().parents[3]
 # What learning starts from: plain numbers, so that the result does not depend on what was learned before.
 START_BEAM_MODEL = {"on_wall": 0.2, "off_wall": -0.2, "through_wall": -0.2, "log_range": 0.1, "off_wall_run": -0.2, "depth_edge": 1.0}
-START_TEMPERATURE = (1.0, 0.005)
+START_TEMPERATURE = {"temperature": 1.0, "temperature_by_beam": 0.005, "temperature_by_tolerance": 10.0}
 START_PRESENCE = {"bias": -10.0, "explained": 10.0, "in_front": 5.0, "log_likelihood": 0.05, "lead": 0.3, "surfaces": 1.0}
 ROUNDS = 2  # [-] of searching with weights and learning from what was found
 PULL = 1.0  # [frame] strength with which weights stay where they started
@@ -78,7 +78,7 @@ def rounded(number):
 
 def to_ini(weights, keys):
     """An ini file of what is learned, rounded."""
-    lines = ["[scoring]"] + [f"{key} = {rounded(v):g}" for key, v in zip(("temperature", "temperature_by_beam"), weights.temperature)]
+    lines = ["[scoring]"] + [f"{key} = {rounded(v):g}" for key, v in zip(START_TEMPERATURE, weights.temperature)]
     for name, values, names in (("beam_model", weights.beam_model, keys), ("presence_model", weights.presence, fitting.PRESENCE)):
         lines += ["", f"[{name}]"] + [f"{key} = {rounded(v):g}" for key, v in zip(names, values)]
     return "\n".join(lines) + "\n"
@@ -149,7 +149,7 @@ def learn_from_all(arguments, runner):
     all_sets = list(sets.of_sites(found, 5 * arguments.frames, arguments.frames)) + list(sets.on_floors(runner.folder, arguments.floors))
     all_sets += list(sets.strangers(all_sets, max(1, arguments.frames // 2)))
     runner.make_all(all_sets)
-    start = fitting.Weights(start_weights(keys, START_BEAM_MODEL), np.array(START_TEMPERATURE),
+    start = fitting.Weights(start_weights(keys, START_BEAM_MODEL), np.array(list(START_TEMPERATURE.values())),
                             start_weights(fitting.PRESENCE, START_PRESENCE))
     weights, places = learn_in_rounds(runner, all_sets, start, keys, PULL)
     ini = to_ini(weights, keys)
@@ -173,7 +173,7 @@ def learn_from_own(arguments, runner):
     defaults = runner.default_ini()
     beam_model, presence, scoring = (section(defaults, name) for name in ("beam_model", "presence_model", "scoring"))
     start = fitting.Weights(np.array(list(beam_model.values())),
-                            np.array([scoring["temperature"], scoring["temperature_by_beam"]]),
+                            np.array([scoring[key] for key in START_TEMPERATURE]),
                             np.array([presence[key] for key in fitting.PRESENCE]))
     own = sets.Set("own", "real", ("own",), arguments.map.resolve(), arguments.rawlog.resolve(),
                    arguments.ground_truth.resolve(), (), (f"frames={10 * arguments.frames}",))

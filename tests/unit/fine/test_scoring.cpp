@@ -82,28 +82,6 @@ TEST(Scoring, ChargesRunsOfNeighboursOnce)
 	EXPECT_DOUBLE_EQ(score_of({hit, miss, hit, miss}, model).log_likelihood, -2);
 }
 
-TEST(Scoring, ObjectsWithinAMetreAndAHalfAreExcusedTheMoreTheNearerTheyAre)
-{
-	BeamModel model = nothing_counts();
-	model.off_wall_near = 1;
-	Picture picture(40, "#" + std::string(98, '.') + "#");
-	const Grid grid = make_picture_grid(picture, 0.05);
-	const auto at = [&](float range)
-	{
-		Scan scan;
-		scan.field_of_view = kDegree;
-		scan.beams = {{0, range, true}};
-		return score_at(BeamTracer(grid), DistanceField(grid), scan, {1, 1, 0}, model).log_likelihood;
-	};
-	EXPECT_NEAR(at(0.6F), std::log(1.5 / 0.6), 1e-3);
-	EXPECT_NEAR(at(0.3F), std::log(1.5 / 0.5), 1e-3) << "half a metre is as near as can be";
-	EXPECT_NEAR(at(1.0F), std::log(1.5 / 1.0), 1e-3);
-	EXPECT_DOUBLE_EQ(at(1.6F), 0);
-	EXPECT_DOUBLE_EQ(at(3.95F), 0) << "at the wall";
-	EXPECT_DOUBLE_EQ(score_of({0.53F}, model).log_likelihood, 0) << "at a wall that is near";
-	EXPECT_DOUBLE_EQ(score_of({1.0F}, model).log_likelihood, 0) << "behind a wall";
-}
-
 TEST(Scoring, ABeamThatSawNothingPartsTheRunsBesideIt)
 {
 	BeamModel model = nothing_counts();
@@ -137,7 +115,7 @@ TEST(Scoring, BeamsCountByTheDegreesThatTheyStandFor)
 TEST(Scoring, ABeamThatGrazesACornerIsExplainedByTheWallBehind)
 {
 	Picture picture(40, std::string(39, '.') + "#");
-	picture[19][20] = '#';  // a post from (1, 1) to (1.05, 1.05) m
+	for (std::size_t row = 0; row < 20; row++) picture[row][20] = '#';  // a wall from (1, 1) to (1.05, 2) m
 	const Grid grid = make_picture_grid(picture, 0.05);
 	BeamModel model = nothing_counts();
 	model.through_wall = -1;

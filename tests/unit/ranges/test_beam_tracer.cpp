@@ -3,6 +3,7 @@
 
 #include "portable_simd.h"
 #include "ranges/beam_tracer.h"
+#include "ranges/wall_surface.h"
 #include "test_maps.h"
 
 namespace d2s1r::test
@@ -38,6 +39,12 @@ BeamArrays random_returns(std::mt19937& random, std::size_t count)
 		returns.range.push_back(range(random));
 	}
 	return returns;
+}
+
+Grid without_furniture(Grid grid)
+{
+	for (const CellIndex cell : find_furniture(grid)) grid.cells[static_cast<std::size_t>(cell)] = Cell::kFree;
+	return grid;
 }
 
 struct Walk
@@ -78,7 +85,7 @@ TEST_P(BeamTracing, SeesWhatLiesAlongTheBeams)
 	int beams = 0, same = 0;
 	for (const unsigned seed : {1U, 2U, 3U})
 	{
-		const Grid grid = random_grid(seed);
+		const Grid grid = random_grid(seed), walls = without_furniture(grid);
 		const BeamTracer tracer(grid);
 		std::mt19937 random(seed);
 		for (int k = 0; k < 20; k++)
@@ -92,13 +99,31 @@ TEST_P(BeamTracing, SeesWhatLiesAlongTheBeams)
 			for (std::size_t i = 0; i < returns.range.size(); i++, beams++)
 			{
 				const double angle = sensor.phi + std::atan2(returns.unit_y[i], returns.unit_x[i]);
-				const Walk walk = walk_along(grid, sensor.x, sensor.y, angle, static_cast<double>(returns.range[i]));
+				const Walk walk = walk_along(walls, sensor.x, sensor.y, angle, static_cast<double>(returns.range[i]));
 				EXPECT_NEAR(static_cast<double>(traced.unknown[i]), walk.unknown, 0.06) << sensor << " " << angle;
 				same += std::abs(static_cast<double>(traced.walls[i]) - walk.walls) < 0.05 ? 1 : 0;
 			}
 		}
 	}
 	EXPECT_GT(same, 0.985 * beams);  // steps jump over corners of cells
+}
+
+TEST_P(BeamTracing, FurnitureIsPassedButIsNoWall)
+{
+	Picture picture(30, std::string(60, '.'));
+	for (std::string& row : picture) row[40] = '#';
+	picture[15][20] = '#';
+	const BeamTracer tracer(make_picture_grid(picture, kCell));
+	const double y = (30 - 15 - 0.5) * kCell;
+	BeamArrays returns;
+	returns.unit_x.assign(8, 1), returns.unit_y.assign(8, 0);
+	returns.range = {0.4F, 1.02F, 1.3F, 1.5F, 2.02F, 2.6F, 0.1F, 0.1F};
+	TracedBeams traced;
+	tracer.trace(returns, {0.01, y, 0}, traced);
+	EXPECT_EQ(traced.walls, (std::vector<float>{0, 0, 0, 0, 0, 1, 0, 0}));
+	EXPECT_EQ(static_cast<Cell>(traced.end[1]), Cell::kOccupied) << "it is occupied all the same";
+	EXPECT_EQ(static_cast<Cell>(traced.end[2]), Cell::kFree);
+	EXPECT_EQ(static_cast<Cell>(traced.end[4]), Cell::kOccupied);
 }
 
 TEST_P(BeamTracing, ACornerCountsByTheWayThroughIt)

@@ -98,6 +98,32 @@ TEST(WallSurface, UnknownSpaceBehindAWallDoesNotMoveIt)
 	EXPECT_EQ(with_surfaces_deeper(make_picture_grid(before, 0.1), 0.06).cells, make_picture_grid(after, 0.1).cells);
 }
 
+TEST(WallSurface, FurnitureIsWhatIsSmallAndStandsApart)
+{
+	//                                         1.2 m long        0.4 m     0.1 m from it   0.2 m from both
+	const Grid grid = make_picture_grid(
+	    {"..................", ".############.....", "..................", "..................", ".####.#...#.......",
+	     "..................", ".........?#.......", ".................."},
+	    0.1);
+	std::vector<std::pair<int, int>> found;
+	for (const CellIndex cell : find_furniture(grid)) found.emplace_back(cell % grid.width, cell / grid.width);
+	std::sort(found.begin(), found.end());
+	const std::vector<std::pair<int, int>> expected{{1, 3}, {2, 3}, {3, 3}, {4, 3}, {6, 3}, {10, 1}, {10, 3}};
+	EXPECT_EQ(found, expected) << "rows count from below";
+}
+
+TEST(WallSurface, PiecesThatAreNearAreOnePiece)
+{
+	const auto count = [](const std::string& row, double cell) {
+		return find_furniture(make_picture_grid({std::string(row.size(), '.'), row}, cell)).size();
+	};
+	EXPECT_EQ(count("#.#.#.#.#.#.#.#.#.#.#.", 0.05), 0U) << "a wall that is dotted because it is far away";
+	EXPECT_EQ(count("#...#...#...#...#...#.", 0.05), 6U) << "posts";
+	EXPECT_EQ(count("###################..", 0.05), 19U);
+	EXPECT_EQ(count("####################.", 0.05), 0U) << "one metre long";
+	EXPECT_EQ(count("##..", 0.5), 0U);
+}
+
 TEST(DistanceField, IsZeroWithinTheTolerance)
 {
 	const Grid grid = make_picture_grid({"......", "..#...", "......", "......", "......"}, 0.1);

@@ -104,13 +104,10 @@ struct FirstLookParameters
 struct BeamModel
 {
 	double on_wall = 0.224;           //!< ends within 6 cm of the centre of an occupied cell
-	double near_wall = 0.028;         //!< ends further off, but within 10 cm
-	double beside_wall = -0.052;      //!< ends further off, but within 20 cm, in free space
-	double off_wall = -0.252;         //!< ends further off, in free space
-	double off_wall_near = 0.1;       //!< added for such a beam within 1.5 m: a near object hides many beams
+	double off_wall = -0.252;         //!< ends further off than 10 cm, in free space
 	double in_unknown = 0.04;         //!< ends further than 10 cm from a wall, in unknown space
 	double log_range = 0.183;         //!< by range, within 10 cm of a wall: a close wall is seen by many beams
-	double through_wall = -0.21;      //!< added for each wall passed, at most three
+	double through_wall = -0.21;      //!< added for each wall passed, at most three; not for furniture
 	double unknown_metre = -0.038;    //!< added for each metre of unknown space passed, at most three
 	double off_wall_run = -0.29;      //!< added for each run of beams off the walls that passed none: an object
 	double no_return_at_wall = -0.1;  //!< saw nothing though a wall is in the way within 20 m: glass, a dark surface
@@ -134,15 +131,16 @@ struct PresenceModel
 /// Sets the way from refined poses to hypotheses.
 struct ScoringParameters
 {
-	double distinct_distance = 0.5;      //!< [m] nearer hypotheses are one
-	double distinct_yaw = 10.0;          //!< [deg] nearer hypotheses are one
-	int hypotheses = 10;                 //!< [-] in a result, at most
-	double localized_above = 0.9;        //!< [probability] confidence of a localized frame
-	double rejected_below = 0.05;        //!< [probability] that one of the places is right, else rejected
-	double temperature = 0.9;            //!< [-] from differences of log-likelihoods to log-odds
-	double temperature_by_beam = 0.005;  //!< [-] added for each beam of 1 deg not explained
-	BeamModel beam_model;                //!< section beam_model of an ini file
-	PresenceModel presence_model;        //!< section presence_model
+	double distinct_distance = 0.5;        //!< [m] nearer hypotheses are one
+	double distinct_yaw = 10.0;            //!< [deg] nearer hypotheses are one
+	int hypotheses = 10;                   //!< [-] in a result, at most
+	double localized_above = 0.9;          //!< [probability] confidence of a localized frame
+	double rejected_below = 0.05;          //!< [probability] that one of the places is right, else rejected
+	double temperature = 0.9;              //!< [-] from differences of log-likelihoods to log-odds
+	double temperature_by_beam = 0.005;    //!< [-] added for each beam of 1 deg not explained
+	double temperature_by_tolerance = 23;  //!< [1 / m] by which it grows with the tolerance of a smeared map's walls
+	BeamModel beam_model;                  //!< section beam_model of an ini file
+	PresenceModel presence_model;          //!< section presence_model
 };
 
 /// Sets the particle filter that follows a robot from scan to scan: see CFusionBackend.

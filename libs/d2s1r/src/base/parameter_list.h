@@ -212,6 +212,9 @@ void visit_scoring(P& scoring, const Visitor& visit)
 	visit(
 	    "temperature_by_beam", scoring.temperature_by_beam, 0.0, 10.0,
 	    "[-] added to temperature for each beam of 1 deg that the best place does not explain");
+	visit(
+	    "temperature_by_tolerance", scoring.temperature_by_tolerance, 0.0, 1000.0,
+	    "[1 / m] both are multiplied by 1 + this times the tolerance of the walls, if the map is smeared");
 }
 
 template <class P, class Visitor>
@@ -220,15 +223,7 @@ void visit_beam_model(P& model, const Visitor& visit)
 	visit(
 	    "on_wall", model.on_wall, -10.0, 10.0,
 	    "[nat] for a beam that ends within 6 cm of the centre of an occupied cell");
-	visit("near_wall", model.near_wall, -10.0, 10.0, "[nat] for one that ends further off, but within 10 cm");
-	visit(
-	    "beside_wall", model.beside_wall, -10.0, 10.0,
-	    "[nat] for one that ends further off, but within 20 cm, in free space");
-	visit("off_wall", model.off_wall, -10.0, 10.0, "[nat] for one that ends further off, in free space");
-	visit(
-	    "off_wall_near", model.off_wall_near, -10.0, 10.0,
-	    "[nat] added times ln(1.5 m / range) for such a beam within 1.5 m that passed no wall; ranges count from 0.5 m "
-	    "on");
+	visit("off_wall", model.off_wall, -10.0, 10.0, "[nat] for one that ends further off than 10 cm, in free space");
 	visit(
 	    "in_unknown", model.in_unknown, -10.0, 10.0,
 	    "[nat] for a beam that ends further than 10 cm from a wall, in unknown space");
@@ -236,13 +231,14 @@ void visit_beam_model(P& model, const Visitor& visit)
 	    "log_range", model.log_range, -10.0, 10.0,
 	    "[nat] added times ln(range / 3 m) for a beam that ends within 10 cm of a wall");
 	visit(
-	    "through_wall", model.through_wall, -10.0, 10.0, "[nat] added for each wall that a beam passed, at most three");
+	    "through_wall", model.through_wall, -10.0, 10.0,
+	    "[nat] added for each wall that a beam passed, at most three; furniture, pieces of less than 1 m, is none");
 	visit(
 	    "unknown_metre", model.unknown_metre, -10.0, 10.0,
 	    "[nat] added for each metre of unknown space that a beam passed, at most three");
 	visit(
 	    "off_wall_run", model.off_wall_run, -10.0, 10.0,
-	    "[nat] for each run of neighbouring beams that end off the walls and passed none: an object");
+	    "[nat] for each run of neighbouring beams that end more than 20 cm off the walls and passed none: an object");
 	visit(
 	    "no_return_at_wall", model.no_return_at_wall, -10.0, 10.0,
 	    "[nat] for a beam that saw nothing though a wall is in its way within 20 m");

@@ -19,9 +19,8 @@ using mrpt::math::TPose2D;
 /// the best place leaves unexplained, the more of the difference is chance.
 double temperature(const Place& best, const ScoringParameters& parameters)
 {
-	constexpr double kByTolerance = 23;  // [1 / m]
 	const double of_scan = parameters.temperature + parameters.temperature_by_beam * best.score.unexplained;
-	return (1 + kByTolerance * best.tolerance) * of_scan;
+	return (1 + parameters.temperature_by_tolerance * best.tolerance) * of_scan;
 }
 
 /// Returns the likelihood [0, 1] of a place relative to that of the best one, tempered.

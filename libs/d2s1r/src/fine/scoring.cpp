@@ -37,17 +37,9 @@ BeamEnd classify_end(float distance, Cell cell, const BeamModel& model)
 	static_assert(
 	    kBesideWall < static_cast<float>(kLeastCellSize) * (DistanceField::kReachCells - 0.01F), "else nothing is off");
 	if (distance < kOnWall) return {model.on_wall, End::kWall};
-	if (distance < kNearWall) return {model.near_wall, End::kWall};
+	if (distance < kNearWall) return {0, End::kWall};
 	if (cell == Cell::kUnknown) return {model.in_unknown, End::kUnknown};
-	if (distance < kBesideWall) return {model.beside_wall, End::kBesideWall};
-	return {model.off_wall, End::kOffWall};
-}
-
-/// Returns how near an object is: the number [-] that BeamModel::off_wall_near is multiplied with.
-double nearness(float log_range)
-{
-	constexpr double kNear = -0.693;  // [-] BeamSubset::log_range of 1.5 m
-	return std::max(0.0, kNear - static_cast<double>(log_range));
+	return {model.off_wall, distance < kBesideWall ? End::kBesideWall : End::kOffWall};
 }
 
 /// Sums up the score of one scan, beam by beam.
@@ -71,7 +63,6 @@ class Sum
 		if (at_end.end == End::kWall) beam += model_.log_range * static_cast<double>(log_range);
 		const bool through = walls > kWholeCell;
 		const bool short_of_wall = at_end.end == End::kOffWall && !through;
-		if (short_of_wall) beam += model_.off_wall_near * nearness(log_range);
 		log_likelihood_ += model_beams_ * beam;
 		if (short_of_wall && !was_short_) log_likelihood_ += model_.off_wall_run;
 		const bool explained = at_end.end == End::kWall && !through;
@@ -199,8 +190,7 @@ double log_likelihood_bound(
 		const BeamEnd at_end = classify_end(field.at(x, y).value, static_cast<Cell>(ends.end[i]), model);
 		const bool on_wall = at_end.end == End::kWall;
 		const float log_range = beams.log_range[i];
-		double by_range = on_wall ? model.log_range * static_cast<double>(log_range) : 0;
-		if (at_end.end == End::kOffWall) by_range = gain(model.off_wall_near) * nearness(log_range);
+		const double by_range = on_wall ? model.log_range * static_cast<double>(log_range) : 0;
 		sum += model_beams * (at_end.log_likelihood + by_range + most_by_beam) + most_by_run;
 		if (beams.depth_edge[i] != 0 && on_wall && was_on_wall) sum += gain(model.depth_edge);
 		was_on_wall = on_wall;

@@ -10,6 +10,7 @@
 
 #include "ranges/ray_axis-inl.h"
 #include "ranges/skip_distances.h"
+#include "ranges/wall_surface.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace d2s1r
@@ -88,7 +89,8 @@ void trace_of_target(
 		const Floats in_u = hn::Min(hn::Max(end_u, map.first_u), map.last_u);
 		const Floats in_v = hn::Min(hn::Max(end_v, map.first_v), map.last_v);
 		const Ints classes = hn::And(map.bytes_at(in_u, in_v), hn::Set(kInts, (1 << BeamTracer::kClassBits) - 1));
-		hn::StoreU(classes, kInts, traced.end.data() + i);
+		const Ints occupied = hn::And(classes, hn::Set(kInts, static_cast<int>(Cell::kOccupied)));
+		hn::StoreU(hn::AndNot(hn::ShiftLeft<1>(occupied), classes), kInts, traced.end.data() + i);
 	}
 }
 }  // namespace HWY_NAMESPACE
@@ -102,7 +104,8 @@ HWY_EXPORT(trace_of_target);
 
 namespace
 {
-constexpr int kMostSkipped = 63;  //!< [cells] that fit in six bits
+constexpr int kMostSkipped = 63;           //!< [cells] that fit in six bits
+constexpr std::uint8_t kFurniture = 0b11;  //!< class of occupied cells of furniture: Cell::kOccupied and one more bit
 }  // namespace
 
 BeamTracer::BeamTracer(const Grid& grid)
@@ -121,6 +124,8 @@ BeamTracer::BeamTracer(const Grid& grid)
 		auto to = classes.begin() + static_cast<std::ptrdiff_t>(row) * width_ + 1;
 		for (int column = 0; column < grid.width; column++) *to++ = static_cast<std::uint8_t>(*from++);
 	}
+	for (const CellIndex cell : find_furniture(grid))
+		classes[static_cast<std::size_t>((cell / grid.width + 1) * width_ + cell % grid.width + 1)] = kFurniture;
 	std::vector<std::uint8_t> cells = skip_distances(classes, width_, kMostSkipped);
 	for (std::size_t cell = 0; cell < classes.size(); cell++)
 		cells[cell] = static_cast<std::uint8_t>((cells[cell] << kClassBits) | classes[cell]);

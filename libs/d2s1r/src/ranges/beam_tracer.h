@@ -12,7 +12,8 @@ namespace d2s1r
 struct TracedBeams
 {
 	/// [-] Walls that a beam passed: runs of occupied cells that it entered and left, except right before its end. A
-	/// corner that is cut over less than one cell counts by the part of a cell.
+	/// corner that is cut over less than one cell counts by the part of a cell. Furniture is no wall: see
+	/// find_furniture().
 	std::vector<float> walls;
 	/// [m] Way of a beam through unknown space, which includes all that is outside of the grid.
 	std::vector<float> unknown;

@@ -121,6 +121,40 @@ MapMeasure measure_map(const Grid& grid)
 	return measure;
 }
 
+std::vector<CellIndex> find_furniture(const Grid& grid)
+{
+	constexpr double kLargest = 1.0;  // [m]
+	constexpr double kGap = 0.1;      // [m]
+	const int gap = std::max(1, static_cast<int>(std::lround(kGap / grid.cell_size)));
+	const auto is_small = [&](int first, int last) { return (last - first + 1) * grid.cell_size < kLargest - 1e-6; };
+	std::vector<char> seen(grid.cells.size(), 0);
+	std::vector<CellIndex> piece, furniture;
+	const auto visit = [&](int column, int row)
+	{
+		const auto cell = static_cast<std::size_t>(grid.index(column, row));
+		if (grid.cells[cell] != Cell::kOccupied || seen[cell]) return;
+		seen[cell] = 1;
+		piece.push_back(grid.index(column, row));
+	};
+	for (int row = 0; row < grid.height; row++)
+		for (int column = 0; column < grid.width; column++)
+		{
+			piece.clear();
+			visit(column, row);
+			int left = column, right = column, top = row;
+			for (std::size_t i = 0; i < piece.size(); i++)
+			{
+				const int x = piece[i] % grid.width, y = piece[i] / grid.width;
+				left = std::min(left, x), right = std::max(right, x), top = std::max(top, y);
+				for (int v = std::max(0, y - gap); v <= std::min(grid.height - 1, y + gap); v++)
+					for (int u = std::max(0, x - gap); u <= std::min(grid.width - 1, x + gap); u++) visit(u, v);
+			}
+			if (is_small(left, right) && is_small(row, top))
+				furniture.insert(furniture.end(), piece.begin(), piece.end());
+		}
+	return furniture;
+}
+
 Grid with_surfaces_deeper(const Grid& grid, double depth)
 {
 	const std::vector<float> distances = distances_to_free(grid);

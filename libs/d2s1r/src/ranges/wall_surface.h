@@ -3,6 +3,8 @@
 
 #include <d2s1r/grid.h>
 
+#include <vector>
+
 namespace d2s1r
 {
 /// How a map draws its walls.
@@ -26,6 +28,11 @@ WallMeasure measure_walls(const Grid& grid);
 
 /// Returns the measures of the map that `grid` was made of.
 MapMeasure measure_map(const Grid& grid);
+
+/// Returns the occupied cells of furniture: pieces of the drawn walls less than 1 m long and wide, and more than 0.1 m
+/// from all others. The legs of chairs and tables, bags and posts are moved, or seen in one scan and missed in the
+/// next.
+std::vector<CellIndex> find_furniture(const Grid& grid);
 
 /// Returns `grid` with walls whose surfaces lie `depth` [m] deeper: occupied cells that are less than that behind the
 /// nearest free cell become free, but the middle line of a wall stays.

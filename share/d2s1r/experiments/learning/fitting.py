@@ -6,7 +6,7 @@ import gzip
 import numpy as np
 from scipy import optimize
 
-SCORE = ("log_likelihood", "explained", "in_front", "unexplained", "depth_edges", "surfaces")  # columns of Score
+SCORE = ("log_likelihood", "explained", "in_front", "unexplained", "depth_edges", "surfaces", "tolerance")  # columns before the terms
 MOST_LEAD = 12.0  # [-] as in decide()
 PRESENCE = ("bias", "explained", "in_front", "unexplained", "log_likelihood", "lead", "depth_edges", "surfaces")
 
@@ -127,9 +127,8 @@ def rank(places, weights):
     value = np.where(places.added, -np.inf, places.terms @ weights)
     most = of_frames(value, places, np.maximum)
     frame = places.frame_of
-    is_best = value == most[frame]
     found = np.isfinite(most)
-    order = np.flatnonzero(is_best)
+    order = np.flatnonzero((value == most[frame]) & found[frame])
     best = np.full(len(most), -1)
     best[frame[order][::-1]] = order[::-1]
     right = places.right & ~places.added
@@ -137,29 +136,34 @@ def rank(places, weights):
 
 
 def fit_temperature(places, ranked):
-    """(temperature, temperature_by_beam): of frames in which a place found is right, and another one is not."""
-    frame, unexplained = places.frame_of, places.score["unexplained"][ranked.best]
+    """Of frames in which a place found is right, and another one is not."""
+    frame = places.frame_of
     right = places.right & ~places.added
     used = ranked.has_right & (of_frames(~right & ~places.added, places, np.add) > 0)
 
     def loss(x):
-        temperature = np.maximum(x[0] + x[1] * unexplained, 0.05)
-        value = ranked.value / temperature[frame]
+        value = ranked.value / np.maximum(tempering(places, ranked, x), 0.05)[frame]
         return float(np.sum((log_sum(value, places) - log_sum(value, places, right))[used]))
 
-    found = optimize.minimize(loss, [1.0, 0.005], method="Nelder-Mead", bounds=[(0.1, 10), (0, 0.1)],
+    found = optimize.minimize(loss, [1.0, 0.005, 10.0], method="Nelder-Mead", bounds=[(0.1, 10), (0, 0.1), (0, 100)],
                               options={"xatol": 1e-5, "fatol": 1e-4, "maxiter": 2000})
     return found.x
+
+
+def tempering(places, ranked, temperature):
+    """[-] by which the differences of each frame's log-likelihoods are divided, as in decide()."""
+    base, by_beam, by_tolerance = temperature
+    best = {name: places.score[name][ranked.best] for name in ("unexplained", "tolerance")}
+    return (1 + by_tolerance * best["tolerance"]) * (base + by_beam * best["unexplained"])
 
 
 def presence_features(places, ranked, temperature):
     best = ranked.best
     score = {name: values[best] for name, values in places.score.items()}
-    tempered = temperature[0] + temperature[1] * score["unexplained"]
     others = ranked.value.copy()
     others[best] = -np.inf
     second = of_frames(others, places, np.maximum)
-    lead = np.minimum(MOST_LEAD, (ranked.value[best] - second) / tempered)
+    lead = np.minimum(MOST_LEAD, (ranked.value[best] - second) / tempering(places, ranked, temperature))
     return np.column_stack([
         np.ones_like(lead), score["explained"], np.minimum(score["in_front"], score["explained"]), score["unexplained"],
         ranked.value[best], lead, np.log1p(score["depth_edges"]), np.log1p(score["surfaces"])])
@@ -181,8 +185,7 @@ def confidences(places, ranked, temperature, presence):
     """[0, 1] of each frame, as decide() gives it."""
     features = presence_features(places, ranked, temperature)
     present = 1 / (1 + np.exp(-features @ presence))
-    tempered = temperature[0] + temperature[1] * places.score["unexplained"][ranked.best]
-    value = ranked.value / tempered[places.frame_of]
+    value = ranked.value / tempering(places, ranked, temperature)[places.frame_of]
     return present * np.exp(value[ranked.best] - log_sum(value, places))
 
 
