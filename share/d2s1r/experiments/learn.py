@@ -37,6 +37,9 @@ START_BEAM_MODEL = {"on_wall": 0.2, "off_wall": -0.2, "through_wall": -0.2, "log
 START_TEMPERATURE = {"temperature": 1.0, "temperature_by_beam": 0.005, "temperature_by_tolerance": 10.0}
 START_PRESENCE = {"bias": -10.0, "explained": 10.0, "in_front": 5.0, "log_likelihood": 0.05, "lead": 0.3, "surfaces": 1.0}
 ROUNDS = 2  # [-] of searching with weights and learning from what was found
+# How much a frame of each kind counts. Recorded scans count most, drawn floors least, for they are drawn after what we
+# think of buildings; scans of somewhere else more than others, for a wrong pose is worse than none.
+COUNTS = {"real": 4.0, "simulated": 1.0, "map": 1.0, "sensor": 1.0, "drawn": 0.2, "stranger": 3.0}
 PULL = 1.0  # [frame] strength with which weights stay where they started
 PULL_OF_DEFAULTS = 20.0  # [frame] the same with a user's scans
 DIGITS = 3  # [-] of the numbers written
@@ -90,7 +93,7 @@ def learn_in_rounds(runner, all_sets, start, keys, pull):
     for number in range(1, ROUNDS + 1):
         ini = to_ini(weights, keys)
         folders = runner.run_all(all_sets, lambda _: ini, True, f"round {number}")
-        places = fitting.load_places([folder / "terms.csv.gz" for folder in folders])
+        places = fitting.load_places([folder / "terms.csv.gz" for folder in folders], [COUNTS[s.kind] for s in all_sets])
         weights = fitting.learn(places, start, pull)
     return weights, places
 
@@ -146,7 +149,8 @@ def learn_from_all(arguments, runner):
     if not found:
         sys.exit(f"learn.py: {arguments.data}: no site with a map.yaml; set D2S1R_DATA or --data")
     keys = list(section(runner.default_ini(), "beam_model"))
-    all_sets = list(sets.of_sites(found, 5 * arguments.frames, arguments.frames)) + list(sets.on_floors(runner.folder, arguments.floors))
+    all_sets = list(sets.of_sites(found, 5 * arguments.frames, arguments.frames))
+    all_sets += list(sets.on_floors(runner.folder, arguments.frames, arguments.floors))
     all_sets += list(sets.strangers(all_sets, max(1, arguments.frames // 2)))
     runner.make_all(all_sets)
     start = fitting.Weights(start_weights(keys, START_BEAM_MODEL), np.array(list(START_TEMPERATURE.values())),

@@ -108,14 +108,16 @@ TEST(WallSurface, FurnitureIsWhatIsSmallAndStandsApart)
 	std::vector<std::pair<int, int>> found;
 	for (const CellIndex cell : find_furniture(grid)) found.emplace_back(cell % grid.width, cell / grid.width);
 	std::sort(found.begin(), found.end());
-	const std::vector<std::pair<int, int>> expected{{1, 3}, {2, 3}, {3, 3}, {4, 3}, {6, 3}, {10, 1}, {10, 3}};
-	EXPECT_EQ(found, expected) << "rows count from below";
+	const std::vector<std::pair<int, int>> expected{{1, 3}, {2, 3}, {3, 3}, {4, 3}, {6, 3}, {10, 3}};
+	EXPECT_EQ(found, expected) << "rows count from below; {10, 1} is beside an unknown cell";
 }
 
 TEST(WallSurface, PiecesThatAreNearAreOnePiece)
 {
-	const auto count = [](const std::string& row, double cell) {
-		return find_furniture(make_picture_grid({std::string(row.size(), '.'), row}, cell)).size();
+	const auto count = [](const std::string& row, double cell)
+	{
+		const std::string free(row.size() + 2, '.');
+		return find_furniture(make_picture_grid({free, "." + row + ".", free}, cell)).size();
 	};
 	EXPECT_EQ(count("#.#.#.#.#.#.#.#.#.#.#.", 0.05), 0U) << "a wall that is dotted because it is far away";
 	EXPECT_EQ(count("#...#...#...#...#...#.", 0.05), 6U) << "posts";

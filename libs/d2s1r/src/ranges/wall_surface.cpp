@@ -142,14 +142,20 @@ std::vector<CellIndex> find_furniture(const Grid& grid)
 			piece.clear();
 			visit(column, row);
 			int left = column, right = column, top = row;
+			bool is_in_free_space = true;
 			for (std::size_t i = 0; i < piece.size(); i++)
 			{
 				const int x = piece[i] % grid.width, y = piece[i] / grid.width;
+				for (const Step& step : kSteps)
+				{
+					const int u = x + step.column, v = y + step.row;
+					is_in_free_space = is_in_free_space && grid.contains(u, v) && grid.at(u, v) != Cell::kUnknown;
+				}
 				left = std::min(left, x), right = std::max(right, x), top = std::max(top, y);
 				for (int v = std::max(0, y - gap); v <= std::min(grid.height - 1, y + gap); v++)
 					for (int u = std::max(0, x - gap); u <= std::min(grid.width - 1, x + gap); u++) visit(u, v);
 			}
-			if (is_small(left, right) && is_small(row, top))
+			if (is_in_free_space && is_small(left, right) && is_small(row, top))
 				furniture.insert(furniture.end(), piece.begin(), piece.end());
 		}
 	return furniture;

@@ -29,8 +29,8 @@ WallMeasure measure_walls(const Grid& grid);
 /// Returns the measures of the map that `grid` was made of.
 MapMeasure measure_map(const Grid& grid);
 
-/// Returns the occupied cells of furniture: pieces of the drawn walls less than 1 m long and wide, and more than 0.1 m
-/// from all others. The legs of chairs and tables, bags and posts are moved, or seen in one scan and missed in the
+/// Returns the occupied cells of furniture: pieces of the drawn walls less than 1 m long and wide, more than 0.1 m from
+/// all others, and beside no unknown cell, as parts of walls are that were seen from one side. The legs of chairs and tables, bags and posts are moved, or seen in one scan and missed in the
 /// next.
 std::vector<CellIndex> find_furniture(const Grid& grid);
 

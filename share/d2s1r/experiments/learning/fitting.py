@@ -7,6 +7,7 @@ import numpy as np
 from scipy import optimize
 
 SCORE = ("log_likelihood", "explained", "in_front", "unexplained", "depth_edges", "surfaces", "tolerance")  # columns before the terms
+HOPELESS = 0.1  # [-] probability that anything else than the likelihoods decided which place is right
 MOST_LEAD = 12.0  # [-] as in decide()
 PRESENCE = ("bias", "explained", "in_front", "unexplained", "log_likelihood", "lead", "depth_edges", "surfaces")
 
@@ -20,6 +21,7 @@ class Places:
     added: np.ndarray  # [place] bool: at the truth, which the search had not found
     first: np.ndarray  # [frame + 1] index of its first place
     set_of_frame: np.ndarray  # [frame] number of the set
+    weight: np.ndarray  # [frame] how much it counts
 
     @property
     def frame_of(self):
@@ -31,8 +33,8 @@ def term_names(file):
         return stream.readline().strip().split(",")[3 + len(SCORE):]
 
 
-def load_places(files):
-    """Of all sets: \\p files are those that write_terms wrote, in their order."""
+def load_places(files, weights):
+    """Of all sets, in their order: \p files are those that write_terms wrote, \p weights how much a frame counts."""
     blocks, firsts, sets, rows = [], [], [], 0
     for number, file in enumerate(files):
         block = np.loadtxt(file, delimiter=",", skiprows=1, ndmin=2)
@@ -46,16 +48,12 @@ def load_places(files):
     table = np.concatenate(blocks)
     score = {name: table[:, 3 + i] for i, name in enumerate(SCORE)}
     return Places(table[:, 3 + len(SCORE):], score, table[:, 1] > 0, table[:, 2] > 0,
-                  np.append(np.concatenate(firsts), rows), np.concatenate(sets))
+                  np.append(np.concatenate(firsts), rows), np.concatenate(sets), np.array(weights)[np.concatenate(sets)])
 
 
 def of_sets(places, wanted):
-    """The frames of the sets for which \\p wanted (bool by number of the set) holds."""
-    frames = np.flatnonzero(wanted[places.set_of_frame])
-    mask = wanted[places.set_of_frame][places.frame_of]
-    counts = np.diff(places.first)[frames]
-    return Places(places.terms[mask], {name: v[mask] for name, v in places.score.items()}, places.right[mask],
-                  places.added[mask], np.concatenate([[0], np.cumsum(counts)]), places.set_of_frame[frames])
+    """The frames of the sets for which \p wanted (bool by number of the set) holds."""
+    return of_frames_mask(places, wanted[places.set_of_frame])
 
 
 def of_frames(values, places, operation):
@@ -63,7 +61,7 @@ def of_frames(values, places, operation):
 
 
 def log_sum(values, places, mask=None):
-    """ln of the sum of exp(values) over each frame; of those in \\p mask only."""
+    """ln of the sum of exp(values) over each frame; of those in \p mask only."""
     values = values if mask is None else np.where(mask, values, -np.inf)
     most = of_frames(values, places, np.maximum)
     most = np.where(np.isfinite(most), most, 0)
@@ -72,7 +70,7 @@ def log_sum(values, places, mask=None):
 
 
 def minimize(loss, start, scale, pull):
-    """The minimum of loss(weights) -> (value, gradient), with a pull back to \\p start: `pull` times the squares of
+    """The minimum of loss(weights) -> (value, gradient), with a pull back to \p start: `pull` times the squares of
     the differences in units of `scale`."""
     def whole(x):
         weights = start + x / scale
@@ -85,7 +83,8 @@ def minimize(loss, start, scale, pull):
 
 
 def fit_beam_model(places, start, pull):
-    """Conditional logit: the weights that make the right place of a frame the most probable of those compared."""
+    """Conditional logit: the weights that make the right place of a frame the most probable of those compared. It is a
+    robust one: a frame in which the right place has no chance does not count the more the worse it is."""
     has_both = of_frames(places.right, places, np.logical_or) & ~of_frames(places.right, places, np.logical_and)
     chosen = of_frames_mask(places, has_both)
     frame = chosen.frame_of
@@ -93,9 +92,11 @@ def fit_beam_model(places, start, pull):
     def loss(weights):
         value = chosen.terms @ weights
         all_, right = log_sum(value, chosen), log_sum(value, chosen, chosen.right)
+        share = (1 - HOPELESS) * np.exp(right - all_)
         p_all = np.exp(value - all_[frame])
         p_right = np.where(chosen.right, np.exp(value - right[frame]), 0)
-        return float(np.sum(all_ - right)), chosen.terms.T @ (p_all - p_right)
+        slope = chosen.weight * share / (share + HOPELESS)
+        return float(-chosen.weight @ np.log(share + HOPELESS)), chosen.terms.T @ ((p_all - p_right) * slope[frame])
 
     spread = np.sqrt(np.mean((chosen.terms - (of_frames_sum(chosen.terms, chosen) /
                                                np.diff(chosen.first)[:, None])[frame]) ** 2, axis=0))
@@ -103,11 +104,11 @@ def fit_beam_model(places, start, pull):
 
 
 def of_frames_mask(places, frames):
-    """The frames for which \\p frames (bool by frame) holds."""
+    """The frames for which \p frames (bool by frame) holds."""
     mask = frames[places.frame_of]
     return Places(places.terms[mask], {name: v[mask] for name, v in places.score.items()}, places.right[mask],
                   places.added[mask], np.concatenate([[0], np.cumsum(np.diff(places.first)[frames])]),
-                  places.set_of_frame[frames])
+                  places.set_of_frame[frames], places.weight[frames])
 
 
 def of_frames_sum(values, places):
@@ -143,7 +144,7 @@ def fit_temperature(places, ranked):
 
     def loss(x):
         value = ranked.value / np.maximum(tempering(places, ranked, x), 0.05)[frame]
-        return float(np.sum((log_sum(value, places) - log_sum(value, places, right))[used]))
+        return float(places.weight[used] @ (log_sum(value, places)[used] - log_sum(value, places, right)[used]))
 
     found = optimize.minimize(loss, [1.0, 0.005, 10.0], method="Nelder-Mead", bounds=[(0.1, 10), (0, 0.1), (0, 100)],
                               options={"xatol": 1e-5, "fatol": 1e-4, "maxiter": 2000})
@@ -169,12 +170,12 @@ def presence_features(places, ranked, temperature):
         ranked.value[best], lead, np.log1p(score["depth_edges"]), np.log1p(score["surfaces"])])
 
 
-def fit_presence(features, has_right, start, pull):
-    """Logistic regression."""
+def fit_presence(features, has_right, counts, start, pull):
+    """Logistic regression; \p counts: how much each frame does."""
     def loss(weights):
         odds = features @ weights
-        value = np.sum(np.logaddexp(0, odds) - has_right * odds)
-        return float(value), features.T @ (1 / (1 + np.exp(-odds)) - has_right)
+        value = counts @ (np.logaddexp(0, odds) - has_right * odds)
+        return float(value), features.T @ (counts * (1 / (1 + np.exp(-odds)) - has_right))
 
     spread = np.maximum(features.std(0), 1e-6)
     spread[0] = 1
@@ -198,11 +199,11 @@ class Weights:
 
 
 def learn(places, start, pull):
-    """\\p start: Weights that the result is pulled to, by \\p pull frames."""
+    """\p start: Weights that the result is pulled to, by \p pull frames."""
     beam_model = fit_beam_model(places, start.beam_model, pull)
     ranked = rank(places, beam_model)
     found = of_frames_mask(places, ranked.best >= 0)
     ranked = rank(found, beam_model)
     temperature = fit_temperature(found, ranked)
     features = presence_features(found, ranked, temperature)
-    return Weights(beam_model, temperature, fit_presence(features, ranked.has_right, start.presence, pull))
+    return Weights(beam_model, temperature, fit_presence(features, ranked.has_right, found.weight, start.presence, pull))

@@ -54,7 +54,7 @@ LASERS = {
 FLOORS = (("office", 300), ("office", 700), ("office", 1800), ("corridor", 500), ("corridor", 1500), ("corridor", 3500),
           ("hall", 800), ("hall", 2500), ("apartment", 200), ("apartment", 400), ("apartment", 900), ("warehouse", 800),
           ("warehouse", 2500), ("office", 4000))
-FLOOR_SCANS = 80  # [-] of each set on a drawn floor
+FLOOR_SCANS = 80  # [-] on each drawn floor
 
 
 @dataclasses.dataclass(frozen=True)
@@ -141,7 +141,7 @@ def floor_folder(folder, floor):
 
 def of_sites(found, frames, frames_of_each):
     """The recorded and simulated scans of the sites: as they are, and with worse maps and lesser sensors.
-    \\p frames of a set as it is, \\p frames_of_each of the others."""
+    \p frames of a set as it is, \\p frames_of_each of the others."""
     for site in found:
         for scans in ("test", "sim360_off", "sim360_clutter", "sim270_off"):
             if not site.has(scans):
@@ -161,17 +161,18 @@ def of_sites(found, frames, frames_of_each):
                 yield Set(f"{site.name}-{scans}-{name}", "sensor", (site.name,), *files, (), few + SENSORS[name])
 
 
-def on_floors(folder, floors=len(FLOORS)):
-    """Every drawn floor as it is and degraded, seen by lasers that take turns."""
+def on_floors(folder, frames=FLOOR_SCANS, floors=len(FLOORS)):
+    """Every drawn floor as it is and degraded, seen by lasers that take turns; \p frames of each set."""
+    few = (f"frames={frames}",)
     lasers, maps = itertools.cycle(LASERS.items()), itertools.cycle(MAPS.items())
     for seed, (kind, area) in enumerate(FLOORS[:floors]):
         floor = (kind, area, seed)
         at = floor_folder(folder, floor)
         files = (at / "map.yaml", at / "scans.rawlog", at / "scans_gt.txt")
         for _, (laser, words) in zip(range(4), lasers):
-            yield Set(f"{at.name}-{laser}", "drawn", (at.name,), *files, (), words, (floor,))
+            yield Set(f"{at.name}-{laser}", "drawn", (at.name,), *files, (), few + words, (floor,))
         for _, (name, map_words), (laser, words) in zip(range(3), maps, lasers):
-            yield Set(f"{at.name}-{laser}-{name}", "drawn", (at.name,), *files, map_words, words, (floor,))
+            yield Set(f"{at.name}-{laser}-{name}", "drawn", (at.name,), *files, map_words, few + words, (floor,))
 
 
 def strangers(sets, frames):
