@@ -1,12 +1,15 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // rawlog-localize --fuse and what goes with it.
 #include <d2s1r/version.h>
+#include <mrpt/core/format.h>
 #include <mrpt/obs/CObservationOdometry.h>
 #include <mrpt/obs/CSensoryFrame.h>
 #include D2S1R_DRAWING_SCENE
 
 #include <cmath>
 #include <cstdio>
+#include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "app_process.h"
 #include "app_world.h"
@@ -121,6 +124,31 @@ TEST_F(AppFuse, TheFusedTrajectoryIsThatOfTheTable)
 		EXPECT_NEAR(qz * qz + qw * qw, 1, 1e-6);
 		EXPECT_NE(fused.text(i, "std_phi"), fused.text(i, "std_y"));
 	}
+}
+
+TEST_F(AppFuse, TheTableCountsTheRightPosesAsTheSummaryDoes)
+{
+	fuse("first");
+	std::string truth;  // every second line is off
+	std::size_t i = 0;
+	for (const auto& line : lines_of(read_file(folder() / "first/trajectory.txt")))
+	{
+		std::istringstream words(line);
+		double time, x, y, phi;
+		ASSERT_TRUE(words >> time >> x >> y >> phi) << line;
+		truth += mrpt::format("%.6f %.6f %.6f %.6f\n", time, x + (i++ % 2 == 0 ? 0 : 1), y, phi);
+	}
+	write_file(path("truth.txt"), truth);
+	const auto result = run(
+	    {"-m", path("flat.gridmap.gz"), "-i", path("in.rawlog"), "-o", path("out"), "--fuse", "--ground-truth",
+	     path("truth.txt")});
+	ASSERT_EQ(result.status, 0) << result.err;
+	const auto summary = nlohmann::json::parse(read_file(folder() / "out/summary.json"));
+	const auto counted = summary["fused"]["successes_0.3m_5deg"].get<std::size_t>();
+	EXPECT_EQ(counted, (walk().size() + 1) / 2);
+	const std::string fused = result.out.substr(result.out.find("fused "));
+	const std::string told = mrpt::format("0.3 m, 5 deg: %zu of %zu frames", counted, walk().size());
+	EXPECT_NE(fused.find(told), std::string::npos) << fused;
 }
 
 TEST_F(AppFuse, CountsTheReseeds)

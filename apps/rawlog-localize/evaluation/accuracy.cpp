@@ -19,7 +19,7 @@ constexpr double kSameTime = 1.0005e-3;  //!< [s] 1 ms and what six decimals rou
 Match compare(const TimedPose& truth, const Frame& frame)
 {
 	constexpr double kInfinite = std::numeric_limits<double>::infinity();
-	if (!frame.has_pose()) return {&truth, &frame, kInfinite, kInfinite};
+	if (!frame.has_pose()) return {truth, &frame, kInfinite, kInfinite};
 	return compare(truth, frame, frame.result.best().pose.asTPose());
 }
 }  // namespace
@@ -27,7 +27,7 @@ Match compare(const TimedPose& truth, const Frame& frame)
 Match compare(const TimedPose& truth, const Frame& frame, const mrpt::math::TPose2D& pose)
 {
 	return {
-	    &truth, &frame, std::hypot(pose.x - truth.pose.x, pose.y - truth.pose.y),
+	    truth, &frame, std::hypot(pose.x - truth.pose.x, pose.y - truth.pose.y),
 	    mrpt::RAD2DEG(std::abs(mrpt::math::wrapToPi(pose.phi - truth.pose.phi)))};
 }
 

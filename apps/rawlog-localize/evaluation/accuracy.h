@@ -32,7 +32,7 @@ struct Tolerance
 /// Pairs a line of the ground truth with the frame that was taken at that time.
 struct Match
 {
-	const TimedPose* truth = nullptr;
+	TimedPose truth;
 	const Frame* frame = nullptr;
 	double position_error = 0;  //!< [m] from the truth to the best pose; infinite if the frame has no pose
 	double yaw_error = 0;       //!< [deg] as above

@@ -351,7 +351,7 @@ std::vector<Offset> offsets_from_truth(const std::vector<Sample>& samples, const
 	for (const Match& match : match(frames, aligned.lines))
 	{
 		const auto& found = match.frame->result.best().pose;
-		const auto& right = match.truth->pose;
+		const auto& right = match.truth.pose;
 		offsets.push_back({found.x() - right.x, found.y() - right.y, mrpt::math::wrapToPi(found.phi() - right.phi)});
 	}
 	return offsets;

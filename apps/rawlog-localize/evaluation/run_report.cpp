@@ -63,7 +63,7 @@ FusionReport report_fusion(const RunReport& report)
 	{
 		fusion.matches++;
 		if (!m.frame->fused) continue;
-		const Match fused = compare(*m.truth, *m.frame, m.frame->fused->pose);
+		const Match fused = compare(m.truth, *m.frame, m.frame->fused->pose);
 		for (std::size_t i = 0; i < kTolerances.size(); i++)
 			fusion.successes.at(i) += fused.within(kTolerances.at(i)) ? 1 : 0;
 	}

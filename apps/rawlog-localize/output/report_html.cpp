@@ -174,7 +174,7 @@ Json truth_of(const RunReport& report)
 	for (const Match& match : report.matches)
 	{
 		Json pose = Json::array();
-		append_pose(pose, match.truth->pose);
+		append_pose(pose, match.truth.pose);
 		const auto frame = static_cast<std::size_t>(match.frame - report.frames.data());
 		std::copy(pose.begin(), pose.end(), truth.begin() + static_cast<std::ptrdiff_t>(3 * frame));
 	}

@@ -270,13 +270,13 @@ class Painter
 		const TimedPose* last = nullptr;
 		for (const auto& m : report_.matches)
 		{
-			if (last && is_jump(last->pose, m.truth->pose, m.truth->timestamp - last->timestamp))
+			if (last && is_jump(last->pose, m.truth.pose, m.truth.timestamp - last->timestamp))
 			{
 				draw_truth(canvas_, piece);
 				piece.clear();
 			}
-			piece.push_back(at(m.truth->pose));
-			last = m.truth;
+			piece.push_back(at(m.truth.pose));
+			last = &m.truth;
 		}
 		draw_truth(canvas_, piece);
 	}
@@ -331,12 +331,12 @@ class Painter
 	{
 		for (const auto& m : report_.matches)
 			if (is_wrong(m) && !m.frame->has_pose())
-				draw_without_pose(canvas_, at(m.truth->pose));
+				draw_without_pose(canvas_, at(m.truth.pose));
 			else if (is_wrong(m) && !m.frame->localized())
-				draw_wrong_pose(canvas_, at(*m.frame), at(m.truth->pose));
+				draw_wrong_pose(canvas_, at(*m.frame), at(m.truth.pose));
 		for (const auto& m : report_.matches)
 			if (is_wrong(m) && m.frame->localized())
-				draw_wrong(canvas_, at(*m.frame), m.frame->result.best().pose.phi(), at(m.truth->pose));
+				draw_wrong(canvas_, at(*m.frame), m.frame->result.best().pose.phi(), at(m.truth.pose));
 	}
 
    private:
@@ -353,7 +353,7 @@ std::vector<mrpt::math::TPoint2D> places(const RunReport& report)
 	std::vector<mrpt::math::TPoint2D> points;
 	for (const auto& frame : report.frames)
 		if (frame.has_pose()) points.emplace_back(frame.result.best().pose.x(), frame.result.best().pose.y());
-	for (const auto& m : report.matches) points.emplace_back(m.truth->pose.x, m.truth->pose.y);
+	for (const auto& m : report.matches) points.emplace_back(m.truth.pose.x, m.truth.pose.y);
 	return points;
 }
 }  // namespace

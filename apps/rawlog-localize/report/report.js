@@ -161,10 +161,29 @@ function classify(sensor, angle, range, x, y) {
 
 // ---- The map picture -------------------------------------------------------------------------------------------------
 
-const pictures = [];  // of the map, each half as large as the one before; walls stay visible
+// The map, and each time half as large; what a halved cell was made of decides: a wall if there is one, else free space.
+// A picture is painted when it is drawn first.
+const levels = [];
 
-function paintCells(width, height, classes) {
-  const picture = document.createElement('canvas');
+function halved({width, height, classes}) {
+  const half = {width: Math.ceil(width / 2), height: Math.ceil(height / 2)};
+  half.classes = new Uint8Array(half.width * half.height).fill(kUnknownCell);
+  for (let row = 0; row < height; row++)
+    for (let column = 0; column < width; column++) {
+      const at = (row >> 1) * half.width + (column >> 1), one = classes[row * width + column];
+      if (one === kOccupied || (one === 0 && half.classes[at] !== kOccupied)) half.classes[at] = one;
+    }
+  return half;
+}
+
+function makeLevels() {
+  levels.push({width: run.width, height: run.height, classes: cells});
+  while (Math.max(levels.at(-1).width, levels.at(-1).height) >= 800) levels.push(halved(levels.at(-1)));
+}
+
+function pictureOf(level) {
+  if (level.picture) return level.picture;
+  const {width, height, classes} = level, picture = level.picture = document.createElement('canvas');
   picture.width = width;
   picture.height = height;
   const context = picture.getContext('2d'), image = context.createImageData(width, height);
@@ -176,28 +195,13 @@ function paintCells(width, height, classes) {
   return picture;
 }
 
-function paintMap() {
-  let width = run.width, height = run.height, classes = cells;
-  while (true) {
-    pictures.push(paintCells(width, height, classes));
-    if (Math.max(width, height) < 800) return;
-    const half = new Uint8Array(Math.ceil(width / 2) * Math.ceil(height / 2)).fill(kUnknownCell), halfWidth = Math.ceil(width / 2);
-    for (let row = 0; row < height; row++)
-      for (let column = 0; column < width; column++) {
-        const at = (row >> 1) * halfWidth + (column >> 1), one = classes[row * width + column];
-        if (one === kOccupied || (one === 0 && half[at] !== kOccupied)) half[at] = one;
-      }
-    [width, height, classes] = [halfWidth, Math.ceil(height / 2), half];
-  }
-}
-
 const pixelX = x => (x - view.x) * view.scale + canvasSize.width / 2;
 const pixelY = y => (view.y - y) * view.scale + canvasSize.height / 2;
 const canvasSize = {width: 1, height: 1};
 
 function drawMap(g) {
-  const level = Math.max(0, Math.min(pictures.length - 1, Math.floor(Math.log2(1 / (view.scale * run.cell_size * devicePixelRatio)) + 0.5)));
-  const picture = pictures[level], size = run.cell_size * 2 ** level;
+  const level = Math.max(0, Math.min(levels.length - 1, Math.floor(Math.log2(1 / (view.scale * run.cell_size * devicePixelRatio)) + 0.5)));
+  const picture = pictureOf(levels[level]), size = run.cell_size * 2 ** level;
   g.imageSmoothingEnabled = view.scale * size < 1;
   g.drawImage(
     picture, pixelX(run.origin[0]), pixelY(run.origin[1] + picture.height * size),
@@ -303,8 +307,8 @@ function drawSelected(g) {
     if (i !== place) drawRobot(g, p, p.color || color, 5);
   });
   if (places[place]) drawRobot(g, places[place], places[place].color || color, 7);
-  places.forEach(p => {
-    if (p.isHypothesis) drawLabel(g, p, `${p.name}: ${percent(p.probability)}`);
+  places.forEach((p, i) => {
+    if (p.isHypothesis && (i === place || p.probability >= 0.01)) drawLabel(g, p, `${p.name}: ${percent(p.probability)}`);
   });
 }
 
@@ -689,7 +693,7 @@ async function start() {
   scans = findScans(packed);
   prepareFrames();
   drawSummary();
-  paintMap();
+  makeLevels();
   makeFilters();
   listen();
   Object.assign(canvasSize, {width: $('map').clientWidth, height: $('map').clientHeight});
