@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <cmath>
+#include <csignal>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
@@ -12,6 +13,10 @@
 #include <exception>
 #include <fstream>
 #include <string>
+
+#ifdef __SANITIZE_ADDRESS__
+#include <sanitizer/allocator_interface.h>
+#endif
 
 /// The entry point of libFuzzer, and of replay.cpp.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size);
@@ -30,6 +35,22 @@ inline void require(bool holds, const std::string& what)
 inline void require_one_line(const std::string& message)
 {
 	require(!message.empty() && message.find('\n') == std::string::npos, "a message of one line: " + message);
+}
+
+/// Kills the processes of their own of this program, in which MRPT's readers work, when they take more than 1 GB.
+/// Their limit is one of address space, of which AddressSanitizer takes so much beforehand that none is ever refused.
+inline void limit_memory_of_own_processes()
+{
+#ifdef __SANITIZE_ADDRESS__
+	static const pid_t program = getpid();
+	const auto look = [](const volatile void*, std::size_t)
+	{
+		constexpr std::size_t kMost = 1'000'000'000;  // [byte]
+		if (getpid() != program && __sanitizer_get_current_allocated_bytes() > kMost) std::raise(SIGKILL);
+	};
+	static const int installed = __sanitizer_install_malloc_and_free_hooks(look, [](const volatile void*) {});
+	require(installed != 0, "a hook of the allocator");
+#endif
 }
 
 /// Hands out the bytes of a case as numbers; zeros when they are used up.

@@ -9,6 +9,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
 {
 	using namespace d2s1r;
 	static const fuzz::CaseFile file("map.gridmap");
+	fuzz::limit_memory_of_own_processes();
 	app::Console console;
 	app::Flags flags;
 	flags.quiet = true;

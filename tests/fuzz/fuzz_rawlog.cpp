@@ -9,6 +9,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
 {
 	using namespace d2s1r;
 	static const fuzz::CaseFile file("log.rawlog");
+	fuzz::limit_memory_of_own_processes();
 	if (size == 0) return 0;
 	const logs::LogSurvey survey = logs::survey_rawlog(file.write(data, size), [] { return false; });
 	if (!survey.damage.empty()) fuzz::require_one_line(survey.damage);

@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
 # Builds the fuzz targets and runs each for some time, on the stored cases and on what libFuzzer makes of them.
 # Usage: tests/fuzz/run.sh SECONDS [TARGET...]; 30 seconds look for what a change broke, a release gets an hour.
-# D2S1R_FUZZ_JOBS (by default the number of processors) targets run at a time. New cases are kept in build/fuzz/cases;
-# a case that breaks a promise is named at the end.
+# D2S1R_FUZZ_JOBS (by default the number of processors) targets run at a time. New cases are kept in D2S1R_FUZZ_CASES
+# (by default build/fuzz/cases), from where a later run goes on; a case that breaks a promise is named at the end. The
+# processor seconds that are printed count the processes of their own, too; those of several runs add up.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 seconds=$1
@@ -18,22 +19,25 @@ cmake --build --preset fuzz -j "$jobs" --target "${targets[@]/#/fuzz_}"
 # Runs one target, and prints what it tells at its end.
 fuzz() {
 	local seconds=$1 target=$2 status=0
-	local cases=build/fuzz/cases/$target log=build/fuzz/fuzz_$target.log found=build/fuzz/found_$target-
+	local cases=${D2S1R_FUZZ_CASES:-build/fuzz/cases}/$target log=build/fuzz/fuzz_$target.log found=build/fuzz/found_$target-
 	mkdir -p "$cases"
 	rm -f "$found"*
-	ASAN_OPTIONS=allocator_may_return_null=1:detect_leaks=0 "build/fuzz/tests/fuzz/fuzz_$target" \
-		-max_total_time="$seconds" -max_len=16384 -timeout=60 -rss_limit_mb=4096 -print_final_stats=1 \
-		-artifact_prefix="$found" "$cases" "tests/fuzz/corpus/$target" >"$log" 2>&1 || status=$?
+	export ASAN_OPTIONS=allocator_may_return_null=1:detect_leaks=0
+	local TIMEFORMAT="processor_seconds: %U %S"
+	{ time "build/fuzz/tests/fuzz/fuzz_$target" \
+		-max_total_time="$seconds" -max_len=16384 -timeout=200 -rss_limit_mb=4096 -print_final_stats=1 \
+		-artifact_prefix="$found" "$cases" "tests/fuzz/corpus/$target" 2>&1; } >"$log" 2>&1 || status=$?
 	if [[ $status != 0 ]]; then
 		echo "$target: a finding, see $log and $found*"
 		grep -E "broken promise|ERROR|runtime error|SUMMARY|Test unit written" "$log" || true
 		exit 255 # xargs stops
 	fi
 	rm -f "$found"* # of processes of their own, which may crash
-	local coverage runs
+	local coverage runs spent
+	spent=$(awk '/^processor_seconds:/ { printf "%.0f", $2 + $3 }' "$log")
 	coverage=$(grep -oE "cov: [0-9]+" "$log" | tail -n 1)
 	runs=$(grep -oE "number_of_executed_units: +[0-9]+" "$log" | grep -oE "[0-9]+$")
-	echo "$target: $runs cases in $seconds s, ${coverage#cov: } edges covered"
+	echo "$target: $runs cases in $spent processor seconds, ${coverage#cov: } edges covered"
 }
 export -f fuzz
 printf '%s\n' "${targets[@]}" | xargs -P "$jobs" -I{} bash -c "set -euo pipefail; fuzz $seconds {}"

@@ -195,9 +195,8 @@ Grid grid_of_sheet(const std::map<std::string, OnSheet>& placed)
 		for (int row = cell(map.y); row < std::min(sheet.height, cell(map.y + map.height()) + 1); row++)
 			for (int column = cell(map.x); column < std::min(sheet.width, cell(map.x + map.width()) + 1); column++)
 			{
-				const auto there = [&](int index, double from) {
-					return static_cast<int>(std::floor(((index + 0.5) * sheet.cell_size - from) / map.grid->cell_size));
-				};
+				const auto there = [&sheet, &grid = *map.grid](int index, double from)
+				{ return static_cast<int>(std::floor(((index + 0.5) * sheet.cell_size - from) / grid.cell_size)); };
 				const int x = there(column, map.x), y = there(row, map.y);
 				if (map.grid->contains(x, y))
 					sheet.cells[static_cast<std::size_t>(sheet.index(column, row))] = map.grid->at(x, y);

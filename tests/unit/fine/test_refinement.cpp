@@ -163,6 +163,33 @@ TEST(PoseCovariance, IsLongAlongACorridor)
 	EXPECT_LT(std::sqrt(covariance(2, 2)), 2 * kDegree);
 }
 
+/// Walls that run aslant to the cells are stairs in the map, and each step seems to hold the pose.
+TEST(PoseCovariance, IsLongAlongACorridorThatRunsAslantToTheCells)
+{
+	constexpr double kSlope = 0.2, kCell = 0.05;
+	Grid corridor = make_picture_grid(Picture(200, std::string(400, '.')), kCell);
+	for (int x = 0; x < corridor.width; x++)
+		for (const double lowest : {0.5, 2.5})
+			for (const double step : {0.5, 1.5})
+				corridor.cells[static_cast<std::size_t>(
+				    corridor.index(x, static_cast<int>(lowest / kCell + kSlope * (x + step))))] = Cell::kOccupied;
+	const double direction = std::atan(kSlope), half_width = std::cos(direction);  // [rad], [m]
+	Scan scan = scan_at(world_of(make_corridor(false)), {10, 1.1, 0}, short_sighted());
+	for (Beam& beam : scan.beams)
+	{
+		const double range = half_width / std::abs(std::sin(static_cast<double>(beam.angle)));
+		beam.is_return = range < 5;
+		beam.range = static_cast<float>(std::min(range, 5.0));
+	}
+	const Eigen::Matrix3d covariance =
+	    covariance_at(DistanceField(corridor), scan, {10, 1.525 + kSlope * 10, direction});
+	const Eigen::Matrix2d of_place = covariance.topLeftCorner<2, 2>();
+	const Eigen::Vector2d along(std::cos(direction), std::sin(direction)), across(-along.y(), along.x());
+	EXPECT_GT(std::sqrt(along.dot(of_place * along)), 0.3);
+	EXPECT_LE(std::sqrt(along.dot(of_place * along)), 1.0);
+	EXPECT_LT(std::sqrt(across.dot(of_place * across)), 0.05);
+}
+
 TEST(PoseCovariance, IsInTheFrameOfTheMap)
 {
 	const Grid corridor = make_corridor(false);

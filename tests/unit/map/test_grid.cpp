@@ -39,6 +39,23 @@ TEST(Grid, IsCroppedToWhatIsKnown)
 	expect_equal(make_grid(*map, {}), make_picture_grid({"??#?", "..??", "???."}, 0.5, 10.5, -1.5));
 }
 
+TEST(Grid, UnknownCellsAroundAMapDoNotMoveIt)
+{
+	const Grid grid = make_grid(*make_map({"#.", "##"}, 0.1, -38.3, -190.3), {});
+	EXPECT_EQ(grid.origin_x, -38.3);
+	EXPECT_EQ(grid.origin_y, -190.3);
+	for (int border = 1; border < 300; border++)
+	{
+		std::vector<std::string> rows(2, std::string(static_cast<std::size_t>(border), '?'));
+		rows[0] += "#.";
+		rows[1] += "##";
+		rows.resize(static_cast<std::size_t>(border) + 2, std::string(static_cast<std::size_t>(border) + 2, '?'));
+		const Grid cropped = make_grid(*make_map(rows, 0.1, -38.3 - 0.1 * border, -190.3 - 0.1 * border), {});
+		EXPECT_EQ(cropped.origin_x, grid.origin_x) << border;
+		EXPECT_EQ(cropped.origin_y, grid.origin_y) << border;
+	}
+}
+
 TEST(Grid, OneKnownCellWillDo)
 {
 	expect_equal(make_grid(*make_map({"??", "?."}, 1.0), {}), make_picture_grid({"."}, 1.0, 1.0, 0.0));

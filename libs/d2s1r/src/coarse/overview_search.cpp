@@ -86,7 +86,8 @@ void look_at(const GroupsOfMap& of, const std::vector<std::int32_t>& groups, Che
 	thread_local std::vector<CheapPair> found;
 	rows.resize(kTogether * stride);
 	found.resize(kTogether * directions);
-	const auto overview_of = [&](std::size_t i) { return profiles.overview_of(static_cast<std::size_t>(groups[i])); };
+	const auto overview_of = [&groups, &index = profiles](std::size_t i)
+	{ return index.overview_of(static_cast<std::size_t>(groups[i])); };
 	for (std::size_t first = 0; first < groups.size(); first += kTogether)
 	{
 		const std::size_t last = std::min(first + kTogether, groups.size());

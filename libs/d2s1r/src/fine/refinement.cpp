@@ -148,6 +148,45 @@ double variance_of(const BeamSubset& beams, const RefinementParameters& paramete
 	const double alike = std::max(1.0, mrpt::DEG2RAD(parameters.beam_correlation) / beams.spacing);  // [-] beams
 	return parameters.range_noise * parameters.range_noise * alike;
 }
+
+/// Returns how far [m] from `sensor` along `open` the scan fits nearly as well: within it, the logarithm of its robust
+/// likelihood falls by less than 1/2, as within one standard deviation of a Gaussian. The derivatives at the pose alone
+/// tell too little along a corridor that runs aslant to the cells: each step of its walls seems to hold the pose.
+/// \param open way of the pose (x, y, phi) by metre along the direction that the scan leaves open
+double open_deviation(
+    const DistanceField& field, const BeamSubset& beams, const TPose2D& sensor, const Eigen::Vector3d& open,
+    const RefinementParameters& parameters)
+{
+	constexpr double kStep = 0.05;  // [m]
+	constexpr int kSteps = 10;      // to both sides: beyond 0.5 m is another place
+	constexpr double kHeld = 1e6;   // [-] information that keeps a pose from sliding back
+	const double kernel = parameters.kernel;
+	const auto fit_at = [&](double offset)
+	{
+		const TPose2D beside{
+		    sensor.x + offset * open.x(), sensor.y + offset * open.y(), sensor.phi + offset * open.z()};
+		const EndPointSums sums = sum_end_points(field, beams.returns, beside, 0, kernel);
+		Eigen::Matrix3d held = information_of(sums).topLeftCorner<3, 3>();
+		held.diagonal().array() += kDamping * static_cast<double>(beams.count) + 1e-6;
+		held.topLeftCorner<2, 2>() += kHeld * open.head<2>().normalized() * open.head<2>().normalized().transpose();
+		const TPose2D at = moved(beside, -held.ldlt().solve(gradient_of(sums).head<3>()));
+		return static_cast<double>(sum_end_points(field, beams.returns, at, 0, kernel).fit);
+	};
+	const double here = fit_at(0), least = here - variance_of(beams, parameters) / (kernel * kernel);
+	double farthest = 0;
+	for (const double step : {-kStep, kStep})
+	{
+		double before = here;
+		for (int i = 1; i <= kSteps; i++)
+		{
+			const double fit = fit_at(i * step);
+			const double beyond = fit < least && before > least ? (least - fit) / (before - fit) : 0;
+			if (before > least) farthest = std::max(farthest, (i - beyond) * kStep);
+			before = fit;
+		}
+	}
+	return farthest;
+}
 }  // namespace
 
 std::vector<RefinedPose> settle(
@@ -261,6 +300,11 @@ Eigen::Matrix3d pose_covariance(
 	constexpr double kMost = 1.0, kMostYaw = mrpt::DEG2RAD(10.0);  // [m], [rad] of standard deviation
 	information.diagonal() += Eigen::Vector3d(kMost, kMost, kMostYaw).cwiseAbs2().cwiseInverse();
 	Eigen::Matrix3d covariance = information.inverse();
+	const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(covariance.topLeftCorner<2, 2>());
+	const double variance = axes.eigenvalues()(1);
+	const Eigen::Vector3d open = covariance.leftCols<2>() * axes.eigenvectors().col(1) / variance;
+	const double deviation = open_deviation(field, beams, sensor, open, parameters);
+	covariance += std::max(0.0, deviation * deviation - variance) * open * open.transpose();
 	// The surface may be anywhere within the tolerance.
 	covariance.diagonal().head<2>().array() += field.tolerance() * field.tolerance() / 3;
 	return covariance;

@@ -38,6 +38,14 @@ KnownArea find_known_area(const mrpt::maps::COccupancyGridMap2D& map, const Cell
 	}
 	return area;
 }
+
+/// Returns where a map was meant to begin [m]. MRPT keeps the corner of a map as a float, some micrometres off, so that
+/// the same cells would be elsewhere with more unknown ones before them; files give tenths of a millimetre at most.
+double without_rounding(double corner)
+{
+	constexpr double kSteps = 1e4;  // [1 / m]
+	return std::round(corner * kSteps) / kSteps;
+}
 }  // namespace
 
 Grid make_grid(const mrpt::maps::COccupancyGridMap2D& map, const GridParameters& parameters)
@@ -58,8 +66,8 @@ Grid make_grid(const mrpt::maps::COccupancyGridMap2D& map, const GridParameters&
 	if (size > static_cast<std::size_t>(std::numeric_limits<CellIndex>::max()))
 		throw std::invalid_argument("the map has more cells than can be numbered; use larger cells or a smaller map");
 	grid.cell_size = static_cast<double>(map.getResolution());
-	grid.origin_x = static_cast<double>(map.getXMin()) + area.x0 * grid.cell_size;
-	grid.origin_y = static_cast<double>(map.getYMin()) + area.y0 * grid.cell_size;
+	grid.origin_x = without_rounding(static_cast<double>(map.getXMin()) + area.x0 * grid.cell_size);
+	grid.origin_y = without_rounding(static_cast<double>(map.getYMin()) + area.y0 * grid.cell_size);
 	grid.cells.resize(size);
 	auto cell = grid.cells.begin();
 	for (int y = area.y0; y < area.y1; y++)
