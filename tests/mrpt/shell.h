@@ -29,8 +29,13 @@ inline CommandResult run_command(const std::string& command)
 	return result;
 }
 
-inline bool has_command(const std::string& name)
+/// Says why a stock program of MRPT cannot be run with `module`; empty if it can.
+inline std::string why_not(const std::string& program, const std::string& module)
 {
-	return run_command("command -v " + name).status == 0;
+	if (run_command("command -v " + program).status != 0) return program + " is not installed (mrpt-apps)";
+	const auto library = [](const std::string& file)
+	{ return run_command("ldd " + file + " | grep -o 'libmrpt.obs\\.so[.0-9]*' | head -n 1").output; };
+	const std::string its = library("$(command -v " + program + ")"), ours = library(module);
+	return its == ours ? "" : program + " is of another version of MRPT than this module: " + its + "and " + ours;
 }
 }  // namespace d2s1r::test

@@ -13,8 +13,8 @@
 #include "shell.h"
 #include "test_maps.h"
 
-using d2s1r::test::has_command;
 using d2s1r::test::run_command;
+using d2s1r::test::why_not;
 
 namespace
 {
@@ -59,7 +59,7 @@ class Examples : public testing::Test
 	void SetUp() override
 	{
 		for (const char* app : {"pf-localization", "rawlog-edit", "simul-gridmap", "carmen2rawlog"})
-			if (!has_command(app)) GTEST_SKIP() << app << " is not installed (mrpt-apps)";
+			if (const auto why = why_not(app, D2S1R_MODULE); !why.empty()) GTEST_SKIP() << why;
 		if (!std::filesystem::exists(kDemo + ".rawlog")) GTEST_SKIP() << kDemo << ".rawlog is missing (mrpt-common)";
 		std::filesystem::create_directories(folder_);
 	}

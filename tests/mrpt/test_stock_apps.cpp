@@ -8,6 +8,7 @@
 #include "shell.h"
 
 using d2s1r::test::run_command;
+using d2s1r::test::why_not;
 
 namespace
 {
@@ -55,8 +56,7 @@ class StockPfLocalization : public testing::Test
    protected:
 	void SetUp() override
 	{
-		if (!d2s1r::test::has_command("pf-localization"))
-			GTEST_SKIP() << "pf-localization is not installed (mrpt-apps)";
+		if (const auto why = why_not("pf-localization", D2S1R_MODULE); !why.empty()) GTEST_SKIP() << why;
 		if (!std::filesystem::exists(kDatasets + "localization_demo.rawlog"))
 			GTEST_SKIP() << kDatasets << "localization_demo.rawlog is missing (mrpt-common)";
 	}
@@ -96,7 +96,7 @@ TEST_F(StockPfLocalization, DoesNotKnowTheMapWithoutTheModule)
 
 TEST(StockRawlogEdit, LoadsTheModule)
 {
-	if (!d2s1r::test::has_command("rawlog-edit")) GTEST_SKIP() << "rawlog-edit is not installed (mrpt-apps)";
+	if (const auto why = why_not("rawlog-edit", D2S1R_MODULE); !why.empty()) GTEST_SKIP() << why;
 	const std::string log = kDatasets + "localization_demo.rawlog";
 	if (!std::filesystem::exists(log)) GTEST_SKIP() << log << " is missing (mrpt-common)";
 	// LD_DEBUG tells which modules were initialized, whoever loaded them

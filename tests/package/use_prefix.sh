@@ -21,7 +21,7 @@ pc_file=$(find "$prefix/lib" -name d2s1r.pc)
 read -ra flags < <(PKG_CONFIG_PATH=$(dirname "$pc_file") pkg-config --cflags --libs d2s1r)
 g++ -std=c++17 "$example/one_scan.cpp" -o "$folder/one_scan" "${flags[@]}"
 libraries=$(dirname "$(find "$prefix/lib" -name libd2s1r.so)")
-[ "$(LD_LIBRARY_PATH=$libraries "$folder/one_scan" "${demo[@]}")" = "$answer" ]
+[ "$(LD_LIBRARY_PATH=$libraries:${LD_LIBRARY_PATH:-} "$folder/one_scan" "${demo[@]}")" = "$answer" ]
 
 # What cannot be used is told in one line.
 for arguments in "" "no.yaml ${demo[1]}" "${demo[0]} no.rawlog" "${demo[0]} $0"; do
@@ -31,5 +31,11 @@ for arguments in "" "no.yaml ${demo[1]}" "${demo[0]} no.rawlog" "${demo[0]} $0";
 done
 
 module=$(find "$prefix/lib" -name libd2s1r-pf-init.so)
+program=$(command -v pf-localization)
+mrpt_of() { ldd "$1" | grep -o 'libmrpt.obs\.so[.0-9]*' | head -n 1; }
+if [ "$(mrpt_of "$program")" != "$(mrpt_of "$module")" ]; then
+	echo "pf-localization is of another version of MRPT than the module, which is not tried"
+	exit
+fi
 RAWLOG_LOCALIZE=$prefix/bin/rawlog-localize \
 	"$prefix/share/d2s1r/examples/track_with_signature_map.sh" "$folder/out" "$module"

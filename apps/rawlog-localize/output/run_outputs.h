@@ -60,7 +60,7 @@ class RunOutputs
 	std::optional<GzipFile> saved_map_;
 	std::optional<TextFile> config_;
 	PendingFile map_png_;
-	PendingFile scene_;
+	GzipFile scene_;
 	ReportHtml page_;
 	TextFile run_json_;
 	TextFile summary_;

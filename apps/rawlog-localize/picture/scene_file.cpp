@@ -110,7 +110,7 @@ void insert(DrawnScene& scene, const DrawnObject::Ptr& object, const char* name)
 }
 }  // namespace
 
-void write_scene(const SceneContent& content, const PendingFile& file)
+void write_scene(const SceneContent& content, GzipFile& file)
 {
 	DrawnScene scene;
 	insert(scene, grid_object(content), "grid");
@@ -118,6 +118,7 @@ void write_scene(const SceneContent& content, const PendingFile& file)
 	insert(scene, trajectory_object(content.frames), "trajectory");
 	if (content.fused) insert(scene, fused_object(content.frames), "fused_trajectory");
 	if (content.last_scan) insert(scene, scan_object(content), "last_scan");
-	if (!scene.saveToFile(file.temporary()) || !is_whole_gzip(file.temporary())) file.fail();
+	file.write(scene);
+	file.finish();
 }
 }  // namespace d2s1r::app

@@ -23,5 +23,5 @@ struct SceneContent
 /// Writes scene.3Dscene for MRPT's SceneViewer3D, with objects named "grid", "trajectory", "hypotheses",
 /// "fused_trajectory" (only if there is one) and "last_scan" (only if a frame was localized).
 /// \throws UserError (kBadOutput)
-void write_scene(const SceneContent& content, const PendingFile& file);
+void write_scene(const SceneContent& content, GzipFile& file);
 }  // namespace d2s1r::app
