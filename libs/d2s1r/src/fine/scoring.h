@@ -27,8 +27,7 @@ struct Score
 /// The weights (BeamModel) are a conditional logit: they maximize the probability of the true pose among those that
 /// coarse_search() and refine() find, so that the soft maximum of log-likelihoods is a calibrated probability. Their
 /// common scale and the weights of depth edges and of walls passed were set afterwards, by the same measure, on the
-/// places that decide() lists; that of near objects by how often the best pose was right, with and without people
-/// added to the scans. Thread-safe.
+/// places that decide() lists. Thread-safe.
 Score score(
     const BeamTracer& tracer, const DistanceField& field, const BeamSubset& beams, const mrpt::math::TPose2D& sensor,
     const BeamModel& model);
