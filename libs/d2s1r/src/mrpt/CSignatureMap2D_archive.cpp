@@ -135,7 +135,7 @@ void CSignatureMap2D::serializeFrom(mrpt::serialization::CArchive& in, std::uint
 	TLikelihoodOptions likelihood;
 	likelihood.loadFromConfigFile(mrpt::config::CConfigFileMemory(likelihood_ini), kLikelihoodSection);
 	CSignatureMap2D read(parse_parameters(ini, "parameters saved with a CSignatureMap2D"), likelihood);
-	const bool has_map = in.ReadAs<bool>();
+	const bool has_map = in.ReadAs<std::uint8_t>() != 0;  // a damaged byte is no bool
 	mrpt::maps::COccupancyGridMap2D map;
 	in >> map;
 	if (has_map)
