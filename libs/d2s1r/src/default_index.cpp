@@ -24,6 +24,7 @@ int count_readings(const Grid& grid)
 DefaultIndex make_default_index(const Grid& grid, const Parameters& parameters)
 {
 	DefaultIndex index;
+	const std::vector<CellIndex> furniture = find_furniture(grid);  // as drawn: deeper surfaces make pieces of walls
 	const auto add_reading = [&](const Grid& read, double tolerance)
 	{
 		FreeCellParameters free_cells = parameters.free_cells;
@@ -31,7 +32,7 @@ DefaultIndex make_default_index(const Grid& grid, const Parameters& parameters)
 		const Grid surfaces = with_wall_surfaces_only(read);
 		index.readings.push_back(
 		    {make_range_profiles(read, find_sensor_cells(read, free_cells), parameters.coarse_search),
-		     DistanceField(surfaces, tolerance), BeamTracer(surfaces)});
+		     DistanceField(surfaces, tolerance), BeamTracer(surfaces, furniture)});
 	};
 	add_reading(grid, 0);
 	const WallMeasure walls = measure_walls(grid);

@@ -86,7 +86,7 @@ TEST_P(BeamTracing, SeesWhatLiesAlongTheBeams)
 	for (const unsigned seed : {1U, 2U, 3U})
 	{
 		const Grid grid = random_grid(seed), walls = without_furniture(grid);
-		const BeamTracer tracer(grid);
+		const BeamTracer tracer(grid, find_furniture(grid));
 		std::mt19937 random(seed);
 		for (int k = 0; k < 20; k++)
 		{
@@ -113,7 +113,8 @@ TEST_P(BeamTracing, FurnitureIsPassedButIsNoWall)
 	Picture picture(30, std::string(60, '.'));
 	for (std::string& row : picture) row[40] = '#';
 	picture[15][20] = '#';
-	const BeamTracer tracer(make_picture_grid(picture, kCell));
+	const Grid grid = make_picture_grid(picture, kCell);
+	const BeamTracer tracer(grid, find_furniture(grid));
 	const double y = (30 - 15 - 0.5) * kCell;
 	BeamArrays returns;
 	returns.unit_x.assign(8, 1), returns.unit_y.assign(8, 0);
@@ -121,6 +122,9 @@ TEST_P(BeamTracing, FurnitureIsPassedButIsNoWall)
 	TracedBeams traced;
 	tracer.trace(returns, {0.01, y, 0}, traced);
 	EXPECT_EQ(traced.walls, (std::vector<float>{0, 0, 0, 0, 0, 1, 0, 0}));
+	TracedBeams as_walls;
+	BeamTracer(grid).trace(returns, {0.01, y, 0}, as_walls);
+	EXPECT_EQ(as_walls.walls, (std::vector<float>{0, 0, 1, 1, 1, 2, 0, 0}));
 	EXPECT_EQ(static_cast<Cell>(traced.end[1]), Cell::kOccupied) << "it is occupied all the same";
 	EXPECT_EQ(static_cast<Cell>(traced.end[2]), Cell::kFree);
 	EXPECT_EQ(static_cast<Cell>(traced.end[4]), Cell::kOccupied);

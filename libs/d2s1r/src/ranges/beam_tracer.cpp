@@ -10,7 +10,6 @@
 
 #include "ranges/ray_axis-inl.h"
 #include "ranges/skip_distances.h"
-#include "ranges/wall_surface.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace d2s1r
@@ -108,7 +107,7 @@ constexpr int kMostSkipped = 63;           //!< [cells] that fit in six bits
 constexpr std::uint8_t kFurniture = 0b11;  //!< class of occupied cells of furniture: Cell::kOccupied and one more bit
 }  // namespace
 
-BeamTracer::BeamTracer(const Grid& grid)
+BeamTracer::BeamTracer(const Grid& grid, const std::vector<CellIndex>& furniture)
     : width_(grid.width + 2),
       height_(grid.height + 2),
       cell_size_(grid.cell_size),
@@ -124,8 +123,11 @@ BeamTracer::BeamTracer(const Grid& grid)
 		auto to = classes.begin() + static_cast<std::ptrdiff_t>(row) * width_ + 1;
 		for (int column = 0; column < grid.width; column++) *to++ = static_cast<std::uint8_t>(*from++);
 	}
-	for (const CellIndex cell : find_furniture(grid))
-		classes[static_cast<std::size_t>((cell / grid.width + 1) * width_ + cell % grid.width + 1)] = kFurniture;
+	for (const CellIndex cell : furniture)
+	{
+		std::uint8_t& at = classes[static_cast<std::size_t>((cell / grid.width + 1) * width_ + cell % grid.width + 1)];
+		if (at == static_cast<std::uint8_t>(Cell::kOccupied)) at = kFurniture;
+	}
 	std::vector<std::uint8_t> cells = skip_distances(classes, width_, kMostSkipped);
 	for (std::size_t cell = 0; cell < classes.size(); cell++)
 		cells[cell] = static_cast<std::uint8_t>((cells[cell] << kClassBits) | classes[cell]);

@@ -12,8 +12,7 @@ namespace d2s1r
 struct TracedBeams
 {
 	/// [-] Walls that a beam passed: runs of occupied cells that it entered and left, except right before its end. A
-	/// corner that is cut over less than one cell counts by the part of a cell. Furniture is no wall: see
-	/// find_furniture().
+	/// corner that is cut over less than one cell counts by the part of a cell. Furniture is no wall.
 	std::vector<float> walls;
 	/// [m] Way of a beam through unknown space, which includes all that is outside of the grid.
 	std::vector<float> unknown;
@@ -35,8 +34,9 @@ struct PackedCells
 class BeamTracer
 {
    public:
-	/// Prepares the cells of `grid`.
-	explicit BeamTracer(const Grid& grid);
+	/// Prepares the cells of `grid`. \param furniture cells that are no wall where they are occupied: see
+	/// find_furniture()
+	explicit BeamTracer(const Grid& grid, const std::vector<CellIndex>& furniture = {});
 
 	/// Makes an empty one, for fields() to read into.
 	BeamTracer() = default;

@@ -30,8 +30,8 @@ WallMeasure measure_walls(const Grid& grid);
 MapMeasure measure_map(const Grid& grid);
 
 /// Returns the occupied cells of furniture: pieces of the drawn walls less than 1 m long and wide, more than 0.1 m from
-/// all others, and beside no unknown cell, as parts of walls are that were seen from one side. The legs of chairs and tables, bags and posts are moved, or seen in one scan and missed in the
-/// next.
+/// all others, and beside no unknown cell, as parts of walls are that were seen from one side. The legs of chairs and
+/// tables, bags and posts are moved, or seen in one scan and missed in the next.
 std::vector<CellIndex> find_furniture(const Grid& grid);
 
 /// Returns `grid` with walls whose surfaces lie `depth` [m] deeper: occupied cells that are less than that behind the
