@@ -3,9 +3,9 @@
 """Learns the weights of the beam model, the temperature and the presence model.
 
 Without --rawlog: from the sites of D2S1R_DATA and from drawn floors, as they are and with worse maps and lesser
-sensors. Writes to --output: learned.ini (the defaults of parameters.h are these numbers), README.md with a table of all
-kinds of data and one in which every site is left out in turn, reliability.png. The weights that it starts from are
-fixed, so that the same data and programs give the same numbers.
+sensors. Writes to --output: learned.ini, README.md with a table of all kinds of data and one in which every site is left
+out in turn, reliability.png. The weights that it starts from are fixed, so that the same data and programs give the same
+numbers. The defaults of parameters.h are not these numbers yet: tests/experiments/RESULTS.md compares the two.
 
 With --map, --rawlog and --ground-truth: from your own scans, in your map and, as scans of somewhere else, in drawn
 floors; the result stays near the defaults where the scans tell little. Writes learned.ini, for rawlog-localize -c.
