@@ -118,7 +118,7 @@ struct BeamModel
 /// are learned by logistic regression on the recorded sites and drawn plans.
 struct PresenceModel
 {
-	double bias = -13.65;           //!< [-]
+	double bias = -13.15;           //!< [-]
 	double explained = 9.8;         //!< [-] by the share of explained returns at the best place
 	double in_front = 7.9;          //!< [-] by the share that ends in front of walls, at most that of the explained
 	double unexplained = 0.014;     //!< [-] by beams not explained: gives back part of what log_likelihood charges
