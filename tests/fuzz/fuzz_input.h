@@ -14,7 +14,7 @@
 #include <fstream>
 #include <string>
 
-#ifdef __SANITIZE_ADDRESS__
+#if defined(__SANITIZE_ADDRESS__) && defined(__clang__)  // GCC has no such header
 #include <sanitizer/allocator_interface.h>
 #endif
 
@@ -41,7 +41,7 @@ inline void require_one_line(const std::string& message)
 /// Their limit is one of address space, of which AddressSanitizer takes so much beforehand that none is ever refused.
 inline void limit_memory_of_own_processes()
 {
-#ifdef __SANITIZE_ADDRESS__
+#if defined(__SANITIZE_ADDRESS__) && defined(__clang__)  // GCC has no such header
 	static const pid_t program = getpid();
 	const auto look = [](const volatile void*, std::size_t)
 	{
