@@ -6,7 +6,8 @@ import gzip
 import numpy as np
 from scipy import optimize
 
-SCORE = ("log_likelihood", "explained", "in_front", "unexplained", "depth_edges", "surfaces", "tolerance")  # columns before the terms
+# Columns before the terms.
+SCORE = ("log_likelihood", "explained", "in_front", "unexplained", "depth_edges", "surfaces", "tolerance")
 HOPELESS = 0.1  # [-] probability that anything else than the likelihoods decided which place is right
 MOST_LEAD = 12.0  # [-] as in decide()
 PRESENCE = ("bias", "explained", "in_front", "unexplained", "log_likelihood", "lead", "depth_edges", "surfaces")
@@ -34,7 +35,7 @@ def term_names(file):
 
 
 def load_places(files, weights):
-    """Of all sets, in their order: \p files are those that write_terms wrote, \p weights how much a frame counts."""
+    """Of all sets, in their order: \\p files are those that write_terms wrote, \\p weights how much a frame counts."""
     blocks, firsts, sets, rows = [], [], [], 0
     for number, file in enumerate(files):
         block = np.loadtxt(file, delimiter=",", skiprows=1, ndmin=2)
@@ -52,7 +53,7 @@ def load_places(files, weights):
 
 
 def of_sets(places, wanted):
-    """The frames of the sets for which \p wanted (bool by number of the set) holds."""
+    """The frames of the sets for which \\p wanted (bool by number of the set) holds."""
     return of_frames_mask(places, wanted[places.set_of_frame])
 
 
@@ -61,7 +62,7 @@ def of_frames(values, places, operation):
 
 
 def log_sum(values, places, mask=None):
-    """ln of the sum of exp(values) over each frame; of those in \p mask only."""
+    """ln of the sum of exp(values) over each frame; of those in \\p mask only."""
     values = values if mask is None else np.where(mask, values, -np.inf)
     most = of_frames(values, places, np.maximum)
     most = np.where(np.isfinite(most), most, 0)
@@ -70,7 +71,7 @@ def log_sum(values, places, mask=None):
 
 
 def minimize(loss, start, scale, pull):
-    """The minimum of loss(weights) -> (value, gradient), with a pull back to \p start: `pull` times the squares of
+    """The minimum of loss(weights) -> (value, gradient), with a pull back to \\p start: `pull` times the squares of
     the differences in units of `scale`."""
     def whole(x):
         weights = start + x / scale
@@ -104,7 +105,7 @@ def fit_beam_model(places, start, pull):
 
 
 def of_frames_mask(places, frames):
-    """The frames for which \p frames (bool by frame) holds."""
+    """The frames for which \\p frames (bool by frame) holds."""
     mask = frames[places.frame_of]
     return Places(places.terms[mask], {name: v[mask] for name, v in places.score.items()}, places.right[mask],
                   places.added[mask], np.concatenate([[0], np.cumsum(np.diff(places.first)[frames])]),
@@ -171,7 +172,7 @@ def presence_features(places, ranked, temperature):
 
 
 def fit_presence(features, has_right, counts, start, pull):
-    """Logistic regression; \p counts: how much each frame does."""
+    """Logistic regression; \\p counts: how much each frame does."""
     def loss(weights):
         odds = features @ weights
         value = counts @ (np.logaddexp(0, odds) - has_right * odds)
@@ -199,7 +200,7 @@ class Weights:
 
 
 def learn(places, start, pull):
-    """\p start: Weights that the result is pulled to, by \p pull frames."""
+    """\\p start: Weights that the result is pulled to, by \\p pull frames."""
     beam_model = fit_beam_model(places, start.beam_model, pull)
     ranked = rank(places, beam_model)
     found = of_frames_mask(places, ranked.best >= 0)

@@ -141,7 +141,7 @@ def floor_folder(folder, floor):
 
 def of_sites(found, frames, frames_of_each):
     """The recorded and simulated scans of the sites: as they are, and with worse maps and lesser sensors.
-    \p frames of a set as it is, \\p frames_of_each of the others."""
+    \\p frames of a set as it is, \\p frames_of_each of the others."""
     for site in found:
         for scans in ("test", "sim360_off", "sim360_clutter", "sim270_off"):
             if not site.has(scans):
@@ -162,7 +162,7 @@ def of_sites(found, frames, frames_of_each):
 
 
 def on_floors(folder, frames=FLOOR_SCANS, floors=len(FLOORS)):
-    """Every drawn floor as it is and degraded, seen by lasers that take turns; \p frames of each set."""
+    """Every drawn floor as it is and degraded, seen by lasers that take turns; \\p frames of each set."""
     few = (f"frames={frames}",)
     lasers, maps = itertools.cycle(LASERS.items()), itertools.cycle(MAPS.items())
     for seed, (kind, area) in enumerate(FLOORS[:floors]):
