@@ -107,7 +107,7 @@ def draw_reliability(plain, file):
 
 
 def draw_reliability_of(kinds, file):
-    """\p kinds: {name: frames}, a panel each."""
+    """\\p kinds: {name: frames}, a panel each."""
     drawn = {name: frames for name, frames in kinds.items() if frames}
     if not drawn:
         return ""

@@ -72,7 +72,7 @@ def frames_of(results, **wanted):
 
 
 def write(results, others, figures, arguments, version, seconds):
-    """\p others: results of rivals.py"""
+    """\\p others: results of rivals.py"""
     plain = {(job.site.name, job.scans, job.config): frames for job, frames in frames_of(results)}
     parts = [
         INTRODUCTION.format(
