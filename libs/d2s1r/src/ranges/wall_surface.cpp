@@ -146,14 +146,18 @@ std::vector<CellIndex> find_furniture(const Grid& grid)
 			for (std::size_t i = 0; i < piece.size(); i++)
 			{
 				const int x = piece[i] % grid.width, y = piece[i] / grid.width;
+				bool is_inside = true;
 				for (const Step& step : kSteps)
 				{
 					const int u = x + step.column, v = y + step.row;
-					is_in_free_space = is_in_free_space && grid.contains(u, v) && grid.at(u, v) != Cell::kUnknown;
+					const Cell beside = grid.contains(u, v) ? grid.at(u, v) : Cell::kUnknown;
+					is_in_free_space = is_in_free_space && beside != Cell::kUnknown;
+					is_inside = is_inside && beside == Cell::kOccupied;
 				}
 				left = std::min(left, x), right = std::max(right, x), top = std::max(top, y);
-				for (int v = std::max(0, y - gap); v <= std::min(grid.height - 1, y + gap); v++)
-					for (int u = std::max(0, x - gap); u <= std::min(grid.width - 1, x + gap); u++) visit(u, v);
+				const int reach = is_inside ? 1 : gap;  // a cell at the surface is nearer to whatever is beyond it
+				for (int v = std::max(0, y - reach); v <= std::min(grid.height - 1, y + reach); v++)
+					for (int u = std::max(0, x - reach); u <= std::min(grid.width - 1, x + reach); u++) visit(u, v);
 			}
 			if (is_in_free_space && is_small(left, right) && is_small(row, top))
 				furniture.insert(furniture.end(), piece.begin(), piece.end());
