@@ -4,6 +4,7 @@
 #include <mrpt/obs/CObservationRobotPose.h>
 #include <mrpt/obs/CSensoryFrame.h>
 
+#include "../mrpt/shell.h"
 #include "app_process.h"
 #include "app_world.h"
 
@@ -97,8 +98,8 @@ TEST_F(AppRawlogs, ResultsOfAnEarlierRunAreReplaced)
 
 TEST_F(AppRawlogs, StockRawlogEditReadsTheResultAndTakesItApart)
 {
+	if (const auto why = why_not("rawlog-edit", RAWLOG_LOCALIZE); !why.empty()) GTEST_SKIP() << why;
 	const auto stock = run_program({"rawlog-edit", "--version"});
-	if (stock.status == 127) GTEST_SKIP() << "rawlog-edit is missing: install mrpt-apps";
 	for (const Objects& log : {observation_log(), action_log()})
 	{
 		save(log, path("in.rawlog"));

@@ -185,7 +185,7 @@ TEST_P(TurtleBotLog, IsLocalizedWhereTheLaserWas)
 	while (const auto object = reader->next())
 		for (const auto& scan : object->scans)
 		{
-			const std::int64_t time = std::llround(mrpt::Clock::toDouble(scan->timestamp) * 1e4);
+			const std::int64_t time = std::llround(logs::to_seconds(scan->timestamp) * 1e4);
 			const auto pose = poses.lower_bound(time - 5);
 			if (pose == poses.end() || pose->first > time + 5) continue;
 			const Localization result = localizer.localize(*scan);

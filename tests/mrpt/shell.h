@@ -29,13 +29,14 @@ inline CommandResult run_command(const std::string& command)
 	return result;
 }
 
-/// Says why a stock program of MRPT cannot be run with `module`; empty if it can.
-inline std::string why_not(const std::string& program, const std::string& module)
+/// Says why a stock program of MRPT cannot be run with `ours`, a module or program, or with what it wrote; empty if it
+/// can.
+inline std::string why_not(const std::string& program, const std::string& ours)
 {
 	if (run_command("command -v " + program).status != 0) return program + " is not installed (mrpt-apps)";
 	const auto library = [](const std::string& file)
 	{ return run_command("ldd " + file + " | grep -o 'libmrpt.obs\\.so[.0-9]*' | head -n 1").output; };
-	const std::string its = library("$(command -v " + program + ")"), ours = library(module);
-	return its == ours ? "" : program + " is of another version of MRPT than this module: " + its + "and " + ours;
+	const std::string its = library("$(command -v " + program + ")"), wanted = library(ours);
+	return its == wanted ? "" : program + " is of another version of MRPT than " + ours + ": " + its + "and " + wanted;
 }
 }  // namespace d2s1r::test

@@ -345,7 +345,7 @@ std::vector<Offset> offsets_from_truth(const std::vector<Sample>& samples, const
 	std::vector<Frame> frames;
 	for (std::size_t i = 0; i < samples.size(); i++)
 		if (trial.answers[i].status == Status::kLocalized)
-			frames.push_back({i, mrpt::Clock::toDouble(samples[i].scan->timestamp), trial.answers[i]});
+			frames.push_back({i, logs::to_seconds(samples[i].scan->timestamp), trial.answers[i]});
 	const AlignedTruth aligned = align_truth(truth, frames);
 	std::vector<Offset> offsets;
 	for (const Match& match : match(frames, aligned.lines))

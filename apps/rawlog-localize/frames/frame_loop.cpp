@@ -25,12 +25,6 @@ constexpr std::size_t kMostObjects = 1024;  //!< [-] the same of objects, which 
 
 using Clock = std::chrono::steady_clock;
 
-/// Returns [s] since the epoch, 0 if the observation has no time.
-double seconds(const mrpt::obs::CObservation& observation)
-{
-	return observation.timestamp == INVALID_TIMESTAMP ? 0.0 : mrpt::Clock::toDouble(observation.timestamp);
-}
-
 /// Adds the time from its construction to its end to a sum.
 class ScopedTimer
 {
@@ -71,12 +65,12 @@ class LastScans
 		if (!object.odometry) return;
 		before_ = std::exchange(robot_, *object.odometry);
 		const auto* reading = dynamic_cast<const mrpt::obs::CObservation*>(object.object.get());
-		time_before_ = std::exchange(time_, reading ? seconds(*reading) : 0);
+		time_before_ = std::exchange(time_, reading ? logs::to_seconds(reading->timestamp) : 0);
 	}
 
 	void add(const mrpt::obs::CObservation2DRangeScan::ConstPtr& scan)
 	{
-		scans_[scan->sensorLabel] = {scan, robot_at(seconds(*scan))};
+		scans_[scan->sensorLabel] = {scan, robot_at(logs::to_seconds(scan->timestamp))};
 	}
 
 	/// Returns the scans that are at most 0.5 s older than the last one of the laser `label`, which is the last of
@@ -85,9 +79,10 @@ class LastScans
 	{
 		constexpr double kOldest = 0.5;  // [s]
 		const PlacedObservation& newest = scans_.at(label);
+		const double now = logs::to_seconds(newest.observation->timestamp);
 		Lasers lasers;
 		for (const auto& [other, placed] : scans_)
-			if (other != label && std::abs(seconds(*newest.observation) - seconds(*placed.observation)) <= kOldest)
+			if (other != label && std::abs(now - logs::to_seconds(placed.observation->timestamp)) <= kOldest)
 				lasers.push_back(placed);
 		lasers.push_back(newest);
 		return lasers;
@@ -235,7 +230,7 @@ class Follower
 	{
 		const auto motion = odometry_.take();
 		const Localization& one_shot = *job.result;
-		Frame frame{job.frame, seconds(*job.scan), one_shot, {}, {}, job.read_at};
+		Frame frame{job.frame, logs::to_seconds(job.scan->timestamp), one_shot, {}, {}, job.read_at};
 		if (window_)
 		{
 			frame.alone = one_shot;

@@ -335,7 +335,7 @@ class CarmenReader : public LogReader
 		{
 			if (!line->scan && line->time <= newest_) continue;
 			newest_ = line->time;
-			const auto time = mrpt::Clock::fromDouble(line->time);
+			const auto time = from_seconds(line->time);
 			scan_ = line->scan;
 			middle_angle_ = line->middle_angle;
 			if (scan_) scan_->timestamp = time;

@@ -135,7 +135,26 @@ class OverridingReader : public LogReader
 	std::string label_;
 	Overrides overrides_;
 };
+
+constexpr double kTicksPerSecond = mrpt::Clock::period::den;  //!< [1/s] a tick is 100 ns
+constexpr double kFirstTime = -1e10;                          //!< [s] in 1653; MRPT's clock starts in 1601
+constexpr double kLastTime = 1e11;                            //!< [s] in 5138
 }  // namespace
+
+double to_seconds(mrpt::Clock::time_point time)
+{
+	if (time == INVALID_TIMESTAMP) return 0;
+	// A damaged log may hold any number, so that the difference may be out of range: unsigned numbers wrap around.
+	const auto ticks = static_cast<std::uint64_t>(time.time_since_epoch().count());
+	const auto epoch = static_cast<std::uint64_t>(mrpt::Clock::fromDouble(0).time_since_epoch().count());
+	return static_cast<double>(static_cast<std::int64_t>(ticks - epoch)) / kTicksPerSecond;
+}
+
+mrpt::Clock::time_point from_seconds(double seconds)
+{
+	const double held = std::clamp(seconds, kFirstTime, kLastTime);
+	return mrpt::Clock::fromDouble(0) + mrpt::Clock::duration(std::llround(held * kTicksPerSecond));
+}
 
 RawlogObject to_rawlog_object(const mrpt::obs::CObservation::Ptr& observation, double middle_angle)
 {

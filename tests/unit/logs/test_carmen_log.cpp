@@ -24,7 +24,7 @@ std::string flaser(double time, std::size_t beams = 180, const std::string& robo
 
 double seconds_of(const RawlogObject& object)
 {
-	return mrpt::Clock::toDouble(std::dynamic_pointer_cast<mrpt::obs::CObservation>(object.object)->timestamp);
+	return to_seconds(std::dynamic_pointer_cast<mrpt::obs::CObservation>(object.object)->timestamp);
 }
 }  // namespace
 

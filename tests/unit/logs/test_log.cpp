@@ -7,6 +7,9 @@
 
 #include <mrpt/serialization/CArchive.h>
 
+#include <cmath>
+#include <limits>
+
 using namespace d2s1r::test;
 using namespace d2s1r::logs;
 
@@ -114,4 +117,21 @@ TEST_F(LogFiles, MaxRangeReplacesThatOfTheLog)
 	};
 	EXPECT_EQ(validity(6.5F), "1111110");  // readings of 1 m to 7 m
 	EXPECT_EQ(validity(100), "1111111");
+}
+
+TEST(LogTime, IsExactTo100NanosecondsWhateverMrptRoundsTo)
+{
+	EXPECT_EQ(to_seconds(from_seconds(1'600'000'000.1234567)), 1'600'000'000.1234567);
+	for (const double seconds : {-1.5, 1e-7, 0.3, 123.4, 1'600'000'000.4})
+		EXPECT_EQ(to_seconds(from_seconds(seconds)), seconds);
+	EXPECT_EQ(to_seconds(INVALID_TIMESTAMP), 0);
+}
+
+TEST(LogTime, OfADamagedLogIsSomeNumber)
+{
+	using Limits = std::numeric_limits<mrpt::Clock::rep>;
+	for (const auto ticks : {Limits::min(), Limits::max()})
+		EXPECT_TRUE(std::isfinite(to_seconds(mrpt::Clock::time_point(mrpt::Clock::duration(ticks)))));
+	EXPECT_EQ(to_seconds(from_seconds(1e300)), 1e11);
+	EXPECT_EQ(to_seconds(from_seconds(-1e300)), -1e10);
 }

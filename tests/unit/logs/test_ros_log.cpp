@@ -97,7 +97,7 @@ TEST_F(RosLog, ScanHasTheTimeAndTheTopicOfItsMessage)
 {
 	const auto scan = scan_with({});
 	EXPECT_EQ(scan->sensorLabel, "/scan");
-	EXPECT_EQ(mrpt::Clock::toDouble(scan->timestamp), 1'600'000'000.1234567);
+	EXPECT_EQ(to_seconds(scan->timestamp), 1'600'000'000.1234567);
 	EXPECT_EQ(scan->maxRange, 30.0F);
 }
 
@@ -108,7 +108,7 @@ TEST_F(RosLog, MessageWithoutATimeHasThatOfItsRecording)
 	scan.time = 0;
 	message.data = scan_message(Wire::kRos1, scan);
 	const auto objects = objects_of(log_of({message}, Wire::kRos1));
-	EXPECT_EQ(mrpt::Clock::toDouble(objects.at(0).scans.at(0)->timestamp), 1'600'000'000.1234567);
+	EXPECT_EQ(to_seconds(objects.at(0).scans.at(0)->timestamp), 1'600'000'000.1234567);
 }
 
 TEST_F(RosLog, ScanNeedNotBeSymmetric)

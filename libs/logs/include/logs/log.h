@@ -26,6 +26,13 @@ inline constexpr const char* kPoseLabel = "D2S1R";
 /// Labels the pseudo-odometry in localized.rawlog as that of a sensor.
 inline constexpr const char* kPseudoOdometryLabel = "D2S1R_ODO";
 
+/// Returns [s] since the epoch, 0 if there is no time. Clock::toDouble() of MRPT 3 may be a microsecond off.
+double to_seconds(mrpt::Clock::time_point time);
+
+/// Returns a time [s] since the epoch as MRPT holds it, to the nearest 100 ns, which Clock::fromDouble() cuts off. A
+/// time before 1653 or after 5138 becomes the nearest of these.
+mrpt::Clock::time_point from_seconds(double seconds);
+
 /// Holds the scans of one object of a log.
 using Scans = std::vector<mrpt::obs::CObservation2DRangeScan::Ptr>;
 
