@@ -10,6 +10,9 @@ from scipy import optimize
 SCORE = ("log_likelihood", "explained", "in_front", "unexplained", "depth_edges", "surfaces", "tolerance")
 HOPELESS = 0.1  # [-] probability that anything else than the likelihoods decided which place is right
 MOST_LEAD = 12.0  # [-] as in decide()
+# [beam of 1 deg] Margins are given in nat, so weights are scaled: with so many unexplained ones in a sharp map, the
+# difference of two log-likelihoods is the log-odds of the two places.
+USUALLY_UNEXPLAINED = 20.0
 PRESENCE = ("bias", "explained", "in_front", "unexplained", "log_likelihood", "lead", "depth_edges", "surfaces")
 
 
@@ -206,5 +209,8 @@ def learn(places, start, pull):
     found = of_frames_mask(places, ranked.best >= 0)
     ranked = rank(found, beam_model)
     temperature = fit_temperature(found, ranked)
+    scale = temperature[0] + temperature[1] * USUALLY_UNEXPLAINED
+    beam_model, temperature = beam_model / scale, temperature / [scale, scale, 1]
+    ranked = rank(found, beam_model)
     features = presence_features(found, ranked, temperature)
     return Weights(beam_model, temperature, fit_presence(features, ranked.has_right, found.weight, start.presence, pull))
