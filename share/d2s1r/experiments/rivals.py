@@ -13,6 +13,7 @@ import sites
 import tables
 
 SITES = ("intel", "fr079", "mit_csail", "mit_killian", "fr_campus")  # real scans, recorded by robots
+DRIVE_FRAMES = 40  # [-] of a drive: so many drives that none shares frames with another
 CONVERGED = (0.2, 10)  # [m, deg] as in the paper's Section IV-B.1
 
 
@@ -22,12 +23,11 @@ class Method:
     title: str
     paper: str
     keyframes: bool = False  # needs the scans that built the map, and does not look at the map itself
-    thinning: int = 1  # [-] of so many scans one is localized: it takes seconds a scan
 
 
 METHODS = {
     "exhaustive": Method("exhaustive likelihood field", "Thrun, Burgard and Fox 2005: 0.15 m, 5 deg; AMCL's mixture"),
-    "branch-and-bound": Method("branch and bound", "Hess et al. 2016; Cartographer's depths and voxels", thinning=4),
+    "branch-and-bound": Method("branch and bound", "Hess et al. 2016; Cartographer's depths and voxels"),
     "bag-of-words": Method("FLIRT, bag of words", "Tipaldi and Arras 2010; Sivic and Zisserman 2003", True),
     "phrases": Method("geometrical FLIRT phrases", "Tipaldi, Spinello and Burgard 2013", True),
     "glare": Method("GLARE", "Himstedt et al. 2014", True),
@@ -104,11 +104,11 @@ class DriveJob:
 def all_jobs(found, frames):
     """Jobs of all rivals on those of SITES that are there; none if `frames` is 0."""
     present = [site for site in found if site.name in SITES] if frames else []
-    jobs = [RivalJob(site, condition, method, -(-frames // kind.thinning))
+    jobs = [RivalJob(site, condition, method, frames)
             for site in present for condition, of in CONDITIONS.items() if site.has(of.scans)
             for method, kind in METHODS.items()
             if not kind.keyframes or (not of.smeared and keyframes_of(site, of.scans))]
-    drives = [DriveJob(site, start, min(frames, 20)) for site in present if site.has("run")
+    drives = [DriveJob(site, start, min(frames, 20, max(1, len(site.truth("run")) // DRIVE_FRAMES))) for site in present if site.has("run")
               for start in ("near", "anywhere")]
     return jobs + drives
 

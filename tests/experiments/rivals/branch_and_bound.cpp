@@ -76,6 +76,15 @@ struct Node
 	int column = 0, row = 0;  //!< [cells] first position
 };
 
+/// Whether the robot can be in the window of `size` x `size` cells that begins at a cell.
+bool has_free_cell(const Grid& grid, int column, int row, int size)
+{
+	for (int y = row; y < std::min(grid.height, row + size); y++)
+		for (int x = column; x < std::min(grid.width, column + size); x++)
+			if (grid.at(x, y) == Cell::kFree) return true;
+	return false;
+}
+
 class Search
 {
    public:
@@ -85,10 +94,11 @@ class Search
 	{
 		const int size = 1 << (kDepths - 1);
 		std::vector<Node> nodes;
-		for (int heading = 0; heading < static_cast<int>(turned_.size()); heading++)
-			for (int row = 0; row < grid.height; row += size)
-				for (int column = 0; column < grid.width; column += size)
-					nodes.push_back(bounded({0, heading, column, row}, kDepths - 1));
+		for (int row = 0; row < grid.height; row += size)
+			for (int column = 0; column < grid.width; column += size)
+				if (has_free_cell(grid, column, row, size))
+					for (int heading = 0; heading < static_cast<int>(turned_.size()); heading++)
+						nodes.push_back(bounded({0, heading, column, row}, kDepths - 1));
 		descend(nodes, kDepths - 1);
 		return best_;
 	}

@@ -43,7 +43,8 @@ Rival exhaustive_search(const Grid& grid);
 /// windows of 64 to 1 cells, each with the greatest probability of its cells as bound. The angular step is that of
 /// Eq. 6. The search window is the whole map, as in Cartographer's search of a full submap, whose settings are used:
 /// 7 depths, scans thinned by voxels of at most 0.9 m to about 100 points. Cartographer's least score for a
-/// localization, 0.6, is left out: the best pose is always told.
+/// localization, 0.6, is left out: the best pose is always told. Windows of the whole size without a free cell are left
+/// out, too, which only helps: the robot cannot be there.
 /// \param most_range [m] of the returns that are used: 50, as in Cartographer's settings
 Rival branch_and_bound(const Grid& grid, double most_range = 50);
 
