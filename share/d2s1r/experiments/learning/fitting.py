@@ -140,17 +140,20 @@ def rank(places, weights):
     return Ranked(best, value, found & places.right[best], found & of_frames(right, places, np.logical_or))
 
 
-def fit_temperature(places, ranked):
-    """Of frames in which a place found is right, and another one is not."""
+def fit_temperature(places, ranked, start, pull):
+    """Of frames in which a place found is right, and another one is not; with a pull back to \\p start, where x is
+    pulled by `pull` times the square of 2 (x - start) / (x + start), some ln(x / start)."""
     frame = places.frame_of
     right = places.right & ~places.added
     used = ranked.has_right & (of_frames(~right & ~places.added, places, np.add) > 0)
 
     def loss(x):
         value = ranked.value / np.maximum(tempering(places, ranked, x), 0.05)[frame]
-        return float(places.weight[used] @ (log_sum(value, places)[used] - log_sum(value, places, right)[used]))
+        away = 2 * (x - start) / (x + start)
+        unlikely = (log_sum(value, places) - log_sum(value, places, right))[used]
+        return float(places.weight[used] @ unlikely + pull * away @ away)
 
-    found = optimize.minimize(loss, [1.0, 0.005, 10.0], method="Nelder-Mead", bounds=[(0.1, 10), (0, 0.1), (0, 100)],
+    found = optimize.minimize(loss, start, method="Nelder-Mead", bounds=[(0.1, 10), (0, 0.1), (0, 100)],
                               options={"xatol": 1e-5, "fatol": 1e-4, "maxiter": 2000})
     return found.x
 
@@ -208,7 +211,7 @@ def learn(places, start, pull):
     ranked = rank(places, beam_model)
     found = of_frames_mask(places, ranked.best >= 0)
     ranked = rank(found, beam_model)
-    temperature = fit_temperature(found, ranked)
+    temperature = fit_temperature(found, ranked, start.temperature, pull)
     scale = temperature[0] + temperature[1] * USUALLY_UNEXPLAINED
     beam_model, temperature = beam_model / scale, temperature / [scale, scale, 1]
     ranked = rank(found, beam_model)
