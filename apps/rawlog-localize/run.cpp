@@ -150,8 +150,7 @@ ExitStatus localize(
 	RunReport report{flags, parameters, outputs ? outputs->frames().frames() : unknown, maps, sensor};
 	report.build_seconds = build_watch.Tac();
 	if (outputs) outputs->save_map(map->localizer().map(), parameters);
-	if (backend)
-		backend->start(map, {flags.motion, map->localizer().parameters().filter, flags.seed, flags.query.prior});
+	if (backend) backend->start(fusion_maps(maps), {flags.motion, map->localizer().parameters().filter, flags.seed});
 	report.selected_frames = selection.size();
 
 	const mrpt::system::CTicTac watch;

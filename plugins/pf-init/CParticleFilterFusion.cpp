@@ -45,16 +45,15 @@ void add_error_of_mean(
 }
 }  // namespace
 
-void CParticleFilterFusion::start(const CSignatureMap2D::ConstPtr& map, const FusionParameters& parameters)
+void CParticleFilterFusion::start(const std::vector<FusionMap>& maps, const FusionParameters& parameters)
 {
-	if (!map || map->isEmpty()) throw std::invalid_argument("particle filter: the map is empty");
 	if (parameters.filter.particles < 1) throw std::invalid_argument("particle filter: give at least one particle");
-	map_ = map;
+	maps_ = pf::MapRow(maps);
 	parameters_ = parameters;
-	recovery_ = pf::Recovery(map, parameters);
-	particles_.options.metricMap = map;
-	map->likelihood_field();  // is built now rather than at the first scan
-	map->localizer();
+	recovery_ = pf::Recovery(maps_, parameters);
+	for (const FusionMap& map : maps) map.map->localizer();  // is built now rather than at the first scan
+	// The likelihood field, too; but if there are many maps, a field for each would need much memory.
+	if (maps.size() == 1) maps.front().map->likelihood_field();
 	odometry_check_ = {};
 	last_pose_.reset();
 	last_motion_ = {};
@@ -64,35 +63,40 @@ void CParticleFilterFusion::start(const CSignatureMap2D::ConstPtr& map, const Fu
 
 std::optional<FusedPose> CParticleFilterFusion::step(const FusionInput& input)
 {
-	if (!map_) throw std::logic_error("CParticleFilterFusion::step() before start()");
+	if (maps_.empty()) throw std::logic_error("CParticleFilterFusion::step() before start()");
 	const mrpt::system::CTicTac watch;
+	const Localization localization = maps_.in_row(input.localization);
 	// MRPT's filters draw from the generator of their thread. It is replaced, not re-seeded, because randomize() keeps
 	// a normal number that an earlier draw left over.
 	mrpt::random::getRandomGenerator() = mrpt::random::CRandomGenerator(random_.drawUniform32bit());
-	note_whether_in_map(input.localization);
+	note_whether_in_map(localization);
 	const bool was_seeded = last_pose_.has_value();
-	if (was_seeded) last_pose_ = follow(input);
-	if (!last_pose_ && recovery_.seed(particles_, input.localization))
+	if (was_seeded) last_pose_ = follow({input.scan, localization, input.odometry});
+	if (!last_pose_ && recovery_.seed(particles_, localization))
 	{
-		last_pose_ = estimate(input.localization);
+		last_pose_ = estimate(localization);
 		last_pose_->event = was_seeded ? FusionEvent::kReseeded : FusionEvent::kSeeded;
 	}
-	previous_ = input.localization;
-	if (last_pose_) last_pose_->step_ms = 1e3 * watch.Tac();
-	return last_pose_;
+	previous_ = localization;
+	if (!last_pose_) return std::nullopt;
+	FusedPose pose = *last_pose_;
+	pose.map = maps_.at(pose.pose).name;
+	pose.pose = maps_.in_map(pose.pose);
+	pose.step_ms = 1e3 * watch.Tac();
+	return pose;
 }
 
 std::optional<FusedPose> CParticleFilterFusion::follow(const FusionInput& input)
 {
-	const auto scan = pf::thinned(input.scan, static_cast<std::size_t>(map_->likelihood_options().beams));
+	const auto scan = pf::thinned(input.scan, static_cast<std::size_t>(maps_.likelihood_options().beams));
 	const CPosePDFGaussian motion = motion_to(input);
 	adapt_number_of_particles(motion);
 	pf::move_particles(particles_, motion);
-	if (!pf::weigh_by_prior(particles_, parameters_.prior)) return std::nullopt;
+	if (!pf::weigh_by_prior(particles_, maps_)) return std::nullopt;
 	recovery_.allow_for_kidnapping(tuning);
 	const double lost = recovery_.probability_of_being_lost(particles_, scan, input.localization, tuning);
 	pf::weigh_by_hypotheses(particles_, input.localization, tuning);
-	const double effective = pf::weigh_by_scan_and_resample(particles_, *map_, scan, input.localization, tuning);
+	const double effective = pf::weigh_by_scan_and_resample(particles_, maps_, scan, input.localization, tuning);
 	recovery_.admit(particles_, input.localization, lost, tuning, random_);
 	last_motion_ = motion.mean;
 

@@ -6,6 +6,7 @@
 #include <mrpt/random/RandomGenerators.h>
 #include <mrpt/slam/CMonteCarloLocalization2D.h>
 
+#include "map_row.h"
 #include "recovery.h"
 #include "tuning.h"
 
@@ -21,28 +22,30 @@ namespace d2s1r
 /// lightest ones; their weight is the probability that the filter is lost (recovery.h). While the filter explains the
 /// scans that is little, and they die out. If it is wrong, because the robot was carried away or the start was wrong,
 /// they take over within a few scans, or at once if they explain a scan far better; the walls that its beams would have
-/// to pass where the filter is count there, too. That is reported as a re-seed. The filter remembers the probability
+/// to pass where the filter is count there, too. That is reported as a re-seed. With several maps the particles may be
+/// in any of them (map_row.h), and a robot that takes the elevator is found on the other floor in the same way as one
+/// that is carried away. The filter remembers the probability
 /// that no hypothesis is right, and until a scan settles it, no place is tracked.
 class CParticleFilterFusion : public CFusionBackend
 {
 	DEFINE_MRPT_OBJECT(CParticleFilterFusion, d2s1r)
 
    public:
-	void start(const CSignatureMap2D::ConstPtr& map, const FusionParameters& parameters) override;
+	void start(const std::vector<FusionMap>& maps, const FusionParameters& parameters) override;
 	std::optional<FusedPose> step(const FusionInput& input) override;
 
 	pf::Tuning tuning;
 
    private:
-	CSignatureMap2D::ConstPtr map_;
+	pf::MapRow maps_;
 	FusionParameters parameters_;
 	mrpt::slam::CMonteCarloLocalization2D particles_;
 	pf::Recovery recovery_;
 	mrpt::random::CRandomGenerator random_;
 	OdometryCheck odometry_check_;
-	Localization previous_;               //!< of the last scan
+	Localization previous_;               //!< of the last scan, in the row of maps
 	mrpt::poses::CPose2D last_motion_;    //!< increment to the last scan, robot frame of the one before
-	std::optional<FusedPose> last_pose_;  //!< of the last scan; none before the filter is seeded
+	std::optional<FusedPose> last_pose_;  //!< of the last scan, in the row of maps; none before the filter is seeded
 	double found_ = 0;                    //!< [0, 1] pf::probability_found(), average over the last scans
 
 	std::optional<FusedPose> follow(const FusionInput& input);

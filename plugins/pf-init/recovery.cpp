@@ -27,8 +27,7 @@ std::vector<std::size_t> lightest(const mrpt::poses::CPosePDFParticles& particle
 	return order;
 }
 
-Recovery::Recovery(const CSignatureMap2D::ConstPtr& map, const FusionParameters& parameters)
-    : map_(map), prior_(parameters.prior)
+Recovery::Recovery(const MapRow& maps, const FusionParameters& parameters) : maps_(maps)
 {
 	seeding_.particles = parameters.filter.particles;
 	seeding_.seed = parameters.seed;
@@ -38,7 +37,7 @@ bool Recovery::seed(mrpt::poses::CPosePDFParticles& particles, const Localizatio
 {
 	if (localization.hypotheses.empty()) return false;
 	nowhere_ = 1 - probability_found(localization);
-	assign_particles(particles, seed_particles(map_->localizer(), localization, seeding_, prior_));
+	assign_particles(particles, maps_.seed(localization, seeding_));
 	return true;
 }
 
@@ -48,10 +47,9 @@ double Recovery::probability_of_being_lost(
 {
 	if (localization.hypotheses.empty()) return 0;
 	if (probability_found(localization) < tuning.least_found) return tuning.admitted_probability;
-	const Scan beams = make_scan(scan, map_->parameters().scan);
-	const auto points = end_points(beams, map_->likelihood_options().beams);
-	const auto log_likelihood = [&](const mrpt::math::TPose2D& pose)
-	{ return map_->likelihood_field().log_likelihood(points, pose); };
+	const Scan beams = make_scan(scan, maps_.parameters().scan);
+	const auto points = end_points(beams, maps_.likelihood_options().beams);
+	const auto log_likelihood = [&](const mrpt::math::TPose2D& pose) { return maps_.log_likelihood(points, pose); };
 	double best = -std::numeric_limits<double>::infinity();  // [nat] of the hypotheses
 	for (const Hypothesis& hypothesis : localization.hypotheses)
 		best = std::max(best, std::log(hypothesis.probability + 1e-12) + log_likelihood(hypothesis.pose.asTPose()));
@@ -72,8 +70,7 @@ double Recovery::likelihood_of_places(
 {
 	constexpr double kEnough = 0.01;  // [-] the filter may well be right
 	constexpr double kAny = std::numeric_limits<double>::infinity();
-	const Localizer& localizer = map_->localizer();
-	if (localizer.parameters().method == Method::kPaper) return kAny;  // it has no beam model
+	if (maps_.parameters().method == Method::kPaper) return kAny;  // it has no beam model
 	const auto weights = normalized_weights(particles);
 	const Hypothesis& best = localization.best();
 	double likelihood = 0;
@@ -82,8 +79,8 @@ double Recovery::likelihood_of_places(
 		    hypothesis.probability / best.probability * weight_near(particles, weights, hypothesis.pose.asTPose());
 	if (likelihood > kEnough) return kAny;
 	const auto place = dominant_place(particles, weights);
-	const auto of_place = localizer.hypothesis_near(scan, mrpt::poses::CPose2D(place.pose));
-	const auto of_best = localizer.hypothesis_near(scan, best.pose);
+	const auto of_place = maps_.hypothesis_near(scan, place.pose);
+	const auto of_best = maps_.hypothesis_near(scan, best.pose.asTPose());
 	if (!of_place || !of_best) return kAny;
 	return likelihood + place.probability * std::exp(*of_place->log_likelihood - *of_best->log_likelihood);
 }
@@ -99,7 +96,7 @@ void Recovery::admit(
 	few.particles = static_cast<int>(std::lround(share * static_cast<double>(particles.m_particles.size())));
 	if (few.particles < 1) return;
 	few.seed = random.drawUniform32bit();
-	const auto admitted = seed_particles(map_->localizer(), localization, few, prior_);
+	const auto admitted = maps_.seed(localization, few);
 	const auto replaced = lightest(particles, admitted.size());
 
 	const auto weights = normalized_weights(particles);

@@ -1,13 +1,13 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <d2s1r/CFusionBackend.h>
 #include <d2s1r/seeding.h>
 #include <mrpt/poses/CPosePDFParticles.h>
 #include <mrpt/random/RandomGenerators.h>
 
 #include <vector>
 
+#include "map_row.h"
 #include "tuning.h"
 
 namespace d2s1r::pf
@@ -17,12 +17,12 @@ namespace d2s1r::pf
 std::vector<std::size_t> lightest(const mrpt::poses::CPosePDFParticles& particles, std::size_t count);
 
 /// Seeds a particle filter with the hypotheses of a scan, finds out whether it is lost, and seeds it again. It
-/// remembers how probable it is that no particle is where the robot is.
+/// remembers how probable it is that no particle is where the robot is. All poses are in the row of maps.
 class Recovery
 {
    public:
 	Recovery() = default;
-	Recovery(const CSignatureMap2D::ConstPtr& map, const FusionParameters& parameters);
+	Recovery(const MapRow& maps, const FusionParameters& parameters);
 
 	/// Replaces all particles by ones drawn from the hypotheses.
 	/// \return false if there is no hypothesis
@@ -49,9 +49,8 @@ class Recovery
 	double likelihood_of_places(
 	    const mrpt::poses::CPosePDFParticles& particles, const Scan& scan, const Localization& localization) const;
 
-	CSignatureMap2D::ConstPtr map_;
+	MapRow maps_;
 	SeedingParameters seeding_;
-	Prior prior_;
 	double nowhere_ = 0;  ///< [0, 1] probability_nowhere()
 };
 }  // namespace d2s1r::pf

@@ -1,7 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include <d2s1r/likelihood_field.h>
 #include <mrpt/math/wrap2pi.h>
-#include <mrpt/obs/CSensoryFrame.h>
 
 #include <algorithm>
 #include <cmath>
@@ -17,18 +16,17 @@ namespace
 /// Returns whether the filter's place explains enough of a scan that no place of the map explains well. Such a scan
 /// would draw particles that are elsewhere to the next wall.
 bool explains(
-    const mrpt::poses::CPosePDFParticles& particles, const CSignatureMap2D& map,
-    const mrpt::obs::CObservation2DRangeScan& scan, const Tuning& tuning)
+    const mrpt::poses::CPosePDFParticles& particles, const MapRow& maps, const mrpt::obs::CObservation2DRangeScan& scan,
+    const Tuning& tuning)
 {
-	const auto& options = map.likelihood_options();
-	const Scan beams = make_scan(scan, map.parameters().scan);
+	const auto& options = maps.likelihood_options();
+	const Scan beams = make_scan(scan, maps.parameters().scan);
 	const auto points = end_points(beams, options.beams);
-	if (points.empty() || is_covered(beams, map.parameters().scan)) return false;
+	if (points.empty() || is_covered(beams, maps.parameters().scan)) return false;
 	const auto place = dominant_place(particles, normalized_weights(particles));
 	const double of_nothing =
 	    std::min(options.independent_beams, static_cast<double>(points.size())) * std::log(options.random_share);
-	const double log_likelihood = map.likelihood_field().log_likelihood(points, place.pose);
-	return log_likelihood >= (1 - tuning.least_explained) * of_nothing;
+	return maps.log_likelihood(points, place.pose) >= (1 - tuning.least_explained) * of_nothing;
 }
 }  // namespace
 
@@ -57,12 +55,12 @@ mrpt::obs::CObservation2DRangeScan thinned(const mrpt::obs::CObservation2DRangeS
 	return few;
 }
 
-bool weigh_by_prior(mrpt::poses::CPosePDFParticles& particles, const Prior& prior)
+bool weigh_by_prior(mrpt::poses::CPosePDFParticles& particles, const MapRow& maps)
 {
 	constexpr double kRuledOut = -50;  // [nat]
 	bool is_any_left = false;
 	for (auto& particle : particles.m_particles)
-		if (prior.allows(particle.d))
+		if (maps.allows(particle.d))
 			is_any_left = true;
 		else
 			particle.log_w += kRuledOut;
@@ -90,17 +88,22 @@ void weigh_by_hypotheses(
 }
 
 double weigh_by_scan_and_resample(
-    mrpt::slam::CMonteCarloLocalization2D& particles, const CSignatureMap2D& map,
+    mrpt::slam::CMonteCarloLocalization2D& particles, const MapRow& maps,
     const mrpt::obs::CObservation2DRangeScan& scan, const Localization& localization, const Tuning& tuning)
 {
 	const double found = probability_found(localization);
-	if (found < tuning.least_found && !explains(particles, map, scan, tuning)) return particles.ESS();
-	mrpt::obs::CSensoryFrame observations;
-	observations.insert(mrpt::obs::CObservation2DRangeScan::Create(scan));
-	auto filter = filter_of_fixed_size();
-	filter.m_options.powFactor = tuning.unexplained_power + (1 - tuning.unexplained_power) * found;
-	mrpt::bayes::CParticleFilter::TParticleFilterStats statistics;
-	filter.executeOn(particles, nullptr, &observations, &statistics);
-	return statistics.ESS_beforeResample;
+	if (found < tuning.least_found && !explains(particles, maps, scan, tuning)) return particles.ESS();
+	// As MRPT's executeOn() does, which knows one map only.
+	const double power = tuning.unexplained_power + (1 - tuning.unexplained_power) * found;
+	for (auto& particle : particles.m_particles)
+	{
+		const mrpt::poses::CPose3D pose(maps.in_map(particle.d));
+		particle.log_w += power * maps.at(particle.d).map->computeObservationLikelihood(scan, pose);
+	}
+	particles.normalizeWeights();
+	const double effective = particles.ESS();
+	const auto options = filter_of_fixed_size().m_options;
+	if (effective < options.BETA) particles.performResampling(options);
+	return effective;
 }
 }  // namespace d2s1r::pf

@@ -1,7 +1,9 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // Several maps: an atlas as a yaml file, a folder or several -m; the column map.
+#include <d2s1r/version.h>
 #include <mrpt/img/CImage.h>
 #include <mrpt/obs/CObservationOdometry.h>
+#include D2S1R_DRAWING_SCENE
 
 #include <set>
 
@@ -92,7 +94,7 @@ TEST_F(AppAtlas, TheIndexOfEachMapIsKeptInAFolder)
 	EXPECT_NE(second.out.find("map         ground"), std::string::npos) << second.out;
 }
 
-TEST_F(AppAtlas, TheWindowFollowsTheRobotFromMapToMap)
+TEST_F(AppAtlas, WindowAndFilterFollowTheRobotFromMapToMap)
 {
 	Objects log;
 	const auto add = [&](const d2s1r::Grid& grid, const mrpt::math::TPose2D& robot, double way)
@@ -105,14 +107,27 @@ TEST_F(AppAtlas, TheWindowFollowsTheRobotFromMapToMap)
 	for (int i = 0; i < 6; i++) add(flat(), walk()[2], 0);
 	for (int i = 0; i < 8; i++) add(make_twin_rooms(), {1.0 + 0.3 * i, 0.9, 0}, 0.3 * i);
 	save(log, path("elevator.rawlog"));
-	const CsvTable frames = localize({"-m", path("maps/atlas.yaml"), "--window", "10"}, "elevator");
+	const CsvTable frames = localize({"-m", path("maps/atlas.yaml"), "--window", "10", "--fuse"}, "elevator");
+	const CsvTable fused(
+	    path("out/fused.csv"),
+	    "frame,timestamp,x,y,phi,std_x,std_y,std_phi,particles,effective_sample_size,status,event,probability,step_ms,"
+	    "map");
 	ASSERT_EQ(frames.size(), 14U);
+	ASSERT_EQ(fused.size(), 14U);
 	EXPECT_EQ(frames.text(5, "map"), "ground");
+	EXPECT_EQ(fused.text(5, "map"), "ground");
 	for (std::size_t i = 10; i < 14; i++)
 	{
 		EXPECT_EQ(frames.text(i, "map"), "upper") << i;
 		EXPECT_EQ(frames.text(i, "status"), "localized") << i;
+		EXPECT_EQ(fused.text(i, "map"), "upper") << i;
+		EXPECT_EQ(fused.text(i, "status"), "tracking") << i;
+		EXPECT_NEAR(fused.number(i, "x"), 1.0 + 0.3 * (static_cast<double>(i) - 6), 0.2) << i;
 	}
+	d2s1r::DrawnScene scene;
+	ASSERT_TRUE(scene.loadFromFile(path("out/scene.3Dscene")));
+	EXPECT_TRUE(scene.getByName("map_names"));
+	EXPECT_TRUE(scene.getByName("fused_trajectory"));
 }
 
 TEST_F(AppAtlas, WhatIsAboutOneMapIsRefused)
@@ -125,7 +140,6 @@ TEST_F(AppAtlas, WhatIsAboutOneMapIsRefused)
 		expect_refusal(all, 1, parts);
 	};
 	const std::string several = "does not go with several maps: ";
-	refuse({"--fuse"}, {"--fuse", several, "--window"});
 	refuse({"--region", "0,0,1,1"}, {"--region", several, "'region'"});
 	refuse({"--save-map", path("a.map")}, {"--save-map", several});
 	refuse({"--write-pf-ini", path("a.ini")}, {"--write-pf-ini", several});

@@ -19,7 +19,8 @@ using namespace d2s1r::test;
 namespace
 {
 constexpr const char* kFusedHeader =
-    "frame,timestamp,x,y,phi,std_x,std_y,std_phi,particles,effective_sample_size,status,event,probability,step_ms";
+    "frame,timestamp,x,y,phi,std_x,std_y,std_phi,particles,effective_sample_size,status,event,probability,step_ms,"
+    "map";
 }
 
 class AppFuse : public AppTest

@@ -108,7 +108,7 @@ void run_fusion(
 	CParticleFilterFusion filter;
 	for (const Drive& drive : drives)
 	{
-		filter.start(map, parameters);
+		filter.start({{map}}, parameters);
 		judge_fusion(filter, drive, *map, jump, fused);
 		judge_alone(drive, *map, alone);
 		parameters.seed++;

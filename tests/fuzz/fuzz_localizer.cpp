@@ -199,8 +199,7 @@ void drive(const CSignatureMap2D::Ptr& map, Numbers& numbers)
 	parameters.motion = MotionSource(numbers.byte() % 3);
 	parameters.filter.particles = numbers.whole(1, 60);
 	parameters.seed = numbers.byte();
-	parameters.prior = random_prior(numbers);
-	filter.start(map, parameters);
+	filter.start({{map, random_prior(numbers)}}, parameters);
 	const auto odd = random_observation(numbers);
 	for (int frame = 0; frame < 4; frame++)
 	{

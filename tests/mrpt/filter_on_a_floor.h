@@ -98,9 +98,9 @@ class FilterOnAFloor : public testing::Test
 		return drive;
 	}
 
-	std::vector<FusedPose> follow(const Drive& drive, const FusionParameters& parameters = {})
+	std::vector<FusedPose> follow(const Drive& drive, const FusionParameters& parameters = {}, const Prior& prior = {})
 	{
-		filter_.start(map(), parameters);
+		filter_.start({{map(), prior}}, parameters);
 		std::vector<FusedPose> poses;
 		for (const Frame& frame : drive)
 			poses.push_back(filter_.step({frame.scan, frame.localization, frame.odometry}).value());

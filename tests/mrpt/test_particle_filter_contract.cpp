@@ -68,8 +68,9 @@ TEST_F(FilterOnAFloor, RefusesToStartOnNothing)
 	FusionParameters none;
 	none.filter.particles = 0;
 	EXPECT_THROW(filter_.start({}, {}), std::invalid_argument);
-	EXPECT_THROW(filter_.start(CSignatureMap2D::Create(), {}), std::invalid_argument);
-	EXPECT_THROW(filter_.start(map(), none), std::invalid_argument);
+	EXPECT_THROW(filter_.start({{}}, {}), std::invalid_argument);
+	EXPECT_THROW(filter_.start({{CSignatureMap2D::Create()}}, {}), std::invalid_argument);
+	EXPECT_THROW(filter_.start({{map()}}, none), std::invalid_argument);
 }
 
 TEST_F(FilterOnAFloor, IsMadeByItsNameAsAFusionBackend)

@@ -23,8 +23,8 @@ TEST_F(FilterOnAFloor, AnotherFilterInTheProcessAndOtherThreadsChangeNothing)
 	const Drive drive = drive_along(along_corridor(6));
 	const auto alone = follow(drive);
 	CParticleFilterFusion other;
-	other.start(map(), {MotionSource::kPseudo, 301, 5});  // draws an odd number of normal numbers
-	filter_.start(map(), {});
+	other.start({{map()}}, {MotionSource::kPseudo, 301, 5});  // draws an odd number of normal numbers
+	filter_.start({{map()}}, {});
 	for (std::size_t i = 0; i < drive.size(); i++)
 	{
 		const FusionInput input{drive[i].scan, drive[i].localization, drive[i].odometry};
@@ -85,7 +85,7 @@ TEST(FilterInRooms, LeavesAPlaceThatHasAllWallsTheScanShowsAndMoreInBetween)
 		return frame;
 	};
 	CParticleFilterFusion filter;
-	filter.start(CSignatureMap2D::Create(*make_map(floor)), {});
+	filter.start({{CSignatureMap2D::Create(*make_map(floor))}}, {});
 	const Frame before = frame_at(room), after = frame_at(hall);
 	for (int i = 0; i < 5; i++)
 		expect_at(filter.step({before.scan, before.localization, before.odometry}).value(), room);
@@ -206,39 +206,36 @@ TEST_F(FilterOnAFloor, FewParticlesThatCountAreNoCertainty)
 TEST_F(FilterOnAFloor, LooksForPlacesThatNoScanShowedWithinThePriorOnly)
 {
 	FusionParameters parameters;
-	parameters.prior = make_prior(-3, 5, 3, 7);
+	const Prior prior = make_prior(-3, 5, 3, 7);
 	Drive drive = drive_along(along_corridor(1));
 	drive[0].localization = result_of({hypothesis_at(CPose2D(drive[0].truth), 0.01)});
 	drive.push_back(blind_stop(drive[0]));
-	const auto within = [&](const FusionParameters& used)
+	const auto within = [&](const Prior& used)
 	{
-		const FusedPose pose = follow(drive, used).back();
-		return parameters.prior.allows_position(pose.pose.x, pose.pose.y, 0.5);
+		const FusedPose pose = follow(drive, parameters, used).back();
+		return prior.allows_position(pose.pose.x, pose.pose.y, 0.5);
 	};
 	int elsewhere = 0;
 	for (parameters.seed = 1; parameters.seed <= 5; parameters.seed++)
 	{
-		EXPECT_TRUE(within(parameters)) << parameters.seed;
-		FusionParameters anywhere;
-		anywhere.seed = parameters.seed;
-		elsewhere += within(anywhere) ? 0 : 1;
+		EXPECT_TRUE(within(prior)) << parameters.seed;
+		elsewhere += within({}) ? 0 : 1;
 	}
 	EXPECT_GT(elsewhere, 0);
 }
 
 TEST_F(FilterOnAFloor, StaysWithinThePrior)
 {
-	FusionParameters parameters;
 	Drive drive = drive_along(along_corridor(12));
-	parameters.prior = make_prior(drive[0].truth.x - 0.5, 5, drive[6].truth.x, 7);
-	filter_.start(map(), parameters);
+	const Prior prior = make_prior(drive[0].truth.x - 0.5, 5, drive[6].truth.x, 7);
+	filter_.start({{map(), prior}}, {});
 	int poses = 0;
 	for (std::size_t i = 0; i < drive.size(); i++)
 	{
-		if (!parameters.prior.allows(drive[i].truth)) drive[i].localization = no_place(Status::kRejected, "outside");
+		if (!prior.allows(drive[i].truth)) drive[i].localization = no_place(Status::kRejected, "outside");
 		const auto pose = filter_.step({drive[i].scan, drive[i].localization, drive[i].odometry});
 		if (!pose) continue;
-		EXPECT_TRUE(parameters.prior.allows(pose->pose)) << i << ": " << pose->pose;
+		EXPECT_TRUE(prior.allows(pose->pose)) << i << ": " << pose->pose;
 		poses++;
 	}
 	EXPECT_GE(poses, 6);
@@ -249,7 +246,7 @@ TEST_F(FilterOnAFloor, WaitsForAFirstHypothesis)
 {
 	Drive drive = drive_along(along_corridor(3));
 	drive[0].localization = drive[1].localization = no_place(Status::kRejected, "crowded");
-	filter_.start(map(), {});
+	filter_.start({{map()}}, {});
 	for (std::size_t i = 0; i < 2; i++) EXPECT_FALSE(filter_.step({drive[i].scan, drive[i].localization, {}}));
 	const auto pose = filter_.step({drive[2].scan, drive[2].localization, {}});
 	ASSERT_TRUE(pose);

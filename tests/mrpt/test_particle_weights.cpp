@@ -126,7 +126,7 @@ TEST_F(FilterOnAFloor, LooksForPlacesThatNoScanShowedAmongTheFreeCells)
 		return std::find(cells.begin(), cells.end(), cell) != cells.end();
 	};
 	const auto poses =
-	    starts_anywhere([&](auto& filter, const auto& parameters) { filter.start(wide_places, parameters); });
+	    starts_anywhere([&](auto& filter, const auto& parameters) { filter.start({{wide_places}}, parameters); });
 	for (const TPose2D& pose : poses) EXPECT_TRUE(is_at_one(pose)) << pose;
 	EXPECT_GT(distance_between(poses[0], poses[1]), 0.5);
 }
@@ -135,10 +135,8 @@ TEST_F(FilterOnAFloor, StartsWithinThePriorOnly)
 {
 	const Prior prior = make_prior(-3, 5, 3, 7);
 	const auto poses = starts_anywhere(
-	    [&](auto& filter, FusionParameters parameters)
-	    {
-		    parameters.prior = prior;
-		    filter.start(map(), parameters);
+	    [&](auto& filter, FusionParameters parameters) {
+		    filter.start({{map(), prior}}, parameters);
 	    });
 	for (const TPose2D& pose : poses) EXPECT_TRUE(prior.allows_position(pose.x, pose.y)) << pose;
 }

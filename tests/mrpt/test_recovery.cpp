@@ -60,7 +60,7 @@ class RecoveryOnAFloor : public FilterOnAFloor
 
 	static inline const TPose2D kFilter{-1, 6, 0}, kElsewhere{4.3, 8.3, -1.5};
 	pf::Tuning tuning_;
-	pf::Recovery recovery_{map(), {}};
+	pf::Recovery recovery_{pf::MapRow({{map()}}), {}};
 	CPosePDFParticles particles_;
 	mrpt::random::CRandomGenerator random_{1};
 };

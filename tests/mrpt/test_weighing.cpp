@@ -2,6 +2,8 @@
 #include <d2s1r/likelihood_field.h>
 #include <gtest/gtest.h>
 
+#include <array>
+
 #include "made_hypotheses.h"
 #include "test_maps.h"
 #include "weighing.h"
@@ -70,10 +72,18 @@ std::vector<double> log_weights(const mrpt::poses::CPosePDFParticles& particles)
 	return weights;
 }
 
+/// Maps of which the only one has a prior: the box between two corners [m].
+d2s1r::pf::MapRow maps_with(const std::array<double, 4>& box)
+{
+	const d2s1r::Grid room = d2s1r::test::make_picture_grid({"####", "#..#", "####"}, 1.0);
+	const auto map = d2s1r::CSignatureMap2D::Create(*d2s1r::test::make_map(room));
+	return d2s1r::pf::MapRow({{map, d2s1r::make_prior(box[0], box[1], box[2], box[3])}});
+}
+
 TEST(WeighedByPrior, ParticlesAreLightWhereTheRobotCannotBe)
 {
 	auto particles = three_particles();
-	EXPECT_TRUE(d2s1r::pf::weigh_by_prior(particles, d2s1r::make_prior(0.5, -1, 1.5, 1)));
+	EXPECT_TRUE(d2s1r::pf::weigh_by_prior(particles, maps_with({0.5, -1, 1.5, 1})));
 	const auto weights = log_weights(particles);
 	EXPECT_EQ(weights[1], 0);
 	for (const std::size_t i : {0U, 2U}) EXPECT_LT(weights[i], -40) << i;
@@ -82,7 +92,7 @@ TEST(WeighedByPrior, ParticlesAreLightWhereTheRobotCannotBe)
 TEST(WeighedByPrior, NoneIsLeftIfAllAreRuledOut)
 {
 	auto particles = three_particles();
-	EXPECT_FALSE(d2s1r::pf::weigh_by_prior(particles, d2s1r::make_prior(5, 5, 6, 6)));
+	EXPECT_FALSE(d2s1r::pf::weigh_by_prior(particles, maps_with({5, 5, 6, 6})));
 }
 
 TEST(WeighedByHypotheses, ParticlesAreHeavierNearTheProbableOne)

@@ -288,7 +288,6 @@ void check_atlas(const Flags& flags)
 	const auto refuse = [](const char* flag, const char* why)
 	{ throw UserError(kWrongUse, flag, std::string("does not go with several maps: ") + why); };
 	if (!flags.query.prior.anywhere()) refuse("--region", "give a map its 'region' in the yaml file of the atlas");
-	if (flags.fuse) refuse("--fuse", "the filter stays in one map; --window follows the robot from map to map");
 	if (flags.image) refuse("--resolution", "describe each image by a map_server yaml");
 	if (flags.diagnose) refuse("--diagnose", "name the map that the scans should fit to");
 	if (!flags.ground_truth.empty()) refuse("--ground-truth", "its poses do not tell their map");
@@ -371,6 +370,13 @@ std::vector<IndexedMap> load_maps(const Flags& flags, const Parameters& paramete
 		maps.push_back(std::move(map));
 	}
 	return maps;
+}
+
+std::vector<FusionMap> fusion_maps(const std::vector<IndexedMap>& maps)
+{
+	std::vector<FusionMap> of_fusion;
+	for (const IndexedMap& map : maps) of_fusion.push_back({map.map, map.entry.region, map.entry.name});
+	return of_fusion;
 }
 
 std::optional<Atlas> atlas_of(const std::vector<IndexedMap>& maps)

@@ -44,6 +44,9 @@ std::vector<IndexedMap> load_maps(const Flags& flags, const Parameters& paramete
 /// \throws UserError (kWrongUse) if they do not go together
 std::optional<Atlas> atlas_of(const std::vector<IndexedMap>& maps);
 
+/// Returns the maps for a fusion back-end.
+std::vector<FusionMap> fusion_maps(const std::vector<IndexedMap>& maps);
+
 /// Loads the index from the file of --index, with the map in it. If that is not given, or not the index of this map and
 /// these parameters, it does what build_map() does, and saves the index in that file.
 /// \throws UserError (as build_map(); kBadOutput if the index cannot be saved)

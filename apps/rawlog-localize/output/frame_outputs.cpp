@@ -19,7 +19,8 @@ constexpr const char* kFrameHeading =
     "frame,timestamp,status,x,y,phi,std_x,std_y,std_phi,confidence,hypotheses,relative_entropy,retrieval_ms,"
     "registration_ms,refinement_ms,total_ms,cov_xx,cov_xy,cov_xphi,cov_yy,cov_yphi,cov_phiphi,note,map\n";
 constexpr const char* kFusedHeading =
-    "frame,timestamp,x,y,phi,std_x,std_y,std_phi,particles,effective_sample_size,status,event,probability,step_ms\n";
+    "frame,timestamp,x,y,phi,std_x,std_y,std_phi,particles,effective_sample_size,status,event,probability,step_ms,"
+    "map\n";
 constexpr const char* kHypothesisHeading = "frame,rank,x,y,phi,probability,std_x,std_y,std_phi,map\n";
 
 /// Returns a text as a field of a CSV file, in quotes if it holds a separator.
@@ -93,15 +94,16 @@ void write_fused(TextFile& file, const Frame& frame)
 	file.print("%zu,%.6f,", frame.index, frame.timestamp);
 	if (!frame.fused)
 	{
-		file.print(",,,,,,,,waiting,%s,,\n", to_string(FusionEvent::kNone));
+		file.print(",,,,,,,,waiting,%s,,,\n", to_string(FusionEvent::kNone));
 		return;
 	}
 	const FusedPose& fused = *frame.fused;
 	const auto& covariance = fused.covariance;
 	file.print(
-	    "%.6f,%.6f,%.6f,%.6f,%.6f,%.6f,%zu,%.6f,%s,%s,%.6f,%.3f\n", fused.pose.x, fused.pose.y, fused.pose.phi,
+	    "%.6f,%.6f,%.6f,%.6f,%.6f,%.6f,%zu,%.6f,%s,%s,%.6f,%.3f,%s\n", fused.pose.x, fused.pose.y, fused.pose.phi,
 	    std::sqrt(covariance(0, 0)), std::sqrt(covariance(1, 1)), std::sqrt(covariance(2, 2)), fused.particles,
-	    fused.effective_sample_size, to_string(fused.status), to_string(fused.event), fused.probability, fused.step_ms);
+	    fused.effective_sample_size, to_string(fused.status), to_string(fused.event), fused.probability, fused.step_ms,
+	    csv_field(fused.map).c_str());
 }
 
 void write_fused_tum(TextFile& file, const Frame& frame)
@@ -170,8 +172,11 @@ std::string json_line(const Frame& frame)
 		json["hypotheses"].push_back(std::move(one));
 	}
 	if (frame.fused)
+	{
 		json["fused"] = with_pose(
 		    {{"status", to_string(frame.fused->status)}, {"event", to_string(frame.fused->event)}}, frame.fused->pose);
+		if (!frame.fused->map.empty()) json["fused"]["map"] = frame.fused->map;
+	}
 	if (!result.note.empty()) json["note"] = result.note;
 	json["total_ms"] = result.times.total_ms;
 	const auto latency = std::chrono::steady_clock::now() - frame.read_at;

@@ -5,7 +5,6 @@
 #include "output/files.h"
 #include "output/summary.h"
 #include "picture/map_png.h"
-#include "picture/map_view.h"
 #include "picture/scene_file.h"
 
 #include <unistd.h>
@@ -79,11 +78,11 @@ void RunOutputs::save_map(const mrpt::maps::COccupancyGridMap2D& grid, const Par
 	saved_map_->commit();
 }
 
-/// Writes the files that show the map.
-void RunOutputs::draw(const RunReport& report, const Grid& grid)
+/// Writes the files that show the map. \param names of the maps on a sheet; empty if there is one map
+void RunOutputs::draw(const RunReport& report, const Grid& grid, const std::vector<MapName>& names)
 {
-	write_map_png(report, grid, map_png_);
-	write_scene({grid, report.frames, frames_.last_localized_scan(), report.flags.fuse}, scene_);
+	write_map_png(report, grid, names, map_png_);
+	write_scene({grid, names, report.frames, frames_.last_localized_scan(), report.flags.fuse}, scene_);
 	page_.finish(report, grid);
 }
 
@@ -92,11 +91,11 @@ void RunOutputs::finish(const RunReport& report)
 	const Localizer& localizer = report.maps.front().map->localizer();
 	frames_.finish(localizer.map());
 	if (report.maps.size() == 1)
-		draw(report, localizer.grid());
+		draw(report, localizer.grid(), {});
 	else
 	{
 		const Sheet sheet = make_sheet(report.maps, report.frames);
-		draw({report.flags, report.parameters, sheet.frames, report.maps, report.sensor}, sheet.grid);
+		draw({report.flags, report.parameters, sheet.frames, report.maps, report.sensor}, sheet.grid, sheet.names);
 	}
 	write_run_json(report, run_json_);
 	run_json_.finish();

@@ -4,6 +4,7 @@
 #include "evaluation/run_report.h"
 #include "output/frame_outputs.h"
 #include "output/report_html.h"
+#include "picture/map_view.h"
 
 #include <d2s1r/grid.h>
 
@@ -51,7 +52,7 @@ class RunOutputs
 
    private:
 	void finish(const RunReport& report);
-	void draw(const RunReport& report, const Grid& grid);
+	void draw(const RunReport& report, const Grid& grid, const std::vector<MapName>& names);
 	void remove_files_of_earlier_run() const;
 
 	const Flags& flags_;

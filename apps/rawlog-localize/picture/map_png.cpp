@@ -3,7 +3,6 @@
 
 #include "output/output_file.h"
 #include "picture/canvas.h"
-#include "picture/map_view.h"
 
 #include <mrpt/core/format.h>
 
@@ -311,19 +310,30 @@ class Painter
 	void paint_fused()
 	{
 		std::vector<Pixel> piece;
+		const Frame* last = nullptr;
 		for (const auto& frame : report_.frames)
 		{
-			if (!frame.fused || frame.fused->event != FusionEvent::kNone)
+			if (!last || !is_fused_onwards(*last, frame))
 			{
 				draw_fused(canvas_, piece);
 				piece.clear();
 			}
 			if (frame.fused) piece.push_back(at(frame.fused->pose));
+			last = &frame;
 		}
 		draw_fused(canvas_, piece);
 		for (const auto& frame : report_.frames)
 			if (frame.fused && frame.fused->event == FusionEvent::kReseeded)
 				draw_reseed(canvas_, at(frame.fused->pose));
+	}
+
+	void paint_names(const std::vector<MapName>& names)
+	{
+		for (const MapName& map : names)
+		{
+			const Pixel start = view_.pixel(map.start.x, map.start.y);
+			canvas_.text(start.x, start.y, map.name, kInk);
+		}
 	}
 
 	/// Wrong localized frames come last, on top of all that might hide them.
@@ -348,9 +358,11 @@ class Painter
 	Canvas& canvas_;
 };
 
-std::vector<mrpt::math::TPoint2D> places(const RunReport& report)
+/// Returns what has to be in the picture.
+std::vector<mrpt::math::TPoint2D> places(const RunReport& report, const std::vector<MapName>& names)
 {
 	std::vector<mrpt::math::TPoint2D> points;
+	for (const MapName& map : names) points.emplace_back(map.start.x, map.start.y + 0.49 * map.height);
 	for (const auto& frame : report.frames)
 		if (frame.has_pose()) points.emplace_back(frame.result.best().pose.x(), frame.result.best().pose.y());
 	for (const auto& m : report.matches) points.emplace_back(m.truth.pose.x, m.truth.pose.y);
@@ -358,9 +370,9 @@ std::vector<mrpt::math::TPoint2D> places(const RunReport& report)
 }
 }  // namespace
 
-void write_map_png(const RunReport& report, const Grid& map, const PendingFile& file)
+void write_map_png(const RunReport& report, const Grid& map, const std::vector<MapName>& names, const PendingFile& file)
 {
-	const Grid grid = crop_for_picture(map, places(report));
+	const Grid grid = crop_for_picture(map, places(report, names));
 	MapView view = fit_view(grid, kLongSide, kLargestCell);
 	const int width = std::max(view.width + 2 * kMargin, kLeastWidth);
 	const Legend legend(legend_entries(report), view.scale, width);
@@ -375,6 +387,7 @@ void write_map_png(const RunReport& report, const Grid& map, const PendingFile& 
 	painter.paint_hypotheses();
 	painter.paint_path();
 	painter.paint_wrong();
+	painter.paint_names(names);
 	legend.draw(canvas, view.height + 2 * kMargin);
 	if (!canvas.save(file.temporary())) file.fail();
 }

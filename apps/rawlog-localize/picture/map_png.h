@@ -3,13 +3,16 @@
 
 #include "evaluation/run_report.h"
 #include "output/output_file.h"
+#include "picture/map_view.h"
 
 #include <d2s1r/grid.h>
 
 namespace d2s1r::app
 {
 /// Writes map.png: the known part of the map with ground truth, path, headings, hypotheses, fused path, wrong frames,
-/// legend and scale bar.
+/// the names of several maps, legend and scale bar.
+/// \param names of the maps on a sheet; empty if there is one map
 /// \throws UserError (kBadOutput)
-void write_map_png(const RunReport& report, const Grid& map, const PendingFile& file);
+void write_map_png(
+    const RunReport& report, const Grid& map, const std::vector<MapName>& names, const PendingFile& file);
 }  // namespace d2s1r::app

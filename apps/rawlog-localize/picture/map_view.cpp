@@ -142,10 +142,18 @@ struct OnSheet
 	double height() const { return grid->height * grid->cell_size; }
 };
 
-/// Places the maps in rows, whose maps are of about one height, on a sheet that is about as wide as high.
-std::map<std::string, OnSheet> placed_on_sheet(const std::vector<IndexedMap>& maps, const std::set<std::string>& used)
+/// Maps on a sheet, by name.
+struct Placed
 {
-	constexpr double kGap = 2;  // [m]
+	std::map<std::string, OnSheet> maps;
+	double gap;  //!< [m] between maps, and above the highest
+};
+
+/// Places the maps in rows, whose maps are of about one height, on a sheet that is about as wide as high.
+Placed placed_on_sheet(const std::vector<IndexedMap>& maps, const std::set<std::string>& used)
+{
+	constexpr double kLeastGap = 2;       // [m]
+	constexpr double kShareOfGap = 0.03;  // [-] of the width: a line of text
 	std::vector<std::pair<std::string, OnSheet>> order;
 	double area = 0;  // [m^2]
 	for (const IndexedMap& map : maps)
@@ -153,43 +161,43 @@ std::map<std::string, OnSheet> placed_on_sheet(const std::vector<IndexedMap>& ma
 		{
 			const Grid& grid = map.map->localizer().grid();
 			order.push_back({map.entry.name, {&grid, 0, 0}});
-			area += (order.back().second.width() + kGap) * (order.back().second.height() + kGap);
+			area += (order.back().second.width() + kLeastGap) * (order.back().second.height() + kLeastGap);
 		}
+	Placed placed{{}, std::max(kLeastGap, kShareOfGap * std::sqrt(area))};
 	std::stable_sort(
 	    order.begin(), order.end(), [](const auto& a, const auto& b) { return a.second.height() > b.second.height(); });
-	std::map<std::string, OnSheet> placed;
 	double x = 0, y = 0, height = 0;  // [m] of the row
 	for (auto& [name, map] : order)
 	{
 		if (x > 0 && x + map.width() > std::sqrt(area))
 		{
-			y += height + kGap;
+			y += height + placed.gap;
 			x = height = 0;
 		}
 		map.x = x;
 		map.y = y;
-		x += map.width() + kGap;
+		x += map.width() + placed.gap;
 		height = std::max(height, map.height());
-		placed.emplace(name, map);
+		placed.maps.emplace(name, map);
 	}
 	return placed;
 }
 
-Grid grid_of_sheet(const std::map<std::string, OnSheet>& placed)
+Grid grid_of_sheet(const Placed& placed)
 {
 	Grid sheet;
-	sheet.cell_size = placed.begin()->second.grid->cell_size;
+	sheet.cell_size = placed.maps.begin()->second.grid->cell_size;
 	double width = 0, height = 0;  // [m]
-	for (const auto& [name, map] : placed)
+	for (const auto& [name, map] : placed.maps)
 	{
 		sheet.cell_size = std::min(sheet.cell_size, map.grid->cell_size);
 		width = std::max(width, map.x + map.width());
-		height = std::max(height, map.y + map.height());
+		height = std::max(height, map.y + map.height() + placed.gap);
 	}
 	sheet.width = static_cast<int>(std::ceil(width / sheet.cell_size));
 	sheet.height = static_cast<int>(std::ceil(height / sheet.cell_size));
 	sheet.cells.assign(static_cast<std::size_t>(sheet.width) * static_cast<std::size_t>(sheet.height), Cell::kUnknown);
-	for (const auto& [name, map] : placed)
+	for (const auto& [name, map] : placed.maps)
 	{
 		const auto cell = [&](double metres) { return static_cast<int>(std::floor(metres / sheet.cell_size)); };
 		for (int row = cell(map.y); row < std::min(sheet.height, cell(map.y + map.height()) + 1); row++)
@@ -210,23 +218,38 @@ Sheet make_sheet(const std::vector<IndexedMap>& maps, const std::vector<Frame>& 
 {
 	std::set<std::string> used;
 	for (const Frame& frame : frames)
+	{
 		if (frame.has_pose()) used.insert(frame.result.best().map);
+		if (frame.fused) used.insert(frame.fused->map);
+	}
 	if (used.empty()) used.insert(maps.front().entry.name);
-	const auto placed = placed_on_sheet(maps, used);
-	Sheet sheet{grid_of_sheet(placed), frames};
+	const Placed placed = placed_on_sheet(maps, used);
+	Sheet sheet{grid_of_sheet(placed), {}, frames};
+	for (const auto& [name, map] : placed.maps)
+		sheet.names.push_back({name, {map.x, map.y + map.height() + 0.5 * placed.gap}, placed.gap});
+	const auto shift = [&](const std::string& name) -> mrpt::math::TPoint2D
+	{
+		const OnSheet& map = placed.maps.at(name);
+		return {map.x - map.grid->origin_x, map.y - map.grid->origin_y};
+	};
 	const auto move = [&](Localization& result)
 	{
 		auto& hypotheses = result.hypotheses;
-		const auto is_off = [&](const Hypothesis& hypothesis) { return placed.count(hypothesis.map) == 0; };
+		const auto is_off = [&](const Hypothesis& hypothesis) { return placed.maps.count(hypothesis.map) == 0; };
 		hypotheses.erase(std::remove_if(hypotheses.begin(), hypotheses.end(), is_off), hypotheses.end());
 		for (Hypothesis& hypothesis : hypotheses)
 		{
-			const OnSheet& map = placed.at(hypothesis.map);
-			hypothesis.pose.x_incr(map.x - map.grid->origin_x);
-			hypothesis.pose.y_incr(map.y - map.grid->origin_y);
+			hypothesis.pose.x_incr(shift(hypothesis.map).x);
+			hypothesis.pose.y_incr(shift(hypothesis.map).y);
 		}
 	};
-	for (Frame& frame : sheet.frames) move(frame.result);
+	for (Frame& frame : sheet.frames)
+	{
+		move(frame.result);
+		if (!frame.fused) continue;
+		frame.fused->pose.x += shift(frame.fused->map).x;
+		frame.fused->pose.y += shift(frame.fused->map).y;
+	}
 	return sheet;
 }
 
@@ -234,6 +257,11 @@ bool is_jump(const mrpt::math::TPose2D& from, const mrpt::math::TPose2D& to, dou
 {
 	const double possible = std::min(kAlwaysPossible + kGreatestSpeed * std::abs(seconds), kGreatestDistance);
 	return std::hypot(to.x - from.x, to.y - from.y) > possible;
+}
+
+bool is_fused_onwards(const Frame& from, const Frame& to)
+{
+	return from.fused && to.fused && to.fused->event == FusionEvent::kNone && from.fused->map == to.fused->map;
 }
 
 std::vector<std::vector<const Frame*>> path_pieces(const std::vector<Frame>& frames)

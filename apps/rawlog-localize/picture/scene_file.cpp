@@ -3,7 +3,6 @@
 
 #include "output/output_file.h"
 #include "picture/canvas.h"
-#include "picture/map_view.h"
 
 #include <d2s1r/version.h>
 
@@ -12,6 +11,7 @@
 #include D2S1R_DRAWING(CPlanarLaserScan.h)
 #include D2S1R_DRAWING(CSetOfLines.h)
 #include D2S1R_DRAWING(CSetOfObjects.h)
+#include D2S1R_DRAWING(CText3D.h)
 #include D2S1R_DRAWING(CTexturedPlane.h)
 #include D2S1R_DRAWING(stock_objects.h)
 
@@ -70,10 +70,24 @@ DrawnObject::Ptr fused_object(const std::vector<Frame>& frames)
 	for (std::size_t i = 1; i < frames.size(); i++)
 	{
 		const auto &from = frames[i - 1].fused, &to = frames[i].fused;
-		if (!from || !to || to->event != FusionEvent::kNone) continue;
+		if (!is_fused_onwards(frames[i - 1], frames[i])) continue;
 		lines->appendLine(from->pose.x, from->pose.y, 2 * kAboveGrid, to->pose.x, to->pose.y, 2 * kAboveGrid);
 	}
 	return lines;
+}
+
+DrawnObject::Ptr names_object(const std::vector<MapName>& names)
+{
+	auto texts = gl::CSetOfObjects::Create();
+	for (const MapName& map : names)
+	{
+		const double size = 0.5 * map.height;  // [m]
+		auto text = gl::CText3D::Create(map.name, "sans", size);
+		text->setLocation(map.start.x, map.start.y - 0.5 * size, static_cast<double>(kAboveGrid));
+		text->setColor_u8(kInk);
+		texts->insert(text);
+	}
+	return texts;
 }
 
 DrawnObject::Ptr hypotheses_object(const std::vector<Frame>& frames)
@@ -114,6 +128,7 @@ void write_scene(const SceneContent& content, GzipFile& file)
 {
 	DrawnScene scene;
 	insert(scene, grid_object(content), "grid");
+	if (!content.names.empty()) insert(scene, names_object(content.names), "map_names");
 	insert(scene, hypotheses_object(content.frames), "hypotheses");
 	insert(scene, trajectory_object(content.frames), "trajectory");
 	if (content.fused) insert(scene, fused_object(content.frames), "fused_trajectory");

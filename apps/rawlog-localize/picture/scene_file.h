@@ -3,6 +3,7 @@
 
 #include "frames/frame.h"
 #include "output/output_file.h"
+#include "picture/map_view.h"
 
 #include <d2s1r/grid.h>
 
@@ -15,13 +16,14 @@ namespace d2s1r::app
 struct SceneContent
 {
 	const Grid& grid;
+	const std::vector<MapName>& names;  //!< of the maps on a sheet; empty if there is one map
 	const std::vector<Frame>& frames;
 	mrpt::obs::CObservation2DRangeScan::ConstPtr last_scan;  //!< of the last localized frame; null if there is none
 	bool fused = false;                                      //!< whether frames have fused poses
 };
 
 /// Writes scene.3Dscene for MRPT's SceneViewer3D, with objects named "grid", "trajectory", "hypotheses",
-/// "fused_trajectory" (only if there is one) and "last_scan" (only if a frame was localized).
-/// \throws UserError (kBadOutput)
+/// "map_names" (only if there are several maps), "fused_trajectory" (only if there is one) and "last_scan" (only if a
+/// frame was localized). \throws UserError (kBadOutput)
 void write_scene(const SceneContent& content, GzipFile& file);
 }  // namespace d2s1r::app

@@ -5,6 +5,8 @@
 #include <mrpt/rtti/CObject.h>
 
 #include <optional>
+#include <string>
+#include <vector>
 
 namespace d2s1r
 {
@@ -24,14 +26,21 @@ struct FusionParameters
 	MotionSource motion = MotionSource::kBoth;  //!< what moves the filter
 	FilterParameters filter = {};               //!< how the filter is set
 	std::uint32_t seed = 1;                     //!< [-] the same seed and input give the same result
-	Prior prior = {};  //!< where the robot may be at any time; the hypotheses of the scans keep to it, too
+};
+
+/// Holds a map that the robot may be in.
+struct FusionMap
+{
+	CSignatureMap2D::ConstPtr map;  //!< must not be empty
+	Prior prior = {};       //!< where the robot may be in it at any time; the hypotheses of the scans keep to it, too
+	std::string name = {};  //!< which hypotheses in it tell; empty, as those of a Localizer, if it is the only map
 };
 
 /// Holds a scan and what else is known of its moment.
 struct FusionInput
 {
 	const mrpt::obs::CObservation2DRangeScan& scan;  //!< as the sensor gave it
-	const Localization& localization;                //!< of this scan alone
+	const Localization& localization;                //!< of this scan alone, in the maps that the fusion was given
 	/// Increment since the previous scan, in the robot frame then, m and rad; it is not used unless is_plausible().
 	std::optional<mrpt::poses::CPose2D> odometry;
 };
@@ -64,6 +73,7 @@ struct FusedPose
 {
 	FusionStatus status = FusionStatus::kAmbiguous;  //!< what the pose is worth
 	FusionEvent event = FusionEvent::kNone;          //!< how the pose came about
+	std::string map;                                 //!< name of the map that `pose` is in
 	mrpt::math::TPose2D pose;                        //!< robot in map, m and rad
 	mrpt::math::CMatrixDouble33 covariance;          //!< of pose within its place, (x, y, phi), m^2, m rad, rad^2
 	double probability = 0;                          //!< [0, 1] that the robot is at the place
@@ -80,12 +90,16 @@ class CFusionBackend : public mrpt::rtti::CObject
    public:
 	using Ptr = std::shared_ptr<CFusionBackend>;  //!< owns a back-end, as MRPT's pointers do
 
-	/// Forgets everything and starts in `map`, which must not be empty.
-	virtual void start(const CSignatureMap2D::ConstPtr& map, const FusionParameters& parameters) = 0;
+	/// Forgets everything and starts. With several maps, such as the floors of a building, it follows the robot from
+	/// map to map, as by an elevator.
+	/// \param maps one or more, with different names
+	/// \throws std::invalid_argument if there is no map, one is empty, or a parameter is out of range
+	virtual void start(const std::vector<FusionMap>& maps, const FusionParameters& parameters) = 0;
 
 	/// Takes in the next scan.
 	/// \return where the robot is; no value while there is nothing to start from, or to go on from within the prior
 	/// \throws std::logic_error before start()
+	/// \throws std::invalid_argument if a hypothesis is in a map that start() was not given
 	virtual std::optional<FusedPose> step(const FusionInput& input) = 0;
 };
 }  // namespace d2s1r
