@@ -24,8 +24,8 @@ namespace d2s1r
 /// they take over within a few scans, or at once if they explain a scan far better; the walls that its beams would have
 /// to pass where the filter is count there, too. That is reported as a re-seed. With several maps the particles may be
 /// in any of them (map_row.h), and a robot that takes the elevator is found on the other floor in the same way as one
-/// that is carried away. The filter remembers the probability
-/// that no hypothesis is right, and until a scan settles it, no place is tracked.
+/// that is carried away. The filter remembers the probability that no hypothesis is right, and until a scan settles it,
+/// no place is tracked.
 class CParticleFilterFusion : public CFusionBackend
 {
 	DEFINE_MRPT_OBJECT(CParticleFilterFusion, d2s1r)
