@@ -26,9 +26,9 @@ def draw_all(results, folder, with_maps):
         "maps": draw_maps({key: frames for key, frames in plain.items() if with_maps or key[0].name in FREE_MAPS},
                           folder / "success_maps.png"),
         "reliability": draw_reliability(plain, folder / "reliability.png"),
-        "field_of_view": draw_curves(tables.points(results, "field_of_view"), "field of view [deg]",
+        "field_of_view": draw_curves(tables.points(results, "field_of_view"), "field of view [deg] of a single scan",
                                      names, folder / "field_of_view.png"),
-        "blocked": draw_curves(tables.points(results, "blocked"), "share of the view that is blocked",
+        "blocked": draw_curves(tables.points(results, "blocked"), "share of the view of a single scan that is blocked",
                                names, folder / "clutter.png"),
     }
     plt.close("all")
@@ -135,7 +135,7 @@ def draw_curves(lines, meaning, names, file):
     for axis, config in zip(panels, plan.CONFIGS):
         for site, scans in sets:
             line = sorted(lines.get((site, scans, config), {}).items())
-            axis.plot([x for x, _ in line], [y for _, y in line], marker="o", color=f"C{names.index(site) % 10}",
+            axis.plot([x for x, _ in line], [measures.success(frames) for _, frames in line], marker="o", color=f"C{names.index(site) % 10}",
                       linestyle="-" if scans in sites.SIMULATED else "--", label=f"{site} {scans}")
         axis.set(title=plan.TITLES[config], xlabel=meaning, ylim=(0, 102))
         axis.grid(alpha=0.3)

@@ -1,7 +1,9 @@
 # d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 """Which runs the report is made of."""
 import dataclasses
+import math
 
+import runs
 import sites
 
 CONFIGS = ("paper", "default")
@@ -52,10 +54,24 @@ class Job:
         words += ["in", self.map_site.name] if self.map_site else []
         return "-".join(words)
 
+    def run(self, runner, folder):
+        """[Frame]"""
+        rawlog = self.site.folder / f"{self.scans}.rawlog"
+        more = ["--frames", f":{self.frames}", "--window", str(self.window)]
+        if not self.window:
+            altered = folder / "in.rawlog"
+            reach = self.reach if self.reach < USUAL["reach"] else math.inf
+            runner.call([runner.alter, rawlog, altered, f"frames={self.frames}", f"field_of_view={self.field_of_view}",
+                         f"blocked={self.blocked}", f"reach={reach}"])
+            rawlog, more = altered, []
+        runner.call([runner.localize, "-q", "-m", self.map, "-i", rawlog, "-o", folder, "-c",
+                     runner.configs / f"{self.config}.ini", *more])
+        return runs.read_frames(folder / "frames.csv", self)
 
-def widest(scans):
+
+def widest(site, scans):
     """[deg] field of view of a set."""
-    return 360 if scans in sites.SIMULATED else 180
+    return 360 if scans in sites.SIMULATED or site.name in sites.FULL_CIRCLES else 180
 
 
 def swept(site, frames):
@@ -65,7 +81,7 @@ def swept(site, frames):
             if not site.has(scans):
                 continue
             for field_of_view in FIELDS_OF_VIEW:
-                if field_of_view <= widest(scans):
+                if field_of_view <= widest(site, scans):
                     yield Job(site, scans, config, frames, field_of_view=field_of_view)
         if site.has("sim360_off"):
             for blocked in BLOCKED:

@@ -22,19 +22,14 @@ PRECISION = {"D_M0": (0.08, 0.61, 0.04, 0.45), "D_I0": (0.08, 0.89, 0.03, 0.87),
              "All": (0.08, 0.72, 0.04, 0.60)}
 
 # Programs of others that cannot be included because of their licences or what they depend on, built and run by us as
-# they are shipped, one thread each: (name, settings, scans, success [%], time a scan [ms]). 60 real 180 deg scans of a
-# site, test.rawlog on map_test, within 0.3 m and 5 deg, unless the row says otherwise.
+# they are shipped, one thread each: {column: (right, scans)} and the time of a scan of intel [ms]. Full circles (intel
+# and others, maps of 5 cm): within 0.2 m and 5 deg; real scans, 60 a site, `test` in map_test: within 0.3 m and 5 deg.
+PEER_COLUMNS = ("full circles, clean", "20 % blocked", "intel, real", "fr079, real", "mit_csail, real")
 PEERS = (
-    ("CBGL with PL-ICP", "as shipped", "intel / fr079 / mit_csail", "42 / 55 / 23", "589 / 1,042 / 1,964"),
-    ("CBGL with PL-ICP", "as shipped", "94 full circles, clean", "98", "943 (intel)"),
-    ("CBGL with PL-ICP", "as shipped", "94 full circles, 20 % blocked", "84", "-"),
-    ("iris_lama Loc2D", "as shipped", "intel / fr079 / mit_csail", "50 / 45 / 53", "285 / 372 / 442"),
-    ("iris_lama Loc2D", "as shipped", "94 full circles, clean", "83", "386 (intel)"),
-    ("iris_lama Loc2D", "as shipped", "94 full circles, 20 % blocked", "51", "-"),
-    ("Cartographer, branch and bound", "as shipped", "intel / fr079 / mit_csail", "70 / 65 / 57", "1,025 / 1,640 / 3,061"),
-    ("Cartographer, branch and bound", "as shipped", "31 full circles, clean", "90", "4,479 (intel)"),
-    ("Cartographer, branch and bound", "as shipped", "23 full circles, 20 % blocked", "83", "-"),
-    ("GFP (the authors' FLIRT phrases)", "as shipped", "300 full circles, clean", "61", "50 (intel)"),
-    ("GFP (the authors' FLIRT phrases)", "as shipped", "300 full circles, 20 % blocked", "44", "-"),
-    ("relocalization_toolbox, November 2025", "as shipped", "380 scans of seven sites", "74", "100 to 650 times ours"),
+    ("CBGL with PL-ICP", "as shipped", (92, 94), (79, 94), (25, 60), (33, 60), (14, 60), "943; real 589"),
+    ("Cartographer, branch and bound", "as shipped", (28, 31), (19, 23), (42, 60), (39, 60), (34, 60), "4,479; real 1,025"),
+    ("iris_lama, Loc2D", "as shipped", (78, 94), (48, 94), (30, 60), (27, 60), (32, 60), "386; real 285"),
+    ("GFLIP, the authors' FLIRT phrases", "as shipped", (182, 300), (132, 300), None, None, None, "50"),
+    ("relocalization_toolbox, November 2025", "as shipped: anchors by RRT, mean-range order, trimmed end-point likelihood, "
+     "ICP, early stop", None, None, (38, 60), (37, 60), (45, 60), "100 to 650 times d2s1r's processor time"),
 )

@@ -1,62 +1,72 @@
 # d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 """README.md: tables and figures."""
 import datetime
-import os
-import pathlib
-import subprocess
 
+import circles
 import plan
-import published
-import rivals
+import rays
+import rival_tables
 import tables
 
 INTRODUCTION = """# Results
 
-{version}, commit {commit}, {date}: `share/d2s1r/experiments/reproduce.py --frames {frames} --sweep-frames {sweep}
---rival-frames {rivals}{no_maps}`, {minutes:.0f} minutes, {jobs} single-threaded programs at a time on {machine}, {cores} cores. At
-most {frames} scans per set, {sweep} per point of a curve and {rivals} per set for the rivals, evenly spread over the set.
+{version}, measured at commit {commits} on {machines}; this page was written on {date} by
+`share/d2s1r/experiments/reproduce.py --frames {frames} --sweep-frames {sweep} --rival-frames {rivals}{no_maps}`.
+{jobs} runs took {minutes:.0f} minutes of processor time, the sum over all programs, each on one thread: half of that on two
+cores that do nothing else. At most {frames} scans per set, {sweep} per point of a curve and {rivals} per set for the
+rivals, evenly spread over the set.
 
-The published method is `config/paper.ini`, our implementation of it; d2s1r is `config/default.ini`. Its parameters were
-learned on intel, fr079, mit_csail, mit_killian, fr_campus and generated buildings; `learn.py` writes the figures of each
-site left out in turn. Sets of a site: `sim360_on` simulated on the mapping path, full circle; `sim360_off` anywhere
-reachable; `sim360_clutter` with people in the view; `sim270_off` with a field of view of 270 deg; `test` real scans of
-180 deg (mines: 240 deg; olin: 360 deg), in a map that was built without them. A success is a best pose within 0.2 m and
-5 deg of the truth (real scans: 0.3 m), whatever its status; success rates are over all scans.
+The published method is `config/paper.ini`, our implementation of it; d2s1r is `config/default.ini`. The parameters of
+d2s1r were learned on intel, fr079, mit_csail, mit_killian, fr_campus and generated buildings, so that its figures on these
+sites are not those of a building that it has never seen; the other sites were never learned from. {left_out} Sets of a
+site: `sim360_on` simulated on the mapping path, full circle; `sim360_off` anywhere reachable; `sim360_clutter` with people
+in the view; `sim270_off` with a field of view of 270 deg; `test` real scans of 180 deg (mines: 240 deg; olin: 360 deg), in
+a map that was built without them. A success is a best pose within 0.2 m and 5 deg of the truth (real scans: 0.3 m),
+whatever its status; success rates are over all scans. Clean simulated scans are of the very map in which they are looked
+for: success near 100 % there says little.
 
 The paper's numbers are for other scans: 3,697 to 16,465 per set, simulated in its own maps; those off the mapping path
 are on another path, while ours are anywhere reachable (noise 0.01 m). Its D_I is the Intel laboratory, like our intel.
-Its D_M (the MIT Stata Center) and D_G are not among our sites and have rows of their own; mit_killian, of 3,750 m², is
-of the size of D_M. Curves of field of view and clutter show single scans; the paper has a robot with a narrow sensor
-turn in place first.
+Its D_M (the MIT Stata Center, 3,853 m²) and D_G are not among our sites and have rows of their own; mit_killian, of
+3,750 m², is of their size.
 """
+
+LEFT_OUT = "What it reaches on each of them if it is learned without it: [left_out.md](left_out.md)."
+NOT_LEFT_OUT = "`learn.py` writes the figures of each site left out in turn."
 
 NO_MAPS = """Figures with maps show only those whose licences allow it; without `--no-maps` they show the paper's buildings.
 """
 
+CURVES = """Every point is a single scan. The paper has a robot with a narrow sensor turn in place first; that is the table
+of the narrow sensor that turns.
+"""
 
-def machine():
-    for line in pathlib.Path("/proc/cpuinfo").read_text().splitlines():
-        if line.startswith("model name"):
-            return line.split(":", 1)[1].strip()
-    return "an unknown machine"
-
-
-def commit():
-    """Of the sources, with `-dirty` if they were changed since."""
-    words = ["git", "-C", str(pathlib.Path(__file__).parent), "describe", "--always", "--dirty"]
-    try:
-        return subprocess.run(words, capture_output=True, text=True, check=True).stdout.strip()
-    except (OSError, subprocess.CalledProcessError):
-        return "unknown"
+CALIBRATION = "Reliability: the share of right poses in each tenth of the confidence, and the number of frames"
 
 
-def peers():
-    return tables.table(
-        "Programs of others, quoted",
-        "Run by us outside of this project, which cannot include them; on the same maps, one thread, not tuned; success [%] within 0.3 m and "
-        "5 deg on real scans (`test` on map_test, 60 a site), within 0.2 m and 5 deg on simulated ones of several sites; time a scan [ms]. "
-        "d2s1r on the 380 scans: 98 %.",
-        ["program", "settings", "scans", "success", "time"], [list(peer) for peer in published.PEERS])
+def link(title):
+    return f"[{title}]({tables.anchor(title)})"
+
+
+def paper_index(shown):
+    """Where each of the paper's experiments has its counterpart; `shown`: text of the page."""
+    where = (
+        ("Table III, run time", "Time per scan (Table III)"), ("Table IV, success, and the average of 95 %", "Success (Table IV)"),
+        ("Table V, precision", "Precision (Table V)"), ("Fig. 2, errors", "Precision (Table V)"),
+        ("Fig. 3, places of success, and Fig. 4, failures", "Where scans were localized (Figs. 3 and 4)"),
+        ("Figs. 5 and 6, D_T, real scans, 89 %", "Real full circles (D_T, Section IV-B.5)"),
+        ("Section IV-B.1 and Fig. 7, AMCL", "Convergence of the particle filter (Fig. 7, Section IV-B.1)"),
+        ("Fig. 8, corridors with AMCL", "Corridors: each scan alone and fused (Fig. 8, Section IV-B.6)"),
+        ("Section III-C, a narrow sensor that turns in place", "A narrow sensor that turns in place (Section III-C)"),
+        ("Its rivals, Tables III and IV", "Rivals"),
+    )
+    rows = [[what, link(title) if f"## {title}\n" in shown else "not on this page: its data are missing"] for what, title in where]
+    rows += [
+        ["D_M and D_G, the buildings", "quoted only, in rows of their own: their maps are not among our sites"],
+        ["Stage, the simulator", "not used: rays are followed exactly from grid line to grid line, noise 0.01 m"],
+        ["Figs. 3 and 4 in the paper's buildings", "left out with `--no-maps`: the licence of the Intel map is unknown"]]
+    return tables.table("The paper's experiments", "Wang, Zhang, Zhao and Zhang, IEEE Sensors Journal 21(10), 2021.",
+                        ["in the paper", "here"], rows)
 
 
 def frames_of(results, **wanted):
@@ -71,30 +81,48 @@ def frames_of(results, **wanted):
     return list(found.values())
 
 
-def write(results, others, figures, arguments, version, seconds):
-    """\\p others: results of rivals.py"""
+def of_kind(values, kind):
+    return {job: value for job, value in values.items() if isinstance(job, kind)}
+
+
+def sections(values, figures, no_maps):
+    """Texts of the page after its introduction."""
+    results = of_kind(values, plan.Job)
     plain = {(job.site.name, job.scans, job.config): frames for job, frames in frames_of(results)}
-    parts = [
-        INTRODUCTION.format(
-            version=version.splitlines()[0], commit=commit(), cores=os.cpu_count(), rivals=arguments.rival_frames, date=datetime.date.today().isoformat(), minutes=seconds / 60, jobs=arguments.jobs,
-            machine=machine(), frames=arguments.frames, sweep=arguments.sweep_frames,
-            no_maps=" --no-maps" if arguments.no_maps else ""),
-        rivals.comparison(others), rivals.by_site(others), peers() if others else "", rivals.checks(others),
-        rivals.convergence(others), tables.times(plain), tables.success(plain), tables.precision(plain),
+    maps = "## Where scans were localized (Figs. 3 and 4)\n\n" + tables.picture(
+        "True places of the scans, as in the paper's Fig. 3, and, as in its Fig. 4, where failures were taken to be: a line from "
+        "the true place to the answer", figures["maps"]) if figures["maps"] else ""
+    fields_of_view = tables.points(results, "field_of_view")
+    return [
+        rival_tables.comparison(values), rival_tables.by_site(values), rival_tables.settings(values), rival_tables.checks(values),
+        rival_tables.peers(values), tables.times(plain), tables.success(plain), tables.precision(plain),
         tables.picture("Errors of the successes, as in the paper's Fig. 2: position in white, yaw in grey, "
                        "logarithmic scales", figures["errors"]),
-        tables.picture("Where scans were localized, as in the paper's Fig. 3, and, as in its Fig. 4, where failures were "
-                       "taken to be: a line from the true place to the answer", figures["maps"]),
-        NO_MAPS if arguments.no_maps else "",
+        maps, NO_MAPS if no_maps else "", tables.circles(plain), rival_tables.convergence(values), circles.following(values),
         tables.statuses(plain), tables.windows(frames_of(results, window=tables.WINDOW)),
-        tables.reliability(plain), tables.confidences(plain),
-        tables.picture("Reliability: the share of right poses in each tenth of the confidence, and the number of frames",
-                       figures["reliability"]),
+        tables.reliability(plain), tables.confidences(plain), tables.picture(CALIBRATION, figures["reliability"]),
         tables.strangers(results),
         tables.curves("Field of view", results, "field_of_view", "field of view"),
-        tables.picture("Success against field of view", figures["field_of_view"]),
-        tables.curves("Clutter", results, "blocked", "share of the view blocked by things 0.4 to 2 m away"),
+        tables.picture("Success against field of view", figures["field_of_view"]), CURVES if fields_of_view else "",
+        circles.turning(values, fields_of_view),
+        tables.curves("Clutter", results, "blocked", "share of the view of a single scan blocked by things 0.4 to 2 m away"),
         tables.picture("Success against clutter", figures["blocked"]),
         tables.curves("Reach", results, "reach", "how far the sensor sees; beyond, it reports nothing. 30 m: as recorded"),
+        rays.costs(of_kind(values, rays.RayJob)),
     ]
-    (arguments.output / "README.md").write_text("\n".join(part for part in parts if part))
+
+
+def write(results, figures, arguments, version):
+    """\\p results: {job: runs.Result}"""
+    parts = [part for part in sections({job: result.value for job, result in results.items()}, figures, arguments.no_maps) if part]
+    introduction = INTRODUCTION.format(
+        version=version.splitlines()[0], commits=told({result.commit for result in results.values()}),
+        machines=told({result.machine for result in results.values()}), date=datetime.date.today().isoformat(),
+        jobs=len(results), minutes=sum(result.seconds for result in results.values()) / 60, frames=arguments.frames,
+        sweep=arguments.sweep_frames, rivals=arguments.rival_frames, no_maps=" --no-maps" if arguments.no_maps else "",
+        left_out=LEFT_OUT if (arguments.output / "left_out.md").exists() else NOT_LEFT_OUT)
+    (arguments.output / "README.md").write_text("\n".join([introduction, paper_index("\n".join(parts)), *parts]))
+
+
+def told(words):
+    return " and ".join(sorted(words))

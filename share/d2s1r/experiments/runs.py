@@ -1,17 +1,21 @@
 # d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-"""Runs rawlog-localize and reads what it found."""
+"""Runs the programs, reads what they found, and keeps it: a run that was interrupted goes on where it stopped."""
 import concurrent.futures
 import csv
 import dataclasses
+import hashlib
 import math
 import os
+import pathlib
+import pickle
 import shutil
 import subprocess
 import sys
 import tempfile
+import threading
 
-import plan
-import rivals
+HERE = pathlib.Path(__file__).resolve().parent
+RUNNING = ("runs.py", "rivals.py", "circles.py")  # what a result depends on besides programs, settings and data
 
 
 @dataclasses.dataclass
@@ -26,61 +30,107 @@ class Frame:
     yaw_error: float  # [deg]
     times: dict  # [ms] by stage
 
+    def is_within(self, position, yaw):
+        """[m], [deg]"""
+        return self.position_error < position and self.yaw_error < yaw
+
+
+@dataclasses.dataclass
+class Result:
+    """What came of a job, and where it was measured."""
+    value: object  # what the job's run() returns
+    seconds: float  # [s] of processor time of all its programs
+    commit: str
+    machine: str
+
 
 class Runner:
-    def __init__(self, build, configs, folder):
+    def __init__(self, build, configs, folder, store):
+        programs = build / "tests/experiments"
         self.localize = build / "apps/rawlog-localize/rawlog-localize"
-        self.alter = build / "tests/experiments/alter_scans"
-        self.rivals = build / "tests/experiments/rivals"
+        self.alter = programs / "alter_scans"
+        self.rivals = programs / "rivals"
+        self.circles = programs / "simulate_circles"
+        self.benchmark = build / "tests/benchmark/d2s1r_benchmark"
         self.configs = configs
         self.folder = folder
-        for program in (self.localize, self.alter, self.rivals):
+        self.store = store
+        self.spent = threading.local()  # .seconds of the job that a thread is at
+        everything = [self.localize, self.alter, self.rivals, self.circles, self.benchmark]
+        for program in everything:
             if not program.exists():
                 sys.exit(f"reproduce.py: {program} is missing; build the project, tests included")
+        everything += [*sorted(configs.glob("*.ini")), *(HERE / name for name in RUNNING)]
+        self.made_of = hashlib.sha256(b"".join(hashlib.sha256(file.read_bytes()).digest() for file in everything))
 
     def version(self):
         return subprocess.run([self.localize, "--version"], capture_output=True, text=True, check=True).stdout.strip()
 
     def run_all(self, jobs, at_a_time):
-        """{job: frames}; what a run writes is deleted, it would fill gigabytes."""
+        """{job: Result}; what programs write is deleted, it would fill gigabytes."""
         results = {}
-        with concurrent.futures.ThreadPoolExecutor(at_a_time) as pool:
-            for job, frames in zip(jobs, pool.map(self.run, jobs)):
-                results[job] = frames
-                print(f"{len(results)}/{len(jobs)} {job.name}", file=sys.stderr)
+        pool = concurrent.futures.ThreadPoolExecutor(at_a_time)
+        try:
+            for job, result in zip(jobs, pool.map(self.run, jobs)):
+                results[job] = result
+                print(f"{len(results)}/{len(jobs)} {job.name}", file=sys.stderr, flush=True)
+        finally:
+            pool.shutdown(cancel_futures=True)
         return results
 
     def run(self, job):
-        """[Frame] of a plan.Job; what rivals.run() returns of the others."""
-        if not isinstance(job, plan.Job):
-            return rivals.run(self, job)
+        """Runs a job, unless its result of the same programs and data is there."""
+        file = self.store / f"{job.name}-{self.key(job)}.pickle"
+        if file.exists():
+            return pickle.loads(file.read_bytes())
         folder = self.folder / job.name
         folder.mkdir(parents=True, exist_ok=True)
-        rawlog = job.site.folder / f"{job.scans}.rawlog"
-        more = ["--frames", f":{job.frames}", "--window", str(job.window)]
-        if not job.window:
-            altered = folder / "in.rawlog"
-            reach = job.reach if job.reach < plan.USUAL["reach"] else math.inf
-            call([self.alter, rawlog, altered, f"frames={job.frames}", f"field_of_view={job.field_of_view}",
-                  f"blocked={job.blocked}", f"reach={reach}"])
-            rawlog, more = altered, []
-        call([self.localize, "-q", "-m", job.map, "-i", rawlog, "-o", folder, "-c", self.configs / f"{job.config}.ini",
-              *more])
-        frames = read_frames(folder / "frames.csv", job)
+        self.spent.seconds = 0
+        value = job.run(self, folder)
         shutil.rmtree(folder)
-        return frames
+        result = Result(value, self.spent.seconds, commit(), machine())
+        self.store.mkdir(parents=True, exist_ok=True)
+        unfinished = file.with_suffix(".part")
+        unfinished.write_bytes(pickle.dumps(result))
+        unfinished.rename(file)
+        return result
+
+    def key(self, job):
+        """Differs if a program, a setting, the job or its data do."""
+        key = self.made_of.copy()
+        key.update(repr(job).encode())
+        for file in sorted(job.site.folder.iterdir()):
+            key.update(f"{file.name} {file.stat().st_size} {file.stat().st_mtime_ns}".encode())
+        return key.hexdigest()[:16]
+
+    def call(self, words):
+        """Runs a program; what it prints."""
+        with tempfile.TemporaryFile("w+") as out, tempfile.TemporaryFile("w+") as errors:
+            process = subprocess.Popen([str(word) for word in words], stdout=out, stderr=errors)
+            _, status, usage = os.wait4(process.pid, 0)
+            process.returncode = os.waitstatus_to_exitcode(status)
+            self.spent.seconds += usage.ru_utime + usage.ru_stime
+            out.seek(0)
+            errors.seek(0)
+            if process.returncode != 0:
+                raise SystemExit(f"reproduce.py: {errors.read().strip() or words[0]}")
+            return out.read()
 
 
-def call(words):
-    """Runs a program; its resources, of which ru_maxrss is the peak of memory [kB]."""
-    with tempfile.TemporaryFile("w+") as errors:
-        process = subprocess.Popen([str(word) for word in words], stdout=subprocess.DEVNULL, stderr=errors)
-        _, status, usage = os.wait4(process.pid, 0)
-        process.returncode = os.waitstatus_to_exitcode(status)
-        errors.seek(0)
-        if process.returncode != 0:
-            sys.exit(f"reproduce.py: {errors.read().strip() or words[0]}")
-    return usage
+def commit():
+    """Of the sources, with `-dirty` if they were changed since."""
+    words = ["git", "-C", str(HERE), "describe", "--always", "--dirty"]
+    try:
+        return subprocess.run(words, capture_output=True, text=True, check=True).stdout.strip()
+    except (OSError, subprocess.CalledProcessError):
+        return "unknown"
+
+
+def machine():
+    for line in pathlib.Path("/proc/cpuinfo").read_text().splitlines():
+        if line.startswith("model name"):
+            return f"{line.split(':', 1)[1].strip()}, {os.cpu_count()} cores"
+    return "an unknown machine"
 
 
 def read_frames(file, job):
@@ -106,6 +156,6 @@ def read_frame(row, truth, job):
         pose = x, y, phi = tuple(float(row[name]) for name in ("x", "y", "phi"))
         position_error = math.hypot(x - truth[0], y - truth[1])
         yaw_error = math.degrees(abs((phi - truth[2] + math.pi) % (2 * math.pi) - math.pi))
-    right = job.map_site is None and position_error < job.position and yaw_error < 5
+    right = not job.map_site and position_error < job.position and yaw_error < 5
     times = {name[:-3]: float(value) for name, value in row.items() if name.endswith("_ms")}
-    return Frame(row["status"], right, float(row["confidence"] or 0), truth, pose, position_error, yaw_error, times)
+    return Frame(row["status"], right, float(row.get("confidence") or 0), truth, pose, position_error, yaw_error, times)

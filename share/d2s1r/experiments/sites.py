@@ -5,6 +5,7 @@ import os
 import pathlib
 import re
 
+FULL_CIRCLES = ("olin_mac_923", "olin_mac_final")  # whose real scans are full circles
 SIMULATED = ("sim360_on", "sim360_off", "sim360_clutter", "sim270_off")
 
 

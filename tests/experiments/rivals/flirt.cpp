@@ -13,15 +13,16 @@ namespace d2s1r::rivals
 namespace
 {
 // The parameters of FLIRTlib, the authors' implementation, unless marked.
-constexpr int kScales = 5;             // [-]
-constexpr double kFirstScale = 0.2;    // [m]
-constexpr double kScaleStep = 1.4;     // [-]
-constexpr float kLeastPeak = 0.34F;    // [-] the maximum of the curvature measure is 1 / e
-constexpr double kLeastSupport = 0.5;  // [m] radius of a descriptor at the first scale; in proportion at others
-constexpr double kGap = 0.5;           // [m] our choice: a wider one separates two curves
-constexpr std::size_t kAlike = 3;      // [-] our choice: keypoints of the other scan that one is matched with
-constexpr double kInlier = 0.2;        // [m] our choice
-constexpr double kSpread = 0.2;        // [m] our choice: of two keypoints so near only the stronger one is kept
+constexpr int kScales = 5;                 // [-]
+constexpr double kFirstScale = 0.2;        // [m]
+constexpr double kScaleStep = 1.4;         // [-]
+constexpr float kLeastPeak = 0.34F;        // [-] the maximum of the curvature measure is 1 / e
+constexpr double kLeastSupport = 0.02;     // [m] inner radius of a descriptor
+constexpr double kSupport = 0.5;           // [m] its outer radius
+constexpr double kSpread = 0.2;            // [m] of two keypoints so near only the stronger one is kept
+constexpr double kGreatestDistance = 0.4;  // [-] of the descriptors of keypoints that are matched
+constexpr double kInlier = 0.245;          // [m] its standard deviation of 0.1 m times the root of 5.99
+constexpr double kGap = 0.5;               // [m] our choice: a wider one separates two curves
 
 /// A piece of the scan without gaps.
 struct Curve
@@ -107,31 +108,34 @@ void add_peaks(const Curve& curve, double scale, std::vector<Peak>& peaks)
 	}
 }
 
-/// Counts the beams that end in, and that pass, each part of the surroundings: means of beta distributions.
+/// Counts the beams that end in, and that pass, each part of the surroundings. The shares sum to 1.
 Descriptor describe(const Keypoint& keypoint, const std::vector<mrpt::math::TPoint2D>& points)
 {
-	const double support = kLeastSupport * keypoint.scale / kFirstScale;
 	std::array<float, kRings * kSectors> hits{}, misses{};
 	const auto count = [&](const mrpt::math::TPoint2D& point, std::array<float, kRings * kSectors>& into)
 	{
 		const auto d = point - keypoint.position;
 		const double distance = d.norm();
-		if (distance >= support) return;
+		if (distance < kLeastSupport || distance >= kSupport) return;
 		const double angle = mrpt::math::wrapTo2Pi(std::atan2(d.y, d.x) - keypoint.direction);
-		const auto ring = static_cast<std::size_t>(distance / support * kRings);
+		const auto ring = static_cast<std::size_t>(
+		    (distance - kLeastSupport) / (kSupport - kLeastSupport) * static_cast<double>(kRings));
 		const auto sector = std::min(kSectors - 1, static_cast<std::size_t>(angle / (2 * M_PI) * kSectors));
-		into[ring * kSectors + sector] += 1;
+		into[std::min(kRings - 1, ring) * kSectors + sector] += 1;
 	};
-	const double step = support / (2 * kRings);
+	const double step = kSupport / (2 * kRings);
 	for (const auto& end : points)
 	{
 		const double range = end.norm();
-		const double nearest = keypoint.position.norm() - support;
+		const double nearest = keypoint.position.norm() - kSupport;
 		for (double r = std::max(step, nearest); r < range - step; r += step) count(end * (r / range), misses);
 		count(end, hits);
 	}
 	Descriptor descriptor;
-	for (std::size_t i = 0; i < descriptor.size(); i++) descriptor[i] = (hits[i] + 1) / (hits[i] + misses[i] + 2);
+	for (std::size_t i = 0; i < descriptor.size(); i++)
+		descriptor[i] = hits[i] + misses[i] > 0 ? hits[i] / (hits[i] + misses[i]) : 0.5F;
+	const float sum = std::accumulate(descriptor.begin(), descriptor.end(), 0.0F);
+	for (float& share : descriptor) share /= sum > 0 ? sum : 1;
 	return descriptor;
 }
 }  // namespace
@@ -163,26 +167,27 @@ std::vector<Keypoint> find_keypoints(const Scan& scan)
 double descriptor_distance(const Descriptor& a, const Descriptor& b)
 {
 	double sum = 0;
-	for (std::size_t i = 0; i < a.size(); i++) sum += static_cast<double>((a[i] - b[i]) * (a[i] - b[i]));
-	return std::sqrt(sum);
+	for (std::size_t i = 0; i < a.size(); i++)
+		if (a[i] + b[i] > 0) sum += static_cast<double>((a[i] - b[i]) * (a[i] - b[i]) / (a[i] + b[i]));
+	return 0.5 * sum;
 }
 
 namespace
 {
 using Match = std::pair<std::size_t, std::size_t>;  // a keypoint of `from` and one of `to`
 
-/// Each keypoint of `from` with those of `to` that look most like it.
+/// Each keypoint of `from` with the one of `to` that looks most like it, if it looks alike.
 std::vector<Match> matches_between(const std::vector<Keypoint>& from, const std::vector<Keypoint>& to)
 {
 	std::vector<Match> matches;
 	for (std::size_t i = 0; i < from.size(); i++)
 	{
-		std::vector<std::pair<double, std::size_t>> alike;
+		double least = kGreatestDistance;
+		std::size_t best = to.size();
 		for (std::size_t j = 0; j < to.size(); j++)
-			alike.emplace_back(descriptor_distance(from[i].descriptor, to[j].descriptor), j);
-		std::sort(alike.begin(), alike.end());
-		for (std::size_t rank = 0; rank < std::min(kAlike, alike.size()); rank++)
-			matches.emplace_back(i, alike[rank].second);
+			if (const double distance = descriptor_distance(from[i].descriptor, to[j].descriptor); distance < least)
+				least = distance, best = j;
+		if (best < to.size()) matches.emplace_back(i, best);
 	}
 	return matches;
 }

@@ -7,9 +7,10 @@
 
 namespace d2s1r::rivals
 {
-constexpr std::size_t kRings = 4, kSectors = 12;  // [-] of the descriptor
+constexpr std::size_t kRings = 4, kSectors = 12;  //!< [-] of the descriptor, as in FLIRTlib
+constexpr std::size_t kRetrieved = 50;            //!< [-] keyframes that are aligned, as in the authors' GFLIP
 
-/// The share of beams that end in each part of the surroundings of a keypoint, of those that came there.
+/// The share of beams that end in each part of the surroundings of a keypoint, of those that came there; normalized.
 using Descriptor = std::array<float, kRings * kSectors>;
 
 /// A place on a scan that looks the same from other places.
@@ -26,7 +27,7 @@ struct Keypoint
 /// Unnikrishnan and Hebert, "Multi-scale interest regions from unorganized point clouds", CVPR workshop 2008.
 std::vector<Keypoint> find_keypoints(const Scan& scan);
 
-/// Returns the Euclidean distance between two descriptors.
+/// Returns the symmetric chi-squared distance between two descriptors, 0 to 1.
 double descriptor_distance(const Descriptor& a, const Descriptor& b);
 
 /// A rigid motion that lays keypoints of one scan on those of another, and how many of them.
@@ -37,8 +38,9 @@ struct Alignment
 	double residual = 0;       //!< [m] mean distance of the inliers
 };
 
-/// Aligns the keypoints of two scans: of all pairs of keypoints that look alike, the one whose motion lays most
-/// keypoints on others. RANSAC, which the papers use, draws some of these pairs. No value with fewer than 3 inliers.
+/// Aligns the keypoints of two scans: each is matched with the one that looks most like it, and of all pairs of matches
+/// the one is taken whose motion lays most keypoints on others. RANSAC, which the papers use, draws 18 of these pairs.
+/// No value with fewer than 3 inliers.
 std::optional<Alignment> align(const std::vector<Keypoint>& from, const std::vector<Keypoint>& to);
 
 /// Returns the pose of the sensor in the map that follows from the best alignment with one of the keyframes `best`.

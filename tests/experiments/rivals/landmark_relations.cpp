@@ -10,10 +10,9 @@ namespace d2s1r::rivals
 {
 namespace
 {
-constexpr int kDirections = 8;          // [-] over half a turn
-constexpr int kDistances = 50;          // [-]
-constexpr double kDistanceStep = 0.2;   // [m]
-constexpr std::size_t kRetrieved = 10;  // [-] keyframes that are aligned, as many as D2S1R registers
+constexpr int kDirections = 8;         // [-] over half a turn
+constexpr int kDistances = 50;         // [-]
+constexpr double kDistanceStep = 0.2;  // [m]
 
 using Histogram = std::array<float, kDirections * kDistances>;
 

@@ -1,25 +1,31 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // rivals METHOD MAP QUERIES.rawlog OUT.csv [NAME=VALUE ...]
-// Localizes each scan of a rawlog of observations with another method; OUT.csv has the columns of frames.csv. Prints
-// the time to prepare [s] and the peak of memory [MB] as JSON. METHOD  exhaustive | branch-and-bound | bag-of-words |
-// phrases | glare | filter: each scan alone
+// Localizes each scan of a rawlog of observations with another method, or with this library, on one thread; OUT.csv has
+// the columns of frames.csv, with processor times. Prints the time to prepare [s] and the peak of memory [MB] as JSON.
+// METHOD  exhaustive | branch-and-bound | bag-of-words | phrases | glare | filter: each scan alone
+//         literal: the published method as plain loops, for full circles of 360 beams
+//         d2s1r: the library, with the ini file of `config`
 //         drives: the filter along parts of a rawlog with odometry, each of 40 frames; OUT.csv has a column `drive`
 //   keyframes=RAWLOG truth=FILE  of the drive that built the map, with its ground truth: for bag-of-words, phrases and
 //                                glare; for drives, `truth` is that of QUERIES
 //   part=all|first_half|even     of the keyframes that are used
 //   start=anywhere|near          of drives: uniform over the map, or 0.3 m, 0.3 m and 30 deg off (Wang et al., Fig. 7)
 //   drives=N                     [-] their starts evenly spread
+//   config=FILE                  of d2s1r
+#include <d2s1r/localizer.h>
 #include <d2s1r/map_io.h>
 #include <mrpt/obs/CRawlog.h>
-#include <sys/resource.h>
 
 #include <cstdio>
 #include <ctime>
+#include <fstream>
 #include <map>
 #include <memory>
 #include <stdexcept>
 
 #include "../drives.h"
+#include "benchmark/literal_query.h"
+#include "map/free_cells.h"
 #include "rivals.h"
 
 namespace d2s1r::rivals
@@ -65,9 +71,42 @@ std::vector<Keyframe> load_keyframes(const Options& options)
 	return keyframes;
 }
 
+using Map = mrpt::maps::COccupancyGridMap2D::ConstPtr;
+
+Answer make_localizer(const Map& map, const std::string& config)
+{
+	return [localizer = std::make_shared<const Localizer>(map, load_parameters(config))](const auto& observation)
+	{
+		const Localization result = localizer->localize(*observation);
+		return result.hypotheses.empty() ? std::optional<mrpt::math::TPose2D>() : result.best().pose.asTPose();
+	};
+}
+
+/// The published method as it is typed out for the benchmarks, with its own exact rays.
+struct Literal
+{
+	explicit Literal(const Map& map) : grid(make_grid(*map, {})) {}
+
+	Grid grid;
+	RayCaster caster{grid, PaperParameters{}.max_range, false};
+	benchmark::LiteralLocalizer localizer{grid, caster, find_free_cells(grid, {})};
+};
+
+Answer make_literal(const Map& map)
+{
+	return [literal = std::make_shared<const Literal>(map)](const auto& observation)
+	{
+		const Scan scan = make_scan(*observation, {});
+		constexpr std::size_t kBeams = 360;
+		return scan.beams.size() == kBeams ? std::optional(literal->localizer.localize(scan)) : std::nullopt;
+	};
+}
+
 Answer make_answer(const std::string& method, const std::string& map_file, const Options& options)
 {
 	const auto map = load_map(map_file);
+	if (method == "d2s1r") return make_localizer(map, get(options, "config", ""));
+	if (method == "literal") return make_literal(map);
 	if (method == "filter")
 		return [filter = std::make_shared<ParticleFilter>(*map),
 		        seed = std::uint32_t{0}](const mrpt::obs::CObservation2DRangeScan::Ptr& observation) mutable
@@ -95,6 +134,16 @@ Answer make_answer(const std::string& method, const std::string& map_file, const
 double processor_time()
 {
 	return static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
+}
+
+/// [MB] the peak of what this program itself had in memory: that of getrusage() is inherited from the one that started
+/// it.
+double peak_memory()
+{
+	std::ifstream status("/proc/self/status");
+	for (std::string word; status >> word;)
+		if (double kilobytes = 0; word == "VmHWM:" && status >> kilobytes) return kilobytes / 1024;
+	throw std::runtime_error("/proc/self/status: cannot be read");
 }
 
 struct File
@@ -193,10 +242,7 @@ int run(int argc, char** argv)
 		preparation = processor_time() - start;
 		localize_each(answer, argv[3], out);
 	}
-	rusage usage{};
-	getrusage(RUSAGE_SELF, &usage);
-	std::printf(
-	    "{\"preparation_s\": %.3f, \"memory_mb\": %.0f}\n", preparation, static_cast<double>(usage.ru_maxrss) / 1024);
+	std::printf("{\"preparation_s\": %.3f, \"memory_mb\": %.1f}\n", preparation, peak_memory());
 	return 0;
 }
 }  // namespace

@@ -53,7 +53,7 @@ Rival branch_and_bound(const Grid& grid, double most_range = 50);
 Rival bag_of_words(const std::vector<Keyframe>& keyframes);
 
 /// The same words in the order in which the laser sees them. Tipaldi, Spinello and Burgard, "Geometrical FLIRT phrases
-/// for large scale place recognition in 2D range data", ICRA 2013.
+/// for large scale place recognition in 2D range data", ICRA 2013. Phrases of two words.
 Rival flirt_phrases(const std::vector<Keyframe>& keyframes);
 
 /// Histograms of the distances and directions between all pairs of FLIRT keypoints. Himstedt, Frost, Hellbach, Boehme

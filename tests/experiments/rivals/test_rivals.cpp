@@ -31,7 +31,7 @@ std::vector<Keyframe> keyframes_on_floor()
 {
 	const Grid map = make_floor();
 	const Grid world = world_of(map);
-	auto poses = random_poses(map, 40, 0.4, 7);
+	auto poses = random_poses(map, 200, 0.4, 7);
 	for (const auto& robot : poses_on_floor()) poses.push_back({robot.x + 0.15, robot.y - 0.15, robot.phi + 0.7});
 	std::vector<Keyframe> keyframes;
 	for (const auto& pose : poses) keyframes.push_back({scan_at(world, pose, laser_of(360)), pose});

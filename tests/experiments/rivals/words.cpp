@@ -15,9 +15,7 @@ namespace
 {
 constexpr std::size_t kWords = 100;          // [-] our choice
 constexpr std::size_t kMostSamples = 20000;  // [-] our choice: descriptors from which the words are learned
-constexpr int kIterations = 10;              // [-] our choice: of k-means
-constexpr std::size_t kRetrieved = 10;       // [-] keyframes that are aligned, as many as D2S1R registers
-constexpr int kKernel = 2;                   // [words] by which companions may be displaced: words that one scan lacks
+constexpr int kIterations = 30;              // [-] of k-means, as in the authors' GFLIP
 
 using Words = std::vector<std::size_t>;  // of the keypoints of a scan, in the order of its beams
 
@@ -111,23 +109,21 @@ double word_score(const Library& library, const Words& a, const Words& b)
 	return std::inner_product(u.begin(), u.end(), v.begin(), 0.0);
 }
 
-/// The weights of all phrases of two words that both texts have, in the same cyclic order.
+/// The weights of all phrases of two words (GFLIP's kernel) that both texts have: words that are displaced by as many
+/// places as each other. Among n such words each is in n - 1 phrases.
 double phrase_score(const Library& library, const Words& a, const Words& b)
 {
-	std::vector<std::pair<int, int>> common;  // positions of a word in both
+	std::vector<double> counts(a.size() + b.size(), 0.0), weights(a.size() + b.size(), 0.0);  // by displacement
 	for (std::size_t i = 0; i < a.size(); i++)
 		for (std::size_t j = 0; j < b.size(); j++)
-			if (a[i] == b[j]) common.emplace_back(static_cast<int>(i), static_cast<int>(j));
-	const int n = static_cast<int>(a.size()), m = static_cast<int>(b.size());
+			if (a[i] == b[j])
+			{
+				counts[i + b.size() - j] += 1;
+				weights[i + b.size() - j] += library.idf[a[i]];
+			}
 	double sum = 0;
-	for (const auto& [i, j] : common)
-		for (const auto& [k, l] : common)
-		{
-			if (i == k || j == l) continue;
-			const int gap_a = (k - i + n) % n, gap_b = (l - j + m) % m;
-			if (std::abs(gap_a - gap_b) > kKernel) continue;
-			sum += library.idf[a[static_cast<std::size_t>(i)]] * library.idf[a[static_cast<std::size_t>(k)]];
-		}
+	for (std::size_t i = 0; i < counts.size(); i++)
+		if (counts[i] > 1) sum += weights[i] * (counts[i] - 1);
 	return sum;
 }
 
