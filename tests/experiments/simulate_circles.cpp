@@ -6,7 +6,7 @@
 //   noise=LENGTH         [m] standard deviation of the ranges, 0.01 unless given
 //   field_of_view=ANGLE  [deg] of the laser. Below 360 the robot turns in place at each pose, a scan every 10 deg, and
 //                        its scans are put together by ScanAccumulator
-//   slip=SHARE           [-] of each turn that the odometry does not see or makes up: standard deviation, 0.02 unless
+//   slip=SHARE           [-] of each turn that the odometry does not see or makes up: standard deviation, 0.01 unless
 //                        given, drawn for each pose
 #include <d2s1r/map_io.h>
 #include <d2s1r/scan_accumulator.h>
@@ -94,7 +94,7 @@ CObservation2DRangeScan turn_around(
 	const double measured = kStep * kDegree * (1 + slip * std::normal_distribution<double>()(random));
 	for (int turned = kStep; turned <= 360; turned += kStep)
 	{
-		laser.seed = random();
+		laser.seed = static_cast<unsigned>(random());
 		const mrpt::math::TPose2D here{robot.x, robot.y, robot.phi + turned * kDegree};
 		circle.add(make_scan(test::make_observation(grid, here, laser), {}), mrpt::poses::CPose2D(0, 0, measured));
 	}
@@ -103,7 +103,7 @@ CObservation2DRangeScan turn_around(
 
 Settings read_settings(int count, char** words)
 {
-	Settings settings{{"frames", 1e9}, {"noise", 0.01}, {"field_of_view", 360}, {"slip", 0.02}};
+	Settings settings{{"frames", 1e9}, {"noise", 0.01}, {"field_of_view", 360}, {"slip", 0.01}};
 	for (int i = 0; i < count; i++)
 	{
 		const std::string word = words[i], name = word.substr(0, word.find('='));
@@ -129,7 +129,7 @@ void simulate(const std::string& map, const std::string& truth, const std::strin
 	{
 		const StampedPose& pose = poses[i * poses.size() / frames];
 		std::mt19937 random(static_cast<unsigned>(i));
-		laser.seed = random();
+		laser.seed = static_cast<unsigned>(random());
 		auto scan = field_of_view < 360 ? turn_around(grid, pose.robot, laser, settings.at("slip"), random)
 		                                : test::make_observation(grid, pose.robot, laser);
 		scan.timestamp = mrpt::Clock::fromDouble(pose.time);

@@ -22,6 +22,7 @@ class TurnedJob:
     field_of_view: int  # [deg]
     frames: int
 
+    uses = ("circles", "localize")  # programs
     scans = "sim360_off"
     position = PAPER[0]  # [m]
     map_site = None
@@ -34,10 +35,10 @@ class TurnedJob:
         """[Frame]"""
         scans = folder / "in.rawlog"
         yaml = self.site.map(self.scans)
-        runner.call([runner.circles, yaml, self.site.truth_file(self.scans), scans, f"frames={self.frames}",
-                     f"field_of_view={self.field_of_view}"])
-        runner.call([runner.localize, "-q", "-m", yaml, "-i", scans, "-o", folder, "-c",
-                     runner.configs / f"{self.config}.ini"])
+        runner.call("circles", yaml, self.site.truth_file(self.scans), scans, f"frames={self.frames}",
+                     f"field_of_view={self.field_of_view}")
+        runner.call("localize", "-q", "-m", yaml, "-i", scans, "-o", folder, "-c",
+                     runner.configs / f"{self.config}.ini")
         return runs.read_frames(folder / "frames.csv", self)
 
 
@@ -48,6 +49,7 @@ class FollowedJob:
     config: str
     drives: int
 
+    uses = ("circles", "localize", "plugin")  # programs
     scans = "run"
     position = PAPER[0]  # [m]
     map_site = None
@@ -59,15 +61,15 @@ class FollowedJob:
     def run(self, runner, folder):
         """[([Frame] of each scan alone, [Frame] of the fusion) of a drive]"""
         scans, yaml = folder / "circles.rawlog", self.site.folder / "map.yaml"
-        runner.call([runner.circles, yaml, self.site.truth_file("run"), scans])
+        runner.call("circles", yaml, self.site.truth_file("run"), scans)
         length, every = rivals.DRIVE_FRAMES, len(self.site.truth("run"))
         drives = []
         for drive in range(self.drives):
             first = drive * max(0, every - length) // self.drives
             out = folder / f"drive{drive}"
-            runner.call([runner.localize, "-q", "-m", yaml, "-i", scans, "-o", out, "-c",
+            runner.call("localize", "-q", "-m", yaml, "-i", scans, "-o", out, "-c",
                          runner.configs / f"{self.config}.ini", "--index", folder / "index", "--fuse", "--motion", "pseudo",
-                         "--frames", f"{first}:{first + length}"])
+                         "--frames", f"{first}:{first + length}")
             drives.append((runs.read_frames(out / "frames.csv", self), runs.read_frames(out / "fused.csv", self)))
         return drives
 
@@ -96,7 +98,7 @@ def turning(results, curves):
         "A narrow sensor that turns in place (Section III-C)",
         "[%] success within 0.2 m and 5 deg at places of `sim360_off`, in brackets the 95 % interval of Wilson. The paper's "
         "remedy for narrow sensors, which it does not measure: the robot turns once about itself, a scan every 10 deg, and "
-        "`ScanAccumulator` puts the scans together by the odometry, which misjudges the turn by 2 % (standard deviation); "
+        "`ScanAccumulator` puts the scans together by the odometry, which misjudges the turn by 1 % (standard deviation); "
         "the laser is 0.1 m ahead of the middle of the robot, its noise 0.01 m. One scan: the row of the same places in "
         "the table of the field of view.", ["site", "field of view", *columns], rows)
 

@@ -35,6 +35,8 @@ class Job:
     window: int = 0  # [-] frames that are judged together; 0: each alone
     map_site: sites.Site = None  # whose map; None: of the scans' own site
 
+    uses = ("alter", "localize")  # programs
+
     @property
     def map(self):
         return (self.map_site or self.site).map(self.scans)
@@ -61,11 +63,11 @@ class Job:
         if not self.window:
             altered = folder / "in.rawlog"
             reach = self.reach if self.reach < USUAL["reach"] else math.inf
-            runner.call([runner.alter, rawlog, altered, f"frames={self.frames}", f"field_of_view={self.field_of_view}",
-                         f"blocked={self.blocked}", f"reach={reach}"])
+            runner.call("alter", rawlog, altered, f"frames={self.frames}", f"field_of_view={self.field_of_view}",
+                         f"blocked={self.blocked}", f"reach={reach}")
             rawlog, more = altered, []
-        runner.call([runner.localize, "-q", "-m", self.map, "-i", rawlog, "-o", folder, "-c",
-                     runner.configs / f"{self.config}.ini", *more])
+        runner.call("localize", "-q", "-m", self.map, "-i", rawlog, "-o", folder, "-c",
+                     runner.configs / f"{self.config}.ini", *more)
         return runs.read_frames(folder / "frames.csv", self)
 
 

@@ -21,13 +21,14 @@ RAYS = {
 class RayJob:
     site: sites.Site
 
+    uses = ("benchmark",)  # programs
     name = "rays"
 
     def run(self, runner, folder):
         """({benchmark: [s] a ray}, compiler flags)"""
-        told = json.loads(runner.call([runner.benchmark, "--benchmark_format=json", f"--benchmark_filter={'|'.join(RAYS)}"]))
+        told = json.loads(runner.call("benchmark", "--benchmark_format=json", f"--benchmark_filter={'|'.join(RAYS)}"))
         rays = {row["run_name"]: row["s_per_ray"] for row in told["benchmarks"] if "s_per_ray" in row}
-        return rays, compiler_flags(runner.benchmark.parents[2] / "CMakeCache.txt")
+        return rays, compiler_flags(runner.programs["benchmark"].parents[2] / "CMakeCache.txt")
 
 
 def all_jobs(found):

@@ -83,6 +83,7 @@ class RivalJob:
     method: str
     frames: int
 
+    uses = ("alter", "rivals")  # programs
     map_site = None
 
     @property
@@ -102,15 +103,15 @@ class RivalJob:
         """RivalResult"""
         condition = CONDITIONS[self.condition]
         scans, out = folder / "in.rawlog", folder / "frames.csv"
-        runner.call([runner.alter, self.site.folder / f"{self.scans}.rawlog", scans, f"frames={self.frames}",
-                     f"blocked={condition.blocked}"])
+        runner.call("alter", self.site.folder / f"{self.scans}.rawlog", scans, f"frames={self.frames}",
+                     f"blocked={condition.blocked}")
         yaml = smear_map(self.site.map(self.scans), folder) if condition.smeared else self.site.map(self.scans)
         words = [self.method, yaml, scans, out]
         if self.method in plan.CONFIGS:
             words = ["d2s1r", yaml, scans, out, f"config={runner.configs / self.method}.ini"]
         if METHODS[self.method].keyframes:
             words += keyframes_of(self.site, self.scans)
-        told = json.loads(runner.call([runner.rivals, *words]))
+        told = json.loads(runner.call("rivals", *words))
         return RivalResult(runs.read_frames(out, self), told["memory_mb"], told["preparation_s"])
 
 
@@ -128,6 +129,7 @@ class DriveJob:
     start: str  # near or anywhere
     drives: int
 
+    uses = ("rivals",)  # programs
     position = 0.3  # [m]
     map_site = None
     scans = "run"
@@ -139,8 +141,8 @@ class DriveJob:
     def run(self, runner, folder):
         """[[Frame] of a drive]"""
         file = folder / "drives.csv"
-        runner.call([runner.rivals, "drives", self.site.folder / "map.yaml", self.site.folder / "run.rawlog", file,
-                     f"truth={self.site.truth_file('run')}", f"start={self.start}", f"drives={self.drives}"])
+        runner.call("rivals", "drives", self.site.folder / "map.yaml", self.site.folder / "run.rawlog", file,
+                     f"truth={self.site.truth_file('run')}", f"start={self.start}", f"drives={self.drives}")
         drives = {}
         for row, frame in runs.read_rows(file, self):
             drives.setdefault(row["drive"], []).append(frame)

@@ -15,7 +15,6 @@ import tempfile
 import threading
 
 HERE = pathlib.Path(__file__).resolve().parent
-RUNNING = ("runs.py", "rivals.py", "circles.py")  # what a result depends on besides programs, settings and data
 
 
 @dataclasses.dataclass
@@ -46,28 +45,34 @@ class Result:
 
 class Runner:
     def __init__(self, build, configs, folder, store):
-        programs = build / "tests/experiments"
-        self.localize = build / "apps/rawlog-localize/rawlog-localize"
-        self.alter = programs / "alter_scans"
-        self.rivals = programs / "rivals"
-        self.circles = programs / "simulate_circles"
-        self.benchmark = build / "tests/benchmark/d2s1r_benchmark"
+        experiments = build / "tests/experiments"
+        self.programs = {
+            "localize": build / "apps/rawlog-localize/rawlog-localize",
+            "plugin": build / "apps/rawlog-localize/libd2s1r-pf-init.so",
+            "alter": experiments / "alter_scans",
+            "circles": experiments / "simulate_circles",
+            "rivals": experiments / "rivals",
+            "benchmark": build / "tests/benchmark/d2s1r_benchmark",
+        }
         self.configs = configs
         self.folder = folder
         self.store = store
         self.spent = threading.local()  # .seconds of the job that a thread is at
-        everything = [self.localize, self.alter, self.rivals, self.circles, self.benchmark]
-        for program in everything:
-            if not program.exists():
-                sys.exit(f"reproduce.py: {program} is missing; build the project, tests included")
-        everything += [*sorted(configs.glob("*.ini")), *(HERE / name for name in RUNNING)]
-        self.made_of = hashlib.sha256(b"".join(hashlib.sha256(file.read_bytes()).digest() for file in everything))
+        self.digests = {}  # of the programs that jobs use
+        self.common = b"".join(digest(file) for file in [*sorted(configs.glob("*.ini")), pathlib.Path(__file__)])
+
+    def look_at_programs(self, jobs):
+        for name in sorted({name for job in jobs for name in job.uses}):
+            if not self.programs[name].exists():
+                sys.exit(f"reproduce.py: {self.programs[name]} is missing; build the project, tests included")
+            self.digests[name] = digest(self.programs[name])
 
     def version(self):
-        return subprocess.run([self.localize, "--version"], capture_output=True, text=True, check=True).stdout.strip()
+        return subprocess.run([self.programs["localize"], "--version"], capture_output=True, text=True, check=True).stdout.strip()
 
     def run_all(self, jobs, at_a_time):
         """{job: Result}; what programs write is deleted, it would fill gigabytes."""
+        self.look_at_programs(jobs)
         results = {}
         pool = concurrent.futures.ThreadPoolExecutor(at_a_time)
         try:
@@ -96,15 +101,17 @@ class Runner:
         return result
 
     def key(self, job):
-        """Differs if a program, a setting, the job or its data do."""
-        key = self.made_of.copy()
-        key.update(repr(job).encode())
+        """Differs if its programs, scripts or data, a setting or the job do."""
+        script = pathlib.Path(sys.modules[type(job).__module__].__file__)
+        programs = b"".join(self.digests[name] for name in job.uses)
+        key = hashlib.sha256(self.common + digest(script) + programs + repr(job).encode())
         for file in sorted(job.site.folder.iterdir()):
             key.update(f"{file.name} {file.stat().st_size} {file.stat().st_mtime_ns}".encode())
         return key.hexdigest()[:16]
 
-    def call(self, words):
-        """Runs a program; what it prints."""
+    def call(self, program, *arguments):
+        """Runs a program by its name here; what it prints."""
+        words = [self.programs[program], *arguments]
         with tempfile.TemporaryFile("w+") as out, tempfile.TemporaryFile("w+") as errors:
             process = subprocess.Popen([str(word) for word in words], stdout=out, stderr=errors)
             _, status, usage = os.wait4(process.pid, 0)
@@ -115,6 +122,10 @@ class Runner:
             if process.returncode != 0:
                 raise SystemExit(f"reproduce.py: {errors.read().strip() or words[0]}")
             return out.read()
+
+
+def digest(file):
+    return hashlib.sha256(file.read_bytes()).digest()
 
 
 def commit():
