@@ -57,6 +57,7 @@ class Runner:
         self.configs = configs
         self.folder = folder
         self.store = store
+        self.commit = commit()
         self.spent = threading.local()  # .seconds of the job that a thread is at
         self.digests = {}  # of the programs that jobs use
         self.common = b"".join(digest(file) for file in [*sorted(configs.glob("*.ini")), pathlib.Path(__file__)])
@@ -93,7 +94,7 @@ class Runner:
         self.spent.seconds = 0
         value = job.run(self, folder)
         shutil.rmtree(folder)
-        result = Result(value, self.spent.seconds, commit(), machine())
+        result = Result(value, self.spent.seconds, self.commit, machine())
         self.store.mkdir(parents=True, exist_ok=True)
         unfinished = file.with_suffix(".part")
         unfinished.write_bytes(pickle.dumps(result))
