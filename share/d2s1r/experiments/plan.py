@@ -96,12 +96,13 @@ def swept(site, frames):
 
 def all_jobs(found, frames, sweep_frames):
     jobs = []
-    real = [site for site in found if site.has("test")]
+    real = [site for site in found if site.has("test") and site.name not in sites.AGAIN]
     for site in found:
         for scans in sites.SIMULATED + ("test",):
             if site.has(scans):
                 jobs += [Job(site, scans, config, frames) for config in CONFIGS]
-        jobs += swept(site, sweep_frames)
+        if site.name not in sites.AGAIN:
+            jobs += swept(site, sweep_frames)
         if site.has("run"):
             jobs.append(Job(site, "run", "default", frames, window=WINDOW))
     for site in real:

@@ -6,6 +6,7 @@ import pathlib
 import re
 
 FULL_CIRCLES = ("olin_mac_923", "olin_mac_final")  # whose real scans are full circles
+AGAIN = ("mines_other_day", "olin_mac_final")  # another day or map of a building that is there already
 SIMULATED = ("sim360_on", "sim360_off", "sim360_clutter", "sim270_off")
 
 
