@@ -37,14 +37,14 @@ METHODS = {
         "least score of 0.6 is left out."),
     "bag-of-words": Method(
         "FLIRT, bag of words", "Tipaldi and Arras 2010; Sivic and Zisserman 2003",
-        FLIRT + "tf-idf and cosine; 50 keyframes are aligned and k-means has 30 rounds, as in GFLIP; 100 words are our "
-        "choice.", keyframes=True),
+        FLIRT + "tf-idf and cosine; 50 keyframes are aligned, and the words are learned from 1,000 descriptors by 30 rounds of "
+        "k-means, as in GFLIP; 100 words are our choice.", keyframes=True),
     "phrases": Method(
         "geometrical FLIRT phrases", "Tipaldi, Spinello and Burgard 2013",
         "The same keypoints and words; phrases of 2 words and 50 keyframes, GFLIP's defaults.", keyframes=True),
     "glare": Method(
         "GLARE", "Himstedt et al. 2014",
-        "The same keypoints; 8 directions and 50 distances of 0.2 m, as in the authors of GLAROT's public code; L1 at the "
+        "The same keypoints; 8 directions and 50 distances of 0.2 m, as in the public code of GLAROT's authors; L1 at the "
         "best of 8 rotations; 50 keyframes are aligned.", keyframes=True),
     "filter": Method(
         "particle filter after one scan", "Fox 2003; MRPT's filter",

@@ -13,9 +13,9 @@ namespace d2s1r::rivals
 {
 namespace
 {
-constexpr std::size_t kWords = 100;          // [-] our choice
-constexpr std::size_t kMostSamples = 20000;  // [-] our choice: descriptors from which the words are learned
-constexpr int kIterations = 30;              // [-] of k-means, as in the authors' GFLIP
+constexpr std::size_t kWords = 100;         // [-] our choice
+constexpr std::size_t kMostSamples = 1000;  // [-] descriptors from which the words are learned, as in GFLIP
+constexpr int kIterations = 30;             // [-] of k-means, as in the authors' GFLIP
 
 using Words = std::vector<std::size_t>;  // of the keypoints of a scan, in the order of its beams
 
