@@ -169,5 +169,5 @@ def read_frame(row, truth, job):
         position_error = math.hypot(x - truth[0], y - truth[1])
         yaw_error = math.degrees(abs((phi - truth[2] + math.pi) % (2 * math.pi) - math.pi))
     right = not job.map_site and position_error < job.position and yaw_error < 5
-    times = {name[:-3]: float(value) for name, value in row.items() if name.endswith("_ms")}
+    times = {name[:-3]: float(value) for name, value in row.items() if name.endswith("_ms") and value}
     return Frame(row["status"], right, float(row.get("confidence") or 0), truth, pose, position_error, yaw_error, times)
