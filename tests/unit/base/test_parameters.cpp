@@ -94,11 +94,12 @@ TEST(Parameters, WrittenFileNamesEveryParameterWithItsMeaning)
 TEST(Parameters, DefaultWeightsAreThoseThatLearnPyWrote)
 {
 	const std::string file = D2S1R_SOURCE_DIR "/doc/results/learned/learned.ini";
-	EXPECT_EQ(to_ini(load_parameters(file)), to_ini({}));
+	const Parameters defaults;
+	EXPECT_EQ(to_ini(load_parameters(file)), to_ini(defaults));
 	std::ifstream stream(file);
 	const std::string text(std::istreambuf_iterator<char>(stream), {});
 	visit_parameters(
-	    Parameters{},
+	    defaults,
 	    [&](const std::string& section, const std::string& key, auto, auto, auto, const char*)
 	    {
 		    const bool is_learned =
