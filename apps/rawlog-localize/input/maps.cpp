@@ -133,49 +133,6 @@ double memory_of_index(const Grid& grid, const Parameters& parameters)
 		    static_cast<unsigned>(grid.getSizeX()), static_cast<unsigned>(grid.getSizeY()), needed, available));
 	return needed;
 }
-}  // namespace
-
-CSignatureMap2D::ConstPtr build_map(const Flags& flags, const Parameters& parameters, Console& console)
-{
-	const bool visible = !flags.quiet && isatty(STDERR_FILENO);
-	try
-	{
-		const auto map = CSignatureMap2D::Create(parameters);
-		const auto memory = std::make_shared<double>(0);  // [GB]
-		Grid::ConstPtr grid;
-		{
-			Activity activity(console.err, visible, "loading the map");
-			grid = load_grid(flags, parameters, activity);
-			const auto measure = [grid, parameters, memory] { *memory = memory_of_index(*grid, parameters); };
-			if (!run_interruptibly(activity, measure)) throw UserError(kInterrupted, flags.map, kInterruptedEarly);
-		}
-		check_region(flags.query.prior, *grid);
-		const std::string size = *memory >= 1 ? mrpt::format(" (about %.1f GB)", *memory) : "";
-		Activity activity(console.err, visible, "building the index of the map" + size);
-		const auto build = [map, grid, threads = flags.threads]
-		{
-			map->set_map(*grid);
-			map->localizer(threads);  // builds the index here, where its errors are the map's
-		};
-		if (!run_interruptibly(activity, build)) throw UserError(kInterrupted, flags.map, kInterruptedEarly);
-		return map;
-	}
-	catch (const UserError&)
-	{
-		throw;
-	}
-	catch (const std::exception& e)
-	{
-		if (is_out_of_memory(e))
-			throw UserError(
-			    kBadInput, flags.map,
-			    "the grid is too large for the memory of this machine; use a coarser or smaller map");
-		throw about(flags.map, kBadInput, e);
-	}
-}
-
-namespace
-{
 /// Returns the fingerprint of the map file; no value if it cannot be read, which build_map() says better.
 std::optional<std::uint64_t> fingerprint_of(const Flags& flags)
 {
@@ -287,6 +244,45 @@ void make_index_folder(const std::string& folder)
 		throw UserError(kBadOutput, folder, "is no folder and none can be made there; name one for the indices");
 }
 }  // namespace
+
+CSignatureMap2D::ConstPtr build_map(const Flags& flags, const Parameters& parameters, Console& console)
+{
+	const bool visible = !flags.quiet && isatty(STDERR_FILENO);
+	try
+	{
+		const auto map = CSignatureMap2D::Create(parameters);
+		const auto memory = std::make_shared<double>(0);  // [GB]
+		Grid::ConstPtr grid;
+		{
+			Activity activity(console.err, visible, "loading the map");
+			grid = load_grid(flags, parameters, activity);
+			const auto measure = [grid, parameters, memory] { *memory = memory_of_index(*grid, parameters); };
+			if (!run_interruptibly(activity, measure)) throw UserError(kInterrupted, flags.map, kInterruptedEarly);
+		}
+		check_region(flags.query.prior, *grid);
+		const std::string size = *memory >= 1 ? mrpt::format(" (about %.1f GB)", *memory) : "";
+		Activity activity(console.err, visible, "building the index of the map" + size);
+		const auto build = [map, grid, threads = flags.threads]
+		{
+			map->set_map(*grid);
+			map->localizer(threads);  // builds the index here, where its errors are the map's
+		};
+		if (!run_interruptibly(activity, build)) throw UserError(kInterrupted, flags.map, kInterruptedEarly);
+		return map;
+	}
+	catch (const UserError&)
+	{
+		throw;
+	}
+	catch (const std::exception& e)
+	{
+		if (is_out_of_memory(e))
+			throw UserError(
+			    kBadInput, flags.map,
+			    "the grid is too large for the memory of this machine; use a coarser or smaller map");
+		throw about(flags.map, kBadInput, e);
+	}
+}
 
 std::vector<AtlasEntry> map_entries(const Flags& flags)
 {
