@@ -94,25 +94,26 @@ void refine_and_decide(::benchmark::State& state, const std::string& site, bool 
 {
 	if (!is_there(state, site)) return;
 	const Stages stages(site);
+	const auto& [profiles, field, tracer] = stages.index.readings[0];
+	const Prior anywhere;
+	const SearchedReadings reading = {{field, tracer, stages.parameters, anywhere, 0}};
+	const RefinementParameters& limits = stages.parameters.refinement;
 	std::size_t i = 0;
 	for ([[maybe_unused]] auto _ : state)
 	{
 		state.PauseTiming();
 		const Scan& scan = stages.scan(i++);
 		const BeamSubset few = few_beams(scan), more = many_beams(scan);
-		const auto candidates = coarse_search(stages.index.readings[0].profiles, scan, stages.parameters.coarse_search);
+		const auto candidates = coarse_search(profiles, scan, stages.parameters.coarse_search);
 		if (!decides) state.ResumeTiming();
-		const auto settled = settle(stages.index.readings[0].field, few, candidates, stages.parameters.refinement);
-		const auto shortlist = make_shortlist(
-		    stages.index.readings[0].tracer, stages.index.readings[0].field, few, settled, stages.parameters);
-		const auto poses = refine(stages.index.readings[0].field, more, shortlist, stages.parameters.refinement);
+		const auto settled = settle(reading, few, candidates, limits);
+		const auto shortlist = make_shortlist(reading, few, settled, limits);
+		const auto poses = refine(reading, more, shortlist, limits);
 		if (decides)
 		{
 			state.ResumeTiming();
 			const BeamSubset all = all_beams(scan);
-			const auto places = find_places(
-			    stages.index.readings[0].tracer, stages.index.readings[0].field, scan, all, poses, {},
-			    stages.parameters);
+			const auto places = find_places(reading, scan, all, poses, stages.parameters);
 			::benchmark::DoNotOptimize(decide(scan, places, stages.parameters));
 		}
 	}

@@ -166,7 +166,7 @@ class Writer
 		frames_ << "status,confidence,right,position_error,yaw_error,total_ms";
 		if (with_terms) frames_ << ",in_candidates,in_settled,in_shortlist,in_refined";
 		frames_ << '\n';
-		terms_ << "frame,right,added,log_likelihood,explained,in_front,unexplained,depth_edges,surfaces,tolerance";
+		terms_ << "frame,right,added,log_likelihood,explained,beam,contradicted,unknown_metre,surfaces,tolerance";
 		for (const Term& term : all_terms_) terms_ << ',' << term.key;
 		terms_ << '\n';
 	}
@@ -178,7 +178,7 @@ class Writer
 		const mrpt::system::CTicTac watch;
 		const auto refusal = refusal_of(scan, parameters_.scan);
 		const Localization result =
-		    refusal ? *refusal : localize_default(scan, {{index_, anywhere_, parameters_, 0}}, 0).answer;
+		    refusal ? *refusal : localize_default(scan, {{index_, anywhere_, parameters_}}, 0).answer;
 		const double total_ms = 1e3 * watch.Tac();
 		Errors errors;
 		if (truth && !result.hypotheses.empty()) errors = errors_of(result.best().pose.asTPose(), *truth);
@@ -229,11 +229,11 @@ class Writer
 	    const Scan& scan, const MapReading& map, const std::vector<Candidate>& candidates, const ErrorsAt& errors,
 	    Comparison& comparison) const
 	{
-		const auto& [profiles, field, tracer] = map;
+		const SearchedReadings reading = {{map.field, map.tracer, parameters_, anywhere_, 0}};
 		const BeamSubset few = few_beams(scan), many = many_beams(scan), all = all_beams(scan);
-		const auto settled = settle(field, few, candidates, parameters_.refinement);
-		const auto shortlist = make_shortlist(tracer, field, few, settled, parameters_);
-		const auto refined = refine(field, many, shortlist, parameters_.refinement);
+		const auto settled = settle(reading, few, candidates, parameters_.refinement);
+		const auto shortlist = make_shortlist(reading, few, settled, parameters_.refinement);
+		const auto refined = refine(reading, many, shortlist, parameters_.refinement);
 		const auto is_in = [&](const auto& poses, double metres, double degrees)
 		{
 			const auto is_near = [&](const auto& at) { return errors(at.pose).are_within(metres, degrees); };
@@ -244,8 +244,7 @@ class Writer
 		comparison.in_shortlist |= is_in(shortlist, 0.35, 6);
 		comparison.in_refined |= is_in(refined, 0.35, 6);
 		comparison.places = merged_places(
-		    std::move(comparison.places), find_places(tracer, field, scan, all, refined, {}, parameters_),
-		    parameters_.scoring);
+		    std::move(comparison.places), find_places(reading, scan, all, refined, parameters_), parameters_.scoring);
 	}
 
 	void add_line(const BeamSubset& all, const Place& place, bool is_right, bool is_added)
@@ -254,7 +253,7 @@ class Writer
 		const auto is_its = [&](const MapReading& map) { return map.field.tolerance() == place.tolerance; };
 		const MapReading& map = *std::find_if(index_.readings.begin(), index_.readings.end(), is_its);
 		terms_ << frame_ << ',' << is_right << ',' << is_added << ',' << s.log_likelihood << ',' << s.explained << ','
-		       << s.in_front << ',' << s.unexplained << ',' << s.depth_edges << ',' << s.segments << ','
+		       << s.returns << ',' << s.contradicted << ',' << s.unknown_metres << ',' << s.segments << ','
 		       << place.tolerance;
 		for (const Term& term : all_terms_)
 			terms_ << ',' << score(map.tracer, map.field, all, place.scored_at, term.alone).log_likelihood;

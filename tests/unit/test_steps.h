@@ -13,8 +13,13 @@ inline std::vector<RefinedPose> refine_all(
     const DistanceField& field, const Scan& scan, const std::vector<Candidate>& candidates,
     const RefinementParameters& parameters)
 {
-	const auto settled = settle(field, few_beams(scan), candidates, parameters);
-	return refine(field, many_beams(scan), settled, parameters);
+	Parameters all;
+	all.refinement = parameters;
+	const BeamTracer none;
+	const Prior anywhere;
+	const SearchedReadings readings = {{field, none, all, anywhere, 0}};
+	const auto settled = settle(readings, few_beams(scan), candidates, parameters);
+	return refine(readings, many_beams(scan), settled, parameters);
 }
 
 inline Eigen::Matrix3d covariance_at(
@@ -39,7 +44,8 @@ inline Localization decide_among(
 	std::vector<RefinedPose> refined;
 	for (const auto& pose : poses) refined.push_back({pose, 1});
 	const DistanceField field(grid);
-	const BeamSubset all = all_beams(scan);
-	return decide(scan, find_places(BeamTracer(grid), field, scan, all, refined, prior, parameters), parameters);
+	const BeamTracer tracer(grid);
+	const SearchedReadings readings = {{field, tracer, parameters, prior, 0}};
+	return decide(scan, find_places(readings, scan, all_beams(scan), refined, parameters), parameters);
 }
 }  // namespace d2s1r::test

@@ -116,7 +116,8 @@ class Tester
 /// Returns the text of --sensor-pose [m, deg] for a laser that is turned by (yaw, roll) [deg] against `pose`.
 std::string turned_pose(const mrpt::poses::CPose3D& pose, double yaw, double roll)
 {
-	const auto degrees = [](double radians) { return mrpt::RAD2DEG(mrpt::math::wrapToPi(radians)); };
+	const auto degrees = [](double radians)  // to two digits, and never -0.00
+	{ return std::round(100 * mrpt::RAD2DEG(mrpt::math::wrapToPi(radians))) / 100 + 0.0; };
 	mrpt::poses::CPose3D copy = pose;  // MRPT computes its angles in place
 	return mrpt::format(
 	    "--sensor-pose %.3f,%.3f,%.3f,%.2f,%.2f,%.2f", copy.x(), copy.y(), copy.z(),

@@ -14,37 +14,29 @@ namespace
 /// One of the searches that are made, one after the other, until the answer is clear.
 struct Look
 {
-	std::vector<SearchedMap> maps;
+	Parameters parameters;  //!< limits of all that is searched
 	bool is_last;
 
 	/// Returns whether there may be candidates that this look leaves out, and a later one would not.
-	bool leaves_out(const std::vector<FoundInReading>& found) const
+	bool leaves_out(const std::vector<Found>& found) const
 	{
-		const auto is_full = [this](const FoundInReading& in)
-		{ return static_cast<int>(in.candidates.size()) >= maps[in.map].parameters.coarse_search.candidates; };
+		const auto is_full = [this](const Found& here)
+		{ return static_cast<int>(here.candidates.size()) >= parameters.coarse_search.candidates; };
 		return !is_last && std::any_of(found.begin(), found.end(), is_full);
 	}
 
 	/// Returns whether an answer needs no other look.
 	bool is_clear(const Localization& answer) const
 	{
-		return answer.status == Status::kLocalized &&
-		       answer.confidence > maps.front().parameters.first_look.clear_above;
+		return answer.status == Status::kLocalized && answer.confidence > parameters.first_look.clear_above;
 	}
 };
 
-/// Returns the looks, the last of which is with the parameters as they are. There is only one if any map wants it so.
-std::vector<Look> looks(std::vector<SearchedMap> maps)
+/// Returns the looks, the last of which is with the parameters as they are.
+std::vector<Look> looks(const Parameters& parameters)
 {
-	std::vector<SearchedMap> first = maps;
-	bool only_one = false;
-	for (SearchedMap& map : first)
-	{
-		only_one = only_one || map.parameters.first_look.clear_above >= 1;
-		map.parameters = for_first_look(map.parameters);
-	}
-	if (only_one) return {{std::move(maps), true}};
-	return {{std::move(first), false}, {std::move(maps), true}};
+	if (parameters.first_look.clear_above >= 1) return {{parameters, true}};
+	return {{for_first_look(parameters), false}, {parameters, true}};
 }
 
 /// The time that a query may take.
@@ -56,14 +48,14 @@ class TimeBudget
 
 	bool is_half_spent() const { return left_ms() < 0.5 * budget_ms_; }
 
-	/// Judges as many candidates as the time allows of which the `following` readings [-] shall have an equal share.
+	/// Judges as many candidates as the time allows of which the `following` searches [-] shall have an equal share.
 	template <class Judge>
 	std::vector<Place> judge(
-	    const Judge& judge, const std::vector<Candidate>& candidates, const Parameters& parameters,
+	    const Judge& judge, const std::vector<Candidate>& candidates, const Parameters& limits,
 	    std::ptrdiff_t following) const
 	{
 		const double budget = left_ms() / static_cast<double>(1 + following);
-		const auto affordable = affordable_candidates(budget, candidates, parameters, judge);
+		const auto affordable = affordable_candidates(budget, candidates, limits, judge);
 		return judge(affordable.candidates, affordable.parameters);
 	}
 
@@ -82,13 +74,12 @@ struct Work
 	StageTimes times;
 };
 
-/// Says what the places tell. \param by_map places by the position of their map in `maps`
-Decision conclude(const Scan& scan, const std::vector<SearchedMap>& maps, std::vector<std::vector<Place>> by_map)
+/// Says what the places tell.
+Decision conclude(const Scan& scan, const std::vector<SearchedMap>& maps, const std::vector<Place>& places)
 {
 	std::vector<const Parameters*> parameters;
 	for (const SearchedMap& map : maps) parameters.push_back(&map.parameters);
-	Decision result = decide(scan, places_of_all_maps(std::move(by_map), parameters), parameters);
-	for (std::size_t& map : result.maps) map = maps[map].number;
+	Decision result = decide(scan, places, parameters);
 	const auto is_bounded = [](const SearchedMap& map) { return !map.prior.anywhere(); };
 	if (result.answer.status == Status::kRejected && std::any_of(maps.begin(), maps.end(), is_bounded))
 		result.answer.note = "no place in the given region explains the scan";
@@ -98,31 +89,31 @@ Decision conclude(const Scan& scan, const std::vector<SearchedMap>& maps, std::v
 // The whole method: from candidates to places, from all readings of the maps to an answer, and one look after the
 // other.
 std::vector<Place> places_among(
-    const std::vector<Candidate>& candidates, const MapReading& map, const Parameters& parameters, const Prior& prior,
-    Work& work)
+    const std::vector<Candidate>& candidates, const SearchedReadings& readings, const Parameters& limits, Work& work)
 {
 	const BeamSubset few = few_beams(work.scan), many = many_beams(work.scan), all = all_beams(work.scan);
+	const RefinementParameters& refinement = limits.refinement;
 	StageTimes& times = work.times;
-	const auto settled = timed(times.registration_ms, settle, map.field, few, candidates, parameters.refinement);
-	const auto shortlist = timed(times.refinement_ms, make_shortlist, map.tracer, map.field, few, settled, parameters);
-	const auto poses = timed(times.refinement_ms, refine, map.field, many, shortlist, parameters.refinement);
-	return timed(times.refinement_ms, find_places, map.tracer, map.field, work.scan, all, poses, prior, parameters);
+	const auto settled = timed(times.registration_ms, settle, readings, few, candidates, refinement);
+	const auto shortlist = timed(times.refinement_ms, make_shortlist, readings, few, settled, refinement);
+	const auto poses = timed(times.refinement_ms, refine, readings, many, shortlist, refinement);
+	return timed(times.refinement_ms, find_places, readings, work.scan, all, poses, limits);
 }
 
-std::optional<Decision> answer_of(const Look& look, Work& work)
+std::optional<Decision> answer_of(const Look& look, const std::vector<SearchedMap>& maps, Work& work)
 {
-	const auto found = timed(work.times.retrieval_ms, candidates_in, look.maps, work.scan);
+	const Parameters& limits = look.parameters;
+	const auto found = timed(work.times.retrieval_ms, candidates_in, maps, work.scan, limits.coarse_search);
 	if (look.leaves_out(found)) return std::nullopt;
-	std::vector<std::vector<Place>> places(look.maps.size());
-	for (const FoundInReading& in : found)
+	std::vector<Place> places;
+	for (const Found& here : found)
 	{
-		const SearchedMap& map = look.maps[in.map];
 		const auto judge = [&](const auto& some, const auto& with)
-		{ return places_among(some, in.reading, with, map.prior, work); };
-		const auto here = work.budget.judge(judge, in.candidates, map.parameters, &found.back() - &in);
-		places[in.map] = merged_places(std::move(places[in.map]), here, map.parameters.scoring);
+		{ return places_among(some, here.readings, with, work); };
+		const auto some = work.budget.judge(judge, here.candidates, limits, &found.back() - &here);
+		places = merged_places(std::move(places), some, limits.scoring);
 	}
-	return timed(work.times.refinement_ms, conclude, work.scan, look.maps, std::move(places));
+	return timed(work.times.refinement_ms, conclude, work.scan, maps, places);
 }
 }  // namespace
 
@@ -130,9 +121,9 @@ Decision localize_default(const Scan& scan, const std::vector<SearchedMap>& maps
 {
 	Work work{scan, TimeBudget(time_budget), {}};
 	std::optional<Decision> decision;
-	for (const Look& look : looks(timed(work.times.retrieval_ms, promising_maps, scan, maps)))
+	for (const Look& look : looks(maps.front().parameters))
 	{
-		decision = answer_of(look, work);
+		decision = answer_of(look, maps, work);
 		if (decision && (look.is_clear(decision->answer) || work.budget.is_half_spent())) break;
 	}
 	decision->answer.times = work.times;  // the last look always has an answer
@@ -154,8 +145,12 @@ std::optional<Hypothesis> hypothesis_near(
 	const std::vector<Candidate> here{Candidate{robot + scan.sensor_on_robot}};
 	Work work{scan, TimeBudget(0), {}};
 	std::vector<Place> places;
-	for (const MapReading& map : index.readings)
-		places = merged_places(std::move(places), places_among(here, map, lenient, {}, work), lenient.scoring);
+	const Prior anywhere;
+	for (const auto& [profiles, field, tracer] : index.readings)
+	{
+		const SearchedReadings reading = {{field, tracer, lenient, anywhere, 0}};
+		places = merged_places(std::move(places), places_among(here, reading, lenient, work), lenient.scoring);
+	}
 	const Localization result = decide(scan, places, lenient);
 	if (result.hypotheses.empty()) return std::nullopt;
 	Hypothesis hypothesis = result.best();

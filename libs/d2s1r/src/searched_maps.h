@@ -6,8 +6,8 @@
 
 #include <vector>
 
-#include "coarse/coarse_search.h"
 #include "default_index.h"
+#include "fine/refinement.h"
 
 namespace d2s1r
 {
@@ -17,30 +17,25 @@ Parameters with_share_of_effort(Parameters parameters, double share);
 /// Returns the parameters of the smaller search that comes first.
 Parameters for_first_look(const Parameters& parameters);
 
-/// A map that a scan is looked for in. It refers to its index and prior.
+/// A map that a scan is looked for in. It refers to its members.
 struct SearchedMap
 {
 	const DefaultIndex& index;
-	const Prior& prior;     //!< where in this map the robot may be
-	Parameters parameters;  //!< of this map
-	std::size_t number;     //!< [-] by which the answer names it
+	const Prior& prior;  //!< where in this map the robot may be
+	const Parameters& parameters;
 };
 
-/// Returns the maps that are worth a search: those in which few beams explain the scan best, at a candidate that one
-/// search through all maps, as if they were one, finds. They keep their order; few maps are all worth it. Thread-safe.
-/// \param maps one or more
-std::vector<SearchedMap> promising_maps(const Scan& scan, const std::vector<SearchedMap>& maps);
-
-/// What the coarse search finds in a reading of a map.
-struct FoundInReading
+/// What is searched at once: the first readings of all maps or, of those that have one, the second ones.
+struct Found
 {
-	std::size_t map;  //!< [-] position of the map in the list of those that were searched
-	const MapReading& reading;
-	std::vector<Candidate> candidates;  //!< best first
+	SearchedReadings readings;
+	std::vector<Candidate> candidates;  //!< in all these readings, best first
 };
 
-/// Searches all readings of maps by coarse_search(). Candidates that cost more than the best one of another map by as
-/// much as none may in one map are left out. Thread-safe.
-/// \return by map and reading
-std::vector<FoundInReading> candidates_in(const std::vector<SearchedMap>& maps, const Scan& scan);
+/// Searches the first readings of all maps by one coarse_search(), and then the second ones. Candidates that cost more
+/// than the best one of another map by as much as none may in one search are left out. Thread-safe.
+/// \param maps one or more
+/// \param parameters limits of the searches
+std::vector<Found> candidates_in(
+    const std::vector<SearchedMap>& maps, const Scan& scan, const CoarseSearchParameters& parameters);
 }  // namespace d2s1r

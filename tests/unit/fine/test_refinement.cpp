@@ -113,11 +113,15 @@ TEST_F(Refinement, WhatFitsMuchWorseIsGivenUpBeforeTheFirstStep)
 	const BeamSubset few = few_beams(scan_at(world_, robot));
 	// both get to the robot, the one beside it at a lower cost, if it is not given up
 	const std::vector<Candidate> candidates = {{robot, 0.1}, {{robot.x + 0.25, robot.y - 0.25, robot.phi}, 0}};
-	parameters_.cost_weight = 1;
+	Parameters of_map;
+	of_map.refinement.cost_weight = 1;
+	const BeamTracer none;
+	const Prior anywhere;
+	const SearchedReadings reading = {{field_, none, of_map, anywhere, 0}};
 	const auto fit_with = [&](double margin)
 	{
 		parameters_.fit_margin = margin;
-		const auto settled = settle(field_, few, candidates, parameters_);
+		const auto settled = settle(reading, few, candidates, parameters_);
 		EXPECT_EQ(settled.size(), 1U);
 		EXPECT_LT(distance_between(settled.front().pose, robot), 0.02);
 		return settled.front().fit;

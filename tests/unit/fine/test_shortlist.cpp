@@ -22,17 +22,20 @@ TEST(Shortlist, HoldsTheBestOfAllScores)
 	std::vector<double> all;
 	for (const auto& pose : poses) all.push_back(cost(pose));
 	std::sort(all.begin(), all.end());
-	Parameters parameters;
+	const Parameters parameters;
+	const Prior anywhere;
+	const SearchedReadings reading = {{field, tracer, parameters, anywhere, 0}};
+	RefinementParameters limits;
 	for (const double hopeless : {1.0, 15.0, 40.0, 1e6})
 		for (const int wanted : {1, 10, 1000})
 		{
-			parameters.refinement.score_margin = hopeless;
-			parameters.refinement.max_refined = wanted;
+			limits.score_margin = hopeless;
+			limits.max_refined = wanted;
 			std::vector<double> expected, found;
 			for (const double value : all)
 				if (value <= all.front() + hopeless && expected.size() < static_cast<std::size_t>(wanted))
 					expected.push_back(value);
-			for (const auto& pose : make_shortlist(tracer, field, few, poses, parameters)) found.push_back(cost(pose));
+			for (const auto& pose : make_shortlist(reading, few, poses, limits)) found.push_back(cost(pose));
 			EXPECT_EQ(found, expected) << hopeless << " " << wanted;
 		}
 }

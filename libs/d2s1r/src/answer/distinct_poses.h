@@ -17,24 +17,29 @@ inline bool are_near(const mrpt::math::TPose2D& a, const mrpt::math::TPose2D& b,
 	return dx * dx + dy * dy < distance * distance && std::min(turn, 2 * M_PI - turn) < yaw;
 }
 
-/// Chooses poses, their yaws in [-pi, pi], that lie apart: greedily, in the order in which they come.
+/// Chooses poses, their yaws in [-pi, pi], that lie apart: greedily, in the order in which they come. Poses in two maps
+/// always lie apart.
 class DistinctPoses
 {
    public:
 	/// Takes poses that are closer than `distance` [m] and `yaw` [rad] for one.
 	DistinctPoses(double distance, double yaw) : distance_(distance), yaw_(yaw), newest_(kBuckets, -1) {}
 
-	/// Adds `pose` if it lies apart from all that were added before. \return whether it does
-	bool add(const mrpt::math::TPose2D& pose)
+	/// Adds `pose`, which is in the map of that number, if it lies apart from all that were added before.
+	/// \return whether it does
+	bool add(const mrpt::math::TPose2D& pose, std::size_t map = 0)
 	{
 		const auto column = static_cast<std::int64_t>(std::floor(pose.x / distance_));
 		const auto row = static_cast<std::int64_t>(std::floor(pose.y / distance_));
 		for (std::int64_t j = row - 1; j <= row + 1; j++)
 			for (std::int64_t i = column - 1; i <= column + 1; i++)
-				for (int k = newest_[bucket(i, j)]; k >= 0; k = chosen_[static_cast<std::size_t>(k)].before)
-					if (are_near(pose, chosen_[static_cast<std::size_t>(k)].pose, distance_, yaw_)) return false;
-		int& newest = newest_[bucket(column, row)];
-		chosen_.push_back({pose, newest});
+				for (int k = newest_[bucket(i, j, map)]; k >= 0; k = chosen_[static_cast<std::size_t>(k)].before)
+				{
+					const Chosen& chosen = chosen_[static_cast<std::size_t>(k)];
+					if (chosen.map == map && are_near(pose, chosen.pose, distance_, yaw_)) return false;
+				}
+		int& newest = newest_[bucket(column, row, map)];
+		chosen_.push_back({pose, map, newest});
 		newest = static_cast<int>(chosen_.size()) - 1;
 		return true;
 	}
@@ -45,14 +50,17 @@ class DistinctPoses
 	struct Chosen
 	{
 		mrpt::math::TPose2D pose;
+		std::size_t map;
 		int before;  //!< the one chosen before it in its bucket, or -1
 	};
 
-	/// Returns the bucket of a tile of side `distance_`. Tiles may share one, which costs comparisons but does no harm.
-	static std::size_t bucket(std::int64_t column, std::int64_t row)
+	/// Returns the bucket of a tile of side `distance_` of a map. Tiles may share one, which costs comparisons but does
+	/// no harm.
+	static std::size_t bucket(std::int64_t column, std::int64_t row, std::size_t map)
 	{
 		const auto mixed = static_cast<std::uint64_t>(column) * 0x9E3779B97F4A7C15U +
-		                   static_cast<std::uint64_t>(row) * 0xC2B2AE3D27D4EB4FU;
+		                   static_cast<std::uint64_t>(row) * 0xC2B2AE3D27D4EB4FU +
+		                   static_cast<std::uint64_t>(map) * 0x165667B19E3779F9U;
 		return static_cast<std::size_t>(mixed >> 53U);
 	}
 

@@ -44,14 +44,13 @@ PoseBox area_of(const RangeProfiles& profiles, const Prior& prior, double margin
 }  // namespace
 
 AllowedPairs::AllowedPairs(
-    const RangeProfiles& profiles, const Prior& prior, const Scan& scan, const CoarseSearchParameters& parameters)
+    const RangeProfiles& profiles, const Prior& prior, const Scan& scan, double spacing, double distinct_yaw)
     : profiles_(profiles),
       anywhere_(prior.anywhere()),
       prior_(
           prior, area_of(profiles, prior, robot_to_sensor(scan)),
-          parameters.spacing + robot_to_sensor(scan) * mrpt::DEG2RAD(parameters.distinct_yaw),
-          mrpt::DEG2RAD(parameters.distinct_yaw)),
-      prior_of_sensor_(prior, area_of(profiles, prior, 0), parameters.spacing + robot_to_sensor(scan), 0)
+          spacing + robot_to_sensor(scan) * mrpt::DEG2RAD(distinct_yaw), mrpt::DEG2RAD(distinct_yaw)),
+      prior_of_sensor_(prior, area_of(profiles, prior, 0), spacing + robot_to_sensor(scan), 0)
 {
 	if (anywhere_) return;
 	const mrpt::math::TPose2D robot_on_sensor = mrpt::math::TPose2D() - scan.sensor_on_robot;

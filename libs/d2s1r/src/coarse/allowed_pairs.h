@@ -22,8 +22,10 @@ mrpt::math::TPose2D pose_of(const RangeProfiles& profiles, const Pair& pair);
 class AllowedPairs
 {
    public:
+	/// \param spacing [m] between sample positions
+	/// \param distinct_yaw [deg] within which a yaw stands for a shift
 	AllowedPairs(
-	    const RangeProfiles& profiles, const Prior& prior, const Scan& scan, const CoarseSearchParameters& parameters);
+	    const RangeProfiles& profiles, const Prior& prior, const Scan& scan, double spacing, double distinct_yaw);
 
 	/// Returns whether a position is allowed at a shift.
 	bool allows(const Pair& pair) const { return anywhere_ || prior_allows(pair); }

@@ -8,8 +8,7 @@
 #include <cmath>
 #include <deque>
 #include <limits>
-#include <optional>
-#include <tuple>
+#include <utility>
 
 #include "answer/distinct_poses.h"
 #include "base/simd.h"
@@ -23,24 +22,22 @@ namespace d2s1r
 {
 namespace
 {
-/// Compares all beams with the profiles of all positions of the groups. It adds what is allowed, and costlier than the
-/// cheapest by the margin at most.
-/// \param first number of the first position of the map among those of all
-/// \param most_of_all [step] cost beyond which no pair is added; it is lowered
+/// Compares all beams with the profiles of all positions of the groups of a reading. It adds what is allowed, and
+/// costlier than the cheapest by the margin at most.
+/// \param first_position number of the first position of the reading among those of all
+/// \param most [step] cost beyond which no pair is added; it is lowered
 void search_profiles(
-    const MapToSearch& map, const std::vector<Pair>& of_groups, std::int32_t first_position, std::uint32_t& most_of_all,
-    std::vector<Pair>& pairs)
+    const ReadingToSearch& reading, const std::vector<Pair>& of_groups, std::int32_t first_position,
+    std::uint32_t margin, std::uint32_t& most, std::vector<Pair>& pairs)
 {
 	constexpr std::size_t kAhead = 16;
-	const auto& [profiles, scan, parameters, allowed] = map;
+	const auto& [profiles, scan, allowed] = reading;
 	const auto directions = static_cast<std::size_t>(profiles.directions);
 	const auto& first_of_group = profiles.first_of_group;
 	const auto rows_of = [&, &by_position = profiles.by_position](std::size_t group)
 	{ return by_position.data() + first_of_group[group] * directions; };
 	const auto group_of = [&](std::size_t m) { return static_cast<std::size_t>(of_groups[m].position); };
-	const auto margin =
-	    static_cast<std::uint32_t>(parameters.margin * std::sqrt(static_cast<double>(scan.observed.size())));
-	std::uint32_t most = most_of_all;
+	std::uint32_t limit = most;  // a local copy: bytes may alias the other
 	for (std::size_t m = 0; m < of_groups.size(); m++)
 	{
 		if (m + 2 * kAhead < of_groups.size()) __builtin_prefetch(&first_of_group[group_of(m + 2 * kAhead)]);
@@ -56,129 +53,117 @@ void search_profiles(
 		for (std::size_t i = 0; i < count; i++)
 		{
 			const auto position = static_cast<std::int32_t>(first + i);
-			if (costs[i] > most || !allowed.allows({position, of_groups[m].shift, costs[i]})) continue;
-			most = std::min(most, costs[i] + margin);
+			if (costs[i] > limit || !allowed.allows({position, of_groups[m].shift, costs[i]})) continue;
+			limit = std::min(limit, costs[i] + margin);
 			append({position + first_position, of_groups[m].shift, costs[i]}, pairs);
 		}
 	}
-	most_of_all = most;
+	most = limit;
 }
 
-/// Returns whether a scan is quantized alike for two maps.
-bool quantized_alike(const CoarseSearchIn& a, const CoarseSearchIn& b)
-{
-	const auto facts = [](const CoarseSearchIn& map)
-	{
-		const CoarseSearchParameters& parameters = map.parameters;
-		return std::tuple(
-		    map.profiles.directions, map.profiles.max_range, parameters.truncation, parameters.occluder_truncation,
-		    parameters.occluder_range);
-	};
-	return facts(a) == facts(b);
-}
-
-/// What belongs to each map for one scan.
+/// What belongs to each reading for one scan.
 struct Prepared
 {
-	Prepared(const std::vector<CoarseSearchIn>& maps, const Scan& scan)
+	Prepared(const std::vector<CoarseSearchIn>& readings, const Scan& scan, const CoarseSearchParameters& parameters)
 	{
-		for (std::size_t i = 0; i < maps.size(); i++)
+		const auto steps_of = [](const RangeProfiles& profiles)
+		{ return std::pair(profiles.directions, profiles.max_range); };
+		for (const auto& [profiles, prior, spacing] : readings)
 		{
-			const auto& [profiles, parameters, prior] = maps[i];
-			if (i == 0 || !quantized_alike(maps[i], maps[i - 1]))
+			if (to_search.empty() || steps_of(profiles) != steps_of(to_search.back().profiles))
 				quantized.push_back(quantize(scan, profiles, parameters));
-			allowed.emplace_back(profiles, prior, scan, parameters);
-			to_search.push_back({profiles, quantized.back(), parameters, allowed.back()});
+			allowed.emplace_back(profiles, prior, scan, spacing, parameters.distinct_yaw);
+			to_search.push_back({profiles, quantized.back(), allowed.back()});
 		}
 	}
 
-	std::deque<QuantizedScan> quantized;  //!< once for maps in a row for which it is the same
-	std::deque<AllowedPairs> allowed;     //!< by map
-	std::vector<MapToSearch> to_search;   //!< by map
+	std::deque<QuantizedScan> quantized;     //!< once for readings in a row for which it is the same
+	std::deque<AllowedPairs> allowed;        //!< by reading
+	std::vector<ReadingToSearch> to_search;  //!< by reading
 };
 
-/// Numbers the groups and positions of all maps.
+/// Numbers the groups and positions of all readings.
 struct Numbers
 {
-	std::vector<std::size_t> groups = {0}, positions = {0};  //!< by map, the first one; one more at the end
+	std::vector<std::size_t> groups = {0}, positions = {0};  //!< by reading, the first one; one more at the end
 
-	explicit Numbers(const std::vector<CoarseSearchIn>& maps)
+	explicit Numbers(const std::vector<CoarseSearchIn>& readings)
 	{
-		for (const CoarseSearchIn& map : maps)
+		for (const CoarseSearchIn& reading : readings)
 		{
-			groups.push_back(groups.back() + map.profiles.groups());
-			positions.push_back(positions.back() + map.profiles.size());
+			groups.push_back(groups.back() + reading.profiles.groups());
+			positions.push_back(positions.back() + reading.profiles.size());
 		}
 	}
 
-	/// Returns the number of the map that the group or position `number` is of.
-	static std::size_t map_of(const std::vector<std::size_t>& first, std::int32_t number)
+	/// Returns the number of the reading that the group or position `number` is of.
+	static std::size_t reading_of(const std::vector<std::size_t>& first, std::int32_t number)
 	{
-		if (first.size() == 2) return 0;
 		const auto after = std::upper_bound(first.begin(), first.end(), static_cast<std::size_t>(number));
 		return static_cast<std::size_t>(after - first.begin()) - 1;
 	}
 };
 
-/// Returns the pairs of each map, with its own numbers of groups.
-std::vector<std::vector<Pair>> pairs_by_map(const std::vector<Pair>& of_groups, const Numbers& numbers)
+/// Returns the pairs of each reading, with its own numbers of groups.
+std::vector<std::vector<Pair>> pairs_by_reading(const std::vector<Pair>& of_groups, const Numbers& numbers)
 {
-	std::vector<std::vector<Pair>> by_map(numbers.groups.size() - 1);
+	std::vector<std::vector<Pair>> by_reading(numbers.groups.size() - 1);
 	for (Pair pair : of_groups)
 	{
-		const std::size_t map = Numbers::map_of(numbers.groups, pair.position);
-		pair.position -= static_cast<std::int32_t>(numbers.groups[map]);
-		by_map[map].push_back(pair);
+		const std::size_t reading = Numbers::reading_of(numbers.groups, pair.position);
+		pair.position -= static_cast<std::int32_t>(numbers.groups[reading]);
+		by_reading[reading].push_back(pair);
 	}
-	return by_map;
+	return by_reading;
 }
 
-/// Finds the cheapest pairs of position and shift of all maps, within the limits.
-void find_pairs(const std::vector<MapToSearch>& maps, const Numbers& numbers, std::vector<Pair>& pairs)
+/// Finds the cheapest pairs of position and shift of all readings, within the limits.
+void find_pairs(
+    const std::vector<ReadingToSearch>& readings, const Numbers& numbers, const CoarseSearchParameters& parameters,
+    std::vector<Pair>& pairs)
 {
 	thread_local std::vector<Pair> of_groups;  // kept for the next query
-	search_overviews(maps, of_groups);
+	search_overviews(readings, parameters, of_groups);
 	pairs.clear();
+	const auto beams = static_cast<double>(readings.front().scan.observed.size());
+	const auto margin = static_cast<std::uint32_t>(parameters.margin * std::sqrt(beams));
 	std::uint32_t most = std::numeric_limits<std::uint32_t>::max();
-	if (maps.size() == 1)
-		search_profiles(maps.front(), of_groups, 0, most, pairs);
+	if (readings.size() == 1)
+		search_profiles(readings.front(), of_groups, 0, margin, most, pairs);
 	else
 	{
-		const auto by_map = pairs_by_map(of_groups, numbers);
-		for (std::size_t map = 0; map < maps.size(); map++)
-			search_profiles(maps[map], by_map[map], static_cast<std::int32_t>(numbers.positions[map]), most, pairs);
+		const auto by_reading = pairs_by_reading(of_groups, numbers);
+		for (std::size_t i = 0; i < readings.size(); i++)
+			search_profiles(
+			    readings[i], by_reading[i], static_cast<std::int32_t>(numbers.positions[i]), margin, most, pairs);
 	}
 	const auto costly = [=](const Pair& pair) { return pair.cost > most; };
 	pairs.erase(std::remove_if(pairs.begin(), pairs.end(), costly), pairs.end());
 }
 }  // namespace
 
-std::vector<std::vector<Candidate>> coarse_search(const std::vector<CoarseSearchIn>& maps, const Scan& scan)
+std::vector<Candidate> coarse_search(
+    const std::vector<CoarseSearchIn>& readings, const Scan& scan, const CoarseSearchParameters& parameters)
 {
-	std::vector<std::vector<Candidate>> candidates(maps.size());
-	const Prepared prepared(maps, scan);
-	for (const QuantizedScan& quantized : prepared.quantized)
-		if (quantized.exact.empty()) return candidates;
-	const Numbers numbers(maps);
+	std::vector<Candidate> candidates;
+	const Prepared prepared(readings, scan, parameters);
+	if (prepared.quantized.front().exact.empty()) return candidates;
+	const Numbers numbers(readings);
 	thread_local std::vector<Pair> pairs;  // kept for the next query
-	find_pairs(prepared.to_search, numbers, pairs);
+	find_pairs(prepared.to_search, numbers, parameters, pairs);
 
-	const CoarseSearchParameters& parameters = maps.front().parameters;
-	std::size_t left = static_cast<std::size_t>(parameters.candidates);
-	std::vector<std::optional<DistinctPoses>> distinct(maps.size());
+	const auto beams = static_cast<double>(prepared.quantized.front().observed.size());
+	DistinctPoses distinct(parameters.distinct_distance, mrpt::DEG2RAD(parameters.distinct_yaw));
 	cheapest_first(
 	    pairs,
 	    [&](Pair pair)
 	    {
-		    const std::size_t map = Numbers::map_of(numbers.positions, pair.position);
-		    pair.position -= static_cast<std::int32_t>(numbers.positions[map]);
-		    const mrpt::math::TPose2D pose = pose_of(maps[map].profiles, pair);
-		    const auto beams = static_cast<double>(prepared.to_search[map].scan.observed.size());
-		    if (!distinct[map])
-			    distinct[map].emplace(parameters.distinct_distance, mrpt::DEG2RAD(parameters.distinct_yaw));
-		    if (!distinct[map]->add(pose)) return true;
-		    candidates[map].push_back({pose, static_cast<double>(pair.cost) / beams});
-		    return --left > 0;
+		    const std::size_t reading = Numbers::reading_of(numbers.positions, pair.position);
+		    pair.position -= static_cast<std::int32_t>(numbers.positions[reading]);
+		    const mrpt::math::TPose2D pose = pose_of(readings[reading].profiles, pair);
+		    if (!distinct.add(pose, reading)) return true;
+		    candidates.push_back({pose, static_cast<double>(pair.cost) / beams, reading});
+		    return candidates.size() < static_cast<std::size_t>(parameters.candidates);
 	    });
 	return candidates;
 }
@@ -186,6 +171,6 @@ std::vector<std::vector<Candidate>> coarse_search(const std::vector<CoarseSearch
 std::vector<Candidate> coarse_search(
     const RangeProfiles& profiles, const Scan& scan, const CoarseSearchParameters& parameters, const Prior& prior)
 {
-	return coarse_search({{profiles, parameters, prior}}, scan).front();
+	return coarse_search({{profiles, prior, parameters.spacing}}, scan, parameters);
 }
 }  // namespace d2s1r

@@ -14,6 +14,7 @@ struct Candidate
 {
 	mrpt::math::TPose2D pose;  //!< sensor in map, m and rad
 	double cost = 0;           //!< [step] mean truncated difference of quantized ranges per beam, lower is better
+	std::size_t reading = 0;   //!< [-] number of the reading that the pose is in, among those searched at once
 };
 
 /// Finds the poses of the sensor at which a scan may have been taken. It compares the scan with the profiles at all yaw
@@ -44,17 +45,18 @@ struct Candidate
 std::vector<Candidate> coarse_search(
     const RangeProfiles& profiles, const Scan& scan, const CoarseSearchParameters& parameters, const Prior& prior = {});
 
-/// Where one of several maps is searched. It refers to its members.
+/// A reading of one of several maps that are searched at once. It refers to its members.
 struct CoarseSearchIn
 {
 	const RangeProfiles& profiles;
-	const CoarseSearchParameters& parameters;
 	const Prior& prior;
+	double spacing;  //!< [m] between its sample positions
 };
 
-/// Searches several maps as if they were one, in about the time that one map of their size takes: the limits hold for
-/// all pairs and candidates together, so that most of the maps get few of them or none.
-/// \param maps one or more; the parameters of the first one limit pairs and candidates
-/// \return by map, its poses among the best of all, best first
-std::vector<std::vector<Candidate>> coarse_search(const std::vector<CoarseSearchIn>& maps, const Scan& scan);
+/// Searches readings of several maps as if they were one map, in about the time that one map of their size takes: all
+/// limits hold for the pairs and candidates of all of them together, so that most of them get few or none.
+/// \param readings one or more, whose profiles have the same number of directions
+/// \return distinct poses, the best of all first
+std::vector<Candidate> coarse_search(
+    const std::vector<CoarseSearchIn>& readings, const Scan& scan, const CoarseSearchParameters& parameters);
 }  // namespace d2s1r

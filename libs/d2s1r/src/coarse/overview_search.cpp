@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <deque>
 
 #include "base/simd.h"
 #include "coarse/coarse_kernel.h"
@@ -38,25 +39,24 @@ void find_missing_beams(const RangeProfiles& profiles, const QuantizedScan& scan
 		missing_beams(profiles.histograms.data() + first * RangeProfiles::kBins, histogram.data(), missing + first);
 }
 
-/// The groups of a map among those of all.
-struct GroupsOfMap
+/// The groups of a reading among those of all.
+struct GroupsOfReading
 {
-	const MapToSearch* map;
-	std::int32_t first;     //!< [groups] number of its first one among all
-	std::uint8_t* missing;  //!< by group: see find_missing_beams()
-	std::vector<OverviewBeam> beams;
-	OverviewScan few;
+	const ReadingToSearch* reading;
+	std::int32_t first;                  //!< [groups] number of its first one among all
+	std::uint8_t* missing;               //!< by group: see find_missing_beams()
+	OverviewScan few;                    //!< beams that overviews are compared with
 	std::vector<std::uint64_t> allowed;  //!< by block: see AllowedPairs::groups()
 };
 
 /// Returns how many beams about one group in kFew is at most missing; it looks at a sample of the groups.
-int missing_at_few(const std::vector<GroupsOfMap>& maps)
+int missing_at_few(const std::vector<GroupsOfReading>& readings)
 {
 	constexpr std::size_t kFew = 32, kApart = 16;
 	std::array<std::size_t, 256> count{};
 	std::size_t seen = 0;
-	for (const GroupsOfMap& of : maps)
-		for (std::size_t group = 0; group < of.map->profiles.groups(); group += kApart, seen++)
+	for (const GroupsOfReading& of : readings)
+		for (std::size_t group = 0; group < of.reading->profiles.groups(); group += kApart, seen++)
 			count[of.missing[group]]++;
 	std::size_t most = 0;
 	for (std::size_t below = count[0]; below * kFew < seen; below += count[most]) most++;
@@ -65,20 +65,19 @@ int missing_at_few(const std::vector<GroupsOfMap>& maps)
 
 /// Returns how many beams may be missing at a group that still explains the scan as well as one that costs `least`
 /// [2 steps] in the overviews: as many as a share of that cost allows, and some by chance.
-int most_missing(const GroupsOfMap& of, double least)
+int most_missing(const GroupsOfReading& of, double least, const CoarseSearchParameters& parameters)
 {
-	const CoarseSearchParameters& parameters = of.map->parameters;
-	const auto beams = static_cast<double>(of.map->scan.exact.size());
+	const auto beams = static_cast<double>(of.reading->scan.exact.size());
 	const double allowed = beams * least / (static_cast<double>(of.few.count) * of.few.truncation);
 	const double most =
 	    parameters.overview_missing * allowed + parameters.overview_missing_by_chance * std::sqrt(beams);
-	return static_cast<int>(std::min(255.0, most / of.map->profiles.directions * RangeProfiles::kWhole));
+	return static_cast<int>(std::min(255.0, most / of.reading->profiles.directions * RangeProfiles::kWhole));
 }
 
-/// Compares a few beams with the overviews of some groups of a map at all shifts.
-void look_at(const GroupsOfMap& of, const std::vector<std::int32_t>& groups, CheapestPairs& cheapest)
+/// Compares a few beams with the overviews of some groups of a reading at all shifts.
+void look_at(const GroupsOfReading& of, const std::vector<std::int32_t>& groups, CheapestPairs& cheapest)
 {
-	const auto& [profiles, scan, parameters, allowed] = *of.map;
+	const auto& [profiles, scan, allowed] = *of.reading;
 	constexpr std::size_t kTogether = 32;
 	const auto directions = static_cast<std::size_t>(profiles.directions);
 	const std::size_t stride = 2 * directions + RangeProfiles::kBlock;
@@ -109,7 +108,7 @@ void look_at(const GroupsOfMap& of, const std::vector<std::int32_t>& groups, Che
 }
 
 /// Looks at the groups where `least` to `most` beams are missing.
-void look_where_missing(const GroupsOfMap& of, int least, int most, CheapestPairs& cheapest)
+void look_where_missing(const GroupsOfReading& of, int least, int most, CheapestPairs& cheapest)
 {
 	constexpr std::size_t kBlock = RangeProfiles::kBlock;
 	thread_local std::vector<std::int32_t> groups;  // kept for the next query
@@ -123,58 +122,69 @@ void look_where_missing(const GroupsOfMap& of, int least, int most, CheapestPair
 	look_at(of, groups, cheapest);
 }
 
-/// Finds the missing beams of all groups of all maps.
+/// Returns the beams that overviews are compared with, once for readings in a row with the same quantized scan.
+std::deque<std::vector<OverviewBeam>> few_beams_of(const std::vector<ReadingToSearch>& readings, int truncation)
+{
+	std::deque<std::vector<OverviewBeam>> beams;
+	for (std::size_t i = 0; i < readings.size(); i++)
+		if (i == 0 || &readings[i].scan != &readings[i - 1].scan)
+			beams.push_back(overview_beams(readings[i].scan, truncation));
+	return beams;
+}
+
+/// Finds the missing beams of all groups of all readings.
+/// \param few see few_beams_of()
 /// \param missing memory for them, which is kept from query to query
-std::vector<GroupsOfMap> groups_of(const std::vector<MapToSearch>& maps, std::vector<std::uint8_t>& missing)
+std::vector<GroupsOfReading> groups_of(
+    const std::vector<ReadingToSearch>& readings, const std::deque<std::vector<OverviewBeam>>& few, int truncation,
+    std::vector<std::uint8_t>& missing)
 {
 	constexpr std::size_t kBlock = RangeProfiles::kBlock;
-	const auto whole_blocks = [](const MapToSearch& map)
-	{ return (map.profiles.groups() + kBlock - 1) / kBlock * kBlock; };
+	const auto whole_blocks = [](const ReadingToSearch& reading)
+	{ return (reading.profiles.groups() + kBlock - 1) / kBlock * kBlock; };
 	std::size_t size = 0;
-	for (const MapToSearch& map : maps) size += whole_blocks(map);
+	for (const ReadingToSearch& reading : readings) size += whole_blocks(reading);
 	missing.resize(size);
-	std::vector<GroupsOfMap> all;
-	all.reserve(maps.size());  // beams stay where they are
+	std::vector<GroupsOfReading> all;
 	std::uint8_t* next = missing.data();
 	std::size_t first = 0;
-	for (const MapToSearch& map : maps)
+	auto beams = few.begin();
+	for (const ReadingToSearch& reading : readings)
 	{
-		const int truncation = map.parameters.overview_truncation;
-		all.push_back(
-		    {&map,
-		     static_cast<std::int32_t>(first),
-		     next,
-		     overview_beams(map.scan, truncation),
-		     {},
-		     map.allowed.groups()});
-		GroupsOfMap& of = all.back();
-		of.few = {of.beams.data(), of.beams.size(), map.profiles.directions, static_cast<std::uint8_t>(truncation)};
-		find_missing_beams(map.profiles, map.scan, of.missing);
-		next += whole_blocks(map);
-		first += map.profiles.groups();
+		const auto& [profiles, scan, allowed] = reading;
+		if (!all.empty() && &scan != &all.back().reading->scan) ++beams;
+		const OverviewScan beams_here{
+		    beams->data(), beams->size(), profiles.directions, static_cast<std::uint8_t>(truncation)};
+		all.push_back({&reading, static_cast<std::int32_t>(first), next, beams_here, allowed.groups()});
+		find_missing_beams(profiles, scan, next);
+		next += whole_blocks(reading);
+		first += profiles.groups();
 	}
 	return all;
 }
 }  // namespace
 
-void search_overviews(const std::vector<MapToSearch>& maps, std::vector<Pair>& pairs)
+void search_overviews(
+    const std::vector<ReadingToSearch>& readings, const CoarseSearchParameters& parameters, std::vector<Pair>& pairs)
 {
 	thread_local std::vector<std::uint8_t> missing;  // kept for the next query
-	const std::vector<GroupsOfMap> all = groups_of(maps, missing);
-	const CoarseSearchParameters& parameters = maps.front().parameters;
+	const int truncation = parameters.overview_truncation;
+	const auto few = few_beams_of(readings, truncation);
+	const std::vector<GroupsOfReading> all = groups_of(readings, few, truncation, missing);
 	double all_pairs = 0;
-	for (const MapToSearch& map : maps)
-		all_pairs += static_cast<double>(map.profiles.groups()) * map.profiles.directions;
+	for (const ReadingToSearch& reading : readings)
+		all_pairs += static_cast<double>(reading.profiles.groups()) * reading.profiles.directions;
 	const double wanted =
 	    std::max(1.0, std::min(static_cast<double>(parameters.max_pairs), parameters.max_pairs_share * all_pairs));
-	const double margin = parameters.overview_margin * std::sqrt(static_cast<double>(all.front().beams.size()));
+	const double margin = parameters.overview_margin * std::sqrt(static_cast<double>(few.front().size()));
 	CheapestPairs cheapest(static_cast<std::uint32_t>(margin), static_cast<std::size_t>(wanted), pairs);
 
 	const int of_few = missing_at_few(all);
-	for (const GroupsOfMap& of : all) look_where_missing(of, 0, of_few, cheapest);
+	for (const GroupsOfReading& of : all) look_where_missing(of, 0, of_few, cheapest);
 	const auto least = static_cast<double>(cheapest.least());
-	for (const GroupsOfMap& of : all)
-		if (const int most = most_missing(of, least); most > of_few) look_where_missing(of, of_few + 1, most, cheapest);
+	for (const GroupsOfReading& of : all)
+		if (const int most = most_missing(of, least, parameters); most > of_few)
+			look_where_missing(of, of_few + 1, most, cheapest);
 	cheapest.drop_costly();
 }
 }  // namespace d2s1r

@@ -10,20 +10,20 @@
 
 namespace d2s1r
 {
-/// A map that a scan is looked for in. It refers to its members.
-struct MapToSearch
+/// A reading of a map that a scan is looked for in. It refers to its members.
+struct ReadingToSearch
 {
 	const RangeProfiles& profiles;
 	const QuantizedScan& scan;  //!< quantized as the profiles are
-	const CoarseSearchParameters& parameters;
 	const AllowedPairs& allowed;
 };
 
 /// Compares a few beams with the overviews of the groups, at the shifts that are allowed: first of the groups whose
 /// range histograms are most like the scan's, then of all that may explain it as well as the best of those. Several
-/// maps are searched as if they were one: what is found in one leaves out what is too costly in another.
-/// \param maps one or more; the parameters of the first one limit the pairs
+/// readings are searched as if they were one: what is found in one leaves out what is too costly in another.
+/// \param readings one or more, with the same number of directions
 /// \param pairs [2 steps] the cheapest pairs of group and shift, within the limits that coarse_search.h tells. The
-///        groups of all maps are counted on, from map to map.
-void search_overviews(const std::vector<MapToSearch>& maps, std::vector<Pair>& pairs);
+///        groups of all readings are counted on, from one to the next.
+void search_overviews(
+    const std::vector<ReadingToSearch>& readings, const CoarseSearchParameters& parameters, std::vector<Pair>& pairs);
 }  // namespace d2s1r

@@ -16,10 +16,10 @@ namespace
 using mrpt::math::TPose2D;
 
 /// Returns the temperature: the number by which a difference of log-likelihoods is divided to get log-odds. The more
-/// the best place leaves unexplained, the more of the difference is chance.
+/// beams contradict the map at the best place, the more of the difference is chance.
 double temperature(const Place& best, const ScoringParameters& parameters)
 {
-	const double of_scan = parameters.temperature + parameters.temperature_by_beam * best.score.unexplained;
+	const double of_scan = parameters.temperature + parameters.temperature_by_beam * best.score.contradicted;
 	return (1 + parameters.temperature_by_tolerance * best.tolerance) * of_scan;
 }
 
@@ -45,7 +45,7 @@ std::vector<Place> distinct_places(std::vector<Place> poses, const ScoringParame
 	for (Place& pose : poses)
 	{
 		pose.weight = weight_of(pose, poses.front(), parameters);
-		if (distinct.add(pose.pose)) places.push_back(pose);
+		if (distinct.add(pose.pose, pose.map)) places.push_back(pose);
 	}
 	return places;
 }
@@ -58,9 +58,8 @@ double log_odds_of_presence(const Place& best_place, const Place* second, const 
 	const Score& best = best_place.score;
 	const PresenceModel& model = parameters.presence_model;
 	const double lead = second ? std::min(kMostLead, -std::log(weight_of(*second, best_place, parameters))) : kMostLead;
-	return model.bias + model.explained * best.explained + model.in_front * std::min(best.in_front, best.explained) +
-	       model.unexplained * best.unexplained + model.log_likelihood * best.log_likelihood + model.lead * lead +
-	       model.depth_edges * std::log1p(best.depth_edges) + model.surfaces * std::log1p(best.segments);
+	return model.bias + model.beam * best.returns + model.unknown_metre * best.unknown_metres +
+	       model.log_likelihood * best.log_likelihood + model.lead * lead + model.surfaces * std::log1p(best.segments);
 }
 
 /// What the places found in a map tell of it.
@@ -125,52 +124,92 @@ std::vector<Likely> probabilities_of(
 	    likely.begin(), likely.end(), [](const Likely& a, const Likely& b) { return a.probability > b.probability; });
 	return likely;
 }
-}  // namespace
-
-std::vector<Place> find_places(
-    const BeamTracer& tracer, const DistanceField& field, const Scan& scan, const BeamSubset& all,
-    const std::vector<RefinedPose>& poses, const Prior& prior, const Parameters& parameters)
+/// Returns whether the prior of the map allows a robot whose sensor has this pose.
+bool is_possible(const SearchedReading& in, const Scan& scan, const TPose2D& sensor)
 {
-	constexpr double kHopeless = 12;      // [nat] a pose this far below the best one is not polished
-	constexpr double kNegligible = 1e-3;  // [-] a place of this weight is not compared
-	const BeamModel& model = parameters.scoring.beam_model;
-	const TPose2D robot_on_sensor = TPose2D() - scan.sensor_on_robot;
-	const auto is_possible = [&](const TPose2D& sensor) { return prior.allows(sensor + robot_on_sensor); };
+	return in.prior.allows(sensor + (TPose2D() - scan.sensor_on_robot));
+}
+
+/// Scores the poses that their priors allow.
+/// \return best first
+std::vector<Place> scored_places(
+    const SearchedReadings& readings, const Scan& scan, const BeamSubset& all, const std::vector<RefinedPose>& poses)
+{
 	std::vector<Place> scored;
-	for (const auto& [pose, fit] : poses)
-		if (is_possible(pose))
-			scored.push_back({pose, score(tracer, field, all, pose, model), pose, field.tolerance()});
+	for (const auto& [pose, fit, reading] : poses)
+	{
+		const SearchedReading& in = readings[reading];
+		if (!is_possible(in, scan, pose)) continue;
+		Place& place = scored.emplace_back();
+		place.pose = place.scored_at = pose;
+		place.score = score(in.tracer, in.field, all, pose, in.parameters.scoring.beam_model);
+		place.tolerance = in.field.tolerance();
+		place.reading = reading;
+		place.map = in.map;
+	}
 	sort_best_first(scored);
+	return scored;
+}
+
+/// Polishes the best of `scored`, best first, and scores them anew.
+void polish_best(
+    const SearchedReadings& readings, const Scan& scan, const BeamSubset& all, const RefinementParameters& limits,
+    std::vector<Place>& scored)
+{
+	constexpr double kHopeless = 12;  // [nat] a pose this far below the best one is not polished
 	const double least = scored.empty() ? 0 : scored.front().score.log_likelihood - kHopeless;
-	const std::size_t to_polish = std::min(scored.size(), static_cast<std::size_t>(parameters.refinement.max_polished));
+	const std::size_t to_polish = std::min(scored.size(), static_cast<std::size_t>(limits.max_polished));
 	for (std::size_t i = 0; i < to_polish && scored[i].score.log_likelihood >= least; i++)
 	{
-		const TPose2D pose = polish(field, all, scored[i].pose, parameters.refinement);
-		if (!is_possible(pose)) continue;
+		const SearchedReading& in = readings[scored[i].reading];
+		const TPose2D pose = polish(in.field, all, scored[i].pose, in.parameters.refinement);
+		if (!is_possible(in, scan, pose)) continue;
 		scored[i].pose = pose;
-		const Score polished = score(tracer, field, all, pose, model);
+		const Score polished = score(in.tracer, in.field, all, pose, in.parameters.scoring.beam_model);
 		if (polished.log_likelihood > scored[i].score.log_likelihood)
 		{
 			scored[i].score = polished;
 			scored[i].scored_at = pose;
 		}
 	}
-	std::vector<Place> places = distinct_places(std::move(scored), parameters.scoring);
-	const std::size_t to_compare =
-	    std::min(places.size(), static_cast<std::size_t>(parameters.refinement.max_compared));
+}
+
+/// Gives the best of `places`, best first, the best score that is found near them.
+void compare_best(
+    const SearchedReadings& readings, const BeamSubset& all, const RefinementParameters& limits,
+    std::vector<Place>& places)
+{
+	constexpr double kNegligible = 1e-3;  // [-] a place of this weight is not compared
+	const std::size_t to_compare = std::min(places.size(), static_cast<std::size_t>(limits.max_compared));
 	for (std::size_t i = 0; i < to_compare && places[i].weight > kNegligible; i++)
 	{
-		const ScoredPose best = best_score_near(tracer, field, all, places[i].pose, model);
+		const SearchedReading& in = readings[places[i].reading];
+		const ScoredPose best =
+		    best_score_near(in.tracer, in.field, all, places[i].pose, in.parameters.scoring.beam_model);
 		if (best.score.log_likelihood > places[i].score.log_likelihood)
 		{
 			places[i].score = best.score;
 			places[i].scored_at = best.pose;
 		}
 	}
-	places = distinct_places(std::move(places), parameters.scoring);
-	const std::size_t listed = std::min(places.size(), static_cast<std::size_t>(parameters.scoring.hypotheses));
+}
+}  // namespace
+
+std::vector<Place> find_places(
+    const SearchedReadings& readings, const Scan& scan, const BeamSubset& all, const std::vector<RefinedPose>& poses,
+    const Parameters& limits)
+{
+	std::vector<Place> places = scored_places(readings, scan, all, poses);
+	polish_best(readings, scan, all, limits.refinement, places);
+	places = distinct_places(std::move(places), limits.scoring);
+	compare_best(readings, all, limits.refinement, places);
+	places = distinct_places(std::move(places), limits.scoring);
+	const std::size_t listed = std::min(places.size(), static_cast<std::size_t>(limits.scoring.hypotheses));
 	for (std::size_t i = 0; i < listed; i++)
-		places[i].covariance = pose_covariance(field, all, places[i].pose, parameters.refinement);
+	{
+		const SearchedReading& in = readings[places[i].reading];
+		places[i].covariance = pose_covariance(in.field, all, places[i].pose, in.parameters.refinement);
+	}
 	return places;
 }
 
@@ -179,22 +218,6 @@ std::vector<Place> merged_places(std::vector<Place> a, std::vector<Place> b, con
 	if (a.empty()) return b;
 	a.insert(a.end(), b.begin(), b.end());
 	return distinct_places(std::move(a), parameters);
-}
-
-std::vector<Place> places_of_all_maps(
-    std::vector<std::vector<Place>> by_map, const std::vector<const Parameters*>& parameters)
-{
-	std::vector<Place> places;
-	for (std::size_t map = 0; map < by_map.size(); map++)
-		for (Place& place : by_map[map])
-		{
-			place.map = map;
-			places.push_back(std::move(place));
-		}
-	sort_best_first(places);
-	for (Place& place : places)
-		place.weight = weight_of(place, places.front(), parameters[places.front().map]->scoring);
-	return places;
 }
 
 Decision decide(const Scan& scan, const std::vector<Place>& places, const std::vector<const Parameters*>& parameters)

@@ -19,18 +19,22 @@ struct Place
 	mrpt::math::TPose2D scored_at;  //!< sensor in map, m and rad: where it was found, some centimetres beside
 	double tolerance = 0;           //!< [m] of the surfaces of the walls: see DistanceField
 	double weight = 0;              //!< [0, 1] likelihood relative to the best place, tempered
-	std::size_t map = 0;            //!< [-] number of the map that it is in, among those that were searched
+	std::size_t reading = 0;        //!< [-] number of the reading that it is in, among those that were searched at once
+	std::size_t map = 0;            //!< [-] number of the map that it is in
 	/// Of pose (x, y, phi) [m^2, m rad, rad^2]; it is set for the places that may be listed.
 	Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
 };
 
 /// Scores refined poses with all beams and keeps the best of each place. Poses that may be the best one are polished
 /// before the poses of a place are reduced to the best of them, and a place counts by the best score found at it:
-/// otherwise a few centimetres would decide. Poses that the prior rules out do not count. Thread-safe.
+/// otherwise a few centimetres would decide. Poses that the prior of their map rules out do not count. Poses are scored
+/// by the beam model of their own map: log-likelihoods are all against beams that end anywhere, so that they share one
+/// scale. Thread-safe.
+/// \param limits of numbers, for all maps together, and of what is one place
 /// \return the places, best first
 std::vector<Place> find_places(
-    const BeamTracer& tracer, const DistanceField& field, const Scan& scan, const BeamSubset& all,
-    const std::vector<RefinedPose>& poses, const Prior& prior, const Parameters& parameters);
+    const SearchedReadings& readings, const Scan& scan, const BeamSubset& all, const std::vector<RefinedPose>& poses,
+    const Parameters& limits);
 
 /// An answer about one or several maps.
 struct Decision
@@ -44,9 +48,8 @@ struct Decision
 /// The probability of a place is the product of two: its share of the likelihood of all places, which is a soft maximum
 /// of their scores, and the presence, which is the probability that one of them is right at all (PresenceModel, a
 /// logistic regression). What is left is the probability that none of them is right. The soft maximum is tempered: the
-/// more the best place leaves unexplained, the more of a difference is chance. Both were learned from scans of eight
-/// buildings and of 17 drawn floor plans, with furniture that the plan does not have, in their own and in other
-/// buildings' maps.
+/// more beams contradict the map at the best place, the more of a difference is chance. Both are learned by
+/// share/d2s1r/experiments/learn.py, from scans in their own and in other buildings' maps.
 ///
 /// With several maps, the odds of the presence are those of each map, by its own best place, in the mean over the
 /// places: each counts by its share of the likelihood. So a place that is likely but that its map explains badly gives
@@ -58,14 +61,6 @@ Decision decide(const Scan& scan, const std::vector<Place>& places, const std::v
 /// The same for one map. \return status, confidence and hypotheses (robot in map)
 Localization decide(const Scan& scan, const std::vector<Place>& places, const Parameters& parameters);
 
-/// Joins the places of several maps, each of which was scored by the beam model of its own map: log-likelihoods are all
-/// against beams that end anywhere, so that they share one scale. Thread-safe.
-/// \param by_map places by the number of their map, best first
-/// \param parameters by the number of the map; those of the best place's map set the weights
-/// \return the places of all maps, best first
-std::vector<Place> places_of_all_maps(
-    std::vector<std::vector<Place>> by_map, const std::vector<const Parameters*>& parameters);
-
-/// Merges two lists of places, best first; of those at one place it keeps the better one. Thread-safe.
+/// Merges two lists of places, best first; of those at one place of a map it keeps the better one. Thread-safe.
 std::vector<Place> merged_places(std::vector<Place> a, std::vector<Place> b, const ScoringParameters& parameters);
 }  // namespace d2s1r

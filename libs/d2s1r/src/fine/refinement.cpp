@@ -99,20 +99,22 @@ TPose2D descend(const DistanceField& field, const BeamSubset& beams, TPose2D pos
 /// A candidate on its way to the walls.
 struct Settling
 {
-	TPose2D pose;  //!< sensor in map, m and rad
-	double cost;   //!< [-] that is subtracted from the fit
+	TPose2D pose;                    //!< sensor in map, m and rad
+	const SearchedReading* reading;  //!< that the pose is in
+	double cost;                     //!< [-] that is subtracted from the fit
 	EndPointSums sums{};
 	double fit = 0;  //!< [-] less the cost, higher is better
 };
 
 /// Sums up the end points at all poses, and drops those that fit worse than the best one by more than the margin.
-void drop_poor(
-    const DistanceField& field, const BeamSubset& few, double kernel, double margin, std::vector<Settling>& poses)
+/// \param width [-] of the robust kernel, as a multiple of parameters.kernel
+void drop_poor(const BeamSubset& few, double width, double margin, std::vector<Settling>& poses)
 {
 	double best = -std::numeric_limits<double>::infinity();
 	for (Settling& at : poses)
 	{
-		at.sums = sum_end_points(field, few.returns, at.pose, 0, kernel);
+		const double kernel = width * at.reading->parameters.refinement.kernel;
+		at.sums = sum_end_points(at.reading->field, few.returns, at.pose, 0, kernel);
 		at.fit = fit_of(at.sums, few.count) - at.cost;
 		best = std::max(best, at.fit);
 	}
@@ -129,7 +131,7 @@ std::vector<RefinedPose> best_distinct(std::vector<RefinedPose> poses, std::size
 	for (const auto& pose : poses)
 	{
 		if (kept.size() >= most) break;
-		if (distinct.add(pose.pose)) kept.push_back(pose);
+		if (distinct.add(pose.pose, pose.reading)) kept.push_back(pose);
 	}
 	return kept;
 }
@@ -190,70 +192,84 @@ double open_deviation(
 }  // namespace
 
 std::vector<RefinedPose> settle(
-    const DistanceField& field, const BeamSubset& few, const std::vector<Candidate>& candidates,
-    const RefinementParameters& parameters)
+    const SearchedReadings& readings, const BeamSubset& few, const std::vector<Candidate>& candidates,
+    const RefinementParameters& limits)
 {
 	std::vector<Settling> settling;
 	settling.reserve(candidates.size());
 	for (const Candidate& candidate : candidates)
-		settling.push_back({candidate.pose, parameters.cost_weight * candidate.cost});
-	for (const double kernel : kFromCandidate)
 	{
-		drop_poor(field, few, kernel * parameters.kernel, parameters.fit_margin, settling);
+		const SearchedReading& in = readings[candidate.reading];
+		settling.push_back({candidate.pose, &in, in.parameters.refinement.cost_weight * candidate.cost});
+	}
+	for (const double width : kFromCandidate)
+	{
+		drop_poor(few, width, limits.fit_margin, settling);
 		for (Settling& at : settling) at.pose = gauss_newton_step(at.sums, few.count, at.pose, kDampingOfFew);
 	}
-	drop_poor(field, few, kOfSettled * parameters.kernel, parameters.fit_margin, settling);
+	drop_poor(few, kOfSettled, limits.fit_margin, settling);
 	std::vector<RefinedPose> poses;
 	poses.reserve(settling.size());
-	for (const Settling& at : settling) poses.push_back({at.pose, at.fit});
-	return best_distinct(std::move(poses), static_cast<std::size_t>(parameters.max_scored), kSettledApart);
+	for (const Settling& at : settling)
+		poses.push_back({at.pose, at.fit, static_cast<std::size_t>(at.reading - readings.data())});
+	return best_distinct(std::move(poses), static_cast<std::size_t>(limits.max_scored), kSettledApart);
 }
 
 std::vector<RefinedPose> make_shortlist(
-    const BeamTracer& tracer, const DistanceField& field, const BeamSubset& few, const std::vector<RefinedPose>& poses,
-    const Parameters& parameters)
+    const SearchedReadings& readings, const BeamSubset& few, const std::vector<RefinedPose>& poses,
+    const RefinementParameters& limits)
 {
 	// (- log-likelihood, pose): best first, ties by fit
 	using Ranking = std::vector<std::pair<double, std::size_t>>;
-	const BeamModel& model = parameters.scoring.beam_model;
-	const auto most = static_cast<std::size_t>(parameters.refinement.max_refined);
+	const auto most = static_cast<std::size_t>(limits.max_refined);
+	// what `of`, score() or log_likelihood_bound(), says of a pose
+	const auto judged = [&](const auto& of, const RefinedPose& at)
+	{
+		const SearchedReading& in = readings[at.reading];
+		return of(in.tracer, in.field, few, at.pose, in.parameters.scoring.beam_model);
+	};
 	Ranking by_most;
-	for (std::size_t i = 0; i < poses.size(); i++)
-		by_most.emplace_back(-log_likelihood_bound(tracer, field, few, poses[i].pose, model), i);
+	for (std::size_t i = 0; i < poses.size(); i++) by_most.emplace_back(-judged(log_likelihood_bound, poses[i]), i);
 	std::sort(by_most.begin(), by_most.end());
 	Ranking ranking;
 	for (const auto& [least_cost, i] : by_most)
 	{
 		constexpr double kRounding = 1e-6;  // [nat]
-		if (!ranking.empty() && least_cost > ranking.front().first + parameters.refinement.score_margin + kRounding)
-			break;
+		if (!ranking.empty() && least_cost > ranking.front().first + limits.score_margin + kRounding) break;
 		if (ranking.size() == most && least_cost > ranking.back().first + kRounding) break;
-		const std::pair entry(-score(tracer, field, few, poses[i].pose, model).log_likelihood, i);
+		const std::pair entry(-judged(score, poses[i]).log_likelihood, i);
 		ranking.insert(std::upper_bound(ranking.begin(), ranking.end(), entry), entry);
 		if (ranking.size() > most) ranking.pop_back();
 	}
 	std::vector<RefinedPose> shortlist;
 	for (const auto& [cost, i] : ranking)
-		if (cost <= ranking.front().first + parameters.refinement.score_margin) shortlist.push_back(poses[i]);
+		if (cost <= ranking.front().first + limits.score_margin) shortlist.push_back(poses[i]);
 	return shortlist;
 }
 
 std::vector<RefinedPose> refine(
-    const DistanceField& field, const BeamSubset& beams, std::vector<RefinedPose> poses,
-    const RefinementParameters& parameters)
+    const SearchedReadings& readings, const BeamSubset& beams, std::vector<RefinedPose> poses,
+    const RefinementParameters& limits)
 {
-	const double kernel = parameters.kernel;
+	const auto field_and_kernel = [&](const RefinedPose& at)
+	{
+		const SearchedReading& in = readings[at.reading];
+		return std::pair<const DistanceField&, double>(in.field, in.parameters.refinement.kernel);
+	};
 	for (RefinedPose& refined : poses)
 	{
+		const auto [field, kernel] = field_and_kernel(refined);
 		refined.pose = descend(field, beams, refined.pose, kFromSettled, kernel);
 		refined.fit = fit_of(field, beams, refined.pose, kOfRefined * kernel);
 	}
 	std::stable_sort(poses.begin(), poses.end(), [](const auto& a, const auto& b) { return a.fit > b.fit; });
 
-	const std::size_t forked = std::min(poses.size(), static_cast<std::size_t>(parameters.max_restarted));
+	const std::size_t forked = std::min(poses.size(), static_cast<std::size_t>(limits.max_restarted));
 	for (std::size_t i = 0; i < forked; i++)
 	{
 		const TPose2D start = poses[i].pose;
+		const std::size_t reading = poses[i].reading;
+		const auto [field, kernel] = field_and_kernel(poses[i]);
 		const Eigen::Vector2d open = open_direction(field, beams, start, kernel);
 		for (const double offset : kBeside)
 		{
@@ -262,7 +278,7 @@ std::vector<RefinedPose> refine(
 			pose.y += offset * open.y();
 			pose = descend(field, beams, pose, kFromBeside, kernel);
 			if (const double fit = fit_of(field, beams, pose, kOfRefined * kernel); fit > poses[i].fit)
-				poses.push_back({pose, fit});
+				poses.push_back({pose, fit, reading});
 		}
 	}
 	const std::size_t all = poses.size();

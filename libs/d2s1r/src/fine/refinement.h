@@ -2,6 +2,7 @@
 #pragma once
 
 #include <d2s1r/parameters.h>
+#include <d2s1r/prior.h>
 
 #include <Eigen/Core>
 
@@ -10,6 +11,19 @@
 
 namespace d2s1r
 {
+/// A reading of one of the maps that a scan is looked for in, and what belongs to that map. It refers to its members.
+struct SearchedReading
+{
+	const DistanceField& field;
+	const BeamTracer& tracer;
+	const Parameters& parameters;  //!< by which poses in this map are refined and scored
+	const Prior& prior;            //!< where in this map the robot may be
+	std::size_t map;               //!< [-] number of the map
+};
+
+/// What a scan is looked for in at once: poses name their reading by its number here, and all compete.
+using SearchedReadings = std::vector<SearchedReading>;
+
 /// A pose moved to where the end points of the scan lie on walls.
 struct RefinedPose
 {
@@ -18,30 +32,32 @@ struct RefinedPose
 	/// is 1 on a wall and 0 for a beam that saw nothing. settle() subtracts parameters.cost_weight times the coarse
 	/// cost.
 	double fit = 0;
+	std::size_t reading = 0;  //!< [-] number of the reading that the pose is in
 };
 
 /// Pulls candidates onto the walls: Gauss-Newton on the distance field with a robust kernel that shrinks. Before each
-/// step, and after the last, candidates that fit worse than the best by more than parameters.fit_margin are dropped.
-/// \return distinct poses, best fit less the coarse cost first, at most parameters.max_scored. Thread-safe, as all
+/// step, and after the last, candidates that fit worse than the best by more than limits.fit_margin are dropped.
+/// \param limits of numbers and margins, for the poses in all readings together, as in all functions here
+/// \return distinct poses, best fit less the coarse cost first, at most limits.max_scored. Thread-safe, as all
 ///         functions here.
 std::vector<RefinedPose> settle(
-    const DistanceField& field, const BeamSubset& few, const std::vector<Candidate>& candidates,
-    const RefinementParameters& parameters);
+    const SearchedReadings& readings, const BeamSubset& few, const std::vector<Candidate>& candidates,
+    const RefinementParameters& limits);
 
-/// Returns those of `poses` that a few beams find plausible, best score first: at most
-/// parameters.refinement.max_refined, and none whose score is below the best one's by more than
-/// parameters.refinement.score_margin. Beams are followed only where their ends leave a chance. Thread-safe.
+/// Returns those of `poses` that a few beams find plausible, best score first: at most limits.max_refined, and none
+/// whose score is below the best one's by more than limits.score_margin. Beams are followed only where their ends leave
+/// a chance.
 std::vector<RefinedPose> make_shortlist(
-    const BeamTracer& tracer, const DistanceField& field, const BeamSubset& few, const std::vector<RefinedPose>& poses,
-    const Parameters& parameters);
+    const SearchedReadings& readings, const BeamSubset& few, const std::vector<RefinedPose>& poses,
+    const RefinementParameters& limits);
 
 /// Goes on with more beams, to the end. Gauss-Newton stops early in a corridor, and people pull it off: poses to both
 /// sides of the best ones, along the direction that the scan leaves open, that fit better yet are returned as well.
 /// Which of them is right is for the score to say, which knows what a beam passed.
 /// \return distinct poses, best fit first
 std::vector<RefinedPose> refine(
-    const DistanceField& field, const BeamSubset& beams, std::vector<RefinedPose> poses,
-    const RefinementParameters& parameters);
+    const SearchedReadings& readings, const BeamSubset& beams, std::vector<RefinedPose> poses,
+    const RefinementParameters& limits);
 
 /// Moves a pose by the last few millimetres: Gauss-Newton over the pose and one offset of all ranges. The walls of a
 /// map that was drawn from scans lie in the middle of their cells, those of a map that was drawn by hand at their near
