@@ -291,7 +291,7 @@ TEST_F(AppStream, AFileIsFollowedWhileItGrowsUntilItIsRemoved)
 /// As rawlog-grabber writes it: a packer hands the bytes on late, in pieces that end anywhere.
 TEST_F(AppStream, APackedFileIsFollowedWhileItIsWritten)
 {
-	constexpr int kRepeats = 100;
+	constexpr int kRepeats = 20;
 	mrpt::io::CFileGZOutputStream grows(path("grows.rawlog"));
 	Process process = start(words(path("grows.rawlog"), {"--follow"}));
 	for (int i = 0; i < kRepeats; i++)
