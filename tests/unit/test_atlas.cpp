@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <mrpt/io/CFileGZOutputStream.h>
 #include <mrpt/serialization/CArchive.h>
+#include <sys/stat.h>
 
 #include <functional>
 
@@ -318,6 +319,10 @@ TEST(AtlasFile, SaysWhatIsWrong)
 	EXPECT_NE(refused("maps: {a/b: {file: b}}\n").find("slashes"), std::string::npos);
 	EXPECT_NE(refused("maps:\n  a: {file: b}\n  a: {file: c}\n").find("'a' is there twice"), std::string::npos);
 	EXPECT_NE(refused("maps: {a: {file: [b]}}\n").find("'file' is not a text"), std::string::npos);
+	EXPECT_NE(refused("maps: {a: {file: \"b\\0c\"}}\n").find("'file' is not a text"), std::string::npos);
+	ASSERT_EQ(mkfifo(folder.path("pipe").c_str(), 0600), 0);
+	EXPECT_NE(
+	    refused("maps: {a: {file: b, config: pipe}}\n").find("'config' names a folder, a dev"), std::string::npos);
 	EXPECT_FALSE(is_atlas(folder.write("map.yaml", "image: map.png\n")));
 	EXPECT_FALSE(is_atlas(folder.path("missing.yaml")));
 }
