@@ -4,7 +4,7 @@
 # Usage, as root, with mmdebstrap: scripts/test_packages.sh [--tests] [RELEASE...]
 #   --tests  run all tests as well, in the root that the packages were made in
 #   RELEASE  bookworm or trixie; both if none is given
-# The roots are folders in $D2S1R_ROOTS (/var/tmp/d2s1r-roots).
+# The roots are folders in $D2S1R_ROOTS (/var/tmp/d2s1r-roots). Tests of recorded data run if D2S1R_DATA is set.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 # What is mounted below is unmounted when this process ends.
@@ -99,6 +99,11 @@ run_all_tests() {
   quietly in_root "$1-build" d2s1r/scripts/install_dependencies.sh build demo test
   quietly in_root "$1-build" sh -c \
     "cd d2s1r && cmake --preset release -DBUILD_TESTING=ON && cmake --build --preset release -j $(nproc)"
+  if [ -n "${D2S1R_DATA:-}" ]; then
+    mkdir "$roots/$1-build/data"
+    mount -o bind,ro "$D2S1R_DATA" "$roots/$1-build/data"
+    environment+=(D2S1R_DATA=/data)
+  fi
   in_root "$1-build" sh -c "cd d2s1r && ctest --preset release -j $(nproc)" >"$roots/$1-tests.log" 2>&1 || true
   sed -n '/tests passed/,$p' "$roots/$1-tests.log"
 }

@@ -6,7 +6,7 @@
 #include "evaluation/run_report.h"
 #include "frames/frame_loop.h"
 #include "input/inputs.h"
-#include "output/files.h"
+#include "input/maps.h"
 #include "output/run_outputs.h"
 #include "output/summary.h"
 

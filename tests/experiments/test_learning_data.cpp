@@ -185,9 +185,9 @@ TEST_F(LearningData, TermsOfComparedPlacesSumUpToTheirLogLikelihood)
 	const auto lines = lines_of(unpacked.out);
 	ASSERT_GT(lines.size(), 30U);
 	const d2s1r::BeamModel model;
-	const std::vector<double> weights{model.on_wall,      model.off_wall,          model.in_unknown,
-	                                  model.log_range,    model.through_wall,      model.unknown_metre,
-	                                  model.off_wall_run, model.no_return_at_wall, model.depth_edge};
+	const std::vector<double> weights{model.on_wall,           model.off_wall,      model.log_range,
+	                                  model.through_wall,      model.unknown_metre, model.off_wall_run,
+	                                  model.no_return_at_wall, model.depth_edge};
 	for (std::size_t i = 1; i < lines.size(); i++)
 	{
 		std::vector<double> numbers;

@@ -166,7 +166,7 @@ class Writer
 		frames_ << "status,confidence,right,position_error,yaw_error,total_ms";
 		if (with_terms) frames_ << ",in_candidates,in_settled,in_shortlist,in_refined";
 		frames_ << '\n';
-		terms_ << "frame,right,added,log_likelihood,explained,in_front,unexplained,depth_edges,surfaces,tolerance";
+		terms_ << "frame,right,added,log_likelihood,explained,beam,contradicted,unknown_metre,surfaces,tolerance";
 		for (const Term& term : all_terms_) terms_ << ',' << term.key;
 		terms_ << '\n';
 	}
@@ -253,7 +253,7 @@ class Writer
 		const auto is_its = [&](const MapReading& map) { return map.field.tolerance() == place.tolerance; };
 		const MapReading& map = *std::find_if(index_.readings.begin(), index_.readings.end(), is_its);
 		terms_ << frame_ << ',' << is_right << ',' << is_added << ',' << s.log_likelihood << ',' << s.explained << ','
-		       << s.in_front << ',' << s.unexplained << ',' << s.depth_edges << ',' << s.segments << ','
+		       << s.returns << ',' << s.contradicted << ',' << s.unknown_metres << ',' << s.segments << ','
 		       << place.tolerance;
 		for (const Term& term : all_terms_)
 			terms_ << ',' << score(map.tracer, map.field, all, place.scored_at, term.alone).log_likelihood;

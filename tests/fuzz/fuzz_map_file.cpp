@@ -3,7 +3,7 @@
 // MRPT's readers work in a process of their own, whose coverage libFuzzer does not see.
 #include "cli/errors.h"
 #include "fuzz_input.h"
-#include "input/inputs.h"
+#include "input/maps.h"
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
 {

@@ -11,6 +11,6 @@ cmake --install "$1" --prefix "$prefix" >/dev/null
 for file in README.md CHANGELOG.md LICENSE; do [ -s "$prefix/share/doc/d2s1r/$file" ]; done
 "$(dirname "$0")/use_prefix.sh" "$prefix"
 
-cmake -D build="$1" -P "$(dirname "$0")/../../packaging/uninstall.cmake" >/dev/null
+cmake --build "$1" --target uninstall >/dev/null
 left=$(find "$prefix" ! -type d ! -name install_manifest.txt -o -name d2s1r)
 [ -z "$left" ] || { echo "uninstalling left $left" >&2; exit 1; }

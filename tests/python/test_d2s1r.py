@@ -11,6 +11,7 @@ import subprocess
 import sys
 import threading
 import time
+import tracemalloc
 
 import d2s1r
 import numpy as np
@@ -112,6 +113,20 @@ def test_region_and_arguments(world, localizer):
     assert np.array_equal(listed.pose, pose)
     blind = localizer.localize(*arguments, min_range=30.0)
     assert blind.status == "invalid" and blind.pose is None and blind.poses.shape == (0, 3) and blind.note
+
+
+def test_floats_are_read_in_place(localizer):
+    """numpy tells tracemalloc of the memory that it takes."""
+    def taken_by(ranges):
+        tracemalloc.start()
+        assert localizer.localize(ranges, 0, 1e-6, MAX_RANGE, min_range=MAX_RANGE).status == "invalid"
+        taken = tracemalloc.get_traced_memory()[1]
+        tracemalloc.stop()
+        return taken
+
+    beams = 1_000_000
+    assert taken_by(np.ones(beams, np.float32)) < beams
+    assert taken_by(np.ones(beams, np.float64)) >= 4 * beams, "of other numbers there is one copy"
 
 
 def test_parameters_by_dict_and_by_file(world, tmp_path):

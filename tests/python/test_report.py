@@ -6,6 +6,7 @@ that RAWLOG_LOCALIZE names. It exits with 77 if there is no Chromium to drive.""
 import math
 import os
 import pathlib
+import re
 import shutil
 import statistics
 import sys
@@ -45,7 +46,7 @@ def open_browser(folder):
 
 class Page:
     def __init__(self, browser, report, pictures):
-        self.browser, self.pictures = browser, pictures
+        self.browser, self.report, self.pictures = browser, report, pictures
         start = time.monotonic()
         browser.get(report.resolve().as_uri())
         self.wait(lambda: self.script("return document.body.dataset.ready") == "yes", "the report opens", 60)
@@ -103,6 +104,14 @@ def test_opens(page):
         "for (let i = 0; i < p.length; i += 4) dark += p[i] < 80 && p[i + 1] < 80; return dark")
     assert dark > 500, "the walls are drawn"
     page.picture("opened.png")
+
+
+def test_is_one_small_file(page):
+    assert page.script("return performance.getEntriesByType('resource').map(r => r.name).filter(n => !n.startsWith('data:'))") == []
+    text = page.report.read_text()
+    data = re.findall(r'<script type="text/plain" id="data-[a-z]+">([A-Za-z0-9+/=]+)</script>', text)
+    assert len(data) == 3
+    assert len(text) - sum(map(len, data)) < 300_000, "characters without the data"
 
 
 def test_list_selects(page):
@@ -177,6 +186,21 @@ def test_ambiguous_frame_shows_its_rivals(page):
     page.picture("ambiguous.png")
 
 
+def test_window_and_filter_stand_beside_what_a_scan_says_alone(page):
+    for kind, of_frame in (("alone", "run.alone ? aloneOf(f) && aloneOf(f).pose : null"), ("fused", "run.fused ? fusedOf(f) : null")):
+        f, pose = page.script(f"for (let f = 0; f < run.index.length; f++) {{ const p = {of_frame}; if (p) return [f, p]; }} return [-1, null]")
+        if f < 0:
+            assert not page.script(f"return run.{kind}")
+            continue
+        page.script("select(arguments[0])", f)
+        page.settle()
+        row = next(row for row in page.all("#details tr.place") if row.text.startswith(kind + ": "))
+        row.click()
+        page.settle()
+        shown_place = page.script("return placesOf(selected)[place]")
+        assert [shown_place[key] for key in ("x", "y", "phi")] == [pose[key] for key in ("x", "y", "phi")]
+
+
 def test_filters(page):
     all_frames, counts = shown(page), page.script("return [0, 1, 2, 3].map(s => run.status.filter(t => t === s).length)")
     page.find("#show-localized").click()
@@ -222,33 +246,58 @@ def test_drawing_is_fluid(page):
         assert min(milliseconds) < 200
 
 
-def make_report(folder):
+def make_report(folder, repeats, *options):
+    """The report of a drive that the robot does so many times."""
     from drawn_world import World
-    World(folder, spoiled=True).rows_of_program("--window", "3", "--fuse", "--ground-truth", folder / "truth.txt")
+    folder.mkdir()
+    world = World(folder, spoiled=True)
+    drive, truth = (folder / "drive.log").read_text().splitlines(), (folder / "truth.txt").read_text().splitlines()
+    with open(folder / "drive.log", "w") as log, open(folder / "truth.txt", "w") as true_poses:
+        for i in range(100 * repeats):
+            log.write(f"{drive[i % 100].rsplit(' ', 3)[0]} {100 + i} host {100 + i}\n")
+            true_poses.write(f"{100 + i} {truth[i % 100].split(' ', 1)[1]}\n")
+    world.rows_of_program("--ground-truth", folder / "truth.txt", *options)
     return folder / "out" / "report.html"
 
 
+TESTS = (test_opens, test_is_one_small_file, test_list_selects, test_map_click_selects_and_lays_the_scan,
+         test_explained_share_is_that_of_the_beam_model, test_wheel_zooms_about_the_pointer,
+         test_ambiguous_frame_shows_its_rivals, test_window_and_filter_stand_beside_what_a_scan_says_alone, test_filters,
+         test_timeline_selects, test_drawing_is_fluid)
+
+
+def use(report, folder, pictures=None):
+    """Opens a report in a new browser and does everything with it. Returns how long opening took [s]."""
+    try:
+        browser = open_browser(folder)
+    except OSError as error:
+        skip(str(error))
+    try:
+        browser.set_script_timeout(60)
+        page = Page(browser, report, pictures)
+        print(f"{report.stat().st_size / 1000:.0f} kB, {page.script('return run.index.length')} frames, opened after {page.opened_s:.2f} s")
+        for test in TESTS:
+            test(page)
+            print(f"passed {test.__name__}", flush=True)
+        errors = page.errors()
+        assert not errors, f"the console is empty: {errors}"
+        return page.opened_s
+    finally:
+        browser.quit()
+
+
 def main():
-    pictures = pathlib.Path(sys.argv[2]) if len(sys.argv) > 2 else None
-    with tempfile.TemporaryDirectory() as folder:
-        report = pathlib.Path(sys.argv[1]) if len(sys.argv) > 1 else make_report(pathlib.Path(folder))
-        try:
-            browser = open_browser(folder + "/browser")
-        except OSError as error:
-            skip(str(error))
-        try:
-            browser.set_script_timeout(60)
-            page = Page(browser, report, pictures)
-            print(f"{report.stat().st_size / 1000:.0f} kB, opened after {page.opened_s:.2f} s")
-            for test in (test_opens, test_list_selects, test_map_click_selects_and_lays_the_scan,
-                         test_explained_share_is_that_of_the_beam_model, test_wheel_zooms_about_the_pointer,
-                         test_ambiguous_frame_shows_its_rivals, test_filters, test_timeline_selects, test_drawing_is_fluid):
-                test(page)
-                print(f"passed {test.__name__}", flush=True)
-            errors = page.errors()
-            assert not errors, f"the console is empty: {errors}"
-        finally:
-            browser.quit()
+    with tempfile.TemporaryDirectory() as name:
+        folder = pathlib.Path(name)
+        if len(sys.argv) > 1:
+            use(pathlib.Path(sys.argv[1]), folder / "browser", pathlib.Path(sys.argv[2]) if len(sys.argv) > 2 else None)
+            return
+        use(make_report(folder / "short", 1, "--window", "3", "--fuse"), folder / "browser")
+        long = make_report(folder / "long", 100)
+        for attempt in range(5):  # the machine may do other things, too
+            if use(long, folder / f"browser{attempt}") < 2:
+                return
+        raise AssertionError("10,000 frames open within 2 s")
 
 
 if __name__ == "__main__":

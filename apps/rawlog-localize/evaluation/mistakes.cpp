@@ -1,15 +1,109 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "evaluation/mistakes.h"
 
+#include "cli/console.h"
+
 #include <d2s1r/scan.h>
 #include <mrpt/core/format.h>
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace d2s1r::app
 {
 using mrpt::obs::CObservation2DRangeScan;
+using mrpt::poses::CPose2D;
+
+namespace
+{
+constexpr std::size_t kScans = 20;  // [-] that are tried
+
+/// Reads the samples from a log.
+class SampleReader
+{
+   public:
+	SampleReader(const logs::LogSurvey& survey, const FrameSelection& selection)
+	    : survey_(survey), selection_(selection)
+	{
+		const std::size_t count = std::min(kScans, selection.size());
+		for (std::size_t i = 0; i < count; i++)
+			frames_.push_back(selection.first + selection.step * ((2 * i + 1) * selection.size() / (2 * count)));
+	}
+
+	Samples read(logs::LogReader& reader)
+	{
+		for (std::size_t objects = 0; objects < selection_.objects && !interrupted(); objects++)
+		{
+			const auto object = reader.next();
+			if (!object) break;
+			if (object->odometry) robot_ = *object->odometry;
+			if (object->increment) robot_ = robot_ + *object->increment;
+			has_odometry_ = has_odometry_ || object->odometry || object->increment;
+			for (const auto& scan : object->scans) add(scan, object->middle_angle);
+		}
+		return std::move(samples_);
+	}
+
+   private:
+	void add(const ScanPtr& scan, double middle_angle)
+	{
+		const std::size_t index = counts_[scan->sensorLabel]++;
+		if (scan->sensorLabel != selection_.label) return add_other(scan, index);
+		complete(scan);
+		if (samples_.chosen.size() == frames_.size() || index != frames_[samples_.chosen.size()]) return;
+		if (has_odometry_) waiting_.push_back({samples_.chosen.size(), robot_});
+		samples_.chosen.push_back({scan, nullptr, {}, middle_angle});
+	}
+
+	/// Takes a scan as the later one of those samples from which the robot has moved on.
+	void complete(const ScanPtr& scan)
+	{
+		constexpr double kDistance = 0.5, kTurn = 0.5;  // [m], [rad]
+		const auto has_moved_on = [&](const Waiting& waiting)
+		{
+			const CPose2D motion = robot_ - waiting.robot;
+			if (motion.norm() < kDistance && std::abs(motion.phi()) < kTurn) return false;
+			samples_.chosen[waiting.sample].later = scan;
+			samples_.chosen[waiting.sample].motion = motion;
+			return true;
+		};
+		waiting_.erase(std::remove_if(waiting_.begin(), waiting_.end(), has_moved_on), waiting_.end());
+	}
+
+	void add_other(const ScanPtr& scan, std::size_t index)
+	{
+		const auto sensor = std::find_if(
+		    survey_.sensors.begin(), survey_.sensors.end(),
+		    [&](const logs::Sensor& known) { return known.label == scan->sensorLabel; });
+		if (sensor == survey_.sensors.end()) return;
+		auto& scans = samples_.others[scan->sensorLabel];
+		const std::size_t count = std::min(kScans, sensor->scans);
+		if (scans.size() < count && index >= (2 * scans.size() + 1) * sensor->scans / (2 * count))
+			scans.push_back(scan);
+	}
+
+	const logs::LogSurvey& survey_;
+	FrameSelection selection_;
+	std::vector<std::size_t> frames_;
+	std::map<std::string, std::size_t> counts_;  //!< [-] scans seen so far, by label
+	CPose2D robot_;                              //!< in the frame of the odometry
+	bool has_odometry_ = false;
+	/// A sample whose robot has not moved on yet.
+	struct Waiting
+	{
+		std::size_t sample;
+		CPose2D robot;  //!< when it was taken, in the frame of the odometry
+	};
+	std::vector<Waiting> waiting_;
+	Samples samples_;
+};
+}  // namespace
+
+Samples read_samples(logs::LogReader& reader, const logs::LogSurvey& survey, const FrameSelection& selection)
+{
+	return SampleReader(survey, selection).read(reader);
+}
 
 Correction scaled_by(double factor)
 {

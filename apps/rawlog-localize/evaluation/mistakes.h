@@ -1,6 +1,8 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "input/inputs.h"
+
 #include <d2s1r/localizer.h>
 #include <mrpt/obs/CObservation2DRangeScan.h>
 
@@ -28,6 +30,9 @@ struct Samples
 	std::vector<Sample> chosen;                          //!< of the laser that is localized
 	std::map<std::string, std::vector<ScanPtr>> others;  //!< by the label of another laser
 };
+
+/// Reads 20 of the selected scans, evenly spread over them, and as many of each other laser.
+Samples read_samples(logs::LogReader& reader, const logs::LogSurvey& survey, const FrameSelection& selection);
 
 /// What a scan would be without a mistake.
 using Correction = std::function<void(mrpt::obs::CObservation2DRangeScan&)>;

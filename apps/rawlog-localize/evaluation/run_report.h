@@ -4,7 +4,7 @@
 #include "cli/flags.h"
 #include "evaluation/accuracy.h"
 #include "evaluation/diagnosis.h"
-#include "input/inputs.h"
+#include "input/maps.h"
 
 #include <d2s1r/localizer.h>
 

@@ -1,56 +1,20 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "cli/console.h"
 #include "cli/flags.h"
 
 #include <d2s1r/CFusionBackend.h>
-#include <d2s1r/atlas.h>
+
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
 
 namespace d2s1r::app
 {
 /// Returns the parameters: the values of the configuration file, where it has any, and else the defaults.
 /// \throws UserError (kWrongUse) if the file is wrong, or if the method cannot do what the flags ask for
 Parameters read_parameters(const Flags& flags);
-
-/// Loads the map file and builds its index, and tells on a terminal that it does.
-/// \throws UserError (kBadInput; kWrongUse if the region lies outside the map; kInterrupted)
-CSignatureMap2D::ConstPtr build_map(const Flags& flags, const Parameters& parameters, Console& console);
-
-/// Where the index of the map came from.
-struct IndexUse
-{
-	bool loaded = false;    //!< whether it was loaded from the file of --index
-	std::string why_built;  //!< if it was not, and --index was given: why
-};
-
-/// A map with its index.
-struct IndexedMap
-{
-	AtlasEntry entry;  //!< its name is empty if there is only one map, which is no atlas
-	CSignatureMap2D::ConstPtr map;
-	IndexUse use;
-};
-
-/// Returns the maps that the command line names. \throws UserError (kBadInput if an atlas cannot be read; kWrongUse if
-/// an option is about one map and there are several)
-std::vector<AtlasEntry> map_entries(const Flags& flags);
-
-/// Loads all maps or their indices, as load_or_build_map() does, and tells what makes them doubtful.
-/// \throws UserError
-std::vector<IndexedMap> load_maps(const Flags& flags, const Parameters& parameters, Console& console);
-
-/// Returns the atlas of several maps; no value if there is one map, which is no atlas.
-/// \throws UserError (kWrongUse) if they do not go together
-std::optional<Atlas> atlas_of(const std::vector<IndexedMap>& maps);
-
-/// Returns the maps for a fusion back-end.
-std::vector<FusionMap> fusion_maps(const std::vector<IndexedMap>& maps);
-
-/// Loads the index from the file of --index, with the map in it. If that is not given, or not the index of this map and
-/// these parameters, it does what build_map() does, and saves the index in that file.
-/// \throws UserError (as build_map(); kBadOutput if the index cannot be saved)
-IndexedMap load_or_build_map(const Flags& flags, const Parameters& parameters, Console& console);
 
 /// Recognizes the log and reads it once, or begins to read it if it is still being written.
 /// \throws logs::LogError, UserError (kInterrupted)
@@ -63,10 +27,6 @@ logs::Sensor choose_sensor(
 
 /// Returns what to tell the user about a log before its scans are localized, a line each.
 std::vector<std::string> describe_log(const logs::LogSurvey& survey, const logs::Sensor& sensor, const Flags& flags);
-
-/// Returns what makes it doubtful that scans will be found in the map, a line each.
-/// \param map that build_map() built
-std::vector<std::string> doubts_about_map(const Flags& flags, const Localizer& map);
 
 /// Says which scans of a rawlog are localized.
 struct FrameSelection

@@ -1,7 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "output/summary.h"
 
-#include "output/files.h"
+#include "output/run_outputs.h"
 
 #include <d2s1r/version.h>
 #include <mrpt/core/format.h>

@@ -4,8 +4,8 @@
 #include "cli/errors.h"
 #include "evaluation/ground_truth.h"
 #include "evaluation/run_report.h"
-#include "output/files.h"
 #include "output/output_file.h"
+#include "output/run_outputs.h"
 
 #include <d2s1r/version.h>
 #include <mrpt/core/format.h>

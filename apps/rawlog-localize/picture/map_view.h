@@ -2,7 +2,7 @@
 #pragma once
 
 #include "frames/frame.h"
-#include "input/inputs.h"
+#include "input/maps.h"
 #include "picture/canvas.h"
 
 #include <d2s1r/grid.h>

@@ -162,7 +162,7 @@ def main():
     start = time.monotonic()
     try:
         arguments.output.mkdir(parents=True, exist_ok=True)
-        runner = running.Runner(arguments.build.resolve(), arguments.output.resolve() / "data", arguments.jobs)
+        runner = running.Runner(arguments.build.resolve(), arguments.build.resolve() / "learning", arguments.jobs)
         constants = [c for c in read_constants(runner.default_ini()) if arguments.only in c.name]
         all_sets = development_sets(arguments, runner.folder)
         runner.make_all(all_sets)

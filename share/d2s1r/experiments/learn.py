@@ -5,7 +5,7 @@
 Without --rawlog: from the sites of D2S1R_DATA and from drawn floors, as they are and with worse maps and lesser
 sensors. Writes to --output: learned.ini, README.md with a table of all kinds of data and one in which every site is left
 out in turn, reliability.png. The weights that it starts from are fixed, so that the same data and programs give the same
-numbers. The defaults of parameters.h are not these numbers yet: tests/experiments/RESULTS.md compares the two.
+numbers. The defaults of parameters.h are these numbers; doc/results/learned holds what it wrote.
 
 With --map, --rawlog and --ground-truth: from your own scans, in your map and, as scans of somewhere else, in drawn
 floors; the result stays near the defaults where the scans tell little. Writes learned.ini, for rawlog-localize -c.
@@ -34,12 +34,12 @@ import tables  # noqa: E402
 PROJECT = pathlib.Path(__file__).resolve().parents[3]
 # What learning starts from: plain numbers, so that the result does not depend on what was learned before.
 START_BEAM_MODEL = {"on_wall": 0.2, "off_wall": -0.2, "through_wall": -0.2, "log_range": 0.1, "off_wall_run": -0.2, "depth_edge": 1.0}
-START_TEMPERATURE = {"temperature": 1.0, "temperature_by_beam": 0.005, "temperature_by_tolerance": 10.0}
-START_PRESENCE = {"bias": -10.0, "explained": 10.0, "in_front": 5.0, "log_likelihood": 0.05, "lead": 0.3, "surfaces": 1.0}
+START_TEMPERATURE = {"temperature": 1.0, "temperature_by_beam": 0.01, "temperature_by_tolerance": 10.0}
+START_PRESENCE = {"bias": -5.0, "log_likelihood": 0.1, "lead": 0.5, "surfaces": 2.0}
 ROUNDS = 2  # [-] of searching with weights and learning from what was found
 # How much a frame of each kind counts. Recorded scans count most, drawn floors least, for they are drawn after what we
 # think of buildings; scans of somewhere else more than others, for a wrong pose is worse than none.
-COUNTS = {"real": 4.0, "simulated": 1.0, "map": 1.0, "sensor": 1.0, "drawn": 0.2, "stranger": 3.0}
+COUNTS = {"real": 4.0, "simulated": 1.0, "map": 1.0, "sensor": 1.0, "drawn": 0.2, "stranger": 2.0}
 # Sites that nothing is learned from, so that they stay a test. Their truth is a registration of the drive to the map,
 # good to 0.1 m and 1-2 deg, and some headings of mines are 5-7 deg off.
 TEST_SITES = ("mines_runs", "mines_other_day", "olin_mac_923", "olin_mac_final")
@@ -51,7 +51,8 @@ def read_arguments():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--build", type=pathlib.Path, default=PROJECT / "build/release", help="build folder")
     parser.add_argument("--data", type=pathlib.Path, default=sites.default_folder(PROJECT), help="folder of the sites")
-    parser.add_argument("--output", type=pathlib.Path, default=PROJECT / "build/learned", help="folder to write to")
+    parser.add_argument("--output", type=pathlib.Path, default=PROJECT / "build/learned", help="folder to write to; "
+                        "scans, maps and results of programs are kept in the folder learning of the build")
     parser.add_argument("--frames", type=int, default=40, help="scans of each set (default 40); five times as many of a "
                         "site's recorded scans in its own map")
     parser.add_argument("--jobs", type=int, default=2, help="programs that run at a time (default 2)")
@@ -202,7 +203,7 @@ def main():
     start = time.monotonic()
     try:
         arguments.output.mkdir(parents=True, exist_ok=True)
-        runner = running.Runner(arguments.build.resolve(), arguments.output.resolve() / "data", arguments.jobs)
+        runner = running.Runner(arguments.build.resolve(), arguments.build.resolve() / "learning", arguments.jobs)
         learn = learn_from_own if arguments.rawlog else learn_from_all
         text = learn(arguments, runner)
     except (OSError, RuntimeError, ValueError) as error:

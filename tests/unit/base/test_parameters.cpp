@@ -91,6 +91,23 @@ TEST(Parameters, WrittenFileNamesEveryParameterWithItsMeaning)
 	    });
 }
 
+TEST(Parameters, DefaultWeightsAreThoseThatLearnPyWrote)
+{
+	const std::string file = D2S1R_SOURCE_DIR "/doc/results/learned/learned.ini";
+	const Parameters defaults;
+	EXPECT_EQ(to_ini(load_parameters(file)), to_ini(defaults));
+	std::ifstream stream(file);
+	const std::string text(std::istreambuf_iterator<char>(stream), {});
+	visit_parameters(
+	    defaults,
+	    [&](const std::string& section, const std::string& key, auto, auto, auto, const char*)
+	    {
+		    const bool is_learned =
+		        section == "beam_model" || section == "presence_model" || key.rfind("temperature", 0) == 0;
+		    EXPECT_EQ(text.find('\n' + key + " = ") != std::string::npos, is_learned) << section << '.' << key;
+	    });
+}
+
 TEST(Parameters, UnknownNamesAreRefused)
 {
 	EXPECT_EQ(

@@ -109,7 +109,8 @@ TEST(Scoring, BeamsCountByTheDegreesThatTheyStandFor)
 	for (int i = -1; i <= 1; i++) scan.beams.push_back({static_cast<float>(4 * i * kDegree), 1.0F, i == 0});
 	const Score score = score_at(BeamTracer(grid), DistanceField(grid), scan, {0.5, 0.5, 0}, model);
 	EXPECT_NEAR(score.log_likelihood, -2 * 4, 1e-9);
-	EXPECT_NEAR(score.unexplained, 4, 1e-9);
+	EXPECT_NEAR(score.returns, 4, 1e-9);
+	EXPECT_NEAR(score.contradicted, 4, 1e-9);
 }
 
 TEST(Scoring, ABeamThatGrazesACornerIsExplainedByTheWallBehind)
@@ -154,11 +155,9 @@ TEST(Scoring, DepthEdgesCountWhereBothSidesAreExplained)
 	};
 	const Score both = beside_and_at_the_wall(1.825F, 0.825F), one = beside_and_at_the_wall(1.5F, 0.825F);
 	const Score through = beside_and_at_the_wall(1.825F, 2.825F);
-	EXPECT_EQ(both.depth_edges, 1);
 	EXPECT_DOUBLE_EQ(both.log_likelihood, 1);
-	EXPECT_EQ(one.depth_edges + through.depth_edges, 0);
 	EXPECT_DOUBLE_EQ(one.log_likelihood + through.log_likelihood, 0);
-	EXPECT_EQ(score_of({0.525F, 0.525F}).depth_edges, 0) << "one wall";
+	EXPECT_DOUBLE_EQ(score_of({0.525F, 0.525F}, model).log_likelihood, 0) << "one wall";
 }
 
 TEST(Scoring, TellsObjectsInFrontOfWallsFromBeamsThatPassedThem)
@@ -166,8 +165,8 @@ TEST(Scoring, TellsObjectsInFrontOfWallsFromBeamsThatPassedThem)
 	const float wall = 0.525F, object = 0.2F, through = 1.0F;
 	const Score score = score_of({wall, object, object, through});
 	EXPECT_DOUBLE_EQ(score.explained, 0.25);
-	EXPECT_DOUBLE_EQ(score.in_front, 0.5);
-	EXPECT_DOUBLE_EQ(score.unexplained, 3);
+	EXPECT_DOUBLE_EQ(score.returns, 4);
+	EXPECT_DOUBLE_EQ(score.contradicted, 1) << "objects may stand in front of walls";
 }
 
 TEST(Scoring, CountsSegmentsWithThreeExplainedBeamsOrMore)
@@ -194,12 +193,19 @@ TEST(Scoring, ABeamIsExplainedByTheWallItEndsAt)
 	EXPECT_GT(score_of({0.525F}).log_likelihood, score_of({0.25F}).log_likelihood);
 }
 
-TEST(Scoring, AnEndInUnknownSpaceIsNotOneInFreeSpace)
+TEST(Scoring, AnEndInUnknownSpaceSaysNothingUnlikeOneInFreeSpace)
 {
 	BeamModel model = nothing_counts();
-	model.in_unknown = 1;
-	EXPECT_DOUBLE_EQ(score_of({4.0F}, model).log_likelihood, 1);
-	EXPECT_DOUBLE_EQ(score_of({2.0F}, model).log_likelihood, 0);
+	model.off_wall = -1;
+	EXPECT_DOUBLE_EQ(score_of({4.0F}, model).log_likelihood, 0);
+	EXPECT_DOUBLE_EQ(score_of({2.0F}, model).log_likelihood, -1);
+}
+
+TEST(Scoring, UnknownSpacePassedIsSummedUpToThreeMetresABeam)
+{
+	EXPECT_DOUBLE_EQ(score_of({2.0F}).unknown_metres, 0);
+	EXPECT_NEAR(score_of({4.0F}).unknown_metres, 1.5, 1e-4);
+	EXPECT_NEAR(score_of({4.0F, 5.4F, 6.9F}).unknown_metres, 1.5 + 2.9 + 3, 1e-4);
 }
 
 TEST_F(OnFloor, TheTruthBeatsWrongPlaces)

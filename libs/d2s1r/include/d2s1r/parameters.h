@@ -95,52 +95,50 @@ struct RefinementParameters
 /// other, and the coarse search found fewer candidates than it may hand on.
 struct FirstLookParameters
 {
-	double clear_above = 0.998;  //!< [probability] confidence that makes a second look needless
-	double effort = 0.5;         //!< [-] share of what the second look may do
-	double margins = 0.75;       //!< [-] share of the margins of the coarse search
+	double clear_above = 0.99;  //!< [probability] confidence that makes a second look needless
+	double effort = 0.5;        //!< [-] share of what the second look may do
+	double margins = 0.75;      //!< [-] share of the margins of the coarse search
 };
 
-/// Says how likely [nat] what a beam of 1 deg did is, against ending anywhere. The weights are learned: see scoring.h.
+/// Says how likely [nat] what a beam of 1 deg did is, against ending anywhere. The weights are those that
+/// share/d2s1r/experiments/learn.py writes: see score() in fine/scoring.h.
 struct BeamModel
 {
-	double on_wall = 0.224;           //!< ends within 6 cm of the centre of an occupied cell
-	double off_wall = -0.252;         //!< ends further off than 10 cm, in free space
-	double in_unknown = 0.04;         //!< ends further than 10 cm from a wall, in unknown space
-	double log_range = 0.183;         //!< by range, within 10 cm of a wall: a close wall is seen by many beams
-	double through_wall = -0.21;      //!< added for each wall passed, at most three; not for furniture
-	double unknown_metre = -0.038;    //!< added for each metre of unknown space passed, at most three
-	double off_wall_run = -0.29;      //!< added for each run of beams off the walls that passed none: an object
-	double no_return_at_wall = -0.1;  //!< saw nothing though a wall is in the way within 20 m: glass, a dark surface
-	double depth_edge = 1.5;          //!< added for each depth edge between walls of the map
+	double on_wall = 0.182;             //!< ends within 6 cm of the centre of an occupied cell
+	double off_wall = -0.21;            //!< ends further off than 10 cm, in free space
+	double log_range = 0.133;           //!< by range, within 10 cm of a wall: a close wall is seen by many beams
+	double through_wall = -0.196;       //!< added for each wall passed, at most three; not for furniture
+	double unknown_metre = -0.019;      //!< added for each metre of unknown space passed, at most three
+	double off_wall_run = -0.519;       //!< added for each run of beams off the walls that passed none: an object
+	double no_return_at_wall = -0.128;  //!< saw nothing though a wall is in the way within 20 m: glass, a dark surface
+	double depth_edge = 1.56;           //!< added for each depth edge between walls of the map
 };
 
 /// Sets the log-odds that one of the places found is right, against "the scan is of no place in the map". The weights
-/// are learned by logistic regression on the recorded sites and drawn plans.
+/// are those of the logistic regression of learn.py.
 struct PresenceModel
 {
-	double bias = -13.15;           //!< [-]
-	double explained = 9.8;         //!< [-] by the share of explained returns at the best place
-	double in_front = 7.9;          //!< [-] by the share that ends in front of walls, at most that of the explained
-	double unexplained = 0.014;     //!< [-] by beams not explained: gives back part of what log_likelihood charges
-	double log_likelihood = 0.075;  //!< [1 / nat] by the log-likelihood of the scan
-	double lead = 0.29;             //!< [-] by the log-odds against the second best place, at most 12
-	double depth_edges = 1.4;       //!< [-] by the logarithm of 1 + the depth edges explained
-	double surfaces = 1.6;          //!< [-] by that of 1 + the segments explained: two walls fit in many buildings
+	double bias = -3.28;              //!< [-]
+	double beam = -0.00515;           //!< [-] for each return, as beams of 1 deg
+	double unknown_metre = -0.00709;  //!< [1 / m] for each metre of unknown space passed at the best place
+	double log_likelihood = 0.101;    //!< [1 / nat] by the log-likelihood of the scan there
+	double lead = 0.477;              //!< [-] by the log-odds against the second best place, at most 12
+	double surfaces = 1.71;           //!< [-] by ln(1 + segments explained there): two walls fit in many buildings
 };
 
 /// Sets the way from refined poses to hypotheses.
 struct ScoringParameters
 {
-	double distinct_distance = 0.5;        //!< [m] nearer hypotheses are one
-	double distinct_yaw = 10.0;            //!< [deg] nearer hypotheses are one
-	int hypotheses = 10;                   //!< [-] in a result, at most
-	double localized_above = 0.9;          //!< [probability] confidence of a localized frame
-	double rejected_below = 0.05;          //!< [probability] that one of the places is right, else rejected
-	double temperature = 0.9;              //!< [-] from differences of log-likelihoods to log-odds
-	double temperature_by_beam = 0.005;    //!< [-] added for each beam of 1 deg not explained
-	double temperature_by_tolerance = 23;  //!< [1 / m] by which it grows with the tolerance of a smeared map's walls
-	BeamModel beam_model;                  //!< section beam_model of an ini file
-	PresenceModel presence_model;          //!< section presence_model
+	double distinct_distance = 0.5;          //!< [m] nearer hypotheses are one
+	double distinct_yaw = 10.0;              //!< [deg] nearer hypotheses are one
+	int hypotheses = 10;                     //!< [-] in a result, at most
+	double localized_above = 0.9;            //!< [probability] confidence of a localized frame
+	double rejected_below = 0.05;            //!< [probability] that one of the places is right, else rejected
+	double temperature = 0.869;              //!< [-] from differences of log-likelihoods to log-odds
+	double temperature_by_beam = 0.0131;     //!< [-] added for each beam of 1 deg that contradicts the map
+	double temperature_by_tolerance = 7.84;  //!< [1 / m] by which it grows with the tolerance of a smeared map's walls
+	BeamModel beam_model;                    //!< section beam_model of an ini file
+	PresenceModel presence_model;            //!< section presence_model
 };
 
 /// Sets the particle filter that follows a robot from scan to scan: see CFusionBackend.

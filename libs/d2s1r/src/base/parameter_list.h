@@ -211,7 +211,7 @@ void visit_scoring(P& scoring, const Visitor& visit)
 	    "[-] the difference of two log-likelihoods divided by this is the log-odds of two places");
 	visit(
 	    "temperature_by_beam", scoring.temperature_by_beam, 0.0, 10.0,
-	    "[-] added to temperature for each beam of 1 deg that the best place does not explain");
+	    "[-] added to temperature for each beam of 1 deg that contradicts the map at the best place");
 	visit(
 	    "temperature_by_tolerance", scoring.temperature_by_tolerance, 0.0, 1000.0,
 	    "[1 / m] both are multiplied by 1 + this times the tolerance of the walls, if the map is smeared");
@@ -224,9 +224,6 @@ void visit_beam_model(P& model, const Visitor& visit)
 	    "on_wall", model.on_wall, -10.0, 10.0,
 	    "[nat] for a beam that ends within 6 cm of the centre of an occupied cell");
 	visit("off_wall", model.off_wall, -10.0, 10.0, "[nat] for one that ends further off than 10 cm, in free space");
-	visit(
-	    "in_unknown", model.in_unknown, -10.0, 10.0,
-	    "[nat] for a beam that ends further than 10 cm from a wall, in unknown space");
 	visit(
 	    "log_range", model.log_range, -10.0, 10.0,
 	    "[nat] added times ln(range / 3 m) for a beam that ends within 10 cm of a wall");
@@ -253,21 +250,15 @@ void visit_presence_model(P& presence, const Visitor& visit)
 	visit(
 	    "bias", presence.bias, -100.0, 100.0,
 	    "[-] log-odds that one of the places found is right, before all that follows is added");
+	visit("beam", presence.beam, -10.0, 10.0, "[-] for each return, as beams of 1 deg");
 	visit(
-	    "explained", presence.explained, -100.0, 100.0,
-	    "[-] times the share of returns that are explained at the best place");
-	visit(
-	    "in_front", presence.in_front, -100.0, 100.0,
-	    "[-] times the share of returns that end in front of walls there, at most that of the explained ones");
-	visit(
-	    "unexplained", presence.unexplained, -10.0, 10.0,
-	    "[-] times the unexplained returns there, as beams of 1 deg: part of what log_likelihood charges for them");
+	    "unknown_metre", presence.unknown_metre, -10.0, 10.0,
+	    "[1 / m] for each metre of unknown space that a beam of 1 deg passed at the best place, at most three");
 	visit(
 	    "log_likelihood", presence.log_likelihood, -10.0, 10.0, "[1 / nat] times the log-likelihood of the scan there");
 	visit(
 	    "lead", presence.lead, -10.0, 10.0,
 	    "[-] times the log-odds of that place against the second best one, at most 12");
-	visit("depth_edges", presence.depth_edges, -10.0, 10.0, "[-] times ln(1 + number of depth edges explained there)");
 	visit(
 	    "surfaces", presence.surfaces, -10.0, 10.0,
 	    "[-] times ln(1 + number of segments, straight pieces of what the scan sees, explained there)");

@@ -16,10 +16,10 @@ namespace
 using mrpt::math::TPose2D;
 
 /// Returns the temperature: the number by which a difference of log-likelihoods is divided to get log-odds. The more
-/// the best place leaves unexplained, the more of the difference is chance.
+/// beams contradict the map at the best place, the more of the difference is chance.
 double temperature(const Place& best, const ScoringParameters& parameters)
 {
-	const double of_scan = parameters.temperature + parameters.temperature_by_beam * best.score.unexplained;
+	const double of_scan = parameters.temperature + parameters.temperature_by_beam * best.score.contradicted;
 	return (1 + parameters.temperature_by_tolerance * best.tolerance) * of_scan;
 }
 
@@ -58,9 +58,8 @@ double log_odds_of_presence(const Place& best_place, const Place* second, const 
 	const Score& best = best_place.score;
 	const PresenceModel& model = parameters.presence_model;
 	const double lead = second ? std::min(kMostLead, -std::log(weight_of(*second, best_place, parameters))) : kMostLead;
-	return model.bias + model.explained * best.explained + model.in_front * std::min(best.in_front, best.explained) +
-	       model.unexplained * best.unexplained + model.log_likelihood * best.log_likelihood + model.lead * lead +
-	       model.depth_edges * std::log1p(best.depth_edges) + model.surfaces * std::log1p(best.segments);
+	return model.bias + model.beam * best.returns + model.unknown_metre * best.unknown_metres +
+	       model.log_likelihood * best.log_likelihood + model.lead * lead + model.surfaces * std::log1p(best.segments);
 }
 
 /// What the places found in a map tell of it.

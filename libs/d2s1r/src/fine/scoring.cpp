@@ -38,7 +38,7 @@ BeamEnd classify_end(float distance, Cell cell, const BeamModel& model)
 	    kBesideWall < static_cast<float>(kLeastCellSize) * (DistanceField::kReachCells - 0.01F), "else nothing is off");
 	if (distance < kOnWall) return {model.on_wall, End::kWall};
 	if (distance < kNearWall) return {0, End::kWall};
-	if (cell == Cell::kUnknown) return {model.in_unknown, End::kUnknown};
+	if (cell == Cell::kUnknown) return {0, End::kUnknown};
 	return {model.off_wall, distance < kBesideWall ? End::kBesideWall : End::kOffWall};
 }
 
@@ -58,19 +58,16 @@ class Sum
 	void add(const BeamEnd& at_end, float walls, float unknown, float log_range, bool depth_edge, bool starts_segment)
 	{
 		const auto counted = [](float passed) { return std::min(static_cast<double>(passed), kMostPassed); };
+		const double unknown_metres = counted(unknown);
 		double beam =
-		    at_end.log_likelihood + model_.through_wall * counted(walls) + model_.unknown_metre * counted(unknown);
+		    at_end.log_likelihood + model_.through_wall * counted(walls) + model_.unknown_metre * unknown_metres;
 		if (at_end.end == End::kWall) beam += model_.log_range * static_cast<double>(log_range);
 		const bool through = walls > kWholeCell;
 		const bool short_of_wall = at_end.end == End::kOffWall && !through;
 		log_likelihood_ += model_beams_ * beam;
 		if (short_of_wall && !was_short_) log_likelihood_ += model_.off_wall_run;
 		const bool explained = at_end.end == End::kWall && !through;
-		if (depth_edge && explained && was_explained_)
-		{
-			log_likelihood_ += model_.depth_edge;
-			depth_edges_++;
-		}
+		if (depth_edge && explained && was_explained_) log_likelihood_ += model_.depth_edge;
 		was_short_ = short_of_wall;
 		was_explained_ = explained;
 		if (starts_segment) of_segment_ = 0;
@@ -78,6 +75,7 @@ class Sum
 		returns_++;
 		explained_ += explained ? 1 : 0;
 		in_front_ += short_of_wall ? 1 : 0;
+		unknown_metres_ += unknown_metres;
 	}
 
 	/// Says that the next beam is no neighbour of the last one.
@@ -86,17 +84,22 @@ class Sum
 	/// Returns the score of the beams that were added.
 	Score result() const
 	{
-		const auto share = [&](int part) { return returns_ > 0 ? static_cast<double>(part) / returns_ : 0.0; };
-		return {log_likelihood_, share(explained_), share(in_front_), model_beams_ * (returns_ - explained_),
-		        depth_edges_,    segments_};
+		Score score;
+		score.log_likelihood = log_likelihood_;
+		score.explained = returns_ > 0 ? static_cast<double>(explained_) / returns_ : 0;
+		score.returns = model_beams_ * returns_;
+		score.contradicted = model_beams_ * (returns_ - explained_ - in_front_);
+		score.unknown_metres = model_beams_ * unknown_metres_;
+		score.segments = segments_;
+		return score;
 	}
 
    private:
 	const BeamModel& model_;
 	double model_beams_;  //!< [-] beams of the model, of 1 deg, that one beam stands for
 	long least_of_segment_;
-	double log_likelihood_ = 0;
-	int returns_ = 0, explained_ = 0, in_front_ = 0, depth_edges_ = 0, segments_ = 0, of_segment_ = 0;
+	double log_likelihood_ = 0, unknown_metres_ = 0;
+	int returns_ = 0, explained_ = 0, in_front_ = 0, segments_ = 0, of_segment_ = 0;
 	bool was_short_ = false, was_explained_ = false;
 };
 

@@ -12,9 +12,9 @@ struct Score
 {
 	double log_likelihood = 0;  //!< [nat] against beams that end anywhere, higher is better
 	double explained = 0;       //!< [0, 1] share of the returns that end at a wall without having passed one
-	double in_front = 0;        //!< [0, 1] share that ends in free space, more than 20 cm in front of walls, at objects
-	double unexplained = 0;     //!< [-] returns that are not explained, as beams of 1 deg
-	int depth_edges = 0;        //!< [-] depth edges of the scan with explained returns on both sides
+	double returns = 0;         //!< [-] all returns, as beams of 1 deg
+	double contradicted = 0;    //!< [-] of these, those that are not explained and end at no object in front of a wall
+	double unknown_metres = 0;  //!< [m] of unknown space that these beams passed, at most three each
 	int segments = 0;           //!< [-] segments of the scan with explained returns over 3 deg
 };
 
@@ -25,9 +25,8 @@ struct Score
 /// wall: a wall fits in many places, one thing in front of another in few.
 ///
 /// The weights (BeamModel) are a conditional logit: they maximize the probability of the true pose among those that
-/// coarse_search() and refine() find, so that the soft maximum of log-likelihoods is a calibrated probability. Their
-/// common scale and the weights of depth edges and of walls passed were set afterwards, by the same measure, on the
-/// places that decide() lists. Thread-safe.
+/// coarse_search() and refine() find, so that the soft maximum of log-likelihoods is a calibrated probability.
+/// share/d2s1r/experiments/learn.py learns them. Thread-safe.
 Score score(
     const BeamTracer& tracer, const DistanceField& field, const BeamSubset& beams, const mrpt::math::TPose2D& sensor,
     const BeamModel& model);

@@ -7,13 +7,13 @@ import numpy as np
 from scipy import optimize
 
 # Columns before the terms.
-SCORE = ("log_likelihood", "explained", "in_front", "unexplained", "depth_edges", "surfaces", "tolerance")
+SCORE = ("log_likelihood", "explained", "beam", "contradicted", "unknown_metre", "surfaces", "tolerance")
 HOPELESS = 0.1  # [-] probability that anything else than the likelihoods decided which place is right
 MOST_LEAD = 12.0  # [-] as in decide()
-# [beam of 1 deg] Margins are given in nat, so weights are scaled: with so many unexplained ones in a sharp map, the
+# [beam of 1 deg] Margins are given in nat, so weights are scaled: with so many that contradict a sharp map, the
 # difference of two log-likelihoods is the log-odds of the two places.
-USUALLY_UNEXPLAINED = 20.0
-PRESENCE = ("bias", "explained", "in_front", "unexplained", "log_likelihood", "lead", "depth_edges", "surfaces")
+USUALLY_CONTRADICTED = 10.0
+PRESENCE = ("bias", "beam", "unknown_metre", "log_likelihood", "lead", "surfaces")
 
 
 @dataclasses.dataclass
@@ -161,8 +161,8 @@ def fit_temperature(places, ranked, start, pull):
 def tempering(places, ranked, temperature):
     """[-] by which the differences of each frame's log-likelihoods are divided, as in decide()."""
     base, by_beam, by_tolerance = temperature
-    best = {name: places.score[name][ranked.best] for name in ("unexplained", "tolerance")}
-    return (1 + by_tolerance * best["tolerance"]) * (base + by_beam * best["unexplained"])
+    best = {name: places.score[name][ranked.best] for name in ("contradicted", "tolerance")}
+    return (1 + by_tolerance * best["tolerance"]) * (base + by_beam * best["contradicted"])
 
 
 def presence_features(places, ranked, temperature):
@@ -173,8 +173,8 @@ def presence_features(places, ranked, temperature):
     second = of_frames(others, places, np.maximum)
     lead = np.minimum(MOST_LEAD, (ranked.value[best] - second) / tempering(places, ranked, temperature))
     return np.column_stack([
-        np.ones_like(lead), score["explained"], np.minimum(score["in_front"], score["explained"]), score["unexplained"],
-        ranked.value[best], lead, np.log1p(score["depth_edges"]), np.log1p(score["surfaces"])])
+        np.ones_like(lead), score["beam"], score["unknown_metre"], ranked.value[best], lead,
+        np.log1p(score["surfaces"])])
 
 
 def fit_presence(features, has_right, counts, start, pull):
@@ -212,7 +212,7 @@ def learn(places, start, pull):
     found = of_frames_mask(places, ranked.best >= 0)
     ranked = rank(found, beam_model)
     temperature = fit_temperature(found, ranked, start.temperature, pull)
-    scale = temperature[0] + temperature[1] * USUALLY_UNEXPLAINED
+    scale = temperature[0] + temperature[1] * USUALLY_CONTRADICTED
     beam_model, temperature = beam_model / scale, temperature / [scale, scale, 1]
     ranked = rank(found, beam_model)
     features = presence_features(found, ranked, temperature)
