@@ -111,7 +111,7 @@ Decision localize_default(const Scan& scan, const std::vector<SearchedMap>& maps
 {
 	Work work{scan, TimeBudget(time_budget), {}};
 	Decision decision;
-	for (const Look& look : looks(maps.front().parameters))
+	for (const Look& look : looks(limits_of_search(maps.front().parameters, maps.size())))
 	{
 		decision = answer_of(look, maps, work);
 		if (look.is_clear(decision.answer) || work.budget.is_half_spent()) break;
