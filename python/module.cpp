@@ -11,8 +11,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <functional>
-#include <limits>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -48,19 +48,16 @@ struct Window
 	std::mutex mutex{};
 };
 
-/// Returns what a cell of an array says, as the probability that it is occupied; NaN is unknown.
-/// \throws std::invalid_argument if an integer is none of nav_msgs/OccupancyGrid
-float p_of_percent(int percent)
+/// Returns a path as the bytes that the system takes. \throws std::invalid_argument if it holds a null byte
+std::string path_of(const py::object& path)
 {
-	if (percent == -1) return std::numeric_limits<float>::quiet_NaN();
-	if (percent < 0 || percent > 100)
-		throw std::invalid_argument(
-		    "Map: a cell of the array is " + std::to_string(percent) +
-		    "; integers are -1 for unknown and 0 to 100 for percent that a cell is occupied");
-	return static_cast<float>(percent) / 100.0F;
+	const auto bytes = py::module_::import("os").attr("fsencode")(path).cast<std::string>();
+	if (bytes.find('\0') != std::string::npos) throw std::invalid_argument("a path holds a null byte; correct it");
+	return bytes;
 }
 
 /// Returns the probabilities that the cells of an array of bool, integers or floats are occupied.
+/// \throws std::invalid_argument if an integer, however large it is, is none of nav_msgs/OccupancyGrid
 std::vector<float> p_occupied_of(const py::array& array)
 {
 	if (array.dtype().kind() == 'f' || array.dtype().kind() == 'b')
@@ -68,8 +65,14 @@ std::vector<float> p_occupied_of(const py::array& array)
 		const Floats cells(array);
 		return {cells.data(), cells.data() + cells.size()};
 	}
-	const py::array_t<int, py::array::c_style | py::array::forcecast> cells(array);
+	for (const char* const extreme : {"min", "max"})
+		if (const py::object p = array.attr(extreme)("initial"_a = 0); p < py::int_(-1) || p > py::int_(100))
+			throw std::invalid_argument(
+			    "Map: a cell of the array is " + std::string(py::str(p)) +
+			    "; integers are -1 for unknown and 0 to 100 for percent that a cell is occupied");
+	const py::array_t<std::int8_t, py::array::c_style | py::array::forcecast> cells(array);
 	std::vector<float> p_occupied(static_cast<std::size_t>(cells.size()));
+	const auto p_of_percent = [](int percent) { return percent < 0 ? NAN : static_cast<float>(percent) / 100; };
 	std::transform(cells.data(), cells.data() + cells.size(), p_occupied.begin(), p_of_percent);
 	return p_occupied;
 }
@@ -90,7 +93,7 @@ Map map_of_array(const py::object& cells, double resolution, std::array<double, 
 
 Map load(const py::object& file, std::optional<double> resolution, std::optional<std::array<double, 2>> origin)
 {
-	const auto path = py::module_::import("os").attr("fspath")(file).cast<std::string>();
+	const auto path = path_of(file);
 	std::optional<ImageGeometry> image;
 	if (resolution) image = ImageGeometry{*resolution, origin ? (*origin)[0] : 0, origin ? (*origin)[1] : 0};
 	if (origin && !resolution)
@@ -115,8 +118,7 @@ py::array_t<float> cells_of(const Map& map)
 Parameters parameters_of(const py::object& given)
 {
 	if (given.is_none()) return {};
-	if (!py::isinstance<py::dict>(given))
-		return load_parameters(py::module_::import("os").attr("fspath")(given).cast<std::string>());
+	if (!py::isinstance<py::dict>(given)) return load_parameters(path_of(given));
 	std::string text;
 	for (const auto& [key, value] : py::cast<py::dict>(given))
 	{
@@ -399,7 +401,7 @@ std::unique_ptr<Atlas> atlas_of(
 
 std::unique_ptr<Atlas> load_atlas_of(const py::object& file, const py::object& given)
 {
-	const auto path = py::module_::import("os").attr("fspath")(file).cast<std::string>();
+	const auto path = path_of(file);
 	const Parameters parameters = parameters_of(given);
 	const py::gil_scoped_release release;
 	return std::make_unique<Atlas>(load_atlas(path, parameters));

@@ -162,6 +162,8 @@ TEST_F(AppAtlas, SaysWhichMapIsWrong)
 	expect_refusal(words({"-m", path("broken.yaml")}), 2, {path("missing.yaml"), "cannot be read"});
 	write_file(path("broken.yaml"), "maps: {a: {flor: 1}}\n");
 	expect_refusal(words({"-m", path("broken.yaml")}), 2, {path("broken.yaml"), "'flor'"});
+	write_file(path("broken.yaml"), "maps: {a: {file: maps/flat.gridmap.gz, region: [900, 900, 901, 901]}}\n");
+	expect_refusal(words({"-m", path("broken.yaml")}), 2, {path("broken.yaml"), "the region of map 'a' lies outside"});
 	expect_refusal(
 	    {"-m", path("maps"), "-i", path("walk.rawlog"), "-o", path("out"), "--index", path("walk.rawlog")}, 3,
 	    {path("walk.rawlog")});

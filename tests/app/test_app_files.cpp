@@ -1,5 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // No file is written over one that is read, or over another that is written.
+#include <sys/stat.h>
+
 #include "app_process.h"
 #include "app_world.h"
 
@@ -152,4 +154,9 @@ TEST_F(AppFiles, TheIndexIsKeptInItsFile)
 	expect_refusal(
 	    words({"-o", path("new"), "--index", path("notes.txt")}), 3, {path("notes.txt"), "exists and is not"});
 	EXPECT_EQ(read_file(path("notes.txt")), "not an index");
+	ASSERT_EQ(mkfifo(path("pipe").c_str(), 0600), 0);
+	for (const auto& name : {path("pipe"), path("out")})
+		expect_refusal(
+		    words({"-o", path("new"), "--index", name}), 3, {name + ": is a folder, a device or a pipe", "--index"});
+	EXPECT_TRUE(std::filesystem::is_fifo(path("pipe")));
 }

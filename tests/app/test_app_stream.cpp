@@ -2,6 +2,7 @@
 // Logs that are read while they are written, and lines that are printed while frames become known.
 #include <fcntl.h>
 #include <mrpt/io/CFileGZOutputStream.h>
+#include <mrpt/obs/CObservationComment.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -136,6 +137,22 @@ class AppStream : public AppTest
 
 	std::vector<std::string> objects_;  //!< of the log, as they stand in it
 };
+
+TEST_F(AppStream, WhatComesBeforeTheFirstScanDoesNotFillTheMemory)
+{
+	mrpt::obs::CObservationComment comment;
+	comment.text = std::string(10'000'000, 'c');
+	write_file(path("comment"), text_of(comment));
+	const std::string feed = "for i in 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15; do cat " + path("comment") +
+	                         "; done; cat " + path("walk.rawlog") + " | gunzip";
+	const auto result = run_program({"bash", "-c", "(" + feed + ") | (" + command(words("-", {"-q"})) + ")"});
+	expect_refused(result, 2, {"standard input: shows no 2D laser scan in its first 10 objects", "--sensor-label"});
+	EXPECT_LT(result.memory, 600'000);
+	const auto named = run_program(
+	    {"bash", "-c", "(" + feed + ") | (" + command(words("-", {"-q", "--sensor-label", "LASER"})) + ")"});
+	EXPECT_EQ(named.status, 0) << named.err;
+	EXPECT_EQ(lines_of(named.out).size(), walk().size());
+}
 
 TEST_F(AppStream, LinesSayWhatTheFilesSay)
 {
@@ -291,7 +308,7 @@ TEST_F(AppStream, AFileIsFollowedWhileItGrowsUntilItIsRemoved)
 /// As rawlog-grabber writes it: a packer hands the bytes on late, in pieces that end anywhere.
 TEST_F(AppStream, APackedFileIsFollowedWhileItIsWritten)
 {
-	constexpr int kRepeats = 100;
+	constexpr int kRepeats = 20;
 	mrpt::io::CFileGZOutputStream grows(path("grows.rawlog"));
 	Process process = start(words(path("grows.rawlog"), {"--follow"}));
 	for (int i = 0; i < kRepeats; i++)

@@ -14,8 +14,10 @@
 #include <fstream>
 #include <string>
 
-#if defined(__SANITIZE_ADDRESS__) && defined(__clang__)  // GCC has no such header
-#include <sanitizer/allocator_interface.h>
+#if defined(__SANITIZE_ADDRESS__)  // GCC has the functions of <sanitizer/allocator_interface.h>, but not the header
+extern "C" std::size_t __sanitizer_get_current_allocated_bytes();
+extern "C" int __sanitizer_install_malloc_and_free_hooks(
+    void (*on_malloc)(const volatile void*, std::size_t), void (*on_free)(const volatile void*));
 #endif
 
 /// The entry point of libFuzzer, and of replay.cpp.
@@ -41,7 +43,7 @@ inline void require_one_line(const std::string& message)
 /// Their limit is one of address space, of which AddressSanitizer takes so much beforehand that none is ever refused.
 inline void limit_memory_of_own_processes()
 {
-#if defined(__SANITIZE_ADDRESS__) && defined(__clang__)  // GCC has no such header
+#if defined(__SANITIZE_ADDRESS__)
 	static const pid_t program = getpid();
 	const auto look = [](const volatile void*, std::size_t)
 	{

@@ -53,6 +53,19 @@ ArchivedText text_around(const std::string& archive, const std::string& part)
 	std::abort();
 }
 
+/// Returns where the options of the grid have the number of weights that MRPT makes room for: 100, each of 0.01.
+std::size_t count_of_weights(const std::string& archive)
+{
+	const std::uint32_t number = 100;
+	const float weight = 0.01F;
+	std::string start(sizeof number + sizeof weight, ' ');
+	std::memcpy(start.data(), &number, sizeof number);
+	std::memcpy(start.data() + sizeof number, &weight, sizeof weight);
+	const std::size_t at = archive.rfind(start);
+	fuzz::require(at != std::string::npos, "the weights in a sound archive");
+	return at;
+}
+
 /// Puts text of the case into an archived text, in place of some characters.
 void splice(std::string& archive, const ArchivedText& text, fuzz::Numbers& numbers)
 {
@@ -74,7 +87,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
 	if (numbers.flip()) splice(archive, text_around(archive, "sigma"), numbers);
 	if (numbers.flip()) splice(archive, text_around(archive, "[localizer]"), numbers);
 	const std::size_t grid = archive.find("COccupancyGridMap2D"), cells = grid + 19 + 1 + 1 + 8 + 20;
-	const std::size_t before_grid = text_around(archive, "sigma").at + text_around(archive, "sigma").length;
+	const std::size_t before_grid = grid - 10;  // a byte tells the length of the name of the class
 	while (!numbers.empty())
 	{
 		// the fingerprint and whether there is a map, or the cells, the options and the origin
@@ -83,6 +96,8 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
 		archive[first + static_cast<std::size_t>(numbers.whole(0, static_cast<int>(past - first) - 1))] =
 		    static_cast<char>(numbers.byte());
 	}
+	const std::size_t count = count_of_weights(sound);
+	archive.replace(archive.size() - (sound.size() - count), 4, sound, count, 4);
 	try
 	{
 		const CSignatureMap2D map = read(archive);

@@ -142,6 +142,11 @@ def test_parameters_by_dict_and_by_file(world, tmp_path):
     (ValueError, "1 dimensions", lambda localizer, made: d2s1r.Map([0, 1], 0.05)),
     (ValueError, "column 1 and row 0 is 7", lambda localizer, made: d2s1r.Map([[0.0, 7.0]], 0.05)),
     (ValueError, "cell of the array is 101", lambda localizer, made: d2s1r.Map([[0, 101]], 0.05)),
+    (ValueError, "array is 1099511627776", lambda localizer, made: d2s1r.Map([[0, 2**40]], 0.05)),
+    (ValueError, "array is 4294967346", lambda localizer, made: d2s1r.Map([[0, 2**32 + 50]], 0.05)),
+    (ValueError, "array is 18446744073709551615", lambda localizer, made:
+        d2s1r.Map(np.array([[2**64 - 1]], np.uint64), 0.05)),
+    (ValueError, "null byte", lambda localizer, made: d2s1r.Map.load("a\0b.yaml")),
     (ValueError, "no numbers", lambda localizer, made: d2s1r.Map([["a"]], 0.05)),
     (ValueError, "resolution", lambda localizer, made: d2s1r.Map([[0.0]], 0)),
     (ValueError, "0 x 1 cells|1 x 0 cells|0 x 0 cells", lambda localizer, made: d2s1r.Map(np.zeros((1, 0)), 0.05)),

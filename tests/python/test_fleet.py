@@ -5,6 +5,7 @@ import csv
 import json
 import os
 import pathlib
+import re
 import shutil
 import subprocess
 import sys
@@ -82,7 +83,31 @@ def rows_one_after_another(folder, rows):
     return without_times(joined)
 
 
+def check_refused_manifests(folder):
+    """A manifest that cannot be used ends in one line, which names it; marks before UTF-8 do no harm."""
+    sys.path.insert(0, str(FLEET))
+    sys.dont_write_bytecode = True
+    import fleet
+    file = folder / "manifest.csv"
+    file.write_bytes(b"\xef\xbb\xbflog,map\r\na.log,a.yaml\r\n")
+    assert list(fleet.read_manifest(file)) == ["a"]
+    first = b"log,map,options,name\n"
+    for text, why in (b"log;map\n", "names no column log"), (first + b"a,b,'c,d\n", "cannot be split"), \
+            (first + b"a,b,,..\n", "begin with a dot"), (first + b"a,b,,c.json\n", "end in .json"), \
+            (first + b"a,b,,c\nd,b,,c\n", "twice"), (first + b"a\0,b,,c\n", "null byte|NUL"), \
+            (first + b"\xff,b,,c\n", "UTF-8"), (first + b"a" * 200_000 + b",b,,c\n", "limit"), (None, "No such file"):
+        file.unlink() if text is None else file.write_bytes(text)
+        try:
+            fleet.read_manifest(file)
+            raise AssertionError(f"{text[:40]} is accepted")
+        except SystemExit as refusal:
+            assert str(refusal).startswith(f"{file}:") and "\n" not in str(refusal), refusal
+            assert re.search(why, str(refusal)), refusal
+
+
 def main():
+    with tempfile.TemporaryDirectory() as name:
+        check_refused_manifests(pathlib.Path(name))
     if not shutil.which("snakemake"):
         print("skipped: snakemake is missing")
         sys.exit(77)

@@ -4,7 +4,9 @@
 #include <gtest/gtest.h>
 #include <mrpt/io/CFileGZOutputStream.h>
 #include <mrpt/serialization/CArchive.h>
+#include <sys/stat.h>
 
+#include <cmath>
 #include <functional>
 
 #include "test_files.h"
@@ -81,6 +83,13 @@ double sum_of_probabilities(const Localization& result)
 	return sum;
 }
 
+/// Returns the odds that one of the hypotheses is right.
+double odds_of(const Localization& result)
+{
+	const double present = sum_of_probabilities(result);
+	return present / (1 - present);
+}
+
 std::string what_of(const std::function<void()>& call)
 {
 	try
@@ -146,8 +155,29 @@ TEST(Atlas, TwoFloorsThatAreAlikeShareTheProbability)
 		EXPECT_EQ(result.hypotheses[0].pose, result.hypotheses[1].pose);
 		EXPECT_DOUBLE_EQ(result.hypotheses[0].probability, result.hypotheses[1].probability);
 		const Localization one = floor_localizer()->localize(make_observation(world_of(make_floor()), robot));
-		EXPECT_NEAR(sum_of_probabilities(result), sum_of_probabilities(one), 1e-6)
-		    << "as likely that it is one of them";
+		EXPECT_NEAR(odds_of(result) * std::sqrt(3.0) / odds_of(one), 1, 1e-3)
+		    << "as likely that it is one of them, but for the number of maps";
+	}
+}
+
+TEST(Atlas, AScanIsFoundAmongManyMapsAsInItsOwn)
+{
+	std::vector<AtlasMap> maps = {{"annex", annex_localizer()}};
+	for (int i = 0; i < 20; i++)  // rooms of many sizes
+	{
+		std::vector<std::string> rows(static_cast<std::size_t>(8 + i % 5), "#" + std::string(8 + i, '.') + "#");
+		rows.front() = rows.back() = std::string(10 + i, '#');
+		maps.push_back({std::to_string(i), localizer_of(make_building(rows))});
+	}
+	maps.insert(maps.begin() + 10, {"floor", floor_localizer()});
+	const Atlas atlas(maps);
+	for (const TPose2D& robot : poses_on_floor())
+	{
+		const auto scan = make_observation(world_of(make_floor()), robot, laser_of(270));
+		const Localization result = atlas.localize(scan), one = floor_localizer()->localize(scan);
+		expect_in(result, "floor", robot);
+		EXPECT_LT(distance_between(result.best().pose.asTPose(), one.best().pose.asTPose()), 0.01) << robot;
+		EXPECT_NEAR(odds_of(result) * std::sqrt(22.0) / odds_of(one), 1, 0.1) << "the more maps, the less likely each";
 	}
 }
 
@@ -212,6 +242,11 @@ TEST(Atlas, SaysWhichMapsDoNotGoTogether)
 	other_sensor.scan.min_beams = 30;
 	EXPECT_NE(
 	    refused({{"a", floor_localizer()}, {"b", localizer_of(make_annex(), other_sensor)}}).find("section scan"),
+	    std::string::npos);
+	Parameters other_directions;
+	other_directions.coarse_search.directions = 90;
+	EXPECT_NE(
+	    refused({{"a", floor_localizer()}, {"b", localizer_of(make_annex(), other_directions)}}).find("directions"),
 	    std::string::npos);
 	const Atlas atlas = two_maps();
 	EXPECT_EQ(atlas.at("annex").localizer, annex_localizer());
@@ -318,6 +353,10 @@ TEST(AtlasFile, SaysWhatIsWrong)
 	EXPECT_NE(refused("maps: {a/b: {file: b}}\n").find("slashes"), std::string::npos);
 	EXPECT_NE(refused("maps:\n  a: {file: b}\n  a: {file: c}\n").find("'a' is there twice"), std::string::npos);
 	EXPECT_NE(refused("maps: {a: {file: [b]}}\n").find("'file' is not a text"), std::string::npos);
+	EXPECT_NE(refused("maps: {a: {file: \"b\\0c\"}}\n").find("'file' is not a text"), std::string::npos);
+	ASSERT_EQ(mkfifo(folder.path("pipe").c_str(), 0600), 0);
+	EXPECT_NE(
+	    refused("maps: {a: {file: b, config: pipe}}\n").find("'config' names a folder, a dev"), std::string::npos);
 	EXPECT_FALSE(is_atlas(folder.write("map.yaml", "image: map.png\n")));
 	EXPECT_FALSE(is_atlas(folder.path("missing.yaml")));
 }

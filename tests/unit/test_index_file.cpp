@@ -3,6 +3,7 @@
 #include <d2s1r/CSignatureMap2D.h>
 #include <d2s1r/map_io.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <random>
 
@@ -163,6 +164,19 @@ TEST_P(IndexFile, SavingReplacesNothingButIndexes)
 	std::size_t files = 0;
 	for ([[maybe_unused]] const auto& entry : std::filesystem::directory_iterator(folder_.path(""))) files++;
 	EXPECT_EQ(files, 2U) << "no unfinished file is left";
+}
+
+TEST_P(IndexFile, APipeIsNeitherWaitedForNorReplaced)
+{
+	const std::string pipe = folder_.path("pipe");
+	ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+	EXPECT_NE(
+	    message_of<std::runtime_error>([&] { built_.save(pipe, kMap); }).find(pipe + ": exists and is not"),
+	    std::string::npos);
+	EXPECT_NE(
+	    message_of<std::runtime_error>([&] { Localizer::load(pipe, kMap, parameters_); }).find("is not the file"),
+	    std::string::npos);
+	EXPECT_TRUE(std::filesystem::is_fifo(pipe));
 }
 
 TEST_P(IndexFile, AFileThatIsNoIndexIsRefused)

@@ -212,12 +212,18 @@ GroundTruth load_ground_truth(const std::string& file)
 	if (!in) throw UserError(kBadInput, file, "cannot be opened; check the path of the ground truth");
 	errno = 0;
 	TruthReader reader(file);
-	for (std::string line; std::getline(in, line);) reader.read(line);
+	constexpr std::size_t kLongest = 1 << 20;  // [byte] of a line, for which there has to be memory
+	std::string line(kLongest, '\0');
+	while (in.getline(line.data(), kLongest))
+		reader.read(line.substr(0, static_cast<std::size_t>(in.gcount()) - (in.eof() ? 0 : 1)));
 	if (in.bad())  // else the lines before an error would count as all
 		throw UserError(
 		    kBadInput, file,
 		    std::string("cannot be read to its end (") + (errno ? std::strerror(errno) : "read error") +
 		        "); check that it is a file, and copy it again");
+	if (!in.eof())
+		throw UserError(
+		    kBadInput, file, "has a line of more than " + std::to_string(kLongest) + " bytes; name a text of poses");
 	if (reader.truth().empty())
 		throw UserError(kBadInput, file, "holds no pose; name a file with lines 'time x y phi'");
 	return reader.truth();

@@ -17,16 +17,21 @@ namespace d2s1r::app
 {
 namespace
 {
-void check_region(const Prior& prior, const mrpt::maps::COccupancyGridMap2D& map)
+/// Returns what is wrong with a region if it lies outside the map; else an empty text.
+std::string fault_of_region(const Prior& prior, const mrpt::maps::COccupancyGridMap2D& map)
 {
 	for (const PoseBox& box : prior.boxes)
 		if (box.least_x > map.getXMax() || box.greatest_x < map.getXMin() || box.least_y > map.getYMax() ||
 		    box.greatest_y < map.getYMin())
-			throw UserError(
-			    kWrongUse, "--region",
-			    mrpt::format(
-			        "lies outside the map, which reaches from %.2f,%.2f to %.2f,%.2f m; name a region in it",
-			        map.getXMin(), map.getYMin(), map.getXMax(), map.getYMax()));
+			return mrpt::format(
+			    "lies outside the map, which reaches from %.2f,%.2f to %.2f,%.2f m; name a region in it", map.getXMin(),
+			    map.getYMin(), map.getXMax(), map.getYMax());
+	return {};
+}
+
+void check_region(const Prior& prior, const mrpt::maps::COccupancyGridMap2D& map)
+{
+	if (const auto fault = fault_of_region(prior, map); !fault.empty()) throw UserError(kWrongUse, "--region", fault);
 }
 
 using Grid = mrpt::maps::COccupancyGridMap2D;
@@ -230,7 +235,6 @@ Flags flags_of(const AtlasEntry& entry, const Flags& flags)
 	only.map = entry.file;
 	only.more_maps.clear();
 	if (entry.name.empty()) return only;
-	only.query.prior = entry.region;
 	if (!flags.index.empty()) only.index = (std::filesystem::path(flags.index) / (entry.name + ".index")).string();
 	return only;
 }
@@ -310,6 +314,9 @@ std::vector<IndexedMap> load_maps(const Flags& flags, const Parameters& paramete
 		const Parameters own = entry.config.empty() ? parameters : read_parameters(only);
 		IndexedMap map = load_or_build_map(only, own, console);
 		map.entry = entry;
+		const auto fault = fault_of_region(entry.region, map.map->localizer().map());
+		if (!entry.name.empty() && !fault.empty())
+			throw UserError(kBadInput, flags.map, "the region of map '" + entry.name + "' " + fault);
 		if (!flags.quiet && !map.use.loaded)
 			for (const std::string& doubt : doubts_about_map(only, map.map->localizer()))
 				console.say(only.map + ": " + doubt);

@@ -184,11 +184,13 @@ GzipFile::GzipFile(const std::string& path) : pending_(path)
 
 void GzipFile::write(const std::vector<std::uint8_t>& bytes)
 {
+	empty_ = empty_ && bytes.empty();
 	if (stream_.Write(bytes.data(), bytes.size()) != bytes.size()) pending_.fail();
 }
 
 void GzipFile::write(const mrpt::serialization::CSerializable& object)
 {
+	empty_ = false;
 	try
 	{
 		mrpt::serialization::archiveFrom<mrpt::io::CStream>(stream_) << object;
@@ -204,7 +206,7 @@ void GzipFile::finish()
 {
 	stream_.close();
 	finished_ = true;
-	if (!is_whole_gzip(pending_.temporary())) pending_.fail();
+	if (!empty_ && !is_whole_gzip(pending_.temporary())) pending_.fail();
 }
 
 void GzipFile::commit()

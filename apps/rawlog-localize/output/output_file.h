@@ -81,7 +81,7 @@ class GzipFile
    private:
 	PendingFile pending_;
 	mrpt::io::CFileGZOutputStream stream_;
-	bool finished_ = false;
+	bool finished_ = false, empty_ = true;
 };
 
 /// Returns whether a gzip file unpacks to as many bytes as its end says, and to at least one.

@@ -100,12 +100,29 @@ const std::set<std::string>& names_in_folder()
 	return names;
 }
 
+namespace
+{
+/// Refuses what cannot become the file of an index, before one is built. That of an atlas is a folder.
+void check_index(const Flags& flags)
+{
+	std::error_code error;
+	const auto status = fs::status(flags.index, error);
+	const bool is_of_one_map = flags.more_maps.empty() && !is_atlas(flags.map);
+	if (is_of_one_map && fs::exists(status) && !fs::is_regular_file(status))
+		throw UserError(kBadOutput, flags.index, "is a folder, a device or a pipe; name another file with --index");
+}
+}  // namespace
+
 void check_files_apart(const Flags& flags)
 {
 	const auto inputs = files_read(flags);
 	std::map<fs::path, std::string> option_of_place;
 	auto written = files_written(flags);
-	if (!flags.index.empty()) written.push_back({flags.index, "--index"});
+	if (!flags.index.empty())
+	{
+		check_index(flags);
+		written.push_back({flags.index, "--index"});
+	}
 	for (const auto& file : written)
 	{
 		std::error_code error;

@@ -29,6 +29,11 @@ std::string scan_section(const Localizer& localizer)
 	only.scan = localizer.parameters().scan;
 	return to_ini(only);
 }
+
+int directions_of(const Localizer& localizer)
+{
+	return localizer.parameters().coarse_search.directions;
+}
 }  // namespace
 
 Atlas::Atlas(std::vector<AtlasMap> maps) : maps_(std::move(maps))
@@ -44,6 +49,8 @@ Atlas::Atlas(std::vector<AtlasMap> maps) : maps_(std::move(maps))
 		if (!map.localizer->default_index()) refuse("has method = paper, which searches one map; use method = default");
 		if (scan_section(*map.localizer) != scan_section(*maps_.front().localizer))
 			refuse("has other parameters in section scan, which are about the sensor; give all maps the same");
+		if (directions_of(*map.localizer) != directions_of(*maps_.front().localizer))
+			refuse("has another number of coarse_search.directions; give all maps the same");
 	}
 }
 
@@ -100,8 +107,22 @@ YAML::Node read_yaml(const std::string& file)
 std::string text_of(const YAML::Node& map, const char* key)
 {
 	if (!map[key]) return {};
-	if (!map[key].IsScalar()) throw std::runtime_error("'" + std::string(key) + "' is not a text; correct it");
+	if (!map[key].IsScalar() || map[key].Scalar().find('\0') != std::string::npos)
+		throw std::runtime_error("'" + std::string(key) + "' is not a text; correct it");
 	return map[key].Scalar();
+}
+
+/// Returns the path of the parameters of a map; an empty one if it has none. A pipe could be waited for for ever.
+std::string config_of(const YAML::Node& map, const fs::path& folder)
+{
+	const std::string name = text_of(map, "config");
+	if (name.empty()) return {};
+	const fs::path config = folder / name;
+	std::error_code error;
+	const auto status = fs::status(config, error);
+	if (fs::exists(status) && !fs::is_regular_file(status))
+		throw std::runtime_error("'config' names a folder, a device or a pipe; name an ini file");
+	return config.string();
 }
 
 Prior region_of(const YAML::Node& map)
@@ -162,8 +183,7 @@ AtlasEntry entry_of(const std::string& name, const YAML::Node& map, const fs::pa
 		entry.file = text_of(map, "file");
 		if (entry.file.empty()) throw std::runtime_error("the key 'file' is missing; add it");
 		entry.file = (folder / entry.file).string();
-		entry.config = text_of(map, "config");
-		if (!entry.config.empty()) entry.config = (folder / entry.config).string();
+		entry.config = config_of(map, folder);
 		entry.floor = text_of(map, "floor");
 		entry.region = region_of(map);
 		return entry;

@@ -15,15 +15,6 @@ namespace
 struct Look
 {
 	Parameters parameters;  //!< limits of all that is searched
-	bool is_last;
-
-	/// Returns whether there may be candidates that this look leaves out, and a later one would not.
-	bool leaves_out(const std::vector<Found>& found) const
-	{
-		const auto is_full = [this](const Found& here)
-		{ return static_cast<int>(here.candidates.size()) >= parameters.coarse_search.candidates; };
-		return !is_last && std::any_of(found.begin(), found.end(), is_full);
-	}
 
 	/// Returns whether an answer needs no other look.
 	bool is_clear(const Localization& answer) const
@@ -35,8 +26,8 @@ struct Look
 /// Returns the looks, the last of which is with the parameters as they are.
 std::vector<Look> looks(const Parameters& parameters)
 {
-	if (parameters.first_look.clear_above >= 1) return {{parameters, true}};
-	return {{for_first_look(parameters), false}, {parameters, true}};
+	if (parameters.first_look.clear_above >= 1) return {{parameters}};
+	return {{for_first_look(parameters)}, {parameters}};
 }
 
 /// The time that a query may take.
@@ -100,11 +91,10 @@ std::vector<Place> places_among(
 	return timed(times.refinement_ms, find_places, readings, work.scan, all, poses, limits);
 }
 
-std::optional<Decision> answer_of(const Look& look, const std::vector<SearchedMap>& maps, Work& work)
+Decision answer_of(const Look& look, const std::vector<SearchedMap>& maps, Work& work)
 {
 	const Parameters& limits = look.parameters;
 	const auto found = timed(work.times.retrieval_ms, candidates_in, maps, work.scan, limits.coarse_search);
-	if (look.leaves_out(found)) return std::nullopt;
 	std::vector<Place> places;
 	for (const Found& here : found)
 	{
@@ -120,14 +110,14 @@ std::optional<Decision> answer_of(const Look& look, const std::vector<SearchedMa
 Decision localize_default(const Scan& scan, const std::vector<SearchedMap>& maps, double time_budget)
 {
 	Work work{scan, TimeBudget(time_budget), {}};
-	std::optional<Decision> decision;
-	for (const Look& look : looks(maps.front().parameters))
+	Decision decision;
+	for (const Look& look : looks(limits_of_search(maps.front().parameters, maps.size())))
 	{
 		decision = answer_of(look, maps, work);
-		if (decision && (look.is_clear(decision->answer) || work.budget.is_half_spent())) break;
+		if (look.is_clear(decision.answer) || work.budget.is_half_spent()) break;
 	}
-	decision->answer.times = work.times;  // the last look always has an answer
-	return *decision;
+	decision.answer.times = work.times;
+	return decision;
 }
 
 std::optional<Localization> refusal_of(const Scan& scan, const ScanParameters& parameters)

@@ -19,11 +19,11 @@ namespace d2s1r
 std::optional<Localization> refusal_of(const Scan& scan, const ScanParameters& parameters);
 
 /// Answers in which of `maps`, and where there, `scan` was taken, by the default method, which works for any field of
-/// view: coarse_search(), settle(), make_shortlist(), refine(), find_places() in each map, and one decide() over the
-/// places of all. All this is done with fewer candidates first, and once more with all of them unless the first answer
-/// is clear. Of many maps only the most promising ones are searched, see promising_maps(). Thread-safe.
+/// view: coarse_search(), settle(), make_shortlist(), refine(), find_places() and decide(). All maps go through these
+/// steps together, as if they were one map. All this is done with fewer candidates first, and once more with all of
+/// them unless the first answer is clear. Thread-safe.
 /// \param scan one without a refusal_of()
-/// \param maps one or more
+/// \param maps one or more; the parameters of the first one limit what is searched in all of them together
 /// \param time_budget [ms] see Query; 0 is no limit
 /// \return the answer without the relative entropy, and the number of the map of each hypothesis
 Decision localize_default(const Scan& scan, const std::vector<SearchedMap>& maps, double time_budget);

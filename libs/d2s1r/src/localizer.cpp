@@ -317,14 +317,13 @@ double in_lines(int bytes)
 double memory_of_default_index(const Grid& grid, const CoarseSearchParameters& parameters)
 {
 	// What is kept and what it takes to make it: grids and fields of the cells, profiles and sweeps of the positions.
-	constexpr double kPerCell = 7, kPerFreeCell = 4, kPerPosition = 50, kPerGroup = 50;  // [byte]
+	constexpr double kPerCell = 7, kPerPosition = 50, kPerGroup = 50;  // [byte]
 	const int side = std::max(1, static_cast<int>(std::lround(parameters.spacing / grid.cell_size)));
 	const double of_cells = kPerCell * static_cast<double>(grid.cells.size());
-	const double of_free_cells = kPerFreeCell * count_free_squares(grid, 1);
 	const double of_positions = (parameters.directions + kPerPosition) * count_free_squares(grid, side);
 	const double of_groups =
 	    (in_lines(parameters.directions) + RangeProfiles::kBins + kPerGroup) * count_free_squares(grid, 2 * side);
-	return of_cells + of_free_cells + of_positions + of_groups;
+	return of_cells + of_positions + of_groups;
 }
 
 double memory_of_paper_index(const Grid& grid, const PaperParameters& parameters)

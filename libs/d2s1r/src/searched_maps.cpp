@@ -27,6 +27,17 @@ Parameters for_first_look(const Parameters& parameters)
 	return first;
 }
 
+Parameters limits_of_search(Parameters parameters, std::size_t maps)
+{
+	// [-] times as many as in one map. More find the true place of a recorded scan among those of eight maps somewhat
+	// more often, and take longer: tests/experiments/RESULTS.md.
+	constexpr std::size_t kMostTimes = 4;
+	const auto times = static_cast<int>(std::min(maps, kMostTimes));
+	parameters.coarse_search.max_pairs *= times;
+	parameters.coarse_search.candidates *= times;
+	return parameters;
+}
+
 namespace
 {
 /// Drops the candidates that cost more than the best one in another map by as much as none may in one search.

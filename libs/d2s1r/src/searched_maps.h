@@ -25,6 +25,10 @@ struct SearchedMap
 	const Parameters& parameters;
 };
 
+/// Returns `parameters` as the limits of a search through so many maps [-]: with several maps, more pairs and
+/// candidates may be looked at.
+Parameters limits_of_search(Parameters parameters, std::size_t maps);
+
 /// What is searched at once: the first readings of all maps or, of those that have one, the second ones.
 struct Found
 {

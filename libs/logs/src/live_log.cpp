@@ -204,15 +204,21 @@ class LiveReader : public LogReader
 		return returned_ < early_.size() ? std::move(early_[returned_++]) : read();
 	}
 
-	/// Returns the label of the first scan; no value if there is none. The objects up to it will be read again.
+	/// Returns the label of the first scan; no value if there is none, or too much comes before it. The objects up to
+	/// it will be read again.
 	std::optional<std::string> first_label()
 	{
-		for (;;)
+		constexpr std::size_t kMost = 100'000'000, kOfEach = 1000;  // [byte] that are kept
+		for (std::size_t kept = 0; kept < kMost;)
 		{
 			const auto& object = early_.emplace_back(read());
 			if (!object) return std::nullopt;
 			if (!object->scans.empty()) return object->scans.front()->sensorLabel;
+			kept += object->bytes.size() + kOfEach;
 		}
+		damage_ = "shows no 2D laser scan in its first " + std::to_string(objects_) +
+		          " objects; name a laser that comes later with --sensor-label";
+		return std::nullopt;
 	}
 
    private:

@@ -166,7 +166,19 @@ ProcessLimits limits_of_survey(const std::string& file)
 RawlogReader::RawlogReader(const std::string& file)
 {
 	auto packed = std::make_unique<mrpt::io::CFileGZInputStream>();
-	if (!packed->open(file)) throw cannot_open(file);
+	try
+	{
+		if (!packed->open(file)) throw cannot_open(file);
+	}
+	catch (const LogError&)
+	{
+		throw;
+	}
+	catch (const std::exception& e)  // MRPT asks for the size of the file
+	{
+		if (is_out_of_memory(e)) throw std::bad_alloc();
+		throw cannot_open(file);
+	}
 	stream_ = std::move(packed);
 }
 

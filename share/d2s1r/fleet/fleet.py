@@ -42,9 +42,16 @@ class Log:
 
 def read_manifest(file):
     """Returns the logs of a CSV file with the columns log and map, and if need be options and name."""
+    try:
+        return read_lines(file)
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        sys.exit(f"{file}: cannot be read as a CSV file in UTF-8 ({error}); correct it")
+
+
+def read_lines(file):
     folder = pathlib.Path(file).resolve().parent
     logs = {}
-    with open(file, newline="") as stream:
+    with open(file, newline="", encoding="utf-8-sig") as stream:  # programs for tables put a mark before UTF-8
         lines = csv.DictReader(stream)
         for column in "log", "map":
             if column not in (lines.fieldnames or ()):
@@ -52,9 +59,15 @@ def read_manifest(file):
         for line in lines:
             if not line["log"] or not line["map"]:
                 sys.exit(f"{file}:{lines.line_num}: log or map is missing")
-            log = Log(line, folder)
-            if not re.fullmatch(r"[A-Za-z0-9._+-]+", log.name):
-                sys.exit(f"{file}:{lines.line_num}: a name has letters, digits and ._+- only, unlike {log.name!r}")
+            if any("\0" in text for value in line.values() for text in value or ()):
+                sys.exit(f"{file}:{lines.line_num}: holds a null byte; correct it")
+            try:
+                log = Log(line, folder)
+            except ValueError as error:
+                sys.exit(f"{file}:{lines.line_num}: options cannot be split into words ({error}); correct them")
+            if not re.fullmatch(r"[A-Za-z0-9_+-][A-Za-z0-9._+-]*(?<!\.json)", log.name):
+                sys.exit(f"{file}:{lines.line_num}: a name has letters, digits and ._+- only, does not begin with a dot "
+                         f"and does not end in .json, unlike {log.name!r}")
             if log.name in logs:
                 sys.exit(f"{file}:{lines.line_num}: {log.name} is in it twice; tell them apart in a column name")
             logs[log.name] = log

@@ -204,6 +204,10 @@ TEST_F(MapYaml, UnusableValuesAreNamed)
 	EXPECT_NE(
 	    refusal(with("image: map.pgm\nresolution: 1\norigin: [0, 0]\nnegate: 0\n")).find("'origin' is not"),
 	    std::string::npos);
+	EXPECT_NE(
+	    refusal(with("image: \"map\\0.pgm\"\nresolution: 1\norigin: [0, 0, 0]\nnegate: 0\n"))
+	        .find("'image' is not a file name; correct it"),
+	    std::string::npos);
 	EXPECT_NE(refusal(with(kGeometry + "negate: maybe\n")).find("'negate' is not"), std::string::npos);
 	EXPECT_NE(refusal(with(kGeometry + "negate: 0\nmode: raw\n")).find("mode 'raw'"), std::string::npos);
 	EXPECT_NE(

@@ -26,8 +26,9 @@ struct AtlasMap
 /// the scan is of none of these maps. Floors that look alike from where the scan was taken share the probability: the
 /// answer is kAmbiguous.
 ///
-/// Up to 8 maps are all searched. Of more, one pass over the overviews of all finds the 8 in which the scan fits best,
-/// and only these are searched.
+/// All maps are searched at once, as if they were one map, and only the best candidates of all of them are looked at
+/// further: this takes little longer than one map of their size. How much is searched, which is the numbers and margins
+/// of coarse_search, refinement and first_look, is said by the parameters of the first map.
 ///
 /// It is const and thread-safe: any number of threads may call localize() at once.
 class Atlas
@@ -35,7 +36,8 @@ class Atlas
    public:
 	/// \param maps one or more; the atlas shares their localizers
 	/// \throws std::invalid_argument if there is no map, a name is there twice, a localizer is null or its method is
-	///         kPaper, or the section `scan` of their parameters, which is about the sensor, differs
+	///         kPaper, or the section `scan` of their parameters, which is about the sensor, or the number of
+	///         coarse_search.directions, in which scans are compared with all maps, differs
 	explicit Atlas(std::vector<AtlasMap> maps);
 
 	/// Answers where a scan was taken: Hypothesis::map names the map. It never throws because of the scan.

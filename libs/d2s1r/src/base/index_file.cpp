@@ -72,9 +72,12 @@ std::string why_refused(const Header& header, const IndexKey& key, std::size_t f
 	return "";
 }
 
-/// Returns whether a file exists, is not empty and does not begin as an index does.
+/// Returns whether there is a folder, a device or a pipe, or a file that is not empty and does not begin as an index
+/// does.
 bool is_something_else(const std::string& file)
 {
+	struct stat status = {};
+	if (stat(file.c_str(), &status) == 0 && !S_ISREG(status.st_mode)) return true;
 	const std::unique_ptr<std::FILE, int (*)(std::FILE*)> stream(std::fopen(file.c_str(), "rb"), std::fclose);
 	std::array<char, kMagic.size()> start{};
 	if (!stream) return false;
@@ -84,7 +87,7 @@ bool is_something_else(const std::string& file)
 
 std::shared_ptr<const unsigned char> map_into_memory(const std::string& file, std::size_t& size)
 {
-	const int descriptor = open(file.c_str(), O_RDONLY | O_CLOEXEC);
+	const int descriptor = open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);  // waits for no pipe
 	if (descriptor < 0) refuse(file, std::string("cannot be read (") + std::strerror(errno) + ")");
 	struct stat status = {};
 	const bool is_file = fstat(descriptor, &status) == 0 && S_ISREG(status.st_mode);

@@ -235,11 +235,12 @@ std::array<std::uint8_t, RangeProfiles::kBins> RangeProfiles::histogram_of(
 }
 
 RangeProfiles make_range_profiles(
-    const Grid& grid, const std::vector<CellIndex>& cells, const CoarseSearchParameters& parameters)
+    const Grid& grid, std::vector<CellIndex> cells, const CoarseSearchParameters& parameters)
 {
 	const int side = std::max(1, static_cast<int>(std::lround(parameters.spacing / grid.cell_size)));
 	const auto positions = along_curve(grid, one_a_square(grid, cells, side), side);
 	const auto groups = along_curve(grid, one_a_square(grid, cells, 2 * side), side);
+	std::vector<CellIndex>().swap(cells);
 	std::vector<CellIndex> swept;
 	swept.reserve(positions.size() + groups.size());
 	for (const auto* placed : {&positions, &groups})

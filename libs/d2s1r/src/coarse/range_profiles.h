@@ -74,7 +74,7 @@ struct RangeProfiles
 
 /// Samples the free cells, one per square of `parameters.spacing`, and sweeps their ranges up to parameters.max_range,
 /// or up to kMostSweptCells cells if that is less.
-/// \param cells free cells, increasing
+/// \param cells free cells, increasing; their memory is given back before the sweep, which needs much
 RangeProfiles make_range_profiles(
-    const Grid& grid, const std::vector<CellIndex>& cells, const CoarseSearchParameters& parameters);
+    const Grid& grid, std::vector<CellIndex> cells, const CoarseSearchParameters& parameters);
 }  // namespace d2s1r

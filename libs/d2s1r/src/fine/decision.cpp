@@ -91,6 +91,13 @@ std::vector<MapEvidence> evidence_by_map(
 	return evidence;
 }
 
+/// Returns by what the odds of each of so many maps [-] are multiplied. The scan is of one of them at most, and the
+/// more maps there are, the more places seem right by chance.
+double prior_odds(std::size_t maps)
+{
+	return 1 / std::sqrt(static_cast<double>(maps));
+}
+
 /// A place and its probability [0, 1].
 struct Likely
 {
@@ -113,11 +120,13 @@ std::vector<Likely> probabilities_of(
 	double mean_odds = 0;  // [-] relative to the greatest ones
 	for (const MapEvidence& of_map : evidence)
 		if (of_map.best) mean_odds += of_map.mass / mass * std::exp(of_map.log_odds - greatest);
+	mean_odds *= prior_odds(evidence.size());
 	present = 1 / (1 + std::exp(-greatest) / mean_odds);
 	std::vector<Likely> likely;
 	for (const Place& place : places)
 	{
-		const double of_map = std::exp(evidence[place.map].log_odds - greatest) / mean_odds;
+		const double of_map =
+		    std::exp(evidence[place.map].log_odds - greatest) / mean_odds * prior_odds(evidence.size());
 		likely.push_back({&place, present * place.weight / mass * of_map});
 	}
 	std::stable_sort(

@@ -85,6 +85,7 @@ MapServerYaml read_yaml(const std::string& file)
 	const YAML::Node root = YAML::Load(read_text(file));
 	MapServerYaml yaml;
 	yaml.image = read<std::string>(root, "image", "a file name");
+	if (yaml.image.find('\0') != std::string::npos) throw std::runtime_error("'image' is not a file name; correct it");
 	yaml.geometry.resolution = read_number(root, "resolution", "a number of metres");
 	const std::string pose = "[x, y, yaw] in m and rad";
 	const auto origin = read<std::vector<std::string>>(root, "origin", pose);

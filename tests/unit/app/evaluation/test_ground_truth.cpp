@@ -91,5 +91,8 @@ TEST_F(GroundTruthFile, WrongLinesAreNamed)
 	      "1 2 3 0 1e200 1e200 1e200 -1e200"})
 		EXPECT_NE(refusal("1 2 3 4\n" + std::string(line) + "\n").find("line 2 is neither"), std::string::npos) << line;
 	EXPECT_NE(refusal("# nothing\n").find("holds no pose"), std::string::npos);
+	EXPECT_NE(
+	    refusal("1 2 3 4\n" + std::string(2'000'000, '0')).find("a line of more than 1048576"), std::string::npos);
+	EXPECT_EQ(load("1 2 3 4\n5 6 7 8").size(), 2U) << "the last line need not end";
 	EXPECT_THROW(load_ground_truth(path("missing.txt")), UserError);
 }
