@@ -6,6 +6,8 @@
 #include <mrpt/obs/CObservation2DRangeScan.h>
 #include <mrpt/serialization/CArchive.h>
 
+#include <cstdint>
+#include <cstring>
 #include <set>
 #include <stdexcept>
 
@@ -24,6 +26,27 @@ namespace
 [[maybe_unused]] const bool kIsRegistered = (mrpt::rtti::registerClass(CLASS_ID(CSignatureMap2D)), true);
 
 constexpr const char* kLikelihoodSection = "likelihood";
+
+/// Makes bools and a method of bytes that MRPT has read into them as they stood in a file.
+void make_options_sound(mrpt::maps::COccupancyGridMap2D& map)
+{
+	auto& insertion = map.insertionOptions;
+	auto& likelihood = map.likelihoodOptions;
+	for (bool* const flag :
+	     {&insertion.useMapAltitude, &insertion.considerInvalidRangesAsFreeSpace, &insertion.wideningBeamsWithDistance,
+	      &likelihood.LF_useSquareDist, &likelihood.LF_alternateAverageMethod, &likelihood.rayTracing_useDistanceFilter,
+	      &likelihood.enableLikelihoodCache})
+	{
+		unsigned char byte = 0;
+		std::memcpy(&byte, flag, sizeof byte);
+		*flag = byte != 0;
+	}
+	std::int32_t method = 0;
+	static_assert(sizeof method == sizeof likelihood.likelihoodMethod);
+	std::memcpy(&method, &likelihood.likelihoodMethod, sizeof method);
+	if (method < 0 || method > mrpt::maps::COccupancyGridMap2D::lmConsensusOWA)
+		throw std::runtime_error("CSignatureMap2D: the options of its grid are damaged; save it anew from the map");
+}
 
 /// The creation options that MRPT reads into TMapGenericParams.
 const std::set<std::string> kOfAnyMap = {
@@ -138,6 +161,7 @@ void CSignatureMap2D::serializeFrom(mrpt::serialization::CArchive& in, std::uint
 	const bool has_map = in.ReadAs<std::uint8_t>() != 0;  // a damaged byte is no bool
 	mrpt::maps::COccupancyGridMap2D map;
 	in >> map;
+	make_options_sound(map);
 	if (has_map)
 	{
 		float origin_x = 0, origin_y = 0;
