@@ -32,7 +32,7 @@ Its D_M (the MIT Stata Center, 3,853 m²) and D_G are not among our sites and ha
 3,750 m², is of their size.
 """
 
-LEFT_OUT = "What it reaches on each of them if it is learned without it: [left_out.md](left_out.md)."
+LEFT_OUT = "What it reaches on each of them if it is learned without it: [learned](learned/README.md)."
 NOT_LEFT_OUT = "`learn.py` writes the figures of each site left out in turn."
 
 NO_MAPS = """Figures with maps show only those whose licences allow it; without `--no-maps` they show the paper's buildings.
@@ -121,7 +121,7 @@ def write(results, figures, arguments, version):
         machines=told({result.machine for result in results.values()}), date=datetime.date.today().isoformat(),
         jobs=len(results), minutes=sum(result.seconds for result in results.values()) / 60, frames=arguments.frames,
         sweep=arguments.sweep_frames, rivals=arguments.rival_frames, no_maps=" --no-maps" if arguments.no_maps else "",
-        left_out=LEFT_OUT if (arguments.output / "left_out.md").exists() else NOT_LEFT_OUT)
+        left_out=LEFT_OUT if (arguments.output / "learned/README.md").exists() else NOT_LEFT_OUT)
     (arguments.output / "README.md").write_text("\n".join([introduction, paper_index("\n".join(parts)), *parts]))
 
 
