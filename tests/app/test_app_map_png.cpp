@@ -65,7 +65,7 @@ class MapPng
 	int height() const { return static_cast<int>(image.getHeight()); }
 	TColor at(int x, int y) const
 	{
-		const auto pixel = [&](unsigned channel)
+		const auto pixel = [&](std::int8_t channel)
 		{ return image.at<std::uint8_t>(static_cast<unsigned>(x), static_cast<unsigned>(y), channel); };
 		return {pixel(2), pixel(1), pixel(0)};
 	}
