@@ -5,6 +5,10 @@ set -euo pipefail
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 fail() { echo "$1" >&2; exit 1; }
+if grep -qE '^mrpt.maps_DIR:PATH=' "$1/CMakeCache.txt" && ! grep -qE '^mrpt.maps_DIR:PATH=/usr/lib/' "$1/CMakeCache.txt"; then
+	echo "skipped: this MRPT is of no package that ours could depend on"
+	exit 77
+fi
 # Compressing well takes long, and what is to be packed is built already, which CPack does not look up for Ninja.
 (cd "$1" && cpack -B "$folder" -D CPACK_DEBIAN_COMPRESSION_TYPE=gzip -D CPACK_CMAKE_GENERATOR=Ninja >"$folder/log" 2>&1) || fail "$(cat "$folder/log")"
 
