@@ -1,6 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // What map.png shows, and that its legend tells of it.
 #include <mrpt/img/CImage.h>
+#include <mrpt/version.h>
 
 #include <algorithm>
 #include <cmath>
@@ -67,7 +68,8 @@ class MapPng
 	{
 		const auto pixel = [&](std::int8_t channel)
 		{ return image.at<std::uint8_t>(static_cast<unsigned>(x), static_cast<unsigned>(y), channel); };
-		return {pixel(2), pixel(1), pixel(0)};
+		constexpr bool kRedFirst = MRPT_VERSION >= 0x030000;
+		return {pixel(kRedFirst ? 0 : 2), pixel(1), pixel(kRedFirst ? 2 : 0)};
 	}
 	bool is_line(int y) const { return at(0, y) == kInk && at(width() / 2, y) == kInk && at(width() - 1, y) == kInk; }
 	bool is_coloured(int x, int y) const
