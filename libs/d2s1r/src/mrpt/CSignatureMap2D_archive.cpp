@@ -8,6 +8,7 @@
 
 #include <cstdint>
 #include <cstring>
+#include <initializer_list>
 #include <set>
 #include <stdexcept>
 
@@ -27,20 +28,33 @@ namespace
 
 constexpr const char* kLikelihoodSection = "likelihood";
 
-/// Makes bools and a method of bytes that MRPT has read into them as they stood in a file.
-void make_options_sound(mrpt::maps::COccupancyGridMap2D& map)
+/// Makes bools of bytes that MRPT has read into them as they stood in a file.
+void make_sound(std::initializer_list<bool*> flags)
 {
-	auto& insertion = map.insertionOptions;
-	auto& likelihood = map.likelihoodOptions;
-	for (bool* const flag :
-	     {&insertion.useMapAltitude, &insertion.considerInvalidRangesAsFreeSpace, &insertion.wideningBeamsWithDistance,
-	      &likelihood.LF_useSquareDist, &likelihood.LF_alternateAverageMethod, &likelihood.rayTracing_useDistanceFilter,
-	      &likelihood.enableLikelihoodCache})
+	for (bool* const flag : flags)
 	{
 		unsigned char byte = 0;
 		std::memcpy(&byte, flag, sizeof byte);
 		*flag = byte != 0;
 	}
+}
+
+void make_sound(mrpt::maps::TMapGenericParams& of_any_map)
+{
+	make_sound(
+	    {&of_any_map.enableSaveAs3DObject, &of_any_map.enableObservationLikelihood,
+	     &of_any_map.enableObservationInsertion});
+}
+
+void make_options_sound(mrpt::maps::COccupancyGridMap2D& map)
+{
+	auto& insertion = map.insertionOptions;
+	auto& likelihood = map.likelihoodOptions;
+	make_sound(map.genericMapParams);
+	make_sound(
+	    {&insertion.useMapAltitude, &insertion.considerInvalidRangesAsFreeSpace, &insertion.wideningBeamsWithDistance,
+	     &likelihood.LF_useSquareDist, &likelihood.LF_alternateAverageMethod, &likelihood.rayTracing_useDistanceFilter,
+	     &likelihood.enableLikelihoodCache});
 	std::int32_t method = 0;
 	static_assert(sizeof method == sizeof likelihood.likelihoodMethod);
 	std::memcpy(&method, &likelihood.likelihoodMethod, sizeof method);
@@ -154,7 +168,9 @@ void CSignatureMap2D::serializeFrom(mrpt::serialization::CArchive& in, std::uint
 		throw std::runtime_error("CSignatureMap2D: saved by another version of d2s1r; save it anew from the map");
 	std::string ini, likelihood_ini;
 	std::uint64_t saved_fingerprint = 0;
-	in >> genericMapParams >> ini >> likelihood_ini >> saved_fingerprint;
+	in >> genericMapParams;
+	make_sound(genericMapParams);
+	in >> ini >> likelihood_ini >> saved_fingerprint;
 	TLikelihoodOptions likelihood;
 	likelihood.loadFromConfigFile(mrpt::config::CConfigFileMemory(likelihood_ini), kLikelihoodSection);
 	CSignatureMap2D read(parse_parameters(ini, "parameters saved with a CSignatureMap2D"), likelihood);
