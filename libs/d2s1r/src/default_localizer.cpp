@@ -11,23 +11,17 @@ namespace d2s1r
 {
 namespace
 {
-/// One of the searches that are made, one after the other, until the answer is clear.
-struct Look
+/// Returns the limits of the searches that are made, one after the other, until the answer is clear.
+std::vector<Parameters> looks(const Parameters& parameters)
 {
-	Parameters parameters;  //!< limits of all that is searched
+	if (parameters.first_look.clear_above >= 1) return {parameters};
+	return {for_first_look(parameters), parameters};
+}
 
-	/// Returns whether an answer needs no other look.
-	bool is_clear(const Localization& answer) const
-	{
-		return answer.status == Status::kLocalized && answer.confidence > parameters.first_look.clear_above;
-	}
-};
-
-/// Returns the looks, the last of which is with the parameters as they are.
-std::vector<Look> looks(const Parameters& parameters)
+/// Returns whether an answer needs no other look.
+bool is_clear(const Localization& answer, const FirstLookParameters& parameters)
 {
-	if (parameters.first_look.clear_above >= 1) return {{parameters}};
-	return {{for_first_look(parameters)}, {parameters}};
+	return answer.status == Status::kLocalized && answer.confidence > parameters.clear_above;
 }
 
 /// The time that a query may take.
@@ -91,9 +85,8 @@ std::vector<Place> places_among(
 	return timed(times.refinement_ms, find_places, readings, work.scan, all, poses, limits);
 }
 
-Decision answer_of(const Look& look, const std::vector<SearchedMap>& maps, Work& work)
+Decision answer_of(const std::vector<SearchedMap>& maps, const Parameters& limits, Work& work)
 {
-	const Parameters& limits = look.parameters;
 	const auto found = timed(work.times.retrieval_ms, candidates_in, maps, work.scan, limits.coarse_search);
 	std::vector<Place> places;
 	for (const Found& here : found)
@@ -111,10 +104,10 @@ Decision localize_default(const Scan& scan, const std::vector<SearchedMap>& maps
 {
 	Work work{scan, TimeBudget(time_budget), {}};
 	Decision decision;
-	for (const Look& look : looks(limits_of_search(maps.front().parameters, maps.size())))
+	for (const Parameters& limits : looks(limits_of_search(maps.front().parameters, maps.size())))
 	{
-		decision = answer_of(look, maps, work);
-		if (look.is_clear(decision.answer) || work.budget.is_half_spent()) break;
+		decision = answer_of(maps, limits, work);
+		if (is_clear(decision.answer, limits.first_look) || work.budget.is_half_spent()) break;
 	}
 	decision.answer.times = work.times;
 	return decision;
