@@ -3,6 +3,8 @@
 
 #include "base/simd.h"
 
+#include <algorithm>
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "ranges/beam_tracer.cpp"  // of the include path src/
 #include <hwy/foreach_target.h>
@@ -26,36 +28,44 @@ HWY_INLINE Mask is_class(Ints packed, Cell cell)
 	    hn::BitCast(kFloats, hn::VecFromMask(kInts, hn::Eq(classes, hn::Set(kInts, static_cast<int>(cell))))));
 }
 
-/// What lies along a vector of beams.
-struct Passed
+/// A vector of beams on their way from the sensor to their ends.
+struct Beams
 {
-	Floats walls;    //!< [-]
-	Floats unknown;  //!< [cells]
-};
+	Floats dx, dy, end;       //!< [-] unit vectors, map frame; [cells]
+	Floats passed_before;     //!< [cells] a wall that is left beyond it is not passed: the beam ended at it
+	Axis u, v;                //!< where the beams are
+	Floats length = all(0);   //!< [cells] followed so far
+	Floats in_wall = all(0);  //!< [cells] of these in the wall at hand
+	Floats walls = all(0);    //!< [-] passed
+	Floats unknown = all(0);  //!< [cells] passed
+	Mask moving = hn::Gt(end, all(0));
 
-/// Follows beams from the starts of the axes to `end` [cells]. A wall that is left beyond `passed_before` [cells] is
-/// not passed: the beam ended at it.
-HWY_INLINE Passed follow(const Map& map, Axis u, Axis v, Floats end, Floats passed_before)
-{
-	Passed passed{all(0), all(0)};
-	Floats length = all(0), in_wall = all(0);  // [cells] followed so far, and of these in the wall at hand
-	Mask moving = hn::Gt(end, length);
-	while (!hn::AllFalse(kFloats, moving))
+	/// Follows the beams over the squares of one class that they are in.
+	HWY_INLINE void advance(const Map& map)
 	{
 		const Ints packed = map.bytes_at(u.cell, v.cell);
 		const Floats skip = hn::ConvertTo(kFloats, hn::ShiftRight<BeamTracer::kClassBits>(packed));
 		const Mask outside = hn::Eq(skip, all(0)), at_wall = is_class(packed, Cell::kOccupied);
 		const Mask counts = hn::And(moving, hn::AndNot(at_wall, hn::Lt(length, passed_before)));
-		passed.walls = hn::IfThenElse(counts, hn::Add(passed.walls, hn::Min(in_wall, all(1))), passed.walls);
+		walls = hn::IfThenElse(counts, hn::Add(walls, hn::Min(in_wall, all(1))), walls);
 		const Floats exit = cross(u, v, skip, hn::AndNot(outside, moving));
 		const Floats next = hn::IfThenElse(outside, end, hn::Min(hn::Max(exit, length), end));
 		const Mask in_unknown = hn::And(moving, is_class(packed, Cell::kUnknown));
-		passed.unknown = hn::IfThenElse(in_unknown, hn::Add(passed.unknown, hn::Sub(next, length)), passed.unknown);
+		unknown = hn::IfThenElse(in_unknown, hn::Add(unknown, hn::Sub(next, length)), unknown);
 		in_wall = hn::IfThenElse(at_wall, hn::Add(in_wall, hn::Sub(next, length)), all(0));
 		length = hn::IfThenElse(moving, next, length);
 		moving = hn::And(moving, hn::Lt(length, end));
 	}
-	return passed;
+};
+
+/// Follows two vectors of beams at once: while one waits for its cells, the other goes on.
+HWY_INLINE void follow(const Map& map, Beams& a, Beams& b)
+{
+	while (!hn::AllFalse(kFloats, hn::Or(a.moving, b.moving)))
+	{
+		a.advance(map);
+		b.advance(map);
+	}
 }
 }  // namespace
 
@@ -72,24 +82,39 @@ void trace_of_target(
 	const Rotation rotation(heading);
 	const Floats cell_size = all(static_cast<float>(cells.cell_size));
 	const Floats near_end = all(static_cast<float>(kAtWall / cells.cell_size));
-	for (std::size_t i = 0; i < beams.range.size(); i += hn::Lanes(kFloats))
+	const auto beams_from = [&](std::size_t i)
 	{
 		const Floats ux = hn::LoadU(kFloats, beams.unit_x.data() + i), uy = hn::LoadU(kFloats, beams.unit_y.data() + i);
 		const Floats dx = rotation.x(ux, uy), dy = rotation.y(ux, uy);
 		const Floats end = hn::Div(hn::LoadU(kFloats, beams.range.data() + i), cell_size);
-		const Axis u(static_cast<float>(start_u - column), dx), v(static_cast<float>(start_v - row), dy);
-		Passed passed{all(0), all(0)};
-		if (!only_ends) passed = follow(map, u, v, end, hn::Sub(end, near_end));
-		hn::StoreU(passed.walls, kFloats, traced.walls.data() + i);
-		hn::StoreU(hn::Mul(passed.unknown, cell_size), kFloats, traced.unknown.data() + i);
-
-		const Floats end_u = hn::Floor(hn::Add(u.start, hn::Mul(dx, end)));
-		const Floats end_v = hn::Floor(hn::Add(v.start, hn::Mul(dy, end)));
+		return Beams{
+		    dx,
+		    dy,
+		    end,
+		    hn::Sub(end, near_end),
+		    Axis(static_cast<float>(start_u - column), dx),
+		    Axis(static_cast<float>(start_v - row), dy)};
+	};
+	const auto store = [&](const Beams& followed, std::size_t i)
+	{
+		hn::StoreU(followed.walls, kFloats, traced.walls.data() + i);
+		hn::StoreU(hn::Mul(followed.unknown, cell_size), kFloats, traced.unknown.data() + i);
+		const Floats end_u = hn::Floor(hn::Add(followed.u.start, hn::Mul(followed.dx, followed.end)));
+		const Floats end_v = hn::Floor(hn::Add(followed.v.start, hn::Mul(followed.dy, followed.end)));
 		const Floats in_u = hn::Min(hn::Max(end_u, map.first_u), map.last_u);
 		const Floats in_v = hn::Min(hn::Max(end_v, map.first_v), map.last_v);
 		const Ints classes = hn::And(map.bytes_at(in_u, in_v), hn::Set(kInts, (1 << BeamTracer::kClassBits) - 1));
 		const Ints occupied = hn::And(classes, hn::Set(kInts, static_cast<int>(Cell::kOccupied)));
 		hn::StoreU(hn::AndNot(hn::ShiftLeft<1>(occupied), classes), kInts, traced.end.data() + i);
+	};
+	const std::size_t lanes = hn::Lanes(kFloats), count = beams.range.size();
+	for (std::size_t i = 0; i < count; i += 2 * lanes)
+	{
+		const std::size_t j = std::min(i + lanes, count - lanes);
+		Beams a = beams_from(i), b = beams_from(j);
+		if (!only_ends) follow(map, a, b);
+		store(a, i);
+		store(b, j);
 	}
 }
 }  // namespace HWY_NAMESPACE
