@@ -3,10 +3,12 @@
 #pragma once
 
 #include <d2s1r/map_io.h>
+#include <d2s1r/scan.h>
 #include <mrpt/obs/CRawlog.h>
 
 #include <map>
 
+#include "data/poses.h"
 #include "data/sites.h"
 #include "map/free_cells.h"
 
@@ -41,11 +43,11 @@ inline std::vector<Query> site_queries(
 	mrpt::obs::CRawlog rawlog;
 	if (!rawlog.loadFromRawLogFile((folder / (set + ".rawlog")).string()))
 		throw std::runtime_error((folder / (set + ".rawlog")).string() + ": cannot be read");
-	const auto truth = test::read_poses(folder / (set + "_gt.txt"));
+	const auto truth = test::load_poses(folder / (set + "_gt.txt"));
 	std::vector<Query> queries;
 	for (const auto& entry : rawlog)
 		if (const auto scan = std::dynamic_pointer_cast<mrpt::obs::CObservation2DRangeScan>(entry))
-			queries.push_back({make_scan(*scan, parameters), truth.at(queries.size())});
+			queries.push_back({make_scan(*scan, parameters), truth.at(queries.size()).robot});
 	return queries;
 }
 

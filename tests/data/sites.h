@@ -2,14 +2,9 @@
 // Real buildings that are not part of the project. Tests that need them skip, saying so, where they are absent.
 #pragma once
 
-#include <d2s1r/scan.h>
-
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
-#include <sstream>
 #include <string>
-#include <vector>
 
 namespace d2s1r::test
 {
@@ -23,20 +18,5 @@ inline std::filesystem::path sites_folder()
 inline std::string why_skipped(const std::filesystem::path& missing)
 {
 	return "NO DATA: " + missing.string() + " is absent; set D2S1R_DATA to the folder of the sites";
-}
-
-/// Poses of a ground-truth file, `time x y phi` a line [s, m, m, rad], map frame.
-inline std::vector<mrpt::math::TPose2D> read_poses(const std::filesystem::path& file)
-{
-	std::ifstream stream(file);
-	std::vector<mrpt::math::TPose2D> poses;
-	for (std::string line; std::getline(stream, line);)
-	{
-		std::istringstream values(line);
-		double time = 0;
-		mrpt::math::TPose2D pose;
-		if (values >> time >> pose.x >> pose.y >> pose.phi) poses.push_back(pose);
-	}
-	return poses;
 }
 }  // namespace d2s1r::test

@@ -8,6 +8,7 @@
 #include <mrpt/math/wrap2pi.h>
 
 #include <cmath>
+#include <fstream>
 #include <map>
 
 #include "sites.h"

@@ -6,6 +6,7 @@
 #include <mrpt/math/wrap2pi.h>
 #include <mrpt/obs/CRawlog.h>
 
+#include "poses.h"
 #include "sites.h"
 
 namespace d2s1r::test
@@ -23,7 +24,7 @@ struct Frames
 
 Frames read_frames(const fs::path& folder, const std::string& set, std::size_t most)
 {
-	const auto poses = read_poses(folder / (set + "_gt.txt"));
+	const auto poses = load_poses(folder / (set + "_gt.txt"));
 	mrpt::obs::CRawlog rawlog;
 	if (!rawlog.loadFromRawLogFile((folder / (set + ".rawlog")).string()) || rawlog.size() != poses.size())
 		throw std::runtime_error(folder.string() + ": " + set + " and its ground truth do not fit together");
@@ -32,7 +33,7 @@ Frames read_frames(const fs::path& folder, const std::string& set, std::size_t m
 	{
 		const std::size_t frame = i * poses.size() / std::min(most, poses.size());
 		frames.scans.push_back(rawlog.asObservation<mrpt::obs::CObservation2DRangeScan>(frame));
-		frames.truth.push_back(poses[frame]);
+		frames.truth.push_back(poses[frame].robot);
 	}
 	return frames;
 }

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 
+#include "poses.h"
 #include "sites.h"
 #include "test_maps.h"
 
@@ -42,7 +43,7 @@ class SiteMap : public testing::TestWithParam<Site>
 	std::vector<double> residuals(const std::string& log) const
 	{
 		const Grid grid = make_grid(*load_map((folder_ / "map.yaml").string()), {});
-		const auto poses = read_poses(folder_ / (log + "_gt.txt"));
+		const auto poses = load_poses(folder_ / (log + "_gt.txt"));
 		mrpt::obs::CRawlog rawlog;
 		EXPECT_TRUE(rawlog.loadFromRawLogFile((folder_ / (log + ".rawlog")).string()));
 		EXPECT_EQ(rawlog.size(), poses.size());
@@ -51,7 +52,7 @@ class SiteMap : public testing::TestWithParam<Site>
 		{
 			const auto observation = rawlog.asObservation<mrpt::obs::CObservation2DRangeScan>(i);
 			const Scan scan = make_scan(*observation, {});
-			const auto sensor = poses[i] + scan.sensor_on_robot;
+			const auto sensor = poses[i].robot + scan.sensor_on_robot;
 			for (const Beam& beam : scan.beams)
 				if (beam.is_return)
 				{

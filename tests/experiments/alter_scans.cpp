@@ -20,14 +20,16 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
-#include <map>
 #include <random>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "settings.h"
+
 namespace
 {
+using d2s1r::experiments::Settings;
 using mrpt::obs::CObservation2DRangeScan;
 
 std::vector<CObservation2DRangeScan::Ptr> load_scans(const std::string& rawlog)
@@ -174,22 +176,12 @@ void invalidate(CObservation2DRangeScan& scan, double share, std::mt19937& rando
 
 constexpr double kAsRecorded = std::numeric_limits<double>::infinity();
 
-/// What the command line asks for.
-using Settings = std::map<std::string, double>;
-
 Settings read_settings(int count, char** words)
 {
-	Settings settings{
+	const Settings unless_given{
 	    {"frames", kAsRecorded},        {"blocked", 0}, {"beams", kAsRecorded}, {"noise", 0}, {"relative_noise", 0},
 	    {"field_of_view", kAsRecorded}, {"invalid", 0}, {"reach", kAsRecorded}, {"seed", 0}};
-	for (int i = 0; i < count; i++)
-	{
-		const std::string word = words[i], name = word.substr(0, word.find('='));
-		const auto setting = settings.find(name);
-		if (setting == settings.end() || name == word)
-			throw std::invalid_argument("'" + word + "' is not NAME=VALUE with a name that alter_scans knows");
-		setting->second = std::stod(word.substr(name.size() + 1));
-	}
+	auto settings = d2s1r::experiments::read_settings("alter_scans", unless_given, count, words);
 	if (settings.at("invalid") >= 1) throw std::invalid_argument("invalid must be less than 1");
 	return settings;
 }

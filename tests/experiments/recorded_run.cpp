@@ -8,31 +8,16 @@
 
 #include <cmath>
 #include <filesystem>
-#include <fstream>
-#include <sstream>
 #include <stdexcept>
 #include <thread>
 
+#include "../data/poses.h"
 #include "recorded_run.h"
 
 namespace d2s1r::experiments
 {
 namespace
 {
-std::vector<mrpt::math::TPose2D> load_ground_truth(const std::string& file)
-{
-	std::ifstream in(file);
-	if (!in) throw std::runtime_error(file + ": cannot be read");
-	std::vector<mrpt::math::TPose2D> poses;
-	for (std::string line; std::getline(in, line);)
-	{
-		double time = 0;
-		mrpt::math::TPose2D pose;
-		if (std::istringstream(line) >> time >> pose.x >> pose.y >> pose.phi) poses.push_back(pose);
-	}
-	return poses;
-}
-
 bool is_same_place(const mrpt::math::TPose2D& a, const mrpt::math::TPose2D& b)
 {
 	return std::hypot(a.x - b.x, a.y - b.y) < 0.5 && std::abs(mrpt::math::wrapToPi(a.phi - b.phi)) < 10 * M_PI / 180;
@@ -89,11 +74,11 @@ std::vector<RunFrame> load_run(const std::string& rawlog, const std::string& gro
 		if (const auto scan = std::dynamic_pointer_cast<mrpt::obs::CObservation2DRangeScan>(observation))
 			run.push_back({scan, odometry, {}, {}});
 	}
-	const auto truth = load_ground_truth(ground_truth);
+	const auto truth = test::load_poses(ground_truth);
 	if (truth.size() != run.size())
 		throw std::runtime_error(
 		    ground_truth + ": " + std::to_string(truth.size()) + " lines for " + std::to_string(run.size()) + " scans");
-	for (std::size_t i = 0; i < run.size(); i++) run[i].truth = truth[i];
+	for (std::size_t i = 0; i < run.size(); i++) run[i].truth = truth[i].robot;
 	return run;
 }
 

@@ -14,42 +14,22 @@
 #include <mrpt/serialization/CArchive.h>
 
 #include <cstdio>
-#include <fstream>
-#include <map>
 #include <random>
-#include <sstream>
 
+#include "data/poses.h"
+#include "settings.h"
 #include "unit/test_maps.h"
 
 namespace
 {
 using namespace d2s1r;
+using experiments::Settings;
 using mrpt::obs::CObservation2DRangeScan;
-using Settings = std::map<std::string, double>;
 
+const Settings kUnlessGiven{{"frames", 1e9}, {"noise", 0.01}, {"field_of_view", 360}, {"slip", 0.01}};
 constexpr std::size_t kBeams = 360;
 constexpr double kDegree = M_PI / 180;
 constexpr int kStep = 10;  // [deg] that the robot turns between two scans
-
-struct StampedPose
-{
-	double time = 0;            //!< [s]
-	mrpt::math::TPose2D robot;  //!< robot in map
-};
-
-std::vector<StampedPose> load_poses(const std::string& file)
-{
-	std::ifstream in(file);
-	if (!in) throw std::runtime_error(file + ": cannot be read; check the path");
-	std::vector<StampedPose> poses;
-	for (std::string line; std::getline(in, line);)
-	{
-		StampedPose pose;
-		if (std::istringstream(line) >> pose.time >> pose.robot.x >> pose.robot.y >> pose.robot.phi)
-			poses.push_back(pose);
-	}
-	return poses;
-}
 
 /// A laser of the given field of view [deg], 0.1 m ahead of the robot's middle, about which it turns.
 test::Laser laser_of(double field_of_view, double noise)
@@ -101,24 +81,10 @@ CObservation2DRangeScan turn_around(
 	return to_observation(circle.scan(), laser);
 }
 
-Settings read_settings(int count, char** words)
-{
-	Settings settings{{"frames", 1e9}, {"noise", 0.01}, {"field_of_view", 360}, {"slip", 0.01}};
-	for (int i = 0; i < count; i++)
-	{
-		const std::string word = words[i], name = word.substr(0, word.find('='));
-		const auto setting = settings.find(name);
-		if (setting == settings.end() || name == word)
-			throw std::invalid_argument("'" + word + "' is not NAME=VALUE with a name that simulate_circles knows");
-		setting->second = std::stod(word.substr(name.size() + 1));
-	}
-	return settings;
-}
-
 void simulate(const std::string& map, const std::string& truth, const std::string& out, const Settings& settings)
 {
 	const Grid grid = make_grid(*load_map(map), {});
-	const auto poses = load_poses(truth);
+	const auto poses = test::load_poses(truth);
 	const auto frames = static_cast<std::size_t>(std::min(settings.at("frames"), static_cast<double>(poses.size())));
 	const double field_of_view = settings.at("field_of_view");
 	test::Laser laser = laser_of(field_of_view, settings.at("noise"));
@@ -127,7 +93,7 @@ void simulate(const std::string& map, const std::string& truth, const std::strin
 	auto archive = mrpt::serialization::archiveFrom(stream);
 	for (std::size_t i = 0; i < frames; i++)
 	{
-		const StampedPose& pose = poses[i * poses.size() / frames];
+		const test::StampedPose& pose = poses[i * poses.size() / frames];
 		std::mt19937 random(static_cast<unsigned>(i));
 		laser.seed = static_cast<unsigned>(random());
 		auto scan = field_of_view < 360 ? turn_around(grid, pose.robot, laser, settings.at("slip"), random)
@@ -143,7 +109,9 @@ int main(int count, char** words)
 	try
 	{
 		if (count < 4) throw std::invalid_argument("usage: simulate_circles MAP POSES.txt OUT.rawlog [NAME=VALUE ...]");
-		simulate(words[1], words[2], words[3], read_settings(count - 4, words + 4));
+		simulate(
+		    words[1], words[2], words[3],
+		    experiments::read_settings("simulate_circles", kUnlessGiven, count - 4, words + 4));
 		return 0;
 	}
 	catch (const std::exception& e)

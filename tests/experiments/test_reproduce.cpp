@@ -1,6 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // share/d2s1r/experiments/reproduce.py on two small sites.
 #include <cmath>
+#include <fstream>
 #include <map>
 
 #include "app_process.h"
@@ -149,6 +150,45 @@ TEST_F(Reproduce, GoesOnWhereItStopped)
 	EXPECT_EQ(run_and_list().size(), 2 * first.size()) << "other data, other results";
 }
 
+TEST_F(Reproduce, ResultsOfAnotherLibraryAreNotUsedAgain)
+{
+	if (run_program({kPython, "-c", "import matplotlib, scipy, PIL"}).status != 0)
+		GTEST_SKIP() << "NO MATPLOTLIB: install Debian's python3-matplotlib, python3-scipy and python3-pil";
+	write_site("flat", {"test"});
+	const fs::path build = folder() / "build", libraries = build / "libs/d2s1r";
+	fs::create_directories(libraries);
+	for (const auto& entry : fs::directory_iterator(D2S1R_BUILD_DIR "/libs/d2s1r"))
+		if (entry.path().filename().string().rfind("libd2s1r.so", 0) == 0)
+			fs::copy(entry.path(), libraries / entry.path().filename(), fs::copy_options::copy_symlinks);
+	for (const std::string program :
+	     {"tests/experiments/alter_scans", "tests/experiments/write_terms", "apps/rawlog-localize/rawlog-localize"})
+	{
+		fs::create_directories((build / program).parent_path());
+		fs::copy_file(std::string(D2S1R_BUILD_DIR "/") + program, build / program);
+	}
+	write_file(
+	    path("keys.py"),
+	    "import pathlib, sys\nsys.dont_write_bytecode = True\nsys.path.insert(0, sys.argv[1])\n"
+	    "import plan, runs, sites\nfrom learning import running\nfolder = pathlib.Path(sys.argv[2])\n"
+	    "job = plan.Job(sites.find(folder / 'data')[0], 'test', 'default', 1)\n"
+	    "runner = runs.Runner(folder / 'build', folder, folder, folder)\nrunner.look_at_programs([job])\n"
+	    "print(runner.key(job), running.Runner(folder / 'build', folder, 1).digest)\n");
+	const auto keys = [&]
+	{
+		const ProcessResult told = run_program(
+		    {"env", "LD_LIBRARY_PATH=" + libraries.string(), kPython, path("keys.py"),
+		     D2S1R_SOURCE_DIR "/share/d2s1r/experiments", folder().string()});
+		EXPECT_EQ(told.status, 0) << told.err;
+		return std::pair(told.out.substr(0, told.out.find(' ')), told.out.substr(told.out.find(' ') + 1));
+	};
+	const auto before = keys();
+	EXPECT_EQ(keys(), before);
+	std::ofstream(fs::canonical(libraries / "libd2s1r.so"), std::ios::app) << "changed";
+	const auto after = keys();
+	EXPECT_NE(after.first, before.first) << "of reproduce.py";
+	EXPECT_NE(after.second, before.second) << "of learn.py";
+}
+
 TEST_F(Reproduce, SaysWhatIsMissing)
 {
 	if (run_program({kPython, "-c", "import matplotlib, scipy"}).status != 0)
@@ -249,6 +289,43 @@ TEST_F(Reproduce, CirclesOfATurningRobotShowWhatAWideLaserSees)
 	EXPECT_GT(off, 360 - same);
 	EXPECT_EQ(turned->timestamp, wide->timestamp);
 	EXPECT_EQ(run_program({program, map, truth, path("out.rawlog"), "slipp=3"}).status, 1);
+}
+
+TEST_F(Reproduce, PlainLoopsTakeRangesOfZeroForNoReturns)
+{
+	write_site("flat", {"test"});
+	const std::string map = path("data/flat/map.yaml"), programs = D2S1R_BUILD_DIR "/tests/experiments/";
+	const Words circles = {
+	    programs + "simulate_circles", map, path("data/flat/test_gt.txt"), path("circles.rawlog"), "frames=3"};
+	ASSERT_EQ(run_program(circles).status, 0);
+	Objects scans = load(path("circles.rawlog"));
+	for (auto& object : scans)
+	{
+		auto& scan = dynamic_cast<mrpt::obs::CObservation2DRangeScan&>(*object);
+		for (std::size_t beam = 100; beam < 103; beam++)
+		{
+			scan.setScanRange(beam, 0);
+			scan.setScanRangeValidity(beam, false);
+		}
+	}
+	save(scans, path("circles.rawlog"));
+	const auto answers = [&](const std::string& method)
+	{
+		const ProcessResult told = run_program(
+		    {programs + "rivals", method, map, path("circles.rawlog"), path(method + ".csv"),
+		     "config=" D2S1R_SOURCE_DIR "/share/d2s1r/config/paper.ini"});
+		EXPECT_EQ(told.status, 0) << told.err;
+		return CsvTable(path(method + ".csv"), "frame,timestamp,status,x,y,phi,confidence,total_ms");
+	};
+	const CsvTable loops = answers("literal"), library = answers("d2s1r");
+	ASSERT_EQ(loops.size(), 3U);
+	ASSERT_EQ(library.size(), 3U);
+	for (std::size_t i = 0; i < 3; i++)
+	{
+		ASSERT_EQ(loops.text(i, "status"), "localized") << i;
+		for (const char* column : {"x", "y", "phi"})
+			EXPECT_NEAR(loops.number(i, column), library.number(i, column), 1e-3) << column << " of scan " << i;
+	}
 }
 
 TEST_F(Reproduce, NoiseAndMissingBeamsAreAsManyAsAskedFor)

@@ -32,6 +32,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "../data/poses.h"
 #include "base/parameter_list.h"
 #include "default_localizer.h"
 #include "fine/decision.h"
@@ -69,16 +70,7 @@ class Truth
 	explicit Truth(const std::string& file)
 	{
 		if (file == "none") return;
-		std::ifstream stream(file);
-		if (!stream) throw std::runtime_error(file + ": cannot be read; check the path");
-		for (std::string line; std::getline(stream, line);)
-		{
-			std::istringstream words(line);
-			double time = 0;
-			TPose2D pose;
-			if (words >> time >> pose.x >> pose.y >> pose.phi) poses_[milliseconds(time)] = pose;
-		}
-		if (poses_.empty()) throw std::runtime_error(file + ": has no line `time x y phi`");
+		for (const auto& pose : test::load_poses(file)) poses_[milliseconds(pose.time)] = pose.robot;
 	}
 
 	bool is_of_another_place() const { return poses_.empty(); }

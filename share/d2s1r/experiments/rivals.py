@@ -22,6 +22,7 @@ class Method:
     paper: str
     settings: str
     keyframes: bool = False  # needs the scans that built the map, and does not look at the map itself
+    config: str = ""  # the ini file of that name that it reads
     baseline: bool = False  # plain loops: runs on the clean full circles only, where it takes its time
 
 
@@ -51,9 +52,10 @@ METHODS = {
         "AMCL's defaults: 100 to 5,000 particles, error 0.01, quantile 0.99, 30 beams, odometry 0.2; uniform start."),
     "literal": Method(
         "published method as plain loops", "Wang et al. 2021",
-        "Table II; compiled with the same flags as all else. It runs on the clean full circles only.", baseline=True),
-    "paper": Method(plan.TITLES["paper"], "Wang et al. 2021", "`config/paper.ini`, Table II."),
-    "default": Method(plan.TITLES["default"], "this library", "`config/default.ini`."),
+        "Table II; map and scans are read as `config/paper.ini` says; compiled with the same flags as all else. It runs on the "
+        "clean full circles only.", config="paper", baseline=True),
+    "paper": Method(plan.TITLES["paper"], "Wang et al. 2021", "`config/paper.ini`, Table II.", config="paper"),
+    "default": Method(plan.TITLES["default"], "this library", "`config/default.ini`.", config="default"),
 }
 
 
@@ -106,10 +108,11 @@ class RivalJob:
         runner.call("alter", self.site.folder / f"{self.scans}.rawlog", scans, f"frames={self.frames}",
                      f"blocked={condition.blocked}")
         yaml = smear_map(self.site.map(self.scans), folder) if condition.smeared else self.site.map(self.scans)
-        words = [self.method, yaml, scans, out]
-        if self.method in plan.CONFIGS:
-            words = ["d2s1r", yaml, scans, out, f"config={runner.configs / self.method}.ini"]
-        if METHODS[self.method].keyframes:
+        method = METHODS[self.method]
+        words = ["d2s1r" if self.method in plan.CONFIGS else self.method, yaml, scans, out]
+        if method.config:
+            words.append(f"config={runner.configs / method.config}.ini")
+        if method.keyframes:
             words += keyframes_of(self.site, self.scans)
         told = json.loads(runner.call("rivals", *words))
         return RivalResult(runs.read_frames(out, self), told["memory_mb"], told["preparation_s"])

@@ -54,19 +54,20 @@ class Runner:
             "rivals": experiments / "rivals",
             "benchmark": build / "tests/benchmark/d2s1r_benchmark",
         }
+        self.build = build
         self.configs = configs
         self.folder = folder
         self.store = store
         self.commit = commit()
         self.spent = threading.local()  # .seconds of the job that a thread is at
-        self.digests = {}  # of the programs that jobs use
+        self.digests = {}  # of the programs that jobs use, with their libraries
         self.common = b"".join(digest(file) for file in [*sorted(configs.glob("*.ini")), pathlib.Path(__file__)])
 
     def look_at_programs(self, jobs):
         for name in sorted({name for job in jobs for name in job.uses}):
             if not self.programs[name].exists():
                 sys.exit(f"reproduce.py: {self.programs[name]} is missing; build the project, tests included")
-            self.digests[name] = digest(self.programs[name])
+            self.digests[name] = digest_of_program(self.programs[name], self.build)
 
     def version(self):
         return subprocess.run([self.programs["localize"], "--version"], capture_output=True, text=True, check=True).stdout.strip()
@@ -127,6 +128,14 @@ class Runner:
 
 def digest(file):
     return hashlib.sha256(file.read_bytes()).digest()
+
+
+def digest_of_program(program, build):
+    """Of a program or plugin with all libraries that it loads from the build folder."""
+    told = subprocess.run(["ldd", program], capture_output=True, text=True).stdout  # of one without libraries: nothing
+    loaded = [pathlib.Path(word).resolve() for word in told.split() if word.startswith("/")]
+    libraries = sorted({file for file in loaded if build.resolve() in file.parents})
+    return hashlib.sha256(b"".join(digest(file) for file in [program, *libraries])).digest()
 
 
 def commit():

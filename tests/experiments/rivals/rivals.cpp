@@ -3,7 +3,8 @@
 // Localizes each scan of a rawlog of observations with another method, or with this library, on one thread; OUT.csv has
 // the columns of frames.csv, with processor times. Prints the time to prepare [s] and the peak of memory [MB] as JSON.
 // METHOD  exhaustive | branch-and-bound | bag-of-words | phrases | glare | filter: each scan alone
-//         literal: the published method as plain loops, for full circles of 360 beams
+//         literal: the published method as plain loops, for full circles of 360 beams, with the map and the scans read
+//                  as the ini file of `config` says
 //         d2s1r: the library, with the ini file of `config`
 //         drives: the filter along parts of a rawlog with odometry, each of 40 frames; OUT.csv has a column `drive`
 //   keyframes=RAWLOG truth=FILE  of the drive that built the map, with its ground truth: for bag-of-words, phrases and
@@ -11,7 +12,7 @@
 //   part=all|first_half|even     of the keyframes that are used
 //   start=anywhere|near          of drives: uniform over the map, or 0.3 m, 0.3 m and 30 deg off (Wang et al., Fig. 7)
 //   drives=N                     [-] their starts evenly spread
-//   config=FILE                  of d2s1r
+//   config=FILE                  of d2s1r and literal
 #include <d2s1r/localizer.h>
 #include <d2s1r/map_io.h>
 #include <mrpt/obs/CRawlog.h>
@@ -85,18 +86,25 @@ Answer make_localizer(const Map& map, const std::string& config)
 /// The published method as it is typed out for the benchmarks, with its own exact rays.
 struct Literal
 {
-	explicit Literal(const Map& map) : grid(make_grid(*map, {})) {}
+	Literal(const Map& map, const Parameters& p)
+	    : scans(p.scan),
+	      grid(make_grid(*map, p.grid)),
+	      caster(grid, p.paper.max_range, p.grid.rays_stop_at_unknown),
+	      localizer(grid, caster, find_free_cells(grid, p.free_cells))
+	{
+	}
 
+	ScanParameters scans;
 	Grid grid;
-	RayCaster caster{grid, PaperParameters{}.max_range, false};
-	benchmark::LiteralLocalizer localizer{grid, caster, find_free_cells(grid, {})};
+	RayCaster caster;
+	benchmark::LiteralLocalizer localizer;
 };
 
-Answer make_literal(const Map& map)
+Answer make_literal(const Map& map, const std::string& config)
 {
-	return [literal = std::make_shared<const Literal>(map)](const auto& observation)
+	return [literal = std::make_shared<const Literal>(map, load_parameters(config))](const auto& observation)
 	{
-		const Scan scan = make_scan(*observation, {});
+		const Scan scan = make_scan(*observation, literal->scans);
 		constexpr std::size_t kBeams = 360;
 		return scan.beams.size() == kBeams ? std::optional(literal->localizer.localize(scan)) : std::nullopt;
 	};
@@ -106,7 +114,7 @@ Answer make_answer(const std::string& method, const std::string& map_file, const
 {
 	const auto map = load_map(map_file);
 	if (method == "d2s1r") return make_localizer(map, get(options, "config", ""));
-	if (method == "literal") return make_literal(map);
+	if (method == "literal") return make_literal(map, get(options, "config", ""));
 	if (method == "filter")
 		return [filter = std::make_shared<ParticleFilter>(*map),
 		        seed = std::uint32_t{0}](const mrpt::obs::CObservation2DRangeScan::Ptr& observation) mutable

@@ -22,8 +22,7 @@ class Runner:
         self.maker = sets.Maker(build, folder)
         self.folder = folder
         self.jobs = jobs
-        libraries = sorted((build / "libs/d2s1r").glob("libd2s1r.so.*.*.*")) + sorted((build / "libs/d2s1r").glob("libd2s1r.a"))
-        self.programs = hashlib.sha256(b"".join(file.read_bytes() for file in [self.program, *libraries])).hexdigest()
+        self.digest = runs.digest_of_program(self.program, build).hex()
 
     def default_ini(self):
         """The text of the ini with all defaults."""
@@ -51,7 +50,7 @@ class Runner:
         return folders
 
     def run(self, set_, ini, with_terms):
-        key = hashlib.sha256((self.programs + ini + str(with_terms) + repr(set_)).encode()).hexdigest()[:16]
+        key = hashlib.sha256((self.digest + ini + str(with_terms) + repr(set_)).encode()).hexdigest()[:16]
         folder = self.folder / "runs" / f"{set_.name}-{key}"
 
         def write(part):
