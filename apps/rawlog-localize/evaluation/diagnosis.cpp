@@ -47,7 +47,7 @@ struct Trial
 Parameters for_trials(Parameters parameters)
 {
 	parameters.scoring.rejected_below = 0;
-	const double effort = std::exchange(parameters.first_look, {1.0}).effort;
+	const double effort = std::exchange(parameters.first_look.effort, 1.0);
 	auto& coarse = parameters.coarse_search;
 	auto& refinement = parameters.refinement;
 	for (int* count :

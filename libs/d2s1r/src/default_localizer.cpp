@@ -19,14 +19,15 @@ struct Look
 	/// Returns whether an answer needs no other look.
 	bool is_clear(const Localization& answer) const
 	{
-		return answer.status == Status::kLocalized && answer.confidence > parameters.first_look.clear_above;
+		constexpr double kDoubt = 0.1;  // [-] share of the doubt that a localized frame may leave
+		return 1 - answer.confidence < kDoubt * (1 - parameters.scoring.localized_above);
 	}
 };
 
 /// Returns the looks, the last of which is with the parameters as they are.
 std::vector<Look> looks(const Parameters& parameters)
 {
-	if (parameters.first_look.clear_above >= 1) return {{parameters}};
+	if (parameters.first_look.effort >= 1) return {{parameters}};
 	return {{for_first_look(parameters)}, {parameters}};
 }
 

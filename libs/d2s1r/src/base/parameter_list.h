@@ -181,12 +181,9 @@ template <class P, class Visitor>
 void visit_first_look(P& first_look, const Visitor& visit)
 {
 	visit(
-	    "clear_above", first_look.clear_above, 0.0, 1.0,
-	    "[probability] the answer of a smaller search is taken if it is localized with a confidence above this; 1: "
-	    "there is no first look");
-	visit(
 	    "effort", first_look.effort, 0.001, 1.0,
-	    "[-] share of overview_missing, max_pairs, candidates and all max_... of refinement that the first look has");
+	    "[-] share of overview_missing, max_pairs, candidates and all max_... of refinement that the first look has; 1: "
+	    "there is no first look");
 	visit(
 	    "margins", first_look.margins, 0.01, 1.0,
 	    "[-] share of overview_margin and coarse_search.margin that the first look has");
