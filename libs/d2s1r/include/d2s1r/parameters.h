@@ -87,8 +87,7 @@ struct RefinementParameters
 	double kernel = 0.08;           //!< [m] width of the robust kernel at the end
 	double cost_weight = 0.067;     //!< [1 / step] of the coarse cost beside the fit
 	double surface_offset = 0.2;    //!< [cell] standard deviation of a surface in its cells
-	double range_noise = 0.03;      //!< [m] standard deviation, for the covariance
-	double beam_correlation = 9.0;  //!< [-] beams of 1 deg that count as one, for the covariance
+	double range_noise = 0.09;      //!< [m] standard deviation of a beam of 1 deg, as if beams were independent
 };
 
 /// Sets the smaller search that comes first. Most scans need no more: one place explains them far better than any

@@ -170,11 +170,9 @@ void visit_refinement(P& fine, const Visitor& visit)
 	    "surface_offset", fine.surface_offset, 0.001, 10.0,
 	    "[cell] standard deviation of where in their cells the walls have their surface");
 	visit(
-	    "range_noise", fine.range_noise, 0.001, 1.0,
-	    "[m] standard deviation of a range about the map, for the covariance");
-	visit(
-	    "beam_correlation", fine.beam_correlation, 1.0, 1000.0,
-	    "[-] neighbouring beams of 1 deg that count as one measurement, for the covariance");
+	    "range_noise", fine.range_noise, 0.001, 10.0,
+	    "[m] standard deviation of the range of a beam of 1 deg about the map, for the covariance, as if beams were "
+	    "independent: neighbours err alike, and 3 cm that nine of them share count as 9 cm of each");
 }
 
 template <class P, class Visitor>

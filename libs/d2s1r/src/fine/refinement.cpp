@@ -143,12 +143,10 @@ Eigen::Vector2d open_direction(const DistanceField& field, const BeamSubset& bea
 	return Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(information.topLeftCorner<2, 2>()).eigenvectors().col(0);
 }
 
-/// Returns the variance [m^2] of the distance of one end point. It is larger than that of a range, because beams beside
-/// each other err alike.
+/// Returns the variance [m^2] of the distance of one end point, of which more tell no more of the same walls.
 double variance_of(const BeamSubset& beams, const RefinementParameters& parameters)
 {
-	const double alike = std::max(1.0, mrpt::DEG2RAD(parameters.beam_correlation) / beams.spacing);  // [-] beams
-	return parameters.range_noise * parameters.range_noise * alike;
+	return parameters.range_noise * parameters.range_noise * mrpt::DEG2RAD(1.0) / beams.spacing;
 }
 
 /// Returns how far [m] from `sensor` along `open` the scan fits nearly as well: within it, the logarithm of its robust
