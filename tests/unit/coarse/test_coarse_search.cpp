@@ -40,7 +40,7 @@ class CoarseSearch : public testing::Test
 		const int observed = profiles_.quantize(static_cast<double>(beam.range));
 		if (expected <= observed) return std::min(observed - expected, parameters_.truncation);
 		const bool near = static_cast<double>(beam.range) < parameters_.occluder_range;
-		const int most = near ? parameters_.occluder_truncation : parameters_.truncation;
+		const int most = near ? parameters_.truncation / 2 : parameters_.truncation;
 		return beam.is_return ? std::min(expected - observed, most) : 0;
 	}
 

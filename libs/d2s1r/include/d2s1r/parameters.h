@@ -66,8 +66,7 @@ struct CoarseSearchParameters
 	int max_pairs = 40000;                    //!< [-] pairs of group and yaw compared beam by beam, at most
 	double max_pairs_share = 0.05;            //!< [-] the same, as a share of all pairs
 	int truncation = 8;                       //!< [step] maximum difference of two ranges that counts
-	int occluder_truncation = 4;              //!< [step] the same where somebody may stand
-	double occluder_range = 3.0;              //!< [m] where somebody may stand
+	double occluder_range = 3.0;              //!< [m] where somebody may stand, and half of truncation counts
 	int candidates = 1200;                    //!< [-] handed on, at most
 	double margin = 21.0;                     //!< [step] by the square root of the number of beams
 	double distinct_distance = 0.36;          //!< [m] nearer candidates are one

@@ -113,11 +113,9 @@ void visit_profile_search(P& coarse, const Visitor& visit)
 	    "truncation", coarse.truncation, 1, 100,
 	    "[step: 3 cm near the sensor, 1.2 m at 80 m] greatest difference of quantized ranges that counts");
 	visit(
-	    "occluder_truncation", coarse.occluder_truncation, 0, 100,
-	    "[step] the same for a beam that ends before the wall of the map and within occluder_range");
-	visit(
 	    "occluder_range", coarse.occluder_range, 0.0, 300.0,
-	    "[m] somebody may stand nearer than this: see occluder_truncation");
+	    "[m] somebody may stand nearer than this: half of truncation counts for a beam that ends there before the wall "
+	    "of the map");
 	visit("candidates", coarse.candidates, 1, 100000, "[-] maximum number of candidates that are handed on");
 	visit(
 	    "margin", coarse.margin, 0.0, 1e6,
