@@ -25,10 +25,7 @@ Parameters first_look_only()
 	const auto [effort, margins] = Parameters().first_look;
 	Parameters parameters = whole_search();
 	auto& coarse = parameters.coarse_search;
-	auto& refinement = parameters.refinement;
-	for (int* count :
-	     {&coarse.max_pairs, &coarse.candidates, &refinement.max_scored, &refinement.max_refined,
-	      &refinement.max_restarted, &refinement.max_polished, &refinement.max_compared})
+	for (int* count : {&coarse.max_pairs, &coarse.candidates, &parameters.refinement.max_scored})
 		*count = static_cast<int>(std::ceil(effort * *count));
 	coarse.overview_missing *= effort;
 	for (double* margin : {&coarse.overview_margin, &coarse.margin}) *margin *= margins;

@@ -8,11 +8,8 @@ namespace d2s1r
 {
 Parameters with_share_of_effort(Parameters parameters, double share)
 {
-	auto& refinement = parameters.refinement;
-	for (int* count :
-	     {&refinement.max_scored, &refinement.max_refined, &refinement.max_restarted, &refinement.max_polished,
-	      &refinement.max_compared})
-		*count = static_cast<int>(std::ceil(share * *count));
+	int& most = parameters.refinement.max_scored;
+	most = static_cast<int>(std::ceil(share * most));
 	return parameters;
 }
 

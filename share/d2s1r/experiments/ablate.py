@@ -39,7 +39,7 @@ OFF = {
     "coarse_search.overview_margin": 1e6, "coarse_search.overview_missing": 1,
     "coarse_search.overview_missing_by_chance": 1e6, "coarse_search.max_pairs_share": 1,
     "coarse_search.occluder_range": 0, "coarse_search.margin": 1e6, "refinement.fit_margin": 100,
-    "refinement.score_margin": 1e6, "refinement.max_restarted": 0, "refinement.cost_weight": 0,
+    "refinement.score_margin": 1e6, "refinement.cost_weight": 0,
     "refinement.surface_offset": 0.001, "first_look.effort": 1, "scoring.temperature_by_beam": 0,
     "scoring.temperature_by_tolerance": 0,
 }

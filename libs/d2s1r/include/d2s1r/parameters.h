@@ -76,13 +76,9 @@ struct CoarseSearchParameters
 /// Sets the way from candidates to poses that fit the map.
 struct RefinementParameters
 {
-	int max_scored = 400;           //!< [-] settled candidates that are scored, at most
+	int max_scored = 400;           //!< [-] settled candidates that are scored, at most; later stages have thirds
 	double fit_margin = 0.4;        //!< [-] below the best fit, while settling
-	int max_refined = 100;          //!< [-] of these, refined, at most: the shortlist
 	double score_margin = 21.0;     //!< [nat] below the best score, for the shortlist
-	int max_restarted = 30;         //!< [-] refined from both sides once more, at most
-	int max_polished = 15;          //!< [-] polished, at most
-	int max_compared = 6;           //!< [-] places compared by the best score nearby, at most
 	double kernel = 0.08;           //!< [m] width of the robust kernel at the end
 	double cost_weight = 0.067;     //!< [1 / step] of the coarse cost beside the fit
 	double surface_offset = 0.2;    //!< [cell] standard deviation of a surface in its cells

@@ -140,26 +140,14 @@ void visit_refinement(P& fine, const Visitor& visit)
 {
 	visit(
 	    "max_scored", fine.max_scored, 1, 100000,
-	    "[-] maximum number of settled candidates, those of best fit, that are scored with up to 45 beams");
+	    "[-] maximum number of settled candidates, those of best fit, that are scored with up to 45 beams; the stages "
+	    "after this take a third of the poses each time: to be refined, restarted, polished, and compared");
 	visit(
 	    "fit_margin", fine.fit_margin, 0.0, 100.0,
 	    "[-] candidates that fit this much worse than the best one, before or after any step of settling, are dropped");
 	visit(
-	    "max_refined", fine.max_refined, 1, 100000,
-	    "[-] maximum number of these, those of best score, that are refined with up to 180 beams");
-	visit(
 	    "score_margin", fine.score_margin, 0.0, 1e6,
 	    "[nat] candidates whose score is this far below the best one's are not refined");
-	visit(
-	    "max_restarted", fine.max_restarted, 0, 100000,
-	    "[-] maximum number of refined poses, those of best fit, that are refined again from both sides along what "
-	    "the scan leaves open, such as a corridor");
-	visit(
-	    "max_polished", fine.max_polished, 1, 100000,
-	    "[-] maximum number of poses, those of best score by up to 360 beams, that are polished");
-	visit(
-	    "max_compared", fine.max_compared, 1, 100000,
-	    "[-] maximum number of places that are compared by the best score within some centimetres");
 	visit("kernel", fine.kernel, 0.001, 1.0, "[m] width of the robust kernel at the end of the refinement");
 	visit(
 	    "cost_weight", fine.cost_weight, 0.0, 10.0,
@@ -178,8 +166,8 @@ void visit_first_look(P& first_look, const Visitor& visit)
 {
 	visit(
 	    "effort", first_look.effort, 0.001, 1.0,
-	    "[-] share of overview_missing, max_pairs, candidates and all max_... of refinement that the first look has; 1: "
-	    "there is no first look");
+	    "[-] share of overview_missing, max_pairs, candidates and max_scored that the first look has; 1: there is no "
+	    "first look");
 	visit(
 	    "margins", first_look.margins, 0.01, 1.0,
 	    "[-] share of overview_margin and coarse_search.margin that the first look has");
