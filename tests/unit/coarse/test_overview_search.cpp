@@ -25,7 +25,7 @@ class OverviewSearch : public testing::Test
 	{
 		std::vector<Pair> pairs;
 		const QuantizedScan quantized = quantize(scan, profiles_, parameters_);
-		const AllowedPairs allowed(profiles_, prior, scan, parameters_.spacing, parameters_.distinct_yaw);
+		const AllowedPairs allowed(profiles_, prior, scan, parameters_.spacing);
 		search_overviews({{profiles_, quantized, allowed}}, parameters_, pairs);
 		return pairs;
 	}
@@ -159,7 +159,7 @@ TEST_F(OverviewSearch, WhatAPriorRulesOutTakesNoRoom)
 	const Prior turned_round{{PoseBox{2, 3, 8, 9, 0.7 + M_PI, 0.1}}};
 	const auto pairs = look(scan, turned_round);
 	ASSERT_FALSE(pairs.empty());
-	const AllowedPairs allowed(profiles_, turned_round, scan, parameters_.spacing, parameters_.distinct_yaw);
+	const AllowedPairs allowed(profiles_, turned_round, scan, parameters_.spacing);
 	for (const Pair& pair : pairs) EXPECT_TRUE(allowed.allows_any(pair)) << pair.position << " " << pair.shift;
 }
 }  // namespace d2s1r::test

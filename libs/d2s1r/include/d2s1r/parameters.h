@@ -69,20 +69,18 @@ struct CoarseSearchParameters
 	double occluder_range = 3.0;              //!< [m] where somebody may stand, and half of truncation counts
 	int candidates = 1200;                    //!< [-] handed on, at most
 	double margin = 21.0;                     //!< [step] by the square root of the number of beams
-	double distinct_distance = 0.36;          //!< [m] nearer candidates are one
-	double distinct_yaw = 8.0;                //!< [deg] nearer candidates are one
 };
 
 /// Sets the way from candidates to poses that fit the map.
 struct RefinementParameters
 {
-	int max_scored = 400;           //!< [-] settled candidates that are scored, at most; later stages have thirds
-	double fit_margin = 0.4;        //!< [-] below the best fit, while settling
-	double score_margin = 21.0;     //!< [nat] below the best score, for the shortlist
-	double kernel = 0.08;           //!< [m] width of the robust kernel at the end
-	double cost_weight = 0.067;     //!< [1 / step] of the coarse cost beside the fit
-	double surface_offset = 0.2;    //!< [cell] standard deviation of a surface in its cells
-	double range_noise = 0.09;      //!< [m] standard deviation of a beam of 1 deg, as if beams were independent
+	int max_scored = 400;         //!< [-] settled candidates that are scored, at most; later stages have thirds
+	double fit_margin = 0.4;      //!< [-] below the best fit, while settling
+	double score_margin = 21.0;   //!< [nat] below the best score, for the shortlist
+	double kernel = 0.08;         //!< [m] width of the robust kernel at the end
+	double cost_weight = 0.067;   //!< [1 / step] of the coarse cost beside the fit
+	double surface_offset = 0.2;  //!< [cell] standard deviation of a surface in its cells
+	double range_noise = 0.09;    //!< [m] standard deviation of a beam of 1 deg, as if beams were independent
 };
 
 /// Sets the smaller search that comes first. Most scans need no more: one place explains them far better than any

@@ -121,10 +121,6 @@ void visit_profile_search(P& coarse, const Visitor& visit)
 	    "margin", coarse.margin, 0.0, 1e6,
 	    "[step] times the square root of the number of beams: poses whose beams cost this much more in total than "
 	    "those of the best one are dropped");
-	visit(
-	    "distinct_distance", coarse.distinct_distance, 0.01, 10.0,
-	    "[m] candidates that are closer than this and than distinct_yaw count as one");
-	visit("distinct_yaw", coarse.distinct_yaw, 0.1, 180.0, "[deg] see distinct_distance");
 }
 
 template <class P, class Visitor>

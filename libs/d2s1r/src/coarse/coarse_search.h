@@ -40,7 +40,7 @@ struct Candidate
 /// It is thread-safe: each thread keeps its scratch memory for its next query.
 ///
 /// \param prior says where the robot may be; the sensor is also searched for within a sample's spacing of that
-/// \return distinct poses, best first, at most parameters.candidates, and none whose beams cost more in total than
+/// \return poses that are two spacings or three shifts apart, best first, at most parameters.candidates, and none whose beams cost more in total than
 ///         those of the best one by parameters.margin times the square root of their number
 std::vector<Candidate> coarse_search(
     const RangeProfiles& profiles, const Scan& scan, const CoarseSearchParameters& parameters, const Prior& prior = {});
