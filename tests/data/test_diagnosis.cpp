@@ -273,7 +273,8 @@ TEST(DiagnosisOfDrawnFloor, NamesAMirrorAndTellsScansFromImage)
 TEST(DiagnosisOfDrawnFloor, NamesATurnedLaser)
 {
 	for (const int turn : {90, 180})
-		expect_named(with(drawn_set(laser_of(180)), turned_by(turn)), "the laser is turned by " + std::to_string(turn));
+		expect_named(
+		    with(drawn_set(laser_of(180)), turned_by(turn)), "the laser is turned by " + std::to_string(turn) + " deg");
 	expect_named(with(drawn_set(), turned_by(0.5)), "the laser is turned by 0.5");
 }
 

@@ -316,7 +316,7 @@ std::vector<std::string> advice_by_truth(
 	                            same_side > 0.85 * static_cast<double>(yaws.size());
 	if (!is_half_a_beam && std::abs(turned) < 45) return {};
 	return {
-	    fit + mrpt::format("the laser is turned by %.2f deg", turned) + (is_half_a_beam ? ", half a beam: " : ": ") +
+	    fit + mrpt::format("the laser is turned by %.3g deg", turned) + (is_half_a_beam ? ", half a beam: " : ": ") +
 	    turned_pose(laser_on_robot(flags, samples), turned, 0)};
 }
 

@@ -11,24 +11,18 @@ namespace d2s1r
 {
 namespace
 {
-/// One of the searches that are made, one after the other, until the answer is clear.
-struct Look
+/// Returns the limits of the searches that are made, one after the other, until the answer is clear.
+std::vector<Parameters> looks(const Parameters& parameters)
 {
-	Parameters parameters;  //!< limits of all that is searched
+	if (parameters.first_look.effort >= 1) return {parameters};
+	return {for_first_look(parameters), parameters};
+}
 
-	/// Returns whether an answer needs no other look.
-	bool is_clear(const Localization& answer) const
-	{
-		constexpr double kDoubt = 0.1;  // [-] share of the doubt that a localized frame may leave
-		return 1 - answer.confidence < kDoubt * (1 - parameters.scoring.localized_above);
-	}
-};
-
-/// Returns the looks, the last of which is with the parameters as they are.
-std::vector<Look> looks(const Parameters& parameters)
+/// Returns whether an answer needs no other look: it leaves much less doubt than a localized frame may.
+bool is_clear(const Localization& answer, const ScoringParameters& parameters)
 {
-	if (parameters.first_look.effort >= 1) return {{parameters}};
-	return {{for_first_look(parameters)}, {parameters}};
+	constexpr double kDoubt = 0.1;  // [-] share of what it may leave
+	return 1 - answer.confidence < kDoubt * (1 - parameters.localized_above);
 }
 
 /// The time that a query may take.
@@ -92,9 +86,8 @@ std::vector<Place> places_among(
 	return timed(times.refinement_ms, find_places, readings, work.scan, all, poses, limits);
 }
 
-Decision answer_of(const Look& look, const std::vector<SearchedMap>& maps, Work& work)
+Decision answer_of(const std::vector<SearchedMap>& maps, const Parameters& limits, Work& work)
 {
-	const Parameters& limits = look.parameters;
 	const auto found = timed(work.times.retrieval_ms, candidates_in, maps, work.scan, limits.coarse_search);
 	std::vector<Place> places;
 	for (const Found& here : found)
@@ -112,10 +105,10 @@ Decision localize_default(const Scan& scan, const std::vector<SearchedMap>& maps
 {
 	Work work{scan, TimeBudget(time_budget), {}};
 	Decision decision;
-	for (const Look& look : looks(limits_of_search(maps.front().parameters, maps.size())))
+	for (const Parameters& limits : looks(limits_of_search(maps.front().parameters, maps.size())))
 	{
-		decision = answer_of(look, maps, work);
-		if (look.is_clear(decision.answer) || work.budget.is_half_spent()) break;
+		decision = answer_of(maps, limits, work);
+		if (is_clear(decision.answer, limits.scoring) || work.budget.is_half_spent()) break;
 	}
 	decision.answer.times = work.times;
 	return decision;

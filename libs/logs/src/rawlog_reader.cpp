@@ -150,6 +150,20 @@ void note(const std::string& record, LogSurvey& survey)
 constexpr const char* kCheckFile = "; check that it is the right file and whole";
 constexpr const char* kCopyAgain = "; copy or record the rawlog again";
 
+/// Opens a file that may be packed, and returns whether it could. MRPT throws if it cannot get the size of the file.
+bool opens(mrpt::io::CFileGZInputStream& stream, const std::string& file)
+{
+	try
+	{
+		return stream.open(file);
+	}
+	catch (const std::exception& e)
+	{
+		if (is_out_of_memory(e)) throw std::bad_alloc();
+		return false;
+	}
+}
+
 /// Returns what reading a rawlog may take, which is far more than reading a sound one does: it is read object by
 /// object.
 ProcessLimits limits_of_survey(const std::string& file)
@@ -166,19 +180,7 @@ ProcessLimits limits_of_survey(const std::string& file)
 RawlogReader::RawlogReader(const std::string& file)
 {
 	auto packed = std::make_unique<mrpt::io::CFileGZInputStream>();
-	try
-	{
-		if (!packed->open(file)) throw cannot_open(file);
-	}
-	catch (const LogError&)
-	{
-		throw;
-	}
-	catch (const std::exception& e)  // MRPT asks for the size of the file
-	{
-		if (is_out_of_memory(e)) throw std::bad_alloc();
-		throw cannot_open(file);
-	}
+	if (!opens(*packed, file)) throw cannot_open(file);
 	stream_ = std::move(packed);
 }
 

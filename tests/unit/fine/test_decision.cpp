@@ -67,6 +67,7 @@ TEST(Hypotheses, OnePlaceThatExplainsTheScanIsLocalized)
 
 TEST(Hypotheses, AmongPosesAtOnePlaceTheOneCountsThatIsBestOncePolished)
 {
+	// Along a corridor a depth edge may decide by a step: from x = 1.5 m the best score is 0.11 m off.
 	const Grid grid = make_floor();
 	const BeamTracer tracer(grid);
 	const DistanceField field(grid);

@@ -120,19 +120,18 @@ std::vector<Likely> probabilities_of(
 	double mean_odds = 0;  // [-] relative to the greatest ones
 	for (const MapEvidence& of_map : evidence)
 		if (of_map.best) mean_odds += of_map.mass / mass * std::exp(of_map.log_odds - greatest);
-	mean_odds *= prior_odds(evidence.size());
-	present = 1 / (1 + std::exp(-greatest) / mean_odds);
+	present = 1 / (1 + std::exp(-greatest) / (mean_odds * prior_odds(evidence.size())));
 	std::vector<Likely> likely;
 	for (const Place& place : places)
 	{
-		const double of_map =
-		    std::exp(evidence[place.map].log_odds - greatest) / mean_odds * prior_odds(evidence.size());
+		const double of_map = std::exp(evidence[place.map].log_odds - greatest) / mean_odds;
 		likely.push_back({&place, present * place.weight / mass * of_map});
 	}
 	std::stable_sort(
 	    likely.begin(), likely.end(), [](const Likely& a, const Likely& b) { return a.probability > b.probability; });
 	return likely;
 }
+
 /// Returns whether the prior of the map allows a robot whose sensor has this pose.
 bool is_possible(const SearchedReading& in, const Scan& scan, const TPose2D& sensor)
 {

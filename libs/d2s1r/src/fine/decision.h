@@ -54,8 +54,8 @@ struct Decision
 /// With several maps, the odds of the presence are those of each map, by its own best place, in the mean over the
 /// places: each counts by its share of the likelihood. So a place that is likely but that its map explains badly gives
 /// way to one in a map that explains the scan, and the same place in two maps gets half of the probability in each. The
-/// odds are divided by the square root of the number of maps: the more maps, the more places seem right by chance. On
-/// generated floors, scans of none of the maps were localized that much more often with more maps.
+/// odds are divided by the square root of the number of maps: the more maps, the more places seem right by chance. The
+/// root was chosen by hand, on generated floors.
 /// \param places best first, of all maps
 /// \param parameters by the number of the map
 Decision decide(const Scan& scan, const std::vector<Place>& places, const std::vector<const Parameters*>& parameters);
