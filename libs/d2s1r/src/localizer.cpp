@@ -107,7 +107,7 @@ struct Localizer::Index
 	    : parameters(the_parameters),
 	      map(std::move(the_map)),
 	      grid(make_grid(*map, parameters.grid)),
-	      caster(grid, parameters.paper.max_range, parameters.grid.rays_stop_at_unknown)
+	      caster(grid, parameters.paper.max_range)
 	{
 		if (parameters.method == Method::kPaper)
 		{

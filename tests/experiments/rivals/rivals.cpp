@@ -88,7 +88,7 @@ struct Literal
 	explicit Literal(const Map& map) : grid(make_grid(*map, {})) {}
 
 	Grid grid;
-	RayCaster caster{grid, PaperParameters{}.max_range, false};
+	RayCaster caster{grid, PaperParameters{}.max_range};
 	benchmark::LiteralLocalizer localizer{grid, caster, find_free_cells(grid, {})};
 };
 

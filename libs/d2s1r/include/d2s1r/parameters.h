@@ -21,7 +21,6 @@ struct GridParameters
 {
 	double occupied_threshold = 0.65;   //!< [probability] above it a cell is occupied
 	double free_threshold = 0.40;       //!< [probability] below it a cell is free
-	bool rays_stop_at_unknown = false;  //!< [-] whether rays of the paper's virtual scans end at unknown cells
 	double simplemap_cell_size = 0.05;  //!< [m] cells of the grid that is drawn from a .simplemap
 };
 

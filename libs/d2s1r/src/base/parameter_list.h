@@ -18,10 +18,6 @@ void visit_grid(P& grid, const Visitor& visit)
 	    "[probability] a cell is occupied if P(occupied) is above this");
 	visit("free_threshold", grid.free_threshold, 0.0, 1.0, "[probability] a cell is free if P(occupied) is below this");
 	visit(
-	    "rays_stop_at_unknown", grid.rays_stop_at_unknown, 0, 1,
-	    "[-] whether rays of the paper's virtual scans (signatures and Eq. 1) end where the known map ends; the paper "
-	    "does not say");
-	visit(
 	    "simplemap_cell_size", grid.simplemap_cell_size, 0.01, 1.0,
 	    "[m] side of a cell of the grid that is drawn from a .simplemap");
 }

@@ -261,7 +261,7 @@ RangeProfiles make_range_profiles(
 	    positions.size(), groups.size(), half_of, parameters.directions, profiles.overview_stride(),
 	    overview_rows.data());
 	sweep_ranges(
-	    grid, swept, parameters.directions, profiles.max_range, false,
+	    grid, swept, parameters.directions, profiles.max_range,
 	    [&](int direction, const SweptRanges& ranges)
 	    {
 		    by_position.write(static_cast<std::size_t>(direction), ranges);
