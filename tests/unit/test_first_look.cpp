@@ -22,13 +22,12 @@ Parameters whole_search()
 /// What the first look does, as the whole search.
 Parameters first_look_only()
 {
-	const auto [effort, margins] = Parameters().first_look;
+	const double effort = Parameters().first_look.effort;
 	Parameters parameters = whole_search();
 	auto& coarse = parameters.coarse_search;
 	for (int* count : {&coarse.max_pairs, &coarse.candidates, &parameters.refinement.max_scored})
 		*count = static_cast<int>(std::ceil(effort * *count));
 	coarse.overview_missing *= effort;
-	for (double* margin : {&coarse.overview_margin, &coarse.margin}) *margin *= margins;
 	return parameters;
 }
 

@@ -15,12 +15,11 @@ Parameters with_share_of_effort(Parameters parameters, double share)
 
 Parameters for_first_look(const Parameters& parameters)
 {
-	const double effort = parameters.first_look.effort, margins = parameters.first_look.margins;
+	const double effort = parameters.first_look.effort;
 	Parameters first = with_share_of_effort(parameters, effort);
 	auto& coarse = first.coarse_search;
 	for (int* count : {&coarse.max_pairs, &coarse.candidates}) *count = static_cast<int>(std::ceil(effort * *count));
 	coarse.overview_missing *= effort;
-	for (double* margin : {&coarse.overview_margin, &coarse.margin}) *margin *= margins;
 	return first;
 }
 

@@ -86,8 +86,7 @@ struct RefinementParameters
 /// other.
 struct FirstLookParameters
 {
-	double effort = 0.35;   //!< [-] share of what the second look may do
-	double margins = 0.75;  //!< [-] share of the margins of the coarse search
+	double effort = 0.35;  //!< [-] share of what the second look may do
 };
 
 /// Says how likely [nat] what a beam of 1 deg did is, against ending anywhere. The weights are those that

@@ -160,9 +160,6 @@ void visit_first_look(P& first_look, const Visitor& visit)
 	    "effort", first_look.effort, 0.001, 1.0,
 	    "[-] share of overview_missing, max_pairs, candidates and max_scored that the first look has; 1: there is no "
 	    "first look");
-	visit(
-	    "margins", first_look.margins, 0.01, 1.0,
-	    "[-] share of overview_margin and coarse_search.margin that the first look has");
 }
 
 template <class P, class Visitor>
