@@ -36,7 +36,7 @@ WISHES = ("scoring.hypotheses", "scoring.localized_above", "scoring.rejected_bel
 # What a constant is set to for its heuristic to be off; one that has no such value is only halved and doubled.
 OFF = {
     "coarse_search.clearance": 0,
-    "coarse_search.overview_margin": 1e6, "coarse_search.overview_missing": 1,
+    "coarse_search.overview_missing": 1,
     "coarse_search.overview_missing_by_chance": 1e6, "coarse_search.max_pairs_share": 1,
     "coarse_search.occluder_range": 0, "coarse_search.margin": 1e6, "refinement.fit_margin": 100,
     "refinement.score_margin": 1e6, "refinement.cost_weight": 0,
@@ -90,7 +90,7 @@ def read_constants(ini):
         if entry and section in SECTIONS and f"{section}.{entry.group(1)}" not in WISHES:
             key, value, least, greatest = entry.groups()
             is_whole = key.startswith("max_") and "share" not in key or key in (
-                "directions", "candidates", "truncation", "overview_truncation")
+                "directions", "candidates", "truncation")
             constants.append(Constant(section, key, float(value), float(least), float(greatest), is_whole))
     unknown = set(OFF) - {constant.name for constant in constants}
     if unknown:

@@ -143,7 +143,7 @@ TEST_F(CoarseSearch, TheBestIsTheLeastOfAllPositionsAndShifts)
 {
 	parameters_.max_pairs = 1000000;  // more than there are
 	parameters_.max_pairs_share = 1;
-	parameters_.overview_margin = 1e6;
+	parameters_.margin = 1e6;
 	parameters_.overview_missing_by_chance = 1e6;
 	parameters_.candidates = 20;
 	for (const auto& [first, count] : {std::pair{0, 120}, {100, 40}})
@@ -226,7 +226,7 @@ TEST_F(CoarseSearch, PosesMuchDearerThanTheBestAreDroppedTheMoreBeamsTheSooner)
 
 TEST_F(CoarseSearch, EqualCostsAreRankedByPositionThenByShift)
 {
-	parameters_.overview_margin = 1e6;
+	parameters_.margin = 1e6;
 	parameters_.overview_missing_by_chance = 1e6;
 	const auto candidates = coarse_search(profiles_, scan_at(world_, poses_on_floor()[2]), parameters_);
 	int ties = 0;

@@ -58,16 +58,14 @@ struct CoarseSearchParameters
 	double clearance = 0.1;                   //!< [m] least distance of sample positions from occupied cells
 	int directions = 120;                     //!< [-] of a profile, and yaw shifts
 	double max_range = 80.0;                  //!< [m] of a profile, at most 4000 cells of the map
-	int overview_truncation = 6;              //!< [overview step] maximum difference of two ranges that counts
-	double overview_margin = 18.0;            //!< [overview step] by the square root of the number of beams
 	double overview_missing = 1.0;            //!< [-] share of the least cost that missing beams may make up
 	double overview_missing_by_chance = 0.7;  //!< [-] beams missing by chance, by the square root of their number
 	int max_pairs = 40000;                    //!< [-] pairs of group and yaw compared beam by beam, at most
 	double max_pairs_share = 0.05;            //!< [-] the same, as a share of all pairs
-	int truncation = 8;                       //!< [step] maximum difference of two ranges that counts
+	int truncation = 8;                       //!< [step, overview step] maximum difference of two ranges that counts
 	double occluder_range = 3.0;              //!< [m] where somebody may stand, and half of truncation counts
 	int candidates = 1200;                    //!< [-] handed on, at most
-	double margin = 21.0;                     //!< [step] by the square root of the number of beams
+	double margin = 21.0;                     //!< [step, overview step] by the square root of the number of beams
 };
 
 /// Sets the way from candidates to poses that fit the map.

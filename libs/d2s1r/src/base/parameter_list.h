@@ -83,13 +83,6 @@ template <class P, class Visitor>
 void visit_overview_search(P& coarse, const Visitor& visit)
 {
 	visit(
-	    "overview_truncation", coarse.overview_truncation, 1, 100,
-	    "[overview step, twice a step] greatest difference of quantized ranges that counts in the overview");
-	visit(
-	    "overview_margin", coarse.overview_margin, 0.1, 1e6,
-	    "[overview step] times the square root of the number of beams: pairs whose beams cost this much more in total "
-	    "than those of the cheapest are dropped after the overview");
-	visit(
 	    "overview_missing", coarse.overview_missing, 0.0, 1.0,
 	    "[-] share of the cost of the cheapest pair that beams missing from a range histogram may make up at a group "
 	    "that is still searched");
@@ -107,7 +100,8 @@ void visit_profile_search(P& coarse, const Visitor& visit)
 {
 	visit(
 	    "truncation", coarse.truncation, 1, 100,
-	    "[step: 3 cm near the sensor, 1.2 m at 80 m] greatest difference of quantized ranges that counts");
+	    "[step: 3 cm near the sensor, 1.2 m at 80 m; in the overview twice that] greatest difference of quantized "
+	    "ranges that counts");
 	visit(
 	    "occluder_range", coarse.occluder_range, 0.0, 300.0,
 	    "[m] somebody may stand nearer than this: half of truncation counts for a beam that ends there before the wall "
@@ -115,8 +109,8 @@ void visit_profile_search(P& coarse, const Visitor& visit)
 	visit("candidates", coarse.candidates, 1, 100000, "[-] maximum number of candidates that are handed on");
 	visit(
 	    "margin", coarse.margin, 0.0, 1e6,
-	    "[step] times the square root of the number of beams: poses whose beams cost this much more in total than "
-	    "those of the best one are dropped");
+	    "[step, in the overview twice that] times the square root of the number of beams: poses whose beams cost this "
+	    "much more in total than those of the best one are dropped");
 }
 
 template <class P, class Visitor>
