@@ -76,7 +76,6 @@ void visit_range_profiles(P& coarse, const Visitor& visit)
 	visit(
 	    "directions", coarse.directions, 8, 720,
 	    "[-] directions of a range profile, which are the yaw shifts that are tried, too");
-	visit("max_range", coarse.max_range, 0.5, 300.0, "[m] range of a profile; 4000 cells of the map if these are less");
 }
 
 template <class P, class Visitor>
