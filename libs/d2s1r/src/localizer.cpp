@@ -42,7 +42,6 @@ std::uint64_t fingerprint_of_index(const Parameters& parameters)
 	of_index.free_cells = parameters.free_cells;
 	of_index.paper = parameters.paper;
 	of_index.coarse_search.spacing = parameters.coarse_search.spacing;
-	of_index.coarse_search.clearance = parameters.coarse_search.clearance;
 	of_index.coarse_search.directions = parameters.coarse_search.directions;
 	const std::string text = D2S1R_VERSION + to_ini(of_index);
 	return fingerprint_of(text.data(), text.size());

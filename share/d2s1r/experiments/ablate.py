@@ -35,7 +35,6 @@ LEARNED = ("beam_model", "presence_model")  # sections whose keys are off at 0, 
 WISHES = ("scoring.hypotheses", "scoring.localized_above", "scoring.rejected_below")  # of a user
 # What a constant is set to for its heuristic to be off; one that has no such value is only halved and doubled.
 OFF = {
-    "coarse_search.clearance": 0,
     "coarse_search.overview_missing": 1,
     "coarse_search.overview_missing_by_chance": 1e6, "coarse_search.max_pairs_share": 1,
     "coarse_search.occluder_range": 0, "coarse_search.margin": 1e6, "refinement.fit_margin": 100,
