@@ -35,7 +35,7 @@ struct RefinedPose
 	std::size_t reading = 0;  //!< [-] number of the reading that the pose is in
 };
 
-/// What is done to fewer and fewer poses. Each stage takes about three times as long for a pose as the one before.
+/// What is done to fewer and fewer poses, because each stage takes longer for a pose than the one before.
 enum class Stage
 {
 	kScored,     //!< with up to 45 beams: settled candidates, those of best fit
