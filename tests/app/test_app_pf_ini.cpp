@@ -42,10 +42,10 @@ class AppPfIni : public AppTest
 
 TEST_F(AppPfIni, TheBoxHoldsThreeDeviationsOfTheFirstPose)
 {
-	expect_box(1, 0.03, 1);
+	expect_box(3, 0.03, 1);
 }
 
 TEST_F(AppPfIni, TheBoxIsNeverTooSmallForTheParticles)
 {
-	expect_box(0.01, 0, 0.02);
+	expect_box(0.03, 0, 0.02);
 }

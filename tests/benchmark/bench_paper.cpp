@@ -24,7 +24,7 @@ struct Site
 	explicit Site(const std::string& name)
 	    : grid(make_grid(*site_map(name), {})),
 	      cells(find_free_cells(grid, {})),
-	      caster(grid, parameters.paper.max_range, false),
+	      caster(grid, parameters.paper.max_range),
 	      index(grid, cells, parameters),
 	      queries(site_queries(name, "sim360_off", simulated_scans()))
 	{

@@ -53,7 +53,7 @@ void sweep_all_free_cells(::benchmark::State& state)
 	std::vector<std::uint16_t> by_cell(the->cells.size());
 	for ([[maybe_unused]] auto _ : state)
 		sweep_ranges(
-		    the->grid, the->cells, directions, kMaxRange, false,
+		    the->grid, the->cells, directions, kMaxRange,
 		    [&](int, const SweptRanges& ranges)
 		    {
 			    for (std::size_t i = 0; i < by_cell.size(); i++) by_cell[i] = ranges[i];
@@ -67,7 +67,7 @@ void virtual_scan_360(::benchmark::State& state)
 {
 	const Site* the = site(state);
 	if (!the) return;
-	static const RayCaster caster(the->grid, kMaxRange, false);
+	static const RayCaster caster(the->grid, kMaxRange);
 	const std::vector<CellIndex> cells = some_cells(*the, 1000);
 	std::vector<float> ranges;
 	std::size_t i = 0;
@@ -85,7 +85,7 @@ void single_exact_ray(::benchmark::State& state)
 {
 	const Site* the = site(state);
 	if (!the) return;
-	static const RayCaster caster(the->grid, kMaxRange, false);
+	static const RayCaster caster(the->grid, kMaxRange);
 	const std::vector<CellIndex> cells = some_cells(*the, 1000);
 	std::size_t i = 0;
 	for ([[maybe_unused]] auto _ : state)

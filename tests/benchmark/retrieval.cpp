@@ -19,7 +19,7 @@ void run(const std::string& site)
 	const Grid grid = make_grid(*site_map(site), {});
 	const auto cells = find_free_cells(grid, {});
 	const SignatureIndex index(grid, cells, parameters);
-	const RayCaster caster(grid, parameters.paper.max_range, false);
+	const RayCaster caster(grid, parameters.paper.max_range);
 	const LiteralLocalizer literal(grid, caster, cells);
 	const auto holds = [&](CellIndex cell, const mrpt::math::TPose2D& truth)
 	{ return std::hypot(grid.center_x(cell) - truth.x, grid.center_y(cell) - truth.y) < 0.2; };

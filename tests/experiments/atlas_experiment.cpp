@@ -259,7 +259,7 @@ int run_floors(char** argv)
 		const int floor = static_cast<int>(random() % static_cast<unsigned>(floors));
 		const Grid& grid = grids[static_cast<std::size_t>(floor)];
 		const auto pose = open_pose_on(grid, random);
-		const Question question{scan_of(RayCaster(grid, 30, false), pose, field_of_view, random), pose};
+		const Question question{scan_of(RayCaster(grid, 30), pose, field_of_view, random), pose};
 		std::set<std::string> family;
 		bool looks_alike = false;
 		for (int j = first_alike(floor); j < std::min(floors, first_alike(floor) + twins + 1); j++)

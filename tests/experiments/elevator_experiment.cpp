@@ -210,7 +210,7 @@ void drive_through(
 	std::optional<mrpt::math::TPose2D> last;
 	for (std::size_t floor = 0; floor < grids.size(); floor++)
 	{
-		const RayCaster caster(grids[floor], 30, false);
+		const RayCaster caster(grids[floor], 30);
 		std::vector<Answer> of_filter, of_window;
 		for (const auto& pose : drive[floor])
 		{

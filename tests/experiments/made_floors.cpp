@@ -99,7 +99,7 @@ mrpt::obs::CObservation2DRangeScan::Ptr scan_of(
 bool look_alike(const Grid& a, const Grid& b, const mrpt::math::TPose2D& pose, double field_of_view)
 {
 	constexpr double kDifferent = 0.1, kMostBeams = 0.05;  // [m], [-]
-	const RayCaster in_a(a, kReach, false), in_b(b, kReach, false);
+	const RayCaster in_a(a, kReach), in_b(b, kReach);
 	const auto beams = static_cast<std::size_t>(field_of_view);
 	int different = 0;
 	for (std::size_t i = 0; i < beams; i++)

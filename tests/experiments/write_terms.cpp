@@ -5,7 +5,7 @@
 //   confidence    [0, 1], 0 without a pose
 //   right         1 if the best pose is within 0.3 m and 5 deg of the truth, else 0; 0 without a truth
 //   position_error, yaw_error   [m], [deg]; inf without a pose or a truth
-//   total_ms      [ms]
+//   total_ms      [ms] of processor time
 // TRUTH.txt has a line `time x y phi` [s, m, rad] for each scan, within 1 ms of its time; `none`: the scans are of
 // another place than the map. Scans that it does not tell of are left out.
 //
@@ -20,11 +20,11 @@
 #include <mrpt/io/CFileGZOutputStream.h>
 #include <mrpt/math/wrap2pi.h>
 #include <mrpt/serialization/CArchive.h>
-#include <mrpt/system/CTicTac.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <ctime>
 #include <fstream>
 #include <limits>
 #include <map>
@@ -167,11 +167,11 @@ class Writer
 	void add(const CObservation2DRangeScan& observation, const std::optional<TPose2D>& truth)
 	{
 		const Scan scan = make_scan(observation, parameters_.scan);
-		const mrpt::system::CTicTac watch;
+		const std::clock_t start = std::clock();
 		const auto refusal = refusal_of(scan, parameters_.scan);
 		const Localization result =
 		    refusal ? *refusal : localize_default(scan, {{index_, anywhere_, parameters_}}, 0).answer;
-		const double total_ms = 1e3 * watch.Tac();
+		const double total_ms = 1e3 * static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
 		Errors errors;
 		if (truth && !result.hypotheses.empty()) errors = errors_of(result.best().pose.asTPose(), *truth);
 		frames_ << to_string(result.status) << ',' << result.confidence << ',' << (errors.are_right() ? 1 : 0) << ','

@@ -178,15 +178,6 @@ TEST_F(LocalizerContract, AnIndexBuiltByManyThreadsIsTheSame)
 	}
 }
 
-TEST(LocalizerArguments, TheClearanceOfTheSearchLeavesOutCells)
-{
-	Parameters parameters;
-	parameters.coarse_search.clearance = 4;
-	EXPECT_THROW(Localizer(make_map(make_floor()), parameters), std::invalid_argument) << "no room is so wide";
-	parameters.method = Method::kPaper;
-	EXPECT_NO_THROW(Localizer(make_map(make_floor()), parameters));
-}
-
 TEST(LocalizerArguments, RefusesMapsItCannotUse)
 {
 	EXPECT_THROW(Localizer(nullptr, {}), std::invalid_argument);

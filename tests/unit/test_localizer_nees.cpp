@@ -13,18 +13,18 @@ namespace d2s1r::test
 {
 namespace
 {
-/// A scan of walls that stand, as RefinementParameters say, range_noise off the map, alike over beam_correlation
-/// neighbouring beams.
+/// A scan of walls that stand off the map, alike over nine neighbouring beams, by as much as tells as little as the
+/// range_noise of independent beams.
 mrpt::obs::CObservation2DRangeScan make_noisy(
     const Grid& world, const mrpt::math::TPose2D& robot, const RefinementParameters& parameters, std::mt19937& random)
 {
 	auto observation = make_observation(world, robot);
-	std::normal_distribution<double> noise(0, parameters.range_noise);
-	const auto alike = static_cast<std::size_t>(std::lround(parameters.beam_correlation));
+	constexpr std::size_t kAlike = 9;
+	std::normal_distribution<double> noise(0, parameters.range_noise / std::sqrt(static_cast<double>(kAlike)));
 	double error = 0;
 	for (std::size_t i = 0; i < observation.getScanSize(); i++)
 	{
-		if (i % alike == 0) error = noise(random);
+		if (i % kAlike == 0) error = noise(random);
 		const double range = static_cast<double>(observation.getScanRange(i));
 		const double angle =
 		    robot.phi - 0.5 * static_cast<double>(observation.aperture) + kDegree * static_cast<double>(i);

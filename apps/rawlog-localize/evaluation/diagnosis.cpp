@@ -47,12 +47,9 @@ struct Trial
 Parameters for_trials(Parameters parameters)
 {
 	parameters.scoring.rejected_below = 0;
-	const double effort = std::exchange(parameters.first_look, {1.0}).effort;
+	const double effort = std::exchange(parameters.first_look.effort, 1.0);
 	auto& coarse = parameters.coarse_search;
-	auto& refinement = parameters.refinement;
-	for (int* count :
-	     {&coarse.max_pairs, &coarse.candidates, &refinement.max_scored, &refinement.max_refined,
-	      &refinement.max_restarted, &refinement.max_polished, &refinement.max_compared})
+	for (int* count : {&coarse.max_pairs, &coarse.candidates, &parameters.refinement.max_scored})
 		*count = static_cast<int>(std::ceil(effort * *count));
 	return parameters;
 }

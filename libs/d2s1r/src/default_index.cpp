@@ -1,8 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "default_index.h"
 
-#include <algorithm>
-
 #include "map/free_cells.h"
 #include "ranges/wall_surface.h"
 
@@ -27,11 +25,9 @@ DefaultIndex make_default_index(const Grid& grid, const Parameters& parameters)
 	const std::vector<CellIndex> furniture = find_furniture(grid);  // as drawn: deeper surfaces make pieces of walls
 	const auto add_reading = [&](const Grid& read, double tolerance)
 	{
-		FreeCellParameters free_cells = parameters.free_cells;
-		free_cells.clearance = std::max(free_cells.clearance, parameters.coarse_search.clearance);
 		const Grid surfaces = with_wall_surfaces_only(read);
 		index.readings.push_back(
-		    {make_range_profiles(read, find_sensor_cells(read, free_cells), parameters.coarse_search),
+		    {make_range_profiles(read, find_sensor_cells(read, parameters.free_cells), parameters.coarse_search),
 		     DistanceField(surfaces, tolerance), BeamTracer(surfaces, furniture)});
 	};
 	add_reading(grid, 0);

@@ -14,14 +14,15 @@ namespace
 /// Returns the limits of the searches that are made, one after the other, until the answer is clear.
 std::vector<Parameters> looks(const Parameters& parameters)
 {
-	if (parameters.first_look.clear_above >= 1) return {parameters};
+	if (parameters.first_look.effort >= 1) return {parameters};
 	return {for_first_look(parameters), parameters};
 }
 
-/// Returns whether an answer needs no other look.
-bool is_clear(const Localization& answer, const FirstLookParameters& parameters)
+/// Returns whether an answer needs no other look: it leaves much less doubt than a localized frame may.
+bool is_clear(const Localization& answer, const ScoringParameters& parameters)
 {
-	return answer.status == Status::kLocalized && answer.confidence > parameters.clear_above;
+	constexpr double kDoubt = 0.1;  // [-] share of what it may leave
+	return 1 - answer.confidence < kDoubt * (1 - parameters.localized_above);
 }
 
 /// The time that a query may take.
@@ -107,7 +108,7 @@ Decision localize_default(const Scan& scan, const std::vector<SearchedMap>& maps
 	for (const Parameters& limits : looks(limits_of_search(maps.front().parameters, maps.size())))
 	{
 		decision = answer_of(maps, limits, work);
-		if (is_clear(decision.answer, limits.first_look) || work.budget.is_half_spent()) break;
+		if (is_clear(decision.answer, limits.scoring) || work.budget.is_half_spent()) break;
 	}
 	decision.answer.times = work.times;
 	return decision;

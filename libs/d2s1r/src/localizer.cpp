@@ -42,9 +42,7 @@ std::uint64_t fingerprint_of_index(const Parameters& parameters)
 	of_index.free_cells = parameters.free_cells;
 	of_index.paper = parameters.paper;
 	of_index.coarse_search.spacing = parameters.coarse_search.spacing;
-	of_index.coarse_search.clearance = parameters.coarse_search.clearance;
 	of_index.coarse_search.directions = parameters.coarse_search.directions;
-	of_index.coarse_search.max_range = parameters.coarse_search.max_range;
 	const std::string text = D2S1R_VERSION + to_ini(of_index);
 	return fingerprint_of(text.data(), text.size());
 }
@@ -107,7 +105,7 @@ struct Localizer::Index
 	    : parameters(the_parameters),
 	      map(std::move(the_map)),
 	      grid(make_grid(*map, parameters.grid)),
-	      caster(grid, parameters.paper.max_range, parameters.grid.rays_stop_at_unknown)
+	      caster(grid, parameters.paper.max_range)
 	{
 		if (parameters.method == Method::kPaper)
 		{

@@ -8,22 +8,18 @@ namespace d2s1r
 {
 Parameters with_share_of_effort(Parameters parameters, double share)
 {
-	auto& refinement = parameters.refinement;
-	for (int* count :
-	     {&refinement.max_scored, &refinement.max_refined, &refinement.max_restarted, &refinement.max_polished,
-	      &refinement.max_compared})
-		*count = static_cast<int>(std::ceil(share * *count));
+	int& most = parameters.refinement.max_scored;
+	most = static_cast<int>(std::ceil(share * most));
 	return parameters;
 }
 
 Parameters for_first_look(const Parameters& parameters)
 {
-	const double effort = parameters.first_look.effort, margins = parameters.first_look.margins;
+	const double effort = parameters.first_look.effort;
 	Parameters first = with_share_of_effort(parameters, effort);
 	auto& coarse = first.coarse_search;
 	for (int* count : {&coarse.max_pairs, &coarse.candidates}) *count = static_cast<int>(std::ceil(effort * *count));
 	coarse.overview_missing *= effort;
-	for (double* margin : {&coarse.overview_margin, &coarse.margin}) *margin *= margins;
 	return first;
 }
 

@@ -89,7 +89,7 @@ struct Literal
 	Literal(const Map& map, const Parameters& p)
 	    : scans(p.scan),
 	      grid(make_grid(*map, p.grid)),
-	      caster(grid, p.paper.max_range, p.grid.rays_stop_at_unknown),
+	      caster(grid, p.paper.max_range),
 	      localizer(grid, caster, find_free_cells(grid, p.free_cells))
 	{
 	}

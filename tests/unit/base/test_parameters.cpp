@@ -55,11 +55,11 @@ TEST(Parameters, ReadsEveryKindOfValue)
 {
 	const Parameters p = parse_parameters(
 	    "[localizer]\nmethod = paper ; as published\r\n"
-	    "[grid]\n  occupied_threshold=7e-1 // comment\nrays_stop_at_unknown = true # comment\n"
+	    "[grid]\n  occupied_threshold=7e-1 // comment\n[free_cells]\nlargest_region_only = true # comment\n"
 	    "[paper]\nbins = 30\n");
 	EXPECT_EQ(p.method, Method::kPaper);
 	EXPECT_DOUBLE_EQ(p.grid.occupied_threshold, 0.7);
-	EXPECT_TRUE(p.grid.rays_stop_at_unknown);
+	EXPECT_TRUE(p.free_cells.largest_region_only);
 	EXPECT_EQ(p.paper.bins, 30);
 }
 
@@ -128,7 +128,7 @@ TEST(Parameters, TextThatIsNotAValueIsRefused)
 	for (const char* text : {"0,65", "abc", "0.5.5", "nan", "inf", "1e999"})
 		EXPECT_NE(refusal("[grid]\noccupied_threshold = " + std::string(text) + "\n"), "") << text;
 	for (const char* text : {"maybe", "2", "TRUE!"})
-		EXPECT_NE(refusal("[grid]\nrays_stop_at_unknown = " + std::string(text) + "\n"), "") << text;
+		EXPECT_NE(refusal("[free_cells]\nlargest_region_only = " + std::string(text) + "\n"), "") << text;
 	EXPECT_NE(refusal("[localizer]\nmethod = papers\n").find("expected default or paper"), std::string::npos);
 }
 

@@ -40,7 +40,7 @@ class CoarseSearch : public testing::Test
 		const int observed = profiles_.quantize(static_cast<double>(beam.range));
 		if (expected <= observed) return std::min(observed - expected, parameters_.truncation);
 		const bool near = static_cast<double>(beam.range) < parameters_.occluder_range;
-		const int most = near ? parameters_.occluder_truncation : parameters_.truncation;
+		const int most = near ? parameters_.truncation / 2 : parameters_.truncation;
 		return beam.is_return ? std::min(expected - observed, most) : 0;
 	}
 
@@ -132,8 +132,8 @@ TEST_F(CoarseSearch, CandidatesAreDistinctAndBestFirst)
 			{
 				EXPECT_LE(candidates[j].cost, candidates[i].cost);
 				EXPECT_TRUE(
-				    distance_between(candidates[i].pose, candidates[j].pose) >= parameters_.distinct_distance ||
-				    turn_between(candidates[i].pose, candidates[j].pose) >= parameters_.distinct_yaw)
+				    distance_between(candidates[i].pose, candidates[j].pose) >= 2 * parameters_.spacing ||
+				    turn_between(candidates[i].pose, candidates[j].pose) >= 3 * 360.0 / parameters_.directions)
 				    << candidates[i].pose << " " << candidates[j].pose;
 			}
 	}
@@ -143,7 +143,7 @@ TEST_F(CoarseSearch, TheBestIsTheLeastOfAllPositionsAndShifts)
 {
 	parameters_.max_pairs = 1000000;  // more than there are
 	parameters_.max_pairs_share = 1;
-	parameters_.overview_margin = 1e6;
+	parameters_.margin = 1e6;
 	parameters_.overview_missing_by_chance = 1e6;
 	parameters_.candidates = 20;
 	for (const auto& [first, count] : {std::pair{0, 120}, {100, 40}})
@@ -162,22 +162,38 @@ TEST_F(CoarseSearch, TheBestIsTheLeastOfAllPositionsAndShifts)
 TEST_F(CoarseSearch, TheSecondLookSeesAllPositionsOfAGroup)
 {
 	parameters_.candidates = 1000000;
-	parameters_.distinct_distance = 0.01;  // every pair is a candidate
-	parameters_.distinct_yaw = 0.1;
 	parameters_.margin = 1e6;
 	parameters_.max_pairs = 1000;
 	const Scan scan = aligned_scan(grid_, profiles_.directions, {2.41, 8.57, 0.7}, 30, 100);
-	std::set<std::pair<std::size_t, int>> seen;
-	for (const Candidate& candidate : coarse_search(profiles_, scan, parameters_))
-		EXPECT_TRUE(seen.insert(pair_of(candidate)).second);
-	EXPECT_GT(seen.size(), 100U);
-	for (std::size_t group = 0; group < profiles_.groups(); group++)
-		for (int shift = 0; shift < profiles_.directions; shift++)
+	const auto candidates = coarse_search(profiles_, scan, parameters_);
+	EXPECT_GT(candidates.size(), 20U);
+	// at a shift, all positions of the group of a candidate that cost less are near one that is better than it
+	const auto is_near_a_better_one = [&](const mrpt::math::TPose2D& pose, double cost)
+	{
+		return std::any_of(
+		    candidates.begin(), candidates.end(),
+		    [&](const Candidate& other)
+		    {
+			    return other.cost <= cost && distance_between(other.pose, pose) < 2 * parameters_.spacing &&
+			           turn_between(other.pose, pose) < 3 * 360.0 / parameters_.directions;
+		    });
+	};
+	std::size_t others = 0;
+	for (const Candidate& candidate : candidates)
+	{
+		const auto [position, shift] = pair_of(candidate);
+		const auto after = std::upper_bound(profiles_.first_of_group.begin(), profiles_.first_of_group.end(), position);
+		for (std::size_t i = *(after - 1); i < *after; i++)
 		{
-			const std::size_t first = profiles_.first_of_group[group], last = profiles_.first_of_group[group + 1];
-			for (std::size_t i = first; i < last; i++)
-				EXPECT_EQ(seen.count({i, shift}), seen.count({first, shift})) << "a group is one";
+			const double cost = literal_cost(scan, i, shift);
+			if (cost >= candidate.cost) continue;
+			others++;
+			const mrpt::math::TPose2D pose{
+			    static_cast<double>(profiles_.x[i]), static_cast<double>(profiles_.y[i]), candidate.pose.phi};
+			EXPECT_TRUE(is_near_a_better_one(pose, cost)) << pose << " beside " << candidate.pose;
 		}
+	}
+	EXPECT_GT(others, 0U) << "a pair beside a better one is a candidate nowhere";
 }
 
 TEST_F(CoarseSearch, PosesThatAPriorRulesOutTakeNoRoomInTheSecondLook)
@@ -210,7 +226,7 @@ TEST_F(CoarseSearch, PosesMuchDearerThanTheBestAreDroppedTheMoreBeamsTheSooner)
 
 TEST_F(CoarseSearch, EqualCostsAreRankedByPositionThenByShift)
 {
-	parameters_.overview_margin = 1e6;
+	parameters_.margin = 1e6;
 	parameters_.overview_missing_by_chance = 1e6;
 	const auto candidates = coarse_search(profiles_, scan_at(world_, poses_on_floor()[2]), parameters_);
 	int ties = 0;

@@ -25,7 +25,7 @@ class OverviewSearch : public testing::Test
 	{
 		std::vector<Pair> pairs;
 		const QuantizedScan quantized = quantize(scan, profiles_, parameters_);
-		const AllowedPairs allowed(profiles_, prior, scan, parameters_.spacing, parameters_.distinct_yaw);
+		const AllowedPairs allowed(profiles_, prior, scan, parameters_.spacing);
 		search_overviews({{profiles_, quantized, allowed}}, parameters_, pairs);
 		return pairs;
 	}
@@ -57,7 +57,7 @@ class OverviewSearch : public testing::Test
 			const int expected = profiles_.overview_of(i)[direction];
 			const int observed =
 			    (beam.is_return ? profiles_.quantize(static_cast<double>(beam.range)) : RangeProfiles::kOutOfRange) / 2;
-			sum += std::min(std::abs(expected - observed), parameters_.overview_truncation);
+			sum += std::min(std::abs(expected - observed), parameters_.truncation);
 		}
 		return sum;
 	}
@@ -67,7 +67,7 @@ class OverviewSearch : public testing::Test
 TEST_F(OverviewSearch, FindsAllPairsBelowALimit)
 {
 	parameters_.overview_missing_by_chance = 1e6;  // all groups are looked at
-	parameters_.overview_truncation = 2;           // beams enough that all of them are compared
+	parameters_.truncation = 2;                    // beams enough that all of them are compared
 	const Scan scan = aligned_scan(grid_, profiles_.directions, {2.41, 8.57, 0.7}, 30, 100);
 	const std::size_t all_pairs = profiles_.groups() * static_cast<std::size_t>(profiles_.directions);
 	struct Case
@@ -80,7 +80,7 @@ TEST_F(OverviewSearch, FindsAllPairsBelowALimit)
 	{
 		parameters_.max_pairs = wanted;
 		parameters_.max_pairs_share = share;
-		parameters_.overview_margin = hopeless;
+		parameters_.margin = hopeless;
 		std::map<std::pair<std::size_t, int>, int> seen;
 		for (const Pair& pair : look(scan))
 		{
@@ -118,7 +118,7 @@ TEST_F(OverviewSearch, FindsAllPairsBelowALimit)
 
 TEST_F(OverviewSearch, PassesOverGroupsWhoseSignaturesLackTooMuch)
 {
-	parameters_.overview_margin = 1e6;
+	parameters_.margin = 1e6;
 	parameters_.max_pairs = 1000000;
 	parameters_.max_pairs_share = 1;
 	for (const int count : {120, 60})
@@ -159,7 +159,7 @@ TEST_F(OverviewSearch, WhatAPriorRulesOutTakesNoRoom)
 	const Prior turned_round{{PoseBox{2, 3, 8, 9, 0.7 + M_PI, 0.1}}};
 	const auto pairs = look(scan, turned_round);
 	ASSERT_FALSE(pairs.empty());
-	const AllowedPairs allowed(profiles_, turned_round, scan, parameters_.spacing, parameters_.distinct_yaw);
+	const AllowedPairs allowed(profiles_, turned_round, scan, parameters_.spacing);
 	for (const Pair& pair : pairs) EXPECT_TRUE(allowed.allows_any(pair)) << pair.position << " " << pair.shift;
 }
 }  // namespace d2s1r::test

@@ -217,7 +217,7 @@ TEST(RangeProfiles, SmallCellsLimitTheirReach)
 	{
 		const Grid grid = make_picture_grid({"#..."}, cell_size);
 		const RangeProfiles profiles = make_range_profiles(grid, find_free_cells(grid, {}), parameters);
-		EXPECT_NEAR(profiles.max_range, std::min(parameters.max_range, 4000 * cell_size), 0.011);
+		EXPECT_NEAR(profiles.max_range, std::min(RangeProfiles::kMaxRange, 4000 * cell_size), 0.011);
 		EXPECT_GT(profiles.size(), 0U);
 	}
 }
@@ -233,7 +233,6 @@ TEST(RangeProfiles, RefusesAMapWiderThanItsCurve)
 	Grid grid{(1 << 16) - 1, 1, 0.05, 0, 0, std::vector<Cell>(1 << 16, Cell::kFree)};
 	CoarseSearchParameters parameters;
 	parameters.spacing = grid.cell_size;
-	parameters.max_range = 5;
 	EXPECT_EQ(make_range_profiles(grid, {grid.width - 1}, parameters).size(), 1U);
 	grid.width++;
 	EXPECT_THROW(make_range_profiles(grid, {grid.width - 1}, parameters), std::invalid_argument);

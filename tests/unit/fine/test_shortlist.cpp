@@ -30,7 +30,7 @@ TEST(Shortlist, HoldsTheBestOfAllScores)
 		for (const int wanted : {1, 10, 1000})
 		{
 			limits.score_margin = hopeless;
-			limits.max_refined = wanted;
+			limits.max_scored = 3 * wanted;
 			std::vector<double> expected, found;
 			for (const double value : all)
 				if (value <= all.front() + hopeless && expected.size() < static_cast<std::size_t>(wanted))

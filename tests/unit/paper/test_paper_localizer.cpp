@@ -65,7 +65,7 @@ class PaperLocalizer : public testing::Test
 	        10),
 	    0.05, 2, -4);
 	const Parameters parameters_{};
-	const RayCaster caster_{grid_, parameters_.paper.max_range, false};
+	const RayCaster caster_{grid_, parameters_.paper.max_range};
 	const SignatureIndex index_{grid_, find_free_cells(grid_, {}), parameters_};
 
 	Localization localize(const mrpt::math::TPose2D& robot, const Laser& laser = {}) const

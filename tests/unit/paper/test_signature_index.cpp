@@ -56,7 +56,7 @@ TEST(SignatureIndex, FindsTheNearestSignaturesOfAll)
 	const Grid grid = make_rooms();
 	const std::vector<CellIndex> cells = find_free_cells(grid, {});
 	const SignatureIndex index(grid, cells, parameters);
-	const RayCaster caster(grid, 6, false);
+	const RayCaster caster(grid, 6);
 	literal::Settings settings;
 	settings.max_range = 6;
 	settings.dimension = 20;
@@ -136,14 +136,12 @@ TEST(SignatureCounts, CountEveryRayOnceForAnyNumberOfThreads)
 	EXPECT_EQ(count_signatures(grid, cells, parameters, 3).counts, one.counts);
 }
 
-TEST(SignatureCounts, UnknownCellsEndRaysIfAsked)
+TEST(SignatureCounts, UnknownCellsEndNoRay)
 {
 	const Grid grid = make_picture_grid({"???", "?.?", "???"}, 0.5);
 	Parameters parameters;
 	parameters.paper.directions = 100;
 	EXPECT_EQ(count_signatures(grid, {4}, parameters).of(0)[59], 100);
-	parameters.grid.rays_stop_at_unknown = true;
-	EXPECT_EQ(count_signatures(grid, {4}, parameters).of(0)[59], 0);
 }
 
 TEST(SignatureCounts, BinsAreThoseOfASignature)

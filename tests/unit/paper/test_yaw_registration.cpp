@@ -105,7 +105,7 @@ TEST(YawRegistration, FindsTheYawOfTheSensorInTheMap)
 	         "##########"},
 	        10),
 	    0.05);
-	const RayCaster caster(grid, 30, false);
+	const RayCaster caster(grid, 30);
 	const double x = 1.525, y = 1.475;
 	for (const double degrees : {0.0, 37.0, 90.0, 179.0, -120.0})
 	{

@@ -11,27 +11,19 @@ namespace d2s1r::test
 {
 namespace
 {
-struct Ranges
+/// Returns the ranges [units], by direction, then by cell.
+std::vector<std::uint16_t> sweep_all(
+    const Grid& grid, const std::vector<CellIndex>& cells, int directions, double max_range)
 {
-	std::vector<std::uint16_t> occupied;  //!< [units], by direction, then by cell
-	std::vector<std::uint16_t> unknown;
-};
-
-Ranges sweep_all(const Grid& grid, const std::vector<CellIndex>& cells, int directions, double max_range)
-{
-	Ranges all;
-	for (const bool stop_at_unknown : {false, true})
-	{
-		std::vector<std::uint16_t>& swept = stop_at_unknown ? all.unknown : all.occupied;
-		sweep_ranges(
-		    grid, cells, directions, max_range, stop_at_unknown,
-		    [&](int direction, const SweptRanges& ranges)
-		    {
-			    EXPECT_EQ(static_cast<std::size_t>(direction) * cells.size(), swept.size());
-			    for (std::size_t i = 0; i < cells.size(); i++) swept.push_back(ranges[i]);
-		    });
-	}
-	return all;
+	std::vector<std::uint16_t> swept;
+	sweep_ranges(
+	    grid, cells, directions, max_range,
+	    [&](int direction, const SweptRanges& ranges)
+	    {
+		    EXPECT_EQ(static_cast<std::size_t>(direction) * cells.size(), swept.size());
+		    for (std::size_t i = 0; i < cells.size(); i++) swept.push_back(ranges[i]);
+	    });
+	return swept;
 }
 
 /// Offices and a corridor, 160 x 120 cells, some clutter, unknown surroundings.
@@ -85,20 +77,15 @@ double share_off(
 TEST(RangeSweep, IsExactAlongTheAxes)
 {
 	const Grid grid = make_picture_grid({"#..?.#"}, 0.1);
-	const Ranges ranges = sweep_all(grid, find_free_cells(grid, {}), 4, 5);
-	const std::vector<std::uint16_t> occupied = {56, 40, 8,  kNoObstacle, kNoObstacle, kNoObstacle,
+	const std::vector<std::uint16_t> expected = {56, 40, 8,  kNoObstacle, kNoObstacle, kNoObstacle,
 	                                             8,  24, 56, kNoObstacle, kNoObstacle, kNoObstacle};
-	const std::vector<std::uint16_t> unknown = {24, 8, 8, 8, 8, 8, 8, 24, 8, 8, 8, 8};
-	EXPECT_EQ(ranges.occupied, occupied);
-	EXPECT_EQ(ranges.unknown, unknown);
+	EXPECT_EQ(sweep_all(grid, find_free_cells(grid, {}), 4, 5), expected);
 }
 
 TEST(RangeSweep, WallsBehindUnknownCellsEndRays)
 {
 	const Grid grid = make_picture_grid({"#..??#"}, 0.1);
-	const Ranges ranges = sweep_all(grid, find_free_cells(grid, {}), 1, 5);
-	EXPECT_EQ(ranges.occupied, (std::vector<std::uint16_t>{56, 40}));
-	EXPECT_EQ(ranges.unknown, (std::vector<std::uint16_t>{24, 8}));
+	EXPECT_EQ(sweep_all(grid, find_free_cells(grid, {}), 1, 5), (std::vector<std::uint16_t>{56, 40}));
 }
 
 TEST(RangeSweep, NothingLeaksThroughDiagonalWalls)
@@ -113,7 +100,7 @@ TEST(RangeSweep, NothingLeaksThroughDiagonalWalls)
 	     "#......"},
 	    0.1);
 	const std::vector<CellIndex> inside = {grid.index(1, 2), grid.index(1, 5), grid.index(2, 4), grid.index(4, 5)};
-	for (const std::uint16_t range : sweep_all(grid, inside, 360, 5).occupied) EXPECT_LT(range, 6 * kRangeUnitsPerCell);
+	for (const std::uint16_t range : sweep_all(grid, inside, 360, 5)) EXPECT_LT(range, 6 * kRangeUnitsPerCell);
 }
 
 TEST(RangeSweep, IsWithinACellOfExactRangesOnAFloor)
@@ -121,9 +108,8 @@ TEST(RangeSweep, IsWithinACellOfExactRangesOnAFloor)
 	const double max_range = 5;
 	const Grid grid = make_floor(3);
 	const std::vector<CellIndex> cells = find_free_cells(grid, {});
-	const Ranges ranges = sweep_all(grid, cells, 72, max_range);
-	EXPECT_LT(share_off(grid, cells, 72, ranges.occupied, RayCaster(grid, max_range, false), max_range), 0.01);
-	EXPECT_LT(share_off(grid, cells, 72, ranges.unknown, RayCaster(grid, max_range, true), max_range), 0.01);
+	const std::vector<std::uint16_t> ranges = sweep_all(grid, cells, 72, max_range);
+	EXPECT_LT(share_off(grid, cells, 72, ranges, RayCaster(grid, max_range), max_range), 0.01);
 }
 
 TEST(RangeSweep, AFewCellsGetWhatTheyGetAmongAll)
@@ -132,24 +118,22 @@ TEST(RangeSweep, AFewCellsGetWhatTheyGetAmongAll)
 	const std::vector<CellIndex> all = find_free_cells(grid, {});
 	std::vector<CellIndex> few;
 	std::vector<std::uint16_t> expected;
-	const Ranges ranges = sweep_all(grid, all, 1, 20);
+	const std::vector<std::uint16_t> ranges = sweep_all(grid, all, 1, 20);
 	for (std::size_t i = 0; i < all.size(); i += 1 + i % 7)
 	{
 		few.push_back(all[i]);
-		expected.push_back(ranges.occupied[i]);
+		expected.push_back(ranges[i]);
 	}
-	EXPECT_EQ(sweep_all(grid, few, 1, 20).occupied, expected);
+	EXPECT_EQ(sweep_all(grid, few, 1, 20), expected);
 }
 
 TEST(RangeSweep, IsTheSameWithAndWithoutSimd)
 {
 	const Grid grid = make_floor(9);
 	const std::vector<CellIndex> cells = find_free_cells(grid, {});
-	const Ranges with = sweep_all(grid, cells, 90, 6);
+	const std::vector<std::uint16_t> with = sweep_all(grid, cells, 90, 6);
 	const PortableSimd portable;
-	const Ranges without = sweep_all(grid, cells, 90, 6);
-	EXPECT_EQ(with.occupied, without.occupied);
-	EXPECT_EQ(with.unknown, without.unknown);
+	EXPECT_EQ(sweep_all(grid, cells, 90, 6), with);
 }
 
 TEST(RangeSweep, ForgetsObstaclesOutOfRangeOnLongMaps)
@@ -158,13 +142,13 @@ TEST(RangeSweep, ForgetsObstaclesOutOfRangeOnLongMaps)
 	Grid grid = make_picture_grid({"#" + std::string(length - 2, '.') + "#"}, 0.05);
 	const std::vector<CellIndex> cells = find_free_cells(grid, {});
 	const double max_range = 30;
-	const Ranges ranges = sweep_all(grid, cells, 2, max_range);
+	const std::vector<std::uint16_t> ranges = sweep_all(grid, cells, 2, max_range);
 	for (int x = 1; x < length - 1; x++)
 	{
 		const auto i = static_cast<std::size_t>(x - 1);
 		const int ahead = length - 1 - x, behind = x;
-		ASSERT_EQ(ranges.occupied[i], ahead <= 600 ? ahead * 16 - 8 : kNoObstacle) << x;
-		ASSERT_EQ(ranges.occupied[cells.size() + i], behind <= 600 ? behind * 16 - 8 : kNoObstacle) << x;
+		ASSERT_EQ(ranges[i], ahead <= 600 ? ahead * 16 - 8 : kNoObstacle) << x;
+		ASSERT_EQ(ranges[cells.size() + i], behind <= 600 ? behind * 16 - 8 : kNoObstacle) << x;
 	}
 }
 

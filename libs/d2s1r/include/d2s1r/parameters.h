@@ -21,7 +21,6 @@ struct GridParameters
 {
 	double occupied_threshold = 0.65;   //!< [probability] above it a cell is occupied
 	double free_threshold = 0.40;       //!< [probability] below it a cell is free
-	bool rays_stop_at_unknown = false;  //!< [-] whether rays of the paper's virtual scans end at unknown cells
 	double simplemap_cell_size = 0.05;  //!< [m] cells of the grid that is drawn from a .simplemap
 };
 
@@ -56,48 +55,34 @@ struct PaperParameters
 struct CoarseSearchParameters
 {
 	double spacing = 0.2;                     //!< [m] between sample positions
-	double clearance = 0.1;                   //!< [m] least distance of sample positions from occupied cells
 	int directions = 120;                     //!< [-] of a profile, and yaw shifts
-	double max_range = 80.0;                  //!< [m] of a profile, at most 4000 cells of the map
-	int overview_truncation = 6;              //!< [overview step] maximum difference of two ranges that counts
-	double overview_margin = 18.0;            //!< [overview step] by the square root of the number of beams
 	double overview_missing = 1.0;            //!< [-] share of the least cost that missing beams may make up
 	double overview_missing_by_chance = 0.7;  //!< [-] beams missing by chance, by the square root of their number
 	int max_pairs = 40000;                    //!< [-] pairs of group and yaw compared beam by beam, at most
 	double max_pairs_share = 0.05;            //!< [-] the same, as a share of all pairs
-	int truncation = 8;                       //!< [step] maximum difference of two ranges that counts
-	int occluder_truncation = 4;              //!< [step] the same where somebody may stand
-	double occluder_range = 3.0;              //!< [m] where somebody may stand
+	int truncation = 8;                       //!< [step, overview step] maximum difference of two ranges that counts
+	double occluder_range = 3.0;              //!< [m] where somebody may stand, and half of truncation counts
 	int candidates = 1200;                    //!< [-] handed on, at most
-	double margin = 21.0;                     //!< [step] by the square root of the number of beams
-	double distinct_distance = 0.36;          //!< [m] nearer candidates are one
-	double distinct_yaw = 8.0;                //!< [deg] nearer candidates are one
+	double margin = 21.0;                     //!< [step, overview step] by the square root of the number of beams
 };
 
 /// Sets the way from candidates to poses that fit the map.
 struct RefinementParameters
 {
-	int max_scored = 400;           //!< [-] settled candidates that are scored, at most
-	double fit_margin = 0.4;        //!< [-] below the best fit, while settling
-	int max_refined = 100;          //!< [-] of these, refined, at most: the shortlist
-	double score_margin = 21.0;     //!< [nat] below the best score, for the shortlist
-	int max_restarted = 30;         //!< [-] refined from both sides once more, at most
-	int max_polished = 15;          //!< [-] polished, at most
-	int max_compared = 6;           //!< [-] places compared by the best score nearby, at most
-	double kernel = 0.08;           //!< [m] width of the robust kernel at the end
-	double cost_weight = 0.067;     //!< [1 / step] of the coarse cost beside the fit
-	double surface_offset = 0.2;    //!< [cell] standard deviation of a surface in its cells
-	double range_noise = 0.03;      //!< [m] standard deviation, for the covariance
-	double beam_correlation = 9.0;  //!< [-] beams of 1 deg that count as one, for the covariance
+	int max_scored = 400;         //!< [-] settled candidates that are scored, at most; later stages have thirds
+	double fit_margin = 0.4;      //!< [-] below the best fit, while settling
+	double score_margin = 21.0;   //!< [nat] below the best score, for the shortlist
+	double kernel = 0.08;         //!< [m] width of the robust kernel at the end
+	double cost_weight = 0.067;   //!< [1 / step] of the coarse cost beside the fit
+	double surface_offset = 0.2;  //!< [cell] standard deviation of a surface in its cells
+	double range_noise = 0.09;    //!< [m] standard deviation of a beam of 1 deg, as if beams were independent
 };
 
 /// Sets the smaller search that comes first. Most scans need no more: one place explains them far better than any
 /// other.
 struct FirstLookParameters
 {
-	double clear_above = 0.99;  //!< [probability] confidence that makes a second look needless
-	double effort = 0.35;       //!< [-] share of what the second look may do
-	double margins = 0.75;      //!< [-] share of the margins of the coarse search
+	double effort = 0.35;  //!< [-] share of what the second look may do
 };
 
 /// Says how likely [nat] what a beam of 1 deg did is, against ending anywhere. The weights are those that

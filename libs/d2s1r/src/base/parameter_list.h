@@ -18,10 +18,6 @@ void visit_grid(P& grid, const Visitor& visit)
 	    "[probability] a cell is occupied if P(occupied) is above this");
 	visit("free_threshold", grid.free_threshold, 0.0, 1.0, "[probability] a cell is free if P(occupied) is below this");
 	visit(
-	    "rays_stop_at_unknown", grid.rays_stop_at_unknown, 0, 1,
-	    "[-] whether rays of the paper's virtual scans (signatures and Eq. 1) end where the known map ends; the paper "
-	    "does not say");
-	visit(
 	    "simplemap_cell_size", grid.simplemap_cell_size, 0.01, 1.0,
 	    "[m] side of a cell of the grid that is drawn from a .simplemap");
 }
@@ -76,23 +72,14 @@ template <class P, class Visitor>
 void visit_range_profiles(P& coarse, const Visitor& visit)
 {
 	visit("spacing", coarse.spacing, 0.01, 10.0, "[m] distance between neighbouring sample positions");
-	visit("clearance", coarse.clearance, 0.0, 10.0, "[m] least distance of a sample position from an occupied cell");
 	visit(
 	    "directions", coarse.directions, 8, 720,
 	    "[-] directions of a range profile, which are the yaw shifts that are tried, too");
-	visit("max_range", coarse.max_range, 0.5, 300.0, "[m] range of a profile; 4000 cells of the map if these are less");
 }
 
 template <class P, class Visitor>
 void visit_overview_search(P& coarse, const Visitor& visit)
 {
-	visit(
-	    "overview_truncation", coarse.overview_truncation, 1, 100,
-	    "[overview step, twice a step] greatest difference of quantized ranges that counts in the overview");
-	visit(
-	    "overview_margin", coarse.overview_margin, 0.1, 1e6,
-	    "[overview step] times the square root of the number of beams: pairs whose beams cost this much more in total "
-	    "than those of the cheapest are dropped after the overview");
 	visit(
 	    "overview_missing", coarse.overview_missing, 0.0, 1.0,
 	    "[-] share of the cost of the cheapest pair that beams missing from a range histogram may make up at a group "
@@ -111,22 +98,17 @@ void visit_profile_search(P& coarse, const Visitor& visit)
 {
 	visit(
 	    "truncation", coarse.truncation, 1, 100,
-	    "[step: 3 cm near the sensor, 1.2 m at 80 m] greatest difference of quantized ranges that counts");
-	visit(
-	    "occluder_truncation", coarse.occluder_truncation, 0, 100,
-	    "[step] the same for a beam that ends before the wall of the map and within occluder_range");
+	    "[step: 3 cm near the sensor, 1.2 m at 80 m; in the overview twice that] greatest difference of quantized "
+	    "ranges that counts");
 	visit(
 	    "occluder_range", coarse.occluder_range, 0.0, 300.0,
-	    "[m] somebody may stand nearer than this: see occluder_truncation");
+	    "[m] somebody may stand nearer than this: half of truncation counts for a beam that ends there before the wall "
+	    "of the map");
 	visit("candidates", coarse.candidates, 1, 100000, "[-] maximum number of candidates that are handed on");
 	visit(
 	    "margin", coarse.margin, 0.0, 1e6,
-	    "[step] times the square root of the number of beams: poses whose beams cost this much more in total than "
-	    "those of the best one are dropped");
-	visit(
-	    "distinct_distance", coarse.distinct_distance, 0.01, 10.0,
-	    "[m] candidates that are closer than this and than distinct_yaw count as one");
-	visit("distinct_yaw", coarse.distinct_yaw, 0.1, 180.0, "[deg] see distinct_distance");
+	    "[step, in the overview twice that] times the square root of the number of beams: poses whose beams cost this "
+	    "much more in total than those of the best one are dropped");
 }
 
 template <class P, class Visitor>
@@ -142,26 +124,14 @@ void visit_refinement(P& fine, const Visitor& visit)
 {
 	visit(
 	    "max_scored", fine.max_scored, 1, 100000,
-	    "[-] maximum number of settled candidates, those of best fit, that are scored with up to 45 beams");
+	    "[-] maximum number of settled candidates, those of best fit, that are scored with up to 45 beams; the stages "
+	    "after this take a third of the poses each time: to be refined, restarted, polished, and compared");
 	visit(
 	    "fit_margin", fine.fit_margin, 0.0, 100.0,
 	    "[-] candidates that fit this much worse than the best one, before or after any step of settling, are dropped");
 	visit(
-	    "max_refined", fine.max_refined, 1, 100000,
-	    "[-] maximum number of these, those of best score, that are refined with up to 180 beams");
-	visit(
 	    "score_margin", fine.score_margin, 0.0, 1e6,
 	    "[nat] candidates whose score is this far below the best one's are not refined");
-	visit(
-	    "max_restarted", fine.max_restarted, 0, 100000,
-	    "[-] maximum number of refined poses, those of best fit, that are refined again from both sides along what "
-	    "the scan leaves open, such as a corridor");
-	visit(
-	    "max_polished", fine.max_polished, 1, 100000,
-	    "[-] maximum number of poses, those of best score by up to 360 beams, that are polished");
-	visit(
-	    "max_compared", fine.max_compared, 1, 100000,
-	    "[-] maximum number of places that are compared by the best score within some centimetres");
 	visit("kernel", fine.kernel, 0.001, 1.0, "[m] width of the robust kernel at the end of the refinement");
 	visit(
 	    "cost_weight", fine.cost_weight, 0.0, 10.0,
@@ -170,26 +140,18 @@ void visit_refinement(P& fine, const Visitor& visit)
 	    "surface_offset", fine.surface_offset, 0.001, 10.0,
 	    "[cell] standard deviation of where in their cells the walls have their surface");
 	visit(
-	    "range_noise", fine.range_noise, 0.001, 1.0,
-	    "[m] standard deviation of a range about the map, for the covariance");
-	visit(
-	    "beam_correlation", fine.beam_correlation, 1.0, 1000.0,
-	    "[-] neighbouring beams of 1 deg that count as one measurement, for the covariance");
+	    "range_noise", fine.range_noise, 0.001, 10.0,
+	    "[m] standard deviation of the range of a beam of 1 deg about the map, for the covariance, as if beams were "
+	    "independent: neighbours err alike, and 3 cm that nine of them share count as 9 cm of each");
 }
 
 template <class P, class Visitor>
 void visit_first_look(P& first_look, const Visitor& visit)
 {
 	visit(
-	    "clear_above", first_look.clear_above, 0.0, 1.0,
-	    "[probability] the answer of a smaller search is taken if it is localized with a confidence above this; 1: "
-	    "there is no first look");
-	visit(
 	    "effort", first_look.effort, 0.001, 1.0,
-	    "[-] share of overview_missing, max_pairs, candidates and all max_... of refinement that the first look has");
-	visit(
-	    "margins", first_look.margins, 0.01, 1.0,
-	    "[-] share of overview_margin and coarse_search.margin that the first look has");
+	    "[-] share of overview_missing, max_pairs, candidates and max_scored that the first look has; 1: there is no "
+	    "first look");
 }
 
 template <class P, class Visitor>

@@ -25,8 +25,8 @@ const char* guide_to(Method method)
 	             "; scan.covered_within and all from [coarse_search] to [presence_model].\n"
 	           : "; d2s1r parameters. To change first: grid (what is a wall), free_cells, scan, and "
 	             "scoring.localized_above\n"
-	             "; (higher: fewer wrong poses are localized). Speed against success: refinement.max_scored and "
-	             "max_refined.\n"
+	             "; (higher: fewer wrong poses are localized). Speed against success: coarse_search.candidates "
+	             "and refinement.max_scored.\n"
 	             "; Learned, better left alone: beam_model, presence_model, scoring.temperature.\n";
 }
 

@@ -43,13 +43,12 @@ PoseBox area_of(const RangeProfiles& profiles, const Prior& prior, double margin
 }
 }  // namespace
 
-AllowedPairs::AllowedPairs(
-    const RangeProfiles& profiles, const Prior& prior, const Scan& scan, double spacing, double distinct_yaw)
+AllowedPairs::AllowedPairs(const RangeProfiles& profiles, const Prior& prior, const Scan& scan, double spacing)
     : profiles_(profiles),
       anywhere_(prior.anywhere()),
       prior_(
           prior, area_of(profiles, prior, robot_to_sensor(scan)),
-          spacing + robot_to_sensor(scan) * mrpt::DEG2RAD(distinct_yaw), mrpt::DEG2RAD(distinct_yaw)),
+          spacing + robot_to_sensor(scan) * distinct_yaw(profiles), distinct_yaw(profiles)),
       prior_of_sensor_(prior, area_of(profiles, prior, 0), spacing + robot_to_sensor(scan), 0)
 {
 	if (anywhere_) return;

@@ -5,6 +5,7 @@
 #include <d2s1r/scan.h>
 #include <mrpt/math/TPose2D.h>
 
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -17,15 +18,19 @@ namespace d2s1r
 /// Returns the pose of the sensor (in map, m and rad) at a pair of position and yaw shift.
 mrpt::math::TPose2D pose_of(const RangeProfiles& profiles, const Pair& pair);
 
-/// Tells which pairs of position and yaw shift a prior of the robot's pose allows, to a sample's square. It refers to
-/// its arguments.
+/// Returns the yaw [rad] within which two candidates, less than two sample positions apart, count as one: three shifts.
+inline double distinct_yaw(const RangeProfiles& profiles)
+{
+	return 3 * 2 * M_PI / profiles.directions;
+}
+
+/// Tells which pairs of position and yaw shift a prior of the robot's pose allows, to a sample's square and the yaw
+/// of distinct candidates. It refers to its arguments.
 class AllowedPairs
 {
    public:
 	/// \param spacing [m] between sample positions
-	/// \param distinct_yaw [deg] within which a yaw stands for a shift
-	AllowedPairs(
-	    const RangeProfiles& profiles, const Prior& prior, const Scan& scan, double spacing, double distinct_yaw);
+	AllowedPairs(const RangeProfiles& profiles, const Prior& prior, const Scan& scan, double spacing);
 
 	/// Returns whether a position is allowed at a shift.
 	bool allows(const Pair& pair) const { return anywhere_ || prior_allows(pair); }

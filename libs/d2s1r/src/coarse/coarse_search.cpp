@@ -72,7 +72,7 @@ struct Prepared
 		{
 			if (to_search.empty() || steps_of(profiles) != steps_of(to_search.back().profiles))
 				quantized.push_back(quantize(scan, profiles, parameters));
-			allowed.emplace_back(profiles, prior, scan, spacing, parameters.distinct_yaw);
+			allowed.emplace_back(profiles, prior, scan, spacing);
 			to_search.push_back({profiles, quantized.back(), allowed.back()});
 		}
 	}
@@ -153,7 +153,7 @@ std::vector<Candidate> coarse_search(
 	find_pairs(prepared.to_search, numbers, parameters, pairs);
 
 	const auto beams = static_cast<double>(prepared.quantized.front().observed.size());
-	DistinctPoses distinct(parameters.distinct_distance, mrpt::DEG2RAD(parameters.distinct_yaw));
+	DistinctPoses distinct(2 * parameters.spacing, distinct_yaw(readings.front().profiles));
 	cheapest_first(
 	    pairs,
 	    [&](Pair pair)

@@ -28,7 +28,7 @@ struct Candidate
 /// least cost found there, times parameters.overview_missing, bounds how many beams may be missing in a histogram;
 /// groups where there are more, by parameters.overview_missing_by_chance times the square root of the number of beams,
 /// are left out. Profiles are compared for the pairs of group and yaw whose beams cost in total at most
-/// parameters.overview_margin times the square root of their number more than those of the cheapest pair, but for no
+/// parameters.margin times the square root of their number more than those of the cheapest pair, but for no
 /// more than parameters.max_pairs, nor parameters.max_pairs_share of all pairs. Costs are whole numbers: if the pairs
 /// of the greatest cost admitted would be too many, none of that cost is taken; if even those of the least cost are too
 /// many, the first ones of these are taken. Neither stopping early nor the machine's SIMD instructions change the
@@ -40,7 +40,7 @@ struct Candidate
 /// It is thread-safe: each thread keeps its scratch memory for its next query.
 ///
 /// \param prior says where the robot may be; the sensor is also searched for within a sample's spacing of that
-/// \return distinct poses, best first, at most parameters.candidates, and none whose beams cost more in total than
+/// \return poses that are two spacings or three shifts apart, best first, at most parameters.candidates, and none whose beams cost more in total than
 ///         those of the best one by parameters.margin times the square root of their number
 std::vector<Candidate> coarse_search(
     const RangeProfiles& profiles, const Scan& scan, const CoarseSearchParameters& parameters, const Prior& prior = {});

@@ -170,7 +170,7 @@ void search_overviews(
     const std::vector<ReadingToSearch>& readings, const CoarseSearchParameters& parameters, std::vector<Pair>& pairs)
 {
 	thread_local std::vector<std::uint8_t> missing;  // kept for the next query
-	const int truncation = parameters.overview_truncation;
+	const int truncation = parameters.truncation;
 	const auto few = few_beams_of(readings, truncation);
 	const std::vector<GroupsOfReading> all = groups_of(readings, few, truncation, missing);
 	double all_pairs = 0;
@@ -178,7 +178,7 @@ void search_overviews(
 		all_pairs += static_cast<double>(reading.profiles.groups()) * reading.profiles.directions;
 	const double wanted =
 	    std::max(1.0, std::min(static_cast<double>(parameters.max_pairs), parameters.max_pairs_share * all_pairs));
-	const double margin = parameters.overview_margin * std::sqrt(static_cast<double>(few.front().size()));
+	const double margin = parameters.margin * std::sqrt(static_cast<double>(few.front().size()));
 	CheapestPairs cheapest(static_cast<std::uint32_t>(margin), static_cast<std::size_t>(wanted), pairs);
 
 	const int of_few = missing_at_few(all);

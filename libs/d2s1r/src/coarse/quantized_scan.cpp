@@ -23,8 +23,7 @@ QuantizedScan quantize(const Scan& scan, const RangeProfiles& profiles, const Co
 		if (offset >= nearest[bin]) continue;
 		nearest[bin] = offset;
 		const bool may_be_occluder = static_cast<double>(beam.range) < parameters.occluder_range;
-		const int beyond =
-		    may_be_occluder ? std::min(parameters.occluder_truncation, parameters.truncation) : parameters.truncation;
+		const int beyond = may_be_occluder ? parameters.truncation / 2 : parameters.truncation;
 		out.truncation[bin] = static_cast<std::uint8_t>(parameters.truncation);
 		out.truncation_beyond[bin] = static_cast<std::uint8_t>(beyond);
 		out.least[bin] = profiles.quantize(static_cast<double>(beam.range));

@@ -248,7 +248,7 @@ RangeProfiles make_range_profiles(
 
 	RangeProfiles profiles;
 	profiles.directions = parameters.directions;
-	profiles.max_range = std::min(parameters.max_range, (kMostSweptCells - 1) * grid.cell_size);  // 1: rounding
+	profiles.max_range = std::min(RangeProfiles::kMaxRange, (kMostSweptCells - 1) * grid.cell_size);  // 1: rounding
 	list_positions(grid, positions, groups.size(), profiles);
 	const auto directions = static_cast<std::size_t>(parameters.directions);
 	AlignedBytes overview_rows(groups.size() * profiles.overview_stride());
@@ -261,7 +261,7 @@ RangeProfiles make_range_profiles(
 	    positions.size(), groups.size(), half_of, parameters.directions, profiles.overview_stride(),
 	    overview_rows.data());
 	sweep_ranges(
-	    grid, swept, parameters.directions, profiles.max_range, false,
+	    grid, swept, parameters.directions, profiles.max_range,
 	    [&](int direction, const SweptRanges& ranges)
 	    {
 		    by_position.write(static_cast<std::size_t>(direction), ranges);

@@ -15,7 +15,7 @@ namespace d2s1r
 /// scans with them.
 ///
 /// Ranges are quantized so that one step is about the change of range that a small change of position makes: 3 cm near
-/// the sensor, 1.2 m at a max_range of 80 m.
+/// the sensor, 1.2 m at kMaxRange.
 ///
 /// The positions in 2 x 2 squares of the samples' spacing form a group. The overview has one position per group, at its
 /// middle, and steps twice as large: what is too costly there need not be compared closely. The range histogram of a
@@ -27,9 +27,10 @@ struct RangeProfiles
 	static constexpr int kBins = 16;                  //!< [-] of a histogram
 	static constexpr int kWhole = 240;                //!< [-] sum of a histogram
 	static constexpr std::uint8_t kOutOfRange = 255;  //!< [step] there is no obstacle within max_range
+	static constexpr double kMaxRange = 80;           //!< [m] beyond which lasers that scan a plane see nothing
 
 	int directions = 0;    //!< [-] direction i points at 2 pi i / directions, map frame
-	double max_range = 0;  //!< [m]
+	double max_range = 0;  //!< [m] kMaxRange, or kMostSweptCells of the map if these are less
 	Array<float> x, y;     //!< [m] sample positions, map frame, along a curve that keeps neighbours near
 	/// [step] by position, then by direction; kBlock bytes more may be read at the end.
 	Array<std::uint8_t> by_position;
@@ -72,7 +73,7 @@ struct RangeProfiles
 	}
 };
 
-/// Samples the free cells, one per square of `parameters.spacing`, and sweeps their ranges up to parameters.max_range,
+/// Samples the free cells, one per square of `parameters.spacing`, and sweeps their ranges up to kMaxRange,
 /// or up to kMostSweptCells cells if that is less.
 /// \param cells free cells, increasing; their memory is given back before the sweep, which needs much
 RangeProfiles make_range_profiles(

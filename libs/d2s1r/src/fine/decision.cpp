@@ -166,7 +166,7 @@ void polish_best(
 {
 	constexpr double kHopeless = 12;  // [nat] a pose this far below the best one is not polished
 	const double least = scored.empty() ? 0 : scored.front().score.log_likelihood - kHopeless;
-	const std::size_t to_polish = std::min(scored.size(), static_cast<std::size_t>(limits.max_polished));
+	const std::size_t to_polish = std::min(scored.size(), most_poses(Stage::kPolished, limits));
 	for (std::size_t i = 0; i < to_polish && scored[i].score.log_likelihood >= least; i++)
 	{
 		const SearchedReading& in = readings[scored[i].reading];
@@ -188,7 +188,7 @@ void compare_best(
     std::vector<Place>& places)
 {
 	constexpr double kNegligible = 1e-3;  // [-] a place of this weight is not compared
-	const std::size_t to_compare = std::min(places.size(), static_cast<std::size_t>(limits.max_compared));
+	const std::size_t to_compare = std::min(places.size(), most_poses(Stage::kCompared, limits));
 	for (std::size_t i = 0; i < to_compare && places[i].weight > kNegligible; i++)
 	{
 		const SearchedReading& in = readings[places[i].reading];

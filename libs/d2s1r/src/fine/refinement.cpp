@@ -143,12 +143,10 @@ Eigen::Vector2d open_direction(const DistanceField& field, const BeamSubset& bea
 	return Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(information.topLeftCorner<2, 2>()).eigenvectors().col(0);
 }
 
-/// Returns the variance [m^2] of the distance of one end point. It is larger than that of a range, because beams beside
-/// each other err alike.
+/// Returns the variance [m^2] of the distance of one end point, of which more tell no more of the same walls.
 double variance_of(const BeamSubset& beams, const RefinementParameters& parameters)
 {
-	const double alike = std::max(1.0, mrpt::DEG2RAD(parameters.beam_correlation) / beams.spacing);  // [-] beams
-	return parameters.range_noise * parameters.range_noise * alike;
+	return parameters.range_noise * parameters.range_noise * mrpt::DEG2RAD(1.0) / beams.spacing;
 }
 
 /// Returns how far [m] from `sensor` along `open` the scan fits nearly as well: within it, the logarithm of its robust
@@ -191,6 +189,13 @@ double open_deviation(
 }
 }  // namespace
 
+std::size_t most_poses(Stage stage, const RefinementParameters& limits)
+{
+	auto most = static_cast<std::size_t>(limits.max_scored);
+	for (auto before = static_cast<std::size_t>(stage); before > 0; before--) most = (most + 2) / 3;
+	return most;
+}
+
 std::vector<RefinedPose> settle(
     const SearchedReadings& readings, const BeamSubset& few, const std::vector<Candidate>& candidates,
     const RefinementParameters& limits)
@@ -212,7 +217,7 @@ std::vector<RefinedPose> settle(
 	poses.reserve(settling.size());
 	for (const Settling& at : settling)
 		poses.push_back({at.pose, at.fit, static_cast<std::size_t>(at.reading - readings.data())});
-	return best_distinct(std::move(poses), static_cast<std::size_t>(limits.max_scored), kSettledApart);
+	return best_distinct(std::move(poses), most_poses(Stage::kScored, limits), kSettledApart);
 }
 
 std::vector<RefinedPose> make_shortlist(
@@ -221,7 +226,7 @@ std::vector<RefinedPose> make_shortlist(
 {
 	// (- log-likelihood, pose): best first, ties by fit
 	using Ranking = std::vector<std::pair<double, std::size_t>>;
-	const auto most = static_cast<std::size_t>(limits.max_refined);
+	const std::size_t most = most_poses(Stage::kRefined, limits);
 	// what `of`, score() or log_likelihood_bound(), says of a pose
 	const auto judged = [&](const auto& of, const RefinedPose& at)
 	{
@@ -264,7 +269,7 @@ std::vector<RefinedPose> refine(
 	}
 	std::stable_sort(poses.begin(), poses.end(), [](const auto& a, const auto& b) { return a.fit > b.fit; });
 
-	const std::size_t forked = std::min(poses.size(), static_cast<std::size_t>(limits.max_restarted));
+	const std::size_t forked = std::min(poses.size(), most_poses(Stage::kRestarted, limits));
 	for (std::size_t i = 0; i < forked; i++)
 	{
 		const TPose2D start = poses[i].pose;

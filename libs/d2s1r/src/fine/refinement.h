@@ -35,16 +35,29 @@ struct RefinedPose
 	std::size_t reading = 0;  //!< [-] number of the reading that the pose is in
 };
 
+/// What is done to fewer and fewer poses, because each stage takes longer for a pose than the one before.
+enum class Stage
+{
+	kScored,     //!< with up to 45 beams: settled candidates, those of best fit
+	kRefined,    //!< with up to 180 beams: those of best score
+	kRestarted,  //!< refined from both sides along what the scan leaves open: those of best fit
+	kPolished,   //!< with up to 360 beams: those of best score
+	kCompared    //!< by the best score within some centimetres: the best places
+};
+
+/// Returns the maximum number of poses [-] of a stage: limits.max_scored, and a third each time, rounded up.
+std::size_t most_poses(Stage stage, const RefinementParameters& limits);
+
 /// Pulls candidates onto the walls: Gauss-Newton on the distance field with a robust kernel that shrinks. Before each
 /// step, and after the last, candidates that fit worse than the best by more than limits.fit_margin are dropped.
 /// \param limits of numbers and margins, for the poses in all readings together, as in all functions here
-/// \return distinct poses, best fit less the coarse cost first, at most limits.max_scored. Thread-safe, as all
+/// \return distinct poses, best fit less the coarse cost first, as many as may be scored. Thread-safe, as all
 ///         functions here.
 std::vector<RefinedPose> settle(
     const SearchedReadings& readings, const BeamSubset& few, const std::vector<Candidate>& candidates,
     const RefinementParameters& limits);
 
-/// Returns those of `poses` that a few beams find plausible, best score first: at most limits.max_refined, and none
+/// Returns those of `poses` that a few beams find plausible, best score first: as many as may be refined, and none
 /// whose score is below the best one's by more than limits.score_margin. Beams are followed only where their ends leave
 /// a chance.
 std::vector<RefinedPose> make_shortlist(

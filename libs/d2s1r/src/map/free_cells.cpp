@@ -90,8 +90,8 @@ std::vector<CellIndex> find_sensor_cells(const Grid& grid, const FreeCellParamet
 	auto cells = find_free_cells(grid, parameters);
 	if (cells.empty())
 		throw std::invalid_argument(
-		    "the map has no free cell a sensor can stand in; check its thresholds, free_cells.clearance, "
-		    "free_cells.largest_region_only and coarse_search.clearance");
+		    "the map has no free cell a sensor can stand in; check its thresholds, free_cells.clearance "
+		    "and free_cells.largest_region_only");
 	return cells;
 }
 }  // namespace d2s1r

@@ -28,8 +28,7 @@ namespace d2s1r
 /// - Signatures come from a sweep along digital lines, the virtual scans that are registered from exact rays.
 /// - Algorithm 2 steps before its first comparison; here the first shift is 0. Scans are resampled, then normalized,
 ///   and counter-clockwise, as MRPT's.
-/// - Cells are those of the map: Table II's 0.05 m is not forced on it. Rays pass unknown space unless
-///   grid.rays_stop_at_unknown is set.
+/// - Cells are those of the map: Table II's 0.05 m is not forced on it. Rays pass unknown space.
 ///
 /// It is thread-safe. A thread's first call aside, nothing but the returned hypotheses is allocated.
 /// \param scan a valid one

@@ -46,7 +46,6 @@ class AxisCounter
    public:
 	AxisCounter(const SweepLines& lines, const Grid& grid, const Parameters& parameters, int threads)
 	    : lines_(lines),
-	      obstacles_(parameters.grid.rays_stop_at_unknown ? lines.unknown_or_occupied : lines.occupied),
 	      max_units_(max_range_units(grid, parameters.paper.max_range)),
 	      threads_(threads),
 	      bin_of_range_(make_bin_of_range(grid.cell_size, parameters.paper))
@@ -72,13 +71,12 @@ class AxisCounter
 	{
 		thread_local std::vector<std::uint16_t> hits, ranges;
 		ranges.resize(bins.size());
-		sweep(lines_, obstacles_, direction, max_units_, hits, ranges.data());
+		sweep(lines_, direction, max_units_, hits, ranges.data());
 		const auto bin_of = [bin = bin_of_range_.data()](std::uint16_t range) { return bin[range]; };
 		std::transform(ranges.begin(), ranges.end(), bins.begin(), bin_of);
 	}
 
 	const SweepLines& lines_;
-	const ColumnRuns& obstacles_;
 	int max_units_;
 	int threads_;
 	Bins bin_of_range_;

@@ -98,8 +98,8 @@ void forget(std::uint16_t here, int horizon, std::vector<std::uint16_t>& hits)
 
 /// Sweeps all columns in one direction: the inner loop of sweep().
 void sweep_columns(
-    const SweepLines& lines, const ColumnRuns& obstacles, const SweepDirection& direction, int max_units,
-    std::vector<std::uint16_t>& hits, std::uint16_t* ranges)
+    const SweepLines& lines, const SweepDirection& direction, int max_units, std::vector<std::uint16_t>& hits,
+    std::uint16_t* ranges)
 {
 	const LineFamily family(direction.slope, lines.columns, lines.rows);
 	const int horizon = max_units + 1, columns_to_overflow = (65535 - horizon) / kRangeUnitsPerCell - 2;
@@ -108,7 +108,7 @@ void sweep_columns(
 	for (int column = lines.columns - 1; column >= 0; column--)
 	{
 		const int grid_column = direction.backwards ? lines.columns - 1 - column : column;
-		const Runs walls(obstacles, grid_column), cells(lines.cells, grid_column);
+		const Runs walls(lines.occupied, grid_column), cells(lines.cells, grid_column);
 		if (last_forgotten - column >= columns_to_overflow)
 		{
 			forget(static_cast<std::uint16_t>(column * kRangeUnitsPerCell), horizon, hits);
@@ -140,15 +140,14 @@ int max_range_units(const Grid& grid, double max_range)
 }
 
 void sweep(
-    const SweepLines& lines, const ColumnRuns& obstacles, const SweepDirection& direction, int max_units,
-    std::vector<std::uint16_t>& hits, std::uint16_t* ranges)
+    const SweepLines& lines, const SweepDirection& direction, int max_units, std::vector<std::uint16_t>& hits,
+    std::uint16_t* ranges)
 {
-	HWY_DYNAMIC_DISPATCH(sweep_columns)(lines, obstacles, direction, max_units, hits, ranges);
+	HWY_DYNAMIC_DISPATCH(sweep_columns)(lines, direction, max_units, hits, ranges);
 }
 
 void sweep_ranges(
-    const Grid& grid, const std::vector<CellIndex>& cells, int directions, double max_range, bool stop_at_unknown,
-    const RangeSink& sink)
+    const Grid& grid, const std::vector<CellIndex>& cells, int directions, double max_range, const RangeSink& sink)
 {
 	const int limit = max_range_units(grid, max_range);
 	const SweepLayout layout = make_sweep_layout(grid, cells);
@@ -158,8 +157,7 @@ void sweep_ranges(
 	{
 		const SweepDirection direction(2 * M_PI * i / directions);
 		const SweepLines& lines = direction.along_x ? layout.along_x : layout.along_y;
-		const ColumnRuns& obstacles = stop_at_unknown ? lines.unknown_or_occupied : lines.occupied;
-		sweep(lines, obstacles, direction, limit, hits, ranges.data());
+		sweep(lines, direction, limit, hits, ranges.data());
 		sink(i, {ranges.data(), (direction.along_x ? ranks_along_x : ranks_along_y).data()});
 	}
 }

@@ -34,21 +34,19 @@ using RangeSink = std::function<void(int direction, const SweptRanges& ranges)>;
 /// RayCaster's exact ones: test_site_rays.cpp checks that on real maps.
 /// \param cells free cells, in any order
 /// \param max_range [m] at most kMostSweptCells cells
-/// \param stop_at_unknown whether rays end at unknown cells, too
 /// \throws std::invalid_argument if max_range is above that
 void sweep_ranges(
-    const Grid& grid, const std::vector<CellIndex>& cells, int directions, double max_range, bool stop_at_unknown,
-    const RangeSink& sink);
+    const Grid& grid, const std::vector<CellIndex>& cells, int directions, double max_range, const RangeSink& sink);
 
 /// Returns `max_range` [m] in units of cell_size / kRangeUnitsPerCell.
 /// \throws std::invalid_argument if 16 bits of distance cannot hold it
 int max_range_units(const Grid& grid, double max_range);
 
-/// Finds the ranges from all `lines.cells`, in their order, to `obstacles` in one direction, in units of
+/// Finds the ranges from all `lines.cells`, in their order, to `lines.occupied` in one direction, in units of
 /// cell_size / kRangeUnitsPerCell; they are kNoObstacle above `max_units`. Every kind of SIMD gives the same result.
 /// \param hits memory that is kept from call to call
 /// \param ranges room for as many as there are lines.cells
 void sweep(
-    const SweepLines& lines, const ColumnRuns& obstacles, const SweepDirection& direction, int max_units,
-    std::vector<std::uint16_t>& hits, std::uint16_t* ranges);
+    const SweepLines& lines, const SweepDirection& direction, int max_units, std::vector<std::uint16_t>& hits,
+    std::uint16_t* ranges);
 }  // namespace d2s1r

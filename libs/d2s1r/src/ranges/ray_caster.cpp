@@ -36,9 +36,7 @@ HWY_INLINE Mask is_in_margin(const Map& map, const Axis& u, const Axis& v)
 }
 }  // namespace
 
-void follow(
-    const SkipMap& skips, double x, double y, float limit, bool margin_ends_rays, const RayDirections& rays,
-    float* lengths)
+void follow(const SkipMap& skips, double x, double y, float limit, const RayDirections& rays, float* lengths)
 {
 	const int column = static_cast<int>(std::floor(x)), row = static_cast<int>(std::floor(y));
 	const auto fraction_x = static_cast<float>(x - column), fraction_y = static_cast<float>(y - row);
@@ -56,7 +54,7 @@ void follow(
 			skip = skip_at(map, u, v);
 			moving = hn::And(hn::Gt(skip, all(0)), hn::Lt(length, all(limit)));
 		}
-		if (!margin_ends_rays) length = hn::IfThenElse(is_in_margin(map, u, v), all(limit), length);
+		length = hn::IfThenElse(is_in_margin(map, u, v), all(limit), length);
 		hn::StoreU(hn::Min(length, all(limit)), kFloats, lengths + i);
 	}
 }
@@ -87,16 +85,14 @@ RayDirections full_circle(int directions)
 
 constexpr int kMostSkipped = 255;  //!< [cells] that fit in a byte
 
-SkipMap make_skip_map(const Grid& grid, bool stop_at_unknown)
+SkipMap make_skip_map(const Grid& grid)
 {
 	SkipMap map{grid.width + 2, grid.height + 2, {}};
 	std::vector<std::uint8_t> is_open(map.index(0, map.height));
 	for (int y = 0; y < grid.height; y++)
 		for (int x = 0; x < grid.width; x++)
 		{
-			const Cell cell = grid.at(x, y);
-			const bool is_obstacle = cell == Cell::kOccupied || (stop_at_unknown && cell == Cell::kUnknown);
-			is_open[map.index(x + 1, y + 1)] = is_obstacle ? 0 : 1;
+			is_open[map.index(x + 1, y + 1)] = grid.at(x, y) == Cell::kOccupied ? 0 : 1;
 		}
 	std::vector<std::uint8_t> cells = skip_distances(is_open, map.width, kMostSkipped);
 	for (std::size_t cell = 0; cell < is_open.size(); cell++)
@@ -156,24 +152,22 @@ struct Axis
 /// Finds the lengths [cells] of all `rays` from (x, y) [cells of the map] to the cells where the skip distance is 0, at
 /// most `limit`. It follows many rays at a time in single precision; every kind of SIMD gives the same bits.
 /// \param x, y inside the map's margin
-/// \param margin_ends_rays whether the margin ends rays; otherwise a ray that leaves the grid has length `limit`
+/// A ray that leaves the grid has length `limit`.
 /// \param lengths is resized to the padded size of `rays`
 void follow_rays(
-    const SkipMap& map, double x, double y, float limit, bool margin_ends_rays, const RayDirections& rays,
-    std::vector<float>& lengths)
+    const SkipMap& map, double x, double y, float limit, const RayDirections& rays, std::vector<float>& lengths)
 {
 	lengths.resize(rays.dx.size());
-	HWY_DYNAMIC_DISPATCH(follow)(map, x, y, limit, margin_ends_rays, rays, lengths.data());
+	HWY_DYNAMIC_DISPATCH(follow)(map, x, y, limit, rays, lengths.data());
 }
 }  // namespace
 
-RayCaster::RayCaster(const Grid& grid, double max_range, bool stop_at_unknown)
+RayCaster::RayCaster(const Grid& grid, double max_range)
     : cell_size_(grid.cell_size),
       origin_x_(grid.origin_x),
       origin_y_(grid.origin_y),
       max_range_(max_range),
-      stop_at_unknown_(stop_at_unknown),
-      skips_(make_skip_map(grid, stop_at_unknown))
+      skips_(make_skip_map(grid))
 {
 }
 
@@ -193,7 +187,7 @@ void RayCaster::scan(double x, double y, int directions, std::vector<float>& ran
 	    skips_.is_inside(static_cast<int>(std::floor(column)), static_cast<int>(std::floor(row))))
 	{
 		const auto limit = static_cast<float>(max_range_ / cell_size_);
-		follow_rays(skips_, column, row, limit, stop_at_unknown_, rays, ranges);
+		follow_rays(skips_, column, row, limit, rays, ranges);
 		ranges.resize(rays.size);
 		for (float& range : ranges)
 			range = range < limit ? range * static_cast<float>(cell_size_) : static_cast<float>(max_range_);
@@ -208,14 +202,12 @@ float RayCaster::cast(double x, double y, double angle) const
 	const double dx = std::cos(angle), dy = std::sin(angle);
 	const SkipMap& map = skips_;
 	const double column = (x - origin_x_) / cell_size_ + 1, row = (y - origin_y_) / cell_size_ + 1;
-	if (!(is_countable(column, row) && std::isfinite(dx + dy)))
-		return stop_at_unknown_ ? 0 : static_cast<float>(max_range_);
+	if (!(is_countable(column, row) && std::isfinite(dx + dy))) return static_cast<float>(max_range_);
 	Axis u(column, dx), v(row, dy);
 	const double limit = max_range_ / cell_size_;
 	double length = 0;  // [cells]
 	if (!map.is_inside(u.cell, v.cell))
 	{
-		if (stop_at_unknown_) return 0;
 		const auto [u_in, u_out] = u.inside(map.width - 1);
 		const auto [v_in, v_out] = v.inside(map.height - 1);
 		length = std::max({u_in, v_in, 0.0});
@@ -228,8 +220,7 @@ float RayCaster::cast(double x, double y, double angle) const
 		const int skip = map.cells[map.index(u.cell, v.cell)];
 		if (skip == 0)
 		{
-			const bool none = !stop_at_unknown_ && !map.is_inside(u.cell, v.cell);
-			return static_cast<float>(none ? max_range_ : length * cell_size_);
+			return static_cast<float>(map.is_inside(u.cell, v.cell) ? length * cell_size_ : max_range_);
 		}
 		const double u_exit = u.exit(skip), v_exit = v.exit(skip);
 		length = std::min(u_exit, v_exit);

@@ -49,14 +49,14 @@ class RayCaster
    public:
 	/// Prepares the cells of `grid`.
 	/// \param max_range [m] of a ray
-	/// \param stop_at_unknown whether unknown cells, and all that lies outside of the grid, end a ray
-	RayCaster(const Grid& grid, double max_range, bool stop_at_unknown);
+	RayCaster(const Grid& grid, double max_range);
 
 	/// Makes an empty one, for fields() to read into.
 	RayCaster() = default;
 
-	/// Returns the distance [m] from (x, y) [m, map frame] along `angle` [rad] to the near side of the first obstacle,
-	/// or max_range if there is none; zero inside an obstacle.
+	/// Returns the distance [m] from (x, y) [m, map frame] along `angle` [rad] to the near side of the first occupied
+	/// cell, or max_range if there is none; zero inside one. Unknown cells, as which all outside of the grid counts,
+	/// end no ray.
 	float cast(double x, double y, double angle) const;
 
 	/// Returns a virtual scan: the ranges [m] from (x, y) [m, map frame] along `directions` directions, of which
@@ -75,7 +75,6 @@ class RayCaster
 		file(self.origin_x_);
 		file(self.origin_y_);
 		file(self.max_range_);
-		file(self.stop_at_unknown_);
 		file(self.skips_.width);
 		file(self.skips_.height);
 		file(self.skips_.cells);
@@ -84,7 +83,6 @@ class RayCaster
    private:
 	double cell_size_ = 0, origin_x_ = 0, origin_y_ = 0;  //!< [m] of the grid, map frame
 	double max_range_ = 0;                                //!< [m]
-	bool stop_at_unknown_ = false;
 	SkipMap skips_;
 };
 }  // namespace d2s1r

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <iterator>
 #include <numeric>
 
 namespace d2s1r
@@ -17,7 +18,7 @@ std::uint16_t to_units(double columns)
 	return static_cast<std::uint16_t>(std::lround(columns * kRangeUnitsPerCell));
 }
 
-constexpr std::uint8_t kIsOccupied = 1, kIsUnknownOrOccupied = 2, kIsWanted = 4;
+constexpr std::uint8_t kIsOccupied = 1, kIsWanted = 2;
 
 /// The flags of cells and of a margin of one cell, in `columns` blocks of `rows` each.
 struct Flags
@@ -41,21 +42,16 @@ Cell cell_or_unknown(const Grid& grid, int x, int y)
 	return grid.contains(x, y) ? grid.at(x, y) : Cell::kUnknown;
 }
 
-/// Returns which obstacle a cell is, unless no ray can enter it through an edge.
-std::uint8_t obstacle_flags(const Grid& grid, int x, int y)
+/// Returns kIsOccupied for an occupied cell, unless no ray can enter it through an edge.
+std::uint8_t obstacle_flag(const Grid& grid, int x, int y)
 {
-	const Cell cell = cell_or_unknown(grid, x, y);
-	if (cell == Cell::kFree) return 0;
+	if (cell_or_unknown(grid, x, y) != Cell::kOccupied) return 0;
 	const Cell neighbours[] = {
 	    cell_or_unknown(grid, x - 1, y), cell_or_unknown(grid, x + 1, y), cell_or_unknown(grid, x, y - 1),
 	    cell_or_unknown(grid, x, y + 1)};
-	std::uint8_t flags = 0;
-	for (const Cell neighbour : neighbours)
-	{
-		if (neighbour == Cell::kFree) flags |= kIsUnknownOrOccupied;
-		if (neighbour != Cell::kOccupied && cell == Cell::kOccupied) flags |= kIsOccupied;
-	}
-	return flags;
+	const bool is_enclosed =
+	    std::all_of(std::begin(neighbours), std::end(neighbours), [](Cell cell) { return cell == Cell::kOccupied; });
+	return is_enclosed ? 0 : kIsOccupied;
 }
 
 /// Returns the flags as sweeps along y need them: the grid's rows are the columns of the result.
@@ -63,7 +59,7 @@ Flags make_flags_along_y(const Grid& grid, const std::vector<CellIndex>& cells)
 {
 	Flags flags(grid.height + 2, grid.width + 2);
 	for (int y = -1; y <= grid.height; y++)
-		for (int x = -1; x <= grid.width; x++) flags.values[flags.index(y + 1, x + 1)] = obstacle_flags(grid, x, y);
+		for (int x = -1; x <= grid.width; x++) flags.values[flags.index(y + 1, x + 1)] = obstacle_flag(grid, x, y);
 	for (const CellIndex cell : cells)
 		flags.values[flags.index(cell / grid.width + 1, cell % grid.width + 1)] |= kIsWanted;
 	return flags;
@@ -120,9 +116,7 @@ ColumnRuns find_runs(const Flags& flags, std::uint8_t flag)
 
 SweepLines make_lines(const Flags& flags)
 {
-	return {
-	    flags.columns, flags.rows, find_runs(flags, kIsOccupied), find_runs(flags, kIsUnknownOrOccupied),
-	    find_runs(flags, kIsWanted)};
+	return {flags.columns, flags.rows, find_runs(flags, kIsOccupied), find_runs(flags, kIsWanted)};
 }
 
 /// Sorts `order` by `key_of` its elements, which is below `keys`: a stable counting sort.

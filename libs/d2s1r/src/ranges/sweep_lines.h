@@ -91,9 +91,8 @@ struct SweepLines
 {
 	int columns = 0;
 	int rows = 0;
-	ColumnRuns occupied;             //!< occupied cells that rays can enter
-	ColumnRuns unknown_or_occupied;  //!< not-free cells that rays from free cells can enter
-	ColumnRuns cells;                //!< where ranges are wanted
+	ColumnRuns occupied;  //!< occupied cells that rays can enter
+	ColumnRuns cells;     //!< where ranges are wanted
 };
 
 /// The lines along both axes, which a full circle of directions needs.

@@ -98,7 +98,7 @@ class Maker:
 
     def make(self, set_):
         """Needs the floors of the set to be drawn; sets may be made at the same time, a floor twice may not."""
-        folder = self.folder / "sets" / set_.name
+        folder = self.folder / "sets" / f"{set_.name}-{zlib.crc32(repr(set_).encode()):08x}"
         whole(folder, lambda part: self.write(set_, part))
         truth = folder / "gt.txt"
         return Files(folder / "map.yaml" if set_.map_words else set_.map, folder / "scans.rawlog",
@@ -182,9 +182,14 @@ def strangers(sets, frames):
         other = with_truth[(i * 37 + len(with_truth) // 3) % len(with_truth)]
         if i % 3 or other.groups == scans.groups or are_one_building(scans.groups[0], other.groups[0]):
             continue
-        words = tuple(word for word in scans.scan_words if not word.startswith("frames=")) + (f"frames={frames}",)
-        yield Set(f"{scans.name}-in-{other.name}", "stranger", scans.groups + other.groups, other.map, scans.scans, None,
-                  other.map_words, words, scans.floors + other.floors)
+        yield in_map_of(scans, other, frames)
+
+
+def in_map_of(scans, other, frames):
+    """The scans of a set in the map of another place."""
+    words = tuple(word for word in scans.scan_words if not word.startswith("frames=")) + (f"frames={frames}",)
+    return Set(f"{scans.name}-in-{other.name}", "stranger", scans.groups + other.groups, other.map, scans.scans, None,
+               other.map_words, words, scans.floors + other.floors)
 
 
 def are_one_building(a, b):
