@@ -21,7 +21,8 @@ Process::Process(const Words& command, const fs::path& folder)
 {
 	if (id_ < 0) throw std::runtime_error("fork failed");
 	if (id_ > 0) return;
-	std::signal(SIGHUP, SIG_DFL);  // the tests may run under nohup
+	// The tests may run under nohup or with `&` in a script, which ignore signals.
+	for (const int signal : {SIGHUP, SIGINT}) std::signal(signal, SIG_DFL);
 	const auto redirect = [](const char* file, int flags, int descriptor)
 	{ dup2(open(file, flags | O_CREAT | O_TRUNC, 0644), descriptor); };
 	redirect("/dev/null", O_RDONLY, STDIN_FILENO);
