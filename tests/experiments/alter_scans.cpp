@@ -26,6 +26,7 @@
 #include <vector>
 
 #include "settings.h"
+#include "shorten.h"
 
 namespace
 {
@@ -97,21 +98,6 @@ void block(CObservation2DRangeScan& scan, double share, std::mt19937& random)
 			scan.setScanRangeValidity(beam, true);
 		}
 	}
-}
-
-/// As a laser that sees nothing from `reach` [m] on would say.
-void shorten(CObservation2DRangeScan& scan, float reach)
-{
-	if (reach >= scan.maxRange) return;
-	for (std::size_t beam = 0; beam < scan.getScanSize(); beam++)
-	{
-		const float range = scan.getScanRange(beam);
-		const bool is_data = scan.getScanRangeValidity(beam) || range >= scan.maxRange;
-		if (!is_data || range < reach) continue;
-		scan.setScanRange(beam, reach);
-		scan.setScanRangeValidity(beam, false);
-	}
-	scan.maxRange = reach;
 }
 
 /// Leaves every n-th beam.
@@ -204,7 +190,7 @@ void alter(const std::string& in, const std::string& out, const Settings& settin
 		crop(scan, settings.at("field_of_view") * M_PI / 180);
 		add_noise(scan, settings.at("noise"), settings.at("relative_noise"), random);
 		invalidate(scan, settings.at("invalid"), random);
-		shorten(scan, static_cast<float>(settings.at("reach")));
+		d2s1r::experiments::shorten(scan, static_cast<float>(settings.at("reach")));
 		archive << scan;
 	}
 }
