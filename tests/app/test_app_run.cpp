@@ -94,7 +94,7 @@ TEST_F(AppRun, AnInterruptBeforeTheFirstFrameLeavesEarlierResults)
 	save(long_log(1), path("in.rawlog"));
 	ASSERT_EQ(run(words("out", {"-q"})).status, 0);
 	const std::string before = read_file(path("out/frames.csv"));
-	write_file(path("slow.ini"), "[coarse_search]\nspacing = 0.01\ndirections = 720\n");
+	write_file(path("slow.ini"), "[coarse_search]\nspacing = 0.01\n");
 	Process process = start(words("out", {"-c", path("slow.ini")}));
 	while (process.running() && !growing("out", "frames.csv")) std::this_thread::yield();
 	process.send(SIGTERM);

@@ -243,11 +243,6 @@ TEST(Atlas, SaysWhichMapsDoNotGoTogether)
 	EXPECT_NE(
 	    refused({{"a", floor_localizer()}, {"b", localizer_of(make_annex(), other_sensor)}}).find("section scan"),
 	    std::string::npos);
-	Parameters other_directions;
-	other_directions.coarse_search.directions = 90;
-	EXPECT_NE(
-	    refused({{"a", floor_localizer()}, {"b", localizer_of(make_annex(), other_directions)}}).find("directions"),
-	    std::string::npos);
 	const Atlas atlas = two_maps();
 	EXPECT_EQ(atlas.at("annex").localizer, annex_localizer());
 	EXPECT_THROW(atlas.at("cellar"), std::invalid_argument);

@@ -190,8 +190,8 @@ TEST(MemoryToBuild, IsWhatALocalizerTakes)
 		for (int x = 300; x < 306; x++) smeared->setCell(x, y, 0.0F);
 	expect_foreseen(smeared, "partly unknown, with a thick wall, which is read in two ways");
 	Parameters parameters;
-	parameters.coarse_search.directions = 240;
-	expect_foreseen(hall(0.05, 800), "240 directions", parameters);
+	parameters.coarse_search.spacing = 0.1;
+	expect_foreseen(hall(0.05, 800), "four times as many profiles", parameters);
 	parameters.method = Method::kPaper;
 	parameters.paper.bins = 100;
 	expect_foreseen(hall(0.05, 800), "the paper's method", parameters);

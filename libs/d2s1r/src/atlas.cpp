@@ -29,11 +29,6 @@ std::string scan_section(const Localizer& localizer)
 	only.scan = localizer.parameters().scan;
 	return to_ini(only);
 }
-
-int directions_of(const Localizer& localizer)
-{
-	return localizer.parameters().coarse_search.directions;
-}
 }  // namespace
 
 Atlas::Atlas(std::vector<AtlasMap> maps) : maps_(std::move(maps))
@@ -49,8 +44,6 @@ Atlas::Atlas(std::vector<AtlasMap> maps) : maps_(std::move(maps))
 		if (!map.localizer->default_index()) refuse("has method = paper, which searches one map; use method = default");
 		if (scan_section(*map.localizer) != scan_section(*maps_.front().localizer))
 			refuse("has other parameters in section scan, which are about the sensor; give all maps the same");
-		if (directions_of(*map.localizer) != directions_of(*maps_.front().localizer))
-			refuse("has another number of coarse_search.directions; give all maps the same");
 	}
 }
 

@@ -27,7 +27,8 @@ DefaultIndex make_default_index(const Grid& grid, const Parameters& parameters)
 	{
 		const Grid surfaces = with_wall_surfaces_only(read);
 		index.readings.push_back(
-		    {make_range_profiles(read, find_sensor_cells(read, parameters.free_cells), parameters.coarse_search),
+		    {make_range_profiles(
+		         read, find_sensor_cells(read, parameters.free_cells), parameters.coarse_search.spacing),
 		     DistanceField(surfaces, tolerance), BeamTracer(surfaces, furniture)});
 	};
 	add_reading(grid, 0);

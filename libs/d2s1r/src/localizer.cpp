@@ -42,7 +42,6 @@ std::uint64_t fingerprint_of_index(const Parameters& parameters)
 	of_index.free_cells = parameters.free_cells;
 	of_index.paper = parameters.paper;
 	of_index.coarse_search.spacing = parameters.coarse_search.spacing;
-	of_index.coarse_search.directions = parameters.coarse_search.directions;
 	const std::string text = D2S1R_VERSION + to_ini(of_index);
 	return fingerprint_of(text.data(), text.size());
 }
@@ -312,15 +311,15 @@ double in_lines(int bytes)
 	return static_cast<double>(in_whole_lines(static_cast<std::size_t>(bytes)));
 }
 
-double memory_of_default_index(const Grid& grid, const CoarseSearchParameters& parameters)
+double memory_of_default_index(const Grid& grid, double spacing)
 {
 	// What is kept and what it takes to make it: grids and fields of the cells, profiles and sweeps of the positions.
 	constexpr double kPerCell = 7, kPerPosition = 50, kPerGroup = 50;  // [byte]
-	const int side = std::max(1, static_cast<int>(std::lround(parameters.spacing / grid.cell_size)));
+	const int side = std::max(1, static_cast<int>(std::lround(spacing / grid.cell_size)));
 	const double of_cells = kPerCell * static_cast<double>(grid.cells.size());
-	const double of_positions = (parameters.directions + kPerPosition) * count_free_squares(grid, side);
+	const double of_positions = (RangeProfiles::kDirections + kPerPosition) * count_free_squares(grid, side);
 	const double of_groups =
-	    (in_lines(parameters.directions) + RangeProfiles::kBins + kPerGroup) * count_free_squares(grid, 2 * side);
+	    (in_lines(RangeProfiles::kDirections) + RangeProfiles::kBins + kPerGroup) * count_free_squares(grid, 2 * side);
 	return of_cells + of_positions + of_groups;
 }
 
@@ -338,7 +337,7 @@ std::uint64_t memory_to_build(const mrpt::maps::COccupancyGridMap2D& map, const 
 	const double of_grid = static_cast<double>(grid.cells.size());
 	if (parameters.method == Method::kPaper)
 		return static_cast<std::uint64_t>(of_grid + memory_of_paper_index(grid, parameters.paper));
-	const double of_reading = memory_of_default_index(grid, parameters.coarse_search);
+	const double of_reading = memory_of_default_index(grid, parameters.coarse_search.spacing);
 	return static_cast<std::uint64_t>(of_grid + count_readings(grid) * of_reading);
 }
 }  // namespace d2s1r

@@ -51,7 +51,7 @@ void drop_costly(
 	double least_elsewhere = HUGE_VAL;  // [step] in maps that are not the cheapest
 	for (auto least = least_in.begin(); least != least_in.end(); ++least)
 		if (least != cheapest) least_elsewhere = std::min(least_elsewhere, *least);
-	const double directions = parameters.directions * scan.field_of_view / (2 * M_PI);
+	const double directions = RangeProfiles::kDirections * scan.field_of_view / (2 * M_PI);
 	const double margin = parameters.margin / std::sqrt(std::min(directions, static_cast<double>(scan.beams.size())));
 	const auto cheapest_map = static_cast<std::size_t>(cheapest - least_in.begin());
 	for (Found& here : found)

@@ -89,7 +89,7 @@ def read_constants(ini):
         if entry and section in SECTIONS and f"{section}.{entry.group(1)}" not in WISHES:
             key, value, least, greatest = entry.groups()
             is_whole = key.startswith("max_") and "share" not in key or key in (
-                "directions", "candidates", "truncation")
+                "candidates", "truncation")
             constants.append(Constant(section, key, float(value), float(least), float(greatest), is_whole))
     unknown = set(OFF) - {constant.name for constant in constants}
     if unknown:

@@ -19,7 +19,7 @@ class CoarseSearch : public testing::Test
    protected:
 	const Grid grid_ = make_floor(), world_ = world_of(grid_);
 	CoarseSearchParameters parameters_;
-	const RangeProfiles profiles_ = make_range_profiles(grid_, find_free_cells(grid_, {}), parameters_);
+	const RangeProfiles profiles_ = make_range_profiles(grid_, find_free_cells(grid_, {}), parameters_.spacing);
 
 	/// Whether a candidate lies within a sample's reach of the truth.
 	bool found(const std::vector<Candidate>& candidates, const mrpt::math::TPose2D& truth) const
@@ -133,7 +133,7 @@ TEST_F(CoarseSearch, CandidatesAreDistinctAndBestFirst)
 				EXPECT_LE(candidates[j].cost, candidates[i].cost);
 				EXPECT_TRUE(
 				    distance_between(candidates[i].pose, candidates[j].pose) >= 2 * parameters_.spacing ||
-				    turn_between(candidates[i].pose, candidates[j].pose) >= 3 * 360.0 / parameters_.directions)
+				    turn_between(candidates[i].pose, candidates[j].pose) >= 3 * 360.0 / profiles_.directions)
 				    << candidates[i].pose << " " << candidates[j].pose;
 			}
 	}
@@ -175,7 +175,7 @@ TEST_F(CoarseSearch, TheSecondLookSeesAllPositionsOfAGroup)
 		    [&](const Candidate& other)
 		    {
 			    return other.cost <= cost && distance_between(other.pose, pose) < 2 * parameters_.spacing &&
-			           turn_between(other.pose, pose) < 3 * 360.0 / parameters_.directions;
+			           turn_between(other.pose, pose) < 3 * 360.0 / profiles_.directions;
 		    });
 	};
 	std::size_t others = 0;

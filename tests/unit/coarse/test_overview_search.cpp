@@ -19,7 +19,7 @@ class OverviewSearch : public testing::Test
    protected:
 	const Grid grid_ = make_floor();
 	CoarseSearchParameters parameters_;
-	const RangeProfiles profiles_ = make_range_profiles(grid_, find_free_cells(grid_, {}), parameters_);
+	const RangeProfiles profiles_ = make_range_profiles(grid_, find_free_cells(grid_, {}), parameters_.spacing);
 
 	std::vector<Pair> look(const Scan& scan, const Prior& prior = {}) const
 	{

@@ -14,20 +14,19 @@ namespace d2s1r::test
 {
 namespace
 {
+constexpr double kSpacing = 0.2;  // [m]
+
 class OnFloor : public testing::Test
 {
    protected:
 	const Grid grid_ = make_floor();
 	const std::vector<CellIndex> cells_ = find_free_cells(grid_, {});
-	const CoarseSearchParameters parameters_{};
-	const RangeProfiles profiles_ = make_range_profiles(grid_, cells_, parameters_);
+	const RangeProfiles profiles_ = make_range_profiles(grid_, cells_, kSpacing);
 
 	/// Which square of `spacing` a position lies in.
 	std::pair<int, int> square_of(double x, double y) const
 	{
-		return {
-		    static_cast<int>((x - grid_.origin_x) / parameters_.spacing),
-		    static_cast<int>((y - grid_.origin_y) / parameters_.spacing)};
+		return {static_cast<int>((x - grid_.origin_x) / kSpacing), static_cast<int>((y - grid_.origin_y) / kSpacing)};
 	}
 };
 }  // namespace
@@ -72,7 +71,7 @@ TEST_F(OnFloor, EverySquareWithAFreeCellHasOneSampleInIt)
 TEST_F(OnFloor, RangesAreExactToACell)
 {
 	const auto directions = static_cast<std::size_t>(profiles_.directions);
-	ASSERT_EQ(profiles_.directions, parameters_.directions);
+	ASSERT_EQ(profiles_.directions, RangeProfiles::kDirections);
 	ASSERT_EQ(profiles_.by_position.size(), profiles_.size() * directions + RangeProfiles::kBlock);
 	std::size_t off = 0;
 	for (std::size_t i = 0; i < profiles_.size(); i++)
@@ -178,12 +177,9 @@ TEST_F(OnFloor, ASignatureIsTheSameForAllYaws)
 
 TEST(RangeProfiles, ASquareOfAPowerOfTwoIsWalkedFromNeighbourToNeighbour)
 {
-	CoarseSearchParameters parameters;
-	parameters.spacing = 0.5;
-	parameters.directions = 8;
 	const std::vector<std::string> open(16, std::string(16, '.'));
 	const Grid grid = make_picture_grid(open, 0.5);
-	const RangeProfiles profiles = make_range_profiles(grid, find_free_cells(grid, {}), parameters);
+	const RangeProfiles profiles = make_range_profiles(grid, find_free_cells(grid, {}), 0.5, 8);
 	ASSERT_EQ(profiles.size(), 256U);
 	for (std::size_t i = 1; i < profiles.size(); i++)
 		EXPECT_NEAR(std::hypot(profiles.x[i] - profiles.x[i - 1], profiles.y[i] - profiles.y[i - 1]), 0.5F, 1e-4F);
@@ -192,10 +188,7 @@ TEST(RangeProfiles, ASquareOfAPowerOfTwoIsWalkedFromNeighbourToNeighbour)
 TEST(RangeProfiles, WhereThereIsNoWallIsOutOfRange)
 {
 	const Grid grid = make_picture_grid({"#..."}, 0.5);
-	CoarseSearchParameters parameters;
-	parameters.spacing = 0.5;
-	parameters.directions = 4;
-	const RangeProfiles profiles = make_range_profiles(grid, find_free_cells(grid, {}), parameters);
+	const RangeProfiles profiles = make_range_profiles(grid, find_free_cells(grid, {}), 0.5, 4);
 	ASSERT_EQ(profiles.size(), 3U);
 	std::vector<std::pair<float, std::uint8_t>> leftwards;
 	for (std::size_t i = 0; i < 3; i++)
@@ -211,12 +204,10 @@ TEST(RangeProfiles, WhereThereIsNoWallIsOutOfRange)
 
 TEST(RangeProfiles, SmallCellsLimitTheirReach)
 {
-	CoarseSearchParameters parameters;
-	parameters.spacing = 0.1;
 	for (const double cell_size : {0.05, 0.01})
 	{
 		const Grid grid = make_picture_grid({"#..."}, cell_size);
-		const RangeProfiles profiles = make_range_profiles(grid, find_free_cells(grid, {}), parameters);
+		const RangeProfiles profiles = make_range_profiles(grid, find_free_cells(grid, {}), 0.1);
 		EXPECT_NEAR(profiles.max_range, std::min(RangeProfiles::kMaxRange, 4000 * cell_size), 0.011);
 		EXPECT_GT(profiles.size(), 0U);
 	}
@@ -225,16 +216,14 @@ TEST(RangeProfiles, SmallCellsLimitTheirReach)
 TEST(RangeProfiles, NoCellsNoSamples)
 {
 	const Grid grid = make_picture_grid({"#.#"}, 0.5);
-	EXPECT_EQ(make_range_profiles(grid, {}, {}).size(), 0U);
+	EXPECT_EQ(make_range_profiles(grid, {}, 0.5).size(), 0U);
 }
 
 TEST(RangeProfiles, RefusesAMapWiderThanItsCurve)
 {
 	Grid grid{(1 << 16) - 1, 1, 0.05, 0, 0, std::vector<Cell>(1 << 16, Cell::kFree)};
-	CoarseSearchParameters parameters;
-	parameters.spacing = grid.cell_size;
-	EXPECT_EQ(make_range_profiles(grid, {grid.width - 1}, parameters).size(), 1U);
+	EXPECT_EQ(make_range_profiles(grid, {grid.width - 1}, grid.cell_size).size(), 1U);
 	grid.width++;
-	EXPECT_THROW(make_range_profiles(grid, {grid.width - 1}, parameters), std::invalid_argument);
+	EXPECT_THROW(make_range_profiles(grid, {grid.width - 1}, grid.cell_size), std::invalid_argument);
 }
 }  // namespace d2s1r::test

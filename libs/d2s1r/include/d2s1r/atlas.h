@@ -36,8 +36,7 @@ class Atlas
    public:
 	/// \param maps one or more; the atlas shares their localizers
 	/// \throws std::invalid_argument if there is no map, a name is there twice, a localizer is null or its method is
-	///         kPaper, or the section `scan` of their parameters, which is about the sensor, or the number of
-	///         coarse_search.directions, in which scans are compared with all maps, differs
+	///         kPaper, or the section `scan` of their parameters, which is about the sensor, differs
 	explicit Atlas(std::vector<AtlasMap> maps);
 
 	/// Answers where a scan was taken: Hypothesis::map names the map. It never throws because of the scan.

@@ -55,7 +55,6 @@ struct PaperParameters
 struct CoarseSearchParameters
 {
 	double spacing = 0.2;                     //!< [m] between sample positions
-	int directions = 120;                     //!< [-] of a profile, and yaw shifts
 	double overview_missing = 1.0;            //!< [-] share of the least cost that missing beams may make up
 	double overview_missing_by_chance = 0.7;  //!< [-] beams missing by chance, by the square root of their number
 	int max_pairs = 40000;                    //!< [-] pairs of group and yaw compared beam by beam, at most

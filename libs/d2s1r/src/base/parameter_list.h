@@ -72,9 +72,6 @@ template <class P, class Visitor>
 void visit_range_profiles(P& coarse, const Visitor& visit)
 {
 	visit("spacing", coarse.spacing, 0.01, 10.0, "[m] distance between neighbouring sample positions");
-	visit(
-	    "directions", coarse.directions, 8, 720,
-	    "[-] directions of a range profile, which are the yaw shifts that are tried, too");
 }
 
 template <class P, class Visitor>

@@ -55,7 +55,7 @@ struct CoarseSearchIn
 
 /// Searches readings of several maps as if they were one map, in about the time that one map of their size takes: all
 /// limits hold for the pairs and candidates of all of them together, so that most of them get few or none.
-/// \param readings one or more, whose profiles have the same number of directions
+/// \param readings one or more
 /// \return distinct poses, the best of all first
 std::vector<Candidate> coarse_search(
     const std::vector<CoarseSearchIn>& readings, const Scan& scan, const CoarseSearchParameters& parameters);

@@ -234,10 +234,9 @@ std::array<std::uint8_t, RangeProfiles::kBins> RangeProfiles::histogram_of(
 	return histogram;
 }
 
-RangeProfiles make_range_profiles(
-    const Grid& grid, std::vector<CellIndex> cells, const CoarseSearchParameters& parameters)
+RangeProfiles make_range_profiles(const Grid& grid, std::vector<CellIndex> cells, double spacing, int directions)
 {
-	const int side = std::max(1, static_cast<int>(std::lround(parameters.spacing / grid.cell_size)));
+	const int side = std::max(1, static_cast<int>(std::lround(spacing / grid.cell_size)));
 	const auto positions = along_curve(grid, one_a_square(grid, cells, side), side);
 	const auto groups = along_curve(grid, one_a_square(grid, cells, 2 * side), side);
 	std::vector<CellIndex>().swap(cells);
@@ -247,21 +246,20 @@ RangeProfiles make_range_profiles(
 		for (const PlacedCell& sample : *placed) swept.push_back(sample.cell);
 
 	RangeProfiles profiles;
-	profiles.directions = parameters.directions;
+	profiles.directions = directions;
 	profiles.max_range = std::min(RangeProfiles::kMaxRange, (kMostSweptCells - 1) * grid.cell_size);  // 1: rounding
 	list_positions(grid, positions, groups.size(), profiles);
-	const auto directions = static_cast<std::size_t>(parameters.directions);
+	const auto row_size = static_cast<std::size_t>(directions);  // [byte]
 	AlignedBytes overview_rows(groups.size() * profiles.overview_stride());
-	std::vector<std::uint8_t> position_rows(positions.size() * directions + RangeProfiles::kBlock);
+	std::vector<std::uint8_t> position_rows(positions.size() * row_size + RangeProfiles::kBlock);
 	const std::vector<std::uint8_t> step_of = steps_of_ranges(profiles, grid.cell_size);
 	std::vector<std::uint8_t> half_of = step_of;  // [2 steps]
 	for (std::uint8_t& step : half_of) step /= 2;
-	RowWriter by_position(0, positions.size(), step_of, parameters.directions, directions, position_rows.data());
+	RowWriter by_position(0, positions.size(), step_of, directions, row_size, position_rows.data());
 	RowWriter overview(
-	    positions.size(), groups.size(), half_of, parameters.directions, profiles.overview_stride(),
-	    overview_rows.data());
+	    positions.size(), groups.size(), half_of, directions, profiles.overview_stride(), overview_rows.data());
 	sweep_ranges(
-	    grid, swept, parameters.directions, profiles.max_range,
+	    grid, swept, directions, profiles.max_range,
 	    [&](int direction, const SweptRanges& ranges)
 	    {
 		    by_position.write(static_cast<std::size_t>(direction), ranges);

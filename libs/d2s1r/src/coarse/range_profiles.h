@@ -24,6 +24,7 @@ namespace d2s1r
 struct RangeProfiles
 {
 	static constexpr int kBlock = 64;                 //!< [groups] whose histograms are stored together, bin by bin
+	static constexpr int kDirections = 120;           //!< [-] of a profile, which are the yaw shifts that are tried
 	static constexpr int kBins = 16;                  //!< [-] of a histogram
 	static constexpr int kWhole = 240;                //!< [-] sum of a histogram
 	static constexpr std::uint8_t kOutOfRange = 255;  //!< [step] there is no obstacle within max_range
@@ -73,9 +74,9 @@ struct RangeProfiles
 	}
 };
 
-/// Samples the free cells, one per square of `parameters.spacing`, and sweeps their ranges up to kMaxRange,
+/// Samples the free cells, one per square of side `spacing` [m], and sweeps their ranges up to kMaxRange,
 /// or up to kMostSweptCells cells if that is less.
 /// \param cells free cells, increasing; their memory is given back before the sweep, which needs much
 RangeProfiles make_range_profiles(
-    const Grid& grid, std::vector<CellIndex> cells, const CoarseSearchParameters& parameters);
+    const Grid& grid, std::vector<CellIndex> cells, double spacing, int directions = RangeProfiles::kDirections);
 }  // namespace d2s1r
