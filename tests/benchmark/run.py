@@ -7,7 +7,7 @@ usage: run.py [BUILD_FOLDER] [--quick] [--retrieval SITE,SITE...]
 Sites come from the environment variable D2S1R_DATA; what needs them is left out where they are absent. Times are CPU
 times of one thread: medians over the repetitions, and the spread (max - min) / median. --quick: fewer repetitions,
 smaller floors, for a look; its RESULTS.md is not worth keeping. --retrieval: only these sites are searched
-exactly, which takes most of the time. Needs matplotlib.
+exactly, which takes most of the time; RESULTS.md keeps its rows of the others. Needs matplotlib.
 """
 import argparse
 import csv
@@ -35,6 +35,10 @@ def machine():
             model = line.split(":")[1].strip()
             break
     return f"{model}, {os.cpu_count()} cores, {platform.system()} {platform.release()}"
+
+
+def commit():
+    return run(["git", "-C", HERE, "describe", "--always", "--dirty"]).strip()
 
 
 def run(command):
@@ -104,7 +108,14 @@ def retrieval_table(program, sites):
     for site, name, queries, index, exact, success in rows:
         shares = " | ".join(f"{100 * float(v):.1f} %" for v in (index, exact, success))
         lines.append(f"| {site} | {name} | {queries} | {shares} |")
-    return lines
+    return lines + kept_rows([site for site in RETRIEVAL_SITES if site not in sites])
+
+
+def kept_rows(sites):
+    """Of the last RESULTS.md."""
+    file = HERE / "RESULTS.md"
+    text = file.read_text().partition("## Retrieval")[2].partition("## Growth")[0] if file.exists() else ""
+    return [line for line in text.splitlines() if line.startswith(tuple(f"| {site} |" for site in sites))]
 
 
 def run_growth(program, areas, repetitions):
@@ -154,7 +165,7 @@ def main():
     for name in ("d2s1r_benchmark", "d2s1r_retrieval", "d2s1r_growth"):
         if not (programs / name).is_file():
             sys.exit(f"run.py: {programs / name}: no such program; build the preset release, or name its folder")
-    load = os.getloadavg()[0]
+    load, version = os.getloadavg()[0], commit()
     repetitions = 1 if options.quick else 3
     stages = run_stages(programs / "d2s1r_benchmark", repetitions)
     retrieval = retrieval_table(programs / "d2s1r_retrieval", options.retrieval.split(","))
@@ -165,15 +176,17 @@ def main():
     lines = [
         "# Benchmark results", "",
         f"Machine: {machine()}; load average at the start {load:.1f}.",
-        f"Command: `tests/benchmark/run.py{arguments}`, {datetime.date.today()}. One thread, "
+        f"Command: `tests/benchmark/run.py{arguments}`, {datetime.date.today()}, commit {version}. One thread, "
         "CPU times, medians over the repetitions; spread is (max - min) / median.", "",
         "## In short", "", *ratios(stages), "",
         "## Stages", "",
         "Rays and index on mit_killian's map.yaml (3,750 m², 5 cm) unless the name says otherwise; a success is within "
-        "0.2 m and 5 deg.", "", *stage_table(stages), "",
+        "0.2 m and 5 deg. `coarse` and `refine_and_decide` are stages of the whole search, `localize` has a first look before "
+        "it.", "", *stage_table(stages), "",
         "## Retrieval", "",
         "Share of queries whose ten candidates hold a cell within 0.2 m of the truth: the index (swept rays, 8-bit counts, "
-        "search by principal axes) against exact search on the full histograms of exactly cast rays.", "", *retrieval, "",
+        "search by principal axes) against exact search on the full histograms of exactly cast rays. Rows of sites that "
+        "`--retrieval` does not name are those of the run before.", "", *retrieval, "",
         "## Growth", "",
         "Generated office floors, 200 full-circle scans each with 1 cm of noise; memory is that of the whole program. The "
         "published method stores a signature for every cell, hence its larger cells here.", "", *growth_table(growth), "",

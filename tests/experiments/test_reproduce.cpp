@@ -3,6 +3,7 @@
 #include <cmath>
 #include <fstream>
 #include <map>
+#include <sstream>
 
 #include "app_process.h"
 #include "app_world.h"
@@ -61,6 +62,55 @@ class Reproduce : public AppTest
 		               "--store",  path("store")};
 		words.insert(words.end(), more.begin(), more.end());
 		return run_program(words);
+	}
+
+	/// Copies the library and the programs of learn.py and of a job to folder()/build.
+	void copy_build() const
+	{
+		const fs::path libraries = "libs/d2s1r";
+		fs::create_directories(folder() / "build" / libraries);
+		for (const auto& entry : fs::directory_iterator(D2S1R_BUILD_DIR / libraries))
+			if (entry.path().filename().string().rfind("libd2s1r.so", 0) == 0)
+				fs::copy(
+				    entry.path(), folder() / "build" / libraries / entry.path().filename(),
+				    fs::copy_options::copy_symlinks);
+		for (const fs::path program :
+		     {"tests/experiments/alter_scans", "tests/experiments/simulate_floor", "tests/experiments/write_terms",
+		      "apps/rawlog-localize/rawlog-localize"})
+		{
+			fs::create_directories((folder() / "build" / program).parent_path());
+			fs::copy_file(D2S1R_BUILD_DIR / program, folder() / "build" / program);
+		}
+	}
+
+	/// What results of folder()/build are kept by.
+	struct Keys
+	{
+		std::string reproduced, learned, made;
+	};
+
+	Keys keys() const
+	{
+		const std::string script = R"(
+import pathlib, sys
+sys.dont_write_bytecode = True
+sys.path.insert(0, sys.argv[1])
+import plan, runs, sites
+from learning import running
+folder = pathlib.Path(sys.argv[2])
+job = plan.Job(sites.find(folder / "data")[0], "test", "default", 1)
+runner = runs.Runner(folder / "build", folder, folder, folder)
+runner.look_at_programs([job])
+learner = running.Runner(folder / "build", folder, 1)
+print(runner.key(job), learner.digest, learner.folder)
+)";
+		const ProcessResult told = run_program(
+		    {"env", "LD_LIBRARY_PATH=" + path("build/libs/d2s1r"), kPython, "-c", script,
+		     D2S1R_SOURCE_DIR "/share/d2s1r/experiments", folder().string()});
+		EXPECT_EQ(told.status, 0) << told.err;
+		Keys result;
+		std::istringstream(told.out) >> result.reproduced >> result.learned >> result.made;
+		return result;
 	}
 };
 
@@ -150,43 +200,24 @@ TEST_F(Reproduce, GoesOnWhereItStopped)
 	EXPECT_EQ(run_and_list().size(), 2 * first.size()) << "other data, other results";
 }
 
-TEST_F(Reproduce, ResultsOfAnotherLibraryAreNotUsedAgain)
+TEST_F(Reproduce, ResultsOfOtherProgramsAndLibrariesAreNotUsedAgain)
 {
 	if (run_program({kPython, "-c", "import matplotlib, scipy, PIL"}).status != 0)
 		GTEST_SKIP() << "NO MATPLOTLIB: install Debian's python3-matplotlib, python3-scipy and python3-pil";
 	write_site("flat", {"test"});
-	const fs::path build = folder() / "build", libraries = build / "libs/d2s1r";
-	fs::create_directories(libraries);
-	for (const auto& entry : fs::directory_iterator(D2S1R_BUILD_DIR "/libs/d2s1r"))
-		if (entry.path().filename().string().rfind("libd2s1r.so", 0) == 0)
-			fs::copy(entry.path(), libraries / entry.path().filename(), fs::copy_options::copy_symlinks);
-	for (const std::string program :
-	     {"tests/experiments/alter_scans", "tests/experiments/write_terms", "apps/rawlog-localize/rawlog-localize"})
-	{
-		fs::create_directories((build / program).parent_path());
-		fs::copy_file(std::string(D2S1R_BUILD_DIR "/") + program, build / program);
-	}
-	write_file(
-	    path("keys.py"),
-	    "import pathlib, sys\nsys.dont_write_bytecode = True\nsys.path.insert(0, sys.argv[1])\n"
-	    "import plan, runs, sites\nfrom learning import running\nfolder = pathlib.Path(sys.argv[2])\n"
-	    "job = plan.Job(sites.find(folder / 'data')[0], 'test', 'default', 1)\n"
-	    "runner = runs.Runner(folder / 'build', folder, folder, folder)\nrunner.look_at_programs([job])\n"
-	    "print(runner.key(job), running.Runner(folder / 'build', folder, 1).digest)\n");
-	const auto keys = [&]
-	{
-		const ProcessResult told = run_program(
-		    {"env", "LD_LIBRARY_PATH=" + libraries.string(), kPython, path("keys.py"),
-		     D2S1R_SOURCE_DIR "/share/d2s1r/experiments", folder().string()});
-		EXPECT_EQ(told.status, 0) << told.err;
-		return std::pair(told.out.substr(0, told.out.find(' ')), told.out.substr(told.out.find(' ') + 1));
-	};
-	const auto before = keys();
-	EXPECT_EQ(keys(), before);
-	std::ofstream(fs::canonical(libraries / "libd2s1r.so"), std::ios::app) << "changed";
-	const auto after = keys();
-	EXPECT_NE(after.first, before.first) << "of reproduce.py";
-	EXPECT_NE(after.second, before.second) << "of learn.py";
+	copy_build();
+	const Keys before = keys(), same = keys();
+	EXPECT_EQ(same.reproduced, before.reproduced);
+	EXPECT_EQ(same.learned, before.learned);
+	EXPECT_EQ(same.made, before.made);
+	std::ofstream(fs::canonical(folder() / "build/libs/d2s1r/libd2s1r.so"), std::ios::app) << "changed";
+	const Keys other = keys();
+	EXPECT_NE(other.reproduced, before.reproduced);
+	EXPECT_NE(other.learned, before.learned);
+	EXPECT_EQ(other.made, before.made) << "no program that makes data loads the library";
+	std::ofstream(folder() / "build/tests/experiments/alter_scans", std::ios::app) << "changed";
+	EXPECT_NE(keys().made, before.made);
+	EXPECT_NE(keys().reproduced, other.reproduced);
 }
 
 TEST_F(Reproduce, SaysWhatIsMissing)

@@ -11,7 +11,7 @@ from learning import sets
 
 
 class Runner:
-    """Results stay in a folder, and are found there for the same programs, parameters and set."""
+    """Results stay in a folder, and are found there for the same programs, scripts, parameters and set."""
 
     def __init__(self, build, folder, jobs):
         self.program = build / "tests/experiments/write_terms"
@@ -20,7 +20,7 @@ class Runner:
             if not program.exists():
                 raise RuntimeError(f"{program} is missing; build the project, tests included")
         self.maker = sets.Maker(build, folder)
-        self.folder = folder
+        self.folder = self.maker.folder
         self.jobs = jobs
         self.digest = runs.digest_of_program(self.program, build).hex()
 

@@ -1,6 +1,7 @@
 # d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 """The sets of scans, with the map that each is localized in, that constants are learned and judged on."""
 import dataclasses
+import hashlib
 import itertools
 import pathlib
 import shutil
@@ -9,6 +10,7 @@ import zlib
 
 import numpy as np
 
+import runs
 from learning import degraded_maps, drawn_sites
 
 # name -> words of degraded_maps
@@ -84,12 +86,14 @@ class Files:
 
 
 class Maker:
-    """Makes the files of sets in a folder, and finds them there the next time."""
+    """Makes the files of sets, and finds them the next time: each version of what makes them has a folder of its own."""
 
     def __init__(self, build, folder):
         self.alter = build / "tests/experiments/alter_scans"
         self.simulate_floor = build / "tests/experiments/simulate_floor"
-        self.folder = folder
+        made_by = [runs.digest_of_program(program, build) for program in (self.alter, self.simulate_floor)]
+        made_by += [runs.digest(pathlib.Path(file)) for file in (__file__, degraded_maps.__file__, drawn_sites.__file__)]
+        self.folder = folder / hashlib.sha256(b"".join(made_by)).hexdigest()[:16]
 
     def draw(self, floor):
         kind, area, seed = floor
