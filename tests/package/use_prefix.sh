@@ -24,10 +24,10 @@ libraries=$(dirname "$(find "$prefix/lib" -name libd2s1r.so)")
 [ "$(LD_LIBRARY_PATH=$libraries:${LD_LIBRARY_PATH:-} "$folder/one_scan" "${demo[@]}")" = "$answer" ]
 
 # What cannot be used is told in one line.
-for arguments in "" "no.yaml ${demo[1]}" "${demo[0]} no.rawlog" "${demo[0]} $0"; do
+for arguments in "" "no y" "no.yaml ${demo[1]}" "${demo[0]} no.rawlog" "${demo[0]} $0"; do
 	# shellcheck disable=SC2086  # the arguments are words
 	if refusal=$("$folder/build/one_scan" $arguments 2>&1); then exit 1; fi
-	[[ $refusal != *$'\n'* && ( $refusal == usage:* || $refusal == *no.* || $refusal == *"$0"* ) ]]
+	[[ $refusal != *$'\n'* && ( $refusal == usage:* || $refusal == *no[.:]* || $refusal == *"$0"* ) ]]
 done
 
 module=$(find "$prefix/lib" -name libd2s1r-pf-init.so)
