@@ -135,20 +135,28 @@ ExitStatus localize(
 {
 	std::optional<RunOutputs> outputs;
 	if (!flags.output_dir.empty()) outputs.emplace(flags);
-	const logs::Log log = open_log(flags);
+	std::vector<IndexedMap> maps;
+	double build_seconds = 0;
+	const auto prepare = [&]
+	{
+		const mrpt::system::CTicTac watch;
+		maps = load_maps(flags, parameters, console);
+		build_seconds = watch.Tac();
+	};
+	// The first scan of a live log finds its map ready; a recorded log that cannot be used is told before that.
+	const logs::Log log = open_log(flags, prepare);
 	const logs::Sensor sensor = choose_sensor(log.survey, flags.sensor_label, flags.log_name());
 	const FrameSelection selection = select_frames(flags, log.survey, sensor);
 	const GroundTruth truth =
 	    flags.ground_truth.empty() ? GroundTruth{} : read_ground_truth(flags.ground_truth, flags.rawlog);
 	if (!flags.quiet) say(flags.rawlog, describe_log(log.survey, sensor, flags), console);
 
-	const mrpt::system::CTicTac build_watch;
-	const std::vector<IndexedMap> maps = load_maps(flags, parameters, console);
+	if (!flags.is_live()) prepare();
 	const std::optional<Atlas> atlas = atlas_of(maps);
 	const CSignatureMap2D::ConstPtr& map = maps.front().map;
 	const std::vector<Frame> unknown;
 	RunReport report{flags, parameters, outputs ? outputs->frames().frames() : unknown, maps, sensor};
-	report.build_seconds = build_watch.Tac();
+	report.build_seconds = build_seconds;
 	if (outputs) outputs->save_map(map->localizer().map(), parameters);
 	if (backend) backend->start(fusion_maps(maps), {flags.motion, map->localizer().parameters().filter, flags.seed});
 	report.selected_frames = selection.size();
@@ -176,7 +184,7 @@ ExitStatus localize(
 /// Looks for mistakes only.
 ExitStatus diagnose_only(const Flags& flags, const Parameters& parameters, Console& console)
 {
-	const logs::Log log = open_log(flags);
+	const logs::Log log = open_log(flags, {});  // it is not live
 	const logs::Sensor sensor = choose_sensor(log.survey, flags.sensor_label, flags.rawlog);
 	const GroundTruth truth =
 	    flags.ground_truth.empty() ? GroundTruth{} : read_ground_truth(flags.ground_truth, flags.rawlog);

@@ -215,6 +215,22 @@ TEST_F(AppStream, LinesAreThereBeforeMoreIsSent)
 	}
 }
 
+/// The index is saved when it has been built, and no scan has been sent by then.
+TEST_F(AppStream, TheMapIsReadyBeforeTheFirstScanComes)
+{
+	constexpr int kLongest = 60'000;  // [ms]
+	int input = -1;
+	Process process = start_with_pipe(words("-", {"--index", path("index")}), input);
+	for (int i = 0; i < kLongest && process.running() && !fs::exists(path("index")); i++)
+		std::this_thread::sleep_for(std::chrono::milliseconds(1));
+	EXPECT_TRUE(fs::exists(path("index")));
+	send(input, part(0));
+	close(input);
+	const auto result = process.wait();
+	EXPECT_EQ(result.status, 0) << result.err;
+	EXPECT_EQ(parse(result.out).size(), walk().size());
+}
+
 TEST_F(AppStream, AScanEvery25MillisecondsIsFollowed)
 {
 	constexpr std::size_t kScans = 80;
@@ -377,4 +393,10 @@ TEST_F(AppStream, OptionsThatNeedAFolderOrAFileAreRefusedWithoutIt)
 	      Words{"--write-pf-ini", "pf.ini"}, Words{"--write-config", "a.ini"}})
 		expect_refusal(words(path("walk.rawlog"), option), 1, {option[0], "--output"});
 	expect_refusal(words("-", {"--follow"}), 1, {"--follow", "standard input"});
+	for (const Words& live : {words("-"), words(path("walk.rawlog"), {"--follow"})})
+	{
+		Words arguments = live;
+		arguments.push_back("--diagnose");
+		expect_refusal(arguments, 1, {"--diagnose", "record it first"});
+	}
 }

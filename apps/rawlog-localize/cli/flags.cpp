@@ -185,6 +185,8 @@ void check_live(const Flags& flags)
 {
 	if (flags.follow && flags.rawlog == logs::kStandardInput)
 		wrong("--follow", "is for a file that grows; standard input is read to its end without it");
+	if (flags.diagnose && flags.is_live())
+		wrong("--diagnose", "reads the log several times, which it cannot while the log is written; record it first");
 	if (!flags.output_dir.empty()) return;
 	for (const auto& [flag, value] :
 	     {std::pair("--ground-truth", flags.ground_truth),

@@ -66,11 +66,11 @@ Parameters read_parameters(const Flags& flags)
 	return parameters;
 }
 
-logs::Log open_log(const Flags& flags)
+logs::Log open_log(const Flags& flags, const std::function<void()>& prepare)
 {
 	try
 	{
-		if (flags.is_live()) return logs::open_live_log(flags.rawlog, flags.sensor_label, interrupted);
+		if (flags.is_live()) return logs::open_live_log(flags.rawlog, flags.sensor_label, interrupted, prepare);
 		return logs::open_log(flags.rawlog, interrupted);
 	}
 	catch (const logs::Interrupted&)

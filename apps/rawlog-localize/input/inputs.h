@@ -5,6 +5,7 @@
 
 #include <d2s1r/CFusionBackend.h>
 
+#include <functional>
 #include <limits>
 #include <optional>
 #include <string>
@@ -17,8 +18,9 @@ namespace d2s1r::app
 Parameters read_parameters(const Flags& flags);
 
 /// Recognizes the log and reads it once, or begins to read it if it is still being written.
-/// \throws logs::LogError, UserError (kInterrupted)
-logs::Log open_log(const Flags& flags);
+/// \param prepare called before the first scan of a log that is still being written is waited for
+/// \throws logs::LogError, UserError (kInterrupted), what `prepare` throws
+logs::Log open_log(const Flags& flags, const std::function<void()>& prepare);
 
 /// Returns the laser of that label, else the one with most scans (the first of equals).
 /// \throws UserError if there is none: kBadInput without any scan, kWrongUse if only the label is wrong

@@ -256,12 +256,15 @@ int open_input(const std::string& file)
 }
 }  // namespace
 
-Log open_live_log(const std::string& file, const std::optional<std::string>& label, const Stop& stop)
+Log open_live_log(
+    const std::string& file, const std::optional<std::string>& label, const Stop& stop,
+    const std::function<void()>& prepare)
 {
 	const bool follows = file != kStandardInput;
 	const int descriptor = open_input(file);
 	auto reader = std::make_unique<LiveReader>(std::make_unique<LiveStream>(descriptor, follows, stop));
 	if (follows) close(descriptor);  // the other process has it
+	prepare();
 	Log log;
 	log.survey.format = "MRPT rawlog";
 	log.survey.kind_of_scan = "CObservation2DRangeScan";

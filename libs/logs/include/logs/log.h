@@ -115,8 +115,11 @@ inline constexpr const char* kStandardInput = "-";
 /// \param file its name, or kStandardInput. At the end of a file the reader waits for more, until the file is removed
 /// \param label of the laser to use; without one, the laser of the first scan, which this waits for
 /// \param stop asked a few times a second by all that waits, also while the log is read
-/// \throws LogError if it cannot be opened, Interrupted if `stop` said so
-Log open_live_log(const std::string& file, const std::optional<std::string>& label, const Stop& stop);
+/// \param prepare called once the log is open, before its first scan is waited for
+/// \throws LogError if it cannot be opened, Interrupted if `stop` said so, what `prepare` throws
+Log open_live_log(
+    const std::string& file, const std::optional<std::string>& label, const Stop& stop,
+    const std::function<void()>& prepare);
 
 /// Returns the formats that this program was built with, for --version.
 std::string known_formats();
