@@ -110,7 +110,8 @@ struct Count
 	void print(const char* name) const
 	{
 		std::printf(
-		    "%s: right %d of %d, %.1f %% (by scan %.1f %%); localized %d, of these right %d, %.1f %% (by scan %.1f %%)\n",
+		    "%s: right %d of %d, %.1f %% (by scan %.1f %%); localized %d, of these right %d, %.1f %% (by scan %.1f "
+		    "%%)\n",
 		    name, right, all, 100.0 * right / std::max(1, all), 100.0 * right_by_scan / std::max(1, all), localized,
 		    localized_right, 100.0 * localized_right / std::max(1, localized),
 		    100.0 * localized_right_by_scan / std::max(1, localized));

@@ -44,7 +44,7 @@ const CPose2D kStep = {0.4, 0.1, 0.3};
 
 TEST(CommonMotion, IsTheOneThatMostHypothesesShare)
 {
-	const PoseDensity motion = common_motion(kThreePlaces, after(kThreePlaces, kStep));
+	const PoseDensity motion = common_motion(kThreePlaces, after(kThreePlaces, kStep)).motion;
 	expect_pose(motion.mean, kStep);
 	EXPECT_FALSE(is_wide(motion));
 }
@@ -53,7 +53,7 @@ TEST(CommonMotion, OfTwoImprobablePlacesOutvotesThatOfOneProbablePlace)
 {
 	auto ends = after(kThreePlaces, kStep);
 	ends[0].pose = kThreePlaces[0].pose + CPose2D(0.1, -0.2, -0.2);
-	expect_pose(common_motion(kThreePlaces, ends).mean, kStep);
+	expect_pose(common_motion(kThreePlaces, ends).motion.mean, kStep);
 }
 
 TEST(CommonMotion, GoesByTheProbabilitiesOfBothEnds)
@@ -63,7 +63,7 @@ TEST(CommonMotion, GoesByTheProbabilitiesOfBothEnds)
 		return common_motion(
 		           {hypothesis_at({0, 0, 0}, start), hypothesis_at({9, 0, 0}, other_start)},
 		           {hypothesis_at({0.4, 0, 0}, end), hypothesis_at({9, 0.4, 0}, other_end)})
-		    .mean;
+		    .motion.mean;
 	};
 	expect_pose(motion(0.6, 0.3, 0.2, 0.7), {0, 0.4, 0});
 	expect_pose(motion(0.9, 0.1, 0.4, 0.5), {0.4, 0, 0});
@@ -78,28 +78,63 @@ TEST(CommonMotion, TellsTurnsApart)
 	const std::vector<Hypothesis> ends = {
 	    hypothesis_at({0.4, 0, 0.5}, 0.4), hypothesis_at({10.4, 0, -0.5}, 0.4), hypothesis_at({20, 0.4, 0}, 0.3),
 	    hypothesis_at({30, 0.4, 0}, 0.3)};
-	expect_pose(common_motion(starts, ends).mean, {0, 0.4, 0});
+	expect_pose(common_motion(starts, ends).motion.mean, {0, 0.4, 0});
 }
 
 TEST(CommonMotion, IsAsFarAsRobotsUsuallyGo)
 {
 	const std::vector<Hypothesis> start = {hypothesis_at({0, 0, 0}, 0.9)};
 	const std::vector<Hypothesis> ends = {hypothesis_at({1.8, 0, 0}, 0.5), hypothesis_at({0, 0.3, 0}, 0.4)};
-	expect_pose(common_motion(start, ends).mean, {0, 0.3, 0});
+	expect_pose(common_motion(start, ends).motion.mean, {0, 0.3, 0});
 }
 
-TEST(CommonMotion, IsWideIfHypothesesAreTooFarApart)
+/// The probability of the motion from one sure place to others.
+double probability_of_motion_to(const std::vector<Hypothesis>& ends)
 {
-	EXPECT_TRUE(is_wide(common_motion({hypothesis_at({0, 0, 0}, 0.9)}, {hypothesis_at({2.1, 0, 0}, 0.9)})));
-	EXPECT_TRUE(is_wide(common_motion({hypothesis_at({0, 0, 3}, 0.9)}, {hypothesis_at({0, 0, -2}, 0.9)})));
-	EXPECT_FALSE(is_wide(common_motion({hypothesis_at({0, 0, 3}, 0.9)}, {hypothesis_at({0, 0, -3}, 0.9)})));
+	return common_motion({hypothesis_at({0, 0, 0}, 1)}, ends).probability;
 }
 
-TEST(CommonMotion, IsWideIfAFrameHasNoHypothesis)
+TEST(CommonMotion, IsProbableIfMostPairsOfHypothesesShareIt)
 {
-	EXPECT_TRUE(is_wide(common_motion({}, kThreePlaces)));
-	EXPECT_TRUE(is_wide(common_motion(kThreePlaces, {})));
-	expect_pose(common_motion({}, {}).mean, {0, 0, 0});
+	EXPECT_GT(common_motion(kThreePlaces, after(kThreePlaces, kStep)).probability, 0.95);
+	auto ends = after(kThreePlaces, kStep);
+	ends[0].pose = kThreePlaces[0].pose + CPose2D(-0.4, 0, 0);
+	const double probability = common_motion(kThreePlaces, ends).probability;
+	EXPECT_GT(probability, 0.4);
+	EXPECT_LT(probability, 0.6);
+}
+
+TEST(CommonMotion, IsTheLessProbableTheLessLikelyTheRobotIsAtAnyHypothesis)
+{
+	EXPECT_GT(probability_of_motion_to({hypothesis_at({0.3, 0, 0}, 0.6)}), 0.98);
+	EXPECT_LT(probability_of_motion_to({hypothesis_at({0.3, 0, 0}, 0.02)}), 0.7);
+}
+
+TEST(CommonMotion, IsAJumpBetweenPlacesThatAreClearByThemselvesOnly)
+{
+	for (const CPose2D& jump : {CPose2D(2.1, 0, 0), CPose2D(30, 5, 2), CPose2D(0, 0, 1.2)})
+	{
+		EXPECT_NEAR(probability_of_motion_to({hypothesis_at(jump, 0.97)}), 0.97, 1e-9) << jump;
+		EXPECT_NEAR(probability_of_motion_to({hypothesis_at(jump, 0.5)}), 0.5, 1e-9) << jump;
+	}
+	// A turn across the seam of the yaw is no jump.
+	EXPECT_GT(common_motion({hypothesis_at({0, 0, 3}, 1)}, {hypothesis_at({0.1, 0, -3}, 0.5)}).probability, 0.9);
+}
+
+TEST(CommonMotion, IsNotKnownIfTwoOfThemAreAsUsual)
+{
+	EXPECT_LT(probability_of_motion_to({hypothesis_at({1.8, 0, 0}, 0.45), hypothesis_at({2.2, 0, 0}, 0.45)}), 0.9);
+	EXPECT_LT(probability_of_motion_to({hypothesis_at({0.3, 0, 0}, 0.5), hypothesis_at({-0.3, 0, 0}, 0.5)}), 0.6);
+}
+
+TEST(CommonMotion, IsWideAndNotKnownIfAFrameHasNoHypothesis)
+{
+	for (const GuessedMotion& guess : {common_motion({}, kThreePlaces), common_motion(kThreePlaces, {})})
+	{
+		EXPECT_TRUE(is_wide(guess.motion));
+		EXPECT_EQ(guess.probability, 0);
+	}
+	expect_pose(common_motion({}, {}).motion.mean, {0, 0, 0});
 }
 
 TEST(MovedPose, ComesBackByTheReversedMotion)

@@ -123,6 +123,56 @@ TEST(WindowLocalizer, FramesFarApartDoNotOutvoteWhatAScanSaysClearlyByItself)
 	EXPECT_GE(clear, 50);
 }
 
+/// Returns an answer that gives `probability` to one place.
+Localization answer_at(const Localizer& localizer, const Scan& scan, const TPose2D& place, double probability)
+{
+	Localization answer;
+	answer.status = probability > 0.9 ? Status::kLocalized : Status::kAmbiguous;
+	answer.hypotheses = {localizer.hypothesis_near(scan, CPose2D(place)).value()};
+	answer.hypotheses[0].probability = answer.confidence = probability;
+	return answer;
+}
+
+TEST_F(WindowOnTwinRooms, AFrameThatNothingLinksToTheOthersIsAnsweredByItsScanAlone)
+{
+	// The robot goes 2.2 m unseen in the corridor, and its scan there says little; the place that it was at before, and
+	// one that robots reach more often, are no better for that.
+	const TPose2D before{3, 0.9, 0}, after{5.2, 0.9, 0};
+	for (const double way : {0.0, 0.6})
+	{
+		WindowLocalizer window(localizer_, 10);
+		const Scan first = scan_at(before), second = scan_at(after);
+		window.add(first, answer_at(localizer_, first, before, 0.99));
+		Localization alone = answer_at(localizer_, second, after, 0.3);
+		if (way > 0)
+		{
+			const auto nearer = answer_at(localizer_, second, {before.x + way, before.y, 0}, 0.05);
+			alone.hypotheses.push_back(nearer.best());
+		}
+		const Localization result = window.add(second, alone);
+		expect_at(result, after);
+		EXPECT_EQ(result.status, Status::kAmbiguous);
+		EXPECT_EQ(result.confidence, alone.confidence);
+	}
+}
+
+TEST_F(WindowOnTwinRooms, AScanThatNoPlaceExplainsIsRejectedIfNobodyKnowsHowFarTheRobotWent)
+{
+	const auto path = into_left_room();
+	for (const bool with_odometry : {false, true})
+	{
+		WindowLocalizer window(localizer_, 10);
+		drive(window, path, true);
+		const Scan scan = scan_at(path.back());
+		const auto nothing = no_place(Status::kRejected, "no place in the map explains the scan");
+		const auto motion = with_odometry ? std::optional(CPose2D()) : std::nullopt;
+		const Localization result = window.add(scan, nothing, motion);
+		EXPECT_EQ(result.status, with_odometry ? Status::kLocalized : Status::kRejected);
+		// The window goes on: one such frame is bridged.
+		EXPECT_EQ(window.add(scan, localizer_.localize(scan), motion).status, Status::kLocalized) << with_odometry;
+	}
+}
+
 TEST(WindowLocalizer, RecognizesOdometryThatIsFrozen)
 {
 	const Grid floor = make_floor(), world = world_of(floor);

@@ -5,64 +5,77 @@
 #include <mrpt/core/bits_math.h>
 #include <mrpt/math/wrap2pi.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace d2s1r
 {
 namespace
 {
+constexpr double kJump = 0.01;  //!< [-] how usual it is that the robot is anywhere else in the next frame
+
 /// A motion that a pair of hypotheses speaks for.
 struct Vote
 {
 	mrpt::poses::CPose2D motion;  //!< robot frame at its start, m and rad
-	double weight;                //!< [-]
+	double usualness;             //!< [0, 1]
+	double probability;           //!< [0, 1] of both hypotheses by themselves
 };
 
-/// Returns the motions between all pairs of hypotheses that a robot may have made from one frame to the next. Between
-/// two places that are clear by themselves it may have made any.
+/// Returns how usual a motion is from one frame to the next, relative to none: the least of it is a jump.
+double usualness(const mrpt::poses::CPose2D& motion)
+{
+	constexpr double kFar = 2.0, kTurned = mrpt::DEG2RAD(60.0);  // [m], [rad] beyond, it is a jump
+	constexpr double kUsual = 0.7;                               // [m] standard deviation of what a robot makes
+	if (motion.norm() > kFar || std::abs(mrpt::math::wrapToPi(motion.phi())) > kTurned) return kJump;
+	return std::max(kJump, std::exp(-0.5 * motion.norm() * motion.norm() / (kUsual * kUsual)));
+}
+
+/// Returns the motions between all pairs of hypotheses that a robot may have made from one frame to the next.
 std::vector<Vote> votes_of(const std::vector<Hypothesis>& from, const std::vector<Hypothesis>& to)
 {
-	constexpr double kFar = 2.0, kTurned = mrpt::DEG2RAD(60.0);  // [m], [rad] that no robot makes
-	constexpr double kUsual = 0.7;                               // [m] standard deviation of what it makes
-	constexpr double kClear = 0.9;                               // [0, 1] least probability of a clear place
 	std::vector<Vote> votes;
 	for (const Hypothesis& start : from)
 		for (const Hypothesis& end : to)
-		{
-			if (start.map != end.map) continue;
-			const auto motion = end.pose - start.pose;
-			if (start.probability > kClear && end.probability > kClear)
+			if (start.map == end.map)
 			{
-				votes.push_back({motion, 1});
-				continue;
+				const auto motion = end.pose - start.pose;
+				votes.push_back({motion, usualness(motion), start.probability * end.probability});
 			}
-			if (motion.norm() > kFar || std::abs(mrpt::math::wrapToPi(motion.phi())) > kTurned) continue;
-			const double usual = std::exp(-0.5 * motion.norm() * motion.norm() / (kUsual * kUsual));
-			votes.push_back({motion, usual * std::sqrt(start.probability * end.probability)});
-		}
 	return votes;
+}
+
+/// Returns how much two votes are for one motion.
+double agreement(const Vote& a, const Vote& b)
+{
+	constexpr double kSame = 0.1, kSameTurn = mrpt::DEG2RAD(3.0);  // [m], [rad]
+	const double way = std::hypot(a.motion.x() - b.motion.x(), a.motion.y() - b.motion.y());
+	const double turn = mrpt::math::wrapToPi(a.motion.phi() - b.motion.phi());
+	return std::exp(-0.5 * (way * way / (kSame * kSame) + turn * turn / (kSameTurn * kSameTurn)));
 }
 }  // namespace
 
-PoseDensity common_motion(const std::vector<Hypothesis>& from, const std::vector<Hypothesis>& to)
+GuessedMotion common_motion(const std::vector<Hypothesis>& from, const std::vector<Hypothesis>& to)
 {
-	constexpr double kSame = 0.1, kSameTurn = mrpt::DEG2RAD(3.0);  // [m], [rad] between votes for one motion
 	const std::vector<Vote> votes = votes_of(from, to);
-	PoseDensity best({0, 0, 0}, covariance_of(0.5, 0.5, mrpt::DEG2RAD(20.0)));
+	double nowhere = 1, all = 0;  // [-] that the robot is at none of the pairs, and the weight of all that may be
+	for (const Vote& vote : votes) nowhere -= vote.probability;
+	for (const Vote& vote : votes) all += vote.usualness * vote.probability;
+	all += kJump * std::max(0.0, nowhere);
+	GuessedMotion best{{{0, 0, 0}, covariance_of(0.5, 0.5, mrpt::DEG2RAD(20.0))}};
 	double most = 0;
 	for (const Vote& vote : votes)
 	{
-		double support = 0;
+		double support = 0, shared = 0;
 		for (const Vote& other : votes)
 		{
-			const double way = std::hypot(vote.motion.x() - other.motion.x(), vote.motion.y() - other.motion.y());
-			const double turn = mrpt::math::wrapToPi(vote.motion.phi() - other.motion.phi());
-			support +=
-			    other.weight * std::exp(-0.5 * (way * way / (kSame * kSame) + turn * turn / (kSameTurn * kSameTurn)));
+			const double agreed = agreement(vote, other) * other.usualness;
+			support += agreed * std::sqrt(other.probability);  // so that improbable places count if they are many
+			shared += agreed * other.probability;
 		}
 		if (support <= most) continue;
 		most = support;
-		best = PoseDensity(vote.motion, covariance_of(0.15, 0.15, mrpt::DEG2RAD(4.0)));
+		best = {{vote.motion, covariance_of(0.15, 0.15, mrpt::DEG2RAD(4.0))}, shared / all};
 	}
 	return best;
 }

@@ -11,9 +11,17 @@ namespace d2s1r
 /// A Gaussian of a pose or of a motion.
 using PoseDensity = mrpt::poses::CPosePDFGaussian;
 
+/// A motion that nobody measured.
+struct GuessedMotion
+{
+	PoseDensity motion;      //!< robot frame at its start
+	double probability = 0;  //!< [0, 1] that the robot made it
+};
+
 /// Returns the motion that takes most of the hypotheses of one frame, by probability, to hypotheses of the next. If
-/// there is none, it is no motion with a large covariance.
-PoseDensity common_motion(const std::vector<Hypothesis>& from, const std::vector<Hypothesis>& to);
+/// there is none, it is no motion with a large covariance, and improbable. A motion is the more probable the more of
+/// the pairs of hypotheses share it; other pairs count as jumps, and so does that the robot is at none of them.
+GuessedMotion common_motion(const std::vector<Hypothesis>& from, const std::vector<Hypothesis>& to);
 
 /// Returns the motion from the end back to the start, in the robot frame at the end.
 PoseDensity reversed(const PoseDensity& motion);

@@ -25,6 +25,7 @@ constexpr std::size_t kMostTracks = 50;   //!< [-] that are followed
 constexpr double kLeastExplained = 0.18;  //!< [-] mean share of explained returns; below, a track is at no place
 constexpr double kExplained = 0.45;       //!< [-] least mean share of explained returns of a localized track
 constexpr double kLeastOneShot = 0.65;    //!< [0, 1] least mean probability that one scan alone gives to its place
+constexpr double kClearLink = 0.9;        //!< [0, 1] least probability of a guessed motion that links frames
 constexpr int kLongestGuess = 2;          //!< [frames] without a usable scan whose motion hypotheses may tell
 constexpr std::size_t kLostFrames = 3;    //!< [frames] in a row that no track explains: the robot was carried away
 
@@ -72,8 +73,7 @@ class WindowLocalizer::Tracker
 	};
 
 	void pass_gap(const std::optional<mrpt::poses::CPose2D>& motion);
-	void set_motion(
-	    Frame& frame, const Localization& one_shot, const std::optional<mrpt::poses::CPose2D>& motion) const;
+	bool link(Frame& frame, const Localization& one_shot, const std::optional<mrpt::poses::CPose2D>& motion) const;
 	void follow(const Localization& one_shot);
 	void start_tracks(const Localization& one_shot);
 	bool trace_back(Track& track) const;
@@ -122,14 +122,17 @@ void WindowLocalizer::Tracker::pass_gap(const std::optional<mrpt::poses::CPose2D
 }
 
 /// Sets the motion to a frame: the odometry, or what the hypotheses of both frames agree on.
-void WindowLocalizer::Tracker::set_motion(
+/// \return whether it is known
+bool WindowLocalizer::Tracker::link(
     Frame& frame, const Localization& one_shot, const std::optional<mrpt::poses::CPose2D>& motion) const
 {
 	std::vector<Hypothesis> before;
 	for (const Track& track : tracks_) before.push_back(track.now);
-	const PoseDensity density = motion ? odometry_motion(*motion) : common_motion(before, one_shot.hypotheses);
-	frame.motion = density.mean;
-	frame.motion_covariance = density.cov;
+	const GuessedMotion guess =
+	    motion ? GuessedMotion{odometry_motion(*motion), 1} : common_motion(before, one_shot.hypotheses);
+	frame.motion = guess.motion.mean;
+	frame.motion_covariance = guess.motion.cov;
+	return guess.probability > kClearLink;
 }
 
 /// Moves all tracks to the newest frame, whose scan corrects them.
@@ -297,7 +300,8 @@ Localization WindowLocalizer::Tracker::add(
     const Scan& scan, const Localization& one_shot, const std::optional<mrpt::poses::CPose2D>& odometry)
 {
 	const auto motion = odometry_check_.checked(odometry, one_shot);
-	if (!scan.valid() || is_covered(scan, scan_parameters()))
+	const bool says_nothing = !motion && one_shot.hypotheses.empty();
+	if (!scan.valid() || is_covered(scan, scan_parameters()) || says_nothing)
 	{
 		pass_gap(motion);
 		return one_shot;
@@ -320,17 +324,20 @@ Localization WindowLocalizer::Tracker::add(
 	Frame frame;
 	frame.scan = scan;
 	frame.one_shot = one_shot.hypotheses;
-	set_motion(frame, one_shot, since_last);
+	bool is_linked = link(frame, one_shot, since_last);
 	frames_.push_back(std::move(frame));
 	if (frames_.size() > most_frames_) frames_.pop_front();
-	follow(one_shot);
-	if (lost(one_shot)) forget();
-	start_tracks(one_shot);
-	prune();
-	// A motion that was guessed links frames badly now and then: it never outvotes what a scan says by itself.
-	const bool is_unlinked = !since_last && contradicts(one_shot);
-	if (is_unlinked) begin_with(one_shot);
-	Localization result = is_unlinked ? one_shot : conclude(one_shot);
+	if (is_linked)
+	{
+		follow(one_shot);
+		if (lost(one_shot)) forget();
+		start_tracks(one_shot);
+		prune();
+		// A guessed motion never outvotes what a scan says by itself.
+		is_linked = since_last || !contradicts(one_shot);
+	}
+	if (!is_linked) begin_with(one_shot);
+	Localization result = is_linked ? conclude(one_shot) : one_shot;
 	const double spent = 1e3 * watch.Tac();  // [ms]
 	result.times.refinement_ms += spent;
 	result.times.total_ms += spent;
