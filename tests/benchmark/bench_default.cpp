@@ -86,15 +86,16 @@ void coarse(::benchmark::State& state, const std::string& site)
 	std::size_t i = 0;
 	for ([[maybe_unused]] auto _ : state)
 		::benchmark::DoNotOptimize(
-		    coarse_search(stages.index.readings[0].profiles, stages.scan(i++), stages.parameters.coarse_search));
-	state.counters["positions"] = static_cast<double>(stages.index.readings[0].profiles.size());
+		    coarse_search(stages.index.profiles, stages.scan(i++), stages.parameters.coarse_search));
+	state.counters["positions"] = static_cast<double>(stages.index.profiles.size());
 }
 
 void refine_and_decide(::benchmark::State& state, const std::string& site, bool decides)
 {
 	if (!is_there(state, site)) return;
 	const Stages stages(site);
-	const auto& [profiles, field, tracer] = stages.index.readings[0];
+	const RangeProfiles& profiles = stages.index.profiles;
+	const auto& [field, tracer] = stages.index.readings[0];
 	const Prior anywhere;
 	const SearchedReadings reading = {{field, tracer, stages.parameters, anywhere, 0}};
 	const RefinementParameters& limits = stages.parameters.refinement;

@@ -194,8 +194,8 @@ class Writer
 		{ return truth ? errors_of(sensor + robot_on_sensor, *truth) : Errors{}; };
 		const BeamSubset all = all_beams(scan);
 		Comparison comparison;
-		for (const MapReading& map : index_.readings)
-			compare(scan, map, coarse_search(map.profiles, scan, parameters_.coarse_search), errors, comparison);
+		const auto candidates = coarse_search(index_.profiles, scan, parameters_.coarse_search);
+		for (const MapReading& map : index_.readings) compare(scan, map, candidates, errors, comparison);
 		frames_ << ',' << comparison.in_candidates << ',' << comparison.in_settled << ',' << comparison.in_shortlist
 		        << ',' << comparison.in_refined;
 		bool is_found = false;

@@ -22,33 +22,37 @@ int count_readings(const Grid& grid)
 DefaultIndex make_default_index(const Grid& grid, const Parameters& parameters)
 {
 	DefaultIndex index;
+	const WallMeasure walls = measure_walls(grid);
+	const bool is_smeared = may_be_smeared(walls, grid);
+	const Grid deeper = is_smeared ? with_surfaces_deeper(grid, walls.surface_depth) : Grid();
+	const Grid& searched = is_smeared ? deeper : grid;
+	index.profiles = make_range_profiles(
+	    searched, find_sensor_cells(searched, parameters.free_cells), parameters.coarse_search.spacing);
+
 	const std::vector<CellIndex> furniture = find_furniture(grid);  // as drawn: deeper surfaces make pieces of walls
 	const auto add_reading = [&](const Grid& read, double tolerance)
 	{
 		const Grid surfaces = with_wall_surfaces_only(read);
-		index.readings.push_back(
-		    {make_range_profiles(
-		         read, find_sensor_cells(read, parameters.free_cells), parameters.coarse_search.spacing),
-		     DistanceField(surfaces, tolerance), BeamTracer(surfaces, furniture)});
+		index.readings.push_back({DistanceField(surfaces, tolerance), BeamTracer(surfaces, furniture)});
 	};
 	add_reading(grid, 0);
-	const WallMeasure walls = measure_walls(grid);
-	if (may_be_smeared(walls, grid))
-		add_reading(with_surfaces_deeper(grid, walls.surface_depth), walls.surface_tolerance());
+	if (is_smeared) add_reading(deeper, walls.surface_tolerance());
 	return index;
 }
 
 void save(const DefaultIndex& index, IndexWriter& file)
 {
+	RangeProfiles::fields(index.profiles, file);
 	file(index.readings.size());
 	for (const MapReading& reading : index.readings) MapReading::fields(reading, file);
 }
 
 DefaultIndex read_default_index(IndexReader& file)
 {
+	DefaultIndex index;
+	RangeProfiles::fields(index.profiles, file);
 	std::size_t readings = 0;
 	file(readings);
-	DefaultIndex index;
 	for (std::size_t i = 0; i < readings; i++)
 	{
 		index.readings.emplace_back();

@@ -10,18 +10,16 @@
 
 namespace d2s1r
 {
-/// One reading of a map, in which the default method looks scans up.
+/// One reading of a map, in which the default method refines and scores poses.
 struct MapReading
 {
-	RangeProfiles profiles;  //!< for the coarse search
-	DistanceField field;     //!< for refinement and scores
-	BeamTracer tracer;       //!< for scores
+	DistanceField field;  //!< for refinement and scores
+	BeamTracer tracer;    //!< for scores
 
 	/// Lists what an index file holds of the reading.
 	template <class Self, class File>
 	static void fields(Self& self, File& file)
 	{
-		RangeProfiles::fields(self.profiles, file);
 		DistanceField::fields(self.field, file);
 		BeamTracer::fields(self.tracer, file);
 	}
@@ -29,8 +27,10 @@ struct MapReading
 
 /// The index of the default method: the map as it is drawn and, if its walls are so thick that it may have been
 /// smeared, the map with their surfaces deeper inside the walls, too. Only scans can tell which of the two is right.
+/// The coarse search is less exact than they differ, so that it looks for candidates of both in the last one.
 struct DefaultIndex
 {
+	RangeProfiles profiles;            //!< for the coarse search
 	std::vector<MapReading> readings;  //!< at least one; the map as it is drawn comes first
 };
 

@@ -130,7 +130,7 @@ std::optional<Hypothesis> hypothesis_near(
 	Work work{scan, TimeBudget(0), {}};
 	std::vector<Place> places;
 	const Prior anywhere;
-	for (const auto& [profiles, field, tracer] : index.readings)
+	for (const auto& [field, tracer] : index.readings)
 	{
 		const SearchedReadings reading = {{field, tracer, lenient, anywhere, 0}};
 		places = merged_places(std::move(places), places_among(here, reading, lenient, work), lenient.scoring);

@@ -110,9 +110,10 @@ struct Localizer::Index
 		{
 			check_reach(parameters.paper.max_range, grid);
 			signatures.emplace(grid, find_sensor_cells(grid, parameters.free_cells), parameters, threads);
-			return;
 		}
-		default_index.emplace(make_default_index(grid, parameters));
+		else
+			default_index.emplace(make_default_index(grid, parameters));
+		std::vector<Cell>().swap(grid.cells);  // they follow from the map: see Localizer::grid()
 	}
 
 	/// Reads what save() wrote.
@@ -152,12 +153,12 @@ struct Localizer::Index
 	Parameters parameters;
 	SavedMap saved_map;                                     //!< of a loaded index
 	mutable mrpt::maps::COccupancyGridMap2D::ConstPtr map;  //!< of a loaded index: null until the_map() is called
-	Grid grid;                                              //!< of a loaded index: without cells, see whole_grid
+	Grid grid;                                              //!< without its cells: see whole_grid
 	RayCaster caster;
 	std::optional<SignatureIndex> signatures;   //!< with kPaper
 	std::optional<DefaultIndex> default_index;  //!< with kDefault
 	mutable std::once_flag map_made, grid_made, free_cells_found;
-	mutable Grid whole_grid;                    //!< of a loaded index, see Localizer::grid()
+	mutable Grid whole_grid;                    //!< see Localizer::grid()
 	mutable std::vector<CellIndex> free_cells;  //!< see Localizer::free_cells()
 };
 
@@ -219,7 +220,6 @@ const Parameters& Localizer::parameters() const
 const Grid& Localizer::grid() const
 {
 	const Index& index = *index_;
-	if (!index.grid.cells.empty()) return index.grid;
 	std::call_once(index.grid_made, [&] { index.whole_grid = make_grid(index.the_map(), index.parameters.grid); });
 	return index.whole_grid;
 }
@@ -311,12 +311,12 @@ double in_lines(int bytes)
 	return static_cast<double>(in_whole_lines(static_cast<std::size_t>(bytes)));
 }
 
-double memory_of_default_index(const Grid& grid, double spacing)
+double memory_of_default_index(const Grid& grid, int readings, double spacing)
 {
 	// What is kept and what it takes to make it: grids and fields of the cells, profiles and sweeps of the positions.
 	constexpr double kPerCell = 7, kPerPosition = 50, kPerGroup = 50;  // [byte]
 	const int side = std::max(1, static_cast<int>(std::lround(spacing / grid.cell_size)));
-	const double of_cells = kPerCell * static_cast<double>(grid.cells.size());
+	const double of_cells = readings * kPerCell * static_cast<double>(grid.cells.size());
 	const double of_positions = (RangeProfiles::kDirections + kPerPosition) * count_free_squares(grid, side);
 	const double of_groups =
 	    (in_lines(RangeProfiles::kDirections) + RangeProfiles::kBins + kPerGroup) * count_free_squares(grid, 2 * side);
@@ -337,7 +337,7 @@ std::uint64_t memory_to_build(const mrpt::maps::COccupancyGridMap2D& map, const 
 	const double of_grid = static_cast<double>(grid.cells.size());
 	if (parameters.method == Method::kPaper)
 		return static_cast<std::uint64_t>(of_grid + memory_of_paper_index(grid, parameters.paper));
-	const double of_reading = memory_of_default_index(grid, parameters.coarse_search.spacing);
-	return static_cast<std::uint64_t>(of_grid + count_readings(grid) * of_reading);
+	const double of_index = memory_of_default_index(grid, count_readings(grid), parameters.coarse_search.spacing);
+	return static_cast<std::uint64_t>(of_grid + of_index);
 }
 }  // namespace d2s1r

@@ -29,15 +29,15 @@ struct SearchedMap
 /// candidates may be looked at.
 Parameters limits_of_search(Parameters parameters, std::size_t maps);
 
-/// What is searched at once: the first readings of all maps or, of those that have one, the second ones.
+/// What is refined at once: the first readings of all maps or, of those that have one, the second ones.
 struct Found
 {
 	SearchedReadings readings;
-	std::vector<Candidate> candidates;  //!< in all these readings, best first
+	std::vector<Candidate> candidates;  //!< in these readings, best first
 };
 
-/// Searches the first readings of all maps by one coarse_search(), and then the second ones. Candidates that cost more
-/// than the best one of another map by as much as none may in one search are left out. Thread-safe.
+/// Searches all maps by one coarse_search(), whose candidates are places to refine in the first readings of the maps,
+/// and in the second ones. Thread-safe.
 /// \param maps one or more
 /// \param parameters limits of the searches
 std::vector<Found> candidates_in(

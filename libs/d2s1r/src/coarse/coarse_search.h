@@ -14,7 +14,8 @@ struct Candidate
 {
 	mrpt::math::TPose2D pose;  //!< sensor in map, m and rad
 	double cost = 0;           //!< [step] mean truncated difference of quantized ranges per beam, lower is better
-	std::size_t reading = 0;   //!< [-] number of the reading that the pose is in, among those searched at once
+	std::size_t reading =
+	    0;  //!< [-] number of the map, or of its reading, that the pose is in, among those searched at once
 };
 
 /// Finds the poses of the sensor at which a scan may have been taken. It compares the scan with the profiles at all yaw
