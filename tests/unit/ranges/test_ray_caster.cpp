@@ -46,9 +46,13 @@ TEST(RayCaster, IsZeroInsideObstaclesAndMaxRangeBeyond)
 
 TEST(RayCaster, SeesAcrossHallsOfManyCells)
 {
-	const Grid grid = make_picture_grid({"#" + std::string(2998, '.') + "#"}, 0.05);
+	Grid grid = make_picture_grid(enlarge({"....."}, 600), 0.05);
+	for (int y = 0; y < grid.height; y++)
+		for (const int x : {0, grid.width - 1})
+			grid.cells[static_cast<std::size_t>(grid.index(x, y))] = Cell::kOccupied;
 	const RayCaster caster(grid, 200);
-	for (const double angle : {0.0, M_PI}) EXPECT_NEAR(caster.cast(75, 0.025, angle), 74.95, 1e-3) << angle;
+	const double y = 255.5 * 0.05;  // clearances of cells end at 255
+	for (const double angle : {0.0, M_PI}) EXPECT_NEAR(caster.cast(75, y, angle), 74.95, 1e-3) << angle;
 }
 
 TEST(RayCaster, RaysFromOutsideEnterTheGrid)
