@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <set>
 
 #include "aligned_scan.h"
@@ -209,6 +210,7 @@ TEST_F(CoarseSearch, PosesThatAPriorRulesOutTakeNoRoomInTheSecondLook)
 
 TEST_F(CoarseSearch, PosesMuchDearerThanTheBestAreDroppedTheMoreBeamsTheSooner)
 {
+	std::map<int, double> dearest;  // [step] above the best, by the number of beams
 	for (const int count : {120, 30})
 	{
 		const Scan scan = aligned_scan(grid_, profiles_.directions, {2.41, 8.57, 0.7}, 0, count);
@@ -216,12 +218,14 @@ TEST_F(CoarseSearch, PosesMuchDearerThanTheBestAreDroppedTheMoreBeamsTheSooner)
 		const auto all = coarse_search(profiles_, scan, parameters_);
 		parameters_.margin = 12;
 		const auto some = coarse_search(profiles_, scan, parameters_);
-		const double dearest = all.front().cost + 12 / std::sqrt(count);
-		const auto expected = static_cast<std::size_t>(std::count_if(
-		    all.begin(), all.end(), [&](const Candidate& candidate) { return candidate.cost <= dearest; }));
-		EXPECT_EQ(some.size(), expected) << count << " beams";
+		ASSERT_FALSE(some.empty());
+		EXPECT_EQ(some.front().pose, all.front().pose) << count << " beams";
 		EXPECT_LT(some.size(), all.size()) << count << " beams";
+		dearest[count] = some.back().cost - some.front().cost;
+		EXPECT_LE(dearest[count], 12 / std::sqrt(count)) << count << " beams";
+		EXPECT_GT(all.back().cost - all.front().cost, 12 / std::sqrt(count)) << count << " beams";
 	}
+	EXPECT_GT(dearest[30], 12 / std::sqrt(120));
 }
 
 TEST_F(CoarseSearch, EqualCostsAreRankedByPositionThenByShift)
