@@ -1,10 +1,12 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-// One generated floor, one method: what it takes to build the index and to answer queries. Prints a line of CSV:
-// area [m^2], free [m^2], method, cell [m], build [s of CPU], peak memory of this program [MB], query [ms of CPU],
-// success [-].
+// One generated floor, one method: what it takes to build the index and to answer queries. Prints a line of CSV for
+// full circles and, with the default method, one for half circles: area [m^2], free [m^2], method, cell [m], field of
+// view [deg], build [s of CPU], peak memory of this program [MB], query [ms of CPU], success [-], and the share of
+// answers that are ambiguous and have the right pose as another hypothesis than the first [-].
 #include <d2s1r/localizer.h>
 #include <sys/resource.h>
 
+#include <algorithm>
 #include <ctime>
 #include <iostream>
 #include <random>
@@ -46,21 +48,64 @@ std::vector<mrpt::math::TPose2D> random_poses(const Grid& grid, std::size_t n, s
 	return poses;
 }
 
-void run(double area, Method method, double cell_size, unsigned seed)
+/// Scans and where they were taken.
+struct Questions
+{
+	std::vector<mrpt::obs::CObservation2DRangeScan> scans;
+	std::vector<mrpt::math::TPose2D> poses;  //!< robot in map, m and rad
+};
+
+/// \param field_of_view [deg] one beam each
+Questions ask(const Grid& grid, std::size_t field_of_view, unsigned seed)
 {
 	constexpr std::size_t kQueries = 200;
-	auto grid = std::make_unique<Grid>(d2s1r::benchmark::make_office_floor(area, cell_size, seed));
-	const auto free = static_cast<double>(find_free_cells(*grid, {}).size()) * cell_size * cell_size;
 	std::mt19937 random(seed);
-	const auto poses = random_poses(*grid, kQueries, random);
-	std::vector<mrpt::obs::CObservation2DRangeScan> scans;
+	Questions questions;
+	questions.poses = random_poses(grid, kQueries, random);
 	test::Laser laser;
+	laser.beams = field_of_view;
+	laser.aperture = M_PI / 180 * static_cast<double>(field_of_view - 1);
 	laser.noise = 0.01;
-	for (const auto& pose : poses)
+	for (const auto& pose : questions.poses)
 	{
 		laser.seed++;
-		scans.push_back(test::make_observation(*grid, pose, laser));
+		questions.scans.push_back(test::make_observation(grid, pose, laser));
 	}
+	return questions;
+}
+
+/// Prints how long the answers take and how many of them are right.
+void answer(const Localizer& localizer, const Questions& questions)
+{
+	const auto is_right = [](const Hypothesis& hypothesis, const mrpt::math::TPose2D& pose)
+	{ return d2s1r::benchmark::is_success(hypothesis.pose.asTPose(), pose); };
+	const auto count = static_cast<double>(questions.scans.size());
+	double successes = 0, ambiguous = 0;
+	const double start = cpu_seconds();
+	for (std::size_t i = 0; i < questions.scans.size(); i++)
+	{
+		const Localization result = localizer.localize(questions.scans[i]);
+		const auto right = std::find_if(
+		    result.hypotheses.begin(), result.hypotheses.end(),
+		    [&](const Hypothesis& hypothesis) { return is_right(hypothesis, questions.poses[i]); });
+		if (right == result.hypotheses.end()) continue;
+		if (right == result.hypotheses.begin())
+			successes++;
+		else if (result.status == Status::kAmbiguous)
+			ambiguous++;
+	}
+	std::cout << ',' << peak_megabytes() << ',' << (cpu_seconds() - start) / count * 1000 << ',' << successes / count
+	          << ',' << ambiguous / count << std::endl;
+}
+
+void run(double area, Method method, double cell_size, unsigned seed)
+{
+	auto grid = std::make_unique<Grid>(d2s1r::benchmark::make_office_floor(area, cell_size, seed));
+	const auto free = static_cast<double>(find_free_cells(*grid, {}).size()) * cell_size * cell_size;
+	std::vector<std::size_t> fields_of_view = {360};  // [deg]
+	if (method == Method::kDefault) fields_of_view.push_back(180);
+	std::vector<Questions> questions;
+	for (const std::size_t field_of_view : fields_of_view) questions.push_back(ask(*grid, field_of_view, seed));
 	const auto map = test::make_map(*grid);
 	grid.reset();
 
@@ -68,18 +113,13 @@ void run(double area, Method method, double cell_size, unsigned seed)
 	parameters.method = method;
 	const double start = cpu_seconds();
 	const Localizer localizer(map, parameters);
-	const double built = cpu_seconds();
-	std::size_t successes = 0;
-	for (std::size_t i = 0; i < kQueries; i++)
+	const double build = cpu_seconds() - start;
+	for (std::size_t i = 0; i < questions.size(); i++)
 	{
-		const Localization result = localizer.localize(scans[i]);
-		if (!result.hypotheses.empty() && d2s1r::benchmark::is_success(result.best().pose.asTPose(), poses[i]))
-			successes++;
+		std::cout << area << ',' << free << ',' << (method == Method::kPaper ? "paper" : "default") << ',' << cell_size
+		          << ',' << fields_of_view[i] << ',' << build;
+		answer(localizer, questions[i]);
 	}
-	const double query = (cpu_seconds() - built) / kQueries;
-	std::cout << area << ',' << free << ',' << (method == Method::kPaper ? "paper" : "default") << ',' << cell_size
-	          << ',' << built - start << ',' << peak_megabytes() << ',' << query * 1000 << ','
-	          << static_cast<double>(successes) / kQueries << std::endl;
 }
 }  // namespace
 
