@@ -27,7 +27,7 @@ Parameters first_look_only()
 	auto& coarse = parameters.coarse_search;
 	for (int* count : {&coarse.max_pairs, &coarse.candidates, &parameters.refinement.max_scored})
 		*count = static_cast<int>(std::ceil(effort * *count));
-	coarse.overview_missing *= effort;
+	coarse.margin *= 0.75;
 	return parameters;
 }
 
@@ -94,6 +94,25 @@ TEST_F(FirstLook, OtherwiseTheWholeSearchDecides)
 		    both.times.retrieval_ms + both.times.registration_ms + both.times.refinement_ms - 1e-3);
 	}
 	EXPECT_GT(unclear, 3);
+}
+
+TEST_F(FirstLook, CountsForNothingIfItLeftOutCandidates)
+{
+	const Grid grid = make_floor(), world = world_of(grid);
+	Parameters two = Parameters(), two_at_once = whole_search(), one = first_look_only();
+	two.coarse_search.candidates = two_at_once.coarse_search.candidates = 2;
+	one.coarse_search.candidates = 1;
+	const Localizer both(make_map(grid), two), whole(make_map(grid), two_at_once), first(make_map(grid), one);
+	int clear = 0;
+	for (const auto& robot : random_poses(grid, 20, 0.3, 5))
+	{
+		const auto scan = make_observation(world, robot);
+		const Localization result = both.localize(scan);
+		expect_same(result, whole.localize(scan));
+		const Localization of_one = first.localize(scan);
+		clear += is_clear(of_one) && of_one.best().probability != result.best().probability ? 1 : 0;
+	}
+	EXPECT_GT(clear, 0) << "too easy to show anything";
 }
 
 TEST_F(FirstLook, AfterItNothingIsBegunThatTheTimeDoesNotAllow)

@@ -25,6 +25,14 @@ bool is_clear(const Localization& answer, const ScoringParameters& parameters)
 	return 1 - answer.confidence < kDoubt * (1 - parameters.localized_above);
 }
 
+/// Returns whether there may be candidates that a search with these limits leaves out: one of them may be the true
+/// place, and then a wrong one that explains the scan as well seems to be the only one.
+bool leaves_out(const std::vector<Found>& found, const CoarseSearchParameters& limits)
+{
+	const auto is_full = [&](const Found& here) { return static_cast<int>(here.candidates.size()) >= limits.candidates; };
+	return std::any_of(found.begin(), found.end(), is_full);
+}
+
 /// The time that a query may take.
 class TimeBudget
 {
@@ -86,9 +94,11 @@ std::vector<Place> places_among(
 	return timed(times.refinement_ms, find_places, readings, work.scan, all, poses, limits);
 }
 
-Decision answer_of(const std::vector<SearchedMap>& maps, const Parameters& limits, Work& work)
+std::optional<Decision> answer_of(
+    const std::vector<SearchedMap>& maps, const Parameters& limits, bool is_last, Work& work)
 {
 	const auto found = timed(work.times.retrieval_ms, candidates_in, maps, work.scan, limits.coarse_search);
+	if (!is_last && leaves_out(found, limits.coarse_search)) return std::nullopt;
 	std::vector<Place> places;
 	for (const Found& here : found)
 	{
@@ -104,14 +114,15 @@ Decision answer_of(const std::vector<SearchedMap>& maps, const Parameters& limit
 Decision localize_default(const Scan& scan, const std::vector<SearchedMap>& maps, double time_budget)
 {
 	Work work{scan, TimeBudget(time_budget), {}};
-	Decision decision;
-	for (const Parameters& limits : looks(limits_of_search(maps.front().parameters, maps.size())))
+	std::optional<Decision> decision;
+	const std::vector<Parameters> all = looks(limits_of_search(maps.front().parameters, maps.size()));
+	for (const Parameters& limits : all)
 	{
-		decision = answer_of(maps, limits, work);
-		if (is_clear(decision.answer, limits.scoring) || work.budget.is_half_spent()) break;
+		decision = answer_of(maps, limits, &limits == &all.back(), work);
+		if (decision && (is_clear(decision->answer, limits.scoring) || work.budget.is_half_spent())) break;
 	}
-	decision.answer.times = work.times;
-	return decision;
+	decision->answer.times = work.times;  // the last look always has an answer
+	return *decision;
 }
 
 std::optional<Localization> refusal_of(const Scan& scan, const ScanParameters& parameters)

@@ -15,11 +15,12 @@ Parameters with_share_of_effort(Parameters parameters, double share)
 
 Parameters for_first_look(const Parameters& parameters)
 {
+	constexpr double kMargin = 0.75;  // [-] share of the margin: places that cost nearly as much as it are seldom right
 	const double effort = parameters.first_look.effort;
 	Parameters first = with_share_of_effort(parameters, effort);
 	auto& coarse = first.coarse_search;
 	for (int* count : {&coarse.max_pairs, &coarse.candidates}) *count = static_cast<int>(std::ceil(effort * *count));
-	coarse.overview_missing *= effort;
+	coarse.margin *= kMargin;
 	return first;
 }
 
