@@ -1,5 +1,5 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-// fusion_experiment MAP RUN.rawlog RUN_gt.txt CACHE EXPERIMENT pseudo|odometry|both DRIVES
+// fusion_experiment MAP RUN.rawlog RUN_gt.txt CACHE EXPERIMENT pseudo|odometry|both DRIVES [SHARP_MAP]
 // The experiment of the paper's Fig. 8: many short drives of a recorded run, each localized from nothing, scan by scan
 // (method = default) and fused with a particle filter. EXPERIMENT is one of
 //   drives        as recorded
@@ -9,8 +9,11 @@
 //   covered       something 0.1 to 0.3 m before the laser in 10 of 40 frames
 //   filter-alone  as recorded, by a particle filter that starts anywhere and knows no hypotheses: the localizations
 //                 of the scans only move it
+//   whole         the first DRIVES frames as one drive, judged from frame 20 on; those that are wrong are listed, and
+//                 how the scan itself fits near the ground truth in SHARP_MAP, if MAP is a worse one of the same place
 #include <d2s1r/map_io.h>
 
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
@@ -161,6 +164,42 @@ void cover_sensor(std::vector<RunFrame>& run, const Localizer& localizer)
 	}
 }
 
+/// Follows a run from its beginning to its end.
+void run_whole(
+    const std::vector<RunFrame>& run, const CSignatureMap2D::Ptr& map, const CSignatureMap2D& sharp,
+    const FusionParameters& parameters)
+{
+	constexpr std::size_t kFirst = 20;  // [-] frame that is judged
+	CParticleFilterFusion filter;
+	filter.start({{map}}, parameters);
+	Count poses;
+	int tracking = 0, misled = 0, misled_on_map = 0;
+	for (std::size_t i = 0; i < run.size(); i++)
+	{
+		const auto odometry = i > 0 ? odometry_between(run[i - 1], run[i]) : std::nullopt;
+		const auto fused = filter.step({*run[i].scan, run[i].localization, odometry});
+		if (i < kFirst) continue;
+		if (!fused)
+		{
+			poses.add_missing();
+			continue;
+		}
+		poses.add(run[i], fused->pose, sharp);
+		const bool is_tracking = fused->status == FusionStatus::kTracking;
+		tracking += is_tracking ? 1 : 0;
+		if (run[i].is_near(fused->pose)) continue;
+		const bool is_right_on_map = run[i].is_near_on_map(fused->pose, sharp);
+		misled += is_tracking ? 1 : 0;
+		misled_on_map += is_tracking && !is_right_on_map ? 1 : 0;
+		const auto off = mrpt::math::TPose2D(fused->pose) - run[i].truth;
+		std::printf(
+		    "  frame %zu: off by %.2f m, %.1f deg, %s, %s by its scan\n", i, std::hypot(off.x, off.y),
+		    off.phi * 180 / M_PI, is_tracking ? "tracking" : "ambiguous", is_right_on_map ? "right" : "wrong");
+	}
+	poses.print("fused");
+	std::printf("  tracking in %d frames, wrong in %d, by their scans in %d\n", tracking, misled, misled_on_map);
+}
+
 MotionSource motion_of(const std::string& name)
 {
 	if (name == "pseudo") return MotionSource::kPseudo;
@@ -169,23 +208,28 @@ MotionSource motion_of(const std::string& name)
 
 int run_experiment(int argc, char** argv)
 {
-	if (argc != 8)
+	if (argc != 8 && argc != 9)
 		return std::fprintf(
 		           stderr,
 		           "usage: fusion_experiment MAP RUN.rawlog GT CACHE "
-		           "drives|kidnapped|frozen|centimetres|covered|filter-alone pseudo|odometry|both DRIVES\n"),
+		           "drives|kidnapped|frozen|centimetres|covered|filter-alone|whole pseudo|odometry|both DRIVES "
+		           "[SHARP_MAP]\n"),
 		       1;
 	const std::string what = argv[5];
 	const std::size_t count = std::strtoul(argv[7], nullptr, 10);
 	const auto map = CSignatureMap2D::Create(*load_map(argv[1]));
 	auto run = load_run(argv[2], argv[3]);
+	if (what == "whole" && run.size() > count) run.resize(count);
 	localize_all(run, *map, argv[4]);
 	if (what == "frozen") spoil_odometry(run, 0);
 	if (what == "centimetres") spoil_odometry(run, 100);
 	if (what == "covered") cover_sensor(run, map->localizer());
 	FusionParameters parameters;
 	parameters.motion = motion_of(argv[6]);
-	if (what == "kidnapped")
+	const auto sharp = argc == 9 ? CSignatureMap2D::Create(*load_map(argv[8])) : map;
+	if (what == "whole")
+		run_whole(run, map, *sharp, parameters);
+	else if (what == "kidnapped")
 		run_fusion(kidnapped_drives(run, count), map, parameters, kJump);
 	else if (what == "filter-alone")
 		run_filter_alone(spread_drives(run, count), map);

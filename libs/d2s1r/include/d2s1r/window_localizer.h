@@ -46,10 +46,10 @@ class WindowLocalizer
 	/// \param one_shot what localizer.localize(scan), or that of the atlas, answered
 	/// \param motion of the robot since the last call, in its frame then. Without a value, or with one that
 	///        OdometryCheck does not rely on, it is estimated from the hypotheses of both frames (the paper's
-	///        pseudo-odometry); if the scan by itself then gives most of the probability to another place, the answer
-	///        is `one_shot`, and a new window starts. Frames without a valid scan, or with one of a covered sensor:
-	///        pass the motion of each; if neither they nor the frame after them have one, up to two such frames are
-	///        bridged. Otherwise a new window starts.
+	///        pseudo-odometry); if these do not agree, or the scan gives most of the probability to another place, the
+	///        answer is `one_shot`, and a new window starts. Frames without a valid scan, with one of a covered sensor,
+	///        or with neither motion nor hypothesis: pass the motion of each; if nobody knows one, up to two such
+	///        frames are bridged by the frame after them. Otherwise a new window starts.
 	/// \return as Localizer::localize(), with the evidence of all frames of the window: log-likelihoods are sums over
 	///         them, bounded and against the best pose of each frame; covariances include the motion, and the time of
 	///         refinement includes the following of hypotheses
