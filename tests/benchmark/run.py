@@ -27,6 +27,7 @@ RETRIEVAL_SITES = ["intel", "fr079", "mit_csail", "mit_killian", "willow_garage_
                    "mit_stata_basement"]
 GROWTH_CELLS = {"default": 0.05, "paper": 0.1}  # [m]
 LARGEST = 1000000  # [m²]
+VIEWS = {"default": {"360": "tab:blue", "180": "tab:cyan"}, "paper": {"360": "tab:orange"}}  # [deg], colour of a line
 
 
 def machine():
@@ -135,7 +136,8 @@ def run_growth(program, areas, repetitions):
 
 
 def growth_table(rows):
-    lines = ["| method | floor | free | cell | field of view | build | peak memory | query | success (0.2 m, 5 deg) | ambiguous |",
+    lines = ["| method | floor | free | cell | field of view | build | peak memory | query | success (0.2 m, 5 deg) | "
+             "ambiguous |",
              "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |"]
     for area, free, method, cell, view, build, memory, query, success, ambiguous in rows:
         lines.append(f"| {method} | {float(area):,.0f} m² | {float(free):,.0f} m² | {cell} m | {view} deg | {build:.2f} s | "
@@ -150,10 +152,11 @@ def growth_plot(rows, file):
     figure, axes = pyplot.subplots(1, 3, figsize=(11, 3.4), constrained_layout=True)
     for axis, column, title in zip(axes, (5, 7, 6), ("build [s]", "query [ms]", "peak memory [MB]")):
         for method, cell in GROWTH_CELLS.items():
-            for view in ("360", "180"):
+            for view, colour in VIEWS[method].items():
                 points = [(float(row[0]), float(row[column])) for row in rows if (row[2], row[4]) == (method, view)]
                 if points and (view == "360" or title.startswith("query")):
-                    axis.plot(*zip(*points), marker="o", label=f"{method}, {cell} m cells, {view} deg")
+                    label = f"{method}, {cell} m cells, {view} deg"
+                    axis.plot(*zip(*points), marker="o", color=colour, label=label)
         axis.set(xscale="log", yscale="log", xlabel="floor [m²]", title=title)
         axis.grid(True, which="both", alpha=0.3)
     axes[1].legend(fontsize="small")
@@ -197,7 +200,8 @@ def main():
         "## Growth", "",
         "Generated office floors, 200 scans each with 1 cm of noise; memory is that of the whole program, build and query "
         "are CPU times of one thread. `ambiguous`: said to be so, with the right pose as another hypothesis than the first. "
-        "The published method, which needs full circles, stores a signature for every cell, hence its larger cells here.", "", *growth_table(growth), "",
+        "The published method, which needs full circles, stores a signature for every cell, hence its larger cells here.",
+        "", *growth_table(growth), "",
         "![growth](growth.png)", ""]
     (HERE / "RESULTS.md").write_text("\n".join(lines))
 

@@ -27,8 +27,8 @@ Parameters for_first_look(const Parameters& parameters)
 Parameters limits_of_search(Parameters parameters, std::size_t maps)
 {
 	// [-] times as many as in one map. More find the true place of a recorded scan among those of eight maps somewhat
-	// more often, and take longer: tests/experiments/RESULTS.md.
-	constexpr std::size_t kMostTimes = 4;
+	// more often, and take longer: tests/experiments/RESULTS.md has 1, 2 and 4.
+	constexpr std::size_t kMostTimes = 2;
 	const auto times = static_cast<int>(std::min(maps, kMostTimes));
 	parameters.coarse_search.max_pairs *= times;
 	parameters.coarse_search.candidates *= times;
