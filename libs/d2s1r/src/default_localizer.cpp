@@ -29,7 +29,8 @@ bool is_clear(const Localization& answer, const ScoringParameters& parameters)
 /// place, and then a wrong one that explains the scan as well seems to be the only one.
 bool leaves_out(const std::vector<Found>& found, const CoarseSearchParameters& limits)
 {
-	const auto is_full = [&](const Found& here) { return static_cast<int>(here.candidates.size()) >= limits.candidates; };
+	const auto is_full = [&](const Found& here)
+	{ return static_cast<int>(here.candidates.size()) >= limits.candidates; };
 	return std::any_of(found.begin(), found.end(), is_full);
 }
 
