@@ -27,7 +27,7 @@ Parameters first_look_only()
 	auto& coarse = parameters.coarse_search;
 	for (int* count : {&coarse.max_pairs, &coarse.candidates, &parameters.refinement.max_scored})
 		*count = static_cast<int>(std::ceil(effort * *count));
-	coarse.overview_missing *= effort;
+	for (double* limit : {&coarse.overview_missing, &coarse.margin}) *limit *= effort;
 	return parameters;
 }
 

@@ -19,7 +19,7 @@ Parameters for_first_look(const Parameters& parameters)
 	Parameters first = with_share_of_effort(parameters, effort);
 	auto& coarse = first.coarse_search;
 	for (int* count : {&coarse.max_pairs, &coarse.candidates}) *count = static_cast<int>(std::ceil(effort * *count));
-	coarse.overview_missing *= effort;
+	for (double* limit : {&coarse.overview_missing, &coarse.margin}) *limit *= effort;
 	return first;
 }
 
