@@ -27,7 +27,8 @@ Parameters first_look_only()
 	auto& coarse = parameters.coarse_search;
 	for (int* count : {&coarse.max_pairs, &coarse.candidates, &parameters.refinement.max_scored})
 		*count = static_cast<int>(std::ceil(effort * *count));
-	for (double* limit : {&coarse.overview_missing, &coarse.margin}) *limit *= effort;
+	coarse.overview_missing *= effort;
+	coarse.margin *= std::sqrt(effort);
 	return parameters;
 }
 

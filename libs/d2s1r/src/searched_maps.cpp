@@ -19,7 +19,8 @@ Parameters for_first_look(const Parameters& parameters)
 	Parameters first = with_share_of_effort(parameters, effort);
 	auto& coarse = first.coarse_search;
 	for (int* count : {&coarse.max_pairs, &coarse.candidates}) *count = static_cast<int>(std::ceil(effort * *count));
-	for (double* limit : {&coarse.overview_missing, &coarse.margin}) *limit *= effort;
+	coarse.overview_missing *= effort;
+	coarse.margin *= std::sqrt(effort);
 	return first;
 }
 

@@ -147,8 +147,9 @@ void visit_first_look(P& first_look, const Visitor& visit)
 {
 	visit(
 	    "effort", first_look.effort, 0.001, 1.0,
-	    "[-] share of overview_missing, max_pairs, candidates, margin and max_scored that the first look has; 1: there "
-	    "is no first look");
+	    "[-] share of overview_missing, max_pairs, candidates and max_scored that the first look has, and its square "
+	    "root "
+	    "of coarse_search.margin; 1: there is no first look");
 }
 
 template <class P, class Visitor>
