@@ -1,8 +1,9 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // One generated floor, one method: what it takes to build the index and to answer queries. Prints a line of CSV for
 // full circles and, with the default method, one for half circles: area [m^2], free [m^2], method, cell [m], field of
-// view [deg], build [s of CPU], peak memory of this program [MB], query [ms of CPU], success [-], and the share of
-// answers that are ambiguous and have the right pose as another hypothesis than the first [-].
+// view [deg], build [s of CPU], peak memory of this program [MB], query [ms of CPU], success [-], the share of
+// answers that are ambiguous and have the right pose as another hypothesis than the first [-], and that of wrong poses
+// called localized [-].
 #include <d2s1r/localizer.h>
 #include <sys/resource.h>
 
@@ -80,7 +81,7 @@ void answer(const Localizer& localizer, const Questions& questions)
 	const auto is_right = [](const Hypothesis& hypothesis, const mrpt::math::TPose2D& pose)
 	{ return d2s1r::benchmark::is_success(hypothesis.pose.asTPose(), pose); };
 	const auto count = static_cast<double>(questions.scans.size());
-	double successes = 0, ambiguous = 0;
+	double successes = 0, ambiguous = 0, wrong = 0;
 	const double start = cpu_seconds();
 	for (std::size_t i = 0; i < questions.scans.size(); i++)
 	{
@@ -88,14 +89,13 @@ void answer(const Localizer& localizer, const Questions& questions)
 		const auto right = std::find_if(
 		    result.hypotheses.begin(), result.hypotheses.end(),
 		    [&](const Hypothesis& hypothesis) { return is_right(hypothesis, questions.poses[i]); });
-		if (right == result.hypotheses.end()) continue;
-		if (right == result.hypotheses.begin())
-			successes++;
-		else if (result.status == Status::kAmbiguous)
-			ambiguous++;
+		const bool is_success = !result.hypotheses.empty() && right == result.hypotheses.begin();
+		successes += is_success;
+		ambiguous += !is_success && right != result.hypotheses.end() && result.status == Status::kAmbiguous;
+		wrong += !is_success && result.status == Status::kLocalized;
 	}
 	std::cout << ',' << peak_megabytes() << ',' << (cpu_seconds() - start) / count * 1000 << ',' << successes / count
-	          << ',' << ambiguous / count << std::endl;
+	          << ',' << ambiguous / count << ',' << wrong / count << std::endl;
 }
 
 void run(double area, Method method, double cell_size, unsigned seed)

@@ -137,11 +137,11 @@ def run_growth(program, areas, repetitions):
 
 def growth_table(rows):
     lines = ["| method | floor | free | cell | field of view | build | peak memory | query | success (0.2 m, 5 deg) | "
-             "ambiguous |",
-             "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |"]
-    for area, free, method, cell, view, build, memory, query, success, ambiguous in rows:
+             "ambiguous | localized, wrong |",
+             "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |"]
+    for area, free, method, cell, view, build, memory, query, success, ambiguous, wrong in rows:
         lines.append(f"| {method} | {float(area):,.0f} m² | {float(free):,.0f} m² | {cell} m | {view} deg | {build:.2f} s | "
-                     f"{memory:,.0f} MB | {query:.2f} ms | {100 * success:.1f} % | {100 * ambiguous:.1f} % |")
+                     f"{memory:,.0f} MB | {query:.2f} ms | {100 * success:.1f} % | {100 * ambiguous:.1f} % | {100 * wrong:.1f} % |")
     return lines
 
 
