@@ -15,7 +15,9 @@ Parameters with_share_of_effort(Parameters parameters, double share)
 
 Parameters for_first_look(const Parameters& parameters)
 {
-	constexpr double kMargin = 0.75;  // [-] share of the margin: places that cost nearly as much as it are seldom right
+	// [-] share of the margin. The whole one takes longer for the same answers: tests/experiments/RESULTS.md, First
+	// look.
+	constexpr double kMargin = 0.75;
 	const double effort = parameters.first_look.effort;
 	Parameters first = with_share_of_effort(parameters, effort);
 	auto& coarse = first.coarse_search;
@@ -26,8 +28,9 @@ Parameters for_first_look(const Parameters& parameters)
 
 Parameters limits_of_search(Parameters parameters, std::size_t maps)
 {
-	// [-] times as many as in one map. More find the true place of a recorded scan among those of eight maps somewhat
-	// more often, and take longer: tests/experiments/RESULTS.md has 1, 2 and 4.
+	// [-] times as many pairs and candidates as in one map. With more, the true place of a recorded scan is found a
+	// little more often among those of eight maps, and a query takes longer: tests/experiments/RESULTS.md has 1, 2
+	// and 4.
 	constexpr std::size_t kMostTimes = 2;
 	const auto times = static_cast<int>(std::min(maps, kMostTimes));
 	parameters.coarse_search.max_pairs *= times;

@@ -14,8 +14,7 @@ struct Candidate
 {
 	mrpt::math::TPose2D pose;  //!< sensor in map, m and rad
 	double cost = 0;           //!< [step] mean truncated difference of quantized ranges per beam, lower is better
-	std::size_t reading =
-	    0;  //!< [-] number of the map, or of its reading, that the pose is in, among those searched at once
+	std::size_t reading = 0;   //!< [-] number of the map, or of its reading, among those that were searched at once
 };
 
 /// Finds the poses of the sensor at which a scan may have been taken. It compares the scan with the profiles at all yaw
@@ -41,8 +40,9 @@ struct Candidate
 /// It is thread-safe: each thread keeps its scratch memory for its next query.
 ///
 /// \param prior says where the robot may be; the sensor is also searched for within a sample's spacing of that
-/// \return poses that are two spacings or three shifts apart, best first, at most parameters.candidates, and none whose beams cost more in total than
-///         those of the best one by parameters.margin times the square root of their number
+/// \return poses that are two spacings or three shifts apart, best first, at most parameters.candidates, and none whose
+///         beams cost more in total than those of the best one by parameters.margin times the square root of their
+///         number
 std::vector<Candidate> coarse_search(
     const RangeProfiles& profiles, const Scan& scan, const CoarseSearchParameters& parameters, const Prior& prior = {});
 
