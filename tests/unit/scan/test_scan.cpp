@@ -172,4 +172,17 @@ TEST(Scan, WithoutBeamsIsNotValidAndSaysSo)
 	EXPECT_FALSE(Scan{}.valid());
 	EXPECT_EQ(why_invalid(Scan{}), "the scan has no beams");
 }
+
+TEST(Scan, MadeByHandHasItsSensorOnTheRobot)
+{
+	Scan scan = make_scan(record({1, 1, 1, 1, 1}), few_beams());
+	for (const double far : {1.01 * kFarthestSensor, 1e300, HUGE_VAL, std::nan("")})
+	{
+		scan.sensor_on_robot = {0, far, 0};
+		EXPECT_FALSE(scan.valid()) << far;
+		EXPECT_EQ(why_invalid(scan), "the pose of the sensor on the robot is not finite or more than 100 m away");
+	}
+	scan.sensor_on_robot = {0, kFarthestSensor, 0};
+	EXPECT_TRUE(scan.valid());
+}
 }  // namespace d2s1r::test

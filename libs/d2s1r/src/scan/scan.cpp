@@ -11,6 +11,7 @@ namespace d2s1r
 namespace
 {
 constexpr double kFullTurn = 2 * M_PI;
+constexpr const char* kNotOnRobot = "the pose of the sensor on the robot is not finite or more than 100 m away";
 
 /// Turns a reading, as it is recorded, into a distance and whether the beam hit something there. It has no value if the
 /// reading is no data.
@@ -34,6 +35,9 @@ std::optional<Beam> read_beam(float range, bool flagged_valid, float max_range, 
 	return std::nullopt;
 }
 
+/// Returns whether a sensor at (x, y) [m] in the robot frame can be part of a robot.
+bool is_on_robot(double x, double y) { return std::hypot(x, y) <= kFarthestSensor; }
+
 /// Returns the greatest tilt [rad] of the sensor's plane against the plane of the robot during the scan.
 double tilt_of(const mrpt::obs::CObservation2DRangeScan& observation)
 {
@@ -52,8 +56,7 @@ std::string unusable_because(const mrpt::obs::CObservation2DRangeScan& observati
 	const auto& pose = observation.sensorPose;
 	const auto& axes = pose.getRotationMatrix();  // yaw() would write to the observation
 	const double tilt = mrpt::RAD2DEG(tilt_of(observation));
-	if (!std::isfinite(tilt + axes(0, 0) + axes(1, 0)) || !(std::hypot(pose.x(), pose.y()) <= kFarthestSensor))
-		return "the pose of the sensor on the robot is not finite or more than 100 m away";
+	if (!std::isfinite(tilt + axes(0, 0) + axes(1, 0)) || !is_on_robot(pose.x(), pose.y())) return kNotOnRobot;
 	if (tilt > parameters.max_tilt)
 		return "the sensor is tilted by " + std::to_string(std::lround(tilt)) + " deg, more than scan.max_tilt";
 	return {};
@@ -111,7 +114,7 @@ bool Scan::valid() const
 {
 	const auto& sensor = sensor_on_robot;
 	return invalid_because.empty() && !beams.empty() && is_field_of_view(field_of_view) &&
-	       std::isfinite(sensor.x + sensor.y + sensor.phi) && are_in_order(beams);
+	       is_on_robot(sensor.x, sensor.y) && std::isfinite(sensor.phi) && are_in_order(beams);
 }
 
 std::string why_invalid(const Scan& scan)
@@ -121,7 +124,7 @@ std::string why_invalid(const Scan& scan)
 	if (!is_field_of_view(scan.field_of_view)) return "the field of view of the scan is not above 0 and at most 2 pi";
 	if (!are_in_order(scan.beams))
 		return "the beams of the scan are not by increasing angle in [-pi, pi), with finite ranges of at least 0";
-	return "the pose of the sensor on the robot is not finite";
+	return kNotOnRobot;
 }
 
 bool is_covered(const Scan& scan, const ScanParameters& parameters)
