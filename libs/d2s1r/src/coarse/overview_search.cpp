@@ -66,13 +66,12 @@ int missing_at_few(const std::vector<GroupsOfReading>& readings)
 }
 
 /// Returns how many beams may be missing at a group that still explains the scan as well as one that costs `least`
-/// [2 steps] in the overviews: as many as a share of that cost allows, and some by chance.
+/// [2 steps] in the overviews: as many as that cost allows, and some by chance.
 int most_missing(const GroupsOfReading& of, double least, const CoarseSearchParameters& parameters)
 {
 	const auto beams = static_cast<double>(of.reading->scan.exact.size());
 	const double allowed = beams * least / (static_cast<double>(of.few.count) * of.few.truncation);
-	const double most =
-	    parameters.overview_missing * allowed + parameters.overview_missing_by_chance * std::sqrt(beams);
+	const double most = allowed + parameters.overview_missing_by_chance * std::sqrt(beams);
 	return static_cast<int>(std::min(255.0, most / of.reading->profiles.directions * RangeProfiles::kWhole));
 }
 
@@ -173,13 +172,8 @@ void search_overviews(
 	const int truncation = parameters.truncation;
 	const auto few = few_beams_of(readings, truncation);
 	const std::vector<GroupsOfReading> all = groups_of(readings, few, truncation, missing);
-	double all_pairs = 0;
-	for (const ReadingToSearch& reading : readings)
-		all_pairs += static_cast<double>(reading.profiles.groups()) * reading.profiles.directions;
-	const double wanted =
-	    std::max(1.0, std::min(static_cast<double>(parameters.max_pairs), parameters.max_pairs_share * all_pairs));
 	const double margin = parameters.margin * std::sqrt(static_cast<double>(few.front().size()));
-	CheapestPairs cheapest(static_cast<std::uint32_t>(margin), static_cast<std::size_t>(wanted), pairs);
+	CheapestPairs cheapest(static_cast<std::uint32_t>(margin), static_cast<std::size_t>(parameters.max_pairs), pairs);
 
 	const int of_few = missing_at_few(all);
 	for (const GroupsOfReading& of : all) look_where_missing(of, 0, of_few, cheapest);
