@@ -194,7 +194,8 @@ std::vector<RefinedPose> settle(
 {
 	std::vector<Settling> settling;
 	settling.reserve(candidates.size());
-	for (const Candidate& candidate : candidates) settling.push_back({candidate.pose, &readings[candidate.reading], kCostWeight * candidate.cost});
+	for (const Candidate& candidate : candidates)
+		settling.push_back({candidate.pose, &readings[candidate.reading], kCostWeight * candidate.cost});
 	double width = kOfCandidate;
 	for (int i = 0; i < kSteps; i++)
 	{
