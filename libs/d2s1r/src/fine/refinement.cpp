@@ -32,7 +32,8 @@ constexpr double kBeside[] = {-0.3, -0.2, -0.1, 0.1, 0.2, 0.3};  //!< [m] along 
 constexpr double kApart = 0.1;                                       //!< [m]
 constexpr double kYawApart = 2 * M_PI / RangeProfiles::kDirections;  //!< [rad]
 
-constexpr double kDamping = 1e-2;  //!< [-] a beam, so that what the scan leaves open stays where it is
+// Damping [-] a beam, on the way, and where few beams or the last steps would slide along a corridor.
+constexpr double kDamping = 1e-3, kFirmDamping = 1e-2;
 
 /// Returns J^T W J over (x, y, phi, range offset).
 Eigen::Matrix4d information_of(const EndPointSums& sums)
@@ -67,16 +68,16 @@ TPose2D moved(const TPose2D& pose, const Eigen::Vector3d& step)
 }
 
 /// Returns by what the information of the end points of so many beams [-] is damped.
-double damping_of(std::size_t beams)
+double damping_of(std::size_t beams, double damping)
 {
-	return kDamping * static_cast<double>(beams) + 1e-6;
+	return damping * static_cast<double>(beams) + 1e-6;
 }
 
 /// Returns `pose` after one damped step, where the end points of `count` beams sum up to `sums`.
-TPose2D gauss_newton_step(const EndPointSums& sums, std::size_t count, const TPose2D& pose)
+TPose2D gauss_newton_step(const EndPointSums& sums, std::size_t count, const TPose2D& pose, double damping)
 {
 	Eigen::Matrix3d information = information_of(sums).topLeftCorner<3, 3>();
-	information.diagonal().array() += damping_of(count);
+	information.diagonal().array() += damping_of(count, damping);
 	return moved(pose, -information.ldlt().solve(gradient_of(sums).head<3>()));
 }
 
@@ -84,7 +85,7 @@ TPose2D gauss_newton_step(const EndPointSums& sums, std::size_t count, const TPo
 TPose2D descend(const DistanceField& field, const BeamSubset& beams, TPose2D pose, int steps, double kernel)
 {
 	for (int i = 0; i < steps; i++)
-		pose = gauss_newton_step(sum_end_points(field, beams.returns, pose, 0, kernel), beams.count, pose);
+		pose = gauss_newton_step(sum_end_points(field, beams.returns, pose, 0, kernel), beams.count, pose, kDamping);
 	return pose;
 }
 
@@ -159,7 +160,7 @@ double open_deviation(
 		    sensor.x + offset * open.x(), sensor.y + offset * open.y(), sensor.phi + offset * open.z()};
 		const EndPointSums sums = sum_end_points(field, beams.returns, beside, 0, kernel);
 		Eigen::Matrix3d held = information_of(sums).topLeftCorner<3, 3>();
-		held.diagonal().array() += damping_of(beams.count);
+		held.diagonal().array() += damping_of(beams.count, kDamping);
 		held.topLeftCorner<2, 2>() += kHeld * open.head<2>().normalized() * open.head<2>().normalized().transpose();
 		const TPose2D at = moved(beside, -held.ldlt().solve(gradient_of(sums).head<3>()));
 		return static_cast<double>(sum_end_points(field, beams.returns, at, 0, kernel).fit);
@@ -200,7 +201,7 @@ std::vector<RefinedPose> settle(
 	for (int i = 0; i < kSteps; i++)
 	{
 		drop_poor(few, width, limits.fit_margin, settling);
-		for (Settling& at : settling) at.pose = gauss_newton_step(at.sums, few.count, at.pose);
+		for (Settling& at : settling) at.pose = gauss_newton_step(at.sums, few.count, at.pose, kFirmDamping);
 		width = std::max(1.0, width / 2);
 	}
 	drop_poor(few, width, limits.fit_margin, settling);
@@ -286,7 +287,7 @@ TPose2D polish(
 {
 	const double deviation = field.cell_size() / std::sqrt(12.0);  // of a surface that may be anywhere in its cells
 	const double prior = variance_of(beams, parameters) / (deviation * deviation);
-	const double damping = damping_of(beams.count);
+	const double damping = damping_of(beams.count, kFirmDamping);
 	double offset = 0;
 	for (int i = 0; i < kSteps; i++)
 	{
