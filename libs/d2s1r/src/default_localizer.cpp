@@ -95,11 +95,9 @@ std::vector<Place> places_among(
 	return timed(times.refinement_ms, find_places, readings, work.scan, all, poses, limits);
 }
 
-std::optional<Decision> answer_of(
-    const std::vector<SearchedMap>& maps, const Parameters& limits, bool is_last, Work& work)
+Decision answer_of(
+    const std::vector<SearchedMap>& maps, const std::vector<Found>& found, const Parameters& limits, Work& work)
 {
-	const auto found = timed(work.times.retrieval_ms, candidates_in, maps, work.scan, limits.coarse_search);
-	if (!is_last && leaves_out(found, limits.coarse_search)) return std::nullopt;
 	std::vector<Place> places;
 	for (const Found& here : found)
 	{
@@ -115,12 +113,17 @@ std::optional<Decision> answer_of(
 Decision localize_default(const Scan& scan, const std::vector<SearchedMap>& maps, double time_budget)
 {
 	Work work{scan, TimeBudget(time_budget), {}};
-	std::optional<Decision> decision;
 	const std::vector<Parameters> all = looks(limits_of_search(maps.front().parameters, maps.size()));
+	const auto begin = [&] { return SearchOfMaps(maps, scan, all.back().coarse_search); };
+	SearchOfMaps search = timed(work.times.retrieval_ms, begin);
+	std::optional<Decision> decision;
 	for (const Parameters& limits : all)
 	{
-		decision = answer_of(maps, limits, &limits == &all.back(), work);
-		if (decision && (is_clear(decision->answer, limits.scoring) || work.budget.is_half_spent())) break;
+		const auto look = [&] { return search.found(limits.coarse_search); };
+		const std::vector<Found> found = timed(work.times.retrieval_ms, look);
+		if (&limits != &all.back() && leaves_out(found, limits.coarse_search)) continue;
+		decision = answer_of(maps, found, limits, work);
+		if (is_clear(decision->answer, limits.scoring) || work.budget.is_half_spent()) break;
 	}
 	decision->answer.times = work.times;  // the last look always has an answer
 	return *decision;

@@ -13,10 +13,16 @@ namespace d2s1r
 {
 namespace
 {
+/// Returns how many beams [-] of the scan a byte can sum up.
+std::size_t count_of_few(const QuantizedScan& scan, int truncation)
+{
+	return std::min(scan.exact.size(), static_cast<std::size_t>(255 / truncation));
+}
+
 /// Returns as many beams as a byte can sum up, spread over the scan, in an order whose beginnings are spread, too.
 std::vector<OverviewBeam> overview_beams(const QuantizedScan& scan, int truncation)
 {
-	const std::size_t count = std::min(scan.exact.size(), static_cast<std::size_t>(255 / truncation));
+	const std::size_t count = count_of_few(scan, truncation);
 	const std::size_t stride = count % 7 != 0 ? 7 : 1;
 	std::vector<OverviewBeam> beams;
 	for (std::size_t i = 0; i < count; i++)
@@ -37,6 +43,24 @@ void find_missing_beams(const RangeProfiles& profiles, const QuantizedScan& scan
 	const auto histogram = profiles.histogram_of(steps.data(), steps.size());
 	for (std::size_t first = 0; first < profiles.groups(); first += kBlock)
 		missing_beams(profiles.histograms.data() + first * RangeProfiles::kBins, histogram.data(), missing + first);
+}
+
+/// What the pairs to find are limited to.
+struct OverviewLimits
+{
+	std::uint32_t margin;  //!< [2 steps] by which one may cost more than the cheapest
+	std::size_t wanted;    //!< [-] of them at most, one or more
+};
+
+OverviewLimits limits_of(const std::vector<ReadingToSearch>& readings, const CoarseSearchParameters& parameters)
+{
+	const auto few = static_cast<double>(count_of_few(readings.front().scan, parameters.truncation));
+	double all_pairs = 0;
+	for (const ReadingToSearch& reading : readings)
+		all_pairs += static_cast<double>(reading.profiles.groups()) * reading.profiles.directions;
+	const double wanted =
+	    std::max(1.0, std::min(static_cast<double>(parameters.max_pairs), parameters.max_pairs_share * all_pairs));
+	return {static_cast<std::uint32_t>(parameters.margin * std::sqrt(few)), static_cast<std::size_t>(wanted)};
 }
 
 /// The groups of a reading among those of all.
@@ -173,13 +197,8 @@ void search_overviews(
 	const int truncation = parameters.truncation;
 	const auto few = few_beams_of(readings, truncation);
 	const std::vector<GroupsOfReading> all = groups_of(readings, few, truncation, missing);
-	double all_pairs = 0;
-	for (const ReadingToSearch& reading : readings)
-		all_pairs += static_cast<double>(reading.profiles.groups()) * reading.profiles.directions;
-	const double wanted =
-	    std::max(1.0, std::min(static_cast<double>(parameters.max_pairs), parameters.max_pairs_share * all_pairs));
-	const double margin = parameters.margin * std::sqrt(static_cast<double>(few.front().size()));
-	CheapestPairs cheapest(static_cast<std::uint32_t>(margin), static_cast<std::size_t>(wanted), pairs);
+	const OverviewLimits limits = limits_of(readings, parameters);
+	CheapestPairs cheapest(limits.margin, limits.wanted, pairs);
 
 	const int of_few = missing_at_few(all);
 	for (const GroupsOfReading& of : all) look_where_missing(of, 0, of_few, cheapest);
@@ -188,5 +207,12 @@ void search_overviews(
 		if (const int most = most_missing(of, least, parameters); most > of_few)
 			look_where_missing(of, of_few + 1, most, cheapest);
 	cheapest.drop_costly();
+}
+
+std::uint32_t limit_of_overviews(
+    const std::vector<ReadingToSearch>& readings, const CoarseSearchParameters& smaller, const std::vector<Pair>& pairs)
+{
+	const OverviewLimits limits = limits_of(readings, smaller);
+	return limit_of_cheapest(limits.margin, limits.wanted, pairs);
 }
 }  // namespace d2s1r
