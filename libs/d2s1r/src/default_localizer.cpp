@@ -1,9 +1,12 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "default_localizer.h"
 
+#include <mrpt/core/bits_math.h>
+
 #include <algorithm>
 #include <cmath>
 
+#include "answer/distinct_poses.h"
 #include "base/scoped_timer.h"
 #include "fine/refinement.h"
 
@@ -11,27 +14,32 @@ namespace d2s1r
 {
 namespace
 {
-/// Returns the limits of the searches that are made, one after the other, until the answer is clear.
-std::vector<Parameters> looks(const Parameters& parameters)
-{
-	if (parameters.first_look.effort >= 1) return {parameters};
-	return {for_first_look(parameters), parameters};
-}
-
-/// Returns whether an answer needs no other look: it leaves much less doubt than a localized frame may.
+/// Returns whether an answer leaves much less doubt than a localized frame may.
 bool is_clear(const Localization& answer, const ScoringParameters& parameters)
 {
 	constexpr double kDoubt = 0.1;  // [-] share of what it may leave
 	return 1 - answer.confidence < kDoubt * (1 - parameters.localized_above);
 }
 
-/// Returns whether there may be candidates that a search with these limits leaves out: one of them may be the true
-/// place, and then a wrong one that explains the scan as well seems to be the only one.
-bool leaves_out(const std::vector<Found>& found, const CoarseSearchParameters& limits)
+/// Returns the cost [step] of the cheapest candidate at the place of an answer; infinity if there is none.
+double cost_of(const Decision& decision, const Scan& scan, const Found& found, const ScoringParameters& parameters)
 {
-	const auto is_full = [&](const Found& here)
-	{ return static_cast<int>(here.candidates.size()) >= limits.candidates; };
-	return std::any_of(found.begin(), found.end(), is_full);
+	if (decision.answer.hypotheses.empty()) return HUGE_VAL;
+	const mrpt::math::TPose2D sensor = decision.answer.best().pose.asTPose() + scan.sensor_on_robot;
+	const auto is_there = [&](const Candidate& candidate)
+	{
+		return found.readings[candidate.reading].map == decision.maps.front() &&
+		       are_near(candidate.pose, sensor, parameters.distinct_distance, mrpt::DEG2RAD(parameters.distinct_yaw));
+	};
+	const auto cheapest = std::find_if(found.candidates.begin(), found.candidates.end(), is_there);
+	return cheapest == found.candidates.end() ? HUGE_VAL : cheapest->cost;
+}
+
+/// Returns the cost [step] below which a look left no candidate out.
+double complete_below(const Found& found, const CoarseSearchParameters& limits, double margin)
+{
+	const bool is_full = static_cast<int>(found.candidates.size()) >= limits.candidates;
+	return is_full ? found.candidates.back().cost : found.candidates.front().cost + margin;
 }
 
 /// The time that a query may take.
@@ -108,25 +116,50 @@ Decision answer_of(
 	}
 	return timed(work.times.refinement_ms, conclude, work.scan, maps, places);
 }
+
+std::vector<Found> candidates_of(SearchOfMaps& search, const Parameters& limits, Work& work)
+{
+	const ScopedTimer timer(work.times.retrieval_ms);
+	return search.found(limits.coarse_search);
+}
+
+/// Answers with a part of the candidates and of the effort. The answer stands if it is clear and if what was left out
+/// costs so much more than the candidate at its place that it is none of the places that explain the scan best. No
+/// value otherwise.
+std::optional<Decision> first_look(
+    const std::vector<SearchedMap>& maps, const Parameters& whole, SearchOfMaps& search, Work& work)
+{
+	constexpr double kLess =
+	    0.5;  // [-] share of the margin by which the answer's place costs less than what was left out
+	if (whole.first_look.effort >= 1) return std::nullopt;
+	const Parameters limits = for_first_look(whole);
+	const std::vector<Found> found = candidates_of(search, limits, work);
+	if (found.front().candidates.empty()) return std::nullopt;
+	const double complete = complete_below(found.front(), limits.coarse_search, search.margin(limits.coarse_search));
+	const double most = complete - kLess * search.margin(whole.coarse_search);
+	if (found.front().candidates.front().cost > most) return std::nullopt;
+	const auto is_sure = [&](const Decision& decision)
+	{
+		return is_clear(decision.answer, limits.scoring) &&
+		       cost_of(decision, work.scan, found.front(), limits.scoring) <= most;
+	};
+	Decision decision = answer_of(maps, found, limits, work);
+	decision.answer.times = work.times;
+	if (work.budget.is_half_spent() || is_sure(decision)) return decision;
+	return std::nullopt;
+}
 }  // namespace
 
 Decision localize_default(const Scan& scan, const std::vector<SearchedMap>& maps, double time_budget)
 {
 	Work work{scan, TimeBudget(time_budget), {}};
-	const std::vector<Parameters> all = looks(limits_of_search(maps.front().parameters, maps.size()));
-	const auto begin = [&] { return SearchOfMaps(maps, scan, all.back().coarse_search); };
+	const Parameters whole = limits_of_search(maps.front().parameters, maps.size());
+	const auto begin = [&] { return SearchOfMaps(maps, scan, whole.coarse_search); };
 	SearchOfMaps search = timed(work.times.retrieval_ms, begin);
-	std::optional<Decision> decision;
-	for (const Parameters& limits : all)
-	{
-		const auto look = [&] { return search.found(limits.coarse_search); };
-		const std::vector<Found> found = timed(work.times.retrieval_ms, look);
-		if (&limits != &all.back() && leaves_out(found, limits.coarse_search)) continue;
-		decision = answer_of(maps, found, limits, work);
-		if (is_clear(decision->answer, limits.scoring) || work.budget.is_half_spent()) break;
-	}
-	decision->answer.times = work.times;  // the last look always has an answer
-	return *decision;
+	if (std::optional<Decision> first = first_look(maps, whole, search, work)) return *first;
+	Decision decision = answer_of(maps, candidates_of(search, whole, work), whole, work);
+	decision.answer.times = work.times;
+	return decision;
 }
 
 std::optional<Localization> refusal_of(const Scan& scan, const ScanParameters& parameters)

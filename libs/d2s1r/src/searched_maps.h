@@ -49,6 +49,9 @@ class SearchOfMaps
 	/// Returns what is found within `limits`, as CoarseSearch::candidates().
 	std::vector<Found> found(const CoarseSearchParameters& limits);
 
+	/// Returns CoarseSearch::margin().
+	double margin(const CoarseSearchParameters& limits) const { return search_.margin(limits); }
+
    private:
 	const std::vector<SearchedMap>& maps_;
 	CoarseSearch search_;

@@ -195,6 +195,11 @@ std::vector<Candidate> CoarseSearch::candidates(const CoarseSearchParameters& li
 	return found;
 }
 
+double CoarseSearch::margin(const CoarseSearchParameters& limits) const
+{
+	return prepared_->margin(limits) / prepared_->beams();
+}
+
 std::vector<Candidate> coarse_search(
     const RangeProfiles& profiles, const Scan& scan, const CoarseSearchParameters& parameters, const Prior& prior)
 {

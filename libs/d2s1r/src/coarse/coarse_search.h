@@ -74,6 +74,9 @@ class CoarseSearch
 	///         number
 	std::vector<Candidate> candidates(const CoarseSearchParameters& limits);
 
+	/// Returns by how much [step], in the mean of the beams, a candidate may cost more than the best one.
+	double margin(const CoarseSearchParameters& limits) const;
+
    private:
 	struct Prepared;
 
