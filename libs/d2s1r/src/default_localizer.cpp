@@ -14,6 +14,21 @@ namespace d2s1r
 {
 namespace
 {
+/// What the candidates that were judged tell.
+struct Look
+{
+	Decision decision;
+	bool is_partial = false;  //!< candidates were left out that the whole search has
+	bool is_safe = false;     //!< those cost so much that none of them can be the true place instead of the answer
+};
+
+/// Returns the limits of the looks that are made, one after the other, until the answer is clear.
+std::vector<Parameters> looks(const Parameters& whole)
+{
+	if (whole.first_look.effort >= 1) return {whole};
+	return {for_first_look(whole), whole};
+}
+
 /// Returns whether an answer leaves much less doubt than a localized frame may.
 bool is_clear(const Localization& answer, const ScoringParameters& parameters)
 {
@@ -35,11 +50,14 @@ double cost_of(const Decision& decision, const Scan& scan, const Found& found, c
 	return cheapest == found.candidates.end() ? HUGE_VAL : cheapest->cost;
 }
 
-/// Returns the cost [step] below which a look left no candidate out.
-double complete_below(const Found& found, const CoarseSearchParameters& limits, double margin)
+/// Makes a localized answer ambiguous.
+void doubt(Localization& answer, const ScoringParameters& parameters)
 {
-	const bool is_full = static_cast<int>(found.candidates.size()) >= limits.candidates;
-	return is_full ? found.candidates.back().cost : found.candidates.front().cost + margin;
+	if (answer.status != Status::kLocalized) return;
+	const double share = parameters.localized_above / answer.confidence;
+	for (Hypothesis& hypothesis : answer.hypotheses) hypothesis.probability *= share;
+	answer.confidence = answer.best().probability;
+	answer.status = Status::kAmbiguous;
 }
 
 /// The time that a query may take.
@@ -51,15 +69,14 @@ class TimeBudget
 
 	bool is_half_spent() const { return left_ms() < 0.5 * budget_ms_; }
 
-	/// Judges as many candidates as the time allows of which the `following` searches [-] shall have an equal share.
+	/// Returns as many candidates as can be judged in the time that is left, of which the `following` readings [-]
+	/// shall have an equal share.
 	template <class Judge>
-	std::vector<Place> judge(
+	AffordableCandidates affordable(
 	    const Judge& judge, const std::vector<Candidate>& candidates, const Parameters& limits,
 	    std::ptrdiff_t following) const
 	{
-		const double budget = left_ms() / static_cast<double>(1 + following);
-		const auto affordable = affordable_candidates(budget, candidates, limits, judge);
-		return judge(affordable.candidates, affordable.parameters);
+		return affordable_candidates(left_ms() / static_cast<double>(1 + following), candidates, limits, judge);
 	}
 
    private:
@@ -103,63 +120,52 @@ std::vector<Place> places_among(
 	return timed(times.refinement_ms, find_places, readings, work.scan, all, poses, limits);
 }
 
-Decision answer_of(
-    const std::vector<SearchedMap>& maps, const std::vector<Found>& found, const Parameters& limits, Work& work)
+Look look_at(
+    const std::vector<SearchedMap>& maps, const std::vector<Found>& found, const Parameters& limits, double less,
+    Work& work)
 {
+	Look look;
+	double complete_below = found.front().complete_below;
 	std::vector<Place> places;
 	for (const Found& here : found)
 	{
 		const auto judge = [&](const auto& some, const auto& with)
 		{ return places_among(some, here.readings, with, work); };
-		const auto some = work.budget.judge(judge, here.candidates, limits, &found.back() - &here);
-		places = merged_places(std::move(places), some, limits.scoring);
+		const auto some = work.budget.affordable(judge, here.candidates, limits, &found.back() - &here);
+		places = merged_places(std::move(places), judge(some.candidates, some.parameters), limits.scoring);
+		if (some.candidates.size() == here.candidates.size()) continue;
+		look.is_partial = true;
+		complete_below = std::min(complete_below, here.candidates[some.candidates.size()].cost);
 	}
-	return timed(work.times.refinement_ms, conclude, work.scan, maps, places);
-}
-
-std::vector<Found> candidates_of(SearchOfMaps& search, const Parameters& limits, Work& work)
-{
-	const ScopedTimer timer(work.times.retrieval_ms);
-	return search.found(limits.coarse_search);
-}
-
-/// Answers with a part of the candidates and of the effort. The answer stands if it is clear and if what was left out
-/// costs so much more than the candidate at its place that it is none of the places that explain the scan best. No
-/// value otherwise.
-std::optional<Decision> first_look(
-    const std::vector<SearchedMap>& maps, const Parameters& whole, SearchOfMaps& search, Work& work)
-{
-	constexpr double kLess =
-	    0.5;  // [-] share of the margin by which the answer's place costs less than what was left out
-	if (whole.first_look.effort >= 1) return std::nullopt;
-	const Parameters limits = for_first_look(whole);
-	const std::vector<Found> found = candidates_of(search, limits, work);
-	if (found.front().candidates.empty()) return std::nullopt;
-	const double complete = complete_below(found.front(), limits.coarse_search, search.margin(limits.coarse_search));
-	const double most = complete - kLess * search.margin(whole.coarse_search);
-	if (found.front().candidates.front().cost > most) return std::nullopt;
-	const auto is_sure = [&](const Decision& decision)
-	{
-		return is_clear(decision.answer, limits.scoring) &&
-		       cost_of(decision, work.scan, found.front(), limits.scoring) <= most;
-	};
-	Decision decision = answer_of(maps, found, limits, work);
-	decision.answer.times = work.times;
-	if (work.budget.is_half_spent() || is_sure(decision)) return decision;
-	return std::nullopt;
+	look.decision = timed(work.times.refinement_ms, conclude, work.scan, maps, places);
+	look.is_safe = cost_of(look.decision, work.scan, found.front(), limits.scoring) + less <= complete_below;
+	return look;
 }
 }  // namespace
 
 Decision localize_default(const Scan& scan, const std::vector<SearchedMap>& maps, double time_budget)
 {
+	constexpr double kLess = 0.3;  // [-] share of the margin by which a safe answer costs less than what was left out
 	Work work{scan, TimeBudget(time_budget), {}};
-	const Parameters whole = limits_of_search(maps.front().parameters, maps.size());
-	const auto begin = [&] { return SearchOfMaps(maps, scan, whole.coarse_search); };
+	const std::vector<Parameters> all = looks(limits_of_search(maps.front().parameters, maps.size()));
+	const auto begin = [&] { return SearchOfMaps(maps, scan, all.back().coarse_search); };
 	SearchOfMaps search = timed(work.times.retrieval_ms, begin);
-	if (std::optional<Decision> first = first_look(maps, whole, search, work)) return *first;
-	Decision decision = answer_of(maps, candidates_of(search, whole, work), whole, work);
-	decision.answer.times = work.times;
-	return decision;
+	const double less = kLess * search.margin();
+	Look look;
+	for (const Parameters& limits : all)
+	{
+		const bool is_last = &limits == &all.back();
+		const auto find = [&] { return search.found(limits.coarse_search); };
+		const std::vector<Found> found = timed(work.times.retrieval_ms, find);
+		const auto& [readings, candidates, complete_below] = found.front();
+		if (!is_last && (candidates.empty() || candidates.front().cost + less > complete_below)) continue;
+		look = look_at(maps, found, limits, less, work);
+		look.is_partial |= !is_last;
+		if (work.budget.is_half_spent() || (look.is_safe && is_clear(look.decision.answer, limits.scoring))) break;
+	}
+	if (look.is_partial && !look.is_safe) doubt(look.decision.answer, all.back().scoring);
+	look.decision.answer.times = work.times;
+	return std::move(look.decision);
 }
 
 std::optional<Localization> refusal_of(const Scan& scan, const ScanParameters& parameters)

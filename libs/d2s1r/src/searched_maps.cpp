@@ -50,13 +50,18 @@ std::vector<CoarseSearchIn> readings_of(const std::vector<SearchedMap>& maps)
 }  // namespace
 
 SearchOfMaps::SearchOfMaps(const std::vector<SearchedMap>& maps, const Scan& scan, const CoarseSearchParameters& limits)
-    : maps_(maps), search_(readings_of(maps), scan, limits)
+    : maps_(maps), limits_(limits), search_(readings_of(maps), scan, limits)
 {
 }
 
 std::vector<Found> SearchOfMaps::found(const CoarseSearchParameters& limits)
 {
 	const std::vector<Candidate> candidates = search_.candidates(limits);
+	double complete_below = 0;
+	if (static_cast<int>(candidates.size()) >= limits.candidates)
+		complete_below = candidates.back().cost;
+	else if (!candidates.empty())
+		complete_below = candidates.front().cost + search_.margin(limits);
 	std::vector<Found> found;
 	for (std::size_t number = 0;; number++)
 	{
@@ -71,6 +76,7 @@ std::vector<Found> SearchOfMaps::found(const CoarseSearchParameters& limits)
 			here.readings.push_back({field, tracer, of_map, prior, map});
 		}
 		if (here.readings.empty()) break;
+		here.complete_below = complete_below;
 		for (const auto& [pose, cost, map] : candidates)
 			if (number < maps_[map].index.readings.size()) here.candidates.push_back({pose, cost, reading_of[map]});
 		found.push_back(std::move(here));

@@ -35,6 +35,7 @@ struct Found
 {
 	SearchedReadings readings;
 	std::vector<Candidate> candidates;  //!< in these readings, best first
+	double complete_below = 0;          //!< [step] no candidate that costs less was left out
 };
 
 /// A search through all maps at once, whose candidates are places to refine in the first readings of the maps, and in
@@ -49,11 +50,12 @@ class SearchOfMaps
 	/// Returns what is found within `limits`, as CoarseSearch::candidates().
 	std::vector<Found> found(const CoarseSearchParameters& limits);
 
-	/// Returns CoarseSearch::margin().
-	double margin(const CoarseSearchParameters& limits) const { return search_.margin(limits); }
+	/// Returns by how much [step] a candidate may cost more than the best one.
+	double margin() const { return search_.margin(limits_); }
 
    private:
 	const std::vector<SearchedMap>& maps_;
+	CoarseSearchParameters limits_;
 	CoarseSearch search_;
 };
 }  // namespace d2s1r

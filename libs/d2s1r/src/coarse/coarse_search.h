@@ -74,7 +74,7 @@ class CoarseSearch
 	///         number
 	std::vector<Candidate> candidates(const CoarseSearchParameters& limits);
 
-	/// Returns by how much [step], in the mean of the beams, a candidate may cost more than the best one.
+	/// Returns by how much [step], in the mean of the beams, a candidate within `limits` costs more than the best one.
 	double margin(const CoarseSearchParameters& limits) const;
 
    private:
