@@ -35,6 +35,26 @@ struct Distances
 	Mask inside;
 };
 
+/// What the codes of a distance field stand for: see DistanceField::distance_of_code().
+struct Codes
+{
+	Floats of_code_0 = all(DistanceField::kCellsOfCode0), per_code = all(DistanceField::kCellsPerCode);  //!< [cells]
+	Floats tolerance;  //!< [cells]
+
+	explicit Codes(const DistanceField& field)
+	    : tolerance(all(static_cast<float>(field.tolerance() / field.cell_size())))
+	{
+	}
+
+	/// Returns the distances [cells] of the codes in the lowest bytes.
+	Floats distance(Ints codes) const
+	{
+		const Floats code = hn::ConvertTo(kFloats, hn::And(codes, hn::Set(kInts, 0xFF)));
+		const Floats distance = hn::Max(hn::Sqrt(code), hn::Add(of_code_0, hn::Mul(per_code, code)));
+		return hn::Max(all(0), hn::Sub(distance, tolerance));
+	}
+};
+
 /// Looks up the distance field at (column, row) [cells], as DistanceField::at() does.
 Distances look_up(const DistanceField& field, Floats column, Floats row)
 {
@@ -46,21 +66,19 @@ Distances look_up(const DistanceField& field, Floats column, Floats row)
 	const Ints i = hn::ConvertTo(kInts, hn::IfThenElseZero(inside, column));
 	const Ints j = hn::ConvertTo(kInts, hn::IfThenElseZero(inside, row));
 	const Floats u = hn::Sub(column, hn::ConvertTo(kFloats, i)), v = hn::Sub(row, hn::ConvertTo(kFloats, j));
-	// A cell has two bytes: one word holds it and its right neighbour.
-	const Ints offset = hn::ShiftLeft<1>(hn::Add(hn::Mul(j, hn::Set(kInts, field.width())), i));
+	// A cell has one byte: the first two of a word are those of the cell and of its right neighbour.
+	const Ints offset = hn::Add(hn::Mul(j, hn::Set(kInts, field.width())), i);
 	const auto* lower_row = reinterpret_cast<const std::int32_t*>(field.cells());
 	const auto* upper_row = reinterpret_cast<const std::int32_t*>(field.cells() + field.width());
 	const Ints lower = hn::GatherOffset(kInts, lower_row, offset), upper = hn::GatherOffset(kInts, upper_row, offset);
-	const Ints low = hn::Set(kInts, 0xFFFF);
-	const Floats a = hn::ConvertTo(kFloats, hn::And(lower, low)), c = hn::ConvertTo(kFloats, hn::And(upper, low));
-	const Floats b = hn::ConvertTo(kFloats, hn::And(hn::ShiftRight<16>(lower), low));
-	const Floats d = hn::ConvertTo(kFloats, hn::And(hn::ShiftRight<16>(upper), low));
+	const Codes codes(field);
+	const Floats a = codes.distance(lower), b = codes.distance(hn::ShiftRight<8>(lower));
+	const Floats c = codes.distance(upper), d = codes.distance(hn::ShiftRight<8>(upper));
 	const Floats on_lower = hn::Add(a, hn::Mul(hn::Sub(b, a), u)), on_upper = hn::Add(c, hn::Mul(hn::Sub(d, c), u));
-	const Floats cells = all(1 / DistanceField::kUnitsPerCell);
-	const Floats metres = all(static_cast<float>(field.cell_size()) / DistanceField::kUnitsPerCell);
+	const Floats metres = all(static_cast<float>(field.cell_size()));
 	const Floats value = hn::Mul(hn::Add(on_lower, hn::Mul(hn::Sub(on_upper, on_lower), v)), metres);
 	const Floats along_x = sum_of_products(hn::Sub(b, a), hn::Sub(all(1), v), hn::Sub(d, c), v);
-	return {value, hn::Mul(along_x, cells), hn::Mul(hn::Sub(on_upper, on_lower), cells), inside};
+	return {value, along_x, hn::Sub(on_upper, on_lower), inside};
 }
 
 /// Sums up in eight lanes, whatever the length of a vector, so that every machine adds in the same order.
