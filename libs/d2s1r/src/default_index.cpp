@@ -41,8 +41,8 @@ DefaultIndex make_default_index(Grid grid, const Parameters& parameters)
 		index.readings.push_back(make_reading(std::move(grid), furniture, 0));
 		grid = std::move(deeper);
 	}
-	index.profiles = make_range_profiles(
-	    grid, find_sensor_cells(grid, parameters.free_cells), parameters.coarse_search.spacing);
+	index.profiles =
+	    make_range_profiles(grid, find_sensor_cells(grid, parameters.free_cells), parameters.coarse_search.spacing);
 	index.readings.push_back(make_reading(std::move(grid), furniture, is_smeared ? walls.surface_tolerance() : 0));
 	return index;
 }

@@ -1,8 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "default_localizer.h"
 
-#include <mrpt/core/bits_math.h>
-
 #include <algorithm>
 #include <cmath>
 
@@ -37,14 +35,14 @@ bool is_clear(const Localization& answer, const ScoringParameters& parameters)
 }
 
 /// Returns the cost [step] of the cheapest candidate at the place of an answer; infinity if there is none.
-double cost_of(const Decision& decision, const Scan& scan, const Found& found, const ScoringParameters& parameters)
+double cost_of(const Decision& decision, const Scan& scan, const Found& found)
 {
 	if (decision.answer.hypotheses.empty()) return HUGE_VAL;
 	const mrpt::math::TPose2D sensor = decision.answer.best().pose.asTPose() + scan.sensor_on_robot;
 	const auto is_there = [&](const Candidate& candidate)
 	{
 		return found.readings[candidate.reading].map == decision.maps.front() &&
-		       are_near(candidate.pose, sensor, parameters.distinct_distance, mrpt::DEG2RAD(parameters.distinct_yaw));
+		       are_near(candidate.pose, sensor, kPlaceDistance, kPlaceYaw);
 	};
 	const auto cheapest = std::find_if(found.candidates.begin(), found.candidates.end(), is_there);
 	return cheapest == found.candidates.end() ? HUGE_VAL : cheapest->cost;
@@ -138,7 +136,7 @@ Look look_at(
 		complete_below = std::min(complete_below, here.candidates[some.candidates.size()].cost);
 	}
 	look.decision = timed(work.times.refinement_ms, conclude, work.scan, maps, places);
-	look.is_safe = cost_of(look.decision, work.scan, found.front(), limits.scoring) + less <= complete_below;
+	look.is_safe = cost_of(look.decision, work.scan, found.front()) + less <= complete_below;
 	return look;
 }
 }  // namespace

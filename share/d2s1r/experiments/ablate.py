@@ -35,11 +35,8 @@ LEARNED = ("beam_model", "presence_model")  # sections whose keys are off at 0, 
 WISHES = ("scoring.hypotheses", "scoring.localized_above", "scoring.rejected_below")  # of a user
 # What a constant is set to for its heuristic to be off; one that has no such value is only halved and doubled.
 OFF = {
-    "coarse_search.overview_missing": 1,
-    "coarse_search.overview_missing_by_chance": 1e6, "coarse_search.max_pairs_share": 1,
-    "coarse_search.occluder_range": 0, "coarse_search.margin": 1e6, "refinement.fit_margin": 100,
-    "refinement.score_margin": 1e6, "refinement.cost_weight": 0,
-    "refinement.surface_offset": 0.001, "first_look.effort": 1, "scoring.temperature_by_beam": 0,
+    "coarse_search.overview_missing_by_chance": 1e6, "coarse_search.margin": 1e6,
+    "refinement.fit_margin": 100, "first_look.effort": 1, "scoring.temperature_by_beam": 0,
     "scoring.temperature_by_tolerance": 0,
 }
 # names of sets, of which many scans are near the limits of what is found

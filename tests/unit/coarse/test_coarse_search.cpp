@@ -8,6 +8,7 @@
 
 #include "aligned_scan.h"
 #include "coarse/coarse_search.h"
+#include "coarse/quantized_scan.h"
 #include "map/free_cells.h"
 #include "portable_simd.h"
 
@@ -40,8 +41,7 @@ class CoarseSearch : public testing::Test
 	{
 		const int observed = profiles_.quantize(static_cast<double>(beam.range));
 		if (expected <= observed) return std::min(observed - expected, parameters_.truncation);
-		const bool near = static_cast<double>(beam.range) < parameters_.occluder_range;
-		const int most = near ? parameters_.truncation / 2 : parameters_.truncation;
+		const int most = beam.range < kOccluderRange ? parameters_.truncation / 2 : parameters_.truncation;
 		return beam.is_return ? std::min(expected - observed, most) : 0;
 	}
 
@@ -143,7 +143,6 @@ TEST_F(CoarseSearch, CandidatesAreDistinctAndBestFirst)
 TEST_F(CoarseSearch, TheBestIsTheLeastOfAllPositionsAndShifts)
 {
 	parameters_.max_pairs = 1000000;  // more than there are
-	parameters_.max_pairs_share = 1;
 	parameters_.margin = 1e6;
 	parameters_.overview_missing_by_chance = 1e6;
 	parameters_.candidates = 20;

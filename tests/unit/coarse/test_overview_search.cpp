@@ -69,17 +69,14 @@ TEST_F(OverviewSearch, FindsAllPairsBelowALimit)
 	parameters_.overview_missing_by_chance = 1e6;  // all groups are looked at
 	parameters_.truncation = 2;                    // beams enough that all of them are compared
 	const Scan scan = aligned_scan(grid_, profiles_.directions, {2.41, 8.57, 0.7}, 30, 100);
-	const std::size_t all_pairs = profiles_.groups() * static_cast<std::size_t>(profiles_.directions);
 	struct Case
 	{
 		int wanted;
-		double share, hopeless;
+		double hopeless;
 	};
-	for (const auto& [wanted, share, hopeless] :
-	     {Case{3, 1, 1e6}, {50, 1, 1e6}, {1000, 1, 1e6}, {20000, 1, 1e6}, {20000, 0.01, 1e6}, {20000, 1, 3}})
+	for (const auto& [wanted, hopeless] : {Case{3, 1e6}, {50, 1e6}, {1000, 1e6}, {20000, 1e6}, {20000, 3}})
 	{
 		parameters_.max_pairs = wanted;
-		parameters_.max_pairs_share = share;
 		parameters_.margin = hopeless;
 		std::map<std::pair<std::size_t, int>, int> seen;
 		for (const Pair& pair : look(scan))
@@ -98,7 +95,6 @@ TEST_F(OverviewSearch, FindsAllPairsBelowALimit)
 				EXPECT_EQ(found->second, cost);
 				seen_of_cost[cost]++;
 			}
-		const double most = std::min(static_cast<double>(wanted), share * static_cast<double>(all_pairs));
 		const double dearest =
 		    pairs_of_cost.begin()->first + hopeless * std::sqrt(static_cast<double>(scan.beams.size()));
 		std::size_t below = 0;
@@ -108,9 +104,9 @@ TEST_F(OverviewSearch, FindsAllPairsBelowALimit)
 			below += cost->second;
 			EXPECT_LE(cost->first, dearest);
 		}
-		EXPECT_LE(static_cast<double>(below), most);
+		EXPECT_LE(below, static_cast<std::size_t>(wanted));
 		ASSERT_NE(cost, pairs_of_cost.end());
-		EXPECT_TRUE(static_cast<double>(below + cost->second) > most || cost->first > dearest)
+		EXPECT_TRUE(below + cost->second > static_cast<std::size_t>(wanted) || cost->first > dearest)
 		    << "one more limit would do";
 		for (; cost != pairs_of_cost.end(); ++cost) EXPECT_EQ(seen_of_cost[cost->first], 0U) << cost->first;
 	}
@@ -120,15 +116,13 @@ TEST_F(OverviewSearch, PassesOverGroupsWhoseSignaturesLackTooMuch)
 {
 	parameters_.margin = 1e6;
 	parameters_.max_pairs = 1000000;
-	parameters_.max_pairs_share = 1;
 	for (const int count : {120, 60})
 	{
 		Scan scan = aligned_scan(grid_, profiles_.directions, {2.41, 8.57, 0.7}, 0, count);
 		block(scan, 0, 20, 0.5F);  // has no counterpart anywhere
 		std::size_t previous = 0;
-		for (const auto& [share, by_chance] : {std::pair{0.0, 0.0}, {1.0, 0.0}, {1.0, 1.0}, {1.0, 1e6}})
+		for (const double by_chance : {0.0, 1.0, 1e6})
 		{
-			parameters_.overview_missing = share;
 			parameters_.overview_missing_by_chance = by_chance;
 			std::set<std::size_t> seen;
 			for (const Pair& pair : look(scan)) seen.insert(static_cast<std::size_t>(pair.position));
@@ -138,8 +132,8 @@ TEST_F(OverviewSearch, PassesOverGroupsWhoseSignaturesLackTooMuch)
 					most_seen = std::max(most_seen, literal_missing(scan, group));
 				else
 					least_unseen = std::min(least_unseen, literal_missing(scan, group));
-			EXPECT_LT(most_seen, least_unseen) << count << " " << share << " " << by_chance;
-			EXPECT_GT(seen.size(), previous) << count << " " << share << " " << by_chance;
+			EXPECT_LT(most_seen, least_unseen) << count << " " << by_chance;
+			EXPECT_GT(seen.size(), previous) << count << " " << by_chance;
 			previous = seen.size();
 		}
 		EXPECT_EQ(previous, profiles_.groups());
@@ -148,7 +142,7 @@ TEST_F(OverviewSearch, PassesOverGroupsWhoseSignaturesLackTooMuch)
 
 TEST_F(OverviewSearch, FindsAPairHoweverFewAreWanted)
 {
-	parameters_.max_pairs_share = 1e-9;
+	parameters_.max_pairs = 1;
 	EXPECT_EQ(look(aligned_scan(grid_, profiles_.directions, {2.41, 8.57, 0.7}, 0, 120)).size(), 1U);
 }
 

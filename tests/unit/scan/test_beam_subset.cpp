@@ -40,15 +40,18 @@ TEST(BeamSubset, LogRangesAreBounded)
 	EXPECT_FLOAT_EQ(rays.log_range[3], std::log(20.0F / 3));
 }
 
-TEST(BeamSubset, AreSpreadOverTheScanAndNotCloserThanAsked)
+TEST(BeamSubset, AreSpreadOverTheScanAndNotCloserThanADegree)
 {
-	const BeamSubset few = all_beams(scan_of(720, 180));
-	EXPECT_EQ(few.count, 180U);
-	EXPECT_NEAR(few.spacing, kDegree, 1e-9);
+	for (const auto* subset : {&many_beams, &all_beams})
+	{
+		const BeamSubset some = (*subset)(scan_of(720, 180));
+		EXPECT_EQ(some.count, 180U);
+		EXPECT_NEAR(some.spacing, kDegree, 1e-9);
+	}
 	const BeamSubset all = all_beams(scan_of(60, 180));
 	EXPECT_EQ(all.count, 60U);
 	EXPECT_NEAR(all.spacing, 3 * kDegree, 1e-9);
-	const BeamSubset most = select_beams(scan_of(1440, 360), 0.1 * kDegree, 100);
+	const BeamSubset most = select_beams(scan_of(1440, 360), 100);
 	EXPECT_LE(most.count, 100U);
 	EXPECT_GT(most.count, 90U);
 }

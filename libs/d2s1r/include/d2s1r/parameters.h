@@ -55,12 +55,9 @@ struct PaperParameters
 struct CoarseSearchParameters
 {
 	double spacing = 0.2;                     //!< [m] between sample positions
-	double overview_missing = 1.0;            //!< [-] share of the least cost that missing beams may make up
 	double overview_missing_by_chance = 0.7;  //!< [-] beams missing by chance, by the square root of their number
 	int max_pairs = 40000;                    //!< [-] pairs of group and yaw compared beam by beam, at most
-	double max_pairs_share = 0.05;            //!< [-] the same, as a share of all pairs
 	int truncation = 8;                       //!< [step, overview step] maximum difference of two ranges that counts
-	double occluder_range = 3.0;              //!< [m] where somebody may stand, and half of truncation counts
 	int candidates = 1200;                    //!< [-] handed on, at most
 	double margin = 21.0;                     //!< [step, overview step] by the square root of the number of beams
 };
@@ -68,13 +65,10 @@ struct CoarseSearchParameters
 /// Sets the way from candidates to poses that fit the map.
 struct RefinementParameters
 {
-	int max_scored = 400;         //!< [-] settled candidates that are scored, at most; later stages have thirds
-	double fit_margin = 0.4;      //!< [-] below the best fit, while settling
-	double score_margin = 21.0;   //!< [nat] below the best score, for the shortlist
-	double kernel = 0.08;         //!< [m] width of the robust kernel at the end
-	double cost_weight = 0.067;   //!< [1 / step] of the coarse cost beside the fit
-	double surface_offset = 0.2;  //!< [cell] standard deviation of a surface in its cells
-	double range_noise = 0.09;    //!< [m] standard deviation of a beam of 1 deg, as if beams were independent
+	int max_scored = 400;       //!< [-] settled candidates that are scored, at most; later stages have thirds
+	double fit_margin = 0.4;    //!< [-] below the best fit, while settling
+	double kernel = 0.08;       //!< [m] width of the robust kernel at the end
+	double range_noise = 0.09;  //!< [m] standard deviation of a beam of 1 deg, as if beams were independent
 };
 
 /// Sets the smaller search that comes first. Most scans need no more: one place explains them far better than any
@@ -113,8 +107,6 @@ struct PresenceModel
 /// Sets the way from refined poses to hypotheses.
 struct ScoringParameters
 {
-	double distinct_distance = 0.5;          //!< [m] nearer hypotheses are one
-	double distinct_yaw = 10.0;              //!< [deg] nearer hypotheses are one
 	int hypotheses = 10;                     //!< [-] in a result, at most
 	double localized_above = 0.9;            //!< [probability] confidence of a localized frame
 	double rejected_below = 0.05;            //!< [probability] that one of the places is right, else rejected

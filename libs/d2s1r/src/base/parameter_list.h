@@ -78,16 +78,12 @@ template <class P, class Visitor>
 void visit_overview_search(P& coarse, const Visitor& visit)
 {
 	visit(
-	    "overview_missing", coarse.overview_missing, 0.0, 1.0,
-	    "[-] share of the cost of the cheapest pair that beams missing from a range histogram may make up at a group "
-	    "that is still searched");
-	visit(
 	    "overview_missing_by_chance", coarse.overview_missing_by_chance, 0.0, 1e6,
-	    "[-] times the square root of the number of beams: how many beams more may by chance be missing there");
+	    "[-] times the square root of the number of beams: how many beams more than the cheapest pair explains may by "
+	    "chance be missing from the range histogram of a group that is still searched");
 	visit(
 	    "max_pairs", coarse.max_pairs, 1, 1000000,
 	    "[-] maximum number of (group of positions, yaw) pairs that are compared beam by beam");
-	visit("max_pairs_share", coarse.max_pairs_share, 0.0001, 1, "[-] the same as a share of all pairs");
 }
 
 template <class P, class Visitor>
@@ -97,10 +93,6 @@ void visit_profile_search(P& coarse, const Visitor& visit)
 	    "truncation", coarse.truncation, 1, 100,
 	    "[step: 3 cm near the sensor, 1.2 m at 80 m; in the overview twice that] greatest difference of quantized "
 	    "ranges that counts");
-	visit(
-	    "occluder_range", coarse.occluder_range, 0.0, 300.0,
-	    "[m] somebody may stand nearer than this: half of truncation counts for a beam that ends there before the wall "
-	    "of the map");
 	visit("candidates", coarse.candidates, 1, 100000, "[-] maximum number of candidates that are handed on");
 	visit(
 	    "margin", coarse.margin, 0.0, 1e6,
@@ -126,16 +118,7 @@ void visit_refinement(P& fine, const Visitor& visit)
 	visit(
 	    "fit_margin", fine.fit_margin, 0.0, 100.0,
 	    "[-] candidates that fit this much worse than the best one, before or after any step of settling, are dropped");
-	visit(
-	    "score_margin", fine.score_margin, 0.0, 1e6,
-	    "[nat] candidates whose score is this far below the best one's are not refined");
 	visit("kernel", fine.kernel, 0.001, 1.0, "[m] width of the robust kernel at the end of the refinement");
-	visit(
-	    "cost_weight", fine.cost_weight, 0.0, 10.0,
-	    "[1 / step] the coarse cost of a candidate times this is subtracted from its fit");
-	visit(
-	    "surface_offset", fine.surface_offset, 0.001, 10.0,
-	    "[cell] standard deviation of where in their cells the walls have their surface");
 	visit(
 	    "range_noise", fine.range_noise, 0.001, 10.0,
 	    "[m] standard deviation of the range of a beam of 1 deg about the map, for the covariance, as if beams were "
@@ -154,10 +137,6 @@ void visit_first_look(P& first_look, const Visitor& visit)
 template <class P, class Visitor>
 void visit_scoring(P& scoring, const Visitor& visit)
 {
-	visit(
-	    "distinct_distance", scoring.distinct_distance, 0.01, 10.0,
-	    "[m] hypotheses that are closer than this and than distinct_yaw count as one");
-	visit("distinct_yaw", scoring.distinct_yaw, 0.1, 180.0, "[deg] see distinct_distance");
 	visit("hypotheses", scoring.hypotheses, 1, 1000, "[-] maximum number of hypotheses in a result");
 	visit(
 	    "localized_above", scoring.localized_above, 0.0, 1.0,

@@ -37,11 +37,11 @@ struct CoarseSearchIn
 /// compared with it if that is shorter than the profiles'.
 ///
 /// Of the overviews, those whose range histograms, the same for all yaws, are most like the scan's come first. The
-/// least cost found there, times parameters.overview_missing, bounds how many beams may be missing in a histogram;
+/// least cost found there bounds how many beams may be missing in a histogram;
 /// groups where there are more, by parameters.overview_missing_by_chance times the square root of the number of beams,
 /// are left out. Profiles are compared for the pairs of group and yaw whose beams cost in total at most
 /// parameters.margin times the square root of their number more than those of the cheapest pair, but for no
-/// more than parameters.max_pairs, nor parameters.max_pairs_share of all pairs. Costs are whole numbers: if the pairs
+/// more than parameters.max_pairs. Costs are whole numbers: if the pairs
 /// of the greatest cost admitted would be too many, none of that cost is taken; if even those of the least cost are too
 /// many, the first ones of these are taken. Neither stopping early nor the machine's SIMD instructions change the
 /// result. Equal costs are ranked by the position in `profiles`, then by the shift.

@@ -45,22 +45,11 @@ void find_missing_beams(const RangeProfiles& profiles, const QuantizedScan& scan
 		missing_beams(profiles.histograms.data() + first * RangeProfiles::kBins, histogram.data(), missing + first);
 }
 
-/// What the pairs to find are limited to.
-struct OverviewLimits
-{
-	std::uint32_t margin;  //!< [2 steps] by which one may cost more than the cheapest
-	std::size_t wanted;    //!< [-] of them at most, one or more
-};
-
-OverviewLimits limits_of(const std::vector<ReadingToSearch>& readings, const CoarseSearchParameters& parameters)
+/// Returns by how much [2 steps] a pair may cost more than the cheapest.
+std::uint32_t margin_of(const std::vector<ReadingToSearch>& readings, const CoarseSearchParameters& parameters)
 {
 	const auto few = static_cast<double>(count_of_few(readings.front().scan, parameters.truncation));
-	double all_pairs = 0;
-	for (const ReadingToSearch& reading : readings)
-		all_pairs += static_cast<double>(reading.profiles.groups()) * reading.profiles.directions;
-	const double wanted =
-	    std::max(1.0, std::min(static_cast<double>(parameters.max_pairs), parameters.max_pairs_share * all_pairs));
-	return {static_cast<std::uint32_t>(parameters.margin * std::sqrt(few)), static_cast<std::size_t>(wanted)};
+	return static_cast<std::uint32_t>(parameters.margin * std::sqrt(few));
 }
 
 /// The groups of a reading among those of all.
@@ -90,13 +79,12 @@ int missing_at_few(const std::vector<GroupsOfReading>& readings)
 }
 
 /// Returns how many beams may be missing at a group that still explains the scan as well as one that costs `least`
-/// [2 steps] in the overviews: as many as a share of that cost allows, and some by chance.
+/// [2 steps] in the overviews: as many as that cost allows, and some by chance.
 int most_missing(const GroupsOfReading& of, double least, const CoarseSearchParameters& parameters)
 {
 	const auto beams = static_cast<double>(of.reading->scan.exact.size());
 	const double allowed = beams * least / (static_cast<double>(of.few.count) * of.few.truncation);
-	const double most =
-	    parameters.overview_missing * allowed + parameters.overview_missing_by_chance * std::sqrt(beams);
+	const double most = allowed + parameters.overview_missing_by_chance * std::sqrt(beams);
 	return static_cast<int>(std::min(255.0, most / of.reading->profiles.directions * RangeProfiles::kWhole));
 }
 
@@ -197,8 +185,7 @@ void search_overviews(
 	const int truncation = parameters.truncation;
 	const auto few = few_beams_of(readings, truncation);
 	const std::vector<GroupsOfReading> all = groups_of(readings, few, truncation, missing);
-	const OverviewLimits limits = limits_of(readings, parameters);
-	CheapestPairs cheapest(limits.margin, limits.wanted, pairs);
+	CheapestPairs cheapest(margin_of(readings, parameters), static_cast<std::size_t>(parameters.max_pairs), pairs);
 
 	const int of_few = missing_at_few(all);
 	for (const GroupsOfReading& of : all) look_where_missing(of, 0, of_few, cheapest);
@@ -212,7 +199,6 @@ void search_overviews(
 std::uint32_t limit_of_overviews(
     const std::vector<ReadingToSearch>& readings, const CoarseSearchParameters& smaller, const std::vector<Pair>& pairs)
 {
-	const OverviewLimits limits = limits_of(readings, smaller);
-	return limit_of_cheapest(limits.margin, limits.wanted, pairs);
+	return limit_of_cheapest(margin_of(readings, smaller), static_cast<std::size_t>(smaller.max_pairs), pairs);
 }
 }  // namespace d2s1r

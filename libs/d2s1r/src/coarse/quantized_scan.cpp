@@ -22,7 +22,7 @@ QuantizedScan quantize(const Scan& scan, const RangeProfiles& profiles, const Co
 		const auto offset = static_cast<float>(std::abs(turn - std::round(turn)));
 		if (offset >= nearest[bin]) continue;
 		nearest[bin] = offset;
-		const bool may_be_occluder = static_cast<double>(beam.range) < parameters.occluder_range;
+		const bool may_be_occluder = beam.range < kOccluderRange;
 		const int beyond = may_be_occluder ? parameters.truncation / 2 : parameters.truncation;
 		out.truncation[bin] = static_cast<std::uint8_t>(parameters.truncation);
 		out.truncation_beyond[bin] = static_cast<std::uint8_t>(beyond);

@@ -10,6 +10,9 @@
 
 namespace d2s1r
 {
+/// [m] Somebody may stand nearer than this: half of the truncation counts for a beam that ends there before the wall.
+inline constexpr float kOccluderRange = 3;
+
 /// A scan in the directions of the profiles: the beam nearest to each.
 struct QuantizedScan
 {

@@ -1,8 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "fine/decision.h"
 
-#include <mrpt/core/bits_math.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -40,7 +38,7 @@ void sort_best_first(std::vector<Place>& poses)
 std::vector<Place> distinct_places(std::vector<Place> poses, const ScoringParameters& parameters)
 {
 	sort_best_first(poses);
-	DistinctPoses distinct(parameters.distinct_distance, mrpt::DEG2RAD(parameters.distinct_yaw));
+	DistinctPoses distinct(kPlaceDistance, kPlaceYaw);
 	std::vector<Place> places;
 	for (Place& pose : poses)
 	{
@@ -164,7 +162,6 @@ void polish_best(
     const SearchedReadings& readings, const Scan& scan, const BeamSubset& all, const RefinementParameters& limits,
     std::vector<Place>& scored)
 {
-	constexpr double kHopeless = 12;  // [nat] a pose this far below the best one is not polished
 	const double least = scored.empty() ? 0 : scored.front().score.log_likelihood - kHopeless;
 	const std::size_t to_polish = std::min(scored.size(), most_poses(Stage::kPolished, limits));
 	for (std::size_t i = 0; i < to_polish && scored[i].score.log_likelihood >= least; i++)

@@ -39,7 +39,7 @@ struct Distances
 struct Codes
 {
 	Floats of_code_0 = all(DistanceField::kCellsOfCode0), per_code = all(DistanceField::kCellsPerCode);  //!< [cells]
-	Floats tolerance;  //!< [cells]
+	Floats tolerance;                                                                                    //!< [cells]
 
 	explicit Codes(const DistanceField& field)
 	    : tolerance(all(static_cast<float>(field.tolerance() / field.cell_size())))

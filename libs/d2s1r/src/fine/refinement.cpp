@@ -19,29 +19,20 @@ namespace
 {
 using mrpt::math::TPose2D;
 
-// The steps of the descent, each with the width of its robust kernel as a multiple of parameters.kernel: wide from a
-// coarse candidate, and narrower the nearer the pose is.
-constexpr double kFromCandidate[] = {5, 3, 2, 2};
-constexpr double kFromSettled[] = {2, 1.25, 1, 1};
-constexpr double kFromBeside[] = {1.25, 1};
-constexpr double kToPolish = 0.75;
-// The fit is judged with narrower kernels than those of the steps: what is near a wall is not on it.
-constexpr double kOfSettled = 1.25;
-constexpr double kOfRefined = 0.6;
+constexpr int kSteps = 4;        //!< [-] of each stage
+constexpr int kStepsBeside = 2;  //!< [-] back from beside
+// Widths of the robust kernel as multiples of parameters.kernel. From a coarse candidate it is wide, and each step
+// halves it down to 1. Refined poses are judged with a narrower one: what is near a wall is not on it.
+constexpr double kOfCandidate = 4;
+constexpr double kOfRefined = 0.5;
+constexpr double kCostWeight = 0.067;  //!< [1 / step] of the coarse cost of a candidate beside its fit
 constexpr double kBeside[] = {-0.3, -0.2, -0.1, 0.1, 0.2, 0.3};  //!< [m] along what a scan leaves open
 
-/// Poses nearer than this are one.
-struct Apart
-{
-	double distance;  //!< [m]
-	double yaw;       //!< [rad]
-};
-constexpr Apart kSettledApart{0.15, mrpt::DEG2RAD(3.0)};
-constexpr Apart kRefinedApart{0.08, mrpt::DEG2RAD(2.0)};
+// Poses nearer than this, half of a sample's spacing and a yaw shift of the coarse search, are one.
+constexpr double kApart = 0.1;                                       //!< [m]
+constexpr double kYawApart = 2 * M_PI / RangeProfiles::kDirections;  //!< [rad]
 
-constexpr double kLongestStep = 0.2, kWidestTurn = 0.1;  //!< [m], [rad] of one step
-// Damping [-] a ray: few beams would slide along a corridor.
-constexpr double kDampingOfFew = 1e-2, kDamping = 1e-3;
+constexpr double kDamping = 1e-3;  //!< [-] a beam, so that what the scan leaves open stays where it is
 
 /// Returns J^T W J over (x, y, phi, range offset).
 Eigen::Matrix4d information_of(const EndPointSums& sums)
@@ -69,30 +60,31 @@ double fit_of(const DistanceField& field, const BeamSubset& beams, const TPose2D
 	return fit_of(sum_end_points(field, beams.returns, pose, 0, kernel), beams.count);
 }
 
-/// Returns `pose` moved by `step` (x, y, phi), which is shortened if it is too long.
-TPose2D moved(const TPose2D& pose, Eigen::Vector3d step)
+/// Returns `pose` moved by `step` (x, y, phi).
+TPose2D moved(const TPose2D& pose, const Eigen::Vector3d& step)
 {
-	const double length = step.head<2>().norm();
-	if (length > kLongestStep) step.head<2>() *= kLongestStep / length;
-	const double turn = std::clamp(step.z(), -kWidestTurn, kWidestTurn);
-	return {pose.x + step.x(), pose.y + step.y(), mrpt::math::wrapToPi(pose.phi + turn)};
+	return {pose.x + step.x(), pose.y + step.y(), mrpt::math::wrapToPi(pose.phi + step.z())};
+}
+
+/// Returns by what the information of the end points of so many beams [-] is damped.
+double damping_of(std::size_t beams)
+{
+	return kDamping * static_cast<double>(beams) + 1e-6;
 }
 
 /// Returns `pose` after one damped step, where the end points of `count` beams sum up to `sums`.
-TPose2D gauss_newton_step(const EndPointSums& sums, std::size_t count, const TPose2D& pose, double damping)
+TPose2D gauss_newton_step(const EndPointSums& sums, std::size_t count, const TPose2D& pose)
 {
 	Eigen::Matrix3d information = information_of(sums).topLeftCorner<3, 3>();
-	information.diagonal().array() += damping * static_cast<double>(count) + 1e-6;
+	information.diagonal().array() += damping_of(count);
 	return moved(pose, -information.ldlt().solve(gradient_of(sums).head<3>()));
 }
 
-/// Makes a step for each kernel, whose width is a multiple of `unit` [m].
-template <class Kernels>
-TPose2D descend(const DistanceField& field, const BeamSubset& beams, TPose2D pose, const Kernels& kernels, double unit)
+/// Makes some steps with a robust kernel of a width [m].
+TPose2D descend(const DistanceField& field, const BeamSubset& beams, TPose2D pose, int steps, double kernel)
 {
-	for (const double kernel : kernels)
-		pose = gauss_newton_step(
-		    sum_end_points(field, beams.returns, pose, 0, kernel * unit), beams.count, pose, kDamping);
+	for (int i = 0; i < steps; i++)
+		pose = gauss_newton_step(sum_end_points(field, beams.returns, pose, 0, kernel), beams.count, pose);
 	return pose;
 }
 
@@ -123,11 +115,11 @@ void drop_poor(const BeamSubset& few, double width, double margin, std::vector<S
 }
 
 /// Returns at most `most` poses, best fit first, and of those that are not apart only the best.
-std::vector<RefinedPose> best_distinct(std::vector<RefinedPose> poses, std::size_t most, const Apart& apart)
+std::vector<RefinedPose> best_distinct(std::vector<RefinedPose> poses, std::size_t most)
 {
 	std::stable_sort(poses.begin(), poses.end(), [](const auto& a, const auto& b) { return a.fit > b.fit; });
 	std::vector<RefinedPose> kept;
-	DistinctPoses distinct(apart.distance, apart.yaw);
+	DistinctPoses distinct(kApart, kYawApart);
 	for (const auto& pose : poses)
 	{
 		if (kept.size() >= most) break;
@@ -157,9 +149,9 @@ double open_deviation(
     const DistanceField& field, const BeamSubset& beams, const TPose2D& sensor, const Eigen::Vector3d& open,
     const RefinementParameters& parameters)
 {
-	constexpr double kStep = 0.05;  // [m]
-	constexpr int kSteps = 10;      // to both sides: beyond 0.5 m is another place
-	constexpr double kHeld = 1e6;   // [-] information that keeps a pose from sliding back
+	constexpr int kParts = 10;                         // [-] to both sides, up to where another place begins
+	constexpr double kStep = kPlaceDistance / kParts;  // [m]
+	constexpr double kHeld = 1e6;                      // [-] information that keeps a pose from sliding back
 	const double kernel = parameters.kernel;
 	const auto fit_at = [&](double offset)
 	{
@@ -167,7 +159,7 @@ double open_deviation(
 		    sensor.x + offset * open.x(), sensor.y + offset * open.y(), sensor.phi + offset * open.z()};
 		const EndPointSums sums = sum_end_points(field, beams.returns, beside, 0, kernel);
 		Eigen::Matrix3d held = information_of(sums).topLeftCorner<3, 3>();
-		held.diagonal().array() += kDamping * static_cast<double>(beams.count) + 1e-6;
+		held.diagonal().array() += damping_of(beams.count);
 		held.topLeftCorner<2, 2>() += kHeld * open.head<2>().normalized() * open.head<2>().normalized().transpose();
 		const TPose2D at = moved(beside, -held.ldlt().solve(gradient_of(sums).head<3>()));
 		return static_cast<double>(sum_end_points(field, beams.returns, at, 0, kernel).fit);
@@ -177,7 +169,7 @@ double open_deviation(
 	for (const double step : {-kStep, kStep})
 	{
 		double before = here;
-		for (int i = 1; i <= kSteps; i++)
+		for (int i = 1; i <= kParts; i++)
 		{
 			const double fit = fit_at(i * step);
 			const double beyond = fit < least && before > least ? (least - fit) / (before - fit) : 0;
@@ -203,21 +195,20 @@ std::vector<RefinedPose> settle(
 	std::vector<Settling> settling;
 	settling.reserve(candidates.size());
 	for (const Candidate& candidate : candidates)
-	{
-		const SearchedReading& in = readings[candidate.reading];
-		settling.push_back({candidate.pose, &in, in.parameters.refinement.cost_weight * candidate.cost});
-	}
-	for (const double width : kFromCandidate)
+		settling.push_back({candidate.pose, &readings[candidate.reading], kCostWeight * candidate.cost});
+	double width = kOfCandidate;
+	for (int i = 0; i < kSteps; i++)
 	{
 		drop_poor(few, width, limits.fit_margin, settling);
-		for (Settling& at : settling) at.pose = gauss_newton_step(at.sums, few.count, at.pose, kDampingOfFew);
+		for (Settling& at : settling) at.pose = gauss_newton_step(at.sums, few.count, at.pose);
+		width = std::max(1.0, width / 2);
 	}
-	drop_poor(few, kOfSettled, limits.fit_margin, settling);
+	drop_poor(few, width, limits.fit_margin, settling);
 	std::vector<RefinedPose> poses;
 	poses.reserve(settling.size());
 	for (const Settling& at : settling)
 		poses.push_back({at.pose, at.fit, static_cast<std::size_t>(at.reading - readings.data())});
-	return best_distinct(std::move(poses), most_poses(Stage::kScored, limits), kSettledApart);
+	return best_distinct(std::move(poses), most_poses(Stage::kScored, limits));
 }
 
 std::vector<RefinedPose> make_shortlist(
@@ -240,7 +231,7 @@ std::vector<RefinedPose> make_shortlist(
 	for (const auto& [least_cost, i] : by_most)
 	{
 		constexpr double kRounding = 1e-6;  // [nat]
-		if (!ranking.empty() && least_cost > ranking.front().first + limits.score_margin + kRounding) break;
+		if (!ranking.empty() && least_cost > ranking.front().first + kHopeless + kRounding) break;
 		if (ranking.size() == most && least_cost > ranking.back().first + kRounding) break;
 		const std::pair entry(-judged(score, poses[i]).log_likelihood, i);
 		ranking.insert(std::upper_bound(ranking.begin(), ranking.end(), entry), entry);
@@ -248,7 +239,7 @@ std::vector<RefinedPose> make_shortlist(
 	}
 	std::vector<RefinedPose> shortlist;
 	for (const auto& [cost, i] : ranking)
-		if (cost <= ranking.front().first + limits.score_margin) shortlist.push_back(poses[i]);
+		if (cost <= ranking.front().first + kHopeless) shortlist.push_back(poses[i]);
 	return shortlist;
 }
 
@@ -264,7 +255,7 @@ std::vector<RefinedPose> refine(
 	for (RefinedPose& refined : poses)
 	{
 		const auto [field, kernel] = field_and_kernel(refined);
-		refined.pose = descend(field, beams, refined.pose, kFromSettled, kernel);
+		refined.pose = descend(field, beams, refined.pose, kSteps, kernel);
 		refined.fit = fit_of(field, beams, refined.pose, kOfRefined * kernel);
 	}
 	std::stable_sort(poses.begin(), poses.end(), [](const auto& a, const auto& b) { return a.fit > b.fit; });
@@ -281,27 +272,25 @@ std::vector<RefinedPose> refine(
 			TPose2D pose = start;
 			pose.x += offset * open.x();
 			pose.y += offset * open.y();
-			pose = descend(field, beams, pose, kFromBeside, kernel);
+			pose = descend(field, beams, pose, kStepsBeside, kernel);
 			if (const double fit = fit_of(field, beams, pose, kOfRefined * kernel); fit > poses[i].fit)
 				poses.push_back({pose, fit, reading});
 		}
 	}
 	const std::size_t all = poses.size();
-	return best_distinct(std::move(poses), all, kRefinedApart);
+	return best_distinct(std::move(poses), all);
 }
 
 TPose2D polish(
     const DistanceField& field, const BeamSubset& beams, TPose2D pose, const RefinementParameters& parameters)
 {
-	constexpr int kSteps = 4;
-	constexpr double kStep = 0.05;  // [m] what the scan leaves open stays where it is
-	const double deviation = parameters.surface_offset * field.cell_size();
+	const double deviation = field.cell_size() / std::sqrt(12.0);  // of a surface that may be anywhere in its cells
 	const double prior = variance_of(beams, parameters) / (deviation * deviation);
-	const double damping = variance_of(beams, parameters) / (kStep * kStep);
+	const double damping = damping_of(beams.count);
 	double offset = 0;
 	for (int i = 0; i < kSteps; i++)
 	{
-		const EndPointSums sums = sum_end_points(field, beams.returns, pose, offset, kToPolish * parameters.kernel);
+		const EndPointSums sums = sum_end_points(field, beams.returns, pose, offset, parameters.kernel);
 		Eigen::Matrix4d information = information_of(sums);
 		information.diagonal() += Eigen::Vector4d(damping, damping, damping, prior);
 		Eigen::Vector4d gradient = gradient_of(sums);

@@ -29,8 +29,7 @@ struct RefinedPose
 {
 	mrpt::math::TPose2D pose;  //!< sensor in map, m and rad
 	/// [-] Mean over all beams of the square root of the robust weight of their end points (Geman and McClure), which
-	/// is 1 on a wall and 0 for a beam that saw nothing. settle() subtracts parameters.cost_weight times the coarse
-	/// cost.
+	/// is 1 on a wall and 0 for a beam that saw nothing. settle() subtracts the weighted coarse cost.
 	double fit = 0;
 	std::size_t reading = 0;  //!< [-] number of the reading that the pose is in
 };
@@ -45,6 +44,9 @@ enum class Stage
 	kCompared    //!< by the best score within some centimetres: the best places
 };
 
+/// [nat] A pose whose score is so far below the best one's is given up.
+inline constexpr double kHopeless = 21;
+
 /// Returns the maximum number of poses [-] of a stage: limits.max_scored, and a third each time, rounded up.
 std::size_t most_poses(Stage stage, const RefinementParameters& limits);
 
@@ -58,7 +60,7 @@ std::vector<RefinedPose> settle(
     const RefinementParameters& limits);
 
 /// Returns those of `poses` that a few beams find plausible, best score first: as many as may be refined, and none
-/// whose score is below the best one's by more than limits.score_margin. Beams are followed only where their ends leave
+/// whose score is below the best one's by more than kHopeless. Beams are followed only where their ends leave
 /// a chance.
 std::vector<RefinedPose> make_shortlist(
     const SearchedReadings& readings, const BeamSubset& few, const std::vector<RefinedPose>& poses,

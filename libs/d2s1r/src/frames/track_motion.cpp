@@ -13,6 +13,7 @@ namespace d2s1r
 namespace
 {
 constexpr double kJump = 0.01;  //!< [-] how usual it is that the robot is anywhere else in the next frame
+constexpr double kSame = 0.1, kSameTurn = mrpt::DEG2RAD(3.0);  //!< [m], [rad] errors of a motion between hypotheses
 
 /// A motion that a pair of hypotheses speaks for.
 struct Vote
@@ -25,9 +26,9 @@ struct Vote
 /// Returns how usual a motion is from one frame to the next, relative to none: the least of it is a jump.
 double usualness(const mrpt::poses::CPose2D& motion)
 {
-	constexpr double kFar = 2.0, kTurned = mrpt::DEG2RAD(60.0);  // [m], [rad] beyond, it is a jump
-	constexpr double kUsual = 0.7;                               // [m] standard deviation of what a robot makes
-	if (motion.norm() > kFar || std::abs(mrpt::math::wrapToPi(motion.phi())) > kTurned) return kJump;
+	constexpr double kUsual = 0.7;                   // [m] standard deviation of what a robot makes
+	constexpr double kTurned = mrpt::DEG2RAD(60.0);  // [rad] beyond, it is a jump: rooms look alike the other way round
+	if (std::abs(mrpt::math::wrapToPi(motion.phi())) > kTurned) return kJump;
 	return std::max(kJump, std::exp(-0.5 * motion.norm() * motion.norm() / (kUsual * kUsual)));
 }
 
@@ -48,7 +49,6 @@ std::vector<Vote> votes_of(const std::vector<Hypothesis>& from, const std::vecto
 /// Returns how much two votes are for one motion.
 double agreement(const Vote& a, const Vote& b)
 {
-	constexpr double kSame = 0.1, kSameTurn = mrpt::DEG2RAD(3.0);  // [m], [rad]
 	const double way = std::hypot(a.motion.x() - b.motion.x(), a.motion.y() - b.motion.y());
 	const double turn = mrpt::math::wrapToPi(a.motion.phi() - b.motion.phi());
 	return std::exp(-0.5 * (way * way / (kSame * kSame) + turn * turn / (kSameTurn * kSameTurn)));
@@ -62,20 +62,15 @@ GuessedMotion common_motion(const std::vector<Hypothesis>& from, const std::vect
 	for (const Vote& vote : votes) nowhere -= vote.probability;
 	for (const Vote& vote : votes) all += vote.usualness * vote.probability;
 	all += kJump * std::max(0.0, nowhere);
-	GuessedMotion best{{{0, 0, 0}, covariance_of(0.5, 0.5, mrpt::DEG2RAD(20.0))}};
+	GuessedMotion best;
 	double most = 0;
 	for (const Vote& vote : votes)
 	{
-		double support = 0, shared = 0;
-		for (const Vote& other : votes)
-		{
-			const double agreed = agreement(vote, other) * other.usualness;
-			support += agreed * std::sqrt(other.probability);  // so that improbable places count if they are many
-			shared += agreed * other.probability;
-		}
-		if (support <= most) continue;
-		most = support;
-		best = {{vote.motion, covariance_of(0.15, 0.15, mrpt::DEG2RAD(4.0))}, shared / all};
+		double shared = 0;
+		for (const Vote& other : votes) shared += agreement(vote, other) * other.usualness * other.probability;
+		if (shared <= most) continue;
+		most = shared;
+		best = {{vote.motion, covariance_of(kSame, kSame, kSameTurn)}, shared / all};
 	}
 	return best;
 }

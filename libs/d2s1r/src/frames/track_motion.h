@@ -19,8 +19,8 @@ struct GuessedMotion
 };
 
 /// Returns the motion that takes most of the hypotheses of one frame, by probability, to hypotheses of the next. If
-/// there is none, it is no motion with a large covariance, and improbable. A motion is the more probable the more of
-/// the pairs of hypotheses share it; other pairs count as jumps, and so does that the robot is at none of them.
+/// there is none, its probability is 0. A motion is the more probable the more of the pairs of hypotheses share it;
+/// other pairs count as jumps, and so does that the robot is at none of them.
 GuessedMotion common_motion(const std::vector<Hypothesis>& from, const std::vector<Hypothesis>& to);
 
 /// Returns the motion from the end back to the start, in the robot frame at the end.

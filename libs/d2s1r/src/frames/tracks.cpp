@@ -12,11 +12,10 @@ namespace d2s1r
 {
 namespace
 {
-constexpr double kFits = 0.45;    //!< [-] share of explained returns; below, other yaws are tried
-constexpr double kSlip = 150;     //!< [-] squared Mahalanobis distance of motion and scan; beyond, it is another place
-constexpr double kAgree = 16;     //!< [-] the same up to which both are averaged; beyond, the wheels slipped
-constexpr double kTails = 5;      //!< [-] degrees of freedom of the errors of a motion
-constexpr double kHidden = 0.15;  //!< [-] share of explained returns; below, unknown space explains the others
+constexpr double kFits = 0.45;          //!< [-] share of explained returns; below, other yaws are tried
+constexpr double kAgree = 16;           //!< [-] squared Mahalanobis distance up to which motion and scan are averaged
+constexpr double kTails = 5;            //!< [-] degrees of freedom of the errors of a motion
+constexpr double kHidden = 0.15;        //!< [-] share of explained returns; below, unknown space explains the others
 constexpr double kHiddenEvidence = -2;  //!< [nat] greatest evidence of a frame that is explained by so little
 constexpr std::size_t kRecent = 10;     //!< [frames] that must be explained, however long the window
 
@@ -87,8 +86,8 @@ Correction best_correction(
 	{
 		const PoseDensity measured = measurement(hypothesis);
 		const double off = mrpt::square(mahalanobis_distance(predicted, measured));
-		if (off > kSlip) return;
 		const double of_motion = -0.5 * kTails * std::log1p(off / kTails);  // Student's t: wheels slip now and then
+		if (of_motion < kLeastEvidence) return;                             // it is another place
 		const Evidence evidence = evidence_of(hypothesis, log_likelihood_of(hypothesis) - reference + of_motion);
 		if (evidence.log_likelihood <= best.evidence.log_likelihood) return;
 		best.evidence = evidence;

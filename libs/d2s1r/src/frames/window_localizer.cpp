@@ -1,7 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include <d2s1r/motion.h>
 #include <d2s1r/window_localizer.h>
-#include <mrpt/core/bits_math.h>
 #include <mrpt/system/CTicTac.h>
 
 #include <algorithm>
@@ -89,10 +88,7 @@ class WindowLocalizer::Tracker
 	/// Returns whether two hypotheses count as one place.
 	bool one_place(const Hypothesis& a, const Hypothesis& b) const
 	{
-		if (a.map != b.map) return false;
-		const auto& parameters = localizer_of(a.map).parameters().scoring;
-		return are_near(
-		    a.pose.asTPose(), b.pose.asTPose(), parameters.distinct_distance, mrpt::DEG2RAD(parameters.distinct_yaw));
+		return a.map == b.map && are_near(a.pose.asTPose(), b.pose.asTPose(), kPlaceDistance, kPlaceYaw);
 	}
 
 	/// Returns the probability [0, 1] that the one-shot hypotheses of a frame give to the place of another one.

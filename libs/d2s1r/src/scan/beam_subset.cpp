@@ -115,14 +115,15 @@ std::vector<std::uint8_t> find_segments(const BeamSubset& subset)
 }
 }  // namespace
 
-BeamSubset select_beams(const Scan& scan, double spacing, int most)
+BeamSubset select_beams(const Scan& scan, int most)
 {
+	constexpr double kNearest = mrpt::DEG2RAD(1.0);  // [rad] nearer beams see the same
 	BeamSubset subset;
 	const std::size_t beams = scan.beams.size();
 	if (beams == 0) return subset;
 	const double apart = scan.field_of_view / static_cast<double>(beams);
 	const auto stride = std::max(
-	    static_cast<std::size_t>(std::max(1L, std::lround(spacing / apart))),
+	    static_cast<std::size_t>(std::max(1L, std::lround(kNearest / apart))),
 	    (beams + static_cast<std::size_t>(most) - 1) / static_cast<std::size_t>(most));
 	subset.spacing = apart * static_cast<double>(stride);
 	std::vector<Beam> chosen;
@@ -153,16 +154,16 @@ BeamSubset select_beams(const Scan& scan, double spacing, int most)
 
 BeamSubset few_beams(const Scan& scan)
 {
-	return select_beams(scan, mrpt::DEG2RAD(4.0), 45);
+	return select_beams(scan, 45);
 }
 
 BeamSubset many_beams(const Scan& scan)
 {
-	return select_beams(scan, mrpt::DEG2RAD(1.0), 180);
+	return select_beams(scan, 180);
 }
 
 BeamSubset all_beams(const Scan& scan)
 {
-	return select_beams(scan, mrpt::DEG2RAD(1.0), 360);
+	return select_beams(scan, 360);
 }
 }  // namespace d2s1r

@@ -39,16 +39,16 @@ struct BeamSubset
 	double spacing = 0;     //!< [rad] between neighbours that no gap parts: the angle that one beam stands for
 };
 
-/// Selects every n-th beam of `scan`, at most `most`. n is chosen so that they are apart by about `spacing` [rad].
-/// Thread-safe, as the following functions are.
-BeamSubset select_beams(const Scan& scan, double spacing, int most);
+/// Selects every n-th beam of `scan`, at most `most`. The least n is chosen with which they are apart by about 1 deg or
+/// more. Thread-safe, as the following functions are.
+BeamSubset select_beams(const Scan& scan, int most);
 
-/// Returns the few beams that many poses are first judged by: 4 deg apart, 45 at most.
+/// Returns the few beams that many poses are first judged by: 45 at most.
 BeamSubset few_beams(const Scan& scan);
 
-/// Returns the many beams that the better poses are refined with: 1 deg apart, 180 at most.
+/// Returns the many beams that the better poses are refined with: 180 at most.
 BeamSubset many_beams(const Scan& scan);
 
-/// Returns all beams that are used, which decide: 1 deg apart, 360 at most.
+/// Returns all beams that are used, which decide: 360 at most.
 BeamSubset all_beams(const Scan& scan);
 }  // namespace d2s1r
