@@ -46,6 +46,7 @@ class CParticleFilterFusion : public CFusionBackend
 	Localization previous_;               //!< of the last scan, in the row of maps
 	mrpt::poses::CPose2D last_motion_;    //!< increment to the last scan, robot frame of the one before
 	std::optional<FusedPose> last_pose_;  //!< of the last scan, in the row of maps; none before the filter is seeded
+	double doubt_ = 1;  //!< [0, 1] that none of the scans was right that showed the place since the filter jumped there
 	double found_ = 0;                    //!< [0, 1] pf::probability_found(), average over the last scans
 
 	std::optional<FusedPose> follow(const FusionInput& input);
@@ -54,6 +55,7 @@ class CParticleFilterFusion : public CFusionBackend
 	void note_whether_in_map(const Localization& localization);
 	bool has_moved_on(const FusedPose& pose, const mrpt::poses::CPose2D& motion) const;
 	bool is_place_known(const FusedPose& pose) const;
-	FusedPose estimate(const Localization& localization) const;
+	FusedPose estimate() const;
+	FusionStatus judge(const FusedPose& pose, const Localization& localization, bool has_jumped);
 };
 }  // namespace d2s1r
