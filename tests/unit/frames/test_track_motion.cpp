@@ -45,7 +45,7 @@ TEST(CommonMotion, IsTheOneThatMostHypothesesShare)
 TEST(CommonMotion, OfTwoImprobablePlacesOutvotesThatOfOneProbablePlace)
 {
 	auto ends = after(kThreePlaces, kStep);
-	ends[0].pose = kThreePlaces[0].pose + CPose2D(0.1, -0.2, -0.2);
+	ends[0].pose = kThreePlaces[0].pose + CPose2D(0.1, -0.4, -0.2);
 	expect_pose(common_motion(kThreePlaces, ends).motion.mean, kStep);
 }
 

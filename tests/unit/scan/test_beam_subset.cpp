@@ -42,9 +42,9 @@ TEST(BeamSubset, LogRangesAreBounded)
 
 TEST(BeamSubset, AreSpreadOverTheScanAndNotCloserThanADegree)
 {
-	for (const auto* subset : {&many_beams, &all_beams})
+	for (auto* const subset : {many_beams, all_beams})
 	{
-		const BeamSubset some = (*subset)(scan_of(720, 180));
+		const BeamSubset some = subset(scan_of(720, 180));
 		EXPECT_EQ(some.count, 180U);
 		EXPECT_NEAR(some.spacing, kDegree, 1e-9);
 	}

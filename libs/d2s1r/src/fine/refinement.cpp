@@ -23,7 +23,7 @@ constexpr int kSteps = 4;        //!< [-] of each stage
 constexpr int kStepsBeside = 2;  //!< [-] back from beside
 // Widths of the robust kernel as multiples of parameters.kernel. From a coarse candidate it is wide, and each step
 // halves it down to 1. Refined poses are judged with a narrower one: what is near a wall is not on it.
-constexpr double kOfCandidate = 4;
+constexpr double kOfCandidate = 5;
 constexpr double kOfRefined = 0.5;
 constexpr double kCostWeight = 0.067;  //!< [1 / step] of the coarse cost of a candidate beside its fit
 constexpr double kBeside[] = {-0.3, -0.2, -0.1, 0.1, 0.2, 0.3};  //!< [m] along what a scan leaves open
@@ -32,7 +32,7 @@ constexpr double kBeside[] = {-0.3, -0.2, -0.1, 0.1, 0.2, 0.3};  //!< [m] along 
 constexpr double kApart = 0.1;                                       //!< [m]
 constexpr double kYawApart = 2 * M_PI / RangeProfiles::kDirections;  //!< [rad]
 
-constexpr double kDamping = 1e-3;  //!< [-] a beam, so that what the scan leaves open stays where it is
+constexpr double kDamping = 1e-2;  //!< [-] a beam, so that what the scan leaves open stays where it is
 
 /// Returns J^T W J over (x, y, phi, range offset).
 Eigen::Matrix4d information_of(const EndPointSums& sums)

@@ -46,8 +46,9 @@ mrpt::math::CMatrixDouble33 covariance_of(double std_x, double std_y, double std
 CPosePDFGaussian odometry_motion(const mrpt::poses::CPose2D& increment)
 {
 	const double way = increment.norm(), turn = std::abs(mrpt::math::wrapToPi(increment.phi()));
-	const double std_xy = 0.06 + 0.1 * way + 0.1 * turn;                                // [m]
-	const double std_phi = mrpt::DEG2RAD(3.0) + 0.1 * turn + mrpt::DEG2RAD(4.0) * way;  // [rad]
+	constexpr double kShare = 0.1;                       // [-] of what the robot went and turned
+	const double std_xy = 0.06 + kShare * (way + turn);  // [m]
+	const double std_phi = mrpt::DEG2RAD(3.0) + kShare * turn + mrpt::DEG2RAD(4.0) * way;  // [rad]
 	return {increment, covariance_of(std_xy, std_xy, std_phi)};
 }
 

@@ -12,12 +12,12 @@ namespace d2s1r
 {
 namespace
 {
-constexpr double kFits = 0.45;          //!< [-] share of explained returns; below, other yaws are tried
 constexpr double kAgree = 16;           //!< [-] squared Mahalanobis distance up to which motion and scan are averaged
 constexpr double kTails = 5;            //!< [-] degrees of freedom of the errors of a motion
 constexpr double kHidden = 0.15;        //!< [-] share of explained returns; below, unknown space explains the others
 constexpr double kHiddenEvidence = -2;  //!< [nat] greatest evidence of a frame that is explained by so little
-constexpr std::size_t kRecent = 10;     //!< [frames] that must be explained, however long the window
+constexpr double kYawStep = mrpt::DEG2RAD(2.0);  //!< [rad] that a refinement reaches anyway
+constexpr std::size_t kRecent = 10;              //!< [frames] that must be explained, however long the window
 
 /// Returns a query for where the robot may be after a motion: within two standard deviations, and what a refinement
 /// reaches anyway.
@@ -26,7 +26,7 @@ Query around(const PoseDensity& predicted)
 	const auto reach = [&](int i, double margin) { return 2 * std::sqrt(predicted.cov(i, i)) + margin; };
 	const auto& mean = predicted.mean;
 	const double x = reach(0, 0.2), y = reach(1, 0.2);  // [m]
-	const PoseBox box{mean.x() - x, mean.x() + x, mean.y() - y, mean.y() + y, mean.phi(), reach(2, mrpt::DEG2RAD(2.0))};
+	const PoseBox box{mean.x() - x, mean.x() + x, mean.y() - y, mean.y() + y, mean.phi(), reach(2, kYawStep)};
 	return {{{box}}};
 }
 
@@ -100,8 +100,7 @@ Correction best_correction(
 
 std::optional<Hypothesis> refined_near(const Localizer& localizer, const Scan& scan, const PoseDensity& predicted)
 {
-	constexpr double kStep = mrpt::DEG2RAD(2.0);  // [rad] between the yaws that are tried
-	constexpr int kMostTurns = 20;                // [-] to a side: beyond, the one-shot search finds the yaw
+	constexpr int kMostTurns = 20;  // [-] to a side: beyond, the one-shot search finds the yaw
 	auto best = localizer.hypothesis_near(scan, predicted.mean);
 	if (!best || explained_of(*best) > kFits) return best;
 	const auto consider = [&](const Hypothesis& other)
@@ -110,9 +109,10 @@ std::optional<Hypothesis> refined_near(const Localizer& localizer, const Scan& s
 	};
 	const Localization found = localizer.localize(scan, around(predicted));
 	if (!found.hypotheses.empty()) consider(found.best());
-	const int turns = std::min(kMostTurns, static_cast<int>(std::ceil(2 * std::sqrt(predicted.cov(2, 2)) / kStep)) - 1);
+	const int turns =
+	    std::min(kMostTurns, static_cast<int>(std::ceil(2 * std::sqrt(predicted.cov(2, 2)) / kYawStep)) - 1);
 	for (int turn = 1; turn <= turns; turn++)
-		for (const double yaw : {-turn * kStep, turn * kStep})
+		for (const double yaw : {-turn * kYawStep, turn * kYawStep})
 			if (const auto turned = localizer.hypothesis_near(scan, predicted.mean + mrpt::poses::CPose2D(0, 0, yaw)))
 				consider(*turned);
 	return best;

@@ -27,6 +27,9 @@ struct Track
 /// [nat] The least evidence of a frame. It is bounded because scans may show what is not in the map.
 inline constexpr double kLeastEvidence = -8;
 
+/// [-] Share of explained returns from which on a pose fits a scan, or a track its scans.
+inline constexpr double kFits = 0.45;
+
 /// Returns the evidence for a hypothesis whose log-likelihood is `relative` [nat] to the best one of its frame.
 Evidence evidence_of(const Hypothesis& hypothesis, double relative);
 

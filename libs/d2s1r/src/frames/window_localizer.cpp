@@ -22,9 +22,7 @@ constexpr std::size_t kSearched = 3;      //!< [-] best tracks whose pose is sea
 constexpr double kHopeless = 25;          //!< [nat] a track this far behind the best one is given up
 constexpr std::size_t kMostTracks = 50;   //!< [-] that are followed
 constexpr double kLeastExplained = 0.18;  //!< [-] mean share of explained returns; below, a track is at no place
-constexpr double kExplained = 0.45;       //!< [-] least mean share of explained returns of a localized track
 constexpr double kLeastOneShot = 0.65;    //!< [0, 1] least mean probability that one scan alone gives to its place
-constexpr double kClearLink = 0.9;        //!< [0, 1] least probability of a guessed motion that links frames
 constexpr int kLongestGuess = 2;          //!< [frames] without a usable scan whose motion hypotheses may tell
 constexpr std::size_t kLostFrames = 3;    //!< [frames] in a row that no track explains: the robot was carried away
 
@@ -128,7 +126,7 @@ bool WindowLocalizer::Tracker::link(
 	    motion ? GuessedMotion{odometry_motion(*motion), 1} : common_motion(before, one_shot.hypotheses);
 	frame.motion = guess.motion.mean;
 	frame.motion_covariance = guess.motion.cov;
-	return guess.probability > kClearLink;
+	return motion || guess.probability > maps_.begin()->second.localizer->parameters().scoring.localized_above;
 }
 
 /// Moves all tracks to the newest frame, whose scan corrects them.
@@ -281,7 +279,7 @@ Localization WindowLocalizer::Tracker::conclude(const Localization& one_shot) co
 	result.relative_entropy = localizer.relative_entropy(frames_.back().scan, result.best().pose);
 	result.confidence = result.best().probability;
 	const Track& best = tracks_.front();
-	const bool known = explained_by(best) >= kExplained && one_shot_probability(best) >= kLeastOneShot;
+	const bool known = explained_by(best) >= kFits && one_shot_probability(best) >= kLeastOneShot;
 	if (!known) result.confidence = std::min(result.confidence, one_shot_probability(best));
 	const double share = result.confidence / result.best().probability;  // the rest is "none of them"
 	for (Hypothesis& hypothesis : result.hypotheses) hypothesis.probability *= share;

@@ -112,8 +112,7 @@ MapMeasure measure_map(const Grid& grid)
 std::vector<CellIndex> find_furniture(const Grid& grid)
 {
 	constexpr double kLargest = 1.0;  // [m]
-	constexpr double kGap = 0.1;      // [m]
-	const int gap = std::max(1, static_cast<int>(std::lround(kGap / grid.cell_size)));
+	const int gap = std::max(1, static_cast<int>(std::lround(kSharpThickness / grid.cell_size)));
 	const auto is_small = [&](int first, int last) { return (last - first + 1) * grid.cell_size < kLargest - 1e-6; };
 	std::vector<char> seen(grid.cells.size(), 0);
 	std::vector<CellIndex> piece, furniture;
