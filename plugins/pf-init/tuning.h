@@ -43,7 +43,7 @@ struct Tuning
 	/// [0, 1] that one of the hypotheses is right. A scan below it neither shows that the filter is lost nor counts if
 	/// the filter's place does not explain it; while the average over the last scans is below, no place is tracked.
 	double least_found = 0.5;
-	double newest_found = 0.1;           //!< [0, 1] share of the newest scan in that average
+	double newest_found = 0.1;     //!< [0, 1] share of the newest scan in that average
 	double least_agreement = 0.5;  //!< [0, 1] the least probability that a localized scan gives to a tracked place
 	double reseed_distance = 2.0;  //!< [m] a place that is farther from where the motion leads was re-seeded
 	double reseed_angle = 0.8;     //!< [rad] the same for the heading
