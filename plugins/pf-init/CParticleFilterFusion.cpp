@@ -162,9 +162,7 @@ FusedPose CParticleFilterFusion::estimate() const
 {
 	const auto weights = pf::normalized_weights(particles_);
 	const auto place = pf::dominant_place(particles_, weights);
-	const ScoringParameters& scoring = maps_.parameters().scoring;
-	const double within = pf::weight_near(
-	    particles_, weights, place.pose, scoring.distinct_distance, mrpt::DEG2RAD(scoring.distinct_yaw));
+	const double within = pf::weight_near(particles_, weights, place.pose, kPlaceDistance, kPlaceYaw);
 	FusedPose pose;
 	pose.pose = place.pose;
 	pose.covariance = place.covariance;
