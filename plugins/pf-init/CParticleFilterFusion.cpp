@@ -1,6 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include <d2s1r/motion.h>
 #include <d2s1r/scan_accumulator.h>
+#include <mrpt/core/bits_math.h>
 #include <mrpt/math/wrap2pi.h>
 #include <mrpt/system/CTicTac.h>
 
@@ -74,7 +75,8 @@ std::optional<FusedPose> CParticleFilterFusion::step(const FusionInput& input)
 	if (was_seeded) last_pose_ = follow({input.scan, localization, input.odometry});
 	if (!last_pose_ && recovery_.seed(particles_, localization))
 	{
-		last_pose_ = estimate(localization);
+		last_pose_ = estimate();
+		last_pose_->status = judge(*last_pose_, localization, true);
 		last_pose_->event = was_seeded ? FusionEvent::kReseeded : FusionEvent::kSeeded;
 	}
 	previous_ = localization;
@@ -100,11 +102,13 @@ std::optional<FusedPose> CParticleFilterFusion::follow(const FusionInput& input)
 	recovery_.admit(particles_, input.localization, lost, tuning, random_);
 	last_motion_ = motion.mean;
 
-	FusedPose pose = estimate(input.localization);
+	FusedPose pose = estimate();
 	pose.effective_sample_size = effective;
 	const double effective_particles = effective * static_cast<double>(pose.particles);
 	add_error_of_mean(pose.covariance, motion, last_pose_->pose.phi, effective_particles);
-	if (!has_moved_on(pose, motion.mean) && is_place_known(*last_pose_)) pose.event = FusionEvent::kReseeded;
+	const bool has_jumped = !has_moved_on(pose, motion.mean);
+	if (has_jumped && is_place_known(*last_pose_)) pose.event = FusionEvent::kReseeded;
+	pose.status = judge(pose, input.localization, has_jumped);
 	return pose;
 }
 
@@ -150,21 +154,30 @@ bool CParticleFilterFusion::has_moved_on(const FusedPose& pose, const mrpt::pose
 
 bool CParticleFilterFusion::is_place_known(const FusedPose& pose) const
 {
-	return pose.probability >= tuning.tracking_probability && found_ >= tuning.least_found;
+	const double enough = maps_.parameters().scoring.localized_above;
+	return pose.probability > enough && 1 - doubt_ > enough && found_ >= tuning.least_found;
 }
 
-FusedPose CParticleFilterFusion::estimate(const Localization& localization) const
+FusedPose CParticleFilterFusion::estimate() const
 {
-	const auto place = pf::dominant_place(particles_, pf::normalized_weights(particles_));
+	const auto weights = pf::normalized_weights(particles_);
+	const auto place = pf::dominant_place(particles_, weights);
+	const double within = pf::weight_near(particles_, weights, place.pose, kPlaceDistance, kPlaceYaw);
 	FusedPose pose;
 	pose.pose = place.pose;
 	pose.covariance = place.covariance;
-	pose.probability = place.probability * (1 - recovery_.probability_nowhere());
+	pose.probability = within * (1 - recovery_.probability_nowhere());
 	pose.particles = particles_.m_particles.size();
 	pose.effective_sample_size = particles_.ESS();
-	const bool is_agreed =
-	    localization.status != Status::kLocalized || probability_at(localization, pose.pose) >= tuning.least_agreement;
-	pose.status = is_place_known(pose) && is_agreed ? FusionStatus::kTracking : FusionStatus::kAmbiguous;
 	return pose;
+}
+
+/// Returns the status of a pose, and takes down what the scan says of its place.
+FusionStatus CParticleFilterFusion::judge(const FusedPose& pose, const Localization& localization, bool has_jumped)
+{
+	const double shown = std::min(1.0, probability_at(localization, pose.pose));
+	doubt_ = (has_jumped ? 1 : doubt_) * (1 - shown);
+	const bool is_agreed = localization.status != Status::kLocalized || shown >= tuning.least_agreement;
+	return is_place_known(pose) && is_agreed ? FusionStatus::kTracking : FusionStatus::kAmbiguous;
 }
 }  // namespace d2s1r

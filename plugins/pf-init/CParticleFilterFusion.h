@@ -24,8 +24,12 @@ namespace d2s1r
 /// they take over within a few scans, or at once if they explain a scan far better; the walls that its beams would have
 /// to pass where the filter is count there, too. That is reported as a re-seed. With several maps the particles may be
 /// in any of them (map_row.h), and a robot that takes the elevator is found on the other floor in the same way as one
-/// that is carried away. The filter remembers the probability that no hypothesis is right, and until a scan settles it,
-/// no place is tracked.
+/// that is carried away.
+///
+/// A pose is tracked while more than localized_above of the weight is within 0.5 m and 10 deg of it, the bounds of a
+/// place (ScoringParameters). The spread of the particles grows from scan to scan unless one shows where they are. The
+/// filter remembers the probability that no hypothesis is right, and how much doubt scans leave of the place that it
+/// jumped to: each multiplies it by the probability that it is elsewhere.
 class CParticleFilterFusion : public CFusionBackend
 {
 	DEFINE_MRPT_OBJECT(CParticleFilterFusion, d2s1r)
@@ -46,7 +50,8 @@ class CParticleFilterFusion : public CFusionBackend
 	Localization previous_;               //!< of the last scan, in the row of maps
 	mrpt::poses::CPose2D last_motion_;    //!< increment to the last scan, robot frame of the one before
 	std::optional<FusedPose> last_pose_;  //!< of the last scan, in the row of maps; none before the filter is seeded
-	double found_ = 0;                    //!< [0, 1] pf::probability_found(), average over the last scans
+	double doubt_ = 1;  //!< [0, 1] that none of the scans was right that showed the place since the filter jumped there
+	double found_ = 0;  //!< [0, 1] pf::probability_found(), average over the last scans
 
 	std::optional<FusedPose> follow(const FusionInput& input);
 	mrpt::poses::CPosePDFGaussian motion_to(const FusionInput& input);
@@ -54,6 +59,7 @@ class CParticleFilterFusion : public CFusionBackend
 	void note_whether_in_map(const Localization& localization);
 	bool has_moved_on(const FusedPose& pose, const mrpt::poses::CPose2D& motion) const;
 	bool is_place_known(const FusedPose& pose) const;
-	FusedPose estimate(const Localization& localization) const;
+	FusedPose estimate() const;
+	FusionStatus judge(const FusedPose& pose, const Localization& localization, bool has_jumped);
 };
 }  // namespace d2s1r

@@ -55,9 +55,9 @@ TPose2D heaviest_neighbourhood(const mrpt::poses::CPosePDFParticles& particles, 
 }
 }  // namespace
 
-bool are_one_place(const TPose2D& a, const TPose2D& b)
+bool are_one_place(const TPose2D& a, const TPose2D& b, double radius, double angle)
 {
-	return std::hypot(a.x - b.x, a.y - b.y) < kPlaceRadius && std::abs(wrapToPi(a.phi - b.phi)) < kPlaceAngle;
+	return std::hypot(a.x - b.x, a.y - b.y) < radius && std::abs(wrapToPi(a.phi - b.phi)) < angle;
 }
 
 std::vector<double> normalized_weights(const mrpt::poses::CPosePDFParticles& particles)
@@ -109,11 +109,12 @@ ParticlePlace dominant_place(const mrpt::poses::CPosePDFParticles& particles, co
 }
 
 double weight_near(
-    const mrpt::poses::CPosePDFParticles& particles, const std::vector<double>& weights, const TPose2D& pose)
+    const mrpt::poses::CPosePDFParticles& particles, const std::vector<double>& weights, const TPose2D& pose,
+    double radius, double angle)
 {
 	double sum = 0;
 	for (std::size_t i = 0; i < weights.size(); i++)
-		if (are_one_place(particles.m_particles[i].d, pose)) sum += weights[i];
+		if (are_one_place(particles.m_particles[i].d, pose, radius, angle)) sum += weights[i];
 	return sum;
 }
 }  // namespace d2s1r::pf

@@ -12,8 +12,10 @@ namespace d2s1r::pf
 inline constexpr double kPlaceRadius = 1.0;  //!< [m]
 inline constexpr double kPlaceAngle = 0.5;   //!< [rad]
 
-/// Returns whether a robot at `a` is at the place of `b`.
-bool are_one_place(const mrpt::math::TPose2D& a, const mrpt::math::TPose2D& b);
+/// Returns whether a robot at `a` is within `radius` [m] and `angle` [rad] of `b`: at the place of `b`.
+bool are_one_place(
+    const mrpt::math::TPose2D& a, const mrpt::math::TPose2D& b, double radius = kPlaceRadius,
+    double angle = kPlaceAngle);
 
 /// Returns the weights [0, 1] of the particles; their sum is 1.
 std::vector<double> normalized_weights(const mrpt::poses::CPosePDFParticles& particles);
@@ -30,8 +32,8 @@ struct ParticlePlace
 /// \param weights as normalized_weights() returns them
 ParticlePlace dominant_place(const mrpt::poses::CPosePDFParticles& particles, const std::vector<double>& weights);
 
-/// Returns the weight [0, 1] of the particles within kPlaceRadius and kPlaceAngle of `pose`.
+/// Returns the weight [0, 1] of the particles within `radius` [m] and `angle` [rad] of `pose`.
 double weight_near(
     const mrpt::poses::CPosePDFParticles& particles, const std::vector<double>& weights,
-    const mrpt::math::TPose2D& pose);
+    const mrpt::math::TPose2D& pose, double radius = kPlaceRadius, double angle = kPlaceAngle);
 }  // namespace d2s1r::pf

@@ -28,8 +28,8 @@ struct Tuning
 	double unlisted = 0.30;            //!< [0, 1] weight of a particle that no hypothesis of the scan supports
 	double hypothesis_std_xy = 0.3;    //!< [m] a hypothesis supports particles so far away
 	double hypothesis_std_phi = 0.15;  //!< [rad] the same for the heading
-	/// [0, 1] exponent of the likelihood of a scan that certainly shows nothing of the map; that of a scan which
-	/// certainly does is 1, and in between it follows the probability
+	/// [0, 1] exponent of the likelihood of a scan if none of its hypotheses is right; it is 1 if one of them is. The
+	/// likelihood of a scan is the mean of both by the probability that one of them is right.
 	double unexplained_power = 0.2;
 	/// [0, 1] share of the range of the log-likelihood. A scan whose hypotheses are right with less than least_found
 	/// counts only if the filter's place explains more than this share of it.
@@ -43,8 +43,7 @@ struct Tuning
 	/// [0, 1] that one of the hypotheses is right. A scan below it neither shows that the filter is lost nor counts if
 	/// the filter's place does not explain it; while the average over the last scans is below, no place is tracked.
 	double least_found = 0.5;
-	double newest_found = 0.1;           //!< [0, 1] share of the newest scan in that average
-	double tracking_probability = 0.80;  //!< [0, 1] the least probability of a place that is tracked
+	double newest_found = 0.1;     //!< [0, 1] share of the newest scan in that average
 	double least_agreement = 0.5;  //!< [0, 1] the least probability that a localized scan gives to a tracked place
 	double reseed_distance = 2.0;  //!< [m] a place that is farther from where the motion leads was re-seeded
 	double reseed_angle = 0.8;     //!< [rad] the same for the heading

@@ -94,11 +94,18 @@ double weigh_by_scan_and_resample(
 	const double found = probability_found(localization);
 	if (found < tuning.least_found && !explains(particles, maps, scan, tuning)) return particles.ESS();
 	// As MRPT's executeOn() does, which knows one map only.
-	const double power = tuning.unexplained_power + (1 - tuning.unexplained_power) * found;
-	for (auto& particle : particles.m_particles)
+	std::vector<double> log_likelihoods;
+	for (const auto& particle : particles.m_particles)
 	{
 		const mrpt::poses::CPose3D pose(maps.in_map(particle.d));
-		particle.log_w += power * maps.at(particle.d).map->computeObservationLikelihood(scan, pose);
+		log_likelihoods.push_back(maps.at(particle.d).map->computeObservationLikelihood(scan, pose));
+	}
+	const double best = *std::max_element(log_likelihoods.begin(), log_likelihoods.end());
+	for (std::size_t i = 0; i < log_likelihoods.size(); i++)
+	{
+		const double below = log_likelihoods[i] - best;
+		const double likelihood = found * std::exp(below) + (1 - found) * std::exp(tuning.unexplained_power * below);
+		particles.m_particles[i].log_w += std::log(std::max(likelihood, 1e-300));
 	}
 	particles.normalizeWeights();
 	const double effective = particles.ESS();

@@ -122,7 +122,8 @@ TEST_F(FilterOnAFloor, AStartThatMayWellBeWrongIsNotTrackedAndGivesWaySooner)
 		const CPose2D further_along(drive[0].truth.x + 1.5, drive[0].truth.y, drive[0].truth.phi);
 		drive[0].localization = result_of({hypothesis_at(further_along, probability)});
 		const auto poses = follow(drive);
-		for (std::size_t i = 0; i < 3; i++) EXPECT_EQ(poses[i].status, expected) << probability << ", frame " << i;
+		EXPECT_EQ(poses[0].status, expected) << probability;
+		EXPECT_EQ(poses[2].status, FusionStatus::kAmbiguous) << "no scan has shown where the odometry led";
 		std::size_t scans = 3;
 		while (scans < poses.size() && distance_between(poses[scans].pose, drive[scans].truth) > 0.5) scans++;
 		return scans;
@@ -172,16 +173,19 @@ TEST_F(FilterOnAFloor, ACoveredSensorDoesNotMoveIt)
 
 TEST_F(FilterOnAFloor, AScanThatMayWellShowNothingOfTheMapDoesNotMoveIt)
 {
-	Drive drive = drive_along(along_corridor(16));
-	for (std::size_t i = 8; i < 12; i++)
+	for (const double probability : {0.2, 0.4})
 	{
-		drive[i].scan = make_observation(kWorld, {7.6, 3.6, 0.8}, Laser());
-		drive[i].localization = result_of({hypothesis_at({7.6, 3.6, 0.8}, 0.2)});
+		Drive drive = drive_along(along_corridor(16));
+		for (std::size_t i = 8; i < 12; i++)
+		{
+			drive[i].scan = make_observation(kWorld, {7.6, 3.6, 0.8}, Laser());
+			drive[i].localization = result_of({hypothesis_at({7.6, 3.6, 0.8}, probability)});
+		}
+		const auto poses = follow(drive);
+		// the place shown is 5 m away or more
+		for (std::size_t i = 8; i < 12; i++) EXPECT_LT(distance_between(poses[i].pose, drive[i].truth), 1) << i;
+		expect_at(poses.back(), drive.back().truth);
 	}
-	const auto poses = follow(drive);
-	// the place shown is 5 m away or more
-	for (std::size_t i = 8; i < 12; i++) EXPECT_LT(distance_between(poses[i].pose, drive[i].truth), 1) << i;
-	expect_at(poses.back(), drive.back().truth);
 }
 
 TEST_F(FilterOnAFloor, TracksNothingWhereTheMapExplainsFewScans)
@@ -263,11 +267,34 @@ TEST_F(FilterOnAFloor, ScanWithoutBeamsIsNoUseButNoHarm)
 	expect_at(follow(drive).back(), frame.truth);
 }
 
-TEST_F(FilterOnAFloor, TracksOnThroughScansThatAreNone)
+TEST_F(FilterOnAFloor, TracksOnThroughScansThatAreNoneUntilTheOdometryLeavesMoreThanOnePlace)
 {
 	Drive drive = drive_along(along_corridor(5));
 	for (int i = 0; i < 12; i++) drive.push_back(blind_stop(drive.back()));
-	EXPECT_EQ(follow(drive).back().status, FusionStatus::kTracking);
+	Frame seen = drive[4];
+	seen.odometry = CPose2D();
+	drive.push_back(seen);
+	const auto poses = follow(drive);
+	EXPECT_EQ(poses[6].status, FusionStatus::kTracking);
+	EXPECT_EQ(poses[16].status, FusionStatus::kAmbiguous);
+	EXPECT_LT(distance_between(poses[16].pose, seen.truth), 0.5);
+	expect_at(poses[17], seen.truth);
+}
+
+TEST_F(FilterOnAFloor, APlaceThatItJumpedToIsNotTrackedBeforeScansLeaveLittleDoubtOfIt)
+{
+	Drive drive = kidnapped(10, 5);
+	for (std::size_t i = 10; i < drive.size(); i++)
+		drive[i].localization =
+		    result_of({hypothesis_at(CPose2D(drive[i].truth), 0.55), hypothesis_at({7.6, 3.6, 0.8}, 0.44)});
+	const auto poses = follow(drive);
+	double doubt = 1;
+	for (std::size_t i = 10; i < drive.size(); i++)
+	{
+		if (distance_between(poses[i].pose, drive[i].truth) < 0.3) doubt *= 0.45;
+		EXPECT_EQ(poses[i].status == FusionStatus::kTracking, doubt < 0.1) << i;
+	}
+	expect_at(poses.back(), drive.back().truth);
 }
 
 TEST_F(FilterOnAFloor, StartingAnewForgetsTheDriveBefore)

@@ -114,6 +114,32 @@ TEST(WeighedByHypotheses, NothingChangesWithoutHypotheses)
 	EXPECT_EQ(log_weights(particles), std::vector<double>(3, 0.0));
 }
 
+TEST(WeighedByScan, AScanCountsAsFullyAsItsHypothesesAreRight)
+{
+	d2s1r::test::Picture picture(40, "#" + std::string(78, '.') + "#");
+	picture.front() = picture.back() = std::string(80, '#');
+	const d2s1r::Grid room = d2s1r::test::make_picture_grid(picture, 0.1);
+	const d2s1r::pf::MapRow maps({{d2s1r::CSignatureMap2D::Create(*d2s1r::test::make_map(room))}});
+	const mrpt::math::TPose2D here{2, 2, 0.3}, there{5, 2, 0.3};
+	const auto scan = d2s1r::test::make_observation(room, here);
+	const auto points = d2s1r::end_points(d2s1r::make_scan(scan, {}), maps.likelihood_options().beams);
+	const double below = maps.log_likelihood(points, there) - maps.log_likelihood(points, here);
+	ASSERT_LT(below, -5);
+	const d2s1r::pf::Tuning tuning;
+	for (const double found : {1.0, 0.9, 0.6})
+	{
+		mrpt::slam::CMonteCarloLocalization2D particles(2);  // as few are not resampled
+		particles.m_particles[0].d = here;
+		particles.m_particles[1].d = there;
+		const auto localization =
+		    d2s1r::test::result_of({d2s1r::test::hypothesis_at(mrpt::poses::CPose2D(here), found)});
+		d2s1r::pf::weigh_by_scan_and_resample(particles, maps, scan, localization, tuning);
+		const auto weights = log_weights(particles);
+		const double expected = found * std::exp(below) + (1 - found) * std::exp(tuning.unexplained_power * below);
+		EXPECT_NEAR(weights[1] - weights[0], std::log(expected), 0.01) << found;
+	}
+}
+
 TEST(ProbabilityFound, IsThatOfAllHypothesesTogether)
 {
 	using d2s1r::test::hypothesis_at;

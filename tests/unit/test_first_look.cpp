@@ -115,6 +115,52 @@ TEST_F(FirstLook, CountsForNothingIfItLeftOutCandidates)
 	EXPECT_GT(clear, 0) << "too easy to show anything";
 }
 
+TEST_F(FirstLook, StandsIfWhatItLeftOutCostsFarMore)
+{
+	const Grid grid = make_floor(), world = world_of(grid);
+	Parameters most = Parameters(), most_at_once = whole_search(), some = first_look_only();
+	most.coarse_search.candidates = most_at_once.coarse_search.candidates = 30;
+	some.coarse_search.candidates = 11;  // 0.35 of them
+	const Localizer both(make_map(grid), most), whole(make_map(grid), most_at_once), first(make_map(grid), some);
+	int stands = 0, does_not = 0;
+	for (const auto& robot : random_poses(grid, 60, 0.3, 5))
+	{
+		const auto scan = make_observation(world, robot);
+		const Localization result = both.localize(scan), of_some = first.localize(scan), of_all = whole.localize(scan);
+		if (!is_clear(of_some) || of_some.best().probability == of_all.best().probability) continue;
+		const bool is_first = result.best().probability == of_some.best().probability;
+		expect_same(result, is_first ? of_some : of_all);
+		(is_first ? stands : does_not)++;
+	}
+	EXPECT_GT(stands, 0);
+	EXPECT_GT(does_not, 0) << "too easy to show anything";
+}
+
+TEST_F(FirstLook, WhatTheTimeLeavesOutIsDoubted)
+{
+	const Grid grid = make_floor(), world = world_of(grid);
+	const Localizer localizer(make_map(grid), {});
+	Query hurry;
+	hurry.time_budget = 1e-6;
+	int localized = 0, doubted = 0;
+	for (const auto& robot : random_poses(grid, 300, 0.3, 5))
+	{
+		const auto scan = make_observation(world, robot, laser_of(90));
+		const Localization result = localizer.localize(scan, hurry), at_leisure = localizer.localize(scan);
+		if (at_leisure.status != Status::kLocalized) continue;
+		if (result.status != Status::kLocalized)
+		{
+			doubted++;
+			EXPECT_LE(result.confidence, 0.9);
+			continue;
+		}
+		localized++;
+		EXPECT_LT((result.best().pose - mrpt::poses::CPose2D(robot)).norm(), 0.3) << robot;
+	}
+	EXPECT_GT(localized, 10);
+	EXPECT_GT(doubted, 10);
+}
+
 TEST_F(FirstLook, AfterItNothingIsBegunThatTheTimeDoesNotAllow)
 {
 	const Grid grid = make_twin_rooms();

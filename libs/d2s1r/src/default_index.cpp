@@ -1,6 +1,8 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "default_index.h"
 
+#include <utility>
+
 #include "map/free_cells.h"
 #include "ranges/wall_surface.h"
 
@@ -12,6 +14,14 @@ bool may_be_smeared(const WallMeasure& walls, const Grid& grid)
 {
 	return walls.surface_depth > 0.5 * grid.cell_size;
 }
+
+/// \param tolerance [m] of the walls: see DistanceField
+MapReading make_reading(Grid grid, const std::vector<CellIndex>& furniture, double tolerance)
+{
+	const Grid surfaces = with_wall_surfaces_only(std::move(grid));
+	BeamTracer tracer(surfaces, furniture);  // first, because making it takes more memory than making the field
+	return {DistanceField(surfaces, tolerance), std::move(tracer)};
+}
 }  // namespace
 
 int count_readings(const Grid& grid)
@@ -19,24 +29,21 @@ int count_readings(const Grid& grid)
 	return may_be_smeared(measure_walls(grid), grid) ? 2 : 1;
 }
 
-DefaultIndex make_default_index(const Grid& grid, const Parameters& parameters)
+DefaultIndex make_default_index(Grid grid, const Parameters& parameters)
 {
 	DefaultIndex index;
 	const WallMeasure walls = measure_walls(grid);
 	const bool is_smeared = may_be_smeared(walls, grid);
-	const Grid deeper = is_smeared ? with_surfaces_deeper(grid, walls.surface_depth) : Grid();
-	const Grid& searched = is_smeared ? deeper : grid;
-	index.profiles = make_range_profiles(
-	    searched, find_sensor_cells(searched, parameters.free_cells), parameters.coarse_search.spacing);
-
 	const std::vector<CellIndex> furniture = find_furniture(grid);  // as drawn: deeper surfaces make pieces of walls
-	const auto add_reading = [&](const Grid& read, double tolerance)
+	if (is_smeared)
 	{
-		const Grid surfaces = with_wall_surfaces_only(read);
-		index.readings.push_back({DistanceField(surfaces, tolerance), BeamTracer(surfaces, furniture)});
-	};
-	add_reading(grid, 0);
-	if (is_smeared) add_reading(deeper, walls.surface_tolerance());
+		Grid deeper = with_surfaces_deeper(grid, walls.surface_depth);
+		index.readings.push_back(make_reading(std::move(grid), furniture, 0));
+		grid = std::move(deeper);
+	}
+	index.profiles =
+	    make_range_profiles(grid, find_sensor_cells(grid, parameters.free_cells), parameters.coarse_search.spacing);
+	index.readings.push_back(make_reading(std::move(grid), furniture, is_smeared ? walls.surface_tolerance() : 0));
 	return index;
 }
 

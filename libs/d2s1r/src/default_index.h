@@ -44,6 +44,7 @@ void save(const DefaultIndex& index, IndexWriter& file);
 int count_readings(const Grid& grid);
 
 /// Builds the index of a map.
+/// \param grid is given back part by part, so that building takes little more memory than the index
 /// \throws std::invalid_argument if a sensor can stand nowhere
-DefaultIndex make_default_index(const Grid& grid, const Parameters& parameters);
+DefaultIndex make_default_index(Grid grid, const Parameters& parameters);
 }  // namespace d2s1r

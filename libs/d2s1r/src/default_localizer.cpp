@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "answer/distinct_poses.h"
 #include "base/scoped_timer.h"
 #include "fine/refinement.h"
 
@@ -11,27 +12,50 @@ namespace d2s1r
 {
 namespace
 {
-/// Returns the limits of the searches that are made, one after the other, until the answer is clear.
-std::vector<Parameters> looks(const Parameters& parameters)
+/// What the candidates that were judged tell.
+struct Look
 {
-	if (parameters.first_look.effort >= 1) return {parameters};
-	return {for_first_look(parameters), parameters};
+	Decision decision;
+	bool is_partial = false;  //!< candidates were left out that the whole search has
+	bool is_safe = false;     //!< those cost so much that none of them can be the true place instead of the answer
+};
+
+/// Returns the limits of the looks that are made, one after the other, until the answer is clear.
+std::vector<Parameters> looks(const Parameters& whole)
+{
+	if (whole.first_look.effort >= 1) return {whole};
+	return {for_first_look(whole), whole};
 }
 
-/// Returns whether an answer needs no other look: it leaves much less doubt than a localized frame may.
+/// Returns whether an answer leaves much less doubt than a localized frame may.
 bool is_clear(const Localization& answer, const ScoringParameters& parameters)
 {
 	constexpr double kDoubt = 0.1;  // [-] share of what it may leave
 	return 1 - answer.confidence < kDoubt * (1 - parameters.localized_above);
 }
 
-/// Returns whether there may be candidates that a search with these limits leaves out: one of them may be the true
-/// place, and then a wrong one that explains the scan as well seems to be the only one.
-bool leaves_out(const std::vector<Found>& found, const CoarseSearchParameters& limits)
+/// Returns the cost [step] of the cheapest candidate at the place of an answer; infinity if there is none.
+double cost_of(const Decision& decision, const Scan& scan, const Found& found)
 {
-	const auto is_full = [&](const Found& here)
-	{ return static_cast<int>(here.candidates.size()) >= limits.candidates; };
-	return std::any_of(found.begin(), found.end(), is_full);
+	if (decision.answer.hypotheses.empty()) return HUGE_VAL;
+	const mrpt::math::TPose2D sensor = decision.answer.best().pose.asTPose() + scan.sensor_on_robot;
+	const auto is_there = [&](const Candidate& candidate)
+	{
+		return found.readings[candidate.reading].map == decision.maps.front() &&
+		       are_near(candidate.pose, sensor, kPlaceDistance, kPlaceYaw);
+	};
+	const auto cheapest = std::find_if(found.candidates.begin(), found.candidates.end(), is_there);
+	return cheapest == found.candidates.end() ? HUGE_VAL : cheapest->cost;
+}
+
+/// Makes a localized answer ambiguous.
+void doubt(Localization& answer, const ScoringParameters& parameters)
+{
+	if (answer.status != Status::kLocalized) return;
+	const double share = parameters.localized_above / answer.confidence;
+	for (Hypothesis& hypothesis : answer.hypotheses) hypothesis.probability *= share;
+	answer.confidence = answer.best().probability;
+	answer.status = Status::kAmbiguous;
 }
 
 /// The time that a query may take.
@@ -43,15 +67,14 @@ class TimeBudget
 
 	bool is_half_spent() const { return left_ms() < 0.5 * budget_ms_; }
 
-	/// Judges as many candidates as the time allows of which the `following` searches [-] shall have an equal share.
+	/// Returns as many candidates as can be judged in the time that is left, of which the `following` readings [-]
+	/// shall have an equal share.
 	template <class Judge>
-	std::vector<Place> judge(
+	AffordableCandidates affordable(
 	    const Judge& judge, const std::vector<Candidate>& candidates, const Parameters& limits,
 	    std::ptrdiff_t following) const
 	{
-		const double budget = left_ms() / static_cast<double>(1 + following);
-		const auto affordable = affordable_candidates(budget, candidates, limits, judge);
-		return judge(affordable.candidates, affordable.parameters);
+		return affordable_candidates(left_ms() / static_cast<double>(1 + following), candidates, limits, judge);
 	}
 
    private:
@@ -95,35 +118,52 @@ std::vector<Place> places_among(
 	return timed(times.refinement_ms, find_places, readings, work.scan, all, poses, limits);
 }
 
-std::optional<Decision> answer_of(
-    const std::vector<SearchedMap>& maps, const Parameters& limits, bool is_last, Work& work)
+Look look_at(
+    const std::vector<SearchedMap>& maps, const std::vector<Found>& found, const Parameters& limits, double less,
+    Work& work)
 {
-	const auto found = timed(work.times.retrieval_ms, candidates_in, maps, work.scan, limits.coarse_search);
-	if (!is_last && leaves_out(found, limits.coarse_search)) return std::nullopt;
+	Look look;
+	double complete_below = found.front().complete_below;
 	std::vector<Place> places;
 	for (const Found& here : found)
 	{
 		const auto judge = [&](const auto& some, const auto& with)
 		{ return places_among(some, here.readings, with, work); };
-		const auto some = work.budget.judge(judge, here.candidates, limits, &found.back() - &here);
-		places = merged_places(std::move(places), some, limits.scoring);
+		const auto some = work.budget.affordable(judge, here.candidates, limits, &found.back() - &here);
+		places = merged_places(std::move(places), judge(some.candidates, some.parameters), limits.scoring);
+		if (some.candidates.size() == here.candidates.size()) continue;
+		look.is_partial = true;
+		complete_below = std::min(complete_below, here.candidates[some.candidates.size()].cost);
 	}
-	return timed(work.times.refinement_ms, conclude, work.scan, maps, places);
+	look.decision = timed(work.times.refinement_ms, conclude, work.scan, maps, places);
+	look.is_safe = cost_of(look.decision, work.scan, found.front()) + less <= complete_below;
+	return look;
 }
 }  // namespace
 
 Decision localize_default(const Scan& scan, const std::vector<SearchedMap>& maps, double time_budget)
 {
+	constexpr double kLess = 0.3;  // [-] share of the margin by which a safe answer costs less than what was left out
 	Work work{scan, TimeBudget(time_budget), {}};
-	std::optional<Decision> decision;
 	const std::vector<Parameters> all = looks(limits_of_search(maps.front().parameters, maps.size()));
+	const auto begin = [&] { return SearchOfMaps(maps, scan, all.back().coarse_search); };
+	SearchOfMaps search = timed(work.times.retrieval_ms, begin);
+	const double less = kLess * search.margin();
+	Look look;
 	for (const Parameters& limits : all)
 	{
-		decision = answer_of(maps, limits, &limits == &all.back(), work);
-		if (decision && (is_clear(decision->answer, limits.scoring) || work.budget.is_half_spent())) break;
+		const bool is_last = &limits == &all.back();
+		const auto find = [&] { return search.found(limits.coarse_search); };
+		const std::vector<Found> found = timed(work.times.retrieval_ms, find);
+		const auto& [readings, candidates, complete_below] = found.front();
+		if (!is_last && (candidates.empty() || candidates.front().cost + less > complete_below)) continue;
+		look = look_at(maps, found, limits, less, work);
+		look.is_partial |= !is_last;
+		if (work.budget.is_half_spent() || (look.is_safe && is_clear(look.decision.answer, limits.scoring))) break;
 	}
-	decision->answer.times = work.times;  // the last look always has an answer
-	return *decision;
+	if (look.is_partial && !look.is_safe) doubt(look.decision.answer, all.back().scoring);
+	look.decision.answer.times = work.times;
+	return std::move(look.decision);
 }
 
 std::optional<Localization> refusal_of(const Scan& scan, const ScanParameters& parameters)

@@ -101,19 +101,18 @@ void geometry_fields(Self& grid, File& file)
 struct Localizer::Index
 {
 	Index(mrpt::maps::COccupancyGridMap2D::ConstPtr the_map, const Parameters& the_parameters, int threads)
-	    : parameters(the_parameters),
-	      map(std::move(the_map)),
-	      grid(make_grid(*map, parameters.grid)),
-	      caster(grid, parameters.paper.max_range)
+	    : parameters(the_parameters), map(std::move(the_map))
 	{
+		Grid whole = make_grid(*map, parameters.grid);
+		grid = {whole.width, whole.height, whole.cell_size, whole.origin_x, whole.origin_y, {}};
 		if (parameters.method == Method::kPaper)
 		{
 			check_reach(parameters.paper.max_range, grid);
-			signatures.emplace(grid, find_sensor_cells(grid, parameters.free_cells), parameters, threads);
+			caster = RayCaster(whole, parameters.paper.max_range);
+			signatures.emplace(whole, find_sensor_cells(whole, parameters.free_cells), parameters, threads);
 		}
 		else
-			default_index.emplace(make_default_index(grid, parameters));
-		std::vector<Cell>().swap(grid.cells);  // they follow from the map: see Localizer::grid()
+			use(make_default_index(std::move(whole), parameters));
 	}
 
 	/// Reads what save() wrote.
@@ -121,20 +120,31 @@ struct Localizer::Index
 	{
 		SavedMap::fields(saved_map, file);
 		geometry_fields(grid, file);
-		RayCaster::fields(caster, file);
 		if (parameters.method == Method::kPaper)
+		{
+			RayCaster::fields(caster, file);
 			signatures.emplace(file);
+		}
 		else
-			default_index.emplace(read_default_index(file));
+			use(read_default_index(file));
+	}
+
+	/// Takes the index of the default method, whose cells rays are cast through.
+	void use(DefaultIndex index)
+	{
+		default_index.emplace(std::move(index));
+		caster = RayCaster(default_index->readings.front().tracer.map(), parameters.paper.max_range);
 	}
 
 	void save(IndexWriter& file) const
 	{
 		SavedMap::fields(saved_map.cells.empty() ? cells_of(*map) : saved_map, file);
 		geometry_fields(grid, file);
-		RayCaster::fields(caster, file);
 		if (signatures)
+		{
+			RayCaster::fields(caster, file);
 			signatures->save(file);
+		}
 		else
 			d2s1r::save(*default_index, file);
 	}

@@ -38,29 +38,47 @@ Parameters limits_of_search(Parameters parameters, std::size_t maps)
 	return parameters;
 }
 
-std::vector<Found> candidates_in(
-    const std::vector<SearchedMap>& maps, const Scan& scan, const CoarseSearchParameters& parameters)
+namespace
 {
-	std::vector<CoarseSearchIn> in;
-	for (const auto& [index, prior, of_map] : maps) in.push_back({index.profiles, prior, of_map.coarse_search.spacing});
-	const std::vector<Candidate> candidates = coarse_search(in, scan, parameters);
+std::vector<CoarseSearchIn> readings_of(const std::vector<SearchedMap>& maps)
+{
+	std::vector<CoarseSearchIn> readings;
+	for (const auto& [index, prior, of_map] : maps)
+		readings.push_back({index.profiles, prior, of_map.coarse_search.spacing});
+	return readings;
+}
+}  // namespace
 
+SearchOfMaps::SearchOfMaps(const std::vector<SearchedMap>& maps, const Scan& scan, const CoarseSearchParameters& limits)
+    : maps_(maps), limits_(limits), search_(readings_of(maps), scan, limits)
+{
+}
+
+std::vector<Found> SearchOfMaps::found(const CoarseSearchParameters& limits)
+{
+	const std::vector<Candidate> candidates = search_.candidates(limits);
+	double complete_below = 0;
+	if (static_cast<int>(candidates.size()) >= limits.candidates)
+		complete_below = candidates.back().cost;
+	else if (!candidates.empty())
+		complete_below = candidates.front().cost + search_.margin(limits);
 	std::vector<Found> found;
 	for (std::size_t number = 0;; number++)
 	{
 		Found here;
-		std::vector<std::size_t> reading_of(maps.size());  // by map
-		for (std::size_t map = 0; map < maps.size(); map++)
+		std::vector<std::size_t> reading_of(maps_.size());  // by map
+		for (std::size_t map = 0; map < maps_.size(); map++)
 		{
-			const auto& [index, prior, of_map] = maps[map];
+			const auto& [index, prior, of_map] = maps_[map];
 			if (number >= index.readings.size()) continue;
 			const auto& [field, tracer] = index.readings[number];
 			reading_of[map] = here.readings.size();
 			here.readings.push_back({field, tracer, of_map, prior, map});
 		}
 		if (here.readings.empty()) break;
+		here.complete_below = complete_below;
 		for (const auto& [pose, cost, map] : candidates)
-			if (number < maps[map].index.readings.size()) here.candidates.push_back({pose, cost, reading_of[map]});
+			if (number < maps_[map].index.readings.size()) here.candidates.push_back({pose, cost, reading_of[map]});
 		found.push_back(std::move(here));
 	}
 	return found;

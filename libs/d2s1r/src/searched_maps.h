@@ -6,6 +6,7 @@
 
 #include <vector>
 
+#include "coarse/coarse_search.h"
 #include "default_index.h"
 #include "fine/refinement.h"
 
@@ -34,12 +35,27 @@ struct Found
 {
 	SearchedReadings readings;
 	std::vector<Candidate> candidates;  //!< in these readings, best first
+	double complete_below = 0;          //!< [step] no candidate that costs less was left out
 };
 
-/// Searches all maps by one coarse_search(), whose candidates are places to refine in the first readings of the maps,
-/// and in the second ones. Thread-safe.
-/// \param maps one or more
-/// \param parameters limits of the searches
-std::vector<Found> candidates_in(
-    const std::vector<SearchedMap>& maps, const Scan& scan, const CoarseSearchParameters& parameters);
+/// A search through all maps at once, whose candidates are places to refine in the first readings of the maps, and in
+/// the second ones. One thread at a time uses it.
+class SearchOfMaps
+{
+   public:
+	/// \param maps one or more
+	/// \param limits of all that can be asked for
+	SearchOfMaps(const std::vector<SearchedMap>& maps, const Scan& scan, const CoarseSearchParameters& limits);
+
+	/// Returns what is found within `limits`, as CoarseSearch::candidates().
+	std::vector<Found> found(const CoarseSearchParameters& limits);
+
+	/// Returns by how much [step] a candidate may cost more than the best one.
+	double margin() const { return search_.margin(limits_); }
+
+   private:
+	const std::vector<SearchedMap>& maps_;
+	CoarseSearchParameters limits_;
+	CoarseSearch search_;
+};
 }  // namespace d2s1r

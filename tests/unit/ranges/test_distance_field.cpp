@@ -10,7 +10,14 @@ namespace d2s1r::test
 {
 namespace
 {
-constexpr double kStep = 3 / DistanceField::kUnitsPerCell;  //!< [cells] of the fixed point, and rounding
+constexpr double kStep = 1e-3;  //!< [cells] rounding
+
+/// [cells] How far off a distance may be: beyond the exact ones by half of what is between two codes.
+double step_at(double cells)
+{
+	const bool is_exact = cells <= static_cast<double>(DistanceField::kExactCells);
+	return is_exact ? kStep : kStep + 0.5 * static_cast<double>(DistanceField::kCellsPerCode);
+}
 
 Grid random_grid(std::mt19937& random, int width, int height, int walls)
 {
@@ -49,10 +56,13 @@ TEST(DistanceField, IsTheDistanceToTheNearestWallOnRandomGrids)
 		EXPECT_EQ(field.cell_size(), grid.cell_size);
 		for (int y = 0; y < grid.height; y++)
 			for (int x = 0; x < grid.width; x++)
+			{
+				const double expected = brute_force(grid, x, y);
 				ASSERT_NEAR(
-				    static_cast<double>(at_center(field, grid, x, y).value), brute_force(grid, x, y),
-				    kStep * grid.cell_size)
+				    static_cast<double>(at_center(field, grid, x, y).value), expected,
+				    step_at(expected / grid.cell_size) * grid.cell_size)
 				    << walls << " walls, cell " << x << " " << y;
+			}
 	}
 }
 
@@ -120,7 +130,9 @@ TEST(DistanceField, IsBilinearBetweenCentres)
 		const CellIndex cell = grid.index(x, y);
 		const Distance distance =
 		    field.at(grid.center_x(cell) + u * grid.cell_size + 1e-7, grid.center_y(cell) + v * grid.cell_size + 1e-7);
-		ASSERT_NEAR(static_cast<double>(distance.value), expected, kStep * grid.cell_size);
+		ASSERT_NEAR(
+		    static_cast<double>(distance.value), expected,
+		    step_at(expected / grid.cell_size + M_SQRT1_2) * grid.cell_size);
 	}
 }
 

@@ -48,9 +48,12 @@ struct FusionInput
 /// Says what a fused pose is worth.
 enum class FusionStatus
 {
-	kTracking,  //!< one place holds nearly all the probability
-	/// Several places share the probability, or places that no scan has shown yet; or the map explains few of the last
-	/// scans, or a localized scan contradicts the pose. The pose is that of the likeliest place.
+	/// One place, as wide as that of a localized scan (ScoringParameters), holds more than
+	/// ScoringParameters::localized_above of the probability, and scans have shown it since the filter came there.
+	kTracking,
+	/// Several places share the probability, the pose is known less well than that, or scans leave doubt of it; or the
+	/// map explains few of the last scans, or a localized scan contradicts the pose. The pose is that of the likeliest
+	/// place.
 	kAmbiguous,
 };
 
@@ -76,7 +79,7 @@ struct FusedPose
 	std::string map;                                 //!< name of the map that `pose` is in
 	mrpt::math::TPose2D pose;                        //!< robot in map, m and rad
 	mrpt::math::CMatrixDouble33 covariance;          //!< of pose within its place, (x, y, phi), m^2, m rad, rad^2
-	double probability = 0;                          //!< [0, 1] that the robot is at the place
+	double probability = 0;                          //!< [0, 1] that pose is right, within the bounds of a place
 	std::size_t particles = 0;                       //!< [-] of the filter
 	double effective_sample_size = 0;                //!< [0, 1] of the weights before resampling
 	double step_ms = 0;                              //!< [ms] wall-clock time of the step

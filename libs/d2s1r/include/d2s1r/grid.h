@@ -79,5 +79,5 @@ Grid make_grid(const mrpt::maps::COccupancyGridMap2D& map, const GridParameters&
 /// Returns the grid as a laser would have mapped it: what is occupied deeper than 0.1 m (at least a cell) below the
 /// surface of a wall becomes unknown, for no beam ever ends there. The surface is where free or unknown space begins:
 /// the edges of drawn plans are blurred, and their greys are unknown.
-Grid with_wall_surfaces_only(const Grid& grid);
+Grid with_wall_surfaces_only(Grid grid);
 }  // namespace d2s1r

@@ -20,7 +20,7 @@ class LikelihoodField
 {
    public:
 	/// Fills the table of `grid`.
-	/// \throws std::invalid_argument if a parameter is out of range, or the grid has more than 2^30 cells
+	/// \throws std::invalid_argument if a parameter is out of range, or the grid has more than 2^31 cells
 	LikelihoodField(const Grid& grid, const LikelihoodParameters& parameters);
 
 	/// Returns the log-likelihood [nat] of beams that end at `points` [m, robot frame] if the robot is at `robot` (in

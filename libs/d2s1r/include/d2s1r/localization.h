@@ -1,6 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <mrpt/core/bits_math.h>
 #include <mrpt/math/CMatrixFixed.h>
 #include <mrpt/math/TPose2D.h>
 #include <mrpt/poses/CPose2D.h>
@@ -23,6 +24,10 @@ enum class Status
 
 /// Returns `localized`, `ambiguous`, `rejected` or `invalid`.
 const char* to_string(Status status);
+
+/// Poses nearer to each other than both of these are one place.
+inline constexpr double kPlaceDistance = 0.5;             //!< [m]
+inline constexpr double kPlaceYaw = mrpt::DEG2RAD(10.0);  //!< [rad]
 
 /// Describes a place where the robot may be.
 struct Hypothesis

@@ -35,8 +35,8 @@ struct Scan
 	std::string invalid_because;          //!< empty if make_scan() found it usable, else the reason
 
 	/// Returns whether the scan can be used: it has beams, a field of view and a finite sensor pose within
-	/// kFarthestSensor, and make_scan() found no other reason against it. The beams of a scan that was made by hand are checked, too: their angles
-	/// increase within [-pi, pi), and their ranges are finite and not negative.
+	/// kFarthestSensor, and make_scan() found no other reason against it. The beams of a scan that was made by hand are
+	/// checked, too: their angles increase within [-pi, pi), and their ranges are finite and not negative.
 	bool valid() const;
 };
 

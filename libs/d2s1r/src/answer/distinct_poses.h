@@ -1,7 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <mrpt/core/bits_math.h>
+#include <d2s1r/localization.h>
 #include <mrpt/math/TPose2D.h>
 
 #include <algorithm>
@@ -11,10 +11,6 @@
 
 namespace d2s1r
 {
-/// Poses nearer than this are one place, which is one answer.
-inline constexpr double kPlaceDistance = 0.5;             //!< [m]
-inline constexpr double kPlaceYaw = mrpt::DEG2RAD(10.0);  //!< [rad]
-
 /// Returns whether two poses, their yaws in [-pi, pi], are closer than `distance` [m] and `yaw` [rad].
 inline bool are_near(const mrpt::math::TPose2D& a, const mrpt::math::TPose2D& b, double distance, double yaw)
 {

@@ -22,13 +22,13 @@ namespace d2s1r
 {
 namespace
 {
-/// Compares all beams with the profiles of all positions of the groups of a reading. It adds what is allowed, and
-/// costlier than the cheapest by the margin at most.
+/// Compares all beams with the profiles of all positions of pairs of group and shift of one reading. It adds what is
+/// allowed, and costlier than the cheapest by the margin at most.
 /// \param first_position number of the first position of the reading among those of all
-/// \param most [step] cost beyond which no pair is added; it is lowered
+/// \param least [step] cost of the cheapest pair so far; it is lowered
 void search_profiles(
-    const ReadingToSearch& reading, const std::vector<Pair>& of_groups, std::int32_t first_position,
-    std::uint32_t margin, std::uint32_t& most, std::vector<Pair>& pairs)
+    const ReadingToSearch& reading, const Pair* of_groups, std::size_t count, std::int32_t first_position,
+    std::uint32_t margin, std::uint32_t& least, std::vector<Pair>& pairs)
 {
 	constexpr std::size_t kAhead = 16;
 	const auto& [profiles, scan, allowed] = reading;
@@ -37,20 +37,20 @@ void search_profiles(
 	const auto rows_of = [&, &by_position = profiles.by_position](std::size_t group)
 	{ return by_position.data() + first_of_group[group] * directions; };
 	const auto group_of = [&](std::size_t m) { return static_cast<std::size_t>(of_groups[m].position); };
-	std::uint32_t limit = most;  // a local copy: bytes may alias the other
-	for (std::size_t m = 0; m < of_groups.size(); m++)
+	std::uint32_t limit = least + margin;  // a local copy: bytes may alias the other
+	for (std::size_t m = 0; m < count; m++)
 	{
-		if (m + 2 * kAhead < of_groups.size()) __builtin_prefetch(&first_of_group[group_of(m + 2 * kAhead)]);
-		if (m + kAhead < of_groups.size()) prefetch(rows_of(group_of(m + kAhead)), 4 * directions);
+		if (m + 2 * kAhead < count) __builtin_prefetch(&first_of_group[group_of(m + 2 * kAhead)]);
+		if (m + kAhead < count) prefetch(rows_of(group_of(m + kAhead)), 4 * directions);
 		const std::size_t group = group_of(m);
 		const std::size_t turned = directions - static_cast<std::size_t>(of_groups[m].shift);
 		const ScanRow turned_scan{
 		    scan.least.data() + turned, scan.greatest.data() + turned, scan.truncation.data() + turned,
 		    scan.truncation_beyond.data() + turned, directions};
 		std::array<std::uint32_t, 4> costs;
-		const std::size_t first = first_of_group[group], count = first_of_group[group + 1] - first;
-		row_costs(rows_of(group), count, turned_scan, costs.data());
-		for (std::size_t i = 0; i < count; i++)
+		const std::size_t first = first_of_group[group], positions = first_of_group[group + 1] - first;
+		row_costs(rows_of(group), positions, turned_scan, costs.data());
+		for (std::size_t i = 0; i < positions; i++)
 		{
 			const auto position = static_cast<std::int32_t>(first + i);
 			if (costs[i] > limit || !allowed.allows({position, of_groups[m].shift, costs[i]})) continue;
@@ -58,29 +58,8 @@ void search_profiles(
 			append({position + first_position, of_groups[m].shift, costs[i]}, pairs);
 		}
 	}
-	most = limit;
+	least = limit - margin;
 }
-
-/// What belongs to each reading for one scan.
-struct Prepared
-{
-	Prepared(const std::vector<CoarseSearchIn>& readings, const Scan& scan, const CoarseSearchParameters& parameters)
-	{
-		const auto steps_of = [](const RangeProfiles& profiles)
-		{ return std::pair(profiles.directions, profiles.max_range); };
-		for (const auto& [profiles, prior, spacing] : readings)
-		{
-			if (to_search.empty() || steps_of(profiles) != steps_of(to_search.back().profiles))
-				quantized.push_back(quantize(scan, profiles, parameters));
-			allowed.emplace_back(profiles, prior, scan, spacing);
-			to_search.push_back({profiles, quantized.back(), allowed.back()});
-		}
-	}
-
-	std::deque<QuantizedScan> quantized;     //!< once for readings in a row for which it is the same
-	std::deque<AllowedPairs> allowed;        //!< by reading
-	std::vector<ReadingToSearch> to_search;  //!< by reading
-};
 
 /// Numbers the groups and positions of all readings.
 struct Numbers
@@ -104,73 +83,126 @@ struct Numbers
 	}
 };
 
-/// Returns the pairs of each reading, with its own numbers of groups.
-std::vector<std::vector<Pair>> pairs_by_reading(const std::vector<Pair>& of_groups, const Numbers& numbers)
+/// Memory of the last search of a thread, which the next one takes.
+struct Memory
 {
-	std::vector<std::vector<Pair>> by_reading(numbers.groups.size() - 1);
-	for (Pair pair : of_groups)
-	{
-		const std::size_t reading = Numbers::reading_of(numbers.groups, pair.position);
-		pair.position -= static_cast<std::int32_t>(numbers.groups[reading]);
-		by_reading[reading].push_back(pair);
-	}
-	return by_reading;
-}
-
-/// Finds the cheapest pairs of position and shift of all readings, within the limits.
-void find_pairs(
-    const std::vector<ReadingToSearch>& readings, const Numbers& numbers, const CoarseSearchParameters& parameters,
-    std::vector<Pair>& pairs)
-{
-	thread_local std::vector<Pair> of_groups;  // kept for the next query
-	search_overviews(readings, parameters, of_groups);
-	pairs.clear();
-	const auto beams = static_cast<double>(readings.front().scan.observed.size());
-	const auto margin = static_cast<std::uint32_t>(parameters.margin * std::sqrt(beams));
-	std::uint32_t most = std::numeric_limits<std::uint32_t>::max();
-	if (readings.size() == 1)
-		search_profiles(readings.front(), of_groups, 0, margin, most, pairs);
-	else
-	{
-		const auto by_reading = pairs_by_reading(of_groups, numbers);
-		for (std::size_t i = 0; i < readings.size(); i++)
-			search_profiles(
-			    readings[i], by_reading[i], static_cast<std::int32_t>(numbers.positions[i]), margin, most, pairs);
-	}
-	const auto costly = [=](const Pair& pair) { return pair.cost > most; };
-	pairs.erase(std::remove_if(pairs.begin(), pairs.end(), costly), pairs.end());
-}
+	std::vector<Pair> of_groups, pairs;
+};
+thread_local Memory kept;
 }  // namespace
 
-std::vector<Candidate> coarse_search(
-    const std::vector<CoarseSearchIn>& readings, const Scan& scan, const CoarseSearchParameters& parameters)
+/// What belongs to each reading for one scan.
+struct CoarseSearch::Prepared
 {
-	std::vector<Candidate> candidates;
-	const Prepared prepared(readings, scan, parameters);
-	if (prepared.quantized.front().exact.empty()) return candidates;
-	const Numbers numbers(readings);
-	thread_local std::vector<Pair> pairs;  // kept for the next query
-	find_pairs(prepared.to_search, numbers, parameters, pairs);
+	Prepared(const std::vector<CoarseSearchIn>& readings, const Scan& scan, const CoarseSearchParameters& parameters)
+	    : numbers(readings)
+	{
+		const auto steps_of = [](const RangeProfiles& profiles)
+		{ return std::pair(profiles.directions, profiles.max_range); };
+		for (const auto& [profiles, prior, spacing] : readings)
+		{
+			if (to_search.empty() || steps_of(profiles) != steps_of(to_search.back().profiles))
+				quantized.push_back(quantize(scan, profiles, parameters));
+			allowed.emplace_back(profiles, prior, scan, spacing);
+			to_search.push_back({profiles, quantized.back(), allowed.back()});
+		}
+	}
 
-	const auto beams = static_cast<double>(prepared.quantized.front().observed.size());
-	DistinctPoses distinct(2 * parameters.spacing, distinct_yaw(readings.front().profiles));
+	/// Returns the number of beams [-] that profiles are compared with.
+	double beams() const { return static_cast<double>(quantized.front().observed.size()); }
+
+	/// Returns by how much [step] the beams of a pair may cost more than those of the cheapest one.
+	std::uint32_t margin(const CoarseSearchParameters& limits) const
+	{
+		return static_cast<std::uint32_t>(limits.margin * std::sqrt(beams()));
+	}
+
+	Numbers numbers;
+	std::deque<QuantizedScan> quantized;     //!< once for readings in a row for which it is the same
+	std::deque<AllowedPairs> allowed;        //!< by reading
+	std::vector<ReadingToSearch> to_search;  //!< by reading
+};
+
+CoarseSearch::CoarseSearch(std::vector<CoarseSearchIn> readings, const Scan& scan, const CoarseSearchParameters& limits)
+    : limits_(limits),
+      readings_(std::move(readings)),
+      prepared_(std::make_unique<Prepared>(readings_, scan, limits)),
+      of_groups_(std::move(kept.of_groups)),
+      pairs_(std::move(kept.pairs))
+{
+	of_groups_.clear();
+	pairs_.clear();
+	if (!prepared_->quantized.front().exact.empty()) search_overviews(prepared_->to_search, limits_, of_groups_);
+}
+
+CoarseSearch::~CoarseSearch()
+{
+	kept = {std::move(of_groups_), std::move(pairs_)};
+}
+
+void CoarseSearch::compare_profiles(const CoarseSearchParameters& limits)
+{
+	const Prepared& prepared = *prepared_;
+	const auto from = of_groups_.begin() + static_cast<std::ptrdiff_t>(compared_);
+	const std::uint32_t limit = limit_of_overviews(prepared.to_search, limits, of_groups_);
+	const auto to = std::stable_partition(from, of_groups_.end(), [=](const Pair& pair) { return pair.cost < limit; });
+	compared_ = static_cast<std::size_t>(to - of_groups_.begin());
+
+	const std::uint32_t margin = prepared.margin(limits_);
+	const auto search = [&](std::size_t reading, const Pair* of_groups, std::size_t count)
+	{
+		const auto first = static_cast<std::int32_t>(prepared.numbers.positions[reading]);
+		search_profiles(prepared.to_search[reading], of_groups, count, first, margin, least_, pairs_);
+	};
+	if (readings_.size() == 1)
+		search(0, &*from, static_cast<std::size_t>(to - from));
+	else
+	{
+		std::vector<std::vector<Pair>> by_reading(readings_.size());  // with the numbers of groups of each
+		for (auto pair = from; pair != to; ++pair)
+		{
+			const std::size_t reading = Numbers::reading_of(prepared.numbers.groups, pair->position);
+			const auto first = static_cast<std::int32_t>(prepared.numbers.groups[reading]);
+			by_reading[reading].push_back({pair->position - first, pair->shift, pair->cost});
+		}
+		for (std::size_t i = 0; i < readings_.size(); i++) search(i, by_reading[i].data(), by_reading[i].size());
+	}
+	const auto costly = [most = least_ + margin](const Pair& pair) { return pair.cost > most; };
+	pairs_.erase(std::remove_if(pairs_.begin(), pairs_.end(), costly), pairs_.end());
+}
+
+std::vector<Candidate> CoarseSearch::candidates(const CoarseSearchParameters& limits)
+{
+	std::vector<Candidate> found;
+	if (of_groups_.empty()) return found;
+	compare_profiles(limits);
+	if (pairs_.empty()) return found;
+	const Prepared& prepared = *prepared_;
+	const std::uint32_t most = least_ + prepared.margin(limits);
+	DistinctPoses distinct(2 * limits.spacing, distinct_yaw(readings_.front().profiles));
 	cheapest_first(
-	    pairs,
+	    pairs_,
 	    [&](Pair pair)
 	    {
-		    const std::size_t reading = Numbers::reading_of(numbers.positions, pair.position);
-		    pair.position -= static_cast<std::int32_t>(numbers.positions[reading]);
-		    const mrpt::math::TPose2D pose = pose_of(readings[reading].profiles, pair);
+		    if (pair.cost > most) return false;
+		    const std::size_t reading = Numbers::reading_of(prepared.numbers.positions, pair.position);
+		    pair.position -= static_cast<std::int32_t>(prepared.numbers.positions[reading]);
+		    const mrpt::math::TPose2D pose = pose_of(readings_[reading].profiles, pair);
 		    if (!distinct.add(pose, reading)) return true;
-		    candidates.push_back({pose, static_cast<double>(pair.cost) / beams, reading});
-		    return candidates.size() < static_cast<std::size_t>(parameters.candidates);
+		    found.push_back({pose, static_cast<double>(pair.cost) / prepared.beams(), reading});
+		    return found.size() < static_cast<std::size_t>(limits.candidates);
 	    });
-	return candidates;
+	return found;
+}
+
+double CoarseSearch::margin(const CoarseSearchParameters& limits) const
+{
+	return prepared_->margin(limits) / prepared_->beams();
 }
 
 std::vector<Candidate> coarse_search(
     const RangeProfiles& profiles, const Scan& scan, const CoarseSearchParameters& parameters, const Prior& prior)
 {
-	return coarse_search({{profiles, prior, parameters.spacing}}, scan, parameters);
+	return CoarseSearch({{profiles, prior, parameters.spacing}}, scan, parameters).candidates(parameters);
 }
 }  // namespace d2s1r

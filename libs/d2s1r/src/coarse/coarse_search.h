@@ -5,6 +5,10 @@
 #include <d2s1r/scan.h>
 #include <mrpt/math/TPose2D.h>
 
+#include <memory>
+#include <vector>
+
+#include "coarse/coarse_pairs.h"
 #include "coarse/range_profiles.h"
 
 namespace d2s1r
@@ -15,6 +19,14 @@ struct Candidate
 	mrpt::math::TPose2D pose;  //!< sensor in map, m and rad
 	double cost = 0;           //!< [step] mean truncated difference of quantized ranges per beam, lower is better
 	std::size_t reading = 0;   //!< [-] number of the map, or of its reading, among those that were searched at once
+};
+
+/// A reading of one of several maps that are searched at once. It refers to its members.
+struct CoarseSearchIn
+{
+	const RangeProfiles& profiles;
+	const Prior& prior;
+	double spacing;  //!< [m] between its sample positions
 };
 
 /// Finds the poses of the sensor at which a scan may have been taken. It compares the scan with the profiles at all yaw
@@ -37,27 +49,49 @@ struct Candidate
 /// Against a search that compares a million pairs beam by beam, all this loses at most one scan in 500, cluttered or
 /// not: tests/experiments/RESULTS.md has the measurement.
 ///
-/// It is thread-safe: each thread keeps its scratch memory for its next query.
+/// Readings of several maps are searched as if they were one map, in about the time that one map of their size takes:
+/// all limits hold for the pairs and candidates of all of them together, so that most of them get few or none.
 ///
-/// \param prior says where the robot may be; the sensor is also searched for within a sample's spacing of that
-/// \return poses that are two spacings or three shifts apart, best first, at most parameters.candidates, and none whose
-///         beams cost more in total than those of the best one by parameters.margin times the square root of their
-///         number
-std::vector<Candidate> coarse_search(
-    const RangeProfiles& profiles, const Scan& scan, const CoarseSearchParameters& parameters, const Prior& prior = {});
-
-/// A reading of one of several maps that are searched at once. It refers to its members.
-struct CoarseSearchIn
+/// One search may be used by one thread at a time; each thread keeps the memory of its last one for the next.
+class CoarseSearch
 {
-	const RangeProfiles& profiles;
-	const Prior& prior;
-	double spacing;  //!< [m] between its sample positions
+   public:
+	/// Compares the overviews.
+	/// \param readings one or more; what they refer to must outlive the search. The sensor is also searched for within
+	///        a sample's spacing of what their priors allow to the robot
+	/// \param scan must outlive the search
+	/// \param limits of all that can be asked for
+	CoarseSearch(std::vector<CoarseSearchIn> readings, const Scan& scan, const CoarseSearchParameters& limits);
+	~CoarseSearch();
+	CoarseSearch(const CoarseSearch&) = delete;
+	CoarseSearch& operator=(const CoarseSearch&) = delete;
+
+	/// Compares those profiles that these limits admit and that have not been compared yet. A smaller search can so
+	/// come first, and costs a greater one nothing.
+	/// \param limits max_pairs, candidates and margin count here, at most those of the search
+	/// \return poses that are two spacings or three shifts apart, best first, at most limits.candidates, and none whose
+	///         beams cost more in total than those of the best one by limits.margin times the square root of their
+	///         number
+	std::vector<Candidate> candidates(const CoarseSearchParameters& limits);
+
+	/// Returns by how much [step], in the mean of the beams, a candidate within `limits` costs more than the best one.
+	double margin(const CoarseSearchParameters& limits) const;
+
+   private:
+	struct Prepared;
+
+	void compare_profiles(const CoarseSearchParameters& limits);
+
+	const CoarseSearchParameters limits_;
+	const std::vector<CoarseSearchIn> readings_;
+	const std::unique_ptr<const Prepared> prepared_;
+	std::vector<Pair> of_groups_;     //!< cheapest pairs of group and shift; those compared come first
+	std::size_t compared_ = 0;        //!< [-] pairs of group and shift whose profiles were compared
+	std::vector<Pair> pairs_;         //!< pairs of position and shift that were found
+	std::uint32_t least_ = 1U << 31;  //!< [step] cost of the cheapest of these
 };
 
-/// Searches readings of several maps as if they were one map, in about the time that one map of their size takes: all
-/// limits hold for the pairs and candidates of all of them together, so that most of them get few or none.
-/// \param readings one or more
-/// \return distinct poses, the best of all first
+/// Returns the candidates of a search through one reading with these limits.
 std::vector<Candidate> coarse_search(
-    const std::vector<CoarseSearchIn>& readings, const Scan& scan, const CoarseSearchParameters& parameters);
+    const RangeProfiles& profiles, const Scan& scan, const CoarseSearchParameters& parameters, const Prior& prior = {});
 }  // namespace d2s1r

@@ -25,8 +25,32 @@ struct Frame
 	Floats column, row;      //!< [cells] of the sensor, cell centres at whole numbers
 	Rotation heading;        //!< of the sensor
 	Floats cells_per_metre;  //!< [1 / m]
-	Floats range_offset;     //!< [m]
-	Floats kernel2;          //!< [m^2]
+
+	Frame(const DistanceField& field, const mrpt::math::TPose2D& sensor)
+	    : column(all(static_cast<float>((sensor.x - field.origin_x()) / field.cell_size() - 0.5))),
+	      row(all(static_cast<float>((sensor.y - field.origin_y()) / field.cell_size() - 0.5))),
+	      heading(sensor.phi),
+	      cells_per_metre(all(static_cast<float>(1 / field.cell_size())))
+	{
+	}
+};
+
+/// Ends of a vector of beams, seen from the sensor.
+struct Ends
+{
+	Floats dx, dy;  //!< [-] unit vectors of the beams, map frame
+	Floats rx, ry;  //!< [m] map frame
+
+	Ends(const Frame& frame, const BeamArrays& returns, std::size_t i, Floats range_offset)
+	{
+		const Floats ux = hn::LoadU(kFloats, returns.unit_x.data() + i);
+		const Floats uy = hn::LoadU(kFloats, returns.unit_y.data() + i);
+		const Floats range = hn::Add(hn::LoadU(kFloats, returns.range.data() + i), range_offset);
+		dx = frame.heading.x(ux, uy);
+		dy = frame.heading.y(ux, uy);
+		rx = hn::Mul(dx, range);
+		ry = hn::Mul(dy, range);
+	}
 };
 
 struct Distances
@@ -35,9 +59,31 @@ struct Distances
 	Mask inside;
 };
 
-/// Looks up the distance field at (column, row) [cells], as DistanceField::at() does.
-Distances look_up(const DistanceField& field, Floats column, Floats row)
+/// What the codes of a distance field stand for: see DistanceField::distance_of_code().
+struct Codes
 {
+	Floats of_code_0 = all(DistanceField::kCellsOfCode0), per_code = all(DistanceField::kCellsPerCode);  //!< [cells]
+	Floats tolerance;                                                                                    //!< [cells]
+
+	explicit Codes(const DistanceField& field)
+	    : tolerance(all(static_cast<float>(field.tolerance() / field.cell_size())))
+	{
+	}
+
+	/// Returns the distances [cells] of the codes in the lowest bytes.
+	Floats distance(Ints codes) const
+	{
+		const Floats code = hn::ConvertTo(kFloats, hn::And(codes, hn::Set(kInts, 0xFF)));
+		const Floats distance = hn::Max(hn::Sqrt(code), hn::Add(of_code_0, hn::Mul(per_code, code)));
+		return hn::Max(all(0), hn::Sub(distance, tolerance));
+	}
+};
+
+/// Looks up the distance field where beams end, as DistanceField::at() does.
+Distances look_up(const DistanceField& field, const Frame& frame, const Ends& ends)
+{
+	const Floats column = hn::Add(frame.column, hn::Mul(ends.rx, frame.cells_per_metre));
+	const Floats row = hn::Add(frame.row, hn::Mul(ends.ry, frame.cells_per_metre));
 	const auto last_column = all(static_cast<float>(field.width() - 1));
 	const auto last_row = all(static_cast<float>(field.height() - 1));
 	const Mask inside = hn::And(
@@ -46,21 +92,19 @@ Distances look_up(const DistanceField& field, Floats column, Floats row)
 	const Ints i = hn::ConvertTo(kInts, hn::IfThenElseZero(inside, column));
 	const Ints j = hn::ConvertTo(kInts, hn::IfThenElseZero(inside, row));
 	const Floats u = hn::Sub(column, hn::ConvertTo(kFloats, i)), v = hn::Sub(row, hn::ConvertTo(kFloats, j));
-	// A cell has two bytes: one word holds it and its right neighbour.
-	const Ints offset = hn::ShiftLeft<1>(hn::Add(hn::Mul(j, hn::Set(kInts, field.width())), i));
+	// A cell has one byte: the first two of a word are those of the cell and of its right neighbour.
+	const Ints offset = hn::Add(hn::Mul(j, hn::Set(kInts, field.width())), i);
 	const auto* lower_row = reinterpret_cast<const std::int32_t*>(field.cells());
 	const auto* upper_row = reinterpret_cast<const std::int32_t*>(field.cells() + field.width());
 	const Ints lower = hn::GatherOffset(kInts, lower_row, offset), upper = hn::GatherOffset(kInts, upper_row, offset);
-	const Ints low = hn::Set(kInts, 0xFFFF);
-	const Floats a = hn::ConvertTo(kFloats, hn::And(lower, low)), c = hn::ConvertTo(kFloats, hn::And(upper, low));
-	const Floats b = hn::ConvertTo(kFloats, hn::And(hn::ShiftRight<16>(lower), low));
-	const Floats d = hn::ConvertTo(kFloats, hn::And(hn::ShiftRight<16>(upper), low));
+	const Codes codes(field);
+	const Floats a = codes.distance(lower), b = codes.distance(hn::ShiftRight<8>(lower));
+	const Floats c = codes.distance(upper), d = codes.distance(hn::ShiftRight<8>(upper));
 	const Floats on_lower = hn::Add(a, hn::Mul(hn::Sub(b, a), u)), on_upper = hn::Add(c, hn::Mul(hn::Sub(d, c), u));
-	const Floats cells = all(1 / DistanceField::kUnitsPerCell);
-	const Floats metres = all(static_cast<float>(field.cell_size()) / DistanceField::kUnitsPerCell);
+	const Floats metres = all(static_cast<float>(field.cell_size()));
 	const Floats value = hn::Mul(hn::Add(on_lower, hn::Mul(hn::Sub(on_upper, on_lower), v)), metres);
 	const Floats along_x = sum_of_products(hn::Sub(b, a), hn::Sub(all(1), v), hn::Sub(d, c), v);
-	return {value, hn::Mul(along_x, cells), hn::Mul(hn::Sub(on_upper, on_lower), cells), inside};
+	return {value, along_x, hn::Sub(on_upper, on_lower), inside};
 }
 
 /// Sums up in eight lanes, whatever the length of a vector, so that every machine adds in the same order.
@@ -115,36 +159,36 @@ EndPointSums sum_of_target(
     const DistanceField& field, const BeamArrays& returns, const mrpt::math::TPose2D& sensor, double range_offset,
     double kernel)
 {
-	const double cells_per_metre = 1 / field.cell_size();
-	const Frame frame{
-	    all(static_cast<float>((sensor.x - field.origin_x()) * cells_per_metre - 0.5)),
-	    all(static_cast<float>((sensor.y - field.origin_y()) * cells_per_metre - 0.5)),
-	    Rotation(sensor.phi),
-	    all(static_cast<float>(cells_per_metre)),
-	    all(static_cast<float>(range_offset)),
-	    all(static_cast<float>(kernel * kernel))};
+	const Frame frame(field, sensor);
+	const Floats offset = all(static_cast<float>(range_offset)), kernel2 = all(static_cast<float>(kernel * kernel));
 	Accumulator sums;
 	const std::size_t lanes = hn::Lanes(kFloats);
 	for (std::size_t i = 0; i < returns.range.size(); i += lanes)
 	{
-		const Floats ux = hn::LoadU(kFloats, returns.unit_x.data() + i),
-		             uy = hn::LoadU(kFloats, returns.unit_y.data() + i);
-		const Floats range = hn::Add(hn::LoadU(kFloats, returns.range.data() + i), frame.range_offset);
-		const Floats dx = frame.heading.x(ux, uy), dy = frame.heading.y(ux, uy);
-		const Floats rx = hn::Mul(dx, range), ry = hn::Mul(dy, range);
-		const Distances at = look_up(
-		    field, hn::Add(frame.column, hn::Mul(rx, frame.cells_per_metre)),
-		    hn::Add(frame.row, hn::Mul(ry, frame.cells_per_metre)));
+		const Ends ends(frame, returns, i, offset);
+		const Distances at = look_up(field, frame, ends);
 		const Floats share =
-		    hn::IfThenElseZero(at.inside, hn::Div(frame.kernel2, hn::Add(frame.kernel2, hn::Mul(at.value, at.value))));
-		const Floats jp = hn::Sub(hn::Mul(at.gradient_y, rx), hn::Mul(at.gradient_x, ry));
-		const Floats jr = sum_of_products(at.gradient_x, dx, at.gradient_y, dy);
+		    hn::IfThenElseZero(at.inside, hn::Div(kernel2, hn::Add(kernel2, hn::Mul(at.value, at.value))));
+		const Floats jp = hn::Sub(hn::Mul(at.gradient_y, ends.rx), hn::Mul(at.gradient_x, ends.ry));
+		const Floats jr = sum_of_products(at.gradient_x, ends.dx, at.gradient_y, ends.dy);
 		const auto valid = [&](Floats value) { return hn::IfThenElseZero(at.inside, value); };
 		sums.add(
 		    i / lanes % (kSimdFloats / lanes), valid(at.gradient_x), valid(at.gradient_y), valid(jp), valid(jr),
 		    valid(at.value), share);
 	}
 	return sums.result();
+}
+
+void distances_of_target(
+    const DistanceField& field, const BeamArrays& returns, const mrpt::math::TPose2D& sensor, float* distances)
+{
+	const Frame frame(field, sensor);
+	const Floats beyond = all(DistanceField::kReachCells * static_cast<float>(field.cell_size()));
+	for (std::size_t i = 0; i < returns.range.size(); i += hn::Lanes(kFloats))
+	{
+		const Distances at = look_up(field, frame, Ends(frame, returns, i, all(0)));
+		hn::StoreU(hn::IfThenElse(at.inside, at.value, beyond), kFloats, distances + i);
+	}
 }
 }  // namespace HWY_NAMESPACE
 }  // namespace d2s1r
@@ -154,12 +198,21 @@ HWY_AFTER_NAMESPACE();
 namespace d2s1r
 {
 HWY_EXPORT(sum_of_target);
+HWY_EXPORT(distances_of_target);
 
 EndPointSums sum_end_points(
     const DistanceField& field, const BeamArrays& returns, const mrpt::math::TPose2D& sensor, double range_offset,
     double kernel)
 {
 	return HWY_DYNAMIC_DISPATCH(sum_of_target)(field, returns, sensor, range_offset, kernel);
+}
+
+void distances_of_ends(
+    const DistanceField& field, const BeamArrays& returns, const mrpt::math::TPose2D& sensor,
+    std::vector<float>& distances)
+{
+	distances.resize(returns.range.size());
+	HWY_DYNAMIC_DISPATCH(distances_of_target)(field, returns, sensor, distances.data());
 }
 }  // namespace d2s1r
 #endif  // HWY_ONCE

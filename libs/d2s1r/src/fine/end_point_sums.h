@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <vector>
 
 #include "ranges/distance_field.h"
 #include "scan/beam_subset.h"
@@ -24,4 +25,11 @@ struct EndPointSums
 EndPointSums sum_end_points(
     const DistanceField& field, const BeamArrays& returns, const mrpt::math::TPose2D& sensor, double range_offset,
     double kernel);
+
+/// Finds how far from the walls beams end, as DistanceField::at() does. Every kind of SIMD gives the same bits.
+/// \param sensor in map, m and rad
+/// \param distances [m] by beam, padded as BeamArrays are
+void distances_of_ends(
+    const DistanceField& field, const BeamArrays& returns, const mrpt::math::TPose2D& sensor,
+    std::vector<float>& distances);
 }  // namespace d2s1r

@@ -6,7 +6,9 @@
 #include <algorithm>
 #include <cmath>
 #include <initializer_list>
-#include <utility>
+#include <vector>
+
+#include "fine/end_point_sums.h"
 
 namespace d2s1r
 {
@@ -115,15 +117,6 @@ double of_no_returns(
 		if (traced.walls[i] > kWholeCell) sum += model.no_return_at_wall;
 	return beams.spacing / kModelBeam * sum;
 }
-
-/// Returns where a return ends [m, map frame]; `c` and `s` are the cosine and sine of the sensor's yaw.
-std::pair<double, double> end_of(
-    const BeamArrays& returns, std::size_t i, const mrpt::math::TPose2D& sensor, float c, float s)
-{
-	const float x = (c * returns.unit_x[i] - s * returns.unit_y[i]) * returns.range[i];
-	const float y = (s * returns.unit_x[i] + c * returns.unit_y[i]) * returns.range[i];
-	return {sensor.x + static_cast<double>(x), sensor.y + static_cast<double>(y)};
-}
 }  // namespace
 
 Score score(
@@ -131,17 +124,15 @@ Score score(
     const BeamModel& model)
 {
 	thread_local TracedBeams traced;
-	const BeamArrays& returns = beams.returns;
-	tracer.trace(returns, sensor, traced);
+	thread_local std::vector<float> to_wall;
+	tracer.trace(beams.returns, sensor, traced);
+	distances_of_ends(field, beams.returns, sensor, to_wall);
 	Sum sum(model, beams.spacing / kModelBeam);
-	const auto c = static_cast<float>(std::cos(sensor.phi)), s = static_cast<float>(std::sin(sensor.phi));
 	for (std::size_t i = 0; i < beams.log_range.size(); i++)
 	{
-		const auto [x, y] = end_of(returns, i, sensor, c, s);
-		const Distance to_wall = field.at(x, y);
 		if (beams.starts_run[i] != 0) sum.end_run();
 		sum.add(
-		    classify_end(to_wall.value, static_cast<Cell>(traced.end[i]), model), traced.walls[i], traced.unknown[i],
+		    classify_end(to_wall[i], static_cast<Cell>(traced.end[i]), model), traced.walls[i], traced.unknown[i],
 		    beams.log_range[i], beams.depth_edge[i] != 0, beams.starts_segment[i] != 0);
 	}
 	Score score = sum.result();
@@ -182,15 +173,15 @@ double log_likelihood_bound(
 	const double most_by_run = gain(model.off_wall_run);
 	const double model_beams = beams.spacing / kModelBeam;
 	thread_local TracedBeams ends;
+	thread_local std::vector<float> to_wall;
 	tracer.locate_ends(beams.returns, sensor, ends);
+	distances_of_ends(field, beams.returns, sensor, to_wall);
 	const auto no_returns = static_cast<double>(beams.count - beams.log_range.size());
 	double sum = model_beams * no_returns * gain(model.no_return_at_wall);
 	bool was_on_wall = false;
-	const auto c = static_cast<float>(std::cos(sensor.phi)), s = static_cast<float>(std::sin(sensor.phi));
 	for (std::size_t i = 0; i < beams.log_range.size(); i++)
 	{
-		const auto [x, y] = end_of(beams.returns, i, sensor, c, s);
-		const BeamEnd at_end = classify_end(field.at(x, y).value, static_cast<Cell>(ends.end[i]), model);
+		const BeamEnd at_end = classify_end(to_wall[i], static_cast<Cell>(ends.end[i]), model);
 		const bool on_wall = at_end.end == End::kWall;
 		const float log_range = beams.log_range[i];
 		const double by_range = on_wall ? model.log_range * static_cast<double>(log_range) : 0;

@@ -16,14 +16,14 @@ std::vector<CellIndex> find_free_cells(const Grid& grid, const FreeCellParameter
 std::vector<CellIndex> find_sensor_cells(const Grid& grid, const FreeCellParameters& parameters);
 
 /// Returns the distance [cells] of every cell of `grid`, and of a rim of `rim` cells about it, to the nearest occupied
-/// cell of its column, at most `most`; row-major.
+/// cell of its column, at most `most`; row-major. The vector has room for `more` values after these.
 /// \param most below the greatest T
 template <class T>
-std::vector<T> distances_in_columns(const Grid& grid, int rim, T most)
+std::vector<T> distances_in_columns(const Grid& grid, int rim, T most, std::size_t more = 0)
 {
 	const auto width = static_cast<std::size_t>(grid.width + 2 * rim);
 	const auto height = static_cast<std::size_t>(grid.height + 2 * rim);
-	std::vector<T> distances(width * height, most);
+	std::vector<T> distances(width * height + more, most);
 	for (int y = 0; y < grid.height; y++)
 	{
 		T* const row = distances.data() + static_cast<std::size_t>(y + rim) * width + rim;

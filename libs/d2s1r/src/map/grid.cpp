@@ -78,7 +78,7 @@ Grid make_grid(const mrpt::maps::COccupancyGridMap2D& map, const GridParameters&
 	return grid;
 }
 
-Grid with_wall_surfaces_only(const Grid& grid)
+Grid with_wall_surfaces_only(Grid grid)
 {
 	constexpr double kDepth = 0.1;  // [m]
 	const int depth = std::max(1, static_cast<int>(std::lround(kDepth / grid.cell_size)));
@@ -91,7 +91,6 @@ Grid with_wall_surfaces_only(const Grid& grid)
 				std::uint8_t& near = by_row[static_cast<std::size_t>(grid.index(x, y))];
 				near = static_cast<std::uint8_t>(near | (grid.at(x + step, y) != Cell::kOccupied ? 1 : 0));
 			}
-	Grid surfaces = grid;
 	const auto width = static_cast<std::size_t>(grid.width);
 	std::vector<std::uint8_t> near(width);
 	for (int y = 0; y < grid.height; y++)
@@ -102,10 +101,10 @@ Grid with_wall_surfaces_only(const Grid& grid)
 			const std::uint8_t* from = by_row.data() + static_cast<std::size_t>(v) * width;
 			for (std::size_t x = 0; x < width; x++) near[x] = static_cast<std::uint8_t>(near[x] | from[x]);
 		}
-		Cell* const row = surfaces.cells.data() + static_cast<std::size_t>(y) * width;
+		Cell* const row = grid.cells.data() + static_cast<std::size_t>(y) * width;
 		for (std::size_t x = 0; x < width; x++)
 			if (row[x] == Cell::kOccupied && near[x] == 0) row[x] = Cell::kUnknown;
 	}
-	return surfaces;
+	return grid;
 }
 }  // namespace d2s1r

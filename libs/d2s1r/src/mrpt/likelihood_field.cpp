@@ -44,11 +44,11 @@ LikelihoodField::LikelihoodField(const Grid& grid, const DistanceField& field, c
 	const auto cell_at = [&, rim = (width_ - grid.width) / 2](int x, int y)
 	{ return grid.contains(x - rim, y - rim) ? grid.at(x - rim, y - rim) : Cell::kUnknown; };
 	log_table_.reserve(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_));
-	const double unit = cell_size_ / static_cast<double>(DistanceField::kUnitsPerCell);  // [m]
 	for (int y = 0; y < height_; y++)
 		for (int x = 0; x < width_; x++)
 		{
-			const double distance = unit * field.cells()[log_table_.size()];
+			const std::uint8_t code = field.cells()[log_table_.size()];
+			const double distance = cell_size_ * static_cast<double>(DistanceField::distance_of_code(code));
 			const double hit = std::exp(-0.5 * distance * distance / (parameters.sigma * parameters.sigma));
 			const double known = parameters.random_share + (1 - parameters.random_share) * hit;
 			const double least = cell_at(x, y) == Cell::kUnknown ? parameters.unknown_share : 0.0;

@@ -11,7 +11,6 @@
 #include <hwy/highway.h>
 
 #include "ranges/ray_axis-inl.h"
-#include "ranges/skip_distances.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace d2s1r
@@ -23,7 +22,7 @@ namespace
 /// Returns which lanes hold a cell of this class.
 HWY_INLINE Mask is_class(Ints packed, Cell cell)
 {
-	const Ints classes = hn::And(packed, hn::Set(kInts, (1 << BeamTracer::kClassBits) - 1));
+	const Ints classes = hn::And(packed, hn::Set(kInts, (1 << SkipMap::kClassBits) - 1));
 	return hn::MaskFromVec(
 	    hn::BitCast(kFloats, hn::VecFromMask(kInts, hn::Eq(classes, hn::Set(kInts, static_cast<int>(cell))))));
 }
@@ -44,7 +43,7 @@ struct Beams
 	HWY_INLINE void advance(const Map& map)
 	{
 		const Ints packed = map.bytes_at(u.cell, v.cell);
-		const Floats skip = hn::ConvertTo(kFloats, hn::ShiftRight<BeamTracer::kClassBits>(packed));
+		const Floats skip = hn::ConvertTo(kFloats, hn::ShiftRight<SkipMap::kClassBits>(packed));
 		const Mask outside = hn::Eq(skip, all(0)), at_wall = is_class(packed, Cell::kOccupied);
 		const Mask counts = hn::And(moving, hn::AndNot(at_wall, hn::Lt(length, passed_before)));
 		walls = hn::IfThenElse(counts, hn::Add(walls, hn::Min(in_wall, all(1))), walls);
@@ -73,12 +72,12 @@ HWY_INLINE void follow(const Map& map, Beams& a, Beams& b)
 /// \param start_u, start_v [cells] position of the sensor from the corner of the margin; it is within the grid
 /// \param heading [rad] of the sensor
 void trace_of_target(
-    const PackedCells& cells, double start_u, double start_v, double heading, const BeamArrays& beams, bool only_ends,
+    const SkipMap& cells, double start_u, double start_v, double heading, const BeamArrays& beams, bool only_ends,
     TracedBeams& traced)
 {
 	constexpr double kAtWall = 0.15;  // [m] a beam that ends so little behind a wall ended at it
 	const int column = static_cast<int>(start_u), row = static_cast<int>(start_v);
-	const Map map(cells.cells, cells.width, cells.height, column, row);
+	const Map map(cells, column, row);
 	const Rotation rotation(heading);
 	const Floats cell_size = all(static_cast<float>(cells.cell_size));
 	const Floats near_end = all(static_cast<float>(kAtWall / cells.cell_size));
@@ -103,7 +102,7 @@ void trace_of_target(
 		const Floats end_v = hn::Floor(hn::Add(followed.v.start, hn::Mul(followed.dy, followed.end)));
 		const Floats in_u = hn::Min(hn::Max(end_u, map.first_u), map.last_u);
 		const Floats in_v = hn::Min(hn::Max(end_v, map.first_v), map.last_v);
-		const Ints classes = hn::And(map.bytes_at(in_u, in_v), hn::Set(kInts, (1 << BeamTracer::kClassBits) - 1));
+		const Ints classes = hn::And(map.bytes_at(in_u, in_v), hn::Set(kInts, (1 << SkipMap::kClassBits) - 1));
 		const Ints occupied = hn::And(classes, hn::Set(kInts, static_cast<int>(Cell::kOccupied)));
 		hn::StoreU(hn::AndNot(hn::ShiftLeft<1>(occupied), classes), kInts, traced.end.data() + i);
 	};
@@ -126,39 +125,6 @@ namespace d2s1r
 {
 HWY_EXPORT(trace_of_target);
 
-namespace
-{
-constexpr int kMostSkipped = 63;           //!< [cells] that fit in six bits
-constexpr std::uint8_t kFurniture = 0b11;  //!< class of occupied cells of furniture: Cell::kOccupied and one more bit
-}  // namespace
-
-BeamTracer::BeamTracer(const Grid& grid, const std::vector<CellIndex>& furniture)
-    : width_(grid.width + 2),
-      height_(grid.height + 2),
-      cell_size_(grid.cell_size),
-      origin_x_(grid.origin_x - grid.cell_size),
-      origin_y_(grid.origin_y - grid.cell_size)
-{
-	std::vector<std::uint8_t> classes(
-	    static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_),
-	    static_cast<std::uint8_t>(Cell::kUnknown));
-	auto from = grid.cells.begin();
-	for (int row = 1; row + 1 < height_; row++)
-	{
-		auto to = classes.begin() + static_cast<std::ptrdiff_t>(row) * width_ + 1;
-		for (int column = 0; column < grid.width; column++) *to++ = static_cast<std::uint8_t>(*from++);
-	}
-	for (const CellIndex cell : furniture)
-	{
-		std::uint8_t& at = classes[static_cast<std::size_t>((cell / grid.width + 1) * width_ + cell % grid.width + 1)];
-		if (at == static_cast<std::uint8_t>(Cell::kOccupied)) at = kFurniture;
-	}
-	std::vector<std::uint8_t> cells = skip_distances(classes, width_, kMostSkipped);
-	for (std::size_t cell = 0; cell < classes.size(); cell++)
-		cells[cell] = static_cast<std::uint8_t>((cells[cell] << kClassBits) | classes[cell]);
-	cells_ = std::move(cells);
-}
-
 void BeamTracer::trace(const BeamArrays& beams, const mrpt::math::TPose2D& sensor, TracedBeams& traced) const
 {
 	trace(beams, sensor, false, traced);
@@ -176,11 +142,10 @@ void BeamTracer::trace(
 	traced.walls.resize(count);
 	traced.unknown.resize(count);
 	traced.end.resize(count);
-	const double u = (sensor.x - origin_x_) / cell_size_, v = (sensor.y - origin_y_) / cell_size_;
-	if (u >= 1 && v >= 1 && u < width_ - 1 && v < height_ - 1)
+	const double u = (sensor.x - map_.origin_x) / map_.cell_size, v = (sensor.y - map_.origin_y) / map_.cell_size;
+	if (u >= 1 && v >= 1 && u < map_.width - 1 && v < map_.height - 1)
 	{
-		HWY_DYNAMIC_DISPATCH(trace_of_target)
-		({cells_.data(), width_, height_, cell_size_}, u, v, sensor.phi, beams, only_ends, traced);
+		HWY_DYNAMIC_DISPATCH(trace_of_target)(map_, u, v, sensor.phi, beams, only_ends, traced);
 		return;
 	}
 	for (std::size_t i = 0; i < count; i++)

@@ -3,7 +3,10 @@
 
 #include <d2s1r/grid.h>
 
-#include "base/array.h"
+#include <utility>
+#include <vector>
+
+#include "ranges/skip_distances.h"
 #include "scan/beam_subset.h"
 
 namespace d2s1r
@@ -21,22 +24,20 @@ struct TracedBeams
 	std::vector<std::int32_t> end;
 };
 
-/// The cells of a BeamTracer, as its kernel sees them.
-struct PackedCells
-{
-	const std::uint8_t* cells;
-	int width, height;  //!< [cells] with the margin
-	double cell_size;   //!< [m]
-};
-
 /// Follows beams through walls, free and unknown space, many at a time; squares of one class are crossed in one step.
 /// It needs one byte per cell of the grid. Const and thread-safe.
 class BeamTracer
 {
    public:
-	/// Prepares the cells of `grid`. \param furniture cells that are no wall where they are occupied: see
+	/// Follows beams through the cells of `map`.
+	explicit BeamTracer(SkipMap map) : map_(std::move(map)) {}
+
+	/// Follows beams through the cells of `grid`. \param furniture cells that are no wall where they are occupied: see
 	/// find_furniture()
-	explicit BeamTracer(const Grid& grid, const std::vector<CellIndex>& furniture = {});
+	explicit BeamTracer(const Grid& grid, const std::vector<CellIndex>& furniture = {})
+	    : BeamTracer(make_skip_map(grid, furniture))
+	{
+	}
 
 	/// Makes an empty one, for fields() to read into.
 	BeamTracer() = default;
@@ -47,28 +48,19 @@ class BeamTracer
 	/// Finds only where the beams end, as if they passed nothing. This is much faster, because no beam is followed.
 	void locate_ends(const BeamArrays& beams, const mrpt::math::TPose2D& sensor, TracedBeams& traced) const;
 
-	static constexpr int kClassBits = 2;  //!< [bit] of a cell that hold its class
+	/// Returns the cells that beams are followed through.
+	const SkipMap& map() const { return map_; }
 
 	/// Lists what an index file holds of the tracer.
 	template <class Self, class File>
 	static void fields(Self& self, File& file)
 	{
-		file(self.width_);
-		file(self.height_);
-		file(self.cell_size_);
-		file(self.origin_x_);
-		file(self.origin_y_);
-		file(self.cells_);
+		SkipMap::fields(self.map_, file);
 	}
 
    private:
 	void trace(const BeamArrays& beams, const mrpt::math::TPose2D& sensor, bool only_ends, TracedBeams& traced) const;
 
-	int width_ = 0, height_ = 0;                          //!< [cells] of the grid and a margin of one cell around it
-	double cell_size_ = 0, origin_x_ = 0, origin_y_ = 0;  //!< [m] map frame
-	/// By cell, its class in the two low bits. Above them is its skip distance: the Chebyshev distance [cells] to the
-	/// nearest cell of another class, at most 63, or 0 in the margin. A few bytes follow, because cells are gathered as
-	/// words of four bytes.
-	Array<std::uint8_t> cells_;
+	SkipMap map_;
 };
 }  // namespace d2s1r

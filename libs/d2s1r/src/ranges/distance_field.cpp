@@ -6,13 +6,23 @@
 #include <stdexcept>
 
 #include "map/free_cells.h"
+#include "ranges/skip_distances.h"
 
 namespace d2s1r
 {
 namespace
 {
-constexpr double kMostFieldCells = 1U << 30U;  //!< offsets of two bytes per cell have 31 bits
+constexpr double kMostFieldCells = 0x7FFFFFFF;  //!< offsets of cells have 31 bits
 constexpr int kReach = static_cast<int>(DistanceField::kReachCells);
+
+/// Returns the code of a squared distance [cells^2].
+std::uint8_t code_of(int square)
+{
+	constexpr int kExact = DistanceField::kExactCodes;
+	if (square <= kExact) return static_cast<std::uint8_t>(square);
+	const float above = std::sqrt(static_cast<float>(square)) - DistanceField::kExactCells;
+	return static_cast<std::uint8_t>(std::min(255L, kExact + std::lround(above / DistanceField::kCellsPerCode)));
+}
 
 /// Lower envelope of the parabolas (x - j)^2 + column[j]^2 over a row.
 class RowTransform
@@ -23,7 +33,8 @@ class RowTransform
 	}
 
 	/// \param column distances of a row's cells along their columns [cells]
-	void operator()(const std::uint8_t* column, std::uint16_t* out)
+	/// \param out room for the codes of their distances
+	void operator()(const std::uint8_t* column, std::uint8_t* out)
 	{
 		const int width = static_cast<int>(apex_.size());
 		const auto height = [&](int j) { return static_cast<float>(column[j] * column[j]); };
@@ -44,19 +55,14 @@ class RowTransform
 			apex_[static_cast<std::size_t>(last)] = j;
 			start_[static_cast<std::size_t>(last)] = start;
 		}
-		std::fill(out, out + width, static_cast<std::uint16_t>(kReach * DistanceField::kUnitsPerCell - 1));
+		std::fill_n(out, apex_.size(), code_of(kReach * kReach));
 		for (int k = 0; k <= last; k++)
 		{
 			const int j = apex_[static_cast<std::size_t>(k)];
 			const float end = k < last ? start_[static_cast<std::size_t>(k + 1)] : static_cast<float>(width);
 			const int x0 = std::max({0, j - kReach, static_cast<int>(std::ceil(start_[static_cast<std::size_t>(k)]))});
 			const int x1 = std::min({width - 1, j + kReach, static_cast<int>(std::floor(end))});
-			for (int x = x0; x <= x1; x++)
-			{
-				const float distance = std::sqrt(static_cast<float>((x - j) * (x - j)) + height(j));
-				out[x] = static_cast<std::uint16_t>(
-				    std::min(distance, DistanceField::kReachCells - 0.001F) * DistanceField::kUnitsPerCell);
-			}
+			for (int x = x0; x <= x1; x++) out[x] = code_of((x - j) * (x - j) + column[j] * column[j]);
 		}
 	}
 
@@ -77,17 +83,15 @@ DistanceField::DistanceField(const Grid& grid, double tolerance)
 	if (static_cast<double>(width_) * height_ > kMostFieldCells)
 		throw std::invalid_argument("the map has more cells than can be searched; use larger cells or a smaller map");
 	// with the rim: walls at the edge act outwards, too
-	const auto columns = distances_in_columns(grid, kReach, std::uint8_t{kReach});
-	std::vector<std::uint16_t> cells(columns.size());
+	auto cells = distances_in_columns(grid, kReach, std::uint8_t{kReach}, kGatherOverrun);
 	RowTransform transform(width_);
+	std::vector<std::uint8_t> columns(static_cast<std::size_t>(width_));
 	for (int y = 0; y < height_; y++)
 	{
-		const auto row = static_cast<std::size_t>(y) * static_cast<std::size_t>(width_);
-		transform(columns.data() + row, cells.data() + row);
+		std::uint8_t* const row = cells.data() + static_cast<std::size_t>(y) * columns.size();
+		std::copy_n(row, columns.size(), columns.begin());
+		transform(columns.data(), row);
 	}
-	const auto nearer = static_cast<int>(tolerance / cell_size_ * static_cast<double>(kUnitsPerCell));
-	if (nearer > 0)
-		for (std::uint16_t& cell : cells) cell = static_cast<std::uint16_t>(std::max(0, cell - nearer));
 	cells_ = std::move(cells);
 }
 }  // namespace d2s1r

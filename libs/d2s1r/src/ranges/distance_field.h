@@ -3,6 +3,10 @@
 
 #include <d2s1r/grid.h>
 
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
 #include "base/array.h"
 
 namespace d2s1r
@@ -16,19 +20,21 @@ struct Distance
 };
 
 /// Holds the Euclidean distance to the nearest occupied cell, bilinear between the centres of cells, also a little way
-/// out of the grid, whose edge the outer walls of a building are. It needs two bytes per cell of the grid. The
-/// transform is that of Felzenszwalb and Huttenlocher, "Distance Transforms of Sampled Functions", 2012. Const and
-/// thread-safe.
+/// out of the grid, whose edge the outer walls of a building are. It needs one byte per cell of the grid, which codes the
+/// distance: exactly up to ten cells, to 0.07 cells beyond. The transform is that of Felzenszwalb and Huttenlocher, "Distance Transforms of Sampled Functions", 2012. Const and thread-safe.
 class DistanceField
 {
    public:
-	static constexpr float kUnitsPerCell = 1024;  //!< [-] in which distances are stored
-	static constexpr float kReachCells = 32;      //!< [cells] beyond, the distance is cut off
+	static constexpr float kReachCells = 32;  //!< [cells] beyond, the distance is cut off
+	static constexpr float kExactCells = 10;  //!< [cells] codes up to the square of this are squares of distances
+	static constexpr int kExactCodes = 100;
+	/// [cells] between two codes above, of which 255 is that of the reach
+	static constexpr float kCellsPerCode = (kReachCells - kExactCells) / (255 - kExactCodes);
 
 	/// Computes the distances of `grid`.
 	/// \param tolerance [m] how far from the centres of occupied cells the walls may be: distances are counted from
 	///        there on
-	/// \throws std::invalid_argument if there are more than 2^30 cells
+	/// \throws std::invalid_argument if there are 2^31 cells or more
 	explicit DistanceField(const Grid& grid, double tolerance = 0);
 
 	/// Makes an empty one, for fields() to read into.
@@ -43,7 +49,15 @@ class DistanceField
 	double origin_y() const { return origin_y_; }    //!< [m]
 	int width() const { return width_; }             //!< [cells]
 	int height() const { return height_; }           //!< [cells]
-	const std::uint16_t* cells() const { return cells_.data(); }  //!< [cell_size / kUnitsPerCell] row-major
+	/// Codes of the distances, row-major, and kGatherOverrun bytes after the last; see distance_of_code().
+	const std::uint8_t* cells() const { return cells_.data(); }
+
+	/// Returns the distance [cells] that a code stands for; the tolerance is not subtracted from it.
+	static float distance_of_code(std::uint8_t code)
+	{
+		const float number = code;
+		return std::max(std::sqrt(number), kCellsOfCode0 + kCellsPerCode * number);
+	}
 
 	/// Lists what an index file holds of the field.
 	template <class Self, class File>
@@ -58,12 +72,15 @@ class DistanceField
 		file(self.cells_);
 	}
 
+	static constexpr float kCellsOfCode0 = kExactCells - kCellsPerCode * kExactCodes;  //!< [cells] by the linear part
+
    private:
 	int width_ = 0, height_ = 0;                          //!< [cells] of the grid and a rim about it
 	double cell_size_ = 0, origin_x_ = 0, origin_y_ = 0;  //!< [m] map frame
 	double tolerance_ = 0;                                //!< [m]
-	Array<std::uint16_t> cells_;                          //!< [cell_size / kUnitsPerCell] row-major
+	Array<std::uint8_t> cells_;                           //!< see cells()
 };
+
 inline Distance DistanceField::at(double x, double y) const
 {
 	const auto column = static_cast<float>((x - origin_x_) / cell_size_ - 0.5);
@@ -73,12 +90,12 @@ inline Distance DistanceField::at(double x, double y) const
 		return {kReachCells * cell_size, 0, 0};
 	const int i = static_cast<int>(column), j = static_cast<int>(row);
 	const float u = column - static_cast<float>(i), v = row - static_cast<float>(j);
-	const std::uint16_t* corner = cells_.data() + static_cast<std::size_t>(j) * static_cast<std::size_t>(width_) + i;
-	const float a = corner[0], b = corner[1], c = corner[width_], d = corner[width_ + 1];
+	const std::uint8_t* corner = cells_.data() + static_cast<std::size_t>(j) * static_cast<std::size_t>(width_) + i;
+	const auto tolerance = static_cast<float>(tolerance_ / cell_size_);
+	const auto distance = [=](std::uint8_t code) { return std::max(0.0F, distance_of_code(code) - tolerance); };
+	const float a = distance(corner[0]), b = distance(corner[1]);
+	const float c = distance(corner[width_]), d = distance(corner[width_ + 1]);
 	const float lower = a + (b - a) * u, upper = c + (d - c) * u;
-	constexpr float kCells = 1 / kUnitsPerCell;
-	return {
-	    (lower + (upper - lower) * v) * kCells * cell_size, ((b - a) * (1 - v) + (d - c) * v) * kCells,
-	    (upper - lower) * kCells};
+	return {(lower + (upper - lower) * v) * cell_size, (b - a) * (1 - v) + (d - c) * v, upper - lower};
 }
 }  // namespace d2s1r

@@ -20,20 +20,20 @@ namespace HWY_NAMESPACE
 {
 namespace
 {
-/// A map of one byte per cell, with a margin. Cells are counted from the cell where rays start.
+/// A SkipMap whose cells are counted from the cell where rays start.
 struct Map
 {
 	const std::uint8_t* start;
 	int width;                                //!< [cells] with the margin
 	Floats first_u, last_u, first_v, last_v;  //!< [cells] columns and rows of the margin
 
-	Map(const std::uint8_t* cells, int width_, int height, int column, int row)
-	    : start(cells + static_cast<std::ptrdiff_t>(row) * width_ + column),
-	      width(width_),
+	Map(const SkipMap& map, int column, int row)
+	    : start(map.cells.data() + map.index(column, row)),
+	      width(map.width),
 	      first_u(all(static_cast<float>(-column))),
-	      last_u(all(static_cast<float>(width_ - 1 - column))),
+	      last_u(all(static_cast<float>(map.width - 1 - column))),
 	      first_v(all(static_cast<float>(-row))),
-	      last_v(all(static_cast<float>(height - 1 - row)))
+	      last_v(all(static_cast<float>(map.height - 1 - row)))
 	{
 	}
 	/// Returns the bytes of cells (u, v). It reads kGatherOverrun bytes after the last cell, too.

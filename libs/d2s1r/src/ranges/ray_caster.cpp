@@ -21,10 +21,12 @@ namespace HWY_NAMESPACE
 {
 namespace
 {
-/// Returns the skip distances of the cells that the rays are in.
+/// Returns how far the rays may go from the cells that they are in: 0 in walls and in the margin.
 HWY_INLINE Floats skip_at(const Map& map, const Axis& u, const Axis& v)
 {
-	return hn::ConvertTo(kFloats, map.bytes_at(u.cell, v.cell));
+	const Ints packed = map.bytes_at(u.cell, v.cell);
+	const auto is_open = hn::Eq(hn::And(packed, hn::Set(kInts, SkipMap::kOccupied)), hn::Zero(kInts));
+	return hn::ConvertTo(kFloats, hn::IfThenElseZero(is_open, hn::ShiftRight<SkipMap::kClassBits>(packed)));
 }
 
 /// Returns which rays are in the margin.
@@ -36,11 +38,11 @@ HWY_INLINE Mask is_in_margin(const Map& map, const Axis& u, const Axis& v)
 }
 }  // namespace
 
-void follow(const SkipMap& skips, double x, double y, float limit, const RayDirections& rays, float* lengths)
+void follow(const SkipMap& cells, double x, double y, float limit, const RayDirections& rays, float* lengths)
 {
 	const int column = static_cast<int>(std::floor(x)), row = static_cast<int>(std::floor(y));
 	const auto fraction_x = static_cast<float>(x - column), fraction_y = static_cast<float>(y - row);
-	const Map map(skips.cells.data(), skips.width, skips.height, column, row);
+	const Map map(cells, column, row);
 	for (std::size_t i = 0; i < rays.dx.size(); i += hn::Lanes(kFloats))
 	{
 		Axis u(fraction_x, hn::LoadU(kFloats, rays.dx.data() + i));
@@ -83,22 +85,11 @@ RayDirections full_circle(int directions)
 	return rays;
 }
 
-constexpr int kMostSkipped = 255;  //!< [cells] that fit in a byte
-
-SkipMap make_skip_map(const Grid& grid)
+/// Returns how far a ray may go from a cell: 0 in walls and in the margin.
+int skip_at(const SkipMap& map, int column, int row)
 {
-	SkipMap map{grid.width + 2, grid.height + 2, {}};
-	std::vector<std::uint8_t> is_open(map.index(0, map.height));
-	for (int y = 0; y < grid.height; y++)
-		for (int x = 0; x < grid.width; x++)
-		{
-			is_open[map.index(x + 1, y + 1)] = grid.at(x, y) == Cell::kOccupied ? 0 : 1;
-		}
-	std::vector<std::uint8_t> cells = skip_distances(is_open, map.width, kMostSkipped);
-	for (std::size_t cell = 0; cell < is_open.size(); cell++)
-		if (is_open[cell] == 0) cells[cell] = 0;
-	map.cells = std::move(cells);
-	return map;
+	const int packed = map.cells[map.index(column, row)];
+	return (packed & SkipMap::kOccupied) != 0 ? 0 : packed >> SkipMap::kClassBits;
 }
 
 /// Returns whether a position can be counted in cells by whole numbers; a NaN cannot.
@@ -162,15 +153,6 @@ void follow_rays(
 }
 }  // namespace
 
-RayCaster::RayCaster(const Grid& grid, double max_range)
-    : cell_size_(grid.cell_size),
-      origin_x_(grid.origin_x),
-      origin_y_(grid.origin_y),
-      max_range_(max_range),
-      skips_(make_skip_map(grid))
-{
-}
-
 std::vector<float> RayCaster::scan(double x, double y, int directions) const
 {
 	std::vector<float> ranges;
@@ -182,15 +164,15 @@ void RayCaster::scan(double x, double y, int directions, std::vector<float>& ran
 {
 	thread_local RayDirections rays;
 	if (rays.size != static_cast<std::size_t>(directions)) rays = full_circle(directions);
-	const double column = (x - origin_x_) / cell_size_ + 1, row = (y - origin_y_) / cell_size_ + 1;
+	const double column = (x - map_.origin_x) / map_.cell_size, row = (y - map_.origin_y) / map_.cell_size;
 	if (is_countable(column, row) &&
-	    skips_.is_inside(static_cast<int>(std::floor(column)), static_cast<int>(std::floor(row))))
+	    map_.is_inside(static_cast<int>(std::floor(column)), static_cast<int>(std::floor(row))))
 	{
-		const auto limit = static_cast<float>(max_range_ / cell_size_);
-		follow_rays(skips_, column, row, limit, rays, ranges);
+		const auto limit = static_cast<float>(max_range_ / map_.cell_size);
+		follow_rays(map_, column, row, limit, rays, ranges);
 		ranges.resize(rays.size);
 		for (float& range : ranges)
-			range = range < limit ? range * static_cast<float>(cell_size_) : static_cast<float>(max_range_);
+			range = range < limit ? range * static_cast<float>(map_.cell_size) : static_cast<float>(max_range_);
 		return;
 	}
 	ranges.resize(rays.size);
@@ -200,27 +182,26 @@ void RayCaster::scan(double x, double y, int directions, std::vector<float>& ran
 float RayCaster::cast(double x, double y, double angle) const
 {
 	const double dx = std::cos(angle), dy = std::sin(angle);
-	const SkipMap& map = skips_;
-	const double column = (x - origin_x_) / cell_size_ + 1, row = (y - origin_y_) / cell_size_ + 1;
+	const double column = (x - map_.origin_x) / map_.cell_size, row = (y - map_.origin_y) / map_.cell_size;
 	if (!(is_countable(column, row) && std::isfinite(dx + dy))) return static_cast<float>(max_range_);
 	Axis u(column, dx), v(row, dy);
-	const double limit = max_range_ / cell_size_;
+	const double limit = max_range_ / map_.cell_size;
 	double length = 0;  // [cells]
-	if (!map.is_inside(u.cell, v.cell))
+	if (!map_.is_inside(u.cell, v.cell))
 	{
-		const auto [u_in, u_out] = u.inside(map.width - 1);
-		const auto [v_in, v_out] = v.inside(map.height - 1);
+		const auto [u_in, u_out] = u.inside(map_.width - 1);
+		const auto [v_in, v_out] = v.inside(map_.height - 1);
 		length = std::max({u_in, v_in, 0.0});
 		if (length >= std::min({u_out, v_out, limit})) return static_cast<float>(max_range_);
-		u.cell = std::clamp(static_cast<int>(std::floor(u.start + length * u.step)), 1, map.width - 2);
-		v.cell = std::clamp(static_cast<int>(std::floor(v.start + length * v.step)), 1, map.height - 2);
+		u.cell = std::clamp(static_cast<int>(std::floor(u.start + length * u.step)), 1, map_.width - 2);
+		v.cell = std::clamp(static_cast<int>(std::floor(v.start + length * v.step)), 1, map_.height - 2);
 	}
 	while (length < limit)
 	{
-		const int skip = map.cells[map.index(u.cell, v.cell)];
+		const int skip = skip_at(map_, u.cell, v.cell);
 		if (skip == 0)
 		{
-			return static_cast<float>(map.is_inside(u.cell, v.cell) ? length * cell_size_ : max_range_);
+			return static_cast<float>(map_.is_inside(u.cell, v.cell) ? length * map_.cell_size : max_range_);
 		}
 		const double u_exit = u.exit(skip), v_exit = v.exit(skip);
 		length = std::min(u_exit, v_exit);

@@ -7,33 +7,10 @@
 #include <cstdint>
 #include <vector>
 
-#include "base/array.h"
+#include "ranges/skip_distances.h"
 
 namespace d2s1r
 {
-/// The skip distance of each cell of a grid, and of a margin of one cell around it: how far a ray may go in any
-/// direction.
-struct SkipMap
-{
-	int width = 0;   //!< [cells] with the margin
-	int height = 0;  //!< [cells] with the margin
-	/// [cells] Chebyshev distance to the nearest obstacle or cell of the margin, at most 255, row-major. kGatherOverrun
-	/// bytes follow.
-	Array<std::uint8_t> cells;
-
-	/// Returns the position of a cell in `cells`.
-	std::size_t index(int column, int row) const
-	{
-		return static_cast<std::size_t>(row) * static_cast<std::size_t>(width) + static_cast<std::size_t>(column);
-	}
-
-	/// Returns whether a cell is inside of the margin.
-	bool is_inside(int column, int row) const
-	{
-		return column > 0 && row > 0 && column < width - 1 && row < height - 1;
-	}
-};
-
 /// The unit vectors of rays, padded to whole SIMD vectors.
 struct RayDirections
 {
@@ -47,9 +24,13 @@ struct RayDirections
 class RayCaster
 {
    public:
-	/// Prepares the cells of `grid`.
+	/// Casts rays through the cells of `map`.
 	/// \param max_range [m] of a ray
-	RayCaster(const Grid& grid, double max_range);
+	RayCaster(SkipMap map, double max_range) : max_range_(max_range), map_(std::move(map)) {}
+
+	/// Casts rays through the cells of `grid`.
+	/// \param max_range [m] of a ray
+	RayCaster(const Grid& grid, double max_range) : RayCaster(make_skip_map(grid), max_range) {}
 
 	/// Makes an empty one, for fields() to read into.
 	RayCaster() = default;
@@ -71,18 +52,12 @@ class RayCaster
 	template <class Self, class File>
 	static void fields(Self& self, File& file)
 	{
-		file(self.cell_size_);
-		file(self.origin_x_);
-		file(self.origin_y_);
 		file(self.max_range_);
-		file(self.skips_.width);
-		file(self.skips_.height);
-		file(self.skips_.cells);
+		SkipMap::fields(self.map_, file);
 	}
 
    private:
-	double cell_size_ = 0, origin_x_ = 0, origin_y_ = 0;  //!< [m] of the grid, map frame
-	double max_range_ = 0;                                //!< [m]
-	SkipMap skips_;
+	double max_range_ = 0;  //!< [m]
+	SkipMap map_;
 };
 }  // namespace d2s1r

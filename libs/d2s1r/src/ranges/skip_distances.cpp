@@ -2,6 +2,7 @@
 #include "ranges/skip_distances.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace d2s1r
 {
@@ -41,5 +42,34 @@ std::vector<std::uint8_t> skip_distances(const std::vector<std::uint8_t>& classe
 	for (std::size_t row = classes.size() - 2 * w; row > 0; row -= w)
 		relax_row(classes.data() + row, distances.data() + row, width, 1);
 	return distances;
+}
+
+SkipMap make_skip_map(const Grid& grid, const std::vector<CellIndex>& furniture)
+{
+	constexpr int kMostSkipped = 63;           // [cells] that fit in six bits
+	constexpr std::uint8_t kFurniture = 0b11;  // class of occupied cells of furniture
+	SkipMap map{grid.width + 2,
+	            grid.height + 2,
+	            grid.cell_size,
+	            grid.origin_x - grid.cell_size,
+	            grid.origin_y - grid.cell_size,
+	            {}};
+	std::vector<std::uint8_t> classes(map.index(0, map.height), static_cast<std::uint8_t>(Cell::kUnknown));
+	auto from = grid.cells.begin();
+	for (int row = 0; row < grid.height; row++)
+	{
+		auto to = classes.begin() + static_cast<std::ptrdiff_t>(map.index(1, row + 1));
+		for (int column = 0; column < grid.width; column++) *to++ = static_cast<std::uint8_t>(*from++);
+	}
+	for (const CellIndex cell : furniture)
+	{
+		std::uint8_t& at = classes[map.index(cell % grid.width + 1, cell / grid.width + 1)];
+		if (at == static_cast<std::uint8_t>(Cell::kOccupied)) at = kFurniture;
+	}
+	std::vector<std::uint8_t> cells = skip_distances(classes, map.width, kMostSkipped);
+	for (std::size_t cell = 0; cell < classes.size(); cell++)
+		cells[cell] = static_cast<std::uint8_t>((cells[cell] << SkipMap::kClassBits) | classes[cell]);
+	map.cells = std::move(cells);
+	return map;
 }
 }  // namespace d2s1r

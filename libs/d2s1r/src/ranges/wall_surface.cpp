@@ -51,24 +51,12 @@ double thickness_at(const Grid& grid, int column, int row)
 	return thickness;
 }
 
-/// Returns the distances [cells] from the centres of all cells to the nearest free cell's, at most
-/// DistanceField::kReachCells.
-std::vector<float> distances_to_free(const Grid& grid)
+/// Returns the distances from the centres of all cells to the nearest free cell's.
+DistanceField distances_to_free(const Grid& grid)
 {
 	Grid inverted = grid;
 	for (Cell& cell : inverted.cells) cell = cell == Cell::kFree ? Cell::kOccupied : Cell::kFree;
-	const DistanceField field(inverted);
-	const int rim = (field.width() - grid.width) / 2;
-	std::vector<float> distances;
-	distances.reserve(grid.cells.size());
-	for (int row = 0; row < grid.height; row++)
-	{
-		const std::uint16_t* from =
-		    field.cells() + static_cast<std::size_t>(row + rim) * static_cast<std::size_t>(field.width()) + rim;
-		for (int column = 0; column < grid.width; column++)
-			distances.push_back(static_cast<float>(from[column]) / DistanceField::kUnitsPerCell);
-	}
-	return distances;
+	return DistanceField(inverted);
 }
 }  // namespace
 
@@ -166,25 +154,26 @@ std::vector<CellIndex> find_furniture(const Grid& grid)
 
 Grid with_surfaces_deeper(const Grid& grid, double depth)
 {
-	const std::vector<float> distances = distances_to_free(grid);
-	const auto distance = [&](int column, int row)
+	const DistanceField field = distances_to_free(grid);
+	const int rim = (field.width() - grid.width) / 2;
+	const auto code = [&](int column, int row)
 	{
 		const bool is_wall = grid.contains(column, row) && grid.at(column, row) == Cell::kOccupied;
-		return is_wall ? distances[static_cast<std::size_t>(grid.index(column, row))] : 0.0F;
+		const auto before = static_cast<std::size_t>(row + rim) * static_cast<std::size_t>(field.width());
+		return is_wall ? field.cells()[before + static_cast<std::size_t>(column + rim)] : std::uint8_t{0};
 	};
 	const auto is_middle_line = [&](int column, int row)
 	{
 		return std::none_of(
 		    kSteps.begin(), kSteps.end(),
-		    [&](const Step& step)
-		    { return distance(column + step.column, row + step.row) > distance(column, row) + 1e-3F; });
+		    [&](const Step& step) { return code(column + step.column, row + step.row) > code(column, row); });
 	};
 	const auto removed_below = static_cast<float>(depth / grid.cell_size + 0.5);  // [cells] between centres
 	Grid deeper = grid;
 	for (int row = 0; row < grid.height; row++)
 		for (int column = 0; column < grid.width; column++)
-			if (grid.at(column, row) == Cell::kOccupied && distance(column, row) < removed_below &&
-			    !is_middle_line(column, row))
+			if (grid.at(column, row) == Cell::kOccupied &&
+			    DistanceField::distance_of_code(code(column, row)) < removed_below && !is_middle_line(column, row))
 				deeper.cells[static_cast<std::size_t>(grid.index(column, row))] = Cell::kFree;
 	return deeper;
 }

@@ -36,7 +36,10 @@ std::optional<Beam> read_beam(float range, bool flagged_valid, float max_range, 
 }
 
 /// Returns whether a sensor at (x, y) [m] in the robot frame can be part of a robot.
-bool is_on_robot(double x, double y) { return std::hypot(x, y) <= kFarthestSensor; }
+bool is_on_robot(double x, double y)
+{
+	return std::hypot(x, y) <= kFarthestSensor;
+}
 
 /// Returns the greatest tilt [rad] of the sensor's plane against the plane of the robot during the scan.
 double tilt_of(const mrpt::obs::CObservation2DRangeScan& observation)
