@@ -39,7 +39,7 @@ struct Distances
 struct Codes
 {
 	Floats of_code_0 = all(DistanceField::kCellsOfCode0), per_code = all(DistanceField::kCellsPerCode);  //!< [cells]
-	Floats tolerance;  //!< [cells]
+	Floats tolerance;                                                                                    //!< [cells]
 
 	explicit Codes(const DistanceField& field)
 	    : tolerance(all(static_cast<float>(field.tolerance() / field.cell_size())))
@@ -56,7 +56,7 @@ struct Codes
 };
 
 /// Looks up the distance field at (column, row) [cells], as DistanceField::at() does.
-Distances look_up(const DistanceField& field, Floats column, Floats row)
+Distances look_up(const DistanceField& field, const Codes& codes, Floats column, Floats row)
 {
 	const auto last_column = all(static_cast<float>(field.width() - 1));
 	const auto last_row = all(static_cast<float>(field.height() - 1));
@@ -71,7 +71,6 @@ Distances look_up(const DistanceField& field, Floats column, Floats row)
 	const auto* lower_row = reinterpret_cast<const std::int32_t*>(field.cells());
 	const auto* upper_row = reinterpret_cast<const std::int32_t*>(field.cells() + field.width());
 	const Ints lower = hn::GatherOffset(kInts, lower_row, offset), upper = hn::GatherOffset(kInts, upper_row, offset);
-	const Codes codes(field);
 	const Floats a = codes.distance(lower), b = codes.distance(hn::ShiftRight<8>(lower));
 	const Floats c = codes.distance(upper), d = codes.distance(hn::ShiftRight<8>(upper));
 	const Floats on_lower = hn::Add(a, hn::Mul(hn::Sub(b, a), u)), on_upper = hn::Add(c, hn::Mul(hn::Sub(d, c), u));
@@ -141,6 +140,7 @@ EndPointSums sum_of_target(
 	    all(static_cast<float>(cells_per_metre)),
 	    all(static_cast<float>(range_offset)),
 	    all(static_cast<float>(kernel * kernel))};
+	const Codes codes(field);
 	Accumulator sums;
 	const std::size_t lanes = hn::Lanes(kFloats);
 	for (std::size_t i = 0; i < returns.range.size(); i += lanes)
@@ -151,7 +151,7 @@ EndPointSums sum_of_target(
 		const Floats dx = frame.heading.x(ux, uy), dy = frame.heading.y(ux, uy);
 		const Floats rx = hn::Mul(dx, range), ry = hn::Mul(dy, range);
 		const Distances at = look_up(
-		    field, hn::Add(frame.column, hn::Mul(rx, frame.cells_per_metre)),
+		    field, codes, hn::Add(frame.column, hn::Mul(rx, frame.cells_per_metre)),
 		    hn::Add(frame.row, hn::Mul(ry, frame.cells_per_metre)));
 		const Floats share =
 		    hn::IfThenElseZero(at.inside, hn::Div(frame.kernel2, hn::Add(frame.kernel2, hn::Mul(at.value, at.value))));
