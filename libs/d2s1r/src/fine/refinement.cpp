@@ -22,9 +22,9 @@ using mrpt::math::TPose2D;
 constexpr int kSteps = 4;        //!< [-] of each stage
 constexpr int kStepsBeside = 2;  //!< [-] back from beside
 // Widths of the robust kernel as multiples of parameters.kernel. From a coarse candidate it is wide, and each step
-// halves it down to 1. Refined poses are judged with a narrower one: what is near a wall is not on it.
+// halves it down to 1. Refined poses are judged and polished with a narrower one: what is near a wall is not on it.
 constexpr double kOfCandidate = 5;
-constexpr double kOfRefined = 0.5;
+constexpr double kNarrow = 0.75;
 constexpr double kCostWeight = 0.067;  //!< [1 / step] of the coarse cost of a candidate beside its fit
 constexpr double kBeside[] = {-0.3, -0.2, -0.1, 0.1, 0.2, 0.3};  //!< [m] along what a scan leaves open
 
@@ -257,7 +257,7 @@ std::vector<RefinedPose> refine(
 	{
 		const auto [field, kernel] = field_and_kernel(refined);
 		refined.pose = descend(field, beams, refined.pose, kSteps, kernel);
-		refined.fit = fit_of(field, beams, refined.pose, kOfRefined * kernel);
+		refined.fit = fit_of(field, beams, refined.pose, kNarrow * kernel);
 	}
 	std::stable_sort(poses.begin(), poses.end(), [](const auto& a, const auto& b) { return a.fit > b.fit; });
 
@@ -274,7 +274,7 @@ std::vector<RefinedPose> refine(
 			pose.x += offset * open.x();
 			pose.y += offset * open.y();
 			pose = descend(field, beams, pose, kStepsBeside, kernel);
-			if (const double fit = fit_of(field, beams, pose, kOfRefined * kernel); fit > poses[i].fit)
+			if (const double fit = fit_of(field, beams, pose, kNarrow * kernel); fit > poses[i].fit)
 				poses.push_back({pose, fit, reading});
 		}
 	}
@@ -291,7 +291,7 @@ TPose2D polish(
 	double offset = 0;
 	for (int i = 0; i < kSteps; i++)
 	{
-		const EndPointSums sums = sum_end_points(field, beams.returns, pose, offset, parameters.kernel);
+		const EndPointSums sums = sum_end_points(field, beams.returns, pose, offset, kNarrow * parameters.kernel);
 		Eigen::Matrix4d information = information_of(sums);
 		information.diagonal() += Eigen::Vector4d(damping, damping, damping, prior);
 		Eigen::Vector4d gradient = gradient_of(sums);
