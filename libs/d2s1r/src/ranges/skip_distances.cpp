@@ -48,9 +48,12 @@ SkipMap make_skip_map(const Grid& grid, const std::vector<CellIndex>& furniture)
 {
 	constexpr int kMostSkipped = 63;           // [cells] that fit in six bits
 	constexpr std::uint8_t kFurniture = 0b11;  // class of occupied cells of furniture
-	SkipMap map{
-	    grid.width + 2, grid.height + 2, grid.cell_size, grid.origin_x - grid.cell_size, grid.origin_y - grid.cell_size,
-	    {}};
+	SkipMap map{grid.width + 2,
+	            grid.height + 2,
+	            grid.cell_size,
+	            grid.origin_x - grid.cell_size,
+	            grid.origin_y - grid.cell_size,
+	            {}};
 	std::vector<std::uint8_t> classes(map.index(0, map.height), static_cast<std::uint8_t>(Cell::kUnknown));
 	auto from = grid.cells.begin();
 	for (int row = 0; row < grid.height; row++)
