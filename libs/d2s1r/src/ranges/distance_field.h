@@ -20,8 +20,9 @@ struct Distance
 };
 
 /// Holds the Euclidean distance to the nearest occupied cell, bilinear between the centres of cells, also a little way
-/// out of the grid, whose edge the outer walls of a building are. It needs one byte per cell of the grid, which codes the
-/// distance: exactly up to ten cells, to 0.07 cells beyond. The transform is that of Felzenszwalb and Huttenlocher, "Distance Transforms of Sampled Functions", 2012. Const and thread-safe.
+/// out of the grid, whose edge the outer walls of a building are. It needs one byte per cell of the grid, which codes
+/// the distance: exactly up to ten cells, to 0.07 cells beyond. The transform is that of Felzenszwalb and Huttenlocher,
+/// "Distance Transforms of Sampled Functions", 2012. Const and thread-safe.
 class DistanceField
 {
    public:
