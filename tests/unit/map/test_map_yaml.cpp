@@ -204,6 +204,8 @@ TEST_F(MapYaml, UnusableValuesAreNamed)
 	EXPECT_NE(
 	    refusal(with("image: map.pgm\nresolution: 1\norigin: [0, 0]\nnegate: 0\n")).find("'origin' is not"),
 	    std::string::npos);
+	const auto lines = refusal(with("image: \"map\\n\\e.pgm\"\nresolution: 1\norigin: [0, 0, 0]\nnegate: 0\n"));
+	EXPECT_NE(lines.find("map??.pgm: the image cannot be read"), std::string::npos) << lines;
 	EXPECT_NE(
 	    refusal(with("image: \"map\\0.pgm\"\nresolution: 1\norigin: [0, 0, 0]\nnegate: 0\n"))
 	        .find("'image' is not a file name; correct it"),

@@ -32,6 +32,13 @@ std::string printable(const std::string& text)
 	return text.size() > kLongest ? shown + "..." : shown;
 }
 
+std::string printable_name(std::string file)
+{
+	const auto controls = [](char c) { return (c >= 0 && c < ' ') || c == 0x7F; };
+	std::replace_if(file.begin(), file.end(), controls, '?');
+	return file;
+}
+
 std::string ini_value(const std::string& text)
 {
 	return trimmed(without_comment(text));

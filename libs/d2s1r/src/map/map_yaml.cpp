@@ -148,7 +148,7 @@ auto of_image(const std::string& yaml_file, const MapServerYaml& yaml, const Rea
 	}
 	catch (const std::runtime_error& error)
 	{
-		throw std::runtime_error(image + ": " + error.what());
+		throw std::runtime_error(printable_name(image) + ": " + error.what());
 	}
 }
 }  // namespace
