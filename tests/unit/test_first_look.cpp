@@ -25,7 +25,7 @@ Parameters first_look_only()
 	const double effort = Parameters().first_look.effort;
 	Parameters parameters = whole_search();
 	auto& coarse = parameters.coarse_search;
-	for (int* count : {&coarse.max_pairs, &coarse.candidates, &parameters.refinement.max_scored})
+	for (int* count : {&coarse.candidates, &parameters.refinement.max_scored})
 		*count = static_cast<int>(std::ceil(effort * *count));
 	coarse.margin *= 0.75;
 	return parameters;

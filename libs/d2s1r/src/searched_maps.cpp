@@ -21,7 +21,7 @@ Parameters for_first_look(const Parameters& parameters)
 	const double effort = parameters.first_look.effort;
 	Parameters first = with_share_of_effort(parameters, effort);
 	auto& coarse = first.coarse_search;
-	for (int* count : {&coarse.max_pairs, &coarse.candidates}) *count = static_cast<int>(std::ceil(effort * *count));
+	coarse.candidates = static_cast<int>(std::ceil(effort * coarse.candidates));
 	coarse.margin *= kMargin;
 	return first;
 }
