@@ -142,47 +142,39 @@ double variance_of(const BeamSubset& beams, const RefinementParameters& paramete
 	return parameters.range_noise * parameters.range_noise * mrpt::DEG2RAD(1.0) / beams.spacing;
 }
 
-constexpr int kParts = 10;  //!< [-] steps of a way, to each side, up to where another place may begin
-
-/// A way that the pose of the sensor may be off by.
-struct Way
-{
-	Eigen::Vector3d direction;  //!< of the pose (x, y, phi) [m, m, rad] by unit of the way, which is 1 m or 1 rad
-	Eigen::Vector3d held;       //!< unit vector of what is held where the way led: along the open direction, or the yaw
-	double step;                //!< [m] or [rad]
-};
-
-/// Returns how far [m or rad] from `sensor` along `way` the scan fits nearly as well:
-/// within it, the logarithm of its robust likelihood falls by less than 1/2, as within one standard deviation of a
-/// Gaussian. The derivatives at the pose alone tell too little: along a corridor that runs aslant to the cells each
-/// step of its walls seems to hold the pose, and where ranges are long the fit has several maxima in yaw.
-double deviation_along(
-    const Way& way, const DistanceField& field, const BeamSubset& beams, const TPose2D& sensor,
+/// Returns how far [m] from `sensor` along `open` the scan fits nearly as well: within it, the logarithm of its robust
+/// likelihood falls by less than 1/2, as within one standard deviation of a Gaussian. The derivatives at the pose alone
+/// tell too little along a corridor that runs aslant to the cells: each step of its walls seems to hold the pose.
+/// \param open way of the pose (x, y, phi) by metre along the direction that the scan leaves open
+double open_deviation(
+    const DistanceField& field, const BeamSubset& beams, const TPose2D& sensor, const Eigen::Vector3d& open,
     const RefinementParameters& parameters)
 {
-	constexpr double kHeld = 1e6;  // [-] information that keeps a pose from sliding back
+	constexpr int kParts = 10;                         // [-] to both sides, up to where another place begins
+	constexpr double kStep = kPlaceDistance / kParts;  // [m]
+	constexpr double kHeld = 1e6;                      // [-] information that keeps a pose from sliding back
 	const double kernel = parameters.kernel;
 	const auto fit_at = [&](double offset)
 	{
-		const Eigen::Vector3d by = offset * way.direction;
-		const TPose2D beside{sensor.x + by.x(), sensor.y + by.y(), sensor.phi + by.z()};
+		const TPose2D beside{
+		    sensor.x + offset * open.x(), sensor.y + offset * open.y(), sensor.phi + offset * open.z()};
 		const EndPointSums sums = sum_end_points(field, beams.returns, beside, 0, kernel);
 		Eigen::Matrix3d held = information_of(sums).topLeftCorner<3, 3>();
 		held.diagonal().array() += damping_of(beams.count, kDamping);
-		held += kHeld * way.held * way.held.transpose();
+		held.topLeftCorner<2, 2>() += kHeld * open.head<2>().normalized() * open.head<2>().normalized().transpose();
 		const TPose2D at = moved(beside, -held.ldlt().solve(gradient_of(sums).head<3>()));
 		return static_cast<double>(sum_end_points(field, beams.returns, at, 0, kernel).fit);
 	};
 	const double here = fit_at(0), least = here - variance_of(beams, parameters) / (kernel * kernel);
 	double farthest = 0;
-	for (const double step : {-way.step, way.step})
+	for (const double step : {-kStep, kStep})
 	{
 		double before = here;
 		for (int i = 1; i <= kParts; i++)
 		{
 			const double fit = fit_at(i * step);
 			const double beyond = fit < least && before > least ? (least - fit) / (before - fit) : 0;
-			if (before > least) farthest = std::max(farthest, (i - beyond) * way.step);
+			if (before > least) farthest = std::max(farthest, (i - beyond) * kStep);
 			before = fit;
 		}
 	}
@@ -319,22 +311,11 @@ Eigen::Matrix3d pose_covariance(
 	constexpr double kMost = 1.0, kMostYaw = mrpt::DEG2RAD(10.0);  // [m], [rad] of standard deviation
 	information.diagonal() += Eigen::Vector3d(kMost, kMost, kMostYaw).cwiseAbs2().cwiseInverse();
 	Eigen::Matrix3d covariance = information.inverse();
-	const auto widen = [&](const Way& way, double variance)
-	{
-		const double deviation = deviation_along(way, field, beams, sensor, parameters);
-		covariance += std::max(0.0, deviation * deviation - variance) * way.direction * way.direction.transpose();
-	};
-	constexpr double kStep = kPlaceDistance / kParts, kMostYawStep = kPlaceYaw / kParts;  // [m], [rad]
-	const double yaw_variance = covariance(2, 2);
-	widen(
-	    {covariance.col(2) / yaw_variance, Eigen::Vector3d::UnitZ(), std::min(std::sqrt(yaw_variance), kMostYawStep)},
-	    yaw_variance);
 	const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(covariance.topLeftCorner<2, 2>());
 	const double variance = axes.eigenvalues()(1);
 	const Eigen::Vector3d open = covariance.leftCols<2>() * axes.eigenvectors().col(1) / variance;
-	Eigen::Vector3d along = Eigen::Vector3d::Zero();
-	along.head<2>() = open.head<2>().normalized();
-	widen({open, along, kStep}, variance);
+	const double deviation = open_deviation(field, beams, sensor, open, parameters);
+	covariance += std::max(0.0, deviation * deviation - variance) * open * open.transpose();
 	// The surface may be anywhere within the tolerance.
 	covariance.diagonal().head<2>().array() += field.tolerance() * field.tolerance() / 3;
 	return covariance;
