@@ -107,7 +107,7 @@ std::optional<FusedPose> CParticleFilterFusion::follow(const FusionInput& input)
 	const double effective_particles = effective * static_cast<double>(pose.particles);
 	add_error_of_mean(pose.covariance, motion, last_pose_->pose.phi, effective_particles);
 	const bool has_jumped = !has_moved_on(pose, motion.mean);
-	if (has_jumped && is_place_known(*last_pose_)) pose.event = FusionEvent::kReseeded;
+	if (has_jumped && is_place_shown()) pose.event = FusionEvent::kReseeded;
 	pose.status = judge(pose, input.localization, has_jumped);
 	return pose;
 }
@@ -152,10 +152,10 @@ bool CParticleFilterFusion::has_moved_on(const FusedPose& pose, const mrpt::pose
 	       std::abs(mrpt::math::wrapToPi(pose.pose.phi - expected.phi())) < tuning.reseed_angle;
 }
 
-bool CParticleFilterFusion::is_place_known(const FusedPose& pose) const
+/// Returns whether scans have left little doubt of the place since the filter came there.
+bool CParticleFilterFusion::is_place_shown() const
 {
-	const double enough = maps_.parameters().scoring.localized_above;
-	return pose.probability > enough && 1 - doubt_ > enough && found_ >= tuning.least_found;
+	return 1 - doubt_ > maps_.parameters().scoring.localized_above;
 }
 
 FusedPose CParticleFilterFusion::estimate() const
@@ -178,6 +178,8 @@ FusionStatus CParticleFilterFusion::judge(const FusedPose& pose, const Localizat
 	const double shown = std::min(1.0, probability_at(localization, pose.pose));
 	doubt_ = (has_jumped ? 1 : doubt_) * (1 - shown);
 	const bool is_agreed = localization.status != Status::kLocalized || shown >= tuning.least_agreement;
-	return is_place_known(pose) && is_agreed ? FusionStatus::kTracking : FusionStatus::kAmbiguous;
+	const bool is_known = pose.probability > maps_.parameters().scoring.localized_above && is_place_shown();
+	const bool is_in_map = found_ >= tuning.least_found;
+	return is_known && is_in_map && is_agreed ? FusionStatus::kTracking : FusionStatus::kAmbiguous;
 }
 }  // namespace d2s1r

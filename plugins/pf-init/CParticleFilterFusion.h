@@ -58,7 +58,7 @@ class CParticleFilterFusion : public CFusionBackend
 	void adapt_number_of_particles(const mrpt::poses::CPosePDFGaussian& motion);
 	void note_whether_in_map(const Localization& localization);
 	bool has_moved_on(const FusedPose& pose, const mrpt::poses::CPose2D& motion) const;
-	bool is_place_known(const FusedPose& pose) const;
+	bool is_place_shown() const;
 	FusedPose estimate() const;
 	FusionStatus judge(const FusedPose& pose, const Localization& localization, bool has_jumped);
 };

@@ -35,15 +35,12 @@ DefaultIndex make_default_index(Grid grid, const Parameters& parameters)
 	const WallMeasure walls = measure_walls(grid);
 	const bool is_smeared = may_be_smeared(walls, grid);
 	const std::vector<CellIndex> furniture = find_furniture(grid);  // as drawn: deeper surfaces make pieces of walls
-	if (is_smeared)
-	{
-		Grid deeper = with_surfaces_deeper(grid, walls.surface_depth);
-		index.readings.push_back(make_reading(std::move(grid), furniture, 0));
-		grid = std::move(deeper);
-	}
-	index.profiles =
-	    make_range_profiles(grid, find_sensor_cells(grid, parameters.free_cells), parameters.coarse_search.spacing);
-	index.readings.push_back(make_reading(std::move(grid), furniture, is_smeared ? walls.surface_tolerance() : 0));
+	Grid deeper = is_smeared ? with_surfaces_deeper(grid, walls.surface_depth) : Grid();
+	const Grid& searched = is_smeared ? deeper : grid;
+	index.profiles = make_range_profiles(
+	    searched, find_sensor_cells(searched, parameters.free_cells), parameters.coarse_search.spacing);
+	index.readings.push_back(make_reading(std::move(grid), furniture, 0));
+	if (is_smeared) index.readings.push_back(make_reading(std::move(deeper), furniture, walls.surface_tolerance()));
 	return index;
 }
 

@@ -324,7 +324,7 @@ double in_lines(int bytes)
 double memory_of_default_index(const Grid& grid, int readings, double spacing)
 {
 	// What is kept and what it takes to make it: grids and fields of the cells, profiles and sweeps of the positions.
-	constexpr double kPerCell = 7, kPerPosition = 50, kPerGroup = 50;  // [byte]
+	constexpr double kPerCell = 4, kPerPosition = 40, kPerGroup = 40;  // [byte]
 	const int side = std::max(1, static_cast<int>(std::lround(spacing / grid.cell_size)));
 	const double of_cells = readings * kPerCell * static_cast<double>(grid.cells.size());
 	const double of_positions = (RangeProfiles::kDirections + kPerPosition) * count_free_squares(grid, side);

@@ -188,6 +188,33 @@ TEST(PoseCovariance, IsLongAlongACorridorThatRunsAslantToTheCells)
 	EXPECT_LT(std::sqrt(across.dot(of_place * across)), 0.05);
 }
 
+/// Eight posts 10 m away, each with a second one beside it: where few beams hold the yaw the fit has two maxima.
+TEST(PoseCovariance, KnowsOfYawsThatFitAsWell)
+{
+	constexpr double kCell = 0.05, kReach = 10, kApart = 1.4 * kDegree;
+	const auto covariance_with = [&](int posts)
+	{
+		Grid grid = make_picture_grid(Picture(440, std::string(440, '.')), kCell);
+		const TPose2D sensor{11, 11, 0};
+		Scan scan;
+		scan.field_of_view = 2 * M_PI;
+		for (int degree = 0; degree < 360; degree++)
+		{
+			const double angle = degree * kDegree - M_PI;
+			const bool is_return = degree % 45 == 0;
+			scan.beams.push_back({static_cast<float>(angle), static_cast<float>(kReach), is_return});
+			for (int i = 0; is_return && i < posts; i++)
+				grid.cells[static_cast<std::size_t>(grid.index(
+				    static_cast<int>((sensor.x + kReach * std::cos(angle + i * kApart)) / kCell),
+				    static_cast<int>((sensor.y + kReach * std::sin(angle + i * kApart)) / kCell)))] = Cell::kOccupied;
+		}
+		return covariance_at(DistanceField(grid), scan, sensor);
+	};
+	EXPECT_LT(std::sqrt(covariance_with(1)(2, 2)), 0.5 * kApart);
+	EXPECT_GT(std::sqrt(covariance_with(2)(2, 2)), kApart);
+	EXPECT_LT(std::sqrt(covariance_with(2)(2, 2)), 2 * kApart);
+}
+
 TEST(PoseCovariance, IsInTheFrameOfTheMap)
 {
 	const Grid corridor = make_corridor(false);

@@ -67,7 +67,7 @@ bool AllowedPairs::prior_allows(const Pair& pair) const
 
 bool AllowedPairs::prior_allows_any(const Pair& of_group) const
 {
-	const std::size_t* const first = profiles_.first_of_group.data() + of_group.position;
+	const std::uint32_t* const first = profiles_.first_of_group.data() + of_group.position;
 	bool any = false;
 	for (std::size_t i = first[0]; i < first[1] && !any; i++)
 		any = prior_allows({static_cast<std::int32_t>(i), of_group.shift, 0});

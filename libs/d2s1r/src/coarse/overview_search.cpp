@@ -45,15 +45,6 @@ void find_missing_beams(const RangeProfiles& profiles, const QuantizedScan& scan
 		missing_beams(profiles.histograms.data() + first * RangeProfiles::kBins, histogram.data(), missing + first);
 }
 
-/// Returns how many pairs [-] are wanted at most: one in twenty says enough of a small map.
-std::size_t most_pairs(const std::vector<ReadingToSearch>& readings, const CoarseSearchParameters& parameters)
-{
-	std::size_t all = 0;
-	for (const ReadingToSearch& reading : readings)
-		all += reading.profiles.groups() * static_cast<std::size_t>(reading.profiles.directions);
-	return std::clamp<std::size_t>(all / 20, 1, static_cast<std::size_t>(parameters.max_pairs));
-}
-
 /// Returns by how much [2 steps] a pair may cost more than the cheapest.
 std::uint32_t margin_of(const std::vector<ReadingToSearch>& readings, const CoarseSearchParameters& parameters)
 {
@@ -194,7 +185,7 @@ void search_overviews(
 	const int truncation = parameters.truncation;
 	const auto few = few_beams_of(readings, truncation);
 	const std::vector<GroupsOfReading> all = groups_of(readings, few, truncation, missing);
-	CheapestPairs cheapest(margin_of(readings, parameters), most_pairs(readings, parameters), pairs);
+	CheapestPairs cheapest(margin_of(readings, parameters), static_cast<std::size_t>(parameters.max_pairs), pairs);
 
 	const int of_few = missing_at_few(all);
 	for (const GroupsOfReading& of : all) look_where_missing(of, 0, of_few, cheapest);
@@ -208,6 +199,6 @@ void search_overviews(
 std::uint32_t limit_of_overviews(
     const std::vector<ReadingToSearch>& readings, const CoarseSearchParameters& smaller, const std::vector<Pair>& pairs)
 {
-	return limit_of_cheapest(margin_of(readings, smaller), most_pairs(readings, smaller), pairs);
+	return limit_of_cheapest(margin_of(readings, smaller), static_cast<std::size_t>(smaller.max_pairs), pairs);
 }
 }  // namespace d2s1r

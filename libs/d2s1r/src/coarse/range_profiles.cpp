@@ -142,8 +142,8 @@ class RowWriter
 	}
 
    private:
-	static constexpr std::size_t kWord = 8;              //!< [directions] stored at once
-	static constexpr std::size_t kGathered = 2 * kWord;  //!< [directions] stored before the next cell
+	static constexpr std::size_t kWord = 8;          //!< [directions] stored at once
+	static constexpr std::size_t kGathered = kWord;  //!< [directions] stored before the next cell
 
 	/// Stores the directions that were gathered last, up to `last`.
 	void store(std::size_t last)
@@ -192,7 +192,7 @@ void list_positions(
     const Grid& grid, const std::vector<PlacedCell>& positions, std::size_t groups, RangeProfiles& profiles)
 {
 	std::vector<float> xs, ys;
-	std::vector<std::size_t> first_of_group;
+	std::vector<std::uint32_t> first_of_group;
 	xs.reserve(positions.size());
 	ys.reserve(positions.size());
 	first_of_group.reserve(groups + 1);
@@ -200,9 +200,10 @@ void list_positions(
 	{
 		xs.push_back(static_cast<float>(grid.center_x(positions[i].cell)));
 		ys.push_back(static_cast<float>(grid.center_y(positions[i].cell)));
-		if (i == 0 || positions[i].place / 4 != positions[i - 1].place / 4) first_of_group.push_back(i);
+		if (i == 0 || positions[i].place / 4 != positions[i - 1].place / 4)
+			first_of_group.push_back(static_cast<std::uint32_t>(i));
 	}
-	first_of_group.push_back(positions.size());
+	first_of_group.push_back(static_cast<std::uint32_t>(positions.size()));
 	profiles.x = std::move(xs);
 	profiles.y = std::move(ys);
 	profiles.first_of_group = std::move(first_of_group);
@@ -237,27 +238,28 @@ std::array<std::uint8_t, RangeProfiles::kBins> RangeProfiles::histogram_of(
 RangeProfiles make_range_profiles(const Grid& grid, std::vector<CellIndex> cells, double spacing, int directions)
 {
 	const int side = std::max(1, static_cast<int>(std::lround(spacing / grid.cell_size)));
-	const auto positions = along_curve(grid, one_a_square(grid, cells, side), side);
-	const auto groups = along_curve(grid, one_a_square(grid, cells, 2 * side), side);
-	std::vector<CellIndex>().swap(cells);
-	std::vector<CellIndex> swept;
-	swept.reserve(positions.size() + groups.size());
-	for (const auto* placed : {&positions, &groups})
-		for (const PlacedCell& sample : *placed) swept.push_back(sample.cell);
-
 	RangeProfiles profiles;
 	profiles.directions = directions;
 	profiles.max_range = std::min(RangeProfiles::kMaxRange, (kMostSweptCells - 1) * grid.cell_size);  // 1: rounding
-	list_positions(grid, positions, groups.size(), profiles);
+	std::vector<CellIndex> swept;  // positions, then groups
+	{
+		const auto positions = along_curve(grid, one_a_square(grid, cells, side), side);
+		const auto groups = along_curve(grid, one_a_square(grid, cells, 2 * side), side);
+		std::vector<CellIndex>().swap(cells);
+		list_positions(grid, positions, groups.size(), profiles);
+		swept.reserve(positions.size() + groups.size());
+		for (const auto* placed : {&positions, &groups})
+			for (const PlacedCell& sample : *placed) swept.push_back(sample.cell);
+	}
 	const auto row_size = static_cast<std::size_t>(directions);  // [byte]
-	AlignedBytes overview_rows(groups.size() * profiles.overview_stride());
-	std::vector<std::uint8_t> position_rows(positions.size() * row_size + RangeProfiles::kBlock);
+	AlignedBytes overview_rows(profiles.groups() * profiles.overview_stride());
+	std::vector<std::uint8_t> position_rows(profiles.size() * row_size + RangeProfiles::kBlock);
 	const std::vector<std::uint8_t> step_of = steps_of_ranges(profiles, grid.cell_size);
 	std::vector<std::uint8_t> half_of = step_of;  // [2 steps]
 	for (std::uint8_t& step : half_of) step /= 2;
-	RowWriter by_position(0, positions.size(), step_of, directions, row_size, position_rows.data());
+	RowWriter by_position(0, profiles.size(), step_of, directions, row_size, position_rows.data());
 	RowWriter overview(
-	    positions.size(), groups.size(), half_of, directions, profiles.overview_stride(), overview_rows.data());
+	    profiles.size(), profiles.groups(), half_of, directions, profiles.overview_stride(), overview_rows.data());
 	sweep_ranges(
 	    grid, swept, directions, profiles.max_range,
 	    [&](int direction, const SweptRanges& ranges)

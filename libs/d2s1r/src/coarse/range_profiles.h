@@ -35,9 +35,9 @@ struct RangeProfiles
 	Array<float> x, y;     //!< [m] sample positions, map frame, along a curve that keeps neighbours near
 	/// [step] by position, then by direction; kBlock bytes more may be read at the end.
 	Array<std::uint8_t> by_position;
-	Array<std::size_t> first_of_group;  //!< by group, its first position; one more at the end
-	Array<std::uint8_t> overview;       //!< [2 steps] by group, then by direction: see overview_of()
-	Array<std::uint8_t> histograms;     //!< [1 / kWhole] by block, then by bin, then by group of the block
+	Array<std::uint32_t> first_of_group;  //!< by group, its first position; one more at the end
+	Array<std::uint8_t> overview;         //!< [2 steps] by group, then by direction: see overview_of()
+	Array<std::uint8_t> histograms;       //!< [1 / kWhole] by block, then by bin, then by group of the block
 
 	/// Returns the number of sample positions.
 	std::size_t size() const { return x.size(); }

@@ -80,7 +80,7 @@ struct Codes
 };
 
 /// Looks up the distance field where beams end, as DistanceField::at() does.
-Distances look_up(const DistanceField& field, const Frame& frame, const Ends& ends)
+Distances look_up(const DistanceField& field, const Codes& codes, const Frame& frame, const Ends& ends)
 {
 	const Floats column = hn::Add(frame.column, hn::Mul(ends.rx, frame.cells_per_metre));
 	const Floats row = hn::Add(frame.row, hn::Mul(ends.ry, frame.cells_per_metre));
@@ -97,7 +97,6 @@ Distances look_up(const DistanceField& field, const Frame& frame, const Ends& en
 	const auto* lower_row = reinterpret_cast<const std::int32_t*>(field.cells());
 	const auto* upper_row = reinterpret_cast<const std::int32_t*>(field.cells() + field.width());
 	const Ints lower = hn::GatherOffset(kInts, lower_row, offset), upper = hn::GatherOffset(kInts, upper_row, offset);
-	const Codes codes(field);
 	const Floats a = codes.distance(lower), b = codes.distance(hn::ShiftRight<8>(lower));
 	const Floats c = codes.distance(upper), d = codes.distance(hn::ShiftRight<8>(upper));
 	const Floats on_lower = hn::Add(a, hn::Mul(hn::Sub(b, a), u)), on_upper = hn::Add(c, hn::Mul(hn::Sub(d, c), u));
@@ -160,13 +159,14 @@ EndPointSums sum_of_target(
     double kernel)
 {
 	const Frame frame(field, sensor);
+	const Codes codes(field);
 	const Floats offset = all(static_cast<float>(range_offset)), kernel2 = all(static_cast<float>(kernel * kernel));
 	Accumulator sums;
 	const std::size_t lanes = hn::Lanes(kFloats);
 	for (std::size_t i = 0; i < returns.range.size(); i += lanes)
 	{
 		const Ends ends(frame, returns, i, offset);
-		const Distances at = look_up(field, frame, ends);
+		const Distances at = look_up(field, codes, frame, ends);
 		const Floats share =
 		    hn::IfThenElseZero(at.inside, hn::Div(kernel2, hn::Add(kernel2, hn::Mul(at.value, at.value))));
 		const Floats jp = hn::Sub(hn::Mul(at.gradient_y, ends.rx), hn::Mul(at.gradient_x, ends.ry));
@@ -183,10 +183,11 @@ void distances_of_target(
     const DistanceField& field, const BeamArrays& returns, const mrpt::math::TPose2D& sensor, float* distances)
 {
 	const Frame frame(field, sensor);
+	const Codes codes(field);
 	const Floats beyond = all(DistanceField::kReachCells * static_cast<float>(field.cell_size()));
 	for (std::size_t i = 0; i < returns.range.size(); i += hn::Lanes(kFloats))
 	{
-		const Distances at = look_up(field, frame, Ends(frame, returns, i, all(0)));
+		const Distances at = look_up(field, codes, frame, Ends(frame, returns, i, all(0)));
 		hn::StoreU(hn::IfThenElse(at.inside, at.value, beyond), kFloats, distances + i);
 	}
 }

@@ -22,9 +22,9 @@ using mrpt::math::TPose2D;
 constexpr int kSteps = 4;        //!< [-] of each stage
 constexpr int kStepsBeside = 2;  //!< [-] back from beside
 // Widths of the robust kernel as multiples of parameters.kernel. From a coarse candidate it is wide, and each step
-// halves it down to 1. Refined poses are judged with a narrower one: what is near a wall is not on it.
+// halves it down to 1. Refined poses are judged and polished with a narrower one: what is near a wall is not on it.
 constexpr double kOfCandidate = 5;
-constexpr double kOfRefined = 0.5;
+constexpr double kNarrow = 0.75;
 constexpr double kCostWeight = 0.067;  //!< [1 / step] of the coarse cost of a candidate beside its fit
 constexpr double kBeside[] = {-0.3, -0.2, -0.1, 0.1, 0.2, 0.3};  //!< [m] along what a scan leaves open
 
@@ -142,39 +142,47 @@ double variance_of(const BeamSubset& beams, const RefinementParameters& paramete
 	return parameters.range_noise * parameters.range_noise * mrpt::DEG2RAD(1.0) / beams.spacing;
 }
 
-/// Returns how far [m] from `sensor` along `open` the scan fits nearly as well: within it, the logarithm of its robust
-/// likelihood falls by less than 1/2, as within one standard deviation of a Gaussian. The derivatives at the pose alone
-/// tell too little along a corridor that runs aslant to the cells: each step of its walls seems to hold the pose.
-/// \param open way of the pose (x, y, phi) by metre along the direction that the scan leaves open
-double open_deviation(
-    const DistanceField& field, const BeamSubset& beams, const TPose2D& sensor, const Eigen::Vector3d& open,
+constexpr int kParts = 10;  //!< [-] steps of a way, to each side, up to where another place may begin
+
+/// A way that the pose of the sensor may be off by.
+struct Way
+{
+	Eigen::Vector3d direction;  //!< of the pose (x, y, phi) [m, m, rad] by unit of the way, which is 1 m or 1 rad
+	Eigen::Vector3d held;       //!< unit vector of what is held where the way led: along the open direction, or the yaw
+	double step;                //!< [m] or [rad]
+};
+
+/// Returns how far [m or rad] from `sensor` along `way` the scan fits nearly as well:
+/// within it, the logarithm of its robust likelihood falls by less than 1/2, as within one standard deviation of a
+/// Gaussian. The derivatives at the pose alone tell too little: along a corridor that runs aslant to the cells each
+/// step of its walls seems to hold the pose, and where ranges are long the fit has several maxima in yaw.
+double deviation_along(
+    const Way& way, const DistanceField& field, const BeamSubset& beams, const TPose2D& sensor,
     const RefinementParameters& parameters)
 {
-	constexpr int kParts = 10;                         // [-] to both sides, up to where another place begins
-	constexpr double kStep = kPlaceDistance / kParts;  // [m]
-	constexpr double kHeld = 1e6;                      // [-] information that keeps a pose from sliding back
+	constexpr double kHeld = 1e6;  // [-] information that keeps a pose from sliding back
 	const double kernel = parameters.kernel;
 	const auto fit_at = [&](double offset)
 	{
-		const TPose2D beside{
-		    sensor.x + offset * open.x(), sensor.y + offset * open.y(), sensor.phi + offset * open.z()};
+		const Eigen::Vector3d by = offset * way.direction;
+		const TPose2D beside{sensor.x + by.x(), sensor.y + by.y(), sensor.phi + by.z()};
 		const EndPointSums sums = sum_end_points(field, beams.returns, beside, 0, kernel);
 		Eigen::Matrix3d held = information_of(sums).topLeftCorner<3, 3>();
 		held.diagonal().array() += damping_of(beams.count, kDamping);
-		held.topLeftCorner<2, 2>() += kHeld * open.head<2>().normalized() * open.head<2>().normalized().transpose();
+		held += kHeld * way.held * way.held.transpose();
 		const TPose2D at = moved(beside, -held.ldlt().solve(gradient_of(sums).head<3>()));
 		return static_cast<double>(sum_end_points(field, beams.returns, at, 0, kernel).fit);
 	};
 	const double here = fit_at(0), least = here - variance_of(beams, parameters) / (kernel * kernel);
 	double farthest = 0;
-	for (const double step : {-kStep, kStep})
+	for (const double step : {-way.step, way.step})
 	{
 		double before = here;
 		for (int i = 1; i <= kParts; i++)
 		{
 			const double fit = fit_at(i * step);
 			const double beyond = fit < least && before > least ? (least - fit) / (before - fit) : 0;
-			if (before > least) farthest = std::max(farthest, (i - beyond) * kStep);
+			if (before > least) farthest = std::max(farthest, (i - beyond) * way.step);
 			before = fit;
 		}
 	}
@@ -257,7 +265,7 @@ std::vector<RefinedPose> refine(
 	{
 		const auto [field, kernel] = field_and_kernel(refined);
 		refined.pose = descend(field, beams, refined.pose, kSteps, kernel);
-		refined.fit = fit_of(field, beams, refined.pose, kOfRefined * kernel);
+		refined.fit = fit_of(field, beams, refined.pose, kNarrow * kernel);
 	}
 	std::stable_sort(poses.begin(), poses.end(), [](const auto& a, const auto& b) { return a.fit > b.fit; });
 
@@ -274,7 +282,7 @@ std::vector<RefinedPose> refine(
 			pose.x += offset * open.x();
 			pose.y += offset * open.y();
 			pose = descend(field, beams, pose, kStepsBeside, kernel);
-			if (const double fit = fit_of(field, beams, pose, kOfRefined * kernel); fit > poses[i].fit)
+			if (const double fit = fit_of(field, beams, pose, kNarrow * kernel); fit > poses[i].fit)
 				poses.push_back({pose, fit, reading});
 		}
 	}
@@ -291,7 +299,7 @@ TPose2D polish(
 	double offset = 0;
 	for (int i = 0; i < kSteps; i++)
 	{
-		const EndPointSums sums = sum_end_points(field, beams.returns, pose, offset, parameters.kernel);
+		const EndPointSums sums = sum_end_points(field, beams.returns, pose, offset, kNarrow * parameters.kernel);
 		Eigen::Matrix4d information = information_of(sums);
 		information.diagonal() += Eigen::Vector4d(damping, damping, damping, prior);
 		Eigen::Vector4d gradient = gradient_of(sums);
@@ -311,11 +319,22 @@ Eigen::Matrix3d pose_covariance(
 	constexpr double kMost = 1.0, kMostYaw = mrpt::DEG2RAD(10.0);  // [m], [rad] of standard deviation
 	information.diagonal() += Eigen::Vector3d(kMost, kMost, kMostYaw).cwiseAbs2().cwiseInverse();
 	Eigen::Matrix3d covariance = information.inverse();
+	const auto widen = [&](const Way& way, double variance)
+	{
+		const double deviation = deviation_along(way, field, beams, sensor, parameters);
+		covariance += std::max(0.0, deviation * deviation - variance) * way.direction * way.direction.transpose();
+	};
+	constexpr double kStep = kPlaceDistance / kParts, kMostYawStep = kPlaceYaw / kParts;  // [m], [rad]
+	const double yaw_variance = covariance(2, 2);
+	widen(
+	    {covariance.col(2) / yaw_variance, Eigen::Vector3d::UnitZ(), std::min(std::sqrt(yaw_variance), kMostYawStep)},
+	    yaw_variance);
 	const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(covariance.topLeftCorner<2, 2>());
 	const double variance = axes.eigenvalues()(1);
 	const Eigen::Vector3d open = covariance.leftCols<2>() * axes.eigenvectors().col(1) / variance;
-	const double deviation = open_deviation(field, beams, sensor, open, parameters);
-	covariance += std::max(0.0, deviation * deviation - variance) * open * open.transpose();
+	Eigen::Vector3d along = Eigen::Vector3d::Zero();
+	along.head<2>() = open.head<2>().normalized();
+	widen({open, along, kStep}, variance);
 	// The surface may be anywhere within the tolerance.
 	covariance.diagonal().head<2>().array() += field.tolerance() * field.tolerance() / 3;
 	return covariance;
