@@ -377,4 +377,25 @@ TEST(AtlasFile, IsLoadedWithTheParametersOfEachMap)
 	folder.write("annex.gridmap.gz", "");
 	EXPECT_NE(what_of([&] { load_atlas(file); }).find("annex.gridmap.gz"), std::string::npos);
 }
+TEST(Atlas, WhatTheTimeLeavesOutIsDoubtedByTheLimitOfItsMap)
+{
+	Parameters strict, lenient;
+	strict.scoring.localized_above = 0.99;
+	lenient.scoring.localized_above = 0.05;
+	const Atlas atlas({{"floor", localizer_of(make_floor(), strict)}, {"annex", localizer_of(make_annex(), lenient)}});
+	const Grid world = world_of(make_annex());
+	constexpr double kHurry = 1e-6;  // [ms]
+	int doubted = 0;
+	for (const auto& robot : random_poses(make_annex(), 60, 0.3, 5))
+	{
+		const auto scan = make_observation(world, robot, laser_of(90));
+		const Localization at_leisure = atlas.localize(scan), result = atlas.localize(scan, kHurry);
+		EXPECT_LE(sum_of_probabilities(result), 1 + 1e-9);
+		if (at_leisure.status != Status::kLocalized || result.status != Status::kAmbiguous) continue;
+		if (result.best().map != "annex") continue;
+		EXPECT_LE(result.confidence, 0.05);
+		doubted++;
+	}
+	EXPECT_GT(doubted, 0);
+}
 }  // namespace d2s1r::test

@@ -96,7 +96,7 @@ TEST_F(FirstLook, OtherwiseTheWholeSearchDecides)
 	EXPECT_GT(unclear, 3);
 }
 
-TEST_F(FirstLook, CountsForNothingIfItLeftOutCandidates)
+TEST_F(FirstLook, CountsForNothingIfItLeftOutCandidatesThatCostAsLittle)
 {
 	const Grid grid = make_floor(), world = world_of(grid);
 	Parameters two = Parameters(), two_at_once = whole_search(), one = first_look_only();

@@ -353,8 +353,8 @@ void add_methods(OptionAdder add, Flags& flags)
 	add.value(
 	    "--time-budget", "MS",
 	    "time for each scan [ms], not counting --window and --fuse: a search for candidates always runs to its "
-	    "end, then as many of them are refined as there is time for; the results depend on the machine and its load "
-	    "(default: no limit)",
+	    "end, then as many of them are refined as there is time for, and a pose is ambiguous if another one that "
+	    "was left out may be the right one; the results depend on the machine and its load (default: no limit)",
 	    [&](const std::string& text) { flags.query.time_budget = parse_time_budget(text); });
 }
 

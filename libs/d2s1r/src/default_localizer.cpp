@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "answer/distinct_poses.h"
 #include "base/scoped_timer.h"
@@ -16,8 +17,9 @@ namespace
 struct Look
 {
 	Decision decision;
-	bool is_partial = false;  //!< candidates were left out that the whole search has
-	bool is_safe = false;     //!< those cost so much that none of them can be the true place instead of the answer
+	double localized_above = 0;  //!< [probability] of the map of the best place
+	bool is_partial = false;     //!< candidates were left out that the whole search has
+	bool is_safe = false;        //!< those cost so much that none of them can be the true place instead of the answer
 };
 
 /// Returns the limits of the looks that are made, one after the other, until the answer is clear.
@@ -28,10 +30,11 @@ std::vector<Parameters> looks(const Parameters& whole)
 }
 
 /// Returns whether an answer leaves much less doubt than a localized frame may.
-bool is_clear(const Localization& answer, const ScoringParameters& parameters)
+/// \param localized_above [probability] of the map of its best place
+bool is_clear(const Localization& answer, double localized_above)
 {
 	constexpr double kDoubt = 0.1;  // [-] share of what it may leave
-	return 1 - answer.confidence < kDoubt * (1 - parameters.localized_above);
+	return 1 - answer.confidence < kDoubt * (1 - localized_above);
 }
 
 /// Returns the cost [step] of the cheapest candidate at the place of an answer; infinity if there is none.
@@ -49,11 +52,13 @@ double cost_of(const Decision& decision, const Scan& scan, const Found& found)
 }
 
 /// Makes a localized answer ambiguous.
-void doubt(Localization& answer, const ScoringParameters& parameters)
+/// \param localized_above [probability] of the map of its best place
+void doubt(Localization& answer, double localized_above)
 {
 	if (answer.status != Status::kLocalized) return;
-	const double share = parameters.localized_above / answer.confidence;
-	for (Hypothesis& hypothesis : answer.hypotheses) hypothesis.probability *= share;
+	const double share = localized_above / answer.confidence;
+	for (Hypothesis& hypothesis : answer.hypotheses)
+		hypothesis.probability = std::min(share * hypothesis.probability, localized_above);
 	answer.confidence = answer.best().probability;
 	answer.status = Status::kAmbiguous;
 }
@@ -136,6 +141,8 @@ Look look_at(
 		complete_below = std::min(complete_below, here.candidates[some.candidates.size()].cost);
 	}
 	look.decision = timed(work.times.refinement_ms, conclude, work.scan, maps, places);
+	const std::size_t of_best = look.decision.maps.empty() ? 0 : look.decision.maps.front();
+	look.localized_above = maps[of_best].parameters.scoring.localized_above;
 	look.is_safe = cost_of(look.decision, work.scan, found.front()) + less <= complete_below;
 	return look;
 }
@@ -159,9 +166,10 @@ Decision localize_default(const Scan& scan, const std::vector<SearchedMap>& maps
 		if (!is_last && (candidates.empty() || candidates.front().cost + less > complete_below)) continue;
 		look = look_at(maps, found, limits, less, work);
 		look.is_partial |= !is_last;
-		if (work.budget.is_half_spent() || (look.is_safe && is_clear(look.decision.answer, limits.scoring))) break;
+		if (work.budget.is_half_spent() || (look.is_safe && is_clear(look.decision.answer, look.localized_above)))
+			break;
 	}
-	if (look.is_partial && !look.is_safe) doubt(look.decision.answer, all.back().scoring);
+	if (look.is_partial && !look.is_safe) doubt(look.decision.answer, look.localized_above);
 	look.decision.answer.times = work.times;
 	return std::move(look.decision);
 }

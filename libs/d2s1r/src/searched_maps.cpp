@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace d2s1r
 {
@@ -54,7 +55,7 @@ SearchOfMaps::SearchOfMaps(const std::vector<SearchedMap>& maps, const Scan& sca
 {
 }
 
-std::vector<Found> SearchOfMaps::found(const CoarseSearchParameters& limits)
+std::vector<Found> SearchOfMaps::found(const CoarseSearchParameters& limits) const
 {
 	const std::vector<Candidate> candidates = search_.candidates(limits);
 	double complete_below = 0;

@@ -87,5 +87,29 @@ TEST_P(EndPoints, AreBitForBitTheSameAsPortableLoops)
 	EXPECT_EQ(chosen.fit, portable.fit);
 }
 
+TEST_P(EndPoints, AreAsFarFromTheWallsAsTheFieldSays)
+{
+	const DistanceField tolerant(grid_, 0.07);
+	for (const auto& robot : poses_on_floor())
+	{
+		const mrpt::math::TPose2D outside{robot.x - 30, robot.y, robot.phi};
+		for (const auto& sensor : {robot, outside})
+			for (const DistanceField* field : {&field_, &tolerant})
+			{
+				const BeamArrays returns = returns_at(robot);
+				std::vector<float> distances;
+				distances_of_ends(*field, returns, sensor, distances);
+				ASSERT_EQ(distances.size(), returns.range.size());
+				for (std::size_t i = 0; i < returns.range.size(); i++)
+				{
+					const double angle = sensor.phi + std::atan2(returns.unit_y[i], returns.unit_x[i]);
+					const auto range = static_cast<double>(returns.range[i]);
+					const double x = sensor.x + range * std::cos(angle), y = sensor.y + range * std::sin(angle);
+					EXPECT_NEAR(distances[i], field->at(x, y).value, 1e-3) << i;
+				}
+			}
+	}
+}
+
 INSTANTIATE_TEST_SUITE_P(OnThisMachine, EndPoints, testing::ValuesIn(simd_targets()));
 }  // namespace d2s1r::test

@@ -48,8 +48,9 @@ struct FusionInput
 /// Says what a fused pose is worth.
 enum class FusionStatus
 {
-	/// One place, as wide as that of a localized scan (ScoringParameters), holds more than
-	/// ScoringParameters::localized_above of the probability, and scans have shown it since the filter came there.
+	/// One place, as wide as that of a localized scan (kPlaceDistance, kPlaceYaw), holds more than
+	/// ScoringParameters::localized_above of the probability, and scans have shown a pose within 1 m and 0.5 rad of it
+	/// since the filter came there.
 	kTracking,
 	/// Several places share the probability, the pose is known less well than that, or scans leave doubt of it; or the
 	/// map explains few of the last scans, or a localized scan contradicts the pose. The pose is that of the likeliest

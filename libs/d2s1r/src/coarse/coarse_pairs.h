@@ -91,21 +91,6 @@ class CheapestPairs
 	std::array<std::size_t, 256> count_{};  //!< [-] number of pairs by cost
 };
 
-/// Returns the cost below which the cheapest of some pairs are: all those that CheapestPairs would keep of them, but
-/// for those of the least cost, which are all below it.
-inline std::uint32_t limit_of_cheapest(std::uint32_t margin, std::size_t wanted, const std::vector<Pair>& pairs)
-{
-	std::array<std::size_t, 256> count{};
-	for (const Pair& pair : pairs) count[pair.cost]++;
-	std::uint32_t limit = 0;
-	while (limit < count.size() && count[limit] == 0) limit++;
-	const std::uint32_t least = limit;
-	std::size_t below = 0;
-	do below += limit < count.size() ? count[limit] : 0;
-	while (++limit < count.size() && limit <= least + margin && below + count[limit] <= wanted);
-	return limit;
-}
-
 /// Hands out pairs, the cheapest first, as long as `take(pair)` is true. Equal costs are ordered by position and
 /// shift. Costs are small numbers: each has a bucket, and only buckets that are reached get sorted.
 template <class Take>

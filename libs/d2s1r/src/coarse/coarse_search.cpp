@@ -1,13 +1,10 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "coarse/coarse_search.h"
 
-#include <mrpt/core/bits_math.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <deque>
-#include <limits>
 #include <utility>
 
 #include "answer/distinct_poses.h"
@@ -27,7 +24,7 @@ namespace
 /// \param first_position number of the first position of the reading among those of all
 /// \param least [step] cost of the cheapest pair so far; it is lowered
 void search_profiles(
-    const ReadingToSearch& reading, const Pair* of_groups, std::size_t count, std::int32_t first_position,
+    const ReadingToSearch& reading, const std::vector<Pair>& of_groups, std::int32_t first_position,
     std::uint32_t margin, std::uint32_t& least, std::vector<Pair>& pairs)
 {
 	constexpr std::size_t kAhead = 16;
@@ -38,10 +35,10 @@ void search_profiles(
 	{ return by_position.data() + first_of_group[group] * directions; };
 	const auto group_of = [&](std::size_t m) { return static_cast<std::size_t>(of_groups[m].position); };
 	std::uint32_t limit = least + margin;  // a local copy: bytes may alias the other
-	for (std::size_t m = 0; m < count; m++)
+	for (std::size_t m = 0; m < of_groups.size(); m++)
 	{
-		if (m + 2 * kAhead < count) __builtin_prefetch(&first_of_group[group_of(m + 2 * kAhead)]);
-		if (m + kAhead < count) prefetch(rows_of(group_of(m + kAhead)), 4 * directions);
+		if (m + 2 * kAhead < of_groups.size()) __builtin_prefetch(&first_of_group[group_of(m + 2 * kAhead)]);
+		if (m + kAhead < of_groups.size()) prefetch(rows_of(group_of(m + kAhead)), 4 * directions);
 		const std::size_t group = group_of(m);
 		const std::size_t turned = directions - static_cast<std::size_t>(of_groups[m].shift);
 		const ScanRow turned_scan{
@@ -82,6 +79,19 @@ struct Numbers
 		return static_cast<std::size_t>(after - first.begin()) - 1;
 	}
 };
+
+/// Returns the pairs of each reading, with its own numbers of groups.
+std::vector<std::vector<Pair>> pairs_by_reading(const std::vector<Pair>& of_groups, const Numbers& numbers)
+{
+	std::vector<std::vector<Pair>> by_reading(numbers.groups.size() - 1);
+	for (const Pair& pair : of_groups)
+	{
+		const std::size_t reading = Numbers::reading_of(numbers.groups, pair.position);
+		const auto first = static_cast<std::int32_t>(numbers.groups[reading]);
+		by_reading[reading].push_back({pair.position - first, pair.shift, pair.cost});
+	}
+	return by_reading;
+}
 
 /// Memory of the last search of a thread, which the next one takes.
 struct Memory
@@ -124,58 +134,39 @@ struct CoarseSearch::Prepared
 };
 
 CoarseSearch::CoarseSearch(std::vector<CoarseSearchIn> readings, const Scan& scan, const CoarseSearchParameters& limits)
-    : limits_(limits),
-      readings_(std::move(readings)),
+    : readings_(std::move(readings)),
       prepared_(std::make_unique<Prepared>(readings_, scan, limits)),
-      of_groups_(std::move(kept.of_groups)),
       pairs_(std::move(kept.pairs))
 {
-	of_groups_.clear();
 	pairs_.clear();
-	if (!prepared_->quantized.front().exact.empty()) search_overviews(prepared_->to_search, limits_, of_groups_);
-}
-
-CoarseSearch::~CoarseSearch()
-{
-	kept = {std::move(of_groups_), std::move(pairs_)};
-}
-
-void CoarseSearch::compare_profiles(const CoarseSearchParameters& limits)
-{
+	if (prepared_->quantized.front().exact.empty()) return;
 	const Prepared& prepared = *prepared_;
-	const auto from = of_groups_.begin() + static_cast<std::ptrdiff_t>(compared_);
-	const std::uint32_t limit = limit_of_overviews(prepared.to_search, limits, of_groups_);
-	const auto to = std::stable_partition(from, of_groups_.end(), [=](const Pair& pair) { return pair.cost < limit; });
-	compared_ = static_cast<std::size_t>(to - of_groups_.begin());
-
-	const std::uint32_t margin = prepared.margin(limits_);
-	const auto search = [&](std::size_t reading, const Pair* of_groups, std::size_t count)
+	search_overviews(prepared.to_search, limits, kept.of_groups);
+	const std::uint32_t margin = prepared.margin(limits);
+	const auto search = [&](std::size_t reading, const std::vector<Pair>& of_groups)
 	{
 		const auto first = static_cast<std::int32_t>(prepared.numbers.positions[reading]);
-		search_profiles(prepared.to_search[reading], of_groups, count, first, margin, least_, pairs_);
+		search_profiles(prepared.to_search[reading], of_groups, first, margin, least_, pairs_);
 	};
 	if (readings_.size() == 1)
-		search(0, &*from, static_cast<std::size_t>(to - from));
+		search(0, kept.of_groups);
 	else
 	{
-		std::vector<std::vector<Pair>> by_reading(readings_.size());  // with the numbers of groups of each
-		for (auto pair = from; pair != to; ++pair)
-		{
-			const std::size_t reading = Numbers::reading_of(prepared.numbers.groups, pair->position);
-			const auto first = static_cast<std::int32_t>(prepared.numbers.groups[reading]);
-			by_reading[reading].push_back({pair->position - first, pair->shift, pair->cost});
-		}
-		for (std::size_t i = 0; i < readings_.size(); i++) search(i, by_reading[i].data(), by_reading[i].size());
+		const auto by_reading = pairs_by_reading(kept.of_groups, prepared.numbers);
+		for (std::size_t i = 0; i < readings_.size(); i++) search(i, by_reading[i]);
 	}
 	const auto costly = [most = least_ + margin](const Pair& pair) { return pair.cost > most; };
 	pairs_.erase(std::remove_if(pairs_.begin(), pairs_.end(), costly), pairs_.end());
 }
 
-std::vector<Candidate> CoarseSearch::candidates(const CoarseSearchParameters& limits)
+CoarseSearch::~CoarseSearch()
+{
+	kept.pairs = std::move(pairs_);
+}
+
+std::vector<Candidate> CoarseSearch::candidates(const CoarseSearchParameters& limits) const
 {
 	std::vector<Candidate> found;
-	if (of_groups_.empty()) return found;
-	compare_profiles(limits);
 	if (pairs_.empty()) return found;
 	const Prepared& prepared = *prepared_;
 	const std::uint32_t most = least_ + prepared.margin(limits);

@@ -37,17 +37,14 @@ struct CoarseSearchIn
 /// compared with it if that is shorter than the profiles'.
 ///
 /// Of the overviews, those whose range histograms, the same for all yaws, are most like the scan's come first. The
-/// least cost found there bounds how many beams may be missing in a histogram;
-/// groups where there are more, by parameters.overview_missing_by_chance times the square root of the number of beams,
-/// are left out. Profiles are compared for the pairs of group and yaw whose beams cost in total at most
-/// parameters.margin times the square root of their number more than those of the cheapest pair, but for no
-/// more than parameters.max_pairs. Costs are whole numbers: if the pairs
+/// least cost found there bounds how many beams may be missing in a histogram; groups where there are more, by
+/// limits.overview_missing_by_chance times the square root of the number of beams, are left out. Profiles are compared
+/// for the pairs of group and yaw whose beams cost in total at most limits.margin times the square root of their number
+/// more than those of the cheapest pair, but for no more than limits.max_pairs. Costs are whole numbers: if the pairs
 /// of the greatest cost admitted would be too many, none of that cost is taken; if even those of the least cost are too
 /// many, the first ones of these are taken. Neither stopping early nor the machine's SIMD instructions change the
-/// result. Equal costs are ranked by the position in `profiles`, then by the shift.
-///
-/// Against a search that compares a million pairs beam by beam, all this loses at most one scan in 500, cluttered or
-/// not: tests/experiments/RESULTS.md has the measurement.
+/// result. Equal costs are ranked by the position in `profiles`, then by the shift. What all this loses against a
+/// comparison of all pairs is in tests/experiments/RESULTS.md.
 ///
 /// Readings of several maps are searched as if they were one map, in about the time that one map of their size takes:
 /// all limits hold for the pairs and candidates of all of them together, so that most of them get few or none.
@@ -56,38 +53,32 @@ struct CoarseSearchIn
 class CoarseSearch
 {
    public:
-	/// Compares the overviews.
+	/// Searches.
 	/// \param readings one or more; what they refer to must outlive the search. The sensor is also searched for within
 	///        a sample's spacing of what their priors allow to the robot
-	/// \param scan must outlive the search
 	/// \param limits of all that can be asked for
 	CoarseSearch(std::vector<CoarseSearchIn> readings, const Scan& scan, const CoarseSearchParameters& limits);
 	~CoarseSearch();
 	CoarseSearch(const CoarseSearch&) = delete;
 	CoarseSearch& operator=(const CoarseSearch&) = delete;
 
-	/// Compares those profiles that these limits admit and that have not been compared yet. A smaller search can so
-	/// come first, and costs a greater one nothing.
-	/// \param limits max_pairs, candidates and margin count here, at most those of the search
+	/// Returns what was found.
+	/// \param limits candidates and margin count here, at most those of the search
 	/// \return poses that are two spacings or three shifts apart, best first, at most limits.candidates, and none whose
 	///         beams cost more in total than those of the best one by limits.margin times the square root of their
 	///         number
-	std::vector<Candidate> candidates(const CoarseSearchParameters& limits);
+	std::vector<Candidate> candidates(const CoarseSearchParameters& limits) const;
 
-	/// Returns by how much [step], in the mean of the beams, a candidate within `limits` costs more than the best one.
+	/// Returns by how much [step], in the mean of the beams, a candidate within `limits` may cost more than the best
+	/// one.
 	double margin(const CoarseSearchParameters& limits) const;
 
    private:
 	struct Prepared;
 
-	void compare_profiles(const CoarseSearchParameters& limits);
-
-	const CoarseSearchParameters limits_;
-	const std::vector<CoarseSearchIn> readings_;
-	const std::unique_ptr<const Prepared> prepared_;
-	std::vector<Pair> of_groups_;     //!< cheapest pairs of group and shift; those compared come first
-	std::size_t compared_ = 0;        //!< [-] pairs of group and shift whose profiles were compared
-	std::vector<Pair> pairs_;         //!< pairs of position and shift that were found
+	std::vector<CoarseSearchIn> readings_;
+	std::unique_ptr<const Prepared> prepared_;
+	std::vector<Pair> pairs_;         //!< of position and shift
 	std::uint32_t least_ = 1U << 31;  //!< [step] cost of the cheapest of these
 };
 

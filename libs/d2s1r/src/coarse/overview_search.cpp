@@ -13,16 +13,10 @@ namespace d2s1r
 {
 namespace
 {
-/// Returns how many beams [-] of the scan a byte can sum up.
-std::size_t count_of_few(const QuantizedScan& scan, int truncation)
-{
-	return std::min(scan.exact.size(), static_cast<std::size_t>(255 / truncation));
-}
-
 /// Returns as many beams as a byte can sum up, spread over the scan, in an order whose beginnings are spread, too.
 std::vector<OverviewBeam> overview_beams(const QuantizedScan& scan, int truncation)
 {
-	const std::size_t count = count_of_few(scan, truncation);
+	const std::size_t count = std::min(scan.exact.size(), static_cast<std::size_t>(255 / truncation));
 	const std::size_t stride = count % 7 != 0 ? 7 : 1;
 	std::vector<OverviewBeam> beams;
 	for (std::size_t i = 0; i < count; i++)
@@ -43,13 +37,6 @@ void find_missing_beams(const RangeProfiles& profiles, const QuantizedScan& scan
 	const auto histogram = profiles.histogram_of(steps.data(), steps.size());
 	for (std::size_t first = 0; first < profiles.groups(); first += kBlock)
 		missing_beams(profiles.histograms.data() + first * RangeProfiles::kBins, histogram.data(), missing + first);
-}
-
-/// Returns by how much [2 steps] a pair may cost more than the cheapest.
-std::uint32_t margin_of(const std::vector<ReadingToSearch>& readings, const CoarseSearchParameters& parameters)
-{
-	const auto few = static_cast<double>(count_of_few(readings.front().scan, parameters.truncation));
-	return static_cast<std::uint32_t>(parameters.margin * std::sqrt(few));
 }
 
 /// The groups of a reading among those of all.
@@ -185,7 +172,8 @@ void search_overviews(
 	const int truncation = parameters.truncation;
 	const auto few = few_beams_of(readings, truncation);
 	const std::vector<GroupsOfReading> all = groups_of(readings, few, truncation, missing);
-	CheapestPairs cheapest(margin_of(readings, parameters), static_cast<std::size_t>(parameters.max_pairs), pairs);
+	const double margin = parameters.margin * std::sqrt(static_cast<double>(few.front().size()));
+	CheapestPairs cheapest(static_cast<std::uint32_t>(margin), static_cast<std::size_t>(parameters.max_pairs), pairs);
 
 	const int of_few = missing_at_few(all);
 	for (const GroupsOfReading& of : all) look_where_missing(of, 0, of_few, cheapest);
@@ -194,11 +182,5 @@ void search_overviews(
 		if (const int most = most_missing(of, least, parameters); most > of_few)
 			look_where_missing(of, of_few + 1, most, cheapest);
 	cheapest.drop_costly();
-}
-
-std::uint32_t limit_of_overviews(
-    const std::vector<ReadingToSearch>& readings, const CoarseSearchParameters& smaller, const std::vector<Pair>& pairs)
-{
-	return limit_of_cheapest(margin_of(readings, smaller), static_cast<std::size_t>(smaller.max_pairs), pairs);
 }
 }  // namespace d2s1r

@@ -26,10 +26,4 @@ struct ReadingToSearch
 ///        groups of all readings are counted on, from one to the next.
 void search_overviews(
     const std::vector<ReadingToSearch>& readings, const CoarseSearchParameters& parameters, std::vector<Pair>& pairs);
-
-/// Returns the cost [2 steps] below which are, of the pairs that search_overviews() found, those that it would have
-/// found with smaller limits.
-std::uint32_t limit_of_overviews(
-    const std::vector<ReadingToSearch>& readings, const CoarseSearchParameters& smaller,
-    const std::vector<Pair>& pairs);
 }  // namespace d2s1r

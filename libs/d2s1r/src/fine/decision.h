@@ -30,7 +30,7 @@ struct Place
 /// otherwise a few centimetres would decide. Poses that the prior of their map rules out do not count. Poses are scored
 /// by the beam model of their own map: log-likelihoods are all against beams that end anywhere, so that they share one
 /// scale. Thread-safe.
-/// \param limits of numbers, for all maps together, and of what is one place
+/// \param limits of numbers, for all maps together
 /// \return the places, best first
 std::vector<Place> find_places(
     const SearchedReadings& readings, const Scan& scan, const BeamSubset& all, const std::vector<RefinedPose>& poses,

@@ -35,7 +35,7 @@ class DistanceField
 	/// Computes the distances of `grid`.
 	/// \param tolerance [m] how far from the centres of occupied cells the walls may be: distances are counted from
 	///        there on
-	/// \throws std::invalid_argument if there are 2^31 cells or more
+	/// \throws std::invalid_argument if the grid, with a rim of 32 cells about it, has 2^31 cells or more
 	explicit DistanceField(const Grid& grid, double tolerance = 0);
 
 	/// Makes an empty one, for fields() to read into.
