@@ -27,9 +27,9 @@ namespace d2s1r
 /// that is carried away.
 ///
 /// A pose is tracked while more than localized_above of the weight is within 0.5 m and 10 deg of it, the bounds of a
-/// place (kPlaceDistance, kPlaceYaw). The spread of the particles grows from scan to scan unless one shows where they are. The
-/// filter remembers the probability that no hypothesis is right, and how much doubt scans leave of the place that it
-/// jumped to: each multiplies it by the probability that it is elsewhere.
+/// place (kPlaceDistance, kPlaceYaw). The spread of the particles grows from scan to scan unless one shows where they
+/// are. The filter remembers the probability that no hypothesis is right, and how much doubt scans leave of the place
+/// that it jumped to: each multiplies it by the probability that it is elsewhere.
 class CParticleFilterFusion : public CFusionBackend
 {
 	DEFINE_MRPT_OBJECT(CParticleFilterFusion, d2s1r)

@@ -29,8 +29,8 @@ struct Tuning
 	double hypothesis_std_xy = 0.3;    //!< [m] a hypothesis supports particles so far away
 	double hypothesis_std_phi = 0.15;  //!< [rad] the same for the heading
 	/// [0, 1] exponent of the likelihood of a scan if none of its hypotheses is right; it is 1 if one of them is. The
-	/// likelihood of a scan, each relative to that of the likeliest particle, is the mean of both by the probability that
-	/// one of them is right.
+	/// likelihood of a scan, each relative to that of the likeliest particle, is the mean of both by the probability
+	/// that one of them is right.
 	double unexplained_power = 0.2;
 	/// [0, 1] share of the range of the log-likelihood. A scan whose hypotheses are right with less than least_found
 	/// counts only if the filter's place explains more than this share of it.
