@@ -19,9 +19,9 @@ namespace d2s1r
 std::optional<Localization> refusal_of(const Scan& scan, const ScanParameters& parameters);
 
 /// Answers in which of `maps`, and where there, `scan` was taken, by the default method, which works for any field of
-/// view: coarse_search(), settle(), make_shortlist(), refine(), find_places() and decide(). All maps go through these
-/// steps together, as if they were one map. All this is done with fewer candidates first, and once more with all of
-/// them unless the first answer is clear. Thread-safe.
+/// view: CoarseSearch, settle(), make_shortlist(), refine(), find_places() and decide(). All maps go through these
+/// steps together, as if they were one map. After the search, all this is done with fewer candidates first, and once
+/// more with all of them unless the first answer is clear and those left out cost far more. Thread-safe.
 /// \param scan one without a refusal_of()
 /// \param maps one or more; the parameters of the first one limit what is searched in all of them together
 /// \param time_budget [ms] see Query; 0 is no limit

@@ -15,7 +15,7 @@ namespace d2s1r
 /// Returns the same parameters for a share [-] of the effort of refinement and scoring, rounded up.
 Parameters with_share_of_effort(Parameters parameters, double share);
 
-/// Returns the parameters of the smaller search that comes first.
+/// Returns the limits of the first look.
 Parameters for_first_look(const Parameters& parameters);
 
 /// A map that a scan is looked for in. It refers to its members.

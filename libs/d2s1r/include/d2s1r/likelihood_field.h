@@ -20,8 +20,8 @@ class LikelihoodField
 {
    public:
 	/// Fills the table of `grid`.
-	/// \throws std::invalid_argument if a parameter is out of range, or the grid, with a rim of 32 cells about it, has 2^31 cells or
-	///         more
+	/// \throws std::invalid_argument if a parameter is out of range, or the grid, with a rim of 32 cells about it, has
+	///         2^31 cells or more
 	LikelihoodField(const Grid& grid, const LikelihoodParameters& parameters);
 
 	/// Returns the log-likelihood [nat] of beams that end at `points` [m, robot frame] if the robot is at `robot` (in

@@ -71,11 +71,11 @@ struct RefinementParameters
 	double range_noise = 0.09;  //!< [m] standard deviation of a beam of 1 deg, as if beams were independent
 };
 
-/// Sets the smaller search that comes first. Most scans need no more: one place explains them far better than any
-/// other.
+/// Sets the first look, which judges a part of the candidates. Most scans need no more: one place explains them far
+/// better than any other.
 struct FirstLookParameters
 {
-	double effort = 0.35;  //!< [-] share of what the second look may do
+	double effort = 0.35;  //!< [-] share of the candidates and of max_scored that it has
 };
 
 /// Says how likely [nat] what a beam of 1 deg did is, against ending anywhere. The weights are those that
