@@ -8,9 +8,11 @@
 
 #include <algorithm>
 #include <ctime>
+#include <exception>
 #include <fstream>
 #include <iostream>
 #include <random>
+#include <stdexcept>
 #include <string>
 
 #include "literal_query.h"
@@ -30,7 +32,8 @@ double cpu_seconds()
 /// Makes peak_megabytes() forget what it took to make the floor and the questions.
 void forget_peak()
 {
-	std::ofstream("/proc/self/clear_refs") << 5;
+	std::ofstream refs("/proc/self/clear_refs");
+	if (!(refs << 5 << std::flush)) throw std::runtime_error("/proc/self/clear_refs cannot be written");
 }
 
 double peak_megabytes()
@@ -38,7 +41,7 @@ double peak_megabytes()
 	std::ifstream status("/proc/self/status");
 	for (std::string line; std::getline(status, line);)
 		if (line.rfind("VmHWM:", 0) == 0) return std::stod(line.substr(6)) / 1024;
-	return 0;
+	throw std::runtime_error("/proc/self/status tells no VmHWM");
 }
 
 /// Where a robot of 0.3 m radius can stand.
@@ -139,7 +142,15 @@ int main(int argc, char** argv)
 		std::cerr << "usage: " << argv[0] << " AREA_M2 default|paper CELL_M SEED" << std::endl;
 		return 1;
 	}
-	const auto method = std::string(argv[2]) == "paper" ? Method::kPaper : Method::kDefault;
-	run(std::stod(argv[1]), method, std::stod(argv[3]), static_cast<unsigned>(std::stoul(argv[4])));
+	try
+	{
+		const auto method = std::string(argv[2]) == "paper" ? Method::kPaper : Method::kDefault;
+		run(std::stod(argv[1]), method, std::stod(argv[3]), static_cast<unsigned>(std::stoul(argv[4])));
+	}
+	catch (const std::exception& error)
+	{
+		std::cerr << argv[0] << ": " << error.what() << std::endl;
+		return 1;
+	}
 	return 0;
 }
