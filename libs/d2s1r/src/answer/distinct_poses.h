@@ -32,9 +32,10 @@ class DistinctPoses
 	{
 		const auto column = static_cast<std::int64_t>(std::floor(pose.x / distance_));
 		const auto row = static_cast<std::int64_t>(std::floor(pose.y / distance_));
-		for (std::int64_t j = row - 1; j <= row + 1; j++)
-			for (std::int64_t i = column - 1; i <= column + 1; i++)
-				for (int k = newest_[bucket(i, j, map)]; k >= 0; k = chosen_[static_cast<std::size_t>(k)].before)
+		for (const int j : {0, -1, 1})  // its own tile first, where most that are near lie
+			for (const int i : {0, -1, 1})
+				for (int k = newest_[bucket(column + i, row + j, map)]; k >= 0;
+				     k = chosen_[static_cast<std::size_t>(k)].before)
 				{
 					const Chosen& chosen = chosen_[static_cast<std::size_t>(k)];
 					if (chosen.map == map && are_near(pose, chosen.pose, distance_, yaw_)) return false;

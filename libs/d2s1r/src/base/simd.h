@@ -8,7 +8,7 @@
 // On arm64 it is NEON: vectors of SVE have no size that a struct could hold.
 #undef HWY_DISABLED_TARGETS  // Highway defines it where it was included before
 #define HWY_DISABLED_TARGETS \
-	(HWY_SSSE3 | HWY_SSE4 | HWY_AVX3 | HWY_AVX3_DL | HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128)
+	(HWY_SSSE3 | HWY_SSE4 | HWY_AVX3_DL | HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128)
 
 namespace d2s1r
 {

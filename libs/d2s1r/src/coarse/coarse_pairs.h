@@ -91,24 +91,24 @@ class CheapestPairs
 	std::array<std::size_t, 256> count_{};  //!< [-] number of pairs by cost
 };
 
-/// Hands out pairs, the cheapest first, as long as `take(pair)` is true. Equal costs are ordered by position and
-/// shift. Costs are small numbers: each has a bucket, and only buckets that are reached get sorted.
+/// Hands out the pairs that cost at most `most`, the cheapest first, as long as `take(pair)` is true. Equal costs are
+/// ordered by position and shift. Costs are small numbers: each has a bucket, and only buckets that are reached get
+/// sorted.
 template <class Take>
-void cheapest_first(const std::vector<Pair>& pairs, const Take& take)
+void cheapest_first(const std::vector<Pair>& pairs, std::uint32_t most, const Take& take)
 {
 	thread_local std::vector<Pair> sorted;        // kept for the next query
-	thread_local std::vector<std::size_t> begin;  // of the bucket of a cost
-	std::uint32_t greatest = 0;
-	for (const Pair& pair : pairs) greatest = std::max(greatest, pair.cost);
-	begin.assign(greatest + 2, 0);
-	for (const Pair& pair : pairs) begin[pair.cost]++;
+	thread_local std::vector<std::size_t> begin;  // of the bucket of a cost; costlier pairs share the last one
+	begin.assign(most + 2, 0);
+	for (const Pair& pair : pairs) begin[std::min(pair.cost, most + 1)]++;
 	std::partial_sum(begin.begin(), begin.end(), begin.begin());
-	sorted.resize(pairs.size());
-	for (const Pair& pair : pairs) sorted[--begin[pair.cost]] = pair;
-	for (std::size_t cost = 0; cost <= greatest; cost++)
+	sorted.resize(begin[most]);
+	for (const Pair& pair : pairs)
+		if (pair.cost <= most) sorted[--begin[pair.cost]] = pair;
+	for (std::size_t cost = 0; cost <= most; cost++)
 	{
 		const auto first = sorted.begin() + static_cast<std::ptrdiff_t>(begin[cost]);
-		const auto last = sorted.begin() + static_cast<std::ptrdiff_t>(begin[cost + 1]);
+		const auto last = cost < most ? sorted.begin() + static_cast<std::ptrdiff_t>(begin[cost + 1]) : sorted.end();
 		std::sort(
 		    first, last,
 		    [](const Pair& a, const Pair& b) { return std::tie(a.position, a.shift) < std::tie(b.position, b.shift); });

@@ -169,13 +169,11 @@ std::vector<Candidate> CoarseSearch::candidates(const CoarseSearchParameters& li
 	std::vector<Candidate> found;
 	if (pairs_.empty()) return found;
 	const Prepared& prepared = *prepared_;
-	const std::uint32_t most = least_ + prepared.margin(limits);
 	DistinctPoses distinct(2 * limits.spacing, distinct_yaw(readings_.front().profiles));
 	cheapest_first(
-	    pairs_,
+	    pairs_, least_ + prepared.margin(limits),
 	    [&](Pair pair)
 	    {
-		    if (pair.cost > most) return false;
 		    const std::size_t reading = Numbers::reading_of(prepared.numbers.positions, pair.position);
 		    pair.position -= static_cast<std::int32_t>(prepared.numbers.positions[reading]);
 		    const mrpt::math::TPose2D pose = pose_of(readings_[reading].profiles, pair);

@@ -10,8 +10,6 @@
 
 #include "base/simd_floats-inl.h"
 
-#include <algorithm>
-
 HWY_BEFORE_NAMESPACE();
 namespace d2s1r
 {
@@ -80,17 +78,17 @@ struct Codes
 };
 
 /// Looks up the distance field where beams end, as DistanceField::at() does.
-Distances look_up(const DistanceField& field, const Codes& codes, const Frame& frame, const Ends& ends)
+HWY_INLINE Distances look_up(const DistanceField& field, const Codes& codes, const Frame& frame, const Ends& ends)
 {
-	const Floats column = hn::Add(frame.column, hn::Mul(ends.rx, frame.cells_per_metre));
-	const Floats row = hn::Add(frame.row, hn::Mul(ends.ry, frame.cells_per_metre));
+	const Floats any_column = hn::Add(frame.column, hn::Mul(ends.rx, frame.cells_per_metre));
+	const Floats any_row = hn::Add(frame.row, hn::Mul(ends.ry, frame.cells_per_metre));
 	const auto last_column = all(static_cast<float>(field.width() - 1));
 	const auto last_row = all(static_cast<float>(field.height() - 1));
 	const Mask inside = hn::And(
-	    hn::And(hn::Ge(column, all(0)), hn::Lt(column, last_column)),
-	    hn::And(hn::Ge(row, all(0)), hn::Lt(row, last_row)));
-	const Ints i = hn::ConvertTo(kInts, hn::IfThenElseZero(inside, column));
-	const Ints j = hn::ConvertTo(kInts, hn::IfThenElseZero(inside, row));
+	    hn::And(hn::Ge(any_column, all(0)), hn::Lt(any_column, last_column)),
+	    hn::And(hn::Ge(any_row, all(0)), hn::Lt(any_row, last_row)));
+	const Floats column = hn::IfThenElseZero(inside, any_column), row = hn::IfThenElseZero(inside, any_row);
+	const Ints i = hn::ConvertTo(kInts, column), j = hn::ConvertTo(kInts, row);
 	const Floats u = hn::Sub(column, hn::ConvertTo(kFloats, i)), v = hn::Sub(row, hn::ConvertTo(kFloats, j));
 	// A cell has one byte: the first two of a word are those of the cell and of its right neighbour.
 	const Ints offset = hn::Add(hn::Mul(j, hn::Set(kInts, field.width())), i);
@@ -106,7 +104,14 @@ Distances look_up(const DistanceField& field, const Codes& codes, const Frame& f
 	return {value, along_x, hn::Sub(on_upper, on_lower), inside};
 }
 
+/// Returns the square roots of the robust weights, which are 0 outside of the field.
+HWY_INLINE Floats shares_of(const Distances& at, Floats kernel2)
+{
+	return hn::IfThenElseZero(at.inside, hn::Div(kernel2, hn::Add(kernel2, hn::Mul(at.value, at.value))));
+}
+
 /// Sums up in eight lanes, whatever the length of a vector, so that every machine adds in the same order.
+template <std::size_t kSums>
 class Accumulator
 {
    public:
@@ -116,67 +121,95 @@ class Accumulator
 			for (Floats& sum : part) sum = hn::Zero(kFloats);
 	}
 
-	void add(std::size_t part, Floats jx, Floats jy, Floats jp, Floats jr, Floats e, Floats share)
+	/// Adds the terms of the vector of beams that begins at `i`.
+	HWY_INLINE void add(std::size_t i, const Floats (&terms)[kSums])
 	{
-		Floats* sum = sums_[part];
-		const Floats w = hn::Mul(share, share);
-		const Floats wx = hn::Mul(w, jx), wy = hn::Mul(w, jy), wp = hn::Mul(w, jp), wr = hn::Mul(w, jr);
-		const Floats terms[kSums] = {
-		    hn::Mul(wx, jx), hn::Mul(wx, jy), hn::Mul(wx, jp), hn::Mul(wx, jr), hn::Mul(wy, jy),
-		    hn::Mul(wy, jp), hn::Mul(wy, jr), hn::Mul(wp, jp), hn::Mul(wp, jr), hn::Mul(wr, jr),
-		    hn::Mul(wx, e),  hn::Mul(wy, e),  hn::Mul(wp, e),  hn::Mul(wr, e),  share};
+		Floats* const sum = sums_[i / kLanes % kParts];
 		for (std::size_t k = 0; k < kSums; k++) sum[k] = hn::Add(sum[k], terms[k]);
 	}
 
-	EndPointSums result() const
-	{
-		float total[kSums];
-		for (std::size_t k = 0; k < kSums; k++)
-		{
-			HWY_ALIGN float lanes[kSimdFloats];
-			for (std::size_t part = 0; part < kParts; part++)
-				hn::Store(sums_[part][k], kFloats, lanes + part * hn::Lanes(kFloats));
-			total[k] =
-			    ((lanes[0] + lanes[1]) + (lanes[2] + lanes[3])) + ((lanes[4] + lanes[5]) + (lanes[6] + lanes[7]));
-		}
-		EndPointSums sums;
-		std::copy_n(total, 10, sums.information.begin());
-		std::copy_n(total + 10, 4, sums.gradient.begin());
-		sums.fit = total[14];
-		return sums;
-	}
+	HWY_INLINE float total(std::size_t k) const { return of_four(k, 0) + of_four(k, 4); }
 
    private:
-	static constexpr std::size_t kSums = 15;
-	static constexpr std::size_t kParts = kSimdFloats / hn::MaxLanes(kFloats);
-	static_assert(kParts * hn::MaxLanes(kFloats) == kSimdFloats && kSimdFloats == 8);
+	static constexpr std::size_t kLanes = hn::MaxLanes(kFloats), kParts = kSimdFloats / kLanes;
+	static_assert(kParts * kLanes == kSimdFloats && kSimdFloats == 8);
+
+	/// Returns the sum of four lanes from `first` on.
+	HWY_INLINE float of_four(std::size_t k, std::size_t first) const
+	{
+		const auto* const part = sums_ + first / kLanes;
+#if HWY_TARGET == HWY_SCALAR
+		const auto lane = [&](std::size_t i) { return hn::GetLane(part[i][k]); };
+		return (lane(0) + lane(1)) + (lane(2) + lane(3));
+#else
+		const Floats pairs = hn::Add((*part)[k], hn::Shuffle2301((*part)[k]));
+		return hn::ExtractLane(hn::Add(pairs, hn::Shuffle1032(pairs)), first % kLanes);
+#endif
+	}
+
 	Floats sums_[kParts][kSums];
 };
-}  // namespace
 
-EndPointSums sum_of_target(
+template <std::size_t kUnknowns>
+HWY_INLINE EndPointSums<kUnknowns> sum(
     const DistanceField& field, const BeamArrays& returns, const mrpt::math::TPose2D& sensor, double range_offset,
     double kernel)
 {
+	constexpr std::size_t kProducts = kUnknowns * (kUnknowns + 1) / 2;
 	const Frame frame(field, sensor);
 	const Codes codes(field);
 	const Floats offset = all(static_cast<float>(range_offset)), kernel2 = all(static_cast<float>(kernel * kernel));
-	Accumulator sums;
-	const std::size_t lanes = hn::Lanes(kFloats);
-	for (std::size_t i = 0; i < returns.range.size(); i += lanes)
+	Accumulator<kProducts + kUnknowns + 1> sums;
+	for (std::size_t i = 0; i < returns.range.size(); i += hn::Lanes(kFloats))
 	{
 		const Ends ends(frame, returns, i, offset);
 		const Distances at = look_up(field, codes, frame, ends);
-		const Floats share =
-		    hn::IfThenElseZero(at.inside, hn::Div(kernel2, hn::Add(kernel2, hn::Mul(at.value, at.value))));
+		const Floats share = shares_of(at, kernel2), w = hn::Mul(share, share);
 		const Floats jp = hn::Sub(hn::Mul(at.gradient_y, ends.rx), hn::Mul(at.gradient_x, ends.ry));
 		const Floats jr = sum_of_products(at.gradient_x, ends.dx, at.gradient_y, ends.dy);
-		const auto valid = [&](Floats value) { return hn::IfThenElseZero(at.inside, value); };
-		sums.add(
-		    i / lanes % (kSimdFloats / lanes), valid(at.gradient_x), valid(at.gradient_y), valid(jp), valid(jr),
-		    valid(at.value), share);
+		const Floats j[] = {at.gradient_x, at.gradient_y, jp, jr};
+		Floats terms[kProducts + kUnknowns + 1];
+		std::size_t next = 0;
+		for (std::size_t a = 0; a < kUnknowns; a++)
+		{
+			const Floats weighted = hn::Mul(w, j[a]);
+			for (std::size_t b = a; b < kUnknowns; b++) terms[next++] = hn::Mul(weighted, j[b]);
+			terms[kProducts + a] = hn::Mul(weighted, at.value);
+		}
+		terms[kProducts + kUnknowns] = share;
+		sums.add(i, terms);
 	}
-	return sums.result();
+	EndPointSums<kUnknowns> result;
+	for (std::size_t k = 0; k < kProducts; k++) result.information[k] = sums.total(k);
+	for (std::size_t k = 0; k < kUnknowns; k++) result.gradient[k] = sums.total(kProducts + k);
+	result.fit = sums.total(kProducts + kUnknowns);
+	return result;
+}
+}  // namespace
+
+EndPointSums<3> sum_of_target(
+    const DistanceField& field, const BeamArrays& returns, const mrpt::math::TPose2D& sensor, double kernel)
+{
+	return sum<3>(field, returns, sensor, 0, kernel);
+}
+
+EndPointSums<4> sum_with_offset_of_target(
+    const DistanceField& field, const BeamArrays& returns, const mrpt::math::TPose2D& sensor, double range_offset,
+    double kernel)
+{
+	return sum<4>(field, returns, sensor, range_offset, kernel);
+}
+
+float fit_of_target(
+    const DistanceField& field, const BeamArrays& returns, const mrpt::math::TPose2D& sensor, double kernel)
+{
+	const Frame frame(field, sensor);
+	const Codes codes(field);
+	const Floats kernel2 = all(static_cast<float>(kernel * kernel));
+	Accumulator<1> sums;
+	for (std::size_t i = 0; i < returns.range.size(); i += hn::Lanes(kFloats))
+		sums.add(i, {shares_of(look_up(field, codes, frame, Ends(frame, returns, i, all(0))), kernel2)});
+	return sums.total(0);
 }
 
 void distances_of_target(
@@ -199,13 +232,27 @@ HWY_AFTER_NAMESPACE();
 namespace d2s1r
 {
 HWY_EXPORT(sum_of_target);
+HWY_EXPORT(sum_with_offset_of_target);
+HWY_EXPORT(fit_of_target);
 HWY_EXPORT(distances_of_target);
 
-EndPointSums sum_end_points(
+EndPointSums<3> sum_end_points(
+    const DistanceField& field, const BeamArrays& returns, const mrpt::math::TPose2D& sensor, double kernel)
+{
+	return HWY_DYNAMIC_DISPATCH(sum_of_target)(field, returns, sensor, kernel);
+}
+
+EndPointSums<4> sum_end_points(
     const DistanceField& field, const BeamArrays& returns, const mrpt::math::TPose2D& sensor, double range_offset,
     double kernel)
 {
-	return HWY_DYNAMIC_DISPATCH(sum_of_target)(field, returns, sensor, range_offset, kernel);
+	return HWY_DYNAMIC_DISPATCH(sum_with_offset_of_target)(field, returns, sensor, range_offset, kernel);
+}
+
+float fit_of_end_points(
+    const DistanceField& field, const BeamArrays& returns, const mrpt::math::TPose2D& sensor, double kernel)
+{
+	return HWY_DYNAMIC_DISPATCH(fit_of_target)(field, returns, sensor, kernel);
 }
 
 void distances_of_ends(

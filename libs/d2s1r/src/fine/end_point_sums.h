@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <vector>
 
 #include "ranges/distance_field.h"
@@ -9,22 +10,31 @@
 
 namespace d2s1r
 {
-/// The least-squares problem of the distances of all end points to walls, linearized at a pose (x, y, phi) and at an
-/// offset of all ranges. The robust weights are those of Geman and McClure.
+/// The least-squares problem of the distances of all end points to walls, linearized at a pose (x, y, phi) and, as the
+/// fourth unknown, at an offset of all ranges. The robust weights are those of Geman and McClure.
+template <std::size_t kUnknowns>
 struct EndPointSums
 {
-	std::array<float, 10> information{};  //!< J^T W J, upper triangle by rows
-	std::array<float, 4> gradient{};      //!< J^T W r
-	float fit = 0;                        //!< [-] sum of the square roots of the weights: 1 for an end point on a wall
+	std::array<float, kUnknowns*(kUnknowns + 1) / 2> information{};  //!< J^T W J, upper triangle by rows
+	std::array<float, kUnknowns> gradient{};                         //!< J^T W r
+	float fit = 0;  //!< [-] sum of the square roots of the weights: 1 for an end point on a wall
 };
 
 /// Sums up the end points of `returns`. Every kind of SIMD gives the same bits.
 /// \param sensor in map, m and rad
-/// \param range_offset [m] added to all ranges
 /// \param kernel [m] width of the robust kernel
-EndPointSums sum_end_points(
+EndPointSums<3> sum_end_points(
+    const DistanceField& field, const BeamArrays& returns, const mrpt::math::TPose2D& sensor, double kernel);
+
+/// The same, with an offset of all ranges.
+/// \param range_offset [m] added to all ranges
+EndPointSums<4> sum_end_points(
     const DistanceField& field, const BeamArrays& returns, const mrpt::math::TPose2D& sensor, double range_offset,
     double kernel);
+
+/// Returns the fit alone.
+float fit_of_end_points(
+    const DistanceField& field, const BeamArrays& returns, const mrpt::math::TPose2D& sensor, double kernel);
 
 /// Finds how far from the walls beams end, as DistanceField::at() does. Every kind of SIMD gives the same bits.
 /// \param sensor in map, m and rad

@@ -37,30 +37,33 @@ constexpr double kYawApart = 2 * M_PI / RangeProfiles::kDirections;  //!< [rad]
 // Damping [-] a beam, on the way, and where few beams or the last steps would slide along a corridor.
 constexpr double kDamping = 1e-3, kFirmDamping = 1e-2;
 
-/// Returns J^T W J over (x, y, phi, range offset).
-Eigen::Matrix4d information_of(const EndPointSums& sums)
+/// Returns J^T W J.
+template <std::size_t kUnknowns>
+auto information_of(const EndPointSums<kUnknowns>& sums)
 {
-	Eigen::Matrix4d information;
+	constexpr int kSize = kUnknowns;
+	Eigen::Matrix<double, kSize, kSize> information;
 	std::size_t next = 0;
-	for (int i = 0; i < 4; i++)
-		for (int j = i; j < 4; j++)
+	for (int i = 0; i < kSize; i++)
+		for (int j = i; j < kSize; j++)
 			information(i, j) = information(j, i) = static_cast<double>(sums.information[next++]);
 	return information;
 }
 
-Eigen::Vector4d gradient_of(const EndPointSums& sums)
+template <std::size_t kUnknowns>
+Eigen::Matrix<double, kUnknowns, 1> gradient_of(const EndPointSums<kUnknowns>& sums)
 {
-	return Eigen::Map<const Eigen::Vector4f>(sums.gradient.data()).cast<double>();
+	return Eigen::Map<const Eigen::Matrix<float, kUnknowns, 1>>(sums.gradient.data()).template cast<double>();
 }
 
-double fit_of(const EndPointSums& sums, std::size_t beams)
+double fit_of(float fit, std::size_t beams)
 {
-	return static_cast<double>(sums.fit) / static_cast<double>(std::max<std::size_t>(1, beams));
+	return static_cast<double>(fit) / static_cast<double>(std::max<std::size_t>(1, beams));
 }
 
 double fit_of(const DistanceField& field, const BeamSubset& beams, const TPose2D& pose, double kernel)
 {
-	return fit_of(sum_end_points(field, beams.returns, pose, 0, kernel), beams.count);
+	return fit_of(fit_of_end_points(field, beams.returns, pose, kernel), beams.count);
 }
 
 /// Returns `pose` moved by `step` (x, y, phi).
@@ -76,18 +79,18 @@ double damping_of(std::size_t beams, double damping)
 }
 
 /// Returns `pose` after one damped step, where the end points of `count` beams sum up to `sums`.
-TPose2D gauss_newton_step(const EndPointSums& sums, std::size_t count, const TPose2D& pose, double damping)
+TPose2D gauss_newton_step(const EndPointSums<3>& sums, std::size_t count, const TPose2D& pose, double damping)
 {
-	Eigen::Matrix3d information = information_of(sums).topLeftCorner<3, 3>();
+	Eigen::Matrix3d information = information_of(sums);
 	information.diagonal().array() += damping_of(count, damping);
-	return moved(pose, -information.ldlt().solve(gradient_of(sums).head<3>()));
+	return moved(pose, -information.ldlt().solve(gradient_of(sums)));
 }
 
 /// Makes some steps with a robust kernel of a width [m].
 TPose2D descend(const DistanceField& field, const BeamSubset& beams, TPose2D pose, int steps, double kernel)
 {
 	for (int i = 0; i < steps; i++)
-		pose = gauss_newton_step(sum_end_points(field, beams.returns, pose, 0, kernel), beams.count, pose, kDamping);
+		pose = gauss_newton_step(sum_end_points(field, beams.returns, pose, kernel), beams.count, pose, kDamping);
 	return pose;
 }
 
@@ -97,7 +100,7 @@ struct Settling
 	TPose2D pose;                    //!< sensor in map, m and rad
 	const SearchedReading* reading;  //!< that the pose is in
 	double cost;                     //!< [-] that is subtracted from the fit
-	EndPointSums sums{};
+	EndPointSums<3> sums{};
 	double fit = 0;  //!< [-] less the cost, higher is better
 };
 
@@ -109,8 +112,8 @@ void drop_poor(const BeamSubset& few, double width, double margin, std::vector<S
 	for (Settling& at : poses)
 	{
 		const double kernel = width * at.reading->parameters.refinement.kernel;
-		at.sums = sum_end_points(at.reading->field, few.returns, at.pose, 0, kernel);
-		at.fit = fit_of(at.sums, few.count) - at.cost;
+		at.sums = sum_end_points(at.reading->field, few.returns, at.pose, kernel);
+		at.fit = fit_of(at.sums.fit, few.count) - at.cost;
 		best = std::max(best, at.fit);
 	}
 	const auto is_poor = [=](const Settling& at) { return at.fit < best - margin; };
@@ -134,7 +137,7 @@ std::vector<RefinedPose> best_distinct(std::vector<RefinedPose> poses, std::size
 /// Returns the unit vector in the map along which the end points hold the position least.
 Eigen::Vector2d open_direction(const DistanceField& field, const BeamSubset& beams, const TPose2D& pose, double kernel)
 {
-	const Eigen::Matrix4d information = information_of(sum_end_points(field, beams.returns, pose, 0, kernel));
+	const Eigen::Matrix3d information = information_of(sum_end_points(field, beams.returns, pose, kernel));
 	return Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(information.topLeftCorner<2, 2>()).eigenvectors().col(0);
 }
 
@@ -160,12 +163,12 @@ double open_deviation(
 	{
 		const TPose2D beside{
 		    sensor.x + offset * open.x(), sensor.y + offset * open.y(), sensor.phi + offset * open.z()};
-		const EndPointSums sums = sum_end_points(field, beams.returns, beside, 0, kernel);
-		Eigen::Matrix3d held = information_of(sums).topLeftCorner<3, 3>();
+		const EndPointSums sums = sum_end_points(field, beams.returns, beside, kernel);
+		Eigen::Matrix3d held = information_of(sums);
 		held.diagonal().array() += damping_of(beams.count, kDamping);
 		held.topLeftCorner<2, 2>() += kHeld * open.head<2>().normalized() * open.head<2>().normalized().transpose();
-		const TPose2D at = moved(beside, -held.ldlt().solve(gradient_of(sums).head<3>()));
-		return static_cast<double>(sum_end_points(field, beams.returns, at, 0, kernel).fit);
+		const TPose2D at = moved(beside, -held.ldlt().solve(gradient_of(sums)));
+		return static_cast<double>(fit_of_end_points(field, beams.returns, at, kernel));
 	};
 	const double here = fit_at(0), least = here - variance_of(beams, parameters) / (kernel * kernel);
 	double farthest = 0;
@@ -233,9 +236,8 @@ std::vector<RefinedPose> make_shortlist(
 	Ranking ranking;
 	for (const auto& [least_cost, i] : by_most)
 	{
-		constexpr double kRounding = 1e-6;  // [nat]
-		if (!ranking.empty() && least_cost > ranking.front().first + kHopeless + kRounding) break;
-		if (ranking.size() == most && least_cost > ranking.back().first + kRounding) break;
+		if (!ranking.empty() && least_cost > ranking.front().first + kHopeless) break;
+		if (ranking.size() == most && least_cost > ranking.back().first) break;
 		const std::pair entry(-judged(score, poses[i]).log_likelihood, i);
 		ranking.insert(std::upper_bound(ranking.begin(), ranking.end(), entry), entry);
 		if (ranking.size() > most) ranking.pop_back();
@@ -308,8 +310,8 @@ TPose2D polish(
 Eigen::Matrix3d pose_covariance(
     const DistanceField& field, const BeamSubset& beams, const TPose2D& sensor, const RefinementParameters& parameters)
 {
-	const EndPointSums sums = sum_end_points(field, beams.returns, sensor, 0, parameters.kernel);
-	Eigen::Matrix3d information = information_of(sums).topLeftCorner<3, 3>() / variance_of(beams, parameters);
+	const EndPointSums sums = sum_end_points(field, beams.returns, sensor, parameters.kernel);
+	Eigen::Matrix3d information = information_of(sums) / variance_of(beams, parameters);
 	constexpr double kMost = 1.0, kMostYaw = mrpt::DEG2RAD(10.0);  // [m], [rad] of standard deviation
 	information.diagonal() += Eigen::Vector3d(kMost, kMost, kMostYaw).cwiseAbs2().cwiseInverse();
 	Eigen::Matrix3d covariance = information.inverse();

@@ -140,6 +140,46 @@ Score score(
 	return score;
 }
 
+double log_likelihood_bound(
+    const BeamTracer& tracer, const DistanceField& field, const BeamSubset& beams, const mrpt::math::TPose2D& sensor,
+    const BeamModel& model)
+{
+	constexpr double kRounding = 1e-6;  // [nat]
+	// As a rule nothing that a beam passes adds to its likelihood.
+	const auto gain = [](double weight) { return std::max(0.0, weight); };
+	const auto loss = [](double weight) { return std::min(0.0, weight); };
+	const double most_by_beam = kMostPassed * (gain(model.through_wall) + gain(model.unknown_metre));
+	const double model_beams = beams.spacing / kModelBeam;
+	const double through = model_beams * loss(model.through_wall) * static_cast<double>(kWholeCell);
+	thread_local TracedBeams ends;
+	thread_local std::vector<float> to_wall;
+	tracer.locate_ends(beams.returns, sensor, ends);
+	distances_of_ends(field, beams.returns, sensor, to_wall);
+	const auto no_returns = static_cast<double>(beams.count - beams.log_range.size());
+	double sum = kRounding + model_beams * no_returns * gain(model.no_return_at_wall);
+	bool was_on_wall = false, was_off_wall = false;
+	double left_of_run = 0;  // [nat] The beams of a run off the walls are charged for it, or each for a wall it passed.
+	for (std::size_t i = 0; i < beams.log_range.size(); i++)
+	{
+		const BeamEnd at_end = classify_end(to_wall[i], static_cast<Cell>(ends.end[i]), model);
+		const bool on_wall = at_end.end == End::kWall, off_wall = at_end.end == End::kOffWall;
+		const float log_range = beams.log_range[i];
+		const double by_range = on_wall ? model.log_range * static_cast<double>(log_range) : 0;
+		sum += model_beams * (at_end.log_likelihood + by_range + most_by_beam);
+		if (beams.depth_edge[i] != 0 && on_wall && was_on_wall) sum += gain(model.depth_edge);
+		if (off_wall)
+		{
+			if (!was_off_wall || beams.starts_run[i] != 0) left_of_run = loss(model.off_wall_run);
+			const double charge = std::max(through, left_of_run);
+			left_of_run -= charge;
+			sum += charge + gain(model.off_wall_run);
+		}
+		was_on_wall = on_wall;
+		was_off_wall = off_wall;
+	}
+	return sum;
+}
+
 ScoredPose best_score_near(
     const BeamTracer& tracer, const DistanceField& field, const BeamSubset& beams, const mrpt::math::TPose2D& sensor,
     const BeamModel& model)
@@ -155,40 +195,13 @@ ScoredPose best_score_near(
 			for (const mrpt::math::TPose2D& move : std::initializer_list<mrpt::math::TPose2D>{
 			         {step, 0, 0}, {-step, 0, 0}, {0, step, 0}, {0, -step, 0}, {0, 0, turn}, {0, 0, -turn}})
 			{
-				const Score found = score(tracer, field, beams, from + move, model);
-				if (found.log_likelihood > best.score.log_likelihood) best = {from + move, found};
+				const mrpt::math::TPose2D pose = from + move;
+				if (log_likelihood_bound(tracer, field, beams, pose, model) <= best.score.log_likelihood) continue;
+				const Score found = score(tracer, field, beams, pose, model);
+				if (found.log_likelihood > best.score.log_likelihood) best = {pose, found};
 			}
 			if (best.pose == from) break;
 		}
 	return best;
-}
-
-double log_likelihood_bound(
-    const BeamTracer& tracer, const DistanceField& field, const BeamSubset& beams, const mrpt::math::TPose2D& sensor,
-    const BeamModel& model)
-{
-	// As a rule nothing that a beam passes adds to its likelihood.
-	const auto gain = [](double weight) { return std::max(0.0, weight); };
-	const double most_by_beam = kMostPassed * (gain(model.through_wall) + gain(model.unknown_metre));
-	const double most_by_run = gain(model.off_wall_run);
-	const double model_beams = beams.spacing / kModelBeam;
-	thread_local TracedBeams ends;
-	thread_local std::vector<float> to_wall;
-	tracer.locate_ends(beams.returns, sensor, ends);
-	distances_of_ends(field, beams.returns, sensor, to_wall);
-	const auto no_returns = static_cast<double>(beams.count - beams.log_range.size());
-	double sum = model_beams * no_returns * gain(model.no_return_at_wall);
-	bool was_on_wall = false;
-	for (std::size_t i = 0; i < beams.log_range.size(); i++)
-	{
-		const BeamEnd at_end = classify_end(to_wall[i], static_cast<Cell>(ends.end[i]), model);
-		const bool on_wall = at_end.end == End::kWall;
-		const float log_range = beams.log_range[i];
-		const double by_range = on_wall ? model.log_range * static_cast<double>(log_range) : 0;
-		sum += model_beams * (at_end.log_likelihood + by_range + most_by_beam) + most_by_run;
-		if (beams.depth_edge[i] != 0 && on_wall && was_on_wall) sum += gain(model.depth_edge);
-		was_on_wall = on_wall;
-	}
-	return sum;
 }
 }  // namespace d2s1r
