@@ -55,7 +55,7 @@ void CParticleFilterFusion::start(const std::vector<FusionMap>& maps, const Fusi
 	for (const FusionMap& map : maps) map.map->localizer();  // is built now rather than at the first scan
 	// The likelihood field, too; but if there are many maps, a field for each would need much memory.
 	if (maps.size() == 1) maps.front().map->likelihood_field();
-	odometry_check_ = {};
+	odometry_check_ = OdometryCheck(tuning.odometry);
 	last_pose_.reset();
 	last_motion_ = {};
 	previous_ = {};
@@ -119,7 +119,7 @@ CPosePDFGaussian CParticleFilterFusion::motion_to(const FusionInput& input)
 		odometry = odometry_check_.checked(input.odometry, input.localization);
 	else if (parameters_.motion == MotionSource::kOdometry && input.odometry && is_plausible(*input.odometry))
 		odometry = input.odometry;
-	auto predicted = pf::predict_motion(odometry, last_motion_, parameters_.filter);
+	auto predicted = pf::predict_motion(odometry, last_motion_, parameters_.filter, tuning.odometry);
 	if (parameters_.motion == MotionSource::kOdometry) return predicted;
 	const auto weights = pf::normalized_weights(particles_);
 	const auto support = [&](const Hypothesis& hypothesis)

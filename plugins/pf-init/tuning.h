@@ -1,6 +1,8 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <d2s1r/motion.h>
+
 namespace d2s1r::pf
 {
 /// The errors of the motion from one scan to the next, which is an increment in the robot frame of the first.
@@ -21,6 +23,7 @@ struct MotionParameters
 struct Tuning
 {
 	MotionParameters motion;
+	OdometryTuning odometry;
 	double sure_probability = 0.99;  //!< [0, 1] fewer particles suffice for a place with a higher probability ...
 	double sure_std_xy = 0.30;       //!< [m] ... and a motion with a smaller standard deviation
 	double sure_share = 0.20;        //!< [0, 1] of all particles: those that suffice then
@@ -40,6 +43,9 @@ struct Tuning
 	double admitted_probability = 0.0005;  //!< [0, 1] that the robot was carried away since the last scan
 	double takeover_margin = 24;  //!< [nat] a hypothesis that explains a scan better than the filter's places do
 	                              //!< by more than this takes over at once
+	/// [-] likelihood of the filter's places against the best hypothesis. Above it, the filter may well be right, and
+	/// nobody asks which walls the beams would have to pass there.
+	double likely = 0.01;
 
 	/// [0, 1] that one of the hypotheses is right. A scan below it neither shows that the filter is lost nor counts if
 	/// the filter's place does not explain it; while the average over the last scans is below, no place is tracked.

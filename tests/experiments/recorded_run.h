@@ -30,5 +30,6 @@ std::vector<RunFrame> load_run(const std::string& rawlog, const std::string& gro
 
 /// Localizes all scans, with two threads, or reads what an earlier call wrote to `cache_file` (it is up to the caller
 /// to delete it when map, run or localizer change).
-void localize_all(std::vector<RunFrame>& run, const CSignatureMap2D& map, const std::string& cache_file);
+/// \param cache_file empty: nothing is kept
+void localize_all(std::vector<RunFrame>& run, const Localizer& localizer, const std::string& cache_file);
 }  // namespace d2s1r::experiments
