@@ -103,8 +103,8 @@ void cheapest_first(const std::vector<Pair>& pairs, std::uint32_t most, const Ta
 	for (const Pair& pair : pairs) begin[std::min(pair.cost, most + 1)]++;
 	std::partial_sum(begin.begin(), begin.end(), begin.begin());
 	sorted.resize(begin[most]);
-	for (const Pair& pair : pairs)
-		if (pair.cost <= most) sorted[--begin[pair.cost]] = pair;
+	for (auto pair = pairs.rbegin(); pair != pairs.rend(); ++pair)
+		if (pair->cost <= most) sorted[--begin[pair->cost]] = *pair;
 	for (std::size_t cost = 0; cost <= most; cost++)
 	{
 		const auto first = sorted.begin() + static_cast<std::ptrdiff_t>(begin[cost]);
