@@ -51,28 +51,23 @@ MOST, SHARE = float("inf"), 1.0  # greatest numbers
 CONSTANTS = [
     *constants_of("odometry", {
         "least_error": (0.05, None, MOST), "least_turn": (2, None, MOST), "error_share": (0.1, 0, MOST),
-        "turn_by_way": (5, 0, MOST), "newest": (0.2, 1, SHARE), "outlier": (50, NEVER, MOST),
-        "most_disagreement": (10, NEVER, MOST)}),
+        "turn_by_way": (5, 0, MOST), "newest": (0.2, 1, SHARE), "most_disagreement": (10, NEVER, MOST)}),
     *constants_of("window", {
-        "least_evidence": (-10, None, MOST), "missed_share": (0.5, 0, SHARE), "fits": (0.5, 0, SHARE),
-        "hidden": (0.2, 0, SHARE), "hidden_evidence": (-2, 0, MOST), "tails": (5, NEVER, MOST),
-        "averaged": (20, NEVER, MOST), "map_error": (0.02, 0, MOST), "map_turn": (0.5, 0, MOST),
-        "least_weight": (0.1, 1, SHARE), "search_reach": (2, None, MOST), "search_distance": (0.2, None, MOST),
-        "search_turn": (2, None, MOST), "hopeless": (20, NEVER, MOST), "least_explained": (0.2, 0, SHARE),
-        "least_one_shot": (0.5, 0, SHARE), "jump": (0.01, 0, SHARE), "same": (0.1, None, MOST),
-        "same_turn": (2, None, MOST), "usual": (0.5, NEVER, MOST), "widest_turn": (50, 180, MOST),
-        "searched": (2, None, MOST), "recent": (10, NEVER, MOST), "lost_frames": (2, NEVER, MOST),
-        "longest_guess": (2, None, MOST)}, ("searched", "recent", "lost_frames", "longest_guess")),
+        "least_evidence": (-10, None, MOST), "fits": (0.5, 0, SHARE), "least_explained": (0.2, 0, SHARE),
+        "hidden_evidence": (-2, 0, MOST), "tails": (5, NEVER, MOST), "map_error": (0.02, 0, MOST),
+        "map_turn": (0.5, 0, MOST), "hopeless": (20, NEVER, MOST), "least_one_shot": (0.5, 0, SHARE),
+        "jump": (0.01, 0, SHARE), "same": (0.1, None, MOST), "same_turn": (2, None, MOST), "usual": (0.5, NEVER, MOST),
+        "widest_turn": (50, 180, MOST), "searched": (2, None, MOST), "lost_frames": (2, NEVER, MOST)},
+        ("searched", "lost_frames")),
     *constants_of("filter", {
         "gate": (5, NEVER, MOST), "surprise": (5, NEVER, MOST), "odometry_surprise": (5, NEVER, MOST),
         "farthest": (2, NEVER, MOST), "widest_turn": (2, NEVER, MOST), "least_score": (-10, -NEVER, MOST),
         "least_support": (0.05, SHARE, SHARE), "pseudo_xy": (0.05, 0, MOST), "pseudo_phi": (0.02, 0, MOST),
-        "sure_probability": (0.99, 2, SHARE), "sure_std_xy": (0.2, NEVER, MOST), "sure_share": (0.2, SHARE, SHARE),
-        "unlisted": (0.2, NEVER, MOST), "hypothesis_std_xy": (0.2, NEVER, MOST), "hypothesis_std_phi": (0.2, NEVER, MOST),
+        "sure_probability": (0.99, 2, SHARE), "sure_share": (0.2, SHARE, SHARE), "unlisted": (0.2, NEVER, MOST),
+        "hypothesis_std_xy": (0.2, NEVER, MOST), "hypothesis_std_phi": (0.2, NEVER, MOST),
         "unexplained_power": (0.2, SHARE, SHARE), "least_explained": (0.2, 0, SHARE), "admitted_share": (0.1, 0, SHARE),
         "admitted_probability": (0.0005, 0, SHARE), "takeover_margin": (20, NEVER, MOST), "likely": (0.01, 0, SHARE),
-        "least_found": (0.5, 0, SHARE), "newest_found": (0.1, SHARE, SHARE), "least_agreement": (0.5, 0, SHARE),
-        "reseed_distance": (2, NEVER, MOST), "reseed_angle": (1, NEVER, MOST)}),
+        "newest_found": (0.1, SHARE, SHARE)}),
 ]
 SECTIONS = {"window": ("odometry", "window"), "filter": ("odometry", "filter")}  # that a program reads
 
