@@ -46,7 +46,7 @@ double Recovery::probability_of_being_lost(
     const Localization& localization, const Tuning& tuning) const
 {
 	if (localization.hypotheses.empty()) return 0;
-	if (probability_found(localization) < tuning.least_found) return tuning.admitted_probability;
+	if (probability_found(localization) < kProbable) return tuning.admitted_probability;
 	const Scan beams = make_scan(scan, maps_.parameters().scan);
 	const auto points = end_points(beams, maps_.likelihood_options().beams);
 	const auto log_likelihood = [&](const mrpt::math::TPose2D& pose) { return maps_.log_likelihood(points, pose); };

@@ -13,6 +13,7 @@
 //                 how the scan itself fits near the ground truth in SHARP_MAP, if MAP is a worse one of the same place
 // NAME=VALUE sets
 //   frames=N      [frames] of the run that are used at most (all)
+//   wheels=SEED   makes odometry of the ground truth, with errors (0: that of the log)
 //   variants=FILE each line of it is words NAME=VALUE as here; for each one prints a letter by frame that is judged
 //   (see
 //                 flag_of()), and nothing else is done; not of filter-alone and whole
@@ -251,12 +252,14 @@ void run_experiment(const Words& words, Words set)
 {
 	const std::string variants = take_text(set, "variants"), what = words[4];
 	const double all = std::numeric_limits<double>::infinity();
-	const auto settings = read_settings("fusion_experiment", with_numbers_of(pf::Tuning{}, {{"frames", all}}), set);
+	const auto settings =
+	    read_settings("fusion_experiment", with_numbers_of(pf::Tuning{}, {{"frames", all}, {"wheels", 0}}), set);
 	const std::size_t count = std::stoul(words[6]);
 	const auto map = CSignatureMap2D::Create(*load_map(words[0]));
 	auto run = load_run(words[1], words[2]);
 	const double most = what == "whole" ? static_cast<double>(count) : settings.at("frames");
 	if (static_cast<double>(run.size()) > most) run.resize(static_cast<std::size_t>(most));
+	if (settings.at("wheels") != 0) make_odometry(run, static_cast<unsigned>(settings.at("wheels")));
 	localize_all(run, map->localizer(), words[3]);
 	spoil(run, what, map->localizer());
 	FusionParameters parameters;

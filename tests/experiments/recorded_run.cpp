@@ -9,6 +9,7 @@
 
 #include <cmath>
 #include <filesystem>
+#include <random>
 #include <stdexcept>
 #include <thread>
 
@@ -105,6 +106,24 @@ std::vector<RunFrame> load_run(const std::string& rawlog, const std::string& gro
 		    ground_truth + ": " + std::to_string(truth.size()) + " lines for " + std::to_string(run.size()) + " scans");
 	for (std::size_t i = 0; i < run.size(); i++) run[i].truth = truth[i].robot;
 	return run;
+}
+
+void make_odometry(std::vector<RunFrame>& run, unsigned seed)
+{
+	std::mt19937 random(seed);
+	std::normal_distribution<double> error(0, 1);
+	mrpt::poses::CPose2D reading;
+	for (std::size_t i = 0; i < run.size(); i++)
+	{
+		if (i > 0)
+		{
+			const auto step = mrpt::poses::CPose2D(run[i].truth) - mrpt::poses::CPose2D(run[i - 1].truth);
+			const double way = 1 + 0.05 * error(random), turn = 1 + 0.05 * error(random);
+			const double drift = M_PI / 180 * step.norm() * error(random);  // [rad]
+			reading = reading + mrpt::poses::CPose2D(way * step.x(), way * step.y(), turn * step.phi() + drift);
+		}
+		run[i].odometry = reading;
+	}
 }
 
 void localize_all(std::vector<RunFrame>& run, const Localizer& localizer, const std::string& cache_file)

@@ -28,6 +28,10 @@ struct RunFrame
 /// \throws std::runtime_error if a file cannot be read or the numbers of scans and lines differ
 std::vector<RunFrame> load_run(const std::string& rawlog, const std::string& ground_truth);
 
+/// Makes the readings of wheels of the ground truth: they are off by 5 % of the way and of the turn, and by 1 deg a
+/// metre, as standard deviations.
+void make_odometry(std::vector<RunFrame>& run, unsigned seed);
+
 /// Localizes all scans, with two threads, or reads what an earlier call wrote to `cache_file` (it is up to the caller
 /// to delete it when map, run or localizer change).
 /// \param cache_file empty: nothing is kept

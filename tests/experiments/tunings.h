@@ -16,13 +16,12 @@ namespace d2s1r::experiments
 template <class Visit>
 void visit_numbers(OdometryTuning& t, const Visit& visit)
 {
-	static_assert(sizeof(t) == 7 * sizeof(double), "a constant without a name");
+	static_assert(sizeof(t) == 6 * sizeof(double), "a constant without a name");
 	visit("least_error", t.least_error);
 	visit("least_turn", t.least_turn);
 	visit("error_share", t.error_share);
 	visit("turn_by_way", t.turn_by_way);
 	visit("newest", t.newest);
-	visit("outlier", t.outlier);
 	visit("most_disagreement", t.most_disagreement);
 }
 
@@ -30,21 +29,14 @@ template <class Visit>
 void visit_numbers(WindowTuning& t, const Visit& visit)
 {
 	static_assert(
-	    sizeof(t) == sizeof(OdometryTuning) + 21 * sizeof(double) + 4 * sizeof(int), "a constant without a name");
+	    sizeof(t) == sizeof(OdometryTuning) + 14 * sizeof(double) + 2 * sizeof(int), "a constant without a name");
 	visit_numbers(t.odometry, visit);
 	visit("least_evidence", t.least_evidence);
-	visit("missed_share", t.missed_share);
 	visit("fits", t.fits);
-	visit("hidden", t.hidden);
 	visit("hidden_evidence", t.hidden_evidence);
 	visit("tails", t.tails);
-	visit("averaged", t.averaged);
 	visit("map_error", t.map_error);
 	visit("map_turn", t.map_turn);
-	visit("least_weight", t.least_weight);
-	visit("search_reach", t.search_reach);
-	visit("search_distance", t.search_distance);
-	visit("search_turn", t.search_turn);
 	visit("hopeless", t.hopeless);
 	visit("least_explained", t.least_explained);
 	visit("least_one_shot", t.least_one_shot);
@@ -54,9 +46,7 @@ void visit_numbers(WindowTuning& t, const Visit& visit)
 	visit("usual", t.usual);
 	visit("widest_turn", t.widest_turn);
 	visit("searched", t.searched);
-	visit("recent", t.recent);
 	visit("lost_frames", t.lost_frames);
-	visit("longest_guess", t.longest_guess);
 }
 
 template <class Visit>
@@ -78,12 +68,11 @@ template <class Visit>
 void visit_numbers(pf::Tuning& t, const Visit& visit)
 {
 	static_assert(
-	    sizeof(t) == sizeof(OdometryTuning) + sizeof(pf::MotionParameters) + 17 * sizeof(double),
+	    sizeof(t) == sizeof(OdometryTuning) + sizeof(pf::MotionParameters) + 12 * sizeof(double),
 	    "a constant without a name");
 	visit_numbers(t.odometry, visit);
 	visit_numbers(t.motion, visit);
 	visit("sure_probability", t.sure_probability);
-	visit("sure_std_xy", t.sure_std_xy);
 	visit("sure_share", t.sure_share);
 	visit("unlisted", t.unlisted);
 	visit("hypothesis_std_xy", t.hypothesis_std_xy);
@@ -94,11 +83,7 @@ void visit_numbers(pf::Tuning& t, const Visit& visit)
 	visit("admitted_probability", t.admitted_probability);
 	visit("takeover_margin", t.takeover_margin);
 	visit("likely", t.likely);
-	visit("least_found", t.least_found);
 	visit("newest_found", t.newest_found);
-	visit("least_agreement", t.least_agreement);
-	visit("reseed_distance", t.reseed_distance);
-	visit("reseed_angle", t.reseed_angle);
 }
 
 /// Returns `settings` and all constants of a tuning.

@@ -4,6 +4,7 @@
 //   window=N      [frames] that are judged together (10)
 //   apart=LENGTH  [m] a frame is used when the robot has gone so far since the last one that was (0: all frames)
 //   odometry=0|1  whether the window is given it (1)
+//   wheels=SEED   makes odometry of the ground truth, with errors (0: that of the log)
 //   reach=LENGTH  [m] of the laser: from there on it reports nothing (as recorded)
 //   first=N       [frames] the first one that is judged, counted from 0 among those used (0)
 //   frames=N      [frames] of the run that are used at most (all)
@@ -31,9 +32,14 @@ namespace d2s1r::experiments
 namespace
 {
 /// What else may be set than constants of the window.
-const Settings kUnlessGiven{{"window", 10},  {"apart", 0},
-                            {"odometry", 1}, {"reach", std::numeric_limits<double>::infinity()},
-                            {"first", 0},    {"frames", std::numeric_limits<double>::infinity()}};
+const Settings kUnlessGiven{
+    {"window", 10},
+    {"apart", 0},
+    {"odometry", 1},
+    {"wheels", 0},
+    {"reach", std::numeric_limits<double>::infinity()},
+    {"first", 0},
+    {"frames", std::numeric_limits<double>::infinity()}};
 
 /// Returns the frames that are used, with shorter scans.
 std::vector<RunFrame> used_frames(std::vector<RunFrame> run, const Settings& settings)
@@ -166,6 +172,7 @@ void run_experiment(const Words& files, Words words)
 	const auto settings = read_settings("window_experiment", with_numbers_of(WindowTuning{}, kUnlessGiven), words);
 	const Localizer localizer(load_map(files[0]));
 	auto run = used_frames(load_run(files[1], files[2]), settings);
+	if (settings.at("wheels") != 0) make_odometry(run, static_cast<unsigned>(settings.at("wheels")));
 	localize_all(run, localizer, cache);
 	if (variants.empty()) return judge(run, localizer, settings, files[3]);
 	print_variants(

@@ -81,9 +81,9 @@ TEST(TrackEvidence, OnlyTheLastTenFramesSayWhatIsExplained)
 {
 	Track track;
 	for (int i = 0; i < 40; i++) track.evidence.push_back({0, i < 30 ? 1.0 : 0.2, 0});
-	EXPECT_NEAR(explained_by(track, kTuning), 0.2, 1e-12);
+	EXPECT_NEAR(explained_by(track), 0.2, 1e-12);
 	track.evidence.resize(5);
-	EXPECT_NEAR(explained_by(track, kTuning), 1, 1e-12);
+	EXPECT_NEAR(explained_by(track), 1, 1e-12);
 }
 
 TEST(TrackEvidence, SlippingWheelsAreNotRuledOut)

@@ -31,8 +31,8 @@ struct OdometryTuning
 	double turn_by_way = 4;     //!< [deg/m] is added to that of the turn
 
 	double newest = 0.2;            //!< [0, 1] share of the newest motion in the average disagreement of OdometryCheck
-	double outlier = 30;            //!< [-] the most that one motion counts there, a squared Mahalanobis distance
-	double most_disagreement = 12;  //!< [-] average of an odometry that can be relied on
+	double most_disagreement = 12;  //!< [-] average of an odometry that can be relied on; one motion alone adds
+	                                //!< half of it at most
 };
 
 /// Returns an increment of odometry, in the robot frame at its start, with the errors that wheels make: they grow with

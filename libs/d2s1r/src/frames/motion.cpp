@@ -81,7 +81,8 @@ std::optional<mrpt::poses::CPose2D> OdometryCheck::checked(
 	{
 		const double distance =
 		    mahalanobis_distance(odometry_motion(*increment, tuning_), increment_between(*before_, *now));
-		disagreement_ += tuning_.newest * (std::min(distance * distance, tuning_.outlier) - disagreement_);
+		const double most = tuning_.most_disagreement / (2 * tuning_.newest);  // of one motion
+		disagreement_ += tuning_.newest * (std::min(distance * distance, most) - disagreement_);
 	}
 	before_ = now;
 	return is_usable && disagreement_ <= tuning_.most_disagreement ? increment : std::nullopt;

@@ -9,10 +9,18 @@
 #include <cmath>
 #include <numeric>
 
+#include "coarse/range_profiles.h"
+
 namespace d2s1r
 {
 namespace
 {
+constexpr double kDeviations = 2;  //!< [standard deviations] within which a pose is searched for
+constexpr double kSlipped =
+    16.27;  //!< [-] squared Mahalanobis distance that 1 of 1,000 motions exceeds (chi-squared, 3)
+constexpr std::size_t kRecent = 10;  //!< [frames] of a usual window, which must be explained in a longer one, too
+constexpr double kYawStep = 2 * M_PI / RangeProfiles::kDirections;  //!< [rad] of the coarse search
+
 /// A motion that a pair of hypotheses speaks for.
 struct Vote
 {
@@ -52,16 +60,15 @@ double agreement(const Vote& a, const Vote& b, const WindowTuning& tuning)
 	return std::exp(-0.5 * (way * way / (tuning.same * tuning.same) + turn * turn / (same_turn * same_turn)));
 }
 
-/// Returns a query for where the robot may be after a motion: within two standard deviations, and what a refinement
-/// reaches anyway.
-Query around(const PoseDensity& predicted, const WindowTuning& tuning)
+/// Returns a query for where the robot may be after a motion: within two standard deviations, and a step of the coarse
+/// search, which a refinement reaches anyway.
+/// \param spacing [m] of the coarse search
+Query around(const PoseDensity& predicted, double spacing)
 {
-	const auto reach = [&](int i, double margin)
-	{ return tuning.search_reach * std::sqrt(predicted.cov(i, i)) + margin; };
+	const auto reach = [&](int i, double margin) { return kDeviations * std::sqrt(predicted.cov(i, i)) + margin; };
 	const auto& mean = predicted.mean;
-	const double x = reach(0, tuning.search_distance), y = reach(1, tuning.search_distance);  // [m]
-	const PoseBox box{mean.x() - x, mean.x() + x, mean.y() - y,
-	                  mean.y() + y, mean.phi(),   reach(2, mrpt::DEG2RAD(tuning.search_turn))};
+	const double x = reach(0, spacing), y = reach(1, spacing);  // [m]
+	const PoseBox box{mean.x() - x, mean.x() + x, mean.y() - y, mean.y() + y, mean.phi(), reach(2, kYawStep)};
 	return {{{box}}};
 }
 
@@ -75,7 +82,7 @@ double explained_of(const Hypothesis& hypothesis)
 /// Returns whether unknown space, and no wall, explains the scan at a hypothesis.
 bool is_hidden(const Hypothesis& hypothesis, const WindowTuning& tuning)
 {
-	return explained_of(hypothesis) < tuning.hidden;
+	return explained_of(hypothesis) < tuning.least_explained;
 }
 
 /// Returns whether `a` is the likelier place; places that unknown space explains come after all others.
@@ -136,14 +143,14 @@ Evidence evidence_of(const Hypothesis& hypothesis, double relative, const Window
 
 bool missed(const Evidence& evidence, const WindowTuning& tuning)
 {
-	return evidence.log_likelihood < tuning.missed_share * tuning.least_evidence;
+	return evidence.log_likelihood < 0.5 * tuning.least_evidence;
 }
 
 PoseDensity measurement(const Hypothesis& hypothesis, const WindowTuning& tuning)
 {
 	PoseDensity density(hypothesis.pose, hypothesis.covariance);
 	for (int r = 0; r < 3; r++)
-		for (int c = 0; c < 3; c++) density.cov(r, c) /= std::max(tuning.least_weight, explained_of(hypothesis));
+		for (int c = 0; c < 3; c++) density.cov(r, c) /= std::max(tuning.least_explained, explained_of(hypothesis));
 	const double turn = mrpt::DEG2RAD(tuning.map_turn);
 	for (int i = 0; i < 3; i++) density.cov(i, i) += i < 2 ? tuning.map_error * tuning.map_error : turn * turn;
 	return density;
@@ -166,7 +173,7 @@ Correction best_correction(
 		if (evidence.log_likelihood <= best.evidence.log_likelihood) return;
 		best.evidence = evidence;
 		best.pose = is_hidden(hypothesis, tuning) ? predicted
-		            : off < tuning.averaged       ? combine(predicted, measured)
+		            : off < kSlipped              ? combine(predicted, measured)
 		                                          : measured;
 	};
 	if (refined) consider(*refined);
@@ -184,13 +191,13 @@ std::optional<Hypothesis> refined_near(
 	{
 		if (likelier(other, *best, tuning)) best = other;
 	};
-	const Localization found = localizer.localize(scan, around(predicted, tuning));
+	const Localization found =
+	    localizer.localize(scan, around(predicted, localizer.parameters().coarse_search.spacing));
 	if (!found.hypotheses.empty()) consider(found.best());
-	const double step = mrpt::DEG2RAD(tuning.search_turn);  // [rad]
-	const int turns = std::min(
-	    kMostTurns, static_cast<int>(std::ceil(tuning.search_reach * std::sqrt(predicted.cov(2, 2)) / step)) - 1);
+	const int turns =
+	    std::min(kMostTurns, static_cast<int>(std::ceil(kDeviations * std::sqrt(predicted.cov(2, 2)) / kYawStep)) - 1);
 	for (int turn = 1; turn <= turns; turn++)
-		for (const double yaw : {-turn * step, turn * step})
+		for (const double yaw : {-turn * kYawStep, turn * kYawStep})
 			if (const auto turned = localizer.hypothesis_near(scan, predicted.mean + mrpt::poses::CPose2D(0, 0, yaw)))
 				consider(*turned);
 	return best;
@@ -223,10 +230,9 @@ double sum_of(const Track& track)
 	return sum_of(track.evidence, track.evidence.size());
 }
 
-double explained_by(const Track& track, const WindowTuning& tuning)
+double explained_by(const Track& track)
 {
-	const auto frames =
-	    static_cast<std::ptrdiff_t>(std::min(static_cast<std::size_t>(tuning.recent), track.evidence.size()));
+	const auto frames = static_cast<std::ptrdiff_t>(std::min(kRecent, track.evidence.size()));
 	const double sum = std::accumulate(
 	    track.evidence.end() - frames, track.evidence.end(), 0.0,
 	    [](double so_far, const Evidence& frame) { return so_far + frame.explained; });

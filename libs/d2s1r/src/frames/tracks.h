@@ -54,7 +54,7 @@ Evidence evidence_of(const Hypothesis& hypothesis, double relative, const Window
 /// Returns the log-likelihood [nat] of a hypothesis; 0 for one that has none, which the default method does not make.
 double log_likelihood_of(const Hypothesis& hypothesis);
 
-/// Returns whether a frame speaks against a track as clearly as one frame can.
+/// Returns whether a frame speaks against a track: its evidence is nearer to the least than to none.
 bool missed(const Evidence& evidence, const WindowTuning& tuning);
 
 /// Returns what a scan says of the pose at a place, with a larger covariance than the hypothesis has: the map is off by
@@ -93,7 +93,7 @@ double sum_of(const std::deque<Evidence>& evidence, std::size_t frames);
 double sum_of(const Track& track);
 
 /// Returns the mean share [0, 1] of explained beams in the last frames of a track.
-double explained_by(const Track& track, const WindowTuning& tuning);
+double explained_by(const Track& track);
 
 /// Returns the probability [0, 1] that one scan alone gives to the place of a track, in the mean of its frames.
 double one_shot_probability(const Track& track);

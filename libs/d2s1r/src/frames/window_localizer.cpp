@@ -213,7 +213,7 @@ void WindowTracker::begin_with(const Localization& one_shot)
 /// Says what all frames of the window tell.
 Localization WindowTracker::conclude(const Localization& one_shot) const
 {
-	if (tracks_.empty() || explained_by(tracks_.front(), tuning_) < tuning_.least_explained)
+	if (tracks_.empty() || explained_by(tracks_.front()) < tuning_.least_explained)
 	{
 		Localization nowhere = no_place(Status::kRejected, "no place in the map explains the last scans");
 		nowhere.times = one_shot.times;
@@ -226,8 +226,7 @@ Localization WindowTracker::conclude(const Localization& one_shot) const
 	result.relative_entropy = localizer.relative_entropy(frames_.back().scan, result.best().pose);
 	result.confidence = result.best().probability;
 	const Track& best = tracks_.front();
-	const bool known =
-	    explained_by(best, tuning_) >= tuning_.fits && one_shot_probability(best) >= tuning_.least_one_shot;
+	const bool known = explained_by(best) >= tuning_.fits && one_shot_probability(best) >= tuning_.least_one_shot;
 	if (!known) result.confidence = std::min(result.confidence, one_shot_probability(best));
 	const double share = result.confidence / result.best().probability;  // the rest is "none of them"
 	for (Hypothesis& hypothesis : result.hypotheses) hypothesis.probability *= share;
@@ -252,7 +251,7 @@ Localization WindowTracker::add(
 	auto since_last = motion;
 	if (gap_ > 0)
 	{
-		const bool can_be_guessed = gap_ <= tuning_.longest_guess && !motion && !gap_motion_;
+		const bool can_be_guessed = gap_ < tuning_.lost_frames && !motion && !gap_motion_;
 		pass_gap(motion);
 		since_last = gap_motion_;
 		if (!since_last && !can_be_guessed)  // nobody knows how far the robot went

@@ -12,27 +12,19 @@ struct WindowTuning
 
 	// The evidence of a frame for a track.
 	double least_evidence = -8;  //!< [nat] the least of it. It is bounded because scans may show what is not in the map
-	double missed_share = 0.75;  //!< [0, 1] of least_evidence: a frame with less speaks against the track
 	double fits = 0.45;          //!< [0, 1] share of explained returns from which on a pose fits a scan
-	double hidden = 0.15;        //!< [0, 1] share of explained returns; below, unknown space explains the others
+	double least_explained =
+	    0.18;  //!< [0, 1] share of explained returns; below, walls do not explain a scan, or a track its scans
 	double hidden_evidence = -2;  //!< [nat] greatest evidence of a frame that is explained by so little
 
 	// How a scan corrects the pose that the motion predicts.
-	double tails = 5;           //!< [-] degrees of freedom of the errors of a motion
-	double averaged = 16;       //!< [-] squared Mahalanobis distance up to which motion and scan are averaged
-	double map_error = 0.03;    //!< [m] standard deviation of what the map is off by
-	double map_turn = 0.5;      //!< [deg] the same of its walls' directions
-	double least_weight = 0.1;  //!< [0, 1] a scan of which fewer returns are explained counts as one of so many
-
-	// Where a pose is searched for if the scan does not fit where the motion leads.
-	double search_reach = 2;       //!< [standard deviations] of the predicted pose
-	double search_distance = 0.2;  //!< [m] that a refinement reaches anyway
-	double search_turn = 2;        //!< [deg] the same for the heading
+	double tails = 5;         //!< [-] degrees of freedom of the errors of a motion
+	double map_error = 0.03;  //!< [m] standard deviation of what the map is off by
+	double map_turn = 0.5;    //!< [deg] the same of its walls' directions
 
 	// What is concluded from tracks.
-	double hopeless = 25;           //!< [nat] a track this far behind the best one is given up
-	double least_explained = 0.18;  //!< [0, 1] mean share of explained returns; below, a track is at no place
-	double least_one_shot = 0.65;   //!< [0, 1] least mean probability that one scan alone gives to a place
+	double hopeless = 25;          //!< [nat] a track this far behind the best one is given up
+	double least_one_shot = 0.65;  //!< [0, 1] least mean probability that one scan alone gives to a place
 
 	// A motion that nobody measured.
 	double jump = 0.01;       //!< [0, 1] how usual it is that the robot is anywhere else in the next frame
@@ -42,9 +34,7 @@ struct WindowTuning
 	double widest_turn = 60;  //!< [deg] beyond, it is a jump: rooms look alike the other way round
 
 	// Numbers of tracks and of frames.
-	int searched = 3;       //!< [-] best tracks whose pose is searched for
-	int recent = 10;        //!< [frames] that must be explained, however long the window
-	int lost_frames = 3;    //!< [frames] in a row that no track explains: the robot was carried away
-	int longest_guess = 2;  //!< [frames] without a usable scan whose motion hypotheses may tell
+	int searched = 3;     //!< [-] best tracks whose pose is searched for
+	int lost_frames = 3;  //!< [frames] in a row that no track explains: the robot was carried away
 };
 }  // namespace d2s1r
