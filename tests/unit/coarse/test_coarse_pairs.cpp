@@ -56,28 +56,25 @@ TEST(CheapestPairs, OfNoneThereIsNone)
 
 TEST(CheapestFirst, TiesGoByPositionThenShift)
 {
-	const std::vector<Pair> pairs{{5, 1, 8}, {2, 7, 3}, {5, 0, 8}, {1, 9, 8}, {2, 4, 3}};
-	std::vector<std::pair<std::int32_t, std::int32_t>> taken;
-	cheapest_first(
-	    pairs, 8,
-	    [&](const Pair& pair)
-	    {
-		    taken.emplace_back(pair.position, pair.shift);
-		    return taken.size() < 4;
-	    });
-	EXPECT_EQ(taken, (std::vector<std::pair<std::int32_t, std::int32_t>>{{2, 4}, {2, 7}, {1, 9}, {5, 0}}));
-}
-
-TEST(CheapestFirst, CostlierPairsAreNotHandedOut)
-{
-	std::vector<std::uint32_t> costs;
-	cheapest_first(
-	    {{1, 0, 9}, {2, 0, 3}, {3, 0, 200}, {4, 0, 8}}, 8,
-	    [&](const Pair& pair)
-	    {
-		    costs.push_back(pair.cost);
-		    return true;
-	    });
-	EXPECT_EQ(costs, (std::vector<std::uint32_t>{3, 8}));
+	const std::vector<Pair> pairs{{5, 1, 8}, {2, 7, 3}, {4, 2, 9}, {5, 0, 8}, {1, 9, 8}, {2, 4, 3}};
+	const std::vector<std::pair<std::int32_t, std::int32_t>> expected{{2, 4}, {2, 7}, {1, 9}, {5, 0}, {5, 1}, {4, 2}};
+	const auto taken_of = [&](std::uint32_t most, std::size_t wanted)
+	{
+		std::vector<std::pair<std::int32_t, std::int32_t>> taken;
+		cheapest_first(
+		    pairs, most,
+		    [&](const Pair& pair)
+		    {
+			    taken.emplace_back(pair.position, pair.shift);
+			    return taken.size() < wanted;
+		    });
+		return taken;
+	};
+	const auto first = [&](std::ptrdiff_t count) { return std::vector(expected.begin(), expected.begin() + count); };
+	EXPECT_EQ(taken_of(9, 4), first(4));
+	EXPECT_EQ(taken_of(9, 9), first(6));
+	EXPECT_EQ(taken_of(8, 9), first(5));
+	EXPECT_EQ(taken_of(5, 9), first(2));
+	EXPECT_EQ(taken_of(2, 9), first(0));
 }
 }  // namespace d2s1r::test

@@ -66,6 +66,23 @@ TEST_P(EndPoints, SumsAreThoseOfPlainLoops)
 		}
 }
 
+TEST_P(EndPoints, SumsOfThreeUnknownsAndTheFitAloneAreThoseOfFour)
+{
+	for (const auto& robot : poses_on_floor())
+	{
+		const BeamArrays returns = returns_at(robot);
+		const mrpt::math::TPose2D sensor{robot.x - 0.06, robot.y + 0.03, robot.phi - 0.01};
+		const EndPointSums<4> four = sum_end_points(field_, returns, sensor, 0, 0.1);
+		const EndPointSums<3> three = sum_end_points(field_, returns, sensor, 0.1);
+		std::size_t next = 0;
+		for (const std::size_t of_four : {0, 1, 2, 4, 5, 7})
+			EXPECT_EQ(three.information[next++], four.information[of_four]) << of_four;
+		for (std::size_t k = 0; k < 3; k++) EXPECT_EQ(three.gradient[k], four.gradient[k]) << k;
+		EXPECT_EQ(three.fit, four.fit);
+		EXPECT_EQ(fit_of_end_points(field_, returns, sensor, 0.1), four.fit);
+	}
+}
+
 TEST_P(EndPoints, FarOutsideOfTheMapWeighNothing)
 {
 	const BeamArrays returns = returns_at(poses_on_floor()[0]);

@@ -287,11 +287,11 @@ TEST_F(OnFloor, NoPoseScoresMoreThanTheEndsOfItsBeamsAllow)
 		for (const auto& pose : poses)
 		{
 			const double most = log_likelihood_bound(tracer_, field_, rays, pose, model);
-			EXPECT_LE(score(tracer_, field_, rays, pose, model).log_likelihood, most + 1e-6) << pose;
+			EXPECT_LE(score(tracer_, field_, rays, pose, model).log_likelihood, most) << pose;
 		}
 	const auto robot = poses_on_floor()[0];
 	const double most = log_likelihood_bound(tracer_, field_, rays, robot, {});
-	EXPECT_LT(most, score(tracer_, field_, rays, robot, {}).log_likelihood + 3) << "too loose to be of use";
+	EXPECT_LT(most, score(tracer_, field_, rays, robot, {}).log_likelihood + 2) << "too loose to be of use";
 }
 
 TEST(Scoring, ABeamThatSawNothingIsChargedForAWallInItsWayOnce)

@@ -4,9 +4,9 @@
 #include <cstddef>
 #include <cstdint>
 
-// Include this before Highway. Portable loops are compiled and, on x86-64, AVX2 and AVX-512, of which the machine
-// chooses at run time.
-// On arm64 it is NEON: vectors of SVE have no size that a struct could hold.
+// Include this before Highway. Portable loops are compiled and, on x86-64, AVX2 and AVX-512, whose registers are twice
+// as many, and the machine chooses at run time. On arm64 it is NEON: vectors of SVE have no size that a struct could
+// hold.
 #undef HWY_DISABLED_TARGETS  // Highway defines it where it was included before
 #define HWY_DISABLED_TARGETS (HWY_SSSE3 | HWY_SSE4 | HWY_AVX3_DL | HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128)
 

@@ -5,7 +5,7 @@
 #include <array>
 #include <cstring>
 
-// This is compiled for all of Highway's targets, not only for those of base/simd.h: bytes profit from AVX-512.
+// This is compiled for all of Highway's targets, not only for those of base/simd.h.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "coarse/coarse_kernel.cpp"
 #include <hwy/foreach_target.h>
