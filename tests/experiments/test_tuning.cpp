@@ -22,7 +22,7 @@ class Tuning : public AppTest
 	}
 
 	/// What a script prints that may import those of the experiments.
-	static std::string printed(const std::string& script)
+	std::string printed(const std::string& script) const
 	{
 		const ProcessResult told =
 		    run_program({kPython, "-B", "-c", "import sys; sys.path.insert(0, '" + kScripts + "')\n" + script});
