@@ -109,9 +109,9 @@ class Runner:
             if not program.exists():
                 raise RuntimeError(f"{program} is missing; build the project, tests included")
         self.maker = sets.Maker(build, build / "learning")
-        made_by = [runs.digest_of_program(program, build) for program in self.programs.values()]
-        made_by += [runs.digest(pathlib.Path(module.__file__)) for module in (drives, degraded_maps, drawn_sites)]
-        self.folder = build / "learning/tuning" / hashlib.sha256(b"".join(made_by)).hexdigest()[:16]
+        made_by = b"".join(runs.digest(pathlib.Path(module.__file__)) for module in (drives, degraded_maps, drawn_sites))
+        self.folder = build / "learning/tuning" / self.maker.folder.name / hashlib.sha256(made_by).hexdigest()[:16]
+        self.digests = {name: runs.digest_of_program(program, build).hex()[:16] for name, program in self.programs.items()}
         self.data, self.jobs = data, jobs
         self.writes_cache = threading.Lock()  # two programs may want the same one
 
@@ -123,7 +123,8 @@ class Runner:
 
     def letters(self, run, points):
         lines = [" ".join(f"{c.name.split('.')[1]}={point[c.name]:g}" for c in run.constants()) for point in points]
-        file = self.folder / f"{run.program}-{run.name}-{hashlib.sha256(repr(run).encode()).hexdigest()[:8]}.json"
+        key = hashlib.sha256((self.digests[run.program] + repr(run)).encode()).hexdigest()[:16]
+        file = self.folder / f"{run.program}-{run.name}-{key}.json"
         known = json.loads(file.read_text()) if file.exists() else {}
         missing = [line for line in dict.fromkeys(lines) if line not in known]
         for first in range(0, len(missing), AT_A_TIME):
@@ -139,7 +140,7 @@ class Runner:
         variants = self.folder / f"{run.program}-{run.name}.variants"
         variants.write_text("\n".join(lines) + "\n")
         settings = [word for word in run.words if "=" in word]
-        seen = hashlib.sha256(repr((run.site, run.map, run.scans, sorted(
+        seen = hashlib.sha256(repr((self.digests[run.program], run.site, run.map, run.scans, sorted(
             word for word in settings if not word.startswith("odometry")))).encode()).hexdigest()[:8]
         cache = self.folder / f"scans-{seen}"
         if run.program == "window":
