@@ -119,9 +119,7 @@ constants = [tuning.Constant('x.a', 1.0), tuning.Constant('x.b', 3.0), tuning.Co
 TEST_F(Tuning, GoesWhereFramesAreGainedAndNowhereElse)
 {
 	EXPECT_EQ(
-	    printed(
-	        std::string(kMadeUp) +
-	        "print(sorted(tuning.search(evaluate, constants, (2, 1.4), lambda text: None).items()))"),
+	    printed(std::string(kMadeUp) + "print(sorted(tuning.search(evaluate, constants, lambda text: None).items()))"),
 	    "[('x.a', 4.0), ('x.b', 3.0), ('x.c', 0.5)]\n");
 }
 

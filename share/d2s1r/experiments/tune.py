@@ -2,8 +2,8 @@
 # d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 """Finds the constants of windows and of the particle filter.
 
-Starts from plain numbers and takes a half or a double of one of them, and finer steps at the end, if the frames of the
-development runs gain more by it than chance explains. A frame that is `localized` or `tracking` at a wrong place counts
+Starts from plain numbers and takes halves and doubles of them, or switches them off, where the frames of the development
+runs gain more by it than chance explains. A frame that is `localized` or `tracking` at a wrong place counts
 ten times as much as one at the right place. Writes to --output: tuned.ini, and tuned.md with what every constant does
 if it is off, a half or double. The same data and programs give the same numbers. The defaults of frames/window_tuning.h,
 motion.h and plugins/pf-init/tuning.h are these numbers; doc/results/learned holds what it wrote.
@@ -35,7 +35,6 @@ import sites  # noqa: E402
 import tables  # noqa: E402
 
 PROJECT = pathlib.Path(__file__).resolve().parents[3]
-FACTORS = (2, 1.4)  # [-] of the steps, those of the end last
 AT_A_TIME = 16  # [-] variants in one call of a program: what is lost by an interruption
 NEVER = 1e9  # more than any number that is compared with it
 
@@ -87,21 +86,17 @@ class Run:
 
 
 RUNS = (
-    Run("reach", "window", "intel", "map", "run", ("reach=3.5", "frames=200")),
-    Run("guessed", "window", "fr079", "map_test", "run", ("odometry=0", "reach=5", "apart=0.3", "frames=1200")),
-    Run("clutter", "window", "mines_runs", "map_test", "test", ("odometry=0", "frames=150")),
-    Run("smeared", "window", "intel", "smeared_behind", "run", ("apart=1", "frames=500")),
-    Run("drawn", "window", "corridor 1500 4", "map", "front", ("wheels=1",)),
-    Run("outside", "filter", "intel", "map_test", "run", ("drives", "both", "12")),
-    Run("frozen", "filter", "fr079", "map_test", "run", ("frozen", "both", "10", "frames=1200")),
-    Run("centimetres", "filter", "intel", "map", "run", ("centimetres", "both", "10")),
-    Run("covered", "filter", "intel", "map", "run", ("covered", "both", "10")),
-    Run("kidnapped", "filter", "fr079", "map", "run", ("kidnapped", "both", "10", "frames=800")),
-    Run("smeared", "filter", "intel", "smeared_behind", "run", ("drives", "both", "10", "frames=500")),
-    Run("pseudo", "filter", "mines_runs", "map_test", "test", ("drives", "pseudo", "10", "frames=300")),
-    Run("drawn", "filter", "office 1800 2", "map", "front", ("drives", "both", "6", "wheels=1")),
+    Run("reach", "window", "intel", "map", "run", ("reach=3.5", "frames=100")),
+    Run("guessed", "window", "fr079", "map_test", "run", ("odometry=0", "reach=5", "apart=0.5", "frames=600")),
+    Run("drawn", "window", "corridor 1500 4", "map", "narrow", ("wheels=1",)),
+    Run("outside", "filter", "intel", "map_test", "run", ("drives", "both", "6")),
+    Run("smeared", "filter", "intel", "smeared_behind", "run", ("drives", "both", "4", "frames=300")),
+    Run("covered", "filter", "fr079", "map", "run", ("covered", "both", "5", "frames=600")),
+    Run("kidnapped", "filter", "fr079", "map", "run", ("kidnapped", "both", "5", "frames=600")),
+    Run("pseudo", "filter", "mines_runs", "map_test", "test", ("drives", "pseudo", "5", "frames=300")),
+    Run("drawn", "filter", "office 1800 2", "map", "front", ("drives", "both", "3", "wheels=1")),
 )
-DRIVE_SCANS = 150  # [-] of a drive through a drawn floor
+DRIVE_SCANS = 80  # [-] of a drive through a drawn floor
 
 
 class Runner:
@@ -114,9 +109,9 @@ class Runner:
             if not program.exists():
                 raise RuntimeError(f"{program} is missing; build the project, tests included")
         self.maker = sets.Maker(build, build / "learning")
-        made_by = [runs.digest_of_program(program, build) for program in self.programs.values()]
-        made_by += [runs.digest(pathlib.Path(module.__file__)) for module in (drives, degraded_maps, drawn_sites)]
-        self.folder = build / "learning/tuning" / hashlib.sha256(b"".join(made_by)).hexdigest()[:16]
+        made_by = b"".join(runs.digest(pathlib.Path(module.__file__)) for module in (drives, degraded_maps, drawn_sites))
+        self.folder = build / "learning/tuning" / self.maker.folder.name / hashlib.sha256(made_by).hexdigest()[:16]
+        self.digests = {name: runs.digest_of_program(program, build).hex()[:16] for name, program in self.programs.items()}
         self.data, self.jobs = data, jobs
         self.writes_cache = threading.Lock()  # two programs may want the same one
 
@@ -128,7 +123,8 @@ class Runner:
 
     def letters(self, run, points):
         lines = [" ".join(f"{c.name.split('.')[1]}={point[c.name]:g}" for c in run.constants()) for point in points]
-        file = self.folder / f"{run.program}-{run.name}-{hashlib.sha256(repr(run).encode()).hexdigest()[:8]}.json"
+        key = hashlib.sha256((self.digests[run.program] + repr(run)).encode()).hexdigest()[:16]
+        file = self.folder / f"{run.program}-{run.name}-{key}.json"
         known = json.loads(file.read_text()) if file.exists() else {}
         missing = [line for line in dict.fromkeys(lines) if line not in known]
         for first in range(0, len(missing), AT_A_TIME):
@@ -144,7 +140,7 @@ class Runner:
         variants = self.folder / f"{run.program}-{run.name}.variants"
         variants.write_text("\n".join(lines) + "\n")
         settings = [word for word in run.words if "=" in word]
-        seen = hashlib.sha256(repr((run.site, run.map, run.scans, sorted(
+        seen = hashlib.sha256(repr((self.digests[run.program], run.site, run.map, run.scans, sorted(
             word for word in settings if not word.startswith("odometry")))).encode()).hexdigest()[:8]
         cache = self.folder / f"scans-{seen}"
         if run.program == "window":
@@ -236,8 +232,8 @@ def main():
         fixed = {c.name: c.start for c in CONSTANTS}
         all_runs = [run for run in RUNS if arguments.runs in f"{run.program} {run.name}"]
         evaluate = lambda points: runner.evaluate(all_runs, [{**fixed, **point} for point in points])  # noqa: E731
-        point = tuning.search(evaluate, constants, FACTORS, lambda text: print(text, file=sys.stderr, flush=True))
-        tried = tuning.sweep(evaluate, constants, point, FACTORS[0])
+        point = tuning.search(evaluate, constants, lambda text: print(text, file=sys.stderr, flush=True))
+        tried = tuning.sweep(evaluate, constants, point)
         usual = evaluate([point])[0]
     except (OSError, RuntimeError, ValueError) as error:
         sys.exit(f"tune.py: {error}")

@@ -6,6 +6,7 @@ import math
 # What a frame counts: R right and sure, r right, - wrong, W wrong and sure, which is ten times as bad as R is good.
 POINTS = {"R": 2, "r": 1, "-": 0, "W": -20}
 BLOCK = 10  # [frames] neighbours fare alike, so that chance is in blocks of them
+ROUNDS = 4  # [-] of changes, at most
 DIGITS = 3  # [-] of the numbers found
 
 
@@ -21,9 +22,9 @@ class Constant:
         value = min(value, self.greatest)
         return float(max(1, round(value))) if self.is_whole else float(f"{value:.{DIGITS}g}")
 
-    def variants(self, value, factor):
+    def variants(self, value):
         """{what: value} of those that differ from `value`."""
-        wanted = {"half": self.fit(value / factor), "double": self.fit(value * factor)}
+        wanted = {"half": self.fit(value / 2), "double": self.fit(value * 2)}
         if self.off is not None:
             wanted["off"] = float(self.off)
         return {what: wanted[what] for what in ("off", "half", "double") if what in wanted and wanted[what] != value}
@@ -50,19 +51,19 @@ def is_gain(runs, usual):
     return total > chance
 
 
-def sweep(evaluate, constants, point, factor):
+def sweep(evaluate, constants, point):
     """[(constant, what, value, letters)] of all variants of a point, one constant at a time."""
     tried = [(constant, what, value) for constant in constants
-             for what, value in constant.variants(point[constant.name], factor).items()]
+             for what, value in constant.variants(point[constant.name]).items()]
     found = evaluate([{**point, constant.name: value} for constant, _, value in tried])
     return [(*variant, runs) for variant, runs in zip(tried, found)]
 
 
-def improved(evaluate, constants, point, factor):
+def improved(evaluate, constants, point):
     """The point with the variants that gain, as many of the best of them as gain together; None if none does."""
     usual = evaluate([point])[0]
     best = {}
-    for constant, _, value, runs in sweep(evaluate, constants, point, factor):
+    for constant, _, value, runs in sweep(evaluate, constants, point):
         total, chance = gain(runs, usual)
         if total > chance and total > best.get(constant.name, (0, 0))[0]:
             best[constant.name] = (total, value)
@@ -76,15 +77,14 @@ def improved(evaluate, constants, point, factor):
     return max(candidates, key=lambda pair: pair[0])[1] if candidates else None
 
 
-def search(evaluate, constants, factors, say):
-    """The best point that halves and doubles (first of the factors) and finer steps lead to from the start."""
+def search(evaluate, constants, say):
+    """The best point that halves, doubles and what is switched off lead to from the start."""
     point = {constant.name: constant.start for constant in constants}
-    for factor in factors:
-        for number in range(1, 4):
-            better = improved(evaluate, constants, point, factor)
-            if not better:
-                break
-            changed = [f"{name} {point[name]:g} -> {value:g}" for name, value in better.items() if value != point[name]]
-            say(f"factor {factor:g}, round {number}: " + ", ".join(changed))
-            point = better
+    for number in range(1, ROUNDS + 1):
+        better = improved(evaluate, constants, point)
+        if not better:
+            break
+        changed = [f"{name} {point[name]:g} -> {value:g}" for name, value in better.items() if value != point[name]]
+        say(f"round {number}: " + ", ".join(changed))
+        point = better
     return point
