@@ -19,7 +19,7 @@ constexpr double kDeviations = 2;  //!< [standard deviations] within which a pos
 constexpr double kSlipped =
     16.27;  //!< [-] squared Mahalanobis distance that 1 of 1,000 motions exceeds (chi-squared, 3)
 constexpr std::size_t kRecent = 10;  //!< [frames] of a usual window, which must be explained in a longer one, too
-constexpr double kYawStep = M_PI / RangeProfiles::kDirections;  //!< [rad] half a step of the coarse search
+constexpr double kYawStep = 2 * M_PI / RangeProfiles::kDirections;  //!< [rad] of the coarse search
 
 /// A motion that a pair of hypotheses speaks for.
 struct Vote
