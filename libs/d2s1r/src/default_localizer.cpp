@@ -17,6 +17,7 @@ namespace
 struct Look
 {
 	Decision decision;
+	std::vector<std::vector<Place>> places;  //!< by what is refined at once (Found), best first
 	double localized_above = 0;  //!< [probability] of the map of the best place
 	bool is_partial = false;     //!< candidates were left out that the whole search has
 	bool is_safe = false;        //!< those cost so much that none of them can be the true place instead of the answer
@@ -112,7 +113,8 @@ Decision conclude(const Scan& scan, const std::vector<SearchedMap>& maps, const 
 // The whole method: from candidates to places, from all readings of the maps to an answer, and one look after the
 // other.
 std::vector<Place> places_among(
-    const std::vector<Candidate>& candidates, const SearchedReadings& readings, const Parameters& limits, Work& work)
+    const std::vector<Candidate>& candidates, const SearchedReadings& readings, const Parameters& limits,
+    const std::vector<Place>& known, Work& work)
 {
 	const BeamSubset few = few_beams(work.scan), many = many_beams(work.scan), all = all_beams(work.scan);
 	const RefinementParameters& refinement = limits.refinement;
@@ -120,22 +122,25 @@ std::vector<Place> places_among(
 	const auto settled = timed(times.registration_ms, settle, readings, few, candidates, refinement);
 	const auto shortlist = timed(times.refinement_ms, make_shortlist, readings, few, settled, refinement);
 	const auto poses = timed(times.refinement_ms, refine, readings, many, shortlist, refinement);
-	return timed(times.refinement_ms, find_places, readings, work.scan, all, poses, limits);
+	return timed(times.refinement_ms, find_places, readings, work.scan, all, poses, limits, known);
 }
 
 Look look_at(
     const std::vector<SearchedMap>& maps, const std::vector<Found>& found, const Parameters& limits, double less,
-    Work& work)
+    const Look& before, Work& work)
 {
 	Look look;
 	double complete_below = found.front().complete_below;
 	std::vector<Place> places;
-	for (const Found& here : found)
+	for (std::size_t i = 0; i < found.size(); i++)
 	{
+		const Found& here = found[i];
+		const auto known = before.places.empty() ? std::vector<Place>() : before.places[i];
 		const auto judge = [&](const auto& some, const auto& with)
-		{ return places_among(some, here.readings, with, work); };
+		{ return places_among(some, here.readings, with, known, work); };
 		const auto some = work.budget.affordable(judge, here.candidates, limits, &found.back() - &here);
-		places = merged_places(std::move(places), judge(some.candidates, some.parameters), limits.scoring);
+		look.places.push_back(judge(some.candidates, some.parameters));
+		places = merged_places(std::move(places), look.places.back(), limits.scoring);
 		if (some.candidates.size() == here.candidates.size()) continue;
 		look.is_partial = true;
 		complete_below = std::min(complete_below, here.candidates[some.candidates.size()].cost);
@@ -164,7 +169,7 @@ Decision localize_default(const Scan& scan, const std::vector<SearchedMap>& maps
 		const std::vector<Found> found = timed(work.times.retrieval_ms, find);
 		const auto& [readings, candidates, complete_below] = found.front();
 		if (!is_last && (candidates.empty() || candidates.front().cost + less > complete_below)) continue;
-		look = look_at(maps, found, limits, less, work);
+		look = look_at(maps, found, limits, less, look, work);
 		look.is_partial |= !is_last;
 		if (work.budget.is_half_spent() || (look.is_safe && is_clear(look.decision.answer, look.localized_above)))
 			break;
@@ -193,7 +198,7 @@ std::optional<Hypothesis> hypothesis_near(
 	for (const auto& [field, tracer] : index.readings)
 	{
 		const SearchedReadings reading = {{field, tracer, lenient, anywhere, 0}};
-		places = merged_places(std::move(places), places_among(here, reading, lenient, work), lenient.scoring);
+		places = merged_places(std::move(places), places_among(here, reading, lenient, {}, work), lenient.scoring);
 	}
 	const Localization result = decide(scan, places, lenient);
 	if (result.hypotheses.empty()) return std::nullopt;

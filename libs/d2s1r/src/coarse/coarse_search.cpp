@@ -155,8 +155,6 @@ CoarseSearch::CoarseSearch(std::vector<CoarseSearchIn> readings, const Scan& sca
 		const auto by_reading = pairs_by_reading(kept.of_groups, prepared.numbers);
 		for (std::size_t i = 0; i < readings_.size(); i++) search(i, by_reading[i]);
 	}
-	const auto costly = [most = least_ + margin](const Pair& pair) { return pair.cost > most; };
-	pairs_.erase(std::remove_if(pairs_.begin(), pairs_.end(), costly), pairs_.end());
 }
 
 CoarseSearch::~CoarseSearch()

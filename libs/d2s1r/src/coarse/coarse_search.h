@@ -78,7 +78,7 @@ class CoarseSearch
 
 	std::vector<CoarseSearchIn> readings_;
 	std::unique_ptr<const Prepared> prepared_;
-	std::vector<Pair> pairs_;         //!< of position and shift
+	std::vector<Pair> pairs_;         //!< of position and shift; some cost too much
 	std::uint32_t least_ = 1U << 31;  //!< [step] cost of the cheapest of these
 };
 

@@ -182,41 +182,55 @@ void polish_best(
 	}
 }
 
+/// Returns the place with the pose of `place`; null if there is none.
+const Place* same_in(const std::vector<Place>& known, const Place& place)
+{
+	const auto is_same = [&](const Place& other) { return other.pose == place.pose && other.reading == place.reading; };
+	const auto same = std::find_if(known.begin(), known.end(), is_same);
+	return same == known.end() ? nullptr : &*same;
+}
+
 /// Gives the best of `places`, best first, the best score that is found near them.
 void compare_best(
     const SearchedReadings& readings, const BeamSubset& all, const RefinementParameters& limits,
-    std::vector<Place>& places)
+    const std::vector<Place>& known, std::vector<Place>& places)
 {
 	constexpr double kNegligible = 1e-3;  // [-] a place of this weight is not compared
 	const std::size_t to_compare = std::min(places.size(), most_poses(Stage::kCompared, limits));
 	for (std::size_t i = 0; i < to_compare && places[i].weight > kNegligible; i++)
 	{
-		const SearchedReading& in = readings[places[i].reading];
+		Place& place = places[i];
+		const SearchedReading& in = readings[place.reading];
+		const Place* const same = same_in(known, place);
 		const ScoredPose best =
-		    best_score_near(in.tracer, in.field, all, places[i].pose, in.parameters.scoring.beam_model);
-		if (best.score.log_likelihood > places[i].score.log_likelihood)
-		{
-			places[i].score = best.score;
-			places[i].scored_at = best.pose;
-		}
+		    same && same->is_compared
+		        ? ScoredPose{same->scored_at, same->score}
+		        : best_score_near(in.tracer, in.field, all, place.pose, in.parameters.scoring.beam_model);
+		place.is_compared = true;
+		if (best.score.log_likelihood <= place.score.log_likelihood) continue;
+		place.score = best.score;
+		place.scored_at = best.pose;
 	}
 }
 }  // namespace
 
 std::vector<Place> find_places(
     const SearchedReadings& readings, const Scan& scan, const BeamSubset& all, const std::vector<RefinedPose>& poses,
-    const Parameters& limits)
+    const Parameters& limits, const std::vector<Place>& known)
 {
 	std::vector<Place> places = scored_places(readings, scan, all, poses);
 	polish_best(readings, scan, all, limits.refinement, places);
 	places = distinct_places(std::move(places), limits.scoring);
-	compare_best(readings, all, limits.refinement, places);
+	compare_best(readings, all, limits.refinement, known, places);
 	places = distinct_places(std::move(places), limits.scoring);
 	const std::size_t listed = std::min(places.size(), static_cast<std::size_t>(limits.scoring.hypotheses));
 	for (std::size_t i = 0; i < listed; i++)
 	{
 		const SearchedReading& in = readings[places[i].reading];
-		places[i].covariance = pose_covariance(in.field, all, places[i].pose, in.parameters.refinement);
+		const Place* const same = same_in(known, places[i]);
+		places[i].covariance = same && !same->covariance.isZero(0)
+		                           ? same->covariance
+		                           : pose_covariance(in.field, all, places[i].pose, in.parameters.refinement);
 	}
 	return places;
 }

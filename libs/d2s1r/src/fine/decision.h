@@ -17,6 +17,7 @@ struct Place
 	mrpt::math::TPose2D pose;       //!< sensor in map, m and rad
 	Score score;                    //!< the best that was found at this place
 	mrpt::math::TPose2D scored_at;  //!< sensor in map, m and rad: where it was found, some centimetres beside
+	bool is_compared = false;       //!< whether that is the best within some centimetres
 	double tolerance = 0;           //!< [m] of the surfaces of the walls: see DistanceField
 	double weight = 0;              //!< [0, 1] likelihood relative to the best place, tempered
 	std::size_t reading = 0;        //!< [-] number of the reading that it is in, among those that were searched at once
@@ -31,10 +32,11 @@ struct Place
 /// by the beam model of their own map: log-likelihoods are all against beams that end anywhere, so that they share one
 /// scale. Thread-safe.
 /// \param limits of numbers, for all maps together
+/// \param known places in the same readings that were found before: what they say of a pose is not computed again
 /// \return the places, best first
 std::vector<Place> find_places(
     const SearchedReadings& readings, const Scan& scan, const BeamSubset& all, const std::vector<RefinedPose>& poses,
-    const Parameters& limits);
+    const Parameters& limits, const std::vector<Place>& known = {});
 
 /// An answer about one or several maps.
 struct Decision

@@ -23,8 +23,7 @@ namespace
 HWY_INLINE Mask is_class(Ints packed, Cell cell)
 {
 	const Ints classes = hn::And(packed, hn::Set(kInts, (1 << SkipMap::kClassBits) - 1));
-	return hn::MaskFromVec(
-	    hn::BitCast(kFloats, hn::VecFromMask(kInts, hn::Eq(classes, hn::Set(kInts, static_cast<int>(cell))))));
+	return hn::RebindMask(kFloats, hn::Eq(classes, hn::Set(kInts, static_cast<int>(cell))));
 }
 
 /// A vector of beams on their way from the sensor to their ends.
