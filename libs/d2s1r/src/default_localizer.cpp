@@ -18,9 +18,9 @@ struct Look
 {
 	Decision decision;
 	std::vector<std::vector<Place>> places;  //!< by what is refined at once (Found), best first
-	double localized_above = 0;  //!< [probability] of the map of the best place
-	bool is_partial = false;     //!< candidates were left out that the whole search has
-	bool is_safe = false;        //!< those cost so much that none of them can be the true place instead of the answer
+	double localized_above = 0;              //!< [probability] of the map of the best place
+	bool is_partial = false;                 //!< candidates were left out that the whole search has
+	bool is_safe = false;  //!< those cost so much that none of them can be the true place instead of the answer
 };
 
 /// Returns the limits of the looks that are made, one after the other, until the answer is clear.

@@ -147,7 +147,8 @@ std::vector<Place> scored_places(
 	{
 		const SearchedReading& in = readings[reading];
 		const BeamModel& model = in.parameters.scoring.beam_model;
-		if (!is_possible(in, scan, pose) || log_likelihood_bound(in.tracer, in.field, all, pose, model) < least) continue;
+		if (!is_possible(in, scan, pose) || log_likelihood_bound(in.tracer, in.field, all, pose, model) < least)
+			continue;
 		Place& place = scored.emplace_back();
 		place.pose = place.scored_at = pose;
 		place.score = score(in.tracer, in.field, all, pose, model);
