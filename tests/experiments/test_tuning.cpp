@@ -125,7 +125,7 @@ TEST_F(Tuning, GoesWhereFramesAreGainedAndNowhereElse)
 
 TEST_F(Tuning, AFrameThatIsWrongAndSureOutweighsTenThatAreRight)
 {
-	const auto is_gain = [](const std::string& after, const std::string& before)
+	const auto is_gain = [&](const std::string& after, const std::string& before)
 	{ return printed("from learning import tuning\nprint(tuning.is_gain([" + after + "], [" + before + "]))"); };
 	EXPECT_EQ(is_gain("100 * 'R'", "100 * 'r'"), "True\n");
 	EXPECT_EQ(is_gain("100 * 'R'", "100 * 'R'"), "False\n");

@@ -65,6 +65,41 @@ TEST(Hypotheses, OnePlaceThatExplainsTheScanIsLocalized)
 	EXPECT_LE(total, 1 + 1e-9);
 }
 
+TEST(Hypotheses, WhatIsKnownOfAPoseIsTakenAndNotComputedAgain)
+{
+	const Grid grid = make_floor();
+	const BeamTracer tracer(grid);
+	const DistanceField field(grid);
+	const Parameters parameters;
+	const Prior anywhere;
+	const SearchedReadings readings = {{field, tracer, parameters, anywhere, 0}};
+	const auto robot = poses_on_floor()[0];
+	const Scan scan = scan_at(world_of(grid), robot);
+	const BeamSubset all = all_beams(scan);
+	const std::vector<RefinedPose> poses = {{robot, 1}, {poses_on_floor()[1], 1}};
+	std::vector<Place> known = find_places(readings, scan, all, poses, parameters);
+	ASSERT_EQ(known.size(), 2U);
+	EXPECT_TRUE(known[0].is_compared);
+	const auto again = find_places(readings, scan, all, poses, parameters, known);
+	ASSERT_EQ(again.size(), 2U);
+	for (std::size_t i = 0; i < 2; i++)
+	{
+		EXPECT_EQ(again[i].score.log_likelihood, known[i].score.log_likelihood);
+		EXPECT_EQ(again[i].scored_at, known[i].scored_at);
+		EXPECT_EQ(again[i].covariance, known[i].covariance);
+	}
+	known[0].score.log_likelihood += 5;
+	known[0].covariance(0, 0) += 5;
+	const auto taken = find_places(readings, scan, all, poses, parameters, known);
+	EXPECT_EQ(taken[0].score.log_likelihood, known[0].score.log_likelihood);
+	EXPECT_EQ(taken[0].covariance, known[0].covariance);
+	known[0].is_compared = false;
+	known[0].covariance.setZero();
+	const auto anew = find_places(readings, scan, all, poses, parameters, known);
+	EXPECT_EQ(anew[0].score.log_likelihood, again[0].score.log_likelihood);
+	EXPECT_EQ(anew[0].covariance, again[0].covariance);
+}
+
 TEST(Hypotheses, AmongPosesAtOnePlaceTheOneCountsThatIsBestOncePolished)
 {
 	// Along a corridor a depth edge may decide by a step.

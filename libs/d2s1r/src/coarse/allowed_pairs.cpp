@@ -11,20 +11,6 @@ namespace d2s1r
 {
 namespace
 {
-double yaw_of(const RangeProfiles& profiles, int shift)
-{
-	return mrpt::math::wrapToPi(2 * M_PI * shift / profiles.directions);
-}
-}  // namespace
-
-mrpt::math::TPose2D pose_of(const RangeProfiles& profiles, const Pair& pair)
-{
-	const auto i = static_cast<std::size_t>(pair.position);
-	return {static_cast<double>(profiles.x[i]), static_cast<double>(profiles.y[i]), yaw_of(profiles, pair.shift)};
-}
-
-namespace
-{
 double robot_to_sensor(const Scan& scan)
 {
 	return std::hypot(scan.sensor_on_robot.x, scan.sensor_on_robot.y);
@@ -54,7 +40,10 @@ AllowedPairs::AllowedPairs(const RangeProfiles& profiles, const Prior& prior, co
 	if (anywhere_) return;
 	const mrpt::math::TPose2D robot_on_sensor = mrpt::math::TPose2D() - scan.sensor_on_robot;
 	for (int shift = 0; shift < profiles.directions; shift++)
-		robot_on_position_.push_back(mrpt::math::TPose2D(0, 0, yaw_of(profiles, shift)) + robot_on_sensor);
+	{
+		const double yaw = mrpt::math::wrapToPi(2 * M_PI * shift / profiles.directions);
+		robot_on_position_.push_back(mrpt::math::TPose2D(0, 0, yaw) + robot_on_sensor);
+	}
 }
 
 bool AllowedPairs::prior_allows(const Pair& pair) const

@@ -15,9 +15,6 @@
 
 namespace d2s1r
 {
-/// Returns the pose of the sensor (in map, m and rad) at a pair of position and yaw shift.
-mrpt::math::TPose2D pose_of(const RangeProfiles& profiles, const Pair& pair);
-
 /// Returns the yaw [rad] within which two candidates, less than two sample positions apart, count as one: three shifts.
 inline double distinct_yaw(const RangeProfiles& profiles)
 {

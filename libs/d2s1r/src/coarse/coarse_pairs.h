@@ -5,7 +5,6 @@
 #include <array>
 #include <cstdint>
 #include <numeric>
-#include <tuple>
 #include <vector>
 
 namespace d2s1r
@@ -93,27 +92,36 @@ class CheapestPairs
 
 /// Hands out the pairs that cost at most `most`, the cheapest first, as long as `take(pair)` is true. Equal costs are
 /// ordered by position and shift. Costs are small numbers: each has a bucket, and only buckets that are reached get
-/// sorted.
+/// filled, some at a time, and sorted.
 template <class Take>
 void cheapest_first(const std::vector<Pair>& pairs, std::uint32_t most, const Take& take)
 {
+	constexpr std::size_t kTogether = 4096;       // [-] pairs
 	thread_local std::vector<Pair> sorted;        // kept for the next query
-	thread_local std::vector<std::size_t> begin;  // of the bucket of a cost; costlier pairs share the last one
+	thread_local std::vector<std::size_t> begin;  // of the bucket of a cost, its end before it is filled
 	begin.assign(most + 2, 0);
 	for (const Pair& pair : pairs) begin[std::min(pair.cost, most + 1)]++;
 	std::partial_sum(begin.begin(), begin.end(), begin.begin());
-	sorted.resize(begin[most]);
-	for (auto pair = pairs.rbegin(); pair != pairs.rend(); ++pair)
-		if (pair->cost <= most) sorted[--begin[pair->cost]] = *pair;
-	for (std::size_t cost = 0; cost <= most; cost++)
+	sorted.resize(std::max(sorted.size(), pairs.size()));
+	std::size_t end = 0;
+	for (std::uint32_t cost = 0; cost <= most;)
 	{
-		const auto first = sorted.begin() + static_cast<std::ptrdiff_t>(begin[cost]);
-		const auto last = cost < most ? sorted.begin() + static_cast<std::ptrdiff_t>(begin[cost + 1]) : sorted.end();
-		std::sort(
-		    first, last,
-		    [](const Pair& a, const Pair& b) { return std::tie(a.position, a.shift) < std::tie(b.position, b.shift); });
-		for (auto pair = first; pair != last; ++pair)
-			if (!take(*pair)) return;
+		const std::uint32_t from = cost;
+		std::uint32_t to = from;
+		while (to < most && begin[to] < end + kTogether) to++;
+		end = begin[to];
+		for (auto pair = pairs.rbegin(); pair != pairs.rend(); ++pair)
+			if (from <= pair->cost && pair->cost <= to) sorted[--begin[pair->cost]] = *pair;
+		for (; cost <= to; cost++)
+		{
+			const auto first = sorted.begin() + static_cast<std::ptrdiff_t>(begin[cost]);
+			const auto last = sorted.begin() + static_cast<std::ptrdiff_t>(cost < to ? begin[cost + 1] : end);
+			const auto key = [](const Pair& pair)
+			{ return static_cast<std::int64_t>(pair.position) << 32 | pair.shift; };
+			std::sort(first, last, [&](const Pair& a, const Pair& b) { return key(a) < key(b); });
+			for (auto pair = first; pair != last; ++pair)
+				if (!take(*pair)) return;
+		}
 	}
 }
 }  // namespace d2s1r

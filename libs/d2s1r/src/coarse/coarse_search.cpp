@@ -192,7 +192,11 @@ std::vector<Candidate> CoarseSearch::candidates(const CoarseSearchParameters& li
 	    {
 		    const std::size_t reading = Numbers::reading_of(prepared.numbers.positions, pair.position);
 		    pair.position -= static_cast<std::int32_t>(prepared.numbers.positions[reading]);
-		    const mrpt::math::TPose2D pose = pose_of(readings_[reading].profiles, pair);
+		    const auto& [profiles, scan, allowed] = prepared.to_search[reading];
+		    const auto position = static_cast<std::size_t>(pair.position);
+		    const mrpt::math::TPose2D pose(
+		        static_cast<double>(profiles.x[position]), static_cast<double>(profiles.y[position]),
+		        scan.yaws[static_cast<std::size_t>(pair.shift)]);
 		    if (!distinct.add(pose, reading)) return true;
 		    found.push_back({pose, static_cast<double>(pair.cost) / prepared.beams(), reading});
 		    return found.size() < static_cast<std::size_t>(limits.candidates);

@@ -23,6 +23,7 @@ struct QuantizedScan
 	std::vector<std::uint8_t> least, greatest, truncation, truncation_beyond;
 	std::vector<int> observed;  //!< directions with a beam
 	std::vector<int> exact;     //!< those of them with which only one range agrees
+	std::vector<double> yaws;   //!< [rad] of the sensor, by shift
 };
 
 /// Quantizes a scan as the profiles are.

@@ -136,29 +136,24 @@ bool is_possible(const SearchedReading& in, const Scan& scan, const TPose2D& sen
 	return in.prior.allows(sensor + (TPose2D() - scan.sensor_on_robot));
 }
 
-/// Scores the poses that their priors allow and that are not hopeless.
+/// Scores the poses that their priors allow.
 /// \return best first
 std::vector<Place> scored_places(
     const SearchedReadings& readings, const Scan& scan, const BeamSubset& all, const std::vector<RefinedPose>& poses)
 {
 	std::vector<Place> scored;
-	double least = -std::numeric_limits<double>::infinity();
 	for (const auto& [pose, fit, reading] : poses)
 	{
 		const SearchedReading& in = readings[reading];
-		const BeamModel& model = in.parameters.scoring.beam_model;
-		if (!is_possible(in, scan, pose) || log_likelihood_bound(in.tracer, in.field, all, pose, model) < least)
-			continue;
+		if (!is_possible(in, scan, pose)) continue;
 		Place& place = scored.emplace_back();
 		place.pose = place.scored_at = pose;
-		place.score = score(in.tracer, in.field, all, pose, model);
+		place.score = score(in.tracer, in.field, all, pose, in.parameters.scoring.beam_model);
 		place.tolerance = in.field.tolerance();
 		place.reading = reading;
 		place.map = in.map;
-		least = std::max(least, place.score.log_likelihood - kHopeless);
 	}
 	sort_best_first(scored);
-	while (!scored.empty() && scored.back().score.log_likelihood < least) scored.pop_back();
 	return scored;
 }
 
@@ -167,8 +162,9 @@ void polish_best(
     const SearchedReadings& readings, const Scan& scan, const BeamSubset& all, const RefinementParameters& limits,
     std::vector<Place>& scored)
 {
+	const double least = scored.empty() ? 0 : scored.front().score.log_likelihood - kHopeless;
 	const std::size_t to_polish = std::min(scored.size(), most_poses(Stage::kPolished, limits));
-	for (std::size_t i = 0; i < to_polish; i++)
+	for (std::size_t i = 0; i < to_polish && scored[i].score.log_likelihood >= least; i++)
 	{
 		const SearchedReading& in = readings[scored[i].reading];
 		const TPose2D pose = polish(in.field, all, scored[i].pose, in.parameters.refinement);
