@@ -256,11 +256,11 @@ TEST_F(CoarseSearch, CostsAreThoseOfTheirPoses)
 
 TEST_F(CoarseSearch, InALargeMapAQuarterOfACostIsThatOfTheOverview)
 {
-	Grid large = make_picture_grid(Picture(320, std::string(1600, '.')), 0.2);
+	Grid large = make_picture_grid(Picture(450, std::string(2400, '.')), 0.2);
 	std::mt19937 random(1);
-	for (int i = 0; i < 8000; i++) large.cells[random() % large.cells.size()] = Cell::kOccupied;
+	for (int i = 0; i < 16000; i++) large.cells[random() % large.cells.size()] = Cell::kOccupied;
 	const RangeProfiles profiles = make_range_profiles(large, find_free_cells(large, {}), parameters_.spacing);
-	ASSERT_GT(profiles.groups(), 100000U);
+	ASSERT_GT(profiles.groups(), 250000U);
 	Scan scan = aligned_scan(large, profiles.directions, {100.1, 30.1, 0.5}, 0, 30);  // no more than overviews see
 	for (Beam& beam : scan.beams) beam.is_return = true;
 	parameters_.truncation = 8;

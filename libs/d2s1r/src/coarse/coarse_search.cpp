@@ -25,7 +25,7 @@ namespace
 /// changes who is right in both directions.
 double overview_share_of(std::size_t groups)
 {
-	constexpr std::size_t kMany = 100000;  // [-]
+	constexpr std::size_t kMany = 250000;  // [-]
 	return groups > kMany ? 0.25 : 0;
 }
 
