@@ -6,6 +6,7 @@
 #include "coarse/coarse_search.h"
 #include "default_localizer.h"
 #include "fine/decision.h"
+#include "fine/end_point_sums.h"
 #include "fine/refinement.h"
 #include "literal_query.h"
 #include "site_queries.h"
@@ -90,6 +91,20 @@ void coarse(::benchmark::State& state, const std::string& site)
 	state.counters["positions"] = static_cast<double>(stages.index.profiles.size());
 }
 
+/// One pose among the candidates of a scan.
+void sum_ends(::benchmark::State& state, const std::string& site, BeamSubset (*beams_of)(const Scan&))
+{
+	if (!is_there(state, site)) return;
+	const Stages stages(site);
+	const BeamSubset beams = beams_of(stages.scan(0));
+	const auto candidates = coarse_search(stages.index.profiles, stages.scan(0), stages.parameters.coarse_search);
+	const DistanceField& field = stages.index.readings[0].field;
+	std::size_t i = 0;
+	for ([[maybe_unused]] auto _ : state)
+		::benchmark::DoNotOptimize(sum_end_points(
+		    field, beams.returns, candidates[i++ % candidates.size()].pose, stages.parameters.refinement.kernel));
+}
+
 void refine_and_decide(::benchmark::State& state, const std::string& site, bool decides)
 {
 	if (!is_there(state, site)) return;
@@ -122,6 +137,8 @@ void refine_and_decide(::benchmark::State& state, const std::string& site, bool 
 
 BENCHMARK_CAPTURE(localizer_ready, mit_killian, "mit_killian")->Unit(::benchmark::kMillisecond)->Iterations(1);
 BENCHMARK_CAPTURE(coarse, intel, "intel")->Unit(::benchmark::kMillisecond)->Iterations(60);
+BENCHMARK_CAPTURE(sum_ends, few_intel, "intel", few_beams)->Unit(::benchmark::kMicrosecond)->Iterations(100000);
+BENCHMARK_CAPTURE(sum_ends, many_intel, "intel", many_beams)->Unit(::benchmark::kMicrosecond)->Iterations(100000);
 BENCHMARK_CAPTURE(refine_and_decide, refine_intel, "intel", false)->Unit(::benchmark::kMillisecond)->Iterations(60);
 BENCHMARK_CAPTURE(refine_and_decide, decide_intel, "intel", true)->Unit(::benchmark::kMillisecond)->Iterations(60);
 BENCHMARK_CAPTURE(localize, intel_test, "intel", "test")->Unit(::benchmark::kMillisecond)->Iterations(100);
