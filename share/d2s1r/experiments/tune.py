@@ -46,17 +46,17 @@ def constants_of(section, starts, whole=()):
 
 
 MOST, SHARE = float("inf"), 1.0  # greatest numbers
-# What the search starts from: 1, 2 or 5 times a power of ten, so that the result does not depend on what was found before.
+# What the search starts from: plain numbers, most of them 1, 2 or 5 times a power of ten, so that the result does not depend on what was found before.
 CONSTANTS = [
     *constants_of("odometry", {
         "least_error": (0.05, None, MOST), "least_turn": (2, None, MOST), "error_share": (0.1, 0, MOST),
         "turn_by_way": (5, 0, MOST), "newest": (0.2, 1, SHARE), "most_disagreement": (10, NEVER, MOST)}),
     *constants_of("window", {
-        "least_evidence": (-10, None, MOST), "fits": (0.5, 0, SHARE), "least_explained": (0.2, 0, SHARE),
+        "least_evidence": (-10, None, MOST), "fits": (0.5, 0, SHARE), "least_explained": (0.1, 0, SHARE),
         "hidden_evidence": (-2, 0, MOST), "tails": (5, NEVER, MOST), "map_error": (0.02, 0, MOST),
         "map_turn": (0.5, 0, MOST), "hopeless": (20, NEVER, MOST), "least_one_shot": (0.5, 0, SHARE),
         "jump": (0.01, 0, SHARE), "same": (0.1, None, MOST), "same_turn": (2, None, MOST), "usual": (0.5, NEVER, MOST),
-        "widest_turn": (50, 180, MOST), "searched": (2, None, MOST), "lost_frames": (2, NEVER, MOST)},
+        "widest_turn": (50, 180, MOST), "searched": (2, None, MOST), "lost_frames": (3, NEVER, MOST)},
         ("searched", "lost_frames")),
     *constants_of("filter", {
         "gate": (5, NEVER, MOST), "surprise": (5, NEVER, MOST), "odometry_surprise": (5, NEVER, MOST),
@@ -209,7 +209,7 @@ def report(point, constants, tried, usual, minutes, jobs):
             tables.table("Every constant off, at half and at double",
                          "First row: numbers of frames. Right: within 0.3 m and 5 deg (windows), 0.5 m and 10 deg (filter). "
                          "Sure: `localized`, `tracking`. Points: 2 of a frame that is right and sure, 1 of one that is right, "
-                         "-20 of one that is wrong and sure; beside them two standard deviations of chance.",
+                         "-20 of one that is wrong and sure; beside them three standard deviations of chance.",
                          ["constant", "", "value", "right", "right and sure", "wrong and sure", "points", "chance"], rows) +
             "\nNo variant of these is beyond chance: " + (", ".join(nothing) or "none") + ".\n")
 
