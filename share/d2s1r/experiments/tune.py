@@ -59,13 +59,13 @@ CONSTANTS = [
         "widest_turn": (50, 180, MOST), "searched": (2, None, MOST), "lost_frames": (3, NEVER, MOST)},
         ("searched", "lost_frames")),
     *constants_of("filter", {
-        "gate": (5, NEVER, MOST), "surprise": (5, NEVER, MOST), "odometry_surprise": (5, NEVER, MOST),
-        "farthest": (2, NEVER, MOST), "widest_turn": (2, NEVER, MOST), "least_score": (-10, -NEVER, MOST),
+        "gate": (3.5, NEVER, MOST), "surprise": (3, NEVER, MOST), "odometry_surprise": (7, NEVER, MOST),
+        "farthest": (2, NEVER, MOST), "widest_turn": (1.7, NEVER, MOST), "least_score": (-7.5, -NEVER, MOST),
         "least_support": (0.05, SHARE, SHARE), "pseudo_xy": (0.05, 0, MOST), "pseudo_phi": (0.02, 0, MOST),
-        "sure_probability": (0.99, 2, SHARE), "sure_share": (0.2, SHARE, SHARE), "unlisted": (0.2, NEVER, MOST),
-        "hypothesis_std_xy": (0.2, NEVER, MOST), "hypothesis_std_phi": (0.2, NEVER, MOST),
-        "unexplained_power": (0.2, SHARE, SHARE), "least_explained": (0.2, 0, SHARE), "admitted_share": (0.1, 0, SHARE),
-        "admitted_probability": (0.0005, 0, SHARE), "takeover_margin": (20, NEVER, MOST), "likely": (0.01, 0, SHARE),
+        "sure_probability": (0.99, 2, SHARE), "sure_share": (0.2, SHARE, SHARE), "unlisted": (0.3, NEVER, MOST),
+        "hypothesis_std_xy": (0.3, NEVER, MOST), "hypothesis_std_phi": (0.15, NEVER, MOST),
+        "unexplained_power": (0.2, SHARE, SHARE), "least_explained": (0.3, 0, SHARE), "admitted_share": (0.1, 0, SHARE),
+        "admitted_probability": (0.0005, 0, SHARE), "takeover_margin": (24, NEVER, MOST), "likely": (0.01, 0, SHARE),
         "newest_found": (0.1, SHARE, SHARE)}),
 ]
 SECTIONS = {"window": ("odometry", "window"), "filter": ("odometry", "filter")}  # that a program reads
@@ -86,9 +86,9 @@ class Run:
 
 
 RUNS = (
-    Run("reach", "window", "intel", "map", "run", ("reach=3.5", "frames=100")),
-    Run("guessed", "window", "fr079", "map_test", "run", ("odometry=0", "reach=5", "apart=0.5", "frames=600")),
-    Run("drawn", "window", "corridor 1500 4", "map", "narrow", ("wheels=1",)),
+    Run("reach", "window", "intel", "map", "run", ("reach=3.5", "frames=40")),
+    Run("guessed", "window", "fr079", "map_test", "run", ("odometry=0", "reach=5", "apart=0.5", "frames=300")),
+    Run("drawn", "window", "corridor 1500 4", "map", "narrow", ("frames=40", "wheels=1")),
     Run("outside", "filter", "intel", "map_test", "run", ("drives", "both", "6")),
     Run("smeared", "filter", "intel", "smeared_behind", "run", ("drives", "both", "4", "frames=300")),
     Run("covered", "filter", "fr079", "map", "run", ("covered", "both", "5", "frames=600")),
