@@ -55,7 +55,7 @@ void CParticleFilterFusion::start(const std::vector<FusionMap>& maps, const Fusi
 	for (const FusionMap& map : maps) map.map->localizer();  // is built now rather than at the first scan
 	// The likelihood field, too; but if there are many maps, a field for each would need much memory.
 	if (maps.size() == 1) maps.front().map->likelihood_field();
-	odometry_check_ = {};
+	odometry_check_ = OdometryCheck(tuning.odometry);
 	last_pose_.reset();
 	last_motion_ = {};
 	previous_ = {};
@@ -119,7 +119,7 @@ CPosePDFGaussian CParticleFilterFusion::motion_to(const FusionInput& input)
 		odometry = odometry_check_.checked(input.odometry, input.localization);
 	else if (parameters_.motion == MotionSource::kOdometry && input.odometry && is_plausible(*input.odometry))
 		odometry = input.odometry;
-	auto predicted = pf::predict_motion(odometry, last_motion_, parameters_.filter);
+	auto predicted = pf::predict_motion(odometry, last_motion_, parameters_.filter, tuning.odometry);
 	if (parameters_.motion == MotionSource::kOdometry) return predicted;
 	const auto weights = pf::normalized_weights(particles_);
 	const auto support = [&](const Hypothesis& hypothesis)
@@ -131,7 +131,7 @@ CPosePDFGaussian CParticleFilterFusion::motion_to(const FusionInput& input)
 void CParticleFilterFusion::adapt_number_of_particles(const CPosePDFGaussian& motion)
 {
 	const bool is_sure = last_pose_->probability >= tuning.sure_probability &&
-	                     std::max(motion.cov(0, 0), motion.cov(1, 1)) < tuning.sure_std_xy * tuning.sure_std_xy;
+	                     std::max(motion.cov(0, 0), motion.cov(1, 1)) < mrpt::square(tuning.hypothesis_std_xy);
 	const double share = is_sure ? tuning.sure_share : 1.0;
 	const auto count = static_cast<std::size_t>(std::max(1L, std::lround(share * parameters_.filter.particles)));
 	if (count != particles_.m_particles.size()) pf::resize(particles_, count, random_.drawUniform(0.0, 1.0));
@@ -148,8 +148,8 @@ void CParticleFilterFusion::note_whether_in_map(const Localization& localization
 bool CParticleFilterFusion::has_moved_on(const FusedPose& pose, const mrpt::poses::CPose2D& motion) const
 {
 	const auto expected = mrpt::poses::CPose2D(last_pose_->pose) + motion;
-	return std::hypot(pose.pose.x - expected.x(), pose.pose.y - expected.y()) < tuning.reseed_distance &&
-	       std::abs(mrpt::math::wrapToPi(pose.pose.phi - expected.phi())) < tuning.reseed_angle;
+	return std::hypot(pose.pose.x - expected.x(), pose.pose.y - expected.y()) < tuning.motion.farthest &&
+	       std::abs(mrpt::math::wrapToPi(pose.pose.phi - expected.phi())) < tuning.motion.widest_turn;
 }
 
 /// Returns whether scans have left little doubt of the place since the filter came there.
@@ -177,9 +177,9 @@ FusionStatus CParticleFilterFusion::judge(const FusedPose& pose, const Localizat
 {
 	const double shown = std::min(1.0, probability_at(localization, pose.pose));
 	doubt_ = (has_jumped ? 1 : doubt_) * (1 - shown);
-	const bool is_agreed = localization.status != Status::kLocalized || shown >= tuning.least_agreement;
+	const bool is_agreed = localization.status != Status::kLocalized || shown >= pf::kProbable;
 	const bool is_known = pose.probability > maps_.parameters().scoring.localized_above && is_place_shown();
-	const bool is_in_map = found_ >= tuning.least_found;
+	const bool is_in_map = found_ >= pf::kProbable;
 	return is_known && is_in_map && is_agreed ? FusionStatus::kTracking : FusionStatus::kAmbiguous;
 }
 }  // namespace d2s1r

@@ -38,7 +38,7 @@ class CParticleFilterFusion : public CFusionBackend
 	void start(const std::vector<FusionMap>& maps, const FusionParameters& parameters) override;
 	std::optional<FusedPose> step(const FusionInput& input) override;
 
-	pf::Tuning tuning;
+	pf::Tuning tuning;  //!< set it before start()
 
    private:
 	pf::MapRow maps_;

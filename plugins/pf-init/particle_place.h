@@ -1,6 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <d2s1r/localization.h>
 #include <mrpt/math/CMatrixFixed.h>
 #include <mrpt/poses/CPosePDFParticles.h>
 
@@ -8,9 +9,10 @@
 
 namespace d2s1r::pf
 {
-/// A particle belongs to the place of a pose if it is no farther away than this.
-inline constexpr double kPlaceRadius = 1.0;  //!< [m]
-inline constexpr double kPlaceAngle = 0.5;   //!< [rad]
+/// A particle belongs to the place of a pose if it is no farther away than this: twice what makes two poses one place,
+/// as two particles are that lie on both sides of it.
+inline constexpr double kPlaceRadius = 2 * kPlaceDistance;  //!< [m]
+inline constexpr double kPlaceAngle = 2 * kPlaceYaw;        //!< [rad]
 
 /// Returns whether a robot at `a` is within `radius` [m] and `angle` [rad] of `b`: at the place of `b`.
 bool are_one_place(

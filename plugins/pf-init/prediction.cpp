@@ -30,9 +30,9 @@ bool is_jump(const mrpt::poses::CPose2D& increment, const MotionParameters& para
 
 CPosePDFGaussian predict_motion(
     const std::optional<mrpt::poses::CPose2D>& odometry, const mrpt::poses::CPose2D& previous,
-    const FilterParameters& parameters)
+    const FilterParameters& parameters, const OdometryTuning& tuning)
 {
-	if (odometry) return odometry_motion(*odometry);
+	if (odometry) return odometry_motion(*odometry, tuning);
 	return {previous, covariance_of(parameters.motion_along, parameters.motion_across, parameters.motion_turn)};
 }
 

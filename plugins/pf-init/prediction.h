@@ -19,7 +19,7 @@ namespace d2s1r::pf
 /// robot goes on as before.
 mrpt::poses::CPosePDFGaussian predict_motion(
     const std::optional<mrpt::poses::CPose2D>& odometry, const mrpt::poses::CPose2D& previous,
-    const FilterParameters& parameters);
+    const FilterParameters& parameters, const OdometryTuning& tuning = {});
 
 /// Returns how much of the filter's weight [0, 1] is near a hypothesis of the previous scan.
 using Support = std::function<double(const Hypothesis&)>;

@@ -46,7 +46,7 @@ double Recovery::probability_of_being_lost(
     const Localization& localization, const Tuning& tuning) const
 {
 	if (localization.hypotheses.empty()) return 0;
-	if (probability_found(localization) < tuning.least_found) return tuning.admitted_probability;
+	if (probability_found(localization) < kProbable) return tuning.admitted_probability;
 	const Scan beams = make_scan(scan, maps_.parameters().scan);
 	const auto points = end_points(beams, maps_.likelihood_options().beams);
 	const auto log_likelihood = [&](const mrpt::math::TPose2D& pose) { return maps_.log_likelihood(points, pose); };
@@ -57,7 +57,7 @@ double Recovery::probability_of_being_lost(
 	double likelihood = 0;  // [-] of the scan, relative to that at the best hypothesis
 	for (std::size_t i = 0; i < weights.size(); i++)
 		likelihood += weights[i] * std::exp(log_likelihood(particles.m_particles[i].d) - best);
-	likelihood = std::min(likelihood, likelihood_of_places(particles, beams, localization));
+	likelihood = std::min(likelihood, likelihood_of_places(particles, beams, localization, tuning));
 	const double of_lost = nowhere_ * std::exp(-tuning.takeover_margin), of_filter = (1 - nowhere_) * likelihood;
 	return std::max(tuning.admitted_probability, of_lost / (of_lost + of_filter));
 }
@@ -66,9 +66,9 @@ double Recovery::probability_of_being_lost(
 /// localizer: it sees the walls that beams would have to pass, whereas the likelihood field of the particles sees only
 /// where beams end. Returns infinity if the beam model says nothing against the filter's places.
 double Recovery::likelihood_of_places(
-    const mrpt::poses::CPosePDFParticles& particles, const Scan& scan, const Localization& localization) const
+    const mrpt::poses::CPosePDFParticles& particles, const Scan& scan, const Localization& localization,
+    const Tuning& tuning) const
 {
-	constexpr double kEnough = 0.01;  // [-] the filter may well be right
 	constexpr double kAny = std::numeric_limits<double>::infinity();
 	if (maps_.parameters().method == Method::kPaper) return kAny;  // it has no beam model
 	const auto weights = normalized_weights(particles);
@@ -77,7 +77,7 @@ double Recovery::likelihood_of_places(
 	for (const Hypothesis& hypothesis : localization.hypotheses)
 		likelihood +=
 		    hypothesis.probability / best.probability * weight_near(particles, weights, hypothesis.pose.asTPose());
-	if (likelihood > kEnough) return kAny;
+	if (likelihood > tuning.likely) return kAny;
 	const auto place = dominant_place(particles, weights);
 	const auto of_place = maps_.hypothesis_near(scan, place.pose);
 	const auto of_best = maps_.hypothesis_near(scan, best.pose.asTPose());

@@ -47,7 +47,8 @@ class Recovery
 
    private:
 	double likelihood_of_places(
-	    const mrpt::poses::CPosePDFParticles& particles, const Scan& scan, const Localization& localization) const;
+	    const mrpt::poses::CPosePDFParticles& particles, const Scan& scan, const Localization& localization,
+	    const Tuning& tuning) const;
 
 	MapRow maps_;
 	SeedingParameters seeding_;

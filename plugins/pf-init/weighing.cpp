@@ -92,7 +92,7 @@ double weigh_by_scan_and_resample(
     const mrpt::obs::CObservation2DRangeScan& scan, const Localization& localization, const Tuning& tuning)
 {
 	const double found = probability_found(localization);
-	if (found < tuning.least_found && !explains(particles, maps, scan, tuning)) return particles.ESS();
+	if (found < kProbable && !explains(particles, maps, scan, tuning)) return particles.ESS();
 	// As MRPT's executeOn() does, which knows one map only.
 	std::vector<double> log_likelihoods;
 	for (const auto& particle : particles.m_particles)

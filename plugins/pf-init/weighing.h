@@ -8,6 +8,10 @@
 
 namespace d2s1r::pf
 {
+/// A scan whose hypotheses are right with less neither shows that the filter is lost nor counts if the filter's place
+/// does not explain it; a tracked place has as much by each localized scan.
+inline constexpr double kProbable = 0.5;  //!< [0, 1] more probable than not
+
 /// Returns the probability that the robot is at one of the hypotheses.
 double probability_found(const Localization& localization);
 

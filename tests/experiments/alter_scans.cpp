@@ -162,12 +162,12 @@ void invalidate(CObservation2DRangeScan& scan, double share, std::mt19937& rando
 
 constexpr double kAsRecorded = std::numeric_limits<double>::infinity();
 
-Settings read_settings(int count, char** words)
+Settings read_settings(const d2s1r::experiments::Words& words)
 {
 	const Settings unless_given{
 	    {"frames", kAsRecorded},        {"blocked", 0}, {"beams", kAsRecorded}, {"noise", 0}, {"relative_noise", 0},
 	    {"field_of_view", kAsRecorded}, {"invalid", 0}, {"reach", kAsRecorded}, {"seed", 0}};
-	auto settings = d2s1r::experiments::read_settings("alter_scans", unless_given, count, words);
+	auto settings = d2s1r::experiments::read_settings("alter_scans", unless_given, words);
 	if (settings.at("invalid") >= 1) throw std::invalid_argument("invalid must be less than 1");
 	return settings;
 }
@@ -201,7 +201,7 @@ int main(int count, char** words)
 	try
 	{
 		if (count < 3) throw std::invalid_argument("usage: alter_scans IN.rawlog OUT.rawlog [NAME=VALUE ...]");
-		alter(words[1], words[2], read_settings(count - 3, words + 3));
+		alter(words[1], words[2], read_settings({words + 3, words + count}));
 		return 0;
 	}
 	catch (const std::exception& e)

@@ -1,5 +1,5 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-// fusion_experiment MAP RUN.rawlog RUN_gt.txt CACHE EXPERIMENT pseudo|odometry|both DRIVES [SHARP_MAP]
+// fusion_experiment MAP RUN.rawlog RUN_gt.txt CACHE EXPERIMENT pseudo|odometry|both DRIVES [SHARP_MAP] [NAME=VALUE ...]
 // The experiment of the paper's Fig. 8: many short drives of a recorded run, each localized from nothing, scan by scan
 // (method = default) and fused with a particle filter. EXPERIMENT is one of
 //   drives        as recorded
@@ -11,22 +11,31 @@
 //                 of the scans only move it
 //   whole         the first DRIVES frames as one drive, judged from frame 20 on; those that are wrong are listed, and
 //                 how the scan itself fits near the ground truth in SHARP_MAP, if MAP is a worse one of the same place
+// NAME=VALUE sets
+//   frames=N      [frames] of the run that are used at most (all)
+//   wheels=SEED   makes odometry of the ground truth, with errors (0: that of the log)
+//   variants=FILE each line of it is words NAME=VALUE as here; for each one prints a letter by frame that is judged
+//   (see
+//                 flag_of()), and nothing else is done; not of filter-alone and whole
+// and any constant of plugins/pf-init/tuning.h
 #include <d2s1r/map_io.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
-#include <exception>
+#include <limits>
 #include <random>
 
 #include "CParticleFilterFusion.h"
 #include "drives.h"
+#include "tunings.h"
 #include "uniform_filter.h"
 
 namespace d2s1r::experiments
 {
 namespace
 {
+constexpr std::size_t kFound = 5;         //!< [-] frames after a jump in which the robot should be found
 constexpr int kUniformParticles = 40000;  //!< [-] of the filter alone
 
 struct Count
@@ -58,6 +67,7 @@ struct FusionCount
 	int misled = 0;         //!< [-] of these, those that are wrong
 	double total_ms = 0, worst_ms = 0;
 	int steps = 0;
+	std::string flags;  //!< by frame, but for the first ones of a drive and those right after a jump
 };
 
 void judge_alone(const Drive& drive, const CSignatureMap2D& map, Count& count)
@@ -92,7 +102,10 @@ void judge_fusion(
 			count.tracking += is_tracking ? 1 : 0;
 			count.misled += is_tracking && !is_right ? 1 : 0;
 		}
-		if (i >= jump && i < jump + 5) found_again |= is_right;
+		if (i >= jump && i < jump + kFound)
+			found_again |= is_right;
+		else if (i >= kSettled)
+			count.flags += flag_of(is_right, is_tracking);
 		if (i < jump && was_right && fused && fused->event == FusionEvent::kReseeded) count.false_reseeds++;
 		was_right = is_right;
 		const double step_ms = fused ? fused->step_ms : 0;
@@ -103,19 +116,29 @@ void judge_fusion(
 	count.found_again += found_again ? 1 : 0;
 }
 
-void run_fusion(
-    const std::vector<Drive>& drives, const CSignatureMap2D::Ptr& map, FusionParameters parameters, std::size_t jump)
+FusionCount fuse(
+    const std::vector<Drive>& drives, const CSignatureMap2D::Ptr& map, FusionParameters parameters, std::size_t jump,
+    const pf::Tuning& tuning)
 {
-	Count alone;
 	FusionCount fused;
 	CParticleFilterFusion filter;
+	filter.tuning = tuning;
 	for (const Drive& drive : drives)
 	{
 		filter.start({{map}}, parameters);
 		judge_fusion(filter, drive, *map, jump, fused);
-		judge_alone(drive, *map, alone);
 		parameters.seed++;
 	}
+	return fused;
+}
+
+void run_fusion(
+    const std::vector<Drive>& drives, const CSignatureMap2D::Ptr& map, const FusionParameters& parameters,
+    std::size_t jump, const pf::Tuning& tuning)
+{
+	Count alone;
+	const FusionCount fused = fuse(drives, map, parameters, jump, tuning);
+	for (const Drive& drive : drives) judge_alone(drive, *map, alone);
 	if (jump == kDriveFrames) alone.print("each scan alone");
 	fused.poses.print("fused");
 	std::printf("  tracking in %d frames, wrong in %d of these\n", fused.tracking, fused.misled);
@@ -167,10 +190,11 @@ void cover_sensor(std::vector<RunFrame>& run, const Localizer& localizer)
 /// Follows a run from its beginning to its end.
 void run_whole(
     const std::vector<RunFrame>& run, const CSignatureMap2D::Ptr& map, const CSignatureMap2D& sharp,
-    const FusionParameters& parameters)
+    const FusionParameters& parameters, const pf::Tuning& tuning)
 {
 	constexpr std::size_t kFirst = 20;  // [-] frame that is judged
 	CParticleFilterFusion filter;
+	filter.tuning = tuning;
 	filter.start({{map}}, parameters);
 	Count poses;
 	int tracking = 0, misled = 0, misled_on_map = 0;
@@ -206,36 +230,55 @@ MotionSource motion_of(const std::string& name)
 	return name == "odometry" ? MotionSource::kOdometry : MotionSource::kBoth;
 }
 
-int run_experiment(int argc, char** argv)
+/// Takes the words NAME=VALUE out of a command line.
+Words take_settings(Words& words)
 {
-	if (argc != 8 && argc != 9)
-		return std::fprintf(
-		           stderr,
-		           "usage: fusion_experiment MAP RUN.rawlog GT CACHE "
-		           "drives|kidnapped|frozen|centimetres|covered|filter-alone|whole pseudo|odometry|both DRIVES "
-		           "[SHARP_MAP]\n"),
-		       1;
-	const std::string what = argv[5];
-	const std::size_t count = std::strtoul(argv[7], nullptr, 10);
-	const auto map = CSignatureMap2D::Create(*load_map(argv[1]));
-	auto run = load_run(argv[2], argv[3]);
-	if (what == "whole" && run.size() > count) run.resize(count);
-	localize_all(run, *map, argv[4]);
+	const auto first = std::stable_partition(
+	    words.begin(), words.end(), [](const std::string& word) { return word.find('=') == std::string::npos; });
+	Words settings(first, words.end());
+	words.erase(first, words.end());
+	return settings;
+}
+
+void spoil(std::vector<RunFrame>& run, const std::string& what, const Localizer& localizer)
+{
 	if (what == "frozen") spoil_odometry(run, 0);
 	if (what == "centimetres") spoil_odometry(run, 100);
-	if (what == "covered") cover_sensor(run, map->localizer());
+	if (what == "covered") cover_sensor(run, localizer);
+}
+
+/// \param words MAP RUN.rawlog RUN_gt.txt CACHE EXPERIMENT MOTION DRIVES [SHARP_MAP]
+void run_experiment(const Words& words, Words set)
+{
+	const std::string variants = take_text(set, "variants"), what = words[4];
+	const double all = std::numeric_limits<double>::infinity();
+	const auto settings =
+	    read_settings("fusion_experiment", with_numbers_of(pf::Tuning{}, {{"frames", all}, {"wheels", 0}}), set);
+	const std::size_t count = std::stoul(words[6]);
+	const auto map = CSignatureMap2D::Create(*load_map(words[0]));
+	auto run = load_run(words[1], words[2]);
+	const double most = what == "whole" ? static_cast<double>(count) : settings.at("frames");
+	if (static_cast<double>(run.size()) > most) run.resize(static_cast<std::size_t>(most));
+	if (settings.at("wheels") != 0) make_odometry(run, static_cast<unsigned>(settings.at("wheels")));
+	localize_all(run, map->localizer(), words[3]);
+	spoil(run, what, map->localizer());
 	FusionParameters parameters;
-	parameters.motion = motion_of(argv[6]);
-	const auto sharp = argc == 9 ? CSignatureMap2D::Create(*load_map(argv[8])) : map;
+	parameters.motion = motion_of(words[5]);
+	if (what == "filter-alone") return run_filter_alone(spread_drives(run, count), map);
+	const auto tuning = tuning_of<pf::Tuning>(settings);
 	if (what == "whole")
-		run_whole(run, map, *sharp, parameters);
-	else if (what == "kidnapped")
-		run_fusion(kidnapped_drives(run, count), map, parameters, kJump);
-	else if (what == "filter-alone")
-		run_filter_alone(spread_drives(run, count), map);
-	else
-		run_fusion(spread_drives(run, count), map, parameters, kDriveFrames);
-	return 0;
+	{
+		const auto sharp = words.size() == 8 ? CSignatureMap2D::Create(*load_map(words[7])) : map;
+		return run_whole(run, map, *sharp, parameters, tuning);
+	}
+	const bool is_carried = what == "kidnapped";
+	const auto drives = is_carried ? kidnapped_drives(run, count) : spread_drives(run, count);
+	const std::size_t jump = is_carried ? kJump : kDriveFrames;
+	if (variants.empty()) return run_fusion(drives, map, parameters, jump, tuning);
+	print_variants(
+	    "fusion_experiment", settings, variants,
+	    [&](const Settings& variant)
+	    { return fuse(drives, map, parameters, jump, tuning_of<pf::Tuning>(variant)).flags; });
 }
 }  // namespace
 }  // namespace d2s1r::experiments
@@ -244,7 +287,15 @@ int main(int argc, char** argv)
 {
 	try
 	{
-		return d2s1r::experiments::run_experiment(argc, argv);
+		d2s1r::experiments::Words words(argv + 1, argv + argc);
+		const auto settings = d2s1r::experiments::take_settings(words);
+		if (words.size() != 7 && words.size() != 8)
+			throw std::invalid_argument(
+			    "usage: fusion_experiment MAP RUN.rawlog GT CACHE "
+			    "drives|kidnapped|frozen|centimetres|covered|filter-alone|whole pseudo|odometry|both DRIVES "
+			    "[SHARP_MAP] [NAME=VALUE ...]");
+		d2s1r::experiments::run_experiment(words, settings);
+		return 0;
 	}
 	catch (const std::exception& error)
 	{

@@ -4,10 +4,12 @@
 #include <mrpt/math/wrap2pi.h>
 #include <mrpt/obs/CObservationOdometry.h>
 #include <mrpt/obs/CRawlog.h>
+#include <mrpt/poses/CPosePDFGaussian.h>
 #include <mrpt/serialization/CArchive.h>
 
 #include <cmath>
 #include <filesystem>
+#include <random>
 #include <stdexcept>
 #include <thread>
 
@@ -18,17 +20,31 @@ namespace d2s1r::experiments
 {
 namespace
 {
+using PoseDensity = mrpt::poses::CPosePDFGaussian;
+
 bool is_same_place(const mrpt::math::TPose2D& a, const mrpt::math::TPose2D& b)
 {
 	return std::hypot(a.x - b.x, a.y - b.y) < 0.5 && std::abs(mrpt::math::wrapToPi(a.phi - b.phi)) < 10 * M_PI / 180;
 }
 
+/// The name of the file is there only when the file is whole.
 void write_cache(const std::vector<RunFrame>& run, const std::string& file)
 {
-	mrpt::io::CFileGZOutputStream stream(file);
-	auto archive = mrpt::serialization::archiveFrom(stream);
-	for (const RunFrame& frame : run)
-		archive << static_cast<std::int32_t>(frame.localization.status) << frame.localization.as_sog();
+	const std::string part = file + ".part";
+	{
+		mrpt::io::CFileGZOutputStream stream(part);
+		auto archive = mrpt::serialization::archiveFrom(stream);
+		for (const RunFrame& frame : run)
+		{
+			const Localization& found = frame.localization;
+			archive << static_cast<std::int32_t>(found.status) << found.confidence
+			        << static_cast<std::uint32_t>(found.hypotheses.size());
+			for (const Hypothesis& hypothesis : found.hypotheses)
+				archive << PoseDensity(hypothesis.pose, hypothesis.covariance) << hypothesis.probability
+				        << hypothesis.log_likelihood.value_or(0) << hypothesis.explained.value_or(0);
+		}
+	}
+	std::filesystem::rename(part, file);
 }
 
 void read_cache(std::vector<RunFrame>& run, const std::string& file)
@@ -38,11 +54,21 @@ void read_cache(std::vector<RunFrame>& run, const std::string& file)
 	for (RunFrame& frame : run)
 	{
 		std::int32_t status = 0;
-		mrpt::poses::CPosePDFSOG hypotheses;
-		archive >> status >> hypotheses;
-		frame.localization.status = static_cast<Status>(status);
-		for (const auto& mode : hypotheses)
-			frame.localization.hypotheses.push_back({mode.mean, mode.cov, std::exp(mode.log_w), {}, {}});
+		std::uint32_t count = 0;
+		Localization& found = frame.localization;
+		archive >> status >> found.confidence >> count;
+		found.status = static_cast<Status>(status);
+		for (; count > 0; count--)
+		{
+			Hypothesis& hypothesis = found.hypotheses.emplace_back();
+			PoseDensity density;
+			double log_likelihood = 0, explained = 0;
+			archive >> density >> hypothesis.probability >> log_likelihood >> explained;
+			hypothesis.pose = density.mean;
+			hypothesis.covariance = density.cov;
+			hypothesis.log_likelihood = log_likelihood;
+			hypothesis.explained = explained;
+		}
 	}
 }
 }  // namespace
@@ -82,10 +108,27 @@ std::vector<RunFrame> load_run(const std::string& rawlog, const std::string& gro
 	return run;
 }
 
-void localize_all(std::vector<RunFrame>& run, const CSignatureMap2D& map, const std::string& cache_file)
+void make_odometry(std::vector<RunFrame>& run, unsigned seed)
+{
+	std::mt19937 random(seed);
+	std::normal_distribution<double> error(0, 1);
+	mrpt::poses::CPose2D reading;
+	for (std::size_t i = 0; i < run.size(); i++)
+	{
+		if (i > 0)
+		{
+			const auto step = mrpt::poses::CPose2D(run[i].truth) - mrpt::poses::CPose2D(run[i - 1].truth);
+			const double way = 1 + 0.05 * error(random), turn = 1 + 0.05 * error(random);
+			const double drift = M_PI / 180 * step.norm() * error(random);  // [rad]
+			reading = reading + mrpt::poses::CPose2D(way * step.x(), way * step.y(), turn * step.phi() + drift);
+		}
+		run[i].odometry = reading;
+	}
+}
+
+void localize_all(std::vector<RunFrame>& run, const Localizer& localizer, const std::string& cache_file)
 {
 	if (std::filesystem::exists(cache_file)) return read_cache(run, cache_file);
-	const Localizer& localizer = map.localizer();
 	const auto localize = [&](std::size_t first)
 	{
 		for (std::size_t i = first; i < run.size(); i += 2) run[i].localization = localizer.localize(*run[i].scan);
@@ -93,6 +136,6 @@ void localize_all(std::vector<RunFrame>& run, const CSignatureMap2D& map, const 
 	std::thread other(localize, 1);
 	localize(0);
 	other.join();
-	write_cache(run, cache_file);
+	if (!cache_file.empty()) write_cache(run, cache_file);
 }
 }  // namespace d2s1r::experiments

@@ -28,7 +28,12 @@ struct RunFrame
 /// \throws std::runtime_error if a file cannot be read or the numbers of scans and lines differ
 std::vector<RunFrame> load_run(const std::string& rawlog, const std::string& ground_truth);
 
+/// Makes the readings of wheels of the ground truth: they are off by 5 % of the way and of the turn, and by 1 deg a
+/// metre, as standard deviations.
+void make_odometry(std::vector<RunFrame>& run, unsigned seed);
+
 /// Localizes all scans, with two threads, or reads what an earlier call wrote to `cache_file` (it is up to the caller
 /// to delete it when map, run or localizer change).
-void localize_all(std::vector<RunFrame>& run, const CSignatureMap2D& map, const std::string& cache_file);
+/// \param cache_file empty: nothing is kept
+void localize_all(std::vector<RunFrame>& run, const Localizer& localizer, const std::string& cache_file);
 }  // namespace d2s1r::experiments

@@ -111,7 +111,7 @@ int main(int count, char** words)
 		if (count < 4) throw std::invalid_argument("usage: simulate_circles MAP POSES.txt OUT.rawlog [NAME=VALUE ...]");
 		simulate(
 		    words[1], words[2], words[3],
-		    experiments::read_settings("simulate_circles", kUnlessGiven, count - 4, words + 4));
+		    experiments::read_settings("simulate_circles", kUnlessGiven, {words + 4, words + count}));
 		return 0;
 	}
 	catch (const std::exception& e)

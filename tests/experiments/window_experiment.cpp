@@ -4,45 +4,42 @@
 //   window=N      [frames] that are judged together (10)
 //   apart=LENGTH  [m] a frame is used when the robot has gone so far since the last one that was (0: all frames)
 //   odometry=0|1  whether the window is given it (1)
+//   wheels=SEED   makes odometry of the ground truth, with errors (0: that of the log)
 //   reach=LENGTH  [m] of the laser: from there on it reports nothing (as recorded)
 //   first=N       [frames] the first one that is judged, counted from 0 among those used (0)
 //   frames=N      [frames] of the run that are used at most (all)
+//   cache=FILE    holds what each scan says alone; it is written if it does not exist
+//   variants=FILE each line of it is words NAME=VALUE as here; for each one prints a letter by frame that is judged
+//   (see
+//                 flag_of()), and nothing else is done
+// and any constant of frames/window_tuning.h
 #include <d2s1r/map_io.h>
-#include <d2s1r/window_localizer.h>
 #include <mrpt/math/wrap2pi.h>
 
 #include <cmath>
 #include <cstdio>
 #include <fstream>
 #include <limits>
-#include <map>
 #include <stdexcept>
-#include <thread>
 
 #include "drives.h"
+#include "frames/window_tracker.h"
 #include "shorten.h"
+#include "tunings.h"
 
 namespace d2s1r::experiments
 {
 namespace
 {
-using Settings = std::map<std::string, double>;
-
-Settings read_settings(int count, char** words)
-{
-	constexpr double kAsRecorded = std::numeric_limits<double>::infinity();
-	Settings settings{{"window", 10},         {"apart", 0}, {"odometry", 1},
-	                  {"reach", kAsRecorded}, {"first", 0}, {"frames", kAsRecorded}};
-	for (int i = 0; i < count; i++)
-	{
-		const std::string word = words[i], name = word.substr(0, word.find('='));
-		const auto setting = settings.find(name);
-		if (setting == settings.end() || name == word)
-			throw std::invalid_argument("'" + word + "' is not NAME=VALUE with a name that window_experiment knows");
-		setting->second = std::stod(word.substr(name.size() + 1));
-	}
-	return settings;
-}
+/// What else may be set than constants of the window.
+const Settings kUnlessGiven{
+    {"window", 10},
+    {"apart", 0},
+    {"odometry", 1},
+    {"wheels", 0},
+    {"reach", std::numeric_limits<double>::infinity()},
+    {"first", 0},
+    {"frames", std::numeric_limits<double>::infinity()}};
 
 /// Returns the frames that are used, with shorter scans.
 std::vector<RunFrame> used_frames(std::vector<RunFrame> run, const Settings& settings)
@@ -59,17 +56,6 @@ std::vector<RunFrame> used_frames(std::vector<RunFrame> run, const Settings& set
 		used.push_back(run[i]);
 	}
 	return used;
-}
-
-void localize_alone(std::vector<RunFrame>& run, const Localizer& localizer)
-{
-	const auto localize = [&](std::size_t first)
-	{
-		for (std::size_t i = first; i < run.size(); i += 2) run[i].localization = localizer.localize(*run[i].scan);
-	};
-	std::thread other(localize, 1);
-	localize(0);
-	other.join();
 }
 
 bool is_right(const Localization& answer, const mrpt::math::TPose2D& truth)
@@ -127,33 +113,71 @@ void write_answer(std::ofstream& csv, const Localization& answer, const mrpt::ma
 		csv << ',' << answer.best().pose.x() << ',' << answer.best().pose.y() << ',' << answer.best().pose.phi();
 }
 
-void run_experiment(const std::vector<std::string>& files, const Settings& settings)
+/// Returns what a window answers at each frame.
+std::vector<Localization> follow(const std::vector<RunFrame>& run, const Localizer& localizer, const Settings& settings)
 {
-	const Localizer localizer(load_map(files[0]));
-	auto run = used_frames(load_run(files[1], files[2]), settings);
-	localize_alone(run, localizer);
-	std::ofstream csv(files[3]);
-	if (!csv) throw std::runtime_error(files[3] + ": cannot be written");
-	csv << "frame,true_x,true_y,true_phi,status,confidence,right,x,y,phi,window_status,window_confidence,window_right,"
-	       "window_x,window_y,window_phi\n";
-	WindowLocalizer window(localizer, static_cast<int>(settings.at("window")));
-	Count alone, together;
+	WindowTracker window(
+	    {{"", {&localizer, {}}}}, static_cast<int>(settings.at("window")), tuning_of<WindowTuning>(settings));
+	std::vector<Localization> answers;
 	for (std::size_t i = 0; i < run.size(); i++)
 	{
 		const auto motion = i > 0 && settings.at("odometry") != 0 ? odometry_between(run[i - 1], run[i]) : std::nullopt;
+		const Scan scan = make_scan(*run[i].scan, localizer.parameters().scan);
+		answers.push_back(window.add(scan, run[i].localization, motion));
+	}
+	return answers;
+}
+
+std::size_t first_judged(const Settings& settings)
+{
+	return static_cast<std::size_t>(settings.at("first"));
+}
+
+void judge(
+    const std::vector<RunFrame>& run, const Localizer& localizer, const Settings& settings, const std::string& file)
+{
+	std::ofstream csv(file);
+	if (!csv) throw std::runtime_error(file + ": cannot be written");
+	csv << "frame,true_x,true_y,true_phi,status,confidence,right,x,y,phi,window_status,window_confidence,window_right,"
+	       "window_x,window_y,window_phi\n";
+	Count alone, together;
+	const auto answers = follow(run, localizer, settings);
+	for (std::size_t i = 0; i < run.size(); i++)
+	{
 		const RunFrame& frame = run[i];
-		const Scan scan = make_scan(*frame.scan, localizer.parameters().scan);
-		const auto answer = window.add(scan, frame.localization, motion);
 		csv << i << ',' << frame.truth.x << ',' << frame.truth.y << ',' << frame.truth.phi;
 		write_answer(csv, frame.localization, frame.truth);
-		write_answer(csv, answer, frame.truth);
+		write_answer(csv, answers[i], frame.truth);
 		csv << '\n';
-		if (static_cast<double>(i) < settings.at("first")) continue;
+		if (i < first_judged(settings)) continue;
 		alone.add(frame.localization, frame, localizer);
-		together.add(answer, frame, localizer);
+		together.add(answers[i], frame, localizer);
 	}
 	alone.print("alone ");
 	together.print("window");
+}
+
+std::string flags(const std::vector<RunFrame>& run, const Localizer& localizer, const Settings& settings)
+{
+	const auto answers = follow(run, localizer, settings);
+	std::string letters;
+	for (std::size_t i = first_judged(settings); i < run.size(); i++)
+		letters += flag_of(is_right(answers[i], run[i].truth), answers[i].status == Status::kLocalized);
+	return letters;
+}
+
+void run_experiment(const Words& files, Words words)
+{
+	const std::string cache = take_text(words, "cache"), variants = take_text(words, "variants");
+	const auto settings = read_settings("window_experiment", with_numbers_of(WindowTuning{}, kUnlessGiven), words);
+	const Localizer localizer(load_map(files[0]));
+	auto run = used_frames(load_run(files[1], files[2]), settings);
+	if (settings.at("wheels") != 0) make_odometry(run, static_cast<unsigned>(settings.at("wheels")));
+	localize_all(run, localizer, cache);
+	if (variants.empty()) return judge(run, localizer, settings, files[3]);
+	print_variants(
+	    "window_experiment", settings, variants,
+	    [&](const Settings& variant) { return flags(run, localizer, variant); });
 }
 }  // namespace
 }  // namespace d2s1r::experiments
@@ -165,8 +189,7 @@ int main(int count, char** words)
 		if (count < 5)
 			throw std::invalid_argument(
 			    "usage: window_experiment MAP RUN.rawlog RUN_gt.txt FRAMES.csv [NAME=VALUE ...]");
-		d2s1r::experiments::run_experiment(
-		    {words + 1, words + 5}, d2s1r::experiments::read_settings(count - 5, words + 5));
+		d2s1r::experiments::run_experiment({words + 1, words + 5}, {words + 5, words + count});
 		return 0;
 	}
 	catch (const std::exception& e)

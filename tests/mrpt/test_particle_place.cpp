@@ -130,7 +130,7 @@ TEST(DominantPlace, MovesOnFromItsHeaviestParticleToItsMiddle)
 	expect_place(place_of(particles), {0.725, 0.5, 0.1}, 1);
 }
 
-TEST(WeightNear, IsThatOfTheParticlesWithinAMetreAndHalfARadian)
+TEST(WeightNear, IsThatOfTheParticlesWithinTwiceAPlace)
 {
 	CPosePDFParticles particles = no_particles();
 	add(particles, {2, 3, 3.1}, 0.1);

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "searched_maps.h"
 #include "test_floor.h"
 #include "twin_rooms.h"
 
@@ -69,6 +70,24 @@ class FirstLook : public testing::Test
 	static bool is_clear(const Localization& result) { return result.confidence > 0.99; }
 };
 }  // namespace
+
+TEST(LimitsOfSearch, GrowWithGroupsAndMaps)
+{
+	const Prior anywhere;
+	const Parameters parameters;
+	DefaultIndex small, large;
+	small.profiles.first_of_group = std::vector<std::uint32_t>(50001);
+	large.profiles.first_of_group = std::vector<std::uint32_t>(3000001);
+	const SearchedMap in_small{small, anywhere, parameters}, in_large{large, anywhere, parameters};
+	const auto limits = [](const std::vector<SearchedMap>& maps) { return limits_of_search(maps).coarse_search; };
+	EXPECT_EQ(limits({in_small}).max_pairs, 20000);
+	EXPECT_EQ(limits({in_small}).candidates, 1200);
+	EXPECT_EQ(limits({in_small, in_small, in_small}).max_pairs, 40000);
+	EXPECT_EQ(limits({in_small, in_small, in_small}).candidates, 2400);
+	EXPECT_EQ(limits({in_large}).max_pairs, 60000);
+	EXPECT_EQ(limits({in_large}).candidates, 1200);
+	EXPECT_EQ(limits({in_small, in_large}).max_pairs, 61000);
+}
 
 TEST_F(FirstLook, AClearAnswerIsTakenUnlessItLeftOutCandidatesThatCostAsLittle)
 {

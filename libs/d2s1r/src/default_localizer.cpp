@@ -157,7 +157,7 @@ Decision localize_default(const Scan& scan, const std::vector<SearchedMap>& maps
 {
 	constexpr double kLess = 0.3;  // [-] share of the margin by which a safe answer costs less than what was left out
 	Work work{scan, TimeBudget(time_budget), {}};
-	const std::vector<Parameters> all = looks(limits_of_search(maps.front().parameters, maps.size()));
+	const std::vector<Parameters> all = looks(limits_of_search(maps));
 	const auto begin = [&] { return SearchOfMaps(maps, scan, all.back().coarse_search); };
 	SearchOfMaps search = timed(work.times.retrieval_ms, begin);
 	const double less = kLess * search.margin();

@@ -26,9 +26,9 @@ struct SearchedMap
 	const Parameters& parameters;
 };
 
-/// Returns `parameters` as the limits of a search through so many maps [-]: with several maps, more pairs and
-/// candidates may be looked at.
-Parameters limits_of_search(Parameters parameters, std::size_t maps);
+/// Returns the parameters of the first of `maps` as the limits of a search through all of them: with several maps, more
+/// pairs and candidates may be looked at, and in large ones more pairs.
+Parameters limits_of_search(const std::vector<SearchedMap>& maps);
 
 /// What is refined at once: the first readings of all maps or, of those that have one, the second ones.
 struct Found

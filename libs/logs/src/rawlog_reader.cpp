@@ -15,6 +15,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <cstring>
 #include <filesystem>
 
 namespace d2s1r::logs
@@ -52,6 +53,14 @@ class RecordingStream : public mrpt::io::CStream
 	bool at_clean_end_ = false;  //!< [-] the file ended before the first byte of the object
 };
 
+/// Makes a bool of the byte that MRPT has read into it as it stood in the file.
+void make_sound(bool& flag)
+{
+	unsigned char byte = 0;
+	std::memcpy(&byte, &flag, sizeof byte);
+	flag = byte != 0;
+}
+
 /// Takes the scan or the odometry that an observation is, if it is one.
 /// \param odometer label of the first odometer, the only one that is read: each has a frame of its own
 void read_observation(
@@ -59,7 +68,10 @@ void read_observation(
     RawlogObject& into)
 {
 	if (auto scan = std::dynamic_pointer_cast<mrpt::obs::CObservation2DRangeScan>(observation))
+	{
+		make_sound(scan->rightToLeft);
 		into.scans.push_back(std::move(scan));
+	}
 	const auto reading = std::dynamic_pointer_cast<mrpt::obs::CObservationOdometry>(observation);
 	if (!reading || !std::isfinite(reading->odometry.norm() + reading->odometry.phi())) return;
 	if (reading->sensorLabel == kPseudoOdometryLabel) return;  // an earlier run wrote it; nobody measured it

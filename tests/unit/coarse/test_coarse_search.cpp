@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <random>
 #include <set>
 
 #include "aligned_scan.h"
@@ -250,6 +251,41 @@ TEST_F(CoarseSearch, CostsAreThoseOfTheirPoses)
 	{
 		const auto [i, shift] = pair_of(candidate);
 		EXPECT_DOUBLE_EQ(candidate.cost, literal_cost(scan, i, shift));
+	}
+}
+
+TEST_F(CoarseSearch, InALargeMapAQuarterOfACostIsThatOfTheOverview)
+{
+	Grid large = make_picture_grid(Picture(450, std::string(2400, '.')), 0.2);
+	std::mt19937 random(1);
+	for (int i = 0; i < 16000; i++) large.cells[random() % large.cells.size()] = Cell::kOccupied;
+	const RangeProfiles profiles = make_range_profiles(large, find_free_cells(large, {}), parameters_.spacing);
+	ASSERT_GT(profiles.groups(), 250000U);
+	Scan scan = aligned_scan(large, profiles.directions, {100.1, 30.1, 0.5}, 0, 30);  // no more than overviews see
+	for (Beam& beam : scan.beams) beam.is_return = true;
+	parameters_.truncation = 8;
+	const auto& first = profiles.first_of_group;
+	const auto candidates = coarse_search(profiles, scan, parameters_);
+	ASSERT_FALSE(candidates.empty());
+	for (const Candidate& candidate : candidates)
+	{
+		std::size_t i = 0;
+		while (profiles.x[i] != static_cast<float>(candidate.pose.x) ||
+		       profiles.y[i] != static_cast<float>(candidate.pose.y))
+			i++;
+		const auto group =
+		    static_cast<std::size_t>(std::upper_bound(first.begin(), first.end(), i) - first.begin() - 1);
+		const double turn = mrpt::math::wrapTo2Pi(candidate.pose.phi) / (2 * M_PI) * profiles.directions;
+		int own = 0, in_overview = 0;
+		for (const Beam& beam : scan.beams)
+		{
+			const auto direction =
+			    direction_of(beam, static_cast<int>(std::lround(turn)) % profiles.directions, profiles.directions);
+			own += literal_difference(beam, profiles.by_position[i * std::size_t{120} + direction]);
+			const int half = profiles.quantize(static_cast<double>(beam.range)) / 2;
+			in_overview += std::min(parameters_.truncation, std::abs(profiles.overview_of(group)[direction] - half));
+		}
+		EXPECT_EQ(std::lround(30 * candidate.cost), static_cast<long>(0.75 * own + 0.25 * 2 * in_overview));
 	}
 }
 

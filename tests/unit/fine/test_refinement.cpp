@@ -188,6 +188,28 @@ TEST(PoseCovariance, IsLongAlongACorridorThatRunsAslantToTheCells)
 	EXPECT_LT(std::sqrt(across.dot(of_place * across)), 0.05);
 }
 
+/// A round wall holds no yaw, but its steps in the map seem to.
+TEST(PoseCovariance, KnowsOfYawsThatFitNearlyAsWell)
+{
+	constexpr double kCell = 0.1, kRadius = 8;
+	Grid hall = make_picture_grid(Picture(200, std::string(200, '.')), kCell);
+	const TPose2D sensor{10, 10, 0.3};
+	Scan scan;
+	scan.field_of_view = 2 * M_PI;
+	for (int tenth = -1800; tenth < 1800; tenth++)
+	{
+		const double angle = 0.1 * tenth * kDegree;
+		hall.cells[static_cast<std::size_t>(hall.index(
+		    static_cast<int>((sensor.x + kRadius * std::cos(angle)) / kCell),
+		    static_cast<int>((sensor.y + kRadius * std::sin(angle)) / kCell)))] = Cell::kOccupied;
+		if (tenth % 10 == 0) scan.beams.push_back({static_cast<float>(angle), static_cast<float>(kRadius), true});
+	}
+	const Eigen::Matrix3d covariance = covariance_at(DistanceField(hall), scan, sensor);
+	EXPECT_GT(std::sqrt(covariance(2, 2)), 2 * kDegree);
+	EXPECT_LT(std::sqrt(covariance(0, 0)), 0.05);
+	EXPECT_LT(std::sqrt(covariance(1, 1)), 0.05);
+}
+
 TEST(PoseCovariance, IsInTheFrameOfTheMap)
 {
 	const Grid corridor = make_corridor(false);

@@ -4,7 +4,7 @@
 
 #include <Eigen/Dense>
 
-#include "frames/track_motion.h"
+#include "frames/tracks.h"
 #include "made_hypotheses.h"
 
 namespace d2s1r::test
@@ -12,6 +12,11 @@ namespace d2s1r::test
 namespace
 {
 using mrpt::poses::CPose2D;
+
+GuessedMotion common_motion(const std::vector<Hypothesis>& from, const std::vector<Hypothesis>& to)
+{
+	return d2s1r::common_motion(from, to, WindowTuning{});
+}
 
 void expect_pose(const CPose2D& pose, const CPose2D& expected, double tolerance = 1e-9)
 {

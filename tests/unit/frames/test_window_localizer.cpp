@@ -187,7 +187,7 @@ TEST_F(WindowOnTwinRooms, LooksAtNoMoreFramesThanItIsToldTo)
 		result = window.add(poor, one_shot, CPose2D());
 		if (!result.hypotheses.empty()) least = std::min(least, result.hypotheses.back().log_likelihood.value());
 	}
-	EXPECT_GE(least, 2 * kLeastEvidence - 1e-6);
+	EXPECT_GE(least, 2 * WindowTuning{}.least_evidence - 1e-6);
 }
 
 TEST_F(WindowOnTwinRooms, APlaceThatIsFoundLateIsLookedForInTheFramesBefore)
@@ -203,7 +203,7 @@ TEST_F(WindowOnTwinRooms, APlaceThatIsFoundLateIsLookedForInTheFramesBefore)
 		result = window.add(scan, one_shot, i == 0 ? CPose2D() : CPose2D(1.2, 0, 0));
 	}
 	expect_at(result, {1.2, 0.95, M_PI - 0.01});
-	EXPECT_GT(result.best().log_likelihood, 1.25 * kLeastEvidence) << "all six frames fit";
+	EXPECT_GT(result.best().log_likelihood, 1.25 * WindowTuning{}.least_evidence) << "all six frames fit";
 }
 
 TEST_F(WindowOnTwinRooms, APlaceThatNoScanAloneShowsIsDoubted)

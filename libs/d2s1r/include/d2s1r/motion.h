@@ -22,9 +22,22 @@ std::optional<mrpt::obs::CActionRobotMovement2D> pseudo_odometry(const Localizat
 /// \param std_phi [rad] standard deviation
 mrpt::math::CMatrixDouble33 covariance_of(double std_x, double std_y, double std_phi);
 
+/// What is expected of odometry. No application sets it.
+struct OdometryTuning
+{
+	double least_error = 0.05;  //!< [m] standard deviation of an increment, however short
+	double least_turn = 2;      //!< [deg] the same of its turn
+	double error_share = 0.1;   //!< [-] of what the robot went and turned: is added to these
+	double turn_by_way = 5;     //!< [deg/m] is added to that of the turn
+
+	double newest = 0.2;            //!< [0, 1] share of the newest motion in the average disagreement of OdometryCheck
+	double most_disagreement = 10;  //!< [-] average of an odometry that can be relied on; one motion alone adds
+	                                //!< half of it at most
+};
+
 /// Returns an increment of odometry, in the robot frame at its start, with the errors that wheels make: they grow with
 /// the way and with the turn.
-mrpt::poses::CPosePDFGaussian odometry_motion(const mrpt::poses::CPose2D& increment);
+mrpt::poses::CPosePDFGaussian odometry_motion(const mrpt::poses::CPose2D& increment, const OdometryTuning& tuning = {});
 
 /// Returns how far apart two independent estimates of one pose or motion are, (x, y, phi), m and rad.
 /// \return [standard deviations]
@@ -39,6 +52,9 @@ mrpt::poses::CPosePDFGaussian combine(const mrpt::poses::CPosePDFGaussian& a, co
 class OdometryCheck
 {
    public:
+	/// Relies on odometry from the first motion on.
+	explicit OdometryCheck(const OdometryTuning& tuning = {}) : tuning_(tuning) {}
+
 	/// Takes in the next scan; call it for every one.
 	/// \param increment since the scan before, robot frame then
 	/// \param localization of this scan alone
@@ -47,6 +63,7 @@ class OdometryCheck
 	    const std::optional<mrpt::poses::CPose2D>& increment, const Localization& localization);
 
    private:
+	OdometryTuning tuning_;
 	std::optional<Hypothesis> before_;  //!< of the scan before, if that was localized
 	double disagreement_ = 0;           //!< [-] squared Mahalanobis distance, average of the last motions
 };

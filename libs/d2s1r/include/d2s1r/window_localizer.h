@@ -9,6 +9,8 @@
 
 namespace d2s1r
 {
+class WindowTracker;
+
 /// Localizes by the scans of the last frames together: what looks alike in one scan, such as the arms of a symmetric
 /// building or the places along a corridor, seldom does in ten.
 ///
@@ -61,8 +63,7 @@ class WindowLocalizer
 	    const mrpt::obs::CObservation2DRangeScan& observation, const std::optional<mrpt::poses::CPose2D>& motion = {});
 
    private:
-	class Tracker;
-	std::unique_ptr<Tracker> tracker_;
+	std::unique_ptr<WindowTracker> tracker_;
 	std::function<Localization(const Scan&)> localize_;  //!< what the scan says alone
 };
 }  // namespace d2s1r

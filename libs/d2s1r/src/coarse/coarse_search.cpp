@@ -19,13 +19,25 @@ namespace d2s1r
 {
 namespace
 {
+/// Returns the share [-] of the overview in the costs of the positions of so many groups [-]. In a large map, so many
+/// positions agree with a scan by chance that the true one, beside an edge, may not be among the cheapest, while the
+/// middle of its group still is: tests/benchmark/RESULTS.md. In the maps of recorded sites, which are smaller, it
+/// changes who is right in both directions.
+double overview_share_of(std::size_t groups)
+{
+	constexpr std::size_t kMany = 250000;  // [-]
+	return groups > kMany ? 0.25 : 0;
+}
+
 /// Compares all beams with the profiles of all positions of pairs of group and shift of one reading. It adds what is
 /// allowed, and costlier than the cheapest by the margin at most.
+/// \param overview_share [-] see overview_share_of()
 /// \param first_position number of the first position of the reading among those of all
 /// \param least [step] cost of the cheapest pair so far; it is lowered
 void search_profiles(
     const ReadingToSearch& reading, const std::vector<Pair>& of_groups, std::int32_t first_position,
-    std::uint32_t margin, std::uint32_t& least, std::vector<Pair>& pairs)
+    const CoarseSearchParameters& limits, double overview_share, std::uint32_t margin, std::uint32_t& least,
+    std::vector<Pair>& pairs)
 {
 	constexpr std::size_t kAhead = 16;
 	const auto& [profiles, scan, allowed] = reading;
@@ -34,6 +46,9 @@ void search_profiles(
 	const auto rows_of = [&, &by_position = profiles.by_position](std::size_t group)
 	{ return by_position.data() + first_of_group[group] * directions; };
 	const auto group_of = [&](std::size_t m) { return static_cast<std::size_t>(of_groups[m].position); };
+	const auto few = std::max<std::size_t>(1, count_overview_beams(scan, limits.truncation));
+	const double per_beam = static_cast<double>(scan.observed.size()) / static_cast<double>(few);
+	const double of_profile = 1 - overview_share, of_overview = overview_share * 2 * per_beam;  // [-] by cost
 	std::uint32_t limit = least + margin;  // a local copy: bytes may alias the other
 	for (std::size_t m = 0; m < of_groups.size(); m++)
 	{
@@ -47,8 +62,10 @@ void search_profiles(
 		std::array<std::uint32_t, 4> costs;
 		const std::size_t first = first_of_group[group], positions = first_of_group[group + 1] - first;
 		row_costs(rows_of(group), positions, turned_scan, costs.data());
+		const double in_overview = of_overview * of_groups[m].cost;
 		for (std::size_t i = 0; i < positions; i++)
 		{
+			costs[i] = static_cast<std::uint32_t>(of_profile * costs[i] + in_overview);
 			const auto position = static_cast<std::int32_t>(first + i);
 			if (costs[i] > limit || !allowed.allows({position, of_groups[m].shift, costs[i]})) continue;
 			limit = std::min(limit, costs[i] + margin);
@@ -143,10 +160,11 @@ CoarseSearch::CoarseSearch(std::vector<CoarseSearchIn> readings, const Scan& sca
 	const Prepared& prepared = *prepared_;
 	search_overviews(prepared.to_search, limits, kept.of_groups);
 	const std::uint32_t margin = prepared.margin(limits);
+	const double overview_share = overview_share_of(prepared.numbers.groups.back());
 	const auto search = [&](std::size_t reading, const std::vector<Pair>& of_groups)
 	{
 		const auto first = static_cast<std::int32_t>(prepared.numbers.positions[reading]);
-		search_profiles(prepared.to_search[reading], of_groups, first, margin, least_, pairs_);
+		search_profiles(prepared.to_search[reading], of_groups, first, limits, overview_share, margin, least_, pairs_);
 	};
 	if (readings_.size() == 1)
 		search(0, kept.of_groups);

@@ -16,7 +16,7 @@ namespace
 /// Returns as many beams as a byte can sum up, spread over the scan, in an order whose beginnings are spread, too.
 std::vector<OverviewBeam> overview_beams(const QuantizedScan& scan, int truncation)
 {
-	const std::size_t count = std::min(scan.exact.size(), static_cast<std::size_t>(255 / truncation));
+	const std::size_t count = count_overview_beams(scan, truncation);
 	const std::size_t stride = count % 7 != 0 ? 7 : 1;
 	std::vector<OverviewBeam> beams;
 	for (std::size_t i = 0; i < count; i++)
@@ -164,6 +164,11 @@ std::vector<GroupsOfReading> groups_of(
 	return all;
 }
 }  // namespace
+
+std::size_t count_overview_beams(const QuantizedScan& scan, int truncation)
+{
+	return std::min(scan.exact.size(), static_cast<std::size_t>(255 / truncation));
+}
 
 void search_overviews(
     const std::vector<ReadingToSearch>& readings, const CoarseSearchParameters& parameters, std::vector<Pair>& pairs)

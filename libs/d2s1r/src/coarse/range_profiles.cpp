@@ -107,7 +107,9 @@ std::vector<std::uint8_t> steps_of_ranges(const RangeProfiles& profiles, double 
 	return steps;
 }
 
-/// Stores the swept ranges of consecutive cells as bytes, by cell, then by direction.
+/// Stores the swept ranges of consecutive cells as bytes, by cell, then by direction. It takes memory when the first
+/// ranges come: making the lines of a sweep takes much that is given back by then.
+template <class Bytes>
 class RowWriter
 {
    public:
@@ -115,23 +117,24 @@ class RowWriter
 	/// \param first, count which of the swept cells are stored
 	/// \param byte_of by range
 	/// \param stride [byte] between rows
-	/// \param rows memory that is filled
+	/// \param behind [byte] after the last row
 	RowWriter(
 	    std::size_t first, std::size_t count, const std::vector<std::uint8_t>& byte_of, int directions,
-	    std::size_t stride, std::uint8_t* rows)
+	    std::size_t stride, std::size_t behind = 0)
 	    : first_(first),
 	      count_(count),
 	      byte_of_(byte_of),
 	      directions_(static_cast<std::size_t>(directions)),
 	      stride_(stride),
-	      rows_(rows),
-	      gathered_(kGathered * count)
+	      behind_(behind)
 	{
 	}
 
 	/// Stores the ranges of one direction. All directions must come in turn.
 	void write(std::size_t direction, const SweptRanges& swept)
 	{
+		rows_.resize(count_ * stride_ + behind_);
+		gathered_.resize(kGathered * count_);
 		// local copies: byte stores may alias members, which would be reloaded every time
 		const SweptRanges ranges = swept;
 		const std::size_t first = first_, count = count_;
@@ -140,6 +143,9 @@ class RowWriter
 		for (std::size_t i = 0; i < count; i++) gathered[i] = byte_of[ranges[first + i]];
 		if (direction % kGathered == kGathered - 1 || direction == directions_ - 1) store(direction);
 	}
+
+	/// Returns the rows.
+	Bytes take() { return std::move(rows_); }
 
    private:
 	static constexpr std::size_t kWord = 8;          //!< [directions] stored at once
@@ -151,7 +157,7 @@ class RowWriter
 		const std::size_t first = last / kGathered * kGathered, directions = last - first + 1;
 		const std::size_t count = count_, stride = stride_;
 		const std::uint8_t* const gathered = gathered_.data();
-		std::uint8_t* row = rows_ + first;
+		std::uint8_t* row = rows_.data() + first;
 		for (std::size_t i = 0; i < count; i++, row += stride)
 		{
 			std::size_t d = 0;
@@ -167,8 +173,8 @@ class RowWriter
 
 	std::size_t first_, count_;
 	const std::vector<std::uint8_t>& byte_of_;
-	std::size_t directions_, stride_;
-	std::uint8_t* rows_;
+	std::size_t directions_, stride_, behind_;
+	Bytes rows_;
 	std::vector<std::uint8_t> gathered_;  //!< (direction, cell)
 };
 
@@ -252,14 +258,13 @@ RangeProfiles make_range_profiles(const Grid& grid, std::vector<CellIndex> cells
 			for (const PlacedCell& sample : *placed) swept.push_back(sample.cell);
 	}
 	const auto row_size = static_cast<std::size_t>(directions);  // [byte]
-	AlignedBytes overview_rows(profiles.groups() * profiles.overview_stride());
-	std::vector<std::uint8_t> position_rows(profiles.size() * row_size + RangeProfiles::kBlock);
 	const std::vector<std::uint8_t> step_of = steps_of_ranges(profiles, grid.cell_size);
 	std::vector<std::uint8_t> half_of = step_of;  // [2 steps]
 	for (std::uint8_t& step : half_of) step /= 2;
-	RowWriter by_position(0, profiles.size(), step_of, directions, row_size, position_rows.data());
-	RowWriter overview(
-	    profiles.size(), profiles.groups(), half_of, directions, profiles.overview_stride(), overview_rows.data());
+	RowWriter<std::vector<std::uint8_t>> by_position(
+	    0, profiles.size(), step_of, directions, row_size, RangeProfiles::kBlock);
+	RowWriter<AlignedBytes> overview(
+	    profiles.size(), profiles.groups(), half_of, directions, profiles.overview_stride());
 	sweep_ranges(
 	    grid, swept, directions, profiles.max_range,
 	    [&](int direction, const SweptRanges& ranges)
@@ -267,8 +272,8 @@ RangeProfiles make_range_profiles(const Grid& grid, std::vector<CellIndex> cells
 		    by_position.write(static_cast<std::size_t>(direction), ranges);
 		    overview.write(static_cast<std::size_t>(direction), ranges);
 	    });
-	profiles.by_position = std::move(position_rows);
-	profiles.overview = std::move(overview_rows);
+	profiles.by_position = by_position.take();
+	profiles.overview = overview.take();
 	profiles.histograms = make_histograms(profiles);
 	return profiles;
 }

@@ -34,6 +34,11 @@ constexpr double kBeside[] = {-0.3, -0.2, -0.1, 0.1, 0.2, 0.3};  //!< [m] along 
 constexpr double kApart = 0.1;                                       //!< [m]
 constexpr double kYawApart = 2 * M_PI / RangeProfiles::kDirections;  //!< [rad]
 
+// A look at how far a scan fits nearly as well: [-] steps to each side, up to where another place begins, and standard
+// deviations within which a pose surely is.
+constexpr int kParts = 10;
+constexpr double kSure = 3;
+
 // Damping [-] a beam, on the way, and where few beams or the last steps would slide along a corridor.
 constexpr double kDamping = 1e-3, kFirmDamping = 1e-2;
 
@@ -147,43 +152,70 @@ double variance_of(const BeamSubset& beams, const RefinementParameters& paramete
 	return parameters.range_noise * parameters.range_noise * mrpt::DEG2RAD(1.0) / beams.spacing;
 }
 
-/// Returns how far [m] from `sensor` along `open` the scan fits nearly as well: within it, the logarithm of its robust
-/// likelihood falls by less than 1/2, as within one standard deviation of a Gaussian. The derivatives at the pose alone
-/// tell too little along a corridor that runs aslant to the cells: each step of its walls seems to hold the pose.
-/// \param open way of the pose (x, y, phi) by metre along the direction that the scan leaves open
-double open_deviation(
-    const DistanceField& field, const BeamSubset& beams, const TPose2D& sensor, const Eigen::Vector3d& open,
+/// A way that the pose of the sensor may be off by.
+struct Way
+{
+	Eigen::Vector3d direction;  //!< of the pose (x, y, phi) [m, m, rad] by unit of the way, which is 1 m or 1 rad
+	Eigen::Vector3d held;       //!< [-] unit vector that a pose beside is kept from sliding back along
+	double variance;            //!< [m^2 or rad^2] along the way
+	double step;                //!< [m or rad]
+};
+
+/// Returns how far [m or rad] from `sensor` along `way` the scan fits nearly as well, up to kParts steps to both sides:
+/// within it, the logarithm of its robust likelihood falls by less than 1/2, as within one standard deviation of a
+/// Gaussian. Where it has fallen as far as at kSure deviations, the look ends. The derivatives at the pose alone tell
+/// too little: along a corridor that runs aslant to the cells each step of its walls seems to hold the pose, and where
+/// ranges are long the fit has several maxima in yaw.
+double deviation_along(
+    const Way& way, const DistanceField& field, const BeamSubset& beams, const TPose2D& sensor,
     const RefinementParameters& parameters)
 {
-	constexpr int kParts = 10;                         // [-] to both sides, up to where another place begins
-	constexpr double kStep = kPlaceDistance / kParts;  // [m]
-	constexpr double kHeld = 1e6;                      // [-] information that keeps a pose from sliding back
+	constexpr double kHeld = 1e9;  // [-] information, far above what any end points add up to
 	const double kernel = parameters.kernel;
 	const auto fit_at = [&](double offset)
 	{
-		const TPose2D beside{
-		    sensor.x + offset * open.x(), sensor.y + offset * open.y(), sensor.phi + offset * open.z()};
+		const TPose2D beside = moved(sensor, offset * way.direction);
 		const EndPointSums sums = sum_end_points(field, beams.returns, beside, kernel);
 		Eigen::Matrix3d held = information_of(sums);
 		held.diagonal().array() += damping_of(beams.count, kDamping);
-		held.topLeftCorner<2, 2>() += kHeld * open.head<2>().normalized() * open.head<2>().normalized().transpose();
+		held += kHeld * way.held * way.held.transpose();
 		const TPose2D at = moved(beside, -held.ldlt().solve(gradient_of(sums)));
 		return static_cast<double>(fit_of_end_points(field, beams.returns, at, kernel));
 	};
-	const double here = fit_at(0), least = here - variance_of(beams, parameters) / (kernel * kernel);
+	const double here = fit_at(0), fall = variance_of(beams, parameters) / (kernel * kernel), least = here - fall;
 	double farthest = 0;
-	for (const double step : {-kStep, kStep})
+	for (const double step : {-way.step, way.step})
 	{
 		double before = here;
-		for (int i = 1; i <= kParts; i++)
+		for (int i = 1; i <= kParts && before > here - kSure * kSure * fall; i++)
 		{
 			const double fit = fit_at(i * step);
 			const double beyond = fit < least && before > least ? (least - fit) / (before - fit) : 0;
-			if (before > least) farthest = std::max(farthest, (i - beyond) * kStep);
+			if (before > least) farthest = std::max(farthest, (i - beyond) * way.step);
 			before = fit;
 		}
 	}
 	return farthest;
+}
+
+/// Returns the way along which `covariance` (x, y, phi) leaves the position most open.
+Way along_open_direction(const Eigen::Matrix3d& covariance)
+{
+	const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(covariance.topLeftCorner<2, 2>());
+	const double variance = axes.eigenvalues()(1);
+	const Eigen::Vector3d direction = covariance.leftCols<2>() * axes.eigenvectors().col(1) / variance;
+	Eigen::Vector3d held = Eigen::Vector3d::Zero();
+	held.head<2>() = axes.eigenvectors().col(1);
+	return {direction, held, variance, kPlaceDistance / kParts};
+}
+
+/// Returns the way along the yaw. Its steps are so long that a single maximum of the fit ends within the first one.
+Way along_yaw(const Eigen::Matrix3d& covariance)
+{
+	const double variance = covariance(2, 2);
+	return {
+	    covariance.col(2) / variance, Eigen::Vector3d::UnitZ(), variance,
+	    std::min(kSure * std::sqrt(variance), kPlaceYaw / kParts)};
 }
 }  // namespace
 
@@ -315,11 +347,13 @@ Eigen::Matrix3d pose_covariance(
 	constexpr double kMost = 1.0, kMostYaw = mrpt::DEG2RAD(10.0);  // [m], [rad] of standard deviation
 	information.diagonal() += Eigen::Vector3d(kMost, kMost, kMostYaw).cwiseAbs2().cwiseInverse();
 	Eigen::Matrix3d covariance = information.inverse();
-	const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(covariance.topLeftCorner<2, 2>());
-	const double variance = axes.eigenvalues()(1);
-	const Eigen::Vector3d open = covariance.leftCols<2>() * axes.eigenvectors().col(1) / variance;
-	const double deviation = open_deviation(field, beams, sensor, open, parameters);
-	covariance += std::max(0.0, deviation * deviation - variance) * open * open.transpose();
+	// the yaw last: the open direction would turn with it
+	for (const auto& way_along : {along_open_direction, along_yaw})
+	{
+		const Way way = way_along(covariance);
+		const double deviation = deviation_along(way, field, beams, sensor, parameters);
+		covariance += std::max(0.0, deviation * deviation - way.variance) * way.direction * way.direction.transpose();
+	}
 	// The surface may be anywhere within the tolerance.
 	covariance.diagonal().head<2>().array() += field.tolerance() * field.tolerance() / 3;
 	return covariance;

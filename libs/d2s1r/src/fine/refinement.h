@@ -82,8 +82,8 @@ mrpt::math::TPose2D polish(
     const RefinementParameters& parameters);
 
 /// Returns the covariance of the sensor's pose (x, y, phi) [m^2, m rad, rad^2], from the walls that the end points lie
-/// on, and from how far along the direction that they leave open the scan fits nearly as well. What they leave open,
-/// such as the way along a corridor, is limited to 1 m and 10 deg.
+/// on, and from how far along the direction that they leave open, and in yaw, the scan fits nearly as well. What they
+/// leave open, such as the way along a corridor, is limited to 1 m and 10 deg.
 Eigen::Matrix3d pose_covariance(
     const DistanceField& field, const BeamSubset& beams, const mrpt::math::TPose2D& sensor,
     const RefinementParameters& parameters);

@@ -43,12 +43,12 @@ mrpt::math::CMatrixDouble33 covariance_of(double std_x, double std_y, double std
 	return covariance;
 }
 
-CPosePDFGaussian odometry_motion(const mrpt::poses::CPose2D& increment)
+CPosePDFGaussian odometry_motion(const mrpt::poses::CPose2D& increment, const OdometryTuning& tuning)
 {
 	const double way = increment.norm(), turn = std::abs(mrpt::math::wrapToPi(increment.phi()));
-	constexpr double kShare = 0.1;                       // [-] of what the robot went and turned
-	const double std_xy = 0.06 + kShare * (way + turn);  // [m]
-	const double std_phi = mrpt::DEG2RAD(3.0) + kShare * turn + mrpt::DEG2RAD(4.0) * way;  // [rad]
+	const double std_xy = tuning.least_error + tuning.error_share * (way + turn);  // [m]
+	const double std_phi = mrpt::DEG2RAD(tuning.least_turn) + tuning.error_share * turn +
+	                       mrpt::DEG2RAD(tuning.turn_by_way) * way;  // [rad]
 	return {increment, covariance_of(std_xy, std_xy, std_phi)};
 }
 
@@ -75,17 +75,16 @@ CPosePDFGaussian combine(const CPosePDFGaussian& a, const CPosePDFGaussian& b)
 std::optional<mrpt::poses::CPose2D> OdometryCheck::checked(
     const std::optional<mrpt::poses::CPose2D>& increment, const Localization& localization)
 {
-	constexpr double kNewest = 0.2;  // [-] share of the newest motion in the average
-	constexpr double kOutlier = 30;  // [-] the most that one motion counts
-	constexpr double kMost = 12;     // [-] average of an odometry that can be relied on
 	const auto now = localization.status == Status::kLocalized ? std::optional(localization.best()) : std::nullopt;
 	const bool is_usable = increment && is_plausible(*increment);
 	if (before_ && now && is_usable && before_->map == now->map)
 	{
-		const double distance = mahalanobis_distance(odometry_motion(*increment), increment_between(*before_, *now));
-		disagreement_ += kNewest * (std::min(distance * distance, kOutlier) - disagreement_);
+		const double distance =
+		    mahalanobis_distance(odometry_motion(*increment, tuning_), increment_between(*before_, *now));
+		const double most = tuning_.most_disagreement / (2 * tuning_.newest);  // of one motion
+		disagreement_ += tuning_.newest * (std::min(distance * distance, most) - disagreement_);
 	}
 	before_ = now;
-	return is_usable && disagreement_ <= kMost ? increment : std::nullopt;
+	return is_usable && disagreement_ <= tuning_.most_disagreement ? increment : std::nullopt;
 }
 }  // namespace d2s1r

@@ -3,29 +3,71 @@
 
 #include <d2s1r/motion.h>
 #include <mrpt/core/bits_math.h>
+#include <mrpt/math/wrap2pi.h>
 
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 
+#include "coarse/range_profiles.h"
+
 namespace d2s1r
 {
 namespace
 {
-constexpr double kAgree = 16;           //!< [-] squared Mahalanobis distance up to which motion and scan are averaged
-constexpr double kTails = 5;            //!< [-] degrees of freedom of the errors of a motion
-constexpr double kHidden = 0.15;        //!< [-] share of explained returns; below, unknown space explains the others
-constexpr double kHiddenEvidence = -2;  //!< [nat] greatest evidence of a frame that is explained by so little
-constexpr double kYawStep = mrpt::DEG2RAD(2.0);  //!< [rad] that a refinement reaches anyway
-constexpr std::size_t kRecent = 10;              //!< [frames] that must be explained, however long the window
+constexpr double kDeviations = 2;  //!< [standard deviations] within which a pose is searched for
+constexpr double kSlipped =
+    16.27;  //!< [-] squared Mahalanobis distance that 1 of 1,000 motions exceeds (chi-squared, 3)
+constexpr std::size_t kRecent = 10;  //!< [frames] of a usual window, which must be explained in a longer one, too
+constexpr double kYawStep = 2 * M_PI / RangeProfiles::kDirections;  //!< [rad] of the coarse search
 
-/// Returns a query for where the robot may be after a motion: within two standard deviations, and what a refinement
-/// reaches anyway.
-Query around(const PoseDensity& predicted)
+/// A motion that a pair of hypotheses speaks for.
+struct Vote
 {
-	const auto reach = [&](int i, double margin) { return 2 * std::sqrt(predicted.cov(i, i)) + margin; };
+	mrpt::poses::CPose2D motion;  //!< robot frame at its start, m and rad
+	double usualness;             //!< [0, 1]
+	double probability;           //!< [0, 1] of both hypotheses by themselves
+};
+
+/// Returns how usual a motion is from one frame to the next, relative to none: the least of it is a jump.
+double usualness(const mrpt::poses::CPose2D& motion, const WindowTuning& tuning)
+{
+	if (std::abs(mrpt::math::wrapToPi(motion.phi())) > mrpt::DEG2RAD(tuning.widest_turn)) return tuning.jump;
+	return std::max(tuning.jump, std::exp(-0.5 * motion.norm() * motion.norm() / (tuning.usual * tuning.usual)));
+}
+
+/// Returns the motions between all pairs of hypotheses that a robot may have made from one frame to the next.
+std::vector<Vote> votes_of(
+    const std::vector<Hypothesis>& from, const std::vector<Hypothesis>& to, const WindowTuning& tuning)
+{
+	std::vector<Vote> votes;
+	for (const Hypothesis& start : from)
+		for (const Hypothesis& end : to)
+			if (start.map == end.map)
+			{
+				const auto motion = end.pose - start.pose;
+				votes.push_back({motion, usualness(motion, tuning), start.probability * end.probability});
+			}
+	return votes;
+}
+
+/// Returns how much two votes are for one motion.
+double agreement(const Vote& a, const Vote& b, const WindowTuning& tuning)
+{
+	const double way = std::hypot(a.motion.x() - b.motion.x(), a.motion.y() - b.motion.y());
+	const double turn = mrpt::math::wrapToPi(a.motion.phi() - b.motion.phi());
+	const double same_turn = mrpt::DEG2RAD(tuning.same_turn);
+	return std::exp(-0.5 * (way * way / (tuning.same * tuning.same) + turn * turn / (same_turn * same_turn)));
+}
+
+/// Returns a query for where the robot may be after a motion: within two standard deviations, and a step of the coarse
+/// search, which a refinement reaches anyway.
+/// \param spacing [m] of the coarse search
+Query around(const PoseDensity& predicted, double spacing)
+{
+	const auto reach = [&](int i, double margin) { return kDeviations * std::sqrt(predicted.cov(i, i)) + margin; };
 	const auto& mean = predicted.mean;
-	const double x = reach(0, 0.2), y = reach(1, 0.2);  // [m]
+	const double x = reach(0, spacing), y = reach(1, spacing);  // [m]
 	const PoseBox box{mean.x() - x, mean.x() + x, mean.y() - y, mean.y() + y, mean.phi(), reach(2, kYawStep)};
 	return {{{box}}};
 }
@@ -38,79 +80,122 @@ double explained_of(const Hypothesis& hypothesis)
 }
 
 /// Returns whether unknown space, and no wall, explains the scan at a hypothesis.
-bool is_hidden(const Hypothesis& hypothesis)
+bool is_hidden(const Hypothesis& hypothesis, const WindowTuning& tuning)
 {
-	return explained_of(hypothesis) < kHidden;
+	return explained_of(hypothesis) < tuning.least_explained;
 }
 
 /// Returns whether `a` is the likelier place; places that unknown space explains come after all others.
-bool likelier(const Hypothesis& a, const Hypothesis& b)
+bool likelier(const Hypothesis& a, const Hypothesis& b, const WindowTuning& tuning)
 {
-	if (is_hidden(a) != is_hidden(b)) return is_hidden(b);
+	if (is_hidden(a, tuning) != is_hidden(b, tuning)) return is_hidden(b, tuning);
 	return log_likelihood_of(a) > log_likelihood_of(b);
 }
 }  // namespace
+
+GuessedMotion common_motion(
+    const std::vector<Hypothesis>& from, const std::vector<Hypothesis>& to, const WindowTuning& tuning)
+{
+	const std::vector<Vote> votes = votes_of(from, to, tuning);
+	double nowhere = 1, all = 0;  // [-] that the robot is at none of the pairs, and the weight of all that may be
+	for (const Vote& vote : votes) nowhere -= vote.probability;
+	for (const Vote& vote : votes) all += vote.usualness * vote.probability;
+	all += tuning.jump * std::max(0.0, nowhere);
+	GuessedMotion best;
+	double most = 0;
+	for (const Vote& vote : votes)
+	{
+		double shared = 0;
+		for (const Vote& other : votes) shared += agreement(vote, other, tuning) * other.usualness * other.probability;
+		if (shared <= most) continue;
+		most = shared;
+		best = {{vote.motion, covariance_of(tuning.same, tuning.same, mrpt::DEG2RAD(tuning.same_turn))}, shared / all};
+	}
+	return best;
+}
+
+PoseDensity reversed(const PoseDensity& motion)
+{
+	PoseDensity back;
+	motion.inverse(back);
+	return back;
+}
+
+PoseDensity moved(const PoseDensity& pose, const PoseDensity& motion)
+{
+	PoseDensity sum = pose;
+	sum += motion;
+	return sum;
+}
 
 double log_likelihood_of(const Hypothesis& hypothesis)
 {
 	return hypothesis.log_likelihood.value_or(0);
 }
 
-Evidence evidence_of(const Hypothesis& hypothesis, double relative)
+Evidence evidence_of(const Hypothesis& hypothesis, double relative, const WindowTuning& tuning)
 {
-	const double bounded = std::log(std::exp(std::min(relative, 0.0)) + std::exp(kLeastEvidence));
-	return {is_hidden(hypothesis) ? std::min(bounded, kHiddenEvidence) : bounded, explained_of(hypothesis), 0};
+	const double bounded = std::log(std::exp(std::min(relative, 0.0)) + std::exp(tuning.least_evidence));
+	return {
+	    is_hidden(hypothesis, tuning) ? std::min(bounded, tuning.hidden_evidence) : bounded, explained_of(hypothesis),
+	    0};
 }
 
-bool missed(const Evidence& evidence)
+bool missed(const Evidence& evidence, const WindowTuning& tuning)
 {
-	return evidence.log_likelihood < 0.75 * kLeastEvidence;
+	return evidence.log_likelihood < 0.5 * tuning.least_evidence;
 }
 
-PoseDensity measurement(const Hypothesis& hypothesis)
+PoseDensity measurement(const Hypothesis& hypothesis, const WindowTuning& tuning)
 {
-	constexpr double kMap = 0.03, kMapYaw = mrpt::DEG2RAD(0.5);  // [m], [rad] errors of the map
 	PoseDensity density(hypothesis.pose, hypothesis.covariance);
 	for (int r = 0; r < 3; r++)
-		for (int c = 0; c < 3; c++) density.cov(r, c) /= std::max(0.1, explained_of(hypothesis));
-	for (int i = 0; i < 3; i++) density.cov(i, i) += i < 2 ? kMap * kMap : kMapYaw * kMapYaw;
+		for (int c = 0; c < 3; c++) density.cov(r, c) /= std::max(tuning.least_explained, explained_of(hypothesis));
+	const double turn = mrpt::DEG2RAD(tuning.map_turn);
+	for (int i = 0; i < 3; i++) density.cov(i, i) += i < 2 ? tuning.map_error * tuning.map_error : turn * turn;
 	return density;
 }
 
 Correction best_correction(
     const PoseDensity& predicted, const std::optional<Hypothesis>& refined, const std::vector<Hypothesis>& one_shot,
-    double reference)
+    double reference, const WindowTuning& tuning)
 {
-	Correction best{predicted};
+	Correction best{predicted, {tuning.least_evidence, 0, 0}};
 	const auto consider = [&](const Hypothesis& hypothesis)
 	{
-		const PoseDensity measured = measurement(hypothesis);
+		const PoseDensity measured = measurement(hypothesis, tuning);
 		const double off = mrpt::square(mahalanobis_distance(predicted, measured));
-		const double of_motion = -0.5 * kTails * std::log1p(off / kTails);  // Student's t: wheels slip now and then
-		if (of_motion < kLeastEvidence) return;                             // it is another place
-		const Evidence evidence = evidence_of(hypothesis, log_likelihood_of(hypothesis) - reference + of_motion);
+		const double of_motion =
+		    -0.5 * tuning.tails * std::log1p(off / tuning.tails);  // Student's t: wheels slip now and then
+		if (of_motion < tuning.least_evidence) return;             // it is another place
+		const Evidence evidence =
+		    evidence_of(hypothesis, log_likelihood_of(hypothesis) - reference + of_motion, tuning);
 		if (evidence.log_likelihood <= best.evidence.log_likelihood) return;
 		best.evidence = evidence;
-		best.pose = is_hidden(hypothesis) ? predicted : off < kAgree ? combine(predicted, measured) : measured;
+		best.pose = is_hidden(hypothesis, tuning) ? predicted
+		            : off < kSlipped              ? combine(predicted, measured)
+		                                          : measured;
 	};
 	if (refined) consider(*refined);
 	for (const Hypothesis& hypothesis : one_shot) consider(hypothesis);
 	return best;
 }
 
-std::optional<Hypothesis> refined_near(const Localizer& localizer, const Scan& scan, const PoseDensity& predicted)
+std::optional<Hypothesis> refined_near(
+    const Localizer& localizer, const Scan& scan, const PoseDensity& predicted, const WindowTuning& tuning)
 {
 	constexpr int kMostTurns = 20;  // [-] to a side: beyond, the one-shot search finds the yaw
 	auto best = localizer.hypothesis_near(scan, predicted.mean);
-	if (!best || explained_of(*best) > kFits) return best;
+	if (!best || explained_of(*best) > tuning.fits) return best;
 	const auto consider = [&](const Hypothesis& other)
 	{
-		if (likelier(other, *best)) best = other;
+		if (likelier(other, *best, tuning)) best = other;
 	};
-	const Localization found = localizer.localize(scan, around(predicted));
+	const Localization found =
+	    localizer.localize(scan, around(predicted, localizer.parameters().coarse_search.spacing));
 	if (!found.hypotheses.empty()) consider(found.best());
 	const int turns =
-	    std::min(kMostTurns, static_cast<int>(std::ceil(2 * std::sqrt(predicted.cov(2, 2)) / kYawStep)) - 1);
+	    std::min(kMostTurns, static_cast<int>(std::ceil(kDeviations * std::sqrt(predicted.cov(2, 2)) / kYawStep)) - 1);
 	for (int turn = 1; turn <= turns; turn++)
 		for (const double yaw : {-turn * kYawStep, turn * kYawStep})
 			if (const auto turned = localizer.hypothesis_near(scan, predicted.mean + mrpt::poses::CPose2D(0, 0, yaw)))
@@ -119,12 +204,13 @@ std::optional<Hypothesis> refined_near(const Localizer& localizer, const Scan& s
 }
 
 double greatest_likelihood(
-    const std::vector<std::optional<Hypothesis>>& refined, const std::vector<Hypothesis>& one_shot)
+    const std::vector<std::optional<Hypothesis>>& refined, const std::vector<Hypothesis>& one_shot,
+    const WindowTuning& tuning)
 {
 	const Hypothesis* greatest = nullptr;
 	const auto consider = [&](const Hypothesis& hypothesis)
 	{
-		if (!greatest || likelier(hypothesis, *greatest)) greatest = &hypothesis;
+		if (!greatest || likelier(hypothesis, *greatest, tuning)) greatest = &hypothesis;
 	};
 	for (const auto& hypothesis : refined)
 		if (hypothesis) consider(*hypothesis);

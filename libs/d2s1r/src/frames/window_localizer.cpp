@@ -1,30 +1,20 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include <d2s1r/motion.h>
 #include <d2s1r/window_localizer.h>
 #include <mrpt/system/CTicTac.h>
 
 #include <algorithm>
 #include <cmath>
-#include <deque>
 #include <iterator>
-#include <map>
 #include <stdexcept>
 
 #include "answer/distinct_poses.h"
-#include "frames/tracks.h"
+#include "frames/window_tracker.h"
 
 namespace d2s1r
 {
 namespace
 {
-// These were chosen by hand on the runs of the five recorded sites, as those of tracks.cpp and track_motion.cpp were.
-constexpr std::size_t kSearched = 3;      //!< [-] best tracks whose pose is searched for where the scan does not fit
-constexpr double kHopeless = 25;          //!< [nat] a track this far behind the best one is given up
-constexpr std::size_t kMostTracks = 50;   //!< [-] that are followed
-constexpr double kLeastExplained = 0.18;  //!< [-] mean share of explained returns; below, a track is at no place
-constexpr double kLeastOneShot = 0.65;    //!< [0, 1] least mean probability that one scan alone gives to its place
-constexpr int kLongestGuess = 2;          //!< [frames] without a usable scan whose motion hypotheses may tell
-constexpr std::size_t kLostFrames = 3;    //!< [frames] in a row that no track explains: the robot was carried away
+constexpr std::size_t kMostTracks = 50;  //!< [-] that are followed: a limit of time
 
 /// Returns those of the hypotheses that are in a map.
 std::vector<Hypothesis> in_map(const std::vector<Hypothesis>& hypotheses, const std::string& map)
@@ -35,80 +25,32 @@ std::vector<Hypothesis> in_map(const std::vector<Hypothesis>& hypotheses, const 
 	    [&](const Hypothesis& hypothesis) { return hypothesis.map == map; });
 	return found;
 }
-
-/// A map that the robot may be in.
-struct TrackedMap
-{
-	const Localizer* localizer;
-	Prior prior;  //!< of the robot at every frame
-};
 }  // namespace
 
-class WindowLocalizer::Tracker
+WindowTracker::WindowTracker(std::map<std::string, TrackedMap> maps, int frames, const WindowTuning& tuning)
+    : maps_(std::move(maps)),
+      most_frames_(static_cast<std::size_t>(frames)),
+      tuning_(tuning),
+      odometry_check_(tuning.odometry)
 {
-   public:
-	/// \param maps by name
-	Tracker(std::map<std::string, TrackedMap> maps, int frames)
-	    : maps_(std::move(maps)), most_frames_(static_cast<std::size_t>(frames))
-	{
-	}
-	Localization add(
-	    const Scan& scan, const Localization& one_shot, const std::optional<mrpt::poses::CPose2D>& odometry);
+	if (frames < 1) throw std::invalid_argument("WindowLocalizer: frames must be at least 1");
+}
 
-	/// Returns the parameters of section scan, which all maps share.
-	const ScanParameters& scan_parameters() const { return maps_.begin()->second.localizer->parameters().scan; }
+bool WindowTracker::one_place(const Hypothesis& a, const Hypothesis& b)
+{
+	return a.map == b.map && are_near(a.pose.asTPose(), b.pose.asTPose(), kPlaceDistance, kPlaceYaw);
+}
 
-   private:
-	/// A frame of the window.
-	struct Frame
-	{
-		Scan scan;
-		std::vector<Hypothesis> one_shot;               //!< what the scan says alone
-		double reference = 0;                           //!< [nat] log-likelihood of the best pose
-		mrpt::poses::CPose2D motion;                    //!< since the frame before, in the robot frame then, m and rad
-		mrpt::math::CMatrixDouble33 motion_covariance;  //!< (x, y, phi), m^2, m rad, rad^2
-	};
-
-	void pass_gap(const std::optional<mrpt::poses::CPose2D>& motion);
-	bool link(Frame& frame, const Localization& one_shot, const std::optional<mrpt::poses::CPose2D>& motion) const;
-	void follow(const Localization& one_shot);
-	void start_tracks(const Localization& one_shot);
-	bool trace_back(Track& track) const;
-	bool lost(const Localization& one_shot) const;
-	void forget();
-	void prune();
-	bool contradicts(const Localization& one_shot) const;
-	void begin_with(const Localization& one_shot);
-	Localization conclude(const Localization& one_shot) const;
-
-	const Localizer& localizer_of(const std::string& map) const { return *maps_.at(map).localizer; }
-
-	/// Returns whether two hypotheses count as one place.
-	bool one_place(const Hypothesis& a, const Hypothesis& b) const
-	{
-		return a.map == b.map && are_near(a.pose.asTPose(), b.pose.asTPose(), kPlaceDistance, kPlaceYaw);
-	}
-
-	/// Returns the probability [0, 1] that the one-shot hypotheses of a frame give to the place of another one.
-	double probability_at(const Hypothesis& place, const std::vector<Hypothesis>& one_shot) const
-	{
-		double probability = 0;
-		for (const Hypothesis& hypothesis : one_shot)
-			if (one_place(hypothesis, place)) probability += hypothesis.probability;
-		return probability;
-	}
-
-	std::map<std::string, TrackedMap> maps_;  //!< by name
-	std::size_t most_frames_;
-	OdometryCheck odometry_check_;
-	int gap_ = 0;  //!< [frames] the last ones in a row whose scans were not usable, or of a covered sensor
-	std::optional<mrpt::poses::CPose2D> gap_motion_;  //!< over these frames; no value if that of one is not known
-	std::deque<Frame> frames_;                        //!< newest last
-	std::vector<Track> tracks_;                       //!< best first
-};
+double WindowTracker::probability_at(const Hypothesis& place, const std::vector<Hypothesis>& one_shot)
+{
+	double probability = 0;
+	for (const Hypothesis& hypothesis : one_shot)
+		if (one_place(hypothesis, place)) probability += hypothesis.probability;
+	return probability;
+}
 
 /// Adds the motion to the next frame of a gap, which has no usable scan, or to the frame that ends the gap.
-void WindowLocalizer::Tracker::pass_gap(const std::optional<mrpt::poses::CPose2D>& motion)
+void WindowTracker::pass_gap(const std::optional<mrpt::poses::CPose2D>& motion)
 {
 	const bool known = motion && (gap_ == 0 || gap_motion_);
 	gap_motion_ = known ? std::optional(gap_motion_.value_or(mrpt::poses::CPose2D()) + *motion) : std::nullopt;
@@ -117,20 +59,20 @@ void WindowLocalizer::Tracker::pass_gap(const std::optional<mrpt::poses::CPose2D
 
 /// Sets the motion to a frame: the odometry, or what the hypotheses of both frames agree on.
 /// \return whether it is known
-bool WindowLocalizer::Tracker::link(
+bool WindowTracker::link(
     Frame& frame, const Localization& one_shot, const std::optional<mrpt::poses::CPose2D>& motion) const
 {
 	std::vector<Hypothesis> before;
 	for (const Track& track : tracks_) before.push_back(track.now);
-	const GuessedMotion guess =
-	    motion ? GuessedMotion{odometry_motion(*motion), 1} : common_motion(before, one_shot.hypotheses);
+	const GuessedMotion guess = motion ? GuessedMotion{odometry_motion(*motion, tuning_.odometry), 1}
+	                                   : common_motion(before, one_shot.hypotheses, tuning_);
 	frame.motion = guess.motion.mean;
 	frame.motion_covariance = guess.motion.cov;
 	return motion || guess.probability > maps_.begin()->second.localizer->parameters().scoring.localized_above;
 }
 
 /// Moves all tracks to the newest frame, whose scan corrects them.
-void WindowLocalizer::Tracker::follow(const Localization& one_shot)
+void WindowTracker::follow(const Localization& one_shot)
 {
 	Frame& frame = frames_.back();
 	const PoseDensity motion(frame.motion, frame.motion_covariance);
@@ -141,15 +83,16 @@ void WindowLocalizer::Tracker::follow(const Localization& one_shot)
 		const Localizer& localizer = localizer_of(track.now.map);
 		predicted.push_back(moved({track.now.pose, track.now.covariance}, motion));
 		refined.push_back(
-		    refined.size() < kSearched ? refined_near(localizer, frame.scan, predicted.back())
-		                               : localizer.hypothesis_near(frame.scan, predicted.back().mean));
+		    refined.size() < static_cast<std::size_t>(tuning_.searched)
+		        ? refined_near(localizer, frame.scan, predicted.back(), tuning_)
+		        : localizer.hypothesis_near(frame.scan, predicted.back().mean));
 	}
-	frame.reference = greatest_likelihood(refined, one_shot.hypotheses);
+	frame.reference = greatest_likelihood(refined, one_shot.hypotheses, tuning_);
 	for (std::size_t i = 0; i < tracks_.size(); i++)
 	{
 		Hypothesis& now = tracks_[i].now;
 		Correction fit =
-		    best_correction(predicted[i], refined[i], in_map(one_shot.hypotheses, now.map), frame.reference);
+		    best_correction(predicted[i], refined[i], in_map(one_shot.hypotheses, now.map), frame.reference, tuning_);
 		now.pose = fit.pose.mean;
 		now.covariance = fit.pose.cov;
 		now.explained = fit.evidence.explained;
@@ -161,7 +104,7 @@ void WindowLocalizer::Tracker::follow(const Localization& one_shot)
 
 /// Follows a new track back through the frames of the window for their evidence.
 /// \return whether it may be as good as the best one
-bool WindowLocalizer::Tracker::trace_back(Track& track) const
+bool WindowTracker::trace_back(Track& track) const
 {
 	PoseDensity pose(track.now.pose, track.now.covariance);
 	Hypothesis then = track.now;
@@ -171,29 +114,29 @@ bool WindowLocalizer::Tracker::trace_back(Track& track) const
 		const Frame& frame = frames_[frames_.size() - back - 1];
 		const PoseDensity predicted = moved(pose, reversed({later.motion, later.motion_covariance}));
 		const auto refined = localizer_of(then.map).hypothesis_near(frame.scan, predicted.mean);
-		Correction fit = best_correction(predicted, refined, {}, frame.reference);
+		Correction fit = best_correction(predicted, refined, {}, frame.reference, tuning_);
 		pose = fit.pose;
 		then.pose = pose.mean;
 		fit.evidence.one_shot_probability = probability_at(then, frame.one_shot);
 		track.evidence.push_front(fit.evidence);
 		if (tracks_.empty()) continue;
-		if (sum_of(tracks_.front().evidence, back + 1) - sum_of(track) > kHopeless) return false;
+		if (sum_of(tracks_.front().evidence, back + 1) - sum_of(track) > tuning_.hopeless) return false;
 	}
 	return true;
 }
 
 /// Starts tracks at the hypotheses of the newest frame that no track is at.
-void WindowLocalizer::Tracker::start_tracks(const Localization& one_shot)
+void WindowTracker::start_tracks(const Localization& one_shot)
 {
 	std::vector<Track> started;
 	for (const Hypothesis& hypothesis : one_shot.hypotheses)
 	{
 		const auto followed = [&](const Track& track) { return one_place(track.now, hypothesis); };
 		if (std::any_of(tracks_.begin(), tracks_.end(), followed)) continue;
-		Evidence evidence = evidence_of(hypothesis, log_likelihood_of(hypothesis) - frames_.back().reference);
+		Evidence evidence = evidence_of(hypothesis, log_likelihood_of(hypothesis) - frames_.back().reference, tuning_);
 		evidence.one_shot_probability = hypothesis.probability;
 		Track track{hypothesis, {evidence}};
-		const PoseDensity measured = measurement(hypothesis);
+		const PoseDensity measured = measurement(hypothesis, tuning_);
 		track.now.covariance = measured.cov;
 		if (trace_back(track)) started.push_back(std::move(track));
 	}
@@ -202,7 +145,7 @@ void WindowLocalizer::Tracker::start_tracks(const Localization& one_shot)
 
 /// Sorts the tracks, best first. It drops hopeless ones, those that the prior rules out and, of tracks at one place,
 /// all but the best.
-void WindowLocalizer::Tracker::prune()
+void WindowTracker::prune()
 {
 	std::stable_sort(
 	    tracks_.begin(), tracks_.end(), [](const Track& a, const Track& b) { return sum_of(a) > sum_of(b); });
@@ -211,7 +154,7 @@ void WindowLocalizer::Tracker::prune()
 	{
 		if (!maps_.at(track.now.map).prior.allows(track.now.pose.asTPose())) continue;
 		if (kept.size() >= kMostTracks) break;
-		if (!kept.empty() && sum_of(kept.front()) - sum_of(track) > kHopeless) break;
+		if (!kept.empty() && sum_of(kept.front()) - sum_of(track) > tuning_.hopeless) break;
 		const auto same = [&](const Track& other) { return one_place(track.now, other.now); };
 		if (std::none_of(kept.begin(), kept.end(), same)) kept.push_back(std::move(track));
 	}
@@ -229,44 +172,48 @@ void WindowLocalizer::Tracker::prune()
 }
 
 /// Returns whether no track explains the last frames though some place in the map does.
-bool WindowLocalizer::Tracker::lost(const Localization& one_shot) const
+bool WindowTracker::lost(const Localization& one_shot) const
 {
-	if (one_shot.hypotheses.empty() || frames_.size() <= kLostFrames) return false;
+	if (one_shot.hypotheses.empty() || frames_.size() <= static_cast<std::size_t>(tuning_.lost_frames)) return false;
 	return std::all_of(
 	    tracks_.begin(), tracks_.end(),
-	    [](const Track& track)
-	    { return std::all_of(track.evidence.end() - kLostFrames, track.evidence.end(), missed); });
+	    [&](const Track& track)
+	    {
+		    return std::all_of(
+		        track.evidence.end() - tuning_.lost_frames, track.evidence.end(),
+		        [&](const Evidence& evidence) { return missed(evidence, tuning_); });
+	    });
 }
 
 /// Forgets all frames but those since the robot was lost.
-void WindowLocalizer::Tracker::forget()
+void WindowTracker::forget()
 {
-	frames_.erase(frames_.begin(), frames_.end() - kLostFrames);
+	frames_.erase(frames_.begin(), frames_.end() - tuning_.lost_frames);
 	tracks_.clear();
 }
 
 /// Returns whether the newest scan by itself gives most of the probability to another place than that of the best
 /// track.
-bool WindowLocalizer::Tracker::contradicts(const Localization& one_shot) const
+bool WindowTracker::contradicts(const Localization& one_shot) const
 {
 	if (one_shot.hypotheses.empty() || one_shot.best().probability < 0.5) return false;
 	return tracks_.empty() || !one_place(one_shot.best(), tracks_.front().now);
 }
 
 /// Forgets all frames but the newest one, from which the window begins anew.
-void WindowLocalizer::Tracker::begin_with(const Localization& one_shot)
+void WindowTracker::begin_with(const Localization& one_shot)
 {
 	frames_.erase(frames_.begin(), frames_.end() - 1);
-	frames_.back().reference = greatest_likelihood({}, one_shot.hypotheses);
+	frames_.back().reference = greatest_likelihood({}, one_shot.hypotheses, tuning_);
 	tracks_.clear();
 	start_tracks(one_shot);
 	prune();
 }
 
 /// Says what all frames of the window tell.
-Localization WindowLocalizer::Tracker::conclude(const Localization& one_shot) const
+Localization WindowTracker::conclude(const Localization& one_shot) const
 {
-	if (tracks_.empty() || explained_by(tracks_.front()) < kLeastExplained)
+	if (tracks_.empty() || explained_by(tracks_.front()) < tuning_.least_explained)
 	{
 		Localization nowhere = no_place(Status::kRejected, "no place in the map explains the last scans");
 		nowhere.times = one_shot.times;
@@ -279,7 +226,7 @@ Localization WindowLocalizer::Tracker::conclude(const Localization& one_shot) co
 	result.relative_entropy = localizer.relative_entropy(frames_.back().scan, result.best().pose);
 	result.confidence = result.best().probability;
 	const Track& best = tracks_.front();
-	const bool known = explained_by(best) >= kFits && one_shot_probability(best) >= kLeastOneShot;
+	const bool known = explained_by(best) >= tuning_.fits && one_shot_probability(best) >= tuning_.least_one_shot;
 	if (!known) result.confidence = std::min(result.confidence, one_shot_probability(best));
 	const double share = result.confidence / result.best().probability;  // the rest is "none of them"
 	for (Hypothesis& hypothesis : result.hypotheses) hypothesis.probability *= share;
@@ -290,7 +237,7 @@ Localization WindowLocalizer::Tracker::conclude(const Localization& one_shot) co
 	return result;
 }
 
-Localization WindowLocalizer::Tracker::add(
+Localization WindowTracker::add(
     const Scan& scan, const Localization& one_shot, const std::optional<mrpt::poses::CPose2D>& odometry)
 {
 	const auto motion = odometry_check_.checked(odometry, one_shot);
@@ -304,7 +251,7 @@ Localization WindowLocalizer::Tracker::add(
 	auto since_last = motion;
 	if (gap_ > 0)
 	{
-		const bool can_be_guessed = gap_ <= kLongestGuess && !motion && !gap_motion_;
+		const bool can_be_guessed = gap_ < tuning_.lost_frames && !motion && !gap_motion_;
 		pass_gap(motion);
 		since_last = gap_motion_;
 		if (!since_last && !can_be_guessed)  // nobody knows how far the robot went
@@ -338,21 +285,12 @@ Localization WindowLocalizer::Tracker::add(
 	return result;
 }
 
-namespace
-{
-int checked(int frames)
-{
-	if (frames < 1) throw std::invalid_argument("WindowLocalizer: frames must be at least 1");
-	return frames;
-}
-}  // namespace
-
 WindowLocalizer::WindowLocalizer(const Localizer& localizer, int frames, const Prior& prior)
 {
 	if (localizer.parameters().method == Method::kPaper)
 		throw std::invalid_argument("WindowLocalizer: the paper's method judges one scan; use method = default");
 	const std::map<std::string, TrackedMap> only = {{"", {&localizer, prior}}};
-	tracker_ = std::make_unique<Tracker>(only, checked(frames));
+	tracker_ = std::make_unique<WindowTracker>(only, frames);
 	localize_ = [&localizer, prior](const Scan& scan) { return localizer.localize(scan, {prior}); };
 }
 
@@ -360,7 +298,7 @@ WindowLocalizer::WindowLocalizer(const Atlas& atlas, int frames)
 {
 	std::map<std::string, TrackedMap> maps;
 	for (const AtlasMap& map : atlas.maps()) maps[map.name] = {map.localizer.get(), map.region};
-	tracker_ = std::make_unique<Tracker>(std::move(maps), checked(frames));
+	tracker_ = std::make_unique<WindowTracker>(std::move(maps), frames);
 	localize_ = [&atlas](const Scan& scan) { return atlas.localize(scan); };
 }
 

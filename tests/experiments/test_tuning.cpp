@@ -1,0 +1,184 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+// share/d2s1r/experiments/tune.py, which finds the constants of windows and of the filter.
+#include <cmath>
+#include <set>
+#include <sstream>
+
+#include "app_process.h"
+#include "tunings.h"
+
+using namespace d2s1r::test;
+
+class Tuning : public AppTest
+{
+   protected:
+	static constexpr const char* kPython = "/usr/bin/python3";  // the one that Debian's packages are for
+	static inline const std::string kScripts = D2S1R_SOURCE_DIR "/share/d2s1r/experiments";
+
+	void SetUp() override
+	{
+		if (run_program({kPython, "-c", "import numpy, scipy, PIL"}).status != 0)
+			GTEST_SKIP() << "NO NUMPY, SCIPY OR PILLOW: install Debian's python3-numpy, python3-scipy, python3-pil";
+	}
+
+	/// What a script prints that may import those of the experiments.
+	std::string printed(const std::string& script) const
+	{
+		const ProcessResult told =
+		    run_program({kPython, "-B", "-c", "import sys; sys.path.insert(0, '" + kScripts + "')\n" + script});
+		EXPECT_EQ(told.status, 0) << told.err;
+		return told.out;
+	}
+};
+
+namespace
+{
+/// Calls visit("section.name", number) for all constants of windows and of the filter.
+template <class Visit>
+void visit_all(const Visit& visit)
+{
+	d2s1r::WindowTuning window;
+	d2s1r::pf::Tuning filter;
+	std::set<std::string> of_odometry;
+	const auto odometry = [&](const char* name, auto number)
+	{
+		of_odometry.insert(name);
+		visit("odometry." + std::string(name), static_cast<double>(number));
+	};
+	d2s1r::experiments::visit_numbers(window.odometry, odometry);
+	const auto others = [&](const std::string& section)
+	{
+		return [&, section](const char* name, auto number)
+		{
+			if (of_odometry.count(name) == 0) visit(section + name, static_cast<double>(number));
+		};
+	};
+	d2s1r::experiments::visit_numbers(window, others("window."));
+	d2s1r::experiments::visit_numbers(filter, others("filter."));
+}
+
+/// The numbers of an ini file by "section.name".
+std::map<std::string, double> numbers_of(const std::string& ini)
+{
+	std::map<std::string, double> numbers;
+	std::istringstream lines(ini);
+	std::string section, name, equals;
+	for (std::string line; std::getline(lines, line);)
+	{
+		double number = 0;
+		if (line.rfind('[', 0) == 0)
+			section = line.substr(1, line.size() - 2) + '.';
+		else if (std::istringstream(line) >> name >> equals >> number)
+			numbers[section + name] = number;
+	}
+	return numbers;
+}
+}  // namespace
+
+TEST_F(Tuning, TheConstantsAreThoseThatItFound)
+{
+	const auto found = numbers_of(read_file(D2S1R_SOURCE_DIR "/doc/results/learned/tuned.ini"));
+	std::size_t compared = 0;
+	visit_all(
+	    [&](const std::string& name, double number)
+	    {
+		    compared++;
+		    ASSERT_EQ(found.count(name), 1U) << name;
+		    EXPECT_EQ(number, found.at(name)) << name;
+	    });
+	EXPECT_EQ(found.size(), compared);
+}
+
+TEST_F(Tuning, EveryConstantIsVaried)
+{
+	std::string expected;
+	visit_all([&](const std::string& name, double) { expected += name + '\n'; });
+	const auto sorted = [](const std::string& text)
+	{
+		const auto lines = lines_of(text);
+		return std::set<std::string>(lines.begin(), lines.end());
+	};
+	EXPECT_EQ(sorted(printed("import tune\nfor c in tune.CONSTANTS: print(c.name)")), sorted(expected));
+}
+
+/// Frames of a made-up method: the nearer x.a is to 4, the more are right; x.b changes nothing; without x.c some are
+/// sure at a wrong place.
+constexpr const char* kMadeUp = R"(
+import math
+from learning import tuning
+def evaluate(points):
+    letters = []
+    for point in points:
+        right = max(0, 300 - int(100 * abs(math.log2(point['x.a'] / 4))))
+        wrong = 60 if point['x.c'] == 0 else 0
+        letters.append(['R' * right + '-' * (300 - right), 'W' * wrong + 'R' * (60 - wrong)])
+    return letters
+constants = [tuning.Constant('x.a', 1.0), tuning.Constant('x.b', 3.0), tuning.Constant('x.c', 0.5, 0, 1)]
+)";
+
+TEST_F(Tuning, GoesWhereFramesAreGainedAndNowhereElse)
+{
+	EXPECT_EQ(
+	    printed(std::string(kMadeUp) + "print(sorted(tuning.search(evaluate, constants, lambda text: None).items()))"),
+	    "[('x.a', 4.0), ('x.b', 3.0), ('x.c', 0.5)]\n");
+}
+
+TEST_F(Tuning, AFrameThatIsWrongAndSureOutweighsTenThatAreRight)
+{
+	const auto is_gain = [&](const std::string& after, const std::string& before)
+	{ return printed("from learning import tuning\nprint(tuning.is_gain([" + after + "], [" + before + "]))"); };
+	EXPECT_EQ(is_gain("100 * 'R'", "100 * 'r'"), "True\n");
+	EXPECT_EQ(is_gain("100 * 'R'", "100 * 'R'"), "False\n");
+	EXPECT_EQ(is_gain("10 * ('W' + 9 * 'R')", "100 * 'r'"), "False\n");
+	EXPECT_EQ(is_gain("100 * 'r'", "10 * ('W' + 9 * 'R')"), "True\n");
+	EXPECT_EQ(is_gain("'RRRR' + 96 * '-'", "100 * '-'"), "False\n") << "four frames in a row may be chance";
+}
+
+TEST_F(Tuning, ADriveThroughADrawnFloorIsFollowed)
+{
+	const std::string programs = D2S1R_BUILD_DIR "/tests/experiments/";
+	printed(
+	    "import pathlib\nfrom learning import drawn_sites, drives\nfolder = pathlib.Path('" + folder().string() +
+	    "')\nsimulate = pathlib.Path('" + programs +
+	    "simulate_floor')\n"
+	    "drawn_sites.draw_site(folder / 'site', 'office', 300, 10, 5, simulate)\n"
+	    "(folder / 'drive').mkdir()\n"
+	    "drives.write_drive(folder / 'site', folder / 'drive', 30, 5, simulate)\n");
+	std::istringstream poses(read_file(folder() / "drive/scans_gt.txt"));
+	std::vector<std::array<double, 2>> way;
+	for (double time = 0, x = 0, y = 0, phi = 0; poses >> time >> x >> y >> phi;) way.push_back({x, y});
+	ASSERT_EQ(way.size(), 30U);
+	for (std::size_t i = 1; i < way.size(); i++)
+		EXPECT_LT(std::hypot(way[i][0] - way[i - 1][0], way[i][1] - way[i - 1][1]), 0.6) << i;
+	const ProcessResult followed = run_program(
+	    {programs + "window_experiment", path("drive/map.yaml"), path("drive/scans.rawlog"), path("drive/scans_gt.txt"),
+	     path("frames.csv"), "wheels=1"});
+	ASSERT_EQ(followed.status, 0) << followed.err;
+	const auto right = followed.out.find("window: right ");
+	ASSERT_NE(right, std::string::npos) << followed.out;
+	EXPECT_GE(std::stoi(followed.out.substr(right + 14)), 27) << followed.out;
+}
+
+TEST_F(Tuning, ResultsAreKeptAndTheSame)
+{
+	const auto tune = [&](const std::string& output)
+	{
+		const ProcessResult tuned = run_program(
+		    {kPython, kScripts + "/tune.py", "--build", D2S1R_BUILD_DIR, "--runs", "filter drawn", "--only",
+		     "filter.unlisted", "--output", path(output)});
+		EXPECT_EQ(tuned.status, 0) << tuned.err;
+		return read_file(path(output + "/tuned.ini"));
+	};
+	const std::string ini = tune("tuned");
+	EXPECT_EQ(numbers_of(ini).count("filter.unlisted"), 1U) << ini;
+	EXPECT_EQ(tune("again"), ini);
+	EXPECT_NE(read_file(path("tuned/tuned.md")).find("| filter.unlisted | half |"), std::string::npos);
+}
+
+TEST_F(Tuning, WhatIsNoConstantIsRefused)
+{
+	const ProcessResult wrong =
+	    run_program({D2S1R_BUILD_DIR "/tests/experiments/window_experiment", "m", "r", "t", "f", "fitz=1"});
+	EXPECT_EQ(wrong.status, 1);
+	EXPECT_NE(wrong.err.find("'fitz=1' is not NAME=VALUE"), std::string::npos) << wrong.err;
+}

@@ -1,0 +1,125 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+// The names of the constants of windows and of the filter, which tune.py finds, and how variants of them are run.
+#pragma once
+
+#include <cmath>
+#include <cstdio>
+#include <type_traits>
+
+#include "frames/window_tuning.h"
+#include "settings.h"
+#include "tuning.h"
+
+namespace d2s1r::experiments
+{
+/// Calls visit(name, number) for each constant; so do the functions below.
+template <class Visit>
+void visit_numbers(OdometryTuning& t, const Visit& visit)
+{
+	static_assert(sizeof(t) == 6 * sizeof(double), "a constant without a name");
+	visit("least_error", t.least_error);
+	visit("least_turn", t.least_turn);
+	visit("error_share", t.error_share);
+	visit("turn_by_way", t.turn_by_way);
+	visit("newest", t.newest);
+	visit("most_disagreement", t.most_disagreement);
+}
+
+template <class Visit>
+void visit_numbers(WindowTuning& t, const Visit& visit)
+{
+	static_assert(
+	    sizeof(t) == sizeof(OdometryTuning) + 14 * sizeof(double) + 2 * sizeof(int), "a constant without a name");
+	visit_numbers(t.odometry, visit);
+	visit("least_evidence", t.least_evidence);
+	visit("fits", t.fits);
+	visit("hidden_evidence", t.hidden_evidence);
+	visit("tails", t.tails);
+	visit("map_error", t.map_error);
+	visit("map_turn", t.map_turn);
+	visit("hopeless", t.hopeless);
+	visit("least_explained", t.least_explained);
+	visit("least_one_shot", t.least_one_shot);
+	visit("jump", t.jump);
+	visit("same", t.same);
+	visit("same_turn", t.same_turn);
+	visit("usual", t.usual);
+	visit("widest_turn", t.widest_turn);
+	visit("searched", t.searched);
+	visit("lost_frames", t.lost_frames);
+}
+
+template <class Visit>
+void visit_numbers(pf::MotionParameters& t, const Visit& visit)
+{
+	static_assert(sizeof(t) == 9 * sizeof(double), "a constant without a name");
+	visit("gate", t.gate);
+	visit("surprise", t.surprise);
+	visit("odometry_surprise", t.odometry_surprise);
+	visit("farthest", t.farthest);
+	visit("widest_turn", t.widest_turn);
+	visit("least_score", t.least_score);
+	visit("least_support", t.least_support);
+	visit("pseudo_xy", t.pseudo_xy);
+	visit("pseudo_phi", t.pseudo_phi);
+}
+
+template <class Visit>
+void visit_numbers(pf::Tuning& t, const Visit& visit)
+{
+	static_assert(
+	    sizeof(t) == sizeof(OdometryTuning) + sizeof(pf::MotionParameters) + 12 * sizeof(double),
+	    "a constant without a name");
+	visit_numbers(t.odometry, visit);
+	visit_numbers(t.motion, visit);
+	visit("sure_probability", t.sure_probability);
+	visit("sure_share", t.sure_share);
+	visit("unlisted", t.unlisted);
+	visit("hypothesis_std_xy", t.hypothesis_std_xy);
+	visit("hypothesis_std_phi", t.hypothesis_std_phi);
+	visit("unexplained_power", t.unexplained_power);
+	visit("least_explained", t.least_explained);
+	visit("admitted_share", t.admitted_share);
+	visit("admitted_probability", t.admitted_probability);
+	visit("takeover_margin", t.takeover_margin);
+	visit("likely", t.likely);
+	visit("newest_found", t.newest_found);
+}
+
+/// Returns `settings` and all constants of a tuning.
+template <class Tuning>
+Settings with_numbers_of(Tuning tuning, Settings settings)
+{
+	visit_numbers(tuning, [&](const char* name, auto& number) { settings[name] = static_cast<double>(number); });
+	return settings;
+}
+
+/// Returns the tuning whose constants are in `settings`.
+template <class Tuning>
+Tuning tuning_of(const Settings& settings)
+{
+	Tuning tuning;
+	const auto set = [&](const char* name, auto& number)
+	{
+		using Number = std::decay_t<decltype(number)>;
+		const double value = settings.at(name);
+		number = static_cast<Number>(std::is_integral_v<Number> ? std::round(value) : value);
+	};
+	visit_numbers(tuning, set);
+	return tuning;
+}
+
+/// Returns what became of a frame: R right and sure, r right, W wrong and sure, - wrong.
+inline char flag_of(bool is_right, bool is_sure)
+{
+	return is_right ? (is_sure ? 'R' : 'r') : is_sure ? 'W' : '-';
+}
+
+/// Prints a line for each variant, a line of NAME=VALUE words of a file: what flags(settings) says of its frames.
+template <class Flags>
+void print_variants(const std::string& program, const Settings& settings, const std::string& file, const Flags& flags)
+{
+	for (const Words& words : read_lines(file))
+		std::printf("%s\n", flags(read_settings(program, settings, words)).c_str());
+}
+}  // namespace d2s1r::experiments
