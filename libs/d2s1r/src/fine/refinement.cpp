@@ -22,8 +22,10 @@ using mrpt::math::TPose2D;
 constexpr int kSteps = 4;        //!< [-] of each stage
 constexpr int kStepsBeside = 2;  //!< [-] back from beside
 // Widths of the robust kernel as multiples of parameters.kernel. From a coarse candidate it is wide, and each step
-// halves it down to 1. Refined poses are judged and polished with a narrower one: what is near a wall is not on it.
+// halves it, but candidates are compared by how much of a scan is near walls, of which a map may be wrong by a cell.
+// Refined poses are judged and polished with a narrower one: what is near a wall is not on it.
 constexpr double kOfCandidate = 5;
+constexpr double kSettled = 2;
 constexpr double kNarrow = 0.75;
 constexpr double kCostWeight = 0.067;  //!< [1 / step] of the coarse cost of a candidate beside its fit
 constexpr double kBeside[] = {-0.3, -0.2, -0.1, 0.1, 0.2, 0.3};  //!< [m] along what a scan leaves open
@@ -202,7 +204,7 @@ std::vector<RefinedPose> settle(
 	{
 		drop_poor(few, width, limits.fit_margin, settling);
 		for (Settling& at : settling) at.pose = gauss_newton_step(at.sums, few.count, at.pose, kFirmDamping);
-		width = std::max(1.0, width / 2);
+		width = std::max(kSettled, width / 2);
 	}
 	drop_poor(few, width, limits.fit_margin, settling);
 	std::vector<RefinedPose> poses;
