@@ -56,38 +56,7 @@ void visit_all(const Visit& visit)
 	d2s1r::experiments::visit_numbers(window, others("window."));
 	d2s1r::experiments::visit_numbers(filter, others("filter."));
 }
-
-/// The numbers of an ini file by "section.name".
-std::map<std::string, double> numbers_of(const std::string& ini)
-{
-	std::map<std::string, double> numbers;
-	std::istringstream lines(ini);
-	std::string section, name, equals;
-	for (std::string line; std::getline(lines, line);)
-	{
-		double number = 0;
-		if (line.rfind('[', 0) == 0)
-			section = line.substr(1, line.size() - 2) + '.';
-		else if (std::istringstream(line) >> name >> equals >> number)
-			numbers[section + name] = number;
-	}
-	return numbers;
-}
 }  // namespace
-
-TEST_F(Tuning, TheConstantsAreThoseThatItFound)
-{
-	const auto found = numbers_of(read_file(D2S1R_SOURCE_DIR "/doc/results/learned/tuned.ini"));
-	std::size_t compared = 0;
-	visit_all(
-	    [&](const std::string& name, double number)
-	    {
-		    compared++;
-		    ASSERT_EQ(found.count(name), 1U) << name;
-		    EXPECT_EQ(number, found.at(name)) << name;
-	    });
-	EXPECT_EQ(found.size(), compared);
-}
 
 TEST_F(Tuning, EveryConstantIsVaried)
 {
@@ -170,7 +139,7 @@ TEST_F(Tuning, ResultsAreKeptAndTheSame)
 		return read_file(path(output + "/tuned.ini"));
 	};
 	const std::string ini = tune("tuned");
-	EXPECT_EQ(numbers_of(ini).count("filter.unlisted"), 1U) << ini;
+	EXPECT_NE(ini.find("\nunlisted = "), std::string::npos) << ini;
 	EXPECT_EQ(tune("again"), ini);
 	EXPECT_NE(read_file(path("tuned/tuned.md")).find("| filter.unlisted | half |"), std::string::npos);
 }

@@ -6,7 +6,7 @@ Starts from plain numbers and takes halves and doubles of them, or switches them
 runs gain more by it than chance explains. A frame that is `localized` or `tracking` at a wrong place counts
 ten times as much as one at the right place. Writes to --output: tuned.ini, and tuned.md with what every constant does
 if it is off, a half or double. The same data and programs give the same numbers. The defaults of frames/window_tuning.h,
-motion.h and plugins/pf-init/tuning.h are these numbers; doc/results/learned holds what it wrote.
+motion.h and plugins/pf-init/tuning.h were chosen by hand; they can be replaced by what it finds.
 
 Runs are those of recorded buildings (D2S1R_DATA) and of drawn floors. mit_csail, mit_killian and fr_campus are none of
 them, so that they judge. Results stay in the build folder: a run that was interrupted goes on where it was. Needs what
@@ -46,7 +46,7 @@ def constants_of(section, starts, whole=()):
 
 
 MOST, SHARE = float("inf"), 1.0  # greatest numbers
-# What the search starts from: plain numbers, most of them 1, 2 or 5 times a power of ten, so that the result does not depend on what was found before.
+# What the search starts from: plain numbers for odometry and windows, those that were chosen by hand for the filter.
 CONSTANTS = [
     *constants_of("odometry", {
         "least_error": (0.05, None, MOST), "least_turn": (2, None, MOST), "error_share": (0.1, 0, MOST),

@@ -25,13 +25,13 @@ mrpt::math::CMatrixDouble33 covariance_of(double std_x, double std_y, double std
 /// What is expected of odometry. No application sets it.
 struct OdometryTuning
 {
-	double least_error = 0.05;  //!< [m] standard deviation of an increment, however short
-	double least_turn = 2;      //!< [deg] the same of its turn
+	double least_error = 0.06;  //!< [m] standard deviation of an increment, however short
+	double least_turn = 3;      //!< [deg] the same of its turn
 	double error_share = 0.1;   //!< [-] of what the robot went and turned: is added to these
-	double turn_by_way = 5;     //!< [deg/m] is added to that of the turn
+	double turn_by_way = 4;     //!< [deg/m] is added to that of the turn
 
 	double newest = 0.2;            //!< [0, 1] share of the newest motion in the average disagreement of OdometryCheck
-	double most_disagreement = 10;  //!< [-] average of an odometry that can be relied on; one motion alone adds
+	double most_disagreement = 12;  //!< [-] average of an odometry that can be relied on; one motion alone adds
 	                                //!< half of it at most
 };
 
