@@ -22,7 +22,7 @@ class Tuning : public AppTest
 	}
 
 	/// What a script prints that may import those of the experiments.
-	static std::string printed(const std::string& script)
+	std::string printed(const std::string& script) const
 	{
 		const ProcessResult told =
 		    run_program({kPython, "-B", "-c", "import sys; sys.path.insert(0, '" + kScripts + "')\n" + script});
@@ -94,7 +94,7 @@ TEST_F(Tuning, GoesWhereFramesAreGainedAndNowhereElse)
 
 TEST_F(Tuning, AFrameThatIsWrongAndSureOutweighsTenThatAreRight)
 {
-	const auto is_gain = [](const std::string& after, const std::string& before)
+	const auto is_gain = [this](const std::string& after, const std::string& before)
 	{ return printed("from learning import tuning\nprint(tuning.is_gain([" + after + "], [" + before + "]))"); };
 	EXPECT_EQ(is_gain("100 * 'R'", "100 * 'r'"), "True\n");
 	EXPECT_EQ(is_gain("100 * 'R'", "100 * 'R'"), "False\n");
