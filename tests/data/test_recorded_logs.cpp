@@ -199,7 +199,7 @@ TEST_P(TurtleBotLog, IsLocalizedWhereTheLaserWas)
 			compared++;
 		}
 	EXPECT_EQ(compared, 96U);
-	EXPECT_GE(localized, 95U);
+	EXPECT_GE(localized, 95U) << "one scan is a little less sure with the map of another time";
 }
 
 INSTANTIATE_TEST_SUITE_P(

@@ -135,11 +135,12 @@ Look look_at(
 	for (std::size_t i = 0; i < found.size(); i++)
 	{
 		const Found& here = found[i];
+		// What is measured must not be what is known already.
+		const auto judge_anew = [&](const auto& some, const auto& with)
+		{ return places_among(some, here.readings, with, {}, work); };
+		const auto some = work.budget.affordable(judge_anew, here.candidates, limits, &found.back() - &here);
 		const auto known = before.places.empty() ? std::vector<Place>() : before.places[i];
-		const auto judge = [&](const auto& some, const auto& with)
-		{ return places_among(some, here.readings, with, known, work); };
-		const auto some = work.budget.affordable(judge, here.candidates, limits, &found.back() - &here);
-		look.places.push_back(judge(some.candidates, some.parameters));
+		look.places.push_back(places_among(some.candidates, here.readings, some.parameters, known, work));
 		places = merged_places(std::move(places), look.places.back(), limits.scoring);
 		if (some.candidates.size() == here.candidates.size()) continue;
 		look.is_partial = true;

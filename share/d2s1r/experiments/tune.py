@@ -231,6 +231,8 @@ def main():
         constants = [c for c in CONSTANTS if arguments.only in c.name]
         fixed = {c.name: c.start for c in CONSTANTS}
         all_runs = [run for run in RUNS if arguments.runs in f"{run.program} {run.name}"]
+        if not all_runs:
+            raise ValueError(f"no run has '{arguments.runs}' in its name; leave --runs out for all")
         evaluate = lambda points: runner.evaluate(all_runs, [{**fixed, **point} for point in points])  # noqa: E731
         point = tuning.search(evaluate, constants, lambda text: print(text, file=sys.stderr, flush=True))
         tried = tuning.sweep(evaluate, constants, point)

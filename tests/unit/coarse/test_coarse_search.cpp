@@ -270,9 +270,10 @@ TEST_F(CoarseSearch, InALargeMapAQuarterOfACostIsThatOfTheOverview)
 	for (const Candidate& candidate : candidates)
 	{
 		std::size_t i = 0;
-		while (profiles.x[i] != static_cast<float>(candidate.pose.x) ||
-		       profiles.y[i] != static_cast<float>(candidate.pose.y))
+		while (i < profiles.size() && (profiles.x[i] != static_cast<float>(candidate.pose.x) ||
+		                               profiles.y[i] != static_cast<float>(candidate.pose.y)))
 			i++;
+		ASSERT_LT(i, profiles.size());
 		const auto group =
 		    static_cast<std::size_t>(std::upper_bound(first.begin(), first.end(), i) - first.begin() - 1);
 		const double turn = mrpt::math::wrapTo2Pi(candidate.pose.phi) / (2 * M_PI) * profiles.directions;

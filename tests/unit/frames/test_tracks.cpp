@@ -99,7 +99,7 @@ TEST(TrackEvidence, OfAScanThatHardlyFitsOtherYawsAreTried)
 	const Localizer localizer(make_map(grid), {});
 	const auto robot = poses_on_floor()[0];
 	Scan scan = scan_at(world_of(grid), robot);
-	for (std::size_t i = 0; i < 290; i++) block(scan, 103 * i, 1, 0.35F);  // people, gaps all around
+	for (std::size_t i = 0; i < 300; i++) block(scan, 103 * i, 1, 0.35F);  // people, gaps all around
 	const mrpt::poses::CPose2D turned(robot.x, robot.y, robot.phi + 20 * kDegree);
 	const auto found =
 	    refined_near(localizer, scan, PoseDensity(turned, covariance_of(0.05, 0.05, 10 * kDegree)), kTuning);

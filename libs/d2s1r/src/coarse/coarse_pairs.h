@@ -99,6 +99,9 @@ void cheapest_first(const std::vector<Pair>& pairs, std::uint32_t most, const Ta
 	constexpr std::size_t kTogether = 4096;       // [-] pairs
 	thread_local std::vector<Pair> sorted;        // kept for the next query
 	thread_local std::vector<std::size_t> begin;  // of the bucket of a cost, its end before it is filled
+	std::uint32_t greatest = 0;
+	for (const Pair& pair : pairs) greatest = std::max(greatest, pair.cost);
+	most = std::min(most, greatest);
 	begin.assign(most + 2, 0);
 	for (const Pair& pair : pairs) begin[std::min(pair.cost, most + 1)]++;
 	std::partial_sum(begin.begin(), begin.end(), begin.begin());

@@ -198,6 +198,12 @@ double deviation_along(
 	return farthest;
 }
 
+/// Returns the step [m or rad] along a direction of which kParts leave a pose within the bounds of a place.
+double step_in_place(const Eigen::Vector3d& direction)
+{
+	return 1 / (kParts * std::max(direction.head<2>().norm() / kPlaceDistance, std::abs(direction.z()) / kPlaceYaw));
+}
+
 /// Returns the way along which `covariance` (x, y, phi) leaves the position most open.
 Way along_open_direction(const Eigen::Matrix3d& covariance)
 {
@@ -206,16 +212,16 @@ Way along_open_direction(const Eigen::Matrix3d& covariance)
 	const Eigen::Vector3d direction = covariance.leftCols<2>() * axes.eigenvectors().col(1) / variance;
 	Eigen::Vector3d held = Eigen::Vector3d::Zero();
 	held.head<2>() = axes.eigenvectors().col(1);
-	return {direction, held, variance, kPlaceDistance / kParts};
+	return {direction, held, variance, step_in_place(direction)};
 }
 
 /// Returns the way along the yaw. Its steps are so long that a single maximum of the fit ends within the first one.
 Way along_yaw(const Eigen::Matrix3d& covariance)
 {
 	const double variance = covariance(2, 2);
+	const Eigen::Vector3d direction = covariance.col(2) / variance;
 	return {
-	    covariance.col(2) / variance, Eigen::Vector3d::UnitZ(), variance,
-	    std::min(kSure * std::sqrt(variance), kPlaceYaw / kParts)};
+	    direction, Eigen::Vector3d::UnitZ(), variance, std::min(kSure * std::sqrt(variance), step_in_place(direction))};
 }
 }  // namespace
 

@@ -5,7 +5,9 @@
 
 #include <deque>
 #include <map>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "frames/tracks.h"
 
