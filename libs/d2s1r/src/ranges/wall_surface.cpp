@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
 #include <vector>
 
 #include "ranges/distance_field.h"
@@ -65,27 +64,21 @@ WallMeasure measure_walls(const Grid& grid)
 {
 	constexpr double kShare = 0.3;  // [-] of the walls that are at most so thick
 	// A smeared wall grew on both sides, but the thin ones, which are measured here, grew less than most.
-	constexpr double kDepth = 1.25;                    // [-]
-	constexpr double kMostGrowth = 0.2;                // [m] walls that are thicker yet are solid ones
-	constexpr double kRounding = 1e-6;                 // [m]
-	constexpr std::size_t kFewest = 50;                // [-] cells that tell something
-	std::map<double, std::size_t> cells_by_thickness;  // few are different
-	std::size_t cells = 0;
+	constexpr double kDepth = 1.25;      // [-]
+	constexpr double kMostGrowth = 0.2;  // [m] walls that are thicker yet are solid ones
+	constexpr double kRounding = 1e-6;   // [m]
+	constexpr std::size_t kFewest = 50;  // [-] cells that tell something
+	std::vector<double> thicknesses;
 	for (int row = 0; row < grid.height; row++)
 		for (int column = 0; column < grid.width; column++)
-		{
-			if (grid.at(column, row) != Cell::kOccupied) continue;
-			const double thickness = thickness_at(grid, column, row);
-			if (!std::isfinite(thickness)) continue;
-			cells_by_thickness[thickness]++;
-			cells++;
-		}
-	if (cells < kFewest) return {};
-	auto third = cells_by_thickness.begin();
-	for (std::size_t thinner = third->second; thinner <= static_cast<std::size_t>(kShare * static_cast<double>(cells));)
-		thinner += (++third)->second;
-	const double thickness = third->first;
-	return {thickness, kDepth * std::clamp(thickness - kSharpThickness - kRounding, 0.0, kMostGrowth)};
+			if (grid.at(column, row) == Cell::kOccupied)
+				if (const double thickness = thickness_at(grid, column, row); std::isfinite(thickness))
+					thicknesses.push_back(thickness);
+	if (thicknesses.size() < kFewest) return {};
+	const auto third =
+	    thicknesses.begin() + static_cast<std::ptrdiff_t>(kShare * static_cast<double>(thicknesses.size()));
+	std::nth_element(thicknesses.begin(), third, thicknesses.end());
+	return {*third, kDepth * std::clamp(*third - kSharpThickness - kRounding, 0.0, kMostGrowth)};
 }
 
 MapMeasure measure_map(const Grid& grid)
