@@ -52,6 +52,7 @@ mrpt::poses::CPosePDFGaussian combine(const mrpt::poses::CPosePDFGaussian& a, co
 class OdometryCheck
 {
    public:
+	/// Knows of no scan yet.
 	explicit OdometryCheck(const OdometryTuning& tuning = {}) : tuning_(tuning) {}
 
 	/// Takes in the next scan; call it for every one.
