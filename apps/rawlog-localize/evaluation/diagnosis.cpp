@@ -233,6 +233,7 @@ std::vector<std::string> advice_by_odometry(
 	constexpr double kRight = 90, kError = 10;  // [deg] lasers are mounted straight; motions are not as exact
 	double turned = mrpt::RAD2DEG(middle);
 	if (const double right = kRight * std::round(turned / kRight); std::abs(turned - right) < kError) turned = right;
+	if (turned <= -180) turned += 360;  // half a turn is 180 deg
 	if (near < kFewestPairs || static_cast<double>(near) < kMostOfThem * static_cast<double>(angles.size()) ||
 	    std::abs(turned) < kTurned)
 		return {};

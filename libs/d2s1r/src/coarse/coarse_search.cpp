@@ -185,9 +185,7 @@ std::vector<Candidate> CoarseSearch::candidates(const CoarseSearchParameters& li
 	std::vector<Candidate> found;
 	if (pairs_.empty()) return found;
 	const Prepared& prepared = *prepared_;
-	// Positions that are two spacings apart are so but for rounding, which is another one where the map's origin is.
-	constexpr double kTwo = 1.999;  // [spacings]
-	DistinctPoses distinct(kTwo * limits.spacing, distinct_yaw(readings_.front().profiles));
+	DistinctPoses distinct(2 * limits.spacing, distinct_yaw(readings_.front().profiles));
 	cheapest_first(
 	    pairs_, least_ + prepared.margin(limits),
 	    [&](Pair pair)
