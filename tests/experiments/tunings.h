@@ -1,5 +1,5 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-// The names of the constants of windows and of the filter, which tune.py finds, and how variants of them are run.
+// The names of the constants of windows and of the filter, which tune.py varies, and how variants of them are run.
 #pragma once
 
 #include <cmath>

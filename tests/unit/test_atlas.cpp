@@ -377,6 +377,7 @@ TEST(AtlasFile, IsLoadedWithTheParametersOfEachMap)
 	folder.write("annex.gridmap.gz", "");
 	EXPECT_NE(what_of([&] { load_atlas(file); }).find("annex.gridmap.gz"), std::string::npos);
 }
+
 TEST(Atlas, WhatTheTimeLeavesOutIsDoubtedByTheLimitOfItsMap)
 {
 	Parameters strict, lenient;
