@@ -23,10 +23,10 @@ namespace
 /// positions agree with a scan by chance that the true one, beside an edge, may not be among the cheapest, while the
 /// middle of its group still is: tests/benchmark/RESULTS.md. In the maps of recorded sites, which are smaller, it
 /// changes who is right in both directions.
-double overview_share_of(std::size_t groups)
+float overview_share_of(std::size_t groups)
 {
 	constexpr std::size_t kMany = 250000;  // [-]
-	return groups > kMany ? 0.25 : 0;
+	return groups > kMany ? 0.25F : 0;
 }
 
 /// Compares all beams with the profiles of all positions of pairs of group and shift of one reading. It adds what is
@@ -36,7 +36,7 @@ double overview_share_of(std::size_t groups)
 /// \param least [step] cost of the cheapest pair so far; it is lowered
 void search_profiles(
     const ReadingToSearch& reading, const std::vector<Pair>& of_groups, std::int32_t first_position,
-    const CoarseSearchParameters& limits, double overview_share, std::uint32_t margin, std::uint32_t& least,
+    const CoarseSearchParameters& limits, float overview_share, std::uint32_t margin, std::uint32_t& least,
     std::vector<Pair>& pairs)
 {
 	constexpr std::size_t kAhead = 16;
@@ -47,13 +47,15 @@ void search_profiles(
 	{ return by_position.data() + first_of_group[group] * directions; };
 	const auto group_of = [&](std::size_t m) { return static_cast<std::size_t>(of_groups[m].position); };
 	const auto few = std::max<std::size_t>(1, count_overview_beams(scan, limits.truncation));
-	const double per_beam = static_cast<double>(scan.observed.size()) / static_cast<double>(few);
-	const double of_profile = 1 - overview_share, of_overview = overview_share * 2 * per_beam;  // [-] by cost
+	const float per_beam = static_cast<float>(scan.observed.size()) / static_cast<float>(few);
+	const float of_profile = 1 - overview_share, of_overview = overview_share * 2 * per_beam;  // [-] by cost
+	PairAppender added(pairs);
 	std::uint32_t limit = least + margin;  // a local copy: bytes may alias the other
 	for (std::size_t m = 0; m < of_groups.size(); m++)
 	{
 		if (m + 2 * kAhead < of_groups.size()) __builtin_prefetch(&first_of_group[group_of(m + 2 * kAhead)]);
-		if (m + kAhead < of_groups.size()) prefetch(rows_of(group_of(m + kAhead)), 4 * directions);
+		if (m + kAhead < of_groups.size() && group_of(m + kAhead) != group_of(m + kAhead - 1))
+			prefetch(rows_of(group_of(m + kAhead)), 4 * directions);
 		const std::size_t group = group_of(m);
 		const std::size_t turned = directions - static_cast<std::size_t>(of_groups[m].shift);
 		const ScanRow turned_scan{
@@ -62,14 +64,14 @@ void search_profiles(
 		std::array<std::uint32_t, 4> costs;
 		const std::size_t first = first_of_group[group], positions = first_of_group[group + 1] - first;
 		row_costs(rows_of(group), positions, turned_scan, costs.data());
-		const double in_overview = of_overview * of_groups[m].cost;
+		const float in_overview = of_overview * static_cast<float>(of_groups[m].cost);
 		for (std::size_t i = 0; i < positions; i++)
 		{
-			costs[i] = static_cast<std::uint32_t>(of_profile * costs[i] + in_overview);
+			const auto cost = static_cast<std::uint32_t>(of_profile * static_cast<float>(costs[i]) + in_overview);
 			const auto position = static_cast<std::int32_t>(first + i);
-			if (costs[i] > limit || !allowed.allows({position, of_groups[m].shift, costs[i]})) continue;
-			limit = std::min(limit, costs[i] + margin);
-			append({position + first_position, of_groups[m].shift, costs[i]}, pairs);
+			if (!allowed.allows({position, of_groups[m].shift, cost})) continue;
+			limit = std::min(limit, cost + margin);
+			added.add({position + first_position, of_groups[m].shift, cost}, cost <= limit);
 		}
 	}
 	least = limit - margin;
@@ -160,7 +162,7 @@ CoarseSearch::CoarseSearch(std::vector<CoarseSearchIn> readings, const Scan& sca
 	const Prepared& prepared = *prepared_;
 	search_overviews(prepared.to_search, limits, kept.of_groups);
 	const std::uint32_t margin = prepared.margin(limits);
-	const double overview_share = overview_share_of(prepared.numbers.groups.back());
+	const float overview_share = overview_share_of(prepared.numbers.groups.back());
 	const auto search = [&](std::size_t reading, const std::vector<Pair>& of_groups)
 	{
 		const auto first = static_cast<std::int32_t>(prepared.numbers.positions[reading]);
@@ -173,6 +175,7 @@ CoarseSearch::CoarseSearch(std::vector<CoarseSearchIn> readings, const Scan& sca
 		const auto by_reading = pairs_by_reading(kept.of_groups, prepared.numbers);
 		for (std::size_t i = 0; i < readings_.size(); i++) search(i, by_reading[i]);
 	}
+	drop_above(least_ + margin, pairs_);
 }
 
 CoarseSearch::~CoarseSearch()
