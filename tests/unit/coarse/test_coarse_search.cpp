@@ -228,6 +228,30 @@ TEST_F(CoarseSearch, PosesMuchDearerThanTheBestAreDroppedTheMoreBeamsTheSooner)
 	EXPECT_GT(dearest[30], 12 / std::sqrt(120));
 }
 
+TEST_F(CoarseSearch, GoesOnWhereAnEarlierQuestionEnded)
+{
+	parameters_.max_pairs = 2000;
+	CoarseSearchParameters few = parameters_;
+	few.max_pairs = 200;
+	few.margin *= 0.5;
+	for (const mrpt::math::TPose2D& sensor : random_poses(grid_, 5, 0.3, 1))
+	{
+		const Scan scan = aligned_scan(grid_, profiles_.directions, sensor, 0, 60);
+		const Prior anywhere;
+		d2s1r::CoarseSearch in_steps({{profiles_, anywhere, parameters_.spacing}}, scan, parameters_);
+		const auto first = in_steps.candidates(few), then = in_steps.candidates(parameters_);
+		const auto at_once = coarse_search(profiles_, scan, parameters_);
+		EXPECT_LT(first.size(), then.size());
+		ASSERT_FALSE(first.empty()) << sensor;
+		ASSERT_EQ(then.size(), at_once.size()) << sensor;
+		for (std::size_t i = 0; i < then.size(); i++)
+		{
+			EXPECT_EQ(then[i].pose, at_once[i].pose) << sensor;
+			EXPECT_EQ(then[i].cost, at_once[i].cost) << sensor;
+		}
+	}
+}
+
 TEST_F(CoarseSearch, EqualCostsAreRankedByPositionThenByShift)
 {
 	parameters_.margin = 1e6;

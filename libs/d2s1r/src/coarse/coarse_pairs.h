@@ -63,6 +63,30 @@ inline void drop_above(std::uint32_t most, std::vector<Pair>& pairs)
 	pairs.resize(kept);
 }
 
+/// Moves the cheapest of `pairs`, whose costs are bytes, to `taken`, which it clears; all keep their order. It takes
+/// none that costs more than `most`, and at most `wanted` [-], where one cost is taken as a whole or not at all; the
+/// least cost is always taken.
+inline void take_cheapest(std::size_t wanted, std::uint32_t most, std::vector<Pair>& pairs, std::vector<Pair>& taken)
+{
+	std::array<std::size_t, 256> count{};  // [-] by cost
+	for (const Pair& pair : pairs) count[pair.cost]++;
+	std::uint32_t least = 0;
+	while (least + 1 < count.size() && count[least] == 0) least++;
+	std::uint32_t greatest = least;
+	for (std::size_t below = count[least]; greatest < std::min(most, 255U); greatest++)
+		if ((below += count[greatest + 1]) > wanted) break;
+	taken.resize(pairs.size());
+	std::size_t kept = 0, moved = 0;
+	for (const Pair& pair : pairs)
+	{
+		copy(pair, taken[moved]);
+		copy(pair, pairs[kept]);
+		(pair.cost <= greatest ? moved : kept)++;
+	}
+	taken.resize(moved);
+	pairs.resize(kept);
+}
+
 /// Keeps the cheapest of a stream of pairs whose costs are bytes: all those below a limit, which is lowered as they
 /// come.
 class CheapestPairs

@@ -115,7 +115,7 @@ std::vector<std::vector<Pair>> pairs_by_reading(const std::vector<Pair>& of_grou
 /// Memory of the last search of a thread, which the next one takes.
 struct Memory
 {
-	std::vector<Pair> of_groups, pairs;
+	std::vector<Pair> of_groups, taken, pairs;
 };
 thread_local Memory kept;
 }  // namespace
@@ -155,36 +155,51 @@ struct CoarseSearch::Prepared
 CoarseSearch::CoarseSearch(std::vector<CoarseSearchIn> readings, const Scan& scan, const CoarseSearchParameters& limits)
     : readings_(std::move(readings)),
       prepared_(std::make_unique<Prepared>(readings_, scan, limits)),
+      of_groups_(std::move(kept.of_groups)),
       pairs_(std::move(kept.pairs))
 {
+	of_groups_.clear();
 	pairs_.clear();
 	if (prepared_->quantized.front().exact.empty()) return;
-	const Prepared& prepared = *prepared_;
-	search_overviews(prepared.to_search, limits, kept.of_groups);
-	const std::uint32_t margin = prepared.margin(limits);
-	const float overview_share = overview_share_of(prepared.numbers.groups.back());
-	const auto search = [&](std::size_t reading, const std::vector<Pair>& of_groups)
-	{
-		const auto first = static_cast<std::int32_t>(prepared.numbers.positions[reading]);
-		search_profiles(prepared.to_search[reading], of_groups, first, limits, overview_share, margin, least_, pairs_);
-	};
-	if (readings_.size() == 1)
-		search(0, kept.of_groups);
-	else
-	{
-		const auto by_reading = pairs_by_reading(kept.of_groups, prepared.numbers);
-		for (std::size_t i = 0; i < readings_.size(); i++) search(i, by_reading[i]);
-	}
-	drop_above(least_ + margin, pairs_);
+	margin_ = prepared_->margin(limits);
+	search_overviews(prepared_->to_search, limits, of_groups_);
+	const auto costs_less = [](const Pair& a, const Pair& b) { return a.cost < b.cost; };
+	if (!of_groups_.empty())
+		least_of_groups_ = std::min_element(of_groups_.begin(), of_groups_.end(), costs_less)->cost;
 }
 
 CoarseSearch::~CoarseSearch()
 {
+	kept.of_groups = std::move(of_groups_);
 	kept.pairs = std::move(pairs_);
 }
 
-std::vector<Candidate> CoarseSearch::candidates(const CoarseSearchParameters& limits) const
+void CoarseSearch::compare_profiles(const CoarseSearchParameters& limits)
 {
+	const Prepared& prepared = *prepared_;
+	const auto wanted = static_cast<std::size_t>(limits.max_pairs) - compared_;
+	const std::uint32_t margin = overview_margin(prepared.quantized.front(), limits);
+	take_cheapest(wanted, least_of_groups_ + margin, of_groups_, kept.taken);
+	compared_ += kept.taken.size();
+	const float overview_share = overview_share_of(prepared.numbers.groups.back());
+	const auto search = [&](std::size_t reading, const std::vector<Pair>& of_groups)
+	{
+		const auto first = static_cast<std::int32_t>(prepared.numbers.positions[reading]);
+		search_profiles(prepared.to_search[reading], of_groups, first, limits, overview_share, margin_, least_, pairs_);
+	};
+	if (readings_.size() == 1)
+		search(0, kept.taken);
+	else
+	{
+		const auto by_reading = pairs_by_reading(kept.taken, prepared.numbers);
+		for (std::size_t i = 0; i < readings_.size(); i++) search(i, by_reading[i]);
+	}
+	drop_above(least_ + margin_, pairs_);
+}
+
+std::vector<Candidate> CoarseSearch::candidates(const CoarseSearchParameters& limits)
+{
+	if (!of_groups_.empty()) compare_profiles(limits);
 	std::vector<Candidate> found;
 	if (pairs_.empty()) return found;
 	const Prepared& prepared = *prepared_;
