@@ -1,8 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "coarse/allowed_pairs.h"
 
-#include <mrpt/core/bits_math.h>
-#include <mrpt/math/wrap2pi.h>
 
 #include <algorithm>
 #include <cmath>
@@ -40,10 +38,7 @@ AllowedPairs::AllowedPairs(const RangeProfiles& profiles, const Prior& prior, co
 	if (anywhere_) return;
 	const mrpt::math::TPose2D robot_on_sensor = mrpt::math::TPose2D() - scan.sensor_on_robot;
 	for (int shift = 0; shift < profiles.directions; shift++)
-	{
-		const double yaw = mrpt::math::wrapToPi(2 * M_PI * shift / profiles.directions);
-		robot_on_position_.push_back(mrpt::math::TPose2D(0, 0, yaw) + robot_on_sensor);
-	}
+		robot_on_position_.push_back(mrpt::math::TPose2D(0, 0, profiles.yaw_of(shift)) + robot_on_sensor);
 }
 
 bool AllowedPairs::prior_allows(const Pair& pair) const

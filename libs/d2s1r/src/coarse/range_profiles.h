@@ -2,8 +2,10 @@
 #pragma once
 
 #include <d2s1r/grid.h>
+#include <mrpt/math/wrap2pi.h>
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -50,6 +52,9 @@ struct RangeProfiles
 
 	/// Returns the row [2 steps] of a group.
 	const std::uint8_t* overview_of(std::size_t group) const { return overview.data() + group * overview_stride(); }
+
+	/// Returns the yaw [rad], in [-pi, pi], of a sensor whose scan is turned by `shift` directions.
+	double yaw_of(int shift) const { return mrpt::math::wrapToPi(2 * M_PI * shift / directions); }
 
 	/// Returns the quantized range [step] of `range` [m].
 	std::uint8_t quantize(double range) const;
