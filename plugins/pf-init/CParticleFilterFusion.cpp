@@ -99,7 +99,7 @@ std::optional<FusedPose> CParticleFilterFusion::follow(const FusionInput& input)
 	const double lost = recovery_.probability_of_being_lost(particles_, scan, input.localization, tuning);
 	pf::weigh_by_hypotheses(particles_, input.localization, tuning);
 	const double effective = pf::weigh_by_scan_and_resample(particles_, maps_, scan, input.localization, tuning);
-	recovery_.admit(particles_, input.localization, lost, tuning, random_);
+	recovery_.admit(particles_, input.localization, lost, random_);
 	last_motion_ = motion.mean;
 
 	FusedPose pose = estimate();
@@ -124,14 +124,13 @@ CPosePDFGaussian CParticleFilterFusion::motion_to(const FusionInput& input)
 	const auto weights = pf::normalized_weights(particles_);
 	const auto support = [&](const Hypothesis& hypothesis)
 	{ return pf::weight_near(particles_, weights, hypothesis.pose.asTPose()); };
-	return pf::choose_motion({previous_, input.localization, predicted, odometry.has_value()}, support, tuning.motion)
-	    .value_or(predicted);
+	return pf::choose_motion({previous_, input.localization, predicted}, support, tuning).value_or(predicted);
 }
 
 void CParticleFilterFusion::adapt_number_of_particles(const CPosePDFGaussian& motion)
 {
-	const bool is_sure = last_pose_->probability >= tuning.sure_probability &&
-	                     std::max(motion.cov(0, 0), motion.cov(1, 1)) < mrpt::square(tuning.hypothesis_std_xy);
+	const bool is_sure = last_pose_->status == FusionStatus::kTracking &&
+	                     std::max(motion.cov(0, 0), motion.cov(1, 1)) < mrpt::square(pf::kSupportedDistance);
 	const double share = is_sure ? tuning.sure_share : 1.0;
 	const auto count = static_cast<std::size_t>(std::max(1L, std::lround(share * parameters_.filter.particles)));
 	if (count != particles_.m_particles.size()) pf::resize(particles_, count, random_.drawUniform(0.0, 1.0));
@@ -141,15 +140,15 @@ void CParticleFilterFusion::note_whether_in_map(const Localization& localization
 {
 	if (localization.status == Status::kInvalid) return;
 	const double found = pf::probability_found(localization);
-	found_ += (last_pose_ ? tuning.newest_found : 1.0) * (found - found_);
+	found_ += (last_pose_ ? tuning.odometry.newest : 1.0) * (found - found_);
 }
 
 /// Returns whether the robot got from the last pose to this one by `motion`.
 bool CParticleFilterFusion::has_moved_on(const FusedPose& pose, const mrpt::poses::CPose2D& motion) const
 {
 	const auto expected = mrpt::poses::CPose2D(last_pose_->pose) + motion;
-	return std::hypot(pose.pose.x - expected.x(), pose.pose.y - expected.y()) < tuning.motion.farthest &&
-	       std::abs(mrpt::math::wrapToPi(pose.pose.phi - expected.phi())) < tuning.motion.widest_turn;
+	return std::hypot(pose.pose.x - expected.x(), pose.pose.y - expected.y()) < tuning.farthest &&
+	       std::abs(mrpt::math::wrapToPi(pose.pose.phi - expected.phi())) < mrpt::DEG2RAD(tuning.odometry.widest_turn);
 }
 
 /// Returns whether scans have left little doubt of the place since the filter came there.

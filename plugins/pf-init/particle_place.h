@@ -14,6 +14,10 @@ namespace d2s1r::pf
 inline constexpr double kPlaceRadius = 2 * kPlaceDistance;  //!< [m]
 inline constexpr double kPlaceAngle = 2 * kPlaceYaw;        //!< [rad]
 
+/// A hypothesis supports particles with these standard deviations: twice of them is what makes two poses one place.
+inline constexpr double kSupportedDistance = kPlaceDistance / 2;  //!< [m]
+inline constexpr double kSupportedYaw = kPlaceYaw / 2;            //!< [rad]
+
 /// Returns whether a robot at `a` is within `radius` [m] and `angle` [rad] of `b`: at the place of `b`.
 bool are_one_place(
     const mrpt::math::TPose2D& a, const mrpt::math::TPose2D& b, double radius = kPlaceRadius,

@@ -1,5 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include <d2s1r/motion.h>
+#include <mrpt/core/bits_math.h>
 #include <mrpt/obs/CActionCollection.h>
 
 #include <algorithm>
@@ -7,6 +8,7 @@
 
 #include "particle_place.h"
 #include "prediction.h"
+#include "weighing.h"
 
 namespace d2s1r::pf
 {
@@ -14,17 +16,19 @@ namespace
 {
 using mrpt::poses::CPosePDFGaussian;
 
-CPosePDFGaussian widened_increment(const Hypothesis& from, const Hypothesis& to, const MotionParameters& parameters)
+/// Returns the motion between two hypotheses, which is known no better than odometry knows the shortest one.
+CPosePDFGaussian pseudo_motion(const Hypothesis& from, const Hypothesis& to, const OdometryTuning& tuning)
 {
-	CPosePDFGaussian increment = increment_between(from, to);
-	const auto added = covariance_of(parameters.pseudo_xy, parameters.pseudo_xy, parameters.pseudo_phi);
-	for (int i = 0; i < 3; i++) increment.cov(i, i) += added(i, i);
-	return increment;
+	CPosePDFGaussian motion = increment_between(from, to);
+	const auto added = odometry_motion({}, tuning).cov;
+	for (int i = 0; i < 3; i++) motion.cov(i, i) += added(i, i);
+	return motion;
 }
 
-bool is_jump(const mrpt::poses::CPose2D& increment, const MotionParameters& parameters)
+/// Returns whether no robot moves so from one scan to the next.
+bool is_jump(const mrpt::poses::CPose2D& increment, const Tuning& tuning)
 {
-	return increment.norm() > parameters.farthest || std::abs(increment.phi()) > parameters.widest_turn;
+	return increment.norm() > tuning.farthest || std::abs(increment.phi()) > mrpt::DEG2RAD(tuning.odometry.widest_turn);
 }
 }  // namespace
 
@@ -37,24 +41,24 @@ CPosePDFGaussian predict_motion(
 }
 
 std::optional<CPosePDFGaussian> choose_motion(
-    const MotionEvidence& evidence, const Support& support, const MotionParameters& parameters)
+    const MotionEvidence& evidence, const Support& support, const Tuning& tuning)
 {
 	const CPosePDFGaussian& predicted = evidence.predicted;
 	std::optional<CPosePDFGaussian> best;
-	double best_score = parameters.least_score;  // [nat] higher is better
-	const double surprise = evidence.is_measured ? parameters.odometry_surprise : parameters.surprise;
+	double most = 0;  // [-] higher is better
 	for (const Hypothesis& from : evidence.previous.hypotheses)
 	{
-		const double of_start = std::log(from.probability * (parameters.least_support + support(from)) + 1e-12);
+		const double of_start = from.probability * (tuning.unlisted + support(from));
 		for (const Hypothesis& to : evidence.current.hypotheses)
 		{
-			const CPosePDFGaussian increment = widened_increment(from, to, parameters);
-			const double error = mahalanobis_distance(predicted, increment);
-			const bool is_surprise = error > parameters.gate;
-			if (is_surprise && is_jump(increment.mean, parameters)) continue;
-			const double score = of_start + std::log(to.probability + 1e-12) - std::min(0.5 * error * error, surprise);
-			if (score <= best_score) continue;
-			best_score = score;
+			const CPosePDFGaussian increment = pseudo_motion(from, to, tuning.odometry);
+			const double off = mrpt::square(mahalanobis_distance(predicted, increment));
+			const double of_both = of_start * to.probability;
+			const bool is_surprise = off > kMostOff;
+			if (is_surprise && (of_both < kProbable || is_jump(increment.mean, tuning))) continue;
+			const double likelihood = of_both * std::exp(-0.5 * std::min(off, kMostOff));
+			if (likelihood <= most) continue;
+			most = likelihood;
 			best = is_surprise ? increment : combine(predicted, increment);
 		}
 	}

@@ -30,14 +30,13 @@ struct MotionEvidence
 	const Localization& previous;
 	const Localization& current;
 	mrpt::poses::CPosePDFGaussian predicted;
-	bool is_measured = false;  //!< whether `predicted` is odometry, which only confident localizations overrule
 };
 
 /// Returns the motion between the two hypotheses that are most likely together, by their probabilities, the support of
-/// the filter and the predicted motion. It is combined with the predicted motion unless that is overruled. There is no
-/// such motion if every pair of hypotheses is a jump.
+/// the filter and the predicted motion. It is combined with the predicted motion, unless it contradicts that: then it
+/// has to be more probable than not by itself, and no jump. There is no such motion if that leaves no pair.
 std::optional<mrpt::poses::CPosePDFGaussian> choose_motion(
-    const MotionEvidence& evidence, const Support& support, const MotionParameters& parameters);
+    const MotionEvidence& evidence, const Support& support, const Tuning& tuning);
 
 /// Draws `count` of the particles in proportion to their weights.
 /// \param offset [0, 1) of the first draw

@@ -57,7 +57,7 @@ double Recovery::probability_of_being_lost(
 	double likelihood = 0;  // [-] of the scan, relative to that at the best hypothesis
 	for (std::size_t i = 0; i < weights.size(); i++)
 		likelihood += weights[i] * std::exp(log_likelihood(particles.m_particles[i].d) - best);
-	likelihood = std::min(likelihood, likelihood_of_places(particles, beams, localization, tuning));
+	likelihood = std::min(likelihood, likelihood_of_places(particles, beams, localization));
 	const double of_lost = nowhere_ * std::exp(-tuning.takeover_margin), of_filter = (1 - nowhere_) * likelihood;
 	return std::max(tuning.admitted_probability, of_lost / (of_lost + of_filter));
 }
@@ -66,8 +66,7 @@ double Recovery::probability_of_being_lost(
 /// localizer: it sees the walls that beams would have to pass, whereas the likelihood field of the particles sees only
 /// where beams end. Returns infinity if the beam model says nothing against the filter's places.
 double Recovery::likelihood_of_places(
-    const mrpt::poses::CPosePDFParticles& particles, const Scan& scan, const Localization& localization,
-    const Tuning& tuning) const
+    const mrpt::poses::CPosePDFParticles& particles, const Scan& scan, const Localization& localization) const
 {
 	constexpr double kAny = std::numeric_limits<double>::infinity();
 	if (maps_.parameters().method == Method::kPaper) return kAny;  // it has no beam model
@@ -77,7 +76,7 @@ double Recovery::likelihood_of_places(
 	for (const Hypothesis& hypothesis : localization.hypotheses)
 		likelihood +=
 		    hypothesis.probability / best.probability * weight_near(particles, weights, hypothesis.pose.asTPose());
-	if (likelihood > tuning.likely) return kAny;
+	if (likelihood > kProbable) return kAny;  // the filter may well be right
 	const auto place = dominant_place(particles, weights);
 	const auto of_place = maps_.hypothesis_near(scan, place.pose);
 	const auto of_best = maps_.hypothesis_near(scan, best.pose.asTPose());
@@ -87,13 +86,13 @@ double Recovery::likelihood_of_places(
 
 void Recovery::admit(
     mrpt::poses::CPosePDFParticles& particles, const Localization& localization, double probability,
-    const Tuning& tuning, mrpt::random::CRandomGenerator& random)
+    mrpt::random::CRandomGenerator& random)
 {
 	if (localization.hypotheses.empty()) return;
 	nowhere_ = probability * (1 - probability_found(localization));
 	SeedingParameters few = seeding_;
-	const double share = std::max(tuning.admitted_share, probability);
-	few.particles = static_cast<int>(std::lround(share * static_cast<double>(particles.m_particles.size())));
+	const double count = probability * static_cast<double>(particles.m_particles.size());
+	few.particles = static_cast<int>(std::lround(count));
 	if (few.particles < 1) return;
 	few.seed = random.drawUniform32bit();
 	const auto admitted = maps_.seed(localization, few);

@@ -40,15 +40,14 @@ class Recovery
 	/// Replaces the lightest particles by ones drawn from the hypotheses, which weigh `probability` together.
 	void admit(
 	    mrpt::poses::CPosePDFParticles& particles, const Localization& localization, double probability,
-	    const Tuning& tuning, mrpt::random::CRandomGenerator& random);
+	    mrpt::random::CRandomGenerator& random);
 
 	/// Returns the probability [0, 1] that no particle is where the robot is.
 	double probability_nowhere() const { return nowhere_; }
 
    private:
 	double likelihood_of_places(
-	    const mrpt::poses::CPosePDFParticles& particles, const Scan& scan, const Localization& localization,
-	    const Tuning& tuning) const;
+	    const mrpt::poses::CPosePDFParticles& particles, const Scan& scan, const Localization& localization) const;
 
 	MapRow maps_;
 	SeedingParameters seeding_;

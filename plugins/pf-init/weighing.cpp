@@ -71,8 +71,8 @@ void weigh_by_hypotheses(
     mrpt::poses::CPosePDFParticles& particles, const Localization& localization, const Tuning& tuning)
 {
 	if (localization.hypotheses.empty()) return;
-	const double per_xy = 0.5 / (tuning.hypothesis_std_xy * tuning.hypothesis_std_xy);
-	const double per_phi = 0.5 / (tuning.hypothesis_std_phi * tuning.hypothesis_std_phi);
+	constexpr double per_xy = 0.5 / (kSupportedDistance * kSupportedDistance);
+	constexpr double per_phi = 0.5 / (kSupportedYaw * kSupportedYaw);
 	for (auto& particle : particles.m_particles)
 	{
 		double support = tuning.unlisted;

@@ -14,9 +14,9 @@
 // NAME=VALUE sets
 //   frames=N      [frames] of the run that are used at most (all)
 //   wheels=SEED   makes odometry of the ground truth, with errors (0: that of the log)
-//   variants=FILE each line of it is words NAME=VALUE as here; for each one prints a letter by frame that is judged
-//   (see
-//                 flag_of()), and nothing else is done; not of filter-alone and whole
+//   variants=FILE each line of it is words NAME=VALUE, for constants only; for each one prints a letter by frame that
+//   is
+//                 judged (see flag_of()), and nothing else is done; not of filter-alone and whole
 // and any constant of plugins/pf-init/tuning.h
 #include <d2s1r/map_io.h>
 
@@ -276,9 +276,8 @@ void run_experiment(const Words& words, Words set)
 	const std::size_t jump = is_carried ? kJump : kDriveFrames;
 	if (variants.empty()) return run_fusion(drives, map, parameters, jump, tuning);
 	print_variants(
-	    "fusion_experiment", settings, variants,
-	    [&](const Settings& variant)
-	    { return fuse(drives, map, parameters, jump, tuning_of<pf::Tuning>(variant)).flags; });
+	    tuning, variants,
+	    [&](const pf::Tuning& variant) { return fuse(drives, map, parameters, jump, variant).flags; });
 }
 }  // namespace
 }  // namespace d2s1r::experiments

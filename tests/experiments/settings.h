@@ -18,16 +18,16 @@ using Settings = std::map<std::string, double>;
 using Words = std::vector<std::string>;
 
 /// Reads words NAME=VALUE.
-/// \param settings all names that the program knows, with what they are unless given
+/// \param settings all names that `of` may set, with what they are unless given
 /// \throws std::invalid_argument if a word is anything else
-inline Settings read_settings(const std::string& program, Settings settings, const Words& words)
+inline Settings read_settings(const std::string& of, Settings settings, const Words& words)
 {
 	for (const std::string& word : words)
 	{
 		const std::string name = word.substr(0, word.find('='));
 		const auto setting = settings.find(name);
 		if (setting == settings.end() || name == word)
-			throw std::invalid_argument("'" + word + "' is not NAME=VALUE with a name that " + program + " knows");
+			throw std::invalid_argument("'" + word + "' is not NAME=VALUE with a name that " + of + " may set");
 		setting->second = std::stod(word.substr(name.size() + 1));
 	}
 	return settings;

@@ -1,10 +1,15 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // share/d2s1r/experiments/tune.py, which finds the constants of windows and of the filter.
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <filesystem>
+#include <map>
 #include <set>
 #include <sstream>
+#include <stdexcept>
 #include <string>
+#include <vector>
 
 #include "app_process.h"
 #include "tunings.h"
@@ -72,6 +77,21 @@ TEST_F(Tuning, EveryConstantIsVaried)
 	EXPECT_EQ(sorted(printed("import tune\nfor c in tune.CONSTANTS: print(c.name)")), sorted(expected));
 }
 
+TEST(TunedConstants, DefaultsAreThoseThatTunePyWrote)
+{
+	std::istringstream stream(read_file(D2S1R_SOURCE_DIR "/doc/results/learned/tuned.ini"));
+	std::map<std::string, double> written, defaults;
+	std::string section;
+	for (std::string line; std::getline(stream, line);)
+	{
+		const auto equals = line.find(" = ");
+		if (line.rfind('[', 0) == 0) section = line.substr(1, line.size() - 2) + '.';
+		if (equals != std::string::npos) written[section + line.substr(0, equals)] = std::stod(line.substr(equals + 3));
+	}
+	visit_all([&](const std::string& name, double number) { defaults[name] = number; });
+	EXPECT_EQ(written, defaults);
+}
+
 /// Frames of a made-up method: the nearer x.a is to 4, the more are right; x.b changes nothing; without x.c some are
 /// sure at a wrong place.
 constexpr const char* kMadeUp = R"(
@@ -132,18 +152,69 @@ TEST_F(Tuning, ADriveThroughADrawnFloorIsFollowed)
 
 TEST_F(Tuning, ResultsAreKeptAndTheSame)
 {
-	const auto tune = [&](const std::string& output)
+	const auto tune = [&](const std::string& build, const std::string& output)
 	{
+		std::filesystem::create_directories(folder() / build);
+		if (!std::filesystem::exists(folder() / build / "tests"))
+			std::filesystem::create_symlink(D2S1R_BUILD_DIR "/tests", folder() / build / "tests");
 		const ProcessResult tuned = run_program(
-		    {kPython, kScripts + "/tune.py", "--build", D2S1R_BUILD_DIR, "--runs", "filter drawn", "--only",
+		    {kPython, kScripts + "/tune.py", "--build", path(build), "--runs", "filter drawn", "--only",
 		     "filter.unlisted", "--output", path(output)});
 		EXPECT_EQ(tuned.status, 0) << tuned.err;
-		return read_file(path(output + "/tuned.ini"));
+		const std::string table = read_file(path(output + "/tuned.md"));
+		return read_file(path(output + "/tuned.ini")) + table.substr(table.find("## Every constant"));
 	};
-	const std::string ini = tune("tuned");
-	EXPECT_NE(ini.find("\nunlisted = "), std::string::npos) << ini;
-	EXPECT_EQ(tune("again"), ini);
-	EXPECT_NE(read_file(path("tuned/tuned.md")).find("| filter.unlisted | half |"), std::string::npos);
+	const std::string found = tune("build", "tuned");
+	EXPECT_NE(found.find("\nunlisted = "), std::string::npos) << found;
+	EXPECT_NE(found.find("| filter.unlisted | half |"), std::string::npos) << found;
+	EXPECT_EQ(tune("another", "again"), found) << "nothing was kept there";
+	std::vector<std::filesystem::path> kept;
+	for (const auto& entry : std::filesystem::recursive_directory_iterator(folder() / "build/learning/tuning"))
+		if (entry.path().extension() == ".json") kept.push_back(entry.path());
+	ASSERT_EQ(kept.size(), 1U);
+	std::string letters = read_file(kept[0]);
+	std::replace(letters.begin(), letters.end(), 'R', 'W');
+	write_file(kept[0], letters);
+	EXPECT_NE(tune("build", "from-kept").find("| all as found |  |  | 0 | 0 |"), std::string::npos);
+}
+
+TEST_F(Tuning, ResultsOfOtherDataAreOthers)
+{
+	const auto digest = [&]
+	{
+		return printed(
+		    "import pathlib, tune\nfolder = pathlib.Path('" + folder().string() +
+		    "')\nprint(tune.digest_of(folder / 'map.yaml', folder / 'run.rawlog', folder / 'gt.txt').hex())");
+	};
+	for (const char* file : {"map.yaml", "map.pgm", "run.rawlog", "gt.txt"}) write_file(folder() / file, file);
+	const std::string before = digest();
+	EXPECT_EQ(digest(), before);
+	for (const char* file : {"map.yaml", "map.pgm", "run.rawlog", "gt.txt"})
+	{
+		write_file(folder() / file, "other");
+		EXPECT_NE(digest(), before) << file;
+		write_file(folder() / file, file);
+	}
+}
+
+TEST_F(Tuning, AVariantSetsConstantsAndNothingElse)
+{
+	std::vector<double> searched;
+	const auto flags = [&](const d2s1r::WindowTuning& tuning)
+	{
+		searched.push_back(tuning.searched + tuning.fits);
+		return std::string("R");
+	};
+	d2s1r::WindowTuning usual;
+	usual.fits = 0.25;
+	write_file(folder() / "variants", "searched=7\n\nfits=0.5\n");
+	d2s1r::experiments::print_variants(usual, path("variants"), flags);
+	EXPECT_EQ(searched, (std::vector<double>{7.25, usual.searched + 0.25, usual.searched + 0.5}));
+	for (const char* word : {"reach=3.5", "frames=9", "apart=1", "wheels=1", "window=3", "surprise=5"})
+	{
+		write_file(folder() / "variants", word);
+		EXPECT_THROW(d2s1r::experiments::print_variants(usual, path("variants"), flags), std::invalid_argument) << word;
+	}
 }
 
 TEST_F(Tuning, WhatIsNoConstantIsRefused)

@@ -16,20 +16,21 @@ namespace d2s1r::experiments
 template <class Visit>
 void visit_numbers(OdometryTuning& t, const Visit& visit)
 {
-	static_assert(sizeof(t) == 6 * sizeof(double), "a constant without a name");
+	static_assert(sizeof(t) == 7 * sizeof(double), "a constant without a name");
 	visit("least_error", t.least_error);
 	visit("least_turn", t.least_turn);
 	visit("error_share", t.error_share);
 	visit("turn_by_way", t.turn_by_way);
 	visit("newest", t.newest);
 	visit("most_disagreement", t.most_disagreement);
+	visit("widest_turn", t.widest_turn);
 }
 
 template <class Visit>
 void visit_numbers(WindowTuning& t, const Visit& visit)
 {
 	static_assert(
-	    sizeof(t) == sizeof(OdometryTuning) + 14 * sizeof(double) + 2 * sizeof(int), "a constant without a name");
+	    sizeof(t) == sizeof(OdometryTuning) + 13 * sizeof(double) + 2 * sizeof(int), "a constant without a name");
 	visit_numbers(t.odometry, visit);
 	visit("least_evidence", t.least_evidence);
 	visit("fits", t.fits);
@@ -44,46 +45,22 @@ void visit_numbers(WindowTuning& t, const Visit& visit)
 	visit("same", t.same);
 	visit("same_turn", t.same_turn);
 	visit("usual", t.usual);
-	visit("widest_turn", t.widest_turn);
 	visit("searched", t.searched);
 	visit("lost_frames", t.lost_frames);
 }
 
 template <class Visit>
-void visit_numbers(pf::MotionParameters& t, const Visit& visit)
-{
-	static_assert(sizeof(t) == 9 * sizeof(double), "a constant without a name");
-	visit("gate", t.gate);
-	visit("surprise", t.surprise);
-	visit("odometry_surprise", t.odometry_surprise);
-	visit("farthest", t.farthest);
-	visit("widest_turn", t.widest_turn);
-	visit("least_score", t.least_score);
-	visit("least_support", t.least_support);
-	visit("pseudo_xy", t.pseudo_xy);
-	visit("pseudo_phi", t.pseudo_phi);
-}
-
-template <class Visit>
 void visit_numbers(pf::Tuning& t, const Visit& visit)
 {
-	static_assert(
-	    sizeof(t) == sizeof(OdometryTuning) + sizeof(pf::MotionParameters) + 12 * sizeof(double),
-	    "a constant without a name");
+	static_assert(sizeof(t) == sizeof(OdometryTuning) + 7 * sizeof(double), "a constant without a name");
 	visit_numbers(t.odometry, visit);
-	visit_numbers(t.motion, visit);
-	visit("sure_probability", t.sure_probability);
+	visit("farthest", t.farthest);
 	visit("sure_share", t.sure_share);
 	visit("unlisted", t.unlisted);
-	visit("hypothesis_std_xy", t.hypothesis_std_xy);
-	visit("hypothesis_std_phi", t.hypothesis_std_phi);
 	visit("unexplained_power", t.unexplained_power);
 	visit("least_explained", t.least_explained);
-	visit("admitted_share", t.admitted_share);
 	visit("admitted_probability", t.admitted_probability);
 	visit("takeover_margin", t.takeover_margin);
-	visit("likely", t.likely);
-	visit("newest_found", t.newest_found);
 }
 
 /// Returns `settings` and all constants of a tuning.
@@ -115,11 +92,13 @@ inline char flag_of(bool is_right, bool is_sure)
 	return is_right ? (is_sure ? 'R' : 'r') : is_sure ? 'W' : '-';
 }
 
-/// Prints a line for each variant, a line of NAME=VALUE words of a file: what flags(settings) says of its frames.
-template <class Flags>
-void print_variants(const std::string& program, const Settings& settings, const std::string& file, const Flags& flags)
+/// Prints a line for each variant of `usual`, a line of words NAME=VALUE of a file: what flags(tuning) says of its
+/// frames.
+/// \throws std::invalid_argument if a name is not that of a constant
+template <class Tuning, class Flags>
+void print_variants(const Tuning& usual, const std::string& file, const Flags& flags)
 {
 	for (const Words& words : read_lines(file))
-		std::printf("%s\n", flags(read_settings(program, settings, words)).c_str());
+		std::printf("%s\n", flags(tuning_of<Tuning>(read_settings(file, with_numbers_of(usual, {}), words))).c_str());
 }
 }  // namespace d2s1r::experiments

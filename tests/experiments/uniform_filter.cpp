@@ -14,19 +14,18 @@ namespace d2s1r::experiments
 {
 namespace
 {
-/// Pseudo-odometry, no narrower than in the fusion; without a pose at both ends, or if it is a jump, a wide motion.
+/// Pseudo-odometry, widened by 5 cm and 0.02 rad; without a pose at both ends, or if it is a jump, a wide motion.
 mrpt::obs::CActionRobotMovement2D motion_of(const Localization& from, const Localization& to)
 {
-	const pf::MotionParameters parameters;
 	auto action = pseudo_odometry(from, to).value_or(mrpt::obs::CActionRobotMovement2D());
 	mrpt::poses::CPosePDFGaussian increment;
 	const bool is_known = !from.hypotheses.empty() && !to.hypotheses.empty() &&
-	                      action.poseChange->getMeanVal().norm() < parameters.farthest;
+	                      action.poseChange->getMeanVal().norm() < pf::Tuning{}.farthest;
 	if (is_known)
 	{
 		increment.copyFrom(*action.poseChange);
-		for (const int i : {0, 1}) increment.cov(i, i) += parameters.pseudo_xy * parameters.pseudo_xy;
-		increment.cov(2, 2) += parameters.pseudo_phi * parameters.pseudo_phi;
+		const auto added = covariance_of(0.05, 0.05, 0.02);
+		for (const int i : {0, 1, 2}) increment.cov(i, i) += added(i, i);
 	}
 	else
 		increment = pf::predict_motion(std::nullopt, {}, FilterParameters{});

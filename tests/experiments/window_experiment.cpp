@@ -9,9 +9,9 @@
 //   first=N       [frames] the first one that is judged, counted from 0 among those used (0)
 //   frames=N      [frames] of the run that are used at most (all)
 //   cache=FILE    holds what each scan says alone; it is written if it does not exist
-//   variants=FILE each line of it is words NAME=VALUE as here; for each one prints a letter by frame that is judged
-//   (see
-//                 flag_of()), and nothing else is done
+//   variants=FILE each line of it is words NAME=VALUE, for constants only; for each one prints a letter by frame that
+//   is
+//                 judged (see flag_of()), and nothing else is done
 // and any constant of frames/window_tuning.h
 #include <d2s1r/map_io.h>
 #include <mrpt/math/wrap2pi.h>
@@ -114,10 +114,10 @@ void write_answer(std::ofstream& csv, const Localization& answer, const mrpt::ma
 }
 
 /// Returns what a window answers at each frame.
-std::vector<Localization> follow(const std::vector<RunFrame>& run, const Localizer& localizer, const Settings& settings)
+std::vector<Localization> follow(
+    const std::vector<RunFrame>& run, const Localizer& localizer, const Settings& settings, const WindowTuning& tuning)
 {
-	WindowTracker window(
-	    {{"", {&localizer, {}}}}, static_cast<int>(settings.at("window")), tuning_of<WindowTuning>(settings));
+	WindowTracker window({{"", {&localizer, {}}}}, static_cast<int>(settings.at("window")), tuning);
 	std::vector<Localization> answers;
 	for (std::size_t i = 0; i < run.size(); i++)
 	{
@@ -141,7 +141,7 @@ void judge(
 	csv << "frame,true_x,true_y,true_phi,status,confidence,right,x,y,phi,window_status,window_confidence,window_right,"
 	       "window_x,window_y,window_phi\n";
 	Count alone, together;
-	const auto answers = follow(run, localizer, settings);
+	const auto answers = follow(run, localizer, settings, tuning_of<WindowTuning>(settings));
 	for (std::size_t i = 0; i < run.size(); i++)
 	{
 		const RunFrame& frame = run[i];
@@ -157,9 +157,10 @@ void judge(
 	together.print("window");
 }
 
-std::string flags(const std::vector<RunFrame>& run, const Localizer& localizer, const Settings& settings)
+std::string flags(
+    const std::vector<RunFrame>& run, const Localizer& localizer, const Settings& settings, const WindowTuning& tuning)
 {
-	const auto answers = follow(run, localizer, settings);
+	const auto answers = follow(run, localizer, settings, tuning);
 	std::string letters;
 	for (std::size_t i = first_judged(settings); i < run.size(); i++)
 		letters += flag_of(is_right(answers[i], run[i].truth), answers[i].status == Status::kLocalized);
@@ -176,8 +177,8 @@ void run_experiment(const Words& files, Words words)
 	localize_all(run, localizer, cache);
 	if (variants.empty()) return judge(run, localizer, settings, files[3]);
 	print_variants(
-	    "window_experiment", settings, variants,
-	    [&](const Settings& variant) { return flags(run, localizer, variant); });
+	    tuning_of<WindowTuning>(settings), variants,
+	    [&](const WindowTuning& tuning) { return flags(run, localizer, settings, tuning); });
 }
 }  // namespace
 }  // namespace d2s1r::experiments

@@ -12,10 +12,9 @@ namespace
 {
 using mrpt::poses::CPose2D;
 using mrpt::poses::CPosePDFGaussian;
-using pf::MotionParameters;
 using pf::predict_motion;
 
-const MotionParameters kDefault;
+const pf::Tuning kDefault;
 const FilterParameters kFilter;
 
 /// Two places that look alike, far apart, and where a robot may have gone from them.
@@ -32,8 +31,7 @@ std::optional<CPosePDFGaussian> choose(
     const Localization& from, const Localization& to, const CPose2D& filter,
     const std::optional<CPose2D>& odometry = {}, const CPose2D& previous = {})
 {
-	return pf::choose_motion(
-	    {from, to, predict_motion(odometry, previous, kFilter), odometry.has_value()}, filter_at(filter), kDefault);
+	return pf::choose_motion({from, to, predict_motion(odometry, previous, kFilter)}, filter_at(filter), kDefault);
 }
 
 void expect_motion(const std::optional<CPosePDFGaussian>& motion, const CPose2D& expected, double tolerance = 0.02)

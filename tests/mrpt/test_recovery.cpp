@@ -103,7 +103,7 @@ TEST_F(RecoveryOnAFloor, AScanThatMayShowAnythingDoesNotShowThatItIsLost)
 TEST_F(RecoveryOnAFloor, AdmittedParticlesWeighTheProbabilityOfBeingLost)
 {
 	const auto found = result_of({hypothesis_at(CPose2D(kElsewhere), 0.99)});
-	recovery_.admit(particles_, found, 0.3, tuning_, random_);
+	recovery_.admit(particles_, found, 0.3, random_);
 	EXPECT_EQ(particles_.size(), 1000U);
 	const double kept = 0.7 * 0.7 / (0.7 * 0.7 + 0.3);  // three of ten particles are replaced, with their weight
 	EXPECT_NEAR(weight_at(kFilter), kept, 0.01);

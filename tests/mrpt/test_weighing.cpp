@@ -100,11 +100,12 @@ TEST(WeighedByHypotheses, ParticlesAreHeavierNearTheProbableOne)
 	auto particles = three_particles();
 	const auto localization = d2s1r::test::result_of(
 	    {d2s1r::test::hypothesis_at({0, 0, 0}, 0.6), d2s1r::test::hypothesis_at({2, 0, M_PI}, 0.3)});
-	d2s1r::pf::weigh_by_hypotheses(particles, localization, {});
+	const d2s1r::pf::Tuning tuning;
+	d2s1r::pf::weigh_by_hypotheses(particles, localization, tuning);
 	const auto weights = log_weights(particles);
-	EXPECT_NEAR(weights[0], std::log(0.3 + 0.6), 1e-6);
-	EXPECT_NEAR(weights[2], std::log(0.3), 1e-6) << "it looks the other way";
-	EXPECT_LT(weights[1], std::log(0.31)) << "it is too far away";
+	EXPECT_NEAR(weights[0], std::log(tuning.unlisted + 0.6), 1e-6);
+	EXPECT_NEAR(weights[2], std::log(tuning.unlisted), 1e-6) << "it looks the other way";
+	EXPECT_LT(weights[1], std::log(tuning.unlisted + 0.01)) << "it is too far away";
 }
 
 TEST(WeighedByHypotheses, NothingChangesWithoutHypotheses)

@@ -5,8 +5,8 @@
 Starts from plain numbers and takes halves and doubles of them, or switches them off, where the frames of the development
 runs gain more by it than chance explains. A frame that is `localized` or `tracking` at a wrong place counts
 ten times as much as one at the right place. Writes to --output: tuned.ini, and tuned.md with what every constant does
-if it is off, a half or double. The same data and programs give the same numbers. The defaults of frames/window_tuning.h,
-motion.h and plugins/pf-init/tuning.h were chosen by hand; they can be replaced by what it finds.
+if it is off, a half or double. The same data and programs give the same numbers. Those of doc/results/learned/tuned.ini are
+the defaults of frames/window_tuning.h, motion.h and plugins/pf-init/tuning.h.
 
 Runs are those of recorded buildings (D2S1R_DATA) and of drawn floors. mit_csail, mit_killian and fr_campus are none of
 them, so that they judge. Results stay in the build folder: a run that was interrupted goes on where it was. Needs what
@@ -39,6 +39,12 @@ AT_A_TIME = 16  # [-] variants in one call of a program: what is lost by an inte
 NEVER = 1e9  # more than any number that is compared with it
 
 
+def digest_of(map_, scans, truth):
+    """Of the data of a run: a map is all files that are named as its .yaml."""
+    files = [*sorted(map_.parent.glob(map_.stem + ".*")), scans, truth]
+    return hashlib.sha256(b"".join(runs.digest(file) for file in files)).digest()
+
+
 def constants_of(section, starts, whole=()):
     """\\p starts {name: (start, number that switches it off or None, greatest)}"""
     return [tuning.Constant(f"{section}.{name}", start, off, greatest, name in whole)
@@ -46,27 +52,23 @@ def constants_of(section, starts, whole=()):
 
 
 MOST, SHARE = float("inf"), 1.0  # greatest numbers
-# What the search starts from: plain numbers for odometry and windows, those that were chosen by hand for the filter.
+# What the search starts from: 1, 2 or 5 times a power of ten, so that the result does not depend on what was found before.
 CONSTANTS = [
     *constants_of("odometry", {
         "least_error": (0.05, None, MOST), "least_turn": (2, None, MOST), "error_share": (0.1, 0, MOST),
-        "turn_by_way": (5, 0, MOST), "newest": (0.2, 1, SHARE), "most_disagreement": (10, NEVER, MOST)}),
+        "turn_by_way": (5, 0, MOST), "newest": (0.1, 1, SHARE), "most_disagreement": (10, NEVER, MOST),
+        "widest_turn": (50, 180, MOST)}),
     *constants_of("window", {
         "least_evidence": (-10, None, MOST), "fits": (0.5, 0, SHARE), "least_explained": (0.1, 0, SHARE),
         "hidden_evidence": (-2, 0, MOST), "tails": (5, NEVER, MOST), "map_error": (0.02, 0, MOST),
         "map_turn": (0.5, 0, MOST), "hopeless": (20, NEVER, MOST), "least_one_shot": (0.5, 0, SHARE),
         "jump": (0.01, 0, SHARE), "same": (0.1, None, MOST), "same_turn": (2, None, MOST), "usual": (0.5, NEVER, MOST),
-        "widest_turn": (50, 180, MOST), "searched": (2, None, MOST), "lost_frames": (3, NEVER, MOST)},
+        "searched": (2, None, MOST), "lost_frames": (2, NEVER, MOST)},
         ("searched", "lost_frames")),
     *constants_of("filter", {
-        "gate": (3.5, NEVER, MOST), "surprise": (3, NEVER, MOST), "odometry_surprise": (7, NEVER, MOST),
-        "farthest": (2, NEVER, MOST), "widest_turn": (1.7, NEVER, MOST), "least_score": (-7.5, -NEVER, MOST),
-        "least_support": (0.05, SHARE, SHARE), "pseudo_xy": (0.05, 0, MOST), "pseudo_phi": (0.02, 0, MOST),
-        "sure_probability": (0.99, 2, SHARE), "sure_share": (0.2, SHARE, SHARE), "unlisted": (0.3, NEVER, MOST),
-        "hypothesis_std_xy": (0.3, NEVER, MOST), "hypothesis_std_phi": (0.15, NEVER, MOST),
-        "unexplained_power": (0.2, SHARE, SHARE), "least_explained": (0.3, 0, SHARE), "admitted_share": (0.1, 0, SHARE),
-        "admitted_probability": (0.0005, 0, SHARE), "takeover_margin": (24, NEVER, MOST), "likely": (0.01, 0, SHARE),
-        "newest_found": (0.1, SHARE, SHARE)}),
+        "farthest": (2, NEVER, MOST), "sure_share": (0.2, SHARE, SHARE), "unlisted": (0.2, NEVER, MOST),
+        "unexplained_power": (0.2, SHARE, SHARE), "least_explained": (0.2, 0, SHARE),
+        "admitted_probability": (0.0005, 0, SHARE), "takeover_margin": (20, NEVER, MOST)}),
 ]
 SECTIONS = {"window": ("odometry", "window"), "filter": ("odometry", "filter")}  # that a program reads
 
@@ -123,32 +125,34 @@ class Runner:
 
     def letters(self, run, points):
         lines = [" ".join(f"{c.name.split('.')[1]}={point[c.name]:g}" for c in run.constants()) for point in points]
-        key = hashlib.sha256((self.digests[run.program] + repr(run)).encode()).hexdigest()[:16]
+        files = self.files(run)
+        key = self.key(run, files, run)
         file = self.folder / f"{run.program}-{run.name}-{key}.json"
         known = json.loads(file.read_text()) if file.exists() else {}
         missing = [line for line in dict.fromkeys(lines) if line not in known]
         for first in range(0, len(missing), AT_A_TIME):
             some = missing[first:first + AT_A_TIME]
-            known.update(zip(some, self.run(run, some)))
+            known.update(zip(some, self.run(run, files, some)))
             part = file.with_suffix(".part")
             part.write_text(json.dumps(known))
             part.rename(file)
         return [known[line] for line in lines]
 
-    def run(self, run, lines):
-        map_, scans, truth = self.files(run)
+    def key(self, run, files, *what):
+        return hashlib.sha256(digest_of(*files) + repr((self.digests[run.program], *what)).encode()).hexdigest()[:16]
+
+    def run(self, run, files, lines):
         variants = self.folder / f"{run.program}-{run.name}.variants"
         variants.write_text("\n".join(lines) + "\n")
         settings = [word for word in run.words if "=" in word]
-        seen = hashlib.sha256(repr((self.digests[run.program], run.site, run.map, run.scans, sorted(
-            word for word in settings if not word.startswith("odometry")))).encode()).hexdigest()[:8]
+        seen = self.key(run, files, sorted(word for word in settings if not word.startswith("odometry")))
         cache = self.folder / f"scans-{seen}"
         if run.program == "window":
             words = ["-", f"cache={cache}"]
         else:
             words = [cache, *(word for word in run.words if "=" not in word)]
         with contextlib.nullcontext() if cache.exists() else self.writes_cache:
-            return sets.run([self.programs[run.program], map_, scans, truth, *words, *settings, f"variants={variants}"]).split()
+            return sets.run([self.programs[run.program], *files, *words, *settings, f"variants={variants}"]).split()
 
     def files(self, run):
         """Map, scans and truth; what is drawn is made if it is not there."""

@@ -22,17 +22,25 @@ std::optional<mrpt::obs::CActionRobotMovement2D> pseudo_odometry(const Localizat
 /// \param std_phi [rad] standard deviation
 mrpt::math::CMatrixDouble33 covariance_of(double std_x, double std_y, double std_phi);
 
-/// What is expected of odometry. No application sets it.
+/// Squared Mahalanobis distance between two estimates of one motion that 1 of 1,000 exceeds (chi-squared, 3 degrees of
+/// freedom). Beyond, one of them is wrong.
+inline constexpr double kMostOff = 16.27;  //!< [-]
+
+/// What is expected of odometry and of the motion of a robot. No application sets it.
 struct OdometryTuning
 {
-	double least_error = 0.06;  //!< [m] standard deviation of an increment, however short
-	double least_turn = 3;      //!< [deg] the same of its turn
+	double least_error = 0.05;  //!< [m] standard deviation of an increment, however short
+	double least_turn = 2;      //!< [deg] the same of its turn
 	double error_share = 0.1;   //!< [-] of what the robot went and turned: is added to these
-	double turn_by_way = 4;     //!< [deg/m] is added to that of the turn
+	double turn_by_way = 5;     //!< [deg/m] is added to that of the turn
 
-	double newest = 0.2;            //!< [0, 1] share of the newest motion in the average disagreement of OdometryCheck
-	double most_disagreement = 12;  //!< [-] average of an odometry that can be relied on; one motion alone adds
+	double newest = 0.1;            //!< [0, 1] share of the newest scan in averages: the disagreement of OdometryCheck,
+	                                //!< and how probably the map explains the last scans
+	double most_disagreement = 10;  //!< [-] average of an odometry that can be relied on; one motion alone adds
 	                                //!< half of it at most
+
+	double widest_turn = 50;  //!< [deg] of a robot from one scan to the next that nobody measured; beyond, it is a
+	                          //!< jump, for rooms look alike the other way round
 };
 
 /// Returns an increment of odometry, in the robot frame at its start, with the errors that wheels make: they grow with

@@ -15,9 +15,7 @@ namespace d2s1r
 {
 namespace
 {
-constexpr double kDeviations = 2;  //!< [standard deviations] within which a pose is searched for
-constexpr double kSlipped =
-    16.27;  //!< [-] squared Mahalanobis distance that 1 of 1,000 motions exceeds (chi-squared, 3)
+constexpr double kDeviations = 2;    //!< [standard deviations] within which a pose is searched for
 constexpr std::size_t kRecent = 10;  //!< [frames] of a usual window, which must be explained in a longer one, too
 constexpr double kYawStep = 2 * M_PI / RangeProfiles::kDirections;  //!< [rad] of the coarse search
 
@@ -32,7 +30,7 @@ struct Vote
 /// Returns how usual a motion is from one frame to the next, relative to none: the least of it is a jump.
 double usualness(const mrpt::poses::CPose2D& motion, const WindowTuning& tuning)
 {
-	if (std::abs(mrpt::math::wrapToPi(motion.phi())) > mrpt::DEG2RAD(tuning.widest_turn)) return tuning.jump;
+	if (std::abs(mrpt::math::wrapToPi(motion.phi())) > mrpt::DEG2RAD(tuning.odometry.widest_turn)) return tuning.jump;
 	return std::max(tuning.jump, std::exp(-0.5 * motion.norm() * motion.norm() / (tuning.usual * tuning.usual)));
 }
 
@@ -173,7 +171,7 @@ Correction best_correction(
 		if (evidence.log_likelihood <= best.evidence.log_likelihood) return;
 		best.evidence = evidence;
 		best.pose = is_hidden(hypothesis, tuning) ? predicted
-		            : off < kSlipped              ? combine(predicted, measured)
+		            : off < kMostOff              ? combine(predicted, measured)
 		                                          : measured;
 	};
 	if (refined) consider(*refined);
