@@ -327,7 +327,7 @@ double memory_of_default_index(const Grid& grid, int readings, double spacing)
 	constexpr double kPerCell = 4, kPerPosition = 40, kPerGroup = 40;  // [byte]
 	const int side = std::max(1, static_cast<int>(std::lround(spacing / grid.cell_size)));
 	const double of_cells = readings * kPerCell * static_cast<double>(grid.cells.size());
-	const double of_positions = (RangeProfiles::kDirections + kPerPosition) * count_free_squares(grid, side);
+	const double of_positions = (RangeProfiles::kDirections / 2 + kPerPosition) * count_free_squares(grid, side);
 	const double of_groups =
 	    (in_lines(RangeProfiles::kDirections) + RangeProfiles::kBins + kPerGroup) * count_free_squares(grid, 2 * side);
 	return of_cells + of_positions + of_groups;

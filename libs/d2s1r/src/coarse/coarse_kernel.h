@@ -1,6 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 
@@ -30,6 +31,44 @@ struct CheapPair
 	std::uint16_t row, shift;  //!< [-]
 	std::uint8_t cost;         //!< [2 steps] lower is better
 };
+
+/// Tells a range of a sample position from the overview of its group.
+struct Prediction
+{
+	int turn;  //!< [directions] from the one that is predicted to the one of the overview that is taken
+	int more;  //!< [step] added to its range
+};
+
+/// The predictions that a profile has the choice of; those with the same turn follow one another. They were chosen for
+/// the least truncated error in maps of intel, fr_campus and mit_killian and on a generated floor: depth edges of a
+/// room are seen some directions further from 0.14 m beside.
+inline constexpr std::array<Prediction, 16> kPredictions{
+    {{0, -9},
+     {0, -3},
+     {0, -1},
+     {0, 0},
+     {0, 1},
+     {0, 2},
+     {0, 4},
+     {0, 9},
+     {-1, -2},
+     {-1, 3},
+     {1, -2},
+     {1, 3},
+     {-2, 1},
+     {2, 1},
+     {-4, 1},
+     {4, 1}}};
+inline constexpr std::size_t kMostTurn = 4;  //!< [directions] of a prediction
+
+/// Computes the ranges [step] of `count` positions of a group, which follow one another, from their predictions.
+/// \param around [step] ranges of the group's overview in all directions; kMostTurn before them are the last ones
+///        again, kMostTurn behind them the first ones, and RangeProfiles::kBlock bytes follow that may be read
+/// \param numbers of kPredictions, as in RangeProfiles::predictions
+/// \param rows room for them, and for RangeProfiles::kBlock bytes more
+void predicted_rows(
+    const std::uint8_t* around, const std::uint8_t* numbers, std::size_t count, std::size_t directions,
+    std::uint8_t* rows);
 
 /// Counts, for each group of a block, the beams that are missing there [1 / RangeProfiles::kWhole]: the sum over the
 /// bins of what `histogram` has more than that of the group.
