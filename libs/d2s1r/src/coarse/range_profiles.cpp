@@ -353,7 +353,7 @@ const std::uint8_t* ProfilesOfGroup::of(std::size_t group)
 	return rows_.data();
 }
 
-RangeProfiles make_range_profiles(const Grid& grid, std::vector<CellIndex> cells, double spacing, int directions)
+RangeProfiles make_range_profiles(Grid grid, std::vector<CellIndex> cells, double spacing, int directions)
 {
 	const int side = std::max(1, static_cast<int>(std::lround(spacing / grid.cell_size)));
 	RangeProfiles profiles;
@@ -370,6 +370,7 @@ RangeProfiles make_range_profiles(const Grid& grid, std::vector<CellIndex> cells
 	}
 	const std::vector<std::uint8_t> step_of = steps_of_ranges(profiles, grid.cell_size);
 	RangeSweep sweep(grid);
+	std::vector<Cell>().swap(grid.cells);
 	profiles.overview = make_overview(sweep, middles, profiles, step_of);
 	profiles.histograms = make_histograms(profiles);
 	profiles.predictions = make_predictions(sweep, positions, profiles, step_of);

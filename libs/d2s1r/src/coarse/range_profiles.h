@@ -109,7 +109,8 @@ class ProfilesOfGroup
 
 /// Samples the free cells, one per square of side `spacing` [m], and sweeps their ranges up to kMaxRange,
 /// or up to kMostSweptCells cells if that is less.
-/// \param cells free cells, increasing; their memory is given back before the sweep, which needs much
+/// \param grid, cells the map and its free cells, increasing; their memory is given back before the sweep, which needs
+///        much
 RangeProfiles make_range_profiles(
-    const Grid& grid, std::vector<CellIndex> cells, double spacing, int directions = RangeProfiles::kDirections);
+    Grid grid, std::vector<CellIndex> cells, double spacing, int directions = RangeProfiles::kDirections);
 }  // namespace d2s1r
