@@ -180,10 +180,12 @@ AlignedBytes make_overview(
 void ranges_of(
     const std::uint8_t* overview, std::size_t directions, std::size_t first, std::size_t count, std::uint8_t* to)
 {
-	for (std::size_t i = 0, direction = first % directions; i < count; i++)
+	for (std::size_t direction = first % directions; count > 0; direction = 0)
 	{
-		to[i] = static_cast<std::uint8_t>(2 * overview[direction]);
-		if (++direction == directions) direction = 0;
+		const std::size_t some = std::min(count, directions - direction);
+		for (std::size_t i = 0; i < some; i++) to[i] = static_cast<std::uint8_t>(2 * overview[direction + i]);
+		to += some;
+		count -= some;
 	}
 }
 
@@ -231,14 +233,14 @@ class Predictor
 
 /// Makes the predictions of all positions.
 /// \param profiles that have the overview
-std::vector<std::uint8_t> make_predictions(
+AlignedBytes make_predictions(
     RangeSweep& sweep, const std::vector<CellIndex>& positions, const RangeProfiles& profiles,
     const std::vector<std::uint8_t>& step_of)
 {
 	const auto directions = static_cast<std::size_t>(profiles.directions);
 	const std::size_t stride = profiles.predictions_stride();
 	const Predictor predictor;
-	std::vector<std::uint8_t> predictions;
+	AlignedBytes predictions;
 	const auto store = [&](const SweptBlock& block)
 	{
 		predictions.resize(positions.size() * stride + RangeProfiles::kBlock);
@@ -270,10 +272,10 @@ std::vector<std::uint8_t> make_predictions(
 }
 
 /// Makes the range histograms of all groups, block by block.
-std::vector<std::uint8_t> make_histograms(const RangeProfiles& profiles)
+AlignedBytes make_histograms(const RangeProfiles& profiles)
 {
 	constexpr std::size_t kBlock = RangeProfiles::kBlock, kBins = RangeProfiles::kBins;
-	std::vector<std::uint8_t> histograms((profiles.groups() + kBlock - 1) / kBlock * kBins * kBlock);
+	AlignedBytes histograms((profiles.groups() + kBlock - 1) / kBlock * kBins * kBlock);
 	for (std::size_t group = 0; group < profiles.groups(); group++)
 	{
 		const auto histogram =

@@ -6,6 +6,8 @@
 #include <cstddef>
 #include <vector>
 
+#include "base/array.h"
+
 namespace d2s1r
 {
 /// Finds the cells of `grid` that a sensor can stand in (the passable grids of Algorithm 1), in increasing order; there
@@ -20,12 +22,12 @@ std::vector<CellIndex> find_sensor_cells(const Grid& grid, const FreeCellParamet
 /// \param is_occupied by column and row
 /// \param most below the greatest T
 template <class T, class IsOccupied>
-std::vector<T> distances_in_columns(
+std::vector<T, CacheAligned<T>> distances_in_columns(
     int columns, int rows, const IsOccupied& is_occupied, int rim, T most, std::size_t more = 0)
 {
 	const auto width = static_cast<std::size_t>(columns + 2 * rim);
 	const auto height = static_cast<std::size_t>(rows + 2 * rim);
-	std::vector<T> distances(width * height + more, most);
+	std::vector<T, CacheAligned<T>> distances(width * height + more, most);
 	for (int y = 0; y < rows; y++)
 	{
 		T* const row = distances.data() + static_cast<std::size_t>(y + rim) * width + rim;

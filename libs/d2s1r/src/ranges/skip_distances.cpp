@@ -30,7 +30,7 @@ void relax_row(const std::uint8_t* classes, std::uint8_t* distances, std::ptrdif
 }
 }  // namespace
 
-std::vector<std::uint8_t> skip_distances(const std::vector<std::uint8_t>& classes, int width, int most)
+std::vector<std::uint8_t> skip_distances(const AlignedBytes& classes, int width, int most)
 {
 	std::vector<std::uint8_t> distances(classes.size() + kGatherOverrun);
 	const auto w = static_cast<std::size_t>(width);
@@ -67,7 +67,9 @@ SkipMap make_skip_map(const Grid& drawn, const Grid& deeper, const std::vector<C
 	std::array<std::array<std::uint8_t, 3>, 3> kinds{};  // by class in both
 	for (std::uint8_t i = 0; i < 3; i++)
 		for (std::uint8_t j = 0; j < 3; j++) kinds[i][j] = kind_of(i, j);
-	std::vector<std::uint8_t> cells(map.index(0, map.height), kinds[SkipMap::kUnknown][SkipMap::kUnknown]);
+	AlignedBytes cells;
+	cells.reserve(map.index(0, map.height) + kGatherOverrun);
+	cells.assign(map.index(0, map.height), kinds[SkipMap::kUnknown][SkipMap::kUnknown]);
 	const auto at = [&map](CellIndex cell, const Grid& grid)
 	{ return map.index(cell % grid.width + 1, cell / grid.width + 1); };
 	for (CellIndex row = 0, cell = 0; row < drawn.height; row++)

@@ -19,7 +19,7 @@ inline constexpr std::size_t kGatherOverrun = 3;
 /// class, at most `most`, and 0 in a margin of one cell, which counts as another class. kGatherOverrun bytes follow.
 /// \param classes row-major, with the margin
 /// \param width [cells] with the margin
-std::vector<std::uint8_t> skip_distances(const std::vector<std::uint8_t>& classes, int width, int most);
+std::vector<std::uint8_t> skip_distances(const AlignedBytes& classes, int width, int most);
 
 /// The cells of a map, and of a margin of one cell around it, with their skip distances: how far a ray may go in any
 /// direction before it meets something new. A map may be read in two ways, which differ inside of walls only, so that
