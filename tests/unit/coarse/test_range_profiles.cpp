@@ -113,9 +113,11 @@ TEST_F(OnFloor, ProfilesAreHandedOutGroupByGroup)
 	{
 		const std::size_t first = profiles_.first_of_group[group], last = profiles_.first_of_group[group + 1];
 		const std::uint8_t* const row = profiles.of(group);
-		EXPECT_TRUE(
-		    std::equal(row, row + (last - first) * directions, rows.begin() + std::ptrdiff_t(first * directions)))
-		    << group;
+		for (std::size_t i = first; i < last; i++)
+			EXPECT_TRUE(std::equal(
+			    rows.begin() + std::ptrdiff_t(i * directions), rows.begin() + std::ptrdiff_t((i + 1) * directions),
+			    row + (i - first) * row_stride(directions)))
+			    << group << " " << i;
 	}
 }
 

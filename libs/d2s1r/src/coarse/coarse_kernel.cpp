@@ -66,8 +66,8 @@ HWY_INLINE V predicted(V numbers, const std::uint8_t* overview, const std::uint8
 }
 
 void predicted_rows_of_target(
-    const std::uint8_t* around, const std::uint8_t* numbers, std::size_t count, std::size_t directions,
-    std::uint8_t* rows)
+    const std::uint8_t* HWY_RESTRICT around, const std::uint8_t* HWY_RESTRICT numbers, std::size_t count,
+    std::size_t directions, std::uint8_t* HWY_RESTRICT rows)
 {
 	const Bytes bytes;
 	alignas(16) std::uint8_t more[kPredictions.size()], less[kPredictions.size()];
@@ -77,19 +77,20 @@ void predicted_rows_of_target(
 		less[i] = static_cast<std::uint8_t>(std::max(-kPredictions[i].more, 0));
 	}
 	const V low = hn::Set(bytes, 15);
-	const std::size_t stride = (directions + 1) / 2;
+	const std::size_t lanes = hn::Lanes(bytes), stride = (directions + 1) / 2, row = row_stride(directions);
 	const std::uint8_t* const overview = around + kMostTurn;
-	for (std::size_t r = 0; r < count; r++, numbers += stride, rows += directions)
-	{
-		// what is written beyond the end is overwritten by what comes next
-		for (std::size_t i = 0; i < stride; i += hn::Lanes(bytes))
-			hn::StoreU(
-			    predicted(hn::And(hn::LoadU(bytes, numbers + i), low), overview + i, more, less), bytes, rows + i);
-		for (std::size_t i = 0; i < stride; i += hn::Lanes(bytes))
-			hn::StoreU(
-			    predicted(hn::ShiftRight<4>(hn::LoadU(bytes, numbers + i)), overview + stride + i, more, less), bytes,
-			    rows + stride + i);
-	}
+	for (std::size_t i = 0; i < stride; i += lanes)
+		for (std::size_t r = 0; r < count; r++)
+		{
+			const V number = hn::And(hn::LoadU(bytes, numbers + r * stride + i), low);
+			hn::StoreU(predicted(number, overview + i, more, less), bytes, rows + r * row + i);
+		}
+	for (std::size_t i = 0; i < stride; i += lanes)  // later: they lie where the lower ones wrote beyond their end
+		for (std::size_t r = 0; r < count; r++)
+		{
+			const V number = hn::ShiftRight<4>(hn::LoadU(bytes, numbers + r * stride + i));
+			hn::StoreU(predicted(number, overview + stride + i, more, less), bytes, rows + r * row + stride + i);
+		}
 }
 
 void missing_beams_of_target(const std::uint8_t* block, const std::uint8_t* histogram, std::uint8_t* missing)
@@ -209,7 +210,7 @@ void row_costs_of_target(const std::uint8_t* rows, std::size_t count, const Scan
 	const auto in_end = hn::FirstN(bytes, scan.length - whole);
 	const V end_of_truncation = hn::IfThenElseZero(in_end, hn::LoadU(bytes, scan.truncation + whole));
 	const V end_of_beyond = hn::IfThenElseZero(in_end, hn::LoadU(bytes, scan.truncation_beyond + whole));
-	for (std::size_t r = 0; r < count; r++, rows += scan.length)
+	for (std::size_t r = 0; r < count; r++, rows += row_stride(scan.length))
 	{
 		const auto sum_from = [&](std::size_t i, V truncation, V truncation_beyond)
 		{

@@ -61,11 +61,17 @@ inline constexpr std::array<Prediction, 16> kPredictions{
      {4, 1}}};
 inline constexpr std::size_t kMostTurn = 4;  //!< [directions] of a prediction
 
+/// Returns the distance [byte] between rows of so many directions, so that kernels may read and write whole vectors.
+constexpr std::size_t row_stride(std::size_t directions)
+{
+	return in_whole_lines(directions + RangeProfiles::kBlock);
+}
+
 /// Computes the ranges [step] of `count` positions of a group, which follow one another, from their predictions.
 /// \param around [step] ranges of the group's overview in all directions; kMostTurn before them are the last ones
 ///        again, kMostTurn behind them the first ones, and RangeProfiles::kBlock bytes follow that may be read
 /// \param numbers of kPredictions, as in RangeProfiles::predictions
-/// \param rows room for them, and for RangeProfiles::kBlock bytes more
+/// \param rows room for them, row_stride() apart
 void predicted_rows(
     const std::uint8_t* around, const std::uint8_t* numbers, std::size_t count, std::size_t directions,
     std::uint8_t* rows);
@@ -96,7 +102,7 @@ struct ScanRow
 	std::size_t length;                     //!< [-] directions; RangeProfiles::kBlock more may be read
 };
 
-/// Computes the costs of `count` rows, which follow one another: the sums over directions of the truncated distance of
-/// row[i] from least[i] ... greatest[i]. RangeProfiles::kBlock bytes more may be read at the end of the rows.
+/// Computes the costs of `count` rows, which are row_stride() apart: the sums over directions of the truncated distance
+/// of row[i] from least[i] ... greatest[i].
 void row_costs(const std::uint8_t* rows, std::size_t count, const ScanRow& scan, std::uint32_t* costs);
 }  // namespace d2s1r

@@ -336,7 +336,7 @@ ProfilesOfGroup::ProfilesOfGroup(const RangeProfiles& profiles)
     : profiles_(profiles),
       group_(profiles.groups()),
       around_(static_cast<std::size_t>(profiles.directions) + 2 * kMostTurn + RangeProfiles::kBlock),
-      rows_(4 * static_cast<std::size_t>(profiles.directions) + RangeProfiles::kBlock)
+      rows_(4 * row_stride(static_cast<std::size_t>(profiles.directions)))
 {
 }
 

@@ -97,14 +97,15 @@ class ProfilesOfGroup
    public:
 	explicit ProfilesOfGroup(const RangeProfiles& profiles);
 
-	/// Returns the profiles [step] of the positions of a group, one after the other, `directions` bytes each and kBlock
-	/// bytes that may be read behind them. They are valid until it is called again.
+	/// Returns the profiles [step] of the positions of a group, row_stride() bytes apart (coarse_kernel.h). They are
+	/// valid until it is called again.
 	const std::uint8_t* of(std::size_t group);
 
    private:
 	const RangeProfiles& profiles_;
-	std::size_t group_;                        //!< whose profiles they are
-	std::vector<std::uint8_t> around_, rows_;  //!< [step] see predicted_rows() in coarse_kernel.h
+	std::size_t group_;  //!< whose profiles they are
+	std::vector<std::uint8_t> around_;
+	AlignedBytes rows_;  //!< [step] see predicted_rows() in coarse_kernel.h
 };
 
 /// Samples the free cells, one per square of side `spacing` [m], and sweeps their ranges up to kMaxRange,
