@@ -43,8 +43,13 @@ void search_profiles(
 	const auto& [profiles, scan, allowed] = reading;
 	const auto directions = static_cast<std::size_t>(profiles.directions);
 	const auto& first_of_group = profiles.first_of_group;
-	const auto rows_of = [&, &by_position = profiles.by_position](std::size_t group)
-	{ return by_position.data() + first_of_group[group] * directions; };
+	const auto prefetch_group = [&, &index = profiles](std::size_t group)
+	{
+		const std::size_t stride = index.predictions_stride();
+		prefetch(index.predictions.data() + first_of_group[group] * stride, 4 * stride);
+		prefetch(index.overview_of(group), directions);
+	};
+	ProfilesOfGroup rows(profiles);
 	const auto group_of = [&](std::size_t m) { return static_cast<std::size_t>(of_groups[m].position); };
 	const auto few = std::max<std::size_t>(1, count_overview_beams(scan, limits.truncation));
 	const float per_beam = static_cast<float>(scan.observed.size()) / static_cast<float>(few);
@@ -55,7 +60,7 @@ void search_profiles(
 	{
 		if (m + 2 * kAhead < of_groups.size()) __builtin_prefetch(&first_of_group[group_of(m + 2 * kAhead)]);
 		if (m + kAhead < of_groups.size() && group_of(m + kAhead) != group_of(m + kAhead - 1))
-			prefetch(rows_of(group_of(m + kAhead)), 4 * directions);
+			prefetch_group(group_of(m + kAhead));
 		const std::size_t group = group_of(m);
 		const std::size_t turned = directions - static_cast<std::size_t>(of_groups[m].shift);
 		const ScanRow turned_scan{
@@ -63,7 +68,7 @@ void search_profiles(
 		    scan.truncation_beyond.data() + turned, directions};
 		std::array<std::uint32_t, 4> costs;
 		const std::size_t first = first_of_group[group], positions = first_of_group[group + 1] - first;
-		row_costs(rows_of(group), positions, turned_scan, costs.data());
+		row_costs(rows.of(group), positions, turned_scan, costs.data());
 		const float in_overview = of_overview * static_cast<float>(of_groups[m].cost);
 		for (std::size_t i = 0; i < positions; i++)
 		{
@@ -213,8 +218,7 @@ std::vector<Candidate> CoarseSearch::candidates(const CoarseSearchParameters& li
 		    const auto& [profiles, scan, allowed] = prepared.to_search[reading];
 		    const auto position = static_cast<std::size_t>(pair.position);
 		    const mrpt::math::TPose2D pose(
-		        static_cast<double>(profiles.x[position]), static_cast<double>(profiles.y[position]),
-		        scan.yaws[static_cast<std::size_t>(pair.shift)]);
+		        profiles.x(position), profiles.y(position), scan.yaws[static_cast<std::size_t>(pair.shift)]);
 		    if (!distinct.add(pose, reading)) return true;
 		    found.push_back({pose, static_cast<double>(pair.cost) / prepared.beams(), reading});
 		    return found.size() < static_cast<std::size_t>(limits.candidates);
