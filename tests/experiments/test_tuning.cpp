@@ -199,17 +199,17 @@ TEST_F(Tuning, ResultsOfOtherDataAreOthers)
 
 TEST_F(Tuning, AVariantSetsConstantsAndNothingElse)
 {
-	std::vector<double> searched;
+	std::vector<double> set;
 	const auto flags = [&](const d2s1r::WindowTuning& tuning)
 	{
-		searched.push_back(tuning.searched + tuning.fits);
+		set.push_back(tuning.lost_frames + tuning.fits);
 		return std::string("R");
 	};
 	d2s1r::WindowTuning usual;
 	usual.fits = 0.25;
-	write_file(folder() / "variants", "searched=7\n\nfits=0.5\n");
+	write_file(folder() / "variants", "lost_frames=7\n\nfits=0.5\n");
 	d2s1r::experiments::print_variants(usual, path("variants"), flags);
-	EXPECT_EQ(searched, (std::vector<double>{7.25, usual.searched + 0.25, usual.searched + 0.5}));
+	EXPECT_EQ(set, (std::vector<double>{7.25, usual.lost_frames + 0.25, usual.lost_frames + 0.5}));
 	for (const char* word : {"reach=3.5", "frames=9", "apart=1", "wheels=1", "window=3", "surprise=5"})
 	{
 		write_file(folder() / "variants", word);

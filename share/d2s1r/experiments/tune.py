@@ -60,11 +60,9 @@ CONSTANTS = [
         "widest_turn": (50, 180, MOST)}),
     *constants_of("window", {
         "least_evidence": (-10, None, MOST), "fits": (0.5, 0, SHARE), "least_explained": (0.1, 0, SHARE),
-        "hidden_evidence": (-2, 0, MOST), "tails": (5, NEVER, MOST), "map_error": (0.02, 0, MOST),
-        "map_turn": (0.5, 0, MOST), "hopeless": (20, NEVER, MOST), "least_one_shot": (0.5, 0, SHARE),
-        "jump": (0.01, 0, SHARE), "same": (0.1, None, MOST), "same_turn": (2, None, MOST), "usual": (0.5, NEVER, MOST),
-        "searched": (2, None, MOST), "lost_frames": (2, NEVER, MOST)},
-        ("searched", "lost_frames")),
+        "tails": (5, NEVER, MOST), "hopeless": (20, NEVER, MOST), "least_one_shot": (0.5, 0, SHARE),
+        "lost_frames": (2, NEVER, MOST), "jump": (0.01, 0, SHARE), "usual": (0.5, NEVER, MOST)},
+        ("lost_frames",)),
     *constants_of("filter", {
         "farthest": (2, NEVER, MOST), "sure_share": (0.2, SHARE, SHARE), "unlisted": (0.2, NEVER, MOST),
         "unexplained_power": (0.2, SHARE, SHARE), "least_explained": (0.2, 0, SHARE),

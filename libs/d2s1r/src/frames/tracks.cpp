@@ -49,13 +49,13 @@ std::vector<Vote> votes_of(
 	return votes;
 }
 
-/// Returns how much two votes are for one motion.
+/// Returns how much two votes are for one motion, which is known no better than odometry knows the shortest one.
 double agreement(const Vote& a, const Vote& b, const WindowTuning& tuning)
 {
 	const double way = std::hypot(a.motion.x() - b.motion.x(), a.motion.y() - b.motion.y());
 	const double turn = mrpt::math::wrapToPi(a.motion.phi() - b.motion.phi());
-	const double same_turn = mrpt::DEG2RAD(tuning.same_turn);
-	return std::exp(-0.5 * (way * way / (tuning.same * tuning.same) + turn * turn / (same_turn * same_turn)));
+	const auto shortest = odometry_motion({}, tuning.odometry).cov;
+	return std::exp(-0.5 * (way * way / shortest(0, 0) + turn * turn / shortest(2, 2)));
 }
 
 /// Returns a query for where the robot may be after a motion: within two standard deviations, and a step of the coarse
@@ -83,6 +83,13 @@ bool is_hidden(const Hypothesis& hypothesis, const WindowTuning& tuning)
 	return explained_of(hypothesis) < tuning.least_explained;
 }
 
+/// Returns the evidence [nat] below which a frame misses a track: it is nearer to the least than to none. That is the
+/// most that a frame which walls do not explain says for a track.
+double least_of_track(const WindowTuning& tuning)
+{
+	return 0.5 * tuning.least_evidence;
+}
+
 /// Returns whether `a` is the likelier place; places that unknown space explains come after all others.
 bool likelier(const Hypothesis& a, const Hypothesis& b, const WindowTuning& tuning)
 {
@@ -107,7 +114,7 @@ GuessedMotion common_motion(
 		for (const Vote& other : votes) shared += agreement(vote, other, tuning) * other.usualness * other.probability;
 		if (shared <= most) continue;
 		most = shared;
-		best = {{vote.motion, covariance_of(tuning.same, tuning.same, mrpt::DEG2RAD(tuning.same_turn))}, shared / all};
+		best = {{vote.motion, odometry_motion({}, tuning.odometry).cov}, shared / all};
 	}
 	return best;
 }
@@ -135,13 +142,13 @@ Evidence evidence_of(const Hypothesis& hypothesis, double relative, const Window
 {
 	const double bounded = std::log(std::exp(std::min(relative, 0.0)) + std::exp(tuning.least_evidence));
 	return {
-	    is_hidden(hypothesis, tuning) ? std::min(bounded, tuning.hidden_evidence) : bounded, explained_of(hypothesis),
+	    is_hidden(hypothesis, tuning) ? std::min(bounded, least_of_track(tuning)) : bounded, explained_of(hypothesis),
 	    0};
 }
 
 bool missed(const Evidence& evidence, const WindowTuning& tuning)
 {
-	return evidence.log_likelihood < 0.5 * tuning.least_evidence;
+	return evidence.log_likelihood < least_of_track(tuning);
 }
 
 PoseDensity measurement(const Hypothesis& hypothesis, const WindowTuning& tuning)
@@ -149,8 +156,6 @@ PoseDensity measurement(const Hypothesis& hypothesis, const WindowTuning& tuning
 	PoseDensity density(hypothesis.pose, hypothesis.covariance);
 	for (int r = 0; r < 3; r++)
 		for (int c = 0; c < 3; c++) density.cov(r, c) /= std::max(tuning.least_explained, explained_of(hypothesis));
-	const double turn = mrpt::DEG2RAD(tuning.map_turn);
-	for (int i = 0; i < 3; i++) density.cov(i, i) += i < 2 ? tuning.map_error * tuning.map_error : turn * turn;
 	return density;
 }
 

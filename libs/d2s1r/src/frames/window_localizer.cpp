@@ -83,7 +83,7 @@ void WindowTracker::follow(const Localization& one_shot)
 		const Localizer& localizer = localizer_of(track.now.map);
 		predicted.push_back(moved({track.now.pose, track.now.covariance}, motion));
 		refined.push_back(
-		    refined.size() < static_cast<std::size_t>(tuning_.searched)
+		    refined.empty()  // the best one
 		        ? refined_near(localizer, frame.scan, predicted.back(), tuning_)
 		        : localizer.hypothesis_near(frame.scan, predicted.back().mean));
 	}

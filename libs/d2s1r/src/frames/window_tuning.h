@@ -14,25 +14,15 @@ struct WindowTuning
 	double least_evidence = -10;   //!< [nat] the least of it: a scan may show what is not in the map
 	double fits = 0.5;             //!< [0, 1] share of explained returns from which on a pose fits a scan
 	double least_explained = 0.1;  //!< [0, 1] the same, below which walls explain neither a scan nor a track
-	double hidden_evidence = -2;   //!< [nat] greatest evidence of a frame that walls do not explain
-
-	// How a scan corrects the pose that the motion predicts.
-	double tails = 5;         //!< [-] degrees of freedom of the errors of a motion
-	double map_error = 0.02;  //!< [m] standard deviation of what the map is off by
-	double map_turn = 0.5;    //!< [deg] the same of its walls' directions
+	double tails = 5;              //!< [-] degrees of freedom of the errors of a motion
 
 	// What is concluded from tracks.
 	double hopeless = 20;         //!< [nat] a track this far behind the best one is given up
 	double least_one_shot = 0.5;  //!< [0, 1] least mean probability that one scan alone gives to a place
+	int lost_frames = 2;          //!< [frames] in a row that no track explains: the robot was carried away
 
 	// A motion that nobody measured.
-	double jump = 0.01;    //!< [0, 1] how usual it is that the robot is anywhere else in the next frame
-	double same = 0.1;     //!< [m] standard deviation of a motion between hypotheses
-	double same_turn = 2;  //!< [deg] the same of its turn
-	double usual = 0.5;    //!< [m] standard deviation of what a robot goes from one frame to the next
-
-	// Numbers of tracks and of frames.
-	int searched = 2;     //!< [-] best tracks whose pose is searched for
-	int lost_frames = 2;  //!< [frames] in a row that no track explains: the robot was carried away
+	double jump = 0.01;  //!< [0, 1] how usual it is that the robot is anywhere else in the next frame
+	double usual = 0.5;  //!< [m] standard deviation of what a robot goes from one frame to the next
 };
 }  // namespace d2s1r
