@@ -29,7 +29,7 @@ Parameters first_look_only()
 	auto& coarse = parameters.coarse_search;
 	for (int* count : {&coarse.candidates, &parameters.refinement.max_scored})
 		*count = static_cast<int>(std::ceil(effort * *count));
-	coarse.margin *= 0.75;
+	coarse.margin *= kFirstShare;
 	return parameters;
 }
 

@@ -10,6 +10,7 @@ namespace d2s1r
 {
 namespace
 {
+/// Returns whether with_surfaces_deeper() takes anything off: cells are half a cell deep and more.
 bool may_be_smeared(const WallMeasure& walls, const Grid& grid)
 {
 	return walls.surface_depth > 0.5 * grid.cell_size;

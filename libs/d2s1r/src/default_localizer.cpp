@@ -156,12 +156,11 @@ Look look_at(
 
 Decision localize_default(const Scan& scan, const std::vector<SearchedMap>& maps, double time_budget)
 {
-	constexpr double kLess = 0.3;  // [-] share of the margin by which a safe answer costs less than what was left out
 	Work work{scan, TimeBudget(time_budget), {}};
 	const std::vector<Parameters> all = looks(limits_of_search(maps));
 	const auto begin = [&] { return SearchOfMaps(maps, scan, all.back().coarse_search); };
 	SearchOfMaps search = timed(work.times.retrieval_ms, begin);
-	const double less = kLess * search.margin();
+	const double less = (1 - kFirstShare) * search.margin();
 	Look look;
 	for (const Parameters& limits : all)
 	{

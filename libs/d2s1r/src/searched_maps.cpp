@@ -16,14 +16,11 @@ Parameters with_share_of_effort(Parameters parameters, double share)
 
 Parameters for_first_look(const Parameters& parameters)
 {
-	// [-] share of the margin. The whole one takes longer for the same answers: tests/experiments/RESULTS.md, First
-	// look.
-	constexpr double kMargin = 0.75;
 	const double effort = parameters.first_look.effort;
 	Parameters first = with_share_of_effort(parameters, effort);
 	auto& coarse = first.coarse_search;
 	for (int* most : {&coarse.max_pairs, &coarse.candidates}) *most = static_cast<int>(std::ceil(effort * *most));
-	coarse.margin *= kMargin;
+	coarse.margin *= kFirstShare;
 	return first;
 }
 

@@ -76,7 +76,9 @@ struct MapMeasure
 ///         can be numbered, or the map is further than 100 km from the origin of its frame
 Grid make_grid(const mrpt::maps::COccupancyGridMap2D& map, const GridParameters& parameters);
 
-/// Returns the grid as a laser would have mapped it: what is occupied deeper than 0.1 m (at least a cell) below the
+inline constexpr double kWallThickness = 0.1;  //!< [m] of walls that are drawn by a laser whose poses are known
+
+/// Returns the grid as a laser would have mapped it: what is occupied deeper than this (at least a cell) below the
 /// surface of a wall becomes unknown, for no beam ever ends there. The surface is where free or unknown space begins:
 /// the edges of drawn plans are blurred, and their greys are unknown.
 Grid with_wall_surfaces_only(Grid grid);

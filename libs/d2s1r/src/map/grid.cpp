@@ -80,8 +80,7 @@ Grid make_grid(const mrpt::maps::COccupancyGridMap2D& map, const GridParameters&
 
 Grid with_wall_surfaces_only(Grid grid)
 {
-	constexpr double kDepth = 0.1;  // [m]
-	const int depth = std::max(1, static_cast<int>(std::lround(kDepth / grid.cell_size)));
+	const int depth = std::max(1, static_cast<int>(std::lround(kWallThickness / grid.cell_size)));
 	// 1 within `depth` cells of what is not occupied, along a row; then, row by row, along a column, too
 	std::vector<std::uint8_t> by_row(grid.cells.size());
 	for (int y = 0; y < grid.height; y++)

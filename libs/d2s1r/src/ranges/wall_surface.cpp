@@ -12,8 +12,7 @@ namespace d2s1r
 {
 namespace
 {
-constexpr double kThickest = 1.2;        //!< [m] what is thicker is no wall
-constexpr double kSharpThickness = 0.1;  //!< [m] of walls that are drawn by a laser whose poses are known
+constexpr double kLargest = 1.0;  //!< [m] what is thicker is no wall, and what is larger no furniture
 
 struct Step
 {
@@ -31,7 +30,7 @@ bool is_free(const Grid& grid, int column, int row)
 double run_length(const Grid& grid, int column, int row, const Step& step)
 {
 	const double of_step = grid.cell_size * std::hypot(step.column, step.row);
-	const int most = static_cast<int>(kThickest / of_step);
+	const int most = static_cast<int>(kLargest / of_step);
 	int cells = 0;
 	for (; cells <= most && grid.contains(column, row) && grid.at(column, row) == Cell::kOccupied; cells++)
 	{
@@ -78,7 +77,7 @@ WallMeasure measure_walls(const Grid& grid)
 	const auto third =
 	    thicknesses.begin() + static_cast<std::ptrdiff_t>(kShare * static_cast<double>(thicknesses.size()));
 	std::nth_element(thicknesses.begin(), third, thicknesses.end());
-	return {*third, kDepth * std::clamp(*third - kSharpThickness - kRounding, 0.0, kMostGrowth)};
+	return {*third, kDepth * std::clamp(*third - kWallThickness - kRounding, 0.0, kMostGrowth)};
 }
 
 MapMeasure measure_map(const Grid& grid)
@@ -111,8 +110,7 @@ MapMeasure measure_map(const Grid& grid)
 
 std::vector<CellIndex> find_furniture(const Grid& grid)
 {
-	constexpr double kLargest = 1.0;  // [m]
-	const int gap = std::max(1, static_cast<int>(std::lround(kSharpThickness / grid.cell_size)));
+	const int gap = std::max(1, static_cast<int>(std::lround(kWallThickness / grid.cell_size)));
 	const auto is_small = [&](int first, int last) { return (last - first + 1) * grid.cell_size < kLargest - 1e-6; };
 	std::vector<char> seen(grid.cells.size(), 0);
 	std::vector<CellIndex> piece, furniture;
