@@ -178,7 +178,7 @@ TEST_F(AppBadInput, MapWhoseIndexDoesNotFitIntoMemory)
 {
 	constexpr unsigned kSide = 9000;
 	write_file(path("white.pgm"), "P5\n9000 9000\n255\n" + std::string(kSide * kSide, '\xFE'));
-	const std::string limited = "ulimit -v 1500000; exec " RAWLOG_LOCALIZE " \"$@\"";
+	const std::string limited = "ulimit -v 1200000; exec " RAWLOG_LOCALIZE " \"$@\"";
 	expect_refused(
 	    run_program(
 	        {"sh", "-c", limited, "sh", "-m", path("white.pgm"), "--resolution", "0.05", "-i", path("walk.rawlog"),

@@ -1,9 +1,11 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "ranges/distance_field.h"
+#include "ranges/wall_surface.h"
 #include "test_maps.h"
 
 namespace d2s1r::test
@@ -153,6 +155,27 @@ TEST(DistanceField, GradientIsTheSlope)
 		{ return static_cast<double>(after.value - before.value) / (2 * h); };
 		ASSERT_NEAR(static_cast<double>(distance.gradient_x), slope(field.at(x + h, y), field.at(x - h, y)), 2e-3);
 		ASSERT_NEAR(static_cast<double>(distance.gradient_y), slope(field.at(x, y + h), field.at(x, y - h)), 2e-3);
+	}
+}
+
+TEST(DistanceField, OfAReadingOfAMapIsThatOfItsGrid)
+{
+	Picture picture(30, std::string(50, '.'));
+	for (std::string& row : picture) row.replace(20, 4, "####").replace(35, 10, "##########");
+	const Grid drawn = make_picture_grid(picture, 0.05, -2, 3);
+	const Grid walls = with_wall_surfaces_only(drawn),
+	           deeper = with_wall_surfaces_only(with_surfaces_deeper(drawn, 0.12));
+	const SkipMap map = make_skip_map(walls, deeper, {});
+	for (const int reading : {0, 1})
+	{
+		const DistanceField expected(reading == 0 ? walls : deeper, 0.03), field(map, reading, 0.03);
+		ASSERT_EQ(field.width(), expected.width());
+		ASSERT_EQ(field.height(), expected.height());
+		EXPECT_NEAR(field.origin_x(), expected.origin_x(), 1e-12);
+		EXPECT_NEAR(field.origin_y(), expected.origin_y(), 1e-12);
+		EXPECT_EQ(field.tolerance(), expected.tolerance());
+		const auto count = static_cast<std::ptrdiff_t>(field.width()) * field.height();
+		EXPECT_TRUE(std::equal(field.cells(), field.cells() + count, expected.cells())) << reading;
 	}
 }
 }  // namespace d2s1r::test
