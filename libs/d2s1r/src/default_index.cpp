@@ -15,14 +15,6 @@ bool may_be_smeared(const WallMeasure& walls, const Grid& grid)
 {
 	return walls.surface_depth > 0.5 * grid.cell_size;
 }
-
-/// \param tolerance [m] of the walls: see DistanceField
-MapReading make_reading(Grid grid, const std::vector<CellIndex>& furniture, double tolerance)
-{
-	const Grid surfaces = with_wall_surfaces_only(std::move(grid));
-	BeamTracer tracer(surfaces, furniture);  // first, because making it takes more memory than making the field
-	return {DistanceField(surfaces, tolerance), std::move(tracer)};
-}
 }  // namespace
 
 int count_readings(const Grid& grid)
@@ -36,32 +28,37 @@ DefaultIndex make_default_index(Grid grid, const Parameters& parameters)
 	const WallMeasure walls = measure_walls(grid);
 	const bool is_smeared = may_be_smeared(walls, grid);
 	const std::vector<CellIndex> furniture = find_furniture(grid);  // as drawn: deeper surfaces make pieces of walls
-	Grid deeper = is_smeared ? with_surfaces_deeper(grid, walls.surface_depth) : Grid();
-	const Grid& searched = is_smeared ? deeper : grid;
-	index.profiles = make_range_profiles(
-	    searched, find_sensor_cells(searched, parameters.free_cells), parameters.coarse_search.spacing);
-	index.readings.push_back(make_reading(std::move(grid), furniture, 0));
-	if (is_smeared) index.readings.push_back(make_reading(std::move(deeper), furniture, walls.surface_tolerance()));
+	Grid searched = with_wall_surfaces_only(is_smeared ? with_surfaces_deeper(grid, walls.surface_depth) : grid);
+	const SkipMap map = is_smeared ? make_skip_map(with_wall_surfaces_only(std::move(grid)), searched, furniture)
+	                               : make_skip_map(searched, furniture);
+	std::vector<Cell>().swap(grid.cells);
+	auto cells = find_sensor_cells(searched, parameters.free_cells);
+	index.profiles = make_range_profiles(std::move(searched), std::move(cells), parameters.coarse_search.spacing);
+	index.readings.push_back({DistanceField(map, 0, 0), BeamTracer(map, 0)});
+	if (is_smeared) index.readings.push_back({DistanceField(map, 1, walls.surface_tolerance()), BeamTracer(map, 1)});
 	return index;
 }
 
 void save(const DefaultIndex& index, IndexWriter& file)
 {
 	RangeProfiles::fields(index.profiles, file);
+	SkipMap::fields(index.readings.front().tracer.map(), file);
 	file(index.readings.size());
-	for (const MapReading& reading : index.readings) MapReading::fields(reading, file);
+	for (const MapReading& reading : index.readings) DistanceField::fields(reading.field, file);
 }
 
 DefaultIndex read_default_index(IndexReader& file)
 {
 	DefaultIndex index;
+	SkipMap map;
 	RangeProfiles::fields(index.profiles, file);
+	SkipMap::fields(map, file);
 	std::size_t readings = 0;
 	file(readings);
 	for (std::size_t i = 0; i < readings; i++)
 	{
-		index.readings.emplace_back();
-		MapReading::fields(index.readings.back(), file);
+		index.readings.push_back({DistanceField(), BeamTracer(map, static_cast<int>(i))});
+		DistanceField::fields(index.readings.back().field, file);
 	}
 	return index;
 }

@@ -15,14 +15,6 @@ struct MapReading
 {
 	DistanceField field;  //!< for refinement and scores
 	BeamTracer tracer;    //!< for scores
-
-	/// Lists what an index file holds of the reading.
-	template <class Self, class File>
-	static void fields(Self& self, File& file)
-	{
-		DistanceField::fields(self.field, file);
-		BeamTracer::fields(self.tracer, file);
-	}
 };
 
 /// The index of the default method: the map as it is drawn and, if its walls are so thick that it may have been

@@ -323,14 +323,15 @@ double in_lines(int bytes)
 
 double memory_of_default_index(const Grid& grid, int readings, double spacing)
 {
-	// What is kept and what it takes to make it: grids and fields of the cells, profiles and sweeps of the positions.
-	constexpr double kPerCell = 4, kPerPosition = 40, kPerGroup = 40;  // [byte]
+	// All in bytes. First the free cells are listed, then ranges are swept, at last the fields are made.
+	constexpr double kListed = 6, kSwept = 40, kPosition = 4, kGroup = 4;
 	const int side = std::max(1, static_cast<int>(std::lround(spacing / grid.cell_size)));
-	const double of_cells = readings * kPerCell * static_cast<double>(grid.cells.size());
-	const double of_positions = (RangeProfiles::kDirections + kPerPosition) * count_free_squares(grid, side);
-	const double of_groups =
-	    (in_lines(RangeProfiles::kDirections) + RangeProfiles::kBins + kPerGroup) * count_free_squares(grid, 2 * side);
-	return of_cells + of_positions + of_groups;
+	const auto cells = static_cast<double>(grid.cells.size());
+	const double positions = count_free_squares(grid, side);
+	const double profiles =
+	    (RangeProfiles::kDirections / 2 + kPosition) * positions +
+	    (in_lines(RangeProfiles::kDirections) + RangeProfiles::kBins + kGroup) * count_free_squares(grid, 2 * side);
+	return std::max(kListed * cells, cells + profiles + std::max(kSwept * positions, readings * cells));
 }
 
 double memory_of_paper_index(const Grid& grid, const PaperParameters& parameters)

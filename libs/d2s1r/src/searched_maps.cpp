@@ -19,7 +19,7 @@ Parameters for_first_look(const Parameters& parameters)
 	const double effort = parameters.first_look.effort;
 	Parameters first = with_share_of_effort(parameters, effort);
 	auto& coarse = first.coarse_search;
-	coarse.candidates = static_cast<int>(std::ceil(effort * coarse.candidates));
+	for (int* most : {&coarse.max_pairs, &coarse.candidates}) *most = static_cast<int>(std::ceil(effort * *most));
 	coarse.margin *= kFirstShare;
 	return first;
 }
@@ -58,7 +58,7 @@ SearchOfMaps::SearchOfMaps(const std::vector<SearchedMap>& maps, const Scan& sca
 {
 }
 
-std::vector<Found> SearchOfMaps::found(const CoarseSearchParameters& limits) const
+std::vector<Found> SearchOfMaps::found(const CoarseSearchParameters& limits)
 {
 	const std::vector<Candidate> candidates = search_.candidates(limits);
 	double complete_below = 0;

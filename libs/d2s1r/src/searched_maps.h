@@ -53,7 +53,7 @@ class SearchOfMaps
 	SearchOfMaps(const std::vector<SearchedMap>& maps, const Scan& scan, const CoarseSearchParameters& limits);
 
 	/// Returns what is found within `limits`, as CoarseSearch::candidates().
-	std::vector<Found> found(const CoarseSearchParameters& limits) const;
+	std::vector<Found> found(const CoarseSearchParameters& limits);
 
 	/// Returns by how much [step] a candidate may cost more than the best one.
 	double margin() const { return search_.margin(limits_); }

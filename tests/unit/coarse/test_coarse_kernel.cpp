@@ -96,6 +96,29 @@ TEST_P(CoarseKernel, CheapPairsAreThoseOfPlainLoops)
 			}
 }
 
+TEST_P(CoarseKernel, PredictedRowsAreThoseOfAPlainLoop)
+{
+	for (const std::size_t directions :
+	     {std::size_t{7}, std::size_t{8}, std::size_t{64}, std::size_t{120}, std::size_t{720}})
+		for (std::size_t count = 1; count <= 4; count++)
+		{
+			const std::size_t stride = (directions + 1) / 2;
+			const Row numbers = random_row(random_, count * stride + RangeProfiles::kBlock);
+			const Row around = random_row(random_, directions + 2 * kMostTurn + RangeProfiles::kBlock);
+			Row rows(count * row_stride(directions));
+			predicted_rows(around.data(), numbers.data(), count, directions, rows.data());
+			for (std::size_t r = 0; r < count; r++)
+				for (std::size_t d = 0; d < directions; d++)
+				{
+					const std::uint8_t byte = numbers[r * stride + d % stride];
+					const auto [turn, more] = kPredictions[d < stride ? byte & 15U : byte >> 4U];
+					const int range = around[static_cast<std::size_t>(int(d + kMostTurn) + turn)] + more;
+					ASSERT_EQ(rows[r * row_stride(directions) + d], std::clamp(range, 0, 255))
+					    << directions << " " << r << " " << d;
+				}
+		}
+}
+
 TEST_P(CoarseKernel, MissingBeamsAreWhatAHistogramHasMore)
 {
 	constexpr std::size_t kBlock = RangeProfiles::kBlock, kBins = RangeProfiles::kBins;
@@ -134,7 +157,7 @@ TEST_P(CoarseKernel, CostsOfRowsAreThoseOfAPlainLoop)
 		for (const std::uint8_t truncation : {std::uint8_t{1}, std::uint8_t{10}, std::uint8_t{100}})
 		{
 			constexpr std::size_t kBlock = RangeProfiles::kBlock, kRows = 3;
-			const Row rows = random_row(random_, kRows * length + 5 + kBlock);
+			const Row rows = random_row(random_, kRows * row_stride(length) + 5);
 			Row least = random_row(random_, length + kBlock), greatest = least, truncations(length + kBlock), beyond;
 			for (auto& value : greatest)
 				if (random_() % 4 == 0) value = 255;
@@ -152,7 +175,7 @@ TEST_P(CoarseKernel, CostsOfRowsAreThoseOfAPlainLoop)
 					std::uint32_t expected = 0;
 					for (std::size_t i = 0; i < length; i++)
 					{
-						const std::uint8_t range = rows[start + r * length + i];
+						const std::uint8_t range = rows[start + r * row_stride(length) + i];
 						expected += static_cast<std::uint32_t>(difference(
 						    range, std::clamp(range, least[i], greatest[i]),
 						    range > greatest[i] ? beyond[i] : truncations[i]));

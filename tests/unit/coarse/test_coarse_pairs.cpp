@@ -54,6 +54,30 @@ TEST(CheapestPairs, OfNoneThereIsNone)
 	EXPECT_TRUE(cheapest_of({}, 3).empty());
 }
 
+TEST(TakeCheapest, TakesWholeCostsInTheirOrderAndLeavesTheRest)
+{
+	const auto taken_of = [](std::size_t wanted, std::uint32_t most)
+	{
+		std::vector<Pair> left, taken;
+		for (const std::uint32_t cost : {7U, 3U, 9U, 3U, 5U, 5U})
+			left.push_back({static_cast<std::int32_t>(left.size()), 0, cost});
+		take_cheapest(wanted, most, left, taken);
+		return std::pair(positions_of(taken), positions_of(left));
+	};
+	EXPECT_EQ(taken_of(4, 255), std::pair(Positions{1, 3, 4, 5}, Positions{0, 2}));
+	EXPECT_EQ(taken_of(3, 255), std::pair(Positions{1, 3}, Positions{0, 2, 4, 5}));
+	EXPECT_EQ(taken_of(100, 7), std::pair(Positions{0, 1, 3, 4, 5}, Positions{2}));
+	EXPECT_EQ(taken_of(1, 0), std::pair(Positions{1, 3}, Positions{0, 2, 4, 5})) << "the least cost is taken";
+	EXPECT_EQ(taken_of(100, 1000), std::pair(Positions{0, 1, 2, 3, 4, 5}, Positions{}));
+}
+
+TEST(TakeCheapest, OfNoneThereIsNone)
+{
+	std::vector<Pair> left, taken;
+	take_cheapest(3, 255, left, taken);
+	EXPECT_TRUE(taken.empty());
+}
+
 TEST(CheapestFirst, TiesGoByPositionThenShift)
 {
 	const std::vector<Pair> pairs{{5, 1, 8}, {2, 7, 3}, {4, 2, 9}, {5, 0, 8}, {1, 9, 8}, {2, 4, 3}};

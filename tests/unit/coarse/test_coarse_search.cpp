@@ -23,6 +23,7 @@ class CoarseSearch : public testing::Test
 	const Grid grid_ = make_floor(), world_ = world_of(grid_);
 	CoarseSearchParameters parameters_;
 	const RangeProfiles profiles_ = make_range_profiles(grid_, find_free_cells(grid_, {}), parameters_.spacing);
+	const std::vector<std::uint8_t> rows_ = literal_rows(profiles_);  //!< [step]
 
 	/// Whether a candidate lies within a sample's reach of the truth.
 	bool found(const std::vector<Candidate>& candidates, const mrpt::math::TPose2D& truth) const
@@ -53,7 +54,7 @@ class CoarseSearch : public testing::Test
 		for (const Beam& beam : scan.beams)
 		{
 			const std::size_t direction = direction_of(beam, shift, profiles_.directions);
-			const int expected = profiles_.by_position[i * static_cast<std::size_t>(profiles_.directions) + direction];
+			const int expected = rows_[i * static_cast<std::size_t>(profiles_.directions) + direction];
 			sum += literal_difference(beam, expected);
 		}
 		return static_cast<double>(sum) / static_cast<double>(scan.beams.size());
@@ -63,9 +64,7 @@ class CoarseSearch : public testing::Test
 	std::pair<std::size_t, int> pair_of(const Candidate& candidate) const
 	{
 		std::size_t i = 0;
-		while (i < profiles_.size() && (static_cast<double>(profiles_.x[i]) != candidate.pose.x ||
-		                                static_cast<double>(profiles_.y[i]) != candidate.pose.y))
-			i++;
+		while (i < profiles_.size() && (profiles_.x(i) != candidate.pose.x || profiles_.y(i) != candidate.pose.y)) i++;
 		EXPECT_LT(i, profiles_.size()) << "a candidate is not at a sample";
 		const double turn = mrpt::math::wrapTo2Pi(candidate.pose.phi) / (2 * M_PI) * profiles_.directions;
 		return {i, static_cast<int>(std::lround(turn)) % profiles_.directions};
@@ -189,8 +188,7 @@ TEST_F(CoarseSearch, TheSecondLookSeesAllPositionsOfAGroup)
 			const double cost = literal_cost(scan, i, shift);
 			if (cost >= candidate.cost) continue;
 			others++;
-			const mrpt::math::TPose2D pose{
-			    static_cast<double>(profiles_.x[i]), static_cast<double>(profiles_.y[i]), candidate.pose.phi};
+			const mrpt::math::TPose2D pose{profiles_.x(i), profiles_.y(i), candidate.pose.phi};
 			EXPECT_TRUE(is_near_a_better_one(pose, cost)) << pose << " beside " << candidate.pose;
 		}
 	}
@@ -226,6 +224,30 @@ TEST_F(CoarseSearch, PosesMuchDearerThanTheBestAreDroppedTheMoreBeamsTheSooner)
 		EXPECT_GT(all.back().cost - all.front().cost, 12 / std::sqrt(count)) << count << " beams";
 	}
 	EXPECT_GT(dearest[30], 12 / std::sqrt(120));
+}
+
+TEST_F(CoarseSearch, GoesOnWhereAnEarlierQuestionEnded)
+{
+	parameters_.max_pairs = 2000;
+	CoarseSearchParameters few = parameters_;
+	few.max_pairs = 200;
+	few.margin *= 0.5;
+	for (const mrpt::math::TPose2D& sensor : random_poses(grid_, 5, 0.3, 1))
+	{
+		const Scan scan = aligned_scan(grid_, profiles_.directions, sensor, 0, 60);
+		const Prior anywhere;
+		d2s1r::CoarseSearch in_steps({{profiles_, anywhere, parameters_.spacing}}, scan, parameters_);
+		const auto first = in_steps.candidates(few), then = in_steps.candidates(parameters_);
+		const auto at_once = coarse_search(profiles_, scan, parameters_);
+		EXPECT_LT(first.size(), then.size());
+		ASSERT_FALSE(first.empty()) << sensor;
+		ASSERT_EQ(then.size(), at_once.size()) << sensor;
+		for (std::size_t i = 0; i < then.size(); i++)
+		{
+			EXPECT_EQ(then[i].pose, at_once[i].pose) << sensor;
+			EXPECT_EQ(then[i].cost, at_once[i].cost) << sensor;
+		}
+	}
 }
 
 TEST_F(CoarseSearch, EqualCostsAreRankedByPositionThenByShift)
@@ -267,12 +289,11 @@ TEST_F(CoarseSearch, InALargeMapAQuarterOfACostIsThatOfTheOverview)
 	const auto& first = profiles.first_of_group;
 	const auto candidates = coarse_search(profiles, scan, parameters_);
 	ASSERT_FALSE(candidates.empty());
+	const std::vector<std::uint8_t> rows = literal_rows(profiles);
 	for (const Candidate& candidate : candidates)
 	{
 		std::size_t i = 0;
-		while (i < profiles.size() && (profiles.x[i] != static_cast<float>(candidate.pose.x) ||
-		                               profiles.y[i] != static_cast<float>(candidate.pose.y)))
-			i++;
+		while (i < profiles.size() && (profiles.x(i) != candidate.pose.x || profiles.y(i) != candidate.pose.y)) i++;
 		ASSERT_LT(i, profiles.size());
 		const auto group =
 		    static_cast<std::size_t>(std::upper_bound(first.begin(), first.end(), i) - first.begin() - 1);
@@ -282,7 +303,7 @@ TEST_F(CoarseSearch, InALargeMapAQuarterOfACostIsThatOfTheOverview)
 		{
 			const auto direction =
 			    direction_of(beam, static_cast<int>(std::lround(turn)) % profiles.directions, profiles.directions);
-			own += literal_difference(beam, profiles.by_position[i * std::size_t{120} + direction]);
+			own += literal_difference(beam, rows[i * std::size_t{120} + direction]);
 			const int half = profiles.quantize(static_cast<double>(beam.range)) / 2;
 			in_overview += std::min(parameters_.truncation, std::abs(profiles.overview_of(group)[direction] - half));
 		}

@@ -6,9 +6,10 @@
 #include <numeric>
 #include <set>
 
+#include "aligned_scan.h"
 #include "coarse/range_profiles.h"
 #include "map/free_cells.h"
-#include "test_floor.h"
+#include "ranges/range_sweep.h"
 
 namespace d2s1r::test
 {
@@ -52,41 +53,72 @@ TEST(RangeProfiles, StepsAreFineNearTheSensorAndCoarseFarFromIt)
 TEST_F(OnFloor, EverySquareWithAFreeCellHasOneSampleInIt)
 {
 	std::set<std::pair<int, int>> expected, sampled;
-	std::set<std::pair<float, float>> centers;
+	std::set<std::pair<double, double>> centers;
 	for (const CellIndex cell : cells_)
 	{
 		expected.insert(square_of(grid_.center_x(cell), grid_.center_y(cell)));
-		centers.emplace(static_cast<float>(grid_.center_x(cell)), static_cast<float>(grid_.center_y(cell)));
+		centers.emplace(grid_.center_x(cell), grid_.center_y(cell));
 	}
-	ASSERT_EQ(profiles_.x.size(), profiles_.y.size());
 	for (std::size_t i = 0; i < profiles_.size(); i++)
 	{
-		const auto x = static_cast<double>(profiles_.x[i]), y = static_cast<double>(profiles_.y[i]);
+		const auto x = profiles_.x(i), y = profiles_.y(i);
 		EXPECT_TRUE(sampled.insert(square_of(x, y)).second) << "two samples at " << x << " " << y;
-		EXPECT_EQ(centers.count({profiles_.x[i], profiles_.y[i]}), 1U) << x << " " << y << " is no free cell";
+		EXPECT_EQ(centers.count({profiles_.x(i), profiles_.y(i)}), 1U) << x << " " << y << " is no free cell";
 	}
 	EXPECT_EQ(sampled, expected);
 }
 
-TEST_F(OnFloor, RangesAreExactToACell)
+TEST_F(OnFloor, RangesAreTheNearestPredictionsOfSweptOnes)
 {
 	const auto directions = static_cast<std::size_t>(profiles_.directions);
 	ASSERT_EQ(profiles_.directions, RangeProfiles::kDirections);
-	ASSERT_EQ(profiles_.by_position.size(), profiles_.size() * directions + RangeProfiles::kBlock);
-	std::size_t off = 0;
-	for (std::size_t i = 0; i < profiles_.size(); i++)
-		for (std::size_t d = 0; d < directions; d++)
-		{
-			const double angle = 2 * M_PI * static_cast<double>(d) / static_cast<double>(directions);
-			const double exact = cast_exactly(
-			    grid_, static_cast<double>(profiles_.x[i]), static_cast<double>(profiles_.y[i]), angle,
-			    profiles_.max_range);
-			const std::uint8_t step = profiles_.by_position[i * directions + d];
-			const bool near = step >= profiles_.quantize(std::max(0.0, exact - grid_.cell_size)) &&
-			                  step <= profiles_.quantize(exact + grid_.cell_size);
-			off += near ? 0 : 1;
-		}
-	EXPECT_LT(static_cast<double>(off), 0.01 * static_cast<double>(profiles_.size() * directions));
+	ASSERT_EQ(profiles_.predictions.size(), profiles_.size() * directions / 2 + RangeProfiles::kBlock);
+	const std::vector<std::uint8_t> rows = literal_rows(profiles_);
+	std::vector<std::uint8_t> swept(rows.size());
+	const std::vector<CellIndex> positions(profiles_.cells.begin(), profiles_.cells.end());
+	sweep_ranges(
+	    grid_, positions, profiles_.directions, profiles_.max_range,
+	    [&](int direction, const SweptRanges& ranges)
+	    {
+		    for (std::size_t i = 0; i < positions.size(); i++)
+			    swept[i * directions + static_cast<std::size_t>(direction)] =
+			        ranges[i] == kNoObstacle ? RangeProfiles::kOutOfRange
+			                                 : profiles_.quantize(ranges[i] * grid_.cell_size / kRangeUnitsPerCell);
+	    });
+	int sum = 0;
+	for (std::size_t group = 0; group < profiles_.groups(); group++)
+		for (std::size_t i = profiles_.first_of_group[group]; i < profiles_.first_of_group[group + 1]; i++)
+			for (std::size_t d = 0; d < directions; d++)
+			{
+				const int expected = swept[i * directions + d];
+				int least = 255;  // error of a prediction that may be beyond the steps
+				for (const auto& [turn, more] : kPredictions)
+				{
+					const auto turned = (d + directions + static_cast<std::size_t>(turn + 4) - 4) % directions;
+					least = std::min(least, std::abs(2 * profiles_.overview_of(group)[turned] + more - expected));
+				}
+				const int error = std::abs(rows[i * directions + d] - expected);
+				ASSERT_LE(error, least) << i << " " << d;
+				sum += std::min(error, CoarseSearchParameters().truncation);
+			}
+	EXPECT_LT(sum / static_cast<double>(rows.size()), 1) << "[step]";
+}
+
+TEST_F(OnFloor, ProfilesAreHandedOutGroupByGroup)
+{
+	const auto directions = static_cast<std::size_t>(profiles_.directions);
+	const std::vector<std::uint8_t> rows = literal_rows(profiles_);
+	ProfilesOfGroup profiles(profiles_);
+	for (const std::size_t group : {profiles_.groups() - 1, std::size_t{0}, std::size_t{7}, std::size_t{7}})
+	{
+		const std::size_t first = profiles_.first_of_group[group], last = profiles_.first_of_group[group + 1];
+		const std::uint8_t* const row = profiles.of(group);
+		for (std::size_t i = first; i < last; i++)
+			EXPECT_TRUE(std::equal(
+			    rows.begin() + std::ptrdiff_t(i * directions), rows.begin() + std::ptrdiff_t((i + 1) * directions),
+			    row + (i - first) * row_stride(directions)))
+			    << group << " " << i;
+	}
 }
 
 TEST_F(OnFloor, GroupsAreThePositionsInTwoByTwoSquares)
@@ -98,7 +130,7 @@ TEST_F(OnFloor, GroupsAreThePositionsInTwoByTwoSquares)
 	{
 		const auto large_square_of = [&](std::size_t i)
 		{
-			const auto [u, v] = square_of(static_cast<double>(profiles_.x[i]), static_cast<double>(profiles_.y[i]));
+			const auto [u, v] = square_of(profiles_.x(i), profiles_.y(i));
 			return std::pair{u / 2, v / 2};
 		};
 		const std::size_t first = profiles_.first_of_group[group];
@@ -112,6 +144,7 @@ TEST_F(OnFloor, GroupsAreThePositionsInTwoByTwoSquares)
 TEST_F(OnFloor, TheOverviewHasTheRangesAtTheMiddlesOfGroups)
 {
 	const auto directions = static_cast<std::size_t>(profiles_.directions);
+	const std::vector<std::uint8_t> rows = literal_rows(profiles_);
 	ASSERT_EQ(profiles_.overview.size(), 2 * kCacheLine * profiles_.groups()) << "120 directions take two cache lines";
 	EXPECT_EQ(reinterpret_cast<std::uintptr_t>(profiles_.overview_of(1)) % kCacheLine, 0U);
 	std::size_t near = 0;
@@ -122,7 +155,7 @@ TEST_F(OnFloor, TheOverviewHasTheRangesAtTheMiddlesOfGroups)
 			int least = 255, greatest = 0;  // of the group's positions
 			for (std::size_t i = profiles_.first_of_group[group]; i < profiles_.first_of_group[group + 1]; i++)
 			{
-				const int other = profiles_.by_position[i * directions + d];
+				const int other = rows[i * directions + d];
 				least = std::min(least, other);
 				greatest = std::max(greatest, other);
 			}
@@ -182,7 +215,7 @@ TEST(RangeProfiles, ASquareOfAPowerOfTwoIsWalkedFromNeighbourToNeighbour)
 	const RangeProfiles profiles = make_range_profiles(grid, find_free_cells(grid, {}), 0.5, 8);
 	ASSERT_EQ(profiles.size(), 256U);
 	for (std::size_t i = 1; i < profiles.size(); i++)
-		EXPECT_NEAR(std::hypot(profiles.x[i] - profiles.x[i - 1], profiles.y[i] - profiles.y[i - 1]), 0.5F, 1e-4F);
+		EXPECT_NEAR(std::hypot(profiles.x(i) - profiles.x(i - 1), profiles.y(i) - profiles.y(i - 1)), 0.5, 1e-9);
 }
 
 TEST(RangeProfiles, WhereThereIsNoWallIsOutOfRange)
@@ -190,12 +223,13 @@ TEST(RangeProfiles, WhereThereIsNoWallIsOutOfRange)
 	const Grid grid = make_picture_grid({"#..."}, 0.5);
 	const RangeProfiles profiles = make_range_profiles(grid, find_free_cells(grid, {}), 0.5, 4);
 	ASSERT_EQ(profiles.size(), 3U);
-	std::vector<std::pair<float, std::uint8_t>> leftwards;
+	const std::vector<std::uint8_t> rows = literal_rows(profiles);
+	std::vector<std::pair<double, std::uint8_t>> leftwards;
 	for (std::size_t i = 0; i < 3; i++)
 	{
 		for (const std::size_t d : {0U, 1U, 3U})
-			EXPECT_EQ(profiles.by_position[i * 4 + d], RangeProfiles::kOutOfRange) << i << " " << d;
-		leftwards.emplace_back(profiles.x[i], profiles.by_position[i * 4 + 2]);
+			EXPECT_EQ(rows[i * 4 + d], RangeProfiles::kOutOfRange) << i << " " << d;
+		leftwards.emplace_back(profiles.x(i), rows[i * 4 + 2]);
 	}
 	std::sort(leftwards.begin(), leftwards.end());
 	EXPECT_LT(leftwards[0].second, leftwards[1].second);

@@ -108,6 +108,44 @@ TEST_P(BeamTracing, SeesWhatLiesAlongTheBeams)
 	EXPECT_GT(same, 0.985 * beams);  // steps jump over corners of cells
 }
 
+TEST_P(BeamTracing, TwoReadingsOfAMapAreFollowedAsEachAlone)
+{
+	Picture picture(40, std::string(70, '.'));
+	for (std::string& row : picture) row.replace(30, 3, "###").replace(50, 12, "############");
+	for (std::size_t row = 10; row < 20; row++) picture[row].replace(5, 9, "#########");
+	picture[30].replace(0, 30, std::string(30, '?'));
+	const Grid drawn = make_picture_grid(picture, kCell);
+	const Grid deeper = with_wall_surfaces_only(with_surfaces_deeper(drawn, 0.12)),
+	           walls = with_wall_surfaces_only(drawn);
+	const std::vector<CellIndex> furniture = find_furniture(drawn);
+	ASSERT_FALSE(furniture.empty());
+	const SkipMap map = make_skip_map(walls, deeper, furniture);
+	std::mt19937 random(4);
+	int differ = 0;
+	for (int k = 0; k < 50; k++)
+	{
+		const auto uniform = [&](double most) { return std::uniform_real_distribution<double>(0.01, most)(random); };
+		const mrpt::math::TPose2D sensor{
+		    drawn.origin_x + uniform(70 * kCell), drawn.origin_y + uniform(40 * kCell), uniform(6)};
+		const BeamArrays returns = random_returns(random, 40);
+		TracedBeams of_both[2];
+		for (const int reading : {0, 1})
+		{
+			TracedBeams &both = of_both[reading], alone;
+			BeamTracer(map, reading).trace(returns, sensor, both);
+			BeamTracer(reading == 0 ? walls : deeper, furniture).trace(returns, sensor, alone);
+			EXPECT_EQ(both.end, alone.end) << sensor;
+			for (std::size_t i = 0; i < returns.range.size(); i++)
+			{
+				EXPECT_NEAR(both.walls[i], alone.walls[i], 1e-3) << sensor << " " << i;
+				EXPECT_NEAR(both.unknown[i], alone.unknown[i], 1e-3) << sensor << " " << i;
+			}
+		}
+		differ += of_both[0].end != of_both[1].end ? 1 : 0;
+	}
+	EXPECT_GT(differ, 0);
+}
+
 TEST_P(BeamTracing, FurnitureIsPassedButIsNoWall)
 {
 	Picture picture(30, std::string(60, '.'));

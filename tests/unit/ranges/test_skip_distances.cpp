@@ -15,7 +15,7 @@ TEST(Clearances, AreChebyshevDistancesToAnotherClassOrTheMargin)
 	std::mt19937 random(3);
 	for (const auto& [width, height] : {std::pair{3, 3}, {3, 9}, {9, 3}, {40, 30}, {70, 25}})
 	{
-		std::vector<std::uint8_t> classes(static_cast<std::size_t>(width * height), 1);
+		AlignedBytes classes(static_cast<std::size_t>(width * height), 1);
 		for (std::size_t i = 0; i < classes.size() / 60; i++)
 			classes[random() % classes.size()] = static_cast<std::uint8_t>(random() % 3);
 		const auto class_at = [&, w = width](int x, int y) { return classes[static_cast<std::size_t>(y * w + x)]; };

@@ -30,17 +30,15 @@ class DistinctPoses
 	/// \return whether it does
 	bool add(const mrpt::math::TPose2D& pose, std::size_t map = 0)
 	{
-		const auto column = static_cast<std::int64_t>(std::floor(pose.x / distance_));
-		const auto row = static_cast<std::int64_t>(std::floor(pose.y / distance_));
-		for (const int j : {0, -1, 1})  // its own tile first, where most that are near lie
-			for (const int i : {0, -1, 1})
-				for (int k = newest_[bucket(column + i, row + j, map)]; k >= 0;
-				     k = chosen_[static_cast<std::size_t>(k)].before)
+		const Tiles x = tiles_of(pose.x), y = tiles_of(pose.y);
+		for (const std::int64_t row : {y.own, y.beside})
+			for (const std::int64_t column : {x.own, x.beside})
+				for (int k = newest_[bucket(column, row, map)]; k >= 0; k = chosen_[static_cast<std::size_t>(k)].before)
 				{
 					const Chosen& chosen = chosen_[static_cast<std::size_t>(k)];
 					if (chosen.map == map && are_near(pose, chosen.pose, distance_, yaw_)) return false;
 				}
-		int& newest = newest_[bucket(column, row, map)];
+		int& newest = newest_[bucket(x.own, y.own, map)];
 		chosen_.push_back({pose, map, newest});
 		newest = static_cast<int>(chosen_.size()) - 1;
 		return true;
@@ -56,8 +54,22 @@ class DistinctPoses
 		int before;  //!< the one chosen before it in its bucket, or -1
 	};
 
-	/// Returns the bucket of a tile of side `distance_` of a map. Tiles may share one, which costs comparisons but does
-	/// no harm.
+	/// Numbers of tiles along one axis: that of a coordinate, and the one beside it of which any part is nearer than
+	/// `distance_`.
+	struct Tiles
+	{
+		std::int64_t own, beside;
+	};
+
+	Tiles tiles_of(double coordinate) const
+	{
+		const auto halves = static_cast<std::int64_t>(std::floor(coordinate / distance_));
+		const std::int64_t own = halves >> 1;
+		return {own, own + (halves & 1) * 2 - 1};
+	}
+
+	/// Returns the bucket of a tile, of twice `distance_` of a map. Tiles may share one, which costs comparisons but
+	/// does no harm.
 	static std::size_t bucket(std::int64_t column, std::int64_t row, std::size_t map)
 	{
 		const auto mixed = static_cast<std::uint64_t>(column) * 0x9E3779B97F4A7C15U +

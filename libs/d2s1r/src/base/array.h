@@ -1,6 +1,8 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <sys/mman.h>
+
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -12,7 +14,8 @@ namespace d2s1r
 {
 inline constexpr std::size_t kCacheLine = 64;  //!< [byte]
 
-/// Allocates memory that begins at a cache line.
+/// Allocates memory that begins at a cache line. Large arrays are asked to be in large pages: a query reads few bytes
+/// here and there, and the processor would look up the page of nearly each of them.
 template <class T>
 struct CacheAligned
 {
@@ -25,11 +28,22 @@ struct CacheAligned
 	}
 	T* allocate(std::size_t count)
 	{
-		return static_cast<T*>(::operator new (count * sizeof(T), std::align_val_t{kCacheLine}));
+		void* const memory = ::operator new(count * sizeof(T), alignment(count));
+		if (is_large(count)) madvise(memory, count * sizeof(T), MADV_HUGEPAGE);  // without it, it is slower
+		return static_cast<T*>(memory);
 	}
-	void deallocate(T* memory, std::size_t) noexcept { ::operator delete (memory, std::align_val_t{kCacheLine}); }
+	void deallocate(T* memory, std::size_t count) noexcept { ::operator delete(memory, alignment(count)); }
 	friend bool operator==(const CacheAligned&, const CacheAligned&) noexcept { return true; }
 	friend bool operator!=(const CacheAligned&, const CacheAligned&) noexcept { return false; }
+
+   private:
+	static constexpr std::size_t kLargePage = std::size_t{1} << 21;  //!< [byte] of x86-64 and arm64
+
+	static constexpr bool is_large(std::size_t count) { return count * sizeof(T) >= 2 * kLargePage; }
+	static constexpr std::align_val_t alignment(std::size_t count)
+	{
+		return std::align_val_t{is_large(count) ? kLargePage : kCacheLine};
+	}
 };
 
 /// Bytes that begin at a cache line. Rows of them do so, too, if they are in_whole_lines() apart.

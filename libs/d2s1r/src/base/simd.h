@@ -20,5 +20,6 @@ inline void prefetch(const std::uint8_t* bytes, std::size_t count)
 {
 	constexpr std::size_t kLine = 64;  // [byte]
 	for (std::size_t i = 0; i < count; i += kLine) __builtin_prefetch(bytes + i);
+	__builtin_prefetch(bytes + count - 1);
 }
 }  // namespace d2s1r

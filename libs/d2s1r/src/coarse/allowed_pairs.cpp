@@ -1,9 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "coarse/allowed_pairs.h"
 
-#include <mrpt/core/bits_math.h>
-#include <mrpt/math/wrap2pi.h>
-
 #include <algorithm>
 #include <cmath>
 
@@ -16,16 +13,14 @@ double robot_to_sensor(const Scan& scan)
 	return std::hypot(scan.sensor_on_robot.x, scan.sensor_on_robot.y);
 }
 
-/// Returns the box that holds all sample positions, or nothing useful if the prior does not need it.
+/// Returns the box that holds the map, or nothing useful if the prior does not need it.
 PoseBox area_of(const RangeProfiles& profiles, const Prior& prior, double margin)
 {
 	if (prior.anywhere() || profiles.size() == 0) return {};
-	const auto [least_x, greatest_x] = std::minmax_element(profiles.x.begin(), profiles.x.end());
-	const auto [least_y, greatest_y] = std::minmax_element(profiles.y.begin(), profiles.y.end());
-	const auto number = [](float value) { return static_cast<double>(value); };
+	const Grid& grid = profiles.grid;
 	return {
-	    number(*least_x) - margin, number(*greatest_x) + margin, number(*least_y) - margin,
-	    number(*greatest_y) + margin};
+	    grid.origin_x - margin, grid.origin_x + grid.width * grid.cell_size + margin, grid.origin_y - margin,
+	    grid.origin_y + grid.height * grid.cell_size + margin};
 }
 }  // namespace
 
@@ -40,18 +35,14 @@ AllowedPairs::AllowedPairs(const RangeProfiles& profiles, const Prior& prior, co
 	if (anywhere_) return;
 	const mrpt::math::TPose2D robot_on_sensor = mrpt::math::TPose2D() - scan.sensor_on_robot;
 	for (int shift = 0; shift < profiles.directions; shift++)
-	{
-		const double yaw = mrpt::math::wrapToPi(2 * M_PI * shift / profiles.directions);
-		robot_on_position_.push_back(mrpt::math::TPose2D(0, 0, yaw) + robot_on_sensor);
-	}
+		robot_on_position_.push_back(mrpt::math::TPose2D(0, 0, profiles.yaw_of(shift)) + robot_on_sensor);
 }
 
 bool AllowedPairs::prior_allows(const Pair& pair) const
 {
 	const auto i = static_cast<std::size_t>(pair.position);
 	const mrpt::math::TPose2D& robot = robot_on_position_[static_cast<std::size_t>(pair.shift)];
-	return prior_.allows(
-	    {static_cast<double>(profiles_.x[i]) + robot.x, static_cast<double>(profiles_.y[i]) + robot.y, robot.phi});
+	return prior_.allows({profiles_.x(i) + robot.x, profiles_.y(i) + robot.y, robot.phi});
 }
 
 bool AllowedPairs::prior_allows_any(const Pair& of_group) const
@@ -77,8 +68,7 @@ std::vector<std::uint64_t> AllowedPairs::groups() const
 	{
 		bool any = false;
 		for (std::size_t i = profiles_.first_of_group[group]; i < profiles_.first_of_group[group + 1] && !any; i++)
-			any = prior_of_sensor_.allows_position(
-			    static_cast<double>(profiles_.x[i]), static_cast<double>(profiles_.y[i]));
+			any = prior_of_sensor_.allows_position(profiles_.x(i), profiles_.y(i));
 		if (any) allowed[group / kBlock] |= std::uint64_t{1} << group % kBlock;
 	}
 	return allowed;

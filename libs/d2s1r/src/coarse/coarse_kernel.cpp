@@ -39,6 +39,60 @@ HWY_INLINE std::uint64_t bits_of(M mask)
 	return bits;
 }
 
+/// Returns the values of a table of 16 at `numbers`.
+HWY_INLINE V looked_up(const std::uint8_t* table, V numbers)
+{
+	const Bytes bytes;
+#if HWY_TARGET == HWY_SCALAR
+	return hn::Set(bytes, table[hn::GetLane(numbers)]);  // a vector of one byte is no table
+#else
+	return hn::TableLookupBytes(hn::LoadDup128(bytes, table), numbers);
+#endif
+}
+
+/// Returns the ranges that some numbers of predictions stand for.
+/// \param overview [step] in the direction of the first of them
+/// \param more, less [step] by number
+HWY_INLINE V predicted(V numbers, const std::uint8_t* overview, const std::uint8_t* more, const std::uint8_t* less)
+{
+	const Bytes bytes;
+	V range = hn::LoadU(bytes, overview);
+	for (std::size_t i = 1; i < kPredictions.size(); i++)
+		if (kPredictions[i].turn != kPredictions[i - 1].turn)
+			range = hn::IfThenElse(
+			    hn::Gt(numbers, hn::Set(bytes, static_cast<std::uint8_t>(i - 1))),
+			    hn::LoadU(bytes, overview + kPredictions[i].turn), range);
+	return hn::SaturatedSub(hn::SaturatedAdd(range, looked_up(more, numbers)), looked_up(less, numbers));
+}
+
+void predicted_rows_of_target(
+    const std::uint8_t* HWY_RESTRICT around, const std::uint8_t* HWY_RESTRICT numbers, std::size_t count,
+    std::size_t directions, std::uint8_t* HWY_RESTRICT rows)
+{
+	const Bytes bytes;
+	alignas(16) std::uint8_t more[kPredictions.size()], less[kPredictions.size()];
+	for (std::size_t i = 0; i < kPredictions.size(); i++)
+	{
+		more[i] = static_cast<std::uint8_t>(std::max(kPredictions[i].more, 0));
+		less[i] = static_cast<std::uint8_t>(std::max(-kPredictions[i].more, 0));
+	}
+	const V low = hn::Set(bytes, 15);
+	const std::size_t lanes = hn::Lanes(bytes), stride = (directions + 1) / 2, row = row_stride(directions);
+	const std::uint8_t* const overview = around + kMostTurn;
+	for (std::size_t i = 0; i < stride; i += lanes)
+		for (std::size_t r = 0; r < count; r++)
+		{
+			const V number = hn::And(hn::LoadU(bytes, numbers + r * stride + i), low);
+			hn::StoreU(predicted(number, overview + i, more, less), bytes, rows + r * row + i);
+		}
+	for (std::size_t i = 0; i < stride; i += lanes)  // later: they lie where the lower ones wrote beyond their end
+		for (std::size_t r = 0; r < count; r++)
+		{
+			const V number = hn::ShiftRight<4>(hn::LoadU(bytes, numbers + r * stride + i));
+			hn::StoreU(predicted(number, overview + stride + i, more, less), bytes, rows + r * row + stride + i);
+		}
+}
+
 void missing_beams_of_target(const std::uint8_t* block, const std::uint8_t* histogram, std::uint8_t* missing)
 {
 	const Bytes bytes;
@@ -156,7 +210,7 @@ void row_costs_of_target(const std::uint8_t* rows, std::size_t count, const Scan
 	const auto in_end = hn::FirstN(bytes, scan.length - whole);
 	const V end_of_truncation = hn::IfThenElseZero(in_end, hn::LoadU(bytes, scan.truncation + whole));
 	const V end_of_beyond = hn::IfThenElseZero(in_end, hn::LoadU(bytes, scan.truncation_beyond + whole));
-	for (std::size_t r = 0; r < count; r++, rows += scan.length)
+	for (std::size_t r = 0; r < count; r++, rows += row_stride(scan.length))
 	{
 		const auto sum_from = [&](std::size_t i, V truncation, V truncation_beyond)
 		{
@@ -179,10 +233,18 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace d2s1r
 {
+HWY_EXPORT(predicted_rows_of_target);
 HWY_EXPORT(missing_beams_of_target);
 HWY_EXPORT(groups_between_of_target);
 HWY_EXPORT(find_cheap_pairs_of_target);
 HWY_EXPORT(row_costs_of_target);
+
+void predicted_rows(
+    const std::uint8_t* around, const std::uint8_t* numbers, std::size_t count, std::size_t directions,
+    std::uint8_t* rows)
+{
+	HWY_DYNAMIC_DISPATCH(predicted_rows_of_target)(around, numbers, count, directions, rows);
+}
 
 void missing_beams(const std::uint8_t* block, const std::uint8_t* histogram, std::uint8_t* missing)
 {

@@ -17,14 +17,74 @@ struct Pair
 	std::uint32_t cost;     //!< [step], for a group [2 steps]; lower is better
 };
 
-/// Appends a pair number by number. push_back() would load eight bytes at once that have just been stored four by four,
-/// and the processor would wait for these stores.
-inline void append(const Pair& pair, std::vector<Pair>& pairs)
+/// Copies a pair number by number. Eight bytes at once, that have just been stored four by four, would have to wait for
+/// these stores.
+inline void copy(const Pair& from, Pair& to)
 {
-	Pair& appended = pairs.emplace_back();
-	appended.position = pair.position;
-	appended.shift = pair.shift;
-	appended.cost = pair.cost;
+	to.position = from.position;
+	to.shift = from.shift;
+	to.cost = from.cost;
+}
+
+/// Appends to pairs.
+class PairAppender
+{
+   public:
+	/// Appends to `pairs`, which have to stay as they are until the end of this object.
+	explicit PairAppender(std::vector<Pair>& pairs) : pairs_(pairs), size_(pairs.size()) {}
+	PairAppender(const PairAppender&) = delete;
+	PairAppender& operator=(const PairAppender&) = delete;
+	~PairAppender() { pairs_.resize(size_); }
+
+	/// Adds a pair if it is wanted. That is no branch, which a processor would guess wrong every other time.
+	void add(const Pair& pair, bool wanted)
+	{
+		if (size_ == pairs_.size()) pairs_.resize(size_ + kMore);
+		copy(pair, pairs_[size_]);
+		size_ += wanted ? 1 : 0;
+	}
+
+   private:
+	static constexpr std::size_t kMore = 1024;
+
+	std::vector<Pair>& pairs_;
+	std::size_t size_;  //!< [-] wanted pairs
+};
+
+/// Drops the pairs that cost more than `most`; the others keep their order.
+inline void drop_above(std::uint32_t most, std::vector<Pair>& pairs)
+{
+	std::size_t kept = 0;
+	for (const Pair& pair : pairs)
+	{
+		pairs[kept] = pair;
+		kept += pair.cost <= most ? 1 : 0;
+	}
+	pairs.resize(kept);
+}
+
+/// Moves the cheapest of `pairs`, whose costs are bytes, to `taken`, which it clears; all keep their order. It takes
+/// none that costs more than `most`, and at most `wanted` [-], where one cost is taken as a whole or not at all; the
+/// least cost is always taken.
+inline void take_cheapest(std::size_t wanted, std::uint32_t most, std::vector<Pair>& pairs, std::vector<Pair>& taken)
+{
+	std::array<std::size_t, 256> count{};  // [-] by cost
+	for (const Pair& pair : pairs) count[pair.cost]++;
+	std::uint32_t least = 0;
+	while (least + 1 < count.size() && count[least] == 0) least++;
+	std::uint32_t greatest = least;
+	for (std::size_t below = count[least]; greatest < std::min(most, 255U); greatest++)
+		if ((below += count[greatest + 1]) > wanted) break;
+	taken.resize(pairs.size());
+	std::size_t kept = 0, moved = 0;
+	for (const Pair& pair : pairs)
+	{
+		copy(pair, taken[moved]);
+		copy(pair, pairs[kept]);
+		(pair.cost <= greatest ? moved : kept)++;
+	}
+	taken.resize(moved);
+	pairs.resize(kept);
 }
 
 /// Keeps the cheapest of a stream of pairs whose costs are bytes: all those below a limit, which is lowered as they
@@ -52,7 +112,7 @@ class CheapestPairs
 	/// \param pair costs at most what most() was when the limit was lowered last
 	void add(const Pair& pair)
 	{
-		append(pair, pairs_);
+		copy(pair, pairs_.emplace_back());
 		count_[pair.cost]++;
 		below_++;
 		least_ = std::min(least_, pair.cost);

@@ -23,10 +23,10 @@ namespace
 /// positions agree with a scan by chance that the true one, beside an edge, may not be among the cheapest, while the
 /// middle of its group still is: tests/benchmark/RESULTS.md. In the maps of recorded sites, which are smaller, it
 /// changes who is right in both directions.
-double overview_share_of(std::size_t groups)
+float overview_share_of(std::size_t groups)
 {
 	constexpr std::size_t kMany = 250000;  // [-]
-	return groups > kMany ? 0.25 : 0;
+	return groups > kMany ? 0.25F : 0;
 }
 
 /// Compares all beams with the profiles of all positions of pairs of group and shift of one reading. It adds what is
@@ -36,24 +36,31 @@ double overview_share_of(std::size_t groups)
 /// \param least [step] cost of the cheapest pair so far; it is lowered
 void search_profiles(
     const ReadingToSearch& reading, const std::vector<Pair>& of_groups, std::int32_t first_position,
-    const CoarseSearchParameters& limits, double overview_share, std::uint32_t margin, std::uint32_t& least,
+    const CoarseSearchParameters& limits, float overview_share, std::uint32_t margin, std::uint32_t& least,
     std::vector<Pair>& pairs)
 {
 	constexpr std::size_t kAhead = 16;
 	const auto& [profiles, scan, allowed] = reading;
 	const auto directions = static_cast<std::size_t>(profiles.directions);
 	const auto& first_of_group = profiles.first_of_group;
-	const auto rows_of = [&, &by_position = profiles.by_position](std::size_t group)
-	{ return by_position.data() + first_of_group[group] * directions; };
+	const auto prefetch_group = [&, &index = profiles](std::size_t group)
+	{
+		const std::size_t stride = index.predictions_stride();
+		prefetch(index.predictions.data() + first_of_group[group] * stride, 4 * stride);
+		prefetch(index.overview_of(group), directions);
+	};
+	ProfilesOfGroup rows(profiles);
 	const auto group_of = [&](std::size_t m) { return static_cast<std::size_t>(of_groups[m].position); };
 	const auto few = std::max<std::size_t>(1, count_overview_beams(scan, limits.truncation));
-	const double per_beam = static_cast<double>(scan.observed.size()) / static_cast<double>(few);
-	const double of_profile = 1 - overview_share, of_overview = overview_share * 2 * per_beam;  // [-] by cost
+	const float per_beam = static_cast<float>(scan.observed.size()) / static_cast<float>(few);
+	const float of_profile = 1 - overview_share, of_overview = overview_share * 2 * per_beam;  // [-] by cost
+	PairAppender added(pairs);
 	std::uint32_t limit = least + margin;  // a local copy: bytes may alias the other
 	for (std::size_t m = 0; m < of_groups.size(); m++)
 	{
 		if (m + 2 * kAhead < of_groups.size()) __builtin_prefetch(&first_of_group[group_of(m + 2 * kAhead)]);
-		if (m + kAhead < of_groups.size()) prefetch(rows_of(group_of(m + kAhead)), 4 * directions);
+		if (m + kAhead < of_groups.size() && group_of(m + kAhead) != group_of(m + kAhead - 1))
+			prefetch_group(group_of(m + kAhead));
 		const std::size_t group = group_of(m);
 		const std::size_t turned = directions - static_cast<std::size_t>(of_groups[m].shift);
 		const ScanRow turned_scan{
@@ -61,15 +68,15 @@ void search_profiles(
 		    scan.truncation_beyond.data() + turned, directions};
 		std::array<std::uint32_t, 4> costs;
 		const std::size_t first = first_of_group[group], positions = first_of_group[group + 1] - first;
-		row_costs(rows_of(group), positions, turned_scan, costs.data());
-		const double in_overview = of_overview * of_groups[m].cost;
+		row_costs(rows.of(group), positions, turned_scan, costs.data());
+		const float in_overview = of_overview * static_cast<float>(of_groups[m].cost);
 		for (std::size_t i = 0; i < positions; i++)
 		{
-			costs[i] = static_cast<std::uint32_t>(of_profile * costs[i] + in_overview);
+			const auto cost = static_cast<std::uint32_t>(of_profile * static_cast<float>(costs[i]) + in_overview);
 			const auto position = static_cast<std::int32_t>(first + i);
-			if (costs[i] > limit || !allowed.allows({position, of_groups[m].shift, costs[i]})) continue;
-			limit = std::min(limit, costs[i] + margin);
-			append({position + first_position, of_groups[m].shift, costs[i]}, pairs);
+			if (!allowed.allows({position, of_groups[m].shift, cost})) continue;
+			limit = std::min(limit, cost + margin);
+			added.add({position + first_position, of_groups[m].shift, cost}, cost <= limit);
 		}
 	}
 	least = limit - margin;
@@ -113,7 +120,7 @@ std::vector<std::vector<Pair>> pairs_by_reading(const std::vector<Pair>& of_grou
 /// Memory of the last search of a thread, which the next one takes.
 struct Memory
 {
-	std::vector<Pair> of_groups, pairs;
+	std::vector<Pair> of_groups, taken, pairs;
 };
 thread_local Memory kept;
 }  // namespace
@@ -153,35 +160,51 @@ struct CoarseSearch::Prepared
 CoarseSearch::CoarseSearch(std::vector<CoarseSearchIn> readings, const Scan& scan, const CoarseSearchParameters& limits)
     : readings_(std::move(readings)),
       prepared_(std::make_unique<Prepared>(readings_, scan, limits)),
+      of_groups_(std::move(kept.of_groups)),
       pairs_(std::move(kept.pairs))
 {
+	of_groups_.clear();
 	pairs_.clear();
 	if (prepared_->quantized.front().exact.empty()) return;
-	const Prepared& prepared = *prepared_;
-	search_overviews(prepared.to_search, limits, kept.of_groups);
-	const std::uint32_t margin = prepared.margin(limits);
-	const double overview_share = overview_share_of(prepared.numbers.groups.back());
-	const auto search = [&](std::size_t reading, const std::vector<Pair>& of_groups)
-	{
-		const auto first = static_cast<std::int32_t>(prepared.numbers.positions[reading]);
-		search_profiles(prepared.to_search[reading], of_groups, first, limits, overview_share, margin, least_, pairs_);
-	};
-	if (readings_.size() == 1)
-		search(0, kept.of_groups);
-	else
-	{
-		const auto by_reading = pairs_by_reading(kept.of_groups, prepared.numbers);
-		for (std::size_t i = 0; i < readings_.size(); i++) search(i, by_reading[i]);
-	}
+	margin_ = prepared_->margin(limits);
+	search_overviews(prepared_->to_search, limits, of_groups_);
+	const auto costs_less = [](const Pair& a, const Pair& b) { return a.cost < b.cost; };
+	if (!of_groups_.empty())
+		least_of_groups_ = std::min_element(of_groups_.begin(), of_groups_.end(), costs_less)->cost;
 }
 
 CoarseSearch::~CoarseSearch()
 {
+	kept.of_groups = std::move(of_groups_);
 	kept.pairs = std::move(pairs_);
 }
 
-std::vector<Candidate> CoarseSearch::candidates(const CoarseSearchParameters& limits) const
+void CoarseSearch::compare_profiles(const CoarseSearchParameters& limits)
 {
+	const Prepared& prepared = *prepared_;
+	const auto wanted = static_cast<std::size_t>(limits.max_pairs) - compared_;
+	const std::uint32_t margin = overview_margin(prepared.quantized.front(), limits);
+	take_cheapest(wanted, least_of_groups_ + margin, of_groups_, kept.taken);
+	compared_ += kept.taken.size();
+	const float overview_share = overview_share_of(prepared.numbers.groups.back());
+	const auto search = [&](std::size_t reading, const std::vector<Pair>& of_groups)
+	{
+		const auto first = static_cast<std::int32_t>(prepared.numbers.positions[reading]);
+		search_profiles(prepared.to_search[reading], of_groups, first, limits, overview_share, margin_, least_, pairs_);
+	};
+	if (readings_.size() == 1)
+		search(0, kept.taken);
+	else
+	{
+		const auto by_reading = pairs_by_reading(kept.taken, prepared.numbers);
+		for (std::size_t i = 0; i < readings_.size(); i++) search(i, by_reading[i]);
+	}
+	drop_above(least_ + margin_, pairs_);
+}
+
+std::vector<Candidate> CoarseSearch::candidates(const CoarseSearchParameters& limits)
+{
+	if (!of_groups_.empty()) compare_profiles(limits);
 	std::vector<Candidate> found;
 	if (pairs_.empty()) return found;
 	const Prepared& prepared = *prepared_;
@@ -195,8 +218,7 @@ std::vector<Candidate> CoarseSearch::candidates(const CoarseSearchParameters& li
 		    const auto& [profiles, scan, allowed] = prepared.to_search[reading];
 		    const auto position = static_cast<std::size_t>(pair.position);
 		    const mrpt::math::TPose2D pose(
-		        static_cast<double>(profiles.x[position]), static_cast<double>(profiles.y[position]),
-		        scan.yaws[static_cast<std::size_t>(pair.shift)]);
+		        profiles.x(position), profiles.y(position), scan.yaws[static_cast<std::size_t>(pair.shift)]);
 		    if (!distinct.add(pose, reading)) return true;
 		    found.push_back({pose, static_cast<double>(pair.cost) / prepared.beams(), reading});
 		    return found.size() < static_cast<std::size_t>(limits.candidates);

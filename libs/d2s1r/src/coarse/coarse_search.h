@@ -50,6 +50,8 @@ struct CoarseSearchIn
 /// Readings of several maps are searched as if they were one map, in about the time that one map of their size takes:
 /// all limits hold for the pairs and candidates of all of them together, so that most of them get few or none.
 ///
+/// Overviews are searched at once; profiles are compared as far as candidates are asked for.
+///
 /// One search may be used by one thread at a time; each thread keeps the memory of its last one for the next.
 class CoarseSearch
 {
@@ -63,12 +65,12 @@ class CoarseSearch
 	CoarseSearch(const CoarseSearch&) = delete;
 	CoarseSearch& operator=(const CoarseSearch&) = delete;
 
-	/// Returns what was found.
-	/// \param limits candidates and margin count here, at most those of the search
+	/// Goes on with the search as far as `limits` ask, and returns what was found.
+	/// \param limits at least those that were asked for before, at most those of the search
 	/// \return poses that are two spacings or three shifts apart, best first, at most limits.candidates, and none whose
 	///         beams cost more in total than those of the best one by limits.margin times the square root of their
 	///         number
-	std::vector<Candidate> candidates(const CoarseSearchParameters& limits) const;
+	std::vector<Candidate> candidates(const CoarseSearchParameters& limits);
 
 	/// Returns by how much [step], in the mean of the beams, a candidate within `limits` may cost more than the best
 	/// one.
@@ -77,10 +79,17 @@ class CoarseSearch
    private:
 	struct Prepared;
 
+	/// Compares the profiles of the pairs of group and shift that `limits` ask for.
+	void compare_profiles(const CoarseSearchParameters& limits);
+
 	std::vector<CoarseSearchIn> readings_;
 	std::unique_ptr<const Prepared> prepared_;
-	std::vector<Pair> pairs_;         //!< of position and shift; some cost too much
-	std::uint32_t least_ = 1U << 31;  //!< [step] cost of the cheapest of these
+	std::uint32_t margin_ = 0;           //!< [step] by which a pair may cost more than the cheapest
+	std::vector<Pair> of_groups_;        //!< of group and shift, whose profiles are not compared yet
+	std::uint32_t least_of_groups_ = 0;  //!< [2 steps] cost of the cheapest pair of group and shift
+	std::size_t compared_ = 0;           //!< [-] pairs of group and shift whose profiles are compared
+	std::vector<Pair> pairs_;            //!< of position and shift
+	std::uint32_t least_ = 1U << 31;     //!< [step] cost of the cheapest of these
 };
 
 /// Returns the candidates of a search through one reading with these limits.

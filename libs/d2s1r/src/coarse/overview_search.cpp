@@ -170,6 +170,12 @@ std::size_t count_overview_beams(const QuantizedScan& scan, int truncation)
 	return std::min(scan.exact.size(), static_cast<std::size_t>(255 / truncation));
 }
 
+std::uint32_t overview_margin(const QuantizedScan& scan, const CoarseSearchParameters& parameters)
+{
+	const auto beams = static_cast<double>(count_overview_beams(scan, parameters.truncation));
+	return static_cast<std::uint32_t>(parameters.margin * std::sqrt(beams));
+}
+
 void search_overviews(
     const std::vector<ReadingToSearch>& readings, const CoarseSearchParameters& parameters, std::vector<Pair>& pairs)
 {
@@ -177,8 +183,8 @@ void search_overviews(
 	const int truncation = parameters.truncation;
 	const auto few = few_beams_of(readings, truncation);
 	const std::vector<GroupsOfReading> all = groups_of(readings, few, truncation, missing);
-	const double margin = parameters.margin * std::sqrt(static_cast<double>(few.front().size()));
-	CheapestPairs cheapest(static_cast<std::uint32_t>(margin), static_cast<std::size_t>(parameters.max_pairs), pairs);
+	const std::uint32_t margin = overview_margin(readings.front().scan, parameters);
+	CheapestPairs cheapest(margin, static_cast<std::size_t>(parameters.max_pairs), pairs);
 
 	const int of_few = missing_at_few(all);
 	for (const GroupsOfReading& of : all) look_where_missing(of, 0, of_few, cheapest);

@@ -21,6 +21,9 @@ struct ReadingToSearch
 /// Returns how many beams of a scan overviews are compared with: as many as have costs that a byte can sum up.
 std::size_t count_overview_beams(const QuantizedScan& scan, int truncation);
 
+/// Returns by how much [2 steps] these beams of a pair may cost more than those of the cheapest one.
+std::uint32_t overview_margin(const QuantizedScan& scan, const CoarseSearchParameters& parameters);
+
 /// Compares a few beams with the overviews of the groups, at the shifts that are allowed: first of the groups whose
 /// range histograms are most like the scan's, then of all that may explain it as well as the best of those. Several
 /// readings are searched as if they were one: what is found in one leaves out what is too costly in another.

@@ -31,7 +31,7 @@ QuantizedScan quantize(const Scan& scan, const RangeProfiles& profiles, const Co
 	}
 	for (int direction = 0; direction < directions; direction++)
 	{
-		out.yaws.push_back(mrpt::math::wrapToPi(2 * M_PI * direction / directions));
+		out.yaws.push_back(profiles.yaw_of(direction));
 		const auto bin = static_cast<std::size_t>(direction);
 		if (out.truncation[bin] == 0) continue;
 		out.observed.push_back(direction);

@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "coarse/coarse_kernel.h"
 #include "ranges/range_sweep.h"
 
 namespace d2s1r
@@ -107,82 +108,174 @@ std::vector<std::uint8_t> steps_of_ranges(const RangeProfiles& profiles, double 
 	return steps;
 }
 
-/// Stores the swept ranges of consecutive cells as bytes, by cell, then by direction. It takes memory when the first
-/// ranges come: making the lines of a sweep takes much that is given back by then.
-template <class Bytes>
-class RowWriter
+constexpr std::size_t kTogether = 8;  //!< [directions] that are stored at once, in one word
+
+/// The ranges of some consecutive cells in some consecutive directions.
+struct SweptBlock
 {
-   public:
-	/// Refers to its arguments.
-	/// \param first, count which of the swept cells are stored
-	/// \param byte_of by range
-	/// \param stride [byte] between rows
-	/// \param behind [byte] after the last row
-	RowWriter(
-	    std::size_t first, std::size_t count, const std::vector<std::uint8_t>& byte_of, int directions,
-	    std::size_t stride, std::size_t behind = 0)
-	    : first_(first),
-	      count_(count),
-	      byte_of_(byte_of),
-	      directions_(static_cast<std::size_t>(directions)),
-	      stride_(stride),
-	      behind_(behind)
-	{
-	}
+	std::size_t first, count;                 //!< [-] cells
+	std::size_t first_direction, directions;  //!< [-] at most kTogether
+	const std::vector<std::uint8_t>& steps;   //!< [step] by direction, then by cell
 
-	/// Stores the ranges of one direction. All directions must come in turn.
-	void write(std::size_t direction, const SweptRanges& swept)
-	{
-		rows_.resize(count_ * stride_ + behind_);
-		gathered_.resize(kGathered * count_);
-		// local copies: byte stores may alias members, which would be reloaded every time
-		const SweptRanges ranges = swept;
-		const std::size_t first = first_, count = count_;
-		const std::uint8_t* const byte_of = byte_of_.data();
-		std::uint8_t* const gathered = gathered_.data() + direction % kGathered * count;
-		for (std::size_t i = 0; i < count; i++) gathered[i] = byte_of[ranges[first + i]];
-		if (direction % kGathered == kGathered - 1 || direction == directions_ - 1) store(direction);
-	}
-
-	/// Returns the rows.
-	Bytes take() { return std::move(rows_); }
-
-   private:
-	static constexpr std::size_t kWord = 8;          //!< [directions] stored at once
-	static constexpr std::size_t kGathered = kWord;  //!< [directions] stored before the next cell
-
-	/// Stores the directions that were gathered last, up to `last`.
-	void store(std::size_t last)
-	{
-		const std::size_t first = last / kGathered * kGathered, directions = last - first + 1;
-		const std::size_t count = count_, stride = stride_;
-		const std::uint8_t* const gathered = gathered_.data();
-		std::uint8_t* row = rows_.data() + first;
-		for (std::size_t i = 0; i < count; i++, row += stride)
-		{
-			std::size_t d = 0;
-			for (; d + kWord <= directions; d += kWord)
-			{
-				std::array<std::uint8_t, kWord> word;
-				for (std::size_t k = 0; k < kWord; k++) word[k] = gathered[(d + k) * count + i];
-				std::memcpy(row + d, word.data(), kWord);
-			}
-			for (; d < directions; d++) row[d] = gathered[d * count + i];
-		}
-	}
-
-	std::size_t first_, count_;
-	const std::vector<std::uint8_t>& byte_of_;
-	std::size_t directions_, stride_, behind_;
-	Bytes rows_;
-	std::vector<std::uint8_t> gathered_;  //!< (direction, cell)
+	/// Returns the range of a cell, counted from the first one.
+	std::uint8_t at(std::size_t cell, std::size_t direction) const { return steps[direction * count + cell]; }
 };
 
+/// Sweeps all `cells`, and hands their ranges over block by block: not all cells at once, because sweeping takes much
+/// memory for each.
+/// \param step_of by range: see steps_of_ranges()
+template <class Take>
+void sweep_blocks(
+    RangeSweep& sweep, const std::vector<CellIndex>& cells, const RangeProfiles& profiles,
+    const std::vector<std::uint8_t>& step_of, const Take& take)
+{
+	constexpr std::size_t kMostCells = 1 << 23;
+	const auto all = static_cast<std::size_t>(profiles.directions);
+	for (std::size_t first = 0; first < cells.size(); first += kMostCells)
+	{
+		const std::size_t last = std::min(first + kMostCells, cells.size()), count = last - first;
+		const std::vector<CellIndex> some(
+		    cells.begin() + static_cast<std::ptrdiff_t>(first), cells.begin() + static_cast<std::ptrdiff_t>(last));
+		std::vector<std::uint8_t> steps(kTogether * count);
+		sweep(
+		    some, profiles.directions, profiles.max_range,
+		    [&](int swept, const SweptRanges& ranges)
+		    {
+			    const auto direction = static_cast<std::size_t>(swept), column = direction % kTogether;
+			    // local copies: byte stores may alias members, which would be reloaded every time
+			    const SweptRanges of_direction = ranges;
+			    const std::uint8_t* const byte_of = step_of.data();
+			    std::uint8_t* const to = steps.data() + column * count;
+			    for (std::size_t i = 0; i < count; i++) to[i] = byte_of[of_direction[i]];
+			    if (column == kTogether - 1 || direction == all - 1)
+				    take(SweptBlock{first, count, direction - column, column + 1, steps});
+		    });
+	}
+}
+
+/// Makes the overview of all groups.
+/// \param middles the cells in the middles of the groups
+AlignedBytes make_overview(
+    RangeSweep& sweep, const std::vector<CellIndex>& middles, const RangeProfiles& profiles,
+    const std::vector<std::uint8_t>& step_of)
+{
+	const std::size_t stride = profiles.overview_stride();
+	AlignedBytes overview;
+	const auto store = [&](const SweptBlock& block)
+	{
+		overview.resize(middles.size() * stride);  // now: what was needed to find the obstacles is given back
+		std::uint8_t* row = overview.data() + block.first * stride + block.first_direction;
+		for (std::size_t i = 0; i < block.count; i++, row += stride)
+		{
+			std::array<std::uint8_t, kTogether> word;
+			for (std::size_t k = 0; k < block.directions; k++) word[k] = block.at(i, k) / 2;
+			std::memcpy(row, word.data(), block.directions);
+		}
+	};
+	sweep_blocks(sweep, middles, profiles, step_of, store);
+	return overview;
+}
+
+/// Writes the ranges [step] of a row of the overview from `first` on, `count` directions that wrap around.
+void ranges_of(
+    const std::uint8_t* overview, std::size_t directions, std::size_t first, std::size_t count, std::uint8_t* to)
+{
+	for (std::size_t direction = first % directions; count > 0; direction = 0)
+	{
+		const std::size_t some = std::min(count, directions - direction);
+		for (std::size_t i = 0; i < some; i++) to[i] = static_cast<std::uint8_t>(2 * overview[direction + i]);
+		to += some;
+		count -= some;
+	}
+}
+
+/// Chooses predictions.
+class Predictor
+{
+   public:
+	Predictor()
+	{
+		for (std::size_t number = 0; number < kPredictions.size(); number++)
+			for (int difference = -255; difference <= 255; difference++)
+			{
+				const int error = std::min(std::abs(difference - kPredictions[number].more), 255);
+				std::uint16_t& best = best_[turn_of(number)][static_cast<std::size_t>(difference + 255)];
+				best = std::min(best, static_cast<std::uint16_t>(error * kNumbers + static_cast<int>(number)));
+			}
+	}
+
+	/// Returns the number of the prediction that is nearest to `step`; of several, the first one.
+	/// \param overview [step] in the direction of the range; kMostTurn directions before and behind it are read
+	unsigned nearest(std::uint8_t step, const std::uint8_t* overview) const
+	{
+		std::uint16_t best = 0xFFFF;
+		for (std::size_t turn = 0; turn < best_.size(); turn++)
+		{
+			const int difference = step - overview[static_cast<std::ptrdiff_t>(turn) - kTurn];
+			best = std::min(best, best_[turn][static_cast<std::size_t>(difference + 255)]);
+		}
+		return best % kNumbers;
+	}
+
+   private:
+	static constexpr int kNumbers = static_cast<int>(kPredictions.size()), kTurn = static_cast<int>(kMostTurn);
+	static std::size_t turn_of(std::size_t number)
+	{
+		return static_cast<std::size_t>(kPredictions[number].turn + kTurn);
+	}
+
+	struct Best : std::array<std::uint16_t, 511>
+	{
+		Best() { fill(0xFFFF); }
+	};
+	std::array<Best, 2 * kMostTurn + 1> best_;  //!< by turn, then difference: error and number of the prediction
+};
+
+/// Makes the predictions of all positions.
+/// \param profiles that have the overview
+AlignedBytes make_predictions(
+    RangeSweep& sweep, const std::vector<CellIndex>& positions, const RangeProfiles& profiles,
+    const std::vector<std::uint8_t>& step_of)
+{
+	const auto directions = static_cast<std::size_t>(profiles.directions);
+	const std::size_t stride = profiles.predictions_stride();
+	const Predictor predictor;
+	AlignedBytes predictions;
+	const auto store = [&](const SweptBlock& block)
+	{
+		predictions.resize(positions.size() * stride + RangeProfiles::kBlock);
+		std::array<std::uint8_t, kTogether + 2 * kMostTurn> overview;
+		const auto& first_of = profiles.first_of_group;
+		auto group = static_cast<std::size_t>(
+		    std::upper_bound(first_of.begin(), first_of.end(), block.first) - first_of.begin() - 1);
+		for (std::size_t i = block.first, end = i; i < block.first + block.count; i++)
+		{
+			if (i >= end)
+			{
+				ranges_of(
+				    profiles.overview_of(group), directions, block.first_direction + kMostTurn * (directions - 1),
+				    overview.size(), overview.data());
+				end = first_of[++group];
+			}
+			for (std::size_t k = 0; k < block.directions; k++)
+			{
+				const std::size_t direction = block.first_direction + k;
+				const unsigned number =
+				    predictor.nearest(block.at(i - block.first, k), overview.data() + kMostTurn + k);
+				std::uint8_t& at = predictions[i * stride + direction % stride];
+				at = static_cast<std::uint8_t>(at | number << (direction < stride ? 0U : 4U));
+			}
+		}
+	};
+	sweep_blocks(sweep, positions, profiles, step_of, store);
+	return predictions;
+}
+
 /// Makes the range histograms of all groups, block by block.
-std::vector<std::uint8_t> make_histograms(const RangeProfiles& profiles)
+AlignedBytes make_histograms(const RangeProfiles& profiles)
 {
 	constexpr std::size_t kBlock = RangeProfiles::kBlock, kBins = RangeProfiles::kBins;
-	std::vector<std::uint8_t> histograms((profiles.groups() + kBlock - 1) / kBlock * kBins * kBlock);
+	AlignedBytes histograms((profiles.groups() + kBlock - 1) / kBlock * kBins * kBlock);
 	for (std::size_t group = 0; group < profiles.groups(); group++)
 	{
 		const auto histogram =
@@ -193,26 +286,24 @@ std::vector<std::uint8_t> make_histograms(const RangeProfiles& profiles)
 	return histograms;
 }
 
-/// Writes where the sample positions are, and which of them make a group.
-void list_positions(
-    const Grid& grid, const std::vector<PlacedCell>& positions, std::size_t groups, RangeProfiles& profiles)
+/// Returns, by group, the first of its sample positions, and one more at the end.
+std::vector<std::uint32_t> find_groups(const std::vector<PlacedCell>& positions, std::size_t groups)
 {
-	std::vector<float> xs, ys;
 	std::vector<std::uint32_t> first_of_group;
-	xs.reserve(positions.size());
-	ys.reserve(positions.size());
 	first_of_group.reserve(groups + 1);
 	for (std::size_t i = 0; i < positions.size(); i++)
-	{
-		xs.push_back(static_cast<float>(grid.center_x(positions[i].cell)));
-		ys.push_back(static_cast<float>(grid.center_y(positions[i].cell)));
 		if (i == 0 || positions[i].place / 4 != positions[i - 1].place / 4)
 			first_of_group.push_back(static_cast<std::uint32_t>(i));
-	}
 	first_of_group.push_back(static_cast<std::uint32_t>(positions.size()));
-	profiles.x = std::move(xs);
-	profiles.y = std::move(ys);
-	profiles.first_of_group = std::move(first_of_group);
+	return first_of_group;
+}
+
+std::vector<CellIndex> cells_of(const std::vector<PlacedCell>& placed)
+{
+	std::vector<CellIndex> cells;
+	cells.reserve(placed.size());
+	for (const PlacedCell& sample : placed) cells.push_back(sample.cell);
+	return cells;
 }
 }  // namespace
 
@@ -241,40 +332,51 @@ std::array<std::uint8_t, RangeProfiles::kBins> RangeProfiles::histogram_of(
 	return histogram;
 }
 
-RangeProfiles make_range_profiles(const Grid& grid, std::vector<CellIndex> cells, double spacing, int directions)
+ProfilesOfGroup::ProfilesOfGroup(const RangeProfiles& profiles)
+    : profiles_(profiles),
+      group_(profiles.groups()),
+      around_(static_cast<std::size_t>(profiles.directions) + 2 * kMostTurn + RangeProfiles::kBlock),
+      rows_(4 * row_stride(static_cast<std::size_t>(profiles.directions)))
+{
+}
+
+const std::uint8_t* ProfilesOfGroup::of(std::size_t group)
+{
+	if (group == group_) return rows_.data();
+	group_ = group;
+	const auto directions = static_cast<std::size_t>(profiles_.directions);
+	ranges_of(
+	    profiles_.overview_of(group), directions, kMostTurn * (directions - 1), directions + 2 * kMostTurn,
+	    around_.data());
+	const std::size_t first = profiles_.first_of_group[group];
+	predicted_rows(
+	    around_.data(), profiles_.predictions.data() + first * profiles_.predictions_stride(),
+	    profiles_.first_of_group[group + 1] - first, directions, rows_.data());
+	return rows_.data();
+}
+
+RangeProfiles make_range_profiles(Grid grid, std::vector<CellIndex> cells, double spacing, int directions)
 {
 	const int side = std::max(1, static_cast<int>(std::lround(spacing / grid.cell_size)));
 	RangeProfiles profiles;
 	profiles.directions = directions;
 	profiles.max_range = std::min(RangeProfiles::kMaxRange, (kMostSweptCells - 1) * grid.cell_size);  // 1: rounding
-	std::vector<CellIndex> swept;  // positions, then groups
+	profiles.grid = {grid.width, grid.height, grid.cell_size, grid.origin_x, grid.origin_y, {}};
+	std::vector<CellIndex> positions, middles;
 	{
-		const auto positions = along_curve(grid, one_a_square(grid, cells, side), side);
-		const auto groups = along_curve(grid, one_a_square(grid, cells, 2 * side), side);
+		const auto placed = along_curve(grid, one_a_square(grid, cells, side), side);
+		middles = cells_of(along_curve(grid, one_a_square(grid, cells, 2 * side), side));
 		std::vector<CellIndex>().swap(cells);
-		list_positions(grid, positions, groups.size(), profiles);
-		swept.reserve(positions.size() + groups.size());
-		for (const auto* placed : {&positions, &groups})
-			for (const PlacedCell& sample : *placed) swept.push_back(sample.cell);
+		positions = cells_of(placed);
+		profiles.first_of_group = find_groups(placed, middles.size());
 	}
-	const auto row_size = static_cast<std::size_t>(directions);  // [byte]
 	const std::vector<std::uint8_t> step_of = steps_of_ranges(profiles, grid.cell_size);
-	std::vector<std::uint8_t> half_of = step_of;  // [2 steps]
-	for (std::uint8_t& step : half_of) step /= 2;
-	RowWriter<std::vector<std::uint8_t>> by_position(
-	    0, profiles.size(), step_of, directions, row_size, RangeProfiles::kBlock);
-	RowWriter<AlignedBytes> overview(
-	    profiles.size(), profiles.groups(), half_of, directions, profiles.overview_stride());
-	sweep_ranges(
-	    grid, swept, directions, profiles.max_range,
-	    [&](int direction, const SweptRanges& ranges)
-	    {
-		    by_position.write(static_cast<std::size_t>(direction), ranges);
-		    overview.write(static_cast<std::size_t>(direction), ranges);
-	    });
-	profiles.by_position = by_position.take();
-	profiles.overview = overview.take();
+	RangeSweep sweep(grid);
+	std::vector<Cell>().swap(grid.cells);
+	profiles.overview = make_overview(sweep, middles, profiles, step_of);
 	profiles.histograms = make_histograms(profiles);
+	profiles.predictions = make_predictions(sweep, positions, profiles, step_of);
+	profiles.cells = std::move(positions);
 	return profiles;
 }
 }  // namespace d2s1r

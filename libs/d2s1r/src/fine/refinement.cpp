@@ -88,7 +88,7 @@ TPose2D gauss_newton_step(const EndPointSums<3>& sums, std::size_t count, const 
 {
 	Eigen::Matrix3d information = information_of(sums);
 	information.diagonal().array() += damping_of(count, damping);
-	return moved(pose, -information.ldlt().solve(gradient_of(sums)));
+	return moved(pose, -information.inverse() * gradient_of(sums));
 }
 
 /// Makes some steps with a robust kernel of a width [m].
@@ -179,7 +179,7 @@ double deviation_along(
 		Eigen::Matrix3d held = information_of(sums);
 		held.diagonal().array() += damping_of(beams.count, kDamping);
 		held += kHeld * way.held * way.held.transpose();
-		const TPose2D at = moved(beside, -held.ldlt().solve(gradient_of(sums)));
+		const TPose2D at = moved(beside, -held.inverse() * gradient_of(sums));
 		return static_cast<double>(fit_of_end_points(field, beams.returns, at, kernel));
 	};
 	const double here = fit_at(0), fall = variance_of(beams, parameters) / (kernel * kernel), least = here - fall;
@@ -338,7 +338,7 @@ TPose2D polish(
 		information.diagonal() += Eigen::Vector4d(damping, damping, damping, prior);
 		Eigen::Vector4d gradient = gradient_of(sums);
 		gradient(3) += prior * offset;
-		const Eigen::Vector4d step = -information.ldlt().solve(gradient);
+		const Eigen::Vector4d step = -information.llt().solve(gradient);
 		pose = moved(pose, step.head<3>());
 		offset += step(3);
 	}

@@ -184,23 +184,16 @@ ScoredPose best_score_near(
     const BeamTracer& tracer, const DistanceField& field, const BeamSubset& beams, const mrpt::math::TPose2D& sensor,
     const BeamModel& model)
 {
-	constexpr int kRounds = 2;
 	constexpr double kTurn = 0.2;  // [rad] for each metre of a step
 	ScoredPose best{sensor, score(tracer, field, beams, sensor, model)};
 	for (const double step : {0.04, 0.02})  // [m]
-		for (int round = 0; round < kRounds; round++)
+		for (const mrpt::math::TPose2D& move : std::initializer_list<mrpt::math::TPose2D>{
+		         {step, 0, 0}, {-step, 0, 0}, {0, step, 0}, {0, -step, 0}, {0, 0, kTurn * step}, {0, 0, -kTurn * step}})
 		{
-			const double turn = kTurn * step;
-			const mrpt::math::TPose2D from = best.pose;
-			for (const mrpt::math::TPose2D& move : std::initializer_list<mrpt::math::TPose2D>{
-			         {step, 0, 0}, {-step, 0, 0}, {0, step, 0}, {0, -step, 0}, {0, 0, turn}, {0, 0, -turn}})
-			{
-				const mrpt::math::TPose2D pose = from + move;
-				if (log_likelihood_bound(tracer, field, beams, pose, model) <= best.score.log_likelihood) continue;
-				const Score found = score(tracer, field, beams, pose, model);
-				if (found.log_likelihood > best.score.log_likelihood) best = {pose, found};
-			}
-			if (best.pose == from) break;
+			const mrpt::math::TPose2D pose = best.pose + move;
+			if (log_likelihood_bound(tracer, field, beams, pose, model) <= best.score.log_likelihood) continue;
+			const Score found = score(tracer, field, beams, pose, model);
+			if (found.log_likelihood > best.score.log_likelihood) best = {pose, found};
 		}
 	return best;
 }

@@ -57,7 +57,9 @@ void keep_clear_cells(const Grid& grid, double clearance, std::vector<CellIndex>
 {
 	const double in_cells = std::min(clearance / grid.cell_size, 60000.0);
 	const auto reach = static_cast<int>(std::ceil(in_cells));
-	const auto distances = distances_in_columns(grid, 0, static_cast<std::uint16_t>(reach));
+	const auto is_occupied = [&](int x, int y) { return grid.at(x, y) == Cell::kOccupied; };
+	const auto distances =
+	    distances_in_columns(grid.width, grid.height, is_occupied, 0, static_cast<std::uint16_t>(reach));
 	const double least_squared = in_cells * in_cells * (1 - 1e-6);  // a distance of exactly the clearance will do
 	const auto is_too_close = [&](CellIndex cell)
 	{

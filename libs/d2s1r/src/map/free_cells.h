@@ -6,6 +6,8 @@
 #include <cstddef>
 #include <vector>
 
+#include "base/array.h"
+
 namespace d2s1r
 {
 /// Finds the cells of `grid` that a sensor can stand in (the passable grids of Algorithm 1), in increasing order; there
@@ -15,20 +17,22 @@ std::vector<CellIndex> find_free_cells(const Grid& grid, const FreeCellParameter
 /// Finds the same cells. \throws std::invalid_argument if there is none
 std::vector<CellIndex> find_sensor_cells(const Grid& grid, const FreeCellParameters& parameters);
 
-/// Returns the distance [cells] of every cell of `grid`, and of a rim of `rim` cells about it, to the nearest occupied
+/// Returns the distance [cells] of every cell of a grid, and of a rim of `rim` cells about it, to the nearest occupied
 /// cell of its column, at most `most`; row-major. The vector has room for `more` values after these.
+/// \param is_occupied by column and row
 /// \param most below the greatest T
-template <class T>
-std::vector<T> distances_in_columns(const Grid& grid, int rim, T most, std::size_t more = 0)
+template <class T, class IsOccupied>
+std::vector<T, CacheAligned<T>> distances_in_columns(
+    int columns, int rows, const IsOccupied& is_occupied, int rim, T most, std::size_t more = 0)
 {
-	const auto width = static_cast<std::size_t>(grid.width + 2 * rim);
-	const auto height = static_cast<std::size_t>(grid.height + 2 * rim);
-	std::vector<T> distances(width * height + more, most);
-	for (int y = 0; y < grid.height; y++)
+	const auto width = static_cast<std::size_t>(columns + 2 * rim);
+	const auto height = static_cast<std::size_t>(rows + 2 * rim);
+	std::vector<T, CacheAligned<T>> distances(width * height + more, most);
+	for (int y = 0; y < rows; y++)
 	{
 		T* const row = distances.data() + static_cast<std::size_t>(y + rim) * width + rim;
-		for (int x = 0; x < grid.width; x++)
-			if (grid.at(x, y) == Cell::kOccupied) row[x] = 0;
+		for (int x = 0; x < columns; x++)
+			if (is_occupied(x, y)) row[x] = 0;
 	}
 	const auto relax = [&](std::size_t to, std::size_t from)
 	{

@@ -106,13 +106,16 @@ SignatureCounts count_signatures(
 		const SweepDirection direction(2 * M_PI * i / directions);
 		(direction.along_x ? along_x : along_y).push_back(direction);
 	}
-	const SweepLayout layout = make_sweep_layout(grid, cells);
+	SweepLayout layout = find_obstacles(grid);
+	PlacedCells by_x = place_cells(cells, grid, true);
+	layout.along_x.cells = std::move(by_x.runs);
+	layout.along_y.cells = place_cells(cells, grid, false).runs;
 	const auto bins = static_cast<std::size_t>(parameters.paper.bins);
 	SignatureCounts total{parameters.paper.bins, directions, std::vector<std::uint8_t>(cells.size() * bins)};
 	SignatureCounts by_column = total;
 	AxisCounter(layout.along_y, grid, parameters, threads).count(along_y, total);
 	AxisCounter(layout.along_x, grid, parameters, threads).count(along_x, by_column);
-	add(by_column, ranks_of(cells, grid, true), total);
+	add(by_column, by_x.ranks, total);
 	return total;
 }
 }  // namespace d2s1r

@@ -19,10 +19,8 @@ namespace HWY_NAMESPACE
 {
 namespace
 {
-/// Returns which lanes hold a cell of this class.
-HWY_INLINE Mask is_class(Ints packed, Cell cell)
+HWY_INLINE Mask are(Ints classes, Cell cell)
 {
-	const Ints classes = hn::And(packed, hn::Set(kInts, (1 << SkipMap::kClassBits) - 1));
 	return hn::RebindMask(kFloats, hn::Eq(classes, hn::Set(kInts, static_cast<int>(cell))));
 }
 
@@ -39,16 +37,16 @@ struct Beams
 	Mask moving = hn::Gt(end, all(0));
 
 	/// Follows the beams over the squares of one class that they are in.
-	HWY_INLINE void advance(const Map& map)
+	HWY_INLINE void advance(const Map& map, Ints classes_of_kinds)
 	{
-		const Ints packed = map.bytes_at(u.cell, v.cell);
-		const Floats skip = hn::ConvertTo(kFloats, hn::ShiftRight<SkipMap::kClassBits>(packed));
-		const Mask outside = hn::Eq(skip, all(0)), at_wall = is_class(packed, Cell::kOccupied);
+		const Ints cells = map.bytes_at(u.cell, v.cell), classes = classes_of(cells, classes_of_kinds);
+		const Floats skip = skips_of(cells);
+		const Mask outside = hn::Eq(skip, all(0)), at_wall = are(classes, Cell::kOccupied);
 		const Mask counts = hn::And(moving, hn::AndNot(at_wall, hn::Lt(length, passed_before)));
 		walls = hn::IfThenElse(counts, hn::Add(walls, hn::Min(in_wall, all(1))), walls);
 		const Floats exit = cross(u, v, skip, hn::AndNot(outside, moving));
 		const Floats next = hn::IfThenElse(outside, end, hn::Min(hn::Max(exit, length), end));
-		const Mask in_unknown = hn::And(moving, is_class(packed, Cell::kUnknown));
+		const Mask in_unknown = hn::And(moving, are(classes, Cell::kUnknown));
 		unknown = hn::IfThenElse(in_unknown, hn::Add(unknown, hn::Sub(next, length)), unknown);
 		in_wall = hn::IfThenElse(at_wall, hn::Add(in_wall, hn::Sub(next, length)), all(0));
 		length = hn::IfThenElse(moving, next, length);
@@ -57,12 +55,12 @@ struct Beams
 };
 
 /// Follows two vectors of beams at once: while one waits for its cells, the other goes on.
-HWY_INLINE void follow(const Map& map, Beams& a, Beams& b)
+HWY_INLINE void follow(const Map& map, Ints classes_of_kinds, Beams& a, Beams& b)
 {
 	while (!hn::AllFalse(kFloats, hn::Or(a.moving, b.moving)))
 	{
-		a.advance(map);
-		b.advance(map);
+		a.advance(map, classes_of_kinds);
+		b.advance(map, classes_of_kinds);
 	}
 }
 }  // namespace
@@ -71,12 +69,13 @@ HWY_INLINE void follow(const Map& map, Beams& a, Beams& b)
 /// \param start_u, start_v [cells] position of the sensor from the corner of the margin; it is within the grid
 /// \param heading [rad] of the sensor
 void trace_of_target(
-    const SkipMap& cells, double start_u, double start_v, double heading, const BeamArrays& beams, bool only_ends,
-    TracedBeams& traced)
+    const SkipMap& cells, int reading, double start_u, double start_v, double heading, const BeamArrays& beams,
+    bool only_ends, TracedBeams& traced)
 {
 	constexpr double kAtWall = 0.15;  // [m] a beam that ends so little behind a wall ended at it
 	const int column = static_cast<int>(start_u), row = static_cast<int>(start_v);
 	const Map map(cells, column, row);
+	const Ints classes_of_kinds = hn::Set(kInts, static_cast<int>(SkipMap::classes_of_kinds(reading)));
 	const Rotation rotation(heading);
 	const Floats cell_size = all(static_cast<float>(cells.cell_size));
 	const Floats near_end = all(static_cast<float>(kAtWall / cells.cell_size));
@@ -101,7 +100,7 @@ void trace_of_target(
 		const Floats end_v = hn::Floor(hn::Add(followed.v.start, hn::Mul(followed.dy, followed.end)));
 		const Floats in_u = hn::Min(hn::Max(end_u, map.first_u), map.last_u);
 		const Floats in_v = hn::Min(hn::Max(end_v, map.first_v), map.last_v);
-		const Ints classes = hn::And(map.bytes_at(in_u, in_v), hn::Set(kInts, (1 << SkipMap::kClassBits) - 1));
+		const Ints classes = classes_of(map.bytes_at(in_u, in_v), classes_of_kinds);
 		const Ints occupied = hn::And(classes, hn::Set(kInts, static_cast<int>(Cell::kOccupied)));
 		hn::StoreU(hn::AndNot(hn::ShiftLeft<1>(occupied), classes), kInts, traced.end.data() + i);
 	};
@@ -110,7 +109,7 @@ void trace_of_target(
 	{
 		const std::size_t j = std::min(i + lanes, count - lanes);
 		Beams a = beams_from(i), b = beams_from(j);
-		if (!only_ends) follow(map, a, b);
+		if (!only_ends) follow(map, classes_of_kinds, a, b);
 		store(a, i);
 		store(b, j);
 	}
@@ -144,7 +143,7 @@ void BeamTracer::trace(
 	const double u = (sensor.x - map_.origin_x) / map_.cell_size, v = (sensor.y - map_.origin_y) / map_.cell_size;
 	if (u >= 1 && v >= 1 && u < map_.width - 1 && v < map_.height - 1)
 	{
-		HWY_DYNAMIC_DISPATCH(trace_of_target)(map_, u, v, sensor.phi, beams, only_ends, traced);
+		HWY_DYNAMIC_DISPATCH(trace_of_target)(map_, reading_, u, v, sensor.phi, beams, only_ends, traced);
 		return;
 	}
 	for (std::size_t i = 0; i < count; i++)

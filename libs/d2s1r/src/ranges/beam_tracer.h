@@ -29,17 +29,17 @@ struct TracedBeams
 class BeamTracer
 {
    public:
-	/// Follows beams through the cells of `map`.
-	explicit BeamTracer(SkipMap map) : map_(std::move(map)) {}
+	/// Follows beams through the cells of `map`. \param reading 0: as it is drawn; 1: with the surfaces deeper
+	BeamTracer(SkipMap map, int reading) : map_(std::move(map)), reading_(reading) {}
 
 	/// Follows beams through the cells of `grid`. \param furniture cells that are no wall where they are occupied: see
 	/// find_furniture()
 	explicit BeamTracer(const Grid& grid, const std::vector<CellIndex>& furniture = {})
-	    : BeamTracer(make_skip_map(grid, furniture))
+	    : BeamTracer(make_skip_map(grid, furniture), 0)
 	{
 	}
 
-	/// Makes an empty one, for fields() to read into.
+	/// Makes an empty one.
 	BeamTracer() = default;
 
 	/// Follows all `beams` of a sensor at `sensor` (in map, m and rad). Every kind of SIMD gives the same result.
@@ -51,16 +51,10 @@ class BeamTracer
 	/// Returns the cells that beams are followed through.
 	const SkipMap& map() const { return map_; }
 
-	/// Lists what an index file holds of the tracer.
-	template <class Self, class File>
-	static void fields(Self& self, File& file)
-	{
-		SkipMap::fields(self.map_, file);
-	}
-
    private:
 	void trace(const BeamArrays& beams, const mrpt::math::TPose2D& sensor, bool only_ends, TracedBeams& traced) const;
 
 	SkipMap map_;
+	int reading_ = 0;
 };
 }  // namespace d2s1r

@@ -80,10 +80,33 @@ DistanceField::DistanceField(const Grid& grid, double tolerance)
       origin_y_(grid.origin_y - kReach * grid.cell_size),
       tolerance_(tolerance)
 {
+	fill([&](int column, int row) { return grid.at(column, row) == Cell::kOccupied; });
+}
+
+DistanceField::DistanceField(const SkipMap& map, int reading, double tolerance)
+    : width_(map.width - 2 + 2 * kReach),
+      height_(map.height - 2 + 2 * kReach),
+      cell_size_(map.cell_size),
+      origin_x_(map.origin_x + (1 - kReach) * map.cell_size),
+      origin_y_(map.origin_y + (1 - kReach) * map.cell_size),
+      tolerance_(tolerance)
+{
+	fill(
+	    [&](int column, int row)
+	    {
+		    const std::uint8_t cell = map.cells[map.index(column + 1, row + 1)];
+		    return (SkipMap::class_of(cell, reading) & SkipMap::kOccupied) != 0;
+	    });
+}
+
+template <class IsOccupied>
+void DistanceField::fill(const IsOccupied& is_occupied)
+{
 	if (static_cast<double>(width_) * height_ > kMostFieldCells)
 		throw std::invalid_argument("the map has more cells than can be searched; use larger cells or a smaller map");
 	// with the rim: walls at the edge act outwards, too
-	auto cells = distances_in_columns(grid, kReach, std::uint8_t{kReach}, kGatherOverrun);
+	auto cells = distances_in_columns(
+	    width_ - 2 * kReach, height_ - 2 * kReach, is_occupied, kReach, std::uint8_t{kReach}, kGatherOverrun);
 	RowTransform transform(width_);
 	std::vector<std::uint8_t> columns(static_cast<std::size_t>(width_));
 	for (int y = 0; y < height_; y++)

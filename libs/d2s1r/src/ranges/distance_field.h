@@ -8,6 +8,7 @@
 #include <cstdint>
 
 #include "base/array.h"
+#include "ranges/skip_distances.h"
 
 namespace d2s1r
 {
@@ -37,6 +38,9 @@ class DistanceField
 	///        there on
 	/// \throws std::invalid_argument if the grid, with a rim of 32 cells about it, has 2^31 cells or more
 	explicit DistanceField(const Grid& grid, double tolerance = 0);
+
+	/// Computes the distances of a reading of `map`: see BeamTracer.
+	DistanceField(const SkipMap& map, int reading, double tolerance);
 
 	/// Makes an empty one, for fields() to read into.
 	DistanceField() = default;
@@ -76,6 +80,9 @@ class DistanceField
 	static constexpr float kCellsOfCode0 = kExactCells - kCellsPerCode * kExactCodes;  //!< [cells] by the linear part
 
    private:
+	template <class IsOccupied>
+	void fill(const IsOccupied& is_occupied);
+
 	int width_ = 0, height_ = 0;                          //!< [cells] of the grid and a rim about it
 	double cell_size_ = 0, origin_x_ = 0, origin_y_ = 0;  //!< [m] map frame
 	double tolerance_ = 0;                                //!< [m]

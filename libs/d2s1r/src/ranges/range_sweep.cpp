@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <stdexcept>
+#include <utility>
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "ranges/range_sweep.cpp"  // of the include path src/
@@ -146,20 +147,32 @@ void sweep(
 	HWY_DYNAMIC_DISPATCH(sweep_columns)(lines, direction, max_units, hits, ranges);
 }
 
-void sweep_ranges(
-    const Grid& grid, const std::vector<CellIndex>& cells, int directions, double max_range, const RangeSink& sink)
+RangeSweep::RangeSweep(const Grid& grid)
+    : grid_{grid.width, grid.height, grid.cell_size, grid.origin_x, grid.origin_y, {}}, layout_(find_obstacles(grid))
 {
-	const int limit = max_range_units(grid, max_range);
-	const SweepLayout layout = make_sweep_layout(grid, cells);
-	const auto ranks_along_x = ranks_of(cells, grid, true), ranks_along_y = ranks_of(cells, grid, false);
+}
+
+void RangeSweep::operator()(
+    const std::vector<CellIndex>& cells, int directions, double max_range, const RangeSink& sink)
+{
+	const int limit = max_range_units(grid_, max_range);
+	PlacedCells along_x = place_cells(cells, grid_, true), along_y = place_cells(cells, grid_, false);
+	layout_.along_x.cells = std::move(along_x.runs);
+	layout_.along_y.cells = std::move(along_y.runs);
 	std::vector<std::uint16_t> ranges(cells.size()), hits;
 	for (int i = 0; i < directions; i++)
 	{
 		const SweepDirection direction(2 * M_PI * i / directions);
-		const SweepLines& lines = direction.along_x ? layout.along_x : layout.along_y;
-		sweep(lines, direction, limit, hits, ranges.data());
-		sink(i, {ranges.data(), (direction.along_x ? ranks_along_x : ranks_along_y).data()});
+		sweep(direction.along_x ? layout_.along_x : layout_.along_y, direction, limit, hits, ranges.data());
+		sink(i, {ranges.data(), (direction.along_x ? along_x : along_y).ranks.data()});
 	}
+}
+
+void sweep_ranges(
+    const Grid& grid, const std::vector<CellIndex>& cells, int directions, double max_range, const RangeSink& sink)
+{
+	RangeSweep map(grid);
+	map(cells, directions, max_range, sink);
 }
 }  // namespace d2s1r
 #endif  // HWY_ONCE

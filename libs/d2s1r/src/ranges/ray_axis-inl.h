@@ -45,6 +45,23 @@ struct Map
 	}
 };
 
+/// Returns the skip distances [cells] of cells.
+HWY_INLINE Floats skips_of(Ints cells)
+{
+	constexpr int kLastOpen = (SkipMap::kFirstOfWalls << (8 - SkipMap::kKindBits)) - 1;
+	const Ints most = hn::IfThenElse(
+	    hn::Gt(cells, hn::Set(kInts, kLastOpen)), hn::Set(kInts, SkipMap::kMostSkippedInWalls),
+	    hn::Set(kInts, SkipMap::kMostSkipped));
+	return hn::ConvertTo(kFloats, hn::And(cells, most));
+}
+
+/// Returns the classes of cells. \param of_kinds see SkipMap::classes_of_kinds()
+HWY_INLINE Ints classes_of(Ints cells, Ints of_kinds)
+{
+	const Ints twice_kind = hn::And(hn::ShiftRight<7 - SkipMap::kKindBits>(cells), hn::Set(kInts, 30));
+	return hn::And(hn::Shr(of_kinds, twice_kind), hn::Set(kInts, 3));
+}
+
 /// Returns `direction`, or a tiny number instead of 0, whose inverse would not be finite.
 HWY_INLINE Floats not_zero(Floats direction)
 {

@@ -24,9 +24,10 @@ namespace
 /// Returns how far the rays may go from the cells that they are in: 0 in walls and in the margin.
 HWY_INLINE Floats skip_at(const Map& map, const Axis& u, const Axis& v)
 {
-	const Ints packed = map.bytes_at(u.cell, v.cell);
-	const auto is_open = hn::Eq(hn::And(packed, hn::Set(kInts, SkipMap::kOccupied)), hn::Zero(kInts));
-	return hn::ConvertTo(kFloats, hn::IfThenElseZero(is_open, hn::ShiftRight<SkipMap::kClassBits>(packed)));
+	const Ints cells = map.bytes_at(u.cell, v.cell);
+	const Ints classes = classes_of(cells, hn::Set(kInts, static_cast<int>(SkipMap::classes_of_kinds(0))));
+	const auto is_open = hn::Eq(hn::And(classes, hn::Set(kInts, SkipMap::kOccupied)), hn::Zero(kInts));
+	return hn::IfThenElseZero(hn::RebindMask(kFloats, is_open), skips_of(cells));
 }
 
 /// Returns which rays are in the margin.
@@ -88,8 +89,8 @@ RayDirections full_circle(int directions)
 /// Returns how far a ray may go from a cell: 0 in walls and in the margin.
 int skip_at(const SkipMap& map, int column, int row)
 {
-	const int packed = map.cells[map.index(column, row)];
-	return (packed & SkipMap::kOccupied) != 0 ? 0 : packed >> SkipMap::kClassBits;
+	const std::uint8_t cell = map.cells[map.index(column, row)];
+	return (SkipMap::class_of(cell, 0) & SkipMap::kOccupied) != 0 ? 0 : SkipMap::skip_of(cell);
 }
 
 /// Returns whether a position can be counted in cells by whole numbers; a NaN cannot.

@@ -24,7 +24,7 @@ struct RayDirections
 class RayCaster
 {
    public:
-	/// Casts rays through the cells of `map`.
+	/// Casts rays through the cells of `map`, as it is drawn.
 	/// \param max_range [m] of a ray
 	RayCaster(SkipMap map, double max_range) : max_range_(max_range), map_(std::move(map)) {}
 

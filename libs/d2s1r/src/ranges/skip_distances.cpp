@@ -30,7 +30,7 @@ void relax_row(const std::uint8_t* classes, std::uint8_t* distances, std::ptrdif
 }
 }  // namespace
 
-std::vector<std::uint8_t> skip_distances(const std::vector<std::uint8_t>& classes, int width, int most)
+std::vector<std::uint8_t> skip_distances(const AlignedBytes& classes, int width, int most)
 {
 	std::vector<std::uint8_t> distances(classes.size() + kGatherOverrun);
 	const auto w = static_cast<std::size_t>(width);
@@ -46,29 +46,56 @@ std::vector<std::uint8_t> skip_distances(const std::vector<std::uint8_t>& classe
 
 SkipMap make_skip_map(const Grid& grid, const std::vector<CellIndex>& furniture)
 {
-	constexpr int kMostSkipped = 63;           // [cells] that fit in six bits
-	constexpr std::uint8_t kFurniture = 0b11;  // class of occupied cells of furniture
-	SkipMap map{grid.width + 2,
-	            grid.height + 2,
-	            grid.cell_size,
-	            grid.origin_x - grid.cell_size,
-	            grid.origin_y - grid.cell_size,
-	            {}};
-	std::vector<std::uint8_t> classes(map.index(0, map.height), static_cast<std::uint8_t>(Cell::kUnknown));
-	auto from = grid.cells.begin();
-	for (int row = 0; row < grid.height; row++)
+	return make_skip_map(grid, grid, furniture);
+}
+
+SkipMap make_skip_map(const Grid& drawn, const Grid& deeper, const std::vector<CellIndex>& furniture)
+{
+	SkipMap map{
+	    drawn.width + 2,
+	    drawn.height + 2,
+	    drawn.cell_size,
+	    drawn.origin_x - drawn.cell_size,
+	    drawn.origin_y - drawn.cell_size,
+	    {}};
+	const auto kind_of = [](std::uint8_t in_drawn, std::uint8_t in_deeper)
 	{
-		auto to = classes.begin() + static_cast<std::ptrdiff_t>(map.index(1, row + 1));
-		for (int column = 0; column < grid.width; column++) *to++ = static_cast<std::uint8_t>(*from++);
+		const auto& all = SkipMap::kClasses;
+		const auto kind = std::find(all.begin(), all.end(), std::array<std::uint8_t, 2>{in_drawn, in_deeper});
+		return static_cast<std::uint8_t>(kind - all.begin());
+	};
+	std::array<std::array<std::uint8_t, 3>, 3> kinds{};  // by class in both
+	for (std::uint8_t i = 0; i < 3; i++)
+		for (std::uint8_t j = 0; j < 3; j++) kinds[i][j] = kind_of(i, j);
+	AlignedBytes cells;
+	cells.reserve(map.index(0, map.height) + kGatherOverrun);
+	cells.assign(map.index(0, map.height), kinds[SkipMap::kUnknown][SkipMap::kUnknown]);
+	const auto at = [&map](CellIndex cell, const Grid& grid)
+	{ return map.index(cell % grid.width + 1, cell / grid.width + 1); };
+	for (CellIndex row = 0, cell = 0; row < drawn.height; row++)
+	{
+		std::uint8_t* to = cells.data() + map.index(1, row + 1);
+		for (int column = 0; column < drawn.width; column++, cell++)
+		{
+			const auto i = static_cast<std::size_t>(cell);
+			*to++ = kinds[static_cast<std::size_t>(drawn.cells[i])][static_cast<std::size_t>(deeper.cells[i])];
+		}
 	}
+	const auto as_furniture = [](std::uint8_t of) { return of == SkipMap::kWall ? SkipMap::kFurniture : of; };
 	for (const CellIndex cell : furniture)
 	{
-		std::uint8_t& at = classes[map.index(cell % grid.width + 1, cell / grid.width + 1)];
-		if (at == static_cast<std::uint8_t>(Cell::kOccupied)) at = kFurniture;
+		std::uint8_t& kind = cells[at(cell, drawn)];
+		const auto [in_drawn, in_deeper] = SkipMap::kClasses[kind];
+		kind = kind_of(as_furniture(in_drawn), as_furniture(in_deeper));
 	}
-	std::vector<std::uint8_t> cells = skip_distances(classes, map.width, kMostSkipped);
-	for (std::size_t cell = 0; cell < classes.size(); cell++)
-		cells[cell] = static_cast<std::uint8_t>((cells[cell] << SkipMap::kClassBits) | classes[cell]);
+	const std::vector<std::uint8_t> skips = skip_distances(cells, map.width, SkipMap::kMostSkipped);
+	for (std::size_t cell = 0; cell < cells.size(); cell++)
+	{
+		const bool is_wall = cells[cell] >= SkipMap::kFirstOfWalls;
+		const int skip = std::min<int>(skips[cell], is_wall ? SkipMap::kMostSkippedInWalls : SkipMap::kMostSkipped);
+		cells[cell] = static_cast<std::uint8_t>((cells[cell] << (8 - SkipMap::kKindBits)) + skip);
+	}
+	cells.resize(cells.size() + kGatherOverrun);
 	map.cells = std::move(cells);
 	return map;
 }

@@ -18,9 +18,7 @@ std::uint16_t to_units(double columns)
 	return static_cast<std::uint16_t>(std::lround(columns * kRangeUnitsPerCell));
 }
 
-constexpr std::uint8_t kIsOccupied = 1, kIsWanted = 2;
-
-/// The flags of cells and of a margin of one cell, in `columns` blocks of `rows` each.
+/// The flags of cells, 1 for obstacles, and of a margin of one cell, in `columns` blocks of `rows` each.
 struct Flags
 {
 	int columns = 0;
@@ -42,7 +40,7 @@ Cell cell_or_unknown(const Grid& grid, int x, int y)
 	return grid.contains(x, y) ? grid.at(x, y) : Cell::kUnknown;
 }
 
-/// Returns kIsOccupied for an occupied cell, unless no ray can enter it through an edge.
+/// Returns 1 for an occupied cell, unless no ray can enter it through an edge.
 std::uint8_t obstacle_flag(const Grid& grid, int x, int y)
 {
 	if (cell_or_unknown(grid, x, y) != Cell::kOccupied) return 0;
@@ -51,17 +49,15 @@ std::uint8_t obstacle_flag(const Grid& grid, int x, int y)
 	    cell_or_unknown(grid, x, y + 1)};
 	const bool is_enclosed =
 	    std::all_of(std::begin(neighbours), std::end(neighbours), [](Cell cell) { return cell == Cell::kOccupied; });
-	return is_enclosed ? 0 : kIsOccupied;
+	return is_enclosed ? 0 : 1;
 }
 
 /// Returns the flags as sweeps along y need them: the grid's rows are the columns of the result.
-Flags make_flags_along_y(const Grid& grid, const std::vector<CellIndex>& cells)
+Flags make_flags_along_y(const Grid& grid)
 {
 	Flags flags(grid.height + 2, grid.width + 2);
 	for (int y = -1; y <= grid.height; y++)
 		for (int x = -1; x <= grid.width; x++) flags.values[flags.index(y + 1, x + 1)] = obstacle_flag(grid, x, y);
-	for (const CellIndex cell : cells)
-		flags.values[flags.index(cell / grid.width + 1, cell % grid.width + 1)] |= kIsWanted;
 	return flags;
 }
 
@@ -78,20 +74,20 @@ Flags transposed(const Flags& flags)
 }
 
 /// Returns the first row from `row` on whose flag is set, or `rows` if there is none.
-int next_set(const std::uint8_t* column, int row, int rows, std::uint8_t flag)
+int next_set(const std::uint8_t* column, int row, int rows)
 {
 	constexpr int kBytes = 8;
 	for (; row + kBytes <= rows; row += kBytes)
 	{
 		std::uint64_t eight;
 		std::memcpy(&eight, column + row, kBytes);
-		if ((eight & (flag * 0x0101010101010101ULL)) != 0) break;
+		if (eight != 0) break;
 	}
-	while (row < rows && (column[row] & flag) == 0) row++;
+	while (row < rows && column[row] == 0) row++;
 	return row;
 }
 
-ColumnRuns find_runs(const Flags& flags, std::uint8_t flag)
+ColumnRuns find_runs(const Flags& flags)
 {
 	ColumnRuns result;
 	std::size_t cells = 0;
@@ -100,23 +96,18 @@ ColumnRuns find_runs(const Flags& flags, std::uint8_t flag)
 		result.first.push_back(result.runs.size());
 		result.cells_before.push_back(cells);
 		const std::uint8_t* column = flags.values.data() + flags.index(c, 0);
-		for (int row = next_set(column, 0, flags.rows, flag); row < flags.rows;)
+		for (int row = next_set(column, 0, flags.rows); row < flags.rows;)
 		{
 			int end = row;
-			while (end < flags.rows && (column[end] & flag) != 0) end++;
+			while (end < flags.rows && column[end] != 0) end++;
 			result.runs.push_back({row, end - row});
 			cells += static_cast<std::size_t>(end - row);
-			row = next_set(column, end, flags.rows, flag);
+			row = next_set(column, end, flags.rows);
 		}
 	}
 	result.first.push_back(result.runs.size());
 	result.cells_before.push_back(cells);
 	return result;
-}
-
-SweepLines make_lines(const Flags& flags)
-{
-	return {flags.columns, flags.rows, find_runs(flags, kIsOccupied), find_runs(flags, kIsWanted)};
 }
 
 /// Sorts `order` by `key_of` its elements, which is below `keys`: a stable counting sort.
@@ -165,13 +156,15 @@ ColumnCrossing LineFamily::crossing(int column) const
 	return c;
 }
 
-SweepLayout make_sweep_layout(const Grid& grid, const std::vector<CellIndex>& cells)
+SweepLayout find_obstacles(const Grid& grid)
 {
-	const Flags along_y = make_flags_along_y(grid, cells);
-	return {make_lines(transposed(along_y)), make_lines(along_y)};
+	const Flags along_y = make_flags_along_y(grid);
+	return {
+	    {along_y.rows, along_y.columns, find_runs(transposed(along_y)), {}},
+	    {along_y.columns, along_y.rows, find_runs(along_y), {}}};
 }
 
-std::vector<std::int32_t> ranks_of(const std::vector<CellIndex>& cells, const Grid& grid, bool along_x)
+PlacedCells place_cells(const std::vector<CellIndex>& cells, const Grid& grid, bool along_x)
 {
 	const auto cell = [&](std::int32_t i) { return cells[static_cast<std::size_t>(i)]; };
 	const auto column = [&](std::int32_t i) { return static_cast<std::size_t>(cell(i) % grid.width); };
@@ -181,15 +174,33 @@ std::vector<std::int32_t> ranks_of(const std::vector<CellIndex>& cells, const Gr
 	std::iota(order.begin(), order.end(), 0);
 	order = along_x ? sorted_by(column, width, sorted_by(row, height, order))
 	                : sorted_by(row, height, sorted_by(column, width, order));
-	std::vector<std::int32_t> ranks(cells.size());
+	const std::size_t columns = (along_x ? width : height) + 2;  // with the margin
+	PlacedCells placed;
+	placed.ranks.resize(cells.size());
+	std::vector<Run>& runs = placed.runs.runs;
 	std::int32_t rank = -1;
 	CellIndex last = -1;
+	const auto begin_columns = [&](std::size_t end)
+	{
+		for (auto& first = placed.runs.first; first.size() < end; first.push_back(runs.size()))
+			placed.runs.cells_before.push_back(static_cast<std::size_t>(rank + 1));
+	};
 	for (const std::int32_t i : order)
 	{
-		if (cell(i) != last) rank++;
+		if (cell(i) != last)
+		{
+			const std::size_t of_cell = (along_x ? column(i) : row(i)) + 1;
+			const auto at = static_cast<std::int32_t>(along_x ? row(i) : column(i)) + 1;
+			const bool is_new_column = placed.runs.first.size() <= of_cell;
+			begin_columns(of_cell + 1);
+			if (is_new_column || runs.back().row + runs.back().length != at) runs.push_back({at, 0});
+			runs.back().length++;
+			rank++;
+		}
 		last = cell(i);
-		ranks[static_cast<std::size_t>(i)] = rank;
+		placed.ranks[static_cast<std::size_t>(i)] = rank;
 	}
-	return ranks;
+	begin_columns(columns + 1);
+	return placed;
 }
 }  // namespace d2s1r

@@ -102,9 +102,16 @@ struct SweepLayout
 	SweepLines along_y;
 };
 
-/// Makes the lines of a grid. \param cells where ranges are wanted, in any order
-SweepLayout make_sweep_layout(const Grid& grid, const std::vector<CellIndex>& cells);
+/// Cells along one axis.
+struct PlacedCells
+{
+	ColumnRuns runs;
+	std::vector<std::int32_t> ranks;  //!< by cell, in the order in which they were given, its place among the runs
+};
 
-/// Returns the places of `cells`, which are in any order, among the cells of the lines along x or y.
-std::vector<std::int32_t> ranks_of(const std::vector<CellIndex>& cells, const Grid& grid, bool along_x);
+/// Finds the obstacles along both axes of a grid; no ranges are wanted yet.
+SweepLayout find_obstacles(const Grid& grid);
+
+/// Places `cells`, which are in any order, along x or y. \param grid needs no cells
+PlacedCells place_cells(const std::vector<CellIndex>& cells, const Grid& grid, bool along_x);
 }  // namespace d2s1r
