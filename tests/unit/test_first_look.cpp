@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cmath>
 
 #include "searched_maps.h"
 #include "test_floor.h"
@@ -24,12 +23,8 @@ Parameters whole_search()
 /// What the first look does, as the whole search.
 Parameters first_look_only()
 {
-	const double effort = Parameters().first_look.effort;
-	Parameters parameters = whole_search();
-	auto& coarse = parameters.coarse_search;
-	for (int* count : {&coarse.candidates, &parameters.refinement.max_scored})
-		*count = static_cast<int>(std::ceil(effort * *count));
-	coarse.margin *= kFirstShare;
+	Parameters parameters = for_first_look(Parameters());
+	parameters.first_look.effort = 1;
 	return parameters;
 }
 

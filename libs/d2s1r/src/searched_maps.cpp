@@ -66,6 +66,8 @@ std::vector<Found> SearchOfMaps::found(const CoarseSearchParameters& limits)
 		complete_below = candidates.back().cost;
 	else if (!candidates.empty())
 		complete_below = candidates.front().cost + search_.margin(limits);
+	if (!candidates.empty())
+		complete_below = std::min(complete_below, candidates.front().cost + margin() * search_.left_out_from());
 	std::vector<Found> found;
 	for (std::size_t number = 0;; number++)
 	{

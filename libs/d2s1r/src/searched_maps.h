@@ -40,7 +40,7 @@ struct Found
 {
 	SearchedReadings readings;
 	std::vector<Candidate> candidates;  //!< in these readings, best first
-	double complete_below = 0;          //!< [step] no candidate that costs less was left out
+	double complete_below = 0;          //!< [step] no candidate that costs less was left out, by what overviews tell
 };
 
 /// A search through all maps at once, whose candidates are places to refine in the first readings of the maps, and in

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <random>
 #include <set>
@@ -237,7 +238,12 @@ TEST_F(CoarseSearch, GoesOnWhereAnEarlierQuestionEnded)
 		const Scan scan = aligned_scan(grid_, profiles_.directions, sensor, 0, 60);
 		const Prior anywhere;
 		d2s1r::CoarseSearch in_steps({{profiles_, anywhere, parameters_.spacing}}, scan, parameters_);
-		const auto first = in_steps.candidates(few), then = in_steps.candidates(parameters_);
+		const auto first = in_steps.candidates(few);
+		EXPECT_EQ(in_steps.candidates(few).size(), first.size()) << "asked twice";
+		EXPECT_GT(in_steps.left_out_from(), 0);
+		EXPECT_LE(in_steps.left_out_from(), 1);
+		const auto then = in_steps.candidates(parameters_);
+		EXPECT_EQ(in_steps.left_out_from(), std::numeric_limits<double>::infinity());
 		const auto at_once = coarse_search(profiles_, scan, parameters_);
 		EXPECT_LT(first.size(), then.size());
 		ASSERT_FALSE(first.empty()) << sensor;

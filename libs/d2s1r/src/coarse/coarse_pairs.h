@@ -57,31 +57,35 @@ inline void drop_above(std::uint32_t most, std::vector<Pair>& pairs)
 	std::size_t kept = 0;
 	for (const Pair& pair : pairs)
 	{
-		pairs[kept] = pair;
+		copy(pair, pairs[kept]);
 		kept += pair.cost <= most ? 1 : 0;
 	}
 	pairs.resize(kept);
 }
 
+/// Returns the least cost of `pairs`, of which there is one at least.
+inline std::uint32_t least_cost(const std::vector<Pair>& pairs)
+{
+	const auto costs_less = [](const Pair& a, const Pair& b) { return a.cost < b.cost; };
+	return std::min_element(pairs.begin(), pairs.end(), costs_less)->cost;
+}
+
 /// Moves the cheapest of `pairs`, whose costs are bytes, to `taken`, which it clears; all keep their order. It takes
-/// none that costs more than `most`, and at most `wanted` [-], where one cost is taken as a whole or not at all; the
-/// least cost is always taken.
+/// none that costs more than `most`, and at most `wanted` [-], where a cost is taken as a whole or not at all.
 inline void take_cheapest(std::size_t wanted, std::uint32_t most, std::vector<Pair>& pairs, std::vector<Pair>& taken)
 {
 	std::array<std::size_t, 256> count{};  // [-] by cost
 	for (const Pair& pair : pairs) count[pair.cost]++;
-	std::uint32_t least = 0;
-	while (least + 1 < count.size() && count[least] == 0) least++;
-	std::uint32_t greatest = least;
-	for (std::size_t below = count[least]; greatest < std::min(most, 255U); greatest++)
-		if ((below += count[greatest + 1]) > wanted) break;
+	std::uint32_t end = 0;  // the first cost that is not taken
+	for (std::size_t below = 0; end < count.size() && end <= most; end++)
+		if ((below += count[end]) > wanted) break;
 	taken.resize(pairs.size());
 	std::size_t kept = 0, moved = 0;
 	for (const Pair& pair : pairs)
 	{
 		copy(pair, taken[moved]);
 		copy(pair, pairs[kept]);
-		(pair.cost <= greatest ? moved : kept)++;
+		(pair.cost < end ? moved : kept)++;
 	}
 	taken.resize(moved);
 	pairs.resize(kept);

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <deque>
+#include <limits>
 #include <utility>
 
 #include "answer/distinct_poses.h"
@@ -167,10 +168,9 @@ CoarseSearch::CoarseSearch(std::vector<CoarseSearchIn> readings, const Scan& sca
 	pairs_.clear();
 	if (prepared_->quantized.front().exact.empty()) return;
 	margin_ = prepared_->margin(limits);
+	margin_of_groups_ = overview_margin(prepared_->quantized.front(), limits);
 	search_overviews(prepared_->to_search, limits, of_groups_);
-	const auto costs_less = [](const Pair& a, const Pair& b) { return a.cost < b.cost; };
-	if (!of_groups_.empty())
-		least_of_groups_ = std::min_element(of_groups_.begin(), of_groups_.end(), costs_less)->cost;
+	if (!of_groups_.empty()) least_of_groups_ = least_cost(of_groups_);
 }
 
 CoarseSearch::~CoarseSearch()
@@ -229,6 +229,12 @@ std::vector<Candidate> CoarseSearch::candidates(const CoarseSearchParameters& li
 double CoarseSearch::margin(const CoarseSearchParameters& limits) const
 {
 	return prepared_->margin(limits) / prepared_->beams();
+}
+
+double CoarseSearch::left_out_from() const
+{
+	if (of_groups_.empty()) return std::numeric_limits<double>::infinity();
+	return static_cast<double>(least_cost(of_groups_) - least_of_groups_) / std::max(1U, margin_of_groups_);
 }
 
 std::vector<Candidate> coarse_search(

@@ -76,6 +76,11 @@ class CoarseSearch
 	/// one.
 	double margin(const CoarseSearchParameters& limits) const;
 
+	/// Returns what the cheapest pair of group and shift whose profiles are not compared costs more in the overview
+	/// than the cheapest of all: the share [-] of the search's margin there; infinity if the profiles of all are
+	/// compared.
+	double left_out_from() const;
+
    private:
 	struct Prepared;
 
@@ -84,12 +89,13 @@ class CoarseSearch
 
 	std::vector<CoarseSearchIn> readings_;
 	std::unique_ptr<const Prepared> prepared_;
-	std::uint32_t margin_ = 0;           //!< [step] by which a pair may cost more than the cheapest
-	std::vector<Pair> of_groups_;        //!< of group and shift, whose profiles are not compared yet
-	std::uint32_t least_of_groups_ = 0;  //!< [2 steps] cost of the cheapest pair of group and shift
-	std::size_t compared_ = 0;           //!< [-] pairs of group and shift whose profiles are compared
-	std::vector<Pair> pairs_;            //!< of position and shift
-	std::uint32_t least_ = 1U << 31;     //!< [step] cost of the cheapest of these
+	std::uint32_t margin_ = 0;            //!< [step] by which a pair may cost more than the cheapest
+	std::uint32_t margin_of_groups_ = 0;  //!< [2 steps] the same in the overview
+	std::vector<Pair> of_groups_;         //!< of group and shift, whose profiles are not compared yet
+	std::uint32_t least_of_groups_ = 0;   //!< [2 steps] cost of the cheapest pair of group and shift
+	std::size_t compared_ = 0;            //!< [-] pairs of group and shift whose profiles are compared
+	std::vector<Pair> pairs_;             //!< of position and shift
+	std::uint32_t least_ = 1U << 31;      //!< [step] cost of the cheapest of these
 };
 
 /// Returns the candidates of a search through one reading with these limits.
