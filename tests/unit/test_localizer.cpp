@@ -192,6 +192,9 @@ TEST(MemoryToBuild, IsWhatALocalizerTakes)
 	Parameters parameters;
 	parameters.coarse_search.spacing = 0.1;
 	expect_foreseen(hall(0.05, 800), "four times as many profiles", parameters);
+	Parameters one_region;
+	one_region.free_cells.largest_region_only = true;
+	expect_foreseen(hall(0.05, 1600), "its largest region is looked for", one_region);
 	parameters.method = Method::kPaper;
 	parameters.paper.bins = 100;
 	expect_foreseen(hall(0.05, 800), "the paper's method", parameters);

@@ -1,6 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "default_index.h"
 
+#include <stdexcept>
 #include <utility>
 
 #include "map/free_cells.h"
@@ -55,6 +56,8 @@ DefaultIndex read_default_index(IndexReader& file)
 	SkipMap::fields(map, file);
 	std::size_t readings = 0;
 	file(readings);
+	if (readings < 1 || readings > 2)
+		throw std::runtime_error("an index has one or two readings of its map; make it anew");
 	for (std::size_t i = 0; i < readings; i++)
 	{
 		index.readings.push_back({DistanceField(), BeamTracer(map, static_cast<int>(i))});

@@ -321,17 +321,18 @@ double in_lines(int bytes)
 	return static_cast<double>(in_whole_lines(static_cast<std::size_t>(bytes)));
 }
 
-double memory_of_default_index(const Grid& grid, int readings, double spacing)
+double memory_of_default_index(const Grid& grid, const Parameters& parameters)
 {
 	// All in bytes. First the free cells are listed, then ranges are swept, at last the fields are made.
-	constexpr double kListed = 6, kSwept = 40, kPosition = 4, kGroup = 4;
-	const int side = std::max(1, static_cast<int>(std::lround(spacing / grid.cell_size)));
+	constexpr double kListed = 6, kListedByRegion = 15, kSwept = 40, kPosition = 4, kGroup = 4;
+	const double listed = parameters.free_cells.largest_region_only ? kListedByRegion : kListed;
+	const int side = std::max(1, static_cast<int>(std::lround(parameters.coarse_search.spacing / grid.cell_size)));
 	const auto cells = static_cast<double>(grid.cells.size());
 	const double positions = count_free_squares(grid, side);
 	const double profiles =
 	    (RangeProfiles::kDirections / 2 + kPosition) * positions +
 	    (in_lines(RangeProfiles::kDirections) + RangeProfiles::kBins + kGroup) * count_free_squares(grid, 2 * side);
-	return std::max(kListed * cells, cells + profiles + std::max(kSwept * positions, readings * cells));
+	return std::max(listed * cells, cells + profiles + std::max(kSwept * positions, count_readings(grid) * cells));
 }
 
 double memory_of_paper_index(const Grid& grid, const PaperParameters& parameters)
@@ -348,7 +349,6 @@ std::uint64_t memory_to_build(const mrpt::maps::COccupancyGridMap2D& map, const 
 	const double of_grid = static_cast<double>(grid.cells.size());
 	if (parameters.method == Method::kPaper)
 		return static_cast<std::uint64_t>(of_grid + memory_of_paper_index(grid, parameters.paper));
-	const double of_index = memory_of_default_index(grid, count_readings(grid), parameters.coarse_search.spacing);
-	return static_cast<std::uint64_t>(of_grid + of_index);
+	return static_cast<std::uint64_t>(of_grid + memory_of_default_index(grid, parameters));
 }
 }  // namespace d2s1r

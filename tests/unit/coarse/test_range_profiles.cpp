@@ -29,6 +29,24 @@ class OnFloor : public testing::Test
 	{
 		return {static_cast<int>((x - grid_.origin_x) / kSpacing), static_cast<int>((y - grid_.origin_y) / kSpacing)};
 	}
+
+	/// The ranges [step] that the profiles are to have, by position, then by direction.
+	std::vector<std::uint8_t> swept_rows() const
+	{
+		const auto directions = static_cast<std::size_t>(profiles_.directions);
+		const std::vector<CellIndex> positions(profiles_.cells.begin(), profiles_.cells.end());
+		std::vector<std::uint8_t> swept(positions.size() * directions);
+		sweep_ranges(
+		    grid_, positions, profiles_.directions, profiles_.max_range,
+		    [&](int direction, const SweptRanges& ranges)
+		    {
+			    for (std::size_t i = 0; i < positions.size(); i++)
+				    swept[i * directions + static_cast<std::size_t>(direction)] =
+				        ranges[i] == kNoObstacle ? RangeProfiles::kOutOfRange
+				                                 : profiles_.quantize(ranges[i] * grid_.cell_size / kRangeUnitsPerCell);
+		    });
+		return swept;
+	}
 };
 }  // namespace
 
@@ -74,17 +92,7 @@ TEST_F(OnFloor, RangesAreTheNearestPredictionsOfSweptOnes)
 	ASSERT_EQ(profiles_.directions, RangeProfiles::kDirections);
 	ASSERT_EQ(profiles_.predictions.size(), profiles_.size() * directions / 2 + RangeProfiles::kBlock);
 	const std::vector<std::uint8_t> rows = literal_rows(profiles_);
-	std::vector<std::uint8_t> swept(rows.size());
-	const std::vector<CellIndex> positions(profiles_.cells.begin(), profiles_.cells.end());
-	sweep_ranges(
-	    grid_, positions, profiles_.directions, profiles_.max_range,
-	    [&](int direction, const SweptRanges& ranges)
-	    {
-		    for (std::size_t i = 0; i < positions.size(); i++)
-			    swept[i * directions + static_cast<std::size_t>(direction)] =
-			        ranges[i] == kNoObstacle ? RangeProfiles::kOutOfRange
-			                                 : profiles_.quantize(ranges[i] * grid_.cell_size / kRangeUnitsPerCell);
-	    });
+	const std::vector<std::uint8_t> swept = swept_rows();
 	int sum = 0;
 	for (std::size_t group = 0; group < profiles_.groups(); group++)
 		for (std::size_t i = profiles_.first_of_group[group]; i < profiles_.first_of_group[group + 1]; i++)
@@ -144,7 +152,7 @@ TEST_F(OnFloor, GroupsAreThePositionsInTwoByTwoSquares)
 TEST_F(OnFloor, TheOverviewHasTheRangesAtTheMiddlesOfGroups)
 {
 	const auto directions = static_cast<std::size_t>(profiles_.directions);
-	const std::vector<std::uint8_t> rows = literal_rows(profiles_);
+	const std::vector<std::uint8_t> rows = swept_rows();
 	ASSERT_EQ(profiles_.overview.size(), 2 * kCacheLine * profiles_.groups()) << "120 directions take two cache lines";
 	EXPECT_EQ(reinterpret_cast<std::uintptr_t>(profiles_.overview_of(1)) % kCacheLine, 0U);
 	std::size_t near = 0;

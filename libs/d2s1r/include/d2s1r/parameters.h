@@ -75,7 +75,7 @@ struct RefinementParameters
 /// better than any other.
 struct FirstLookParameters
 {
-	double effort = 0.35;  //!< [-] share of the candidates and of max_scored that it has
+	double effort = 0.35;  //!< [-] share of max_pairs, candidates and max_scored that it has
 };
 
 /// Says how likely [nat] what a beam of 1 deg did is, against ending anywhere. The weights are those that

@@ -29,7 +29,8 @@ struct CacheAligned
 	T* allocate(std::size_t count)
 	{
 		void* const memory = ::operator new(count * sizeof(T), alignment(count));
-		if (is_large(count)) madvise(memory, count * sizeof(T), MADV_HUGEPAGE);  // without it, it is slower
+		if (is_large(count))
+			madvise(memory, count * sizeof(T), MADV_HUGEPAGE);  // if it fails, queries only take longer
 		return static_cast<T*>(memory);
 	}
 	void deallocate(T* memory, std::size_t count) noexcept { ::operator delete(memory, alignment(count)); }

@@ -130,7 +130,7 @@ void visit_first_look(P& first_look, const Visitor& visit)
 {
 	visit(
 	    "effort", first_look.effort, 0.001, 1.0,
-	    "[-] share of candidates and max_scored that the first look has; 1: there is no first look");
+	    "[-] share of max_pairs, candidates and max_scored that the first look has; 1: there is no first look");
 }
 
 template <class P, class Visitor>

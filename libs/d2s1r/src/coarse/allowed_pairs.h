@@ -29,6 +29,9 @@ class AllowedPairs
 	/// \param spacing [m] between sample positions
 	AllowedPairs(const RangeProfiles& profiles, const Prior& prior, const Scan& scan, double spacing);
 
+	/// Returns whether all pairs are allowed.
+	bool anywhere() const { return anywhere_; }
+
 	/// Returns whether a position is allowed at a shift.
 	bool allows(const Pair& pair) const { return anywhere_ || prior_allows(pair); }
 

@@ -32,7 +32,7 @@ struct CheapPair
 	std::uint8_t cost;         //!< [2 steps] lower is better
 };
 
-/// Tells a range of a sample position from the overview of its group.
+/// Predicts a range of a sample position from the overview of its group.
 struct Prediction
 {
 	int turn;  //!< [directions] from the one that is predicted to the one of the overview that is taken

@@ -75,7 +75,8 @@ void search_profiles(
 		{
 			const auto cost = static_cast<std::uint32_t>(of_profile * static_cast<float>(costs[i]) + in_overview);
 			const auto position = static_cast<std::int32_t>(first + i);
-			if (!allowed.allows({position, of_groups[m].shift, cost})) continue;
+			if (!allowed.anywhere() && (cost > limit || !allowed.allows({position, of_groups[m].shift, cost})))
+				continue;
 			limit = std::min(limit, cost + margin);
 			added.add({position + first_position, of_groups[m].shift, cost}, cost <= limit);
 		}

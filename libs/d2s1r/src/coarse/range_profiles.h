@@ -23,8 +23,8 @@ namespace d2s1r
 /// group is that of its overview, the same for all yaws (as in Section III-B.1 of the paper): where it misses too many
 /// of the beams of a scan, the overview need not be compared either.
 ///
-/// A profile is told from the overview of its group, in four bits a direction: which of 16 predictions, of ranges in
-/// the same direction of the overview or in one beside it, is the nearest. In the mean it is one step off.
+/// A profile is predicted from the overview of its group, in four bits a direction: which of 16 predictions, of ranges
+/// in the same direction of the overview or in one beside it, is the nearest. In the mean it is one step off.
 struct RangeProfiles
 {
 	static constexpr int kBlock = 64;                 //!< [groups] whose histograms are stored together, bin by bin

@@ -61,7 +61,9 @@ SkipMap make_skip_map(const Grid& drawn, const Grid& deeper, const std::vector<C
 	const auto kind_of = [](std::uint8_t in_drawn, std::uint8_t in_deeper)
 	{
 		const auto& all = SkipMap::kClasses;
-		const auto kind = std::find(all.begin(), all.end(), std::array<std::uint8_t, 2>{in_drawn, in_deeper});
+		auto kind = std::find(all.begin(), all.end(), std::array<std::uint8_t, 2>{in_drawn, in_deeper});
+		if (kind == all.end())
+			kind = std::find(all.begin(), all.end(), std::array<std::uint8_t, 2>{in_drawn, in_drawn});
 		return static_cast<std::uint8_t>(kind - all.begin());
 	};
 	std::array<std::array<std::uint8_t, 3>, 3> kinds{};  // by class in both
