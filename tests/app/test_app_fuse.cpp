@@ -156,7 +156,7 @@ TEST_F(AppFuse, CountsTheReseeds)
 {
 	Objects log;
 	for (int i = 0; i < 6; i++) log.push_back(walk_scan(0));
-	for (int i = 0; i < 12; i++) log.push_back(walk_scan(8));
+	for (int i = 0; i < 12; i++) log.push_back(walk_scan(walk().size() - 1));
 	save(log, path("carried.rawlog"));
 	fuse("out", {"--motion", "pseudo"}, "carried.rawlog");
 	const CsvTable fused(folder() / "out/fused.csv", kFusedHeader);

@@ -19,8 +19,8 @@ namespace
 {
 using mrpt::math::TPose2D;
 
-constexpr int kSteps = 4;        //!< [-] of each stage
-constexpr int kStepsBeside = 2;  //!< [-] back from beside
+constexpr int kSteps = 4;                 //!< [-] of each stage
+constexpr int kStepsBeside = kSteps / 2;  //!< [-] back from beside
 // Widths of the robust kernel as multiples of parameters.kernel. From a coarse candidate it is wide, and each step
 // halves it, but candidates are compared by how much of a scan is near walls, of which a map may be wrong by a cell.
 // Refined poses are judged and polished with a narrower one: what is near a wall is not on it.

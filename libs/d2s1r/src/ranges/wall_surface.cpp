@@ -12,7 +12,7 @@ namespace d2s1r
 {
 namespace
 {
-constexpr double kLargest = 1.0;  //!< [m] what is thicker is no wall, and what is larger no furniture
+constexpr double kThickest = 1.2;  //!< [m] what is thicker is no wall
 
 struct Step
 {
@@ -30,7 +30,7 @@ bool is_free(const Grid& grid, int column, int row)
 double run_length(const Grid& grid, int column, int row, const Step& step)
 {
 	const double of_step = grid.cell_size * std::hypot(step.column, step.row);
-	const int most = static_cast<int>(kLargest / of_step);
+	const int most = static_cast<int>(kThickest / of_step);
 	int cells = 0;
 	for (; cells <= most && grid.contains(column, row) && grid.at(column, row) == Cell::kOccupied; cells++)
 	{
@@ -110,6 +110,7 @@ MapMeasure measure_map(const Grid& grid)
 
 std::vector<CellIndex> find_furniture(const Grid& grid)
 {
+	constexpr double kLargest = 1.0;  // [m]
 	const int gap = std::max(1, static_cast<int>(std::lround(kWallThickness / grid.cell_size)));
 	const auto is_small = [&](int first, int last) { return (last - first + 1) * grid.cell_size < kLargest - 1e-6; };
 	std::vector<char> seen(grid.cells.size(), 0);
