@@ -33,8 +33,9 @@ struct MotionEvidence
 };
 
 /// Returns the motion between the two hypotheses that are most likely together, by their probabilities, the support of
-/// the filter and the predicted motion. It is combined with the predicted motion, unless it contradicts that: then it
-/// has to be more probable than not by itself, and no jump. There is no such motion if that leaves no pair.
+/// the filter and the predicted motion. It is combined with the predicted motion, unless it contradicts that: then the
+/// product of both probabilities and of the support, to which `unlisted` is added, has to be above kProbable, and the
+/// motion no jump. There is no such motion if that leaves no pair.
 std::optional<mrpt::poses::CPosePDFGaussian> choose_motion(
     const MotionEvidence& evidence, const Support& support, const Tuning& tuning);
 

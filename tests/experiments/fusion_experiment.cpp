@@ -14,9 +14,8 @@
 // NAME=VALUE sets
 //   frames=N      [frames] of the run that are used at most (all)
 //   wheels=SEED   makes odometry of the ground truth, with errors (0: that of the log)
-//   variants=FILE each line of it is words NAME=VALUE, for constants only; for each one prints a letter by frame that
-//   is
-//                 judged (see flag_of()), and nothing else is done; not of filter-alone and whole
+//   variants=FILE each line of it is words NAME=VALUE, for constants only; for each one prints a letter by frame
+//                 that is judged (see flag_of()), and nothing else is done; not of filter-alone and whole
 // and any constant of plugins/pf-init/tuning.h
 #include <d2s1r/map_io.h>
 

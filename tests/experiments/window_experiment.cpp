@@ -9,9 +9,8 @@
 //   first=N       [frames] the first one that is judged, counted from 0 among those used (0)
 //   frames=N      [frames] of the run that are used at most (all)
 //   cache=FILE    holds what each scan says alone; it is written if it does not exist
-//   variants=FILE each line of it is words NAME=VALUE, for constants only; for each one prints a letter by frame that
-//   is
-//                 judged (see flag_of()), and nothing else is done
+//   variants=FILE each line of it is words NAME=VALUE, for constants only; for each one prints a letter by frame
+//                 that is judged (see flag_of()), and nothing else is done
 // and any constant of frames/window_tuning.h
 #include <d2s1r/map_io.h>
 #include <mrpt/math/wrap2pi.h>
