@@ -68,8 +68,8 @@ class DistinctPoses
 		return {own, own + (halves & 1) * 2 - 1};
 	}
 
-	/// Returns the bucket of a tile, of twice `distance_` of a map. Tiles may share one, which costs comparisons but
-	/// does no harm.
+	/// Returns the bucket of a tile of a map, whose side is twice `distance_`. Tiles may share a bucket, which costs
+	/// comparisons but does no harm.
 	static std::size_t bucket(std::int64_t column, std::int64_t row, std::size_t map)
 	{
 		const auto mixed = static_cast<std::uint64_t>(column) * 0x9E3779B97F4A7C15U +

@@ -137,12 +137,7 @@ class CheapestPairs
 	}
 
 	/// Drops all pairs that are not among the cheapest.
-	void drop_costly()
-	{
-		const auto kept =
-		    std::remove_if(pairs_.begin(), pairs_.end(), [this](const Pair& m) { return m.cost >= limit_; });
-		pairs_.erase(kept, pairs_.end());
-	}
+	void drop_costly() { drop_above(limit_ - 1, pairs_); }
 
    private:
 	std::uint32_t margin_;       //!< in the unit of the costs, as least_ and limit_
