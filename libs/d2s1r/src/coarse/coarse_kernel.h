@@ -60,6 +60,14 @@ inline constexpr std::array<Prediction, 16> kPredictions{
      {-4, 1},
      {4, 1}}};
 inline constexpr std::size_t kMostTurn = 4;  //!< [directions] of a prediction
+static_assert(
+    []
+    {
+	    constexpr int most = static_cast<int>(kMostTurn);
+	    for (const Prediction& prediction : kPredictions)
+		    if (prediction.turn < -most || prediction.turn > most) return false;
+	    return true;
+    }());
 
 /// Returns the distance [byte] between rows of so many directions, so that kernels may read and write whole vectors.
 constexpr std::size_t row_stride(std::size_t directions)
