@@ -30,14 +30,9 @@ Parameters limits_of_search(const std::vector<SearchedMap>& maps)
 	// little more often among those of eight maps, and a query takes longer: tests/experiments/RESULTS.md has 1, 2
 	// and 4.
 	constexpr std::size_t kMostTimes = 2;
-	// [-] groups for each pair, where that is more pairs. In a square kilometre the true place is not among 20,000.
-	constexpr std::size_t kGroupsOfPair = 50;
 	const auto times = static_cast<int>(std::min(maps.size(), kMostTimes));
-	std::size_t groups = 0;
-	for (const SearchedMap& map : maps) groups += map.index.profiles.groups();
 	Parameters parameters = maps.front().parameters;
-	parameters.coarse_search.max_pairs =
-	    std::max(times * parameters.coarse_search.max_pairs, static_cast<int>(groups / kGroupsOfPair));
+	parameters.coarse_search.max_pairs *= times;
 	parameters.coarse_search.candidates *= times;
 	return parameters;
 }

@@ -32,7 +32,7 @@ struct SearchedMap
 };
 
 /// Returns the parameters of the first of `maps` as the limits of a search through all of them: with several maps, more
-/// pairs and candidates may be looked at, and in large ones more pairs.
+/// pairs and candidates may be looked at.
 Parameters limits_of_search(const std::vector<SearchedMap>& maps);
 
 /// What is refined at once: the first readings of all maps or, of those that have one, the second ones.

@@ -63,14 +63,19 @@ TEST_P(CoarseKernel, CheapPairsAreThoseOfPlainLoops)
 				}
 				std::vector<OverviewBeam> beams;
 				for (std::size_t b = 0; b < beam_count; b++)
-					beams.push_back({static_cast<int>(random_() % directions), random_half_row(random_, 1).front()});
+				{
+					const Row limits = random_half_row(random_, 2);
+					const auto [least, greatest] = std::minmax(limits[0], limits[1]);
+					beams.push_back({static_cast<int>(random_() % directions), least, greatest});
+				}
 				const auto cost_of = [&](std::size_t row, std::size_t shift)
 				{
 					int cost = 0;
 					for (const OverviewBeam& beam : beams)
 					{
 						const std::size_t turned = (static_cast<std::size_t>(beam.direction) + shift) % directions;
-						cost += difference(rows[row * stride + turned], beam.step, kTruncation);
+						const std::uint8_t range = rows[row * stride + turned];
+						cost += difference(range, std::clamp(range, beam.least, beam.greatest), kTruncation);
 					}
 					return cost;
 				};

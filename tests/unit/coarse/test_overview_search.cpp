@@ -47,7 +47,8 @@ class OverviewSearch : public testing::Test
 		return missing;
 	}
 
-	/// Sum of the truncated differences of an aligned scan and group `i` of the overview turned by `shift` directions.
+	/// Sum of the truncated distances of an aligned scan, a spacing to both sides of its ranges, from group `i` of the
+	/// overview turned by `shift` directions.
 	int literal_cost(const Scan& scan, std::size_t i, int shift) const
 	{
 		int sum = 0;
@@ -55,9 +56,10 @@ class OverviewSearch : public testing::Test
 		{
 			const std::size_t direction = direction_of(beam, shift, profiles_.directions);
 			const int expected = profiles_.overview_of(i)[direction];
-			const int observed =
-			    (beam.is_return ? profiles_.quantize(static_cast<double>(beam.range)) : RangeProfiles::kOutOfRange) / 2;
-			sum += std::min(std::abs(expected - observed), parameters_.truncation);
+			const auto range = static_cast<double>(beam.range);
+			const int least = profiles_.quantize(std::max(0.0, range - parameters_.spacing)) / 2;
+			const int greatest = profiles_.quantize(range + parameters_.spacing) / 2;
+			sum += std::min(std::abs(expected - std::clamp(expected, least, greatest)), parameters_.truncation);
 		}
 		return sum;
 	}

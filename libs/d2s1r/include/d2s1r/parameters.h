@@ -55,11 +55,11 @@ struct PaperParameters
 struct CoarseSearchParameters
 {
 	double spacing = 0.2;                     //!< [m] between sample positions
-	double overview_missing_by_chance = 0.7;  //!< [-] beams missing by chance, by the square root of their number
-	int max_pairs = 20000;                    //!< [-] most pairs of group and yaw compared; one for 50 groups if more
+	double overview_missing_by_chance = 1.3;  //!< [-] beams missing by chance, by the square root of their number
+	int max_pairs = 20000;                    //!< [-] most pairs of group and yaw that are compared
 	int truncation = 8;                       //!< [step, overview step] maximum difference of two ranges that counts
 	int candidates = 1200;                    //!< [-] handed on, at most
-	double margin = 21.0;                     //!< [step, overview step] by the square root of the number of beams
+	double margin = 17.0;                     //!< [step, overview step] by the square root of the number of beams
 };
 
 /// Sets the way from candidates to poses that fit the map.

@@ -83,7 +83,7 @@ void visit_overview_search(P& coarse, const Visitor& visit)
 	    "chance be missing from the range histogram of a group that is still searched");
 	visit(
 	    "max_pairs", coarse.max_pairs, 1, 1000000,
-	    "[-] maximum number of (group of positions, yaw) pairs compared beam by beam; one for 50 groups if more");
+	    "[-] maximum number of (group of positions, yaw) pairs compared beam by beam");
 }
 
 template <class P, class Visitor>

@@ -19,7 +19,6 @@ namespace HWY_NAMESPACE
 namespace hn = hwy::HWY_NAMESPACE;
 using Bytes = hn::CappedTag<std::uint8_t, 64>;
 
-using Signed = hn::RebindToSigned<Bytes>;
 using V = hn::Vec<Bytes>;
 
 /// Returns which lanes hold at most `most`.
@@ -136,11 +135,10 @@ HWY_INLINE bool compare(
 {
 	const Bytes bytes;
 	const V truncation = hn::Set(bytes, scan.truncation), acceptable = hn::Set(bytes, most);
-	// steps of the overview are below 128: their differences are signed bytes
-	const auto cost = [&](const std::uint8_t* ranges, V step)
+	const auto cost = [&](const std::uint8_t* ranges, V less, V more)
 	{
-		const V difference = hn::Sub(hn::LoadU(bytes, ranges), step);
-		return hn::Min(hn::BitCast(bytes, hn::Abs(hn::BitCast(Signed(), difference))), truncation);
+		const V range = hn::LoadU(bytes, ranges);
+		return hn::Min(hn::Or(hn::SaturatedSub(range, more), hn::SaturatedSub(less, range)), truncation);
 	};
 	const std::uint8_t *const r0 = at[0].ranges, *const r1 = at[1].ranges, *const r2 = at[2].ranges,
 	                          *const r3 = at[3].ranges;
@@ -149,11 +147,11 @@ HWY_INLINE bool compare(
 	for (std::size_t b = 0; b < scan.count; b++)
 	{
 		const int direction = scan.beams[b].direction;
-		const V step = hn::Set(bytes, scan.beams[b].step);
-		sum0 = hn::Add(sum0, cost(r0 + direction, step));
-		sum1 = hn::Add(sum1, cost(r1 + direction, step));
-		sum2 = hn::Add(sum2, cost(r2 + direction, step));
-		sum3 = hn::Add(sum3, cost(r3 + direction, step));
+		const V less = hn::Set(bytes, scan.beams[b].least), more = hn::Set(bytes, scan.beams[b].greatest);
+		sum0 = hn::Add(sum0, cost(r0 + direction, less, more));
+		sum1 = hn::Add(sum1, cost(r1 + direction, less, more));
+		sum2 = hn::Add(sum2, cost(r2 + direction, less, more));
+		sum3 = hn::Add(sum3, cost(r3 + direction, less, more));
 		if (b < next_check) continue;
 		const V least = hn::Min(hn::Min(sum0, sum1), hn::Min(sum2, sum3));
 		if (hn::AllFalse(bytes, at_most(least, acceptable))) return false;

@@ -12,8 +12,8 @@ namespace d2s1r
 /// A beam of the overview search.
 struct OverviewBeam
 {
-	int direction;      //!< [-] of the profiles, before a shift
-	std::uint8_t step;  //!< [2 steps] quantized range, as in the overview
+	int direction;                 //!< [-] of the profiles, before a shift
+	std::uint8_t least, greatest;  //!< [2 steps] ranges of the overview that agree with it
 };
 
 /// The few beams of a scan that overviews are compared with.
@@ -92,9 +92,9 @@ void missing_beams(const std::uint8_t* block, const std::uint8_t* histogram, std
 /// Returns a bit for each group of a block where `least` to `most` beams are missing.
 std::uint64_t groups_between(const std::uint8_t* missing, int least, int most);
 
-/// Finds all pairs of row and shift that cost at most `most`. The cost is the sum over beams of min(truncation,
-/// |row[direction + shift] - step|). It only grows with the beams, so that as a rule some of them suffice to tell that
-/// it will be above.
+/// Finds all pairs of row and shift that cost at most `most`. The cost is the sum over beams of the truncated
+/// distance of row[direction + shift] from least ... greatest. It only grows with the beams, so that as a rule some of
+/// them suffice to tell that it will be above.
 /// \param rows each of which holds the directions twice, and RangeProfiles::kBlock bytes of any value
 /// \param found room for all pairs
 /// \return their number

@@ -20,25 +20,13 @@ namespace d2s1r
 {
 namespace
 {
-/// Returns the share [-] of the overview in the costs of the positions of so many groups [-]. In a large map, so many
-/// positions agree with a scan by chance that the true one, beside an edge, may not be among the cheapest, while the
-/// middle of its group still is: tests/benchmark/RESULTS.md. In the maps of recorded sites, which are smaller, it
-/// changes who is right in both directions.
-float overview_share_of(std::size_t groups)
-{
-	constexpr std::size_t kMany = 250000;  // [-]
-	return groups > kMany ? 0.25F : 0;
-}
-
 /// Compares all beams with the profiles of all positions of pairs of group and shift of one reading. It adds what is
 /// allowed, and costlier than the cheapest by the margin at most.
-/// \param overview_share [-] see overview_share_of()
 /// \param first_position number of the first position of the reading among those of all
 /// \param least [step] cost of the cheapest pair so far; it is lowered
 void search_profiles(
     const ReadingToSearch& reading, const std::vector<Pair>& of_groups, std::int32_t first_position,
-    const CoarseSearchParameters& limits, float overview_share, std::uint32_t margin, std::uint32_t& least,
-    std::vector<Pair>& pairs)
+    std::uint32_t margin, std::uint32_t& least, std::vector<Pair>& pairs)
 {
 	constexpr std::size_t kAhead = 16;
 	const auto& [profiles, scan, allowed] = reading;
@@ -52,9 +40,6 @@ void search_profiles(
 	};
 	ProfilesOfGroup rows(profiles);
 	const auto group_of = [&](std::size_t m) { return static_cast<std::size_t>(of_groups[m].position); };
-	const auto few = std::max<std::size_t>(1, count_overview_beams(scan, limits.truncation));
-	const float per_beam = static_cast<float>(scan.observed.size()) / static_cast<float>(few);
-	const float of_profile = 1 - overview_share, of_overview = overview_share * 2 * per_beam;  // [-] by cost
 	PairAppender added(pairs);
 	std::uint32_t limit = least + margin;  // a local copy: bytes may alias the other
 	for (std::size_t m = 0; m < of_groups.size(); m++)
@@ -70,10 +55,9 @@ void search_profiles(
 		std::array<std::uint32_t, 4> costs;
 		const std::size_t first = first_of_group[group], positions = first_of_group[group + 1] - first;
 		row_costs(rows.of(group), positions, turned_scan, costs.data());
-		const float in_overview = of_overview * static_cast<float>(of_groups[m].cost);
 		for (std::size_t i = 0; i < positions; i++)
 		{
-			const auto cost = static_cast<std::uint32_t>(of_profile * static_cast<float>(costs[i]) + in_overview);
+			const std::uint32_t cost = costs[i];
 			const auto position = static_cast<std::int32_t>(first + i);
 			if (!allowed.anywhere() && (cost > limit || !allowed.allows({position, of_groups[m].shift, cost})))
 				continue;
@@ -167,7 +151,7 @@ CoarseSearch::CoarseSearch(std::vector<CoarseSearchIn> readings, const Scan& sca
 {
 	of_groups_.clear();
 	pairs_.clear();
-	if (prepared_->quantized.front().exact.empty()) return;
+	if (prepared_->quantized.front().returns.empty()) return;
 	margin_ = prepared_->margin(limits);
 	margin_of_groups_ = overview_margin(prepared_->quantized.front(), limits);
 	search_overviews(prepared_->to_search, limits, of_groups_);
@@ -187,11 +171,10 @@ void CoarseSearch::compare_profiles(const CoarseSearchParameters& limits)
 	const std::uint32_t margin = overview_margin(prepared.quantized.front(), limits);
 	take_cheapest(wanted, least_of_groups_ + margin, of_groups_, kept.taken);
 	compared_ += kept.taken.size();
-	const float overview_share = overview_share_of(prepared.numbers.groups.back());
 	const auto search = [&](std::size_t reading, const std::vector<Pair>& of_groups)
 	{
 		const auto first = static_cast<std::int32_t>(prepared.numbers.positions[reading]);
-		search_profiles(prepared.to_search[reading], of_groups, first, limits, overview_share, margin_, least_, pairs_);
+		search_profiles(prepared.to_search[reading], of_groups, first, margin_, least_, pairs_);
 	};
 	if (readings_.size() == 1)
 		search(0, kept.taken);

@@ -33,19 +33,19 @@ struct CoarseSearchIn
 /// shifts: first a few beams with the overviews of groups of positions, then, where these agree, the beam nearest to
 /// each direction at each position of the group. Truncated differences keep people and moved furniture from outvoting
 /// the walls. A beam that ends near the sensor, before the wall, costs less than one that ends elsewhere, because
-/// somebody may stand there. A beam that saw nothing agrees with all ranges beyond its reach; overviews are not
+/// somebody may stand there. The sensor stands beside a sample: ranges that are longer or shorter by half a spacing, in
+/// an overview by a spacing, agree. A beam that saw nothing agrees with all ranges beyond its reach; overviews are not
 /// compared with it if that is shorter than the profiles'.
 ///
 /// Of the overviews, those whose range histograms, the same for all yaws, are most like the scan's come first. The
 /// least cost found there bounds how many beams may be missing in a histogram; groups where there are more, by
 /// limits.overview_missing_by_chance times the square root of the number of beams, are left out. Profiles are compared
 /// for the pairs of group and yaw whose beams cost in total at most limits.margin times the square root of their number
-/// more than those of the cheapest pair, but for no more than limits.max_pairs. Where all readings have more than
-/// 250,000 groups together, a quarter of the cost of a position is that of its group's overview. Costs are whole
-/// numbers: if the pairs of the greatest cost admitted would be too many, none of that cost is taken; if even those of
-/// the least cost are too many, the first ones of these are taken. Neither stopping early nor the machine's SIMD
-/// instructions change the result. Equal costs are ranked by the position in `profiles`, then by the shift. What all
-/// this loses against a comparison of all pairs is in tests/experiments/RESULTS.md.
+/// more than those of the cheapest pair, but for no more than limits.max_pairs. Costs are whole numbers: if the pairs
+/// of the greatest cost admitted would be too many, none of that cost is taken; if even those of the least cost are too
+/// many, the first ones of these are taken. Neither stopping early nor the machine's SIMD instructions change the
+/// result. Equal costs are ranked by the position in `profiles`, then by the shift. What all this loses against a
+/// comparison of all pairs is in tests/experiments/RESULTS.md.
 ///
 /// Readings of several maps are searched as if they were one map, in about the time that one map of their size takes:
 /// all limits hold for the pairs and candidates of all of them together, so that most of them get few or none.

@@ -14,15 +14,19 @@ namespace d2s1r
 namespace
 {
 /// Returns as many beams as a byte can sum up, spread over the scan, in an order whose beginnings are spread, too.
-std::vector<OverviewBeam> overview_beams(const QuantizedScan& scan, int truncation)
+std::vector<OverviewBeam> overview_beams(
+    const RangeProfiles& profiles, const QuantizedScan& scan, const CoarseSearchParameters& parameters)
 {
-	const std::size_t count = count_overview_beams(scan, truncation);
+	const double beside = parameters.spacing;  // [m] at most, along each axis, from the middle of a group to the sensor
+	const std::size_t count = count_overview_beams(scan, parameters.truncation);
 	const std::size_t stride = count % 7 != 0 ? 7 : 1;
 	std::vector<OverviewBeam> beams;
 	for (std::size_t i = 0; i < count; i++)
 	{
-		const int direction = scan.exact[i * stride % count * scan.exact.size() / count];
-		beams.push_back({direction, static_cast<std::uint8_t>(scan.least[static_cast<std::size_t>(direction)] / 2)});
+		const auto& [direction, range] = scan.returns[i * stride % count * scan.returns.size() / count];
+		const auto step_of = [&index = profiles](double at)
+		{ return static_cast<std::uint8_t>(index.quantize(std::max(0.0, at)) / 2); };
+		beams.push_back({direction, step_of(range - beside), step_of(range + beside)});
 	}
 	return beams;
 }
@@ -33,7 +37,7 @@ void find_missing_beams(const RangeProfiles& profiles, const QuantizedScan& scan
 {
 	constexpr std::size_t kBlock = RangeProfiles::kBlock;
 	std::vector<std::uint8_t> steps;
-	for (const int direction : scan.exact) steps.push_back(scan.least[static_cast<std::size_t>(direction)] / 2);
+	for (const ReturnAt& beam : scan.returns) steps.push_back(profiles.quantize(beam.range) / 2);
 	const auto histogram = profiles.histogram_of(steps.data(), steps.size());
 	for (std::size_t first = 0; first < profiles.groups(); first += kBlock)
 		missing_beams(profiles.histograms.data() + first * RangeProfiles::kBins, histogram.data(), missing + first);
@@ -69,7 +73,7 @@ int missing_at_few(const std::vector<GroupsOfReading>& readings)
 /// [2 steps] in the overviews: as many as that cost allows, and some by chance.
 int most_missing(const GroupsOfReading& of, double least, const CoarseSearchParameters& parameters)
 {
-	const auto beams = static_cast<double>(of.reading->scan.exact.size());
+	const auto beams = static_cast<double>(of.reading->scan.returns.size());
 	const double allowed = beams * least / (static_cast<double>(of.few.count) * of.few.truncation);
 	const double most = allowed + parameters.overview_missing_by_chance * std::sqrt(beams);
 	return static_cast<int>(std::min(255.0, most / of.reading->profiles.directions * RangeProfiles::kWhole));
@@ -124,12 +128,13 @@ void look_where_missing(const GroupsOfReading& of, int least, int most, Cheapest
 }
 
 /// Returns the beams that overviews are compared with, once for readings in a row with the same quantized scan.
-std::deque<std::vector<OverviewBeam>> few_beams_of(const std::vector<ReadingToSearch>& readings, int truncation)
+std::deque<std::vector<OverviewBeam>> few_beams_of(
+    const std::vector<ReadingToSearch>& readings, const CoarseSearchParameters& parameters)
 {
 	std::deque<std::vector<OverviewBeam>> beams;
 	for (std::size_t i = 0; i < readings.size(); i++)
 		if (i == 0 || &readings[i].scan != &readings[i - 1].scan)
-			beams.push_back(overview_beams(readings[i].scan, truncation));
+			beams.push_back(overview_beams(readings[i].profiles, readings[i].scan, parameters));
 	return beams;
 }
 
@@ -167,7 +172,7 @@ std::vector<GroupsOfReading> groups_of(
 
 std::size_t count_overview_beams(const QuantizedScan& scan, int truncation)
 {
-	return std::min(scan.exact.size(), static_cast<std::size_t>(255 / truncation));
+	return std::min(scan.returns.size(), static_cast<std::size_t>(255 / truncation));
 }
 
 std::uint32_t overview_margin(const QuantizedScan& scan, const CoarseSearchParameters& parameters)
@@ -181,7 +186,7 @@ void search_overviews(
 {
 	thread_local std::vector<std::uint8_t> missing;  // kept for the next query
 	const int truncation = parameters.truncation;
-	const auto few = few_beams_of(readings, truncation);
+	const auto few = few_beams_of(readings, parameters);
 	const std::vector<GroupsOfReading> all = groups_of(readings, few, truncation, missing);
 	const std::uint32_t margin = overview_margin(readings.front().scan, parameters);
 	CheapestPairs cheapest(margin, static_cast<std::size_t>(parameters.max_pairs), pairs);
