@@ -2,11 +2,11 @@
 // One generated floor, one method: what it takes to build the index and to answer queries. Prints a line of CSV for
 // full circles and, with the default method, one for half circles: area [m^2], free [m^2], method, cell [m], field of
 // view [deg], build [s of CPU], peak memory of this program from the finished map on [MB], query [ms of CPU], success
-// [-], the share of answers that are ambiguous and have the right pose as another hypothesis than the first [-], and
-// that of wrong poses called localized [-].
+// [-], the share of answers that are wrong, but rightly ambiguous [-], and that of wrong poses called localized [-].
 #include <d2s1r/localizer.h>
 
 #include <algorithm>
+#include <cmath>
 #include <ctime>
 #include <exception>
 #include <fstream>
@@ -86,27 +86,42 @@ Questions ask(const Grid& grid, std::size_t field_of_view, unsigned seed)
 	return questions;
 }
 
+/// Returns whether a scan cannot tell the right pose from the best hypothesis of an ambiguous answer: the right pose is
+/// another hypothesis, or it explains the scan so little better that the answer would be ambiguous with it, too.
+bool is_rightly_ambiguous(
+    const Localizer& localizer, const Scan& scan, const Localization& result, const mrpt::math::TPose2D& right)
+{
+	if (result.status != Status::kAmbiguous) return false;
+	const auto is_right = [&](const Hypothesis& hypothesis)
+	{ return d2s1r::benchmark::is_success(hypothesis.pose.asTPose(), right); };
+	if (std::any_of(result.hypotheses.begin(), result.hypotheses.end(), is_right)) return true;
+	if (localizer.parameters().method == Method::kPaper) return false;
+	const auto there = localizer.hypothesis_near(scan, mrpt::poses::CPose2D(right));
+	const ScoringParameters& scoring = localizer.parameters().scoring;
+	const double lead = scoring.temperature * std::log(scoring.localized_above / (1 - scoring.localized_above));
+	return !there || *there->log_likelihood < *result.best().log_likelihood + lead;
+}
+
 /// Prints how long the answers take and how many of them are right.
 void answer(const Localizer& localizer, const Questions& questions)
 {
-	const auto is_right = [](const Hypothesis& hypothesis, const mrpt::math::TPose2D& pose)
-	{ return d2s1r::benchmark::is_success(hypothesis.pose.asTPose(), pose); };
 	const auto count = static_cast<double>(questions.scans.size());
-	double successes = 0, ambiguous = 0, wrong = 0;
-	const double start = cpu_seconds();
+	double successes = 0, ambiguous = 0, wrong = 0, seconds = 0;
 	for (std::size_t i = 0; i < questions.scans.size(); i++)
 	{
-		const Localization result = localizer.localize(questions.scans[i]);
-		const auto right = std::find_if(
-		    result.hypotheses.begin(), result.hypotheses.end(),
-		    [&](const Hypothesis& hypothesis) { return is_right(hypothesis, questions.poses[i]); });
-		const bool is_success = !result.hypotheses.empty() && right == result.hypotheses.begin();
+		const Scan scan = make_scan(questions.scans[i], localizer.parameters().scan);
+		const double start = cpu_seconds();
+		const Localization result = localizer.localize(scan);
+		seconds += cpu_seconds() - start;
+		const mrpt::math::TPose2D& right = questions.poses[i];
+		const bool is_success =
+		    !result.hypotheses.empty() && d2s1r::benchmark::is_success(result.best().pose.asTPose(), right);
 		successes += is_success;
-		ambiguous += !is_success && right != result.hypotheses.end() && result.status == Status::kAmbiguous;
+		ambiguous += !is_success && is_rightly_ambiguous(localizer, scan, result, right);
 		wrong += !is_success && result.status == Status::kLocalized;
 	}
-	std::cout << ',' << peak_megabytes() << ',' << (cpu_seconds() - start) / count * 1000 << ',' << successes / count
-	          << ',' << ambiguous / count << ',' << wrong / count << std::endl;
+	std::cout << ',' << peak_megabytes() << ',' << seconds / count * 1000 << ',' << successes / count << ','
+	          << ambiguous / count << ',' << wrong / count << std::endl;
 }
 
 void run(double area, Method method, double cell_size, unsigned seed)
