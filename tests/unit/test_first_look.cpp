@@ -66,22 +66,17 @@ class FirstLook : public testing::Test
 };
 }  // namespace
 
-TEST(LimitsOfSearch, GrowWithGroupsAndMaps)
+TEST(LimitsOfSearch, AreTwiceThoseOfOneMapForSeveral)
 {
 	const Prior anywhere;
 	const Parameters parameters;
-	DefaultIndex small, large;
-	small.profiles.first_of_group = std::vector<std::uint32_t>(50001);
-	large.profiles.first_of_group = std::vector<std::uint32_t>(3000001);
-	const SearchedMap in_small{small, anywhere, parameters}, in_large{large, anywhere, parameters};
+	const DefaultIndex index;
+	const SearchedMap map{index, anywhere, parameters};
 	const auto limits = [](const std::vector<SearchedMap>& maps) { return limits_of_search(maps).coarse_search; };
-	EXPECT_EQ(limits({in_small}).max_pairs, 20000);
-	EXPECT_EQ(limits({in_small}).candidates, 1200);
-	EXPECT_EQ(limits({in_small, in_small, in_small}).max_pairs, 40000);
-	EXPECT_EQ(limits({in_small, in_small, in_small}).candidates, 2400);
-	EXPECT_EQ(limits({in_large}).max_pairs, 60000);
-	EXPECT_EQ(limits({in_large}).candidates, 1200);
-	EXPECT_EQ(limits({in_small, in_large}).max_pairs, 61000);
+	EXPECT_EQ(limits({map}).max_pairs, 20000);
+	EXPECT_EQ(limits({map}).candidates, 1200);
+	EXPECT_EQ(limits({map, map, map}).max_pairs, 40000);
+	EXPECT_EQ(limits({map, map, map}).candidates, 2400);
 }
 
 TEST_F(FirstLook, AClearAnswerIsTakenUnlessItLeftOutCandidatesThatCostAsLittle)

@@ -83,25 +83,25 @@ struct FirstLookParameters
 struct BeamModel
 {
 	double on_wall = 0.168;             //!< ends within 6 cm of the centre of an occupied cell
-	double off_wall = -0.21;           //!< ends further off than 10 cm, in free space
-	double log_range = 0.13;           //!< by range, within 10 cm of a wall: a close wall is seen by many beams
+	double off_wall = -0.21;            //!< ends further off than 10 cm, in free space
+	double log_range = 0.13;            //!< by range, within 10 cm of a wall: a close wall is seen by many beams
 	double through_wall = -0.183;       //!< added for each wall passed, at most three; not for furniture
 	double unknown_metre = -0.0205;     //!< added for each metre of unknown space passed, at most three
 	double off_wall_run = -0.554;       //!< added for each run of beams off the walls that passed none: an object
 	double no_return_at_wall = -0.134;  //!< saw nothing though a wall is in the way within 20 m: glass, a dark surface
-	double depth_edge = 1.46;            //!< added for each depth edge between walls of the map
+	double depth_edge = 1.46;           //!< added for each depth edge between walls of the map
 };
 
 /// Sets the log-odds that one of the places found is right, against "the scan is of no place in the map". The weights
 /// are those of the logistic regression of learn.py.
 struct PresenceModel
 {
-	double bias = -3.24;              //!< [-]
-	double beam = -0.00457;           //!< [-] for each return, as beams of 1 deg
+	double bias = -3.24;             //!< [-]
+	double beam = -0.00457;          //!< [-] for each return, as beams of 1 deg
 	double unknown_metre = -0.0061;  //!< [1 / m] for each metre of unknown space passed at the best place
-	double log_likelihood = 0.113;    //!< [1 / nat] by the log-likelihood of the scan there
-	double lead = 0.517;              //!< [-] by the log-odds against the second best place, at most 12
-	double surfaces = 1.63;           //!< [-] by ln(1 + segments explained there): two walls fit in many buildings
+	double log_likelihood = 0.113;   //!< [1 / nat] by the log-likelihood of the scan there
+	double lead = 0.517;             //!< [-] by the log-odds against the second best place, at most 12
+	double surfaces = 1.63;          //!< [-] by ln(1 + segments explained there): two walls fit in many buildings
 };
 
 /// Sets the way from refined poses to hypotheses.
