@@ -199,8 +199,8 @@ def main():
         "`--retrieval` does not name are those of the run before.", "", *retrieval, "",
         "## Growth", "",
         "Generated office floors, 200 scans each with 1 cm of noise; memory is that of the whole program from "
-        "the finished map on, build and query are CPU times of one thread. `ambiguous`: said to be so, with the right "
-        "pose as another hypothesis than the first. The published method, which needs full circles, stores a signature for "
+        "the finished map on, build and query are CPU times of one thread. `ambiguous`: wrong, but said to be ambiguous, "
+        "and the scan cannot tell: see growth.cpp. The published method, which needs full circles, stores a signature for "
         "every cell, hence its larger cells here.",
         "", *growth_table(growth), "",
         "![growth](growth.png)", ""]
