@@ -25,6 +25,7 @@ namespace
 {
 constexpr int kOutOfMemoryStatus = 101;  //!< [-] exit status of the copy; below are those of sanitizers and shells
 constexpr int kCrashedStatus = 102;
+constexpr unsigned kSilent = 10;  //!< [-] times the processor time: a copy that waits for ever takes none
 
 [[noreturn]] void fail()
 {
@@ -100,7 +101,7 @@ void write_all(int pipe, const char* bytes, std::size_t count)
 }  // namespace
 
 OwnProcess::OwnProcess(const ProcessLimits& limits, const std::function<void(const Send&)>& work, Stop stop)
-    : stop_(std::move(stop))
+    : stop_(std::move(stop)), silence_(kSilent * limits.seconds)
 {
 	int ends[2] = {-1, -1};
 	if (pipe2(ends, O_CLOEXEC) != 0) fail();
@@ -126,7 +127,8 @@ OwnProcess::~OwnProcess()
 
 std::optional<std::string> OwnProcess::next()
 {
-	constexpr int kAskToStop = 200;  // [ms]
+	constexpr unsigned kAskToStop = 200;                 // [ms]
+	unsigned waits_left = 1000 / kAskToStop * silence_;  // [-] not a time: both processes may be stopped for long
 	std::uint64_t size = 0;
 	while (!stop_())
 	{
@@ -140,7 +142,12 @@ std::optional<std::string> OwnProcess::next()
 		}
 		bytes_.erase(0, std::exchange(taken_, 0));
 		pollfd waiting = {pipe_, POLLIN, 0};
-		if (poll(&waiting, 1, kAskToStop) <= 0) continue;
+		if (poll(&waiting, 1, kAskToStop) <= 0)
+		{
+			if (waits_left-- > 0) continue;
+			end_ = ProcessEnd::kOutOfTime;
+			return std::nullopt;
+		}
 		const ssize_t got = read(pipe_, block_.data(), block_.size());
 		if (got < 0 && errno == EINTR) continue;
 		if (got <= 0) return std::nullopt;

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <sys/wait.h>
+#include <unistd.h>
 
 #include <csignal>
 #include <iostream>
@@ -106,6 +107,20 @@ TEST(OwnProcess, EndsWhenItTakesTooLong)
 	    },
 	    {kLimits.memory, 1});
 	EXPECT_EQ(outcome.end, ProcessEnd::kOutOfTime);
+}
+
+TEST(OwnProcess, IsGivenUpWhenItWaitsForEver)
+{
+	const Outcome outcome = run(
+	    [](const Send& send)
+	    {
+		    send("the last sign of life");
+		    while (true) pause();
+	    },
+	    {kLimits.memory, 1});
+	EXPECT_EQ(outcome.end, ProcessEnd::kOutOfTime);
+	EXPECT_EQ(outcome.records.size(), 1U);
+	EXPECT_EQ(waitpid(-1, nullptr, WNOHANG), -1) << "no child is left to wait for";
 }
 
 TEST(OwnProcess, StopsWhenItIsAskedTo)

@@ -14,7 +14,7 @@ namespace d2s1r::logs
 struct ProcessLimits
 {
 	std::uint64_t memory = 0;  //!< [byte] of address space, beyond what this process has
-	unsigned seconds = 0;      //!< [s] of processor time
+	unsigned seconds = 0;      //!< [s] of processor time; and ten times that by the clock without sending anything
 };
 
 /// Says how the work of a process of its own ended.
@@ -56,6 +56,7 @@ class OwnProcess
 	int wait();
 
 	Stop stop_;
+	unsigned silence_;  //!< [s] by the clock, while this process waits, after which the other one is given up
 	std::vector<char> block_ = std::vector<char>(1 << 20);
 	std::string bytes_;      //!< received and not yet returned
 	std::size_t taken_ = 0;  //!< [byte] of these that have been returned
