@@ -14,7 +14,8 @@ namespace d2s1r::logs
 struct ProcessLimits
 {
 	std::uint64_t memory = 0;  //!< [byte] of address space, beyond what this process has
-	unsigned seconds = 0;      //!< [s] of processor time; and ten times that by the clock without sending anything
+	/// [s] of processor time. It may also wait for ten times that by the clock without sending a record.
+	unsigned seconds = 0;
 };
 
 /// Says how the work of a process of its own ended.
