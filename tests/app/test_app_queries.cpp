@@ -173,5 +173,5 @@ TEST_F(AppQueries, AmpleTimeChangesNothingAndLittleTimeStillAnswers)
 		localized++;
 		expect_at(hasty, i, walk()[i]);
 	}
-	EXPECT_GT(localized, 0U);
+	EXPECT_GT(localized, 2U);
 }

@@ -165,7 +165,7 @@ TEST_F(FirstLook, WhatTheTimeLeavesOutIsDoubted)
 	Query hurry;
 	hurry.time_budget = 1e-6;
 	int localized = 0, doubted = 0;
-	for (const auto& robot : random_poses(grid, 300, 0.3, 5))
+	for (const auto& robot : random_poses(grid, 900, 0.3, 5))
 	{
 		const auto scan = make_observation(world, robot, laser_of(90));
 		const Localization result = localizer.localize(scan, hurry), at_leisure = localizer.localize(scan);

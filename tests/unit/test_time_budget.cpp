@@ -22,6 +22,7 @@ Parameters round_numbers()
 {
 	Parameters parameters;
 	parameters.refinement.max_scored = 320;
+	parameters.coarse_search.candidates = 160;  // at most
 	return parameters;
 }
 
@@ -48,6 +49,11 @@ TEST(TimeBudget, KeepsTheBestSixteenthIfTheTimeIsUp)
 	ASSERT_EQ(kept.size(), 10U);
 	for (int i = 0; i < 10; i++) EXPECT_EQ(kept[static_cast<std::size_t>(i)].pose.x, i);
 	EXPECT_EQ(parameters.refinement.max_scored, 20);
+}
+
+TEST(TimeBudget, KeepsASixteenthOfThoseThereMayBeOfFewer)
+{
+	EXPECT_EQ(affordable_candidates(-3, candidates(40), round_numbers(), take_no_time).candidates.size(), 10U);
 }
 
 TEST(TimeBudget, KeepsASixteenthIfTheTimeWasUpBefore)
@@ -89,8 +95,8 @@ TEST(TimeBudget, LeavesSomethingToScoreOfSmallNumbers)
 TEST(TimeBudget, FewCandidatesAreKeptWithoutATrial)
 {
 	const auto never = [](const std::vector<Candidate>&, const Parameters&) { FAIL() << "not worth a trial"; };
-	const auto kept = affordable_candidates(1e-6, candidates(15), round_numbers(), never);
+	const auto kept = affordable_candidates(1e-6, candidates(10), round_numbers(), never);
 	EXPECT_EQ(kept.parameters.refinement.max_scored, 320);
-	EXPECT_EQ(kept.candidates.size(), 15U);
+	EXPECT_EQ(kept.candidates.size(), 10U);
 }
 }  // namespace d2s1r::test

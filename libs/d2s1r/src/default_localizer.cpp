@@ -211,10 +211,10 @@ AffordableCandidates affordable_candidates(
     double budget, std::vector<Candidate> candidates, const Parameters& parameters,
     const std::function<void(const std::vector<Candidate>&, const Parameters&)>& judge)
 {
-	constexpr std::size_t kSample = 16;  // [-] one candidate in this many shows what one costs
+	constexpr std::size_t kSample = 16;  // [-] one in this many of the most candidates shows what one costs
 	constexpr double kReserve = 0.8;     // [-] share of the time left that is planned with
-	const std::size_t least = candidates.size() / kSample;
-	if (least == 0 || std::isinf(budget)) return {std::move(candidates), parameters};
+	const std::size_t least = static_cast<std::size_t>(parameters.coarse_search.candidates) / kSample;
+	if (least == 0 || candidates.size() <= least || std::isinf(budget)) return {std::move(candidates), parameters};
 	const auto all = static_cast<double>(candidates.size()), sample = static_cast<double>(least);
 	const std::vector<Candidate> first(candidates.begin(), candidates.begin() + static_cast<std::ptrdiff_t>(least));
 	double spent_ms = 0;

@@ -40,8 +40,9 @@ struct AffordableCandidates
 	Parameters parameters;
 };
 
-/// Returns as many of `candidates`, best first, as can be judged in `budget` [ms], but at least a sixteenth of them,
-/// which are judged to see what one costs; and parameters that refine and score as small a share of what they would.
+/// Returns as many of `candidates`, best first, as can be judged in `budget` [ms], but at least a sixteenth of the most
+/// there may be, which are judged to see what one costs; and parameters that refine and score as small a share of what
+/// they would.
 AffordableCandidates affordable_candidates(
     double budget, std::vector<Candidate> candidates, const Parameters& parameters,
     const std::function<void(const std::vector<Candidate>&, const Parameters&)>& judge);

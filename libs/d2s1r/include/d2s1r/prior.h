@@ -59,7 +59,8 @@ struct Query
 	Prior prior;  //!< where the robot may be
 
 	/// [ms] Time after which the answer should be there; 0 is no limit. A search for candidates always runs to its end,
-	/// then as many candidates are refined, best first, as the rest of the time allows: never fewer than a sixteenth.
+	/// then as many candidates are refined, best first, as the rest of the time allows: never fewer than a sixteenth of
+	/// coarse_search.candidates.
 	/// If the first look judges its candidates and has then taken more than half of the time, its answer is taken. An
 	/// answer is not localized if the time left out candidates that may be the true place: those must agree with the
 	/// scan far less than its own one. All this depends on the machine's load, so that two runs may differ. It has no
