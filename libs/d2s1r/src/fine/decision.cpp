@@ -130,13 +130,13 @@ std::vector<Likely> probabilities_of(
 	return likely;
 }
 
-/// Returns whether the prior of the map allows a robot whose sensor has this pose.
+/// Returns whether the map and its prior allow a robot whose sensor has this pose.
 bool is_possible(const SearchedReading& in, const Scan& scan, const TPose2D& sensor)
 {
-	return in.prior.allows(sensor + (TPose2D() - scan.sensor_on_robot));
+	return in.tracer.may_stand(sensor) && in.prior.allows(sensor + (TPose2D() - scan.sensor_on_robot));
 }
 
-/// Scores the poses that their priors allow.
+/// Scores the poses that are possible.
 /// \return best first
 std::vector<Place> scored_places(
     const SearchedReadings& readings, const Scan& scan, const BeamSubset& all, const std::vector<RefinedPose>& poses)

@@ -269,7 +269,9 @@ std::vector<RefinedPose> make_shortlist(
 		return of(in.tracer, in.field, few, at.pose, in.parameters.scoring.beam_model);
 	};
 	Ranking by_most;
-	for (std::size_t i = 0; i < poses.size(); i++) by_most.emplace_back(-judged(log_likelihood_bound, poses[i]), i);
+	for (std::size_t i = 0; i < poses.size(); i++)
+		if (readings[poses[i].reading].tracer.may_stand(poses[i].pose))
+			by_most.emplace_back(-judged(log_likelihood_bound, poses[i]), i);
 	std::sort(by_most.begin(), by_most.end());
 	Ranking ranking;
 	for (const auto& [least_cost, i] : by_most)

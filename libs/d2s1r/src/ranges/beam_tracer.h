@@ -48,6 +48,15 @@ class BeamTracer
 	/// Finds only where the beams end, as if they passed nothing. This is much faster, because no beam is followed.
 	void locate_ends(const BeamArrays& beams, const mrpt::math::TPose2D& sensor, TracedBeams& traced) const;
 
+	/// Returns whether a sensor may stand at `sensor` (in map, m and rad): in free space or a little beside it, because
+	/// the walls and borders of a map are drawn some centimetres off. Elsewhere beams tell nothing: outside of the grid
+	/// none is followed.
+	bool may_stand(const mrpt::math::TPose2D& sensor) const
+	{
+		constexpr double kBesideFree = 0.3;  // [m]
+		return map_.may_stand(sensor.x, sensor.y, kBesideFree, reading_);
+	}
+
 	/// Returns the cells that beams are followed through.
 	const SkipMap& map() const { return map_; }
 

@@ -44,6 +44,21 @@ std::vector<std::uint8_t> skip_distances(const AlignedBytes& classes, int width,
 	return distances;
 }
 
+bool SkipMap::may_stand(double x, double y, double beside, int reading) const
+{
+	const double u = (x - origin_x) / cell_size, v = (y - origin_y) / cell_size;
+	if (!(u >= 1 && v >= 1 && u < width - 1 && v < height - 1)) return false;
+	const auto is_free = [&](int column, int row) { return class_of(cells[index(column, row)], reading) == kFree; };
+	if (is_free(static_cast<int>(u), static_cast<int>(v))) return true;
+	const double reach = beside / cell_size;
+	const auto first = [&](double at) { return static_cast<int>(std::max(1.0, at - reach)); };
+	const auto last = [&](double at, int size) { return static_cast<int>(std::min(size - 2.0, at + reach)); };
+	for (int row = first(v); row <= last(v, height); row++)
+		for (int column = first(u); column <= last(u, width); column++)
+			if (is_free(column, row)) return true;
+	return false;
+}
+
 SkipMap make_skip_map(const Grid& grid, const std::vector<CellIndex>& furniture)
 {
 	return make_skip_map(grid, grid, furniture);

@@ -94,6 +94,10 @@ struct SkipMap
 		return column > 0 && row > 0 && column < width - 1 && row < height - 1;
 	}
 
+	/// Returns whether a sensor may stand at (x, y) [m] in the map frame: on the map, and at most `beside` [m], along each
+	/// axis, from a cell that is free in a reading.
+	bool may_stand(double x, double y, double beside, int reading) const;
+
 	/// Lists what an index file holds of the map.
 	template <class Self, class File>
 	static void fields(Self& self, File& file)
