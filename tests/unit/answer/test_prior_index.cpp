@@ -55,26 +55,44 @@ class RandomBoxes
 	std::mt19937 generator_;
 };
 
-TEST(PriorIndex, AnswersAsThePriorDoes)
+TEST(PriorIndex, RulesOutWhatThePriorDoesNotAllowAndNothingElse)
 {
+	constexpr double kSquare = 0.2, kSector = 0.1;  // [m], [rad] at most, with so few boxes
 	RandomBoxes random(5);
-	const PoseBox areas[] = {{-12, 12, -7, 17}, {-3, 3, 0, 5}, {100, 101, 0, 1}, {0, 0, 0, 0}};
-	int allowed = 0;
+	const PoseBox area{-13, 40, -8, 40};
+	int allowed = 0, ruled_out = 0;
 	for (int trial = 0; trial < 60; trial++)
 	{
-		const Prior prior = random.prior(trial % 4 == 0 ? 1 : 40, trial % 3 == 0 ? 20 : 3);
+		const Prior prior = random.prior(trial % 4 == 0 ? 1 : 40, trial % 4 == 0 ? 20 : 3);
 		const double margin = random.between(0, 0.5), yaw_margin = random.between(0, 0.3);
-		const PriorIndex index(prior, areas[trial % 4], margin, yaw_margin);
+		const PriorIndex index(prior, area, margin, yaw_margin);
 		for (int i = 0; i < 1000; i++)
 		{
 			const TPose2D pose = random.pose(prior);
-			ASSERT_EQ(index.allows(pose), prior.allows(pose, margin, yaw_margin)) << trial << ": " << pose;
-			ASSERT_EQ(index.allows_position(pose.x, pose.y), prior.allows_position(pose.x, pose.y, margin));
-			allowed += index.allows(pose) ? 1 : 0;
+			const bool here = index.may_allow_position(pose.x, pose.y);
+			ASSERT_LE(prior.allows(pose, margin, yaw_margin), index.may_allow(pose)) << trial << ": " << pose;
+			ASSERT_LE(prior.allows_position(pose.x, pose.y, margin), here) << trial << ": " << pose;
+			ASSERT_LE(here, prior.allows_position(pose.x, pose.y, margin + kSquare)) << trial << ": " << pose;
+			allowed += index.may_allow(pose) ? 1 : 0;
+			if (prior.boxes.size() > 1 || prior.allows(pose, margin + kSquare, yaw_margin + kSector)) continue;
+			ASSERT_FALSE(index.may_allow(pose)) << trial << ": " << pose;
+			ruled_out++;
 		}
 	}
-	EXPECT_GT(allowed, 10000);
-	EXPECT_LT(allowed, 50000);
+	EXPECT_GT(allowed, 5000);
+	EXPECT_GT(ruled_out, 5000);
+}
+
+TEST(PriorIndex, RulesNothingOutBeyondItsArea)
+{
+	const Prior prior{{{0, 10, 0, 10}}};
+	for (const PoseBox& area : {PoseBox{2, 3, 2, 3}, PoseBox{100, 101, 0, 1}, PoseBox{0, 0, 0, 0}})
+	{
+		const PriorIndex index(prior, area, 0.1, 0.1);
+		EXPECT_TRUE(index.may_allow({5, 5, 1}));
+		EXPECT_TRUE(index.may_allow_position(5, 5));
+		EXPECT_FALSE(index.may_allow({-5, 5, 1})) << "no box reaches so far";
+	}
 }
 
 TEST(PriorIndex, TakesNumbersThatAreNone)
@@ -92,18 +110,18 @@ TEST(PriorIndex, TakesNumbersThatAreNone)
 			for (const TPose2D& pose :
 			     {TPose2D{0.5, 0.5, 0}, TPose2D{-3, 0.5, 0}, TPose2D{5.5, 5.5, 2}, TPose2D{kNan, 0, 0},
 			      TPose2D{0, 0, kNan}, TPose2D{kInfinite, 0, 0}})
-				EXPECT_EQ(index.allows(pose), prior.allows(pose, 0.1, 0.1)) << odd << ", " << field << ": " << pose;
+				EXPECT_LE(prior.allows(pose, 0.1, 0.1), index.may_allow(pose)) << odd << ", " << field << ": " << pose;
 		}
 }
 
 TEST(PriorIndex, AllowsAllIfThePriorDoes)
 {
 	const Prior anywhere;
-	EXPECT_TRUE(PriorIndex(anywhere, {0, 1, 0, 1}, 0, 0).allows({50, 50, 1}));
-	EXPECT_TRUE(PriorIndex(anywhere, {0, 1, 0, 1}, 0, 0).allows_position(50, 50));
+	EXPECT_TRUE(PriorIndex(anywhere, {0, 1, 0, 1}, 0, 0).may_allow({50, 50, 1}));
+	EXPECT_TRUE(PriorIndex(anywhere, {0, 1, 0, 1}, 0, 0).may_allow_position(50, 50));
 }
 
-TEST(PriorIndex, ManyBoxesCostLittleMoreThanNone)
+TEST(PriorIndex, AHundredTimesAsManyBoxesDoNotCostAHundredTimesAsMuch)
 {
 	const Grid floor = make_floor();
 	const Localizer localizer(make_map(floor));
@@ -120,8 +138,11 @@ TEST(PriorIndex, ManyBoxesCostLittleMoreThanNone)
 		return least;
 	};
 	RandomBoxes random(7);
-	const double without = seconds({});
-	EXPECT_LT(seconds({random.prior(5000, 3), 0}), 5 * without + 2e-3);
+	for (const double size : {0.1, 3.0})
+	{
+		const double few = seconds({random.prior(500, size), 0}), many = seconds({random.prior(50'000, size), 0});
+		EXPECT_LT(many, 25 * few) << "boxes of up to " << size << " m";
+	}
 }
 }  // namespace
 }  // namespace d2s1r::test

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 namespace d2s1r
 {
@@ -14,8 +13,8 @@ namespace
 constexpr int kSectors = 64;                     //!< [-] of headings in [-pi, pi): the bits of a number
 constexpr double kSector = 2 * M_PI / kSectors;  //!< [rad]
 constexpr double kTiny = 1e-6;                   //!< [m] or [rad]: more than numbers are rounded by
-constexpr int kMostPerSide = 64;                 //!< [squares]
-constexpr std::size_t kMostEntries = 50'000;     //!< [-] boxes of all squares, which bounds the time to fill them
+constexpr int kMostPerSide = 256;                //!< [squares]
+constexpr std::size_t kMostSquares = 50'000;     //!< [-] of all boxes together, or four a box: it bounds the time
 
 /// Returns bits `first` to `last`; those beyond the last sector go on at the first.
 std::uint64_t sectors_between(double first, double last)
@@ -28,24 +27,15 @@ std::uint64_t sectors_between(double first, double last)
 	return start == 0 ? bits : bits << start | bits >> (kSectors - start);
 }
 
-/// The sectors of headings that a box allows.
-struct SectorsOfBox
+/// Returns the sectors of headings that a box allows at least in part.
+std::uint64_t sectors_of(const PoseBox& box, double yaw_margin)
 {
-	std::uint64_t whole;    //!< as a whole
-	std::uint64_t in_part;  //!< at least in part
-};
-
-SectorsOfBox sectors_of(const PoseBox& box, double yaw_margin)
-{
-	const double reach = box.yaw_tolerance + yaw_margin;
+	const double reach = box.yaw_tolerance + yaw_margin + kTiny;
 	constexpr double kFarthestYaw = 1e3;  // [rad] where kTiny is still more than numbers are rounded by
-	if (reach >= M_PI) return {~std::uint64_t{0}, ~std::uint64_t{0}};
-	if (!(std::abs(box.yaw) < kFarthestYaw && std::abs(reach) < kFarthestYaw)) return {0, ~std::uint64_t{0}};
-	const double yaw = mrpt::math::wrapToPi(box.yaw) + M_PI, inner = reach - kTiny, outer = reach + kTiny;
-	const auto place = [](double angle) { return angle / kSector; };
-	return {
-	    sectors_between(std::ceil(place(yaw - inner)), std::floor(place(yaw + inner)) - 1),
-	    sectors_between(std::floor(place(yaw - outer)), std::floor(place(yaw + outer)))};
+	if (reach >= M_PI || !(std::abs(box.yaw) < kFarthestYaw && std::abs(reach) < kFarthestYaw))
+		return ~std::uint64_t{0};
+	const double yaw = mrpt::math::wrapToPi(box.yaw) + M_PI;
+	return sectors_between(std::floor((yaw - reach) / kSector), std::floor((yaw + reach) / kSector));
 }
 
 std::uint64_t sector_of(double yaw)
@@ -61,7 +51,7 @@ std::size_t PriorIndex::Squares::count() const
 }
 
 PriorIndex::PriorIndex(const Prior& prior, const PoseBox& area, double margin, double yaw_margin)
-    : prior_(prior), margin_(margin), yaw_margin_(yaw_margin), reached_{INFINITY, -INFINITY, INFINITY, -INFINITY}
+    : anywhere_(prior.anywhere()), margin_(margin), reached_{INFINITY, -INFINITY, INFINITY, -INFINITY}
 {
 	for (const PoseBox& box : prior.boxes)
 	{
@@ -74,21 +64,30 @@ PriorIndex::PriorIndex(const Prior& prior, const PoseBox& area, double margin, d
 	    std::max(area.least_x, reached_.least_x), std::min(area.greatest_x, reached_.greatest_x),
 	    std::max(area.least_y, reached_.least_y), std::min(area.greatest_y, reached_.greatest_y)};
 	const double side_x = area_.greatest_x - area_.least_x, side_y = area_.greatest_y - area_.least_y;
-	if (prior.anywhere() || !(side_x > 0 && side_y > 0 && std::isfinite(side_x + side_y))) return;
+	if (anywhere_ || !(side_x > 0 && side_y > 0 && std::isfinite(side_x + side_y))) return;
+	const std::size_t most = std::max(kMostSquares, 4 * prior.boxes.size());
 	int per_side = kMostPerSide;
-	while (choose_squares(per_side) > kMostEntries && per_side > 1) per_side /= 2;
-	fill_squares();
+	while (choose_squares(prior, per_side) > most && per_side > 1) per_side /= 2;
+	headings_.assign(static_cast<std::size_t>(per_side_) * static_cast<std::size_t>(per_side_), 0);
+	for (const PoseBox& box : prior.boxes)
+	{
+		const std::uint64_t sectors = sectors_of(box, yaw_margin);
+		const Squares its = squares_of(box);
+		for (int y = its.first_y; y < its.past_y; y++)
+			for (int x = its.first_x; x < its.past_x; x++)
+				headings_[static_cast<std::size_t>(y * per_side_ + x)] |= sectors;
+	}
 }
 
-/// \return how many boxes the squares have together
-std::size_t PriorIndex::choose_squares(int per_side)
+/// \return how many squares the boxes reach into, each counted on its own
+std::size_t PriorIndex::choose_squares(const Prior& prior, int per_side)
 {
 	per_side_ = per_side;
 	size_x_ = (area_.greatest_x - area_.least_x) / per_side;
 	size_y_ = (area_.greatest_y - area_.least_y) / per_side;
-	std::size_t entries = 0;
-	for (const PoseBox& box : prior_.boxes) entries += squares_of(box).count();
-	return entries;
+	std::size_t count = 0;
+	for (const PoseBox& box : prior.boxes) count += squares_of(box).count();
+	return count;
 }
 
 PriorIndex::Squares PriorIndex::squares_of(const PoseBox& box) const
@@ -108,81 +107,26 @@ PriorIndex::Squares PriorIndex::squares_of(const PoseBox& box) const
 	return squares;
 }
 
-bool PriorIndex::covers(const PoseBox& box, int x, int y) const
+/// Returns the sectors of headings that may be allowed at a position; all of them where nothing is known.
+std::uint64_t PriorIndex::headings_at(double x, double y) const
 {
-	const double reach = margin_ - kTiny;
-	return box.contains_position(area_.least_x + x * size_x_, area_.least_y + y * size_y_, reach) &&
-	       box.contains_position(area_.least_x + (x + 1) * size_x_, area_.least_y + (y + 1) * size_y_, reach);
-}
-
-void PriorIndex::fill_squares()
-{
-	squares_.assign(static_cast<std::size_t>(per_side_) * static_cast<std::size_t>(per_side_), {});
-	const auto for_squares = [this](const PoseBox& box, const auto& take)
-	{
-		const Squares its = squares_of(box);
-		for (int y = its.first_y; y < its.past_y; y++)
-			for (int x = its.first_x; x < its.past_x; x++)
-				take(
-				    squares_
-				        [static_cast<std::size_t>(y) * static_cast<std::size_t>(per_side_) +
-				         static_cast<std::size_t>(x)],
-				    x, y);
-	};
-	for (const PoseBox& box : prior_.boxes)
-	{
-		const SectorsOfBox sectors = sectors_of(box, yaw_margin_);
-		for_squares(
-		    box,
-		    [&](Square& square, int x, int y)
-		    {
-			    square.touched |= sectors.in_part;
-			    if (covers(box, x, y)) square.allowed |= sectors.whole;
-			    square.past_box++;
-		    });
-	}
-	std::size_t entries = 0;
-	for (Square& square : squares_) square.past_box = std::exchange(entries, entries + square.past_box);
-	boxes_of_squares_.resize(entries);
-	for (std::uint32_t i = 0; i < prior_.boxes.size(); i++)
-		for_squares(prior_.boxes[i], [&](Square& square, int, int) { boxes_of_squares_[square.past_box++] = i; });
-}
-
-/// Returns null if the position lies outside all squares: then the boxes are asked one by one.
-const PriorIndex::Square* PriorIndex::square_at(double x, double y) const
-{
-	if (per_side_ == 0 || !area_.contains_position(x, y)) return nullptr;
+	if (anywhere_) return ~std::uint64_t{0};
+	if (!reached_.contains_position(x, y)) return 0;
+	if (per_side_ == 0 || !area_.contains_position(x, y)) return ~std::uint64_t{0};
 	const auto place = [this](double offset, double size)
 	{ return std::clamp(static_cast<int>(offset / size), 0, per_side_ - 1); };
-	return &squares_[static_cast<std::size_t>(
+	return headings_[static_cast<std::size_t>(
 	    place(y - area_.least_y, size_y_) * per_side_ + place(x - area_.least_x, size_x_))];
 }
 
-bool PriorIndex::allows(const mrpt::math::TPose2D& robot) const
+bool PriorIndex::may_allow(const mrpt::math::TPose2D& robot) const
 {
-	if (prior_.anywhere()) return true;
-	if (!reached_.contains_position(robot.x, robot.y)) return false;
-	const Square* const square = std::isfinite(robot.phi) ? square_at(robot.x, robot.y) : nullptr;
-	if (!square) return prior_.allows(robot, margin_, yaw_margin_);
-	const std::uint64_t sector = sector_of(robot.phi);
-	if ((square->allowed & sector) != 0) return true;
-	if ((square->touched & sector) == 0) return false;
-	const std::size_t first = square == squares_.data() ? 0 : square[-1].past_box;
-	return std::any_of(
-	    boxes_of_squares_.data() + first, boxes_of_squares_.data() + square->past_box,
-	    [&](std::uint32_t box) { return prior_.boxes[box].contains(robot, margin_, yaw_margin_); });
+	const std::uint64_t headings = headings_at(robot.x, robot.y);
+	return headings != 0 && (!std::isfinite(robot.phi) || (headings & sector_of(robot.phi)) != 0);
 }
 
-bool PriorIndex::allows_position(double x, double y) const
+bool PriorIndex::may_allow_position(double x, double y) const
 {
-	if (prior_.anywhere()) return true;
-	if (!reached_.contains_position(x, y)) return false;
-	const Square* const square = square_at(x, y);
-	if (!square) return prior_.allows_position(x, y, margin_);
-	if (square->allowed != 0) return true;
-	const std::size_t first = square == squares_.data() ? 0 : square[-1].past_box;
-	return std::any_of(
-	    boxes_of_squares_.data() + first, boxes_of_squares_.data() + square->past_box,
-	    [&](std::uint32_t box) { return prior_.boxes[box].contains_position(x, y, margin_); });
+	return headings_at(x, y) != 0;
 }
 }  // namespace d2s1r

@@ -9,32 +9,24 @@
 
 namespace d2s1r
 {
-/// Answers as a Prior does, in a time that hardly depends on the number of its boxes: each square of the map knows the
-/// boxes that reach into it, and the headings that some box allows in all of it. It refers to the prior.
+/// Rules out most poses that a Prior does not allow, in a time that does not depend on the number of its boxes: each
+/// square of an area knows the sectors of headings that some box allows somewhere in it. The more boxes there are, the
+/// larger the squares. What it does not rule out is for Prior::allows() to decide.
 class PriorIndex
 {
    public:
-	/// \param area [m, map frame] where the positions lie that will be asked for; its yaw has no meaning. Positions
-	///        elsewhere take longer.
+	/// \param area [m, map frame] where the positions lie that will be asked for; its yaw has no meaning
 	/// \param margin [m] by which the boxes are widened
 	/// \param yaw_margin [rad]
 	PriorIndex(const Prior& prior, const PoseBox& area, double margin, double yaw_margin);
 
-	/// Returns what Prior::allows() returns.
-	bool allows(const mrpt::math::TPose2D& robot) const;
+	/// Returns true if Prior::allows() does, and for a pose less than a square or a sector beside as a rule, too.
+	bool may_allow(const mrpt::math::TPose2D& robot) const;
 
-	/// Returns what Prior::allows_position() returns.
-	bool allows_position(double x, double y) const;
+	/// Returns true if Prior::allows_position() does, and for a position less than a square beside as a rule, too.
+	bool may_allow_position(double x, double y) const;
 
    private:
-	struct Square
-	{
-		std::uint64_t allowed = 0;  //!< a bit for each sector of headings that some box allows in all of the square
-		std::uint64_t touched = 0;  //!< a bit for each sector of headings of which some box allows a part in a part
-		std::size_t past_box =
-		    0;  //!< end of its boxes in boxes_of_squares_; they begin at the end of the square before
-	};
-
 	/// The squares that a widened box reaches into.
 	struct Squares
 	{
@@ -43,21 +35,18 @@ class PriorIndex
 		std::size_t count() const;
 	};
 
-	std::size_t choose_squares(int per_side);
-	void fill_squares();
+	std::size_t choose_squares(const Prior& prior, int per_side);
 	Squares squares_of(const PoseBox& box) const;
-	bool covers(const PoseBox& box, int x, int y) const;
-	const Square* square_at(double x, double y) const;
+	std::uint64_t headings_at(double x, double y) const;
 
-	const Prior& prior_;
+	bool anywhere_;
 	double margin_;
-	double yaw_margin_;
-	PoseBox reached_;              //!< what all boxes together reach
-	PoseBox area_;                 //!< of all squares: the part of what the boxes reach that will be asked for
-	int per_side_ = 0;             //!< [squares] along x and along y; 0 if there are none
-	double size_x_ = 0;            //!< [m] of a square
-	double size_y_ = 0;            //!< [m] of a square
-	std::vector<Square> squares_;  //!< row by row
-	std::vector<std::uint32_t> boxes_of_squares_;  //!< indices of boxes of the prior, square by square
+	PoseBox reached_;    //!< what all boxes together reach
+	PoseBox area_;       //!< of all squares: the part of what the boxes reach that will be asked for
+	int per_side_ = 0;   //!< [squares] along x and along y; 0 if there are none
+	double size_x_ = 0;  //!< [m] of a square
+	double size_y_ = 0;  //!< [m] of a square
+	std::vector<std::uint64_t>
+	    headings_;  //!< by square, row by row: a bit for each sector that some box allows a part of
 };
 }  // namespace d2s1r

@@ -42,7 +42,7 @@ bool AllowedPairs::prior_allows(const Pair& pair) const
 {
 	const auto i = static_cast<std::size_t>(pair.position);
 	const mrpt::math::TPose2D& robot = robot_on_position_[static_cast<std::size_t>(pair.shift)];
-	return prior_.allows({profiles_.x(i) + robot.x, profiles_.y(i) + robot.y, robot.phi});
+	return prior_.may_allow({profiles_.x(i) + robot.x, profiles_.y(i) + robot.y, robot.phi});
 }
 
 bool AllowedPairs::prior_allows_any(const Pair& of_group) const
@@ -68,7 +68,7 @@ std::vector<std::uint64_t> AllowedPairs::groups() const
 	{
 		bool any = false;
 		for (std::size_t i = profiles_.first_of_group[group]; i < profiles_.first_of_group[group + 1] && !any; i++)
-			any = prior_of_sensor_.allows_position(profiles_.x(i), profiles_.y(i));
+			any = prior_of_sensor_.may_allow_position(profiles_.x(i), profiles_.y(i));
 		if (any) allowed[group / kBlock] |= std::uint64_t{1} << group % kBlock;
 	}
 	return allowed;

@@ -53,16 +53,20 @@ struct GroupsOfReading
 	std::vector<std::uint64_t> allowed;  //!< by block: see AllowedPairs::groups()
 };
 
-/// Returns how many beams about one group in kFew, but not many more than kMost groups, are at most missing; it looks
-/// at a sample of the groups.
+/// Returns how many beams about one allowed group in kFew, but not many more than kMost groups, are at most missing; it
+/// looks at a sample of the groups.
 int missing_at_few(const std::vector<GroupsOfReading>& readings)
 {
 	constexpr std::size_t kFew = 32, kMost = 8192, kApart = 16;
 	std::array<std::size_t, 256> count{};
 	std::size_t seen = 0;
 	for (const GroupsOfReading& of : readings)
-		for (std::size_t group = 0; group < of.reading->profiles.groups(); group += kApart, seen++)
+		for (std::size_t group = 0; group < of.reading->profiles.groups(); group += kApart)
+		{
+			if ((of.allowed[group / RangeProfiles::kBlock] >> group % RangeProfiles::kBlock & 1) == 0) continue;
 			count[of.missing[group]]++;
+			seen++;
+		}
 	std::size_t most = 0;
 	const std::size_t wanted = std::min((seen + kFew - 1) / kFew, kMost / kApart);
 	for (std::size_t below = count[0]; below < wanted; below += count[most]) most++;

@@ -126,7 +126,10 @@ std::vector<CellIndex> allowed_cells(const Localizer& localizer, const Prior& pr
 	    grid.origin_y + grid.height * grid.cell_size};
 	const PriorIndex index(prior, area, 0, 0);
 	const auto is_ruled_out = [&](CellIndex cell)
-	{ return !index.allows_position(grid.center_x(cell), grid.center_y(cell)); };
+	{
+		const double x = grid.center_x(cell), y = grid.center_y(cell);
+		return !index.may_allow_position(x, y) || !prior.allows_position(x, y);
+	};
 	cells.erase(std::remove_if(cells.begin(), cells.end(), is_ruled_out), cells.end());
 	return cells;
 }
