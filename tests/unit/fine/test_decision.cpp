@@ -65,6 +65,27 @@ TEST(Hypotheses, OnePlaceThatExplainsTheScanIsLocalized)
 	EXPECT_LE(total, 1 + 1e-9);
 }
 
+TEST(Hypotheses, ASensorStandsNeitherBehindWallsNorBeyondTheMap)
+{
+	const Grid grid = make_four_fold_room();
+	const BeamTracer tracer(grid);
+	const DistanceField field(grid);
+	const Parameters parameters;
+	const Prior anywhere;
+	const SearchedReadings readings = {{field, tracer, parameters, anywhere, 0}};
+	const Scan scan = scan_at(world_of(grid), {2.1, 3.2, 0.6});
+	const auto places_of = [&](const TPose2D& sensor) {
+		return find_places(readings, scan, all_beams(scan), {{sensor, 1}}, parameters).size();
+	};
+	EXPECT_EQ(places_of({2.1, 3.2, 0.6}), 1U);
+	EXPECT_EQ(places_of({grid.origin_x + grid.width * grid.cell_size + 0.5, 4, M_PI}), 0U)
+	    << "no beam is followed there";
+	const RefinedPose inside{{2.1, 3.2, 0.6}, 1}, beyond{{4, grid.origin_y - 0.5, M_PI / 2}, 1};
+	const auto shortlist = make_shortlist(readings, few_beams(scan), {beyond, inside}, parameters.refinement);
+	ASSERT_EQ(shortlist.size(), 1U);
+	EXPECT_EQ(shortlist[0].pose, inside.pose);
+}
+
 TEST(Hypotheses, WhatIsKnownOfAPoseIsTakenAndNotComputedAgain)
 {
 	const Grid grid = make_floor();

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <random>
 
@@ -34,5 +35,32 @@ TEST(Clearances, AreChebyshevDistancesToAnotherClassOrTheMargin)
 				ASSERT_EQ(found[static_cast<std::size_t>(y * width + x)], expected) << x << " " << y;
 			}
 	}
+}
+
+TEST(SkipMap, ASensorMayStandInFreeSpaceAndALittleBesideIt)
+{
+	// 2 x 2 m from (-1, -1) m: free for x < 0, a wall for 0 < x < 0.1 m, unknown beyond
+	const auto grid_with_wall_at = [](int wall)
+	{
+		Grid grid;
+		grid.width = grid.height = 40;
+		grid.cell_size = 0.05;
+		grid.origin_x = grid.origin_y = -1;
+		for (int i = 0; i < 40 * 40; i++)
+			grid.cells.push_back(i % 40 < wall ? Cell::kFree : i % 40 < 22 ? Cell::kOccupied : Cell::kUnknown);
+		return grid;
+	};
+	const SkipMap map = make_skip_map(grid_with_wall_at(20), grid_with_wall_at(21), {});
+	const auto may_stand = [&](double x, double y, int reading) { return map.may_stand(x, y, 0.3, reading); };
+	EXPECT_TRUE(may_stand(-0.5, 0, 0));
+	EXPECT_TRUE(may_stand(0.29, 0, 0));
+	EXPECT_FALSE(may_stand(0.31, 0, 0));
+	EXPECT_TRUE(may_stand(0.31, 0, 1)) << "the wall begins 0.05 m farther";
+	EXPECT_FALSE(may_stand(0.36, 0, 1));
+	EXPECT_TRUE(may_stand(-0.99, 0.99, 0));
+	EXPECT_FALSE(may_stand(-1.01, 0, 0)) << "beyond the grid";
+	EXPECT_FALSE(may_stand(-0.5, 1.01, 0));
+	EXPECT_FALSE(may_stand(NAN, 0, 0));
+	EXPECT_FALSE(may_stand(0, INFINITY, 0));
 }
 }  // namespace d2s1r::test
