@@ -82,13 +82,13 @@ struct FirstLookParameters
 /// share/d2s1r/experiments/learn.py writes: see score() in fine/scoring.h.
 struct BeamModel
 {
-	double on_wall = 0.168;             //!< ends within 6 cm of the centre of an occupied cell
+	double on_wall = 0.169;             //!< ends within 6 cm of the centre of an occupied cell
 	double off_wall = -0.21;            //!< ends further off than 10 cm, in free space
 	double log_range = 0.13;            //!< by range, within 10 cm of a wall: a close wall is seen by many beams
-	double through_wall = -0.183;       //!< added for each wall passed, at most three; not for furniture
-	double unknown_metre = -0.0205;     //!< added for each metre of unknown space passed, at most three
-	double off_wall_run = -0.554;       //!< added for each run of beams off the walls that passed none: an object
-	double no_return_at_wall = -0.134;  //!< saw nothing though a wall is in the way within 20 m: glass, a dark surface
+	double through_wall = -0.182;       //!< added for each wall passed, at most three; not for furniture
+	double unknown_metre = -0.0202;     //!< added for each metre of unknown space passed, at most three
+	double off_wall_run = -0.548;       //!< added for each run of beams off the walls that passed none: an object
+	double no_return_at_wall = -0.135;  //!< saw nothing though a wall is in the way within 20 m: glass, a dark surface
 	double depth_edge = 1.46;           //!< added for each depth edge between walls of the map
 };
 
@@ -96,12 +96,12 @@ struct BeamModel
 /// are those of the logistic regression of learn.py.
 struct PresenceModel
 {
-	double bias = -3.24;             //!< [-]
-	double beam = -0.00457;          //!< [-] for each return, as beams of 1 deg
-	double unknown_metre = -0.0061;  //!< [1 / m] for each metre of unknown space passed at the best place
-	double log_likelihood = 0.113;   //!< [1 / nat] by the log-likelihood of the scan there
-	double lead = 0.517;             //!< [-] by the log-odds against the second best place, at most 12
-	double surfaces = 1.63;          //!< [-] by ln(1 + segments explained there): two walls fit in many buildings
+	double bias = -3.26;              //!< [-]
+	double beam = -0.00486;           //!< [-] for each return, as beams of 1 deg
+	double unknown_metre = -0.00503;  //!< [1 / m] for each metre of unknown space passed at the best place
+	double log_likelihood = 0.115;    //!< [1 / nat] by the log-likelihood of the scan there
+	double lead = 0.527;              //!< [-] by the log-odds against the second best place, at most 12
+	double surfaces = 1.63;           //!< [-] by ln(1 + segments explained there): two walls fit in many buildings
 };
 
 /// Sets the way from refined poses to hypotheses.
@@ -110,8 +110,8 @@ struct ScoringParameters
 	int hypotheses = 10;                     //!< [-] in a result, at most
 	double localized_above = 0.9;            //!< [probability] confidence of a localized frame
 	double rejected_below = 0.05;            //!< [probability] that one of the places is right, else rejected
-	double temperature = 0.869;              //!< [-] from differences of log-likelihoods to log-odds
-	double temperature_by_beam = 0.0131;     //!< [-] added for each beam of 1 deg that contradicts the map
+	double temperature = 0.868;              //!< [-] from differences of log-likelihoods to log-odds
+	double temperature_by_beam = 0.0132;     //!< [-] added for each beam of 1 deg that contradicts the map
 	double temperature_by_tolerance = 8.17;  //!< [1 / m] by which it grows with the tolerance of a smeared map's walls
 	BeamModel beam_model;                    //!< section beam_model of an ini file
 	PresenceModel presence_model;            //!< section presence_model
