@@ -146,7 +146,7 @@ ExitStatus localize(
 	// The first scan of a live log finds its map ready; a recorded log that cannot be used is told before that.
 	const logs::Log log = open_log(flags, prepare);
 	const logs::Sensor sensor = choose_sensor(log.survey, flags.sensor_label, flags.log_name());
-	const FrameSelection selection = select_frames(flags, log.survey, sensor);
+	const FrameSelection selection = select_frames(flags, sensor);
 	const GroundTruth truth =
 	    flags.ground_truth.empty() ? GroundTruth{} : read_ground_truth(flags.ground_truth, flags.rawlog);
 	if (!flags.quiet) say(flags.rawlog, describe_log(log.survey, sensor, flags), console);
@@ -192,8 +192,7 @@ ExitStatus diagnose_only(const Flags& flags, const Parameters& parameters, Conso
 	map_entries(flags);  // refuses an atlas
 	const CSignatureMap2D::ConstPtr map = build_map(flags, parameters, console);
 	if (!flags.quiet) say(flags.map, doubts_about_map(flags, map->localizer()), console);
-	print_diagnosis(
-	    diagnose(log, select_frames(flags, log.survey, sensor), flags, map->localizer(), truth), console.out);
+	print_diagnosis(diagnose(log, select_frames(flags, sensor), flags, map->localizer(), truth), console.out);
 	return interrupted() ? kInterrupted : kDone;
 }
 }  // namespace

@@ -121,15 +121,14 @@ std::vector<std::string> describe_log(const logs::LogSurvey& survey, const logs:
 	return lines;
 }
 
-FrameSelection select_frames(const Flags& flags, const logs::LogSurvey& survey, const logs::Sensor& sensor)
+FrameSelection select_frames(const Flags& flags, const logs::Sensor& sensor)
 {
 	if (flags.first_frame >= sensor.scans)
 		throw UserError(
 		    kWrongUse, "--frames",
 		    "starts at frame " + std::to_string(flags.first_frame) + " but the last one is " +
 		        std::to_string(sensor.scans - 1) + "; choose a lower start");
-	return {
-	    sensor.label, flags.first_frame, std::min(flags.past_frame, sensor.scans), flags.frame_step, survey.objects};
+	return {sensor.label, flags.first_frame, std::min(flags.past_frame, sensor.scans), flags.frame_step};
 }
 
 void load_plugins(const Flags& flags)
