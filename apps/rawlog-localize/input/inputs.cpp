@@ -56,7 +56,12 @@ Parameters read_parameters(const Flags& flags)
 	Parameters parameters;
 	try
 	{
-		if (!flags.config.empty()) parameters = load_parameters(flags.config);
+		if (!flags.config.empty())
+			parameters = read_interruptibly(flags.config, [file = flags.config] { return load_parameters(file); });
+	}
+	catch (const UserError&)
+	{
+		throw;
 	}
 	catch (const std::exception& e)
 	{

@@ -13,7 +13,7 @@
 namespace d2s1r::app
 {
 /// Returns the parameters: the values of the configuration file, where it has any, and else the defaults.
-/// \throws UserError (kWrongUse) if the file is wrong, or if the method cannot do what the flags ask for
+/// \throws UserError (kWrongUse) if the file is wrong, or if the method cannot do what the flags ask for; (kInterrupted)
 Parameters read_parameters(const Flags& flags);
 
 /// Recognizes the log and reads it once, or begins to read it if it is still being written.
