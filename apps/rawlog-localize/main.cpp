@@ -68,7 +68,7 @@ int run_and_tell(int argc, char** argv, Console& console)
 int main(int argc, char** argv)
 {
 	Console console;
-	catch_interrupts();
+	catch_signals();
 	usual_handler = std::set_terminate(end_without_memory);
 	int status = kBadInput;
 	try

@@ -13,7 +13,6 @@
 #include <mrpt/system/CTicTac.h>
 #include <unistd.h>
 
-#include <csignal>
 #include <optional>
 
 namespace d2s1r::app
@@ -35,15 +34,16 @@ ExitStatus conclude(const RunReport& report, std::size_t done, const std::string
 	{
 		const std::string all = report.flags.is_live() ? "" : " of " + std::to_string(report.selected_frames);
 		const std::string where = folder.empty() ? "" : "; these are in " + folder;
-		console.say("interrupted after " + std::to_string(done) + all + " frames" + where);
+		const bool is_one = done == 1 && all.empty();
+		console.say("interrupted after " + std::to_string(done) + all + (is_one ? " frame" : " frames") + where);
 		return kInterrupted;
 	}
 	if (!damage.empty())
 	{
-		const std::string where = folder.empty() ? " are printed" : " are in " + folder;
-		throw UserError(
-		    kBadInput, report.flags.log_name(),
-		    damage + "; the " + std::to_string(done) + " frames before that" + where);
+		const std::string frames =
+		    done == 1 ? "frame before that is " : std::to_string(done) + " frames before that are ";
+		const std::string where = folder.empty() ? "printed" : "in " + folder;
+		throw UserError(kBadInput, report.flags.log_name(), damage + "; the " + frames + where);
 	}
 	if (report.truth_lines > 0 && report.matches.empty())
 		throw UserError(
@@ -128,6 +128,13 @@ void write_files(RunOutputs& outputs, RunReport& report, const LoopResult& loop,
 	outputs.commit(report);
 }
 
+GroundTruth truth_of(const Flags& flags)
+{
+	if (flags.ground_truth.empty()) return {};
+	return read_interruptibly(
+	    flags.ground_truth, [name = flags.ground_truth, log = flags.rawlog] { return read_ground_truth(name, log); });
+}
+
 /// Goes from the log and the map to all outputs.
 /// \param backend the particle filter; null without --fuse
 ExitStatus localize(
@@ -135,6 +142,7 @@ ExitStatus localize(
 {
 	std::optional<RunOutputs> outputs;
 	if (!flags.output_dir.empty()) outputs.emplace(flags);
+	const IndexFiles index_files(flags);
 	std::vector<IndexedMap> maps;
 	double build_seconds = 0;
 	const auto prepare = [&]
@@ -146,9 +154,8 @@ ExitStatus localize(
 	// The first scan of a live log finds its map ready; a recorded log that cannot be used is told before that.
 	const logs::Log log = open_log(flags, prepare);
 	const logs::Sensor sensor = choose_sensor(log.survey, flags.sensor_label, flags.log_name());
-	const FrameSelection selection = select_frames(flags, log.survey, sensor);
-	const GroundTruth truth =
-	    flags.ground_truth.empty() ? GroundTruth{} : read_ground_truth(flags.ground_truth, flags.rawlog);
+	const FrameSelection selection = select_frames(flags, sensor);
+	const GroundTruth truth = truth_of(flags);
 	if (!flags.quiet) say(flags.rawlog, describe_log(log.survey, sensor, flags), console);
 
 	if (!flags.is_live()) prepare();
@@ -170,10 +177,8 @@ ExitStatus localize(
 		return kInterrupted;
 	}
 	if (loop.frames < selection.size() && loop.damage.empty() && !interrupted() && !flags.is_live())
-	{
 		loop.damage = "holds fewer scans than when the run began; run again when nothing writes to it";
-		if (loop.frames == 0) throw UserError(kBadInput, flags.rawlog, loop.damage);
-	}
+	if (loop.frames == 0 && !loop.damage.empty()) throw UserError(kBadInput, flags.log_name(), loop.damage);
 	report.localization_seconds = watch.Tac();
 	if (needs_diagnosis(report)) report.diagnosis = diagnose(log, selection, flags, map->localizer(), truth);
 	if (outputs) write_files(*outputs, report, loop, truth);
@@ -186,14 +191,12 @@ ExitStatus diagnose_only(const Flags& flags, const Parameters& parameters, Conso
 {
 	const logs::Log log = open_log(flags, {});  // it is not live
 	const logs::Sensor sensor = choose_sensor(log.survey, flags.sensor_label, flags.rawlog);
-	const GroundTruth truth =
-	    flags.ground_truth.empty() ? GroundTruth{} : read_ground_truth(flags.ground_truth, flags.rawlog);
+	const GroundTruth truth = truth_of(flags);
 	if (!flags.quiet) say(flags.rawlog, describe_log(log.survey, sensor, flags), console);
 	map_entries(flags);  // refuses an atlas
 	const CSignatureMap2D::ConstPtr map = build_map(flags, parameters, console);
 	if (!flags.quiet) say(flags.map, doubts_about_map(flags, map->localizer()), console);
-	print_diagnosis(
-	    diagnose(log, select_frames(flags, log.survey, sensor), flags, map->localizer(), truth), console.out);
+	print_diagnosis(diagnose(log, select_frames(flags, sensor), flags, map->localizer(), truth), console.out);
 	return interrupted() ? kInterrupted : kDone;
 }
 }  // namespace
@@ -209,7 +212,6 @@ ExitStatus run(const Flags& flags, Console& console)
 		file.commit();
 		return kDone;
 	}
-	if (flags.stream) std::signal(SIGPIPE, SIG_IGN);  // who reads the lines may end before the log does
 	load_plugins(flags);
 	if (flags.diagnose) return diagnose_only(flags, parameters, console);
 	return localize(flags, parameters, flags.fuse ? find_fusion_backend() : nullptr, console);

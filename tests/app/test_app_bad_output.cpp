@@ -170,6 +170,26 @@ TEST_F(AppBadOutput, StandardOutputThatTakesNothing)
 	    run_program({"bash", "-c", RAWLOG_LOCALIZE " --help > /dev/full"}), 3, {"standard output: cannot be written"});
 }
 
+TEST_F(AppBadOutput, PipesThatNobodyReadsCostNoResults)
+{
+	ASSERT_EQ(mkfifo(path("pipe").c_str(), 0600), 0);
+	const std::string start = "exec 3<> " + path("pipe") + " 4> " + path("pipe") + " 3>&-; exec ";
+	const std::string command =
+	    RAWLOG_LOCALIZE " -m " + path("flat.gridmap.gz") + " -i " + path("walk.rawlog") + " -o " + path("out");
+	for (const auto& [redirection, status] : {std::pair(" >&4", 3), {" 2>&4", 0}, {" >&4 2>&1", 3}})
+	{
+		fs::remove_all(path("out"));
+		const auto result = run_program({"bash", "-c", start + command + redirection});
+		EXPECT_EQ(result.status, status) << redirection;
+		const bool is_told = redirection == std::string(" >&4");
+		EXPECT_EQ(result.err.find("standard output: cannot be written") != std::string::npos, is_told) << result.err;
+		EXPECT_EQ(lines_of(read_file(path("out/frames.csv"))).size(), walk().size() + 1);
+		EXPECT_TRUE(fs::exists(path("out/summary.json")));
+	}
+	const std::string wrong = start + RAWLOG_LOCALIZE " --nothing 2>&4";
+	EXPECT_EQ(run_program({"bash", "-c", wrong}).status, 1);
+}
+
 TEST_F(AppBadOutput, ConfigThatCannotBeWritten)
 {
 	expect_refusal({"--write-config", path("no/folder/all.ini")}, 3, {path("no/folder/all.ini")});

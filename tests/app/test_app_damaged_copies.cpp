@@ -154,6 +154,10 @@ TEST_F(AppDamagedCopies, RawlogThatCrashesMrptsReaderIsLocalizedUpToThere)
 	    {path("log.rawlog") + ": is damaged after object 2 (MRPT's reader crashes there); copy",
 	     "the 2 frames before"});
 	EXPECT_EQ(CsvTable(path("out/frames.csv"), kFramesHeader).size(), 2U);
+	write_file(path("log.rawlog"), serialized(*walk_scan(0)) + action);
+	expect_refusal(
+	    {"-m", path("flat.gridmap.gz"), "-i", path("log.rawlog"), "-o", path("out"), "-q"}, 2,
+	    {"; the frame before that is in " + path("out") + "\n"});
 }
 
 TEST_F(AppDamagedCopies, SimplemapOfTwoBillionKeyframesInFewBytes)

@@ -1,9 +1,14 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // Faults of the system and signals at bad moments: a clear line, the right exit status, nothing half-written.
 #include <mrpt/version.h>
+#include <sys/stat.h>
+
+#include <fcntl.h>
+#include <unistd.h>
 
 #include <chrono>
 #include <csignal>
+#include <fstream>
 #include <thread>
 
 #include "app_process.h"
@@ -234,6 +239,86 @@ TEST_F(AppFaults, ALaterInterruptEndsAtOnceWhatTheFirstOneDidNot)
 	EXPECT_EQ(process.wait().status, 130);
 	EXPECT_LT(duration<double>(Clock::now() - sent).count(), 1);
 	EXPECT_FALSE(fs::exists(path("out/summary.json")));
+}
+
+TEST_F(AppFaults, AnInterruptEndsTheWaitForAPipe)
+{
+	ASSERT_EQ(mkfifo(path("pipe").c_str(), 0600), 0);
+	for (const auto& [option, has_writer] :
+	     {std::pair("-c", true), {"--ground-truth", true}, {"--ground-truth", false}})
+	{
+		Process process = start(words("flat.gridmap.gz", {option, path("pipe")}));
+		int writer = -1;
+		if (has_writer)
+			while (process.running() && writer < 0)  // it can be opened once somebody reads
+				writer = open(path("pipe").c_str(), O_WRONLY | O_NONBLOCK | O_CLOEXEC);
+		else
+			wait_for_outputs(process);
+		std::this_thread::sleep_for(std::chrono::milliseconds(300));
+		ASSERT_TRUE(process.running());
+		process.send(SIGINT);
+		const auto sent = Clock::now();
+		while (process.running() && Clock::now() - sent < std::chrono::seconds(10)) std::this_thread::yield();
+		EXPECT_FALSE(process.running()) << option;
+		if (process.running()) process.send(SIGKILL);
+		expect_refused(process.wait(), 130, {": interrupted before the first frame; no results are written"});
+		EXPECT_FALSE(fs::exists(path("out"))) << option;
+		close(writer);
+	}
+}
+
+TEST_F(AppFaults, AnIndexThatIsCutWhileItIsUsedIsToldAsThat)
+{
+	const Words at_rest = words("flat.gridmap.gz", {"-q", "--index", path("flat.index")});
+	ASSERT_EQ(run(at_rest).status, 0);
+	Words words_of_live = at_rest;
+	words_of_live.insert(words_of_live.end(), {"--follow", "--stream"});
+	const std::string scans = read_file(path("walk.rawlog"));
+	Process process = start(words_of_live);
+	while (process.running() && lines_of(read_file(path("stdout"))).size() < walk().size())
+		std::this_thread::sleep_for(std::chrono::milliseconds(1));
+	fs::resize_file(path("flat.index"), 0);
+	std::ofstream(path("walk.rawlog"), std::ios::app | std::ios::binary) << scans;
+	const auto result = process.wait();
+	EXPECT_EQ(result.status, 2);
+	EXPECT_EQ(lines_of(result.err).size(), 1U) << result.err;
+	EXPECT_EQ(result.err.rfind("rawlog-localize: the file of --index, or another one", 0), 0U) << result.err;
+
+	EXPECT_EQ(run(at_rest).status, 0) << "the index is built again";
+	for (const auto& entry : fs::directory_iterator(path("out")))
+		EXPECT_NE(entry.path().filename().string().rfind(".tmp", 0), 0U) << entry.path();
+}
+
+TEST_F(AppFaults, WhatAKilledRunLeftOfAnIndexIsRemovedByTheNextOne)
+{
+	const auto left = [&]
+	{
+		std::size_t files = 0;
+		for (const auto& entry : fs::directory_iterator(folder()))
+			files += entry.path().filename().string().rfind(".tmp", 0) == 0 ? 1 : 0;
+		return files;
+	};
+	const Words arguments = words("flat.gridmap.gz", {"-q", "--index", path("flat.index")});
+	Words command = {"env", "LD_PRELOAD=" FAILING_CALLS, "D2S1R_HANG_RENAME=" + path("hanging"), RAWLOG_LOCALIZE};
+	command.insert(command.end(), arguments.begin(), arguments.end());
+	for (const bool has_index : {false, true})
+	{
+		fs::remove(path("hanging"));
+		write_file(path("own.ini"), has_index ? "[coarse_search]\nspacing = 0.3\n" : "");
+		Words with_config = command;
+		with_config.insert(with_config.end(), {"-c", path("own.ini")});
+		Process process(with_config, folder());  // the index is what is renamed first
+		while (process.running() && !fs::exists(path("hanging")))
+			std::this_thread::sleep_for(std::chrono::milliseconds(1));
+		EXPECT_EQ(left(), 1U);
+		EXPECT_EQ(run(arguments).status, 0);
+		EXPECT_EQ(left(), 1U) << "it is still being written";
+		process.send(SIGKILL);
+		process.wait();
+		EXPECT_EQ(run(arguments).status, 0);
+		EXPECT_EQ(left(), 0U);
+		EXPECT_TRUE(fs::exists(path("flat.index")));
+	}
 }
 
 TEST_F(AppFaults, LabelsThatControlATerminalArePrintedWithoutThat)

@@ -354,6 +354,13 @@ TEST_F(AppStream, AnInterruptEndsTheWaitForMore)
 	    << result.err;
 	EXPECT_EQ(CsvTable(path("out/frames.csv"), kFramesHeader).size(), 3U);
 
+	write_file(path("one.rawlog"), part(0, 1));
+	fs::remove(path("stdout"));
+	Process single = start(words(path("one.rawlog"), {"--follow"}));
+	wait_for_lines(single, 1);
+	single.send(SIGINT);
+	EXPECT_EQ(single.wait().err, "rawlog-localize: interrupted after 1 frame\n");
+
 	write_file(path("empty.rawlog"), "");
 	fs::remove(path("stdout"));
 	Process waiting = start(words(path("empty.rawlog"), {"--follow", "-o", path("new")}));

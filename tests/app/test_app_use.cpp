@@ -84,6 +84,7 @@ TEST_F(AppUse, RefusesUnknownWords)
 	expect_refusal({"-q", "-q"}, 1, {"--quiet: is given more than once"});
 	expect_refusal({"-q", "--seed=1", "--seed=2"}, 1, {"--seed: is given more than once"});
 	expect_refusal({"--quiet=1"}, 1, {"--quiet: takes no value"});
+	expect_refusal({"-q=3"}, 1, {"-q=3: -q takes no value"});
 	expect_refusal({"-q", "--", "stray"}, 1, {"--: is no option"});
 	expect_refusal({"-mno=map\n.gridmap", "-i=no.rawlog", "-oout"}, 2, {"=no.rawlog: "});
 }
@@ -100,6 +101,9 @@ TEST_F(AppUse, RefusesValuesThatMakeNoSense)
 	expect_refusal(with({"--threads", "two"}), 1, {"--threads", "two"});
 	expect_refusal(with({"--threads", "2.5"}), 1, {"--threads", "'2.5' is not a whole number from 1 to 256"});
 	expect_refusal(with({"--seed", "-1"}), 1, {"--seed"});
+	for (const std::string range : {"0", "-1", "1e-300", "1e300"})
+		expect_refusal(
+		    with({"--max-range", range}), 1, {"--max-range: '" + range + "' is not a range from 1.2e-38 to 3.4e+38 m"});
 	for (const char* file : {"saved.yaml", "saved.PNG"})
 		expect_refusal(with({"--save-map", file}), 1, {"--save-map", "FILE.signaturemap"});
 	expect_refusal(with({"--window", "0"}), 1, {"--window", "1 to 1000"});

@@ -74,7 +74,22 @@ TEST_F(AppWholeFolder, EveryOutputIsTriedBeforeAnyInputIsRead)
 		expect_refusal(
 		    {"-m", path("no.yaml"), "-i", path("no.rawlog"), "-o", path("out"), option, path("no/folder/file")}, 3,
 		    {path("no/folder/file")});
-	EXPECT_FALSE(fs::exists(path("out")));
+	expect_refusal(
+	    {"-m", path("no.yaml"), "-i", path("no.rawlog"), "-o", path("out"), "--index", path("no/folder/file")}, 3,
+	    {path("no/folder/file") + ": cannot be written (No such file or directory)"});
+	expect_refusal(
+	    {"-m", path("no.yaml"), "-i", path("no.rawlog"), "--stream", "--index", path("no/folder/file")}, 3,
+	    {path("no/folder/file")});
+	write_file(path("atlas.yaml"), "maps: {a: {file: no.yaml}}");
+	write_file(path("file"), "");
+	for (const std::string folder : {"file", "file/folder"})
+		expect_refusal(
+		    {"-m", path("atlas.yaml"), "-i", path("no.rawlog"), "-o", path("out"), "--index", path(folder)}, 3,
+		    {path(folder) + ": cannot be made"});
+	expect_refusal(
+	    {"-m", path("atlas.yaml"), "-i", path("no.rawlog"), "-o", path("out"), "--index", path("new/folder")}, 2,
+	    {path("no.rawlog")});
+	for (const char* name : {"out", "new"}) EXPECT_FALSE(fs::exists(path(name))) << name;
 }
 
 TEST_F(AppWholeFolder, FilesOfAnEarlierRunAreRemovedAndThoseOfOthersAreNot)

@@ -11,17 +11,17 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
 	static const fuzz::CaseFile file("log.rawlog");
 	fuzz::limit_memory_of_own_processes();
 	if (size == 0) return 0;
-	const logs::LogSurvey survey = logs::survey_rawlog(file.write(data, size), [] { return false; });
+	const logs::Log log = logs::open_rawlog(file.write(data, size), [] { return false; });
+	const logs::LogSurvey& survey = log.survey;
 	if (!survey.damage.empty()) fuzz::require_one_line(survey.damage);
-	logs::RawlogReader reader(file.path());
+	const auto reader = log.read();
 	std::size_t scans = 0, counted = 0;
-	for (std::size_t i = 0; i < survey.objects; i++)
+	while (const auto object = reader->next())
 	{
-		const auto object = reader.next();
-		fuzz::require(object.has_value(), "an object that the survey has read");
 		scans += object->scans.size();
 		for (const auto& scan : object->scans) make_scan(*scan, {});
 	}
+	fuzz::require(reader->damage().empty(), "all that the survey has read");
 	for (const logs::Sensor& sensor : survey.sensors) counted += sensor.scans;
 	fuzz::require(scans == counted, "as many scans as the survey counted");
 	return 0;

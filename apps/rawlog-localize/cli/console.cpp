@@ -1,8 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "cli/console.h"
 
-#include "cli/errors.h"
-
 #include <fcntl.h>
 #include <mrpt/core/format.h>
 #include <mrpt/system/progress.h>
@@ -45,6 +43,19 @@ void note_signal(int)
 	const std::int64_t now = 1000 * std::int64_t(time.tv_sec) + time.tv_nsec / 1'000'000;
 	std::int64_t first = 0;
 	if (!first_signal.compare_exchange_strong(first, now) && now > first + kSameWish) _exit(kInterrupted);
+}
+
+constexpr char kFileIsLost[] =
+    "rawlog-localize: the file of --index, or another one that is mapped into memory, was cut short or cannot be read "
+    "any more; run again, which builds the index again\n";
+
+/// Memory is gone that the process cannot go on without. Files that were being written are left under their temporary
+/// names, which the next run removes.
+void end_without_file(int signal, siginfo_t* cause, void*)
+{
+	std::signal(signal, SIG_DFL);
+	if (cause->si_code != BUS_ADRERR) return;  // to where it comes again
+	if (write(STDERR_FILENO, kFileIsLost, sizeof kFileIsLost - 1) >= 0) _exit(kBadInput);
 }
 }  // namespace
 
@@ -137,7 +148,7 @@ void Activity::show()
 	     << std::flush;
 }
 
-bool run_interruptibly(Activity& activity, std::function<void()> work)
+bool run_interruptibly(Activity* activity, std::function<void()> work)
 {
 	const auto task = std::make_shared<std::packaged_task<void()>>(std::move(work));
 	std::future<void> done = task->get_future();
@@ -152,13 +163,13 @@ bool run_interruptibly(Activity& activity, std::function<void()> work)
 	while (done.wait_for(std::chrono::milliseconds(20)) != std::future_status::ready)
 	{
 		if (interrupted()) return false;
-		activity.show();
+		if (activity) activity->show();
 	}
 	done.get();
 	return true;
 }
 
-void catch_interrupts()
+void catch_signals()
 {
 	struct sigaction action = {};
 	action.sa_handler = note_signal;
@@ -169,7 +180,12 @@ void catch_interrupts()
 		if (inherited.sa_handler != SIG_IGN)
 			sigaction(signal, &action, nullptr);  // nohup and `&` in scripts ignore signals
 	}
-	std::signal(SIGXFSZ, SIG_IGN);  // a file that grows too large is an output that cannot be written
+	struct sigaction at_lost_file = {};
+	at_lost_file.sa_sigaction = end_without_file;
+	at_lost_file.sa_flags = SA_SIGINFO;
+	sigaction(SIGBUS, &at_lost_file, nullptr);
+	// Files that grow too large and pipes that nobody reads are outputs that cannot be written.
+	for (const int signal : {SIGXFSZ, SIGPIPE}) std::signal(signal, SIG_IGN);
 }
 
 bool interrupted()

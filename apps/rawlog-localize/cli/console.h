@@ -1,9 +1,13 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "cli/errors.h"
+
 #include <chrono>
 #include <cstddef>
 #include <functional>
+#include <memory>
+#include <optional>
 #include <ostream>
 #include <streambuf>
 #include <string>
@@ -91,15 +95,28 @@ class Activity
 };
 
 /// Does `work` on a thread of its own while this one shows the activity and looks at interrupts.
+/// \param activity null: nothing is shown
 /// \return whether the work was done. If the process was interrupted, it goes on until the process ends: it must own
 /// all that it uses, and the process must end by _Exit()
 /// \throws what `work` throws
-bool run_interruptibly(Activity& activity, std::function<void()> work);
+bool run_interruptibly(Activity* activity, std::function<void()> work);
 
-/// From here on the first SIGINT, SIGTERM or SIGHUP only sets a flag, and so do those that come within half a second,
-/// so that the finished frames can be written; one that comes later ends the process at once. A signal that was ignored
-/// before is still ignored.
-void catch_interrupts();
+/// Returns what `read` returns, which reads a file that may be a pipe that nobody writes to. It must own all that it
+/// uses. \throws UserError (kInterrupted), what `read` throws
+template <class Read>
+auto read_interruptibly(const std::string& file, Read read)
+{
+	const auto result = std::make_shared<std::optional<decltype(read())>>();
+	if (!run_interruptibly(nullptr, [result, read] { *result = read(); }))
+		throw UserError(kInterrupted, file, kInterruptedEarly);
+	return std::move(**result);
+}
+
+/// From here on a file that is mapped into memory and is lost ends the process with one line, and output that nobody
+/// takes is an error of that output alone. The first SIGINT, SIGTERM or SIGHUP only sets a flag, and so do those that
+/// come within half a second, so that the finished frames can be written; one that comes later ends the process at
+/// once. A signal that was ignored before is still ignored.
+void catch_signals();
 
 /// Returns whether one of these signals has come.
 bool interrupted();

@@ -140,9 +140,11 @@ mrpt::poses::CPose3D parse_sensor_pose(const std::string& text)
 
 float parse_max_range(const std::string& text)
 {
-	const auto range = static_cast<float>(parse_finite_number("--max-range", text));
-	if (!(range > 0) || !std::isfinite(range)) wrong("--max-range", "'" + text + "' is not a range above 0 m");
-	return range;
+	constexpr double kLeast = std::numeric_limits<float>::min(), kGreatest = std::numeric_limits<float>::max();
+	const double range = parse_finite_number("--max-range", text);
+	if (!(range >= kLeast && range <= kGreatest))
+		wrong("--max-range", mrpt::format("'%s' is not a range from %.1e to %.1e m", text.c_str(), kLeast, kGreatest));
+	return static_cast<float>(range);
 }
 
 double parse_range_factor(const std::string& text)
@@ -454,6 +456,7 @@ std::vector<std::string> words_of(int argc, char** argv)
 	for (int i = 1; i < argc; i++)
 	{
 		const std::string word = argv[i];
+		if (word.rfind("-q=", 0) == 0) wrong(word, "-q takes no value");  // CLI11 would call it "-="
 		const bool is_empty_value = word.rfind("--", 0) == 0 && word.find('=') == word.size() - 1;
 		words.push_back(is_empty_value ? word.substr(0, word.size() - 1) : word);
 		if (is_empty_value) words.emplace_back();

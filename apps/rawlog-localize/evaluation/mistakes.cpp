@@ -33,7 +33,7 @@ class SampleReader
 
 	Samples read(logs::LogReader& reader)
 	{
-		for (std::size_t objects = 0; objects < selection_.objects && !interrupted(); objects++)
+		while (!interrupted())
 		{
 			const auto object = reader.next();
 			if (!object) break;

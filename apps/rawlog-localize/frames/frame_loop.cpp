@@ -122,14 +122,12 @@ class ItemReader
 	{
 	}
 
-	/// Returns the next object; no value at the end of the log or after the objects that can be read.
+	/// Returns the next object; no value after all that can be read of the log.
 	std::optional<Item> read()
 	{
 		const ScopedTimer timer(seconds_);
-		if (objects_ == selection_.objects) return std::nullopt;
 		auto object = reader_.next();
 		if (!object) return std::nullopt;
-		objects_++;
 		Item item = {std::move(*object)};
 		if (merge_lasers_) last_scans_.add(item.object);
 		for (const auto& scan : item.object.scans)
@@ -158,7 +156,6 @@ class ItemReader
 	const FrameSelection& selection_;
 	bool merge_lasers_;
 	LastScans last_scans_;
-	std::size_t objects_ = 0;  //!< [-] objects read so far
 	std::size_t scans_ = 0;
 	double seconds_ = 0;
 };

@@ -56,7 +56,12 @@ Parameters read_parameters(const Flags& flags)
 	Parameters parameters;
 	try
 	{
-		if (!flags.config.empty()) parameters = load_parameters(flags.config);
+		if (!flags.config.empty())
+			parameters = read_interruptibly(flags.config, [file = flags.config] { return load_parameters(file); });
+	}
+	catch (const UserError&)
+	{
+		throw;
 	}
 	catch (const std::exception& e)
 	{
@@ -121,15 +126,14 @@ std::vector<std::string> describe_log(const logs::LogSurvey& survey, const logs:
 	return lines;
 }
 
-FrameSelection select_frames(const Flags& flags, const logs::LogSurvey& survey, const logs::Sensor& sensor)
+FrameSelection select_frames(const Flags& flags, const logs::Sensor& sensor)
 {
 	if (flags.first_frame >= sensor.scans)
 		throw UserError(
 		    kWrongUse, "--frames",
 		    "starts at frame " + std::to_string(flags.first_frame) + " but the last one is " +
 		        std::to_string(sensor.scans - 1) + "; choose a lower start");
-	return {
-	    sensor.label, flags.first_frame, std::min(flags.past_frame, sensor.scans), flags.frame_step, survey.objects};
+	return {sensor.label, flags.first_frame, std::min(flags.past_frame, sensor.scans), flags.frame_step};
 }
 
 void load_plugins(const Flags& flags)

@@ -6,7 +6,6 @@
 #include <d2s1r/CFusionBackend.h>
 
 #include <functional>
-#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -14,7 +13,7 @@
 namespace d2s1r::app
 {
 /// Returns the parameters: the values of the configuration file, where it has any, and else the defaults.
-/// \throws UserError (kWrongUse) if the file is wrong, or if the method cannot do what the flags ask for
+/// \throws UserError (kWrongUse) if the file is wrong, or if the method cannot do what the flags ask for; (kInterrupted)
 Parameters read_parameters(const Flags& flags);
 
 /// Recognizes the log and reads it once, or begins to read it if it is still being written.
@@ -37,14 +36,13 @@ struct FrameSelection
 	std::size_t first = 0;  //!< [-] scan frames first, first + step, first + 2 step, ... below past
 	std::size_t past = 0;
 	std::size_t step = 1;
-	std::size_t objects = std::numeric_limits<std::size_t>::max();  //!< [-] of the log that are read, see LogSurvey
 
 	bool contains(std::size_t frame) const { return frame >= first && frame < past && (frame - first) % step == 0; }
 	std::size_t size() const { return (past - first + step - 1) / step; }
 };
 
 /// Returns the frames of --frames that the rawlog has. \throws UserError (kWrongUse) if there is none
-FrameSelection select_frames(const Flags& flags, const logs::LogSurvey& survey, const logs::Sensor& sensor);
+FrameSelection select_frames(const Flags& flags, const logs::Sensor& sensor);
 
 /// Loads the modules of --plugins. For --fuse it also loads the module with the particle filter, if none of the others
 /// brought it, from the folder of the program or from where modules are installed.

@@ -3,6 +3,7 @@
 
 #include "cli/errors.h"
 #include "input/inputs.h"
+#include "output/output_file.h"
 
 #include <logs/own_process.h>
 #include <mrpt/core/format.h>
@@ -121,7 +122,7 @@ Grid::ConstPtr load_grid(const Flags& flags, const Parameters& parameters, Activ
 	const auto grid = std::make_shared<Grid::ConstPtr>();
 	const auto load = [grid, file = flags.map, thresholds = parameters.grid, image = flags.image]
 	{ *grid = load_map(file, thresholds, image); };
-	if (!run_interruptibly(activity, load)) throw UserError(kInterrupted, flags.map, kInterruptedEarly);
+	if (!run_interruptibly(&activity, load)) throw UserError(kInterrupted, flags.map, kInterruptedEarly);
 	return *grid;
 }
 
@@ -182,6 +183,7 @@ IndexedMap load_or_build_map(const Flags& flags, const Parameters& parameters, C
 	if (!fingerprint) return {{}, build_map(flags, parameters, console), {}};
 	IndexedMap result = load_index(flags, *fingerprint, parameters);
 	if (result.map) return result;
+	check_writable(flags.index);  // before time is spent on what could not be saved
 	result.map = build_map(flags, parameters, console);
 	try
 	{
@@ -235,17 +237,8 @@ Flags flags_of(const AtlasEntry& entry, const Flags& flags)
 	only.map = entry.file;
 	only.more_maps.clear();
 	if (entry.name.empty()) return only;
-	if (!flags.index.empty()) only.index = (std::filesystem::path(flags.index) / (entry.name + ".index")).string();
+	if (!flags.index.empty()) only.index = index_file_of(entry, flags);
 	return only;
-}
-
-/// Makes the folder of --index.
-void make_index_folder(const std::string& folder)
-{
-	std::error_code error;
-	std::filesystem::create_directories(folder, error);
-	if (!std::filesystem::is_directory(folder, error))
-		throw UserError(kBadOutput, folder, "is no folder and none can be made there; name one for the indices");
 }
 }  // namespace
 
@@ -261,7 +254,7 @@ CSignatureMap2D::ConstPtr build_map(const Flags& flags, const Parameters& parame
 			Activity activity(console.err, visible, "loading the map");
 			grid = load_grid(flags, parameters, activity);
 			const auto measure = [grid, parameters, memory] { *memory = memory_of_index(*grid, parameters); };
-			if (!run_interruptibly(activity, measure)) throw UserError(kInterrupted, flags.map, kInterruptedEarly);
+			if (!run_interruptibly(&activity, measure)) throw UserError(kInterrupted, flags.map, kInterruptedEarly);
 		}
 		check_region(flags.query.prior, *grid);
 		const std::string size = *memory >= 1 ? mrpt::format(" (about %.1f GB)", *memory) : "";
@@ -271,7 +264,7 @@ CSignatureMap2D::ConstPtr build_map(const Flags& flags, const Parameters& parame
 			map->set_map(*grid);
 			map->localizer(threads);  // builds the index here, where its errors are the map's
 		};
-		if (!run_interruptibly(activity, build)) throw UserError(kInterrupted, flags.map, kInterruptedEarly);
+		if (!run_interruptibly(&activity, build)) throw UserError(kInterrupted, flags.map, kInterruptedEarly);
 		return map;
 	}
 	catch (const UserError&)
@@ -303,13 +296,17 @@ std::vector<AtlasEntry> map_entries(const Flags& flags)
 	}
 }
 
+std::string index_file_of(const AtlasEntry& entry, const Flags& flags)
+{
+	return entry.name.empty() ? flags.index : (std::filesystem::path(flags.index) / (entry.name + ".index")).string();
+}
+
 std::vector<IndexedMap> load_maps(const Flags& flags, const Parameters& parameters, Console& console)
 {
 	std::vector<IndexedMap> maps;
 	for (const AtlasEntry& entry : map_entries(flags))
 	{
 		Flags only = flags_of(entry, flags);
-		if (maps.empty() && !entry.name.empty() && !flags.index.empty()) make_index_folder(flags.index);
 		if (!entry.config.empty()) only.config = entry.config;
 		const Parameters own = entry.config.empty() ? parameters : read_parameters(only);
 		IndexedMap map = load_or_build_map(only, own, console);

@@ -36,6 +36,9 @@ struct IndexedMap
 /// an option is about one map and there are several)
 std::vector<AtlasEntry> map_entries(const Flags& flags);
 
+/// Returns the file of --index for one of these maps.
+std::string index_file_of(const AtlasEntry& entry, const Flags& flags);
+
 /// Loads all maps or their indices, saves those of --index, and tells what makes them doubtful.
 /// \throws UserError
 std::vector<IndexedMap> load_maps(const Flags& flags, const Parameters& parameters, Console& console);

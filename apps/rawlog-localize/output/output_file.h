@@ -40,6 +40,13 @@ class PendingFile
 	int lock_ = -1;          //!< descriptor of the temporary file
 };
 
+/// Checks that a file could be written under this name, and removes what killed processes left of it.
+/// \throws UserError (kBadOutput)
+inline void check_writable(const std::string& path)
+{
+	const PendingFile tried(path);
+}
+
 /// Removes the files that killed processes left when they were writing files of these names in a folder.
 void remove_abandoned(const std::filesystem::path& folder, const std::set<std::string>& names);
 

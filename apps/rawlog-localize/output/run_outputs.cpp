@@ -155,6 +155,22 @@ void OutputFolder::remove_made()
 	for (const auto& folder : made_) rmdir(folder.c_str());
 }
 
+IndexFiles::IndexFiles(const Flags& flags)
+{
+	if (flags.index.empty()) return;
+	const auto entries = map_entries(flags);
+	if (!entries.front().name.empty()) folder_.emplace(flags.index);
+	for (const AtlasEntry& entry : entries)
+	{
+		const fs::path file = index_file_of(entry, flags);
+		std::error_code error;
+		if (fs::exists(file, error))
+			remove_abandoned(file.parent_path().empty() ? "." : file.parent_path(), {file.filename().string()});
+		else
+			check_writable(file);
+	}
+}
+
 RunOutputs::RunOutputs(const Flags& flags)
     : flags_(flags),
       folder_(flags.output_dir),

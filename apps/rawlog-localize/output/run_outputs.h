@@ -54,6 +54,18 @@ class OutputFolder
 	std::vector<std::filesystem::path> made_;  //!< the innermost first
 };
 
+/// The files of --index. Those that are not there yet are tried before anything is computed, and what killed processes
+/// left of any of them is removed.
+class IndexFiles
+{
+   public:
+	/// Makes the folder of an atlas. \throws UserError (kBadOutput)
+	explicit IndexFiles(const Flags& flags);
+
+   private:
+	std::optional<OutputFolder> folder_;  //!< of an atlas
+};
+
 /// All files of a run. They are opened before anything is computed, so that one that cannot be written is found at
 /// once, and appear together at the end, summary.json last: where it stands, the folder is whole.
 class RunOutputs

@@ -48,14 +48,6 @@ bool is_rawlog(const std::string& start)
 	           name.begin(), name.end(), [](unsigned char c) { return std::isalnum(c) || c == '_' || c == ':'; });
 }
 
-Log open_rawlog(const std::string& path, const Stop& stop)
-{
-	Log log;
-	log.survey = survey_rawlog(path, stop);
-	log.read = [path] { return std::make_unique<RawlogReader>(path); };
-	return log;
-}
-
 std::string first_bytes(const std::string& path)
 {
 	constexpr std::uint64_t kSize = 16;

@@ -11,6 +11,7 @@
 #include <mrpt/obs/CObservationRobotPose.h>
 #include <mrpt/obs/CSensoryFrame.h>
 #include <mrpt/serialization/CArchive.h>
+#include <xxhash.h>
 
 #include <algorithm>
 #include <cctype>
@@ -117,12 +118,24 @@ std::string unknown_class(const std::exception& error)
 	return is_name ? name : "";
 }
 
+/// Tells whether the bytes of an object are still those that were surveyed.
+struct ObjectSum
+{
+	std::uint64_t size = 0;  //!< [byte]
+	std::uint64_t hash = 0;  //!< other bytes have another one, but for one case in 2^64
+};
+
+std::uint64_t hash_of(const std::vector<std::uint8_t>& bytes)
+{
+	return XXH3_64bits(bytes.data(), bytes.size());
+}
+
 /// A rawlog is surveyed in a process of its own, and what is in it arrives as records: a letter and what it is about.
 enum SurveyRecord : char
 {
 	kScanRecord = 's',      //!< the sensor label of a scan
 	kOdometryRecord = 'o',  //!< nothing more
-	kObjectRecord = 'n',    //!< nothing more; the object has been read as a whole
+	kObjectRecord = 'n',    //!< the ObjectSum of an object that has been read as a whole
 	kDamageRecord = 'd'     //!< RawlogReader::damage()
 };
 
@@ -132,12 +145,13 @@ void tell_contents(RawlogReader& reader, const Send& send)
 	{
 		for (const auto& scan : object->scans) send(char{kScanRecord} + scan->sensorLabel);
 		if (object->odometry || object->increment) send({kOdometryRecord});
-		send({kObjectRecord});
+		const ObjectSum sum = {object->bytes.size(), hash_of(object->bytes)};
+		send(std::string(1, kObjectRecord).append(reinterpret_cast<const char*>(&sum), sizeof sum));
 	}
 	send(char{kDamageRecord} + reader.damage());
 }
 
-void note(const std::string& record, LogSurvey& survey)
+void note(const std::string& record, LogSurvey& survey, std::vector<ObjectSum>& objects)
 {
 	const std::string text = record.substr(1);
 	auto& sensors = survey.sensors;
@@ -152,7 +166,7 @@ void note(const std::string& record, LogSurvey& survey)
 			survey.odometry = "the log";
 			break;
 		case kObjectRecord:
-			survey.objects++;
+			std::memcpy(&objects.emplace_back(), text.data(), sizeof(ObjectSum));
 			break;
 		default:
 			survey.damage = text;
@@ -187,14 +201,85 @@ ProcessLimits limits_of_survey(const std::string& file)
 	const std::uintmax_t size = std::filesystem::file_size(file, error);
 	return {kMemory, kSeconds + (error ? 0 : static_cast<unsigned>(size / kPerSecond))};
 }
-}  // namespace
 
-RawlogReader::RawlogReader(const std::string& file)
+std::unique_ptr<mrpt::io::CStream> open_packed(const std::string& file)
 {
 	auto packed = std::make_unique<mrpt::io::CFileGZInputStream>();
 	if (!opens(*packed, file)) throw cannot_open(file);
-	stream_ = std::move(packed);
+	return packed;
 }
+
+/// Passes on the objects that were surveyed, and ends before one whose bytes are no longer the same.
+class SurveyedStream : public mrpt::io::CStream
+{
+   public:
+	SurveyedStream(std::unique_ptr<mrpt::io::CStream> source, std::shared_ptr<const std::vector<ObjectSum>> objects)
+	    : source_(std::move(source)), objects_(std::move(objects))
+	{
+	}
+
+	std::size_t Read(void* buffer, std::size_t count) override
+	{
+		if (taken_ == object_.size() && !fetch()) return 0;
+		const std::size_t taken = std::min(count, object_.size() - taken_);
+		std::memcpy(buffer, object_.data() + taken_, taken);
+		taken_ += taken;
+		return taken;
+	}
+	std::size_t Write(const void*, std::size_t) override { throw std::logic_error("read-only stream"); }
+	std::uint64_t Seek(std::int64_t, TSeekOrigin) override { throw std::logic_error("stream without positions"); }
+	std::uint64_t getTotalBytesCount() const override { return source_->getTotalBytesCount(); }
+	std::uint64_t getPosition() const override { return source_->getPosition(); }
+
+	/// Returns what is wrong if the stream ended before an object that is not the same any more; else an empty text.
+	const std::string& change() const { return change_; }
+
+   private:
+	/// Takes the next object from the file. Returns whether it is there as it was surveyed.
+	bool fetch()
+	{
+		if (next_ == objects_->size() || !change_.empty()) return false;
+		const ObjectSum& sum = (*objects_)[next_];
+		object_.resize(sum.size);
+		taken_ = 0;
+		if (source_->Read(object_.data(), sum.size) != sum.size || hash_of(object_) != sum.hash)
+		{
+			change_ = "is not what it was when the run began, after object " + std::to_string(next_) +
+			          "; run again when nothing writes to it";
+			object_.clear();
+			return false;
+		}
+		next_++;
+		return true;
+	}
+
+	std::unique_ptr<mrpt::io::CStream> source_;
+	std::shared_ptr<const std::vector<ObjectSum>> objects_;
+	std::size_t next_ = 0;              //!< [-] of these
+	std::vector<std::uint8_t> object_;  //!< that is being passed on
+	std::size_t taken_ = 0;             //!< [byte] of it
+	std::string change_;
+};
+
+/// Reads a rawlog once more. MRPT's readers trust what they read, and the file may have changed since they read it in a
+/// process of its own: here they get no other bytes than there.
+class SurveyedReader : public LogReader
+{
+   public:
+	explicit SurveyedReader(std::unique_ptr<SurveyedStream> stream) : stream_(*stream), reader_(std::move(stream)) {}
+
+	std::optional<RawlogObject> next() override
+	{
+		auto object = reader_.next();
+		if (!object) damage_ = stream_.change().empty() ? reader_.damage() : stream_.change();
+		return object;
+	}
+
+   private:
+	SurveyedStream& stream_;  //!< of the reader
+	RawlogReader reader_;
+};
+}  // namespace
 
 std::optional<RawlogObject> RawlogReader::next()
 {
@@ -234,19 +319,21 @@ std::string RawlogReader::unreadable(const std::exception& error) const
 	return "is damaged after object " + std::to_string(objects_) + kCopyAgain;
 }
 
-LogSurvey survey_rawlog(const std::string& file, const Stop& stop)
+Log open_rawlog(const std::string& file, const Stop& stop)
 {
-	RawlogReader reader(file);
-	LogSurvey survey;
-	survey.format = "MRPT rawlog";
-	survey.kind_of_scan = "CObservation2DRangeScan";
-	survey.objects = 0;  // none so far
+	RawlogReader reader(open_packed(file));
+	Log log;
+	log.survey.format = "MRPT rawlog";
+	log.survey.kind_of_scan = "CObservation2DRangeScan";
+	const auto objects = std::make_shared<std::vector<ObjectSum>>();
 	const ProcessEnd end = run_in_own_process(
 	    limits_of_survey(file), [&](const Send& send) { tell_contents(reader, send); },
-	    [&](const std::string& record) { note(record, survey); }, stop);
+	    [&](const std::string& record) { note(record, log.survey, *objects); }, stop);
 	if (end == ProcessEnd::kInterrupted) throw Interrupted();
-	if (end != ProcessEnd::kDone) survey.damage = damage_that_ended(end, survey.objects);
-	return survey;
+	if (end != ProcessEnd::kDone) log.survey.damage = damage_that_ended(end, objects->size());
+	log.read = [file, objects]
+	{ return std::make_unique<SurveyedReader>(std::make_unique<SurveyedStream>(open_packed(file), objects)); };
+	return log;
 }
 
 std::string damage_that_ended(ProcessEnd end, std::size_t objects)

@@ -17,9 +17,6 @@ namespace d2s1r::logs
 class RawlogReader : public LogReader
 {
    public:
-	/// \throws LogError
-	explicit RawlogReader(const std::string& file);
-
 	/// \param stream holds the rawlog, unpacked
 	explicit RawlogReader(std::unique_ptr<mrpt::io::CStream> stream) : stream_(std::move(stream)) {}
 
@@ -34,9 +31,10 @@ class RawlogReader : public LogReader
 	std::optional<std::string> odometer_;  //!< label
 };
 
-/// Reads a rawlog to its end, or to where it is damaged, in a process of its own.
+/// Reads a rawlog to its end, or to where it is damaged, in a process of its own. Later only what has been read there
+/// without harm is read again.
 /// \throws LogError if it cannot be opened, Interrupted if `stop` said so
-LogSurvey survey_rawlog(const std::string& file, const Stop& stop);
+Log open_rawlog(const std::string& file, const Stop& stop);
 
 /// Returns what is wrong with a rawlog whose reading in a process of its own ended in a bad way, after `objects`
 /// objects.

@@ -42,7 +42,9 @@ class Localizer
 
 	/// Maps the index that save() wrote into memory, which takes a small part of the time that it takes to build it.
 	/// The memory is shared by all processes that load the same file. The localizer answers as the saved one would, bit
-	/// for bit. The file may be replaced by save() and removed while it is in use, but not written over.
+	/// for bit. The file may be replaced by save() and removed while it is in use. But if somebody cuts it short or
+	/// writes over it, or its disk fails, the system ends the process by SIGBUS when it needs what is lost, unless the
+	/// application handles that signal: the library installs no signal handlers.
 	/// \param map_fingerprint what save() was given
 	/// \param parameters may differ in what an index does not depend on: sections scan, refinement, first_look, scoring
 	///        and their subsections, and all of coarse_search but spacing, clearance, directions and max_range
@@ -51,7 +53,8 @@ class Localizer
 	///         std::invalid_argument if a parameter is out of range
 	static Localizer load(const std::string& file, std::uint64_t map_fingerprint, const Parameters& parameters = {});
 
-	/// Writes map and index into a file for load(). The file is written under another name and renamed at the end.
+	/// Writes map and index into a file for load(). The file is written under another name, .tmpPID-NAME beside it, and
+	/// renamed at the end; a process that is killed leaves it under that name.
 	/// \param map_fingerprint of what the map was made from: see fingerprint_of_map()
 	/// \throws std::runtime_error naming the file if it cannot be written, or exists and is no saved index
 	void save(const std::string& file, std::uint64_t map_fingerprint) const;

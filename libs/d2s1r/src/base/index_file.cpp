@@ -2,6 +2,7 @@
 #include "base/index_file.h"
 
 #include <fcntl.h>
+#include <sys/file.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -10,6 +11,7 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
+#include <filesystem>
 #include <stdexcept>
 
 namespace d2s1r
@@ -119,13 +121,19 @@ struct IndexWriter::Sum
 	Sum& operator=(const Sum&) = delete;
 };
 
-IndexWriter::IndexWriter(const std::string& file)
-    : file_(file), temporary_(file + "." + std::to_string(getpid()) + ".part"), stream_(nullptr, std::fclose)
+IndexWriter::IndexWriter(const std::string& file) : file_(file), stream_(nullptr, std::fclose)
 {
+	const std::filesystem::path path(file);
+	temporary_ = path.parent_path() / (".tmp" + std::to_string(getpid()) + "-" + path.filename().string());
 	if (is_something_else(file)) refuse(file, "exists and is not the file of an index; name another file");
 	sum_ = std::make_unique<Sum>();
-	stream_.reset(std::fopen(temporary_.c_str(), "wbe"));
-	if (!stream_) fail();
+	struct stat status = {};
+	do  // whoever removes what a killed process left knows by the lock what to leave alone, and may be doing so now
+	{
+		stream_.reset(std::fopen(temporary_.c_str(), "wbe"));
+		if (!stream_) fail();
+		flock(fileno(stream_.get()), LOCK_EX);
+	} while (fstat(fileno(stream_.get()), &status) == 0 && status.st_nlink == 0);
 	const Header unfinished{};
 	if (std::fwrite(&unfinished, sizeof unfinished, 1, stream_.get()) != 1) fail();
 	written_ = sizeof unfinished;
@@ -170,13 +178,13 @@ void IndexWriter::commit(const IndexKey& key)
 	header.header = sum_of(header);
 	if (std::fseek(stream_.get(), 0, SEEK_SET) != 0) fail();
 	if (std::fwrite(&header, sizeof header, 1, stream_.get()) != 1) fail();
-	if (std::fclose(stream_.release()) != 0 || std::rename(temporary_.c_str(), file_.c_str()) != 0)
-	{
-		const int error = errno;
-		std::remove(temporary_.c_str());
-		errno = error;
-		fail();
-	}
+	const int lock = fcntl(fileno(stream_.get()), F_DUPFD_CLOEXEC, 0);  // keeps it until the file has its name
+	const bool is_done = std::fclose(stream_.release()) == 0 && std::rename(temporary_.c_str(), file_.c_str()) == 0;
+	const int error = errno;
+	if (!is_done) std::remove(temporary_.c_str());
+	close(lock);
+	errno = error;
+	if (!is_done) fail();
 }
 
 IndexReader::IndexReader(const std::string& file, const IndexKey& key) : file_(file)

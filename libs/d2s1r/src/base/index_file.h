@@ -28,7 +28,7 @@ std::uint64_t fingerprint_of(const void* bytes, std::size_t count, std::uint64_t
 inline constexpr std::size_t kIndexAlignment = kCacheLine;  //!< [byte]
 
 /// Writes the file of an index. It gets its name in commit(); before that, and if something fails, whatever had that
-/// name is not touched.
+/// name is not touched. Before that it is called .tmpPID-NAME and locked.
 class IndexWriter
 {
    public:

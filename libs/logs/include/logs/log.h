@@ -11,7 +11,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
-#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -87,9 +86,7 @@ struct LogSurvey
 	std::vector<Sensor> sensors;     //!< in order of appearance
 	std::string odometry;            //!< where it comes from; empty: there is none
 	std::vector<std::string> notes;  //!< what the user should know besides
-	/// [-] Number of objects that can be read; MRPT's reader may crash on the next one of a rawlog.
-	std::size_t objects = std::numeric_limits<std::size_t>::max();
-	std::string damage;  //!< what is wrong after these objects, see LogReader::damage()
+	std::string damage;              //!< what is wrong after all that can be read, see LogReader::damage()
 	/// Whether the log is still being written, so that neither its length nor other lasers nor odometry are known.
 	bool is_live = false;
 };

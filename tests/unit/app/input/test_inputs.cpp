@@ -29,7 +29,7 @@ FrameSelection selection_of(std::size_t first, std::size_t past, std::size_t ste
 	flags.first_frame = first;
 	flags.past_frame = past;
 	flags.frame_step = step;
-	return select_frames(flags, two_lasers(), {"front", 9});
+	return select_frames(flags, {"front", 9});
 }
 
 /// What is told if no laser can be chosen, and the exit status.
