@@ -48,9 +48,9 @@ class BeamTracer
 	/// Finds only where the beams end, as if they passed nothing. This is much faster, because no beam is followed.
 	void locate_ends(const BeamArrays& beams, const mrpt::math::TPose2D& sensor, TracedBeams& traced) const;
 
-	/// Returns whether a sensor may stand at `sensor` (in map, m and rad): in free space or a little beside it, because
-	/// the walls and borders of a map are drawn some centimetres off. Elsewhere beams tell nothing: outside of the grid
-	/// none is followed.
+	/// Returns whether a sensor may stand at `sensor` (in map, m and rad): in free space, or a little beyond its
+	/// border, where nobody has looked. In and behind walls beams tell nothing: outside of the grid none is followed,
+	/// and in a wall all of them end at it.
 	bool may_stand(const mrpt::math::TPose2D& sensor) const
 	{
 		constexpr double kBesideFree = 0.3;  // [m]

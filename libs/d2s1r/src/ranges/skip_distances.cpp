@@ -2,6 +2,7 @@
 #include "ranges/skip_distances.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 namespace d2s1r
@@ -46,16 +47,25 @@ std::vector<std::uint8_t> skip_distances(const AlignedBytes& classes, int width,
 
 bool SkipMap::may_stand(double x, double y, double beside, int reading) const
 {
-	const double u = (x - origin_x) / cell_size, v = (y - origin_y) / cell_size;
+	const double u = (x - origin_x) / cell_size, v = (y - origin_y) / cell_size, reach = beside / cell_size;
 	if (!(u >= 1 && v >= 1 && u < width - 1 && v < height - 1)) return false;
-	const auto is_free = [&](int column, int row) { return class_of(cells[index(column, row)], reading) == kFree; };
-	if (is_free(static_cast<int>(u), static_cast<int>(v))) return true;
-	const double reach = beside / cell_size;
-	const auto first = [&](double at) { return static_cast<int>(std::max(1.0, at - reach)); };
-	const auto last = [&](double at, int size) { return static_cast<int>(std::min(size - 2.0, at + reach)); };
-	for (int row = first(v); row <= last(v, height); row++)
-		for (int column = first(u); column <= last(u, width); column++)
-			if (is_free(column, row)) return true;
+	const auto class_at = [&](double column, double row)
+	{ return class_of(cells[index(static_cast<int>(column), static_cast<int>(row))], reading); };
+	const auto is_seen_from = [&](double column, double row)
+	{
+		const double to_u = column - u, to_v = row - v;
+		const int steps = 1 + static_cast<int>(2 * std::max(std::abs(to_u), std::abs(to_v)));
+		bool is_open = true;
+		for (int i = 0; i <= steps && is_open; i++)
+			is_open = class_at(u + to_u * i / steps, v + to_v * i / steps) != kWall;
+		return is_open;
+	};
+	if (class_at(u, v) == kFree) return true;
+	const int last_column = static_cast<int>(std::min(width - 2.0, u + reach));
+	const int last_row = static_cast<int>(std::min(height - 2.0, v + reach));
+	for (int row = static_cast<int>(std::max(1.0, v - reach)); row <= last_row; row++)
+		for (int column = static_cast<int>(std::max(1.0, u - reach)); column <= last_column; column++)
+			if (class_at(column, row) == kFree && is_seen_from(column + 0.5, row + 0.5)) return true;
 	return false;
 }
 

@@ -94,8 +94,8 @@ struct SkipMap
 		return column > 0 && row > 0 && column < width - 1 && row < height - 1;
 	}
 
-	/// Returns whether a sensor may stand at (x, y) [m] in the map frame: on the map, and at most `beside` [m], along each
-	/// axis, from a cell that is free in a reading.
+	/// Returns whether a sensor may stand at (x, y) [m] in the map frame: on the map, and in a free cell, or at most
+	/// `beside` [m], along each axis, from one that no wall separates it from in a reading.
 	bool may_stand(double x, double y, double beside, int reading) const;
 
 	/// Lists what an index file holds of the map.
