@@ -37,9 +37,9 @@ TEST(Clearances, AreChebyshevDistancesToAnotherClassOrTheMargin)
 	}
 }
 
-TEST(SkipMap, ASensorMayStandInFreeSpaceAndALittleBesideIt)
+TEST(SkipMap, ASensorMayStandInFreeSpaceAndALittleBeyondItsBorder)
 {
-	// 2 x 2 m from (-1, -1) m: free for x < 0, a wall for 0 < x < 0.1 m, unknown beyond
+	// 2 x 2 m from (-1, -1) m: free for x < 0, unknown for x > 0, and for y > 0 with a wall between them
 	const auto grid_with_wall_at = [](int wall)
 	{
 		Grid grid;
@@ -47,17 +47,21 @@ TEST(SkipMap, ASensorMayStandInFreeSpaceAndALittleBesideIt)
 		grid.cell_size = 0.05;
 		grid.origin_x = grid.origin_y = -1;
 		for (int i = 0; i < 40 * 40; i++)
-			grid.cells.push_back(i % 40 < wall ? Cell::kFree : i % 40 < 22 ? Cell::kOccupied : Cell::kUnknown);
+		{
+			const int column = i % 40;
+			const bool walled = i >= 20 * 40 && column >= wall && column < 22;
+			grid.cells.push_back(walled ? Cell::kOccupied : column < wall ? Cell::kFree : Cell::kUnknown);
+		}
 		return grid;
 	};
 	const SkipMap map = make_skip_map(grid_with_wall_at(20), grid_with_wall_at(21), {});
 	const auto may_stand = [&](double x, double y, int reading) { return map.may_stand(x, y, 0.3, reading); };
-	EXPECT_TRUE(may_stand(-0.5, 0, 0));
-	EXPECT_TRUE(may_stand(0.29, 0, 0));
-	EXPECT_FALSE(may_stand(0.31, 0, 0));
-	EXPECT_TRUE(may_stand(0.31, 0, 1)) << "the wall begins 0.05 m farther";
-	EXPECT_FALSE(may_stand(0.36, 0, 1));
-	EXPECT_TRUE(may_stand(-0.99, 0.99, 0));
+	EXPECT_TRUE(may_stand(-0.5, 0.5, 0));
+	EXPECT_TRUE(may_stand(0.29, -0.5, 0));
+	EXPECT_FALSE(may_stand(0.31, -0.5, 0));
+	EXPECT_FALSE(may_stand(0.02, 0.5, 0)) << "in the wall";
+	EXPECT_TRUE(may_stand(0.02, 0.5, 1)) << "its surface is deeper";
+	EXPECT_FALSE(may_stand(0.15, 0.5, 0)) << "behind the wall";
 	EXPECT_FALSE(may_stand(-1.01, 0, 0)) << "beyond the grid";
 	EXPECT_FALSE(may_stand(-0.5, 1.01, 0));
 	EXPECT_FALSE(may_stand(NAN, 0, 0));

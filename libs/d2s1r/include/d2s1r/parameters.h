@@ -82,7 +82,7 @@ struct FirstLookParameters
 /// share/d2s1r/experiments/learn.py writes: see score() in fine/scoring.h.
 struct BeamModel
 {
-	double on_wall = 0.169;             //!< ends within 6 cm of the centre of an occupied cell
+	double on_wall = 0.168;             //!< ends within 6 cm of the centre of an occupied cell
 	double off_wall = -0.21;            //!< ends further off than 10 cm, in free space
 	double log_range = 0.13;            //!< by range, within 10 cm of a wall: a close wall is seen by many beams
 	double through_wall = -0.182;       //!< added for each wall passed, at most three; not for furniture
@@ -97,11 +97,11 @@ struct BeamModel
 struct PresenceModel
 {
 	double bias = -3.26;              //!< [-]
-	double beam = -0.00486;           //!< [-] for each return, as beams of 1 deg
-	double unknown_metre = -0.00503;  //!< [1 / m] for each metre of unknown space passed at the best place
+	double beam = -0.00483;           //!< [-] for each return, as beams of 1 deg
+	double unknown_metre = -0.00494;  //!< [1 / m] for each metre of unknown space passed at the best place
 	double log_likelihood = 0.115;    //!< [1 / nat] by the log-likelihood of the scan there
-	double lead = 0.527;              //!< [-] by the log-odds against the second best place, at most 12
-	double surfaces = 1.63;           //!< [-] by ln(1 + segments explained there): two walls fit in many buildings
+	double lead = 0.526;              //!< [-] by the log-odds against the second best place, at most 12
+	double surfaces = 1.62;           //!< [-] by ln(1 + segments explained there): two walls fit in many buildings
 };
 
 /// Sets the way from refined poses to hypotheses.
