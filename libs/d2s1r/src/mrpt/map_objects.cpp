@@ -14,7 +14,6 @@
 
 #include "base/file_text.h"
 #include "map/map_image.h"
-#include "map/map_yaml.h"
 #include "map/occupancy_map.h"
 
 namespace d2s1r
