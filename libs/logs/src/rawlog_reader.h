@@ -26,6 +26,7 @@ class RawlogReader : public LogReader
 	std::optional<RawlogObject> next() override;
 
    private:
+	std::string unread(const std::string& reason) const;
 	std::string end_within_object() const;
 	std::string unreadable(const std::exception& error) const;
 
@@ -35,7 +36,7 @@ class RawlogReader : public LogReader
 };
 
 /// Reads a rawlog to its end, or to where it is damaged, in a process of its own.
-/// \throws LogError if it cannot be opened, Interrupted if `stop` said so
+/// \throws LogError if it cannot be opened, std::bad_alloc if there is too little memory, Interrupted if `stop` said so
 LogSurvey survey_rawlog(const std::string& file, const Stop& stop);
 
 /// Returns what is wrong with a rawlog whose reading in a process of its own ended in a bad way, after `objects`

@@ -96,7 +96,7 @@ TEST_F(SurveyOfRawlog, KeepsWhatCameBeforeAnObjectThatTakesTooMuchMemory)
 #endif
 	const LogSurvey found = survey(scan_of("front") + action_collection_of_two_billion());
 	EXPECT_EQ(found.objects, 1U);
-	EXPECT_NE(found.damage.find("damaged after object 1"), std::string::npos) << found.damage;
+	EXPECT_NE(found.damage.find("too much memory to be read after object 1"), std::string::npos) << found.damage;
 }
 
 TEST_F(SurveyOfRawlog, SaysWhatIsWrongWithAFileThatCrashesMrptsReaderAtOnce)

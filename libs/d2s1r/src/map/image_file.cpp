@@ -8,9 +8,12 @@
 #include <filesystem>
 #include <limits>
 #include <map>
+#include <new>
+#include <optional>
 #include <sstream>
 #include <stdexcept>
 #include <string_view>
+#include <utility>
 
 #include "base/file_text.h"
 #include "map/map_image.h"
@@ -336,22 +339,48 @@ double memory_to_decode(const std::string& bytes)
 	refuse_as_undecodable();
 }
 
-mrpt::img::CImage read_image(const std::string& file)
+namespace
 {
-	const std::string bytes = read_bytes(file);
-	memory_to_decode(bytes);
-	if (is_pnm(bytes)) return decode_pnm(bytes);
+/// Unpacks an image by the decoder that MRPT uses. Returns nothing if that fails, whose reason decoders do not tell.
+std::optional<mrpt::img::CImage> decode(const std::string& file)
+{
 	mrpt::img::CImage image;
-	bool loaded = false;
 	try
 	{
-		loaded = image.loadFromFile(file, kChannelsAsStored);
+		if (image.loadFromFile(file, kChannelsAsStored)) return image;
+	}
+	catch (const std::bad_alloc&)
+	{
+		throw;
 	}
 	catch (const std::exception&)
 	{
-		loaded = false;  // MRPT's text is many lines long and speaks of its own sources
+		// MRPT's text is many lines long and speaks of its own sources.
 	}
-	if (!loaded) refuse_as_undecodable();
-	return image;
+	return std::nullopt;
+}
+
+/// \throws std::bad_alloc if there is not so much memory [byte]
+void check_memory(double memory)
+{
+	::operator delete(::operator new(static_cast<std::size_t>(memory)));
+}
+}  // namespace
+
+mrpt::img::CImage read_image(const std::string& file)
+{
+	// A decoder does not tell damage from a read that failed or memory that ran out: look for these first, and try
+	// twice.
+	constexpr int kTries = 2;
+	constexpr double kOfDecoder = 16e6;  // [byte] of its tables and of GDAL, which ends the program if it gets none
+	for (int i = 0; i < kTries; i++)
+	{
+		const std::string bytes = read_bytes(file);
+		const double memory = memory_to_decode(bytes);
+		if (is_pnm(bytes)) return decode_pnm(bytes);
+		check_memory(memory + kOfDecoder);
+		if (auto image = decode(file)) return std::move(*image);
+	}
+	refuse_as_undecodable();
 }
 }  // namespace d2s1r
