@@ -96,6 +96,8 @@ class UnpackingStream : public InputStream
 		while (zip_.avail_out == room)
 		{
 			if (begin_ == end_ && !fill()) return 0;
+			constexpr std::uint8_t kStart = 0x1f;  // of a part; gzip, too, ignores what else is behind the last one
+			if (is_after_part_ && block_[begin_] != kStart) return 0;
 			zip_.next_in = block_.data() + begin_;
 			zip_.avail_in = static_cast<uInt>(end_ - begin_);
 			const int state = inflate(&zip_, Z_SYNC_FLUSH);
@@ -103,8 +105,6 @@ class UnpackingStream : public InputStream
 			if (state == Z_MEM_ERROR) throw std::bad_alloc();
 			if (state == Z_STREAM_END)
 				inflateReset(&zip_);  // another part may come after it
-			else if (state != Z_OK && is_after_part_)
-				return 0;  // as gzip does, which ignores what is behind the last part
 			else if (state != Z_OK)
 				throw std::runtime_error("packed data is damaged");
 			is_after_part_ = state == Z_STREAM_END;

@@ -7,6 +7,10 @@
 #include <mrpt/obs/CActionCollection.h>
 #include <mrpt/obs/CActionRobotMovement2D.h>
 #include <mrpt/obs/CObservation2DRangeScan.h>
+#include <zlib.h>
+
+#include <fstream>
+#include <iterator>
 
 namespace d2s1r::logs
 {
@@ -77,6 +81,27 @@ TEST_F(SurveyOfRawlog, CountsTheScansOfEachLaserAndAllObjects)
 	EXPECT_EQ(found.sensors[0].scans, 2U);
 	EXPECT_EQ(found.sensors[1].label, "a\nb");
 	EXPECT_EQ(survey(scan_of("front")).odometry, "");
+}
+
+TEST_F(SurveyOfRawlog, ReadsAllPackedPartsAndIgnoresWhatIsBehindThem)
+{
+	const auto packed = [&](const std::string& bytes)
+	{
+		const gzFile file = gzopen(path("part.gz").c_str(), "wb");
+		EXPECT_EQ(gzwrite(file, bytes.data(), static_cast<unsigned>(bytes.size())), static_cast<int>(bytes.size()));
+		gzclose(file);
+		std::ifstream part(path("part.gz"), std::ios::binary);
+		return std::string(std::istreambuf_iterator<char>(part), {});
+	};
+	const std::string parts = packed(scan_of("front") + scan_of("front")) + packed(action());
+	for (const std::string& behind : {std::string(), std::string(512, '\0'), std::string("no part")})
+	{
+		const LogSurvey found = survey(parts + behind);
+		EXPECT_EQ(found.damage, "") << behind;
+		EXPECT_EQ(found.objects, 3U) << behind;
+	}
+	EXPECT_NE(survey(parts.substr(0, 60)).damage.find("cut short"), std::string::npos);
+	EXPECT_NE(survey(packed(scan_of("front")) + "\x1f\x8b\x08?damaged").damage, "");
 }
 
 TEST_F(SurveyOfRawlog, KeepsWhatCameBeforeAnObjectThatCrashesMrptsReader)
