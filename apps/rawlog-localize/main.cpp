@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <exception>
 #include <new>
+#include <optional>
 
 namespace
 {
@@ -16,6 +17,7 @@ using namespace d2s1r::app;
 
 constexpr char kOutOfMemory[] = "rawlog-localize: not enough memory; use a coarser map or fewer threads\n";
 std::terminate_handler usual_handler = nullptr;
+std::optional<int> final_status;  // once all is done and told
 
 /// Libraries let memory run out where no exception may pass. Files that were being written are left under their
 /// temporary names, which the next run removes.
@@ -27,6 +29,7 @@ std::terminate_handler usual_handler = nullptr;
 	}
 	catch (const std::bad_alloc&)
 	{
+		if (final_status) std::_Exit(*final_status);
 		if (write(STDERR_FILENO, kOutOfMemory, sizeof kOutOfMemory - 1) > 0) std::_Exit(kBadInput);
 	}
 	catch (...)
@@ -79,6 +82,7 @@ int main(int argc, char** argv)
 	{
 		console.err << kOutOfMemory << std::flush;
 	}
+	final_status = status;
 	if (status != kInterrupted) return status;
 	console.out.flush();
 	std::_Exit(status);  // work may still be going on, see run_interruptibly()

@@ -2,8 +2,11 @@
 // Is preloaded into rawlog-localize and lets calls fail that seldom fail by themselves. The environment says which:
 // D2S1R_FAIL_READ=NAME:N    reads of files whose path ends like NAME fail from byte N on
 // D2S1R_FAIL_NEW=N          the N-th call of operator new throws, counted from when main() starts to catch signals
+// D2S1R_FAIL_MALLOC=LEAST:MOST:N  of the calls of malloc() and its kin for LEAST to MOST bytes, counted from then on,
+// the
+//                           N-th returns no memory; if N is 0, all do
 // D2S1R_HANG_RENAME=FILE    the first rename() makes FILE and never returns
-// D2S1R_COUNT_NEW=FILE      the number of these calls is written to FILE at the end
+// D2S1R_COUNT=FILE          how many calls of operator new and of malloc() there were is written to FILE at the end
 #include <dlfcn.h>
 #include <unistd.h>
 
@@ -19,6 +22,26 @@ namespace
 {
 std::atomic<long> calls{-1};  // [-] of operator new so far; negative before they are counted
 const long failing_call = std::getenv("D2S1R_FAIL_NEW") ? std::atol(std::getenv("D2S1R_FAIL_NEW")) : 0;
+
+std::atomic<long> malloc_calls{0};  // [-] of the sizes that may fail
+// [byte], [byte], [-] as D2S1R_FAIL_MALLOC says. Calls of malloc() come before these are set, too.
+std::size_t least_failing = 1, most_failing = 0;
+long failing_malloc = 0;
+
+const bool is_set = []
+{
+	const char* const text = std::getenv("D2S1R_FAIL_MALLOC");
+	return text && std::sscanf(text, "%zu:%zu:%ld", &least_failing, &most_failing, &failing_malloc) == 3;
+}();
+
+bool malloc_fails(std::size_t size)
+{
+	if (calls < 0 || size < least_failing || size > most_failing) return false;
+	const long call = ++malloc_calls;
+	if (failing_malloc != 0 && call != failing_malloc) return false;
+	errno = ENOMEM;
+	return true;
+}
 
 template <class Function>
 Function next(const char* name)
@@ -50,14 +73,40 @@ struct AtEnd
 {
 	~AtEnd()
 	{
-		const char* const name = std::getenv("D2S1R_COUNT_NEW");
+		const char* const name = std::getenv("D2S1R_COUNT");
 		std::FILE* const file = name ? std::fopen(name, "w") : nullptr;
 		if (!file) return;
-		std::fprintf(file, "%ld\n", calls.load());
+		std::fprintf(file, "%ld %ld\n", calls.load(), malloc_calls.load());
 		std::fclose(file);
 	}
 } at_end;
 }  // namespace
+
+extern "C"
+{
+	void* __libc_malloc(std::size_t size);
+	void* __libc_calloc(std::size_t count, std::size_t size);
+	void* __libc_realloc(void* memory, std::size_t size);
+	void* __libc_memalign(std::size_t alignment, std::size_t size);
+
+	void* malloc(std::size_t size) noexcept
+	{
+		return malloc_fails(size) ? nullptr : __libc_malloc(size);
+	}
+	void* calloc(std::size_t count, std::size_t size) noexcept
+	{
+		return malloc_fails(count * size) ? nullptr : __libc_calloc(count, size);
+	}
+	void* realloc(void* memory, std::size_t size) noexcept
+	{
+		return malloc_fails(size) ? nullptr : __libc_realloc(memory, size);
+	}
+	int posix_memalign(void** memory, std::size_t alignment, std::size_t size) noexcept
+	{
+		*memory = malloc_fails(size) ? nullptr : __libc_memalign(alignment, size);
+		return *memory ? 0 : ENOMEM;
+	}
+}
 
 extern "C" ssize_t read(int descriptor, void* buffer, std::size_t count)
 {

@@ -77,6 +77,14 @@ TEST_F(AppAtlas, AFolderAndSeveralMapsNameThemByTheirFiles)
 	EXPECT_EQ(of_folder.without_times(), of_options.without_times());
 }
 
+TEST_F(AppAtlas, NamesOfMapsMayHoldAnyBytes)
+{
+	std::filesystem::remove(path("maps/atlas.yaml"));
+	std::filesystem::rename(path("maps/flat.gridmap.gz"), path("maps/B\xfcro \xe0\x80\x80.gridmap.gz"));
+	expect_walk_in(localize({"-m", path("maps")}), "B\xfcro \xe0\x80\x80");
+	EXPECT_GT(std::filesystem::file_size(path("out/map.png")), 1000U);
+}
+
 TEST_F(AppAtlas, OneMapHasNoName)
 {
 	const CsvTable frames = localize({"-m", path("maps/flat.gridmap.gz")});

@@ -78,7 +78,8 @@ TEST_F(AppBadInput, FewFileDescriptorsAreNotBlamedOnTheFiles)
 		if (result.status == 0 || result.status == kNotLoaded) continue;
 		refused++;
 		EXPECT_EQ(lines_of(result.err).size(), 1U) << result.err;
-		EXPECT_NE(result.err.find("(Too many open files); "), std::string::npos) << descriptors << ": " << result.err;
+		EXPECT_NE(result.err.find("allow the program more open files"), std::string::npos)
+		    << descriptors << ": " << result.err;
 	}
 	EXPECT_GT(refused, 3);
 }
@@ -183,7 +184,7 @@ TEST_F(AppBadInput, MapWhoseIndexDoesNotFitIntoMemory)
 	    run_program(
 	        {"sh", "-c", limited, "sh", "-m", path("white.pgm"), "--resolution", "0.05", "-i", path("walk.rawlog"),
 	         "-o", path("out"), "-q"}),
-	    2, {path("white.pgm") + ": the index of 9000 x 9000 cells takes about 1.", "use a coarser or smaller map"});
+	    2, {path("white.pgm") + ": the index of 9000 x 9000 cells takes about ", "use a coarser or smaller map"});
 	expect_nothing_written();
 }
 

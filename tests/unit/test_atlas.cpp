@@ -344,7 +344,11 @@ TEST(AtlasFile, SaysWhatIsWrong)
 	EXPECT_NE(refused("maps: {a: {file: b, flor: 1}}\n").find("'flor' is not one of"), std::string::npos);
 	EXPECT_NE(refused("maps: {a: {file: b, region: [1, 2]}}\n").find("'region' is not"), std::string::npos);
 	EXPECT_NE(refused("maps: {a: {file: b, region: [1, 2, x, 3]}}\n").find("'region' is not"), std::string::npos);
-	EXPECT_NE(refused("maps: {a: {file: b, region: [1, 2, 1, 3]}}\n").find("'region'"), std::string::npos);
+	EXPECT_NE(
+	    refused("maps: {a: {file: b, region: [1, 2, 1, 3]}}\n").find("map 'a': 'region' is empty"), std::string::npos);
+	EXPECT_NE(
+	    refused("maps: {a: {file: b, region: [0, 0, 0, 0]}}\n").find("map 'a': 'region' is empty"), std::string::npos);
+	EXPECT_NE(refused("maps: {a: {file: b.png}}\n").find("map 'a': 'file' names an image"), std::string::npos);
 	EXPECT_NE(refused("maps: {a/b: {file: b}}\n").find("slashes"), std::string::npos);
 	EXPECT_NE(refused("maps:\n  a: {file: b}\n  a: {file: c}\n").find("'a' is there twice"), std::string::npos);
 	EXPECT_NE(refused("maps: {a: {file: [b]}}\n").find("'file' is not a text"), std::string::npos);

@@ -82,8 +82,9 @@ Grid::ConstPtr load_mrpt_map(const std::string& file, const GridParameters& para
 {
 	std::vector<std::uint8_t> bytes;
 	std::string error;
+	const logs::ProcessLimits limits = limits_of_map(file);
 	const logs::ProcessEnd end = logs::run_in_own_process(
-	    limits_of_map(file), [&](const logs::Send& send) { tell_map(file, parameters, send); },
+	    limits, [&](const logs::Send& send) { tell_map(file, parameters, send); },
 	    [&](const std::string& record)
 	    {
 		    if (record[0] == kErrorRecord)
@@ -99,6 +100,7 @@ Grid::ConstPtr load_mrpt_map(const std::string& file, const GridParameters& para
 		case logs::ProcessEnd::kInterrupted:
 			throw UserError(kInterrupted, file, kInterruptedEarly);
 		case logs::ProcessEnd::kOutOfMemory:
+			if (logs::available_memory() < limits.memory) throw std::bad_alloc();
 			throw std::runtime_error("loading it takes too much memory" + advice);
 		case logs::ProcessEnd::kOutOfTime:
 			throw std::runtime_error("loading it takes too long" + advice);
@@ -126,19 +128,26 @@ Grid::ConstPtr load_grid(const Flags& flags, const Parameters& parameters, Activ
 	return *grid;
 }
 
-/// Returns how much memory [GB] the index of a map takes about. \throws std::runtime_error if there is less
+/// Returns a text of an amount of memory [byte].
+std::string text_of_memory(double memory)
+{
+	return memory >= 1e9 ? mrpt::format("%.1f GB", 1e-9 * memory) : mrpt::format("%.1f MB", 1e-6 * memory);
+}
+
+/// Returns how much memory [byte] the index of a map takes about. \throws std::runtime_error if there is less
 double memory_of_index(const Grid& grid, const Parameters& parameters)
 {
 	const double of_copy = static_cast<double>(grid.getRawMap().size());
-	const double needed = 1e-9 * (of_copy + static_cast<double>(memory_to_build(grid, parameters)));
-	const double available = 1e-9 * static_cast<double>(logs::available_memory());
+	const double needed = of_copy + static_cast<double>(memory_to_build(grid, parameters));
+	const auto available = static_cast<double>(logs::available_memory());
 	if (needed > available)
 		throw std::runtime_error(mrpt::format(
-		    "the index of %u x %u cells takes about %.1f GB and there are %.1f GB of memory; use a coarser or smaller "
-		    "map",
-		    static_cast<unsigned>(grid.getSizeX()), static_cast<unsigned>(grid.getSizeY()), needed, available));
+		    "the index of %u x %u cells takes about %s and there are %s of memory; use a coarser or smaller map",
+		    static_cast<unsigned>(grid.getSizeX()), static_cast<unsigned>(grid.getSizeY()),
+		    text_of_memory(needed).c_str(), text_of_memory(available).c_str()));
 	return needed;
 }
+
 /// Returns the fingerprint of the map file; no value if it cannot be read, which build_map() says better.
 std::optional<std::uint64_t> fingerprint_of(const Flags& flags)
 {
@@ -248,7 +257,7 @@ CSignatureMap2D::ConstPtr build_map(const Flags& flags, const Parameters& parame
 	try
 	{
 		const auto map = CSignatureMap2D::Create(parameters);
-		const auto memory = std::make_shared<double>(0);  // [GB]
+		const auto memory = std::make_shared<double>(0);  // [byte]
 		Grid::ConstPtr grid;
 		{
 			Activity activity(console.err, visible, "loading the map");
@@ -257,7 +266,7 @@ CSignatureMap2D::ConstPtr build_map(const Flags& flags, const Parameters& parame
 			if (!run_interruptibly(&activity, measure)) throw UserError(kInterrupted, flags.map, kInterruptedEarly);
 		}
 		check_region(flags.query.prior, *grid);
-		const std::string size = *memory >= 1 ? mrpt::format(" (about %.1f GB)", *memory) : "";
+		const std::string size = *memory >= 1e9 ? " (about " + text_of_memory(*memory) + ")" : "";
 		Activity activity(console.err, visible, "building the index of the map" + size);
 		const auto build = [map, grid, threads = flags.threads]
 		{
@@ -276,7 +285,7 @@ CSignatureMap2D::ConstPtr build_map(const Flags& flags, const Parameters& parame
 		if (is_out_of_memory(e))
 			throw UserError(
 			    kBadInput, flags.map,
-			    "the grid is too large for the memory of this machine; use a coarser or smaller map");
+			    "takes more memory than there is; use a coarser or smaller map, or end other programs");
 		throw about(flags.map, kBadInput, e);
 	}
 }

@@ -129,9 +129,12 @@ void remove_abandoned(const fs::path& folder, const std::set<std::string>& names
 
 void PendingFile::fail() const
 {
+	if (errno == ENOMEM) throw std::bad_alloc();
 	const std::string reason = errno ? std::strerror(errno) : "write error";
-	throw UserError(
-	    kBadOutput, path_, "cannot be written (" + reason + "); check the folder, its permissions and the disk");
+	const bool is_out_of_descriptors = errno == EMFILE || errno == ENFILE;
+	const char* const advice = is_out_of_descriptors ? "allow the program more open files (ulimit -n)"
+	                                                 : "check the folder, its permissions and the disk";
+	throw UserError(kBadOutput, path_, "cannot be written (" + reason + "); " + advice);
 }
 
 TextFile::TextFile(const std::string& path) : pending_(path), file_(std::fopen(pending_.temporary().c_str(), "w"))

@@ -28,6 +28,8 @@ Json values_of(const std::string& ini)
 		if (line.rfind('[', 0) == 0) section = line.substr(1, line.find(']') - 1);
 		const auto equals = line.find(" = ");
 		if (line.rfind(';', 0) == 0 || equals == std::string::npos) continue;
+		// Not from null, as operator[] makes one: its destructor crashes if memory runs out then.
+		if (!sections.contains(section)) sections[section] = Json::object();
 		sections[section][line.substr(0, equals)] = line.substr(equals + 3, line.find("  ;") - equals - 3);
 	}
 	return sections;

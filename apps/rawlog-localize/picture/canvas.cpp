@@ -4,6 +4,7 @@
 #include <cairo.h>
 
 #include <new>
+#include <stdexcept>
 
 namespace d2s1r::app
 {
@@ -15,6 +16,46 @@ cairo_t* make_context(int width, int height)
 	cairo_t* const context = cairo_create(surface);
 	cairo_surface_destroy(surface);  // the context keeps it
 	return context;
+}
+
+/// Returns how many bytes the character of UTF-8 at byte `at` has; 0 if there is none.
+std::size_t length_of_character(const std::string& text, std::size_t at)
+{
+	const auto byte = [&](std::size_t i) { return i < text.size() ? static_cast<unsigned char>(text[i]) : 0U; };
+	const unsigned first = byte(at), second = byte(at + 1);
+	const std::size_t length = first < 0x80   ? 1
+	                           : first < 0xC2 ? 0
+	                           : first < 0xE0 ? 2
+	                           : first < 0xF0 ? 3
+	                           : first < 0xF5 ? 4
+	                                          : 0;
+	for (std::size_t i = 1; i < length; i++)
+		if (byte(at + i) < 0x80 || byte(at + i) > 0xBF) return 0;
+	const bool is_too_long = (first == 0xE0 && second < 0xA0) || (first == 0xF0 && second < 0x90);
+	const bool is_none = (first == 0xED && second > 0x9F) || (first == 0xF4 && second > 0x8F);
+	return is_too_long || is_none ? 0 : length;
+}
+
+/// Returns a text with `?` for each byte that is not UTF-8, which cairo takes for an error; names of files may hold
+/// any.
+std::string with_utf8_only(std::string text)
+{
+	for (std::size_t i = 0, length = 0; i < text.size(); i += length)
+	{
+		length = length_of_character(text, i);
+		if (length > 0) continue;
+		text[i] = '?';
+		length = 1;
+	}
+	return text;
+}
+
+void check_status(cairo_status_t status)
+{
+	if (status == CAIRO_STATUS_NO_MEMORY) throw std::bad_alloc();
+	if (status != CAIRO_STATUS_SUCCESS)
+		throw std::runtime_error(
+		    std::string("the picture of the map cannot be drawn: ") + cairo_status_to_string(status));
 }
 }  // namespace
 
@@ -36,7 +77,7 @@ Canvas::Canvas(int width, int height, const Color& background)
 
 void Canvas::check() const
 {
-	if (cairo_status(context_.get()) == CAIRO_STATUS_NO_MEMORY) throw std::bad_alloc();
+	check_status(cairo_status(context_.get()));
 }
 
 void Canvas::use(const Color& color, double opacity)
@@ -94,14 +135,14 @@ void Canvas::text(double left, double middle, const std::string& text, const Col
 {
 	use(color, 1);
 	cairo_move_to(context_.get(), left, middle + 0.36 * kTextHeight);  // capitals are 0.72 of the size high
-	cairo_show_text(context_.get(), text.c_str());
+	cairo_show_text(context_.get(), with_utf8_only(text).c_str());
 	check();
 }
 
 double Canvas::text_width(const std::string& text)
 {
 	cairo_text_extents_t extents;
-	cairo_text_extents(context_.get(), text.c_str(), &extents);
+	cairo_text_extents(context_.get(), with_utf8_only(text).c_str(), &extents);
 	check();
 	return extents.x_advance;
 }

@@ -38,7 +38,7 @@ class Canvas
 	void cross(const Pixel& center, double radius, double width, const Color& color);
 	void rectangle(int left, int top, int width, int height, const Color& color);
 
-	/// \param left, middle [pixel] of the text, which is kTextHeight high
+	/// \param left, middle [pixel] of the text, which is kTextHeight high; bytes of it that are not UTF-8 become `?`
 	void text(double left, double middle, const std::string& text, const Color& color);
 	double text_width(const std::string& text);  //!< [pixel]
 	static constexpr double kTextHeight = 22;    //!< [pixel]
@@ -47,7 +47,7 @@ class Canvas
 	bool save(const std::string& path) const;
 
    private:
-	/// \throws std::bad_alloc if cairo ran out of memory
+	/// \throws std::bad_alloc if cairo ran out of memory, std::runtime_error if it cannot draw for another reason
 	void check() const;
 	void use(const Color& color, double opacity);
 

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <filesystem>
 #include <set>
 #include <stdexcept>
@@ -131,20 +132,16 @@ Prior region_of(const YAML::Node& map)
 		try
 		{
 			numbers[i] = from_text<double>("region", corners[i].Scalar());
+			if (!std::isfinite(numbers[i])) throw std::runtime_error(expected);
 		}
 		catch (const std::invalid_argument&)
 		{
 			throw std::runtime_error(expected);
 		}
 	}
-	try
-	{
-		return make_prior(numbers[0], numbers[1], numbers[2], numbers[3]);
-	}
-	catch (const std::invalid_argument& error)
-	{
-		throw std::runtime_error("'region': " + std::string(error.what()));
-	}
+	if (numbers[0] == numbers[2] || numbers[1] == numbers[3])
+		throw std::runtime_error("'region' is empty; give two opposite corners as [X0, Y0, X1, Y1] in m");
+	return make_prior(numbers[0], numbers[1], numbers[2], numbers[3]);
 }
 
 /// Checks that a name can be written to tables and be part of a file's name.
@@ -176,6 +173,9 @@ AtlasEntry entry_of(const std::string& name, const YAML::Node& map, const fs::pa
 		entry.file = text_of(map, "file");
 		if (entry.file.empty()) throw std::runtime_error("the key 'file' is missing; add it");
 		entry.file = (folder / entry.file).string();
+		if (is_image_name(entry.file))
+			throw std::runtime_error(
+			    "'file' names an image, whose resolution is not known; write a map_server yaml for it and name that");
 		entry.config = config_of(map, folder);
 		entry.floor = text_of(map, "floor");
 		entry.region = region_of(map);

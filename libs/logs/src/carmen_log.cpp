@@ -12,12 +12,15 @@
 #endif
 
 #include <algorithm>
+#include <cerrno>
 #include <charconv>
 #include <cmath>
 #include <cstdio>
+#include <cstring>
 #include <deque>
 #include <limits>
 #include <map>
+#include <new>
 
 namespace d2s1r::logs
 {
@@ -40,7 +43,7 @@ class TextFile
 class GzipText : public TextFile
 {
    public:
-	explicit GzipText(const std::string& path) : file_(gzopen(path.c_str(), "rb"))
+	explicit GzipText(const std::string& path) : path_(path), file_(gzopen(path.c_str(), "rb"))
 	{
 		if (!file_) throw cannot_open(path);
 	}
@@ -53,11 +56,17 @@ class GzipText : public TextFile
 		const int got = gzread(file_, buffer, static_cast<unsigned>(size));
 		int error = Z_OK;
 		if (got < static_cast<int>(size)) gzerror(file_, &error);
+		if (error == Z_MEM_ERROR) throw std::bad_alloc();
+		if (error == Z_ERRNO)
+			throw LogError(
+			    path_, std::string("cannot be read (") + std::strerror(errno) +
+			               "); check the disk or the connection, or copy the log again");
 		if (got < 0 || (got == 0 && error != Z_OK)) throw std::runtime_error("the part packed by gzip is not whole");
 		return static_cast<std::size_t>(got);
 	}
 
    private:
+	std::string path_;
 	gzFile file_;
 };
 

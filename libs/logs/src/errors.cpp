@@ -58,7 +58,10 @@ std::string one_line(const std::exception& exception)
 
 LogError cannot_open(const std::string& file)
 {
-	const std::string reason = errno ? std::strerror(errno) : "not enough memory";  // zlib leaves errno alone then
-	return LogError(file, "cannot be opened (" + reason + "); check its permissions");
+	if (errno == 0 || errno == ENOMEM) throw std::bad_alloc();  // zlib leaves errno alone when memory runs out
+	const bool is_out_of_descriptors = errno == EMFILE || errno == ENFILE;
+	const char* const advice =
+	    is_out_of_descriptors ? "allow the program more open files (ulimit -n)" : "check its permissions";
+	return LogError(file, std::string("cannot be opened (") + std::strerror(errno) + "); " + advice);
 }
 }  // namespace d2s1r::logs

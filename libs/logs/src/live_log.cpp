@@ -1,20 +1,16 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "logs/errors.h"
 #include "rawlog_reader.h"
+#include "unpacking_stream.h"
 
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
-#include <zlib.h>
 
 #include <algorithm>
-#include <array>
-#include <cerrno>
-#include <chrono>
 #include <cstring>
 #include <limits>
 #include <memory>
-#include <thread>
 #include <utility>
 #include <vector>
 
@@ -22,115 +18,6 @@ namespace d2s1r::logs
 {
 namespace
 {
-/// A stream that can only be read, and has no positions.
-class InputStream : public mrpt::io::CStream
-{
-   public:
-	std::size_t Write(const void*, std::size_t) override { throw std::logic_error("read-only stream"); }
-	std::uint64_t Seek(std::int64_t, TSeekOrigin) override { throw std::logic_error("stream without positions"); }
-	std::uint64_t getTotalBytesCount() const override { return std::numeric_limits<std::uint64_t>::max(); }
-	std::uint64_t getPosition() const override { return 0; }
-};
-
-/// What comes from a pipe or a file that is still being written, unpacked if gzip has packed it. A read waits until
-/// there is something, but not until its buffer is full, as the readers of zlib and MRPT do.
-class GrowingStream : public InputStream
-{
-   public:
-	/// \param follows whether to wait for more at the end of the file
-	GrowingStream(int descriptor, bool follows) : descriptor_(descriptor), follows_(follows) {}
-	~GrowingStream() override
-	{
-		if (is_packed_) inflateEnd(&zip_);
-	}
-
-	std::size_t Read(void* buffer, std::size_t count) override
-	{
-		if (!has_started_) start();
-		auto* const to = static_cast<std::uint8_t*>(buffer);
-		std::size_t got = 0;
-		while (got < count)
-		{
-			const std::size_t more = is_packed_ ? unpack(to + got, count - got) : take(to + got, count - got);
-			if (more == 0) break;
-			got += more;
-		}
-		return got;
-	}
-
-   private:
-	/// Finds out whether the stream is packed.
-	void start()
-	{
-		has_started_ = true;
-		while (end_ < 2 && fill())
-			;
-		is_packed_ = end_ >= 2 && block_[0] == 0x1f && block_[1] == 0x8b;
-		constexpr int kGzip = 16 + MAX_WBITS;
-		if (is_packed_ && inflateInit2(&zip_, kGzip) != Z_OK) throw std::bad_alloc();
-	}
-
-	/// Waits for bytes and puts them behind those in the block. Returns whether any came.
-	bool fill()
-	{
-		if (begin_ == end_) begin_ = end_ = 0;
-		for (;;)
-		{
-			const ssize_t got = read(descriptor_, block_.data() + end_, block_.size() - end_);
-			if (got < 0 && errno == EINTR) continue;
-			if (got > 0) end_ += static_cast<std::size_t>(got);
-			if (got != 0 || !waits()) return got > 0;
-		}
-	}
-
-	/// Waits for a file to grow. Returns whether it may have.
-	bool waits() const
-	{
-		constexpr std::chrono::milliseconds kPause(2);
-		struct stat file = {};
-		if (!follows_ || fstat(descriptor_, &file) != 0 || file.st_nlink == 0) return false;
-		if (file.st_size < lseek(descriptor_, 0, SEEK_CUR)) return false;  // somebody has cut it
-		std::this_thread::sleep_for(kPause);
-		return true;
-	}
-
-	std::size_t take(std::uint8_t* to, std::size_t count)
-	{
-		if (begin_ == end_ && !fill()) return 0;
-		const std::size_t taken = std::min(count, end_ - begin_);
-		std::memcpy(to, block_.data() + begin_, taken);
-		begin_ += taken;
-		return taken;
-	}
-
-	std::size_t unpack(std::uint8_t* to, std::size_t count)
-	{
-		zip_.next_out = to;
-		zip_.avail_out = static_cast<uInt>(std::min<std::size_t>(count, std::numeric_limits<uInt>::max()));
-		const uInt room = zip_.avail_out;
-		while (zip_.avail_out == room)
-		{
-			if (begin_ == end_ && !fill()) return 0;
-			zip_.next_in = block_.data() + begin_;
-			zip_.avail_in = static_cast<uInt>(end_ - begin_);
-			const int state = inflate(&zip_, Z_SYNC_FLUSH);
-			begin_ = end_ - zip_.avail_in;
-			if (state == Z_STREAM_END)
-				inflateReset(&zip_);  // another one may come after it
-			else if (state != Z_OK)
-				throw std::runtime_error("packed data is damaged");
-		}
-		return room - zip_.avail_out;
-	}
-
-	int descriptor_;
-	bool follows_;
-	bool has_started_ = false, is_packed_ = false;
-	std::array<std::uint8_t, 1 << 16> block_{};
-	std::size_t begin_ = 0, end_ = 0;  //!< [byte] of what is still to be used in the block
-	z_stream zip_ = {};
-};
-
 /// A live log is read in a process of its own, and arrives as records: a letter and what it is about.
 enum LiveRecord : char
 {
@@ -140,7 +27,7 @@ enum LiveRecord : char
 
 void tell_objects(int descriptor, bool follows, const Send& send)
 {
-	RawlogReader reader(std::make_unique<GrowingStream>(descriptor, follows));
+	RawlogReader reader(unpack(descriptor, follows));
 	while (const auto object = reader.next())
 		send(std::string(1, kObjectRecord).append(object->bytes.begin(), object->bytes.end()));
 	send(char{kDamageRecord} + reader.damage());

@@ -68,6 +68,10 @@ std::string unpacked_start(const std::string& path)
 	{
 		throw;
 	}
+	catch (const std::bad_alloc&)
+	{
+		throw;
+	}
 	catch (const std::exception&)
 	{
 		return "";

@@ -3,8 +3,9 @@
 
 #include "logs/errors.h"
 #include "logs/own_process.h"
+#include "unpacking_stream.h"
 
-#include <mrpt/io/CFileGZInputStream.h>
+#include <fcntl.h>
 #include <mrpt/obs/CActionCollection.h>
 #include <mrpt/obs/CActionRobotMovement2D.h>
 #include <mrpt/obs/CObservationOdometry.h>
@@ -31,7 +32,7 @@ class RecordingStream : public mrpt::io::CStream
 
 	std::size_t Read(void* buffer, std::size_t count) override
 	{
-		const std::size_t got = source_.Read(buffer, count);
+		const std::size_t got = read(buffer, count);
 		came_short_ = got != count;
 		at_clean_end_ = came_short_ && got == 0 && bytes_.empty();
 		if (came_short_) throw mrpt::serialization::CExceptionEOF("end of file");
@@ -46,12 +47,28 @@ class RecordingStream : public mrpt::io::CStream
 
 	bool came_short() const { return came_short_; }
 	bool at_clean_end() const { return at_clean_end_; }
+	const std::string& read_error() const { return read_error_; }  //!< empty if there was none
 
    private:
+	/// Keeps the reason of a read that fails: MRPT makes another exception of it.
+	std::size_t read(void* buffer, std::size_t count)
+	{
+		try
+		{
+			return source_.Read(buffer, count);
+		}
+		catch (const ReadError& error)
+		{
+			read_error_ = error.what();
+			throw;
+		}
+	}
+
 	mrpt::io::CStream& source_;
 	std::vector<std::uint8_t>& bytes_;
 	bool came_short_ = false;
 	bool at_clean_end_ = false;  //!< [-] the file ended before the first byte of the object
+	std::string read_error_;
 };
 
 /// Makes a bool of the byte that MRPT has read into it as it stood in the file.
@@ -176,20 +193,6 @@ void note(const std::string& record, LogSurvey& survey, std::vector<ObjectSum>& 
 constexpr const char* kCheckFile = "; check that it is the right file and whole";
 constexpr const char* kCopyAgain = "; copy or record the rawlog again";
 
-/// Opens a file that may be packed, and returns whether it could. MRPT throws if it cannot get the size of the file.
-bool opens(mrpt::io::CFileGZInputStream& stream, const std::string& file)
-{
-	try
-	{
-		return stream.open(file);
-	}
-	catch (const std::exception& e)
-	{
-		if (is_out_of_memory(e)) throw std::bad_alloc();
-		return false;
-	}
-}
-
 /// Returns what reading a rawlog may take, which is far more than reading a sound one does: it is read object by
 /// object.
 ProcessLimits limits_of_survey(const std::string& file)
@@ -204,9 +207,9 @@ ProcessLimits limits_of_survey(const std::string& file)
 
 std::unique_ptr<mrpt::io::CStream> open_packed(const std::string& file)
 {
-	auto packed = std::make_unique<mrpt::io::CFileGZInputStream>();
-	if (!opens(*packed, file)) throw cannot_open(file);
-	return packed;
+	const int descriptor = open(file.c_str(), O_RDONLY | O_CLOEXEC);
+	if (descriptor < 0) throw cannot_open(file);
+	return unpack(descriptor, false);
 }
 
 /// Passes on the objects that were surveyed, and ends before one whose bytes are no longer the same.
@@ -298,9 +301,18 @@ std::optional<RawlogObject> RawlogReader::next()
 	{
 		if (is_out_of_memory(e)) throw std::bad_alloc();
 		if (recording.at_clean_end() && objects_ > 0) return std::nullopt;
-		damage_ = recording.came_short() ? end_within_object() : unreadable(e);
+		if (!recording.read_error().empty())
+			damage_ = unread(recording.read_error());
+		else
+			damage_ = recording.came_short() ? end_within_object() : unreadable(e);
 		return std::nullopt;
 	}
+}
+
+std::string RawlogReader::unread(const std::string& reason) const
+{
+	const std::string where = objects_ > 0 ? " after object " + std::to_string(objects_) : "";
+	return "cannot be read" + where + " (" + reason + "); check the disk or the connection, or copy the rawlog again";
 }
 
 std::string RawlogReader::end_within_object() const
@@ -326,10 +338,12 @@ Log open_rawlog(const std::string& file, const Stop& stop)
 	log.survey.format = "MRPT rawlog";
 	log.survey.kind_of_scan = "CObservation2DRangeScan";
 	const auto objects = std::make_shared<std::vector<ObjectSum>>();
+	const ProcessLimits limits = limits_of_survey(file);
 	const ProcessEnd end = run_in_own_process(
-	    limits_of_survey(file), [&](const Send& send) { tell_contents(reader, send); },
+	    limits, [&](const Send& send) { tell_contents(reader, send); },
 	    [&](const std::string& record) { note(record, log.survey, *objects); }, stop);
 	if (end == ProcessEnd::kInterrupted) throw Interrupted();
+	if (end == ProcessEnd::kOutOfMemory && available_memory() < limits.memory) throw std::bad_alloc();
 	if (end != ProcessEnd::kDone) log.survey.damage = damage_that_ended(end, objects->size());
 	log.read = [file, objects]
 	{ return std::make_unique<SurveyedReader>(std::make_unique<SurveyedStream>(open_packed(file), objects)); };
@@ -343,7 +357,7 @@ std::string damage_that_ended(ProcessEnd end, std::size_t objects)
 	switch (end)
 	{
 		case ProcessEnd::kOutOfMemory:
-			return "is damaged " + where + " (reading on takes too much memory)" + advice;
+			return "takes too much memory to be read " + where + ": it is damaged there, or memory is short" + advice;
 		case ProcessEnd::kOutOfTime:
 			return "is damaged " + where + " (reading on takes too long)" + advice;
 		default:

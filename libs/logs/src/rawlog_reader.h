@@ -23,6 +23,7 @@ class RawlogReader : public LogReader
 	std::optional<RawlogObject> next() override;
 
    private:
+	std::string unread(const std::string& reason) const;
 	std::string end_within_object() const;
 	std::string unreadable(const std::exception& error) const;
 
@@ -33,7 +34,7 @@ class RawlogReader : public LogReader
 
 /// Reads a rawlog to its end, or to where it is damaged, in a process of its own. Later only what has been read there
 /// without harm is read again.
-/// \throws LogError if it cannot be opened, Interrupted if `stop` said so
+/// \throws LogError if it cannot be opened, std::bad_alloc if there is too little memory, Interrupted if `stop` said so
 Log open_rawlog(const std::string& file, const Stop& stop);
 
 /// Returns what is wrong with a rawlog whose reading in a process of its own ended in a bad way, after `objects`

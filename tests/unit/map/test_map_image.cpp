@@ -19,6 +19,34 @@ std::string refusal(const std::string& file, const std::optional<ImageGeometry>&
 	EXPECT_EQ(message.find('\n'), std::string::npos) << message;
 	return message;
 }
+
+std::string number_text(std::uint32_t number, int bytes, bool big_endian)
+{
+	std::string text;
+	for (int i = 0; i < bytes; i++) text += static_cast<char>(number >> 8 * (big_endian ? bytes - 1 - i : i) & 0xFF);
+	return text;
+}
+
+/// Returns the 54 bytes before the pixels of a BMP file, which are grey.
+std::string bmp_header(int width, int height)
+{
+	const auto number = [](int value, int bytes)
+	{ return number_text(static_cast<std::uint32_t>(value), bytes, false); };
+	return "BM" + number(54, 4) + number(0, 4) + number(54, 4) + number(40, 4) + number(width, 4) + number(height, 4) +
+	       number(1, 2) + number(8, 2) + std::string(24, '\0');
+}
+
+/// Tags and numbers of a TIFF file.
+using TiffEntries = std::vector<std::pair<std::uint32_t, std::uint32_t>>;
+
+std::string tiff_header(const TiffEntries& entries, bool big_endian)
+{
+	const auto number = [&](std::uint32_t value, int bytes) { return number_text(value, bytes, big_endian); };
+	std::string bytes = (big_endian ? "MM" : "II") + number(42, 2) + number(8, 4);
+	bytes += number(static_cast<std::uint32_t>(entries.size()), 2);
+	for (const auto& [tag, value] : entries) bytes += number(tag, 2) + number(4, 2) + number(1, 4) + number(value, 4);
+	return bytes + number(0, 4);
+}
 }  // namespace
 
 TEST(MapImage, KeepsProbabilitiesAndTheShadeOfTheUnknown)
@@ -183,5 +211,75 @@ TEST(MapImage, TooLargeForMemoryIsRefusedBeforeItIsTaken)
 	    refusal(folder.write("a.pgm", "P5\n100000 90000\n255\nx"), geometry).find("100000 x 90000"), std::string::npos);
 	const std::string png("\x89PNG\r\n\x1a\n\0\0\0\x0dIHDR\0\1\0\0\0\2\0\0\x8\0\0\0\0IEND", 33);
 	EXPECT_NE(refusal(folder.write("b.png", png), geometry).find("65536 x 131072"), std::string::npos);
+
+	// each asks for 32,000 x 32,000 pixels in a few bytes
+	const std::string jpeg(
+	    "\xFF\xD8\xFF\xE0\0\x4IJ\xFF\xC0\0\x11\x8\x7D\0\x7D\0\3\1\x11\0\2\x11\1\3\x11\1\xFF\xD9", 29);
+	EXPECT_NE(refusal(folder.write("c.jpg", jpeg), geometry).find("32000 x 32000"), std::string::npos);
+	EXPECT_NE(
+	    refusal(folder.write("d.bmp", bmp_header(32000, -32000)), geometry).find("32000 x 32000"), std::string::npos);
+	for (const bool big_endian : {false, true})
+	{
+		const auto tiff = [&](const TiffEntries& entries)
+		{ return folder.write("e.tif", tiff_header(entries, big_endian)); };
+		const auto expect = [&](const TiffEntries& entries, const std::string& text)
+		{ EXPECT_NE(refusal(tiff(entries), geometry).find(text), std::string::npos) << text << " " << big_endian; };
+		expect({{256, 32000}, {257, 32000}}, "32000 x 32000");
+		expect({{256, 5}, {256, 32000}, {257, 32000}}, "32000 x 32000");
+		expect(
+		    {{256, 15000}, {257, 15000}, {258, 16}, {277, 4}, {278, 8}},
+		    "unpacking the image takes 1.8 GB, and 1.0 GB is");
+		expect({{256, 9}, {257, 9}, {322, 30000}, {323, 30000}}, "unpacking the image takes 7.2 GB");
+	}
+	// 8 bytes a pixel, or 9 that are kept while a JPEG of several scans is unpacked
+	const std::string deep("\x89PNG\r\n\x1a\n\0\0\0\x0dIHDR\0\0\x3A\x98\0\0\x3A\x98\x10\6\0\0\0IEND", 33);
+	EXPECT_NE(refusal(folder.write("f.png", deep), geometry).find("takes 1.8 GB"), std::string::npos);
+	std::string colors = jpeg;
+	colors.replace(13, 4, "\x3A\x98\x3A\x98");
+	EXPECT_NE(refusal(folder.write("g.jpg", colors), geometry).find("takes 2.0 GB"), std::string::npos);
+}
+
+TEST(MapImage, AFileThatIsTooLargeForMemoryIsRefusedBeforeItIsRead)
+{
+	const TempFolder folder;
+	const auto file = folder.write("a.pgm", "P5 1 1 255 x");
+	std::filesystem::resize_file(file, 2'000'000'000'000);  // takes no room on the disk
+	EXPECT_NE(refusal(file, {{1, 0, 0}}).find("has 2000.0 GB, and 1.0 GB is the most"), std::string::npos);
+}
+
+TEST(MapImage, MorePixelsThanTheFileCanHoldAreRefusedBeforeTheyAreUnpacked)
+{
+	const TempFolder folder;
+	const auto expect_truncated = [&](const std::string& name, const std::string& bytes) {
+		EXPECT_NE(refusal(folder.write(name, bytes), {{1, 0, 0}}).find("truncated"), std::string::npos) << name;
+	};
+	expect_truncated("a.png", {"\x89PNG\r\n\x1a\n\0\0\0\x0dIHDR\0\0\x20\0\0\0\x20\0\x8\0\0\0\0IEND", 33});
+	expect_truncated("b.jpg", {"\xFF\xD8\xFF\xC0\0\x0b\x8\x20\0\x20\0\1\1\x11\0\xFF\xD9", 17});
+	expect_truncated("c.bmp", bmp_header(8192, 8192));
+	expect_truncated("d.tif", {"II\x2a\0\x8\0\0\0\1\0\0\1\3\0", 14});
+	EXPECT_NE(
+	    refusal(folder.write("e.pgm", "P5\n-5 3\n255\nxyz"), {{1, 0, 0}}).find("the image has no pixels; copy"),
+	    std::string::npos);
+}
+
+TEST(MapImage, SoundOnesOfAllFormatsAreUnpacked)
+{
+	const TempFolder folder;
+	mrpt::img::CImage image(24, 8, mrpt::img::CH_RGB);
+	for (unsigned y = 0; y < 8; y++)  // the left 8 columns are black
+		for (unsigned x = 0; x < 3 * 24; x++) image.ptrLine<std::uint8_t>(y)[x] = x < 3 * 8 ? 0 : 255;
+	for (const std::string name : {"a.png", "a.bmp", "a.jpg", "a.tif", "a.ppm"})
+	{
+#ifdef D2S1R_MRPT_3
+		if (name == "a.tif" || name == "a.ppm") continue;  // it does not write them
+#endif
+		ASSERT_TRUE(image.saveToFile(folder.path(name))) << name;
+		const auto map = load_map(folder.path(name), {}, ImageGeometry{1, 0, 0});
+		ASSERT_EQ(map->getSizeX(), 24U) << name;
+		ASSERT_EQ(map->getSizeY(), 8U) << name;
+		for (int x = 0; x < 24; x++) EXPECT_EQ(p_occupied(*map, x, 3) > 0.9, x < 8) << name << " at " << x;
+	}
+	const auto bits = load_map(folder.write("b.pbm", "P4\n9 2\n\x55\x7f\xff\xff"), {}, ImageGeometry{1, 0, 0});
+	for (int x = 0; x < 9; x++) EXPECT_EQ(p_occupied(*bits, x, 1) > 0.9, x % 2 == 1) << x;
 }
 }  // namespace d2s1r::test

@@ -1,13 +1,14 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "base/file_text.h"
 
+#include <fcntl.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <cstdio>
 #include <cstring>
 #include <filesystem>
-#include <memory>
 #include <stdexcept>
 
 namespace d2s1r
@@ -17,24 +18,44 @@ namespace
 [[noreturn]] void refuse(int error)
 {
 	const bool is_out_of_descriptors = error == EMFILE || error == ENFILE;
-	throw std::runtime_error(
-	    std::string("cannot be read (") + std::strerror(error) + "); " +
-	    (is_out_of_descriptors ? "allow the program more open files (ulimit -n)"
-	                           : "check that it exists, is a file and is readable"));
+	const char* const advice = is_out_of_descriptors ? "allow the program more open files (ulimit -n)"
+	                           : error == EIO        ? "check the disk or the connection"
+	                                                 : "check that it exists, is a file and is readable";
+	throw std::runtime_error(std::string("cannot be read (") + std::strerror(error) + "); " + advice);
 }
+
+/// An open file, or a negative number.
+class Descriptor
+{
+   public:
+	explicit Descriptor(int number) : number_(number) {}
+	~Descriptor()
+	{
+		if (number_ >= 0) close(number_);
+	}
+	Descriptor(const Descriptor&) = delete;
+	Descriptor& operator=(const Descriptor&) = delete;
+
+	int number() const { return number_; }
+
+   private:
+	int number_;
+};
 }  // namespace
 
 std::string read_text(const std::string& file, std::size_t most)
 {
-	const std::unique_ptr<std::FILE, int (*)(std::FILE*)> stream(std::fopen(file.c_str(), "rb"), std::fclose);
-	if (!stream) refuse(errno);
+	const Descriptor descriptor(open(file.c_str(), O_RDONLY | O_CLOEXEC));
+	if (descriptor.number() < 0) refuse(errno);
 	std::string text;
 	std::array<char, 1 << 16> block;
-	for (std::size_t got = 1; got > 0 && text.size() < most; text.append(block.data(), got))
+	while (text.size() < most)
 	{
-		errno = 0;
-		got = std::fread(block.data(), 1, std::min(block.size(), most - text.size()), stream.get());
-		if (std::ferror(stream.get())) refuse(errno);
+		const ssize_t got = read(descriptor.number(), block.data(), std::min(block.size(), most - text.size()));
+		if (got < 0 && errno == EINTR) continue;
+		if (got < 0) refuse(errno);
+		if (got == 0) break;
+		text.append(block.data(), static_cast<std::size_t>(got));
 	}
 	return text;
 }

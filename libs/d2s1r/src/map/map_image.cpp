@@ -3,16 +3,12 @@
 
 #include <d2s1r/version.h>
 #include <mrpt/core/format.h>
-#include <mrpt/img/CImage.h>
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <limits>
-#include <sstream>
 #include <stdexcept>
 
-#include "base/file_text.h"
 #include "map/occupancy_map.h"
 
 namespace d2s1r
@@ -20,171 +16,6 @@ namespace d2s1r
 namespace
 {
 using mrpt::maps::COccupancyGridMap2D;
-
-bool starts_with(const std::string& bytes, const std::string& start)
-{
-	return bytes.rfind(start, 0) == 0;
-}
-
-std::string read_bytes(const std::string& file)
-{
-	std::error_code error;
-	const auto status = std::filesystem::status(file, error);
-	if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))
-		throw std::runtime_error(
-		    "the image cannot be read (it is a folder, a device or a pipe); name the file of an image");
-	try
-	{
-		const std::string bytes = read_text(file);
-		if (!bytes.empty()) return bytes;
-	}
-	catch (const std::runtime_error& reason)
-	{
-		throw std::runtime_error(std::string("the image ") + reason.what());
-	}
-	throw std::runtime_error("the image is empty; copy or save it again");
-}
-
-[[noreturn]] void refuse_as_truncated()
-{
-	throw std::runtime_error("the image is truncated; copy or save it again");
-}
-
-void check_end(const std::string& bytes, const std::string& mark)
-{
-	if (bytes.rfind(mark) == std::string::npos) refuse_as_truncated();
-}
-
-void check_png(const std::string& bytes)
-{
-	constexpr std::size_t kWidthAt = 16, kHeightAt = 20, kHeaderEnd = 24;
-	if (bytes.size() < kHeaderEnd) refuse_as_truncated();
-	const auto big_endian = [&](std::size_t at)
-	{
-		double number = 0;
-		for (std::size_t i = at; i < at + 4; i++) number = number * 256 + static_cast<unsigned char>(bytes[i]);
-		return number;
-	};
-	check_map_size(big_endian(kWidthAt), big_endian(kHeightAt));
-	check_end(bytes, "IEND");
-}
-
-/// The header of a portable bitmap, graymap or pixmap: "P5", width, height, the greatest value but for bitmaps, and a
-/// blank; then the samples.
-struct PnmHeader
-{
-	char kind = 0;               //!< '1' to '6'
-	double width = 0;            //!< [pixel]
-	double height = 0;           //!< [pixel]
-	double greatest = 1;         //!< of a sample
-	std::size_t samples_at = 0;  //!< [byte]
-
-	bool is_text() const { return kind <= '3'; }
-	bool is_bitmap() const { return kind == '1' || kind == '4'; }
-	int channels() const { return kind == '3' || kind == '6' ? 3 : 1; }
-};
-
-bool is_pnm(const std::string& bytes)
-{
-	return bytes.size() > 2 && bytes[0] == 'P' && bytes[1] >= '1' && bytes[1] <= '6';
-}
-
-void skip_blanks_and_comments(std::istream& text)
-{
-	while ((text >> std::ws).peek() == '#') text.ignore(std::numeric_limits<std::streamsize>::max(), '\n');
-}
-
-PnmHeader read_pnm_header(std::istream& text)
-{
-	PnmHeader header;
-	text.ignore(1).get(header.kind);
-	const auto next_number = [&]
-	{
-		skip_blanks_and_comments(text);
-		double number = 0;
-		text >> number;
-		return number;
-	};
-	header.width = next_number();
-	header.height = next_number();
-	if (!header.is_bitmap()) header.greatest = next_number();
-	if (!text || header.greatest < 1) throw std::runtime_error("the image has a malformed header; convert it to PNG");
-	if (!header.is_bitmap() && header.greatest != 255 && header.greatest != 65535)
-		throw std::runtime_error("the greatest value of the image's samples is not 255 or 65535; convert it to PNG");
-	check_map_size(header.width, header.height);
-	header.samples_at = static_cast<std::size_t>(text.tellg()) + 1;
-	return header;
-}
-
-void check_pnm(const std::string& bytes)
-{
-	std::istringstream text(bytes);
-	const PnmHeader header = read_pnm_header(text);
-	const double samples = header.width * header.height * header.channels();
-	const double per_sample = header.kind == '4'                           ? 1.0 / 8
-	                          : header.is_text() || header.greatest <= 255 ? 1
-	                                                                       : 2;  // [byte]
-	if (static_cast<double>(bytes.size()) - static_cast<double>(header.samples_at) < samples * per_sample)
-		refuse_as_truncated();
-}
-
-/// Returns a sample that is written as a number, or as a digit in a bitmap, where 1 is black.
-unsigned next_text_sample(std::istream& text, const PnmHeader& header)
-{
-	skip_blanks_and_comments(text);
-	if (header.is_bitmap())
-	{
-		const int digit = text.get();
-		if (digit == std::char_traits<char>::eof()) refuse_as_truncated();
-		return digit == '1' ? 0 : 255;
-	}
-	unsigned sample = 0;
-	if (!(text >> sample)) refuse_as_truncated();
-	return std::min(sample, static_cast<unsigned>(header.greatest));
-}
-
-/// Decodes a PNM file whose samples are written as text. OpenCV refuses such a file if nothing follows the last sample.
-mrpt::img::CImage decode_text_pnm(const std::string& bytes)
-{
-	std::istringstream text(bytes);
-	const PnmHeader header = read_pnm_header(text);
-	const auto width = static_cast<unsigned>(header.width), height = static_cast<unsigned>(header.height);
-	const bool is_16_bit = header.greatest > 255;
-	mrpt::img::CImage image;
-	image.resize(
-	    width, height, header.channels() == 3 ? mrpt::img::CH_RGB : mrpt::img::CH_GRAY,
-	    is_16_bit ? mrpt::img::PixelDepth::D16U : mrpt::img::PixelDepth::D8U);
-	const std::size_t samples = std::size_t{width} * static_cast<std::size_t>(header.channels());
-	for (unsigned y = 0; y < height; y++)
-		for (std::size_t i = 0; i < samples; i++)
-		{
-			const unsigned sample = next_text_sample(text, header);
-			if (is_16_bit)
-				image.ptrLine<std::uint16_t>(y)[i] = static_cast<std::uint16_t>(sample);
-			else
-				image.ptrLine<std::uint8_t>(y)[i] = static_cast<std::uint8_t>(sample);
-		}
-	return image;
-}
-
-mrpt::img::CImage read_image(const std::string& file)
-{
-	const std::string bytes = read_bytes(file);
-	check_image(bytes);
-	if (is_pnm(bytes) && bytes[1] <= '3') return decode_text_pnm(bytes);
-	mrpt::img::CImage image;
-	bool loaded = false;
-	try
-	{
-		loaded = image.loadFromFile(file, kChannelsAsStored);
-	}
-	catch (const std::exception&)
-	{
-		loaded = false;  // MRPT's text is many lines long and speaks of its own sources
-	}
-	if (!loaded) throw std::runtime_error("cannot be decoded as an image; copy it again or convert it to PNG");
-	return image;
-}
 
 /// Fills `map` from an image of `Value` samples, first image row on top.
 template <class Value>
@@ -215,16 +46,6 @@ void paint(COccupancyGridMap2D& map, const mrpt::img::CImage& image, const Pixel
 	}
 }
 }  // namespace
-
-void check_image(const std::string& bytes)
-{
-	if (starts_with(bytes, "\x89PNG"))
-		check_png(bytes);
-	else if (starts_with(bytes, "\xFF\xD8"))
-		check_end(bytes, "\xFF\xD9");
-	else if (is_pnm(bytes))
-		check_pnm(bytes);
-}
 
 PixelRule plain_image_rule()
 {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <d2s1r/map_io.h>
+#include <mrpt/img/CImage.h>
 
 #include <functional>
 
@@ -34,9 +35,24 @@ mrpt::maps::COccupancyGridMap2D::Ptr load_image_map(
 /// Returns the share [0, 1] of the pixels of an image whose brightness, in [0, 1], `matches`. \throws std::exception
 double share_of_pixels(const std::string& file, const std::function<bool(double)>& matches);
 
-/// Looks at the bytes of a PNG, JPEG or PNM file before a decoder does, which would write to stderr, take a truncated
-/// file, or allocate whatever the header says. Other formats pass.
-/// \throws std::runtime_error if the image is truncated, too large for memory, or a PNM whose samples are not of 8 or
-///         16 bit
-void check_image(const std::string& bytes);
+/// Returns the memory [byte] that unpacking a PNG, JPEG, BMP, TIFF or PNM file takes at most. It looks at the bytes of
+/// the file before a decoder does, which would write to stderr, take a truncated file, or allocate whatever the header
+/// says.
+/// \throws std::runtime_error if it is another file, an image that is truncated or too large for memory, or a PNM whose
+///         samples are not of 8 or 16 bit
+double memory_to_decode(const std::string& bytes);
+
+/// Reads an image of one of these formats. \throws std::exception saying what is wrong, without its name
+mrpt::img::CImage read_image(const std::string& file);
+
+/// Reads a map of ROS map_server: a yaml file and the image it names, in modes trinary and scale. In MRPT's map an
+/// occupied cell gets P(occupied) 1, a free one 0 and an unknown one 0.5, in between only in mode scale.
+/// Of an image that the origin's yaw turns, cells along the axes of the map frame are made, see ImageGeometry. MRPT's
+/// own reader ignores that yaw and moves the origin to a multiple of the cell size.
+/// \throws std::exception saying what is wrong, without the name of the yaml file
+mrpt::maps::COccupancyGridMap2D::Ptr load_yaml_map(const std::string& yaml_file);
+
+/// Returns the path of the image that such a yaml file names.
+/// \throws std::exception if the yaml file cannot be read or is not as it should be
+std::string image_of_yaml_map(const std::string& yaml_file);
 }  // namespace d2s1r

@@ -14,7 +14,6 @@
 
 #include "base/file_text.h"
 #include "map/map_image.h"
-#include "map/map_yaml.h"
 #include "map/occupancy_map.h"
 
 namespace d2s1r
@@ -159,7 +158,9 @@ COccupancyGridMap2D::Ptr load_any(
 	if (is_yaml_name(file)) return load_yaml_map(file);
 	if (is_image_name(file))
 	{
-		if (!image) throw std::runtime_error("an image needs its resolution in m / pixel; give its geometry");
+		if (!image)
+			throw std::runtime_error(
+			    "an image needs its resolution in m / pixel; give it, or write a map_server yaml for the image");
 		return load_image_map(file, *image, plain_image_rule());
 	}
 	return load_serialized(file, parameters);
@@ -177,7 +178,11 @@ COccupancyGridMap2D::Ptr load_map(
 	}
 	catch (const std::bad_alloc&)
 	{
-		throw std::runtime_error(file + ": does not fit in memory, or is damaged; use a coarser map, or save it again");
+		const bool is_checked = is_yaml_name(file) || is_image_name(file);  // that it holds what its header says
+		throw std::runtime_error(
+		    file + ": takes more memory than there is" +
+		    (is_checked ? "; use a coarser or smaller map, or end other programs"
+		                : ", or is damaged; use a coarser map, or save it again"));
 	}
 	catch (const std::exception& error)
 	{

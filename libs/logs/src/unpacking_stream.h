@@ -1,0 +1,35 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <mrpt/io/CStream.h>
+
+#include <limits>
+#include <memory>
+#include <stdexcept>
+
+namespace d2s1r::logs
+{
+/// A stream that can only be read, and has no positions.
+class InputStream : public mrpt::io::CStream
+{
+   public:
+	std::size_t Write(const void*, std::size_t) override { throw std::logic_error("read-only stream"); }
+	std::uint64_t Seek(std::int64_t, TSeekOrigin) override { throw std::logic_error("stream without positions"); }
+	std::uint64_t getTotalBytesCount() const override { return std::numeric_limits<std::uint64_t>::max(); }
+	std::uint64_t getPosition() const override { return 0; }
+};
+
+/// Says why a read failed.
+class ReadError : public std::runtime_error
+{
+   public:
+	using std::runtime_error::runtime_error;
+};
+
+/// Returns what comes from a pipe or a file, unpacked if gzip has packed it. A read waits until there is something, but
+/// not until its buffer is full, as the readers of zlib and MRPT do. Unlike these it tells damage, a read that failed
+/// (ReadError) and memory that ran out (std::bad_alloc) apart.
+/// \param descriptor is closed with the stream
+/// \param follows whether to wait for more at the end of the file
+std::unique_ptr<InputStream> unpack(int descriptor, bool follows);
+}  // namespace d2s1r::logs
