@@ -248,10 +248,11 @@ Decision decide(const Scan& scan, const std::vector<Place>& places, const std::v
 	const ScoringParameters& scoring = parameters[likely.front().place->map]->scoring;
 	if (present < scoring.rejected_below) return {rejected(), {}};
 	Decision result;
-	const auto count = std::min(likely.size(), static_cast<std::size_t>(scoring.hypotheses));
-	for (std::size_t i = 0; i < count; i++)
+	const auto most = static_cast<std::size_t>(scoring.hypotheses);
+	for (std::size_t i = 0; i < likely.size() && result.maps.size() < most; i++)
 	{
 		const Place& place = *likely[i].place;
+		if (i > 0 && place.covariance.isZero(0)) continue;  // it was not among the best before others took their place
 		const mrpt::math::CMatrixDouble33 covariance(place.covariance);
 		Hypothesis hypothesis = hypothesis_of_sensor(place.pose, covariance, scan.sensor_on_robot);
 		hypothesis.probability = likely[i].probability;
