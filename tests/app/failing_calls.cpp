@@ -2,8 +2,8 @@
 // Is preloaded into rawlog-localize and lets calls fail that seldom fail by themselves. The environment says which:
 // D2S1R_FAIL_READ=NAME:N    reads of files whose path ends like NAME fail from byte N on
 // D2S1R_FAIL_NEW=N          the N-th call of operator new throws, counted from when main() starts to catch signals
-// D2S1R_FAIL_MALLOC=LEAST:MOST:N  of the calls of malloc() and its kin for LEAST to MOST bytes, counted from then on,
-// the
+// D2S1R_FAIL_MALLOC=LEAST:MOST:N
+//                           of the calls of malloc() and its kin for LEAST to MOST bytes, counted from then on, the
 //                           N-th returns no memory; if N is 0, all do
 // D2S1R_HANG_RENAME=FILE    the first rename() makes FILE and never returns
 // D2S1R_COUNT=FILE          how many calls of operator new and of malloc() there were is written to FILE at the end

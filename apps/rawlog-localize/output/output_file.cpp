@@ -5,6 +5,7 @@
 
 #include <dirent.h>
 #include <fcntl.h>
+#include <logs/errors.h>
 #include <mrpt/io/CFileGZInputStream.h>
 #include <mrpt/serialization/CArchive.h>
 #include <sys/file.h>
@@ -131,9 +132,7 @@ void PendingFile::fail() const
 {
 	if (errno == ENOMEM) throw std::bad_alloc();
 	const std::string reason = errno ? std::strerror(errno) : "write error";
-	const bool is_out_of_descriptors = errno == EMFILE || errno == ENFILE;
-	const char* const advice = is_out_of_descriptors ? "allow the program more open files (ulimit -n)"
-	                                                 : "check the folder, its permissions and the disk";
+	const char* const advice = logs::advice_on(errno, "check the folder, its permissions and the disk");
 	throw UserError(kBadOutput, path_, "cannot be written (" + reason + "); " + advice);
 }
 

@@ -2,6 +2,7 @@
 #include "picture/canvas.h"
 
 #include <cairo.h>
+#include <nlohmann/json.hpp>
 
 #include <new>
 #include <stdexcept>
@@ -18,36 +19,11 @@ cairo_t* make_context(int width, int height)
 	return context;
 }
 
-/// Returns how many bytes the character of UTF-8 at byte `at` has; 0 if there is none.
-std::size_t length_of_character(const std::string& text, std::size_t at)
+/// Returns a text with U+FFFD for what is not UTF-8, which cairo takes for an error; names of files may hold any bytes.
+std::string with_utf8_only(const std::string& text)
 {
-	const auto byte = [&](std::size_t i) { return i < text.size() ? static_cast<unsigned char>(text[i]) : 0U; };
-	const unsigned first = byte(at), second = byte(at + 1);
-	const std::size_t length = first < 0x80   ? 1
-	                           : first < 0xC2 ? 0
-	                           : first < 0xE0 ? 2
-	                           : first < 0xF0 ? 3
-	                           : first < 0xF5 ? 4
-	                                          : 0;
-	for (std::size_t i = 1; i < length; i++)
-		if (byte(at + i) < 0x80 || byte(at + i) > 0xBF) return 0;
-	const bool is_too_long = (first == 0xE0 && second < 0xA0) || (first == 0xF0 && second < 0x90);
-	const bool is_none = (first == 0xED && second > 0x9F) || (first == 0xF4 && second > 0x8F);
-	return is_too_long || is_none ? 0 : length;
-}
-
-/// Returns a text with `?` for each byte that is not UTF-8, which cairo takes for an error; names of files may hold
-/// any.
-std::string with_utf8_only(std::string text)
-{
-	for (std::size_t i = 0, length = 0; i < text.size(); i += length)
-	{
-		length = length_of_character(text, i);
-		if (length > 0) continue;
-		text[i] = '?';
-		length = 1;
-	}
-	return text;
+	using nlohmann::json;
+	return json::parse(json(text).dump(-1, ' ', false, json::error_handler_t::replace)).get<std::string>();
 }
 
 void check_status(cairo_status_t status)

@@ -38,7 +38,7 @@ class Canvas
 	void cross(const Pixel& center, double radius, double width, const Color& color);
 	void rectangle(int left, int top, int width, int height, const Color& color);
 
-	/// \param left, middle [pixel] of the text, which is kTextHeight high; bytes of it that are not UTF-8 become `?`
+	/// \param left, middle [pixel] of the text, which is kTextHeight high; what is not UTF-8 in it becomes U+FFFD
 	void text(double left, double middle, const std::string& text, const Color& color);
 	double text_width(const std::string& text);  //!< [pixel]
 	static constexpr double kTextHeight = 22;    //!< [pixel]

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <filesystem>
 #include <set>
 #include <stdexcept>
@@ -132,16 +131,20 @@ Prior region_of(const YAML::Node& map)
 		try
 		{
 			numbers[i] = from_text<double>("region", corners[i].Scalar());
-			if (!std::isfinite(numbers[i])) throw std::runtime_error(expected);
 		}
 		catch (const std::invalid_argument&)
 		{
 			throw std::runtime_error(expected);
 		}
 	}
-	if (numbers[0] == numbers[2] || numbers[1] == numbers[3])
-		throw std::runtime_error("'region' is empty; give two opposite corners as [X0, Y0, X1, Y1] in m");
-	return make_prior(numbers[0], numbers[1], numbers[2], numbers[3]);
+	try
+	{
+		return make_prior(numbers[0], numbers[1], numbers[2], numbers[3]);
+	}
+	catch (const std::invalid_argument&)
+	{
+		throw std::runtime_error("'region' is empty or not finite; give two opposite corners, [X0, Y0, X1, Y1] in m");
+	}
 }
 
 /// Checks that a name can be written to tables and be part of a file's name.

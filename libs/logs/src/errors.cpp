@@ -56,12 +56,15 @@ std::string one_line(const std::exception& exception)
 	return "unknown error";
 }
 
+const char* advice_on(int error, const char* usual)
+{
+	return error == EMFILE || error == ENFILE ? "allow the program more open files (ulimit -n)" : usual;
+}
+
 LogError cannot_open(const std::string& file)
 {
 	if (errno == 0 || errno == ENOMEM) throw std::bad_alloc();  // zlib leaves errno alone when memory runs out
-	const bool is_out_of_descriptors = errno == EMFILE || errno == ENFILE;
-	const char* const advice =
-	    is_out_of_descriptors ? "allow the program more open files (ulimit -n)" : "check its permissions";
+	const char* const advice = advice_on(errno, "check its permissions");
 	return LogError(file, std::string("cannot be opened (") + std::strerror(errno) + "); " + advice);
 }
 }  // namespace d2s1r::logs

@@ -5,6 +5,7 @@
 #include "logs/errors.h"
 #include "rawlog_reader.h"
 #include "ros/ros_log.h"
+#include "text_file.h"
 
 #include <mrpt/obs/CObservationOdometry.h>
 

@@ -25,7 +25,7 @@ namespace d2s1r::logs
 namespace
 {
 /// Passes bytes on and keeps them. A read that comes short throws, because MRPT's archive would go on with garbage.
-class RecordingStream : public mrpt::io::CStream
+class RecordingStream : public InputStream
 {
    public:
 	RecordingStream(mrpt::io::CStream& source, std::vector<std::uint8_t>& bytes) : source_(source), bytes_(bytes) {}
@@ -34,16 +34,12 @@ class RecordingStream : public mrpt::io::CStream
 	{
 		const std::size_t got = read(buffer, count);
 		came_short_ = got != count;
-		at_clean_end_ = came_short_ && got == 0 && bytes_.empty();
+		at_clean_end_ = came_short_ && got == 0 && bytes_.empty() && !is_cut_;
 		if (came_short_) throw mrpt::serialization::CExceptionEOF("end of file");
 		const auto* first = static_cast<const std::uint8_t*>(buffer);
 		bytes_.insert(bytes_.end(), first, first + got);
 		return got;
 	}
-	std::size_t Write(const void*, std::size_t) override { throw std::logic_error("read-only stream"); }
-	std::uint64_t Seek(std::int64_t, TSeekOrigin) override { throw std::logic_error("stream without positions"); }
-	std::uint64_t getTotalBytesCount() const override { return source_.getTotalBytesCount(); }
-	std::uint64_t getPosition() const override { return bytes_.size(); }
 
 	bool came_short() const { return came_short_; }
 	bool at_clean_end() const { return at_clean_end_; }
@@ -62,12 +58,18 @@ class RecordingStream : public mrpt::io::CStream
 			read_error_ = error.what();
 			throw;
 		}
+		catch (const CutShort&)
+		{
+			is_cut_ = true;
+			return 0;
+		}
 	}
 
 	mrpt::io::CStream& source_;
 	std::vector<std::uint8_t>& bytes_;
 	bool came_short_ = false;
 	bool at_clean_end_ = false;  //!< [-] the file ended before the first byte of the object
+	bool is_cut_ = false;        //!< [-] packed data ended early
 	std::string read_error_;
 };
 
@@ -213,7 +215,7 @@ std::unique_ptr<mrpt::io::CStream> open_packed(const std::string& file)
 }
 
 /// Passes on the objects that were surveyed, and ends before one whose bytes are no longer the same.
-class SurveyedStream : public mrpt::io::CStream
+class SurveyedStream : public InputStream
 {
    public:
 	SurveyedStream(std::unique_ptr<mrpt::io::CStream> source, std::shared_ptr<const std::vector<ObjectSum>> objects)
@@ -229,10 +231,6 @@ class SurveyedStream : public mrpt::io::CStream
 		taken_ += taken;
 		return taken;
 	}
-	std::size_t Write(const void*, std::size_t) override { throw std::logic_error("read-only stream"); }
-	std::uint64_t Seek(std::int64_t, TSeekOrigin) override { throw std::logic_error("stream without positions"); }
-	std::uint64_t getTotalBytesCount() const override { return source_->getTotalBytesCount(); }
-	std::uint64_t getPosition() const override { return source_->getPosition(); }
 
 	/// Returns what is wrong if the stream ended before an object that is not the same any more; else an empty text.
 	const std::string& change() const { return change_; }

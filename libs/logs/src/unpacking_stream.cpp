@@ -39,6 +39,7 @@ class UnpackingStream : public InputStream
 			if (more == 0) break;
 			got += more;
 		}
+		if (got == 0 && count > 0 && is_within_part_) throw CutShort();
 		return got;
 	}
 
@@ -97,7 +98,7 @@ class UnpackingStream : public InputStream
 		{
 			if (begin_ == end_ && !fill()) return 0;
 			constexpr std::uint8_t kStart = 0x1f;  // of a part; gzip, too, ignores what else is behind the last one
-			if (is_after_part_ && block_[begin_] != kStart) return 0;
+			if (!is_within_part_ && block_[begin_] != kStart) return 0;
 			zip_.next_in = block_.data() + begin_;
 			zip_.avail_in = static_cast<uInt>(end_ - begin_);
 			const int state = inflate(&zip_, Z_SYNC_FLUSH);
@@ -107,7 +108,7 @@ class UnpackingStream : public InputStream
 				inflateReset(&zip_);  // another part may come after it
 			else if (state != Z_OK)
 				throw std::runtime_error("packed data is damaged");
-			is_after_part_ = state == Z_STREAM_END;
+			is_within_part_ = state != Z_STREAM_END;
 		}
 		return room - zip_.avail_out;
 	}
@@ -115,7 +116,7 @@ class UnpackingStream : public InputStream
 	int descriptor_;
 	bool follows_;
 	bool has_started_ = false, is_packed_ = false;
-	bool is_after_part_ = false;  //!< [-] a part that gzip packed has ended, and no other one has begun
+	bool is_within_part_ = false;  //!< [-] a part that gzip packed has begun and not ended
 	std::array<std::uint8_t, 1 << 16> block_{};
 	std::size_t begin_ = 0, end_ = 0;  //!< [byte] of what is still to be used in the block
 	z_stream zip_ = {};

@@ -26,9 +26,16 @@ class ReadError : public std::runtime_error
 	using std::runtime_error::runtime_error;
 };
 
+/// Says that a part that gzip packed ends early.
+class CutShort : public std::runtime_error
+{
+   public:
+	CutShort() : std::runtime_error("packed data is not whole") {}
+};
+
 /// Returns what comes from a pipe or a file, unpacked if gzip has packed it. A read waits until there is something, but
-/// not until its buffer is full, as the readers of zlib and MRPT do. Unlike these it tells damage, a read that failed
-/// (ReadError) and memory that ran out (std::bad_alloc) apart.
+/// not until its buffer is full, as the readers of zlib and MRPT do. Unlike these it tells damage, a part that ends
+/// early (CutShort), a read that failed (ReadError) and memory that ran out (std::bad_alloc) apart.
 /// \param descriptor is closed with the stream
 /// \param follows whether to wait for more at the end of the file
 std::unique_ptr<InputStream> unpack(int descriptor, bool follows);

@@ -113,6 +113,9 @@ TEST_F(SurveyOfRawlog, ReadsAllPackedPartsAndIgnoresWhatIsBehindThem)
 		EXPECT_EQ(count_objects(log), 3U) << behind;
 	}
 	EXPECT_NE(survey(parts.substr(0, 60)).damage.find("cut short"), std::string::npos);
+	const std::string one = packed(scan_of("front"));
+	EXPECT_NE(survey(one.substr(0, one.size() - 8)).damage.find("damaged after object 1"), std::string::npos)
+	    << "only what gzip checks it by is missing";
 	EXPECT_NE(survey(packed(scan_of("front")) + "\x1f\x8b\x08?damaged").damage, "");
 }
 

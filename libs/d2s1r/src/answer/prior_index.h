@@ -41,12 +41,11 @@ class PriorIndex
 
 	bool anywhere_;
 	double margin_;
-	PoseBox reached_;    //!< what all boxes together reach
-	PoseBox area_;       //!< of all squares: the part of what the boxes reach that will be asked for
-	int per_side_ = 0;   //!< [squares] along x and along y; 0 if there are none
-	double size_x_ = 0;  //!< [m] of a square
-	double size_y_ = 0;  //!< [m] of a square
-	std::vector<std::uint64_t>
-	    headings_;  //!< by square, row by row: a bit for each sector that some box allows a part of
+	PoseBox reached_;                      //!< what all boxes together reach
+	PoseBox area_;                         //!< of all squares: the part of what the boxes reach that will be asked for
+	int per_side_ = 0;                     //!< [squares] along x and along y; 0 if there are none
+	double size_x_ = 0;                    //!< [m] of a square
+	double size_y_ = 0;                    //!< [m] of a square
+	std::vector<std::uint64_t> headings_;  //!< by square, row by row: a bit for each sector that may be allowed
 };
 }  // namespace d2s1r

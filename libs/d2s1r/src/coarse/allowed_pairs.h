@@ -21,8 +21,8 @@ inline double distinct_yaw(const RangeProfiles& profiles)
 	return 3 * 2 * M_PI / profiles.directions;
 }
 
-/// Tells which pairs of position and yaw shift a prior of the robot's pose allows, to a sample's square and the yaw
-/// of distinct candidates. It refers to its arguments.
+/// Tells which pairs of position and yaw shift a prior of the robot's pose may allow, to a sample's square and the yaw
+/// of distinct candidates, and to a square of PriorIndex. It refers to its arguments.
 class AllowedPairs
 {
    public:

@@ -252,7 +252,7 @@ Decision decide(const Scan& scan, const std::vector<Place>& places, const std::v
 	for (std::size_t i = 0; i < likely.size() && result.maps.size() < most; i++)
 	{
 		const Place& place = *likely[i].place;
-		if (i > 0 && place.covariance.isZero(0)) continue;  // it was not among the best before others took their place
+		if (i > 0 && place.covariance.isZero(0)) continue;  // of merged lists, not among the best of its own
 		const mrpt::math::CMatrixDouble33 covariance(place.covariance);
 		Hypothesis hypothesis = hypothesis_of_sensor(place.pose, covariance, scan.sensor_on_robot);
 		hypothesis.probability = likely[i].probability;

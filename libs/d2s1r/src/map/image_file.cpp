@@ -1,4 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "map/map_image.h"
+
 #include <d2s1r/version.h>
 #include <mrpt/core/format.h>
 
@@ -16,7 +18,6 @@
 #include <utility>
 
 #include "base/file_text.h"
-#include "map/map_image.h"
 #include "map/occupancy_map.h"
 
 namespace d2s1r
@@ -326,21 +327,7 @@ mrpt::img::CImage decode_pnm(const std::string& bytes)
 	}
 	return image;
 }
-}  // namespace
 
-double memory_to_decode(const std::string& bytes)
-{
-	using namespace std::string_view_literals;
-	if (starts_with(bytes, "\x89PNG\r\n\x1a\n"sv)) return check_png(bytes);
-	if (starts_with(bytes, "\xFF\xD8\xFF"sv)) return check_jpeg(bytes);
-	if (starts_with(bytes, "BM"sv)) return check_bmp(bytes);
-	if (starts_with(bytes, "II\x2a\0"sv) || starts_with(bytes, "MM\0\x2a"sv)) return check_tiff(bytes);
-	if (is_pnm(bytes)) return check_pnm(bytes);
-	refuse_as_undecodable();
-}
-
-namespace
-{
 /// Unpacks an image by the decoder that MRPT uses. Returns nothing if that fails, whose reason decoders do not tell.
 std::optional<mrpt::img::CImage> decode(const std::string& file)
 {
@@ -366,6 +353,17 @@ void check_memory(double memory)
 	::operator delete(::operator new(static_cast<std::size_t>(memory)));
 }
 }  // namespace
+
+double memory_to_decode(const std::string& bytes)
+{
+	using namespace std::string_view_literals;
+	if (starts_with(bytes, "\x89PNG\r\n\x1a\n"sv)) return check_png(bytes);
+	if (starts_with(bytes, "\xFF\xD8\xFF"sv)) return check_jpeg(bytes);
+	if (starts_with(bytes, "BM"sv)) return check_bmp(bytes);
+	if (starts_with(bytes, "II\x2a\0"sv) || starts_with(bytes, "MM\0\x2a"sv)) return check_tiff(bytes);
+	if (is_pnm(bytes)) return check_pnm(bytes);
+	refuse_as_undecodable();
+}
 
 mrpt::img::CImage read_image(const std::string& file)
 {

@@ -1,4 +1,5 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "map/map_image.h"
 
 #include <yaml-cpp/yaml.h>
 
@@ -9,7 +10,6 @@
 #include "base/checked_value.h"
 #include "base/file_text.h"
 #include "base/ini_text.h"
-#include "map/map_image.h"
 
 namespace d2s1r
 {

@@ -28,6 +28,9 @@ bool is_out_of_memory(const std::exception& exception);
 /// Returns the first meaningful line of an exception's text, printable and without MRPT's call stacks.
 std::string one_line(const std::exception& exception);
 
+/// Returns what to do about an error number of the system: `usual`, or to allow more open files if that is it.
+const char* advice_on(int error, const char* usual);
+
 /// Returns the error that a file cannot be opened, with the reason in errno. \throws std::bad_alloc if that is memory
 LogError cannot_open(const std::string& file);
 }  // namespace d2s1r::logs
