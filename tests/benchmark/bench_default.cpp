@@ -3,6 +3,9 @@
 #include <benchmark/benchmark.h>
 #include <d2s1r/localizer.h>
 
+#include <cmath>
+#include <random>
+
 #include "coarse/coarse_search.h"
 #include "default_localizer.h"
 #include "fine/decision.h"
@@ -59,6 +62,37 @@ void localize(::benchmark::State& state, const std::string& site, const std::str
 		successes += !result.hypotheses.empty() && is_success(result.best().pose.asTPose(), query.truth) ? 1 : 0;
 	}
 	state.counters["success"] = static_cast<double>(successes) / static_cast<double>(i);
+}
+
+/// The right place and `boxes` others of up to 2 m at random, each of one heading and 0.5 rad to either side; 0:
+/// anywhere.
+void localize_with_prior(::benchmark::State& state, const std::string& site, int boxes)
+{
+	if (!is_there(state, site)) return;
+	const Localizer localizer(site_map(site));
+	const Grid& grid = localizer.grid();
+	const auto queries = site_queries(site, "test", {});
+	std::mt19937 random(1);
+	const auto between = [&](double least, double greatest)
+	{ return std::uniform_real_distribution<double>(least, greatest)(random); };
+	std::vector<Prior> priors(20);
+	for (std::size_t i = 0; boxes > 0 && i < priors.size(); i++)
+	{
+		const auto add = [&](double x, double y, double yaw) {
+			priors[i].boxes.push_back({x, x + between(0, 2), y, y + between(0, 2), yaw, 0.5});
+		};
+		const auto& truth = queries[i * 7 % queries.size()].truth;
+		add(truth.x - 0.1, truth.y - 0.1, truth.phi);
+		for (int box = 0; box < boxes; box++)
+			add(grid.origin_x + between(0, grid.width * grid.cell_size),
+			    grid.origin_y + between(0, grid.height * grid.cell_size), between(-M_PI, M_PI));
+	}
+	std::size_t i = 0;
+	for ([[maybe_unused]] auto _ : state)
+	{
+		const std::size_t query = i++ % priors.size();
+		::benchmark::DoNotOptimize(localizer.localize(queries[query * 7 % queries.size()].scan, {priors[query], 0}));
+	}
 }
 
 /// The stages of one query, each on the results of the one before.
@@ -144,6 +178,10 @@ BENCHMARK_CAPTURE(refine_and_decide, decide_intel, "intel", true)->Unit(::benchm
 BENCHMARK_CAPTURE(localize, intel_test, "intel", "test")->Unit(::benchmark::kMillisecond)->Iterations(100);
 BENCHMARK_CAPTURE(localize, fr079_test, "fr079", "test")->Unit(::benchmark::kMillisecond)->Iterations(100);
 BENCHMARK_CAPTURE(localize, mit_killian_test, "mit_killian", "test")->Unit(::benchmark::kMillisecond)->Iterations(60);
+BENCHMARK_CAPTURE(localize_with_prior, fr079_anywhere, "fr079", 0)->Unit(::benchmark::kMillisecond)->Iterations(100);
+BENCHMARK_CAPTURE(localize_with_prior, fr079_125, "fr079", 125)->Unit(::benchmark::kMillisecond)->Iterations(100);
+BENCHMARK_CAPTURE(localize_with_prior, fr079_5000, "fr079", 5000)->Unit(::benchmark::kMillisecond)->Iterations(100);
+BENCHMARK_CAPTURE(localize_with_prior, fr079_50000, "fr079", 50000)->Unit(::benchmark::kMillisecond)->Iterations(20);
 BENCHMARK_CAPTURE(localize, mit_killian_sim360_off, "mit_killian", "sim360_off")
     ->Unit(::benchmark::kMillisecond)
     ->Iterations(60);
