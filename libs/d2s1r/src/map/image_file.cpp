@@ -41,7 +41,7 @@ std::string read_bytes(const std::string& file)
 		    1e-9 * static_cast<double>(size), 1e-9 * kMostImageMemory));
 	try
 	{
-		const std::string bytes = read_text(file);
+		std::string bytes = read_text(file);
 		if (!bytes.empty()) return bytes;
 	}
 	catch (const std::runtime_error& reason)
