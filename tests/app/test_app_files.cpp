@@ -151,6 +151,7 @@ TEST_F(AppFiles, TheIndexIsKeptInItsFile)
 	    {path("a.gridmap.gz") + ": is the input of --map", "name another file"});
 	EXPECT_EQ(read_file(path("a.gridmap.gz")), map);
 	write_file(path("notes.txt"), "not an index");
+	save_gridmap(make_picture_grid({"####", "####"}, 0.05), path("a.gridmap.gz"));  // refused later
 	expect_refusal(
 	    words({"-o", path("new"), "--index", path("notes.txt")}), 3, {path("notes.txt"), "exists and is not"});
 	EXPECT_EQ(read_file(path("notes.txt")), "not an index");

@@ -192,16 +192,21 @@ IndexedMap load_or_build_map(const Flags& flags, const Parameters& parameters, C
 	if (!fingerprint) return {{}, build_map(flags, parameters, console), {}};
 	IndexedMap result = load_index(flags, *fingerprint, parameters);
 	if (result.map) return result;
-	check_writable(flags.index);  // before time is spent on what could not be saved
+	const auto to_index = [&](const auto& write)
+	{
+		try
+		{
+			write();
+		}
+		catch (const std::runtime_error& error)
+		{
+			throw about(flags.index, kBadOutput, error);
+		}
+	};
+	check_writable(flags.index);
+	to_index([&] { Localizer::check_savable(flags.index); });  // before time is spent on what could not be saved
 	result.map = build_map(flags, parameters, console);
-	try
-	{
-		result.map->localizer().save(flags.index, *fingerprint);
-	}
-	catch (const std::runtime_error& error)
-	{
-		throw about(flags.index, kBadOutput, error);
-	}
+	to_index([&] { result.map->localizer().save(flags.index, *fingerprint); });
 	return result;
 }
 

@@ -215,6 +215,11 @@ void Localizer::save(const std::string& file, std::uint64_t map_fingerprint) con
 	writer.commit({map_fingerprint, fingerprint_of_index(index_->parameters)});
 }
 
+void Localizer::check_savable(const std::string& file)
+{
+	const IndexWriter tried(file);
+}
+
 Localizer::~Localizer() = default;
 Localizer::Localizer(Localizer&&) noexcept = default;
 Localizer& Localizer::operator=(Localizer&&) noexcept = default;

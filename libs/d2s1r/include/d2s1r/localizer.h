@@ -59,6 +59,10 @@ class Localizer
 	/// \throws std::runtime_error naming the file if it cannot be written, or exists and is no saved index
 	void save(const std::string& file, std::uint64_t map_fingerprint) const;
 
+	/// Checks that save() could write this file, so that a program can tell before it builds an index.
+	/// \throws std::runtime_error as save() would before it has written anything
+	static void check_savable(const std::string& file);
+
 	/// Answers where a scan was taken. It never throws because of the scan: Localization::status tells.
 	/// \throws std::invalid_argument if `query` holds a prior and the method is kPaper, which searches everywhere, or a
 	///         time budget below 0

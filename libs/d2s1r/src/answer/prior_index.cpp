@@ -14,7 +14,7 @@ constexpr int kSectors = 64;                     //!< [-] of headings in [-pi, p
 constexpr double kSector = 2 * M_PI / kSectors;  //!< [rad]
 constexpr double kTiny = 1e-6;                   //!< [m] or [rad]: more than numbers are rounded by
 constexpr int kMostPerSide = 256;                //!< [squares]
-constexpr std::size_t kMostSquares = 50'000;     //!< [-] of all boxes together, or four a box: it bounds the time
+constexpr double kMostSquares = 50'000;          //!< [-] of all boxes together, or four a box: it bounds the time
 
 /// Returns bits `first` to `last`; those beyond the last sector go on at the first.
 std::uint64_t sectors_between(double first, double last)
@@ -37,18 +37,7 @@ std::uint64_t sectors_of(const PoseBox& box, double yaw_margin)
 	const double yaw = mrpt::math::wrapToPi(box.yaw) + M_PI;
 	return sectors_between(std::floor((yaw - reach) / kSector), std::floor((yaw + reach) / kSector));
 }
-
-std::uint64_t sector_of(double yaw)
-{
-	const auto sector = static_cast<int>(std::floor((mrpt::math::wrapToPi(yaw) + M_PI) / kSector));
-	return std::uint64_t{1} << std::clamp(sector, 0, kSectors - 1);
-}
 }  // namespace
-
-std::size_t PriorIndex::Squares::count() const
-{
-	return static_cast<std::size_t>(past_x - first_x) * static_cast<std::size_t>(past_y - first_y);
-}
 
 PriorIndex::PriorIndex(const Prior& prior, const PoseBox& area, double margin, double yaw_margin)
     : anywhere_(prior.anywhere()), margin_(margin), reached_{INFINITY, -INFINITY, INFINITY, -INFINITY}
@@ -64,69 +53,78 @@ PriorIndex::PriorIndex(const Prior& prior, const PoseBox& area, double margin, d
 	    std::max(area.least_x, reached_.least_x), std::min(area.greatest_x, reached_.greatest_x),
 	    std::max(area.least_y, reached_.least_y), std::min(area.greatest_y, reached_.greatest_y)};
 	const double side_x = area_.greatest_x - area_.least_x, side_y = area_.greatest_y - area_.least_y;
-	if (anywhere_ || !(side_x > 0 && side_y > 0 && std::isfinite(side_x + side_y))) return;
-	const std::size_t most = std::max(kMostSquares, 4 * prior.boxes.size());
-	int per_side = kMostPerSide;
-	while (choose_squares(prior, per_side) > most && per_side > 1) per_side /= 2;
+	if (anywhere_ || !(side_x > kTiny && side_y > kTiny && std::isfinite(side_x + side_y))) return;
+	per_side_ = choose_per_side(prior);
+	per_meter_x_ = per_side_ / side_x;
+	per_meter_y_ = per_side_ / side_y;
 	headings_.assign(static_cast<std::size_t>(per_side_) * static_cast<std::size_t>(per_side_), 0);
 	for (const PoseBox& box : prior.boxes)
 	{
-		const std::uint64_t sectors = sectors_of(box, yaw_margin);
 		const Squares its = squares_of(box);
+		if (its.first_x == its.past_x || its.first_y == its.past_y) continue;
+		const std::uint64_t sectors = sectors_of(box, yaw_margin);
 		for (int y = its.first_y; y < its.past_y; y++)
 			for (int x = its.first_x; x < its.past_x; x++)
 				headings_[static_cast<std::size_t>(y * per_side_ + x)] |= sectors;
 	}
 }
 
-/// \return how many squares the boxes reach into, each counted on its own
-std::size_t PriorIndex::choose_squares(const Prior& prior, int per_side)
+/// Returns so many squares along x and along y that the boxes reach into about as many, each counted on its own, as
+/// there may be.
+int PriorIndex::choose_per_side(const Prior& prior) const
 {
-	per_side_ = per_side;
-	size_x_ = (area_.greatest_x - area_.least_x) / per_side;
-	size_y_ = (area_.greatest_y - area_.least_y) / per_side;
-	std::size_t count = 0;
-	for (const PoseBox& box : prior.boxes) count += squares_of(box).count();
-	return count;
+	const double area_x = area_.greatest_x - area_.least_x, area_y = area_.greatest_y - area_.least_y;
+	double sides_x = 0, sides_y = 0, areas = 0;  // of all boxes, as parts of the sides and of the area
+	for (const PoseBox& box : prior.boxes)
+	{
+		const double x =
+		    std::min(box.greatest_x + margin_, area_.greatest_x) - std::max(box.least_x - margin_, area_.least_x);
+		const double y =
+		    std::min(box.greatest_y + margin_, area_.greatest_y) - std::max(box.least_y - margin_, area_.least_y);
+		if (!(x >= 0 && y >= 0)) continue;
+		sides_x += x / area_x;
+		sides_y += y / area_y;
+		areas += x / area_x * (y / area_y);
+	}
+	const auto boxes = static_cast<double>(prior.boxes.size());
+	const auto squares = [&](int n) { return areas * n * n + (sides_x + sides_y) * n + boxes; };
+	int per_side = kMostPerSide;
+	while (squares(per_side) > std::max(kMostSquares, 4 * boxes) && per_side > 1) per_side /= 2;
+	return per_side;
 }
 
 PriorIndex::Squares PriorIndex::squares_of(const PoseBox& box) const
 {
-	const auto index = [this](double offset, double size)
-	{ return std::fmax(-1, std::fmin(std::floor(offset / size), per_side_)); };
-	const auto column = [&](double x) { return index(x - area_.least_x, size_x_); };
-	const auto row = [&](double y) { return index(y - area_.least_y, size_y_); };
-	const auto first = [](double number) { return std::max(0, static_cast<int>(number)); };
-	const auto past = [this](double number) { return std::min(per_side_, static_cast<int>(number) + 1); };
+	const auto square = [this](double offset, double per_meter)
+	{ return static_cast<int>(1 + std::max(-1.0, std::min<double>(per_side_, offset * per_meter))) - 1; };
+	const auto column = [&](double x) { return square(x - area_.least_x, per_meter_x_); };
+	const auto row = [&](double y) { return square(y - area_.least_y, per_meter_y_); };
 	const double reach = margin_ + kTiny;
 	Squares squares{
-	    first(column(box.least_x - reach)), first(row(box.least_y - reach)), past(column(box.greatest_x + reach)),
-	    past(row(box.greatest_y + reach))};
+	    std::max(0, column(box.least_x - reach)), std::max(0, row(box.least_y - reach)),
+	    std::min(per_side_, column(box.greatest_x + reach) + 1), std::min(per_side_, row(box.greatest_y + reach) + 1)};
 	squares.past_x = std::max(squares.first_x, squares.past_x);
 	squares.past_y = std::max(squares.first_y, squares.past_y);
 	return squares;
 }
 
-/// Returns the sectors of headings that may be allowed at a position; all of them where nothing is known.
 std::uint64_t PriorIndex::headings_at(double x, double y) const
 {
 	if (anywhere_) return ~std::uint64_t{0};
-	if (!reached_.contains_position(x, y)) return 0;
-	if (per_side_ == 0 || !area_.contains_position(x, y)) return ~std::uint64_t{0};
-	const auto place = [this](double offset, double size)
-	{ return std::clamp(static_cast<int>(offset / size), 0, per_side_ - 1); };
-	return headings_[static_cast<std::size_t>(
-	    place(y - area_.least_y, size_y_) * per_side_ + place(x - area_.least_x, size_x_))];
+	if (per_side_ > 0 && area_.contains_position(x, y))
+	{
+		const auto place = [this](double offset, double per_meter)
+		{ return std::min(static_cast<int>(offset * per_meter), per_side_ - 1); };
+		return headings_[static_cast<std::size_t>(
+		    place(y - area_.least_y, per_meter_y_) * per_side_ + place(x - area_.least_x, per_meter_x_))];
+	}
+	return reached_.contains_position(x, y) ? ~std::uint64_t{0} : 0;
 }
 
-bool PriorIndex::may_allow(const mrpt::math::TPose2D& robot) const
+std::uint64_t PriorIndex::sector_of(double yaw)
 {
-	const std::uint64_t headings = headings_at(robot.x, robot.y);
-	return headings != 0 && (!std::isfinite(robot.phi) || (headings & sector_of(robot.phi)) != 0);
-}
-
-bool PriorIndex::may_allow_position(double x, double y) const
-{
-	return headings_at(x, y) != 0;
+	if (!std::isfinite(yaw)) return ~std::uint64_t{0};
+	const auto sector = static_cast<int>(std::floor((mrpt::math::wrapToPi(yaw) + M_PI) / kSector));
+	return std::uint64_t{1} << std::clamp(sector, 0, kSectors - 1);
 }
 }  // namespace d2s1r

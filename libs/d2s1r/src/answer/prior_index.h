@@ -21,22 +21,26 @@ class PriorIndex
 	PriorIndex(const Prior& prior, const PoseBox& area, double margin, double yaw_margin);
 
 	/// Returns true if Prior::allows() does, and for a pose less than a square or a sector beside as a rule, too.
-	bool may_allow(const mrpt::math::TPose2D& robot) const;
+	bool may_allow(const mrpt::math::TPose2D& robot) const { return may_allow(robot.x, robot.y, sector_of(robot.phi)); }
+	/// The same for a position (x, y) and a sector, for who asks for many positions with few headings.
+	bool may_allow(double x, double y, std::uint64_t sector) const { return (headings_at(x, y) & sector) != 0; }
 
 	/// Returns true if Prior::allows_position() does, and for a position less than a square beside as a rule, too.
-	bool may_allow_position(double x, double y) const;
+	bool may_allow_position(double x, double y) const { return headings_at(x, y) != 0; }
+
+	/// Returns the sector of a heading [rad]: a number with one bit; all bits for a heading that is no number.
+	static std::uint64_t sector_of(double yaw);
 
    private:
 	/// The squares that a widened box reaches into.
 	struct Squares
 	{
 		int first_x = 0, first_y = 0, past_x = 0, past_y = 0;
-
-		std::size_t count() const;
 	};
 
-	std::size_t choose_squares(const Prior& prior, int per_side);
+	int choose_per_side(const Prior& prior) const;
 	Squares squares_of(const PoseBox& box) const;
+	/// Returns the sectors of headings that may be allowed at a position; all of them where nothing is known.
 	std::uint64_t headings_at(double x, double y) const;
 
 	bool anywhere_;
@@ -44,8 +48,8 @@ class PriorIndex
 	PoseBox reached_;                      //!< what all boxes together reach
 	PoseBox area_;                         //!< of all squares: the part of what the boxes reach that will be asked for
 	int per_side_ = 0;                     //!< [squares] along x and along y; 0 if there are none
-	double size_x_ = 0;                    //!< [m] of a square
-	double size_y_ = 0;                    //!< [m] of a square
+	double per_meter_x_ = 0;               //!< [squares/m]
+	double per_meter_y_ = 0;               //!< [squares/m]
 	std::vector<std::uint64_t> headings_;  //!< by square, row by row: a bit for each sector that may be allowed
 };
 }  // namespace d2s1r

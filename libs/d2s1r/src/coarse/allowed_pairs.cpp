@@ -1,6 +1,8 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "coarse/allowed_pairs.h"
 
+#include <mrpt/math/TPose2D.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -35,14 +37,17 @@ AllowedPairs::AllowedPairs(const RangeProfiles& profiles, const Prior& prior, co
 	if (anywhere_) return;
 	const mrpt::math::TPose2D robot_on_sensor = mrpt::math::TPose2D() - scan.sensor_on_robot;
 	for (int shift = 0; shift < profiles.directions; shift++)
-		robot_on_position_.push_back(mrpt::math::TPose2D(0, 0, profiles.yaw_of(shift)) + robot_on_sensor);
+	{
+		const mrpt::math::TPose2D robot = mrpt::math::TPose2D(0, 0, profiles.yaw_of(shift)) + robot_on_sensor;
+		robot_on_position_.push_back({robot.x, robot.y, PriorIndex::sector_of(robot.phi)});
+	}
 }
 
 bool AllowedPairs::prior_allows(const Pair& pair) const
 {
 	const auto i = static_cast<std::size_t>(pair.position);
-	const mrpt::math::TPose2D& robot = robot_on_position_[static_cast<std::size_t>(pair.shift)];
-	return prior_.may_allow({profiles_.x(i) + robot.x, profiles_.y(i) + robot.y, robot.phi});
+	const Robot& robot = robot_on_position_[static_cast<std::size_t>(pair.shift)];
+	return prior_.may_allow(profiles_.x(i) + robot.x, profiles_.y(i) + robot.y, robot.sector);
 }
 
 bool AllowedPairs::prior_allows_any(const Pair& of_group) const

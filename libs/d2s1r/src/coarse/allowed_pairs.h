@@ -3,7 +3,6 @@
 
 #include <d2s1r/prior.h>
 #include <d2s1r/scan.h>
-#include <mrpt/math/TPose2D.h>
 
 #include <cmath>
 #include <cstdint>
@@ -42,13 +41,20 @@ class AllowedPairs
 	std::vector<std::uint64_t> groups() const;
 
    private:
+	/// Where the robot is, and the sector of PriorIndex that it heads for.
+	struct Robot
+	{
+		double x, y;  //!< [m]
+		std::uint64_t sector;
+	};
+
 	bool prior_allows(const Pair& pair) const;
 	bool prior_allows_any(const Pair& of_group) const;
 
 	const RangeProfiles& profiles_;
 	bool anywhere_;
-	std::vector<mrpt::math::TPose2D> robot_on_position_;  //!< by shift: the robot if the sensor is at (0, 0)
-	PriorIndex prior_;                                    //!< widened to a sample's square and the yaws beside a shift
-	PriorIndex prior_of_sensor_;                          //!< widened by the distance from robot to sensor, too
+	std::vector<Robot> robot_on_position_;  //!< by shift: the robot if the sensor is at (0, 0)
+	PriorIndex prior_;                      //!< widened to a sample's square and the yaws beside a shift
+	PriorIndex prior_of_sensor_;            //!< widened by the distance from robot to sensor, too
 };
 }  // namespace d2s1r

@@ -145,8 +145,17 @@ mrpt::serialization::CSerializable::Ptr read_object(const std::string& file)
 
 COccupancyGridMap2D::Ptr load_serialized(const std::string& file, const GridParameters& parameters)
 {
-	MapHeader(file).check();
-	const auto object = read_object(file);
+	mrpt::serialization::CSerializable::Ptr object;
+	try
+	{
+		MapHeader(file).check();
+		object = read_object(file);
+	}
+	catch (const std::runtime_error&)
+	{
+		read_text(file);  // says so if a read error was taken for the end of the file
+		throw;
+	}
 	if (!object) throw std::runtime_error("holds an empty object, not a map; save the map again");
 	return grid_of(*object, parameters);
 }
