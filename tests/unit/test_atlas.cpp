@@ -350,6 +350,8 @@ TEST(AtlasFile, SaysWhatIsWrong)
 	    refused("maps: {a: {file: b, region: [0, 0, 0, 0]}}\n").find("map 'a': 'region' is empty"), std::string::npos);
 	EXPECT_NE(refused("maps: {a: {file: b.png}}\n").find("map 'a': 'file' names an image"), std::string::npos);
 	EXPECT_NE(refused("maps: {a/b: {file: b}}\n").find("slashes"), std::string::npos);
+	EXPECT_NE(refused("maps: {\"a\\u009B31m\": {file: b}}\n").find("control characters"), std::string::npos);
+	EXPECT_NE(refused("maps: {a: {file: b, file: c}}\n").find("map 'a': the key 'file' is given"), std::string::npos);
 	EXPECT_NE(refused("maps:\n  a: {file: b}\n  a: {file: c}\n").find("'a' is there twice"), std::string::npos);
 	EXPECT_NE(refused("maps: {a: {file: [b]}}\n").find("'file' is not a text"), std::string::npos);
 	EXPECT_NE(refused("maps: {a: {file: \"b\\0c\"}}\n").find("'file' is not a text"), std::string::npos);
@@ -358,6 +360,10 @@ TEST(AtlasFile, SaysWhatIsWrong)
 	    refused("maps: {a: {file: b, config: pipe}}\n").find("'config' names a folder, a dev"), std::string::npos);
 	EXPECT_FALSE(is_atlas(folder.write("map.yaml", "image: map.png\n")));
 	EXPECT_FALSE(is_atlas(folder.path("missing.yaml")));
+	ASSERT_EQ(mkfifo(folder.path("pipe.yaml").c_str(), 0600), 0);
+	EXPECT_FALSE(is_atlas(folder.path("pipe.yaml"))) << "nor is a pipe waited for, or a device read";
+	std::filesystem::create_symlink("/dev/zero", folder.path("zero.yaml"));
+	EXPECT_FALSE(is_atlas(folder.path("zero.yaml")));
 }
 
 TEST(AtlasFile, IsLoadedWithTheParametersOfEachMap)

@@ -166,6 +166,30 @@ TEST_P(IndexFile, SavingReplacesNothingButIndexes)
 	EXPECT_EQ(files, 2U) << "no unfinished file is left";
 }
 
+TEST_P(IndexFile, AFileThatMayNotBeReadIsNotReplaced)
+{
+	const std::string locked = folder_.write("locked.index", "a secret");
+	std::filesystem::permissions(folder_.path(""), std::filesystem::perms::all);
+	std::filesystem::permissions(locked, std::filesystem::perms::none);
+	{
+		const OrdinaryUser user;
+		EXPECT_NE(
+		    message_of<std::runtime_error>([&] { built_.save(locked, kMap); }).find("that can be read"),
+		    std::string::npos);
+	}
+	std::filesystem::permissions(locked, std::filesystem::perms::owner_read);
+	EXPECT_EQ(read_bytes(locked), "a secret");
+}
+
+TEST_P(IndexFile, ALinkStaysALink)
+{
+	const std::string link = folder_.path("link.index");
+	std::filesystem::create_symlink(file_, link);
+	built_.save(link, kMap);
+	EXPECT_TRUE(std::filesystem::is_symlink(link));
+	EXPECT_EQ(refusal(), "");
+}
+
 TEST_P(IndexFile, APipeIsNeitherWaitedForNorReplaced)
 {
 	const std::string pipe = folder_.path("pipe");

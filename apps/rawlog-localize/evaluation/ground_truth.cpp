@@ -49,15 +49,23 @@ std::optional<double> parse_number(const std::string& text)
 	return value;
 }
 
-/// Parses a line of numbers with blanks between them, whose count tells what they are.
-std::optional<TimedPose> parse_line(const std::string& line)
+/// Returns the numbers of a line with blanks between them; none if anything else is there.
+std::vector<double> parse_numbers(const std::string& line)
 {
 	std::istringstream text(line);
 	std::vector<double> values;
-	for (double value = 0; text >> value;) values.push_back(value);
-	if (!text.eof()) return std::nullopt;
-	for (const double value : values)
-		if (!std::isfinite(value)) return std::nullopt;
+	for (std::string word; text >> word;)
+	{
+		const auto value = parse_number(word);
+		if (!value) return {};
+		values.push_back(*value);
+	}
+	return values;
+}
+
+/// Returns the pose that numbers are, whose count tells the layout of the line; no value if there is none like that.
+std::optional<TimedPose> pose_of(const std::vector<double>& values)
+{
 	TimedPose pose;
 	if (values.size() == 4) pose.pose.phi = values[3];
 	if (values.size() == 7) pose.pose.phi = values[4];
@@ -179,13 +187,8 @@ class TruthReader
 		if (is_comment) return;
 		if (columns_)
 			read_row(split(line, ','));
-		else if (const auto pose = parse_line(line))
-			truth_.push_back(*pose);
 		else
-			throw_wrong_line(
-			    file_, number_,
-			    "is neither 'time x y phi' nor 'time x y z yaw pitch roll' nor 'time x y z qx qy qz qw', and no line "
-			    "above names columns with commas between them");
+			read_numbers(parse_numbers(line));
 	}
 
 	const GroundTruth& truth() const { return truth_; }
@@ -196,12 +199,38 @@ class TruthReader
 		if (columns_->is_empty(row)) return;
 		const auto pose = columns_->parse_row(row);
 		if (!pose) throw_wrong_line(file_, number_, "lacks a number in a column of the pose");
-		truth_.push_back(*pose);
+		add(*pose);
+	}
+
+	void read_numbers(const std::vector<double>& numbers)
+	{
+		const auto pose = pose_of(numbers);
+		if (!pose)
+			throw_wrong_line(
+			    file_, number_,
+			    "is neither 'time x y phi' nor 'time x y z yaw pitch roll' nor 'time x y z qx qy qz qw', and no line "
+			    "above names columns with commas between them");
+		if (truth_.empty()) numbers_of_line_ = numbers.size();
+		if (numbers.size() != numbers_of_line_)
+			throw_wrong_line(
+			    file_, number_,
+			    "has " + std::to_string(numbers.size()) + " numbers, and the lines above have " +
+			        std::to_string(numbers_of_line_));
+		add(*pose);
+	}
+
+	void add(const TimedPose& pose)
+	{
+		constexpr double kFarthest = 1e7;  // [m] a quarter of the way around the earth
+		if (!(std::abs(pose.pose.x) <= kFarthest && std::abs(pose.pose.y) <= kFarthest))
+			throw_wrong_line(file_, number_, "has a position that is more than 10,000 km from the origin of the map");
+		truth_.push_back(pose);
 	}
 
 	std::string file_;
 	int number_ = 0;
-	std::optional<Columns> columns_;  //!< if the file has names of columns
+	std::size_t numbers_of_line_ = 0;  //!< if the file has no names of columns
+	std::optional<Columns> columns_;   //!< if the file has names of columns
 	GroundTruth truth_;
 };
 }  // namespace

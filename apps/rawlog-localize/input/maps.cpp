@@ -153,7 +153,12 @@ std::optional<std::uint64_t> fingerprint_of(const Flags& flags)
 {
 	try
 	{
-		return fingerprint_of_map(flags.map, flags.image);
+		return read_interruptibly(
+		    flags.map, [map = flags.map, image = flags.image] { return fingerprint_of_map(map, image); });
+	}
+	catch (const UserError&)
+	{
+		throw;  // interrupted
 	}
 	catch (const std::exception&)
 	{

@@ -1,7 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include <d2s1r/atlas.h>
 #include <d2s1r/map_io.h>
-#include <yaml-cpp/yaml.h>
 
 #include <algorithm>
 #include <array>
@@ -10,10 +9,10 @@
 #include <stdexcept>
 
 #include "base/checked_value.h"
-#include "base/file_text.h"
 #include "base/ini_text.h"
 #include "base/parameter_list.h"
 #include "base/scoped_timer.h"
+#include "base/yaml_text.h"
 #include "default_localizer.h"
 
 namespace d2s1r
@@ -82,20 +81,6 @@ const AtlasMap& Atlas::at(const std::string& name) const
 
 namespace
 {
-/// Reads a yaml file. \throws std::runtime_error that does not name it
-YAML::Node read_yaml(const std::string& file)
-{
-	try
-	{
-		return YAML::Load(read_text(file));
-	}
-	catch (const YAML::Exception& error)
-	{
-		throw std::runtime_error(
-		    "line " + std::to_string(error.mark.line + 1) + " is not yaml (" + printable(error.msg) + "); correct it");
-	}
-}
-
 /// Returns the text of a key; an empty one if the key is missing.
 std::string text_of(const YAML::Node& map, const char* key)
 {
@@ -150,8 +135,7 @@ Prior region_of(const YAML::Node& map)
 /// Checks that a name can be written to tables and be part of a file's name.
 void check_name(const std::string& name)
 {
-	const auto is_bad = [](unsigned char c) { return c < ' ' || c == 127 || c == '/'; };
-	if (name.empty() || name.front() == '.' || std::any_of(name.begin(), name.end(), is_bad))
+	if (name.empty() || name.front() == '.' || name.find('/') != std::string::npos || printable_name(name) != name)
 		throw std::runtime_error(
 		    "map '" + printable(name) +
 		    "': a name may not be empty, begin with a dot, nor hold slashes or control characters; rename it");
@@ -171,6 +155,7 @@ AtlasEntry entry_of(const std::string& name, const YAML::Node& map, const fs::pa
 	}
 	try
 	{
+		check_keys(map);
 		AtlasEntry entry;
 		entry.name = name;
 		entry.file = text_of(map, "file");
@@ -254,7 +239,7 @@ bool is_atlas(const std::string& path)
 	if (!is_yaml_name(path)) return false;
 	try
 	{
-		const YAML::Node root = YAML::Load(read_text(path));
+		const YAML::Node root = read_yaml(path);
 		return root.IsMap() && root["maps"];
 	}
 	catch (const std::exception&)

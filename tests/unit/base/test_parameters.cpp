@@ -181,6 +181,13 @@ TEST(Parameters, ByteOrderMarkIsSkipped)
 	EXPECT_EQ(parse_parameters("\xEF\xBB\xBF[paper]\nbins = 33\n").paper.bins, 33);
 }
 
+TEST(Parameters, LinesMayEndWithAnything)
+{
+	for (const std::string end : {"\n", "\r\n", "\r"})
+		EXPECT_EQ(parse_parameters("; first" + end + "[paper]" + end + "bins = 33" + end).paper.bins, 33);
+	EXPECT_THROW(parse_parameters("; first\r[paper]\rbins = few\n"), std::invalid_argument);
+}
+
 TEST(Parameters, FilesThatCannotBeReadToTheirEndAreRefused)
 {
 	const auto refusal_of = [](const std::string& file)

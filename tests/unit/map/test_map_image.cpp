@@ -126,8 +126,7 @@ TEST(MapImage, TextWithTooFewSamplesIsRefused)
 {
 	const TempFolder folder;
 	for (const std::string& bytes :
-	     {std::string("P2 2 2 255 0 255 255"), std::string("P2 9000 9000 255 0 255 255"), std::string("P1 2 2 101"),
-	      std::string("P2 2 2 255 0 255 white 255 255")})
+	     {std::string("P2 2 2 255 0 255 255"), std::string("P2 9000 9000 255 0 255 255"), std::string("P1 2 2 101")})
 		EXPECT_NE(
 		    refusal(folder.write("short.pgm", bytes), ImageGeometry{1, 0, 0}).find("truncated"), std::string::npos)
 		    << bytes;
@@ -177,6 +176,30 @@ TEST(MapImage, NeedsItsGeometry)
 		EXPECT_NE(refusal(file, ImageGeometry{1, far, 0}).find("origin"), std::string::npos) << far;
 		EXPECT_NE(refusal(file, ImageGeometry{1, 0, far}).find("origin"), std::string::npos) << far;
 	}
+}
+
+TEST(MapImage, TextThatIsNoSampleIsRefused)
+{
+	const TempFolder folder;
+	for (const char* bytes :
+	     {"P2 2 2 255 0 255 white 255 255", "P2 2 2 255 0 255 -5 255", "P2 2 2 255 0 255 256 255",
+	      "P2 2 2 255 0 255 99999999999 255", "P1 2 2 1021", "P1 2 2 hello world"})
+		EXPECT_NE(
+		    refusal(folder.write("odd.pgm", bytes), ImageGeometry{1, 0, 0}).find("cannot be decoded"),
+		    std::string::npos)
+		    << bytes;
+}
+
+TEST(MapImage, TheEndOfASmallImageInAJpegIsNotItsOwn)
+{
+	const TempFolder folder;
+	const std::string start("\xFF\xD8\xFF\xE1\0\x8", 6), small("\xFF\xD8\x20\x20\xFF\xD9", 6);
+	const std::string image("\xFF\xC0\0\x0b\x8\0\x8\0\x8\1\1\x11\0\xFF\xDA\0\x8\1\1\0\0\x3F\0\x20\xFF\0\x20", 27);
+	const auto why = [&](const std::string& bytes) {
+		return refusal(folder.write("a.jpg", bytes), ImageGeometry{1, 0, 0});
+	};
+	EXPECT_NE(why(start + small + image).find("truncated"), std::string::npos);
+	EXPECT_NE(why(start + small + image + "\xFF\xD9").find("cannot be decoded"), std::string::npos) << "has no tables";
 }
 
 TEST(MapImage, BrokenOnesAreRefusedByName)

@@ -170,6 +170,23 @@ TEST(MapIo, BrokenFilesAreRefusedByName)
 	    std::string::npos);
 }
 
+TEST(MapIo, AFileThatIsNoMapIsNotReadIntoMemory)
+{
+	const TempFolder folder;
+	const auto file = folder.write("log.gridmap", "hello");
+	fs::resize_file(file, 1'000'000'000);  // takes no room on the disk
+	const auto most_memory = []
+	{
+		rusage usage = {};
+		getrusage(RUSAGE_SELF, &usage);
+		return usage.ru_maxrss;  // [kB]
+	};
+	const auto before = most_memory();
+	EXPECT_NE(refusal(file).find("is not a map"), std::string::npos);
+	EXPECT_NE(fingerprint_of_map(file), 0U);
+	EXPECT_LT(most_memory(), before + 100'000);
+}
+
 /// MRPT makes room for all that a file says it holds.
 TEST(MapIo, CountsThatTheFileCannotHoldAreRefused)
 {

@@ -210,6 +210,10 @@ TEST_F(MapYaml, UnusableValuesAreNamed)
 	    refusal(with("image: \"map\\0.pgm\"\nresolution: 1\norigin: [0, 0, 0]\nnegate: 0\n"))
 	        .find("'image' is not a file name; correct it"),
 	    std::string::npos);
+	EXPECT_NE(
+	    refusal(with("image: map.pgm\nresolution: 1\norigin: [0, 0, 1e300]\nnegate: 0\n"))
+	        .find("the yaw of the origin is not -2 pi to 2 pi rad"),
+	    std::string::npos);
 	EXPECT_NE(refusal(with(kGeometry + "negate: maybe\n")).find("'negate' is not"), std::string::npos);
 	EXPECT_NE(refusal(with(kGeometry + "negate: 0\nmode: raw\n")).find("mode 'raw'"), std::string::npos);
 	EXPECT_NE(
@@ -222,6 +226,10 @@ TEST_F(MapYaml, WhatIsNotYamlIsRefused)
 {
 	EXPECT_NE(refusal("image: [map.pgm\nresolution: 1\n").find("is not yaml"), std::string::npos);
 	EXPECT_NE(refusal("hello").find("'image' is missing"), std::string::npos);
+	EXPECT_NE(
+	    refusal("image: map.pgm\nresolution: 1\nresolution: 2\n").find("the key 'resolution' is given twice"),
+	    std::string::npos);
+	EXPECT_NE(refusal(std::string((1 << 24) + 1, ' ')).find("is longer than 16 MB"), std::string::npos);
 	EXPECT_NE(refusal("- 1\n- 2\n").find("'image' is missing"), std::string::npos);
 }
 }  // namespace d2s1r::test

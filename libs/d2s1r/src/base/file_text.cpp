@@ -43,20 +43,36 @@ class Descriptor
 };
 }  // namespace
 
-std::string read_text(const std::string& file, std::size_t most)
+void read_blocks(const std::string& file, const std::function<bool(const char*, std::size_t)>& take)
 {
 	const Descriptor descriptor(open(file.c_str(), O_RDONLY | O_CLOEXEC));
 	if (descriptor.number() < 0) refuse(errno);
-	std::string text;
-	std::array<char, 1 << 16> block;
-	while (text.size() < most)
+	std::array<char, kFileBlock> block;
+	for (;;)
 	{
-		const ssize_t got = read(descriptor.number(), block.data(), std::min(block.size(), most - text.size()));
-		if (got < 0 && errno == EINTR) continue;
-		if (got < 0) refuse(errno);
-		if (got == 0) break;
-		text.append(block.data(), static_cast<std::size_t>(got));
+		std::size_t filled = 0;
+		while (filled < block.size())
+		{
+			const ssize_t got = read(descriptor.number(), block.data() + filled, block.size() - filled);
+			if (got < 0 && errno == EINTR) continue;
+			if (got < 0) refuse(errno);
+			if (got == 0) break;
+			filled += static_cast<std::size_t>(got);
+		}
+		if (filled == 0 || !take(block.data(), filled) || filled < block.size()) return;
 	}
+}
+
+std::string read_text(const std::string& file, std::size_t most)
+{
+	std::string text;
+	read_blocks(
+	    file,
+	    [&](const char* block, std::size_t count)
+	    {
+		    text.append(block, std::min(count, most - text.size()));
+		    return text.size() < most;
+	    });
 	return text;
 }
 

@@ -2,10 +2,18 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <string>
 
 namespace d2s1r
 {
+inline constexpr std::size_t kFileBlock = 1 << 16;  //!< [byte]
+
+/// Reads a file in blocks of kFileBlock, the last of which may be shorter, so that its size does not matter for memory.
+/// \param take takes a block, and returns whether it wants the next one
+/// \throws std::runtime_error that does not name the file: why it cannot be read so far, and what to do
+void read_blocks(const std::string& file, const std::function<bool(const char*, std::size_t)>& take);
+
 /// Returns the bytes of a file, but not more than `most`.
 /// \throws std::runtime_error that does not name the file: why it cannot be read so far, and what to do
 std::string read_text(const std::string& file, std::size_t most = std::string::npos);

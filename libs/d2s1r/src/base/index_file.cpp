@@ -74,15 +74,16 @@ std::string why_refused(const Header& header, const IndexKey& key, std::size_t f
 	return "";
 }
 
-/// Returns whether there is a folder, a device or a pipe, or a file that is not empty and does not begin as an index
-/// does.
+/// Returns whether there is a folder, a device or a pipe, or a file that cannot be read, or is not empty and does not
+/// begin as an index does.
 bool is_something_else(const std::string& file)
 {
 	struct stat status = {};
-	if (stat(file.c_str(), &status) == 0 && !S_ISREG(status.st_mode)) return true;
+	if (stat(file.c_str(), &status) != 0) return false;
+	if (!S_ISREG(status.st_mode)) return true;
 	const std::unique_ptr<std::FILE, int (*)(std::FILE*)> stream(std::fopen(file.c_str(), "rb"), std::fclose);
 	std::array<char, kMagic.size()> start{};
-	if (!stream) return false;
+	if (!stream) return true;
 	const std::size_t got = std::fread(start.data(), 1, start.size(), stream.get());
 	return got > 0 && std::memcmp(start.data(), kMagic.data(), got) != 0;
 }
@@ -123,9 +124,13 @@ struct IndexWriter::Sum
 
 IndexWriter::IndexWriter(const std::string& file) : file_(file), stream_(nullptr, std::fclose)
 {
-	const std::filesystem::path path(file);
+	std::error_code is_new;
+	const std::filesystem::path existing = std::filesystem::canonical(file, is_new);  // behind links
+	const std::filesystem::path path = is_new ? std::filesystem::path(file) : existing;
+	target_ = path.string();
 	temporary_ = path.parent_path() / (".tmp" + std::to_string(getpid()) + "-" + path.filename().string());
-	if (is_something_else(file)) refuse(file, "exists and is not the file of an index; name another file");
+	if (is_something_else(file))
+		refuse(file, "exists and is not the file of an index that can be read; name another file");
 	sum_ = std::make_unique<Sum>();
 	struct stat status = {};
 	do  // whoever removes what a killed process left knows by the lock what to leave alone, and may be doing so now
@@ -179,7 +184,7 @@ void IndexWriter::commit(const IndexKey& key)
 	if (std::fseek(stream_.get(), 0, SEEK_SET) != 0) fail();
 	if (std::fwrite(&header, sizeof header, 1, stream_.get()) != 1) fail();
 	const int lock = fcntl(fileno(stream_.get()), F_DUPFD_CLOEXEC, 0);  // keeps it until the file has its name
-	const bool is_done = std::fclose(stream_.release()) == 0 && std::rename(temporary_.c_str(), file_.c_str()) == 0;
+	const bool is_done = std::fclose(stream_.release()) == 0 && std::rename(temporary_.c_str(), target_.c_str()) == 0;
 	const int error = errno;
 	if (!is_done) std::remove(temporary_.c_str());
 	close(lock);

@@ -62,7 +62,9 @@ class IndexWriter
 	[[noreturn]] void fail() const;
 
 	struct Sum;
-	std::string file_, temporary_;
+	std::string file_;       //!< as the caller says it
+	std::string target_;     //!< where its links lead
+	std::string temporary_;  //!< next to the target
 	std::unique_ptr<std::FILE, int (*)(std::FILE*)> stream_;
 	std::unique_ptr<Sum> sum_;  //!< of all that was written behind the header
 	std::size_t written_ = 0;   //!< [byte] with the header

@@ -17,6 +17,18 @@ std::string trimmed(const std::string& text)
 	return first == std::string::npos ? "" : text.substr(first, text.find_last_not_of(blanks) - first + 1);
 }
 
+/// Returns a text whose lines end with LF, where they may have ended with CR or CR and LF, too.
+std::string in_lines(const std::string& text)
+{
+	std::string lines;
+	for (std::size_t i = 0; i < text.size(); i++)
+		if (text[i] != '\r')
+			lines += text[i];
+		else if (i + 1 == text.size() || text[i + 1] != '\n')
+			lines += '\n';
+	return lines;
+}
+
 std::string without_comment(const std::string& line)
 {
 	return line.substr(0, std::min({line.find(';'), line.find('#'), line.find("//")}));
@@ -36,6 +48,9 @@ std::string printable_name(std::string file)
 {
 	const auto controls = [](char c) { return (c >= 0 && c < ' ') || c == 0x7F; };
 	std::replace_if(file.begin(), file.end(), controls, '?');
+	for (std::size_t i = 0; i + 1 < file.size(); i++)  // U+0080 to U+009F in UTF-8
+		if (file[i] == '\xC2' && (static_cast<unsigned char>(file[i + 1]) & 0xE0U) == 0x80U)
+			file[i] = file[i + 1] = '?';
 	return file;
 }
 
@@ -50,7 +65,8 @@ std::vector<IniEntry> parse_ini(const std::string& text, const std::string& name
 	std::set<std::string> seen;
 	std::string section;
 	const std::string byte_order_mark = "\xEF\xBB\xBF";
-	std::istringstream lines(text.rfind(byte_order_mark, 0) == 0 ? text.substr(byte_order_mark.size()) : text);
+	std::istringstream lines(
+	    in_lines(text.rfind(byte_order_mark, 0) == 0 ? text.substr(byte_order_mark.size()) : text));
 	std::string raw;
 	for (int number = 1; std::getline(lines, raw); number++)
 	{

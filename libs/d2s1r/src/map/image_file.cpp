@@ -139,27 +139,31 @@ double check_bmp(const std::string& bytes)
 	return memory;
 }
 
-/// Returns where the first frame header of a JPEG file stands, behind its marker.
-std::size_t frame_header_at(const std::string& bytes)
+/// Goes from segment to segment of a JPEG file, past the data of its scans, up to the mark of its end. (Whatever a
+/// segment holds, say a small image of the image, may have a mark of its own.)
+/// \return where the first frame header stands, behind its marker
+std::size_t find_frame_header(const std::string& bytes)
 {
+	constexpr unsigned kEnd = 0xD9;
+	std::size_t frame = 0;
 	for (std::size_t at = 2;;)
 	{
 		at = bytes.find_first_not_of('\xFF', bytes.find('\xFF', at));
 		if (at == std::string::npos) refuse_as_truncated();
 		const auto marker = static_cast<unsigned char>(bytes[at++]);
 		const bool is_table = marker == 0xC4 || marker == 0xC8 || marker == 0xCC;
-		if (marker >= 0xC0 && marker <= 0xCF && !is_table) return at;
-		const bool is_scan_or_end = marker == 0xD9 || marker == 0xDA;
-		if (is_scan_or_end) refuse_as_undecodable();
+		if (frame == 0 && marker >= 0xC0 && marker <= 0xCF && !is_table) frame = at;
+		if (marker == kEnd) break;
 		const bool is_alone = marker <= 0x01 || (marker >= 0xD0 && marker <= 0xD8);
 		if (!is_alone) at += number_at(bytes, at, 2, Order::kBigEndian);
 	}
+	if (frame == 0) refuse_as_undecodable();
+	return frame;
 }
 
 double check_jpeg(const std::string& bytes)
 {
-	check_end(bytes, "\xFF\xD9");
-	const std::size_t at = frame_header_at(bytes);
+	const std::size_t at = find_frame_header(bytes);
 	const auto number = [&](std::size_t offset, std::size_t count)
 	{ return number_at(bytes, at + offset, count, Order::kBigEndian); };
 	const double height = number(3, 2), width = number(5, 2), channels = number(7, 1);
@@ -282,15 +286,13 @@ double check_pnm(const std::string& bytes)
 unsigned next_text_sample(std::istream& text, const PnmHeader& header)
 {
 	skip_blanks_and_comments(text);
-	if (header.is_bitmap())
-	{
-		const int digit = text.get();
-		if (digit == std::char_traits<char>::eof()) refuse_as_truncated();
-		return digit == '1' ? 0 : 255;
-	}
+	const int digit = text.peek();
+	if (digit == std::char_traits<char>::eof()) refuse_as_truncated();
+	if (digit < '0' || digit > (header.is_bitmap() ? '1' : '9')) refuse_as_undecodable();
+	if (header.is_bitmap()) return text.get() == '1' ? 0 : 255;
 	unsigned sample = 0;
-	if (!(text >> sample)) refuse_as_truncated();
-	return std::min(sample, static_cast<unsigned>(header.greatest));
+	if (!(text >> sample) || sample > header.greatest) refuse_as_undecodable();
+	return sample;
 }
 
 /// Returns a sample of a row of bits, bytes or pairs of bytes.

@@ -67,8 +67,13 @@ std::uint64_t fingerprint_of_map(const std::string& file, const std::optional<Im
 	{
 		try
 		{
-			const std::string bytes = read_text(part);
-			fingerprint = fingerprint_of(bytes.data(), bytes.size(), fingerprint);
+			read_blocks(
+			    part,
+			    [&](const char* block, std::size_t count)
+			    {
+				    fingerprint = fingerprint_of(block, count, fingerprint);
+				    return true;
+			    });
 		}
 		catch (const std::runtime_error& error)
 		{

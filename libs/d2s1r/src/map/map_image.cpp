@@ -61,8 +61,8 @@ void check_geometry(const ImageGeometry& geometry)
 		throw std::runtime_error(
 		    mrpt::format("the resolution is not %g to %g m / pixel; correct it", kLeast, kGreatest));
 	check_map_origin(geometry.origin_x, geometry.origin_y);
-	if (!std::isfinite(geometry.origin_yaw))
-		throw std::runtime_error("the yaw of the origin is not finite; correct it");
+	if (!(std::abs(geometry.origin_yaw) <= 2 * M_PI))
+		throw std::runtime_error("the yaw of the origin is not -2 pi to 2 pi rad; correct it");
 }
 
 namespace

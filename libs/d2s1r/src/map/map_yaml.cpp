@@ -1,15 +1,13 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "map/map_image.h"
 
-#include <yaml-cpp/yaml.h>
-
 #include <cmath>
 #include <filesystem>
 #include <stdexcept>
 
 #include "base/checked_value.h"
-#include "base/file_text.h"
 #include "base/ini_text.h"
+#include "base/yaml_text.h"
 
 namespace d2s1r
 {
@@ -79,9 +77,10 @@ void check_values(const MapServerYaml& yaml)
 		throw std::runtime_error("thresholds are not 0 <= free_thresh < occupied_thresh <= 1; correct them");
 }
 
-MapServerYaml read_yaml(const std::string& file)
+/// \throws std::runtime_error that does not name the file
+MapServerYaml read_map_yaml(const std::string& file)
 {
-	const YAML::Node root = YAML::Load(read_text(file));
+	const YAML::Node root = read_yaml(file);
 	MapServerYaml yaml;
 	yaml.image = read<std::string>(root, "image", "a file name");
 	if (yaml.image.find('\0') != std::string::npos) throw std::runtime_error("'image' is not a file name; correct it");
@@ -118,24 +117,6 @@ PixelRule rule_of(const MapServerYaml& yaml)
 	};
 	return {p_occupied, yaml.mode == "scale"};
 }
-}  // namespace
-
-namespace
-{
-/// \throws std::runtime_error if it is no yaml
-MapServerYaml read_checked(const std::string& yaml_file)
-{
-	try
-	{
-		return read_yaml(yaml_file);
-	}
-	catch (const YAML::Exception& error)
-	{
-		throw std::runtime_error(
-		    "line " + std::to_string(error.mark.line + 1) + " is not yaml (" + printable(error.msg) + "); correct it");
-	}
-}
-
 /// Calls `read` with the path of the image. \throws std::runtime_error naming the image
 template <class Read>
 auto of_image(const std::string& yaml_file, const MapServerYaml& yaml, const Read& read)
@@ -154,20 +135,20 @@ auto of_image(const std::string& yaml_file, const MapServerYaml& yaml, const Rea
 
 mrpt::maps::COccupancyGridMap2D::Ptr load_yaml_map(const std::string& yaml_file)
 {
-	const MapServerYaml yaml = read_checked(yaml_file);
+	const MapServerYaml yaml = read_map_yaml(yaml_file);
 	return of_image(
 	    yaml_file, yaml, [&](const std::string& image) { return load_image_map(image, yaml.geometry, rule_of(yaml)); });
 }
 
 std::string image_of_yaml_map(const std::string& yaml_file)
 {
-	return path_of_image(yaml_file, read_yaml(yaml_file));
+	return path_of_image(yaml_file, read_map_yaml(yaml_file));
 }
 
 double unknown_made_free(const std::string& file)
 {
 	if (!is_yaml_name(file)) return 0;
-	const MapServerYaml yaml = read_checked(file);
+	const MapServerYaml yaml = read_map_yaml(file);
 	constexpr double kShade = 205.0 / 255, kHalfAShade = 0.5 / 255;
 	if (rule_of(yaml).p_occupied(kShade) > 0) return 0;
 	return of_image(

@@ -153,7 +153,8 @@ COccupancyGridMap2D::Ptr load_serialized(const std::string& file, const GridPara
 	}
 	catch (const std::runtime_error&)
 	{
-		read_text(file);  // says so if a read error was taken for the end of the file
+		// Says so if a read error was taken for the end of the file.
+		read_blocks(file, [](const char*, std::size_t) { return true; });
 		throw;
 	}
 	if (!object) throw std::runtime_error("holds an empty object, not a map; save the map again");

@@ -32,12 +32,14 @@ class GroundTruthFile : public d2s1r::test::FolderTest
 
 TEST_F(GroundTruthFile, HoldsPosesOfThreeOrSixNumbers)
 {
-	const auto truth = load("% time x y phi\n1.5 2 3 0.5\r\n\n# and with z\n 2.5 4 5 9 -0.5 8 7\n");
-	ASSERT_EQ(truth.size(), 2U);
-	EXPECT_EQ(truth[0].timestamp, 1.5);
-	EXPECT_EQ(truth[0].pose, mrpt::math::TPose2D(2, 3, 0.5));
-	EXPECT_EQ(truth[1].timestamp, 2.5);
-	EXPECT_EQ(truth[1].pose, mrpt::math::TPose2D(4, 5, -0.5));
+	const auto plane = load("% time x y phi\n1.5 2 3 0.5\r\n\n");
+	ASSERT_EQ(plane.size(), 1U);
+	EXPECT_EQ(plane[0].timestamp, 1.5);
+	EXPECT_EQ(plane[0].pose, mrpt::math::TPose2D(2, 3, 0.5));
+	const auto space = load("# and with z\n 2.5 4 5 9 -0.5 8 7\n");
+	ASSERT_EQ(space.size(), 1U);
+	EXPECT_EQ(space[0].timestamp, 2.5);
+	EXPECT_EQ(space[0].pose, mrpt::math::TPose2D(4, 5, -0.5));
 }
 
 TEST_F(GroundTruthFile, ACommentWithCommasIsNoTable)
@@ -88,8 +90,13 @@ TEST_F(GroundTruthFile, WrongLinesAreNamed)
 {
 	for (const char* line :
 	     {"1 2 3", "1 2 3 4 5", "1 2 three 4", "1 2 3 nan", "1 2 3 4 5 6 7 8 9", "1,2,3,4", "1 2 3 0 0 0 0 0",
-	      "1 2 3 0 1e200 1e200 1e200 -1e200"})
+	      "1 2 3 0 1e200 1e200 1e200 -1e200", "1 2 3 4 -", "1 2 3 4 1e999", "1 2 3 4 5e+", "1 2 3 4e+"})
 		EXPECT_NE(refusal("1 2 3 4\n" + std::string(line) + "\n").find("line 2 is neither"), std::string::npos) << line;
+	EXPECT_NE(
+	    refusal("1 2 3 0 0 0 0 1\n2 2 3 0 0 0 1\n").find("line 2 has 7 numbers, and the lines above have 8"),
+	    std::string::npos)
+	    << "a line that lost a number is no other layout";
+	EXPECT_NE(refusal("1 2 3 4\n2 1e308 3 4\n").find("line 2 has a position"), std::string::npos);
 	EXPECT_NE(refusal("# nothing\n").find("holds no pose"), std::string::npos);
 	EXPECT_NE(
 	    refusal("1 2 3 4\n" + std::string(2'000'000, '0')).find("a line of more than 1048576"), std::string::npos);
