@@ -8,8 +8,12 @@
 #include <mrpt/obs/CObservationOdometry.h>
 #include <mrpt/obs/CObservationRobotPose.h>
 
+#include <chrono>
 #include <cmath>
+#include <csignal>
 #include <cstdio>
+#include <cstring>
+#include <thread>
 
 using namespace d2s1r::test;
 
@@ -299,4 +303,29 @@ TEST_F(AppLogs, LogsThatHoldNoScanSayWhatIsLookedFor)
 	expect_refusal(words("odometry.log"), 2, {"holds no 2D laser scan (FLASER, RLASER or ROBOTLASER1)"});
 	write_file(path("old.bag"), "#ROSBAG V1.2\n");
 	expect_refusal(words("old.bag"), 2, {"is a ROS bag of version V1.2, but only V2.0 is read"});
+}
+
+TEST_F(AppLogs, AnInterruptEndsTheSurveyOfALogWithinASecond)
+{
+	if (!can_pack("zstd")) GTEST_SKIP() << "built without libzstd-dev";
+	const MadeMessage late = made_scan(Wire::kCdr, {}),
+	                  large{"/chatter", "std_msgs/String", 0, std::string(60 << 20, 0)};
+	std::string file = mcap_file({large, late}, {"zstd", 2, false});
+	constexpr std::size_t kChunkAt = 29;  // [byte] after the magic and the header
+	std::uint64_t content = 0;
+	std::memcpy(&content, &file[kChunkAt + 1], sizeof content);
+	const std::string chunk = file.substr(kChunkAt, 9 + content);
+	std::string chunks;
+	for (int i = 0; i < 400; i++) chunks += chunk;
+	write_file(path("long.mcap"), file.insert(kChunkAt, chunks));
+	for (const int signal : {SIGINT, SIGTERM})
+	{
+		Process process = start(words("long.mcap"));
+		std::this_thread::sleep_for(std::chrono::milliseconds(1500));
+		ASSERT_TRUE(process.running()) << "the log is too short for this test";
+		process.send(signal);
+		const auto sent = std::chrono::steady_clock::now();
+		EXPECT_EQ(process.wait().status, 130);
+		EXPECT_LT(std::chrono::duration<double>(std::chrono::steady_clock::now() - sent).count(), 1);
+	}
 }

@@ -161,7 +161,7 @@ TEST(McapConformance, RecordsAreThoseOfTheJsonFilesBesideThem)
 		fs::path file = entry.path();
 		if (file.extension() != ".mcap") continue;
 		const json records = records_of(file);
-		const auto source = logs::open_mcap(file.string());
+		const auto source = logs::open_messages(file.string(), logs::RosFormat::kMcap);
 		EXPECT_FALSE(source->next());  // their messages are of no type that is needed
 		EXPECT_EQ(source->damage(), "") << file;
 		std::ifstream expected(file.replace_extension(".json"));

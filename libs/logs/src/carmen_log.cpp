@@ -201,7 +201,7 @@ class TimeRepair
 class CarmenReader : public LogReader
 {
    public:
-	explicit CarmenReader(const std::string& path) : file_(open_text(path)) {}
+	CarmenReader(const std::string& path, Stop stop) : file_(open_text(path)), stop_(std::move(stop)) {}
 
 	/// A line of a laser gives its odometry, then its scan. Odometry that is no newer than what came before is left
 	/// out.
@@ -225,7 +225,7 @@ class CarmenReader : public LogReader
 		return std::nullopt;
 	}
 
-	/// Reads the log to its end.
+	/// Reads the log to its end. \throws Interrupted if the caller asked to stop
 	LogSurvey survey()
 	{
 		LogSurvey survey;
@@ -247,6 +247,7 @@ class CarmenReader : public LogReader
 			survey.notes.push_back(
 			    std::to_string(repaired_) + " of " + std::to_string(scans_) +
 			    " scans have a time that is out of line with those before and after; it was repaired");
+		if (is_stopped_) throw Interrupted();
 		survey.damage = damage_;
 		return survey;
 	}
@@ -255,20 +256,22 @@ class CarmenReader : public LogReader
 	/// The next line with its final time.
 	std::optional<Line> next_line()
 	{
-		constexpr std::size_t kMostWaiting = 10000;  // [-] lines, for logs whose laser falls silent
+		constexpr std::size_t kMostWaiting = 10000;      // [-] lines, for logs whose laser falls silent
+		constexpr std::size_t kMostRanges = 20'000'000;  // [-] of 5 bytes, in these lines
 		while (lines_.empty() || !lines_.front().is_settled)
-			if (lines_.size() > kMostWaiting || !read_line()) break;
-		if (lines_.empty()) return std::nullopt;
+			if (lines_.size() > kMostWaiting || waiting_ranges_ > kMostRanges || !read_line()) break;
+		if (lines_.empty() || is_stopped_) return std::nullopt;
 		settle(lines_.front(), std::nullopt);
 		const Line line = lines_.front();
 		lines_.pop_front();
+		if (line.scan) waiting_ranges_ -= line.scan->getScanSize();
 		return line;
 	}
 
 	/// \returns false at the end, or where the log is damaged
 	bool read_line()
 	{
-		if (!damage_.empty()) return false;
+		if (!damage_.empty() || is_stopped_) return false;
 		try
 		{
 			const auto text = next_text();
@@ -292,6 +295,8 @@ class CarmenReader : public LogReader
 			text_.erase(0, std::exchange(past_line_, 0));
 			const std::size_t before = text_.size();
 			if (before > kLongestLine) throw std::runtime_error("it is too long");
+			is_stopped_ = stop_();
+			if (is_stopped_) return std::nullopt;
 			constexpr std::size_t kBlock = 1 << 16;
 			text_.resize(before + kBlock);
 			text_.resize(before + file_->read(&text_[before], kBlock));
@@ -321,6 +326,7 @@ class CarmenReader : public LogReader
 	void add_scan(const Line& line)
 	{
 		scans_++;
+		waiting_ranges_ += line.scan->getScanSize();
 		for (Line& waiting : lines_)
 			if (waiting.scan && waiting.scan->sensorLabel == line.scan->sensorLabel) settle(waiting, line.time);
 		lines_.push_back(line);
@@ -337,11 +343,14 @@ class CarmenReader : public LogReader
 	}
 
 	std::unique_ptr<TextFile> file_;
+	Stop stop_;
+	bool is_stopped_ = false;
 	std::string text_;           //!< read, but not yet parsed from past_line_ on
 	std::size_t past_line_ = 0;  //!< [byte] of text_
 	std::size_t number_ = 0;     //!< [-] of the line, from 1 on
 	Lasers lasers_;
 	std::deque<Line> lines_;                               //!< that wait for the times of scans before them
+	std::size_t waiting_ranges_ = 0;                       //!< [-] of their scans
 	mrpt::obs::CObservation2DRangeScan::Ptr scan_;         //!< comes next
 	double middle_angle_ = 0;                              //!< [rad] of that scan
 	double newest_ = -std::numeric_limits<double>::max();  //!< [s] of the odometry so far
@@ -360,11 +369,11 @@ bool is_carmen_text(const std::string& start)
 	return false;
 }
 
-Log open_carmen_log(const std::string& path)
+Log open_carmen_log(const std::string& path, const Stop& stop)
 {
 	Log log;
-	log.survey = CarmenReader(path).survey();
-	log.read = [path] { return std::make_unique<CarmenReader>(path); };
+	log.survey = CarmenReader(path, stop).survey();
+	log.read = [path, stop] { return std::make_unique<CarmenReader>(path, stop); };
 	return log;
 }
 }  // namespace d2s1r::logs

@@ -10,6 +10,8 @@ bool is_carmen_text(const std::string& start);
 
 /// Opens a CARMEN log, plain or packed by gzip or bzip2: lasers FLASER, RLASER and ROBOTLASER1, odometry from their
 /// lines and from ODOM. It is read once.
-/// \throws LogError
-Log open_carmen_log(const std::string& path);
+/// \param stop as open_log() has it
+/// \throws LogError, Interrupted if `stop` said so
+Log open_carmen_log(
+    const std::string& path, const Stop& stop = [] { return false; });
 }  // namespace d2s1r::logs

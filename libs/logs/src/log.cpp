@@ -170,12 +170,12 @@ RawlogObject to_rawlog_object(const mrpt::obs::CObservation::Ptr& observation, d
 Log open_log(const std::string& path, const Stop& stop)
 {
 	check_is_there(path);
-	if (fs::is_directory(path)) return open_ros_log(path, RosFormat::kFolder2);
+	if (fs::is_directory(path)) return open_ros_log(path, RosFormat::kFolder2, stop);
 	const std::string magic = first_bytes(path);
 	const auto ros = recognize_ros({reinterpret_cast<const std::uint8_t*>(magic.data()), magic.size()});
-	if (ros) return open_ros_log(path, *ros);
+	if (ros) return open_ros_log(path, *ros, stop);
 	const std::string start = unpacked_start(path);
-	if (is_carmen_text(start)) return open_carmen_log(path);
+	if (is_carmen_text(start)) return open_carmen_log(path, stop);
 	const bool is_cut_gzip = start.size() < 2 && magic.rfind("\x1f\x8b", 0) == 0;
 	if (is_rawlog(start) || is_cut_gzip) return open_rawlog(path, stop);
 	throw LogError(

@@ -19,6 +19,7 @@
 #include <cmath>
 #include <cstring>
 #include <filesystem>
+#include <map>
 
 namespace d2s1r::logs
 {
@@ -152,20 +153,34 @@ std::uint64_t hash_of(const std::vector<std::uint8_t>& bytes)
 /// A rawlog is surveyed in a process of its own, and what is in it arrives as records: a letter and what it is about.
 enum SurveyRecord : char
 {
-	kScanRecord = 's',      //!< the sensor label of a scan
+	kSensorRecord = 'l',    //!< the label of a sensor, before its first scan
+	kScanRecord = 's',      //!< the number of the sensor of a scan, in the order of these
 	kOdometryRecord = 'o',  //!< nothing more
 	kObjectRecord = 'n',    //!< the ObjectSum of an object that has been read as a whole
 	kDamageRecord = 'd'     //!< RawlogReader::damage()
 };
 
+template <typename Number>
+std::string record_of(SurveyRecord kind, const Number& number)
+{
+	return std::string(1, kind).append(reinterpret_cast<const char*>(&number), sizeof number);
+}
+
+/// The labels are looked up here, within the limits on time and memory: a log may have as many as it has scans.
 void tell_contents(RawlogReader& reader, const Send& send)
 {
+	std::map<std::string, std::size_t> sensors;  // their numbers by label
 	while (const auto object = reader.next())
 	{
-		for (const auto& scan : object->scans) send(char{kScanRecord} + scan->sensorLabel);
+		for (const auto& scan : object->scans)
+		{
+			const auto [sensor, is_new] = sensors.emplace(scan->sensorLabel, sensors.size());
+			if (is_new) send(char{kSensorRecord} + sensor->first);
+			send(record_of(kScanRecord, sensor->second));
+		}
 		if (object->odometry || object->increment) send({kOdometryRecord});
 		const ObjectSum sum = {object->bytes.size(), hash_of(object->bytes)};
-		send(std::string(1, kObjectRecord).append(reinterpret_cast<const char*>(&sum), sizeof sum));
+		send(record_of(kObjectRecord, sum));
 	}
 	send(char{kDamageRecord} + reader.damage());
 }
@@ -173,13 +188,15 @@ void tell_contents(RawlogReader& reader, const Send& send)
 void note(const std::string& record, LogSurvey& survey, std::vector<ObjectSum>& objects)
 {
 	const std::string text = record.substr(1);
-	auto& sensors = survey.sensors;
-	auto sensor = std::find_if(sensors.begin(), sensors.end(), [&](const Sensor& s) { return s.label == text; });
+	std::size_t number = 0;
 	switch (record[0])
 	{
+		case kSensorRecord:
+			survey.sensors.push_back({text});
+			break;
 		case kScanRecord:
-			if (sensor == sensors.end()) sensor = sensors.insert(sensor, {text});
-			sensor->scans++;
+			std::memcpy(&number, text.data(), sizeof number);
+			survey.sensors.at(number).scans++;
 			break;
 		case kOdometryRecord:
 			survey.odometry = "the log";

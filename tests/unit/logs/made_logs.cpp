@@ -314,6 +314,20 @@ void save_sqlite_bag(const std::string& path, const std::vector<MadeMessage>& me
 #endif
 }
 
+void alter_sqlite_bag(const std::string& path, const std::string& statements)
+{
+#ifdef D2S1R_SQLITE
+	sqlite3* database = nullptr;
+	sqlite3_open(path.c_str(), &database);
+	const bool done = sqlite3_exec(database, statements.c_str(), nullptr, nullptr, nullptr) == SQLITE_OK;
+	const std::string error = sqlite3_errmsg(database);
+	sqlite3_close(database);
+	if (!done) throw std::runtime_error(error);
+#else
+	(void)path, (void)statements;
+#endif
+}
+
 std::string packed(const std::string& method, const std::string& bytes)
 {
 #ifdef D2S1R_BZ2

@@ -90,6 +90,9 @@ std::string mcap_file(
     const std::vector<MadeMessage>& messages, const Packing& packing = {}, const std::string& encoding = "cdr");
 void save_sqlite_bag(const std::string& path, const std::vector<MadeMessage>& messages);
 
+/// Runs statements of SQL on a bag.
+void alter_sqlite_bag(const std::string& path, const std::string& statements);
+
 /// \param method "bz2", "lz4" (frames) or "zstd"; else `bytes` as they are
 std::string packed(const std::string& method, const std::string& bytes);
 bool can_pack(const std::string& method);

@@ -182,3 +182,24 @@ TEST_F(CarmenLog, DamageIsToldByTheLine)
 	objects_of(whole.substr(0, whole.size() - 5), &damage);
 	EXPECT_NE(damage.find("is not whole"), std::string::npos) << damage;
 }
+
+/// A laser that falls silent lets the others wait, but not for more than memory should hold.
+TEST_F(CarmenLog, ScansThatWaitTakeBoundedMemory)
+{
+	const auto rear = [](double time) { return "RLASER 1 1 9 9 9 0 0 0 " + std::to_string(time) + " host 0\n"; };
+	std::string front = "FLASER 500000";
+	for (int i = 0; i < 500'000; i++) front += " 1";
+	front += " 9 9 9 0 0 0 200 host 0\n";
+	std::string text = rear(0) + rear(100);  // 100 is out of line with what follows
+	for (int i = 0; i < 45; i++) text += front;
+	write("log", text + rear(1));
+	const auto reader = open_carmen_log(path("log")).read();
+	std::vector<double> times;
+	while (times.size() < 2)
+	{
+		const auto object = reader->next();
+		ASSERT_TRUE(object) << reader->damage();
+		if (!object->scans.empty()) times.push_back(seconds_of(*object));
+	}
+	EXPECT_EQ(times, (std::vector<double>{0, 100})) << "the second was settled before the last line was read";
+}

@@ -135,3 +135,64 @@ TEST(LogTime, OfADamagedLogIsSomeNumber)
 	EXPECT_EQ(to_seconds(from_seconds(1e300)), 1e11);
 	EXPECT_EQ(to_seconds(from_seconds(-1e300)), -1e10);
 }
+
+/// Logs of every format with the name of each.
+class LogFilesThatAreStopped : public LogFiles
+{
+   protected:
+	LogFilesThatAreStopped()
+	{
+		write("rawlog", rawlog() + rawlog() + rawlog());
+		write("carmen", "# CARMEN Logfile\nODOM 0 0 0 0 0 0 1 h 1\n");
+		const std::vector<MadeMessage> ros1(3, made_scan(Wire::kRos1, some_scan()));
+		write("bag", bag1_file(ros1));
+		write("bag without an index", bag1_file(ros1, {"", 1, false}));
+		write("mcap", mcap_file(ros1, {"", 1}, "ros1"));
+		write("mcap without chunks", mcap_file(ros1, {"", 0}, "ros1"));
+		names_ = {"rawlog", "carmen", "bag", "bag without an index", "mcap", "mcap without chunks"};
+#if defined(D2S1R_SQLITE) && defined(D2S1R_FASTCDR)
+		save_sqlite_bag(path("sqlite"), std::vector<MadeMessage>(3, made_scan(Wire::kCdr, some_scan())));
+		write("metadata.yaml", "rosbag2_bagfile_information:\n  relative_file_paths: [sqlite]\n");
+		names_.insert(names_.end(), {"sqlite", ""});
+#endif
+	}
+
+	std::vector<std::string> names_;
+};
+
+TEST_F(LogFilesThatAreStopped, EndTheirSurvey)
+{
+	for (const std::string& name : names_)
+		for (const int before : {0, 1})
+		{
+			int asked = 0;
+			EXPECT_THROW(open_log(path(name), [&] { return asked++ >= before; }), Interrupted) << name << " " << before;
+		}
+}
+
+TEST_F(LogFilesThatAreStopped, EndTheirReadingWithoutDamage)
+{
+	for (const std::string& name : names_)
+	{
+		if (name == "rawlog") continue;  // its reader takes no time between objects
+		bool is_stopped = false;
+		const Log log = open_log(path(name), [&] { return is_stopped; });
+		const auto reader = log.read();
+		is_stopped = true;
+		EXPECT_FALSE(reader->next()) << name;
+		EXPECT_EQ(reader->damage(), "") << name;
+	}
+}
+
+#if defined(D2S1R_SQLITE)
+TEST_F(LogFilesThatAreStopped, EndTheSortingOfABagWithoutAnIndex)
+{
+	save_sqlite_bag(path("long"), {made_scan(Wire::kCdr, some_scan())});
+	alter_sqlite_bag(
+	    path("long"),
+	    "DROP INDEX timestamp_idx; WITH RECURSIVE n(i) AS (SELECT 0 UNION ALL SELECT i + 1 FROM n WHERE i < 20000) "
+	    "INSERT INTO messages(topic_id, timestamp, data) SELECT topic_id, timestamp - i, data FROM messages, n;");
+	int asked = 0;
+	EXPECT_THROW(open_log(path("long"), [&] { return asked++ >= 5; }), Interrupted);
+}
+#endif

@@ -5,6 +5,9 @@
 #include "logs/made_logs.h"
 #include "ros/message_source.h"
 
+#include <sys/resource.h>
+
+#include <csignal>
 #include <random>
 
 using namespace d2s1r::test;
@@ -67,6 +70,15 @@ class MessageSources : public FolderTest
 		write("log", content);
 		const auto source = open_messages(path("log"), format);
 		return read_all(*source);
+	}
+
+	/// Reads a file and returns what is wrong with it; it may hold more than one would keep.
+	std::string damage_of(const std::string& content, RosFormat format) const
+	{
+		write("log", content);
+		const auto source = open_messages(path("log"), format);
+		while (source->next()) EXPECT_EQ(source->damage(), "") << "is told after all that was read";
+		return source->damage();
 	}
 
 	/// Expects that whatever is cut off or altered, the reading ends, and that nothing of it was made up.
@@ -283,3 +295,117 @@ TEST_F(MessageSources, DamagedSqliteBagsDoNoHarm)
 	save_sqlite_bag(path("whole"), recording(Wire::kCdr));
 	expect_no_harm(read("whole"), RosFormat::kSqlite);
 }
+
+TEST_F(MessageSources, AMessageThatWaitsKeepsNothingButItselfInMemory)
+{
+	const auto ros1 = recording(Wire::kRos1), cdr = recording(Wire::kCdr);
+	write("bag", bag1_file(ros1, {"", 20}));
+	write("mcap", mcap_file(cdr, {"", 20}));
+	write("unchunked", mcap_file(cdr, {"", 0}));
+	for (const std::string name : {"bag", "mcap", "unchunked"})
+	{
+		const auto source = open_messages(path(name), name == "bag" ? RosFormat::kBag1 : RosFormat::kMcap);
+		while (const auto message = source->next()) EXPECT_EQ(message->owner->size(), message->data.size) << name;
+	}
+}
+
+TEST_F(MessageSources, MessagesThatWouldTakeTooMuchMemoryToWaitEndTheReading)
+{
+	if (!can_pack("zstd")) GTEST_SKIP() << "built without libzstd-dev";
+	constexpr std::size_t kSize = 16 << 20, kChunks = 20;  // 336 MB
+	const MadeMessage early = made_scan(Wire::kCdr, {}), late{early.topic, early.type, kSecond, std::string(kSize, 0)};
+	std::string file = mcap_file({early, late}, {"zstd", 2, false});
+	constexpr std::size_t kChunkAt = 29;  // [byte] after the magic and the header
+	std::uint64_t content = 0;
+	std::memcpy(&content, &file[kChunkAt + 1], sizeof content);
+	const std::string chunk = file.substr(kChunkAt, 9 + content);
+	for (std::size_t i = 1; i < kChunks; i++) file.insert(kChunkAt, chunk);
+	const std::string damage = damage_of(file, RosFormat::kMcap);
+	EXPECT_EQ(damage.rfind("is damaged, or its chunks are out of order (more than 256 MB", 0), 0U) << damage;
+}
+
+TEST_F(MessageSources, MessagesThatWaitComeBeforeTheDamageIsTold)
+{
+	auto messages = recording(Wire::kCdr);
+	std::swap(messages[2], messages[18]);  // so that the second chunk is read when messages of the first one wait
+	std::string file = mcap_file(messages, {"", 10, false});
+	const auto place = file.rfind("laser");
+	file[place] = 'L';
+	EXPECT_NE(damage_of(file, RosFormat::kMcap).find("checksum"), std::string::npos);
+	EXPECT_EQ(read_file(file, RosFormat::kMcap).times.size(), 5U);
+}
+
+TEST_F(MessageSources, NamesOfTopicsThatTakeTooMuchMemoryEndTheReading)
+{
+	for (const Wire wire : {Wire::kRos1, Wire::kCdr})
+	{
+		std::vector<MadeMessage> messages;
+		for (char c = 'a'; c <= 'z'; c++) messages.push_back(made_scan(wire, {}, std::string(1'000'000, c)));
+		const bool is_bag = wire == Wire::kRos1;
+		const std::string damage = is_bag ? damage_of(bag1_file(messages), RosFormat::kBag1)
+		                                  : damage_of(mcap_file(messages, {"", 1, false}), RosFormat::kMcap);
+		EXPECT_NE(damage.find("names of its topics take too much memory"), std::string::npos) << damage;
+	}
+}
+
+#ifdef D2S1R_SQLITE
+TEST_F(MessageSources, SqliteBagsWithAJournalAreRefusedAndLeftAsTheyAre)
+{
+	save_sqlite_bag(path("log"), recording(Wire::kCdr));
+	write("log-wal", "");
+	EXPECT_EQ(read_all(*open_messages(path("log"), RosFormat::kSqlite)).times.size(), 10U) << "it holds nothing";
+	std::filesystem::create_symlink(path("log"), path("link"));
+	write("log-wal", std::string(100, 'x'));
+	for (const char* const name : {"log", "link"})
+	{
+		try
+		{
+			open_messages(path(name), RosFormat::kSqlite);
+			ADD_FAILURE() << name << " was opened";
+		}
+		catch (const LogError& e)
+		{
+			EXPECT_NE(std::string(e.what()).find("wal_checkpoint(TRUNCATE)"), std::string::npos) << e.what();
+		}
+	}
+	EXPECT_EQ(count(), 3) << "no file was added";
+}
+
+/// Gives a bag forty other messages, without an index; SQLite makes their data as `data` says when they are read.
+std::string generated(const std::string& data)
+{
+	return "DROP TABLE messages; CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER, timestamp INTEGER); "
+	       "WITH RECURSIVE n(i) AS (SELECT 0 UNION ALL SELECT i + 1 FROM n WHERE i < 39) INSERT INTO "
+	       "messages(topic_id, timestamp) SELECT (SELECT id FROM topics WHERE name = '/scan'), 100 - i FROM n; "
+	       "ALTER TABLE messages ADD COLUMN data AS (" +
+	       data + ");";
+}
+
+TEST_F(MessageSources, SqliteBagsWithoutAnIndexAreSortedWithoutAFile)
+{
+	save_sqlite_bag(path("log"), recording(Wire::kCdr));
+	alter_sqlite_bag(path("log"), generated("zeroblob(2000000)"));
+	rlimit before = {};
+	getrlimit(RLIMIT_FSIZE, &before);
+	const rlimit none = {0, before.rlim_max};
+	const auto handler = std::signal(SIGXFSZ, SIG_IGN);
+	setrlimit(RLIMIT_FSIZE, &none);
+	const Reading reading = read_all(*open_messages(path("log"), RosFormat::kSqlite));
+	setrlimit(RLIMIT_FSIZE, &before);
+	std::signal(SIGXFSZ, handler);
+	EXPECT_EQ(reading.damage, "");
+	ASSERT_EQ(reading.times.size(), 40U);
+	EXPECT_TRUE(std::is_sorted(reading.times.begin(), reading.times.end()));
+	EXPECT_EQ(reading.data.front().size(), 2'000'000U);
+}
+
+TEST_F(MessageSources, SqliteBagsThatTakeTooMuchMemoryAreRefused)
+{
+	save_sqlite_bag(path("log"), recording(Wire::kCdr));
+	std::string texts;
+	for (int i = 0; i < 20; i++) texts += ", hex(zeroblob(30000000))";
+	alter_sqlite_bag(path("log"), generated("max(''" + texts + ")"));
+	const std::string damage = read_all(*open_messages(path("log"), RosFormat::kSqlite)).damage;
+	EXPECT_EQ(damage.rfind("would take more than 512 MB of memory to be read", 0), 0U) << damage;
+}
+#endif

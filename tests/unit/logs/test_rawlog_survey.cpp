@@ -9,6 +9,7 @@
 #include <mrpt/obs/CObservation2DRangeScan.h>
 #include <zlib.h>
 
+#include <chrono>
 #include <fstream>
 #include <iterator>
 
@@ -145,6 +146,30 @@ TEST_F(SurveyOfRawlog, SaysWhatIsWrongWithAFileThatCrashesMrptsReaderAtOnce)
 {
 	const LogSurvey found = survey(action_without_a_pose_change());
 	EXPECT_NE(found.damage.find("damaged from its start"), std::string::npos) << found.damage;
+}
+
+TEST_F(SurveyOfRawlog, AsManyLabelsAsScansTakeAboutAsLongAsOneLabel)
+{
+	constexpr int kScans = 60'000;
+	const std::string label = "label100000", scan = scan_of(label);
+	const auto place = scan.find(label);
+	std::string same, different;
+	for (int i = 0; i < kScans; i++)
+	{
+		same += scan;
+		different += scan;
+		different.replace(different.size() - scan.size() + place, label.size(), "label" + std::to_string(100'000 + i));
+	}
+	const auto seconds_of = [&](const std::string& bytes, std::size_t sensors)
+	{
+		const auto start = std::chrono::steady_clock::now();
+		const LogSurvey found = survey(bytes);
+		EXPECT_EQ(found.sensors.size(), sensors);
+		EXPECT_EQ(found.damage, "");
+		return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+	};
+	const double one = seconds_of(same, 1);
+	EXPECT_LT(seconds_of(different, kScans), 3 * one);
 }
 
 /// MRPT's readers get no bytes in this process but those that they have read in the other one.

@@ -280,3 +280,38 @@ TEST_F(RosLog, TwoLasersAreTwoSensorsWithPosesOfTheirOwn)
 	EXPECT_NEAR(objects.at(0).scans.at(0)->sensorPose.x(), 0.5, 1e-9);
 	EXPECT_NEAR(objects.at(1).scans.at(0)->sensorPose.x(), -0.5, 1e-9);
 }
+
+TEST_F(RosLog, ASurveyCountsTheScansThatAreReadBeforeTheDamage)
+{
+	std::vector<MadeMessage> messages;
+	for (std::int64_t i = 0; i < 10; i++)
+	{
+		MadeScan scan = fan();
+		scan.time = kStart + i;
+		messages.push_back(made_scan(Wire::kRos1, scan));
+	}
+	std::swap(messages[1], messages[9]);  // so that the second chunk is read when scans of the first one wait
+	std::string file = mcap_file(messages, {"", 5, false}, "ros1");
+	file[file.rfind("laser")] = 'L';
+	write("log", file);
+	const Log log = open_ros_log(path("log"), RosFormat::kMcap);
+	ASSERT_EQ(log.survey.sensors.size(), 1U);
+	EXPECT_EQ(log.survey.sensors[0].scans, 5U);
+	const auto reader = log.read();
+	std::size_t scans = 0;
+	while (reader->next()) scans++;
+	EXPECT_EQ(scans, 5U);
+	EXPECT_NE(reader->damage().find("checksum"), std::string::npos) << reader->damage();
+}
+
+TEST_F(RosLog, NamesOfFramesThatNobodyGivesAreDamage)
+{
+	MadeScan scan = fan();
+	scan.frame = std::string(1001, 'f');
+	const Log log = log_of({made_scan(Wire::kRos1, fan()), made_scan(Wire::kRos1, scan)}, Wire::kRos1);
+	const auto reader = log.read();
+	EXPECT_TRUE(reader->next());
+	EXPECT_FALSE(reader->next());
+	EXPECT_NE(reader->damage().find("the name of a frame is longer than 1000 bytes"), std::string::npos)
+	    << reader->damage();
+}

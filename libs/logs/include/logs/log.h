@@ -99,7 +99,8 @@ struct Log
 };
 
 /// Recognizes a log by its content (a folder by its metadata.yaml) and reads it once.
-/// \param stop is asked a few times a second by readers that take long
+/// \param stop is asked a few times a second by readers that take long, also when the log is read again, which then
+/// ends without damage
 /// \throws LogError if it cannot be read, Interrupted if `stop` said so
 Log open_log(
     const std::string& path, const Stop& stop = [] { return false; });

@@ -65,7 +65,7 @@ std::int64_t nanoseconds(ByteCursor& cursor)
 class Bag1Source : public PieceSource
 {
    public:
-	explicit Bag1Source(const std::string& path) : file_(path)
+	Bag1Source(const std::string& path, const Stop& stop) : PieceSource(stop), file_(path)
 	{
 		check_magic(path);
 		std::vector<Piece> pieces;
@@ -137,6 +137,7 @@ class Bag1Source : public PieceSource
 		std::uint64_t end = kMagicSize;
 		while (end < file_.size())
 		{
+			ask_to_stop();
 			const std::uint64_t start = end;
 			const Record record = read_record(start);
 			end = record.end();
@@ -165,8 +166,9 @@ class Bag1Source : public PieceSource
 	/// For a chunk without an index.
 	std::int64_t first_time_of(const Piece& piece)
 	{
+		ask_to_stop();
 		std::int64_t first = kNoTime;
-		for (const Message& message : load(piece)) first = std::min(first, message.time);
+		load(piece, [&](const auto& /*topic*/, std::int64_t time, Bytes /*data*/) { first = std::min(first, time); });
 		return first;
 	}
 
@@ -175,18 +177,16 @@ class Bag1Source : public PieceSource
 		auto& topic = topics_[number_of<std::uint32_t>(fields, "conn")];
 		if (topic) return;
 		const MessageKind kind = kind_of_type(text_of(field_of(data, "type")));
-		topic = std::make_shared<const Topic>(Topic{text_of(field_of(fields, "topic")), kind, Encoding::kRos1});
+		topic = keep({text_of(field_of(fields, "topic")), kind, Encoding::kRos1});
 	}
 
-	std::vector<Message> load(const Piece& piece) override
+	void load(const Piece& piece, const Add& add) override
 	{
 		const Record chunk = read_record(piece.offset);
 		const std::string method = text_of(field_of(chunk.fields(), "compression"));
 		const auto size = number_of<std::uint32_t>(chunk.fields(), "size");
-		const auto owner =
-		    std::make_shared<const std::vector<std::uint8_t>>(unpack(method, file_.view(chunk.data, chunk.size), size));
-		std::vector<Message> messages;
-		ByteCursor cursor(Bytes{owner->data(), owner->size()});
+		const std::vector<std::uint8_t> unpacked = unpack(method, file_.view(chunk.data, chunk.size), size);
+		ByteCursor cursor(Bytes{unpacked.data(), unpacked.size()});
 		while (cursor.left() > 0)
 		{
 			const Bytes fields = cursor.take(cursor.number<std::uint32_t>());
@@ -198,9 +198,8 @@ class Bag1Source : public PieceSource
 			if (topic == topics_.end()) throw std::runtime_error("a message is of a connection that is not defined");
 			if (topic->second->kind == MessageKind::kOther) continue;
 			ByteCursor time(field_of(fields, "time"));
-			messages.push_back({topic->second, nanoseconds(time), data, owner});
+			add(topic->second, nanoseconds(time), data);
 		}
-		return messages;
 	}
 
 	ByteFile file_;
@@ -208,8 +207,8 @@ class Bag1Source : public PieceSource
 };
 }  // namespace
 
-std::unique_ptr<MessageSource> open_bag1(const std::string& path)
+std::unique_ptr<MessageSource> open_bag1(const std::string& path, const Stop& stop)
 {
-	return std::make_unique<Bag1Source>(path);
+	return std::make_unique<Bag1Source>(path, stop);
 }
 }  // namespace d2s1r::logs

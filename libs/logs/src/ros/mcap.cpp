@@ -28,7 +28,7 @@ std::int64_t nanoseconds(std::uint64_t time)
 class McapSource : public PieceSource
 {
    public:
-	explicit McapSource(const std::string& path) : file_(path)
+	McapSource(const std::string& path, const Stop& stop) : PieceSource(stop), file_(path)
 	{
 		const Bytes start = file_.view(0, std::min(file_.size(), kMcapMagicSize));
 		if (start.size < kMcapMagicSize || std::memcmp(start.data, kMagic, kMcapMagicSize) != 0)
@@ -54,6 +54,7 @@ class McapSource : public PieceSource
 		McapPlace record;
 		for (std::uint64_t start = kMcapMagicSize; record.opcode != McapOpcode::kFooter; start = record.end())
 		{
+			ask_to_stop();
 			record = find_mcap_record(file_, start);
 			if (record.opcode == McapOpcode::kMessage)
 			{
@@ -82,31 +83,31 @@ class McapSource : public PieceSource
 		const auto id = cursor.number<std::uint16_t>();
 		if (opcode == McapOpcode::kSchema)
 		{
-			schemas_.emplace(id, cursor.text());
+			schemas_.emplace(id, kind_of_type(cursor.text()));
 			return;
 		}
+		if (channels_.count(id) > 0) return;
 		const auto schema = schemas_.find(cursor.number<std::uint16_t>());
-		Topic topic{cursor.text(), schema == schemas_.end() ? MessageKind::kOther : kind_of_type(schema->second)};
+		Topic topic{cursor.text(), schema == schemas_.end() ? MessageKind::kOther : schema->second};
 		const std::string encoding = cursor.text();
 		if (encoding == "ros1") topic.encoding = Encoding::kRos1;
 		if (encoding != "ros1" && encoding != "cdr") topic.kind = MessageKind::kOther;
-		channels_.emplace(id, std::make_shared<const Topic>(topic));
+		channels_.emplace(id, keep(std::move(topic)));
 	}
 
-	std::vector<Message> load(const Piece& piece) override
+	void load(const Piece& piece, const Add& add_message) override
 	{
 		const McapPlace first = find_mcap_record(file_, piece.offset);
-		std::vector<std::uint8_t> records;
+		std::vector<std::uint8_t> unpacked;
+		Bytes records;
 		if (first.opcode == McapOpcode::kChunk)
-			records = unpack_mcap_chunk(file_.view(first.content, first.size)).records;
-		else
 		{
-			const Bytes run = file_.view(piece.offset, piece.size);
-			records.assign(run.data, run.data + run.size);
+			unpacked = unpack_mcap_chunk(file_.view(first.content, first.size)).records;
+			records = {unpacked.data(), unpacked.size()};
 		}
-		const auto owner = std::make_shared<const std::vector<std::uint8_t>>(std::move(records));
-		std::vector<Message> messages;
-		ByteCursor cursor(Bytes{owner->data(), owner->size()});
+		else
+			records = file_.view(piece.offset, piece.size);
+		ByteCursor cursor(records);
 		while (cursor.left() > 0)
 		{
 			const auto [opcode, content] = take_mcap_record(cursor);
@@ -119,13 +120,12 @@ class McapSource : public PieceSource
 			message.take(4);  // its number in the sequence
 			const std::int64_t time = nanoseconds(message.number<std::uint64_t>());
 			message.take(8);  // when it was published
-			messages.push_back({channel->second, time, message.take(message.left()), owner});
+			add_message(channel->second, time, message.take(message.left()));
 		}
-		return messages;
 	}
 
 	ByteFile file_;
-	std::map<std::uint16_t, std::string> schemas_;  //!< their names
+	std::map<std::uint16_t, MessageKind> schemas_;
 	std::map<std::uint16_t, std::shared_ptr<const Topic>> channels_;
 };
 }  // namespace
@@ -163,8 +163,8 @@ McapChunk unpack_mcap_chunk(Bytes content)
 	return chunk;
 }
 
-std::unique_ptr<MessageSource> open_mcap(const std::string& path)
+std::unique_ptr<MessageSource> open_mcap(const std::string& path, const Stop& stop)
 {
-	return std::make_unique<McapSource>(path);
+	return std::make_unique<McapSource>(path, stop);
 }
 }  // namespace d2s1r::logs

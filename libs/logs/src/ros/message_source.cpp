@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 class FolderSource : public MessageSource
 {
    public:
-	explicit FolderSource(std::vector<std::string> files) : files_(std::move(files)) {}
+	FolderSource(std::vector<std::string> files, Stop stop) : files_(std::move(files)), stop_(std::move(stop)) {}
 
 	std::optional<Message> next() override
 	{
@@ -37,7 +37,7 @@ class FolderSource : public MessageSource
 	}
 
    private:
-	static std::unique_ptr<MessageSource> open_file(const std::string& file)
+	std::unique_ptr<MessageSource> open_file(const std::string& file) const
 	{
 		const auto format = recognize_ros(file);
 		if (format != RosFormat::kSqlite && format != RosFormat::kMcap)
@@ -45,10 +45,11 @@ class FolderSource : public MessageSource
 			    file,
 			    "is neither a sqlite3 nor an MCAP file, as its metadata.yaml has it; if it is packed as a whole "
 			    "(FILE.zstd), unpack it by 'zstd -d' and name the file");
-		return open_messages(file, *format);
+		return open_messages(file, *format, stop_);
 	}
 
 	std::vector<std::string> files_;
+	Stop stop_;
 	std::size_t opened_ = 0;
 	std::unique_ptr<MessageSource> source_;
 };
@@ -81,6 +82,13 @@ std::vector<std::string> files_of_metadata(const fs::path& folder)
 			throw LogError(file, "is missing, though metadata.yaml names it; copy the whole folder");
 	return files;
 }
+
+/// [byte] of memory that a message takes while it waits.
+std::size_t bytes_of(Bytes data)
+{
+	constexpr std::size_t kOfEach = 200;  // [byte] besides its data
+	return data.size + kOfEach;
+}
 }  // namespace
 
 MessageKind kind_of_type(const std::string& type)
@@ -95,8 +103,24 @@ MessageKind kind_of_type(const std::string& type)
 
 std::string describe_damage(const std::exception& error)
 {
+	if (dynamic_cast<const Interrupted*>(&error)) throw Interrupted();
 	if (dynamic_cast<const Unreadable*>(&error)) return one_line(error);
 	return "is damaged or cut short (" + one_line(error) + "); copy or record the log again";
+}
+
+std::shared_ptr<const Topic> MessageSource::keep(Topic topic)
+{
+	constexpr std::size_t kOfEach = 200;  // [byte] besides its name
+	if (topic.kind == MessageKind::kOther) topic.name.clear();
+	topic_bytes_ += topic.name.size() + kOfEach;
+	if (topic_bytes_ > kMostBytesOfTopics)
+		throw Unreadable("is damaged (the names of its topics take too much memory); copy or record the log again");
+	return std::make_shared<const Topic>(std::move(topic));
+}
+
+void PieceSource::ask_to_stop() const
+{
+	if (stop_()) throw Interrupted();
 }
 
 void PieceSource::set_pieces(std::vector<Piece> pieces, std::string damage)
@@ -107,39 +131,53 @@ void PieceSource::set_pieces(std::vector<Piece> pieces, std::string damage)
 	damage_at_end_ = std::move(damage);
 }
 
+bool PieceSource::must_load() const
+{
+	if (next_piece_ == pieces_.size()) return false;
+	return waiting_.empty() || pieces_[next_piece_].first_time <= waiting_.top().message.time;
+}
+
 void PieceSource::load_next_piece()
 {
-	for (auto& message : load(pieces_[next_piece_++]))
-	{
-		waiting_bytes_ += message.data.size;
-		waiting_.push({std::move(message), loaded_++});
-	}
+	ask_to_stop();
+	load(
+	    pieces_[next_piece_++],
+	    [this](const std::shared_ptr<const Topic>& topic, std::int64_t time, Bytes data) { add(topic, time, data); });
+}
+
+/// A message that waits holds a copy of its own bytes only: its piece may be many times as large.
+void PieceSource::add(const std::shared_ptr<const Topic>& topic, std::int64_t time, Bytes data)
+{
+	waiting_bytes_ += bytes_of(data);
+	if (waiting_bytes_ > kMostBytesWaiting)
+		throw Unreadable(
+		    "is damaged, or its chunks are out of order (more than " + std::to_string(kMostBytesWaiting / 1'000'000) +
+		    " MB of messages would wait for others that were recorded before them); write the log again in the order "
+		    "of its times");
+	auto owner = std::make_shared<const std::vector<std::uint8_t>>(data.data, data.data + data.size);
+	const Bytes copy{owner->data(), owner->size()};
+	waiting_.push({{topic, time, copy, std::move(owner)}, loaded_++});
 }
 
 std::optional<Message> PieceSource::next()
 {
 	try
 	{
-		const auto must_load = [this]
-		{
-			if (next_piece_ == pieces_.size()) return false;
-			if (waiting_.empty()) return true;
-			return pieces_[next_piece_].first_time <= waiting_.top().message.time && waiting_bytes_ < kMostBytesAtOnce;
-		};
-		while (damage_.empty() && must_load()) load_next_piece();
+		while (must_load()) load_next_piece();
 	}
 	catch (const std::exception& e)
 	{
-		damage_ = describe_damage(e);
+		damage_at_end_ = describe_damage(e);
+		next_piece_ = pieces_.size();
 	}
 	if (waiting_.empty())
 	{
-		if (damage_.empty()) damage_ = damage_at_end_;
+		damage_ = damage_at_end_;
 		return std::nullopt;
 	}
 	Message first = waiting_.top().message;
 	waiting_.pop();
-	waiting_bytes_ -= first.data.size;
+	waiting_bytes_ -= bytes_of(first.data);
 	return first;
 }
 
@@ -161,19 +199,19 @@ std::optional<RosFormat> recognize_ros(const std::string& path)
 	return recognize_ros(file.view(0, std::min(file.size(), kMagicSize)));
 }
 
-std::unique_ptr<MessageSource> open_messages(const std::string& path, RosFormat format)
+std::unique_ptr<MessageSource> open_messages(const std::string& path, RosFormat format, const Stop& stop)
 {
 	switch (format)
 	{
 		case RosFormat::kBag1:
-			return open_bag1(path);
+			return open_bag1(path, stop);
 		case RosFormat::kSqlite:
-			return open_sqlite(path);
+			return open_sqlite(path, stop);
 		case RosFormat::kMcap:
-			return open_mcap(path);
+			return open_mcap(path, stop);
 		case RosFormat::kFolder2:
 			break;
 	}
-	return std::make_unique<FolderSource>(files_of_metadata(path));
+	return std::make_unique<FolderSource>(files_of_metadata(path), stop);
 }
 }  // namespace d2s1r::logs

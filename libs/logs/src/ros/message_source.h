@@ -1,9 +1,11 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "logs/own_process.h"
 #include "ros/bytes.h"
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <queue>
@@ -44,7 +46,7 @@ struct Message
 	std::shared_ptr<const Topic> topic;
 	std::int64_t time = 0;                                   //!< [ns] since the epoch, when it was recorded
 	Bytes data;                                              //!< without the encapsulation of the recorder
-	std::shared_ptr<const std::vector<std::uint8_t>> owner;  //!< of the data
+	std::shared_ptr<const std::vector<std::uint8_t>> owner;  //!< of the data, and of nothing else
 };
 
 /// Messages of a recording by the time of their recording; kOther never appears.
@@ -54,16 +56,28 @@ class MessageSource
 	virtual ~MessageSource() = default;
 
 	/// Returns the next message, or no value at the end, which is a clean one if damage() is empty.
+	/// \throws Interrupted if the caller asked to stop, see open_messages()
 	virtual std::optional<Message> next() = 0;
 
 	/// Returns what stopped the reading before the end of the file, and what to do; else an empty text.
 	const std::string& damage() const { return damage_; }
 
    protected:
+	/// Returns a topic that is kept until the end; the name of one of other messages is not kept.
+	/// \throws Unreadable if the topics of the file take more than kMostBytesOfTopics
+	std::shared_ptr<const Topic> keep(Topic topic);
+
 	std::string damage_;
+
+   private:
+	std::size_t topic_bytes_ = 0;  //!< [byte] of memory that the topics take
 };
 
+/// Says how much memory [byte] the topics of a file may take.
+inline constexpr std::size_t kMostBytesOfTopics = 16'000'000;
+
 /// Returns what MessageSource::damage() says about an error of a reader.
+/// \throws Interrupted if the error is that, which is no damage
 std::string describe_damage(const std::exception& error);
 
 /// A part of a file that is read at once.
@@ -74,19 +88,30 @@ struct Piece
 	std::int64_t first_time = 0;  //!< [ns] of its messages
 };
 
-/// Orders the messages of a file whose pieces are in no order and overlap in time. It holds no more pieces in memory
-/// than overlap; if these are more than kMostBytesAtOnce, the order is that of the pieces.
+/// Says how much memory [byte] the messages of a file may take that wait for those which were recorded before them.
+inline constexpr std::size_t kMostBytesWaiting = 256'000'000;
+
+/// Orders the messages of a file whose pieces are in no order and overlap in time. It holds the messages of the pieces
+/// that overlap; if these would take more than kMostBytesWaiting, the reading ends there, as in a damaged file.
 class PieceSource : public MessageSource
 {
    public:
+	/// \param stop is asked for each record that is looked at
+	explicit PieceSource(Stop stop) : stop_(std::move(stop)) {}
+
 	std::optional<Message> next() final;
 
    protected:
+	using Add = std::function<void(const std::shared_ptr<const Topic>& topic, std::int64_t time, Bytes data)>;
+
+	/// \throws Interrupted if the caller asked to stop
+	void ask_to_stop() const;
+
 	/// Call once, before next(). \param damage what is said when the pieces are through
 	void set_pieces(std::vector<Piece> pieces, std::string damage);
 
-	/// Returns the messages of a piece, in any order.
-	virtual std::vector<Message> load(const Piece& piece) = 0;
+	/// Hands the messages of a piece to `add`, in any order; their data is copied there.
+	virtual void load(const Piece& piece, const Add& add) = 0;
 
    private:
 	struct Waiting
@@ -101,14 +126,17 @@ class PieceSource : public MessageSource
 			return a.message.time != b.message.time ? a.message.time > b.message.time : a.number > b.number;
 		}
 	};
+	bool must_load() const;
 	void load_next_piece();
+	void add(const std::shared_ptr<const Topic>& topic, std::int64_t time, Bytes data);
 
+	Stop stop_;
 	std::vector<Piece> pieces_;
 	std::size_t next_piece_ = 0;
 	std::priority_queue<Waiting, std::vector<Waiting>, IsLater> waiting_;
 	std::size_t loaded_ = 0;         //!< [-] messages
-	std::size_t waiting_bytes_ = 0;  //!< [byte] of the messages that wait
-	std::string damage_at_end_;
+	std::size_t waiting_bytes_ = 0;  //!< [byte] of memory that the messages take which wait
+	std::string damage_at_end_;      //!< told when all messages are through that were read
 };
 
 /// Says what a ROS recording is, by its content.
@@ -128,11 +156,14 @@ std::optional<RosFormat> recognize_ros(Bytes start);
 /// \throws LogError if it cannot be read
 std::optional<RosFormat> recognize_ros(const std::string& path);
 
-/// Opens a recording from its start. \throws LogError
-std::unique_ptr<MessageSource> open_messages(const std::string& path, RosFormat format);
+/// Opens a recording from its start.
+/// \param stop is asked a few times a second or more often, here and by the source
+/// \throws LogError, Interrupted if `stop` said so
+std::unique_ptr<MessageSource> open_messages(
+    const std::string& path, RosFormat format, const Stop& stop = [] { return false; });
 
-// The formats, each in a file of its own. \throws LogError
-std::unique_ptr<MessageSource> open_bag1(const std::string& path);
-std::unique_ptr<MessageSource> open_sqlite(const std::string& path);
-std::unique_ptr<MessageSource> open_mcap(const std::string& path);
+// The formats, each in a file of its own. \throws as open_messages()
+std::unique_ptr<MessageSource> open_bag1(const std::string& path, const Stop& stop);
+std::unique_ptr<MessageSource> open_sqlite(const std::string& path, const Stop& stop);
+std::unique_ptr<MessageSource> open_mcap(const std::string& path, const Stop& stop);
 }  // namespace d2s1r::logs

@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 namespace d2s1r::logs
 {
@@ -23,12 +24,31 @@ struct Publisher
 	std::string frame;  //!< of the laser, or of the robot whose odometry it is
 };
 
+/// Publishers in order of their appearance.
+class Publishers
+{
+   public:
+	Publisher& of(const Message& message)
+	{
+		const auto [place, is_new] = places_.emplace(message.topic->name, publishers_.size());
+		if (is_new) publishers_.push_back({message.topic->name, 0, ""});
+		return publishers_[place->second];
+	}
+	auto begin() const { return publishers_.begin(); }
+	auto end() const { return publishers_.end(); }
+	std::size_t size() const { return publishers_.size(); }
+
+   private:
+	std::vector<Publisher> publishers_;
+	std::map<std::string, std::size_t> places_;  //!< of these, by topic
+};
+
 /// What the first reading of a recording finds.
 struct Contents
 {
-	std::vector<Publisher> lasers;      //!< in order of appearance
-	std::vector<Publisher> odometries;  //!< in order of appearance
-	FrameTree frames;                   //!< with the last transforms of all
+	Publishers lasers;
+	Publishers odometries;
+	FrameTree frames;  //!< with the last transforms of all
 	std::string damage;
 };
 
@@ -40,24 +60,16 @@ struct RobotFrames
 	std::string odometry_frame;  //!< parent of the robot in tf; empty: not used
 };
 
-Publisher& publisher_of(const Message& message, std::vector<Publisher>& publishers)
-{
-	const auto found = std::find_if(
-	    publishers.begin(), publishers.end(), [&](const Publisher& p) { return p.topic == message.topic->name; });
-	if (found != publishers.end()) return *found;
-	return publishers.emplace_back(Publisher{message.topic->name, 0, ""});
-}
-
 void add_contents(const Message& message, Contents& contents)
 {
 	if (message.topic->kind == MessageKind::kLaserScan)
 	{
-		Publisher& laser = publisher_of(message, contents.lasers);
+		Publisher& laser = contents.lasers.of(message);
 		if (laser.messages++ == 0) laser.frame = decode_laser_scan(message).header.frame;
 	}
 	else if (message.topic->kind == MessageKind::kOdometry)
 	{
-		Publisher& odometry = publisher_of(message, contents.odometries);
+		Publisher& odometry = contents.odometries.of(message);
 		if (odometry.messages++ == 0) odometry.frame = decode_odometry(message).pose.child;
 	}
 	else
@@ -185,14 +197,17 @@ double turned_angle(const LaserScan& scan)
 class RosReader : public LogReader
 {
    public:
-	RosReader(std::unique_ptr<MessageSource> source, FrameTree tree, RobotFrames frames)
-	    : source_(std::move(source)), tree_(std::move(tree)), frames_(std::move(frames))
+	/// \param open opens the recording
+	RosReader(std::function<std::unique_ptr<MessageSource>()> open, FrameTree tree, RobotFrames frames)
+	    : open_(std::move(open)), tree_(std::move(tree)), frames_(std::move(frames))
 	{
 	}
 
+	/// Ends without damage when the caller asks to stop.
 	std::optional<RawlogObject> next() override
 	try
 	{
+		if (!source_) source_ = open_();
 		while (damage_.empty())
 		{
 			const auto message = source_->next();
@@ -205,6 +220,10 @@ class RosReader : public LogReader
 	catch (const LogError&)
 	{
 		throw;
+	}
+	catch (const Interrupted&)
+	{
+		return std::nullopt;
 	}
 	catch (const std::exception& e)
 	{
@@ -262,6 +281,7 @@ class RosReader : public LogReader
 		return observation;
 	}
 
+	std::function<std::unique_ptr<MessageSource>()> open_;
 	std::unique_ptr<MessageSource> source_;
 	FrameTree tree_;
 	RobotFrames frames_;
@@ -313,14 +333,15 @@ std::vector<PoseOfTopic> read_odometry_of_topic(const std::string& path, const s
 	return poses;
 }
 
-Log open_ros_log(const std::string& path, RosFormat format)
+Log open_ros_log(const std::string& path, RosFormat format, const Stop& stop)
 {
-	const Contents contents = read_contents(*open_messages(path, format));
+	const auto open = [path, format, stop] { return open_messages(path, format, stop); };
+	const Contents contents = read_contents(*open());
 	const RobotFrames frames = find_robot_frames(contents);
 	Log log;
 	log.survey = describe(format, contents, frames);
-	log.read = [path, format, tree = contents.frames, frames]() -> std::unique_ptr<LogReader>
-	{ return std::make_unique<RosReader>(open_messages(path, format), tree, frames); };
+	log.read = [open, tree = contents.frames, frames]() -> std::unique_ptr<LogReader>
+	{ return std::make_unique<RosReader>(open, tree, frames); };
 	return log;
 }
 }  // namespace d2s1r::logs

@@ -9,8 +9,10 @@ namespace d2s1r::logs
 {
 /// Opens a recording of ROS as a log: a laser is a topic of sensor_msgs/LaserScan, its pose on the robot comes from
 /// tf_static and tf, the odometry from a topic of nav_msgs/Odometry or from tf. The recording is read once.
-/// \throws LogError
-Log open_ros_log(const std::string& path, RosFormat format);
+/// \param stop as open_log() has it
+/// \throws LogError, Interrupted if `stop` said so
+Log open_ros_log(
+    const std::string& path, RosFormat format, const Stop& stop = [] { return false; });
 
 /// Returns the angle [rad] of the middle of the beams, in the frame of the laser.
 double middle_angle(const LaserScan& scan);

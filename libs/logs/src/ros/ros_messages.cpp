@@ -120,13 +120,23 @@ std::uint32_t count_of(Fields& fields, std::size_t least_size)
 	return count;
 }
 
+/// The name of a frame. \throws std::runtime_error if it is far longer than names are
+template <typename Fields>
+std::string read_frame(Fields& fields)
+{
+	constexpr std::size_t kLongest = 1000;  // [byte]
+	const std::string frame = without_slash(fields.text());
+	if (frame.size() > kLongest) throw std::runtime_error("the name of a frame is longer than 1000 bytes");
+	return frame;
+}
+
 template <typename Fields>
 Header read_header(Fields& fields)
 {
 	if (Fields::kHasSequenceNumber) fields.template number<std::uint32_t>();
 	const std::int64_t seconds = fields.template number<std::uint32_t>();
 	const std::int64_t nanoseconds = fields.template number<std::uint32_t>();
-	return {seconds * 1'000'000'000 + nanoseconds, without_slash(fields.text())};
+	return {seconds * 1'000'000'000 + nanoseconds, read_frame(fields)};
 }
 
 template <typename Fields>
@@ -163,7 +173,7 @@ OdometryMessage read_odometry(Fields& fields)
 	constexpr int kCovarianceSize = 36;
 	OdometryMessage odometry;
 	odometry.pose.header = read_header(fields);
-	odometry.pose.child = without_slash(fields.text());
+	odometry.pose.child = read_frame(fields);
 	odometry.pose.pose = read_pose(fields);
 	for (int i = 0; i < kCovarianceSize; i++) fields.template number<double>();
 	double twist[6];  // x y z [m/s], then about these axes [rad/s]
@@ -180,7 +190,7 @@ std::vector<Transform> read_transforms(Fields& fields)
 	for (Transform& transform : transforms)
 	{
 		transform.header = read_header(fields);
-		transform.child = without_slash(fields.text());
+		transform.child = read_frame(fields);
 		transform.pose = read_pose(fields);
 	}
 	return transforms;

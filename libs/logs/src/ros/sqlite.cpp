@@ -21,8 +21,10 @@ struct Close
 	void operator()(sqlite3_stmt* statement) const { sqlite3_finalize(statement); }
 };
 
-/// The file of a database as a URI. Without a journal beside it, nobody writes the file: then no lock is needed, which
-/// could not be had in a folder without permission to write.
+constexpr std::int64_t kMostMemory = 512'000'000;  // [byte] that SQLite takes, also for sorting without an index
+
+/// The file of a database as a URI. SQLite takes it for one that nobody writes to: then it neither locks the file nor
+/// writes anything beside it.
 std::string uri_of(const std::string& path)
 {
 	std::string uri = "file:";
@@ -35,14 +37,31 @@ std::string uri_of(const std::string& path)
 		else
 			uri += {'%', kDigits[byte / 16], kDigits[byte % 16]};
 	}
-	return std::filesystem::exists(path + "-wal") ? uri : uri + "?immutable=1";
+	return uri + "?immutable=1";
+}
+
+/// Refuses a file whose last messages are in a journal beside it: SQLite cannot read that without writing beside it.
+void check_has_no_journal(const std::string& path)
+{
+	namespace fs = std::filesystem;
+	std::error_code error;
+	const fs::path real = fs::canonical(path, error);  // the journal stands there
+	const std::string file = error ? path : real.string();
+	const bool has_journal = fs::exists(file + "-wal", error) && fs::file_size(file + "-wal", error) > 0;
+	if (has_journal)
+		throw LogError(
+		    path,
+		    "has messages in a journal beside it (-wal), which cannot be read without writing; end the recording, "
+		    "or move them into the file by: sqlite3 FILE 'PRAGMA wal_checkpoint(TRUNCATE)'");
 }
 
 class SqliteSource : public MessageSource
 {
    public:
-	explicit SqliteSource(const std::string& path)
+	SqliteSource(const std::string& path, Stop stop) : stop_(std::move(stop))
 	{
+		check_has_no_journal(path);
+		sqlite3_hard_heap_limit64(kMostMemory);  // of the process, in which nothing else uses SQLite
 		sqlite3* opened = nullptr;
 		const int result =
 		    sqlite3_open_v2(uri_of(path).c_str(), &opened, SQLITE_OPEN_READONLY | SQLITE_OPEN_URI, nullptr);
@@ -51,10 +70,13 @@ class SqliteSource : public MessageSource
 		{
 			if (result != SQLITE_OK) fail();
 			sqlite3_limit(opened, SQLITE_LIMIT_LENGTH, static_cast<int>(kMostBytesAtOnce));
+			ask_to_stop_while_it_works();
+			step(prepare("PRAGMA temp_store = MEMORY"));  // what is sorted without an index goes to no file
 			read_topics();
 			messages_ = prepare(
-			    "SELECT topic_id, timestamp, data FROM messages WHERE topic_id IN (" + chosen_topics() +
+			    "SELECT topic_id, timestamp, rowid FROM messages WHERE topic_id IN (" + chosen_topics() +
 			    ") ORDER BY timestamp, id");
+			data_ = prepare("SELECT data FROM messages WHERE rowid = ?");  // apart, so that no data is sorted
 		}
 		catch (const std::exception& e)
 		{
@@ -65,6 +87,7 @@ class SqliteSource : public MessageSource
 	std::optional<Message> next() override
 	try
 	{
+		if (stop_()) throw Interrupted();
 		if (ended_ || !step(messages_))
 		{
 			ended_ = true;  // another step would start from the first message again
@@ -73,8 +96,12 @@ class SqliteSource : public MessageSource
 		const auto topic = topics_.find(sqlite3_column_int64(messages_.get(), 0));
 		if (topic == topics_.end()) return next();
 		Message message{topic->second, sqlite3_column_int64(messages_.get(), 1), {}, {}};
-		const auto* data = static_cast<const std::uint8_t*>(sqlite3_column_blob(messages_.get(), 2));
-		const auto size = static_cast<std::size_t>(sqlite3_column_bytes(messages_.get(), 2));
+		sqlite3_reset(data_.get());
+		sqlite3_bind_int64(data_.get(), 1, sqlite3_column_int64(messages_.get(), 2));
+		if (!step(data_)) throw std::runtime_error("a message has no data");
+		const auto* data = static_cast<const std::uint8_t*>(sqlite3_column_blob(data_.get(), 0));
+		const auto size = static_cast<std::size_t>(sqlite3_column_bytes(data_.get(), 0));
+		if (!data && sqlite3_errcode(database_.get()) == SQLITE_NOMEM) fail();
 		message.owner = std::make_shared<const std::vector<std::uint8_t>>(data, data + (data ? size : 0));
 		message.data = {message.owner->data(), message.owner->size()};
 		return message;
@@ -91,7 +118,21 @@ class SqliteSource : public MessageSource
 
 	[[noreturn]] void fail() const
 	{
+		const int error = database_ ? sqlite3_errcode(database_.get()) : SQLITE_NOMEM;
+		if (error == SQLITE_INTERRUPT) throw Interrupted();
+		if (error == SQLITE_NOMEM && sqlite3_memory_highwater(0) > kMostMemory / 2)
+			throw Unreadable(
+			    "would take more than " + std::to_string(kMostMemory / 1'000'000) +
+			    " MB of memory to be read: it is damaged, or has no index of the times (timestamp_idx); record it "
+			    "again, or add the index");
 		throw std::runtime_error(database_ ? sqlite3_errmsg(database_.get()) : "not enough memory");
+	}
+
+	void ask_to_stop_while_it_works()
+	{
+		constexpr int kInstructions = 10000;  // of SQLite's machine between two questions: less than a millisecond
+		const auto ask = [](void* stop) { return (*static_cast<const Stop*>(stop))() ? 1 : 0; };
+		sqlite3_progress_handler(database_.get(), kInstructions, ask, &stop_);
 	}
 
 	Statement prepare(const std::string& query) const
@@ -123,9 +164,10 @@ class SqliteSource : public MessageSource
 		const Statement topics = prepare("SELECT id, name, type FROM topics WHERE serialization_format = 'cdr'");
 		while (step(topics))
 		{
-			const Topic topic{text_in(topics, 1), kind_of_type(text_in(topics, 2)), Encoding::kCdr};
-			if (topic.kind != MessageKind::kOther)
-				topics_.emplace(sqlite3_column_int64(topics.get(), 0), std::make_shared<const Topic>(topic));
+			const MessageKind kind = kind_of_type(text_in(topics, 2));
+			if (kind != MessageKind::kOther)
+				topics_.emplace(
+				    sqlite3_column_int64(topics.get(), 0), keep({text_in(topics, 1), kind, Encoding::kCdr}));
 		}
 	}
 
@@ -137,19 +179,21 @@ class SqliteSource : public MessageSource
 		return numbers;
 	}
 
+	Stop stop_;
 	std::unique_ptr<sqlite3, Close> database_;
 	std::map<std::int64_t, std::shared_ptr<const Topic>> topics_;
-	Statement messages_;
+	Statement messages_;  //!< their topics, times and numbers, in order
+	Statement data_;      //!< of the message with a number
 	bool ended_ = false;
 };
 }  // namespace
 
-std::unique_ptr<MessageSource> open_sqlite(const std::string& path)
+std::unique_ptr<MessageSource> open_sqlite(const std::string& path, const Stop& stop)
 {
-	return std::make_unique<SqliteSource>(path);
+	return std::make_unique<SqliteSource>(path, stop);
 }
 #else
-std::unique_ptr<MessageSource> open_sqlite(const std::string& path)
+std::unique_ptr<MessageSource> open_sqlite(const std::string& path, const Stop& /*stop*/)
 {
 	throw LogError(
 	    path, "is a sqlite3 file, which this program was built without; install libsqlite3-dev and build it again");
