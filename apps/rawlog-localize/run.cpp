@@ -128,11 +128,12 @@ void write_files(RunOutputs& outputs, RunReport& report, const LoopResult& loop,
 	outputs.commit(report);
 }
 
-GroundTruth truth_of(const Flags& flags)
+GroundTruth truth_of(const Flags& flags, const logs::LogSurvey& survey)
 {
 	if (flags.ground_truth.empty()) return {};
 	return read_interruptibly(
-	    flags.ground_truth, [name = flags.ground_truth, log = flags.rawlog] { return read_ground_truth(name, log); });
+	    flags.ground_truth, [name = flags.ground_truth, log = flags.rawlog, damage = survey.damage]
+	    { return read_ground_truth(name, log, damage); });
 }
 
 /// Goes from the log and the map to all outputs.
@@ -155,7 +156,7 @@ ExitStatus localize(
 	const logs::Log log = open_log(flags, prepare);
 	const logs::Sensor sensor = choose_sensor(log.survey, flags.sensor_label, flags.log_name());
 	const FrameSelection selection = select_frames(flags, sensor);
-	const GroundTruth truth = truth_of(flags);
+	const GroundTruth truth = truth_of(flags, log.survey);
 	if (!flags.quiet) say(flags.rawlog, describe_log(log.survey, sensor, flags), console);
 
 	if (!flags.is_live()) prepare();
@@ -191,7 +192,7 @@ ExitStatus diagnose_only(const Flags& flags, const Parameters& parameters, Conso
 {
 	const logs::Log log = open_log(flags, {});  // it is not live
 	const logs::Sensor sensor = choose_sensor(log.survey, flags.sensor_label, flags.rawlog);
-	const GroundTruth truth = truth_of(flags);
+	const GroundTruth truth = truth_of(flags, log.survey);
 	if (!flags.quiet) say(flags.rawlog, describe_log(log.survey, sensor, flags), console);
 	map_entries(flags);  // refuses an atlas
 	const CSignatureMap2D::ConstPtr map = build_map(flags, parameters, console);

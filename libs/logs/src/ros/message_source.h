@@ -63,7 +63,7 @@ class MessageSource
 	std::string damage_;
 };
 
-/// Returns what MessageSource::damage() says about an error of a reader.
+/// Returns what MessageSource::damage() says about an error of a reader. \throws std::bad_alloc if it is that
 std::string describe_damage(const std::exception& error);
 
 /// A part of a file that is read at once.

@@ -6,8 +6,10 @@
 #ifdef D2S1R_SQLITE
 #include <sqlite3.h>
 
+#include <cerrno>
 #include <filesystem>
 #include <map>
+#include <new>
 #endif
 
 namespace d2s1r::logs
@@ -44,6 +46,7 @@ class SqliteSource : public MessageSource
 	explicit SqliteSource(const std::string& path)
 	{
 		sqlite3* opened = nullptr;
+		errno = 0;
 		const int result =
 		    sqlite3_open_v2(uri_of(path).c_str(), &opened, SQLITE_OPEN_READONLY | SQLITE_OPEN_URI, nullptr);
 		database_.reset(opened);
@@ -89,20 +92,30 @@ class SqliteSource : public MessageSource
    private:
 	using Statement = std::unique_ptr<sqlite3_stmt, Close>;
 
+	/// Says why the call before has failed; errno was 0 before that.
 	[[noreturn]] void fail() const
 	{
-		throw std::runtime_error(database_ ? sqlite3_errmsg(database_.get()) : "not enough memory");
+		const int error = errno;
+		const int code = database_ ? sqlite3_extended_errcode(database_.get()) : SQLITE_NOMEM;
+		constexpr int kKind = 0xff;  // what a code of the more exact ones is a case of
+		if ((code & kKind) == SQLITE_NOMEM || code == SQLITE_IOERR_NOMEM) throw std::bad_alloc();
+		const bool is_called_damage = (code & kKind) == SQLITE_CORRUPT && (error == EIO || error == ENXIO);
+		const bool is_read_error = (code & kKind) == SQLITE_IOERR && code != SQLITE_IOERR_SHORT_READ;
+		if (is_called_damage || is_read_error) throw_unread(std::strerror(error));
+		throw std::runtime_error(sqlite3_errmsg(database_.get()));
 	}
 
 	Statement prepare(const std::string& query) const
 	{
 		sqlite3_stmt* statement = nullptr;
+		errno = 0;
 		if (sqlite3_prepare_v2(database_.get(), query.c_str(), -1, &statement, nullptr) != SQLITE_OK) fail();
 		return Statement(statement);
 	}
 
 	bool step(const Statement& statement) const
 	{
+		errno = 0;
 		const int result = sqlite3_step(statement.get());
 		if (result != SQLITE_ROW && result != SQLITE_DONE) fail();
 		return result == SQLITE_ROW;
