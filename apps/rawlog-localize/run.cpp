@@ -136,6 +136,16 @@ GroundTruth truth_of(const Flags& flags, const logs::LogSurvey& survey)
 	    { return read_ground_truth(name, log, damage); });
 }
 
+/// Refuses a live log in which no frame that was asked for came, as a recorded one is refused before the run.
+/// \param survey of the log, with the laser that was asked for
+void check_any_frame(logs::LogSurvey survey, const LoopResult& loop, const Flags& flags)
+{
+	survey.sensors.front().scans = loop.scans;
+	if (loop.scans == 0) survey.sensors.clear();
+	for (const std::string& label : loop.other_labels) survey.sensors.push_back({label});
+	select_frames(flags, choose_sensor(survey, flags.sensor_label, flags.log_name()));
+}
+
 /// Goes from the log and the map to all outputs.
 /// \param backend the particle filter; null without --fuse
 ExitStatus localize(
@@ -184,6 +194,7 @@ ExitStatus localize(
 	if (needs_diagnosis(report)) report.diagnosis = diagnose(log, selection, flags, map->localizer(), truth);
 	if (outputs) write_files(*outputs, report, loop, truth);
 	if (!flags.quiet && !flags.stream) print_table(report, console.out);
+	if (flags.is_live() && loop.frames == 0 && !interrupted()) check_any_frame(log.survey, loop, flags);
 	return conclude(report, loop.frames, loop.damage.empty() ? log.survey.damage : loop.damage, console);
 }
 
