@@ -128,11 +128,22 @@ void write_files(RunOutputs& outputs, RunReport& report, const LoopResult& loop,
 	outputs.commit(report);
 }
 
-GroundTruth truth_of(const Flags& flags)
+GroundTruth truth_of(const Flags& flags, const logs::LogSurvey& survey)
 {
 	if (flags.ground_truth.empty()) return {};
 	return read_interruptibly(
-	    flags.ground_truth, [name = flags.ground_truth, log = flags.rawlog] { return read_ground_truth(name, log); });
+	    flags.ground_truth, [name = flags.ground_truth, log = flags.rawlog, damage = survey.damage]
+	    { return read_ground_truth(name, log, damage); });
+}
+
+/// Refuses a live log in which no frame that was asked for came, as a recorded one is refused before the run.
+/// \param survey of the log, with the laser that was asked for
+void check_any_frame(logs::LogSurvey survey, const LoopResult& loop, const Flags& flags)
+{
+	survey.sensors.front().scans = loop.scans;
+	if (loop.scans == 0) survey.sensors.clear();
+	for (const std::string& label : loop.other_labels) survey.sensors.push_back({label});
+	select_frames(flags, choose_sensor(survey, flags.sensor_label, flags.log_name()));
 }
 
 /// Goes from the log and the map to all outputs.
@@ -155,7 +166,7 @@ ExitStatus localize(
 	const logs::Log log = open_log(flags, prepare);
 	const logs::Sensor sensor = choose_sensor(log.survey, flags.sensor_label, flags.log_name());
 	const FrameSelection selection = select_frames(flags, sensor);
-	const GroundTruth truth = truth_of(flags);
+	const GroundTruth truth = truth_of(flags, log.survey);
 	if (!flags.quiet) say(flags.rawlog, describe_log(log.survey, sensor, flags), console);
 
 	if (!flags.is_live()) prepare();
@@ -183,6 +194,7 @@ ExitStatus localize(
 	if (needs_diagnosis(report)) report.diagnosis = diagnose(log, selection, flags, map->localizer(), truth);
 	if (outputs) write_files(*outputs, report, loop, truth);
 	if (!flags.quiet && !flags.stream) print_table(report, console.out);
+	if (flags.is_live() && loop.frames == 0 && !interrupted()) check_any_frame(log.survey, loop, flags);
 	return conclude(report, loop.frames, loop.damage.empty() ? log.survey.damage : loop.damage, console);
 }
 
@@ -191,7 +203,7 @@ ExitStatus diagnose_only(const Flags& flags, const Parameters& parameters, Conso
 {
 	const logs::Log log = open_log(flags, {});  // it is not live
 	const logs::Sensor sensor = choose_sensor(log.survey, flags.sensor_label, flags.rawlog);
-	const GroundTruth truth = truth_of(flags);
+	const GroundTruth truth = truth_of(flags, log.survey);
 	if (!flags.quiet) say(flags.rawlog, describe_log(log.survey, sensor, flags), console);
 	map_entries(flags);  // refuses an atlas
 	const CSignatureMap2D::ConstPtr map = build_map(flags, parameters, console);

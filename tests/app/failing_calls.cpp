@@ -10,6 +10,7 @@
 #include <dlfcn.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cerrno>
 #include <csignal>
@@ -108,17 +109,39 @@ extern "C"
 	}
 }
 
+namespace
+{
+/// Calls `real` with how many of `count` bytes, from the byte `at` of the file on, can be read before `end`; fails if
+/// none can. If `end` is negative, all can.
+template <class Read>
+ssize_t read_before(long end, long at, std::size_t count, const Read& real)
+{
+	if (end < 0) return real(count);
+	if (at < end) return real(std::min(count, static_cast<std::size_t>(end - at)));
+	errno = EIO;
+	return -1;
+}
+}  // namespace
+
 extern "C" ssize_t read(int descriptor, void* buffer, std::size_t count)
 {
 	static const auto real = next<ssize_t (*)(int, void*, std::size_t)>("read");
 	const long end = failing_byte(descriptor), at = end < 0 ? 0 : lseek(descriptor, 0, SEEK_CUR);
-	if (end >= 0 && at >= end)
-	{
-		errno = EIO;
-		return -1;
-	}
-	const auto left = static_cast<std::size_t>(end - at);
-	return real(descriptor, buffer, end >= 0 && left < count ? left : count);
+	return read_before(end, at, count, [&](std::size_t size) { return real(descriptor, buffer, size); });
+}
+
+extern "C" ssize_t pread(int descriptor, void* buffer, std::size_t count, off_t at)
+{
+	static const auto real = next<ssize_t (*)(int, void*, std::size_t, off_t)>("pread");
+	return read_before(
+	    failing_byte(descriptor), at, count, [&](std::size_t size) { return real(descriptor, buffer, size, at); });
+}
+
+extern "C" ssize_t pread64(int descriptor, void* buffer, std::size_t count, off64_t at)
+{
+	static const auto real = next<ssize_t (*)(int, void*, std::size_t, off64_t)>("pread64");
+	return read_before(
+	    failing_byte(descriptor), at, count, [&](std::size_t size) { return real(descriptor, buffer, size, at); });
 }
 
 extern "C" int rename(const char* from, const char* to) noexcept

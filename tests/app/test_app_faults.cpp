@@ -1,6 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // Faults of the system and signals at bad moments: a clear line, the right exit status, nothing half-written.
 #include <mrpt/img/CImage.h>
+#include <mrpt/io/CFileGZOutputStream.h>
 #include <mrpt/version.h>
 #include <sys/stat.h>
 
@@ -14,6 +15,7 @@
 
 #include "app_process.h"
 #include "app_world.h"
+#include "walk_logs.h"
 
 using namespace d2s1r::test;
 namespace fs = std::filesystem;
@@ -29,11 +31,42 @@ class AppFaults : public AppTest
 		save(observation_log(), path("walk.rawlog"));
 	}
 
-	Words words(const std::string& map, const Words& more = {}) const
+	Words words(const std::string& map, const Words& more = {}) const { return words_for("walk.rawlog", map, more); }
+
+	Words words_for(const std::string& log, const std::string& map, const Words& more = {}) const
 	{
-		Words all = {"-m", path(map), "-i", path("walk.rawlog"), "-o", path("out")};
+		Words all = {"-m", path(map), "-i", path(log), "-o", path("out")};
 		all.insert(all.end(), more.begin(), more.end());
 		return all;
+	}
+
+	/// Saves the walk in all formats of logs that the program was built with, and returns their names.
+	Words save_logs() const
+	{
+		Words names = {"walk.rawlog", "walk.clf", "walk.clf.gz", "walk.bag"};
+		write_file(path("walk.clf"), carmen_walk());
+		mrpt::io::CFileGZOutputStream(path("walk.clf.gz")).Write(carmen_walk().data(), carmen_walk().size());
+		write_file(path("walk.bag"), bag1_file(ros_walk(Wire::kRos1)));
+		for (const char* method : {"bz2", "lz4", "zstd"})
+		{
+			if (!can_pack(method)) continue;
+			names.push_back(std::string("walk_") + method + ".bag");
+			write_file(path(names.back()), bag1_file(ros_walk(Wire::kRos1), {method}));
+		}
+		if (can_pack("bz2"))
+		{
+			names.push_back("walk.clf.bz2");
+			write_file(path(names.back()), packed("bz2", carmen_walk()));
+		}
+#ifdef D2S1R_FASTCDR
+		names.push_back("walk.mcap");
+		write_file(path(names.back()), mcap_file(ros_walk(Wire::kCdr)));
+#ifdef D2S1R_SQLITE
+		names.push_back("walk.db3");
+		save_sqlite_bag(path(names.back()), ros_walk(Wire::kCdr));
+#endif
+#endif
+		return names;
 	}
 
 	/// Runs the program with calls that fail. \param failure such as "D2S1R_FAIL_NEW=7"
@@ -68,7 +101,10 @@ class AppFaults : public AppTest
 		ASSERT_TRUE(image.saveToFile(path(name)));
 	}
 
-	static bool is_wall(int x, int y, int side) { return x < 2 || y < 2 || x >= side - 2 || y >= side - 2; }
+	static bool is_wall(int x, int y, int side)
+	{
+		return x < 2 || y < 2 || x >= side - 2 || y >= side - 2;
+	}
 
 	/// A white image of so many pixels a side, with a wall around.
 	void save_image(const std::string& name, int side) const
@@ -101,10 +137,12 @@ TEST_F(AppFaults, AReadErrorInALogOrMapIsTold)
 {
 	save_image("hall.pgm", 120);
 	save_png("hall.png", 120);
-	for (const char* name : {"hall.pgm", "hall.png", "walk.rawlog", "flat.gridmap.gz"})
+	Words names = save_logs();
+	names.insert(names.end(), {"hall.pgm", "hall.png", "flat.gridmap.gz"});
+	for (const std::string& name : names)
 	{
-		const bool is_image = std::string(name).rfind("hall", 0) == 0;
-		Words arguments = words(is_image ? name : "flat.gridmap.gz", {"-q"});
+		const bool is_image = name.rfind("hall", 0) == 0, is_log = name.rfind("walk", 0) == 0;
+		Words arguments = words_for(is_log ? name : "walk.rawlog", is_image ? name : "flat.gridmap.gz", {"-q"});
 		if (is_image) arguments.insert(arguments.end(), {"--resolution", "0.1"});
 		const auto size = fs::file_size(path(name));
 		const auto cases = static_cast<std::uintmax_t>(fault_cases(4, 70));
@@ -112,14 +150,15 @@ TEST_F(AppFaults, AReadErrorInALogOrMapIsTold)
 		{
 			fs::remove_all(path("out"));
 			const auto byte = i * size / cases;
-			const auto result =
-			    run_failing("D2S1R_FAIL_READ=/" + std::string(name) + ":" + std::to_string(byte), arguments);
+			const auto result = run_failing("D2S1R_FAIL_READ=/" + name + ":" + std::to_string(byte), arguments);
 			EXPECT_EQ(result.status, 2) << name << " at byte " << byte;
 			EXPECT_EQ(lines_of(result.err).size(), 1U) << result.err << name << " at byte " << byte;
 			EXPECT_NE(result.err.find(path(name)), std::string::npos) << result.err;
 			EXPECT_NE(result.err.find("(Input/output error)"), std::string::npos) << result.err << "at byte " << byte;
+			for (const char* blame : {"damaged", "defect"})
+				EXPECT_EQ(result.err.find(blame), std::string::npos) << result.err << "at byte " << byte;
 			if (!fs::exists(path("out"))) continue;  // frames before the error are kept
-			EXPECT_EQ(std::string(name), "walk.rawlog") << byte;
+			EXPECT_TRUE(is_log) << name << " at byte " << byte;
 			EXPECT_TRUE(fs::exists(path("out/summary.json"))) << byte;
 		}
 	}
@@ -160,27 +199,34 @@ TEST_F(AppFaults, InputsThatChangeDuringTheRunCostALineAtMost)
 
 TEST_F(AppFaults, AnAllocationThatFailsIsToldAsThat)
 {
-	run_failing("D2S1R_COUNT=" + path("count"), words("flat.gridmap.gz", {"-q"}));
-	const long count = std::stol(read_file(path("count")));
-	ASSERT_GT(count, 1000);
-	int failed = 0;
-	const int cases = fault_cases(12, 300);
-	for (int i = 0; i < cases; i++)
+	const Words all_logs = save_logs();
+	for (const std::string& log : {std::string("walk.rawlog"), std::string("walk.clf.gz"), all_logs.back()})
 	{
-		fs::remove_all(path("out"));
-		const long call = 1 + i * count / cases + 37 * i % 101;
-		const auto result = run_failing("D2S1R_FAIL_NEW=" + std::to_string(call), words("flat.gridmap.gz", {"-q"}));
-		if (result.status == 0) continue;
-		failed++;
-		EXPECT_EQ(result.status, 2) << "at call " << call;
-		EXPECT_EQ(lines_of(result.err).size(), 1U) << result.err << " at call " << call;
-		EXPECT_NE(result.err.find("memory"), std::string::npos) << result.err << " at call " << call;
-		EXPECT_EQ(result.err.find("defect"), std::string::npos) << result.err << " at call " << call;
-		if (!fs::exists(path("out"))) continue;
-		for (const auto& entry : fs::directory_iterator(path("out")))  // of a library that lets nothing pass
-			EXPECT_EQ(entry.path().filename().string().rfind(".tmp", 0), 0U) << entry.path() << " at call " << call;
+		const Words arguments = words_for(log, "flat.gridmap.gz", {"-q"});
+		run_failing("D2S1R_COUNT=" + path("count"), arguments);
+		const long count = std::stol(read_file(path("count")));
+		ASSERT_GT(count, 1000) << log;
+		int failed = 0;
+		const int cases = fault_cases(12, 300);
+		for (int i = 0; i < cases; i++)
+		{
+			fs::remove_all(path("out"));
+			const long call = 1 + i * count / cases + 37 * i % 101;
+			const std::string where = " of " + log + " at call " + std::to_string(call);
+			const auto result = run_failing("D2S1R_FAIL_NEW=" + std::to_string(call), arguments);
+			if (result.status == 0) continue;
+			failed++;
+			EXPECT_EQ(result.status, 2) << where;
+			EXPECT_EQ(lines_of(result.err).size(), 1U) << result.err << where;
+			EXPECT_NE(result.err.find("memory"), std::string::npos) << result.err << where;
+			for (const char* blame : {"cut short", "defect"})
+				EXPECT_EQ(result.err.find(blame), std::string::npos) << result.err << where;
+			if (!fs::exists(path("out"))) continue;
+			for (const auto& entry : fs::directory_iterator(path("out")))  // of a library that lets nothing pass
+				EXPECT_EQ(entry.path().filename().string().rfind(".tmp", 0), 0U) << entry.path() << where;
+		}
+		EXPECT_GT(failed, cases / 2) << log;
 	}
-	EXPECT_GT(failed, cases / 2);
 }
 
 TEST_F(AppFaults, AMallocThatFailsIsToldAsThat)
@@ -216,6 +262,33 @@ TEST_F(AppFaults, AMallocThatFailsIsToldAsThat)
 		const long cases = std::min<long>(count, fault_cases(15, 300));
 		for (long i = 0; i < cases; i++)
 			if (!check(sizes + std::to_string(1 + i * count / cases))) write_file(path("out/frames.csv"), earlier);
+	}
+}
+
+TEST_F(AppFaults, MemoryThatRunsOutWhileALogIsReadIsNotTakenForDamageOfIt)
+{
+	for (const std::string& log : save_logs())
+	{
+		if (log == "walk.rawlog" || log == "walk.bag") continue;  // nothing of theirs takes that much memory at once
+		const Words arguments = words_for(log, "flat.gridmap.gz", {"-q"});
+		const std::string sizes = "D2S1R_FAIL_MALLOC=60000:2000000000:";  // what unpacks chunks, and blocks of text
+		run_failing(sizes + "999999", Words{"D2S1R_COUNT=" + path("count")}, arguments);
+		long count = 0;
+		ASSERT_TRUE(std::ifstream(path("count")) >> count >> count);
+		const long last = std::min<long>(count, fault_cases(9, 1000));
+		for (long call = fault_cases(5, 1); call <= last; call++)  // the first ones are of the program's start
+		{
+			fs::remove_all(path("out"));
+			const auto result = run_failing(sizes + std::to_string(call), arguments);
+			if (result.status == 0) continue;
+			const std::string where = result.err + " of " + log + " at call " + std::to_string(call);
+			EXPECT_EQ(result.status, 2) << where;
+			EXPECT_EQ(lines_of(result.err).size(), 1U) << where;
+			EXPECT_NE(result.err.find("memory"), std::string::npos) << where;
+			for (const char* blame : {"cut short", "defect"})
+				EXPECT_EQ(result.err.find(blame), std::string::npos) << where;
+			EXPECT_FALSE(fs::exists(path("out/summary.json"))) << where;
+		}
 	}
 }
 

@@ -3,10 +3,11 @@
 #include "../mrpt/shell.h"
 #include "app_process.h"
 #include "app_world.h"
-#include "logs/made_logs.h"
+#include "walk_logs.h"
 
 #include <mrpt/obs/CObservationOdometry.h>
 #include <mrpt/obs/CObservationRobotPose.h>
+#include <sys/stat.h>
 
 #include <chrono>
 #include <cmath>
@@ -16,46 +17,6 @@
 #include <thread>
 
 using namespace d2s1r::test;
-
-namespace
-{
-std::int64_t nanoseconds(std::size_t i)
-{
-	return std::llround(walk_time(i) * 10) * 100'000'000;
-}
-
-/// walk_scan(i) as ROS has it, from beams that start at -pi. \param clockwise as a laser upside down gives it
-MadeScan ros_scan(std::size_t i, bool clockwise = false)
-{
-	const auto observation = walk_scan(i);
-	const auto beams = observation->getScanSize();
-	MadeScan scan;
-	scan.time = nanoseconds(i);
-	scan.first_angle = -observation->aperture / 2;
-	scan.angle_step = observation->aperture / static_cast<float>(beams - 1);
-	scan.min_range = 0;
-	scan.max_range = observation->maxRange;
-	scan.ranges.clear();
-	for (std::size_t beam = 0; beam < beams; beam++)
-		scan.ranges.push_back(observation->getScanRange(clockwise ? beams - 1 - beam : beam));
-	return scan;
-}
-
-/// The walk with odometry, and the laser where walk_scan() has it.
-std::vector<MadeMessage> ros_walk(Wire wire, bool upside_down = false)
-{
-	std::vector<MadeMessage> messages;
-	const char axis = upside_down ? 'x' : 'z';
-	messages.push_back(made_transforms(
-	    wire, nanoseconds(0) - 1000, {{"base_link", "laser", 0.1, 0, 0.2, axis, upside_down ? M_PI : 0}}));
-	for (std::size_t i = 0; i < walk().size(); i++)
-	{
-		messages.push_back(made_odometry(wire, nanoseconds(i) - 10, walk()[i].x, walk()[i].y, walk()[i].phi));
-		messages.push_back(made_scan(wire, ros_scan(i, upside_down)));
-	}
-	return messages;
-}
-}  // namespace
 
 class AppLogs : public AppTest
 {
@@ -119,18 +80,7 @@ TEST_F(AppLogs, BagsOfRos2)
 
 TEST_F(AppLogs, CarmenLog)
 {
-	std::string log = "PARAM robot_frontlaser_offset 0.1 1 host 1\n";
-	for (std::size_t i = 0; i < walk().size(); i++)
-	{
-		const MadeScan scan = ros_scan(i);
-		char text[100];
-		log += "ROBOTLASER1 0 " + std::to_string(scan.first_angle) + " 6.28 " + std::to_string(scan.angle_step) + " " +
-		       std::to_string(scan.max_range) + " 0.01 0 " + std::to_string(scan.ranges.size());
-		for (const float range : scan.ranges) log += " " + std::to_string(range);
-		std::snprintf(text, sizeof text, " 0 0.1 0 0 0 0 0 0 0 0 0 0 %.6f host 0\n", walk_time(i));
-		log += text;
-	}
-	write_file(path("walk.log"), log);
+	write_file(path("walk.log"), carmen_walk());
 	expect_walk("walk.log");
 }
 
@@ -281,6 +231,23 @@ TEST_F(AppLogs, GroundTruthMayBeATopicOfTheLog)
 	expect_refusal(words("in.rawlog", {"--ground-truth", "topic:/odom"}), 2, {"is no recording of ROS"});
 }
 
+TEST_F(AppLogs, GroundTruthOfATopicThatIsDamagedIsToldAsThat)
+{
+	auto messages = ros_walk(Wire::kRos1);
+	messages[9].data.resize(30);  // within a pose of the odometry
+	write_file(path("short.bag"), bag1_file(messages));
+	expect_refusal(
+	    words("short.bag", {"-q", "--ground-truth", "topic:/odom"}), 2,
+	    {path("short.bag") + ": is damaged or cut short (", "; copy or record the log again"});
+
+	const std::string whole = bag1_file(ros_walk(Wire::kRos1));
+	write_file(path("cut.bag"), whole.substr(0, whole.size() / 2));
+	const auto result = run(words("cut.bag", {"-q", "--ground-truth", "topic:/odom"}));
+	EXPECT_EQ(result.status, 2);
+	EXPECT_NE(result.err.find(" frames before that are in"), std::string::npos) << result.err;
+	EXPECT_NE(read_file(path("out/summary.json")).find("ground_truth"), std::string::npos);
+}
+
 TEST_F(AppLogs, LogThatIsCutKeepsTheFramesBeforeTheCut)
 {
 	const std::string whole = bag1_file(ros_walk(Wire::kRos1));
@@ -328,4 +295,36 @@ TEST_F(AppLogs, AnInterruptEndsTheSurveyOfALogWithinASecond)
 		EXPECT_EQ(process.wait().status, 130);
 		EXPECT_LT(std::chrono::duration<double>(std::chrono::steady_clock::now() - sent).count(), 1);
 	}
+}
+
+TEST_F(AppLogs, FoldersWhoseMetadataAreNoneAreRefused)
+{
+	const auto metadata = [&](const std::string& names) {
+		write_file(
+		    path("folder/metadata.yaml"), "rosbag2_bagfile_information:\n  relative_file_paths: [" + names + "]\n");
+	};
+	const std::string file = path("folder/metadata.yaml");
+	std::filesystem::create_directories(file);
+	expect_refusal(words("folder"), 2, {file + ": is a folder, a device or a pipe", "name the file"});
+	std::filesystem::remove(file);
+	ASSERT_EQ(mkfifo(file.c_str(), 0600), 0);
+	expect_refusal(words("folder"), 2, {file + ": is a folder, a device or a pipe", "name the file"});
+	std::filesystem::remove(file);
+	metadata(std::string(300, 'a'));
+	expect_refusal(words("folder"), 2, {std::string(300, 'a') + ": is missing, though metadata.yaml names it"});
+	metadata("\"a\\0b\"");
+	expect_refusal(words("folder"), 2, {path("folder/a?b") + ": is missing, though metadata.yaml names it"});
+	write_file(file, std::string(5'000'000, '#'));
+	expect_refusal(words("folder"), 2, {file + ": is too large for the metadata of a bag"});
+}
+
+TEST_F(AppLogs, ANulInALogDoesNotCutTheLineAboutIt)
+{
+	std::string bag = bag1_file(ros_walk(Wire::kRos1));
+	for (auto at = bag.find("=none"); at != std::string::npos; at = bag.find("=none"))
+		bag.replace(at, 5, {"=n\0ne", 5});
+	write_file(path("nul.bag"), bag);
+	expect_refusal(words("nul.bag"), 2, {"is packed by 'n?ne', which is not known; pack it by bz2"});
+	write_file(path("walk.bag"), bag1_file({made_scan(Wire::kRos1, ros_scan(0), std::string("/sc\0an", 6))}));
+	expect_refusal(words("walk.bag", {"--topic", "/other"}), 1, {"--sensor-label can be '/sc?an'"});
 }

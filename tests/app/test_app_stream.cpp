@@ -321,6 +321,72 @@ TEST_F(AppStream, AFileIsFollowedWhileItGrowsUntilItIsRemoved)
 	}
 }
 
+TEST_F(AppStream, AFollowedFileThatIsCutShortEndsTheRunWithALine)
+{
+	for (const bool is_packed : {false, true})
+		for (const std::size_t left : {std::size_t(0), std::size_t(1000)})
+		{
+			const std::string log = path("grows.rawlog");
+			write_file(log, is_packed ? read_file(path("walk.rawlog")) : part(0));
+			fs::remove(path("stdout"));
+			fs::remove_all(path("out"));
+			Process process = start(words(log, {"--follow", "-q", "-o", path("out")}));
+			EXPECT_EQ(wait_for_lines(process, walk().size()).size(), walk().size());
+			fs::resize_file(log, left);
+			const auto result = process.wait();
+			EXPECT_EQ(result.status, 2);
+			EXPECT_EQ(
+			    result.err, "rawlog-localize: " + log +
+			                    ": has become shorter while it was followed, after object 12; run again, and let "
+			                    "nothing cut it meanwhile; the 12 frames before that are in " +
+			                    path("out") + "\n");
+			EXPECT_EQ(CsvTable(path("out/frames.csv"), kFramesHeader).size(), walk().size());
+			EXPECT_TRUE(fs::exists(path("out/summary.json")));
+		}
+}
+
+TEST_F(AppStream, ALiveLogWithoutTheFramesThatWereAskedForIsRefusedLikeAFile)
+{
+	mrpt::obs::CObservationComment comment;
+	write_file(path("none.rawlog"), text_of(comment));
+	struct Case
+	{
+		const char* log;
+		Words options;
+		int status;
+	};
+	for (const auto& [log, options, status] :
+	     {Case{"walk.rawlog", {"--sensor-label", "nosuch"}, 1}, Case{"walk.rawlog", {"--frames", "100:"}, 1},
+	      Case{"walk.rawlog", {"--frames", "12:", "--sensor-label", "LASER"}, 1},
+	      Case{"none.rawlog", {"--sensor-label", "nosuch"}, 2}})
+	{
+		Words arguments = {"-o", path("out"), "-q"};
+		arguments.insert(arguments.end(), options.begin(), options.end());
+		const auto of_file = run(words(path(log), arguments));
+		ASSERT_EQ(of_file.status, status) << of_file.err;
+		for (const std::string threads : {"1", "3"})
+		{
+			fs::remove_all(path("out"));
+			Words live = arguments;
+			live.insert(live.end(), {"--threads", threads});
+			const auto result = run_with_input(path(log), words("-", live));
+			EXPECT_EQ(result.status, status) << result.err;
+			std::string expected = of_file.err;
+			if (const auto name = expected.find(path(log)); name != std::string::npos)
+				expected.replace(name, path(log).size(), "standard input");
+			EXPECT_EQ(result.err, expected);
+			EXPECT_EQ(CsvTable(path("out/frames.csv"), kFramesHeader).size(), 0U);
+			EXPECT_TRUE(fs::exists(path("out/summary.json")));
+		}
+	}
+	save(
+	    {walk_scan(0, "front"), walk_scan(1, "rear"), walk_scan(2, "front"), walk_scan(3, "rear")}, path("two.rawlog"));
+	EXPECT_NE(
+	    run_with_input(path("two.rawlog"), words("-", {"--sensor-label", "top"})).err.find("can be 'front', 'rear'"),
+	    std::string::npos);
+	EXPECT_EQ(run_with_input(path("walk.rawlog"), words("-", {"--frames", "11:"})).status, 0);
+}
+
 /// As rawlog-grabber writes it: a packer hands the bytes on late, in pieces that end anywhere.
 TEST_F(AppStream, APackedFileIsFollowedWhileItIsWritten)
 {
@@ -405,5 +471,8 @@ TEST_F(AppStream, OptionsThatNeedAFolderOrAFileAreRefusedWithoutIt)
 		Words arguments = live;
 		arguments.push_back("--diagnose");
 		expect_refusal(arguments, 1, {"--diagnose", "record it first"});
+		arguments.back() = "--ground-truth";
+		arguments.insert(arguments.end(), {"topic:/odom", "-o", path("out")});
+		expect_refusal(arguments, 1, {"--ground-truth", "'topic:/odom'", "name a file of poses"});
 	}
 }

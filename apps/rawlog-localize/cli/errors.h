@@ -8,6 +8,10 @@
 
 namespace d2s1r::app
 {
+using logs::is_out_of_memory;
+using logs::one_line;
+using logs::printable;
+
 /// The exit status of the process.
 enum ExitStatus : int
 {
@@ -26,15 +30,11 @@ class UserError : public std::runtime_error
 {
    public:
 	UserError(ExitStatus exit_status, const std::string& where, const std::string& what)
-	    : std::runtime_error(where + ": " + what), status(exit_status)
+	    : std::runtime_error(printable(where + ": " + what)), status(exit_status)
 	{
 	}
 	const ExitStatus status;
 };
-
-using logs::is_out_of_memory;
-using logs::one_line;
-using logs::printable;
 
 /// Makes a UserError of what a library says about `file`. The file is named once, whether or not the library named it.
 inline UserError about(const std::string& file, ExitStatus status, const std::exception& exception)

@@ -189,6 +189,10 @@ void check_live(const Flags& flags)
 		wrong("--follow", "is for a file that grows; standard input is read to its end without it");
 	if (flags.diagnose && flags.is_live())
 		wrong("--diagnose", "reads the log several times, which it cannot while the log is written; record it first");
+	if (flags.ground_truth.rfind(kTopicPrefix, 0) == 0 && flags.is_live())
+		wrong(
+		    "--ground-truth",
+		    "'" + flags.ground_truth + "' is of a recording of ROS, but a live log is a rawlog; name a file of poses");
 	if (!flags.output_dir.empty()) return;
 	for (const auto& [flag, value] :
 	     {std::pair("--ground-truth", flags.ground_truth),
@@ -298,7 +302,8 @@ void add_inputs(OptionAdder add, Flags& flags, Unchecked& unchecked)
 	    "log with 2D laser scans: a bag, a rawlog or a CARMEN log; - is a rawlog on standard input, read as it comes",
 	    flags.rawlog);
 	add.flag(
-	    "--follow", "LOG is a rawlog that grows: wait for more at its end, until it is removed or the run interrupted",
+	    "--follow",
+	    "LOG is a rawlog that grows: wait for more at its end, until it is removed or cut short or the run interrupted",
 	    flags.follow);
 	add.value("-o,--output", "OUT_DIR", "folder for the results, made if missing", flags.output_dir);
 	add.value("-c,--config", "CONFIG.ini", "parameters; those not in the file keep their defaults", flags.config);

@@ -17,6 +17,9 @@
 
 namespace d2s1r::app
 {
+/// Starts what --ground-truth says if it names a topic of the log instead of a file.
+inline constexpr const char* kTopicPrefix = "topic:";
+
 /// The command line of rawlog-localize. It has been checked for consistency; no file has been touched.
 struct Flags
 {

@@ -2,6 +2,7 @@
 #include "evaluation/ground_truth.h"
 
 #include "cli/errors.h"
+#include "cli/flags.h"
 
 #include <logs/log.h>
 #include <mrpt/math/wrap2pi.h>
@@ -258,13 +259,12 @@ GroundTruth load_ground_truth(const std::string& file)
 	return reader.truth();
 }
 
-GroundTruth read_ground_truth(const std::string& name, const std::string& log)
+GroundTruth read_ground_truth(const std::string& name, const std::string& log, const std::string& damage)
 {
-	const std::string prefix = "topic:";
-	if (name.rfind(prefix, 0) != 0) return load_ground_truth(name);
+	if (name.rfind(kTopicPrefix, 0) != 0) return load_ground_truth(name);
+	const std::string topic = name.substr(std::strlen(kTopicPrefix));
 	GroundTruth truth;
-	for (const auto& [time, pose] : logs::read_odometry_of_topic(log, name.substr(prefix.size())))
-		truth.push_back({time, pose});
+	for (const auto& [time, pose] : logs::read_odometry_of_topic(log, topic, damage)) truth.push_back({time, pose});
 	return truth;
 }
 

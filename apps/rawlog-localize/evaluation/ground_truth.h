@@ -30,8 +30,9 @@ using GroundTruth = std::vector<TimedPose>;
 GroundTruth load_ground_truth(const std::string& file);
 
 /// Reads what --ground-truth names: a file, or as "topic:/odom" the poses of a topic of nav_msgs/Odometry of the log.
-/// \throws UserError (kBadInput)
-GroundTruth read_ground_truth(const std::string& name, const std::string& log);
+/// \param damage of the log as far as it is known, see logs::read_odometry_of_topic()
+/// \throws UserError (kBadInput), logs::LogError
+GroundTruth read_ground_truth(const std::string& name, const std::string& log, const std::string& damage);
 
 /// Ground truth is interpolated between two lines that are at most so far apart [s].
 inline constexpr double kGreatestGap = 0.5;

@@ -12,6 +12,7 @@
 #include <exception>
 #include <map>
 #include <mutex>
+#include <set>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -133,7 +134,12 @@ class ItemReader
 		for (const auto& scan : item.object.scans)
 		{
 			if (merge_lasers_) last_scans_.add(scan);
-			if (scan->sensorLabel != selection_.label) continue;
+			if (scan->sensorLabel != selection_.label)
+			{
+				constexpr std::size_t kMostLabels = 100;
+				if (scans_ == 0 && other_labels_.size() < kMostLabels) other_labels_.insert(scan->sensorLabel);
+				continue;
+			}
 			if (selection_.contains(scans_))
 				item.jobs.push_back(
 				    {scans_, scan, Clock::now(), merge_lasers_ ? last_scans_.with(scan->sensorLabel) : Lasers{}});
@@ -148,6 +154,9 @@ class ItemReader
 	/// Returns the number of scans of the sensor seen so far.
 	std::size_t scans() const { return scans_; }
 
+	/// Returns LoopResult::other_labels.
+	const std::set<std::string>& other_labels() const { return other_labels_; }
+
 	/// Returns the time [s] that reading took so far.
 	double seconds() const { return seconds_; }
 
@@ -157,6 +166,7 @@ class ItemReader
 	bool merge_lasers_;
 	LastScans last_scans_;
 	std::size_t scans_ = 0;
+	std::set<std::string> other_labels_;
 	double seconds_ = 0;
 };
 
@@ -429,6 +439,6 @@ LoopResult localize_log(
 	// Reading and writing take one thread of those there are.
 	const double seconds = std::chrono::duration<double>(Clock::now() - start).count() -
 	                       (items.seconds() + follower.writing_seconds()) / approach.threads;
-	return {reader.damage(), seconds, items.scans(), follower.frames()};
+	return {reader.damage(), seconds, items.scans(), follower.frames(), items.other_labels()};
 }
 }  // namespace d2s1r::app

@@ -9,6 +9,7 @@
 
 #include <functional>
 #include <optional>
+#include <set>
 #include <string>
 
 namespace d2s1r::app
@@ -41,6 +42,8 @@ struct LoopResult
 	double seconds = 0;      //!< [s] that all threads localized, without the time for reading and for `sink`
 	std::size_t scans = 0;   //!< [-] of the sensor, in what was read
 	std::size_t frames = 0;  //!< [-] handed to `sink`
+	/// Labels of other lasers in what was read before the first scan of the sensor, some of them if they are many.
+	std::set<std::string> other_labels = {};
 };
 
 /// Calls `work(i)` for every i below `count`, started in this order, on up to `threads` threads, the calling one

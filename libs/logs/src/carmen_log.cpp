@@ -14,6 +14,7 @@
 #include <deque>
 #include <limits>
 #include <map>
+#include <new>
 
 namespace d2s1r::logs
 {
@@ -268,19 +269,26 @@ class CarmenReader : public LogReader
 		return line;
 	}
 
-	/// \returns false at the end, or where the log is damaged
+	/// \returns false at the end, or where the log is damaged or cannot be read
 	bool read_line()
 	{
 		if (!damage_.empty() || is_stopped_) return false;
+		const std::size_t before = number_;
 		try
 		{
 			const auto text = next_text();
 			if (text) add(*text);
 			return text.has_value();
 		}
+		catch (const ReadError& e)
+		{
+			damage_ = unread(before > 0 ? "after line " + std::to_string(before) : "", e.what());
+			return false;
+		}
 		catch (const std::exception& e)
 		{
-			damage_ = "line " + std::to_string(number_) + " is damaged or cut short (" + one_line(e) +
+			if (is_out_of_memory(e)) throw std::bad_alloc();
+			damage_ = "line " + std::to_string(before + 1) + " is damaged or cut short (" + one_line(e) +
 			          "); copy or record the log again";
 			return false;
 		}
@@ -347,7 +355,7 @@ class CarmenReader : public LogReader
 	bool is_stopped_ = false;
 	std::string text_;           //!< read, but not yet parsed from past_line_ on
 	std::size_t past_line_ = 0;  //!< [byte] of text_
-	std::size_t number_ = 0;     //!< [-] of the line, from 1 on
+	std::size_t number_ = 0;     //!< [-] lines so far
 	Lasers lasers_;
 	std::deque<Line> lines_;                               //!< that wait for the times of scans before them
 	std::size_t waiting_ranges_ = 0;                       //!< [-] of their scans

@@ -61,6 +61,12 @@ const char* advice_on(int error, const char* usual)
 	return error == EMFILE || error == ENFILE ? "allow the program more open files (ulimit -n)" : usual;
 }
 
+std::string unread(const std::string& where, const std::string& reason)
+{
+	return "cannot be read" + (where.empty() ? "" : " " + where) + " (" + reason +
+	       "); check the disk or the connection, or copy the log again";
+}
+
 LogError cannot_open(const std::string& file)
 {
 	if (errno == 0 || errno == ENOMEM) throw std::bad_alloc();  // zlib leaves errno alone when memory runs out

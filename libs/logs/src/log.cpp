@@ -49,14 +49,6 @@ bool is_rawlog(const std::string& start)
 	           name.begin(), name.end(), [](unsigned char c) { return std::isalnum(c) || c == '_' || c == ':'; });
 }
 
-std::string first_bytes(const std::string& path)
-{
-	constexpr std::uint64_t kSize = 16;
-	ByteFile file(path);
-	const Bytes bytes = file.view(0, std::min(file.size(), kSize));
-	return {reinterpret_cast<const char*>(bytes.data), bytes.size};
-}
-
 /// The start of a file, unpacked; empty if it is packed and damaged.
 std::string unpacked_start(const std::string& path)
 {
@@ -68,6 +60,10 @@ std::string unpacked_start(const std::string& path)
 	catch (const LogError&)
 	{
 		throw;
+	}
+	catch (const ReadError& e)
+	{
+		throw LogError(path, unread("", e.what()));
 	}
 	catch (const std::bad_alloc&)
 	{

@@ -44,10 +44,11 @@ class RecordingStream : public InputStream
 
 	bool came_short() const { return came_short_; }
 	bool at_clean_end() const { return at_clean_end_; }
+	bool became_shorter() const { return became_shorter_; }
 	const std::string& read_error() const { return read_error_; }  //!< empty if there was none
 
    private:
-	/// Keeps the reason of a read that fails: MRPT makes another exception of it.
+	/// Keeps why a read failed: MRPT makes another exception of it.
 	std::size_t read(void* buffer, std::size_t count)
 	{
 		try
@@ -57,6 +58,11 @@ class RecordingStream : public InputStream
 		catch (const ReadError& error)
 		{
 			read_error_ = error.what();
+			throw;
+		}
+		catch (const BecameShorter&)
+		{
+			became_shorter_ = true;
 			throw;
 		}
 		catch (const CutShort&)
@@ -71,6 +77,7 @@ class RecordingStream : public InputStream
 	bool came_short_ = false;
 	bool at_clean_end_ = false;  //!< [-] the file ended before the first byte of the object
 	bool is_cut_ = false;        //!< [-] packed data ended early
+	bool became_shorter_ = false;
 	std::string read_error_;
 };
 
@@ -317,17 +324,19 @@ std::optional<RawlogObject> RawlogReader::next()
 		if (is_out_of_memory(e)) throw std::bad_alloc();
 		if (recording.at_clean_end() && objects_ > 0) return std::nullopt;
 		if (!recording.read_error().empty())
-			damage_ = unread(recording.read_error());
+			damage_ = unread(place(), recording.read_error());
+		else if (recording.became_shorter())
+			damage_ = "has become shorter while it was followed" + (objects_ > 0 ? ", " + place() : "") +
+			          "; run again, and let nothing cut it meanwhile";
 		else
 			damage_ = recording.came_short() ? end_within_object() : unreadable(e);
 		return std::nullopt;
 	}
 }
 
-std::string RawlogReader::unread(const std::string& reason) const
+std::string RawlogReader::place() const
 {
-	const std::string where = objects_ > 0 ? " after object " + std::to_string(objects_) : "";
-	return "cannot be read" + where + " (" + reason + "); check the disk or the connection, or copy the rawlog again";
+	return objects_ > 0 ? "after object " + std::to_string(objects_) : "";
 }
 
 std::string RawlogReader::end_within_object() const

@@ -23,7 +23,7 @@ class RawlogReader : public LogReader
 	std::optional<RawlogObject> next() override;
 
    private:
-	std::string unread(const std::string& reason) const;
+	std::string place() const;
 	std::string end_within_object() const;
 	std::string unreadable(const std::exception& error) const;
 

@@ -3,6 +3,8 @@
 
 #include "logs/errors.h"
 
+#include <fcntl.h>
+#include <unistd.h>
 #include <zlib.h>
 #ifdef D2S1R_BZ2
 #include <bzlib.h>
@@ -24,7 +26,7 @@ namespace
 class GzipText : public TextFile
 {
    public:
-	explicit GzipText(const std::string& path) : path_(path), file_(gzopen(path.c_str(), "rb"))
+	explicit GzipText(const std::string& path) : file_(gzopen(path.c_str(), "rb"))
 	{
 		if (!file_) throw cannot_open(path);
 	}
@@ -38,16 +40,12 @@ class GzipText : public TextFile
 		int error = Z_OK;
 		if (got < static_cast<int>(size)) gzerror(file_, &error);
 		if (error == Z_MEM_ERROR) throw std::bad_alloc();
-		if (error == Z_ERRNO)
-			throw LogError(
-			    path_, std::string("cannot be read (") + std::strerror(errno) +
-			               "); check the disk or the connection, or copy the log again");
+		if (error == Z_ERRNO) throw ReadError(std::strerror(errno));
 		if (got < 0 || (got == 0 && error != Z_OK)) throw std::runtime_error("the part packed by gzip is not whole");
 		return static_cast<std::size_t>(got);
 	}
 
    private:
-	std::string path_;
 	gzFile file_;
 };
 
@@ -56,15 +54,15 @@ class GzipText : public TextFile
 class Bzip2Text : public TextFile
 {
    public:
-	explicit Bzip2Text(const std::string& path) : file_(std::fopen(path.c_str(), "rb"))
+	explicit Bzip2Text(const std::string& path) : descriptor_(open(path.c_str(), O_RDONLY | O_CLOEXEC))
 	{
-		if (!file_) throw cannot_open(path);
+		if (descriptor_ < 0) throw cannot_open(path);
 		BZ2_bzDecompressInit(&stream_, 0, 0);
 	}
 	~Bzip2Text() override
 	{
 		BZ2_bzDecompressEnd(&stream_);
-		std::fclose(file_);
+		close(descriptor_);
 	}
 	Bzip2Text(const Bzip2Text&) = delete;
 	Bzip2Text& operator=(const Bzip2Text&) = delete;
@@ -78,12 +76,13 @@ class Bzip2Text : public TextFile
 			if (stream_.avail_in == 0)
 			{
 				stream_.next_in = packed_.data();
-				stream_.avail_in = static_cast<unsigned>(std::fread(packed_.data(), 1, packed_.size(), file_));
+				stream_.avail_in = read_packed();
 				if (stream_.avail_in == 0 && is_between_streams_) break;
 				if (stream_.avail_in == 0) throw std::runtime_error("the part packed by bzip2 is not whole");
 			}
 			is_between_streams_ = false;
 			const int result = BZ2_bzDecompress(&stream_);
+			if (result == BZ_MEM_ERROR || !stream_.state) throw std::bad_alloc();
 			if (result != BZ_OK && result != BZ_STREAM_END)
 				throw std::runtime_error("the part packed by bzip2 is damaged");
 			if (result == BZ_STREAM_END) start_next_stream();
@@ -92,6 +91,17 @@ class Bzip2Text : public TextFile
 	}
 
    private:
+	/// Returns how many bytes have been read into packed_, 0 at the end.
+	unsigned read_packed()
+	{
+		for (;;)
+		{
+			const ssize_t got = ::read(descriptor_, packed_.data(), packed_.size());
+			if (got >= 0) return static_cast<unsigned>(got);
+			if (errno != EINTR) throw ReadError(std::strerror(errno));
+		}
+	}
+
 	void start_next_stream()
 	{
 		const bz_stream before = stream_;
@@ -105,7 +115,7 @@ class Bzip2Text : public TextFile
 		is_between_streams_ = true;
 	}
 
-	std::FILE* file_;
+	int descriptor_;
 	bz_stream stream_{};
 	std::vector<char> packed_ = std::vector<char>(1 << 16);
 	bool is_between_streams_ = false;

@@ -69,13 +69,13 @@ class UnpackingStream : public InputStream
 		}
 	}
 
-	/// Waits for a file to grow. Returns whether it may have.
+	/// Waits for a file to grow. Returns whether it may have. \throws BecameShorter
 	bool waits() const
 	{
 		constexpr std::chrono::milliseconds kPause(2);
 		struct stat file = {};
 		if (!follows_ || fstat(descriptor_, &file) != 0 || file.st_nlink == 0) return false;
-		if (file.st_size < lseek(descriptor_, 0, SEEK_CUR)) return false;  // somebody has cut it
+		if (file.st_size < lseek(descriptor_, 0, SEEK_CUR)) throw BecameShorter();
 		std::this_thread::sleep_for(kPause);
 		return true;
 	}

@@ -1,6 +1,8 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "logs/errors.h"
+
 #include <mrpt/io/CStream.h>
 
 #include <limits>
@@ -19,13 +21,6 @@ class InputStream : public mrpt::io::CStream
 	std::uint64_t getPosition() const override { return 0; }
 };
 
-/// Says why a read failed.
-class ReadError : public std::runtime_error
-{
-   public:
-	using std::runtime_error::runtime_error;
-};
-
 /// Says that a part that gzip packed ends early.
 class CutShort : public std::runtime_error
 {
@@ -33,10 +28,18 @@ class CutShort : public std::runtime_error
 	CutShort() : std::runtime_error("packed data is not whole") {}
 };
 
+/// Says that a file has become shorter while it was followed.
+class BecameShorter : public std::runtime_error
+{
+   public:
+	BecameShorter() : std::runtime_error("the file has become shorter") {}
+};
+
 /// Returns what comes from a pipe or a file, unpacked if gzip has packed it. A read waits until there is something, but
 /// not until its buffer is full, as the readers of zlib and MRPT do. Unlike these it tells damage, a part that ends
-/// early (CutShort), a read that failed (ReadError) and memory that ran out (std::bad_alloc) apart.
+/// early (CutShort), a file that somebody cuts while it is followed (BecameShorter), a read that failed (ReadError) and
+/// memory that ran out (std::bad_alloc) apart.
 /// \param descriptor is closed with the stream
-/// \param follows whether to wait for more at the end of the file
+/// \param follows whether to wait for more at the end of the file, until it is removed
 std::unique_ptr<InputStream> unpack(int descriptor, bool follows);
 }  // namespace d2s1r::logs

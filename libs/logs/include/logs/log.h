@@ -110,7 +110,8 @@ inline constexpr const char* kStandardInput = "-";
 
 /// Opens a rawlog that is still being written, and reads it, in a process of its own, as it comes. The survey knows
 /// only the laser that will be used. It can be read once.
-/// \param file its name, or kStandardInput. At the end of a file the reader waits for more, until the file is removed
+/// \param file its name, or kStandardInput. At the end of a file the reader waits for more, until the file is
+/// removed, or cut short, which is damage
 /// \param label of the laser to use; without one, the laser of the first scan, which this waits for
 /// \param stop asked a few times a second by all that waits, also while the log is read
 /// \param prepare called once the log is open, before its first scan is waited for
@@ -126,8 +127,10 @@ std::string known_formats();
 using PoseOfTopic = std::pair<double, mrpt::math::TPose2D>;
 
 /// Returns the poses that a topic of nav_msgs/Odometry of a recording of ROS has, in its frame.
-/// \throws LogError if the recording cannot be read or lacks the topic
-std::vector<PoseOfTopic> read_odometry_of_topic(const std::string& path, const std::string& topic);
+/// \param known_damage LogSurvey::damage of the recording: if it has any, the poses before it are returned
+/// \throws LogError if the recording cannot be read or lacks the topic, or if a message of the topic is damaged
+std::vector<PoseOfTopic> read_odometry_of_topic(
+    const std::string& path, const std::string& topic, const std::string& known_damage);
 
 /// Says what the user knows better about a laser than the log.
 struct Overrides

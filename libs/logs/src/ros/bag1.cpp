@@ -98,10 +98,9 @@ class Bag1Source : public PieceSource
 		std::uint64_t end() const { return data + size; }
 	};
 
-	void check_magic(const std::string& path)
+	static void check_magic(const std::string& path)
 	{
-		constexpr std::uint64_t kLongestMagic = 16;  // [byte] "#ROSRECORD V1.2\n"
-		const std::string magic = text_of(file_.view(0, std::min(file_.size(), kLongestMagic)));
+		const std::string magic = first_bytes(path);
 		if (magic.rfind("#ROSBAG V2.0\n", 0) == 0) return;
 		throw LogError(
 		    path, "is a ROS bag of version " + magic.substr(magic.find(" V") + 1, 4) +

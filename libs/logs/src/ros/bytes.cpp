@@ -14,10 +14,12 @@
 #endif
 #ifdef D2S1R_ZSTD
 #include <zstd.h>
+#include <zstd_errors.h>
 #endif
 
 #include <algorithm>
 #include <cerrno>
+#include <new>
 
 namespace d2s1r::logs
 {
@@ -53,6 +55,7 @@ void unpack_bz2(Bytes packed, std::vector<std::uint8_t>& into)
 	auto* source = const_cast<char*>(reinterpret_cast<const char*>(packed.data));  // it is only read
 	const int result = BZ2_bzBuffToBuffDecompress(
 	    reinterpret_cast<char*>(into.data()), &size, source, static_cast<unsigned>(packed.size), 0, 0);
+	if (result == BZ_MEM_ERROR) throw std::bad_alloc();
 	if (result != BZ_OK || size != into.size()) throw_damaged("bz2");
 #else
 	(void)packed, (void)into;
@@ -75,6 +78,7 @@ void unpack_lz4(Bytes packed, std::vector<std::uint8_t>& into)
 		written += target_size;
 	}
 	LZ4F_freeDecompressionContext(context);
+	if (LZ4F_isError(hint) && std::strstr(LZ4F_getErrorName(hint), "allocation")) throw std::bad_alloc();
 	if (hint != 0 || written != into.size()) throw_damaged("lz4");
 #else
 	(void)packed, (void)into;
@@ -85,13 +89,20 @@ void unpack_lz4(Bytes packed, std::vector<std::uint8_t>& into)
 void unpack_zstd(Bytes packed, std::vector<std::uint8_t>& into)
 {
 #ifdef D2S1R_ZSTD
-	if (ZSTD_decompress(into.data(), into.size(), packed.data, packed.size) != into.size()) throw_damaged("zstd");
+	const std::size_t result = ZSTD_decompress(into.data(), into.size(), packed.data, packed.size);
+	if (ZSTD_getErrorCode(result) == ZSTD_error_memory_allocation) throw std::bad_alloc();
+	if (result != into.size()) throw_damaged("zstd");
 #else
 	(void)packed, (void)into;
 	throw_missing("zstd", "libzstd-dev");
 #endif
 }
 }  // namespace
+
+void throw_unread(const std::string& reason)
+{
+	throw Unreadable("cannot be read any further (" + reason + "); check the disk or the connection");
+}
 
 ByteFile::ByteFile(const std::string& path) : descriptor_(open(path.c_str(), O_RDONLY | O_CLOEXEC))
 {
@@ -111,27 +122,43 @@ Bytes ByteFile::view(std::uint64_t offset, std::uint64_t size)
 {
 	if (offset > size_ || size > size_ - offset) throw std::runtime_error("it ends within a record");
 	if (size > kMostBytesAtOnce) throw_too_large("record", size);
-	if (offset < start_ || offset + size > start_ + window_.size()) fill_window(offset, std::max(size, kReadAhead));
+	if (offset < start_ || offset + size > start_ + window_.size()) fill_window(offset, size);
 	return {window_.data() + (offset - start_), static_cast<std::size_t>(size)};
 }
 
 void ByteFile::fill_window(std::uint64_t offset, std::uint64_t size)
 {
-	window_.resize(static_cast<std::size_t>(std::min(size_ - offset, size)));
+	window_.resize(static_cast<std::size_t>(std::min(size_ - offset, std::max(size, kReadAhead))));
 	start_ = offset;
-	for (std::size_t done = 0; done < window_.size();)
+	std::size_t done = 0;
+	while (done < window_.size())
 	{
 		const ssize_t got =
 		    pread(descriptor_, window_.data() + done, window_.size() - done, static_cast<off_t>(offset + done));
 		if (got < 0 && errno == EINTR) continue;
+		if (got <= 0 && done >= size) break;  // what is read ahead is missed only when somebody asks for it
 		if (got <= 0)
 		{
 			const std::string reason = got < 0 ? std::strerror(errno) : "it has become shorter";
 			window_.clear();
-			throw Unreadable("cannot be read any further (" + reason + "); check the disk");
+			throw_unread(reason);
 		}
 		done += static_cast<std::size_t>(got);
 	}
+	window_.resize(done);
+}
+
+std::string first_bytes(const std::string& path)
+try
+{
+	constexpr std::uint64_t kSize = 16;
+	ByteFile file(path);
+	const Bytes bytes = file.view(0, std::min(file.size(), kSize));
+	return {reinterpret_cast<const char*>(bytes.data), bytes.size};
+}
+catch (const Unreadable& e)
+{
+	throw LogError(path, e.what());
 }
 
 std::vector<std::uint8_t> unpack(const std::string& method, Bytes packed, std::uint64_t size)

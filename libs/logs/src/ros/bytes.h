@@ -2,6 +2,8 @@
 // Reading of bytes whose counts and lengths may be wrong.
 #pragma once
 
+#include "logs/errors.h"
+
 #include <cstdint>
 #include <cstring>
 #include <stdexcept>
@@ -20,8 +22,12 @@ struct Bytes
 /// A file is not damaged, but cannot be read; the text is a predicate of it, and says what to do.
 class Unreadable : public std::runtime_error
 {
-	using std::runtime_error::runtime_error;
+   public:
+	explicit Unreadable(const std::string& what) : std::runtime_error(printable(what)) {}
 };
+
+/// Throws Unreadable: the system failed to read a file on. \param reason of the system
+[[noreturn]] void throw_unread(const std::string& reason);
 
 /// Takes little-endian numbers and texts from bytes, one after the other.
 class ByteCursor
@@ -75,7 +81,7 @@ class ByteFile
 	std::uint64_t size() const { return size_; }
 
 	/// Returns a part of the file; it is valid until the next call.
-	/// \throws std::runtime_error if the file ends before
+	/// \throws std::runtime_error if the file ends before, Unreadable if it cannot be read
 	Bytes view(std::uint64_t offset, std::uint64_t size);
 
    private:
@@ -87,13 +93,17 @@ class ByteFile
 	std::vector<std::uint8_t> window_;
 };
 
+/// Returns the first 16 bytes of a file, which tell what it is, or all of a shorter one.
+/// \throws LogError if it cannot be read
+std::string first_bytes(const std::string& path);
+
 /// Says how much [byte] is read into memory at once at most.
 inline constexpr std::uint64_t kMostBytesAtOnce = std::uint64_t{1} << 26;
 
 /// Unpacks what was packed as `method` says: "none" or "", "bz2", "lz4" or "zstd".
 /// \param size [byte] of the result
 /// \throws std::runtime_error if the bytes are damaged, the result is larger than kMostBytesAtOnce or this program was
-/// built without the library
+/// built without the library, std::bad_alloc
 std::vector<std::uint8_t> unpack(const std::string& method, Bytes packed, std::uint64_t size);
 
 /// A whole frame of zstd that tells its own size. \throws std::runtime_error as unpack()

@@ -17,7 +17,7 @@ namespace
 constexpr std::uint64_t kChunkHeadSize = 28;    // [byte] from the times to the checksum
 constexpr std::uint64_t kMessageHeadSize = 22;  // [byte]
 constexpr std::uint64_t kRunSize = 1 << 20;     // [byte] of messages outside of chunks that are one piece
-constexpr std::uint8_t kMagic[kMcapMagicSize] = {0x89, 'M', 'C', 'A', 'P', '0', '\r', '\n'};
+constexpr char kMagic[kMcapMagicSize + 1] = "\x89MCAP0\r\n";
 
 std::int64_t nanoseconds(std::uint64_t time)
 {
@@ -30,8 +30,7 @@ class McapSource : public PieceSource
    public:
 	McapSource(const std::string& path, const Stop& stop) : PieceSource(stop), file_(path)
 	{
-		const Bytes start = file_.view(0, std::min(file_.size(), kMcapMagicSize));
-		if (start.size < kMcapMagicSize || std::memcmp(start.data, kMagic, kMcapMagicSize) != 0)
+		if (first_bytes(path).rfind(kMagic, 0) != 0)
 			throw LogError(path, "is an MCAP file of another version than 0; write it anew as version 0");
 		std::vector<Piece> pieces;
 		std::string damage;

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <new>
 
 namespace d2s1r::logs
 {
@@ -54,31 +55,50 @@ class FolderSource : public MessageSource
 	std::unique_ptr<MessageSource> source_;
 };
 
+constexpr const char* kNameTheFile = "; name the file in its folder that has the messages";
+
+std::string text_of_metadata(const std::string& path)
+{
+	constexpr std::uint64_t kMost = 1 << 22;  // [byte] thousands of files; yaml-cpp takes 250 times that
+	std::error_code error;
+	if (!fs::is_regular_file(path, error))
+		throw LogError(path, "is a folder, a device or a pipe, or is missing" + std::string(kNameTheFile));
+	try
+	{
+		ByteFile file(path);
+		if (file.size() > kMost) throw Unreadable("is too large for the metadata of a bag" + std::string(kNameTheFile));
+		const Bytes bytes = file.view(0, file.size());
+		return {reinterpret_cast<const char*>(bytes.data), bytes.size};
+	}
+	catch (const Unreadable& e)
+	{
+		throw LogError(path, e.what());
+	}
+}
+
 std::vector<std::string> files_of_metadata(const fs::path& folder)
 {
 	const fs::path metadata = folder / "metadata.yaml";
 	std::vector<std::string> files;
+	std::error_code error;  // of names that are too long, or that nobody may look up: the files count as missing
 	try
 	{
-		const YAML::Node yaml = YAML::LoadFile(metadata.string());
+		const YAML::Node yaml = YAML::Load(text_of_metadata(metadata.string()));
 		for (const auto& name : yaml["rosbag2_bagfile_information"]["relative_file_paths"])
 		{
 			fs::path file = folder / name.as<std::string>();
-			if (!fs::exists(file)) file = folder / file.filename();  // old recorders name the folder, too
+			if (!fs::exists(file, error)) file = folder / file.filename();  // old recorders name the folder, too
 			files.push_back(file.string());
 		}
 	}
 	catch (const YAML::Exception& e)
 	{
 		throw LogError(
-		    metadata.string(), "is not the metadata of a ROS 2 bag (" + std::string(e.what()) +
-		                           "); name the file in it that has the "
-		                           "messages");
+		    metadata.string(), "is not the metadata of a ROS 2 bag (" + std::string(e.what()) + ")" + kNameTheFile);
 	}
-	if (files.empty())
-		throw LogError(metadata.string(), "has no relative_file_paths; name the file in it that has the messages");
+	if (files.empty()) throw LogError(metadata.string(), "has no relative_file_paths" + std::string(kNameTheFile));
 	for (const auto& file : files)
-		if (!fs::is_regular_file(file))
+		if (!fs::is_regular_file(file, error))
 			throw LogError(file, "is missing, though metadata.yaml names it; copy the whole folder");
 	return files;
 }
@@ -104,6 +124,7 @@ MessageKind kind_of_type(const std::string& type)
 std::string describe_damage(const std::exception& error)
 {
 	if (dynamic_cast<const Interrupted*>(&error)) throw Interrupted();
+	if (is_out_of_memory(error)) throw std::bad_alloc();
 	if (dynamic_cast<const Unreadable*>(&error)) return one_line(error);
 	return "is damaged or cut short (" + one_line(error) + "); copy or record the log again";
 }
@@ -194,9 +215,8 @@ std::optional<RosFormat> recognize_ros(Bytes start)
 std::optional<RosFormat> recognize_ros(const std::string& path)
 {
 	if (fs::is_directory(path)) return RosFormat::kFolder2;
-	constexpr std::uint64_t kMagicSize = 16;  // [byte]
-	ByteFile file(path);
-	return recognize_ros(file.view(0, std::min(file.size(), kMagicSize)));
+	const std::string start = first_bytes(path);
+	return recognize_ros({reinterpret_cast<const std::uint8_t*>(start.data()), start.size()});
 }
 
 std::unique_ptr<MessageSource> open_messages(const std::string& path, RosFormat format, const Stop& stop)

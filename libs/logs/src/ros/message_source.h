@@ -77,7 +77,7 @@ class MessageSource
 inline constexpr std::size_t kMostBytesOfTopics = 16'000'000;
 
 /// Returns what MessageSource::damage() says about an error of a reader.
-/// \throws Interrupted if the error is that, which is no damage
+/// \throws Interrupted or std::bad_alloc if the error is that, which is no damage
 std::string describe_damage(const std::exception& error);
 
 /// A part of a file that is read at once.

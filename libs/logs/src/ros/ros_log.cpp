@@ -314,20 +314,39 @@ mrpt::obs::CObservation2DRangeScan::Ptr to_observation(
 	return observation;
 }
 
-std::vector<PoseOfTopic> read_odometry_of_topic(const std::string& path, const std::string& topic)
+std::vector<PoseOfTopic> read_odometry_of_topic(
+    const std::string& path, const std::string& topic, const std::string& known_damage)
 {
 	const auto format = recognize_ros(path);
 	if (!format) throw LogError(path, "is no recording of ROS, so that it has no topic '" + topic + "'; name a file");
 	std::vector<PoseOfTopic> poses;
 	const auto source = open_messages(path, *format);
-	while (const auto message = source->next())
+	const auto read = [&]
 	{
-		if (message->topic->kind != MessageKind::kOdometry || message->topic->name != topic) continue;
-		const Transform transform = decode_odometry(*message).pose;
-		if (!transform.pose) continue;
-		const std::int64_t time = transform.header.time != 0 ? transform.header.time : message->time;
-		poses.emplace_back(static_cast<double>(time) * 1e-9, mrpt::poses::CPose2D(*transform.pose).asTPose());
+		while (const auto message = source->next())
+		{
+			if (message->topic->kind != MessageKind::kOdometry || message->topic->name != topic) continue;
+			const Transform transform = decode_odometry(*message).pose;
+			if (!transform.pose) continue;
+			const std::int64_t time = transform.header.time != 0 ? transform.header.time : message->time;
+			poses.emplace_back(static_cast<double>(time) * 1e-9, mrpt::poses::CPose2D(*transform.pose).asTPose());
+		}
+		return source->damage();
+	};
+	std::string damage;
+	try
+	{
+		damage = read();
 	}
+	catch (const LogError&)
+	{
+		throw;
+	}
+	catch (const std::exception& e)
+	{
+		damage = describe_damage(e);
+	}
+	if (!damage.empty() && (known_damage.empty() || poses.empty())) throw LogError(path, damage);
 	if (poses.empty())
 		throw LogError(path, "has no nav_msgs/Odometry on the topic '" + topic + "'; name another topic");
 	return poses;

@@ -6,8 +6,10 @@
 #ifdef D2S1R_SQLITE
 #include <sqlite3.h>
 
+#include <cerrno>
 #include <filesystem>
 #include <map>
+#include <new>
 #endif
 
 namespace d2s1r::logs
@@ -63,6 +65,7 @@ class SqliteSource : public MessageSource
 		check_has_no_journal(path);
 		sqlite3_hard_heap_limit64(kMostMemory);  // of the process, in which nothing else uses SQLite
 		sqlite3* opened = nullptr;
+		errno = 0;
 		const int result =
 		    sqlite3_open_v2(uri_of(path).c_str(), &opened, SQLITE_OPEN_READONLY | SQLITE_OPEN_URI, nullptr);
 		database_.reset(opened);
@@ -116,16 +119,24 @@ class SqliteSource : public MessageSource
    private:
 	using Statement = std::unique_ptr<sqlite3_stmt, Close>;
 
+	/// Says why the call before has failed; errno was 0 before that.
 	[[noreturn]] void fail() const
 	{
-		const int error = database_ ? sqlite3_errcode(database_.get()) : SQLITE_NOMEM;
-		if (error == SQLITE_INTERRUPT) throw Interrupted();
-		if (error == SQLITE_NOMEM && sqlite3_memory_highwater(0) > kMostMemory / 2)
+		const int error = errno;
+		const int code = database_ ? sqlite3_extended_errcode(database_.get()) : SQLITE_NOMEM;
+		constexpr int kKind = 0xff;  // what a code of the more exact ones is a case of
+		const bool is_out_of_memory = (code & kKind) == SQLITE_NOMEM || code == SQLITE_IOERR_NOMEM;
+		if ((code & kKind) == SQLITE_INTERRUPT) throw Interrupted();
+		if (is_out_of_memory && sqlite3_memory_highwater(0) > kMostMemory / 2)
 			throw Unreadable(
 			    "would take more than " + std::to_string(kMostMemory / 1'000'000) +
 			    " MB of memory to be read: it is damaged, or has no index of the times (timestamp_idx); record it "
 			    "again, or add the index");
-		throw std::runtime_error(database_ ? sqlite3_errmsg(database_.get()) : "not enough memory");
+		if (is_out_of_memory) throw std::bad_alloc();
+		const bool is_called_damage = (code & kKind) == SQLITE_CORRUPT && (error == EIO || error == ENXIO);
+		const bool is_read_error = (code & kKind) == SQLITE_IOERR && code != SQLITE_IOERR_SHORT_READ;
+		if (is_called_damage || is_read_error) throw_unread(std::strerror(error));
+		throw std::runtime_error(sqlite3_errmsg(database_.get()));
 	}
 
 	void ask_to_stop_while_it_works()
@@ -138,12 +149,14 @@ class SqliteSource : public MessageSource
 	Statement prepare(const std::string& query) const
 	{
 		sqlite3_stmt* statement = nullptr;
+		errno = 0;
 		if (sqlite3_prepare_v2(database_.get(), query.c_str(), -1, &statement, nullptr) != SQLITE_OK) fail();
 		return Statement(statement);
 	}
 
 	bool step(const Statement& statement) const
 	{
+		errno = 0;
 		const int result = sqlite3_step(statement.get());
 		if (result != SQLITE_ROW && result != SQLITE_DONE) fail();
 		return result == SQLITE_ROW;
