@@ -1,6 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include <d2s1r/atlas.h>
 #include <d2s1r/map_io.h>
+#include <yaml-cpp/yaml.h>
 
 #include <algorithm>
 #include <array>
@@ -9,10 +10,10 @@
 #include <stdexcept>
 
 #include "base/checked_value.h"
+#include "base/file_text.h"
 #include "base/ini_text.h"
 #include "base/parameter_list.h"
 #include "base/scoped_timer.h"
-#include "base/yaml_text.h"
 #include "default_localizer.h"
 
 namespace d2s1r

@@ -5,6 +5,11 @@
 #include <functional>
 #include <string>
 
+namespace YAML
+{
+class Node;
+}
+
 namespace d2s1r
 {
 inline constexpr std::size_t kFileBlock = 1 << 16;  //!< [byte]
@@ -21,4 +26,12 @@ std::string read_text(const std::string& file, std::size_t most = std::string::n
 /// Checks that the file of a map can be read.
 /// \throws std::runtime_error that does not name `file`, if it is no file, is empty or cannot be read
 void check_readable(const std::string& file);
+
+/// Reads a yaml file, of 16 MB at most.
+/// \throws std::runtime_error that does not name the file, if it is no file, cannot be read, is too long or no yaml, or
+///         gives a key of its outermost level twice
+YAML::Node read_yaml(const std::string& file);
+
+/// \throws std::runtime_error if a map gives a key twice, of which yaml-cpp takes the first
+void check_keys(const YAML::Node& map);
 }  // namespace d2s1r

@@ -1,13 +1,15 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "map/map_image.h"
 
+#include <yaml-cpp/yaml.h>
+
 #include <cmath>
 #include <filesystem>
 #include <stdexcept>
 
 #include "base/checked_value.h"
+#include "base/file_text.h"
 #include "base/ini_text.h"
-#include "base/yaml_text.h"
 
 namespace d2s1r
 {
