@@ -14,7 +14,6 @@ std::int64_t nanoseconds(std::size_t i)
 {
 	return std::llround(walk_time(i) * 10) * 100'000'000;
 }
-
 }  // namespace
 
 MadeScan ros_scan(std::size_t i, bool clockwise)

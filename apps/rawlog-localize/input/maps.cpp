@@ -208,8 +208,8 @@ IndexedMap load_or_build_map(const Flags& flags, const Parameters& parameters, C
 			throw about(flags.index, kBadOutput, error);
 		}
 	};
-	check_writable(flags.index);
-	to_index([&] { Localizer::check_savable(flags.index); });  // before time is spent on what could not be saved
+	check_writable(flags.index);  // this and the next, before time is spent on what could not be saved
+	to_index([&] { Localizer::check_savable(flags.index); });
 	result.map = build_map(flags, parameters, console);
 	to_index([&] { result.map->localizer().save(flags.index, *fingerprint); });
 	return result;

@@ -69,8 +69,8 @@ PriorIndex::PriorIndex(const Prior& prior, const PoseBox& area, double margin, d
 	}
 }
 
-/// Returns so many squares along x and along y that the boxes reach into about as many, each counted on its own, as
-/// there may be.
+/// Returns how many squares there are along x and along y: so many that all boxes together reach into about
+/// kMostSquares of them, each box counted on its own.
 int PriorIndex::choose_per_side(const Prior& prior) const
 {
 	const double area_x = area_.greatest_x - area_.least_x, area_y = area_.greatest_y - area_.least_y;
@@ -95,6 +95,8 @@ int PriorIndex::choose_per_side(const Prior& prior) const
 
 PriorIndex::Squares PriorIndex::squares_of(const PoseBox& box) const
 {
+	// From -1 to the number of squares along a side. What is cut off is rounded to zero, so that it must not be
+	// negative.
 	const auto square = [this](double offset, double per_meter)
 	{ return static_cast<int>(1 + std::max(-1.0, std::min<double>(per_side_, offset * per_meter))) - 1; };
 	const auto column = [&](double x) { return square(x - area_.least_x, per_meter_x_); };

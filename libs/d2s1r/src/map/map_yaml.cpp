@@ -119,6 +119,7 @@ PixelRule rule_of(const MapServerYaml& yaml)
 	};
 	return {p_occupied, yaml.mode == "scale"};
 }
+
 /// Calls `read` with the path of the image. \throws std::runtime_error naming the image
 template <class Read>
 auto of_image(const std::string& yaml_file, const MapServerYaml& yaml, const Read& read)
