@@ -280,6 +280,15 @@ TEST_F(MessageSources, DamagedBagsOfRos1DoNoHarm)
 	expect_no_harm(bag1_file(recording(Wire::kRos1), {"bz2", 5, false}), RosFormat::kBag1);
 }
 
+TEST_F(MessageSources, MessagesOfABagWhoseConnectionHasNoTypeAreDamage)
+{
+	std::string file = bag1_file({made_scan(Wire::kRos1, {})}, {"", 5, false});
+	file[file.find("type=")] = 'T';
+	const Reading reading = read_file(file, RosFormat::kBag1);
+	EXPECT_TRUE(reading.times.empty());
+	EXPECT_NE(reading.damage.find("type"), std::string::npos) << reading.damage;
+}
+
 TEST_F(MessageSources, DamagedMcapFilesDoNoHarm)
 {
 	expect_no_harm(mcap_file(recording(Wire::kCdr), {"", 0}), RosFormat::kMcap);

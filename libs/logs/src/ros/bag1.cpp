@@ -173,10 +173,10 @@ class Bag1Source : public PieceSource
 
 	void add_topic(Bytes fields, Bytes data)
 	{
-		auto& topic = topics_[number_of<std::uint32_t>(fields, "conn")];
-		if (topic) return;
+		const auto connection = number_of<std::uint32_t>(fields, "conn");
+		if (topics_.count(connection) != 0) return;
 		const MessageKind kind = kind_of_type(text_of(field_of(data, "type")));
-		topic = keep({text_of(field_of(fields, "topic")), kind, Encoding::kRos1});
+		topics_[connection] = keep({text_of(field_of(fields, "topic")), kind, Encoding::kRos1});
 	}
 
 	void load(const Piece& piece, const Add& add) override
