@@ -23,7 +23,10 @@ struct PoseBox
 	bool contains(const mrpt::math::TPose2D& robot, double margin = 0, double yaw_margin = 0) const;
 
 	/// Returns whether the box contains the position (x, y) [m, map frame] if it is widened by `margin` [m].
-	bool contains_position(double x, double y, double margin = 0) const;
+	bool contains_position(double x, double y, double margin = 0) const
+	{
+		return x >= least_x - margin && x <= greatest_x + margin && y >= least_y - margin && y <= greatest_y + margin;
+	}
 };
 
 /// Says where the robot may be before the scan is looked at.

@@ -96,11 +96,6 @@ std::vector<mrpt::math::TPose2D> poses_of(const mrpt::poses::CPosePDFGrid& grid)
 }
 }  // namespace
 
-bool PoseBox::contains_position(double x, double y, double margin) const
-{
-	return x >= least_x - margin && x <= greatest_x + margin && y >= least_y - margin && y <= greatest_y + margin;
-}
-
 bool PoseBox::contains(const mrpt::math::TPose2D& robot, double margin, double yaw_margin) const
 {
 	return contains_position(robot.x, robot.y, margin) &&

@@ -14,6 +14,7 @@ constexpr int kSectors = 64;                     //!< [-] of headings in [-pi, p
 constexpr double kSector = 2 * M_PI / kSectors;  //!< [rad]
 constexpr double kTiny = 1e-6;                   //!< [m] or [rad]: more than numbers are rounded by
 constexpr int kMostPerSide = 256;                //!< [squares]
+constexpr double kLeastSquare = 0.5;             //!< [m] side of the smallest square along the longer side of the area
 constexpr double kMostSquares = 50'000;          //!< [-] of all boxes together, or four a box: it bounds the time
 
 /// Returns bits `first` to `last`; those beyond the last sector go on at the first.
@@ -34,7 +35,7 @@ std::uint64_t sectors_of(const PoseBox& box, double yaw_margin)
 	constexpr double kFarthestYaw = 1e3;  // [rad] where kTiny is still more than numbers are rounded by
 	if (reach >= M_PI || !(std::abs(box.yaw) < kFarthestYaw && std::abs(reach) < kFarthestYaw))
 		return ~std::uint64_t{0};
-	const double yaw = mrpt::math::wrapToPi(box.yaw) + M_PI;
+	const double yaw = (std::abs(box.yaw) <= M_PI ? box.yaw : mrpt::math::wrapToPi(box.yaw)) + M_PI;
 	return sectors_between(std::floor((yaw - reach) / kSector), std::floor((yaw + reach) / kSector));
 }
 }  // namespace
@@ -69,11 +70,12 @@ PriorIndex::PriorIndex(const Prior& prior, const PoseBox& area, double margin, d
 	}
 }
 
-/// Returns how many squares there are along x and along y: so many that all boxes together reach into about
+/// Returns how many squares there are along x and along y: at most so many that all boxes together reach into about
 /// kMostSquares of them, each box counted on its own.
 int PriorIndex::choose_per_side(const Prior& prior) const
 {
 	const double area_x = area_.greatest_x - area_.least_x, area_y = area_.greatest_y - area_.least_y;
+	const double per_area_x = 1 / area_x, per_area_y = 1 / area_y;
 	double sides_x = 0, sides_y = 0, areas = 0;  // of all boxes, as parts of the sides and of the area
 	for (const PoseBox& box : prior.boxes)
 	{
@@ -82,13 +84,13 @@ int PriorIndex::choose_per_side(const Prior& prior) const
 		const double y =
 		    std::min(box.greatest_y + margin_, area_.greatest_y) - std::max(box.least_y - margin_, area_.least_y);
 		if (!(x >= 0 && y >= 0)) continue;
-		sides_x += x / area_x;
-		sides_y += y / area_y;
-		areas += x / area_x * (y / area_y);
+		sides_x += x * per_area_x;
+		sides_y += y * per_area_y;
+		areas += x * per_area_x * (y * per_area_y);
 	}
 	const auto boxes = static_cast<double>(prior.boxes.size());
 	const auto squares = [&](int n) { return areas * n * n + (sides_x + sides_y) * n + boxes; };
-	int per_side = kMostPerSide;
+	int per_side = static_cast<int>(std::min<double>(kMostPerSide, std::ceil(std::max(area_x, area_y) / kLeastSquare)));
 	while (squares(per_side) > std::max(kMostSquares, 4 * boxes) && per_side > 1) per_side /= 2;
 	return per_side;
 }
@@ -108,19 +110,6 @@ PriorIndex::Squares PriorIndex::squares_of(const PoseBox& box) const
 	squares.past_x = std::max(squares.first_x, squares.past_x);
 	squares.past_y = std::max(squares.first_y, squares.past_y);
 	return squares;
-}
-
-std::uint64_t PriorIndex::headings_at(double x, double y) const
-{
-	if (anywhere_) return ~std::uint64_t{0};
-	if (per_side_ > 0 && area_.contains_position(x, y))
-	{
-		const auto place = [this](double offset, double per_meter)
-		{ return std::min(static_cast<int>(offset * per_meter), per_side_ - 1); };
-		return headings_[static_cast<std::size_t>(
-		    place(y - area_.least_y, per_meter_y_) * per_side_ + place(x - area_.least_x, per_meter_x_))];
-	}
-	return reached_.contains_position(x, y) ? ~std::uint64_t{0} : 0;
 }
 
 std::uint64_t PriorIndex::sector_of(double yaw)

@@ -3,6 +3,7 @@
 
 #include <d2s1r/prior.h>
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -53,4 +54,17 @@ class PriorIndex
 	double per_meter_y_ = 0;               //!< [squares/m]
 	std::vector<std::uint64_t> headings_;  //!< by square, row by row: a bit for each sector that may be allowed
 };
+
+inline std::uint64_t PriorIndex::headings_at(double x, double y) const
+{
+	if (anywhere_) return ~std::uint64_t{0};
+	if (per_side_ > 0 && area_.contains_position(x, y))
+	{
+		const auto place = [this](double offset, double per_meter)
+		{ return std::min(static_cast<int>(offset * per_meter), per_side_ - 1); };
+		return headings_[static_cast<std::size_t>(
+		    place(y - area_.least_y, per_meter_y_) * per_side_ + place(x - area_.least_x, per_meter_x_))];
+	}
+	return reached_.contains_position(x, y) ? ~std::uint64_t{0} : 0;
+}
 }  // namespace d2s1r

@@ -30,9 +30,8 @@ AllowedPairs::AllowedPairs(const RangeProfiles& profiles, const Prior& prior, co
     : profiles_(profiles),
       anywhere_(prior.anywhere()),
       prior_(
-          prior, area_of(profiles, prior, robot_to_sensor(scan)),
-          spacing + robot_to_sensor(scan) * distinct_yaw(profiles), distinct_yaw(profiles)),
-      prior_of_sensor_(prior, area_of(profiles, prior, 0), spacing + robot_to_sensor(scan), 0)
+          prior, area_of(profiles, prior, robot_to_sensor(scan)), spacing + robot_to_sensor(scan),
+          distinct_yaw(profiles))
 {
 	if (anywhere_) return;
 	const mrpt::math::TPose2D robot_on_sensor = mrpt::math::TPose2D() - scan.sensor_on_robot;
@@ -73,7 +72,7 @@ std::vector<std::uint64_t> AllowedPairs::groups() const
 	{
 		bool any = false;
 		for (std::size_t i = profiles_.first_of_group[group]; i < profiles_.first_of_group[group + 1] && !any; i++)
-			any = prior_of_sensor_.may_allow_position(profiles_.x(i), profiles_.y(i));
+			any = prior_.may_allow_position(profiles_.x(i), profiles_.y(i));
 		if (any) allowed[group / kBlock] |= std::uint64_t{1} << group % kBlock;
 	}
 	return allowed;

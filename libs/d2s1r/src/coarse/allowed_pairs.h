@@ -54,7 +54,8 @@ class AllowedPairs
 	const RangeProfiles& profiles_;
 	bool anywhere_;
 	std::vector<Robot> robot_on_position_;  //!< by shift: the robot if the sensor is at (0, 0)
-	PriorIndex prior_;                      //!< widened to a sample's square and the yaws beside a shift
-	PriorIndex prior_of_sensor_;            //!< widened by the distance from robot to sensor, too
+	/// Widened to a sample's square and the yaws beside a shift, and by the distance from robot to sensor, so that it
+	/// tells which positions of the sensor it may allow, too.
+	PriorIndex prior_;
 };
 }  // namespace d2s1r
