@@ -57,7 +57,7 @@ class RandomBoxes
 
 TEST(PriorIndex, RulesOutWhatThePriorDoesNotAllowAndNothingElse)
 {
-	constexpr double kSquare = 0.5, kSector = 0.1;  // [m], [rad] at most, with so few boxes
+	constexpr double kSquare = 0.2, kSector = 0.1;  // [m], [rad] at most, with so few boxes
 	RandomBoxes random(5);
 	const PoseBox area{-13, 40, -8, 40};
 	int allowed = 0, ruled_out = 0;

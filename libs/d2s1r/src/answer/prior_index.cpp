@@ -14,7 +14,6 @@ constexpr int kSectors = 64;                     //!< [-] of headings in [-pi, p
 constexpr double kSector = 2 * M_PI / kSectors;  //!< [rad]
 constexpr double kTiny = 1e-6;                   //!< [m] or [rad]: more than numbers are rounded by
 constexpr int kMostPerSide = 256;                //!< [squares]
-constexpr double kLeastSquare = 0.5;             //!< [m] side of the smallest square along the longer side of the area
 constexpr double kMostSquares = 50'000;          //!< [-] of all boxes together, or four a box: it bounds the time
 
 /// Returns bits `first` to `last`; those beyond the last sector go on at the first.
@@ -70,7 +69,7 @@ PriorIndex::PriorIndex(const Prior& prior, const PoseBox& area, double margin, d
 	}
 }
 
-/// Returns how many squares there are along x and along y: at most so many that all boxes together reach into about
+/// Returns how many squares there are along x and along y: so many that all boxes together reach into about
 /// kMostSquares of them, each box counted on its own.
 int PriorIndex::choose_per_side(const Prior& prior) const
 {
@@ -90,7 +89,7 @@ int PriorIndex::choose_per_side(const Prior& prior) const
 	}
 	const auto boxes = static_cast<double>(prior.boxes.size());
 	const auto squares = [&](int n) { return areas * n * n + (sides_x + sides_y) * n + boxes; };
-	int per_side = static_cast<int>(std::min<double>(kMostPerSide, std::ceil(std::max(area_x, area_y) / kLeastSquare)));
+	int per_side = kMostPerSide;
 	while (squares(per_side) > std::max(kMostSquares, 4 * boxes) && per_side > 1) per_side /= 2;
 	return per_side;
 }
