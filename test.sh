@@ -9,7 +9,7 @@ jobs=$(nproc)
 
 cmake --preset release -DBUILD_TESTING=ON -DD2S1R_WERROR=ON
 cmake --build --preset release -j "$jobs"
-ctest --preset release -j "$jobs"
+ctest --preset release -j "$((jobs + 1))"  # some tests wait
 
 cmake --preset asan -DD2S1R_WERROR=ON
 cmake --build --preset asan -j "$jobs" --target unit_tests

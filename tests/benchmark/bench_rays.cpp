@@ -16,16 +16,16 @@ namespace
 constexpr double kMaxRange = 30;  // [m]
 constexpr const char* kSite = "mit_killian";
 
-struct Site
+struct RaySite
 {
 	Grid grid = make_grid(*site_map(kSite), {});
 	std::vector<CellIndex> cells = find_free_cells(grid, {});
 };
 
-const Site* site(::benchmark::State& state)
+const RaySite* site(::benchmark::State& state)
 {
 	if (!site_is_there(kSite)) return state.SkipWithError("no data: set D2S1R_DATA"), nullptr;
-	static const Site loaded;
+	static const RaySite loaded;
 	return &loaded;
 }
 
@@ -37,7 +37,7 @@ void report_rays(::benchmark::State& state, std::size_t rays_of_iteration)
 }
 
 /// Centres of random free cells.
-std::vector<CellIndex> some_cells(const Site& site, std::size_t n)
+std::vector<CellIndex> some_cells(const RaySite& site, std::size_t n)
 {
 	std::mt19937 random(1);
 	std::vector<CellIndex> cells;
@@ -47,7 +47,7 @@ std::vector<CellIndex> some_cells(const Site& site, std::size_t n)
 
 void sweep_all_free_cells(::benchmark::State& state)
 {
-	const Site* the = site(state);
+	const RaySite* the = site(state);
 	if (!the) return;
 	const int directions = 180;
 	std::vector<std::uint16_t> by_cell(the->cells.size());
@@ -65,7 +65,7 @@ BENCHMARK(sweep_all_free_cells)->Unit(::benchmark::kMillisecond);
 
 void virtual_scan_360(::benchmark::State& state)
 {
-	const Site* the = site(state);
+	const RaySite* the = site(state);
 	if (!the) return;
 	static const RayCaster caster(the->grid, kMaxRange);
 	const std::vector<CellIndex> cells = some_cells(*the, 1000);
@@ -83,7 +83,7 @@ BENCHMARK(virtual_scan_360)->Unit(::benchmark::kMicrosecond);
 
 void single_exact_ray(::benchmark::State& state)
 {
-	const Site* the = site(state);
+	const RaySite* the = site(state);
 	if (!the) return;
 	static const RayCaster caster(the->grid, kMaxRange);
 	const std::vector<CellIndex> cells = some_cells(*the, 1000);
@@ -100,7 +100,7 @@ BENCHMARK(single_exact_ray)->Unit(::benchmark::kNanosecond);
 
 void literal_cell_by_cell(::benchmark::State& state)
 {
-	const Site* the = site(state);
+	const RaySite* the = site(state);
 	if (!the) return;
 	const std::vector<CellIndex> cells = some_cells(*the, 1000);
 	std::size_t i = 0;
@@ -117,7 +117,7 @@ BENCHMARK(literal_cell_by_cell)->Unit(::benchmark::kNanosecond);
 /// MRPT's own; its rays are 0.8 times as long as asked for.
 void mrpt_laser_scan_simulator(::benchmark::State& state)
 {
-	const Site* the = site(state);
+	const RaySite* the = site(state);
 	if (!the) return;
 	const auto map = site_map(kSite);
 	const std::vector<CellIndex> cells = some_cells(*the, 1000);

@@ -26,7 +26,7 @@ fs::path log_files()
 }
 
 /// A log and what is in it, or why it is refused.
-struct Expectation
+struct ExpectedLog
 {
 	const char* file;
 	const char* laser = "";
@@ -36,7 +36,7 @@ struct Expectation
 	const char* refusal = "";  //!< a part of the error
 };
 
-std::ostream& operator<<(std::ostream& stream, const Expectation& expected)
+std::ostream& operator<<(std::ostream& stream, const ExpectedLog& expected)
 {
 	return stream << expected.file;
 }
@@ -73,13 +73,13 @@ std::vector<std::vector<std::uint8_t>> bytes_of(const fs::path& file)
 }
 }  // namespace
 
-class RecordedLogs : public testing::TestWithParam<Expectation>
+class RecordedLogs : public testing::TestWithParam<ExpectedLog>
 {
 };
 
 TEST_P(RecordedLogs, AreReadOrRefused)
 {
-	const Expectation& expected = GetParam();
+	const ExpectedLog& expected = GetParam();
 	const fs::path file = log_files() / expected.file;
 	if (!fs::exists(file)) GTEST_SKIP() << why_skipped(file);
 	logs::LogSurvey survey;
@@ -106,26 +106,26 @@ constexpr const char* kOnPioneer = "at x 0.135, y 0.000, z 0.202 m, yaw 0.0, pit
 INSTANTIATE_TEST_SUITE_P(
     All, RecordedLogs,
     testing::Values(
-        Expectation{"ros2_db3_olin_mac/macfirst_floor_take_2", "/scan", 357, kOnTurtleBot, "/odom"},
-        Expectation{"derived/mac_take_2_mcap_zstd", "/scan", 357, kOnTurtleBot, "/odom"},
-        Expectation{"ros2_db3_mumble/straight", "/scan", 147, kUnknown},
-        Expectation{"ros2_db3_mumble/straight/mumble_imu_lidar_bag_0.db3", "/scan", 147, kUnknown},
-        Expectation{"mcap_rosbag2_tests/wbag", "", 0, "", "", kNoScan},
-        Expectation{"mcap_rosbag2_tests/rewriter_b", "", 0, "", "", kNoScan},
-        Expectation{"ros1_uob_pioneer/trace0.bag", "/base_scan", 958, kOnPioneer, "/odom"},
-        Expectation{"ros1_two_lasers/scans_demo.bag", "/front_scan", 331, kUnknown},
-        Expectation{"ros1_ccny_handheld/demo.bag", "/scan", 360, kUnknown},
-        Expectation{"ros1_ccny_handheld/demo_v1.2.bag", "", 0, "", "", "is a ROS bag of version V1.2"},
-        Expectation{"ros1_bz2_lz4_no_laser/example.bag", "", 0, "", "", kNoScan},
-        Expectation{"ros1_bz2_lz4_no_laser/example-bz2.bag", "", 0, "", "", kNoScan},
-        Expectation{"ros1_bz2_lz4_no_laser/example-lz4.bag", "", 0, "", "", kNoScan},
-        Expectation{"ros1_bz2_lz4_no_laser/example-unsorted-chunks.bag", "", 0, "", "", kNoScan},
-        Expectation{"ros1_bz2_lz4_no_laser/no-messages.bag", "", 0, "", "", kNoScan},
-        Expectation{"ros1_bz2_lz4_no_laser/empty-file.bag", "", 0, "", "", "is empty"},
-        Expectation{"carmen_radish/intel.clf.bz2", "FLASER", 13631, "", "the log"},
-        Expectation{"carmen_radish/fr079.clf.bz2", "FLASER", 4934, "", "the log"},
-        Expectation{"carmen_radish/mit-csail.clf.bz2", "FLASER", 1988, "", "the log"},
-        Expectation{"carmen_radish/LICENSE", "", 0, "", "", "not a log that I know ("}));
+        ExpectedLog{"ros2_db3_olin_mac/macfirst_floor_take_2", "/scan", 357, kOnTurtleBot, "/odom"},
+        ExpectedLog{"derived/mac_take_2_mcap_zstd", "/scan", 357, kOnTurtleBot, "/odom"},
+        ExpectedLog{"ros2_db3_mumble/straight", "/scan", 147, kUnknown},
+        ExpectedLog{"ros2_db3_mumble/straight/mumble_imu_lidar_bag_0.db3", "/scan", 147, kUnknown},
+        ExpectedLog{"mcap_rosbag2_tests/wbag", "", 0, "", "", kNoScan},
+        ExpectedLog{"mcap_rosbag2_tests/rewriter_b", "", 0, "", "", kNoScan},
+        ExpectedLog{"ros1_uob_pioneer/trace0.bag", "/base_scan", 958, kOnPioneer, "/odom"},
+        ExpectedLog{"ros1_two_lasers/scans_demo.bag", "/front_scan", 331, kUnknown},
+        ExpectedLog{"ros1_ccny_handheld/demo.bag", "/scan", 360, kUnknown},
+        ExpectedLog{"ros1_ccny_handheld/demo_v1.2.bag", "", 0, "", "", "is a ROS bag of version V1.2"},
+        ExpectedLog{"ros1_bz2_lz4_no_laser/example.bag", "", 0, "", "", kNoScan},
+        ExpectedLog{"ros1_bz2_lz4_no_laser/example-bz2.bag", "", 0, "", "", kNoScan},
+        ExpectedLog{"ros1_bz2_lz4_no_laser/example-lz4.bag", "", 0, "", "", kNoScan},
+        ExpectedLog{"ros1_bz2_lz4_no_laser/example-unsorted-chunks.bag", "", 0, "", "", kNoScan},
+        ExpectedLog{"ros1_bz2_lz4_no_laser/no-messages.bag", "", 0, "", "", kNoScan},
+        ExpectedLog{"ros1_bz2_lz4_no_laser/empty-file.bag", "", 0, "", "", "is empty"},
+        ExpectedLog{"carmen_radish/intel.clf.bz2", "FLASER", 13631, "", "the log"},
+        ExpectedLog{"carmen_radish/fr079.clf.bz2", "FLASER", 4934, "", "the log"},
+        ExpectedLog{"carmen_radish/mit-csail.clf.bz2", "FLASER", 1988, "", "the log"},
+        ExpectedLog{"carmen_radish/LICENSE", "", 0, "", "", "not a log that I know ("}));
 
 TEST(RecordedLogs, AreTheSameWhateverThePacking)
 {

@@ -45,7 +45,7 @@ Localizer localizer_of(const fs::path& map, const std::string& config = "default
 }
 
 /// A set of scans and what is expected of it.
-struct Expectation
+struct ExpectedSuccess
 {
 	const char* site;
 	const char* map;
@@ -57,19 +57,19 @@ struct Expectation
 	double least_honest;  //!< [0, 1] share of successes among the frames of status localized
 };
 
-std::ostream& operator<<(std::ostream& stream, const Expectation& expected)
+std::ostream& operator<<(std::ostream& stream, const ExpectedSuccess& expected)
 {
 	return stream << expected.site << " " << expected.set << " " << expected.config;
 }
 
-class SiteLocalization : public testing::TestWithParam<Expectation>
+class SiteLocalization : public testing::TestWithParam<ExpectedSuccess>
 {
 };
 }  // namespace
 
 TEST_P(SiteLocalization, FindsThePlace)
 {
-	const Expectation& expected = GetParam();
+	const ExpectedSuccess& expected = GetParam();
 	const fs::path folder = sites_folder() / expected.site;
 	if (!fs::exists(folder / "map.yaml")) GTEST_SKIP() << why_skipped(folder);
 	const Frames frames = read_frames(folder, expected.set, expected.frames);
@@ -103,28 +103,28 @@ TEST_P(SiteLocalization, FindsThePlace)
 INSTANTIATE_TEST_SUITE_P(
     Real, SiteLocalization,
     testing::Values(
-        Expectation{"intel", "map_test.yaml", "test", "default", 100, 0.3, 0.90, 0.97},
-        Expectation{"fr079", "map_test.yaml", "test", "default", 100, 0.3, 0.92, 0.97},
-        Expectation{"mit_csail", "map_test.yaml", "test", "default", 100, 0.3, 0.95, 0.97},
-        Expectation{"mit_killian", "map_test.yaml", "test", "default", 100, 0.3, 0.88, 0.97}),
+        ExpectedSuccess{"intel", "map_test.yaml", "test", "default", 100, 0.3, 0.90, 0.97},
+        ExpectedSuccess{"fr079", "map_test.yaml", "test", "default", 100, 0.3, 0.92, 0.97},
+        ExpectedSuccess{"mit_csail", "map_test.yaml", "test", "default", 100, 0.3, 0.95, 0.97},
+        ExpectedSuccess{"mit_killian", "map_test.yaml", "test", "default", 100, 0.3, 0.88, 0.97}),
     [](const auto& run) { return std::string(run.param.site); });
 
 INSTANTIATE_TEST_SUITE_P(
     Simulated, SiteLocalization,
     testing::Values(
-        Expectation{"intel", "map.yaml", "sim360_off", "default", 100, 0.2, 0.99, 0.99},
-        Expectation{"intel", "map.yaml", "sim270_off", "default", 100, 0.2, 0.98, 0.98},
-        Expectation{"mit_csail", "map.yaml", "sim270_off", "default", 100, 0.2, 0.98, 0.98},
-        Expectation{"mit_csail", "map.yaml", "sim360_clutter", "default", 100, 0.2, 0.96, 0.98},
-        Expectation{"willow_garage_005", "map.yaml", "sim360_clutter", "default", 100, 0.2, 0.96, 0.98}),
+        ExpectedSuccess{"intel", "map.yaml", "sim360_off", "default", 100, 0.2, 0.99, 0.99},
+        ExpectedSuccess{"intel", "map.yaml", "sim270_off", "default", 100, 0.2, 0.98, 0.98},
+        ExpectedSuccess{"mit_csail", "map.yaml", "sim270_off", "default", 100, 0.2, 0.98, 0.98},
+        ExpectedSuccess{"mit_csail", "map.yaml", "sim360_clutter", "default", 100, 0.2, 0.96, 0.98},
+        ExpectedSuccess{"willow_garage_005", "map.yaml", "sim360_clutter", "default", 100, 0.2, 0.96, 0.98}),
     [](const auto& run) { return std::string(run.param.site) + "_" + run.param.set; });
 
 INSTANTIATE_TEST_SUITE_P(
     Paper, SiteLocalization,
     testing::Values(
-        Expectation{"intel", "map.yaml", "sim360_off", "paper", 500, 0.2, 0.97, 0.97},
-        Expectation{"mit_csail", "map.yaml", "sim360_off", "paper", 500, 0.2, 0.97, 0.97},
-        Expectation{"mit_killian", "map.yaml", "sim360_off", "paper", 500, 0.2, 0.97, 0.97}),
+        ExpectedSuccess{"intel", "map.yaml", "sim360_off", "paper", 500, 0.2, 0.97, 0.97},
+        ExpectedSuccess{"mit_csail", "map.yaml", "sim360_off", "paper", 500, 0.2, 0.97, 0.97},
+        ExpectedSuccess{"mit_killian", "map.yaml", "sim360_off", "paper", 500, 0.2, 0.97, 0.97}),
     [](const auto& run) { return std::string(run.param.site); });
 
 TEST(AnotherSite, IsHardlyEverMistakenForThisOne)

@@ -14,7 +14,6 @@ namespace d2s1r::app
 namespace
 {
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-constexpr double kSameTime = 1.0005e-3;  //!< [s] 1 ms and what six decimals round off
 
 Match compare(const TimedPose& truth, const Frame& frame)
 {

@@ -270,8 +270,6 @@ GroundTruth read_ground_truth(const std::string& name, const std::string& log, c
 
 namespace
 {
-constexpr double kSameTime = 1.0005e-3;  // [s] 1 ms and what six decimals round off
-
 /// Ground truth by time, and the pose at any time.
 class Path
 {

@@ -10,6 +10,9 @@
 
 namespace d2s1r::app
 {
+/// Times that differ by less are the same.
+inline constexpr double kSameTime = 1.0005e-3;  //!< [s] 1 ms and what six decimals round off
+
 /// Holds a pose of the robot and its time.
 struct TimedPose
 {

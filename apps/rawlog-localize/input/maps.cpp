@@ -35,7 +35,7 @@ void check_region(const Prior& prior, const mrpt::maps::COccupancyGridMap2D& map
 	if (const auto fault = fault_of_region(prior, map); !fault.empty()) throw UserError(kWrongUse, "--region", fault);
 }
 
-using Grid = mrpt::maps::COccupancyGridMap2D;
+using MrptGrid = mrpt::maps::COccupancyGridMap2D;
 
 /// Returns what loading a map file may take, which is far more than loading a sound one does.
 logs::ProcessLimits limits_of_map(const std::string& file)
@@ -78,7 +78,7 @@ void tell_map(const std::string& file, const GridParameters& parameters, const l
 }
 
 /// Loads a map file in one of MRPT's formats. \throws std::runtime_error, UserError
-Grid::ConstPtr load_mrpt_map(const std::string& file, const GridParameters& parameters)
+MrptGrid::ConstPtr load_mrpt_map(const std::string& file, const GridParameters& parameters)
 {
 	std::vector<std::uint8_t> bytes;
 	std::string error;
@@ -117,11 +117,11 @@ Grid::ConstPtr load_mrpt_map(const std::string& file, const GridParameters& para
 /// Loads the map file. Formats that MRPT's own readers read are loaded in a process of their own: these readers trust
 /// what they read.
 /// \throws std::runtime_error, UserError
-Grid::ConstPtr load_grid(const Flags& flags, const Parameters& parameters, Activity& activity)
+MrptGrid::ConstPtr load_grid(const Flags& flags, const Parameters& parameters, Activity& activity)
 {
 	if (!is_yaml_name(flags.map) && !is_image_name(flags.map)) return load_mrpt_map(flags.map, parameters.grid);
 	const SilentDescriptors silence;
-	const auto grid = std::make_shared<Grid::ConstPtr>();
+	const auto grid = std::make_shared<MrptGrid::ConstPtr>();
 	const auto load = [grid, file = flags.map, thresholds = parameters.grid, image = flags.image]
 	{ *grid = load_map(file, thresholds, image); };
 	if (!run_interruptibly(&activity, load)) throw UserError(kInterrupted, flags.map, kInterruptedEarly);
@@ -135,7 +135,7 @@ std::string text_of_memory(double memory)
 }
 
 /// Returns how much memory [byte] the index of a map takes about. \throws std::runtime_error if there is less
-double memory_of_index(const Grid& grid, const Parameters& parameters)
+double memory_of_index(const MrptGrid& grid, const Parameters& parameters)
 {
 	const double of_copy = static_cast<double>(grid.getRawMap().size());
 	const double needed = of_copy + static_cast<double>(memory_to_build(grid, parameters));
@@ -268,7 +268,7 @@ CSignatureMap2D::ConstPtr build_map(const Flags& flags, const Parameters& parame
 	{
 		const auto map = CSignatureMap2D::Create(parameters);
 		const auto memory = std::make_shared<double>(0);  // [byte]
-		Grid::ConstPtr grid;
+		MrptGrid::ConstPtr grid;
 		{
 			Activity activity(console.err, visible, "loading the map");
 			grid = load_grid(flags, parameters, activity);

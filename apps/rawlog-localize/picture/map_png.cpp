@@ -18,16 +18,15 @@ namespace d2s1r::app
 {
 namespace
 {
-constexpr int kLongSide = 1600;             //!< [pixel] of the map
-constexpr double kLargestCell = 24;         //!< [pixel] of small maps
-constexpr int kLeastWidth = 1000;           //!< [pixel] of the picture, which has room for the legend
-constexpr int kMargin = 20;                 //!< [pixel]
-constexpr int kRowHeight = 36;              //!< [pixel] of the legend
-constexpr double kSampleWidth = 46;         //!< [pixel] of a mark in the legend
-constexpr double kGap = 34;                 //!< [pixel] between entries of the legend
-constexpr double kLongestBar = 0.2;         //!< [-] of the width
-constexpr double kTickSpacing = 15;         //!< [pixel] between headings that are drawn
-constexpr double kLeastProbability = 0.05;  //!< [-] of hypotheses that are drawn
+constexpr int kLongSide = 1600;      //!< [pixel] of the map
+constexpr double kLargestCell = 24;  //!< [pixel] of small maps
+constexpr int kLeastWidth = 1000;    //!< [pixel] of the picture, which has room for the legend
+constexpr int kMargin = 20;          //!< [pixel]
+constexpr int kRowHeight = 36;       //!< [pixel] of the legend
+constexpr double kSampleWidth = 46;  //!< [pixel] of a mark in the legend
+constexpr double kGap = 34;          //!< [pixel] between entries of the legend
+constexpr double kLongestBar = 0.2;  //!< [-] of the width
+constexpr double kTickSpacing = 15;  //!< [pixel] between headings that are drawn
 const Color kPaper(222, 222, 222), kWhite(255, 255, 255);
 
 // The marks; the legend shows the same.
@@ -286,7 +285,8 @@ class Painter
 			for (std::size_t i = frame.localized() ? 1 : 0; i < frame.result.hypotheses.size(); i++)
 			{
 				const Hypothesis& h = frame.result.hypotheses[i];
-				if (h.probability >= kLeastProbability) draw_hypothesis(canvas_, at(h.pose.asTPose()), h.probability);
+				if (h.probability >= kLeastDrawnProbability)
+					draw_hypothesis(canvas_, at(h.pose.asTPose()), h.probability);
 			}
 	}
 

@@ -15,6 +15,8 @@
 
 namespace d2s1r::app
 {
+inline constexpr double kLeastDrawnProbability = 0.05;  //!< [-] of hypotheses that are drawn
+
 /// Where a map lies in a picture.
 struct MapView
 {

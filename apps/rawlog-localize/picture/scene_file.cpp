@@ -22,10 +22,9 @@ namespace d2s1r::app
 namespace
 {
 namespace gl = drawing;
-constexpr int kTextureSide = 4096;          //!< [pixel] what graphics cards take
-constexpr float kAboveGrid = 0.02f;         //!< [m]
-constexpr float kSigmas = 3.0f;             //!< [-] of the ellipses
-constexpr double kLeastProbability = 0.05;  //!< [-] of hypotheses that are drawn
+constexpr int kTextureSide = 4096;   //!< [pixel] what graphics cards take
+constexpr float kAboveGrid = 0.02f;  //!< [m]
+constexpr float kSigmas = 3.0f;      //!< [-] of the ellipses
 
 DrawnObject::Ptr grid_object(const SceneContent& content)
 {
@@ -96,7 +95,7 @@ DrawnObject::Ptr hypotheses_object(const std::vector<Frame>& frames)
 	for (const auto& frame : frames)
 		for (const auto& h : frame.result.hypotheses)
 		{
-			if (h.probability < kLeastProbability) continue;
+			if (h.probability < kLeastDrawnProbability) continue;
 			auto ellipse = gl::CEllipsoid2D::Create();
 			ellipse->setCovMatrix(mrpt::math::CMatrixDouble22(h.covariance.blockCopy<2, 2>(0, 0)));
 			ellipse->setQuantiles(kSigmas);

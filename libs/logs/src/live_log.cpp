@@ -21,16 +21,16 @@ namespace
 /// A live log is read in a process of its own, and arrives as records: a letter and what it is about.
 enum LiveRecord : char
 {
-	kObjectRecord = 'n',  //!< the bytes of an object that MRPT can read
-	kDamageRecord = 'd'   //!< RawlogReader::damage()
+	kObjectBytes = 'n',  //!< the bytes of an object that MRPT can read
+	kLogDamage = 'd'     //!< RawlogReader::damage()
 };
 
 void tell_objects(int descriptor, bool follows, const Send& send)
 {
 	RawlogReader reader(unpack(descriptor, follows));
 	while (const auto object = reader.next())
-		send(std::string(1, kObjectRecord).append(object->bytes.begin(), object->bytes.end()));
-	send(char{kDamageRecord} + reader.damage());
+		send(std::string(1, kObjectBytes).append(object->bytes.begin(), object->bytes.end()));
+	send(char{kLogDamage} + reader.damage());
 }
 
 /// What another process has read of a live log.
@@ -69,7 +69,7 @@ class LiveStream : public InputStream
 		if (!record) return;
 		record_ = std::move(*record);
 		const auto text = std::string_view(record_).substr(1);
-		if (record_[0] == kObjectRecord)
+		if (record_[0] == kObjectBytes)
 			left_ = text;
 		else
 			damage_ = text;

@@ -59,7 +59,7 @@ float histogram_distance(const Histogram& a, const Histogram& b)
 	return least;
 }
 
-struct Library
+struct Relations
 {
 	std::vector<std::vector<Keypoint>> keypoints;  //!< of each keyframe
 	std::vector<Histogram> histograms;             //!< of each keyframe
@@ -69,14 +69,14 @@ struct Library
 
 Rival landmark_relations(const std::vector<Keyframe>& keyframes)
 {
-	auto made = std::make_shared<Library>();
+	auto made = std::make_shared<Relations>();
 	for (const Keyframe& keyframe : keyframes)
 	{
 		made->keypoints.push_back(find_keypoints(keyframe.scan));
 		made->histograms.push_back(relations_of(made->keypoints.back()));
 		made->sensors.push_back(keyframe.sensor);
 	}
-	const std::shared_ptr<const Library> library = made;
+	const std::shared_ptr<const Relations> library = made;
 	return [library](const Scan& scan)
 	{
 		const auto keypoints = find_keypoints(scan);

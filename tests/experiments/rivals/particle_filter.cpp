@@ -17,7 +17,7 @@ namespace
 {
 constexpr int kMostParticles = 5000;        // [-] AMCL's max_particles
 constexpr unsigned kFewestParticles = 100;  // [-] AMCL's min_particles
-constexpr std::size_t kBeams = 30;          // [-] AMCL's laser_max_beams
+constexpr std::size_t kLaserBeams = 30;     // [-] AMCL's laser_max_beams
 constexpr double kSpreadXy = 0.5;           // [m] the root of AMCL's initial_cov_xx and _yy
 constexpr double kSpreadPhi = M_PI / 12;    // [rad] the root of AMCL's initial_cov_aa
 constexpr double kOdometryNoise = 0.2;      // [-] AMCL's odom_alpha1 to 4, which are variances
@@ -103,7 +103,7 @@ mrpt::math::TPose2D ParticleFilter::step(
 	mrpt::obs::CSensoryFrame observations;
 	observations.insert(observation);
 	const std::size_t beams = observation->getScanSize();
-	map_->likelihoodOptions.LF_decimation = static_cast<std::uint32_t>(std::max<std::size_t>(1, beams / kBeams));
+	map_->likelihoodOptions.LF_decimation = static_cast<std::uint32_t>(std::max<std::size_t>(1, beams / kLaserBeams));
 	filter_.executeOn(particles_, motion ? &actions : nullptr, &observations);
 	return pf::dominant_place(particles_, pf::normalized_weights(particles_)).pose;
 }

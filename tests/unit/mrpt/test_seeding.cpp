@@ -14,12 +14,12 @@ namespace
 {
 using Particles = std::vector<SeededParticle>;
 
-const Grid kRoom = make_picture_grid({"####", "#..#", "#.##", "####"}, 0.5, -1, 2);
+const Grid kSmallRoom = make_picture_grid({"####", "#..#", "#.##", "####"}, 0.5, -1, 2);
 const Prior kNoFreeCell = make_prior(50, 50, 51, 51);  //!< beside the room
 
 const Localizer& in_room()
 {
-	static const Localizer localizer(make_map(kRoom));
+	static const Localizer localizer(make_map(kSmallRoom));
 	return localizer;
 }
 
@@ -143,17 +143,17 @@ TEST(Seeding, ParticlesInFreeSpaceAreUniformOverTheFreeCellsAndYaws)
 {
 	constexpr int kCount = 27000;
 	const Particles particles = seed_particles(in_room(), result_of({}), with(kCount, 1));
-	std::vector<int> of_part(9 * kRoom.cells.size()), of_yaw(4);  // ninths of cells, quadrants
+	std::vector<int> of_part(9 * kSmallRoom.cells.size()), of_yaw(4);  // ninths of cells, quadrants
 	for (const auto& [pose, weight] : particles)
 	{
-		const int u = static_cast<int>(std::floor(3 * (pose.x - kRoom.origin_x) / kRoom.cell_size));
-		const int v = static_cast<int>(std::floor(3 * (pose.y - kRoom.origin_y) / kRoom.cell_size));
-		ASSERT_TRUE(kRoom.contains(u / 3, v / 3));
-		of_part[static_cast<std::size_t>(9 * kRoom.index(u / 3, v / 3) + 3 * (v % 3) + u % 3)]++;
+		const int u = static_cast<int>(std::floor(3 * (pose.x - kSmallRoom.origin_x) / kSmallRoom.cell_size));
+		const int v = static_cast<int>(std::floor(3 * (pose.y - kSmallRoom.origin_y) / kSmallRoom.cell_size));
+		ASSERT_TRUE(kSmallRoom.contains(u / 3, v / 3));
+		of_part[static_cast<std::size_t>(9 * kSmallRoom.index(u / 3, v / 3) + 3 * (v % 3) + u % 3)]++;
 		of_yaw.at(static_cast<std::size_t>((pose.phi + M_PI) / (M_PI / 2)))++;
 	}
 	for (std::size_t i = 0; i < of_part.size(); i++)
-		EXPECT_NEAR(of_part[i], kRoom.cells[i / 9] == Cell::kFree ? kCount / 27 : 0, 150) << i;
+		EXPECT_NEAR(of_part[i], kSmallRoom.cells[i / 9] == Cell::kFree ? kCount / 27 : 0, 150) << i;
 	for (const int count : of_yaw) EXPECT_NEAR(count, kCount / 4, 300);
 }
 

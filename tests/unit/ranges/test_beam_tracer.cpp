@@ -13,7 +13,7 @@ namespace
 constexpr double kCell = 0.05;  // [m]
 
 /// Free space with walls, rooms of unknown space and single cells.
-Grid random_grid(unsigned seed)
+Grid random_room(unsigned seed)
 {
 	std::mt19937 random(seed);
 	Picture picture(90, std::string(130, '.'));
@@ -85,7 +85,7 @@ TEST_P(BeamTracing, SeesWhatLiesAlongTheBeams)
 	int beams = 0, same = 0;
 	for (const unsigned seed : {1U, 2U, 3U})
 	{
-		const Grid grid = random_grid(seed), walls = without_furniture(grid);
+		const Grid grid = random_room(seed), walls = without_furniture(grid);
 		const BeamTracer tracer(grid, find_furniture(grid));
 		std::mt19937 random(seed);
 		for (int k = 0; k < 20; k++)
@@ -223,7 +223,7 @@ TEST_P(BeamTracing, FromOutsideAllIsUnknown)
 
 TEST_P(BeamTracing, IsBitForBitTheSameAsPortableLoops)
 {
-	const BeamTracer tracer(random_grid(5));
+	const BeamTracer tracer(random_room(5));
 	std::mt19937 random(5);
 	const BeamArrays returns = random_returns(random, 400);
 	TracedBeams chosen, portable;

@@ -12,7 +12,6 @@ namespace
 {
 using mrpt::math::TPose2D;
 using mrpt::poses::CPose2D;
-constexpr double kDegree = M_PI / 180;
 
 /// A room of 8 m x 6 m, and a robot whose laser sees 90 deg from 0.2 m in front of its axis.
 class TurningRobot : public testing::Test
@@ -22,7 +21,7 @@ class TurningRobot : public testing::Test
 	{
 		Laser laser;
 		laser.beams = 91;
-		laser.aperture = 90 * kDegree;
+		laser.aperture = 90 * M_PI / 180;
 		laser.on_robot = {0.2, 0, 0, 0, 0, 0};
 		return make_scan(make_observation(grid_, robot, laser), {});
 	}
@@ -32,8 +31,8 @@ class TurningRobot : public testing::Test
 	{
 		for (int i = 0; i <= steps; i++)
 		{
-			const TPose2D robot{start.x, start.y, start.phi + 15 * kDegree * i};
-			circle.add(scan_at(robot), i == 0 ? CPose2D() : CPose2D(0, 0, 15 * kDegree + odometry_error));
+			const TPose2D robot{start.x, start.y, start.phi + 15 * M_PI / 180 * i};
+			circle.add(scan_at(robot), i == 0 ? CPose2D() : CPose2D(0, 0, 15 * M_PI / 180 + odometry_error));
 		}
 	}
 
@@ -74,7 +73,7 @@ TEST_F(TurningRobot, FullTurnMakesAFullCircle)
 	turn(circle, {3, 2.5, 0.3}, 10);
 	EXPECT_FALSE(circle.complete());
 	EXPECT_NEAR(circle.coverage(), 240.0 / 360, 0.05);
-	EXPECT_NEAR(circle.scan().field_of_view, 240 * kDegree, 0.3);
+	EXPECT_NEAR(circle.scan().field_of_view, 240 * M_PI / 180, 0.3);
 
 	circle.clear();
 	turn(circle, {3, 2.5, 0.3}, 20);
@@ -86,16 +85,16 @@ TEST_F(TurningRobot, FullTurnMakesAFullCircle)
 	EXPECT_LT(scan.beams.size(), 400U) << "old scans only fill what newer ones did not see";
 	EXPECT_TRUE(std::is_sorted(
 	    scan.beams.begin(), scan.beams.end(), [](const Beam& a, const Beam& b) { return a.angle < b.angle; }));
-	EXPECT_LT(worst_range(scan, {3, 2.5, 0.3 + 300 * kDegree}), 0.06) << "about a cell";
+	EXPECT_LT(worst_range(scan, {3, 2.5, 0.3 + 300 * M_PI / 180}), 0.06) << "about a cell";
 }
 
 TEST_F(TurningRobot, NewestScanIsBelievedWhereSeveralSaw)
 {
 	ScanAccumulator circle;
-	turn(circle, {3, 2.5, 0}, 24, 1 * kDegree);
+	turn(circle, {3, 2.5, 0}, 24, M_PI / 180);
 	const TPose2D robot{3, 2.5, 0};
 	Scan ahead = circle.scan();
-	const auto behind = [](const Beam& beam) { return std::abs(beam.angle) > 40 * kDegree; };
+	const auto behind = [](const Beam& beam) { return std::abs(beam.angle) > 40 * M_PI / 180; };
 	ahead.beams.erase(std::remove_if(ahead.beams.begin(), ahead.beams.end(), behind), ahead.beams.end());
 	EXPECT_GT(ahead.beams.size(), 75U);
 	EXPECT_LT(worst_range(ahead, robot), 0.06);
@@ -107,9 +106,9 @@ TEST_F(TurningRobot, ScansFromElsewhereAreForgotten)
 	ScanAccumulator circle(360, 0.25);
 	turn(circle, {3, 2.5, 0}, 12);
 	const double before = circle.coverage();
-	circle.add(scan_at({3.2, 2.5, 180 * kDegree}), CPose2D(-0.2, 0, 0));
+	circle.add(scan_at({3.2, 2.5, 180 * M_PI / 180}), CPose2D(-0.2, 0, 0));
 	EXPECT_GE(circle.coverage(), before - 0.02);
-	circle.add(scan_at({3.4, 2.5, 180 * kDegree}), CPose2D(-0.2, 0, 0));
+	circle.add(scan_at({3.4, 2.5, 180 * M_PI / 180}), CPose2D(-0.2, 0, 0));
 	EXPECT_NEAR(circle.coverage(), 90.0 / 360, 0.04) << "the first places are 0.4 m away";
 }
 
@@ -130,7 +129,7 @@ TEST_F(TurningRobot, LasersBeforeAndBehindSeeAFullCircleTogether)
 	{
 		Laser laser;
 		laser.beams = 441;
-		laser.aperture = 220 * kDegree;  // 190 deg leave a gap where the robot turned and moved between the scans
+		laser.aperture = 220 * M_PI / 180;  // 190 deg leave a gap where the robot turned and moved between the scans
 		laser.on_robot = {x, 0, 0, yaw, 0, 0};
 		return std::make_shared<mrpt::obs::CObservation2DRangeScan>(make_observation(grid_, robot, laser));
 	};
@@ -140,7 +139,7 @@ TEST_F(TurningRobot, LasersBeforeAndBehindSeeAFullCircleTogether)
 	    {observation(then, -0.2, M_PI), odometry + CPose2D(then)}, {observation(now, 0.2, 0), odometry + CPose2D(now)}};
 	const Scan scan = merge_scans(both, {});
 	ASSERT_TRUE(scan.valid());
-	EXPECT_GT(scan.field_of_view, 345 * kDegree);
+	EXPECT_GT(scan.field_of_view, 345 * M_PI / 180);
 	EXPECT_EQ(scan.sensor_on_robot, TPose2D(0.2, 0, 0));
 	EXPECT_LT(worst_range(scan, now), 0.06);
 	const Localizer localizer(make_map(grid_));
@@ -183,10 +182,10 @@ TEST_F(TurningRobot, UnusableScanCountsForItsMotion)
 	circle.add(scan_at({3, 2.5, 0}), {});
 	Scan broken;
 	broken.invalid_because = "covered";
-	circle.add(broken, CPose2D(0, 0, 60 * kDegree));
-	circle.add(scan_at({3, 2.5, 120 * kDegree}), CPose2D(0, 0, 60 * kDegree));
+	circle.add(broken, CPose2D(0, 0, 60 * M_PI / 180));
+	circle.add(scan_at({3, 2.5, 120 * M_PI / 180}), CPose2D(0, 0, 60 * M_PI / 180));
 	EXPECT_NEAR(circle.coverage(), 180.0 / 360, 0.06);
-	EXPECT_LT(worst_range(circle.scan(), {3, 2.5, 120 * kDegree}), 0.06);
+	EXPECT_LT(worst_range(circle.scan(), {3, 2.5, 120 * M_PI / 180}), 0.06);
 }
 
 TEST_F(TurningRobot, NothingSeenIsNoScan)
@@ -217,14 +216,14 @@ TEST(ScanAccumulator, CircleFindsThePlaceThatOneNarrowScanDoesNot)
 	const TPose2D robot{5.5, 2.6, M_PI / 2};
 	Laser laser;
 	laser.beams = 61;
-	laser.aperture = 60 * kDegree;
+	laser.aperture = 60 * M_PI / 180;
 	laser.max_range = 8;
 	ScanAccumulator circle;
 	Scan scan;
 	for (int i = 0; i <= 24; i++)
 	{
-		scan = make_scan(make_observation(grid, {robot.x, robot.y, robot.phi + i * 15 * kDegree}, laser), {});
-		circle.add(scan, i == 0 ? CPose2D() : CPose2D(0, 0, 15 * kDegree));
+		scan = make_scan(make_observation(grid, {robot.x, robot.y, robot.phi + i * 15 * M_PI / 180}, laser), {});
+		circle.add(scan, i == 0 ? CPose2D() : CPose2D(0, 0, 15 * M_PI / 180));
 	}
 	EXPECT_NE(localizer.localize(scan).status, Status::kLocalized);
 	const Localization result = localizer.localize(circle.scan());

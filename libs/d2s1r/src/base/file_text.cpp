@@ -19,7 +19,7 @@ namespace d2s1r
 {
 namespace
 {
-[[noreturn]] void refuse(int error)
+[[noreturn]] void refuse_reading(int error)
 {
 	const bool is_out_of_descriptors = error == EMFILE || error == ENFILE;
 	const char* const advice = is_out_of_descriptors ? "allow the program more open files (ulimit -n)"
@@ -50,7 +50,7 @@ class Descriptor
 void read_blocks(const std::string& file, const std::function<bool(const char*, std::size_t)>& take)
 {
 	const Descriptor descriptor(open(file.c_str(), O_RDONLY | O_CLOEXEC));
-	if (descriptor.number() < 0) refuse(errno);
+	if (descriptor.number() < 0) refuse_reading(errno);
 	std::array<char, kFileBlock> block;
 	for (;;)
 	{
@@ -59,7 +59,7 @@ void read_blocks(const std::string& file, const std::function<bool(const char*, 
 		{
 			const ssize_t got = read(descriptor.number(), block.data() + filled, block.size() - filled);
 			if (got < 0 && errno == EINTR) continue;
-			if (got < 0) refuse(errno);
+			if (got < 0) refuse_reading(errno);
 			if (got == 0) break;
 			filled += static_cast<std::size_t>(got);
 		}

@@ -51,7 +51,7 @@ std::size_t aligned(std::size_t bytes)
 	return (bytes + kIndexAlignment - 1) / kIndexAlignment * kIndexAlignment;
 }
 
-[[noreturn]] void refuse(const std::string& file, const std::string& why)
+[[noreturn]] void refuse_file(const std::string& file, const std::string& why)
 {
 	throw std::runtime_error(file + ": " + why);
 }
@@ -91,14 +91,15 @@ bool is_something_else(const std::string& file)
 std::shared_ptr<const unsigned char> map_into_memory(const std::string& file, std::size_t& size)
 {
 	const int descriptor = open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);  // waits for no pipe
-	if (descriptor < 0) refuse(file, std::string("cannot be read (") + std::strerror(errno) + ")");
+	if (descriptor < 0) refuse_file(file, std::string("cannot be read (") + std::strerror(errno) + ")");
 	struct stat status = {};
 	const bool is_file = fstat(descriptor, &status) == 0 && S_ISREG(status.st_mode);
 	size = is_file ? static_cast<std::size_t>(status.st_size) : 0;
 	void* const memory = size > 0 ? mmap(nullptr, size, PROT_READ, MAP_SHARED | MAP_POPULATE, descriptor, 0) : nullptr;
 	close(descriptor);
-	if (size == 0) refuse(file, "is not the file of an index; name another file");
-	if (memory == MAP_FAILED) refuse(file, std::string("cannot be mapped into memory (") + std::strerror(errno) + ")");
+	if (size == 0) refuse_file(file, "is not the file of an index; name another file");
+	if (memory == MAP_FAILED)
+		refuse_file(file, std::string("cannot be mapped into memory (") + std::strerror(errno) + ")");
 	const auto unmap = [size](const unsigned char* mapped) { munmap(const_cast<unsigned char*>(mapped), size); };
 	return {static_cast<const unsigned char*>(memory), unmap};
 }
@@ -130,7 +131,7 @@ IndexWriter::IndexWriter(const std::string& file) : file_(file), stream_(nullptr
 	target_ = path.string();
 	temporary_ = path.parent_path() / (".tmp" + std::to_string(getpid()) + "-" + path.filename().string());
 	if (is_something_else(file))
-		refuse(file, "exists and is not the file of an index that can be read; name another file");
+		refuse_file(file, "exists and is not the file of an index that can be read; name another file");
 	sum_ = std::make_unique<Sum>();
 	struct stat status = {};
 	do  // whoever removes what a killed process left knows by the lock what to leave alone, and may be doing so now
@@ -153,7 +154,8 @@ IndexWriter::~IndexWriter()
 
 void IndexWriter::fail() const
 {
-	refuse(file_, std::string("cannot be written (") + std::strerror(errno) + "); name another file or free space");
+	refuse_file(
+	    file_, std::string("cannot be written (") + std::strerror(errno) + "); name another file or free space");
 }
 
 void IndexWriter::put(const void* bytes, std::size_t count)
@@ -197,10 +199,10 @@ IndexReader::IndexReader(const std::string& file, const IndexKey& key) : file_(f
 	memory_ = map_into_memory(file, size_);
 	Header header{};
 	std::memcpy(&header, memory_.get(), std::min(sizeof header, size_));
-	if (const std::string why = why_refused(header, key, size_); !why.empty()) refuse(file, why);
+	if (const std::string why = why_refused(header, key, size_); !why.empty()) refuse_file(file, why);
 	at_ = sizeof header;
 	if (header.content != fingerprint_of(memory_.get() + at_, size_ - at_))
-		refuse(file, std::string("is damaged") + kBuildAgain);
+		refuse_file(file, std::string("is damaged") + kBuildAgain);
 }
 
 std::pair<const void*, std::size_t> IndexReader::read(std::size_t size, std::size_t expected_count)
@@ -208,7 +210,7 @@ std::pair<const void*, std::size_t> IndexReader::read(std::size_t size, std::siz
 	Prefix prefix;
 	const auto is_inside = [this](std::size_t bytes) { return at_ <= size_ && bytes <= size_ - at_; };
 	const auto refuse_content = [this]
-	{ refuse(file_, std::string("does not hold what an index holds") + kBuildAgain); };
+	{ refuse_file(file_, std::string("does not hold what an index holds") + kBuildAgain); };
 	if (!is_inside(sizeof prefix)) refuse_content();
 	std::memcpy(&prefix, memory_.get() + at_, sizeof prefix);
 	at_ = aligned(at_ + sizeof prefix);

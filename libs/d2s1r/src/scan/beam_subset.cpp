@@ -40,7 +40,7 @@ bool is_depth_edge(double range, double next_range, double spacing)
 }
 
 /// What lies between a beam and the next one counter-clockwise.
-struct Step
+struct BeamStep
 {
 	bool starts_run = false;     //!< the first beam saw nothing, or there is a gap
 	bool is_depth_edge = false;  //!< both are returns, one far behind the other
@@ -50,7 +50,7 @@ struct Step
 /// \param widest [rad] greatest angle between neighbours
 /// \param spacing [rad] angle between neighbours with no gap between them. Depth edges go by this one, because things
 ///        tend to end where there is a gap
-Step step_between(const Beam& before, const Beam& beam, double widest, double spacing)
+BeamStep step_between(const Beam& before, const Beam& beam, double widest, double spacing)
 {
 	double apart = static_cast<double>(beam.angle) - static_cast<double>(before.angle);
 	if (apart < 0) apart += 2 * M_PI;
@@ -66,7 +66,7 @@ bool begin_where_a_segment_does(std::vector<Beam>& beams, double widest, double 
 	const Beam* before = &beams.back();
 	const auto is_seam = [&](const Beam& beam)
 	{
-		const Step step = step_between(*std::exchange(before, &beam), beam, widest, spacing);
+		const BeamStep step = step_between(*std::exchange(before, &beam), beam, widest, spacing);
 		return step.starts_run || step.is_depth_edge;
 	};
 	auto first = std::find_if(beams.begin(), beams.end(), is_seam);
@@ -136,7 +136,7 @@ BeamSubset select_beams(const Scan& scan, int most)
 	{
 		if (beam.is_return)
 		{
-			const Step step = before ? step_between(*before, beam, widest, subset.spacing) : Step{};
+			const BeamStep step = before ? step_between(*before, beam, widest, subset.spacing) : BeamStep{};
 			subset.depth_edge.push_back(step.is_depth_edge ? 1 : 0);
 			add(subset.returns, std::cos(beam.angle), std::sin(beam.angle), beam.range);
 			subset.log_range.push_back(std::log(std::clamp(beam.range, 0.5F, kFarthest) / 3.0F));

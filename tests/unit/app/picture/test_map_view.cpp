@@ -21,7 +21,7 @@ constexpr int kDark = 100;    //!< [grey] walls are darker
 constexpr int kBright = 250;  //!< [grey] free space is brighter
 
 /// A frame at x [m], after so many seconds; it is ambiguous if there is no x.
-Frame frame_at(double seconds, std::optional<double> x)
+Frame frame_seen_at(double seconds, std::optional<double> x)
 {
 	Frame frame;
 	frame.timestamp = seconds;
@@ -100,8 +100,11 @@ TEST(PathPieces, BreakWhereNoRobotCanDrive)
 	EXPECT_TRUE(is_jump({0, 0, 0}, {2.6, 0, 0}, 1));
 	EXPECT_TRUE(is_jump({0, 0, 0}, {5.1, 0, 0}, 1000)) << "however long it took";
 	EXPECT_EQ(
-	    lengths({frame_at(0, 0), frame_at(1, 1), frame_at(2, 8), frame_at(3, 9)}), (std::vector<std::size_t>{2, 2}));
-	EXPECT_EQ(lengths({frame_at(0, 0), frame_at(1, std::nullopt), frame_at(2, 1)}), (std::vector<std::size_t>{1, 1}));
+	    lengths({frame_seen_at(0, 0), frame_seen_at(1, 1), frame_seen_at(2, 8), frame_seen_at(3, 9)}),
+	    (std::vector<std::size_t>{2, 2}));
+	EXPECT_EQ(
+	    lengths({frame_seen_at(0, 0), frame_seen_at(1, std::nullopt), frame_seen_at(2, 1)}),
+	    (std::vector<std::size_t>{1, 1}));
 	EXPECT_EQ(lengths({}), std::vector<std::size_t>{});
 }
 }  // namespace d2s1r::test
