@@ -170,7 +170,8 @@ TEST_F(Reproduce, GoesOnWhereItStoppedAndLeavesOutTheMapsIfAskedTo)
 	write_site("flat", {"sim360_off"});
 	const auto run_and_list = [&]
 	{
-		const ProcessResult result = reproduce({"--frames", "2", "--sweep-frames", "1", "--rival-frames", "0", "--no-maps"});
+		const ProcessResult result =
+		    reproduce({"--frames", "2", "--sweep-frames", "1", "--rival-frames", "0", "--no-maps"});
 		EXPECT_EQ(result.status, 0) << result.err;
 		std::map<fs::path, fs::file_time_type> kept;
 		for (const auto& entry : fs::directory_iterator(path("store"))) kept[entry.path()] = entry.last_write_time();
