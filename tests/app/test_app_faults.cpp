@@ -145,7 +145,7 @@ TEST_F(AppFaults, AReadErrorInALogOrMapIsTold)
 		Words arguments = words_for(is_log ? name : "walk.rawlog", is_image ? name : "flat.gridmap.gz", {"-q"});
 		if (is_image) arguments.insert(arguments.end(), {"--resolution", "0.1"});
 		const auto size = fs::file_size(path(name));
-		const auto cases = static_cast<std::uintmax_t>(fault_cases(2, 70));
+		const auto cases = static_cast<std::uintmax_t>(fault_cases(4, 70));
 		for (std::uintmax_t i = 0; i < cases; i++)
 		{
 			fs::remove_all(path("out"));
@@ -207,7 +207,7 @@ TEST_F(AppFaults, AnAllocationThatFailsIsToldAsThat)
 		const long count = std::stol(read_file(path("count")));
 		ASSERT_GT(count, 1000) << log;
 		int failed = 0;
-		const int cases = fault_cases(6, 300);
+		const int cases = fault_cases(12, 300);
 		for (int i = 0; i < cases; i++)
 		{
 			fs::remove_all(path("out"));
@@ -259,7 +259,7 @@ TEST_F(AppFaults, AMallocThatFailsIsToldAsThat)
 		ASSERT_TRUE(std::ifstream(path("count")) >> count >> count);
 		ASSERT_GT(count, 3);
 		write_file(path("out/frames.csv"), earlier);
-		const long cases = std::min<long>(count, fault_cases(6, 300));
+		const long cases = std::min<long>(count, fault_cases(15, 300));
 		for (long i = 0; i < cases; i++)
 			if (!check(sizes + std::to_string(1 + i * count / cases))) write_file(path("out/frames.csv"), earlier);
 	}
@@ -275,7 +275,7 @@ TEST_F(AppFaults, MemoryThatRunsOutWhileALogIsReadIsNotTakenForDamageOfIt)
 		run_failing(sizes + "999999", Words{"D2S1R_COUNT=" + path("count")}, arguments);
 		long count = 0;
 		ASSERT_TRUE(std::ifstream(path("count")) >> count >> count);
-		const long last = std::min<long>(count, fault_cases(7, 1000));
+		const long last = std::min<long>(count, fault_cases(9, 1000));
 		for (long call = fault_cases(5, 1); call <= last; call++)  // the first ones are of the program's start
 		{
 			fs::remove_all(path("out"));
@@ -303,7 +303,7 @@ TEST_F(AppFaults, TooLittleMemoryIsToldAsThat)
 	int least = 100;  // [MB] that the program takes to start
 	while (run_within(least, "--version").status != 0 && least < 2000) least += 4;
 	int failed = 0;
-	for (int megabytes = least + 8; failed < 200; megabytes += fault_cases(10, 2))
+	for (int megabytes = least + 8; failed < 200; megabytes += fault_cases(4, 2))
 	{
 		const auto result = run_within(
 		    megabytes, "-q -m " + path("flat.gridmap.gz") + " -i " + path("walk.rawlog") + " -o " + path("out"));

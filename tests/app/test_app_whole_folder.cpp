@@ -150,7 +150,7 @@ TEST_F(AppWholeFolder, AKilledRunLeavesWholeFilesOnlyAndTheNextRunTidiesUp)
 	const auto duration = std::chrono::steady_clock::now() - start_time;
 	const std::set<std::string> all = names_in("whole");
 	int left = 0;
-	const int points = fault_cases(5, 50);
+	const int points = fault_cases(8, 50);
 	for (int point = 0; point < points; point++)
 	{
 		Process process = start(words("out"));

@@ -30,4 +30,10 @@ inline Localization result_of(std::vector<Hypothesis> hypotheses)
 	result.hypotheses = std::move(hypotheses);
 	return result;
 }
+
+/// One hypothesis that is nearly sure.
+inline Localization localized_at(const mrpt::poses::CPose2D& pose)
+{
+	return result_of({hypothesis_at(pose, 0.95, {0.02, 0.05, 0.01})});
+}
 }  // namespace d2s1r::test

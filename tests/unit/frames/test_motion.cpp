@@ -18,11 +18,6 @@ namespace
 using mrpt::poses::CPose2D;
 using mrpt::poses::CPosePDFGaussian;
 
-Localization localized_at(const CPose2D& pose)
-{
-	return result_of({hypothesis_at(pose, 0.95, {0.02, 0.05, 0.01})});
-}
-
 TEST(PseudoOdometry, IsTheMotionInTheFrameOfTheFirstPose)
 {
 	const auto motion = pseudo_odometry(localized_at({1, 2, M_PI / 2}), localized_at({1, 3, M_PI}));

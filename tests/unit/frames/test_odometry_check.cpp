@@ -11,11 +11,6 @@ namespace d2s1r::test
 namespace
 {
 using mrpt::poses::CPose2D;
-
-Localization surely_at(const CPose2D& pose)
-{
-	return result_of({hypothesis_at(pose, 0.95, {0.02, 0.05, 0.01})});
-}
 }  // namespace
 
 TEST(OdometryCheck, DistrustsOdometryThatScansContradictUntilTheyAgreeAgain)
@@ -26,7 +21,7 @@ TEST(OdometryCheck, DistrustsOdometryThatScansContradictUntilTheyAgreeAgain)
 	const auto agrees = [&](const std::optional<CPose2D>& odometry)
 	{
 		robot = robot + step;
-		return check.checked(odometry, surely_at(robot)).has_value();
+		return check.checked(odometry, localized_at(robot)).has_value();
 	};
 	for (int i = 0; i < 10; i++) EXPECT_TRUE(agrees(step)) << i;
 	EXPECT_TRUE(agrees(CPose2D(0.4, 0.05, 0.15)));
@@ -41,23 +36,23 @@ TEST(OdometryCheck, OneWrongMotionIsForgiven)
 	OdometryCheck check;
 	CPose2D robot;
 	const CPose2D step(0.5, 0, 0.1);
-	for (int i = 0; i < 5; i++) EXPECT_TRUE(check.checked(step, surely_at(robot = robot + step)));
-	EXPECT_TRUE(check.checked(step, surely_at(robot = robot + CPose2D(20, 5, 2)))) << "one outlier";
-	for (int i = 0; i < 5; i++) EXPECT_TRUE(check.checked(step, surely_at(robot = robot + step))) << i;
+	for (int i = 0; i < 5; i++) EXPECT_TRUE(check.checked(step, localized_at(robot = robot + step)));
+	EXPECT_TRUE(check.checked(step, localized_at(robot = robot + CPose2D(20, 5, 2)))) << "one outlier";
+	for (int i = 0; i < 5; i++) EXPECT_TRUE(check.checked(step, localized_at(robot = robot + step))) << i;
 }
 
 TEST(OdometryCheck, LearnsNothingFromScansThatAreNotLocalizedOrOdometryThatIsNotUsable)
 {
 	OdometryCheck check;
-	Localization unsure = surely_at({});
+	Localization unsure = localized_at({});
 	unsure.status = Status::kAmbiguous;
 	for (int i = 0; i < 20; i++)
 	{
 		EXPECT_TRUE(check.checked(CPose2D(3, 0, 0), unsure));
-		EXPECT_TRUE(check.checked(CPose2D(3, 0, 0), surely_at({})));  // no motion seen since the scan before
-		EXPECT_FALSE(check.checked({}, surely_at({5, 5, 1})));
-		EXPECT_FALSE(check.checked(CPose2D(std::nan(""), 0, 0), surely_at({})));
+		EXPECT_TRUE(check.checked(CPose2D(3, 0, 0), localized_at({})));  // no motion seen since the scan before
+		EXPECT_FALSE(check.checked({}, localized_at({5, 5, 1})));
+		EXPECT_FALSE(check.checked(CPose2D(std::nan(""), 0, 0), localized_at({})));
 	}
-	EXPECT_TRUE(check.checked(CPose2D(3, 0, 0), surely_at({3, 0, 0})));
+	EXPECT_TRUE(check.checked(CPose2D(3, 0, 0), localized_at({3, 0, 0})));
 }
 }  // namespace d2s1r::test

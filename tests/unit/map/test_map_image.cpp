@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cstdint>
 
+#include "map/refused_map.h"
 #include "test_files.h"
 #include "test_maps.h"
 
@@ -13,13 +14,6 @@ namespace d2s1r::test
 {
 namespace
 {
-std::string refusal_of_image(const std::string& file, const std::optional<ImageGeometry>& image = std::nullopt)
-{
-	auto message = message_of<std::runtime_error>([&] { load_map(file, {}, image); });
-	EXPECT_EQ(message.find('\n'), std::string::npos) << message;
-	return message;
-}
-
 std::string number_text(std::uint32_t number, int bytes, bool big_endian)
 {
 	std::string text;
@@ -128,8 +122,7 @@ TEST(MapImage, TextWithTooFewSamplesIsRefused)
 	for (const std::string& bytes :
 	     {std::string("P2 2 2 255 0 255 255"), std::string("P2 9000 9000 255 0 255 255"), std::string("P1 2 2 101")})
 		EXPECT_NE(
-		    refusal_of_image(folder.write("short.pgm", bytes), ImageGeometry{1, 0, 0}).find("truncated"),
-		    std::string::npos)
+		    refusal(folder.write("short.pgm", bytes), ImageGeometry{1, 0, 0}).find("truncated"), std::string::npos)
 		    << bytes;
 }
 
@@ -166,17 +159,16 @@ TEST(MapImage, NeedsItsGeometry)
 {
 	const TempFolder folder;
 	const auto file = folder.write("map.pgm", std::string("P5\n1 1\n255\n\xFF", 12));
-	EXPECT_NE(refusal_of_image(file).find("needs its resolution"), std::string::npos);
+	EXPECT_NE(refusal(file).find("needs its resolution"), std::string::npos);
 	for (const double resolution : {0.0, -1.0, 1e-9, 11.0, std::nan("")})
 		EXPECT_NE(
-		    refusal_of_image(file, ImageGeometry{resolution, 0, 0})
-		        .find("resolution is not 0.001 to 10 m / pixel; correct it"),
+		    refusal(file, ImageGeometry{resolution, 0, 0}).find("resolution is not 0.001 to 10 m / pixel; correct it"),
 		    std::string::npos)
 		    << resolution;
 	for (const double far : {1.1e5, -1e30, static_cast<double>(NAN), static_cast<double>(INFINITY)})
 	{
-		EXPECT_NE(refusal_of_image(file, ImageGeometry{1, far, 0}).find("origin"), std::string::npos) << far;
-		EXPECT_NE(refusal_of_image(file, ImageGeometry{1, 0, far}).find("origin"), std::string::npos) << far;
+		EXPECT_NE(refusal(file, ImageGeometry{1, far, 0}).find("origin"), std::string::npos) << far;
+		EXPECT_NE(refusal(file, ImageGeometry{1, 0, far}).find("origin"), std::string::npos) << far;
 	}
 }
 
@@ -187,7 +179,7 @@ TEST(MapImage, TextThatIsNoSampleIsRefused)
 	     {"P2 2 2 255 0 255 white 255 255", "P2 2 2 255 0 255 -5 255", "P2 2 2 255 0 255 256 255",
 	      "P2 2 2 255 0 255 99999999999 255", "P1 2 2 1021", "P1 2 2 hello world"})
 		EXPECT_NE(
-		    refusal_of_image(folder.write("odd.pgm", bytes), ImageGeometry{1, 0, 0}).find("cannot be decoded"),
+		    refusal(folder.write("odd.pgm", bytes), ImageGeometry{1, 0, 0}).find("cannot be decoded"),
 		    std::string::npos)
 		    << bytes;
 }
@@ -198,7 +190,7 @@ TEST(MapImage, TheEndOfASmallImageInAJpegIsNotItsOwn)
 	const std::string start("\xFF\xD8\xFF\xE1\0\x8", 6), small("\xFF\xD8\x20\x20\xFF\xD9", 6);
 	const std::string image("\xFF\xC0\0\x0b\x8\0\x8\0\x8\1\1\x11\0\xFF\xDA\0\x8\1\1\0\0\x3F\0\x20\xFF\0\x20", 27);
 	const auto why = [&](const std::string& bytes) {
-		return refusal_of_image(folder.write("a.jpg", bytes), ImageGeometry{1, 0, 0});
+		return refusal(folder.write("a.jpg", bytes), ImageGeometry{1, 0, 0});
 	};
 	EXPECT_NE(why(start + small + image).find("truncated"), std::string::npos);
 	EXPECT_NE(why(start + small + image + "\xFF\xD9").find("cannot be decoded"), std::string::npos) << "has no tables";
@@ -208,32 +200,24 @@ TEST(MapImage, BrokenOnesAreRefusedByName)
 {
 	const TempFolder folder;
 	const ImageGeometry geometry{0.05, 0, 0};
-	EXPECT_NE(refusal_of_image(folder.write("a.png", "hello"), geometry).find("cannot be decoded"), std::string::npos);
+	EXPECT_NE(refusal(folder.write("a.png", "hello"), geometry).find("cannot be decoded"), std::string::npos);
 	EXPECT_NE(
-	    refusal_of_image(folder.write("b.pgm", "P5\n10 10\n255\nxx"), geometry).find("truncated; copy"),
-	    std::string::npos);
-	EXPECT_NE(
-	    refusal_of_image(folder.write("c.pgm", "P5\nwidth"), geometry).find("malformed header"), std::string::npos);
-	EXPECT_NE(
-	    refusal_of_image(folder.write("dim.pgm", "P5\n1 1\n200\nx"), geometry).find("greatest value"),
-	    std::string::npos);
-	EXPECT_NE(refusal_of_image(folder.write("d.jpg", "\xFF\xD8\xFF"), geometry).find("truncated"), std::string::npos);
+	    refusal(folder.write("b.pgm", "P5\n10 10\n255\nxx"), geometry).find("truncated; copy"), std::string::npos);
+	EXPECT_NE(refusal(folder.write("c.pgm", "P5\nwidth"), geometry).find("malformed header"), std::string::npos);
+	EXPECT_NE(refusal(folder.write("dim.pgm", "P5\n1 1\n200\nx"), geometry).find("greatest value"), std::string::npos);
+	EXPECT_NE(refusal(folder.write("d.jpg", "\xFF\xD8\xFF"), geometry).find("truncated"), std::string::npos);
 
 	// one byte short: of three channels, of two bytes, of one
 	for (const std::string& cut :
 	     {std::string("P6\n2 1\n255\n12345"), std::string("P5\n2 1\n65535\n123"), std::string("P5\n2 1\n255\n1")})
-		EXPECT_NE(
-		    refusal_of_image(folder.write("short.ppm", cut), geometry).find("the image is truncated"),
-		    std::string::npos)
+		EXPECT_NE(refusal(folder.write("short.ppm", cut), geometry).find("the image is truncated"), std::string::npos)
 		    << cut;
 	mrpt::img::CImage image(50, 50, mrpt::img::CH_GRAY);
 	for (unsigned y = 0; y < 50; y++) std::fill_n(image.ptrLine<std::uint8_t>(y), 50, std::uint8_t{255});
 	ASSERT_TRUE(image.saveToFile(folder.path("whole.png")));
 	const auto bytes = read_bytes(folder.path("whole.png"));
-	EXPECT_NE(
-	    refusal_of_image(folder.write("e.png", bytes.substr(0, 60)), geometry).find("truncated"), std::string::npos);
-	EXPECT_NE(
-	    refusal_of_image(folder.write("f.png", bytes.substr(0, 20)), geometry).find("truncated"), std::string::npos);
+	EXPECT_NE(refusal(folder.write("e.png", bytes.substr(0, 60)), geometry).find("truncated"), std::string::npos);
+	EXPECT_NE(refusal(folder.write("f.png", bytes.substr(0, 20)), geometry).find("truncated"), std::string::npos);
 }
 
 TEST(MapImage, TooLargeForMemoryIsRefusedBeforeItIsTaken)
@@ -241,26 +225,22 @@ TEST(MapImage, TooLargeForMemoryIsRefusedBeforeItIsTaken)
 	const TempFolder folder;
 	const ImageGeometry geometry{0.05, 0, 0};
 	EXPECT_NE(
-	    refusal_of_image(folder.write("a.pgm", "P5\n100000 90000\n255\nx"), geometry).find("100000 x 90000"),
-	    std::string::npos);
+	    refusal(folder.write("a.pgm", "P5\n100000 90000\n255\nx"), geometry).find("100000 x 90000"), std::string::npos);
 	const std::string png("\x89PNG\r\n\x1a\n\0\0\0\x0dIHDR\0\1\0\0\0\2\0\0\x8\0\0\0\0IEND", 33);
-	EXPECT_NE(refusal_of_image(folder.write("b.png", png), geometry).find("65536 x 131072"), std::string::npos);
+	EXPECT_NE(refusal(folder.write("b.png", png), geometry).find("65536 x 131072"), std::string::npos);
 
 	// each asks for 32,000 x 32,000 pixels in a few bytes
 	const std::string jpeg(
 	    "\xFF\xD8\xFF\xE0\0\x4IJ\xFF\xC0\0\x11\x8\x7D\0\x7D\0\3\1\x11\0\2\x11\1\3\x11\1\xFF\xD9", 29);
-	EXPECT_NE(refusal_of_image(folder.write("c.jpg", jpeg), geometry).find("32000 x 32000"), std::string::npos);
+	EXPECT_NE(refusal(folder.write("c.jpg", jpeg), geometry).find("32000 x 32000"), std::string::npos);
 	EXPECT_NE(
-	    refusal_of_image(folder.write("d.bmp", bmp_header(32000, -32000)), geometry).find("32000 x 32000"),
-	    std::string::npos);
+	    refusal(folder.write("d.bmp", bmp_header(32000, -32000)), geometry).find("32000 x 32000"), std::string::npos);
 	for (const bool big_endian : {false, true})
 	{
 		const auto tiff = [&](const TiffEntries& entries)
 		{ return folder.write("e.tif", tiff_header(entries, big_endian)); };
-		const auto expect = [&](const TiffEntries& entries, const std::string& text) {
-			EXPECT_NE(refusal_of_image(tiff(entries), geometry).find(text), std::string::npos)
-			    << text << " " << big_endian;
-		};
+		const auto expect = [&](const TiffEntries& entries, const std::string& text)
+		{ EXPECT_NE(refusal(tiff(entries), geometry).find(text), std::string::npos) << text << " " << big_endian; };
 		expect({{256, 32000}, {257, 32000}}, "32000 x 32000");
 		expect({{256, 5}, {256, 32000}, {257, 32000}}, "32000 x 32000");
 		expect(
@@ -270,10 +250,10 @@ TEST(MapImage, TooLargeForMemoryIsRefusedBeforeItIsTaken)
 	}
 	// 8 bytes a pixel, or 9 that are kept while a JPEG of several scans is unpacked
 	const std::string deep("\x89PNG\r\n\x1a\n\0\0\0\x0dIHDR\0\0\x3A\x98\0\0\x3A\x98\x10\6\0\0\0IEND", 33);
-	EXPECT_NE(refusal_of_image(folder.write("f.png", deep), geometry).find("takes 1.8 GB"), std::string::npos);
+	EXPECT_NE(refusal(folder.write("f.png", deep), geometry).find("takes 1.8 GB"), std::string::npos);
 	std::string colors = jpeg;
 	colors.replace(13, 4, "\x3A\x98\x3A\x98");
-	EXPECT_NE(refusal_of_image(folder.write("g.jpg", colors), geometry).find("takes 2.0 GB"), std::string::npos);
+	EXPECT_NE(refusal(folder.write("g.jpg", colors), geometry).find("takes 2.0 GB"), std::string::npos);
 }
 
 TEST(MapImage, AFileThatIsTooLargeForMemoryIsRefusedBeforeItIsRead)
@@ -281,23 +261,21 @@ TEST(MapImage, AFileThatIsTooLargeForMemoryIsRefusedBeforeItIsRead)
 	const TempFolder folder;
 	const auto file = folder.write("a.pgm", "P5 1 1 255 x");
 	std::filesystem::resize_file(file, 2'000'000'000'000);  // takes no room on the disk
-	EXPECT_NE(refusal_of_image(file, {{1, 0, 0}}).find("has 2000.0 GB, and 1.0 GB is the most"), std::string::npos);
+	EXPECT_NE(refusal(file, {{1, 0, 0}}).find("has 2000.0 GB, and 1.0 GB is the most"), std::string::npos);
 }
 
 TEST(MapImage, MorePixelsThanTheFileCanHoldAreRefusedBeforeTheyAreUnpacked)
 {
 	const TempFolder folder;
 	const auto expect_truncated = [&](const std::string& name, const std::string& bytes) {
-		EXPECT_NE(refusal_of_image(folder.write(name, bytes), {{1, 0, 0}}).find("truncated"), std::string::npos)
-		    << name;
+		EXPECT_NE(refusal(folder.write(name, bytes), {{1, 0, 0}}).find("truncated"), std::string::npos) << name;
 	};
 	expect_truncated("a.png", {"\x89PNG\r\n\x1a\n\0\0\0\x0dIHDR\0\0\x20\0\0\0\x20\0\x8\0\0\0\0IEND", 33});
 	expect_truncated("b.jpg", {"\xFF\xD8\xFF\xC0\0\x0b\x8\x20\0\x20\0\1\1\x11\0\xFF\xD9", 17});
 	expect_truncated("c.bmp", bmp_header(8192, 8192));
 	expect_truncated("d.tif", {"II\x2a\0\x8\0\0\0\1\0\0\1\3\0", 14});
 	EXPECT_NE(
-	    refusal_of_image(folder.write("e.pgm", "P5\n-5 3\n255\nxyz"), {{1, 0, 0}})
-	        .find("the image has no pixels; copy"),
+	    refusal(folder.write("e.pgm", "P5\n-5 3\n255\nxyz"), {{1, 0, 0}}).find("the image has no pixels; copy"),
 	    std::string::npos);
 }
 

@@ -14,6 +14,7 @@
 #include <sys/resource.h>
 
 #include "map/occupancy_map.h"
+#include "map/refused_map.h"
 #include "test_files.h"
 #include "test_maps.h"
 
@@ -70,12 +71,6 @@ mrpt::maps::CSimpleMap room_seen_once()
 	return keyframes;
 }
 
-std::string refusal_of_map(const std::string& file, const std::optional<ImageGeometry>& image = std::nullopt)
-{
-	auto message = message_of<std::runtime_error>([&] { load_map(file, {}, image); });
-	EXPECT_EQ(message.find('\n'), std::string::npos) << message;
-	return message;
-}
 }  // namespace
 
 TEST(MapIo, GridmapIsReadCompressedOrNot)
@@ -152,21 +147,21 @@ TEST(MapIo, OtherObjectsAreRefused)
 	    std::string::npos);
 	const TempFolder folder;
 	save(mrpt::maps::CSimplePointsMap(), folder.path("points.bin"));
-	EXPECT_EQ(refusal_of_map(folder.path("points.bin")).find(folder.path("points.bin") + ": "), 0U);
+	EXPECT_EQ(refusal(folder.path("points.bin")).find(folder.path("points.bin") + ": "), 0U);
 }
 
 TEST(MapIo, BrokenFilesAreRefusedByName)
 {
 	const TempFolder folder;
-	EXPECT_NE(refusal_of_map(folder.path("none.gridmap")).find("none.gridmap: cannot be read"), std::string::npos);
-	EXPECT_NE(refusal_of_map(folder.path("")).find("cannot be read"), std::string::npos);
-	EXPECT_NE(refusal_of_map(folder.write("empty.simplemap", "")).find("empty.simplemap: is empty"), std::string::npos);
-	EXPECT_NE(refusal_of_map(folder.write("text.gridmap", "hello")).find("is not a map"), std::string::npos);
+	EXPECT_NE(refusal(folder.path("none.gridmap")).find("none.gridmap: cannot be read"), std::string::npos);
+	EXPECT_NE(refusal(folder.path("")).find("cannot be read"), std::string::npos);
+	EXPECT_NE(refusal(folder.write("empty.simplemap", "")).find("empty.simplemap: is empty"), std::string::npos);
+	EXPECT_NE(refusal(folder.write("text.gridmap", "hello")).find("is not a map"), std::string::npos);
 
 	save(*make_map(enlarge(kRoom, 20), 0.05), folder.path("whole.gridmap.gz"));
 	const auto bytes = read_bytes(folder.path("whole.gridmap.gz"));
 	EXPECT_NE(
-	    refusal_of_map(folder.write("cut.gridmap.gz", bytes.substr(0, bytes.size() / 2))).find("truncated"),
+	    refusal(folder.write("cut.gridmap.gz", bytes.substr(0, bytes.size() / 2))).find("truncated"),
 	    std::string::npos);
 }
 
@@ -182,7 +177,7 @@ TEST(MapIo, AFileThatIsNoMapIsNotReadIntoMemory)
 		return usage.ru_maxrss;  // [kB]
 	};
 	const auto before = most_memory();
-	EXPECT_NE(refusal_of_map(file).find("is not a map"), std::string::npos);
+	EXPECT_NE(refusal(file).find("is not a map"), std::string::npos);
 	EXPECT_NE(fingerprint_of_map(file), 0U);
 	EXPECT_LT(most_memory(), before + 100'000);
 }
@@ -199,10 +194,10 @@ TEST(MapIo, CountsThatTheFileCannotHoldAreRefused)
 	};
 	std::string keyframes = serialized(mrpt::maps::CSimpleMap());
 	keyframes.replace(keyframes.find("CSimpleMap") + 11, 4, "\xff\xff\xff\x7f");
-	EXPECT_NE(refusal_of_map(folder.write("many.simplemap", keyframes)).find("truncated; copy"), std::string::npos);
+	EXPECT_NE(refusal(folder.write("many.simplemap", keyframes)).find("truncated; copy"), std::string::npos);
 
 	const std::string start = serialized(*make_map(enlarge(kRoom, 200), 0.05)).substr(0, 100);
-	EXPECT_NE(refusal_of_map(folder.write("start.gridmap", start)).find("truncated; copy"), std::string::npos);
+	EXPECT_NE(refusal(folder.write("start.gridmap", start)).find("truncated; copy"), std::string::npos);
 }
 
 TEST(MapIo, FewFileDescriptorsAreNotBlamedOnTheMap)
@@ -216,7 +211,7 @@ TEST(MapIo, FewFileDescriptorsAreNotBlamedOnTheMap)
 	ASSERT_EQ(getrlimit(RLIMIT_NOFILE, &limit), 0);
 	const rlimit none = {0, limit.rlim_max};
 	ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &none), 0);
-	const std::string message = refusal_of_map(folder.path("map.gridmap"));
+	const std::string message = refusal(folder.path("map.gridmap"));
 	ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &limit), 0);
 	EXPECT_NE(message.find("cannot be read (Too many open files); allow"), std::string::npos) << message;
 }
@@ -230,12 +225,12 @@ TEST(MapIo, FilesThatMayNotBeReadAreRefusedByName)
 		fs::permissions(folder.path(""), fs::perms::owner_all | fs::perms::group_exec | fs::perms::others_exec);
 		fs::permissions(folder.path(name), fs::perms::none);
 		const OrdinaryUser user;
-		EXPECT_NE(refusal_of_map(folder.path(name)).find(std::string(name) + ": cannot be read"), std::string::npos);
+		EXPECT_NE(refusal(folder.path(name)).find(std::string(name) + ": cannot be read"), std::string::npos);
 	}
 	fs::create_directory(folder.path("locked"));
 	fs::permissions(folder.path("locked"), fs::perms::none);
 	const OrdinaryUser user;
-	EXPECT_NE(refusal_of_map(folder.path("locked/a.gridmap")).find("a.gridmap: cannot be read"), std::string::npos);
+	EXPECT_NE(refusal(folder.path("locked/a.gridmap")).find("a.gridmap: cannot be read"), std::string::npos);
 }
 
 TEST(MapIo, NamesAreKnownByTheirEndsInAnyCase)
@@ -255,7 +250,7 @@ TEST(MapIo, MapsFarFromTheOriginAreRefusedHoweverTheyAreSaved)
 	auto far = make_map(kRoom, 0.5);
 	set_origin(*far, 2e5, 0);
 	save(*far, folder.path("far.gridmap"));
-	EXPECT_NE(refusal_of_map(folder.path("far.gridmap")).find("100 km"), std::string::npos);
+	EXPECT_NE(refusal(folder.path("far.gridmap")).find("100 km"), std::string::npos);
 }
 
 TEST(MapIo, WhatIsFreeIsSaidByTheParameters)
@@ -320,8 +315,7 @@ TEST(MapIo, TooLargeForMemoryIsRefusedBeforeItIsTaken)
 	{
 		std::string damaged = bytes;
 		damaged[high_byte] = '\x4f';
-		EXPECT_NE(refusal_of_map(folder.write("d.gridmap", damaged)).find("fit in memory"), std::string::npos)
-		    << high_byte;
+		EXPECT_NE(refusal(folder.write("d.gridmap", damaged)).find("fit in memory"), std::string::npos) << high_byte;
 	}
 
 	auto far_apart = room_seen_once();
@@ -361,7 +355,7 @@ TEST(MapIo, MapWithoutAFreeCellIsRefused)
 {
 	const TempFolder folder;
 	save(*make_map({"##", "??"}, 0.05), folder.path("solid.gridmap"));
-	EXPECT_NE(refusal_of_map(folder.path("solid.gridmap")).find("has no free cell"), std::string::npos);
+	EXPECT_NE(refusal(folder.path("solid.gridmap")).find("has no free cell"), std::string::npos);
 	EXPECT_THROW(grid_of(mrpt::maps::CSimpleMap()), std::runtime_error);
 }
 }  // namespace d2s1r::test
