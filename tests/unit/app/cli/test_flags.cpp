@@ -12,15 +12,21 @@ using namespace d2s1r::app;
 
 namespace
 {
-std::optional<Flags> parse(std::vector<std::string> words, std::string* printed = nullptr)
+std::optional<Flags> parse_and_print(std::vector<std::string> words, std::string& printed)
 {
 	words.insert(words.begin(), "rawlog-localize");
 	std::vector<char*> pointers;
 	for (auto& word : words) pointers.push_back(word.data());
 	std::ostringstream out;
 	const auto flags = parse_flags(static_cast<int>(pointers.size()), pointers.data(), out);
-	if (printed) *printed = out.str();
+	printed = out.str();
 	return flags;
+}
+
+std::optional<Flags> parse(const std::vector<std::string>& words)
+{
+	std::string ignored;
+	return parse_and_print(words, ignored);
 }
 
 /// Parses a complete command line with `more` at its end.
@@ -31,12 +37,13 @@ Flags complete(const std::vector<std::string>& more = {})
 	return parse(words).value();
 }
 
-/// Returns the message of the error that `more` leads to.
-std::string refusal(const std::vector<std::string>& more)
+/// Returns the message of the error that parsing `words`, by parse() or complete(), leads to.
+template <class Parser>
+std::string refusal(const std::vector<std::string>& words, const Parser& parser)
 {
 	try
 	{
-		complete(more);
+		parser(words);
 	}
 	catch (const UserError& error)
 	{
@@ -94,24 +101,66 @@ TEST(Flags, AWindowOfOneScanIsNoWindow)
 TEST(Flags, AnEmptyValueIsRefusedExceptForALabel)
 {
 	EXPECT_EQ(complete({"--sensor-label", ""}).sensor_label, "");
-	EXPECT_EQ(refusal({"--config", ""}).rfind("--config: needs a value", 0), 0U) << refusal({"--config", ""});
-	EXPECT_EQ(refusal({"--config="}).rfind("--config: needs a value", 0), 0U) << refusal({"--config="});
+	for (const std::string option :
+	     {"--map", "--input", "--output", "--config", "--ground-truth", "--frames", "--threads", "--window", "--region",
+	      "--time-budget", "--seed", "--plugins", "--motion", "--save-map", "--write-config", "--write-pf-ini",
+	      "--index", "--resolution", "--origin"})
+		for (const std::vector<std::string>& words : {std::vector{option, std::string()}, std::vector{option + "="}})
+			EXPECT_EQ(refusal(words, parse).rfind(option + ": needs a value", 0), 0U) << refusal(words, parse);
 }
 
-TEST(Flags, EveryErrorNamesItsOptionAndTheHelp)
+TEST(Flags, ValuesThatMakeNoSenseAreRefused)
 {
-	const std::vector<std::pair<std::string, std::string>> wrong = {
-	    {"--frames", "5"},        {"--frames", "7:3"},       {"--frames", "-1:3"},     {"--threads", "0"},
-	    {"--threads", "257"},     {"--window", "0"},         {"--window", "many"},     {"--region", "1,2,3"},
-	    {"--region", "0,0,0,1"},  {"--region", "0,0,inf,1"}, {"--seed", "-1"},         {"--time-budget", "0"},
-	    {"--time-budget", "nan"}, {"--motion", "both"},      {"--origin", "1,2"},      {"--resolution", "0.05"},
-	    {"--frames", "1:9:0"},    {"--threads", "2.5"},      {"--time-budget", "inf"}, {"--save-map", "map.png"},
-	    {"--unknown", "1"}};
-	for (const auto& [option, value] : wrong)
+	struct Case
 	{
-		const std::string message = refusal({option, value});
-		EXPECT_NE(message.find(option), std::string::npos) << message;
-		EXPECT_NE(message.find("see rawlog-localize --help"), std::string::npos) << message;
+		std::vector<std::string> words;
+		std::string part;
+	};
+	const std::vector<Case> wrong = {
+	    {{"--threads", "0"}, "--threads"},
+	    {{"--threads", "257"}, "--threads"},
+	    {{"--threads", "two"}, "two"},
+	    {{"--threads", "2.5"}, "--threads: '2.5' is not a whole number from 1 to 256"},
+	    {{"--seed", "-1"}, "--seed"},
+	    {{"--max-range", "0"}, "--max-range: '0' is not a range from 1.2e-38 to 3.4e+38 m"},
+	    {{"--max-range", "-1"}, "--max-range: '-1' is not a range from 1.2e-38 to 3.4e+38 m"},
+	    {{"--max-range", "1e-300"}, "--max-range: '1e-300' is not a range from 1.2e-38 to 3.4e+38 m"},
+	    {{"--max-range", "1e300"}, "--max-range: '1e300' is not a range from 1.2e-38 to 3.4e+38 m"},
+	    {{"--save-map", "saved.yaml"}, "FILE.signaturemap"},
+	    {{"--save-map", "saved.PNG"}, "FILE.signaturemap"},
+	    {{"--window", "0"}, "1 to 1000"},
+	    {{"--window", "1001"}, "1 to 1000"},
+	    {{"--window", "ten"}, "ten"},
+	    {{"--region", "1,2,3"}, "X0,Y0,X1,Y1"},
+	    {{"--region", "1,2,3,4,5"}, "X0,Y0,X1,Y1"},
+	    {{"--region", "1,2,1,4"}, "empty box"},
+	    {{"--region", "1,2,inf,4"}, "finite"},
+	    {{"--region", "1,2,,4"}, "number"},
+	    {{"--time-budget", "0"}, "above 0"},
+	    {{"--time-budget", "inf"}, "'inf' is not a finite time"},
+	    {{"--time-budget", "nan"}, "above 0"},
+	    {{"--time-budget", "fast"}, "fast"},
+	    {{"--frames", "7"}, "A:B"},
+	    {{"--frames", "9:3"}, "no frame"},
+	    {{"--frames", "3:3"}, "no frame"},
+	    {{"--frames", "-1:3"}, "--frames"},
+	    {{"--frames", "a:b"}, "--frames"},
+	    {{"--frames", "1:9:0"}, "at least 1"},
+	    {{"--frames", "1:9:2:2"}, "A:B:STEP"},
+	    {{"--motion", "both"}, "--motion"},
+	    {{"--unknown", "1"}, "--unknown"},
+	    {{"--resolution", "0"}, "0.001 to 10 m"},
+	    {{"--resolution", "1e-9"}, "0.001 to 10 m"},
+	    {{"--resolution", "11"}, "0.001 to 10 m"},
+	    {{"--resolution", "nan"}, "0.001 to 10 m"},
+	    {{"--resolution", "0.05"}, "only goes with an image (.png, "},
+	    {{"--origin", "1,2"}, "--resolution"},
+	    {{"--resolution", "0.05", "--origin", "1"}, "--origin: '1' is not a point; write X,Y in m"}};
+	for (const auto& [words, part] : wrong)
+	{
+		const std::string message = refusal(words, complete);
+		for (const std::string& told : {words[words.size() - 2], part, std::string("see rawlog-localize --help")})
+			EXPECT_NE(message.find(told), std::string::npos) << message << " lacks " << told;
 	}
 }
 
@@ -124,8 +173,8 @@ TEST(Flags, OnlyWritingAConfigurationNeedsNoMap)
 TEST(Flags, HelpAndVersionArePrintedWhateverElseIsThere)
 {
 	std::string printed;
-	EXPECT_FALSE(parse({"--help"}, &printed));
+	EXPECT_FALSE(parse_and_print({"--help"}, printed));
 	EXPECT_EQ(printed.rfind("Usage: rawlog-localize", 0), 0U) << printed;
-	EXPECT_FALSE(parse({"-m", "a.yaml", "--version"}, &printed));
+	EXPECT_FALSE(parse_and_print({"-m", "a.yaml", "--version"}, printed));
 	EXPECT_EQ(printed.rfind("rawlog-localize (d2s1r) ", 0), 0U) << printed;
 }
