@@ -1,9 +1,8 @@
 # d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 """report.html in a headless Chromium, as a person uses it: opening, clicking, zooming, filtering.
 
-Usage: test_report.py [REPORT.html [PICTURE_FOLDER]]. Without a report it makes some of a drawn building with the program
-that RAWLOG_LOCALIZE names; of one that is given it also prints how fluid it is. It exits with 77 if there is no Chromium
-to drive."""
+Usage: test_report.py [REPORT.html [PICTURE_FOLDER]]. Without a report it makes one of a drawn building with the program
+that RAWLOG_LOCALIZE names. It exits with 77 if there is no Chromium to drive."""
 import math
 import os
 import pathlib
@@ -266,8 +265,8 @@ TESTS = (test_opens, test_is_one_small_file, test_list_selects, test_map_click_s
          test_timeline_selects)
 
 
-def use(report, folder, measure=lambda page: None, pictures=None):
-    """Opens a report in a new browser, does everything with it, and measures."""
+def use(report, folder, pictures=None):
+    """Opens a report in a new browser and does everything with it."""
     try:
         browser = open_browser(folder)
     except OSError as error:
@@ -279,7 +278,7 @@ def use(report, folder, measure=lambda page: None, pictures=None):
         for test in TESTS:
             test(page)
             print(f"passed {test.__name__}", flush=True)
-        measure(page)
+        print_how_fluid(page)
         errors = page.errors()
         assert not errors, f"the console is empty: {errors}"
     finally:
@@ -290,8 +289,7 @@ def main():
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
         if len(sys.argv) > 1:
-            pictures = pathlib.Path(sys.argv[2]) if len(sys.argv) > 2 else None
-            use(pathlib.Path(sys.argv[1]), folder / "browser", print_how_fluid, pictures)
+            use(pathlib.Path(sys.argv[1]), folder / "browser", pathlib.Path(sys.argv[2]) if len(sys.argv) > 2 else None)
             return
         use(make_report(folder / "short", 1, "--window", "3", "--fuse"), folder / "browser")
         use(make_report(folder / "long", 100), folder / "browser")

@@ -48,6 +48,7 @@ std::string refusal(const std::vector<std::string>& words, const Parser& parser)
 	catch (const UserError& error)
 	{
 		EXPECT_EQ(error.status, kWrongUse);
+		EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos) << error.what();
 		return error.what();
 	}
 	return "no error";
