@@ -167,7 +167,7 @@ TEST_F(Reproduce, GoesOnWhereItStoppedAndLeavesOutTheMapsIfAskedTo)
 {
 	if (run_program({kPython, "-c", "import matplotlib, scipy"}).status != 0)
 		GTEST_SKIP() << "NO MATPLOTLIB: install Debian's python3-matplotlib and python3-scipy";
-	write_site("flat", {"test"});
+	write_site("flat", {"sim360_off"});
 	const auto run_and_list = [&]
 	{
 		const ProcessResult result =
