@@ -13,4 +13,4 @@ ctest --preset release -j "$((jobs + 1))"  # some tests wait
 
 cmake --preset asan -DD2S1R_WERROR=ON
 cmake --build --preset asan -j "$jobs" --target unit_tests
-ctest --preset asan -j "$jobs"
+ctest --preset asan -j "$((jobs + 1))"

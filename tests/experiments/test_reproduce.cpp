@@ -118,7 +118,7 @@ TEST_F(Reproduce, WritesTablesAndFigures)
 {
 	if (run_program({kPython, "-c", "import matplotlib, scipy"}).status != 0)
 		GTEST_SKIP() << "NO MATPLOTLIB: install Debian's python3-matplotlib and python3-scipy";
-	write_site("intel", {"sim360_on", "sim360_off", "test", "run"});
+	write_site("intel", {"sim360_on", "sim360_off"});
 	write_site("mit_killian", {"test", "run"});
 	write_site("olin_mac_923", {"test"});
 	const ProcessResult result = reproduce({"--frames", "12", "--sweep-frames", "6", "--rival-frames", "1"});
@@ -150,7 +150,7 @@ TEST_F(Reproduce, WritesTablesAndFigures)
 	      "| intel sim360_on (D_I0) | 99 | 98 | 97 | **100.0 (76-100)** | **100.0 (76-100)** |",
 	      "| mit_killian | test | 12 | **100.0 (76-100)** | **100.0 (76-100)** |",
 	      "| olin_mac_923 | 12 | - | **100.0 (76-100)** | **100.0 (76-100)** | 100.0 (76-100) | 100.0 (76-100) |",
-	      "| d2s1r | this library | **100.0 (34-100) of 2** | **100.0 (21-100) of 1** |",
+	      "| d2s1r | this library | **100.0 (21-100) of 1** | **100.0 (21-100) of 1** |",
 	      "| intel | 180 deg | ",
 	      "| CBGL with PL-ICP | as shipped | **97.9 (93-99)** | **84.0 (75-90)** |"})
 		EXPECT_NE(report.find(part), std::string::npos) << part << " is not in\n" << report;
@@ -188,11 +188,9 @@ TEST_F(Reproduce, GoesOnWhereItStoppedAndLeavesOutTheMapsIfAskedTo)
 	const auto again = run_and_list();
 	EXPECT_EQ(again.size(), first.size()) << "what was missing was run";
 	EXPECT_EQ(again.rbegin()->second, first.rbegin()->second);
-	write_file(path("data/flat/other.txt"), "changed");
-	EXPECT_EQ(run_and_list().size(), 2 * first.size()) << "other data, other results";
 }
 
-TEST_F(Reproduce, ResultsOfOtherProgramsAndLibrariesAreNotUsedAgain)
+TEST_F(Reproduce, ResultsOfOtherProgramsLibrariesAndDataAreNotUsedAgain)
 {
 	if (run_program({kPython, "-c", "import matplotlib, scipy, PIL"}).status != 0)
 		GTEST_SKIP() << "NO MATPLOTLIB: install Debian's python3-matplotlib, python3-scipy and python3-pil";
@@ -208,8 +206,11 @@ TEST_F(Reproduce, ResultsOfOtherProgramsAndLibrariesAreNotUsedAgain)
 	EXPECT_NE(other.learned, before.learned);
 	EXPECT_EQ(other.made, before.made) << "no program that makes data loads the library";
 	std::ofstream(folder() / "build/tests/experiments/alter_scans", std::ios::app) << "changed";
-	EXPECT_NE(keys().made, before.made);
-	EXPECT_NE(keys().reproduced, other.reproduced);
+	const Keys altered = keys();
+	EXPECT_NE(altered.made, before.made);
+	EXPECT_NE(altered.reproduced, other.reproduced);
+	write_file(path("data/flat/other.txt"), "other data");
+	EXPECT_NE(keys().reproduced, altered.reproduced);
 }
 
 TEST_F(Reproduce, SaysWhatIsMissing)
