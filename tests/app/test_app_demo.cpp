@@ -2,6 +2,7 @@
 // MRPT's own demo data, and the sites in D2S1R_DATA: what the program says is so.
 #include <cmath>
 #include <cstdlib>
+#include <sstream>
 
 #include "app_process.h"
 
@@ -39,6 +40,30 @@ TEST_F(AppDemo, LocalizationDemoIsLocalizedFromItsFirstScanToItsLast)
 	// Where MRPT's particle filter ends with 40,000 particles.
 	EXPECT_LT(std::hypot(frames.number(36, "x") - 15.91, frames.number(36, "y") + 10.01), 0.3);
 	EXPECT_LT(std::abs(frames.number(36, "phi") * 180 / M_PI - 4.95), 5);
+}
+
+/// README shows the bag; the rawlog holds the same drive.
+TEST_F(AppDemo, TheOfficeThatShipsIsLocalizedAsABagAndAsARawlog)
+{
+	const fs::path office = D2S1R_SOURCE_DIR "/share/d2s1r/data";
+	for (const char* log : {"office_bag", "office.rawlog"})
+	{
+		SCOPED_TRACE(log);
+		const auto result = run({"-m", office / "office.yaml", "-i", office / log, "-o", path("out")});
+		ASSERT_EQ(result.status, 0) << result.err;
+		const CsvTable frames(path("out/frames.csv"), kFramesHeader);
+		std::istringstream truth(read_file(office / "office_truth.txt"));
+		double time = 0, x = 0, y = 0, phi = 0;
+		for (std::size_t i = 0; i < frames.size(); i++)
+		{
+			ASSERT_TRUE(truth >> time >> x >> y >> phi) << "frame " << i;
+			ASSERT_EQ(frames.text(i, "status"), "localized") << "frame " << i;
+			EXPECT_NEAR(frames.number(i, "timestamp"), time, 1e-3) << "frame " << i;
+			EXPECT_LT(std::hypot(frames.number(i, "x") - x, frames.number(i, "y") - y), 0.05) << "frame " << i;
+			EXPECT_LT(std::abs(std::remainder(frames.number(i, "phi") - phi, 2 * M_PI)), 0.02) << "frame " << i;
+		}
+		EXPECT_FALSE(truth >> time) << "the log lacks frames";
+	}
 }
 
 TEST_F(AppData, TableCountsAsTheEvaluationScriptDoes)
