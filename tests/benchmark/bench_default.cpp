@@ -7,7 +7,7 @@
 #include <random>
 
 #include "coarse/coarse_search.h"
-#include "default_localizer.h"
+#include "engine/default_localizer.h"
 #include "fine/decision.h"
 #include "fine/end_point_sums.h"
 #include "fine/refinement.h"

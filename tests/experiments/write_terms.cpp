@@ -34,7 +34,7 @@
 
 #include "../data/poses.h"
 #include "base/parameter_list.h"
-#include "default_localizer.h"
+#include "engine/default_localizer.h"
 #include "fine/decision.h"
 #include "fine/refinement.h"
 #include "map/free_cells.h"

@@ -23,9 +23,9 @@ const fs::path kProgram = fs::path(D2S1R_SOURCE_DIR) / "apps/rawlog-localize";
 
 /// The stages in their order; a file may include its own stage and those of a lower number. Stages of one number do not
 /// know of each other.
-const std::map<std::string, int> kStages = {{"base", 0},      {"scan", 1},   {"map", 2},   {"ranges", 3},
-                                            {"answer", 4},    {"coarse", 5}, {"paper", 5}, {"fine", 6},
-                                            {"localizer", 7}, {"frames", 8}, {"mrpt", 8}};
+const std::map<std::string, int> kStages = {{"base", 0},      {"scan", 1},   {"map", 2},  {"ranges", 3}, {"query", 4},
+                                            {"answer", 4},    {"coarse", 5}, {"fine", 6}, {"engine", 7}, {"paper", 7},
+                                            {"localizer", 8}, {"frames", 9}, {"mrpt", 9}};
 
 /// The stage of each public header that is not named like its folder.
 const std::map<std::string, std::string> kStageOfHeader = {
@@ -35,12 +35,12 @@ const std::map<std::string, std::string> kStageOfHeader = {
     {"grid.h", "map"},
     {"map_io.h", "map"},
     {"localization.h", "answer"},
-    {"prior.h", "answer"},
+    {"prior.h", "query"},
     {"localizer.h", "localizer"},
     {"atlas.h", "localizer"},
-    {"default_index.h", "localizer"},
-    {"default_localizer.h", "localizer"},
-    {"searched_maps.h", "localizer"},
+    {"engine/default_index.h", "localizer"},
+    {"engine/default_localizer.h", "localizer"},
+    {"engine/searched_maps.h", "localizer"},
     {"window_localizer.h", "frames"},
     {"motion.h", "frames"},
     {"seeding.h", "mrpt"},

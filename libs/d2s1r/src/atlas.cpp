@@ -14,7 +14,7 @@
 #include "base/ini_text.h"
 #include "base/parameter_list.h"
 #include "base/scoped_timer.h"
-#include "default_localizer.h"
+#include "engine/default_localizer.h"
 
 namespace d2s1r
 {

@@ -12,7 +12,7 @@
 #include "base/index_file.h"
 #include "base/scoped_timer.h"
 #include "coarse/range_profiles.h"
-#include "default_localizer.h"
+#include "engine/default_localizer.h"
 #include "map/free_cells.h"
 #include "map/occupancy_map.h"
 #include "paper/paper_localizer.h"

@@ -8,9 +8,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "answer/prior_index.h"
 #include "coarse/coarse_pairs.h"
 #include "coarse/range_profiles.h"
+#include "query/prior_index.h"
 
 namespace d2s1r
 {

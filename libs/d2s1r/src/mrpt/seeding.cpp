@@ -9,8 +9,8 @@
 #include <numeric>
 #include <stdexcept>
 
-#include "answer/prior_index.h"
 #include "base/checked_value.h"
+#include "query/prior_index.h"
 
 namespace d2s1r
 {

@@ -91,7 +91,7 @@ constexpr int kFraction = 8;             //!< [-] steps to a ray in which a quer
 constexpr float kRoundingSlack = 1e-4F;  //!< [-] by which squared distances of projections are shortened
 
 /// The signature of a query, counted in rays as the index counts them.
-struct Query
+struct ScaledQuery
 {
 	std::vector<std::int32_t> counts;  //!< [ray / kFraction] padded to the stride of the signatures
 	ProjectedSignature projected{};    //!< [rays]
@@ -212,8 +212,8 @@ struct SignatureIndex::Tree
 		file(self.projections);
 		file(self.signatures);
 	}
-	void fill(Query& query, const Signature& signature) const;
-	NearestCell distance(const Query& query, std::uint32_t point) const;
+	void fill(ScaledQuery& query, const Signature& signature) const;
+	NearestCell distance(const ScaledQuery& query, std::uint32_t point) const;
 
 	std::size_t kdtree_get_point_count() const { return projections.size(); }
 	float kdtree_get_pt(std::size_t point, std::size_t axis) const { return projections[point][axis]; }
@@ -270,7 +270,7 @@ void SignatureIndex::Tree::save(IndexWriter& file) const
 	file(Array<char>(std::vector<char>(nodes.begin(), nodes.end())));
 }
 
-void SignatureIndex::Tree::fill(Query& query, const Signature& signature) const
+void SignatureIndex::Tree::fill(ScaledQuery& query, const Signature& signature) const
 {
 	query.counts.assign(stride, 0);
 	for (std::size_t bin = 0; bin < bins; bin++)
@@ -282,7 +282,7 @@ void SignatureIndex::Tree::fill(Query& query, const Signature& signature) const
 	for (float& coordinate : query.projected) coordinate /= kFraction;
 }
 
-NearestCell SignatureIndex::Tree::distance(const Query& query, std::uint32_t point) const
+NearestCell SignatureIndex::Tree::distance(const ScaledQuery& query, std::uint32_t point) const
 {
 	const std::uint8_t* counts = signatures.data() + point * stride;
 	std::int32_t squared = 0;
@@ -324,7 +324,7 @@ void SignatureIndex::nearest(const Signature& signature, int k, std::vector<Near
 	if (signature.size() != tree_->bins)
 		throw std::invalid_argument("SignatureIndex: the query has another number of bins than the index");
 	if (k < 1) throw std::invalid_argument("SignatureIndex: k must be at least 1");
-	thread_local Query query;
+	thread_local ScaledQuery query;
 	tree_->fill(query, signature);
 	const auto distance = [this](std::uint32_t point) { return tree_->distance(query, point); };
 	NearestByFullDistance nearest(std::min(static_cast<std::size_t>(k), tree_->cells.size()), result, distance);

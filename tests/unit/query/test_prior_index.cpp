@@ -1,5 +1,5 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include "answer/prior_index.h"
+#include "query/prior_index.h"
 
 #include <d2s1r/localizer.h>
 #include <gtest/gtest.h>

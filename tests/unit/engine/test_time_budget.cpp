@@ -4,7 +4,7 @@
 #include <chrono>
 #include <thread>
 
-#include "default_localizer.h"
+#include "engine/default_localizer.h"
 
 namespace d2s1r::test
 {

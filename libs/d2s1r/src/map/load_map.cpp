@@ -1,10 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-// Loads maps from files, and takes them from the objects that MRPT serializes.
-#include <d2s1r/CSignatureMap2D.h>
 #include <d2s1r/map_io.h>
 #include <mrpt/io/CFileGZInputStream.h>
-#include <mrpt/maps/CMultiMetricMap.h>
-#include <mrpt/maps/CSimpleMap.h>
 #include <mrpt/maps/registerAllClasses.h>
 #include <mrpt/serialization/CArchive.h>
 
@@ -23,7 +19,7 @@ namespace
 using mrpt::maps::COccupancyGridMap2D;
 namespace fs = std::filesystem;
 
-[[noreturn]] void refuse_as_truncated()
+[[noreturn]] void refuse_truncated_object()
 {
 	throw std::runtime_error("is truncated; copy or save it again");
 }
@@ -74,14 +70,14 @@ class MapHeader
 		};
 		const double cells_x = cells(start.x_min, start.x_max), cells_y = cells(start.y_min, start.y_max);
 		check_map_size(cells_x, cells_y);
-		if (cells_x * cells_y > most_bytes_) refuse_as_truncated();
+		if (cells_x * cells_y > most_bytes_) refuse_truncated_object();
 	}
 
 	void check_keyframes()
 	{
 		constexpr double kLeast = 16;  // [byte] of a keyframe: even a missing pose or frame takes 8
 		const auto keyframes = static_cast<double>(read<std::uint32_t>());
-		if (kLeast * keyframes > most_bytes_) refuse_as_truncated();
+		if (kLeast * keyframes > most_bytes_) refuse_truncated_object();
 	}
 
 	double most_bytes_;
@@ -97,7 +93,7 @@ class WholeReads : public mrpt::io::CStream
 	explicit WholeReads(const std::string& file) : file_(file) {}
 	std::size_t Read(void* buffer, std::size_t count) override
 	{
-		if (file_.Read(buffer, count) != count) refuse_as_truncated();
+		if (file_.Read(buffer, count) != count) refuse_truncated_object();
 		return count;
 	}
 	std::size_t Write(const void*, std::size_t) override { throw std::logic_error("read-only stream"); }
@@ -201,23 +197,5 @@ COccupancyGridMap2D::Ptr load_map(
 	if (!has_free_cell(*map, CellClasses(parameters)))
 		throw std::runtime_error(file + ": has no free cell; check the map, grid.free_threshold and negate");
 	return map;
-}
-
-COccupancyGridMap2D::Ptr grid_of(const mrpt::serialization::CSerializable& map, const GridParameters& parameters)
-{
-	if (const auto* grid = dynamic_cast<const COccupancyGridMap2D*>(&map))
-		return std::make_shared<COccupancyGridMap2D>(*grid);
-	if (const auto* keyframes = dynamic_cast<const mrpt::maps::CSimpleMap*>(&map))
-		return draw_simple_map(*keyframes, parameters.simplemap_cell_size);
-	if (const auto* maps = dynamic_cast<const mrpt::maps::CMultiMetricMap*>(&map))
-	{
-		if (const auto grid = maps->mapByClass<COccupancyGridMap2D>()) return grid_of(*grid, parameters);
-		if (const auto signature_map = maps->mapByClass<CSignatureMap2D>()) return grid_of(*signature_map, parameters);
-	}
-	if (const auto* signature_map = dynamic_cast<const CSignatureMap2D*>(&map))
-		if (!signature_map->isEmpty()) return std::make_shared<COccupancyGridMap2D>(*signature_map->grid());
-	throw std::invalid_argument(
-	    std::string("an object of class ") + map.GetRuntimeClass()->className +
-	    " that holds no occupancy grid; give a map with one");
 }
 }  // namespace d2s1r

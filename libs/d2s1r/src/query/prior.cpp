@@ -19,7 +19,7 @@ constexpr double kMargin = 0.3;                   //!< [m] by which densities ar
 constexpr double kYawMargin = M_PI / 18;          //!< [rad] by which densities are widened
 constexpr double kDeviations = 3;                 //!< [-] standard deviations
 constexpr std::size_t kMostTiles = 256;           //!< [-] boxes that stand for particles
-constexpr double kTile = 0.5;                     //!< [m] side of the smallest of these
+constexpr double kTileSide = 0.5;                     //!< [m] side of the smallest of these
 constexpr double kYawTile = mrpt::DEG2RAD(30.0);  //!< [rad] width of the smallest of these
 
 /// Returns a box that holds three standard deviations of a Gaussian.
@@ -52,7 +52,7 @@ std::set<std::array<long, 3>> occupied_tiles(const std::vector<mrpt::math::TPose
 /// Returns boxes that hold all `poses`, and what is within `near` [m] in x and in y and `turned` [rad] of each.
 Prior prior_of(const std::vector<mrpt::math::TPose2D>& poses, double near = 0, double turned = 0)
 {
-	double side = kTile, turn = kYawTile;
+	double side = kTileSide, turn = kYawTile;
 	auto tiles = occupied_tiles(poses, side, turn);
 	while (tiles.size() > kMostTiles)
 	{

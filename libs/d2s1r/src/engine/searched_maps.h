@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "coarse/coarse_search.h"
-#include "default_index.h"
+#include "engine/default_index.h"
 #include "fine/refinement.h"
 
 namespace d2s1r

@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "searched_maps.h"
+#include "engine/searched_maps.h"
 #include "test_floor.h"
 #include "twin_rooms.h"
 

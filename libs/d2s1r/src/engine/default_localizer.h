@@ -9,8 +9,8 @@
 #include <optional>
 #include <vector>
 
+#include "engine/searched_maps.h"
 #include "fine/decision.h"
-#include "searched_maps.h"
 
 namespace d2s1r
 {
