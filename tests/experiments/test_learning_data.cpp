@@ -1,5 +1,5 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-// The drawn floors and degraded maps of share/d2s1r/experiments/learning.
+// The drawn floors and degraded maps of experiments/learning.
 #include <d2s1r/grid.h>
 #include <d2s1r/map_io.h>
 
@@ -19,7 +19,7 @@ class LearningData : public AppTest
 {
    protected:
 	static constexpr const char* kPython = "/usr/bin/python3";  // the one that Debian's packages are for
-	static constexpr const char* kSimulateFloor = D2S1R_BUILD_DIR "/tests/experiments/simulate_floor";
+	static constexpr const char* kSimulateFloor = D2S1R_BUILD_DIR "/experiments/simulate_floor";
 
 	void SetUp() override
 	{
@@ -29,7 +29,7 @@ class LearningData : public AppTest
 
 	static std::string script(const std::string& name)
 	{
-		return std::string(D2S1R_SOURCE_DIR) + "/share/d2s1r/experiments/learning/" + name;
+		return std::string(D2S1R_SOURCE_DIR) + "/experiments/learning/" + name;
 	}
 
 	/// Draws a site into path(folder).
@@ -174,7 +174,7 @@ TEST_F(LearningData, TermsOfComparedPlacesSumUpToTheirLogLikelihood)
 {
 	draw("office", "250", "7", "site");
 	const ProcessResult written = run_program(
-	    {D2S1R_BUILD_DIR "/tests/experiments/write_terms", path("site/map.yaml"), path("site/scans.rawlog"),
+	    {D2S1R_BUILD_DIR "/experiments/write_terms", path("site/map.yaml"), path("site/scans.rawlog"),
 	     path("site/scans_gt.txt"), "none", path("frames.csv"), path("terms.csv.gz")});
 	ASSERT_EQ(written.status, 0) << written.err;
 	const auto frames = lines_of(read_file(path("frames.csv")));
@@ -205,9 +205,9 @@ TEST_F(LearningData, WeightsAreLearnedFromAUsersScansAlwaysTheSame)
 	const auto learn = [&](const std::string& output)
 	{
 		const ProcessResult learned = run_program(
-		    {kPython, std::string(D2S1R_SOURCE_DIR) + "/share/d2s1r/experiments/learn.py", "--build", D2S1R_BUILD_DIR,
-		     "--map", path("site/map.yaml"), "--rawlog", path("site/scans.rawlog"), "--ground-truth",
-		     path("site/scans_gt.txt"), "--frames", "3", "--floors", "2", "--output", path(output)});
+		    {kPython, std::string(D2S1R_SOURCE_DIR) + "/experiments/learn.py", "--build", D2S1R_BUILD_DIR, "--map",
+		     path("site/map.yaml"), "--rawlog", path("site/scans.rawlog"), "--ground-truth", path("site/scans_gt.txt"),
+		     "--frames", "3", "--floors", "2", "--output", path(output)});
 		EXPECT_EQ(learned.status, 0) << learned.err;
 		return read_file(path(output + "/learned.ini"));
 	};
@@ -228,7 +228,7 @@ TEST_F(LearningData, EveryConstantThatAblateSwitchesOffIsInTheDefaultConfigurati
 	    {kPython, "-B", "-c",
 	     "import sys; sys.path.insert(0, sys.argv[1]); import ablate\n"
 	     "for c in ablate.read_constants(open(sys.argv[2]).read()): print(c.name, c.variants())",
-	     std::string(D2S1R_SOURCE_DIR) + "/share/d2s1r/experiments", path("default.ini")});
+	     std::string(D2S1R_SOURCE_DIR) + "/experiments", path("default.ini")});
 	ASSERT_EQ(read.status, 0) << read.err;
 	EXPECT_GT(lines_of(read.out).size(), 20U);
 	EXPECT_NE(read.out.find("beam_model.on_wall {'off': 0.0}"), std::string::npos) << read.out;

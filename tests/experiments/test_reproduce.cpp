@@ -1,5 +1,5 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-// share/d2s1r/experiments/reproduce.py on two small sites.
+// experiments/reproduce.py on two small sites.
 #include <cmath>
 #include <fstream>
 #include <map>
@@ -15,7 +15,7 @@ class Reproduce : public AppTest
 {
    protected:
 	static constexpr const char* kPython = "/usr/bin/python3";  // the one that Debian's packages are for
-	static constexpr const char* kAlterScans = D2S1R_BUILD_DIR "/tests/experiments/alter_scans";
+	static constexpr const char* kAlterScans = D2S1R_BUILD_DIR "/experiments/alter_scans";
 
 	/// The flat as a map_server map, and sets of scans of the walk.
 	void write_site(const std::string& name, const Words& sets) const
@@ -55,7 +55,7 @@ class Reproduce : public AppTest
 
 	ProcessResult reproduce(const Words& more = {}) const
 	{
-		Words words = {kPython,    std::string(D2S1R_SOURCE_DIR) + "/share/d2s1r/experiments/reproduce.py",
+		Words words = {kPython,    std::string(D2S1R_SOURCE_DIR) + "/experiments/reproduce.py",
 		               "--build",  D2S1R_BUILD_DIR,
 		               "--data",   path("data"),
 		               "--output", path("results"),
@@ -75,7 +75,7 @@ class Reproduce : public AppTest
 				    entry.path(), folder() / "build" / libraries / entry.path().filename(),
 				    fs::copy_options::copy_symlinks);
 		for (const fs::path program :
-		     {"tests/experiments/alter_scans", "tests/experiments/simulate_floor", "tests/experiments/write_terms",
+		     {"experiments/alter_scans", "experiments/simulate_floor", "experiments/write_terms",
 		      "apps/rawlog-localize/rawlog-localize"})
 		{
 			fs::create_directories((folder() / "build" / program).parent_path());
@@ -106,7 +106,7 @@ print(runner.key(job), learner.digest, learner.folder)
 )";
 		const ProcessResult told = run_program(
 		    {"env", "LD_LIBRARY_PATH=" + path("build/libs/d2s1r"), kPython, "-c", script,
-		     D2S1R_SOURCE_DIR "/share/d2s1r/experiments", folder().string()});
+		     D2S1R_SOURCE_DIR "/experiments", folder().string()});
 		EXPECT_EQ(told.status, 0) << told.err;
 		Keys result;
 		std::istringstream(told.out) >> result.reproduced >> result.learned >> result.made;
@@ -205,7 +205,7 @@ TEST_F(Reproduce, ResultsOfOtherProgramsLibrariesAndDataAreNotUsedAgain)
 	EXPECT_NE(other.reproduced, before.reproduced);
 	EXPECT_NE(other.learned, before.learned);
 	EXPECT_EQ(other.made, before.made) << "no program that makes data loads the library";
-	std::ofstream(folder() / "build/tests/experiments/alter_scans", std::ios::app) << "changed";
+	std::ofstream(folder() / "build/experiments/alter_scans", std::ios::app) << "changed";
 	const Keys altered = keys();
 	EXPECT_NE(altered.made, before.made);
 	EXPECT_NE(altered.reproduced, other.reproduced);
@@ -292,7 +292,7 @@ TEST_F(Reproduce, CirclesOfATurningRobotShowWhatAWideLaserSees)
 {
 	write_site("flat", {"test"});
 	const std::string map = path("data/flat/map.yaml"), truth = path("data/flat/test_gt.txt");
-	const std::string program = D2S1R_BUILD_DIR "/tests/experiments/simulate_circles";
+	const std::string program = D2S1R_BUILD_DIR "/experiments/simulate_circles";
 	const auto simulated = [&](const std::string& field_of_view, const std::string& slip)
 	{
 		const Words words = {program, map, truth, path("circles.rawlog"), "frames=2", "noise=0", field_of_view, slip};
@@ -318,7 +318,7 @@ TEST_F(Reproduce, CirclesOfATurningRobotShowWhatAWideLaserSees)
 TEST_F(Reproduce, PlainLoopsTakeRangesOfZeroForNoReturns)
 {
 	write_site("flat", {"test"});
-	const std::string map = path("data/flat/map.yaml"), programs = D2S1R_BUILD_DIR "/tests/experiments/";
+	const std::string map = path("data/flat/map.yaml"), programs = D2S1R_BUILD_DIR "/experiments/";
 	const Words circles = {
 	    programs + "simulate_circles", map, path("data/flat/test_gt.txt"), path("circles.rawlog"), "frames=3"};
 	ASSERT_EQ(run_program(circles).status, 0);

@@ -1,5 +1,5 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-// share/d2s1r/experiments/tune.py, which finds the constants of windows and of the filter.
+// experiments/tune.py, which finds the constants of windows and of the filter.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -20,7 +20,7 @@ class Tuning : public AppTest
 {
    protected:
 	static constexpr const char* kPython = "/usr/bin/python3";  // the one that Debian's packages are for
-	static inline const std::string kScripts = D2S1R_SOURCE_DIR "/share/d2s1r/experiments";
+	static inline const std::string kScripts = D2S1R_SOURCE_DIR "/experiments";
 
 	void SetUp() override
 	{
@@ -79,7 +79,7 @@ TEST_F(Tuning, EveryConstantIsVaried)
 
 TEST(TunedConstants, DefaultsAreThoseThatTunePyWrote)
 {
-	std::istringstream stream(read_file(D2S1R_SOURCE_DIR "/doc/results/learned/tuned.ini"));
+	std::istringstream stream(read_file(D2S1R_SOURCE_DIR "/experiments/results/learned/tuned.ini"));
 	std::map<std::string, double> written, defaults;
 	std::string section;
 	for (std::string line; std::getline(stream, line);)
@@ -127,7 +127,7 @@ TEST_F(Tuning, AFrameThatIsWrongAndSureOutweighsTenThatAreRight)
 
 TEST_F(Tuning, ADriveThroughADrawnFloorIsFollowed)
 {
-	const std::string programs = D2S1R_BUILD_DIR "/tests/experiments/";
+	const std::string programs = D2S1R_BUILD_DIR "/experiments/";
 	printed(
 	    "import pathlib\nfrom learning import drawn_sites, drives\nfolder = pathlib.Path('" + folder().string() +
 	    "')\nsimulate = pathlib.Path('" + programs +
@@ -220,7 +220,7 @@ TEST_F(Tuning, AVariantSetsConstantsAndNothingElse)
 TEST_F(Tuning, WhatIsNoConstantIsRefused)
 {
 	const ProcessResult wrong =
-	    run_program({D2S1R_BUILD_DIR "/tests/experiments/window_experiment", "m", "r", "t", "f", "fitz=1"});
+	    run_program({D2S1R_BUILD_DIR "/experiments/window_experiment", "m", "r", "t", "f", "fitz=1"});
 	EXPECT_EQ(wrong.status, 1);
 	EXPECT_NE(wrong.err.find("'fitz=1' is not NAME=VALUE"), std::string::npos) << wrong.err;
 }

@@ -93,7 +93,7 @@ TEST(Parameters, WrittenFileNamesEveryParameterWithItsMeaning)
 
 TEST(Parameters, DefaultWeightsAreThoseThatLearnPyWrote)
 {
-	const std::string file = D2S1R_SOURCE_DIR "/doc/results/learned/learned.ini";
+	const std::string file = D2S1R_SOURCE_DIR "/experiments/results/learned/learned.ini";
 	const Parameters defaults;
 	EXPECT_EQ(to_ini(load_parameters(file)), to_ini(defaults));
 	std::ifstream stream(file);

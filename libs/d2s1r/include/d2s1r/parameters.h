@@ -79,7 +79,7 @@ struct FirstLookParameters
 };
 
 /// Says how likely [nat] what a beam of 1 deg did is, against ending anywhere. The weights are those that
-/// share/d2s1r/experiments/learn.py writes: see score() in fine/scoring.h.
+/// experiments/learn.py writes: see score() in fine/scoring.h.
 struct BeamModel
 {
 	double on_wall = 0.168;             //!< ends within 6 cm of the centre of an occupied cell

@@ -45,7 +45,7 @@ struct CoarseSearchIn
 /// of the greatest cost admitted would be too many, none of that cost is taken; if even those of the least cost are too
 /// many, the first ones of these are taken. Neither stopping early nor the machine's SIMD instructions change the
 /// result. Equal costs are ranked by the position in `profiles`, then by the shift. What all this loses against a
-/// comparison of all pairs is in tests/experiments/RESULTS.md.
+/// comparison of all pairs is in experiments/RESULTS.md.
 ///
 /// Readings of several maps are searched as if they were one map, in about the time that one map of their size takes:
 /// all limits hold for the pairs and candidates of all of them together, so that most of them get few or none.

@@ -27,7 +27,7 @@ Parameters for_first_look(const Parameters& parameters)
 Parameters limits_of_search(const std::vector<SearchedMap>& maps)
 {
 	// [-] times as many pairs and candidates as in one map. With more, the true place of a recorded scan is found a
-	// little more often among those of eight maps, and a query takes longer: tests/experiments/RESULTS.md has 1, 2
+	// little more often among those of eight maps, and a query takes longer: experiments/RESULTS.md has 1, 2
 	// and 4.
 	constexpr std::size_t kMostTimes = 2;
 	const auto times = static_cast<int>(std::min(maps.size(), kMostTimes));

@@ -17,7 +17,7 @@ Parameters with_share_of_effort(Parameters parameters, double share);
 
 /// Share of the margin of the coarse search that the first look takes; the whole one takes longer for the same answers.
 /// A safe answer costs less than what was left out by the rest of the margin. See First look in
-/// tests/experiments/RESULTS.md.
+/// experiments/RESULTS.md.
 inline constexpr double kFirstShare = 0.7;  //!< [-]
 
 /// Returns the limits of the first look.

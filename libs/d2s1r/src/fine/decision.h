@@ -51,7 +51,7 @@ struct Decision
 /// of their scores, and the presence, which is the probability that one of them is right at all (PresenceModel, a
 /// logistic regression). What is left is the probability that none of them is right. The soft maximum is tempered: the
 /// more beams contradict the map at the best place, the more of a difference is chance. Both are learned by
-/// share/d2s1r/experiments/learn.py, from scans in their own and in other buildings' maps.
+/// experiments/learn.py, from scans in their own and in other buildings' maps.
 ///
 /// With several maps, the odds of the presence are those of each map, by its own best place, in the mean over the
 /// places: each counts by its share of the likelihood. So a place that is likely but that its map explains badly gives

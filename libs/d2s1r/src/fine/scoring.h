@@ -26,7 +26,7 @@ struct Score
 ///
 /// The weights (BeamModel) are a conditional logit: they maximize the probability of the true pose among those that
 /// coarse_search() and refine() find, so that the soft maximum of log-likelihoods is a calibrated probability.
-/// share/d2s1r/experiments/learn.py learns them. Thread-safe.
+/// experiments/learn.py learns them. Thread-safe.
 Score score(
     const BeamTracer& tracer, const DistanceField& field, const BeamSubset& beams, const mrpt::math::TPose2D& sensor,
     const BeamModel& model);

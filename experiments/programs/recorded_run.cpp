@@ -13,7 +13,7 @@
 #include <stdexcept>
 #include <thread>
 
-#include "../data/poses.h"
+#include "data/poses.h"
 #include "recorded_run.h"
 
 namespace d2s1r::experiments

@@ -28,7 +28,7 @@ import measures  # noqa: E402
 import sites  # noqa: E402
 import tables  # noqa: E402
 
-PROJECT = pathlib.Path(__file__).resolve().parents[3]
+PROJECT = pathlib.Path(__file__).resolve().parents[1]
 TIME_NOISE = 0.1  # [-] by which processor times differ on a machine that does other things
 SECTIONS = ("coarse_search", "refinement", "first_look", "scoring", "beam_model", "presence_model")
 LEARNED = ("beam_model", "presence_model")  # sections whose keys are off at 0, and neither halved nor doubled
@@ -150,7 +150,7 @@ def report(usual, results, count, minutes, arguments):
         idle.setdefault(name, []).append(changes_nothing(result, usual))
     nothing = [name for name, flags in idle.items() if all(flags)]
     here, everywhere = len(usual.right), len(usual.wrong)
-    text = (f"`share/d2s1r/experiments/ablate.py --frames {arguments.frames}`, {minutes:.0f} minutes of processor time. "
+    text = (f"`experiments/ablate.py --frames {arguments.frames}`, {minutes:.0f} minutes of processor time. "
             f"{count} sets, {here} scans of the place of the map and {everywhere - here} of another place. First row: "
             "numbers of scans, calibration error, mean of processor time; the others: scans gained and lost against it, "
             "and differences. Wrong: localized at a wrong pose, or in the map of another place.")

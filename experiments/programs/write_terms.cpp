@@ -32,8 +32,8 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "../data/poses.h"
 #include "base/parameter_list.h"
+#include "data/poses.h"
 #include "engine/default_localizer.h"
 #include "fine/decision.h"
 #include "fine/refinement.h"

@@ -5,7 +5,7 @@
 Starts from plain numbers and takes halves and doubles of them, or switches them off, where the frames of the development
 runs gain more by it than chance explains. A frame that is `localized` or `tracking` at a wrong place counts
 ten times as much as one at the right place. Writes to --output: tuned.ini, and tuned.md with what every constant does
-if it is off, a half or double. The same data and programs give the same numbers. Those of doc/results/learned/tuned.ini are
+if it is off, a half or double. The same data and programs give the same numbers. Those of experiments/results/learned/tuned.ini are
 the defaults of frames/window_tuning.h, motion.h and plugins/pf-init/tuning.h.
 
 Runs are those of recorded buildings (D2S1R_DATA) and of drawn floors. mit_csail, mit_killian and fr_campus are none of
@@ -34,7 +34,7 @@ import runs  # noqa: E402
 import sites  # noqa: E402
 import tables  # noqa: E402
 
-PROJECT = pathlib.Path(__file__).resolve().parents[3]
+PROJECT = pathlib.Path(__file__).resolve().parents[1]
 AT_A_TIME = 16  # [-] variants in one call of a program: what is lost by an interruption
 NEVER = 1e9  # more than any number that is compared with it
 
@@ -103,7 +103,7 @@ class Runner:
     """Letters of frames stay in a folder, and are found there for the same programs, data and constants."""
 
     def __init__(self, build, data, jobs):
-        self.programs = {name: build / f"tests/experiments/{file}_experiment"
+        self.programs = {name: build / f"experiments/{file}_experiment"
                          for name, file in (("window", "window"), ("filter", "fusion"))}
         for program in self.programs.values():
             if not program.exists():
@@ -205,7 +205,7 @@ def report(point, constants, tried, usual, minutes, jobs):
     nothing = [name for name, flags in idle.items() if all(flags)]
     starts = [[c.name, f"{c.start:g}", f"{point[c.name]:g}"] for c in constants if point[c.name] != c.start]
     listed = "\n".join(f"- {run.program} {run.name}: {run.site}, {run.map}, {run.scans}, {' '.join(run.words)}" for run in RUNS)
-    return (f"# Constants of windows and filter\n\n`share/d2s1r/experiments/tune.py`, {minutes:.0f} minutes, {jobs} programs "
+    return (f"# Constants of windows and filter\n\n`experiments/tune.py`, {minutes:.0f} minutes, {jobs} programs "
             f"at a time. Judged on {sum(map(len, usual))} frames of these runs (site, map, scans, settings):\n\n{listed}\n\n" +
             tables.table("What changed from the start", "", ["constant", "start", "found"], starts) + "\n" +
             tables.table("Every constant off, at half and at double",

@@ -29,7 +29,7 @@ import report  # noqa: E402
 import runs  # noqa: E402
 import sites  # noqa: E402
 
-PROJECT = pathlib.Path(__file__).resolve().parents[3]
+PROJECT = pathlib.Path(__file__).resolve().parents[1]
 
 
 def whole_number(text):

@@ -5,7 +5,7 @@
 Without --rawlog: from the sites of D2S1R_DATA and from drawn floors, as they are and with worse maps and lesser
 sensors. Writes to --output: learned.ini, README.md with a table of all kinds of data and one in which every site is left
 out in turn, reliability.png. The weights that it starts from are fixed, so that the same data and programs give the same
-numbers. The defaults of parameters.h are these numbers; doc/results/learned holds what it wrote.
+numbers. The defaults of parameters.h are these numbers; experiments/results/learned holds what it wrote.
 
 With --map, --rawlog and --ground-truth: from your own scans, in your map and, as scans of somewhere else, in drawn
 floors; the result stays near the defaults where the scans tell little. Writes learned.ini, for rawlog-localize -c.
@@ -31,7 +31,7 @@ import measures  # noqa: E402
 import sites  # noqa: E402
 import tables  # noqa: E402
 
-PROJECT = pathlib.Path(__file__).resolve().parents[3]
+PROJECT = pathlib.Path(__file__).resolve().parents[1]
 # What learning starts from: plain numbers, so that the result does not depend on what was learned before.
 START_BEAM_MODEL = {"on_wall": 0.2, "off_wall": -0.2, "through_wall": -0.2, "log_range": 0.1, "off_wall_run": -0.2, "depth_edge": 1.0}
 START_TEMPERATURE = {"temperature": 1.0, "temperature_by_beam": 0.01, "temperature_by_tolerance": 10.0}
@@ -210,7 +210,7 @@ def main():
         sys.exit(f"learn.py: {error}")
     minutes = (time.monotonic() - start) / 60
     (arguments.output / "README.md").write_text(
-        f"# Learned weights\n\n`share/d2s1r/experiments/learn.py`, {minutes:.0f} minutes, {arguments.jobs} programs at a "
+        f"# Learned weights\n\n`experiments/learn.py`, {minutes:.0f} minutes, {arguments.jobs} programs at a "
         f"time.\n\n{text}")
     print(f"\n{arguments.output / 'learned.ini'} in {minutes:.1f} min, tables in {arguments.output / 'README.md'}")
 

@@ -134,7 +134,7 @@ def main():
     parser.add_argument("seed", type=int)
     parser.add_argument("folder", type=pathlib.Path, help="to write to")
     parser.add_argument("--scans", type=int, default=200)
-    parser.add_argument("--simulate-floor", required=True, type=pathlib.Path, help="the program, in tests/experiments of the build")
+    parser.add_argument("--simulate-floor", required=True, type=pathlib.Path, help="the program, in experiments/ of the build")
     a = parser.parse_args()
     try:
         draw_site(a.folder, a.kind, a.area, a.scans, a.seed, a.simulate_floor)

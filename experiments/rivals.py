@@ -9,7 +9,7 @@ import sites
 from learning import degraded_maps
 
 SITES = ("intel", "fr079", "mit_csail", "mit_killian", "fr_campus")  # real scans, recorded by robots
-DRIVE_FRAMES = 40  # [-] of a drive, as in tests/experiments/drives.h
+DRIVE_FRAMES = 40  # [-] of a drive, as in programs/drives.h
 MOST_DRIVES = 20  # [-] of a site
 SMEARED = ("coarse=0.1", "smeared=0.15")  # words of learning/degraded_maps.py
 SEED = 1

@@ -89,8 +89,8 @@ class Maker:
     """Makes the files of sets, and finds them the next time: each version of what makes them has a folder of its own."""
 
     def __init__(self, build, folder):
-        self.alter = build / "tests/experiments/alter_scans"
-        self.simulate_floor = build / "tests/experiments/simulate_floor"
+        self.alter = build / "experiments/alter_scans"
+        self.simulate_floor = build / "experiments/simulate_floor"
         made_by = [runs.digest_of_program(program, build) for program in (self.alter, self.simulate_floor)]
         made_by += [runs.digest(pathlib.Path(file)) for file in (__file__, degraded_maps.__file__, drawn_sites.__file__)]
         self.folder = folder / hashlib.sha256(b"".join(made_by)).hexdigest()[:16]

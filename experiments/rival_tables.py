@@ -44,7 +44,7 @@ def comparison(results):
         "[%] success, in brackets the 95 % interval of Wilson, and of how many scans, evenly spread over the sets of "
         f"{', '.join(present(results))} (simulated sets: those without fr_campus); the best of each column is bold. Within 0.2 m and "
         "5 deg (real scans 0.3 m). Every rival is our implementation of the paper named, not tuned: "
-        "`tests/experiments/rivals`. Those with keypoints compare with the scans that built the map (real: the first "
+        "`experiments/programs/rivals`. Those with keypoints compare with the scans that built the map (real: the first "
         "half of the run, fr_campus its even keyframes; simulated: `sim360_on`) and never look at the map, so that "
         "it does not matter to them how it is smeared. Smeared: cells of 10 cm, walls grown by 15 cm to all sides, uneven by 40 % "
         f"(`learning/degraded_maps.py`, `{' '.join(rivals.SMEARED)}`). Processor time: median of a scan; preparation and peak of "

@@ -11,7 +11,7 @@ import tables
 INTRODUCTION = """# Results
 
 {version}, measured at commit {commits} on {machines}; this page was written on {date} by
-`share/d2s1r/experiments/reproduce.py --frames {frames} --sweep-frames {sweep} --rival-frames {rivals}{no_maps}`.
+`experiments/reproduce.py --frames {frames} --sweep-frames {sweep} --rival-frames {rivals}{no_maps}`.
 {jobs} runs took {minutes:.0f} minutes of processor time, the sum over all programs, each on one thread: half of that on two
 cores that do nothing else. At most {frames} scans per set, {sweep} per point of a curve and {rivals} per set for the
 rivals, evenly spread over the set.

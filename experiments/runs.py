@@ -45,7 +45,7 @@ class Result:
 
 class Runner:
     def __init__(self, build, configs, folder, store):
-        experiments = build / "tests/experiments"
+        experiments = build / "experiments"
         self.programs = {
             "localize": build / "apps/rawlog-localize/rawlog-localize",
             "plugin": build / "apps/rawlog-localize/libd2s1r-pf-init.so",

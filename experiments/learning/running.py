@@ -14,7 +14,7 @@ class Runner:
     """Results stay in a folder, and are found there for the same programs, scripts, parameters and set."""
 
     def __init__(self, build, folder, jobs):
-        self.program = build / "tests/experiments/write_terms"
+        self.program = build / "experiments/write_terms"
         self.localize = build / "apps/rawlog-localize/rawlog-localize"
         for program in (self.program, self.localize):
             if not program.exists():
