@@ -13,7 +13,6 @@
 //   person SCAN X Y RADIUS          a round thing that only the scan of this number sees, from 0 on
 //   map X Y PHI        a pose of the laser that maps
 //   scan X Y PHI       a pose of the robot that scans
-#include <mrpt/img/CImage.h>
 #include <mrpt/io/CFileGZOutputStream.h>
 #include <mrpt/maps/COccupancyGridMap2D.h>
 #include <mrpt/math/TPose2D.h>
@@ -32,13 +31,14 @@
 #include <string>
 #include <vector>
 
+#include "map_files.h"
+
 namespace
 {
 using mrpt::math::TPoint2D;
 using mrpt::math::TPose2D;
 using mrpt::obs::CObservation2DRangeScan;
 
-constexpr float kOccupied = 0.4F, kFree = 0.55F;                      //!< [probability] of being free: below, above
 constexpr double kNothing = std::numeric_limits<double>::infinity();  //!< [m] range of a ray that hits nothing
 
 struct Surface
@@ -315,48 +315,6 @@ mrpt::maps::COccupancyGridMap2D draw_map(const World& world)
 	return map;
 }
 
-/// What is known of a map, and some cells around it.
-struct Area
-{
-	int x0, y0, x1, y1;  //!< [cells] x1 and y1 lie outside
-};
-
-Area known_area(const mrpt::maps::COccupancyGridMap2D& map)
-{
-	constexpr int kMargin = 4;  // [cells]
-	const int width = static_cast<int>(map.getSizeX()), height = static_cast<int>(map.getSizeY());
-	Area area{width, height, 0, 0};
-	for (int y = 0; y < height; y++)
-		for (int x = 0; x < width; x++)
-			if (const float free = map.getCell(x, y); free < kOccupied || free > kFree)
-				area = {std::min(area.x0, x), std::min(area.y0, y), std::max(area.x1, x + 1), std::max(area.y1, y + 1)};
-	return {
-	    std::max(0, area.x0 - kMargin), std::max(0, area.y0 - kMargin), std::min(width, area.x1 + kMargin),
-	    std::min(height, area.y1 + kMargin)};
-}
-
-/// 0 occupied, 205 unknown, 254 free; the row of greatest y first.
-void save_map(const mrpt::maps::COccupancyGridMap2D& map, const std::string& folder)
-{
-	const Area area = known_area(map);
-	mrpt::img::CImage image(area.x1 - area.x0, area.y1 - area.y0, mrpt::img::CH_GRAY);
-	for (int y = area.y0; y < area.y1; y++)
-		for (int x = area.x0; x < area.x1; x++)
-		{
-			const float free = map.getCell(x, y);
-			const std::uint8_t grey = free < kOccupied ? 0 : free > kFree ? 254 : 205;
-			image.at<std::uint8_t>(x - area.x0, area.y1 - 1 - y) = grey;
-		}
-	if (!image.saveToFile(folder + "/map.png")) throw std::runtime_error(folder + "/map.png: cannot be written");
-	const double cell_size = static_cast<double>(map.getResolution());
-	std::ofstream yaml(folder + "/map.yaml");
-	yaml << "image: map.png\nresolution: " << cell_size << "\norigin: ["
-	     << static_cast<double>(map.getXMin()) + area.x0 * cell_size << ", "
-	     << static_cast<double>(map.getYMin()) + area.y0 * cell_size
-	     << ", 0.0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n";
-	if (!yaml.flush()) throw std::runtime_error(folder + "/map.yaml: cannot be written");
-}
-
 void save_scans(const World& world, const std::string& folder)
 {
 	const std::vector<Surface> standing = present(world, false);
@@ -391,7 +349,7 @@ int main(int count, char** words)
 	{
 		if (count != 3) throw std::invalid_argument("usage: simulate_floor WORLD.txt OUT_FOLDER");
 		const World world = load_world(words[1]);
-		save_map(draw_map(world), words[2]);
+		d2s1r::experiments::save_map(draw_map(world), words[2] + std::string("/map"));
 		save_scans(world, words[2]);
 		return 0;
 	}
