@@ -1,0 +1,168 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "live/monitor.h"
+
+#include <d2s1r/atlas.h>
+#include <ros/ros_messages.h>
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace d2s1r::live
+{
+/// A time [ns] by the robot's clock, which is that of its messages' stamps.
+using Time = std::int64_t;
+inline constexpr Time kSecond = 1'000'000'000;  //!< [ns]
+
+/// Says when a tracker is told where the robot is.
+enum class Seeding
+{
+	kOnce,   //!< when it starts
+	kWatch,  //!< and whenever it is lost
+	kNever   //!< not at all
+};
+
+/// Sets a LiveLocalizer.
+struct LiveSettings
+{
+	Seeding seeding = Seeding::kOnce;
+	WatchSettings watch;
+	int window = 1;                 //!< [-] scans that are judged together
+	Prior region;                   //!< where the robot may be, map frame
+	double seed_std = 0.3;          //!< [m] added to the uncertainty of a seed
+	double seed_std_yaw = 0.1;      //!< [rad] the same of its yaw
+	double most_scans = 0;          //!< [1/s] that are localized; 0: all
+	bool merge_lasers = false;      //!< whether scans of all lasers are used together
+	std::string map_frame = "map";  //!< of a map that no message names the frame of
+	std::string robot_frame;        //!< empty: that of the odometry, else base_link, else base_footprint
+	std::string odometry_frame;     //!< empty: that of the messages of odometry, else odom
+	std::string index;              //!< file that keeps the index of a map; empty: none
+	Parameters parameters;          //!< of the maps that come as messages
+};
+
+/// Holds nav_msgs/OccupancyGrid.
+struct MapMessage
+{
+	logs::Header header;               //!< frame: of the map
+	double resolution = 0;             //!< [m] of a cell
+	std::uint32_t width = 0;           //!< [cells]
+	std::uint32_t height = 0;          //!< [cells]
+	mrpt::math::TPose2D origin;        //!< lower left corner of cell (0, 0) in the frame of the map
+	std::vector<std::int8_t> percent;  //!< [%] probability that a cell is occupied, row by row; else unknown
+};
+
+/// Names a publisher among all that ever were.
+using PublisherId = std::uint64_t;
+
+/// Holds what a tracker is told: geometry_msgs/PoseWithCovarianceStamped.
+struct Seed
+{
+	Time time = 0;
+	std::string frame;                       //!< of the map
+	mrpt::poses::CPose2D pose;               //!< robot in map
+	mrpt::math::CMatrixDouble33 covariance;  //!< of pose, (x, y, phi), m^2, m rad, rad^2
+};
+
+/// Answers one scan.
+struct ScanAnswer
+{
+	Time time = 0;              //!< of the scan
+	std::string frame;          //!< of the map that the hypotheses are in
+	Localization localization;  //!< of the scan, or of the window of scans
+	Scan scan;                  //!< as it was localized
+	WatchedScan watched;
+	std::optional<Seed> seed;  //!< to be sent
+};
+
+/// Says how it goes, for people and for programs that watch robots.
+struct LiveStatus
+{
+	enum class Level
+	{
+		kOk,
+		kWarning,
+		kError
+	};
+	Level level = Level::kOk;
+	std::string summary;                                      //!< a line
+	std::vector<std::pair<std::string, std::string>> values;  //!< name and value, for people
+};
+
+/// Finds a running robot in a map and tells its tracker, and notices when the tracker is lost. It knows no middleware
+/// and no clock: messages and times are passed in; seeds, poses and a status come out. The same calls give the same
+/// answers, except that an index is built in a thread meanwhile, see wait_for_index().
+///
+/// It is silent rather than wrong. Only localized scans make seeds, and only several in a row which the odometry links.
+/// Without a transform from the laser to the robot there is no answer. While odometry that somebody publishes stays
+/// out, only a robot that stands is told about. Use one object per robot; it is not thread-safe.
+class LiveLocalizer
+{
+   public:
+	/// \throws std::invalid_argument if a setting is out of range
+	explicit LiveLocalizer(const LiveSettings& settings = {});
+
+	/// Waits for the index that is being built.
+	~LiveLocalizer();
+	LiveLocalizer(const LiveLocalizer&) = delete;
+	LiveLocalizer& operator=(const LiveLocalizer&) = delete;
+
+	/// Localizes in these maps from now on; messages with maps are told and not used. Poses in the only map of an atlas
+	/// are in LiveSettings::map_frame, those of several maps in frames of the maps' names.
+	void use_maps(std::shared_ptr<const Atlas> maps);
+
+	/// Takes a map. The same one again changes nothing. Another one is indexed meanwhile, and until then there is no
+	/// answer. While the publisher of the map in use is there, that of another one is told and not used.
+	void add_map(const MapMessage& map, PublisherId publisher);
+
+	/// Says which publishers of maps there are now.
+	void set_map_publishers(const std::vector<PublisherId>& publishers);
+
+	/// Takes transforms.
+	void add_transforms(const std::vector<logs::Transform>& transforms, bool are_static);
+
+	/// Takes odometry.
+	void add_odometry(const logs::OdometryMessage& odometry);
+
+	/// Says whether somebody publishes odometry, or the transforms of it.
+	void set_odometry_publishers(int count);
+
+	/// Takes a pose of the tracker. \param pose robot in map; no value: the message had no pose
+	void add_tracker_pose(const logs::Header& header, const std::optional<mrpt::poses::CPose3D>& pose);
+
+	/// Says how many readers of seeds there are, and have been. A reader that is new is seeded.
+	void set_tracker_readers(int present, int ever);
+
+	/// Takes a scan. \param topic names the laser
+	void add_scan(const std::string& topic, const logs::LaserScan& scan);
+
+	/// Asks for an answer to the next scan, whatever LiveSettings::most_scans says, and for a seed if it is localized,
+	/// unless LiveSettings::seeding is kNever.
+	void request();
+
+	/// Answers the scans that can be answered now. If the clock ran back, transforms, window and watch start again.
+	std::vector<ScanAnswer> update(Time now);
+
+	/// Says how it goes.
+	LiveStatus status(Time now) const;
+
+	/// Returns what people should know and was not returned before, a line each.
+	std::vector<std::string> take_news();
+
+	/// Returns whether an index is being built.
+	bool is_indexing() const;
+
+	/// Waits until no index is being built; update() uses it then.
+	void wait_for_index();
+
+	/// Returns how many indices were built so far.
+	int indices_built() const;
+
+   private:
+	struct State;
+	std::unique_ptr<State> state_;
+};
+}  // namespace d2s1r::live

@@ -1,0 +1,545 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "live/live_localizer.h"
+
+#include "live_frames.h"
+#include "map_slot.h"
+#include "seeder.h"
+
+#include <d2s1r/motion.h>
+#include <d2s1r/window_localizer.h>
+#include <mrpt/core/format.h>
+#include <ros/ros_log.h>
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+#include <map>
+#include <stdexcept>
+
+namespace d2s1r::live
+{
+namespace
+{
+using mrpt::poses::CPose2D;
+
+constexpr Time kStepBack = kSecond / 2;           // [ns] of a clock that ran back; less is that of messages
+constexpr Time kWaitForFrames = kSecond / 2;      // [ns] that a scan waits for the pose of its laser
+constexpr Time kWaitForOdometry = kSecond / 5;    // [ns] that a scan waits for odometry of its time
+constexpr Time kOldOdometry = kSecond / 2;        // [ns] beyond, a robot may be anywhere
+constexpr Time kOldLaser = kSecond / 2;           // [ns] of scans of several lasers that are merged
+constexpr Time kSilence = 2 * kSecond;            // [ns] without scans, after which that is told
+constexpr std::size_t kMostWaiting = 8;           // [-] scans
+constexpr std::size_t kMostTopics = 16;           // [-] lasers
+constexpr double kStandsWithin = 0.05;            // [m] between localized scans of a robot that stands
+constexpr double kStandsTurn = mrpt::DEG2RAD(3);  // [rad]
+
+double seconds(Time time)
+{
+	return static_cast<double>(time) * 1e-9;
+}
+
+std::string describe(const CPose2D& pose)
+{
+	return mrpt::format("x %.3f, y %.3f m, yaw %.1f deg", pose.x(), pose.y(), mrpt::RAD2DEG(pose.phi()));
+}
+
+/// A scan that waits for what it needs.
+struct WaitingScan
+{
+	std::string topic;
+	logs::LaserScan scan;
+	Time since = 0;  //!< by the clock
+};
+
+/// A pose of the tracker and, once it is known, where the odometry was then.
+struct TrackerPose
+{
+	Time time = 0;
+	std::string frame;
+	CPose2D pose;
+	std::optional<CPose2D> odometry;
+};
+}  // namespace
+
+struct LiveLocalizer::State
+{
+	explicit State(const LiveSettings& given)
+	    : settings(given), monitor(given.watch), maps(settings), seeder(settings, monitor)
+	{
+	}
+
+	const LiveSettings settings;
+	TrackerMonitor monitor;
+	MapSlot maps;
+	LiveFrames frames;
+	OdometryTrack odometry;
+	Seeder seeder;
+	std::optional<WindowLocalizer> window;
+
+	std::deque<WaitingScan> waiting;
+	std::map<std::string, std::pair<Time, PlacedObservation>> others;  //!< last scans of other lasers, by topic
+	std::string laser_topic;                                           //!< of the laser in use
+	std::optional<CPose2D> last_odometry;                              //!< at the last answered scan
+	std::deque<CPose2D> stood_at;                                      //!< last localized poses
+	std::optional<TrackerPose> tracker;
+	std::string odometry_child;  //!< of the messages of odometry
+	std::string odometry_frame;  //!< the same
+	int odometry_publishers = 0;
+	int seed_readers = 0;
+	bool asked = false;  //!< for an answer to the next scan
+
+	Time now = 0;
+	Time newest_scan = 0;
+	Time last_answer_at = 0;  //!< by the clock
+	std::optional<ScanAnswer> last;
+	std::string silent_because;
+	std::map<std::string, std::string> told;  //!< last news by what it is about
+	std::vector<std::string> news;
+
+	void tell(const std::string& about, const std::string& line);
+	void clear_after_jump();
+	std::string robot_frame(const std::string& laser) const;
+	std::string odometry_frame_in_tf(const std::string& robot) const;
+	std::optional<CPose2D> odometry_at(Time time, const std::string& robot) const;
+	std::optional<Time> newest_odometry(const std::string& robot) const;
+	bool expects_odometry(const std::string& robot) const;
+	bool must_wait(const WaitingScan& waiting_scan, const std::string& robot) const;
+	std::optional<ScanAnswer> answer(const WaitingScan& waiting_scan, const std::string& robot);
+	Scan scan_of(
+	    const std::string& topic, const mrpt::obs::CObservation2DRangeScan::Ptr& observation,
+	    const std::optional<CPose2D>& robot);
+	void localize(ScanAnswer& answer, const std::optional<CPose2D>& odometry_now, const std::string& robot);
+	std::optional<std::pair<Time, CPose2D>> tracker_at(const ScanAnswer& given, const std::string& robot);
+	std::optional<Seed> make_seed(const ScanAnswer& answer, const std::string& robot, std::string& problem) const;
+	bool stands() const;
+	void tell_found(const WaitingScan& waiting_scan, const std::string& robot);
+};
+
+/// Tells a line, unless it is what was told last about the same thing.
+void LiveLocalizer::State::tell(const std::string& about, const std::string& line)
+{
+	std::string& before = told[about];
+	if (before != line && !line.empty()) news.push_back(logs::printable(line));
+	before = line;
+}
+
+void LiveLocalizer::State::clear_after_jump()
+{
+	frames.clear();
+	odometry.clear();
+	monitor.clear();
+	seeder.clear();
+	window.reset();
+	others.clear();
+	last_odometry.reset();
+	stood_at.clear();
+	tracker.reset();
+	last.reset();
+	newest_scan = 0;
+	last_answer_at = 0;
+	news.push_back("the clock ran back: transforms, window and watch start again");
+}
+
+std::string LiveLocalizer::State::robot_frame(const std::string& laser) const
+{
+	if (!settings.robot_frame.empty()) return settings.robot_frame;
+	for (const char* frame : {odometry_child.c_str(), "base_link", "base_footprint"})
+		if (frames.pose_in(laser, frame, 0)) return frame;
+	return odometry_child.empty() ? "base_link" : odometry_child;
+}
+
+/// Returns the frame of the odometry if tf connects the robot with it; else an empty text.
+std::string LiveLocalizer::State::odometry_frame_in_tf(const std::string& robot) const
+{
+	const std::string& said = settings.odometry_frame;
+	for (const char* frame : {said.empty() ? odometry_frame.c_str() : said.c_str(), said.empty() ? "odom" : ""})
+		if (frame != robot && frames.newest(robot, frame)) return frame;
+	return "";
+}
+
+std::optional<CPose2D> LiveLocalizer::State::odometry_at(Time time, const std::string& robot) const
+{
+	const std::string frame = odometry_frame_in_tf(robot);
+	if (frame.empty()) return odometry.at(time);
+	const auto pose = frames.pose_in(robot, frame, time);
+	return pose ? std::optional(CPose2D(*pose)) : std::nullopt;
+}
+
+std::optional<Time> LiveLocalizer::State::newest_odometry(const std::string& robot) const
+{
+	const std::string frame = odometry_frame_in_tf(robot);
+	return frame.empty() ? odometry.newest() : frames.newest(robot, frame);
+}
+
+bool LiveLocalizer::State::expects_odometry(const std::string& robot) const
+{
+	return odometry_publishers > 0 || newest_odometry(robot);
+}
+
+/// Returns whether what the scan needs may still come.
+bool LiveLocalizer::State::must_wait(const WaitingScan& waiting_scan, const std::string& robot) const
+{
+	if (waiting.size() > kMostWaiting) return false;
+	const auto& header = waiting_scan.scan.header;
+	const Time waited = now - waiting_scan.since;
+	if (!frames.pose_in(header.frame, robot, header.time)) return waited < kWaitForFrames;
+	return expects_odometry(robot) && !odometry_at(header.time, robot) && waited < kWaitForOdometry;
+}
+
+/// Returns the scan of the laser in use, with those of the other lasers if they are to be merged; no beams if this is
+/// another laser, whose scan is kept.
+Scan LiveLocalizer::State::scan_of(
+    const std::string& topic, const mrpt::obs::CObservation2DRangeScan::Ptr& observation,
+    const std::optional<CPose2D>& robot)
+{
+	const ScanParameters& parameters = maps.maps()->maps().front().localizer->parameters().scan;
+	const PlacedObservation placed{observation, robot.value_or(CPose2D())};
+	if (!settings.merge_lasers) return make_scan(*observation, parameters);
+	std::vector<PlacedObservation> all;
+	for (const auto& [other, last_scan] : others)
+		if (std::abs(newest_scan - last_scan.first) <= kOldLaser && other != topic) all.push_back(last_scan.second);
+	all.push_back(placed);
+	return merge_scans(all, parameters);
+}
+
+/// Returns the pose of the tracker at the time of a scan, in the frame of its answer, and when the tracker told it.
+std::optional<std::pair<Time, CPose2D>> LiveLocalizer::State::tracker_at(
+    const ScanAnswer& given, const std::string& robot)
+{
+	const Time time = given.time;
+	if (!tracker)
+	{
+		const auto pose = frames.pose_in(robot, given.frame, time);
+		return pose ? std::optional(std::pair(time, CPose2D(*pose))) : std::nullopt;
+	}
+	if (tracker->frame != given.frame) return std::nullopt;
+	if (!tracker->odometry) tracker->odometry = odometry_at(tracker->time, robot);
+	const auto odometry_now = odometry_at(time, robot);
+	if (tracker->odometry && odometry_now)
+		return std::pair(tracker->time, tracker->pose + (*odometry_now - *tracker->odometry));
+	constexpr Time kSameTime = kSecond / 5;
+	if (std::abs(tracker->time - time) <= kSameTime) return std::pair(tracker->time, tracker->pose);
+	return std::nullopt;
+}
+
+bool LiveLocalizer::State::stands() const
+{
+	if (stood_at.size() < static_cast<std::size_t>(std::max(settings.watch.scans, 2))) return false;
+	const CPose2D& newest = stood_at.back();
+	return std::all_of(
+	    stood_at.begin(), stood_at.end(),
+	    [&](const CPose2D& pose)
+	    {
+		    return pose.distanceTo(newest) <= kStandsWithin &&
+		           std::abs(mrpt::math::wrapToPi(pose.phi() - newest.phi())) <= kStandsTurn;
+	    });
+}
+
+std::optional<Seed> LiveLocalizer::State::make_seed(
+    const ScanAnswer& given, const std::string& robot, std::string& problem) const
+{
+	const Hypothesis& best = given.localization.best();
+	const double std_xy = settings.seed_std;
+	Seed seed{given.time, given.frame, best.pose, best.covariance};
+	seed.covariance += covariance_of(std_xy, std_xy, settings.seed_std_yaw);
+	if (!expects_odometry(robot)) return seed;
+	const auto newest = newest_odometry(robot);
+	if (!newest || given.time - *newest > kOldOdometry)
+	{
+		if (stands()) return seed;
+		problem = newest ? mrpt::format(
+		                       "the odometry is %.2f s older than the scan, and the robot moves",
+		                       seconds(given.time - *newest))
+		                 : "somebody publishes odometry and none has come, and the robot moves";
+		return std::nullopt;
+	}
+	const auto then = odometry_at(given.time, robot), at_newest = odometry_at(*newest, robot);
+	if (!then || !at_newest) return seed;
+	seed.time = *newest;
+	seed.pose = best.pose + (*at_newest - *then);
+	return seed;
+}
+
+/// Localizes a scan and judges the tracker by it.
+void LiveLocalizer::State::localize(
+    ScanAnswer& given, const std::optional<CPose2D>& odometry_now, const std::string& robot)
+{
+	const Atlas& atlas = *maps.maps();
+	std::optional<CPose2D> motion;
+	if (odometry_now && last_odometry) motion = *odometry_now - *last_odometry;
+	last_odometry = odometry_now;
+	given.localization = atlas.localize(given.scan);
+	if (settings.window > 1)
+	{
+		if (!window) window.emplace(atlas, settings.window);
+		given.localization = window->add(given.scan, given.localization, motion);
+	}
+	const bool has_place = !given.localization.hypotheses.empty();
+	const std::string map = has_place ? given.localization.best().map : "";
+	given.frame = maps.frame_of(map);
+	const Localizer& localizer = *(has_place ? atlas.at(map) : atlas.maps().front()).localizer;
+	const auto tracked = tracker_at(given, robot);
+	given.watched = monitor.add(
+	    localizer, given.scan, given.localization, motion, tracked ? std::optional(tracked->second) : std::nullopt);
+	if (given.localization.status == Status::kLocalized)
+	{
+		stood_at.push_back(given.localization.best().pose);
+		while (stood_at.size() > static_cast<std::size_t>(std::max(settings.watch.scans, 2))) stood_at.pop_front();
+	}
+	given.seed = seeder.consider(
+	    given, tracked, [&](const ScanAnswer& a, std::string& problem) { return make_seed(a, robot, problem); });
+}
+
+void LiveLocalizer::State::tell_found(const WaitingScan& waiting_scan, const std::string& robot)
+{
+	const auto& frame = waiting_scan.scan.header.frame;
+	const auto laser = frames.pose_in(frame, robot, waiting_scan.scan.header.time);
+	const std::string where =
+	    laser ? mrpt::format(
+	                "at x %.3f, y %.3f, z %.3f m, yaw %.1f, roll %.1f deg on '%s'", laser->x(), laser->y(), laser->z(),
+	                mrpt::RAD2DEG(laser->yaw()), mrpt::RAD2DEG(laser->roll()), robot.c_str())
+	          : "";
+	tell(
+	    "found", "found " + waiting_scan.topic + " of '" + frame + "' " + where + "; " + maps.description() + "; " +
+	                 (expects_odometry(robot) ? "odometry" : "no odometry") + "; " +
+	                 (seed_readers > 0 ? "a tracker that reads seeds" : "no tracker yet"));
+}
+
+/// Returns no value if nothing can be said, and keeps why.
+std::optional<ScanAnswer> LiveLocalizer::State::answer(const WaitingScan& waiting_scan, const std::string& robot)
+{
+	const auto& header = waiting_scan.scan.header;
+	const auto laser = frames.pose_in(header.frame, robot, header.time);
+	if (!laser)
+	{
+		silent_because = "no transform from the laser's frame '" + header.frame + "' to '" + robot +
+		                 "' at the time of the scan: publish it on /tf or /tf_static";
+		tell("laser", silent_because);
+		return std::nullopt;
+	}
+	tell("laser", "");
+	const auto odometry_now = odometry_at(header.time, robot);
+	const auto observation = logs::to_observation(waiting_scan.scan, *laser, waiting_scan.topic);
+	if (waiting_scan.topic != laser_topic)
+	{
+		others[waiting_scan.topic] = {header.time, {observation, odometry_now.value_or(CPose2D())}};
+		return std::nullopt;
+	}
+	if (told["found"].empty()) tell_found(waiting_scan, robot);
+	ScanAnswer given;
+	given.time = header.time;
+	given.scan = scan_of(waiting_scan.topic, observation, odometry_now);
+	localize(given, odometry_now, robot);
+	const Status status = given.localization.status;
+	silent_because = status == Status::kLocalized ? "" : given.localization.note;
+	if (status == Status::kAmbiguous) silent_because = "several places explain the scan";
+	return given;
+}
+
+LiveLocalizer::LiveLocalizer(const LiveSettings& settings) : state_(std::make_unique<State>(settings))
+{
+	if (settings.window < 1) throw std::invalid_argument("the window has no scan");
+	for (const double value : {settings.seed_std, settings.seed_std_yaw, settings.most_scans})
+		if (!(value >= 0) || !std::isfinite(value))
+			throw std::invalid_argument("a standard deviation of seeds or the rate of scans is below 0");
+	check(settings.parameters);
+}
+
+LiveLocalizer::~LiveLocalizer() = default;
+
+void LiveLocalizer::use_maps(std::shared_ptr<const Atlas> maps)
+{
+	state_->maps.use(std::move(maps));
+	state_->window.reset();
+}
+
+void LiveLocalizer::add_map(const MapMessage& map, PublisherId publisher)
+{
+	state_->maps.add(map, publisher);
+}
+
+void LiveLocalizer::set_map_publishers(const std::vector<PublisherId>& publishers)
+{
+	state_->maps.set_publishers(publishers);
+}
+
+void LiveLocalizer::add_transforms(const std::vector<logs::Transform>& transforms, bool are_static)
+{
+	for (const auto& transform : transforms) state_->frames.add(transform, are_static);
+}
+
+void LiveLocalizer::add_odometry(const logs::OdometryMessage& odometry)
+{
+	if (!odometry.pose.pose || odometry.pose.header.time <= 0) return;
+	state_->odometry_child = odometry.pose.child;
+	state_->odometry_frame = odometry.pose.header.frame;
+	const auto newest = state_->odometry.newest();
+	if (newest && odometry.pose.header.time < *newest - kStepBack) state_->odometry.clear();
+	state_->odometry.add(odometry.pose.header.time, CPose2D(*odometry.pose.pose));
+}
+
+void LiveLocalizer::set_odometry_publishers(int count)
+{
+	state_->odometry_publishers = count;
+}
+
+void LiveLocalizer::add_tracker_pose(const logs::Header& header, const std::optional<mrpt::poses::CPose3D>& pose)
+{
+	State& state = *state_;
+	if (!pose || !std::isfinite(pose->x() + pose->y() + pose->yaw())) return;
+	if (!state.maps.has_frame(header.frame))
+		state.tell(
+		    "tracker", "the tracker's pose is in '" + header.frame + "', which is not the map's frame: not used");
+	else
+		state.tracker = TrackerPose{header.time, header.frame, CPose2D(*pose), {}};
+}
+
+void LiveLocalizer::set_tracker_readers(int present, int ever)
+{
+	const bool is_gone = present < state_->seed_readers;
+	if (is_gone) state_->tracker.reset();
+	state_->seed_readers = present;
+	state_->seeder.set_readers(present, ever);
+}
+
+void LiveLocalizer::add_scan(const std::string& topic, const logs::LaserScan& scan)
+{
+	State& state = *state_;
+	if (state.laser_topic.empty()) state.laser_topic = topic;
+	if (topic != state.laser_topic && (!state.settings.merge_lasers || state.others.size() > kMostTopics)) return;
+	const Time time = scan.header.time;
+	if (time <= 0) return state.tell("stamp", "scans of " + topic + " have no stamp: not used");
+	if (time < state.newest_scan - kStepBack) state.clear_after_jump(), state.waiting.clear();
+	const bool is_early = state.settings.most_scans > 0 && topic == state.laser_topic &&
+	                      seconds(time - state.newest_scan) < 1 / state.settings.most_scans - 1e-3;
+	if (is_early && !state.asked) return;
+	if (topic == state.laser_topic) state.newest_scan = std::max(time, state.newest_scan);
+	state.waiting.push_back({topic, scan, state.now});
+	if (state.waiting.size() > 2 * kMostWaiting) state.waiting.pop_front();  // nobody calls update()
+}
+
+void LiveLocalizer::request()
+{
+	state_->asked = true;
+	state_->seeder.request();
+}
+
+std::vector<ScanAnswer> LiveLocalizer::update(Time now)
+{
+	State& state = *state_;
+	if (now < state.now - kStepBack) state.clear_after_jump();
+	state.now = now;
+	if (state.maps.poll())
+	{
+		state.window.reset();
+		state.monitor.clear();
+		state.seeder.start_again();
+		state.stood_at.clear();
+		state.told.erase("found");
+	}
+	std::vector<ScanAnswer> answers;
+	while (!state.waiting.empty())
+	{
+		if (!state.maps.maps())
+		{
+			state.silent_because = state.maps.is_indexing()       ? "the map is being indexed"
+			                       : state.maps.problem().empty() ? "no map has come yet"
+			                                                      : state.maps.problem();
+			state.waiting.clear();
+			break;
+		}
+		const WaitingScan& next = state.waiting.front();
+		const std::string robot = state.robot_frame(next.scan.header.frame);
+		if (state.must_wait(next, robot)) break;
+		const WaitingScan scan = next;
+		state.waiting.pop_front();
+		auto answer = state.answer(scan, robot);
+		if (!answer) continue;
+		state.asked = false;
+		state.last = *answer;
+		state.last_answer_at = now;
+		answers.push_back(std::move(*answer));
+	}
+	return answers;
+}
+
+LiveStatus LiveLocalizer::status(Time now) const
+{
+	const State& state = *state_;
+	LiveStatus status;
+	const auto say = [&](LiveStatus::Level level, const std::string& summary)
+	{
+		if (!status.summary.empty()) return;
+		status.level = level;
+		status.summary = logs::printable(summary);
+	};
+	using Level = LiveStatus::Level;
+	const bool is_late = state.last && now - state.last_answer_at > kSilence;
+	const Verdict verdict = state.last ? state.last->watched.verdict : Verdict::kCannotTell;
+	if (!state.seeder.problem().empty()) say(Level::kError, state.seeder.problem());
+	if (!state.maps.maps())
+		say(Level::kWarning, state.maps.is_indexing()       ? "the map is being indexed"
+		                     : state.maps.problem().empty() ? "waits for a map"
+		                                                    : state.maps.problem());
+	if (!state.last) say(Level::kWarning, state.silent_because.empty() ? "waits for scans" : state.silent_because);
+	if (is_late)
+		say(Level::kWarning, mrpt::format("no scan was answered for %.1f s", seconds(now - state.last_answer_at)) +
+		                         (state.silent_because.empty() ? "" : ": " + state.silent_because));
+	if (verdict == Verdict::kLost)
+		say(Level::kWarning,
+		    mrpt::format(
+		        "the tracker is lost: %d scans in a row are %.2f m away", state.last->watched.away,
+		        state.last->watched.distance.value_or(0)) +
+		        (state.settings.seeding == Seeding::kWatch ? "" : "; with --seed watch it would be told"));
+	if (!state.seeder.waiting().empty() && state.settings.seeding != Seeding::kNever && !state.seeder.is_satisfied())
+		say(Level::kWarning, state.seeder.waiting());
+	if (state.last && state.last->localization.status == Status::kLocalized)
+		say(Level::kOk, verdict == Verdict::kFits ? "localized, and the tracker fits" : "localized");
+	say(Level::kOk, state.silent_because);
+	const auto add = [&](const char* name, const std::string& value) { status.values.emplace_back(name, value); };
+	add("map", state.maps.description());
+	add("indices built", std::to_string(state.maps.built()));
+	add("seeds sent", std::to_string(state.seeder.sent()));
+	add("readers of seeds", std::to_string(state.seed_readers));
+	if (!state.silent_because.empty()) add("silent because", logs::printable(state.silent_because));
+	if (!state.seeder.waiting().empty()) add("no seed because", logs::printable(state.seeder.waiting()));
+	if (!state.last) return status;
+	const ScanAnswer& last = *state.last;
+	add("status", to_string(last.localization.status));
+	add("confidence", mrpt::format("%.4f", last.localization.confidence));
+	add("hypotheses", std::to_string(last.localization.hypotheses.size()));
+	if (!last.localization.hypotheses.empty()) add("pose", describe(last.localization.best().pose));
+	add("tracker", to_string(verdict));
+	if (last.watched.distance) add("tracker's distance [m]", mrpt::format("%.3f", *last.watched.distance));
+	if (last.watched.agreement) add("tracker's agreement [nat]", mrpt::format("%.2f", *last.watched.agreement));
+	add("time [ms]", mrpt::format("%.2f", last.localization.times.total_ms));
+	return status;
+}
+
+std::vector<std::string> LiveLocalizer::take_news()
+{
+	State& state = *state_;
+	std::vector<std::string> all;
+	for (std::vector<std::string>* part : {&state.maps.news, &state.news, &state.seeder.news})
+	{
+		for (std::string& line : *part) all.push_back(logs::printable(line));
+		part->clear();
+	}
+	return all;
+}
+
+bool LiveLocalizer::is_indexing() const
+{
+	return state_->maps.is_indexing();
+}
+
+void LiveLocalizer::wait_for_index()
+{
+	state_->maps.wait();
+}
+
+int LiveLocalizer::indices_built() const
+{
+	return state_->maps.built();
+}
+}  // namespace d2s1r::live

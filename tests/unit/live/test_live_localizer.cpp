@@ -1,0 +1,484 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+// The rules by which a running robot is told where it is, with times that the tests say.
+#include "live/simulated_robot.h"
+
+#include <functional>
+
+using namespace d2s1r;
+using namespace d2s1r::test;
+using namespace d2s1r::live;
+
+namespace
+{
+constexpr Time kStep = kSecond / 10;  // [ns] between scans
+
+/// A robot in make_floor() whose messages reach a LiveLocalizer.
+struct Drive
+{
+	explicit Drive(const LiveSettings& given = {}, const Grid& map = make_floor())
+	    : settings(given), grid(map), live(given)
+	{
+		robot.world = world_of(grid);
+		robot.pose = mrpt::poses::CPose2D(poses_on_floor().at(4));
+	}
+
+	/// The map, the laser and a tracker are there.
+	void begin()
+	{
+		add_map(grid);
+		live.add_transforms(robot.laser_transform(), true);
+		live.set_tracker_readers(1, 1);
+	}
+
+	void add_map(const Grid& map, PublisherId publisher = 1)
+	{
+		live.set_map_publishers({publisher});
+		live.add_map(map_message(map), publisher);
+		live.wait_for_index();
+		live.update(robot.time);
+	}
+
+	/// A step of the robot and its scan. \return the answer, if there is one
+	std::optional<ScanAnswer> step(double ahead = 0.03, double turn = 0.15)
+	{
+		robot.time += kStep;
+		robot.move(ahead, turn);
+		if (has_odometry) live.add_transforms(robot.odometry_transform(), false);
+		if (tells_pose)
+			if (const auto pose = tracker.pose(robot.odometry))
+				live.add_tracker_pose({robot.time, "map"}, mrpt::poses::CPose3D(*pose));
+		live.add_scan("/scan", robot.scan());
+		return update(robot.time);
+	}
+
+	/// \return the last answer, if there is one
+	std::optional<ScanAnswer> update(Time now)
+	{
+		std::optional<ScanAnswer> last;
+		for (ScanAnswer& answer : live.update(now))
+		{
+			if (answer.seed) seeds.push_back({*answer.seed, robot.pose});
+			if (answer.seed && takes_seeds) tracker.take(*answer.seed, robot.odometry);
+			last = std::move(answer);
+		}
+		for (const std::string& line : live.take_news()) news.push_back(line);
+		return last;
+	}
+
+	void steps(int count, double ahead = 0.03, double turn = 0.15)
+	{
+		for (int i = 0; i < count; i++) step(ahead, turn);
+	}
+
+	bool was_told(const std::string& part) const
+	{
+		return std::any_of(
+		    news.begin(), news.end(), [&](const std::string& line) { return line.find(part) != std::string::npos; });
+	}
+
+	std::string summary() const { return live.status(robot.time).summary; }
+
+	LiveSettings settings;
+	Grid grid;
+	LiveLocalizer live;
+	SimulatedRobot robot;
+	SimpleTracker tracker;
+	bool has_odometry = true;
+	bool tells_pose = true;
+	bool takes_seeds = true;
+	std::vector<std::pair<Seed, mrpt::poses::CPose2D>> seeds;  //!< with the true pose at that time
+	std::vector<std::string> news;
+};
+
+LiveSettings watching(Seeding seeding = Seeding::kWatch)
+{
+	LiveSettings settings;
+	settings.seeding = seeding;
+	return settings;
+}
+}  // namespace
+
+TEST(LiveLocalizer, FindsTheRobotAndTellsItsTrackerOnce)
+{
+	Drive drive;
+	drive.begin();
+	drive.steps(20);
+	ASSERT_EQ(drive.seeds.size(), 1U);
+	const auto& [seed, truth] = drive.seeds.front();
+	EXPECT_LT(distance_between(seed.pose, truth), 0.1);
+	EXPECT_EQ(seed.frame, "map");
+	EXPECT_GE(seed.covariance(0, 0), 0.3 * 0.3) << "inflated: a tracker must be able to move";
+	EXPECT_GE(seed.covariance(2, 2), 0.1 * 0.1);
+	EXPECT_EQ(drive.summary(), "localized, and the tracker fits");
+	EXPECT_TRUE(drive.was_told("found /scan of 'laser' at x 0.200"));
+	EXPECT_EQ(drive.live.indices_built(), 1);
+}
+
+TEST(LiveLocalizer, TellsNothingByFewerScansThanItWasAskedFor)
+{
+	Drive drive;
+	drive.begin();
+	drive.steps(3);
+	EXPECT_TRUE(drive.seeds.empty());
+	drive.step();
+	EXPECT_EQ(drive.seeds.size(), 1U);
+}
+
+TEST(LiveLocalizer, IsSilentWithoutAMap)
+{
+	Drive drive;
+	drive.live.add_transforms(drive.robot.laser_transform(), true);
+	drive.live.set_tracker_readers(1, 1);
+	EXPECT_FALSE(drive.step());
+	EXPECT_EQ(drive.summary(), "waits for a map");
+}
+
+TEST(LiveLocalizer, IndexesTheSameMapOnce)
+{
+	Drive drive;
+	drive.begin();
+	for (int i = 0; i < 3; i++) drive.add_map(drive.grid);
+	drive.add_map(drive.grid, 2);  // the publisher was started again
+	EXPECT_EQ(drive.live.indices_built(), 1);
+}
+
+TEST(LiveLocalizer, IsSilentWhileAnotherMapIsIndexedAndSeedsAnewThere)
+{
+	Drive drive;
+	drive.begin();
+	drive.steps(10);
+	Grid moved = drive.grid;
+	moved.origin_x += 2;
+	drive.live.add_map(map_message(moved), 1);
+	EXPECT_FALSE(drive.step()) << "not in the old map";
+	EXPECT_TRUE(drive.was_told("another map came"));
+	drive.live.wait_for_index();
+	drive.tracker = {};
+	drive.steps(10);
+	ASSERT_EQ(drive.seeds.size(), 2U);
+	const auto& [seed, truth] = drive.seeds.back();
+	EXPECT_LT(distance_between(seed.pose, mrpt::poses::CPose2D(2, 0, 0) + truth), 0.1);
+	EXPECT_EQ(drive.live.indices_built(), 2);
+}
+
+TEST(LiveLocalizer, KeepsTheMapOfTheFirstOfTwoPublishersAndTellsIt)
+{
+	Drive drive;
+	drive.begin();
+	Grid other = drive.grid;
+	other.origin_x += 2;
+	drive.live.set_map_publishers({1, 2});
+	for (int i = 0; i < 3; i++) drive.live.add_map(map_message(other), 2);
+	const auto answer = drive.step();
+	ASSERT_TRUE(answer);
+	EXPECT_LT(distance_between(answer->localization.best().pose, drive.robot.pose), 0.1);
+	EXPECT_EQ(
+	    std::count_if(
+	        drive.news.begin(), drive.news.end(),
+	        [](const std::string& line) { return line.find("a second publisher of maps") == 0; }),
+	    1);
+	drive.live.set_map_publishers({2});
+	drive.live.add_map(map_message(other), 2);
+	EXPECT_TRUE(drive.live.is_indexing()) << "the first one is gone";
+}
+
+TEST(LiveLocalizer, RefusesMapsOfNonsenseWithALine)
+{
+	Drive drive;
+	drive.begin();
+	MapMessage wrong = map_message(drive.grid);
+	wrong.percent.pop_back();
+	drive.live.add_map(wrong, 1);
+	wrong.width = wrong.height = 0;
+	drive.live.add_map(wrong, 1);
+	MapMessage infinite = map_message(drive.grid);
+	infinite.resolution = std::nan("");
+	drive.live.add_map(infinite, 1);
+	drive.step();
+	EXPECT_TRUE(drive.was_told("cells and says that it has"));
+	EXPECT_TRUE(drive.was_told("the map has no cells"));
+	EXPECT_EQ(drive.live.indices_built(), 1);
+	EXPECT_FALSE(drive.live.is_indexing());
+}
+
+TEST(LiveLocalizer, NeverSeedsWhatIsAmbiguous)
+{
+	// Two rooms that are alike: nothing tells in which of them the robot is.
+	const Grid twins = make_building(
+	    {"#################", "#.......#.......#", "#.......#.......#", "#..##...#..##...#", "#.......#.......#",
+	     "#......##......##", "#.......#.......#", "#################"});
+	Drive drive(watching(), twins);
+	drive.robot.pose = mrpt::poses::CPose2D(2.9, 1.3, 0.4);
+	drive.begin();
+	for (int i = 0; i < 40; i++)
+	{
+		const auto answer = drive.step(0.0, 0.1);
+		ASSERT_TRUE(answer);
+		EXPECT_NE(answer->localization.status, Status::kLocalized);
+	}
+	EXPECT_TRUE(drive.seeds.empty());
+	EXPECT_EQ(drive.summary(), "several places explain the scan");
+}
+
+TEST(LiveLocalizer, IsSilentWithoutATransformAndNamesIt)
+{
+	Drive drive;
+	drive.add_map(drive.grid);
+	drive.live.set_tracker_readers(1, 1);
+	for (int i = 0; i < 10; i++) EXPECT_FALSE(drive.step());
+	EXPECT_NE(drive.summary().find("no transform from the laser's frame 'laser' to 'base_link'"), std::string::npos)
+	    << drive.summary();
+	drive.live.add_transforms(drive.robot.laser_transform(), true);
+	drive.steps(10);
+	EXPECT_EQ(drive.seeds.size(), 1U) << "once it comes";
+}
+
+TEST(LiveLocalizer, WaitsForTransformsThatAreLate)
+{
+	Drive drive;
+	drive.begin();
+	drive.steps(5);
+	drive.has_odometry = false;
+	EXPECT_FALSE(drive.step());
+	drive.live.add_transforms(drive.robot.odometry_transform(), false);
+	const auto answers = drive.live.update(drive.robot.time + kSecond / 20);
+	ASSERT_EQ(answers.size(), 1U);
+	EXPECT_EQ(answers.front().time, drive.robot.time);
+}
+
+TEST(LiveLocalizer, MovesASeedToTheNewestTransform)
+{
+	Drive drive;
+	drive.begin();
+	drive.steps(3);
+	drive.robot.time += kStep;
+	drive.live.add_transforms(drive.robot.odometry_transform(), false);
+	const auto scan = drive.robot.scan();
+	drive.robot.time += kSecond / 5;
+	drive.robot.move(0.3, 0.1);
+	drive.live.add_transforms(drive.robot.odometry_transform(), false);
+	drive.live.add_scan("/scan", scan);
+	const auto answers = drive.live.update(drive.robot.time);
+	ASSERT_EQ(answers.size(), 1U);
+	ASSERT_TRUE(answers.front().seed);
+	EXPECT_EQ(answers.front().seed->time, drive.robot.time);
+	EXPECT_LT(distance_between(answers.front().seed->pose, drive.robot.pose), 0.1);
+}
+
+TEST(LiveLocalizer, SeedsATrackerThatStartsLater)
+{
+	Drive drive;
+	drive.begin();
+	drive.live.set_tracker_readers(0, 0);
+	Drive late;
+	late.add_map(late.grid);
+	late.live.add_transforms(late.robot.laser_transform(), true);
+	late.steps(20);
+	EXPECT_TRUE(late.seeds.empty()) << "nobody would hear it";
+	EXPECT_EQ(late.summary(), "localized");
+	late.live.set_tracker_readers(1, 1);
+	late.step();
+	ASSERT_EQ(late.seeds.size(), 1U);
+	late.steps(20);
+	EXPECT_EQ(late.seeds.size(), 1U);
+	late.live.set_tracker_readers(0, 1);  // killed and started again
+	late.tracker = {};
+	late.steps(10);
+	late.live.set_tracker_readers(1, 2);
+	late.steps(10);
+	EXPECT_EQ(late.seeds.size(), 2U);
+}
+
+TEST(LiveLocalizer, RepeatsASeedThreeTimesAndThenTellsAnError)
+{
+	Drive drive;
+	drive.takes_seeds = false;
+	drive.tracker.map_to_odometry = mrpt::poses::CPose2D(1, 1, 0);
+	drive.begin();
+	drive.steps(150, 0, 0);
+	EXPECT_EQ(drive.seeds.size(), 4U);
+	EXPECT_EQ(drive.live.status(drive.robot.time).level, LiveStatus::Level::kError);
+	EXPECT_NE(drive.summary().find("told 4 times"), std::string::npos) << drive.summary();
+	drive.takes_seeds = true;
+	drive.live.request();
+	drive.steps(5, 0, 0);
+	EXPECT_EQ(drive.seeds.size(), 5U) << "somebody asked";
+	EXPECT_EQ(drive.summary(), "localized, and the tracker fits");
+}
+
+TEST(LiveLocalizer, TellsThatNoPoseOfTheTrackerAnswers)
+{
+	Drive drive;
+	drive.tells_pose = false;
+	drive.begin();
+	drive.steps(150, 0, 0.02);
+	EXPECT_EQ(drive.seeds.size(), 4U);
+	EXPECT_NE(drive.summary().find("no pose of it says that it took it"), std::string::npos) << drive.summary();
+}
+
+TEST(LiveLocalizer, DoesNotSeedByOldOdometryUnlessTheRobotStands)
+{
+	Drive drive;
+	drive.begin();
+	drive.steps(2, 0.03, 0);
+	drive.has_odometry = false;
+	drive.robot.time += kSecond;
+	drive.live.set_odometry_publishers(1);
+	for (int i = 0; i < 10; i++)  // the scans that waited are answered later
+	{
+		drive.step(0.1, 0);
+		drive.update(drive.robot.time + kSecond / 4);
+	}
+	EXPECT_TRUE(drive.seeds.empty());
+	for (int i = 0; i < 10; i++) drive.step(0, 0);
+	ASSERT_EQ(drive.seeds.size(), 1U);
+	EXPECT_LT(distance_between(drive.seeds.front().first.pose, drive.robot.pose), 0.1);
+}
+
+TEST(LiveLocalizer, SeedsWithTheScansStampWhereNobodyPublishesOdometry)
+{
+	Drive drive;
+	drive.has_odometry = false;
+	drive.begin();
+	drive.steps(10);
+	ASSERT_FALSE(drive.seeds.empty());
+	const auto& [seed, truth] = drive.seeds.front();
+	EXPECT_LT(distance_between(seed.pose, truth), 0.1);
+}
+
+TEST(LiveLocalizer, GoesByMessagesOfOdometryWithoutTransforms)
+{
+	Drive drive;
+	drive.has_odometry = false;
+	drive.begin();
+	for (int i = 0; i < 10; i++)
+	{
+		logs::OdometryMessage message;
+		message.pose =
+		    transform_of(drive.robot.time + kStep, "odom", "base_link", mrpt::poses::CPose3D(drive.robot.odometry));
+		drive.live.add_odometry(message);
+		drive.step(0, 0);
+	}
+	ASSERT_EQ(drive.seeds.size(), 1U);
+	EXPECT_EQ(drive.summary(), "localized, and the tracker fits");
+}
+
+TEST(LiveLocalizer, StartsAgainWhenTheClockRunsBackAndKeepsTheMap)
+{
+	Drive drive;
+	drive.begin();
+	drive.steps(10);
+	const Time start = drive.robot.time;
+	drive.robot.time -= 60 * kSecond;
+	drive.tracker = {};
+	drive.robot.odometry = {};
+	drive.live.update(drive.robot.time);
+	EXPECT_LT(drive.robot.time, start);
+	drive.step();
+	EXPECT_TRUE(drive.was_told("the clock ran back"));
+	drive.steps(10);
+	EXPECT_EQ(drive.live.indices_built(), 1);
+	EXPECT_EQ(drive.summary(), "localized") << "its tracker was told before";
+	drive.live.set_tracker_readers(1, 2);
+	drive.steps(5);
+	EXPECT_EQ(drive.seeds.size(), 2U);
+}
+
+TEST(LiveLocalizer, SaysThatATrackerIsLostAndSeedsItOnlyIfAsked)
+{
+	for (const Seeding seeding : {Seeding::kOnce, Seeding::kWatch, Seeding::kNever})
+	{
+		Drive drive(watching(seeding));
+		drive.begin();
+		drive.tracker.map_to_odometry = drive.robot.pose;
+		drive.steps(10, 0, 0.02);
+		EXPECT_EQ(drive.summary(), "localized, and the tracker fits");
+		EXPECT_TRUE(drive.seeds.empty()) << "it knows already";
+		drive.robot.pose = mrpt::poses::CPose2D(poses_on_floor().at(6));  // carried there
+		drive.steps(5, 0, 0.02);
+		if (seeding == Seeding::kWatch)
+		{
+			ASSERT_EQ(drive.seeds.size(), 1U);
+			EXPECT_LT(distance_between(drive.seeds.front().first.pose, drive.seeds.front().second), 0.1);
+			drive.steps(5, 0, 0.02);
+			EXPECT_EQ(drive.summary(), "localized, and the tracker fits");
+			continue;
+		}
+		EXPECT_TRUE(drive.seeds.empty());
+		EXPECT_EQ(drive.live.status(drive.robot.time).level, LiveStatus::Level::kWarning);
+		EXPECT_EQ(drive.summary().find("the tracker is lost: "), 0U) << drive.summary();
+	}
+}
+
+TEST(LiveLocalizer, ReadsTheTrackersPoseFromTransforms)
+{
+	Drive drive(watching());
+	drive.tells_pose = false;
+	drive.begin();
+	drive.tracker.map_to_odometry = mrpt::poses::CPose2D(5, 1, 1);
+	for (int i = 0; i < 10; i++)
+	{
+		const mrpt::poses::CPose3D pose(*drive.tracker.map_to_odometry);
+		drive.live.add_transforms({transform_of(drive.robot.time + kSecond, "map", "odom", pose)}, false);
+		drive.step(0, 0.02);
+	}
+	EXPECT_EQ(drive.seeds.size(), 1U) << drive.summary();
+}
+
+TEST(LiveLocalizer, TellsThatATrackersPoseIsInAnotherFrame)
+{
+	Drive drive;
+	drive.begin();
+	drive.live.add_tracker_pose({drive.robot.time, "other"}, mrpt::poses::CPose3D());
+	drive.step();
+	EXPECT_TRUE(drive.was_told("the tracker's pose is in 'other', which is not the map's frame"));
+}
+
+TEST(LiveLocalizer, LocalizesAsManyScansAsItMay)
+{
+	LiveSettings settings;
+	settings.most_scans = 2;
+	Drive drive(settings);
+	drive.begin();
+	int answers = 0;
+	for (int i = 0; i < 20; i++) answers += drive.step() ? 1 : 0;
+	EXPECT_EQ(answers, 4);
+}
+
+TEST(LiveLocalizer, UsesTheScansOfAllLasersTogether)
+{
+	LiveSettings settings;
+	settings.merge_lasers = true;
+	Drive drive(settings);
+	drive.begin();
+	const auto half = [&](bool ahead)  // each laser sees one half
+	{
+		logs::LaserScan scan = drive.robot.scan();
+		for (std::size_t i = 0; i < scan.ranges.size(); i++)
+			if ((i >= scan.ranges.size() / 2) != ahead) scan.ranges[i] = std::nanf("");
+		return scan;
+	};
+	drive.live.add_transforms(drive.robot.odometry_transform(), false);
+	drive.live.add_scan("/front", half(true));
+	drive.live.add_scan("/rear", half(false));
+	drive.live.update(drive.robot.time);
+	drive.live.add_scan("/front", half(true));
+	const auto answers = drive.live.update(drive.robot.time);
+	ASSERT_EQ(answers.size(), 1U);
+	EXPECT_GT(answers.front().scan.beams.size(), 170U);
+}
+
+TEST(LiveLocalizer, TakesAnAtlasInsteadOfMessages)
+{
+	Drive drive;
+	auto localizer = std::make_shared<Localizer>(make_map(drive.grid));
+	drive.live.use_maps(std::make_shared<Atlas>(std::vector<AtlasMap>{{"floor", localizer}}));
+	drive.live.add_transforms(drive.robot.laser_transform(), true);
+	drive.live.set_tracker_readers(1, 1);
+	drive.live.add_map(map_message(drive.grid), 1);
+	drive.steps(10);
+	ASSERT_EQ(drive.seeds.size(), 1U);
+	EXPECT_EQ(drive.seeds.front().first.frame, "map");
+	EXPECT_EQ(drive.live.indices_built(), 0);
+	EXPECT_TRUE(drive.was_told("somebody publishes a map, too"));
+}
