@@ -169,8 +169,7 @@ class Writer
 		const Scan scan = make_scan(observation, parameters_.scan);
 		const std::clock_t start = std::clock();
 		const auto refusal = refusal_of(scan, parameters_.scan);
-		const Localization result =
-		    refusal ? *refusal : localize_default(scan, {{index_, anywhere_, parameters_}}, 0).answer;
+		const Localization result = refusal ? *refusal : localize_default(scan, maps_, 0).answer;
 		const double total_ms = 1e3 * static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
 		Errors errors;
 		if (truth && !result.hypotheses.empty()) errors = errors_of(result.best().pose.asTPose(), *truth);
@@ -194,8 +193,8 @@ class Writer
 		{ return truth ? errors_of(sensor + robot_on_sensor, *truth) : Errors{}; };
 		const BeamSubset all = all_beams(scan);
 		Comparison comparison;
-		const auto candidates = coarse_search(index_.profiles, scan, parameters_.coarse_search);
-		for (const MapReading& map : index_.readings) compare(scan, map, candidates, errors, comparison);
+		const CoarseSearchParameters& coarse = parameters_.coarse_search;
+		compare(scan, CoarseSearch(maps_, scan, coarse).candidates(coarse).candidates, errors, comparison);
 		frames_ << ',' << comparison.in_candidates << ',' << comparison.in_settled << ',' << comparison.in_shortlist
 		        << ',' << comparison.in_refined;
 		bool is_found = false;
@@ -208,24 +207,22 @@ class Writer
 		}
 		if (!truth || is_found) return;
 		Comparison at_truth;
-		for (const MapReading& map : index_.readings)
-			compare(scan, map, {Candidate{*truth + scan.sensor_on_robot}}, errors, at_truth);
+		compare(scan, {{*truth + scan.sensor_on_robot, 0, &maps_.front()}}, errors, at_truth);
 		for (const Place& place : at_truth.places)
 			if (errors(place.pose).are_right()) return add_line(all, place, true, true);
 	}
 
-	/// Adds what is found in a reading of the map to `comparison`.
+	/// Adds what is found among `candidates` to `comparison`.
 	/// \param errors function of the sensor's pose
 	template <class ErrorsAt>
 	void compare(
-	    const Scan& scan, const MapReading& map, const std::vector<Candidate>& candidates, const ErrorsAt& errors,
+	    const Scan& scan, const std::vector<Candidate>& candidates, const ErrorsAt& errors,
 	    Comparison& comparison) const
 	{
-		const SearchedReadings reading = {{map.field, map.tracer, parameters_, anywhere_, 0}};
 		const BeamSubset few = few_beams(scan), many = many_beams(scan), all = all_beams(scan);
-		const auto settled = settle(reading, few, candidates, parameters_.refinement);
-		const auto shortlist = make_shortlist(reading, few, settled, parameters_.refinement);
-		const auto refined = refine(reading, many, shortlist, parameters_.refinement);
+		const auto settled = settle(few, candidates, parameters_.refinement);
+		const auto shortlist = make_shortlist(few, settled, parameters_.refinement);
+		const auto refined = refine(many, shortlist, parameters_.refinement);
 		const auto is_in = [&](const auto& poses, double metres, double degrees)
 		{
 			const auto is_near = [&](const auto& at) { return errors(at.pose).are_within(metres, degrees); };
@@ -235,26 +232,24 @@ class Writer
 		comparison.in_settled |= is_in(settled, 0.35, 6);
 		comparison.in_shortlist |= is_in(shortlist, 0.35, 6);
 		comparison.in_refined |= is_in(refined, 0.35, 6);
-		comparison.places = merged_places(
-		    std::move(comparison.places), find_places(reading, scan, all, refined, parameters_), parameters_.scoring);
+		comparison.places = find_places(scan, all, refined, parameters_);
 	}
 
 	void add_line(const BeamSubset& all, const Place& place, bool is_right, bool is_added)
 	{
 		const Score& s = place.score;
-		const auto is_its = [&](const MapReading& map) { return map.field.tolerance() == place.tolerance; };
-		const MapReading& map = *std::find_if(index_.readings.begin(), index_.readings.end(), is_its);
 		terms_ << frame_ << ',' << is_right << ',' << is_added << ',' << s.log_likelihood << ',' << s.explained << ','
 		       << s.returns << ',' << s.contradicted << ',' << s.unknown_metres << ',' << s.segments << ','
-		       << place.tolerance;
+		       << place.field().tolerance();
 		for (const Term& term : all_terms_)
-			terms_ << ',' << score(map.tracer, map.field, all, place.scored_at, term.alone).log_likelihood;
+			terms_ << ',' << score(place.tracer(), place.field(), all, place.scored_at, term.alone).log_likelihood;
 		terms_ << '\n';
 	}
 
 	Parameters parameters_;
 	DefaultIndex index_;
 	Prior anywhere_;
+	std::vector<SearchedMap> maps_ = {index_.searched(anywhere_, parameters_)};
 	bool with_terms_;
 	std::vector<Term> all_terms_ = terms_of_beam_model();
 	int frame_ = 0;

@@ -99,19 +99,29 @@ void localize_with_prior(::benchmark::State& state, const std::string& site, int
 struct Stages
 {
 	Parameters parameters;
+	Prior anywhere;
 	DefaultIndex index;
+	std::vector<SearchedMap> maps;
 	std::vector<Query> queries;
 
 	explicit Stages(const std::string& site)
-	    : index(index_of(site, parameters)), queries(site_queries(site, "test", {}))
+	    : index(index_of(site, parameters)),
+	      maps{index.searched(anywhere, parameters)},
+	      queries(site_queries(site, "test", {}))
 	{
 	}
+	Stages(const Stages&) = delete;
+	Stages& operator=(const Stages&) = delete;
 	static DefaultIndex index_of(const std::string& site, const Parameters& parameters)
 	{
 		const Grid grid = make_grid(*site_map(site, "map_test"), {});
 		return make_default_index(grid, parameters);
 	}
 	const Scan& scan(std::size_t i) const { return queries[i * 7 % queries.size()].scan; }
+	std::vector<Candidate> candidates(const Scan& scan) const
+	{
+		return CoarseSearch(maps, scan, parameters.coarse_search).candidates(parameters.coarse_search).candidates;
+	}
 };
 
 void coarse(::benchmark::State& state, const std::string& site)
@@ -119,9 +129,7 @@ void coarse(::benchmark::State& state, const std::string& site)
 	if (!is_there(state, site)) return;
 	const Stages stages(site);
 	std::size_t i = 0;
-	for ([[maybe_unused]] auto _ : state)
-		::benchmark::DoNotOptimize(
-		    coarse_search(stages.index.profiles, stages.scan(i++), stages.parameters.coarse_search));
+	for ([[maybe_unused]] auto _ : state) ::benchmark::DoNotOptimize(stages.candidates(stages.scan(i++)));
 	state.counters["positions"] = static_cast<double>(stages.index.profiles.size());
 }
 
@@ -131,7 +139,7 @@ void sum_ends(::benchmark::State& state, const std::string& site, BeamSubset (*b
 	if (!is_there(state, site)) return;
 	const Stages stages(site);
 	const BeamSubset beams = beams_of(stages.scan(0));
-	const auto candidates = coarse_search(stages.index.profiles, stages.scan(0), stages.parameters.coarse_search);
+	const auto candidates = stages.candidates(stages.scan(0));
 	const DistanceField& field = stages.index.readings[0].field;
 	std::size_t i = 0;
 	for ([[maybe_unused]] auto _ : state)
@@ -143,10 +151,6 @@ void refine_and_decide(::benchmark::State& state, const std::string& site, bool 
 {
 	if (!is_there(state, site)) return;
 	const Stages stages(site);
-	const RangeProfiles& profiles = stages.index.profiles;
-	const auto& [field, tracer] = stages.index.readings[0];
-	const Prior anywhere;
-	const SearchedReadings reading = {{field, tracer, stages.parameters, anywhere, 0}};
 	const RefinementParameters& limits = stages.parameters.refinement;
 	std::size_t i = 0;
 	for ([[maybe_unused]] auto _ : state)
@@ -154,17 +158,17 @@ void refine_and_decide(::benchmark::State& state, const std::string& site, bool 
 		state.PauseTiming();
 		const Scan& scan = stages.scan(i++);
 		const BeamSubset few = few_beams(scan), more = many_beams(scan);
-		const auto candidates = coarse_search(profiles, scan, stages.parameters.coarse_search);
+		const auto candidates = stages.candidates(scan);
 		if (!decides) state.ResumeTiming();
-		const auto settled = settle(reading, few, candidates, limits);
-		const auto shortlist = make_shortlist(reading, few, settled, limits);
-		const auto poses = refine(reading, more, shortlist, limits);
+		const auto settled = settle(few, candidates, limits);
+		const auto shortlist = make_shortlist(few, settled, limits);
+		const auto poses = refine(more, shortlist, limits);
 		if (decides)
 		{
 			state.ResumeTiming();
 			const BeamSubset all = all_beams(scan);
-			const auto places = find_places(reading, scan, all, poses, stages.parameters);
-			::benchmark::DoNotOptimize(decide(scan, places, stages.parameters));
+			const auto places = find_places(scan, all, poses, stages.parameters);
+			::benchmark::DoNotOptimize(decide(scan, places, stages.maps));
 		}
 	}
 }

@@ -8,18 +8,39 @@
 
 namespace d2s1r::test
 {
+/// A map that is read as it is drawn, for settle() and all that follows. It cannot be copied.
+struct DrawnMap
+{
+	explicit DrawnMap(const Grid& grid, const Parameters& the_parameters = {}, const Prior& the_prior = {})
+	    : readings{{DistanceField(grid), BeamTracer(grid)}}, parameters(the_parameters), prior(the_prior)
+	{
+	}
+	/// One whose beams are not followed.
+	DrawnMap(const DistanceField& field, const RefinementParameters& refinement) : readings{{field, BeamTracer()}}
+	{
+		parameters.refinement = refinement;
+	}
+	DrawnMap(const DrawnMap&) = delete;
+	DrawnMap& operator=(const DrawnMap&) = delete;
+
+	const SearchedMap& searched() const { return maps.front(); }
+	RefinedPose at(const mrpt::math::TPose2D& sensor) const { return {{sensor, &searched()}, 1}; }
+
+	RangeProfiles profiles;
+	std::vector<MapReading> readings;
+	Parameters parameters;
+	Prior prior;
+	std::vector<SearchedMap> maps = {{profiles, readings, prior, parameters}};
+};
+
 /// What refine() makes of what settle() makes of `candidates`.
 inline std::vector<RefinedPose> refine_all(
-    const DistanceField& field, const Scan& scan, const std::vector<Candidate>& candidates,
+    const DistanceField& field, const Scan& scan, std::vector<Candidate> candidates,
     const RefinementParameters& parameters)
 {
-	Parameters all;
-	all.refinement = parameters;
-	const BeamTracer none;
-	const Prior anywhere;
-	const SearchedReadings readings = {{field, none, all, anywhere, 0}};
-	const auto settled = settle(readings, few_beams(scan), candidates, parameters);
-	return refine(readings, many_beams(scan), settled, parameters);
+	const DrawnMap map(field, parameters);
+	for (Candidate& candidate : candidates) candidate.map = &map.searched();
+	return refine(many_beams(scan), settle(few_beams(scan), candidates, parameters), parameters);
 }
 
 inline Eigen::Matrix3d covariance_at(
@@ -41,11 +62,9 @@ inline Localization decide_among(
     const Grid& grid, const Scan& scan, const std::vector<mrpt::math::TPose2D>& poses,
     const Parameters& parameters = {}, const Prior& prior = {})
 {
+	const DrawnMap map(grid, parameters, prior);
 	std::vector<RefinedPose> refined;
-	for (const auto& pose : poses) refined.push_back({pose, 1});
-	const DistanceField field(grid);
-	const BeamTracer tracer(grid);
-	const SearchedReadings readings = {{field, tracer, parameters, prior, 0}};
-	return decide(scan, find_places(readings, scan, all_beams(scan), refined, parameters), parameters);
+	for (const auto& pose : poses) refined.push_back(map.at(pose));
+	return decide(scan, find_places(scan, all_beams(scan), refined, parameters), map.maps).answer;
 }
 }  // namespace d2s1r::test

@@ -59,7 +59,8 @@ Localization Atlas::localize(const Scan& scan, double time_budget) const
 	if (const auto refusal = refusal_of(scan, maps_.front().localizer->parameters().scan)) return *refusal;
 	std::vector<SearchedMap> searched;
 	for (const AtlasMap& map : maps_)
-		searched.push_back({*map.localizer->default_index(), map.region, map.localizer->parameters()});
+		searched.push_back(
+		    map.localizer->default_index()->searched(map.region, map.localizer->parameters(), searched.size()));
 
 	double total_ms = 0;
 	auto [result, numbers] = timed(total_ms, localize_default, scan, searched, time_budget);

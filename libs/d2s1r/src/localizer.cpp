@@ -274,7 +274,7 @@ Localization Localizer::localize(const Scan& scan, const Query& query) const
 	if (const auto refusal = refusal_of(scan, index.parameters.scan)) return *refusal;
 
 	double total_ms = 0;
-	const std::vector<SearchedMap> only = {{*index.default_index, query.prior, index.parameters}};
+	const std::vector<SearchedMap> only = {index.default_index->searched(query.prior, index.parameters)};
 	Localization result = timed(total_ms, localize_default, scan, only, query.time_budget).answer;
 	if (!result.hypotheses.empty())
 		result.relative_entropy = timed(

@@ -8,8 +8,8 @@
 #include <set>
 
 #include "aligned_scan.h"
-#include "coarse/coarse_search.h"
 #include "coarse/quantized_scan.h"
+#include "coarse_candidates.h"
 #include "map/free_cells.h"
 #include "portable_simd.h"
 
@@ -240,12 +240,15 @@ TEST_F(CoarseSearch, GoesOnWhereAnEarlierQuestionEnded)
 	{
 		const Scan scan = aligned_scan(grid_, profiles_.directions, sensor, 0, 60);
 		const Prior anywhere;
-		d2s1r::CoarseSearch in_steps({{profiles_, anywhere, parameters_.spacing}}, scan, parameters_);
-		const auto first = in_steps.candidates(few);
-		EXPECT_EQ(in_steps.candidates(few).size(), first.size()) << "asked twice";
+		const Parameters of_map;
+		const std::vector<MapReading> none;
+		const std::vector<SearchedMap> maps = {{profiles_, none, anywhere, of_map}};
+		d2s1r::CoarseSearch in_steps(maps, scan, parameters_);
+		const auto first = in_steps.candidates(few).candidates;
+		EXPECT_EQ(in_steps.candidates(few).candidates.size(), first.size()) << "asked twice";
 		EXPECT_GT(in_steps.left_out_from(), 0);
 		EXPECT_LE(in_steps.left_out_from(), 1);
-		const auto then = in_steps.candidates(parameters_);
+		const auto then = in_steps.candidates(parameters_).candidates;
 		EXPECT_EQ(in_steps.left_out_from(), std::numeric_limits<double>::infinity());
 		const auto at_once = coarse_search(profiles_, scan, parameters_);
 		EXPECT_LT(first.size(), then.size());

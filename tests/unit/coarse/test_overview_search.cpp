@@ -24,9 +24,10 @@ class OverviewSearch : public testing::Test
 	std::vector<Pair> look(const Scan& scan, const Prior& prior = {}) const
 	{
 		std::vector<Pair> pairs;
-		const QuantizedScan quantized = quantize(scan, profiles_, parameters_);
-		const AllowedPairs allowed(profiles_, prior, scan, parameters_.spacing);
-		search_overviews({{profiles_, quantized, allowed}}, parameters_, pairs);
+		const Parameters of_map;
+		const std::vector<MapReading> none;
+		const std::vector<SearchedMap> maps = {{profiles_, none, prior, of_map}};
+		search_overviews(scan_in_maps(maps, scan, parameters_), parameters_, pairs);
 		return pairs;
 	}
 

@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "engine/searched_maps.h"
+#include "engine/search_effort.h"
 #include "test_floor.h"
 #include "twin_rooms.h"
 
@@ -70,8 +70,9 @@ TEST(LimitsOfSearch, AreTwiceThoseOfOneMapForSeveral)
 {
 	const Prior anywhere;
 	const Parameters parameters;
-	const DefaultIndex index;
-	const SearchedMap map{index, anywhere, parameters};
+	const RangeProfiles profiles;
+	const std::vector<MapReading> readings;
+	const SearchedMap map{profiles, readings, anywhere, parameters};
 	const auto limits = [](const std::vector<SearchedMap>& maps) { return limits_of_search(maps).coarse_search; };
 	EXPECT_EQ(limits({map}).max_pairs, 20000);
 	EXPECT_EQ(limits({map}).candidates, 1200);

@@ -31,18 +31,6 @@ Grid make_four_fold_room()
 	     "################"});
 }
 
-/// A map that is read as it is drawn, and searched everywhere with default parameters.
-struct DrawnMap
-{
-	explicit DrawnMap(const Grid& grid) : field(grid), tracer(grid) {}
-
-	DistanceField field;
-	BeamTracer tracer;
-	Parameters parameters;
-	Prior anywhere;
-	SearchedReadings readings = {{field, tracer, parameters, anywhere, 0}};
-};
-
 /// `pose` after `quarters` turns of the room about its middle.
 TPose2D turned(const TPose2D& pose, int quarters)
 {
@@ -82,14 +70,13 @@ TEST(Hypotheses, ASensorStandsNeitherBehindWallsNorBeyondTheMap)
 	const Grid grid = make_four_fold_room();
 	const DrawnMap map(grid);
 	const Scan scan = scan_at(world_of(grid), {2.1, 3.2, 0.6});
-	const auto places_of = [&](const TPose2D& sensor) {
-		return find_places(map.readings, scan, all_beams(scan), {{sensor, 1}}, map.parameters).size();
-	};
+	const auto places_of = [&](const TPose2D& sensor)
+	{ return find_places(scan, all_beams(scan), {map.at(sensor)}, map.parameters).size(); };
 	EXPECT_EQ(places_of({2.1, 3.2, 0.6}), 1U);
 	EXPECT_EQ(places_of({grid.origin_x + grid.width * grid.cell_size + 0.5, 4, M_PI}), 0U)
 	    << "no beam is followed there";
-	const RefinedPose inside{{2.1, 3.2, 0.6}, 1}, beyond{{4, grid.origin_y - 0.5, M_PI / 2}, 1};
-	const auto shortlist = make_shortlist(map.readings, few_beams(scan), {beyond, inside}, map.parameters.refinement);
+	const RefinedPose inside = map.at({2.1, 3.2, 0.6}), beyond = map.at({4, grid.origin_y - 0.5, M_PI / 2});
+	const auto shortlist = make_shortlist(few_beams(scan), {beyond, inside}, map.parameters.refinement);
 	ASSERT_EQ(shortlist.size(), 1U);
 	EXPECT_EQ(shortlist[0].pose, inside.pose);
 }
@@ -101,11 +88,11 @@ TEST(Hypotheses, WhatIsKnownOfAPoseIsTakenAndNotComputedAgain)
 	const auto robot = poses_on_floor()[0];
 	const Scan scan = scan_at(world_of(grid), robot);
 	const BeamSubset all = all_beams(scan);
-	const std::vector<RefinedPose> poses = {{robot, 1}, {poses_on_floor()[1], 1}};
-	std::vector<Place> known = find_places(map.readings, scan, all, poses, map.parameters);
+	const std::vector<RefinedPose> poses = {map.at(robot), map.at(poses_on_floor()[1])};
+	std::vector<Place> known = find_places(scan, all, poses, map.parameters);
 	ASSERT_EQ(known.size(), 2U);
 	EXPECT_TRUE(known[0].is_compared);
-	const auto again = find_places(map.readings, scan, all, poses, map.parameters, known);
+	const auto again = find_places(scan, all, poses, map.parameters, known);
 	ASSERT_EQ(again.size(), 2U);
 	for (std::size_t i = 0; i < 2; i++)
 	{
@@ -115,12 +102,12 @@ TEST(Hypotheses, WhatIsKnownOfAPoseIsTakenAndNotComputedAgain)
 	}
 	known[0].score.log_likelihood += 5;
 	known[0].covariance(0, 0) += 5;
-	const auto taken = find_places(map.readings, scan, all, poses, map.parameters, known);
+	const auto taken = find_places(scan, all, poses, map.parameters, known);
 	EXPECT_EQ(taken[0].score.log_likelihood, known[0].score.log_likelihood);
 	EXPECT_EQ(taken[0].covariance, known[0].covariance);
 	known[0].is_compared = false;
 	known[0].covariance.setZero();
-	const auto anew = find_places(map.readings, scan, all, poses, map.parameters, known);
+	const auto anew = find_places(scan, all, poses, map.parameters, known);
 	EXPECT_EQ(anew[0].score.log_likelihood, again[0].score.log_likelihood);
 	EXPECT_EQ(anew[0].covariance, again[0].covariance);
 }

@@ -111,16 +111,16 @@ TEST_F(Refinement, WhatFitsMuchWorseIsGivenUpBeforeTheFirstStep)
 {
 	const TPose2D robot = poses_on_floor()[2];
 	const BeamSubset few = few_beams(scan_at(world_, robot));
-	// both get to the robot, each in its own reading, unless the one beside it is given up
-	const std::vector<Candidate> candidates = {{robot, 0, 0}, {{robot.x + 0.25, robot.y - 0.25, robot.phi}, 0, 1}};
-	const Parameters of_map;
-	const BeamTracer none;
-	const Prior anywhere;
-	const SearchedReadings readings = {{field_, none, of_map, anywhere, 0}, {field_, none, of_map, anywhere, 0}};
+	// both get to the robot, each in its own map, unless the one beside it is given up
+	const DrawnMap map(field_, {});
+	SearchedMap other = map.searched();
+	other.number = 1;
+	const std::vector<Candidate> candidates = {
+	    {robot, 0, &map.searched()}, {{robot.x + 0.25, robot.y - 0.25, robot.phi}, 0, &other}};
 	const auto settled_with = [&](double margin)
 	{
 		parameters_.fit_margin = margin;
-		const auto settled = settle(readings, few, candidates, parameters_);
+		const auto settled = settle(few, candidates, parameters_);
 		for (const RefinedPose& pose : settled) EXPECT_LT(distance_between(pose.pose, robot), 0.02);
 		return settled.size();
 	};

@@ -15,16 +15,14 @@ TEST(Shortlist, HoldsTheBestOfAllScores)
 	const auto robot = poses_on_floor()[0];
 	const BeamSubset few = few_beams(scan_at(world_of(grid), robot));
 	std::vector<RefinedPose> poses;
-	for (const auto& pose : random_poses(grid, 200, 0.2, 7)) poses.push_back({pose, 0});
-	poses.push_back({robot, 0});
+	const DrawnMap map(grid);
+	for (const auto& pose : random_poses(grid, 200, 0.2, 7)) poses.push_back(map.at(pose));
+	poses.push_back(map.at(robot));
 	const auto cost = [&](const RefinedPose& pose)
 	{ return -score(tracer, field, few, pose.pose, BeamModel()).log_likelihood; };
 	std::vector<double> all;
 	for (const auto& pose : poses) all.push_back(cost(pose));
 	std::sort(all.begin(), all.end());
-	const Parameters parameters;
-	const Prior anywhere;
-	const SearchedReadings reading = {{field, tracer, parameters, anywhere, 0}};
 	RefinementParameters limits;
 	ASSERT_GT(all.back(), all.front() + kHopeless);
 	for (const int wanted : {1, 3, 1000})
@@ -34,7 +32,7 @@ TEST(Shortlist, HoldsTheBestOfAllScores)
 		for (const double value : all)
 			if (value <= all.front() + kHopeless && expected.size() < static_cast<std::size_t>(wanted))
 				expected.push_back(value);
-		for (const auto& pose : make_shortlist(reading, few, poses, limits)) found.push_back(cost(pose));
+		for (const auto& pose : make_shortlist(few, poses, limits)) found.push_back(cost(pose));
 		EXPECT_EQ(found, expected) << wanted;
 	}
 }

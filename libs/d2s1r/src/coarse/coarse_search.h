@@ -1,15 +1,14 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <d2s1r/prior.h>
 #include <d2s1r/scan.h>
 #include <mrpt/math/TPose2D.h>
 
-#include <memory>
 #include <vector>
 
 #include "coarse/coarse_pairs.h"
-#include "coarse/range_profiles.h"
+#include "coarse/overview_search.h"
+#include "coarse/searched_map.h"
 
 namespace d2s1r
 {
@@ -18,15 +17,18 @@ struct Candidate
 {
 	mrpt::math::TPose2D pose;  //!< sensor in map, m and rad
 	double cost = 0;           //!< [step] mean truncated difference of quantized ranges per beam, lower is better
-	std::size_t reading = 0;   //!< [-] number of the map, or of its reading, among those that were searched at once
+	const SearchedMap* map = nullptr;  //!< that the pose is in, in any reading
 };
 
-/// A reading of one of several maps that are searched at once. It refers to its members.
-struct CoarseSearchIn
+/// What a search has found so far.
+struct CandidateList
 {
-	const RangeProfiles& profiles;
-	const Prior& prior;
-	double spacing;  //!< [m] between its sample positions
+	std::vector<Candidate> candidates;  //!< best first
+	double complete_below = 0;          //!< [step] no candidate that costs less was left out, by what overviews tell
+	bool is_whole = true;               //!< none was left out later on
+
+	/// Leaves out all but the best `count`.
+	void keep(std::size_t count);
 };
 
 /// Finds the poses of the sensor at which a scan may have been taken. It compares the scan with the profiles at all yaw
@@ -47,8 +49,8 @@ struct CoarseSearchIn
 /// result. Equal costs are ranked by the position in `profiles`, then by the shift. What all this loses against a
 /// comparison of all pairs is in experiments/RESULTS.md.
 ///
-/// Readings of several maps are searched as if they were one map, in about the time that one map of their size takes:
-/// all limits hold for the pairs and candidates of all of them together, so that most of them get few or none.
+/// Several maps are searched as if they were one, in about the time that one map of their size takes: all limits hold
+/// for the pairs and candidates of all of them together, so that most of them get few or none.
 ///
 /// Overviews are searched at once; profiles are compared as far as candidates are asked for.
 ///
@@ -57,24 +59,22 @@ class CoarseSearch
 {
    public:
 	/// Searches.
-	/// \param readings one or more; what they refer to must outlive the search. The sensor is also searched for within
-	///        a sample's spacing of what their priors allow to the robot
+	/// \param maps one or more; they and what they refer to must outlive the search. The sensor is also searched for
+	///        within a sample's spacing of what their priors allow to the robot
 	/// \param limits of all that can be asked for
-	CoarseSearch(std::vector<CoarseSearchIn> readings, const Scan& scan, const CoarseSearchParameters& limits);
+	CoarseSearch(const std::vector<SearchedMap>& maps, const Scan& scan, const CoarseSearchParameters& limits);
 	~CoarseSearch();
 	CoarseSearch(const CoarseSearch&) = delete;
 	CoarseSearch& operator=(const CoarseSearch&) = delete;
 
 	/// Goes on with the search as far as `limits` ask, and returns what was found.
 	/// \param limits at least those that were asked for before, at most those of the search
-	/// \return poses that are two spacings or three shifts apart, best first, at most limits.candidates, and none whose
-	///         beams cost more in total than those of the best one by limits.margin times the square root of their
-	///         number
-	std::vector<Candidate> candidates(const CoarseSearchParameters& limits);
+	/// \return poses that are two spacings or three shifts apart, at most limits.candidates, and none whose beams cost
+	///         more in total than those of the best one by limits.margin times the square root of their number
+	CandidateList candidates(const CoarseSearchParameters& limits);
 
-	/// Returns by how much [step], in the mean of the beams, a candidate within `limits` may cost more than the best
-	/// one.
-	double margin(const CoarseSearchParameters& limits) const;
+	/// Returns by how much [step], in the mean of the beams, a candidate may cost more than the best one.
+	double margin() const { return mean_margin(limits_); }
 
 	/// Returns what the cheapest pair of group and shift whose profiles are not compared costs more in the overview
 	/// than the cheapest of all: the share [-] of the search's margin there; infinity if the profiles of all are
@@ -82,23 +82,27 @@ class CoarseSearch
 	double left_out_from() const;
 
    private:
-	struct Prepared;
-
 	/// Compares the profiles of the pairs of group and shift that `limits` ask for.
 	void compare_profiles(const CoarseSearchParameters& limits);
 
-	std::vector<CoarseSearchIn> readings_;
-	std::unique_ptr<const Prepared> prepared_;
-	std::uint32_t margin_ = 0;            //!< [step] by which a pair may cost more than the cheapest
-	std::uint32_t margin_of_groups_ = 0;  //!< [2 steps] the same in the overview
+	/// Returns the cheapest distinct pairs of position and shift.
+	std::vector<Candidate> distinct_candidates(const CoarseSearchParameters& limits) const;
+
+	/// Returns the number of beams [-] that profiles are compared with.
+	double beams() const { return static_cast<double>(scans_.front().scan.observed.size()); }
+
+	/// Returns by how much [step] the beams of a pair may cost more than those of the cheapest one.
+	std::uint32_t total_margin(const CoarseSearchParameters& limits) const;
+	double mean_margin(const CoarseSearchParameters& limits) const { return total_margin(limits) / beams(); }
+
+	const std::vector<SearchedMap>& maps_;
+	CoarseSearchParameters limits_;
+	std::vector<ScanInMap> scans_;        //!< by map
+	std::uint32_t margin_of_groups_ = 0;  //!< [2 steps] by which a pair may cost more than the cheapest in the overview
 	std::vector<Pair> of_groups_;         //!< of group and shift, whose profiles are not compared yet
 	std::uint32_t least_of_groups_ = 0;   //!< [2 steps] cost of the cheapest pair of group and shift
 	std::size_t compared_ = 0;            //!< [-] pairs of group and shift whose profiles are compared
 	std::vector<Pair> pairs_;             //!< of position and shift
 	std::uint32_t least_ = 1U << 31;      //!< [step] cost of the cheapest of these
 };
-
-/// Returns the candidates of a search through one reading with these limits.
-std::vector<Candidate> coarse_search(
-    const RangeProfiles& profiles, const Scan& scan, const CoarseSearchParameters& parameters, const Prior& prior = {});
 }  // namespace d2s1r

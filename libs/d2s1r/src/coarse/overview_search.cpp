@@ -4,10 +4,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <deque>
 
 #include "base/simd.h"
-#include "coarse/coarse_kernel.h"
 
 namespace d2s1r
 {
@@ -43,28 +41,25 @@ void find_missing_beams(const RangeProfiles& profiles, const QuantizedScan& scan
 		missing_beams(profiles.histograms.data() + first * RangeProfiles::kBins, histogram.data(), missing + first);
 }
 
-/// The groups of a reading among those of all.
-struct GroupsOfReading
+/// Returns the missing beams of the groups of a map.
+/// \param missing of all maps
+const std::uint8_t* missing_in(const ScanInMap& in, const std::vector<std::uint8_t>& missing)
 {
-	const ReadingToSearch* reading;
-	std::int32_t first;                  //!< [groups] number of its first one among all
-	std::uint8_t* missing;               //!< by group: see find_missing_beams()
-	OverviewScan few;                    //!< beams that overviews are compared with
-	std::vector<std::uint64_t> allowed;  //!< by block: see AllowedPairs::groups()
-};
+	return missing.data() + in.first_block * RangeProfiles::kBlock;
+}
 
 /// Returns how many beams about one allowed group in kFew, but not many more than kMost groups, are at most missing; it
 /// looks at a sample of the groups.
-int missing_at_few(const std::vector<GroupsOfReading>& readings)
+int missing_at_few(const std::vector<ScanInMap>& scans, const std::vector<std::uint8_t>& missing)
 {
 	constexpr std::size_t kFew = 32, kMost = 8192, kApart = 16;
 	std::array<std::size_t, 256> count{};
 	std::size_t seen = 0;
-	for (const GroupsOfReading& of : readings)
-		for (std::size_t group = 0; group < of.reading->profiles.groups(); group += kApart)
+	for (const ScanInMap& in : scans)
+		for (std::size_t group = 0; group < in.profiles.groups(); group += kApart)
 		{
-			if ((of.allowed[group / RangeProfiles::kBlock] >> group % RangeProfiles::kBlock & 1) == 0) continue;
-			count[of.missing[group]]++;
+			if ((in.allowed_groups[group / RangeProfiles::kBlock] >> group % RangeProfiles::kBlock & 1) == 0) continue;
+			count[missing_in(in, missing)[group]]++;
 			seen++;
 		}
 	std::size_t most = 0;
@@ -75,27 +70,30 @@ int missing_at_few(const std::vector<GroupsOfReading>& readings)
 
 /// Returns how many beams may be missing at a group that still explains the scan as well as one that costs `least`
 /// [2 steps] in the overviews: as many as that cost allows, and some by chance.
-int most_missing(const GroupsOfReading& of, double least, const CoarseSearchParameters& parameters)
+int most_missing(const ScanInMap& in, double least, const CoarseSearchParameters& parameters)
 {
-	const auto beams = static_cast<double>(of.reading->scan.returns.size());
-	const double allowed = beams * least / (static_cast<double>(of.few.count) * of.few.truncation);
+	const auto beams = static_cast<double>(in.scan.returns.size());
+	const double allowed = beams * least / (static_cast<double>(in.overview_beams.size()) * parameters.truncation);
 	const double most = allowed + parameters.overview_missing_by_chance * std::sqrt(beams);
-	return static_cast<int>(std::min(255.0, most / of.reading->profiles.directions * RangeProfiles::kWhole));
+	return static_cast<int>(std::min(255.0, most / in.profiles.directions * RangeProfiles::kWhole));
 }
 
-/// Compares a few beams with the overviews of some groups of a reading at all shifts.
-void look_at(const GroupsOfReading& of, const std::vector<std::int32_t>& groups, CheapestPairs& cheapest)
+/// Compares a few beams with the overviews of some groups of a map at all shifts.
+void compare_overviews(
+    const ScanInMap& in, const std::vector<std::int32_t>& groups, int truncation, CheapestPairs& cheapest)
 {
-	const auto& [profiles, scan, allowed] = *of.reading;
 	constexpr std::size_t kTogether = 32;
-	const auto directions = static_cast<std::size_t>(profiles.directions);
+	const auto directions = static_cast<std::size_t>(in.profiles.directions);
+	const OverviewScan few{
+	    in.overview_beams.data(), in.overview_beams.size(), in.profiles.directions,
+	    static_cast<std::uint8_t>(truncation)};
 	const std::size_t stride = 2 * directions + RangeProfiles::kBlock;
 	thread_local std::vector<std::uint8_t> rows;  // kept for the next query
 	thread_local std::vector<CheapPair> found;
 	rows.resize(kTogether * stride);
 	found.resize(kTogether * directions);
-	const auto overview_of = [&groups, &index = profiles](std::size_t i)
-	{ return index.overview_of(static_cast<std::size_t>(groups[i])); };
+	const auto overview_of = [&](std::size_t i)
+	{ return in.profiles.overview_of(static_cast<std::size_t>(groups[i])); };
 	for (std::size_t first = 0; first < groups.size(); first += kTogether)
 	{
 		const std::size_t last = std::min(first + kTogether, groups.size());
@@ -105,72 +103,29 @@ void look_at(const GroupsOfReading& of, const std::vector<std::int32_t>& groups,
 			for (std::uint8_t* half : {row, row + directions}) std::copy_n(overview_of(i), directions, half);
 			if (i + kTogether < groups.size()) prefetch(overview_of(i + kTogether), directions);
 		}
-		const std::size_t cheap = find_cheap_pairs(rows.data(), last - first, of.few, cheapest.most(), found.data());
+		const std::size_t cheap = find_cheap_pairs(rows.data(), last - first, few, cheapest.most(), found.data());
 		for (std::size_t i = 0; i < cheap; i++)
 		{
 			const std::int32_t group = groups[first + found[i].row];
-			if (allowed.allows_any({group, found[i].shift, found[i].cost}))
-				cheapest.add({group + of.first, found[i].shift, found[i].cost});
+			if (in.allowed.allows_any({group, found[i].shift, found[i].cost}))
+				cheapest.add({group + in.first_group, found[i].shift, found[i].cost});
 		}
 		cheapest.lower_limit();
 	}
 }
 
-/// Looks at the groups where `least` to `most` beams are missing.
-void look_where_missing(const GroupsOfReading& of, int least, int most, CheapestPairs& cheapest)
+/// Returns the groups of a map where `least` to `most` beams are missing.
+void find_groups_where_missing(
+    const ScanInMap& in, const std::uint8_t* missing, int least, int most, std::vector<std::int32_t>& groups)
 {
 	constexpr std::size_t kBlock = RangeProfiles::kBlock;
-	thread_local std::vector<std::int32_t> groups;  // kept for the next query
 	groups.clear();
-	for (std::size_t block = 0; block < of.allowed.size(); block++)
+	for (std::size_t block = 0; block < in.allowed_groups.size(); block++)
 	{
-		std::uint64_t left = of.allowed[block] & groups_between(of.missing + block * kBlock, least, most);
+		std::uint64_t left = in.allowed_groups[block] & groups_between(missing + block * kBlock, least, most);
 		for (; left != 0; left &= left - 1)
 			groups.push_back(static_cast<std::int32_t>(block * kBlock) + __builtin_ctzll(left));
 	}
-	look_at(of, groups, cheapest);
-}
-
-/// Returns the beams that overviews are compared with, once for readings in a row with the same quantized scan.
-std::deque<std::vector<OverviewBeam>> few_beams_of(
-    const std::vector<ReadingToSearch>& readings, const CoarseSearchParameters& parameters)
-{
-	std::deque<std::vector<OverviewBeam>> beams;
-	for (std::size_t i = 0; i < readings.size(); i++)
-		if (i == 0 || &readings[i].scan != &readings[i - 1].scan)
-			beams.push_back(overview_beams(readings[i].profiles, readings[i].scan, parameters));
-	return beams;
-}
-
-/// Finds the missing beams of all groups of all readings.
-/// \param few see few_beams_of()
-/// \param missing memory for them, which is kept from query to query
-std::vector<GroupsOfReading> groups_of(
-    const std::vector<ReadingToSearch>& readings, const std::deque<std::vector<OverviewBeam>>& few, int truncation,
-    std::vector<std::uint8_t>& missing)
-{
-	constexpr std::size_t kBlock = RangeProfiles::kBlock;
-	const auto whole_blocks = [](const ReadingToSearch& reading)
-	{ return (reading.profiles.groups() + kBlock - 1) / kBlock * kBlock; };
-	std::size_t size = 0;
-	for (const ReadingToSearch& reading : readings) size += whole_blocks(reading);
-	missing.resize(size);
-	std::vector<GroupsOfReading> all;
-	std::uint8_t* next = missing.data();
-	std::size_t first = 0;
-	auto beams = few.begin();
-	for (const ReadingToSearch& reading : readings)
-	{
-		const auto& [profiles, scan, allowed] = reading;
-		if (!all.empty() && &scan != &all.back().reading->scan) ++beams;
-		const OverviewScan beams_here{
-		    beams->data(), beams->size(), profiles.directions, static_cast<std::uint8_t>(truncation)};
-		all.push_back({&reading, static_cast<std::int32_t>(first), next, beams_here, allowed.groups()});
-		find_missing_beams(profiles, scan, next);
-		next += whole_blocks(reading);
-		first += profiles.groups();
-	}
-	return all;
 }
 }  // namespace
 
@@ -185,22 +140,53 @@ std::uint32_t overview_margin(const QuantizedScan& scan, const CoarseSearchParam
 	return static_cast<std::uint32_t>(parameters.margin * std::sqrt(beams));
 }
 
-void search_overviews(
-    const std::vector<ReadingToSearch>& readings, const CoarseSearchParameters& parameters, std::vector<Pair>& pairs)
+std::vector<ScanInMap> scan_in_maps(
+    const std::vector<SearchedMap>& maps, const Scan& scan, const CoarseSearchParameters& parameters)
 {
-	thread_local std::vector<std::uint8_t> missing;  // kept for the next query
-	const int truncation = parameters.truncation;
-	const auto few = few_beams_of(readings, parameters);
-	const std::vector<GroupsOfReading> all = groups_of(readings, few, truncation, missing);
-	const std::uint32_t margin = overview_margin(readings.front().scan, parameters);
-	CheapestPairs cheapest(margin, static_cast<std::size_t>(parameters.max_pairs), pairs);
+	std::vector<ScanInMap> scans;
+	scans.reserve(maps.size());
+	std::size_t group = 0, position = 0, block = 0;
+	for (const SearchedMap& map : maps)
+	{
+		const RangeProfiles& profiles = map.profiles;
+		QuantizedScan quantized = quantize(scan, profiles, parameters);
+		auto beams = overview_beams(profiles, quantized, parameters);
+		scans.push_back(
+		    {profiles,
+		     std::move(quantized),
+		     std::move(beams),
+		     {profiles, map.prior, scan, map.parameters.coarse_search.spacing}});
+		scans.back().first_group = static_cast<std::int32_t>(group);
+		scans.back().first_position = static_cast<std::int32_t>(position);
+		scans.back().first_block = block;
+		group += profiles.groups();
+		position += profiles.size();
+		block += scans.back().allowed_groups.size();
+	}
+	return scans;
+}
 
-	const int of_few = missing_at_few(all);
-	for (const GroupsOfReading& of : all) look_where_missing(of, 0, of_few, cheapest);
+void search_overviews(
+    const std::vector<ScanInMap>& scans, const CoarseSearchParameters& parameters, std::vector<Pair>& pairs)
+{
+	thread_local std::vector<std::uint8_t> missing;  // of all maps; kept for the next query
+	thread_local std::vector<std::int32_t> groups;   // kept for the next query
+	missing.resize((scans.back().first_block + scans.back().allowed_groups.size()) * RangeProfiles::kBlock);
+	for (const ScanInMap& in : scans)
+		find_missing_beams(in.profiles, in.scan, missing.data() + in.first_block * RangeProfiles::kBlock);
+	CheapestPairs cheapest(
+	    overview_margin(scans.front().scan, parameters), static_cast<std::size_t>(parameters.max_pairs), pairs);
+	const auto compare_where_missing = [&](const ScanInMap& in, int least, int most)
+	{
+		find_groups_where_missing(in, missing_in(in, missing), least, most, groups);
+		compare_overviews(in, groups, parameters.truncation, cheapest);
+	};
+
+	const int few = missing_at_few(scans, missing);
+	for (const ScanInMap& in : scans) compare_where_missing(in, 0, few);
 	const auto least = static_cast<double>(cheapest.least());
-	for (const GroupsOfReading& of : all)
-		if (const int most = most_missing(of, least, parameters); most > of_few)
-			look_where_missing(of, of_few + 1, most, cheapest);
+	for (const ScanInMap& in : scans)
+		if (const int most = most_missing(in, least, parameters); most > few) compare_where_missing(in, few + 1, most);
 	cheapest.drop_costly();
 }
 }  // namespace d2s1r

@@ -4,19 +4,29 @@
 #include <vector>
 
 #include "coarse/allowed_pairs.h"
+#include "coarse/coarse_kernel.h"
 #include "coarse/coarse_pairs.h"
 #include "coarse/quantized_scan.h"
-#include "coarse/range_profiles.h"
+#include "coarse/searched_map.h"
 
 namespace d2s1r
 {
-/// A reading of a map that a scan is looked for in. It refers to its members.
-struct ReadingToSearch
+/// What the coarse search makes of a scan in one of the maps that are searched together.
+struct ScanInMap
 {
 	const RangeProfiles& profiles;
-	const QuantizedScan& scan;  //!< quantized as the profiles are
-	const AllowedPairs& allowed;
+	QuantizedScan scan;                                            //!< as the profiles are
+	std::vector<OverviewBeam> overview_beams;                      //!< which overviews are compared with
+	AllowedPairs allowed;                                          //!< by the prior of the map
+	std::vector<std::uint64_t> allowed_groups = allowed.groups();  //!< by block
+	std::int32_t first_group = 0, first_position = 0;  //!< numbers of the map's first ones among those of all maps
+	std::size_t first_block = 0;                       //!< [-] the same of whole blocks of groups
 };
+
+/// Quantizes a scan for each map.
+/// \param maps one or more, whose profiles have the same number of directions
+std::vector<ScanInMap> scan_in_maps(
+    const std::vector<SearchedMap>& maps, const Scan& scan, const CoarseSearchParameters& parameters);
 
 /// Returns how many beams of a scan overviews are compared with: as many as have costs that a byte can sum up.
 std::size_t count_overview_beams(const QuantizedScan& scan, int truncation);
@@ -26,10 +36,10 @@ std::uint32_t overview_margin(const QuantizedScan& scan, const CoarseSearchParam
 
 /// Compares a few beams with the overviews of the groups, at the shifts that are allowed: first of the groups whose
 /// range histograms are most like the scan's, then of all that may explain it as well as the best of those. Several
-/// readings are searched as if they were one: what is found in one leaves out what is too costly in another.
-/// \param readings one or more, with the same number of directions
+/// maps are searched as if they were one: what is found in one leaves out what is too costly in another.
+/// \param scans by map
 /// \param pairs [2 steps] the cheapest pairs of group and shift, within the limits that coarse_search.h tells. The
-///        groups of all readings are counted on, from one to the next.
+///        groups of all maps are counted on, from one to the next.
 void search_overviews(
-    const std::vector<ReadingToSearch>& readings, const CoarseSearchParameters& parameters, std::vector<Pair>& pairs);
+    const std::vector<ScanInMap>& scans, const CoarseSearchParameters& parameters, std::vector<Pair>& pairs);
 }  // namespace d2s1r

@@ -4,19 +4,10 @@
 #include <vector>
 
 #include "base/index_file.h"
-#include "coarse/range_profiles.h"
-#include "ranges/beam_tracer.h"
-#include "ranges/distance_field.h"
+#include "coarse/searched_map.h"
 
 namespace d2s1r
 {
-/// One reading of a map, in which the default method refines and scores poses.
-struct MapReading
-{
-	DistanceField field;  //!< for refinement and scores
-	BeamTracer tracer;    //!< for scores
-};
-
 /// The index of the default method: the map as it is drawn and, if its walls are so thick that it may have been
 /// smeared, the map with their surfaces deeper inside the walls, too. Only scans can tell which of the two is right.
 /// The coarse search is less exact than they differ, so that it looks for candidates of both in the last one.
@@ -24,6 +15,12 @@ struct DefaultIndex
 {
 	RangeProfiles profiles;            //!< for the coarse search
 	std::vector<MapReading> readings;  //!< at least one; the map as it is drawn comes first
+
+	/// Returns the map for a search, which refers to the index and the arguments. See SearchedMap.
+	SearchedMap searched(const Prior& prior, const Parameters& parameters, std::size_t number = 0) const
+	{
+		return {profiles, readings, prior, parameters, number};
+	}
 };
 
 /// Reads an index that save() wrote.

@@ -6,177 +6,140 @@
 #include <utility>
 
 #include "answer/distinct_poses.h"
-#include "base/scoped_timer.h"
+#include "engine/search_effort.h"
 #include "fine/refinement.h"
 
 namespace d2s1r
 {
 namespace
 {
-/// What the candidates that were judged tell.
-struct Look
+/// Measures how much wall-clock time each stage takes.
+class StageClock
 {
-	Decision decision;
-	std::vector<std::vector<Place>> places;  //!< by what is refined at once (Found), best first
-	double localized_above = 0;              //!< [probability] of the map of the best place
-	bool is_partial = false;                 //!< candidates were left out that the whole search has
-	bool is_safe = false;  //!< those cost so much that none of them can be the true place instead of the answer
+   public:
+	/// Adds the time since the last lap to that of a stage.
+	void lap(double StageTimes::*stage_ms)
+	{
+		const double now_ms = 1e3 * watch_.Tac();
+		times_.*stage_ms += now_ms - before_ms_;
+		before_ms_ = now_ms;
+	}
+
+	const StageTimes& times() const { return times_; }
+
+   private:
+	mrpt::system::CTicTac watch_;
+	double before_ms_ = 0;
+	StageTimes times_;
 };
 
-/// Returns the limits of the looks that are made, one after the other, until the answer is clear.
-std::vector<Parameters> looks(const Parameters& whole)
+/// The subsets of a scan's beams that the stages use.
+struct BeamSubsets
 {
-	if (whole.first_look.effort >= 1) return {whole};
-	return {for_first_look(whole), whole};
+	explicit BeamSubsets(const Scan& scan) : few(few_beams(scan)), many(many_beams(scan)), all(all_beams(scan)) {}
+
+	BeamSubset few, many, all;
+};
+
+/// What a look has found.
+struct Verdict
+{
+	std::vector<Place> places;  //!< best first
+	Decision decision;
+	bool is_whole = false;  //!< all candidates of the whole search were judged
+	bool is_safe = false;   //!< all that were not cost far more than that of the answer
+};
+
+/// Returns the confidence [probability] that an answer must have to be localized, by the map of its best place.
+double needed_confidence(const Decision& decision, const std::vector<SearchedMap>& maps)
+{
+	const std::size_t best = decision.maps.empty() ? 0 : decision.maps.front();
+	return maps[best].parameters.scoring.localized_above;
 }
 
 /// Returns whether an answer leaves much less doubt than a localized frame may.
-/// \param localized_above [probability] of the map of its best place
-bool is_clear(const Localization& answer, double localized_above)
+bool is_clear(const Decision& decision, const std::vector<SearchedMap>& maps)
 {
 	constexpr double kDoubt = 0.1;  // [-] share of what it may leave
-	return 1 - answer.confidence < kDoubt * (1 - localized_above);
+	return 1 - decision.answer.confidence < kDoubt * (1 - needed_confidence(decision, maps));
 }
 
 /// Returns the cost [step] of the cheapest candidate at the place of an answer; infinity if there is none.
-double cost_of(const Decision& decision, const Scan& scan, const Found& found)
+double cost_of(const Decision& decision, const Scan& scan, const std::vector<Candidate>& candidates)
 {
 	if (decision.answer.hypotheses.empty()) return HUGE_VAL;
 	const mrpt::math::TPose2D sensor = decision.answer.best().pose.asTPose() + scan.sensor_on_robot;
 	const auto is_there = [&](const Candidate& candidate)
 	{
-		return found.readings[candidate.reading].map == decision.maps.front() &&
+		return candidate.map->number == decision.maps.front() &&
 		       are_near(candidate.pose, sensor, kPlaceDistance, kPlaceYaw);
 	};
-	const auto cheapest = std::find_if(found.candidates.begin(), found.candidates.end(), is_there);
-	return cheapest == found.candidates.end() ? HUGE_VAL : cheapest->cost;
+	const auto cheapest = std::find_if(candidates.begin(), candidates.end(), is_there);
+	return cheapest == candidates.end() ? HUGE_VAL : cheapest->cost;
 }
 
 /// Makes a localized answer ambiguous.
-/// \param localized_above [probability] of the map of its best place
-void doubt(Localization& answer, double localized_above)
+void doubt(Localization& answer, double needed_confidence)
 {
 	if (answer.status != Status::kLocalized) return;
-	const double share = localized_above / answer.confidence;
+	const double share = needed_confidence / answer.confidence;
 	for (Hypothesis& hypothesis : answer.hypotheses)
-		hypothesis.probability = std::min(share * hypothesis.probability, localized_above);
+		hypothesis.probability = std::min(share * hypothesis.probability, needed_confidence);
 	answer.confidence = answer.best().probability;
 	answer.status = Status::kAmbiguous;
 }
 
-/// The time that a query may take.
-class TimeBudget
+/// Says in the note of a rejected scan that a region was searched.
+void note_region(Localization& answer, const std::vector<SearchedMap>& maps)
 {
-   public:
-	/// \param budget [ms] 0: as much as it takes
-	explicit TimeBudget(double budget) : budget_ms_(budget > 0 ? budget : HUGE_VAL) {}
-
-	bool is_half_spent() const { return left_ms() < 0.5 * budget_ms_; }
-
-	/// Returns as many candidates as can be judged in the time that is left, of which the `following` readings [-]
-	/// shall have an equal share.
-	template <class Judge>
-	AffordableCandidates affordable(
-	    const Judge& judge, const std::vector<Candidate>& candidates, const Parameters& limits,
-	    std::ptrdiff_t following) const
-	{
-		return affordable_candidates(left_ms() / static_cast<double>(1 + following), candidates, limits, judge);
-	}
-
-   private:
-	double left_ms() const { return budget_ms_ - 1e3 * watch_.Tac(); }
-
-	double budget_ms_;
-	mrpt::system::CTicTac watch_;
-};
-
-/// What a query works with, and the time that its stages take.
-struct Work
-{
-	const Scan& scan;
-	TimeBudget budget;
-	StageTimes times;
-};
-
-/// Says what the places tell.
-Decision conclude(const Scan& scan, const std::vector<SearchedMap>& maps, const std::vector<Place>& places)
-{
-	std::vector<const Parameters*> parameters;
-	for (const SearchedMap& map : maps) parameters.push_back(&map.parameters);
-	Decision result = decide(scan, places, parameters);
 	const auto is_bounded = [](const SearchedMap& map) { return !map.prior.anywhere(); };
-	if (result.answer.status == Status::kRejected && std::any_of(maps.begin(), maps.end(), is_bounded))
-		result.answer.note = "no place in the given region explains the scan";
-	return result;
+	if (answer.status == Status::kRejected && std::any_of(maps.begin(), maps.end(), is_bounded))
+		answer.note = "no place in the given region explains the scan";
 }
 
-// The whole method: from candidates to places, from all readings of the maps to an answer, and one look after the
-// other.
-std::vector<Place> places_among(
-    const std::vector<Candidate>& candidates, const SearchedReadings& readings, const Parameters& limits,
-    const std::vector<Place>& known, Work& work)
+// The whole method: search candidates, judge them, decide; stop if the answer is clear and safe.
+std::vector<Place> judge(
+    const Scan& scan, const BeamSubsets& beams, const std::vector<Candidate>& candidates, const Parameters& limits,
+    const std::vector<Place>& known, StageClock& clock)
 {
-	const BeamSubset few = few_beams(work.scan), many = many_beams(work.scan), all = all_beams(work.scan);
-	const RefinementParameters& refinement = limits.refinement;
-	StageTimes& times = work.times;
-	const auto settled = timed(times.registration_ms, settle, readings, few, candidates, refinement);
-	const auto shortlist = timed(times.refinement_ms, make_shortlist, readings, few, settled, refinement);
-	const auto poses = timed(times.refinement_ms, refine, readings, many, shortlist, refinement);
-	return timed(times.refinement_ms, find_places, readings, work.scan, all, poses, limits, known);
-}
-
-Look look_at(
-    const std::vector<SearchedMap>& maps, const std::vector<Found>& found, const Parameters& limits, double less,
-    const Look& before, Work& work)
-{
-	Look look;
-	double complete_below = found.front().complete_below;
-	std::vector<Place> places;
-	for (std::size_t i = 0; i < found.size(); i++)
-	{
-		const Found& here = found[i];
-		// What is measured must not be what is known already.
-		const auto judge_anew = [&](const auto& some, const auto& with)
-		{ return places_among(some, here.readings, with, {}, work); };
-		const auto some = work.budget.affordable(judge_anew, here.candidates, limits, &found.back() - &here);
-		const auto known = before.places.empty() ? std::vector<Place>() : before.places[i];
-		look.places.push_back(places_among(some.candidates, here.readings, some.parameters, known, work));
-		places = merged_places(std::move(places), look.places.back(), limits.scoring);
-		if (some.candidates.size() == here.candidates.size()) continue;
-		look.is_partial = true;
-		complete_below = std::min(complete_below, here.candidates[some.candidates.size()].cost);
-	}
-	look.decision = timed(work.times.refinement_ms, conclude, work.scan, maps, places);
-	const std::size_t of_best = look.decision.maps.empty() ? 0 : look.decision.maps.front();
-	look.localized_above = maps[of_best].parameters.scoring.localized_above;
-	look.is_safe = cost_of(look.decision, work.scan, found.front()) + less <= complete_below;
-	return look;
+	const auto settled = settle(beams.few, candidates, limits.refinement);
+	clock.lap(&StageTimes::registration_ms);
+	const auto shortlist = make_shortlist(beams.few, settled, limits.refinement);
+	const auto refined = refine(beams.many, shortlist, limits.refinement);
+	auto places = find_places(scan, beams.all, refined, limits, known);
+	clock.lap(&StageTimes::refinement_ms);
+	return places;
 }
 }  // namespace
 
 Decision localize_default(const Scan& scan, const std::vector<SearchedMap>& maps, double time_budget)
 {
-	Work work{scan, TimeBudget(time_budget), {}};
-	const std::vector<Parameters> all = looks(limits_of_search(maps));
-	const auto begin = [&] { return SearchOfMaps(maps, scan, all.back().coarse_search); };
-	SearchOfMaps search = timed(work.times.retrieval_ms, begin);
-	const double less = (1 - kFirstShare) * search.margin();
-	Look look;
-	for (const Parameters& limits : all)
+	const TimeBudget budget(time_budget);
+	const BeamSubsets beams(scan);
+	const std::vector<Parameters> looks = first_and_whole_look(limits_of_search(maps));
+	StageClock clock;
+	CoarseSearch search(maps, scan, looks.back().coarse_search);
+	Verdict verdict;
+	for (const Parameters& look : looks)
 	{
-		const bool is_last = &limits == &all.back();
-		const auto find = [&] { return search.found(limits.coarse_search); };
-		const std::vector<Found> found = timed(work.times.retrieval_ms, find);
-		const auto& [readings, candidates, complete_below] = found.front();
-		if (!is_last && (candidates.empty() || candidates.front().cost + less > complete_below)) continue;
-		look = look_at(maps, found, limits, less, look, work);
-		look.is_partial |= !is_last;
-		if (work.budget.is_half_spent() || (look.is_safe && is_clear(look.decision.answer, look.localized_above)))
-			break;
+		const bool is_last = &look == &looks.back();
+		CandidateList found = search.candidates(look.coarse_search);
+		clock.lap(&StageTimes::retrieval_ms);
+		if (!is_last && !may_be_safe(found, search.margin())) continue;
+		const auto trial = [&](const auto& candidates, const Parameters& limits)
+		{ judge(scan, beams, candidates, limits, {}, clock); };
+		const Parameters limits = keep_affordable(budget.left(), look, trial, found);
+		verdict.places = judge(scan, beams, found.candidates, limits, verdict.places, clock);
+		verdict.decision = decide(scan, verdict.places, maps);
+		verdict.is_whole = is_last && found.is_whole;
+		verdict.is_safe = is_safe(cost_of(verdict.decision, scan, found.candidates), found, search.margin());
+		if (budget.is_half_spent() || (verdict.is_safe && is_clear(verdict.decision, maps))) break;
 	}
-	if (look.is_partial && !look.is_safe) doubt(look.decision.answer, look.localized_above);
-	look.decision.answer.times = work.times;
-	return std::move(look.decision);
+	Localization& answer = verdict.decision.answer;
+	if (!verdict.is_whole && !verdict.is_safe) doubt(answer, needed_confidence(verdict.decision, maps));
+	note_region(answer, maps);
+	answer.times = clock.times();
+	return std::move(verdict.decision);
 }
 
 std::optional<Localization> refusal_of(const Scan& scan, const ScanParameters& parameters)
@@ -191,39 +154,14 @@ std::optional<Hypothesis> hypothesis_near(
 {
 	Parameters lenient = parameters;
 	lenient.scoring.rejected_below = 0;
-	const std::vector<Candidate> here{Candidate{robot + scan.sensor_on_robot}};
-	Work work{scan, TimeBudget(0), {}};
-	std::vector<Place> places;
 	const Prior anywhere;
-	for (const auto& [field, tracer] : index.readings)
-	{
-		const SearchedReadings reading = {{field, tracer, lenient, anywhere, 0}};
-		places = merged_places(std::move(places), places_among(here, reading, lenient, {}, work), lenient.scoring);
-	}
-	const Localization result = decide(scan, places, lenient);
-	if (result.hypotheses.empty()) return std::nullopt;
-	Hypothesis hypothesis = result.best();
+	const std::vector<SearchedMap> maps = {index.searched(anywhere, lenient)};
+	const std::vector<Candidate> candidates = {{robot + scan.sensor_on_robot, 0, &maps.front()}};
+	StageClock clock;
+	const Decision decision = decide(scan, judge(scan, BeamSubsets(scan), candidates, lenient, {}, clock), maps);
+	if (decision.answer.hypotheses.empty()) return std::nullopt;
+	Hypothesis hypothesis = decision.answer.best();
 	hypothesis.probability = 0;
 	return hypothesis;
-}
-
-AffordableCandidates affordable_candidates(
-    double budget, std::vector<Candidate> candidates, const Parameters& parameters,
-    const std::function<void(const std::vector<Candidate>&, const Parameters&)>& judge)
-{
-	constexpr std::size_t kSample = 16;  // [-] one in this many of the most candidates shows what one costs
-	constexpr double kReserve = 0.8;     // [-] share of the time left that is planned with
-	const std::size_t least = static_cast<std::size_t>(parameters.coarse_search.candidates) / kSample;
-	if (least == 0 || candidates.size() <= least || std::isinf(budget)) return {std::move(candidates), parameters};
-	const auto all = static_cast<double>(candidates.size()), sample = static_cast<double>(least);
-	const std::vector<Candidate> first(candidates.begin(), candidates.begin() + static_cast<std::ptrdiff_t>(least));
-	double spent_ms = 0;
-	{
-		const ScopedTimer timer(spent_ms);
-		judge(first, with_share_of_effort(parameters, sample / all));
-	}
-	const double affordable = std::clamp(kReserve * (budget - spent_ms) / spent_ms * sample, sample, all);
-	candidates.resize(static_cast<std::size_t>(affordable));
-	return {std::move(candidates), with_share_of_effort(parameters, affordable / all)};
 }
 }  // namespace d2s1r

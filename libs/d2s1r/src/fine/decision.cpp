@@ -18,7 +18,7 @@ using mrpt::math::TPose2D;
 double temperature(const Place& best, const ScoringParameters& parameters)
 {
 	const double of_scan = parameters.temperature + parameters.temperature_by_beam * best.score.contradicted;
-	return (1 + parameters.temperature_by_tolerance * best.tolerance) * of_scan;
+	return (1 + parameters.temperature_by_tolerance * best.field().tolerance()) * of_scan;
 }
 
 /// Returns the likelihood [0, 1] of a place relative to that of the best one, tempered.
@@ -43,7 +43,7 @@ std::vector<Place> distinct_places(std::vector<Place> poses, const ScoringParame
 	for (Place& pose : poses)
 	{
 		pose.weight = weight_of(pose, poses.front(), parameters);
-		if (distinct.add(pose.pose, pose.map)) places.push_back(pose);
+		if (distinct.add(pose.pose, pose.map->number)) places.push_back(pose);
 	}
 	return places;
 }
@@ -69,13 +69,12 @@ struct MapEvidence
 	double log_odds = 0;            //!< that one of them is right
 };
 
-std::vector<MapEvidence> evidence_by_map(
-    const std::vector<Place>& places, const std::vector<const Parameters*>& parameters)
+std::vector<MapEvidence> evidence_by_map(const std::vector<Place>& places, const std::vector<SearchedMap>& maps)
 {
-	std::vector<MapEvidence> evidence(parameters.size());
+	std::vector<MapEvidence> evidence(maps.size());
 	for (const Place& place : places)
 	{
-		MapEvidence& of_map = evidence[place.map];
+		MapEvidence& of_map = evidence[place.map->number];
 		of_map.mass += place.weight;
 		if (!of_map.best)
 			of_map.best = &place;
@@ -85,7 +84,7 @@ std::vector<MapEvidence> evidence_by_map(
 	for (std::size_t map = 0; map < evidence.size(); map++)
 		if (evidence[map].best)
 			evidence[map].log_odds =
-			    log_odds_of_presence(*evidence[map].best, evidence[map].second, parameters[map]->scoring);
+			    log_odds_of_presence(*evidence[map].best, evidence[map].second, maps[map].parameters.scoring);
 	return evidence;
 }
 
@@ -106,9 +105,9 @@ struct Likely
 /// Returns the places with their probabilities, the most probable first, and sets the probability `present` that one of
 /// them is right.
 std::vector<Likely> probabilities_of(
-    const std::vector<Place>& places, const std::vector<const Parameters*>& parameters, double& present)
+    const std::vector<Place>& places, const std::vector<SearchedMap>& maps, double& present)
 {
-	const std::vector<MapEvidence> evidence = evidence_by_map(places, parameters);
+	const std::vector<MapEvidence> evidence = evidence_by_map(places, maps);
 	double mass = 0, greatest = -std::numeric_limits<double>::infinity();
 	for (const MapEvidence& of_map : evidence)
 	{
@@ -122,7 +121,7 @@ std::vector<Likely> probabilities_of(
 	std::vector<Likely> likely;
 	for (const Place& place : places)
 	{
-		const double of_map = std::exp(evidence[place.map].log_odds - greatest) / mean_odds;
+		const double of_map = std::exp(evidence[place.map->number].log_odds - greatest) / mean_odds;
 		likely.push_back({&place, present * place.weight / mass * of_map});
 	}
 	std::stable_sort(
@@ -131,78 +130,66 @@ std::vector<Likely> probabilities_of(
 }
 
 /// Returns whether the map and its prior allow a robot whose sensor has this pose.
-bool is_possible(const SearchedReading& in, const Scan& scan, const TPose2D& sensor)
+bool is_possible(const PoseInMap& sensor, const Scan& scan)
 {
-	return in.tracer.may_stand(sensor) && in.prior.allows(sensor + (TPose2D() - scan.sensor_on_robot));
+	const TPose2D robot_on_sensor = TPose2D() - scan.sensor_on_robot;
+	return sensor.tracer().may_stand(sensor.pose) && sensor.map->prior.allows(sensor.pose + robot_on_sensor);
+}
+
+Score score_of(const PoseInMap& sensor, const BeamSubset& all)
+{
+	return score(sensor.tracer(), sensor.field(), all, sensor.pose, sensor.parameters().scoring.beam_model);
 }
 
 /// Scores the poses that are possible.
 /// \return best first
-std::vector<Place> scored_places(
-    const SearchedReadings& readings, const Scan& scan, const BeamSubset& all, const std::vector<RefinedPose>& poses)
+std::vector<Place> scored_places(const Scan& scan, const BeamSubset& all, const std::vector<RefinedPose>& poses)
 {
 	std::vector<Place> scored;
-	for (const auto& [pose, fit, reading] : poses)
-	{
-		const SearchedReading& in = readings[reading];
-		if (!is_possible(in, scan, pose)) continue;
-		Place& place = scored.emplace_back();
-		place.pose = place.scored_at = pose;
-		place.score = score(in.tracer, in.field, all, pose, in.parameters.scoring.beam_model);
-		place.tolerance = in.field.tolerance();
-		place.reading = reading;
-		place.map = in.map;
-	}
+	for (const PoseInMap& pose : poses)
+		if (is_possible(pose, scan)) scored.push_back({pose, score_of(pose, all), pose.pose});
 	sort_best_first(scored);
 	return scored;
 }
 
 /// Polishes the best of `scored`, best first, and scores them anew.
-void polish_best(
-    const SearchedReadings& readings, const Scan& scan, const BeamSubset& all, const RefinementParameters& limits,
-    std::vector<Place>& scored)
+void polish_best(const Scan& scan, const BeamSubset& all, std::size_t most, std::vector<Place>& scored)
 {
 	const double least = scored.empty() ? 0 : scored.front().score.log_likelihood - kHopeless;
-	const std::size_t to_polish = std::min(scored.size(), most_poses(Stage::kPolished, limits));
-	for (std::size_t i = 0; i < to_polish && scored[i].score.log_likelihood >= least; i++)
+	for (std::size_t i = 0; i < std::min(scored.size(), most) && scored[i].score.log_likelihood >= least; i++)
 	{
-		const SearchedReading& in = readings[scored[i].reading];
-		const TPose2D pose = polish(in.field, all, scored[i].pose, in.parameters.refinement);
-		if (!is_possible(in, scan, pose)) continue;
-		scored[i].pose = pose;
-		const Score polished = score(in.tracer, in.field, all, pose, in.parameters.scoring.beam_model);
-		if (polished.log_likelihood > scored[i].score.log_likelihood)
-		{
-			scored[i].score = polished;
-			scored[i].scored_at = pose;
-		}
+		PoseInMap polished = scored[i];
+		polished.pose = polish(polished.field(), all, polished.pose, polished.parameters().refinement);
+		if (!is_possible(polished, scan)) continue;
+		scored[i].pose = polished.pose;
+		const Score score = score_of(polished, all);
+		if (score.log_likelihood <= scored[i].score.log_likelihood) continue;
+		scored[i].score = score;
+		scored[i].scored_at = polished.pose;
 	}
 }
 
 /// Returns the place with the pose of `place`; null if there is none.
 const Place* same_in(const std::vector<Place>& known, const Place& place)
 {
-	const auto is_same = [&](const Place& other) { return other.pose == place.pose && other.reading == place.reading; };
+	const auto is_same = [&](const Place& other)
+	{ return other.pose == place.pose && other.map == place.map && other.reading == place.reading; };
 	const auto same = std::find_if(known.begin(), known.end(), is_same);
 	return same == known.end() ? nullptr : &*same;
 }
 
 /// Gives the best of `places`, best first, the best score that is found near them.
-void compare_best(
-    const SearchedReadings& readings, const BeamSubset& all, const RefinementParameters& limits,
-    const std::vector<Place>& known, std::vector<Place>& places)
+void compare_best(const BeamSubset& all, std::size_t most, const std::vector<Place>& known, std::vector<Place>& places)
 {
 	constexpr double kNegligible = 1e-3;  // [-] a place of this weight is not compared
-	const std::size_t to_compare = std::min(places.size(), most_poses(Stage::kCompared, limits));
-	for (std::size_t i = 0; i < to_compare && places[i].weight > kNegligible; i++)
+	for (std::size_t i = 0; i < std::min(places.size(), most) && places[i].weight > kNegligible; i++)
 	{
 		Place& place = places[i];
-		const SearchedReading& in = readings[place.reading];
 		const Place* const same = same_in(known, place);
-		const ScoredPose best =
-		    same && same->is_compared
-		        ? ScoredPose{same->scored_at, same->score}
-		        : best_score_near(in.tracer, in.field, all, place.pose, in.parameters.scoring.beam_model);
+		const ScoredPose best = same && same->is_compared ? ScoredPose{same->scored_at, same->score}
+		                                                  : best_score_near(
+		                                                        place.tracer(), place.field(), all, place.pose,
+		                                                        place.parameters().scoring.beam_model);
 		place.is_compared = true;
 		if (best.score.log_likelihood <= place.score.log_likelihood) continue;
 		place.score = best.score;
@@ -212,62 +199,50 @@ void compare_best(
 }  // namespace
 
 std::vector<Place> find_places(
-    const SearchedReadings& readings, const Scan& scan, const BeamSubset& all, const std::vector<RefinedPose>& poses,
-    const Parameters& limits, const std::vector<Place>& known)
+    const Scan& scan, const BeamSubset& all, const std::vector<RefinedPose>& poses, const Parameters& limits,
+    const std::vector<Place>& known)
 {
-	std::vector<Place> places = scored_places(readings, scan, all, poses);
-	polish_best(readings, scan, all, limits.refinement, places);
+	std::vector<Place> places = scored_places(scan, all, poses);
+	polish_best(scan, all, most_poses(Stage::kPolished, limits.refinement), places);
 	places = distinct_places(std::move(places), limits.scoring);
-	compare_best(readings, all, limits.refinement, known, places);
+	compare_best(all, most_poses(Stage::kCompared, limits.refinement), known, places);
 	places = distinct_places(std::move(places), limits.scoring);
 	const std::size_t listed = std::min(places.size(), static_cast<std::size_t>(limits.scoring.hypotheses));
 	for (std::size_t i = 0; i < listed; i++)
 	{
-		const SearchedReading& in = readings[places[i].reading];
-		const Place* const same = same_in(known, places[i]);
-		places[i].covariance = same && !same->covariance.isZero(0)
-		                           ? same->covariance
-		                           : pose_covariance(in.field, all, places[i].pose, in.parameters.refinement);
+		Place& place = places[i];
+		const Place* const same = same_in(known, place);
+		place.covariance = same && !same->covariance.isZero(0)
+		                       ? same->covariance
+		                       : pose_covariance(place.field(), all, place.pose, place.parameters().refinement);
 	}
 	return places;
 }
 
-std::vector<Place> merged_places(std::vector<Place> a, std::vector<Place> b, const ScoringParameters& parameters)
-{
-	if (a.empty()) return b;
-	a.insert(a.end(), b.begin(), b.end());
-	return distinct_places(std::move(a), parameters);
-}
-
-Decision decide(const Scan& scan, const std::vector<Place>& places, const std::vector<const Parameters*>& parameters)
+Decision decide(const Scan& scan, const std::vector<Place>& places, const std::vector<SearchedMap>& maps)
 {
 	const auto rejected = [] { return no_place(Status::kRejected, "no place in the map explains the scan"); };
 	if (places.empty()) return {rejected(), {}};
 	double present = 0;
-	const std::vector<Likely> likely = probabilities_of(places, parameters, present);
-	const ScoringParameters& scoring = parameters[likely.front().place->map]->scoring;
+	const std::vector<Likely> likely = probabilities_of(places, maps, present);
+	const ScoringParameters& scoring = likely.front().place->parameters().scoring;
 	if (present < scoring.rejected_below) return {rejected(), {}};
 	Decision result;
 	const auto most = static_cast<std::size_t>(scoring.hypotheses);
 	for (std::size_t i = 0; i < likely.size() && result.maps.size() < most; i++)
 	{
 		const Place& place = *likely[i].place;
-		if (i > 0 && place.covariance.isZero(0)) continue;  // of merged lists, not among the best of its own
+		if (i > 0 && place.covariance.isZero(0)) continue;  // only the odds of its map put it this far
 		const mrpt::math::CMatrixDouble33 covariance(place.covariance);
 		Hypothesis hypothesis = hypothesis_of_sensor(place.pose, covariance, scan.sensor_on_robot);
 		hypothesis.probability = likely[i].probability;
 		hypothesis.log_likelihood = place.score.log_likelihood;
 		hypothesis.explained = place.score.explained;
 		result.answer.hypotheses.push_back(hypothesis);
-		result.maps.push_back(place.map);
+		result.maps.push_back(place.map->number);
 	}
 	result.answer.confidence = result.answer.best().probability;
 	result.answer.status = result.answer.confidence > scoring.localized_above ? Status::kLocalized : Status::kAmbiguous;
 	return result;
-}
-
-Localization decide(const Scan& scan, const std::vector<Place>& places, const Parameters& parameters)
-{
-	return decide(scan, places, std::vector<const Parameters*>{&parameters}).answer;
 }
 }  // namespace d2s1r

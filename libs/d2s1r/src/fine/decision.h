@@ -2,7 +2,6 @@
 #pragma once
 
 #include <d2s1r/localization.h>
-#include <d2s1r/prior.h>
 
 #include <vector>
 
@@ -11,17 +10,13 @@
 
 namespace d2s1r
 {
-/// The best pose found at a place of the map.
-struct Place
+/// The best pose found at a place of a map.
+struct Place : PoseInMap
 {
-	mrpt::math::TPose2D pose;       //!< sensor in map, m and rad
 	Score score;                    //!< the best that was found at this place
 	mrpt::math::TPose2D scored_at;  //!< sensor in map, m and rad: where it was found, some centimetres beside
 	bool is_compared = false;       //!< whether that is the best within some centimetres
-	double tolerance = 0;           //!< [m] of the surfaces of the walls: see DistanceField
 	double weight = 0;              //!< [0, 1] likelihood relative to the best place, tempered
-	std::size_t reading = 0;        //!< [-] number of the reading that it is in, among those that were searched at once
-	std::size_t map = 0;            //!< [-] number of the map that it is in
 	/// Of pose (x, y, phi) [m^2, m rad, rad^2]; it is set for the places that may be listed.
 	Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
 };
@@ -31,12 +26,12 @@ struct Place
 /// otherwise a few centimetres would decide. Poses that the prior of their map rules out do not count. Poses are scored
 /// by the beam model of their own map: log-likelihoods are all against beams that end anywhere, so that they share one
 /// scale. Thread-safe.
-/// \param limits of numbers, for all maps together
-/// \param known places in the same readings that were found before: what they say of a pose is not computed again
+/// \param limits have the numbers for all maps together
+/// \param known places in the same maps that were found before: what they say of a pose is not computed again
 /// \return the places, best first
 std::vector<Place> find_places(
-    const SearchedReadings& readings, const Scan& scan, const BeamSubset& all, const std::vector<RefinedPose>& poses,
-    const Parameters& limits, const std::vector<Place>& known = {});
+    const Scan& scan, const BeamSubset& all, const std::vector<RefinedPose>& poses, const Parameters& limits,
+    const std::vector<Place>& known = {});
 
 /// An answer about one or several maps.
 struct Decision
@@ -59,12 +54,6 @@ struct Decision
 /// odds are divided by the square root of the number of maps: the more maps, the more places seem right by chance. The
 /// root was chosen by hand, on generated floors.
 /// \param places best first, of all maps
-/// \param parameters by the number of the map
-Decision decide(const Scan& scan, const std::vector<Place>& places, const std::vector<const Parameters*>& parameters);
-
-/// The same for one map. \return status, confidence and hypotheses (robot in map)
-Localization decide(const Scan& scan, const std::vector<Place>& places, const Parameters& parameters);
-
-/// Merges two lists of places, best first; of those at one place of a map it keeps the better one. Thread-safe.
-std::vector<Place> merged_places(std::vector<Place> a, std::vector<Place> b, const ScoringParameters& parameters);
+/// \param maps by their numbers
+Decision decide(const Scan& scan, const std::vector<Place>& places, const std::vector<SearchedMap>& maps);
 }  // namespace d2s1r

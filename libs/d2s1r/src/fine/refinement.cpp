@@ -99,14 +99,11 @@ TPose2D descend(const DistanceField& field, const BeamSubset& beams, TPose2D pos
 	return pose;
 }
 
-/// A candidate on its way to the walls.
-struct Settling
+/// A candidate on its way to the walls. Its fit is less the cost.
+struct Settling : RefinedPose
 {
-	TPose2D pose;                    //!< sensor in map, m and rad
-	const SearchedReading* reading;  //!< that the pose is in
-	double cost;                     //!< [-] that is subtracted from the fit
+	double cost;  //!< [-] that is subtracted from the fit
 	EndPointSums<3> sums{};
-	double fit = 0;  //!< [-] less the cost, higher is better
 };
 
 /// Sums up the end points at all poses, and drops those that fit worse than the best one by more than the margin.
@@ -116,8 +113,8 @@ void drop_poor(const BeamSubset& few, double width, double margin, std::vector<S
 	double best = -std::numeric_limits<double>::infinity();
 	for (Settling& at : poses)
 	{
-		const double kernel = width * at.reading->parameters.refinement.kernel;
-		at.sums = sum_end_points(at.reading->field, few.returns, at.pose, kernel);
+		const double kernel = width * at.parameters().refinement.kernel;
+		at.sums = sum_end_points(at.field(), few.returns, at.pose, kernel);
 		at.fit = fit_of(at.sums.fit, few.count) - at.cost;
 		best = std::max(best, at.fit);
 	}
@@ -134,7 +131,7 @@ std::vector<RefinedPose> best_distinct(std::vector<RefinedPose> poses, std::size
 	for (const auto& pose : poses)
 	{
 		if (kept.size() >= most) break;
-		if (distinct.add(pose.pose, pose.reading)) kept.push_back(pose);
+		if (distinct.add(pose.pose, 2 * pose.map->number + pose.reading)) kept.push_back(pose);
 	}
 	return kept;
 }
@@ -225,52 +222,43 @@ Way along_yaw(const Eigen::Matrix3d& covariance)
 }
 }  // namespace
 
-std::size_t most_poses(Stage stage, const RefinementParameters& limits)
+std::size_t most_poses(Stage stage, const RefinementParameters& parameters)
 {
-	auto most = static_cast<std::size_t>(limits.max_scored);
+	auto most = static_cast<std::size_t>(parameters.max_scored);
 	for (auto before = static_cast<std::size_t>(stage); before > 0; before--) most = (most + 2) / 3;
 	return most;
 }
 
 std::vector<RefinedPose> settle(
-    const SearchedReadings& readings, const BeamSubset& few, const std::vector<Candidate>& candidates,
-    const RefinementParameters& limits)
+    const BeamSubset& few, const std::vector<Candidate>& candidates, const RefinementParameters& parameters)
 {
 	std::vector<Settling> settling;
-	settling.reserve(candidates.size());
 	for (const Candidate& candidate : candidates)
-		settling.push_back({candidate.pose, &readings[candidate.reading], kCostWeight * candidate.cost});
+		for (std::size_t reading = 0; reading < candidate.map->readings.size(); reading++)
+			settling.push_back({{{candidate.pose, candidate.map, reading}}, kCostWeight * candidate.cost});
 	double width = kOfCandidate;
 	for (int i = 0; i < kSteps; i++)
 	{
-		drop_poor(few, width, limits.fit_margin, settling);
+		drop_poor(few, width, parameters.fit_margin, settling);
 		for (Settling& at : settling) at.pose = gauss_newton_step(at.sums, few.count, at.pose, kFirmDamping);
 		width = std::max(kSettled, width / 2);
 	}
-	drop_poor(few, width, limits.fit_margin, settling);
-	std::vector<RefinedPose> poses;
-	poses.reserve(settling.size());
-	for (const Settling& at : settling)
-		poses.push_back({at.pose, at.fit, static_cast<std::size_t>(at.reading - readings.data())});
-	return best_distinct(std::move(poses), most_poses(Stage::kScored, limits));
+	drop_poor(few, width, parameters.fit_margin, settling);
+	return best_distinct({settling.begin(), settling.end()}, most_poses(Stage::kScored, parameters));
 }
 
 std::vector<RefinedPose> make_shortlist(
-    const SearchedReadings& readings, const BeamSubset& few, const std::vector<RefinedPose>& poses,
-    const RefinementParameters& limits)
+    const BeamSubset& few, const std::vector<RefinedPose>& poses, const RefinementParameters& parameters)
 {
 	// (- log-likelihood, pose): best first, ties by fit
 	using Ranking = std::vector<std::pair<double, std::size_t>>;
-	const std::size_t most = most_poses(Stage::kRefined, limits);
+	const std::size_t most = most_poses(Stage::kRefined, parameters);
 	// what `of`, score() or log_likelihood_bound(), says of a pose
 	const auto judged = [&](const auto& of, const RefinedPose& at)
-	{
-		const SearchedReading& in = readings[at.reading];
-		return of(in.tracer, in.field, few, at.pose, in.parameters.scoring.beam_model);
-	};
+	{ return of(at.tracer(), at.field(), few, at.pose, at.parameters().scoring.beam_model); };
 	Ranking by_most;
 	for (std::size_t i = 0; i < poses.size(); i++)
-		if (readings[poses[i].reading].tracer.may_stand(poses[i].pose))
+		if (poses[i].tracer().may_stand(poses[i].pose))
 			by_most.emplace_back(-judged(log_likelihood_bound, poses[i]), i);
 	std::sort(by_most.begin(), by_most.end());
 	Ranking ranking;
@@ -289,37 +277,31 @@ std::vector<RefinedPose> make_shortlist(
 }
 
 std::vector<RefinedPose> refine(
-    const SearchedReadings& readings, const BeamSubset& beams, std::vector<RefinedPose> poses,
-    const RefinementParameters& limits)
+    const BeamSubset& many, std::vector<RefinedPose> poses, const RefinementParameters& parameters)
 {
-	const auto field_and_kernel = [&](const RefinedPose& at)
+	const auto descended = [&](RefinedPose from, int steps)
 	{
-		const SearchedReading& in = readings[at.reading];
-		return std::pair<const DistanceField&, double>(in.field, in.parameters.refinement.kernel);
+		const double kernel = from.parameters().refinement.kernel;
+		from.pose = descend(from.field(), many, from.pose, steps, kernel);
+		from.fit = fit_of(from.field(), many, from.pose, kNarrow * kernel);
+		return from;
 	};
-	for (RefinedPose& refined : poses)
-	{
-		const auto [field, kernel] = field_and_kernel(refined);
-		refined.pose = descend(field, beams, refined.pose, kSteps, kernel);
-		refined.fit = fit_of(field, beams, refined.pose, kNarrow * kernel);
-	}
+	for (RefinedPose& pose : poses) pose = descended(pose, kSteps);
 	std::stable_sort(poses.begin(), poses.end(), [](const auto& a, const auto& b) { return a.fit > b.fit; });
 
-	const std::size_t forked = std::min(poses.size(), most_poses(Stage::kRestarted, limits));
-	for (std::size_t i = 0; i < forked; i++)
+	const std::size_t restarted = std::min(poses.size(), most_poses(Stage::kRestarted, parameters));
+	for (std::size_t i = 0; i < restarted; i++)
 	{
-		const TPose2D start = poses[i].pose;
-		const std::size_t reading = poses[i].reading;
-		const auto [field, kernel] = field_and_kernel(poses[i]);
-		const Eigen::Vector2d open = open_direction(field, beams, start, kernel);
+		const RefinedPose start = poses[i];
+		const Eigen::Vector2d open =
+		    open_direction(start.field(), many, start.pose, start.parameters().refinement.kernel);
 		for (const double offset : kBeside)
 		{
-			TPose2D pose = start;
-			pose.x += offset * open.x();
-			pose.y += offset * open.y();
-			pose = descend(field, beams, pose, kStepsBeside, kernel);
-			if (const double fit = fit_of(field, beams, pose, kNarrow * kernel); fit > poses[i].fit)
-				poses.push_back({pose, fit, reading});
+			RefinedPose beside = start;
+			beside.pose.x += offset * open.x();
+			beside.pose.y += offset * open.y();
+			beside = descended(beside, kStepsBeside);
+			if (beside.fit > start.fit) poses.push_back(beside);
 		}
 	}
 	const std::size_t all = poses.size();

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <d2s1r/parameters.h>
-#include <d2s1r/prior.h>
 
 #include <Eigen/Core>
 
@@ -11,27 +10,12 @@
 
 namespace d2s1r
 {
-/// A reading of one of the maps that a scan is looked for in, and what belongs to that map. It refers to its members.
-struct SearchedReading
-{
-	const DistanceField& field;
-	const BeamTracer& tracer;
-	const Parameters& parameters;  //!< by which poses in this map are refined and scored
-	const Prior& prior;            //!< where in this map the robot may be
-	std::size_t map;               //!< [-] number of the map
-};
-
-/// What a scan is looked for in at once: poses name their reading by its number here, and all compete.
-using SearchedReadings = std::vector<SearchedReading>;
-
 /// A pose moved to where the end points of the scan lie on walls.
-struct RefinedPose
+struct RefinedPose : PoseInMap
 {
-	mrpt::math::TPose2D pose;  //!< sensor in map, m and rad
 	/// [-] Mean over all beams of the square root of the robust weight of their end points (Geman and McClure), which
 	/// is 1 on a wall and 0 for a beam that saw nothing. settle() subtracts the weighted coarse cost.
 	double fit = 0;
-	std::size_t reading = 0;  //!< [-] number of the reading that the pose is in
 };
 
 /// What is done to fewer and fewer poses, because each stage takes longer for a pose than the one before.
@@ -47,32 +31,31 @@ enum class Stage
 /// [nat] A pose whose score is so far below the best one's is given up.
 inline constexpr double kHopeless = 21;
 
-/// Returns the maximum number of poses [-] of a stage: limits.max_scored, and a third each time, rounded up.
-std::size_t most_poses(Stage stage, const RefinementParameters& limits);
+/// Returns the maximum number of poses [-] of a stage: parameters.max_scored, and a third each time, rounded up.
+std::size_t most_poses(Stage stage, const RefinementParameters& parameters);
 
-/// Pulls candidates onto the walls: Gauss-Newton on the distance field with a robust kernel that shrinks. Before each
-/// step, and after the last, candidates that fit worse than the best by more than limits.fit_margin are dropped.
-/// \param limits of numbers and margins, for the poses in all readings together, as in all functions here
+/// Pulls candidates onto the walls, in each reading of their maps: Gauss-Newton on the distance field with a robust
+/// kernel that shrinks. Before each step, and after the last, poses that fit worse than the best by more than
+/// parameters.fit_margin are dropped.
+/// \param parameters have the numbers and margins for the poses in all maps together, as in all functions here that
+///        take several poses; what is asked of a single pose is in the parameters of its map
 /// \return distinct poses, best fit less the coarse cost first, as many as may be scored. Thread-safe, as all
 ///         functions here.
 std::vector<RefinedPose> settle(
-    const SearchedReadings& readings, const BeamSubset& few, const std::vector<Candidate>& candidates,
-    const RefinementParameters& limits);
+    const BeamSubset& few, const std::vector<Candidate>& candidates, const RefinementParameters& parameters);
 
 /// Returns those of `poses` that a few beams find plausible, best score first: as many as may be refined, and none
 /// whose score is below the best one's by more than kHopeless. Beams are followed only where their ends leave
 /// a chance.
 std::vector<RefinedPose> make_shortlist(
-    const SearchedReadings& readings, const BeamSubset& few, const std::vector<RefinedPose>& poses,
-    const RefinementParameters& limits);
+    const BeamSubset& few, const std::vector<RefinedPose>& poses, const RefinementParameters& parameters);
 
 /// Goes on with more beams, to the end. Gauss-Newton stops early in a corridor, and people pull it off: poses to both
 /// sides of the best ones, along the direction that the scan leaves open, that fit better yet are returned as well.
 /// Which of them is right is for the score to say, which knows what a beam passed.
 /// \return distinct poses, best fit first
 std::vector<RefinedPose> refine(
-    const SearchedReadings& readings, const BeamSubset& beams, std::vector<RefinedPose> poses,
-    const RefinementParameters& limits);
+    const BeamSubset& many, std::vector<RefinedPose> poses, const RefinementParameters& parameters);
 
 /// Moves a pose by the last few millimetres: Gauss-Newton over the pose and one offset of all ranges. The walls of a
 /// map that was drawn from scans lie in the middle of their cells, those of a map that was drawn by hand at their near

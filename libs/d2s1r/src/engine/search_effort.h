@@ -1,0 +1,58 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+// How much is looked at: by a first look, in several maps, and in the time that there is.
+#pragma once
+
+#include <mrpt/system/CTicTac.h>
+
+#include <cmath>
+#include <functional>
+#include <vector>
+
+#include "coarse/coarse_search.h"
+
+namespace d2s1r
+{
+/// Returns the parameters of the first look.
+Parameters for_first_look(const Parameters& parameters);
+
+/// Returns the parameters of the looks that follow one another until the answer is clear and safe: a first one, unless
+/// its effort is that of the whole one, and the whole one.
+std::vector<Parameters> first_and_whole_look(const Parameters& whole);
+
+/// Returns the parameters of the first of `maps` for a search through all of them: with several maps, more pairs and
+/// candidates may be looked at.
+Parameters limits_of_search(const std::vector<SearchedMap>& maps);
+
+/// Returns whether an answer is safe: all candidates that were left out of `found` cost more than its own one by what
+/// the margin of the first look lacks of `margin` [step], that of the whole search.
+/// \param cost [step] of the candidate of the answer
+bool is_safe(double cost, const CandidateList& found, double margin);
+
+/// Returns whether an answer may be safe, as far as costs tell before the candidates are judged.
+bool may_be_safe(const CandidateList& found, double margin);
+
+/// Refines and scores candidates, to see how long that takes.
+using Trial = std::function<void(const std::vector<Candidate>&, const Parameters&)>;
+
+/// Keeps as many candidates, best first, as can be judged in `budget` [ms], but at least a sixteenth of the most there
+/// may be, which are judged to see what one costs.
+/// \return parameters that refine and score as small a share of what they would
+Parameters keep_affordable(double budget, const Parameters& parameters, const Trial& judge, CandidateList& found);
+
+/// The time that a query may take.
+class TimeBudget
+{
+   public:
+	/// \param budget [ms] 0: as much as it takes
+	explicit TimeBudget(double budget) : budget_ms_(budget > 0 ? budget : HUGE_VAL) {}
+
+	/// Returns how much of it is left [ms]; below 0 once it is spent.
+	double left() const { return budget_ms_ - 1e3 * watch_.Tac(); }
+
+	bool is_half_spent() const { return left() < 0.5 * budget_ms_; }
+
+   private:
+	double budget_ms_;
+	mrpt::system::CTicTac watch_;
+};
+}  // namespace d2s1r
