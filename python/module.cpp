@@ -145,7 +145,7 @@ mrpt::poses::CPose3D sensor_pose_of(const std::vector<double>& pose)
 }
 
 /// The arguments that stand for a scan, as ROS's LaserScan has them.
-struct Sweep
+struct Ranges
 {
 	Floats ranges;                    //!< [m]
 	double angle_min = 0;             //!< [rad]
@@ -155,28 +155,60 @@ struct Sweep
 	double min_range = 0;             //!< [m] nearer readings are no data
 };
 
-CObservation2DRangeScan observation_of(const Sweep& sweep)
+CObservation2DRangeScan observation_of(const Ranges& scan)
 {
-	if (sweep.ranges.ndim() != 1)
-		throw std::invalid_argument("ranges has " + std::to_string(sweep.ranges.ndim()) + " dimensions; give 1");
-	const auto ranges = sweep.ranges.unchecked<1>();  // read in place
+	if (scan.ranges.ndim() != 1)
+		throw std::invalid_argument("ranges has " + std::to_string(scan.ranges.ndim()) + " dimensions; give 1");
+	const auto ranges = scan.ranges.unchecked<1>();  // read in place
 	const auto beams = static_cast<std::size_t>(ranges.size());
-	const double turned = beams > 0 ? sweep.angle_increment * static_cast<double>(beams - 1) : 0;
+	const double turned = beams > 0 ? scan.angle_increment * static_cast<double>(beams - 1) : 0;
 	CObservation2DRangeScan observation;
-	observation.rightToLeft = sweep.angle_increment >= 0;
-	observation.maxRange = static_cast<float>(sweep.max_range);
+	observation.rightToLeft = scan.angle_increment >= 0;
+	observation.maxRange = static_cast<float>(scan.max_range);
 	observation.aperture = static_cast<float>(std::abs(turned));
 	observation.sensorPose =
-	    sensor_pose_of(sweep.sensor_pose) + mrpt::poses::CPose3D(0, 0, 0, sweep.angle_min + turned / 2, 0, 0);
+	    sensor_pose_of(scan.sensor_pose) + mrpt::poses::CPose3D(0, 0, 0, scan.angle_min + turned / 2, 0, 0);
 	observation.resizeScan(beams);
 	for (std::size_t i = 0; i < beams; i++)
 	{
 		const float range = ranges(static_cast<py::ssize_t>(i));
 		observation.setScanRange(i, range);
 		observation.setScanRangeValidity(
-		    i, range >= static_cast<float>(sweep.min_range) && range <= observation.maxRange);
+		    i, range >= static_cast<float>(scan.min_range) && range <= observation.maxRange);
 	}
 	return observation;
+}
+
+/// Returns a sweep of a spinning laser. `poses` has a row (x, y, phi) for each of `times`.
+Sweep sweep_of(double beam_step, double first_beam, const std::vector<double>& times, const py::object& poses)
+{
+	Sweep sweep;
+	sweep.beam_step = beam_step;
+	sweep.first_beam = first_beam;
+	if (times.empty() && poses.is_none()) return sweep;
+	const py::array_t<double, py::array::c_style | py::array::forcecast> rows(
+	    poses.is_none() ? py::object(py::list()) : poses);
+	if (rows.ndim() != 2 || rows.shape(1) != 3 || static_cast<std::size_t>(rows.shape(0)) != times.size())
+		throw std::invalid_argument(
+		    "Sweep: give poses as an array n x 3, with a row (x, y, phi) for each of the n times");
+	const auto row = rows.unchecked<2>();
+	for (py::ssize_t i = 0; i < rows.shape(0); i++)
+		sweep.motion.push_back({times[static_cast<std::size_t>(i)], {row(i, 0), row(i, 1), row(i, 2)}});
+	if (!is_usable(sweep, 0))
+		throw std::invalid_argument("Sweep: times and poses must be finite, and times increase; correct them");
+	return sweep;
+}
+
+/// Returns the sweep of a robot that moves by a constant twist for 2 s around time 0, longer than any turn of a laser.
+Sweep sweep_of_twist(double beam_step, std::array<double, 3> twist, double first_beam)
+{
+	if (!(std::abs(twist[0]) + std::abs(twist[1]) + std::abs(twist[2]) < HUGE_VAL))
+		throw std::invalid_argument("Sweep: the twist is not finite; give (vx, vy, omega) in m/s and rad/s");
+	Sweep sweep;
+	sweep.beam_step = beam_step;
+	sweep.first_beam = first_beam;
+	sweep.motion = poses_along({twist[0], twist[1], twist[2]}, -1, 1);
+	return sweep;
 }
 
 Prior prior_of(const std::optional<std::array<double, 4>>& region)
@@ -186,22 +218,23 @@ Prior prior_of(const std::optional<std::array<double, 4>>& region)
 }
 
 Localization localize(
-    const Localizer& localizer, const Sweep& sweep, const std::optional<std::array<double, 4>>& region,
-    double time_budget)
+    const Localizer& localizer, const Ranges& scan, const std::optional<std::array<double, 4>>& region,
+    double time_budget, const Sweep& sweep)
 {
 	const Query query{prior_of(region), time_budget};
-	const CObservation2DRangeScan observation = observation_of(sweep);
+	const CObservation2DRangeScan observation = observation_of(scan);
 	const py::gil_scoped_release release;
-	return localizer.localize(observation, query);
+	return localizer.localize(observation, query, sweep);
 }
 
-Localization add_to_window(Window& window, const Sweep& sweep, const std::optional<std::array<double, 3>>& motion)
+Localization add_to_window(
+    Window& window, const Ranges& ranges, const std::optional<std::array<double, 3>>& motion, const Sweep& sweep)
 {
-	const CObservation2DRangeScan observation = observation_of(sweep);
+	const CObservation2DRangeScan observation = observation_of(ranges);
 	std::optional<mrpt::poses::CPose2D> increment;
 	if (motion) increment.emplace((*motion)[0], (*motion)[1], (*motion)[2]);
 	const py::gil_scoped_release release;
-	const Scan scan = make_scan(observation, window.scan);
+	const Scan scan = make_scan(observation, window.scan, sweep);
 	const Localization one_shot = window.localize(scan);
 	const std::lock_guard lock(window.mutex);
 	return window.window.add(scan, one_shot, increment);
@@ -257,13 +290,14 @@ std::string text_of(const Localization& result)
 	return text + (result.note.empty() ? "" : ": " + result.note) + ">";
 }
 
-constexpr const char* kSweep =
+constexpr const char* kRanges =
     "    ranges: 1D array of distances [m]; inf and what is at or beyond max_range saw nothing, NaN is no data.\n"
     "    angle_min: direction of the first beam [rad], counter-clockwise from the x axis of the laser.\n"
     "    angle_increment: angle from one beam to the next [rad]; it is negative if the beams run clockwise.\n"
     "    max_range: range up to which the laser sees [m].\n"
     "    sensor_pose: pose of the laser on the robot, (x, y, yaw) or (x, y, z, yaw, pitch, roll) [m, rad].\n"
-    "    min_range: nearer readings are no data [m].\n";
+    "    min_range: nearer readings are no data [m].\n"
+    "    sweep: Sweep, when the beams were taken; the pose is that of its time 0. None: all of them at once.\n";
 
 void bind_map(py::module_& module)
 {
@@ -294,6 +328,31 @@ void bind_map(py::module_& module)
 	        },
 	        "Borders (least x, greatest x, least y, greatest y) in the map frame [m], as matplotlib's imshow() takes "
 	        "them.");
+}
+
+void bind_sweep(py::module_& module)
+{
+	py::class_<Sweep>(
+	    module, "Sweep",
+	    "Says when a laser took each beam of a scan, and how the robot moved meanwhile, for localize(..., "
+	    "sweep=...).\n\n"
+	    "All beams are moved to one time, time 0, and the pose is that of this time. Without a motion the beams stay "
+	    "as "
+	    "they are,\nand the covariances include how far the robot may have moved.")
+	    .def(
+	        py::init(&sweep_of), "beam_step"_a, "first_beam"_a = 0.0, "times"_a = std::vector<double>{},
+	        "poses"_a = py::none(),
+	        "    beam_step: time from one beam to the next [s], in the order of ranges; ROS calls it time_increment.\n"
+	        "    first_beam: time of the first beam [s].\n"
+	        "    times: when the robot was at each of the poses [s], increasing.\n"
+	        "    poses: (x, y, phi) of the robot in a frame that does not move, such as that of the odometry: n x 3 "
+	        "[m, rad].\n\n"
+	        "Raises ValueError if they do not belong together.")
+	    .def_static(
+	        "of_twist", &sweep_of_twist, "beam_step"_a, "twist"_a, py::kw_only(), "first_beam"_a = 0.0,
+	        "The same of a robot that moves by a constant twist (vx, vy, omega) in its own frame [m/s, rad/s].")
+	    .def_readonly("beam_step", &Sweep::beam_step, "Time from one beam to the next [s].")
+	    .def_readonly("first_beam", &Sweep::first_beam, "Time of the first beam [s].");
 }
 
 void bind_localization(py::module_& module)
@@ -354,10 +413,12 @@ void bind_localizer(py::module_& module)
 	};
 	const auto answer = [](const Localizer& self, const Floats& ranges, double angle_min, double angle_increment,
 	                       double max_range, const std::vector<double>& sensor_pose,
-	                       const std::optional<std::array<double, 4>>& region, double min_range, double time_budget)
+	                       const std::optional<std::array<double, 4>>& region, double min_range, double time_budget,
+	                       const std::optional<Sweep>& sweep)
 	{
 		return localize(
-		    self, {ranges, angle_min, angle_increment, max_range, sensor_pose, min_range}, region, time_budget);
+		    self, {ranges, angle_min, angle_increment, max_range, sensor_pose, min_range}, region, time_budget,
+		    sweep.value_or(Sweep()));
 	};
 	py::class_<Localizer, std::shared_ptr<Localizer>>(
 	    module, "Localizer",
@@ -372,9 +433,9 @@ void bind_localizer(py::module_& module)
 	    .def(
 	        "localize", answer, "ranges"_a, "angle_min"_a, "angle_increment"_a, "max_range"_a,
 	        "sensor_pose"_a = std::vector<double>{}, "region"_a = py::none(), py::kw_only(), "min_range"_a = 0.0,
-	        "time_budget"_a = 0.0,
+	        "time_budget"_a = 0.0, "sweep"_a = py::none(),
 	        ("Answers where a scan was taken. A scan that cannot be localized is a status, not an error.\n\n" +
-	         std::string(kSweep) +
+	         std::string(kRanges) +
 	         "    region: search only in the box between the corners (x0, y0, x1, y1) in the map frame [m].\n"
 	         "    time_budget: time after which the answer should be there [ms]; 0 is no limit.\n")
 	            .c_str())
@@ -411,12 +472,12 @@ void bind_atlas(py::module_& module)
 {
 	const auto answer = [](const Atlas& self, const Floats& ranges, double angle_min, double angle_increment,
 	                       double max_range, const std::vector<double>& sensor_pose, double min_range,
-	                       double time_budget)
+	                       double time_budget, const std::optional<Sweep>& sweep)
 	{
 		const CObservation2DRangeScan observation =
 		    observation_of({ranges, angle_min, angle_increment, max_range, sensor_pose, min_range});
 		const py::gil_scoped_release release;
-		return self.localize(observation, time_budget);
+		return self.localize(observation, time_budget, sweep.value_or(Sweep()));
 	};
 	const auto names = [](const Atlas& self)
 	{
@@ -440,8 +501,9 @@ void bind_atlas(py::module_& module)
 	    .def(
 	        "localize", answer, "ranges"_a, "angle_min"_a, "angle_increment"_a, "max_range"_a,
 	        "sensor_pose"_a = std::vector<double>{}, py::kw_only(), "min_range"_a = 0.0, "time_budget"_a = 0.0,
+	        "sweep"_a = py::none(),
 	        ("Answers in which map, and where there, a scan was taken: see Localization.map.\n\n" +
-	         std::string(kSweep) +
+	         std::string(kRanges) +
 	         "    time_budget: time after which the answer should be there [ms]; 0 is no limit.\n")
 	            .c_str())
 	    .def_property_readonly("names", names, "Names of the maps.");
@@ -464,8 +526,11 @@ void bind_window(py::module_& module)
 	};
 	const auto add = [](Window& self, const Floats& ranges, double angle_min, double angle_increment, double max_range,
 	                    const std::vector<double>& sensor_pose, const std::optional<std::array<double, 3>>& motion,
-	                    double min_range) {
-		return add_to_window(self, {ranges, angle_min, angle_increment, max_range, sensor_pose, min_range}, motion);
+	                    double min_range, const std::optional<Sweep>& sweep)
+	{
+		return add_to_window(
+		    self, {ranges, angle_min, angle_increment, max_range, sensor_pose, min_range}, motion,
+		    sweep.value_or(Sweep()));
 	};
 	py::class_<Window>(
 	    module, "WindowLocalizer",
@@ -480,7 +545,8 @@ void bind_window(py::module_& module)
 	    .def(
 	        "add", add, "ranges"_a, "angle_min"_a, "angle_increment"_a, "max_range"_a,
 	        "sensor_pose"_a = std::vector<double>{}, "motion"_a = py::none(), py::kw_only(), "min_range"_a = 0.0,
-	        ("Answers where the robot is, now that this scan was taken.\n\n" + std::string(kSweep) +
+	        "sweep"_a = py::none(),
+	        ("Answers where the robot is, now that this scan was taken.\n\n" + std::string(kRanges) +
 	         "    motion: (x, y, phi) of the robot since the last call, in its frame then [m, rad]; None if unknown.\n")
 	            .c_str());
 }
@@ -492,6 +558,7 @@ PYBIND11_MODULE(_d2s1r, module)
 	module.doc() = "One-shot global localization with a 2D LiDAR.";
 	module.attr("__version__") = D2S1R_VERSION;
 	d2s1r::bind_map(module);
+	d2s1r::bind_sweep(module);
 	d2s1r::bind_localization(module);
 	d2s1r::bind_localizer(module);
 	d2s1r::bind_atlas(module);

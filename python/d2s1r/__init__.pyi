@@ -23,6 +23,21 @@ class Map:
     @property
     def extent(self) -> Tuple[float, float, float, float]: ...
 
+class Sweep:
+    def __init__(
+        self,
+        beam_step: float,
+        first_beam: float = 0.0,
+        times: Sequence[float] = (),
+        poses: Optional[npt.ArrayLike] = None,
+    ) -> None: ...
+    @staticmethod
+    def of_twist(beam_step: float, twist: Sequence[float], *, first_beam: float = 0.0) -> Sweep: ...
+    @property
+    def beam_step(self) -> float: ...
+    @property
+    def first_beam(self) -> float: ...
+
 class Localization:
     @property
     def status(self) -> str: ...
@@ -67,6 +82,7 @@ class Localizer:
         *,
         min_range: float = 0.0,
         time_budget: float = 0.0,
+        sweep: Optional[Sweep] = None,
     ) -> Localization: ...
     def to_ini(self) -> str: ...
 
@@ -89,6 +105,7 @@ class Atlas:
         *,
         min_range: float = 0.0,
         time_budget: float = 0.0,
+        sweep: Optional[Sweep] = None,
     ) -> Localization: ...
     @property
     def names(self) -> List[str]: ...
@@ -110,4 +127,5 @@ class WindowLocalizer:
         motion: Optional[Sequence[float]] = None,
         *,
         min_range: float = 0.0,
+        sweep: Optional[Sweep] = None,
     ) -> Localization: ...

@@ -16,7 +16,7 @@ import tracemalloc
 import d2s1r
 import numpy as np
 import pytest
-from drawn_world import BEAMS, CELL, FIRST_ANGLE, MAX_RANGE, ORIGIN, SENSOR, STEP, World
+from drawn_world import BEAMS, CELL, FIRST_ANGLE, MAX_RANGE, ORIGIN, SENSOR, STEP, World, ranges_at
 
 
 @pytest.fixture(scope="module")
@@ -113,6 +113,27 @@ def test_region_and_arguments(world, localizer):
     assert np.array_equal(listed.pose, pose)
     blind = localizer.localize(*arguments, min_range=30.0)
     assert blind.status == "invalid" and blind.pose is None and blind.poses.shape == (0, 3) and blind.note
+
+
+def test_sweep_moves_the_beams_to_one_time(world, localizer):
+    robot, rate, step = np.array([5.2, 4.8, 0.3]), 1.5, 0.2 / BEAMS
+    turned = [robot + (0, 0, rate * step * i) for i in range(BEAMS)]
+    ranges = np.array([ranges_at(world.occupied, at)[i] for i, at in enumerate(turned)], np.float32)
+    arguments = (ranges, FIRST_ANGLE, STEP, MAX_RANGE, SENSOR)
+    times = np.linspace(-0.1, 0.3, 9)
+    by_poses = d2s1r.Sweep(step, times=times, poses=np.outer(times, (0, 0, rate)))
+    for sweep in (by_poses, d2s1r.Sweep.of_twist(step, (0, 0, rate))):
+        assert abs(localizer.localize(*arguments, sweep=sweep).pose[2] - robot[2]) < 0.02
+        assert abs(d2s1r.WindowLocalizer(localizer).add(*arguments, sweep=sweep).pose[2] - robot[2]) < 0.02
+        assert abs(d2s1r.Atlas({"a": localizer}).localize(*arguments, sweep=sweep).pose[2] - robot[2]) < 0.02
+    assert abs(localizer.localize(*arguments).pose[2] - robot[2]) > 0.08
+    unknown = localizer.localize(*arguments, sweep=d2s1r.Sweep(step))
+    assert abs(unknown.pose[2] - robot[2]) < 2 * math.sqrt(unknown.covariances[0][2, 2])
+    assert localizer.localize(*arguments, sweep=d2s1r.Sweep(math.nan)).status == "invalid"
+    for wrong in ({"times": [0], "poses": [[0, 0]]}, {"times": [0, 1], "poses": [[0, 0, 0]]},
+                  {"times": [1, 0], "poses": np.zeros((2, 3))}):
+        with pytest.raises(ValueError, match="Sweep: "):
+            d2s1r.Sweep(step, **wrong)
 
 
 def test_floats_are_read_in_place(localizer):

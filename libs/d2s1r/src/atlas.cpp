@@ -47,9 +47,10 @@ Atlas::Atlas(std::vector<AtlasMap> maps) : maps_(std::move(maps))
 	}
 }
 
-Localization Atlas::localize(const mrpt::obs::CObservation2DRangeScan& observation, double time_budget) const
+Localization Atlas::localize(
+    const mrpt::obs::CObservation2DRangeScan& observation, double time_budget, const Sweep& sweep) const
 {
-	return localize(make_scan(observation, maps_.front().localizer->parameters().scan), time_budget);
+	return localize(make_scan(observation, maps_.front().localizer->parameters().scan, sweep), time_budget);
 }
 
 Localization Atlas::localize(const Scan& scan, double time_budget) const

@@ -250,9 +250,10 @@ const std::vector<CellIndex>& Localizer::free_cells() const
 	return index.free_cells;
 }
 
-Localization Localizer::localize(const mrpt::obs::CObservation2DRangeScan& observation, const Query& query) const
+Localization Localizer::localize(
+    const mrpt::obs::CObservation2DRangeScan& observation, const Query& query, const Sweep& sweep) const
 {
-	return localize(make_scan(observation, index_->parameters.scan), query);
+	return localize(make_scan(observation, index_->parameters.scan, sweep), query);
 }
 
 Localization Localizer::localize(const std::vector<PlacedObservation>& observations, const Query& query) const

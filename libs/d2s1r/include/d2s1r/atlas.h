@@ -41,8 +41,10 @@ class Atlas
 
 	/// Answers where a scan was taken: Hypothesis::map names the map. It never throws because of the scan.
 	/// \param time_budget [ms] see Query; 0 is no limit
+	/// \param sweep when each beam was taken; the pose is that of its time 0
 	/// \throws std::invalid_argument if the time budget is below 0
-	Localization localize(const mrpt::obs::CObservation2DRangeScan& observation, double time_budget = 0) const;
+	Localization localize(
+	    const mrpt::obs::CObservation2DRangeScan& observation, double time_budget = 0, const Sweep& sweep = {}) const;
 
 	/// Answers where a scan was taken that make_scan() or the caller prepared.
 	Localization localize(const Scan& scan, double time_budget = 0) const;

@@ -64,9 +64,11 @@ class Localizer
 	static void check_savable(const std::string& file);
 
 	/// Answers where a scan was taken. It never throws because of the scan: Localization::status tells.
+	/// \param sweep when each beam was taken; the pose is that of its time 0
 	/// \throws std::invalid_argument if `query` holds a prior and the method is kPaper, which searches everywhere, or a
 	///         time budget below 0
-	Localization localize(const mrpt::obs::CObservation2DRangeScan& observation, const Query& query = {}) const;
+	Localization localize(
+	    const mrpt::obs::CObservation2DRangeScan& observation, const Query& query = {}, const Sweep& sweep = {}) const;
 
 	/// Answers where a robot with several lasers was when it made the last of these observations, by all of them
 	/// together, see merge_scans().

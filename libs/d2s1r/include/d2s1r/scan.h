@@ -2,9 +2,12 @@
 #pragma once
 
 #include <d2s1r/parameters.h>
+#include <mrpt/math/CMatrixFixed.h>
 #include <mrpt/math/TPose2D.h>
+#include <mrpt/math/TTwist2D.h>
 #include <mrpt/obs/CObservation2DRangeScan.h>
 
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -32,7 +35,9 @@ struct Scan
 	std::vector<Beam> beams;              //!< by increasing angle
 	double field_of_view = 0;             //!< [rad] that the beams cover, in (0, 2 pi]; gaps without data left out
 	mrpt::math::TPose2D sensor_on_robot;  //!< sensor in robot frame, m and rad
-	std::string invalid_because;          //!< empty if make_scan() found it usable, else the reason
+	double position_std = 0;  //!< [m] standard deviation that the motion during the sweep adds to a pose, in x and y
+	double heading_std = 0;   //!< [rad] the same of its heading
+	std::string invalid_because;  //!< empty if make_scan() found it usable, else the reason
 
 	/// Returns whether the scan can be used: it has beams, a field of view and a finite sensor pose within
 	/// kFarthestSensor, and make_scan() found no other reason against it. The beams of a scan that was made by hand are
@@ -43,6 +48,50 @@ struct Scan
 /// Says why a scan is not valid().
 std::string why_invalid(const Scan& scan);
 
+/// Returns the covariance of (x, y, phi), m^2 and rad^2, that the motion during the sweep adds to a pose of the robot.
+mrpt::math::CMatrixDouble33 motion_covariance(const Scan& scan);
+
+/// Says where the robot was at a time.
+struct TimedPose
+{
+	double time = 0;            //!< [s] after the time that a scan is asked for
+	mrpt::math::TPose2D robot;  //!< robot in a frame that does not move, such as that of the odometry, m and rad
+};
+
+/// Says when a laser took each beam of an observation, and how the robot moved meanwhile. A spinning laser takes 0.1 to
+/// 0.2 s for a turn; what it sees from a robot that turns by 1 rad/s is twisted by 6 to 11 deg. make_scan() moves every
+/// beam to one time, time 0 of the sweep, and the pose of the robot is that of this time.
+///
+/// Where nobody measured the motion, the beams stay as they are: they show the robot in the middle of the sweep. The
+/// covariances of the answer then include how far the robot may have moved from there to time 0.
+struct Sweep
+{
+	double first_beam = 0;  //!< [s] time of the first beam of the observation; 0 if its stamp is that of this beam
+	double beam_step = 0;   //!< [s] from one beam to the next, as they are recorded; negative if the last was first
+	std::vector<TimedPose> motion;  //!< by increasing time; empty: nobody measured the motion
+
+	double unknown_speed = 0.5;  //!< [m/s] standard deviation of a speed that nobody measured
+	double unknown_turn = 1.0;   //!< [rad/s] the same of the turn
+
+	/// Returns the time [s] of a beam of the observation.
+	double time_of(std::size_t beam) const { return first_beam + beam_step * static_cast<double>(beam); }
+
+	/// Returns whether all beams were taken at time 0, so that there is nothing to move.
+	bool is_instant() const { return first_beam == 0 && beam_step == 0; }
+};
+
+/// Returns the poses of a robot that moves by a constant twist, [m/s] and [rad/s] in its own frame, for Sweep::motion.
+/// \param from, to [s] the first and the last time
+std::vector<TimedPose> poses_along(const mrpt::math::TTwist2D& twist, double from, double to);
+
+/// Returns whether the numbers of a sweep are finite, its poses in order, and its beams within 10 s of time 0.
+bool is_usable(const Sweep& sweep, std::size_t beams);
+
+/// Returns an observation as if the laser had taken all beams at time 0 of the sweep, for what reads observations
+/// itself, such as a particle filter. Each beam becomes that of the direction nearest to it; directions that no beam
+/// looked in become invalid. make_scan() does not round directions. Thread-safe.
+mrpt::obs::CObservation2DRangeScan at_one_time(
+    const mrpt::obs::CObservation2DRangeScan& observation, const Sweep& sweep);
 /// Returns whether the sensor is covered: nine of ten beams end within parameters.covered_within.
 bool is_covered(const Scan& scan, const ScanParameters& parameters);
 
@@ -50,5 +99,7 @@ bool is_covered(const Scan& scan, const ScanParameters& parameters);
 /// yaw, upside down), validity flags, and what drivers write for "nothing there". The last beam of a full turn is left
 /// out if it looks where the first one does. It never throws: a sensor tilted beyond parameters.max_tilt, too few
 /// usable beams or a malformed observation make an invalid Scan.
-Scan make_scan(const mrpt::obs::CObservation2DRangeScan& observation, const ScanParameters& parameters);
+/// \param sweep when each beam was taken: all beams are moved to its time 0
+Scan make_scan(
+    const mrpt::obs::CObservation2DRangeScan& observation, const ScanParameters& parameters, const Sweep& sweep = {});
 }  // namespace d2s1r

@@ -85,6 +85,7 @@ struct PlacedObservation
 {
 	mrpt::obs::CObservation2DRangeScan::ConstPtr observation;  //!< not null
 	mrpt::poses::CPose2D robot;  //!< in a frame that is the same for all observations, such as that of the odometry
+	Sweep sweep = {};            //!< when its beams were taken; `robot` is that of its time 0
 };
 
 /// Makes one scan of what several lasers of a robot saw shortly after each other: as if the laser of the last

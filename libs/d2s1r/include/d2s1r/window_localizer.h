@@ -59,8 +59,10 @@ class WindowLocalizer
 	    const Scan& scan, const Localization& one_shot, const std::optional<mrpt::poses::CPose2D>& motion = {});
 
 	/// Answers the same for an observation, which it localizes on its own first.
+	/// \param sweep when each beam was taken; pose and `motion` are about its time 0
 	Localization add(
-	    const mrpt::obs::CObservation2DRangeScan& observation, const std::optional<mrpt::poses::CPose2D>& motion = {});
+	    const mrpt::obs::CObservation2DRangeScan& observation, const std::optional<mrpt::poses::CPose2D>& motion = {},
+	    const Sweep& sweep = {});
 
    private:
 	std::unique_ptr<WindowTracker> tracker_;

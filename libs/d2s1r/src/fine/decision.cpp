@@ -235,6 +235,7 @@ Decision decide(const Scan& scan, const std::vector<Place>& places, const std::v
 		if (i > 0 && place.covariance.isZero(0)) continue;  // only the odds of its map put it this far
 		const mrpt::math::CMatrixDouble33 covariance(place.covariance);
 		Hypothesis hypothesis = hypothesis_of_sensor(place.pose, covariance, scan.sensor_on_robot);
+		hypothesis.covariance += motion_covariance(scan);
 		hypothesis.probability = likely[i].probability;
 		hypothesis.log_likelihood = place.score.log_likelihood;
 		hypothesis.explained = place.score.explained;

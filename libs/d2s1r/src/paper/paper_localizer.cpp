@@ -70,6 +70,7 @@ std::vector<Hypothesis> make_hypotheses(
 	{
 		Hypothesis& hypothesis =
 		    hypotheses.emplace_back(hypothesis_of_sensor(candidate.sensor, covariance, scan.sensor_on_robot));
+		hypothesis.covariance += motion_covariance(scan);
 		const double worse = candidate.relative_entropy - candidates.front().relative_entropy;
 		hypothesis.probability = std::exp2(-kIndependentBeams * worse);
 		total += hypothesis.probability;

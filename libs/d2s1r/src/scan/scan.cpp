@@ -6,6 +6,8 @@
 #include <cmath>
 #include <optional>
 
+#include "scan/sweep.h"
+
 namespace d2s1r
 {
 namespace
@@ -66,23 +68,18 @@ std::string unusable_because(const mrpt::obs::CObservation2DRangeScan& observati
 }
 
 /// Returns the usable beams, counter-clockwise as seen from above, by increasing angle.
-std::vector<Beam> read_beams(const mrpt::obs::CObservation2DRangeScan& observation, const ScanParameters& parameters)
+std::vector<Beam> read_beams(
+    const mrpt::obs::CObservation2DRangeScan& observation, const ScanParameters& parameters, const BeamMover& mover)
 {
-	const bool upside_down = observation.sensorPose.getRotationMatrix()(2, 2) < 0;
-	const double sign = observation.rightToLeft != upside_down ? 1 : -1;
-	const auto aperture = static_cast<double>(observation.aperture);
-	const double step = aperture / static_cast<double>(observation.getScanSize() - 1);
+	const double step = static_cast<double>(observation.aperture) / static_cast<double>(observation.getScanSize() - 1);
 	std::vector<Beam> beams;
 	beams.reserve(observation.getScanSize());
 	for (std::size_t i = 0; i < observation.getScanSize(); i++)
 	{
-		const double turned = static_cast<double>(i) * step;
-		if (turned > kFullTurn - step / 2) break;  // this beam looks where the first one looked
-		auto beam = read_beam(
+		if (static_cast<double>(i) * step > kFullTurn - step / 2) break;  // this beam looks where the first one looked
+		const auto beam = read_beam(
 		    observation.getScanRange(i), observation.getScanRangeValidity(i), observation.maxRange, parameters);
-		if (!beam) continue;
-		beam->angle = beam_angle(sign * (turned - aperture / 2));
-		beams.push_back(*beam);
+		if (beam) beams.push_back(mover.moved(*beam, i));
 	}
 	std::sort(beams.begin(), beams.end(), [](const Beam& a, const Beam& b) { return a.angle < b.angle; });
 	return beams;
@@ -130,6 +127,14 @@ std::string why_invalid(const Scan& scan)
 	return kNotOnRobot;
 }
 
+mrpt::math::CMatrixDouble33 motion_covariance(const Scan& scan)
+{
+	auto covariance = mrpt::math::CMatrixDouble33::Zero();
+	covariance(0, 0) = covariance(1, 1) = scan.position_std * scan.position_std;
+	covariance(2, 2) = scan.heading_std * scan.heading_std;
+	return covariance;
+}
+
 bool is_covered(const Scan& scan, const ScanParameters& parameters)
 {
 	const auto is_blocked = [&](const Beam& beam)
@@ -138,17 +143,21 @@ bool is_covered(const Scan& scan, const ScanParameters& parameters)
 	return 10 * static_cast<std::size_t>(blocked) >= 9 * scan.beams.size();
 }
 
-Scan make_scan(const mrpt::obs::CObservation2DRangeScan& observation, const ScanParameters& parameters)
+Scan make_scan(
+    const mrpt::obs::CObservation2DRangeScan& observation, const ScanParameters& parameters, const Sweep& sweep)
 {
 	Scan scan;
 	scan.invalid_because = unusable_because(observation, parameters);
+	if (scan.invalid_because.empty() && !is_usable(sweep, observation.getScanSize()))
+		scan.invalid_because =
+		    "the sweep has times or poses that are not finite or in order, or lasts longer than 10 s";
 	if (!scan.invalid_because.empty()) return scan;
 
-	// The heading of the sensor's x axis seen from above: the yaw, but half a turn off it if the sensor is turned over
-	// by its pitch. The height does not matter in a plane.
-	const auto& axes = observation.sensorPose.getRotationMatrix();
-	scan.sensor_on_robot = {observation.sensorPose.x(), observation.sensorPose.y(), std::atan2(axes(1, 0), axes(0, 0))};
-	scan.beams = read_beams(observation, parameters);
+	const BeamMover mover(observation, sweep);
+	scan.sensor_on_robot = mover.sensor_on_robot();
+	scan.position_std = mover.motion().position_std();
+	scan.heading_std = mover.motion().heading_std();
+	scan.beams = read_beams(observation, parameters, mover);
 	const double step = static_cast<double>(observation.aperture) / static_cast<double>(observation.getScanSize() - 1);
 	scan.field_of_view = std::min(kFullTurn, step * static_cast<double>(scan.beams.size()));
 	if (scan.beams.size() < static_cast<std::size_t>(parameters.min_beams))

@@ -96,7 +96,10 @@ Scan ScanAccumulator::scan() const
 	std::sort(merged.beams.begin(), merged.beams.end(), [](const Beam& a, const Beam& b) { return a.angle < b.angle; });
 	const double covered = all.coverage();
 	merged.field_of_view = 2 * M_PI * (covered >= kComplete ? 1.0 : covered);
-	merged.sensor_on_robot = views_.front().scan.sensor_on_robot;
+	const Scan& newest = views_.front().scan;
+	merged.sensor_on_robot = newest.sensor_on_robot;
+	merged.position_std = newest.position_std;
+	merged.heading_std = newest.heading_std;
 	merged.invalid_because.clear();
 	return merged;
 }
@@ -110,7 +113,8 @@ Scan merge_scans(const std::vector<PlacedObservation>& observations, const ScanP
 	for (const PlacedObservation& placed : observations)
 	{
 		circle.add(
-		    make_scan(*placed.observation, parameters), last ? placed.robot - last->robot : mrpt::poses::CPose2D());
+		    make_scan(*placed.observation, parameters, placed.sweep),
+		    last ? placed.robot - last->robot : mrpt::poses::CPose2D());
 		last = &placed;
 	}
 	return circle.scan();
