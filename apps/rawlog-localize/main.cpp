@@ -44,8 +44,8 @@ int run_and_tell(int argc, char** argv, Console& console)
 {
 	try
 	{
-		const auto flags = parse_flags(argc, argv, console.out);
-		const ExitStatus status = flags ? run(*flags, console) : kDone;
+		const auto command = parse_command_line(argc, argv, console.out);
+		const ExitStatus status = command ? run(*command, console) : kDone;
 		if (status == kDone) console.check_written();
 		return status;
 	}

@@ -6,12 +6,12 @@
 #include "evaluation/run_report.h"
 #include "frames/frame_loop.h"
 #include "input/inputs.h"
+#include "input/map_doubts.h"
 #include "input/maps.h"
 #include "output/run_outputs.h"
 #include "output/summary.h"
 
 #include <mrpt/system/CTicTac.h>
-#include <unistd.h>
 
 #include <optional>
 
@@ -19,42 +19,49 @@ namespace d2s1r::app
 {
 namespace
 {
-/// Says something about a file, a line each.
-void say(const std::string& file, const std::vector<std::string>& lines, Console& console)
+/// Ends a run that only printed lines, when nobody reads them any more.
+struct NobodyReads
 {
-	for (const std::string& line : lines) console.say(file + ": " + line);
+};
+
+/// Says that the run was interrupted. \param done [-] number of frames
+void say_interrupted(const RunReport& report, std::size_t done, Console& console)
+{
+	const std::string& folder = report.command.output.folder;
+	const std::string all = report.command.log.is_live() ? "" : " of " + std::to_string(report.selected_frames);
+	const std::string where = folder.empty() ? "" : "; these are in " + folder;
+	const bool is_one = done == 1 && all.empty();
+	console.say("interrupted after " + std::to_string(done) + all + (is_one ? " frame" : " frames") + where);
+}
+
+[[noreturn]] void throw_damage(const CommandLine& command, const std::string& damage, std::size_t done)
+{
+	const std::string frames = done == 1 ? "frame before that is " : std::to_string(done) + " frames before that are ";
+	const std::string where = command.output.folder.empty() ? "printed" : "in " + command.output.folder;
+	throw UserError(kBadInput, command.log.name(), damage + "; the " + frames + where);
 }
 
 /// Returns how the run ended. If it did not reach the end, one line on standard error says why.
 /// \param done [-] number of frames
 ExitStatus conclude(const RunReport& report, std::size_t done, const std::string& damage, Console& console)
 {
-	const std::string& folder = report.flags.output_dir;
+	const OutputRequest& output = report.command.output;
 	if (interrupted())
 	{
-		const std::string all = report.flags.is_live() ? "" : " of " + std::to_string(report.selected_frames);
-		const std::string where = folder.empty() ? "" : "; these are in " + folder;
-		const bool is_one = done == 1 && all.empty();
-		console.say("interrupted after " + std::to_string(done) + all + (is_one ? " frame" : " frames") + where);
+		say_interrupted(report, done, console);
 		return kInterrupted;
 	}
-	if (!damage.empty())
-	{
-		const std::string frames =
-		    done == 1 ? "frame before that is " : std::to_string(done) + " frames before that are ";
-		const std::string where = folder.empty() ? "printed" : "in " + folder;
-		throw UserError(kBadInput, report.flags.log_name(), damage + "; the " + frames + where);
-	}
+	if (!damage.empty()) throw_damage(report.command, damage, done);
 	if (report.truth_lines > 0 && report.matches.empty())
 		throw UserError(
-		    kBadInput, report.flags.ground_truth,
+		    kBadInput, report.command.log.ground_truth,
 		    mrpt::format(
 		        "no line has the time of a scan (within 1 ms), nor are two lines at most %.1f s apart around one; the "
 		        "results are in %s, without accuracy. Give times by the log's clock, in s",
-		        kGreatestGap, report.flags.output_dir.c_str()));
-	if (!report.flags.write_pf_ini.empty() && !any_localized(report.frames))
+		        kGreatestGap, output.folder.c_str()));
+	if (!output.write_pf_ini.empty() && !any_localized(report.frames))
 		throw UserError(
-		    kBadOutput, report.flags.write_pf_ini,
+		    kBadOutput, output.write_pf_ini,
 		    "no frame was localized that a filter could start from; check whether map and rawlog belong together");
 	return kDone;
 }
@@ -75,19 +82,21 @@ std::vector<std::string> doubts_about_scan(const mrpt::obs::CObservation2DRangeS
 bool needs_diagnosis(const RunReport& report)
 {
 	const std::size_t localized = count_statuses(report.frames).front();
-	return report.parameters.method == Method::kDefault && report.maps.size() == 1 && !report.flags.quiet &&
-	       !report.flags.is_live() && !interrupted() && 2 * localized < report.frames.size();
+	return report.parameters.method == Method::kDefault && report.maps.size() == 1 && !report.command.output.quiet &&
+	       !report.command.log.is_live() && !interrupted() && 2 * localized < report.frames.size();
 }
 
 /// Hands every scan to the localizer, and every result to the files and to standard output.
 /// \param atlas null: there is one map
 /// \param outputs null: no files are written
+/// \throws NobodyReads
 LoopResult localize_frames(
     const logs::Log& log, const RunReport& report, const FrameSelection& selection, const Atlas* atlas,
     const CFusionBackend::Ptr& backend, RunOutputs* outputs, Console& console)
 {
-	const Localizer& localizer = report.maps.front().map->localizer();
-	const Flags& flags = report.flags;
+	const LogRequest& request = report.command.log;
+	const SearchRequest& search = report.command.search;
+	bool streams = report.command.output.stream;
 	FrameSink sink;
 	sink.take_object = [&](const logs::RawlogObject& object)
 	{
@@ -95,26 +104,32 @@ LoopResult localize_frames(
 	};
 	sink.take_frame = [&](Frame frame, mrpt::obs::CObservation2DRangeScan::ConstPtr scan)
 	{
-		if (frame.index == selection.first && !flags.quiet)
-			say(flags.log_name(), doubts_about_scan(*scan, report.parameters), console);
-		if (flags.stream) console.print_line(json_line(frame));
+		if (frame.index == selection.first)
+			console.note(request.name(), doubts_about_scan(*scan, report.parameters));
+		if (streams) streams = console.print_line(json_line(frame));
+		if (!streams && !outputs) throw NobodyReads();
 		if (!outputs) return;
 		outputs->page().add(frame, make_scan(*scan, report.parameters.scan));
 		frame.alone.reset();  // it is large, and nothing else needs it
 		outputs->frames().add(std::move(frame), std::move(scan));
 	};
-	const bool shows_progress = !flags.quiet && !flags.stream && !flags.is_live() && isatty(STDERR_FILENO);
-	ProgressBar progress(console.err, shows_progress, report.selected_frames);
-	const auto reader = logs::read_log(log, selection.label, flags.overrides);
-	return localize_log(
-	    *reader, selection, {localizer, flags.query, flags.window, backend, flags.threads, flags.merge_lasers, atlas},
-	    sink, progress);
+	ProgressBar progress(console, !report.command.output.stream && !request.is_live(), report.selected_frames);
+	const auto reader = logs::read_log(log, selection.label, request.overrides);
+	const Approach approach = {
+	    report.maps.front().map->localizer(),
+	    search.query,
+	    search.window,
+	    backend,
+	    search.threads,
+	    request.merge_lasers,
+	    atlas};
+	return localize_log(*reader, selection, approach, sink, progress);
 }
 
 /// Completes the report and writes the files.
 void write_files(RunOutputs& outputs, RunReport& report, const LoopResult& loop, const GroundTruth& truth)
 {
-	if (report.flags.is_live())  // only now it is known
+	if (report.command.log.is_live())  // only now it is known
 	{
 		report.sensor.scans = loop.scans;
 		report.selected_frames = loop.frames;
@@ -128,104 +143,132 @@ void write_files(RunOutputs& outputs, RunReport& report, const LoopResult& loop,
 	outputs.commit(report);
 }
 
-GroundTruth truth_of(const Flags& flags, const logs::LogSurvey& survey)
+GroundTruth truth_of(const LogRequest& request, const logs::LogSurvey& survey)
 {
-	if (flags.ground_truth.empty()) return {};
+	if (request.ground_truth.empty()) return {};
 	return read_interruptibly(
-	    flags.ground_truth, [name = flags.ground_truth, log = flags.rawlog, damage = survey.damage]
+	    request.ground_truth, [name = request.ground_truth, log = request.file, damage = survey.damage]
 	    { return read_ground_truth(name, log, damage); });
 }
 
 /// Refuses a live log in which no frame that was asked for came, as a recorded one is refused before the run.
 /// \param survey of the log, with the laser that was asked for
-void check_any_frame(logs::LogSurvey survey, const LoopResult& loop, const Flags& flags)
+void check_any_frame(logs::LogSurvey survey, const LoopResult& loop, const LogRequest& request)
 {
 	survey.sensors.front().scans = loop.scans;
 	if (loop.scans == 0) survey.sensors.clear();
 	for (const std::string& label : loop.other_labels) survey.sensors.push_back({label});
-	select_frames(flags, choose_sensor(survey, flags.sensor_label, flags.log_name()));
+	select_frames(request.frames, choose_sensor(survey, request));
 }
 
-/// Goes from the log and the map to all outputs.
-/// \param backend the particle filter; null without --fuse
-ExitStatus localize(
-    const Flags& flags, const Parameters& parameters, const CFusionBackend::Ptr& backend, Console& console)
+/// Completes what the frames began: files, table, and the status of the run.
+/// \param outputs null: no files are written
+ExitStatus finish(
+    const logs::Log& log, const FrameSelection& selection, const GroundTruth& truth, LoopResult loop, RunReport& report,
+    RunOutputs* outputs, Console& console)
 {
-	std::optional<RunOutputs> outputs;
-	if (!flags.output_dir.empty()) outputs.emplace(flags);
-	const IndexFiles index_files(flags);
-	std::vector<IndexedMap> maps;
-	double build_seconds = 0;
-	const auto prepare = [&]
-	{
-		const mrpt::system::CTicTac watch;
-		maps = load_maps(flags, parameters, console);
-		build_seconds = watch.Tac();
-	};
-	// The first scan of a live log finds its map ready; a recorded log that cannot be used is told before that.
-	const logs::Log log = open_log(flags, prepare);
-	const logs::Sensor sensor = choose_sensor(log.survey, flags.sensor_label, flags.log_name());
-	const FrameSelection selection = select_frames(flags, sensor);
-	const GroundTruth truth = truth_of(flags, log.survey);
-	if (!flags.quiet) say(flags.rawlog, describe_log(log.survey, sensor, flags), console);
-
-	if (!flags.is_live()) prepare();
-	const std::optional<Atlas> atlas = atlas_of(maps);
-	const CSignatureMap2D::ConstPtr& map = maps.front().map;
-	const std::vector<Frame> unknown;
-	RunReport report{flags, parameters, outputs ? outputs->frames().frames() : unknown, maps, sensor};
-	report.build_seconds = build_seconds;
-	if (outputs) outputs->save_map(map->localizer().map(), parameters);
-	if (backend) backend->start(fusion_maps(maps), {flags.motion, map->localizer().parameters().filter, flags.seed});
-	report.selected_frames = selection.size();
-
-	const mrpt::system::CTicTac watch;
-	LoopResult loop = localize_frames(
-	    log, report, selection, atlas ? &*atlas : nullptr, backend, outputs ? &*outputs : nullptr, console);
+	const CommandLine& command = report.command;
+	const bool is_live = command.log.is_live();
 	if (loop.frames == 0 && interrupted())
 	{
 		console.say(kInterruptedEarly);
 		return kInterrupted;
 	}
-	if (loop.frames < selection.size() && loop.damage.empty() && !interrupted() && !flags.is_live())
+	if (loop.frames < selection.size() && loop.damage.empty() && !interrupted() && !is_live)
 		loop.damage = "holds fewer scans than when the run began; run again when nothing writes to it";
-	if (loop.frames == 0 && !loop.damage.empty()) throw UserError(kBadInput, flags.log_name(), loop.damage);
-	report.localization_seconds = watch.Tac();
-	if (needs_diagnosis(report)) report.diagnosis = diagnose(log, selection, flags, map->localizer(), truth);
+	if (loop.frames == 0 && !loop.damage.empty()) throw UserError(kBadInput, command.log.name(), loop.damage);
+	if (needs_diagnosis(report))
+		report.diagnosis = diagnose(log, selection, command, report.maps.front().map->localizer(), truth);
 	if (outputs) write_files(*outputs, report, loop, truth);
-	if (!flags.quiet && !flags.stream) print_table(report, console.out);
-	if (flags.is_live() && loop.frames == 0 && !interrupted()) check_any_frame(log.survey, loop, flags);
+	if (!command.output.quiet && !command.output.stream) print_table(report, console.out);
+	if (is_live && loop.frames == 0 && !interrupted()) check_any_frame(log.survey, loop, command.log);
 	return conclude(report, loop.frames, loop.damage.empty() ? log.survey.damage : loop.damage, console);
 }
 
-/// Looks for mistakes only.
-ExitStatus diagnose_only(const Flags& flags, const Parameters& parameters, Console& console)
+/// Goes from the log and the maps to all outputs.
+ExitStatus localize(
+    const CommandLine& command, const std::vector<MapSource>& sources, const Parameters& parameters, Console& console)
 {
-	const logs::Log log = open_log(flags, {});  // it is not live
-	const logs::Sensor sensor = choose_sensor(log.survey, flags.sensor_label, flags.rawlog);
-	const GroundTruth truth = truth_of(flags, log.survey);
-	if (!flags.quiet) say(flags.rawlog, describe_log(log.survey, sensor, flags), console);
-	map_entries(flags);  // refuses an atlas
-	const CSignatureMap2D::ConstPtr map = build_map(flags, parameters, console);
-	if (!flags.quiet) say(flags.map, doubts_about_map(flags, map->localizer()), console);
-	print_diagnosis(diagnose(log, select_frames(flags, sensor), flags, map->localizer(), truth), console.out);
+	const LogRequest& request = command.log;
+	const auto backend = command.search.fuse ? find_fusion_backend() : nullptr;
+	std::optional<RunOutputs> outputs;
+	if (!command.output.folder.empty()) outputs.emplace(command);
+	const IndexFiles index_files(command.map.index, sources);
+	std::vector<IndexedMap> maps;
+	double build_seconds = 0;
+	const auto prepare = [&]
+	{
+		const mrpt::system::CTicTac watch;
+		maps = load_maps(sources, command, parameters, console);
+		build_seconds = watch.Tac();
+	};
+	// The first scan of a live log finds its map ready; a recorded log that cannot be used is told before that.
+	const logs::Log log = open_log(request, prepare);
+	const logs::Sensor sensor = choose_sensor(log.survey, request);
+	const FrameSelection selection = select_frames(request.frames, sensor);
+	const GroundTruth truth = truth_of(request, log.survey);
+	console.note(request.file, describe_log(log.survey, sensor, request, command.search.motion));
+
+	if (!request.is_live()) prepare();
+	const std::optional<Atlas> atlas = atlas_of(maps);
+	const Localizer& localizer = maps.front().map->localizer();
+	const std::vector<Frame> unknown;
+	RunReport report{command, parameters, outputs ? outputs->frames().frames() : unknown, maps, sensor};
+	report.build_seconds = build_seconds;
+	if (outputs) outputs->save_map(localizer.map(), parameters);
+	if (backend)
+		backend->start(fusion_maps(maps), {command.search.motion, localizer.parameters().filter, command.search.seed});
+	report.selected_frames = selection.size();
+
+	const mrpt::system::CTicTac watch;
+	LoopResult loop = localize_frames(
+	    log, report, selection, atlas ? &*atlas : nullptr, backend, outputs ? &*outputs : nullptr, console);
+	report.localization_seconds = watch.Tac();
+	return finish(log, selection, truth, std::move(loop), report, outputs ? &*outputs : nullptr, console);
+}
+
+/// Looks for mistakes only.
+ExitStatus diagnose_only(
+    const CommandLine& command, const MapSource& source, const Parameters& parameters, Console& console)
+{
+	const logs::Log log = open_log(command.log, {});  // it is not live
+	const logs::Sensor sensor = choose_sensor(log.survey, command.log);
+	const GroundTruth truth = truth_of(command.log, log.survey);
+	console.note(command.log.file, describe_log(log.survey, sensor, command.log, command.search.motion));
+	const CSignatureMap2D::ConstPtr map = build_map(source, parameters, command.search.threads, console);
+	console.note(source.entry.file, doubts_about_map(source.entry.file, map->localizer()));
+	const FrameSelection selection = select_frames(command.log.frames, sensor);
+	print_diagnosis(diagnose(log, selection, command, map->localizer(), truth), console.out);
 	return interrupted() ? kInterrupted : kDone;
+}
+
+void write_config(const std::string& name, const Parameters& parameters)
+{
+	TextFile file(name);
+	file.print("%s", to_ini(parameters).c_str());
+	file.commit();
 }
 }  // namespace
 
-ExitStatus run(const Flags& flags, Console& console)
+ExitStatus run(const CommandLine& command, Console& console)
+try
 {
-	check_files_apart(flags);
-	const Parameters parameters = read_parameters(flags);
-	if (flags.only_writes_config())
+	if (command.output.quiet) console.be_quiet();
+	const auto sources = command.only_writes_config() ? std::vector<MapSource>() : map_sources(command);
+	check_files_apart(command, sources);
+	const Parameters parameters = read_parameters(command.search.config);
+	check_method(parameters.method, command);
+	if (command.only_writes_config())
 	{
-		TextFile file(flags.write_config);
-		file.print("%s", to_ini(parameters).c_str());
-		file.commit();
+		write_config(command.output.write_config, parameters);
 		return kDone;
 	}
-	load_plugins(flags);
-	if (flags.diagnose) return diagnose_only(flags, parameters, console);
-	return localize(flags, parameters, flags.fuse ? find_fusion_backend() : nullptr, console);
+	load_plugins(command.search);
+	if (command.output.diagnose) return diagnose_only(command, sources.front(), parameters, console);
+	return localize(command, sources, parameters, console);
+}
+catch (const NobodyReads&)
+{
+	return kDone;
 }
 }  // namespace d2s1r::app

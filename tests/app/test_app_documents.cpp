@@ -22,7 +22,8 @@ class AppDocuments : public AppTest
 		for (const auto& line : lines_of(run({"--help"}).out))
 		{
 			const bool starts = line.rfind("  -", 0) == 0 || line.rfind("      --", 0) == 0;
-			const bool continues = !all.empty() && line.rfind(std::string(26, ' '), 0) == 0;
+			const bool continues = !all.empty() && line.rfind(std::string(29, ' '), 0) == 0;
+			const bool is_heading = line.empty() || line.back() == ':';
 			if (starts)
 			{
 				const auto gap = line.find("  ", line.find('-'));
@@ -31,7 +32,7 @@ class AppDocuments : public AppTest
 			}
 			else if (continues)
 				all.back().meaning = words_of(all.back().meaning + " " + line);
-			else if (!all.empty())
+			else if (!all.empty() && !is_heading)
 				break;
 		}
 		return all;

@@ -326,5 +326,5 @@ TEST_F(AppLogs, ANulInALogDoesNotCutTheLineAboutIt)
 	write_file(path("nul.bag"), bag);
 	expect_refusal(words("nul.bag"), 2, {"is packed by 'n?ne', which is not known; pack it by bz2"});
 	write_file(path("walk.bag"), bag1_file({made_scan(Wire::kRos1, ros_scan(0), std::string("/sc\0an", 6))}));
-	expect_refusal(words("walk.bag", {"--topic", "/other"}), 1, {"--sensor-label can be '/sc?an'"});
+	expect_refusal(words("walk.bag", {"--topic", "/other"}), 1, {"--topic can be '/sc?an'"});
 }

@@ -4,6 +4,7 @@
 
 #include <d2s1r/version.h>
 
+#include <algorithm>
 #include <chrono>
 #include <csignal>
 #include <thread>
@@ -296,8 +297,13 @@ TEST_F(AppRun, TerminalGetsAProgressBarWithRateAndTimeLeft)
 	const auto result = run_program({"script", "-qec", command, "/dev/null"});
 	if (result.status == 127) GTEST_SKIP() << "script is missing: install bsdutils";
 	EXPECT_EQ(result.status, 0);
-	for (const char* part : {"100 %", "36/36 frames", "frames/s", "s left"})
+	for (const char* part : {"100 %", "36/36 frames", "frames/s", "s left", "[####"})
 		EXPECT_NE(result.out.find(part), std::string::npos) << result.out;
+	const auto narrow = run_program({"script", "-qec", "stty cols 40; " + command, "/dev/null"});
+	std::string drawn = narrow.out;
+	std::replace(drawn.begin(), drawn.end(), '\r', '\n');
+	for (const auto& line : lines_of(drawn)) EXPECT_LT(line.substr(0, line.find('\033')).size(), 40U) << line;
+	EXPECT_NE(narrow.out.find("36/36 frames"), std::string::npos) << narrow.out;
 	const auto quiet = run_program({"script", "-qec", command + " -q", "/dev/null"});
 	EXPECT_EQ(quiet.out, "");
 }

@@ -292,10 +292,16 @@ TEST_F(AppStream, InputsThatAreNoRawlogs)
 {
 	write_file(path("empty"), "");
 	write_file(path("text"), "This is a text, not a rawlog.\n");
-	for (const char* name : {"empty", "text"})
-		expect_refused(run_with_input(path(name), words("-")), 2, {"standard input: is ", "not an MRPT rawlog"});
+	write_file(path("bag"), "#ROSBAG V2.0\n");
+	for (const char* name : {"empty", "text", "bag"})
+		expect_refused(
+		    run_with_input(path(name), words("-")), 2,
+		    {"standard input: is ", "not an MRPT rawlog", "read a bag or a CARMEN log from its file"});
+	write_file(path("grown.bag"), "#ROSBAG V2.0\n" + std::string(100, 'x'));
+	expect_refusal(words(path("grown.bag"), {"--follow"}), 2, {"not an MRPT rawlog", "once it is complete"});
 	expect_refusal(words(path("none.rawlog"), {"--follow"}), 2, {"none.rawlog: cannot be opened (No such file"});
-	expect_refusal(words(folder().string(), {"--follow"}), 2, {"is no file that can grow"});
+	expect_refusal(
+	    words(folder().string(), {"--follow"}), 2, {"is a folder, as a ROS 2 bag is", "once it is complete"});
 }
 
 TEST_F(AppStream, AFileIsFollowedWhileItGrowsUntilItIsRemoved)
@@ -445,18 +451,27 @@ TEST_F(AppStream, TheLaserOfTheFirstScanIsUsedUnlessAnotherIsNamed)
 	EXPECT_EQ(parse(run_with_input(path("two.rawlog"), words("-", {"--sensor-label", "rear"})).out).size(), 3U);
 }
 
-TEST_F(AppStream, AReaderThatEndsFirstIsTold)
+TEST_F(AppStream, AReaderThatHasEnoughEndsTheStreamQuietly)
 {
 	Objects log;
 	for (int i = 0; i < 20; i++)
 		for (const auto& object : observation_log()) log.push_back(object);
 	save(log, path("long.rawlog"));
-	const std::string arguments = command(words(path("long.rawlog"), {"-o", path("out")})).substr(5);
-	const auto result = run_program({"bash", "-c", arguments + " | head -n 1; exit ${PIPESTATUS[0]}"});
-	EXPECT_EQ(result.status, 3);
-	EXPECT_EQ(parse(result.out).size(), 1U);
-	EXPECT_NE(result.err.find("standard output: cannot be written"), std::string::npos) << result.err;
-	EXPECT_FALSE(fs::exists(path("out")));
+	const auto head_of = [&](const Words& arguments)
+	{
+		const auto result =
+		    run_program({"bash", "-c", command(arguments).substr(5) + " | head -n 1; exit ${PIPESTATUS[0]}"});
+		EXPECT_EQ(result.status, 0);
+		EXPECT_EQ(result.err, "");
+		EXPECT_EQ(parse(result.out).size(), 1U);
+	};
+	head_of(words(path("long.rawlog")));
+	head_of(words(path("long.rawlog"), {"--threads", "3"}));
+	head_of(words(path("long.rawlog"), {"-o", path("out")}));  // whose files are wanted all the same
+	EXPECT_EQ(lines_of(read_file(path("out/frames.csv"))).size(), 20 * walk().size() + 1);
+	EXPECT_TRUE(fs::exists(path("out/summary.json")));
+	const std::string full = command(words(path("long.rawlog"))) + " > /dev/full";
+	expect_refused(run_program({"bash", "-c", full}), 3, {"standard output: cannot be written"});
 }
 
 TEST_F(AppStream, OptionsThatNeedAFolderOrAFileAreRefusedWithoutIt)

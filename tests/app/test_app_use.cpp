@@ -74,22 +74,23 @@ TEST_F(AppUse, RefusesIncompleteCommandLines)
 	expect_refusal({}, 1, {"--map", "missing"});
 	expect_refusal({"-m", "map.yaml"}, 1, {"--input", "missing"});
 	expect_refusal({"-m", "map.yaml", "-i", "in.rawlog"}, 1, {"--output", "missing"});
-	expect_refusal({"-m"}, 1, {"--map", "--help"});
+	expect_refusal({"-m"}, 1, {"-m: needs a value", "--help"});
 }
 
 TEST_F(AppUse, RefusesUnknownWords)
 {
 	expect_refusal({"--bogus"}, 1, {"--bogus", "--help"});
+	expect_refusal({"--windw", "3"}, 1, {"--windw: is no option; did you mean --window?"});
 	expect_refusal({"stray"}, 1, {"stray"});
 	expect_refusal({"-q", "-q"}, 1, {"--quiet: is given more than once"});
 	expect_refusal({"-q", "--seed=1", "--seed=2"}, 1, {"--seed: is given more than once"});
 	expect_refusal({"--quiet=1"}, 1, {"--quiet: takes no value"});
-	expect_refusal({"-q=3"}, 1, {"-q=3: -q takes no value"});
+	expect_refusal({"-q=3"}, 1, {"-q: takes no value"});
 	expect_refusal({"-q", "--", "stray"}, 1, {"--: is no option"});
 	expect_refusal({"-mno=map\n.gridmap", "-i=no.rawlog", "-oout"}, 2, {"=no.rawlog: "});
 }
 
-TEST_F(AppUse, RefusesValuesThatMakeNoSense)  // of each option: Flags.ValuesThatMakeNoSenseAreRefused
+TEST_F(AppUse, RefusesValuesThatMakeNoSense)  // of each option: CommandLine.ValuesThatMakeNoSenseAreRefused
 {
 	expect_refusal(
 	    {"-m", "map.yaml", "-i", "in.rawlog", "-o", "out", "--threads", "2.5"}, 1,

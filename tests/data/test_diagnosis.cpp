@@ -15,8 +15,8 @@ namespace d2s1r::test
 {
 namespace
 {
+using app::CommandLine;
 using app::Diagnosis;
-using app::Flags;
 using app::GroundTruth;
 using logs::Log;
 using logs::LogReader;
@@ -142,18 +142,19 @@ Set site_set(const std::string& site, const std::string& log, const std::string&
 	set.name = site + " " + log;
 	set.map = load_map((folder / map).string());
 	set.log = logs::open_log((folder / (log + ".rawlog")).string());
-	set.laser = app::choose_sensor(set.log.survey, std::nullopt, log);
+	set.laser = app::choose_sensor(set.log.survey, {});
 	set.truth = app::load_ground_truth((folder / (log + "_gt.txt")).string());
 	return set;
 }
 
-Diagnosis diagnosis_of(const Set& set, const Flags& flags = {})
+Diagnosis diagnosis_of(const Set& set, CommandLine command = {})
 {
+	command.map.files = {"map"};
 	const Localizer localizer(set.map);
 	app::FrameSelection selection;
 	selection.label = set.laser.label;
 	selection.past = set.laser.scans;
-	return app::diagnose(set.log, selection, flags, localizer, set.truth);
+	return app::diagnose(set.log, selection, command, localizer, set.truth);
 }
 
 std::string advice_of(const Diagnosis& diagnosis)
@@ -163,9 +164,9 @@ std::string advice_of(const Diagnosis& diagnosis)
 	return text;
 }
 
-void expect_named(const Set& set, const std::string& what, const Flags& flags = {})
+void expect_named(const Set& set, const std::string& what, const CommandLine& command = {})
 {
-	const Diagnosis diagnosis = diagnosis_of(set, flags);
+	const Diagnosis diagnosis = diagnosis_of(set, command);
 	ASSERT_EQ(diagnosis.advice.size(), 1U)
 	    << set.name << ": " << what << ", " << diagnosis.fit << " of " << diagnosis.tried << " fit\n"
 	    << advice_of(diagnosis);
@@ -301,11 +302,11 @@ TEST(DiagnosisOfDrawnFloor, NamesAnotherLaser)
 
 TEST(DiagnosisOfDrawnFloor, TellsWhatFitsOutsideARegion)
 {
-	Flags flags;
-	flags.query.prior = make_prior(-3, 2, 0, 4);
-	expect_named(drawn_set(), "scans fit outside the region", flags);
-	flags.query.prior = make_prior(-10, 0, 20, 20);
-	EXPECT_EQ(advice_of(diagnosis_of(drawn_set(), flags)), "");
+	CommandLine command;
+	command.search.query.prior = make_prior(-3, 2, 0, 4);
+	expect_named(drawn_set(), "scans fit outside the region", command);
+	command.search.query.prior = make_prior(-10, 0, 20, 20);
+	EXPECT_EQ(advice_of(diagnosis_of(drawn_set(), command)), "");
 }
 
 TEST(DiagnosisOfDrawnFloor, KnowsNoMistakeThatExplainsScansOfAnotherBuilding)

@@ -48,7 +48,9 @@ std::string read_to_end(const fs::path& file, logs::LogSurvey& survey, logs::Sen
 	{
 		const Log log = logs::open_log(file);
 		survey = log.survey;
-		sensor = app::choose_sensor(survey, std::nullopt, file);
+		app::LogRequest request;
+		request.file = file;
+		sensor = app::choose_sensor(survey, request);
 		const auto reader = log.read();
 		std::size_t scans = 0;
 		while (const auto object = reader->next())

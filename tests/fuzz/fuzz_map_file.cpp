@@ -3,7 +3,7 @@
 // MRPT's readers work in a process of their own, whose coverage libFuzzer does not see.
 #include "cli/errors.h"
 #include "fuzz_input.h"
-#include "input/maps.h"
+#include "input/map_index.h"
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
 {
@@ -11,12 +11,12 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
 	static const fuzz::CaseFile file("map.gridmap");
 	fuzz::limit_memory_of_own_processes();
 	app::Console console;
-	app::Flags flags;
-	flags.quiet = true;
-	flags.map = file.write(data, size);
+	console.be_quiet();
+	app::MapSource source;
+	source.entry.file = file.write(data, size);
 	try
 	{
-		const auto map = app::build_map(flags, {}, console);
+		const auto map = app::build_map(source, {}, 1, console);
 		fuzz::require(!map->isEmpty() && !map->localizer().grid().cells.empty(), "cells in a map that is accepted");
 	}
 	catch (const app::UserError& error)

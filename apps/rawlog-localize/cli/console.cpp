@@ -3,10 +3,12 @@
 
 #include <fcntl.h>
 #include <mrpt/core/format.h>
-#include <mrpt/system/progress.h>
+#include <sys/ioctl.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
+#include <cerrno>
 #include <csignal>
 #include <cstdint>
 #include <cstdio>
@@ -73,18 +75,32 @@ Console::~Console()
 
 void Console::check_written()
 {
-	if (!out.flush()) throw UserError(kBadOutput, "standard output", "cannot be written; check where it leads to");
+	if (has_reader_ && !out.flush())
+		throw UserError(kBadOutput, "standard output", "cannot be written; check where it leads to");
 }
 
-void Console::print_line(const std::string& line)
+bool Console::print_line(const std::string& line)
 {
-	out << line + "\n";
+	errno = 0;
+	if (!(out << line + "\n" << std::flush) && errno == EPIPE) has_reader_ = false;
 	check_written();
+	return has_reader_;
 }
 
 void Console::say(const std::string& line)
 {
 	err << "rawlog-localize: " << printable(line) << std::endl;
+}
+
+void Console::note(const std::string& file, const std::vector<std::string>& lines)
+{
+	if (quiet_) return;
+	for (const std::string& line : lines) say(file + ": " + line);
+}
+
+bool Console::shows_progress() const
+{
+	return !quiet_ && isatty(STDERR_FILENO);
 }
 
 SilentDescriptors::SilentDescriptors() : old_out_(dup(STDOUT_FILENO)), old_err_(dup(STDERR_FILENO))
@@ -104,8 +120,25 @@ SilentDescriptors::~SilentDescriptors()
 	close(old_err_);
 }
 
-ProgressBar::ProgressBar(std::ostream& err, bool visible, std::size_t total)
-    : err_(err), visible_(visible && total > 0), total_(total)
+namespace
+{
+/// Returns the width of the terminal [characters], or what is usual if it does not tell.
+std::size_t terminal_width()
+{
+	constexpr std::size_t kUsual = 80;
+	winsize size = {};
+	return ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : kUsual;
+}
+
+/// Replaces the last line of the terminal. A line that is too long would break, and stay.
+void redraw(std::ostream& err, const std::string& line)
+{
+	err << "\r" << line.substr(0, terminal_width() - 1) << "\033[K" << std::flush;
+}
+}  // namespace
+
+ProgressBar::ProgressBar(Console& console, bool visible, std::size_t total)
+    : err_(console.err), visible_(visible && total > 0 && console.shows_progress()), total_(total)
 {
 }
 
@@ -122,14 +155,18 @@ void ProgressBar::show(std::size_t done)
 	const double seconds = std::chrono::duration<double>(now - start_).count();
 	const double share = static_cast<double>(done) / static_cast<double>(total_);
 	const double rate = seconds > 0 ? static_cast<double>(done) / seconds : 0;
-	err_ << "\r" << mrpt::system::progress(share, 30)
-	     << mrpt::format(" %3.0f %% %zu/%zu frames", 100 * share, done, total_);
-	if (rate > 0) err_ << mrpt::format(", %.1f frames/s, %.0f s left", rate, static_cast<double>(total_ - done) / rate);
-	err_ << "\033[K" << std::flush;
+	std::string text = mrpt::format("%3.0f %% %zu/%zu frames", 100 * share, done, total_);
+	if (rate > 0) text += mrpt::format(", %.1f frames/s, %.0f s left", rate, static_cast<double>(total_ - done) / rate);
+	constexpr std::size_t kLongestBar = 30, kLeastBar = 5, kFrame = 3;  // [characters] the frame is "[] "
+	const std::size_t needed = text.size() + kFrame + 1, width = terminal_width();
+	const std::size_t length = std::min(kLongestBar, width > needed ? width - needed : 0);
+	const auto filled = static_cast<std::size_t>(share * static_cast<double>(length));
+	if (length >= kLeastBar) text = "[" + std::string(filled, '#') + std::string(length - filled, ' ') + "] " + text;
+	redraw(err_, text);
 }
 
-Activity::Activity(std::ostream& err, bool visible, std::string what)
-    : err_(err), visible_(visible), what_(std::move(what))
+Activity::Activity(Console& console, std::string what)
+    : err_(console.err), visible_(console.shows_progress()), what_(std::move(what))
 {
 	show();
 }
@@ -144,8 +181,7 @@ void Activity::show()
 	const auto now = Clock::now();
 	if (!visible_ || now - drawn_ < std::chrono::milliseconds(500)) return;
 	drawn_ = now;
-	err_ << "\r" << what_ << mrpt::format(", %.0f s\033[K", std::chrono::duration<double>(now - start_).count())
-	     << std::flush;
+	redraw(err_, what_ + mrpt::format(", %.0f s", std::chrono::duration<double>(now - start_).count()));
 }
 
 bool run_interruptibly(Activity* activity, std::function<void()> work)

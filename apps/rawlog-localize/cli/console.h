@@ -11,6 +11,7 @@
 #include <ostream>
 #include <streambuf>
 #include <string>
+#include <vector>
 
 namespace d2s1r::app
 {
@@ -24,19 +25,34 @@ class Console
 	Console(const Console&) = delete;
 	Console& operator=(const Console&) = delete;
 
-	/// \throws UserError (kBadOutput) if standard output did not take all that was printed
+	/// \throws UserError (kBadOutput) if standard output did not take all that was printed, unless print_line() has
+	/// found out that nobody reads it any more
 	void check_written();
 
-	/// Prints one line on standard output, and sees to it that it arrives. \throws UserError (kBadOutput)
-	void print_line(const std::string& line);
+	/// Prints one line on standard output, and sees to it that it arrives. Returns false if nobody reads lines any
+	/// more. \throws UserError (kBadOutput) if it cannot be written for another reason
+	bool print_line(const std::string& line);
 
 	/// Prints one line about the program itself on standard error.
 	void say(const std::string& line);
+
+	/// Says lines about a file, unless the user wants to read errors only.
+	void note(const std::string& file, const std::vector<std::string>& lines);
+
+	/// From now on only errors are said.
+	void be_quiet() { quiet_ = true; }
+
+	bool is_quiet() const { return quiet_; }
+
+	/// Returns whether somebody may want to see how far the work is: standard error is a terminal.
+	bool shows_progress() const;
 
 	std::ostream out;  //!< the process's standard output
 	std::ostream err;  //!< the process's standard error
 
    private:
+	bool quiet_ = false;
+	bool has_reader_ = true;  //!< of standard output
 	std::streambuf* old_log_;
 };
 
@@ -54,11 +70,12 @@ class SilentDescriptors
 	int old_err_;
 };
 
-/// Shows "[####    ] 45 % 123/274 frames, 210 frames/s, 1 s left" in place if standard error is a terminal.
+/// Shows "[####    ] 45 % 123/274 frames, 210 frames/s, 1 s left" in place, as much of it as a line has room for.
 class ProgressBar
 {
    public:
-	ProgressBar(std::ostream& err, bool visible, std::size_t total);
+	/// \param visible whether it is shown, if the console shows progress at all
+	ProgressBar(Console& console, bool visible, std::size_t total);
 	~ProgressBar();
 	ProgressBar(const ProgressBar&) = delete;
 	ProgressBar& operator=(const ProgressBar&) = delete;
@@ -74,11 +91,11 @@ class ProgressBar
 	Clock::time_point drawn_{};
 };
 
-/// Shows what is being done and since when, "building the index, 12 s", in place if standard error is a terminal.
+/// Shows what is being done and since when, "building the index, 12 s", in place, if the console shows progress.
 class Activity
 {
    public:
-	Activity(std::ostream& err, bool visible, std::string what);
+	Activity(Console& console, std::string what);
 	~Activity();
 	Activity(const Activity&) = delete;
 	Activity& operator=(const Activity&) = delete;

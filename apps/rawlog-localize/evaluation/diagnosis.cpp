@@ -58,12 +58,12 @@ Parameters for_trials(Parameters parameters)
 class Tester
 {
    public:
-	Tester(Samples samples, const Flags& flags, const Localizer& localizer)
+	Tester(Samples samples, int threads, const Localizer& localizer)
 	    : samples_(std::move(samples)),
-	      flags_(flags),
+	      threads_(threads),
 	      localizer_(
 	          std::make_shared<mrpt::maps::COccupancyGridMap2D>(localizer.map()), for_trials(localizer.parameters()),
-	          flags.threads)
+	          threads)
 	{
 	}
 
@@ -95,7 +95,7 @@ class Tester
 	{
 		Trial trial{std::vector<Localization>(scans.size())};
 		run_on_threads(
-		    scans.size(), flags_.threads,
+		    scans.size(), threads_,
 		    [&](std::size_t i)
 		    {
 			    if (!scans[i] || interrupted()) return;
@@ -106,7 +106,7 @@ class Tester
 	}
 
 	Samples samples_;
-	const Flags& flags_;
+	int threads_;
 	Localizer localizer_;
 };
 
@@ -122,10 +122,10 @@ std::string turned_pose(const mrpt::poses::CPose3D& pose, double yaw, double rol
 }
 
 /// Returns the pose of the laser on the robot that --sensor-pose would have to give.
-mrpt::poses::CPose3D laser_on_robot(const Flags& flags, const Samples& samples)
+mrpt::poses::CPose3D laser_on_robot(const logs::Overrides& overrides, const Samples& samples)
 {
 	const Sample& sample = samples.chosen.front();
-	return flags.overrides.sensor_pose.value_or(
+	return overrides.sensor_pose.value_or(
 	    sample.scan->sensorPose + mrpt::poses::CPose3D(0, 0, 0, -sample.middle_angle, 0, 0));
 }
 
@@ -154,10 +154,10 @@ double best_scale(const Tester& tester)
 }
 
 /// Says how to set the resolution of the map so that its cells are as large as `cell` [m].
-std::string how_to_set_resolution(const Flags& flags, double cell)
+std::string how_to_set_resolution(const MapRequest& map, double cell)
 {
-	if (flags.image) return mrpt::format("--resolution %.4g", cell);
-	if (is_yaml_name(flags.map)) return mrpt::format("resolution: %.4g in %s", cell, flags.map.c_str());
+	if (map.image) return mrpt::format("--resolution %.4g", cell);
+	if (is_yaml_name(map.name())) return mrpt::format("resolution: %.4g in %s", cell, map.name().c_str());
 	return "draw the map again";
 }
 
@@ -199,7 +199,7 @@ std::pair<double, std::size_t> middle_of(const std::vector<double>& angles)
 }
 
 /// Says whether it is the scans or the image that are mirrored: only in a mirrored map does a robot turn the other way.
-std::string mirror_advice(const std::vector<Motions>& motions, const Samples& samples, const Flags& flags)
+std::string mirror_advice(const std::vector<Motions>& motions, const Samples& samples, const logs::Overrides& overrides)
 {
 	constexpr double kTurn = 0.2;  // [rad]
 	int as_odometry = 0;
@@ -207,7 +207,7 @@ std::string mirror_advice(const std::vector<Motions>& motions, const Samples& sa
 		if (std::abs(motion.by_odometry.phi()) > kTurn)
 			as_odometry += motion.by_odometry.phi() * motion.found.phi() > 0 ? 1 : -1;
 	const std::string scans = "the scans are mirrored: is the laser mounted upside down? " +
-	                          turned_pose(laser_on_robot(flags, samples), 0, 180);
+	                          turned_pose(laser_on_robot(overrides, samples), 0, 180);
 	const std::string image = "the image of the map is mirrored: flip it";
 	if (as_odometry > 1) return scans;
 	if (as_odometry < -1) return image;
@@ -219,7 +219,7 @@ constexpr std::size_t kFewestPairs = 5;  // [-] that show something
 
 /// Returns the lines of what the odometry shows though the scans fit: a laser that is turned.
 std::vector<std::string> advice_by_odometry(
-    const std::vector<Motions>& motions, const Samples& samples, const Flags& flags)
+    const std::vector<Motions>& motions, const Samples& samples, const logs::Overrides& overrides)
 {
 	constexpr double kStraight = 0.4, kDistance = 0.3, kTurned = 45;  // [rad], [m], [deg]
 	std::vector<double> angles;
@@ -239,7 +239,7 @@ std::vector<std::string> advice_by_odometry(
 		return {};
 	return {mrpt::format(
 	    "%zu of %zu motions are those of the odometry if the laser is turned by %.0f deg: %s", near, angles.size(),
-	    turned, turned_pose(laser_on_robot(flags, samples), turned, 0).c_str())};
+	    turned, turned_pose(laser_on_robot(overrides, samples), turned, 0).c_str())};
 }
 
 /// How a pose that was found differs from the ground truth.
@@ -284,7 +284,8 @@ double share_near(const std::vector<Offset>& offsets, double x, double y)
 /// Returns the lines of what the ground truth shows though the scans fit: an origin that is wrong, a laser that is
 /// turned, be it by half a beam.
 std::vector<std::string> advice_by_truth(
-    const std::vector<Offset>& offsets, const Samples& samples, const Flags& flags, const Localizer& localizer)
+    const std::vector<Offset>& offsets, const Samples& samples, const logs::Overrides& overrides,
+    const Localizer& localizer)
 {
 	if (offsets.size() < kFewestPairs) return {};
 	std::vector<double> xs, ys, yaws;
@@ -318,22 +319,22 @@ std::vector<std::string> advice_by_truth(
 	if (!is_half_a_beam && std::abs(turned) < 45) return {};
 	return {
 	    fit + mrpt::format("the laser is turned by %.3g deg", turned) + (is_half_a_beam ? ", half a beam: " : ": ") +
-	    turned_pose(laser_on_robot(flags, samples), turned, 0)};
+	    turned_pose(laser_on_robot(overrides, samples), turned, 0)};
 }
 
 /// Says how much better scans fit outside the region, if they do.
-std::vector<std::string> advice_on_region(const Tester& tester, const Flags& flags, const Trial& anywhere)
+std::vector<std::string> advice_on_region(const Tester& tester, const Query& query, const Trial& anywhere)
 {
 	constexpr double kFarBetter = 0.2;  // [-] of the returns
-	if (flags.query.prior.anywhere()) return {};
-	const Trial inside = tester.try_scans({}, 1, flags.query);
+	if (query.prior.anywhere()) return {};
+	const Trial inside = tester.try_scans({}, 1, query);
 	std::size_t outside = 0;
 	std::vector<double> explained, explained_inside;
 	const Hypothesis* example = nullptr;
 	for (std::size_t i = 0; i < anywhere.answers.size(); i++)
 	{
 		const Localization& answer = anywhere.answers[i];
-		if (answer.status != Status::kLocalized || flags.query.prior.allows(answer.best().pose.asTPose())) continue;
+		if (answer.status != Status::kLocalized || query.prior.allows(answer.best().pose.asTPose())) continue;
 		outside++;
 		example = &answer.best();
 		explained.push_back(example->explained.value_or(0));
@@ -380,13 +381,13 @@ std::vector<std::string> advice_by_beams(const Tester& tester, std::size_t fit)
 
 /// Returns the mistake under which the scans fit best, if there is one under which far more of them fit, and what
 /// became of them.
-std::optional<std::pair<Mistake, Trial>> worst_mistake(const Tester& tester, const Flags& flags, std::size_t fit)
+std::optional<std::pair<Mistake, Trial>> worst_mistake(const Tester& tester, const MapRequest& map, std::size_t fit)
 {
 	std::vector<Mistake> mistakes = usual_mistakes(tester.samples(), tester.localizer().parameters().scan);
 	const double scale = best_scale(tester), cell = tester.localizer().grid().cell_size;
 	mistakes.push_back(
 	    {mrpt::format("the cells of the map are %.3g m instead of %.3g m wide: ", cell / scale, cell) +
-	         how_to_set_resolution(flags, cell / scale),
+	         how_to_set_resolution(map, cell / scale),
 	     scaled_by(scale)});
 	std::optional<std::pair<Mistake, Trial>> worst;
 	for (const Mistake& mistake : mistakes)
@@ -403,33 +404,35 @@ std::optional<std::pair<Mistake, Trial>> worst_mistake(const Tester& tester, con
 }  // namespace
 
 Diagnosis diagnose(
-    const logs::Log& log, const FrameSelection& selection, const Flags& flags, const Localizer& localizer,
+    const logs::Log& log, const FrameSelection& selection, const CommandLine& command, const Localizer& localizer,
     const GroundTruth& truth)
 {
-	const auto reader = logs::read_log(log, selection.label, flags.overrides);
-	const Tester tester(read_samples(*reader, log.survey, selection), flags, localizer);
+	const logs::Overrides& overrides = command.log.overrides;
+	const auto reader = logs::read_log(log, selection.label, overrides);
+	const Tester tester(read_samples(*reader, log.survey, selection), command.search.threads, localizer);
 	const Samples& samples = tester.samples();
 	if (samples.chosen.empty()) return {};
 	const Trial as_it_is = tester.try_scans({});
-	Diagnosis diagnosis{samples.chosen.size(), as_it_is.fit(), advice_on_region(tester, flags, as_it_is)};
+	Diagnosis diagnosis{
+	    samples.chosen.size(), as_it_is.fit(), advice_on_region(tester, command.search.query, as_it_is)};
 	const auto add = [&](const std::vector<std::string>& lines)
 	{ diagnosis.advice.insert(diagnosis.advice.end(), lines.begin(), lines.end()); };
 	const auto motions = [&](const Mistake& mistake, const Trial& trial)
 	{ return motions_between(samples.chosen, trial, tester.try_later(mistake)); };
 	if (diagnosis.advice.empty()) add(advice_by_beams(tester, diagnosis.fit));
 	if (diagnosis.advice.empty() && diagnosis.fit + far_more(diagnosis.tried) <= diagnosis.tried)
-		if (const auto worst = worst_mistake(tester, flags, diagnosis.fit))
+		if (const auto worst = worst_mistake(tester, command.map, diagnosis.fit))
 		{
 			const auto& [mistake, trial] = *worst;
 			const std::string advice =
-			    mistake.mirrors ? mirror_advice(motions(mistake, trial), samples, flags) : mistake.advice;
+			    mistake.mirrors ? mirror_advice(motions(mistake, trial), samples, overrides) : mistake.advice;
 			add({fit_without(trial, diagnosis.fit, advice)});
 		}
 	if (diagnosis.advice.empty() && 2 * diagnosis.fit >= diagnosis.tried)
 	{
-		add(advice_by_odometry(motions({}, as_it_is), samples, flags));
+		add(advice_by_odometry(motions({}, as_it_is), samples, overrides));
 		if (diagnosis.advice.empty() && !truth.empty())
-			add(advice_by_truth(offsets_from_truth(samples.chosen, as_it_is, truth), samples, flags, localizer));
+			add(advice_by_truth(offsets_from_truth(samples.chosen, as_it_is, truth), samples, overrides, localizer));
 	}
 	return diagnosis;
 }

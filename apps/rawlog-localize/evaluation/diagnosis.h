@@ -1,7 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "cli/flags.h"
+#include "cli/command_line.h"
 #include "evaluation/ground_truth.h"
 #include "input/inputs.h"
 
@@ -26,6 +26,6 @@ struct Diagnosis
 /// that is turned, an origin that is wrong. A mistake is named only if far more scans fit without it. \param localizer
 /// of the default method
 Diagnosis diagnose(
-    const logs::Log& log, const FrameSelection& selection, const Flags& flags, const Localizer& localizer,
+    const logs::Log& log, const FrameSelection& selection, const CommandLine& command, const Localizer& localizer,
     const GroundTruth& truth);
 }  // namespace d2s1r::app

@@ -1,8 +1,8 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "evaluation/ground_truth.h"
 
+#include "cli/command_line.h"
 #include "cli/errors.h"
-#include "cli/flags.h"
 
 #include <logs/log.h>
 #include <mrpt/math/wrap2pi.h>

@@ -1,7 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "cli/flags.h"
+#include "cli/command_line.h"
 #include "evaluation/accuracy.h"
 #include "evaluation/diagnosis.h"
 #include "input/maps.h"
@@ -19,7 +19,7 @@ constexpr std::array<Tolerance, 2> kTolerances = {{{0.3, 5.0}, {0.2, 5.0}}};
 /// Says what a run did. The table and summary.json tell nothing else.
 struct RunReport
 {
-	const Flags& flags;
+	const CommandLine& command;
 	const Parameters& parameters;
 	const std::vector<Frame>& frames;
 	const std::vector<IndexedMap>& maps;

@@ -18,27 +18,16 @@ namespace d2s1r::app
 {
 namespace
 {
-void check_method(const Flags& flags, Method method)
-{
-	if (method != Method::kPaper) return;
-	const auto refuse = [](const char* flag, const std::string& why)
-	{ throw UserError(kWrongUse, flag, "does not go with method = paper, which " + why + "; use method = default"); };
-	if (flags.window) refuse("--window", "uses one scan at a time");
-	if (!flags.query.prior.anywhere()) refuse("--region", "searches everywhere");
-	if (flags.diagnose) refuse("--diagnose", "never says that a scan does not fit");
-	if (flags.query.time_budget > 0) refuse("--time-budget", "refines no candidate");
-}
-
 constexpr const char* kFusionClass = "d2s1r::CParticleFilterFusion";
 constexpr const char* kFusionModule = "libd2s1r-pf-init.so";
 
-void load(const std::string& modules, const std::string& flag)
+void load(const std::string& modules, const std::string& option)
 {
 	std::string errors;
 	if (mrpt::system::loadPluginModules(modules, errors)) return;
 	std::replace(
 	    errors.begin(), errors.end(), '\n', ' ');  // MRPT breaks the line between the name of a module and the reason
-	throw UserError(kWrongUse, flag, mrpt::system::trim(errors) + "; check the paths and what the modules need");
+	throw UserError(kWrongUse, option, mrpt::system::trim(errors) + "; check the paths and what the modules need");
 }
 
 void load_fusion_module()
@@ -51,13 +40,11 @@ void load_fusion_module()
 }
 }  // namespace
 
-Parameters read_parameters(const Flags& flags)
+Parameters read_parameters(const std::string& file)
 {
-	Parameters parameters;
 	try
 	{
-		if (!flags.config.empty())
-			parameters = read_interruptibly(flags.config, [file = flags.config] { return load_parameters(file); });
+		return file.empty() ? Parameters() : read_interruptibly(file, [file] { return load_parameters(file); });
 	}
 	catch (const UserError&)
 	{
@@ -65,82 +52,94 @@ Parameters read_parameters(const Flags& flags)
 	}
 	catch (const std::exception& e)
 	{
-		throw about(flags.config, kWrongUse, e);
+		throw about(file, kWrongUse, e);
 	}
-	check_method(flags, parameters.method);
-	return parameters;
 }
 
-logs::Log open_log(const Flags& flags, const std::function<void()>& prepare)
+void check_method(Method method, const CommandLine& command)
+{
+	if (method != Method::kPaper) return;
+	const auto refuse = [](const char* option, const std::string& why)
+	{ throw UserError(kWrongUse, option, "does not go with method = paper, which " + why + "; use method = default"); };
+	if (command.search.window) refuse("--window", "uses one scan at a time");
+	if (!command.search.query.prior.anywhere()) refuse("--region", "searches everywhere");
+	if (command.output.diagnose) refuse("--diagnose", "never says that a scan does not fit");
+	if (command.search.query.time_budget > 0) refuse("--time-budget", "refines no candidate");
+}
+
+logs::Log open_log(const LogRequest& request, const std::function<void()>& prepare)
 {
 	try
 	{
-		if (flags.is_live()) return logs::open_live_log(flags.rawlog, flags.sensor_label, interrupted, prepare);
-		return logs::open_log(flags.rawlog, interrupted);
+		if (request.is_live()) return logs::open_live_log(request.file, request.label, interrupted, prepare);
+		return logs::open_log(request.file, interrupted);
 	}
 	catch (const logs::Interrupted&)
 	{
-		throw UserError(kInterrupted, flags.rawlog, kInterruptedEarly);
+		throw UserError(kInterrupted, request.file, kInterruptedEarly);
 	}
 }
 
-logs::Sensor choose_sensor(
-    const logs::LogSurvey& survey, const std::optional<std::string>& label, const std::string& file)
+logs::Sensor choose_sensor(const logs::LogSurvey& survey, const LogRequest& request)
 {
 	const auto& sensors = survey.sensors;
+	const std::string file = request.name();
 	if (sensors.empty() && !survey.damage.empty()) throw UserError(kBadInput, file, survey.damage);
 	if (sensors.empty())
 		throw UserError(kBadInput, file, "holds no 2D laser scan (" + survey.kind_of_scan + "); name another log");
-	if (!label)
+	if (!request.label)
 		return *std::max_element(
 		    sensors.begin(), sensors.end(),
 		    [](const logs::Sensor& a, const logs::Sensor& b) { return a.scans < b.scans; });
 	std::string known;
 	for (const auto& sensor : sensors)
 	{
-		if (sensor.label == *label) return sensor;
+		if (sensor.label == *request.label) return sensor;
 		known += (known.empty() ? "'" : ", '") + sensor.label + "'";
 	}
-	throw UserError(kWrongUse, file, "holds no 2D scan labelled '" + *label + "'; --sensor-label can be " + known);
+	throw UserError(
+	    kWrongUse, file,
+	    "holds no 2D scan labelled '" + *request.label + "'; " + request.label_option + " can be " + known);
 }
 
-std::vector<std::string> describe_log(const logs::LogSurvey& survey, const logs::Sensor& sensor, const Flags& flags)
+std::vector<std::string> describe_log(
+    const logs::LogSurvey& survey, const logs::Sensor& sensor, const LogRequest& request, MotionSource motion)
 {
 	std::vector<std::string> lines;
 	const std::string scans = "'" + sensor.label + "' with " + std::to_string(sensor.scans) + " scans";
-	if (flags.merge_lasers)
+	if (request.merge_lasers)
 		lines.push_back(std::to_string(survey.sensors.size()) + " lasers are merged at the times of " + scans);
-	else if (!flags.sensor_label && survey.sensors.size() > 1)
+	else if (!request.label && survey.sensors.size() > 1)
 		lines.push_back(
 		    std::to_string(survey.sensors.size()) + " lasers; using " + scans +
 		    " (--sensor-label chooses another, --merge-lasers uses all)");
 	if (!sensor.mounting.empty())
 		lines.push_back(
-		    survey.format + ", laser " + scans + (flags.overrides.sensor_pose ? "" : ", " + sensor.mounting) +
+		    survey.format + ", laser " + scans + (request.overrides.sensor_pose ? "" : ", " + sensor.mounting) +
 		    (survey.odometry.empty() ? "; no odometry" : "; odometry from " + survey.odometry));
 	lines.insert(lines.end(), survey.notes.begin(), survey.notes.end());
-	if (flags.motion == MotionSource::kOdometry && survey.odometry.empty() && !survey.is_live)
+	if (motion == MotionSource::kOdometry && survey.odometry.empty() && !survey.is_live)
 		lines.push_back(
 		    "holds no odometry to move the filter with; the filter repeats its last motion (--motion pseudo follows "
 		    "the results)");
 	return lines;
 }
 
-FrameSelection select_frames(const Flags& flags, const logs::Sensor& sensor)
+FrameSelection select_frames(const FrameRange& frames, const logs::Sensor& sensor)
 {
-	if (flags.first_frame >= sensor.scans)
+	if (frames.first >= sensor.scans)
 		throw UserError(
 		    kWrongUse, "--frames",
-		    "starts at frame " + std::to_string(flags.first_frame) + " but the last one is " +
+		    "starts at frame " + std::to_string(frames.first) + " but the last one is " +
 		        std::to_string(sensor.scans - 1) + "; choose a lower start");
-	return {sensor.label, flags.first_frame, std::min(flags.past_frame, sensor.scans), flags.frame_step};
+	return {sensor.label, frames.first, std::min(frames.past, sensor.scans), frames.step};
 }
 
-void load_plugins(const Flags& flags)
+void load_plugins(const SearchRequest& request)
 {
 	mrpt::maps::registerAllClasses_mrpt_maps();
-	if (!flags.plugins.empty()) load(flags.plugins, "--plugins");
-	if (flags.fuse && !mrpt::rtti::findRegisteredClass(kFusionClass)) load_fusion_module();
+	if (!request.plugins.empty()) load(request.plugins, "--plugins");
+	if (request.fuse && !mrpt::rtti::findRegisteredClass(kFusionClass)) load_fusion_module();
 }
 
 CFusionBackend::Ptr find_fusion_backend()

@@ -1,33 +1,36 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "cli/flags.h"
+#include "cli/command_line.h"
 
 #include <d2s1r/CFusionBackend.h>
 
 #include <functional>
-#include <optional>
 #include <string>
 #include <vector>
 
 namespace d2s1r::app
 {
 /// Returns the parameters: the values of the configuration file, where it has any, and else the defaults.
-/// \throws UserError (kWrongUse) if the file is wrong, or if the method cannot do what the flags ask for; (kInterrupted)
-Parameters read_parameters(const Flags& flags);
+/// \param file empty: the defaults
+/// \throws UserError (kWrongUse) if the file is wrong; (kInterrupted)
+Parameters read_parameters(const std::string& file);
+
+/// Checks that the method can do what the command line asks for. \throws UserError (kWrongUse) if it cannot
+void check_method(Method method, const CommandLine& command);
 
 /// Recognizes the log and reads it once, or begins to read it if it is still being written.
 /// \param prepare called before the first scan of a log that is still being written is waited for
 /// \throws logs::LogError, UserError (kInterrupted), what `prepare` throws
-logs::Log open_log(const Flags& flags, const std::function<void()>& prepare);
+logs::Log open_log(const LogRequest& request, const std::function<void()>& prepare);
 
-/// Returns the laser of that label, else the one with most scans (the first of equals).
+/// Returns the laser that is asked for, else the one with most scans (the first of equals).
 /// \throws UserError if there is none: kBadInput without any scan, kWrongUse if only the label is wrong
-logs::Sensor choose_sensor(
-    const logs::LogSurvey& survey, const std::optional<std::string>& label, const std::string& file);
+logs::Sensor choose_sensor(const logs::LogSurvey& survey, const LogRequest& request);
 
 /// Returns what to tell the user about a log before its scans are localized, a line each.
-std::vector<std::string> describe_log(const logs::LogSurvey& survey, const logs::Sensor& sensor, const Flags& flags);
+std::vector<std::string> describe_log(
+    const logs::LogSurvey& survey, const logs::Sensor& sensor, const LogRequest& request, MotionSource motion);
 
 /// Says which scans of a rawlog are localized.
 struct FrameSelection
@@ -41,13 +44,13 @@ struct FrameSelection
 	std::size_t size() const { return (past - first + step - 1) / step; }
 };
 
-/// Returns the frames of --frames that the rawlog has. \throws UserError (kWrongUse) if there is none
-FrameSelection select_frames(const Flags& flags, const logs::Sensor& sensor);
+/// Returns the frames that are asked for and that the log has. \throws UserError (kWrongUse) if there is none
+FrameSelection select_frames(const FrameRange& frames, const logs::Sensor& sensor);
 
 /// Loads the modules of --plugins. For --fuse it also loads the module with the particle filter, if none of the others
 /// brought it, from the folder of the program or from where modules are installed.
 /// \throws UserError (kWrongUse) if a module cannot be loaded
-void load_plugins(const Flags& flags);
+void load_plugins(const SearchRequest& request);
 
 /// Makes a fusion back-end by its name in MRPT's class factory. \throws UserError (kWrongUse) if no module has it
 CFusionBackend::Ptr find_fusion_backend();

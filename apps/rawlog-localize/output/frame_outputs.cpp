@@ -9,6 +9,7 @@
 
 #include <chrono>
 #include <cmath>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 
 namespace d2s1r::app
@@ -205,11 +206,10 @@ void LocalizedRawlog::add(const Frame& frame, const mrpt::obs::CObservation2DRan
 	file_.write(odometry_observation(odometry_, scan.timestamp));
 }
 
-FrameOutputs::FrameOutputs(
-    const std::filesystem::path& folder, bool fused, bool rawlog_copy, std::unique_ptr<PfPipeline> pipeline)
-    : files_(open_frame_files(folder, fused)), pipeline_(std::move(pipeline))
+FrameOutputs::FrameOutputs(const OutputRequest& request, bool fused) : files_(open_frame_files(request.folder, fused))
 {
-	if (rawlog_copy) rawlog_.emplace(folder / "localized.rawlog");
+	if (request.rawlog_copy) rawlog_.emplace(std::filesystem::path(request.folder) / "localized.rawlog");
+	if (!request.write_pf_ini.empty()) pipeline_.emplace(request.write_pf_ini);
 }
 
 void FrameOutputs::add(const logs::RawlogObject& object)

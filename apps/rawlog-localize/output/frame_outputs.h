@@ -1,6 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "cli/command_line.h"
 #include "frames/frame.h"
 #include "output/output_file.h"
 #include "output/pf_pipeline.h"
@@ -8,8 +9,6 @@
 #include <logs/log.h>
 
 #include <deque>
-#include <filesystem>
-#include <memory>
 #include <optional>
 
 namespace d2s1r::app
@@ -64,13 +63,10 @@ class FrameFile
 class FrameOutputs
 {
    public:
-	/// Opens all files.
+	/// Opens all files that are asked for.
 	/// \param fused whether the frames have fused poses
-	/// \param rawlog_copy whether localized.rawlog is written
-	/// \param pipeline null: nothing for pf-localization is written
 	/// \throws UserError (kBadOutput)
-	FrameOutputs(
-	    const std::filesystem::path& folder, bool fused, bool rawlog_copy, std::unique_ptr<PfPipeline> pipeline);
+	FrameOutputs(const OutputRequest& request, bool fused);
 
 	void add(const logs::RawlogObject& object);
 	void add(Frame frame, mrpt::obs::CObservation2DRangeScan::ConstPtr scan);
@@ -88,7 +84,7 @@ class FrameOutputs
    private:
 	std::deque<FrameFile> files_;
 	std::optional<LocalizedRawlog> rawlog_;
-	std::unique_ptr<PfPipeline> pipeline_;
+	std::optional<PfPipeline> pipeline_;
 	std::vector<Frame> frames_;
 	mrpt::obs::CObservation2DRangeScan::ConstPtr last_scan_;
 };

@@ -237,17 +237,17 @@ void ReportHtml::finish(const RunReport& report, const Grid& grid)
 {
 	Json json = {
 	    {"version", D2S1R_VERSION},
-	    {"map", report.flags.map},
-	    {"log", report.flags.rawlog},
+	    {"map", report.command.map.name()},
+	    {"log", report.command.log.file},
 	    {"width", grid.width},
 	    {"height", grid.height},
 	    {"cell_size", grid.cell_size},
 	    {"origin", {grid.origin_x, grid.origin_y}},
 	    {"tolerance", {kTolerances.front().position, kTolerances.front().yaw}},
-	    {"window", report.flags.window ? Json(*report.flags.window) : Json()}};
+	    {"window", report.command.search.window ? Json(*report.command.search.window) : Json()}};
 	add_frames(json, report.frames);
 	if (!report.matches.empty()) json["truth"] = truth_of(report);
-	if (report.flags.fuse) json["fused"] = fused_of(report.frames);
+	if (report.command.search.fuse) json["fused"] = fused_of(report.frames);
 	if (!alone_.empty() && report.maps.size() == 1) json["alone"] = alone_of(alone_);
 
 	fill_template(

@@ -70,7 +70,7 @@ Json json_of(const IndexedMap& indexed)
 void write_run_json(const RunReport& report, TextFile& file)
 {
 	Json files = Json::array();
-	for (const auto& file_written : files_written(report.flags))
+	for (const auto& file_written : files_written(report.command))
 		if (file_written.in_folder) files.push_back(std::filesystem::path(file_written.path).filename().string());
 	std::error_code ignored;
 	Json maps = Json::array();
@@ -89,15 +89,15 @@ void write_run_json(const RunReport& report, TextFile& file)
 	    {"version", D2S1R_VERSION},
 	    {"mrpt_version", mrpt::system::MRPT_getVersion()},
 	    {"compiler", __VERSION__},
-	    {"command_line", report.flags.words},
+	    {"command_line", report.command.words},
 	    {"working_folder", std::filesystem::current_path(ignored).string()},
-	    {"options", report.flags.given},
+	    {"options", report.command.given},
 	    {"parameters", values_of(to_ini(report.parameters))},
 	    {"files", files},
 	    {is_atlas ? "maps" : "map", is_atlas ? maps : json_of(report.maps.front())},
 	    {"log",
-	     {{"file", report.flags.rawlog},
-	      {"bytes", bytes_of(report.flags.rawlog)},
+	     {{"file", report.command.log.file},
+	      {"bytes", bytes_of(report.command.log.file)},
 	      {"sensor_label", report.sensor.label},
 	      {"sensor_scans", report.sensor.scans}}}};
 

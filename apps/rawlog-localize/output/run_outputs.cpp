@@ -20,19 +20,20 @@ namespace
 {
 namespace fs = std::filesystem;
 
-std::vector<NamedFile> files_read(const Flags& flags)
+std::vector<NamedFile> files_read(const CommandLine& command, const std::vector<MapSource>& maps)
 {
 	std::vector<NamedFile> files = {
-	    {flags.rawlog, "--input"}, {flags.config, "--config"}, {flags.ground_truth, "--ground-truth"}};
-	if (!flags.map.empty())
-		for (const AtlasEntry& entry : map_entries(flags))
-		{
-			for (const auto& file : files_of_map(entry.file)) files.push_back({file, "--map"});
-			files.push_back({entry.config, "--map"});
-		}
-	files.push_back({flags.map, "--map"});
+	    {command.log.file, "--input"},
+	    {command.search.config, "--config"},
+	    {command.log.ground_truth, "--ground-truth"}};
+	for (const MapSource& map : maps)
+	{
+		for (const auto& file : files_of_map(map.entry.file)) files.push_back({file, "--map"});
+		files.push_back({map.entry.config, "--map"});
+		files.push_back({map.atlas.empty() ? map.entry.file : map.atlas, "--map"});
+	}
 	std::vector<std::string> modules;
-	mrpt::system::tokenize(flags.plugins, ",", modules);
+	mrpt::system::tokenize(command.search.plugins, ",", modules);
 	for (const auto& module : modules) files.push_back({module, "--plugins"});
 	return files;
 }
@@ -64,24 +65,25 @@ std::vector<std::string> files_of_earlier_run(const fs::path& folder)
 }
 }  // namespace
 
-std::vector<NamedFile> files_written(const Flags& flags, bool localized)
+std::vector<NamedFile> files_written(const CommandLine& command, bool localized)
 {
-	if (flags.only_writes_config()) return {{flags.write_config, "--write-config"}};
-	if (flags.diagnose) return {};
+	const OutputRequest& output = command.output;
+	if (command.only_writes_config()) return {{output.write_config, "--write-config"}};
+	if (output.diagnose) return {};
 	std::vector<NamedFile> files;
 	const auto add_to_folder = [&](std::initializer_list<const char*> names)
 	{
-		if (flags.output_dir.empty()) return;
-		for (const char* name : names) files.push_back({fs::path(flags.output_dir) / name, "--output", true});
+		if (output.folder.empty()) return;
+		for (const char* name : names) files.push_back({fs::path(output.folder) / name, "--output", true});
 	};
 	add_to_folder({"frames.csv", "hypotheses.csv", "trajectory.tum", "trajectory.txt"});
-	if (flags.rawlog_copy) add_to_folder({"localized.rawlog"});
-	if (flags.fuse) add_to_folder({"fused.csv", "fused.tum"});
+	if (output.rawlog_copy) add_to_folder({"localized.rawlog"});
+	if (command.search.fuse) add_to_folder({"fused.csv", "fused.tum"});
 	add_to_folder({"map.png", "scene.3Dscene", "report.html", "run.json", "summary.json"});
-	if (!flags.save_map.empty()) files.push_back({flags.save_map, "--save-map"});
-	if (!flags.write_config.empty()) files.push_back({flags.write_config, "--write-config"});
-	if (!flags.write_pf_ini.empty() && localized)
-		for (const auto& file : pf_files(flags.write_pf_ini).all()) files.push_back({file, "--write-pf-ini"});
+	if (!output.save_map.empty()) files.push_back({output.save_map, "--save-map"});
+	if (!output.write_config.empty()) files.push_back({output.write_config, "--write-config"});
+	if (!output.write_pf_ini.empty() && localized)
+		for (const auto& file : pf_files(output.write_pf_ini).all()) files.push_back({file, "--write-pf-ini"});
 	return files;
 }
 
@@ -89,10 +91,9 @@ const std::set<std::string>& names_in_folder()
 {
 	static const std::set<std::string> names = []
 	{
-		Flags all;
-		all.map = "map";
-		all.output_dir = ".";
-		all.fuse = true;
+		CommandLine all;
+		all.output.folder = ".";
+		all.search.fuse = true;
 		std::set<std::string> found;
 		for (const auto& file : files_written(all)) found.insert(fs::path(file.path).filename().string());
 		return found;
@@ -103,25 +104,24 @@ const std::set<std::string>& names_in_folder()
 namespace
 {
 /// Refuses what cannot become the file of an index, before one is built. That of an atlas is a folder.
-void check_index(const Flags& flags)
+void check_index(const std::string& index, const std::vector<MapSource>& maps)
 {
 	std::error_code error;
-	const auto status = fs::status(flags.index, error);
-	const bool is_of_one_map = flags.more_maps.empty() && !is_atlas(flags.map);
-	if (is_of_one_map && fs::exists(status) && !fs::is_regular_file(status))
-		throw UserError(kBadOutput, flags.index, "is a folder, a device or a pipe; name another file with --index");
+	const auto status = fs::status(index, error);
+	if (maps.front().atlas.empty() && fs::exists(status) && !fs::is_regular_file(status))
+		throw UserError(kBadOutput, index, "is a folder, a device or a pipe; name another file with --index");
 }
 }  // namespace
 
-void check_files_apart(const Flags& flags)
+void check_files_apart(const CommandLine& command, const std::vector<MapSource>& maps)
 {
-	const auto inputs = files_read(flags);
+	const auto inputs = files_read(command, maps);
 	std::map<fs::path, std::string> option_of_place;
-	auto written = files_written(flags);
-	if (!flags.index.empty())
+	auto written = files_written(command);
+	if (const std::string& index = command.map.index; !index.empty() && !maps.empty())
 	{
-		check_index(flags);
-		written.push_back({flags.index, "--index"});
+		check_index(index, maps);
+		written.push_back({index, "--index"});
 	}
 	for (const auto& file : written)
 	{
@@ -155,14 +155,13 @@ void OutputFolder::remove_made()
 	for (const auto& folder : made_) rmdir(folder.c_str());
 }
 
-IndexFiles::IndexFiles(const Flags& flags)
+IndexFiles::IndexFiles(const std::string& folder_or_file, const std::vector<MapSource>& maps)
 {
-	if (flags.index.empty()) return;
-	const auto entries = map_entries(flags);
-	if (!entries.front().name.empty()) folder_.emplace(flags.index);
-	for (const AtlasEntry& entry : entries)
+	if (folder_or_file.empty()) return;
+	if (!maps.front().atlas.empty()) folder_.emplace(folder_or_file);
+	for (const MapSource& map : maps)
 	{
-		const fs::path file = index_file_of(entry, flags);
+		const fs::path file = map.index;
 		std::error_code error;
 		if (fs::exists(file, error))
 			remove_abandoned(file.parent_path().empty() ? "." : file.parent_path(), {file.filename().string()});
@@ -171,21 +170,19 @@ IndexFiles::IndexFiles(const Flags& flags)
 	}
 }
 
-RunOutputs::RunOutputs(const Flags& flags)
-    : flags_(flags),
-      folder_(flags.output_dir),
-      frames_(
-          flags.output_dir, flags.fuse, flags.rawlog_copy,
-          flags.write_pf_ini.empty() ? nullptr : std::make_unique<PfPipeline>(flags.write_pf_ini)),
-      map_png_(fs::path(flags.output_dir) / "map.png"),
-      scene_(fs::path(flags.output_dir) / "scene.3Dscene"),
-      page_(fs::path(flags.output_dir) / "report.html"),
-      run_json_(fs::path(flags.output_dir) / "run.json"),
-      summary_(fs::path(flags.output_dir) / "summary.json")
+RunOutputs::RunOutputs(const CommandLine& command)
+    : command_(command),
+      folder_(command.output.folder),
+      frames_(command.output, command.search.fuse),
+      map_png_(fs::path(command.output.folder) / "map.png"),
+      scene_(fs::path(command.output.folder) / "scene.3Dscene"),
+      page_(fs::path(command.output.folder) / "report.html"),
+      run_json_(fs::path(command.output.folder) / "run.json"),
+      summary_(fs::path(command.output.folder) / "summary.json")
 {
-	if (!flags.save_map.empty()) saved_map_.emplace(flags.save_map);
-	if (!flags.write_config.empty()) config_.emplace(flags.write_config);
-	remove_abandoned(flags.output_dir, names_in_folder());
+	if (!command.output.save_map.empty()) saved_map_.emplace(command.output.save_map);
+	if (!command.output.write_config.empty()) config_.emplace(command.output.write_config);
+	remove_abandoned(command.output.folder, names_in_folder());
 }
 
 void RunOutputs::save_map(const mrpt::maps::COccupancyGridMap2D& grid, const Parameters& parameters)
@@ -199,7 +196,7 @@ void RunOutputs::save_map(const mrpt::maps::COccupancyGridMap2D& grid, const Par
 void RunOutputs::draw(const RunReport& report, const Grid& grid, const std::vector<MapName>& names)
 {
 	write_map_png(report, grid, names, map_png_);
-	write_scene({grid, names, report.frames, frames_.last_localized_scan(), report.flags.fuse}, scene_);
+	write_scene({grid, names, report.frames, frames_.last_localized_scan(), report.command.search.fuse}, scene_);
 	page_.finish(report, grid);
 }
 
@@ -212,7 +209,7 @@ void RunOutputs::finish(const RunReport& report)
 	else
 	{
 		const Sheet sheet = make_sheet(report.maps, report.frames);
-		draw({report.flags, report.parameters, sheet.frames, report.maps, report.sensor}, sheet.grid, sheet.names);
+		draw({report.command, report.parameters, sheet.frames, report.maps, report.sensor}, sheet.grid, sheet.names);
 	}
 	write_run_json(report, run_json_);
 	run_json_.finish();
@@ -225,9 +222,9 @@ void RunOutputs::finish(const RunReport& report)
 
 void RunOutputs::remove_files_of_earlier_run() const
 {
-	const fs::path folder = flags_.output_dir;
+	const fs::path folder = command_.output.folder;
 	std::set<std::string> written;
-	for (const auto& file : files_written(flags_)) written.insert(fs::path(file.path).filename().string());
+	for (const auto& file : files_written(command_)) written.insert(fs::path(file.path).filename().string());
 	std::error_code ignored;
 	fs::remove(folder / "summary.json", ignored);  // from here on the folder is not whole
 	for (const auto& name : files_of_earlier_run(folder))

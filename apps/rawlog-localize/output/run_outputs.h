@@ -1,8 +1,9 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "cli/flags.h"
+#include "cli/command_line.h"
 #include "evaluation/run_report.h"
+#include "input/map_index.h"
 #include "output/frame_outputs.h"
 #include "output/report_html.h"
 #include "picture/map_view.h"
@@ -27,7 +28,7 @@ struct NamedFile
 
 /// Returns all files that a run writes, in the order in which the user is told.
 /// \param localized whether any frame was localized; if none was, --write-pf-ini writes nothing
-std::vector<NamedFile> files_written(const Flags& flags, bool localized = true);
+std::vector<NamedFile> files_written(const CommandLine& command, bool localized = true);
 
 /// Returns the names of all files that a run may write to OUT_DIR, whatever its options.
 const std::set<std::string>& names_in_folder();
@@ -35,7 +36,7 @@ const std::set<std::string>& names_in_folder();
 /// Checks that no file would be written over one that is read, or over another that is written; to be called before
 /// anything is written.
 /// \throws UserError (kBadOutput)
-void check_files_apart(const Flags& flags);
+void check_files_apart(const CommandLine& command, const std::vector<MapSource>& maps);
 
 /// A folder that is made if it is missing, with all that it lies in. What was made is removed again if it is empty when
 /// the object goes out of scope.
@@ -59,8 +60,8 @@ class OutputFolder
 class IndexFiles
 {
    public:
-	/// Makes the folder of an atlas. \throws UserError (kBadOutput)
-	explicit IndexFiles(const Flags& flags);
+	/// Makes the folder of an atlas. \param folder_or_file of --index; empty: none. \throws UserError (kBadOutput)
+	IndexFiles(const std::string& folder_or_file, const std::vector<MapSource>& maps);
 
    private:
 	std::optional<OutputFolder> folder_;  //!< of an atlas
@@ -71,8 +72,8 @@ class IndexFiles
 class RunOutputs
 {
    public:
-	/// Makes the folder and opens all files. Keeps a reference to `flags`. \throws UserError (kBadOutput)
-	explicit RunOutputs(const Flags& flags);
+	/// Makes the folder and opens all files. Keeps a reference to `command`. \throws UserError (kBadOutput)
+	explicit RunOutputs(const CommandLine& command);
 
 	FrameOutputs& frames() { return frames_; }
 	ReportHtml& page() { return page_; }
@@ -89,7 +90,7 @@ class RunOutputs
 	void draw(const RunReport& report, const Grid& grid, const std::vector<MapName>& names);
 	void remove_files_of_earlier_run() const;
 
-	const Flags& flags_;
+	const CommandLine& command_;
 	OutputFolder folder_;
 	FrameOutputs frames_;
 	std::optional<GzipFile> saved_map_;

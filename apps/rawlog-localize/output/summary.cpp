@@ -162,7 +162,7 @@ Json maps_of(const RunReport& report)
 	{
 		Json& of_map = json[entry.name];
 		of_map = {{"file", entry.file}, {"floor", entry.floor}, {"frames", counts[entry.name]}};
-		if (!report.flags.index.empty()) of_map["index"] = index_of(entry.name + ".index", use);
+		if (!report.command.map.index.empty()) of_map["index"] = index_of(entry.name + ".index", use);
 	}
 	return json;
 }
@@ -170,12 +170,13 @@ Json maps_of(const RunReport& report)
 /// Returns what was done with the files of --index: ", loaded from FILE"; empty without --index.
 std::string use_of_index(const RunReport& report)
 {
-	if (report.flags.index.empty()) return "";
+	if (report.command.map.index.empty()) return "";
 	const auto is_loaded = [](const IndexedMap& map) { return map.use.loaded; };
 	const auto loaded = std::count_if(report.maps.begin(), report.maps.end(), is_loaded);
 	if (is_of_atlas(report))
-		return mrpt::format(", %td of %zu loaded from %s", loaded, report.maps.size(), report.flags.index.c_str());
-	return (loaded == 1 ? ", loaded from " : ", saved in ") + report.flags.index;
+		return mrpt::format(
+		    ", %td of %zu loaded from %s", loaded, report.maps.size(), report.command.map.index.c_str());
+	return (loaded == 1 ? ", loaded from " : ", saved in ") + report.command.map.index;
 }
 
 /// Prints in which maps of an atlas the frames are.
@@ -194,13 +195,13 @@ void write_summary_json(const RunReport& report, TextFile& file)
 {
 	Json json = {
 	    {"version", D2S1R_VERSION},
-	    {"map", report.flags.map},
-	    {"rawlog", report.flags.rawlog},
+	    {"map", report.command.map.name()},
+	    {"rawlog", report.command.log.file},
 	    {"sensor_label", report.sensor.label},
 	    {"sensor_scans", report.sensor.scans},
 	    {"method", to_string(report.parameters.method)},
-	    {"window", report.flags.window.value_or(1)},
-	    {"seed", report.flags.seed},
+	    {"window", report.command.search.window.value_or(1)},
+	    {"seed", report.command.search.seed},
 	    {"selected_frames", report.selected_frames},
 	    {"frames", report.frames.size()}};
 	const auto counts = count_statuses(report.frames);
@@ -211,8 +212,8 @@ void write_summary_json(const RunReport& report, TextFile& file)
 	json["build_s"] = report.build_seconds;
 	if (is_of_atlas(report))
 		json["maps"] = maps_of(report);
-	else if (!report.flags.index.empty())
-		json["index"] = index_of(report.flags.index, report.maps.front().use);
+	else if (!report.command.map.index.empty())
+		json["index"] = index_of(report.command.map.index, report.maps.front().use);
 	json["localization_s"] = report.localization_seconds;
 	json["frames_per_s"] = frames_per_second(report);
 	json["retrieval_ms"] = summary_of(stage_times(report.frames, &StageTimes::retrieval_ms));
@@ -220,7 +221,7 @@ void write_summary_json(const RunReport& report, TextFile& file)
 	json["refinement_ms"] = summary_of(stage_times(report.frames, &StageTimes::refinement_ms));
 	json["total_ms"] = summary_of(stage_times(report.frames, &StageTimes::total_ms));
 	if (report.truth_lines > 0) add_accuracy(json, report);
-	if (report.flags.fuse) json["fused"] = fusion_of(report);
+	if (report.command.search.fuse) json["fused"] = fusion_of(report);
 	if (report.diagnosis) json["advice"] = report.diagnosis->advice;
 
 	// names of files may hold bytes that are no UTF-8
@@ -255,10 +256,10 @@ void print_table(const RunReport& report, std::ostream& out)
 	if (is_of_atlas(report)) print_maps(report, out);
 	if (!report.frames.empty()) print_times(report, out);
 	if (!report.matches.empty()) print_accuracy(report, out);
-	if (report.flags.fuse) print_fusion(report, out);
+	if (report.command.search.fuse) print_fusion(report, out);
 	if (report.diagnosis) print_diagnosis(*report.diagnosis, out);
 	const char* word = "written";
-	for (const auto& file : files_written(report.flags, any_localized(report.frames)))
+	for (const auto& file : files_written(report.command, any_localized(report.frames)))
 	{
 		out << mrpt::format("%-12s%s\n", word, printable(file.path).c_str());
 		word = "";

@@ -22,9 +22,9 @@ namespace d2s1r::app
 namespace
 {
 namespace gl = drawing;
-constexpr int kTextureSide = 4096;   //!< [pixel] what graphics cards take
-constexpr float kAboveGrid = 0.02f;  //!< [m]
-constexpr float kSigmas = 3.0f;      //!< [-] of the ellipses
+constexpr int kTextureSide = 4096;      //!< [pixel] what graphics cards take
+constexpr float kAboveGrid = 0.02f;     //!< [m]
+constexpr float kEllipseSigmas = 3.0f;  //!< [-] of the ellipses
 
 DrawnObject::Ptr grid_object(const SceneContent& content)
 {
@@ -98,7 +98,7 @@ DrawnObject::Ptr hypotheses_object(const std::vector<Frame>& frames)
 			if (h.probability < kLeastDrawnProbability) continue;
 			auto ellipse = gl::CEllipsoid2D::Create();
 			ellipse->setCovMatrix(mrpt::math::CMatrixDouble22(h.covariance.blockCopy<2, 2>(0, 0)));
-			ellipse->setQuantiles(kSigmas);
+			ellipse->setQuantiles(kEllipseSigmas);
 			ellipse->setLocation(h.pose.x(), h.pose.y(), kAboveGrid);
 			ellipse->setColor_u8(frame.localized() ? kPathColor : kHypothesisColor);
 			ellipses->insert(ellipse);

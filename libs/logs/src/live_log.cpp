@@ -113,9 +113,15 @@ class LiveReader : public LogReader
 	{
 		auto object = reader_.next();
 		if (object)
+		{
 			objects_++;
-		else
-			damage_ = stream_.damage(objects_);
+			return object;
+		}
+		damage_ = stream_.damage(objects_);
+		if (objects_ == 0 && !damage_.empty())
+			damage_ +=
+			    "; of logs that are being written only rawlogs can be read: read a bag or a CARMEN log from its "
+			    "file, once it is complete";
 		return object;
 	}
 
@@ -139,6 +145,10 @@ int open_input(const std::string& file)
 	if (descriptor < 0 || fstat(descriptor, &status) != 0) throw cannot_open(file);
 	if (S_ISREG(status.st_mode)) return descriptor;
 	close(descriptor);
+	if (S_ISDIR(status.st_mode))
+		throw LogError(
+		    file,
+		    "is a folder, as a ROS 2 bag is, which cannot be read while it is written; read it once it is complete");
 	throw LogError(file, "is no file that can grow; pipe it into standard input, whose name is -");
 }
 }  // namespace

@@ -18,8 +18,8 @@ class FrameLoop : public test::FolderTest
 
 	LoopResult run(const FrameSelection& selection, int threads, const FrameSink& sink)
 	{
-		std::ostringstream unseen;
-		ProgressBar progress(unseen, false, 0);
+		Console console;
+		ProgressBar progress(console, false, 0);
 		const auto reader = logs::open_log(path("in.rawlog")).read();
 		return localize_log(*reader, selection, {localizer_, {}, {}, nullptr, threads}, sink, progress);
 	}

@@ -10,8 +10,8 @@ namespace d2s1r::test
 namespace
 {
 using app::choose_sensor;
-using app::Flags;
 using app::FrameSelection;
+using app::LogRequest;
 using app::select_frames;
 using app::UserError;
 
@@ -25,11 +25,15 @@ logs::LogSurvey two_lasers()
 
 FrameSelection selection_of(std::size_t first, std::size_t past, std::size_t step)
 {
-	Flags flags;
-	flags.first_frame = first;
-	flags.past_frame = past;
-	flags.frame_step = step;
-	return select_frames(flags, {"front", 9});
+	return select_frames({first, past, step}, {"front", 9});
+}
+
+LogRequest request_for(const std::optional<std::string>& label)
+{
+	LogRequest request;
+	request.file = "a.rawlog";
+	request.label = label;
+	return request;
 }
 
 /// What is told if no laser can be chosen, and the exit status.
@@ -37,7 +41,7 @@ std::pair<std::string, int> refusal(const logs::LogSurvey& survey, const std::op
 {
 	try
 	{
-		choose_sensor(survey, label, "a.rawlog");
+		choose_sensor(survey, request_for(label));
 	}
 	catch (const UserError& error)
 	{
@@ -49,8 +53,8 @@ std::pair<std::string, int> refusal(const logs::LogSurvey& survey, const std::op
 
 TEST(ChooseSensor, TakesTheFirstOfThoseWithMostScans)
 {
-	EXPECT_EQ(choose_sensor(two_lasers(), std::nullopt, "a.rawlog").label, "front");
-	EXPECT_EQ(choose_sensor(two_lasers(), "rear", "a.rawlog").scans, 3U);
+	EXPECT_EQ(choose_sensor(two_lasers(), request_for(std::nullopt)).label, "front");
+	EXPECT_EQ(choose_sensor(two_lasers(), request_for("rear")).scans, 3U);
 }
 
 TEST(ChooseSensor, SaysWhichLasersThereAre)

@@ -1,0 +1,518 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "cli/command_line.h"
+
+#include "cli/errors.h"
+#include "cli/values.h"
+
+#include <d2s1r/version.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <memory>
+#include <numeric>
+#include <sstream>
+#include <stdexcept>
+#include <utility>
+
+namespace d2s1r::app
+{
+namespace
+{
+[[noreturn]] void wrong(const std::string& option, const std::string& what)
+{
+	throw UserError(kWrongUse, option, what + "; see rawlog-localize --help");
+}
+
+constexpr const char* kNeedsValue = "needs a value";
+
+constexpr const char* kUsage =
+    "Usage: rawlog-localize -m MAP -i LOG -o OUT_DIR [OPTION]...\n"
+    "       rawlog-localize -m MAP -i LOG --stream [OPTION]...\n"
+    "       rawlog-localize -m MAP -i LOG --diagnose [OPTION]...\n"
+    "       rawlog-localize --write-config FILE [-c CONFIG.ini]\n"
+    "Localize every 2D laser scan of a log in a known map, each scan on its own, without an initial pose.\n\n";
+
+constexpr const char* kFooter =
+    "LOG is a ROS 2 bag (a folder, or a file of sqlite3 or MCAP), a ROS 1 bag, an MRPT rawlog or a CARMEN\n"
+    "log; its content tells which.\n\n"
+    "MAP is a .simplemap(.gz), a .gridmap(.gz), a ROS map_server .yaml, an image (with --resolution), or\n"
+    "a file with a serialized CMultiMetricMap or CSignatureMap2D. An atlas is a folder of such maps or a\n"
+    "yaml file: maps: {NAME: {file: MAP, floor: TEXT, region: [X0, Y0, X1, Y1], config: CONFIG.ini}, ...};\n"
+    "of a map all but the file may be left out. The column 'map' of the results names the map.\n\n"
+    "OUT_DIR receives frames.csv, hypotheses.csv, trajectory.tum, trajectory.txt, localized.rawlog,\n"
+    "run.json, summary.json, map.png, scene.3Dscene and report.html; with --fuse also fused.csv and\nfused.tum.\n\n"
+    "Exit status: 0 done, 1 wrong use or configuration, 2 an input that cannot be read or used, 3 an\n"
+    "output that cannot be written, 130 interrupted (finished frames are on disk).";
+
+/// Prints --help as GNU programs do: "  -m, --map MAP", and the meaning beside it in lines of equal length.
+class HelpFormatter : public CLI::Formatter
+{
+   public:
+	HelpFormatter() { column_width(kMeaningColumn); }
+
+	std::string make_usage(const CLI::App*, std::string) const override { return kUsage; }
+
+	std::string make_group(std::string heading, bool, std::vector<const CLI::Option*> options) const override
+	{
+		std::string text = heading + ":\n";
+		for (const CLI::Option* option : options) text += make_option(option, false);
+		return text;
+	}
+
+	std::string make_option_name(const CLI::Option* option, bool) const override
+	{
+		const auto& letters = option->get_snames();
+		return (letters.empty() ? "    --" : "-" + letters.front() + ", --") + option->get_lnames().front();
+	}
+
+	std::string make_option_desc(const CLI::Option* option) const override
+	{
+		std::istringstream words(option->get_description());
+		std::string lines;
+		std::size_t column = 0;
+		for (std::string word; words >> word;)
+		{
+			const bool fits = kMeaningColumn + column + 1 + word.size() <= kLastColumn;
+			if (column > 0) lines += fits ? ' ' : '\n';
+			column = (column > 0 && fits ? column + 1 : 0) + word.size();
+			lines += word;
+		}
+		return lines;
+	}
+
+   private:
+	static constexpr std::size_t kMeaningColumn = 29, kLastColumn = 100;
+};
+
+/// Adds options under a heading of --help.
+class OptionGroup
+{
+   public:
+	OptionGroup(CLI::App& app, const char* heading) : app_(app), heading_(heading) {}
+
+	/// An option with a value, which may not be empty.
+	/// \param names "-l,--long" or "--long"
+	/// \param take takes the text of the value. What it throws is told as an error of the option
+	template <class Take>
+	void value(const char* names, const char* value_name, const char* meaning, const Take& take)
+	{
+		text(names, value_name, meaning, [take](const std::string& text) { take(filled(text)); });
+	}
+	void value(const char* names, const char* value_name, const char* meaning, std::string& text)
+	{
+		value(names, value_name, meaning, [&text](const std::string& given) { text = given; });
+	}
+
+	/// The same, but the value may be empty.
+	template <class Take>
+	void text(const char* names, const char* value_name, const char* meaning, const Take& take)
+	{
+		const auto take_or_refuse = [take, name = name_of(names)](const std::string& text)
+		{
+			try
+			{
+				take(text);
+			}
+			catch (const std::invalid_argument& error)
+			{
+				wrong(name, error.what());
+			}
+		};
+		add(app_.add_option_function<std::string>(names, take_or_refuse, meaning), value_name);
+	}
+
+	/// An option that may be given several times.
+	void values(const char* names, const char* value_name, const char* meaning, std::vector<std::string>& texts)
+	{
+		const auto take = [&texts, name = name_of(names)](const std::vector<std::string>& given)
+		{
+			if (std::count(given.begin(), given.end(), "") > 0) wrong(name, kNeedsValue);
+			texts = given;
+		};
+		add(app_.add_option_function<std::vector<std::string>>(names, take, meaning), value_name)
+		    ->expected(1)
+		    ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+	}
+
+	void flag(const char* names, const char* meaning, bool& given)
+	{
+		app_.add_flag(names, given, meaning)->group(heading_);
+	}
+
+	/// A flag that is followed as soon as it is read, whatever else is given, and that ends the parsing.
+	void request(const char* names, const char* meaning, const std::function<void()>& follow)
+	{
+		const auto follow_and_end = [follow]
+		{
+			follow();
+			throw CLI::Success();
+		};
+		app_.add_flag_callback(names, follow_and_end, meaning)->trigger_on_parse()->group(heading_);
+	}
+
+   private:
+	static std::string name_of(const std::string& names) { return names.substr(names.find("--")); }
+
+	static const std::string& filled(const std::string& text)
+	{
+		if (text.empty()) throw std::invalid_argument(kNeedsValue);
+		return text;
+	}
+
+	CLI::Option* add(CLI::Option* option, const char* value_name) const
+	{
+		return option->option_text(value_name)->group(heading_);
+	}
+
+	CLI::App& app_;
+	const char* heading_;
+};
+
+/// Options that are understood together with another one.
+struct Dependent
+{
+	std::optional<double> resolution;            //!< [m/pixel]
+	std::optional<mrpt::math::TPoint2D> origin;  //!< [m]
+	std::optional<MotionSource> motion;
+	std::string topic;
+	bool no_rawlog = false;
+};
+
+void add_inputs(OptionGroup input, CommandLine& command, Dependent& dependent)
+{
+	LogRequest& log = command.log;
+	input.values(
+	    "-m,--map", "MAP",
+	    "map to localize in, or an atlas of maps: a yaml file that lists them, or a folder; may also be given several "
+	    "times",
+	    command.map.files);
+	input.value(
+	    "-i,--input", "LOG",
+	    "log with 2D laser scans: a bag, a rawlog or a CARMEN log; - is a rawlog on standard input, read as it comes",
+	    log.file);
+	input.value(
+	    "--frames", "A:B:STEP",
+	    "localize only scan frames A, A + STEP, A + 2 STEP, ... below B, counted from 0; A, B and :STEP may be left "
+	    "out",
+	    [&](const std::string& text) { log.frames = parse_frames(text); });
+	input.value(
+	    "-c,--config", "CONFIG.ini", "parameters; those not in the file keep their defaults", command.search.config);
+	input.value(
+	    "--ground-truth", "GT.txt",
+	    "true poses: adds accuracy to the results; lines 'time x y phi', 'time x y z yaw pitch roll' or those of TUM, "
+	    "a CSV file with the names of its columns, or topic:/TOPIC, a nav_msgs/Odometry of the log",
+	    log.ground_truth);
+	input.value(
+	    "--resolution", "R", "of a map that is an image [m/pixel]",
+	    [&](const std::string& text) { dependent.resolution = parse_resolution(text); });
+	input.value(
+	    "--origin", "X,Y", "where the lower left corner of such an image is in the map frame [m] (default 0,0)",
+	    [&](const std::string& text) { dependent.origin = parse_point(text); });
+	input.value(
+	    "--index", "FILE",
+	    "keep the index of the map in FILE: it is loaded from there in a fraction of the time, and built and saved "
+	    "again if FILE is missing, damaged or of another map, other parameters or another version; with an atlas FILE "
+	    "is a folder with a file for each map",
+	    command.map.index);
+	input.value("--plugins", "A.so,B.so", "MRPT modules to load first", command.search.plugins);
+}
+
+void add_laser(OptionGroup laser, LogRequest& log, Dependent& dependent)
+{
+	laser.text(
+	    "--sensor-label", "LABEL", "laser to use; default: the one with the most scans",
+	    [&](const std::string& text) { log.label = text; });  // a laser's label may be empty
+	laser.value(
+	    "--topic", "TOPIC", "the same as --sensor-label: the topic of the laser to use, if the log is of ROS",
+	    dependent.topic);
+	laser.flag(
+	    "--merge-lasers",
+	    "use all lasers together: each scan of that laser with the last one of each other laser, at most 0.5 s older; "
+	    "odometry, if there is any, links them",
+	    log.merge_lasers);
+	laser.value(
+	    "--sensor-pose", "X,Y,Z,YAW,PITCH,ROLL",
+	    "pose of that laser on the robot [m, deg], in place of what the log says; a roll of 180 is upside down",
+	    [&](const std::string& text) { log.overrides.sensor_pose = parse_sensor_pose(text); });
+	laser.value(
+	    "--max-range", "M", "range up to which that laser sees [m], in place of what the log says",
+	    [&](const std::string& text) { log.overrides.max_range = parse_max_range(text); });
+	laser.value(
+	    "--range-factor", "F", "factor of all ranges of that laser, such as 0.001 if the log has them in mm",
+	    [&](const std::string& text) { log.overrides.range_factor = parse_range_factor(text); });
+}
+
+void add_search(OptionGroup search, SearchRequest& request, Dependent& dependent)
+{
+	search.value(
+	    "--threads", "N",
+	    "number of threads to localize with, and to build the index of method = paper; the results do not depend on it "
+	    "(default 1)",
+	    [&](const std::string& text) { request.threads = static_cast<int>(parse_whole_number(text, 1, 256)); });
+	search.value(
+	    "--window", "N",
+	    "use the last N scans jointly, linked by the odometry of the rawlog or, without it, by the motion that the "
+	    "results agree on; finds the place in buildings that look alike all over (default: every scan on its own)",
+	    [&](const std::string& text) { request.window = parse_window(text); });
+	search.value(
+	    "--region", "X0,Y0,X1,Y1",
+	    "the robot is in the box between these two corners [m], map frame: search there only",
+	    [&](const std::string& text) { request.query.prior = parse_region(text); });
+	search.value(
+	    "--time-budget", "MS",
+	    "time for each scan [ms], not counting --window and --fuse: a search for candidates always runs to its "
+	    "end, then as many of them are refined as there is time for, and a pose is ambiguous if another one that "
+	    "was left out may be the right one; the results depend on the machine and its load (default: no limit)",
+	    [&](const std::string& text) { request.query.time_budget = parse_time_budget(text); });
+	search.flag(
+	    "--fuse",
+	    "also run a particle filter, seeded from the results and checked against them; needs the pf-init plug-in",
+	    request.fuse);
+	search.value(
+	    "--motion", "SOURCE",
+	    "what moves the filter: 'pseudo' (successive results), 'odometry' (of the rawlog) or 'both' (default)",
+	    [&](const std::string& text) { dependent.motion = parse_motion(text); });
+	search.value(
+	    "--seed", "N", "seed of the particle filter, from 0 to 4294967295 (default 1)",
+	    [&](const std::string& text)
+	    { request.seed = static_cast<std::uint32_t>(parse_whole_number(text, 0, 4294967295)); });
+}
+
+void add_outputs(OptionGroup output, OutputRequest& request, Dependent& dependent)
+{
+	output.value("-o,--output", "OUT_DIR", "folder for the results, made if missing", request.folder);
+	output.flag("--no-rawlog", "leave localized.rawlog out, which is as large as the rawlog", dependent.no_rawlog);
+	output.value(
+	    "--save-map", "FILE",
+	    "save the map and its parameters as a CSignatureMap2D, for MRPT programs; if FILE is later given as MAP, its "
+	    "grid is used, its parameters are not",
+	    request.save_map);
+	output.value(
+	    "--write-config", "FILE", "write all parameters, with units and meanings, as an ini file",
+	    request.write_config);
+	output.value(
+	    "--write-pf-ini", "FILE.ini",
+	    "write files for MRPT's pf-localization: this ini (it starts at the first localized pose), FILE.rawlog (the "
+	    "localized frames, with pseudo-odometry between them) and FILE.gridmap.gz",
+	    request.write_pf_ini);
+	output.flag(
+	    "--diagnose",
+	    "write nothing, but try on 20 scans what is usually wrong if scans do not fit to a map (its resolution, "
+	    "mirrored scans, the unit of ranges, ...), and say which mistake explains them and which option sets it right; "
+	    "a run in which most frames are not localized does the same at its end",
+	    request.diagnose);
+	output.flag("-q,--quiet", "print errors only", request.quiet);
+}
+
+void add_live(OptionGroup live, CommandLine& command)
+{
+	live.flag(
+	    "--follow",
+	    "LOG is a rawlog that grows: wait for more at its end, until it is removed or cut short or the run interrupted",
+	    command.log.follow);
+	live.flag(
+	    "--stream",
+	    "print a line of JSON for each frame as soon as it is known, in place of the table; OUT_DIR may be left out",
+	    command.output.stream);
+}
+
+void add_help(OptionGroup help, const CLI::App& app, std::ostream& out)
+{
+	help.request(
+	    "--version", "print the version and exit",
+	    [&out] { out << "rawlog-localize (d2s1r) " D2S1R_VERSION "\nreads " << logs::known_formats() << "\n"; });
+	help.request("-h,--help", "print this help and exit", [&app, &out] { out << app.help(); });
+}
+
+void check_complete(const CommandLine& command)
+{
+	if (command.map.files.empty()) wrong("--map", "missing; name the map file");
+	if (command.log.file.empty()) wrong("--input", "missing; name the log");
+	if (command.output.folder.empty() && !command.output.stream && !command.output.diagnose)
+		wrong("--output", "missing; name the folder to write to");
+}
+
+/// Checks that the options go with a log that is still being written.
+void check_live(const LogRequest& log, const OutputRequest& output)
+{
+	if (log.follow && log.file == logs::kStandardInput)
+		wrong("--follow", "is for a file that grows; standard input is read to its end without it");
+	if (output.diagnose && log.is_live())
+		wrong("--diagnose", "reads the log several times, which it cannot while the log is written; record it first");
+	if (log.ground_truth.rfind(kTopicPrefix, 0) == 0 && log.is_live())
+		wrong(
+		    "--ground-truth",
+		    "'" + log.ground_truth + "' is of a recording of ROS, but a live log is a rawlog; name a file of poses");
+}
+
+/// Checks that nothing asks for files if there is no folder for them.
+void check_without_folder(const CommandLine& command)
+{
+	if (!command.output.folder.empty()) return;
+	for (const auto& [option, value] :
+	     {std::pair("--ground-truth", command.log.ground_truth),
+	      {"--save-map", command.output.save_map},
+	      {"--write-pf-ini", command.output.write_pf_ini},
+	      {"--write-config", command.output.write_config}})
+		if (!value.empty()) wrong(option, "goes with files; name a folder for them with --output");
+}
+
+/// Refuses names that load_map() would take for another kind of map.
+void check_saved_map(const std::string& file)
+{
+	if (is_image_name(file) || is_yaml_name(file))
+		wrong("--save-map", "'" + file + "' would be read back as an image or yaml; name it FILE.signaturemap");
+}
+
+/// Checks that an image has a resolution, and that no other map has one.
+void check_image(const MapRequest& map)
+{
+	if (is_image_name(map.name()) == map.image.has_value()) return;
+	if (!map.image)
+		throw UserError(
+		    kBadInput, map.name(), "an image does not say its resolution; give it with --resolution [m/pixel]");
+	std::string known;
+	for (const char* extension : kImageExtensions) known += std::string(known.empty() ? "" : ", ") + extension;
+	wrong("--resolution", "only goes with an image (" + known + "); leave it out or rename the image");
+}
+
+/// Enters the options that are understood together with another one. \throws UserError (kWrongUse) if that is missing
+void add_dependent(CommandLine& command, const Dependent& dependent)
+{
+	if (!dependent.topic.empty())
+	{
+		if (command.log.label) wrong("--topic", "is the same as --sensor-label; leave one of them out");
+		command.log.label = dependent.topic;
+		command.log.label_option = "--topic";
+	}
+	if (dependent.motion && !command.search.fuse) wrong("--motion", "only goes with --fuse");
+	command.search.motion = dependent.motion.value_or(command.search.motion);
+	if (dependent.origin && !dependent.resolution) wrong("--origin", "only goes with --resolution");
+	if (dependent.resolution)
+	{
+		const auto origin = dependent.origin.value_or(mrpt::math::TPoint2D(0, 0));
+		command.map.image.emplace();
+		command.map.image->resolution = *dependent.resolution;
+		command.map.image->origin_x = origin.x;
+		command.map.image->origin_y = origin.y;
+	}
+	command.output.rawlog_copy = !dependent.no_rawlog;
+}
+
+/// Returns the least number of letters to insert, leave out or replace that makes one word of the other.
+std::size_t edit_distance(const std::string& from, const std::string& to)
+{
+	std::vector<std::size_t> row(to.size() + 1);  // from the letters of `from` so far to each beginning of `to`
+	std::iota(row.begin(), row.end(), 0U);
+	for (const char letter : from)
+	{
+		std::size_t diagonal = row[0]++;
+		for (std::size_t i = 0; i < to.size(); i++)
+		{
+			const std::size_t replaced = diagonal + (letter == to[i] ? 0 : 1);
+			diagonal = row[i + 1];
+			row[i + 1] = std::min({replaced, row[i] + 1, diagonal + 1});
+		}
+	}
+	return row.back();
+}
+
+/// Refuses a word that is no option, and names the option that it may have been meant to be.
+[[noreturn]] void refuse_unknown(const CLI::App& app, const std::string& word)
+{
+	constexpr std::size_t kMostSlips = 2;
+	const std::string given = word.substr(0, word.find('='));
+	std::string nearest;
+	std::size_t least = kMostSlips + 1;
+	for (const CLI::Option* option : app.get_options())
+	{
+		const std::string name = "--" + option->get_lnames().front();
+		const bool is_beginning = given.size() > 3 && name.rfind(given, 0) == 0;
+		const std::size_t slips = is_beginning ? 1 : edit_distance(given, name);
+		if (slips >= least) continue;
+		least = slips;
+		nearest = name;
+	}
+	if (nearest.empty()) wrong(given, "is no option");
+	throw UserError(kWrongUse, given, "is no option; did you mean " + nearest + "?");
+}
+
+/// Returns the words behind the program's name, the last one first, as CLI11 wants them. It would take the next word
+/// for the value of "--name=", so that becomes two words, and a flag's value for a letter, so that is refused here.
+std::vector<std::string> words_of(const CLI::App& app, int argc, char** argv)
+{
+	std::vector<std::string> words;
+	for (int i = 1; i < argc; i++)
+	{
+		const std::string word = argv[i], name = word.substr(0, word.find('='));
+		const CLI::Option* option = name.size() < word.size() ? app.get_option_no_throw(name) : nullptr;
+		if (option && option->get_items_expected_max() == 0) wrong(name, "takes no value");
+		const bool is_empty_value = option && name.rfind("--", 0) == 0 && word.size() == name.size() + 1;
+		words.push_back(is_empty_value ? name : word);
+		if (is_empty_value) words.emplace_back();
+	}
+	std::reverse(words.begin(), words.end());
+	return words;
+}
+
+/// Parses the words. \throws UserError (kWrongUse), CLI::Success after --help and --version
+void parse_words(CLI::App& app, int argc, char** argv)
+{
+	try
+	{
+		app.parse(words_of(app, argc, argv));
+	}
+	catch (const CLI::ArgumentMismatch&)
+	{
+		wrong(argv[argc - 1], kNeedsValue);  // only the last word can lack what comes after it
+	}
+	const auto unknown = app.remaining();
+	if (!unknown.empty()) refuse_unknown(app, unknown.front());
+	for (const CLI::Option* option : app.get_options())
+		if (option->count() > 1 && option->get_multi_option_policy() != CLI::MultiOptionPolicy::TakeAll)
+			wrong(option->get_name(), "is given more than once");
+}
+
+void check(const CommandLine& command)
+{
+	check_saved_map(command.output.save_map);
+	if (command.only_writes_config() && !command.output.write_config.empty()) return;
+	check_complete(command);
+	check_live(command.log, command.output);
+	check_without_folder(command);
+	check_image(command.map);
+}
+}  // namespace
+
+std::optional<CommandLine> parse_command_line(int argc, char** argv, std::ostream& out)
+{
+	CommandLine command;
+	Dependent dependent;
+	CLI::App app;
+	app.set_help_flag();
+	app.allow_extras();
+	app.formatter(std::make_shared<HelpFormatter>());
+	app.footer(kFooter);
+	app.option_defaults()->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
+	add_inputs({app, "Input"}, command, dependent);
+	add_laser({app, "Laser"}, command.log, dependent);
+	add_search({app, "Search"}, command.search, dependent);
+	add_outputs({app, "Output"}, command.output, dependent);
+	add_live({app, "Live"}, command);
+	add_help({app, "Help"}, app, out);
+	try
+	{
+		parse_words(app, argc, argv);
+	}
+	catch (const CLI::Success&)
+	{
+		return std::nullopt;
+	}
+	add_dependent(command, dependent);
+	command.words.assign(argv, argv + argc);
+	for (const CLI::Option* option : app.get_options())
+		if (option->count() > 0) command.given[option->get_lnames().front()] = option->results().back();
+	check(command);
+	return command;
+}
+}  // namespace d2s1r::app

@@ -1,0 +1,112 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "input/map_loading.h"
+
+#include "cli/errors.h"
+
+#include <d2s1r/CSignatureMap2D.h>
+#include <logs/own_process.h>
+#include <mrpt/serialization/CSerializable.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <vector>
+
+namespace d2s1r::app
+{
+namespace
+{
+using MrptGrid = mrpt::maps::COccupancyGridMap2D;
+
+/// Returns what loading a map file may take, which is far more than loading a sound one does.
+logs::ProcessLimits limits_of_map(const std::string& file)
+{
+	constexpr std::uint64_t kMemory = 900'000'000, kMemoryPerByte = 40;  // [byte], [-]
+	constexpr unsigned kSeconds = 120, kMicrosecondsPerByte = 10;        // [s], [us]
+	std::error_code error;
+	const std::uintmax_t size = std::filesystem::file_size(file, error);
+	if (error) return {kMemory, kSeconds};
+	return {kMemory + kMemoryPerByte * size, kSeconds + static_cast<unsigned>(kMicrosecondsPerByte * size / 1'000'000)};
+}
+
+/// A map file is loaded in a process of its own, and the map arrives as records: a letter and what it is about.
+enum MapRecord : char
+{
+	kMapRecord = 'm',   //!< the next part of a serialized CSignatureMap2D, which keeps the grid to the last bit
+	kErrorRecord = 'e'  //!< why the file cannot be loaded
+};
+
+void tell_map(const std::string& file, const GridParameters& parameters, const logs::Send& send)
+{
+	try
+	{
+		const CSignatureMap2D map(*load_map(file, parameters));
+		std::vector<std::uint8_t> bytes;
+		mrpt::serialization::ObjectToOctetVector(&map, bytes);
+		constexpr std::size_t kPart = 1 << 20;  // [byte]
+		for (std::size_t i = 0; i < bytes.size(); i += kPart)
+			send(std::string(1, kMapRecord)
+			         .append(reinterpret_cast<const char*>(bytes.data()) + i, std::min(kPart, bytes.size() - i)));
+	}
+	catch (const std::bad_alloc&)
+	{
+		throw;
+	}
+	catch (const std::exception& error)
+	{
+		send(char{kErrorRecord} + std::string(error.what()));
+	}
+}
+
+/// Loads a map file in one of MRPT's formats. \throws std::runtime_error, UserError
+MrptGrid::ConstPtr load_mrpt_map(const std::string& file, const GridParameters& parameters)
+{
+	std::vector<std::uint8_t> bytes;
+	std::string error;
+	const logs::ProcessLimits limits = limits_of_map(file);
+	const logs::ProcessEnd end = logs::run_in_own_process(
+	    limits, [&](const logs::Send& send) { tell_map(file, parameters, send); },
+	    [&](const std::string& record)
+	    {
+		    if (record[0] == kErrorRecord)
+			    error = record.substr(1);
+		    else
+			    bytes.insert(bytes.end(), record.begin() + 1, record.end());
+	    },
+	    interrupted);
+	if (!error.empty()) throw std::runtime_error(error);
+	const std::string advice = "; it is damaged or far too large: copy or save it again";
+	switch (end)
+	{
+		case logs::ProcessEnd::kInterrupted:
+			throw UserError(kInterrupted, file, kInterruptedEarly);
+		case logs::ProcessEnd::kOutOfMemory:
+			if (logs::available_memory() < limits.memory) throw std::bad_alloc();
+			throw std::runtime_error("loading it takes too much memory" + advice);
+		case logs::ProcessEnd::kOutOfTime:
+			throw std::runtime_error("loading it takes too long" + advice);
+		case logs::ProcessEnd::kCrashed:
+			throw std::runtime_error("MRPT's reader crashes on it" + advice);
+		default:
+			break;
+	}
+	mrpt::serialization::CSerializable::Ptr map;
+	mrpt::serialization::OctetVectorToObject(bytes, map);
+	return dynamic_cast<const CSignatureMap2D&>(*map).grid();
+}
+
+}  // namespace
+
+MrptGrid::ConstPtr load_grid(
+    const std::string& file, const std::optional<ImageGeometry>& image, const GridParameters& parameters,
+    Activity& activity)
+{
+	if (!is_yaml_name(file) && !is_image_name(file)) return load_mrpt_map(file, parameters);
+	const SilentDescriptors silence;
+	const auto grid = std::make_shared<MrptGrid::ConstPtr>();
+	const auto load = [grid, file, parameters, image] { *grid = load_map(file, parameters, image); };
+	if (!run_interruptibly(&activity, load)) throw UserError(kInterrupted, file, kInterruptedEarly);
+	return *grid;
+}
+}  // namespace d2s1r::app
