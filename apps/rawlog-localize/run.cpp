@@ -59,7 +59,7 @@ ExitStatus conclude(const RunReport& report, std::size_t done, const std::string
 		        "no line has the time of a scan (within 1 ms), nor are two lines at most %.1f s apart around one; the "
 		        "results are in %s, without accuracy. Give times by the log's clock, in s",
 		        kGreatestGap, output.folder.c_str()));
-	if (!output.write_pf_ini.empty() && !any_localized(report.frames))
+	if (!output.write_pf_ini.empty() && !any_localized(report.frames.kept()))
 		throw UserError(
 		    kBadOutput, output.write_pf_ini,
 		    "no frame was localized that a filter could start from; check whether map and rawlog belong together");
@@ -81,9 +81,9 @@ std::vector<std::string> doubts_about_scan(const mrpt::obs::CObservation2DRangeS
 /// Returns whether most of the frames were not localized, and the user should know why.
 bool needs_diagnosis(const RunReport& report)
 {
-	const std::size_t localized = count_statuses(report.frames).front();
+	const std::size_t localized = count_statuses(report.frames.kept()).front();
 	return report.parameters.method == Method::kDefault && report.maps.size() == 1 && !report.command.output.quiet &&
-	       !report.command.log.is_live() && !interrupted() && 2 * localized < report.frames.size();
+	       !report.command.log.is_live() && !interrupted() && 2 * localized < report.frames.kept().size();
 }
 
 /// Hands every scan to the localizer, and every result to the files and to standard output.
@@ -102,16 +102,14 @@ LoopResult localize_frames(
 	{
 		if (outputs) outputs->frames().add(object);
 	};
-	sink.take_frame = [&](Frame frame, mrpt::obs::CObservation2DRangeScan::ConstPtr scan)
+	sink.take_frame = [&](const Frame& frame, mrpt::obs::CObservation2DRangeScan::ConstPtr scan)
 	{
-		if (frame.index == selection.first)
-			console.note(request.name(), doubts_about_scan(*scan, report.parameters));
+		if (frame.index == selection.first) console.note(request.name(), doubts_about_scan(*scan, report.parameters));
 		if (streams) streams = console.print_line(json_line(frame));
 		if (!streams && !outputs) throw NobodyReads();
 		if (!outputs) return;
-		outputs->page().add(frame, make_scan(*scan, report.parameters.scan));
-		frame.alone.reset();  // it is large, and nothing else needs it
-		outputs->frames().add(std::move(frame), std::move(scan));
+		outputs->page().add(make_scan(*scan, report.parameters.scan));
+		outputs->frames().add(frame, std::move(scan));
 	};
 	ProgressBar progress(console, !report.command.output.stream && !request.is_live(), report.selected_frames);
 	const auto reader = logs::read_log(log, selection.label, request.overrides);
@@ -135,11 +133,11 @@ void write_files(RunOutputs& outputs, RunReport& report, const LoopResult& loop,
 		report.selected_frames = loop.frames;
 	}
 	report.computing_seconds = loop.seconds;
-	const AlignedTruth aligned = align_truth(truth, report.frames);
+	const AlignedTruth aligned = align_truth(truth, report.frames.kept());
 	report.truth_lines = aligned.lines.size();
 	report.truth_interpolated = aligned.interpolated;
 	report.truth_offset = aligned.offset;
-	report.matches = match(report.frames, aligned.lines);
+	report.matches = match(report.frames.kept(), aligned.lines);
 	outputs.commit(report);
 }
 
@@ -155,34 +153,41 @@ GroundTruth truth_of(const LogRequest& request, const logs::LogSurvey& survey)
 /// \param survey of the log, with the laser that was asked for
 void check_any_frame(logs::LogSurvey survey, const LoopResult& loop, const LogRequest& request)
 {
+	if (!request.is_live() || loop.frames > 0 || interrupted()) return;
 	survey.sensors.front().scans = loop.scans;
 	if (loop.scans == 0) survey.sensors.clear();
 	for (const std::string& label : loop.other_labels) survey.sensors.push_back({label});
 	select_frames(request.frames, choose_sensor(survey, request));
 }
 
+/// Returns why the loop ended before all selected frames; empty if it did not, or was interrupted.
+std::string damage_of(const LoopResult& loop, const FrameSelection& selection, const LogRequest& request)
+{
+	if (!loop.damage.empty() || loop.frames == selection.size() || interrupted() || request.is_live())
+		return loop.damage;
+	return "holds fewer scans than when the run began; run again when nothing writes to it";
+}
+
 /// Completes what the frames began: files, table, and the status of the run.
 /// \param outputs null: no files are written
 ExitStatus finish(
-    const logs::Log& log, const FrameSelection& selection, const GroundTruth& truth, LoopResult loop, RunReport& report,
-    RunOutputs* outputs, Console& console)
+    const logs::Log& log, const FrameSelection& selection, const GroundTruth& truth, const LoopResult& loop,
+    RunReport& report, RunOutputs* outputs, Console& console)
 {
 	const CommandLine& command = report.command;
-	const bool is_live = command.log.is_live();
+	const std::string damage = damage_of(loop, selection, command.log);
 	if (loop.frames == 0 && interrupted())
 	{
 		console.say(kInterruptedEarly);
 		return kInterrupted;
 	}
-	if (loop.frames < selection.size() && loop.damage.empty() && !interrupted() && !is_live)
-		loop.damage = "holds fewer scans than when the run began; run again when nothing writes to it";
-	if (loop.frames == 0 && !loop.damage.empty()) throw UserError(kBadInput, command.log.name(), loop.damage);
+	if (loop.frames == 0 && !damage.empty()) throw UserError(kBadInput, command.log.name(), damage);
 	if (needs_diagnosis(report))
 		report.diagnosis = diagnose(log, selection, command, report.maps.front().map->localizer(), truth);
 	if (outputs) write_files(*outputs, report, loop, truth);
 	if (!command.output.quiet && !command.output.stream) print_table(report, console.out);
-	if (is_live && loop.frames == 0 && !interrupted()) check_any_frame(log.survey, loop, command.log);
-	return conclude(report, loop.frames, loop.damage.empty() ? log.survey.damage : loop.damage, console);
+	check_any_frame(log.survey, loop, command.log);
+	return conclude(report, loop.frames, damage.empty() ? log.survey.damage : damage, console);
 }
 
 /// Goes from the log and the maps to all outputs.
@@ -212,7 +217,7 @@ ExitStatus localize(
 	if (!request.is_live()) prepare();
 	const std::optional<Atlas> atlas = atlas_of(maps);
 	const Localizer& localizer = maps.front().map->localizer();
-	const std::vector<Frame> unknown;
+	const FrameStore unknown{{}};
 	RunReport report{command, parameters, outputs ? outputs->frames().frames() : unknown, maps, sensor};
 	report.build_seconds = build_seconds;
 	if (outputs) outputs->save_map(localizer.map(), parameters);
@@ -221,10 +226,10 @@ ExitStatus localize(
 	report.selected_frames = selection.size();
 
 	const mrpt::system::CTicTac watch;
-	LoopResult loop = localize_frames(
+	const LoopResult loop = localize_frames(
 	    log, report, selection, atlas ? &*atlas : nullptr, backend, outputs ? &*outputs : nullptr, console);
 	report.localization_seconds = watch.Tac();
-	return finish(log, selection, truth, std::move(loop), report, outputs ? &*outputs : nullptr, console);
+	return finish(log, selection, truth, loop, report, outputs ? &*outputs : nullptr, console);
 }
 
 /// Looks for mistakes only.

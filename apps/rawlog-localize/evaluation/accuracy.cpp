@@ -15,36 +15,37 @@ namespace
 {
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
-Match compare(const TimedPose& truth, const Frame& frame)
+Match compare(const TimedPose& truth, const KeptFrame& frame)
 {
 	constexpr double kInfinite = std::numeric_limits<double>::infinity();
-	if (!frame.has_pose()) return {truth, &frame, kInfinite, kInfinite};
-	return compare(truth, frame, frame.result.best().pose.asTPose());
+	if (!frame.has_pose) return {truth, &frame, kInfinite, kInfinite};
+	return compare(truth, frame, frame.pose);
 }
 }  // namespace
 
-Match compare(const TimedPose& truth, const Frame& frame, const mrpt::math::TPose2D& pose)
+Match compare(const TimedPose& truth, const KeptFrame& frame, const mrpt::math::TPose2D& pose)
 {
 	return {
 	    truth, &frame, std::hypot(pose.x - truth.pose.x, pose.y - truth.pose.y),
 	    mrpt::RAD2DEG(std::abs(mrpt::math::wrapToPi(pose.phi - truth.pose.phi)))};
 }
 
-std::vector<Match> match(const std::vector<Frame>& frames, const GroundTruth& truth)
+std::vector<Match> match(const std::vector<KeptFrame>& frames, const GroundTruth& truth)
 {
-	std::vector<const Frame*> by_time;
+	std::vector<const KeptFrame*> by_time;
 	for (const auto& frame : frames) by_time.push_back(&frame);
 	std::stable_sort(
-	    by_time.begin(), by_time.end(), [](const Frame* a, const Frame* b) { return a->timestamp < b->timestamp; });
+	    by_time.begin(), by_time.end(),
+	    [](const KeptFrame* a, const KeptFrame* b) { return a->timestamp < b->timestamp; });
 
 	std::vector<Match> matches;
 	for (const auto& line : truth)
 	{
-		const Frame* nearest = nullptr;
+		const KeptFrame* nearest = nullptr;
 		double least = kSameTime;
 		for (auto it = std::lower_bound(
 		         by_time.begin(), by_time.end(), line.timestamp - kSameTime,
-		         [](const Frame*frame, double time) { return frame->timestamp < time; });
+		         [](const KeptFrame*frame, double time) { return frame->timestamp < time; });
 		     it != by_time.end() && (*it)->timestamp <= line.timestamp + kSameTime; ++it)
 		{
 			const double difference = std::abs((*it)->timestamp - line.timestamp);

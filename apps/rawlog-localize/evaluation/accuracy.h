@@ -2,7 +2,7 @@
 #pragma once
 
 #include "evaluation/ground_truth.h"
-#include "frames/frame.h"
+#include "frames/frame_store.h"
 
 #include <vector>
 
@@ -33,7 +33,7 @@ struct Tolerance
 struct Match
 {
 	TimedPose truth;
-	const Frame* frame = nullptr;
+	const KeptFrame* frame = nullptr;
 	double position_error = 0;  //!< [m] from the truth to the best pose; infinite if the frame has no pose
 	double yaw_error = 0;       //!< [deg] as above
 
@@ -44,10 +44,10 @@ struct Match
 };
 
 /// Returns the errors of `pose`, which takes the place of the frame's own pose.
-Match compare(const TimedPose& truth, const Frame& frame, const mrpt::math::TPose2D& pose);
+Match compare(const TimedPose& truth, const KeptFrame& frame, const mrpt::math::TPose2D& pose);
 
 /// Pairs each line with the frame that is nearest in time, at most 1 ms away. Lines without such a frame are left out.
-std::vector<Match> match(const std::vector<Frame>& frames, const GroundTruth& truth);
+std::vector<Match> match(const std::vector<KeptFrame>& frames, const GroundTruth& truth);
 
 /// Says how often the frames with ground truth are right, and how large the errors of the right ones are.
 struct Accuracy

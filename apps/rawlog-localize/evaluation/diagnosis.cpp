@@ -257,17 +257,16 @@ double median_of(std::vector<double> values)
 /// Returns the offsets of the localized scans that have ground truth.
 std::vector<Offset> offsets_from_truth(const std::vector<Sample>& samples, const Trial& trial, const GroundTruth& truth)
 {
-	std::vector<Frame> frames;
+	std::vector<KeptFrame> frames;
 	for (std::size_t i = 0; i < samples.size(); i++)
 		if (trial.answers[i].status == Status::kLocalized)
-			frames.push_back({i, logs::to_seconds(samples[i].scan->timestamp), trial.answers[i]});
+			frames.push_back(keep({i, logs::to_seconds(samples[i].scan->timestamp), trial.answers[i]}));
 	const AlignedTruth aligned = align_truth(truth, frames);
 	std::vector<Offset> offsets;
 	for (const Match& match : match(frames, aligned.lines))
 	{
-		const auto& found = match.frame->result.best().pose;
-		const auto& right = match.truth.pose;
-		offsets.push_back({found.x() - right.x, found.y() - right.y, mrpt::math::wrapToPi(found.phi() - right.phi)});
+		const auto &found = match.frame->pose, &right = match.truth.pose;
+		offsets.push_back({found.x - right.x, found.y - right.y, mrpt::math::wrapToPi(found.phi - right.phi)});
 	}
 	return offsets;
 }
@@ -279,6 +278,17 @@ double share_near(const std::vector<Offset>& offsets, double x, double y)
 	    offsets.begin(), offsets.end(),
 	    [&](const Offset& offset) { return std::hypot(offset.x - x, offset.y - y) < 0.3; });
 	return static_cast<double>(near) / static_cast<double>(offsets.size());
+}
+
+/// Returns whether most scans are turned to the same side, by half of the angle between beams.
+bool is_half_a_beam(const mrpt::obs::CObservation2DRangeScan& scan, const std::vector<double>& yaws, double turn)
+{
+	const double half_beam = 0.5 * static_cast<double>(scan.aperture) /
+	                         static_cast<double>(std::max<std::size_t>(scan.getScanSize(), 2) - 1);
+	const auto same_side = std::count_if(yaws.begin(), yaws.end(), [turn](double yaw) { return yaw * turn > 0; });
+	return half_beam > mrpt::DEG2RAD(0.2) &&
+	       std::abs(std::abs(turn) - half_beam)<0.35 * half_beam&& static_cast<double>(same_side)> 0.85 *
+	           static_cast<double>(yaws.size());
 }
 
 /// Returns the lines of what the ground truth shows though the scans fit: an origin that is wrong, a laser that is
@@ -308,17 +318,10 @@ std::vector<std::string> advice_by_truth(
 		        static_cast<double>(map.getXMin()) - x, static_cast<double>(map.getYMin()) - y,
 		        static_cast<double>(map.getXMin()), static_cast<double>(map.getYMin()))};
 	if (share_near(offsets, 0, 0) < kMostOfThem && std::abs(turned) < 45) return {};
-	const auto& scan = *samples.chosen.front().scan;
-	const double half_beam = mrpt::RAD2DEG(
-	    0.5 * static_cast<double>(scan.aperture) /
-	    static_cast<double>(std::max<std::size_t>(scan.getScanSize(), 2) - 1));
-	const auto same_side = static_cast<double>(
-	    std::count_if(yaws.begin(), yaws.end(), [turn = turn](double yaw) { return yaw * turn > 0; }));
-	const bool is_half_a_beam = half_beam > 0.2 && std::abs(std::abs(turned) - half_beam) < 0.35 * half_beam &&
-	                            same_side > 0.85 * static_cast<double>(yaws.size());
-	if (!is_half_a_beam && std::abs(turned) < 45) return {};
+	const bool by_half_a_beam = is_half_a_beam(*samples.chosen.front().scan, yaws, turn);
+	if (!by_half_a_beam && std::abs(turned) < 45) return {};
 	return {
-	    fit + mrpt::format("the laser is turned by %.3g deg", turned) + (is_half_a_beam ? ", half a beam: " : ": ") +
+	    fit + mrpt::format("the laser is turned by %.3g deg", turned) + (by_half_a_beam ? ", half a beam: " : ": ") +
 	    turned_pose(laser_on_robot(overrides, samples), turned, 0)};
 }
 

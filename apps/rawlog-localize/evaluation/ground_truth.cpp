@@ -13,6 +13,7 @@
 #include <cmath>
 #include <cstring>
 #include <fstream>
+#include <initializer_list>
 #include <limits>
 #include <map>
 #include <optional>
@@ -135,26 +136,41 @@ class Columns
    private:
 	/// "time", "x", "y", "phi", "qx" ... "qw", or empty if it is none of them. Names may have units in brackets, and
 	/// what they belong to in front: "#timestamp [ns]", "pose.position.x", "q_RS_w []".
-	static std::string meaning_of(std::string name)
+	static std::string meaning_of(const std::string& name)
 	{
-		name = name.substr(0, name.find('['));
+		const std::string lower = lower_case(name.substr(0, name.find('[')));
+		const auto last_dot = lower.find_last_of("._");
+		const std::string last = lower.substr(last_dot + 1);  // all of it if there is none
+		const std::string before = last_dot == std::string::npos ? "" : lower.substr(0, last_dot);
+		if (lower.rfind("time", 0) == 0 || is_one_of(lower, {"t", "stamp", "secs", "sec"})) return "time";
+		if (is_one_of(last, {"phi", "yaw", "theta", "heading"})) return "phi";
+		if (is_one_of(last, {"qx", "qy", "qz", "qw"})) return last;
+		if (!is_one_of(last, {"x", "y", "z", "w"})) return "";
+		if (before.rfind('q', 0) == 0 || holds_one_of(before, {"orientation", "rotation"})) return "q" + last;
+		const bool is_position =
+		    before.empty() || before.rfind('p', 0) == 0 || holds_one_of(before, {"position", "translation"});
+		return is_position && is_one_of(last, {"x", "y"}) ? last : "";
+	}
+
+	/// Returns the letters and digits of a name in lower case, and the dots and underscores between them.
+	static std::string lower_case(const std::string& name)
+	{
 		std::string lower;
 		for (const char c : name)
 			if (const auto byte = static_cast<unsigned char>(c); std::isalnum(byte) || c == '.' || c == '_')
 				lower += static_cast<char>(std::tolower(byte));
-		const auto last_dot = lower.find_last_of("._");
-		const std::string last = lower.substr(last_dot + 1);  // all of it if there is none
-		const std::string before = last_dot == std::string::npos ? "" : lower.substr(0, last_dot);
-		const auto holds = [&](const char* word) { return before.find(word) != std::string::npos; };
-		if (lower == "t" || lower.rfind("time", 0) == 0 || lower == "stamp" || lower == "secs" || lower == "sec")
-			return "time";
-		if (last == "phi" || last == "yaw" || last == "theta" || last == "heading") return "phi";
-		if (last.size() == 2 && last[0] == 'q' && std::string("xyzw").find(last[1]) != std::string::npos) return last;
-		if (last.size() != 1 || std::string("xyzw").find(last[0]) == std::string::npos) return "";
-		if (before.rfind("q", 0) == 0 || holds("orientation") || holds("rotation")) return "q" + last;
-		const bool is_position =
-		    before.empty() || before.rfind("p", 0) == 0 || holds("position") || holds("translation");
-		return is_position && last != "z" && last != "w" ? last : "";
+		return lower;
+	}
+
+	using Words = std::initializer_list<const char*>;
+	static bool is_one_of(const std::string& text, Words words)
+	{
+		return std::any_of(words.begin(), words.end(), [&](const char* word) { return text == word; });
+	}
+	static bool holds_one_of(const std::string& text, Words words)
+	{
+		return std::any_of(
+		    words.begin(), words.end(), [&](const char* word) { return text.find(word) != std::string::npos; });
 	}
 
 	std::map<std::string, std::size_t> places_;
@@ -321,9 +337,9 @@ class Path
 class OffsetSearch
 {
    public:
-	OffsetSearch(Path path, const std::vector<Frame>& frames) : path_(std::move(path))
+	OffsetSearch(Path path, const std::vector<KeptFrame>& frames) : path_(std::move(path))
 	{
-		for (const Frame& frame : frames)
+		for (const KeptFrame& frame : frames)
 			if (frame.localized()) frames_.push_back(&frame);
 		constexpr std::size_t kMost = 500;  // frames, evenly spread: enough, however long the log is
 		const std::size_t step = 1 + frames_.size() / kMost;
@@ -362,23 +378,23 @@ class OffsetSearch
 	{
 		constexpr double kAnyGap = std::numeric_limits<double>::infinity();
 		double sum = 0;
-		for (const Frame* frame : frames_)
+		for (const KeptFrame* frame : frames_)
 		{
 			const auto truth = path_.pose_at(frame->timestamp + offset, kAnyGap);
-			const auto& pose = frame->result.best().pose;
-			sum += truth ? std::min(1.0, std::hypot(pose.x() - truth->x, pose.y() - truth->y)) +
-			                   std::min(1.0, std::abs(mrpt::math::wrapToPi(pose.phi() - truth->phi)))
+			const auto& pose = frame->pose;
+			sum += truth ? std::min(1.0, std::hypot(pose.x - truth->x, pose.y - truth->y)) +
+			                   std::min(1.0, std::abs(mrpt::math::wrapToPi(pose.phi - truth->phi)))
 			             : 2.0;
 		}
 		return sum / static_cast<double>(frames_.size());
 	}
 
 	Path path_;
-	std::vector<const Frame*> frames_;
+	std::vector<const KeptFrame*> frames_;
 };
 }  // namespace
 
-AlignedTruth align_truth(const GroundTruth& truth, const std::vector<Frame>& frames)
+AlignedTruth align_truth(const GroundTruth& truth, const std::vector<KeptFrame>& frames)
 {
 	AlignedTruth aligned{truth};
 	aligned.offset = OffsetSearch(Path(truth), frames).find();
@@ -386,7 +402,7 @@ AlignedTruth align_truth(const GroundTruth& truth, const std::vector<Frame>& fra
 
 	const Path path(aligned.lines);
 	GroundTruth interpolated;
-	for (const Frame& frame : frames)
+	for (const KeptFrame& frame : frames)
 	{
 		if (path.has_line_at(frame.timestamp)) continue;
 		if (const auto pose = path.pose_at(frame.timestamp, kGreatestGap))
@@ -395,7 +411,7 @@ AlignedTruth align_truth(const GroundTruth& truth, const std::vector<Frame>& fra
 	aligned.interpolated = interpolated.size();
 	if (interpolated.empty()) return aligned;
 	std::vector<double> times;
-	for (const Frame& frame : frames) times.push_back(frame.timestamp);
+	for (const KeptFrame& frame : frames) times.push_back(frame.timestamp);
 	std::sort(times.begin(), times.end());
 	const auto has_no_frame = [&](const TimedPose& line)
 	{

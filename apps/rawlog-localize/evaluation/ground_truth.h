@@ -1,7 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "frames/frame.h"
+#include "frames/frame_store.h"
 
 #include <mrpt/math/TPose2D.h>
 
@@ -51,5 +51,5 @@ struct AlignedTruth
 /// Gives a pose of the ground truth to each frame that no line is within 1 ms of, but two lines at most kGreatestGap
 /// apart are before and after. It looks first for the offset between the two clocks, of up to 5 s, at which the ground
 /// truth fits to the poses of the localized frames; that counts only if the errors are less than half of those without.
-AlignedTruth align_truth(const GroundTruth& truth, const std::vector<Frame>& frames);
+AlignedTruth align_truth(const GroundTruth& truth, const std::vector<KeptFrame>& frames);
 }  // namespace d2s1r::app

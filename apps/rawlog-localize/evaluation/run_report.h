@@ -21,7 +21,7 @@ struct RunReport
 {
 	const CommandLine& command;
 	const Parameters& parameters;
-	const std::vector<Frame>& frames;
+	const FrameStore& frames;
 	const std::vector<IndexedMap>& maps;
 	logs::Sensor sensor;
 	std::size_t selected_frames = 0;       //!< [-] frames that were to be localized, whether or not the run came so far
@@ -36,25 +36,21 @@ struct RunReport
 };
 
 /// Returns the number of frames with a pose, by the map that it is in.
-std::map<std::string, std::size_t> count_maps(const std::vector<Frame>& frames);
+std::map<std::string, std::size_t> count_maps(const FrameStore& frames);
 
 /// Returns [1/s], without the time for reading and writing.
 double frames_per_second(const RunReport& report);
 
 /// Returns whether any frame is localized.
-bool any_localized(const std::vector<Frame>& frames);
+bool any_localized(const std::vector<KeptFrame>& frames);
 
 /// Returns the number of frames of each status, in the order of Status.
-std::array<std::size_t, 4> count_statuses(const std::vector<Frame>& frames);
+std::array<std::size_t, 4> count_statuses(const std::vector<KeptFrame>& frames);
 constexpr std::array<Status, 4> kStatuses = {
     Status::kLocalized, Status::kAmbiguous, Status::kRejected, Status::kInvalid};
 
-/// Returns the reasons why frames have this status (Localization::note) and the number of frames for each reason.
-/// Frames without a note do not count.
-std::map<std::string, std::size_t> count_notes(const std::vector<Frame>& frames, Status status);
-
 /// Returns the times [ms] that one stage took, frame by frame.
-std::vector<double> stage_times(const std::vector<Frame>& frames, double StageTimes::*stage);
+std::vector<double> stage_times(const std::vector<KeptFrame>& frames, double StageTimes::*stage);
 
 /// Says how the particle filter of --fuse did.
 struct FusionReport

@@ -245,7 +245,7 @@ class Follower
 		}
 		if (approach_.fusion_backend) frame.fused = approach_.fusion_backend->step({*job.scan, one_shot, motion});
 		const ScopedTimer timer(writing_seconds_);
-		sink_.take_frame(std::move(frame), std::move(job.scan));
+		sink_.take_frame(frame, std::move(job.scan));
 		frames_++;
 	}
 

@@ -32,7 +32,7 @@ struct FrameSink
 	/// Takes every object of the rawlog, before the frames of its scans.
 	std::function<void(const logs::RawlogObject& object)> take_object;
 	/// Takes every frame, with the scan that it was localized by.
-	std::function<void(Frame frame, mrpt::obs::CObservation2DRangeScan::ConstPtr scan)> take_frame;
+	std::function<void(const Frame& frame, mrpt::obs::CObservation2DRangeScan::ConstPtr scan)> take_frame;
 };
 
 /// How a loop over the frames ended.

@@ -206,7 +206,8 @@ void LocalizedRawlog::add(const Frame& frame, const mrpt::obs::CObservation2DRan
 	file_.write(odometry_observation(odometry_, scan.timestamp));
 }
 
-FrameOutputs::FrameOutputs(const OutputRequest& request, bool fused) : files_(open_frame_files(request.folder, fused))
+FrameOutputs::FrameOutputs(const OutputRequest& request, bool fused)
+    : files_(open_frame_files(request.folder, fused)), frames_(request.folder)
 {
 	if (request.rawlog_copy) rawlog_.emplace(std::filesystem::path(request.folder) / "localized.rawlog");
 	if (!request.write_pf_ini.empty()) pipeline_.emplace(request.write_pf_ini);
@@ -217,13 +218,13 @@ void FrameOutputs::add(const logs::RawlogObject& object)
 	if (rawlog_) rawlog_->add(object);
 }
 
-void FrameOutputs::add(Frame frame, mrpt::obs::CObservation2DRangeScan::ConstPtr scan)
+void FrameOutputs::add(const Frame& frame, mrpt::obs::CObservation2DRangeScan::ConstPtr scan)
 {
 	for (auto& file : files_) file.add(frame);
 	if (rawlog_) rawlog_->add(frame, *scan);
 	if (pipeline_) pipeline_->add(frame, *scan);
 	if (frame.localized()) last_scan_ = std::move(scan);
-	frames_.push_back(std::move(frame));
+	frames_.add(frame);
 }
 
 void FrameOutputs::finish(const mrpt::maps::COccupancyGridMap2D& map)

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "cli/command_line.h"
-#include "frames/frame.h"
+#include "frames/frame_store.h"
 #include "output/output_file.h"
 #include "output/pf_pipeline.h"
 
@@ -69,14 +69,14 @@ class FrameOutputs
 	FrameOutputs(const OutputRequest& request, bool fused);
 
 	void add(const logs::RawlogObject& object);
-	void add(Frame frame, mrpt::obs::CObservation2DRangeScan::ConstPtr scan);
+	void add(const Frame& frame, mrpt::obs::CObservation2DRangeScan::ConstPtr scan);
 
 	/// Writes all to the disk. \param map for pf-localization
 	void finish(const mrpt::maps::COccupancyGridMap2D& map);
 	/// Gives the finished files their names.
 	void commit();
 
-	const std::vector<Frame>& frames() const { return frames_; }
+	const FrameStore& frames() const { return frames_; }
 
 	/// Returns the scan of the last localized frame, null if there is none.
 	mrpt::obs::CObservation2DRangeScan::ConstPtr last_localized_scan() const { return last_scan_; }
@@ -85,7 +85,7 @@ class FrameOutputs
 	std::deque<FrameFile> files_;
 	std::optional<LocalizedRawlog> rawlog_;
 	std::optional<PfPipeline> pipeline_;
-	std::vector<Frame> frames_;
+	FrameStore frames_;
 	mrpt::obs::CObservation2DRangeScan::ConstPtr last_scan_;
 };
 }  // namespace d2s1r::app

@@ -3,41 +3,42 @@
 
 #include "evaluation/run_report.h"
 #include "output/output_file.h"
+#include "picture/sheet.h"
 
 #include <d2s1r/grid.h>
 #include <d2s1r/scan.h>
 
-#include <cstdint>
+#include <filesystem>
 #include <memory>
-#include <string>
-#include <vector>
 
 namespace d2s1r::app
 {
+class Packer;
+
 /// Collects what report.html shows: a page for a browser with the map, the frames, and the scan of every frame laid
 /// over the map at each of its hypotheses. It is one file that needs no network.
 class ReportHtml
 {
    public:
 	/// Opens the file. \throws UserError (kBadOutput)
-	explicit ReportHtml(const std::string& path);
+	explicit ReportHtml(const std::filesystem::path& path);
 	~ReportHtml();
 	ReportHtml(const ReportHtml&) = delete;
 	ReportHtml& operator=(const ReportHtml&) = delete;
 
-	/// Keeps the scan, packed, and what it said alone.
-	void add(const Frame& frame, const Scan& scan);
+	/// Keeps the scan of the next frame, packed, in a file.
+	void add(const Scan& scan);
 
-	/// Writes the page of the frames of `report`, which are those that were added, in the same order.
-	void finish(const RunReport& report, const Grid& grid);
+	/// Writes the page of the frames whose scans were added, in the same order.
+	/// \param frames of the report, as they are drawn on the grid
+	void finish(const RunReport& report, const DrawnFrames& frames, const Grid& grid);
 
 	/// Gives the file its name.
 	void commit() { file_.commit(); }
 
    private:
-	class Packer;
+	std::filesystem::path folder_;
 	TextFile file_;
 	std::unique_ptr<Packer> scans_;
-	std::vector<double> alone_;  //!< by frame, what the scan said alone: see numbers_of() in report_html.cpp
 };
 }  // namespace d2s1r::app

@@ -193,11 +193,12 @@ void RunOutputs::save_map(const mrpt::maps::COccupancyGridMap2D& grid, const Par
 }
 
 /// Writes the files that show the map. \param names of the maps on a sheet; empty if there is one map
-void RunOutputs::draw(const RunReport& report, const Grid& grid, const std::vector<MapName>& names)
+void RunOutputs::draw(
+    const RunReport& report, const DrawnFrames& frames, const Grid& grid, const std::vector<MapName>& names)
 {
-	write_map_png(report, grid, names, map_png_);
-	write_scene({grid, names, report.frames, frames_.last_localized_scan(), report.command.search.fuse}, scene_);
-	page_.finish(report, grid);
+	write_map_png(report, frames, grid, names, map_png_);
+	write_scene({grid, names, frames, frames_.last_localized_scan(), report.command.search.fuse}, scene_);
+	page_.finish(report, frames, grid);
 }
 
 void RunOutputs::finish(const RunReport& report)
@@ -205,11 +206,11 @@ void RunOutputs::finish(const RunReport& report)
 	const Localizer& localizer = report.maps.front().map->localizer();
 	frames_.finish(localizer.map());
 	if (report.maps.size() == 1)
-		draw(report, localizer.grid(), {});
+		draw(report, DrawnFrames(report.frames), localizer.grid(), {});
 	else
 	{
 		const Sheet sheet = make_sheet(report.maps, report.frames);
-		draw({report.command, report.parameters, sheet.frames, report.maps, report.sensor}, sheet.grid, sheet.names);
+		draw(report, DrawnFrames(report.frames, sheet.shifts), sheet.grid, sheet.names);
 	}
 	write_run_json(report, run_json_);
 	run_json_.finish();

@@ -6,7 +6,7 @@
 #include "input/map_index.h"
 #include "output/frame_outputs.h"
 #include "output/report_html.h"
-#include "picture/map_view.h"
+#include "picture/sheet.h"
 
 #include <d2s1r/grid.h>
 
@@ -87,7 +87,7 @@ class RunOutputs
 
    private:
 	void finish(const RunReport& report);
-	void draw(const RunReport& report, const Grid& grid, const std::vector<MapName>& names);
+	void draw(const RunReport& report, const DrawnFrames& frames, const Grid& grid, const std::vector<MapName>& names);
 	void remove_files_of_earlier_run() const;
 
 	const CommandLine& command_;

@@ -71,20 +71,20 @@ double percent(std::size_t part, std::size_t whole)
 
 void print_statuses(const RunReport& report, std::ostream& out)
 {
-	const auto counts = count_statuses(report.frames);
+	const auto counts = count_statuses(report.frames.kept());
 	for (std::size_t i = 0; i < counts.size(); i++)
 	{
 		out << mrpt::format(
 		    "%-12s%-10s %6zu  %5.1f %%\n", i == 0 ? "status" : "", to_string(kStatuses.at(i)), counts.at(i),
-		    percent(counts.at(i), report.frames.size()));
-		for (const auto& [note, count] : count_notes(report.frames, kStatuses.at(i)))
+		    percent(counts.at(i), report.frames.kept().size()));
+		for (const auto& [note, count] : report.frames.notes(kStatuses.at(i)))
 			out << mrpt::format("%-22s %6zu  %s\n", "", count, printable(note).c_str());
 	}
 }
 
 void print_times(const RunReport& report, std::ostream& out)
 {
-	const auto times = stage_times(report.frames, &StageTimes::total_ms);
+	const auto times = stage_times(report.frames.kept(), &StageTimes::total_ms);
 	out << mrpt::format(
 	    "%-12smean %.2f, median %.2f, p90 %.2f, p99 %.2f, max %.2f\n", "time [ms]", mean_std(times).mean,
 	    percentile(times, 0.5), percentile(times, 0.9), percentile(times, 0.99), percentile(times, 1));
@@ -203,11 +203,11 @@ void write_summary_json(const RunReport& report, TextFile& file)
 	    {"window", report.command.search.window.value_or(1)},
 	    {"seed", report.command.search.seed},
 	    {"selected_frames", report.selected_frames},
-	    {"frames", report.frames.size()}};
-	const auto counts = count_statuses(report.frames);
+	    {"frames", report.frames.kept().size()}};
+	const auto counts = count_statuses(report.frames.kept());
 	for (std::size_t i = 0; i < counts.size(); i++) json[to_string(kStatuses.at(i))] = counts.at(i);
 	for (const Status status : {Status::kRejected, Status::kInvalid})
-		if (const auto notes = count_notes(report.frames, status); !notes.empty())
+		if (const auto& notes = report.frames.notes(status); !notes.empty())
 			json[std::string(to_string(status)) + "_because"] = notes;
 	json["build_s"] = report.build_seconds;
 	if (is_of_atlas(report))
@@ -216,10 +216,10 @@ void write_summary_json(const RunReport& report, TextFile& file)
 		json["index"] = index_of(report.command.map.index, report.maps.front().use);
 	json["localization_s"] = report.localization_seconds;
 	json["frames_per_s"] = frames_per_second(report);
-	json["retrieval_ms"] = summary_of(stage_times(report.frames, &StageTimes::retrieval_ms));
-	json["registration_ms"] = summary_of(stage_times(report.frames, &StageTimes::registration_ms));
-	json["refinement_ms"] = summary_of(stage_times(report.frames, &StageTimes::refinement_ms));
-	json["total_ms"] = summary_of(stage_times(report.frames, &StageTimes::total_ms));
+	json["retrieval_ms"] = summary_of(stage_times(report.frames.kept(), &StageTimes::retrieval_ms));
+	json["registration_ms"] = summary_of(stage_times(report.frames.kept(), &StageTimes::registration_ms));
+	json["refinement_ms"] = summary_of(stage_times(report.frames.kept(), &StageTimes::refinement_ms));
+	json["total_ms"] = summary_of(stage_times(report.frames.kept(), &StageTimes::total_ms));
 	if (report.truth_lines > 0) add_accuracy(json, report);
 	if (report.command.search.fuse) json["fused"] = fusion_of(report);
 	if (report.diagnosis) json["advice"] = report.diagnosis->advice;
@@ -244,7 +244,7 @@ void print_table(const RunReport& report, std::ostream& out)
 {
 	out << mrpt::format(
 	    "%-12s%zu in %.2f s, %.1f frames/s without reading and writing; index in %.2f s%s\n", "frames",
-	    report.frames.size(), report.localization_seconds, frames_per_second(report), report.build_seconds,
+	    report.frames.kept().size(), report.localization_seconds, frames_per_second(report), report.build_seconds,
 	    use_of_index(report).c_str());
 	for (const IndexedMap& map : report.maps)
 		if (!map.use.why_built.empty())
@@ -254,12 +254,12 @@ void print_table(const RunReport& report, std::ostream& out)
 			    map.use.why_built.c_str());
 	print_statuses(report, out);
 	if (is_of_atlas(report)) print_maps(report, out);
-	if (!report.frames.empty()) print_times(report, out);
+	if (!report.frames.kept().empty()) print_times(report, out);
 	if (!report.matches.empty()) print_accuracy(report, out);
 	if (report.command.search.fuse) print_fusion(report, out);
 	if (report.diagnosis) print_diagnosis(*report.diagnosis, out);
 	const char* word = "written";
-	for (const auto& file : files_written(report.command, any_localized(report.frames)))
+	for (const auto& file : files_written(report.command, any_localized(report.frames.kept())))
 	{
 		out << mrpt::format("%-12s%s\n", word, printable(file.path).c_str());
 		word = "";

@@ -3,6 +3,7 @@
 
 #include "output/output_file.h"
 #include "picture/canvas.h"
+#include "picture/map_view.h"
 
 #include <mrpt/core/format.h>
 
@@ -194,18 +195,18 @@ LegendEntry line_entry(DrawLine draw, const std::string& text)
 /// Counts the frames that have neither a pose nor ground truth.
 std::ptrdiff_t count_without_place(const RunReport& report)
 {
-	std::set<const Frame*> with_truth;
+	std::set<const KeptFrame*> with_truth;
 	for (const auto& m : report.matches) with_truth.insert(m.frame);
 	return std::count_if(
-	    report.frames.begin(), report.frames.end(),
-	    [&](const Frame& frame) { return !frame.has_pose() && with_truth.count(&frame) == 0; });
+	    report.frames.kept().begin(), report.frames.kept().end(),
+	    [&](const KeptFrame& frame) { return !frame.has_pose && with_truth.count(&frame) == 0; });
 }
 
 void add_wrong(const RunReport& report, std::vector<LegendEntry>& entries)
 {
 	std::ptrdiff_t localized = 0, ambiguous = 0, without_pose = 0;
 	for (const auto& m : report.matches)
-		if (is_wrong(m)) (m.frame->localized() ? localized : m.frame->has_pose() ? ambiguous : without_pose)++;
+		if (is_wrong(m)) (m.frame->localized() ? localized : m.frame->has_pose ? ambiguous : without_pose)++;
 	const std::string off =
 	    mrpt::format("localized, but off by %.1f m or %.0f deg", kTolerances.front().position, kTolerances.front().yaw);
 	if (report.truth_lines > 0)
@@ -225,11 +226,11 @@ void add_wrong(const RunReport& report, std::vector<LegendEntry>& entries)
 		entries.push_back({[](Canvas&, const Pixel&) {}, counted("rejected or invalid, not drawn", unknown)});
 }
 
-void add_fusion(const std::vector<Frame>& frames, std::vector<LegendEntry>& entries)
+void add_fusion(const std::vector<KeptFrame>& frames, std::vector<LegendEntry>& entries)
 {
-	const auto is_fused = [](const Frame& frame) { return frame.fused.has_value(); };
-	const auto is_reseeded = [](const Frame& frame)
-	{ return frame.fused && frame.fused->event == FusionEvent::kReseeded; };
+	const auto is_fused = [](const KeptFrame& frame) { return frame.is_fused; };
+	const auto is_reseeded = [](const KeptFrame& frame)
+	{ return frame.is_fused && frame.event == FusionEvent::kReseeded; };
 	if (std::any_of(frames.begin(), frames.end(), is_fused)) entries.push_back(line_entry(draw_fused, "fused"));
 	const auto reseeds = std::count_if(frames.begin(), frames.end(), is_reseeded);
 	if (reseeds > 0) entries.push_back({draw_reseed, counted("re-seeded", reseeds)});
@@ -237,7 +238,7 @@ void add_fusion(const std::vector<Frame>& frames, std::vector<LegendEntry>& entr
 
 std::vector<LegendEntry> legend_entries(const RunReport& report)
 {
-	const auto counts = count_statuses(report.frames);
+	const auto counts = count_statuses(report.frames.kept());
 	const auto localized = [](Canvas& canvas, const Pixel& at)
 	{
 		draw_path(canvas, {{at.x - 15, at.y}, {at.x + 15, at.y}});
@@ -248,7 +249,7 @@ std::vector<LegendEntry> legend_entries(const RunReport& report)
 	    {localized, "localized (" + std::to_string(counts[0]) + "), heading"},
 	    {ambiguous, "ambiguous (" + std::to_string(counts[1]) + "), other hypotheses"}};
 	add_wrong(report, entries);
-	add_fusion(report.frames, entries);
+	add_fusion(report.frames.kept(), entries);
 	if (report.truth_lines > 0) entries.push_back(line_entry(draw_truth, "ground truth of these frames"));
 	return entries;
 }
@@ -257,8 +258,8 @@ std::vector<LegendEntry> legend_entries(const RunReport& report)
 class Painter
 {
    public:
-	Painter(const RunReport& report, const MapView& view, Canvas& canvas)
-	    : report_(report), view_(view), canvas_(canvas)
+	Painter(const RunReport& report, const DrawnFrames& frames, const MapView& view, Canvas& canvas)
+	    : report_(report), frames_(frames), view_(view), canvas_(canvas)
 	{
 	}
 
@@ -281,28 +282,31 @@ class Painter
 
 	void paint_hypotheses()
 	{
-		for (const auto& frame : report_.frames)
-			for (std::size_t i = frame.localized() ? 1 : 0; i < frame.result.hypotheses.size(); i++)
-			{
-				const Hypothesis& h = frame.result.hypotheses[i];
-				if (h.probability >= kLeastDrawnProbability)
-					draw_hypothesis(canvas_, at(h.pose.asTPose()), h.probability);
-			}
+		frames_.visit(
+		    [this](const Frame& frame)
+		    {
+			    for (std::size_t i = frame.localized() ? 1 : 0; i < frame.result.hypotheses.size(); i++)
+			    {
+				    const Hypothesis& h = frame.result.hypotheses[i];
+				    if (h.probability >= kLeastDrawnProbability)
+					    draw_hypothesis(canvas_, at(h.pose.asTPose()), h.probability);
+			    }
+		    });
 	}
 
 	void paint_path()
 	{
-		for (const auto& piece : path_pieces(report_.frames))
+		for (const auto& piece : path_pieces(frames_.kept()))
 		{
 			std::vector<Pixel> points;
-			for (const Frame* frame : piece) points.push_back(at(*frame));
+			for (const KeptFrame* frame : piece) points.push_back(at(frame->pose));
 			draw_path(canvas_, points);
 			std::optional<Pixel> last;
-			for (const Frame* frame : piece)
+			for (const KeptFrame* frame : piece)
 			{
-				if (last && (at(*frame) - *last).norm() < kTickSpacing) continue;
-				last = at(*frame);
-				draw_heading(canvas_, *last, frame->result.best().pose.phi(), kPathColor);
+				if (last && (at(frame->pose) - *last).norm() < kTickSpacing) continue;
+				last = at(frame->pose);
+				draw_heading(canvas_, *last, frame->pose.phi, kPathColor);
 			}
 		}
 	}
@@ -310,21 +314,20 @@ class Painter
 	void paint_fused()
 	{
 		std::vector<Pixel> piece;
-		const Frame* last = nullptr;
-		for (const auto& frame : report_.frames)
+		const KeptFrame* last = nullptr;
+		for (const auto& frame : frames_.kept())
 		{
 			if (!last || !is_fused_onwards(*last, frame))
 			{
 				draw_fused(canvas_, piece);
 				piece.clear();
 			}
-			if (frame.fused) piece.push_back(at(frame.fused->pose));
+			if (frame.is_fused) piece.push_back(at(frame.fused));
 			last = &frame;
 		}
 		draw_fused(canvas_, piece);
-		for (const auto& frame : report_.frames)
-			if (frame.fused && frame.fused->event == FusionEvent::kReseeded)
-				draw_reseed(canvas_, at(frame.fused->pose));
+		for (const auto& frame : frames_.kept())
+			if (frame.is_fused && frame.event == FusionEvent::kReseeded) draw_reseed(canvas_, at(frame.fused));
 	}
 
 	void paint_names(const std::vector<MapName>& names)
@@ -340,39 +343,42 @@ class Painter
 	void paint_wrong()
 	{
 		for (const auto& m : report_.matches)
-			if (is_wrong(m) && !m.frame->has_pose())
+			if (is_wrong(m) && !m.frame->has_pose)
 				draw_without_pose(canvas_, at(m.truth.pose));
 			else if (is_wrong(m) && !m.frame->localized())
-				draw_wrong_pose(canvas_, at(*m.frame), at(m.truth.pose));
+				draw_wrong_pose(canvas_, at(m.frame->pose), at(m.truth.pose));
 		for (const auto& m : report_.matches)
 			if (is_wrong(m) && m.frame->localized())
-				draw_wrong(canvas_, at(*m.frame), m.frame->result.best().pose.phi(), at(m.truth.pose));
+				draw_wrong(canvas_, at(m.frame->pose), m.frame->pose.phi, at(m.truth.pose));
 	}
 
    private:
 	Pixel at(const mrpt::math::TPose2D& pose) const { return view_.pixel(pose.x, pose.y); }
-	Pixel at(const Frame& frame) const { return at(frame.result.best().pose.asTPose()); }
 
 	const RunReport& report_;
+	const DrawnFrames& frames_;
 	const MapView& view_;
 	Canvas& canvas_;
 };
 
 /// Returns what has to be in the picture.
-std::vector<mrpt::math::TPoint2D> places(const RunReport& report, const std::vector<MapName>& names)
+std::vector<mrpt::math::TPoint2D> places(
+    const RunReport& report, const DrawnFrames& frames, const std::vector<MapName>& names)
 {
 	std::vector<mrpt::math::TPoint2D> points;
 	for (const MapName& map : names) points.emplace_back(map.start.x, map.start.y + 0.49 * map.height);
-	for (const auto& frame : report.frames)
-		if (frame.has_pose()) points.emplace_back(frame.result.best().pose.x(), frame.result.best().pose.y());
+	for (const auto& frame : frames.kept())
+		if (frame.has_pose) points.emplace_back(frame.pose.x, frame.pose.y);
 	for (const auto& m : report.matches) points.emplace_back(m.truth.pose.x, m.truth.pose.y);
 	return points;
 }
 }  // namespace
 
-void write_map_png(const RunReport& report, const Grid& map, const std::vector<MapName>& names, const PendingFile& file)
+void write_map_png(
+    const RunReport& report, const DrawnFrames& frames, const Grid& map, const std::vector<MapName>& names,
+    const PendingFile& file)
 {
-	const Grid grid = crop_for_picture(map, places(report, names));
+	const Grid grid = crop_for_picture(map, places(report, frames, names));
 	MapView view = fit_view(grid, kLongSide, kLargestCell);
 	const int width = std::max(view.width + 2 * kMargin, kLeastWidth);
 	const Legend legend(legend_entries(report), view.scale, width);
@@ -381,7 +387,7 @@ void write_map_png(const RunReport& report, const Grid& map, const std::vector<M
 
 	Canvas canvas(width, view.height + 2 * kMargin + legend.height(), kPaper);
 	canvas.greys(map_greys(grid, view), view.width, view.offset_x, view.offset_y);
-	Painter painter(report, view, canvas);
+	Painter painter(report, frames, view, canvas);
 	painter.paint_truth();
 	painter.paint_fused();
 	painter.paint_hypotheses();

@@ -3,7 +3,7 @@
 
 #include "evaluation/run_report.h"
 #include "output/output_file.h"
-#include "picture/map_view.h"
+#include "picture/sheet.h"
 
 #include <d2s1r/grid.h>
 
@@ -14,5 +14,6 @@ namespace d2s1r::app
 /// \param names of the maps on a sheet; empty if there is one map
 /// \throws UserError (kBadOutput)
 void write_map_png(
-    const RunReport& report, const Grid& map, const std::vector<MapName>& names, const PendingFile& file);
+    const RunReport& report, const DrawnFrames& frames, const Grid& map, const std::vector<MapName>& names,
+    const PendingFile& file);
 }  // namespace d2s1r::app

@@ -3,9 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
-#include <set>
-#include <string>
 #include <utility>
 
 namespace d2s1r::app
@@ -14,25 +11,59 @@ namespace
 {
 constexpr int kSamples = 4;  //!< [-] a side of a pixel
 
-/// Shares of a pixel.
-struct Shares
+/// Returns the cells that the samples of each pixel lie in, along one axis; -1 outside the map.
+/// \param start [cells] where the first pixel begins
+/// \param cells_per_pixel negative if pixels run against the cells
+std::vector<int> sampled_cells(int pixels, double start, double cells_per_pixel, int cells)
 {
-	double occupied = 0;
-	double free = 0;
-};
+	std::vector<int> sampled;
+	sampled.reserve(static_cast<std::size_t>(pixels) * kSamples);
+	for (int pixel = 0; pixel < pixels; pixel++)
+		for (int i = 0; i < kSamples; i++)
+		{
+			const double at = start + pixel * cells_per_pixel + (i + 0.5) * cells_per_pixel / kSamples;
+			const int cell = static_cast<int>(std::floor(at));
+			sampled.push_back(cell >= 0 && cell < cells ? cell : -1);
+		}
+	return sampled;
+}
 
-Shares sample(const Grid& grid, double column, double row, double cells_per_pixel)
+/// Counts of samples in one number: those that are free, and 256 times those that are occupied.
+using Counts = std::uint16_t;
+
+Counts counts_of(Cell cell)
 {
-	int occupied = 0, open = 0;
-	for (int i = 0; i < kSamples * kSamples; i++)
+	return cell == Cell::kFree ? 1 : cell == Cell::kOccupied ? 256 : 0;
+}
+
+/// Counts the samples of one row of cells for each pixel of a row.
+void count_row(const Grid& grid, int row, const std::vector<int>& columns, std::vector<Counts>& counts)
+{
+	const Cell* const cells = grid.cells.data() + grid.index(0, row);
+	for (std::size_t x = 0; x < counts.size(); x++)
 	{
-		const int c = static_cast<int>(std::floor(column + (i % kSamples + 0.5) * cells_per_pixel / kSamples));
-		const int r = static_cast<int>(std::floor(row - (i / kSamples + 0.5) * cells_per_pixel / kSamples));
-		if (!grid.contains(c, r)) continue;
-		occupied += grid.at(c, r) == Cell::kOccupied;
-		open += grid.at(c, r) == Cell::kFree;
+		int sum = 0;
+		for (std::size_t i = kSamples * x; i < kSamples * (x + 1); i++)
+			if (columns[i] >= 0) sum += counts_of(cells[columns[i]]);
+		counts[x] = static_cast<Counts>(sum);
 	}
-	return {1.0 * occupied / (kSamples * kSamples), 1.0 * open / (kSamples * kSamples)};
+}
+
+/// Returns the grey value of each pair of counts.
+std::vector<std::uint8_t> greys_of_counts(double emphasis)
+{
+	constexpr double kWall = 45, kUnknown = 222, kFree = 255, kAll = kSamples * kSamples;
+	std::vector<std::uint8_t> greys((kSamples * kSamples + 1) * 256);
+	for (int occupied = 0; occupied <= kSamples * kSamples; occupied++)
+		for (int open = 0; open + occupied <= kSamples * kSamples; open++)
+		{
+			const double wall = std::min(1.0, occupied / kAll * emphasis);
+			const double share = std::min(1.0, open / kAll / std::max(1e-9, 1 - occupied / kAll));
+			const double background = kUnknown + share * (kFree - kUnknown);
+			greys[static_cast<std::size_t>(occupied * 256 + open)] =
+			    static_cast<std::uint8_t>(std::lround(background + wall * (kWall - background)));
+		}
+	return greys;
 }
 
 constexpr double kStrayShare = 0.03;  //!< [-] of the known cells of the fullest row or column
@@ -79,20 +110,23 @@ MapView fit_view(const Grid& grid, int long_side, double largest_cell)
 
 std::vector<std::uint8_t> map_greys(const Grid& grid, const MapView& view)
 {
-	constexpr double kWall = 45, kUnknown = 222, kFree = 255;
 	const double cells_per_pixel = 1 / (view.scale * grid.cell_size);
-	const double emphasis = std::max(1.0, cells_per_pixel);
+	const auto columns = sampled_cells(view.width, 0, cells_per_pixel, grid.width);
+	const auto rows = sampled_cells(view.height, grid.height, -cells_per_pixel, grid.height);
+	const auto grey_of = greys_of_counts(std::max(1.0, cells_per_pixel));
+	const auto width = static_cast<std::size_t>(view.width);
+	std::vector<Counts> of_row(width), of_pixel(width);
+	int counted = -1;  // the row of cells that `of_row` is of
 	std::vector<std::uint8_t> greys;
-	greys.reserve(static_cast<std::size_t>(view.width) * static_cast<std::size_t>(view.height));
-	for (int y = 0; y < view.height; y++)
-		for (int x = 0; x < view.width; x++)
-		{
-			const Shares share = sample(grid, x * cells_per_pixel, grid.height - y * cells_per_pixel, cells_per_pixel);
-			const double occupied = std::min(1.0, share.occupied * emphasis);
-			const double open = std::min(1.0, share.free / std::max(1e-9, 1 - share.occupied));
-			const double background = kUnknown + open * (kFree - kUnknown);
-			greys.push_back(static_cast<std::uint8_t>(std::lround(background + occupied * (kWall - background))));
-		}
+	greys.reserve(width * static_cast<std::size_t>(view.height));
+	for (std::size_t i = 0; i < rows.size(); i++)
+	{
+		if (rows[i] >= 0 && rows[i] != counted) count_row(grid, counted = rows[i], columns, of_row);
+		for (std::size_t x = 0; x < width && rows[i] >= 0; x++)
+			of_pixel[x] = static_cast<Counts>(of_pixel[x] + of_row[x]);
+		if (i % kSamples + 1 < kSamples) continue;
+		for (Counts& counts : of_pixel) greys.push_back(grey_of[std::exchange(counts, Counts{0})]);
+	}
 	return greys;
 }
 
@@ -130,144 +164,21 @@ Grid crop_for_picture(const Grid& grid, const std::vector<mrpt::math::TPoint2D>&
 	return part;
 }
 
-namespace
-{
-/// A map on a sheet.
-struct OnSheet
-{
-	const Grid* grid;
-	double x, y;  //!< [m] of its lower left corner on the sheet
-
-	double width() const { return grid->width * grid->cell_size; }
-	double height() const { return grid->height * grid->cell_size; }
-};
-
-/// Maps on a sheet, by name.
-struct Placed
-{
-	std::map<std::string, OnSheet> maps;
-	double gap;  //!< [m] between maps, and above the highest
-};
-
-/// Places the maps in rows, whose maps are of about one height, on a sheet that is about as wide as high.
-Placed placed_on_sheet(const std::vector<IndexedMap>& maps, const std::set<std::string>& used)
-{
-	constexpr double kLeastGap = 2;       // [m]
-	constexpr double kShareOfGap = 0.03;  // [-] of the width: a line of text
-	std::vector<std::pair<std::string, OnSheet>> order;
-	double area = 0;  // [m^2]
-	for (const IndexedMap& map : maps)
-		if (used.count(map.entry.name) > 0)
-		{
-			const Grid& grid = map.map->localizer().grid();
-			order.push_back({map.entry.name, {&grid, 0, 0}});
-			area += (order.back().second.width() + kLeastGap) * (order.back().second.height() + kLeastGap);
-		}
-	Placed placed{{}, std::max(kLeastGap, kShareOfGap * std::sqrt(area))};
-	std::stable_sort(
-	    order.begin(), order.end(), [](const auto& a, const auto& b) { return a.second.height() > b.second.height(); });
-	double x = 0, y = 0, height = 0;  // [m] of the row
-	for (auto& [name, map] : order)
-	{
-		if (x > 0 && x + map.width() > std::sqrt(area))
-		{
-			y += height + placed.gap;
-			x = height = 0;
-		}
-		map.x = x;
-		map.y = y;
-		x += map.width() + placed.gap;
-		height = std::max(height, map.height());
-		placed.maps.emplace(name, map);
-	}
-	return placed;
-}
-
-Grid grid_of_sheet(const Placed& placed)
-{
-	Grid sheet;
-	sheet.cell_size = placed.maps.begin()->second.grid->cell_size;
-	double width = 0, height = 0;  // [m]
-	for (const auto& [name, map] : placed.maps)
-	{
-		sheet.cell_size = std::min(sheet.cell_size, map.grid->cell_size);
-		width = std::max(width, map.x + map.width());
-		height = std::max(height, map.y + map.height() + placed.gap);
-	}
-	sheet.width = static_cast<int>(std::ceil(width / sheet.cell_size));
-	sheet.height = static_cast<int>(std::ceil(height / sheet.cell_size));
-	sheet.cells.assign(static_cast<std::size_t>(sheet.width) * static_cast<std::size_t>(sheet.height), Cell::kUnknown);
-	for (const auto& [name, map] : placed.maps)
-	{
-		const auto cell = [&](double metres) { return static_cast<int>(std::floor(metres / sheet.cell_size)); };
-		for (int row = cell(map.y); row < std::min(sheet.height, cell(map.y + map.height()) + 1); row++)
-			for (int column = cell(map.x); column < std::min(sheet.width, cell(map.x + map.width()) + 1); column++)
-			{
-				const auto there = [&sheet, &grid = *map.grid](int index, double from)
-				{ return static_cast<int>(std::floor(((index + 0.5) * sheet.cell_size - from) / grid.cell_size)); };
-				const int x = there(column, map.x), y = there(row, map.y);
-				if (map.grid->contains(x, y))
-					sheet.cells[static_cast<std::size_t>(sheet.index(column, row))] = map.grid->at(x, y);
-			}
-	}
-	return sheet;
-}
-}  // namespace
-
-Sheet make_sheet(const std::vector<IndexedMap>& maps, const std::vector<Frame>& frames)
-{
-	std::set<std::string> used;
-	for (const Frame& frame : frames)
-	{
-		if (frame.has_pose()) used.insert(frame.result.best().map);
-		if (frame.fused) used.insert(frame.fused->map);
-	}
-	if (used.empty()) used.insert(maps.front().entry.name);
-	const Placed placed = placed_on_sheet(maps, used);
-	Sheet sheet{grid_of_sheet(placed), {}, frames};
-	for (const auto& [name, map] : placed.maps)
-		sheet.names.push_back({name, {map.x, map.y + map.height() + 0.5 * placed.gap}, placed.gap});
-	const auto shift = [&](const std::string& name) -> mrpt::math::TPoint2D
-	{
-		const OnSheet& map = placed.maps.at(name);
-		return {map.x - map.grid->origin_x, map.y - map.grid->origin_y};
-	};
-	const auto move = [&](Localization& result)
-	{
-		auto& hypotheses = result.hypotheses;
-		const auto is_off = [&](const Hypothesis& hypothesis) { return placed.maps.count(hypothesis.map) == 0; };
-		hypotheses.erase(std::remove_if(hypotheses.begin(), hypotheses.end(), is_off), hypotheses.end());
-		for (Hypothesis& hypothesis : hypotheses)
-		{
-			hypothesis.pose.x_incr(shift(hypothesis.map).x);
-			hypothesis.pose.y_incr(shift(hypothesis.map).y);
-		}
-	};
-	for (Frame& frame : sheet.frames)
-	{
-		move(frame.result);
-		if (!frame.fused) continue;
-		frame.fused->pose.x += shift(frame.fused->map).x;
-		frame.fused->pose.y += shift(frame.fused->map).y;
-	}
-	return sheet;
-}
-
 bool is_jump(const mrpt::math::TPose2D& from, const mrpt::math::TPose2D& to, double seconds)
 {
 	const double possible = std::min(kAlwaysPossible + kGreatestSpeed * std::abs(seconds), kGreatestDistance);
 	return std::hypot(to.x - from.x, to.y - from.y) > possible;
 }
 
-bool is_fused_onwards(const Frame& from, const Frame& to)
+bool is_fused_onwards(const KeptFrame& from, const KeptFrame& to)
 {
-	return from.fused && to.fused && to.fused->event == FusionEvent::kNone && from.fused->map == to.fused->map;
+	return from.is_fused && to.is_fused && to.event == FusionEvent::kNone && from.fused_map == to.fused_map;
 }
 
-std::vector<std::vector<const Frame*>> path_pieces(const std::vector<Frame>& frames)
+std::vector<std::vector<const KeptFrame*>> path_pieces(const std::vector<KeptFrame>& frames)
 {
-	std::vector<std::vector<const Frame*>> pieces;
-	const Frame* last = nullptr;
+	std::vector<std::vector<const KeptFrame*>> pieces;
+	const KeptFrame* last = nullptr;
 	for (const auto& frame : frames)
 	{
 		if (!frame.localized())
@@ -275,10 +186,8 @@ std::vector<std::vector<const Frame*>> path_pieces(const std::vector<Frame>& fra
 			last = nullptr;
 			continue;
 		}
-		const bool continues = last && last->result.best().map == frame.result.best().map &&
-		                       !is_jump(
-		                           last->result.best().pose.asTPose(), frame.result.best().pose.asTPose(),
-		                           frame.timestamp - last->timestamp);
+		const bool continues =
+		    last && last->map == frame.map && !is_jump(last->pose, frame.pose, frame.timestamp - last->timestamp);
 		if (!continues) pieces.emplace_back();
 		pieces.back().push_back(&frame);
 		last = &frame;

@@ -1,8 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "frames/frame.h"
-#include "input/maps.h"
+#include "frames/frame_store.h"
 #include "picture/canvas.h"
 
 #include <d2s1r/grid.h>
@@ -10,7 +9,6 @@
 #include <mrpt/math/TPose2D.h>
 
 #include <cstdint>
-#include <string>
 #include <vector>
 
 namespace d2s1r::app
@@ -43,31 +41,12 @@ std::vector<std::uint8_t> map_greys(const Grid& grid, const MapView& view);
 /// reach, but with all `points` [m, map frame] that lie in the map and a margin round them.
 Grid crop_for_picture(const Grid& grid, const std::vector<mrpt::math::TPoint2D>& points);
 
-/// The name of a map on a sheet, in the free space above the map.
-struct MapName
-{
-	std::string name;
-	mrpt::math::TPoint2D start;  //!< [m] frame of the sheet: left end of the text, at half of its height
-	double height;               //!< [m] of the free space
-};
-
-/// The maps of an atlas that frames are in, side by side as if they were one, and the frames there.
-struct Sheet
-{
-	Grid grid;                   //!< cells as small as the smallest of the maps
-	std::vector<MapName> names;  //!< of the maps
-	std::vector<Frame> frames;   //!< poses in the frame of the sheet; hypotheses in other maps are left out
-};
-
-/// Draws a sheet of the maps in which frames have their best or fused pose; of the first map if none has one.
-Sheet make_sheet(const std::vector<IndexedMap>& maps, const std::vector<Frame>& frames);
-
 /// Returns whether no robot can drive from one pose to the other in that time: one of them is wrong, or the log jumps.
 bool is_jump(const mrpt::math::TPose2D& from, const mrpt::math::TPose2D& to, double seconds);
 
 /// Returns whether the particle filter went on from one frame to the other, which can be drawn as a line.
-bool is_fused_onwards(const Frame& from, const Frame& to);
+bool is_fused_onwards(const KeptFrame& from, const KeptFrame& to);
 
 /// Returns the stretches of consecutive localized frames without a jump, which can be drawn as lines.
-std::vector<std::vector<const Frame*>> path_pieces(const std::vector<Frame>& frames);
+std::vector<std::vector<const KeptFrame*>> path_pieces(const std::vector<KeptFrame>& frames);
 }  // namespace d2s1r::app

@@ -3,6 +3,7 @@
 
 #include "output/output_file.h"
 #include "picture/canvas.h"
+#include "picture/map_view.h"
 
 #include <d2s1r/version.h>
 
@@ -22,7 +23,7 @@ namespace d2s1r::app
 namespace
 {
 namespace gl = drawing;
-constexpr int kTextureSide = 4096;      //!< [pixel] what graphics cards take
+constexpr int kTextureSide = 2048;      //!< [pixel] enough to look at, in a quarter of the time of 4096
 constexpr float kAboveGrid = 0.02f;     //!< [m]
 constexpr float kEllipseSigmas = 3.0f;  //!< [-] of the ellipses
 
@@ -47,7 +48,7 @@ DrawnObject::Ptr grid_object(const SceneContent& content)
 	return plane;
 }
 
-DrawnObject::Ptr trajectory_object(const std::vector<Frame>& frames)
+DrawnObject::Ptr trajectory_object(const std::vector<KeptFrame>& frames)
 {
 	auto lines = gl::CSetOfLines::Create();
 	lines->setColor_u8(kPathColor);
@@ -55,13 +56,13 @@ DrawnObject::Ptr trajectory_object(const std::vector<Frame>& frames)
 	for (const auto& piece : path_pieces(frames))
 		for (std::size_t i = 1; i < piece.size(); i++)
 		{
-			const auto &from = piece[i - 1]->result.best().pose, &to = piece[i]->result.best().pose;
-			lines->appendLine(from.x(), from.y(), kAboveGrid, to.x(), to.y(), kAboveGrid);
+			const auto &from = piece[i - 1]->pose, &to = piece[i]->pose;
+			lines->appendLine(from.x, from.y, kAboveGrid, to.x, to.y, kAboveGrid);
 		}
 	return lines;
 }
 
-DrawnObject::Ptr fused_object(const std::vector<Frame>& frames)
+DrawnObject::Ptr fused_object(const std::vector<KeptFrame>& frames)
 {
 	auto lines = gl::CSetOfLines::Create();
 	lines->setColor_u8(kFusedColor);
@@ -70,7 +71,7 @@ DrawnObject::Ptr fused_object(const std::vector<Frame>& frames)
 	{
 		const auto &from = frames[i - 1].fused, &to = frames[i].fused;
 		if (!is_fused_onwards(frames[i - 1], frames[i])) continue;
-		lines->appendLine(from->pose.x, from->pose.y, 2 * kAboveGrid, to->pose.x, to->pose.y, 2 * kAboveGrid);
+		lines->appendLine(from.x, from.y, 2 * kAboveGrid, to.x, to.y, 2 * kAboveGrid);
 	}
 	return lines;
 }
@@ -89,20 +90,31 @@ DrawnObject::Ptr names_object(const std::vector<MapName>& names)
 	return texts;
 }
 
-DrawnObject::Ptr hypotheses_object(const std::vector<Frame>& frames)
+gl::CEllipsoid2D::Ptr ellipse_object(const Hypothesis& hypothesis, const mrpt::img::TColor& color)
 {
+	auto ellipse = gl::CEllipsoid2D::Create();
+	ellipse->setCovMatrix(mrpt::math::CMatrixDouble22(hypothesis.covariance.blockCopy<2, 2>(0, 0)));
+	ellipse->setQuantiles(kEllipseSigmas);
+	ellipse->setLocation(hypothesis.pose.x(), hypothesis.pose.y(), kAboveGrid);
+	ellipse->setColor_u8(color);
+	return ellipse;
+}
+
+/// Ellipses of the hypotheses, in a long run those of every n-th frame.
+DrawnObject::Ptr hypotheses_object(const DrawnFrames& frames)
+{
+	constexpr std::size_t kMostFrames = 5000;
+	const std::size_t step = 1 + frames.kept().size() / (kMostFrames + 1);
 	auto ellipses = gl::CSetOfObjects::Create();
-	for (const auto& frame : frames)
-		for (const auto& h : frame.result.hypotheses)
-		{
-			if (h.probability < kLeastDrawnProbability) continue;
-			auto ellipse = gl::CEllipsoid2D::Create();
-			ellipse->setCovMatrix(mrpt::math::CMatrixDouble22(h.covariance.blockCopy<2, 2>(0, 0)));
-			ellipse->setQuantiles(kEllipseSigmas);
-			ellipse->setLocation(h.pose.x(), h.pose.y(), kAboveGrid);
-			ellipse->setColor_u8(frame.localized() ? kPathColor : kHypothesisColor);
-			ellipses->insert(ellipse);
-		}
+	std::size_t count = 0;
+	frames.visit(
+	    [&](const Frame& frame)
+	    {
+		    if (count++ % step != 0) return;
+		    for (const auto& hypothesis : frame.result.hypotheses)
+			    if (hypothesis.probability >= kLeastDrawnProbability)
+				    ellipses->insert(ellipse_object(hypothesis, frame.localized() ? kPathColor : kHypothesisColor));
+	    });
 	return ellipses;
 }
 
@@ -111,8 +123,8 @@ DrawnObject::Ptr scan_object(const SceneContent& content)
 	auto scan = gl::CPlanarLaserScan::Create();
 	scan->setScan(*content.last_scan);
 	scan->enableSurface(true);
-	for (const auto& frame : content.frames)
-		if (frame.localized()) scan->setPose(mrpt::poses::CPose3D(frame.result.best().pose));
+	for (const auto& frame : content.frames.kept())
+		if (frame.localized()) scan->setPose(mrpt::poses::CPose3D(frame.pose));
 	return scan;
 }
 
@@ -129,8 +141,8 @@ void write_scene(const SceneContent& content, GzipFile& file)
 	insert(scene, grid_object(content), "grid");
 	if (!content.names.empty()) insert(scene, names_object(content.names), "map_names");
 	insert(scene, hypotheses_object(content.frames), "hypotheses");
-	insert(scene, trajectory_object(content.frames), "trajectory");
-	if (content.fused) insert(scene, fused_object(content.frames), "fused_trajectory");
+	insert(scene, trajectory_object(content.frames.kept()), "trajectory");
+	if (content.fused) insert(scene, fused_object(content.frames.kept()), "fused_trajectory");
 	if (content.last_scan) insert(scene, scan_object(content), "last_scan");
 	file.write(scene);
 	file.finish();

@@ -1,9 +1,8 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "frames/frame.h"
 #include "output/output_file.h"
-#include "picture/map_view.h"
+#include "picture/sheet.h"
 
 #include <d2s1r/grid.h>
 
@@ -17,7 +16,7 @@ struct SceneContent
 {
 	const Grid& grid;
 	const std::vector<MapName>& names;  //!< of the maps on a sheet; empty if there is one map
-	const std::vector<Frame>& frames;
+	const DrawnFrames& frames;
 	mrpt::obs::CObservation2DRangeScan::ConstPtr last_scan;  //!< of the last localized frame; null if there is none
 	bool fused = false;                                      //!< whether frames have fused poses
 };

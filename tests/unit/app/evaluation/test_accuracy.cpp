@@ -10,13 +10,13 @@ using namespace d2s1r::app;
 
 namespace
 {
-Frame frame_at(double time, double x, double phi, Status status = Status::kLocalized)
+KeptFrame frame_at(double time, double x, double phi, Status status = Status::kLocalized)
 {
-	Frame frame;
+	KeptFrame frame;
 	frame.timestamp = time;
-	frame.result.status = status;
-	frame.result.hypotheses.resize(1);
-	frame.result.hypotheses[0].pose = mrpt::poses::CPose2D(x, 0, phi);
+	frame.status = status;
+	frame.has_pose = true;
+	frame.pose = {x, 0, phi};
 	return frame;
 }
 }  // namespace
@@ -44,7 +44,7 @@ TEST(Statistics, PercentilesAreValuesOfTheSample)
 
 TEST(Accuracy, ALineCountsForTheNearestFrameWithinAMillisecond)
 {
-	const std::vector<Frame> frames = {frame_at(10.0006, 1, 0), frame_at(10.0, 2, 0), frame_at(11.0, 3, 0)};
+	const std::vector<KeptFrame> frames = {frame_at(10.0006, 1, 0), frame_at(10.0, 2, 0), frame_at(11.0, 3, 0)};
 	const GroundTruth truth = {{10.0001, {}}, {10.0005, {}}, {11.0009, {}}, {11.0011, {}}, {9.0, {}}};
 	const auto matches = match(frames, truth);
 	ASSERT_EQ(matches.size(), 3U);
@@ -56,18 +56,18 @@ TEST(Accuracy, ALineCountsForTheNearestFrameWithinAMillisecond)
 
 TEST(Accuracy, YawErrorsGoTheShorterWayRound)
 {
-	const Frame frame = frame_at(0, 0.3, M_PI - 0.01);
-	const Match error = compare({0, {0, 0.4, -M_PI + 0.01}}, frame, frame.result.best().pose.asTPose());
+	const KeptFrame frame = frame_at(0, 0.3, M_PI - 0.01);
+	const Match error = compare({0, {0, 0.4, -M_PI + 0.01}}, frame, frame.pose);
 	EXPECT_NEAR(error.position_error, 0.5, 1e-12);
 	EXPECT_NEAR(error.yaw_error, 0.02 * 180 / M_PI, 1e-9);
 }
 
 TEST(Accuracy, ErrorsAreOfTheSuccessesAndSuccessDoesNotDependOnTheStatus)
 {
-	std::vector<Frame> frames = {
-	    frame_at(1, 0.1, 0), frame_at(2, 0.2, 0, Status::kAmbiguous), frame_at(3, 5, 0), Frame{}};
+	std::vector<KeptFrame> frames = {
+	    frame_at(1, 0.1, 0), frame_at(2, 0.2, 0, Status::kAmbiguous), frame_at(3, 5, 0), KeptFrame{}};
 	frames[3].timestamp = 4;
-	frames[3].result.status = Status::kRejected;
+	frames[3].status = Status::kRejected;
 	const GroundTruth truth = {{1, {}}, {2, {}}, {3, {}}, {4, {}}};
 	const auto matches = match(frames, truth);
 	const Accuracy accuracy = measure(matches, {0.3, 5});

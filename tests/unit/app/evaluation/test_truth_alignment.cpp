@@ -17,16 +17,15 @@ mrpt::math::TPose2D pose_at(double time)
 }
 
 /// Localized frames, 0.1 s apart.
-std::vector<Frame> frames_from(double start, int count)
+std::vector<KeptFrame> frames_from(double start, int count)
 {
-	std::vector<Frame> frames(static_cast<std::size_t>(count));
+	std::vector<KeptFrame> frames(static_cast<std::size_t>(count));
 	for (std::size_t i = 0; i < frames.size(); i++)
 	{
-		frames[i].index = i;
 		frames[i].timestamp = start + 0.1 * static_cast<double>(i);
-		frames[i].result.status = Status::kLocalized;
-		frames[i].result.hypotheses.resize(1);
-		frames[i].result.hypotheses[0].pose = mrpt::poses::CPose2D(pose_at(frames[i].timestamp));
+		frames[i].status = Status::kLocalized;
+		frames[i].has_pose = true;
+		frames[i].pose = pose_at(frames[i].timestamp);
 	}
 	return frames;
 }
@@ -101,7 +100,7 @@ TEST(TruthAlignment, ARobotThatStandsShowsNoOffset)
 {
 	auto frames = frames_from(100, 40);
 	auto truth = truth_every(0.1, 99, 106, 0.04);
-	for (auto& frame : frames) frame.result.hypotheses[0].pose = mrpt::poses::CPose2D(1, 2, 0.5);
+	for (auto& frame : frames) frame.pose = {1, 2, 0.5};
 	for (auto& line : truth) line.pose = {1.01, 2.02, 0.49};
 	EXPECT_EQ(align_truth(truth, frames).offset, 0);
 }

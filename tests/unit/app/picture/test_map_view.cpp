@@ -11,8 +11,8 @@ namespace
 {
 using app::crop_for_picture;
 using app::fit_view;
-using app::Frame;
 using app::is_jump;
+using app::KeptFrame;
 using app::map_greys;
 using app::MapView;
 using app::path_pieces;
@@ -21,17 +21,17 @@ constexpr int kDark = 100;    //!< [grey] walls are darker
 constexpr int kBright = 250;  //!< [grey] free space is brighter
 
 /// A frame at x [m], after so many seconds; it is ambiguous if there is no x.
-Frame frame_seen_at(double seconds, std::optional<double> x)
+KeptFrame frame_seen_at(double seconds, std::optional<double> x)
 {
-	Frame frame;
+	KeptFrame frame;
 	frame.timestamp = seconds;
-	frame.result.status = x ? Status::kLocalized : Status::kAmbiguous;
-	frame.result.hypotheses.emplace_back();
-	frame.result.hypotheses[0].pose = mrpt::poses::CPose2D(x.value_or(0), 0, 0);
+	frame.status = x ? Status::kLocalized : Status::kAmbiguous;
+	frame.has_pose = true;
+	frame.pose = {x.value_or(0), 0, 0};
 	return frame;
 }
 
-std::vector<std::size_t> lengths(const std::vector<Frame>& frames)
+std::vector<std::size_t> lengths(const std::vector<KeptFrame>& frames)
 {
 	std::vector<std::size_t> lengths;
 	for (const auto& piece : path_pieces(frames)) lengths.push_back(piece.size());
