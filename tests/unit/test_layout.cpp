@@ -23,9 +23,9 @@ const fs::path kProgram = fs::path(D2S1R_SOURCE_DIR) / "apps/rawlog-localize";
 
 /// The stages in their order; a file may include its own stage and those of a lower number. Stages of one number do not
 /// know of each other.
-const std::map<std::string, int> kStages = {{"base", 0},      {"scan", 1},   {"map", 2},  {"ranges", 3}, {"query", 4},
-                                            {"answer", 4},    {"coarse", 5}, {"fine", 6}, {"engine", 7}, {"paper", 7},
-                                            {"localizer", 8}, {"frames", 9}, {"mrpt", 9}};
+const std::map<std::string, int> kStages = {{"base", 0},      {"scan", 1},    {"map", 2},  {"ranges", 3}, {"query", 4},
+                                            {"answer", 5},    {"coarse", 6},  {"fine", 7}, {"engine", 8}, {"paper", 8},
+                                            {"localizer", 9}, {"frames", 10}, {"mrpt", 10}};
 
 /// The stage of each public header that is not named like its folder.
 const std::map<std::string, std::string> kStageOfHeader = {
@@ -38,15 +38,13 @@ const std::map<std::string, std::string> kStageOfHeader = {
     {"prior.h", "query"},
     {"localizer.h", "localizer"},
     {"atlas.h", "localizer"},
-    {"engine/default_index.h", "localizer"},
-    {"engine/default_localizer.h", "localizer"},
-    {"engine/searched_maps.h", "localizer"},
     {"window_localizer.h", "frames"},
     {"motion.h", "frames"},
     {"seeding.h", "mrpt"},
     {"likelihood_field.h", "mrpt"},
     {"CSignatureMap2D.h", "mrpt"},
     {"CFusionBackend.h", "mrpt"},
+    {"for_programs.h", "base"},
     {"version.h", "base"}};
 
 std::vector<fs::path> files_below(const fs::path& folder)
@@ -95,7 +93,8 @@ std::vector<std::string> includes_of(const fs::path& file)
 std::vector<fs::path> sources()
 {
 	std::vector<fs::path> files = files_below(kLibrary / "src");
-	for (const fs::path& header : files_below(kLibrary / "include")) files.push_back(header);
+	for (const char* headers : {"include", "private"})
+		for (const fs::path& header : files_below(kLibrary / headers)) files.push_back(header);
 	return files;
 }
 }  // namespace

@@ -1,4 +1,5 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include <d2s1r/for_programs.h>
 #include <d2s1r/localizer.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>

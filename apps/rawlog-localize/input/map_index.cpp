@@ -5,6 +5,7 @@
 #include "input/map_loading.h"
 #include "output/output_file.h"
 
+#include <d2s1r/for_programs.h>
 #include <logs/own_process.h>
 #include <mrpt/core/format.h>
 
@@ -158,7 +159,7 @@ IndexedMap load_or_build_map(const MapSource& source, const Parameters& paramete
 		}
 	};
 	check_writable(source.index);  // this and the next, before time is spent on what could not be saved
-	to_index([&] { Localizer::check_savable(source.index); });
+	to_index([&] { check_savable(source.index); });
 	result.map = build_map(source, parameters, threads, console);
 	to_index([&] { result.map->localizer().save(source.index, *fingerprint); });
 	return result;

@@ -5,6 +5,8 @@
 #include "input/inputs.h"
 #include "input/map_doubts.h"
 
+#include <d2s1r/for_programs.h>
+
 #include <filesystem>
 
 namespace d2s1r::app

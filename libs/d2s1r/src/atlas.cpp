@@ -1,6 +1,8 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include <d2s1r/atlas.h>
+#include <d2s1r/for_programs.h>
 #include <d2s1r/map_io.h>
+#include <mrpt/system/CTicTac.h>
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
@@ -13,7 +15,6 @@
 #include "base/file_text.h"
 #include "base/ini_text.h"
 #include "base/parameter_list.h"
-#include "base/scoped_timer.h"
 #include "engine/default_localizer.h"
 
 namespace d2s1r
@@ -29,6 +30,12 @@ std::string scan_section(const Localizer& localizer)
 	only.scan = localizer.parameters().scan;
 	return to_ini(only);
 }
+
+/// Returns the default method of a localizer; null if it has another one.
+const DefaultLocalizer* default_method_of(const Localizer& localizer)
+{
+	return dynamic_cast<const DefaultLocalizer*>(&localizer.method());
+}
 }  // namespace
 
 Atlas::Atlas(std::vector<AtlasMap> maps) : maps_(std::move(maps))
@@ -41,7 +48,8 @@ Atlas::Atlas(std::vector<AtlasMap> maps) : maps_(std::move(maps))
 		{ throw std::invalid_argument("Atlas: map '" + printable(map.name) + "' " + what); };
 		if (!names.insert(map.name).second) refuse("is there twice; give each map a name of its own");
 		if (!map.localizer) refuse("has no localizer; build or load one");
-		if (!map.localizer->default_index()) refuse("has method = paper, which searches one map; use method = default");
+		if (!default_method_of(*map.localizer))
+			refuse("has method = paper, which searches one map; use method = default");
 		if (scan_section(*map.localizer) != scan_section(*maps_.front().localizer))
 			refuse("has other parameters in section scan, which are about the sensor; give all maps the same");
 	}
@@ -60,18 +68,14 @@ Localization Atlas::localize(const Scan& scan, double time_budget) const
 	if (const auto refusal = refusal_of(scan, maps_.front().localizer->parameters().scan)) return *refusal;
 	std::vector<SearchedMap> searched;
 	for (const AtlasMap& map : maps_)
-		searched.push_back(
-		    map.localizer->default_index()->searched(map.region, map.localizer->parameters(), searched.size()));
+		searched.push_back(default_method_of(*map.localizer)->searched(map.region, searched.size()));
 
-	double total_ms = 0;
-	auto [result, numbers] = timed(total_ms, localize_default, scan, searched, time_budget);
+	const mrpt::system::CTicTac watch;
+	auto [result, numbers] = localize_default(scan, searched, time_budget);
 	for (std::size_t i = 0; i < numbers.size(); i++) result.hypotheses[i].map = maps_[numbers[i]].name;
 	if (!numbers.empty())
-	{
-		const ScopedTimer timer(total_ms);
 		result.relative_entropy = maps_[numbers.front()].localizer->relative_entropy(scan, result.best().pose);
-	}
-	result.times.total_ms = total_ms;
+	result.times.total_ms = 1e3 * watch.Tac();
 	return result;
 }
 

@@ -1,6 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "map_slot.h"
 
+#include <d2s1r/for_programs.h>
 #include <d2s1r/map_io.h>
 #include <logs/errors.h>
 #include <logs/own_process.h>

@@ -69,9 +69,6 @@ struct AtlasEntry
 	std::string floor = {};  //!< as people call it
 };
 
-/// Returns the name that a map gets by its file: without folder, extension and that of a compressed file.
-std::string map_name_of(const std::string& file);
-
 /// Returns whether `path` names an atlas: a folder, or a yaml file with the key `maps`.
 bool is_atlas(const std::string& path);
 

@@ -17,7 +17,7 @@
 
 namespace d2s1r
 {
-struct DefaultIndex;
+class LocalizationMethod;
 
 /// Tells where in a map a scan was taken, without an initial pose: one-shot global localization.
 ///
@@ -47,7 +47,7 @@ class Localizer
 	/// application handles that signal: the library installs no signal handlers.
 	/// \param map_fingerprint what save() was given
 	/// \param parameters may differ in what an index does not depend on: sections scan, refinement, first_look, scoring
-	///        and their subsections, and all of coarse_search but spacing, clearance, directions and max_range
+	///        and their subsections, and all of coarse_search but spacing
 	/// \throws std::runtime_error naming the file and saying what to do, if it cannot be read, is damaged, or was saved
 	///         with another map, other parameters, by another version of the library or by a machine of another kind;
 	///         std::invalid_argument if a parameter is out of range
@@ -58,10 +58,6 @@ class Localizer
 	/// \param map_fingerprint of what the map was made from: see fingerprint_of_map()
 	/// \throws std::runtime_error naming the file if it cannot be written, or exists and is no saved index
 	void save(const std::string& file, std::uint64_t map_fingerprint) const;
-
-	/// Checks that save() could write this file, so that a program can tell before it builds an index.
-	/// \throws std::runtime_error as save() would before it has written anything
-	static void check_savable(const std::string& file);
 
 	/// Answers where a scan was taken. It never throws because of the scan: Localization::status tells.
 	/// \param sweep when each beam was taken; the pose is that of its time 0
@@ -105,19 +101,13 @@ class Localizer
 	/// found at the first call.
 	const std::vector<CellIndex>& free_cells() const;
 
+	/// Returns the method with its index. Only the library itself can use it: an Atlas searches several at once.
+	const LocalizationMethod& method() const;
+
    private:
-	friend class Atlas;
 	struct Index;
 	explicit Localizer(std::unique_ptr<const Index> index);
 
-	/// Returns the index of method = default; null with kPaper.
-	const DefaultIndex* default_index() const;
-
 	std::unique_ptr<const Index> index_;
 };
-
-/// Returns about how much memory [byte] it takes to build a Localizer of `map`, beside the map itself; one that is
-/// built has less. It looks only at the cells and is done long before an index is. Thread-safe. \throws
-/// std::invalid_argument if the map has no cell that is known
-std::uint64_t memory_to_build(const mrpt::maps::COccupancyGridMap2D& map, const Parameters& parameters = {});
 }  // namespace d2s1r

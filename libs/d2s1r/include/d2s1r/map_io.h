@@ -45,12 +45,6 @@ mrpt::maps::COccupancyGridMap2D::Ptr load_map(
     const std::string& file, const GridParameters& parameters = {},
     const std::optional<ImageGeometry>& image = std::nullopt);
 
-/// Returns the share [0, 1] of the image of a yaml map that has the shade of unknown cells, 205, but that the
-/// thresholds of the file make free; 0 for other maps. map_server writes that shade, and `free_thresh: 0.25`, which is
-/// often seen beside it, makes such cells free.
-/// \throws std::runtime_error saying what is wrong, without the name of the yaml file
-double unknown_made_free(const std::string& file);
-
 /// Returns the files that load_map() reads: the map itself and, if it is a sound yaml file, the image that it names.
 std::vector<std::string> files_of_map(const std::string& file);
 

@@ -24,6 +24,17 @@ struct IndexKey
 /// Returns a number that is equal for equal bytes; other bytes have another one, but for one case in 2^64.
 std::uint64_t fingerprint_of(const void* bytes, std::size_t count, std::uint64_t seed = 0);
 
+/// Lists what an index file holds of the place and size of a grid or map.
+template <class Self, class File>
+void geometry_fields(Self& grid, File& file)
+{
+	file(grid.width);
+	file(grid.height);
+	file(grid.cell_size);
+	file(grid.origin_x);
+	file(grid.origin_y);
+}
+
 /// The parts of a file that begin at a multiple of this can be read as any type, by aligned instructions, too.
 inline constexpr std::size_t kIndexAlignment = kCacheLine;  //!< [byte]
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "base/array.h"
+#include "base/index_file.h"
 
 namespace d2s1r
 {
@@ -83,11 +84,7 @@ struct RangeProfiles
 	{
 		file(self.directions);
 		file(self.max_range);
-		file(self.grid.width);
-		file(self.grid.height);
-		file(self.grid.cell_size);
-		file(self.grid.origin_x);
-		file(self.grid.origin_y);
+		geometry_fields(self.grid, file);
 		file(self.cells);
 		file(self.predictions);
 		file(self.first_of_group);

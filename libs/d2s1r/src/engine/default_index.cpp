@@ -1,6 +1,8 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "engine/default_index.h"
 
+#include <algorithm>
+#include <cmath>
 #include <stdexcept>
 #include <utility>
 
@@ -18,9 +20,20 @@ bool may_be_smeared(const WallMeasure& walls, const Grid& grid)
 }
 }  // namespace
 
-int count_readings(const Grid& grid)
+double memory_of_default_index(const Grid& grid, const Parameters& parameters)
 {
-	return may_be_smeared(measure_walls(grid), grid) ? 2 : 1;
+	// All in bytes. First the free cells are listed, then ranges are swept, at last the fields are made.
+	constexpr double kListed = 6, kListedByRegion = 15, kSwept = 40, kPosition = 4, kGroup = 4;
+	const double listed = parameters.free_cells.largest_region_only ? kListedByRegion : kListed;
+	const int side = std::max(1, static_cast<int>(std::lround(parameters.coarse_search.spacing / grid.cell_size)));
+	const auto cells = static_cast<double>(grid.cells.size());
+	const int readings = may_be_smeared(measure_walls(grid), grid) ? 2 : 1;
+	const double positions = count_free_squares(grid, side);
+	const double profiles =
+	    (RangeProfiles::kDirections / 2 + kPosition) * positions +
+	    (static_cast<double>(in_whole_lines(RangeProfiles::kDirections)) + RangeProfiles::kBins + kGroup) *
+	        count_free_squares(grid, 2 * side);
+	return std::max(listed * cells, cells + profiles + std::max(kSwept * positions, readings * cells));
 }
 
 DefaultIndex make_default_index(Grid grid, const Parameters& parameters)

@@ -29,8 +29,8 @@ DefaultIndex read_default_index(IndexReader& file);
 /// Writes an index.
 void save(const DefaultIndex& index, IndexWriter& file);
 
-/// Returns how many readings a map has: two if its walls are so thick that it may have been smeared.
-int count_readings(const Grid& grid);
+/// Returns about how much memory [byte] it takes to build the index, beside the grid.
+double memory_of_default_index(const Grid& grid, const Parameters& parameters);
 
 /// Builds the index of a map.
 /// \param grid is given back part by part, so that building takes little more memory than the index

@@ -149,13 +149,26 @@ std::optional<Localization> refusal_of(const Scan& scan, const ScanParameters& p
 	return no_place(Status::kRejected, "nine of ten beams end within scan.covered_within: the sensor is covered");
 }
 
-std::optional<Hypothesis> hypothesis_near(
-    const Scan& scan, const DefaultIndex& index, const mrpt::math::TPose2D& robot, const Parameters& parameters)
+DefaultLocalizer::DefaultLocalizer(DefaultIndex index, const Parameters& parameters)
+    : parameters_(parameters),
+      index_(std::move(index)),
+      caster_(index_.readings.front().tracer.map(), parameters.paper.max_range)
 {
-	Parameters lenient = parameters;
+}
+
+Localization DefaultLocalizer::localize(const Scan& scan, const Query& query) const
+{
+	if (auto refusal = refusal_of(scan, parameters_.scan)) return *refusal;
+	return localize_default(scan, {searched(query.prior, 0)}, query.time_budget).answer;
+}
+
+std::optional<Hypothesis> DefaultLocalizer::hypothesis_near(const Scan& scan, const mrpt::math::TPose2D& robot) const
+{
+	if (!scan.valid()) return std::nullopt;
+	Parameters lenient = parameters_;
 	lenient.scoring.rejected_below = 0;
 	const Prior anywhere;
-	const std::vector<SearchedMap> maps = {index.searched(anywhere, lenient)};
+	const std::vector<SearchedMap> maps = {index_.searched(anywhere, lenient)};
 	const std::vector<Candidate> candidates = {{robot + scan.sensor_on_robot, 0, &maps.front()}};
 	StageClock clock;
 	const Decision decision = decide(scan, judge(scan, BeamSubsets(scan), candidates, lenient, {}, clock), maps);

@@ -1,12 +1,11 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <d2s1r/localization.h>
-#include <d2s1r/scan.h>
-
 #include <optional>
+#include <utility>
 #include <vector>
 
+#include "answer/localization_method.h"
 #include "engine/default_index.h"
 #include "fine/decision.h"
 
@@ -26,8 +25,37 @@ std::optional<Localization> refusal_of(const Scan& scan, const ScanParameters& p
 /// \return the answer without the relative entropy, and the number of the map of each hypothesis
 Decision localize_default(const Scan& scan, const std::vector<SearchedMap>& maps, double time_budget);
 
-/// Tells how a valid scan fits near `robot` (map frame): that pose is refined and scored, and nothing is searched. Its
-/// probability is 0.
-std::optional<Hypothesis> hypothesis_near(
-    const Scan& scan, const DefaultIndex& index, const mrpt::math::TPose2D& robot, const Parameters& parameters);
+/// The default method in one map.
+class DefaultLocalizer : public LocalizationMethod
+{
+   public:
+	/// Builds the index. See make_default_index().
+	DefaultLocalizer(Grid grid, const Parameters& parameters)
+	    : DefaultLocalizer(make_default_index(std::move(grid), parameters), parameters)
+	{
+	}
+	/// Reads what save() wrote.
+	DefaultLocalizer(IndexReader& file, const Parameters& parameters)
+	    : DefaultLocalizer(read_default_index(file), parameters)
+	{
+	}
+
+	Localization localize(const Scan& scan, const Query& query) const override;
+	std::optional<Hypothesis> hypothesis_near(const Scan& scan, const mrpt::math::TPose2D& robot) const override;
+	const RayCaster& caster() const override { return caster_; }
+	void save(IndexWriter& file) const override { d2s1r::save(index_, file); }
+
+	/// Returns the map for a search, which refers to this object and to the prior.
+	SearchedMap searched(const Prior& prior, std::size_t number) const
+	{
+		return index_.searched(prior, parameters_, number);
+	}
+
+   private:
+	DefaultLocalizer(DefaultIndex index, const Parameters& parameters);
+
+	Parameters parameters_;
+	DefaultIndex index_;
+	RayCaster caster_;
+};
 }  // namespace d2s1r

@@ -96,4 +96,19 @@ std::vector<CellIndex> find_sensor_cells(const Grid& grid, const FreeCellParamet
 		    "and free_cells.largest_region_only");
 	return cells;
 }
+
+double count_free_squares(const Grid& grid, int side)
+{
+	std::vector<char> has_free(static_cast<std::size_t>(grid.width / side + 1));
+	std::ptrdiff_t squares = 0;
+	for (int y = 0; y < grid.height; y++)
+	{
+		for (int x = 0; x < grid.width; x++)
+			if (grid.at(x, y) == Cell::kFree) has_free[static_cast<std::size_t>(x / side)] = 1;
+		if ((y + 1) % side != 0 && y + 1 != grid.height) continue;
+		squares += std::count(has_free.begin(), has_free.end(), 1);
+		std::fill(has_free.begin(), has_free.end(), 0);
+	}
+	return static_cast<double>(squares);
+}
 }  // namespace d2s1r

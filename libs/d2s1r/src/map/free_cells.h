@@ -17,6 +17,9 @@ std::vector<CellIndex> find_free_cells(const Grid& grid, const FreeCellParameter
 /// Finds the same cells. \throws std::invalid_argument if there is none
 std::vector<CellIndex> find_sensor_cells(const Grid& grid, const FreeCellParameters& parameters);
 
+/// Counts the squares of `side` x `side` cells that have a free cell.
+double count_free_squares(const Grid& grid, int side);
+
 /// Returns the distance [cells] of every cell of a grid, and of a rim of `rim` cells about it, to the nearest occupied
 /// cell of its column, at most `most`; row-major. The vector has room for `more` values after these.
 /// \param is_occupied by column and row

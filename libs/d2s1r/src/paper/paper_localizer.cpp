@@ -2,12 +2,16 @@
 #include "paper/paper_localizer.h"
 
 #include <mrpt/core/bits_math.h>
+#include <mrpt/core/format.h>
 #include <mrpt/system/CTicTac.h>
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 #include "answer/distinct_poses.h"
+#include "map/free_cells.h"
+#include "ranges/range_sweep.h"
 
 namespace d2s1r
 {
@@ -130,5 +134,81 @@ std::optional<double> relative_entropy_at(
 	}
 	const double entropy = relative_entropy(observed, ranges, parameters);
 	return std::isfinite(entropy) ? std::optional(entropy) : std::nullopt;
+}
+
+namespace
+{
+/// Returns the grid. \throws std::invalid_argument if the range of the method cannot be swept in it
+const Grid& with_reach(double max_range, const Grid& grid)
+{
+	const double most = kMostSweptCells * grid.cell_size;
+	if (max_range > most)
+		throw std::invalid_argument(mrpt::format(
+		    "paper.max_range = %g m is more than %d cells of this map; lower it to %g m or use larger cells", max_range,
+		    kMostSweptCells, most));
+	return grid;
+}
+
+Grid without_cells(const Grid& grid)
+{
+	return {grid.width, grid.height, grid.cell_size, grid.origin_x, grid.origin_y, {}};
+}
+
+Grid read_geometry(IndexReader& file)
+{
+	Grid grid;
+	geometry_fields(grid, file);
+	return grid;
+}
+
+RayCaster read_caster(IndexReader& file)
+{
+	RayCaster caster;
+	RayCaster::fields(caster, file);
+	return caster;
+}
+}  // namespace
+
+PaperLocalizer::PaperLocalizer(const Grid& grid, const Parameters& parameters, int threads)
+    : parameters_(parameters.paper),
+      grid_(without_cells(with_reach(parameters.paper.max_range, grid))),
+      caster_(grid, parameters.paper.max_range),
+      index_(grid, find_sensor_cells(grid, parameters.free_cells), parameters, threads)
+{
+}
+
+PaperLocalizer::PaperLocalizer(IndexReader& file, const Parameters& parameters)
+    : parameters_(parameters.paper), grid_(read_geometry(file)), caster_(read_caster(file)), index_(file)
+{
+}
+
+void PaperLocalizer::save(IndexWriter& file) const
+{
+	geometry_fields(grid_, file);
+	RayCaster::fields(caster_, file);
+	index_.save(file);
+}
+
+Localization PaperLocalizer::localize(const Scan& scan, const Query& query) const
+{
+	if (!query.prior.anywhere())
+		throw std::invalid_argument(
+		    "Localizer: the paper's method searches everywhere; a prior needs method = default");
+	if (!scan.valid()) return no_place(Status::kInvalid, why_invalid(scan));
+	return localize_paper(scan, grid_, index_, caster_, parameters_);
+}
+
+std::optional<Hypothesis> PaperLocalizer::hypothesis_near(const Scan&, const mrpt::math::TPose2D&) const
+{
+	throw std::invalid_argument("Localizer::hypothesis_near() needs method = default");
+}
+
+double memory_of_paper_index(const Grid& grid, const PaperParameters& parameters)
+{
+	constexpr double kPerCell = 2, kPerFreeCell = 50;  // [byte] grids; numbers, projections and tree
+	return kPerCell * static_cast<double>(grid.cells.size()) +
+	       (parameters.bins + static_cast<double>(in_whole_lines(static_cast<std::size_t>(parameters.bins))) +
+	        kPerFreeCell) *
+	           count_free_squares(grid, 1);
 }
 }  // namespace d2s1r

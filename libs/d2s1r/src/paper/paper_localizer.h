@@ -1,11 +1,9 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <d2s1r/localization.h>
-
+#include "answer/localization_method.h"
 #include "paper/signature_index.h"
 #include "paper/yaw_registration.h"
-#include "ranges/ray_caster.h"
 
 namespace d2s1r
 {
@@ -42,4 +40,32 @@ Localization localize_paper(
 /// \return no value if no beam can be compared
 std::optional<double> relative_entropy_at(
     const mrpt::math::TPose2D& sensor, const Scan& scan, const RayCaster& caster, const PaperParameters& parameters);
+
+/// The published method in one map.
+class PaperLocalizer : public LocalizationMethod
+{
+   public:
+	/// Builds the index.
+	/// \param threads [-] that build it
+	/// \throws std::invalid_argument if a sensor can stand nowhere, or paper.max_range is more than can be swept
+	PaperLocalizer(const Grid& grid, const Parameters& parameters, int threads);
+	/// Reads what save() wrote.
+	PaperLocalizer(IndexReader& file, const Parameters& parameters);
+
+	/// \throws std::invalid_argument if there is a prior: the method searches everywhere
+	Localization localize(const Scan& scan, const Query& query) const override;
+	/// \throws std::invalid_argument the method has no hypothesis without a search
+	std::optional<Hypothesis> hypothesis_near(const Scan& scan, const mrpt::math::TPose2D& robot) const override;
+	const RayCaster& caster() const override { return caster_; }
+	void save(IndexWriter& file) const override;
+
+   private:
+	PaperParameters parameters_;
+	Grid grid_;  //!< without its cells
+	RayCaster caster_;
+	SignatureIndex index_;
+};
+
+/// Returns about how much memory [byte] it takes to build the index of a PaperLocalizer, beside the grid.
+double memory_of_paper_index(const Grid& grid, const PaperParameters& parameters);
 }  // namespace d2s1r

@@ -102,11 +102,7 @@ struct SkipMap
 	template <class Self, class File>
 	static void fields(Self& self, File& file)
 	{
-		file(self.width);
-		file(self.height);
-		file(self.cell_size);
-		file(self.origin_x);
-		file(self.origin_y);
+		geometry_fields(self, file);
 		file(self.cells);
 	}
 };

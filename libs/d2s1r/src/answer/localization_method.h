@@ -1,0 +1,38 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <d2s1r/localization.h>
+#include <d2s1r/prior.h>
+#include <d2s1r/scan.h>
+
+#include <optional>
+
+#include "base/index_file.h"
+#include "ranges/ray_caster.h"
+
+namespace d2s1r
+{
+/// A method of localization and its index of a map, as a Localizer holds it: the default one or that of the paper. It
+/// is const and thread-safe once it is built.
+class LocalizationMethod
+{
+   public:
+	LocalizationMethod() = default;
+	virtual ~LocalizationMethod() = default;
+	LocalizationMethod(const LocalizationMethod&) = delete;
+	LocalizationMethod& operator=(const LocalizationMethod&) = delete;
+
+	/// Answers where a scan was taken. The total time is not set; the relative entropy need not be.
+	/// \throws std::invalid_argument if the query asks for what the method cannot do
+	virtual Localization localize(const Scan& scan, const Query& query) const = 0;
+
+	/// Tells how a scan fits near `robot` (map frame); see Localizer::hypothesis_near().
+	virtual std::optional<Hypothesis> hypothesis_near(const Scan& scan, const mrpt::math::TPose2D& robot) const = 0;
+
+	/// Returns what casts rays through the map, up to paper.max_range.
+	virtual const RayCaster& caster() const = 0;
+
+	/// Writes the index.
+	virtual void save(IndexWriter& file) const = 0;
+};
+}  // namespace d2s1r
