@@ -113,9 +113,10 @@ std::vector<std::string> describe_log(
 		lines.push_back(
 		    std::to_string(survey.sensors.size()) + " lasers; using " + scans +
 		    " (--sensor-label chooses another, --merge-lasers uses all)");
+	const std::string mounting = sensor.mounting + (sensor.has_pose ? "" : "; --sensor-pose gives it");
 	if (!sensor.mounting.empty())
 		lines.push_back(
-		    survey.format + ", laser " + scans + (request.overrides.sensor_pose ? "" : ", " + sensor.mounting) +
+		    survey.format + ", laser " + scans + (request.overrides.sensor_pose ? "" : ", " + mounting) +
 		    (survey.odometry.empty() ? "; no odometry" : "; odometry from " + survey.odometry));
 	lines.insert(lines.end(), survey.notes.begin(), survey.notes.end());
 	if (motion == MotionSource::kOdometry && survey.odometry.empty() && !survey.is_live)

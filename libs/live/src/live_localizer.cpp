@@ -490,7 +490,7 @@ LiveStatus LiveLocalizer::status(Time now) const
 		    mrpt::format(
 		        "the tracker is lost: %d scans in a row are %.2f m away", state.last->watched.away,
 		        state.last->watched.distance.value_or(0)) +
-		        (state.settings.seeding == Seeding::kWatch ? "" : "; with --seed watch it would be told"));
+		        (state.settings.seeding == Seeding::kWatch ? "" : "; it would be told if seeding were watch"));
 	if (!state.seeder.waiting().empty() && state.settings.seeding != Seeding::kNever && !state.seeder.is_satisfied())
 		say(Level::kWarning, state.seeder.waiting());
 	if (state.last && state.last->localization.status == Status::kLocalized)

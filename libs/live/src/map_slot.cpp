@@ -83,7 +83,7 @@ void MapSlot::add(const MapMessage& map, PublisherId publisher)
 		if (told_ != task.fingerprint && task.frame == frame_)
 			news.push_back(
 			    "somebody publishes a map, too, in frame '" + frame_ +
-			    "', and --map is used: make sure that both have the same origin, or name another --map-frame");
+			    "', but is not used: make sure that both maps have the same origin, or give yours another frame");
 		told_ = task.fingerprint;
 		return;
 	}

@@ -104,7 +104,7 @@ class LiveReader : public LogReader
 			kept += object->bytes.size() + kOfEach;
 		}
 		damage_ = "shows no 2D laser scan in its first " + std::to_string(objects_) +
-		          " objects; name a laser that comes later with --sensor-label";
+		          " objects; name the label of a laser that comes later";
 		return std::nullopt;
 	}
 

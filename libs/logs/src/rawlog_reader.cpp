@@ -350,7 +350,7 @@ std::string RawlogReader::unreadable(const std::exception& error) const
 	const std::string name = unknown_class(error);
 	if (!name.empty())
 		return "object " + std::to_string(objects_ + 1) + " is of the unknown class " + name +
-		       "; name the module that has it with --plugins";
+		       "; load the module that has it first";
 	if (objects_ == 0) return std::string("is not an MRPT rawlog, or damaged from its start") + kCheckFile;
 	return "is damaged after object " + std::to_string(objects_) + kCopyAgain;
 }

@@ -76,6 +76,7 @@ struct Sensor
 	std::string label;          //!< of ROS: the topic
 	std::size_t scans = 0;      //!< [-] number of its scans
 	std::string mounting = "";  //!< where it is on the robot and how that is known; empty: each scan has it
+	bool has_pose = true;       //!< whether the log says where it is on the robot
 };
 
 /// Says what a log holds; it is known after the log was read once.
@@ -120,7 +121,7 @@ Log open_live_log(
     const std::string& file, const std::optional<std::string>& label, const Stop& stop,
     const std::function<void()>& prepare);
 
-/// Returns the formats that this program was built with, for --version.
+/// Returns the formats that this library was built to read, for people.
 std::string known_formats();
 
 /// Holds a time [s] since the epoch and the pose that a topic has then.

@@ -166,7 +166,7 @@ std::string describe_mounting(const Publisher& laser, const Contents& contents, 
 	const auto pose = contents.frames.pose_in(laser.frame, robot);
 	if (pose && !robot.empty())
 		return describe(*pose) + (robot == laser.frame ? ", the frame of the robot" : " on " + robot + " by tf");
-	return "of unknown pose on the robot (no transform to its frame '" + laser.frame + "'; --sensor-pose gives it)";
+	return "of unknown pose on the robot (no transform to its frame '" + laser.frame + "')";
 }
 
 LogSurvey describe(RosFormat format, const Contents& contents, const RobotFrames& frames)
@@ -175,7 +175,11 @@ LogSurvey describe(RosFormat format, const Contents& contents, const RobotFrames
 	survey.format = format == RosFormat::kBag1 ? "ROS 1 bag" : format == RosFormat::kMcap ? "MCAP file" : "ROS 2 bag";
 	survey.kind_of_scan = "sensor_msgs/LaserScan";
 	for (const Publisher& laser : contents.lasers)
-		survey.sensors.push_back({laser.topic, laser.messages, describe_mounting(laser, contents, frames.robot)});
+	{
+		const bool has_pose = !frames.robot.empty() && contents.frames.pose_in(laser.frame, frames.robot);
+		survey.sensors.push_back(
+		    {laser.topic, laser.messages, describe_mounting(laser, contents, frames.robot), has_pose});
+	}
 	survey.odometry = frames.odometry_topic;
 	if (!frames.odometry_frame.empty()) survey.odometry = "tf (" + frames.odometry_frame + " to " + frames.robot + ")";
 	survey.damage = contents.damage;
