@@ -48,7 +48,9 @@ void add_error_of_mean(
 
 void CParticleFilterFusion::start(const std::vector<FusionMap>& maps, const FusionParameters& parameters)
 {
-	if (parameters.filter.particles < 1) throw std::invalid_argument("particle filter: give at least one particle");
+	Parameters with_filter;
+	with_filter.filter = parameters.filter;
+	check(with_filter);
 	maps_ = pf::MapRow(maps);
 	parameters_ = parameters;
 	recovery_ = pf::Recovery(maps_, parameters);

@@ -46,6 +46,7 @@ Localization MapRow::in_row(Localization localization) const
 {
 	for (Hypothesis& hypothesis : localization.hypotheses)
 	{
+		check(hypothesis);
 		const auto found = numbers_.find(hypothesis.map);
 		if (found == numbers_.end())
 			throw std::invalid_argument(

@@ -73,6 +73,33 @@ TEST_F(FilterOnAFloor, RefusesToStartOnNothing)
 	EXPECT_THROW(filter_.start({{map()}}, none), std::invalid_argument);
 }
 
+TEST_F(FilterOnAFloor, RefusesParametersOutOfRange)
+{
+	const auto refused = [&](const auto& change)
+	{
+		FusionParameters parameters;
+		change(parameters.filter);
+		EXPECT_THROW(filter_.start({{map()}}, parameters), std::invalid_argument);
+	};
+	refused([](FilterParameters& filter) { filter.particles = 100'000'000; });
+	for (const double wrong : {std::nan(""), HUGE_VAL, -0.1, 0.0})
+	{
+		refused([&](FilterParameters& filter) { filter.motion_along = wrong; });
+		refused([&](FilterParameters& filter) { filter.motion_across = wrong; });
+		refused([&](FilterParameters& filter) { filter.motion_turn = wrong; });
+	}
+}
+
+TEST_F(FilterOnAFloor, RefusesHypothesesThatAreNoNumbers)
+{
+	const Frame frame = drive_along(along_corridor(1))[0];
+	filter_.start({{map()}}, {});
+	Localization changed = frame.localization;
+	ASSERT_FALSE(changed.hypotheses.empty());
+	changed.hypotheses.front().pose.phi(std::nan(""));
+	EXPECT_THROW(filter_.step({frame.scan, changed, {}}), std::invalid_argument);
+}
+
 TEST_F(FilterOnAFloor, IsMadeByItsNameAsAFusionBackend)
 {
 	mrpt::rtti::registerClass(CLASS_ID(CParticleFilterFusion));

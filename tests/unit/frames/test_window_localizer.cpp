@@ -242,5 +242,25 @@ TEST_F(WindowOnTwinRooms, RefusesWhatItCannotDo)
 	EXPECT_THROW(WindowLocalizer(paper, 10), std::invalid_argument);
 }
 
+TEST_F(WindowOnTwinRooms, RefusesHypothesesThatAreNoneOfItsMap)
+{
+	const Scan scan = scan_at(into_left_room().back());
+	const Localization sound = localizer_.localize(scan);
+	const auto refused = [&](const auto& change)
+	{
+		Localization changed = sound;
+		change(changed.hypotheses.front());
+		WindowLocalizer window(localizer_, 10);
+		EXPECT_THROW(window.add(scan, changed, CPose2D()), std::invalid_argument);
+		EXPECT_EQ(window.add(scan, sound, CPose2D()).status, sound.status) << "the window is as it was";
+	};
+	refused([](Hypothesis& hypothesis) { hypothesis.pose.x(std::nan("")); });
+	refused([](Hypothesis& hypothesis) { hypothesis.covariance(1, 1) = std::nan(""); });
+	refused([](Hypothesis& hypothesis) { hypothesis.covariance(2, 2) = -1; });
+	refused([](Hypothesis& hypothesis) { hypothesis.probability = std::nan(""); });
+	refused([](Hypothesis& hypothesis) { hypothesis.log_likelihood = std::nan(""); });
+	refused([](Hypothesis& hypothesis) { hypothesis.map = "cellar"; });
+}
+
 }  // namespace
 }  // namespace d2s1r::test

@@ -169,6 +169,7 @@ TEST(Seeding, RefusesToMakeParticlesOfNothing)
 {
 	EXPECT_THROW(seed_particles(in_room(), result_of({}), with(10, 0.1), kNoFreeCell), std::invalid_argument);
 	EXPECT_THROW(seed_particles(in_room(), places({1}), with(0, 0.1)), std::invalid_argument);
+	EXPECT_THROW(seed_particles(in_room(), places({1}), with(kMostParticles + 1, 0.1)), std::invalid_argument);
 	for (const double share : {-0.1, 1.1, std::nan("")})
 		EXPECT_THROW(seed_particles(in_room(), places({1}), with(10, share)), std::invalid_argument) << share;
 	SeedingParameters blurred;

@@ -114,6 +114,31 @@ TEST(PriorOfDensity, RefusesVariancesThatAreNoNumber)
 {
 	EXPECT_THROW(
 	    make_prior(mrpt::poses::CPosePDFGaussian({0, 0, 0}, covariance_of(std::nan(""), 1, 1))), std::invalid_argument);
+	auto negative = covariance_of(1, 1, 1);
+	negative(1, 1) = -1;
+	EXPECT_THROW(make_prior(mrpt::poses::CPosePDFGaussian({0, 0, 0}, negative)), std::invalid_argument);
+}
+
+TEST(PriorOfDensity, RefusesWeightsThatAreNoNumber)
+{
+	for (const double weight : {std::nan(""), HUGE_VAL})
+	{
+		mrpt::poses::CPosePDFSOG sum(2);
+		for (std::size_t i = 0; i < 2; i++) sum.get(i).cov = covariance_of(1, 1, 1);
+		sum.get(1).log_w = -HUGE_VAL;  // it weighs nothing
+		EXPECT_NO_THROW(make_prior(sum));
+		sum.get(1).log_w = weight;
+		EXPECT_THROW(make_prior(sum), std::invalid_argument) << weight;
+		mrpt::poses::CPosePDFParticles particles(3);
+		EXPECT_NO_THROW(make_prior(particles));
+		particles.m_particles[2].log_w = weight;
+		EXPECT_THROW(make_prior(particles), std::invalid_argument) << weight;
+		mrpt::poses::CPosePDFGrid grid(0, 2, 0, 2, 0.5, mrpt::DEG2RAD(30.0));
+		grid.uniformDistribution();
+		EXPECT_NO_THROW(make_prior(grid));
+		*grid.getByPos(1, 1, 0.5) = weight;
+		EXPECT_THROW(make_prior(grid), std::invalid_argument) << weight;
+	}
 }
 
 TEST(PriorOfDensity, HoldsAllParticlesInABoundedNumberOfBoxes)

@@ -103,7 +103,8 @@ class CFusionBackend : public mrpt::rtti::CObject
 	/// Takes in the next scan.
 	/// \return where the robot is; no value while there is nothing to start from, or to go on from within the prior
 	/// \throws std::logic_error before start()
-	/// \throws std::invalid_argument if a hypothesis is in a map that start() was not given
+	/// \throws std::invalid_argument if a hypothesis is in a map that start() was not given, or holds numbers that are not
+	///         finite or not in their ranges
 	virtual std::optional<FusedPose> step(const FusionInput& input) = 0;
 };
 }  // namespace d2s1r

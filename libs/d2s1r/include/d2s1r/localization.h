@@ -46,6 +46,11 @@ struct Hypothesis
 	std::string map = {};  //!< name of the map that `pose` is in, from an Atlas; empty from a Localizer
 };
 
+/// Checks a hypothesis that a caller hands back to the library. Thread-safe.
+/// \throws std::invalid_argument if its pose, covariance or another number is not finite, a variance is negative, or its
+///         probability is not in [0, 1]
+void check(const Hypothesis& hypothesis);
+
 /// Returns the hypothesis of a robot whose sensor has this pose and covariance, (x, y, phi), m and rad, in the map
 /// frame. Thread-safe.
 Hypothesis hypothesis_of_sensor(
@@ -65,8 +70,9 @@ struct StageTimes
 struct Localization
 {
 	Status status = Status::kInvalid;  //!< what the scan tells
-	/// [0, 1] Probability that the robot is at the place of best(): the sum over the hypotheses within 0.3 m and 10 deg
-	/// of it.
+	/// [0, 1] Probability that the robot is at the place of best(). It is the probability of best(), whose place stands
+	/// for all poses near it; with kPaper it is the sum over the hypotheses at that place, and after
+	/// WindowLocalizer::add() it is at most what single scans gave to the place.
 	double confidence = 0;
 	std::vector<Hypothesis> hypotheses;  //!< by decreasing probability; empty if rejected or invalid
 	/// [bit] Relative entropy between the scan and the virtual scan at best(), Eq. 1; lower is better. It has no value

@@ -117,6 +117,9 @@ struct ScoringParameters
 	PresenceModel presence_model;            //!< section presence_model
 };
 
+/// Limits the particles of a filter, which take about 70 bytes each.
+inline constexpr int kMostParticles = 10'000'000;  //!< [-]
+
 /// Sets the particle filter that follows a robot from scan to scan: see CFusionBackend.
 struct FilterParameters
 {

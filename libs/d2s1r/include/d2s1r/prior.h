@@ -53,7 +53,8 @@ Prior make_prior(double x0, double y0, double x1, double y1);
 /// of Gaussians, all particles, or all cells of a grid with more than a thousandth of the greatest probability. They
 /// are 0.3 m and 10 deg wider, because priors tend to be overconfident. Other densities count as the Gaussian with the
 /// same moments.
-/// \throws std::invalid_argument if the density has neither mode nor particle, or is not finite
+/// \throws std::invalid_argument if the density has neither mode nor particle or is not finite, or a variance is
+///         negative or a weight no number
 Prior make_prior(const mrpt::poses::CPosePDF& pdf);
 
 /// Says what a caller knows and wants beyond the scan.

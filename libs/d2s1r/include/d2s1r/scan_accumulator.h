@@ -29,7 +29,7 @@ class ScanAccumulator
 {
    public:
 	/// Starts without a scan.
-	/// \param directions [-] into which a full turn is divided, at least 8
+	/// \param directions [-] into which a full turn is divided, from 8 to 36,000
 	/// \param reach [m] greatest distance between the places of two scans that are put together, above 0
 	/// \throws std::invalid_argument if one of them is out of range
 	explicit ScanAccumulator(int directions = 360, double reach = 0.25);

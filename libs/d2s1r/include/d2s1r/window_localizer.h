@@ -52,6 +52,8 @@ class WindowLocalizer
 	///        answer is `one_shot`, and a new window starts. Frames without a valid scan, with one of a covered sensor,
 	///        or with neither motion nor hypothesis: pass the motion of each; if nobody knows one, up to two such
 	///        frames are bridged by the frame after them. Otherwise a new window starts.
+	/// \throws std::invalid_argument if a hypothesis of `one_shot` is in a map that the window was not given, or holds
+	///         numbers that are not finite or not in their ranges
 	/// \return as Localizer::localize(), with the evidence of all frames of the window: log-likelihoods are sums over
 	///         them, bounded and against the best pose of each frame; covariances include the motion, and the time of
 	///         refinement includes the following of hypotheses

@@ -25,6 +25,21 @@ const char* to_string(Status status)
 	return "invalid";
 }
 
+void check(const Hypothesis& hypothesis)
+{
+	const auto& pose = hypothesis.pose;
+	const auto& covariance = hypothesis.covariance;
+	const double sum = pose.x() + pose.y() + pose.phi() + covariance.sum() + hypothesis.log_likelihood.value_or(0) +
+	                   hypothesis.explained.value_or(0);
+	if (!std::isfinite(sum))
+		throw std::invalid_argument("a hypothesis holds a number that is not finite; pass what localize() answered");
+	if (covariance(0, 0) < 0 || covariance(1, 1) < 0 || covariance(2, 2) < 0)
+		throw std::invalid_argument("a hypothesis has a negative variance; pass what localize() answered");
+	constexpr double kRounding = 1e-6;
+	if (!(hypothesis.probability >= 0 && hypothesis.probability <= 1 + kRounding))
+		throw std::invalid_argument("the probability of a hypothesis is not in [0, 1]; pass what localize() answered");
+}
+
 Hypothesis hypothesis_of_sensor(
     const mrpt::math::TPose2D& sensor, const mrpt::math::CMatrixDouble33& covariance,
     const mrpt::math::TPose2D& sensor_on_robot)

@@ -204,7 +204,7 @@ void visit_presence_model(P& presence, const Visitor& visit)
 template <class P, class Visitor>
 void visit_filter(P& filter, const Visitor& visit)
 {
-	visit("particles", filter.particles, 1, 10000000, "[-] maximum number of particles");
+	visit("particles", filter.particles, 1, kMostParticles, "[-] maximum number of particles");
 	visit(
 	    "motion_along", filter.motion_along, 0.001, 100.0,
 	    "[m] standard deviation ahead of the motion between two scans that nobody measured: without odometry, with the "

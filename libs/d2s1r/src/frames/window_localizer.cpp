@@ -36,6 +36,17 @@ WindowTracker::WindowTracker(std::map<std::string, TrackedMap> maps, int frames,
 	if (frames < 1) throw std::invalid_argument("WindowLocalizer: frames must be at least 1");
 }
 
+void WindowTracker::check_arguments(const Localization& one_shot) const
+{
+	for (const Hypothesis& hypothesis : one_shot.hypotheses)
+	{
+		check(hypothesis);
+		if (maps_.count(hypothesis.map) == 0)
+			throw std::invalid_argument(
+			    "WindowLocalizer: a hypothesis is in map '" + hypothesis.map + "', which the window was not given");
+	}
+}
+
 bool WindowTracker::one_place(const Hypothesis& a, const Hypothesis& b)
 {
 	return a.map == b.map && are_near(a.pose.asTPose(), b.pose.asTPose(), kPlaceDistance, kPlaceYaw);
@@ -240,6 +251,7 @@ Localization WindowTracker::conclude(const Localization& one_shot) const
 Localization WindowTracker::add(
     const Scan& scan, const Localization& one_shot, const std::optional<mrpt::poses::CPose2D>& odometry)
 {
+	check_arguments(one_shot);
 	const auto motion = odometry_check_.checked(odometry, one_shot);
 	const bool says_nothing = !motion && one_shot.hypotheses.empty();
 	if (!scan.valid() || is_covered(scan, scan_parameters()) || says_nothing)

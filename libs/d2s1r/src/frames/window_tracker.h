@@ -47,6 +47,9 @@ class WindowTracker
 		mrpt::math::CMatrixDouble33 motion_covariance;  //!< (x, y, phi), m^2, m rad, rad^2
 	};
 
+	/// \throws std::invalid_argument if a hypothesis is in no map of this window, or is not sound
+	void check_arguments(const Localization& one_shot) const;
+
 	void pass_gap(const std::optional<mrpt::poses::CPose2D>& motion);
 	bool link(Frame& frame, const Localization& one_shot, const std::optional<mrpt::poses::CPose2D>& motion) const;
 	void follow(const Localization& one_shot);

@@ -94,20 +94,12 @@ int particles_in_free_space(std::size_t hypotheses, const SeedingParameters& par
 
 void check(const SeedingParameters& parameters)
 {
-	if (parameters.particles < 1) throw std::invalid_argument("seeding: give at least one particle");
+	check_range("seeding: particles", parameters.particles, 1, kMostParticles);
 	check_range("seeding: free_space_share", parameters.free_space_share, 0.0, 1.0);
 	check_range("seeding: min_std_xy", parameters.min_std_xy, 0.0, 1e6);
 	check_range("seeding: min_std_phi", parameters.min_std_phi, 0.0, 1e6);
 	check_range("seeding: std_z", parameters.std_z, 0.0, 1e6);
 	check_range("seeding: std_pitch_roll", parameters.std_pitch_roll, 0.0, 1e6);
-}
-
-void check(const Hypothesis& hypothesis)
-{
-	check_range("seeding: probability of a hypothesis", hypothesis.probability, 0.0, 1.0 + 1e-6);
-	const auto& pose = hypothesis.pose;
-	if (!std::isfinite(pose.x() + pose.y() + pose.phi() + hypothesis.covariance.sum()))
-		throw std::invalid_argument("seeding: pose or covariance of a hypothesis is not finite");
 }
 
 /// Returns the log-weight [nat] of one of `count` particles that weigh `probability` together.

@@ -25,6 +25,10 @@ constexpr double kYawTile = mrpt::DEG2RAD(30.0);  //!< [rad] width of the smalle
 /// Returns a box that holds three standard deviations of a Gaussian.
 PoseBox gaussian_box(const mrpt::poses::CPose2D& mean, const mrpt::math::CMatrixDouble33& covariance)
 {
+	constexpr double kRounding = 1e-9;  // [m^2, rad^2]
+	for (int i = 0; i < 3; i++)
+		if (covariance(i, i) < -kRounding)
+			throw std::invalid_argument("make_prior: a variance of the density is negative");
 	const auto reach = [&](int i) { return kDeviations * std::sqrt(covariance(i, i) < 0 ? 0.0 : covariance(i, i)); };
 	const double x = reach(0) + kMargin, y = reach(1) + kMargin;
 	PoseBox box{mean.x() - x, mean.x() + x, mean.y() - y, mean.y() + y, mean.phi(), reach(2) + kYawMargin};
@@ -71,10 +75,21 @@ Prior prior_of(const std::vector<mrpt::math::TPose2D>& poses, double near = 0, d
 	return prior;
 }
 
+/// Checks the logarithm of a weight, which is minus infinity if the weight is zero.
+void check_log_weight(double log_weight)
+{
+	if (std::isnan(log_weight) || log_weight == INFINITY)
+		throw std::invalid_argument("make_prior: a weight of the density is no number");
+}
+
 std::vector<mrpt::math::TPose2D> poses_of(const mrpt::poses::CPosePDFParticles& particles)
 {
 	std::vector<mrpt::math::TPose2D> poses;
-	for (const auto& particle : particles.m_particles) poses.push_back(particle.d);
+	for (const auto& particle : particles.m_particles)
+	{
+		check_log_weight(particle.log_w);
+		poses.push_back(particle.d);
+	}
 	return poses;
 }
 
@@ -85,6 +100,9 @@ std::vector<mrpt::math::TPose2D> poses_of(const mrpt::poses::CPosePDFGrid& grid)
 	const std::size_t cells = grid.getSizeX() * grid.getSizeY() * grid.getSizePhi();
 	if (cells == 0) return {};
 	const double* const first = grid.getByIndex(0, 0, 0);  // x varies fastest
+	const auto is_probability = [](double p) { return p >= 0 && std::isfinite(p); };  // not normalized
+	if (!std::all_of(first, first + cells, is_probability))
+		throw std::invalid_argument("make_prior: a cell of the density is no probability");
 	const double most = *std::max_element(first, first + cells);
 	std::vector<mrpt::math::TPose2D> poses;
 	for (std::size_t phi = 0; phi < grid.getSizePhi(); phi++)
@@ -135,7 +153,11 @@ Prior make_prior(const mrpt::poses::CPosePDF& pdf)
 	else if (const auto* grid = dynamic_cast<const mrpt::poses::CPosePDFGrid*>(&pdf))
 		prior = prior_of(poses_of(*grid), grid->getResolutionXY() / 2, grid->getResolutionPhi() / 2);
 	else if (const auto* sum = dynamic_cast<const mrpt::poses::CPosePDFSOG*>(&pdf))
-		for (const auto& mode : *sum) prior.boxes.push_back(gaussian_box(mode.mean, mode.cov));
+		for (const auto& mode : *sum)
+		{
+			check_log_weight(mode.log_w);
+			prior.boxes.push_back(gaussian_box(mode.mean, mode.cov));
+		}
 	else
 	{
 		const auto [covariance, mean] = pdf.getCovarianceAndMean();

@@ -13,6 +13,8 @@ namespace d2s1r
 namespace
 {
 constexpr double kFullTurn = 2 * M_PI;
+constexpr std::size_t kMostBeams = 100'000;  // [-] of a scan; no laser has a tenth, and each takes time
+constexpr const char* kTooManyBeams = "the scan has more than 100,000 beams";
 constexpr const char* kNotOnRobot = "the pose of the sensor on the robot is not finite or more than 100 m away";
 
 /// Turns a reading, as it is recorded, into a distance and whether the beam hit something there. It has no value if the
@@ -54,6 +56,7 @@ double tilt_of(const mrpt::obs::CObservation2DRangeScan& observation)
 std::string unusable_because(const mrpt::obs::CObservation2DRangeScan& observation, const ScanParameters& parameters)
 {
 	if (observation.getScanSize() < 2) return "the scan has fewer than 2 beams";
+	if (observation.getScanSize() > kMostBeams) return kTooManyBeams;
 	if (!(observation.aperture > 0) || !std::isfinite(observation.aperture))
 		return "the aperture is not finite and above 0";
 	if (!(observation.maxRange > 0) || !std::isfinite(observation.maxRange))
@@ -113,7 +116,7 @@ float beam_angle(double angle)
 bool Scan::valid() const
 {
 	const auto& sensor = sensor_on_robot;
-	return invalid_because.empty() && !beams.empty() && is_field_of_view(field_of_view) &&
+	return invalid_because.empty() && !beams.empty() && beams.size() <= kMostBeams && is_field_of_view(field_of_view) &&
 	       is_on_robot(sensor.x, sensor.y) && std::isfinite(sensor.phi) && are_in_order(beams);
 }
 
@@ -121,6 +124,7 @@ std::string why_invalid(const Scan& scan)
 {
 	if (!scan.invalid_because.empty()) return scan.invalid_because;
 	if (scan.beams.empty()) return "the scan has no beams";
+	if (scan.beams.size() > kMostBeams) return kTooManyBeams;
 	if (!is_field_of_view(scan.field_of_view)) return "the field of view of the scan is not above 0 and at most 2 pi";
 	if (!are_in_order(scan.beams))
 		return "the beams of the scan are not by increasing angle in [-pi, pi), with finite ranges of at least 0";

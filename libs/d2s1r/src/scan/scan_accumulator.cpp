@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <string>
 
 namespace d2s1r
 {
@@ -15,7 +16,9 @@ bool is_plausible(const mrpt::poses::CPose2D& increment)
 
 ScanAccumulator::ScanAccumulator(int directions, double reach) : directions_(directions), reach_(reach)
 {
-	if (directions < 8) throw std::invalid_argument("ScanAccumulator: directions must be at least 8");
+	constexpr int kMost = 36'000;  // finer than any laser; each scan that is added takes the time of all directions
+	if (directions < 8 || directions > kMost)
+		throw std::invalid_argument("ScanAccumulator: directions must be from 8 to " + std::to_string(kMost));
 	if (!(reach > 0)) throw std::invalid_argument("ScanAccumulator: reach must be above 0 m");
 }
 
