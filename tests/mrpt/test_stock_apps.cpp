@@ -86,6 +86,23 @@ TEST_F(StockPfLocalization, TakesASignatureMapWithAMapFileOfItsOwn)
 	    localization_ini("", "map_file=" + kDatasets + "localization_demo.simplemap.gz\n"), "LD_PRELOAD=" D2S1R_MODULE);
 }
 
+TEST_F(StockPfLocalization, DoesNotRunBlindWithAMapThatStaysEmpty)
+{
+	const auto output_of = [](const std::string& ini_text)
+	{
+		const std::string ini = scratch("stock.ini");
+		std::ofstream(ini) << ini_text;
+		const auto result = run_command("LD_PRELOAD=" D2S1R_MODULE " pf-localization " + ini + " 2>&1");
+		EXPECT_NE(result.status, 0) << result.output;
+		return result.output;
+	};
+	EXPECT_NE(output_of(localization_ini("", "")).find("CSignatureMap2D is empty"), std::string::npos);
+	auto two = localization_ini("", "map_file=" + kDatasets + "localization_demo.simplemap.gz\n");
+	const std::string count = "signatureMap_count=1";
+	two.replace(two.find(count), count.size(), "signatureMap_count=2");
+	EXPECT_NE(output_of(two).find("MetricMap_signatureMap_01_creationOpts is missing"), std::string::npos);
+}
+
 TEST_F(StockPfLocalization, DoesNotKnowTheMapWithoutTheModule)
 {
 	const std::string ini = scratch("stock.ini");

@@ -145,6 +145,24 @@ TEST(CSignatureMap2D, RefusesCreationOptionsThatItDoesNotKnow)
 	}
 }
 
+/// `signatureMap_count` may be greater than the number of sections: such a map would never get a cell.
+TEST(CSignatureMap2D, RefusesADefinitionWithoutAnySection)
+{
+	const char* const one = "[Maps]\nsignatureMap_count=1\n[Maps_signatureMap_00_insertOpts]\nmaxDistanceInsertion=9\n";
+	EXPECT_TRUE(from_ini(one).mapByClass<CSignatureMap2D>()->isEmpty()) << "scans may be inserted";
+	try
+	{
+		from_ini("[Maps]\nsignatureMap_count=2\n[Maps_signatureMap_00_creationOpts]\n");
+		FAIL();
+	}
+	catch (const std::exception& error)
+	{
+		EXPECT_NE(
+		    std::string(error.what()).find("section Maps_signatureMap_01_creationOpts is missing"), std::string::npos)
+		    << error.what();
+	}
+}
+
 TEST(CSignatureMap2D, IsFilledFromASimpleMapAndCleared)
 {
 	mrpt::maps::CSimpleMap simple_map;

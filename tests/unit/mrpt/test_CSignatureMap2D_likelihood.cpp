@@ -63,6 +63,21 @@ TEST(CSignatureMap2D, LikelihoodFollowsTheObservationNotItsAddress)
 	EXPECT_EQ(make_signature_map().computeObservationLikelihood(scan, CPose3D(kTruth)), 0.0);
 }
 
+/// A mapper weighs the first scans by its empty map; a filter that weighs later ones by it is blind.
+TEST(CSignatureMap2D, AnEmptyMapDoesNotWeighScansOfLaterTimes)
+{
+	const CSignatureMap2D map;
+	auto scan = d2s1r::test::make_observation(kGrid, kTruth);
+	scan.timestamp = mrpt::Clock::fromDouble(1000);
+	auto of_other_laser = scan;
+	of_other_laser.timestamp = mrpt::Clock::fromDouble(1000.5);
+	for (int particle = 0; particle < 3; particle++)
+		for (const auto& first : {scan, of_other_laser})
+			EXPECT_EQ(map.computeObservationLikelihood(first, CPose3D(kTruth)), 0.0);
+	scan.timestamp = mrpt::Clock::fromDouble(1002);
+	EXPECT_THROW(map.computeObservationLikelihood(scan, CPose3D(kTruth)), std::runtime_error);
+}
+
 TEST(CSignatureMap2D, LikelihoodFollowsTheMountingOfTheLaser)
 {
 	const auto map = make_signature_map();

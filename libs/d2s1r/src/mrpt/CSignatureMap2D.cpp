@@ -1,12 +1,14 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include <d2s1r/CSignatureMap2D.h>
 #include <mrpt/obs/CObservation2DRangeScan.h>
+#include <mrpt/system/datetime.h>
 
 #include <algorithm>
 #include <cstring>
 #include <fstream>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <stdexcept>
 
 #include "map/occupancy_map.h"
@@ -100,6 +102,29 @@ ObservedPoints::Points ObservedPoints::of(const mrpt::obs::CObservation2DRangeSc
 	return points_;
 }
 
+/// Finds out whether an empty map is weighed by. Mappers weigh the first scans by the map that they then insert these
+/// into; a map that is still empty for a scan of a later time never got its cells, and a filter would run blind.
+/// Thread-safe.
+class ScansOfEmptyMap
+{
+   public:
+	/// \throws std::runtime_error if the observation is more than a second later than the first one
+	void add(const mrpt::obs::CObservation& observation)
+	{
+		constexpr double kSeconds = 1;  // [s] in which the lasers of a robot give their first scans
+		const std::lock_guard<std::mutex> lock(mutex_);
+		if (!first_) first_ = observation.timestamp;
+		if (*first_ == INVALID_TIMESTAMP || observation.timestamp == INVALID_TIMESTAMP) return;
+		if (mrpt::system::timeDifference(*first_, observation.timestamp) > kSeconds)
+			throw std::runtime_error(
+			    "CSignatureMap2D is empty, so that no scan can be weighed by it; name its map_file, or insert scans");
+	}
+
+   private:
+	std::mutex mutex_;
+	std::optional<mrpt::Clock::time_point> first_;
+};
+
 /// Computes the FNV-1a hash of bytes.
 class Fnv1a
 {
@@ -159,6 +184,7 @@ struct CSignatureMap2D::Content
 	mutable std::shared_ptr<const Localizer> built_localizer;
 	mutable std::optional<LikelihoodField> built_field;
 	mutable ObservedPoints last_scan;
+	mutable ScansOfEmptyMap scans_of_empty_map;
 };
 
 CSignatureMap2D::CSignatureMap2D() : CSignatureMap2D(Parameters{}) {}
@@ -292,7 +318,12 @@ double CSignatureMap2D::internal_computeObservationLikelihood(
     const mrpt::obs::CObservation& observation, const mrpt::poses::CPose3D& taken_from) const
 {
 	const auto* scan = dynamic_cast<const mrpt::obs::CObservation2DRangeScan*>(&observation);
-	if (!scan || !content_->map) return 0.0;
+	if (!scan) return 0.0;
+	if (!content_->map)
+	{
+		content_->scans_of_empty_map.add(*scan);
+		return 0.0;
+	}
 	const auto points = content_->last_scan.of(*scan);
 	const auto& axes = taken_from.getRotationMatrix();  // yaw() would write to the caller's pose
 	const double yaw = std::atan2(axes(1, 0), axes(0, 0));

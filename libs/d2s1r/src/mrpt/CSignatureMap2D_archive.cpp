@@ -112,7 +112,11 @@ CSignatureMap2D::TMapDefinition::TMapDefinition() = default;
 void CSignatureMap2D::TMapDefinition::loadFromConfigFile_map_specific(
     const mrpt::config::CConfigFileBase& source, const std::string& prefix)
 {
-	const std::string creation = prefix + "_creationOpts";
+	const std::string creation = prefix + "_creationOpts", insert = prefix + "_insertOpts",
+	                  likely = prefix + "_likelihoodOpts";
+	if (!source.sectionExists(creation) && !source.sectionExists(insert) && !source.sectionExists(likely))
+		throw std::invalid_argument(
+		    "section " + printable(creation) + " is missing; add it, or correct the number of signature maps");
 	for (const std::string& key : keys_of(source, creation))
 		if (key == "map_file")
 			map_file = source.read_string(creation, key, "");
@@ -120,8 +124,8 @@ void CSignatureMap2D::TMapDefinition::loadFromConfigFile_map_specific(
 			config_file = source.read_string(creation, key, "");
 		else if (kOfAnyMap.count(key) == 0)
 			refuse_unknown(in_message(creation, key));
-	insertion.loadFromConfigFile(source, prefix + "_insertOpts");
-	likelihood.loadFromConfigFile(source, prefix + "_likelihoodOpts");
+	insertion.loadFromConfigFile(source, insert);
+	likelihood.loadFromConfigFile(source, likely);
 }
 
 void CSignatureMap2D::TMapDefinition::dumpToTextStream_map_specific(std::ostream& out) const
