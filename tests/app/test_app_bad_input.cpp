@@ -133,7 +133,7 @@ TEST_F(AppBadInput, MissingMap)
 TEST_F(AppBadInput, EmptyMap)
 {
 	write_file(path("empty.gridmap.gz"), "");
-	expect_bad_map({path("empty.gridmap.gz")}, {"is empty; copy or save the map again"});
+	expect_bad_map({path("empty.gridmap.gz")}, {"is empty; copy or save it again"});
 }
 
 TEST_F(AppBadInput, NotAMap)

@@ -235,6 +235,11 @@ TEST(Atlas, SaysWhichMapsDoNotGoTogether)
 	EXPECT_NE(
 	    refused({{"a", floor_localizer()}, {"a", annex_localizer()}}).find("'a' is there twice"), std::string::npos);
 	EXPECT_NE(refused({{"a", nullptr}}).find("'a' has no localizer"), std::string::npos);
+	for (const char* const name :
+	     {"", ".hidden", "a/b", "a\nb",
+	      "a\x9b"
+	      "31m\x7f"})
+		EXPECT_NE(refused({{name, floor_localizer()}}).find("rename it"), std::string::npos) << name;
 	Parameters paper;
 	paper.method = Method::kPaper;
 	EXPECT_NE(refused({{"a", localizer_of(make_annex(), paper)}}).find("method = paper"), std::string::npos);
@@ -357,7 +362,8 @@ TEST(AtlasFile, SaysWhatIsWrong)
 	EXPECT_NE(refused("maps: {a: {file: \"b\\0c\"}}\n").find("'file' is not a text"), std::string::npos);
 	ASSERT_EQ(mkfifo(folder.path("pipe").c_str(), 0600), 0);
 	EXPECT_NE(
-	    refused("maps: {a: {file: b, config: pipe}}\n").find("'config' names a folder, a dev"), std::string::npos);
+	    refused("maps: {a: {file: b, config: pipe}}\n").find("'config' cannot be read (it is a folder, a dev"),
+	    std::string::npos);
 	EXPECT_FALSE(is_atlas(folder.write("map.yaml", "image: map.png\n")));
 	EXPECT_FALSE(is_atlas(folder.path("missing.yaml")));
 	ASSERT_EQ(mkfifo(folder.path("pipe.yaml").c_str(), 0600), 0);

@@ -23,6 +23,16 @@ namespace fs = std::filesystem;
 
 namespace
 {
+/// Checks that a name can be written to tables and be part of a file's name.
+/// \throws std::invalid_argument
+void check_name(const std::string& name)
+{
+	if (name.empty() || name.front() == '.' || name.find('/') != std::string::npos || printable_name(name) != name)
+		throw std::invalid_argument(
+		    "map '" + printable(name) +
+		    "': a name may not be empty, begin with a dot, nor hold slashes or control characters; rename it");
+}
+
 /// Returns the section `scan` as text, which is equal for equal values.
 std::string scan_section(const Localizer& localizer)
 {
@@ -46,6 +56,7 @@ Atlas::Atlas(std::vector<AtlasMap> maps) : maps_(std::move(maps))
 	{
 		const auto refuse = [&](const std::string& what)
 		{ throw std::invalid_argument("Atlas: map '" + printable(map.name) + "' " + what); };
+		check_name(map.name);
 		if (!names.insert(map.name).second) refuse("is there twice; give each map a name of its own");
 		if (!map.localizer) refuse("has no localizer; build or load one");
 		if (!default_method_of(*map.localizer))
@@ -104,9 +115,15 @@ std::string config_of(const YAML::Node& map, const fs::path& folder)
 	if (name.empty()) return {};
 	const fs::path config = folder / name;
 	std::error_code error;
-	const auto status = fs::status(config, error);
-	if (fs::exists(status) && !fs::is_regular_file(status))
-		throw std::runtime_error("'config' names a folder, a device or a pipe; name an ini file");
+	if (!fs::exists(config, error)) return config.string();  // load_parameters() says so
+	try
+	{
+		check_readable(config.string());
+	}
+	catch (const std::runtime_error& reason)
+	{
+		throw std::runtime_error(std::string("'config' ") + reason.what());
+	}
 	return config.string();
 }
 
@@ -137,15 +154,6 @@ Prior region_of(const YAML::Node& map)
 	{
 		throw std::runtime_error("'region' is empty or not finite; give two opposite corners, [X0, Y0, X1, Y1] in m");
 	}
-}
-
-/// Checks that a name can be written to tables and be part of a file's name.
-void check_name(const std::string& name)
-{
-	if (name.empty() || name.front() == '.' || name.find('/') != std::string::npos || printable_name(name) != name)
-		throw std::runtime_error(
-		    "map '" + printable(name) +
-		    "': a name may not be empty, begin with a dot, nor hold slashes or control characters; rename it");
 }
 
 AtlasEntry entry_of(const std::string& name, const YAML::Node& map, const fs::path& folder)

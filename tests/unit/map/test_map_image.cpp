@@ -196,6 +196,29 @@ TEST(MapImage, TheEndOfASmallImageInAJpegIsNotItsOwn)
 	EXPECT_NE(why(start + small + image + "\xFF\xD9").find("cannot be decoded"), std::string::npos) << "has no tables";
 }
 
+/// A decoder goes over all pixels for each scan of a progressive JPEG, and a scan may take twenty bytes.
+TEST(MapImage, AJpegOfThousandsOfScansIsRefused)
+{
+	const TempFolder folder;
+	const std::string frame("\xFF\xD8\xFF\xC2\0\x0b\x8\0\x8\0\x8\1\1\x11\0", 17),
+	    scan("\xFF\xDA\0\x8\1\1\0\0\x3F\0 ", 11);
+	const auto with_scans = [&](int scans)
+	{
+		std::string bytes = frame;
+		for (int i = 0; i < scans; i++) bytes += scan;
+		return refusal(folder.write("a.jpg", bytes + "\xFF\xD9"), ImageGeometry{1, 0, 0});
+	};
+	EXPECT_NE(with_scans(4000).find("more than 100 scans; save it as a PNG"), std::string::npos);
+	EXPECT_NE(with_scans(100).find("cannot be decoded"), std::string::npos) << "it has no tables";
+}
+
+TEST(MapImage, APngThatDoesNotBeginWithItsHeaderIsRefused)
+{
+	const TempFolder folder;
+	const std::string png("\x89PNG\r\n\x1a\n\0\0\0\x8tEXt\0\0\0\1\0\0\0\1\0\0\0\0", 28);
+	EXPECT_NE(refusal(folder.write("a.png", png), ImageGeometry{1, 0, 0}).find("cannot be decoded"), std::string::npos);
+}
+
 TEST(MapImage, BrokenOnesAreRefusedByName)
 {
 	const TempFolder folder;

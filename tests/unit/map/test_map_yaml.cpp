@@ -223,6 +223,16 @@ TEST_F(MapYaml, UnusableValuesAreNamed)
 	    std::string::npos);
 }
 
+/// Files of the system count as regular files, have no size, and some of them wait for what comes.
+TEST_F(MapYaml, FilesOfTheSystemAreNotReadAsImages)
+{
+	for (const std::string image : {"/proc/kmsg", "/proc/self/environ"})
+		EXPECT_NE(
+		    refusal("image: " + image + "\nresolution: 1\norigin: [0, 0, 0]\nnegate: 0\n" + kThresholds)
+		        .find(image + ": the image is empty"),
+		    std::string::npos);
+}
+
 TEST_F(MapYaml, WhatIsNotYamlIsRefused)
 {
 	EXPECT_NE(refusal("image: [map.pgm\nresolution: 1\n").find("is not yaml"), std::string::npos);
@@ -230,7 +240,7 @@ TEST_F(MapYaml, WhatIsNotYamlIsRefused)
 	EXPECT_NE(
 	    refusal("image: map.pgm\nresolution: 1\nresolution: 2\n").find("the key 'resolution' is given twice"),
 	    std::string::npos);
-	EXPECT_NE(refusal(std::string((1 << 24) + 1, ' ')).find("is longer than 16 MB"), std::string::npos);
+	EXPECT_NE(refusal(std::string((1 << 18) + 1, ' ')).find("is longer than 256 kB"), std::string::npos);
 	EXPECT_NE(refusal("- 1\n- 2\n").find("'image' is missing"), std::string::npos);
 }
 }  // namespace d2s1r::test

@@ -12,7 +12,9 @@ namespace d2s1r
 /// Holds a map of an Atlas.
 struct AtlasMap
 {
-	std::string name;                            //!< which hypotheses tell; no other map of the atlas has it
+	/// Hypotheses tell it, and no other map of the atlas has it. It is not empty, does not begin with a dot, and holds no
+	/// slash or control character, so that it can be a part of a file's name.
+	std::string name;
 	std::shared_ptr<const Localizer> localizer;  //!< index of the map, with parameters of its own
 	Prior region = {};                           //!< where in this map the robot may be, map frame
 	std::string floor = {};                      //!< as people call it; only told, nothing depends on it
@@ -35,7 +37,7 @@ class Atlas
 {
    public:
 	/// \param maps one or more; the atlas shares their localizers
-	/// \throws std::invalid_argument if there is no map, a name is there twice, a localizer is null or its method is
+	/// \throws std::invalid_argument if there is no map, a name is there twice or not as it should be, a localizer is null or its method is
 	///         kPaper, or the section `scan` of their parameters, which is about the sensor, differs
 	explicit Atlas(std::vector<AtlasMap> maps);
 

@@ -57,6 +57,10 @@ std::vector<std::string> files_of_map(const std::string& file);
 mrpt::maps::COccupancyGridMap2D::Ptr map_of_cells(
     const std::vector<float>& p_occupied, std::size_t width, const ImageGeometry& geometry);
 
+/// Checks whether map_of_cells() takes so many cells, before anybody makes room for them.
+/// \throws std::invalid_argument if there is no cell, or there are too many for memory
+void check_number_of_cells(std::size_t width, std::size_t height);
+
 /// Returns a number that tells whether a map is the one that an index was saved for: it is equal for equal bytes of the
 /// files that load_map() reads and an equal `image`. This is faster than loading the map. Thread-safe.
 /// \throws std::runtime_error naming the file if one cannot be read

@@ -86,16 +86,18 @@ void check_readable(const std::string& file)
 	std::error_code error;
 	const auto status = fs::status(file, error);
 	if (fs::exists(status) && !fs::is_regular_file(status))
-		throw std::runtime_error("cannot be read (it is a folder, a device or a pipe); name the file of a map");
-	if (read_text(file, 1).empty()) throw std::runtime_error("is empty; copy or save the map again");
+		throw std::runtime_error("cannot be read (it is a folder, a device or a pipe); name a file");
+	if (fs::exists(status) && fs::file_size(file, error) == 0)
+		throw std::runtime_error("is empty; copy or save it again");
+	read_text(file, 1);
 }
 
 YAML::Node read_yaml(const std::string& file)
 {
-	constexpr std::size_t kMost = 1 << 24;  // [byte]
+	constexpr std::size_t kMost = 1 << 18;  // [byte] an atlas of a thousand maps has half of that
 	check_readable(file);
 	const std::string text = read_text(file, kMost + 1);
-	if (text.size() > kMost) throw std::runtime_error("is longer than 16 MB; name a yaml file");
+	if (text.size() > kMost) throw std::runtime_error("is longer than 256 kB; name the yaml file of a map or an atlas");
 	try
 	{
 		const YAML::Node root = YAML::Load(text);

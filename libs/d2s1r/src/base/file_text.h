@@ -23,11 +23,12 @@ void read_blocks(const std::string& file, const std::function<bool(const char*, 
 /// \throws std::runtime_error that does not name the file: why it cannot be read so far, and what to do
 std::string read_text(const std::string& file, std::size_t most = std::string::npos);
 
-/// Checks that the file of a map can be read.
+/// Checks that a file of a map can be read without waiting for it. Files of the system, below /proc, have no size: some
+/// of them wait for what comes, and count as empty here.
 /// \throws std::runtime_error that does not name `file`, if it is no file, is empty or cannot be read
 void check_readable(const std::string& file);
 
-/// Reads a yaml file, of 16 MB at most.
+/// Reads a yaml file, of 256 kB at most: yaml-cpp takes up to 500 times that, and half a second.
 /// \throws std::runtime_error that does not name the file, if it is no file, cannot be read, is too long or no yaml, or
 ///         gives a key of its outermost level twice
 YAML::Node read_yaml(const std::string& file);

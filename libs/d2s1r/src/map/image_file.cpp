@@ -3,19 +3,22 @@
 
 #include <d2s1r/version.h>
 #include <mrpt/core/format.h>
+#include <sys/mman.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <array>
+#include <cerrno>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 #include <filesystem>
 #include <limits>
 #include <map>
 #include <new>
-#include <optional>
 #include <sstream>
 #include <stdexcept>
 #include <string_view>
-#include <utility>
 
 #include "base/file_text.h"
 #include "map/occupancy_map.h"
@@ -29,26 +32,20 @@ constexpr double kMostImageMemory = 4 * kMostCells;
 
 std::string read_bytes(const std::string& file)
 {
-	std::error_code error;
-	const auto status = std::filesystem::status(file, error);
-	if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))
-		throw std::runtime_error(
-		    "the image cannot be read (it is a folder, a device or a pipe); name the file of an image");
-	const auto size = std::filesystem::file_size(file, error);
-	if (!error && static_cast<double>(size) > kMostImageMemory)
-		throw std::runtime_error(mrpt::format(
-		    "the file of the image has %.1f GB, and %.1f GB is the most; save it as a PNG",
-		    1e-9 * static_cast<double>(size), 1e-9 * kMostImageMemory));
 	try
 	{
-		std::string bytes = read_text(file);
-		if (!bytes.empty()) return bytes;
+		check_readable(file);
+		std::error_code error;
+		const auto size = static_cast<double>(std::filesystem::file_size(file, error));
+		if (!error && size > kMostImageMemory)
+			throw std::runtime_error(mrpt::format(
+			    "has %.1f GB, and %.1f GB is the most; save it as a PNG", 1e-9 * size, 1e-9 * kMostImageMemory));
+		return read_text(file);
 	}
 	catch (const std::runtime_error& reason)
 	{
 		throw std::runtime_error(std::string("the image ") + reason.what());
 	}
-	throw std::runtime_error("the image is empty; copy or save it again");
 }
 
 [[noreturn]] void refuse_as_truncated()
@@ -66,9 +63,9 @@ bool starts_with(const std::string& bytes, std::string_view start)
 	return std::string_view(bytes).substr(0, start.size()) == start;
 }
 
-void check_end(const std::string& bytes, const std::string& mark)
+bool is_png(const std::string& bytes)
 {
-	if (bytes.rfind(mark) == std::string::npos) refuse_as_truncated();
+	return starts_with(bytes, "\x89PNG\r\n\x1a\n");
 }
 
 enum class Order
@@ -103,11 +100,31 @@ void check_pixels(double width, double height, double memory)
 		    1e-9 * memory, 1e-9 * kMostImageMemory));
 }
 
+/// Returns a PNG file of those chunks only that its pixels are made of. Texts and profiles, which a decoder unpacks,
+/// too, can be a thousand times as large as they are in the file.
+std::string without_texts(const std::string& png)
+{
+	constexpr std::array<std::string_view, 5> kOfPixels = {"IHDR", "PLTE", "tRNS", "IDAT", "IEND"};
+	constexpr std::size_t kSignature = 8, kAroundData = 12;  // [byte] length, type and checksum of a chunk
+	std::string kept = png.substr(0, kSignature);
+	for (std::size_t at = kSignature; at < png.size();)
+	{
+		const std::size_t size = kAroundData + number_at(png, at, 4, Order::kBigEndian);
+		if (png.size() - at < size) refuse_as_truncated();
+		const std::string_view type = std::string_view(png).substr(at + 4, 4);
+		if (std::find(kOfPixels.begin(), kOfPixels.end(), type) != kOfPixels.end()) kept.append(png, at, size);
+		if (type == "IEND") return kept;
+		at += size;
+	}
+	refuse_as_truncated();
+}
+
 /// Returns the memory [byte] that unpacking takes; this holds for the functions below, too.
 double check_png(const std::string& bytes)
 {
 	const auto number = [&](std::size_t at, std::size_t count)
 	{ return number_at(bytes, at, count, Order::kBigEndian); };
+	if (number(12, 4) != 0x49484452) refuse_as_undecodable();  // the first chunk is not IHDR
 	const double width = number(16, 4), height = number(20, 4);
 	const auto bits = number(24, 1), color_type = number(25, 1);
 	constexpr unsigned kGrey = 0, kColor = 2;
@@ -116,7 +133,6 @@ double check_png(const std::string& bytes)
 	check_pixels(width, height, memory);
 	constexpr double kMostOfDeflate = 1032;  // [-] what a byte of its stream stands for
 	if (width * height * bits / 8 > kMostOfDeflate * static_cast<double>(bytes.size())) refuse_as_truncated();
-	check_end(bytes, "IEND");
 	return memory;
 }
 
@@ -142,9 +158,13 @@ double check_bmp(const std::string& bytes)
 /// Goes from segment to segment of a JPEG file, past the data of its scans, up to the mark of its end. (Whatever a
 /// segment holds, say a small image of the image, may have a mark of its own.)
 /// \return where the first frame header stands, behind its marker
+/// \throws std::runtime_error if the image comes in so many scans that unpacking it would take minutes: a decoder goes
+///         over all pixels for each of them, however few bytes it has
 std::size_t find_frame_header(const std::string& bytes)
 {
-	constexpr unsigned kEnd = 0xD9;
+	constexpr unsigned kEnd = 0xD9, kScan = 0xDA;
+	constexpr int kMostScans = 100;  // as libtiff has it; encoders make ten
+	int scans = 0;
 	std::size_t frame = 0;
 	for (std::size_t at = 2;;)
 	{
@@ -154,6 +174,9 @@ std::size_t find_frame_header(const std::string& bytes)
 		const bool is_table = marker == 0xC4 || marker == 0xC8 || marker == 0xCC;
 		if (frame == 0 && marker >= 0xC0 && marker <= 0xCF && !is_table) frame = at;
 		if (marker == kEnd) break;
+		if (marker == kScan && ++scans > kMostScans)
+			throw std::runtime_error(
+			    "the image comes in more than " + std::to_string(kMostScans) + " scans; save it as a PNG");
 		const bool is_alone = marker <= 0x01 || (marker >= 0xD0 && marker <= 0xD8);
 		if (!is_alone) at += number_at(bytes, at, 2, Order::kBigEndian);
 	}
@@ -330,13 +353,47 @@ mrpt::img::CImage decode_pnm(const std::string& bytes)
 	return image;
 }
 
-/// Unpacks an image by the decoder that MRPT uses. Returns nothing if that fails, whose reason decoders do not tell.
-std::optional<mrpt::img::CImage> decode(const std::string& file)
+/// A file in memory that decoders open by its name.
+class MemoryFile
+{
+   public:
+	/// \throws std::runtime_error if the system does not grant it, std::bad_alloc
+	explicit MemoryFile(const std::string& bytes) : descriptor_(memfd_create("image", MFD_CLOEXEC))
+	{
+		if (descriptor_ < 0)
+			throw std::runtime_error(
+			    std::string("the image cannot be unpacked (") + std::strerror(errno) +
+			    "); allow the program more open files (ulimit -n)");
+		for (std::size_t written = 0; written < bytes.size();)
+		{
+			const ssize_t count = write(descriptor_, bytes.data() + written, bytes.size() - written);
+			if (count < 0 && errno == EINTR) continue;
+			if (count <= 0)
+			{
+				close(descriptor_);
+				throw std::bad_alloc();
+			}
+			written += static_cast<std::size_t>(count);
+		}
+	}
+	~MemoryFile() { close(descriptor_); }
+	MemoryFile(const MemoryFile&) = delete;
+	MemoryFile& operator=(const MemoryFile&) = delete;
+
+	std::string name() const { return "/proc/self/fd/" + std::to_string(descriptor_); }
+
+   private:
+	int descriptor_;
+};
+
+/// Unpacks an image by the decoder that MRPT uses.
+/// \throws std::runtime_error if that fails, whose reason decoders do not tell, std::bad_alloc
+mrpt::img::CImage decode(const MemoryFile& file)
 {
 	mrpt::img::CImage image;
 	try
 	{
-		if (image.loadFromFile(file, kChannelsAsStored)) return image;
+		if (image.loadFromFile(file.name(), kChannelsAsStored)) return image;
 	}
 	catch (const std::bad_alloc&)
 	{
@@ -346,7 +403,7 @@ std::optional<mrpt::img::CImage> decode(const std::string& file)
 	{
 		// MRPT's text is many lines long and speaks of its own sources.
 	}
-	return std::nullopt;
+	refuse_as_undecodable();
 }
 
 /// \throws std::bad_alloc if there is not so much memory [byte]
@@ -359,7 +416,7 @@ void check_memory(double memory)
 double memory_to_decode(const std::string& bytes)
 {
 	using namespace std::string_view_literals;
-	if (starts_with(bytes, "\x89PNG\r\n\x1a\n"sv)) return check_png(bytes);
+	if (is_png(bytes)) return check_png(bytes);
 	if (starts_with(bytes, "\xFF\xD8\xFF"sv)) return check_jpeg(bytes);
 	if (starts_with(bytes, "BM"sv)) return check_bmp(bytes);
 	if (starts_with(bytes, "II\x2a\0"sv) || starts_with(bytes, "MM\0\x2a"sv)) return check_tiff(bytes);
@@ -369,18 +426,14 @@ double memory_to_decode(const std::string& bytes)
 
 mrpt::img::CImage read_image(const std::string& file)
 {
-	// A decoder does not tell damage from a read that failed or memory that ran out: look for these first, and try
-	// twice.
-	constexpr int kTries = 2;
 	constexpr double kOfDecoder = 16e6;  // [byte] of its tables and of GDAL, which ends the program if it gets none
-	for (int i = 0; i < kTries; i++)
-	{
-		const std::string bytes = read_bytes(file);
-		const double memory = memory_to_decode(bytes);
-		if (is_pnm(bytes)) return decode_pnm(bytes);
-		check_memory(memory + kOfDecoder);
-		if (auto image = decode(file)) return std::move(*image);
-	}
-	refuse_as_undecodable();
+	std::string bytes = read_bytes(file);
+	const double memory = memory_to_decode(bytes);
+	if (is_pnm(bytes)) return decode_pnm(bytes);
+	if (is_png(bytes)) bytes = without_texts(bytes);
+	const MemoryFile checked(bytes);  // what is decoded is what was checked, whatever happens to the file
+	bytes = std::string();
+	check_memory(memory + kOfDecoder);  // a decoder does not tell damage from memory that ran out
+	return decode(checked);
 }
 }  // namespace d2s1r

@@ -132,6 +132,16 @@ double share_of_pixels(const std::string& file, const std::function<bool(double)
 	return static_cast<double>(count) / (static_cast<double>(map->getSizeX()) * map->getSizeY());
 }
 
+void check_number_of_cells(std::size_t width, std::size_t height)
+try
+{
+	check_map_size(static_cast<double>(width), static_cast<double>(height));
+}
+catch (const std::runtime_error& error)
+{
+	throw std::invalid_argument(error.what());
+}
+
 COccupancyGridMap2D::Ptr map_of_cells(
     const std::vector<float>& p_occupied, std::size_t width, const ImageGeometry& geometry)
 try
