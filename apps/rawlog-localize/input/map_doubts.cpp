@@ -1,6 +1,8 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "input/map_doubts.h"
 
+#include "cli/console.h"
+
 #include <d2s1r/for_programs.h>
 #include <mrpt/core/format.h>
 
@@ -15,7 +17,9 @@ std::vector<std::string> doubts_about_map(const std::string& file, const Localiz
 	const MapMeasure measure = map.measure();
 	const double cell = map.grid().cell_size;
 	std::vector<std::string> doubts;
-	if (const double share = unknown_made_free(file); share > kLeastUnknown)
+	const SilentDescriptors silence;  // decoders of images print
+	const double share = read_interruptibly(file, [file] { return unknown_made_free(file); });
+	if (share > kLeastUnknown)
 		doubts.push_back(mrpt::format(
 		    "its free_thresh makes the grey 205 of unknown cells free, which is %.0f %% of the image; set free_thresh "
 		    "to 0.196",

@@ -23,7 +23,9 @@ using MrptGrid = mrpt::maps::COccupancyGridMap2D;
 logs::ProcessLimits limits_of_map(const std::string& file)
 {
 	constexpr std::uint64_t kMemory = 900'000'000, kMemoryPerByte = 40;  // [byte], [-]
+	constexpr std::uint64_t kMemoryOfImage = 3'000'000'000;              // [byte] of 256 million pixels and cells
 	constexpr unsigned kSeconds = 120, kMicrosecondsPerByte = 10;        // [s], [us]
+	if (is_yaml_name(file) || is_image_name(file)) return {kMemoryOfImage, kSeconds};
 	std::error_code error;
 	const std::uintmax_t size = std::filesystem::file_size(file, error);
 	if (error) return {kMemory, kSeconds};
@@ -37,11 +39,13 @@ enum MapRecord : char
 	kErrorRecord = 'e'  //!< why the file cannot be loaded
 };
 
-void tell_map(const std::string& file, const GridParameters& parameters, const logs::Send& send)
+void tell_map(
+    const std::string& file, const std::optional<ImageGeometry>& image, const GridParameters& parameters,
+    const logs::Send& send)
 {
 	try
 	{
-		const CSignatureMap2D map(*load_map(file, parameters));
+		const CSignatureMap2D map(*load_map(file, parameters, image));
 		std::vector<std::uint8_t> bytes;
 		mrpt::serialization::ObjectToOctetVector(&map, bytes);
 		constexpr std::size_t kPart = 1 << 20;  // [byte]
@@ -59,14 +63,22 @@ void tell_map(const std::string& file, const GridParameters& parameters, const l
 	}
 }
 
-/// Loads a map file in one of MRPT's formats. \throws std::runtime_error, UserError
-MrptGrid::ConstPtr load_mrpt_map(const std::string& file, const GridParameters& parameters)
+}  // namespace
+
+MrptGrid::ConstPtr load_grid(
+    const std::string& file, const std::optional<ImageGeometry>& image, const GridParameters& parameters,
+    Activity& activity)
 {
 	std::vector<std::uint8_t> bytes;
 	std::string error;
 	const logs::ProcessLimits limits = limits_of_map(file);
+	const auto stop = [&activity]
+	{
+		activity.show();
+		return interrupted();
+	};
 	const logs::ProcessEnd end = logs::run_in_own_process(
-	    limits, [&](const logs::Send& send) { tell_map(file, parameters, send); },
+	    limits, [&](const logs::Send& send) { tell_map(file, image, parameters, send); },
 	    [&](const std::string& record)
 	    {
 		    if (record[0] == kErrorRecord)
@@ -74,7 +86,7 @@ MrptGrid::ConstPtr load_mrpt_map(const std::string& file, const GridParameters& 
 		    else
 			    bytes.insert(bytes.end(), record.begin() + 1, record.end());
 	    },
-	    interrupted);
+	    stop);
 	if (!error.empty()) throw std::runtime_error(error);
 	const std::string advice = "; it is damaged or far too large: copy or save it again";
 	switch (end)
@@ -87,26 +99,12 @@ MrptGrid::ConstPtr load_mrpt_map(const std::string& file, const GridParameters& 
 		case logs::ProcessEnd::kOutOfTime:
 			throw std::runtime_error("loading it takes too long" + advice);
 		case logs::ProcessEnd::kCrashed:
-			throw std::runtime_error("MRPT's reader crashes on it" + advice);
+			throw std::runtime_error("its reader crashes on it" + advice);
 		default:
 			break;
 	}
 	mrpt::serialization::CSerializable::Ptr map;
 	mrpt::serialization::OctetVectorToObject(bytes, map);
 	return dynamic_cast<const CSignatureMap2D&>(*map).grid();
-}
-
-}  // namespace
-
-MrptGrid::ConstPtr load_grid(
-    const std::string& file, const std::optional<ImageGeometry>& image, const GridParameters& parameters,
-    Activity& activity)
-{
-	if (!is_yaml_name(file) && !is_image_name(file)) return load_mrpt_map(file, parameters);
-	const SilentDescriptors silence;
-	const auto grid = std::make_shared<MrptGrid::ConstPtr>();
-	const auto load = [grid, file, parameters, image] { *grid = load_map(file, parameters, image); };
-	if (!run_interruptibly(&activity, load)) throw UserError(kInterrupted, file, kInterruptedEarly);
-	return *grid;
 }
 }  // namespace d2s1r::app

@@ -1,6 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "input/maps.h"
 
+#include "cli/console.h"
 #include "cli/errors.h"
 #include "input/inputs.h"
 #include "input/map_doubts.h"
@@ -57,9 +58,8 @@ std::vector<AtlasEntry> entries_of_atlas(const std::string& file)
 		throw about(file, kBadInput, error);
 	}
 }
-}  // namespace
 
-std::vector<MapSource> map_sources(const CommandLine& command)
+std::vector<MapSource> read_map_sources(const CommandLine& command)
 {
 	const auto& [files, image, index] = command.map;
 	if (files.size() == 1 && !is_atlas(files.front()))
@@ -72,6 +72,12 @@ std::vector<MapSource> map_sources(const CommandLine& command)
 		sources.push_back({std::move(entry), files.front(), {}, index_file});
 	}
 	return sources;
+}
+}  // namespace
+
+std::vector<MapSource> map_sources(const CommandLine& command)
+{
+	return read_interruptibly(command.map.files.front(), [command] { return read_map_sources(command); });
 }
 
 std::vector<IndexedMap> load_maps(
