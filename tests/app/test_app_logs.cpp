@@ -314,6 +314,9 @@ TEST_F(AppLogs, FoldersWhoseMetadataAreNoneAreRefused)
 	expect_refusal(words("folder"), 2, {std::string(300, 'a') + ": is missing, though metadata.yaml names it"});
 	metadata("\"a\\0b\"");
 	expect_refusal(words("folder"), 2, {path("folder/a?b") + ": is missing, though metadata.yaml names it"});
+	write_file(path("folder/a.mcap"), mcap_file(ros_walk(Wire::kCdr)));
+	metadata("a.mcap, other/a.mcap");
+	expect_refusal(words("folder"), 2, {file + ": names 'other/a.mcap' twice"});
 	write_file(file, std::string(5'000'000, '#'));
 	expect_refusal(words("folder"), 2, {file + ": is too large for the metadata of a bag"});
 }

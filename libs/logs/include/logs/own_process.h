@@ -39,8 +39,8 @@ using Stop = std::function<bool()>;
 class OwnProcess
 {
    public:
-	/// Starts the work. Call it while this process has only one thread.
-	/// \throws LogError if the system refuses another process
+	/// Starts the work. Call it while no other thread of this process holds a lock that the work needs; it is best if
+	/// there is none. (Those of malloc() are safe.) \throws LogError if the system refuses another process
 	OwnProcess(const ProcessLimits& limits, const std::function<void(const Send&)>& work, Stop stop);
 	~OwnProcess();
 	OwnProcess(const OwnProcess&) = delete;

@@ -184,7 +184,8 @@ class Bag1Source : public PieceSource
 		const Record chunk = read_record(piece.offset);
 		const std::string method = text_of(field_of(chunk.fields(), "compression"));
 		const auto size = number_of<std::uint32_t>(chunk.fields(), "size");
-		const std::vector<std::uint8_t> unpacked = unpack(method, file_.view(chunk.data, chunk.size), size);
+		const std::vector<std::uint8_t> unpacked =
+		    unpack(method, file_.view(chunk.data, chunk.size), size, [this] { ask_to_stop(); });
 		ByteCursor cursor(Bytes{unpacked.data(), unpacked.size()});
 		while (cursor.left() > 0)
 		{

@@ -48,17 +48,45 @@ constexpr std::uint64_t kReadAhead = 1 << 18;  // [byte]
 }
 #endif
 
-void unpack_bz2(Bytes packed, std::vector<std::uint8_t>& into)
+#ifdef D2S1R_BZ2
+/// Ends the unpacking of bz2, whatever happens.
+struct Bz2Stream : bz_stream
+{
+	Bz2Stream() : bz_stream()
+	{
+		if (BZ2_bzDecompressInit(this, 0, 0) != BZ_OK) throw std::bad_alloc();
+	}
+	~Bz2Stream() { BZ2_bzDecompressEnd(this); }
+	Bz2Stream(const Bz2Stream&) = delete;
+	Bz2Stream& operator=(const Bz2Stream&) = delete;
+};
+#endif
+
+/// \param ask_to_stop is called for each megabyte, which takes up to a tenth of a second
+void unpack_bz2(Bytes packed, std::vector<std::uint8_t>& into, const std::function<void()>& ask_to_stop)
 {
 #ifdef D2S1R_BZ2
-	auto size = static_cast<unsigned>(into.size());
-	auto* source = const_cast<char*>(reinterpret_cast<const char*>(packed.data));  // it is only read
-	const int result = BZ2_bzBuffToBuffDecompress(
-	    reinterpret_cast<char*>(into.data()), &size, source, static_cast<unsigned>(packed.size), 0, 0);
-	if (result == BZ_MEM_ERROR) throw std::bad_alloc();
-	if (result != BZ_OK || size != into.size()) throw_damaged("bz2");
+	constexpr std::size_t kAtOnce = 1 << 20;  // [byte]
+	Bz2Stream stream;
+	stream.next_in = const_cast<char*>(reinterpret_cast<const char*>(packed.data));  // it is only read
+	stream.avail_in = static_cast<unsigned>(packed.size);
+	std::size_t written = 0;
+	for (int result = BZ_OK; result != BZ_STREAM_END;)
+	{
+		ask_to_stop();
+		const std::size_t room = std::min(kAtOnce, into.size() - written);
+		stream.next_out = reinterpret_cast<char*>(into.data()) + written;
+		stream.avail_out = static_cast<unsigned>(room);
+		result = BZ2_bzDecompress(&stream);
+		const std::size_t got = room - stream.avail_out;
+		written += got;
+		if (result == BZ_MEM_ERROR) throw std::bad_alloc();
+		const bool is_stuck = got == 0 && result == BZ_OK;  // the bytes are cut short, or more than were announced
+		if ((result != BZ_OK && result != BZ_STREAM_END) || is_stuck) throw_damaged("bz2");
+	}
+	if (written != into.size()) throw_damaged("bz2");
 #else
-	(void)packed, (void)into;
+	(void)packed, (void)into, (void)ask_to_stop;
 	throw_missing("bz2", "libbz2-dev");
 #endif
 }
@@ -161,7 +189,8 @@ catch (const Unreadable& e)
 	throw LogError(path, e.what());
 }
 
-std::vector<std::uint8_t> unpack(const std::string& method, Bytes packed, std::uint64_t size)
+std::vector<std::uint8_t> unpack(
+    const std::string& method, Bytes packed, std::uint64_t size, const std::function<void()>& ask_to_stop)
 {
 	if (size > kMostBytesAtOnce) throw_too_large("chunk", size);
 	std::vector<std::uint8_t> unpacked(static_cast<std::size_t>(size));
@@ -171,7 +200,7 @@ std::vector<std::uint8_t> unpack(const std::string& method, Bytes packed, std::u
 		std::copy_n(packed.data, packed.size, unpacked.data());
 	}
 	else if (method == "bz2")
-		unpack_bz2(packed, unpacked);
+		unpack_bz2(packed, unpacked, ask_to_stop);
 	else if (method == "lz4")
 		unpack_lz4(packed, unpacked);
 	else if (method == "zstd")

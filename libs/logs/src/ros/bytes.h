@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <cstring>
+#include <functional>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -102,9 +103,11 @@ inline constexpr std::uint64_t kMostBytesAtOnce = std::uint64_t{1} << 26;
 
 /// Unpacks what was packed as `method` says: "none" or "", "bz2", "lz4" or "zstd".
 /// \param size [byte] of the result
+/// \param ask_to_stop is called ten times a second or more often, and may throw
 /// \throws std::runtime_error if the bytes are damaged, the result is larger than kMostBytesAtOnce or this program was
 /// built without the library, std::bad_alloc
-std::vector<std::uint8_t> unpack(const std::string& method, Bytes packed, std::uint64_t size);
+std::vector<std::uint8_t> unpack(
+    const std::string& method, Bytes packed, std::uint64_t size, const std::function<void()>& ask_to_stop = [] {});
 
 /// A whole frame of zstd that tells its own size. \throws std::runtime_error as unpack()
 std::vector<std::uint8_t> unpack_zstd_frame(Bytes packed);

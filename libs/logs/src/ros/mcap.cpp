@@ -101,7 +101,7 @@ class McapSource : public PieceSource
 		Bytes records;
 		if (first.opcode == McapOpcode::kChunk)
 		{
-			unpacked = unpack_mcap_chunk(file_.view(first.content, first.size)).records;
+			unpacked = unpack_mcap_chunk(file_.view(first.content, first.size), [this] { ask_to_stop(); }).records;
 			records = {unpacked.data(), unpacked.size()};
 		}
 		else
@@ -147,7 +147,7 @@ McapRecord take_mcap_record(ByteCursor& cursor)
 	return {opcode, cursor.take(cursor.number<std::uint64_t>())};
 }
 
-McapChunk unpack_mcap_chunk(Bytes content)
+McapChunk unpack_mcap_chunk(Bytes content, const std::function<void()>& ask_to_stop)
 {
 	ByteCursor cursor(content);
 	McapChunk chunk;
@@ -156,7 +156,7 @@ McapChunk unpack_mcap_chunk(Bytes content)
 	const auto size = cursor.number<std::uint64_t>();
 	const auto checksum = cursor.number<std::uint32_t>();
 	const std::string method = cursor.text();
-	chunk.records = unpack(method, cursor.take(cursor.number<std::uint64_t>()), size);
+	chunk.records = unpack(method, cursor.take(cursor.number<std::uint64_t>()), size, ask_to_stop);
 	if (checksum != 0 && crc32_z(0, chunk.records.data(), chunk.records.size()) != checksum)
 		throw std::runtime_error("a chunk has another checksum than it says");
 	return chunk;

@@ -50,6 +50,8 @@ struct McapChunk
 	std::vector<std::uint8_t> records;
 };
 
+/// \param ask_to_stop as that of unpack()
 /// \throws std::runtime_error if it is damaged; Unreadable if it is packed in a way that is not known
-McapChunk unpack_mcap_chunk(Bytes content);
+McapChunk unpack_mcap_chunk(
+    Bytes content, const std::function<void()>& ask_to_stop = [] {});
 }  // namespace d2s1r::logs

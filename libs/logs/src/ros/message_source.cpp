@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <new>
+#include <set>
 
 namespace d2s1r::logs
 {
@@ -55,11 +56,18 @@ class FolderSource : public MessageSource
 	std::unique_ptr<MessageSource> source_;
 };
 
+/// The first letter of what the process sends that reads metadata.
+enum MetadataRecord : char
+{
+	kNameRecord = 'n',  //!< the name of a file
+	kErrorRecord = 'e'  //!< why the metadata cannot be read
+};
+
 constexpr const char* kNameTheFile = "; name the file in its folder that has the messages";
 
 std::string text_of_metadata(const std::string& path)
 {
-	constexpr std::uint64_t kMost = 1 << 22;  // [byte] thousands of files; yaml-cpp takes 250 times that
+	constexpr std::uint64_t kMost = 1 << 22;  // [byte] thousands of files and topics
 	std::error_code error;
 	if (!fs::is_regular_file(path, error))
 		throw LogError(path, "is a folder, a device or a pipe, or is missing" + std::string(kNameTheFile));
@@ -76,31 +84,47 @@ std::string text_of_metadata(const std::string& path)
 	}
 }
 
-std::vector<std::string> files_of_metadata(const fs::path& folder)
+/// Sends the names that metadata list, or what is wrong with them.
+void tell_names(const std::string& text, const Send& send)
 {
-	const fs::path metadata = folder / "metadata.yaml";
-	std::vector<std::string> files;
-	std::error_code error;  // of names that are too long, or that nobody may look up: the files count as missing
 	try
 	{
-		const YAML::Node yaml = YAML::Load(text_of_metadata(metadata.string()));
+		const YAML::Node yaml = YAML::Load(text);
 		for (const auto& name : yaml["rosbag2_bagfile_information"]["relative_file_paths"])
-		{
-			fs::path file = folder / name.as<std::string>();
-			if (!fs::exists(file, error)) file = folder / file.filename();  // old recorders name the folder, too
-			files.push_back(file.string());
-		}
+			send(char{kNameRecord} + name.as<std::string>());
 	}
 	catch (const YAML::Exception& e)
 	{
-		throw LogError(
-		    metadata.string(), "is not the metadata of a ROS 2 bag (" + std::string(e.what()) + ")" + kNameTheFile);
+		send(char{kErrorRecord} + std::string(e.what()));
 	}
-	if (files.empty()) throw LogError(metadata.string(), "has no relative_file_paths" + std::string(kNameTheFile));
-	for (const auto& file : files)
-		if (!fs::is_regular_file(file, error))
-			throw LogError(file, "is missing, though metadata.yaml names it; copy the whole folder");
-	return files;
+}
+
+/// Returns the names that metadata.yaml lists. yaml-cpp reads it in a process of its own: some files take 500 times
+/// their size of memory, and seconds in which nothing can be asked to stop.
+/// \throws LogError, Interrupted
+std::vector<std::string> names_in_metadata(const std::string& metadata, const Stop& stop)
+{
+	constexpr ProcessLimits kLimits = {600'000'000, 20};
+	const auto refuse = [&](const std::string& why)
+	{ throw LogError(metadata, "is not the metadata of a ROS 2 bag (" + why + ")" + kNameTheFile); };
+	const std::string text = text_of_metadata(metadata);
+	std::vector<std::string> names;
+	std::string error;
+	const ProcessEnd end = run_in_own_process(
+	    kLimits, [&](const Send& send) { tell_names(text, send); },
+	    [&](const std::string& record)
+	    {
+		    if (record[0] == kErrorRecord)
+			    error = record.substr(1);
+		    else
+			    names.push_back(record.substr(1));
+	    },
+	    stop);
+	if (end == ProcessEnd::kInterrupted) throw Interrupted();
+	if (!error.empty()) refuse(error);
+	if (end == ProcessEnd::kOutOfMemory && available_memory() < kLimits.memory) throw std::bad_alloc();
+	if (end != ProcessEnd::kDone) refuse("reading it takes too much memory or time");
+	return names;
 }
 
 /// [byte] of memory that a message takes while it waits.
@@ -169,6 +193,7 @@ void PieceSource::load_next_piece()
 /// A message that waits holds a copy of its own bytes only: its piece may be many times as large.
 void PieceSource::add(const std::shared_ptr<const Topic>& topic, std::int64_t time, Bytes data)
 {
+	ask_to_stop();  // a piece may hold a million messages
 	waiting_bytes_ += bytes_of(data);
 	if (waiting_bytes_ > kMostBytesWaiting)
 		throw Unreadable(
@@ -232,6 +257,32 @@ std::unique_ptr<MessageSource> open_messages(const std::string& path, RosFormat 
 		case RosFormat::kFolder2:
 			break;
 	}
-	return std::make_unique<FolderSource>(files_of_metadata(path), stop);
+	return open_files(files_of_folder(path, stop), stop);
+}
+
+std::vector<std::string> files_of_folder(const std::string& folder, const Stop& stop)
+{
+	const fs::path metadata = fs::path(folder) / "metadata.yaml";
+	std::vector<std::string> files;
+	std::set<std::string> seen;
+	std::error_code error;  // of names that are too long, or that nobody may look up: the files count as missing
+	for (const std::string& name : names_in_metadata(metadata.string(), stop))
+	{
+		fs::path file = fs::path(folder) / name;
+		if (!fs::exists(file, error)) file = fs::path(folder) / file.filename();  // old recorders name the folder, too
+		if (!seen.insert(file.string()).second)
+			throw LogError(metadata.string(), "names '" + name + "' twice" + kNameTheFile);
+		files.push_back(file.string());
+	}
+	if (files.empty()) throw LogError(metadata.string(), "has no relative_file_paths" + std::string(kNameTheFile));
+	for (const auto& file : files)
+		if (!fs::is_regular_file(file, error))
+			throw LogError(file, "is missing, though metadata.yaml names it; copy the whole folder");
+	return files;
+}
+
+std::unique_ptr<MessageSource> open_files(const std::vector<std::string>& files, const Stop& stop)
+{
+	return std::make_unique<FolderSource>(files, stop);
 }
 }  // namespace d2s1r::logs

@@ -162,6 +162,13 @@ std::optional<RosFormat> recognize_ros(const std::string& path);
 std::unique_ptr<MessageSource> open_messages(
     const std::string& path, RosFormat format, const Stop& stop = [] { return false; });
 
+/// Returns the files of a folder that ROS 2 recorded, in the order of their times.
+/// \throws LogError, Interrupted if `stop` said so
+std::vector<std::string> files_of_folder(const std::string& folder, const Stop& stop);
+
+/// Opens such files, one after the other. \throws as open_messages()
+std::unique_ptr<MessageSource> open_files(const std::vector<std::string>& files, const Stop& stop);
+
 // The formats, each in a file of its own. \throws as open_messages()
 std::unique_ptr<MessageSource> open_bag1(const std::string& path, const Stop& stop);
 std::unique_ptr<MessageSource> open_sqlite(const std::string& path, const Stop& stop);

@@ -358,7 +358,10 @@ std::vector<PoseOfTopic> read_odometry_of_topic(
 
 Log open_ros_log(const std::string& path, RosFormat format, const Stop& stop)
 {
-	const auto open = [path, format, stop] { return open_messages(path, format, stop); };
+	std::vector<std::string> files;  // are known from here on, so that the log is read without another process
+	if (format == RosFormat::kFolder2) files = files_of_folder(path, stop);
+	const auto open = [path, format, files, stop]
+	{ return files.empty() ? open_messages(path, format, stop) : open_files(files, stop); };
 	const Contents contents = read_contents(*open());
 	const RobotFrames frames = find_robot_frames(contents);
 	Log log;

@@ -23,7 +23,9 @@ struct Close
 	void operator()(sqlite3_stmt* statement) const { sqlite3_finalize(statement); }
 };
 
-constexpr std::int64_t kMostMemory = 512'000'000;  // [byte] that SQLite takes, also for sorting without an index
+/// [byte] that SQLite takes, also for sorting without an index, unless the application has set another limit
+constexpr std::int64_t kMostMemory = 512'000'000;
+constexpr int kInstructions = 10000;  // of SQLite's machine between two questions: less than a millisecond
 
 /// The file of a database as a URI. SQLite takes it for one that nobody writes to: then it neither locks the file nor
 /// writes anything beside it.
@@ -57,13 +59,22 @@ void check_has_no_journal(const std::string& path)
 		    "or move them into the file by: sqlite3 FILE 'PRAGMA wal_checkpoint(TRUNCATE)'");
 }
 
+/// Holds a column of a table as the file has it.
+struct Column
+{
+	bool is_stored = false;  //!< and not computed
+	int place_in_key = 0;    //!< [-] from 1; 0 if it is not part of the primary key
+};
+
 class SqliteSource : public MessageSource
 {
    public:
 	SqliteSource(const std::string& path, Stop stop) : stop_(std::move(stop))
 	{
 		check_has_no_journal(path);
-		sqlite3_hard_heap_limit64(kMostMemory);  // of the process, in which nothing else uses SQLite
+		std::error_code error;
+		file_size_ = std::filesystem::file_size(path, error);
+		if (sqlite3_hard_heap_limit64(-1) == 0) sqlite3_hard_heap_limit64(kMostMemory);  // of the whole process
 		sqlite3* opened = nullptr;
 		errno = 0;
 		const int result =
@@ -72,14 +83,14 @@ class SqliteSource : public MessageSource
 		try
 		{
 			if (result != SQLITE_OK) fail();
-			sqlite3_limit(opened, SQLITE_LIMIT_LENGTH, static_cast<int>(kMostBytesAtOnce));
+			believe_nothing();
 			ask_to_stop_while_it_works();
 			step(prepare("PRAGMA temp_store = MEMORY"));  // what is sorted without an index goes to no file
 			read_topics();
 			messages_ = prepare(
-			    "SELECT topic_id, timestamp, rowid FROM messages WHERE topic_id IN (" + chosen_topics() +
+			    "SELECT topic_id, timestamp, id FROM messages WHERE topic_id IN (" + chosen_topics() +
 			    ") ORDER BY timestamp, id");
-			data_ = prepare("SELECT data FROM messages WHERE rowid = ?");  // apart, so that no data is sorted
+			data_ = prepare("SELECT data FROM messages WHERE id = ?");  // apart, so that no data is sorted
 		}
 		catch (const std::exception& e)
 		{
@@ -105,6 +116,8 @@ class SqliteSource : public MessageSource
 		const auto* data = static_cast<const std::uint8_t*>(sqlite3_column_blob(data_.get(), 0));
 		const auto size = static_cast<std::size_t>(sqlite3_column_bytes(data_.get(), 0));
 		if (!data && sqlite3_errcode(database_.get()) == SQLITE_NOMEM) fail();
+		data_bytes_ += size;
+		if (data_bytes_ > file_size_) throw std::runtime_error("its messages are larger than the file");
 		message.owner = std::make_shared<const std::vector<std::uint8_t>>(data, data + (data ? size : 0));
 		message.data = {message.owner->data(), message.owner->size()};
 		return message;
@@ -126,10 +139,13 @@ class SqliteSource : public MessageSource
 		const int code = database_ ? sqlite3_extended_errcode(database_.get()) : SQLITE_NOMEM;
 		constexpr int kKind = 0xff;  // what a code of the more exact ones is a case of
 		const bool is_out_of_memory = (code & kKind) == SQLITE_NOMEM || code == SQLITE_IOERR_NOMEM;
+		if ((code & kKind) == SQLITE_INTERRUPT && instructions_ > most_instructions())
+			throw std::runtime_error("it takes far more work than so many bytes can need");
 		if ((code & kKind) == SQLITE_INTERRUPT) throw Interrupted();
-		if (is_out_of_memory && sqlite3_memory_highwater(0) > kMostMemory / 2)
+		const std::int64_t most = sqlite3_hard_heap_limit64(-1);
+		if (is_out_of_memory && sqlite3_memory_highwater(0) > most / 2)
 			throw Unreadable(
-			    "would take more than " + std::to_string(kMostMemory / 1'000'000) +
+			    "would take more than " + std::to_string(most / 1'000'000) +
 			    " MB of memory to be read: it is damaged, or has no index of the times (timestamp_idx); record it "
 			    "again, or add the index");
 		if (is_out_of_memory) throw std::bad_alloc();
@@ -139,11 +155,43 @@ class SqliteSource : public MessageSource
 		throw std::runtime_error(sqlite3_errmsg(database_.get()));
 	}
 
+	/// Allows SQLite nothing but to read the tables of a bag. A file may bring expressions of its own, as columns that
+	/// are computed, views or virtual tables, each of which may work for hours between two questions whether to stop.
+	void believe_nothing()
+	{
+		sqlite3* const database = database_.get();
+		constexpr int kMostSql = 1'000'000;  // [byte] of a statement, also one in the file
+		sqlite3_limit(database, SQLITE_LIMIT_LENGTH, static_cast<int>(kMostBytesAtOnce));
+		sqlite3_limit(database, SQLITE_LIMIT_SQL_LENGTH, kMostSql);
+		sqlite3_db_config(database, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
+		sqlite3_db_config(database, SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
+		sqlite3_db_config(database, SQLITE_DBCONFIG_ENABLE_VIEW, 0, nullptr);
+		sqlite3_db_config(database, SQLITE_DBCONFIG_ENABLE_TRIGGER, 0, nullptr);
+		const auto authorize = [](void*, int action, const char*, const char* what, const char*, const char*)
+		{
+			const bool is_count = action == SQLITE_FUNCTION && std::string(what) == "count";
+			const bool is_read = action == SQLITE_SELECT || action == SQLITE_READ || action == SQLITE_PRAGMA;
+			return is_read || is_count ? SQLITE_OK : SQLITE_DENY;
+		};
+		sqlite3_set_authorizer(database, authorize, nullptr);
+	}
+
+	/// Returns how many instructions of SQLite's machine the file can need: a message takes some 40 and a dozen bytes.
+	std::uint64_t most_instructions() const
+	{
+		constexpr std::uint64_t kAnyFile = 1'000'000, kOfAByte = 20;
+		return kAnyFile + kOfAByte * file_size_;
+	}
+
 	void ask_to_stop_while_it_works()
 	{
-		constexpr int kInstructions = 10000;  // of SQLite's machine between two questions: less than a millisecond
-		const auto ask = [](void* stop) { return (*static_cast<const Stop*>(stop))() ? 1 : 0; };
-		sqlite3_progress_handler(database_.get(), kInstructions, ask, &stop_);
+		const auto ask = [](void* self)
+		{
+			auto& source = *static_cast<SqliteSource*>(self);
+			source.instructions_ += kInstructions;
+			return source.stop_() || source.instructions_ > source.most_instructions() ? 1 : 0;
+		};
+		sqlite3_progress_handler(database_.get(), kInstructions, ask, this);
 	}
 
 	Statement prepare(const std::string& query) const
@@ -168,12 +216,44 @@ class SqliteSource : public MessageSource
 		return text ? text : "";
 	}
 
+	std::map<std::string, Column> columns_of(const std::string& table) const
+	{
+		std::map<std::string, Column> columns;
+		const Statement row = prepare("PRAGMA table_xinfo(" + table + ")");
+		while (step(row))  // number, name, type, not null, default, place in the primary key, hidden
+			columns[text_in(row, 1)] = {sqlite3_column_int(row.get(), 6) == 0, sqlite3_column_int(row.get(), 5)};
+		return columns;
+	}
+
+	/// Checks that a table has the columns of a ROS 2 bag, that the file holds all of them, and that SQLite finds a row
+	/// by its `id` at once.
+	void check_table(const std::string& table, const std::vector<std::string>& expected) const
+	{
+		const auto columns = columns_of(table);
+		const auto refuse = [&](const std::string& column, const char* why)
+		{
+			throw Unreadable(
+			    "is a sqlite3 file, but no ROS 2 bag: column '" + column + "' of its table '" + table + "' " + why);
+		};
+		for (const std::string& name : expected)
+		{
+			const auto column = columns.find(name);
+			if (column == columns.end()) refuse(name, "is missing");
+			if (!column->second.is_stored) refuse(name, "is computed");
+		}
+		for (const auto& [name, column] : columns)
+			if ((column.place_in_key > 0) != (name == "id")) refuse("id", "is not its primary key");
+	}
+
 	void read_topics()
 	{
-		const Statement tables =
-		    prepare("SELECT count(*) FROM sqlite_master WHERE type = 'table' AND name IN ('topics', 'messages')");
+		const Statement tables = prepare(
+		    "SELECT count(*) FROM sqlite_master WHERE type = 'table' AND rootpage > 0 AND name IN ('topics', "
+		    "'messages')");
 		if (!step(tables) || sqlite3_column_int(tables.get(), 0) != 2)
 			throw Unreadable("is a sqlite3 file, but no ROS 2 bag: it lacks the tables 'topics' and 'messages'");
+		check_table("topics", {"id", "name", "type", "serialization_format"});
+		check_table("messages", {"id", "topic_id", "timestamp", "data"});
 		const Statement topics = prepare("SELECT id, name, type FROM topics WHERE serialization_format = 'cdr'");
 		while (step(topics))
 		{
@@ -198,6 +278,9 @@ class SqliteSource : public MessageSource
 	Statement messages_;  //!< their topics, times and numbers, in order
 	Statement data_;      //!< of the message with a number
 	bool ended_ = false;
+	std::uint64_t file_size_ = 0;     //!< [byte]
+	std::uint64_t data_bytes_ = 0;    //!< [byte] of the messages so far
+	std::uint64_t instructions_ = 0;  //!< [-] of SQLite's machine so far
 };
 }  // namespace
 
