@@ -33,15 +33,60 @@ using mrpt::maps::COccupancyGridMap2D;
 using mrpt::obs::CObservation2DRangeScan;
 using Floats = py::array_t<float, py::array::c_style | py::array::forcecast>;
 
-/// A map as Python holds it. It is never changed, so that localizers can share it.
-struct Map
+/// Makes pybind11 refuse an object whose __init__() was never called, such as Map.__new__(Map): it would make room for
+/// the object by this operator, and hand methods what happens to stand there. Objects are made by std::make_shared(),
+/// which does not use it.
+struct NeedsInit
 {
+	static void* operator new(std::size_t) { throw py::type_error("__init__() was not called"); }
+};
+
+/// A map as Python holds it. It is never changed, so that localizers can share it.
+struct Map : NeedsInit
+{
+	explicit Map(COccupancyGridMap2D::ConstPtr the_grid) : grid(std::move(the_grid)) {}
 	COccupancyGridMap2D::ConstPtr grid;
 };
 
-/// A window, and what keeps threads of Python from using it at once.
-struct Window
+// What Python holds of the library.
+struct PyLocalizer : NeedsInit, Localizer
 {
+	using Localizer::Localizer;
+};
+struct PyAtlas : NeedsInit, Atlas
+{
+	explicit PyAtlas(Atlas atlas) : Atlas(std::move(atlas)) {}
+};
+struct PySweep : NeedsInit, Sweep
+{
+	explicit PySweep(Sweep sweep) : Sweep(std::move(sweep)) {}
+};
+struct PyLocalization : NeedsInit, Localization
+{
+	explicit PyLocalization(Localization result) : Localization(std::move(result)) {}
+};
+using Answer = std::shared_ptr<PyLocalization>;
+using SharedSweep = std::shared_ptr<PySweep>;  //!< null: None
+
+Sweep sweep_of(const SharedSweep& given)
+{
+	return given ? *given : Sweep();
+}
+
+Answer answer_of(Localization result)
+{
+	return std::make_shared<PyLocalization>(std::move(result));
+}
+
+/// A window, and what keeps threads of Python from using it at once.
+struct Window : NeedsInit
+{
+	Window(
+	    std::function<Localization(const Scan&)> the_localize, const ScanParameters& the_scan,
+	    WindowLocalizer the_window)
+	    : localize(std::move(the_localize)), scan(the_scan), window(std::move(the_window))
+	{
+	}
 	std::function<Localization(const Scan&)> localize;  //!< what a scan says alone
 	ScanParameters scan;
 	WindowLocalizer window;
@@ -53,6 +98,23 @@ std::string path_of(const py::object& path)
 {
 	const auto bytes = py::module_::import("os").attr("fsencode")(path).cast<std::string>();
 	if (bytes.find('\0') != std::string::npos) throw std::invalid_argument("a path holds a null byte; correct it");
+	return bytes;
+}
+
+/// Returns a text of the library, which may hold the bytes of a file's name, as Python writes such names.
+py::str text_of(const std::string& text)
+{
+	return py::reinterpret_steal<py::str>(
+	    PyUnicode_DecodeUTF8(text.data(), static_cast<py::ssize_t>(text.size()), "surrogateescape"));
+}
+
+/// Returns the bytes of the name of a map. It may be that of a file.
+std::string name_of(const py::handle& name)
+{
+	if (!py::isinstance<py::str>(name)) throw py::type_error("the name of a map is no str");
+	const auto bytes =
+	    py::reinterpret_steal<py::bytes>(PyUnicode_AsEncodedString(name.ptr(), "utf-8", "surrogateescape"));
+	if (!bytes) throw py::error_already_set();
 	return bytes;
 }
 
@@ -77,7 +139,7 @@ std::vector<float> p_occupied_of(const py::array& array)
 	return p_occupied;
 }
 
-Map map_of_array(const py::object& cells, double resolution, std::array<double, 2> origin)
+std::shared_ptr<Map> map_of_array(const py::object& cells, double resolution, std::array<double, 2> origin)
 {
 	const py::array array = py::module_::import("numpy").attr("asarray")(cells);
 	if (array.ndim() != 2)
@@ -85,13 +147,16 @@ Map map_of_array(const py::object& cells, double resolution, std::array<double, 
 		    "Map: the array has " + std::to_string(array.ndim()) + " dimensions; give 2, the row of least y first");
 	if (std::string("fbiu").find(array.dtype().kind()) == std::string::npos)
 		throw std::invalid_argument("Map: the cells of the array are no numbers; give bool, integers or floats");
+	// A view may pretend to have any number of cells: they are counted before they are copied.
+	check_number_of_cells(static_cast<std::size_t>(array.shape(1)), static_cast<std::size_t>(array.shape(0)));
 	const auto p_occupied = p_occupied_of(array);
 	const auto width = static_cast<std::size_t>(array.shape(1));
 	const py::gil_scoped_release release;
-	return {map_of_cells(p_occupied, width, {resolution, origin[0], origin[1]})};
+	return std::make_shared<Map>(map_of_cells(p_occupied, width, {resolution, origin[0], origin[1]}));
 }
 
-Map load(const py::object& file, std::optional<double> resolution, std::optional<std::array<double, 2>> origin)
+std::shared_ptr<Map> load(
+    const py::object& file, std::optional<double> resolution, std::optional<std::array<double, 2>> origin)
 {
 	const auto path = path_of(file);
 	std::optional<ImageGeometry> image;
@@ -99,7 +164,7 @@ Map load(const py::object& file, std::optional<double> resolution, std::optional
 	if (origin && !resolution)
 		throw std::invalid_argument("Map.load: origin goes with resolution; give both, or none if the file tells them");
 	const py::gil_scoped_release release;
-	return {load_map(path, {}, image)};
+	return std::make_shared<Map>(load_map(path, {}, image));
 }
 
 /// Returns the probabilities that cells are occupied, the row of least y first.
@@ -147,7 +212,7 @@ mrpt::poses::CPose3D sensor_pose_of(const std::vector<double>& pose)
 /// The arguments that stand for a scan, as ROS's LaserScan has them.
 struct Ranges
 {
-	Floats ranges;                    //!< [m]
+	py::object ranges;                //!< [m]
 	double angle_min = 0;             //!< [rad]
 	double angle_increment = 0;       //!< [rad]
 	double max_range = 0;             //!< [m]
@@ -155,11 +220,26 @@ struct Ranges
 	double min_range = 0;             //!< [m] nearer readings are no data
 };
 
+/// Returns the ranges of a scan, in place if they are floats.
+/// \throws std::invalid_argument if they are none, or so many that no laser has them, before they are copied
+Floats ranges_of(const py::object& given)
+{
+	constexpr py::ssize_t kMost = 10'000'000;
+	const py::array array = py::module_::import("numpy").attr("asarray")(given);
+	if (array.ndim() != 1)
+		throw std::invalid_argument("ranges has " + std::to_string(array.ndim()) + " dimensions; give 1");
+	if (array.size() > kMost)
+		throw std::invalid_argument(
+		    "ranges has " + std::to_string(array.size()) + " numbers; give " + std::to_string(kMost) + " at most");
+	if (std::string("fbiu").find(array.dtype().kind()) == std::string::npos)
+		throw std::invalid_argument("ranges holds no numbers; give floats");
+	return Floats(array);
+}
+
 CObservation2DRangeScan observation_of(const Ranges& scan)
 {
-	if (scan.ranges.ndim() != 1)
-		throw std::invalid_argument("ranges has " + std::to_string(scan.ranges.ndim()) + " dimensions; give 1");
-	const auto ranges = scan.ranges.unchecked<1>();  // read in place
+	const Floats floats = ranges_of(scan.ranges);
+	const auto ranges = floats.unchecked<1>();
 	const auto beams = static_cast<std::size_t>(ranges.size());
 	const double turned = beams > 0 ? scan.angle_increment * static_cast<double>(beams - 1) : 0;
 	CObservation2DRangeScan observation;
@@ -217,17 +297,17 @@ Prior prior_of(const std::optional<std::array<double, 4>>& region)
 	return make_prior((*region)[0], (*region)[1], (*region)[2], (*region)[3]);
 }
 
-Localization localize(
+Answer localize(
     const Localizer& localizer, const Ranges& scan, const std::optional<std::array<double, 4>>& region,
     double time_budget, const Sweep& sweep)
 {
 	const Query query{prior_of(region), time_budget};
 	const CObservation2DRangeScan observation = observation_of(scan);
 	const py::gil_scoped_release release;
-	return localizer.localize(observation, query, sweep);
+	return answer_of(localizer.localize(observation, query, sweep));
 }
 
-Localization add_to_window(
+Answer add_to_window(
     Window& window, const Ranges& ranges, const std::optional<std::array<double, 3>>& motion, const Sweep& sweep)
 {
 	const CObservation2DRangeScan observation = observation_of(ranges);
@@ -237,7 +317,7 @@ Localization add_to_window(
 	const Scan scan = make_scan(observation, window.scan, sweep);
 	const Localization one_shot = window.localize(scan);
 	const std::lock_guard lock(window.mutex);
-	return window.window.add(scan, one_shot, increment);
+	return answer_of(window.window.add(scan, one_shot, increment));
 }
 
 using Doubles = py::array_t<double>;
@@ -248,7 +328,7 @@ Doubles array_of(const mrpt::poses::CPose2D& pose)
 	return Doubles(static_cast<py::ssize_t>(numbers.size()), numbers.data());
 }
 
-Doubles poses_of(const Localization& result)
+Doubles poses_of(const PyLocalization& result)
 {
 	Doubles poses({static_cast<py::ssize_t>(result.hypotheses.size()), py::ssize_t{3}});
 	auto pose = poses.mutable_unchecked<2>();
@@ -258,7 +338,7 @@ Doubles poses_of(const Localization& result)
 	return poses;
 }
 
-Doubles covariances_of(const Localization& result)
+Doubles covariances_of(const PyLocalization& result)
 {
 	Doubles covariances({static_cast<py::ssize_t>(result.hypotheses.size()), py::ssize_t{3}, py::ssize_t{3}});
 	auto covariance = covariances.mutable_unchecked<3>();
@@ -278,7 +358,7 @@ Doubles numbers_of(const Localization& result, const Get& get)
 	return numbers;
 }
 
-std::string text_of(const Localization& result)
+std::string summary_of(const PyLocalization& result)
 {
 	std::string text = std::string("<d2s1r.Localization ") + to_string(result.status);
 	if (!result.hypotheses.empty())
@@ -301,7 +381,7 @@ constexpr const char* kRanges =
 
 void bind_map(py::module_& module)
 {
-	py::class_<Map>(module, "Map", "An occupancy map. It never changes; localizers share it.")
+	py::class_<Map, std::shared_ptr<Map>>(module, "Map", "An occupancy map. It never changes; localizers share it.")
 	    .def(
 	        py::init(&map_of_array), "array"_a, "resolution"_a, "origin"_a = std::array<double, 2>{0, 0},
 	        "Makes a map of an array of cells, the row of least y first.\n\n"
@@ -332,7 +412,11 @@ void bind_map(py::module_& module)
 
 void bind_sweep(py::module_& module)
 {
-	py::class_<Sweep>(
+	const auto make = [](double beam_step, double first_beam, const std::vector<double>& times, const py::object& poses)
+	{ return std::make_shared<PySweep>(sweep_of(beam_step, first_beam, times, poses)); };
+	const auto make_of_twist = [](double beam_step, std::array<double, 3> twist, double first_beam)
+	{ return std::make_shared<PySweep>(sweep_of_twist(beam_step, twist, first_beam)); };
+	py::class_<PySweep, SharedSweep>(
 	    module, "Sweep",
 	    "Says when a laser took each beam of a scan, and how the robot moved meanwhile, for localize(..., "
 	    "sweep=...).\n\n"
@@ -340,7 +424,7 @@ void bind_sweep(py::module_& module)
 	    "as "
 	    "they are,\nand the covariances include how far the robot may have moved.")
 	    .def(
-	        py::init(&sweep_of), "beam_step"_a, "first_beam"_a = 0.0, "times"_a = std::vector<double>{},
+	        py::init(make), "beam_step"_a, "first_beam"_a = 0.0, "times"_a = std::vector<double>{},
 	        "poses"_a = py::none(),
 	        "    beam_step: time from one beam to the next [s], in the order of ranges; ROS calls it time_increment.\n"
 	        "    first_beam: time of the first beam [s].\n"
@@ -349,7 +433,7 @@ void bind_sweep(py::module_& module)
 	        "[m, rad].\n\n"
 	        "Raises ValueError if they do not belong together.")
 	    .def_static(
-	        "of_twist", &sweep_of_twist, "beam_step"_a, "twist"_a, py::kw_only(), "first_beam"_a = 0.0,
+	        "of_twist", make_of_twist, "beam_step"_a, "twist"_a, py::kw_only(), "first_beam"_a = 0.0,
 	        "The same of a robot that moves by a constant twist (vx, vy, omega) in its own frame [m/s, rad/s].")
 	    .def_readonly("beam_step", &Sweep::beam_step, "Time from one beam to the next [s].")
 	    .def_readonly("first_beam", &Sweep::first_beam, "Time of the first beam [s].");
@@ -357,9 +441,9 @@ void bind_sweep(py::module_& module)
 
 void bind_localization(py::module_& module)
 {
-	py::class_<Localization>(module, "Localization", "The answer to \"where was this scan taken?\".")
+	py::class_<PyLocalization, Answer>(module, "Localization", "The answer to \"where was this scan taken?\".")
 	    .def_property_readonly(
-	        "status", [](const Localization& result) { return to_string(result.status); },
+	        "status", [](const PyLocalization& result) { return to_string(result.status); },
 	        "\"localized\", \"ambiguous\", \"rejected\" or \"invalid\".")
 	    .def_readonly("confidence", &Localization::confidence, "Probability that the robot is at the best pose.")
 	    .def_readonly("note", &Localization::note, "Says why a scan was rejected or is invalid; else empty.")
@@ -368,18 +452,19 @@ void bind_localization(py::module_& module)
 	        "Between the scan and what the map shows at the best pose [bit]; lower is better. None without a pose.")
 	    .def_property_readonly(
 	        "pose",
-	        [](const Localization& result) -> py::object
+	        [](const PyLocalization& result) -> py::object
 	        { return result.hypotheses.empty() ? py::object(py::none()) : array_of(result.best().pose); },
 	        "The most probable pose (x, y, phi) of the robot in the map frame [m, rad]; None without a hypothesis.")
 	    .def_property_readonly(
-	        "map", [](const Localization& result) { return result.hypotheses.empty() ? "" : result.best().map; },
+	        "map",
+	        [](const PyLocalization& result) { return text_of(result.hypotheses.empty() ? "" : result.best().map); },
 	        "Name of the map that pose is in, from an Atlas; else empty.")
 	    .def_property_readonly(
 	        "maps",
-	        [](const Localization& result)
+	        [](const PyLocalization& result)
 	        {
-		        std::vector<std::string> maps;
-		        for (const Hypothesis& hypothesis : result.hypotheses) maps.push_back(hypothesis.map);
+		        py::list maps;
+		        for (const Hypothesis& hypothesis : result.hypotheses) maps.append(text_of(hypothesis.map));
 		        return maps;
 	        },
 	        "Name of the map of each hypothesis, as map.")
@@ -389,18 +474,18 @@ void bind_localization(py::module_& module)
 	        "covariances", &covariances_of, "Covariances of the poses: n x 3 x 3 [m^2, m rad, rad^2].")
 	    .def_property_readonly(
 	        "probabilities",
-	        [](const Localization& result)
+	        [](const PyLocalization& result)
 	        { return numbers_of(result, [](const Hypothesis& h) { return h.probability; }); },
 	        "Probabilities of the hypotheses: n. What they lack to 1 is that of \"none of them\".")
 	    .def_property_readonly(
 	        "explained",
-	        [](const Localization& result)
+	        [](const PyLocalization& result)
 	        { return numbers_of(result, [](const Hypothesis& h) { return h.explained.value_or(NAN); }); },
 	        "Share of the returns that the map explains, for each hypothesis: n. NaN with the paper's method.")
 	    .def_property_readonly(
-	        "total_ms", [](const Localization& result) { return result.times.total_ms; },
+	        "total_ms", [](const PyLocalization& result) { return result.times.total_ms; },
 	        "Time that the answer took [ms].")
-	    .def("__repr__", &text_of);
+	    .def("__repr__", &summary_of);
 }
 
 void bind_localizer(py::module_& module)
@@ -409,18 +494,18 @@ void bind_localizer(py::module_& module)
 	{
 		const Parameters parameters = parameters_of(given);
 		const py::gil_scoped_release release;
-		return std::make_unique<Localizer>(map.grid, parameters, threads);
+		return std::make_shared<PyLocalizer>(map.grid, parameters, threads);
 	};
-	const auto answer = [](const Localizer& self, const Floats& ranges, double angle_min, double angle_increment,
+	const auto answer = [](const PyLocalizer& self, const py::object& ranges, double angle_min, double angle_increment,
 	                       double max_range, const std::vector<double>& sensor_pose,
 	                       const std::optional<std::array<double, 4>>& region, double min_range, double time_budget,
-	                       const std::optional<Sweep>& sweep)
+	                       const SharedSweep& sweep)
 	{
 		return localize(
 		    self, {ranges, angle_min, angle_increment, max_range, sensor_pose, min_range}, region, time_budget,
-		    sweep.value_or(Sweep()));
+		    sweep_of(sweep));
 	};
-	py::class_<Localizer, std::shared_ptr<Localizer>>(
+	py::class_<PyLocalizer, std::shared_ptr<PyLocalizer>>(
 	    module, "Localizer",
 	    "Tells where in a map a scan was taken, without an initial pose.\n\n"
 	    "It is constant once it is made: any number of threads may call localize() at once, and they run in parallel.")
@@ -440,56 +525,60 @@ void bind_localizer(py::module_& module)
 	         "    time_budget: time after which the answer should be there [ms]; 0 is no limit.\n")
 	            .c_str())
 	    .def(
-	        "to_ini", [](const Localizer& self) { return to_ini(self.parameters()); },
+	        "to_ini", [](const PyLocalizer& self) { return to_ini(self.parameters()); },
 	        "Returns all parameters with units and meanings as the text of an ini file.");
 }
 
-std::unique_ptr<Atlas> atlas_of(
-    const std::map<std::string, std::shared_ptr<Localizer>>& localizers,
-    const std::map<std::string, std::array<double, 4>>& regions)
+std::shared_ptr<PyAtlas> atlas_of(const py::dict& localizers, const py::dict& regions)
 {
-	std::vector<AtlasMap> maps;
-	for (const auto& [name, localizer] : localizers)
+	std::map<std::string, AtlasMap> by_name;
+	for (const auto& [key, localizer] : localizers)
 	{
-		const auto region = regions.find(name);
-		maps.push_back({name, localizer, region == regions.end() ? Prior() : prior_of(region->second)});
+		const std::string name = name_of(key);
+		by_name[name] = {name, localizer.cast<std::shared_ptr<PyLocalizer>>()};
 	}
-	for (const auto& [name, region] : regions)
-		if (localizers.count(name) == 0)
-			throw std::invalid_argument("Atlas: there is a region for '" + name + "', which is no map");
-	return std::make_unique<Atlas>(std::move(maps));
+	for (const auto& [key, region] : regions)
+	{
+		const auto map = by_name.find(name_of(key));
+		if (map == by_name.end())
+			throw std::invalid_argument("Atlas: there is a region for '" + name_of(key) + "', which is no map");
+		map->second.region = prior_of(region.cast<std::array<double, 4>>());
+	}
+	std::vector<AtlasMap> maps;
+	for (const auto& named : by_name) maps.push_back(named.second);
+	return std::make_shared<PyAtlas>(Atlas(std::move(maps)));
 }
 
-std::unique_ptr<Atlas> load_atlas_of(const py::object& file, const py::object& given)
+std::shared_ptr<PyAtlas> load_atlas_of(const py::object& file, const py::object& given)
 {
 	const auto path = path_of(file);
 	const Parameters parameters = parameters_of(given);
 	const py::gil_scoped_release release;
-	return std::make_unique<Atlas>(load_atlas(path, parameters));
+	return std::make_shared<PyAtlas>(load_atlas(path, parameters));
 }
 
 void bind_atlas(py::module_& module)
 {
-	const auto answer = [](const Atlas& self, const Floats& ranges, double angle_min, double angle_increment,
+	const auto answer = [](const PyAtlas& self, const py::object& ranges, double angle_min, double angle_increment,
 	                       double max_range, const std::vector<double>& sensor_pose, double min_range,
-	                       double time_budget, const std::optional<Sweep>& sweep)
+	                       double time_budget, const SharedSweep& sweep)
 	{
 		const CObservation2DRangeScan observation =
 		    observation_of({ranges, angle_min, angle_increment, max_range, sensor_pose, min_range});
 		const py::gil_scoped_release release;
-		return self.localize(observation, time_budget, sweep.value_or(Sweep()));
+		return answer_of(self.localize(observation, time_budget, sweep_of(sweep)));
 	};
-	const auto names = [](const Atlas& self)
+	const auto names = [](const PyAtlas& self)
 	{
-		std::vector<std::string> all;
-		for (const AtlasMap& map : self.maps()) all.push_back(map.name);
+		py::list all;
+		for (const AtlasMap& map : self.maps()) all.append(text_of(map.name));
 		return all;
 	};
-	py::class_<Atlas>(
+	py::class_<PyAtlas, std::shared_ptr<PyAtlas>>(
 	    module, "Atlas",
 	    "Tells in which of several maps, and where there, a scan was taken. It is constant once it is made.")
 	    .def(
-	        py::init(&atlas_of), "localizers"_a, "regions"_a = std::map<std::string, std::array<double, 4>>{},
+	        py::init(&atlas_of), "localizers"_a, "regions"_a = py::dict(),
 	        "    localizers: dict of Localizer by the name of its map.\n"
 	        "    regions: dict of boxes between corners (x0, y0, x1, y1) [m] that the robot is in, for some of the "
 	        "maps.")
@@ -511,28 +600,27 @@ void bind_atlas(py::module_& module)
 
 void bind_window(py::module_& module)
 {
-	const auto make = [](const Localizer& localizer, int frames, const std::optional<std::array<double, 4>>& region)
+	const auto make = [](const PyLocalizer& localizer, int frames, const std::optional<std::array<double, 4>>& region)
 	{
 		const Prior prior = prior_of(region);
 		const auto localize = [&localizer, prior](const Scan& scan) { return localizer.localize(scan, {prior, 0}); };
-		return std::unique_ptr<Window>(
-		    new Window{localize, localizer.parameters().scan, WindowLocalizer(localizer, frames, prior)});
+		return std::make_shared<Window>(
+		    localize, localizer.parameters().scan, WindowLocalizer(localizer, frames, prior));
 	};
-	const auto make_in_atlas = [](const Atlas& atlas, int frames)
+	const auto make_in_atlas = [](const PyAtlas& atlas, int frames)
 	{
 		const auto localize = [&atlas](const Scan& scan) { return atlas.localize(scan); };
-		return std::unique_ptr<Window>(
-		    new Window{localize, atlas.maps().front().localizer->parameters().scan, WindowLocalizer(atlas, frames)});
+		return std::make_shared<Window>(
+		    localize, atlas.maps().front().localizer->parameters().scan, WindowLocalizer(atlas, frames));
 	};
-	const auto add = [](Window& self, const Floats& ranges, double angle_min, double angle_increment, double max_range,
-	                    const std::vector<double>& sensor_pose, const std::optional<std::array<double, 3>>& motion,
-	                    double min_range, const std::optional<Sweep>& sweep)
+	const auto add = [](Window& self, const py::object& ranges, double angle_min, double angle_increment,
+	                    double max_range, const std::vector<double>& sensor_pose,
+	                    const std::optional<std::array<double, 3>>& motion, double min_range, const SharedSweep& sweep)
 	{
 		return add_to_window(
-		    self, {ranges, angle_min, angle_increment, max_range, sensor_pose, min_range}, motion,
-		    sweep.value_or(Sweep()));
+		    self, {ranges, angle_min, angle_increment, max_range, sensor_pose, min_range}, motion, sweep_of(sweep));
 	};
-	py::class_<Window>(
+	py::class_<Window, std::shared_ptr<Window>>(
 	    module, "WindowLocalizer",
 	    "Localizes by the scans of the last frames together. Use one object per robot, with one call per frame.")
 	    .def(
@@ -555,6 +643,29 @@ void bind_window(py::module_& module)
 
 PYBIND11_MODULE(_d2s1r, module)
 {
+	// Messages may hold the bytes of a file's name, of which pybind11 would make an empty text.
+	py::register_exception_translator(
+	    [](std::exception_ptr exception)
+	    {
+		    const auto raise = [](PyObject* type, const std::exception& error)
+		    { PyErr_SetObject(type, d2s1r::text_of(error.what()).ptr()); };
+		    try
+		    {
+			    std::rethrow_exception(exception);
+		    }
+		    catch (const std::invalid_argument& error)
+		    {
+			    raise(PyExc_ValueError, error);
+		    }
+		    catch (const py::builtin_exception&)
+		    {
+			    throw;  // pybind11 knows these
+		    }
+		    catch (const std::runtime_error& error)
+		    {
+			    raise(PyExc_RuntimeError, error);
+		    }
+	    });
 	module.doc() = "One-shot global localization with a 2D LiDAR.";
 	module.attr("__version__") = D2S1R_VERSION;
 	d2s1r::bind_map(module);

@@ -150,6 +150,59 @@ def test_floats_are_read_in_place(localizer):
     assert taken_by(np.ones(beams, np.float64)) >= 4 * beams, "of other numbers there is one copy"
 
 
+@pytest.mark.parametrize("call", [
+    lambda localizer, many: d2s1r.Map(np.broadcast_to(np.float32(0), (many, many)), 0.05),
+    lambda localizer, many: d2s1r.Map(np.broadcast_to(np.int8(0), (many, many)), 0.05),
+    lambda localizer, many: localizer.localize(np.broadcast_to(np.float64(1), many * many), 0, 1e-6, 10.0),
+])
+def test_sizes_are_looked_at_before_anything_is_copied(localizer, call):
+    """A view of one number pretends to be a million times a million; copies of it would be terabytes."""
+    tracemalloc.start()
+    with pytest.raises(ValueError, match="1000000"):
+        call(localizer, 1_000_000)
+    taken = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert taken < 1_000_000
+
+
+def test_objects_need_their_init(localizer):
+    """pybind11 hands methods memory that nobody wrote to if an object is made without __init__()."""
+    made = {name: getattr(d2s1r, name).__new__(getattr(d2s1r, name)) for name in d2s1r.__all__}
+    for name, thing in made.items():
+        for key in [key for key in dir(type(thing)) if not key.startswith("_")]:
+            if isinstance(getattr(type(thing), key), property):
+                with pytest.raises(TypeError, match=r"__init__\(\) was not called"):
+                    getattr(thing, key)
+    with pytest.raises(TypeError, match="__init__"):
+        made["Localizer"].localize([1.0], 0, 1, 10)
+    with pytest.raises(TypeError, match="__init__"):
+        made["Localizer"].to_ini()
+    with pytest.raises(TypeError, match="__init__"):
+        made["Atlas"].localize([1.0], 0, 1, 10)
+    with pytest.raises(TypeError, match="__init__"):
+        made["WindowLocalizer"].add([1.0], 0, 1, 10)
+    with pytest.raises(TypeError, match="__init__"):
+        repr(made["Localization"])
+    for make in (d2s1r.Localizer, d2s1r.WindowLocalizer):
+        for thing in made.values():
+            with pytest.raises(TypeError):
+                make(thing)
+    with pytest.raises(Exception):
+        d2s1r.Atlas({"a": made["Localizer"]})
+
+
+def test_names_of_maps_may_be_those_of_any_file(localizer, world, tmp_path):
+    folder = os.fsencode(tmp_path) + b"/maps"
+    os.mkdir(folder)
+    for name in ("map.yaml", "map.pgm"):
+        pathlib.Path(os.fsdecode(folder + b"/" + name.replace("map.yaml", "\udcff.yaml").encode(errors="surrogateescape"))) \
+            .write_bytes((world.folder / name).read_bytes())
+    atlas = d2s1r.Atlas.load(folder)
+    assert atlas.names == ["\udcff"]
+    assert atlas.localize(*world.arguments(0)).map == "\udcff"
+    assert d2s1r.Atlas({"\udcff": localizer}).names == ["\udcff"]
+
+
 def test_parameters_by_dict_and_by_file(world, tmp_path):
     made = d2s1r.Map.load(world.folder / "map.yaml")
     strict = d2s1r.Localizer(made, {"scan.min_beams": 500, "free_cells.largest_region_only": True}, threads=2)
@@ -180,6 +233,13 @@ def test_parameters_by_dict_and_by_file(world, tmp_path):
     (ValueError, "box", lambda localizer, made: localizer.localize([1.0], 0, 1, 10, region=(1, 1, 1, 1))),
     (ValueError, "time budget", lambda localizer, made: localizer.localize([1.0], 0, 1, 10, time_budget=-1)),
     (ValueError, "frames", lambda localizer, made: d2s1r.WindowLocalizer(localizer, 0)),
+    (ValueError, "ranges holds no numbers", lambda localizer, made: localizer.localize(["a"], 0, 1, 10)),
+    (ValueError, "rename it", lambda localizer, made: d2s1r.Atlas({"a/b": localizer})),
+    (ValueError, "rename it", lambda localizer, made: d2s1r.Atlas({"": localizer})),
+    (TypeError, "no str", lambda localizer, made: d2s1r.Atlas({1: localizer})),
+    (RuntimeError, "\udcff: ", lambda localizer, made: d2s1r.Map.load(b"\xff")),
+    (RuntimeError, "\udcff", lambda localizer, made: d2s1r.Atlas.load(b"\xff.yaml")),
+    (RuntimeError, "\udcff", lambda localizer, made: d2s1r.Localizer(made, b"\xff.ini")),
 ])
 def test_errors_say_what_is_wrong_in_one_line(world, localizer, error, text, call):
     with pytest.raises(error, match=text) as caught:
