@@ -103,7 +103,22 @@ def test_opens(page):
         "const c = $('map'), p = c.getContext('2d').getImageData(0, 0, c.width, c.height).data; let dark = 0;"
         "for (let i = 0; i < p.length; i += 4) dark += p[i] < 80 && p[i + 1] < 80; return dark")
     assert dark > 500, "the walls are drawn"
+    assert page.script("return selected") == 0, "the first frame is selected"
+    heads = [head.text for head in page.all("#details th")]
+    assert ("error" in heads) == bool(page.script("return run.truth ? 1 : 0")), heads
     page.picture("opened.png")
+
+
+def test_arrow_keys_keep_the_frame_in_sight(page):
+    page.script("zoom(8)")
+    for key in (Keys.END, Keys.HOME, Keys.ARROW_RIGHT):
+        page.find("body").send_keys(key)
+        page.settle()
+        x, y, width, height = page.script(
+            "return [pixelX(drawnX[selected]), pixelY(drawnY[selected]), canvasSize.width, canvasSize.height]")
+        assert 0 < x < width and 0 < y < height, (x, y)
+    page.script("fit()")
+    page.settle()
 
 
 def test_is_one_small_file(page):
@@ -259,7 +274,7 @@ def make_report(folder, repeats, *options):
     return folder / "out" / "report.html"
 
 
-TESTS = (test_opens, test_is_one_small_file, test_list_selects, test_map_click_selects_and_lays_the_scan,
+TESTS = (test_opens, test_is_one_small_file, test_list_selects, test_arrow_keys_keep_the_frame_in_sight, test_map_click_selects_and_lays_the_scan,
          test_explained_share_is_that_of_the_beam_model, test_wheel_zooms_about_the_pointer,
          test_ambiguous_frame_shows_its_rivals, test_window_and_filter_stand_beside_what_a_scan_says_alone, test_filters,
          test_timeline_selects)

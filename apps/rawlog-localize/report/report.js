@@ -10,6 +10,12 @@ const kBeamKinds = [
 const kOnWall = 0, kBesideWall = 1, kObject = 2, kThroughWall = 3, kUnknown = 4, kNoReturn = 5;
 const kOccupied = 1, kUnknownCell = 2;
 const kRowHeight = 22;  // [pixel]
+// The columns of the places of a frame, and what they mean.
+const kPlaceColumns = [
+  ['place', 'a hypothesis by its rank, the scan alone, the particle filter, or the ground truth'],
+  ['prob.', 'probability that the robot is there'], ['x [m]', 'in the frame of the map'], ['y [m]', 'in the frame of the map'],
+  ['phi [°]', 'yaw of the robot, counter-clockwise from the x axis'],
+  ['expl.', 'share of the returns that end at a wall and passed none'], ['error', 'distance to the ground truth']];
 
 const $ = id => document.getElementById(id);
 let run, cells, scans;  // what the file holds: results, classes of cells, packed scans with the place of each
@@ -423,13 +429,15 @@ function drawDetails() {
   details.append(title);
   if (run.notes[selected]) details.append(element('div', run.notes[selected]));
   const table = element('table', ''), head = element('tr', '');
-  for (const name of ['place', 'prob.', 'x [m]', 'y [m]', 'phi [°]', 'expl.', 'error']) head.append(element('th', name));
+  for (const [name, title] of kPlaceColumns)
+    if (run.truth || name !== 'error') head.append(element('th', name, {title}));
   table.append(head);
   placesOf(selected).forEach((p, i) => {
     const row = element('tr', '', {className: i === place ? 'place shown' : 'place'}), error = errorOf(selected, p);
     row.dataset.place = i;
     const texts = [p.name, p.probability === undefined ? '' : percent(p.probability), p.x.toFixed(2), p.y.toFixed(2), degrees(p.phi).toFixed(1),
-      p.explained === undefined ? '' : percent(p.explained), error ? `${error.position.toFixed(2)} m` : ''];
+      p.explained === undefined ? '' : percent(p.explained)];
+    if (run.truth) texts.push(error ? `${error.position.toFixed(2)} m` : '');
     texts.forEach((text, k) => row.append(element('td', text, {className: k === 6 && isWrong(error) ? 'wrong' : ''})));
     table.append(row);
   });
@@ -461,7 +469,7 @@ function drawSummary() {
   const count = status => run.status.reduce((sum, s) => sum + (s === status), 0);
   const texts = kStatuses.map((name, i) => `${name} ${count(i)} (${(100 * count(i) / run.index.length).toFixed(1)} %)`);
   const window = run.window ? `, window of ${run.window}` : '';
-  $('summary').textContent = `${run.index.length} frames${window}: ${texts.join(', ')}  ·  ${run.log}  ·  ${run.map}  ·  d2s1r ${run.version}`;
+  $('summary').textContent = $('summary').title = `${run.index.length} frames${window}: ${texts.join(', ')}  ·  ${run.log}  ·  ${run.map}  ·  d2s1r ${run.version}`;
 }
 
 // Keeps what drawing needs of every frame.
@@ -574,6 +582,12 @@ function centre() {
   redraw(true);
 }
 
+// Moves the map so far that the selected frame is in sight.
+function keepInView() {
+  const margin = 40, x = pixelX(drawnX[selected]), y = pixelY(drawnY[selected]);
+  if (x < margin || y < margin || x > canvasSize.width - margin || y > canvasSize.height - margin) centre();
+}
+
 function select(f) {
   selected = f;
   place = 0;
@@ -587,6 +601,7 @@ function step(by) {
   if (shown.length === 0) return;
   const at = shown.indexOf(selected);
   select(shown[at < 0 ? 0 : Math.min(shown.length - 1, Math.max(0, at + by))]);
+  keepInView();
 }
 
 // The place of the selected frame, or the frame, that is drawn nearest to a pixel.
@@ -699,6 +714,7 @@ async function start() {
   Object.assign(canvasSize, {width: $('map').clientWidth, height: $('map').clientHeight});
   fit();
   applyFilters();
+  if (shown.length > 0) select(shown[0]);
   requestAnimationFrame(() => requestAnimationFrame(() => document.body.dataset.ready = 'yes'));
 }
 
