@@ -14,7 +14,7 @@
 
 namespace d2s1r
 {
-/// Holds the ranges from sample positions all over the free space; coarse_search() compares scans with them.
+/// Holds the ranges from sample positions all over the free space; CoarseSearch compares scans with them.
 ///
 /// Ranges are quantized so that one step is about the change of range that a small change of position makes: 3 cm near
 /// the sensor, 1.2 m at kMaxRange.

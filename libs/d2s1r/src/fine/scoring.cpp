@@ -59,29 +59,20 @@ class Sum
 	/// \param depth_edge whether there is one between this beam and the last one
 	void add(const BeamEnd& at_end, float walls, float unknown, float log_range, bool depth_edge, bool starts_segment)
 	{
-		const auto counted = [](float passed) { return std::min(static_cast<double>(passed), kMostPassed); };
 		const double unknown_metres = counted(unknown);
 		double beam =
 		    at_end.log_likelihood + model_.through_wall * counted(walls) + model_.unknown_metre * unknown_metres;
 		if (at_end.end == End::kWall) beam += model_.log_range * static_cast<double>(log_range);
-		const bool through = walls > kWholeCell;
-		const bool short_of_wall = at_end.end == End::kOffWall && !through;
 		log_likelihood_ += model_beams_ * beam;
-		if (short_of_wall && !was_short_) log_likelihood_ += model_.off_wall_run;
-		const bool explained = at_end.end == End::kWall && !through;
-		if (depth_edge && explained && was_explained_) log_likelihood_ += model_.depth_edge;
-		was_short_ = short_of_wall;
-		was_explained_ = explained;
-		if (starts_segment) of_segment_ = 0;
-		if (explained && ++of_segment_ == least_of_segment_) segments_++;
+		const bool is_through = walls > kWholeCell;
+		add_run(at_end.end == End::kOffWall && !is_through);
+		add_explained(at_end.end == End::kWall && !is_through, depth_edge, starts_segment);
 		returns_++;
-		explained_ += explained ? 1 : 0;
-		in_front_ += short_of_wall ? 1 : 0;
 		unknown_metres_ += unknown_metres;
 	}
 
 	/// Says that the next beam is no neighbour of the last one.
-	void end_run() { was_short_ = false; }
+	void end_run() { was_in_front_ = false; }
 
 	/// Returns the score of the beams that were added.
 	Score result() const
@@ -97,12 +88,32 @@ class Sum
 	}
 
    private:
+	static double counted(float passed) { return std::min(static_cast<double>(passed), kMostPassed); }
+
+	/// Charges a run of beams that end in front of walls once.
+	void add_run(bool is_in_front)
+	{
+		if (is_in_front && !was_in_front_) log_likelihood_ += model_.off_wall_run;
+		was_in_front_ = is_in_front;
+		in_front_ += is_in_front ? 1 : 0;
+	}
+
+	/// Counts what the map explains: beams, segments, and depth edges between two of these beams.
+	void add_explained(bool is_explained, bool depth_edge, bool starts_segment)
+	{
+		if (depth_edge && is_explained && was_explained_) log_likelihood_ += model_.depth_edge;
+		was_explained_ = is_explained;
+		explained_ += is_explained ? 1 : 0;
+		if (starts_segment) of_segment_ = 0;
+		if (is_explained && ++of_segment_ == least_of_segment_) segments_++;
+	}
+
 	const BeamModel& model_;
 	double model_beams_;  //!< [-] beams of the model, of 1 deg, that one beam stands for
 	long least_of_segment_;
 	double log_likelihood_ = 0, unknown_metres_ = 0;
 	int returns_ = 0, explained_ = 0, in_front_ = 0, segments_ = 0, of_segment_ = 0;
-	bool was_short_ = false, was_explained_ = false;
+	bool was_in_front_ = false, was_explained_ = false;
 };
 
 /// Returns the log-likelihood [nat] of beams that saw nothing. It is small, for glass and dark surfaces do not return

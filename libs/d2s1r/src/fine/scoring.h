@@ -25,7 +25,7 @@ struct Score
 /// wall: a wall fits in many places, one thing in front of another in few.
 ///
 /// The weights (BeamModel) are a conditional logit: they maximize the probability of the true pose among those that
-/// coarse_search() and refine() find, so that the soft maximum of log-likelihoods is a calibrated probability.
+/// CoarseSearch and refine() find, so that the soft maximum of log-likelihoods is a calibrated probability.
 /// experiments/learn.py learns them. Thread-safe.
 Score score(
     const BeamTracer& tracer, const DistanceField& field, const BeamSubset& beams, const mrpt::math::TPose2D& sensor,

@@ -74,6 +74,46 @@ SkipMap make_skip_map(const Grid& grid, const std::vector<CellIndex>& furniture)
 	return make_skip_map(grid, grid, furniture);
 }
 
+namespace
+{
+/// Returns the kind of a cell of these classes in both readings.
+std::uint8_t kind_of(std::uint8_t in_drawn, std::uint8_t in_deeper)
+{
+	const auto& all = SkipMap::kClasses;
+	auto kind = std::find(all.begin(), all.end(), std::array<std::uint8_t, 2>{in_drawn, in_deeper});
+	if (kind == all.end()) kind = std::find(all.begin(), all.end(), std::array<std::uint8_t, 2>{in_drawn, in_drawn});
+	return static_cast<std::uint8_t>(kind - all.begin());
+}
+
+/// Sets the kinds of all cells inside of the margin.
+void set_kinds(const SkipMap& map, const Grid& drawn, const Grid& deeper, AlignedBytes& kinds)
+{
+	std::array<std::array<std::uint8_t, 3>, 3> by_classes{};
+	for (std::uint8_t i = 0; i < 3; i++)
+		for (std::uint8_t j = 0; j < 3; j++) by_classes[i][j] = kind_of(i, j);
+	std::size_t cell = 0;
+	for (int row = 0; row < drawn.height; row++)
+	{
+		std::uint8_t* to = kinds.data() + map.index(1, row + 1);
+		for (int column = 0; column < drawn.width; column++, cell++)
+			*to++ =
+			    by_classes[static_cast<std::size_t>(drawn.cells[cell])][static_cast<std::size_t>(deeper.cells[cell])];
+	}
+}
+
+/// Turns walls into furniture.
+void set_furniture(const SkipMap& map, const Grid& drawn, const std::vector<CellIndex>& furniture, AlignedBytes& kinds)
+{
+	const auto as_furniture = [](std::uint8_t of) { return of == SkipMap::kWall ? SkipMap::kFurniture : of; };
+	for (const CellIndex cell : furniture)
+	{
+		std::uint8_t& kind = kinds[map.index(cell % drawn.width + 1, cell / drawn.width + 1)];
+		const auto [in_drawn, in_deeper] = SkipMap::kClasses[kind];
+		kind = kind_of(as_furniture(in_drawn), as_furniture(in_deeper));
+	}
+}
+}  // namespace
+
 SkipMap make_skip_map(const Grid& drawn, const Grid& deeper, const std::vector<CellIndex>& furniture)
 {
 	SkipMap map{
@@ -83,38 +123,11 @@ SkipMap make_skip_map(const Grid& drawn, const Grid& deeper, const std::vector<C
 	    drawn.origin_x - drawn.cell_size,
 	    drawn.origin_y - drawn.cell_size,
 	    {}};
-	const auto kind_of = [](std::uint8_t in_drawn, std::uint8_t in_deeper)
-	{
-		const auto& all = SkipMap::kClasses;
-		auto kind = std::find(all.begin(), all.end(), std::array<std::uint8_t, 2>{in_drawn, in_deeper});
-		if (kind == all.end())
-			kind = std::find(all.begin(), all.end(), std::array<std::uint8_t, 2>{in_drawn, in_drawn});
-		return static_cast<std::uint8_t>(kind - all.begin());
-	};
-	std::array<std::array<std::uint8_t, 3>, 3> kinds{};  // by class in both
-	for (std::uint8_t i = 0; i < 3; i++)
-		for (std::uint8_t j = 0; j < 3; j++) kinds[i][j] = kind_of(i, j);
 	AlignedBytes cells;
 	cells.reserve(map.index(0, map.height) + kGatherOverrun);
-	cells.assign(map.index(0, map.height), kinds[SkipMap::kUnknown][SkipMap::kUnknown]);
-	const auto at = [&map](CellIndex cell, const Grid& grid)
-	{ return map.index(cell % grid.width + 1, cell / grid.width + 1); };
-	for (CellIndex row = 0, cell = 0; row < drawn.height; row++)
-	{
-		std::uint8_t* to = cells.data() + map.index(1, row + 1);
-		for (int column = 0; column < drawn.width; column++, cell++)
-		{
-			const auto i = static_cast<std::size_t>(cell);
-			*to++ = kinds[static_cast<std::size_t>(drawn.cells[i])][static_cast<std::size_t>(deeper.cells[i])];
-		}
-	}
-	const auto as_furniture = [](std::uint8_t of) { return of == SkipMap::kWall ? SkipMap::kFurniture : of; };
-	for (const CellIndex cell : furniture)
-	{
-		std::uint8_t& kind = cells[at(cell, drawn)];
-		const auto [in_drawn, in_deeper] = SkipMap::kClasses[kind];
-		kind = kind_of(as_furniture(in_drawn), as_furniture(in_deeper));
-	}
+	cells.assign(map.index(0, map.height), kind_of(SkipMap::kUnknown, SkipMap::kUnknown));
+	set_kinds(map, drawn, deeper, cells);
+	set_furniture(map, drawn, furniture, cells);
 	const std::vector<std::uint8_t> skips = skip_distances(cells, map.width, SkipMap::kMostSkipped);
 	for (std::size_t cell = 0; cell < cells.size(); cell++)
 	{

@@ -108,45 +108,84 @@ MapMeasure measure_map(const Grid& grid)
 	return measure;
 }
 
+namespace
+{
+/// Collects the pieces of wall of a grid, each of them once: cells that are no further apart than a thin wall is thick.
+class PiecesOfWall
+{
+   public:
+	explicit PiecesOfWall(const Grid& grid)
+	    : grid_(grid),
+	      gap_(std::max(1, static_cast<int>(std::lround(kWallThickness / grid.cell_size)))),
+	      seen_(grid.cells.size(), 0)
+	{
+	}
+
+	/// Returns the cells of the piece that a cell is in; none if it is not occupied or its piece was returned before.
+	const std::vector<CellIndex>& piece_at(int column, int row)
+	{
+		piece_.clear();
+		is_in_free_space_ = true;
+		left_ = right_ = column, bottom_ = top_ = row;
+		visit(column, row);
+		for (std::size_t i = 0; i < piece_.size(); i++) extend(piece_[i] % grid_.width, piece_[i] / grid_.width);
+		return piece_;
+	}
+
+	/// Returns whether the last piece is small and stands in free space.
+	bool is_furniture() const
+	{
+		constexpr double kLargest = 1.0;  // [m]
+		const auto is_small = [&](int first, int last)
+		{ return (last - first + 1) * grid_.cell_size < kLargest - 1e-6; };
+		return is_in_free_space_ && is_small(left_, right_) && is_small(bottom_, top_);
+	}
+
+   private:
+	void visit(int column, int row)
+	{
+		const CellIndex cell = grid_.index(column, row);
+		char& seen = seen_[static_cast<std::size_t>(cell)];
+		if (grid_.at(column, row) != Cell::kOccupied || seen) return;
+		seen = 1;
+		piece_.push_back(cell);
+	}
+
+	/// Adds what belongs to the piece around one of its cells.
+	void extend(int column, int row)
+	{
+		left_ = std::min(left_, column), right_ = std::max(right_, column), top_ = std::max(top_, row);
+		bool is_inside = true;
+		for (const Step& step : kSteps)
+		{
+			const int u = column + step.column, v = row + step.row;
+			const Cell beside = grid_.contains(u, v) ? grid_.at(u, v) : Cell::kUnknown;
+			is_in_free_space_ = is_in_free_space_ && beside != Cell::kUnknown;
+			is_inside = is_inside && beside == Cell::kOccupied;
+		}
+		const int reach = is_inside ? 1 : gap_;  // a cell at the surface is nearer to whatever is beyond it
+		for (int v = std::max(0, row - reach); v <= std::min(grid_.height - 1, row + reach); v++)
+			for (int u = std::max(0, column - reach); u <= std::min(grid_.width - 1, column + reach); u++) visit(u, v);
+	}
+
+	const Grid& grid_;
+	int gap_;  //!< [cells]
+	std::vector<char> seen_;
+	std::vector<CellIndex> piece_;
+	int left_ = 0, right_ = 0, bottom_ = 0, top_ = 0;  //!< cells that the piece reaches to
+	bool is_in_free_space_ = true;
+};
+}  // namespace
+
 std::vector<CellIndex> find_furniture(const Grid& grid)
 {
-	constexpr double kLargest = 1.0;  // [m]
-	const int gap = std::max(1, static_cast<int>(std::lround(kWallThickness / grid.cell_size)));
-	const auto is_small = [&](int first, int last) { return (last - first + 1) * grid.cell_size < kLargest - 1e-6; };
-	std::vector<char> seen(grid.cells.size(), 0);
-	std::vector<CellIndex> piece, furniture;
-	const auto visit = [&](int column, int row)
-	{
-		const auto cell = static_cast<std::size_t>(grid.index(column, row));
-		if (grid.cells[cell] != Cell::kOccupied || seen[cell]) return;
-		seen[cell] = 1;
-		piece.push_back(grid.index(column, row));
-	};
+	std::vector<CellIndex> furniture;
+	PiecesOfWall pieces(grid);
 	for (int row = 0; row < grid.height; row++)
 		for (int column = 0; column < grid.width; column++)
 		{
-			piece.clear();
-			visit(column, row);
-			int left = column, right = column, top = row;
-			bool is_in_free_space = true;
-			for (std::size_t i = 0; i < piece.size(); i++)
-			{
-				const int x = piece[i] % grid.width, y = piece[i] / grid.width;
-				bool is_inside = true;
-				for (const Step& step : kSteps)
-				{
-					const int u = x + step.column, v = y + step.row;
-					const Cell beside = grid.contains(u, v) ? grid.at(u, v) : Cell::kUnknown;
-					is_in_free_space = is_in_free_space && beside != Cell::kUnknown;
-					is_inside = is_inside && beside == Cell::kOccupied;
-				}
-				left = std::min(left, x), right = std::max(right, x), top = std::max(top, y);
-				const int reach = is_inside ? 1 : gap;  // a cell at the surface is nearer to whatever is beyond it
-				for (int v = std::max(0, y - reach); v <= std::min(grid.height - 1, y + reach); v++)
-					for (int u = std::max(0, x - reach); u <= std::min(grid.width - 1, x + reach); u++) visit(u, v);
-			}
-			if (is_in_free_space && is_small(left, right) && is_small(row, top))
-				furniture.insert(furniture.end(), piece.begin(), piece.end());
+			const std::vector<CellIndex>& piece = pieces.piece_at(column, row);
+			if (!piece.empty() && pieces.is_furniture()) furniture.insert(furniture.end(), piece.begin(), piece.end());
 		}
 	return furniture;
 }
