@@ -103,6 +103,7 @@ struct LiveLocalizer::State
 	std::optional<CPose2D> odometry_at(Time time, const std::string& robot) const;
 	std::optional<Time> newest_odometry(const std::string& robot) const;
 	bool expects_odometry(const std::string& robot) const;
+	bool is_early(const WaitingScan& waiting_scan) const;
 	bool must_wait(const WaitingScan& waiting_scan, const std::string& robot) const;
 	std::optional<ScanAnswer> answer(const WaitingScan& waiting_scan, const std::string& robot);
 	Scan scan_of(
@@ -125,6 +126,7 @@ void LiveLocalizer::State::tell(const std::string& about, const std::string& lin
 
 void LiveLocalizer::State::clear_after_jump()
 {
+	const bool had_scans = newest_scan != 0;
 	frames.clear();
 	odometry.clear();
 	monitor.clear();
@@ -137,7 +139,7 @@ void LiveLocalizer::State::clear_after_jump()
 	last.reset();
 	newest_scan = 0;
 	last_answer_at = 0;
-	news.push_back("the clock ran back: transforms, window and watch start again");
+	if (had_scans) news.push_back("the clock ran back: transforms, window and watch start again");
 }
 
 std::string LiveLocalizer::State::robot_frame(const std::string& laser) const
@@ -174,6 +176,14 @@ std::optional<Time> LiveLocalizer::State::newest_odometry(const std::string& rob
 bool LiveLocalizer::State::expects_odometry(const std::string& robot) const
 {
 	return odometry_publishers > 0 || newest_odometry(robot);
+}
+
+/// Returns whether the scan comes too soon after the last one that was answered.
+bool LiveLocalizer::State::is_early(const WaitingScan& waiting_scan) const
+{
+	if (settings.most_scans <= 0 || asked || !last || waiting_scan.topic != laser_topic) return false;
+	constexpr double kJitter = 1e-3;  // [s]
+	return seconds(waiting_scan.scan.header.time - last->time) < 1 / settings.most_scans - kJitter;
 }
 
 /// Returns whether what the scan needs may still come.
@@ -410,9 +420,6 @@ void LiveLocalizer::add_scan(const std::string& topic, const logs::LaserScan& sc
 	const Time time = scan.header.time;
 	if (time <= 0) return state.tell("stamp", "scans of " + topic + " have no stamp: not used");
 	if (time < state.newest_scan - kStepBack) state.clear_after_jump(), state.waiting.clear();
-	const bool is_early = state.settings.most_scans > 0 && topic == state.laser_topic &&
-	                      seconds(time - state.newest_scan) < 1 / state.settings.most_scans - 1e-3;
-	if (is_early && !state.asked) return;
 	if (topic == state.laser_topic) state.newest_scan = std::max(time, state.newest_scan);
 	state.waiting.push_back({topic, scan, state.now});
 	if (state.waiting.size() > 2 * kMostWaiting) state.waiting.pop_front();  // nobody calls update()
@@ -450,6 +457,11 @@ std::vector<ScanAnswer> LiveLocalizer::update(Time now)
 		}
 		const WaitingScan& next = state.waiting.front();
 		const std::string robot = state.robot_frame(next.scan.header.frame);
+		if (state.is_early(next))
+		{
+			state.waiting.pop_front();
+			continue;
+		}
 		if (state.must_wait(next, robot)) break;
 		const WaitingScan scan = next;
 		state.waiting.pop_front();

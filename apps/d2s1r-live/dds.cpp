@@ -1,0 +1,328 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "dds.h"
+
+#include "errors.h"
+#include "graph16.h"
+#include "ros.h"
+
+#include <dds/ddsrt/log.h>
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <map>
+#include <memory>
+
+namespace d2s1r::live
+{
+namespace
+{
+constexpr std::size_t kMostTaken = 32;  // [-] samples at once
+constexpr char kGraphTopic[] = "ros_discovery_info";
+
+struct DeleteQos
+{
+	void operator()(dds_qos_t* qos) const { dds_delete_qos(qos); }
+};
+using Qos = std::unique_ptr<dds_qos_t, DeleteQos>;
+
+Qos qos_of(const Quality& quality)
+{
+	constexpr dds_duration_t kLongestBlocking = DDS_MSECS(100);
+	Qos qos(dds_create_qos());
+	dds_qset_reliability(
+	    qos.get(), quality.reliable ? DDS_RELIABILITY_RELIABLE : DDS_RELIABILITY_BEST_EFFORT, kLongestBlocking);
+	dds_qset_durability(qos.get(), quality.transient_local ? DDS_DURABILITY_TRANSIENT_LOCAL : DDS_DURABILITY_VOLATILE);
+	dds_qset_history(qos.get(), DDS_HISTORY_KEEP_LAST, quality.depth);
+	dds_qset_writer_data_lifecycle(qos.get(), false);
+	const dds_data_representation_id_t plain = DDS_DATA_REPRESENTATION_XCDR1;
+	dds_qset_data_representation(qos.get(), 1, &plain);
+	return qos;
+}
+
+/// Returns what ROS and DDS call a policy.
+std::string policy_name(std::uint32_t id)
+{
+	static const std::map<std::uint32_t, const char*> names = {
+	    {2, "durability"}, {4, "deadline"},     {5, "latency budget"},      {6, "ownership"},
+	    {8, "liveliness"}, {11, "reliability"}, {23, "data representation"}};
+	const auto found = names.find(id);
+	return (found != names.end() ? found->second : "policy") + (" (policy " + std::to_string(id) + ")");
+}
+
+/// Returns the entity. \throws UserError if there is none, because of what `handle` says then
+Entity checked(dds_entity_t handle, const std::string& what)
+{
+	if (handle < 0)
+		throw UserError(
+		    kBadInput, what,
+		    std::string("DDS: ") + dds_strretcode(handle) + "; check ROS_DOMAIN_ID and CYCLONEDDS_URI");
+	return Entity(handle);
+}
+
+/// Returns a topic, which lives as long as the participant.
+dds_entity_t make_topic(dds_entity_t participant, const dds_topic_descriptor_t& type, const std::string& name)
+{
+	const dds_entity_t topic = dds_create_topic(participant, &type, name.c_str(), nullptr, nullptr);
+	if (topic < 0) checked(topic, name);
+	return topic;
+}
+
+std::function<void(const std::string&)>& log_sink()
+{
+	static std::function<void(const std::string&)> sink;
+	return sink;
+}
+
+void write_log(void*, const dds_log_data_t* data)
+{
+	std::string line(data->message, data->size);
+	while (!line.empty() && (line.back() == '\n' || line.back() == ' ')) line.pop_back();
+	if (log_sink()) log_sink()(logs::printable(line));
+}
+}  // namespace
+
+std::string wire_name(const std::string& topic)
+{
+	return "rt/" + (topic.rfind('/', 0) == 0 ? topic.substr(1) : topic);
+}
+
+void redirect_log(std::function<void(const std::string& line)> say)
+{
+	log_sink() = std::move(say);
+	dds_set_log_sink(write_log, nullptr);
+	dds_set_trace_sink([](void*, const dds_log_data_t*) {}, nullptr);
+}
+
+Entity join_domain(std::uint32_t domain)
+{
+	Qos qos(dds_create_qos());
+	const std::string enclave = "enclave=/;";
+	dds_qset_userdata(qos.get(), enclave.data(), enclave.size());
+	return checked(dds_create_participant(domain, qos.get(), nullptr), "domain " + std::to_string(domain));
+}
+
+std::string Endpoint::new_mismatch()
+{
+	std::uint32_t count = 0, policy = 0;
+	if (is_reader_)
+	{
+		dds_requested_incompatible_qos_status_t status{};
+		dds_get_requested_incompatible_qos_status(entity_, &status);
+		count = status.total_count, policy = status.last_policy_id;
+	}
+	else
+	{
+		dds_offered_incompatible_qos_status_t status{};
+		dds_get_offered_incompatible_qos_status(entity_, &status);
+		count = status.total_count, policy = status.last_policy_id;
+	}
+	if (count == mismatches_) return "";
+	mismatches_ = count;
+	return topic_ + ": a " + (is_reader_ ? "publisher" : "subscriber") +
+	       " is there whose quality of service does not match: " + policy_name(policy);
+}
+
+AnyReader::AnyReader(
+    dds_entity_t participant, const dds_topic_descriptor_t& type, const std::string& topic, const Quality& asked)
+    : Endpoint(
+          topic,
+          checked(
+              dds_create_reader(
+                  participant, make_topic(participant, type, wire_name(topic)), qos_of(asked).get(), nullptr),
+              topic),
+          true)
+{
+}
+
+Peers AnyReader::publishers() const
+{
+	dds_subscription_matched_status_t status{};
+	dds_get_subscription_matched_status(entity(), &status);
+	return {static_cast<int>(status.current_count), static_cast<int>(status.total_count)};
+}
+
+std::vector<std::uint64_t> AnyReader::publisher_ids() const
+{
+	std::array<dds_instance_handle_t, 64> handles{};
+	const auto count = dds_get_matched_publications(entity(), handles.data(), handles.size());
+	if (count <= 0) return {};
+	return {handles.begin(), handles.begin() + std::min<std::ptrdiff_t>(count, handles.size())};
+}
+
+void AnyReader::take_all(const std::function<void(const void* sample, std::uint64_t publisher)>& use)
+{
+	std::array<void*, kMostTaken> samples{};
+	std::array<dds_sample_info_t, kMostTaken> infos{};
+	for (int taken = kMostTaken; taken == static_cast<int>(kMostTaken);)
+	{
+		samples.fill(nullptr);
+		taken = dds_take(entity(), samples.data(), infos.data(), kMostTaken, kMostTaken);
+		for (int i = 0; i < taken; i++)
+		{
+			const auto at = static_cast<std::size_t>(i);
+			if (infos[at].valid_data) use(samples[at], infos[at].publication_handle);
+		}
+		if (taken > 0) dds_return_loan(entity(), samples.data(), taken);
+	}
+}
+
+AnyWriter::AnyWriter(
+    dds_entity_t participant, const dds_topic_descriptor_t& type, const std::string& topic, const Quality& offered)
+    : Endpoint(
+          topic,
+          checked(
+              dds_create_writer(
+                  participant, make_topic(participant, type, wire_name(topic)), qos_of(offered).get(), nullptr),
+              topic),
+          false)
+{
+}
+
+Peers AnyWriter::readers() const
+{
+	dds_publication_matched_status_t status{};
+	dds_get_publication_matched_status(entity(), &status);
+	return {static_cast<int>(status.current_count), static_cast<int>(status.total_count)};
+}
+
+void AnyWriter::send(const void* sample)
+{
+	dds_write(entity(), sample);
+}
+
+Waiter::Waiter(dds_entity_t participant) : waitset_(checked(dds_create_waitset(participant), "waitset")) {}
+
+void Waiter::add(const AnyReader& reader)
+{
+	conditions_.push_back(checked(dds_create_readcondition(reader.entity(), DDS_ANY_STATE), reader.topic()));
+	dds_waitset_attach(waitset_, conditions_.back(), 0);
+}
+
+void Waiter::wait(int milliseconds)
+{
+	std::array<dds_attach_t, 32> triggered{};
+	dds_waitset_wait(waitset_, triggered.data(), triggered.size(), DDS_MSECS(milliseconds));
+}
+
+Graph::Graph(dds_entity_t participant, std::string node)
+    : participant_(participant),
+      node_(std::move(node)),
+      publications_(
+          checked(dds_create_reader(participant, DDS_BUILTIN_TOPIC_DCPSPUBLICATION, nullptr, nullptr), "publications"))
+{
+}
+
+namespace
+{
+std::string user_data_of(const dds_qos_t* qos)
+{
+	void* value = nullptr;
+	std::size_t size = 0;
+	if (!dds_qget_userdata(qos, &value, &size) || value == nullptr) return "";
+	const std::string text(static_cast<const char*>(value), size);
+	dds_free(value);
+	return text;
+}
+
+/// Fills a message of either layout and writes it.
+template <typename Info, typename Node, typename Gid>
+void write_graph(
+    dds_entity_t participant, dds_entity_t writer, std::string name, const std::vector<const Endpoint*>& readers,
+    const std::vector<const Endpoint*>& writers)
+{
+	const auto gid_of = [](dds_entity_t entity)
+	{
+		Gid gid{};
+		dds_guid_t guid{};
+		dds_get_guid(entity, &guid);
+		std::memcpy(gid.data, guid.v, sizeof guid.v);  // and zeros after it
+		return gid;
+	};
+	const auto gids_of = [&](const std::vector<const Endpoint*>& endpoints)
+	{
+		std::vector<Gid> gids;
+		for (const Endpoint* endpoint : endpoints) gids.push_back(gid_of(endpoint->entity()));
+		return gids;
+	};
+	auto reader_gids = gids_of(readers), writer_gids = gids_of(writers);
+	std::string root = "/";
+	Node node{};
+	node.node_namespace = root.data();
+	node.node_name = name.data();
+	const auto point_to = [](auto& sequence, auto& values)
+	{
+		sequence._buffer = values.data();
+		sequence._length = sequence._maximum = static_cast<std::uint32_t>(values.size());
+	};
+	point_to(node.reader_gid_seq, reader_gids);
+	point_to(node.writer_gid_seq, writer_gids);
+	Info info{};
+	info.gid = gid_of(participant);
+	info.node_entities_info_seq._buffer = &node;
+	info.node_entities_info_seq._length = info.node_entities_info_seq._maximum = 1;
+	dds_write(writer, &info);
+}
+}  // namespace
+
+/// Returns the length of the identifiers of the peers that tell which nodes they have; 0 if there is none or if they
+/// differ. Endpoints of Iron and later carry the hash of their type.
+int Graph::size_of_peers()
+{
+	constexpr int kHumble = 24, kIron = 16;
+	std::array<void*, 1000> samples{};
+	std::array<dds_sample_info_t, 1000> infos{};
+	dds_guid_t own{};
+	dds_get_guid(participant_, &own);
+	const int count = dds_read(publications_, samples.data(), infos.data(), samples.size(), samples.size());
+	std::map<std::string, std::pair<bool, bool>> participants;  // whether they tell of nodes, and have hashes
+	for (int i = 0; i < count; i++)
+	{
+		const auto at = static_cast<std::size_t>(i);
+		if (!infos[at].valid_data || infos[at].instance_state != DDS_IST_ALIVE) continue;
+		const auto& endpoint = *static_cast<const dds_builtintopic_endpoint_t*>(samples[at]);
+		if (std::memcmp(endpoint.participant_key.v, own.v, sizeof own.v) == 0) continue;
+		auto& [tells, has_hash] = participants[std::string(
+		    reinterpret_cast<const char*>(endpoint.participant_key.v), sizeof endpoint.participant_key.v)];
+		tells |= std::strcmp(endpoint.topic_name, kGraphTopic) == 0;
+		has_hash |= user_data_of(endpoint.qos).find("typehash=") != std::string::npos;
+	}
+	if (count > 0) dds_return_loan(publications_, samples.data(), count);
+	int size = 0;
+	for (const auto& [participant, seen] : participants)
+	{
+		if (!seen.first) continue;
+		const int here = seen.second ? kIron : kHumble;
+		if (size != 0 && size != here) return 0;
+		size = here;
+	}
+	return size;
+}
+
+void Graph::update(const std::vector<const Endpoint*>& readers, const std::vector<const Endpoint*>& writers)
+{
+	const int size = size_of_peers();
+	if (size == size_ && told_ == readers.size() + writers.size()) return;
+	if (size != size_)
+	{
+		writer_ = Entity();  // which takes back what was told
+		size_ = size;
+		if (size == 0) return;
+		// The same type name on the wire, whichever of the two it is.
+		const auto& wide = rmw_dds_common_msg_dds__ParticipantEntitiesInfo__desc;
+		auto narrow = graph16_ParticipantEntitiesInfo_desc;
+		narrow.m_typename = wide.m_typename;
+		const dds_entity_t topic = make_topic(participant_, size == 24 ? wide : narrow, kGraphTopic);
+		writer_ = checked(dds_create_writer(participant_, topic, qos_of({true, true, 1}).get(), nullptr), kGraphTopic);
+	}
+	if (size == 0) return;
+	told_ = readers.size() + writers.size();
+	if (size == 24)
+		write_graph<
+		    rmw_dds_common_msg_dds__ParticipantEntitiesInfo_, rmw_dds_common_msg_dds__NodeEntitiesInfo_,
+		    rmw_dds_common_msg_dds__Gid_>(participant_, writer_, node_, readers, writers);
+	else
+		write_graph<graph16_ParticipantEntitiesInfo, graph16_NodeEntitiesInfo, graph16_Gid>(
+		    participant_, writer_, node_, readers, writers);
+}
+}  // namespace d2s1r::live

@@ -1,0 +1,172 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+// Topics of ROS 2 by Cyclone DDS alone: names, types and qualities of service as ROS's middleware puts them on the
+// wire.
+#pragma once
+
+#include <dds/dds.h>
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace d2s1r::live
+{
+/// What is asked for, or offered.
+struct Quality
+{
+	bool reliable = true;
+	bool transient_local = false;
+	int depth = 10;  //!< [-] samples that are kept
+};
+
+/// Returns the name on the wire of a topic of ROS.
+std::string wire_name(const std::string& topic);
+
+/// An entity that is deleted with its owner.
+class Entity
+{
+   public:
+	explicit Entity(dds_entity_t handle = 0) : handle_(handle) {}
+	~Entity()
+	{
+		if (handle_ > 0) dds_delete(handle_);
+	}
+	Entity(Entity&& other) noexcept : handle_(std::exchange(other.handle_, 0)) {}
+	Entity& operator=(Entity&& other) noexcept
+	{
+		std::swap(handle_, other.handle_);
+		return *this;
+	}
+	operator dds_entity_t() const { return handle_; }
+
+   private:
+	dds_entity_t handle_;
+};
+
+/// Sends what Cyclone DDS says to `say`, for as long as the process runs, a line at a time.
+void redirect_log(std::function<void(const std::string& line)> say);
+
+/// Joins a domain. \throws UserError (kBadInput)
+Entity join_domain(std::uint32_t domain);
+
+/// A reader or a writer, and what is told of its peers.
+class Endpoint
+{
+   public:
+	const std::string& topic() const { return topic_; }
+	dds_entity_t entity() const { return entity_; }
+
+	/// Returns a line if since the last call a peer was seen whose quality of service does not match; else nothing.
+	std::string new_mismatch();
+
+   protected:
+	Endpoint(std::string topic, Entity entity, bool is_reader)
+	    : topic_(std::move(topic)), entity_(std::move(entity)), is_reader_(is_reader)
+	{
+	}
+
+   private:
+	std::string topic_;
+	Entity entity_;
+	bool is_reader_;
+	std::uint32_t mismatches_ = 0;
+};
+
+/// How many peers there are, and have been.
+struct Peers
+{
+	int present = 0;
+	int ever = 0;
+};
+
+/// Reads a topic.
+class AnyReader : public Endpoint
+{
+   public:
+	/// \throws UserError (kBadInput)
+	AnyReader(
+	    dds_entity_t participant, const dds_topic_descriptor_t& type, const std::string& topic, const Quality& asked);
+	Peers publishers() const;
+
+	/// Returns names of the publishers that are there, which differ from those of all others that ever were.
+	std::vector<std::uint64_t> publisher_ids() const;
+
+   protected:
+	/// Hands over what has come, oldest first, with the name of the publisher.
+	void take_all(const std::function<void(const void* sample, std::uint64_t publisher)>& use);
+};
+
+template <typename Message>
+class Reader : public AnyReader
+{
+   public:
+	using AnyReader::AnyReader;
+
+	template <typename Use>
+	void take(const Use& use)
+	{
+		take_all([&](const void* sample, std::uint64_t publisher)
+		         { use(*static_cast<const Message*>(sample), publisher); });
+	}
+};
+
+/// Writes a topic.
+class AnyWriter : public Endpoint
+{
+   public:
+	/// \throws UserError (kBadInput)
+	AnyWriter(
+	    dds_entity_t participant, const dds_topic_descriptor_t& type, const std::string& topic, const Quality& offered);
+	Peers readers() const;
+
+   protected:
+	void send(const void* sample);
+};
+
+template <typename Message>
+class Writer : public AnyWriter
+{
+   public:
+	using AnyWriter::AnyWriter;
+	void write(const Message& message) { send(&message); }
+};
+
+/// Waits until one of the readers has something, or for `milliseconds`.
+class Waiter
+{
+   public:
+	explicit Waiter(dds_entity_t participant);
+	void add(const AnyReader& reader);
+	void wait(int milliseconds);
+
+   private:
+	Entity waitset_;
+	std::vector<Entity> conditions_;
+};
+
+/// Says which nodes there are, so that tools show this one by its name. It is silent until it knows how long the peers'
+/// identifiers are, and while they do not agree: a wrong length breaks the peers' own lists.
+class Graph
+{
+   public:
+	Graph(dds_entity_t participant, std::string node);
+
+	/// Looks at the peers and tells them of these, if that is safe. Call it once a second.
+	void update(const std::vector<const Endpoint*>& readers, const std::vector<const Endpoint*>& writers);
+
+	/// Returns the length [byte] of identifiers that is used; 0: the node has no name.
+	int identifier_size() const { return size_; }
+
+   private:
+	int size_of_peers();
+
+	dds_entity_t participant_;
+	std::string node_;
+	Entity publications_;  //!< reader of what DDS itself knows
+	int size_ = 0;
+	std::size_t told_ = 0;
+	Entity writer_;
+};
+}  // namespace d2s1r::live

@@ -1,0 +1,180 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "flags.h"
+
+#include "errors.h"
+
+#include <d2s1r/version.h>
+
+#include <CLI/CLI.hpp>
+#include <charconv>
+#include <cmath>
+#include <cstdlib>
+#include <limits>
+#include <sstream>
+
+namespace d2s1r::live
+{
+namespace
+{
+[[noreturn]] void wrong(const std::string& flag, const std::string& what)
+{
+	throw UserError(kWrongUse, flag, what + "; see d2s1r-live --help");
+}
+
+template <class Number>
+std::optional<Number> number_of(const std::string& text)
+{
+	Number number{};
+	const char* const end = text.data() + text.size();
+	const auto [parsed_to, error] = std::from_chars(text.data(), end, number);
+	if (error != std::errc() || parsed_to != end || text.empty()) return std::nullopt;
+	return number;
+}
+
+std::vector<double> parse_numbers(const std::string& flag, const std::string& text, std::size_t count, const char* form)
+{
+	std::vector<double> numbers;
+	std::istringstream in(text + ",");
+	for (std::string part; std::getline(in, part, ',');)
+	{
+		const auto number = number_of<double>(part);
+		if (!number || !std::isfinite(*number)) wrong(flag, "'" + part + "' is not a finite number; write " + form);
+		numbers.push_back(*number);
+	}
+	if (numbers.size() != count) wrong(flag, "'" + text + "' has another form; write " + form);
+	return numbers;
+}
+
+int parse_count(const std::string& flag, const std::string& text, int least, int greatest)
+{
+	const auto number = number_of<int>(text);
+	if (!number || *number < least || *number > greatest)
+		wrong(
+		    flag,
+		    "'" + text + "' is not a whole number from " + std::to_string(least) + " to " + std::to_string(greatest));
+	return *number;
+}
+
+Seeding parse_seeding(const std::string& text)
+{
+	if (text == "once") return Seeding::kOnce;
+	if (text == "watch") return Seeding::kWatch;
+	if (text != "never") wrong("--seed", "'" + text + "' is not one of once, watch, never");
+	return Seeding::kNever;
+}
+
+/// Returns the domain that was given, else that of ROS_DOMAIN_ID.
+std::uint32_t parse_domain(const std::string& text)
+{
+	constexpr int kGreatest = 232;  // of which all ports exist
+	const char* const variable = std::getenv("ROS_DOMAIN_ID");
+	if (!text.empty()) return static_cast<std::uint32_t>(parse_count("--domain", text, 0, kGreatest));
+	if (variable == nullptr || *variable == '\0') return 0;
+	return static_cast<std::uint32_t>(parse_count("ROS_DOMAIN_ID", variable, 0, kGreatest));
+}
+
+/// The options as they are written, before their values are looked at.
+struct Texts
+{
+	std::string seed = "once", window = "1", region, seed_std, watch, rate, domain;
+};
+
+void define(CLI::App& app, Flags& flags, Texts& texts)
+{
+	app.add_option("-m,--map", flags.map, "map or atlas to localize in, instead of the topic of maps")
+	    ->type_name("FILE|ATLAS");
+	app.add_option("-c,--config", flags.config, "parameters; those not in the file keep their defaults")
+	    ->type_name("CONFIG.ini");
+	app.add_option("--index", flags.settings.index, "keep the index of the map in FILE")->type_name("FILE");
+	app.add_option("--seed", texts.seed, "when the tracker is told where the robot is: once (default), watch, never")
+	    ->type_name("WHEN");
+	app.add_option("--watch", texts.watch, "scans in a row, and distance [m], of a lost tracker (default 4,0.4)")
+	    ->type_name("N,METRES");
+	app.add_option("--seed-std", texts.seed_std, "[m, rad] added to the uncertainty of a seed (default 0.3,0.1)")
+	    ->type_name("M,RAD");
+	app.add_option("--window", texts.window, "use the last N scans jointly (default 1)")->type_name("N");
+	app.add_option("--region", texts.region, "the robot is in the box between these corners [m], map frame")
+	    ->type_name("X0,Y0,X1,Y1");
+	app.add_option("--rate", texts.rate, "localize at most so many scans each second (default: all)")->type_name("HZ");
+	app.add_flag("--merge-lasers", flags.settings.merge_lasers, "use the scans of all --scan topics together");
+	app.add_option("--scan", flags.scans, "topic of a laser, may be given several times (default /scan)")
+	    ->type_name("TOPIC");
+	app.add_option("--map-topic", flags.map_topic, "topic of maps (default /map)")->type_name("TOPIC");
+	app.add_flag("--map-volatile", flags.volatile_map, "the publisher of the map does not keep it for late readers");
+	app.add_option("--odom", flags.odometry, "topic of odometry (default /odom)")->type_name("TOPIC");
+	app.add_option("--tracker", flags.trackers, "topic of the tracker's pose (default /amcl_pose and /pf_pose)")
+	    ->type_name("TOPIC");
+	app.add_option("--initialpose", flags.seeds, "topic of the seeds (default /initialpose)")->type_name("TOPIC");
+	app.add_option("--map-frame", flags.settings.map_frame, "frame of the map of --map (default map)")
+	    ->type_name("FRAME");
+	app.add_option("--robot-frame", flags.settings.robot_frame, "frame of the robot (default: see the manual)")
+	    ->type_name("FRAME");
+	app.add_option("--odom-frame", flags.settings.odometry_frame, "frame of the odometry (default: see the manual)")
+	    ->type_name("FRAME");
+	app.add_option("--domain", texts.domain, "domain of ROS 2 (default: ROS_DOMAIN_ID, else 0)")->type_name("ID");
+	app.add_flag("-q,--quiet", flags.quiet, "print nothing but errors");
+}
+
+void read_values(const Texts& texts, Flags& flags)
+{
+	constexpr int kMostScans = 1000;
+	LiveSettings& settings = flags.settings;
+	settings.seeding = parse_seeding(texts.seed);
+	settings.window = parse_count("--window", texts.window, 1, kMostScans);
+	flags.domain = parse_domain(texts.domain);
+	if (!texts.watch.empty())
+	{
+		const auto values = parse_numbers("--watch", texts.watch, 2, "N,METRES");
+		settings.watch.scans = parse_count("--watch", texts.watch.substr(0, texts.watch.find(',')), 1, kMostScans);
+		settings.watch.distance = values[1];
+		if (values[1] <= 0) wrong("--watch", "the distance must be above 0 m");
+	}
+	if (!texts.seed_std.empty())
+	{
+		const auto values = parse_numbers("--seed-std", texts.seed_std, 2, "M,RAD");
+		if (values[0] < 0 || values[1] < 0) wrong("--seed-std", "a standard deviation must not be below 0");
+		settings.seed_std = values[0], settings.seed_std_yaw = values[1];
+	}
+	if (!texts.rate.empty()) settings.most_scans = parse_numbers("--rate", texts.rate, 1, "scans each second")[0];
+	if (!texts.rate.empty() && settings.most_scans <= 0) wrong("--rate", "must be above 0; leave it out for all scans");
+	if (!texts.region.empty())
+	{
+		const auto box = parse_numbers("--region", texts.region, 4, "X0,Y0,X1,Y1 in m");
+		if (box[0] == box[2] || box[1] == box[3]) wrong("--region", "is an empty box; give two opposite corners");
+		settings.region = make_prior(box[0], box[1], box[2], box[3]);
+	}
+	if (flags.scans.size() > 1 && !settings.merge_lasers) wrong("--scan", "several lasers only go with --merge-lasers");
+}
+}  // namespace
+
+std::optional<Flags> parse_flags(int argc, char** argv, std::ostream& out)
+{
+	Flags flags;
+	Texts texts;
+	CLI::App app(
+	    "Waits for a map and for scans of a running robot with ROS 2, finds the robot without an initial pose,\n"
+	    "tells its tracker on /initialpose, and notices when the tracker is lost. Needs no arguments.");
+	define(app, flags, texts);
+	app.set_version_flag("--version", "d2s1r-live " D2S1R_VERSION);
+	try
+	{
+		app.parse(argc, argv);
+	}
+	catch (const CLI::CallForHelp&)
+	{
+		out << app.help();
+		return std::nullopt;
+	}
+	catch (const CLI::CallForVersion&)
+	{
+		out << "d2s1r-live " D2S1R_VERSION << '\n';
+		return std::nullopt;
+	}
+	catch (const CLI::Error& e)
+	{
+		throw UserError(kWrongUse, "command line", std::string(e.what()) + "; see d2s1r-live --help");
+	}
+	read_values(texts, flags);
+	return flags;
+}
+}  // namespace d2s1r::live

@@ -1,0 +1,34 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <live/live_localizer.h>
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace d2s1r::live
+{
+/// The command line of d2s1r-live. It has been checked for consistency; no file has been touched.
+struct Flags
+{
+	LiveSettings settings;  //!< without the parameters of --config
+	std::string map;        //!< file or atlas; empty: messages bring the map
+	std::string config;     //!< empty: default parameters
+	std::uint32_t domain = 0;
+	bool volatile_map = false;  //!< whether the publisher of the map is volatile
+	bool quiet = false;
+
+	// Names of topics.
+	std::vector<std::string> scans = {"/scan"};
+	std::string map_topic = "/map";
+	std::string odometry = "/odom";
+	std::vector<std::string> trackers = {"/amcl_pose", "/pf_pose"};
+	std::string seeds = "/initialpose";
+};
+
+/// Parses the command line. Returns nothing if --help or --version was asked for, after printing it.
+/// \throws UserError (kWrongUse)
+std::optional<Flags> parse_flags(int argc, char** argv, std::ostream& out);
+}  // namespace d2s1r::live

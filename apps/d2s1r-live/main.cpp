@@ -1,0 +1,95 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "dds.h"
+#include "errors.h"
+#include "flags.h"
+#include "node.h"
+
+#include <atomic>
+#include <csignal>
+#include <cstdlib>
+#include <iostream>
+#include <mutex>
+#include <new>
+
+namespace
+{
+using namespace d2s1r::live;
+
+std::atomic<bool> is_told_to_stop{false};
+static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler may only touch lock-free atomics");
+
+void catch_signals()
+{
+	for (const int signal : {SIGINT, SIGTERM, SIGHUP})
+		if (std::signal(signal, SIG_IGN) != SIG_IGN) std::signal(signal, [](int) { is_told_to_stop = true; });
+	std::signal(SIGPIPE, SIG_IGN);
+}
+
+/// Standard output and standard error. MRPT prints to both as it pleases, so that it gets neither.
+class Console
+{
+   public:
+	Console() : out_(std::cout.rdbuf(nullptr)), err_(std::cerr.rdbuf(nullptr)) { std::clog.rdbuf(nullptr); }
+	std::ostream& out() { return out_; }
+
+	/// \throws UserError (kBadOutput)
+	void print(const std::string& line)
+	{
+		out_ << line << std::endl;
+		if (!out_) throw UserError(kBadOutput, "standard output", "cannot be written; check where it leads to");
+	}
+
+	void say(const std::string& line)
+	{
+		const std::lock_guard lock(mutex_);  // Cyclone DDS speaks on threads of its own
+		err_ << "d2s1r-live: " << line << std::endl;
+	}
+
+	/// Says a line of somebody who may repeat it for ever.
+	void say_seldom(const std::string& line)
+	{
+		constexpr int kMost = 100;
+		if (++seldom_ <= kMost) say("DDS: " + line + (seldom_ == kMost ? " (the last line of this kind)" : ""));
+	}
+
+   private:
+	std::ostream out_, err_;
+	std::mutex mutex_;
+	std::atomic<int> seldom_{0};
+};
+
+int run(int argc, char** argv, Console& console)
+{
+	try
+	{
+		const auto flags = parse_flags(argc, argv, console.out());
+		if (!flags) return console.out().flush() ? kDone : kBadOutput;
+		redirect_log([&](const std::string& line) { console.say_seldom(line); });
+		return serve(
+		    *flags, [&](const std::string& line) { console.print(line); }, [] { return is_told_to_stop.load(); });
+	}
+	catch (const UserError& e)
+	{
+		console.say(d2s1r::logs::one_line(e));
+		return e.status;
+	}
+	catch (const std::bad_alloc&)
+	{
+		console.say("not enough memory; use a coarser map");
+	}
+	catch (const std::exception& e)
+	{
+		console.say(d2s1r::logs::one_line(e) + "; this is a defect, please report it");
+	}
+	return kBadInput;
+}
+}  // namespace
+
+int main(int argc, char** argv)
+{
+	static Console console;
+	catch_signals();
+	const int status = run(argc, argv, console);
+	console.out().flush();
+	std::_Exit(status);  // an index may still be being built
+}

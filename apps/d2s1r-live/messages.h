@@ -1,0 +1,48 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+// Messages as Cyclone DDS hands them over, and as LiveLocalizer has them.
+#pragma once
+
+#include "ros.h"
+
+#include <live/live_localizer.h>
+
+#include <string>
+#include <vector>
+
+namespace d2s1r::live
+{
+Time to_time(const builtin_interfaces_msg_dds__Time_& stamp);
+logs::LaserScan to_scan(const sensor_msgs_msg_dds__LaserScan_& message);
+std::vector<logs::Transform> to_transforms(const tf2_msgs_msg_dds__TFMessage_& message);
+logs::OdometryMessage to_odometry(const nav_msgs_msg_dds__Odometry_& message);
+MapMessage to_map(const nav_msgs_msg_dds__OccupancyGrid_& message);
+logs::Header to_header(const std_msgs_msg_dds__Header_& header);
+
+/// Returns no value if the message has no finite pose with a rotation.
+std::optional<mrpt::poses::CPose3D> to_pose(const geometry_msgs_msg_dds__Pose_& pose);
+
+/// Holds a message and the texts and numbers that it points to.
+template <typename Message>
+struct Owned
+{
+	Message message{};
+	std::vector<std::string> texts;
+	std::vector<geometry_msgs_msg_dds__Pose_> poses;
+	std::vector<geometry_msgs_msg_dds__Point_> points;
+	std::vector<visualization_msgs_msg_dds__Marker_> markers;
+	std::vector<diagnostic_msgs_msg_dds__KeyValue_> values;
+	std::vector<diagnostic_msgs_msg_dds__DiagnosticStatus_> statuses;
+};
+
+Owned<geometry_msgs_msg_dds__PoseWithCovarianceStamped_> pose_message(
+    Time time, const std::string& frame, const mrpt::poses::CPose2D& pose,
+    const mrpt::math::CMatrixDouble33& covariance);
+
+/// The hypotheses, most probable first; none if the scan tells of none.
+Owned<geometry_msgs_msg_dds__PoseArray_> hypotheses_message(const ScanAnswer& answer);
+
+/// An arrow with its probability for each hypothesis, and the scan laid at the best one.
+Owned<visualization_msgs_msg_dds__MarkerArray_> markers_message(const ScanAnswer& answer);
+
+Owned<diagnostic_msgs_msg_dds__DiagnosticArray_> diagnostics_message(Time time, const LiveStatus& status);
+}  // namespace d2s1r::live

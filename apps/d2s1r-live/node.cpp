@@ -1,0 +1,281 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "node.h"
+
+#include "dds.h"
+#include "messages.h"
+
+#include <d2s1r/map_io.h>
+#include <mrpt/core/format.h>
+
+#include <chrono>
+#include <deque>
+#include <filesystem>
+#include <future>
+#include <thread>
+
+namespace d2s1r::live
+{
+namespace
+{
+constexpr int kLongestWait = 50;  // [ms] for messages, between looks at signals
+
+Time wall_clock()
+{
+	using namespace std::chrono;
+	return duration_cast<nanoseconds>(system_clock::now().time_since_epoch()).count();
+}
+
+std::chrono::steady_clock::time_point steady_now()
+{
+	return std::chrono::steady_clock::now();
+}
+
+/// Returns what a library says about a file as an error of that file.
+UserError about(const std::string& file, ExitStatus status, const std::exception& exception)
+{
+	const std::string line = logs::one_line(exception), name = logs::printable(file);
+	return UserError(status, name, line.rfind(name + ": ", 0) == 0 ? line.substr(name.size() + 2) : line);
+}
+
+Parameters read_parameters(const std::string& config)
+{
+	if (config.empty()) return {};
+	try
+	{
+		const Parameters parameters = load_parameters(config);
+		if (parameters.method != Method::kDefault)
+			throw std::invalid_argument("a running robot needs method = default; leave `method` out");
+		return parameters;
+	}
+	catch (const std::exception& e)
+	{
+		throw about(config, kWrongUse, e);
+	}
+}
+
+std::shared_ptr<const Atlas> load_maps(const Flags& flags, const Parameters& parameters)
+{
+	try
+	{
+		if (is_atlas(flags.map)) return std::make_shared<Atlas>(load_atlas(flags.map, parameters));
+		const std::string& index = flags.settings.index;
+		std::shared_ptr<const Localizer> localizer;
+		std::error_code ignored;
+		const auto fingerprint = fingerprint_of_map(flags.map);
+		try
+		{
+			if (!index.empty() && std::filesystem::exists(index, ignored))
+				localizer = std::make_shared<Localizer>(Localizer::load(index, fingerprint, parameters));
+		}
+		catch (const std::runtime_error&)  // of another map
+		{
+		}
+		if (!localizer)
+		{
+			localizer = std::make_shared<Localizer>(load_map(flags.map, parameters.grid), parameters);
+			if (!index.empty()) localizer->save(index, fingerprint);
+		}
+		return std::make_shared<Atlas>(
+		    std::vector<AtlasMap>{{map_name_of(flags.map), localizer, flags.settings.region}});
+	}
+	catch (const std::exception& e)
+	{
+		throw about(flags.map, kBadInput, e);
+	}
+}
+
+/// All that is read and written.
+struct Topics
+{
+	Topics(const Flags& flags, dds_entity_t participant)
+	    : maps(participant, nav_msgs_msg_dds__OccupancyGrid__desc, flags.map_topic, {true, !flags.volatile_map, 1}),
+	      transforms(participant, tf2_msgs_msg_dds__TFMessage__desc, "/tf", {true, false, 100}),
+	      static_transforms(participant, tf2_msgs_msg_dds__TFMessage__desc, "/tf_static", {true, true, 100}),
+	      odometry(participant, nav_msgs_msg_dds__Odometry__desc, flags.odometry, {false, false, 50}),
+	      clock(participant, rosgraph_msgs_msg_dds__Clock__desc, "/clock", {false, false, 1}),
+	      requests(participant, std_msgs_msg_dds__Empty__desc, "/d2s1r/localize", {false, false, 1}),
+	      seeds(participant, geometry_msgs_msg_dds__PoseWithCovarianceStamped__desc, flags.seeds, {true, false, 1}),
+	      poses(participant, geometry_msgs_msg_dds__PoseWithCovarianceStamped__desc, "/d2s1r/pose", {true, false, 10}),
+	      hypotheses(participant, geometry_msgs_msg_dds__PoseArray__desc, "/d2s1r/hypotheses", {true, true, 1}),
+	      markers(participant, visualization_msgs_msg_dds__MarkerArray__desc, "/d2s1r/markers", {true, true, 1}),
+	      diagnostics(participant, diagnostic_msgs_msg_dds__DiagnosticArray__desc, "/diagnostics", {true, false, 10}),
+	      waiter(participant)
+	{
+		for (const std::string& topic : flags.scans)
+			scans.emplace_back(participant, sensor_msgs_msg_dds__LaserScan__desc, topic, Quality{false, false, 5});
+		for (const std::string& topic : flags.trackers)
+			trackers.emplace_back(
+			    participant, geometry_msgs_msg_dds__PoseWithCovarianceStamped__desc, topic, Quality{false, false, 10});
+		for (const AnyReader* reader : readers()) waiter.add(*reader);
+	}
+
+	std::vector<const AnyReader*> readers() const
+	{
+		std::vector<const AnyReader*> all = {&maps, &transforms, &static_transforms, &odometry, &clock, &requests};
+		for (const auto& scan : scans) all.push_back(&scan);
+		for (const auto& tracker : trackers) all.push_back(&tracker);
+		return all;
+	}
+
+	std::vector<const AnyWriter*> writers() const { return {&seeds, &poses, &hypotheses, &markers, &diagnostics}; }
+
+	std::deque<Reader<sensor_msgs_msg_dds__LaserScan_>> scans;
+	std::deque<Reader<geometry_msgs_msg_dds__PoseWithCovarianceStamped_>> trackers;
+	Reader<nav_msgs_msg_dds__OccupancyGrid_> maps;
+	Reader<tf2_msgs_msg_dds__TFMessage_> transforms, static_transforms;
+	Reader<nav_msgs_msg_dds__Odometry_> odometry;
+	Reader<rosgraph_msgs_msg_dds__Clock_> clock;
+	Reader<std_msgs_msg_dds__Empty_> requests;
+	Writer<geometry_msgs_msg_dds__PoseWithCovarianceStamped_> seeds, poses;
+	Writer<geometry_msgs_msg_dds__PoseArray_> hypotheses;
+	Writer<visualization_msgs_msg_dds__MarkerArray_> markers;
+	Writer<diagnostic_msgs_msg_dds__DiagnosticArray_> diagnostics;
+	Waiter waiter;
+};
+
+class Node
+{
+   public:
+	Node(const Flags& flags, std::function<void(const std::string&)> say)
+	    : flags_(flags),
+	      say_(std::move(say)),
+	      participant_(join_domain(flags.domain)),
+	      topics_(flags, participant_),
+	      graph_(participant_, "d2s1r_live"),
+	      live_(settings_of(flags))
+	{
+	}
+
+	LiveLocalizer& live() { return live_; }
+
+	/// Waits for messages, takes them and answers.
+	void step()
+	{
+		topics_.waiter.wait(kLongestWait);
+		take_peers();
+		topics_.clock.take([&](const auto& message, PublisherId) { simulated_now_ = to_time(message.clock); });
+		send(live_.update(now()));  // before messages of a time to which the clock ran back
+		take_messages();
+		send(live_.update(now()));
+		const auto status = live_.status(now());
+		const bool is_due = steady_now() - told_at_ >= std::chrono::seconds(1);
+		if (is_due || status.summary != told_summary_) send(status);
+		if (is_due) once_a_second();
+		if (!flags_.quiet)
+			for (const std::string& line : live_.take_news()) say_(line);
+	}
+
+   private:
+	static LiveSettings settings_of(const Flags& flags)
+	{
+		LiveSettings settings = flags.settings;
+		settings.parameters = read_parameters(flags.config);
+		return settings;
+	}
+
+	Time now() const { return simulated_now_ ? *simulated_now_ : wall_clock(); }
+
+	void take_peers()
+	{
+		live_.set_map_publishers(topics_.maps.publisher_ids());
+		const Peers readers = topics_.seeds.readers();
+		live_.set_tracker_readers(readers.present, readers.ever);
+		live_.set_odometry_publishers(topics_.odometry.publishers().present);
+		if (topics_.clock.publishers().present == 0) simulated_now_.reset();
+	}
+
+	void take_messages()
+	{
+		topics_.static_transforms.take([&](const auto& message, PublisherId)
+		                               { live_.add_transforms(to_transforms(message), true); });
+		topics_.transforms.take([&](const auto& message, PublisherId)
+		                        { live_.add_transforms(to_transforms(message), false); });
+		topics_.odometry.take([&](const auto& message, PublisherId) { live_.add_odometry(to_odometry(message)); });
+		topics_.maps.take([&](const auto& message, PublisherId publisher)
+		                  { live_.add_map(to_map(message), publisher); });
+		for (auto& tracker : topics_.trackers)
+			tracker.take([&](const auto& message, PublisherId)
+			             { live_.add_tracker_pose(to_header(message.header), to_pose(message.pose.pose)); });
+		topics_.requests.take([&](const auto&, PublisherId) { live_.request(); });
+		for (auto& scan : topics_.scans)
+			scan.take([&](const auto& message, PublisherId) { live_.add_scan(scan.topic(), to_scan(message)); });
+	}
+
+	void send(const std::vector<ScanAnswer>& answers)
+	{
+		for (const ScanAnswer& answer : answers) send(answer);
+	}
+
+	void send(const ScanAnswer& answer)
+	{
+		if (answer.seed)
+			topics_.seeds.write(
+			    pose_message(answer.seed->time, answer.seed->frame, answer.seed->pose, answer.seed->covariance)
+			        .message);
+		if (answer.localization.status == Status::kLocalized)
+		{
+			const Hypothesis& best = answer.localization.best();
+			topics_.poses.write(pose_message(answer.time, answer.frame, best.pose, best.covariance).message);
+		}
+		topics_.hypotheses.write(hypotheses_message(answer).message);
+		topics_.markers.write(markers_message(answer).message);
+	}
+
+	void send(const LiveStatus& status)
+	{
+		topics_.diagnostics.write(diagnostics_message(now(), status).message);
+		told_summary_ = status.summary;
+		told_at_ = steady_now();
+	}
+
+	void once_a_second()
+	{
+		std::vector<const Endpoint*> readers, writers;
+		for (const AnyReader* reader : topics_.readers()) readers.push_back(reader);
+		for (const AnyWriter* writer : topics_.writers()) writers.push_back(writer);
+		graph_.update(readers, writers);
+		for (const auto* all : {&readers, &writers})
+			for (const Endpoint* endpoint : *all)
+			{
+				std::string line = const_cast<Endpoint*>(endpoint)->new_mismatch();
+				if (endpoint == &topics_.maps && !line.empty() && !flags_.volatile_map)
+					line += "; if it publishes once, start it after this program with --map-volatile";
+				if (!line.empty()) say_(line);
+			}
+	}
+
+	const Flags& flags_;
+	std::function<void(const std::string&)> say_;
+	Entity participant_;
+	Topics topics_;
+	Graph graph_;
+	LiveLocalizer live_;
+	std::optional<Time> simulated_now_;  //!< of /clock
+	std::string told_summary_;
+	std::chrono::steady_clock::time_point told_at_{};
+};
+}  // namespace
+
+ExitStatus serve(
+    const Flags& flags, const std::function<void(const std::string& line)>& say, const std::function<bool()>& stop)
+{
+	const Parameters parameters = read_parameters(flags.config);
+	Node node(flags, say);
+	// The process ends without waiting for the index if it is told to.
+	std::future<std::shared_ptr<const Atlas>> maps;
+	if (!flags.map.empty())
+	{
+		std::packaged_task<std::shared_ptr<const Atlas>()> load([flags, parameters]
+		                                                        { return load_maps(flags, parameters); });
+		maps = load.get_future();
+		std::thread(std::move(load)).detach();
+	}
+	while (!stop())
+	{
+		if (maps.valid() && maps.wait_for(std::chrono::seconds(0)) == std::future_status::ready)
+			node.live().use_maps(maps.get());
+		node.step();
+	}
+	return kInterrupted;
+}
+}  // namespace d2s1r::live

@@ -1,0 +1,16 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "errors.h"
+#include "flags.h"
+
+#include <functional>
+
+namespace d2s1r::live
+{
+/// Serves a robot until `stop` says so, which is asked ten times a second or more often.
+/// \param say takes a line for people
+/// \throws UserError
+ExitStatus serve(
+    const Flags& flags, const std::function<void(const std::string& line)>& say, const std::function<bool()>& stop);
+}  // namespace d2s1r::live

@@ -1,0 +1,160 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+// d2s1r-live serves nodes of another vendor.
+#include "live_test.h"
+
+#include <algorithm>
+
+namespace d2s1r::test
+{
+TEST_F(LiveTest, AnswersEveryScanAndTellsTheTracker)
+{
+	LiveProcess live = start_live();
+	RobotPeer robot;
+	PeerReader<PoseType> seeds(robot.peer, "/initialpose");
+	PeerReader<PosesType> hypotheses(robot.peer, "/d2s1r/hypotheses", {true, true, 1});
+	PeerReader<MarkersType> markers(robot.peer, "/d2s1r/markers", {true, true, 1});
+	robot.begin();
+	ASSERT_TRUE(wait_for_answers(robot)) << said();
+	robot.milliseconds.clear();
+	int right = 0;
+	for (int i = 0; i < 100; i++)
+		right += robot.step() && distance_between(*robot.answer, robot.robot.pose) < 0.1 ? 1 : 0;
+	EXPECT_EQ(right, 100);
+	std::sort(robot.milliseconds.begin(), robot.milliseconds.end());
+	std::cout << "from a scan to its pose: " << robot.milliseconds[50] << " ms in the median\n";
+	const auto seed = seeds.next();
+	ASSERT_TRUE(seed);
+	EXPECT_EQ(seed->header().frame_id(), "map");
+	EXPECT_GE(seed->pose().covariance()[0], 0.09);
+	EXPECT_GE(seed->pose().covariance()[35], 0.01);
+	const auto last = hypotheses.next();
+	ASSERT_TRUE(last && !last->poses().empty());
+	const auto drawn = markers.next();
+	ASSERT_TRUE(drawn);
+	EXPECT_EQ(drawn->markers().front().action(), 3) << "what was drawn before is taken away";
+	EXPECT_EQ(drawn->markers().back().points().size(), 180U) << "the scan";
+	const auto diagnostics = robot.diagnostics.next();
+	ASSERT_TRUE(diagnostics);
+	std::string built;
+	for (const auto& value : diagnostics->status().front().values())
+		if (value.key() == "indices built") built = value.value();
+	EXPECT_EQ(built, "1");
+	const ProcessResult result = stop(live);
+	EXPECT_EQ(result.status, 130);
+	EXPECT_EQ(result.err, "");
+	EXPECT_NE(result.out.find("found /scan of 'laser' at x 0.200, y 0.050"), std::string::npos) << result.out;
+}
+
+TEST_F(LiveTest, SeedsATrackerThatStartsLater)
+{
+	LiveProcess live = start_live();
+	RobotPeer robot;
+	robot.begin();
+	ASSERT_TRUE(wait_for_answers(robot));
+	for (int i = 0; i < 10; i++) robot.step();
+	Peer tracker;
+	PeerReader<PoseType> seeds(tracker, "/initialpose");
+	std::vector<PoseType::type> told;
+	wait_until(
+	    [&]
+	    {
+		    robot.step(0, 0, 0.2);
+		    for (const auto& seed : seeds.take()) told.push_back(seed);
+		    return !told.empty();
+	    });
+	ASSERT_FALSE(told.empty());
+	EXPECT_LT(distance_between(pose_of(told.front()), robot.robot.pose), 0.1);
+	stop(live);
+}
+
+TEST_F(LiveTest, ChecksTheTrackersPoseAndRepairsAKidnapping)
+{
+	LiveProcess live = start_live({"--seed", "watch"});
+	RobotPeer robot;
+	PeerReader<PoseType> seeds(robot.peer, "/initialpose");
+	robot.begin();
+	SimpleTracker tracker;
+	const auto step = [&]
+	{
+		robot.step(0, 0.05, 0.5);
+		for (const auto& seed : seeds.take()) tracker.take({0, "", pose_of(seed), {}}, robot.robot.odometry);
+		if (const auto pose = tracker.pose(robot.robot.odometry))
+			robot.tracker_pose.write(to_peer(robot.robot.time, "map", *pose));
+	};
+	ASSERT_TRUE(wait_for_answers(robot));
+	ASSERT_TRUE(wait_until(
+	    [&]
+	    {
+		    step();
+		    return tracker.seeds == 1;
+	    }));
+	ASSERT_TRUE(wait_until(
+	    [&]
+	    {
+		    step();
+		    return last_summary(robot) == "localized, and the tracker fits";
+	    }));
+	robot.robot.pose = mrpt::poses::CPose2D(poses_on_floor().at(6));
+	EXPECT_TRUE(wait_until(
+	    [&]
+	    {
+		    step();
+		    return tracker.seeds >= 2;
+	    }));
+	EXPECT_LT(distance_between(*tracker.pose(robot.robot.odometry), robot.robot.pose), 0.1);
+	stop(live);
+}
+
+TEST_F(LiveTest, AnswersWhenSomebodyAsks)
+{
+	LiveProcess live = start_live({"--rate", "0.01"});
+	RobotPeer robot;
+	PeerWriter<EmptyType> requests(robot.peer, "/d2s1r/localize");
+	robot.begin();
+	ASSERT_TRUE(wait_for_answers(robot));
+	EXPECT_FALSE(robot.step(0, 0, 0.3)) << "the next one is due in 100 s";
+	ASSERT_TRUE(wait_until([&] { return requests.has_reader(); }));
+	requests.write({});
+	EXPECT_TRUE(wait_until([&] { return robot.step(0, 0, 0.2); }));
+	stop(live);
+}
+
+TEST_F(LiveTest, LocalizesInAMapFromAFile)
+{
+	RobotPeer robot;
+	write_file(
+	    path("floor.yaml"),
+	    "image: floor.pgm\nresolution: 0.05\norigin: [-3, 2, 0]\nnegate: 0\n"
+	    "occupied_thresh: 0.65\nfree_thresh: 0.196\n");
+	std::string image = "P5\n" + std::to_string(robot.grid.width) + " " + std::to_string(robot.grid.height) + "\n255\n";
+	for (int y = robot.grid.height - 1; y >= 0; y--)
+		for (int x = 0; x < robot.grid.width; x++)
+		{
+			const Cell cell = robot.grid.at(x, y);
+			image += static_cast<char>(cell == Cell::kFree ? 254 : cell == Cell::kOccupied ? 0 : 205);
+		}
+	write_file(path("floor.pgm"), image);
+	LiveProcess live = start_live({"-m", path("floor.yaml"), "--index", path("floor.index")});
+	robot.begin();
+	ASSERT_TRUE(wait_for_answers(robot)) << said();
+	EXPECT_LT(distance_between(*robot.answer, robot.robot.pose), 0.1);
+	EXPECT_TRUE(says("somebody publishes a map, too"));
+	stop(live);
+	EXPECT_TRUE(std::filesystem::exists(path("floor.index")));
+}
+
+TEST_F(LiveTest, RefusesWrongUseWithOneLine)
+{
+	const auto refuse = [&](const Words& words, int status, const Words& parts)
+	{
+		LiveProcess live = start_live(words);
+		test::expect_refused(live.wait(), status, parts);
+	};
+	refuse({"--seed", "maybe"}, 1, {"--seed", "maybe", "once, watch, never"});
+	refuse({"--watch", "0,1"}, 1, {"--watch"});
+	refuse({"--region", "1,2,3"}, 1, {"--region", "X0,Y0,X1,Y1"});
+	refuse({"--scan", "/a", "--scan", "/b"}, 1, {"--merge-lasers"});
+	refuse({"-m", path("none.yaml")}, 2, {"none.yaml"});
+	refuse({"-c", path("none.ini")}, 1, {"none.ini"});
+}
+}  // namespace d2s1r::test

@@ -1,0 +1,256 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+// Peers that are late, gone, wrong or hostile.
+#include "live_test.h"
+
+#include <unistd.h>
+
+#include <cstring>
+#include <random>
+
+namespace d2s1r::test
+{
+namespace
+{
+/// Bytes under the name of any type.
+class RawType : public dds::TopicDataType
+{
+   public:
+	using type = std::vector<std::uint8_t>;
+
+	explicit RawType(const std::string& name)
+	{
+		setName(name.c_str());
+		m_typeSize = 100'000;
+	}
+	bool serialize(void* data, eprosima::fastrtps::rtps::SerializedPayload_t* payload) override
+	{
+		const auto& bytes = *static_cast<type*>(data);
+		payload->length = static_cast<std::uint32_t>(bytes.size());
+		std::copy(bytes.begin(), bytes.end(), payload->data);
+		return true;
+	}
+	bool deserialize(eprosima::fastrtps::rtps::SerializedPayload_t*, void*) override { return true; }
+	std::function<std::uint32_t()> getSerializedSizeProvider(void* data) override
+	{
+		return [data] { return static_cast<std::uint32_t>(static_cast<type*>(data)->size()); };
+	}
+	void* createData() override { return new type; }
+	void deleteData(void* data) override { delete static_cast<type*>(data); }
+	bool getKey(void*, eprosima::fastrtps::rtps::InstanceHandle_t*, bool) override { return false; }
+};
+
+/// Returns a message as it stands on the wire.
+template <typename Type>
+std::vector<std::uint8_t> bytes_of(typename Type::type message)
+{
+	Type type;
+	eprosima::fastrtps::rtps::SerializedPayload_t payload(type.getSerializedSizeProvider(&message)());
+	type.serialize(&message, &payload);
+	return {payload.data, payload.data + payload.length};
+}
+
+/// Returns a damaged copy: some bytes are others, or it is cut short, or one of its counts is large.
+std::vector<std::uint8_t> damaged(std::vector<std::uint8_t> bytes, std::mt19937& random)
+{
+	const auto below = [&](std::size_t count)
+	{ return std::uniform_int_distribution<std::size_t>(0, count - 1)(random); };
+	switch (below(3))
+	{
+		case 0:
+			bytes.resize(4 + below(bytes.size() - 4));
+			break;
+		case 1:
+		{
+			const std::uint32_t count = 0xffffffffU >> below(28);
+			const std::size_t place = 4 + 4 * below((bytes.size() - 4) / 4);
+			std::memcpy(bytes.data() + place, &count, std::min<std::size_t>(4, bytes.size() - place));
+			break;
+		}
+		default:
+			for (std::size_t i = 0; i < 8; i++)
+				bytes[4 + below(bytes.size() - 4)] = static_cast<std::uint8_t>(below(256));
+	}
+	return bytes;
+}
+}  // namespace
+
+TEST_F(LiveTest, TellsThatAVolatileMapDoesNotMatchAndReadsItOnRequest)
+{
+	RobotPeer robot(make_floor(), {true, false, 1});
+	LiveProcess live = start_live();
+	EXPECT_TRUE(says("/map: a publisher is there whose quality of service does not match: durability (policy 2)"));
+	stop(live);
+	LiveProcess ready = start_live({"--map-volatile"});
+	ASSERT_TRUE(wait_until([&] { return robot.map.has_reader(); }));
+	robot.begin();
+	EXPECT_TRUE(wait_for_answers(robot));
+	stop(ready);
+}
+
+TEST_F(LiveTest, KeepsTheMapOfTheFirstOfTwoPublishers)
+{
+	LiveProcess live = start_live();
+	RobotPeer robot;
+	robot.begin();
+	ASSERT_TRUE(wait_for_answers(robot));
+	Peer second;
+	PeerWriter<MapType> other(second, "/map", {true, true, 1});
+	Grid moved = robot.grid;
+	moved.origin_x += 2;
+	other.write(to_peer(map_message(moved)));
+	EXPECT_TRUE(says("a second publisher of maps has another one"));
+	ASSERT_TRUE(robot.step());
+	EXPECT_LT(distance_between(*robot.answer, robot.robot.pose), 0.1);
+	stop(live);
+}
+
+TEST_F(LiveTest, IsSilentUntilTheTransformComesAndNamesIt)
+{
+	LiveProcess live = start_live();
+	RobotPeer robot;
+	robot.map.write(to_peer(map_message(robot.grid)));
+	EXPECT_TRUE(wait_until(
+	    [&]
+	    {
+		    robot.step(0, 0, 0.1);
+		    return said().find("no transform from the laser's frame 'laser' to 'base_link'") != std::string::npos;
+	    },
+	    15));
+	robot.static_transforms.write(to_peer(robot.robot.laser_transform()));
+	EXPECT_TRUE(wait_for_answers(robot));
+	stop(live);
+}
+
+TEST_F(LiveTest, WaitsForOdometryThatIsLate)
+{
+	LiveProcess live = start_live();
+	RobotPeer robot;
+	robot.begin();
+	ASSERT_TRUE(wait_for_answers(robot));
+	robot.robot.time += live::kSecond / 20;
+	robot.scans.write(to_peer(robot.robot.scan()));
+	std::this_thread::sleep_for(std::chrono::milliseconds(60));
+	robot.publish_odometry();
+	EXPECT_TRUE(robot.poses.next(3)) << "of the scan that waited";
+	stop(live);
+}
+
+TEST_F(LiveTest, StartsAgainWhenTheClockRunsBack)
+{
+	LiveProcess live = start_live();
+	RobotPeer robot;
+	PeerWriter<ClockType> clock(robot.peer, "/clock", {false, false, 1});
+	robot.robot.time = 1000 * live::kSecond;
+	robot.begin();
+	ASSERT_TRUE(wait_until([&] { return clock.has_reader(); }));
+	const auto step = [&](double seconds)
+	{
+		clock.write(clock_at(robot.robot.time));
+		return robot.step(0, 0, seconds);
+	};
+	ASSERT_TRUE(wait_until([&] { return step(0.1); }, 15)) << said();
+	robot.robot.time = 900 * live::kSecond;
+	ASSERT_TRUE(wait_until([&] { return step(0.1); }, 15));
+	EXPECT_TRUE(says("the clock ran back")) << said();
+	EXPECT_LT(distance_between(*robot.answer, robot.robot.pose), 0.1);
+	stop(live);
+}
+
+/// Run in a process of its own by the next test: a robot with a tracker, until it is killed.
+TEST_F(LiveTest, DISABLED_RobotThatIsKilled)
+{
+	RobotPeer robot;
+	PeerReader<PoseType> seeds(robot.peer, "/initialpose");
+	robot.begin();
+	for (int i = 0; i < 600; i++)
+	{
+		robot.step(0, 0.05, 0.05);
+		for (const auto& seed : seeds.take())
+			std::cout << "seed " << distance_between(pose_of(seed), robot.robot.pose) << std::endl;
+	}
+}
+
+TEST_F(LiveTest, ServesARobotThatWasKilledAndStartedAgain)
+{
+	LiveProcess live = start_live();
+	setenv("D2S1R_TEST_DOMAIN", std::to_string(test_domain()).c_str(), 1);
+	for (const char* const name : {"first", "second"})
+	{
+		const auto output = folder() / name;
+		std::filesystem::create_directory(output);
+		LiveProcess robot(
+		    {"/proc/self/exe", "--gtest_also_run_disabled_tests", "--gtest_filter=*RobotThatIsKilled"}, output);
+		std::string told;
+		EXPECT_TRUE(
+		    wait_until([&] { return (told = text_of(output / "stdout")).find("seed 0.0") != std::string::npos; }, 15))
+		    << name << ": " << told << said();
+		robot.send(SIGKILL);
+		robot.wait();
+	}
+	EXPECT_TRUE(live.running());
+	stop(live);
+}
+
+TEST_F(LiveTest, EndsWithinASecond)
+{
+	for (const int signal : {SIGTERM, SIGINT})
+	{
+		LiveProcess live = start_live();
+		Peer peer;
+		ASSERT_TRUE(PeerReader<DiagnosticsType>(peer, "/diagnostics").next()) << "it runs";
+		live.send(signal);
+		EXPECT_TRUE(wait_until([&] { return !live.running(); }, 1));
+		EXPECT_EQ(live.wait().status, 130);
+	}
+}
+
+TEST_F(LiveTest, SurvivesMessagesOfNonsense)
+{
+	LiveProcess live = start_live();
+	RobotPeer robot;
+	robot.begin();
+	ASSERT_TRUE(wait_for_answers(robot));
+	Peer hostile;
+	struct Target
+	{
+		std::string topic, type;
+		std::vector<std::uint8_t> bytes;
+	};
+	const std::vector<Target> targets = {
+	    {"/scan", "sensor_msgs::msg::dds_::LaserScan_", bytes_of<ScanType>(to_peer(robot.robot.scan()))},
+	    {"/map", "nav_msgs::msg::dds_::OccupancyGrid_", bytes_of<MapType>(to_peer(map_message(robot.grid)))},
+	    {"/tf", "tf2_msgs::msg::dds_::TFMessage_", bytes_of<TransformsType>(to_peer(robot.robot.odometry_transform()))},
+	    {"/tf_static", "tf2_msgs::msg::dds_::TFMessage_",
+	     bytes_of<TransformsType>(to_peer(robot.robot.laser_transform()))},
+	    {"/odom", "nav_msgs::msg::dds_::Odometry_", bytes_of<nav_msgs::msg::dds_::Odometry_PubSubType>({})},
+	    {"/clock", "rosgraph_msgs::msg::dds_::Clock_", bytes_of<ClockType>(clock_at(robot.robot.time))},
+	    {"/amcl_pose", "geometry_msgs::msg::dds_::PoseWithCovarianceStamped_",
+	     bytes_of<PoseType>(to_peer(robot.robot.time, "map", {}))}};
+	std::mt19937 random(1);
+	const int cases = fault_cases(20, 2000);
+	for (const Target& target : targets)
+	{
+		const bool is_latched = target.topic == "/map" || target.topic == "/tf_static";
+		auto* const writer =
+		    hostile.make_writer(dds::TypeSupport(new RawType(target.type)), target.topic, {true, is_latched, cases});
+		ASSERT_TRUE(wait_until(
+		    [&]
+		    {
+			    dds::PublicationMatchedStatus status;
+			    writer->get_publication_matched_status(status);
+			    return status.current_count > 0;
+		    }))
+		    << target.topic;
+		for (int i = 0; i < cases; i++)
+		{
+			auto bytes = damaged(target.bytes, random);
+			writer->write(&bytes);
+		}
+		std::this_thread::sleep_for(std::chrono::milliseconds(50));
+		ASSERT_TRUE(live.running()) << target.topic << read_file(folder() / "stderr");
+	}
+	stop(live);
+	for (const std::string& line : lines_of(read_file(folder() / "stderr")))
+		EXPECT_EQ(line.rfind("d2s1r-live: ", 0), 0U) << line;
+}
+}  // namespace d2s1r::test
