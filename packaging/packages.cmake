@@ -2,6 +2,7 @@
 #   libd2s1r0.2    the library; its name carries the version of the binary interface, as Debian wants it
 #   libd2s1r-dev   headers, CMake package, pkg-config file
 #   d2s1r-tools    rawlog-localize, module for MRPT's programs, man page, configurations, examples, documents
+#   d2s1r-live     the node for ROS 2, with man page and systemd unit, if it is built
 #   python3-d2s1r  Python module, if it is built
 set(abi_version ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
 set(method "One scan of a 2D laser and a known map give the poses where a robot may be,
@@ -17,6 +18,9 @@ set(CPACK_STRIP_FILES ON)
 set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS
   OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
 set(CPACK_COMPONENTS_ALL runtime development tools)
+if(TARGET d2s1r-live)
+  list(APPEND CPACK_COMPONENTS_ALL live)
+endif()
 if(TARGET python-d2s1r)
   list(APPEND CPACK_COMPONENTS_ALL python)
 endif()
@@ -30,7 +34,7 @@ set(CPACK_DEBIAN_COMPRESSION_TYPE xz)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS ${PROJECT_BINARY_DIR}/libs/d2s1r)
 set(CPACK_DEBIAN_ENABLE_COMPONENT_DEPENDS ON)
-foreach(component development tools python)
+foreach(component development tools live python)
   string(TOUPPER ${component} name)
   set(CPACK_COMPONENT_${name}_DEPENDS runtime)
 endforeach()
@@ -59,6 +63,13 @@ set(CPACK_DEBIAN_TOOLS_DESCRIPTION "${method}
 .
 This package contains rawlog-localize, which localizes the scans of a recorded
 or live log, the module that MRPT's own programs load, and examples.")
+
+set(CPACK_DEBIAN_LIVE_PACKAGE_NAME d2s1r-live)
+set(CPACK_DEBIAN_LIVE_PACKAGE_SECTION science)
+set(CPACK_DEBIAN_LIVE_DESCRIPTION "${method}
+.
+This package contains d2s1r-live, which tells the tracker of a running robot
+with ROS 2 where the robot is, and notices when the tracker is lost.")
 
 set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-d2s1r)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)

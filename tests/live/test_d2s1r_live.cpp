@@ -157,4 +157,25 @@ TEST_F(LiveTest, RefusesWrongUseWithOneLine)
 	refuse({"-m", path("none.yaml")}, 2, {"none.yaml"});
 	refuse({"-c", path("none.ini")}, 1, {"none.ini"});
 }
+
+/// An option that --help tells of is in the man page and is completed.
+TEST_F(LiveTest, DocumentsEveryOption)
+{
+	const auto help = run_program({D2S1R_LIVE, "--help"});
+	ASSERT_EQ(help.status, 0);
+	std::string page = read_file(D2S1R_SOURCE_DIR "/share/man/man1/d2s1r-live.1");
+	page.erase(std::remove(page.begin(), page.end(), '\\'), page.end());
+	const std::string completion = read_file(D2S1R_SOURCE_DIR "/share/bash-completion/completions/d2s1r-live");
+	int options = 0;
+	for (const std::string& line : lines_of(help.out))
+	{
+		const auto start = line.find("--");
+		if (line.rfind("  -", 0) != 0 || start == std::string::npos) continue;
+		const std::string name = line.substr(start, line.find_first_of(" ,", start) - start);
+		EXPECT_NE(page.find("fB" + name + "fR"), std::string::npos) << name;
+		EXPECT_NE(completion.find(name), std::string::npos) << name;
+		options++;
+	}
+	EXPECT_GE(options, 20);
+}
 }  // namespace d2s1r::test
