@@ -76,7 +76,7 @@ std::shared_ptr<const Atlas> load_maps(const Flags& flags, const Parameters& par
 			if (!index.empty()) localizer->save(index, fingerprint);
 		}
 		return std::make_shared<Atlas>(
-		    std::vector<AtlasMap>{{map_name_of(flags.map), localizer, flags.settings.region}});
+		    std::vector<AtlasMap>{{std::filesystem::path(flags.map).stem().string(), localizer, flags.settings.region}});
 	}
 	catch (const std::exception& e)
 	{
