@@ -3,7 +3,8 @@
 """Draws the small office that ships with d2s1r: sample_data.py OUT_FOLDER
 
 Writes office.png and office.yaml (a map of map_server), office_bag (a ROS 2 bag, sqlite3, of a drive: /scan, /odom,
-/tf, /tf_static) and office_truth.txt (`time x y phi` of the robot in the map frame: s, m, rad). Scans are exact
+/tf, /tf_static), office_truth.txt (`time x y phi` of the robot in the map frame: s, m, rad) and office_scan.txt (the
+ranges of the first scan [m], from -135 to 135 deg). Scans are exact
 intersections of beams with walls, with 1 cm of noise; some of them see a person who is not in the map.
 office.rawlog holds the same drive for MRPT:
     rawlog-localize -m office.yaml -i office_bag -o out
@@ -154,11 +155,11 @@ def laser_scan(time, seen):
 
 
 def messages(walls):
-    """Yields (topic, time [ns], message), and the truth as a last item of topic None."""
+    """Yields (topic, time [ns], message), and truth and ranges as a last item of topic None."""
     random = np.random.default_rng(1)
     poses = path()
     yield "/tf_static", START, transform(START, "base_link", "laser", LASER)
-    odom, truth = np.zeros(3), []
+    odom, truth, seen = np.zeros(3), [], []
     people = {frame: (ahead, left) for frame, ahead, left in PERSON}
     for i, pose in enumerate(poses):
         time = START + round(i * STEP / SPEED * 1e9)
@@ -167,9 +168,10 @@ def messages(walls):
         person = moved(pose, (*people[i], 0))[:2] if i in people else None
         yield "/odom", time, odometry(time, odom, motion * SPEED / STEP)
         yield "/tf", time, transform(time, "odom", "base_link", odom)
-        yield "/scan", time, laser_scan(time, ranges(walls, person, moved(pose, LASER), random))
+        seen.append(ranges(walls, person, moved(pose, LASER), random))
+        yield "/scan", time, laser_scan(time, seen[-1])
         truth.append((time / 1e9, *pose))
-    yield None, 0, truth
+    yield None, 0, (truth, seen)
 
 
 TYPES = {"/scan": "sensor_msgs/msg/LaserScan", "/odom": "nav_msgs/msg/Odometry", "/tf": "tf2_msgs/msg/TFMessage",
@@ -209,9 +211,10 @@ def main():
     folder.mkdir(parents=True, exist_ok=True)
     walls = segments()
     write_map(folder, walls)
-    *recorded, (_, _, truth) = messages(walls)
+    *recorded, (_, _, (truth, seen)) = messages(walls)
     write_bag(folder / "office_bag", recorded)
     np.savetxt(folder / "office_truth.txt", truth, "%.6f")
+    np.savetxt(folder / "office_scan.txt", seen[0], "%.3f")
 
 
 if __name__ == "__main__":

@@ -102,30 +102,32 @@ TEST_F(AppDocuments, CompletionOffersFilesOfTheRightKind)
 	EXPECT_EQ(offered("--motion", "o"), "odometry\n");
 }
 
-TEST_F(AppDocuments, ReadmeShowsTheExampleThatIsBuilt)
+TEST_F(AppDocuments, TheLibrarysPageShowsTheExampleThatIsBuilt)
 {
-	const std::string readme = read_file(D2S1R_SOURCE_DIR "/README.md"),
+	const std::string page = read_file(D2S1R_SOURCE_DIR "/doc/library.md"),
 	                  example = D2S1R_SOURCE_DIR "/share/d2s1r/examples/one_scan";
-	EXPECT_NE(readme.find("```cmake\n" + read_file(example + "/CMakeLists.txt") + "```"), std::string::npos);
+	EXPECT_NE(page.find("```cmake\n" + read_file(example + "/CMakeLists.txt") + "```"), std::string::npos);
 	const std::string source = read_file(example + "/one_scan.cpp");
-	EXPECT_NE(readme.find("```cpp\n" + source.substr(source.find('\n') + 1) + "```"), std::string::npos);
+	EXPECT_NE(page.find("```cpp\n" + source.substr(source.find('\n') + 1) + "```"), std::string::npos);
 }
 
-TEST_F(AppDocuments, ReadmeNamesOnlyOptionsAndFilesThatExist)
+TEST_F(AppDocuments, PagesNameOnlyOptionsAndFilesThatExist)
 {
-	const std::string readme = read_file(D2S1R_SOURCE_DIR "/README.md");
 	const std::string help = run({"--help"}).out;
-	for (auto at = readme.find("| `-"); at != std::string::npos; at = readme.find("| `-", at + 1))
+	for (const char* name : {"README.md", "doc/usage.md", "doc/library.md", "doc/atlas.md"})
 	{
-		const auto start = readme.find('-', at);
-		const std::string option = readme.substr(start, readme.find_first_of(" `", start) - start);
-		EXPECT_NE(help.find(option), std::string::npos) << option;
-	}
-	for (const char* mark : {"](doc/", "`share/"})
-		for (auto at = readme.find(mark); at != std::string::npos; at = readme.find(mark, at + 1))
+		const std::string page = read_file(std::string(D2S1R_SOURCE_DIR "/") + name);
+		for (auto at = page.find("| `-"); at != std::string::npos; at = page.find("| `-", at + 1))
 		{
-			const auto start = readme.find_first_of("ds", at + 1);
-			const std::string file = readme.substr(start, readme.find_first_of(")`", start) - start);
-			EXPECT_TRUE(std::filesystem::exists(std::filesystem::path(D2S1R_SOURCE_DIR) / file)) << file;
+			const auto start = page.find('-', at);
+			const std::string option = page.substr(start, page.find_first_of(" `", start) - start);
+			EXPECT_NE(help.find(option), std::string::npos) << name << ": " << option;
 		}
+		for (auto at = page.find("`share/"); at != std::string::npos; at = page.find("`share/", at + 1))
+		{
+			const std::string file = page.substr(at + 1, page.find_first_of("` ", at + 1) - at - 1);
+			EXPECT_TRUE(std::filesystem::exists(std::filesystem::path(D2S1R_SOURCE_DIR) / file))
+			    << name << ": " << file;
+		}
+	}
 }

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Another project finds what is installed below PREFIX, with CMake and with pkg-config, and localizes a scan with it;
-# pf-localization runs the installed module.
+# pf-localization runs the installed module; the examples build and run.
 # Usage: use_prefix.sh PREFIX
 set -euo pipefail
 prefix=$1
@@ -29,6 +29,16 @@ for arguments in "" "no y" "no.yaml ${demo[1]}" "${demo[0]} no.rawlog" "${demo[0
 	if refusal=$("$folder/build/one_scan" $arguments 2>&1); then exit 1; fi
 	[[ $refusal != *$'\n'* && ( $refusal == usage:* || $refusal == *no[.:]* || $refusal == *"$0"* ) ]]
 done
+
+# A particle filter of one's own, seeded by the first scan, follows the drive of the office to its end.
+if [ -d /usr/include/mrpt/slam ]; then
+	cmake -S "$prefix/share/d2s1r/examples/own_filter" -B "$folder/filter" -DCMAKE_PREFIX_PATH="$prefix" >/dev/null
+	cmake --build "$folder/filter" >/dev/null
+	office=$prefix/share/d2s1r/data/office
+	poses=$("$folder/filter/own_filter" "$office.yaml" "$office.rawlog")
+	[ "$(wc -l <<<"$poses")" = "$(wc -l <"${office}_truth.txt")" ]
+	[[ ${poses##*$'\n'} =~ \(17\.[3-5][0-9]*,3\.[01][0-9]*,-4[12]\. ]]
+fi
 
 module=$(find "$prefix/lib" -name libd2s1r-pf-init.so)
 program=$(command -v pf-localization)

@@ -1,0 +1,67 @@
+// own_filter MAP RAWLOG: seeds a particle filter of MRPT with the first localized scan, and tracks the robot from
+// there.
+#include <d2s1r/CSignatureMap2D.h>
+#include <d2s1r/map_io.h>
+#include <d2s1r/seeding.h>
+#include <mrpt/bayes/CParticleFilter.h>
+#include <mrpt/maps/CMultiMetricMap.h>
+#include <mrpt/obs/CActionCollection.h>
+#include <mrpt/obs/CActionRobotMovement2D.h>
+#include <mrpt/obs/CObservationOdometry.h>
+#include <mrpt/obs/CRawlog.h>
+#include <mrpt/obs/CSensoryFrame.h>
+#include <mrpt/slam/CMonteCarloLocalization2D.h>
+
+#include <iostream>
+
+using namespace mrpt::obs;
+
+int main(int argc, char** argv)
+try
+{
+	if (argc != 3) throw std::runtime_error("usage: own_filter MAP RAWLOG (of observations)");
+	const auto map = d2s1r::CSignatureMap2D::Create(*d2s1r::load_map(argv[1]));
+	CRawlog log;
+	if (!log.loadFromRawLogFile(argv[2])) throw std::runtime_error(std::string(argv[2]) + ": cannot be read");
+
+	mrpt::slam::CMonteCarloLocalization2D filter;
+	filter.options.metricMap = map;  // its likelihood weighs the particles
+	mrpt::bayes::CParticleFilter steps;
+	bool is_seeded = false;
+	mrpt::poses::CPose2D odometry, odometry_then;
+	for (std::size_t i = 0; i < log.size(); i++)
+	{
+		const CObservation::Ptr observation = log.getAsObservation(i);
+		if (const auto wheels = std::dynamic_pointer_cast<CObservationOdometry>(observation))
+			odometry = wheels->odometry;
+		const auto scan = std::dynamic_pointer_cast<CObservation2DRangeScan>(observation);
+		if (!scan) continue;
+		if (!is_seeded)
+		{
+			const d2s1r::Localization result = map->localizer().localize(*scan);
+			if (result.status != d2s1r::Status::kLocalized) continue;
+			d2s1r::assign_particles(filter, d2s1r::seed_particles(map->localizer(), result));
+			is_seeded = true;
+		}
+		else
+		{
+			CActionRobotMovement2D motion;
+			motion.computeFromOdometry(odometry - odometry_then, {});
+			CActionCollection action;
+			action.insert(motion);
+			CSensoryFrame frame;
+			frame.insert(scan);
+			steps.executeOn(filter, &action, &frame);
+		}
+		odometry_then = odometry;
+		mrpt::poses::CPose2D mean;
+		filter.getMean(mean);
+		std::cout << mrpt::Clock::toDouble(scan->timestamp) << ' ' << mean << '\n';
+	}
+	if (!is_seeded) throw std::runtime_error(std::string(argv[2]) + ": no scan was localized in this map");
+}
+catch (const std::exception& error)
+{
+	std::cerr << error.what() << '\n';
+	return 1;
+}
