@@ -1,5 +1,5 @@
 # Debian packages of an installation below /usr, made by CPack: see preset package.
-#   libd2s1r0.2    the library; its name carries the version of the binary interface, as Debian wants it
+#   libd2s1r0.3    the library; its name carries the version of the binary interface, as Debian wants it
 #   libd2s1r-dev   headers, CMake package, pkg-config file
 #   d2s1r-tools    rawlog-localize, module for MRPT's programs, man page, configurations, examples, documents
 #   d2s1r-live     the node for ROS 2, with man page and systemd unit, if it is built
