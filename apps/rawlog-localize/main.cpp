@@ -3,12 +3,14 @@
 #include "cli/errors.h"
 #include "run.h"
 
+#include <d2s1r/for_programs.h>
 #include <unistd.h>
 
 #include <cstdlib>
 #include <exception>
 #include <new>
 #include <optional>
+#include <stdexcept>
 
 namespace
 {
@@ -39,11 +41,27 @@ std::optional<int> final_status;  // once all is done and told
 	std::abort();
 }
 
+/// Lets D2S1R_SIMD choose the SIMD target. \throws UserError (kWrongUse) if there is no such target
+void choose_simd_target()
+{
+	const char* name = std::getenv("D2S1R_SIMD");
+	if (!name || !*name) return;
+	try
+	{
+		use_simd_target(name);
+	}
+	catch (const std::invalid_argument& e)
+	{
+		throw UserError(kWrongUse, "D2S1R_SIMD", e.what());
+	}
+}
+
 /// Runs the program and tells what went wrong, unless there is no memory even for that.
 int run_and_tell(int argc, char** argv, Console& console)
 {
 	try
 	{
+		choose_simd_target();
 		const auto command = parse_command_line(argc, argv, console.out);
 		const ExitStatus status = command ? run(*command, console) : kDone;
 		if (status == kDone) console.check_written();

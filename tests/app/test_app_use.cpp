@@ -54,6 +54,42 @@ TEST_F(AppUse, VersionIsThatOfTheProject)
 	    << result.out;
 }
 
+/// Windows and the particle filter included.
+TEST_F(AppUse, ResultsAreTheSameWithEachSimdTarget)
+{
+	const std::string office = D2S1R_SOURCE_DIR "/share/d2s1r/data/office";
+	const auto run_with = [&](const std::string& target, const std::string& out)
+	{
+		return run_program(
+		    {"env", "D2S1R_SIMD=" + target, RAWLOG_LOCALIZE, "-m", office + ".yaml", "-i", office + ".rawlog", "-o",
+		     path(out), "--frames", "::4", "--window", "5", "--fuse", "-q"});
+	};
+	const auto usual = run_with("", "usual");
+	ASSERT_EQ(usual.status, 0) << usual.err;
+	int tried = 0;
+	for (const char* target : {"avx3", "avx2", "neon", "portable"})
+	{
+		const auto result = run_with(target, target);
+		if (result.status == 1 && result.err.find("no SIMD target of this machine") != std::string::npos) continue;
+		ASSERT_EQ(result.status, 0) << target << result.err;
+		tried++;
+		for (const auto& [file, header] :
+		     {std::pair{"frames.csv", kFramesHeader}, {"hypotheses.csv", kHypothesesHeader}})
+			EXPECT_EQ(
+			    CsvTable(path(target) + "/" + file, header).without_times(),
+			    CsvTable(path("usual") + "/" + file, header).without_times())
+			    << target << ' ' << file;
+		EXPECT_EQ(read_file(path(target) + "/fused.tum"), read_file(path("usual") + "/fused.tum")) << target;
+		EXPECT_NE(
+		    read_file(path(target) + "/run.json").find("\"simd\": \"" + std::string(target) + "\""), std::string::npos);
+	}
+	EXPECT_GE(tried, 1) << "the portable loops run everywhere";
+	const auto unknown = run_with("mmx", "mmx");
+	EXPECT_EQ(unknown.status, 1);
+	EXPECT_NE(unknown.err.find("D2S1R_SIMD: 'mmx' is no SIMD target of this machine; choose one of"), std::string::npos)
+	    << unknown.err;
+}
+
 TEST_F(AppUse, WriteConfigAloneWritesWhatConfigReads)
 {
 	EXPECT_EQ(run({"--write-config", path("first.ini")}).status, 0);

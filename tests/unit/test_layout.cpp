@@ -3,6 +3,7 @@
 // doc/promises.md promises is tested.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cctype>
 #include <filesystem>
 #include <fstream>
@@ -139,6 +140,22 @@ TEST(Layout, FoldersOfTheProgramCanBeSurveyed)
 	}
 	EXPECT_GT(all, 20) << "the test must see the files";
 	EXPECT_LE(all, 62);
+}
+
+/// GCC 12.2 crashes on SVE, and a struct cannot hold its vectors.
+TEST(Layout, NoSourceIsCompiledForSve)
+{
+	int checked = 0;
+	for (const fs::path& file : files_below(kLibrary / "src"))
+	{
+		const std::string text = text_of(file);
+		const auto compiled = text.find("#include <hwy/foreach_target.h>");
+		if (compiled == std::string::npos) continue;
+		checked++;
+		EXPECT_LT(std::min(text.find("#include \"base/simd.h\""), text.find("HWY_SVE2_128)")), compiled)
+		    << file << " includes neither base/simd.h nor disables SVE before it is compiled for each target";
+	}
+	EXPECT_GE(checked, 6) << "the test must see the sources";
 }
 
 /// A promise without a test would be a wish.

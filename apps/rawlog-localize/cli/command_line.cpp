@@ -4,6 +4,7 @@
 #include "cli/errors.h"
 #include "cli/values.h"
 
+#include <d2s1r/for_programs.h>
 #include <d2s1r/version.h>
 
 #include <CLI/CLI.hpp>
@@ -320,7 +321,11 @@ void add_help(OptionGroup help, const CLI::App& app, std::ostream& out)
 {
 	help.request(
 	    "--version", "print the version and exit",
-	    [&out] { out << "rawlog-localize (d2s1r) " D2S1R_VERSION "\nreads " << logs::known_formats() << "\n"; });
+	    [&out]
+	    {
+		    out << "rawlog-localize (d2s1r) " D2S1R_VERSION "\nreads " << logs::known_formats() << "\ncomputes with "
+		        << simd_targets().front() << "\n";
+	    });
 	help.request("-h,--help", "print this help and exit", [&app, &out] { out << app.help(); });
 }
 

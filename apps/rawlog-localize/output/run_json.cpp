@@ -3,6 +3,7 @@
 
 #include "output/run_outputs.h"
 
+#include <d2s1r/for_programs.h>
 #include <d2s1r/version.h>
 #include <mrpt/core/format.h>
 #include <mrpt/system/os.h>
@@ -89,6 +90,7 @@ void write_run_json(const RunReport& report, TextFile& file)
 	    {"version", D2S1R_VERSION},
 	    {"mrpt_version", mrpt::system::MRPT_getVersion()},
 	    {"compiler", __VERSION__},
+	    {"simd", simd_targets().front()},
 	    {"command_line", report.command.words},
 	    {"working_folder", std::filesystem::current_path(ignored).string()},
 	    {"options", report.command.given},

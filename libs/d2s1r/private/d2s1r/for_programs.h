@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 namespace d2s1r
 {
@@ -27,4 +28,12 @@ double unknown_made_free(const std::string& file);
 
 /// Returns the name that a map gets by its file: without folder, extension and that of a compressed file.
 std::string map_name_of(const std::string& file);
+
+/// Returns the SIMD targets that this machine runs and the library was compiled for, the one in use first: "avx3"
+/// (AVX-512), "avx2", "neon" or "portable". Results are the same with each of them, bit for bit.
+std::vector<std::string> simd_targets();
+
+/// Makes the library use one of simd_targets() from here on. Call it before any other thread runs.
+/// 	hrows std::invalid_argument if the machine or the library lacks it
+void use_simd_target(const std::string& name);
 }  // namespace d2s1r
