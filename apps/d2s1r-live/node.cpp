@@ -75,8 +75,8 @@ std::shared_ptr<const Atlas> load_maps(const Flags& flags, const Parameters& par
 			localizer = std::make_shared<Localizer>(load_map(flags.map, parameters.grid), parameters);
 			if (!index.empty()) localizer->save(index, fingerprint);
 		}
-		return std::make_shared<Atlas>(
-		    std::vector<AtlasMap>{{std::filesystem::path(flags.map).stem().string(), localizer, flags.settings.region}});
+		return std::make_shared<Atlas>(std::vector<AtlasMap>{
+		    {std::filesystem::path(flags.map).stem().string(), localizer, flags.settings.region}});
 	}
 	catch (const std::exception& e)
 	{

@@ -146,7 +146,8 @@ TEST_F(AppStream, WhatComesBeforeTheFirstScanDoesNotFillTheMemory)
 	const std::string feed = "for i in 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15; do cat " + path("comment") +
 	                         "; done; cat " + path("walk.rawlog") + " | gunzip";
 	const auto result = run_program({"bash", "-c", "(" + feed + ") | (" + command(words("-", {"-q"})) + ")"});
-	expect_refused(result, 2, {"standard input: shows no 2D laser scan in its first 10 objects", "name the label of a laser"});
+	expect_refused(
+	    result, 2, {"standard input: shows no 2D laser scan in its first 10 objects", "name the label of a laser"});
 	EXPECT_LT(result.memory, 600'000);
 	const auto named = run_program(
 	    {"bash", "-c", "(" + feed + ") | (" + command(words("-", {"-q", "--sensor-label", "LASER"})) + ")"});

@@ -156,7 +156,7 @@ TEST_F(Tuning, ResultsAreKeptAndTheSame)
 	{
 		std::filesystem::create_directories(folder() / build);
 		if (!std::filesystem::exists(folder() / build / "tests"))
-			std::filesystem::create_symlink(D2S1R_BUILD_DIR "/tests", folder() / build / "tests");
+			std::filesystem::create_symlink(D2S1R_BUILD_DIR "/experiments", folder() / build / "experiments");
 		const ProcessResult tuned = run_program(
 		    {kPython, kScripts + "/tune.py", "--build", path(build), "--runs", "filter drawn", "--only",
 		     "filter.unlisted", "--output", path(output)});

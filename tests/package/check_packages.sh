@@ -33,7 +33,7 @@ check d2s1r-tools "libd2s1r$abi (= $version-1)" /bin/rawlog-localize /libd2s1r-p
 if compgen -G "$folder/d2s1r-live_*" >/dev/null; then
 	check d2s1r-live "libd2s1r$abi (= $version-1)" /bin/d2s1r-live /d2s1r-live.1.gz /completions/d2s1r-live \
 		/systemd/system/d2s1r-live.service
-	field d2s1r-live Depends | grep -q cyclonedds || fail "d2s1r-live depends on $(field d2s1r-live Depends)"
+	field d2s1r-live Depends | grep -q ddsc || fail "d2s1r-live depends on $(field d2s1r-live Depends)"
 fi
 if compgen -G "$folder/python3-d2s1r_*" >/dev/null; then
 	check python3-d2s1r "python3-numpy" /d2s1r/__init__.py /d2s1r/__init__.pyi /d2s1r/_d2s1r.*so

@@ -7,9 +7,8 @@ import inspect
 import math
 import os
 import pathlib
-import subprocess
-import sys
 import threading
+import sys
 import time
 import tracemalloc
 
@@ -336,20 +335,6 @@ def test_an_atlas_names_the_map(world, localizer, tmp_path):
     with pytest.raises(RuntimeError, match="holds no map"):
         (tmp_path / "empty").mkdir()
         d2s1r.Atlas.load(tmp_path / "empty")
-
-
-def test_the_example_of_the_readme_runs(world, tmp_path):
-    pytest.importorskip("matplotlib")
-    readme = pathlib.Path(__file__).parents[2] / "README.md"
-    example = readme.read_text().split("```python\n")[1].split("```")[0]
-    assert len(example.splitlines()) <= 15
-    (tmp_path / "map.pgm").write_bytes((world.folder / "map.pgm").read_bytes())
-    (tmp_path / "building.yaml").write_text((world.folder / "map.yaml").read_text())
-    np.savetxt(tmp_path / "scan.txt", world.scans[0])
-    told = subprocess.run([sys.executable, "-c", example], cwd=tmp_path, env={**os.environ, "MPLBACKEND": "Agg"}, check=True,
-                          capture_output=True, text=True).stdout
-    assert told.startswith("localized [")
-    assert (tmp_path / "scan.png").stat().st_size > 1000
 
 
 def test_stubs_and_docstrings_cover_the_module():

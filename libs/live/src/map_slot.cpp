@@ -142,7 +142,7 @@ MapSlot::Built MapSlot::build(const Task& task, const LiveSettings& settings)
 	try
 	{
 		std::shared_ptr<const Localizer> localizer = indexed();
-		Built built{std::make_shared<Atlas>(std::vector<AtlasMap>{{"", localizer, settings.region}}), ""};
+		Built built{std::make_shared<Atlas>(std::vector<AtlasMap>{{"map", localizer, settings.region}}), ""};
 		try
 		{
 			if (!settings.index.empty()) localizer->save(settings.index, task.fingerprint);

@@ -12,8 +12,8 @@ namespace d2s1r
 /// Holds a map of an Atlas.
 struct AtlasMap
 {
-	/// Hypotheses tell it, and no other map of the atlas has it. It is not empty, does not begin with a dot, and holds no
-	/// slash or control character, so that it can be a part of a file's name.
+	/// Hypotheses tell it, and no other map of the atlas has it. It is not empty, does not begin with a dot, and holds
+	/// no slash or control character, so that it can be a part of a file's name.
 	std::string name;
 	std::shared_ptr<const Localizer> localizer;  //!< index of the map, with parameters of its own
 	Prior region = {};                           //!< where in this map the robot may be, map frame

@@ -386,23 +386,25 @@ class MemoryFile
 	int descriptor_;
 };
 
-/// Unpacks an image by the decoder that MRPT uses.
-/// \throws std::runtime_error if that fails, whose reason decoders do not tell, std::bad_alloc
+/// Unpacks an image by the decoder that MRPT uses. A decoder does not tell damage from memory that ran out: it gets a
+/// second try.
+/// \throws std::runtime_error if both fail, std::bad_alloc
 mrpt::img::CImage decode(const MemoryFile& file)
 {
-	mrpt::img::CImage image;
-	try
-	{
-		if (image.loadFromFile(file.name(), kChannelsAsStored)) return image;
-	}
-	catch (const std::bad_alloc&)
-	{
-		throw;
-	}
-	catch (const std::exception&)
-	{
-		// MRPT's text is many lines long and speaks of its own sources.
-	}
+	constexpr int kTries = 2;
+	for (int i = 0; i < kTries; i++) try
+		{
+			mrpt::img::CImage image;
+			if (image.loadFromFile(file.name(), kChannelsAsStored)) return image;
+		}
+		catch (const std::bad_alloc&)
+		{
+			throw;
+		}
+		catch (const std::exception&)
+		{
+			// MRPT's text is many lines long and speaks of its own sources.
+		}
 	refuse_as_undecodable();
 }
 

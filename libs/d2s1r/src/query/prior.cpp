@@ -19,7 +19,7 @@ constexpr double kMargin = 0.3;                   //!< [m] by which densities ar
 constexpr double kYawMargin = M_PI / 18;          //!< [rad] by which densities are widened
 constexpr double kDeviations = 3;                 //!< [-] standard deviations
 constexpr std::size_t kMostTiles = 256;           //!< [-] boxes that stand for particles
-constexpr double kTileSide = 0.5;                     //!< [m] side of the smallest of these
+constexpr double kTileSide = 0.5;                 //!< [m] side of the smallest of these
 constexpr double kYawTile = mrpt::DEG2RAD(30.0);  //!< [rad] width of the smallest of these
 
 /// Returns a box that holds three standard deviations of a Gaussian.
@@ -99,7 +99,7 @@ std::vector<mrpt::math::TPose2D> poses_of(const mrpt::poses::CPosePDFGrid& grid)
 	constexpr double kNegligible = 1e-3;  // [-] of the greatest probability
 	const std::size_t cells = grid.getSizeX() * grid.getSizeY() * grid.getSizePhi();
 	if (cells == 0) return {};
-	const double* const first = grid.getByIndex(0, 0, 0);  // x varies fastest
+	const double* const first = grid.getByIndex(0, 0, 0);                             // x varies fastest
 	const auto is_probability = [](double p) { return p >= 0 && std::isfinite(p); };  // not normalized
 	if (!std::all_of(first, first + cells, is_probability))
 		throw std::invalid_argument("make_prior: a cell of the density is no probability");
