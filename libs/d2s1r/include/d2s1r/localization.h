@@ -68,6 +68,12 @@ struct Localization
 	/// [0, 1] Probability that the robot is at the place of best(): the sum over the hypotheses within 0.3 m and 10 deg
 	/// of it.
 	double confidence = 0;
+	/// [0, 1] Probability that the robot is at one of the places of the map that explain the scan, listed or not; the
+	/// rest is that none of them is right. It is 0 for invalid scans and with kPaper, which has no model of it.
+	double presence = 0;
+	/// [-] What a difference of log-likelihoods of this scan is divided by to get log-odds: the more beams contradict
+	/// the map, the more of a difference is chance.
+	double temperature = 1;
 	std::vector<Hypothesis> hypotheses;  //!< by decreasing probability; empty if rejected or invalid
 	/// [bit] Relative entropy between the scan and the virtual scan at best(), Eq. 1; lower is better. It has no value
 	/// without a hypothesis.
