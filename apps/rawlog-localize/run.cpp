@@ -108,7 +108,7 @@ LoopResult localize_frames(
 		if (streams) streams = console.print_line(json_line(frame));
 		if (!streams && !outputs) throw NobodyReads();
 		if (!outputs) return;
-		outputs->page().add(make_scan(*scan, report.parameters.scan));
+		outputs->page().add(make_scan(*scan, report.parameters.scan, frame.sweep));
 		outputs->frames().add(frame, std::move(scan));
 	};
 	ProgressBar progress(console, !report.command.output.stream && !request.is_live(), report.selected_frames);
@@ -120,6 +120,7 @@ LoopResult localize_frames(
 	    backend,
 	    search.threads,
 	    request.merge_lasers,
+	    request.sweep_time,
 	    atlas};
 	return localize_log(*reader, selection, approach, sink, progress);
 }

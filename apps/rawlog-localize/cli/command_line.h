@@ -39,6 +39,13 @@ struct FrameRange
 	std::size_t step = 1;
 };
 
+/// When the beams of every scan of a log were taken.
+struct SweepTime
+{
+	double duration = 0;    //!< [s] from the first to the last beam as they are recorded; negative: the last was first
+	double first_beam = 0;  //!< [s] of the first beam after the stamp of the scan
+};
+
 /// The log, what of it is used, and what of it is read in another way than it says.
 struct LogRequest
 {
@@ -47,6 +54,7 @@ struct LogRequest
 	const char* label_option = "--sensor-label";  //!< that gives the label, as messages name it
 	bool merge_lasers = false;                    //!< whether the other lasers' scans are used, too
 	logs::Overrides overrides;                    //!< they are about that laser
+	std::optional<SweepTime> sweep_time;          //!< of that laser; without a value, what the log says
 	FrameRange frames;
 	bool follow = false;       //!< whether the log is a file that grows
 	std::string ground_truth;  //!< empty: no ground truth

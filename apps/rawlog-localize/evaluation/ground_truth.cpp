@@ -18,6 +18,7 @@
 #include <map>
 #include <optional>
 #include <sstream>
+#include <stdexcept>
 #include <utility>
 
 namespace d2s1r::app
@@ -51,14 +52,32 @@ std::optional<double> parse_number(const std::string& text)
 	return value;
 }
 
-/// Returns the numbers of a line with blanks between them; none if anything else is there.
+/// Returns a text in lower case, without blanks around it.
+std::string lower_word(const std::string& text)
+{
+	std::string word;
+	for (const char c : text)
+		if (const auto byte = static_cast<unsigned char>(c); std::isspace(byte) == 0)
+			word += static_cast<char>(std::tolower(byte));
+	return word;
+}
+
+/// Returns whether a program wrote this where it had no number.
+bool is_no_number(const std::string& text)
+{
+	const std::string word = lower_word(text);
+	return word.empty() || word == "nan" || word == "-nan" || word == "none" || word == "null";
+}
+
+/// Returns the numbers of a line with blanks between them, NaN for what stands for none; nothing if anything else is
+/// there.
 std::vector<double> parse_numbers(const std::string& line)
 {
 	std::istringstream text(line);
 	std::vector<double> values;
 	for (std::string word; text >> word;)
 	{
-		const auto value = parse_number(word);
+		const auto value = is_no_number(word) ? std::numeric_limits<double>::quiet_NaN() : parse_number(word);
 		if (!value) return {};
 		values.push_back(*value);
 	}
@@ -80,6 +99,107 @@ std::optional<TimedPose> pose_of(const std::vector<double>& values)
 	return pose;
 }
 
+/// Says what a unit that the name of a column holds is worth, or that nobody knows it.
+struct Unit
+{
+	const char* name;
+	const char* of;  //!< "time", "length" or "angle"
+	double factor;   //!< to s, m or rad
+};
+
+constexpr double kDegree = M_PI / 180;
+const std::vector<Unit> kUnits = {
+    {"s", "time", 1},
+    {"sec", "time", 1},
+    {"secs", "time", 1},
+    {"seconds", "time", 1},
+    {"ms", "time", 1e-3},
+    {"us", "time", 1e-6},
+    {"ns", "time", 1e-9},
+    {"nsec", "time", 1e-9},
+    {"nanosec", "time", 1e-9},
+    {"m", "length", 1},
+    {"metre", "length", 1},
+    {"metres", "length", 1},
+    {"meter", "length", 1},
+    {"meters", "length", 1},
+    {"cm", "length", 1e-2},
+    {"mm", "length", 1e-3},
+    {"rad", "angle", 1},
+    {"radian", "angle", 1},
+    {"radians", "angle", 1},
+    {"deg", "angle", kDegree},
+    {"degree", "angle", kDegree},
+    {"degrees", "angle", kDegree},
+    {"\xC2\xB0", "angle", kDegree}};
+
+/// Returns the last of the parts of a name that dots, slashes and underscores separate.
+std::string last_part(const std::string& name)
+{
+	return name.substr(name.find_last_of("._") + 1);  // all of it if there is none
+}
+
+/// The name of a column, taken apart.
+struct ColumnName
+{
+	std::string name;  //!< lower case; what it belongs to is in front, with dots or underscores between
+	std::string unit;  //!< in brackets, or after the last underscore; empty: not told
+
+	explicit ColumnName(const std::string& text)
+	{
+		const auto bracket = text.find_first_of("[(");
+		if (bracket != std::string::npos)
+			unit = lower_word(text.substr(bracket + 1, text.find_first_of("])", bracket) - bracket - 1));
+		for (const char c : text.substr(0, bracket))
+			if (const auto byte = static_cast<unsigned char>(c); std::isalnum(byte) || c == '.' || c == '_' || c == '/')
+				name += c == '/' ? '.' : static_cast<char>(std::tolower(byte));
+		name.erase(0, name.find_first_not_of("._"));
+		// "yaw_deg" tells the unit, too; "stamp_sec" does not, for a part of the stamp is called so.
+		const std::string last = last_part(name);
+		const bool is_angle = last == "deg" || last == "rad" || last == "degrees" || last == "radians";
+		if (unit.empty() && last.size() < name.size() && (is_angle || last == "ns" || last == "ms" || last == "us"))
+		{
+			unit = last;
+			name.resize(name.size() - last.size() - 1);
+		}
+	}
+
+	/// Returns "time", "nanoseconds", "x", "y", "phi", "qx" ... "qw", or nothing if it is none of them.
+	std::string meaning() const
+	{
+		const std::string last = last_part(name);
+		const std::string before = last.size() < name.size() ? name.substr(0, name.size() - last.size() - 1) : "";
+		const auto holds = [&](const char* word) { return before.find(word) != std::string::npos; };
+		const bool is_in_stamp = before.empty() || holds("stamp") || holds("time");
+		if (is_in_stamp && (last == "nanosec" || last == "nsec" || last == "nsecs" || last == "nanoseconds"))
+			return "nanoseconds";
+		if (is_in_stamp && (last == "secs" || last == "sec" || last == "seconds")) return "time";
+		if (name == "t" || name.rfind("time", 0) == 0 || last == "stamp") return "time";
+		if (last == "phi" || last == "yaw" || last == "theta" || last == "heading") return "phi";
+		if (last.size() == 2 && last[0] == 'q' && std::string("xyzw").find(last[1]) != std::string::npos) return last;
+		if (last.size() != 1 || std::string("xyzw").find(last[0]) == std::string::npos) return "";
+		if (before.rfind("q", 0) == 0 || holds("orientation") || holds("rotation")) return "q" + last;
+		const bool is_position =
+		    before.empty() || before.rfind("p", 0) == 0 || holds("position") || holds("translation");
+		return is_position && last != "z" && last != "w" ? last : "";
+	}
+
+	/// Returns by what the numbers of the column are multiplied. \throws std::invalid_argument if nobody knows the unit
+	double factor() const
+	{
+		const std::string what = meaning();
+		const std::string kind = what == "time" ? "time" : what == "phi" ? "angle" : "length";
+		if (unit.empty() || what.empty() || what[0] == 'q' || what == "nanoseconds") return 1;
+		for (const Unit& known : kUnits)
+			if (unit == known.name && kind == known.of) return known.factor;
+		throw std::invalid_argument(
+		    "has a column '" + name + "' with the unit '" + unit + "'; give " +
+		    (kind == "time"    ? "s, ms, us or ns"
+		     : kind == "angle" ? "rad or deg"
+		                       : "m, cm or mm"));
+	}
+};
+
 /// Knows where the columns of a table are that make a pose.
 class Columns
 {
@@ -92,8 +212,18 @@ class Columns
 			return std::nullopt;
 		Columns columns;
 		const auto names = split(line, ',');
-		for (std::size_t i = 0; i < names.size(); i++) columns.places_.emplace(meaning_of(names[i]), i);
+		for (std::size_t i = 0; i < names.size(); i++)
+		{
+			const ColumnName name(names[i]);
+			if (!name.meaning().empty()) columns.places_.emplace(name.meaning(), Place{i, name});
+		}
 		return columns;
+	}
+
+	/// Reads the units of the columns. \throws std::invalid_argument if nobody knows one
+	void read_units()
+	{
+		for (auto& [meaning, place] : places_) place.factor = place.name.factor();
 	}
 
 	/// Returns what is missing for a pose, or an empty text if nothing is.
@@ -106,12 +236,14 @@ class Columns
 		return places_.count("phi") == 0 && !has_quaternion ? "phi, yaw, theta or a quaternion" : "";
 	}
 
-	/// Returns whether the row lacks a pose because a field is empty.
+	/// Returns whether the row lacks a pose because a number is empty or NaN.
 	bool is_empty(const std::vector<std::string>& row) const
 	{
-		const auto is_blank = [](const std::string& text)
-		{ return text.find_first_not_of(" \t\r") == std::string::npos; };
-		return places_.at("x") < row.size() && is_blank(row[places_.at("x")]);
+		return std::any_of(
+		    places_.begin(), places_.end(),
+		    [&](const auto& item) {
+			    return item.first != "time" && item.second.column < row.size() && is_no_number(row[item.second.column]);
+		    });
 	}
 
 	std::optional<TimedPose> parse_row(const std::vector<std::string>& row) const
@@ -119,13 +251,11 @@ class Columns
 		std::map<std::string, double> values;
 		for (const auto& [meaning, place] : places_)
 		{
-			if (meaning.empty()) continue;
-			const auto value = place < row.size() ? parse_number(row[place]) : std::nullopt;
+			const auto value = place.column < row.size() ? parse_number(row[place.column]) : std::nullopt;
 			if (!value) return std::nullopt;
-			values[meaning] = *value;
+			values[meaning] = place.factor * *value;
 		}
-		constexpr double kLeastNanoseconds = 1e16;  // which would be 300 million years in s
-		if (values["time"] > kLeastNanoseconds) values["time"] *= 1e-9;
+		if (const auto rest = values.find("nanoseconds"); rest != values.end()) values["time"] += 1e-9 * rest->second;
 		const bool has_phi = values.count("phi") > 0;
 		const double phi =
 		    has_phi ? values["phi"] : yaw_of_quaternion(values["qx"], values["qy"], values["qz"], values["qw"]);
@@ -134,6 +264,7 @@ class Columns
 	}
 
    private:
+<<<<<<< HEAD
 	/// "time", "x", "y", "phi", "qx" ... "qw", or empty if it is none of them. Names may have units in brackets, and
 	/// what they belong to in front: "#timestamp [ns]", "pose.position.x", "q_RS_w []".
 	static std::string meaning_of(const std::string& name)
@@ -174,12 +305,23 @@ class Columns
 	}
 
 	std::map<std::string, std::size_t> places_;
+=======
+	struct Place
+	{
+		std::size_t column;
+		ColumnName name;
+		double factor = 1;  //!< by which its numbers are multiplied
+	};
+	std::map<std::string, Place> places_;  //!< by meaning
+>>>>>>> 660a934 (WIP4: maps and truths)
 };
 
 [[noreturn]] void throw_wrong_line(const std::string& file, int number, const std::string& what)
 {
 	throw UserError(kBadInput, file, "line " + std::to_string(number) + " " + what + "; correct it");
 }
+
+constexpr const char* kByteOrderMark = "\xEF\xBB\xBF";  //!< of a text in UTF-8
 
 /// Reads the poses of a file line by line.
 class TruthReader
@@ -189,7 +331,7 @@ class TruthReader
 
 	void read(const std::string& line)
 	{
-		number_++;
+		if (++number_ == 1 && line.rfind(kByteOrderMark, 0) == 0) return read_after_mark(line);
 		const auto first = line.find_first_not_of(" \t\r");
 		if (first == std::string::npos) return;
 		const bool is_comment = line[first] == '%' || line[first] == '#';
@@ -197,7 +339,7 @@ class TruthReader
 		if (columns)
 		{
 			const std::string missing = columns->missing();
-			if (missing.empty()) columns_ = columns;
+			if (missing.empty()) use(*columns);
 			if (missing.empty() || is_comment) return;
 			throw_wrong_line(file_, number_, "names no column for " + missing);
 		}
@@ -211,6 +353,23 @@ class TruthReader
 	const GroundTruth& truth() const { return truth_; }
 
    private:
+	void read_after_mark(const std::string& line)
+	{
+		number_ = 0;
+		read(line.substr(std::strlen(kByteOrderMark)));
+	}
+
+	void use(const Columns& columns)
+	try
+	{
+		columns_ = columns;
+		columns_->read_units();
+	}
+	catch (const std::invalid_argument& error)
+	{
+		throw_wrong_line(file_, number_, error.what());
+	}
+
 	void read_row(const std::vector<std::string>& row)
 	{
 		if (columns_->is_empty(row)) return;
@@ -221,7 +380,10 @@ class TruthReader
 
 	void read_numbers(const std::vector<double>& numbers)
 	{
-		const auto pose = pose_of(numbers);
+		const bool has_time = !numbers.empty() && !std::isnan(numbers.front());
+		if (has_time && std::any_of(numbers.begin(), numbers.end(), [](double n) { return std::isnan(n); }))
+			return;  // no pose is known then
+		const auto pose = has_time ? pose_of(numbers) : std::nullopt;
 		if (!pose)
 			throw_wrong_line(
 			    file_, number_,
@@ -236,8 +398,10 @@ class TruthReader
 		add(*pose);
 	}
 
-	void add(const TimedPose& pose)
+	void add(TimedPose pose)
 	{
+		constexpr double kLeastNanoseconds = 1e16;  // which would be 300 million years in s
+		if (pose.timestamp > kLeastNanoseconds) pose.timestamp *= 1e-9;
 		constexpr double kFarthest = 1e7;  // [m] a quarter of the way around the earth
 		if (!(std::abs(pose.pose.x) <= kFarthest && std::abs(pose.pose.y) <= kFarthest))
 			throw_wrong_line(file_, number_, "has a position that is more than 10,000 km from the origin of the map");

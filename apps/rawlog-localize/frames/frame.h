@@ -2,6 +2,7 @@
 #pragma once
 
 #include <d2s1r/CFusionBackend.h>
+#include <d2s1r/scan.h>
 
 #include <chrono>
 #include <cstddef>
@@ -18,6 +19,7 @@ struct Frame
 	std::optional<Localization> alone{};              //!< with --window, what the scan says alone
 	std::optional<FusedPose> fused{};                 //!< with --fuse, once the filter has started
 	std::chrono::steady_clock::time_point read_at{};  //!< when the scan had been read
+	Sweep sweep{};                                    //!< when the beams of the scan were taken
 
 	bool has_pose() const { return !result.hypotheses.empty(); }
 	bool localized() const { return result.status == Status::kLocalized; }

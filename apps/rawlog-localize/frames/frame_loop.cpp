@@ -1,10 +1,13 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "frames/frame_loop.h"
 
+#include "frames/robot_motion.h"
+
 #include <d2s1r/motion.h>
 #include <d2s1r/scan_accumulator.h>
 #include <d2s1r/window_localizer.h>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
@@ -48,12 +51,29 @@ struct Job
 	mrpt::obs::CObservation2DRangeScan::ConstPtr scan;
 	Clock::time_point read_at = {};  //!< when the scan had been read
 	Lasers lasers = {};              //!< what is merged, `scan` last; empty: each scan is used alone
+	Sweep sweep = {};                //!< of `scan`
 	std::optional<Localization> result = {};
 };
 
 Scan scan_of(const Job& job, const ScanParameters& parameters)
 {
-	return job.lasers.empty() ? make_scan(*job.scan, parameters) : merge_scans(job.lasers, parameters);
+	return job.lasers.empty() ? make_scan(*job.scan, parameters, job.sweep) : merge_scans(job.lasers, parameters);
+}
+
+/// Returns when the beams of a scan were taken, by the user or by the log; the motion of the robot is left out.
+/// \param beam_step [s] of the log; 0: not told
+Sweep times_of(const mrpt::obs::CObservation2DRangeScan& scan, const std::optional<SweepTime>& told, double beam_step)
+{
+	Sweep sweep;
+	if (told)
+	{
+		sweep.first_beam = told->first_beam;
+		sweep.beam_step = scan.getScanSize() > 1 ? told->duration / static_cast<double>(scan.getScanSize() - 1) : 0;
+	}
+	else
+		sweep.beam_step = beam_step;
+	const bool has_time = logs::to_seconds(scan.timestamp) > 0;
+	return has_time && is_usable(sweep, scan.getScanSize()) ? sweep : Sweep();
 }
 
 /// The last scan of each laser, and where the robot was then by the odometry.
@@ -69,9 +89,9 @@ class LastScans
 		time_before_ = std::exchange(time_, reading ? logs::to_seconds(reading->timestamp) : 0);
 	}
 
-	void add(const mrpt::obs::CObservation2DRangeScan::ConstPtr& scan)
+	void add(const mrpt::obs::CObservation2DRangeScan::ConstPtr& scan, const Sweep& sweep)
 	{
-		scans_[scan->sensorLabel] = {scan, robot_at(logs::to_seconds(scan->timestamp))};
+		scans_[scan->sensorLabel] = {scan, robot_at(logs::to_seconds(scan->timestamp)), sweep};
 	}
 
 	/// Returns the scans that are at most 0.5 s older than the last one of the laser `label`, which is the last of
@@ -114,12 +134,13 @@ struct Item
 	std::size_t unfinished = 0;  //!< [-] jobs without a result
 };
 
-/// Reads the objects of a log, and finds the scans in them that are to be localized.
+/// Reads the objects of a log, and finds the scans in them that are to be localized. A scan whose beams were taken one
+/// after the other is held back until the odometry of its last beam has been read.
 class ItemReader
 {
    public:
-	ItemReader(logs::LogReader& reader, const FrameSelection& selection, bool merge_lasers)
-	    : reader_(reader), selection_(selection), merge_lasers_(merge_lasers)
+	ItemReader(logs::LogReader& reader, const FrameSelection& selection, const Approach& approach)
+	    : reader_(reader), selection_(selection), merge_lasers_(approach.merge_lasers), sweep_time_(approach.sweep_time)
 	{
 	}
 
@@ -127,27 +148,15 @@ class ItemReader
 	std::optional<Item> read()
 	{
 		const ScopedTimer timer(seconds_);
-		auto object = reader_.next();
-		if (!object) return std::nullopt;
-		Item item = {std::move(*object)};
-		if (merge_lasers_) last_scans_.add(item.object);
-		for (const auto& scan : item.object.scans)
-		{
-			if (merge_lasers_) last_scans_.add(scan);
-			if (scan->sensorLabel != selection_.label)
-			{
-				constexpr std::size_t kMostLabels = 100;
-				if (scans_ == 0 && other_labels_.size() < kMostLabels) other_labels_.insert(scan->sensorLabel);
-				continue;
-			}
-			if (selection_.contains(scans_))
-				item.jobs.push_back(
-				    {scans_, scan, Clock::now(), merge_lasers_ ? last_scans_.with(scan->sensorLabel) : Lasers{}});
-			scans_++;
-		}
-		item.object.scans.clear();
-		item.object.object.reset();
-		item.unfinished = item.jobs.size();
+		while (!at_end_ && (held_.empty() || !is_ready(held_.front())))
+			if (auto item = read_one())
+				held_.push_back(std::move(*item));
+			else
+				at_end_ = true;
+		if (held_.empty()) return std::nullopt;
+		Item item = std::move(held_.front());
+		held_.pop_front();
+		for (Job& job : item.jobs) add_motion(job);
 		return item;
 	}
 
@@ -161,9 +170,77 @@ class ItemReader
 	double seconds() const { return seconds_; }
 
    private:
+	/// Returns the times [s after its stamp] of the first and the last beam of an observation.
+	static std::pair<double, double> times_of_sweep(
+	    const mrpt::obs::CObservation2DRangeScan& observation, const Sweep& sweep)
+	{
+		return std::minmax({sweep.time_of(0), sweep.time_of(observation.getScanSize())});
+	}
+
+	/// Returns whether the odometry is known that the scans of an object need, or will not come.
+	bool is_ready(const Item& item) const
+	{
+		constexpr std::size_t kMostHeld = 500;  // [-] objects
+		const auto is_covered = [this](const Job& job)
+		{
+			const double last = times_of_sweep(*job.scan, job.sweep).second;
+			return job.sweep.is_instant() ||
+			       motion_.covers(logs::to_seconds(job.scan->timestamp) + std::max(0.0, last));
+		};
+		return held_.size() > kMostHeld || std::all_of(item.jobs.begin(), item.jobs.end(), is_covered);
+	}
+
+	void add_motion(Job& job) const
+	{
+		const auto add_to = [this](const mrpt::obs::CObservation2DRangeScan& observation, Sweep& sweep)
+		{
+			if (sweep.is_instant()) return;
+			const auto [first, last] = times_of_sweep(observation, sweep);
+			sweep.motion = motion_.around(logs::to_seconds(observation.timestamp), first, last);
+		};
+		add_to(*job.scan, job.sweep);
+		for (PlacedObservation& placed : job.lasers) add_to(*placed.observation, placed.sweep);
+	}
+
+	/// Reads an object, whose scans do not have the motion of the robot yet.
+	std::optional<Item> read_one()
+	{
+		auto object = reader_.next();
+		if (!object) return std::nullopt;
+		Item item = {std::move(*object)};
+		motion_.add(item.object);
+		if (merge_lasers_) last_scans_.add(item.object);
+		for (const auto& scan : item.object.scans)
+		{
+			const bool is_selected = scan->sensorLabel == selection_.label;
+			const Sweep sweep = times_of(*scan, is_selected ? sweep_time_ : std::nullopt, item.object.beam_step);
+			motion_.add_scan(logs::to_seconds(scan->timestamp));
+			if (merge_lasers_) last_scans_.add(scan, sweep);
+			if (!is_selected)
+			{
+				constexpr std::size_t kMostLabels = 100;
+				if (scans_ == 0 && other_labels_.size() < kMostLabels) other_labels_.insert(scan->sensorLabel);
+				continue;
+			}
+			if (selection_.contains(scans_))
+				item.jobs.push_back(
+				    {scans_, scan, Clock::now(), merge_lasers_ ? last_scans_.with(scan->sensorLabel) : Lasers{},
+				     sweep});
+			scans_++;
+		}
+		item.object.scans.clear();
+		item.object.object.reset();
+		item.unfinished = item.jobs.size();
+		return item;
+	}
+
 	logs::LogReader& reader_;
 	const FrameSelection& selection_;
 	bool merge_lasers_;
+	std::optional<SweepTime> sweep_time_;
+	std::deque<Item> held_;  //!< read, and waiting for the odometry after them
+	bool at_end_ = false;    //!< of the log
+	RobotMotion motion_;
 	LastScans last_scans_;
 	std::size_t scans_ = 0;
 	std::set<std::string> other_labels_;
@@ -237,16 +314,23 @@ class Follower
 	{
 		const auto motion = odometry_.take();
 		const Localization& one_shot = *job.result;
-		Frame frame{job.frame, logs::to_seconds(job.scan->timestamp), one_shot, {}, {}, job.read_at};
+		Frame frame{job.frame, logs::to_seconds(job.scan->timestamp), one_shot, {}, {}, job.read_at, job.sweep};
 		if (window_)
 		{
 			frame.alone = one_shot;
 			frame.result = window_->add(scan_of(job, approach_.localizer.parameters().scan), one_shot, motion);
 		}
-		if (approach_.fusion_backend) frame.fused = approach_.fusion_backend->step({*job.scan, one_shot, motion});
+		if (approach_.fusion_backend) frame.fused = fused_pose(job, motion);
 		const ScopedTimer timer(writing_seconds_);
 		sink_.take_frame(frame, std::move(job.scan));
 		frames_++;
+	}
+
+	/// Returns what the filter says; it sees all beams at the time of the scan.
+	std::optional<FusedPose> fused_pose(const Job& job, const std::optional<mrpt::poses::CPose2D>& motion)
+	{
+		const auto at_stamp = at_one_time(*job.scan, job.sweep);
+		return approach_.fusion_backend->step({job.sweep.is_instant() ? *job.scan : at_stamp, *job.result, motion});
 	}
 
 	const Approach& approach_;
@@ -432,7 +516,7 @@ LoopResult localize_log(
     ProgressBar& progress)
 {
 	const auto start = Clock::now();
-	ItemReader items(reader, selection, approach.merge_lasers);
+	ItemReader items(reader, selection, approach);
 	Follower follower(approach, sink);
 	FramePipeline pipeline(items, follower, approach, progress);
 	on_threads(approach.threads, [&] { pipeline.work(); });

@@ -19,11 +19,12 @@ struct Approach
 {
 	const Localizer& localizer;  //!< of the map, of an atlas that of its first map
 	Query query;
-	std::optional<int> window;           //!< [-] scans that are used jointly; without a value each on its own
-	CFusionBackend::Ptr fusion_backend;  //!< null: no fused poses
-	int threads = 1;                     //!< [-]
-	bool merge_lasers = false;           //!< whether scans of other lasers are used, too
-	const Atlas* atlas = nullptr;        //!< maps that are searched; null: only that of `localizer`
+	std::optional<int> window;                 //!< [-] scans that are used jointly; without a value each on its own
+	CFusionBackend::Ptr fusion_backend;        //!< null: no fused poses
+	int threads = 1;                           //!< [-]
+	bool merge_lasers = false;                 //!< whether scans of other lasers are used, too
+	std::optional<SweepTime> sweep_time = {};  //!< without a value, what the log says
+	const Atlas* atlas = nullptr;              //!< maps that are searched; null: only that of `localizer`
 };
 
 /// Where everything goes, in the order of the rawlog.

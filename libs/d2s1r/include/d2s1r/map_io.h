@@ -45,6 +45,37 @@ mrpt::maps::COccupancyGridMap2D::Ptr load_map(
     const std::string& file, const GridParameters& parameters = {},
     const std::optional<ImageGeometry>& image = std::nullopt);
 
+<<<<<<< HEAD
+=======
+/// Says what a yaml file makes of its image that whoever drew it may not have meant.
+struct LostCells
+{
+	/// [0, 1] Share of the pixels that have the shade of unknown cells, 205, and become free. map_server writes that
+	/// shade, and `free_thresh: 0.25`, which is often seen beside it, makes such cells free.
+	double unknown_made_free = 0;
+	bool by_alpha = false;  //!< whether they do because an alpha channel counts as a colour, as map_server has it
+	/// [0, 1] Share of the pixels that are light, but lie between the thresholds and become unknown.
+	double free_made_unknown = 0;
+	bool most_free_is_lost = false;  //!< whether these are more than the light pixels that become free
+};
+
+/// Looks at the finished cells of a yaml map; other maps have lost none.
+/// \throws std::runtime_error saying what is wrong, without the name of the yaml file
+LostCells lost_cells(const std::string& file);
+
+/// Says what of a yaml file is read in another way than it says.
+enum class YamlChange
+{
+	kNone,
+	kNegated,  //!< `negate` the other way round
+	kScaled    //!< `mode: scale`
+};
+
+/// Loads a yaml map in another way than its file says, to find out what is wrong with it.
+/// \throws std::runtime_error naming the file and what is wrong with it
+mrpt::maps::COccupancyGridMap2D::Ptr load_changed_map(const std::string& file, YamlChange change);
+
+>>>>>>> 660a934 (WIP4: maps and truths)
 /// Returns the files that load_map() reads: the map itself and, if it is a sound yaml file, the image that it names.
 std::vector<std::string> files_of_map(const std::string& file);
 

@@ -17,8 +17,9 @@ namespace d2s1r
 inline constexpr double kFarthestSensor = 100;
 
 /// Describes one usable beam of a scan. Beams without data are not in a Scan: those that are NaN, -inf or negative,
-/// those in range but flagged invalid, and those of zero unless ScanParameters::zero_is_no_return. A beam whose range
-/// is at or beyond maxRange, flagged or not, saw nothing.
+/// those in range but flagged invalid, those of zero unless ScanParameters::zero_is_no_return, those that share exactly
+/// their range with many others that are not their neighbours, and no-returns by ScanParameters::no_return. A beam
+/// whose range is at or beyond maxRange, flagged or not, saw nothing.
 struct Beam
 {
 	float angle = 0;        //!< [rad] in [-pi, pi), counter-clockwise, sensor frame as seen from above
@@ -35,8 +36,10 @@ struct Scan
 	std::vector<Beam> beams;              //!< by increasing angle
 	double field_of_view = 0;             //!< [rad] that the beams cover, in (0, 2 pi]; gaps without data left out
 	mrpt::math::TPose2D sensor_on_robot;  //!< sensor in robot frame, m and rad
-	double position_std = 0;  //!< [m] standard deviation that the motion during the sweep adds to a pose, in x and y
-	double heading_std = 0;   //!< [rad] the same of its heading
+	double position_std = 0;   //!< [m] standard deviation that the motion during the sweep adds to a pose, in x and y
+	double heading_std = 0;    //!< [rad] the same of its heading
+	std::size_t repeated = 0;  //!< [-] beams left out because too many others share exactly their range
+	std::size_t lost = 0;      //!< [-] no-returns left out because most lie in gaps of a surface
 	std::string invalid_because;  //!< empty if make_scan() found it usable, else the reason
 
 	/// Returns whether the scan can be used: it has beams, a field of view and a finite sensor pose within
@@ -52,7 +55,7 @@ std::string why_invalid(const Scan& scan);
 mrpt::math::CMatrixDouble33 motion_covariance(const Scan& scan);
 
 /// Says where the robot was at a time.
-struct TimedPose
+struct StampedPose
 {
 	double time = 0;            //!< [s] after the time that a scan is asked for
 	mrpt::math::TPose2D robot;  //!< robot in a frame that does not move, such as that of the odometry, m and rad
@@ -68,7 +71,7 @@ struct Sweep
 {
 	double first_beam = 0;  //!< [s] time of the first beam of the observation; 0 if its stamp is that of this beam
 	double beam_step = 0;   //!< [s] from one beam to the next, as they are recorded; negative if the last was first
-	std::vector<TimedPose> motion;  //!< by increasing time; empty: nobody measured the motion
+	std::vector<StampedPose> motion;  //!< by increasing time; empty: nobody measured the motion
 
 	double unknown_speed = 0.5;  //!< [m/s] standard deviation of a speed that nobody measured
 	double unknown_turn = 1.0;   //!< [rad/s] the same of the turn
@@ -82,7 +85,7 @@ struct Sweep
 
 /// Returns the poses of a robot that moves by a constant twist, [m/s] and [rad/s] in its own frame, for Sweep::motion.
 /// \param from, to [s] the first and the last time
-std::vector<TimedPose> poses_along(const mrpt::math::TTwist2D& twist, double from, double to);
+std::vector<StampedPose> poses_along(const mrpt::math::TTwist2D& twist, double from, double to);
 
 /// Returns whether the numbers of a sweep are finite, its poses in order, and its beams within 10 s of time 0.
 bool is_usable(const Sweep& sweep, std::size_t beams);

@@ -129,6 +129,23 @@ std::vector<Likely> probabilities_of(
 	return likely;
 }
 
+/// Returns whether many beams end in front of the walls here and there, as no object does: the sensor is dirty, or it
+/// rains. What is left fits in many places by chance.
+bool is_scattered(const Score& best)
+{
+	constexpr double kMostScattered = 0.15;  // [-]
+	return best.scattered > kMostScattered;
+}
+
+/// Lowers all probabilities so that none exceeds `most` [0, 1].
+void limit_confidence(Localization& answer, double most)
+{
+	if (answer.confidence <= most) return;
+	const double share = most / answer.confidence;
+	for (Hypothesis& hypothesis : answer.hypotheses) hypothesis.probability *= share;
+	answer.confidence = most;
+}
+
 /// Returns whether the map and its prior allow a robot whose sensor has this pose.
 bool is_possible(const PoseInMap& sensor, const Scan& scan)
 {
@@ -243,6 +260,11 @@ Decision decide(const Scan& scan, const std::vector<Place>& places, const std::v
 		result.maps.push_back(place.map->number);
 	}
 	result.answer.confidence = result.answer.best().probability;
+	if (is_scattered(likely.front().place->score)) limit_confidence(result.answer, scoring.localized_above);
+	if (getenv("D2S1R_DEBUG"))
+		fprintf(
+		    stderr, "DBG %.4f %.4f %.3f\n", likely.front().place->score.scattered, result.answer.confidence,
+		    likely.front().place->score.explained);
 	result.answer.status = result.answer.confidence > scoring.localized_above ? Status::kLocalized : Status::kAmbiguous;
 	return result;
 }

@@ -67,7 +67,11 @@ class Sum
 		const bool through = walls > kWholeCell;
 		const bool short_of_wall = at_end.end == End::kOffWall && !through;
 		log_likelihood_ += model_beams_ * beam;
-		if (short_of_wall && !was_short_) log_likelihood_ += model_.off_wall_run;
+		if (short_of_wall && !was_short_)
+		{
+			log_likelihood_ += model_.off_wall_run;
+			short_runs_++;
+		}
 		const bool explained = at_end.end == End::kWall && !through;
 		if (depth_edge && explained && was_explained_) log_likelihood_ += model_.depth_edge;
 		was_short_ = short_of_wall;
@@ -93,6 +97,7 @@ class Sum
 		score.contradicted = model_beams_ * (returns_ - explained_ - in_front_);
 		score.unknown_metres = model_beams_ * unknown_metres_;
 		score.segments = segments_;
+		score.scattered = returns_ > 0 ? static_cast<double>(short_runs_) / returns_ : 0;
 		return score;
 	}
 
@@ -101,7 +106,7 @@ class Sum
 	double model_beams_;  //!< [-] beams of the model, of 1 deg, that one beam stands for
 	long least_of_segment_;
 	double log_likelihood_ = 0, unknown_metres_ = 0;
-	int returns_ = 0, explained_ = 0, in_front_ = 0, segments_ = 0, of_segment_ = 0;
+	int returns_ = 0, explained_ = 0, in_front_ = 0, short_runs_ = 0, segments_ = 0, of_segment_ = 0;
 	bool was_short_ = false, was_explained_ = false;
 };
 

@@ -15,6 +15,7 @@ struct Score
 	double returns = 0;         //!< [-] all returns, as beams of 1 deg
 	double contradicted = 0;    //!< [-] of these, those that are not explained and end at no object in front of a wall
 	double unknown_metres = 0;  //!< [m] of unknown space that these beams passed, at most three each
+	double scattered = 0;       //!< [-] runs of returns that end in front of a wall, by the number of returns
 	int segments = 0;           //!< [-] segments of the scan with explained returns over 3 deg
 };
 

@@ -121,15 +121,17 @@ COccupancyGridMap2D::Ptr load_image_map(const std::string& file, const ImageGeom
 	return along_axes(paint_along_axes(read_image(file), geometry, rule), geometry);
 }
 
-double share_of_pixels(const std::string& file, const std::function<bool(double)>& matches)
+double share_of_pixels(
+    const mrpt::img::CImage& image, const std::function<bool(double)>& matches, const PixelRule& rule,
+    double p_occupied)
 {
-	const PixelRule rule = {[&](double brightness) { return matches(brightness) ? 1.0 : 0.0; }};
-	const auto map = paint_along_axes(read_image(file), {1, 0, 0}, rule);
-	const auto occupied = COccupancyGridMap2D::p2l(0.0F);
+	const auto matching = paint_along_axes(image, {1, 0, 0}, {[&](double shade) { return matches(shade) ? 1.0 : 0.0; }});
+	const auto finished = paint_along_axes(image, {1, 0, 0}, rule);
+	const auto match = COccupancyGridMap2D::p2l(0.0F), cell = COccupancyGridMap2D::p2l(1 - static_cast<float>(p_occupied));
+	const auto &matched = matching->getRawMap(), &cells = finished->getRawMap();
 	std::size_t count = 0;
-	for (int row = 0; row < static_cast<int>(map->getSizeY()); row++)
-		count += static_cast<std::size_t>(std::count(map->getRow(row), map->getRow(row) + map->getSizeX(), occupied));
-	return static_cast<double>(count) / (static_cast<double>(map->getSizeX()) * map->getSizeY());
+	for (std::size_t i = 0; i < cells.size(); i++) count += matched[i] == match && cells[i] == cell ? 1 : 0;
+	return static_cast<double>(count) / static_cast<double>(cells.size());
 }
 
 void check_number_of_cells(std::size_t width, std::size_t height)

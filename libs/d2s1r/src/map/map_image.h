@@ -32,8 +32,11 @@ void check_geometry(const ImageGeometry& geometry);
 mrpt::maps::COccupancyGridMap2D::Ptr load_image_map(
     const std::string& file, const ImageGeometry& geometry, const PixelRule& rule);
 
-/// Returns the share [0, 1] of the pixels of an image whose brightness, in [0, 1], `matches`. \throws std::exception
-double share_of_pixels(const std::string& file, const std::function<bool(double)>& matches);
+/// Returns the share [0, 1] of the pixels of an image whose brightness without alpha, in [0, 1], `matches` and that the
+/// rule makes a cell with this P(occupied). \throws std::exception
+double share_of_pixels(
+    const mrpt::img::CImage& image, const std::function<bool(double)>& matches, const PixelRule& rule,
+    double p_occupied);
 
 /// Returns the memory [byte] that unpacking a PNG, JPEG, BMP, TIFF or PNM file takes at most. It looks at the bytes of
 /// the file before a decoder does, which would write to stderr, take a truncated file, or allocate whatever the header
@@ -45,12 +48,13 @@ double memory_to_decode(const std::string& bytes);
 /// Reads an image of one of these formats. \throws std::exception saying what is wrong, without its name
 mrpt::img::CImage read_image(const std::string& file);
 
-/// Reads a map of ROS map_server: a yaml file and the image it names, in modes trinary and scale. In MRPT's map an
-/// occupied cell gets P(occupied) 1, a free one 0 and an unknown one 0.5, in between only in mode scale.
+/// Reads a map of ROS map_server: a yaml file and the image it names, in modes trinary, scale and raw. In MRPT's map an
+/// occupied cell gets P(occupied) 1, a free one 0 and an unknown one 0.5, in between only in modes scale and raw.
 /// Of an image that the origin's yaw turns, cells along the axes of the map frame are made, see ImageGeometry. MRPT's
 /// own reader ignores that yaw and moves the origin to a multiple of the cell size.
 /// \throws std::exception saying what is wrong, without the name of the yaml file
-mrpt::maps::COccupancyGridMap2D::Ptr load_yaml_map(const std::string& yaml_file);
+mrpt::maps::COccupancyGridMap2D::Ptr load_yaml_map(
+    const std::string& yaml_file, YamlChange change = YamlChange::kNone);
 
 /// Returns the path of the image that such a yaml file names.
 /// \throws std::exception if the yaml file cannot be read or is not as it should be

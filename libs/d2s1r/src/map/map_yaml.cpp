@@ -74,8 +74,8 @@ bool read_negate(const YAML::Node& root)
 void check_values(const MapServerYaml& yaml)
 {
 	check_geometry(yaml.geometry);
-	if (yaml.mode != "trinary" && yaml.mode != "scale")
-		throw std::runtime_error("mode '" + printable(yaml.mode) + "' is not supported; use trinary or scale");
+	if (yaml.mode != "trinary" && yaml.mode != "scale" && yaml.mode != "raw")
+		throw std::runtime_error("mode '" + printable(yaml.mode) + "' is not supported; use trinary, scale or raw");
 	if (!(0 <= yaml.free_thresh && yaml.free_thresh < yaml.occupied_thresh && yaml.occupied_thresh <= 1))
 		throw std::runtime_error("thresholds are not 0 <= free_thresh < occupied_thresh <= 1; correct them");
 }
@@ -96,7 +96,7 @@ MapServerYaml read_map_yaml(const std::string& file)
 	yaml.negate = read_negate(root);
 	yaml.occupied_thresh = read_number(root, "occupied_thresh", "a probability");
 	yaml.free_thresh = read_number(root, "free_thresh", "a probability");
-	if (root["mode"]) yaml.mode = read<std::string>(root, "mode", "trinary or scale");
+	if (root["mode"]) yaml.mode = read<std::string>(root, "mode", "trinary, scale or raw");
 	yaml.geometry.origin_yaw = number_of(origin[2], "origin", pose);
 	check_values(yaml);
 	return yaml;
@@ -112,6 +112,11 @@ PixelRule rule_of(const MapServerYaml& yaml)
 {
 	const auto p_occupied = [yaml](double brightness)
 	{
+		if (yaml.mode == "raw")  // the values of nav_msgs/OccupancyGrid; negate does not count
+		{
+			const double percent = std::round(255 * brightness);
+			return percent <= 100 ? percent / 100 : 0.5;
+		}
 		const double occupancy = yaml.negate ? brightness : 1 - brightness;
 		if (occupancy > yaml.occupied_thresh) return 1.0;
 		if (occupancy < yaml.free_thresh) return 0.0;
@@ -137,9 +142,11 @@ auto of_image(const std::string& yaml_file, const MapServerYaml& yaml, const Rea
 }
 }  // namespace
 
-mrpt::maps::COccupancyGridMap2D::Ptr load_yaml_map(const std::string& yaml_file)
+mrpt::maps::COccupancyGridMap2D::Ptr load_yaml_map(const std::string& yaml_file, YamlChange change)
 {
-	const MapServerYaml yaml = read_map_yaml(yaml_file);
+	MapServerYaml yaml = read_map_yaml(yaml_file);
+	if (change == YamlChange::kNegated) yaml.negate = !yaml.negate;
+	if (change == YamlChange::kScaled) yaml.mode = "scale";
 	return of_image(
 	    yaml_file, yaml, [&](const std::string& image) { return load_image_map(image, yaml.geometry, rule_of(yaml)); });
 }
@@ -149,15 +156,27 @@ std::string image_of_yaml_map(const std::string& yaml_file)
 	return path_of_image(yaml_file, read_map_yaml(yaml_file));
 }
 
-double unknown_made_free(const std::string& file)
+LostCells lost_cells(const std::string& file)
 {
-	if (!is_yaml_name(file)) return 0;
+	constexpr double kShade = 205.0 / 255, kHalfAShade = 0.5 / 255;  // [-] of unknown cells
+	constexpr double kLightest = 0.45;                               // [probability] of greys that look free
+	LostCells lost;
+	if (!is_yaml_name(file)) return lost;
 	const MapServerYaml yaml = read_map_yaml(file);
-	constexpr double kShade = 205.0 / 255, kHalfAShade = 0.5 / 255;
-	if (rule_of(yaml).p_occupied(kShade) > 0) return 0;
-	return of_image(
-	    file, yaml,
-	    [&](const std::string& image)
-	    { return share_of_pixels(image, [&](double shade) { return std::abs(shade - kShade) < kHalfAShade; }); });
+	const PixelRule rule = rule_of(yaml);
+	const auto is_unknown = [](double shade) { return std::abs(shade - kShade) < kHalfAShade; };
+	const auto looks_free = [&](double shade)
+	{
+		const double occupancy = yaml.negate ? shade : 1 - shade;
+		return !is_unknown(shade) && occupancy < kLightest;
+	};
+	const auto image = of_image(file, yaml, read_image);
+	lost.unknown_made_free = share_of_pixels(image, is_unknown, rule, 0);
+	lost.by_alpha = rule.p_occupied(kShade) > 0;
+	if (yaml.mode != "trinary") return lost;
+	const double unknown = share_of_pixels(image, looks_free, rule, 0.5), free = share_of_pixels(image, looks_free, rule, 0);
+	lost.free_made_unknown = unknown;
+	lost.most_free_is_lost = unknown > free;
+	return lost;
 }
 }  // namespace d2s1r

@@ -32,7 +32,7 @@ TPose2D along(const TPose2D& from, const TPose2D& to, double share)
 }
 }  // namespace
 
-std::vector<TimedPose> poses_along(const mrpt::math::TTwist2D& twist, double from, double to)
+std::vector<StampedPose> poses_along(const mrpt::math::TTwist2D& twist, double from, double to)
 {
 	constexpr int kSteps = 10;
 	const double step = (to - from) / kSteps;
@@ -41,7 +41,7 @@ std::vector<TimedPose> poses_along(const mrpt::math::TTwist2D& twist, double fro
 	const double chord = std::abs(half) > 1e-9 ? std::sin(half) / half : 1.0;
 	const double x = twist.vx * step * chord, y = twist.vy * step * chord;
 	const TPose2D motion(std::cos(half) * x - std::sin(half) * y, std::sin(half) * x + std::cos(half) * y, turn);
-	std::vector<TimedPose> poses = {{from, {}}};
+	std::vector<StampedPose> poses = {{from, {}}};
 	for (int i = 1; i <= kSteps; i++) poses.push_back({from + i * step, poses.back().robot + motion});
 	return poses;
 }
@@ -53,7 +53,7 @@ bool is_usable(const Sweep& sweep, std::size_t beams)
 	if (!is_near(sweep.first_beam) || !is_near(sweep.time_of(beams))) return false;
 	if (!(sweep.unknown_speed >= 0 && sweep.unknown_turn >= 0)) return false;
 	double before = -HUGE_VAL;
-	for (const TimedPose& pose : sweep.motion)
+	for (const StampedPose& pose : sweep.motion)
 		if (!(std::exchange(before, pose.time) < pose.time && std::isfinite(pose.time) && is_finite(pose.robot)))
 			return false;
 	return true;
@@ -62,7 +62,7 @@ bool is_usable(const Sweep& sweep, std::size_t beams)
 SweptMotion::SweptMotion(const Sweep& sweep, std::size_t beams) : sweep_(sweep)
 {
 	std::tie(first_, last_) = std::minmax({sweep.time_of(0), sweep.time_of(beams > 0 ? beams - 1 : 0)});
-	const std::vector<TimedPose>& poses = sweep.motion;
+	const std::vector<StampedPose>& poses = sweep.motion;
 	if (poses.size() < 2) return;
 	const double from = std::min(first_, 0.0), to = std::max(last_, 0.0);
 	gap_ = std::max({0.0, poses.front().time - from, to - poses.back().time});
@@ -82,10 +82,10 @@ SweptMotion::SweptMotion(const Sweep& sweep, std::size_t beams) : sweep_(sweep)
 
 TPose2D SweptMotion::measured_at(double time) const
 {
-	const std::vector<TimedPose>& poses = sweep_.motion;
-	const auto is_earlier = [](const TimedPose& pose, double when) { return pose.time < when; };
+	const std::vector<StampedPose>& poses = sweep_.motion;
+	const auto is_earlier = [](const StampedPose& pose, double when) { return pose.time < when; };
 	auto after = std::lower_bound(poses.begin() + 1, poses.end() - 1, time, is_earlier);
-	const TimedPose& before = *(after - 1);
+	const StampedPose& before = *(after - 1);
 	return along(before.robot, after->robot, (time - before.time) / (after->time - before.time));
 }
 

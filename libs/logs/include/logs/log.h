@@ -49,6 +49,9 @@ struct RawlogObject
 	/// [rad] Angle of the middle of the scans, which is ahead for MRPT, in the frame that the log's format gives a
 	/// laser.
 	double middle_angle = 0;
+
+	/// [s] From one beam of the scans to the next; the first has the time of the scan. 0: the format does not tell.
+	double beam_step = 0;
 };
 
 /// Returns the object that a scan or a pose of the odometry of another format is turned into.

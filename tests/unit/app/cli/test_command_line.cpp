@@ -100,6 +100,15 @@ TEST(CommandLine, AWindowOfOneScanIsNoWindow)
 	EXPECT_EQ(complete({"--window", "10"}).search.window, 10);
 }
 
+TEST(CommandLine, SweepTime)
+{
+	EXPECT_FALSE(complete({}).log.sweep_time);
+	const auto sweep = complete({"--sweep-time", "-0.1,0.05"}).log.sweep_time;
+	EXPECT_DOUBLE_EQ(sweep->duration, -0.1);
+	EXPECT_DOUBLE_EQ(sweep->first_beam, 0.05);
+	EXPECT_DOUBLE_EQ(complete({"--sweep-time", "0.2"}).log.sweep_time->first_beam, 0);
+}
+
 TEST(CommandLine, AnEmptyValueIsRefusedExceptForALabel)
 {
 	EXPECT_EQ(complete({"--sensor-label", ""}).log.label, "");
@@ -128,6 +137,9 @@ TEST(CommandLine, ValuesThatMakeNoSenseAreRefused)
 	    {{"--max-range", "-1"}, "--max-range: '-1' is not a range above 0 m"},
 	    {{"--max-range", "1e-300"}, "--max-range: '1e-300' is not a range above 0 m"},
 	    {{"--max-range", "1e300"}, "--max-range: '1e300' is farther than a laser sees"},
+	    {{"--sweep-time", "slow"}, "slow"},
+	    {{"--sweep-time", "0.1,0,0"}, "write S or S,FIRST in s"},
+	    {{"--sweep-time", "100"}, "--sweep-time: '100' is longer than any laser takes"},
 	    {{"--save-map", "saved.yaml"}, "FILE.signaturemap"},
 	    {{"--save-map", "saved.PNG"}, "FILE.signaturemap"},
 	    {{"--window", "0"}, "1 to 1000"},
