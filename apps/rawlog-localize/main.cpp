@@ -3,6 +3,8 @@
 #include "cli/errors.h"
 #include "run.h"
 
+#include <base/output_file.h>
+#include <logs/errors.h>
 #include <unistd.h>
 
 #include <cstdlib>
@@ -53,6 +55,11 @@ int run_and_tell(int argc, char** argv, Console& console)
 	{
 		console.say(one_line(e));
 		return e.status;
+	}
+	catch (const OutputError& e)
+	{
+		console.say(one_line(e));
+		return kBadOutput;
 	}
 	catch (const logs::LogError& e)
 	{

@@ -211,6 +211,7 @@ ExitStatus localize(
 	const logs::Log log = open_log(request, prepare);
 	const logs::Sensor sensor = choose_sensor(log.survey, request);
 	const FrameSelection selection = select_frames(request.frames, sensor);
+	if (request.merge_lasers) check_merge(log.survey, sensor);
 	const GroundTruth truth = truth_of(request, log.survey);
 	console.note(request.file, describe_log(log.survey, sensor, request, command.search.motion));
 

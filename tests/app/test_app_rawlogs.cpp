@@ -229,5 +229,5 @@ TEST_F(AppRawlogs, ObjectOfAClassThatNoModuleHasIsNoDamage)
 	write_file(path("in.rawlog"), plain({walk_scan(0)}) + object);
 	expect_damage(
 	    "object 2 is of the unknown class " + unknown +
-	    "; load the module that has it first; the frame before that ");
+	    "; load the module that has it first (--plugins); the frame before that ");
 }

@@ -3,8 +3,8 @@
 
 #include "cli/errors.h"
 
+#include <base/own_process.h>
 #include <d2s1r/CSignatureMap2D.h>
-#include <logs/own_process.h>
 #include <mrpt/serialization/CSerializable.h>
 
 #include <algorithm>
@@ -20,7 +20,7 @@ namespace
 using MrptGrid = mrpt::maps::COccupancyGridMap2D;
 
 /// Returns what loading a map file may take, which is far more than loading a sound one does.
-logs::ProcessLimits limits_of_map(const std::string& file)
+ProcessLimits limits_of_map(const std::string& file)
 {
 	constexpr std::uint64_t kMemory = 900'000'000, kMemoryPerByte = 40;  // [byte], [-]
 	constexpr unsigned kSeconds = 120, kMicrosecondsPerByte = 10;        // [s], [us]
@@ -37,7 +37,7 @@ enum MapRecord : char
 	kErrorRecord = 'e'  //!< why the file cannot be loaded
 };
 
-void tell_map(const std::string& file, const GridParameters& parameters, const logs::Send& send)
+void tell_map(const std::string& file, const GridParameters& parameters, const Send& send)
 {
 	try
 	{
@@ -64,9 +64,9 @@ MrptGrid::ConstPtr load_mrpt_map(const std::string& file, const GridParameters& 
 {
 	std::vector<std::uint8_t> bytes;
 	std::string error;
-	const logs::ProcessLimits limits = limits_of_map(file);
-	const logs::ProcessEnd end = logs::run_in_own_process(
-	    limits, [&](const logs::Send& send) { tell_map(file, parameters, send); },
+	const ProcessLimits limits = limits_of_map(file);
+	const ProcessEnd end = run_in_own_process(
+	    limits, [&](const Send& send) { tell_map(file, parameters, send); },
 	    [&](const std::string& record)
 	    {
 		    if (record[0] == kErrorRecord)
@@ -79,14 +79,14 @@ MrptGrid::ConstPtr load_mrpt_map(const std::string& file, const GridParameters& 
 	const std::string advice = "; it is damaged or far too large: copy or save it again";
 	switch (end)
 	{
-		case logs::ProcessEnd::kInterrupted:
+		case ProcessEnd::kInterrupted:
 			throw UserError(kInterrupted, file, kInterruptedEarly);
-		case logs::ProcessEnd::kOutOfMemory:
-			if (logs::available_memory() < limits.memory) throw std::bad_alloc();
+		case ProcessEnd::kOutOfMemory:
+			if (available_memory() < limits.memory) throw std::bad_alloc();
 			throw std::runtime_error("loading it takes too much memory" + advice);
-		case logs::ProcessEnd::kOutOfTime:
+		case ProcessEnd::kOutOfTime:
 			throw std::runtime_error("loading it takes too long" + advice);
-		case logs::ProcessEnd::kCrashed:
+		case ProcessEnd::kCrashed:
 			throw std::runtime_error("MRPT's reader crashes on it" + advice);
 		default:
 			break;
