@@ -121,6 +121,9 @@ std::uint64_t groups_between_of_target(const std::uint8_t* missing, int least, i
 	return between;
 }
 
+/// Vectors that are compared at once, so that their sums do not wait for one another.
+constexpr std::size_t kTogether = 4;
+
 /// The shifts of a row from `shift` on, as many as there are lanes.
 struct Shifts
 {
@@ -128,76 +131,132 @@ struct Shifts
 	const std::uint8_t* ranges;
 };
 
-/// Computes the costs of four times as many pairs as there are lanes.
-/// \return false if all cost more than `most`
-HWY_INLINE bool compare(
-    const std::array<Shifts, 4>& at, const OverviewScan& scan, std::uint8_t most, std::uint8_t* costs)
+using Sums = std::array<V, kTogether>;
+
+/// Adds the costs of the beams `first` to `last` to the sums of kTogether vectors. It looks now and then whether all
+/// lanes are above `most`, from the beam `look_from` on.
+/// \return false if they are
+HWY_INLINE bool add_costs(
+    const std::array<const std::uint8_t*, kTogether>& ranges, const OverviewScan& scan, std::size_t first,
+    std::size_t last, std::size_t look_from, V most, Sums& sums)
 {
 	const Bytes bytes;
-	const V truncation = hn::Set(bytes, scan.truncation), acceptable = hn::Set(bytes, most);
-	const auto cost = [&](const std::uint8_t* ranges, V less, V more)
-	{
-		const V range = hn::LoadU(bytes, ranges);
-		return hn::Min(hn::Or(hn::SaturatedSub(range, more), hn::SaturatedSub(less, range)), truncation);
-	};
-	const std::uint8_t *const r0 = at[0].ranges, *const r1 = at[1].ranges, *const r2 = at[2].ranges,
-	                          *const r3 = at[3].ranges;
-	V sum0 = hn::Zero(bytes), sum1 = sum0, sum2 = sum0, sum3 = sum0;
-	std::size_t next_check = scan.count / 2;
-	for (std::size_t b = 0; b < scan.count; b++)
+	const V truncation = hn::Set(bytes, scan.truncation);
+	V sum0 = sums[0], sum1 = sums[1], sum2 = sums[2], sum3 = sums[3];
+	for (std::size_t b = first; b < last; b++)
 	{
 		const int direction = scan.beams[b].direction;
 		const V less = hn::Set(bytes, scan.beams[b].least), more = hn::Set(bytes, scan.beams[b].greatest);
-		sum0 = hn::Add(sum0, cost(r0 + direction, less, more));
-		sum1 = hn::Add(sum1, cost(r1 + direction, less, more));
-		sum2 = hn::Add(sum2, cost(r2 + direction, less, more));
-		sum3 = hn::Add(sum3, cost(r3 + direction, less, more));
-		if (b < next_check) continue;
+		const auto cost = [&](std::size_t k)
+		{
+			const V range = hn::LoadU(bytes, ranges[k] + direction);
+			return hn::Min(hn::Or(hn::SaturatedSub(range, more), hn::SaturatedSub(less, range)), truncation);
+		};
+		sum0 = hn::SaturatedAdd(sum0, cost(0));
+		sum1 = hn::SaturatedAdd(sum1, cost(1));
+		sum2 = hn::SaturatedAdd(sum2, cost(2));
+		sum3 = hn::SaturatedAdd(sum3, cost(3));
+		if (b < look_from || (b - look_from) % 3 != 0) continue;
 		const V least = hn::Min(hn::Min(sum0, sum1), hn::Min(sum2, sum3));
-		if (hn::AllFalse(bytes, at_most(least, acceptable))) return false;
-		next_check = b + 3;
+		if (hn::AllFalse(bytes, at_most(least, most))) return false;
 	}
-	const std::size_t lanes = hn::Lanes(bytes);
-	hn::Store(sum0, bytes, costs);
-	hn::Store(sum1, bytes, costs + lanes);
-	hn::Store(sum2, bytes, costs + 2 * lanes);
-	hn::Store(sum3, bytes, costs + 3 * lanes);
+	sums = {sum0, sum1, sum2, sum3};
 	return true;
 }
 
+/// Collects the vectors of shifts that the first beams leave, and compares them with the other beams.
+class Survivors
+{
+   public:
+	Survivors(const OverviewScan& scan, CheapPair* found) : scan_(scan), found_(found) {}
+
+	/// Adds some shifts with the sum of their first beams, 255 where these leave nothing.
+	HWY_INLINE void add(const Shifts& at, V sum)
+	{
+		at_[count_] = at;
+		hn::Store(sum, Bytes(), sums_ + count_ * hn::Lanes(Bytes()));
+		if (++count_ == kTogether) finish();
+	}
+
+	/// Compares all that were added.
+	HWY_INLINE void finish()
+	{
+		if (count_ == 0) return;
+		const Bytes bytes;
+		const std::size_t lanes = hn::Lanes(bytes);
+		std::array<const std::uint8_t*, kTogether> ranges;
+		Sums sums;
+		for (std::size_t k = 0; k < kTogether; k++)
+		{
+			const std::size_t which = std::min(k, count_ - 1);
+			ranges[k] = at_[which].ranges;
+			sums[k] = hn::Load(bytes, sums_ + which * lanes);
+		}
+		const V most = hn::Set(bytes, scan_.most);
+		if (add_costs(ranges, scan_, scan_.few, scan_.count, scan_.few + 2, most, sums))
+			for (std::size_t k = 0; k < count_; k++) take(at_[k], sums[k], most);
+		count_ = 0;
+	}
+
+	CheapPair* end() const { return found_; }
+
+   private:
+	HWY_INLINE void take(const Shifts& at, V sum, V most)
+	{
+		const Bytes bytes;
+		const std::size_t lanes = hn::Lanes(bytes), directions = static_cast<std::size_t>(scan_.directions);
+		const auto in_row = hn::FirstN(bytes, std::min(directions - at.shift, lanes));
+		std::uint64_t left = bits_of(hn::And(in_row, at_most(sum, most)));
+		if (left == 0) return;
+		alignas(64) std::uint8_t costs[64];
+		hn::Store(sum, bytes, costs);
+		for (; left != 0; left &= left - 1)
+		{
+			const auto lane = static_cast<std::size_t>(__builtin_ctzll(left));
+			*found_++ = {static_cast<std::uint16_t>(at.row), static_cast<std::uint16_t>(at.shift + lane), costs[lane]};
+		}
+	}
+
+	const OverviewScan& scan_;
+	CheapPair* found_;
+	std::size_t count_ = 0;
+	std::array<Shifts, kTogether> at_;
+	alignas(64) std::uint8_t sums_[kTogether * 64];
+};
+
 std::size_t find_cheap_pairs_of_target(
-    const std::uint8_t* rows, std::size_t count, const OverviewScan& scan, std::uint8_t most, CheapPair* found)
+    const std::uint8_t* rows, std::size_t count, const OverviewScan& scan, CheapPair* found)
 {
 	const Bytes bytes;
 	const std::size_t lanes = hn::Lanes(bytes), directions = static_cast<std::size_t>(scan.directions);
 	const std::size_t stride = 2 * directions + RangeProfiles::kBlock;
 	const std::size_t per_row = (directions + lanes - 1) / lanes, all = count * per_row;
-	const V acceptable = hn::Set(bytes, most);
-	const CheapPair* const first = found;
-	alignas(64) std::uint8_t costs[4 * 64];
-	for (std::size_t i = 0; i < all; i += 4)
+	const V most_of_few = hn::Set(bytes, scan.most_of_few), none = hn::Set(bytes, 255);
+	Survivors survivors(scan, found);
+	Shifts next{0, 0, rows};
+	for (std::size_t i = 0; i < all; i += kTogether)
 	{
-		std::array<Shifts, 4> at;
-		for (std::size_t k = 0; k < 4; k++)
+		std::array<Shifts, kTogether> at;
+		std::array<const std::uint8_t*, kTogether> ranges;
+		for (std::size_t k = 0; k < kTogether; k++)
 		{
-			const std::size_t which = std::min(i + k, all - 1), row = which / per_row, shift = which % per_row * lanes;
-			at[k] = {row, shift, rows + row * stride + shift};
+			at[k] = next;
+			ranges[k] = next.ranges;
+			if (i + k + 1 >= all) continue;
+			next = {next.row, next.shift + lanes, next.ranges + lanes};
+			if (next.shift >= directions) next = {next.row + 1, 0, rows + (next.row + 1) * stride};
 		}
-		if (!compare(at, scan, most, costs)) continue;
-		for (std::size_t k = 0; k < std::min<std::size_t>(4, all - i); k++)
+		const V zero = hn::Zero(bytes);
+		Sums sums = {zero, zero, zero, zero};
+		if (!add_costs(ranges, scan, 0, scan.few, scan.few / 2, most_of_few, sums)) continue;
+		for (std::size_t k = 0; k < std::min(kTogether, all - i); k++)
 		{
-			const std::uint8_t* const cost = costs + k * lanes;
-			const auto in_row = hn::FirstN(bytes, std::min(directions - at[k].shift, lanes));
-			std::uint64_t left = bits_of(hn::And(in_row, at_most(hn::Load(bytes, cost), acceptable)));
-			for (; left != 0; left &= left - 1)
-			{
-				const auto lane = static_cast<std::size_t>(__builtin_ctzll(left));
-				*found++ = {
-				    static_cast<std::uint16_t>(at[k].row), static_cast<std::uint16_t>(at[k].shift + lane), cost[lane]};
-			}
+			const auto left = at_most(sums[k], most_of_few);
+			if (!hn::AllFalse(bytes, left)) survivors.add(at[k], hn::IfThenElse(left, sums[k], none));
 		}
 	}
-	return static_cast<std::size_t>(found - first);
+	survivors.finish();
+	return static_cast<std::size_t>(survivors.end() - found);
 }
 
 void row_costs_of_target(const std::uint8_t* rows, std::size_t count, const ScanRow& scan, std::uint32_t* costs)
@@ -254,10 +313,9 @@ std::uint64_t groups_between(const std::uint8_t* missing, int least, int most)
 	return HWY_DYNAMIC_DISPATCH(groups_between_of_target)(missing, least, most);
 }
 
-std::size_t find_cheap_pairs(
-    const std::uint8_t* rows, std::size_t count, const OverviewScan& scan, std::uint8_t most, CheapPair* found)
+std::size_t find_cheap_pairs(const std::uint8_t* rows, std::size_t count, const OverviewScan& scan, CheapPair* found)
 {
-	return HWY_DYNAMIC_DISPATCH(find_cheap_pairs_of_target)(rows, count, scan, most, found);
+	return HWY_DYNAMIC_DISPATCH(find_cheap_pairs_of_target)(rows, count, scan, found);
 }
 
 void row_costs(const std::uint8_t* rows, std::size_t count, const ScanRow& scan, std::uint32_t* costs)

@@ -20,9 +20,12 @@ struct OverviewBeam
 struct OverviewScan
 {
 	const OverviewBeam* beams;
-	std::size_t count;        //!< [-] beams
-	int directions;           //!< [-] of the profiles, and shifts
-	std::uint8_t truncation;  //!< [2 steps] count * truncation must fit a byte
+	std::size_t count;         //!< [-] beams
+	int directions;            //!< [-] of the profiles, and shifts
+	std::uint8_t truncation;   //!< [2 steps] count * truncation must fit a byte
+	std::size_t few;           //!< [-] of these beams, the first ones, which come before the others
+	std::uint8_t most_of_few;  //!< [2 steps] pairs whose first beams cost more are given up
+	std::uint8_t most;         //!< [2 steps] pairs that cost more are given up; below 255
 };
 
 /// A row at a yaw shift that costs little.
@@ -92,14 +95,12 @@ void missing_beams(const std::uint8_t* block, const std::uint8_t* histogram, std
 /// Returns a bit for each group of a block where `least` to `most` beams are missing.
 std::uint64_t groups_between(const std::uint8_t* missing, int least, int most);
 
-/// Finds all pairs of row and shift that cost at most `most`. The cost is the sum over beams of the truncated
-/// distance of row[direction + shift] from least ... greatest. It only grows with the beams, so that as a rule some of
-/// them suffice to tell that it will be above.
+/// Finds all pairs of row and shift whose first beams, and whose beams in all, cost little enough. The cost is the sum
+/// over beams of the truncated distance of row[direction + shift] from least ... greatest.
 /// \param rows each of which holds the directions twice, and RangeProfiles::kBlock bytes of any value
 /// \param found room for all pairs
-/// \return their number
-std::size_t find_cheap_pairs(
-    const std::uint8_t* rows, std::size_t count, const OverviewScan& scan, std::uint8_t most, CheapPair* found);
+/// \return their number; they are ordered by row and shift
+std::size_t find_cheap_pairs(const std::uint8_t* rows, std::size_t count, const OverviewScan& scan, CheapPair* found);
 
 /// A scan at a yaw shift, with which rows are compared direction by direction.
 struct ScanRow

@@ -70,23 +70,63 @@ int missing_at_few(const std::vector<ScanInMap>& scans, const std::vector<std::u
 
 /// Returns how many beams may be missing at a group that still explains the scan as well as one that costs `least`
 /// [2 steps] in the overviews: as many as that cost allows, and some by chance.
-int most_missing(const ScanInMap& in, double least, const CoarseSearchParameters& parameters)
+double most_missing(const ScanInMap& in, double least, const CoarseSearchParameters& parameters)
 {
 	const auto beams = static_cast<double>(in.scan.returns.size());
 	const double allowed = beams * least / (static_cast<double>(in.overview_beams.size()) * parameters.truncation);
-	const double most = allowed + parameters.overview_missing_by_chance * std::sqrt(beams);
-	return static_cast<int>(std::min(255.0, most / in.profiles.directions * RangeProfiles::kWhole));
+	return allowed + parameters.overview_missing_by_chance * std::sqrt(beams);
+}
+
+/// Returns how many beams [-] move to another bin of the histogram between the sensor and the middle of its group, at
+/// most. Near walls they are many.
+double beams_that_move(const ScanInMap& in, const CoarseSearchParameters& parameters)
+{
+	constexpr double kBinsPerStep = (RangeProfiles::kBins - 1.0) / (RangeProfiles::kOutOfRange - 1.0);
+	double moved = 0;
+	for (const ReturnAt& beam : in.scan.returns)
+	{
+		const int steps = in.profiles.quantize(beam.range + parameters.spacing) - in.profiles.quantize(beam.range);
+		moved += std::min(1.0, kBinsPerStep * steps);
+	}
+	return moved;
+}
+
+/// Returns `beams` [-] in the unit of missing_beams().
+int in_parts(const ScanInMap& in, double beams)
+{
+	return static_cast<int>(std::min(255.0, beams / in.profiles.directions * RangeProfiles::kWhole));
+}
+
+/// Returns the beams that overviews are compared with, and what they may cost.
+/// \param least [2 steps] of all beams, by the cheapest pair found so far
+/// \param most [2 steps] of all beams
+OverviewScan with_limits(const ScanInMap& in, int truncation, std::uint32_t least, std::uint32_t most)
+{
+	// Chosen on scans of intel, mit_killian and fr_campus: with 1.3 truncations seven true places of intel are lost.
+	constexpr std::size_t kFirstBeams = 12;
+	constexpr double kByChance = 1.6;  // [-] truncations, by the square root of the number of beams
+	const std::size_t count = in.overview_beams.size(), few = std::min(kFirstBeams, count);
+	const double expected = static_cast<double>(least * few) / static_cast<double>(count);
+	const double by_chance = kByChance * std::sqrt(static_cast<double>(few)) * truncation;
+	const std::uint32_t most_of_all = std::min(most, 254U);
+	return {
+	    in.overview_beams.data(),
+	    count,
+	    in.profiles.directions,
+	    static_cast<std::uint8_t>(truncation),
+	    few,
+	    static_cast<std::uint8_t>(std::min<double>(most_of_all, expected + by_chance)),
+	    static_cast<std::uint8_t>(most_of_all)};
 }
 
 /// Compares a few beams with the overviews of some groups of a map at all shifts.
+/// \param most_above [2 steps] what a pair may cost more than the cheapest
 void compare_overviews(
-    const ScanInMap& in, const std::vector<std::int32_t>& groups, int truncation, CheapestPairs& cheapest)
+    const ScanInMap& in, const std::vector<std::int32_t>& groups, int truncation, std::uint32_t most_above,
+    CheapestPairs& cheapest)
 {
 	constexpr std::size_t kTogether = 32;
 	const auto directions = static_cast<std::size_t>(in.profiles.directions);
-	const OverviewScan few{
-	    in.overview_beams.data(), in.overview_beams.size(), in.profiles.directions,
-	    static_cast<std::uint8_t>(truncation)};
 	const std::size_t stride = 2 * directions + RangeProfiles::kBlock;
 	thread_local std::vector<std::uint8_t> rows;  // kept for the next query
 	thread_local std::vector<CheapPair> found;
@@ -103,7 +143,10 @@ void compare_overviews(
 			for (std::uint8_t* half : {row, row + directions}) std::copy_n(overview_of(i), directions, half);
 			if (i + kTogether < groups.size()) prefetch(overview_of(i + kTogether), directions);
 		}
-		const std::size_t cheap = find_cheap_pairs(rows.data(), last - first, few, cheapest.most(), found.data());
+		const std::uint32_t least = cheapest.least();
+		const std::uint32_t most = std::min<std::uint32_t>(cheapest.most(), least + most_above);
+		const OverviewScan scan = with_limits(in, truncation, least, most);
+		const std::size_t cheap = find_cheap_pairs(rows.data(), last - first, scan, found.data());
 		for (std::size_t i = 0; i < cheap; i++)
 		{
 			const std::int32_t group = groups[first + found[i].row];
@@ -174,19 +217,26 @@ void search_overviews(
 	missing.resize((scans.back().first_block + scans.back().allowed_groups.size()) * RangeProfiles::kBlock);
 	for (const ScanInMap& in : scans)
 		find_missing_beams(in.profiles, in.scan, missing.data() + in.first_block * RangeProfiles::kBlock);
-	CheapestPairs cheapest(
-	    overview_margin(scans.front().scan, parameters), static_cast<std::size_t>(parameters.max_pairs), pairs);
-	const auto compare_where_missing = [&](const ScanInMap& in, int least, int most)
+	const std::uint32_t margin = overview_margin(scans.front().scan, parameters);
+	const auto safe = static_cast<std::uint32_t>(kSafeShare * margin);
+	CheapestPairs cheapest(margin, static_cast<std::size_t>(parameters.max_pairs), pairs);
+	const auto compare_where_missing = [&](const ScanInMap& in, int least, int most, std::uint32_t most_above)
 	{
 		find_groups_where_missing(in, missing_in(in, missing), least, most, groups);
-		compare_overviews(in, groups, parameters.truncation, cheapest);
+		compare_overviews(in, groups, parameters.truncation, most_above, cheapest);
 	};
 
 	const int few = missing_at_few(scans, missing);
-	for (const ScanInMap& in : scans) compare_where_missing(in, 0, few);
+	for (const ScanInMap& in : scans) compare_where_missing(in, 0, few, margin);
 	const auto least = static_cast<double>(cheapest.least());
 	for (const ScanInMap& in : scans)
-		if (const int most = most_missing(in, least, parameters); most > few) compare_where_missing(in, few + 1, most);
+	{
+		const double missing_here = most_missing(in, least, parameters);
+		const int most = std::max(few, in_parts(in, missing_here));
+		const int most_of_equal = in_parts(in, missing_here + beams_that_move(in, parameters));
+		if (most > few) compare_where_missing(in, few + 1, most, margin);
+		if (most_of_equal > most) compare_where_missing(in, most + 1, most_of_equal, safe);
+	}
 	cheapest.drop_costly();
 }
 }  // namespace d2s1r

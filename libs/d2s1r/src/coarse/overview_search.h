@@ -28,6 +28,9 @@ struct ScanInMap
 std::vector<ScanInMap> scan_in_maps(
     const std::vector<SearchedMap>& maps, const Scan& scan, const CoarseSearchParameters& parameters);
 
+/// [-] Share of the margin of the search by which what is left out costs more, as a rule, than an answer that is safe.
+inline constexpr double kSafeShare = 0.3;
+
 /// Returns how many beams of a scan overviews are compared with: as many as have costs that a byte can sum up.
 std::size_t count_overview_beams(const QuantizedScan& scan, int truncation);
 
@@ -35,8 +38,10 @@ std::size_t count_overview_beams(const QuantizedScan& scan, int truncation);
 std::uint32_t overview_margin(const QuantizedScan& scan, const CoarseSearchParameters& parameters);
 
 /// Compares a few beams with the overviews of the groups, at the shifts that are allowed: first of the groups whose
-/// range histograms are most like the scan's, then of all that may explain it as well as the best of those. Several
-/// maps are searched as if they were one: what is found in one leaves out what is too costly in another.
+/// range histograms are most like the scan's, then of all that may explain it as well as the best of those. Where more
+/// beams are missing, but no more than a step aside may move to other bins, only pairs are taken that are about as
+/// cheap as the cheapest: those of equal places, whose histograms differ because the sample positions lie elsewhere.
+/// Several maps are searched as if they were one: what is found in one leaves out what is too costly in another.
 /// \param scans by map
 /// \param pairs [2 steps] the cheapest pairs of group and shift, within the limits that coarse_search.h tells. The
 ///        groups of all maps are counted on, from one to the next.

@@ -4,13 +4,15 @@
 #include <algorithm>
 #include <cmath>
 
+#include "coarse/overview_search.h"
+
 namespace d2s1r
 {
 namespace
 {
 /// Share of the margin of the coarse search that the first look takes; the whole one takes longer for the same answers.
 /// See First look in experiments/RESULTS.md.
-constexpr double kFirstShare = 0.7;  //!< [-]
+constexpr double kFirstShare = 1 - kSafeShare;  //!< [-]
 
 /// Returns the same parameters for a share [-] of the effort of refinement and scoring, rounded up.
 Parameters with_share_of_effort(Parameters parameters, double share)
@@ -52,7 +54,7 @@ Parameters limits_of_search(const std::vector<SearchedMap>& maps)
 
 bool is_safe(double cost, const CandidateList& found, double margin)
 {
-	return cost + (1 - kFirstShare) * margin <= found.complete_below;
+	return cost + kSafeShare * margin <= found.complete_below;
 }
 
 bool may_be_safe(const CandidateList& found, double margin)
