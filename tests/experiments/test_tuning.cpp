@@ -155,7 +155,7 @@ TEST_F(Tuning, ResultsAreKeptAndTheSame)
 	const auto tune = [&](const std::string& build, const std::string& output)
 	{
 		std::filesystem::create_directories(folder() / build);
-		if (!std::filesystem::exists(folder() / build / "tests"))
+		if (!std::filesystem::exists(folder() / build / "experiments"))
 			std::filesystem::create_symlink(D2S1R_BUILD_DIR "/experiments", folder() / build / "experiments");
 		const ProcessResult tuned = run_program(
 		    {kPython, kScripts + "/tune.py", "--build", path(build), "--runs", "filter drawn", "--only",
