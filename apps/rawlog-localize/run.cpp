@@ -19,11 +19,6 @@ namespace d2s1r::app
 {
 namespace
 {
-/// Ends a run that only printed lines, when nobody reads them any more.
-struct NobodyReads
-{
-};
-
 /// Says that the run was interrupted. \param done [-] number of frames
 void say_interrupted(const RunReport& report, std::size_t done, Console& console)
 {
@@ -86,10 +81,10 @@ bool needs_diagnosis(const RunReport& report)
 	       !report.command.log.is_live() && !interrupted() && 2 * localized < report.frames.kept().size();
 }
 
-/// Hands every scan to the localizer, and every result to the files and to standard output.
+/// Hands every scan to the localizer, and every result to the files and to standard output. When nobody reads the lines
+/// any more, a run that writes no files has nothing left to do, and a live log would never end.
 /// \param atlas null: there is one map
 /// \param outputs null: no files are written
-/// \throws NobodyReads
 LoopResult localize_frames(
     const logs::Log& log, const RunReport& report, const FrameSelection& selection, const Atlas* atlas,
     const CFusionBackend::Ptr& backend, RunOutputs* outputs, Console& console)
@@ -106,10 +101,10 @@ LoopResult localize_frames(
 	{
 		if (frame.index == selection.first) console.note(request.name(), doubts_about_scan(*scan, report.parameters));
 		if (streams) streams = console.print_line(json_line(frame));
-		if (!streams && !outputs) throw NobodyReads();
-		if (!outputs) return;
+		if (!outputs) return streams;
 		outputs->page().add(make_scan(*scan, report.parameters.scan));
 		outputs->frames().add(frame, std::move(scan));
+		return streams || !report.command.output.stream || !request.is_live();
 	};
 	ProgressBar progress(console, !report.command.output.stream && !request.is_live(), report.selected_frames);
 	const auto reader = logs::read_log(log, selection.label, request.overrides);
@@ -163,7 +158,7 @@ void check_any_frame(logs::LogSurvey survey, const LoopResult& loop, const LogRe
 /// Returns why the loop ended before all selected frames; empty if it did not, or was interrupted.
 std::string damage_of(const LoopResult& loop, const FrameSelection& selection, const LogRequest& request)
 {
-	if (!loop.damage.empty() || loop.frames == selection.size() || interrupted() || request.is_live())
+	if (!loop.damage.empty() || loop.frames == selection.size() || loop.is_enough || interrupted() || request.is_live())
 		return loop.damage;
 	return "holds fewer scans than when the run began; run again when nothing writes to it";
 }
@@ -175,6 +170,7 @@ ExitStatus finish(
     RunReport& report, RunOutputs* outputs, Console& console)
 {
 	const CommandLine& command = report.command;
+	if (loop.is_enough && !outputs) return kDone;
 	const std::string damage = damage_of(loop, selection, command.log);
 	if (loop.frames == 0 && interrupted())
 	{
@@ -256,7 +252,6 @@ void write_config(const std::string& name, const Parameters& parameters)
 }  // namespace
 
 ExitStatus run(const CommandLine& command, Console& console)
-try
 {
 	if (command.output.quiet) console.be_quiet();
 	const auto sources = command.only_writes_config() ? std::vector<MapSource>() : map_sources(command);
@@ -271,9 +266,5 @@ try
 	load_plugins(command.search);
 	if (command.output.diagnose) return diagnose_only(command, sources.front(), parameters, console);
 	return localize(command, sources, parameters, console);
-}
-catch (const NobodyReads&)
-{
-	return kDone;
 }
 }  // namespace d2s1r::app

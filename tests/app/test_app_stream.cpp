@@ -475,6 +475,28 @@ TEST_F(AppStream, AReaderThatHasEnoughEndsTheStreamQuietly)
 	expect_refused(run_program({"bash", "-c", full}), 3, {"standard output: cannot be written"});
 }
 
+/// The run would never end: a live log has no end of its own.
+TEST_F(AppStream, AReaderThatHasEnoughEndsALiveLog)
+{
+	write_file(path("grows.rawlog"), part(0));
+	write_file(path("more.rawlog"), part(0));
+	const std::string grow =
+	    "while sleep 0.1; do cat " + path("more.rawlog") + " >> " + path("grows.rawlog") + "; done & ";
+	for (const Words& more : {Words{}, Words{"-o", path("out")}})
+	{
+		Words arguments = words(path("grows.rawlog"), {"--follow"});
+		arguments.insert(arguments.end(), more.begin(), more.end());
+		const auto result = run_program(
+		    {"bash", "-c",
+		     grow + command(arguments).substr(5) + " | head -n 1; status=${PIPESTATUS[0]}; kill %1; exit $status"});
+		EXPECT_EQ(result.status, 0);
+		EXPECT_EQ(result.err, "");
+		EXPECT_EQ(parse(result.out).size(), 1U);
+	}
+	EXPECT_GT(CsvTable(path("out/frames.csv"), kFramesHeader).size(), 0U);
+	EXPECT_TRUE(fs::exists(path("out/summary.json")));
+}
+
 TEST_F(AppStream, OptionsThatNeedAFolderOrAFileAreRefusedWithoutIt)
 {
 	for (const Words& option :

@@ -223,8 +223,12 @@ class Follower
 			const ScopedTimer timer(writing_seconds_);
 			sink_.take_object(item.object);
 		}
-		for (Job& job : item.jobs) follow(job);
+		for (Job& job : item.jobs)
+			if (!is_enough_) follow(job);
 	}
+
+	/// Returns whether the sink wants no more frames.
+	bool is_enough() const { return is_enough_; }
 
 	/// Returns the number of frames handed on so far.
 	std::size_t frames() const { return frames_; }
@@ -245,13 +249,14 @@ class Follower
 		}
 		if (approach_.fusion_backend) frame.fused = approach_.fusion_backend->step({*job.scan, one_shot, motion});
 		const ScopedTimer timer(writing_seconds_);
-		sink_.take_frame(frame, std::move(job.scan));
+		is_enough_ = !sink_.take_frame(frame, std::move(job.scan));
 		frames_++;
 	}
 
 	const Approach& approach_;
 	const FrameSink& sink_;
 	std::size_t frames_ = 0;
+	bool is_enough_ = false;
 	double writing_seconds_ = 0;
 	OdometryBetweenScans odometry_;
 	std::optional<WindowLocalizer> window_;
@@ -269,8 +274,8 @@ class FramePipeline
 	{
 	}
 
-	/// Is to be called by each thread. Returns when all is done, or when another thread has failed.
-	/// \throws what reading, localizing or following throws
+	/// Is to be called by each thread. Returns when all is done, or nothing more is wanted, or another thread has
+	/// failed. \throws what reading, localizing or following throws
 	void work()
 	{
 		std::unique_lock<std::mutex> lock(mutex_);
@@ -306,7 +311,7 @@ class FramePipeline
 	/// Returns what this thread can do; null if there is nothing until another thread has done its task.
 	Task choose() const
 	{
-		if (failed_) return nullptr;
+		if (failed_ || is_enough_) return nullptr;
 		if (!is_following_ && !items_.empty() && items_.front().unfinished == 0) return &FramePipeline::follow;
 		if (interrupted()) return nullptr;
 		if (!waiting_.empty()) return &FramePipeline::localize;
@@ -329,6 +334,7 @@ class FramePipeline
 		follower_.follow(item);
 		progress_.show(follower_.frames());
 		lock.lock();
+		is_enough_ = follower_.is_enough();
 		unfollowed_jobs_ -= item.jobs.size();
 		items_.pop_front();
 		is_following_ = false;
@@ -372,6 +378,7 @@ class FramePipeline
 	std::size_t busy_ = 0;                            //!< [-] threads that do a task
 	bool is_following_ = false, is_reading_ = false;  //!< whether a thread does
 	bool at_end_ = false;                             //!< of the log
+	bool is_enough_ = false;                          //!< whether no more frames are wanted
 	bool failed_ = false;                             //!< whether a task has
 };
 
@@ -439,6 +446,6 @@ LoopResult localize_log(
 	// Reading and writing take one thread of those there are.
 	const double seconds = std::chrono::duration<double>(Clock::now() - start).count() -
 	                       (items.seconds() + follower.writing_seconds()) / approach.threads;
-	return {reader.damage(), seconds, items.scans(), follower.frames(), items.other_labels()};
+	return {reader.damage(), seconds, items.scans(), follower.frames(), follower.is_enough(), items.other_labels()};
 }
 }  // namespace d2s1r::app

@@ -31,8 +31,8 @@ struct FrameSink
 {
 	/// Takes every object of the rawlog, before the frames of its scans.
 	std::function<void(const logs::RawlogObject& object)> take_object;
-	/// Takes every frame, with the scan that it was localized by.
-	std::function<void(const Frame& frame, mrpt::obs::CObservation2DRangeScan::ConstPtr scan)> take_frame;
+	/// Takes every frame, with the scan that it was localized by. Returns whether more frames are wanted.
+	std::function<bool(const Frame& frame, mrpt::obs::CObservation2DRangeScan::ConstPtr scan)> take_frame;
 };
 
 /// How a loop over the frames ended.
@@ -42,6 +42,7 @@ struct LoopResult
 	double seconds = 0;      //!< [s] that all threads localized, without the time for reading and for `sink`
 	std::size_t scans = 0;   //!< [-] of the sensor, in what was read
 	std::size_t frames = 0;  //!< [-] handed to `sink`
+	bool is_enough = false;  //!< whether `sink` wanted no more
 	/// Labels of other lasers in what was read before the first scan of the sensor, some of them if they are many.
 	std::set<std::string> other_labels = {};
 };
