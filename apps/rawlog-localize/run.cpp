@@ -81,16 +81,31 @@ bool needs_diagnosis(const RunReport& report)
 	       !report.command.log.is_live() && !interrupted() && 2 * localized < report.frames.kept().size();
 }
 
+/// Returns the poses that an option names; none if it was not given.
+GroundTruth poses_of(const std::string& name, const LogRequest& request, const logs::LogSurvey& survey)
+{
+	if (name.empty()) return {};
+	return read_interruptibly(
+	    name, [name, log = request.file, damage = survey.damage] { return read_ground_truth(name, log, damage); });
+}
+
+/// Returns no value if no tracker is to be judged.
+std::optional<TrackerCheck> tracker_check_of(const LogRequest& request, const logs::LogSurvey& survey)
+{
+	if (request.check.empty()) return std::nullopt;
+	TrackerPath path;
+	for (const auto& [time, pose] : poses_of(request.check, request, survey)) path[time] = pose;
+	return TrackerCheck(std::move(path), request.watch);
+}
+
 /// Hands every scan to the localizer, and every result to the files and to standard output. When nobody reads the lines
 /// any more, a run that writes no files has nothing left to do, and a live log would never end.
-/// \param atlas null: there is one map
 /// \param outputs null: no files are written
 LoopResult localize_frames(
-    const logs::Log& log, const RunReport& report, const FrameSelection& selection, const Atlas* atlas,
-    const CFusionBackend::Ptr& backend, RunOutputs* outputs, Console& console)
+    const logs::Log& log, const RunReport& report, const FrameSelection& selection, const Approach& approach,
+    RunOutputs* outputs, Console& console)
 {
 	const LogRequest& request = report.command.log;
-	const SearchRequest& search = report.command.search;
 	bool streams = report.command.output.stream;
 	FrameSink sink;
 	sink.take_object = [&](const logs::RawlogObject& object)
@@ -108,14 +123,6 @@ LoopResult localize_frames(
 	};
 	ProgressBar progress(console, !report.command.output.stream && !request.is_live(), report.selected_frames);
 	const auto reader = logs::read_log(log, selection.label, request.overrides);
-	const Approach approach = {
-	    report.maps.front().map->localizer(),
-	    search.query,
-	    search.window,
-	    backend,
-	    search.threads,
-	    request.merge_lasers,
-	    atlas};
 	return localize_log(*reader, selection, approach, sink, progress);
 }
 
@@ -134,14 +141,6 @@ void write_files(RunOutputs& outputs, RunReport& report, const LoopResult& loop,
 	report.truth_offset = aligned.offset;
 	report.matches = match(report.frames.kept(), aligned.lines);
 	outputs.commit(report);
-}
-
-GroundTruth truth_of(const LogRequest& request, const logs::LogSurvey& survey)
-{
-	if (request.ground_truth.empty()) return {};
-	return read_interruptibly(
-	    request.ground_truth, [name = request.ground_truth, log = request.file, damage = survey.damage]
-	    { return read_ground_truth(name, log, damage); });
 }
 
 /// Refuses a live log in which no frame that was asked for came, as a recorded one is refused before the run.
@@ -207,7 +206,8 @@ ExitStatus localize(
 	const logs::Log log = open_log(request, prepare);
 	const logs::Sensor sensor = choose_sensor(log.survey, request);
 	const FrameSelection selection = select_frames(request.frames, sensor);
-	const GroundTruth truth = truth_of(request, log.survey);
+	const GroundTruth truth = poses_of(request.ground_truth, request, log.survey);
+	auto tracker = tracker_check_of(request, log.survey);
 	console.note(request.file, describe_log(log.survey, sensor, request, command.search.motion));
 
 	if (!request.is_live()) prepare();
@@ -222,8 +222,16 @@ ExitStatus localize(
 	report.selected_frames = selection.size();
 
 	const mrpt::system::CTicTac watch;
-	const LoopResult loop = localize_frames(
-	    log, report, selection, atlas ? &*atlas : nullptr, backend, outputs ? &*outputs : nullptr, console);
+	const Approach approach = {
+	    localizer,
+	    command.search.query,
+	    command.search.window,
+	    backend,
+	    command.search.threads,
+	    request.merge_lasers,
+	    atlas ? &*atlas : nullptr,
+	    tracker ? &*tracker : nullptr};
+	const LoopResult loop = localize_frames(log, report, selection, approach, outputs ? &*outputs : nullptr, console);
 	report.localization_seconds = watch.Tac();
 	return finish(log, selection, truth, loop, report, outputs ? &*outputs : nullptr, console);
 }
@@ -234,7 +242,7 @@ ExitStatus diagnose_only(
 {
 	const logs::Log log = open_log(command.log, {});  // it is not live
 	const logs::Sensor sensor = choose_sensor(log.survey, command.log);
-	const GroundTruth truth = truth_of(command.log, log.survey);
+	const GroundTruth truth = poses_of(command.log.ground_truth, command.log, log.survey);
 	console.note(command.log.file, describe_log(log.survey, sensor, command.log, command.search.motion));
 	const CSignatureMap2D::ConstPtr map = build_map(source, parameters, command.search.threads, console);
 	console.note(source.entry.file, doubts_about_map(source.entry.file, map->localizer()));

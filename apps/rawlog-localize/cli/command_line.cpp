@@ -175,6 +175,7 @@ struct Dependent
 	std::optional<double> resolution;            //!< [m/pixel]
 	std::optional<mrpt::math::TPoint2D> origin;  //!< [m]
 	std::optional<MotionSource> motion;
+	std::optional<live::WatchSettings> watch;
 	std::string topic;
 	bool no_rawlog = false;
 };
@@ -203,6 +204,15 @@ void add_inputs(OptionGroup input, CommandLine& command, Dependent& dependent)
 	    "true poses: adds accuracy to the results; lines 'time x y phi', 'time x y z yaw pitch roll' or those of TUM, "
 	    "a CSV file with the names of its columns, or topic:/TOPIC, a nav_msgs/Odometry of the log",
 	    log.ground_truth);
+	input.value(
+	    "--check", "POSES",
+	    "poses that a tracker told when the log was recorded, in the formats of --ground-truth: each scan says whether "
+	    "the tracker fits, is lost, or whether it cannot tell",
+	    log.check);
+	input.value(
+	    "--watch", "N,METRES",
+	    "a tracker counts as lost after N localized scans in a row that are METRES away from it (default 4,0.4)",
+	    [&](const std::string& text) { dependent.watch = parse_watch(text); });
 	input.value(
 	    "--resolution", "R", "of a map that is an image [m/pixel]",
 	    [&](const std::string& text) { dependent.resolution = parse_resolution(text); });
@@ -344,10 +354,9 @@ void check_live(const LogRequest& log, const OutputRequest& output)
 		wrong("--follow", "is for a file that grows; standard input is read to its end without it");
 	if (output.diagnose && log.is_live())
 		wrong("--diagnose", "reads the log several times, which it cannot while the log is written; record it first");
-	if (log.ground_truth.rfind(kTopicPrefix, 0) == 0 && log.is_live())
-		wrong(
-		    "--ground-truth",
-		    "'" + log.ground_truth + "' is of a recording of ROS, but a live log is a rawlog; name a file of poses");
+	for (const auto& [option, name] : {std::pair("--ground-truth", log.ground_truth), {"--check", log.check}})
+		if (name.rfind(kTopicPrefix, 0) == 0 && log.is_live())
+			wrong(option, "'" + name + "' is of a recording of ROS, but a live log is a rawlog; name a file of poses");
 }
 
 /// Checks that nothing asks for files if there is no folder for them.
@@ -392,6 +401,10 @@ void add_dependent(CommandLine& command, const Dependent& dependent)
 	}
 	if (dependent.motion && !command.search.fuse) wrong("--motion", "only goes with --fuse");
 	command.search.motion = dependent.motion.value_or(command.search.motion);
+	if (!command.log.check.empty() && command.output.diagnose)
+		wrong("--check", "judges a tracker while frames are localized, which --diagnose does not; leave one out");
+	if (dependent.watch && command.log.check.empty()) wrong("--watch", "only goes with --check");
+	command.log.watch = dependent.watch.value_or(command.log.watch);
 	if (dependent.origin && !dependent.resolution) wrong("--origin", "only goes with --resolution");
 	if (dependent.resolution)
 	{

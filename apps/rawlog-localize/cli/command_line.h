@@ -4,6 +4,7 @@
 #include <d2s1r/CFusionBackend.h>
 #include <d2s1r/map_io.h>
 #include <d2s1r/prior.h>
+#include <live/monitor.h>
 #include <logs/log.h>
 
 #include <cstddef>
@@ -17,7 +18,7 @@
 
 namespace d2s1r::app
 {
-/// Starts what --ground-truth says if it names a topic of the log instead of a file.
+/// Starts what --ground-truth or --check says if it names a topic of the log instead of a file.
 inline constexpr const char* kTopicPrefix = "topic:";
 
 /// The maps to localize in.
@@ -50,6 +51,8 @@ struct LogRequest
 	FrameRange frames;
 	bool follow = false;       //!< whether the log is a file that grows
 	std::string ground_truth;  //!< empty: no ground truth
+	std::string check;         //!< poses of a tracker that is judged; empty: there is none
+	live::WatchSettings watch;
 
 	/// Returns whether the log is read while it is being written.
 	bool is_live() const { return follow || file == logs::kStandardInput; }

@@ -116,6 +116,16 @@ double parse_resolution(const std::string& text)
 	return *resolution;
 }
 
+live::WatchSettings parse_watch(const std::string& text)
+{
+	constexpr double kMostScans = 1000;
+	const auto values = parse_number_list(text);
+	if (values.size() != 2 || std::trunc(values[0]) != values[0] || values[0] < 1 || values[0] > kMostScans)
+		refuse(text, "is not a number of scans from 1 to 1000 and a distance; write N,METRES");
+	if (!(values[1] > 0)) refuse(text, "has no distance above 0 m");
+	return {static_cast<int>(values[0]), values[1]};
+}
+
 mrpt::math::TPoint2D parse_point(const std::string& text)
 {
 	const auto values = parse_number_list(text);

@@ -31,6 +31,9 @@ double parse_time_budget(const std::string& text);
 
 MotionSource parse_motion(const std::string& text);
 
+/// "N,METRES"
+live::WatchSettings parse_watch(const std::string& text);
+
 /// [m/pixel]
 double parse_resolution(const std::string& text);
 

@@ -255,7 +255,7 @@ class TruthReader
 GroundTruth load_ground_truth(const std::string& file)
 {
 	std::ifstream in(file);
-	if (!in) throw UserError(kBadInput, file, "cannot be opened; check the path of the ground truth");
+	if (!in) throw UserError(kBadInput, file, "cannot be opened; check the path");
 	errno = 0;
 	TruthReader reader(file);
 	constexpr std::size_t kLongest = 1 << 20;  // [byte] of a line, for which there has to be memory

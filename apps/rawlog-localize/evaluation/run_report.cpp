@@ -37,6 +37,20 @@ std::vector<double> stage_times(const std::vector<KeptFrame>& frames, double Sta
 	return times;
 }
 
+TrackerReport report_tracker(const std::vector<KeptFrame>& frames)
+{
+	TrackerReport report;
+	for (std::size_t i = 0; i < frames.size(); i++)
+	{
+		const auto verdict = frames[i].verdict;
+		report.fits += verdict == live::Verdict::kFits ? 1 : 0;
+		report.lost += verdict == live::Verdict::kLost ? 1 : 0;
+		report.cannot_tell += verdict == live::Verdict::kCannotTell ? 1 : 0;
+		if (verdict == live::Verdict::kLost && !report.first_lost) report.first_lost = i;
+	}
+	return report;
+}
+
 FusionReport report_fusion(const RunReport& report)
 {
 	FusionReport fusion;

@@ -52,6 +52,16 @@ constexpr std::array<Status, 4> kStatuses = {
 /// Returns the times [ms] that one stage took, frame by frame.
 std::vector<double> stage_times(const std::vector<KeptFrame>& frames, double StageTimes::*stage);
 
+/// Says what the scans tell about the tracker of --check.
+struct TrackerReport
+{
+	std::size_t fits = 0, lost = 0, cannot_tell = 0;  //!< [-] number of frames of each verdict
+	std::optional<std::size_t> first_lost{};          //!< [-] place of the first lost one among the frames of the run
+};
+
+/// Counts the verdicts about the tracker.
+TrackerReport report_tracker(const std::vector<KeptFrame>& frames);
+
 /// Says how the particle filter of --fuse did.
 struct FusionReport
 {

@@ -1,6 +1,8 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "frames/tracker_check.h"
+
 #include <d2s1r/CFusionBackend.h>
 
 #include <chrono>
@@ -17,6 +19,7 @@ struct Frame
 	Localization result;
 	std::optional<Localization> alone{};              //!< with --window, what the scan says alone
 	std::optional<FusedPose> fused{};                 //!< with --fuse, once the filter has started
+	std::optional<CheckedTracker> tracker{};          //!< with --check
 	std::chrono::steady_clock::time_point read_at{};  //!< when the scan had been read
 
 	bool has_pose() const { return !result.hypotheses.empty(); }

@@ -241,12 +241,15 @@ class Follower
 	{
 		const auto motion = odometry_.take();
 		const Localization& one_shot = *job.result;
-		Frame frame{job.frame, logs::to_seconds(job.scan->timestamp), one_shot, {}, {}, job.read_at};
+		Frame frame{job.frame, logs::to_seconds(job.scan->timestamp), one_shot, {}, {}, {}, job.read_at};
+		const auto scan = [&] { return scan_of(job, approach_.localizer.parameters().scan); };
 		if (window_)
 		{
 			frame.alone = one_shot;
-			frame.result = window_->add(scan_of(job, approach_.localizer.parameters().scan), one_shot, motion);
+			frame.result = window_->add(scan(), one_shot, motion);
 		}
+		if (approach_.tracker)
+			frame.tracker = approach_.tracker->add(approach_.localizer, scan(), frame.timestamp, frame.result, motion);
 		if (approach_.fusion_backend) frame.fused = approach_.fusion_backend->step({*job.scan, one_shot, motion});
 		const ScopedTimer timer(writing_seconds_);
 		is_enough_ = !sink_.take_frame(frame, std::move(job.scan));

@@ -24,6 +24,7 @@ struct Approach
 	int threads = 1;                     //!< [-]
 	bool merge_lasers = false;           //!< whether scans of other lasers are used, too
 	const Atlas* atlas = nullptr;        //!< maps that are searched; null: only that of `localizer`
+	TrackerCheck* tracker = nullptr;     //!< judges the tracker that ran then; null: there is none
 };
 
 /// Where everything goes, in the order of the rawlog.

@@ -140,6 +140,7 @@ KeptFrame keep(const Frame& frame)
 	kept.times = frame.result.times;
 	kept.has_pose = frame.has_pose();
 	if (kept.has_pose) kept.pose = frame.result.best().pose.asTPose();
+	if (frame.tracker) kept.verdict = frame.tracker->scan.verdict;
 	kept.is_fused = frame.fused.has_value();
 	if (!kept.is_fused) return kept;
 	kept.fused = frame.fused->pose;

@@ -24,6 +24,7 @@ void check_atlas(const CommandLine& command)
 	if (command.map.image) refuse("--resolution", "describe each image by a map_server yaml");
 	if (command.output.diagnose) refuse("--diagnose", "name the map that the scans should fit to");
 	if (!command.log.ground_truth.empty()) refuse("--ground-truth", "its poses do not tell their map");
+	if (!command.log.check.empty()) refuse("--check", "its poses do not tell their map");
 	if (!command.output.save_map.empty()) refuse("--save-map", "name one map");
 	if (!command.output.write_pf_ini.empty()) refuse("--write-pf-ini", "pf-localization knows one map; name that");
 }

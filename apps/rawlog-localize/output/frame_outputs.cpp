@@ -22,6 +22,8 @@ constexpr const char* kFrameHeading =
 constexpr const char* kFusedHeading =
     "frame,timestamp,x,y,phi,std_x,std_y,std_phi,particles,effective_sample_size,status,event,probability,step_ms,"
     "map\n";
+constexpr const char* kCheckHeading =
+    "frame,timestamp,verdict,tracker_x,tracker_y,tracker_phi,distance,turn,agreement,consistent,away\n";
 constexpr const char* kHypothesisHeading = "frame,rank,x,y,phi,probability,std_x,std_y,std_phi,map\n";
 
 /// Returns a text as a field of a CSV file, in quotes if it holds a separator.
@@ -112,14 +114,33 @@ void write_fused_tum(TextFile& file, const Frame& frame)
 	if (frame.fused) print_tum(file, frame.timestamp, frame.fused->pose);
 }
 
-std::deque<FrameFile> open_frame_files(const std::filesystem::path& folder, bool fused)
+void write_check(TextFile& file, const Frame& frame)
 {
+	if (!frame.tracker) return;
+	const auto& [scan, pose] = *frame.tracker;
+	file.print("%zu,%.6f,%s,", frame.index, frame.timestamp, live::to_string(scan.verdict));
+	if (pose)
+		file.print("%.6f,%.6f,%.6f,", pose->x, pose->y, pose->phi);
+	else
+		file.print(",,,");
+	for (const auto& number : {scan.distance, scan.turn, scan.agreement})
+		if (number)
+			file.print("%.6f,", *number);
+		else
+			file.print(",");
+	file.print("%d,%d\n", scan.consistent, scan.away);
+}
+
+std::deque<FrameFile> open_frame_files(const CommandLine& command)
+{
+	const std::filesystem::path folder = command.output.folder;
 	std::deque<FrameFile> files;
 	files.emplace_back(folder / "frames.csv", kFrameHeading, write_frame);
 	files.emplace_back(folder / "hypotheses.csv", kHypothesisHeading, write_hypotheses);
 	files.emplace_back(folder / "trajectory.tum", "", write_tum);
 	files.emplace_back(folder / "trajectory.txt", "", write_txt);
-	if (!fused) return files;
+	if (!command.log.check.empty()) files.emplace_back(folder / "check.csv", kCheckHeading, write_check);
+	if (!command.search.fuse) return files;
 	files.emplace_back(folder / "fused.csv", kFusedHeading, write_fused);
 	files.emplace_back(folder / "fused.tum", "", write_fused_tum);
 	return files;
@@ -178,6 +199,14 @@ std::string json_line(const Frame& frame)
 		    {{"status", to_string(frame.fused->status)}, {"event", to_string(frame.fused->event)}}, frame.fused->pose);
 		if (!frame.fused->map.empty()) json["fused"]["map"] = frame.fused->map;
 	}
+	if (frame.tracker)
+	{
+		const live::WatchedScan& scan = frame.tracker->scan;
+		json["tracker"] = {{"verdict", live::to_string(scan.verdict)}};
+		if (scan.distance) json["tracker"]["distance"] = *scan.distance;
+		if (scan.turn) json["tracker"]["turn"] = *scan.turn;
+		if (scan.agreement) json["tracker"]["agreement"] = *scan.agreement;
+	}
 	if (!result.note.empty()) json["note"] = result.note;
 	json["total_ms"] = result.times.total_ms;
 	const auto latency = std::chrono::steady_clock::now() - frame.read_at;
@@ -206,9 +235,10 @@ void LocalizedRawlog::add(const Frame& frame, const mrpt::obs::CObservation2DRan
 	file_.write(odometry_observation(odometry_, scan.timestamp));
 }
 
-FrameOutputs::FrameOutputs(const OutputRequest& request, bool fused)
-    : files_(open_frame_files(request.folder, fused)), frames_(request.folder)
+FrameOutputs::FrameOutputs(const CommandLine& command)
+    : files_(open_frame_files(command)), frames_(command.output.folder)
 {
+	const OutputRequest& request = command.output;
 	if (request.rawlog_copy) rawlog_.emplace(std::filesystem::path(request.folder) / "localized.rawlog");
 	if (!request.write_pf_ini.empty()) pipeline_.emplace(request.write_pf_ini);
 }

@@ -59,14 +59,14 @@ class FrameFile
 /// - trajectory.tum ("time x y z qx qy qz qw") and, for MRPT's CPose2DInterpolator, trajectory.txt ("time x y phi")
 ///   hold the poses of the frames of status localized;
 /// - fused.csv has a row per frame, fused.tum the fused poses;
+/// - check.csv has a row per frame, with the verdict about the tracker;
 /// - localized.rawlog, if it is wanted, and the files for pf-localization are written by the classes of their own.
 class FrameOutputs
 {
    public:
 	/// Opens all files that are asked for.
-	/// \param fused whether the frames have fused poses
 	/// \throws UserError (kBadOutput)
-	FrameOutputs(const OutputRequest& request, bool fused);
+	explicit FrameOutputs(const CommandLine& command);
 
 	void add(const logs::RawlogObject& object);
 	void add(const Frame& frame, mrpt::obs::CObservation2DRangeScan::ConstPtr scan);

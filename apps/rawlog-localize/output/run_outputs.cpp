@@ -25,7 +25,8 @@ std::vector<NamedFile> files_read(const CommandLine& command, const std::vector<
 	std::vector<NamedFile> files = {
 	    {command.log.file, "--input"},
 	    {command.search.config, "--config"},
-	    {command.log.ground_truth, "--ground-truth"}};
+	    {command.log.ground_truth, "--ground-truth"},
+	    {command.log.check, "--check"}};
 	for (const MapSource& map : maps)
 	{
 		for (const auto& file : files_of_map(map.entry.file)) files.push_back({file, "--map"});
@@ -79,6 +80,7 @@ std::vector<NamedFile> files_written(const CommandLine& command, bool localized)
 	add_to_folder({"frames.csv", "hypotheses.csv", "trajectory.tum", "trajectory.txt"});
 	if (output.rawlog_copy) add_to_folder({"localized.rawlog"});
 	if (command.search.fuse) add_to_folder({"fused.csv", "fused.tum"});
+	if (!command.log.check.empty()) add_to_folder({"check.csv"});
 	add_to_folder({"map.png", "scene.3Dscene", "report.html", "run.json", "summary.json"});
 	if (!output.save_map.empty()) files.push_back({output.save_map, "--save-map"});
 	if (!output.write_config.empty()) files.push_back({output.write_config, "--write-config"});
@@ -94,6 +96,7 @@ const std::set<std::string>& names_in_folder()
 		CommandLine all;
 		all.output.folder = ".";
 		all.search.fuse = true;
+		all.log.check = "any";
 		std::set<std::string> found;
 		for (const auto& file : files_written(all)) found.insert(fs::path(file.path).filename().string());
 		return found;
@@ -173,7 +176,7 @@ IndexFiles::IndexFiles(const std::string& folder_or_file, const std::vector<MapS
 RunOutputs::RunOutputs(const CommandLine& command)
     : command_(command),
       folder_(command.output.folder),
-      frames_(command.output, command.search.fuse),
+      frames_(command),
       map_png_(fs::path(command.output.folder) / "map.png"),
       scene_(fs::path(command.output.folder) / "scene.3Dscene"),
       page_(fs::path(command.output.folder) / "report.html"),

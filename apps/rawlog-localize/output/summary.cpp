@@ -120,6 +120,22 @@ void print_accuracy(const RunReport& report, std::ostream& out)
 		    report.truth_lines - report.matches.size(), report.truth_lines);
 }
 
+/// Returns the time [s] of the first frame by which the tracker is lost; no value if it never is.
+std::optional<double> first_lost_at(const RunReport& report)
+{
+	const auto first = report_tracker(report.frames.kept()).first_lost;
+	return first ? std::optional(report.frames.kept()[*first].timestamp) : std::nullopt;
+}
+
+void print_tracker(const RunReport& report, std::ostream& out)
+{
+	const TrackerReport tracker = report_tracker(report.frames.kept());
+	out << mrpt::format(
+	    "%-12sfits %zu, lost %zu, cannot tell %zu", "tracker", tracker.fits, tracker.lost, tracker.cannot_tell);
+	if (const auto time = first_lost_at(report)) out << mrpt::format("; lost first at %.3f s", *time);
+	out << '\n';
+}
+
 void print_fusion(const RunReport& report, std::ostream& out)
 {
 	const FusionReport fusion = report_fusion(report);
@@ -222,6 +238,12 @@ void write_summary_json(const RunReport& report, TextFile& file)
 	json["total_ms"] = summary_of(stage_times(report.frames.kept(), &StageTimes::total_ms));
 	if (report.truth_lines > 0) add_accuracy(json, report);
 	if (report.command.search.fuse) json["fused"] = fusion_of(report);
+	if (!report.command.log.check.empty())
+	{
+		const TrackerReport tracker = report_tracker(report.frames.kept());
+		json["tracker"] = {{"fits", tracker.fits}, {"lost", tracker.lost}, {"cannot_tell", tracker.cannot_tell}};
+		if (const auto time = first_lost_at(report)) json["tracker"]["first_lost_at"] = *time;
+	}
 	if (report.diagnosis) json["advice"] = report.diagnosis->advice;
 
 	// names of files may hold bytes that are no UTF-8
@@ -257,6 +279,7 @@ void print_table(const RunReport& report, std::ostream& out)
 	if (!report.frames.kept().empty()) print_times(report, out);
 	if (!report.matches.empty()) print_accuracy(report, out);
 	if (report.command.search.fuse) print_fusion(report, out);
+	if (!report.command.log.check.empty()) print_tracker(report, out);
 	if (report.diagnosis) print_diagnosis(*report.diagnosis, out);
 	const char* word = "written";
 	for (const auto& file : files_written(report.command, any_localized(report.frames.kept())))

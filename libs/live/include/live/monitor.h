@@ -3,12 +3,13 @@
 
 #include <d2s1r/localizer.h>
 
+#include <cstdint>
 #include <optional>
 
 namespace d2s1r::live
 {
 /// Says whether scans agree with where a tracker thinks that the robot is.
-enum class Verdict
+enum class Verdict : std::uint8_t
 {
 	kFits,       //!< the scan is localized where the tracker is
 	kLost,       //!< several localized scans in a row, consistent with the odometry, are away from the tracker
