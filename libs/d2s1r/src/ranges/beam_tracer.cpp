@@ -54,13 +54,39 @@ struct Beams
 	}
 };
 
-/// Follows two vectors of beams at once: while one waits for its cells, the other goes on.
-HWY_INLINE void follow(const Map& map, Ints classes_of_kinds, Beams& a, Beams& b)
+/// Follows the beams of a scan, three vectors at once: while one waits for its cells, the others go on, and where all
+/// beams of one have ended, the next one begins.
+/// \param count [-] beams, whole vectors of them
+/// \param begin returns the vector from a beam on
+/// \param end takes a vector whose beams have ended, and the number of its first beam
+template <class Begin, class End>
+HWY_INLINE void follow(const Map& map, Ints classes_of_kinds, std::size_t count, const Begin& begin, const End& end)
 {
-	while (!hn::AllFalse(kFloats, hn::Or(a.moving, b.moving)))
+	if (count == 0) return;
+	const std::size_t lanes = hn::Lanes(kFloats);
+	std::size_t next = 0;
+	const auto take_next = [&]
 	{
-		a.advance(map, classes_of_kinds);
-		b.advance(map, classes_of_kinds);
+		const std::size_t first = next;
+		next = std::min(next + lanes, count);
+		return first;
+	};
+	const auto begin_at = [&](std::size_t first) { return begin(std::min(first, count - lanes)); };
+	std::size_t first_of_a = take_next(), first_of_b = take_next(), first_of_c = take_next();
+	Beams a = begin_at(first_of_a), b = begin_at(first_of_b), c = begin_at(first_of_c);
+	const auto go_on = [&](Beams & beams, std::size_t & first) __attribute__((always_inline))
+	{
+		if (first == count) return;
+		if (!hn::AllFalse(kFloats, beams.moving)) return beams.advance(map, classes_of_kinds);
+		end(beams, first);
+		first = take_next();
+		beams = begin_at(first);
+	};
+	while (first_of_a < count || first_of_b < count || first_of_c < count)
+	{
+		go_on(a, first_of_a);
+		go_on(b, first_of_b);
+		go_on(c, first_of_c);
 	}
 }
 }  // namespace
@@ -104,15 +130,11 @@ void trace_of_target(
 		const Ints occupied = hn::And(classes, hn::Set(kInts, static_cast<int>(Cell::kOccupied)));
 		hn::StoreU(hn::AndNot(hn::ShiftLeft<1>(occupied), classes), kInts, traced.end.data() + i);
 	};
-	const std::size_t lanes = hn::Lanes(kFloats), count = beams.range.size();
-	for (std::size_t i = 0; i < count; i += 2 * lanes)
-	{
-		const std::size_t j = std::min(i + lanes, count - lanes);
-		Beams a = beams_from(i), b = beams_from(j);
-		if (!only_ends) follow(map, classes_of_kinds, a, b);
-		store(a, i);
-		store(b, j);
-	}
+	const std::size_t count = beams.range.size();
+	if (only_ends)
+		for (std::size_t i = 0; i < count; i += hn::Lanes(kFloats)) store(beams_from(i), i);
+	else
+		follow(map, classes_of_kinds, count, beams_from, store);
 }
 }  // namespace HWY_NAMESPACE
 }  // namespace d2s1r
