@@ -167,7 +167,8 @@ void refine_and_decide(::benchmark::State& state, const std::string& site, bool 
 		{
 			state.ResumeTiming();
 			const BeamSubset all = all_beams(scan);
-			const auto places = find_places(scan, all, poses, stages.parameters);
+			auto places = find_places(scan, all, poses, stages.parameters);
+			add_covariances(all, stages.parameters.scoring, places);
 			::benchmark::DoNotOptimize(decide(scan, places, stages.maps));
 		}
 	}

@@ -65,6 +65,9 @@ inline Localization decide_among(
 	const DrawnMap map(grid, parameters, prior);
 	std::vector<RefinedPose> refined;
 	for (const auto& pose : poses) refined.push_back(map.at(pose));
-	return decide(scan, find_places(scan, all_beams(scan), refined, parameters), map.maps).answer;
+	const BeamSubset all = all_beams(scan);
+	std::vector<Place> places = find_places(scan, all, refined, parameters);
+	add_covariances(all, parameters.scoring, places);
+	return decide(scan, places, map.maps).answer;
 }
 }  // namespace d2s1r::test

@@ -81,35 +81,44 @@ TEST(Hypotheses, ASensorStandsNeitherBehindWallsNorBeyondTheMap)
 	EXPECT_EQ(shortlist[0].pose, inside.pose);
 }
 
-TEST(Hypotheses, WhatIsKnownOfAPoseIsTakenAndNotComputedAgain)
+TEST(Hypotheses, KnownPlacesCompeteWithNewOnesAndAreNotComputedAgain)
 {
 	const Grid grid = make_floor();
 	const DrawnMap map(grid);
 	const auto robot = poses_on_floor()[0];
 	const Scan scan = scan_at(world_of(grid), robot);
 	const BeamSubset all = all_beams(scan);
-	const std::vector<RefinedPose> poses = {map.at(robot), map.at(poses_on_floor()[1])};
-	std::vector<Place> known = find_places(scan, all, poses, map.parameters);
-	ASSERT_EQ(known.size(), 2U);
+	const RefinedPose right = map.at(robot), wrong = map.at(poses_on_floor()[1]);
+	std::vector<Place> known = find_places(scan, all, {right}, map.parameters);
+	ASSERT_EQ(known.size(), 1U);
+	EXPECT_TRUE(known[0].is_polished);
 	EXPECT_TRUE(known[0].is_compared);
-	const auto again = find_places(scan, all, poses, map.parameters, known);
-	ASSERT_EQ(again.size(), 2U);
-	for (std::size_t i = 0; i < 2; i++)
-	{
-		EXPECT_EQ(again[i].score.log_likelihood, known[i].score.log_likelihood);
-		EXPECT_EQ(again[i].scored_at, known[i].scored_at);
-		EXPECT_EQ(again[i].covariance, known[i].covariance);
-	}
-	known[0].score.log_likelihood += 5;
-	known[0].covariance(0, 0) += 5;
-	const auto taken = find_places(scan, all, poses, map.parameters, known);
-	EXPECT_EQ(taken[0].score.log_likelihood, known[0].score.log_likelihood);
-	EXPECT_EQ(taken[0].covariance, known[0].covariance);
-	known[0].is_compared = false;
-	known[0].covariance.setZero();
-	const auto anew = find_places(scan, all, poses, map.parameters, known);
-	EXPECT_EQ(anew[0].score.log_likelihood, again[0].score.log_likelihood);
-	EXPECT_EQ(anew[0].covariance, again[0].covariance);
+	known[0].score.log_likelihood += 0.5;  // nobody else would
+	const auto both = find_places(scan, all, {wrong}, map.parameters, known);
+	ASSERT_EQ(both.size(), 2U);
+	EXPECT_EQ(both[0].pose, known[0].pose);
+	EXPECT_EQ(both[0].score.log_likelihood, known[0].score.log_likelihood);
+	EXPECT_EQ(both[0].scored_at, known[0].scored_at);
+	EXPECT_LT(both[1].weight, 1e-3);
+	const auto anew = find_places(scan, all, {right, wrong}, map.parameters);
+	ASSERT_EQ(anew.size(), 2U);
+	EXPECT_EQ(anew[0].score.log_likelihood, known[0].score.log_likelihood - 0.5);
+	EXPECT_EQ(anew[1].score.log_likelihood, both[1].score.log_likelihood);
+}
+
+TEST(Hypotheses, HaveCovariancesOnceTheyAreAdded)
+{
+	const Grid grid = make_floor();
+	const DrawnMap map(grid);
+	const auto robot = poses_on_floor()[0];
+	const Scan scan = scan_at(world_of(grid), robot);
+	const BeamSubset all = all_beams(scan);
+	std::vector<Place> places = find_places(scan, all, {map.at(robot), map.at(poses_on_floor()[1])}, map.parameters);
+	ASSERT_EQ(places.size(), 2U);
+	EXPECT_EQ(decide(scan, places, map.maps).answer.hypotheses.size(), 1U);
+	add_covariances(all, map.parameters.scoring, places);
+	for (const Place& place : places) EXPECT_EQ(place.covariance, covariance_at(place.field(), scan, place.pose));
+	EXPECT_EQ(decide(scan, places, map.maps).answer.hypotheses.size(), 2U);
 }
 
 TEST(Hypotheses, AmongPosesAtOnePlaceTheOneCountsThatIsBestOncePolished)

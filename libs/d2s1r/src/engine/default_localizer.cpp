@@ -78,6 +78,22 @@ double cost_of(const Decision& decision, const Scan& scan, const std::vector<Can
 	return cheapest == candidates.end() ? HUGE_VAL : cheapest->cost;
 }
 
+/// Returns those of `candidates` that are not among `judged`, both cheapest first.
+std::vector<Candidate> without(const std::vector<Candidate>& judged, const std::vector<Candidate>& candidates)
+{
+	const auto is_cheaper = [](const Candidate& a, const Candidate& b) { return a.cost < b.cost; };
+	const auto is_new = [&](const Candidate& candidate)
+	{
+		const auto [first, last] = std::equal_range(judged.begin(), judged.end(), candidate, is_cheaper);
+		const auto is_same = [&](const Candidate& other)
+		{ return other.pose == candidate.pose && other.map == candidate.map; };
+		return std::none_of(first, last, is_same);
+	};
+	std::vector<Candidate> left;
+	std::copy_if(candidates.begin(), candidates.end(), std::back_inserter(left), is_new);
+	return left;
+}
+
 /// Makes a localized answer ambiguous.
 void doubt(Localization& answer, double needed_confidence)
 {
@@ -102,8 +118,10 @@ std::vector<Place> judge(
     const Scan& scan, const BeamSubsets& beams, const std::vector<Candidate>& candidates, const Parameters& limits,
     const std::vector<Place>& known, StageClock& clock)
 {
-	const auto settled = settle(beams.few, candidates, limits.refinement);
+	auto settled = settle(beams.few, candidates, limits.refinement);
 	clock.lap(&StageTimes::registration_ms);
+	// The best place so far competes, so that what is hopeless against it is dropped.
+	if (!known.empty()) settled.push_back({known.front(), known.front().score.explained});
 	const auto shortlist = make_shortlist(beams.few, settled, limits.refinement);
 	const auto refined = refine(beams.many, shortlist, limits.refinement);
 	auto places = find_places(scan, beams.all, refined, limits, known);
@@ -120,6 +138,7 @@ Decision localize_default(const Scan& scan, const std::vector<SearchedMap>& maps
 	StageClock clock;
 	CoarseSearch search(maps, scan, looks.back().coarse_search);
 	Verdict verdict;
+	std::vector<Candidate> judged;  // by the look before
 	for (const Parameters& look : looks)
 	{
 		const bool is_last = &look == &looks.back();
@@ -128,13 +147,18 @@ Decision localize_default(const Scan& scan, const std::vector<SearchedMap>& maps
 		if (!is_last && !may_be_safe(found, search.margin())) continue;
 		const auto trial = [&](const auto& candidates, const Parameters& limits)
 		{ judge(scan, beams, candidates, limits, {}, clock); };
-		const Parameters limits = keep_affordable(budget.left(), look, trial, found);
-		verdict.places = judge(scan, beams, found.candidates, limits, verdict.places, clock);
+		Parameters limits = keep_affordable(budget.left(), look, trial, found);
+		if (!judged.empty()) limits = with_share_of_effort(limits, 1 - look.first_look.effort);
+		verdict.places = judge(scan, beams, without(judged, found.candidates), limits, verdict.places, clock);
 		verdict.decision = decide(scan, verdict.places, maps);
 		verdict.is_whole = is_last && found.is_whole;
 		verdict.is_safe = is_safe(cost_of(verdict.decision, scan, found.candidates), found, search.margin());
+		judged = std::move(found.candidates);
 		if (budget.is_half_spent() || (verdict.is_safe && is_clear(verdict.decision, maps))) break;
 	}
+	add_covariances(beams.all, looks.back().scoring, verdict.places);
+	verdict.decision = decide(scan, verdict.places, maps);
+	clock.lap(&StageTimes::refinement_ms);
 	Localization& answer = verdict.decision.answer;
 	if (!verdict.is_whole && !verdict.is_safe) doubt(answer, needed_confidence(verdict.decision, maps));
 	note_region(answer, maps);
@@ -171,7 +195,10 @@ std::optional<Hypothesis> DefaultLocalizer::hypothesis_near(const Scan& scan, co
 	const std::vector<SearchedMap> maps = {index_.searched(anywhere, lenient)};
 	const std::vector<Candidate> candidates = {{robot + scan.sensor_on_robot, 0, &maps.front()}};
 	StageClock clock;
-	const Decision decision = decide(scan, judge(scan, BeamSubsets(scan), candidates, lenient, {}, clock), maps);
+	const BeamSubsets beams(scan);
+	std::vector<Place> places = judge(scan, beams, candidates, lenient, {}, clock);
+	add_covariances(beams.all, lenient.scoring, places);
+	const Decision decision = decide(scan, places, maps);
 	if (decision.answer.hypotheses.empty()) return std::nullopt;
 	Hypothesis hypothesis = decision.answer.best();
 	hypothesis.probability = 0;

@@ -11,15 +11,14 @@ namespace
 /// Share of the margin of the coarse search that the first look takes; the whole one takes longer for the same answers.
 /// See First look in experiments/RESULTS.md.
 constexpr double kFirstShare = 0.7;  //!< [-]
+}  // namespace
 
-/// Returns the same parameters for a share [-] of the effort of refinement and scoring, rounded up.
 Parameters with_share_of_effort(Parameters parameters, double share)
 {
 	int& most = parameters.refinement.max_scored;
 	most = static_cast<int>(std::ceil(share * most));
 	return parameters;
 }
-}  // namespace
 
 Parameters for_first_look(const Parameters& parameters)
 {

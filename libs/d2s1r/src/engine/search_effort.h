@@ -12,6 +12,9 @@
 
 namespace d2s1r
 {
+/// Returns the same parameters for a share [-] of the effort of refinement and scoring, rounded up.
+Parameters with_share_of_effort(Parameters parameters, double share);
+
 /// Returns the parameters of the first look.
 Parameters for_first_look(const Parameters& parameters);
 

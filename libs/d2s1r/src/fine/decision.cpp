@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "answer/distinct_poses.h"
 
@@ -158,6 +159,7 @@ void polish_best(const Scan& scan, const BeamSubset& all, std::size_t most, std:
 	const double least = scored.empty() ? 0 : scored.front().score.log_likelihood - kHopeless;
 	for (std::size_t i = 0; i < std::min(scored.size(), most) && scored[i].score.log_likelihood >= least; i++)
 	{
+		if (std::exchange(scored[i].is_polished, true)) continue;
 		PoseInMap polished = scored[i];
 		polished.pose = polish(polished.field(), all, polished.pose, polished.parameters().refinement);
 		if (!is_possible(polished, scan)) continue;
@@ -169,28 +171,16 @@ void polish_best(const Scan& scan, const BeamSubset& all, std::size_t most, std:
 	}
 }
 
-/// Returns the place with the pose of `place`; null if there is none.
-const Place* same_in(const std::vector<Place>& known, const Place& place)
-{
-	const auto is_same = [&](const Place& other)
-	{ return other.pose == place.pose && other.map == place.map && other.reading == place.reading; };
-	const auto same = std::find_if(known.begin(), known.end(), is_same);
-	return same == known.end() ? nullptr : &*same;
-}
-
 /// Gives the best of `places`, best first, the best score that is found near them.
-void compare_best(const BeamSubset& all, std::size_t most, const std::vector<Place>& known, std::vector<Place>& places)
+void compare_best(const BeamSubset& all, std::size_t most, std::vector<Place>& places)
 {
 	constexpr double kNegligible = 1e-3;  // [-] a place of this weight is not compared
 	for (std::size_t i = 0; i < std::min(places.size(), most) && places[i].weight > kNegligible; i++)
 	{
 		Place& place = places[i];
-		const Place* const same = same_in(known, place);
-		const ScoredPose best = same && same->is_compared ? ScoredPose{same->scored_at, same->score}
-		                                                  : best_score_near(
-		                                                        place.tracer(), place.field(), all, place.pose,
-		                                                        place.parameters().scoring.beam_model);
-		place.is_compared = true;
+		if (std::exchange(place.is_compared, true)) continue;
+		const ScoredPose best =
+		    best_score_near(place.tracer(), place.field(), all, place.pose, place.parameters().scoring.beam_model);
 		if (best.score.log_likelihood <= place.score.log_likelihood) continue;
 		place.score = best.score;
 		place.scored_at = best.pose;
@@ -203,20 +193,23 @@ std::vector<Place> find_places(
     const std::vector<Place>& known)
 {
 	std::vector<Place> places = scored_places(scan, all, poses);
+	places.insert(places.end(), known.begin(), known.end());
+	sort_best_first(places);
 	polish_best(scan, all, most_poses(Stage::kPolished, limits.refinement), places);
 	places = distinct_places(std::move(places), limits.scoring);
-	compare_best(all, most_poses(Stage::kCompared, limits.refinement), known, places);
+	compare_best(all, most_poses(Stage::kCompared, limits.refinement), places);
 	places = distinct_places(std::move(places), limits.scoring);
-	const std::size_t listed = std::min(places.size(), static_cast<std::size_t>(limits.scoring.hypotheses));
+	return places;
+}
+
+void add_covariances(const BeamSubset& all, const ScoringParameters& limits, std::vector<Place>& places)
+{
+	const std::size_t listed = std::min(places.size(), static_cast<std::size_t>(limits.hypotheses));
 	for (std::size_t i = 0; i < listed; i++)
 	{
 		Place& place = places[i];
-		const Place* const same = same_in(known, place);
-		place.covariance = same && !same->covariance.isZero(0)
-		                       ? same->covariance
-		                       : pose_covariance(place.field(), all, place.pose, place.parameters().refinement);
+		place.covariance = pose_covariance(place.field(), all, place.pose, place.parameters().refinement);
 	}
-	return places;
 }
 
 Decision decide(const Scan& scan, const std::vector<Place>& places, const std::vector<SearchedMap>& maps)

@@ -15,9 +15,10 @@ struct Place : PoseInMap
 {
 	Score score;                    //!< the best that was found at this place
 	mrpt::math::TPose2D scored_at;  //!< sensor in map, m and rad: where it was found, some centimetres beside
+	bool is_polished = false;       //!< whether the pose has been moved by the last few millimetres
 	bool is_compared = false;       //!< whether that is the best within some centimetres
 	double weight = 0;              //!< [0, 1] likelihood relative to the best place, tempered
-	/// Of pose (x, y, phi) [m^2, m rad, rad^2]; it is set for the places that may be listed.
+	/// Of pose (x, y, phi) [m^2, m rad, rad^2]; add_covariances() sets it for the places that may be listed.
 	Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
 };
 
@@ -27,11 +28,15 @@ struct Place : PoseInMap
 /// by the beam model of their own map: log-likelihoods are all against beams that end anywhere, so that they share one
 /// scale. Thread-safe.
 /// \param limits have the numbers for all maps together
-/// \param known places in the same maps that were found before: what they say of a pose is not computed again
+/// \param known places in the same maps that were found before, and that compete with the new ones
 /// \return the places, best first
 std::vector<Place> find_places(
     const Scan& scan, const BeamSubset& all, const std::vector<RefinedPose>& poses, const Parameters& limits,
     const std::vector<Place>& known = {});
+
+/// Gives covariances to the best places, as many as an answer may list. It takes long, so it is done once, at the end.
+/// \param all the beams that the places were found with
+void add_covariances(const BeamSubset& all, const ScoringParameters& limits, std::vector<Place>& places);
 
 /// An answer about one or several maps.
 struct Decision
@@ -53,7 +58,7 @@ struct Decision
 /// way to one in a map that explains the scan, and the same place in two maps gets half of the probability in each. The
 /// odds are divided by the square root of the number of maps: the more maps, the more places seem right by chance. The
 /// root was chosen by hand, on generated floors.
-/// \param places best first, of all maps
+/// \param places best first, of all maps; only the best one, and others that have a covariance, become hypotheses
 /// \param maps by their numbers
 Decision decide(const Scan& scan, const std::vector<Place>& places, const std::vector<SearchedMap>& maps);
 }  // namespace d2s1r
