@@ -24,21 +24,21 @@ class DistinctPoses
 {
    public:
 	/// Takes poses that are closer than `distance` [m] and `yaw` [rad] for one.
-	DistinctPoses(double distance, double yaw) : distance_(distance), yaw_(yaw), newest_(kBuckets, -1) {}
+	DistinctPoses(double distance, double yaw)
+	    : distance_(distance), yaw_(yaw), turns_(std::max(1.0, std::floor(M_PI / yaw))), newest_(kBuckets, -1)
+	{
+	}
 
 	/// Adds `pose`, which is in the map of that number, if it lies apart from all that were added before.
 	/// \return whether it does
 	bool add(const mrpt::math::TPose2D& pose, std::size_t map = 0)
 	{
-		const Tiles x = tiles_of(pose.x), y = tiles_of(pose.y);
+		const Tiles x = tiles_of(pose.x), y = tiles_of(pose.y), turn = tiles_of_yaw(pose.phi);
 		for (const std::int64_t row : {y.own, y.beside})
 			for (const std::int64_t column : {x.own, x.beside})
-				for (int k = newest_[bucket(column, row, map)]; k >= 0; k = chosen_[static_cast<std::size_t>(k)].before)
-				{
-					const Chosen& chosen = chosen_[static_cast<std::size_t>(k)];
-					if (chosen.map == map && are_near(pose, chosen.pose, distance_, yaw_)) return false;
-				}
-		int& newest = newest_[bucket(x.own, y.own, map)];
+				for (const std::int64_t sector : {turn.own, turn.beside})
+					if (is_near_one_in(bucket(column, row, sector, map), pose, map)) return false;
+		int& newest = newest_[bucket(x.own, y.own, turn.own, map)];
 		chosen_.push_back({pose, map, newest});
 		newest = static_cast<int>(chosen_.size()) - 1;
 		return true;
@@ -68,18 +68,40 @@ class DistinctPoses
 		return {own, own + (halves & 1) * 2 - 1};
 	}
 
-	/// Returns the bucket of a tile of a map, whose side is twice `distance_`. Tiles may share a bucket, which costs
-	/// comparisons but does no harm.
-	static std::size_t bucket(std::int64_t column, std::int64_t row, std::size_t map)
+	/// The same for a yaw, in sectors that are twice `yaw_` wide or wider.
+	Tiles tiles_of_yaw(double yaw) const
+	{
+		const auto count = static_cast<std::int64_t>(turns_);
+		const auto halves = static_cast<std::int64_t>(std::floor((yaw + M_PI) / M_PI * turns_));
+		const std::int64_t own = halves >> 1;
+		return {(own + count) % count, (own + (halves & 1) * 2 - 1 + count) % count};
+	}
+
+	/// Returns whether `pose` is near one that was added to a bucket.
+	bool is_near_one_in(std::size_t bucket, const mrpt::math::TPose2D& pose, std::size_t map) const
+	{
+		for (int k = newest_[bucket]; k >= 0; k = chosen_[static_cast<std::size_t>(k)].before)
+		{
+			const Chosen& chosen = chosen_[static_cast<std::size_t>(k)];
+			if (chosen.map == map && are_near(pose, chosen.pose, distance_, yaw_)) return true;
+		}
+		return false;
+	}
+
+	/// Returns the bucket of a tile of a map, whose side is twice `distance_`, and a sector of yaws. Tiles may share a
+	/// bucket, which costs comparisons but does no harm.
+	static std::size_t bucket(std::int64_t column, std::int64_t row, std::int64_t sector, std::size_t map)
 	{
 		const auto mixed = static_cast<std::uint64_t>(column) * 0x9E3779B97F4A7C15U +
 		                   static_cast<std::uint64_t>(row) * 0xC2B2AE3D27D4EB4FU +
+		                   static_cast<std::uint64_t>(sector) * 0xD6E8FEB86659FD93U +
 		                   static_cast<std::uint64_t>(map) * 0x165667B19E3779F9U;
 		return static_cast<std::size_t>(mixed >> 53U);
 	}
 
 	double distance_;          //!< [m]
 	double yaw_;               //!< [rad]
+	double turns_;             //!< [-] sectors of yaws in a full turn
 	std::vector<int> newest_;  //!< by bucket, index into chosen_ or -1
 	std::vector<Chosen> chosen_;
 };
