@@ -200,7 +200,7 @@ TEST(MapImage, TheEndOfASmallImageInAJpegIsNotItsOwn)
 TEST(MapImage, AJpegOfThousandsOfScansIsRefused)
 {
 	const TempFolder folder;
-	const std::string frame("\xFF\xD8\xFF\xC2\0\x0b\x8\0\x8\0\x8\1\1\x11\0", 17),
+	const std::string frame("\xFF\xD8\xFF\xC2\0\x0b\x8\0\x8\0\x8\1\1\x11\0", 15),
 	    scan("\xFF\xDA\0\x8\1\1\0\0\x3F\0 ", 11);
 	const auto with_scans = [&](int scans)
 	{
