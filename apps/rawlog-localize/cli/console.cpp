@@ -188,9 +188,10 @@ bool run_interruptibly(Activity* activity, std::function<void()> work)
 {
 	const auto task = std::make_shared<std::packaged_task<void()>>(std::move(work));
 	std::future<void> done = task->get_future();
+	std::thread worker;
 	try
 	{
-		std::thread([task] { (*task)(); }).detach();
+		worker = std::thread([task] { (*task)(); });
 	}
 	catch (const std::system_error&)
 	{
@@ -198,9 +199,14 @@ bool run_interruptibly(Activity* activity, std::function<void()> work)
 	}
 	while (done.wait_for(std::chrono::milliseconds(20)) != std::future_status::ready)
 	{
-		if (interrupted()) return false;
+		if (interrupted())
+		{
+			worker.detach();
+			return false;
+		}
 		if (activity) activity->show();
 	}
+	if (worker.joinable()) worker.join();  // a process that is started next must not copy a lock that it holds
 	done.get();
 	return true;
 }
