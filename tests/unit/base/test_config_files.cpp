@@ -31,6 +31,7 @@ TEST(ConfigFiles, PaperIsTheDefaultsWithThePublishedMethod)
 	Parameters parameters;
 	parameters.method = Method::kPaper;
 	parameters.scan.zero_is_no_return = true;  // the paper has no beams without data
+	parameters.scan.no_return = 1;
 	expect_file("paper.ini", parameters);
 }
 

@@ -37,6 +37,7 @@ struct ScanParameters
 	double max_tilt = 5.0;           //!< [deg] of the sensor against the plane of the map
 	int min_beams = 20;              //!< [-] least number of usable beams
 	bool zero_is_no_return = false;  //!< [-] whether a range of 0 says that nothing is there
+	double no_return = 0.4;          //!< [-] share of the no-returns in gaps of a surface from which on all are no data
 	double covered_within = 0.3;     //!< [m] nine of ten beams that end nearer cover the sensor
 };
 

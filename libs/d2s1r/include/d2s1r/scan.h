@@ -17,8 +17,9 @@ namespace d2s1r
 inline constexpr double kFarthestSensor = 100;
 
 /// Describes one usable beam of a scan. Beams without data are not in a Scan: those that are NaN, -inf or negative,
-/// those in range but flagged invalid, and those of zero unless ScanParameters::zero_is_no_return. A beam whose range
-/// is at or beyond maxRange, flagged or not, saw nothing.
+/// those in range but flagged invalid, those of zero unless ScanParameters::zero_is_no_return, those that share exactly
+/// their range with many others that are not their neighbours, and no-returns by ScanParameters::no_return. A beam
+/// whose range is at or beyond maxRange, flagged or not, saw nothing.
 struct Beam
 {
 	float angle = 0;        //!< [rad] in [-pi, pi), counter-clockwise, sensor frame as seen from above
@@ -35,8 +36,10 @@ struct Scan
 	std::vector<Beam> beams;              //!< by increasing angle
 	double field_of_view = 0;             //!< [rad] that the beams cover, in (0, 2 pi]; gaps without data left out
 	mrpt::math::TPose2D sensor_on_robot;  //!< sensor in robot frame, m and rad
-	double position_std = 0;  //!< [m] standard deviation that the motion during the sweep adds to a pose, in x and y
-	double heading_std = 0;   //!< [rad] the same of its heading
+	double position_std = 0;   //!< [m] standard deviation that the motion during the sweep adds to a pose, in x and y
+	double heading_std = 0;    //!< [rad] the same of its heading
+	std::size_t repeated = 0;  //!< [-] beams left out because too many others share exactly their range
+	std::size_t lost = 0;      //!< [-] no-returns left out because most lie in gaps of a surface
 	std::string invalid_because;  //!< empty if make_scan() found it usable, else the reason
 
 	/// Returns whether the scan can be used: it has beams, a field of view and a finite sensor pose within

@@ -43,6 +43,10 @@ void visit_scan(P& scan, const Visitor& visit)
 	    "[-] whether a range of 0 says that nothing is there up to the maximum range; otherwise it is no data (the "
 	    "paper: epsilon)");
 	visit(
+	    "no_return", scan.no_return, 0.0, 1.0,
+	    "[-] share of a scan's no-returns that lie in narrow gaps of a surface from which on all of them are no data: "
+	    "such a laser writes 'nothing there' for beams that it lost; 0: they never are data, 1: they always are");
+	visit(
 	    "covered_within", scan.covered_within, 0.0, 10.0,
 	    "[m] the sensor is covered, and its scan rejected, if nine of ten beams end nearer than this; method = paper "
 	    "does not look");

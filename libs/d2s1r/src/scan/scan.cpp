@@ -4,8 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
-
+#include "scan/readings.h"
 #include "scan/sweep.h"
 
 namespace d2s1r
@@ -16,28 +15,6 @@ constexpr double kFullTurn = 2 * M_PI;
 constexpr std::size_t kMostBeams = 100'000;  // [-] of a scan; no laser has a tenth, and each takes time
 constexpr const char* kTooManyBeams = "the scan has more than 100,000 beams";
 constexpr const char* kNotOnRobot = "the pose of the sensor on the robot is not finite or more than 100 m away";
-
-/// Turns a reading, as it is recorded, into a distance and whether the beam hit something there. It has no value if the
-/// reading is no data.
-///
-/// This is what drivers and logs write, and how it is read:
-///   finite, in range, valid       a return
-///   at or beyond maxRange, +inf   no return, whether flagged valid or not: SICK lasers say 81.8x m with maxRange 80,
-///                                 MRPT's demos flag that invalid, ROS drivers write +inf (REP 117)
-///   NaN, -inf, negative           no data (REP 117: erroneous, too close)
-///   in range but flagged invalid  no data: MRPT's exclusion areas clear the flag and leave the range
-///   zero                          no data unless `zero_is_no_return`. Logs that write 0 where the laser got nothing
-///                                 do not tell glass, black surfaces and objects at the lens from open space: of the
-///                                 zeros in the Intel, Freiburg 079 and CSAIL logs nearly all face a wall of the map
-///                                 within 20 m. In simulators and outdoors most zeros do mean open space.
-std::optional<Beam> read_beam(float range, bool flagged_valid, float max_range, const ScanParameters& parameters)
-{
-	const Beam no_return{0, max_range, false};
-	if (range >= max_range) return no_return;
-	if (range == 0 && parameters.zero_is_no_return) return no_return;
-	if (flagged_valid && range > 0) return Beam{0, range, true};
-	return std::nullopt;
-}
 
 /// Returns whether a sensor at (x, y) [m] in the robot frame can be part of a robot.
 bool is_on_robot(double x, double y)
@@ -71,18 +48,14 @@ std::string unusable_because(const mrpt::obs::CObservation2DRangeScan& observati
 }
 
 /// Returns the usable beams, counter-clockwise as seen from above, by increasing angle.
-std::vector<Beam> read_beams(
-    const mrpt::obs::CObservation2DRangeScan& observation, const ScanParameters& parameters, const BeamMover& mover)
+std::vector<Beam> usable_beams(const Readings& readings, double step, const BeamMover& mover)
 {
-	const double step = static_cast<double>(observation.aperture) / static_cast<double>(observation.getScanSize() - 1);
 	std::vector<Beam> beams;
-	beams.reserve(observation.getScanSize());
-	for (std::size_t i = 0; i < observation.getScanSize(); i++)
+	beams.reserve(readings.size());
+	for (std::size_t i = 0; i < readings.size(); i++)
 	{
 		if (static_cast<double>(i) * step > kFullTurn - step / 2) break;  // this beam looks where the first one looked
-		const auto beam = read_beam(
-		    observation.getScanRange(i), observation.getScanRangeValidity(i), observation.maxRange, parameters);
-		if (beam) beams.push_back(mover.moved(*beam, i));
+		if (readings[i]) beams.push_back(mover.moved(*readings[i], i));
 	}
 	std::sort(beams.begin(), beams.end(), [](const Beam& a, const Beam& b) { return a.angle < b.angle; });
 	return beams;
@@ -161,8 +134,11 @@ Scan make_scan(
 	scan.sensor_on_robot = mover.sensor_on_robot();
 	scan.position_std = mover.motion().position_std();
 	scan.heading_std = mover.motion().heading_std();
-	scan.beams = read_beams(observation, parameters, mover);
 	const double step = static_cast<double>(observation.aperture) / static_cast<double>(observation.getScanSize() - 1);
+	Readings readings = read_each(observation, parameters);
+	scan.repeated = take_out_repeated(readings);
+	scan.lost = take_out_lost(readings, step, parameters);
+	scan.beams = usable_beams(readings, step, mover);
 	scan.field_of_view = std::min(kFullTurn, step * static_cast<double>(scan.beams.size()));
 	if (scan.beams.size() < static_cast<std::size_t>(parameters.min_beams))
 		scan.invalid_because = "fewer usable beams than scan.min_beams";
