@@ -1,6 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // The folders of the library are the stages of its data flow, and no include runs back; folders can be surveyed; what
 // doc/promises.md promises is tested.
+#include <d2s1r/version.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -156,6 +157,17 @@ TEST(Layout, NoSourceIsCompiledForSve)
 		    << file << " includes neither base/simd.h nor disables SVE before it is compiled for each target";
 	}
 	EXPECT_GE(checked, 6) << "the test must see the sources";
+}
+
+TEST(Version, IsTheSameInEveryFile)
+{
+	const fs::path project(D2S1R_SOURCE_DIR);
+	const std::string version = D2S1R_VERSION;
+	EXPECT_NE(text_of(project / "package.xml").find("<version>" + version + "</version>"), std::string::npos);
+	EXPECT_NE(text_of(project / "CITATION.cff").find("\nversion: " + version + "\n"), std::string::npos);
+	EXPECT_EQ(text_of(project / "packaging/debian/changelog").find("d2s1r (" + version + "-"), 0U);
+	const std::string changes = text_of(project / "CHANGELOG.md");
+	EXPECT_EQ(changes.find("## [" + version + "]"), changes.find("## [")) << "the newest version comes first";
 }
 
 /// A promise without a test would be a wish.
