@@ -78,7 +78,7 @@ void write_log(void*, const dds_log_data_t* data)
 {
 	std::string line(data->message, data->size);
 	while (!line.empty() && (line.back() == '\n' || line.back() == ' ')) line.pop_back();
-	if (log_sink()) log_sink()(logs::printable(line));
+	if (log_sink()) log_sink()(printable(line));
 }
 }  // namespace
 

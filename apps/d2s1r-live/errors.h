@@ -1,7 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <logs/errors.h>
+#include <base/errors.h>
 
 #include <stdexcept>
 #include <string>
@@ -23,7 +23,7 @@ class UserError : public std::runtime_error
 {
    public:
 	UserError(ExitStatus exit_status, const std::string& where, const std::string& what)
-	    : std::runtime_error(logs::printable(where + ": " + what)), status(exit_status)
+	    : std::runtime_error(printable(where + ": " + what)), status(exit_status)
 	{
 	}
 	const ExitStatus status;

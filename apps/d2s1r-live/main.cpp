@@ -70,7 +70,7 @@ int run(int argc, char** argv, Console& console)
 	}
 	catch (const UserError& e)
 	{
-		console.say(d2s1r::logs::one_line(e));
+		console.say(d2s1r::one_line(e));
 		return e.status;
 	}
 	catch (const std::bad_alloc&)
@@ -79,7 +79,7 @@ int run(int argc, char** argv, Console& console)
 	}
 	catch (const std::exception& e)
 	{
-		console.say(d2s1r::logs::one_line(e) + "; this is a defect, please report it");
+		console.say(d2s1r::one_line(e) + "; this is a defect, please report it");
 	}
 	return kBadInput;
 }

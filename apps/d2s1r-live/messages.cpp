@@ -36,7 +36,7 @@ geometry_msgs_msg_dds__Pose_ to_message(const mrpt::poses::CPose2D& pose)
 	return {{pose.x(), pose.y(), 0}, {0, 0, std::sin(pose.phi() / 2), std::cos(pose.phi() / 2)}};
 }
 
-logs::Transform to_transform(const geometry_msgs_msg_dds__TransformStamped_& message)
+ros::Transform to_transform(const geometry_msgs_msg_dds__TransformStamped_& message)
 {
 	const auto& [translation, rotation] = message.transform;
 	const geometry_msgs_msg_dds__Pose_ pose{
@@ -108,7 +108,7 @@ Time to_time(const builtin_interfaces_msg_dds__Time_& stamp)
 	return stamp.sec * kSecond + stamp.nanosec;
 }
 
-logs::Header to_header(const std_msgs_msg_dds__Header_& header)
+ros::Header to_header(const std_msgs_msg_dds__Header_& header)
 {
 	return {to_time(header.stamp), frame_of(header.frame_id)};
 }
@@ -122,12 +122,14 @@ std::optional<mrpt::poses::CPose3D> to_pose(const geometry_msgs_msg_dds__Pose_& 
 	return mrpt::poses::CPose3D(turn, p.x, p.y, p.z);
 }
 
-logs::LaserScan to_scan(const sensor_msgs_msg_dds__LaserScan_& message)
+ros::LaserScan to_scan(const sensor_msgs_msg_dds__LaserScan_& message)
 {
-	logs::LaserScan scan;
+	ros::LaserScan scan;
 	scan.header = to_header(message.header);
 	scan.first_angle = message.angle_min;
+	scan.last_angle = message.angle_max;
 	scan.angle_step = message.angle_increment;
+	scan.time_step = message.time_increment;
 	scan.scan_time = message.scan_time;
 	scan.min_range = message.range_min;
 	scan.max_range = message.range_max;
@@ -135,17 +137,17 @@ logs::LaserScan to_scan(const sensor_msgs_msg_dds__LaserScan_& message)
 	return scan;
 }
 
-std::vector<logs::Transform> to_transforms(const tf2_msgs_msg_dds__TFMessage_& message)
+std::vector<ros::Transform> to_transforms(const tf2_msgs_msg_dds__TFMessage_& message)
 {
-	std::vector<logs::Transform> transforms;
+	std::vector<ros::Transform> transforms;
 	for (std::uint32_t i = 0; i < message.transforms._length; i++)
 		transforms.push_back(to_transform(message.transforms._buffer[i]));
 	return transforms;
 }
 
-logs::OdometryMessage to_odometry(const nav_msgs_msg_dds__Odometry_& message)
+ros::Odometry to_odometry(const nav_msgs_msg_dds__Odometry_& message)
 {
-	logs::OdometryMessage odometry;
+	ros::Odometry odometry;
 	odometry.pose = {to_header(message.header), frame_of(message.child_frame_id), to_pose(message.pose.pose)};
 	const auto& twist = message.twist.twist;
 	odometry.velocity = {twist.linear.x, twist.linear.y, twist.angular.z};

@@ -12,11 +12,11 @@
 namespace d2s1r::live
 {
 Time to_time(const builtin_interfaces_msg_dds__Time_& stamp);
-logs::LaserScan to_scan(const sensor_msgs_msg_dds__LaserScan_& message);
-std::vector<logs::Transform> to_transforms(const tf2_msgs_msg_dds__TFMessage_& message);
-logs::OdometryMessage to_odometry(const nav_msgs_msg_dds__Odometry_& message);
+ros::LaserScan to_scan(const sensor_msgs_msg_dds__LaserScan_& message);
+std::vector<ros::Transform> to_transforms(const tf2_msgs_msg_dds__TFMessage_& message);
+ros::Odometry to_odometry(const nav_msgs_msg_dds__Odometry_& message);
 MapMessage to_map(const nav_msgs_msg_dds__OccupancyGrid_& message);
-logs::Header to_header(const std_msgs_msg_dds__Header_& header);
+ros::Header to_header(const std_msgs_msg_dds__Header_& header);
 
 /// Returns no value if the message has no finite pose with a rotation.
 std::optional<mrpt::poses::CPose3D> to_pose(const geometry_msgs_msg_dds__Pose_& pose);

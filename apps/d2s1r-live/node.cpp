@@ -33,7 +33,7 @@ std::chrono::steady_clock::time_point steady_now()
 /// Returns what a library says about a file as an error of that file.
 UserError about(const std::string& file, ExitStatus status, const std::exception& exception)
 {
-	const std::string line = logs::one_line(exception), name = logs::printable(file);
+	const std::string line = one_line(exception), name = printable(file);
 	return UserError(status, name, line.rfind(name + ": ", 0) == 0 ? line.substr(name.size() + 2) : line);
 }
 

@@ -3,7 +3,9 @@
 #include "cli/errors.h"
 #include "run.h"
 
+#include <base/output_file.h>
 #include <d2s1r/for_programs.h>
+#include <logs/errors.h>
 #include <unistd.h>
 
 #include <cstdlib>
@@ -71,6 +73,11 @@ int run_and_tell(int argc, char** argv, Console& console)
 	{
 		console.say(one_line(e));
 		return e.status;
+	}
+	catch (const OutputError& e)
+	{
+		console.say(one_line(e));
+		return kBadOutput;
 	}
 	catch (const logs::LogError& e)
 	{

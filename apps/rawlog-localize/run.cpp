@@ -206,6 +206,7 @@ ExitStatus localize(
 	const logs::Log log = open_log(request, prepare);
 	const logs::Sensor sensor = choose_sensor(log.survey, request);
 	const FrameSelection selection = select_frames(request.frames, sensor);
+	if (request.merge_lasers) check_merge(log.survey, sensor);
 	const GroundTruth truth = poses_of(request.ground_truth, request, log.survey);
 	auto tracker = tracker_check_of(request, log.survey);
 	console.note(request.file, describe_log(log.survey, sensor, request, command.search.motion));
@@ -242,6 +243,7 @@ ExitStatus diagnose_only(
 {
 	const logs::Log log = open_log(command.log, {});  // it is not live
 	const logs::Sensor sensor = choose_sensor(log.survey, command.log);
+	if (command.log.merge_lasers) check_merge(log.survey, sensor);
 	const GroundTruth truth = poses_of(command.log.ground_truth, command.log, log.survey);
 	console.note(command.log.file, describe_log(log.survey, sensor, command.log, command.search.motion));
 	const CSignatureMap2D::ConstPtr map = build_map(source, parameters, command.search.threads, console);

@@ -94,11 +94,11 @@ struct Robot
 		time += static_cast<Time>(step * 1e9);
 	}
 
-	logs::LaserScan scan()
+	ros::LaserScan scan()
 	{
 		std::normal_distribution<double> noise(0, 0.01);
 		constexpr int kBeams = 360;
-		logs::LaserScan message;
+		ros::LaserScan message;
 		message.header = {time, "base_link"};
 		message.first_angle = -static_cast<float>(M_PI);
 		message.angle_step = static_cast<float>(2 * M_PI / kBeams);

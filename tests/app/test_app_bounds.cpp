@@ -128,7 +128,7 @@ class AppBounds : public AppTest
 		write_file(path("long.clf"), carmen);
 		write_file(path("long.bag"), bag1_file(repeated(Wire::kRos1)));
 		Words names = {"long.rawlog", "long.clf", "long.bag"};
-#ifdef D2S1R_FASTCDR
+#ifdef D2S1R_TF2
 		write_file(path("long.mcap"), mcap_file(repeated(Wire::kCdr)));
 		names.push_back("long.mcap");
 #ifdef D2S1R_SQLITE

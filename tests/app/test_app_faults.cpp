@@ -58,13 +58,11 @@ class AppFaults : public AppTest
 			names.push_back("walk.clf.bz2");
 			write_file(path(names.back()), packed("bz2", carmen_walk()));
 		}
-#ifdef D2S1R_FASTCDR
 		names.push_back("walk.mcap");
 		write_file(path(names.back()), mcap_file(ros_walk(Wire::kCdr)));
 #ifdef D2S1R_SQLITE
 		names.push_back("walk.db3");
 		save_sqlite_bag(path(names.back()), ros_walk(Wire::kCdr));
-#endif
 #endif
 		return names;
 	}

@@ -228,5 +228,6 @@ TEST_F(AppRawlogs, ObjectOfAClassThatNoModuleHasIsNoDamage)
 	object.replace(object.find(known), known.size(), unknown);
 	write_file(path("in.rawlog"), plain({walk_scan(0)}) + object);
 	expect_damage(
-	    "object 2 is of the unknown class " + unknown + "; load the module that has it first; the frame before that ");
+	    "object 2 is of the unknown class " + unknown +
+	    "; load the module that has it first (--plugins); the frame before that ");
 }

@@ -72,8 +72,8 @@ class AlteringReader : public LogReader
 
 Set with(Set set, const Alter& alter, const std::string& other_laser = "")
 {
-	set.log.read = [read = set.log.read, alter, other_laser]
-	{ return std::make_unique<AlteringReader>(read(), alter, other_laser); };
+	set.log.read_for = [read = set.log.read_for, alter, other_laser](const std::string& label)
+	{ return std::make_unique<AlteringReader>(read(label), alter, other_laser); };
 	if (!other_laser.empty()) set.log.survey.sensors.push_back({other_laser, set.laser.scans});
 	return set;
 }
@@ -130,7 +130,7 @@ Set drawn_set(const Laser& laser = {})
 	}
 	set.laser = {"LASER", drive().size()};
 	set.log.survey.sensors = {set.laser};
-	set.log.read = [observations] { return std::make_unique<MemoryReader>(observations); };
+	set.log.read_for = [observations](const std::string&) { return std::make_unique<MemoryReader>(observations); };
 	return set;
 }
 

@@ -1,7 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // The conformance files of MCAP: every record as the json file beside each has it.
-#include "ros/mcap.h"
-#include "ros/message_source.h"
+#include "bags/mcap.h"
+#include "bags/message_source.h"
 
 #include <gtest/gtest.h>
 

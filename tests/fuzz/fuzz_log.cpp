@@ -4,9 +4,9 @@
 #include <logs/errors.h>
 #include <logs/log.h>
 
+#include "bags/message_source.h"
 #include "carmen_log.h"
 #include "fuzz_input.h"
-#include "ros/message_source.h"
 #include "text_file.h"
 
 namespace

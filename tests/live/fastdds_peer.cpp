@@ -116,7 +116,7 @@ MapType::type to_peer(const live::MapMessage& map)
 	return message;
 }
 
-ScanType::type to_peer(const logs::LaserScan& scan)
+ScanType::type to_peer(const ros::LaserScan& scan)
 {
 	ScanType::type message;
 	message.header(header_of(scan.header.time, scan.header.frame));
@@ -129,7 +129,7 @@ ScanType::type to_peer(const logs::LaserScan& scan)
 	return message;
 }
 
-TransformsType::type to_peer(const std::vector<logs::Transform>& transforms)
+TransformsType::type to_peer(const std::vector<ros::Transform>& transforms)
 {
 	TransformsType::type message;
 	for (const auto& transform : transforms)

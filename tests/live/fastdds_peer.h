@@ -126,8 +126,8 @@ using ClockType = rosgraph_msgs::msg::dds_::Clock_PubSubType;
 using EmptyType = std_msgs::msg::dds_::Empty_PubSubType;
 
 MapType::type to_peer(const live::MapMessage& map);
-ScanType::type to_peer(const logs::LaserScan& scan);
-TransformsType::type to_peer(const std::vector<logs::Transform>& transforms);
+ScanType::type to_peer(const ros::LaserScan& scan);
+TransformsType::type to_peer(const std::vector<ros::Transform>& transforms);
 PoseType::type to_peer(live::Time time, const std::string& frame, const mrpt::poses::CPose2D& pose);
 ClockType::type clock_at(live::Time time);
 mrpt::poses::CPose2D pose_of(const PoseType::type& message);

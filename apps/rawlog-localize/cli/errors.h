@@ -1,17 +1,13 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <logs/errors.h>
+#include <base/errors.h>
 
 #include <stdexcept>
 #include <string>
 
 namespace d2s1r::app
 {
-using logs::is_out_of_memory;
-using logs::one_line;
-using logs::printable;
-
 /// The exit status of the process.
 enum ExitStatus : int
 {

@@ -7,6 +7,7 @@
 #include "evaluation/mistakes.h"
 #include "frames/frame_loop.h"
 
+#include <base/threads.h>
 #include <mrpt/core/format.h>
 #include <mrpt/math/wrap2pi.h>
 
@@ -94,7 +95,7 @@ class Tester
 	Trial localize(const Mistake& mistake, const std::vector<ScanPtr>& scans, const Query& query) const
 	{
 		Trial trial{std::vector<Localization>(scans.size())};
-		run_on_threads(
+		parallel_for(
 		    scans.size(), threads_,
 		    [&](std::size_t i)
 		    {

@@ -1,19 +1,18 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "frames/frame_loop.h"
 
+#include <base/scoped_timer.h>
+#include <base/threads.h>
 #include <d2s1r/motion.h>
 #include <d2s1r/scan_accumulator.h>
 #include <d2s1r/window_localizer.h>
 
-#include <atomic>
 #include <chrono>
 #include <condition_variable>
 #include <deque>
-#include <exception>
 #include <map>
 #include <mutex>
 #include <set>
-#include <thread>
 #include <utility>
 #include <vector>
 
@@ -26,26 +25,13 @@ constexpr std::size_t kMostObjects = 1024;  //!< [-] the same of objects, which 
 
 using Clock = std::chrono::steady_clock;
 
-/// Adds the time from its construction to its end to a sum.
-class ScopedTimer
-{
-   public:
-	explicit ScopedTimer(double& seconds) : seconds_(seconds) {}
-	~ScopedTimer() { seconds_ += std::chrono::duration<double>(Clock::now() - start_).count(); }
-	ScopedTimer(const ScopedTimer&) = delete;
-	ScopedTimer& operator=(const ScopedTimer&) = delete;
-
-   private:
-	double& seconds_;
-	Clock::time_point start_ = Clock::now();
-};
-
 using Lasers = std::vector<PlacedObservation>;
 
 struct Job
 {
 	std::size_t frame = 0;
 	mrpt::obs::CObservation2DRangeScan::ConstPtr scan;
+	logs::ScanDetails details = {};
 	Clock::time_point read_at = {};  //!< when the scan had been read
 	Lasers lasers = {};              //!< what is merged, `scan` last; empty: each scan is used alone
 	std::optional<Localization> result = {};
@@ -53,7 +39,23 @@ struct Job
 
 Scan scan_of(const Job& job, const ScanParameters& parameters)
 {
+	if (!job.details.unusable_because.empty())
+	{
+		Scan unusable;
+		unusable.invalid_because = job.details.unusable_because;
+		return unusable;
+	}
 	return job.lasers.empty() ? make_scan(*job.scan, parameters) : merge_scans(job.lasers, parameters);
+}
+
+/// Returns the observation of a job; if it cannot be used, one without valid beams.
+mrpt::obs::CObservation2DRangeScan::ConstPtr observation_of(const Job& job)
+{
+	if (job.details.unusable_because.empty()) return job.scan;
+	auto blind = std::make_shared<mrpt::obs::CObservation2DRangeScan>(*job.scan);
+	for (std::size_t i = 0; i < blind->getScanSize(); i++) blind->setScanRangeValidity(i, false);
+	for (std::size_t i = 0; i < blind->getScanSize(); i++) blind->setScanRange(i, 0);
+	return blind;
 }
 
 /// The last scan of each laser, and where the robot was then by the odometry.
@@ -69,16 +71,22 @@ class LastScans
 		time_before_ = std::exchange(time_, reading ? logs::to_seconds(reading->timestamp) : 0);
 	}
 
+	/// Scans that are far from the time of this one are forgotten: there may be any number of labels.
 	void add(const mrpt::obs::CObservation2DRangeScan::ConstPtr& scan)
 	{
-		scans_[scan->sensorLabel] = {scan, robot_at(logs::to_seconds(scan->timestamp))};
+		const double time = logs::to_seconds(scan->timestamp);
+		for (auto other = scans_.begin(); other != scans_.end();)
+		{
+			const double off = std::abs(time - logs::to_seconds(other->second.observation->timestamp));
+			other = off > 2 * kOldest ? scans_.erase(other) : std::next(other);
+		}
+		scans_[scan->sensorLabel] = {scan, robot_at(time)};
 	}
 
 	/// Returns the scans that are at most 0.5 s older than the last one of the laser `label`, which is the last of
 	/// them.
 	Lasers with(const std::string& label) const
 	{
-		constexpr double kOldest = 0.5;  // [s]
 		const PlacedObservation& newest = scans_.at(label);
 		const double now = logs::to_seconds(newest.observation->timestamp);
 		Lasers lasers;
@@ -90,6 +98,8 @@ class LastScans
 	}
 
    private:
+	static constexpr double kOldest = 0.5;  //!< [s]
+
 	/// Returns the robot in the odometry's frame, which goes on for a moment as it did between the last two readings.
 	mrpt::poses::CPose2D robot_at(double time) const
 	{
@@ -126,14 +136,16 @@ class ItemReader
 	/// Returns the next object; no value after all that can be read of the log.
 	std::optional<Item> read()
 	{
-		const ScopedTimer timer(seconds_);
+		const ScopedTimer timer(milliseconds_);
 		auto object = reader_.next();
 		if (!object) return std::nullopt;
 		Item item = {std::move(*object)};
 		if (merge_lasers_) last_scans_.add(item.object);
-		for (const auto& scan : item.object.scans)
+		for (std::size_t i = 0; i < item.object.scans.size(); i++)
 		{
-			if (merge_lasers_) last_scans_.add(scan);
+			const auto& scan = item.object.scans[i];
+			const logs::ScanDetails& details = item.object.details[i];
+			if (merge_lasers_ && details.unusable_because.empty()) last_scans_.add(scan);
 			if (scan->sensorLabel != selection_.label)
 			{
 				constexpr std::size_t kMostLabels = 100;
@@ -141,14 +153,19 @@ class ItemReader
 				continue;
 			}
 			if (selection_.contains(scans_))
-				item.jobs.push_back(
-				    {scans_, scan, Clock::now(), merge_lasers_ ? last_scans_.with(scan->sensorLabel) : Lasers{}});
+				item.jobs.push_back({scans_, scan, details, Clock::now(), lasers_with(scan->sensorLabel, details)});
 			scans_++;
 		}
 		item.object.scans.clear();
-		item.object.object.reset();
+		if (!item.object.bytes.empty()) item.object.object.reset();  // else its bytes are made of it
 		item.unfinished = item.jobs.size();
 		return item;
+	}
+
+	/// Returns Job::lasers of a scan that has just been read.
+	Lasers lasers_with(const std::string& label, const logs::ScanDetails& details) const
+	{
+		return merge_lasers_ && details.unusable_because.empty() ? last_scans_.with(label) : Lasers{};
 	}
 
 	/// Returns the number of scans of the sensor seen so far.
@@ -158,7 +175,7 @@ class ItemReader
 	const std::set<std::string>& other_labels() const { return other_labels_; }
 
 	/// Returns the time [s] that reading took so far.
-	double seconds() const { return seconds_; }
+	double seconds() const { return 1e-3 * milliseconds_; }
 
    private:
 	logs::LogReader& reader_;
@@ -167,7 +184,7 @@ class ItemReader
 	LastScans last_scans_;
 	std::size_t scans_ = 0;
 	std::set<std::string> other_labels_;
-	double seconds_ = 0;
+	double milliseconds_ = 0;
 };
 
 /// The odometry of a log, from one scan to the next.
@@ -220,7 +237,7 @@ class Follower
 	{
 		odometry_.add(item.object);
 		{
-			const ScopedTimer timer(writing_seconds_);
+			const ScopedTimer timer(writing_ms_);
 			sink_.take_object(item.object);
 		}
 		for (Job& job : item.jobs)
@@ -234,7 +251,7 @@ class Follower
 	std::size_t frames() const { return frames_; }
 
 	/// Returns the time [s] that the sink took so far.
-	double writing_seconds() const { return writing_seconds_; }
+	double writing_seconds() const { return 1e-3 * writing_ms_; }
 
    private:
 	void follow(Job& job)
@@ -250,8 +267,9 @@ class Follower
 		}
 		if (approach_.tracker)
 			frame.tracker = approach_.tracker->add(approach_.localizer, scan(), frame.timestamp, frame.result, motion);
-		if (approach_.fusion_backend) frame.fused = approach_.fusion_backend->step({*job.scan, one_shot, motion});
-		const ScopedTimer timer(writing_seconds_);
+		if (approach_.fusion_backend)
+			frame.fused = approach_.fusion_backend->step({*observation_of(job), one_shot, motion});
+		const ScopedTimer timer(writing_ms_);
 		is_enough_ = !sink_.take_frame(frame, std::move(job.scan));
 		frames_++;
 	}
@@ -260,7 +278,7 @@ class Follower
 	const FrameSink& sink_;
 	std::size_t frames_ = 0;
 	bool is_enough_ = false;
-	double writing_seconds_ = 0;
+	double writing_ms_ = 0;
 	OdometryBetweenScans odometry_;
 	std::optional<WindowLocalizer> window_;
 };
@@ -384,58 +402,7 @@ class FramePipeline
 	bool is_enough_ = false;                          //!< whether no more frames are wanted
 	bool failed_ = false;                             //!< whether a task has
 };
-
-/// Calls `work` on up to `threads` threads, the calling one included. If the system refuses a thread, those there are
-/// do the work. \throws what the first call of `work` to fail throws
-void on_threads(int threads, const std::function<void()>& work)
-{
-	std::exception_ptr failure;
-	std::atomic_flag failed = ATOMIC_FLAG_INIT;
-	const auto run = [&]
-	{
-		try
-		{
-			work();
-		}
-		catch (...)
-		{
-			if (!failed.test_and_set()) failure = std::current_exception();
-		}
-	};
-	std::vector<std::thread> others;
-	others.reserve(static_cast<std::size_t>(threads));
-	try
-	{
-		for (int i = 1; i < threads; i++) others.emplace_back(run);
-	}
-	catch (const std::system_error&)
-	{
-		// The system has a limit; the threads there are do the work.
-	}
-	run();
-	for (std::thread& other : others) other.join();
-	if (failure) std::rethrow_exception(failure);
-}
 }  // namespace
-
-void run_on_threads(std::size_t count, int threads, const std::function<void(std::size_t)>& work)
-{
-	std::atomic<std::size_t> next{0};
-	on_threads(
-	    threads,
-	    [&]
-	    {
-		    try
-		    {
-			    for (std::size_t i = next++; i < count; i = next++) work(i);
-		    }
-		    catch (...)
-		    {
-			    next = count;
-			    throw;
-		    }
-	    });
-}
 
 LoopResult localize_log(
     logs::LogReader& reader, const FrameSelection& selection, const Approach& approach, const FrameSink& sink,
@@ -445,10 +412,16 @@ LoopResult localize_log(
 	ItemReader items(reader, selection, approach.merge_lasers);
 	Follower follower(approach, sink);
 	FramePipeline pipeline(items, follower, approach, progress);
-	on_threads(approach.threads, [&] { pipeline.work(); });
+	run_on_threads(approach.threads, [&] { pipeline.work(); });
 	// Reading and writing take one thread of those there are.
 	const double seconds = std::chrono::duration<double>(Clock::now() - start).count() -
 	                       (items.seconds() + follower.writing_seconds()) / approach.threads;
-	return {reader.damage(), seconds, items.scans(), follower.frames(), follower.is_enough(), items.other_labels()};
+	return {
+	    describe_damage(reader.damage(), reader.missing_class()),
+	    seconds,
+	    items.scans(),
+	    follower.frames(),
+	    follower.is_enough(),
+	    items.other_labels()};
 }
 }  // namespace d2s1r::app

@@ -48,11 +48,6 @@ struct LoopResult
 	std::set<std::string> other_labels = {};
 };
 
-/// Calls `work(i)` for every i below `count`, started in this order, on up to `threads` threads, the calling one
-/// included. If the system refuses a thread, those there are do the work.
-/// \throws what the first call of `work` to fail throws; calls that have not started by then are left out
-void run_on_threads(std::size_t count, int threads, const std::function<void(std::size_t)>& work);
-
 /// Localizes the selected scans of a log, `threads` at a time, and hands everything to `sink` in the order of the
 /// log, each frame as soon as it and those before it are known. The window and the fusion, if there are any, follow the
 /// scans in that order, too, so the results do not depend on the number of threads. Ends at the end of the log, after

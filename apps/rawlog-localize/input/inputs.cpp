@@ -4,6 +4,7 @@
 #include "cli/console.h"
 #include "cli/errors.h"
 
+#include <logs/errors.h>
 #include <mrpt/core/format.h>
 #include <mrpt/maps/registerAllClasses.h>
 #include <mrpt/system/os.h>
@@ -69,15 +70,24 @@ void check_method(Method method, const CommandLine& command)
 
 logs::Log open_log(const LogRequest& request, const std::function<void()>& prepare)
 {
+	const logs::Labels of_results = {kPoseLabel, kPseudoOdometryLabel};  // of an earlier run; nobody measured them
 	try
 	{
-		if (request.is_live()) return logs::open_live_log(request.file, request.label, interrupted, prepare);
-		return logs::open_log(request.file, interrupted);
+		logs::Log log = request.is_live()
+		                    ? logs::open_live_log(request.file, request.label, interrupted, of_results, prepare)
+		                    : logs::open_log(request.file, interrupted, of_results);
+		log.survey.damage = describe_damage(log.survey.damage, log.survey.missing_class);
+		return log;
 	}
 	catch (const logs::Interrupted&)
 	{
 		throw UserError(kInterrupted, request.file, kInterruptedEarly);
 	}
+}
+
+std::string describe_damage(const std::string& damage, const std::string& missing_class)
+{
+	return damage + (missing_class.empty() ? "" : " (--plugins)");
 }
 
 logs::Sensor choose_sensor(const logs::LogSurvey& survey, const LogRequest& request)
@@ -117,13 +127,30 @@ std::vector<std::string> describe_log(
 	if (!sensor.mounting.empty())
 		lines.push_back(
 		    survey.format + ", laser " + scans + (request.overrides.sensor_pose ? "" : ", " + mounting) +
-		    (survey.odometry.empty() ? "; no odometry" : "; odometry from " + survey.odometry));
+		    (sensor.odometry.empty() ? "; no odometry" : "; odometry from " + sensor.odometry));
+	for (const logs::Sensor& other : survey.sensors)
+	{
+		if (!other.has_pose && other.label != sensor.label)
+			lines.push_back("laser '" + other.label + "' is " + other.mounting);
+		lines.insert(lines.end(), other.doubts.begin(), other.doubts.end());
+	}
 	lines.insert(lines.end(), survey.notes.begin(), survey.notes.end());
 	if (motion == MotionSource::kOdometry && survey.odometry.empty() && !survey.is_live)
 		lines.push_back(
 		    "holds no odometry to move the filter with; the filter repeats its last motion (--motion pseudo follows "
 		    "the results)");
 	return lines;
+}
+
+void check_merge(const logs::LogSurvey& survey, const logs::Sensor& sensor)
+{
+	for (const logs::Sensor& other : survey.sensors)
+		if (!other.has_pose)
+			throw UserError(
+			    kWrongUse, "--merge-lasers",
+			    "needs the pose of all lasers on the robot, but laser '" + other.label + "' is " + other.mounting +
+			        "; use --topic " + (other.label == sensor.label ? "NAME" : sensor.label) +
+			        " alone, or record its transform");
 }
 
 FrameSelection select_frames(const FrameRange& frames, const logs::Sensor& sensor)

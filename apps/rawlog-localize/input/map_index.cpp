@@ -1,12 +1,12 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "input/map_index.h"
 
+#include <base/output_file.h>
 #include "cli/errors.h"
 #include "input/map_loading.h"
-#include "output/output_file.h"
 
+#include <base/own_process.h>
 #include <d2s1r/for_programs.h>
-#include <logs/own_process.h>
 #include <mrpt/core/format.h>
 
 #include <filesystem>
@@ -49,7 +49,7 @@ double memory_of_index(const MrptGrid& grid, const Parameters& parameters)
 {
 	const double of_copy = static_cast<double>(grid.getRawMap().size());
 	const double needed = of_copy + static_cast<double>(memory_to_build(grid, parameters));
-	const auto available = static_cast<double>(logs::available_memory());
+	const auto available = static_cast<double>(available_memory());
 	if (needed > available)
 		throw std::runtime_error(mrpt::format(
 		    "the index of %u x %u cells takes about %s and there are %s of memory; use a coarser or smaller map",

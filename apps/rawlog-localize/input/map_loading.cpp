@@ -3,8 +3,8 @@
 
 #include "cli/errors.h"
 
+#include <base/own_process.h>
 #include <d2s1r/CSignatureMap2D.h>
-#include <logs/own_process.h>
 #include <mrpt/serialization/CSerializable.h>
 
 #include <algorithm>
@@ -20,7 +20,7 @@ namespace
 using MrptGrid = mrpt::maps::COccupancyGridMap2D;
 
 /// Returns what loading a map file may take, which is far more than loading a sound one does.
-logs::ProcessLimits limits_of_map(const std::string& file)
+ProcessLimits limits_of_map(const std::string& file)
 {
 	constexpr std::uint64_t kMemory = 900'000'000, kMemoryPerByte = 40;  // [byte], [-]
 	constexpr std::uint64_t kMemoryOfImage = 3'000'000'000;              // [byte] of 256 million pixels and cells
@@ -41,7 +41,7 @@ enum MapRecord : char
 
 void tell_map(
     const std::string& file, const std::optional<ImageGeometry>& image, const GridParameters& parameters,
-    const logs::Send& send)
+    const Send& send)
 {
 	try
 	{
@@ -71,14 +71,14 @@ MrptGrid::ConstPtr load_grid(
 {
 	std::vector<std::uint8_t> bytes;
 	std::string error;
-	const logs::ProcessLimits limits = limits_of_map(file);
+	const ProcessLimits limits = limits_of_map(file);
 	const auto stop = [&activity]
 	{
 		activity.show();
 		return interrupted();
 	};
-	const logs::ProcessEnd end = logs::run_in_own_process(
-	    limits, [&](const logs::Send& send) { tell_map(file, image, parameters, send); },
+	const ProcessEnd end = run_in_own_process(
+	    limits, [&](const Send& send) { tell_map(file, image, parameters, send); },
 	    [&](const std::string& record)
 	    {
 		    if (record[0] == kErrorRecord)
@@ -91,14 +91,14 @@ MrptGrid::ConstPtr load_grid(
 	const std::string advice = "; it is damaged or far too large: copy or save it again";
 	switch (end)
 	{
-		case logs::ProcessEnd::kInterrupted:
+		case ProcessEnd::kInterrupted:
 			throw UserError(kInterrupted, file, kInterruptedEarly);
-		case logs::ProcessEnd::kOutOfMemory:
-			if (logs::available_memory() < limits.memory) throw std::bad_alloc();
+		case ProcessEnd::kOutOfMemory:
+			if (available_memory() < limits.memory) throw std::bad_alloc();
 			throw std::runtime_error("loading it takes too much memory" + advice);
-		case logs::ProcessEnd::kOutOfTime:
+		case ProcessEnd::kOutOfTime:
 			throw std::runtime_error("loading it takes too long" + advice);
-		case logs::ProcessEnd::kCrashed:
+		case ProcessEnd::kCrashed:
 			throw std::runtime_error("its reader crashes on it" + advice);
 		default:
 			break;

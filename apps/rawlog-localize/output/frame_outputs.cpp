@@ -1,6 +1,8 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "output/frame_outputs.h"
 
+#include "input/inputs.h"
+
 #include <d2s1r/motion.h>
 #include <mrpt/obs/CObservationOdometry.h>
 #include <mrpt/obs/CObservationRobotPose.h>
@@ -150,7 +152,7 @@ mrpt::obs::CObservationRobotPose pose_observation(const Hypothesis& best, mrpt::
 {
 	mrpt::obs::CObservationRobotPose observation;
 	observation.timestamp = time;
-	observation.sensorLabel = logs::kPoseLabel;
+	observation.sensorLabel = kPoseLabel;
 	observation.pose.copyFrom(mrpt::poses::CPosePDFGaussian(best.pose, best.covariance));
 	return observation;
 }
@@ -159,7 +161,7 @@ mrpt::obs::CObservationOdometry odometry_observation(const mrpt::poses::CPose2D&
 {
 	mrpt::obs::CObservationOdometry observation;
 	observation.timestamp = time;
-	observation.sensorLabel = logs::kPseudoOdometryLabel;
+	observation.sensorLabel = kPseudoOdometryLabel;
 	observation.odometry = pose;
 	return observation;
 }
@@ -221,7 +223,7 @@ FrameFile::FrameFile(const std::string& path, const char* heading, Writer writer
 
 void LocalizedRawlog::add(const logs::RawlogObject& object)
 {
-	if (!object.from_earlier_run) file_.write(object.bytes);
+	file_.write(to_bytes(object));
 }
 
 void LocalizedRawlog::add(const Frame& frame, const mrpt::obs::CObservation2DRangeScan& scan)

@@ -1,9 +1,9 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <base/output_file.h>
 #include "cli/command_line.h"
 #include "frames/frame_store.h"
-#include "output/output_file.h"
 #include "output/pf_pipeline.h"
 
 #include <logs/log.h>

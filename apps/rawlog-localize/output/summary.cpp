@@ -1,10 +1,10 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "output/summary.h"
 
+#include <base/output_file.h>
 #include "cli/errors.h"
 #include "evaluation/ground_truth.h"
 #include "evaluation/run_report.h"
-#include "output/output_file.h"
 #include "output/run_outputs.h"
 
 #include <d2s1r/version.h>

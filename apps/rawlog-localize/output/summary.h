@@ -1,8 +1,8 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <base/output_file.h>
 #include "evaluation/run_report.h"
-#include "output/output_file.h"
 
 #include <ostream>
 

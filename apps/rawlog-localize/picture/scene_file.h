@@ -1,7 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "output/output_file.h"
+#include <base/output_file.h>
 #include "picture/sheet.h"
 
 #include <d2s1r/grid.h>

@@ -12,8 +12,8 @@
 #include <stdexcept>
 
 #include "base/checked_value.h"
+#include "base/errors.h"
 #include "base/file_text.h"
-#include "base/ini_text.h"
 #include "base/parameter_list.h"
 #include "engine/default_localizer.h"
 
@@ -27,9 +27,9 @@ namespace
 /// \throws std::invalid_argument
 void check_name(const std::string& name)
 {
-	if (name.empty() || name.front() == '.' || name.find('/') != std::string::npos || printable_name(name) != name)
+	if (name.empty() || name.front() == '.' || name.find('/') != std::string::npos || printable(name) != name)
 		throw std::invalid_argument(
-		    "map '" + printable(name) +
+		    "map '" + excerpt(name) +
 		    "': a name may not be empty, begin with a dot, nor hold slashes or control characters; rename it");
 }
 
@@ -55,7 +55,7 @@ Atlas::Atlas(std::vector<AtlasMap> maps) : maps_(std::move(maps))
 	for (const AtlasMap& map : maps_)
 	{
 		const auto refuse = [&](const std::string& what)
-		{ throw std::invalid_argument("Atlas: map '" + printable(map.name) + "' " + what); };
+		{ throw std::invalid_argument("Atlas: map '" + excerpt(map.name) + "' " + what); };
 		check_name(map.name);
 		if (!names.insert(map.name).second) refuse("is there twice; give each map a name of its own");
 		if (!map.localizer) refuse("has no localizer; build or load one");
@@ -94,7 +94,7 @@ const AtlasMap& Atlas::at(const std::string& name) const
 {
 	for (const AtlasMap& map : maps_)
 		if (map.name == name) return map;
-	throw std::invalid_argument("Atlas: there is no map '" + printable(name) + "'");
+	throw std::invalid_argument("Atlas: there is no map '" + excerpt(name) + "'");
 }
 
 namespace
@@ -166,7 +166,7 @@ AtlasEntry entry_of(const std::string& name, const YAML::Node& map, const fs::pa
 		const std::string& key = item.first.Scalar();
 		if (std::find(kKeys.begin(), kKeys.end(), key) == kKeys.end())
 			throw std::runtime_error(
-			    "map '" + name + "': '" + printable(key) + "' is not one of file, floor, region, config; correct it");
+			    "map '" + name + "': '" + excerpt(key) + "' is not one of file, floor, region, config; correct it");
 	}
 	try
 	{

@@ -18,14 +18,14 @@ constexpr Time kHistory = 10'000'000'000;  // [ns]
 constexpr std::size_t kMostFrames = 2000;  // [-] of a robot; a sender of nonsense may name any number
 
 /// Returns no value if tf2 cannot hold the time.
-std::optional<ros::Time> to_ros(Time time)
+std::optional<::ros::Time> to_ros(Time time)
 {
 	constexpr Time kSecond = 1'000'000'000;
 	if (time < 0 || time / kSecond > std::numeric_limits<std::uint32_t>::max()) return std::nullopt;
-	return ros::Time(static_cast<std::uint32_t>(time / kSecond), static_cast<std::uint32_t>(time % kSecond));
+	return ::ros::Time(static_cast<std::uint32_t>(time / kSecond), static_cast<std::uint32_t>(time % kSecond));
 }
 
-geometry_msgs::TransformStamped to_message(const logs::Transform& transform, const ros::Time& time)
+geometry_msgs::TransformStamped to_message(const ros::Transform& transform, const ::ros::Time& time)
 {
 	geometry_msgs::TransformStamped message;
 	message.header.stamp = time;
@@ -44,14 +44,14 @@ geometry_msgs::TransformStamped to_message(const logs::Transform& transform, con
 }
 }  // namespace
 
-LiveFrames::LiveFrames() : buffer_(std::make_unique<tf2::BufferCore>(ros::Duration(10.0)))
+LiveFrames::LiveFrames() : buffer_(std::make_unique<tf2::BufferCore>(::ros::Duration(10.0)))
 {
 	console_bridge::noOutputHandler();  // a library does not print
 }
 
 LiveFrames::~LiveFrames() = default;
 
-void LiveFrames::add(const logs::Transform& transform, bool is_static)
+void LiveFrames::add(const ros::Transform& transform, bool is_static)
 {
 	const std::string &parent = transform.header.frame, &child = transform.child;
 	const auto time = to_ros(transform.header.time);
@@ -75,8 +75,8 @@ std::optional<mrpt::poses::CPose3D> LiveFrames::pose_in(
 
 std::optional<Time> LiveFrames::newest(const std::string& frame, const std::string& other) const
 {
-	if (frame.empty() || other.empty() || !buffer_->canTransform(other, frame, ros::Time(0))) return std::nullopt;
-	const ros::Time found = buffer_->lookupTransform(other, frame, ros::Time(0)).header.stamp;
+	if (frame.empty() || other.empty() || !buffer_->canTransform(other, frame, ::ros::Time(0))) return std::nullopt;
+	const ::ros::Time found = buffer_->lookupTransform(other, frame, ::ros::Time(0)).header.stamp;
 	return static_cast<Time>(found.toNSec());
 }
 

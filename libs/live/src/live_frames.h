@@ -26,7 +26,7 @@ class LiveFrames
 	~LiveFrames();
 
 	/// Takes a transform, unless it is none that tf2 allows.
-	void add(const logs::Transform& transform, bool is_static);
+	void add(const ros::Transform& transform, bool is_static);
 
 	/// Returns the pose of one frame in another at a time [ns]; 0: the newest. No value if they are not connected then.
 	std::optional<mrpt::poses::CPose3D> pose_in(const std::string& frame, const std::string& other, Time time) const;

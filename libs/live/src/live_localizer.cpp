@@ -5,10 +5,11 @@
 #include "map_slot.h"
 #include "seeder.h"
 
+#include <base/errors.h>
 #include <d2s1r/motion.h>
 #include <d2s1r/window_localizer.h>
 #include <mrpt/core/format.h>
-#include <ros/ros_log.h>
+#include <ros/observation.h>
 
 #include <algorithm>
 #include <cmath>
@@ -47,7 +48,7 @@ std::string describe(const CPose2D& pose)
 struct WaitingScan
 {
 	std::string topic;
-	logs::LaserScan scan;
+	ros::LaserScan scan;
 	Time since = 0;  //!< by the clock
 };
 
@@ -120,7 +121,7 @@ struct LiveLocalizer::State
 void LiveLocalizer::State::tell(const std::string& about, const std::string& line)
 {
 	std::string& before = told[about];
-	if (before != line && !line.empty()) news.push_back(logs::printable(line));
+	if (before != line && !line.empty()) news.push_back(printable(line));
 	before = line;
 }
 
@@ -329,7 +330,7 @@ std::optional<ScanAnswer> LiveLocalizer::State::answer(const WaitingScan& waitin
 	}
 	tell("laser", "");
 	const auto odometry_now = odometry_at(header.time, robot);
-	const auto observation = logs::to_observation(waiting_scan.scan, *laser, waiting_scan.topic);
+	const auto observation = ros::to_observation(waiting_scan.scan, *laser, waiting_scan.topic);
 	if (waiting_scan.topic != laser_topic)
 	{
 		others[waiting_scan.topic] = {header.time, {observation, odometry_now.value_or(CPose2D())}};
@@ -373,12 +374,12 @@ void LiveLocalizer::set_map_publishers(const std::vector<PublisherId>& publisher
 	state_->maps.set_publishers(publishers);
 }
 
-void LiveLocalizer::add_transforms(const std::vector<logs::Transform>& transforms, bool are_static)
+void LiveLocalizer::add_transforms(const std::vector<ros::Transform>& transforms, bool are_static)
 {
 	for (const auto& transform : transforms) state_->frames.add(transform, are_static);
 }
 
-void LiveLocalizer::add_odometry(const logs::OdometryMessage& odometry)
+void LiveLocalizer::add_odometry(const ros::Odometry& odometry)
 {
 	if (!odometry.pose.pose || odometry.pose.header.time <= 0) return;
 	state_->odometry_child = odometry.pose.child;
@@ -393,7 +394,7 @@ void LiveLocalizer::set_odometry_publishers(int count)
 	state_->odometry_publishers = count;
 }
 
-void LiveLocalizer::add_tracker_pose(const logs::Header& header, const std::optional<mrpt::poses::CPose3D>& pose)
+void LiveLocalizer::add_tracker_pose(const ros::Header& header, const std::optional<mrpt::poses::CPose3D>& pose)
 {
 	State& state = *state_;
 	if (!pose || !std::isfinite(pose->x() + pose->y() + pose->yaw())) return;
@@ -412,7 +413,7 @@ void LiveLocalizer::set_tracker_readers(int present, int ever)
 	state_->seeder.set_readers(present, ever);
 }
 
-void LiveLocalizer::add_scan(const std::string& topic, const logs::LaserScan& scan)
+void LiveLocalizer::add_scan(const std::string& topic, const ros::LaserScan& scan)
 {
 	State& state = *state_;
 	if (state.laser_topic.empty()) state.laser_topic = topic;
@@ -483,7 +484,7 @@ LiveStatus LiveLocalizer::status(Time now) const
 	{
 		if (!status.summary.empty()) return;
 		status.level = level;
-		status.summary = logs::printable(summary);
+		status.summary = printable(summary);
 	};
 	using Level = LiveStatus::Level;
 	const bool is_late = state.last && now - state.last_answer_at > kSilence;
@@ -513,8 +514,8 @@ LiveStatus LiveLocalizer::status(Time now) const
 	add("indices built", std::to_string(state.maps.built()));
 	add("seeds sent", std::to_string(state.seeder.sent()));
 	add("readers of seeds", std::to_string(state.seed_readers));
-	if (!state.silent_because.empty()) add("silent because", logs::printable(state.silent_because));
-	if (!state.seeder.waiting().empty()) add("no seed because", logs::printable(state.seeder.waiting()));
+	if (!state.silent_because.empty()) add("silent because", printable(state.silent_because));
+	if (!state.seeder.waiting().empty()) add("no seed because", printable(state.seeder.waiting()));
 	if (!state.last) return status;
 	const ScanAnswer& last = *state.last;
 	add("status", to_string(last.localization.status));
@@ -534,7 +535,7 @@ std::vector<std::string> LiveLocalizer::take_news()
 	std::vector<std::string> all;
 	for (std::vector<std::string>* part : {&state.maps.news, &state.news, &state.seeder.news})
 	{
-		for (std::string& line : *part) all.push_back(logs::printable(line));
+		for (std::string& line : *part) all.push_back(printable(line));
 		part->clear();
 	}
 	return all;

@@ -1,10 +1,10 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "map_slot.h"
 
+#include <base/errors.h>
+#include <base/own_process.h>
 #include <d2s1r/for_programs.h>
 #include <d2s1r/map_io.h>
-#include <logs/errors.h>
-#include <logs/own_process.h>
 #include <mrpt/core/format.h>
 
 #include <algorithm>
@@ -67,12 +67,12 @@ void MapSlot::add(const MapMessage& map, PublisherId publisher)
 		task.grid = grid_of(map);
 		task.fingerprint = fingerprint_of_map(*task.grid);
 		const std::uint64_t needed = memory_to_build(*task.grid, settings_.parameters);
-		if (needed > logs::available_memory())
+		if (needed > available_memory())
 			throw std::invalid_argument(mrpt::format("needs %.1f GB of memory", static_cast<double>(needed) * 1e-9));
 	}
 	catch (const std::exception& e)
 	{
-		problem_ = "the map " + logs::one_line(e) + "; it is not used";
+		problem_ = "the map " + one_line(e) + "; it is not used";
 		news.push_back(problem_);
 		return;
 	}
@@ -149,13 +149,13 @@ MapSlot::Built MapSlot::build(const Task& task, const LiveSettings& settings)
 		}
 		catch (const std::runtime_error& e)
 		{
-			built.problem = logs::one_line(e);
+			built.problem = one_line(e);
 		}
 		return built;
 	}
 	catch (const std::exception& e)
 	{
-		return {nullptr, "the map cannot be used: " + logs::one_line(e)};
+		return {nullptr, "the map cannot be used: " + one_line(e)};
 	}
 }
 

@@ -15,13 +15,15 @@
 #include <limits>
 #include <map>
 #include <new>
+#include <string_view>
 
 namespace d2s1r::logs
 {
 namespace
 {
-constexpr std::size_t kLongestLine = 1 << 20;  // [byte] a scan has 10,000
-constexpr double kMaxRange = 80;               // [m] of a SICK laser, unless the log says otherwise
+constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";  // of UTF-8, which editors put in front
+constexpr std::size_t kLongestLine = 1 << 20;                // [byte] a scan has 10,000
+constexpr double kMaxRange = 80;                             // [m] of a SICK laser, unless the log says otherwise
 
 /// The words of a line, one after the other.
 class Words
@@ -312,7 +314,8 @@ class CarmenReader : public LogReader
 			end = text_.size() == before ? before : text_.find('\n', before);
 		}
 		number_++;
-		const auto line = std::string_view(text_).substr(past_line_, end - past_line_);
+		auto line = std::string_view(text_).substr(past_line_, end - past_line_);
+		if (number_ == 1 && line.rfind(kByteOrderMark, 0) == 0) line.remove_prefix(kByteOrderMark.size());
 		past_line_ = std::min(end + 1, text_.size());
 		return line;
 	}
@@ -369,7 +372,8 @@ class CarmenReader : public LogReader
 
 bool is_carmen_text(const std::string& start)
 {
-	const std::string lines = "\n" + start;
+	const bool has_mark = start.rfind(kByteOrderMark, 0) == 0;
+	const std::string lines = "\n" + start.substr(has_mark ? kByteOrderMark.size() : 0);
 	if (start.find('\0') != std::string::npos) return false;
 	for (const char* kind :
 	     {"PARAM ", "SYNC ", "ODOM ", "FLASER ", "RLASER ", "ROBOTLASER1 ", "RAWLASER1 ", "# CARMEN"})
@@ -381,7 +385,7 @@ Log open_carmen_log(const std::string& path, const Stop& stop)
 {
 	Log log;
 	log.survey = CarmenReader(path, stop).survey();
-	log.read = [path, stop] { return std::make_unique<CarmenReader>(path, stop); };
+	log.read_for = [path, stop](const std::string&) { return std::make_unique<CarmenReader>(path, stop); };
 	return log;
 }
 }  // namespace d2s1r::logs

@@ -22,15 +22,17 @@ namespace
 enum LiveRecord : char
 {
 	kObjectBytes = 'n',  //!< the bytes of an object that MRPT can read
-	kLogDamage = 'd'     //!< RawlogReader::damage()
+	kLogDamage = 'd',    //!< RawlogReader::damage()
+	kLogClass = 'c'      //!< RawlogReader::missing_class()
 };
 
 void tell_objects(int descriptor, bool follows, const Send& send)
 {
 	RawlogReader reader(unpack(descriptor, follows));
-	while (const auto object = reader.next())
+	while (const auto object = reader.read())
 		send(std::string(1, kObjectBytes).append(object->bytes.begin(), object->bytes.end()));
 	send(char{kLogDamage} + reader.damage());
+	send(char{kLogClass} + reader.missing_class());
 }
 
 /// What another process has read of a live log.
@@ -60,6 +62,9 @@ class LiveStream : public InputStream
 		return is_told ? damage_ : damage_that_ended(end, objects);
 	}
 
+	/// Returns LogReader::missing_class().
+	const std::string& missing_class() const { return missing_class_; }
+
    private:
 	static constexpr ProcessLimits kLimits = {900'000'000, std::numeric_limits<unsigned>::max()};
 
@@ -71,20 +76,26 @@ class LiveStream : public InputStream
 		const auto text = std::string_view(record_).substr(1);
 		if (record_[0] == kObjectBytes)
 			left_ = text;
-		else
+		else if (record_[0] == kLogDamage)
 			damage_ = text;
+		else
+			missing_class_ = text;
+		if (record_[0] == kLogDamage) receive();  // the class comes with it
 	}
 
 	OwnProcess process_;
 	std::string record_;
 	std::string_view left_;  //!< in the record
-	std::string damage_;
+	std::string damage_, missing_class_;
 };
 
 class LiveReader : public LogReader
 {
    public:
-	explicit LiveReader(std::unique_ptr<LiveStream> stream) : stream_(*stream), reader_(std::move(stream)) {}
+	LiveReader(std::unique_ptr<LiveStream> stream, const Labels& left_out)
+	    : stream_(*stream), reader_(std::move(stream), left_out)
+	{
+	}
 
 	std::optional<RawlogObject> next() override
 	{
@@ -118,7 +129,8 @@ class LiveReader : public LogReader
 			return object;
 		}
 		damage_ = stream_.damage(objects_);
-		if (objects_ == 0 && !damage_.empty())
+		missing_class_ = stream_.missing_class();
+		if (objects_ == 0 && !damage_.empty() && missing_class_.empty())
 			damage_ +=
 			    "; of logs that are being written only rawlogs can be read: read a bag or a CARMEN log from its "
 			    "file, once it is complete";
@@ -151,15 +163,27 @@ int open_input(const std::string& file)
 		    "is a folder, as a ROS 2 bag is, which cannot be read while it is written; read it once it is complete");
 	throw LogError(file, "is no file that can grow; pipe it into standard input, whose name is -");
 }
+
+/// \throws LogError if the system refuses another process
+std::unique_ptr<LiveReader> read_in_own_process(
+    const std::string& file, int descriptor, bool follows, const Stop& stop, const Labels& left_out)
+try
+{
+	return std::make_unique<LiveReader>(std::make_unique<LiveStream>(descriptor, follows, stop), left_out);
+}
+catch (const std::runtime_error& refusal)
+{
+	throw LogError(file == kStandardInput ? "standard input" : file, refusal.what());
+}
 }  // namespace
 
 Log open_live_log(
-    const std::string& file, const std::optional<std::string>& label, const Stop& stop,
+    const std::string& file, const std::optional<std::string>& label, const Stop& stop, const Labels& left_out,
     const std::function<void()>& prepare)
 {
 	const bool follows = file != kStandardInput;
 	const int descriptor = open_input(file);
-	auto reader = std::make_unique<LiveReader>(std::make_unique<LiveStream>(descriptor, follows, stop));
+	auto reader = read_in_own_process(file, descriptor, follows, stop, left_out);
 	if (follows) close(descriptor);  // the other process has it
 	prepare();
 	Log log;
@@ -170,7 +194,8 @@ Log open_live_log(
 	if (!used && stop()) throw Interrupted();
 	if (used) log.survey.sensors = {{*used, std::numeric_limits<std::size_t>::max()}};
 	if (!used) log.survey.damage = reader->damage();
-	log.read = [holder = std::make_shared<std::unique_ptr<LogReader>>(std::move(reader))]
+	if (!used) log.survey.missing_class = reader->missing_class();
+	log.read_for = [holder = std::make_shared<std::unique_ptr<LogReader>>(std::move(reader))](const std::string&)
 	{ return std::move(*holder); };
 	return log;
 }

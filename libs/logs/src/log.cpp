@@ -1,10 +1,11 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "logs/log.h"
 
+#include "bags/ros_log.h"
 #include "carmen_log.h"
 #include "logs/errors.h"
+#include "odometry_of_scans.h"
 #include "rawlog_reader.h"
-#include "ros/ros_log.h"
 #include "text_file.h"
 
 #include <mrpt/obs/CObservationOdometry.h>
@@ -28,8 +29,9 @@ void check_is_there(const std::string& path)
 		    path, (error ? "cannot be reached (" + error.message() + ")" : "no such log") + "; check the path");
 	if (fs::is_directory(path, error))
 	{
-		if (fs::exists(fs::path(path) / "metadata.yaml", error)) return;
-		throw LogError(path, "is a folder without metadata.yaml; name the file of the log");
+		if (fs::exists(fs::path(path) / "metadata.yaml", error) || !files_of_bag(path).empty()) return;
+		throw LogError(
+		    path, "is a folder without metadata.yaml and without files .mcap or .db3; name the file of the log");
 	}
 	if (!fs::is_regular_file(path, error))
 		throw LogError(path, "is a device or a pipe, but is read twice; copy the log to a regular file");
@@ -75,13 +77,6 @@ std::string unpacked_start(const std::string& path)
 	}
 }
 
-std::vector<std::uint8_t> serialize(const mrpt::serialization::CSerializable& object)
-{
-	std::vector<std::uint8_t> bytes;
-	mrpt::serialization::ObjectToOctetVector(&object, bytes);
-	return bytes;
-}
-
 /// Alters the scans of one laser.
 class OverridingReader : public LogReader
 {
@@ -95,15 +90,15 @@ class OverridingReader : public LogReader
 	{
 		auto object = reader_->next();
 		damage_ = reader_->damage();
+		missing_class_ = reader_->missing_class();
 		if (!object) return std::nullopt;
-		bool altered = false;
-		for (const auto& scan : object->scans)
+		for (std::size_t i = 0; i < object->scans.size(); i++)
 		{
-			if (scan->sensorLabel != label_) continue;
-			alter(*scan, object->middle_angle);
-			altered = true;
+			if (object->scans[i]->sensorLabel != label_) continue;
+			alter(*object->scans[i], object->middle_angle);
+			alter(object->details[i], object->scans[i]->getScanSize());
+			object->bytes.clear();  // which are no longer those of the object
 		}
-		if (altered) object->bytes = serialize(*object->object);
 		return object;
 	}
 
@@ -122,6 +117,13 @@ class OverridingReader : public LogReader
 			scan.setScanRange(i, after);
 		}
 		scan.maxRange = max_range;
+	}
+
+	void alter(ScanDetails& details, std::size_t beams) const
+	{
+		if (overrides_.sensor_pose) details.unusable_because.clear();
+		if (overrides_.sweep_time && beams > 1)
+			details.time_step = *overrides_.sweep_time / (static_cast<double>(beams) - 1);
 	}
 
 	std::unique_ptr<LogReader> reader_;
@@ -152,18 +154,48 @@ mrpt::Clock::time_point from_seconds(double seconds)
 RawlogObject to_rawlog_object(const mrpt::obs::CObservation::Ptr& observation, double middle_angle)
 {
 	RawlogObject object;
-	object.bytes = serialize(*observation);
 	object.object = observation;
 	object.middle_angle = middle_angle;
 	if (auto scan = std::dynamic_pointer_cast<mrpt::obs::CObservation2DRangeScan>(observation))
+	{
 		object.scans.push_back(std::move(scan));
+		object.details.emplace_back();
+	}
 	const auto reading = std::dynamic_pointer_cast<mrpt::obs::CObservationOdometry>(observation);
 	if (reading && std::isfinite(reading->odometry.norm() + reading->odometry.phi()))
+	{
 		object.odometry = reading->odometry;
+		object.odometry_time = to_seconds(reading->timestamp);
+	}
 	return object;
 }
 
-Log open_log(const std::string& path, const Stop& stop)
+std::vector<std::uint8_t> to_bytes(const RawlogObject& object)
+{
+	std::vector<std::uint8_t> bytes = object.bytes;
+	if (bytes.empty()) mrpt::serialization::ObjectToOctetVector(object.object.get(), bytes);
+	return bytes;
+}
+
+#ifndef D2S1R_TF2
+[[noreturn]] void refuse_ros(const std::string& path)
+{
+	throw LogError(
+	    path, "is a recording of ROS, which this program was built without; install libtf2-dev and build it again");
+}
+
+Log open_ros_log(const std::string& path, RosFormat /*format*/, const Stop& /*stop*/)
+{
+	refuse_ros(path);
+}
+
+std::vector<StampedPose> read_odometry_of_topic(const std::string& path, const std::string&, const std::string&)
+{
+	refuse_ros(path);
+}
+#endif
+
+Log open_log(const std::string& path, const Stop& stop, const Labels& left_out)
 {
 	check_is_there(path);
 	if (fs::is_directory(path)) return open_ros_log(path, RosFormat::kFolder2, stop);
@@ -172,8 +204,10 @@ Log open_log(const std::string& path, const Stop& stop)
 	if (ros) return open_ros_log(path, *ros, stop);
 	const std::string start = unpacked_start(path);
 	if (is_carmen_text(start)) return open_carmen_log(path, stop);
+	const std::string packed = describe_packed(magic, start);
+	if (!packed.empty()) throw LogError(path, packed);
 	const bool is_cut_gzip = start.size() < 2 && magic.rfind("\x1f\x8b", 0) == 0;
-	if (is_rawlog(start) || is_cut_gzip) return open_rawlog(path, stop);
+	if (is_rawlog(start) || is_cut_gzip) return open_rawlog(path, stop, left_out);
 	throw LogError(
 	    path,
 	    "not a log that I know (" + known_formats() + "); check that it is the right file and whole, and not packed");
@@ -181,8 +215,9 @@ Log open_log(const std::string& path, const Stop& stop)
 
 std::string known_formats()
 {
-	std::string formats = "MRPT rawlogs, CARMEN logs, ROS 1 bags";
-#ifdef D2S1R_FASTCDR
+	std::string formats = "MRPT rawlogs, CARMEN logs";
+#ifdef D2S1R_TF2
+	formats += ", ROS 1 bags";
 #ifdef D2S1R_SQLITE
 	formats += ", ROS 2 bags in sqlite3";
 #endif
@@ -203,8 +238,9 @@ std::string known_formats()
 
 std::unique_ptr<LogReader> read_log(const Log& log, const std::string& label, const Overrides& overrides)
 {
-	auto reader = log.read();
-	if (!overrides.sensor_pose && !overrides.max_range && !overrides.range_factor) return reader;
-	return std::make_unique<OverridingReader>(std::move(reader), label, overrides);
+	auto reader = log.read_for(label);
+	if (overrides.sensor_pose || overrides.max_range || overrides.range_factor || overrides.sweep_time)
+		reader = std::make_unique<OverridingReader>(std::move(reader), label, overrides);
+	return with_odometry(std::move(reader), !log.survey.is_live);
 }
 }  // namespace d2s1r::logs

@@ -2,9 +2,10 @@
 #include "rawlog_reader.h"
 
 #include "logs/errors.h"
-#include "logs/own_process.h"
+#include "process_of_file.h"
 #include "unpacking_stream.h"
 
+#include <base/own_process.h>
 #include <fcntl.h>
 #include <mrpt/obs/CActionCollection.h>
 #include <mrpt/obs/CActionRobotMovement2D.h>
@@ -12,6 +13,7 @@
 #include <mrpt/obs/CObservationRobotPose.h>
 #include <mrpt/obs/CSensoryFrame.h>
 #include <mrpt/serialization/CArchive.h>
+#include <mrpt/system/os.h>
 #include <xxhash.h>
 
 #include <algorithm>
@@ -93,42 +95,45 @@ void make_sound(bool& flag)
 /// \param odometer label of the first odometer, the only one that is read: each has a frame of its own
 void read_observation(
     const mrpt::serialization::CSerializable::Ptr& observation, std::optional<std::string>& odometer,
-    RawlogObject& into)
+    const Labels& left_out, RawlogObject& into)
 {
 	if (auto scan = std::dynamic_pointer_cast<mrpt::obs::CObservation2DRangeScan>(observation))
 	{
 		make_sound(scan->rightToLeft);
 		into.scans.push_back(std::move(scan));
+		into.details.emplace_back();
 	}
 	const auto reading = std::dynamic_pointer_cast<mrpt::obs::CObservationOdometry>(observation);
 	if (!reading || !std::isfinite(reading->odometry.norm() + reading->odometry.phi())) return;
-	if (reading->sensorLabel == kPseudoOdometryLabel) return;  // an earlier run wrote it; nobody measured it
+	if (left_out.count(reading->sensorLabel) > 0) return;
 	if (!odometer) odometer = reading->sensorLabel;
-	if (reading->sensorLabel == *odometer) into.odometry = reading->odometry;
+	if (reading->sensorLabel != *odometer) return;
+	into.odometry = reading->odometry;
+	into.odometry_time = to_seconds(reading->timestamp);
 }
 
-/// Returns whether an earlier run of rawlog-localize put this object into the log.
-bool is_from_earlier_run(const mrpt::serialization::CSerializable& object)
+/// Returns whether an object is a pose or odometry with one of these labels.
+bool is_left_out(const mrpt::serialization::CSerializable& object, const Labels& left_out)
 {
 	const auto* const pose = dynamic_cast<const mrpt::obs::CObservationRobotPose*>(&object);
 	const auto* const odometry = dynamic_cast<const mrpt::obs::CObservationOdometry*>(&object);
-	return (pose && pose->sensorLabel == kPoseLabel) || (odometry && odometry->sensorLabel == kPseudoOdometryLabel);
+	return (pose && left_out.count(pose->sensorLabel) > 0) || (odometry && left_out.count(odometry->sensorLabel) > 0);
 }
 
 /// Takes what localization needs from an object of a rawlog of either kind.
 void read_contents(
-    const mrpt::serialization::CSerializable::Ptr& object, std::optional<std::string>& odometer, RawlogObject& into)
+    const mrpt::serialization::CSerializable::Ptr& object, std::optional<std::string>& odometer, const Labels& left_out,
+    RawlogObject& into)
 {
-	into.from_earlier_run = is_from_earlier_run(*object);
 	if (const auto actions = std::dynamic_pointer_cast<mrpt::obs::CActionCollection>(object))
 	{
 		const auto movement = actions->getBestMovementEstimation();
 		if (movement) into.increment = movement->poseChange->getMeanVal();
 	}
 	if (const auto frame = std::dynamic_pointer_cast<mrpt::obs::CSensoryFrame>(object))
-		for (const auto& observation : *frame) read_observation(observation, odometer, into);
+		for (const auto& observation : *frame) read_observation(observation, odometer, left_out, into);
 	else
-		read_observation(object, odometer, into);
+		read_observation(object, odometer, left_out, into);
 }
 
 /// Returns the class that MRPT says it does not know; empty if it says something else, or if that is no name.
@@ -143,6 +148,16 @@ std::string unknown_class(const std::exception& error)
 	    name.begin(), name.end(),
 	    [](unsigned char c) { return c < 0x80 && (std::isalnum(c) || c == '_' || c == ':'); });
 	return is_name ? name : "";
+}
+
+/// Returns the version of an object that MRPT says it does not know; empty if it says something else.
+std::string unknown_version(const std::exception& error)
+{
+	const std::string text = error.what(), before = "unknown serialization version number: '";
+	const auto found = text.find(before);
+	if (found == std::string::npos) return "";
+	const std::string number = text.substr(found + before.size(), 3);
+	return number.substr(0, number.find_first_not_of("0123456789"));
 }
 
 /// Tells whether the bytes of an object are still those that were surveyed.
@@ -164,7 +179,8 @@ enum SurveyRecord : char
 	kScanRecord = 's',      //!< the number of the sensor of a scan, in the order of these
 	kOdometryRecord = 'o',  //!< nothing more
 	kObjectRecord = 'n',    //!< the ObjectSum of an object that has been read as a whole
-	kDamageRecord = 'd'     //!< RawlogReader::damage()
+	kDamageRecord = 'd',    //!< RawlogReader::damage()
+	kClassRecord = 'c'      //!< RawlogReader::missing_class()
 };
 
 template <typename Number>
@@ -177,7 +193,7 @@ std::string record_of(SurveyRecord kind, const Number& number)
 void tell_contents(RawlogReader& reader, const Send& send)
 {
 	std::map<std::string, std::size_t> sensors;  // their numbers by label
-	while (const auto object = reader.next())
+	while (const auto object = reader.read())
 	{
 		for (const auto& scan : object->scans)
 		{
@@ -190,6 +206,7 @@ void tell_contents(RawlogReader& reader, const Send& send)
 		send(record_of(kObjectRecord, sum));
 	}
 	send(char{kDamageRecord} + reader.damage());
+	send(char{kClassRecord} + reader.missing_class());
 }
 
 void note(const std::string& record, LogSurvey& survey, std::vector<ObjectSum>& objects)
@@ -210,6 +227,9 @@ void note(const std::string& record, LogSurvey& survey, std::vector<ObjectSum>& 
 			break;
 		case kObjectRecord:
 			std::memcpy(&objects.emplace_back(), text.data(), sizeof(ObjectSum));
+			break;
+		case kClassRecord:
+			survey.missing_class = text;
 			break;
 		default:
 			survey.damage = text;
@@ -291,12 +311,16 @@ class SurveyedStream : public InputStream
 class SurveyedReader : public LogReader
 {
    public:
-	explicit SurveyedReader(std::unique_ptr<SurveyedStream> stream) : stream_(*stream), reader_(std::move(stream)) {}
+	SurveyedReader(std::unique_ptr<SurveyedStream> stream, const Labels& left_out)
+	    : stream_(*stream), reader_(std::move(stream), left_out)
+	{
+	}
 
 	std::optional<RawlogObject> next() override
 	{
 		auto object = reader_.next();
 		if (!object) damage_ = stream_.change().empty() ? reader_.damage() : stream_.change();
+		if (!object) missing_class_ = reader_.missing_class();
 		return object;
 	}
 
@@ -308,6 +332,15 @@ class SurveyedReader : public LogReader
 
 std::optional<RawlogObject> RawlogReader::next()
 {
+	for (;;)
+	{
+		auto object = read();
+		if (!object || !is_left_out(*object->object, left_out_)) return object;
+	}
+}
+
+std::optional<RawlogObject> RawlogReader::read()
+{
 	if (!damage_.empty()) return std::nullopt;
 	RawlogObject object;
 	RecordingStream recording(*stream_, object.bytes);
@@ -315,7 +348,7 @@ std::optional<RawlogObject> RawlogReader::next()
 	{
 		auto archive = mrpt::serialization::archiveFrom<mrpt::io::CStream>(recording);
 		object.object = archive.ReadObject();
-		read_contents(object.object, odometer_, object);
+		read_contents(object.object, odometer_, left_out_, object);
 		objects_++;
 		return object;
 	}
@@ -345,32 +378,36 @@ std::string RawlogReader::end_within_object() const
 	return "is cut short or damaged after object " + std::to_string(objects_) + kCopyAgain;
 }
 
-std::string RawlogReader::unreadable(const std::exception& error) const
+std::string RawlogReader::unreadable(const std::exception& error)
 {
-	const std::string name = unknown_class(error);
-	if (!name.empty())
-		return "object " + std::to_string(objects_ + 1) + " is of the unknown class " + name +
-		       "; load the module that has it first";
+	missing_class_ = unknown_class(error);
+	const std::string object = "object " + std::to_string(objects_ + 1);
+	if (!missing_class_.empty())
+		return object + " is of the unknown class " + missing_class_ + "; load the module that has it first";
+	if (const std::string version = unknown_version(error); !version.empty())
+		return object + " is of version " + version + ", which this program's MRPT " + mrpt::system::MRPT_getVersion() +
+		       " does not know; a newer MRPT wrote it, with which this program can be built";
 	if (objects_ == 0) return std::string("is not an MRPT rawlog, or damaged from its start") + kCheckFile;
 	return "is damaged after object " + std::to_string(objects_) + kCopyAgain;
 }
 
-Log open_rawlog(const std::string& file, const Stop& stop)
+Log open_rawlog(const std::string& file, const Stop& stop, const Labels& left_out)
 {
-	RawlogReader reader(open_packed(file));
+	RawlogReader reader(open_packed(file), left_out);
 	Log log;
 	log.survey.format = "MRPT rawlog";
 	log.survey.kind_of_scan = "CObservation2DRangeScan";
 	const auto objects = std::make_shared<std::vector<ObjectSum>>();
 	const ProcessLimits limits = limits_of_survey(file);
-	const ProcessEnd end = run_in_own_process(
-	    limits, [&](const Send& send) { tell_contents(reader, send); },
+	const ProcessEnd end = read_in_own_process(
+	    file, limits, [&](const Send& send) { tell_contents(reader, send); },
 	    [&](const std::string& record) { note(record, log.survey, *objects); }, stop);
 	if (end == ProcessEnd::kInterrupted) throw Interrupted();
 	if (end == ProcessEnd::kOutOfMemory && available_memory() < limits.memory) throw std::bad_alloc();
 	if (end != ProcessEnd::kDone) log.survey.damage = damage_that_ended(end, objects->size());
-	log.read = [file, objects]
-	{ return std::make_unique<SurveyedReader>(std::make_unique<SurveyedStream>(open_packed(file), objects)); };
+	log.read_for = [file, objects, left_out](const std::string&) {
+		return std::make_unique<SurveyedReader>(std::make_unique<SurveyedStream>(open_packed(file), objects), left_out);
+	};
 	return log;
 }
 

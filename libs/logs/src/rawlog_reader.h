@@ -1,8 +1,8 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <base/own_process.h>
 #include "logs/log.h"
-#include "logs/own_process.h"
 
 #include <mrpt/io/CStream.h>
 
@@ -18,16 +18,24 @@ class RawlogReader : public LogReader
 {
    public:
 	/// \param stream holds the rawlog, unpacked
-	explicit RawlogReader(std::unique_ptr<mrpt::io::CStream> stream) : stream_(std::move(stream)) {}
+	/// \param left_out as open_log() has it
+	explicit RawlogReader(std::unique_ptr<mrpt::io::CStream> stream, Labels left_out = {})
+	    : stream_(std::move(stream)), left_out_(std::move(left_out))
+	{
+	}
 
 	std::optional<RawlogObject> next() override;
+
+	/// Returns what next() does, those included that are left out.
+	std::optional<RawlogObject> read();
 
    private:
 	std::string place() const;
 	std::string end_within_object() const;
-	std::string unreadable(const std::exception& error) const;
+	std::string unreadable(const std::exception& error);
 
 	std::unique_ptr<mrpt::io::CStream> stream_;
+	Labels left_out_;
 	std::size_t objects_ = 0;              //!< [-] read so far
 	std::optional<std::string> odometer_;  //!< label
 };
@@ -35,7 +43,7 @@ class RawlogReader : public LogReader
 /// Reads a rawlog to its end, or to where it is damaged, in a process of its own. Later only what has been read there
 /// without harm is read again.
 /// \throws LogError if it cannot be opened, std::bad_alloc if there is too little memory, Interrupted if `stop` said so
-Log open_rawlog(const std::string& file, const Stop& stop);
+Log open_rawlog(const std::string& file, const Stop& stop, const Labels& left_out = {});
 
 /// Returns what is wrong with a rawlog whose reading in a process of its own ended in a bad way, after `objects`
 /// objects.

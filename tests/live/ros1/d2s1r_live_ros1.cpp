@@ -170,7 +170,7 @@ class Node
 
 	void take_scan(const sensor_msgs::LaserScan& message)
 	{
-		logs::LaserScan scan;
+		ros::LaserScan scan;
 		scan.header = to_header(message.header);
 		scan.first_angle = message.angle_min;
 		scan.angle_step = message.angle_increment;

@@ -31,7 +31,7 @@ inline live::MapMessage map_message(const Grid& grid, const std::string& frame =
 }
 
 /// The pose of one frame in another as a message.
-inline logs::Transform transform_of(
+inline ros::Transform transform_of(
     live::Time time, const std::string& parent, const std::string& child, const mrpt::poses::CPose3D& pose)
 {
 	return {{time, parent}, child, pose};
@@ -58,10 +58,10 @@ struct SimulatedRobot
 		odometry = odometry + mrpt::poses::CPose2D(ahead * error(random), 0, turn * error(random));
 	}
 
-	logs::LaserScan scan()
+	ros::LaserScan scan()
 	{
 		std::normal_distribution<double> noise(0, range_noise);
-		logs::LaserScan message;
+		ros::LaserScan message;
 		message.header = {time, "laser"};
 		message.angle_step = static_cast<float>(2 * M_PI / beams);
 		message.first_angle = static_cast<float>(-M_PI);
@@ -77,12 +77,12 @@ struct SimulatedRobot
 		return message;
 	}
 
-	std::vector<logs::Transform> odometry_transform() const
+	std::vector<ros::Transform> odometry_transform() const
 	{
 		return {transform_of(time, "odom", "base_link", mrpt::poses::CPose3D(odometry))};
 	}
 
-	std::vector<logs::Transform> laser_transform() const
+	std::vector<ros::Transform> laser_transform() const
 	{
 		return {transform_of(time, "base_link", "laser", laser_on_robot)};
 	}

@@ -353,7 +353,7 @@ TEST(LiveLocalizer, GoesByMessagesOfOdometryWithoutTransforms)
 	drive.begin();
 	for (int i = 0; i < 10; i++)
 	{
-		logs::OdometryMessage message;
+		ros::Odometry message;
 		message.pose =
 		    transform_of(drive.robot.time + kStep, "odom", "base_link", mrpt::poses::CPose3D(drive.robot.odometry));
 		drive.live.add_odometry(message);
@@ -453,7 +453,7 @@ TEST(LiveLocalizer, UsesTheScansOfAllLasersTogether)
 	drive.begin();
 	const auto half = [&](bool ahead)  // each laser sees one half
 	{
-		logs::LaserScan scan = drive.robot.scan();
+		ros::LaserScan scan = drive.robot.scan();
 		for (std::size_t i = 0; i < scan.ranges.size(); i++)
 			if ((i >= scan.ranges.size() / 2) != ahead) scan.ranges[i] = std::nanf("");
 		return scan;

@@ -122,18 +122,21 @@ std::map<std::string, std::uint32_t> numbers_of_topics(const Messages& messages)
 
 FieldWriter::FieldWriter(Wire wire) : wire_(wire)
 {
-	if (wire == Wire::kCdr) bytes_ = std::string("\0\x01\0\0", 4);  // little-endian
+	if (wire == Wire::kRos1) return;
+	bytes_ = std::string(4, '\0');
+	bytes_[1] = static_cast<char>(wire == Wire::kCdr ? 1 : wire == Wire::kCdr2 ? 7 : 0);
 }
 
 void FieldWriter::align(std::size_t size)
 {
 	if (wire_ == Wire::kRos1) return;
+	if (wire_ == Wire::kCdr2) size = std::min<std::size_t>(size, 4);
 	while ((bytes_.size() - 4) % size != 0) bytes_ += '\0';
 }
 
 FieldWriter& FieldWriter::text(const std::string& text)
 {
-	const std::string end = wire_ == Wire::kCdr ? std::string(1, '\0') : "";
+	const std::string end = wire_ == Wire::kRos1 ? "" : std::string(1, '\0');
 	number(static_cast<std::uint32_t>(text.size() + end.size()));
 	bytes_ += text + end;
 	return *this;
@@ -152,7 +155,8 @@ std::string scan_message(Wire wire, const MadeScan& scan)
 	FieldWriter writer(wire);
 	writer.header(scan.time, scan.frame);
 	const float last = scan.first_angle + scan.angle_step * static_cast<float>(scan.ranges.size() - 1);
-	for (const float value : {scan.first_angle, last, scan.angle_step, 0.0F, 0.1F, scan.min_range, scan.max_range})
+	for (const float value :
+	     {scan.first_angle, last, scan.angle_step, scan.time_step, 0.1F, scan.min_range, scan.max_range})
 		writer.number(value);
 	writer.number(static_cast<std::uint32_t>(scan.ranges.size()));
 	for (const float range : scan.ranges) writer.number(range);
@@ -187,20 +191,20 @@ std::string transform_message(Wire wire, std::int64_t time, const std::vector<Ma
 
 MadeMessage made_scan(Wire wire, const MadeScan& scan, const std::string& topic)
 {
-	const char* type = wire == Wire::kCdr ? "sensor_msgs/msg/LaserScan" : "sensor_msgs/LaserScan";
+	const char* type = wire != Wire::kRos1 ? "sensor_msgs/msg/LaserScan" : "sensor_msgs/LaserScan";
 	return {topic, type, scan.time, scan_message(wire, scan)};
 }
 
 MadeMessage made_odometry(Wire wire, std::int64_t time, double x, double y, double phi)
 {
-	const char* type = wire == Wire::kCdr ? "nav_msgs/msg/Odometry" : "nav_msgs/Odometry";
+	const char* type = wire != Wire::kRos1 ? "nav_msgs/msg/Odometry" : "nav_msgs/Odometry";
 	return {"/odom", type, time, odometry_message(wire, time, "base_link", x, y, phi)};
 }
 
 MadeMessage made_transforms(
     Wire wire, std::int64_t time, const std::vector<MadeTransform>& transforms, const std::string& topic)
 {
-	const char* type = wire == Wire::kCdr ? "tf2_msgs/msg/TFMessage" : "tf2_msgs/TFMessage";
+	const char* type = wire != Wire::kRos1 ? "tf2_msgs/msg/TFMessage" : "tf2_msgs/TFMessage";
 	return {topic, type, time, transform_message(wire, time, transforms)};
 }
 

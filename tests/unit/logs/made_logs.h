@@ -2,6 +2,7 @@
 // Logs of robots, written by the rules of their formats and without the code that reads them.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -12,7 +13,9 @@ namespace d2s1r::test
 enum class Wire
 {
 	kRos1,
-	kCdr
+	kCdr,       //!< little-endian
+	kCdr2,      //!< the same of version 2
+	kBigEndian  //!< CDR
 };
 
 /// Fields of a message, one after the other.
@@ -25,7 +28,9 @@ class FieldWriter
 	FieldWriter& number(Number value)
 	{
 		align(sizeof value);
-		bytes_.append(reinterpret_cast<const char*>(&value), sizeof value);
+		std::string bytes(reinterpret_cast<const char*>(&value), sizeof value);
+		if (wire_ == Wire::kBigEndian) std::reverse(bytes.begin(), bytes.end());
+		bytes_ += bytes;
 		return *this;
 	}
 	FieldWriter& text(const std::string& text);
@@ -46,6 +51,7 @@ struct MadeScan
 	std::string frame = "laser";
 	float first_angle = -1.5F;  //!< [rad]
 	float angle_step = 0.5F;    //!< [rad]
+	float time_step = 0;        //!< [s] from beam to beam
 	float min_range = 0.1F;     //!< [m]
 	float max_range = 10.0F;    //!< [m]
 	std::vector<float> ranges = {1, 2, 3, 4, 5, 6, 7};

@@ -5,8 +5,10 @@
 #include "app/temporary_folder.h"
 #include "logs/made_logs.h"
 
+#include <mrpt/io/CFileGZOutputStream.h>
 #include <mrpt/serialization/CArchive.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -15,6 +17,8 @@ using namespace d2s1r::logs;
 
 namespace
 {
+constexpr std::int64_t kTime = 1'600'000'000'000'000'000;  // [ns]
+
 MadeScan some_scan()
 {
 	MadeScan scan;
@@ -50,7 +54,7 @@ class LogFiles : public FolderTest
 	{
 		mrpt::obs::CObservation2DRangeScan scan;
 		scan.sensorLabel = "LASER";
-		const auto bytes = to_rawlog_object(std::make_shared<mrpt::obs::CObservation2DRangeScan>(scan)).bytes;
+		const auto bytes = to_bytes(to_rawlog_object(std::make_shared<mrpt::obs::CObservation2DRangeScan>(scan)));
 		return {bytes.begin(), bytes.end()};
 	}
 };
@@ -61,7 +65,7 @@ TEST_F(LogFiles, AreKnownByTheirContent)
 	EXPECT_EQ(format_of(bag1_file({made_scan(Wire::kRos1, some_scan())})), "ROS 1 bag");
 	EXPECT_EQ(format_of("# CARMEN Logfile\nODOM 0 0 0 0 0 0 1 h 1\n"), "CARMEN log");
 	EXPECT_EQ(format_of(mcap_file({made_scan(Wire::kRos1, some_scan())}, {}, "ros1")), "MCAP file");
-#if defined(D2S1R_SQLITE) && defined(D2S1R_FASTCDR)
+#ifdef D2S1R_SQLITE
 	save_sqlite_bag(path("sqlite"), {made_scan(Wire::kCdr, some_scan())});
 	EXPECT_EQ(open_log(path("sqlite")).survey.format, "ROS 2 bag");
 	write("metadata.yaml", "rosbag2_bagfile_information:\n  relative_file_paths: [sqlite]\n");
@@ -137,6 +141,67 @@ TEST(LogTime, OfADamagedLogIsSomeNumber)
 }
 
 /// Logs of every format with the name of each.
+TEST_F(LogFiles, RecordingsThatWerePackedAsAWholeSayHowToUnpackThem)
+{
+	const std::string bag = bag1_file({made_scan(Wire::kRos1, some_scan())});
+	if (can_pack("zstd"))
+	{
+		EXPECT_NE(refusal(packed("zstd", bag)).find("unpack it by 'zstd -d'"), std::string::npos);
+	}
+	if (can_pack("bz2"))
+	{
+		EXPECT_NE(refusal(packed("bz2", bag)).find("unpack it by 'bunzip2'"), std::string::npos);
+	}
+	mrpt::io::CFileGZOutputStream stream(path("packed.gz"));
+	stream.Write(bag.data(), bag.size());
+	stream.close();
+	EXPECT_NE(refusal(read("packed.gz")).find("unpack it by 'gunzip'"), std::string::npos);
+}
+
+TEST_F(LogFiles, AScanHasTheOdometryDuringItsBeams)
+{
+	std::vector<MadeMessage> messages;
+	for (int i = 0; i < 40; i++)
+	{
+		const std::int64_t time = kTime + i * 50'000'000;  // every 0.05 s, recorded 0.02 s later
+		messages.push_back(made_odometry(Wire::kRos1, time, 0.1 * i, 0, 0));
+		messages.back().time += 20'000'000;
+		MadeScan scan = some_scan();
+		scan.time = time + 10'000'000;
+		scan.time_step = 0.11F / static_cast<float>(scan.ranges.size() - 1);
+		messages.push_back(made_scan(Wire::kRos1, scan));
+	}
+	std::sort(messages.begin(), messages.end(), [](const auto& a, const auto& b) { return a.time < b.time; });
+	write("log", bag1_file(messages));
+	const Log log = open_log(path("log"));
+	const auto reader = read_log(log, "/scan", {});
+	std::size_t scans = 0;
+	while (const auto object = reader->next())
+	{
+		if (object->scans.empty()) continue;
+		const double start = to_seconds(object->scans[0]->timestamp), end = start + 0.11;
+		const auto& odometry = object->details.at(0).odometry;
+		if (scans++ >= 37) continue;  // the log ends during these
+		ASSERT_EQ(odometry.size(), 4U) << scans;
+		EXPECT_LE(odometry.front().first, start);
+		EXPECT_GT(odometry[1].first, start);
+		EXPECT_LT(odometry[2].first, end);
+		EXPECT_GE(odometry.back().first, end);
+	}
+	EXPECT_EQ(scans, 40U);
+}
+
+TEST_F(LogFiles, TheTimeOfASweepCanBeGiven)
+{
+	write("log", bag1_file({made_scan(Wire::kRos1, some_scan())}));
+	Overrides overrides;
+	overrides.sweep_time = 0.1;
+	const auto object = read_log(open_log(path("log")), "/scan", overrides)->next();
+	ASSERT_TRUE(object);
+	const auto beams = static_cast<double>(object->scans.at(0)->getScanSize());
+	EXPECT_NEAR(object->details.at(0).time_step, 0.1 / (beams - 1), 1e-12);
+}
+
 class LogFilesThatAreStopped : public LogFiles
 {
    protected:
@@ -150,7 +215,7 @@ class LogFilesThatAreStopped : public LogFiles
 		write("mcap", mcap_file(ros1, {"", 1}, "ros1"));
 		write("mcap without chunks", mcap_file(ros1, {"", 0}, "ros1"));
 		names_ = {"rawlog", "carmen", "bag", "bag without an index", "mcap", "mcap without chunks"};
-#if defined(D2S1R_SQLITE) && defined(D2S1R_FASTCDR)
+#ifdef D2S1R_SQLITE
 		save_sqlite_bag(path("sqlite"), std::vector<MadeMessage>(3, made_scan(Wire::kCdr, some_scan())));
 		write("metadata.yaml", "rosbag2_bagfile_information:\n  relative_file_paths: [sqlite]\n");
 		names_.insert(names_.end(), {"sqlite", ""});

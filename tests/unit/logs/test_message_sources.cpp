@@ -2,8 +2,8 @@
 // Bags of ROS 1 and ROS 2 and MCAP files: whatever the packing, the same messages in order; damage is told.
 #include <logs/errors.h>
 #include "app/temporary_folder.h"
+#include "bags/message_source.h"
 #include "logs/made_logs.h"
-#include "ros/message_source.h"
 
 #ifdef D2S1R_SQLITE
 #include <sqlite3.h>
@@ -259,6 +259,49 @@ TEST_F(MessageSources, FolderGivesItsFilesOneAfterTheOther)
 	const Reading reading = read_all(*open_messages(path(""), RosFormat::kFolder2));
 	EXPECT_EQ(reading.times, times_of(messages));
 	EXPECT_EQ(reading.damage, "");
+}
+
+TEST_F(MessageSources, FolderWithoutMetadataGivesItsFilesInTheOrderOfTheirNumbers)
+{
+	const auto messages = recording(Wire::kCdr);
+	for (std::size_t i = 0; i < messages.size(); i++)
+		write("bag_" + std::to_string(i) + ".mcap", mcap_file({messages[i]}));
+	ASSERT_GT(messages.size(), 10U) << "bag_10 comes after bag_9";
+	write("notes.txt", "not a recording");
+	EXPECT_EQ(read_all(*open_messages(path(""), RosFormat::kFolder2)).times, times_of(messages));
+	write("bag_0.db3", "another one");
+	EXPECT_THROW(open_messages(path(""), RosFormat::kFolder2), LogError);
+}
+
+TEST_F(MessageSources, FilesThatWerePackedAsAWholeAreReadWhereTheyHaveBeenUnpacked)
+{
+	const auto messages = recording(Wire::kCdr);
+	write("metadata.yaml", "rosbag2_bagfile_information:\n  relative_file_paths: [a_0.mcap.zstd]\n");
+	write("a_0.mcap.zstd", std::string("\x28\xb5\x2f\xfd", 4) + std::string(20, 'x'));
+	try
+	{
+		read_all(*open_messages(path(""), RosFormat::kFolder2));
+		FAIL() << "was read";
+	}
+	catch (const LogError& e)
+	{
+		EXPECT_NE(std::string(e.what()).find("a_0.mcap.zstd: is packed as a whole by zstd"), std::string::npos);
+	}
+	write("a_0.mcap", mcap_file(messages));
+	EXPECT_EQ(read_all(*open_messages(path(""), RosFormat::kFolder2)).times, times_of(messages));
+}
+
+TEST(KindOfType, IsTheSameInEverySpelling)
+{
+	for (const char* type :
+	     {"sensor_msgs/LaserScan", "sensor_msgs/msg/LaserScan", "sensor_msgs::msg::LaserScan",
+	      "sensor_msgs::msg::dds_::LaserScan_"})
+		EXPECT_EQ(kind_of_type(type), MessageKind::kLaserScan) << type;
+	EXPECT_EQ(kind_of_type("nav_msgs::msg::dds_::Odometry_"), MessageKind::kOdometry);
+	EXPECT_EQ(kind_of_type("tf2_msgs::msg::dds_::TFMessage_"), MessageKind::kTransforms);
+	EXPECT_EQ(kind_of_type("sensor_msgs/MultiEchoLaserScan"), MessageKind::kMultiEchoLaserScan);
+	for (const char* type : {"", "_", "::", "sensor_msgs/LaserScan_", "my_msgs/LaserScan", "/msg/"})
+		EXPECT_EQ(kind_of_type(type), MessageKind::kOther) << type;
 }
 
 TEST_F(MessageSources, FolderWhoseFilesAreMissingNamesThem)

@@ -7,6 +7,7 @@
 #include <string>
 #include <type_traits>
 
+#include "base/errors.h"
 #include "base/ini_text.h"
 
 namespace d2s1r
@@ -28,7 +29,7 @@ std::string to_text(T value)
 /// \throws std::invalid_argument
 [[noreturn]] inline void refuse(const std::string& what, const std::string& value, const std::string& expected)
 {
-	throw std::invalid_argument(what + " = '" + printable(value) + "': expected " + expected);
+	throw std::invalid_argument(what + " = '" + excerpt(value) + "': expected " + expected);
 }
 
 /// Returns the value that `text` stands for.
@@ -77,6 +78,6 @@ void set_checked(const std::string& what, const std::string& text, T& value, Lea
 /// \throws std::invalid_argument
 [[noreturn]] inline void refuse_unknown(const std::string& what)
 {
-	throw std::invalid_argument(printable(what) + " is not a parameter; remove it or correct its name");
+	throw std::invalid_argument(excerpt(what) + " is not a parameter; remove it or correct its name");
 }
 }  // namespace d2s1r

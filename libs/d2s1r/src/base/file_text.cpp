@@ -13,7 +13,7 @@
 #include <set>
 #include <stdexcept>
 
-#include "base/ini_text.h"
+#include "base/errors.h"
 
 namespace d2s1r
 {
@@ -107,7 +107,7 @@ YAML::Node read_yaml(const std::string& file)
 	catch (const YAML::Exception& error)
 	{
 		throw std::runtime_error(
-		    "line " + std::to_string(error.mark.line + 1) + " is not yaml (" + printable(error.msg) + "); correct it");
+		    "line " + std::to_string(error.mark.line + 1) + " is not yaml (" + excerpt(error.msg) + "); correct it");
 	}
 }
 
@@ -117,6 +117,6 @@ void check_keys(const YAML::Node& map)
 	if (!map.IsMap()) return;
 	for (const auto& item : map)
 		if (item.first.IsScalar() && !seen.insert(item.first.Scalar()).second)
-			throw std::runtime_error("the key '" + printable(item.first.Scalar()) + "' is given twice; keep one");
+			throw std::runtime_error("the key '" + excerpt(item.first.Scalar()) + "' is given twice; keep one");
 }
 }  // namespace d2s1r

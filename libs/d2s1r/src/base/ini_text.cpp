@@ -6,6 +6,8 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "base/errors.h"
+
 namespace d2s1r
 {
 namespace
@@ -35,25 +37,6 @@ std::string without_comment(const std::string& line)
 }
 }  // namespace
 
-std::string printable(const std::string& text)
-{
-	constexpr std::size_t kLongest = 60;
-	std::string shown = text.substr(0, kLongest);
-	std::replace_if(
-	    shown.begin(), shown.end(), [](char c) { return c < ' ' || c > '~'; }, '?');
-	return text.size() > kLongest ? shown + "..." : shown;
-}
-
-std::string printable_name(std::string file)
-{
-	const auto controls = [](char c) { return (c >= 0 && c < ' ') || c == 0x7F; };
-	std::replace_if(file.begin(), file.end(), controls, '?');
-	for (std::size_t i = 0; i + 1 < file.size(); i++)  // U+0080 to U+009F in UTF-8
-		if (file[i] == '\xC2' && (static_cast<unsigned char>(file[i + 1]) & 0xE0U) == 0x80U)
-			file[i] = file[i + 1] = '?';
-	return file;
-}
-
 std::string ini_value(const std::string& text)
 {
 	return trimmed(without_comment(text));
@@ -81,14 +64,14 @@ std::vector<IniEntry> parse_ini(const std::string& text, const std::string& name
 		const auto equals = line.find('=');
 		if (equals == std::string::npos)
 			throw std::invalid_argument(
-			    where() + "'" + printable(line) + "' is neither [section] nor key = value; correct or remove the line");
+			    where() + "'" + excerpt(line) + "' is neither [section] nor key = value; correct or remove the line");
 		if (section.empty())
 			throw std::invalid_argument(
-			    where() + "'" + printable(line) +
+			    where() + "'" + excerpt(line) +
 			    "' stands before the first [section]; put it below the one it belongs to");
 		IniEntry entry{number, section, trimmed(line.substr(0, equals)), trimmed(line.substr(equals + 1))};
 		if (!seen.insert(entry.section + '.' + entry.key).second)
-			throw std::invalid_argument(where() + printable(section + '.' + entry.key) + " is given twice; keep one");
+			throw std::invalid_argument(where() + excerpt(section + '.' + entry.key) + " is given twice; keep one");
 		entries.push_back(std::move(entry));
 	}
 	return entries;

@@ -6,14 +6,6 @@
 
 namespace d2s1r
 {
-/// Returns the text of a file, which may be anything, as it can stand in a message: short, and with `?` for unprintable
-/// bytes.
-std::string printable(const std::string& text);
-
-/// Returns the name of a file, which may come out of another file, as it can stand in a message of one line: with `?`
-/// for control characters.
-std::string printable_name(std::string file);
-
 /// One line `key = value` of an ini file.
 struct IniEntry
 {

@@ -1,6 +1,8 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "engine/default_localizer.h"
 
+#include <mrpt/system/CTicTac.h>
+
 #include <algorithm>
 #include <cmath>
 #include <utility>

@@ -9,8 +9,8 @@
 #include <stdexcept>
 
 #include "base/checked_value.h"
+#include "base/errors.h"
 #include "base/file_text.h"
-#include "base/ini_text.h"
 
 namespace d2s1r
 {
@@ -75,7 +75,7 @@ void check_values(const MapServerYaml& yaml)
 {
 	check_geometry(yaml.geometry);
 	if (yaml.mode != "trinary" && yaml.mode != "scale")
-		throw std::runtime_error("mode '" + printable(yaml.mode) + "' is not supported; use trinary or scale");
+		throw std::runtime_error("mode '" + excerpt(yaml.mode) + "' is not supported; use trinary or scale");
 	if (!(0 <= yaml.free_thresh && yaml.free_thresh < yaml.occupied_thresh && yaml.occupied_thresh <= 1))
 		throw std::runtime_error("thresholds are not 0 <= free_thresh < occupied_thresh <= 1; correct them");
 }
@@ -132,7 +132,7 @@ auto of_image(const std::string& yaml_file, const MapServerYaml& yaml, const Rea
 	}
 	catch (const std::runtime_error& error)
 	{
-		throw std::runtime_error(printable_name(image) + ": " + error.what());
+		throw std::runtime_error(printable(image) + ": " + error.what());
 	}
 }
 }  // namespace

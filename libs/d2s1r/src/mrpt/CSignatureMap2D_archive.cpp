@@ -13,6 +13,7 @@
 #include <stdexcept>
 
 #include "base/checked_value.h"
+#include "base/errors.h"
 #include "base/parameter_list.h"
 #include "map/occupancy_map.h"
 
@@ -116,7 +117,7 @@ void CSignatureMap2D::TMapDefinition::loadFromConfigFile_map_specific(
 	                  likely = prefix + "_likelihoodOpts";
 	if (!source.sectionExists(creation) && !source.sectionExists(insert) && !source.sectionExists(likely))
 		throw std::invalid_argument(
-		    "section " + printable(creation) + " is missing; add it, or correct the number of signature maps");
+		    "section " + excerpt(creation) + " is missing; add it, or correct the number of signature maps");
 	for (const std::string& key : keys_of(source, creation))
 		if (key == "map_file")
 			map_file = source.read_string(creation, key, "");

@@ -4,7 +4,7 @@
 #include "live/monitor.h"
 
 #include <d2s1r/atlas.h>
-#include <ros/ros_messages.h>
+#include <ros/messages.h>
 
 #include <cstdint>
 #include <memory>
@@ -47,7 +47,7 @@ struct LiveSettings
 /// Holds nav_msgs/OccupancyGrid.
 struct MapMessage
 {
-	logs::Header header;               //!< frame: of the map
+	ros::Header header;                //!< frame: of the map
 	double resolution = 0;             //!< [m] of a cell
 	std::uint32_t width = 0;           //!< [cells]
 	std::uint32_t height = 0;          //!< [cells]
@@ -122,22 +122,22 @@ class LiveLocalizer
 	void set_map_publishers(const std::vector<PublisherId>& publishers);
 
 	/// Takes transforms.
-	void add_transforms(const std::vector<logs::Transform>& transforms, bool are_static);
+	void add_transforms(const std::vector<ros::Transform>& transforms, bool are_static);
 
 	/// Takes odometry.
-	void add_odometry(const logs::OdometryMessage& odometry);
+	void add_odometry(const ros::Odometry& odometry);
 
 	/// Says whether somebody publishes odometry, or the transforms of it.
 	void set_odometry_publishers(int count);
 
 	/// Takes a pose of the tracker. \param pose robot in map; no value: the message had no pose
-	void add_tracker_pose(const logs::Header& header, const std::optional<mrpt::poses::CPose3D>& pose);
+	void add_tracker_pose(const ros::Header& header, const std::optional<mrpt::poses::CPose3D>& pose);
 
 	/// Says how many readers of seeds there are, and have been. A reader that is new is seeded.
 	void set_tracker_readers(int present, int ever);
 
 	/// Takes a scan. \param topic names the laser
-	void add_scan(const std::string& topic, const logs::LaserScan& scan);
+	void add_scan(const std::string& topic, const ros::LaserScan& scan);
 
 	/// Asks for an answer to the next scan, whatever LiveSettings::most_scans says, and for a seed if it is localized,
 	/// unless LiveSettings::seeding is kNever.

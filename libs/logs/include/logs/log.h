@@ -1,7 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "logs/own_process.h"
+#include <base/own_process.h>
 
 #include <mrpt/math/TPose2D.h>
 #include <mrpt/obs/CObservation2DRangeScan.h>
@@ -13,18 +13,13 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
 
 namespace d2s1r::logs
 {
-/// Labels the poses in localized.rawlog as those of a sensor.
-inline constexpr const char* kPoseLabel = "D2S1R";
-
-/// Labels the pseudo-odometry in localized.rawlog as that of a sensor.
-inline constexpr const char* kPseudoOdometryLabel = "D2S1R_ODO";
-
 /// Returns [s] since the epoch, 0 if there is no time. Clock::toDouble() of MRPT 3 may be a microsecond off.
 double to_seconds(mrpt::Clock::time_point time);
 
@@ -35,21 +30,43 @@ mrpt::Clock::time_point from_seconds(double seconds);
 /// Holds the scans of one object of a log.
 using Scans = std::vector<mrpt::obs::CObservation2DRangeScan::Ptr>;
 
+/// Holds a time [s] since the epoch and a pose at that time.
+using StampedPose = std::pair<double, mrpt::math::TPose2D>;
+
+/// Says what a log tells about a scan beside what MRPT's observation holds. The time of the observation is that of its
+/// first beam.
+struct ScanDetails
+{
+	double time_step = 0;  //!< [s] from one beam to the next, in the order of the ranges; 0: not known
+	double scan_time = 0;  //!< [s] from one scan to the next; 0: not known
+
+	/// Poses of the robot in the frame of its odometry: the last before the first beam, those during the scan, and the
+	/// first after the last beam, as far as the log has them. Only of scans whose time_step is known.
+	std::vector<StampedPose> odometry{};
+
+	/// Why the scan cannot be used, such as that the pose of its laser on the robot is not known; empty if it can.
+	std::string unusable_because{};
+};
+
 /// Holds one object of a log in the form of MRPT: an action collection, a sensory frame or an observation. Logs of
 /// other formats are turned into observations.
 struct RawlogObject
 {
-	std::vector<std::uint8_t> bytes;                 //!< as they stand in an (uncompressed) rawlog
+	std::vector<std::uint8_t> bytes;                 //!< as they stand in an (uncompressed) rawlog; see to_bytes()
 	Scans scans;                                     //!< 2D laser scans in it, in order
-	std::optional<mrpt::poses::CPose2D> odometry;    //!< reading of a CObservationOdometry, D2S1R_ODO aside
+	std::vector<ScanDetails> details;                //!< of each of these
+	std::optional<mrpt::poses::CPose2D> odometry;    //!< reading of a CObservationOdometry
+	double odometry_time = 0;                        //!< [s] since the epoch, of this reading; 0: not known
 	std::optional<mrpt::poses::CPose2D> increment;   //!< odometry of an action collection
-	bool from_earlier_run = false;                   //!< whether rawlog-localize wrote it: D2S1R or D2S1R_ODO
 	mrpt::serialization::CSerializable::Ptr object;  //!< which holds the scans
 
 	/// [rad] Angle of the middle of the scans, which is ahead for MRPT, in the frame that the log's format gives a
 	/// laser.
 	double middle_angle = 0;
 };
+
+/// Returns the object as it stands in an uncompressed rawlog, whatever the format of its log.
+std::vector<std::uint8_t> to_bytes(const RawlogObject& object);
 
 /// Returns the object that a scan or a pose of the odometry of another format is turned into.
 RawlogObject to_rawlog_object(const mrpt::obs::CObservation::Ptr& observation, double middle_angle = 0);
@@ -66,17 +83,24 @@ class LogReader
 	/// Returns what stopped the reading before the end of the file, and what to do; else an empty text.
 	const std::string& damage() const { return damage_; }
 
+	/// Returns the class of MRPT's that no loaded module has, if that is the damage; else an empty text.
+	const std::string& missing_class() const { return missing_class_; }
+
    protected:
 	std::string damage_;
+	std::string missing_class_;
 };
 
 /// Describes a laser of a log.
 struct Sensor
 {
-	std::string label;          //!< of ROS: the topic
-	std::size_t scans = 0;      //!< [-] number of its scans
-	std::string mounting = "";  //!< where it is on the robot and how that is known; empty: each scan has it
-	bool has_pose = true;       //!< whether the log says where it is on the robot
+	std::string label;                  //!< of ROS: the topic
+	std::size_t scans = 0;              //!< [-] number of its scans
+	std::string mounting = "";          //!< where it is on the robot and how that is known; empty: each scan has it
+	bool has_pose = true;               //!< whether its pose on the robot is known
+	std::string robot = "";             //!< tells the robots of a log apart; empty: there is one, or it is not known
+	std::string odometry = "";          //!< that of its robot, as LogSurvey::odometry
+	std::vector<std::string> doubts{};  //!< what is wrong with its scans
 };
 
 /// Says what a log holds; it is known after the log was read once.
@@ -88,6 +112,7 @@ struct LogSurvey
 	std::string odometry;            //!< where it comes from; empty: there is none
 	std::vector<std::string> notes;  //!< what the user should know besides
 	std::string damage;              //!< what is wrong after all that can be read, see LogReader::damage()
+	std::string missing_class;       //!< see LogReader::missing_class()
 	/// Whether the log is still being written, so that neither its length nor other lasers nor odometry are known.
 	bool is_live = false;
 };
@@ -96,15 +121,24 @@ struct LogSurvey
 struct Log
 {
 	LogSurvey survey;
-	std::function<std::unique_ptr<LogReader>()> read;  //!< from its start
+
+	/// Reads it from its start, for the robot that carries the laser of a label.
+	std::function<std::unique_ptr<LogReader>(const std::string& label)> read_for;
+
+	/// Reads it from its start, for the robot that carries the laser with the most scans.
+	std::unique_ptr<LogReader> read() const { return read_for(""); }
 };
+
+/// Labels of sensors.
+using Labels = std::set<std::string>;
 
 /// Recognizes a log by its content (a folder by its metadata.yaml) and reads it once.
 /// \param stop is asked a few times a second by readers that take long, also when the log is read again, which then
 /// ends without damage
+/// \param left_out labels of poses and odometry in a rawlog that the reader passes over, such as those of results
 /// \throws LogError if it cannot be read, Interrupted if `stop` said so
 Log open_log(
-    const std::string& path, const Stop& stop = [] { return false; });
+    const std::string& path, const Stop& stop = [] { return false; }, const Labels& left_out = {});
 
 /// Names the log that stands for standard input.
 inline constexpr const char* kStandardInput = "-";
@@ -115,22 +149,20 @@ inline constexpr const char* kStandardInput = "-";
 /// removed, or cut short, which is damage
 /// \param label of the laser to use; without one, the laser of the first scan, which this waits for
 /// \param stop asked a few times a second by all that waits, also while the log is read
+/// \param left_out as open_log() has it
 /// \param prepare called once the log is open, before its first scan is waited for
 /// \throws LogError if it cannot be opened, Interrupted if `stop` said so, what `prepare` throws
 Log open_live_log(
-    const std::string& file, const std::optional<std::string>& label, const Stop& stop,
+    const std::string& file, const std::optional<std::string>& label, const Stop& stop, const Labels& left_out,
     const std::function<void()>& prepare);
 
 /// Returns the formats that this library was built to read, for people.
 std::string known_formats();
 
-/// Holds a time [s] since the epoch and the pose that a topic has then.
-using PoseOfTopic = std::pair<double, mrpt::math::TPose2D>;
-
 /// Returns the poses that a topic of nav_msgs/Odometry of a recording of ROS has, in its frame.
 /// \param known_damage LogSurvey::damage of the recording: if it has any, the poses before it are returned
 /// \throws LogError if the recording cannot be read or lacks the topic, or if a message of the topic is damaged
-std::vector<PoseOfTopic> read_odometry_of_topic(
+std::vector<StampedPose> read_odometry_of_topic(
     const std::string& path, const std::string& topic, const std::string& known_damage);
 
 /// Says what the user knows better about a laser than the log.
@@ -139,9 +171,11 @@ struct Overrides
 	std::optional<mrpt::poses::CPose3D> sensor_pose;  //!< laser on the robot
 	std::optional<float> max_range;                   //!< [m]
 	std::optional<double> range_factor;               //!< [-] of all ranges in the log
+	std::optional<double> sweep_time;                 //!< [s] from the first beam to the last
 };
 
-/// Reads a log from its start; the scans labelled `label` are as `overrides` says, in their objects' bytes, too.
-/// Ranges that were above the range that the log gives the laser count if they are below the new one.
+/// Reads a log from its start, for the robot that carries the laser `label`; the scans of that laser are as `overrides`
+/// says, in their objects' bytes, too. Ranges that were above the range that the log gives the laser count if they are
+/// below the new one. An object is handed on when the odometry during its scans is known, or half a second later.
 std::unique_ptr<LogReader> read_log(const Log& log, const std::string& label, const Overrides& overrides);
 }  // namespace d2s1r::logs

@@ -1,0 +1,216 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "bags/contents.h"
+
+#include "logs/errors.h"
+
+#include <mrpt/core/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace d2s1r::logs
+{
+namespace
+{
+constexpr std::size_t kMostLinks = 10'000;   // [-] robots have less than a hundred; bounds memory and time
+constexpr std::size_t kMostNamespaces = 30;  // [-] of topics of transforms
+constexpr std::size_t kMostTopics = 250;     // [-] of lasers, and of odometry
+constexpr std::size_t kMostFrames = 10'000;  // [-] of all lasers
+constexpr double kMountTravels = 1;          // [m] farther than a laser's mount moves on a robot
+
+/// The message as its fields are read. \param unpacked holds the fields if the recorder has packed them
+ros::EncodedMessage encoded(const Message& message, std::vector<std::uint8_t>& unpacked)
+{
+	if (message.topic->encoding != Encoding::kCdr || !is_zstd_frame(message.data))
+		return {message.data, message.topic->encoding};
+	unpacked = unpack_zstd_frame(message.data);  // by rosbag2's compression of messages
+	return {{unpacked.data(), unpacked.size()}, message.topic->encoding};
+}
+
+/// Returns what `decode` makes of the message.
+template <typename Decode>
+auto decoded(const Message& message, const Decode& decode)
+{
+	std::vector<std::uint8_t> unpacked;
+	return decode(encoded(message, unpacked));
+}
+
+void set_time_if_none(ros::Header& header, const Message& message)
+{
+	if (header.time == 0) header.time = message.time;
+}
+
+/// Returns what is wrong with the angles of a scan; empty if nothing is.
+std::string contradiction_in(const ros::LaserScan& scan)
+{
+	constexpr double kLeastShare = 0.005;  // of the field of view
+	const double steps = static_cast<double>(scan.ranges.size()) - 1, step = static_cast<double>(scan.angle_step);
+	const double by_steps = steps * step, stated = static_cast<double>(scan.last_angle - scan.first_angle);
+	const double off = std::abs(by_steps - stated);
+	if (!(steps > 0) || !(off > kLeastShare * std::abs(by_steps)) || !(off > 1.5 * std::abs(step))) return "";
+	return mrpt::format(
+	    "angle_increment and %zu ranges make %.1f deg, but angle_min and angle_max %.1f deg; angle_increment is used",
+	    scan.ranges.size(), mrpt::RAD2DEG(by_steps), mrpt::RAD2DEG(stated));
+}
+
+bool are_the_same(const mrpt::poses::CPose3D& a, const mrpt::poses::CPose3D& b)
+{
+	constexpr double kLeastDistance = 1e-3, kLeastAngle = 1e-3;  // [m], [rad] far below what a scan shows
+	if (a == b) return true;
+	const auto difference = b - a;
+	const double turned = std::acos(std::clamp((difference.getRotationMatrix().trace() - 1) / 2, -1.0, 1.0));
+	return difference.norm() < kLeastDistance && turned < kLeastAngle;
+}
+
+/// Collects what the messages tell, one after the other.
+class ContentsReader
+{
+   public:
+	void add(const Message& message)
+	{
+		switch (message.topic->kind)
+		{
+			case MessageKind::kLaserScan:
+			case MessageKind::kMultiEchoLaserScan:
+				return add_scan(message);
+			case MessageKind::kOdometry:
+				return add_odometry(message);
+			default:
+				return add_transforms(message);
+		}
+	}
+
+	Contents contents;
+
+   private:
+	void add_scan(const Message& message)
+	{
+		LaserTopic* const found = find(message, contents.lasers, lasers_);
+		if (!found) contents.is_complete = false;
+		if (!found) return;
+		LaserTopic& laser = *found;
+		laser.kind = message.topic->kind;
+		if (laser.messages++ == 0) laser.doubt = contradiction_in(laser_scan_of(message));
+		const std::string frame = header_of(message).frame;
+		const auto known = laser.frames.find(frame);
+		if (known != laser.frames.end())
+			known->second++;
+		else if (frames_++ < kMostFrames)
+			laser.frames.emplace(frame, 1);
+	}
+
+	void add_odometry(const Message& message)
+	{
+		OdometryTopic* const odometry = find(message, contents.odometries, odometries_);
+		if (odometry && odometry->messages++ == 0) odometry->child = odometry_of(message).pose.child;
+	}
+
+	void add_transforms(const Message& message)
+	{
+		const std::string name = namespace_of(message.topic->name);
+		auto& all = contents.transforms;
+		if (all.size() >= kMostNamespaces && all.count(name) == 0)
+		{
+			contents.is_complete = false;
+			return;
+		}
+		Links& links = all[name];
+		for (const ros::Transform& transform : transforms_of(message)) add(transform, is_static(message), links);
+	}
+
+	void add(const ros::Transform& transform, bool is_static, Links& links)
+	{
+		const std::string& parent = transform.header.frame;
+		if (!transform.pose || parent.empty() || transform.child.empty() || parent == transform.child) return;
+		auto known = links.find(transform.child);
+		if (known == links.end())
+		{
+			contents.is_complete = contents.is_complete && links_ < kMostLinks;
+			if (links_++ < kMostLinks) links.emplace(transform.child, Link{parent, *transform.pose, *transform.pose});
+			return;
+		}
+		Link& link = known->second;
+		link.last = *transform.pose;
+		const bool is_other = link.parent != parent;
+		if (is_other || is_static) link.parent = parent, link.first = link.last;
+		link.moves = link.moves || (is_other && !is_static) || !are_the_same(link.first, link.last);
+		const double traveled = (link.last.m_coords - link.first.m_coords).norm();
+		link.travels = link.travels || traveled > kMountTravels;
+	}
+
+	/// The topic of a message among others; null if there are too many.
+	template <typename Topic>
+	static Topic* find(const Message& message, std::vector<Topic>& topics, std::map<std::string, std::size_t>& places)
+	{
+		const auto known = places.find(message.topic->name);
+		if (known != places.end()) return &topics[known->second];
+		if (topics.size() >= kMostTopics) return nullptr;
+		places.emplace(message.topic->name, topics.size());
+		topics.emplace_back().topic = message.topic->name;
+		return &topics.back();
+	}
+
+	std::map<std::string, std::size_t> lasers_, odometries_;  //!< their places, by topic
+	std::size_t links_ = 0, frames_ = 0;
+};
+}  // namespace
+
+std::string namespace_of(const std::string& topic)
+{
+	const auto slash = topic.find_last_of('/');
+	return slash == std::string::npos ? "" : topic.substr(0, slash);
+}
+
+bool is_static(const Message& message)
+{
+	return message.topic->name.find("static", namespace_of(message.topic->name).size()) != std::string::npos;
+}
+
+Contents read_contents(MessageSource& source)
+{
+	ContentsReader reader;
+	try
+	{
+		while (const auto message = source.next()) reader.add(*message);
+		reader.contents.damage = source.damage();
+	}
+	catch (const LogError&)
+	{
+		throw;
+	}
+	catch (const std::exception& e)
+	{
+		reader.contents.damage = describe_damage(e);
+	}
+	return std::move(reader.contents);
+}
+
+ros::Header header_of(const Message& message)
+{
+	ros::Header header = decoded(message, ros::decode_header);
+	set_time_if_none(header, message);
+	return header;
+}
+
+ros::LaserScan laser_scan_of(const Message& message)
+{
+	const bool has_echoes = message.topic->kind == MessageKind::kMultiEchoLaserScan;
+	ros::LaserScan scan = decoded(message, has_echoes ? ros::decode_multi_echo_scan : ros::decode_laser_scan);
+	set_time_if_none(scan.header, message);
+	return scan;
+}
+
+ros::Odometry odometry_of(const Message& message)
+{
+	ros::Odometry odometry = decoded(message, ros::decode_odometry);
+	set_time_if_none(odometry.pose.header, message);
+	return odometry;
+}
+
+std::vector<ros::Transform> transforms_of(const Message& message)
+{
+	std::vector<ros::Transform> transforms = decoded(message, ros::decode_transforms);
+	for (ros::Transform& transform : transforms) set_time_if_none(transform.header, message);
+	return transforms;
+}
+}  // namespace d2s1r::logs

@@ -1,0 +1,287 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "bags/robot.h"
+
+#include <algorithm>
+#include <set>
+#include <tuple>
+
+namespace d2s1r::logs
+{
+namespace
+{
+constexpr std::size_t kLongestChain = 1000;  // [-] as tf2 has it
+
+std::string last_part(const std::string& name)
+{
+	return name.substr(name.find_last_of('/') + 1);  // 0 if there is no slash
+}
+
+bool is_odometry_frame(const std::string& frame)
+{
+	return last_part(frame).find("odom") != std::string::npos;
+}
+
+/// Whether a frame is the world's, by its name.
+bool is_of_world(const std::string& frame)
+{
+	const std::string name = last_part(frame);
+	return name == "map" || name == "world" || name == "earth" || is_odometry_frame(name);
+}
+
+bool is_base(const std::string& frame)
+{
+	const std::string name = last_part(frame);
+	return name == "base_link" || name == "base_footprint";
+}
+
+/// Whether a link leads from the robot into the world.
+bool leaves_robot(const std::string& child, const Link& link)
+{
+	return link.travels || is_of_world(child) || is_of_world(link.parent);
+}
+
+/// Whether a topic is in a namespace, or in one below.
+bool is_in(const std::string& topic, const std::string& name_space)
+{
+	return topic.rfind(name_space + "/", 0) == 0;
+}
+
+/// The namespace of transforms that a laser belongs to: the longest that it is in and that knows a frame of it, else
+/// the only one that does; else the longest that it is in.
+std::string find_namespace(const LaserTopic& laser, const Contents& contents, AllLinks& links)
+{
+	std::vector<std::string> around, knowing;
+	for (const auto& [name, unused] : contents.transforms)
+	{
+		const bool knows = std::any_of(
+		    laser.frames.begin(), laser.frames.end(),
+		    [&, &name = name](const auto& frame) { return links.of(name).knows(frame.first); });
+		if (is_in(laser.topic, name)) around.push_back(name);
+		if (knows) knowing.push_back(name);
+	}
+	const auto is_shorter = [](const std::string& a, const std::string& b) { return a.size() < b.size(); };
+	std::vector<std::string> both;
+	std::set_intersection(around.begin(), around.end(), knowing.begin(), knowing.end(), std::back_inserter(both));
+	if (!both.empty()) return *std::max_element(both.begin(), both.end(), is_shorter);
+	if (knowing.size() == 1) return knowing.front();
+	return around.empty() ? "" : *std::max_element(around.begin(), around.end(), is_shorter);
+}
+
+/// The frame of most of a laser's scans, of those that tf knows, if there are any.
+std::string main_frame(const LaserTopic& laser, const LinksOfRobot& links)
+{
+	const auto rank = [&](const auto& frame) { return std::pair(links.knows(frame.first), frame.second); };
+	const auto best = std::max_element(
+	    laser.frames.begin(), laser.frames.end(), [&](const auto& a, const auto& b) { return rank(a) < rank(b); });
+	return best == laser.frames.end() ? "" : best->first;
+}
+
+/// Whether odometry is in a namespace of transforms that a laser is not in.
+bool is_in_other_namespace(const OdometryTopic& odometry, const LaserTopic& laser, const Contents& contents)
+{
+	return std::any_of(
+	    contents.transforms.begin(), contents.transforms.end(),
+	    [&](const auto& links)
+	    { return !links.first.empty() && is_in(odometry.topic, links.first) && !is_in(laser.topic, links.first); });
+}
+
+/// Whether odometry, of a frame that tf does not know, is one of several of the same name, and none of the laser's
+/// namespace.
+bool is_of_other_robot(const OdometryTopic& odometry, const LaserTopic& laser, const Contents& contents)
+{
+	const std::string own = namespace_of(odometry.topic);
+	if (own.empty() || is_in(laser.topic, own)) return false;
+	return std::any_of(
+	    contents.odometries.begin(), contents.odometries.end(),
+	    [&](const OdometryTopic& other)
+	    { return other.topic != odometry.topic && last_part(other.topic) == last_part(odometry.topic); });
+}
+
+/// Finds the topic of the robot's odometry: of its own, one that is about the robot's frame goes before others, then
+/// one that is called odom, then one with more messages.
+const OdometryTopic* find_odometry(
+    const Robot& robot, const LaserTopic& laser, const std::set<std::string>& carriers, const Contents& contents,
+    const LinksOfRobot& links)
+{
+	const OdometryTopic* best = nullptr;
+	const auto rank = [&](const OdometryTopic& o)
+	{
+		const bool is_about_robot = is_base(o.child) || carriers.count(o.child) > 0;
+		return std::tuple(is_about_robot, last_part(o.topic) == "odom", o.messages);
+	};
+	for (const OdometryTopic& odometry : contents.odometries)
+	{
+		if (is_in_other_namespace(odometry, laser, contents)) continue;
+		const bool is_known = links.knows(robot.laser_frame) && links.knows(odometry.child);
+		if (is_known ? !links.are_on_one_robot(robot.laser_frame, odometry.child)
+		             : is_of_other_robot(odometry, laser, contents))
+			continue;
+		if (!best || rank(*best) < rank(odometry)) best = &odometry;
+	}
+	return best;
+}
+
+/// The frame of the robot without regard to odometry; empty if nothing carries the laser.
+std::string find_base(const Robot& robot, const std::vector<std::string>& carriers, const LinksOfRobot& links)
+{
+	for (const char* name : {"base_link", "base_footprint"})
+	{
+		if (last_part(robot.laser_frame) == name) return robot.laser_frame;
+		const auto carrier = std::find_if(
+		    carriers.begin(), carriers.end(), [&](const std::string& frame) { return last_part(frame) == name; });
+		if (carrier != carriers.end()) return *carrier;
+		const auto all = links.named(name, robot.laser_frame);
+		if (all.size() == 1) return all.front();
+	}
+	return carriers.empty() ? "" : carriers.back();
+}
+}  // namespace
+
+LinksOfRobot::LinksOfRobot(const Contents& contents, const std::string& name_space)
+{
+	static const Links kNone;
+	const auto find = [&](const std::string& name)
+	{
+		const auto links = contents.transforms.find(name);
+		return links == contents.transforms.end() ? &kNone : &links->second;
+	};
+	own_ = find(name_space);
+	shared_ = find("");
+	connect(*own_);
+	if (shared_ != own_) connect(*shared_);
+}
+
+const Link* LinksOfRobot::find(const std::string& frame) const
+{
+	for (const Links* links : {own_, shared_})
+		if (const auto link = links->find(frame); link != links->end()) return &link->second;
+	return nullptr;
+}
+
+void LinksOfRobot::connect(const Links& links)
+{
+	for (const auto& [child, link] : links)
+	{
+		for (const std::string_view frame : {std::string_view(child), std::string_view(link.parent)})
+			if (parts_.emplace(frame, frame).second && is_base(std::string(frame))) bases_.push_back(frame);
+		if (find(child) == &link && !leaves_robot(child, link)) parts_[root(child)] = root(link.parent);
+	}
+}
+
+/// Shortens the way for the next time.
+std::string_view LinksOfRobot::root(std::string_view frame) const
+{
+	auto at = parts_.find(frame);
+	while (at->second != at->first)
+	{
+		const auto next = parts_.find(at->second);
+		at->second = next->second;
+		at = next;
+	}
+	return at->first;
+}
+
+bool LinksOfRobot::are_on_one_robot(const std::string& a, const std::string& b) const
+{
+	return knows(a) && knows(b) && root(a) == root(b);
+}
+
+std::vector<std::string> LinksOfRobot::carriers(const std::string& frame) const
+{
+	std::vector<std::string> found = {frame};
+	std::set<std::string> seen = {frame};
+	while (found.size() <= kLongestChain)
+	{
+		const Link* const link = find(found.back());
+		if (!link || leaves_robot(found.back(), *link) || !seen.insert(link->parent).second) break;
+		found.push_back(link->parent);
+	}
+	found.erase(found.begin());
+	return found;
+}
+
+std::vector<std::string> LinksOfRobot::ancestors(const std::string& frame) const
+{
+	std::vector<std::string> found;
+	std::set<std::string> seen = {frame};
+	for (const Link* link = find(frame); link && found.size() < kLongestChain; link = find(link->parent))
+	{
+		if (!seen.insert(link->parent).second) break;  // a circle, which tf forbids
+		found.push_back(link->parent);
+	}
+	return found;
+}
+
+/// The way from a frame to one above it.
+Path LinksOfRobot::climb(const std::string& frame, const std::string& ancestor) const
+{
+	Path path;
+	for (std::string at = frame; at != ancestor;)
+	{
+		const Link& link = *find(at);
+		path.pose = link.last + path.pose;
+		path.moves = path.moves || link.moves;
+		at = link.parent;
+	}
+	return path;
+}
+
+std::optional<Path> LinksOfRobot::path(const std::string& frame, const std::string& other) const
+{
+	const auto with_itself = [this](const std::string& first)
+	{
+		std::vector<std::string> above = ancestors(first);
+		above.insert(above.begin(), first);
+		return above;
+	};
+	const auto above = with_itself(frame), above_other = with_itself(other);
+	const std::set<std::string> others(above_other.begin(), above_other.end());
+	const auto common =
+	    std::find_if(above.begin(), above.end(), [&](const std::string& at) { return others.count(at) > 0; });
+	if (common == above.end()) return std::nullopt;
+	const Path up = climb(frame, *common), other_up = climb(other, *common);
+	return Path{up.pose - other_up.pose, up.moves || other_up.moves};
+}
+
+std::vector<std::string> LinksOfRobot::named(const std::string& name, const std::string& frame) const
+{
+	std::vector<std::string> found;
+	for (const std::string_view base : bases_)
+		if (last_part(std::string(base)) == name && are_on_one_robot(std::string(base), frame))
+			found.emplace_back(base);
+	return found;
+}
+
+const LinksOfRobot& AllLinks::of(const std::string& name_space)
+{
+	auto& links = links_[name_space];
+	if (!links) links = std::make_unique<LinksOfRobot>(contents_, name_space);
+	return *links;
+}
+
+Robot find_robot(const LaserTopic& laser, const Contents& contents, AllLinks& all)
+{
+	Robot robot;
+	robot.name_space = find_namespace(laser, contents, all);
+	const LinksOfRobot& links = all.of(robot.name_space);
+	robot.laser_frame = main_frame(laser, links);
+	const std::vector<std::string> chain = links.carriers(robot.laser_frame);
+	const std::set<std::string> carriers(chain.begin(), chain.end());
+	robot.frame = find_base(robot, chain, links);
+	const OdometryTopic* const odometry = find_odometry(robot, laser, carriers, contents, links);
+	if (odometry)
+	{
+		robot.odometry_topic = odometry->topic;
+		const std::string& child = odometry->child;
+		const bool is_connected = links.are_on_one_robot(child, robot.laser_frame);
+		if (is_connected && (is_base(child) || carriers.count(child) > 0)) robot.frame = child;
+		if (robot.frame.empty() && child == robot.laser_frame) robot.frame = child;
+		if (is_connected && child != robot.frame) robot.odometry_child = child;
+		return robot;
+	}
+	const auto ancestors = links.ancestors(robot.frame);
+	const auto frame = std::find_if(ancestors.begin(), ancestors.end(), is_odometry_frame);
+	if (frame != ancestors.end()) robot.odometry_frame = *frame;
+	return robot;
+}
+}  // namespace d2s1r::logs

@@ -1,0 +1,163 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "bags/ros_log.h"
+
+#include "bags/ros_reader.h"
+#include "logs/errors.h"
+
+#include <mrpt/core/format.h>
+#include <mrpt/poses/CPose2D.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+namespace d2s1r::logs
+{
+namespace
+{
+std::string describe(const mrpt::poses::CPose3D& pose)
+{
+	const auto degrees = [](double angle) { return std::round(mrpt::RAD2DEG(angle) * 10) / 10 + 0.0; };  // no -0.0
+	return mrpt::format(
+	    "at x %.3f, y %.3f, z %.3f m, yaw %.1f, pitch %.1f, roll %.1f deg", pose.x(), pose.y(), pose.z(),
+	    degrees(pose.yaw()), degrees(pose.pitch()), degrees(pose.roll()));
+}
+
+/// Describes where a laser is on its robot.
+void describe_mounting(const RobotOfLog& of_log, Sensor& sensor)
+{
+	const Robot& robot = of_log.robot;
+	const auto path = robot.frame.empty() ? std::nullopt : of_log.placement(robot.laser_frame);
+	sensor.has_pose = path.has_value();
+	if (!path)
+	{
+		sensor.mounting = "of unknown pose on the robot (no transform to its frame '" + robot.laser_frame + "')";
+		return;
+	}
+	sensor.robot = robot.name_space + " " + robot.frame;
+	sensor.mounting = describe(path->pose) +
+	                  (robot.frame == robot.laser_frame ? ", the frame of the robot" : " on " + robot.frame + " by tf");
+	if (path->moves) sensor.mounting += " at the end: it moves, and is read at the time of each scan";
+}
+
+/// Says which of a laser's scans cannot be used, and what it contradicts itself in.
+std::vector<std::string> doubts_about(const LaserTopic& laser, const RobotOfLog& of_log)
+{
+	constexpr std::size_t kMostTold = 3;  // [-] that are told one by one
+	const std::string name = "laser '" + laser.topic + "': ";
+	std::vector<std::string> doubts;
+	std::size_t frames = 0, scans = 0;
+	for (const auto& [frame, count] : laser.frames)
+	{
+		if (of_log.placement(frame)) continue;
+		if (++frames <= kMostTold)
+			doubts.push_back(
+			    name + "tf has no transform from its frame '" + frame + "' to the robot, so that " +
+			    std::to_string(count) + " of its " + std::to_string(laser.messages) + " scans are invalid");
+		else
+			scans += count;
+	}
+	if (scans > 0)
+		doubts.push_back(
+		    name + "neither has it from " + std::to_string(frames - kMostTold) + " other frames, of " +
+		    std::to_string(scans) + " scans");
+	if (!laser.doubt.empty()) doubts.push_back(name + laser.doubt);
+	return doubts;
+}
+
+std::string describe_odometry(const Robot& robot)
+{
+	if (!robot.odometry_frame.empty()) return "tf (" + robot.odometry_frame + " to " + robot.frame + ")";
+	const bool is_carried = !robot.odometry_child.empty();
+	return robot.odometry_topic +
+	       (is_carried ? " of " + robot.odometry_child + ", carried over to " + robot.frame + " by tf" : "");
+}
+
+LogSurvey describe(
+    RosFormat format, const Contents& contents, const std::map<std::string, std::shared_ptr<const RobotOfLog>>& robots)
+{
+	LogSurvey survey;
+	survey.format = format == RosFormat::kBag1 ? "ROS 1 bag" : format == RosFormat::kMcap ? "MCAP file" : "ROS 2 bag";
+	survey.kind_of_scan = "sensor_msgs/LaserScan";
+	for (const LaserTopic& laser : contents.lasers)
+	{
+		const RobotOfLog& robot = *robots.at(laser.topic);
+		Sensor& sensor = survey.sensors.emplace_back();
+		sensor.label = laser.topic;
+		sensor.scans = laser.messages;
+		describe_mounting(robot, sensor);
+		sensor.doubts = doubts_about(laser, robot);
+		sensor.odometry = describe_odometry(robot.robot);
+		if (survey.odometry.empty()) survey.odometry = sensor.odometry;
+	}
+	if (!contents.is_complete)
+		survey.notes.emplace_back("has more lasers or frames than a robot has; those that came last are left out");
+	survey.damage = contents.damage;
+	return survey;
+}
+
+/// Adds the poses of a topic of odometry. Returns what stopped the reading.
+std::string read_poses(MessageSource& source, const std::string& topic, std::vector<StampedPose>& poses)
+try
+{
+	while (const auto message = source.next())
+	{
+		if (message->topic->kind != MessageKind::kOdometry || message->topic->name != topic) continue;
+		const ros::Transform transform = odometry_of(*message).pose;
+		if (!transform.pose) continue;
+		poses.emplace_back(
+		    static_cast<double>(transform.header.time) * 1e-9, mrpt::poses::CPose2D(*transform.pose).asTPose());
+	}
+	return source.damage();
+}
+catch (const LogError&)
+{
+	throw;
+}
+catch (const std::exception& e)
+{
+	return describe_damage(e);
+}
+}  // namespace
+
+std::vector<StampedPose> read_odometry_of_topic(
+    const std::string& path, const std::string& topic, const std::string& known_damage)
+{
+	const auto format = recognize_ros(path);
+	if (!format) throw LogError(path, "is no recording of ROS, so that it has no topic '" + topic + "'; name a file");
+	std::vector<StampedPose> poses;
+	const std::string damage = read_poses(*open_messages(path, *format), topic, poses);
+	if (!damage.empty() && (known_damage.empty() || poses.empty())) throw LogError(path, damage);
+	if (poses.empty())
+		throw LogError(path, "has no nav_msgs/Odometry on the topic '" + topic + "'; name another topic");
+	return poses;
+}
+
+Log open_ros_log(const std::string& path, RosFormat format, const Stop& stop)
+{
+	std::vector<std::string> files;  // are known from here on, so that the log is read without another process
+	if (format == RosFormat::kFolder2) files = files_of_folder(path, stop);
+	const auto open = [path, format, files, stop]
+	{ return files.empty() ? open_messages(path, format, stop) : open_files(files, stop); };
+	const auto contents = std::make_shared<const Contents>(read_contents(*open()));
+	const auto links = std::make_shared<AllLinks>(*contents);
+	std::map<std::string, std::shared_ptr<const RobotOfLog>> robots;
+	const LaserTopic* most = nullptr;
+	for (const LaserTopic& laser : contents->lasers)
+	{
+		if (stop()) throw Interrupted();
+		robots[laser.topic] = std::make_shared<const RobotOfLog>(contents, links, laser);
+		if (!most || laser.messages > most->messages) most = &laser;
+	}
+	Log log;
+	log.survey = describe(format, *contents, robots);
+	const auto usual =
+	    most ? robots.at(most->topic) : std::make_shared<const RobotOfLog>(contents, links, LaserTopic());
+	log.read_for = [open, robots, usual](const std::string& label)
+	{
+		const auto found = robots.find(label);
+		return read_robot(open, found == robots.end() ? *usual : *found->second);
+	};
+	return log;
+}
+}  // namespace d2s1r::logs

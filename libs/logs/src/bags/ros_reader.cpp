@@ -1,0 +1,335 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "bags/ros_reader.h"
+
+#include "logs/errors.h"
+
+#include <mrpt/obs/CObservationOdometry.h>
+#include <ros/frames.h>
+#include <ros/observation.h>
+
+#include <algorithm>
+#include <deque>
+#include <map>
+#include <set>
+#include <utility>
+
+namespace d2s1r::logs
+{
+namespace
+{
+using Pose = mrpt::poses::CPose3D;
+
+constexpr std::int64_t kLongestWaitForTf = 1'000'000'000;  // [ns] of the recording, for transforms of a message's time
+constexpr std::size_t kMostBytesThatWait = 64'000'000;     // [byte] of these messages
+constexpr std::size_t kMostPaths = 10'000;                 // [-] whose poses are kept
+
+/// The frames of a robot while its recording is read.
+class MovingFrames
+{
+   public:
+	MovingFrames(const Contents& contents, const std::string& name_space, const LinksOfRobot& links)
+	    : name_space_(name_space), links_(links)
+	{
+		for (const std::string& name : {std::string(), name_space})
+		{
+			const auto found = contents.transforms.find(name);
+			if (found == contents.transforms.end()) continue;
+			for (const auto& [child, link] : found->second)
+				if (!link.moves && links.find(child) == &link) add_fixed(child, link);
+		}
+	}
+
+	/// Takes what moves of the transforms of a message.
+	void add(const Message& message, const std::vector<ros::Transform>& transforms)
+	{
+		const std::string name = namespace_of(message.topic->name);
+		if (is_static(message) || (!name.empty() && name != name_space_)) return;
+		for (const ros::Transform& transform : transforms)
+			if (const Link* const link = links_.find(transform.child); link && link->moves)
+				frames_.add(transform, false);
+	}
+
+	std::optional<Pose> pose_in(const std::string& frame, const std::string& other, std::int64_t time) const
+	{
+		return frames_.pose_in(frame, other, time);
+	}
+
+   private:
+	void add_fixed(const std::string& child, const Link& link)
+	{
+		ros::Transform transform;
+		transform.header.frame = link.parent;
+		transform.child = child;
+		transform.pose = link.last;
+		frames_.add(transform, true);
+	}
+
+	ros::Frames frames_;
+	std::string name_space_;
+	const LinksOfRobot& links_;
+};
+
+/// A message that may wait for the pose of a frame at its time.
+struct Pending
+{
+	Message message;
+	std::string frame, other;  //!< the pose of the first one in the other one is needed
+	std::int64_t time = 0;     //!< [ns]
+	bool waits = false;        //!< whether it must be looked up at the time
+};
+
+class RosReader : public LogReader
+{
+   public:
+	RosReader(std::function<std::unique_ptr<MessageSource>()> open, const RobotOfLog& robot)
+	    : open_(std::move(open)),
+	      robot_(robot),
+	      frames_(*robot_.contents, robot_.robot.name_space, *robot_.links),
+	      odometry_links_(links_of_odometry())
+	{
+	}
+
+	/// Ends without damage when the caller asks to stop.
+	std::optional<RawlogObject> next() override
+	{
+		for (;;)
+		{
+			if (auto object = take_pending()) return object;
+			if (is_at_end_)
+			{
+				damage_ = damage_at_end_;
+				return std::nullopt;
+			}
+			read_message();
+		}
+	}
+
+   private:
+	void read_message()
+	try
+	{
+		if (!source_) source_ = open_();
+		const auto message = source_->next();
+		if (message) return add(*message);
+		is_at_end_ = true;
+		damage_at_end_ = source_->damage();
+	}
+	catch (const LogError&)
+	{
+		throw;
+	}
+	catch (const Interrupted&)
+	{
+		is_at_end_ = true;
+		pending_.clear();
+	}
+	catch (const std::exception& e)
+	{
+		is_at_end_ = true;
+		damage_at_end_ = describe_damage(e);
+	}
+
+	void add(const Message& message)
+	{
+		newest_ = std::max(newest_, message.time);
+		switch (message.topic->kind)
+		{
+			case MessageKind::kLaserScan:
+			case MessageKind::kMultiEchoLaserScan:
+				return add_scan(message);
+			case MessageKind::kOdometry:
+				return add_odometry(message);
+			default:
+				return add_transforms(message);
+		}
+	}
+
+	void add_scan(const Message& message)
+	{
+		const ros::Header header = header_of(message);
+		const auto& lasers = robot_.contents->lasers;
+		const bool is_known = std::any_of(
+		    lasers.begin(), lasers.end(), [&](const LaserTopic& laser) { return laser.topic == message.topic->name; });
+		if (is_known) hold({message, header.frame, robot_.robot.frame, header.time});
+	}
+
+	void add_odometry(const Message& message)
+	{
+		const Robot& robot = robot_.robot;
+		if (message.topic->name != robot.odometry_topic) return;
+		const ros::Transform pose = odometry_of(message).pose;
+		if (robot.odometry_child.empty())
+			hold({message, "", "", pose.header.time});
+		else if (pose.child == robot.odometry_child)
+			hold({message, robot.frame, robot.odometry_child, pose.header.time});
+	}
+
+	/// The message is odometry, too, if that comes from tf and the message moves the robot.
+	void add_transforms(const Message& message)
+	{
+		const std::vector<ros::Transform> transforms = transforms_of(message);
+		frames_.add(message, transforms);
+		std::int64_t time = 0;
+		if (is_static(message)) return;
+		for (const ros::Transform& transform : transforms)
+			if (odometry_links_.count(transform.child) > 0) time = std::max(time, transform.header.time);
+		if (time != 0) hold({message, robot_.robot.frame, robot_.robot.odometry_frame, time});
+	}
+
+	void hold(Pending pending)
+	{
+		const bool needs_pose = !pending.frame.empty() && !pending.other.empty();
+		if (needs_pose)
+		{
+			const auto& path = path_between(pending.frame, pending.other);
+			pending.waits = path && path->moves;
+		}
+		pending_bytes_ += pending.message.data.size;
+		pending_.push_back(std::move(pending));
+	}
+
+	/// Returns the next object whose pose is known, or will not be known.
+	std::optional<RawlogObject> take_pending()
+	try
+	{
+		while (!pending_.empty())
+		{
+			const Pending& first = pending_.front();
+			std::optional<Pose> pose;
+			if (first.waits) pose = frames_.pose_in(first.frame, first.other, first.time);
+			const bool is_late =
+			    is_at_end_ || newest_ - first.message.time > kLongestWaitForTf || pending_bytes_ > kMostBytesThatWait;
+			if (first.waits && !pose && !is_late) return std::nullopt;
+			const Pending taken = std::move(pending_.front());
+			pending_.pop_front();
+			pending_bytes_ -= taken.message.data.size;
+			if (auto object = convert(taken, pose)) return object;
+		}
+		return std::nullopt;
+	}
+	catch (const std::exception& e)
+	{
+		is_at_end_ = true;
+		pending_.clear();
+		damage_at_end_ = describe_damage(e);
+		return std::nullopt;
+	}
+
+	/// Returns no value if the message is none that localization needs.
+	/// \param pose of the frame that it waited for; no value if it is not known
+	std::optional<RawlogObject> convert(const Pending& taken, std::optional<Pose> pose)
+	{
+		if (taken.message.topic->kind == MessageKind::kOdometry) return convert_odometry(taken, pose);
+		if (taken.message.topic->kind == MessageKind::kTransforms) return convert_transforms(taken, pose);
+		return convert_scan(taken, pose);
+	}
+
+	RawlogObject convert_scan(const Pending& taken, std::optional<Pose> pose)
+	{
+		const ros::LaserScan scan = laser_scan_of(taken.message);
+		ScanDetails details;
+		details.time_step = static_cast<double>(scan.time_step);
+		details.scan_time = static_cast<double>(scan.scan_time);
+		if (!taken.waits) pose = fixed_pose(taken.frame, taken.other);
+		if (!pose)
+			details.unusable_because = taken.waits
+			                               ? "tf does not tell where its frame '" + taken.frame + "' was at its time"
+			                               : "tf has no transform from its frame '" + taken.frame + "' to the robot";
+		const auto observation = ros::to_observation(scan, pose.value_or(Pose()), taken.message.topic->name);
+		RawlogObject object = to_rawlog_object(observation, ros::middle_angle(scan));
+		object.details = {details};
+		return object;
+	}
+
+	/// The way from a frame to another one, as RobotOfLog::placement() has it if that is the robot's.
+	const std::optional<Path>& path_between(const std::string& frame, const std::string& other)
+	{
+		if (paths_.size() > kMostPaths) paths_.clear();
+		const auto [found, is_new] = paths_.try_emplace({frame, other});
+		if (is_new)
+			found->second = other == robot_.robot.frame ? robot_.placement(frame) : robot_.links->path(frame, other);
+		return found->second;
+	}
+
+	/// The last pose of a frame in another one, which is the same all the time.
+	std::optional<Pose> fixed_pose(const std::string& frame, const std::string& other)
+	{
+		const auto& path = path_between(frame, other);
+		return path ? std::optional<Pose>(path->pose) : std::nullopt;
+	}
+
+	std::optional<RawlogObject> convert_odometry(const Pending& taken, std::optional<Pose> robot_in_child)
+	{
+		const ros::Odometry odometry = odometry_of(taken.message);
+		const auto observation = ros::to_observation(odometry, taken.message.topic->name);
+		if (!observation) return std::nullopt;
+		if (robot_.robot.odometry_child.empty()) return to_rawlog_object(observation);
+		if (!taken.waits) robot_in_child = fixed_pose(taken.frame, taken.other);
+		if (!robot_in_child) return std::nullopt;
+		const Pose robot = *odometry.pose.pose + *robot_in_child;
+		if (!first_carried_) first_carried_ = robot;
+		observation->odometry = mrpt::poses::CPose2D(robot - *first_carried_);
+		observation->hasVelocities = false;  // they are those of the other frame
+		return to_rawlog_object(observation);
+	}
+
+	std::optional<RawlogObject> convert_transforms(const Pending& taken, std::optional<Pose> pose)
+	{
+		if (!taken.waits) pose = fixed_pose(taken.frame, taken.other);
+		if (!pose) return std::nullopt;
+		auto observation = mrpt::obs::CObservationOdometry::Create();
+		observation->timestamp = ros::to_time(taken.time);
+		observation->sensorLabel = taken.message.topic->name;
+		observation->odometry = mrpt::poses::CPose2D(*pose);
+		return to_rawlog_object(observation);
+	}
+
+	/// The frames whose transforms move the robot in the frame of its odometry.
+	std::set<std::string> links_of_odometry() const
+	{
+		const Robot& robot = robot_.robot;
+		if (robot.odometry_frame.empty()) return {};
+		std::set<std::string> children = {robot.frame};
+		for (const std::string& above : robot_.links->ancestors(robot.frame))
+		{
+			if (above == robot.odometry_frame) break;
+			children.insert(above);
+		}
+		return children;
+	}
+
+	std::function<std::unique_ptr<MessageSource>()> open_;
+	RobotOfLog robot_;
+	MovingFrames frames_;
+	std::set<std::string> odometry_links_;
+	std::map<std::pair<std::string, std::string>, std::optional<Path>> paths_;
+	std::unique_ptr<MessageSource> source_;
+	std::deque<Pending> pending_;
+	std::size_t pending_bytes_ = 0;
+	std::int64_t newest_ = 0;  //!< [ns] time of recording of what was read
+	bool is_at_end_ = false;
+	std::string damage_at_end_;
+	std::optional<Pose> first_carried_;  //!< robot in the frame of odometry that is about another frame, at the start
+};
+}  // namespace
+
+RobotOfLog::RobotOfLog(
+    std::shared_ptr<const Contents> the_contents, std::shared_ptr<AllLinks> links_of_all, const LaserTopic& laser)
+    : contents(std::move(the_contents)), all_links(std::move(links_of_all))
+{
+	robot = find_robot(laser, *contents, *all_links);
+	links = &all_links->of(robot.name_space);
+}
+
+std::optional<Path> RobotOfLog::placement(const std::string& frame) const
+{
+	if (frame == (robot.frame.empty() ? robot.laser_frame : robot.frame)) return Path{};
+	if (!links->are_on_one_robot(frame, robot.frame)) return std::nullopt;
+	return links->path(frame, robot.frame);
+}
+
+std::unique_ptr<LogReader> read_robot(std::function<std::unique_ptr<MessageSource>()> open, const RobotOfLog& robot)
+{
+	return std::make_unique<RosReader>(std::move(open), robot);
+}
+}  // namespace d2s1r::logs

@@ -1,0 +1,31 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "bags/robot.h"
+#include "logs/log.h"
+
+#include <functional>
+#include <memory>
+
+namespace d2s1r::logs
+{
+/// What the first reading of a recording found about the robot of the laser that is used.
+struct RobotOfLog
+{
+	RobotOfLog(
+	    std::shared_ptr<const Contents> the_contents, std::shared_ptr<AllLinks> links_of_all, const LaserTopic& laser);
+
+	/// Returns how a laser's frame stands on the robot; no value if that is not known.
+	std::optional<Path> placement(const std::string& frame) const;
+
+	std::shared_ptr<const Contents> contents;
+	std::shared_ptr<AllLinks> all_links;  //!< that refer to the contents
+	const LinksOfRobot* links = nullptr;  //!< of these
+	Robot robot;
+};
+
+/// Reads a recording a second time: its messages become observations of one robot. A laser whose pose moves is read at
+/// the time of its scan, for which the reader waits for transforms that were recorded up to a second later.
+/// \param open opens the recording
+std::unique_ptr<LogReader> read_robot(std::function<std::unique_ptr<MessageSource>()> open, const RobotOfLog& robot);
+}  // namespace d2s1r::logs

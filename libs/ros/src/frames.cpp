@@ -1,0 +1,152 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "ros/frames.h"
+
+#include <console_bridge/console.h>
+#include <tf2/buffer_core.h>
+#include <tf2/exceptions.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <tuple>
+#include <utility>
+
+namespace d2s1r::ros
+{
+namespace
+{
+constexpr std::int64_t kSecond = 1'000'000'000;  // [ns]
+constexpr std::size_t kMostInHistory = 200'000;  // [-] moving transforms, of 150 bytes
+constexpr std::size_t kMostLate = 1000;          // [-] of these that come after later ones: they are searched
+constexpr std::size_t kMostStatic = 10'000;      // [-] frames that do not move
+constexpr std::int64_t kLastSecond = std::numeric_limits<std::uint32_t>::max();
+
+/// Says whether tf2 can hold a time [ns] of a moving transform; it takes 0 for the latest time.
+bool is_time(std::int64_t time)
+{
+	return time > 0 && time / kSecond < kLastSecond;
+}
+
+::ros::Time to_ros(std::int64_t time)
+{
+	return {static_cast<std::uint32_t>(time / kSecond), static_cast<std::uint32_t>(time % kSecond)};
+}
+
+geometry_msgs::TransformStamped to_ros(const Transform& transform, std::int64_t time)
+{
+	geometry_msgs::TransformStamped message;
+	message.header.frame_id = transform.header.frame;
+	message.header.stamp = to_ros(time);
+	message.child_frame_id = transform.child;
+	mrpt::math::CQuaternionDouble rotation;
+	transform.pose->getAsQuaternion(rotation);
+	message.transform.translation.x = transform.pose->x();
+	message.transform.translation.y = transform.pose->y();
+	message.transform.translation.z = transform.pose->z();
+	message.transform.rotation.w = rotation.r();
+	message.transform.rotation.x = rotation.x();
+	message.transform.rotation.y = rotation.y();
+	message.transform.rotation.z = rotation.z();
+	return message;
+}
+
+mrpt::poses::CPose3D to_mrpt(const geometry_msgs::Transform& transform)
+{
+	const auto& [x, y, z, w] =
+	    std::tie(transform.rotation.x, transform.rotation.y, transform.rotation.z, transform.rotation.w);
+	mrpt::math::CQuaternionDouble rotation(w, x, y, z);
+	rotation.normalize();
+	return {rotation, transform.translation.x, transform.translation.y, transform.translation.z};
+}
+
+/// tf2 tells through this what it does not take.
+void silence_tf2()
+{
+	static const bool is_silent = (console_bridge::noOutputHandler(), true);
+	(void)is_silent;
+}
+}  // namespace
+
+struct Frames::Buffer
+{
+	explicit Buffer(double seconds)
+	    : history(static_cast<std::int64_t>(seconds * static_cast<double>(kSecond))), core(::ros::Duration(seconds))
+	{
+	}
+
+	void add_static(const Transform& transform)
+	{
+		if (statics.size() >= kMostStatic && statics.count(transform.child) == 0) return;
+		core.setTransform(to_ros(transform, kSecond), "", true);
+		statics[transform.child] = transform;
+	}
+
+	void add_moving(const Transform& transform)
+	{
+		const std::int64_t time = transform.header.time;
+		if (!is_time(time)) return;
+		if (time < newest - history) forget_moving();
+		if (time > counted_from + history) counted_from = time, in_history = 0, late = 0;
+		if (++in_history > kMostInHistory || (time < newest && ++late > kMostLate)) return;
+		core.setTransform(to_ros(transform, time), "", false);
+		newest = std::max(newest, time);
+	}
+
+	void forget_moving()
+	{
+		core.clear();
+		for (const auto& [child, transform] : statics) core.setTransform(to_ros(transform, kSecond), "", true);
+		newest = counted_from = 0;
+	}
+
+	std::int64_t history;  //!< [ns]
+	tf2::BufferCore core;
+	std::map<std::string, Transform> statics;  //!< by their children
+	std::int64_t newest = 0;                   //!< [ns] of the moving transforms
+	std::int64_t counted_from = 0;             //!< [ns] time since which these are counted:
+	std::size_t in_history = 0;                //!< [-] moving transforms
+	std::size_t late = 0;                      //!< [-] of these that came after later ones
+};
+
+Frames::Frames(double history)
+{
+	silence_tf2();
+	buffer_ = std::make_unique<Buffer>(history);
+}
+
+Frames::~Frames() = default;
+Frames::Frames(Frames&&) noexcept = default;
+Frames& Frames::operator=(Frames&&) noexcept = default;
+
+void Frames::add(const Transform& transform, bool is_static)
+{
+	if (!transform.pose || transform.child.empty() || transform.header.frame.empty()) return;
+	if (transform.child == transform.header.frame) return;
+	if (is_static)
+		buffer_->add_static(transform);
+	else
+		buffer_->add_moving(transform);
+}
+
+std::optional<mrpt::poses::CPose3D> Frames::pose_in(
+    const std::string& frame, const std::string& other, std::int64_t time) const
+try
+{
+	if (frame == other) return mrpt::poses::CPose3D();
+	if (time != 0 && !is_time(time)) return std::nullopt;
+	return to_mrpt(buffer_->core.lookupTransform(other, frame, to_ros(time)).transform);
+}
+catch (const tf2::TransformException&)
+{
+	return std::nullopt;
+}
+
+std::optional<mrpt::poses::CPose3D> Frames::motion(
+    const std::string& frame, const std::string& fixed, std::int64_t time, std::int64_t reference) const
+{
+	const auto then = pose_in(frame, fixed, time), at_reference = pose_in(frame, fixed, reference);
+	if (!then || !at_reference || time == 0 || reference == 0) return std::nullopt;
+	return *then - *at_reference;
+}
+}  // namespace d2s1r::ros

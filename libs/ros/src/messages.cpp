@@ -1,0 +1,325 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "ros/messages.h"
+
+#include <base/errors.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+namespace d2s1r::ros
+{
+namespace
+{
+/// Fields as ROS 1 writes them.
+class Ros1Fields
+{
+   public:
+	static constexpr bool kHasSequenceNumber = true;
+
+	explicit Ros1Fields(Bytes data) : cursor_(data) {}
+
+	template <typename Number>
+	Number number()
+	{
+		return cursor_.number<Number>();
+	}
+	std::string text() { return cursor_.text(); }
+	Bytes take(std::size_t size) { return cursor_.take(size); }
+	std::size_t left() const { return cursor_.left(); }
+
+	void copy_to(std::vector<float>& numbers)
+	{
+		const std::size_t size = numbers.size() * sizeof(float);
+		if (size > 0) std::memcpy(numbers.data(), cursor_.take(size).data, size);
+	}
+
+   private:
+	ByteCursor cursor_;
+};
+
+/// Fields as ROS 2 writes them: plain CDR of version 1 or 2 (OMG DDS-XTypes 1.3, 7.4.3), whose numbers stand at
+/// multiples of their size, in version 2 of 4 bytes at most. Own code, since Debian's Fast CDR 1.0 reads version 1
+/// only.
+class CdrFields
+{
+   public:
+	static constexpr bool kHasSequenceNumber = false;
+
+	explicit CdrFields(Bytes data) : cursor_(data)
+	{
+		const Bytes head = cursor_.take(kHeadSize);
+		const unsigned encoding = head.data[0] * 256U + head.data[1];
+		const bool is_first = encoding <= 1, is_second = encoding == 6 || encoding == 7;
+		if (!is_first && !is_second)
+			throw Unreadable(
+			    "holds messages in encoding " + std::to_string(encoding) +
+			    " of DDS, but only plain CDR is read (0, 1, 6, 7), which ROS 2 writes; record the log by ROS 2");
+		swaps_ = encoding % 2 == 0;  // big-endian
+		if (is_second) most_alignment_ = 4;
+		size_ = cursor_.left();
+	}
+
+	template <typename Number>
+	Number number()
+	{
+		align(sizeof(Number));
+		auto value = cursor_.number<Number>();
+		if (swaps_) swap_bytes(&value, 1);
+		return value;
+	}
+
+	/// A text after its length, which counts the zero behind it.
+	std::string text()
+	{
+		const Bytes bytes = cursor_.take(number<std::uint32_t>());
+		return {reinterpret_cast<const char*>(bytes.data), bytes.size - (bytes.size > 0 ? 1 : 0)};
+	}
+
+	Bytes take(std::size_t size) { return cursor_.take(size); }
+	std::size_t left() const { return cursor_.left(); }
+
+	void copy_to(std::vector<float>& numbers)
+	{
+		if (numbers.empty()) return;
+		align(sizeof(float));
+		const std::size_t size = numbers.size() * sizeof(float);
+		std::memcpy(numbers.data(), cursor_.take(size).data, size);
+		if (swaps_) swap_bytes(numbers.data(), numbers.size());
+	}
+
+   private:
+	static constexpr std::size_t kHeadSize = 4;  //!< [byte] of the encapsulation
+
+	void align(std::size_t size)
+	{
+		const std::size_t alignment = std::min(size, most_alignment_), past = (size_ - cursor_.left()) % alignment;
+		if (past != 0) cursor_.take(alignment - past);
+	}
+
+	template <typename Number>
+	static void swap_bytes(Number* numbers, std::size_t count)
+	{
+		auto* bytes = reinterpret_cast<unsigned char*>(numbers);
+		for (std::size_t i = 0; i < count; i++)
+			std::reverse(bytes + i * sizeof(Number), bytes + (i + 1) * sizeof(Number));
+	}
+
+	ByteCursor cursor_;
+	std::size_t size_ = 0;            //!< [byte] of the fields
+	std::size_t most_alignment_ = 8;  //!< [byte]
+	bool swaps_ = false;
+};
+
+std::string without_slash(const std::string& frame)
+{
+	return frame.rfind('/', 0) == 0 ? frame.substr(1) : frame;
+}
+
+/// A count of elements that each take `least_size` bytes or more.
+template <typename Fields>
+std::uint32_t count_of(Fields& fields, std::size_t least_size)
+{
+	const auto count = fields.template number<std::uint32_t>();
+	if (count > fields.left() / least_size) throw std::runtime_error("a message is shorter than it says");
+	return count;
+}
+
+/// The name of a frame. \throws std::runtime_error if it is far longer than names are
+template <typename Fields>
+std::string read_frame(Fields& fields)
+{
+	constexpr std::size_t kLongest = 1000;  // [byte]
+	const std::string frame = without_slash(fields.text());
+	if (frame.size() > kLongest) throw std::runtime_error("the name of a frame is longer than 1000 bytes");
+	return frame;
+}
+
+template <typename Fields>
+Header read_header(Fields& fields)
+{
+	if (Fields::kHasSequenceNumber) fields.template number<std::uint32_t>();
+	const std::int64_t seconds = fields.template number<std::uint32_t>();
+	const std::int64_t nanoseconds = fields.template number<std::uint32_t>();
+	return {seconds * 1'000'000'000 + nanoseconds, read_frame(fields)};
+}
+
+template <typename Fields>
+std::optional<mrpt::poses::CPose3D> read_pose(Fields& fields)
+{
+	double values[7];  // x y z [m], then a quaternion x y z w
+	for (double& value : values) value = fields.template number<double>();
+	const auto& [x, y, z, qx, qy, qz, qw] = values;
+	const double norm = std::sqrt(qx * qx + qy * qy + qz * qz + qw * qw);
+	if (!std::isfinite(norm + x + y + z) || !(norm > 0.1)) return std::nullopt;
+	return mrpt::poses::CPose3D(mrpt::math::CQuaternionDouble(qw / norm, qx / norm, qy / norm, qz / norm), x, y, z);
+}
+
+/// All of a scan but the ranges.
+template <typename Fields>
+LaserScan read_geometry(Fields& fields)
+{
+	LaserScan scan;
+	scan.header = read_header(fields);
+	scan.first_angle = fields.template number<float>();
+	scan.last_angle = fields.template number<float>();
+	scan.angle_step = fields.template number<float>();
+	scan.time_step = fields.template number<float>();
+	scan.scan_time = fields.template number<float>();
+	scan.min_range = fields.template number<float>();
+	scan.max_range = fields.template number<float>();
+	return scan;
+}
+
+template <typename Fields>
+LaserScan read_laser_scan(Fields& fields)
+{
+	LaserScan scan = read_geometry(fields);
+	scan.ranges.resize(count_of(fields, sizeof(float)));
+	fields.copy_to(scan.ranges);
+	return scan;
+}
+
+template <typename Fields>
+LaserScan read_multi_echo_scan(Fields& fields)
+{
+	LaserScan scan = read_geometry(fields);
+	scan.ranges.resize(count_of(fields, sizeof(std::uint32_t)));
+	std::vector<float> echoes;
+	for (float& range : scan.ranges)
+	{
+		echoes.resize(count_of(fields, sizeof(float)));
+		fields.copy_to(echoes);
+		range = echoes.empty() ? std::numeric_limits<float>::quiet_NaN() : echoes.front();
+	}
+	return scan;
+}
+
+/// Where the coordinates of a point stand in its bytes.
+struct CloudLayout
+{
+	std::array<std::size_t, 3> offsets{};  //!< [byte] of x, y, z
+	std::size_t point_size = 0;            //!< [byte]
+	std::size_t points = 0;                //!< [-]
+};
+
+template <typename Fields>
+CloudLayout read_layout(Fields& fields)
+{
+	constexpr std::size_t kLeastSize = 13;  // [byte] of the description of a field
+	constexpr std::uint8_t kFloat32 = 7;
+	CloudLayout layout;
+	const std::size_t height = fields.template number<std::uint32_t>();
+	const std::size_t width = fields.template number<std::uint32_t>();
+	layout.points = height * width;
+	unsigned found = 0;  // a bit for each coordinate
+	for (std::uint32_t left = count_of(fields, kLeastSize); left > 0; left--)
+	{
+		const std::string name = fields.text();
+		const auto offset = fields.template number<std::uint32_t>();
+		const auto type = fields.template number<std::uint8_t>();
+		fields.template number<std::uint32_t>();  // how many of them
+		const std::size_t axis = name == "x" ? 0 : name == "y" ? 1 : name == "z" ? 2 : 3;
+		if (axis == 3 || type != kFloat32) continue;
+		layout.offsets[axis] = offset;
+		found |= 1U << axis;
+	}
+	const bool is_big_endian = fields.template number<std::uint8_t>() != 0;
+	layout.point_size = fields.template number<std::uint32_t>();
+	const std::size_t row_size = fields.template number<std::uint32_t>();
+	if (found != 7 || is_big_endian || (height > 1 && row_size != width * layout.point_size))
+		throw Unreadable(
+		    "holds point clouds whose x, y and z are not little-endian float32, or whose rows have gaps; convert them");
+	for (const std::size_t offset : layout.offsets)
+		if (offset + sizeof(float) > layout.point_size) throw std::runtime_error("a point is shorter than it says");
+	return layout;
+}
+
+template <typename Fields>
+PointCloud read_point_cloud(Fields& fields)
+{
+	PointCloud cloud;
+	cloud.header = read_header(fields);
+	const CloudLayout layout = read_layout(fields);
+	const Bytes data = fields.take(count_of(fields, 1));
+	if (layout.points > data.size / layout.point_size) throw std::runtime_error("a message is shorter than it says");
+	cloud.points.resize(layout.points);
+	const std::uint8_t* point = data.data;
+	for (CloudPoint& at : cloud.points)
+	{
+		std::memcpy(&at.x, point + layout.offsets[0], sizeof at.x);
+		std::memcpy(&at.y, point + layout.offsets[1], sizeof at.y);
+		std::memcpy(&at.z, point + layout.offsets[2], sizeof at.z);
+		point += layout.point_size;
+	}
+	return cloud;
+}
+
+template <typename Fields>
+Odometry read_odometry(Fields& fields)
+{
+	constexpr int kCovarianceSize = 36;
+	Odometry odometry;
+	odometry.pose.header = read_header(fields);
+	odometry.pose.child = read_frame(fields);
+	odometry.pose.pose = read_pose(fields);
+	for (int i = 0; i < kCovarianceSize; i++) fields.template number<double>();
+	double twist[6];  // x y z [m/s], then about these axes [rad/s]
+	for (double& value : twist) value = fields.template number<double>();
+	odometry.velocity = {twist[0], twist[1], twist[5]};
+	return odometry;
+}
+
+template <typename Fields>
+std::vector<Transform> read_transforms(Fields& fields)
+{
+	constexpr std::size_t kLeastSize = 72;  // [byte] of one with frames that have no name
+	std::vector<Transform> transforms(count_of(fields, kLeastSize));
+	for (Transform& transform : transforms)
+	{
+		transform.header = read_header(fields);
+		transform.child = read_frame(fields);
+		transform.pose = read_pose(fields);
+	}
+	return transforms;
+}
+
+/// Calls `read` with the fields of a message in its encoding.
+template <typename Read>
+auto decode(const EncodedMessage& message, const Read& read)
+{
+	return message.encoding == Encoding::kRos1 ? read(Ros1Fields(message.data)) : read(CdrFields(message.data));
+}
+}  // namespace
+
+Header decode_header(const EncodedMessage& message)
+{
+	return decode(message, [](auto&& fields) { return read_header(fields); });
+}
+
+LaserScan decode_laser_scan(const EncodedMessage& message)
+{
+	return decode(message, [](auto&& fields) { return read_laser_scan(fields); });
+}
+
+LaserScan decode_multi_echo_scan(const EncodedMessage& message)
+{
+	return decode(message, [](auto&& fields) { return read_multi_echo_scan(fields); });
+}
+
+PointCloud decode_point_cloud(const EncodedMessage& message)
+{
+	return decode(message, [](auto&& fields) { return read_point_cloud(fields); });
+}
+
+Odometry decode_odometry(const EncodedMessage& message)
+{
+	return decode(message, [](auto&& fields) { return read_odometry(fields); });
+}
+
+std::vector<Transform> decode_transforms(const EncodedMessage& message)
+{
+	return decode(message, [](auto&& fields) { return read_transforms(fields); });
+}
+}  // namespace d2s1r::ros

@@ -1,0 +1,59 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "ros/observation.h"
+
+#include <cmath>
+
+namespace d2s1r::ros
+{
+namespace
+{
+/// [rad] from the first beam to the last, below zero if clockwise.
+double turned_angle(const LaserScan& scan)
+{
+	return static_cast<double>(scan.angle_step) * (static_cast<double>(scan.ranges.size()) - 1);
+}
+}  // namespace
+
+mrpt::Clock::time_point to_time(std::int64_t nanoseconds)
+{
+	return mrpt::Clock::fromDouble(0) + mrpt::Clock::duration(nanoseconds / 100);
+}
+
+double middle_angle(const LaserScan& scan)
+{
+	return static_cast<double>(scan.first_angle) + turned_angle(scan) / 2;
+}
+
+mrpt::obs::CObservation2DRangeScan::Ptr to_observation(
+    const LaserScan& scan, const mrpt::poses::CPose3D& laser, const std::string& label)
+{
+	auto observation = mrpt::obs::CObservation2DRangeScan::Create();
+	observation->timestamp = to_time(scan.header.time);
+	observation->sensorLabel = label;
+	observation->rightToLeft = scan.angle_step >= 0;
+	observation->maxRange = scan.max_range;
+	observation->aperture = static_cast<float>(std::abs(turned_angle(scan)));
+	observation->sensorPose = laser + mrpt::poses::CPose3D(0, 0, 0, middle_angle(scan), 0, 0);
+	const std::size_t beams = scan.ranges.size();
+	observation->resizeScan(beams);
+	for (std::size_t i = 0; i < beams; i++)
+	{
+		const float range = scan.ranges[i];  // may be NaN or infinite
+		observation->setScanRange(i, range);
+		observation->setScanRangeValidity(i, range >= scan.min_range && range <= scan.max_range);
+	}
+	return observation;
+}
+
+mrpt::obs::CObservationOdometry::Ptr to_observation(const Odometry& odometry, const std::string& label)
+{
+	if (!odometry.pose.pose) return nullptr;
+	auto observation = mrpt::obs::CObservationOdometry::Create();
+	observation->timestamp = to_time(odometry.pose.header.time);
+	observation->sensorLabel = label;
+	observation->odometry = mrpt::poses::CPose2D(*odometry.pose.pose);
+	observation->hasVelocities = true;
+	observation->velocityLocal = odometry.velocity;
+	return observation;
+}
+}  // namespace d2s1r::ros

@@ -1,0 +1,73 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include <base/output_file.h>
+#include <mrpt/poses/CPose2D.h>
+
+#include "app/temporary_folder.h"
+
+using namespace d2s1r;
+namespace fs = std::filesystem;
+
+class OutputFile : public d2s1r::test::FolderTest
+{
+};
+
+TEST_F(OutputFile, AppearsUnderItsNameOnlyWhenItIsWhole)
+{
+	write("a.txt", "old");
+	TextFile file(path("a.txt"));
+	file.print("%s %d\n", "new", 1);
+	EXPECT_EQ(read("a.txt"), "old");
+	EXPECT_EQ(count(), 2);
+	file.commit();
+	EXPECT_EQ(read("a.txt"), "new 1\n");
+	EXPECT_EQ(count(), 1);
+}
+
+TEST_F(OutputFile, LeavesNothingIfItIsNotCommitted)
+{
+	{
+		TextFile text(path("a.txt"));
+		text.print("half");
+		GzipFile gzip(path("b.gz"));
+		EXPECT_EQ(count(), 2);
+	}
+	EXPECT_EQ(count(), 0);
+}
+
+TEST_F(OutputFile, IsWrittenWhereLinksLead)
+{
+	fs::create_directory(path("elsewhere"));
+	fs::create_symlink("elsewhere/b.txt", path("a.txt"));
+	TextFile file(path("a.txt"));
+	file.print("text");
+	file.commit();
+	EXPECT_TRUE(fs::is_symlink(path("a.txt")));
+	EXPECT_EQ(read("elsewhere/b.txt"), "text");
+}
+
+TEST_F(OutputFile, FoldersDevicesAndMissingFoldersAreRefused)
+{
+	for (const std::string& name : {path(""), std::string("/dev/null"), path("missing/a.txt")}) try
+		{
+			TextFile file(name);
+			ADD_FAILURE() << name;
+		}
+		catch (const OutputError& error)
+		{
+			EXPECT_EQ(std::string(error.what()).rfind(name + ": ", 0), 0U) << error.what();
+		}
+}
+
+TEST_F(OutputFile, AGzipFileThatWasCutShortIsNotWhole)
+{
+	GzipFile file(path("a.gz"));
+	file.write(mrpt::poses::CPose2D(1, 2, 3));
+	file.commit();
+	EXPECT_TRUE(is_whole_gzip(path("a.gz")));
+	const std::string whole = read("a.gz");
+	for (std::size_t size = 0; size < whole.size(); size++)
+	{
+		write("cut.gz", whole.substr(0, size));
+		EXPECT_FALSE(is_whole_gzip(path("cut.gz"))) << size;
+	}
+}

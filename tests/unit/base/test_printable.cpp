@@ -1,0 +1,33 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include <base/errors.h>
+#include <gtest/gtest.h>
+
+namespace d2s1r::test
+{
+TEST(Printable, LeavesNothingThatControlsATerminal)
+{
+	EXPECT_EQ(printable("a\x1b[31mb\n\t\x7f"), "a?[31mb???");
+	EXPECT_EQ(printable(std::string("a\0b", 3)), "a?b");
+	EXPECT_EQ(
+	    printable("a\xc2\x9b"
+	              "b\xc2\x85"),
+	    "a?b?")
+	    << "U+009B and U+0085";
+}
+
+TEST(Printable, KeepsTheLettersOfAllLanguages)
+{
+	for (const std::string text :
+	     {"Gr\xc3\xbc\xc3\x9f"
+	      "e",
+	      "\xe5\x9c\xb0\xe5\x9b\xb3.yaml", "\xc2\xa0", ""})
+		EXPECT_EQ(printable(text), text);
+}
+
+TEST(Excerpt, IsShortAndAscii)
+{
+	EXPECT_EQ(excerpt("key = \xe4\n"), "key = ??");
+	EXPECT_EQ(excerpt(std::string(60, 'x')), std::string(60, 'x'));
+	EXPECT_EQ(excerpt(std::string(61, 'x')), std::string(60, 'x') + "...");
+}
+}  // namespace d2s1r::test
