@@ -234,6 +234,52 @@ TEST(Hypotheses, WhatIsNotListedKeepsItsShare)
 		EXPECT_DOUBLE_EQ(few.hypotheses[i].probability, all.hypotheses[i].probability) << i;
 }
 
+TEST(Hypotheses, TheAnswerTellsHowProbableItIsThatAnyPlaceIsRight)
+{
+	const Grid grid = make_four_fold_room();
+	const TPose2D robot{2.1, 3.2, 0.6};
+	std::vector<TPose2D> poses;
+	for (int quarters = 0; quarters < 4; quarters++) poses.push_back(turned(robot, quarters));
+	const Scan scan = scan_at(world_of(grid), robot);
+	const auto presence_and_sum = [&](int hypotheses)
+	{
+		Parameters parameters;
+		parameters.scoring.hypotheses = hypotheses;
+		const Localization told = decide_among(grid, scan, poses, parameters);
+		double sum = 0;
+		for (const Hypothesis& hypothesis : told.hypotheses) sum += hypothesis.probability;
+		return std::pair(told.presence, sum);
+	};
+	const auto [all, sum_of_all] = presence_and_sum(10);
+	EXPECT_NEAR(all, sum_of_all, 1e-9);
+	EXPECT_GT(all, 0.9) << "it is not known which, but one of them";
+	const auto [few, sum_of_few] = presence_and_sum(2);
+	EXPECT_EQ(few, all) << "listed or not";
+	EXPECT_LT(sum_of_few, 0.6 * all);
+	const Scan strange = scan_at(world_of(make_floor()), poses_on_floor()[0]);
+	const Localization rejected = decide_among(grid, strange, random_poses(grid, 50, 0.2, 9));
+	ASSERT_EQ(rejected.status, Status::kRejected);
+	EXPECT_LT(rejected.presence, Parameters{}.scoring.rejected_below);
+	EXPECT_EQ(decide_among(grid, scan, {}).presence, 0);
+}
+
+TEST(Hypotheses, TheAnswerTellsTheTemperatureOfItsProbabilities)
+{
+	const Grid grid = make_floor();
+	const auto robot = poses_on_floor()[0], elsewhere = poses_on_floor()[1];
+	Parameters parameters;
+	parameters.scoring.rejected_below = 0;
+	Scan scan = scan_at(world_of(grid), robot);
+	for (std::size_t i = 0; i < scan.beams.size() / 8; i++) scan.beams[i].range *= 3;  // through walls
+	const Localization told = decide_among(grid, scan, {robot, elsewhere}, parameters);
+	ASSERT_EQ(told.hypotheses.size(), 2U);
+	EXPECT_GT(told.temperature, 1);
+	const double lead = told.hypotheses[0].log_likelihood.value() - told.hypotheses[1].log_likelihood.value();
+	EXPECT_NEAR(
+	    std::log(told.hypotheses[0].probability / told.hypotheses[1].probability), lead / told.temperature,
+	    1e-6 * lead);
+}
+
 TEST(Hypotheses, TheThresholdsAreTheParameters)
 {
 	const Grid grid = make_floor();

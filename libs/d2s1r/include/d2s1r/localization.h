@@ -38,8 +38,9 @@ struct Hypothesis
 	/// "none of them" and of places beyond scoring.hypotheses.
 	double probability = 0;
 	/// [nat] Log-likelihood of the scan under the beam model, the best that was found at this place; higher is better.
-	/// After WindowLocalizer::add() it is the sum over the frames of their evidence, which is bounded and relative to
-	/// the best pose of the frame. It has no value with kPaper, which has no beam model.
+	/// After WindowLocalizer::add() it is the sum over the frames of their evidence: the log-likelihood against the
+	/// best pose of the frame, divided by the temperature of its scan. It has no value with kPaper, which has no beam
+	/// model.
 	std::optional<double> log_likelihood;
 	/// [0, 1] Share of the returns that are explained: they end at a wall and passed none. It has no value with kPaper.
 	std::optional<double> explained;
@@ -71,9 +72,14 @@ struct Localization
 {
 	Status status = Status::kInvalid;  //!< what the scan tells
 	/// [0, 1] Probability that the robot is at the place of best(). It is the probability of best(), whose place stands
-	/// for all poses near it; with kPaper it is the sum over the hypotheses at that place, and after
-	/// WindowLocalizer::add() it is at most what single scans gave to the place.
+	/// for all poses near it; with kPaper it is the sum over the hypotheses at that place.
 	double confidence = 0;
+	/// [0, 1] Probability that the robot is at one of the places of the map that explain the scan, listed or not; the
+	/// rest is that none of them is right. It is 0 for invalid scans and with kPaper, which has no model of it.
+	double presence = 0;
+	/// [-] What a difference of log-likelihoods of this scan is divided by to get log-odds: the more beams contradict
+	/// the map, the more of a difference is chance.
+	double temperature = 1;
 	std::vector<Hypothesis> hypotheses;  //!< by decreasing probability; empty if rejected or invalid
 	/// [bit] Relative entropy between the scan and the virtual scan at best(), Eq. 1; lower is better. It has no value
 	/// without a hypothesis.

@@ -214,13 +214,13 @@ void add_covariances(const BeamSubset& all, const ScoringParameters& limits, std
 
 Decision decide(const Scan& scan, const std::vector<Place>& places, const std::vector<SearchedMap>& maps)
 {
-	const auto rejected = [] { return no_place(Status::kRejected, "no place in the map explains the scan"); };
-	if (places.empty()) return {rejected(), {}};
-	double present = 0;
-	const std::vector<Likely> likely = probabilities_of(places, maps, present);
+	Decision result{no_place(Status::kRejected, "no place in the map explains the scan"), {}};
+	if (places.empty()) return result;
+	const std::vector<Likely> likely = probabilities_of(places, maps, result.answer.presence);
+	result.answer.temperature = temperature(places.front(), places.front().parameters().scoring);
 	const ScoringParameters& scoring = likely.front().place->parameters().scoring;
-	if (present < scoring.rejected_below) return {rejected(), {}};
-	Decision result;
+	if (result.answer.presence < scoring.rejected_below) return result;
+	result.answer.note.clear();
 	const auto most = static_cast<std::size_t>(scoring.hypotheses);
 	for (std::size_t i = 0; i < likely.size() && result.maps.size() < most; i++)
 	{
