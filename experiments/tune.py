@@ -59,9 +59,8 @@ CONSTANTS = [
         "turn_by_way": (5, 0, MOST), "newest": (0.1, 1, SHARE), "most_disagreement": (10, NEVER, MOST),
         "widest_turn": (50, 180, MOST)}),
     *constants_of("window", {
-        "least_evidence": (-10, None, MOST), "fits": (0.5, 0, SHARE), "least_explained": (0.1, 0, SHARE),
-        "tails": (5, NEVER, MOST), "hopeless": (20, NEVER, MOST), "least_one_shot": (0.5, 0, SHARE),
-        "lost_frames": (2, NEVER, MOST), "jump": (0.01, 0, SHARE), "usual": (0.5, NEVER, MOST)},
+        "fits": (0.5, 0, SHARE), "least_explained": (0.1, 0, SHARE), "hidden": (-2.5, None, MOST),
+        "tails": (5, NEVER, MOST), "lost_frames": (2, NEVER, MOST), "jump": (0.01, 0, SHARE), "usual": (0.5, NEVER, MOST)},
         ("lost_frames",)),
     *constants_of("filter", {
         "farthest": (2, NEVER, MOST), "sure_share": (0.2, SHARE, SHARE), "unlisted": (0.2, NEVER, MOST),

@@ -1,14 +1,15 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include <logs/log.h>
 #include <mrpt/io/CFileGZInputStream.h>
 #include <mrpt/io/CFileGZOutputStream.h>
 #include <mrpt/math/wrap2pi.h>
-#include <mrpt/obs/CObservationOdometry.h>
-#include <mrpt/obs/CRawlog.h>
 #include <mrpt/poses/CPosePDFGaussian.h>
 #include <mrpt/serialization/CArchive.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <map>
 #include <random>
 #include <stdexcept>
 #include <thread>
@@ -37,8 +38,8 @@ void write_cache(const std::vector<RunFrame>& run, const std::string& file)
 		for (const RunFrame& frame : run)
 		{
 			const Localization& found = frame.localization;
-			archive << static_cast<std::int32_t>(found.status) << found.confidence
-			        << static_cast<std::uint32_t>(found.hypotheses.size());
+			archive << static_cast<std::int32_t>(found.status) << found.confidence << found.presence
+			        << found.temperature << static_cast<std::uint32_t>(found.hypotheses.size());
 			for (const Hypothesis& hypothesis : found.hypotheses)
 				archive << PoseDensity(hypothesis.pose, hypothesis.covariance) << hypothesis.probability
 				        << hypothesis.log_likelihood.value_or(0) << hypothesis.explained.value_or(0);
@@ -56,7 +57,7 @@ void read_cache(std::vector<RunFrame>& run, const std::string& file)
 		std::int32_t status = 0;
 		std::uint32_t count = 0;
 		Localization& found = frame.localization;
-		archive >> status >> found.confidence >> count;
+		archive >> status >> found.confidence >> found.presence >> found.temperature >> count;
 		found.status = static_cast<Status>(status);
 		for (; count > 0; count--)
 		{
@@ -86,25 +87,27 @@ bool RunFrame::is_near_on_map(const mrpt::math::TPose2D& pose, const CSignatureM
 	return fitted && is_same_place(pose, fitted->pose.asTPose());
 }
 
-std::vector<RunFrame> load_run(const std::string& rawlog, const std::string& ground_truth)
+std::vector<RunFrame> load_run(const std::string& log, const std::string& ground_truth)
 {
-	mrpt::obs::CRawlog log;
-	if (!log.loadFromRawLogFile(rawlog)) throw std::runtime_error(rawlog + ": cannot be read");
+	std::map<std::int64_t, mrpt::math::TPose2D> truth;  // by time [ms]
+	for (const auto& pose : test::load_poses(ground_truth)) truth[std::llround(1e3 * pose.time)] = pose.robot;
+	const auto reader = logs::open_log(log).read();
 	std::vector<RunFrame> run;
 	std::optional<mrpt::poses::CPose2D> odometry;
-	for (std::size_t i = 0; i < log.size(); i++)
+	while (const auto object = reader->next())
 	{
-		const auto observation = log.getAsObservation(i);
-		if (const auto reading = std::dynamic_pointer_cast<mrpt::obs::CObservationOdometry>(observation))
-			odometry = reading->odometry;
-		if (const auto scan = std::dynamic_pointer_cast<mrpt::obs::CObservation2DRangeScan>(observation))
-			run.push_back({scan, odometry, {}, {}});
+		if (object->odometry) odometry = object->odometry;
+		for (const auto& scan : object->scans)
+		{
+			if (!run.empty() && scan->sensorLabel != run.front().scan->sensorLabel) continue;
+			const auto time = std::llround(1e3 * logs::to_seconds(scan->timestamp));
+			const auto after = truth.lower_bound(time - 1);
+			const bool has_truth = after != truth.end() && after->first <= time + 1;
+			run.push_back({scan, odometry, has_truth ? after->second : mrpt::math::TPose2D(), has_truth, {}});
+		}
 	}
-	const auto truth = test::load_poses(ground_truth);
-	if (truth.size() != run.size())
-		throw std::runtime_error(
-		    ground_truth + ": " + std::to_string(truth.size()) + " lines for " + std::to_string(run.size()) + " scans");
-	for (std::size_t i = 0; i < run.size(); i++) run[i].truth = truth[i].robot;
+	if (std::none_of(run.begin(), run.end(), [](const RunFrame& frame) { return frame.has_truth; }))
+		throw std::runtime_error(ground_truth + ": no line has the time of a scan of " + log);
 	return run;
 }
 

@@ -16,6 +16,7 @@ struct RunFrame
 	mrpt::obs::CObservation2DRangeScan::Ptr scan;
 	std::optional<mrpt::poses::CPose2D> odometry;  //!< raw reading
 	mrpt::math::TPose2D truth;                     //!< robot in map, m and rad
+	bool has_truth = true;                         //!< whether it is known
 	Localization localization;                     //!< of the scan alone
 
 	bool is_near(const mrpt::math::TPose2D& pose) const;  //!< within 0.5 m and 10 deg of truth
@@ -24,9 +25,9 @@ struct RunFrame
 	bool is_near_on_map(const mrpt::math::TPose2D& pose, const CSignatureMap2D& map) const;
 };
 
-/// Every scan of a rawlog of observations with its odometry and, in the same order, a line of ground truth.
-/// \throws std::runtime_error if a file cannot be read or the numbers of scans and lines differ
-std::vector<RunFrame> load_run(const std::string& rawlog, const std::string& ground_truth);
+/// Every scan of the first laser of a log with its odometry and the line of ground truth of its time, within 1 ms.
+/// \throws std::runtime_error if a file cannot be read or no line is of a scan
+std::vector<RunFrame> load_run(const std::string& log, const std::string& ground_truth);
 
 /// Makes the readings of wheels of the ground truth: they are off by 5 % of the way and of the turn, and by 1 deg a
 /// metre, as standard deviations.

@@ -27,17 +27,32 @@ void visit_numbers(OdometryTuning& t, const Visit& visit)
 }
 
 template <class Visit>
+void visit_numbers(WindowModel& t, const Visit& visit)
+{
+	static_assert(sizeof(t) == 9 * sizeof(double), "a constant without a name");
+	visit("same_way", t.same_way);
+	visit("same_turn", t.same_turn);
+	visit("new_evidence", t.new_evidence);
+	visit("new_presence", t.new_presence);
+	visit("least_evidence", t.least_evidence);
+	visit("most_absence", t.most_absence);
+	visit("carried_away", t.carried_away);
+	visit("gone_missing", t.gone_missing);
+	visit("found_again", t.found_again);
+}
+
+template <class Visit>
 void visit_numbers(WindowTuning& t, const Visit& visit)
 {
 	// an int takes as much room as a double, before one
-	static_assert(sizeof(t) == sizeof(OdometryTuning) + 9 * sizeof(double), "a constant without a name");
+	static_assert(
+	    sizeof(t) == sizeof(OdometryTuning) + sizeof(WindowModel) + 7 * sizeof(double), "a constant without a name");
 	visit_numbers(t.odometry, visit);
-	visit("least_evidence", t.least_evidence);
-	visit("fits", t.fits);
+	visit_numbers(t.model, visit);
 	visit("least_explained", t.least_explained);
+	visit("fits", t.fits);
+	visit("hidden", t.hidden);
 	visit("tails", t.tails);
-	visit("hopeless", t.hopeless);
-	visit("least_one_shot", t.least_one_shot);
 	visit("lost_frames", t.lost_frames);
 	visit("jump", t.jump);
 	visit("usual", t.usual);

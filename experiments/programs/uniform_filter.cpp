@@ -28,7 +28,7 @@ mrpt::obs::CActionRobotMovement2D motion_of(const Localization& from, const Loca
 		for (const int i : {0, 1, 2}) increment.cov(i, i) += added(i, i);
 	}
 	else
-		increment = pf::predict_motion(std::nullopt, {}, FilterParameters{});
+		increment = pf::predict_motion({}, FilterParameters{});
 	action.estimationMethod = mrpt::obs::CActionRobotMovement2D::emScan2DMatching;
 	action.poseChange = mrpt::poses::CPosePDFGaussian::Create(increment);
 	return action;

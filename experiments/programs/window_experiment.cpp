@@ -8,6 +8,8 @@
 //   reach=LENGTH  [m] of the laser: from there on it reports nothing (as recorded)
 //   first=N       [frames] the first one that is judged, counted from 0 among those used (0)
 //   frames=N      [frames] of the run that are used at most (all)
+//   still=N       gives each ambiguous scan N times to a window of its own: the robot stands still
+//   terms=FILE    writes what windows tell of their tracks, for window_losses, and nothing else
 //   cache=FILE    holds what each scan says alone; it is written if it does not exist
 //   variants=FILE each line of it is words NAME=VALUE, for constants only; for each one prints a letter by frame
 //                 that is judged (see flag_of()), and nothing else is done
@@ -25,6 +27,7 @@
 #include "frames/window_tracker.h"
 #include "shorten.h"
 #include "tunings.h"
+#include "window_terms.h"
 
 namespace d2s1r::experiments
 {
@@ -38,6 +41,7 @@ const Settings kUnlessGiven{
     {"wheels", 0},
     {"reach", std::numeric_limits<double>::infinity()},
     {"first", 0},
+    {"still", 0},
     {"frames", std::numeric_limits<double>::infinity()}};
 
 /// Returns the frames that are used, with shorter scans.
@@ -112,9 +116,28 @@ void write_answer(std::ofstream& csv, const Localization& answer, const mrpt::ma
 		csv << ',' << answer.best().pose.x() << ',' << answer.best().pose.y() << ',' << answer.best().pose.phi();
 }
 
+/// Returns what the window tells of its tracks at a frame, with the truth.
+WindowTerms terms_of(const WindowTracker& window, const RunFrame& frame)
+{
+	WindowTerms terms;
+	terms.frames = window.frames();
+	for (const Track& track : window.tracks())
+	{
+		terms.tracks.push_back(track.evidence);
+		terms.are_right.push_back(frame.is_near(track.now.pose.asTPose()));
+	}
+	const Localization& alone = frame.localization;
+	terms.is_localized = alone.status == Status::kLocalized;
+	terms.is_scan_right = !alone.hypotheses.empty() && frame.is_near(alone.best().pose.asTPose());
+	terms.confidence = alone.confidence;
+	return terms;
+}
+
 /// Returns what a window answers at each frame.
+/// \param terms to write those of frames to whose truth is known; null: they are not written
 std::vector<Localization> follow(
-    const std::vector<RunFrame>& run, const Localizer& localizer, const Settings& settings, const WindowTuning& tuning)
+    const std::vector<RunFrame>& run, const Localizer& localizer, const Settings& settings, const WindowTuning& tuning,
+    std::ostream* terms = nullptr)
 {
 	WindowTracker window({{"", {&localizer, {}}}}, static_cast<int>(settings.at("window")), tuning);
 	std::vector<Localization> answers;
@@ -123,6 +146,7 @@ std::vector<Localization> follow(
 		const auto motion = i > 0 && settings.at("odometry") != 0 ? odometry_between(run[i - 1], run[i]) : std::nullopt;
 		const Scan scan = make_scan(*run[i].scan, localizer.parameters().scan);
 		answers.push_back(window.add(scan, run[i].localization, motion));
+		if (terms && run[i].has_truth) write_terms(*terms, terms_of(window, run[i]));
 	}
 	return answers;
 }
@@ -144,6 +168,7 @@ void judge(
 	for (std::size_t i = 0; i < run.size(); i++)
 	{
 		const RunFrame& frame = run[i];
+		if (!frame.has_truth) continue;
 		csv << i << ',' << frame.truth.x << ',' << frame.truth.y << ',' << frame.truth.phi;
 		write_answer(csv, frame.localization, frame.truth);
 		write_answer(csv, answers[i], frame.truth);
@@ -156,24 +181,59 @@ void judge(
 	together.print("window");
 }
 
+/// Tells how much confidence windows gain of robots that stand still.
+void stand_still(const std::vector<RunFrame>& run, const Localizer& localizer, const Settings& settings)
+{
+	int scans = 0, localized = 0, wrong = 0;
+	double greatest = 0;
+	for (const RunFrame& frame : run)
+	{
+		if (!frame.has_truth || frame.localization.status != Status::kAmbiguous) continue;
+		const Scan scan = make_scan(*frame.scan, localizer.parameters().scan);
+		WindowTracker window(
+		    {{"", {&localizer, {}}}}, static_cast<int>(settings.at("window")), tuning_of<WindowTuning>(settings));
+		Localization last;
+		for (int i = 0; i < static_cast<int>(settings.at("still")); i++)
+			last = window.add(scan, frame.localization, mrpt::poses::CPose2D());
+		const bool is_localized = last.status == Status::kLocalized;
+		scans++;
+		localized += is_localized ? 1 : 0;
+		wrong += is_localized && !is_right(last, frame.truth) ? 1 : 0;
+		greatest = std::max(greatest, last.confidence - frame.localization.confidence);
+	}
+	std::printf(
+	    "%d ambiguous scans: %d become localized, %d of these wrong; greatest gain of confidence %.4f\n", scans,
+	    localized, wrong, greatest);
+}
+
 std::string flags(
     const std::vector<RunFrame>& run, const Localizer& localizer, const Settings& settings, const WindowTuning& tuning)
 {
 	const auto answers = follow(run, localizer, settings, tuning);
 	std::string letters;
 	for (std::size_t i = first_judged(settings); i < run.size(); i++)
-		letters += flag_of(is_right(answers[i], run[i].truth), answers[i].status == Status::kLocalized);
+		if (run[i].has_truth)
+			letters += flag_of(is_right(answers[i], run[i].truth), answers[i].status == Status::kLocalized);
 	return letters;
 }
 
 void run_experiment(const Words& files, Words words)
 {
-	const std::string cache = take_text(words, "cache"), variants = take_text(words, "variants");
+	const std::string cache = take_text(words, "cache"), variants = take_text(words, "variants"),
+	                  terms = take_text(words, "terms");
 	const auto settings = read_settings("window_experiment", with_numbers_of(WindowTuning{}, kUnlessGiven), words);
 	const Localizer localizer(load_map(files[0]));
 	auto run = used_frames(load_run(files[1], files[2]), settings);
 	if (settings.at("wheels") != 0) make_odometry(run, static_cast<unsigned>(settings.at("wheels")));
 	localize_all(run, localizer, cache);
+	if (settings.at("still") > 0) return stand_still(run, localizer, settings);
+	if (!terms.empty())
+	{
+		std::ofstream stream(terms, std::ios::binary);
+		follow(run, localizer, settings, tuning_of<WindowTuning>(settings), &stream);
+		if (!stream) throw std::runtime_error(terms + ": cannot be written");
+		return;
+	}
 	if (variants.empty()) return judge(run, localizer, settings, files[3]);
 	print_variants(
 	    tuning_of<WindowTuning>(settings), variants,

@@ -116,12 +116,12 @@ std::optional<FusedPose> CParticleFilterFusion::follow(const FusionInput& input)
 
 CPosePDFGaussian CParticleFilterFusion::motion_to(const FusionInput& input)
 {
-	std::optional<mrpt::poses::CPose2D> odometry;
+	std::optional<CPosePDFGaussian> odometry;
 	if (parameters_.motion == MotionSource::kBoth)
 		odometry = odometry_check_.checked(input.odometry, input.localization);
 	else if (parameters_.motion == MotionSource::kOdometry && input.odometry && is_plausible(*input.odometry))
-		odometry = input.odometry;
-	auto predicted = pf::predict_motion(odometry, last_motion_, parameters_.filter, tuning.odometry);
+		odometry = odometry_motion(*input.odometry, tuning.odometry);
+	const auto predicted = odometry ? *odometry : pf::predict_motion(last_motion_, parameters_.filter);
 	if (parameters_.motion == MotionSource::kOdometry) return predicted;
 	const auto weights = pf::normalized_weights(particles_);
 	const auto support = [&](const Hypothesis& hypothesis)

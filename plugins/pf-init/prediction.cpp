@@ -32,11 +32,8 @@ bool is_jump(const mrpt::poses::CPose2D& increment, const Tuning& tuning)
 }
 }  // namespace
 
-CPosePDFGaussian predict_motion(
-    const std::optional<mrpt::poses::CPose2D>& odometry, const mrpt::poses::CPose2D& previous,
-    const FilterParameters& parameters, const OdometryTuning& tuning)
+CPosePDFGaussian predict_motion(const mrpt::poses::CPose2D& previous, const FilterParameters& parameters)
 {
-	if (odometry) return odometry_motion(*odometry, tuning);
 	return {previous, covariance_of(parameters.motion_along, parameters.motion_across, parameters.motion_turn)};
 }
 

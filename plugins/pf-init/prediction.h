@@ -15,11 +15,9 @@
 
 namespace d2s1r::pf
 {
-/// Returns what is known of the motion before anyone looks at the localizations: the odometry, or without it, that the
-/// robot goes on as before.
-mrpt::poses::CPosePDFGaussian predict_motion(
-    const std::optional<mrpt::poses::CPose2D>& odometry, const mrpt::poses::CPose2D& previous,
-    const FilterParameters& parameters, const OdometryTuning& tuning = {});
+/// Returns that the robot goes on as before, which is what is known of the motion without odometry before anyone looks
+/// at the localizations.
+mrpt::poses::CPosePDFGaussian predict_motion(const mrpt::poses::CPose2D& previous, const FilterParameters& parameters);
 
 /// Returns how much of the filter's weight [0, 1] is near a hypothesis of the previous scan.
 using Support = std::function<double(const Hypothesis&)>;

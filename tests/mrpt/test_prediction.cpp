@@ -31,7 +31,9 @@ std::optional<CPosePDFGaussian> choose(
     const Localization& from, const Localization& to, const CPose2D& filter,
     const std::optional<CPose2D>& odometry = {}, const CPose2D& previous = {})
 {
-	return pf::choose_motion({from, to, predict_motion(odometry, previous, kFilter)}, filter_at(filter), kDefault);
+	const CPosePDFGaussian predicted =
+	    odometry ? odometry_motion(*odometry, kDefault.odometry) : predict_motion(previous, kFilter);
+	return pf::choose_motion({from, to, predicted}, filter_at(filter), kDefault);
 }
 
 void expect_motion(const std::optional<CPosePDFGaussian>& motion, const CPose2D& expected, double tolerance = 0.02)
@@ -47,16 +49,9 @@ Localization at(const CPose2D& pose, double probability = 0.95)
 	return result_of({hypothesis_at(pose, probability)});
 }
 
-TEST(PredictedMotion, IsTheOdometryTheLessCertainTheFurther)
-{
-	const auto near = predict_motion(kAhead, kAside, kFilter), far = predict_motion(CPose2D(3, 0, 1), {}, kFilter);
-	expect_motion(near, kAhead, 1e-9);
-	for (const int i : {0, 1, 2}) EXPECT_GT(far.cov(i, i), near.cov(i, i)) << i;
-}
-
 TEST(PredictedMotion, GoesOnAsBeforeWithoutOdometryButMayChange)
 {
-	const auto motion = predict_motion({}, kAside, kFilter), odometry = predict_motion(kAside, {}, kFilter);
+	const auto motion = predict_motion(kAside, kFilter), odometry = odometry_motion(kAside, kDefault.odometry);
 	expect_motion(motion, kAside, 1e-9);
 	for (const int i : {0, 1, 2}) EXPECT_GT(motion.cov(i, i), 4 * odometry.cov(i, i)) << i;
 }
@@ -117,7 +112,7 @@ TEST(ChosenMotion, LiesBetweenOdometryAndLocalizationsThatAgree)
 	ASSERT_TRUE(motion);
 	EXPECT_GT(motion->mean.x(), 0.52);
 	EXPECT_LT(motion->mean.x(), 0.58);
-	EXPECT_LT(motion->cov(0, 0), predict_motion(CPose2D(0.5, 0, 0), {}, kFilter).cov(0, 0));
+	EXPECT_LT(motion->cov(0, 0), odometry_motion(CPose2D(0.5, 0, 0), kDefault.odometry).cov(0, 0));
 }
 
 TEST(ChosenMotion, ThatTheOdometryDeniesTakesLocalizationsThatAreSure)

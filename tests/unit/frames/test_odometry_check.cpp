@@ -1,8 +1,10 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include <d2s1r/motion.h>
 #include <gtest/gtest.h>
+#include <mrpt/core/bits_math.h>
 
 #include <cmath>
+#include <random>
 
 #include "made_hypotheses.h"
 
@@ -54,5 +56,47 @@ TEST(OdometryCheck, LearnsNothingFromScansThatAreNotLocalizedOrOdometryThatIsNot
 		EXPECT_FALSE(check.checked(CPose2D(std::nan(""), 0, 0), localized_at({})));
 	}
 	EXPECT_TRUE(check.checked(CPose2D(3, 0, 0), localized_at({3, 0, 0})));
+}
+
+TEST(OdometryCheck, EstimatesTheScaleAndCorrectsIncrements)
+{
+	for (const double too_long : {0.6, 0.8, 1.0, 1.3, 1.7})
+	{
+		OdometryCheck check;
+		CPose2D robot;
+		std::optional<mrpt::poses::CPosePDFGaussian> motion;
+		for (int i = 0; i < 60; i++)
+		{
+			const CPose2D step(0.3 + 0.1 * (i % 3), 0, 0.05 * (i % 5 - 2));
+			motion = check.checked(CPose2D(too_long * step.x(), 0, step.phi()), localized_at(robot = robot + step));
+		}
+		const OdometryEstimate& told = check.estimate();
+		EXPECT_EQ(told.motions, 59U);
+		EXPECT_NEAR(told.scale, 1 / too_long, 0.03) << too_long;
+		EXPECT_LT(told.scale_std, 0.07) << too_long;
+		EXPECT_LT(std::abs(told.scale - 1 / too_long), 3 * told.scale_std + 0.005) << too_long;
+		ASSERT_TRUE(motion && told.is_relied_on) << too_long;
+		EXPECT_NEAR(motion->mean.x(), 0.3 + 0.1 * (59 % 3), 0.02) << too_long;
+	}
+}
+
+TEST(OdometryCheck, EstimatesTheErrorsOfTurns)
+{
+	std::mt19937 generator(1);
+	std::normal_distribution<double> error(0, mrpt::DEG2RAD(12.0));
+	OdometryCheck exact, shaken;
+	CPose2D robot;
+	const CPose2D step(0.3, 0, 0);
+	std::optional<mrpt::poses::CPosePDFGaussian> of_exact, of_shaken;
+	for (int i = 0; i < 60; i++)
+	{
+		const Localization scan = localized_at(robot = robot + step);
+		of_exact = exact.checked(step, scan);
+		of_shaken = shaken.checked(CPose2D(0.3, 0, error(generator)), scan);
+	}
+	EXPECT_LT(exact.estimate().turn_noise, 1.2);
+	EXPECT_GT(shaken.estimate().turn_noise, 2);
+	ASSERT_TRUE(of_exact);
+	EXPECT_TRUE(!of_shaken || of_shaken->cov(2, 2) > 4 * of_exact->cov(2, 2));
 }
 }  // namespace d2s1r::test

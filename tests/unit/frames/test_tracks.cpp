@@ -10,6 +10,7 @@ namespace d2s1r::test
 namespace
 {
 const WindowTuning kTuning;
+const Reference kReference{5, 1};
 
 /// 0.1 m and 0.05 rad unsure.
 PoseDensity predicted()
@@ -33,41 +34,42 @@ Hypothesis place(double x, double log_likelihood, double explained)
 
 TEST(TrackEvidence, ScanCorrectsThePose)
 {
-	const Correction fit = best_correction(predicted(), place(2.1, 5, 0.9), {}, 5, kTuning);
+	const Correction fit = best_correction(predicted(), place(2.1, 5, 0.9), {}, kReference, kTuning);
 	EXPECT_GT(fit.pose.mean.x(), 2.08);
 	EXPECT_LT(fit.pose.cov(0, 0), 0.01);
-	EXPECT_NEAR(fit.evidence.log_likelihood, 0, 1.0);
-	EXPECT_EQ(fit.evidence.explained, 0.9);
+	EXPECT_NEAR(fit.evidence, 0, 1.0);
+	EXPECT_EQ(fit.explained, 0.9);
 }
 
 TEST(TrackEvidence, ScanThatNoWallExplainsLeavesThePoseAlone)
 {
-	const Correction fit = best_correction(predicted(), place(2.1, 30, 0.05), {}, 5, kTuning);
+	const Correction fit = best_correction(predicted(), place(2.1, 30, 0.05), {}, kReference, kTuning);
 	EXPECT_EQ(fit.pose.mean.x(), 2);
 	EXPECT_EQ(fit.pose.cov(0, 0), predicted().cov(0, 0));
-	EXPECT_LE(fit.evidence.log_likelihood, -2) << "unknown space explains anything, and is no evidence";
+	EXPECT_LE(fit.evidence, -2) << "unknown space explains anything, and is no evidence";
 }
 
 TEST(TrackEvidence, PoorlyExplainedScanPullsLess)
 {
 	const auto pulled = [](double explained)
-	{ return best_correction(predicted(), place(2.1, 5, explained), {}, 5, kTuning).pose.mean.x() - 2; };
+	{ return best_correction(predicted(), place(2.1, 5, explained), {}, kReference, kTuning).pose.mean.x() - 2; };
 	EXPECT_LT(pulled(0.2), pulled(0.9));
 }
 
 TEST(TrackEvidence, PlaceThatTheMotionCannotReachIsNotTaken)
 {
-	const Correction fit = best_correction(predicted(), place(5, 5, 0.9), {place(4, 9, 0.9)}, 9, kTuning);
+	const Correction fit = best_correction(predicted(), place(5, 5, 0.9), {place(4, 9, 0.9)}, {9, 1}, kTuning);
 	EXPECT_EQ(fit.pose.mean.x(), 2);
-	EXPECT_EQ(fit.evidence.log_likelihood, kTuning.least_evidence);
+	EXPECT_EQ(fit.evidence, kNowhere);
 	EXPECT_TRUE(missed(fit.evidence, kTuning));
 }
 
 TEST(TrackEvidence, OneShotHypothesisNearbyIsTakenIfItIsBetter)
 {
-	const Correction fit = best_correction(predicted(), place(2.1, -20, 0.3), {place(1.9, 5, 0.9)}, 5, kTuning);
+	const Correction fit =
+	    best_correction(predicted(), place(2.1, -20, 0.3), {place(1.9, 5, 0.9)}, kReference, kTuning);
 	EXPECT_LT(fit.pose.mean.x(), 2);
-	EXPECT_EQ(fit.evidence.explained, 0.9);
+	EXPECT_EQ(fit.explained, 0.9);
 }
 
 TEST(TrackEvidence, UnknownSpaceSetsTheStandardOnlyWhereNothingElseIs)
@@ -77,20 +79,12 @@ TEST(TrackEvidence, UnknownSpaceSetsTheStandardOnlyWhereNothingElseIs)
 	EXPECT_EQ(greatest_likelihood({place(1, 30, 0.01)}, {}, kTuning), 30);
 }
 
-TEST(TrackEvidence, OnlyTheLastTenFramesSayWhatIsExplained)
-{
-	Track track;
-	for (int i = 0; i < 40; i++) track.evidence.push_back({0, i < 30 ? 1.0 : 0.2, 0});
-	EXPECT_NEAR(explained_by(track), 0.2, 1e-12);
-	track.evidence.resize(5);
-	EXPECT_NEAR(explained_by(track), 1, 1e-12);
-}
-
 TEST(TrackEvidence, SlippingWheelsAreNotRuledOut)
 {
-	const Correction fit = best_correction(predicted(), place(3.0, 5, 0.9), {}, 5, kTuning);  // ten deviations away
-	EXPECT_GT(fit.evidence.log_likelihood, -9);
-	EXPECT_NEAR(fit.pose.mean.x(), 3, 1e-9) << "the scan says where, not an average";
+	const Correction fit =
+	    best_correction(predicted(), place(2.9, 5, 0.9), {}, kReference, kTuning);  // nine deviations away
+	EXPECT_GT(fit.evidence, -10);
+	EXPECT_NEAR(fit.pose.mean.x(), 2.9, 1e-9) << "the scan says where, not an average";
 }
 
 TEST(TrackEvidence, OfAScanThatHardlyFitsOtherYawsAreTried)
@@ -108,13 +102,21 @@ TEST(TrackEvidence, OfAScanThatHardlyFitsOtherYawsAreTried)
 	EXPECT_LT(turn_between(found->pose.asTPose(), robot), 1);
 }
 
-TEST(TrackEvidence, IsBounded)
+TEST(TrackEvidence, IsDividedByTheTemperatureOfTheScan)
 {
-	const auto log_likelihood = [](double explained, double relative)
-	{ return evidence_of(place(0, 0, explained), relative, kTuning).log_likelihood; };
-	EXPECT_NEAR(log_likelihood(0.9, -1000), kTuning.least_evidence, 1e-6);
-	EXPECT_NEAR(log_likelihood(0.9, 0), 0, 1e-3);
-	EXPECT_NEAR(log_likelihood(0.9, 1000), 0, 1e-3);
-	EXPECT_EQ(log_likelihood(0.01, 1000), kTuning.least_evidence / 2);  // explained by unknown space
+	const auto evidence = [](double explained, double log_likelihood, double temperature) {
+		return evidence_of(place(0, log_likelihood, explained), {5, temperature}, kTuning);
+	};
+	EXPECT_NEAR(evidence(0.9, -3, 1), -8, 1e-9);
+	EXPECT_NEAR(evidence(0.9, -3, 2), -4, 1e-9);
+	EXPECT_EQ(evidence(0.9, 1000, 2), 0);
+	EXPECT_EQ(evidence(0.01, 1000, 2), kTuning.hidden) << "explained by unknown space";
+}
+
+TEST(TrackEvidence, TheUsualErrorOfAMotionCostsNothing)
+{
+	const auto at = [](double x) { return best_correction(predicted(), place(x, 5, 0.9), {}, kReference, kTuning); };
+	EXPECT_EQ(at(2.1).evidence, 0);
+	EXPECT_LT(at(2.5).evidence, -1);
 }
 }  // namespace d2s1r::test

@@ -55,8 +55,20 @@ double mahalanobis_distance(
 /// Returns the product of two independent estimates of the same pose or motion, (x, y, phi), m and rad.
 mrpt::poses::CPosePDFGaussian combine(const mrpt::poses::CPosePDFGaussian& a, const mrpt::poses::CPosePDFGaussian& b);
 
-/// Finds out whether odometry tells of the same motion as localized scans do: one that is frozen, or in other units,
-/// contradicts them scan after scan. Use one object per robot; it is not thread-safe.
+/// What localized scans tell of the errors of an odometry.
+struct OdometryEstimate
+{
+	double scale = 1;          //!< [-] by which its ways have to be multiplied
+	double scale_std = 0.2;    //!< [-] standard deviation of that
+	double way_noise = 1;      //!< [-] its errors of ways against those of odometry_motion(), at least 1
+	double turn_noise = 1;     //!< [-] the same of turns
+	std::size_t motions = 0;   //!< [-] between localized scans, from which this is known
+	bool is_relied_on = true;  //!< whether scans do not contradict it
+};
+
+/// Compares odometry with the motions between localized scans. It estimates the scale of the odometry and how large its
+/// errors are, and it recognizes an odometry that cannot be relied on: one that is frozen contradicts scan after scan.
+/// Use one object per robot; it is not thread-safe.
 class OdometryCheck
 {
    public:
@@ -66,13 +78,24 @@ class OdometryCheck
 	/// Takes in the next scan; call it for every one.
 	/// \param increment since the scan before, robot frame then
 	/// \param localization of this scan alone
-	/// \return the increment if it can be relied on: it is plausible, and scans do not contradict the last increments
-	std::optional<mrpt::poses::CPose2D> checked(
+	/// \return the motion of the robot, by the estimated scale and with errors of the estimated size, if the odometry
+	/// can be relied on: it is plausible, and scans do not contradict the last increments
+	std::optional<mrpt::poses::CPosePDFGaussian> checked(
 	    const std::optional<mrpt::poses::CPose2D>& increment, const Localization& localization);
 
+	/// Returns what is known after the last scan.
+	const OdometryEstimate& estimate() const { return estimate_; }
+
    private:
+	mrpt::poses::CPosePDFGaussian corrected(const mrpt::poses::CPose2D& increment) const;
+	void learn(const mrpt::poses::CPose2D& increment, const mrpt::poses::CPosePDFGaussian& seen);
+
 	OdometryTuning tuning_;
+	OdometryEstimate estimate_;
 	std::optional<Hypothesis> before_;  //!< of the scan before, if that was localized
-	double disagreement_ = 0;           //!< [-] squared Mahalanobis distance, average of the last motions
+	// Averages of the last motions, each a square in units of the variance that is expected.
+	double disagreement_ = 0;  //!< [-] squared Mahalanobis distance
+	double way_error_ = 2;     //!< [-] of both coordinates of the way
+	double turn_error_ = 1;    //!< [-]
 };
 }  // namespace d2s1r

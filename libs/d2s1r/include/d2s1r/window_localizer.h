@@ -16,10 +16,10 @@ class WindowTracker;
 ///
 /// Many hypotheses of every frame are followed along the robot's motion, forwards into the frames to come and backwards
 /// into those that were; each is a Gaussian that the motion widens and every scan corrects (Jensfelt and Kristensen,
-/// "Active Global Localization for a Mobile Robot Using Multiple Hypothesis Tracking", 2001). The evidence of a frame
-/// is bounded, so that no scan is trusted blindly: after a kidnapping the new place wins within a few frames. Tracks
-/// are only compared with each other, and even in a wrong map one of them is the best; so a track is localized only if
-/// walls explain its scans and some of these scans found its place on their own.
+/// "Active Global Localization for a Mobile Robot Using Multiple Hypothesis Tracking", 2001). A hidden Markov model,
+/// whose states are these tracks and "none of them", tells how probable each is. The evidence of a frame is bounded, so
+/// that no scan is trusted blindly: after a kidnapping the new place wins within a few frames. Scans of one place say
+/// the same again: a robot that stands still gets the answer of its scan.
 ///
 /// Use one object per robot, and call it once per frame, in order. It is not thread-safe; the same calls always give
 /// the same answers.
@@ -48,14 +48,14 @@ class WindowLocalizer
 	/// \param one_shot what localizer.localize(scan), or that of the atlas, answered
 	/// \param motion of the robot since the last call, in its frame then. Without a value, or with one that
 	///        OdometryCheck does not rely on, it is estimated from the hypotheses of both frames (the paper's
-	///        pseudo-odometry); if these do not agree, or the scan gives most of the probability to another place, the
-	///        answer is `one_shot`, and a new window starts. Frames without a valid scan, with one of a covered sensor,
-	///        or with neither motion nor hypothesis: pass the motion of each; if nobody knows one, up to two such
-	///        frames are bridged by the frame after them. Otherwise a new window starts.
-	/// \throws std::invalid_argument if a hypothesis of `one_shot` is in a map that the window was not given, or holds
+	///        pseudo-odometry); if these do not agree, the answer is `one_shot`, and a new window starts. Frames
+	///        without a valid scan, with one of a covered sensor, or with neither motion nor hypothesis: pass the
+	///        motion of each; if nobody knows one, up to two such frames are bridged by the frame after them. Otherwise
+	///        a new window starts.
+	/// \throws std::invalid_argument if a hypothesis of `one_shot` is in a map that the window was not given, or it holds
 	///         numbers that are not finite or not in their ranges
 	/// \return as Localizer::localize(), with the evidence of all frames of the window: log-likelihoods are sums over
-	///         them, bounded and against the best pose of each frame; covariances include the motion, and the time of
+	///         them (see Hypothesis); covariances include the motion, and the time of
 	///         refinement includes the following of hypotheses
 	Localization add(
 	    const Scan& scan, const Localization& one_shot, const std::optional<mrpt::poses::CPose2D>& motion = {});

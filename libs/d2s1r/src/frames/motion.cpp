@@ -12,6 +12,11 @@ namespace d2s1r
 {
 using mrpt::poses::CPosePDFGaussian;
 
+namespace
+{
+constexpr double kMemory = 0.98;  //!< [0, 1] of what is known of the scale that a motion later still counts
+}
+
 CPosePDFGaussian increment_between(const Hypothesis& from, const Hypothesis& to)
 {
 	CPosePDFGaussian increment;
@@ -72,19 +77,54 @@ CPosePDFGaussian combine(const CPosePDFGaussian& a, const CPosePDFGaussian& b)
 	    mrpt::math::CMatrixDouble33(Eigen::Matrix3d(0.5 * (covariance + covariance.transpose())))};
 }
 
-std::optional<mrpt::poses::CPose2D> OdometryCheck::checked(
+/// Returns an increment with the estimated scale and errors.
+CPosePDFGaussian OdometryCheck::corrected(const mrpt::poses::CPose2D& increment) const
+{
+	const double scale = estimate_.scale, way = increment.norm();
+	CPosePDFGaussian motion = odometry_motion({scale * increment.x(), scale * increment.y(), increment.phi()}, tuning_);
+	for (int i = 0; i < 2; i++)
+		motion.cov(i, i) =
+		    motion.cov(i, i) * mrpt::square(estimate_.way_noise) + mrpt::square(estimate_.scale_std * way);
+	motion.cov(2, 2) *= mrpt::square(estimate_.turn_noise);
+	return motion;
+}
+
+/// Compares an increment with the motion between two localized scans.
+void OdometryCheck::learn(const mrpt::poses::CPose2D& increment, const CPosePDFGaussian& seen)
+{
+	constexpr double kTails = 5;  // [-] degrees of freedom of Student's t: wheels slip, and a scan may be wrong
+	const double scale = estimate_.scale;
+	const auto expected = odometry_motion({scale * increment.x(), scale * increment.y(), increment.phi()}, tuning_);
+	const double distance = mahalanobis_distance(expected, seen);
+	const double most = tuning_.most_disagreement / (2 * tuning_.newest);  // of one motion
+	const auto average = [&](double& mean, double square) { mean += tuning_.newest * (std::min(square, most) - mean); };
+	average(disagreement_, mrpt::square(distance));
+
+	const double x = seen.mean.x() - expected.mean.x(), y = seen.mean.y() - expected.mean.y();
+	const double turn = mrpt::math::wrapToPi(seen.mean.phi() - expected.mean.phi());
+	const double of_way = expected.cov(0, 0) + 0.5 * (seen.cov(0, 0) + seen.cov(1, 1));  // [m2] variance
+	const double off = (x * x + y * y) / of_way, off_turn = turn * turn / (expected.cov(2, 2) + seen.cov(2, 2));
+	average(way_error_, off);
+	average(turn_error_, off_turn);
+	estimate_.way_noise = std::sqrt(std::max(1.0, way_error_ / 2));
+	estimate_.turn_noise = std::sqrt(std::max(1.0, turn_error_));
+
+	// A Kalman filter of the scale, whose measurement is the way.
+	const double weight = (kTails + 2) / (kTails + off) / of_way;
+	const double information = kMemory / mrpt::square(estimate_.scale_std) + weight * mrpt::square(increment.norm());
+	estimate_.scale += weight * (x * increment.x() + y * increment.y()) / information;
+	estimate_.scale_std = std::sqrt(1 / information);
+	estimate_.motions++;
+}
+
+std::optional<CPosePDFGaussian> OdometryCheck::checked(
     const std::optional<mrpt::poses::CPose2D>& increment, const Localization& localization)
 {
 	const auto now = localization.status == Status::kLocalized ? std::optional(localization.best()) : std::nullopt;
 	const bool is_usable = increment && is_plausible(*increment);
-	if (before_ && now && is_usable && before_->map == now->map)
-	{
-		const double distance =
-		    mahalanobis_distance(odometry_motion(*increment, tuning_), increment_between(*before_, *now));
-		const double most = tuning_.most_disagreement / (2 * tuning_.newest);  // of one motion
-		disagreement_ += tuning_.newest * (std::min(distance * distance, most) - disagreement_);
-	}
+	if (before_ && now && is_usable && before_->map == now->map) learn(*increment, increment_between(*before_, *now));
 	before_ = now;
-	return is_usable && disagreement_ <= tuning_.most_disagreement ? increment : std::nullopt;
+	estimate_.is_relied_on = disagreement_ <= tuning_.most_disagreement;
+	return is_usable && estimate_.is_relied_on ? std::optional(corrected(*increment)) : std::nullopt;
 }
 }  // namespace d2s1r

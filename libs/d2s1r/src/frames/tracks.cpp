@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "coarse/range_profiles.h"
 
@@ -15,8 +14,8 @@ namespace d2s1r
 {
 namespace
 {
-constexpr double kDeviations = 2;    //!< [standard deviations] within which a pose is searched for
-constexpr std::size_t kRecent = 10;  //!< [frames] of a usual window, which must be explained in a longer one, too
+constexpr double kDeviations = 2;      //!< [standard deviations] within which a pose is searched for
+constexpr double kAnotherPlace = -10;  //!< [nat] log-likelihood of a motion below which it leads to another place
 constexpr double kYawStep = 2 * M_PI / RangeProfiles::kDirections;  //!< [rad] of the coarse search
 
 /// A motion that a pair of hypotheses speaks for.
@@ -83,11 +82,13 @@ bool is_hidden(const Hypothesis& hypothesis, const WindowTuning& tuning)
 	return explained_of(hypothesis) < tuning.least_explained;
 }
 
-/// Returns the evidence [nat] below which a frame misses a track: it is nearer to the least than to none. That is the
-/// most that a frame which walls do not explain says for a track.
-double least_of_track(const WindowTuning& tuning)
+/// Returns the evidence [nat] of a motion that is off by this squared Mahalanobis distance. Wheels slip now and then,
+/// so that errors are those of Student's t. What is to be expected, one for each of three coordinates, costs nothing:
+/// otherwise the right place would lose to "none of them", which has no motion.
+double motion_evidence(double off, double tails)
 {
-	return 0.5 * tuning.least_evidence;
+	constexpr double kUsual = 3;  // [-]
+	return -0.5 * (tails + kUsual) * std::log((tails + std::max(off, kUsual)) / (tails + kUsual));
 }
 
 /// Returns whether `a` is the likelier place; places that unknown space explains come after all others.
@@ -138,17 +139,15 @@ double log_likelihood_of(const Hypothesis& hypothesis)
 	return hypothesis.log_likelihood.value_or(0);
 }
 
-Evidence evidence_of(const Hypothesis& hypothesis, double relative, const WindowTuning& tuning)
+double evidence_of(const Hypothesis& hypothesis, const Reference& reference, const WindowTuning& tuning)
 {
-	const double bounded = std::log(std::exp(std::min(relative, 0.0)) + std::exp(tuning.least_evidence));
-	return {
-	    is_hidden(hypothesis, tuning) ? std::min(bounded, least_of_track(tuning)) : bounded, explained_of(hypothesis),
-	    0};
+	const double log_odds = (log_likelihood_of(hypothesis) - reference.log_likelihood) / reference.temperature;
+	return std::min(log_odds, is_hidden(hypothesis, tuning) ? tuning.hidden : 0);
 }
 
-bool missed(const Evidence& evidence, const WindowTuning& tuning)
+bool missed(double evidence, const WindowTuning& tuning)
 {
-	return evidence.log_likelihood < least_of_track(tuning);
+	return evidence <= tuning.hidden;
 }
 
 PoseDensity measurement(const Hypothesis& hypothesis, const WindowTuning& tuning)
@@ -161,23 +160,20 @@ PoseDensity measurement(const Hypothesis& hypothesis, const WindowTuning& tuning
 
 Correction best_correction(
     const PoseDensity& predicted, const std::optional<Hypothesis>& refined, const std::vector<Hypothesis>& one_shot,
-    double reference, const WindowTuning& tuning)
+    const Reference& reference, const WindowTuning& tuning)
 {
-	Correction best{predicted, {tuning.least_evidence, 0, 0}};
+	Correction best{predicted, kNowhere, 0};
 	const auto consider = [&](const Hypothesis& hypothesis)
 	{
 		const PoseDensity measured = measurement(hypothesis, tuning);
 		const double off = mrpt::square(mahalanobis_distance(predicted, measured));
-		const double of_motion =
-		    -0.5 * tuning.tails * std::log1p(off / tuning.tails);  // Student's t: wheels slip now and then
-		if (of_motion < tuning.least_evidence) return;             // it is another place
-		const Evidence evidence =
-		    evidence_of(hypothesis, log_likelihood_of(hypothesis) - reference + of_motion, tuning);
-		if (evidence.log_likelihood <= best.evidence.log_likelihood) return;
-		best.evidence = evidence;
-		best.pose = is_hidden(hypothesis, tuning) ? predicted
-		            : off < kMostOff              ? combine(predicted, measured)
-		                                          : measured;
+		const double of_motion = motion_evidence(off, tuning.tails);
+		if (of_motion < kAnotherPlace) return;
+		const double evidence = evidence_of(hypothesis, reference, tuning) + of_motion;
+		if (evidence <= best.evidence) return;
+		best = {predicted, evidence, explained_of(hypothesis)};
+		if (is_hidden(hypothesis, tuning)) return;
+		best.pose = off < kMostOff ? combine(predicted, measured) : measured;
 	};
 	if (refined) consider(*refined);
 	for (const Hypothesis& hypothesis : one_shot) consider(hypothesis);
@@ -219,33 +215,5 @@ double greatest_likelihood(
 		if (hypothesis) consider(*hypothesis);
 	for (const Hypothesis& hypothesis : one_shot) consider(hypothesis);
 	return greatest ? log_likelihood_of(*greatest) : 0;
-}
-
-double sum_of(const std::deque<Evidence>& evidence, std::size_t frames)
-{
-	return std::accumulate(
-	    evidence.end() - static_cast<std::ptrdiff_t>(frames), evidence.end(), 0.0,
-	    [](double sum, const Evidence& frame) { return sum + frame.log_likelihood; });
-}
-
-double sum_of(const Track& track)
-{
-	return sum_of(track.evidence, track.evidence.size());
-}
-
-double explained_by(const Track& track)
-{
-	const auto frames = static_cast<std::ptrdiff_t>(std::min(kRecent, track.evidence.size()));
-	const double sum = std::accumulate(
-	    track.evidence.end() - frames, track.evidence.end(), 0.0,
-	    [](double so_far, const Evidence& frame) { return so_far + frame.explained; });
-	return sum / static_cast<double>(frames);
-}
-
-double one_shot_probability(const Track& track)
-{
-	double sum = 0;
-	for (const Evidence& evidence : track.evidence) sum += evidence.one_shot_probability;
-	return sum / static_cast<double>(track.evidence.size());
 }
 }  // namespace d2s1r

@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <numeric>
 #include <stdexcept>
+#include <utility>
 
 #include "answer/distinct_poses.h"
 #include "frames/window_tracker.h"
@@ -15,6 +17,9 @@ namespace d2s1r
 namespace
 {
 constexpr std::size_t kMostTracks = 50;  //!< [-] that are followed: a limit of time
+constexpr double kNegligible = 1e-7;     //!< [0, 1] probability of a track that is not followed any more
+constexpr int kMostGuessed = 2;          //!< [frames] without a usable scan over which a motion is guessed
+constexpr double kLeastLinked = 0.9;     //!< [0, 1] probability of a motion below which a new window starts
 
 /// Returns those of the hypotheses that are in a map.
 std::vector<Hypothesis> in_map(const std::vector<Hypothesis>& hypotheses, const std::string& map)
@@ -24,6 +29,22 @@ std::vector<Hypothesis> in_map(const std::vector<Hypothesis>& hypotheses, const 
 	    hypotheses.begin(), hypotheses.end(), std::back_inserter(found),
 	    [&](const Hypothesis& hypothesis) { return hypothesis.map == map; });
 	return found;
+}
+
+/// Returns the log-odds [nat] of "the robot is at none of the places that the scan lists" against the best place of the
+/// frame, which may be better than what the scan found alone. Places that the prior of their map rules out do not
+/// count.
+double absence(const Localization& one_shot, const Reference& reference, const std::map<std::string, TrackedMap>& maps)
+{
+	constexpr double kLeast = 1e-9;  // [0, 1] of a probability
+	if (one_shot.hypotheses.empty())
+		return std::log(std::max(kLeast, 1 - one_shot.presence) / std::max(kLeast, one_shot.presence));
+	double none = 1;
+	for (const Hypothesis& hypothesis : one_shot.hypotheses)
+		if (maps.at(hypothesis.map).prior.allows(hypothesis.pose.asTPose())) none -= hypothesis.probability;
+	const Hypothesis& best = one_shot.best();
+	return std::log(std::max(kLeast, none) / std::max(kLeast, best.probability)) -
+	       (reference.log_likelihood - log_likelihood_of(best)) / reference.temperature;
 }
 }  // namespace
 
@@ -38,6 +59,10 @@ WindowTracker::WindowTracker(std::map<std::string, TrackedMap> maps, int frames,
 
 void WindowTracker::check_arguments(const Localization& one_shot) const
 {
+	if (!(one_shot.temperature > 0) || !std::isfinite(one_shot.temperature))
+		throw std::invalid_argument("WindowLocalizer: the temperature of an answer must be finite and above 0");
+	if (!(one_shot.presence >= 0 && one_shot.presence <= 1))
+		throw std::invalid_argument("WindowLocalizer: the presence of an answer must be in [0, 1]");
 	for (const Hypothesis& hypothesis : one_shot.hypotheses)
 	{
 		check(hypothesis);
@@ -52,88 +77,99 @@ bool WindowTracker::one_place(const Hypothesis& a, const Hypothesis& b)
 	return a.map == b.map && are_near(a.pose.asTPose(), b.pose.asTPose(), kPlaceDistance, kPlaceYaw);
 }
 
-double WindowTracker::probability_at(const Hypothesis& place, const std::vector<Hypothesis>& one_shot)
-{
-	double probability = 0;
-	for (const Hypothesis& hypothesis : one_shot)
-		if (one_place(hypothesis, place)) probability += hypothesis.probability;
-	return probability;
-}
-
 /// Adds the motion to the next frame of a gap, which has no usable scan, or to the frame that ends the gap.
-void WindowTracker::pass_gap(const std::optional<mrpt::poses::CPose2D>& motion)
+void WindowTracker::pass_gap(const std::optional<PoseDensity>& motion)
 {
 	const bool known = motion && (gap_ == 0 || gap_motion_);
-	gap_motion_ = known ? std::optional(gap_motion_.value_or(mrpt::poses::CPose2D()) + *motion) : std::nullopt;
+	gap_motion_ = known ? std::optional(gap_motion_ ? moved(*gap_motion_, *motion) : *motion) : std::nullopt;
 	gap_++;
 }
 
-/// Sets the motion to a frame: the odometry, or what the hypotheses of both frames agree on.
-/// \return whether it is known
-bool WindowTracker::link(
-    Frame& frame, const Localization& one_shot, const std::optional<mrpt::poses::CPose2D>& motion) const
+/// Returns the motion since the last frame of the window, over the gap between them: the odometry, or what the
+/// hypotheses of both frames agree on. Its probability is 0 if nobody knows how far the robot went.
+GuessedMotion WindowTracker::motion_to(const Localization& one_shot, const std::optional<PoseDensity>& motion)
 {
+	auto since_last = motion;
+	bool can_be_guessed = true;
+	if (gap_ > 0)
+	{
+		can_be_guessed = gap_ < kMostGuessed && !motion && !gap_motion_;
+		pass_gap(motion);
+		since_last = std::exchange(gap_motion_, std::nullopt);
+		gap_ = 0;
+	}
+	if (since_last) return {*since_last, 1};
 	std::vector<Hypothesis> before;
 	for (const Track& track : tracks_) before.push_back(track.now);
-	const GuessedMotion guess = motion ? GuessedMotion{odometry_motion(*motion, tuning_.odometry), 1}
-	                                   : common_motion(before, one_shot.hypotheses, tuning_);
-	frame.motion = guess.motion.mean;
-	frame.motion_covariance = guess.motion.cov;
-	return motion || guess.probability > maps_.begin()->second.localizer->parameters().scoring.localized_above;
+	return can_be_guessed ? common_motion(before, one_shot.hypotheses, tuning_) : GuessedMotion{};
+}
+
+/// Appends a frame to the window, or starts a new window with it if its motion is not known.
+void WindowTracker::append(const Scan& scan, const Localization& one_shot, const GuessedMotion& motion)
+{
+	if (motion.probability < kLeastLinked)
+	{
+		frames_.clear();
+		tracks_.clear();
+	}
+	frames_.push_back({scan, one_shot.hypotheses, {0, one_shot.temperature}, 0, motion});
+	if (frames_.size() <= most_frames_) return;
+	frames_.pop_front();
+	for (Track& track : tracks_) track.evidence.pop_front();
 }
 
 /// Moves all tracks to the newest frame, whose scan corrects them.
 void WindowTracker::follow(const Localization& one_shot)
 {
 	Frame& frame = frames_.back();
-	const PoseDensity motion(frame.motion, frame.motion_covariance);
 	std::vector<PoseDensity> predicted;
 	std::vector<std::optional<Hypothesis>> refined;
 	for (const Track& track : tracks_)
 	{
 		const Localizer& localizer = localizer_of(track.now.map);
-		predicted.push_back(moved({track.now.pose, track.now.covariance}, motion));
+		predicted.push_back(moved({track.now.pose, track.now.covariance}, frame.motion.motion));
 		refined.push_back(
 		    refined.empty()  // the best one
 		        ? refined_near(localizer, frame.scan, predicted.back(), tuning_)
 		        : localizer.hypothesis_near(frame.scan, predicted.back().mean));
 	}
-	frame.reference = greatest_likelihood(refined, one_shot.hypotheses, tuning_);
+	frame.reference.log_likelihood = greatest_likelihood(refined, one_shot.hypotheses, tuning_);
+	frame.absence = absence(one_shot, frame.reference, maps_);
 	for (std::size_t i = 0; i < tracks_.size(); i++)
 	{
 		Hypothesis& now = tracks_[i].now;
-		Correction fit =
+		const Correction fit =
 		    best_correction(predicted[i], refined[i], in_map(one_shot.hypotheses, now.map), frame.reference, tuning_);
 		now.pose = fit.pose.mean;
 		now.covariance = fit.pose.cov;
-		now.explained = fit.evidence.explained;
-		fit.evidence.one_shot_probability = probability_at(now, one_shot.hypotheses);
+		now.explained = fit.explained;
 		tracks_[i].evidence.push_back(fit.evidence);
-		if (tracks_[i].evidence.size() > most_frames_) tracks_[i].evidence.pop_front();
 	}
 }
 
-/// Follows a new track back through the frames of the window for their evidence.
-/// \return whether it may be as good as the best one
-bool WindowTracker::trace_back(Track& track) const
+/// Follows a new track back through the frames of the window for their evidence. Before some frames in a row that miss
+/// it, the robot was elsewhere.
+void WindowTracker::trace_back(Track& track) const
 {
 	PoseDensity pose(track.now.pose, track.now.covariance);
-	Hypothesis then = track.now;
+	int misses = 0;
 	for (std::size_t back = 1; back < frames_.size(); back++)
 	{
+		if (misses >= tuning_.lost_frames)
+		{
+			track.evidence.push_front(kNowhere);
+			continue;
+		}
 		const Frame& later = frames_[frames_.size() - back];
 		const Frame& frame = frames_[frames_.size() - back - 1];
-		const PoseDensity predicted = moved(pose, reversed({later.motion, later.motion_covariance}));
-		const auto refined = localizer_of(then.map).hypothesis_near(frame.scan, predicted.mean);
-		Correction fit = best_correction(predicted, refined, {}, frame.reference, tuning_);
+		const PoseDensity predicted = moved(pose, reversed(later.motion.motion));
+		const auto refined = localizer_of(track.now.map).hypothesis_near(frame.scan, predicted.mean);
+		const Correction fit =
+		    best_correction(predicted, refined, in_map(frame.one_shot, track.now.map), frame.reference, tuning_);
 		pose = fit.pose;
-		then.pose = pose.mean;
-		fit.evidence.one_shot_probability = probability_at(then, frame.one_shot);
+		misses = missed(fit.evidence, tuning_) ? misses + 1 : 0;
 		track.evidence.push_front(fit.evidence);
-		if (tracks_.empty()) continue;
-		if (sum_of(tracks_.front().evidence, back + 1) - sum_of(track) > tuning_.hopeless) return false;
 	}
-	return true;
 }
 
 /// Starts tracks at the hypotheses of the newest frame that no track is at.
@@ -144,107 +180,111 @@ void WindowTracker::start_tracks(const Localization& one_shot)
 	{
 		const auto followed = [&](const Track& track) { return one_place(track.now, hypothesis); };
 		if (std::any_of(tracks_.begin(), tracks_.end(), followed)) continue;
-		Evidence evidence = evidence_of(hypothesis, log_likelihood_of(hypothesis) - frames_.back().reference, tuning_);
-		evidence.one_shot_probability = hypothesis.probability;
-		Track track{hypothesis, {evidence}};
-		const PoseDensity measured = measurement(hypothesis, tuning_);
-		track.now.covariance = measured.cov;
-		if (trace_back(track)) started.push_back(std::move(track));
+		Track& track = started.emplace_back();
+		track.now = hypothesis;
+		track.now.covariance = measurement(hypothesis, tuning_).cov;
+		track.evidence = {evidence_of(hypothesis, frames_.back().reference, tuning_)};
+		trace_back(track);
 	}
-	tracks_.insert(tracks_.end(), started.begin(), started.end());
+	std::move(started.begin(), started.end(), std::back_inserter(tracks_));
 }
 
-/// Sorts the tracks, best first. It drops hopeless ones, those that the prior rules out and, of tracks at one place,
-/// all but the best.
-void WindowTracker::prune()
+/// Returns whether the robot was carried away: no track explains both frames before the last ones and some of these.
+bool WindowTracker::is_lost() const
 {
-	std::stable_sort(
-	    tracks_.begin(), tracks_.end(), [](const Track& a, const Track& b) { return sum_of(a) > sum_of(b); });
-	std::vector<Track> kept;
-	for (Track& track : tracks_)
+	const auto last = static_cast<std::size_t>(tuning_.lost_frames);
+	if (tracks_.empty() || frames_.size() <= last) return false;
+	const auto is_miss = [&](double evidence) { return missed(evidence, tuning_); };
+	const auto is_broken = [&](const Track& track)
 	{
-		if (!maps_.at(track.now.map).prior.allows(track.now.pose.asTPose())) continue;
-		if (kept.size() >= kMostTracks) break;
-		if (!kept.empty() && sum_of(kept.front()) - sum_of(track) > tuning_.hopeless) break;
-		const auto same = [&](const Track& other) { return one_place(track.now, other.now); };
-		if (std::none_of(kept.begin(), kept.end(), same)) kept.push_back(std::move(track));
-	}
-	// Frames share the errors of the map: n of them tell as much as sqrt(n) independent ones would.
-	const double temper = 1 / std::sqrt(static_cast<double>(frames_.size()));
-	double mass = 0;
-	for (Track& track : kept)
-	{
-		track.now.log_likelihood = sum_of(track);
-		track.now.probability = std::exp(temper * (sum_of(track) - sum_of(kept.front())));
-		mass += track.now.probability;
-	}
-	for (Track& track : kept) track.now.probability /= mass;
-	tracks_ = std::move(kept);
+		const auto since = track.evidence.end() - tuning_.lost_frames;
+		return std::all_of(track.evidence.begin(), since, is_miss) || std::all_of(since, track.evidence.end(), is_miss);
+	};
+	return std::all_of(tracks_.begin(), tracks_.end(), is_broken);
 }
 
-/// Returns whether no track explains the last frames though some place in the map does.
-bool WindowTracker::lost(const Localization& one_shot) const
-{
-	if (one_shot.hypotheses.empty() || frames_.size() <= static_cast<std::size_t>(tuning_.lost_frames)) return false;
-	return std::all_of(
-	    tracks_.begin(), tracks_.end(),
-	    [&](const Track& track)
-	    {
-		    return std::all_of(
-		        track.evidence.end() - tuning_.lost_frames, track.evidence.end(),
-		        [&](const Evidence& evidence) { return missed(evidence, tuning_); });
-	    });
-}
-
-/// Forgets all frames but those since the robot was lost.
+/// Forgets all frames but those since the robot was carried away.
 void WindowTracker::forget()
 {
 	frames_.erase(frames_.begin(), frames_.end() - tuning_.lost_frames);
-	tracks_.clear();
+	for (Track& track : tracks_)
+		track.evidence.erase(track.evidence.begin(), track.evidence.end() - tuning_.lost_frames);
 }
 
-/// Returns whether the newest scan by itself gives most of the probability to another place than that of the best
-/// track.
-bool WindowTracker::contradicts(const Localization& one_shot) const
+std::vector<FrameEvidence> WindowTracker::frames() const
 {
-	if (one_shot.hypotheses.empty() || one_shot.best().probability < 0.5) return false;
-	return tracks_.empty() || !one_place(one_shot.best(), tracks_.front().now);
+	std::vector<FrameEvidence> told;
+	mrpt::poses::CPose2D robot;
+	for (const Frame& frame : frames_)
+	{
+		if (!told.empty()) robot = robot + frame.motion.motion.mean;
+		told.push_back({robot.asTPose(), frame.absence, frame.motion.probability});
+	}
+	return told;
 }
 
-/// Forgets all frames but the newest one, from which the window begins anew.
-void WindowTracker::begin_with(const Localization& one_shot)
+/// Sets the probabilities of the tracks by all frames of the window and sorts them, best first. It drops those that the
+/// prior rules out, those that hardly count and, of tracks at one place, all but the best.
+void WindowTracker::judge()
 {
-	frames_.erase(frames_.begin(), frames_.end() - 1);
-	frames_.back().reference = greatest_likelihood({}, one_shot.hypotheses, tuning_);
-	tracks_.clear();
-	start_tracks(one_shot);
-	prune();
+	const auto is_ruled_out = [&](const Track& track)
+	{ return !maps_.at(track.now.map).prior.allows(track.now.pose.asTPose()); };
+	tracks_.erase(std::remove_if(tracks_.begin(), tracks_.end(), is_ruled_out), tracks_.end());
+	set_probabilities();
+	sort_tracks();
+	std::vector<Track> kept;
+	for (Track& track : tracks_)
+	{
+		if (kept.size() >= kMostTracks || track.now.probability < kNegligible) break;
+		const auto same = [&](const Track& other) { return one_place(track.now, other.now); };
+		if (std::none_of(kept.begin(), kept.end(), same)) kept.push_back(std::move(track));
+	}
+	tracks_ = std::move(kept);
+	set_probabilities();  // two tracks that came to one place count once
+	sort_tracks();
+}
+
+/// Sorts the tracks, the most probable first.
+void WindowTracker::sort_tracks()
+{
+	std::stable_sort(
+	    tracks_.begin(), tracks_.end(),
+	    [](const Track& a, const Track& b) { return a.now.probability > b.now.probability; });
+}
+
+/// Sets the probabilities of the tracks and of "none of them" by all frames of the window.
+void WindowTracker::set_probabilities()
+{
+	std::vector<const Evidence*> evidence;
+	for (const Track& track : tracks_) evidence.push_back(&track.evidence);
+	const WindowPosterior told = posterior(frames(), evidence, tuning_.model);
+	for (std::size_t i = 0; i < tracks_.size(); i++) tracks_[i].now.probability = told.tracks[i];
+	none_ = told.none;
 }
 
 /// Says what all frames of the window tell.
 Localization WindowTracker::conclude(const Localization& one_shot) const
 {
-	if (tracks_.empty() || explained_by(tracks_.front()) < tuning_.least_explained)
-	{
-		Localization nowhere = no_place(Status::kRejected, "no place in the map explains the last scans");
-		nowhere.times = one_shot.times;
-		return nowhere;
-	}
-	Localization result;
+	if (frames_.size() == 1) return one_shot;
+	const ScoringParameters& scoring =
+	    localizer_of(tracks_.empty() ? maps_.begin()->first : tracks_.front().now.map).parameters().scoring;
+	Localization result = no_place(Status::kRejected, "no place in the map explains the last scans");
 	result.times = one_shot.times;
-	for (const Track& track : tracks_) result.hypotheses.push_back(track.now);
-	const Localizer& localizer = localizer_of(result.best().map);
-	result.relative_entropy = localizer.relative_entropy(frames_.back().scan, result.best().pose);
-	result.confidence = result.best().probability;
-	const Track& best = tracks_.front();
-	const bool known = explained_by(best) >= tuning_.fits && one_shot_probability(best) >= tuning_.least_one_shot;
-	if (!known) result.confidence = std::min(result.confidence, one_shot_probability(best));
-	const double share = result.confidence / result.best().probability;  // the rest is "none of them"
-	for (Hypothesis& hypothesis : result.hypotheses) hypothesis.probability *= share;
-	const auto& scoring = localizer.parameters().scoring;
-	const auto most = static_cast<std::size_t>(scoring.hypotheses);
-	if (result.hypotheses.size() > most) result.hypotheses.resize(most);
-	result.status = known && result.confidence > scoring.localized_above ? Status::kLocalized : Status::kAmbiguous;
+	result.temperature = one_shot.temperature;
+	result.presence = 1 - none_;
+	if (result.presence < scoring.rejected_below) return result;
+	result.note.clear();
+	const std::size_t listed = std::min(tracks_.size(), static_cast<std::size_t>(scoring.hypotheses));
+	for (std::size_t i = 0; i < listed; i++)
+	{
+		result.hypotheses.push_back(tracks_[i].now);
+		const Evidence& evidence = tracks_[i].evidence;
+		result.hypotheses.back().log_likelihood = std::accumulate(evidence.begin(), evidence.end(), 0.0);
+	}
+	const Hypothesis& best = result.best();
+	result.relative_entropy = localizer_of(best.map).relative_entropy(frames_.back().scan, best.pose);
+	result.confidence = best.probability;
+	result.status = result.confidence > scoring.localized_above ? Status::kLocalized : Status::kAmbiguous;
 	return result;
 }
 
@@ -260,37 +300,12 @@ Localization WindowTracker::add(
 		return one_shot;
 	}
 	const mrpt::system::CTicTac watch;
-	auto since_last = motion;
-	if (gap_ > 0)
-	{
-		const bool can_be_guessed = gap_ < tuning_.lost_frames && !motion && !gap_motion_;
-		pass_gap(motion);
-		since_last = gap_motion_;
-		if (!since_last && !can_be_guessed)  // nobody knows how far the robot went
-		{
-			frames_.clear();
-			tracks_.clear();
-		}
-		gap_ = 0;
-		gap_motion_.reset();
-	}
-	Frame frame;
-	frame.scan = scan;
-	frame.one_shot = one_shot.hypotheses;
-	bool is_linked = link(frame, one_shot, since_last);
-	frames_.push_back(std::move(frame));
-	if (frames_.size() > most_frames_) frames_.pop_front();
-	if (is_linked)
-	{
-		follow(one_shot);
-		if (lost(one_shot)) forget();
-		start_tracks(one_shot);
-		prune();
-		// A guessed motion never outvotes what a scan says by itself.
-		is_linked = since_last || !contradicts(one_shot);
-	}
-	if (!is_linked) begin_with(one_shot);
-	Localization result = is_linked ? conclude(one_shot) : one_shot;
+	append(scan, one_shot, motion_to(one_shot, motion));
+	follow(one_shot);
+	start_tracks(one_shot);
+	if (is_lost()) forget();
+	judge();
+	Localization result = conclude(one_shot);
 	const double spent = 1e3 * watch.Tac();  // [ms]
 	result.times.refinement_ms += spent;
 	result.times.total_ms += spent;

@@ -36,30 +36,37 @@ class WindowTracker
 	/// Returns the parameters of section scan, which all maps share.
 	const ScanParameters& scan_parameters() const { return maps_.begin()->second.localizer->parameters().scan; }
 
+	/// Returns what each frame of the window tells, oldest first.
+	std::vector<FrameEvidence> frames() const;
+
+	/// Returns the places that the robot may be at, most probable first.
+	const std::vector<Track>& tracks() const { return tracks_; }
+
    private:
 	/// A frame of the window.
 	struct Frame
 	{
 		Scan scan;
-		std::vector<Hypothesis> one_shot;               //!< what the scan says alone
-		double reference = 0;                           //!< [nat] log-likelihood of the best pose
-		mrpt::poses::CPose2D motion;                    //!< since the frame before, in the robot frame then, m and rad
-		mrpt::math::CMatrixDouble33 motion_covariance;  //!< (x, y, phi), m^2, m rad, rad^2
+		std::vector<Hypothesis> one_shot;  //!< what the scan says alone
+		Reference reference;               //!< of the places of the frame
+		double absence = 0;                //!< [nat] see FrameEvidence
+		GuessedMotion motion;              //!< since the frame before
 	};
 
-	/// \throws std::invalid_argument if a hypothesis is in no map of this window, or is not sound
+	/// \throws std::invalid_argument if a hypothesis is in no map of this window, or a number is not sound
 	void check_arguments(const Localization& one_shot) const;
 
-	void pass_gap(const std::optional<mrpt::poses::CPose2D>& motion);
-	bool link(Frame& frame, const Localization& one_shot, const std::optional<mrpt::poses::CPose2D>& motion) const;
+	void pass_gap(const std::optional<PoseDensity>& motion);
+	GuessedMotion motion_to(const Localization& one_shot, const std::optional<PoseDensity>& motion);
+	void append(const Scan& scan, const Localization& one_shot, const GuessedMotion& motion);
 	void follow(const Localization& one_shot);
 	void start_tracks(const Localization& one_shot);
-	bool trace_back(Track& track) const;
-	bool lost(const Localization& one_shot) const;
+	void trace_back(Track& track) const;
+	bool is_lost() const;
 	void forget();
-	void prune();
-	bool contradicts(const Localization& one_shot) const;
-	void begin_with(const Localization& one_shot);
+	void judge();
+	void set_probabilities();
+	void sort_tracks();
 	Localization conclude(const Localization& one_shot) const;
 
 	const Localizer& localizer_of(const std::string& map) const { return *maps_.at(map).localizer; }
@@ -67,16 +74,14 @@ class WindowTracker
 	/// Returns whether two hypotheses count as one place.
 	static bool one_place(const Hypothesis& a, const Hypothesis& b);
 
-	/// Returns the probability [0, 1] that the one-shot hypotheses of a frame give to the place of another one.
-	static double probability_at(const Hypothesis& place, const std::vector<Hypothesis>& one_shot);
-
 	std::map<std::string, TrackedMap> maps_;  //!< by name
 	std::size_t most_frames_;
 	WindowTuning tuning_;
 	OdometryCheck odometry_check_;
 	int gap_ = 0;  //!< [frames] the last ones in a row whose scans were not usable, or of a covered sensor
-	std::optional<mrpt::poses::CPose2D> gap_motion_;  //!< over these frames; no value if that of one is not known
-	std::deque<Frame> frames_;                        //!< newest last
-	std::vector<Track> tracks_;                       //!< best first
+	std::optional<PoseDensity> gap_motion_;  //!< over these frames; no value if that of one is not known
+	std::deque<Frame> frames_;               //!< newest last
+	std::vector<Track> tracks_;              //!< best first
+	double none_ = 1;                        //!< [0, 1] probability that no track is right
 };
 }  // namespace d2s1r

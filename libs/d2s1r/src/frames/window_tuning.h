@@ -5,21 +5,32 @@
 
 namespace d2s1r
 {
+/// What the frames of a window tell of places: see posterior(). learn_windows.py learns it.
+struct WindowModel
+{
+	double same_way = 0.52;        //!< [m] scans that are this far apart say the same with a correlation of 1 / e
+	double same_turn = 2;          //!< [deg] the same of scans that are turned
+	double new_evidence = 0.33;    //!< [0, 1] n independent scans tell of places as much as n to this power would alone
+	double new_presence = 1;       //!< [0, 1] the same of whether the robot is at any place of the map
+	double least_evidence = -5.9;  //!< [nat] the least that a frame says of a place: people may have hidden it
+	double most_absence = 2.2;     //!< [nat] the most that a frame says for that no place is right
+	double carried_away = 1e-4;    //!< [0, 1] probability that the robot came to a given other place between two frames
+	double gone_missing = 1e-3;    //!< [0, 1] the same of that it left all places that are followed
+	double found_again = 0.47;     //!< [0, 1] the same of that it came from none of these to a given one
+};
+
 /// The parameters of windows that no application sets.
 struct WindowTuning
 {
 	OdometryTuning odometry;
+	WindowModel model;
 
-	// The evidence of a frame for a track.
-	double least_evidence = -10;   //!< [nat] the least of it: a scan may show what is not in the map
-	double fits = 0.5;             //!< [0, 1] share of explained returns from which on a pose fits a scan
-	double least_explained = 0.1;  //!< [0, 1] the same, below which walls explain neither a scan nor a track
+	// How tracks are followed.
+	double least_explained = 0.1;  //!< [0, 1] share of explained returns below which walls explain no scan at a place
+	double fits = 0.5;             //!< [0, 1] the same, above which a refined pose needs no search around it
+	double hidden = -2.5;          //!< [nat] the most that a scan says for a place where no wall explains it
 	double tails = 5;              //!< [-] degrees of freedom of the errors of a motion
-
-	// What is concluded from tracks.
-	double hopeless = 20;         //!< [nat] a track this far behind the best one is given up
-	double least_one_shot = 0.5;  //!< [0, 1] least mean probability that one scan alone gives to a place
-	int lost_frames = 2;          //!< [frames] in a row that no track explains: the robot was carried away
+	int lost_frames = 2;           //!< [frames] that no track explains in a row: the track was elsewhere before
 
 	// A motion that nobody measured.
 	double jump = 0.01;  //!< [0, 1] how usual it is that the robot is anywhere else in the next frame

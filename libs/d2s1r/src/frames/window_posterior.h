@@ -1,0 +1,50 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <mrpt/math/TPose2D.h>
+
+#include <deque>
+#include <vector>
+
+#include "frames/window_tuning.h"
+
+namespace d2s1r
+{
+/// What one frame of a window tells, whatever the place.
+struct FrameEvidence
+{
+	mrpt::math::TPose2D robot;  //!< in a frame that all frames of the window share, m and rad
+	/// [nat] Log-odds of "the robot is at none of the places that the scan lists" against the best place of the frame.
+	double absence = 0;
+	double linked = 1;  //!< [0, 1] probability that the motion since the frame before is right
+};
+
+/// [nat] What each frame of a window says about a track, oldest first: log-odds against the best place of the frame, 0
+/// at most. Log-likelihoods are divided by the temperature of the scan.
+using Evidence = std::deque<double>;
+
+/// The probabilities [0, 1] of tracks, of which one at most is right.
+struct WindowPosterior
+{
+	std::vector<double> tracks;  //!< in the order of the tracks
+	double none = 1;             //!< that none of them is right
+};
+
+/// Returns for how many independent scans [0, 1] each frame counts: one divided by the number of those that say the
+/// same again. Two scans are correlated by exp(-way / same_way - turn / same_turn).
+std::vector<double> independence(const std::vector<FrameEvidence>& frames, const WindowModel& model);
+
+/// Returns what the frames tell together: the forward pass of a hidden Markov model, whose states are the tracks and
+/// "none of them".
+///
+/// From one frame to the next the robot stays on its track but for small probabilities: that it was carried away, that
+/// it left or entered what the map shows, that its motion is not known. Each frame then multiplies the odds by its
+/// evidence, to a power. The newest frame counts as much as it does alone. Those before it count the less the nearer to
+/// each other they were taken: n independent frames tell as much as n to the power of WindowModel::new_evidence single
+/// scans, for they share the errors of the map, and the same scan again tells nothing. So the answer of a robot that
+/// stands still is that of its newest scan. The constants are learned by learn_windows.py.
+/// \param frames of the window, oldest first, at least one
+/// \param tracks the evidence of each track, by frame
+WindowPosterior posterior(
+    const std::vector<FrameEvidence>& frames, const std::vector<const Evidence*>& tracks, const WindowModel& model);
+}  // namespace d2s1r
