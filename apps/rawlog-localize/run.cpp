@@ -177,6 +177,7 @@ ExitStatus finish(
 		return kInterrupted;
 	}
 	if (loop.frames == 0 && !damage.empty()) throw UserError(kBadInput, command.log.name(), damage);
+	report.odometry = loop.odometry;
 	if (needs_diagnosis(report))
 		report.diagnosis = diagnose(log, selection, command, report.maps.front().map->localizer(), truth);
 	if (outputs) write_files(*outputs, report, loop, truth);

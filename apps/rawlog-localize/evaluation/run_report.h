@@ -7,6 +7,7 @@
 #include "input/maps.h"
 
 #include <d2s1r/localizer.h>
+#include <d2s1r/motion.h>
 
 #include <array>
 #include <map>
@@ -33,6 +34,7 @@ struct RunReport
 	double truth_offset = 0;               //!< [s] see AlignedTruth
 	std::vector<Match> matches{};          //!< frames with ground truth
 	std::optional<Diagnosis> diagnosis{};  //!< if most frames were not localized
+	OdometryEstimate odometry{};           //!< what the localized scans tell of it
 };
 
 /// Returns the number of frames with a pose, by the map that it is in.

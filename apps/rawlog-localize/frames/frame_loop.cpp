@@ -253,11 +253,15 @@ class Follower
 	/// Returns the time [s] that the sink took so far.
 	double writing_seconds() const { return 1e-3 * writing_ms_; }
 
+	/// Returns what the scans followed so far tell of the odometry.
+	const OdometryEstimate& odometry() const { return odometry_check_.estimate(); }
+
    private:
 	void follow(Job& job)
 	{
 		const auto motion = odometry_.take();
 		const Localization& one_shot = *job.result;
+		odometry_check_.checked(motion, one_shot);
 		Frame frame{job.frame, logs::to_seconds(job.scan->timestamp), one_shot, {}, {}, {}, job.read_at};
 		const auto scan = [&] { return scan_of(job, approach_.localizer.parameters().scan); };
 		if (window_)
@@ -280,6 +284,7 @@ class Follower
 	bool is_enough_ = false;
 	double writing_ms_ = 0;
 	OdometryBetweenScans odometry_;
+	OdometryCheck odometry_check_;
 	std::optional<WindowLocalizer> window_;
 };
 
@@ -422,6 +427,7 @@ LoopResult localize_log(
 	    items.scans(),
 	    follower.frames(),
 	    follower.is_enough(),
-	    items.other_labels()};
+	    items.other_labels(),
+	    follower.odometry()};
 }
 }  // namespace d2s1r::app

@@ -6,6 +6,7 @@
 #include "input/inputs.h"
 
 #include <d2s1r/atlas.h>
+#include <d2s1r/motion.h>
 
 #include <functional>
 #include <optional>
@@ -46,6 +47,7 @@ struct LoopResult
 	bool is_enough = false;  //!< whether `sink` wanted no more
 	/// Labels of other lasers in what was read before the first scan of the sensor, some of them if they are many.
 	std::set<std::string> other_labels = {};
+	OdometryEstimate odometry = {};  //!< what the localized scans tell of it
 };
 
 /// Localizes the selected scans of a log, `threads` at a time, and hands everything to `sink` in the order of the

@@ -64,6 +64,26 @@ Json fusion_of(const RunReport& report)
 	return json;
 }
 
+Json odometry_of(const OdometryEstimate& odometry)
+{
+	return {{"scale", odometry.scale},         {"scale_std", odometry.scale_std},
+	        {"way_noise", odometry.way_noise}, {"turn_noise", odometry.turn_noise},
+	        {"motions", odometry.motions},     {"is_relied_on", odometry.is_relied_on}};
+}
+
+/// Tells what is wrong with the odometry, if it is known.
+void print_odometry(const OdometryEstimate& odometry, std::ostream& out)
+{
+	constexpr double kUsual = 0.05, kDeviations = 3;  // [-] error of a scale, and how sure it has to be
+	const double off = std::abs(odometry.scale - 1);
+	if (off > kUsual && off > kDeviations * odometry.scale_std)
+		out << mrpt::format(
+		    "%-12sthe scans say that its ways have to be multiplied by %.2f +- %.2f (of %zu motions)\n", "odometry",
+		    odometry.scale, odometry.scale_std, odometry.motions);
+	if (!odometry.is_relied_on)
+		out << mrpt::format("%-12sthe last scans contradict it, so that it is not used\n", "odometry");
+}
+
 double percent(std::size_t part, std::size_t whole)
 {
 	return whole ? 100.0 * static_cast<double>(part) / static_cast<double>(whole) : 0;
@@ -237,6 +257,7 @@ void write_summary_json(const RunReport& report, TextFile& file)
 	json["refinement_ms"] = summary_of(stage_times(report.frames.kept(), &StageTimes::refinement_ms));
 	json["total_ms"] = summary_of(stage_times(report.frames.kept(), &StageTimes::total_ms));
 	if (report.truth_lines > 0) add_accuracy(json, report);
+	if (report.odometry.motions > 0) json["odometry"] = odometry_of(report.odometry);
 	if (report.command.search.fuse) json["fused"] = fusion_of(report);
 	if (!report.command.log.check.empty())
 	{
@@ -278,6 +299,7 @@ void print_table(const RunReport& report, std::ostream& out)
 	if (is_of_atlas(report)) print_maps(report, out);
 	if (!report.frames.kept().empty()) print_times(report, out);
 	if (!report.matches.empty()) print_accuracy(report, out);
+	print_odometry(report.odometry, out);
 	if (report.command.search.fuse) print_fusion(report, out);
 	if (!report.command.log.check.empty()) print_tracker(report, out);
 	if (report.diagnosis) print_diagnosis(*report.diagnosis, out);
