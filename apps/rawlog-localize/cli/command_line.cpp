@@ -251,6 +251,13 @@ void add_laser(OptionGroup laser, LogRequest& log, Dependent& dependent)
 	laser.value(
 	    "--range-factor", "F", "factor of all ranges of that laser, such as 0.001 if the log has them in mm",
 	    [&](const std::string& text) { log.overrides.range_factor = parse_range_factor(text); });
+	laser.value(
+	    "--sweep-time", "S[,FIRST]",
+	    "time that laser takes from the first beam of a scan to the last [s], negative if the last was taken first, "
+	    "and "
+	    "the time of the first after the scan's [s, default 0], in place of what the log says; all beams are moved to "
+	    "the time of the scan",
+	    [&](const std::string& text) { log.overrides.sweep = parse_sweep_time(text); });
 }
 
 void add_search(OptionGroup search, SearchRequest& request, Dependent& dependent)

@@ -155,4 +155,15 @@ double parse_range_factor(const std::string& text)
 	if (!(factor > 0)) refuse(text, "is not a factor above 0");
 	return factor;
 }
+
+logs::SweepTime parse_sweep_time(const std::string& text)
+{
+	constexpr double kLongest = 2;  // [s]
+	const auto values = parse_number_list(text);
+	if (values.size() > 2) refuse(text, "is not a time; write S or S,FIRST in s");
+	const logs::SweepTime sweep = {values[0], values.size() > 1 ? values[1] : 0};
+	if (std::abs(sweep.duration) > kLongest || std::abs(sweep.first_beam) > kLongest)
+		refuse(text, "is longer than any laser takes; write S or S,FIRST in s, at most 2");
+	return sweep;
+}
 }  // namespace d2s1r::app

@@ -47,4 +47,7 @@ mrpt::poses::CPose3D parse_sensor_pose(const std::string& text);
 float parse_max_range(const std::string& text);
 
 double parse_range_factor(const std::string& text);
+
+/// "S" or "S,FIRST" [s]
+logs::SweepTime parse_sweep_time(const std::string& text);
 }  // namespace d2s1r::app

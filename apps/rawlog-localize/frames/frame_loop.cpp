@@ -34,6 +34,7 @@ struct Job
 	logs::ScanDetails details = {};
 	Clock::time_point read_at = {};  //!< when the scan had been read
 	Lasers lasers = {};              //!< what is merged, `scan` last; empty: each scan is used alone
+	Sweep sweep = {};                //!< of `scan`
 	std::optional<Localization> result = {};
 };
 
@@ -45,13 +46,29 @@ Scan scan_of(const Job& job, const ScanParameters& parameters)
 		unusable.invalid_because = job.details.unusable_because;
 		return unusable;
 	}
-	return job.lasers.empty() ? make_scan(*job.scan, parameters) : merge_scans(job.lasers, parameters);
+	return job.lasers.empty() ? make_scan(*job.scan, parameters, job.sweep) : merge_scans(job.lasers, parameters);
 }
 
-/// Returns the observation of a job; if it cannot be used, one without valid beams.
+/// Returns when the beams of a scan were taken, and how the robot moved meanwhile.
+Sweep sweep_of(const mrpt::obs::CObservation2DRangeScan& scan, const logs::ScanDetails& details)
+{
+	const std::size_t beams = scan.getScanSize();
+	Sweep sweep;
+	sweep.first_beam = details.sweep.first_beam;
+	if (beams > 1) sweep.beam_step = details.sweep.duration / static_cast<double>(beams - 1);
+	const double stamp = logs::to_seconds(scan.timestamp);
+	for (const auto& [time, robot] : details.odometry) sweep.motion.push_back({time - stamp, robot});
+	return is_usable(sweep, beams) ? sweep : Sweep();
+}
+
+/// Returns the observation of a job, as if all beams had been taken at its time; if it cannot be used, one without
+/// valid beams.
 mrpt::obs::CObservation2DRangeScan::ConstPtr observation_of(const Job& job)
 {
-	if (job.details.unusable_because.empty()) return job.scan;
+	if (job.details.unusable_because.empty())
+		return job.sweep.is_instant()
+		           ? job.scan
+		           : std::make_shared<mrpt::obs::CObservation2DRangeScan>(at_one_time(*job.scan, job.sweep));
 	auto blind = std::make_shared<mrpt::obs::CObservation2DRangeScan>(*job.scan);
 	for (std::size_t i = 0; i < blind->getScanSize(); i++) blind->setScanRangeValidity(i, false);
 	for (std::size_t i = 0; i < blind->getScanSize(); i++) blind->setScanRange(i, 0);
@@ -72,7 +89,7 @@ class LastScans
 	}
 
 	/// Scans that are far from the time of this one are forgotten: there may be any number of labels.
-	void add(const mrpt::obs::CObservation2DRangeScan::ConstPtr& scan)
+	void add(const mrpt::obs::CObservation2DRangeScan::ConstPtr& scan, const Sweep& sweep)
 	{
 		const double time = logs::to_seconds(scan->timestamp);
 		for (auto other = scans_.begin(); other != scans_.end();)
@@ -80,7 +97,7 @@ class LastScans
 			const double off = std::abs(time - logs::to_seconds(other->second.observation->timestamp));
 			other = off > 2 * kOldest ? scans_.erase(other) : std::next(other);
 		}
-		scans_[scan->sensorLabel] = {scan, robot_at(time)};
+		scans_[scan->sensorLabel] = {scan, robot_at(time), sweep};
 	}
 
 	/// Returns the scans that are at most 0.5 s older than the last one of the laser `label`, which is the last of
@@ -145,7 +162,8 @@ class ItemReader
 		{
 			const auto& scan = item.object.scans[i];
 			const logs::ScanDetails& details = item.object.details[i];
-			if (merge_lasers_ && details.unusable_because.empty()) last_scans_.add(scan);
+			const Sweep sweep = sweep_of(*scan, details);
+			if (merge_lasers_ && details.unusable_because.empty()) last_scans_.add(scan, sweep);
 			if (scan->sensorLabel != selection_.label)
 			{
 				constexpr std::size_t kMostLabels = 100;
@@ -153,7 +171,8 @@ class ItemReader
 				continue;
 			}
 			if (selection_.contains(scans_))
-				item.jobs.push_back({scans_, scan, details, Clock::now(), lasers_with(scan->sensorLabel, details)});
+				item.jobs.push_back(
+				    {scans_, scan, details, Clock::now(), lasers_with(scan->sensorLabel, details), sweep});
 			scans_++;
 		}
 		item.object.scans.clear();

@@ -96,7 +96,7 @@ class OverridingReader : public LogReader
 		{
 			if (object->scans[i]->sensorLabel != label_) continue;
 			alter(*object->scans[i], object->middle_angle);
-			alter(object->details[i], object->scans[i]->getScanSize());
+			alter(object->details[i]);
 			object->bytes.clear();  // which are no longer those of the object
 		}
 		return object;
@@ -119,11 +119,10 @@ class OverridingReader : public LogReader
 		scan.maxRange = max_range;
 	}
 
-	void alter(ScanDetails& details, std::size_t beams) const
+	void alter(ScanDetails& details) const
 	{
 		if (overrides_.sensor_pose) details.unusable_because.clear();
-		if (overrides_.sweep_time && beams > 1)
-			details.time_step = *overrides_.sweep_time / (static_cast<double>(beams) - 1);
+		if (overrides_.sweep) details.sweep = *overrides_.sweep;
 	}
 
 	std::unique_ptr<LogReader> reader_;
@@ -239,7 +238,7 @@ std::string known_formats()
 std::unique_ptr<LogReader> read_log(const Log& log, const std::string& label, const Overrides& overrides)
 {
 	auto reader = log.read_for(label);
-	if (overrides.sensor_pose || overrides.max_range || overrides.range_factor || overrides.sweep_time)
+	if (overrides.sensor_pose || overrides.max_range || overrides.range_factor || overrides.sweep)
 		reader = std::make_unique<OverridingReader>(std::move(reader), label, overrides);
 	return with_odometry(std::move(reader), !log.survey.is_live);
 }

@@ -4,30 +4,31 @@
 #include <algorithm>
 #include <cmath>
 #include <deque>
+#include <optional>
 #include <utility>
 
 namespace d2s1r::logs
 {
 namespace
 {
-constexpr double kLongestWaitForOdometry = 0.5;  // [s] of the log's clock, beyond the end of a scan
-constexpr double kLongestScan = 10;              // [s] what takes longer is a mistake of the log
-constexpr double kLongestGap = 1;                // [s] between two readings: beyond, they do not tell what was between
-constexpr std::size_t kMostReadings = 1000;      // [-] of a scan
+constexpr double kLongestWaitForOdometry = 0.5;     // [s] of the log's clock, beyond the end of a scan
+constexpr double kLongestSweep = 4;                 // [s] what takes longer is a mistake of the log
+constexpr std::size_t kMostReadings = 1000;         // [-] of a scan
 constexpr std::size_t kMostObjectsThatWait = 1000;  // [-] that wait
 
-/// The time [s] of a scan's last beam.
-double end_of(const mrpt::obs::CObservation2DRangeScan& scan, const ScanDetails& details)
+/// From when to when [s] the poses of the robot are needed: over the sweep and at the time of the observation.
+std::pair<double, double> span_of(const mrpt::obs::CObservation2DRangeScan& scan, const SweepTime& sweep)
 {
-	return to_seconds(scan.timestamp) + details.time_step * (static_cast<double>(scan.getScanSize()) - 1);
+	const double stamp = to_seconds(scan.timestamp), last_beam = sweep.first_beam + sweep.duration;
+	const auto [first, last] = std::minmax({0.0, sweep.first_beam, last_beam});
+	return {stamp + first, stamp + last};
 }
 
-/// Makes a time that a log tells 0 if it cannot be one.
-void make_sound(const mrpt::obs::CObservation2DRangeScan& scan, ScanDetails& details)
+/// Forgets a sweep that takes longer than any, or whose observation has no time.
+void check_sweep(const mrpt::obs::CObservation2DRangeScan& scan, SweepTime& sweep)
 {
-	const auto beams = static_cast<double>(std::max<std::size_t>(scan.getScanSize(), 1));
-	if (!(details.time_step > 0 && details.time_step * beams < kLongestScan)) details.time_step = 0;
-	if (!(details.scan_time > 0 && details.scan_time < kLongestScan)) details.scan_time = 0;
+	const double longest = std::max(std::abs(sweep.duration), std::abs(sweep.first_beam));
+	if (!(longest < kLongestSweep) || !(to_seconds(scan.timestamp) > 0)) sweep = {};
 }
 
 class ReaderWithOdometry : public LogReader
@@ -59,10 +60,13 @@ class ReaderWithOdometry : public LogReader
 		auto object = reader_->next();
 		is_at_end_ = !object;
 		if (!object) return false;
+		if (object->increment) by_increments_ = by_increments_.value_or(mrpt::poses::CPose2D()) + *object->increment;
 		for (std::size_t i = 0; i < object->scans.size(); i++)
 		{
-			make_sound(*object->scans[i], object->details[i]);
-			newest_ = std::max(newest_, to_seconds(object->scans[i]->timestamp));
+			const double time = to_seconds(object->scans[i]->timestamp);
+			check_sweep(*object->scans[i], object->details[i].sweep);
+			newest_ = std::max(newest_, time);
+			if (by_increments_ && time > 0) add({time, by_increments_->asTPose()});
 		}
 		if (object->odometry && object->odometry_time > 0) add({object->odometry_time, object->odometry->asTPose()});
 		objects_.push_back(std::move(*object));
@@ -84,34 +88,33 @@ class ReaderWithOdometry : public LogReader
 		if (!waits_ || objects_.size() > kMostObjectsThatWait) return true;
 		for (std::size_t i = 0; i < object.scans.size(); i++)
 		{
-			if (!(object.details[i].time_step > 0)) continue;
-			const double end = end_of(*object.scans[i], object.details[i]);
+			if (object.details[i].sweep.duration == 0) continue;
+			const double end = span_of(*object.scans[i], object.details[i].sweep).second;
 			const double known = readings_.empty() ? 0 : readings_.back().first;
 			if (known < end && newest_ < end + kLongestWaitForOdometry) return false;
 		}
 		return true;
 	}
 
-	/// Gives a scan the readings from the last before its first beam to the first after its last beam. If one of these
-	/// is more than a second away, it is none.
+	/// Gives a scan the readings over its sweep, two before, by which the motion is extrapolated, and one after.
 	void complete(const mrpt::obs::CObservation2DRangeScan& scan, ScanDetails& details) const
 	{
-		if (!(details.time_step > 0) || readings_.empty()) return;
-		const double start = to_seconds(scan.timestamp), end = end_of(scan, details);
+		if (details.sweep.duration == 0) return;
+		const auto [start, end] = span_of(scan, details.sweep);
 		const auto is_before = [](const StampedPose& reading, double time) { return reading.first < time; };
-		const auto is_after = [](double time, const StampedPose& reading) { return time < reading.first; };
-		auto first = std::upper_bound(readings_.begin(), readings_.end(), start, is_after);
-		auto last = std::lower_bound(readings_.begin(), readings_.end(), end, is_before);
-		if (first != readings_.begin() && start - std::prev(first)->first < kLongestGap) --first;
-		if (last != readings_.end() && last->first - end < kLongestGap) ++last;
-		if (first < last) details.odometry.assign(first, last);
+		auto first = std::lower_bound(readings_.begin(), readings_.end(), start, is_before);
+		auto last = std::lower_bound(first, readings_.end(), end, is_before);
+		first -= std::min<std::ptrdiff_t>(2, first - readings_.begin());
+		if (last != readings_.end()) ++last;
+		details.odometry.assign(first, last);
 	}
 
 	std::unique_ptr<LogReader> reader_;
 	bool waits_;
-	std::deque<RawlogObject> objects_;  //!< that have been read
-	std::deque<StampedPose> readings_;  //!< of the odometry, by time
-	double newest_ = 0;                 //!< [s] time of all that has been read
+	std::deque<RawlogObject> objects_;                   //!< that have been read
+	std::deque<StampedPose> readings_;                   //!< of the odometry, by time
+	std::optional<mrpt::poses::CPose2D> by_increments_;  //!< of action collections, which end at the next scan
+	double newest_ = 0;                                  //!< [s] time of all that has been read
 	bool is_at_end_ = false;
 };
 }  // namespace

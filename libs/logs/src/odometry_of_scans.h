@@ -7,7 +7,7 @@
 
 namespace d2s1r::logs
 {
-/// Reads a log, and gives each scan whose ScanDetails::time_step is known the odometry during its beams.
+/// Reads a log, and gives each scan whose sweep is known the odometry during its beams.
 /// \param waits whether an object is held back until the odometry after its scans has come, or the log has gone on for
 /// half a second
 std::unique_ptr<LogReader> with_odometry(std::unique_ptr<LogReader> reader, bool waits);

@@ -33,15 +33,21 @@ using Scans = std::vector<mrpt::obs::CObservation2DRangeScan::Ptr>;
 /// Holds a time [s] since the epoch and a pose at that time.
 using StampedPose = std::pair<double, mrpt::math::TPose2D>;
 
-/// Says what a log tells about a scan beside what MRPT's observation holds. The time of the observation is that of its
-/// first beam.
+/// Says when a laser took the beams of a scan, in the order of its ranges.
+struct SweepTime
+{
+	double duration = 0;    //!< [s] from the first beam to the last; negative: the last was taken first; 0: not known
+	double first_beam = 0;  //!< [s] of the first beam, after the time of the observation
+};
+
+/// Says what a log tells about a scan beside what MRPT's observation holds.
 struct ScanDetails
 {
-	double time_step = 0;  //!< [s] from one beam to the next, in the order of the ranges; 0: not known
-	double scan_time = 0;  //!< [s] from one scan to the next; 0: not known
+	SweepTime sweep;  //!< when its beams were taken
 
-	/// Poses of the robot in the frame of its odometry: the last before the first beam, those during the scan, and the
-	/// first after the last beam, as far as the log has them. Only of scans whose time_step is known.
+	/// Poses of the robot in the frame of its odometry: the last two before the sweep and before the time of the
+	/// observation, those meanwhile, and the first after that, as far as the log has them. Only of scans whose
+	/// sweep is known.
 	std::vector<StampedPose> odometry{};
 
 	/// Why the scan cannot be used, such as that the pose of its laser on the robot is not known; empty if it can.
@@ -171,7 +177,7 @@ struct Overrides
 	std::optional<mrpt::poses::CPose3D> sensor_pose;  //!< laser on the robot
 	std::optional<float> max_range;                   //!< [m]
 	std::optional<double> range_factor;               //!< [-] of all ranges in the log
-	std::optional<double> sweep_time;                 //!< [s] from the first beam to the last
+	std::optional<SweepTime> sweep;                   //!< of all scans
 };
 
 /// Reads a log from its start, for the robot that carries the laser `label`; the scans of that laser are as `overrides`

@@ -69,6 +69,13 @@ class MovingFrames
 	const LinksOfRobot& links_;
 };
 
+/// The time of a scan's beams. scan_time does not tell it: simulators that take all beams at once fill it in, too.
+SweepTime sweep_of(const ros::LaserScan& scan)
+{
+	const auto steps = static_cast<double>(std::max<std::size_t>(scan.ranges.size(), 1) - 1);
+	return {static_cast<double>(scan.time_step) * steps, 0};
+}
+
 /// A message that may wait for the pose of a frame at its time.
 struct Pending
 {
@@ -228,8 +235,7 @@ class RosReader : public LogReader
 	{
 		const ros::LaserScan scan = laser_scan_of(taken.message);
 		ScanDetails details;
-		details.time_step = static_cast<double>(scan.time_step);
-		details.scan_time = static_cast<double>(scan.scan_time);
+		details.sweep = sweep_of(scan);
 		if (!taken.waits) pose = fixed_pose(taken.frame, taken.other);
 		if (!pose)
 			details.unusable_because = taken.waits

@@ -56,6 +56,15 @@ std::string refusal(const std::vector<std::string>& words, const Parser& parser)
 }
 }  // namespace
 
+TEST(CommandLine, SweepTime)
+{
+	EXPECT_FALSE(complete({}).log.overrides.sweep);
+	const auto sweep = complete({"--sweep-time", "-0.1,0.05"}).log.overrides.sweep;
+	ASSERT_TRUE(sweep);
+	EXPECT_DOUBLE_EQ(sweep->duration, -0.1);
+	EXPECT_DOUBLE_EQ(sweep->first_beam, 0.05);
+}
+
 TEST(CommandLine, DefaultsAreOneThreadAllFramesAndEveryScanOnItsOwn)
 {
 	const CommandLine command = complete();
@@ -124,6 +133,9 @@ TEST(CommandLine, ValuesThatMakeNoSenseAreRefused)
 	    {{"--threads", "two"}, "two"},
 	    {{"--threads", "2.5"}, "--threads: '2.5' is not a whole number from 1 to 256"},
 	    {{"--seed", "-1"}, "--seed"},
+	    {{"--sweep-time", "slow"}, "slow"},
+	    {{"--sweep-time", "0.1,0,0"}, "write S or S,FIRST in s"},
+	    {{"--sweep-time", "100"}, "--sweep-time: '100' is longer than any laser takes"},
 	    {{"--max-range", "0"}, "--max-range: '0' is not a range above 0 m"},
 	    {{"--max-range", "-1"}, "--max-range: '-1' is not a range above 0 m"},
 	    {{"--max-range", "1e-300"}, "--max-range: '1e-300' is not a range above 0 m"},

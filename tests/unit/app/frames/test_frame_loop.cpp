@@ -4,6 +4,9 @@
 #include "../temporary_folder.h"
 #include "app_world.h"
 
+#include <mrpt/math/wrap2pi.h>
+#include <mrpt/obs/CObservationOdometry.h>
+
 #include <chrono>
 #include <sstream>
 #include <thread>
@@ -77,4 +80,108 @@ TEST_F(FrameLoop, TheTimeOfTheSinkDoesNotCount)
 	const double wall = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 	EXPECT_GT(seconds, 0);
 	EXPECT_LT(seconds, wall - 12 * kSinkSeconds);
+}
+
+namespace
+{
+constexpr double kRate = 1.0;       // [rad/s] of the robot
+constexpr double kSweep = 0.2;      // [s] of the laser for a turn
+constexpr std::size_t kBeams = 90;  // [-] of a turn
+const mrpt::math::TPose2D kTurnsAt(7, 3, 0.3);
+
+mrpt::math::TPose2D turning_robot(double time)
+{
+	return {kTurnsAt.x, kTurnsAt.y, kTurnsAt.phi + kRate * (time - test::kStartTime)};
+}
+
+/// A scan at `stamp` of a laser that takes its beams one after the other, from a robot that turns.
+mrpt::obs::CObservation2DRangeScan::Ptr swept_scan(double stamp, const std::string& label)
+{
+	test::Laser laser;
+	laser.beams = kBeams;
+	laser.aperture = 2 * M_PI * (kBeams - 1) / kBeams;
+	auto scan = std::make_shared<mrpt::obs::CObservation2DRangeScan>(
+	    test::make_observation(test::flat(), turning_robot(stamp), laser));
+	for (std::size_t i = 0; i < kBeams; i++)
+	{
+		const auto at = turning_robot(stamp + kSweep * static_cast<double>(i) / kBeams);
+		const auto then = test::make_observation(test::flat(), at, laser);
+		scan->setScanRange(i, then.getScanRange(i));
+		scan->setScanRangeValidity(i, then.getScanRangeValidity(i));
+	}
+	scan->sensorLabel = label;
+	scan->timestamp = logs::from_seconds(stamp);
+	return scan;
+}
+
+/// A log of four scans of a robot that turns, each followed by the odometry of its time.
+test::Objects turning_log()
+{
+	test::Objects objects;
+	for (int i = 0; i < 4; i++)
+	{
+		const double stamp = test::kStartTime + 1 + i;
+		objects.push_back(swept_scan(stamp, "LASER"));
+		objects.push_back(swept_scan(stamp, "OTHER"));
+		for (int k = 0; k < 50; k++)
+		{
+			const double time = stamp + 0.02 * k;
+			auto reading = mrpt::obs::CObservationOdometry::Create();
+			reading->timestamp = logs::from_seconds(time);
+			reading->odometry = mrpt::poses::CPose2D(0, 0, turning_robot(time).phi);
+			objects.push_back(reading);
+		}
+	}
+	return objects;
+}
+}  // namespace
+
+class TurningRobotOfALog : public test::FolderTest
+{
+   protected:
+	/// Returns the greatest error [rad] of the headings at the stamps.
+	double greatest_error(Approach approach, const std::optional<logs::SweepTime>& sweep)
+	{
+		test::save(turning_log(), path("in.rawlog"));
+		double greatest = 0;
+		int frames = 0;
+		const FrameSink sink = {
+		    [](const logs::RawlogObject&) {},
+		    [&](const Frame& frame, const mrpt::obs::CObservation2DRangeScan::ConstPtr&)
+		    {
+			    frames++;
+			    EXPECT_TRUE(frame.has_pose());
+			    EXPECT_TRUE(frame.localized() || !sweep);  // a twisted scan may fit nowhere
+			    if (!frame.has_pose()) return true;
+			    const Hypothesis& best = frame.result.best();
+			    const double off = best.pose.phi() - turning_robot(frame.timestamp).phi;
+			    greatest = std::max(greatest, std::abs(mrpt::math::wrapToPi(off)));
+			    return true;
+		    }};
+		Console console;
+		ProgressBar progress(console, false, 0);
+		logs::Overrides overrides;
+		overrides.sweep = sweep;
+		const auto reader = logs::read_log(logs::open_log(path("in.rawlog")), "LASER", overrides);
+		localize_log(*reader, {"LASER", 0, 4, 1}, approach, sink, progress);
+		EXPECT_EQ(frames, 4);
+		return greatest;
+	}
+
+	Localizer localizer_{test::make_map(test::flat())};
+	const logs::SweepTime spin_ = {kSweep * (kBeams - 1) / kBeams, 0};
+};
+
+TEST_F(TurningRobotOfALog, PoseIsThatOfTheStampByTheOdometryBetweenTheBeams)
+{
+	EXPECT_GT(greatest_error({localizer_, {}, {}, nullptr, 1}, {}), 0.06);
+	for (const int threads : {1, 2})
+	{
+		Approach moved = {localizer_, {}, {}, nullptr, threads};
+		EXPECT_LT(greatest_error(moved, spin_), 0.02);
+		moved.window = 3;
+		EXPECT_LT(greatest_error(moved, spin_), 0.02);
+		moved.merge_lasers = true;
+		EXPECT_LT(greatest_error(moved, spin_), 0.04) << "the other laser's scans are taken as the log says, at once";
+	}
 }
