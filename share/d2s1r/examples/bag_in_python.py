@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 # d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 """Localizes the scans of a ROS 2 bag (sqlite3) in a map, without ROS: bag_in_python.py MAP.yaml BAG.db3 [X,Y,YAW]
 
