@@ -20,14 +20,14 @@ namespace
 {
 constexpr double kRate = 50;  // [Hz] at which scans are answered
 
-Time to_time(const ros::Time& time)
+Time to_time(const ::ros::Time& time)
 {
 	return static_cast<Time>(time.toNSec());
 }
 
-ros::Time to_stamp(Time time)
+::ros::Time to_stamp(Time time)
 {
-	return ros::Time().fromNSec(static_cast<std::uint64_t>(time));
+	return ::ros::Time().fromNSec(static_cast<std::uint64_t>(time));
 }
 
 std::string frame_of(const std::string& name)
@@ -75,7 +75,7 @@ geometry_msgs::PoseWithCovarianceStamped to_message(
 
 LiveSettings read_settings()
 {
-	const ros::NodeHandle given("~");
+	const ::ros::NodeHandle given("~");
 	LiveSettings settings;
 	const auto seed = given.param<std::string>("seed", "once");
 	if (seed != "once" && seed != "watch" && seed != "never")
@@ -93,7 +93,7 @@ class Node
 	Node() : live_(read_settings())
 	{
 		seeds_ = node_.advertise<geometry_msgs::PoseWithCovarianceStamped>(
-		    "/initialpose", 1, [this](const ros::SingleSubscriberPublisher&) { readers_ever_++; });
+		    "/initialpose", 1, [this](const ::ros::SingleSubscriberPublisher&) { readers_ever_++; });
 		poses_ = node_.advertise<geometry_msgs::PoseWithCovarianceStamped>("/d2s1r/pose", 10);
 		hypotheses_ = node_.advertise<geometry_msgs::PoseArray>("/d2s1r/hypotheses", 1, true);
 		map_ = node_.subscribe("/map", 1, &Node::take_map, this);
@@ -114,15 +114,15 @@ class Node
 		live_.set_map_publishers(map_publishers_);
 		live_.set_tracker_readers(static_cast<int>(seeds_.getNumSubscribers()), readers_ever_);
 		live_.set_odometry_publishers(static_cast<int>(odometry_.getNumPublishers()));
-		for (const ScanAnswer& answer : live_.update(to_time(ros::Time::now()))) send(answer);
+		for (const ScanAnswer& answer : live_.update(to_time(::ros::Time::now()))) send(answer);
 		for (const std::string& line : live_.take_news()) ROS_INFO("%s", (said_ = line).c_str());
-		const std::string summary = live_.status(to_time(ros::Time::now())).summary;
+		const std::string summary = live_.status(to_time(::ros::Time::now())).summary;
 		if (summary != summary_ && summary != said_) ROS_INFO("%s", summary.c_str());
 		summary_ = summary;
 	}
 
    private:
-	void take_map(const ros::MessageEvent<const nav_msgs::OccupancyGrid>& event)
+	void take_map(const ::ros::MessageEvent<const nav_msgs::OccupancyGrid>& event)
 	{
 		const auto& message = *event.getMessage();
 		MapMessage map;
@@ -199,11 +199,11 @@ class Node
 		hypotheses_.publish(all);
 	}
 
-	ros::NodeHandle node_;
+	::ros::NodeHandle node_;
 	LiveLocalizer live_;
-	ros::Publisher seeds_, poses_, hypotheses_;
-	ros::Subscriber map_, odometry_;
-	std::vector<ros::Subscriber> others_;
+	::ros::Publisher seeds_, poses_, hypotheses_;
+	::ros::Subscriber map_, odometry_;
+	std::vector<::ros::Subscriber> others_;
 	std::vector<PublisherId> map_publishers_;  // of which maps came
 	int readers_ever_ = 0;                     // of seeds
 	std::string said_, summary_;
@@ -214,12 +214,12 @@ class Node
 int main(int argc, char** argv)
 try
 {
-	ros::init(argc, argv, "d2s1r_live");
+	::ros::init(argc, argv, "d2s1r_live");
 	d2s1r::live::Node node;
-	ros::WallRate rate(d2s1r::live::kRate);
-	while (ros::ok())
+	::ros::WallRate rate(d2s1r::live::kRate);
+	while (::ros::ok())
 	{
-		ros::spinOnce();
+		::ros::spinOnce();
 		node.step();
 		rate.sleep();
 	}
