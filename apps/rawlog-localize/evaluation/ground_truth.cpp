@@ -3,19 +3,17 @@
 
 #include "cli/command_line.h"
 #include "cli/errors.h"
+#include "evaluation/truth_columns.h"
 
 #include <logs/log.h>
 #include <mrpt/math/wrap2pi.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cerrno>
 #include <cmath>
 #include <cstring>
 #include <fstream>
-#include <initializer_list>
 #include <limits>
-#include <map>
 #include <optional>
 #include <sstream>
 #include <utility>
@@ -24,41 +22,15 @@ namespace d2s1r::app
 {
 namespace
 {
-/// Returns the yaw of a rotation [rad], or NaN if the quaternion is none.
-double yaw_of_quaternion(double x, double y, double z, double w)
-{
-	const double length = std::hypot(std::hypot(x, y), std::hypot(z, w));
-	constexpr double kRounded = 0.1;  // [-] that the length of a rotation may be off 1
-	if (!(std::abs(length - 1) < kRounded)) return std::numeric_limits<double>::quiet_NaN();
-	x /= length, y /= length, z /= length, w /= length;
-	return std::atan2(2 * (w * z + x * y), w * w + x * x - y * y - z * z);
-}
-
-std::vector<std::string> split(const std::string& line, char separator)
-{
-	std::vector<std::string> parts;
-	std::istringstream in(line + separator);
-	for (std::string part; std::getline(in, part, separator);) parts.push_back(part);
-	return parts;
-}
-
-std::optional<double> parse_number(const std::string& text)
-{
-	std::istringstream in(text);
-	double value = 0;
-	std::string rest;
-	if (!(in >> value) || (in >> rest) || !std::isfinite(value)) return std::nullopt;
-	return value;
-}
-
-/// Returns the numbers of a line with blanks between them; none if anything else is there.
+/// Returns the numbers of a line with blanks between them, NaN for what stands for none; nothing if anything else is
+/// there.
 std::vector<double> parse_numbers(const std::string& line)
 {
 	std::istringstream text(line);
 	std::vector<double> values;
 	for (std::string word; text >> word;)
 	{
-		const auto value = parse_number(word);
+		const auto value = is_no_number(word) ? std::numeric_limits<double>::quiet_NaN() : parse_number(word);
 		if (!value) return {};
 		values.push_back(*value);
 	}
@@ -80,106 +52,12 @@ std::optional<TimedPose> pose_of(const std::vector<double>& values)
 	return pose;
 }
 
-/// Knows where the columns of a table are that make a pose.
-class Columns
-{
-   public:
-	/// Returns no value if the line names no columns.
-	static std::optional<Columns> parse(const std::string& line)
-	{
-		const auto is_letter = [](unsigned char c) { return std::isalpha(c) != 0; };
-		if (line.find(',') == std::string::npos || std::none_of(line.begin(), line.end(), is_letter))
-			return std::nullopt;
-		Columns columns;
-		const auto names = split(line, ',');
-		for (std::size_t i = 0; i < names.size(); i++) columns.places_.emplace(meaning_of(names[i]), i);
-		return columns;
-	}
-
-	/// Returns what is missing for a pose, or an empty text if nothing is.
-	std::string missing() const
-	{
-		for (const char* meaning : {"time", "x", "y"})
-			if (places_.count(meaning) == 0) return meaning;
-		const bool has_quaternion =
-		    places_.count("qx") + places_.count("qy") + places_.count("qz") + places_.count("qw") == 4;
-		return places_.count("phi") == 0 && !has_quaternion ? "phi, yaw, theta or a quaternion" : "";
-	}
-
-	/// Returns whether the row lacks a pose because a field is empty.
-	bool is_empty(const std::vector<std::string>& row) const
-	{
-		const auto is_blank = [](const std::string& text)
-		{ return text.find_first_not_of(" \t\r") == std::string::npos; };
-		return places_.at("x") < row.size() && is_blank(row[places_.at("x")]);
-	}
-
-	std::optional<TimedPose> parse_row(const std::vector<std::string>& row) const
-	{
-		std::map<std::string, double> values;
-		for (const auto& [meaning, place] : places_)
-		{
-			if (meaning.empty()) continue;
-			const auto value = place < row.size() ? parse_number(row[place]) : std::nullopt;
-			if (!value) return std::nullopt;
-			values[meaning] = *value;
-		}
-		constexpr double kLeastNanoseconds = 1e16;  // which would be 300 million years in s
-		if (values["time"] > kLeastNanoseconds) values["time"] *= 1e-9;
-		const bool has_phi = values.count("phi") > 0;
-		const double phi =
-		    has_phi ? values["phi"] : yaw_of_quaternion(values["qx"], values["qy"], values["qz"], values["qw"]);
-		if (std::isnan(phi)) return std::nullopt;
-		return TimedPose{values["time"], {values["x"], values["y"], phi}};
-	}
-
-   private:
-	/// "time", "x", "y", "phi", "qx" ... "qw", or empty if it is none of them. Names may have units in brackets, and
-	/// what they belong to in front: "#timestamp [ns]", "pose.position.x", "q_RS_w []".
-	static std::string meaning_of(const std::string& name)
-	{
-		const std::string lower = lower_case(name.substr(0, name.find('[')));
-		const auto last_dot = lower.find_last_of("._");
-		const std::string last = lower.substr(last_dot + 1);  // all of it if there is none
-		const std::string before = last_dot == std::string::npos ? "" : lower.substr(0, last_dot);
-		if (lower.rfind("time", 0) == 0 || is_one_of(lower, {"t", "stamp", "secs", "sec"})) return "time";
-		if (is_one_of(last, {"phi", "yaw", "theta", "heading"})) return "phi";
-		if (is_one_of(last, {"qx", "qy", "qz", "qw"})) return last;
-		if (!is_one_of(last, {"x", "y", "z", "w"})) return "";
-		if (before.rfind('q', 0) == 0 || holds_one_of(before, {"orientation", "rotation"})) return "q" + last;
-		const bool is_position =
-		    before.empty() || before.rfind('p', 0) == 0 || holds_one_of(before, {"position", "translation"});
-		return is_position && is_one_of(last, {"x", "y"}) ? last : "";
-	}
-
-	/// Returns the letters and digits of a name in lower case, and the dots and underscores between them.
-	static std::string lower_case(const std::string& name)
-	{
-		std::string lower;
-		for (const char c : name)
-			if (const auto byte = static_cast<unsigned char>(c); std::isalnum(byte) || c == '.' || c == '_')
-				lower += static_cast<char>(std::tolower(byte));
-		return lower;
-	}
-
-	using Words = std::initializer_list<const char*>;
-	static bool is_one_of(const std::string& text, Words words)
-	{
-		return std::any_of(words.begin(), words.end(), [&](const char* word) { return text == word; });
-	}
-	static bool holds_one_of(const std::string& text, Words words)
-	{
-		return std::any_of(
-		    words.begin(), words.end(), [&](const char* word) { return text.find(word) != std::string::npos; });
-	}
-
-	std::map<std::string, std::size_t> places_;
-};
-
 [[noreturn]] void throw_wrong_line(const std::string& file, int number, const std::string& what)
 {
 	throw UserError(kBadInput, file, "line " + std::to_string(number) + " " + what + "; correct it");
 }
+
+constexpr const char* kByteOrderMark = "\xEF\xBB\xBF";  //!< of a text in UTF-8
 
 /// Reads the poses of a file line by line.
 class TruthReader
@@ -189,7 +67,7 @@ class TruthReader
 
 	void read(const std::string& line)
 	{
-		number_++;
+		if (++number_ == 1 && line.rfind(kByteOrderMark, 0) == 0) return read_after_mark(line);
 		const auto first = line.find_first_not_of(" \t\r");
 		if (first == std::string::npos) return;
 		const bool is_comment = line[first] == '%' || line[first] == '#';
@@ -197,6 +75,8 @@ class TruthReader
 		if (columns)
 		{
 			const std::string missing = columns->missing();
+			if (missing.empty() && !columns->wrong_unit().empty())
+				throw_wrong_line(file_, number_, columns->wrong_unit());
 			if (missing.empty()) columns_ = columns;
 			if (missing.empty() || is_comment) return;
 			throw_wrong_line(file_, number_, "names no column for " + missing);
@@ -211,6 +91,12 @@ class TruthReader
 	const GroundTruth& truth() const { return truth_; }
 
    private:
+	void read_after_mark(const std::string& line)
+	{
+		number_ = 0;
+		read(line.substr(std::strlen(kByteOrderMark)));
+	}
+
 	void read_row(const std::vector<std::string>& row)
 	{
 		if (columns_->is_empty(row)) return;
@@ -221,7 +107,10 @@ class TruthReader
 
 	void read_numbers(const std::vector<double>& numbers)
 	{
-		const auto pose = pose_of(numbers);
+		const bool has_time = !numbers.empty() && !std::isnan(numbers.front());
+		if (has_time && std::any_of(numbers.begin(), numbers.end(), [](double n) { return std::isnan(n); }))
+			return;  // no pose is known then
+		const auto pose = has_time ? pose_of(numbers) : std::nullopt;
 		if (!pose)
 			throw_wrong_line(
 			    file_, number_,
@@ -236,8 +125,10 @@ class TruthReader
 		add(*pose);
 	}
 
-	void add(const TimedPose& pose)
+	void add(TimedPose pose)
 	{
+		constexpr double kLeastNanoseconds = 1e16;  // which would be 300 million years in s
+		if (pose.timestamp > kLeastNanoseconds) pose.timestamp *= 1e-9;
 		constexpr double kFarthest = 1e7;  // [m] a quarter of the way around the earth
 		if (!(std::abs(pose.pose.x) <= kFarthest && std::abs(pose.pose.y) <= kFarthest))
 			throw_wrong_line(file_, number_, "has a position that is more than 10,000 km from the origin of the map");

@@ -11,8 +11,8 @@ namespace
 {
 using mrpt::poses::CPose2D;
 
-constexpr double kSameTime = 1.0005e-3;    //!< [s] 1 ms and what six decimals round off
-constexpr double kGreatestGap = 0.5;       //!< [s] between two poses of a tracker that another is made between
+constexpr double kAtOnce = 1.0005e-3;      //!< [s] 1 ms and what six decimals round off
+constexpr double kLongestSilence = 0.5;    //!< [s] between two poses of a tracker that another is made between
 constexpr double kStillGoodWithout = 0.2;  //!< [s] that a pose may be old if nobody measured the motion since
 
 CPose2D share_of(const CPose2D& motion, double share)
@@ -24,9 +24,9 @@ CPose2D share_of(const CPose2D& motion, double share)
 /// A tracker that jumps does so at once: what is between two of its poses is only used without odometry.
 std::optional<CPose2D> TrackerCheck::between_lines(double time) const
 {
-	const auto after = path_.upper_bound(time + kSameTime);
+	const auto after = path_.upper_bound(time + kAtOnce);
 	const auto before = std::prev(after);
-	if (after != path_.end() && after->first - before->first <= kGreatestGap)
+	if (after != path_.end() && after->first - before->first <= kLongestSilence)
 	{
 		const double share = std::max(0.0, (time - before->first) / (after->first - before->first));
 		const auto &from = before->second, &to = after->second;
@@ -41,11 +41,11 @@ std::optional<CPose2D> TrackerCheck::between_lines(double time) const
 /// The newest pose that the tracker told, moved on by the odometry since.
 std::optional<CPose2D> TrackerCheck::pose_at(double time, const std::optional<CPose2D>& motion) const
 {
-	const auto after = path_.upper_bound(time + kSameTime);
+	const auto after = path_.upper_bound(time + kAtOnce);
 	if (after == path_.begin()) return std::nullopt;
 	const auto& [told_at, told] = *std::prev(after);
 	const double age = time - told_at;  // [s]
-	if (age <= kSameTime) return CPose2D(told);
+	if (age <= kAtOnce) return CPose2D(told);
 	if (!motion || !last_time_) return between_lines(time);
 	if (told_at > *last_time_) return CPose2D(told) + share_of(*motion, age / (time - *last_time_));
 	return tracker_ ? std::optional(*tracker_ + *motion) : between_lines(time);

@@ -86,10 +86,77 @@ TEST_F(GroundTruthFile, RowsWithoutAPoseArePassedOver)
 	EXPECT_NE(refusal("time,x,y,phi\n1,2,b,4\n").find("line 2 lacks a number"), std::string::npos);
 }
 
+TEST_F(GroundTruthFile, UnitsInTheNamesOfColumnsCount)
+{
+	const auto expect_pose = [&](const std::string& text)
+	{
+		const auto truth = load(text);
+		ASSERT_EQ(truth.size(), 1U) << text;
+		EXPECT_NEAR(truth[0].timestamp, 1700000000.5, 1e-5) << text;
+		EXPECT_NEAR(truth[0].pose.x, 2, 1e-9) << text;
+		EXPECT_NEAR(truth[0].pose.y, -3, 1e-9) << text;
+		EXPECT_NEAR(truth[0].pose.phi, M_PI / 2, 1e-9) << text;
+	};
+	expect_pose("time [s],x [m],y [m],yaw [deg]\n1700000000.5,2,-3,90\n");
+	expect_pose("Time (s), X (mm), Y (cm), Heading (\xC2\xB0)\n1700000000.5,2000,-300,90\n");
+	expect_pose("timestamp_ms,x,y,yaw_deg\n1700000000500,2,-3,90\n");
+	expect_pose("#timestamp [ns],x [m],y [m],theta_degrees\n1700000000500000000,2,-3,90\n");
+	expect_pose("t [us],x,y,phi [rad]\n1700000000500000,2,-3,1.5707963267948966\n");
+	for (const char* names : {"time,x,y,yaw [turns]", "time [h],x,y,yaw", "time,x [ft],y,yaw"})
+		EXPECT_NE(refusal(std::string(names) + "\n1,2,3,4\n").find("with the unit '"), std::string::npos) << names;
+}
+
+TEST_F(GroundTruthFile, TimesOfRosAndPlotJuggler)
+{
+	const auto expect_time = [&](const std::string& text)
+	{
+		const auto truth = load(text);
+		ASSERT_EQ(truth.size(), 1U) << text;
+		EXPECT_NEAR(truth[0].timestamp, 1700000000.5, 1e-5) << text;
+		EXPECT_NEAR(truth[0].pose.x, 2, 1e-9) << text;
+	};
+	expect_time("__time,/gt/pose/position/x,/gt/pose/position/y,/gt/pose/orientation/yaw\n1700000000.5,2,3,0.2\n");
+	expect_time(
+	    "header.stamp.sec,header.stamp.nanosec,pose.position.x,pose.position.y,pose.yaw\n1700000000,500000000,2,3,0\n");
+	expect_time("stamp_secs,stamp_nsecs,x,y,yaw\n1700000000,500000000,2,3,0\n");
+	expect_time(
+	    "%time,field.header.seq,field.header.stamp,field.pose.position.x,field.pose.position.y,field.yaw\n"
+	    "1700000000500000000,7,1600000000000000000,2,3,0\n");
+	expect_time("1700000000500000000 2 3 0 0 0 0 1\n");
+	expect_time("1700000000500000000 2 3 0\n");
+}
+
+TEST_F(GroundTruthFile, AByteOrderMarkIsPassedOver)
+{
+	EXPECT_EQ(
+	    load("\xEF\xBB\xBF"
+	         "1.5 2 3 0.5\n")
+	        .size(),
+	    1U);
+	EXPECT_EQ(
+	    load("\xEF\xBB\xBF"
+	         "# time x y phi\n1.5 2 3 0.5\n")
+	        .size(),
+	    1U);
+	EXPECT_EQ(
+	    load("\xEF\xBB\xBF"
+	         "time,x,y,yaw\n1.5,2,3,0.5\n")
+	        .size(),
+	    1U);
+}
+
+TEST_F(GroundTruthFile, LinesWithoutNumbersHaveNoPose)
+{
+	EXPECT_EQ(load("1 nan nan nan\n2 2 3 0.5\n").size(), 1U);
+	EXPECT_EQ(load("1 2 3 0 0 0 0 1\n2 NaN NaN NaN NaN NaN NaN NaN\n3 2 3 0 0 0 0 1\n").size(), 2U);
+	EXPECT_EQ(load("time,x,y,yaw\n1,nan,nan,nan\n2,2,3,NaN\n3,2,3,None\n4,2,3,0\n").size(), 1U);
+	EXPECT_NE(refusal("nan 2 3 0.5\n").find("line 1 is neither"), std::string::npos);
+}
+
 TEST_F(GroundTruthFile, WrongLinesAreNamed)
 {
 	for (const char* line :
-	     {"1 2 3", "1 2 3 4 5", "1 2 three 4", "1 2 3 nan", "1 2 3 4 5 6 7 8 9", "1,2,3,4", "1 2 3 0 0 0 0 0",
+	     {"1 2 3", "1 2 3 4 5", "1 2 three 4", "1 2 3 4 5 6 7 8 9", "1,2,3,4", "1 2 3 0 0 0 0 0",
 	      "1 2 3 0 1e200 1e200 1e200 -1e200", "1 2 3 4 -", "1 2 3 4 1e999", "1 2 3 4 5e+", "1 2 3 4e+"})
 		EXPECT_NE(refusal("1 2 3 4\n" + std::string(line) + "\n").find("line 2 is neither"), std::string::npos) << line;
 	EXPECT_NE(

@@ -1,0 +1,53 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "evaluation/ground_truth.h"
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace d2s1r::app
+{
+/// Returns the parts of a line.
+std::vector<std::string> split(const std::string& line, char separator);
+
+/// Returns no value if a text is not a finite number, and nothing else.
+std::optional<double> parse_number(const std::string& text);
+
+/// Returns whether a program wrote this where it had no number: nothing, nan, none or null.
+bool is_no_number(const std::string& text);
+
+/// Returns the yaw of a rotation [rad], or NaN if the quaternion is none.
+double yaw_of_quaternion(double x, double y, double z, double w);
+
+/// Knows where the columns of a table are that make a pose, and their units.
+class Columns
+{
+   public:
+	/// Returns no value if the line names no columns.
+	static std::optional<Columns> parse(const std::string& line);
+
+	/// Returns what is missing for a pose, or an empty text if nothing is.
+	std::string missing() const;
+
+	/// Returns which column of a pose has a unit that nobody knows; an empty text if none has.
+	const std::string& wrong_unit() const { return wrong_unit_; }
+
+	/// Returns whether the row lacks a pose because a number is empty or NaN.
+	bool is_empty(const std::vector<std::string>& row) const;
+
+	/// Returns no value if a number of the pose is missing.
+	std::optional<TimedPose> parse_row(const std::vector<std::string>& row) const;
+
+   private:
+	struct Place
+	{
+		std::size_t column;
+		double factor;  //!< by which its numbers are multiplied to be s, m or rad
+	};
+	std::map<std::string, Place> places_;  //!< by meaning
+	std::string wrong_unit_;
+};
+}  // namespace d2s1r::app
