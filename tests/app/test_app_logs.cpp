@@ -223,9 +223,29 @@ TEST_F(AppLogs, GroundTruthMayBeATopicOfTheLog)
 	ASSERT_EQ(result.status, 0) << result.err;
 	EXPECT_NE(result.out.find("0.3 m, 5 deg: 12 of 12 frames"), std::string::npos) << result.out;
 	expect_refusal(
-	    words("walk.bag", {"--ground-truth", "topic:/other"}), 2, {"no nav_msgs/Odometry on the topic '/other'"});
+	    words("walk.bag", {"--ground-truth", "topic:/other"}), 2, {"PoseWithCovarianceStamped on the topic '/other'"});
 	save(observation_log(), path("in.rawlog"));
 	expect_refusal(words("in.rawlog", {"--ground-truth", "topic:/odom"}), 2, {"is no recording of ROS"});
+}
+
+/// What amcl tells is in the map's frame, so that it can be judged.
+TEST_F(AppLogs, PosesOfATrackerMayBeATopicOfTheLog)
+{
+	for (const bool has_covariance : {true, false})
+	{
+		auto messages = ros_walk(Wire::kCdr);
+		for (std::size_t i = 0; i < walk().size(); i++)
+		{
+			const auto time = std::llround(walk_time(i) * 10) * 100'000'000;
+			messages.push_back(made_pose(Wire::kCdr, has_covariance, time, walk()[i].x, walk()[i].y, walk()[i].phi));
+		}
+		write_file(path("walk.mcap"), mcap_file(messages));
+		const std::string topic = has_covariance ? "topic:/amcl_pose" : "topic:/pose";
+		const auto result = run(words("walk.mcap", {"--ground-truth", topic, "--check", topic}));
+		ASSERT_EQ(result.status, 0) << result.err;
+		EXPECT_NE(result.out.find("0.3 m, 5 deg: 12 of 12 frames"), std::string::npos) << result.out;
+		EXPECT_NE(result.out.find("fits 12, lost 0, cannot tell 0"), std::string::npos) << result.out;
+	}
 }
 
 TEST_F(AppLogs, GroundTruthOfATopicThatIsDamagedIsToldAsThat)

@@ -202,7 +202,7 @@ void add_inputs(OptionGroup input, CommandLine& command, Dependent& dependent)
 	input.value(
 	    "--ground-truth", "GT.txt",
 	    "true poses: adds accuracy to the results; lines 'time x y phi', 'time x y z yaw pitch roll' or those of TUM, "
-	    "a CSV file with the names of its columns, or topic:/TOPIC, a nav_msgs/Odometry of the log",
+	    "a CSV file with the names of its columns, or topic:/TOPIC, poses or odometry of the log",
 	    log.ground_truth);
 	input.value(
 	    "--check", "POSES",

@@ -171,7 +171,7 @@ GroundTruth read_ground_truth(const std::string& name, const std::string& log, c
 	if (name.rfind(kTopicPrefix, 0) != 0) return load_ground_truth(name);
 	const std::string topic = name.substr(std::strlen(kTopicPrefix));
 	GroundTruth truth;
-	for (const auto& [time, pose] : logs::read_odometry_of_topic(log, topic, damage)) truth.push_back({time, pose});
+	for (const auto& [time, pose] : logs::read_poses_of_topic(log, topic, damage)) truth.push_back({time, pose});
 	return truth;
 }
 

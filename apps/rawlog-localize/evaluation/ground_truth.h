@@ -33,7 +33,7 @@ using GroundTruth = std::vector<TimedPose>;
 GroundTruth load_ground_truth(const std::string& file);
 
 /// Reads what --ground-truth names: a file, or as "topic:/odom" the poses of a topic of nav_msgs/Odometry of the log.
-/// \param damage of the log as far as it is known, see logs::read_odometry_of_topic()
+/// \param damage of the log as far as it is known, see logs::read_poses_of_topic()
 /// \throws UserError (kBadInput), logs::LogError
 GroundTruth read_ground_truth(const std::string& name, const std::string& log, const std::string& damage);
 

@@ -188,7 +188,7 @@ Log open_ros_log(const std::string& path, RosFormat /*format*/, const Stop& /*st
 	refuse_ros(path);
 }
 
-std::vector<StampedPose> read_odometry_of_topic(const std::string& path, const std::string&, const std::string&)
+std::vector<StampedPose> read_poses_of_topic(const std::string& path, const std::string&, const std::string&)
 {
 	refuse_ros(path);
 }

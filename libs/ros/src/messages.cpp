@@ -272,6 +272,15 @@ Odometry read_odometry(Fields& fields)
 }
 
 template <typename Fields>
+StampedPose read_stamped_pose(Fields& fields)
+{
+	StampedPose pose;
+	pose.header = read_header(fields);
+	pose.pose = read_pose(fields);
+	return pose;
+}
+
+template <typename Fields>
 std::vector<Transform> read_transforms(Fields& fields)
 {
 	constexpr std::size_t kLeastSize = 72;  // [byte] of one with frames that have no name
@@ -316,6 +325,11 @@ PointCloud decode_point_cloud(const EncodedMessage& message)
 Odometry decode_odometry(const EncodedMessage& message)
 {
 	return decode(message, [](auto&& fields) { return read_odometry(fields); });
+}
+
+StampedPose decode_stamped_pose(const EncodedMessage& message)
+{
+	return decode(message, [](auto&& fields) { return read_stamped_pose(fields); });
 }
 
 std::vector<Transform> decode_transforms(const EncodedMessage& message)

@@ -201,6 +201,17 @@ MadeMessage made_odometry(Wire wire, std::int64_t time, double x, double y, doub
 	return {"/odom", type, time, odometry_message(wire, time, "base_link", x, y, phi)};
 }
 
+MadeMessage made_pose(Wire wire, bool has_covariance, std::int64_t time, double x, double y, double phi)
+{
+	FieldWriter writer(wire);
+	writer.header(time, "map");
+	for (const double value : {x, y, 0.0, 0.0, 0.0, std::sin(phi / 2), std::cos(phi / 2)}) writer.number(value);
+	for (int i = 0; has_covariance && i < 36; i++) writer.number(0.5);
+	const std::string package = wire != Wire::kRos1 ? "geometry_msgs/msg/" : "geometry_msgs/";
+	if (has_covariance) return {"/amcl_pose", package + "PoseWithCovarianceStamped", time, writer.bytes()};
+	return {"/pose", package + "PoseStamped", time, writer.bytes()};
+}
+
 MadeMessage made_transforms(
     Wire wire, std::int64_t time, const std::vector<MadeTransform>& transforms, const std::string& topic)
 {

@@ -79,6 +79,8 @@ struct MadeMessage
 };
 MadeMessage made_scan(Wire wire, const MadeScan& scan, const std::string& topic = "/scan");
 MadeMessage made_odometry(Wire wire, std::int64_t time, double x, double y, double phi);
+/// geometry_msgs/PoseWithCovarianceStamped of /amcl_pose, or PoseStamped of /pose.
+MadeMessage made_pose(Wire wire, bool has_covariance, std::int64_t time, double x, double y, double phi);
 MadeMessage made_transforms(
     Wire wire, std::int64_t time, const std::vector<MadeTransform>& transforms,
     const std::string& topic = "/tf_static");

@@ -165,10 +165,11 @@ Log open_live_log(
 /// Returns the formats that this library was built to read, for people.
 std::string known_formats();
 
-/// Returns the poses that a topic of nav_msgs/Odometry of a recording of ROS has, in its frame.
+/// Returns the poses that a topic of a recording of ROS has, in its frame: nav_msgs/Odometry, geometry_msgs/PoseStamped
+/// or PoseWithCovarianceStamped.
 /// \param known_damage LogSurvey::damage of the recording: if it has any, the poses before it are returned
 /// \throws LogError if the recording cannot be read or lacks the topic, or if a message of the topic is damaged
-std::vector<StampedPose> read_odometry_of_topic(
+std::vector<StampedPose> read_poses_of_topic(
     const std::string& path, const std::string& topic, const std::string& known_damage);
 
 /// Says what the user knows better about a laser than the log.

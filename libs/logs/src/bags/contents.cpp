@@ -75,8 +75,10 @@ class ContentsReader
 				return add_scan(message);
 			case MessageKind::kOdometry:
 				return add_odometry(message);
-			default:
+			case MessageKind::kTransforms:
 				return add_transforms(message);
+			default:
+				return;
 		}
 	}
 
@@ -205,6 +207,13 @@ ros::Odometry odometry_of(const Message& message)
 	ros::Odometry odometry = decoded(message, ros::decode_odometry);
 	set_time_if_none(odometry.pose.header, message);
 	return odometry;
+}
+
+ros::StampedPose stamped_pose_of(const Message& message)
+{
+	ros::StampedPose pose = decoded(message, ros::decode_stamped_pose);
+	set_time_if_none(pose.header, message);
+	return pose;
 }
 
 std::vector<ros::Transform> transforms_of(const Message& message)

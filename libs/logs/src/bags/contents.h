@@ -68,5 +68,6 @@ Contents read_contents(MessageSource& source);
 ros::Header header_of(const Message& message);
 ros::LaserScan laser_scan_of(const Message& message);
 ros::Odometry odometry_of(const Message& message);
+ros::StampedPose stamped_pose_of(const Message& message);
 std::vector<ros::Transform> transforms_of(const Message& message);
 }  // namespace d2s1r::logs

@@ -213,6 +213,8 @@ MessageKind kind_of_type(const std::string& type)
 	if (short_type == "sensor_msgs/LaserScan") return MessageKind::kLaserScan;
 	if (short_type == "sensor_msgs/MultiEchoLaserScan") return MessageKind::kMultiEchoLaserScan;
 	if (short_type == "nav_msgs/Odometry") return MessageKind::kOdometry;
+	if (short_type == "geometry_msgs/PoseStamped" || short_type == "geometry_msgs/PoseWithCovarianceStamped")
+		return MessageKind::kStampedPose;
 	if (short_type == "tf2_msgs/TFMessage" || short_type == "tf/tfMessage") return MessageKind::kTransforms;
 	return MessageKind::kOther;
 }

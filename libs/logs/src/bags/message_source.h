@@ -24,6 +24,7 @@ enum class MessageKind
 	kLaserScan,           //!< sensor_msgs/LaserScan
 	kMultiEchoLaserScan,  //!< sensor_msgs/MultiEchoLaserScan
 	kOdometry,            //!< nav_msgs/Odometry
+	kStampedPose,         //!< geometry_msgs/PoseStamped and PoseWithCovarianceStamped
 	kTransforms,          //!< tf2_msgs/TFMessage and tf/tfMessage
 	kOther
 };

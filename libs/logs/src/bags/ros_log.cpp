@@ -96,17 +96,30 @@ LogSurvey describe(
 	return survey;
 }
 
-/// Adds the poses of a topic of odometry. Returns what stopped the reading.
+/// Returns the pose that a message of odometry, or of a stamped pose, has; no value if it is of another type or its
+/// rotation is none.
+std::optional<logs::StampedPose> pose_of(const Message& message)
+{
+	ros::StampedPose pose;
+	if (message.topic->kind == MessageKind::kOdometry)
+	{
+		const ros::Transform odometry = odometry_of(message).pose;
+		pose = {odometry.header, odometry.pose};
+	}
+	else if (message.topic->kind == MessageKind::kStampedPose)
+		pose = stamped_pose_of(message);
+	if (!pose.pose) return std::nullopt;
+	return StampedPose(static_cast<double>(pose.header.time) * 1e-9, mrpt::poses::CPose2D(*pose.pose).asTPose());
+}
+
+/// Adds the poses of a topic. Returns what stopped the reading.
 std::string read_poses(MessageSource& source, const std::string& topic, std::vector<StampedPose>& poses)
 try
 {
 	while (const auto message = source.next())
 	{
-		if (message->topic->kind != MessageKind::kOdometry || message->topic->name != topic) continue;
-		const ros::Transform transform = odometry_of(*message).pose;
-		if (!transform.pose) continue;
-		poses.emplace_back(
-		    static_cast<double>(transform.header.time) * 1e-9, mrpt::poses::CPose2D(*transform.pose).asTPose());
+		if (message->topic->name != topic) continue;
+		if (const auto pose = pose_of(*message)) poses.push_back(*pose);
 	}
 	return source.damage();
 }
@@ -120,7 +133,7 @@ catch (const std::exception& e)
 }
 }  // namespace
 
-std::vector<StampedPose> read_odometry_of_topic(
+std::vector<StampedPose> read_poses_of_topic(
     const std::string& path, const std::string& topic, const std::string& known_damage)
 {
 	const auto format = recognize_ros(path);
@@ -129,7 +142,9 @@ std::vector<StampedPose> read_odometry_of_topic(
 	const std::string damage = read_poses(*open_messages(path, *format), topic, poses);
 	if (!damage.empty() && (known_damage.empty() || poses.empty())) throw LogError(path, damage);
 	if (poses.empty())
-		throw LogError(path, "has no nav_msgs/Odometry on the topic '" + topic + "'; name another topic");
+		throw LogError(
+		    path, "has no nav_msgs/Odometry, PoseStamped or PoseWithCovarianceStamped on the topic '" + topic +
+		              "'; name another topic");
 	return poses;
 }
 

@@ -146,8 +146,10 @@ class RosReader : public LogReader
 				return add_scan(message);
 			case MessageKind::kOdometry:
 				return add_odometry(message);
-			default:
+			case MessageKind::kTransforms:
 				return add_transforms(message);
+			default:
+				return;
 		}
 	}
 

@@ -70,6 +70,13 @@ struct Transform
 	std::optional<mrpt::poses::CPose3D> pose;  //!< child in parent
 };
 
+/// geometry_msgs/PoseStamped or PoseWithCovarianceStamped, of which only the pose is read.
+struct StampedPose
+{
+	Header header;                             //!< frame: that the pose is in
+	std::optional<mrpt::poses::CPose3D> pose;  //!< no value if its rotation is none
+};
+
 /// nav_msgs/Odometry
 struct Odometry
 {
@@ -83,6 +90,7 @@ Header decode_header(const EncodedMessage& message);  //!< of any message that b
 LaserScan decode_laser_scan(const EncodedMessage& message);
 LaserScan decode_multi_echo_scan(const EncodedMessage& message);
 PointCloud decode_point_cloud(const EncodedMessage& message);
+StampedPose decode_stamped_pose(const EncodedMessage& message);
 Odometry decode_odometry(const EncodedMessage& message);
 std::vector<Transform> decode_transforms(const EncodedMessage& message);
 }  // namespace d2s1r::ros

@@ -139,6 +139,27 @@ test::Objects turning_log()
 class TurningRobotOfALog : public test::FolderTest
 {
    protected:
+	/// Returns the log's frames.
+	std::vector<Frame> frames_of(const test::Objects& objects, const std::optional<logs::SweepTime>& sweep)
+	{
+		test::save(objects, path("in.rawlog"));
+		std::vector<Frame> frames;
+		const FrameSink sink = {
+		    [](const logs::RawlogObject&) {},
+		    [&](const Frame& frame, const mrpt::obs::CObservation2DRangeScan::ConstPtr&)
+		    {
+			    frames.push_back(frame);
+			    return true;
+		    }};
+		Console console;
+		ProgressBar progress(console, false, 0);
+		logs::Overrides overrides;
+		overrides.sweep = sweep;
+		const auto reader = logs::read_log(logs::open_log(path("in.rawlog")), "LASER", overrides);
+		localize_log(*reader, {"LASER", 0, 4, 1}, {localizer_, {}, {}, nullptr, 1}, sink, progress);
+		return frames;
+	}
+
 	/// Returns the greatest error [rad] of the headings at the stamps.
 	double greatest_error(Approach approach, const std::optional<logs::SweepTime>& sweep)
 	{
@@ -183,5 +204,24 @@ TEST_F(TurningRobotOfALog, PoseIsThatOfTheStampByTheOdometryBetweenTheBeams)
 		EXPECT_LT(greatest_error(moved, spin_), 0.02);
 		moved.merge_lasers = true;
 		EXPECT_LT(greatest_error(moved, spin_), 0.04) << "the other laser's scans are taken as the log says, at once";
+	}
+}
+
+/// Nobody tells the motion, so that the scan stays twisted: what is called localized must be right within its
+/// deviation.
+TEST_F(TurningRobotOfALog, WithoutOdometryTheStandardDeviationTellsTheMotion)
+{
+	test::Objects scans;
+	for (const auto& object : turning_log())
+		if (std::dynamic_pointer_cast<mrpt::obs::CObservation2DRangeScan>(object)) scans.push_back(object);
+	const auto frames = frames_of(scans, spin_);
+	ASSERT_EQ(frames.size(), 4U);
+	for (const Frame& frame : frames)
+	{
+		if (!frame.localized()) continue;
+		const Hypothesis& best = frame.result.best();
+		const double off = std::abs(mrpt::math::wrapToPi(best.pose.phi() - turning_robot(frame.timestamp).phi));
+		EXPECT_LT(off, 3 * std::sqrt(best.covariance(2, 2))) << frame.index << ' ' << frame.result.confidence;
+		EXPECT_GT(std::sqrt(best.covariance(2, 2)), 0.03) << "0.2 s at 1 rad/s";
 	}
 }
