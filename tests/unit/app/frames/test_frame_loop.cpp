@@ -140,7 +140,8 @@ class TurningRobotOfALog : public test::FolderTest
 {
    protected:
 	/// Returns the log's frames.
-	std::vector<Frame> frames_of(const test::Objects& objects, const std::optional<logs::SweepTime>& sweep)
+	std::vector<Frame> frames_of(
+	    const test::Objects& objects, const Approach& approach, const std::optional<logs::SweepTime>& sweep)
 	{
 		test::save(objects, path("in.rawlog"));
 		std::vector<Frame> frames;
@@ -156,36 +157,24 @@ class TurningRobotOfALog : public test::FolderTest
 		logs::Overrides overrides;
 		overrides.sweep = sweep;
 		const auto reader = logs::read_log(logs::open_log(path("in.rawlog")), "LASER", overrides);
-		localize_log(*reader, {"LASER", 0, 4, 1}, {localizer_, {}, {}, nullptr, 1}, sink, progress);
+		localize_log(*reader, {"LASER", 0, 4, 1}, approach, sink, progress);
 		return frames;
 	}
 
 	/// Returns the greatest error [rad] of the headings at the stamps.
-	double greatest_error(Approach approach, const std::optional<logs::SweepTime>& sweep)
+	double greatest_error(const Approach& approach, const std::optional<logs::SweepTime>& sweep)
 	{
-		test::save(turning_log(), path("in.rawlog"));
+		const auto frames = frames_of(turning_log(), approach, sweep);
+		EXPECT_EQ(frames.size(), 4U);
 		double greatest = 0;
-		int frames = 0;
-		const FrameSink sink = {
-		    [](const logs::RawlogObject&) {},
-		    [&](const Frame& frame, const mrpt::obs::CObservation2DRangeScan::ConstPtr&)
-		    {
-			    frames++;
-			    EXPECT_TRUE(frame.has_pose());
-			    EXPECT_TRUE(frame.localized() || !sweep);  // a twisted scan may fit nowhere
-			    if (!frame.has_pose()) return true;
-			    const Hypothesis& best = frame.result.best();
-			    const double off = best.pose.phi() - turning_robot(frame.timestamp).phi;
-			    greatest = std::max(greatest, std::abs(mrpt::math::wrapToPi(off)));
-			    return true;
-		    }};
-		Console console;
-		ProgressBar progress(console, false, 0);
-		logs::Overrides overrides;
-		overrides.sweep = sweep;
-		const auto reader = logs::read_log(logs::open_log(path("in.rawlog")), "LASER", overrides);
-		localize_log(*reader, {"LASER", 0, 4, 1}, approach, sink, progress);
-		EXPECT_EQ(frames, 4);
+		for (const Frame& frame : frames)
+		{
+			EXPECT_TRUE(frame.has_pose());
+			EXPECT_TRUE(frame.localized() || !sweep);  // a twisted scan may fit nowhere
+			if (!frame.has_pose()) continue;
+			const double off = frame.result.best().pose.phi() - turning_robot(frame.timestamp).phi;
+			greatest = std::max(greatest, std::abs(mrpt::math::wrapToPi(off)));
+		}
 		return greatest;
 	}
 
@@ -214,7 +203,7 @@ TEST_F(TurningRobotOfALog, WithoutOdometryTheStandardDeviationTellsTheMotion)
 	test::Objects scans;
 	for (const auto& object : turning_log())
 		if (std::dynamic_pointer_cast<mrpt::obs::CObservation2DRangeScan>(object)) scans.push_back(object);
-	const auto frames = frames_of(scans, spin_);
+	const auto frames = frames_of(scans, {localizer_, {}, {}, nullptr, 1}, spin_);
 	ASSERT_EQ(frames.size(), 4U);
 	for (const Frame& frame : frames)
 	{
