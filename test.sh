@@ -4,7 +4,7 @@
 # sudo, who is asked first) to a result.
 set -euo pipefail
 cd "$(dirname "$0")"
-scripts/install_dependencies.sh build demo test
+scripts/install_dependencies.sh build package demo test
 jobs=$(nproc)
 
 cmake --preset release -DBUILD_TESTING=ON -DD2S1R_WERROR=ON

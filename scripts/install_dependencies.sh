@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
-# Installs what is missing of the packages in dependencies.txt that are needed to do the given things. A user who is not
-# root is asked before sudo is used, if there is a terminal to ask at.
-# Usage: scripts/install_dependencies.sh build [demo] [test] [develop] [ros1]
+# Installs the packages of dependencies.txt that the given purposes need and that are missing. If the user is not root, the
+# script uses sudo, and asks first if there is a terminal to ask at.
+# Usage: scripts/install_dependencies.sh build [package] [demo] [test] [develop] [ros1]
 set -euo pipefail
 for purpose in "${@:-}"; do
-  case "$purpose" in build | demo | test | develop | ros1) ;; *)
-    echo "usage: scripts/install_dependencies.sh build [demo] [test] [develop] [ros1]" >&2
+  case "$purpose" in build | package | demo | test | develop | ros1) ;; *)
+    echo "usage: scripts/install_dependencies.sh build [package] [demo] [test] [develop] [ros1]" >&2
     exit 1 ;;
   esac
 done

@@ -45,8 +45,8 @@ make_packages() {
   new_root "$1" "$1-build"
   mkdir "$roots/$1-build/d2s1r"
   git ls-files -z | tar -c --null -T - | tar -x -C "$roots/$1-build/d2s1r"
-  quietly in_root "$1-build" d2s1r/scripts/install_dependencies.sh build
-  install "$1-build" dpkg-dev file lintian
+  quietly in_root "$1-build" d2s1r/scripts/install_dependencies.sh build package
+  install "$1-build" lintian
   quietly in_root "$1-build" sh -c \
     "cd d2s1r && cmake --preset package && cmake --build --preset package -j $(nproc)"
   in_root "$1-build" sh -c "lintian --fail-on error --allow-root d2s1r/build/package/packages/*.deb"
@@ -96,7 +96,7 @@ try_packages() {
 
 # run_all_tests RELEASE: in the root where the packages were made.
 run_all_tests() {
-  quietly in_root "$1-build" d2s1r/scripts/install_dependencies.sh build demo test
+  quietly in_root "$1-build" d2s1r/scripts/install_dependencies.sh build package demo test
   quietly in_root "$1-build" sh -c \
     "cd d2s1r && cmake --preset release -DBUILD_TESTING=ON && cmake --build --preset release -j $(nproc)"
   if [ -n "${D2S1R_DATA:-}" ]; then
