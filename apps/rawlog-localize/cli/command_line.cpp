@@ -35,15 +35,19 @@ constexpr const char* kUsage =
 
 constexpr const char* kFooter =
     "LOG is a ROS 2 bag (a folder, or a file of sqlite3 or MCAP), a ROS 1 bag, an MRPT rawlog or a CARMEN\n"
-    "log; its content tells which.\n\n"
+    "log. The program recognizes the format by the content.\n\n"
     "MAP is a .simplemap(.gz), a .gridmap(.gz), a ROS map_server .yaml, an image (with --resolution), or\n"
     "a file with a serialized CMultiMetricMap or CSignatureMap2D. An atlas is a folder of such maps or a\n"
     "yaml file: maps: {NAME: {file: MAP, floor: TEXT, region: [X0, Y0, X1, Y1], config: CONFIG.ini}, ...};\n"
-    "of a map all but the file may be left out. The column 'map' of the results names the map.\n\n"
-    "OUT_DIR receives frames.csv, hypotheses.csv, trajectory.tum, trajectory.txt, localized.rawlog,\n"
-    "run.json, summary.json, map.png, scene.3Dscene and report.html; with --fuse also fused.csv and\nfused.tum.\n\n"
-    "Exit status: 0 done, 1 wrong use or configuration, 2 an input that cannot be read or used, 3 an\n"
-    "output that cannot be written, 130 interrupted (finished frames are on disk).";
+    "only 'file' is required. The column 'map' of the results names the map.\n\n"
+    "The program writes frames.csv, hypotheses.csv, trajectory.tum, trajectory.txt, localized.rawlog,\n"
+    "run.json, summary.json, map.png, scene.3Dscene and report.html to OUT_DIR; with --fuse also\n"
+    "fused.csv and fused.tum; with --check also check.csv.\n\n"
+    "Examples:\n"
+    "  rawlog-localize -m office.yaml -i my_bag -o results\n"
+    "  rawlog-localize -m office.yaml -i drive.rawlog -o results --window 10\n\n"
+    "Exit status: 0 done, 1 wrong use or configuration, 2 an input cannot be read or used, 3 an output\n"
+    "cannot be written, 130 interrupted (the finished frames are on disk).";
 
 /// Prints --help as GNU programs do: "  -m, --map MAP", and the meaning beside it in lines of equal length.
 class HelpFormatter : public CLI::Formatter
@@ -93,7 +97,7 @@ class OptionGroup
 
 	/// An option with a value, which may not be empty.
 	/// \param names "-l,--long" or "--long"
-	/// \param take takes the text of the value. What it throws is told as an error of the option
+	/// \param take takes the text of the value. What it throws becomes an error that names the option
 	template <class Take>
 	void value(const char* names, const char* value_name, const char* meaning, const Take& take)
 	{
@@ -185,78 +189,78 @@ void add_inputs(OptionGroup input, CommandLine& command, Dependent& dependent)
 	LogRequest& log = command.log;
 	input.values(
 	    "-m,--map", "MAP",
-	    "map to localize in, or an atlas of maps: a yaml file that lists them, or a folder; may also be given several "
-	    "times",
+	    "the map to localize in, or an atlas of maps: a yaml file that lists them, a folder of maps, or this option "
+	    "given several times",
 	    command.map.files);
 	input.value(
 	    "-i,--input", "LOG",
-	    "log with 2D laser scans: a bag, a rawlog or a CARMEN log; - is a rawlog on standard input, read as it comes",
+	    "the log with 2D laser scans: a ROS bag, a rawlog or a CARMEN log; - reads a rawlog from standard input while "
+	    "it is written",
 	    log.file);
 	input.value(
 	    "--frames", "A:B:STEP",
-	    "localize only scan frames A, A + STEP, A + 2 STEP, ... below B, counted from 0; A, B and :STEP may be left "
-	    "out",
+	    "localize only the scans A, A + STEP, A + 2 STEP, ... before B, counted from 0; you may leave out A, B and "
+	    ":STEP",
 	    [&](const std::string& text) { log.frames = parse_frames(text); });
 	input.value(
-	    "-c,--config", "CONFIG.ini", "parameters; those not in the file keep their defaults", command.search.config);
+	    "-c,--config", "CONFIG.ini", "read parameters from this file; those not in the file keep their defaults",
+	    command.search.config);
 	input.value(
 	    "--ground-truth", "GT.txt",
-	    "true poses: adds accuracy to the results; lines 'time x y phi', 'time x y z yaw pitch roll' or those of TUM, "
-	    "a CSV file with the names of its columns, or topic:/TOPIC, poses or odometry of the log",
+	    "compare the results with these true poses. Each line is 'time x y phi', 'time x y z yaw pitch roll' or a line "
+	    "of TUM; the file may also be CSV with named columns; topic:/TOPIC reads poses or odometry from the log "
+	    "instead",
 	    log.ground_truth);
 	input.value(
 	    "--check", "POSES",
-	    "poses that a tracker told when the log was recorded, in the formats of --ground-truth: each scan says whether "
-	    "the tracker fits, is lost, or whether it cannot tell",
+	    "judge the poses that a tracker published while the log was recorded, in the formats of --ground-truth: each "
+	    "scan says that the tracker fits, that it is lost, or that the scan cannot tell",
 	    log.check);
 	input.value(
 	    "--watch", "N,METRES",
-	    "a tracker counts as lost after N localized scans in a row that are METRES away from it (default 4,0.4)",
+	    "call a tracker lost after N localized scans in a row that are more than METRES away from it (default 4,0.4)",
 	    [&](const std::string& text) { dependent.watch = parse_watch(text); });
 	input.value(
-	    "--resolution", "R", "of a map that is an image [m/pixel]",
+	    "--resolution", "R", "the resolution of a map that is an image [m/pixel]",
 	    [&](const std::string& text) { dependent.resolution = parse_resolution(text); });
 	input.value(
-	    "--origin", "X,Y", "where the lower left corner of such an image is in the map frame [m] (default 0,0)",
+	    "--origin", "X,Y", "the position of the lower left corner of such an image in the map frame [m] (default 0,0)",
 	    [&](const std::string& text) { dependent.origin = parse_point(text); });
 	input.value(
 	    "--index", "FILE",
-	    "keep the index of the map in FILE: it is loaded from there in a fraction of the time, and built and saved "
-	    "again if FILE is missing, damaged or of another map, other parameters or another version; with an atlas FILE "
-	    "is a folder with a file for each map",
+	    "keep the index of the map in FILE, so that the next run starts in a fraction of the time. The index is built "
+	    "and saved again if FILE is missing or damaged, or if the map, the parameters or the version differ. With an "
+	    "atlas, FILE is a folder that holds a file for each map",
 	    command.map.index);
-	input.value("--plugins", "A.so,B.so", "MRPT modules to load first", command.search.plugins);
+	input.value("--plugins", "A.so,B.so", "load these MRPT modules first", command.search.plugins);
 }
 
 void add_laser(OptionGroup laser, LogRequest& log, Dependent& dependent)
 {
 	laser.text(
-	    "--sensor-label", "LABEL", "laser to use; default: the one with the most scans",
+	    "--sensor-label", "LABEL", "use the laser with this label (default: the laser with the most scans)",
 	    [&](const std::string& text) { log.label = text; });  // a laser's label may be empty
-	laser.value(
-	    "--topic", "TOPIC", "the same as --sensor-label: the topic of the laser to use, if the log is of ROS",
-	    dependent.topic);
+	laser.value("--topic", "TOPIC", "use the laser of this ROS topic; the same as --sensor-label", dependent.topic);
 	laser.flag(
 	    "--merge-lasers",
-	    "use all lasers together: each scan of that laser with the last one of each other laser, at most 0.5 s older; "
-	    "odometry, if there is any, links them",
+	    "use all lasers together: each scan of the chosen laser with the last scan of each other laser, at most 0.5 s "
+	    "older, linked by the odometry if there is any",
 	    log.merge_lasers);
 	laser.value(
 	    "--sensor-pose", "X,Y,Z,YAW,PITCH,ROLL",
-	    "pose of that laser on the robot [m, deg], in place of what the log says; a roll of 180 is upside down",
+	    "the pose of the laser on the robot [m, deg], in place of what the log says; a roll of 180 means upside down",
 	    [&](const std::string& text) { log.overrides.sensor_pose = parse_sensor_pose(text); });
 	laser.value(
-	    "--max-range", "M", "range up to which that laser sees [m], in place of what the log says",
+	    "--max-range", "M", "the range up to which the laser sees [m], in place of what the log says",
 	    [&](const std::string& text) { log.overrides.max_range = parse_max_range(text); });
 	laser.value(
-	    "--range-factor", "F", "factor of all ranges of that laser, such as 0.001 if the log has them in mm",
+	    "--range-factor", "F", "multiply all ranges of the laser by F, for example by 0.001 if the log has them in mm",
 	    [&](const std::string& text) { log.overrides.range_factor = parse_range_factor(text); });
 	laser.value(
 	    "--sweep-time", "S[,FIRST]",
-	    "time that laser takes from the first beam of a scan to the last [s], negative if the last was taken first, "
-	    "and "
-	    "the time of the first after the scan's [s, default 0], in place of what the log says; all beams are moved to "
-	    "the time of the scan",
+	    "the time from the first beam of a scan to the last [s], negative if the laser took the last beam first, and "
+	    "the delay of the first beam after the scan's time [s] (default 0), in place of what the log says; the program "
+	    "moves all beams to the time of the scan",
 	    [&](const std::string& text) { log.overrides.sweep = parse_sweep_time(text); });
 }
 
@@ -264,60 +268,63 @@ void add_search(OptionGroup search, SearchRequest& request, Dependent& dependent
 {
 	search.value(
 	    "--threads", "N",
-	    "number of threads to localize with, and to build the index of method = paper; the results do not depend on it "
+	    "use N threads to localize, and to build the index of method = paper; the results are the same for any number "
 	    "(default 1)",
 	    [&](const std::string& text) { request.threads = static_cast<int>(parse_whole_number(text, 1, 256)); });
 	search.value(
 	    "--window", "N",
-	    "use the last N scans jointly, linked by the odometry of the rawlog or, without it, by the motion that the "
-	    "results agree on; finds the place in buildings that look alike all over (default: every scan on its own)",
+	    "use the last N scans jointly, linked by the odometry of the log or, without it, by the motion that their "
+	    "results agree on. This finds the place in buildings with many places that look alike (default: each scan by "
+	    "itself)",
 	    [&](const std::string& text) { request.window = parse_window(text); });
 	search.value(
-	    "--region", "X0,Y0,X1,Y1",
-	    "the robot is in the box between these two corners [m], map frame: search there only",
+	    "--region", "X0,Y0,X1,Y1", "search only in the box between these two corners [m], map frame",
 	    [&](const std::string& text) { request.query.prior = parse_region(text); });
 	search.value(
 	    "--time-budget", "MS",
-	    "time for each scan [ms], not counting --window and --fuse: a search for candidates always runs to its "
-	    "end, then as many of them are refined as there is time for, and a pose is ambiguous if another one that "
-	    "was left out may be the right one; the results depend on the machine and its load (default: no limit)",
+	    "limit the time for each scan [ms]; the time of --window and --fuse is not counted. The search for candidates "
+	    "always runs to its end, then as many candidates are refined as fit into the time. A pose is ambiguous if a "
+	    "candidate that was "
+	    "left out may be the right one. The results depend on the machine and its load (default: no limit)",
 	    [&](const std::string& text) { request.query.time_budget = parse_time_budget(text); });
 	search.flag(
 	    "--fuse",
-	    "also run a particle filter, seeded from the results and checked against them; needs the pf-init plug-in",
+	    "also run a particle filter that is seeded from the results and checked against them; this needs the pf-init "
+	    "plug-in",
 	    request.fuse);
 	search.value(
 	    "--motion", "SOURCE",
-	    "what moves the filter: 'pseudo' (successive results), 'odometry' (of the rawlog) or 'both' (default)",
+	    "what moves the filter: 'pseudo' (successive results), 'odometry' (of the log) or 'both' (default)",
 	    [&](const std::string& text) { dependent.motion = parse_motion(text); });
 	search.value(
-	    "--seed", "N", "seed of the particle filter, from 0 to 4294967295 (default 1)",
+	    "--seed", "N", "the seed of the filter's random numbers, from 0 to 4294967295 (default 1)",
 	    [&](const std::string& text)
 	    { request.seed = static_cast<std::uint32_t>(parse_whole_number(text, 0, 4294967295)); });
 }
 
 void add_outputs(OptionGroup output, OutputRequest& request, Dependent& dependent)
 {
-	output.value("-o,--output", "OUT_DIR", "folder for the results, made if missing", request.folder);
-	output.flag("--no-rawlog", "leave localized.rawlog out, which is as large as the rawlog", dependent.no_rawlog);
+	output.value(
+	    "-o,--output", "OUT_DIR", "write the results to this folder; it is made if it is missing", request.folder);
+	output.flag("--no-rawlog", "do not write localized.rawlog, which is as large as the log", dependent.no_rawlog);
 	output.value(
 	    "--save-map", "FILE",
-	    "save the map and its parameters as a CSignatureMap2D, for MRPT programs; if FILE is later given as MAP, its "
-	    "grid is used, its parameters are not",
+	    "save the map and its parameters as a CSignatureMap2D for MRPT programs; if you later give FILE as MAP, its "
+	    "grid is used, but its parameters are not",
 	    request.save_map);
 	output.value(
-	    "--write-config", "FILE", "write all parameters, with units and meanings, as an ini file",
+	    "--write-config", "FILE", "write all parameters, with units and meanings, to an ini file",
 	    request.write_config);
 	output.value(
 	    "--write-pf-ini", "FILE.ini",
-	    "write files for MRPT's pf-localization: this ini (it starts at the first localized pose), FILE.rawlog (the "
-	    "localized frames, with pseudo-odometry between them) and FILE.gridmap.gz",
+	    "write files for MRPT's pf-localization: FILE.ini, which makes it start at the first localized pose, "
+	    "FILE.rawlog with the localized frames and the pseudo-odometry between them, and FILE.gridmap.gz",
 	    request.write_pf_ini);
 	output.flag(
 	    "--diagnose",
-	    "write nothing, but try on 20 scans what is usually wrong if scans do not fit to a map (its resolution, "
-	    "mirrored scans, the unit of ranges, ...), and say which mistake explains them and which option sets it right; "
-	    "a run in which most frames are not localized does the same at its end",
+	    "find out why scans do not match the map, and write nothing: try the usual mistakes on 20 scans (resolution of "
+	    "the map, mirrored scans, unit of the ranges, ...), and report which mistake explains them and which option "
+	    "corrects it. A run in which most frames are not localized does this at its end",
 	    request.diagnose);
 	output.flag("-q,--quiet", "print errors only", request.quiet);
 }
@@ -326,11 +333,13 @@ void add_live(OptionGroup live, CommandLine& command)
 {
 	live.flag(
 	    "--follow",
-	    "LOG is a rawlog that grows: wait for more at its end, until it is removed or cut short or the run interrupted",
+	    "read a rawlog that grows: wait for more at its end, until the file is removed or truncated, or the run is "
+	    "interrupted",
 	    command.log.follow);
 	live.flag(
 	    "--stream",
-	    "print a line of JSON for each frame as soon as it is known, in place of the table; OUT_DIR may be left out",
+	    "print a line of JSON for each frame as soon as it is localized, instead of the table; you may then leave out "
+	    "-o",
 	    command.output.stream);
 }
 
