@@ -1,0 +1,141 @@
+#!/usr/bin/env python3
+# d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+"""Finds figures that stand twice with two values: figures.py SOURCES
+
+A page that quotes a figure must give the value of the file that holds the measurement or the default. Each entry of QUOTES
+says where a page quotes figures, and what their values are. A quote that is no longer found is an error, too, so that no
+entry outlives its figures.
+"""
+import configparser
+import pathlib
+import re
+import sys
+
+
+class Sources:
+    def __init__(self, folder):
+        self.folder = pathlib.Path(folder)
+
+    def text(self, file):
+        """The text with single blanks, so that a quote may run over the end of a line."""
+        return re.sub(r"\s+", " ", (self.folder / file).read_text())
+
+    def row(self, file, heading, *start):
+        """The cells of the row that starts with the cells `start`, in the section with this heading."""
+        lines = (self.folder / file).read_text().split("\n")
+        first = lines.index(heading) + 1
+        for line in lines[first:]:
+            if re.match(r"#+ ", line) and len(line.split(" ")[0]) <= len(heading.split(" ")[0]):
+                break
+            cells = [cell.strip() for cell in line.strip("| ").split(" | ")]
+            if cells[:len(start)] == list(start):
+                return cells
+        sys.exit(f"{file}: no row {start} under {heading}")
+
+    def table(self, file, heading):
+        """{first two cells: the others} of the first table of a section."""
+        lines = (self.folder / file).read_text().split("\n")
+        rows = {}
+        for line in lines[lines.index(heading) + 1:]:
+            if line.startswith("|"):
+                cells = [cell.strip() for cell in line.strip("| ").split(" | ")]
+                rows[cells[0], cells[1]] = cells[2:]
+            elif rows:
+                return rows
+        sys.exit(f"{file}: no table under {heading}")
+
+    def parameter(self, name):
+        """A value of the shipped configuration."""
+        ini = configparser.ConfigParser(inline_comment_prefixes=";")
+        ini.read(self.folder / "share/d2s1r/config/default.ini")
+        section, key = name.split(".")
+        return float(ini[section][key])
+
+
+def number(text):
+    return float(re.match(r"-?[\d.,]+", text.replace("**", "")).group().rstrip(".,").replace(",", ""))
+
+
+def atlas(sources, scans):
+    cells = sources.row("experiments/RESULTS.md", "## Atlas", "all", scans)
+    return [number(cells[column]) for column in (1, 2, 3, 4, 6, 8)]
+
+
+def atlas_time(sources):
+    cells = sources.row("experiments/RESULTS.md", "## Atlas", "all", "477")
+    return [round(number(cells[10]) / number(cells[11]), 1)]
+
+
+def reach(sources, column):
+    """The least and the greatest success indoors of scans that are cut [%]."""
+    rows = sources.table("experiments/results/README.md", "## Reach")
+    indoors = [number(cells[column]) for (name, _), cells in rows.items() if not name.startswith(("fr_campus", "---", "set"))]
+    return [round(min(indoors)), round(max(indoors))]
+
+
+def windows(sources):
+    cells = sources.row("experiments/RESULTS.md", '### A hidden Markov model of tracks and "none of them"', "all")
+    return [number(part) for cell in cells[3:1:-1] for part in cell.split(" / ")]
+
+
+def latency(sources):
+    """Median from the end of localizing to the receipt of a line of --stream [ms]."""
+    return [number(re.search(r"the time of localizing: median ([\d.]+) ms", sources.text("tests/python/RESULTS.md")).group(1))]
+
+
+def parameters(*names):
+    return lambda sources: [sources.parameter(name) for name in names]
+
+
+def beam_model(sources):
+    names = ["log_range", "through_wall", "unknown_metre", "off_wall_run", "depth_edge", "no_return_at_wall", "on_wall", "off_wall"]
+    return [abs(sources.parameter("beam_model." + name)) for name in names]
+
+
+# page, what stands there (each group is a figure), what the figures are
+QUOTES = [
+    ("doc/atlas.md", r"\| (477) recorded \| ([\d.]+) % \| ([\d.]+) % \| ([\d.]+) % \| ([\d.]+) % \| ([\d.]+) % \|",
+     lambda sources: atlas(sources, "477")),
+    ("doc/atlas.md", r"\| (525) simulated \| ([\d.]+) % \| ([\d.]+) % \| ([\d.]+) % \| ([\d.]+) % \| ([\d.]+) % \|",
+     lambda sources: atlas(sources, "525")),
+    ("doc/atlas.md", r"recorded scan takes ([\d.]+) times as long", atlas_time),
+    ("doc/usage.md", r"(\d+) to (\d+) % of scans cut to 3.5 m", lambda sources: reach(sources, 0)),
+    ("doc/usage.md", r"(\d+) to (\d+) % of those cut to 8 m", lambda sources: reach(sources, 2)),
+    ("doc/usage.md", r"both are (\d+) by default", parameters("scoring.hypotheses")),
+    ("doc/usage.md", r"is localized \(\[([\d.]+) ms later", latency),
+    ("CHANGELOG.md", r"([\d,]+) frames right and (\d+) wrong \(before ([\d,]+) and (\d+)\)", windows),
+    ("doc/how_it_works.md", r"grid.occupied_threshold \(([\d.]+)\).*?grid.free_threshold \(([\d.]+)\)",
+     parameters("grid.occupied_threshold", "grid.free_threshold")),
+    ("doc/how_it_works.md", r"`margin sqrt\(n\)` \((\d+)\)", parameters("coarse_search.margin")),
+    ("doc/how_it_works.md", r"If more than ([\d,]+) pairs remain", parameters("coarse_search.max_pairs")),
+    ("doc/how_it_works.md", r"are the candidates: at most ([\d,]+)", parameters("coarse_search.candidates")),
+    ("doc/how_it_works.md", r"Of ([\d,]+) scored poses", parameters("refinement.max_scored")),
+    ("doc/how_it_works.md", r"more than `fit_margin` \(([\d.]+)\)", parameters("refinement.fit_margin")),
+    ("doc/how_it_works.md", r"`rejected_below` \(([\d.]+)\).*?`localized_above` \(([\d.]+)\)",
+     parameters("scoring.rejected_below", "scoring.localized_above")),
+    ("doc/how_it_works.md", r"on a wall: ([\d.]+) ln.*?- ([\d.]+) walls passed - ([\d.]+) m of unknown.*?- ([\d.]+) for each run.*?"
+     r"\+ ([\d.]+) for each depth edge.*?- ([\d.]+) b for each beam.*?beam ends: ([\d.]+) within 6 cm of a wall, -([\d.]+) in free",
+     beam_model),
+]
+
+
+def wrong_quotes(sources):
+    wrong = []
+    for page, pattern, values in QUOTES:
+        found = re.search(pattern, sources.text(page))
+        if not found:
+            wrong.append(f"{page}: does not quote {pattern} any more; correct the entry")
+            continue
+        for quoted, value in zip(found.groups(), values(sources), strict=True):
+            places = len(quoted.partition(".")[2])
+            if number(quoted) != round(value, places):
+                wrong.append(f"{page}: {found.group()} ... {quoted} is {value:g} where it comes from")
+    return wrong
+
+
+if __name__ == "__main__":
+    if len(sys.argv) != 2:
+        sys.exit(__doc__)
+    WRONG = wrong_quotes(Sources(sys.argv[1]))
+    print(f"{len(QUOTES)} quotes were compared")
+    sys.exit("figures with two values:\n" + "\n".join(WRONG) if WRONG else 0)
