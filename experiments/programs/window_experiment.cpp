@@ -8,6 +8,7 @@
 //   reach=LENGTH  [m] of the laser: from there on it reports nothing (as recorded)
 //   first=N       [frames] the first one that is judged, counted from 0 among those used (0)
 //   frames=N      [frames] of the run that are used at most (all)
+//   every=N       [frames] of those that are used every N-th one is (1)
 //   still=N       gives each ambiguous scan N times to a window of its own: the robot stands still
 //   terms=FILE    writes what windows tell of their tracks, for window_losses, and nothing else
 //   cache=FILE    holds what each scan says alone; it is written if it does not exist
@@ -34,27 +35,24 @@ namespace d2s1r::experiments
 namespace
 {
 /// What else may be set than constants of the window.
-const Settings kUnlessGiven{
-    {"window", 10},
-    {"apart", 0},
-    {"odometry", 1},
-    {"wheels", 0},
-    {"reach", std::numeric_limits<double>::infinity()},
-    {"first", 0},
-    {"still", 0},
-    {"frames", std::numeric_limits<double>::infinity()}};
+const Settings kUnlessGiven{{"window", 10},  {"apart", 0},  {"every", 1},
+                            {"odometry", 1}, {"wheels", 0}, {"reach", std::numeric_limits<double>::infinity()},
+                            {"first", 0},    {"still", 0},  {"frames", std::numeric_limits<double>::infinity()}};
 
 /// Returns the frames that are used, with shorter scans.
 std::vector<RunFrame> used_frames(std::vector<RunFrame> run, const Settings& settings)
 {
 	run.resize(std::min(run.size(), static_cast<std::size_t>(std::min(settings.at("frames"), 1e9))));
 	std::vector<RunFrame> used;
-	double gone = 0;  // [m] since the last frame that is used
+	double gone = 0;         // [m] since the last frame that is used
+	std::size_t passed = 0;  // [frames] that may be used
+	const auto every = std::max<std::size_t>(1, static_cast<std::size_t>(settings.at("every")));
 	for (std::size_t i = 0; i < run.size(); i++)
 	{
 		if (i > 0) gone += std::hypot(run[i].truth.x - run[i - 1].truth.x, run[i].truth.y - run[i - 1].truth.y);
 		if (i > 0 && gone < settings.at("apart")) continue;
 		gone = 0;
+		if (passed++ % every != 0) continue;
 		shorten(*run[i].scan, static_cast<float>(settings.at("reach")));
 		used.push_back(run[i]);
 	}

@@ -34,7 +34,7 @@ Hypothesis place(double x, double log_likelihood, double explained)
 
 TEST(TrackEvidence, ScanCorrectsThePose)
 {
-	const Correction fit = best_correction(predicted(), place(2.1, 5, 0.9), {}, kReference, kTuning);
+	const Correction fit = best_correction(predicted(), {place(2.1, 5, 0.9)}, kReference, kTuning);
 	EXPECT_GT(fit.pose.mean.x(), 2.08);
 	EXPECT_LT(fit.pose.cov(0, 0), 0.01);
 	EXPECT_NEAR(fit.evidence, 0, 1.0);
@@ -43,7 +43,7 @@ TEST(TrackEvidence, ScanCorrectsThePose)
 
 TEST(TrackEvidence, ScanThatNoWallExplainsLeavesThePoseAlone)
 {
-	const Correction fit = best_correction(predicted(), place(2.1, 30, 0.05), {}, kReference, kTuning);
+	const Correction fit = best_correction(predicted(), {place(2.1, 30, 0.05)}, kReference, kTuning);
 	EXPECT_EQ(fit.pose.mean.x(), 2);
 	EXPECT_EQ(fit.pose.cov(0, 0), predicted().cov(0, 0));
 	EXPECT_LE(fit.evidence, -2) << "unknown space explains anything, and is no evidence";
@@ -52,13 +52,13 @@ TEST(TrackEvidence, ScanThatNoWallExplainsLeavesThePoseAlone)
 TEST(TrackEvidence, PoorlyExplainedScanPullsLess)
 {
 	const auto pulled = [](double explained)
-	{ return best_correction(predicted(), place(2.1, 5, explained), {}, kReference, kTuning).pose.mean.x() - 2; };
+	{ return best_correction(predicted(), {place(2.1, 5, explained)}, kReference, kTuning).pose.mean.x() - 2; };
 	EXPECT_LT(pulled(0.2), pulled(0.9));
 }
 
 TEST(TrackEvidence, PlaceThatTheMotionCannotReachIsNotTaken)
 {
-	const Correction fit = best_correction(predicted(), place(5, 5, 0.9), {place(4, 9, 0.9)}, {9, 1}, kTuning);
+	const Correction fit = best_correction(predicted(), {place(5, 5, 0.9), place(4, 9, 0.9)}, {9, 1}, kTuning);
 	EXPECT_EQ(fit.pose.mean.x(), 2);
 	EXPECT_EQ(fit.evidence, kNowhere);
 	EXPECT_TRUE(missed(fit.evidence, kTuning));
@@ -67,22 +67,46 @@ TEST(TrackEvidence, PlaceThatTheMotionCannotReachIsNotTaken)
 TEST(TrackEvidence, OneShotHypothesisNearbyIsTakenIfItIsBetter)
 {
 	const Correction fit =
-	    best_correction(predicted(), place(2.1, -20, 0.3), {place(1.9, 5, 0.9)}, kReference, kTuning);
+	    best_correction(predicted(), {place(2.1, -20, 0.3), place(1.9, 5, 0.9)}, kReference, kTuning);
 	EXPECT_LT(fit.pose.mean.x(), 2);
 	EXPECT_EQ(fit.explained, 0.9);
 }
 
+TEST(TrackEvidence, APlaceThatIsExactlyWhereATrackIsConfirmsNoOther)
+{
+	const auto track_at = [](double x, const std::string& map)
+	{
+		PlaceDensity track{predicted(), map};
+		track.pose.mean.x(x);
+		return track;
+	};
+	const std::vector<PlaceDensity> tracks = {track_at(2, ""), track_at(2.3, ""), track_at(2, "cellar")};
+	const auto shared = shared_out({place(2, 5, 0.9), place(2.15, 4, 0.9)}, tracks, kTuning);
+	ASSERT_EQ(shared.size(), 3U);
+	ASSERT_EQ(shared[0].size(), 2U);
+	ASSERT_EQ(shared[1].size(), 1U);
+	EXPECT_EQ(shared[1][0].pose.x(), 2.15) << "between both tracks";
+	EXPECT_TRUE(shared[2].empty()) << "in another map";
+}
+
+TEST(TrackEvidence, AMotionLeadsToAPlaceThatIsAsFarOffAsMotionsUsuallyAre)
+{
+	const auto leads_to = [](double x) { return leads_to_one(predicted(), {place(x, 5, 0.9)}, kTuning); };
+	EXPECT_TRUE(leads_to(2.1));
+	EXPECT_FALSE(leads_to(2.3)) << "three deviations";
+	EXPECT_FALSE(leads_to_one(predicted(), {}, kTuning));
+}
+
 TEST(TrackEvidence, UnknownSpaceSetsTheStandardOnlyWhereNothingElseIs)
 {
-	EXPECT_EQ(
-	    greatest_likelihood({place(1, 30, 0.01), std::nullopt}, {place(2, -4, 0.8), place(3, -6, 0.9)}, kTuning), -4);
-	EXPECT_EQ(greatest_likelihood({place(1, 30, 0.01)}, {}, kTuning), 30);
+	EXPECT_EQ(greatest_likelihood({place(1, 30, 0.01), place(2, -4, 0.8), place(3, -6, 0.9)}, kTuning), -4);
+	EXPECT_EQ(greatest_likelihood({place(1, 30, 0.01)}, kTuning), 30);
 }
 
 TEST(TrackEvidence, SlippingWheelsAreNotRuledOut)
 {
 	const Correction fit =
-	    best_correction(predicted(), place(2.9, 5, 0.9), {}, kReference, kTuning);  // nine deviations away
+	    best_correction(predicted(), {place(2.9, 5, 0.9)}, kReference, kTuning);  // nine deviations away
 	EXPECT_GT(fit.evidence, -10);
 	EXPECT_NEAR(fit.pose.mean.x(), 2.9, 1e-9) << "the scan says where, not an average";
 }
@@ -115,7 +139,7 @@ TEST(TrackEvidence, IsDividedByTheTemperatureOfTheScan)
 
 TEST(TrackEvidence, TheUsualErrorOfAMotionCostsNothing)
 {
-	const auto at = [](double x) { return best_correction(predicted(), place(x, 5, 0.9), {}, kReference, kTuning); };
+	const auto at = [](double x) { return best_correction(predicted(), {place(x, 5, 0.9)}, kReference, kTuning); };
 	EXPECT_EQ(at(2.1).evidence, 0);
 	EXPECT_LT(at(2.5).evidence, -1);
 }

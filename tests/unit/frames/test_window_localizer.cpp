@@ -171,6 +171,29 @@ TEST_F(WindowOnTwinRooms, StandingStillTellsNothingNew)
 	}
 }
 
+TEST_F(WindowOnTwinRooms, StandingStillTellsNothingNewWhereAPoseFitsBetterThanTheScansOwn)
+{
+	const Scan scan = scan_at(into_left_room().back());
+	const Localization found = localizer_.localize(scan);
+	ASSERT_GE(found.hypotheses.size(), 2U);
+	const double less = 2 * found.temperature;  // [nat] than a refinement finds
+	Localization alone = found;                 // half of the probability is that of no place
+	for (Hypothesis& hypothesis : alone.hypotheses)
+	{
+		*hypothesis.log_likelihood -= less;
+		hypothesis.probability /= 2;
+	}
+	alone.presence /= 2;
+	alone.confidence = alone.best().probability;
+	WindowLocalizer window(localizer_, 10);
+	for (int i = 0; i < 10; i++)
+	{
+		const Localization result = window.add(scan, alone, CPose2D());
+		EXPECT_NEAR(result.confidence, alone.confidence, 0.02) << i;
+		EXPECT_NEAR(result.presence, alone.presence, 0.02) << i;
+	}
+}
+
 TEST_F(WindowOnTwinRooms, LooksAtNoMoreFramesThanItIsToldTo)
 {
 	WindowTracker window({{"", {&localizer_, Prior()}}}, 2);

@@ -7,14 +7,19 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
+#include "answer/distinct_poses.h"
 #include "coarse/range_profiles.h"
 
 namespace d2s1r
 {
 namespace
 {
-constexpr double kDeviations = 2;      //!< [standard deviations] within which a pose is searched for
+constexpr double kSame = 0.1;  //!< [-] squared Mahalanobis distance below which two poses are the same
+constexpr double kElsewhere = std::numeric_limits<double>::infinity();  //!< [-] that of poses in different maps
+constexpr double kUsual = 3;       //!< [-] mean of a squared Mahalanobis distance: one for each of three coordinates
+constexpr double kDeviations = 2;  //!< [standard deviations] within which a pose is searched for
 constexpr double kAnotherPlace = -10;  //!< [nat] log-likelihood of a motion below which it leads to another place
 constexpr double kYawStep = 2 * M_PI / RangeProfiles::kDirections;  //!< [rad] of the coarse search
 
@@ -83,11 +88,10 @@ bool is_hidden(const Hypothesis& hypothesis, const WindowTuning& tuning)
 }
 
 /// Returns the evidence [nat] of a motion that is off by this squared Mahalanobis distance. Wheels slip now and then,
-/// so that errors are those of Student's t. What is to be expected, one for each of three coordinates, costs nothing:
-/// otherwise the right place would lose to "none of them", which has no motion.
+/// so that errors are those of Student's t. What is to be expected costs nothing: otherwise the right place would lose
+/// to "none of them", which has no motion.
 double motion_evidence(double off, double tails)
 {
-	constexpr double kUsual = 3;  // [-]
 	return -0.5 * (tails + kUsual) * std::log((tails + std::max(off, kUsual)) / (tails + kUsual));
 }
 
@@ -159,8 +163,8 @@ PoseDensity measurement(const Hypothesis& hypothesis, const WindowTuning& tuning
 }
 
 Correction best_correction(
-    const PoseDensity& predicted, const std::optional<Hypothesis>& refined, const std::vector<Hypothesis>& one_shot,
-    const Reference& reference, const WindowTuning& tuning)
+    const PoseDensity& predicted, const std::vector<Hypothesis>& places, const Reference& reference,
+    const WindowTuning& tuning)
 {
 	Correction best{predicted, kNowhere, 0};
 	const auto consider = [&](const Hypothesis& hypothesis)
@@ -175,8 +179,7 @@ Correction best_correction(
 		if (is_hidden(hypothesis, tuning)) return;
 		best.pose = off < kMostOff ? combine(predicted, measured) : measured;
 	};
-	if (refined) consider(*refined);
-	for (const Hypothesis& hypothesis : one_shot) consider(hypothesis);
+	for (const Hypothesis& hypothesis : places) consider(hypothesis);
 	return best;
 }
 
@@ -202,18 +205,39 @@ std::optional<Hypothesis> refined_near(
 	return best;
 }
 
-double greatest_likelihood(
-    const std::vector<std::optional<Hypothesis>>& refined, const std::vector<Hypothesis>& one_shot,
-    const WindowTuning& tuning)
+std::vector<std::vector<Hypothesis>> shared_out(
+    const std::vector<Hypothesis>& one_shot, const std::vector<PlaceDensity>& predicted, const WindowTuning& tuning)
 {
-	const Hypothesis* greatest = nullptr;
-	const auto consider = [&](const Hypothesis& hypothesis)
+	std::vector<std::vector<Hypothesis>> shared(predicted.size());
+	for (const Hypothesis& hypothesis : one_shot)
 	{
-		if (!greatest || likelier(hypothesis, *greatest, tuning)) greatest = &hypothesis;
-	};
-	for (const auto& hypothesis : refined)
-		if (hypothesis) consider(*hypothesis);
-	for (const Hypothesis& hypothesis : one_shot) consider(hypothesis);
-	return greatest ? log_likelihood_of(*greatest) : 0;
+		const PoseDensity measured = measurement(hypothesis, tuning);
+		std::vector<double> off;  // [-] squared Mahalanobis distance, by predicted pose
+		for (const PlaceDensity& place : predicted)
+			off.push_back(
+			    place.map == hypothesis.map ? mrpt::square(mahalanobis_distance(place.pose, measured)) : kElsewhere);
+		const bool is_owned = std::any_of(off.begin(), off.end(), [](double one) { return one < kSame; });
+		for (std::size_t i = 0; i < predicted.size(); i++)
+			if (off[i] < (is_owned ? kSame : kElsewhere)) shared[i].push_back(hypothesis);
+	}
+	return shared;
+}
+
+bool leads_to_one(const PoseDensity& predicted, const std::vector<Hypothesis>& one_shot, const WindowTuning& tuning)
+{
+	return std::any_of(
+	    one_shot.begin(), one_shot.end(),
+	    [&](const Hypothesis& hypothesis)
+	    {
+		    return are_near(predicted.mean.asTPose(), hypothesis.pose.asTPose(), kPlaceDistance, kPlaceYaw) &&
+		           mrpt::square(mahalanobis_distance(predicted, measurement(hypothesis, tuning))) < kUsual;
+	    });
+}
+
+double greatest_likelihood(const std::vector<Hypothesis>& places, const WindowTuning& tuning)
+{
+	const auto greatest = std::max_element(
+	    places.begin(), places.end(), [&](const Hypothesis& a, const Hypothesis& b) { return likelier(b, a, tuning); });
+	return greatest == places.end() ? 0 : log_likelihood_of(*greatest);
 }
 }  // namespace d2s1r

@@ -4,6 +4,7 @@
 #include <d2s1r/localizer.h>
 #include <mrpt/poses/CPosePDFGaussian.h>
 
+#include <string>
 #include <vector>
 
 #include "frames/window_posterior.h"
@@ -70,20 +71,34 @@ struct Correction
 	double explained = 0;  //!< [0, 1] see Hypothesis
 };
 
-/// Returns the best of the places near `predicted` that the scan may confirm; without one, the pose stays as predicted.
+/// Returns the best of the places that the scan may confirm near `predicted`; without one, the pose stays as predicted.
 /// Where unknown space explains the scan, it says little about the place and nothing about the pose.
 Correction best_correction(
-    const PoseDensity& predicted, const std::optional<Hypothesis>& refined, const std::vector<Hypothesis>& one_shot,
-    const Reference& reference, const WindowTuning& tuning);
+    const PoseDensity& predicted, const std::vector<Hypothesis>& places, const Reference& reference,
+    const WindowTuning& tuning);
 
 /// Refines `predicted` and, if the scan does not fit there, searches around it: a refinement finds the place from a few
 /// degrees off only where walls are near.
 std::optional<Hypothesis> refined_near(
     const Localizer& localizer, const Scan& scan, const PoseDensity& predicted, const WindowTuning& tuning);
 
+/// A pose in one of several maps.
+struct PlaceDensity
+{
+	PoseDensity pose;  //!< robot in map
+	std::string map;   //!< its name
+};
+
+/// Gives each hypothesis of a scan to that of the predicted poses to which it is nearest: what shows one place confirms
+/// no other one.
+/// \return by predicted pose
+std::vector<std::vector<Hypothesis>> shared_out(
+    const std::vector<Hypothesis>& one_shot, const std::vector<PlaceDensity>& predicted, const WindowTuning& tuning);
+
+/// Returns whether one of the hypotheses is at the predicted place, and no farther off than motions usually are.
+bool leads_to_one(const PoseDensity& predicted, const std::vector<Hypothesis>& one_shot, const WindowTuning& tuning);
+
 /// Returns the log-likelihood [nat] of the likeliest place of a frame. Places that unknown space explains count only if
 /// there is no other.
-double greatest_likelihood(
-    const std::vector<std::optional<Hypothesis>>& refined, const std::vector<Hypothesis>& one_shot,
-    const WindowTuning& tuning);
+double greatest_likelihood(const std::vector<Hypothesis>& places, const WindowTuning& tuning);
 }  // namespace d2s1r

@@ -118,28 +118,44 @@ void WindowTracker::append(const Scan& scan, const Localization& one_shot, const
 	for (Track& track : tracks_) track.evidence.pop_front();
 }
 
+/// Returns the places that a scan may confirm near `predicted`: those that it shows alone and, if the motion leads to
+/// none of them, what a refinement finds. A pose that fits better than the scan's own answer there would tell more of
+/// this place than of others.
+/// \param one_shot what the scan shows alone, in this map
+/// \param searched whether to search around `predicted`, see refined_near()
+std::vector<Hypothesis> WindowTracker::places_near(
+    const PoseDensity& predicted, const Localizer& localizer, const Scan& scan, std::vector<Hypothesis> one_shot,
+    bool searched) const
+{
+	if (leads_to_one(predicted, one_shot, tuning_)) return one_shot;
+	const auto refined =
+	    searched ? refined_near(localizer, scan, predicted, tuning_) : localizer.hypothesis_near(scan, predicted.mean);
+	if (refined) one_shot.insert(one_shot.begin(), *refined);
+	return one_shot;
+}
+
 /// Moves all tracks to the newest frame, whose scan corrects them.
 void WindowTracker::follow(const Localization& one_shot)
 {
 	Frame& frame = frames_.back();
-	std::vector<PoseDensity> predicted;
-	std::vector<std::optional<Hypothesis>> refined;
+	std::vector<PlaceDensity> predicted;
 	for (const Track& track : tracks_)
+		predicted.push_back({moved({track.now.pose, track.now.covariance}, frame.motion.motion), track.now.map});
+	auto places = shared_out(one_shot.hypotheses, predicted, tuning_);  // by track
+	std::vector<Hypothesis> all = one_shot.hypotheses;
+	for (std::size_t i = 0; i < tracks_.size(); i++)
 	{
-		const Localizer& localizer = localizer_of(track.now.map);
-		predicted.push_back(moved({track.now.pose, track.now.covariance}, frame.motion.motion));
-		refined.push_back(
-		    refined.empty()  // the best one
-		        ? refined_near(localizer, frame.scan, predicted.back(), tuning_)
-		        : localizer.hypothesis_near(frame.scan, predicted.back().mean));
+		const bool is_best = i == 0;
+		places[i] =
+		    places_near(predicted[i].pose, localizer_of(predicted[i].map), frame.scan, std::move(places[i]), is_best);
+		all.insert(all.end(), places[i].begin(), places[i].end());
 	}
-	frame.reference.log_likelihood = greatest_likelihood(refined, one_shot.hypotheses, tuning_);
+	frame.reference.log_likelihood = greatest_likelihood(all, tuning_);
 	frame.absence = absence(one_shot, frame.reference, maps_);
 	for (std::size_t i = 0; i < tracks_.size(); i++)
 	{
 		Hypothesis& now = tracks_[i].now;
-		const Correction fit =
-		    best_correction(predicted[i], refined[i], in_map(one_shot.hypotheses, now.map), frame.reference, tuning_);
+		const Correction fit = best_correction(predicted[i].pose, places[i], frame.reference, tuning_);
 		now.pose = fit.pose.mean;
 		now.covariance = fit.pose.cov;
 		now.explained = fit.explained;
@@ -163,9 +179,9 @@ void WindowTracker::trace_back(Track& track) const
 		const Frame& later = frames_[frames_.size() - back];
 		const Frame& frame = frames_[frames_.size() - back - 1];
 		const PoseDensity predicted = moved(pose, reversed(later.motion.motion));
-		const auto refined = localizer_of(track.now.map).hypothesis_near(frame.scan, predicted.mean);
-		const Correction fit =
-		    best_correction(predicted, refined, in_map(frame.one_shot, track.now.map), frame.reference, tuning_);
+		const auto places = places_near(
+		    predicted, localizer_of(track.now.map), frame.scan, in_map(frame.one_shot, track.now.map), false);
+		const Correction fit = best_correction(predicted, places, frame.reference, tuning_);
 		pose = fit.pose;
 		misses = missed(fit.evidence, tuning_) ? misses + 1 : 0;
 		track.evidence.push_front(fit.evidence);

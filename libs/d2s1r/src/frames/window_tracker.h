@@ -59,6 +59,9 @@ class WindowTracker
 	void pass_gap(const std::optional<PoseDensity>& motion);
 	GuessedMotion motion_to(const Localization& one_shot, const std::optional<PoseDensity>& motion);
 	void append(const Scan& scan, const Localization& one_shot, const GuessedMotion& motion);
+	std::vector<Hypothesis> places_near(
+	    const PoseDensity& predicted, const Localizer& localizer, const Scan& scan, std::vector<Hypothesis> one_shot,
+	    bool searched) const;
 	void follow(const Localization& one_shot);
 	void start_tracks(const Localization& one_shot);
 	void trace_back(Track& track) const;
