@@ -3,7 +3,9 @@
 #include <d2s1r/map_io.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
+#include <cstdint>
 
 #include "test_files.h"
 #include "test_maps.h"
@@ -167,15 +169,125 @@ TEST_F(MapYaml, CellsOfATurnedImageHaveThePixelThatTheirCentreLiesIn)
 	EXPECT_NEAR(at(2.0, 2.3), 0.5, 0.02);
 }
 
-TEST_F(MapYaml, UnknownCellsThatTheThresholdsMakeFreeAreMeasured)
+TEST_F(MapYaml, RawPixelsAreTheValuesOfAnOccupancyGrid)
 {
-	const auto share = [&](const std::string& more)
-	{ return unknown_made_free(folder_.write("map.yaml", kGeometry + "occupied_thresh: 0.65\n" + more)); };
-	EXPECT_DOUBLE_EQ(share("free_thresh: 0.25\nnegate: 0\n"), 0.2);
-	EXPECT_DOUBLE_EQ(share("free_thresh: 0.25\nnegate: 0\nmode: scale\n"), 0.2);
-	EXPECT_EQ(share("free_thresh: 0.196\nnegate: 0\n"), 0);
-	EXPECT_EQ(share("free_thresh: 0.25\nnegate: 1\n"), 0);
-	EXPECT_EQ(unknown_made_free(folder_.path("map.pgm")), 0);
+	folder_.write("map.pgm", {"P5\n6 1\n255\n\x00\x64\x32\x19\x65\xFF", 17});
+	expect_near(p_occupied(kGeometry + kThresholds + "negate: 0\nmode: raw\n"), {0, 1, 0.5, 0.25, 0.5, 0.5});
+	EXPECT_NE(refusal(kGeometry + kThresholds + "negate: 1\nmode: raw\n").find("set negate to 0"), std::string::npos);
+}
+
+namespace
+{
+/// Pixels that share a shade.
+struct Patch
+{
+	std::size_t pixels;
+	int shade, alpha = 255;
+};
+
+class LostCellsOfAMap : public MapYaml
+{
+   protected:
+	/// Writes a grey image.
+	void paint(const std::vector<Patch>& patches)
+	{
+		std::string bytes;
+		for (const Patch& patch : patches) bytes += std::string(patch.pixels, static_cast<char>(patch.shade));
+		folder_.write("map.pgm", "P5\n" + std::to_string(bytes.size()) + " 1\n255\n" + bytes);
+	}
+
+	/// Writes an image with alpha channel.
+	void paint_with_alpha(const std::vector<Patch>& patches)
+	{
+		std::vector<std::array<int, 2>> pixels;
+		for (const Patch& patch : patches) pixels.insert(pixels.end(), patch.pixels, {patch.shade, patch.alpha});
+		folder_.write("map.pgm", png_with_alpha(pixels));
+	}
+
+	LostCells lost(const std::string& more)
+	{
+		const std::string free_thresh = more.find("free_thresh") == std::string::npos ? "free_thresh: 0.196\n" : "";
+		return lost_cells(folder_.write("map.yaml", kGeometry + "occupied_thresh: 0.65\n" + free_thresh + more + "\n"));
+	}
+};
+}  // namespace
+
+TEST_F(LostCellsOfAMap, UnknownThatThresholdsModeOrAlphaMakeFree)
+{
+	paint({{20, 0}, {30, 205}, {50, 254}});
+	EXPECT_EQ(lost("negate: 0").unknown_made_free, 0);
+	for (const char* mode : {"", "\nmode: scale"})
+	{
+		const LostCells nav2 = lost(std::string("free_thresh: 0.25\nnegate: 0") + mode);
+		EXPECT_DOUBLE_EQ(nav2.unknown_made_free, 0.3);
+		EXPECT_EQ(nav2.cause, LostCells::Cause::kFreeThresh);
+		EXPECT_DOUBLE_EQ(nav2.right_free_thresh, 0.196);
+	}
+	EXPECT_DOUBLE_EQ(lost("negate: 0\nmode: scale").unknown_made_free, 0.3);
+	EXPECT_EQ(lost("negate: 0\nmode: scale").cause, LostCells::Cause::kScale);
+	EXPECT_EQ(lost("negate: 0\nmode: raw").unknown_made_free, 0);
+	EXPECT_EQ(lost_cells(folder_.path("map.pgm")).unknown_made_free, 0) << "it is no yaml file";
+
+	paint({{20, 255}, {30, 50}, {50, 1}});
+	EXPECT_DOUBLE_EQ(lost("free_thresh: 0.25\nnegate: 1").unknown_made_free, 0.3) << "inverted by an editor";
+	paint({{20, 0}, {30, 207}, {50, 254}});
+	EXPECT_DOUBLE_EQ(lost("negate: 0").unknown_made_free, 0.3) << "changed by an editor's profile of colours";
+	EXPECT_DOUBLE_EQ(lost("negate: 0").right_free_thresh, 0.188);
+
+	paint_with_alpha({{20, 0}, {30, 205}, {50, 254}});
+	EXPECT_DOUBLE_EQ(lost("negate: 0").unknown_made_free, 0.3);
+	EXPECT_EQ(lost("negate: 0").cause, LostCells::Cause::kAlpha);
+}
+
+TEST_F(LostCellsOfAMap, TransparentPixelsThatBecomeKnown)
+{
+	paint_with_alpha({{20, 0}, {30, 0, 0}, {50, 254}});
+	EXPECT_DOUBLE_EQ(lost("negate: 0").transparent_made_known, 0.3);
+	EXPECT_EQ(lost("negate: 0\nmode: scale").transparent_made_known, 0);
+	paint_with_alpha({{20, 0}, {30, 255, 0}, {50, 254}});
+	EXPECT_EQ(lost("negate: 0").transparent_made_known, 0) << "0.25 is between the thresholds";
+	EXPECT_DOUBLE_EQ(lost("free_thresh: 0.3\nnegate: 0").transparent_made_known, 0.3);
+}
+
+TEST_F(LostCellsOfAMap, GreysBetweenTheThresholds)
+{
+	paint({{5, 0}, {30, 205}, {20, 150}, {20, 170}, {20, 190}, {5, 240}});
+	EXPECT_DOUBLE_EQ(lost("negate: 0").free_made_unknown, 0.6);
+	EXPECT_EQ(lost("negate: 0\nmode: scale").free_made_unknown, 0) << "most of them are free";
+	EXPECT_EQ(lost("free_thresh: 0.44\nnegate: 0").free_made_unknown, 0);
+	EXPECT_EQ(lost("negate: 0").walls_made_unknown, 0);
+
+	paint({{5, 255}, {30, 50}, {20, 105}, {20, 85}, {20, 65}, {5, 15}});
+	EXPECT_DOUBLE_EQ(lost("negate: 1").free_made_unknown, 0.6);
+	paint({{5, 0}, {60, 192}, {35, 254}});
+	EXPECT_EQ(lost("negate: 0").free_made_unknown, 0) << "another grey for unknown cells";
+	paint({{3, 0}, {5, 100}, {5, 110}, {87, 254}});
+	EXPECT_DOUBLE_EQ(lost("negate: 0").walls_made_unknown, 0.1);
+}
+
+TEST_F(LostCellsOfAMap, PixelsThatMeanNothingInModeRaw)
+{
+	paint({{20, 0}, {30, 205}, {50, 254}});
+	EXPECT_DOUBLE_EQ(lost("negate: 0\nmode: raw").beyond_raw, 0.8);
+	paint({{20, 0}, {30, 100}, {50, 255}});
+	EXPECT_EQ(lost("negate: 0\nmode: raw").beyond_raw, 0);
+}
+
+TEST_F(MapYaml, MayBeReadInAnotherWay)
+{
+	const auto row_of = [&](const std::string& file, MapChange change, const std::optional<ImageGeometry>& image)
+	{
+		const auto map = load_changed_map(file, change, {}, image);
+		std::vector<double> row;
+		for (int x = 0; x < static_cast<int>(map->getSizeX()); x++)
+			row.push_back(1.0 - static_cast<double>(map->getCell(x, 0)));
+		return row;
+	};
+	const auto yaml = folder_.write("map.yaml", kGeometry + kThresholds + "negate: 0\n");
+	expect_near(row_of(yaml, MapChange::kNone, {}), {1, 0.5, 0, 0.5, 0.5});
+	expect_near(row_of(yaml, MapChange::kNegated, {}), {0, 1, 1, 0.5, 0.5});
+	EXPECT_LT(row_of(yaml, MapChange::kScaled, {})[1], 0.1);
+	expect_near(row_of(folder_.path("map.pgm"), MapChange::kNegated, ImageGeometry{1, 0, 0}), {0, 0.8, 1, 0.4, 0.6});
 }
 
 TEST_F(MapYaml, MissingKeysAreNamed)
@@ -216,7 +328,7 @@ TEST_F(MapYaml, UnusableValuesAreNamed)
 	        .find("the yaw of the origin is not -2 pi to 2 pi rad"),
 	    std::string::npos);
 	EXPECT_NE(refusal(with(kGeometry + "negate: maybe\n")).find("'negate' is not"), std::string::npos);
-	EXPECT_NE(refusal(with(kGeometry + "negate: 0\nmode: raw\n")).find("mode 'raw'"), std::string::npos);
+	EXPECT_NE(refusal(with(kGeometry + "negate: 0\nmode: grey\n")).find("mode 'grey' is not known"), std::string::npos);
 	EXPECT_NE(
 	    refusal(kGeometry + "negate: 0\noccupied_thresh: 0.1\nfree_thresh: 0.2\n")
 	        .find("free_thresh < occupied_thresh <= 1; correct them"),

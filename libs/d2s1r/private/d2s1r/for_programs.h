@@ -2,10 +2,12 @@
 // What the programs of this project need of the library, and others do not. It is not installed.
 #pragma once
 
+#include <d2s1r/map_io.h>
 #include <d2s1r/parameters.h>
 #include <mrpt/maps/COccupancyGridMap2D.h>
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,11 +22,48 @@ std::uint64_t memory_to_build(const mrpt::maps::COccupancyGridMap2D& map, const 
 /// \throws std::runtime_error as save() would before it has written anything
 void check_savable(const std::string& file);
 
-/// Returns the share [0, 1] of the image of a yaml map that has the shade of unknown cells, 205, but that the
-/// thresholds of the file make free; 0 for other maps. map_server writes that shade, and `free_thresh: 0.25`, which is
-/// often seen beside it, makes such cells free.
+/// Says what became of pixels of a yaml map whose shades were meant in another way. All shares are of the image, and
+/// they are about the finished cells, whichever line of the yaml file, channel of the image or threshold made them.
+struct LostCells
+{
+	/// Says what makes unknown cells free.
+	enum class Cause
+	{
+		kFreeThresh,  //!< their occupancy is below free_thresh, which map_server's 0.25 is often seen to be
+		kAlpha,       //!< the alpha channel counts as a colour in mode trinary
+		kScale        //!< mode scale knows no unknown shade
+	};
+
+	double unknown_made_free = 0;  //!< [0, 1] pixels of the shade of unknown cells, 205, that are free cells
+	Cause cause = Cause::kFreeThresh;
+	double right_free_thresh = 0;  //!< [probability] that leaves this shade unknown
+	double transparent_made_known =
+	    0;  //!< [0, 1] pixels that are more transparent than not, but free or occupied cells
+
+	double free_made_unknown =
+	    0;  //!< [0, 1] light greys that are unknown cells, if they are more than those that are free
+	double walls_made_unknown =
+	    0;                  //!< [0, 1] dark greys that are unknown, if they are more than those that are occupied
+	double beyond_raw = 0;  //!< [0, 1] in mode raw: pixels from 101 to 254, which mean nothing there
+};
+
+/// Looks at the cells of a yaml map; other maps have lost none.
 /// \throws std::runtime_error saying what is wrong, without the name of the yaml file
-double unknown_made_free(const std::string& file);
+LostCells lost_cells(const std::string& file, const GridParameters& parameters = {});
+
+/// Says in which way a map file is read differently from what it says.
+enum class MapChange
+{
+	kNone,
+	kNegated,  //!< black is free and white occupied, or the other way round
+	kScaled    //!< mode: scale, of a yaml map
+};
+
+/// Loads a yaml map or an image in another way than it is meant to be, to find out what is wrong with it.
+/// \throws std::runtime_error naming the file and what is wrong with it
+mrpt::maps::COccupancyGridMap2D::Ptr load_changed_map(
+    const std::string& file, MapChange change, const GridParameters& parameters,
+    const std::optional<ImageGeometry>& image);
 
 /// Returns the name that a map gets by its file: without folder, extension and that of a compressed file.
 std::string map_name_of(const std::string& file);
@@ -34,6 +73,6 @@ std::string map_name_of(const std::string& file);
 std::vector<std::string> simd_targets();
 
 /// Makes the library use one of simd_targets() from here on. Call it before any other thread runs.
-/// 	hrows std::invalid_argument if the machine or the library lacks it
+/// \throws std::invalid_argument if the machine or the library lacks it
 void use_simd_target(const std::string& name);
 }  // namespace d2s1r

@@ -1,4 +1,5 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include <d2s1r/for_programs.h>
 #include <d2s1r/map_io.h>
 #include <mrpt/io/CFileGZInputStream.h>
 #include <mrpt/maps/registerAllClasses.h>
@@ -158,28 +159,33 @@ COccupancyGridMap2D::Ptr load_serialized(const std::string& file, const GridPara
 }
 
 COccupancyGridMap2D::Ptr load_any(
-    const std::string& file, const GridParameters& parameters, const std::optional<ImageGeometry>& image)
+    const std::string& file, const GridParameters& parameters, const std::optional<ImageGeometry>& image,
+    MapChange change)
 {
 	check_readable(file);
-	if (is_yaml_name(file)) return load_yaml_map(file);
+	if (is_yaml_name(file)) return load_yaml_map(file, change);
 	if (is_image_name(file))
 	{
 		if (!image)
 			throw std::runtime_error(
 			    "an image needs its resolution in m / pixel; give it, or write a map_server yaml for the image");
-		return load_image_map(file, *image, plain_image_rule());
+		PixelRule rule = plain_image_rule();
+		if (change == MapChange::kNegated)
+			rule.p_occupied = [as_it_is = rule.p_occupied](double brightness) { return as_it_is(1 - brightness); };
+		return load_image_map(file, *image, rule);
 	}
 	return load_serialized(file, parameters);
 }
 }  // namespace
 
-COccupancyGridMap2D::Ptr load_map(
-    const std::string& file, const GridParameters& parameters, const std::optional<ImageGeometry>& image)
+COccupancyGridMap2D::Ptr load_changed_map(
+    const std::string& file, MapChange change, const GridParameters& parameters,
+    const std::optional<ImageGeometry>& image)
 {
 	COccupancyGridMap2D::Ptr map;
 	try
 	{
-		map = load_any(file, parameters, image);
+		map = load_any(file, parameters, image, change);
 		check_map_origin(static_cast<double>(map->getXMin()), static_cast<double>(map->getYMin()));
 	}
 	catch (const std::bad_alloc&)
@@ -197,5 +203,11 @@ COccupancyGridMap2D::Ptr load_map(
 	if (!has_free_cell(*map, CellClasses(parameters)))
 		throw std::runtime_error(file + ": has no free cell; check the map, grid.free_threshold and negate");
 	return map;
+}
+
+COccupancyGridMap2D::Ptr load_map(
+    const std::string& file, const GridParameters& parameters, const std::optional<ImageGeometry>& image)
+{
+	return load_changed_map(file, MapChange::kNone, parameters, image);
 }
 }  // namespace d2s1r

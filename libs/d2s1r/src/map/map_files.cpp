@@ -41,6 +41,12 @@ bool is_image_name(const std::string& file)
 	return std::find(known.begin(), known.end(), lower_case_extension(file)) != known.end();
 }
 
+bool is_lossy_image_name(const std::string& file)
+{
+	const std::string extension = lower_case_extension(file);
+	return extension == ".jpg" || extension == ".jpeg";
+}
+
 std::vector<std::string> files_of_map(const std::string& file)
 {
 	if (!is_yaml_name(file)) return {file};

@@ -65,9 +65,6 @@ void check_geometry(const ImageGeometry& geometry)
 		throw std::runtime_error("the yaw of the origin is not -2 pi to 2 pi rad; correct it");
 }
 
-namespace
-{
-/// Paints an image whose pixels are cells.
 COccupancyGridMap2D::Ptr paint_along_axes(
     const mrpt::img::CImage& image, const ImageGeometry& geometry, const PixelRule& rule)
 {
@@ -85,6 +82,8 @@ COccupancyGridMap2D::Ptr paint_along_axes(
 	return map;
 }
 
+namespace
+{
 /// Returns the map turned about its lower left corner by geometry.origin_yaw, in cells along the axes.
 COccupancyGridMap2D::Ptr along_axes(const COccupancyGridMap2D::Ptr& image, const ImageGeometry& geometry)
 {
@@ -119,17 +118,6 @@ COccupancyGridMap2D::Ptr load_image_map(const std::string& file, const ImageGeom
 {
 	check_geometry(geometry);
 	return along_axes(paint_along_axes(read_image(file), geometry, rule), geometry);
-}
-
-double share_of_pixels(const std::string& file, const std::function<bool(double)>& matches)
-{
-	const PixelRule rule = {[&](double brightness) { return matches(brightness) ? 1.0 : 0.0; }};
-	const auto map = paint_along_axes(read_image(file), {1, 0, 0}, rule);
-	const auto occupied = COccupancyGridMap2D::p2l(0.0F);
-	std::size_t count = 0;
-	for (int row = 0; row < static_cast<int>(map->getSizeY()); row++)
-		count += static_cast<std::size_t>(std::count(map->getRow(row), map->getRow(row) + map->getSizeX(), occupied));
-	return static_cast<double>(count) / (static_cast<double>(map->getSizeX()) * map->getSizeY());
 }
 
 void check_number_of_cells(std::size_t width, std::size_t height)

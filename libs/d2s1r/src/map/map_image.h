@@ -1,6 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <d2s1r/for_programs.h>
 #include <d2s1r/map_io.h>
 #include <mrpt/img/CImage.h>
 
@@ -19,6 +20,9 @@ struct PixelRule
 	bool transparent_is_unknown = true;
 };
 
+/// Returns whether an image is of a format that changes shades a little, by its name.
+bool is_lossy_image_name(const std::string& file);
+
 /// Returns the rule of an image that comes without a yaml file: black is occupied, white is free, and the shade that
 /// map_server writes for unknown cells (205) is unknown.
 PixelRule plain_image_rule();
@@ -32,8 +36,9 @@ void check_geometry(const ImageGeometry& geometry);
 mrpt::maps::COccupancyGridMap2D::Ptr load_image_map(
     const std::string& file, const ImageGeometry& geometry, const PixelRule& rule);
 
-/// Returns the share [0, 1] of the pixels of an image whose brightness, in [0, 1], `matches`. \throws std::exception
-double share_of_pixels(const std::string& file, const std::function<bool(double)>& matches);
+/// Paints an image whose pixels are cells. \throws std::exception
+mrpt::maps::COccupancyGridMap2D::Ptr paint_along_axes(
+    const mrpt::img::CImage& image, const ImageGeometry& geometry, const PixelRule& rule);
 
 /// Returns the memory [byte] that unpacking a PNG, JPEG, BMP, TIFF or PNM file takes at most. It looks at the bytes of
 /// the file before a decoder does, which would write to stderr, take a truncated file, or allocate whatever the header
@@ -45,12 +50,15 @@ double memory_to_decode(const std::string& bytes);
 /// Reads an image of one of these formats. \throws std::exception saying what is wrong, without its name
 mrpt::img::CImage read_image(const std::string& file);
 
-/// Reads a map of ROS map_server: a yaml file and the image it names, in modes trinary and scale. In MRPT's map an
-/// occupied cell gets P(occupied) 1, a free one 0 and an unknown one 0.5, in between only in mode scale.
+/// Reads a map of ROS map_server: a yaml file and the image it names, in modes trinary, scale and raw. In MRPT's map an
+/// occupied cell gets P(occupied) 1, a free one 0 and an unknown one 0.5, in between only in modes scale and raw.
 /// Of an image that the origin's yaw turns, cells along the axes of the map frame are made, see ImageGeometry. MRPT's
 /// own reader ignores that yaw and moves the origin to a multiple of the cell size.
 /// \throws std::exception saying what is wrong, without the name of the yaml file
-mrpt::maps::COccupancyGridMap2D::Ptr load_yaml_map(const std::string& yaml_file);
+mrpt::maps::COccupancyGridMap2D::Ptr load_yaml_map(const std::string& yaml_file, MapChange change = MapChange::kNone);
+
+/// Looks at what becomes of the pixels of a yaml map, see lost_cells(). \throws std::exception like load_yaml_map()
+LostCells lost_cells_of_yaml(const std::string& yaml_file, const GridParameters& parameters);
 
 /// Returns the path of the image that such a yaml file names.
 /// \throws std::exception if the yaml file cannot be read or is not as it should be

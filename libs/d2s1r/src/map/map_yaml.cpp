@@ -1,5 +1,5 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include "map/map_image.h"
+#include "map/map_yaml.h"
 
 #include <d2s1r/for_programs.h>
 #include <yaml-cpp/yaml.h>
@@ -16,16 +16,6 @@ namespace d2s1r
 {
 namespace
 {
-struct MapServerYaml
-{
-	std::string image;
-	ImageGeometry geometry;
-	std::string mode = "trinary";
-	bool negate = false;
-	double occupied_thresh = 0;  //!< [probability]
-	double free_thresh = 0;      //!< [probability]
-};
-
 YAML::Node value_of(const YAML::Node& root, const std::string& key)
 {
 	if (!root.IsMap() || !root[key]) throw std::runtime_error("the key '" + key + "' is missing; add it");
@@ -74,51 +64,13 @@ bool read_negate(const YAML::Node& root)
 void check_values(const MapServerYaml& yaml)
 {
 	check_geometry(yaml.geometry);
-	if (yaml.mode != "trinary" && yaml.mode != "scale")
-		throw std::runtime_error("mode '" + excerpt(yaml.mode) + "' is not supported; use trinary or scale");
+	if (yaml.mode != "trinary" && yaml.mode != "scale" && yaml.mode != "raw")
+		throw std::runtime_error("mode '" + excerpt(yaml.mode) + "' is not known; use trinary, scale or raw");
+	if (yaml.mode == "raw" && yaml.negate)
+		throw std::runtime_error(
+		    "negate: 1 with mode: raw is read in one way by ROS 1 and in another by ROS 2; set negate to 0");
 	if (!(0 <= yaml.free_thresh && yaml.free_thresh < yaml.occupied_thresh && yaml.occupied_thresh <= 1))
 		throw std::runtime_error("thresholds are not 0 <= free_thresh < occupied_thresh <= 1; correct them");
-}
-
-/// \throws std::runtime_error that does not name the file
-MapServerYaml read_map_yaml(const std::string& file)
-{
-	const YAML::Node root = read_yaml(file);
-	MapServerYaml yaml;
-	yaml.image = read<std::string>(root, "image", "a file name");
-	if (yaml.image.find('\0') != std::string::npos) throw std::runtime_error("'image' is not a file name; correct it");
-	yaml.geometry.resolution = read_number(root, "resolution", "a number of metres");
-	const std::string pose = "[x, y, yaw] in m and rad";
-	const auto origin = read<std::vector<std::string>>(root, "origin", pose);
-	if (origin.size() != 3) throw std::runtime_error("'origin' is not " + pose + "; correct it");
-	yaml.geometry.origin_x = number_of(origin[0], "origin", pose);
-	yaml.geometry.origin_y = number_of(origin[1], "origin", pose);
-	yaml.negate = read_negate(root);
-	yaml.occupied_thresh = read_number(root, "occupied_thresh", "a probability");
-	yaml.free_thresh = read_number(root, "free_thresh", "a probability");
-	if (root["mode"]) yaml.mode = read<std::string>(root, "mode", "trinary or scale");
-	yaml.geometry.origin_yaw = number_of(origin[2], "origin", pose);
-	check_values(yaml);
-	return yaml;
-}
-
-std::string path_of_image(const std::string& yaml_file, const MapServerYaml& yaml)
-{
-	return (std::filesystem::path(yaml_file).parent_path() / yaml.image).string();
-}
-
-/// Returns the rule of a yaml file: that of map_server's loadMapFromFile() and nav2's map_io.
-PixelRule rule_of(const MapServerYaml& yaml)
-{
-	const auto p_occupied = [yaml](double brightness)
-	{
-		const double occupancy = yaml.negate ? brightness : 1 - brightness;
-		if (occupancy > yaml.occupied_thresh) return 1.0;
-		if (occupancy < yaml.free_thresh) return 0.0;
-		if (yaml.mode == "trinary") return 0.5;
-		return (occupancy - yaml.free_thresh) / (yaml.occupied_thresh - yaml.free_thresh);
-	};
-	return {p_occupied, yaml.mode == "scale"};
 }
 
 /// Calls `read` with the path of the image. \throws std::runtime_error naming the image
@@ -137,11 +89,59 @@ auto of_image(const std::string& yaml_file, const MapServerYaml& yaml, const Rea
 }
 }  // namespace
 
-mrpt::maps::COccupancyGridMap2D::Ptr load_yaml_map(const std::string& yaml_file)
+MapServerYaml read_map_yaml(const std::string& file)
 {
-	const MapServerYaml yaml = read_map_yaml(yaml_file);
+	const YAML::Node root = read_yaml(file);
+	MapServerYaml yaml;
+	yaml.image = read<std::string>(root, "image", "a file name");
+	if (yaml.image.find('\0') != std::string::npos) throw std::runtime_error("'image' is not a file name; correct it");
+	yaml.geometry.resolution = read_number(root, "resolution", "a number of metres");
+	const std::string pose = "[x, y, yaw] in m and rad";
+	const auto origin = read<std::vector<std::string>>(root, "origin", pose);
+	if (origin.size() != 3) throw std::runtime_error("'origin' is not " + pose + "; correct it");
+	yaml.geometry.origin_x = number_of(origin[0], "origin", pose);
+	yaml.geometry.origin_y = number_of(origin[1], "origin", pose);
+	yaml.negate = read_negate(root);
+	yaml.occupied_thresh = read_number(root, "occupied_thresh", "a probability");
+	yaml.free_thresh = read_number(root, "free_thresh", "a probability");
+	if (root["mode"]) yaml.mode = read<std::string>(root, "mode", "trinary, scale or raw");
+	yaml.geometry.origin_yaw = number_of(origin[2], "origin", pose);
+	check_values(yaml);
+	return yaml;
+}
+
+std::string path_of_image(const std::string& yaml_file, const MapServerYaml& yaml)
+{
+	return (std::filesystem::path(yaml_file).parent_path() / yaml.image).string();
+}
+
+double MapServerYaml::occupancy(double brightness) const
+{
+	if (mode == "raw") return std::round(255 * brightness) / 100;  // the values of nav_msgs/OccupancyGrid
+	return negate ? brightness : 1 - brightness;
+}
+
+PixelRule MapServerYaml::rule() const
+{
+	const auto p_occupied = [yaml = *this](double brightness)
+	{
+		const double occupancy = yaml.occupancy(brightness);
+		if (yaml.mode == "raw") return occupancy > 1 ? 0.5 : occupancy;
+		if (occupancy > yaml.occupied_thresh) return 1.0;
+		if (occupancy < yaml.free_thresh) return 0.0;
+		if (yaml.mode == "trinary") return 0.5;
+		return (occupancy - yaml.free_thresh) / (yaml.occupied_thresh - yaml.free_thresh);
+	};
+	return {p_occupied, mode == "scale"};
+}
+
+mrpt::maps::COccupancyGridMap2D::Ptr load_yaml_map(const std::string& yaml_file, MapChange change)
+{
+	MapServerYaml yaml = read_map_yaml(yaml_file);
+	if (change == MapChange::kNegated) yaml.negate = !yaml.negate;
+	if (change == MapChange::kScaled) yaml.mode = "scale";
 	return of_image(
-	    yaml_file, yaml, [&](const std::string& image) { return load_image_map(image, yaml.geometry, rule_of(yaml)); });
+	    yaml_file, yaml, [&](const std::string& image) { return load_image_map(image, yaml.geometry, yaml.rule()); });
 }
 
 std::string image_of_yaml_map(const std::string& yaml_file)
@@ -149,15 +149,10 @@ std::string image_of_yaml_map(const std::string& yaml_file)
 	return path_of_image(yaml_file, read_map_yaml(yaml_file));
 }
 
-double unknown_made_free(const std::string& file)
+LostCells lost_cells_of_yaml(const std::string& yaml_file, const GridParameters& parameters)
 {
-	if (!is_yaml_name(file)) return 0;
-	const MapServerYaml yaml = read_map_yaml(file);
-	constexpr double kShade = 205.0 / 255, kHalfAShade = 0.5 / 255;
-	if (rule_of(yaml).p_occupied(kShade) > 0) return 0;
+	const MapServerYaml yaml = read_map_yaml(yaml_file);
 	return of_image(
-	    file, yaml,
-	    [&](const std::string& image)
-	    { return share_of_pixels(image, [&](double shade) { return std::abs(shade - kShade) < kHalfAShade; }); });
+	    yaml_file, yaml, [&](const std::string& image) { return find_lost_cells(image, yaml, parameters); });
 }
 }  // namespace d2s1r
