@@ -52,13 +52,10 @@ Scan scan_of(const Job& job, const ScanParameters& parameters)
 /// Returns when the beams of a scan were taken, and how the robot moved meanwhile.
 Sweep sweep_of(const mrpt::obs::CObservation2DRangeScan& scan, const logs::ScanDetails& details)
 {
-	const std::size_t beams = scan.getScanSize();
-	Sweep sweep;
-	sweep.first_beam = details.sweep.first_beam;
-	if (beams > 1) sweep.beam_step = details.sweep.duration / static_cast<double>(beams - 1);
 	const double stamp = logs::to_seconds(scan.timestamp);
-	for (const auto& [time, robot] : details.odometry) sweep.motion.push_back({time - stamp, robot});
-	return is_usable(sweep, beams) ? sweep : Sweep();
+	std::vector<TimedPose> motion;
+	for (const auto& [time, robot] : details.odometry) motion.push_back({time - stamp, robot});
+	return make_sweep(details.sweep.first_beam, details.sweep.duration, scan.getScanSize(), std::move(motion));
 }
 
 /// Returns the observation of a job, as if all beams had been taken at its time; if it cannot be used, one without

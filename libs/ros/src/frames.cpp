@@ -19,7 +19,7 @@ namespace
 constexpr std::int64_t kSecond = 1'000'000'000;  // [ns]
 constexpr std::size_t kMostInHistory = 200'000;  // [-] moving transforms, of 150 bytes
 constexpr std::size_t kMostLate = 1000;          // [-] of these that come after later ones: they are searched
-constexpr std::size_t kMostStatic = 10'000;      // [-] frames that do not move
+constexpr std::size_t kMostFrames = 10'000;      // [-] robots have less than a hundred
 constexpr std::int64_t kLastSecond = std::numeric_limits<std::uint32_t>::max();
 
 /// Says whether tf2 can hold a time [ns] of a moving transform; it takes 0 for the latest time.
@@ -75,9 +75,17 @@ struct Frames::Buffer
 	{
 	}
 
+	/// Returns whether there is room for the frames of a transform.
+	bool takes(const Transform& transform)
+	{
+		for (const std::string* frame : {&transform.header.frame, &transform.child})
+			if (!core._frameExists(*frame) && ++frames > kMostFrames) return false;
+		return true;
+	}
+
 	void add_static(const Transform& transform)
 	{
-		if (statics.size() >= kMostStatic && statics.count(transform.child) == 0) return;
+		if (!takes(transform)) return;
 		core.setTransform(to_ros(transform, kSecond), "", true);
 		statics[transform.child] = transform;
 	}
@@ -88,7 +96,7 @@ struct Frames::Buffer
 		if (!is_time(time)) return;
 		if (time < newest - history) forget_moving();
 		if (time > counted_from + history) counted_from = time, in_history = 0, late = 0;
-		if (++in_history > kMostInHistory || (time < newest && ++late > kMostLate)) return;
+		if (++in_history > kMostInHistory || (time < newest && ++late > kMostLate) || !takes(transform)) return;
 		core.setTransform(to_ros(transform, time), "", false);
 		newest = std::max(newest, time);
 	}
@@ -103,6 +111,7 @@ struct Frames::Buffer
 	std::int64_t history;  //!< [ns]
 	tf2::BufferCore core;
 	std::map<std::string, Transform> statics;  //!< by their children
+	std::size_t frames = 0;                    //!< [-] at most
 	std::int64_t newest = 0;                   //!< [ns] of the moving transforms
 	std::int64_t counted_from = 0;             //!< [ns] time since which these are counted:
 	std::size_t in_history = 0;                //!< [-] moving transforms
@@ -142,11 +151,21 @@ catch (const tf2::TransformException&)
 	return std::nullopt;
 }
 
-std::optional<mrpt::poses::CPose3D> Frames::motion(
-    const std::string& frame, const std::string& fixed, std::int64_t time, std::int64_t reference) const
+std::optional<std::int64_t> Frames::newest(const std::string& frame, const std::string& other) const
+try
 {
-	const auto then = pose_in(frame, fixed, time), at_reference = pose_in(frame, fixed, reference);
-	if (!then || !at_reference || time == 0 || reference == 0) return std::nullopt;
-	return *then - *at_reference;
+	if (frame.empty() || other.empty()) return std::nullopt;
+	const ::ros::Time found = buffer_->core.lookupTransform(other, frame, ::ros::Time(0)).header.stamp;
+	return found.isZero() ? std::nullopt : std::optional(static_cast<std::int64_t>(found.toNSec()));
 }
+catch (const tf2::TransformException&)
+{
+	return std::nullopt;
+}
+
+void Frames::forget_moving()
+{
+	buffer_->forget_moving();
+}
+
 }  // namespace d2s1r::ros

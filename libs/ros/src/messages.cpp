@@ -3,6 +3,8 @@
 
 #include <base/errors.h>
 
+#include <mrpt/poses/CPose2D.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -17,6 +19,7 @@ class Ros1Fields
 {
    public:
 	static constexpr bool kHasSequenceNumber = true;
+	using Seconds = std::uint32_t;
 
 	explicit Ros1Fields(Bytes data) : cursor_(data) {}
 
@@ -46,6 +49,7 @@ class CdrFields
 {
    public:
 	static constexpr bool kHasSequenceNumber = false;
+	using Seconds = std::int32_t;
 
 	explicit CdrFields(Bytes data) : cursor_(data)
 	{
@@ -136,13 +140,21 @@ std::string read_frame(Fields& fields)
 	return frame;
 }
 
+/// A time [ns]; 0 if it is before the epoch, which only ROS 2 can write.
+template <typename Fields>
+std::int64_t read_time(Fields& fields)
+{
+	const auto seconds = fields.template number<typename Fields::Seconds>();
+	const std::int64_t nanoseconds = fields.template number<std::uint32_t>();
+	return seconds >= 0 ? std::int64_t{seconds} * 1'000'000'000 + nanoseconds : 0;
+}
+
 template <typename Fields>
 Header read_header(Fields& fields)
 {
 	if (Fields::kHasSequenceNumber) fields.template number<std::uint32_t>();
-	const std::int64_t seconds = fields.template number<std::uint32_t>();
-	const std::int64_t nanoseconds = fields.template number<std::uint32_t>();
-	return {seconds * 1'000'000'000 + nanoseconds, read_frame(fields)};
+	const std::int64_t time = read_time(fields);
+	return {time, read_frame(fields)};
 }
 
 template <typename Fields>
@@ -294,6 +306,23 @@ std::vector<Transform> read_transforms(Fields& fields)
 	return transforms;
 }
 
+template <typename Fields>
+OccupancyGrid read_occupancy_grid(Fields& fields)
+{
+	constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+	OccupancyGrid grid;
+	grid.header = read_header(fields);
+	read_time(fields);  // when it was loaded
+	grid.resolution = static_cast<double>(fields.template number<float>());
+	grid.width = fields.template number<std::uint32_t>();
+	grid.height = fields.template number<std::uint32_t>();
+	const auto origin = read_pose(fields);
+	grid.origin = origin ? mrpt::poses::CPose2D(*origin).asTPose() : mrpt::math::TPose2D(kNone, kNone, kNone);
+	const Bytes cells = fields.take(count_of(fields, 1));
+	grid.percent.assign(cells.data, cells.data + cells.size);
+	return grid;
+}
+
 /// Calls `read` with the fields of a message in its encoding.
 template <typename Read>
 auto decode(const EncodedMessage& message, const Read& read)
@@ -335,5 +364,15 @@ StampedPose decode_stamped_pose(const EncodedMessage& message)
 std::vector<Transform> decode_transforms(const EncodedMessage& message)
 {
 	return decode(message, [](auto&& fields) { return read_transforms(fields); });
+}
+
+OccupancyGrid decode_occupancy_grid(const EncodedMessage& message)
+{
+	return decode(message, [](auto&& fields) { return read_occupancy_grid(fields); });
+}
+
+std::int64_t decode_clock(const EncodedMessage& message)
+{
+	return decode(message, [](auto&& fields) { return read_time(fields); });
 }
 }  // namespace d2s1r::ros

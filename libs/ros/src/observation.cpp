@@ -1,6 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "ros/observation.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace d2s1r::ros
@@ -14,6 +15,17 @@ double turned_angle(const LaserScan& scan)
 }
 }  // namespace
 
+std::pair<double, double> SweepTime::span() const
+{
+	return std::minmax({0.0, first_beam, first_beam + duration});
+}
+
+SweepTime SweepTime::checked() const
+{
+	constexpr double kLongest = 4;  // [s]
+	return std::max(std::abs(duration), std::abs(first_beam)) < kLongest ? *this : SweepTime();
+}
+
 mrpt::Clock::time_point to_time(std::int64_t nanoseconds)
 {
 	return mrpt::Clock::fromDouble(0) + mrpt::Clock::duration(nanoseconds / 100);
@@ -22,6 +34,12 @@ mrpt::Clock::time_point to_time(std::int64_t nanoseconds)
 double middle_angle(const LaserScan& scan)
 {
 	return static_cast<double>(scan.first_angle) + turned_angle(scan) / 2;
+}
+
+SweepTime sweep_time_of(const LaserScan& scan)
+{
+	const auto steps = static_cast<double>(std::max<std::size_t>(scan.ranges.size(), 1) - 1);
+	return {static_cast<double>(scan.time_step) * steps, 0};
 }
 
 mrpt::obs::CObservation2DRangeScan::Ptr to_observation(

@@ -58,18 +58,6 @@ TEST(Frames, AFrameHasOneParentTheLast)
 	EXPECT_NEAR(frames.pose_in("laser", "plate", kStart)->x(), 2, 1e-12);
 }
 
-TEST(Frames, MotionIsThatOfTheFrameInItself)
-{
-	Frames frames;
-	frames.add(transform("odom", "base_link", {5, 5, 0, M_PI / 2, 0, 0}, kStart), false);
-	frames.add(transform("odom", "base_link", {5, 6, 0, M_PI / 2, 0, 0}, kStart + kSecond), false);
-	const auto motion = frames.motion("base_link", "odom", kStart + kSecond / 2, kStart);
-	ASSERT_TRUE(motion);
-	EXPECT_NEAR(motion->x(), 0.5, 1e-9);
-	EXPECT_NEAR(motion->y(), 0, 1e-9);
-	EXPECT_FALSE(frames.motion("base_link", "odom", kStart, kStart - kSecond));
-}
-
 TEST(Frames, AClockThatWasSetBackStartsANewHistory)
 {
 	Frames frames;

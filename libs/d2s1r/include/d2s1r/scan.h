@@ -90,11 +90,18 @@ std::vector<TimedPose> poses_along(const mrpt::math::TTwist2D& twist, double fro
 /// Returns whether the numbers of a sweep are finite, its poses in order, and its beams within 10 s of time 0.
 bool is_usable(const Sweep& sweep, std::size_t beams);
 
+/// Returns the sweep of an observation; one that is_instant() if its numbers are not usable.
+/// \param first_beam [s] time of the first beam, as Sweep has it
+/// \param duration [s] from the first beam to the last; negative if the last was first
+/// \param beams [-] of the observation
+Sweep make_sweep(double first_beam, double duration, std::size_t beams, std::vector<TimedPose> motion);
+
 /// Returns an observation as if the laser had taken all beams at time 0 of the sweep, for what reads observations
 /// itself, such as a particle filter. Each beam becomes that of the direction nearest to it; directions that no beam
 /// looked in become invalid. make_scan() does not round directions. Thread-safe.
 mrpt::obs::CObservation2DRangeScan at_one_time(
     const mrpt::obs::CObservation2DRangeScan& observation, const Sweep& sweep);
+
 /// Returns whether the sensor is covered: nine of ten beams end within parameters.covered_within.
 bool is_covered(const Scan& scan, const ScanParameters& parameters);
 

@@ -59,6 +59,15 @@ bool is_usable(const Sweep& sweep, std::size_t beams)
 	return true;
 }
 
+Sweep make_sweep(double first_beam, double duration, std::size_t beams, std::vector<TimedPose> motion)
+{
+	Sweep sweep;
+	sweep.first_beam = first_beam;
+	if (beams > 1) sweep.beam_step = duration / static_cast<double>(beams - 1);
+	sweep.motion = std::move(motion);
+	return is_usable(sweep, beams) ? sweep : Sweep();
+}
+
 SweptMotion::SweptMotion(const Sweep& sweep, std::size_t beams) : sweep_(sweep)
 {
 	std::tie(first_, last_) = std::minmax({sweep.time_of(0), sweep.time_of(beams > 0 ? beams - 1 : 0)});

@@ -7,6 +7,7 @@
 #include <mrpt/obs/CObservation2DRangeScan.h>
 #include <mrpt/poses/CPose2D.h>
 #include <mrpt/poses/CPose3D.h>
+#include <ros/observation.h>
 
 #include <cstddef>
 #include <cstdint>
@@ -33,12 +34,7 @@ using Scans = std::vector<mrpt::obs::CObservation2DRangeScan::Ptr>;
 /// Holds a time [s] since the epoch and a pose at that time.
 using StampedPose = std::pair<double, mrpt::math::TPose2D>;
 
-/// Says when a laser took the beams of a scan, in the order of its ranges.
-struct SweepTime
-{
-	double duration = 0;    //!< [s] from the first beam to the last; negative: the last was taken first; 0: not known
-	double first_beam = 0;  //!< [s] of the first beam, after the time of the observation
-};
+using ros::SweepTime;
 
 /// Says what a log tells about a scan beside what MRPT's observation holds.
 struct ScanDetails

@@ -66,25 +66,6 @@ bool are_the_same(const mrpt::poses::CPose3D& a, const mrpt::poses::CPose3D& b)
 class ContentsReader
 {
    public:
-	void add(const Message& message)
-	{
-		switch (message.topic->kind)
-		{
-			case MessageKind::kLaserScan:
-			case MessageKind::kMultiEchoLaserScan:
-				return add_scan(message);
-			case MessageKind::kOdometry:
-				return add_odometry(message);
-			case MessageKind::kTransforms:
-				return add_transforms(message);
-			default:
-				return;
-		}
-	}
-
-	Contents contents;
-
-   private:
 	void add_scan(const Message& message)
 	{
 		LaserTopic* const found = find(message, contents.lasers, lasers_);
@@ -120,6 +101,9 @@ class ContentsReader
 		for (const ros::Transform& transform : transforms_of(message)) add(transform, is_static(message), links);
 	}
 
+	Contents contents;
+
+   private:
 	void add(const ros::Transform& transform, bool is_static, Links& links)
 	{
 		const std::string& parent = transform.header.frame;
@@ -173,7 +157,7 @@ Contents read_contents(MessageSource& source)
 	ContentsReader reader;
 	try
 	{
-		while (const auto message = source.next()) reader.add(*message);
+		while (const auto message = source.next()) hand_to(reader, *message);
 		reader.contents.damage = source.damage();
 	}
 	catch (const LogError&)

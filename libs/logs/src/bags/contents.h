@@ -63,6 +63,25 @@ bool is_static(const Message& message);
 /// Reads a recording to its end. \throws LogError, Interrupted
 Contents read_contents(MessageSource& source);
 
+/// Hands a message of a laser, of odometry or of transforms to the `reader`, and no other.
+template <typename Reader>
+void hand_to(Reader& reader, const Message& message)
+{
+	switch (message.topic->kind)
+	{
+		case MessageKind::kLaserScan:
+		case MessageKind::kMultiEchoLaserScan:
+			return reader.add_scan(message);
+		case MessageKind::kOdometry:
+			return reader.add_odometry(message);
+		case MessageKind::kTransforms:
+			return reader.add_transforms(message);
+		case MessageKind::kStampedPose:
+		case MessageKind::kOther:
+			return;
+	}
+}
+
 // The messages of a recording, of their own time or, if they have none, that of their recording.
 // \throws as ros::decode_laser_scan()
 ros::Header header_of(const Message& message);

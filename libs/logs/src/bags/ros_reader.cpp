@@ -69,13 +69,6 @@ class MovingFrames
 	const LinksOfRobot& links_;
 };
 
-/// The time of a scan's beams. scan_time does not tell it: simulators that take all beams at once fill it in, too.
-SweepTime sweep_of(const ros::LaserScan& scan)
-{
-	const auto steps = static_cast<double>(std::max<std::size_t>(scan.ranges.size(), 1) - 1);
-	return {static_cast<double>(scan.time_step) * steps, 0};
-}
-
 /// A message that may wait for the pose of a frame at its time.
 struct Pending
 {
@@ -111,48 +104,6 @@ class RosReader : public LogReader
 		}
 	}
 
-   private:
-	void read_message()
-	try
-	{
-		if (!source_) source_ = open_();
-		const auto message = source_->next();
-		if (message) return add(*message);
-		is_at_end_ = true;
-		damage_at_end_ = source_->damage();
-	}
-	catch (const LogError&)
-	{
-		throw;
-	}
-	catch (const Interrupted&)
-	{
-		is_at_end_ = true;
-		pending_.clear();
-	}
-	catch (const std::exception& e)
-	{
-		is_at_end_ = true;
-		damage_at_end_ = describe_damage(e);
-	}
-
-	void add(const Message& message)
-	{
-		newest_ = std::max(newest_, message.time);
-		switch (message.topic->kind)
-		{
-			case MessageKind::kLaserScan:
-			case MessageKind::kMultiEchoLaserScan:
-				return add_scan(message);
-			case MessageKind::kOdometry:
-				return add_odometry(message);
-			case MessageKind::kTransforms:
-				return add_transforms(message);
-			default:
-				return;
-		}
-	}
-
 	void add_scan(const Message& message)
 	{
 		const ros::Header header = header_of(message);
@@ -183,6 +134,35 @@ class RosReader : public LogReader
 		for (const ros::Transform& transform : transforms)
 			if (odometry_links_.count(transform.child) > 0) time = std::max(time, transform.header.time);
 		if (time != 0) hold({message, robot_.robot.frame, robot_.robot.odometry_frame, time});
+	}
+
+   private:
+	void read_message()
+	try
+	{
+		if (!source_) source_ = open_();
+		const auto message = source_->next();
+		if (message)
+		{
+			newest_ = std::max(newest_, message->time);
+			return hand_to(*this, *message);
+		}
+		is_at_end_ = true;
+		damage_at_end_ = source_->damage();
+	}
+	catch (const LogError&)
+	{
+		throw;
+	}
+	catch (const Interrupted&)
+	{
+		is_at_end_ = true;
+		pending_.clear();
+	}
+	catch (const std::exception& e)
+	{
+		is_at_end_ = true;
+		damage_at_end_ = describe_damage(e);
 	}
 
 	void hold(Pending pending)
@@ -237,7 +217,7 @@ class RosReader : public LogReader
 	{
 		const ros::LaserScan scan = laser_scan_of(taken.message);
 		ScanDetails details;
-		details.sweep = sweep_of(scan);
+		details.sweep = ros::sweep_time_of(scan);
 		if (!taken.waits) pose = fixed_pose(taken.frame, taken.other);
 		if (!pose)
 			details.unusable_because = taken.waits

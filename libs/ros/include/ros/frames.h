@@ -27,7 +27,8 @@ class Frames
 
 	/// Takes a transform, unless it has no pose, connects a frame with itself, or a moving one has no time. If the time
 	/// of a moving transform is before all that is kept, the clock was set back (a log that is played again): what was
-	/// moving is forgotten. More than 200,000 moving transforms in the time of the history are left out.
+	/// moving is forgotten. More than 200,000 moving transforms in the time of the history are left out, and more than
+	/// 10,000 frames.
 	void add(const Transform& transform, bool is_static);
 
 	/// Returns the pose of one frame in another; no value if they were not connected at that time, or if that is not
@@ -36,11 +37,12 @@ class Frames
 	std::optional<mrpt::poses::CPose3D> pose_in(
 	    const std::string& frame, const std::string& other, std::int64_t time) const;
 
-	/// Returns where a frame was at one time, in itself at another; no value as pose_in() has it.
-	/// \param fixed frame that does not move between the times, such as "odom"
-	/// \param time, reference [ns] since the epoch
-	std::optional<mrpt::poses::CPose3D> motion(
-	    const std::string& frame, const std::string& fixed, std::int64_t time, std::int64_t reference) const;
+	/// Returns the newest time [ns] at which the pose of one frame in another is known; no value if they are not
+	/// connected, or if no moving transform is between them.
+	std::optional<std::int64_t> newest(const std::string& frame, const std::string& other) const;
+
+	/// Forgets all but static transforms.
+	void forget_moving();
 
    private:
 	struct Buffer;

@@ -4,6 +4,7 @@
 
 #include "ros/bytes.h"
 
+#include <mrpt/math/TPose2D.h>
 #include <mrpt/math/TPose3D.h>
 #include <mrpt/math/TTwist2D.h>
 #include <mrpt/poses/CPose3D.h>
@@ -31,7 +32,7 @@ struct EncodedMessage
 
 struct Header
 {
-	std::int64_t time = 0;  //!< [ns] since the epoch; 0: none
+	std::int64_t time = 0;  //!< [ns] since the epoch; 0: none, or before the epoch
 	std::string frame;      //!< without the slash that ROS 1 may put in front
 };
 
@@ -70,6 +71,17 @@ struct Transform
 	std::optional<mrpt::poses::CPose3D> pose;  //!< child in parent
 };
 
+/// nav_msgs/OccupancyGrid
+struct OccupancyGrid
+{
+	Header header;                     //!< frame: of the map
+	double resolution = 0;             //!< [m] of a cell
+	std::uint32_t width = 0;           //!< [cells]
+	std::uint32_t height = 0;          //!< [cells]
+	mrpt::math::TPose2D origin;        //!< lower left corner of cell (0, 0) in the frame of the map; NaN: not told
+	std::vector<std::int8_t> percent;  //!< [%] probability that a cell is occupied, row by row; else unknown
+};
+
 /// geometry_msgs/PoseStamped or PoseWithCovarianceStamped, of which only the pose is read.
 struct StampedPose
 {
@@ -93,4 +105,6 @@ PointCloud decode_point_cloud(const EncodedMessage& message);
 StampedPose decode_stamped_pose(const EncodedMessage& message);
 Odometry decode_odometry(const EncodedMessage& message);
 std::vector<Transform> decode_transforms(const EncodedMessage& message);
+OccupancyGrid decode_occupancy_grid(const EncodedMessage& message);
+std::int64_t decode_clock(const EncodedMessage& message);  //!< rosgraph_msgs/Clock [ns]
 }  // namespace d2s1r::ros

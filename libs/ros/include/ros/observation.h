@@ -11,14 +11,35 @@
 
 #include <cstdint>
 #include <string>
+#include <utility>
 
 namespace d2s1r::ros
 {
+/// Says when a laser took the beams of a scan, in the order of its ranges.
+struct SweepTime
+{
+	double duration = 0;    //!< [s] from the first beam to the last; negative: the last was taken first; 0: not known
+	double first_beam = 0;  //!< [s] of the first beam, after the time of the observation
+
+	/// Returns whether all beams were taken at the time of the observation.
+	bool is_instant() const { return duration == 0 && first_beam == 0; }
+
+	/// Returns from when to when [s] after the time of the observation the motion of the robot is needed.
+	std::pair<double, double> span() const;
+
+	/// Returns the same, or an instant one if it takes 4 s or longer, which is a mistake.
+	SweepTime checked() const;
+};
+
 /// Returns a time of ROS [ns since the epoch] as MRPT holds it, to 100 ns.
 mrpt::Clock::time_point to_time(std::int64_t nanoseconds);
 
 /// Returns the angle [rad] of the middle of the beams, in the frame of the laser.
 double middle_angle(const LaserScan& scan);
+
+/// Returns when the beams of a scan were taken. LaserScan::scan_time does not tell it: simulators that take all beams
+/// at once fill it in, too.
+SweepTime sweep_time_of(const LaserScan& scan);
 
 /// Returns the scan as MRPT has it, whose scans are symmetric to the x axis of the sensor. Readings that are NaN,
 /// infinite, or outside of the laser's range are invalid; those above its range keep their value.
