@@ -5,6 +5,7 @@
 #include "graph16.h"
 #include "ros.h"
 
+#include <dds/ddsi/ddsi_serdata.h>
 #include <dds/ddsrt/log.h>
 
 #include <algorithm>
@@ -25,6 +26,11 @@ struct DeleteQos
 	void operator()(dds_qos_t* qos) const { dds_delete_qos(qos); }
 };
 using Qos = std::unique_ptr<dds_qos_t, DeleteQos>;
+
+struct ReleaseSample
+{
+	void operator()(ddsi_serdata* sample) const { ddsi_serdata_unref(sample); }
+};
 
 Qos qos_of(const Quality& quality)
 {
@@ -123,7 +129,7 @@ std::string Endpoint::new_mismatch()
 	       " is there whose quality of service does not match: " + policy_name(policy);
 }
 
-AnyReader::AnyReader(
+Reader::Reader(
     dds_entity_t participant, const dds_topic_descriptor_t& type, const std::string& topic, const Quality& asked)
     : Endpoint(
           topic,
@@ -135,14 +141,14 @@ AnyReader::AnyReader(
 {
 }
 
-Peers AnyReader::publishers() const
+Peers Reader::publishers() const
 {
 	dds_subscription_matched_status_t status{};
 	dds_get_subscription_matched_status(entity(), &status);
 	return {static_cast<int>(status.current_count), static_cast<int>(status.total_count)};
 }
 
-std::vector<std::uint64_t> AnyReader::publisher_ids() const
+std::vector<std::uint64_t> Reader::publisher_ids() const
 {
 	std::array<dds_instance_handle_t, 64> handles{};
 	const auto count = dds_get_matched_publications(entity(), handles.data(), handles.size());
@@ -150,20 +156,24 @@ std::vector<std::uint64_t> AnyReader::publisher_ids() const
 	return {handles.begin(), handles.begin() + std::min<std::ptrdiff_t>(count, handles.size())};
 }
 
-void AnyReader::take_all(const std::function<void(const void* sample, std::uint64_t publisher)>& use)
+void Reader::take(const std::function<void(ros::Bytes message, std::uint64_t publisher)>& use)
 {
-	std::array<void*, kMostTaken> samples{};
+	std::array<ddsi_serdata*, kMostTaken> samples{};
 	std::array<dds_sample_info_t, kMostTaken> infos{};
 	for (int taken = kMostTaken; taken == static_cast<int>(kMostTaken);)
 	{
-		samples.fill(nullptr);
-		taken = dds_take(entity(), samples.data(), infos.data(), kMostTaken, kMostTaken);
+		taken = dds_takecdr(entity(), samples.data(), kMostTaken, infos.data(), DDS_ANY_STATE);
 		for (int i = 0; i < taken; i++)
 		{
 			const auto at = static_cast<std::size_t>(i);
-			if (infos[at].valid_data) use(samples[at], infos[at].publication_handle);
+			const std::unique_ptr<ddsi_serdata, ReleaseSample> sample(samples[at]);
+			ddsrt_iovec_t bytes{};
+			if (!infos[at].valid_data) continue;
+			ddsi_serdata* const held =
+			    ddsi_serdata_to_ser_ref(sample.get(), 0, ddsi_serdata_size(sample.get()), &bytes);
+			use({static_cast<const std::uint8_t*>(bytes.iov_base), bytes.iov_len}, infos[at].publication_handle);
+			ddsi_serdata_to_ser_unref(held, &bytes);
 		}
-		if (taken > 0) dds_return_loan(entity(), samples.data(), taken);
 	}
 }
 
@@ -193,7 +203,7 @@ void AnyWriter::send(const void* sample)
 
 Waiter::Waiter(dds_entity_t participant) : waitset_(checked(dds_create_waitset(participant), "waitset")) {}
 
-void Waiter::add(const AnyReader& reader)
+void Waiter::add(const Reader& reader)
 {
 	conditions_.push_back(checked(dds_create_readcondition(reader.entity(), DDS_ANY_STATE), reader.topic()));
 	dds_waitset_attach(waitset_, conditions_.back(), 0);

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <dds/dds.h>
+#include <ros/bytes.h>
 
 #include <cstdint>
 #include <functional>
@@ -82,34 +83,20 @@ struct Peers
 };
 
 /// Reads a topic.
-class AnyReader : public Endpoint
+class Reader : public Endpoint
 {
    public:
 	/// \throws UserError (kBadInput)
-	AnyReader(
+	Reader(
 	    dds_entity_t participant, const dds_topic_descriptor_t& type, const std::string& topic, const Quality& asked);
 	Peers publishers() const;
 
 	/// Returns names of the publishers that are there, which differ from those of all others that ever were.
 	std::vector<std::uint64_t> publisher_ids() const;
 
-   protected:
-	/// Hands over what has come, oldest first, with the name of the publisher.
-	void take_all(const std::function<void(const void* sample, std::uint64_t publisher)>& use);
-};
-
-template <typename Message>
-class Reader : public AnyReader
-{
-   public:
-	using AnyReader::AnyReader;
-
-	template <typename Use>
-	void take(const Use& use)
-	{
-		take_all([&](const void* sample, std::uint64_t publisher)
-		         { use(*static_cast<const Message*>(sample), publisher); });
-	}
+	/// Hands over the messages that have come, oldest first, each as it was sent, with the name of its publisher.
+	/// Cyclone DDS has checked that they are of the type.
+	void take(const std::function<void(ros::Bytes message, std::uint64_t publisher)>& use);
 };
 
 /// Writes a topic.
@@ -138,7 +125,7 @@ class Waiter
 {
    public:
 	explicit Waiter(dds_entity_t participant);
-	void add(const AnyReader& reader);
+	void add(const Reader& reader);
 	void wait(int milliseconds);
 
    private:

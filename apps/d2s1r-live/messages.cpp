@@ -2,7 +2,6 @@
 #include "messages.h"
 
 #include <mrpt/core/format.h>
-#include <mrpt/math/CQuaternion.h>
 
 #include <algorithm>
 #include <cmath>
@@ -11,14 +10,6 @@ namespace d2s1r::live
 {
 namespace
 {
-constexpr std::size_t kLongestFrame = 1000;  // [byte] of a name
-
-std::string frame_of(const char* name)
-{
-	const std::string frame = name == nullptr ? "" : name;
-	return (frame.rfind('/', 0) == 0 ? frame.substr(1) : frame).substr(0, kLongestFrame);
-}
-
 builtin_interfaces_msg_dds__Time_ to_stamp(Time time)
 {
 	return {static_cast<std::int32_t>(time / kSecond), static_cast<std::uint32_t>(time % kSecond)};
@@ -34,14 +25,6 @@ void point_to(Sequence& sequence, std::vector<Value>& values)
 geometry_msgs_msg_dds__Pose_ to_message(const mrpt::poses::CPose2D& pose)
 {
 	return {{pose.x(), pose.y(), 0}, {0, 0, std::sin(pose.phi() / 2), std::cos(pose.phi() / 2)}};
-}
-
-ros::Transform to_transform(const geometry_msgs_msg_dds__TransformStamped_& message)
-{
-	const auto& [translation, rotation] = message.transform;
-	const geometry_msgs_msg_dds__Pose_ pose{
-	    {translation.x, translation.y, translation.z}, {rotation.x, rotation.y, rotation.z, rotation.w}};
-	return {to_header(message.header), frame_of(message.child_frame_id), to_pose(pose)};
 }
 
 using Marker = visualization_msgs_msg_dds__Marker_;
@@ -102,70 +85,6 @@ void add_scan(Owned<visualization_msgs_msg_dds__MarkerArray_>& owner, const Scan
 	owner.markers.push_back(points);
 }
 }  // namespace
-
-Time to_time(const builtin_interfaces_msg_dds__Time_& stamp)
-{
-	return stamp.sec * kSecond + stamp.nanosec;
-}
-
-ros::Header to_header(const std_msgs_msg_dds__Header_& header)
-{
-	return {to_time(header.stamp), frame_of(header.frame_id)};
-}
-
-std::optional<mrpt::poses::CPose3D> to_pose(const geometry_msgs_msg_dds__Pose_& pose)
-{
-	const auto& [p, q] = pose;
-	const double norm = std::sqrt(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w);
-	if (!std::isfinite(norm + p.x + p.y + p.z) || !(norm > 0.1)) return std::nullopt;
-	const mrpt::math::CQuaternionDouble turn(q.w / norm, q.x / norm, q.y / norm, q.z / norm);
-	return mrpt::poses::CPose3D(turn, p.x, p.y, p.z);
-}
-
-ros::LaserScan to_scan(const sensor_msgs_msg_dds__LaserScan_& message)
-{
-	ros::LaserScan scan;
-	scan.header = to_header(message.header);
-	scan.first_angle = message.angle_min;
-	scan.last_angle = message.angle_max;
-	scan.angle_step = message.angle_increment;
-	scan.time_step = message.time_increment;
-	scan.scan_time = message.scan_time;
-	scan.min_range = message.range_min;
-	scan.max_range = message.range_max;
-	scan.ranges.assign(message.ranges._buffer, message.ranges._buffer + message.ranges._length);
-	return scan;
-}
-
-std::vector<ros::Transform> to_transforms(const tf2_msgs_msg_dds__TFMessage_& message)
-{
-	std::vector<ros::Transform> transforms;
-	for (std::uint32_t i = 0; i < message.transforms._length; i++)
-		transforms.push_back(to_transform(message.transforms._buffer[i]));
-	return transforms;
-}
-
-ros::Odometry to_odometry(const nav_msgs_msg_dds__Odometry_& message)
-{
-	ros::Odometry odometry;
-	odometry.pose = {to_header(message.header), frame_of(message.child_frame_id), to_pose(message.pose.pose)};
-	const auto& twist = message.twist.twist;
-	odometry.velocity = {twist.linear.x, twist.linear.y, twist.angular.z};
-	return odometry;
-}
-
-MapMessage to_map(const nav_msgs_msg_dds__OccupancyGrid_& message)
-{
-	MapMessage map;
-	map.header = to_header(message.header);
-	map.resolution = static_cast<double>(message.info.resolution);
-	map.width = message.info.width;
-	map.height = message.info.height;
-	const auto origin = to_pose(message.info.origin);
-	map.origin = origin ? mrpt::poses::CPose2D(*origin).asTPose() : mrpt::math::TPose2D(NAN, NAN, NAN);
-	map.percent.assign(message.data._buffer, message.data._buffer + message.data._length);
-	return map;
-}
 
 Owned<geometry_msgs_msg_dds__PoseWithCovarianceStamped_> pose_message(
     Time time, const std::string& frame, const mrpt::poses::CPose2D& pose,

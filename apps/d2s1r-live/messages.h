@@ -1,5 +1,5 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-// Messages as Cyclone DDS hands them over, and as LiveLocalizer has them.
+// What LiveLocalizer says, as Cyclone DDS sends it.
 #pragma once
 
 #include "ros.h"
@@ -11,16 +11,6 @@
 
 namespace d2s1r::live
 {
-Time to_time(const builtin_interfaces_msg_dds__Time_& stamp);
-ros::LaserScan to_scan(const sensor_msgs_msg_dds__LaserScan_& message);
-std::vector<ros::Transform> to_transforms(const tf2_msgs_msg_dds__TFMessage_& message);
-ros::Odometry to_odometry(const nav_msgs_msg_dds__Odometry_& message);
-MapMessage to_map(const nav_msgs_msg_dds__OccupancyGrid_& message);
-ros::Header to_header(const std_msgs_msg_dds__Header_& header);
-
-/// Returns no value if the message has no finite pose with a rotation.
-std::optional<mrpt::poses::CPose3D> to_pose(const geometry_msgs_msg_dds__Pose_& pose);
-
 /// Holds a message and the texts and numbers that it points to.
 template <typename Message>
 struct Owned

@@ -11,7 +11,10 @@
 #include <deque>
 #include <filesystem>
 #include <future>
+#include <set>
+#include <stdexcept>
 #include <thread>
+#include <type_traits>
 
 namespace d2s1r::live
 {
@@ -106,12 +109,12 @@ struct Topics
 		for (const std::string& topic : flags.trackers)
 			trackers.emplace_back(
 			    participant, geometry_msgs_msg_dds__PoseWithCovarianceStamped__desc, topic, Quality{false, false, 10});
-		for (const AnyReader* reader : readers()) waiter.add(*reader);
+		for (const Reader* reader : readers()) waiter.add(*reader);
 	}
 
-	std::vector<const AnyReader*> readers() const
+	std::vector<const Reader*> readers() const
 	{
-		std::vector<const AnyReader*> all = {&maps, &transforms, &static_transforms, &odometry, &clock, &requests};
+		std::vector<const Reader*> all = {&maps, &transforms, &static_transforms, &odometry, &clock, &requests};
 		for (const auto& scan : scans) all.push_back(&scan);
 		for (const auto& tracker : trackers) all.push_back(&tracker);
 		return all;
@@ -119,13 +122,8 @@ struct Topics
 
 	std::vector<const AnyWriter*> writers() const { return {&seeds, &poses, &hypotheses, &markers, &diagnostics}; }
 
-	std::deque<Reader<sensor_msgs_msg_dds__LaserScan_>> scans;
-	std::deque<Reader<geometry_msgs_msg_dds__PoseWithCovarianceStamped_>> trackers;
-	Reader<nav_msgs_msg_dds__OccupancyGrid_> maps;
-	Reader<tf2_msgs_msg_dds__TFMessage_> transforms, static_transforms;
-	Reader<nav_msgs_msg_dds__Odometry_> odometry;
-	Reader<rosgraph_msgs_msg_dds__Clock_> clock;
-	Reader<std_msgs_msg_dds__Empty_> requests;
+	std::deque<Reader> scans, trackers;
+	Reader maps, transforms, static_transforms, odometry, clock, requests;
 	Writer<geometry_msgs_msg_dds__PoseWithCovarianceStamped_> seeds, poses;
 	Writer<geometry_msgs_msg_dds__PoseArray_> hypotheses;
 	Writer<visualization_msgs_msg_dds__MarkerArray_> markers;
@@ -153,7 +151,7 @@ class Node
 	{
 		topics_.waiter.wait(kLongestWait);
 		take_peers();
-		topics_.clock.take([&](const auto& message, PublisherId) { simulated_now_ = to_time(message.clock); });
+		take(topics_.clock, ros::decode_clock, [&](Time time) { simulated_now_ = time; });
 		send(live_.update(now()));  // before messages of a time to which the clock ran back
 		take_messages();
 		send(live_.update(now()));
@@ -186,19 +184,53 @@ class Node
 
 	void take_messages()
 	{
-		topics_.static_transforms.take([&](const auto& message, PublisherId)
-		                               { live_.add_transforms(to_transforms(message), true); });
-		topics_.transforms.take([&](const auto& message, PublisherId)
-		                        { live_.add_transforms(to_transforms(message), false); });
-		topics_.odometry.take([&](const auto& message, PublisherId) { live_.add_odometry(to_odometry(message)); });
-		topics_.maps.take([&](const auto& message, PublisherId publisher)
-		                  { live_.add_map(to_map(message), publisher); });
-		for (auto& tracker : topics_.trackers)
-			tracker.take([&](const auto& message, PublisherId)
-			             { live_.add_tracker_pose(to_header(message.header), to_pose(message.pose.pose)); });
-		topics_.requests.take([&](const auto&, PublisherId) { live_.request(); });
-		for (auto& scan : topics_.scans)
-			scan.take([&](const auto& message, PublisherId) { live_.add_scan(scan.topic(), to_scan(message)); });
+		take(
+		    topics_.static_transforms, ros::decode_transforms,
+		    [&](const auto& transforms) { live_.add_transforms(transforms, true); });
+		take(
+		    topics_.transforms, ros::decode_transforms,
+		    [&](const auto& transforms) { live_.add_transforms(transforms, false); });
+		take(
+		    topics_.odometry, ros::decode_odometry,
+		    [&](const ros::Odometry& odometry) { live_.add_odometry(odometry); });
+		take(
+		    topics_.maps, ros::decode_occupancy_grid,
+		    [&](const ros::OccupancyGrid& map, PublisherId publisher) { live_.add_map(map, publisher); });
+		for (Reader& tracker : topics_.trackers)
+			take(
+			    tracker, ros::decode_stamped_pose,
+			    [&](const ros::StampedPose& pose) { live_.add_tracker_pose(pose.header, pose.pose); });
+		topics_.requests.take([&](ros::Bytes, PublisherId) { live_.request(); });
+		for (Reader& scans : topics_.scans)
+			take(
+			    scans, ros::decode_laser_scan,
+			    [&](const ros::LaserScan& scan) { live_.add_scan(scans.topic(), scan); });
+	}
+
+	/// Decodes what has come on a topic and hands it over, with the publisher if `use` asks for it. Messages that are
+	/// damaged are left out, which is told once for each topic.
+	template <typename Decode, typename Use>
+	void take(Reader& reader, const Decode& decode, const Use& use)
+	{
+		reader.take(
+		    [&](ros::Bytes bytes, PublisherId publisher)
+		    {
+			    std::optional<decltype(decode({}))> message;
+			    try
+			    {
+				    message = decode({bytes, ros::Encoding::kCdr});
+			    }
+			    catch (const std::runtime_error& e)
+			    {
+				    if (damaged_.insert(reader.topic()).second)
+					    say_(reader.topic() + ": a message is left out: " + one_line(e));
+				    return;
+			    }
+			    if constexpr (std::is_invocable_v<Use, decltype(*message), PublisherId>)
+				    use(*message, publisher);
+			    else
+				    use(*message);
+		    });
 	}
 
 	void send(const std::vector<ScanAnswer>& answers)
@@ -231,7 +263,7 @@ class Node
 	void once_a_second()
 	{
 		std::vector<const Endpoint*> readers, writers;
-		for (const AnyReader* reader : topics_.readers()) readers.push_back(reader);
+		for (const Reader* reader : topics_.readers()) readers.push_back(reader);
 		for (const AnyWriter* writer : topics_.writers()) writers.push_back(writer);
 		graph_.update(readers, writers);
 		for (const auto* all : {&readers, &writers})
@@ -251,6 +283,7 @@ class Node
 	Graph graph_;
 	LiveLocalizer live_;
 	std::optional<Time> simulated_now_;  //!< of /clock
+	std::set<std::string> damaged_;      //!< topics
 	std::string told_summary_;
 	std::chrono::steady_clock::time_point told_at_{};
 };

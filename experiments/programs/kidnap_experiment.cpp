@@ -48,9 +48,9 @@ Grid symmetric_floor(const Grid& half)
 	return whole;
 }
 
-MapMessage message_of(const Grid& grid)
+ros::OccupancyGrid message_of(const Grid& grid)
 {
-	MapMessage map;
+	ros::OccupancyGrid map;
 	map.header.frame = "map";
 	map.resolution = grid.cell_size;
 	map.width = static_cast<std::uint32_t>(grid.width);

@@ -102,7 +102,7 @@ dds::DataReader* Peer::make_reader(dds::TypeSupport type, const std::string& top
 	return reader;
 }
 
-MapType::type to_peer(const live::MapMessage& map)
+MapType::type to_peer(const ros::OccupancyGrid& map)
 {
 	MapType::type message;
 	message.header(header_of(map.header.time, map.header.frame));

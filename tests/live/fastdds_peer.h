@@ -125,7 +125,7 @@ using DiagnosticsType = diagnostic_msgs::msg::dds_::DiagnosticArray_PubSubType;
 using ClockType = rosgraph_msgs::msg::dds_::Clock_PubSubType;
 using EmptyType = std_msgs::msg::dds_::Empty_PubSubType;
 
-MapType::type to_peer(const live::MapMessage& map);
+MapType::type to_peer(const ros::OccupancyGrid& map);
 ScanType::type to_peer(const ros::LaserScan& scan);
 TransformsType::type to_peer(const std::vector<ros::Transform>& transforms);
 PoseType::type to_peer(live::Time time, const std::string& frame, const mrpt::poses::CPose2D& pose);

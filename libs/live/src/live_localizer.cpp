@@ -1,7 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "live/live_localizer.h"
 
-#include "live_frames.h"
+#include "live_odometry.h"
 #include "map_slot.h"
 #include "seeder.h"
 
@@ -23,7 +23,6 @@ namespace
 {
 using mrpt::poses::CPose2D;
 
-constexpr Time kStepBack = kSecond / 2;           // [ns] of a clock that ran back; less is that of messages
 constexpr Time kWaitForFrames = kSecond / 2;      // [ns] that a scan waits for the pose of its laser
 constexpr Time kWaitForOdometry = kSecond / 5;    // [ns] that a scan waits for odometry of its time
 constexpr Time kOldOdometry = kSecond / 2;        // [ns] beyond, a robot may be anywhere
@@ -34,9 +33,9 @@ constexpr std::size_t kMostTopics = 16;           // [-] lasers
 constexpr double kStandsWithin = 0.05;            // [m] between localized scans of a robot that stands
 constexpr double kStandsTurn = mrpt::DEG2RAD(3);  // [rad]
 
-double seconds(Time time)
+Time nanoseconds(double seconds)
 {
-	return static_cast<double>(time) * 1e-9;
+	return static_cast<Time>(seconds * 1e9);
 }
 
 std::string describe(const CPose2D& pose)
@@ -65,31 +64,35 @@ struct TrackerPose
 struct LiveLocalizer::State
 {
 	explicit State(const LiveSettings& given)
-	    : settings(given), monitor(given.watch), maps(settings), seeder(settings, monitor)
+	    : settings(given),
+	      monitor(given.watch),
+	      maps(settings),
+	      odometry(given.odometry_frame),
+	      seeder(settings, monitor)
 	{
 	}
 
 	const LiveSettings settings;
 	TrackerMonitor monitor;
 	MapSlot maps;
-	LiveFrames frames;
-	OdometryTrack odometry;
+	ros::Frames frames;
+	LiveOdometry odometry;
 	Seeder seeder;
 	std::optional<WindowLocalizer> window;
 
 	std::deque<WaitingScan> waiting;
 	std::map<std::string, std::pair<Time, PlacedObservation>> others;  //!< last scans of other lasers, by topic
-	std::string laser_topic;                                           //!< of the laser in use
+	std::string laser_topic, laser_frame;                              //!< of the laser in use
 	std::optional<CPose2D> last_odometry;                              //!< at the last answered scan
 	std::deque<CPose2D> stood_at;                                      //!< last localized poses
 	std::optional<TrackerPose> tracker;
-	std::string odometry_child;  //!< of the messages of odometry
-	std::string odometry_frame;  //!< the same
 	int odometry_publishers = 0;
 	int seed_readers = 0;
 	bool asked = false;  //!< for an answer to the next scan
 
 	Time now = 0;
+	Time ran_back_at = 0;               //!< time to which the clock ran back
+	std::optional<Time> ran_back_with;  //!< scan that told it before the clock did
 	Time newest_scan = 0;
 	Time last_answer_at = 0;  //!< by the clock
 	std::optional<ScanAnswer> last;
@@ -99,20 +102,19 @@ struct LiveLocalizer::State
 
 	void tell(const std::string& about, const std::string& line);
 	void clear_after_jump();
+	void set_clock(Time time);
+	bool is_from_before(Time time) const;
 	std::string robot_frame(const std::string& laser) const;
-	std::string odometry_frame_in_tf(const std::string& robot) const;
-	std::optional<CPose2D> odometry_at(Time time, const std::string& robot) const;
-	std::optional<Time> newest_odometry(const std::string& robot) const;
-	bool expects_odometry(const std::string& robot) const;
+	bool expects_odometry() const { return odometry_publishers > 0 || odometry.newest(); }
+	ros::SweepTime sweep_time_of(const WaitingScan& waiting_scan) const;
+	Sweep sweep_of(const WaitingScan& waiting_scan) const;
 	bool is_early(const WaitingScan& waiting_scan) const;
 	bool must_wait(const WaitingScan& waiting_scan, const std::string& robot) const;
 	std::optional<ScanAnswer> answer(const WaitingScan& waiting_scan, const std::string& robot);
-	Scan scan_of(
-	    const std::string& topic, const mrpt::obs::CObservation2DRangeScan::Ptr& observation,
-	    const std::optional<CPose2D>& robot);
+	Scan scan_of(const std::string& topic, const PlacedObservation& placed) const;
 	void localize(ScanAnswer& answer, const std::optional<CPose2D>& odometry_now, const std::string& robot);
 	std::optional<std::pair<Time, CPose2D>> tracker_at(const ScanAnswer& given, const std::string& robot);
-	std::optional<Seed> make_seed(const ScanAnswer& answer, const std::string& robot, std::string& problem) const;
+	std::optional<Seed> make_seed(const ScanAnswer& answer, std::string& problem) const;
 	bool stands() const;
 	void tell_found(const WaitingScan& waiting_scan, const std::string& robot);
 };
@@ -128,12 +130,13 @@ void LiveLocalizer::State::tell(const std::string& about, const std::string& lin
 void LiveLocalizer::State::clear_after_jump()
 {
 	const bool had_scans = newest_scan != 0;
-	frames.clear();
+	frames.forget_moving();
 	odometry.clear();
 	monitor.clear();
 	seeder.clear();
 	window.reset();
 	others.clear();
+	waiting.clear();
 	last_odometry.reset();
 	stood_at.clear();
 	tracker.reset();
@@ -143,40 +146,48 @@ void LiveLocalizer::State::clear_after_jump()
 	if (had_scans) news.push_back("the clock ran back: transforms, window and watch start again");
 }
 
+/// Sets the time. If it ran back, all starts again, unless a scan told so already.
+void LiveLocalizer::State::set_clock(Time time)
+{
+	if (time < now - kStepBack)
+	{
+		const bool is_known = ran_back_with && std::abs(time - *ran_back_with) < kSecond;
+		if (!is_known) clear_after_jump();
+		ran_back_at = time;
+		ran_back_with.reset();
+	}
+	now = time;
+}
+
+/// Returns whether a message was late when the clock ran back: it is from what is the future now.
+bool LiveLocalizer::State::is_from_before(Time time) const
+{
+	return ran_back_at != 0 && now < ran_back_at + kSecond && time > now + kStepBack;
+}
+
 std::string LiveLocalizer::State::robot_frame(const std::string& laser) const
 {
 	if (!settings.robot_frame.empty()) return settings.robot_frame;
-	for (const char* frame : {odometry_child.c_str(), "base_link", "base_footprint"})
+	for (const char* frame : {odometry.child().c_str(), "base_link", "base_footprint"})
 		if (frames.pose_in(laser, frame, 0)) return frame;
-	return odometry_child.empty() ? "base_link" : odometry_child;
+	return odometry.child().empty() ? "base_link" : odometry.child();
 }
 
-/// Returns the frame of the odometry if tf connects the robot with it; else an empty text.
-std::string LiveLocalizer::State::odometry_frame_in_tf(const std::string& robot) const
+/// Returns when the beams of a scan were taken.
+ros::SweepTime LiveLocalizer::State::sweep_time_of(const WaitingScan& waiting_scan) const
 {
-	const std::string& said = settings.odometry_frame;
-	for (const char* frame : {said.empty() ? odometry_frame.c_str() : said.c_str(), said.empty() ? "odom" : ""})
-		if (frame != robot && frames.newest(robot, frame)) return frame;
-	return "";
+	return settings.sweep.value_or(ros::sweep_time_of(waiting_scan.scan)).checked();
 }
 
-std::optional<CPose2D> LiveLocalizer::State::odometry_at(Time time, const std::string& robot) const
+/// Returns when the beams of a scan were taken, and how the robot moved meanwhile.
+Sweep LiveLocalizer::State::sweep_of(const WaitingScan& waiting_scan) const
 {
-	const std::string frame = odometry_frame_in_tf(robot);
-	if (frame.empty()) return odometry.at(time);
-	const auto pose = frames.pose_in(robot, frame, time);
-	return pose ? std::optional(CPose2D(*pose)) : std::nullopt;
-}
-
-std::optional<Time> LiveLocalizer::State::newest_odometry(const std::string& robot) const
-{
-	const std::string frame = odometry_frame_in_tf(robot);
-	return frame.empty() ? odometry.newest() : frames.newest(robot, frame);
-}
-
-bool LiveLocalizer::State::expects_odometry(const std::string& robot) const
-{
-	return odometry_publishers > 0 || newest_odometry(robot);
+	const ros::SweepTime time = sweep_time_of(waiting_scan);
+	const Time stamp = waiting_scan.scan.header.time;
+	const auto [from, to] = time.span();
+	return make_sweep(
+	    time.first_beam, time.duration, waiting_scan.scan.ranges.size(),
+	    odometry.motion(stamp, stamp + nanoseconds(from), stamp + nanoseconds(to)));
 }
 
 /// Returns whether the scan comes too soon after the last one that was answered.
@@ -194,18 +205,16 @@ bool LiveLocalizer::State::must_wait(const WaitingScan& waiting_scan, const std:
 	const auto& header = waiting_scan.scan.header;
 	const Time waited = now - waiting_scan.since;
 	if (!frames.pose_in(header.frame, robot, header.time)) return waited < kWaitForFrames;
-	return expects_odometry(robot) && !odometry_at(header.time, robot) && waited < kWaitForOdometry;
+	const Time end = header.time + nanoseconds(sweep_time_of(waiting_scan).span().second);
+	return expects_odometry() && odometry.newest().value_or(0) < end && waited < kWaitForOdometry;
 }
 
 /// Returns the scan of the laser in use, with those of the other lasers if they are to be merged; no beams if this is
 /// another laser, whose scan is kept.
-Scan LiveLocalizer::State::scan_of(
-    const std::string& topic, const mrpt::obs::CObservation2DRangeScan::Ptr& observation,
-    const std::optional<CPose2D>& robot)
+Scan LiveLocalizer::State::scan_of(const std::string& topic, const PlacedObservation& placed) const
 {
 	const ScanParameters& parameters = maps.maps()->maps().front().localizer->parameters().scan;
-	const PlacedObservation placed{observation, robot.value_or(CPose2D())};
-	if (!settings.merge_lasers) return make_scan(*observation, parameters);
+	if (!settings.merge_lasers) return make_scan(*placed.observation, parameters, placed.sweep);
 	std::vector<PlacedObservation> all;
 	for (const auto& [other, last_scan] : others)
 		if (std::abs(newest_scan - last_scan.first) <= kOldLaser && other != topic) all.push_back(last_scan.second);
@@ -224,8 +233,8 @@ std::optional<std::pair<Time, CPose2D>> LiveLocalizer::State::tracker_at(
 		return pose ? std::optional(std::pair(time, CPose2D(*pose))) : std::nullopt;
 	}
 	if (tracker->frame != given.frame) return std::nullopt;
-	if (!tracker->odometry) tracker->odometry = odometry_at(tracker->time, robot);
-	const auto odometry_now = odometry_at(time, robot);
+	if (!tracker->odometry) tracker->odometry = odometry.at(tracker->time);
+	const auto odometry_now = odometry.at(time);
 	if (tracker->odometry && odometry_now)
 		return std::pair(tracker->time, tracker->pose + (*odometry_now - *tracker->odometry));
 	constexpr Time kSameTime = kSecond / 5;
@@ -246,15 +255,14 @@ bool LiveLocalizer::State::stands() const
 	    });
 }
 
-std::optional<Seed> LiveLocalizer::State::make_seed(
-    const ScanAnswer& given, const std::string& robot, std::string& problem) const
+std::optional<Seed> LiveLocalizer::State::make_seed(const ScanAnswer& given, std::string& problem) const
 {
 	const Hypothesis& best = given.localization.best();
 	const double std_xy = settings.seed_std;
 	Seed seed{given.time, given.frame, best.pose, best.covariance};
 	seed.covariance += covariance_of(std_xy, std_xy, settings.seed_std_yaw);
-	if (!expects_odometry(robot)) return seed;
-	const auto newest = newest_odometry(robot);
+	if (!expects_odometry()) return seed;
+	const auto newest = odometry.newest();
 	if (!newest || given.time - *newest > kOldOdometry)
 	{
 		if (stands()) return seed;
@@ -264,7 +272,7 @@ std::optional<Seed> LiveLocalizer::State::make_seed(
 		                 : "somebody publishes odometry and none has come, and the robot moves";
 		return std::nullopt;
 	}
-	const auto then = odometry_at(given.time, robot), at_newest = odometry_at(*newest, robot);
+	const auto then = odometry.at(given.time), at_newest = odometry.at(*newest);
 	if (!then || !at_newest) return seed;
 	seed.time = *newest;
 	seed.pose = best.pose + (*at_newest - *then);
@@ -298,7 +306,7 @@ void LiveLocalizer::State::localize(
 		while (stood_at.size() > static_cast<std::size_t>(std::max(settings.watch.scans, 2))) stood_at.pop_front();
 	}
 	given.seed = seeder.consider(
-	    given, tracked, [&](const ScanAnswer& a, std::string& problem) { return make_seed(a, robot, problem); });
+	    given, tracked, [&](const ScanAnswer& a, std::string& problem) { return make_seed(a, problem); });
 }
 
 void LiveLocalizer::State::tell_found(const WaitingScan& waiting_scan, const std::string& robot)
@@ -312,7 +320,7 @@ void LiveLocalizer::State::tell_found(const WaitingScan& waiting_scan, const std
 	          : "";
 	tell(
 	    "found", "found " + waiting_scan.topic + " of '" + frame + "' " + where + "; " + maps.description() + "; " +
-	                 (expects_odometry(robot) ? "odometry" : "no odometry") + "; " +
+	                 (expects_odometry() ? "odometry" : "no odometry") + "; " +
 	                 (seed_readers > 0 ? "a tracker that reads seeds" : "no tracker yet"));
 }
 
@@ -329,17 +337,19 @@ std::optional<ScanAnswer> LiveLocalizer::State::answer(const WaitingScan& waitin
 		return std::nullopt;
 	}
 	tell("laser", "");
-	const auto odometry_now = odometry_at(header.time, robot);
-	const auto observation = ros::to_observation(waiting_scan.scan, *laser, waiting_scan.topic);
+	const auto odometry_now = odometry.at(header.time);
+	const PlacedObservation placed{
+	    ros::to_observation(waiting_scan.scan, *laser, waiting_scan.topic), odometry_now.value_or(CPose2D()),
+	    sweep_of(waiting_scan)};
 	if (waiting_scan.topic != laser_topic)
 	{
-		others[waiting_scan.topic] = {header.time, {observation, odometry_now.value_or(CPose2D())}};
+		others[waiting_scan.topic] = {header.time, placed};
 		return std::nullopt;
 	}
 	if (told["found"].empty()) tell_found(waiting_scan, robot);
 	ScanAnswer given;
 	given.time = header.time;
-	given.scan = scan_of(waiting_scan.topic, observation, odometry_now);
+	given.scan = scan_of(waiting_scan.topic, placed);
 	localize(given, odometry_now, robot);
 	const Status status = given.localization.status;
 	silent_because = status == Status::kLocalized ? "" : given.localization.note;
@@ -364,7 +374,7 @@ void LiveLocalizer::use_maps(std::shared_ptr<const Atlas> maps)
 	state_->window.reset();
 }
 
-void LiveLocalizer::add_map(const MapMessage& map, PublisherId publisher)
+void LiveLocalizer::add_map(const ros::OccupancyGrid& map, PublisherId publisher)
 {
 	state_->maps.add(map, publisher);
 }
@@ -376,17 +386,15 @@ void LiveLocalizer::set_map_publishers(const std::vector<PublisherId>& publisher
 
 void LiveLocalizer::add_transforms(const std::vector<ros::Transform>& transforms, bool are_static)
 {
-	for (const auto& transform : transforms) state_->frames.add(transform, are_static);
+	State& state = *state_;
+	for (const auto& transform : transforms)
+		if (are_static || !state.is_from_before(transform.header.time)) state.frames.add(transform, are_static);
+	if (!state.laser_frame.empty()) state.odometry.follow(state.frames, state.robot_frame(state.laser_frame));
 }
 
 void LiveLocalizer::add_odometry(const ros::Odometry& odometry)
 {
-	if (!odometry.pose.pose || odometry.pose.header.time <= 0) return;
-	state_->odometry_child = odometry.pose.child;
-	state_->odometry_frame = odometry.pose.header.frame;
-	const auto newest = state_->odometry.newest();
-	if (newest && odometry.pose.header.time < *newest - kStepBack) state_->odometry.clear();
-	state_->odometry.add(odometry.pose.header.time, CPose2D(*odometry.pose.pose));
+	if (!state_->is_from_before(odometry.pose.header.time)) state_->odometry.add(odometry);
 }
 
 void LiveLocalizer::set_odometry_publishers(int count)
@@ -420,8 +428,18 @@ void LiveLocalizer::add_scan(const std::string& topic, const ros::LaserScan& sca
 	if (topic != state.laser_topic && (!state.settings.merge_lasers || state.others.size() > kMostTopics)) return;
 	const Time time = scan.header.time;
 	if (time <= 0) return state.tell("stamp", "scans of " + topic + " have no stamp: not used");
-	if (time < state.newest_scan - kStepBack) state.clear_after_jump(), state.waiting.clear();
-	if (topic == state.laser_topic) state.newest_scan = std::max(time, state.newest_scan);
+	if (state.is_from_before(time)) return;
+	if (time < state.newest_scan - kStepBack)
+	{
+		state.clear_after_jump();
+		state.ran_back_with = time;
+	}
+	if (topic == state.laser_topic)
+	{
+		state.newest_scan = std::max(time, state.newest_scan);
+		state.laser_frame = scan.header.frame;
+		state.odometry.follow(state.frames, state.robot_frame(state.laser_frame));
+	}
 	state.waiting.push_back({topic, scan, state.now});
 	if (state.waiting.size() > 2 * kMostWaiting) state.waiting.pop_front();  // nobody calls update()
 }
@@ -435,8 +453,7 @@ void LiveLocalizer::request()
 std::vector<ScanAnswer> LiveLocalizer::update(Time now)
 {
 	State& state = *state_;
-	if (now < state.now - kStepBack) state.clear_after_jump();
-	state.now = now;
+	state.set_clock(now);
 	if (state.maps.poll())
 	{
 		state.window.reset();

@@ -17,7 +17,7 @@ namespace d2s1r::live
 namespace
 {
 /// \throws std::invalid_argument saying what is wrong with the map
-mrpt::maps::COccupancyGridMap2D::Ptr grid_of(const MapMessage& map)
+mrpt::maps::COccupancyGridMap2D::Ptr grid_of(const ros::OccupancyGrid& map)
 {
 	if (map.width == 0 || map.height == 0) throw std::invalid_argument("has no cells");
 	if (map.percent.size() / map.width != map.height || map.percent.size() % map.width != 0)
@@ -59,7 +59,7 @@ bool MapSlot::is_present(PublisherId publisher) const
 	return std::find(publishers_.begin(), publishers_.end(), publisher) != publishers_.end();
 }
 
-void MapSlot::add(const MapMessage& map, PublisherId publisher)
+void MapSlot::add(const ros::OccupancyGrid& map, PublisherId publisher)
 {
 	Task task;
 	try

@@ -14,7 +14,7 @@ class MapSlot
 	explicit MapSlot(const LiveSettings& settings) : settings_(settings) {}
 
 	void use(std::shared_ptr<const Atlas> maps);
-	void add(const MapMessage& map, PublisherId publisher);
+	void add(const ros::OccupancyGrid& map, PublisherId publisher);
 	void set_publishers(const std::vector<PublisherId>& publishers);
 
 	/// Takes the index over that has been built meanwhile. \return whether another map is in use now

@@ -16,6 +16,45 @@
 
 namespace d2s1r::live
 {
+/// A message as it was sent, which libs/ros decodes.
+template <typename Message>
+struct Sent
+{
+	std::vector<std::uint8_t> bytes;
+};
+
+}  // namespace d2s1r::live
+
+namespace ros::message_traits
+{
+template <typename Message>
+struct MD5Sum<d2s1r::live::Sent<Message>>
+{
+	static const char* value() { return MD5Sum<Message>::value(); }
+};
+
+template <typename Message>
+struct DataType<d2s1r::live::Sent<Message>>
+{
+	static const char* value() { return DataType<Message>::value(); }
+};
+}  // namespace ros::message_traits
+
+namespace ros::serialization
+{
+template <typename Message>
+struct Serializer<d2s1r::live::Sent<Message>>
+{
+	template <typename Stream>
+	static void read(Stream& stream, d2s1r::live::Sent<Message>& sent)
+	{
+		sent.bytes.assign(stream.getData(), stream.getData() + stream.getLength());
+	}
+};
+}  // namespace ros::serialization
+
+namespace d2s1r::live
+{
 namespace
 {
 constexpr double kRate = 50;  // [Hz] at which scans are answered
@@ -28,24 +67,6 @@ Time to_time(const ::ros::Time& time)
 ::ros::Time to_stamp(Time time)
 {
 	return ::ros::Time().fromNSec(static_cast<std::uint64_t>(time));
-}
-
-std::string frame_of(const std::string& name)
-{
-	return name.rfind('/', 0) == 0 ? name.substr(1) : name;
-}
-
-auto to_header(const std_msgs::Header& header)
-{
-	return decltype(MapMessage::header){to_time(header.stamp), frame_of(header.frame_id)};
-}
-
-std::optional<mrpt::poses::CPose3D> to_pose(const geometry_msgs::Point& p, const geometry_msgs::Quaternion& q)
-{
-	const double norm = std::sqrt(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w);
-	if (!std::isfinite(norm + p.x + p.y + p.z) || !(norm > 0.1)) return std::nullopt;
-	return mrpt::poses::CPose3D(
-	    mrpt::math::CQuaternionDouble(q.w / norm, q.x / norm, q.y / norm, q.z / norm), p.x, p.y, p.z);
 }
 
 geometry_msgs::Pose to_message(const mrpt::poses::CPose2D& pose)
@@ -97,14 +118,21 @@ class Node
 		poses_ = node_.advertise<geometry_msgs::PoseWithCovarianceStamped>("/d2s1r/pose", 10);
 		hypotheses_ = node_.advertise<geometry_msgs::PoseArray>("/d2s1r/hypotheses", 1, true);
 		map_ = node_.subscribe("/map", 1, &Node::take_map, this);
-		odometry_ = node_.subscribe("/odom", 50, &Node::take_odometry, this);
+		odometry_ = subscribe<nav_msgs::Odometry>(
+		    "/odom", 50, ros::decode_odometry, [this](const ros::Odometry& odometry) { live_.add_odometry(odometry); });
 		others_ = {
-		    node_.subscribe("/scan", 5, &Node::take_scan, this),
-		    node_.subscribe<tf2_msgs::TFMessage>(
-		        "/tf", 100, [this](const auto& message) { take_transforms(*message, false); }),
-		    node_.subscribe<tf2_msgs::TFMessage>(
-		        "/tf_static", 100, [this](const auto& message) { take_transforms(*message, true); }),
-		    node_.subscribe("/amcl_pose", 10, &Node::take_tracker, this),
+		    subscribe<sensor_msgs::LaserScan>(
+		        "/scan", 5, ros::decode_laser_scan,
+		        [this](const ros::LaserScan& scan) { live_.add_scan("/scan", scan); }),
+		    subscribe<tf2_msgs::TFMessage>(
+		        "/tf", 100, ros::decode_transforms,
+		        [this](const auto& transforms) { live_.add_transforms(transforms, false); }),
+		    subscribe<tf2_msgs::TFMessage>(
+		        "/tf_static", 100, ros::decode_transforms,
+		        [this](const auto& transforms) { live_.add_transforms(transforms, true); }),
+		    subscribe<geometry_msgs::PoseWithCovarianceStamped>(
+		        "/amcl_pose", 10, ros::decode_stamped_pose,
+		        [this](const ros::StampedPose& pose) { live_.add_tracker_pose(pose.header, pose.pose); }),
 		    node_.subscribe<std_msgs::Empty>("/d2s1r/localize", 1, [this](const auto&) { live_.request(); })};
 	}
 
@@ -122,63 +150,41 @@ class Node
 	}
 
    private:
-	void take_map(const ::ros::MessageEvent<const nav_msgs::OccupancyGrid>& event)
+	/// Returns what `decode` makes of a message; no value if it is damaged, which is told once.
+	template <typename Message, typename Decode>
+	static auto decoded(const std::string& topic, const Sent<Message>& sent, const Decode& decode)
 	{
-		const auto& message = *event.getMessage();
-		MapMessage map;
-		map.header = to_header(message.header);
-		map.resolution = static_cast<double>(message.info.resolution);
-		map.width = message.info.width;
-		map.height = message.info.height;
-		const auto origin = to_pose(message.info.origin.position, message.info.origin.orientation);
-		map.origin = origin ? mrpt::poses::CPose2D(*origin).asTPose() : mrpt::math::TPose2D(NAN, NAN, NAN);
-		map.percent.assign(message.data.begin(), message.data.end());
+		std::optional<decltype(decode({}))> message;
+		try
+		{
+			message = decode({{sent.bytes.data(), sent.bytes.size()}, ros::Encoding::kRos1});
+		}
+		catch (const std::runtime_error& e)
+		{
+			ROS_ERROR_ONCE("%s: a message is left out: %s", topic.c_str(), e.what());
+		}
+		return message;
+	}
+
+	/// Hands over the messages of a topic.
+	template <typename Message, typename Decode, typename Use>
+	::ros::Subscriber subscribe(const std::string& topic, std::uint32_t depth, const Decode& decode, const Use& use)
+	{
+		const auto take = [=](const boost::shared_ptr<const Sent<Message>>& sent)
+		{
+			if (const auto message = decoded(topic, *sent, decode)) use(*message);
+		};
+		return node_.subscribe<Sent<Message>>(topic, depth, take);
+	}
+
+	void take_map(const ::ros::MessageEvent<const Sent<nav_msgs::OccupancyGrid>>& event)
+	{
 		const PublisherId publisher = std::hash<std::string>()(event.getPublisherName());
 		if (std::count(map_publishers_.begin(), map_publishers_.end(), publisher) == 0)
 			map_publishers_.push_back(publisher);
 		live_.set_map_publishers(map_publishers_);
-		live_.add_map(map, publisher);
-	}
-
-	void take_odometry(const nav_msgs::Odometry& message)
-	{
-		const auto& [p, q] = std::tie(message.pose.pose.position, message.pose.pose.orientation);
-		live_.add_odometry(
-		    {{to_header(message.header), frame_of(message.child_frame_id), to_pose(p, q)},
-		     {message.twist.twist.linear.x, message.twist.twist.linear.y, message.twist.twist.angular.z}});
-	}
-
-	void take_transforms(const tf2_msgs::TFMessage& message, bool are_static)
-	{
-		for (const auto& one : message.transforms)
-		{
-			geometry_msgs::Point position;
-			position.x = one.transform.translation.x;
-			position.y = one.transform.translation.y;
-			position.z = one.transform.translation.z;
-			live_.add_transforms(
-			    {{to_header(one.header), frame_of(one.child_frame_id), to_pose(position, one.transform.rotation)}},
-			    are_static);
-		}
-	}
-
-	void take_tracker(const geometry_msgs::PoseWithCovarianceStamped& message)
-	{
-		live_.add_tracker_pose(
-		    to_header(message.header), to_pose(message.pose.pose.position, message.pose.pose.orientation));
-	}
-
-	void take_scan(const sensor_msgs::LaserScan& message)
-	{
-		ros::LaserScan scan;
-		scan.header = to_header(message.header);
-		scan.first_angle = message.angle_min;
-		scan.angle_step = message.angle_increment;
-		scan.scan_time = message.scan_time;
-		scan.min_range = message.range_min;
-		scan.max_range = message.range_max;
-		scan.ranges = message.ranges;
-		live_.add_scan("/scan", scan);
+		const auto map = decoded("/map", *event.getMessage(), ros::decode_occupancy_grid);
+		if (map) live_.add_map(*map, publisher);
 	}
 
 	void send(const ScanAnswer& answer)

@@ -14,9 +14,9 @@
 namespace d2s1r::test
 {
 /// The map as ROS has it.
-inline live::MapMessage map_message(const Grid& grid, const std::string& frame = "map")
+inline ros::OccupancyGrid map_message(const Grid& grid, const std::string& frame = "map")
 {
-	live::MapMessage map;
+	ros::OccupancyGrid map;
 	map.header.frame = frame;
 	map.resolution = grid.cell_size;
 	map.width = static_cast<std::uint32_t>(grid.width);

@@ -186,12 +186,12 @@ TEST(LiveLocalizer, RefusesMapsOfNonsenseWithALine)
 {
 	Drive drive;
 	drive.begin();
-	MapMessage wrong = map_message(drive.grid);
+	ros::OccupancyGrid wrong = map_message(drive.grid);
 	wrong.percent.pop_back();
 	drive.live.add_map(wrong, 1);
 	wrong.width = wrong.height = 0;
 	drive.live.add_map(wrong, 1);
-	MapMessage infinite = map_message(drive.grid);
+	ros::OccupancyGrid infinite = map_message(drive.grid);
 	infinite.resolution = std::nan("");
 	drive.live.add_map(infinite, 1);
 	drive.step();
@@ -382,6 +382,31 @@ TEST(LiveLocalizer, StartsAgainWhenTheClockRunsBackAndKeepsTheMap)
 	drive.live.set_tracker_readers(1, 2);
 	drive.steps(5);
 	EXPECT_EQ(drive.seeds.size(), 2U);
+}
+
+TEST(LiveLocalizer, TellsOnceThatTheClockRanBackWhateverComesFirst)
+{
+	const auto count_told = [](const Drive& drive)
+	{
+		return std::count(
+		    drive.news.begin(), drive.news.end(), "the clock ran back: transforms, window and watch start again");
+	};
+	for (const bool scan_comes_first : {true, false})
+	{
+		Drive drive;
+		drive.begin();
+		drive.steps(10);
+		const auto late = drive.robot.scan();
+		drive.robot.time -= 5 * kSecond;
+		if (!scan_comes_first) drive.update(drive.robot.time);
+		if (!scan_comes_first) drive.live.add_scan("/scan", late);
+		if (!scan_comes_first)
+			drive.live.add_transforms({transform_of(late.header.time, "odom", "base_link", {})}, false);
+		drive.steps(10);
+		EXPECT_EQ(count_told(drive), 1) << scan_comes_first;
+		EXPECT_EQ(drive.live.update(drive.robot.time).size(), 0U);
+		EXPECT_TRUE(drive.step()) << "its transforms are still there";
+	}
 }
 
 TEST(LiveLocalizer, SaysThatATrackerIsLostAndSeedsItOnlyIfAsked)

@@ -4,10 +4,11 @@
 #include "live/monitor.h"
 
 #include <d2s1r/atlas.h>
-#include <ros/messages.h>
+#include <ros/observation.h>
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -31,28 +32,18 @@ struct LiveSettings
 {
 	Seeding seeding = Seeding::kOnce;
 	WatchSettings watch;
-	int window = 1;                 //!< [-] scans that are judged together
-	Prior region;                   //!< where the robot may be, map frame
-	double seed_std = 0.3;          //!< [m] added to the uncertainty of a seed
-	double seed_std_yaw = 0.1;      //!< [rad] the same of its yaw
-	double most_scans = 0;          //!< [1/s] that are localized; 0: all
-	bool merge_lasers = false;      //!< whether scans of all lasers are used together
-	std::string map_frame = "map";  //!< of a map that no message names the frame of
-	std::string robot_frame;        //!< empty: that of the odometry, else base_link, else base_footprint
-	std::string odometry_frame;     //!< empty: that of the messages of odometry, else odom
-	std::string index;              //!< file that keeps the index of a map; empty: none
-	Parameters parameters;          //!< of the maps that come as messages
-};
-
-/// Holds nav_msgs/OccupancyGrid.
-struct MapMessage
-{
-	ros::Header header;                //!< frame: of the map
-	double resolution = 0;             //!< [m] of a cell
-	std::uint32_t width = 0;           //!< [cells]
-	std::uint32_t height = 0;          //!< [cells]
-	mrpt::math::TPose2D origin;        //!< lower left corner of cell (0, 0) in the frame of the map
-	std::vector<std::int8_t> percent;  //!< [%] probability that a cell is occupied, row by row; else unknown
+	int window = 1;                       //!< [-] scans that are judged together
+	Prior region;                         //!< where the robot may be, map frame
+	double seed_std = 0.3;                //!< [m] added to the uncertainty of a seed
+	double seed_std_yaw = 0.1;            //!< [rad] the same of its yaw
+	double most_scans = 0;                //!< [1/s] that are localized; 0: all
+	std::optional<ros::SweepTime> sweep;  //!< when beams are taken, in place of what the messages tell
+	bool merge_lasers = false;            //!< whether scans of all lasers are used together
+	std::string map_frame = "map";        //!< of a map that no message names the frame of
+	std::string robot_frame;              //!< empty: that of the odometry, else base_link, else base_footprint
+	std::string odometry_frame;           //!< empty: that of the messages of odometry, else odom
+	std::string index;                    //!< file that keeps the index of a map; empty: none
+	Parameters parameters;                //!< of the maps that come as messages
 };
 
 /// Names a publisher among all that ever were.
@@ -116,7 +107,7 @@ class LiveLocalizer
 
 	/// Takes a map. The same one again changes nothing. Another one is indexed meanwhile, and until then there is no
 	/// answer. While the publisher of the map in use is there, that of another one is told and not used.
-	void add_map(const MapMessage& map, PublisherId publisher);
+	void add_map(const ros::OccupancyGrid& map, PublisherId publisher);
 
 	/// Says which publishers of maps there are now.
 	void set_map_publishers(const std::vector<PublisherId>& publishers);
