@@ -14,6 +14,7 @@ import tables  # noqa: E402
 
 ERRORS = (1e-4, 0.3)  # [m] of the axis; yaw: 25 deg a metre, as the limits of a success are
 FREE_MAPS = ("willow_garage_005", "nav2_warehouse_005", "mit_stata_basement")  # licences BSD, Apache-2.0, MIT
+COLOURS, MARKERS = 10, "os^Dv<>"  # a site has one colour and one marker
 SHOWN_MAPS = 3  # [-] in the figure of successes: the paper's buildings, then the largest
 
 
@@ -127,7 +128,7 @@ def draw_reliability_of(kinds, file):
 
 
 def draw_curves(lines, meaning, names, file):
-    """A panel per method, a line per set, a colour per site of `names`."""
+    """A panel per method, a line per set; each site of `names` has its own look."""
     if not lines:
         return ""
     figure, panels = plt.subplots(1, len(plan.CONFIGS), figsize=(13, 5.5), constrained_layout=True, sharey=True)
@@ -135,8 +136,9 @@ def draw_curves(lines, meaning, names, file):
     for axis, config in zip(panels, plan.CONFIGS):
         for site, scans in sets:
             line = sorted(lines.get((site, scans, config), {}).items())
-            axis.plot([x for x, _ in line], [measures.success(frames) for _, frames in line], marker="o", color=f"C{names.index(site) % 10}",
-                      linestyle="-" if scans in sites.SIMULATED else "--", label=f"{site} {scans}")
+            look = names.index(site)
+            axis.plot([x for x, _ in line], [measures.success(frames) for _, frames in line],
+                      marker=MARKERS[look % len(MARKERS)], color=f"C{look % COLOURS}", linestyle="-" if scans in sites.SIMULATED else "--", label=f"{site} {scans}")
         axis.set(title=plan.TITLES[config], xlabel=meaning, ylim=(0, 102))
         axis.grid(alpha=0.3)
     panels[0].set_ylabel("success [%]")

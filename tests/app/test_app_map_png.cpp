@@ -17,7 +17,7 @@ using mrpt::img::TColor;
 namespace
 {
 const TColor kInk(40, 44, 52), kWrong(214, 34, 50), kPath(20, 99, 196), kTruth(142, 211, 144), kFused(176, 108, 202),
-    kHypothesis(245, 150, 20);
+    kHypothesis(245, 150, 20), kStart(0, 122, 94);
 
 /// map.png, taken apart: the map, a line of ink, the legend.
 class MapPng
@@ -139,7 +139,7 @@ TEST_F(AppMapPng, RightFramesAreNotMarkedAsWrong)
 	save_truth(path("truth.txt"), false);
 	const MapPng picture = draw(observation_log(), {"--ground-truth", path("truth.txt")});
 	EXPECT_FALSE(picture.map_has(kWrong));
-	EXPECT_TRUE(picture.legend_has(kWrong));
+	EXPECT_FALSE(picture.legend_has(kWrong)) << "the legend shows only marks that are in the picture";
 }
 
 TEST_F(AppMapPng, AWrongLocalizedFrameStandsOut)
@@ -151,6 +151,7 @@ TEST_F(AppMapPng, AWrongLocalizedFrameStandsOut)
 	for (const auto& mark : marks) longest = std::max(longest, (mark - marks.front()).norm());
 	EXPECT_GT(marks.size(), 150U + longest);  // a disc of radius 7 at least, and the line
 	EXPECT_GT(longest, 300);
+	EXPECT_TRUE(picture.legend_has(kWrong));
 }
 
 TEST_F(AppMapPng, AnAmbiguousFrameWhoseBestPoseIsOffIsMarkedOtherwise)
@@ -201,9 +202,38 @@ TEST_F(AppMapPng, HeadingsPointWhereTheRobotLooks)
 	EXPECT_NEAR(std::atan2(far.y, far.x), heading, 0.2);
 }
 
+TEST_F(AppMapPng, TheStartIsMarkedByARing)
+{
+	const MapPng picture = draw(observation_log());
+	const auto ring = picture.of_colour(kStart);
+	ASSERT_FALSE(ring.empty());
+	double widest = 0;  // [pixel]
+	for (const auto& place : ring) widest = std::max(widest, (place - ring.front()).norm());
+	EXPECT_GT(widest, 12);
+	EXPECT_LT(widest, 23) << "there is one ring";
+	mrpt::math::TPoint2D nearest(1e9, 1e9);  // of the path to the middle of the ring
+	const mrpt::math::TPoint2D first = ring.front();
+	for (const auto& place : picture.of_colour(kPath))
+		if ((place - first).norm() < (nearest - first).norm()) nearest = place;
+	EXPECT_LT((nearest - first).norm(), 12);
+}
+
+TEST_F(AppMapPng, AxesStandBesideTheMap)
+{
+	const auto axes = draw(observation_log()).of_colour(TColor(96, 100, 110));
+	double left = 1e9, right = 0, top = -1e9, bottom = 0;  // [pixel]
+	for (const auto& place : axes)
+	{
+		left = std::min(left, place.x), right = std::max(right, place.x);
+		top = std::max(top, place.y), bottom = std::min(bottom, place.y);
+	}
+	EXPECT_GT(right - left, 900);
+	EXPECT_GT(top - bottom, 200);
+}
+
 TEST_F(AppMapPng, LegendHasTheReseeds)
 {
-	EXPECT_EQ(draw(observation_log(), {"--fuse"}).marks(), 3);  // localized, ambiguous, fused
+	EXPECT_EQ(draw(observation_log(), {"--fuse"}).marks(), 3);  // localized, start, fused
 	Objects log;
 	for (const int pose : {0, 0, 0, 11, 11, 11, 11, 11, 11}) log.push_back(walk_scan(static_cast<std::size_t>(pose)));
 	const MapPng picture = draw(log, {"--fuse"});

@@ -73,6 +73,13 @@ def reach(sources, column):
     return [round(min(indoors)), round(max(indoors))]
 
 
+def other_sites(sources):
+    """The least and the greatest share of scans of another site that are localized [%]."""
+    rows = sources.table("experiments/results/README.md", "## Scans of another site")
+    shares = [number(cell) for (site, first), cells in rows.items() if site not in ("map", "---") for cell in [first, *cells] if cell]
+    return [round(min(shares)), round(max(shares))]
+
+
 def windows(sources):
     cells = sources.row("experiments/RESULTS.md", '### A hidden Markov model of tracks and "none of them"', "all")
     return [number(part) for cell in cells[3:1:-1] for part in cell.split(" / ")]
@@ -94,6 +101,7 @@ def beam_model(sources):
 
 # page, what stands there (each group is a figure), what the figures are
 QUOTES = [
+    ("README.md", r"(\d+) to (\d+) % are called `localized`", other_sites),
     ("doc/atlas.md", r"\| (477) recorded \| ([\d.]+) % \| ([\d.]+) % \| ([\d.]+) % \| ([\d.]+) % \| ([\d.]+) % \|",
      lambda sources: atlas(sources, "477")),
     ("doc/atlas.md", r"\| (525) simulated \| ([\d.]+) % \| ([\d.]+) % \| ([\d.]+) % \| ([\d.]+) % \| ([\d.]+) % \|",

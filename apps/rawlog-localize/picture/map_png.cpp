@@ -2,6 +2,7 @@
 #include "picture/map_png.h"
 
 #include <base/output_file.h>
+#include "picture/axes.h"
 #include "picture/canvas.h"
 #include "picture/map_view.h"
 
@@ -28,7 +29,7 @@ constexpr double kSampleWidth = 46;  //!< [pixel] of a mark in the legend
 constexpr double kGap = 34;          //!< [pixel] between entries of the legend
 constexpr double kLongestBar = 0.2;  //!< [-] of the width
 constexpr double kTickSpacing = 15;  //!< [pixel] between headings that are drawn
-const Color kPaper(222, 222, 222), kWhite(255, 255, 255);
+const Color kPaper(222, 222, 222), kWhite(255, 255, 255), kStartColor(0, 122, 94);
 
 // The marks; the legend shows the same.
 
@@ -45,6 +46,13 @@ void draw_path(Canvas& canvas, const std::vector<Pixel>& points)
 {
 	canvas.line(points, 2.4, kPathColor);
 	for (const Pixel& point : points) canvas.disc(point, 2.2, kPathColor);
+}
+
+/// Marks where the path begins; everything else is drawn on it.
+void draw_start(Canvas& canvas, const Pixel& at)
+{
+	canvas.disc(at, 11, kStartColor);
+	canvas.disc(at, 8, kWhite);
 }
 
 void draw_truth(Canvas& canvas, const std::vector<Pixel>& points)
@@ -91,15 +99,6 @@ void draw_without_pose(Canvas& canvas, const Pixel& truth)
 {
 	canvas.cross(truth, 5, 5, kWhite);
 	canvas.cross(truth, 5, 2.4, kInk);
-}
-
-/// The longest of 1, 2, 5, 10, ... (or a tenth, ...) that is not above `limit`.
-double round_length(double limit)
-{
-	const double power = std::pow(10.0, std::floor(std::log10(limit)));
-	for (const double step : {5.0, 2.0})
-		if (step * power <= limit) return step * power;
-	return power;
 }
 
 /// A mark, drawn around a centre, and what it stands for.
@@ -209,7 +208,7 @@ void add_wrong(const RunReport& report, std::vector<LegendEntry>& entries)
 		if (is_wrong(m)) (m.frame->localized() ? localized : m.frame->has_pose ? ambiguous : without_pose)++;
 	const std::string off =
 	    mrpt::format("localized, but off by %.1f m or %.0f deg", kTolerances.front().position, kTolerances.front().yaw);
-	if (report.truth_lines > 0)
+	if (localized > 0)
 		entries.push_back(
 		    {[](Canvas& canvas, const Pixel& at) {
 			     draw_wrong(canvas, {at.x, at.y}, 0, {at.x - 18, at.y});
@@ -236,7 +235,17 @@ void add_fusion(const std::vector<KeptFrame>& frames, std::vector<LegendEntry>& 
 	if (reseeds > 0) entries.push_back({draw_reseed, counted("re-seeded", reseeds)});
 }
 
-std::vector<LegendEntry> legend_entries(const RunReport& report)
+/// Returns the hypotheses of a frame that are drawn as discs: those that are not on the path.
+std::vector<Hypothesis> drawn_hypotheses(const Frame& frame)
+{
+	std::vector<Hypothesis> drawn;
+	for (std::size_t i = frame.localized() ? 1 : 0; i < frame.result.hypotheses.size(); i++)
+		if (frame.result.hypotheses[i].probability >= kLeastDrawnProbability)
+			drawn.push_back(frame.result.hypotheses[i]);
+	return drawn;
+}
+
+void add_statuses(const RunReport& report, const DrawnFrames& frames, std::vector<LegendEntry>& entries)
 {
 	const auto counts = count_statuses(report.frames.kept());
 	const auto localized = [](Canvas& canvas, const Pixel& at)
@@ -245,12 +254,28 @@ std::vector<LegendEntry> legend_entries(const RunReport& report)
 		draw_heading(canvas, at, 0.9, kPathColor);
 	};
 	const auto ambiguous = [](Canvas& canvas, const Pixel& at) { draw_hypothesis(canvas, at, 1); };
-	std::vector<LegendEntry> entries = {
-	    {localized, "localized (" + std::to_string(counts[0]) + "), heading"},
-	    {ambiguous, "ambiguous (" + std::to_string(counts[1]) + "), other hypotheses"}};
+	if (counts[0] > 0)
+	{
+		entries.push_back({localized, counted("localized", static_cast<std::ptrdiff_t>(counts[0])) + ", heading"});
+		entries.push_back({draw_start, "start"});
+	}
+	bool has_hypotheses = false;
+	frames.visit([&](const Frame& frame) { has_hypotheses = has_hypotheses || !drawn_hypotheses(frame).empty(); });
+	if (counts[1] > 0)
+		entries.push_back(
+		    {ambiguous, counted("ambiguous", static_cast<std::ptrdiff_t>(counts[1])) + ", other hypotheses"});
+	else if (has_hypotheses)
+		entries.push_back({ambiguous, "other hypotheses"});
+}
+
+/// Returns an entry for each kind of mark that is in the picture.
+std::vector<LegendEntry> legend_entries(const RunReport& report, const DrawnFrames& frames)
+{
+	std::vector<LegendEntry> entries;
+	add_statuses(report, frames, entries);
 	add_wrong(report, entries);
 	add_fusion(report.frames.kept(), entries);
-	if (report.truth_lines > 0) entries.push_back(line_entry(draw_truth, "ground truth of these frames"));
+	if (!report.matches.empty()) entries.push_back(line_entry(draw_truth, "ground truth of these frames"));
 	return entries;
 }
 
@@ -285,13 +310,18 @@ class Painter
 		frames_.visit(
 		    [this](const Frame& frame)
 		    {
-			    for (std::size_t i = frame.localized() ? 1 : 0; i < frame.result.hypotheses.size(); i++)
-			    {
-				    const Hypothesis& h = frame.result.hypotheses[i];
-				    if (h.probability >= kLeastDrawnProbability)
-					    draw_hypothesis(canvas_, at(h.pose.asTPose()), h.probability);
-			    }
+			    for (const Hypothesis& h : drawn_hypotheses(frame))
+				    draw_hypothesis(canvas_, at(h.pose.asTPose()), h.probability);
 		    });
+	}
+
+	/// The first frame that is localized.
+	void paint_start()
+	{
+		const auto& kept = frames_.kept();
+		const auto first =
+		    std::find_if(kept.begin(), kept.end(), [](const KeptFrame& frame) { return frame.localized(); });
+		if (first != kept.end()) draw_start(canvas_, at(first->pose));
 	}
 
 	void paint_path()
@@ -380,21 +410,26 @@ void write_map_png(
 {
 	const Grid grid = crop_for_picture(map, places(report, frames, names));
 	MapView view = fit_view(grid, kLongSide, kLargestCell);
-	const int width = std::max(view.width + 2 * kMargin, kLeastWidth);
-	const Legend legend(legend_entries(report), view.scale, width);
-	view.offset_x = (width - view.width) / 2;
-	view.offset_y = kMargin;
+	const Axes axes(view);
+	const int beside = axes.left_width() + kMargin;
+	const int width = std::max(view.width + beside, kLeastWidth);
+	const Legend legend(legend_entries(report, frames), view.scale, width);
+	view.offset_x = axes.left_width() + (width - view.width - beside) / 2;
+	view.offset_y = Axes::kTopHeight;
+	const int legend_top = view.offset_y + view.height + Axes::kBottomHeight;
 
-	Canvas canvas(width, view.height + 2 * kMargin + legend.height(), kPaper);
+	Canvas canvas(width, legend_top + legend.height(), kPaper);
 	canvas.greys(map_greys(grid, view), view.width, view.offset_x, view.offset_y);
 	Painter painter(report, frames, view, canvas);
+	painter.paint_start();
 	painter.paint_truth();
 	painter.paint_fused();
 	painter.paint_hypotheses();
 	painter.paint_path();
 	painter.paint_wrong();
 	painter.paint_names(names);
-	legend.draw(canvas, view.height + 2 * kMargin);
+	axes.draw(canvas, view);
+	legend.draw(canvas, legend_top);
 	if (!canvas.save(file.temporary())) file.fail();
 }
 }  // namespace d2s1r::app
