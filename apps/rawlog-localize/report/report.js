@@ -459,6 +459,7 @@ function drawLegend() {
   const counts = kBeamKinds.map(() => 0);
   for (const end of lay(scanOf(selected), places[place]).ends) counts[end.kind]++;
   kBeamKinds.forEach((kind, i) => {
+    if (counts[i] === 0) return;
     const entry = element('div', '');
     entry.append(dot(kind.color), `${kind.name} (${counts[i]})`);
     legend.append(entry);
