@@ -5,6 +5,7 @@
     snippets.py cpp OUT.cpp DOCUMENT...   writes the snippets of C++ as functions of one source, which is compiled
     snippets.py run SOURCES DOCUMENT...   runs blocks of `sh` and `python` as they stand, in a folder that holds `share`
     snippets.py links SOURCES DOCUMENT... finds links to files and headings that do not exist
+    snippets.py installed FOLDER          the same of all documents that are installed, which may lead to sources that are not
 
 Blocks of `console` are for another system, or take long: they are not run. A whole program (one with main()) is built by
 the tests of the installation, not here.
@@ -87,11 +88,12 @@ def anchors(document):
     return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in plain}
 
 
-def check_links(_sources, documents):
+def check_links(_sources, documents, elsewhere="(?!)"):
+    """Links to what the expression `elsewhere` finds in them are not checked."""
     wrong, checked = [], 0
     for document in map(pathlib.Path, documents):
         for target in re.findall(r"\]\(([^)\s]+)\)", document.read_text()):
-            if re.match(r"[a-z]+:", target):
+            if re.match(r"[a-z]+:", target) or re.search(elsewhere, target):
                 continue
             checked += 1
             file, _, anchor = target.partition("#")
@@ -102,8 +104,13 @@ def check_links(_sources, documents):
     sys.exit("these links lead nowhere:\n" + "\n".join(wrong) if wrong else checked == 0)
 
 
+def check_installed(folder, _):
+    documents = sorted(pathlib.Path(folder).rglob("*.md"))
+    check_links(folder, documents, r"(^|/)(libs|apps|plugins|share)/|(experiments|programs|rivals|src)/?$|\.(h|cpp|py)$")
+
+
 if __name__ == "__main__":
-    CALLS = {"cpp": write_cpp, "run": run_all, "links": check_links}
-    if len(sys.argv) < 4 or sys.argv[1] not in CALLS:
+    CALLS = {"cpp": write_cpp, "run": run_all, "links": check_links, "installed": check_installed}
+    if len(sys.argv) < 3 or sys.argv[1] not in CALLS:
         sys.exit(__doc__)
     CALLS[sys.argv[1]](sys.argv[2], sys.argv[3:])

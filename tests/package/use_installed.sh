@@ -9,6 +9,7 @@ finish() { [ ! -e "$prefix/install_manifest.txt" ] || mv "$prefix/install_manife
 trap finish EXIT
 cmake --install "$1" --prefix "$prefix" >/dev/null
 for file in README.md CHANGELOG.md LICENSE; do [ -s "$prefix/share/doc/d2s1r/$file" ]; done
+python3 "$(dirname "$0")/../documents/snippets.py" installed "$prefix/share/doc/d2s1r"
 "$(dirname "$0")/use_prefix.sh" "$prefix"
 
 cmake --build "$1" --target uninstall >/dev/null
