@@ -53,7 +53,7 @@ Scan scan_of(const Job& job, const ScanParameters& parameters)
 Sweep sweep_of(const mrpt::obs::CObservation2DRangeScan& scan, const logs::ScanDetails& details)
 {
 	const double stamp = logs::to_seconds(scan.timestamp);
-	std::vector<TimedPose> motion;
+	std::vector<d2s1r::TimedPose> motion;
 	for (const auto& [time, robot] : details.odometry) motion.push_back({time - stamp, robot});
 	return make_sweep(details.sweep.first_beam, details.sweep.duration, scan.getScanSize(), std::move(motion));
 }
