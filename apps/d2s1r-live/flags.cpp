@@ -81,38 +81,46 @@ struct Texts
 
 void define(CLI::App& app, Flags& flags, Texts& texts)
 {
-	app.add_option("-m,--map", flags.map, "map or atlas to localize in, instead of the topic of maps")
+	app.add_option("-m,--map", flags.map, "the map or atlas to localize in, instead of the topic of maps")
 	    ->type_name("FILE|ATLAS");
-	app.add_option("-c,--config", flags.config, "parameters; those not in the file keep their defaults")
+	app.add_option(
+	       "-c,--config", flags.config, "read parameters from this file; those not in the file keep their defaults")
 	    ->type_name("CONFIG.ini");
-	app.add_option("--index", flags.settings.index, "keep the index of the map in FILE")->type_name("FILE");
-	app.add_option("--seed", texts.seed, "when the tracker is told where the robot is: once (default), watch, never")
+	app.add_option(
+	       "--index", flags.settings.index,
+	       "keep the index of the map in FILE, so that the next start takes a fraction of the time")
+	    ->type_name("FILE");
+	app.add_option("--seed", texts.seed, "when to seed the tracker: once (default), watch (whenever it is lost), never")
 	    ->type_name("WHEN");
-	app.add_option("--watch", texts.watch, "scans in a row, and distance [m], of a lost tracker (default 4,0.4)")
+	app.add_option(
+	       "--watch", texts.watch, "call the tracker lost after N scans in a row that are METRES away (default 4,0.4)")
 	    ->type_name("N,METRES");
-	app.add_option("--seed-std", texts.seed_std, "[m, rad] added to the uncertainty of a seed (default 0.3,0.1)")
+	app.add_option("--seed-std", texts.seed_std, "add this to the uncertainty of a seed [m, rad] (default 0.3,0.1)")
 	    ->type_name("M,RAD");
 	app.add_option("--window", texts.window, "use the last N scans jointly (default 1)")->type_name("N");
-	app.add_option("--region", texts.region, "the robot is in the box between these corners [m], map frame")
+	app.add_option("--region", texts.region, "search only in the box between these two corners [m], map frame")
 	    ->type_name("X0,Y0,X1,Y1");
-	app.add_option("--rate", texts.rate, "localize at most so many scans each second (default: all)")->type_name("HZ");
+	app.add_option("--rate", texts.rate, "localize at most this many scans each second (default: all)")
+	    ->type_name("HZ");
 	app.add_flag("--merge-lasers", flags.settings.merge_lasers, "use the scans of all --scan topics together");
-	app.add_option("--scan", flags.scans, "topic of a laser, may be given several times (default /scan)")
+	app.add_option("--scan", flags.scans, "the topic of a laser; may be given several times (default /scan)")
 	    ->type_name("TOPIC");
-	app.add_option("--map-topic", flags.map_topic, "topic of maps (default /map)")->type_name("TOPIC");
-	app.add_flag("--map-volatile", flags.volatile_map, "the publisher of the map does not keep it for late readers");
-	app.add_option("--odom", flags.odometry, "topic of odometry (default /odom)")->type_name("TOPIC");
-	app.add_option("--tracker", flags.trackers, "topic of the tracker's pose (default /amcl_pose and /pf_pose)")
+	app.add_option("--map-topic", flags.map_topic, "the topic of maps (default /map)")->type_name("TOPIC");
+	app.add_flag(
+	    "--map-volatile", flags.volatile_map,
+	    "read a map whose publisher does not keep it for late readers (volatile)");
+	app.add_option("--odom", flags.odometry, "the topic of odometry (default /odom)")->type_name("TOPIC");
+	app.add_option("--tracker", flags.trackers, "the topic of the tracker's pose (default /amcl_pose and /pf_pose)")
 	    ->type_name("TOPIC");
-	app.add_option("--initialpose", flags.seeds, "topic of the seeds (default /initialpose)")->type_name("TOPIC");
-	app.add_option("--map-frame", flags.settings.map_frame, "frame of the map of --map (default map)")
+	app.add_option("--initialpose", flags.seeds, "the topic of the seeds (default /initialpose)")->type_name("TOPIC");
+	app.add_option("--map-frame", flags.settings.map_frame, "the frame of the map of --map (default map)")
 	    ->type_name("FRAME");
-	app.add_option("--robot-frame", flags.settings.robot_frame, "frame of the robot (default: see the manual)")
+	app.add_option("--robot-frame", flags.settings.robot_frame, "the frame of the robot (default: see the manual)")
 	    ->type_name("FRAME");
-	app.add_option("--odom-frame", flags.settings.odometry_frame, "frame of the odometry (default: see the manual)")
+	app.add_option("--odom-frame", flags.settings.odometry_frame, "the frame of the odometry (default: see the manual)")
 	    ->type_name("FRAME");
-	app.add_option("--domain", texts.domain, "domain of ROS 2 (default: ROS_DOMAIN_ID, else 0)")->type_name("ID");
-	app.add_flag("-q,--quiet", flags.quiet, "print nothing but errors");
+	app.add_option("--domain", texts.domain, "the domain of ROS 2 (default: ROS_DOMAIN_ID, else 0)")->type_name("ID");
+	app.add_flag("-q,--quiet", flags.quiet, "print errors only");
 }
 
 void read_values(const Texts& texts, Flags& flags)
@@ -152,8 +160,8 @@ std::optional<Flags> parse_flags(int argc, char** argv, std::ostream& out)
 	Flags flags;
 	Texts texts;
 	CLI::App app(
-	    "Waits for a map and for scans of a running robot with ROS 2, finds the robot without an initial pose,\n"
-	    "tells its tracker on /initialpose, and notices when the tracker is lost. Needs no arguments.");
+	    "Wait for a map and for the scans of a robot that runs ROS 2, find the robot without an initial pose,\n"
+	    "seed its tracker on /initialpose, and notice when the tracker is lost. All options may be left out.");
 	define(app, flags, texts);
 	app.set_version_flag("--version", "d2s1r-live " D2S1R_VERSION);
 	try
