@@ -1,6 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // Robots that drive through generated floors and are carried away, a tracker that only follows odometry and takes
-// seeds, and LiveLocalizer between them. Time is simulated. Usage: kidnap_experiment DRIVES HOURS [SCANS_PER_SECOND]
+// seeds, and LiveLocalizer between them. Time is simulated. Usage:
+// kidnap_experiment DRIVES HOURS [SCANS_PER_SECOND [WINDOW]]; WINDOW [scans] are judged together (1).
 #include <live/live_localizer.h>
 
 #include <algorithm>
@@ -130,8 +131,8 @@ struct Counts
 class Drive
 {
    public:
-	Drive(const Building& building, unsigned seed, double scans_per_second)
-	    : robot(building, seed, scans_per_second), live_(settings())
+	Drive(const Building& building, unsigned seed, double scans_per_second, int window)
+	    : robot(building, seed, scans_per_second), live_(settings(window))
 	{
 		live_.set_map_publishers({1});
 		live_.add_map(message_of(building.map), 1);
@@ -184,9 +185,10 @@ class Drive
 	Robot robot;
 
    private:
-	static LiveSettings settings()
+	static LiveSettings settings(int window)
 	{
 		LiveSettings settings;
+		settings.window = window;
 		settings.seeding = Seeding::kWatch;
 		return settings;
 	}
@@ -225,6 +227,7 @@ int main(int argc, char** argv)
 	const int drives = argc > 1 ? std::atoi(argv[1]) : 50;
 	const double hours = argc > 2 ? std::atof(argv[2]) : 10;
 	const double rate = argc > 3 ? std::atof(argv[3]) : 2;
+	const int window = argc > 4 ? std::atoi(argv[4]) : 1;
 	std::vector<Building> buildings;
 	buildings.reserve(3);
 	for (const unsigned seed : {11U, 12U, 13U})
@@ -240,7 +243,7 @@ int main(int argc, char** argv)
 	int carried = 0;
 	for (int i = 0; i < drives; i++)
 	{
-		Drive drive(buildings[static_cast<std::size_t>(i) % 3], static_cast<unsigned>(i) + 1, 10);
+		Drive drive(buildings[static_cast<std::size_t>(i) % 3], static_cast<unsigned>(i) + 1, 10, window);
 		if (const auto time = drive.repair(30, counts)) starts.push_back(*time);
 		for (int kidnapping = 0; kidnapping < 2; kidnapping++)
 		{
@@ -258,7 +261,7 @@ int main(int argc, char** argv)
 	Counts driven;
 	for (std::size_t i = 0; i < buildings.size(); i++)
 	{
-		Drive drive(buildings[i], 100 + static_cast<unsigned>(i), rate);
+		Drive drive(buildings[i], 100 + static_cast<unsigned>(i), rate, window);
 		for (double passed = 0; passed < hours * 3600 / 3; passed += drive.robot.step) drive.step(driven);
 		report("driven so far", driven);
 	}
@@ -267,7 +270,7 @@ int main(int argc, char** argv)
 	exact.world = exact.map;
 	exact.caster = RayCaster(exact.world, 30);
 	Counts symmetric;
-	Drive drive(exact, 200, rate);
+	Drive drive(exact, 200, rate, window);
 	for (double passed = 0; passed < hours * 360; passed += drive.robot.step) drive.step(symmetric);
 	report("symmetric building", symmetric);
 	return driven.false_seeds + counts.false_seeds + symmetric.seeds == 0 ? 0 : 1;
