@@ -14,6 +14,8 @@
 // NAME=VALUE sets
 //   frames=N      [frames] of the run that are used at most (all)
 //   wheels=SEED   makes odometry of the ground truth, with errors (0: that of the log)
+//   scale=NUMBER  [-] by which the ways of the odometry are multiplied (1)
+//   yaw_noise=ANGLE [deg] standard deviation of what is added to each turn of the odometry (0)
 //   variants=FILE each line of it is words NAME=VALUE, for constants only; for each one prints a letter by frame
 //                 that is judged (see flag_of()), and nothing else is done; not of filter-alone and whole
 // and any constant of plugins/pf-init/tuning.h
@@ -251,14 +253,15 @@ void run_experiment(const Words& words, Words set)
 {
 	const std::string variants = take_text(set, "variants"), what = words[4];
 	const double all = std::numeric_limits<double>::infinity();
-	const auto settings =
-	    read_settings("fusion_experiment", with_numbers_of(pf::Tuning{}, {{"frames", all}, {"wheels", 0}}), set);
+	const Settings unless_given = {{"frames", all}, {"wheels", 0}, {"scale", 1}, {"yaw_noise", 0}};
+	const auto settings = read_settings("fusion_experiment", with_numbers_of(pf::Tuning{}, unless_given), set);
 	const std::size_t count = std::stoul(words[6]);
 	const auto map = CSignatureMap2D::Create(*load_map(words[0]));
 	auto run = load_run(words[1], words[2]);
 	const double most = what == "whole" ? static_cast<double>(count) : settings.at("frames");
 	if (static_cast<double>(run.size()) > most) run.resize(static_cast<std::size_t>(most));
 	if (settings.at("wheels") != 0) make_odometry(run, static_cast<unsigned>(settings.at("wheels")));
+	disturb_odometry(run, settings.at("scale"), settings.at("yaw_noise"));
 	localize_all(run, map->localizer(), words[3]);
 	spoil(run, what, map->localizer());
 	FusionParameters parameters;

@@ -129,6 +129,23 @@ void make_odometry(std::vector<RunFrame>& run, unsigned seed)
 	}
 }
 
+void disturb_odometry(std::vector<RunFrame>& run, double scale, double yaw_noise)
+{
+	std::mt19937 random(1);
+	std::normal_distribution<double> error(0, yaw_noise * M_PI / 180);
+	std::optional<mrpt::poses::CPose2D> before, reading;  // of the odometry as it was, and disturbed
+	for (RunFrame& frame : run)
+	{
+		if (!frame.odometry) continue;
+		const auto motion = before ? *frame.odometry - *before : mrpt::poses::CPose2D();
+		before = frame.odometry;
+		const double turn = yaw_noise > 0 && reading ? error(random) : 0;
+		const mrpt::poses::CPose2D disturbed(scale * motion.x(), scale * motion.y(), motion.phi() + turn);
+		reading = reading ? *reading + disturbed : *frame.odometry;
+		frame.odometry = reading;
+	}
+}
+
 void localize_all(std::vector<RunFrame>& run, const Localizer& localizer, const std::string& cache_file)
 {
 	if (std::filesystem::exists(cache_file)) return read_cache(run, cache_file);

@@ -33,6 +33,10 @@ std::vector<RunFrame> load_run(const std::string& log, const std::string& ground
 /// metre, as standard deviations.
 void make_odometry(std::vector<RunFrame>& run, unsigned seed);
 
+/// Makes each motion of the odometry `scale` [-] times as long, and turns it by an error whose standard deviation is
+/// `yaw_noise` [deg].
+void disturb_odometry(std::vector<RunFrame>& run, double scale, double yaw_noise);
+
 /// Localizes all scans, with two threads, or reads what an earlier call wrote to `cache_file` (it is up to the caller
 /// to delete it when map, run or localizer change).
 /// \param cache_file empty: nothing is kept

@@ -5,6 +5,8 @@
 //   apart=LENGTH  [m] a frame is used when the robot has gone so far since the last one that was (0: all frames)
 //   odometry=0|1  whether the window is given it (1)
 //   wheels=SEED   makes odometry of the ground truth, with errors (0: that of the log)
+//   scale=NUMBER  [-] by which the ways of the odometry are multiplied (1)
+//   yaw_noise=ANGLE [deg] standard deviation of what is added to each turn of the odometry (0)
 //   reach=LENGTH  [m] of the laser: from there on it reports nothing (as recorded)
 //   first=N       [frames] the first one that is judged, counted from 0 among those used (0)
 //   frames=N      [frames] of the run that are used at most (all)
@@ -35,9 +37,18 @@ namespace d2s1r::experiments
 namespace
 {
 /// What else may be set than constants of the window.
-const Settings kUnlessGiven{{"window", 10},  {"apart", 0},  {"every", 1},
-                            {"odometry", 1}, {"wheels", 0}, {"reach", std::numeric_limits<double>::infinity()},
-                            {"first", 0},    {"still", 0},  {"frames", std::numeric_limits<double>::infinity()}};
+const Settings kUnlessGiven{
+    {"window", 10},
+    {"apart", 0},
+    {"every", 1},
+    {"odometry", 1},
+    {"wheels", 0},
+    {"scale", 1},
+    {"yaw_noise", 0},
+    {"reach", std::numeric_limits<double>::infinity()},
+    {"first", 0},
+    {"still", 0},
+    {"frames", std::numeric_limits<double>::infinity()}};
 
 /// Returns the frames that are used, with shorter scans.
 std::vector<RunFrame> used_frames(std::vector<RunFrame> run, const Settings& settings)
@@ -131,19 +142,33 @@ WindowTerms terms_of(const WindowTracker& window, const RunFrame& frame)
 	return terms;
 }
 
+/// What a window answers at a frame, and what it knows then.
+struct WindowAnswer
+{
+	Localization answer;
+	std::size_t frames = 0;  //!< [-] of the window
+	double absence = 0;      //!< [nat] of the newest of them; see FrameEvidence
+	double scale = 1;        //!< [-] that scans tell of the odometry
+};
+
 /// Returns what a window answers at each frame.
 /// \param terms to write those of frames to whose truth is known; null: they are not written
-std::vector<Localization> follow(
+std::vector<WindowAnswer> follow(
     const std::vector<RunFrame>& run, const Localizer& localizer, const Settings& settings, const WindowTuning& tuning,
     std::ostream* terms = nullptr)
 {
 	WindowTracker window({{"", {&localizer, {}}}}, static_cast<int>(settings.at("window")), tuning);
-	std::vector<Localization> answers;
+	std::vector<WindowAnswer> answers;
 	for (std::size_t i = 0; i < run.size(); i++)
 	{
 		const auto motion = i > 0 && settings.at("odometry") != 0 ? odometry_between(run[i - 1], run[i]) : std::nullopt;
 		const Scan scan = make_scan(*run[i].scan, localizer.parameters().scan);
-		answers.push_back(window.add(scan, run[i].localization, motion));
+		WindowAnswer& answer = answers.emplace_back();
+		answer.answer = window.add(scan, run[i].localization, motion);
+		const auto frames = window.frames();
+		answer.frames = frames.size();
+		answer.absence = frames.empty() ? 0 : frames.back().absence;
+		answer.scale = window.odometry().scale;
 		if (terms && run[i].has_truth) write_terms(*terms, terms_of(window, run[i]));
 	}
 	return answers;
@@ -160,7 +185,7 @@ void judge(
 	std::ofstream csv(file);
 	if (!csv) throw std::runtime_error(file + ": cannot be written");
 	csv << "frame,true_x,true_y,true_phi,status,confidence,right,x,y,phi,window_status,window_confidence,window_right,"
-	       "window_x,window_y,window_phi\n";
+	       "window_x,window_y,window_phi,window_presence,window_frames,window_absence,odometry_scale\n";
 	Count alone, together;
 	const auto answers = follow(run, localizer, settings, tuning_of<WindowTuning>(settings));
 	for (std::size_t i = 0; i < run.size(); i++)
@@ -169,11 +194,13 @@ void judge(
 		if (!frame.has_truth) continue;
 		csv << i << ',' << frame.truth.x << ',' << frame.truth.y << ',' << frame.truth.phi;
 		write_answer(csv, frame.localization, frame.truth);
-		write_answer(csv, answers[i], frame.truth);
-		csv << '\n';
+		const WindowAnswer& window = answers[i];
+		write_answer(csv, window.answer, frame.truth);
+		csv << ',' << window.answer.presence << ',' << window.frames << ',' << window.absence << ',' << window.scale
+		    << '\n';
 		if (i < first_judged(settings)) continue;
 		alone.add(frame.localization, frame, localizer);
-		together.add(answers[i], frame, localizer);
+		together.add(window.answer, frame, localizer);
 	}
 	alone.print("alone ");
 	together.print("window");
@@ -211,7 +238,8 @@ std::string flags(
 	std::string letters;
 	for (std::size_t i = first_judged(settings); i < run.size(); i++)
 		if (run[i].has_truth)
-			letters += flag_of(is_right(answers[i], run[i].truth), answers[i].status == Status::kLocalized);
+			letters +=
+			    flag_of(is_right(answers[i].answer, run[i].truth), answers[i].answer.status == Status::kLocalized);
 	return letters;
 }
 
@@ -223,6 +251,7 @@ void run_experiment(const Words& files, Words words)
 	const Localizer localizer(load_map(files[0]));
 	auto run = used_frames(load_run(files[1], files[2]), settings);
 	if (settings.at("wheels") != 0) make_odometry(run, static_cast<unsigned>(settings.at("wheels")));
+	disturb_odometry(run, settings.at("scale"), settings.at("yaw_noise"));
 	localize_all(run, localizer, cache);
 	if (settings.at("still") > 0) return stand_still(run, localizer, settings);
 	if (!terms.empty())

@@ -39,6 +39,9 @@ class WindowTracker
 	/// Returns what each frame of the window tells, oldest first.
 	std::vector<FrameEvidence> frames() const;
 
+	/// Returns what localized scans told of the odometry.
+	const OdometryEstimate& odometry() const { return odometry_check_.estimate(); }
+
 	/// Returns the places that the robot may be at, most probable first.
 	const std::vector<Track>& tracks() const { return tracks_; }
 

@@ -1,0 +1,81 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+// experiments/windows.py, which measures how far the confidence of windows can be trusted.
+#include "app_process.h"
+#include "recorded_run.h"
+
+using namespace d2s1r::test;
+
+class Windows : public AppTest
+{
+   protected:
+	static constexpr const char* kPython = "/usr/bin/python3";  // the one that Debian's packages are for
+	static inline const std::string kScripts = D2S1R_SOURCE_DIR "/experiments";
+
+	void SetUp() override
+	{
+		if (run_program({kPython, "-c", "import numpy, scipy"}).status != 0)
+			GTEST_SKIP() << "NO NUMPY OR SCIPY: install Debian's python3-numpy and python3-scipy";
+	}
+
+	/// What a script prints that may use the module windows and make frames.
+	std::string printed(const std::string& script) const
+	{
+		const std::string before = "import sys; sys.path.insert(0, '" + kScripts + R"(')
+from windows import *
+def frame(number, confidence, right=True, x=0.0, presence=1.0, frames=10, alone=0.5):
+    return Frame(number, (0, 0, 0), Answer(alone > 0.9, alone, (0, 0, 0), True),
+                 Answer(confidence > 0.9, confidence, (x, 0, 0), right), presence, frames, 1.5, 1.0)
+)";
+		const ProcessResult told = run_program({kPython, "-B", "-c", before + script});
+		EXPECT_EQ(told.status, 0) << told.err;
+		return told.out;
+	}
+};
+
+TEST_F(Windows, ErrorsToldAreComparedWithThoseSeen)
+{
+	const std::string told = printed(
+	    "honest = [frame(i, 0.95, i % 20 != 0) for i in range(400)]\n"
+	    "bold = [frame(i, 0.9999, i % 10 != 0) for i in range(400)]\n"
+	    "print(bins_table({'intel': honest + bold, 'elsewhere': bold}))");
+	EXPECT_NE(told.find("| 0.9 to 0.99 | 400 | 20 | 5.000 | 5.000 |"), std::string::npos) << told;
+	EXPECT_NE(told.find("| 0.999 to 1 | 400 | 40 | 0.010 | 10.000 |"), std::string::npos) << told;
+	EXPECT_EQ(told.find("0.99 to 0.999"), std::string::npos) << "no frame is there";
+}
+
+TEST_F(Windows, AJumpHasACause)
+{
+	EXPECT_EQ(
+	    printed("for before, after in (\n"
+	            "    (frame(0, 0.9), frame(1, 0.5, frames=1)), (frame(0, 0.9), frame(1, 0.5, frames=2)),\n"
+	            "    (frame(0, 0.9), frame(1, 0.5, x=2)), (frame(0, 0.9), frame(1, 0.5, presence=0.6)),\n"
+	            "    (frame(0, 0.5, presence=0.6), frame(1, 0.9)), (frame(0, 0.9), frame(1, 0.5))):\n"
+	            "    print(cause_of(before, after))"),
+	    "no motion links the frame: its scan answers alone\n"
+	    "carried away: frames before are forgotten\n"
+	    "another place is the best, 2.0 m away\n"
+	    "the scan speaks against all places (absence +1.5 nat)\n"
+	    "the scan speaks for all places (absence +1.5 nat)\n"
+	    "the scan shows the best and others more alike than scans before\n");
+}
+
+TEST(DisturbedOdometry, HasAnotherScaleAndTurns)
+{
+	using d2s1r::experiments::RunFrame;
+	std::vector<RunFrame> run(4);
+	for (std::size_t i = 0; i < run.size(); i++) run[i].odometry = {1.0 + static_cast<double>(i), 2, 0};
+	std::vector<RunFrame> longer = run, turned = run;
+	d2s1r::experiments::disturb_odometry(longer, 1.7, 0);
+	d2s1r::experiments::disturb_odometry(turned, 1, 10);
+	for (std::size_t i = 1; i < run.size(); i++)
+	{
+		const auto way = *longer[i].odometry - *longer[i - 1].odometry;
+		EXPECT_NEAR(way.x(), 1.7, 1e-9);
+		EXPECT_EQ(way.phi(), 0);
+		const auto motion = *turned[i].odometry - *turned[i - 1].odometry;
+		EXPECT_NEAR(motion.x(), 1, 1e-9);
+		EXPECT_NE(motion.phi(), 0);
+		EXPECT_LT(std::abs(motion.phi()), 0.7);
+	}
+	EXPECT_EQ(longer[0].odometry->x(), 1);
+}
