@@ -56,7 +56,7 @@ try
 		odometry_then = odometry;
 		mrpt::poses::CPose2D mean;
 		filter.getMean(mean);
-		std::cout << mrpt::Clock::toDouble(scan->timestamp) << ' ' << mean << '\n';
+		std::cout << std::fixed << mrpt::Clock::toDouble(scan->timestamp) << ' ' << mean << '\n';
 	}
 	if (!is_seeded) throw std::runtime_error(std::string(argv[2]) + ": no scan was localized in this map");
 }
