@@ -81,8 +81,8 @@ def other_sites(sources):
 
 
 def windows(sources):
-    cells = sources.row("experiments/RESULTS.md", '### A hidden Markov model of tracks and "none of them"', "all")
-    return [number(part) for cell in cells[3:1:-1] for part in cell.split(" / ")]
+    cells = sources.row("experiments/RESULTS.md", "### How far the confidence of windows can be trusted", "all")
+    return [number(part) for cell in (cells[1], cells[3], cells[2]) for part in cell.split(" / ")]
 
 
 def latency(sources):
@@ -111,7 +111,7 @@ QUOTES = [
     ("doc/usage.md", r"(\d+) to (\d+) % of those cut to 8 m", lambda sources: reach(sources, 2)),
     ("doc/usage.md", r"both are (\d+) by default", parameters("scoring.hypotheses")),
     ("doc/usage.md", r"is localized \(\[([\d.]+) ms later", latency),
-    ("CHANGELOG.md", r"([\d,]+) frames right and (\d+) wrong \(before ([\d,]+) and (\d+)\)", windows),
+    ("CHANGELOG.md", r"of ([\d,]+) frames of 14 drives ([\d,]+) are localized right and (\d+) wrong \(single scans: ([\d,]+) and (\d+)\)", windows),
     ("doc/how_it_works.md", r"grid.occupied_threshold \(([\d.]+)\).*?grid.free_threshold \(([\d.]+)\)",
      parameters("grid.occupied_threshold", "grid.free_threshold")),
     ("doc/how_it_works.md", r"`margin sqrt\(n\)` \((\d+)\)", parameters("coarse_search.margin")),
