@@ -32,7 +32,7 @@ class SweptMotion
 
 	const Sweep& sweep_;
 	double first_ = 0, last_ = 0;  //!< [s] of the beams
-	double gap_ = 0;               //!< [s] longest time without a measured pose
+	double unseen_ = 0;            //!< [s^2] an acceleration times this is how far linear motion may be off
 	double speed_ = 0, turn_ = 0;  //!< [m/s], [rad/s] greatest that was measured
 	bool is_known_ = false;
 	mrpt::math::TPose2D at_zero_;  //!< robot at time 0, in the frame of the poses
