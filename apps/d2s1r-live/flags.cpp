@@ -55,6 +55,18 @@ int parse_count(const std::string& flag, const std::string& text, int least, int
 	return *number;
 }
 
+ros::HeightBand parse_heights(const std::string& text)
+{
+	const std::string flag = "--cloud-height";
+	std::string numbers = text;
+	const auto colon = numbers.find(':');
+	if (colon == std::string::npos) wrong(flag, "'" + text + "' has another form; write A:B in m");
+	numbers[colon] = ',';
+	const auto heights = parse_numbers(flag, numbers, 2, "A:B in m");
+	if (!(heights[0] < heights[1])) wrong(flag, "'" + text + "' is an empty band; write the lower height first");
+	return {heights[0], heights[1]};
+}
+
 Seeding parse_seeding(const std::string& text)
 {
 	if (text == "once") return Seeding::kOnce;
@@ -76,7 +88,7 @@ std::uint32_t parse_domain(const std::string& text)
 /// The options as they are written, before their values are looked at.
 struct Texts
 {
-	std::string seed = "once", window = "1", region, seed_std, watch, rate, domain;
+	std::string seed = "once", window = "1", region, seed_std, watch, rate, domain, cloud_height, sweep_time;
 };
 
 void define(CLI::App& app, Flags& flags, Texts& texts)
@@ -105,6 +117,15 @@ void define(CLI::App& app, Flags& flags, Texts& texts)
 	app.add_flag("--merge-lasers", flags.settings.merge_lasers, "use the scans of all --scan topics together");
 	app.add_option("--scan", flags.scans, "the topic of a laser; may be given several times (default /scan)")
 	    ->type_name("TOPIC");
+	app.add_option(
+	       "--cloud-height", texts.cloud_height,
+	       "read PointCloud2 from the topics of --scan; the points between A and B [m] above the robot's frame make a "
+	       "scan")
+	    ->type_name("A:B");
+	app.add_option(
+	       "--sweep-time", texts.sweep_time,
+	       "the time from the first beam of a scan to the last [s], in place of what the messages tell")
+	    ->type_name("S");
 	app.add_option("--map-topic", flags.map_topic, "the topic of maps (default /map)")->type_name("TOPIC");
 	app.add_flag(
 	    "--map-volatile", flags.volatile_map,
@@ -142,6 +163,14 @@ void read_values(const Texts& texts, Flags& flags)
 		const auto values = parse_numbers("--seed-std", texts.seed_std, 2, "M,RAD");
 		if (values[0] < 0 || values[1] < 0) wrong("--seed-std", "a standard deviation must not be below 0");
 		settings.seed_std = values[0], settings.seed_std_yaw = values[1];
+	}
+	if (!texts.cloud_height.empty()) settings.cloud_height = parse_heights(texts.cloud_height);
+	if (!texts.sweep_time.empty())
+	{
+		constexpr double kLongest = 2;  // [s]
+		const double time = parse_numbers("--sweep-time", texts.sweep_time, 1, "a time in s")[0];
+		if (std::abs(time) > kLongest) wrong("--sweep-time", "is longer than any laser takes; write at most 2 s");
+		settings.sweep = ros::SweepTime{time, 0};
 	}
 	if (!texts.rate.empty()) settings.most_scans = parse_numbers("--rate", texts.rate, 1, "scans each second")[0];
 	if (!texts.rate.empty() && settings.most_scans <= 0) wrong("--rate", "must be above 0; leave it out for all scans");

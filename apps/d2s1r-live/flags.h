@@ -21,7 +21,7 @@ struct Flags
 	bool quiet = false;
 
 	// Names of topics.
-	std::vector<std::string> scans = {"/scan"};
+	std::vector<std::string> scans = {"/scan"};  //!< of PointCloud2 if LiveSettings::cloud_height has a value
 	std::string map_topic = "/map";
 	std::string odometry = "/odom";
 	std::vector<std::string> trackers = {"/amcl_pose", "/pf_pose"};

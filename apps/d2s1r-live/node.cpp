@@ -105,7 +105,11 @@ struct Topics
 	      waiter(participant)
 	{
 		for (const std::string& topic : flags.scans)
-			scans.emplace_back(participant, sensor_msgs_msg_dds__LaserScan__desc, topic, Quality{false, false, 5});
+			scans.emplace_back(
+			    participant,
+			    flags.settings.cloud_height ? sensor_msgs_msg_dds__PointCloud2__desc
+			                                : sensor_msgs_msg_dds__LaserScan__desc,
+			    topic, Quality{false, false, 5});
 		for (const std::string& topic : flags.trackers)
 			trackers.emplace_back(
 			    participant, geometry_msgs_msg_dds__PoseWithCovarianceStamped__desc, topic, Quality{false, false, 10});
@@ -201,10 +205,19 @@ class Node
 			    tracker, ros::decode_stamped_pose,
 			    [&](const ros::StampedPose& pose) { live_.add_tracker_pose(pose.header, pose.pose); });
 		topics_.requests.take([&](ros::Bytes, PublisherId) { live_.request(); });
-		for (Reader& scans : topics_.scans)
+		for (Reader& scans : topics_.scans) take_scans(scans);
+	}
+
+	void take_scans(Reader& reader)
+	{
+		if (flags_.settings.cloud_height)
 			take(
-			    scans, ros::decode_laser_scan,
-			    [&](const ros::LaserScan& scan) { live_.add_scan(scans.topic(), scan); });
+			    reader, ros::decode_point_cloud,
+			    [&](const ros::PointCloud& cloud) { live_.add_cloud(reader.topic(), cloud); });
+		else
+			take(
+			    reader, ros::decode_laser_scan,
+			    [&](const ros::LaserScan& scan) { live_.add_scan(reader.topic(), scan); });
 	}
 
 	/// Decodes what has come on a topic and hands it over, with the publisher if `use` asks for it. Messages that are

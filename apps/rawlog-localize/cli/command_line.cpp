@@ -257,6 +257,11 @@ void add_laser(OptionGroup laser, LogRequest& log, Dependent& dependent)
 	    "--range-factor", "F", "multiply all ranges of the laser by F, for example by 0.001 if the log has them in mm",
 	    [&](const std::string& text) { log.overrides.range_factor = parse_range_factor(text); });
 	laser.value(
+	    "--cloud-height", "A:B",
+	    "also use the PointCloud2 messages of a ROS recording: their points between A and B above the origin of the "
+	    "robot's frame [m] make a scan. Choose a band in which walls stand and the floor does not",
+	    [&](const std::string& text) { log.cloud_height = parse_height_band(text); });
+	laser.value(
 	    "--sweep-time", "S[,FIRST]",
 	    "the time from the first beam of a scan to the last [s], negative if the laser took the last beam first, and "
 	    "the delay of the first beam after the scan's time [s] (default 0), in place of what the log says; the program "

@@ -48,6 +48,7 @@ struct LogRequest
 	const char* label_option = "--sensor-label";  //!< that gives the label, as messages name it
 	bool merge_lasers = false;                    //!< whether the other lasers' scans are used, too
 	logs::Overrides overrides;                    //!< they are about that laser
+	std::optional<ros::HeightBand> cloud_height;  //!< of the points that make scans; without a value, no clouds
 	FrameRange frames;
 	bool follow = false;       //!< whether the log is a file that grows
 	std::string ground_truth;  //!< empty: no ground truth

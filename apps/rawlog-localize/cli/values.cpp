@@ -156,6 +156,16 @@ double parse_range_factor(const std::string& text)
 	return factor;
 }
 
+ros::HeightBand parse_height_band(const std::string& text)
+{
+	const auto colon = text.find(':');
+	if (colon == std::string::npos) refuse(text, "is no band of heights; write A:B in m");
+	const ros::HeightBand band = {
+	    parse_finite_number(text.substr(0, colon)), parse_finite_number(text.substr(colon + 1))};
+	if (!(band.from < band.to)) refuse(text, "is an empty band of heights; write the lower one first");
+	return band;
+}
+
 logs::SweepTime parse_sweep_time(const std::string& text)
 {
 	constexpr double kLongest = 2;  // [s]

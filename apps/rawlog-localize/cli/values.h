@@ -48,6 +48,9 @@ float parse_max_range(const std::string& text);
 
 double parse_range_factor(const std::string& text);
 
+/// "A:B" [m]
+ros::HeightBand parse_height_band(const std::string& text);
+
 /// "S" or "S,FIRST" [s]
 logs::SweepTime parse_sweep_time(const std::string& text);
 }  // namespace d2s1r::app

@@ -75,7 +75,7 @@ logs::Log open_log(const LogRequest& request, const std::function<void()>& prepa
 	{
 		logs::Log log = request.is_live()
 		                    ? logs::open_live_log(request.file, request.label, interrupted, of_results, prepare)
-		                    : logs::open_log(request.file, interrupted, of_results);
+		                    : logs::open_log(request.file, interrupted, of_results, request.cloud_height);
 		log.survey.damage = describe_damage(log.survey.damage, log.survey.missing_class);
 		return log;
 	}
@@ -96,7 +96,13 @@ logs::Sensor choose_sensor(const logs::LogSurvey& survey, const LogRequest& requ
 	const std::string file = request.name();
 	if (sensors.empty() && !survey.damage.empty()) throw UserError(kBadInput, file, survey.damage);
 	if (sensors.empty())
-		throw UserError(kBadInput, file, "holds no 2D laser scan (" + survey.kind_of_scan + "); name another log");
+	{
+		const bool may_have_clouds = survey.kind_of_scan == "sensor_msgs/LaserScan";
+		throw UserError(
+		    kBadInput, file,
+		    "holds no 2D laser scan (" + survey.kind_of_scan + "); name another log" +
+		        (may_have_clouds ? ", or make scans of its point clouds by --cloud-height" : ""));
+	}
 	if (!request.label)
 		return *std::max_element(
 		    sensors.begin(), sensors.end(),

@@ -16,6 +16,7 @@
 #include <deque>
 #include <map>
 #include <stdexcept>
+#include <variant>
 
 namespace d2s1r::live
 {
@@ -43,14 +44,6 @@ std::string describe(const CPose2D& pose)
 	return mrpt::format("x %.3f, y %.3f m, yaw %.1f deg", pose.x(), pose.y(), mrpt::RAD2DEG(pose.phi()));
 }
 
-/// A scan that waits for what it needs.
-struct WaitingScan
-{
-	std::string topic;
-	ros::LaserScan scan;
-	Time since = 0;  //!< by the clock
-};
-
 /// A pose of the tracker and, once it is known, where the odometry was then.
 struct TrackerPose
 {
@@ -60,6 +53,15 @@ struct TrackerPose
 	std::optional<CPose2D> odometry;
 };
 }  // namespace
+
+/// A scan that waits for what it needs.
+struct LiveLocalizer::WaitingScan
+{
+	std::string topic;
+	ros::Header header;
+	std::variant<ros::LaserScan, ros::PointCloud> scan;
+	Time since = 0;  //!< by the clock
+};
 
 struct LiveLocalizer::State
 {
@@ -107,7 +109,8 @@ struct LiveLocalizer::State
 	std::string robot_frame(const std::string& laser) const;
 	bool expects_odometry() const { return odometry_publishers > 0 || odometry.newest(); }
 	ros::SweepTime sweep_time_of(const WaitingScan& waiting_scan) const;
-	Sweep sweep_of(const WaitingScan& waiting_scan) const;
+	PlacedObservation placed(
+	    const WaitingScan& waiting_scan, const mrpt::poses::CPose3D& laser, const CPose2D& robot) const;
 	bool is_early(const WaitingScan& waiting_scan) const;
 	bool must_wait(const WaitingScan& waiting_scan, const std::string& robot) const;
 	std::optional<ScanAnswer> answer(const WaitingScan& waiting_scan, const std::string& robot);
@@ -173,21 +176,29 @@ std::string LiveLocalizer::State::robot_frame(const std::string& laser) const
 	return odometry.child().empty() ? "base_link" : odometry.child();
 }
 
-/// Returns when the beams of a scan were taken.
+/// Returns when the beams of a scan were taken; a cloud does not tell it.
 ros::SweepTime LiveLocalizer::State::sweep_time_of(const WaitingScan& waiting_scan) const
 {
-	return settings.sweep.value_or(ros::sweep_time_of(waiting_scan.scan)).checked();
+	const auto* const scan = std::get_if<ros::LaserScan>(&waiting_scan.scan);
+	if (scan == nullptr) return {};
+	return settings.sweep.value_or(ros::sweep_time_of(*scan)).checked();
 }
 
-/// Returns when the beams of a scan were taken, and how the robot moved meanwhile.
-Sweep LiveLocalizer::State::sweep_of(const WaitingScan& waiting_scan) const
+/// Returns a scan where the robot was, with how it moved meanwhile.
+PlacedObservation LiveLocalizer::State::placed(
+    const WaitingScan& waiting_scan, const mrpt::poses::CPose3D& laser, const CPose2D& robot) const
 {
+	const auto* const cloud = std::get_if<ros::PointCloud>(&waiting_scan.scan);
+	if (cloud != nullptr)
+		return {ros::to_observation(*cloud, laser, *settings.cloud_height, waiting_scan.topic), robot, {}};
+	const auto& scan = std::get<ros::LaserScan>(waiting_scan.scan);
 	const ros::SweepTime time = sweep_time_of(waiting_scan);
-	const Time stamp = waiting_scan.scan.header.time;
+	const Time stamp = waiting_scan.header.time;
 	const auto [from, to] = time.span();
-	return make_sweep(
-	    time.first_beam, time.duration, waiting_scan.scan.ranges.size(),
+	const Sweep sweep = make_sweep(
+	    time.first_beam, time.duration, scan.ranges.size(),
 	    odometry.motion(stamp, stamp + nanoseconds(from), stamp + nanoseconds(to)));
+	return {ros::to_observation(scan, laser, waiting_scan.topic), robot, sweep};
 }
 
 /// Returns whether the scan comes too soon after the last one that was answered.
@@ -195,14 +206,14 @@ bool LiveLocalizer::State::is_early(const WaitingScan& waiting_scan) const
 {
 	if (settings.most_scans <= 0 || asked || !last || waiting_scan.topic != laser_topic) return false;
 	constexpr double kJitter = 1e-3;  // [s]
-	return seconds(waiting_scan.scan.header.time - last->time) < 1 / settings.most_scans - kJitter;
+	return seconds(waiting_scan.header.time - last->time) < 1 / settings.most_scans - kJitter;
 }
 
 /// Returns whether what the scan needs may still come.
 bool LiveLocalizer::State::must_wait(const WaitingScan& waiting_scan, const std::string& robot) const
 {
 	if (waiting.size() > kMostWaiting) return false;
-	const auto& header = waiting_scan.scan.header;
+	const auto& header = waiting_scan.header;
 	const Time waited = now - waiting_scan.since;
 	if (!frames.pose_in(header.frame, robot, header.time)) return waited < kWaitForFrames;
 	const Time end = header.time + nanoseconds(sweep_time_of(waiting_scan).span().second);
@@ -311,8 +322,8 @@ void LiveLocalizer::State::localize(
 
 void LiveLocalizer::State::tell_found(const WaitingScan& waiting_scan, const std::string& robot)
 {
-	const auto& frame = waiting_scan.scan.header.frame;
-	const auto laser = frames.pose_in(frame, robot, waiting_scan.scan.header.time);
+	const auto& frame = waiting_scan.header.frame;
+	const auto laser = frames.pose_in(frame, robot, waiting_scan.header.time);
 	const std::string where =
 	    laser ? mrpt::format(
 	                "at x %.3f, y %.3f, z %.3f m, yaw %.1f, roll %.1f deg on '%s'", laser->x(), laser->y(), laser->z(),
@@ -327,7 +338,7 @@ void LiveLocalizer::State::tell_found(const WaitingScan& waiting_scan, const std
 /// Returns no value if nothing can be said, and keeps why.
 std::optional<ScanAnswer> LiveLocalizer::State::answer(const WaitingScan& waiting_scan, const std::string& robot)
 {
-	const auto& header = waiting_scan.scan.header;
+	const auto& header = waiting_scan.header;
 	const auto laser = frames.pose_in(header.frame, robot, header.time);
 	if (!laser)
 	{
@@ -338,18 +349,16 @@ std::optional<ScanAnswer> LiveLocalizer::State::answer(const WaitingScan& waitin
 	}
 	tell("laser", "");
 	const auto odometry_now = odometry.at(header.time);
-	const PlacedObservation placed{
-	    ros::to_observation(waiting_scan.scan, *laser, waiting_scan.topic), odometry_now.value_or(CPose2D()),
-	    sweep_of(waiting_scan)};
+	const PlacedObservation here = placed(waiting_scan, *laser, odometry_now.value_or(CPose2D()));
 	if (waiting_scan.topic != laser_topic)
 	{
-		others[waiting_scan.topic] = {header.time, placed};
+		others[waiting_scan.topic] = {header.time, here};
 		return std::nullopt;
 	}
 	if (told["found"].empty()) tell_found(waiting_scan, robot);
 	ScanAnswer given;
 	given.time = header.time;
-	given.scan = scan_of(waiting_scan.topic, placed);
+	given.scan = scan_of(waiting_scan.topic, here);
 	localize(given, odometry_now, robot);
 	const Status status = given.localization.status;
 	silent_because = status == Status::kLocalized ? "" : given.localization.note;
@@ -423,10 +432,23 @@ void LiveLocalizer::set_tracker_readers(int present, int ever)
 
 void LiveLocalizer::add_scan(const std::string& topic, const ros::LaserScan& scan)
 {
+	add({topic, scan.header, scan, state_->now});
+}
+
+void LiveLocalizer::add_cloud(const std::string& topic, const ros::PointCloud& cloud)
+{
+	if (state_->settings.cloud_height) return add({topic, cloud.header, cloud, state_->now});
+	state_->tell("cloud", topic + " has point clouds, but no band of heights is given: not used");
+}
+
+/// Takes a scan of either kind.
+void LiveLocalizer::add(WaitingScan waiting)
+{
+	const std::string& topic = waiting.topic;
 	State& state = *state_;
 	if (state.laser_topic.empty()) state.laser_topic = topic;
 	if (topic != state.laser_topic && (!state.settings.merge_lasers || state.others.size() > kMostTopics)) return;
-	const Time time = scan.header.time;
+	const Time time = waiting.header.time;
 	if (time <= 0) return state.tell("stamp", "scans of " + topic + " have no stamp: not used");
 	if (state.is_from_before(time)) return;
 	if (time < state.newest_scan - kStepBack)
@@ -437,10 +459,10 @@ void LiveLocalizer::add_scan(const std::string& topic, const ros::LaserScan& sca
 	if (topic == state.laser_topic)
 	{
 		state.newest_scan = std::max(time, state.newest_scan);
-		state.laser_frame = scan.header.frame;
+		state.laser_frame = waiting.header.frame;
 		state.odometry.follow(state.frames, state.robot_frame(state.laser_frame));
 	}
-	state.waiting.push_back({topic, scan, state.now});
+	state.waiting.push_back(std::move(waiting));
 	if (state.waiting.size() > 2 * kMostWaiting) state.waiting.pop_front();  // nobody calls update()
 }
 
@@ -474,7 +496,7 @@ std::vector<ScanAnswer> LiveLocalizer::update(Time now)
 			break;
 		}
 		const WaitingScan& next = state.waiting.front();
-		const std::string robot = state.robot_frame(next.scan.header.frame);
+		const std::string robot = state.robot_frame(next.header.frame);
 		if (state.is_early(next))
 		{
 			state.waiting.pop_front();

@@ -183,7 +183,9 @@ std::vector<std::uint8_t> to_bytes(const RawlogObject& object)
 	    path, "is a recording of ROS, which this program was built without; install libtf2-dev and build it again");
 }
 
-Log open_ros_log(const std::string& path, RosFormat /*format*/, const Stop& /*stop*/)
+Log open_ros_log(
+    const std::string& path, RosFormat /*format*/, const Stop& /*stop*/,
+    const std::optional<ros::HeightBand>& /*cloud_height*/)
 {
 	refuse_ros(path);
 }
@@ -194,13 +196,15 @@ std::vector<StampedPose> read_poses_of_topic(const std::string& path, const std:
 }
 #endif
 
-Log open_log(const std::string& path, const Stop& stop, const Labels& left_out)
+Log open_log(
+    const std::string& path, const Stop& stop, const Labels& left_out,
+    const std::optional<ros::HeightBand>& cloud_height)
 {
 	check_is_there(path);
-	if (fs::is_directory(path)) return open_ros_log(path, RosFormat::kFolder2, stop);
+	if (fs::is_directory(path)) return open_ros_log(path, RosFormat::kFolder2, stop, cloud_height);
 	const std::string magic = first_bytes(path);
 	const auto ros = recognize_ros({reinterpret_cast<const std::uint8_t*>(magic.data()), magic.size()});
-	if (ros) return open_ros_log(path, *ros, stop);
+	if (ros) return open_ros_log(path, *ros, stop, cloud_height);
 	const std::string start = unpacked_start(path);
 	if (is_carmen_text(start)) return open_carmen_log(path, stop);
 	const std::string packed = describe_packed(magic, start);

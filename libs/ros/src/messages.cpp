@@ -208,44 +208,77 @@ LaserScan read_multi_echo_scan(Fields& fields)
 	return scan;
 }
 
-/// Where the coordinates of a point stand in its bytes.
+/// How the points of a cloud are stored.
 struct CloudLayout
 {
-	std::array<std::size_t, 3> offsets{};  //!< [byte] of x, y, z
-	std::size_t point_size = 0;            //!< [byte]
-	std::size_t points = 0;                //!< [-]
+	std::size_t rows = 0, columns = 0;         //!< [-] of points
+	std::array<std::size_t, 3> offsets{};      //!< [byte] of x, y, z in a point
+	std::array<bool, 3> are_double{};          //!< whether they are float64, else float32
+	std::size_t point_size = 0, row_size = 0;  //!< [byte]
+	bool is_big_endian = false;
 };
 
+/// Reads the descriptions of a point's fields, of which x, y and z are kept.
 template <typename Fields>
-CloudLayout read_layout(Fields& fields)
+void read_coordinates(Fields& fields, CloudLayout& layout)
 {
 	constexpr std::size_t kLeastSize = 13;  // [byte] of the description of a field
-	constexpr std::uint8_t kFloat32 = 7;
-	CloudLayout layout;
-	const std::size_t height = fields.template number<std::uint32_t>();
-	const std::size_t width = fields.template number<std::uint32_t>();
-	layout.points = height * width;
-	unsigned found = 0;  // a bit for each coordinate
+	constexpr std::uint8_t kFloat32 = 7, kFloat64 = 8;
+	std::array<bool, 3> found{};
 	for (std::uint32_t left = count_of(fields, kLeastSize); left > 0; left--)
 	{
 		const std::string name = fields.text();
 		const auto offset = fields.template number<std::uint32_t>();
 		const auto type = fields.template number<std::uint8_t>();
-		fields.template number<std::uint32_t>();  // how many of them
-		const std::size_t axis = name == "x" ? 0 : name == "y" ? 1 : name == "z" ? 2 : 3;
-		if (axis == 3 || type != kFloat32) continue;
+		const auto count = fields.template number<std::uint32_t>();  // some drivers write 0 for 1
+		if (name.size() != 1 || name[0] < 'x' || name[0] > 'z') continue;
+		const auto axis = static_cast<std::size_t>(name[0] - 'x');
+		if (found[axis] || count > 1 || (type != kFloat32 && type != kFloat64))
+			throw Unreadable("holds point clouds whose " + name + " is not one float32 or float64; convert them");
+		found[axis] = true;
 		layout.offsets[axis] = offset;
-		found |= 1U << axis;
+		layout.are_double[axis] = type == kFloat64;
 	}
-	const bool is_big_endian = fields.template number<std::uint8_t>() != 0;
+	if (!found[0] || !found[1] || !found[2])
+		throw Unreadable("holds point clouds without fields x, y and z; convert them");
+}
+
+template <typename Fields>
+CloudLayout read_layout(Fields& fields)
+{
+	CloudLayout layout;
+	layout.rows = fields.template number<std::uint32_t>();
+	layout.columns = fields.template number<std::uint32_t>();
+	read_coordinates(fields, layout);
+	layout.is_big_endian = fields.template number<std::uint8_t>() != 0;
 	layout.point_size = fields.template number<std::uint32_t>();
-	const std::size_t row_size = fields.template number<std::uint32_t>();
-	if (found != 7 || is_big_endian || (height > 1 && row_size != width * layout.point_size))
-		throw Unreadable(
-		    "holds point clouds whose x, y and z are not little-endian float32, or whose rows have gaps; convert them");
-	for (const std::size_t offset : layout.offsets)
-		if (offset + sizeof(float) > layout.point_size) throw std::runtime_error("a point is shorter than it says");
+	layout.row_size = fields.template number<std::uint32_t>();
+	const std::size_t least = layout.columns * layout.point_size;
+	if (layout.rows == 1) layout.row_size = least;  // which some drivers do not fill in
+	for (std::size_t axis = 0; axis < 3; axis++)
+		if (layout.offsets[axis] + (layout.are_double[axis] ? 8 : 4) > layout.point_size)
+			throw std::runtime_error("the point_step of a point cloud is shorter than its fields");
+	if (layout.row_size < least) throw std::runtime_error("the row_step of a point cloud is shorter than its points");
 	return layout;
+}
+
+/// Returns a coordinate of the point that begins at `point`.
+float coordinate_at(const std::uint8_t* point, std::size_t axis, const CloudLayout& layout)
+{
+	std::array<std::uint8_t, 8> bytes{};
+	const std::size_t size = layout.are_double[axis] ? 8 : 4;
+	std::memcpy(bytes.data(), point + layout.offsets[axis], size);
+	if (layout.is_big_endian) std::reverse(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(size));
+	if (!layout.are_double[axis])
+	{
+		float value = 0;
+		std::memcpy(&value, bytes.data(), sizeof value);
+		return value;
+	}
+	double value = 0;
+	std::memcpy(&value, bytes.data(), sizeof value);
+	constexpr double kMost = std::numeric_limits<float>::max();
+	return std::abs(value) <= kMost ? static_cast<float>(value) : std::numeric_limits<float>::quiet_NaN();
 }
 
 template <typename Fields>
@@ -255,16 +288,18 @@ PointCloud read_point_cloud(Fields& fields)
 	cloud.header = read_header(fields);
 	const CloudLayout layout = read_layout(fields);
 	const Bytes data = fields.take(count_of(fields, 1));
-	if (layout.points > data.size / layout.point_size) throw std::runtime_error("a message is shorter than it says");
-	cloud.points.resize(layout.points);
-	const std::uint8_t* point = data.data;
-	for (CloudPoint& at : cloud.points)
-	{
-		std::memcpy(&at.x, point + layout.offsets[0], sizeof at.x);
-		std::memcpy(&at.y, point + layout.offsets[1], sizeof at.y);
-		std::memcpy(&at.z, point + layout.offsets[2], sizeof at.z);
-		point += layout.point_size;
-	}
+	if (layout.rows == 0 || layout.columns == 0) return cloud;
+	const std::size_t last_row = layout.columns * layout.point_size;
+	if (data.size < last_row || layout.rows - 1 > (data.size - last_row) / layout.row_size)
+		throw std::runtime_error("a point cloud has less data than it says");
+	cloud.points.reserve(layout.rows * layout.columns);
+	for (std::size_t row = 0; row < layout.rows; row++)
+		for (std::size_t column = 0; column < layout.columns; column++)
+		{
+			const std::uint8_t* const point = data.data + row * layout.row_size + column * layout.point_size;
+			cloud.points.push_back(
+			    {coordinate_at(point, 0, layout), coordinate_at(point, 1, layout), coordinate_at(point, 2, layout)});
+		}
 	return cloud;
 }
 

@@ -58,21 +58,47 @@ struct SimulatedRobot
 		odometry = odometry + mrpt::poses::CPose2D(ahead * error(random), 0, turn * error(random));
 	}
 
-	ros::LaserScan scan()
+	/// What a beam measures of a robot that is there.
+	float range(int beam, const mrpt::poses::CPose2D& robot)
 	{
 		std::normal_distribution<double> noise(0, range_noise);
+		const auto sensor = mrpt::poses::CPose3D(robot) + laser_on_robot;
+		const double angle = sensor.yaw() - M_PI + beam * 2 * M_PI / beams;
+		const double range = cast_exactly(world, sensor.x(), sensor.y(), angle, 25);
+		return static_cast<float>(range < 20 ? range + noise(random) : 25);
+	}
+
+	ros::LaserScan scan()
+	{
 		ros::LaserScan message;
 		message.header = {time, "laser"};
 		message.angle_step = static_cast<float>(2 * M_PI / beams);
 		message.first_angle = static_cast<float>(-M_PI);
 		message.min_range = 0.05F;
 		message.max_range = 20;
-		const auto sensor = mrpt::poses::CPose3D(pose) + laser_on_robot;
+		for (int i = 0; i < beams; i++) message.ranges.push_back(range(i, pose));
+		return message;
+	}
+
+	/// A scan whose beams take `duration` [s] while the robot moves, which `after_step` hears of 50 times a second. It
+	/// has the time of its first beam.
+	template <typename AfterStep>
+	ros::LaserScan sweep(double duration, double speed, double turn, const AfterStep& after_step)
+	{
+		ros::LaserScan message = scan();
+		message.time_step = static_cast<float>(duration / (beams - 1));
 		for (int i = 0; i < beams; i++)
 		{
-			const double angle = sensor.yaw() - M_PI + i * 2 * M_PI / beams;
-			const double range = cast_exactly(world, sensor.x(), sensor.y(), angle, 25);
-			message.ranges.push_back(static_cast<float>(range < 20 ? range + noise(random) : 25));
+			const double passed = i * duration / (beams - 1);
+			message.ranges[static_cast<std::size_t>(i)] =
+			    range(i, pose + mrpt::poses::CPose2D(speed * passed, 0, turn * passed));
+		}
+		const int steps = static_cast<int>(std::lround(50 * duration));
+		for (int i = 0; i < steps; i++)
+		{
+			time += live::kSecond / 50;
+			move(speed / 50, turn / 50);
+			after_step();
 		}
 		return message;
 	}

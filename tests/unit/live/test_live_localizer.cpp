@@ -507,3 +507,83 @@ TEST(LiveLocalizer, TakesAnAtlasInsteadOfMessages)
 	EXPECT_EQ(drive.live.indices_built(), 0);
 	EXPECT_TRUE(drive.was_told("somebody publishes a map, too"));
 }
+
+namespace
+{
+/// Returns the mean error [deg] of the yaw of a robot that turns by 1 rad/s, whose laser takes 0.2 s for a scan.
+double yaw_error_of_sweeps(const LiveSettings& settings, bool odometry_comes_by_tf)
+{
+	constexpr int kScans = 20;
+	Drive drive(settings);
+	drive.begin();
+	double error = 0;
+	int answers = 0;
+	const auto tell = [&]
+	{
+		const auto transform = drive.robot.odometry_transform().front();
+		if (odometry_comes_by_tf)
+			drive.live.add_transforms({transform}, false);
+		else
+			drive.live.add_odometry({transform, {}});
+	};
+	tell();
+	for (int i = 0; i < kScans; i++)
+	{
+		const mrpt::poses::CPose2D at_stamp = drive.robot.pose;
+		const Time stamp = drive.robot.time;
+		drive.live.add_scan("/scan", drive.robot.sweep(0.2, 0, 1, tell));
+		const auto answer = drive.update(drive.robot.time);
+		if (!answer || answer->localization.status != Status::kLocalized) continue;
+		EXPECT_EQ(answer->time, stamp);
+		error += turn_between(answer->localization.best().pose.asTPose(), at_stamp.asTPose());
+		answers++;
+	}
+	EXPECT_GE(answers, kScans - 2);
+	return error / answers;
+}
+}  // namespace
+
+TEST(LiveLocalizer, MovesTheBeamsOfASweepToTheTimeOfTheScan)
+{
+	constexpr double kLeastTwist = 2;  // [deg] of beams that are not moved, which turn by 11 deg in all
+	EXPECT_LT(yaw_error_of_sweeps({}, true), kLeastTwist / 4);
+	EXPECT_LT(yaw_error_of_sweeps({}, false), kLeastTwist / 4);
+	LiveSettings as_one;
+	as_one.sweep = ros::SweepTime{};
+	EXPECT_GT(yaw_error_of_sweeps(as_one, true), kLeastTwist);
+}
+
+TEST(LiveLocalizer, LocalizesByPointClouds)
+{
+	LiveSettings settings;
+	settings.cloud_height = ros::HeightBand{0.1, 1};
+	Drive drive(settings);
+	drive.begin();
+	const auto cloud_of = [&](const ros::LaserScan& scan)
+	{
+		ros::PointCloud cloud{scan.header, {}};
+		for (std::size_t i = 0; i < scan.ranges.size(); i++)
+		{
+			const float angle = scan.first_angle + static_cast<float>(i) * scan.angle_step;
+			cloud.points.push_back({scan.ranges[i] * std::cos(angle), scan.ranges[i] * std::sin(angle), 0.2F});
+			cloud.points.push_back({0.5F * std::cos(angle), 0.5F * std::sin(angle), -0.3F});  // the floor
+		}
+		return cloud;
+	};
+	for (int i = 0; i < 10; i++)
+	{
+		drive.robot.time += kStep;
+		drive.robot.move(0.03, 0.15);
+		drive.live.add_transforms(drive.robot.odometry_transform(), false);
+		drive.live.add_cloud("/points", cloud_of(drive.robot.scan()));
+		const auto answer = drive.update(drive.robot.time);
+		ASSERT_TRUE(answer && answer->localization.status == Status::kLocalized) << drive.summary();
+		EXPECT_LT(distance_between(answer->localization.best().pose, drive.robot.pose), 0.1);
+	}
+	EXPECT_EQ(drive.seeds.size(), 1U);
+	Drive without;
+	without.begin();
+	without.live.add_cloud("/points", cloud_of(without.robot.scan()));
+	EXPECT_FALSE(without.update(without.robot.time));
+	EXPECT_TRUE(without.was_told("/points has point clouds, but no band of heights is given"));
+}

@@ -163,6 +163,46 @@ std::string scan_message(Wire wire, const MadeScan& scan)
 	return writer.number(std::uint32_t{0}).bytes();  // no intensities
 }
 
+std::string cloud_message(Wire wire, const MadeCloud& cloud)
+{
+	constexpr std::uint32_t kIntensity = 4;  // [byte] after the coordinates
+	const std::uint32_t size = cloud.are_double ? 8 : 4, point_size = 3 * size + kIntensity;
+	const auto columns = static_cast<std::uint32_t>(cloud.points.size()) / cloud.rows;
+	std::string data;
+	const auto add = [&](auto value)
+	{
+		std::string bytes(reinterpret_cast<const char*>(&value), sizeof value);
+		if (cloud.is_big_endian) std::reverse(bytes.begin(), bytes.end());
+		data += bytes;
+	};
+	for (std::size_t i = 0; i < cloud.points.size(); i++)
+	{
+		for (const double value : cloud.points[i])
+			if (cloud.are_double)
+				add(value);
+			else
+				add(static_cast<float>(value));
+		data += std::string(kIntensity, '!');
+		if ((i + 1) % columns == 0) data += std::string(cloud.row_gap, '?');
+	}
+	data.resize(data.size() - cloud.missing_data);
+	FieldWriter writer(wire);
+	writer.header(cloud.time, cloud.frame).number(cloud.rows).number(columns);
+	writer.number(static_cast<std::uint32_t>(cloud.fields.size()));
+	std::uint32_t offset = 0;
+	for (const std::string& field : cloud.fields)
+	{
+		const int type = cloud.field_type != 0 ? cloud.field_type : cloud.are_double ? 8 : 7;
+		writer.text(field).number(offset).number(static_cast<std::uint8_t>(type)).number(cloud.field_count);
+		offset += size;
+	}
+	writer.number(std::uint8_t{cloud.is_big_endian});
+	writer.number(cloud.point_step != 0 ? cloud.point_step : point_size);
+	writer.number(columns * point_size + cloud.row_gap).number(static_cast<std::uint32_t>(data.size()));
+	for (const char byte : data) writer.number(byte);
+	return writer.number(std::uint8_t{0}).bytes();
+}
+
 std::string odometry_message(Wire wire, std::int64_t time, const std::string& child, double x, double y, double phi)
 {
 	FieldWriter writer(wire);
@@ -193,6 +233,12 @@ MadeMessage made_scan(Wire wire, const MadeScan& scan, const std::string& topic)
 {
 	const char* type = wire != Wire::kRos1 ? "sensor_msgs/msg/LaserScan" : "sensor_msgs/LaserScan";
 	return {topic, type, scan.time, scan_message(wire, scan)};
+}
+
+MadeMessage made_cloud(Wire wire, const MadeCloud& cloud, const std::string& topic)
+{
+	const char* type = wire != Wire::kRos1 ? "sensor_msgs/msg/PointCloud2" : "sensor_msgs/PointCloud2";
+	return {topic, type, cloud.time, cloud_message(wire, cloud)};
 }
 
 MadeMessage made_odometry(Wire wire, std::int64_t time, double x, double y, double phi)

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -58,6 +59,24 @@ struct MadeScan
 };
 std::string scan_message(Wire wire, const MadeScan& scan);
 
+/// A sensor_msgs/PointCloud2, and what it says wrongly.
+struct MadeCloud
+{
+	std::int64_t time = 0;  //!< [ns]
+	std::string frame = "laser";
+	std::vector<std::array<double, 3>> points = {{1, 2, 3}, {-4, 5, 0.5}};  //!< [m]
+	std::uint32_t rows = 1;
+	std::uint32_t row_gap = 0;  //!< [byte] after each row
+	bool is_big_endian = false;
+	bool are_double = false;
+	std::vector<std::string> fields = {"x", "y", "z"};
+	std::uint32_t field_count = 1;
+	std::uint8_t field_type = 0;     //!< 0: the right one
+	std::uint32_t point_step = 0;    //!< [byte] 0: the right one
+	std::uint32_t missing_data = 0;  //!< [byte] that are cut off the data
+};
+std::string cloud_message(Wire wire, const MadeCloud& cloud);
+
 std::string odometry_message(Wire wire, std::int64_t time, const std::string& child, double x, double y, double phi);
 
 /// A pose by its position [m] and a rotation about one axis, 'x', 'y' or 'z' [rad].
@@ -78,6 +97,7 @@ struct MadeMessage
 	std::string data;
 };
 MadeMessage made_scan(Wire wire, const MadeScan& scan, const std::string& topic = "/scan");
+MadeMessage made_cloud(Wire wire, const MadeCloud& cloud, const std::string& topic = "/points");
 MadeMessage made_odometry(Wire wire, std::int64_t time, double x, double y, double phi);
 /// geometry_msgs/PoseWithCovarianceStamped of /amcl_pose, or PoseStamped of /pose.
 MadeMessage made_pose(Wire wire, bool has_covariance, std::int64_t time, double x, double y, double phi);

@@ -56,6 +56,14 @@ class RosLog : public FolderTest
 		return open_ros_log(path("log"), is_ros1 ? RosFormat::kBag1 : RosFormat::kMcap);
 	}
 
+	/// The same with clouds.
+	Log log_with_clouds(const std::vector<MadeMessage>& messages) const
+	{
+		write("log", mcap_file(messages));
+		return open_ros_log(
+		    path("log"), RosFormat::kMcap, [] { return false; }, d2s1r::ros::HeightBand{0.2, 2});
+	}
+
 	static std::vector<RawlogObject> objects_of(const Log& log)
 	{
 		std::vector<RawlogObject> objects;
@@ -308,4 +316,35 @@ TEST_F(RosLog, NamesOfFramesThatNobodyGivesAreDamage)
 	EXPECT_FALSE(reader->next());
 	EXPECT_NE(reader->damage().find("the name of a frame is longer than 1000 bytes"), std::string::npos)
 	    << reader->damage();
+}
+
+TEST_F(RosLog, PointCloudsAreScansIfABandOfHeightsIsGiven)
+{
+	MadeCloud cloud;
+	cloud.time = kStart;
+	cloud.frame = "velodyne";
+	cloud.points = {{2, 0, 0}, {1, 0, -0.9}, {0, 3, 0.5}};
+	const std::vector<MadeMessage> messages = {
+	    made_transforms(Wire::kCdr, kStart - 1, {{"base_link", "velodyne", 0.5, 0, 1}}), made_cloud(Wire::kCdr, cloud)};
+	EXPECT_TRUE(log_of(messages, Wire::kCdr).survey.sensors.empty()) << "clouds are passed over";
+	const Log log = log_with_clouds(messages);
+	ASSERT_EQ(log.survey.sensors.size(), 1U);
+	EXPECT_EQ(log.survey.sensors[0].label, "/points");
+	EXPECT_NE(log.survey.sensors[0].mounting.find("x 0.500"), std::string::npos);
+	const auto objects = objects_of(log);
+	ASSERT_EQ(objects.size(), 1U);
+	const auto& scan = *objects[0].scans.at(0);
+	std::vector<float> ranges;
+	for (std::size_t i = 0; i < scan.getScanSize(); i++)
+		if (scan.getScanRangeValidity(i)) ranges.push_back(scan.getScanRange(i));
+	EXPECT_EQ(ranges, (std::vector<float>{2, 3})) << "without the floor";
+	EXPECT_NEAR(scan.sensorPose.x(), 0.5, 1e-9);
+}
+
+TEST_F(RosLog, PointCloudsThatCannotBeReadAreToldAndWhy)
+{
+	MadeCloud cloud;
+	cloud.fields = {"x", "y", "intensity"};
+	const Log log = log_with_clouds({made_cloud(Wire::kCdr, cloud)});
+	EXPECT_NE(log.survey.damage.find("point clouds without fields x, y and z"), std::string::npos) << log.survey.damage;
 }

@@ -11,6 +11,7 @@ namespace d2s1r::ros::test
 {
 namespace
 {
+using d2s1r::test::MadeCloud;
 using d2s1r::test::MadeScan;
 using d2s1r::test::Wire;
 
@@ -86,6 +87,107 @@ TEST(Messages, AMultiEchoScanIsReadByItsFirstEchoes)
 		EXPECT_EQ(scan.ranges[2], 4.0F);
 		EXPECT_EQ(scan.time_step, 0.001F);
 	}
+}
+
+TEST(Messages, APointCloudHasItsPointsHoweverTheyAreStored)
+{
+	for (const Wire wire : {Wire::kRos1, Wire::kCdr, Wire::kCdr2, Wire::kBigEndian})
+		for (const bool is_big_endian : {false, true})
+			for (const bool are_double : {false, true})
+				for (const std::uint32_t rows : {1U, 2U})
+				{
+					MadeCloud made;
+					made.time = 7;
+					made.rows = rows;
+					made.row_gap = rows > 1 ? 5 : 0;
+					made.is_big_endian = is_big_endian;
+					made.are_double = are_double;
+					made.points = {{1, 2, 3}, {-4, 5, 0.5}, {std::nan(""), 0, 0}, {7, 8, 9}};
+					const std::string bytes = cloud_message(wire, made);
+					const PointCloud cloud = decode_point_cloud(encoded(bytes, wire));
+					EXPECT_EQ(cloud.header.frame, "laser");
+					ASSERT_EQ(cloud.points.size(), 4U);
+					EXPECT_EQ(cloud.points[1].x, -4.0F);
+					EXPECT_EQ(cloud.points[1].z, 0.5F);
+					EXPECT_TRUE(std::isnan(cloud.points[2].x));
+					EXPECT_EQ(cloud.points[3].y, 8.0F);
+				}
+}
+
+TEST(Messages, PointCloudsThatLieAreRefused)
+{
+	const auto refuse = [](const std::string& what, const auto& alter)
+	{
+		MadeCloud made;
+		made.rows = 2;
+		alter(made);
+		const std::string bytes = cloud_message(Wire::kCdr, made);
+		try
+		{
+			decode_point_cloud(encoded(bytes, Wire::kCdr));
+			ADD_FAILURE() << what;
+		}
+		catch (const std::runtime_error& e)
+		{
+			EXPECT_NE(std::string(e.what()).find(what), std::string::npos) << e.what();
+		}
+	};
+	refuse("without fields x, y and z", [](MadeCloud& cloud) { cloud.fields = {"x", "y", "intensity"}; });
+	refuse("whose x is not one", [](MadeCloud& cloud) { cloud.fields = {"x", "x", "z"}; });
+	refuse("whose x is not one", [](MadeCloud& cloud) { cloud.field_type = 2; });
+	refuse("whose x is not one", [](MadeCloud& cloud) { cloud.field_count = 3; });
+	refuse("point_step", [](MadeCloud& cloud) { cloud.point_step = 11; });
+	refuse("row_step", [](MadeCloud& cloud) { cloud.point_step = 17; });
+	refuse("row_step", [](MadeCloud& cloud) { cloud.point_step = 0xFFFFFFFF; });
+	refuse("less data", [](MadeCloud& cloud) { cloud.missing_data = 1; });
+	MadeCloud empty;
+	empty.points.clear();
+	EXPECT_TRUE(decode_point_cloud(encoded(cloud_message(Wire::kCdr, empty), Wire::kCdr)).points.empty());
+}
+
+TEST(Messages, ShortPointCloudsAreTold)
+{
+	for (const Wire wire : {Wire::kRos1, Wire::kCdr, Wire::kBigEndian})
+	{
+		const std::string bytes = cloud_message(wire, {});
+		for (std::size_t size = 0; size + 1 < bytes.size(); size++)
+		{
+			const std::string cut = bytes.substr(0, size);
+			EXPECT_THROW(decode_point_cloud(encoded(cut, wire)), std::runtime_error) << size;
+		}
+	}
+}
+
+TEST(Messages, AHeightBandOfACloudIsAScanOfALevelLaser)
+{
+	PointCloud cloud;
+	const mrpt::poses::CPose3D sensor(0.2, 0.1, 1, 0.5, 0.3, 0);  // looks down
+	const auto add = [&](double x, double y, double z)            // on the robot
+	{
+		const auto point = sensor.inverseComposePoint(mrpt::math::TPoint3D(x, y, z));
+		cloud.points.push_back({static_cast<float>(point.x), static_cast<float>(point.y), static_cast<float>(point.z)});
+	};
+	add(3.2, 0.1, 0.5);   // ahead
+	add(4.2, 0.1, 0.5);   // behind that
+	add(2.2, 0.1, 0.01);  // the floor
+	add(0.2, 2.1, 1.4);   // left
+	add(0.2, -2.9, 2.5);  // the ceiling
+	cloud.points.push_back({NAN, 0, 0});
+	const auto scan = to_observation(cloud, sensor, HeightBand{0.1, 2}, "/points");
+	int valid = 0;
+	for (std::size_t i = 0; i < scan->getScanSize(); i++)
+	{
+		if (!scan->getScanRangeValidity(i)) continue;
+		valid++;
+		const double angle = scan->sensorPose.yaw() - scan->aperture / 2.0 +
+		                     static_cast<double>(i) * scan->aperture / static_cast<double>(scan->getScanSize() - 1);
+		const bool is_ahead = std::abs(angle) < 1;
+		EXPECT_NEAR(angle, is_ahead ? 0 : M_PI / 2, 2 * M_PI / 1440);
+		EXPECT_NEAR(scan->getScanRange(i), is_ahead ? 3 : 2, 1e-5);
+	}
+	EXPECT_EQ(valid, 2);
+	EXPECT_NEAR(scan->sensorPose.pitch(), 0, 1e-9);
+	EXPECT_NEAR(scan->sensorPose.z(), 1, 1e-9);
 }
 
 TEST(Messages, ShortMessagesAreTold)

@@ -32,18 +32,19 @@ struct LiveSettings
 {
 	Seeding seeding = Seeding::kOnce;
 	WatchSettings watch;
-	int window = 1;                       //!< [-] scans that are judged together
-	Prior region;                         //!< where the robot may be, map frame
-	double seed_std = 0.3;                //!< [m] added to the uncertainty of a seed
-	double seed_std_yaw = 0.1;            //!< [rad] the same of its yaw
-	double most_scans = 0;                //!< [1/s] that are localized; 0: all
-	std::optional<ros::SweepTime> sweep;  //!< when beams are taken, in place of what the messages tell
-	bool merge_lasers = false;            //!< whether scans of all lasers are used together
-	std::string map_frame = "map";        //!< of a map that no message names the frame of
-	std::string robot_frame;              //!< empty: that of the odometry, else base_link, else base_footprint
-	std::string odometry_frame;           //!< empty: that of the messages of odometry, else odom
-	std::string index;                    //!< file that keeps the index of a map; empty: none
-	Parameters parameters;                //!< of the maps that come as messages
+	int window = 1;                               //!< [-] scans that are judged together
+	Prior region;                                 //!< where the robot may be, map frame
+	double seed_std = 0.3;                        //!< [m] added to the uncertainty of a seed
+	double seed_std_yaw = 0.1;                    //!< [rad] the same of its yaw
+	double most_scans = 0;                        //!< [1/s] that are localized; 0: all
+	std::optional<ros::HeightBand> cloud_height;  //!< of the points of clouds that make scans
+	std::optional<ros::SweepTime> sweep;          //!< when beams are taken, in place of what the messages tell
+	bool merge_lasers = false;                    //!< whether scans of all lasers are used together
+	std::string map_frame = "map";                //!< of a map that no message names the frame of
+	std::string robot_frame;                      //!< empty: that of the odometry, else base_link, else base_footprint
+	std::string odometry_frame;                   //!< empty: that of the messages of odometry, else odom
+	std::string index;                            //!< file that keeps the index of a map; empty: none
+	Parameters parameters;                        //!< of the maps that come as messages
 };
 
 /// Names a publisher among all that ever were.
@@ -130,6 +131,10 @@ class LiveLocalizer
 	/// Takes a scan. \param topic names the laser
 	void add_scan(const std::string& topic, const ros::LaserScan& scan);
 
+	/// Takes a point cloud, whose points in the band of LiveSettings::cloud_height make a scan; without a band it is
+	/// told and not used.
+	void add_cloud(const std::string& topic, const ros::PointCloud& cloud);
+
 	/// Asks for an answer to the next scan, whatever LiveSettings::most_scans says, and for a seed if it is localized,
 	/// unless LiveSettings::seeding is kNever.
 	void request();
@@ -153,6 +158,9 @@ class LiveLocalizer
 	int indices_built() const;
 
    private:
+	struct WaitingScan;
+	void add(WaitingScan waiting);
+
 	struct State;
 	std::unique_ptr<State> state_;
 };

@@ -138,9 +138,11 @@ using Labels = std::set<std::string>;
 /// \param stop is asked a few times a second by readers that take long, also when the log is read again, which then
 /// ends without damage
 /// \param left_out labels of poses and odometry in a rawlog that the reader passes over, such as those of results
+/// \param cloud_height the points of a ROS recording's PointCloud2 that make scans; no value: clouds are passed over
 /// \throws LogError if it cannot be read, Interrupted if `stop` said so
 Log open_log(
-    const std::string& path, const Stop& stop = [] { return false; }, const Labels& left_out = {});
+    const std::string& path, const Stop& stop = [] { return false; }, const Labels& left_out = {},
+    const std::optional<ros::HeightBand>& cloud_height = {});
 
 /// Names the log that stands for standard input.
 inline constexpr const char* kStandardInput = "-";

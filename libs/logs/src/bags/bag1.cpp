@@ -65,7 +65,8 @@ std::int64_t nanoseconds(ByteCursor& cursor)
 class Bag1Source : public PieceSource
 {
    public:
-	Bag1Source(const std::string& path, const Stop& stop) : PieceSource(stop), file_(path)
+	Bag1Source(const std::string& path, const Stop& stop, bool with_clouds)
+	    : PieceSource(stop), file_(path), with_clouds_(with_clouds)
 	{
 		check_magic(path);
 		std::vector<Piece> pieces;
@@ -175,7 +176,7 @@ class Bag1Source : public PieceSource
 	{
 		const auto connection = number_of<std::uint32_t>(fields, "conn");
 		if (topics_.count(connection) != 0) return;
-		const MessageKind kind = kind_of_type(text_of(field_of(data, "type")));
+		const MessageKind kind = kind_of_type(text_of(field_of(data, "type")), with_clouds_);
 		topics_[connection] = keep({text_of(field_of(fields, "topic")), kind, Encoding::kRos1});
 	}
 
@@ -203,12 +204,13 @@ class Bag1Source : public PieceSource
 	}
 
 	ByteFile file_;
+	bool with_clouds_;
 	std::map<std::uint32_t, std::shared_ptr<const Topic>> topics_;
 };
 }  // namespace
 
-std::unique_ptr<MessageSource> open_bag1(const std::string& path, const Stop& stop)
+std::unique_ptr<MessageSource> open_bag1(const std::string& path, const Stop& stop, bool with_clouds)
 {
-	return std::make_unique<Bag1Source>(path, stop);
+	return std::make_unique<Bag1Source>(path, stop, with_clouds);
 }
 }  // namespace d2s1r::logs

@@ -73,7 +73,7 @@ class ContentsReader
 		if (!found) return;
 		LaserTopic& laser = *found;
 		laser.kind = message.topic->kind;
-		if (laser.messages++ == 0) laser.doubt = contradiction_in(laser_scan_of(message));
+		if (laser.messages++ == 0) laser.doubt = doubt_about(message);
 		const std::string frame = header_of(message).frame;
 		const auto known = laser.frames.find(frame);
 		if (known != laser.frames.end())
@@ -104,6 +104,15 @@ class ContentsReader
 	Contents contents;
 
    private:
+	/// Returns what the first message of a laser contradicts itself in. \throws Unreadable if it is a cloud of a kind
+	/// that is not read
+	static std::string doubt_about(const Message& message)
+	{
+		if (message.topic->kind != MessageKind::kPointCloud) return contradiction_in(laser_scan_of(message));
+		point_cloud_of(message);
+		return "";
+	}
+
 	void add(const ros::Transform& transform, bool is_static, Links& links)
 	{
 		const std::string& parent = transform.header.frame;
@@ -184,6 +193,13 @@ ros::LaserScan laser_scan_of(const Message& message)
 	ros::LaserScan scan = decoded(message, has_echoes ? ros::decode_multi_echo_scan : ros::decode_laser_scan);
 	set_time_if_none(scan.header, message);
 	return scan;
+}
+
+ros::PointCloud point_cloud_of(const Message& message)
+{
+	ros::PointCloud cloud = decoded(message, ros::decode_point_cloud);
+	set_time_if_none(cloud.header, message);
+	return cloud;
 }
 
 ros::Odometry odometry_of(const Message& message)

@@ -71,6 +71,7 @@ void hand_to(Reader& reader, const Message& message)
 	{
 		case MessageKind::kLaserScan:
 		case MessageKind::kMultiEchoLaserScan:
+		case MessageKind::kPointCloud:
 			return reader.add_scan(message);
 		case MessageKind::kOdometry:
 			return reader.add_odometry(message);
@@ -86,6 +87,7 @@ void hand_to(Reader& reader, const Message& message)
 // \throws as ros::decode_laser_scan()
 ros::Header header_of(const Message& message);
 ros::LaserScan laser_scan_of(const Message& message);
+ros::PointCloud point_cloud_of(const Message& message);
 ros::Odometry odometry_of(const Message& message);
 ros::StampedPose stamped_pose_of(const Message& message);
 std::vector<ros::Transform> transforms_of(const Message& message);

@@ -28,7 +28,8 @@ std::int64_t nanoseconds(std::uint64_t time)
 class McapSource : public PieceSource
 {
    public:
-	McapSource(const std::string& path, const Stop& stop) : PieceSource(stop), file_(path)
+	McapSource(const std::string& path, const Stop& stop, bool with_clouds)
+	    : PieceSource(stop), file_(path), with_clouds_(with_clouds)
 	{
 		if (first_bytes(path).rfind(kMagic, 0) != 0)
 			throw LogError(path, "is an MCAP file of another version than 0; write it anew as version 0");
@@ -82,7 +83,7 @@ class McapSource : public PieceSource
 		const auto id = cursor.number<std::uint16_t>();
 		if (opcode == McapOpcode::kSchema)
 		{
-			schemas_.emplace(id, kind_of_type(cursor.text()));
+			schemas_.emplace(id, kind_of_type(cursor.text(), with_clouds_));
 			return;
 		}
 		if (channels_.count(id) > 0) return;
@@ -124,6 +125,7 @@ class McapSource : public PieceSource
 	}
 
 	ByteFile file_;
+	bool with_clouds_;
 	std::map<std::uint16_t, MessageKind> schemas_;
 	std::map<std::uint16_t, std::shared_ptr<const Topic>> channels_;
 };
@@ -162,8 +164,8 @@ McapChunk unpack_mcap_chunk(Bytes content, const std::function<void()>& ask_to_s
 	return chunk;
 }
 
-std::unique_ptr<MessageSource> open_mcap(const std::string& path, const Stop& stop)
+std::unique_ptr<MessageSource> open_mcap(const std::string& path, const Stop& stop, bool with_clouds)
 {
-	return std::make_unique<McapSource>(path, stop);
+	return std::make_unique<McapSource>(path, stop, with_clouds);
 }
 }  // namespace d2s1r::logs

@@ -21,7 +21,10 @@ namespace fs = std::filesystem;
 class FolderSource : public MessageSource
 {
    public:
-	FolderSource(std::vector<std::string> files, Stop stop) : files_(std::move(files)), stop_(std::move(stop)) {}
+	FolderSource(std::vector<std::string> files, Stop stop, bool with_clouds)
+	    : files_(std::move(files)), stop_(std::move(stop)), with_clouds_(with_clouds)
+	{
+	}
 
 	std::optional<Message> next() override
 	{
@@ -49,11 +52,12 @@ class FolderSource : public MessageSource
 			throw LogError(
 			    file, packed.empty() ? "is neither a sqlite3 nor an MCAP file; copy the whole folder" : packed);
 		}
-		return open_messages(file, *format, stop_);
+		return open_messages(file, *format, stop_, with_clouds_);
 	}
 
 	std::vector<std::string> files_;
 	Stop stop_;
+	bool with_clouds_;
 	std::size_t opened_ = 0;
 	std::unique_ptr<MessageSource> source_;
 };
@@ -196,7 +200,7 @@ std::size_t bytes_of(Bytes data)
 }
 }  // namespace
 
-MessageKind kind_of_type(const std::string& type)
+MessageKind kind_of_type(const std::string& type, bool with_clouds)
 {
 	constexpr std::size_t kLongestName = 100;  // [-] letters
 	if (type.size() > kLongestName) return MessageKind::kOther;
@@ -212,6 +216,7 @@ MessageKind kind_of_type(const std::string& type)
 	replace("/msg/", "/");
 	if (short_type == "sensor_msgs/LaserScan") return MessageKind::kLaserScan;
 	if (short_type == "sensor_msgs/MultiEchoLaserScan") return MessageKind::kMultiEchoLaserScan;
+	if (short_type == "sensor_msgs/PointCloud2") return with_clouds ? MessageKind::kPointCloud : MessageKind::kOther;
 	if (short_type == "nav_msgs/Odometry") return MessageKind::kOdometry;
 	if (short_type == "geometry_msgs/PoseStamped" || short_type == "geometry_msgs/PoseWithCovarianceStamped")
 		return MessageKind::kStampedPose;
@@ -348,20 +353,21 @@ std::optional<RosFormat> recognize_ros(const std::string& path)
 	return recognize_ros({reinterpret_cast<const std::uint8_t*>(start.data()), start.size()});
 }
 
-std::unique_ptr<MessageSource> open_messages(const std::string& path, RosFormat format, const Stop& stop)
+std::unique_ptr<MessageSource> open_messages(
+    const std::string& path, RosFormat format, const Stop& stop, bool with_clouds)
 {
 	switch (format)
 	{
 		case RosFormat::kBag1:
-			return open_bag1(path, stop);
+			return open_bag1(path, stop, with_clouds);
 		case RosFormat::kSqlite:
-			return open_sqlite(path, stop);
+			return open_sqlite(path, stop, with_clouds);
 		case RosFormat::kMcap:
-			return open_mcap(path, stop);
+			return open_mcap(path, stop, with_clouds);
 		case RosFormat::kFolder2:
 			break;
 	}
-	return open_files(files_of_folder(path, stop), stop);
+	return open_files(files_of_folder(path, stop), stop, with_clouds);
 }
 
 std::vector<std::string> files_of_folder(const std::string& folder, const Stop& stop)
@@ -371,8 +377,8 @@ std::vector<std::string> files_of_folder(const std::string& folder, const Stop& 
 	return has_metadata ? files_of_metadata(folder, stop) : files_of_bag(folder);
 }
 
-std::unique_ptr<MessageSource> open_files(const std::vector<std::string>& files, const Stop& stop)
+std::unique_ptr<MessageSource> open_files(const std::vector<std::string>& files, const Stop& stop, bool with_clouds)
 {
-	return std::make_unique<FolderSource>(files, stop);
+	return std::make_unique<FolderSource>(files, stop, with_clouds);
 }
 }  // namespace d2s1r::logs

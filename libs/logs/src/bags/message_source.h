@@ -24,6 +24,7 @@ enum class MessageKind
 	kLaserScan,           //!< sensor_msgs/LaserScan
 	kMultiEchoLaserScan,  //!< sensor_msgs/MultiEchoLaserScan
 	kOdometry,            //!< nav_msgs/Odometry
+	kPointCloud,          //!< sensor_msgs/PointCloud2
 	kStampedPose,         //!< geometry_msgs/PoseStamped and PoseWithCovarianceStamped
 	kTransforms,          //!< tf2_msgs/TFMessage and tf/tfMessage
 	kOther
@@ -31,7 +32,8 @@ enum class MessageKind
 
 /// Returns the kind of a type of messages.
 /// \param type as ROS 1, ROS 2 ("sensor_msgs/msg/LaserScan") or DDS ("sensor_msgs::msg::dds_::LaserScan_") names it
-MessageKind kind_of_type(const std::string& type);
+/// \param with_clouds whether point clouds are needed
+MessageKind kind_of_type(const std::string& type, bool with_clouds = false);
 
 struct Topic
 {
@@ -156,17 +158,19 @@ std::optional<RosFormat> recognize_ros(Bytes start);
 std::optional<RosFormat> recognize_ros(const std::string& path);
 
 /// Opens a recording from its start.
+/// \param with_clouds whether its point clouds are read, too
 /// \param stop is asked a few times a second or more often, here and by the source
 /// \throws LogError, Interrupted if `stop` said so
 std::unique_ptr<MessageSource> open_messages(
-    const std::string& path, RosFormat format, const Stop& stop = [] { return false; });
+    const std::string& path, RosFormat format, const Stop& stop = [] { return false; }, bool with_clouds = false);
 
 /// Returns the files of a folder that ROS 2 recorded, in the order of their times.
 /// \throws LogError, Interrupted if `stop` said so
 std::vector<std::string> files_of_folder(const std::string& folder, const Stop& stop);
 
 /// Opens such files, one after the other. \throws as open_messages()
-std::unique_ptr<MessageSource> open_files(const std::vector<std::string>& files, const Stop& stop);
+std::unique_ptr<MessageSource> open_files(const std::vector<std::string>& files, const Stop& stop, bool with_clouds);
+
 /// Returns what is said of a file that was packed as a whole, by what it is when it is unpacked; empty if it is none.
 /// \param start first bytes of the file
 std::string describe_packed(const std::string& start, const std::string& unpacked_start);
@@ -176,7 +180,7 @@ std::string describe_packed(const std::string& start, const std::string& unpacke
 std::vector<std::string> files_of_bag(const std::string& folder);
 
 // The formats, each in a file of its own. \throws as open_messages()
-std::unique_ptr<MessageSource> open_bag1(const std::string& path, const Stop& stop);
-std::unique_ptr<MessageSource> open_sqlite(const std::string& path, const Stop& stop);
-std::unique_ptr<MessageSource> open_mcap(const std::string& path, const Stop& stop);
+std::unique_ptr<MessageSource> open_bag1(const std::string& path, const Stop& stop, bool with_clouds);
+std::unique_ptr<MessageSource> open_sqlite(const std::string& path, const Stop& stop, bool with_clouds);
+std::unique_ptr<MessageSource> open_mcap(const std::string& path, const Stop& stop, bool with_clouds);
 }  // namespace d2s1r::logs

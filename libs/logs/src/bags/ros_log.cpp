@@ -74,11 +74,12 @@ std::string describe_odometry(const Robot& robot)
 }
 
 LogSurvey describe(
-    RosFormat format, const Contents& contents, const std::map<std::string, std::shared_ptr<const RobotOfLog>>& robots)
+    RosFormat format, bool with_clouds, const Contents& contents,
+    const std::map<std::string, std::shared_ptr<const RobotOfLog>>& robots)
 {
 	LogSurvey survey;
 	survey.format = format == RosFormat::kBag1 ? "ROS 1 bag" : format == RosFormat::kMcap ? "MCAP file" : "ROS 2 bag";
-	survey.kind_of_scan = "sensor_msgs/LaserScan";
+	survey.kind_of_scan = std::string("sensor_msgs/LaserScan") + (with_clouds ? " or PointCloud2" : "");
 	for (const LaserTopic& laser : contents.lasers)
 	{
 		const RobotOfLog& robot = *robots.at(laser.topic);
@@ -148,12 +149,13 @@ std::vector<StampedPose> read_poses_of_topic(
 	return poses;
 }
 
-Log open_ros_log(const std::string& path, RosFormat format, const Stop& stop)
+Log open_ros_log(
+    const std::string& path, RosFormat format, const Stop& stop, const std::optional<ros::HeightBand>& cloud_height)
 {
 	std::vector<std::string> files;  // are known from here on, so that the log is read without another process
 	if (format == RosFormat::kFolder2) files = files_of_folder(path, stop);
-	const auto open = [path, format, files, stop]
-	{ return files.empty() ? open_messages(path, format, stop) : open_files(files, stop); };
+	const auto open = [path, format, files, stop, with_clouds = cloud_height.has_value()]
+	{ return files.empty() ? open_messages(path, format, stop, with_clouds) : open_files(files, stop, with_clouds); };
 	const auto contents = std::make_shared<const Contents>(read_contents(*open()));
 	const auto links = std::make_shared<AllLinks>(*contents);
 	std::map<std::string, std::shared_ptr<const RobotOfLog>> robots;
@@ -165,13 +167,14 @@ Log open_ros_log(const std::string& path, RosFormat format, const Stop& stop)
 		if (!most || laser.messages > most->messages) most = &laser;
 	}
 	Log log;
-	log.survey = describe(format, *contents, robots);
+	log.survey = describe(format, cloud_height.has_value(), *contents, robots);
 	const auto usual =
 	    most ? robots.at(most->topic) : std::make_shared<const RobotOfLog>(contents, links, LaserTopic());
-	log.read_for = [open, robots, usual](const std::string& label)
+	log.read_for = [open, robots, usual, cloud_height](const std::string& label)
 	{
 		const auto found = robots.find(label);
-		return read_robot(open, found == robots.end() ? *usual : *found->second);
+		return read_robot(
+		    open, found == robots.end() ? *usual : *found->second, cloud_height.value_or(ros::HeightBand()));
 	};
 	return log;
 }

@@ -81,8 +81,11 @@ struct Pending
 class RosReader : public LogReader
 {
    public:
-	RosReader(std::function<std::unique_ptr<MessageSource>()> open, const RobotOfLog& robot)
+	RosReader(
+	    std::function<std::unique_ptr<MessageSource>()> open, const RobotOfLog& robot,
+	    const ros::HeightBand& cloud_height)
 	    : open_(std::move(open)),
+	      cloud_height_(cloud_height),
 	      robot_(robot),
 	      frames_(*robot_.contents, robot_.robot.name_space, *robot_.links),
 	      odometry_links_(links_of_odometry())
@@ -215,16 +218,25 @@ class RosReader : public LogReader
 
 	RawlogObject convert_scan(const Pending& taken, std::optional<Pose> pose)
 	{
-		const ros::LaserScan scan = laser_scan_of(taken.message);
 		ScanDetails details;
-		details.sweep = ros::sweep_time_of(scan);
 		if (!taken.waits) pose = fixed_pose(taken.frame, taken.other);
 		if (!pose)
 			details.unusable_because = taken.waits
 			                               ? "tf does not tell where its frame '" + taken.frame + "' was at its time"
 			                               : "tf has no transform from its frame '" + taken.frame + "' to the robot";
-		const auto observation = ros::to_observation(scan, pose.value_or(Pose()), taken.message.topic->name);
-		RawlogObject object = to_rawlog_object(observation, ros::middle_angle(scan));
+		const std::string& topic = taken.message.topic->name;
+		RawlogObject object;
+		if (taken.message.topic->kind == MessageKind::kPointCloud)
+		{
+			const ros::PointCloud cloud = point_cloud_of(taken.message);
+			object = to_rawlog_object(ros::to_observation(cloud, pose.value_or(Pose()), cloud_height_, topic));
+		}
+		else
+		{
+			const ros::LaserScan scan = laser_scan_of(taken.message);
+			details.sweep = ros::sweep_time_of(scan);
+			object = to_rawlog_object(ros::to_observation(scan, pose.value_or(Pose()), topic), ros::middle_angle(scan));
+		}
 		object.details = {details};
 		return object;
 	}
@@ -287,6 +299,7 @@ class RosReader : public LogReader
 	}
 
 	std::function<std::unique_ptr<MessageSource>()> open_;
+	ros::HeightBand cloud_height_;
 	RobotOfLog robot_;
 	MovingFrames frames_;
 	std::set<std::string> odometry_links_;
@@ -316,8 +329,9 @@ std::optional<Path> RobotOfLog::placement(const std::string& frame) const
 	return links->path(frame, robot.frame);
 }
 
-std::unique_ptr<LogReader> read_robot(std::function<std::unique_ptr<MessageSource>()> open, const RobotOfLog& robot)
+std::unique_ptr<LogReader> read_robot(
+    std::function<std::unique_ptr<MessageSource>()> open, const RobotOfLog& robot, const ros::HeightBand& cloud_height)
 {
-	return std::make_unique<RosReader>(std::move(open), robot);
+	return std::make_unique<RosReader>(std::move(open), robot, cloud_height);
 }
 }  // namespace d2s1r::logs

@@ -4,6 +4,8 @@
 #include "bags/robot.h"
 #include "logs/log.h"
 
+#include <ros/observation.h>
+
 #include <functional>
 #include <memory>
 
@@ -27,5 +29,7 @@ struct RobotOfLog
 /// Reads a recording a second time: its messages become observations of one robot. A laser whose pose moves is read at
 /// the time of its scan, for which the reader waits for transforms that were recorded up to a second later.
 /// \param open opens the recording
-std::unique_ptr<LogReader> read_robot(std::function<std::unique_ptr<MessageSource>()> open, const RobotOfLog& robot);
+/// \param cloud_height the points of clouds that make scans
+std::unique_ptr<LogReader> read_robot(
+    std::function<std::unique_ptr<MessageSource>()> open, const RobotOfLog& robot, const ros::HeightBand& cloud_height);
 }  // namespace d2s1r::logs

@@ -69,7 +69,8 @@ struct Column
 class SqliteSource : public MessageSource
 {
    public:
-	SqliteSource(const std::string& path, Stop stop) : stop_(std::move(stop))
+	SqliteSource(const std::string& path, Stop stop, bool with_clouds)
+	    : stop_(std::move(stop)), with_clouds_(with_clouds)
 	{
 		check_has_no_journal(path);
 		std::error_code error;
@@ -257,7 +258,7 @@ class SqliteSource : public MessageSource
 		const Statement topics = prepare("SELECT id, name, type FROM topics WHERE serialization_format = 'cdr'");
 		while (step(topics))
 		{
-			const MessageKind kind = kind_of_type(text_in(topics, 2));
+			const MessageKind kind = kind_of_type(text_in(topics, 2), with_clouds_);
 			if (kind != MessageKind::kOther)
 				topics_.emplace(
 				    sqlite3_column_int64(topics.get(), 0), keep({text_in(topics, 1), kind, Encoding::kCdr}));
@@ -273,6 +274,7 @@ class SqliteSource : public MessageSource
 	}
 
 	Stop stop_;
+	bool with_clouds_;
 	std::unique_ptr<sqlite3, Close> database_;
 	std::map<std::int64_t, std::shared_ptr<const Topic>> topics_;
 	Statement messages_;  //!< their topics, times and numbers, in order
@@ -284,12 +286,12 @@ class SqliteSource : public MessageSource
 };
 }  // namespace
 
-std::unique_ptr<MessageSource> open_sqlite(const std::string& path, const Stop& stop)
+std::unique_ptr<MessageSource> open_sqlite(const std::string& path, const Stop& stop, bool with_clouds)
 {
-	return std::make_unique<SqliteSource>(path, stop);
+	return std::make_unique<SqliteSource>(path, stop, with_clouds);
 }
 #else
-std::unique_ptr<MessageSource> open_sqlite(const std::string& path, const Stop& /*stop*/)
+std::unique_ptr<MessageSource> open_sqlite(const std::string& path, const Stop& /*stop*/, bool /*with_clouds*/)
 {
 	throw LogError(
 	    path, "is a sqlite3 file, which this program was built without; install libsqlite3-dev and build it again");

@@ -47,6 +47,18 @@ SweepTime sweep_time_of(const LaserScan& scan);
 mrpt::obs::CObservation2DRangeScan::Ptr to_observation(
     const LaserScan& scan, const mrpt::poses::CPose3D& laser, const std::string& label);
 
+/// Says which points of a cloud make a scan: those between two heights [m] above the origin of the robot's frame.
+struct HeightBand
+{
+	double from = 0, to = 0;  //!< [m] from < to
+};
+
+/// Returns a cloud as a scan of a laser that looks around level from where the sensor is: in each of 1,440 directions
+/// the nearest point of the band. Directions without a point, and points within 0.05 m or beyond 200 m, are no data: a
+/// cloud does not tell where a beam saw nothing. \param sensor its frame on the robot
+mrpt::obs::CObservation2DRangeScan::Ptr to_observation(
+    const PointCloud& cloud, const mrpt::poses::CPose3D& sensor, const HeightBand& band, const std::string& label);
+
 /// Returns the odometry as MRPT has it; null if the message holds no pose.
 mrpt::obs::CObservationOdometry::Ptr to_observation(const Odometry& odometry, const std::string& label);
 }  // namespace d2s1r::ros

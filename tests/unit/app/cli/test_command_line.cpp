@@ -65,6 +65,15 @@ TEST(CommandLine, SweepTime)
 	EXPECT_DOUBLE_EQ(sweep->first_beam, 0.05);
 }
 
+TEST(CommandLine, CloudHeight)
+{
+	EXPECT_FALSE(complete({}).log.cloud_height);
+	const auto band = complete({"--cloud-height", "-0.5:1.5"}).log.cloud_height;
+	ASSERT_TRUE(band);
+	EXPECT_DOUBLE_EQ(band->from, -0.5);
+	EXPECT_DOUBLE_EQ(band->to, 1.5);
+}
+
 TEST(CommandLine, DefaultsAreOneThreadAllFramesAndEveryScanOnItsOwn)
 {
 	const CommandLine command = complete();
@@ -133,6 +142,9 @@ TEST(CommandLine, ValuesThatMakeNoSenseAreRefused)
 	    {{"--threads", "two"}, "two"},
 	    {{"--threads", "2.5"}, "--threads: '2.5' is not a whole number from 1 to 256"},
 	    {{"--seed", "-1"}, "--seed"},
+	    {{"--cloud-height", "1"}, "write A:B in m"},
+	    {{"--cloud-height", "1:0.5"}, "is an empty band of heights"},
+	    {{"--cloud-height", "low:high"}, "low"},
 	    {{"--sweep-time", "slow"}, "slow"},
 	    {{"--sweep-time", "0.1,0,0"}, "write S or S,FIRST in s"},
 	    {{"--sweep-time", "100"}, "--sweep-time: '100' is longer than any laser takes"},
