@@ -32,7 +32,7 @@ BINS = ((0.9, 0.99), (0.99, 0.999), (0.999, 1.0001))
 BINNED = ("intel", "mit_csail", "mit_killian", "fr079", "fr_campus")
 JUMPS = 20  # [-] that are listed
 DISTURBED = ("intel", "mit_csail", "mit_killian", "fr079", "mines_runs")
-DISTURBANCES = ((1.0, 0), (0.6, 0), (1.7, 0), (1.0, 6), (1.0, 12), (1.7, 12))  # [-] ways times, [deg] noise of turns
+DISTURBANCES = ((1.0, 0), (0.6, 0), (1.7, 0), (1.0, 12), (1.7, 12))  # [-] ways times, [deg] noise of turns
 MOST_DISTURBED = 200  # [frames] of a drive whose odometry is disturbed
 
 
@@ -110,7 +110,7 @@ def fuse(arguments, drive, words, frames):
     """(tracking, of these wrong) by fusion_experiment."""
     folder = arguments.build.resolve() / "learning/windows"
     told = run([arguments.build.resolve() / "experiments/fusion_experiment", *files_of(drive, arguments.data),
-                folder / f"{drive.name}-{frames}-whole.cache", "whole", "odometry", str(frames), *words])
+                folder / f"{drive.name}-{frames}-whole.cache", "whole", "both", str(frames), *words])
     return tuple(int(number) for number in re.search(r"tracking in (\d+) frames, wrong in (\d+)", told).groups())
 
 
