@@ -1,13 +1,17 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-// A simulated robot for long runs of d2s1r-live: d2s1r-live-drive MAP SECONDS. It wanders through the map, publishes
-// map, transforms and scans at 10 Hz, has a tracker that takes seeds, and is carried away once a minute.
+// A simulated robot for long runs of d2s1r-live: d2s1r-live-drive MAP SECONDS [MARKERS.json]. It wanders through the
+// map, publishes map, transforms and scans at 10 Hz, has a tracker that takes seeds, and is carried away once a minute.
+// The file gets the markers with the most hypotheses, the last of these.
 #include "fastdds_peer.h"
 
 #include <d2s1r/map_io.h>
 
+#include <algorithm>
 #include <cstdlib>
+#include <fstream>
 #include <iostream>
 #include <thread>
+#include <utility>
 
 namespace d2s1r::test
 {
@@ -22,7 +26,37 @@ constexpr int kScansBetweenKidnaps = 600;  // [-]
 struct Drive
 {
 	int scans = 0, kidnaps = 0, seeds = 0, right = 0;
+	MarkersType::type markers;  //!< with the most hypotheses
 };
+
+/// Returns how many hypotheses markers show.
+long arrows_in(const MarkersType::type& markers)
+{
+	const auto& all = markers.markers();
+	return std::count_if(
+	    all.begin(), all.end(), [](const auto& marker) { return marker.type() == 0 && marker.scale().x() > 0; });
+}
+
+/// Writes what a viewer would draw: poses [m, rad], texts, and points [m], map frame.
+void save(const MarkersType::type& markers, const std::string& file)
+{
+	std::ofstream out(file);
+	out << "[";
+	const char* separator = "";
+	for (const auto& marker : markers.markers())
+	{
+		const auto& [position, turn] = std::pair(marker.pose().position(), marker.pose().orientation());
+		out << std::exchange(separator, ",\n") << "{\"type\": " << marker.type()
+		    << ", \"length\": " << marker.scale().x() << ", \"x\": " << position.x() << ", \"y\": " << position.y()
+		    << ", \"yaw\": " << 2 * std::atan2(turn.z(), turn.w()) << ", \"text\": \"" << marker.text()
+		    << "\", \"color\": [" << marker.color().r() << ", " << marker.color().g() << ", " << marker.color().b()
+		    << ", " << marker.color().a() << "], \"points\": [";
+		for (std::size_t i = 0; i < marker.points().size(); i++)
+			out << (i > 0 ? ", " : "") << "[" << marker.points()[i].x() << ", " << marker.points()[i].y() << "]";
+		out << "]}";
+	}
+	out << "]\n";
+}
 
 /// Returns whether there is room for the robot ahead.
 bool is_free_ahead(const SimulatedRobot& robot)
@@ -47,7 +81,9 @@ Drive drive(const Grid& grid, int scans)
 {
 	RobotPeer peer(grid);
 	PeerReader<PoseType> seeds(peer.peer, "/initialpose");
+	PeerReader<MarkersType> markers(peer.peer, "/d2s1r/markers", {true, true, 1});
 	SimulatedRobot& robot = peer.robot;
+	robot.world = grid;  // walls of one cell stay
 	robot.beams = 360;
 	const auto places = random_poses(robot.world, scans / kScansBetweenKidnaps + 1, kClearance, 1);
 	robot.pose = mrpt::poses::CPose2D(places[0]);
@@ -62,6 +98,8 @@ Drive drive(const Grid& grid, int scans)
 		const bool is_free = is_free_ahead(robot);
 		robot.move(is_free ? kStep : 0, is_free ? 0.01 : 0.1);
 		for (const auto& seed : seeds.take()) tracker.take({0, "", pose_of(seed), {}}, robot.odometry);
+		for (const auto& drawn : markers.take())
+			if (arrows_in(drawn) >= arrows_in(result.markers)) result.markers = drawn;
 		publish(peer, tracker);
 		const auto tracked = tracker.pose(robot.odometry);
 		if (tracked && distance_between(*tracked, robot.pose) < 1) result.right++;
@@ -77,10 +115,11 @@ Drive drive(const Grid& grid, int scans)
 int main(int argc, char** argv)
 try
 {
-	if (argc != 3) throw std::runtime_error("usage: d2s1r-live-drive MAP SECONDS");
+	if (argc != 3 && argc != 4) throw std::runtime_error("usage: d2s1r-live-drive MAP SECONDS [MARKERS.json]");
 	const auto map = d2s1r::load_map(argv[1]);
 	const auto grid = d2s1r::make_grid(*map, {});
 	const auto result = d2s1r::test::drive(grid, static_cast<int>(10 * std::atof(argv[2])));
+	if (argc == 4) d2s1r::test::save(result.markers, argv[3]);
 	std::cout << result.scans << " scans, " << result.kidnaps << " times carried away, " << result.seeds
 	          << " seeds; the tracker was right (1 m) at " << result.right << " scans" << std::endl;
 	return 0;
