@@ -2,7 +2,6 @@
 // What the programs of this project need of the library, and others do not. It is not installed.
 #pragma once
 
-#include <d2s1r/map_io.h>
 #include <d2s1r/parameters.h>
 #include <mrpt/maps/COccupancyGridMap2D.h>
 
@@ -13,6 +12,8 @@
 
 namespace d2s1r
 {
+struct ImageGeometry;  // of map_io.h
+
 /// Returns about how much memory [byte] it takes to build a Localizer of `map`, beside the map itself; one that is
 /// built has less. It looks only at the cells and is done long before an index is. Thread-safe.
 /// \throws std::invalid_argument if the map has no cell that is known
