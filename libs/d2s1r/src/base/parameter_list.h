@@ -40,16 +40,17 @@ void visit_scan(P& scan, const Visitor& visit)
 	visit("min_beams", scan.min_beams, 1, 100000, "[-] a scan is invalid if it has fewer usable beams than this");
 	visit(
 	    "zero_is_no_return", scan.zero_is_no_return, 0, 1,
-	    "[-] whether a range of 0 says that nothing is there up to the maximum range; otherwise it is no data (the "
+	    "[-] whether a range of 0 means that nothing is there up to the maximum range; otherwise it is no data (the "
 	    "paper: epsilon)");
 	visit(
 	    "no_return", scan.no_return, 0.0, 1.0,
-	    "[-] share of a scan's no-returns that lie in narrow gaps of a surface from which on all of them are no data: "
-	    "such a laser writes 'nothing there' for beams that it lost; 0: they never are data, 1: they always are");
+	    "[-] if at least this share of a scan's no-returns lie in narrow gaps of a surface, all no-returns are no "
+	    "data, because such a laser writes 'nothing there' for beams that it lost; 0: they are never data, 1: they are "
+	    "always data");
 	visit(
 	    "covered_within", scan.covered_within, 0.0, 10.0,
-	    "[m] the sensor is covered, and its scan rejected, if nine of ten beams end nearer than this; method = paper "
-	    "does not look");
+	    "[m] the sensor counts as covered, and its scan is rejected, if nine of ten beams end nearer than this; method "
+	    "= paper does not check it");
 }
 
 template <class P, class Visitor>
@@ -60,16 +61,16 @@ void visit_paper(P& paper, const Visitor& visit)
 	    "[m] r of Table II: the range of your sensor; longer ranges are out of range");
 	visit(
 	    "bins", paper.bins, 2, 256,
-	    "[-] d of Table II: bins of a signature, each (r + epsilon) / d wide; the last one counts what is out of "
-	    "range, too");
+	    "[-] d of Table II: bins of a signature, each (r + epsilon) / d wide; the last bin also counts ranges that are "
+	    "out of range");
 	visit(
 	    "epsilon", paper.epsilon, 1e-9, 1.0,
-	    "[m] epsilon of Table II: the least range in Eq. 1; what is out of range counts as r + epsilon there");
+	    "[m] epsilon of Table II: the least range in Eq. 1; a beam that is out of range counts as r + epsilon there");
 	visit("candidates", paper.candidates, 1, 100000, "[-] k of Table II: number of nearest cells that are registered");
 	visit(
 	    "directions", paper.directions, 8, 3600,
-	    "[-] rays of a virtual scan, which are the yaw shifts, too (steps of 1 deg in Table II); a signature counts "
-	    "360 at most");
+	    "[-] number of rays of a virtual scan, and of yaw shifts (steps of 1 deg in Table II); a signature counts 360 "
+	    "at most");
 }
 
 template <class P, class Visitor>
@@ -83,11 +84,11 @@ void visit_overview_search(P& coarse, const Visitor& visit)
 {
 	visit(
 	    "overview_missing_by_chance", coarse.overview_missing_by_chance, 0.0, 1e6,
-	    "[-] times the square root of the number of beams: how many beams more than the cheapest pair explains may by "
-	    "chance be missing from the range histogram of a group that is still searched");
+	    "[-] times the square root of the number of beams: a group is searched only if at most this many more beams "
+	    "are missing from its range histogram than the cheapest pair explains");
 	visit(
 	    "max_pairs", coarse.max_pairs, 1, 1000000,
-	    "[-] maximum number of (group of positions, yaw) pairs compared beam by beam");
+	    "[-] maximum number of pairs (group of positions, yaw) that are compared beam by beam");
 }
 
 template <class P, class Visitor>
@@ -100,8 +101,8 @@ void visit_profile_search(P& coarse, const Visitor& visit)
 	visit("candidates", coarse.candidates, 1, 100000, "[-] maximum number of candidates that are handed on");
 	visit(
 	    "margin", coarse.margin, 0.0, 1e6,
-	    "[step, in the overview twice that] times the square root of the number of beams: poses whose beams cost this "
-	    "much more in total than those of the best one are dropped");
+	    "[step, in the overview twice that] times the square root of the number of beams: pairs whose beams cost this "
+	    "much more in total than those of the best pair are dropped");
 }
 
 template <class P, class Visitor>
@@ -117,8 +118,8 @@ void visit_refinement(P& fine, const Visitor& visit)
 {
 	visit(
 	    "max_scored", fine.max_scored, 1, 100000,
-	    "[-] maximum number of settled candidates, those of best fit, that are scored with up to 45 beams; the stages "
-	    "after this take a third of the poses each time: to be refined, restarted, polished, and compared");
+	    "[-] maximum number of settled candidates, best fit first, that are scored with up to 45 beams; each later "
+	    "stage takes a third of the poses: refined, restarted, polished, compared");
 	visit(
 	    "fit_margin", fine.fit_margin, 0.0, 100.0,
 	    "[-] candidates that fit this much worse than the best one, before or after any step of settling, are dropped");
@@ -126,7 +127,7 @@ void visit_refinement(P& fine, const Visitor& visit)
 	visit(
 	    "range_noise", fine.range_noise, 0.001, 10.0,
 	    "[m] standard deviation of the range of a beam of 1 deg about the map, for the covariance, as if beams were "
-	    "independent: neighbours err alike, and 3 cm that nine of them share count as 9 cm of each");
+	    "independent; neighbours share their errors, so that 3 cm shared by nine beams count as 9 cm of each");
 }
 
 template <class P, class Visitor>
@@ -134,7 +135,7 @@ void visit_first_look(P& first_look, const Visitor& visit)
 {
 	visit(
 	    "effort", first_look.effort, 0.001, 1.0,
-	    "[-] share of max_pairs, candidates and max_scored that the first look has; 1: there is no first look");
+	    "[-] share of max_pairs, candidates and max_scored that the first look uses; 1: there is no first look");
 }
 
 template <class P, class Visitor>
@@ -146,16 +147,16 @@ void visit_scoring(P& scoring, const Visitor& visit)
 	    "[probability] a frame is localized if its confidence is above this");
 	visit(
 	    "rejected_below", scoring.rejected_below, 0.0, 1.0,
-	    "[probability] a frame is rejected if it is less likely than this that one of the places found is right");
+	    "[probability] a frame is rejected if the probability that one of the places is right is below this");
 	visit(
 	    "temperature", scoring.temperature, 0.01, 100.0,
-	    "[-] the difference of two log-likelihoods divided by this is the log-odds of two places");
+	    "[-] divides the difference of the log-likelihoods of two places to give their log-odds");
 	visit(
 	    "temperature_by_beam", scoring.temperature_by_beam, 0.0, 10.0,
 	    "[-] added to temperature for each beam of 1 deg that contradicts the map at the best place");
 	visit(
 	    "temperature_by_tolerance", scoring.temperature_by_tolerance, 0.0, 1000.0,
-	    "[1 / m] both are multiplied by 1 + this times the tolerance of the walls, if the map is smeared");
+	    "[1 / m] in a smeared map, both temperatures are multiplied by 1 + this times the tolerance of the walls");
 }
 
 template <class P, class Visitor>
@@ -164,13 +165,16 @@ void visit_beam_model(P& model, const Visitor& visit)
 	visit(
 	    "on_wall", model.on_wall, -10.0, 10.0,
 	    "[nat] for a beam that ends within 6 cm of the centre of an occupied cell");
-	visit("off_wall", model.off_wall, -10.0, 10.0, "[nat] for one that ends further off than 10 cm, in free space");
+	visit(
+	    "off_wall", model.off_wall, -10.0, 10.0,
+	    "[nat] for a beam that ends in free space, more than 10 cm from a wall");
 	visit(
 	    "log_range", model.log_range, -10.0, 10.0,
 	    "[nat] added times ln(range / 3 m) for a beam that ends within 10 cm of a wall");
 	visit(
 	    "through_wall", model.through_wall, -10.0, 10.0,
-	    "[nat] added for each wall that a beam passed, at most three; furniture, pieces of less than 1 m, is none");
+	    "[nat] added for each wall that a beam passed, at most three; furniture (pieces of less than 1 m) does not "
+	    "count");
 	visit(
 	    "unknown_metre", model.unknown_metre, -10.0, 10.0,
 	    "[nat] added for each metre of unknown space that a beam passed, at most three");
