@@ -111,7 +111,7 @@ py::str text_of(const std::string& text)
 /// Returns the bytes of the name of a map. It may be that of a file.
 std::string name_of(const py::handle& name)
 {
-	if (!py::isinstance<py::str>(name)) throw py::type_error("the name of a map is no str");
+	if (!py::isinstance<py::str>(name)) throw py::type_error("the name of a map must be a str");
 	const auto bytes =
 	    py::reinterpret_steal<py::bytes>(PyUnicode_AsEncodedString(name.ptr(), "utf-8", "surrogateescape"));
 	if (!bytes) throw py::error_already_set();
@@ -146,7 +146,7 @@ std::shared_ptr<Map> map_of_array(const py::object& cells, double resolution, st
 		throw std::invalid_argument(
 		    "Map: the array has " + std::to_string(array.ndim()) + " dimensions; give 2, the row of least y first");
 	if (std::string("fbiu").find(array.dtype().kind()) == std::string::npos)
-		throw std::invalid_argument("Map: the cells of the array are no numbers; give bool, integers or floats");
+		throw std::invalid_argument("Map: the cells of the array are not numbers; give bool, integers or floats");
 	// A view may pretend to have any number of cells: they are counted before they are copied.
 	check_number_of_cells(static_cast<std::size_t>(array.shape(1)), static_cast<std::size_t>(array.shape(0)));
 	const auto p_occupied = p_occupied_of(array);
@@ -232,7 +232,7 @@ Floats ranges_of(const py::object& given)
 		throw std::invalid_argument(
 		    "ranges has " + std::to_string(array.size()) + " numbers; give " + std::to_string(kMost) + " at most");
 	if (std::string("fbiu").find(array.dtype().kind()) == std::string::npos)
-		throw std::invalid_argument("ranges holds no numbers; give floats");
+		throw std::invalid_argument("ranges does not hold numbers; give floats");
 	return Floats(array);
 }
 
@@ -371,7 +371,8 @@ std::string summary_of(const PyLocalization& result)
 }
 
 constexpr const char* kRanges =
-    "    ranges: 1D array of distances [m]; inf and what is at or beyond max_range saw nothing, NaN is no data.\n"
+    "    ranges: 1D array of distances [m]; inf and ranges from max_range on mean that the beam saw nothing; NaN is no "
+    "data.\n"
     "    angle_min: direction of the first beam [rad], counter-clockwise from the x axis of the laser.\n"
     "    angle_increment: angle from one beam to the next [rad]; it is negative if the beams run clockwise.\n"
     "    max_range: range up to which the laser sees [m].\n"
@@ -428,7 +429,7 @@ void bind_sweep(py::module_& module)
 	        "poses"_a = py::none(),
 	        "    beam_step: time from one beam to the next [s], in the order of ranges; ROS calls it time_increment.\n"
 	        "    first_beam: time of the first beam [s].\n"
-	        "    times: when the robot was at each of the poses [s], increasing.\n"
+	        "    times: times at which the robot was at each of the poses [s], increasing.\n"
 	        "    poses: (x, y, phi) of the robot in a frame that does not move, such as that of the odometry: n x 3 "
 	        "[m, rad].\n\n"
 	        "Raises ValueError if they do not belong together.")
@@ -476,7 +477,7 @@ void bind_localization(py::module_& module)
 	        "probabilities",
 	        [](const PyLocalization& result)
 	        { return numbers_of(result, [](const Hypothesis& h) { return h.probability; }); },
-	        "Probabilities of the hypotheses: n. What they lack to 1 is that of \"none of them\".")
+	        "Probabilities of the hypotheses: n. If they sum to less than 1, the rest is that of \"none of them\".")
 	    .def_property_readonly(
 	        "explained",
 	        [](const PyLocalization& result)
@@ -507,8 +508,8 @@ void bind_localizer(py::module_& module)
 	};
 	py::class_<PyLocalizer, std::shared_ptr<PyLocalizer>>(
 	    module, "Localizer",
-	    "Tells where in a map a scan was taken, without an initial pose.\n\n"
-	    "It is constant once it is made: any number of threads may call localize() at once, and they run in parallel.")
+	    "Finds where in a map a scan was taken, without an initial pose.\n\n"
+	    "A Localizer never changes: any number of threads may call localize() at once, and they run in parallel.")
 	    .def(
 	        py::init(make), "map"_a, "parameters"_a = py::none(), "threads"_a = 1,
 	        "Builds the index of a map.\n\n"
@@ -575,8 +576,7 @@ void bind_atlas(py::module_& module)
 		return all;
 	};
 	py::class_<PyAtlas, std::shared_ptr<PyAtlas>>(
-	    module, "Atlas",
-	    "Tells in which of several maps, and where there, a scan was taken. It is constant once it is made.")
+	    module, "Atlas", "Finds in which of several maps, and where there, a scan was taken. An Atlas never changes.")
 	    .def(
 	        py::init(&atlas_of), "localizers"_a, "regions"_a = py::dict(),
 	        "    localizers: dict of Localizer by the name of its map.\n"
@@ -625,7 +625,7 @@ void bind_window(py::module_& module)
 	    "Localizes by the scans of the last frames together. Use one object per robot, with one call per frame.")
 	    .def(
 	        py::init(make), "localizer"_a, "frames"_a = 10, "region"_a = py::none(), py::keep_alive<1, 2>(),
-	        "    frames: that are judged together.\n"
+	        "    frames: number of frames that are judged together.\n"
 	        "    region: box between the corners (x0, y0, x1, y1) in the map frame [m] that the robot never leaves.")
 	    .def(
 	        py::init(make_in_atlas), "atlas"_a, "frames"_a = 10, py::keep_alive<1, 2>(),

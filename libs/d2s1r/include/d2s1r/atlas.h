@@ -12,32 +12,32 @@ namespace d2s1r
 /// Holds a map of an Atlas.
 struct AtlasMap
 {
-	/// Hypotheses tell it, and no other map of the atlas has it. It is not empty, does not begin with a dot, and holds
-	/// no slash or control character, so that it can be a part of a file's name.
+	/// Name of the map in hypotheses. No other map of the atlas has it. It is not empty, does not begin with a dot, and
+	/// holds no slash or control character, so that it can be a part of a file's name.
 	std::string name;
 	std::shared_ptr<const Localizer> localizer;  //!< index of the map, with parameters of its own
 	Prior region = {};                           //!< where in this map the robot may be, map frame
-	std::string floor = {};                      //!< as people call it; only told, nothing depends on it
+	std::string floor = {};                      //!< what people call this storey; no result depends on it
 };
 
-/// Tells in which of several maps, and where there, a scan was taken. An atlas of one map answers as its Localizer
+/// Finds in which of several maps, and where there, a scan was taken. An atlas of one map answers as its Localizer
 /// does.
 ///
-/// All maps answer together: places are scored in each map by its own parameters, and one decision is made over the
-/// places of all, so that the probabilities of an answer share one scale. What they lack to 1 is the probability that
-/// the scan is of none of these maps. Floors that look alike from where the scan was taken share the probability: the
+/// Each map scores places by its own parameters, and one decision is made over the places of all maps, so that the
+/// probabilities of an answer share one scale. If they sum to less than 1, the rest is the probability that the scan is
+/// of none of these maps. Floors that look alike from where the scan was taken share the probability: the
 /// answer is kAmbiguous.
 ///
-/// All maps are searched at once, as if they were one map, and only the best candidates of all of them are looked at
-/// further: this takes little longer than one map of their size. How much is searched, which is the numbers and margins
-/// of coarse_search, refinement and first_look, is said by the parameters of the first map.
+/// All maps are searched at once, as if they were one map, and only the best candidates of all of them are
+/// refined: this takes little longer than one map of their size. The parameters of the first map say how much is
+/// searched: the numbers and margins of coarse_search, refinement and first_look.
 ///
 /// It is const and thread-safe: any number of threads may call localize() at once.
 class Atlas
 {
    public:
 	/// \param maps one or more; the atlas shares their localizers
-	/// \throws std::invalid_argument if there is no map, a name is there twice or not as it should be, a localizer is null or its method is
+	/// \throws std::invalid_argument if there is no map, a name occurs twice or is not allowed, a localizer is null or its method is
 	///         kPaper, or the section `scan` of their parameters, which is about the sensor, differs
 	explicit Atlas(std::vector<AtlasMap> maps);
 

@@ -34,8 +34,8 @@ struct Hypothesis
 {
 	mrpt::poses::CPose2D pose;               //!< robot in map, m and rad
 	mrpt::math::CMatrixDouble33 covariance;  //!< of pose, (x, y, phi), m^2, m rad, rad^2
-	/// [0, 1] Probability that this is the right place. What the hypotheses of a result lack to 1 is the probability of
-	/// "none of them" and of places beyond scoring.hypotheses.
+	/// [0, 1] Probability that this is the right place. The probabilities of a result may sum to less than 1; the rest
+	/// is the probability of "none of them" and of places beyond scoring.hypotheses.
 	double probability = 0;
 	/// [nat] Log-likelihood of the scan under the beam model, the best that was found at this place; higher is better.
 	/// After WindowLocalizer::add() it is the sum over the frames of their evidence: the log-likelihood against the
@@ -47,7 +47,7 @@ struct Hypothesis
 	std::string map = {};  //!< name of the map that `pose` is in, from an Atlas; empty from a Localizer
 };
 
-/// Checks a hypothesis that a caller hands back to the library. Thread-safe.
+/// Checks a hypothesis that a caller passes to the library. Thread-safe.
 /// \throws std::invalid_argument if its pose, covariance or another number is not finite, a variance is negative, or its
 ///         probability is not in [0, 1]
 void check(const Hypothesis& hypothesis);
@@ -58,7 +58,7 @@ Hypothesis hypothesis_of_sensor(
     const mrpt::math::TPose2D& sensor, const mrpt::math::CMatrixDouble33& covariance,
     const mrpt::math::TPose2D& sensor_on_robot);
 
-/// Tells how much wall-clock time each stage took.
+/// Holds the wall-clock time of each stage.
 struct StageTimes
 {
 	double retrieval_ms = 0;     //!< [ms] from the scan to candidates
@@ -71,14 +71,15 @@ struct StageTimes
 struct Localization
 {
 	Status status = Status::kInvalid;  //!< what the scan tells
-	/// [0, 1] Probability that the robot is at the place of best(). It is the probability of best(), whose place stands
-	/// for all poses near it; with kPaper it is the sum over the hypotheses at that place.
+	/// [0, 1] Probability that the robot is at the place of best(). With kDefault it is the probability of best(),
+	/// because a place includes all poses near it; with kPaper it is the sum over the hypotheses at that place.
 	double confidence = 0;
 	/// [0, 1] Probability that the robot is at one of the places of the map that explain the scan, listed or not; the
-	/// rest is that none of them is right. It is 0 for invalid scans and with kPaper, which has no model of it.
+	/// rest is the probability that none of them is right. It is 0 for invalid scans and with kPaper, which has no
+	/// model of it.
 	double presence = 0;
-	/// [-] What a difference of log-likelihoods of this scan is divided by to get log-odds: the more beams contradict
-	/// the map, the more of a difference is chance.
+	/// [-] Number that divides differences of log-likelihoods of this scan to give log-odds. It grows with the beams
+	/// that contradict the map, because more of a difference is chance then.
 	double temperature = 1;
 	std::vector<Hypothesis> hypotheses;  //!< by decreasing probability; empty if rejected or invalid
 	/// [bit] Relative entropy between the scan and the virtual scan at best(), Eq. 1; lower is better. It has no value

@@ -19,7 +19,7 @@ namespace d2s1r
 {
 class LocalizationMethod;
 
-/// Tells where in a map a scan was taken, without an initial pose: one-shot global localization.
+/// Finds where in a map a scan was taken, without an initial pose: one-shot global localization.
 ///
 /// Its constructor builds an index of the map, which is the offline phase of the paper. Afterwards it is const and
 /// thread-safe: any number of threads may call localize() at once, and without a time budget the same scan always gives
@@ -37,16 +37,16 @@ class Localizer
 	~Localizer();
 	/// Leaves the other one empty: it can only be destroyed or assigned to.
 	Localizer(Localizer&&) noexcept;
-	/// Leaves the other one empty, too.
+	/// Also leaves the other one empty.
 	Localizer& operator=(Localizer&&) noexcept;
 
-	/// Maps the index that save() wrote into memory, which takes a small part of the time that it takes to build it.
+	/// Maps the index that save() wrote into memory. This takes a small part of the time that building it takes.
 	/// The memory is shared by all processes that load the same file. The localizer answers as the saved one would, bit
-	/// for bit. The file may be replaced by save() and removed while it is in use. But if somebody cuts it short or
-	/// writes over it, or its disk fails, the system ends the process by SIGBUS when it needs what is lost, unless the
-	/// application handles that signal: the library installs no signal handlers.
-	/// \param map_fingerprint what save() was given
-	/// \param parameters may differ in what an index does not depend on: sections scan, refinement, first_look, scoring
+	/// for bit. The file may be replaced by save() and removed while it is in use. But if somebody truncates
+	/// it or its disk fails, the system ends the process by SIGBUS when it needs the lost part, unless the application
+	/// handles that signal; the library installs no signal handlers. If somebody overwrites it, answers may be wrong
+	/// and the process may crash. \param map_fingerprint the same as for save()
+	/// \param parameters may differ in values that an index does not depend on: sections scan, refinement, first_look, scoring
 	///        and their subsections, and all of coarse_search but spacing
 	/// \throws std::runtime_error naming the file and saying what to do, if it cannot be read, is damaged, or was saved
 	///         with another map, other parameters, by another version of the library or by a machine of another kind;
@@ -59,22 +59,22 @@ class Localizer
 	/// \throws std::runtime_error naming the file if it cannot be written, or exists and is no saved index
 	void save(const std::string& file, std::uint64_t map_fingerprint) const;
 
-	/// Answers where a scan was taken. It never throws because of the scan: Localization::status tells.
-	/// \param sweep when each beam was taken; the pose is that of its time 0
+	/// Answers where a scan was taken. It never throws because of the scan: Localization::status says what the scan
+	/// shows. \param sweep when each beam was taken; the pose is that of its time 0
 	/// \throws std::invalid_argument if `query` holds a prior and the method is kPaper, which searches everywhere, or a
 	///         time budget below 0
 	Localization localize(
 	    const mrpt::obs::CObservation2DRangeScan& observation, const Query& query = {}, const Sweep& sweep = {}) const;
 
-	/// Answers where a robot with several lasers was when it made the last of these observations, by all of them
-	/// together, see merge_scans().
+	/// Answers where a robot with several lasers was at the time of the last of these observations. It uses all of them
+	/// together: see merge_scans().
 	Localization localize(const std::vector<PlacedObservation>& observations, const Query& query = {}) const;
 
 	/// Answers where a scan was taken that make_scan() or the caller prepared.
 	Localization localize(const Scan& scan, const Query& query = {}) const;
 
-	/// Tells how a scan fits near `robot` (map frame): that pose is refined and scored, and nothing is searched.
-	/// \return a hypothesis of probability 0, for it was not compared with other places; no value if the scan is not
+	/// Returns how a scan fits near `robot` (map frame): it refines and scores that pose, and searches nothing.
+	/// \return a hypothesis of probability 0, because it was not compared with other places; no value if the scan is not
 	///         valid, or `robot` is not finite or 10,000 km away
 	/// \throws std::invalid_argument if the method is kPaper
 	std::optional<Hypothesis> hypothesis_near(const Scan& scan, const mrpt::poses::CPose2D& robot) const;
@@ -84,17 +84,17 @@ class Localizer
 	/// \return no value if `robot` is not finite or 10,000 km away, or if no beam can be compared
 	std::optional<double> relative_entropy(const Scan& scan, const mrpt::poses::CPose2D& robot) const;
 
-	/// Returns the map that was given to the constructor. A loaded one is made at the first call.
+	/// Returns the map that was given to the constructor. After load(), the first call makes it.
 	const mrpt::maps::COccupancyGridMap2D& map() const;
 
 	/// Returns the parameters that were given to the constructor.
 	const Parameters& parameters() const;
 
-	/// Returns the map as the localizer sees it: free, occupied and unknown cells. That of a loaded index is made at
-	/// the first call.
+	/// Returns the map as the localizer sees it: free, occupied and unknown cells. After load(), the first call makes
+	/// it.
 	const Grid& grid() const;
 
-	/// Returns the measures of grid(): how thick its walls are, how much of its free space they bound.
+	/// Returns the measures of grid(): how thick its walls are, and how much of its free space they bound.
 	MapMeasure measure() const;
 
 	/// Returns the cells of grid() that a sensor can stand in by Parameters::free_cells, in increasing order. They are

@@ -12,7 +12,7 @@
 
 namespace d2s1r
 {
-/// Says of an image what its file does not: how large a pixel is, and where the image lies in the map frame.
+/// Describes what the file of an image does not hold: how large a pixel is, and where the image lies in the map frame.
 struct ImageGeometry
 {
 	static constexpr double kLeastResolution = 0.001;  //!< [m / pixel]
@@ -26,16 +26,15 @@ struct ImageGeometry
 	double origin_yaw = 0;
 };
 
-/// Lists the extensions, in lower case, of the files that load_map() takes for images.
+/// Lists the extensions, in lower case, of the files that load_map() reads as images.
 inline constexpr std::array<const char*, 9> kImageExtensions = {".png", ".pgm",  ".pbm", ".ppm", ".bmp",
                                                                 ".jpg", ".jpeg", ".tif", ".tiff"};
 
-/// Returns whether load_map() takes a file for an image, which needs an ImageGeometry. It goes by the name, in upper or
+/// Returns whether load_map() reads a file as an image, which needs an ImageGeometry. The name decides, in upper or
 /// lower case.
 bool is_image_name(const std::string& file);
 
-/// Returns whether load_map() takes a file for a yaml file of ROS map_server. It goes by the name, in upper or lower
-/// case.
+/// Returns whether load_map() reads a file as a yaml file of ROS map_server. The name decides, in upper or lower case.
 bool is_yaml_name(const std::string& file);
 
 /// Loads an occupancy map: .simplemap(.gz), .gridmap(.gz), ROS map_server .yaml, an image (needs `image`),
@@ -61,12 +60,12 @@ mrpt::maps::COccupancyGridMap2D::Ptr map_of_cells(
 /// \throws std::invalid_argument if there is no cell, or there are too many for memory
 void check_number_of_cells(std::size_t width, std::size_t height);
 
-/// Returns a number that tells whether a map is the one that an index was saved for: it is equal for equal bytes of the
-/// files that load_map() reads and an equal `image`. This is faster than loading the map. Thread-safe.
-/// \throws std::runtime_error naming the file if one cannot be read
+/// Returns the fingerprint of a map, which identifies the map that an index was saved for. Fingerprints are equal if
+/// the bytes of the files that load_map() reads and `image` are equal. This is faster than loading the map.
+/// Thread-safe. \throws std::runtime_error naming the file if one cannot be read
 std::uint64_t fingerprint_of_map(const std::string& file, const std::optional<ImageGeometry>& image = std::nullopt);
 
-/// Returns such a number for a map in memory: it is equal for equal cells, size, resolution and origin.
+/// Returns the fingerprint of a map in memory. It is equal for equal cells, size, resolution and origin.
 std::uint64_t fingerprint_of_map(const mrpt::maps::COccupancyGridMap2D& map);
 
 /// Returns the occupancy grid of a map object: of a COccupancyGridMap2D, a CMultiMetricMap (its first grid) or a

@@ -26,7 +26,7 @@ mrpt::math::CMatrixDouble33 covariance_of(double std_x, double std_y, double std
 /// freedom). Beyond, one of them is wrong.
 inline constexpr double kMostOff = 16.27;  //!< [-]
 
-/// What is expected of odometry and of the motion of a robot. No application sets it.
+/// Holds what is expected of odometry and of the motion of a robot. Applications do not set it.
 struct OdometryTuning
 {
 	double least_error = 0.05;  //!< [m] standard deviation of an increment, however short
@@ -55,10 +55,10 @@ double mahalanobis_distance(
 /// Returns the product of two independent estimates of the same pose or motion, (x, y, phi), m and rad.
 mrpt::poses::CPosePDFGaussian combine(const mrpt::poses::CPosePDFGaussian& a, const mrpt::poses::CPosePDFGaussian& b);
 
-/// What localized scans tell of the errors of an odometry.
+/// Holds the errors of an odometry as localized scans show them.
 struct OdometryEstimate
 {
-	double scale = 1;          //!< [-] by which its ways have to be multiplied
+	double scale = 1;          //!< [-] number that its ways have to be multiplied by
 	double scale_std = 0.2;    //!< [-] standard deviation of that
 	double way_noise = 1;      //!< [-] its errors of ways against those of odometry_motion(), at least 1
 	double turn_noise = 1;     //!< [-] the same of turns

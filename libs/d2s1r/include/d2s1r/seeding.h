@@ -10,7 +10,7 @@ namespace d2s1r
 /// Says how hypotheses become particles.
 struct SeedingParameters
 {
-	int particles = 1000;            //!< [-] all of them
+	int particles = 1000;            //!< [-] in total
 	double free_space_share = 0.05;  //!< [0, 1] share of the particles that lie anywhere in free space
 	double min_std_xy = 0.05;        //!< [m] least standard deviation of a hypothesis, along x and along y
 	double min_std_phi = 0.02;       //!< [rad] least standard deviation of a hypothesis
@@ -27,9 +27,9 @@ struct SeededParticle
 };
 
 /// Draws particles for every hypothesis of `localization` in proportion to its probability, at least one each if there
-/// are enough, and for free space. The draw is stratified, so that the particles of a hypothesis weigh together what
-/// its probability says. What the hypotheses leave of the probability is spread over the free cells of the map that
-/// `prior` allows; if there are none, all particles go to hypotheses. Thread-safe.
+/// are enough, and for free space. The draw is stratified, so that the weights of the particles of a
+/// hypothesis sum to its probability. The rest of the probability is spread over the free cells of the map that `prior`
+/// allows; if there are none, all particles go to hypotheses. Thread-safe.
 /// \param localizer whose map the robot is in
 /// \param localization an answer of `localizer`
 /// \param prior says where particles in free space may lie

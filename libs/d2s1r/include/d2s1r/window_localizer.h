@@ -11,15 +11,15 @@ namespace d2s1r
 {
 class WindowTracker;
 
-/// Localizes by the scans of the last frames together: what looks alike in one scan, such as the arms of a symmetric
-/// building or the places along a corridor, seldom does in ten.
+/// Localizes by the scans of the last frames together. Places that look alike in one scan, such as the arms of a
+/// symmetric building or the places along a corridor, seldom look alike in ten.
 ///
-/// Many hypotheses of every frame are followed along the robot's motion, forwards into the frames to come and backwards
-/// into those that were; each is a Gaussian that the motion widens and every scan corrects (Jensfelt and Kristensen,
+/// Many hypotheses of every frame are followed along the robot's motion, forwards into later frames and backwards into
+/// earlier ones; each is a Gaussian that the motion widens and every scan corrects (Jensfelt and Kristensen,
 /// "Active Global Localization for a Mobile Robot Using Multiple Hypothesis Tracking", 2001). A hidden Markov model,
 /// whose states are these tracks and "none of them", tells how probable each is. The evidence of a frame is bounded, so
-/// that no scan is trusted blindly: after a kidnapping the new place wins within a few frames. Scans of one place say
-/// the same again: a robot that stands still gets the answer of its scan.
+/// that no scan is trusted blindly: after a kidnapping the new place wins within a few frames. More scans of one
+/// place add no evidence: a robot that stands still gets the answer of its scan.
 ///
 /// Use one object per robot, and call it once per frame, in order. It is not thread-safe; the same calls always give
 /// the same answers.
@@ -41,10 +41,10 @@ class WindowLocalizer
 	~WindowLocalizer();
 	/// Leaves the other one empty: it can only be destroyed or assigned to.
 	WindowLocalizer(WindowLocalizer&&) noexcept;
-	/// Leaves the other one empty, too.
+	/// Also leaves the other one empty.
 	WindowLocalizer& operator=(WindowLocalizer&&) noexcept;
 
-	/// Answers where the robot is, now that `scan` was taken.
+	/// Answers where the robot was when `scan` was taken.
 	/// \param one_shot what localizer.localize(scan), or that of the atlas, answered
 	/// \param motion of the robot since the last call, in its frame then. Without a value, or with one that
 	///        OdometryCheck does not rely on, it is estimated from the hypotheses of both frames (the paper's
