@@ -225,7 +225,7 @@ TEST_F(AppLogs, GroundTruthMayBeATopicOfTheLog)
 	expect_refusal(
 	    words("walk.bag", {"--ground-truth", "topic:/other"}), 2, {"PoseWithCovarianceStamped on the topic '/other'"});
 	save(observation_log(), path("in.rawlog"));
-	expect_refusal(words("in.rawlog", {"--ground-truth", "topic:/odom"}), 2, {"is no recording of ROS"});
+	expect_refusal(words("in.rawlog", {"--ground-truth", "topic:/odom"}), 2, {"is not a recording of ROS"});
 }
 
 /// What amcl tells is in the map's frame, so that it can be judged.

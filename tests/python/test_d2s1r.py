@@ -232,7 +232,7 @@ def test_parameters_by_dict_and_by_file(world, tmp_path):
     (ValueError, "box", lambda localizer, made: localizer.localize([1.0], 0, 1, 10, region=(1, 1, 1, 1))),
     (ValueError, "time budget", lambda localizer, made: localizer.localize([1.0], 0, 1, 10, time_budget=-1)),
     (ValueError, "frames", lambda localizer, made: d2s1r.WindowLocalizer(localizer, 0)),
-    (ValueError, "ranges holds no numbers", lambda localizer, made: localizer.localize(["a"], 0, 1, 10)),
+    (ValueError, "ranges does not hold numbers", lambda localizer, made: localizer.localize(["a"], 0, 1, 10)),
     (ValueError, "rename it", lambda localizer, made: d2s1r.Atlas({"a/b": localizer})),
     (ValueError, "rename it", lambda localizer, made: d2s1r.Atlas({"": localizer})),
     (TypeError, "no str", lambda localizer, made: d2s1r.Atlas({1: localizer})),

@@ -456,7 +456,7 @@ std::size_t edit_distance(const std::string& from, const std::string& to)
 	return row.back();
 }
 
-/// Refuses a word that is no option, and names the option that it may have been meant to be.
+/// Refuses a word that is not an option, and names the option that it may have been meant to be.
 [[noreturn]] void refuse_unknown(const CLI::App& app, const std::string& word)
 {
 	constexpr std::size_t kMostSlips = 2;
@@ -472,8 +472,8 @@ std::size_t edit_distance(const std::string& from, const std::string& to)
 		least = slips;
 		nearest = name;
 	}
-	if (nearest.empty()) wrong(given, "is no option");
-	throw UserError(kWrongUse, given, "is no option; did you mean " + nearest + "?");
+	if (nearest.empty()) wrong(given, "is not an option");
+	throw UserError(kWrongUse, given, "is not an option; did you mean " + nearest + "?");
 }
 
 /// Returns the words behind the program's name, the last one first, as CLI11 wants them. It would take the next word

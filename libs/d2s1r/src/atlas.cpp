@@ -75,7 +75,7 @@ Localization Atlas::localize(
 Localization Atlas::localize(const Scan& scan, double time_budget) const
 {
 	if (!(time_budget >= 0))  // this is true for a NaN, too
-		throw std::invalid_argument("Atlas: the time budget is negative or no number; give ms, or 0 for none");
+		throw std::invalid_argument("Atlas: the time budget is negative or not a number; give ms, or 0 for none");
 	if (const auto refusal = refusal_of(scan, maps_.front().localizer->parameters().scan)) return *refusal;
 	std::vector<SearchedMap> searched;
 	for (const AtlasMap& map : maps_)

@@ -172,7 +172,7 @@ Localization Localizer::localize(const std::vector<PlacedObservation>& observati
 Localization Localizer::localize(const Scan& scan, const Query& query) const
 {
 	if (!(query.time_budget >= 0))  // this is true for a NaN, too
-		throw std::invalid_argument("Localizer: the time budget is negative or no number; give ms, or 0 for none");
+		throw std::invalid_argument("Localizer: the time budget is negative or not a number; give ms, or 0 for none");
 	const mrpt::system::CTicTac watch;
 	Localization result = index_->method->localize(scan, query);
 	if (!result.hypotheses.empty() && !result.relative_entropy)

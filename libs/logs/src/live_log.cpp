@@ -161,7 +161,7 @@ int open_input(const std::string& file)
 		throw LogError(
 		    file,
 		    "is a folder, as a ROS 2 bag is, which cannot be read while it is written; read it once it is complete");
-	throw LogError(file, "is no file that can grow; pipe it into standard input, whose name is -");
+	throw LogError(file, "is not a file that can grow; pipe it into standard input, and give - as its name");
 }
 
 /// \throws LogError if the system refuses another process

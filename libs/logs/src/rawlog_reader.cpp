@@ -289,7 +289,7 @@ class SurveyedStream : public InputStream
 		taken_ = 0;
 		if (source_->Read(object_.data(), sum.size) != sum.size || hash_of(object_) != sum.hash)
 		{
-			change_ = "is not what it was when the run began, after object " + std::to_string(next_) +
+			change_ = "has changed since the run began, after object " + std::to_string(next_) +
 			          "; run again when nothing writes to it";
 			object_.clear();
 			return false;

@@ -53,6 +53,6 @@ void use_simd_target(const std::string& name)
 		hwy::GetChosenTarget().Update(target);
 		return;
 	}
-	throw std::invalid_argument("'" + name + "' is no SIMD target of this machine; choose one of " + known);
+	throw std::invalid_argument("'" + name + "' is not a SIMD target of this machine; choose one of " + known);
 }
 }  // namespace d2s1r

@@ -147,7 +147,8 @@ try
 		if (std::isnan(p)) continue;
 		if (!(p >= 0 && p <= 1))
 			throw std::invalid_argument(mrpt::format(
-			    "the cell of column %zu and row %zu is %g, which is no probability; give 0 for free to 1 for occupied "
+			    "the cell of column %zu and row %zu is %g, which is not a probability; give 0 for free to 1 for "
+			    "occupied "
 			    "and NaN for unknown",
 			    i % width, i / width, static_cast<double>(p)));
 		map->getRow(static_cast<int>(i / width))[i % width] = COccupancyGridMap2D::p2l(1 - p);

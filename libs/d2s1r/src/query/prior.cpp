@@ -79,7 +79,7 @@ Prior prior_of(const std::vector<mrpt::math::TPose2D>& poses, double near = 0, d
 void check_log_weight(double log_weight)
 {
 	if (std::isnan(log_weight) || log_weight == INFINITY)
-		throw std::invalid_argument("make_prior: a weight of the density is no number");
+		throw std::invalid_argument("make_prior: a weight of the density is not a number");
 }
 
 std::vector<mrpt::math::TPose2D> poses_of(const mrpt::poses::CPosePDFParticles& particles)
@@ -102,7 +102,7 @@ std::vector<mrpt::math::TPose2D> poses_of(const mrpt::poses::CPosePDFGrid& grid)
 	const double* const first = grid.getByIndex(0, 0, 0);                             // x varies fastest
 	const auto is_probability = [](double p) { return p >= 0 && std::isfinite(p); };  // not normalized
 	if (!std::all_of(first, first + cells, is_probability))
-		throw std::invalid_argument("make_prior: a cell of the density is no probability");
+		throw std::invalid_argument("make_prior: a cell of the density is not a probability");
 	const double most = *std::max_element(first, first + cells);
 	std::vector<mrpt::math::TPose2D> poses;
 	for (std::size_t phi = 0; phi < grid.getSizePhi(); phi++)

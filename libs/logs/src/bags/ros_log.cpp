@@ -138,7 +138,7 @@ std::vector<StampedPose> read_poses_of_topic(
     const std::string& path, const std::string& topic, const std::string& known_damage)
 {
 	const auto format = recognize_ros(path);
-	if (!format) throw LogError(path, "is no recording of ROS, so that it has no topic '" + topic + "'; name a file");
+	if (!format) throw LogError(path, "is not a recording of ROS and has no topic '" + topic + "'; name a file");
 	std::vector<StampedPose> poses;
 	const std::string damage = read_poses(*open_messages(path, *format), topic, poses);
 	if (!damage.empty() && (known_damage.empty() || poses.empty())) throw LogError(path, damage);

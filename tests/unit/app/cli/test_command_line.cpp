@@ -199,7 +199,8 @@ TEST(CommandLine, AMisspelledOptionIsNamedAsItMayHaveBeenMeant)
 	      {"--diag", "--diagnose"}})
 	{
 		const std::string message = refusal({given}, complete);
-		EXPECT_NE(message.find("is no option; did you mean " + std::string(meant) + "?"), std::string::npos) << message;
+		EXPECT_NE(message.find("is not an option; did you mean " + std::string(meant) + "?"), std::string::npos)
+		    << message;
 	}
 	for (const char* given : {"--bogus", "stray", "-x"})
 		EXPECT_EQ(refusal({given}, complete).find("did you mean"), std::string::npos) << given;
