@@ -82,19 +82,22 @@ bool needs_diagnosis(const RunReport& report)
 }
 
 /// Returns the poses that an option names; none if it was not given.
-GroundTruth poses_of(const std::string& name, const LogRequest& request, const logs::LogSurvey& survey)
+GroundTruth poses_of(
+    const std::string& name, const LogRequest& request, const std::string& label, const logs::LogSurvey& survey)
 {
 	if (name.empty()) return {};
 	return read_interruptibly(
-	    name, [name, log = request.file, damage = survey.damage] { return read_ground_truth(name, log, damage); });
+	    name, [name, log = request.file, label, damage = survey.damage]
+	    { return read_ground_truth(name, log, label, damage); });
 }
 
 /// Returns no value if no tracker is to be judged.
-std::optional<TrackerCheck> tracker_check_of(const LogRequest& request, const logs::LogSurvey& survey)
+std::optional<TrackerCheck> tracker_check_of(
+    const LogRequest& request, const std::string& label, const logs::LogSurvey& survey)
 {
 	if (request.check.empty()) return std::nullopt;
 	TrackerPath path;
-	for (const auto& [time, pose] : poses_of(request.check, request, survey)) path[time] = pose;
+	for (const auto& [time, pose] : poses_of(request.check, request, label, survey)) path[time] = pose;
 	return TrackerCheck(std::move(path), request.watch);
 }
 
@@ -112,13 +115,14 @@ LoopResult localize_frames(
 	{
 		if (outputs) outputs->frames().add(object);
 	};
-	sink.take_frame = [&](const Frame& frame, mrpt::obs::CObservation2DRangeScan::ConstPtr scan)
+	sink.take_frame = [&](const Frame& frame, const Scan& scan, const ScanPtr& observation)
 	{
-		if (frame.index == selection.first) console.note(request.name(), doubts_about_scan(*scan, report.parameters));
+		if (frame.index == selection.first)
+			console.note(request.name(), doubts_about_scan(*observation, report.parameters));
 		if (streams) streams = console.print_line(json_line(frame));
 		if (!outputs) return streams;
-		outputs->page().add(make_scan(*scan, report.parameters.scan));
-		outputs->frames().add(frame, std::move(scan));
+		outputs->page().add(scan);
+		outputs->frames().add(frame, observation);
 		return streams || !report.command.output.stream || !request.is_live();
 	};
 	ProgressBar progress(console, !report.command.output.stream && !request.is_live(), report.selected_frames);
@@ -178,6 +182,7 @@ ExitStatus finish(
 	}
 	if (loop.frames == 0 && !damage.empty()) throw UserError(kBadInput, command.log.name(), damage);
 	report.odometry = loop.odometry;
+	report.left_out = loop.left_out;
 	if (needs_diagnosis(report))
 		report.diagnosis = diagnose(log, selection, command, report.maps.front().map->localizer(), truth);
 	if (outputs) write_files(*outputs, report, loop, truth);
@@ -208,8 +213,8 @@ ExitStatus localize(
 	const logs::Sensor sensor = choose_sensor(log.survey, request);
 	const FrameSelection selection = select_frames(request.frames, sensor);
 	if (request.merge_lasers) check_merge(log.survey, sensor);
-	const GroundTruth truth = poses_of(request.ground_truth, request, log.survey);
-	auto tracker = tracker_check_of(request, log.survey);
+	const GroundTruth truth = poses_of(request.ground_truth, request, sensor.label, log.survey);
+	auto tracker = tracker_check_of(request, sensor.label, log.survey);
 	console.note(request.file, describe_log(log.survey, sensor, request, command.search.motion));
 
 	if (!request.is_live()) prepare();
@@ -245,7 +250,7 @@ ExitStatus diagnose_only(
 	const logs::Log log = open_log(command.log, {});  // it is not live
 	const logs::Sensor sensor = choose_sensor(log.survey, command.log);
 	if (command.log.merge_lasers) check_merge(log.survey, sensor);
-	const GroundTruth truth = poses_of(command.log.ground_truth, command.log, log.survey);
+	const GroundTruth truth = poses_of(command.log.ground_truth, command.log, sensor.label, log.survey);
 	console.note(command.log.file, describe_log(log.survey, sensor, command.log, command.search.motion));
 	const CSignatureMap2D::ConstPtr map = build_map(source, parameters, command.search.threads, console);
 	console.note(source.entry.file, doubts_about_map(source.entry.file, map->localizer()));

@@ -228,6 +228,31 @@ TEST_F(AppLogs, GroundTruthMayBeATopicOfTheLog)
 	expect_refusal(words("in.rawlog", {"--ground-truth", "topic:/odom"}), 2, {"is not a recording of ROS"});
 }
 
+/// A tracker publishes map to odom from time to time, and later than the poses that it is about.
+TEST_F(AppLogs, GroundTruthMayBeAFrameOfTheTransforms)
+{
+	std::vector<MadeMessage> messages = {
+	    made_transforms(Wire::kCdr, 1, {{"base_link", "laser", 0.1, 0, 0.2}, {"map", "hall", 3, 0, 0}})};
+	for (std::size_t i = 0; i < walk().size(); i++)
+	{
+		const auto time = std::llround(walk_time(i) * 10) * 100'000'000;
+		const auto& pose = walk()[i];
+		messages.push_back(
+		    made_transforms(Wire::kCdr, time, {{"odom", "base_link", pose.x - 1, pose.y, 0, 'z', pose.phi}}, "/tf"));
+		messages.push_back(made_scan(Wire::kCdr, ros_scan(i)));
+		messages.push_back(made_transforms(Wire::kCdr, time + 1000, {{"map", "odom", 1, 0, 0}}, "/tf"));
+	}
+	write_file(path("walk.mcap"), mcap_file(messages));
+	const auto result = run(words("walk.mcap", {"--ground-truth", "tf:map"}));
+	ASSERT_EQ(result.status, 0) << result.err;
+	EXPECT_NE(result.out.find("0.3 m, 5 deg: 12 of 12 frames"), std::string::npos) << result.out;
+	expect_refusal(
+	    words("walk.mcap", {"--ground-truth", "tf:hall"}), 2,
+	    {"has no transforms from the robot's frame 'base_link' up to the frame 'hall'"});
+	save(observation_log(), path("in.rawlog"));
+	expect_refusal(words("in.rawlog", {"--ground-truth", "tf:map"}), 2, {"is no recording of ROS"});
+}
+
 /// What amcl tells is in the map's frame, so that it can be judged.
 TEST_F(AppLogs, PosesOfATrackerMayBeATopicOfTheLog)
 {

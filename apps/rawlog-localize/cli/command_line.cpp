@@ -209,7 +209,7 @@ void add_inputs(OptionGroup input, CommandLine& command, Dependent& dependent)
 	    "--ground-truth", "GT.txt",
 	    "compare the results with these true poses. Each line is 'time x y phi', 'time x y z yaw pitch roll' or a line "
 	    "of TUM; the file may also be CSV with named columns; topic:/TOPIC reads poses or odometry from the log "
-	    "instead",
+	    "instead, and tf:FRAME the robot's pose in a frame of its transforms, such as tf:map",
 	    log.ground_truth);
 	input.value(
 	    "--check", "POSES",
@@ -261,6 +261,11 @@ void add_laser(OptionGroup laser, LogRequest& log, Dependent& dependent)
 	    "also use the PointCloud2 messages of a ROS recording: their points between A and B above the origin of the "
 	    "robot's frame [m] make a scan. Choose a band in which walls stand and the floor does not",
 	    [&](const std::string& text) { log.cloud_height = parse_height_band(text); });
+	laser.value(
+	    "--beam-angles", "FIRST,LAST",
+	    "the angles of the first and the last beam of a scan in the frame of the laser [deg], counter-clockwise, in "
+	    "place of what the log says; LAST is below FIRST if the laser turns clockwise",
+	    [&](const std::string& text) { log.overrides.beam_angles = parse_beam_angles(text); });
 	laser.value(
 	    "--sweep-time", "S[,FIRST]",
 	    "the time from the first beam of a scan to the last [s], negative if the laser took the last beam first, and "

@@ -21,6 +21,9 @@ namespace d2s1r::app
 /// Starts what --ground-truth or --check says if it names a topic of the log instead of a file.
 inline constexpr const char* kTopicPrefix = "topic:";
 
+/// Starts it if it names a frame of the log, in which the transforms tell where the robot was.
+inline constexpr const char* kFramePrefix = "tf:";
+
 /// The maps to localize in.
 struct MapRequest
 {

@@ -166,6 +166,16 @@ ros::HeightBand parse_height_band(const std::string& text)
 	return band;
 }
 
+logs::BeamAngles parse_beam_angles(const std::string& text)
+{
+	constexpr double kFullTurn = 361, kLeast = 1;  // [deg]
+	const auto values = parse_number_list(text);
+	if (values.size() != 2) refuse(text, "are no two angles; write FIRST,LAST in deg");
+	const double turned = std::abs(values[1] - values[0]);
+	if (!(turned >= kLeast && turned <= kFullTurn)) refuse(text, "are not 1 to 361 deg apart; write FIRST,LAST in deg");
+	return {mrpt::DEG2RAD(values[0]), mrpt::DEG2RAD(values[1])};
+}
+
 logs::SweepTime parse_sweep_time(const std::string& text)
 {
 	constexpr double kLongest = 2;  // [s]

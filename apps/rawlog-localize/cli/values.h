@@ -52,5 +52,7 @@ double parse_range_factor(const std::string& text);
 ros::HeightBand parse_height_band(const std::string& text);
 
 /// "S" or "S,FIRST" [s]
+logs::BeamAngles parse_beam_angles(const std::string& text);
+
 logs::SweepTime parse_sweep_time(const std::string& text);
 }  // namespace d2s1r::app

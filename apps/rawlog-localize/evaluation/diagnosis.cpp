@@ -3,13 +3,16 @@
 
 #include "cli/console.h"
 #include "evaluation/accuracy.h"
+#include "evaluation/doubtful_fields.h"
 #include "evaluation/ground_truth.h"
 #include "evaluation/mistakes.h"
+#include "evaluation/trials.h"
 #include "frames/frame_loop.h"
 
-#include <base/threads.h>
 #include <mrpt/core/format.h>
 #include <mrpt/math/wrap2pi.h>
+
+#include <d2s1r/for_programs.h>
 
 #include <algorithm>
 #include <cmath>
@@ -23,111 +26,10 @@ namespace
 {
 using mrpt::poses::CPose2D;
 
-/// What became of scans under a mistake.
-struct Trial
-{
-	std::vector<Localization> answers;
-
-	std::size_t fit() const
-	{
-		return static_cast<std::size_t>(std::count_if(
-		    answers.begin(), answers.end(), [](const Localization& a) { return a.status == Status::kLocalized; }));
-	}
-	/// Higher is better, also if no scan is localized.
-	double score() const
-	{
-		double sum = 0;
-		for (const Localization& answer : answers)
-			if (!answer.hypotheses.empty()) sum += answer.confidence + answer.best().explained.value_or(0);
-		return sum;
-	}
-};
-
-/// Returns parameters that always give a best place, and look for it with the effort of a first look only: most of the
-/// scans that are tried fit nowhere.
-Parameters for_trials(Parameters parameters)
-{
-	parameters.scoring.rejected_below = 0;
-	const double effort = std::exchange(parameters.first_look.effort, 1.0);
-	auto& coarse = parameters.coarse_search;
-	for (int* count : {&coarse.max_pairs, &coarse.candidates, &parameters.refinement.max_scored})
-		*count = static_cast<int>(std::ceil(effort * *count));
-	return parameters;
-}
-
-/// Localizes samples under mistakes.
-class Tester
-{
-   public:
-	Tester(Samples samples, int threads, const Localizer& localizer)
-	    : samples_(std::move(samples)),
-	      threads_(threads),
-	      localizer_(
-	          std::make_shared<mrpt::maps::COccupancyGridMap2D>(localizer.map()), for_trials(localizer.parameters()),
-	          threads)
-	{
-	}
-
-	const Samples& samples() const { return samples_; }
-	const Localizer& localizer() const { return localizer_; }
-
-	/// Tries the scans, one in `step` of them.
-	Trial try_scans(const Mistake& mistake, std::size_t step = 1, const Query& query = {}) const
-	{
-		std::vector<ScanPtr> scans;
-		if (mistake.other_laser.empty())
-			for (std::size_t i = step / 2; i < samples_.chosen.size(); i += step)
-				scans.push_back(samples_.chosen[i].scan);
-		else
-			scans = samples_.others.at(mistake.other_laser);
-		return localize(mistake, scans, query);
-	}
-
-	/// Tries the scans that were taken later, in the order of the samples; those there are not are invalid.
-	Trial try_later(const Mistake& mistake) const
-	{
-		std::vector<ScanPtr> scans;
-		for (const Sample& sample : samples_.chosen) scans.push_back(sample.later);
-		return localize(mistake, scans, {});
-	}
-
-   private:
-	Trial localize(const Mistake& mistake, const std::vector<ScanPtr>& scans, const Query& query) const
-	{
-		Trial trial{std::vector<Localization>(scans.size())};
-		parallel_for(
-		    scans.size(), threads_,
-		    [&](std::size_t i)
-		    {
-			    if (!scans[i] || interrupted()) return;
-			    trial.answers[i] =
-			        localizer_.localize(corrected(*scans[i], mistake, localizer_.parameters().scan), query);
-		    });
-		return trial;
-	}
-
-	Samples samples_;
-	int threads_;
-	Localizer localizer_;
-};
-
-/// Returns the text of --sensor-pose [m, deg] for a laser that is turned by (yaw, roll) [deg] against `pose`.
-std::string turned_pose(const mrpt::poses::CPose3D& pose, double yaw, double roll)
-{
-	const auto degrees = [](double radians)  // to two digits, and never -0.00
-	{ return std::round(100 * mrpt::RAD2DEG(mrpt::math::wrapToPi(radians))) / 100 + 0.0; };
-	mrpt::poses::CPose3D copy = pose;  // MRPT computes its angles in place
-	return mrpt::format(
-	    "--sensor-pose %.3f,%.3f,%.3f,%.2f,%.2f,%.2f", copy.x(), copy.y(), copy.z(),
-	    degrees(copy.yaw() + mrpt::DEG2RAD(yaw)), degrees(copy.pitch()), degrees(copy.roll() + mrpt::DEG2RAD(roll)));
-}
-
 /// Returns the pose of the laser on the robot that --sensor-pose would have to give.
 mrpt::poses::CPose3D laser_on_robot(const logs::Overrides& overrides, const Samples& samples)
 {
-	const Sample& sample = samples.chosen.front();
-	return overrides.sensor_pose.value_or(
-	    sample.scan->sensorPose + mrpt::poses::CPose3D(0, 0, 0, -sample.middle_angle, 0, 0));
+	return overrides.sensor_pose.value_or(laser_on_robot(samples.chosen.front()));
 }
 
 /// Returns the factor of all ranges under which scans fit best, from 0.5 to 2: first with few scans in large steps,
@@ -174,7 +76,7 @@ std::vector<Motions> motions_between(const std::vector<Sample>& samples, const T
 	const auto is_found = [](const Localization& answer) { return answer.status == Status::kLocalized; };
 	std::vector<Motions> motions;
 	for (std::size_t i = 0; i < samples.size(); i++)
-		if (samples[i].later && is_found(trial.answers[i]) && is_found(later.answers[i]))
+		if (samples[i].later.observation && is_found(trial.answers[i]) && is_found(later.answers[i]))
 			motions.push_back({samples[i].motion, later.answers[i].best().pose - trial.answers[i].best().pose});
 	return motions;
 }
@@ -261,7 +163,7 @@ std::vector<Offset> offsets_from_truth(const std::vector<Sample>& samples, const
 	std::vector<KeptFrame> frames;
 	for (std::size_t i = 0; i < samples.size(); i++)
 		if (trial.answers[i].status == Status::kLocalized)
-			frames.push_back(keep({i, logs::to_seconds(samples[i].scan->timestamp), trial.answers[i]}));
+			frames.push_back(keep({i, logs::to_seconds(samples[i].scan.observation->timestamp), trial.answers[i]}));
 	const AlignedTruth aligned = align_truth(truth, frames);
 	std::vector<Offset> offsets;
 	for (const Match& match : match(frames, aligned.lines))
@@ -319,7 +221,7 @@ std::vector<std::string> advice_by_truth(
 		        static_cast<double>(map.getXMin()) - x, static_cast<double>(map.getYMin()) - y,
 		        static_cast<double>(map.getXMin()), static_cast<double>(map.getYMin()))};
 	if (share_near(offsets, 0, 0) < kMostOfThem && std::abs(turned) < 45) return {};
-	const bool by_half_a_beam = is_half_a_beam(*samples.chosen.front().scan, yaws, turn);
+	const bool by_half_a_beam = is_half_a_beam(*samples.chosen.front().scan.observation, yaws, turn);
 	if (!by_half_a_beam && std::abs(turned) < 45) return {};
 	return {
 	    fit + mrpt::format("the laser is turned by %.3g deg", turned) + (by_half_a_beam ? ", half a beam: " : ": ") +
@@ -385,9 +287,11 @@ std::vector<std::string> advice_by_beams(const Tester& tester, std::size_t fit)
 
 /// Returns the mistake under which the scans fit best, if there is one under which far more of them fit, and what
 /// became of them.
-std::optional<std::pair<Mistake, Trial>> worst_mistake(const Tester& tester, const MapRequest& map, std::size_t fit)
+std::optional<std::pair<Mistake, Trial>> worst_mistake(
+    const Tester& tester, const MapRequest& map, std::size_t fit, const std::vector<Mistake>& of_fields)
 {
 	std::vector<Mistake> mistakes = usual_mistakes(tester.samples(), tester.localizer().parameters().scan);
+	mistakes.insert(mistakes.end(), of_fields.begin(), of_fields.end());
 	const double scale = best_scale(tester), cell = tester.localizer().grid().cell_size;
 	mistakes.push_back(
 	    {mrpt::format("the cells of the map are %.3g m instead of %.3g m wide: ", cell / scale, cell) +
@@ -405,6 +309,55 @@ std::optional<std::pair<Mistake, Trial>> worst_mistake(const Tester& tester, con
 	}
 	return worst;
 }
+
+/// Returns the other way to read the angles of a laser, unless the command line gives them.
+std::optional<logs::OtherAngles> other_angles_of(
+    const logs::LogSurvey& survey, const std::string& label, const logs::Overrides& overrides)
+{
+	if (overrides.beam_angles) return std::nullopt;
+	for (const logs::Sensor& sensor : survey.sensors)
+		if (sensor.label == label) return sensor.other_angles;
+	return std::nullopt;
+}
+
+/// Returns the line about a map that was drawn in another way than it is read, if far more scans fit then.
+std::vector<std::string> advice_by_changed_map(const Tester& tester, const MapRequest& request, std::size_t fit)
+{
+	const std::string& file = request.name();
+	if (!is_yaml_name(file) && !request.image) return {};
+	const SilentDescriptors silence;  // decoders of images print
+	const GridParameters grid = tester.localizer().parameters().grid;
+	const LostCells lost = read_interruptibly(file, [file, grid] { return lost_cells(file, grid); });
+	const MapMeasure measure = tester.localizer().measure();
+	std::vector<std::pair<MapChange, std::string>> changes;
+	if (measure.wall_area > measure.free_area)
+		changes.emplace_back(
+		    MapChange::kNegated,
+		    "white is occupied and black is free: " +
+		        (request.image ? "invert the image " : mrpt::format("negate: %d in ", lost.is_negated ? 0 : 1)) + file);
+	if (lost.free_made_unknown > 0 || lost.walls_made_unknown > 0)
+		changes.emplace_back(MapChange::kScaled, "the greys between the thresholds count: mode: scale in " + file);
+	for (const auto& [change, advice] : changes)
+	{
+		const auto load = [file, change = change, grid, image = request.image]
+		{
+			try
+			{
+				return load_changed_map(file, change, grid, image);
+			}
+			catch (const std::runtime_error&)  // such as a map without free space
+			{
+				return mrpt::maps::COccupancyGridMap2D::Ptr();
+			}
+		};
+		const auto map = read_interruptibly(file, load);
+		if (!map) continue;
+		const Trial trial = tester.with_map(*map).try_scans({});
+		if (trial.fit() >= fit + far_more(trial.answers.size()) && 2 * trial.fit() >= trial.answers.size())
+			return {fit_without(trial, fit, advice)};
+	}
+	return {};
+}
 }  // namespace
 
 Diagnosis diagnose(
@@ -413,7 +366,8 @@ Diagnosis diagnose(
 {
 	const logs::Overrides& overrides = command.log.overrides;
 	const auto reader = logs::read_log(log, selection.label, overrides);
-	const Tester tester(read_samples(*reader, log.survey, selection), command.search.threads, localizer);
+	const Tester tester(
+	    read_samples(*reader, log.survey, selection), command.search.threads, localizer.map(), localizer.parameters());
 	const Samples& samples = tester.samples();
 	if (samples.chosen.empty()) return {};
 	const Trial as_it_is = tester.try_scans({});
@@ -423,15 +377,21 @@ Diagnosis diagnose(
 	{ diagnosis.advice.insert(diagnosis.advice.end(), lines.begin(), lines.end()); };
 	const auto motions = [&](const Mistake& mistake, const Trial& trial)
 	{ return motions_between(samples.chosen, trial, tester.try_later(mistake)); };
+	const std::optional<logs::OtherAngles> other_angles = other_angles_of(log.survey, selection.label, overrides);
 	if (diagnosis.advice.empty()) add(advice_by_beams(tester, diagnosis.fit));
 	if (diagnosis.advice.empty() && diagnosis.fit + far_more(diagnosis.tried) <= diagnosis.tried)
-		if (const auto worst = worst_mistake(tester, command.map, diagnosis.fit))
+		if (const auto worst =
+		        worst_mistake(tester, command.map, diagnosis.fit, mistakes_of_fields(samples, other_angles)))
 		{
 			const auto& [mistake, trial] = *worst;
 			const std::string advice =
 			    mistake.mirrors ? mirror_advice(motions(mistake, trial), samples, overrides) : mistake.advice;
 			add({fit_without(trial, diagnosis.fit, advice)});
 		}
+	if (diagnosis.advice.empty()) add(advice_on_invalid(as_it_is, samples));
+	if (diagnosis.advice.empty() && diagnosis.fit + far_more(diagnosis.tried) <= diagnosis.tried)
+		add(advice_by_changed_map(tester, command.map, diagnosis.fit));
+	if (diagnosis.advice.empty() && other_angles) add(advice_by_angles(tester, as_it_is, *other_angles));
 	if (diagnosis.advice.empty() && 2 * diagnosis.fit >= diagnosis.tried)
 	{
 		add(advice_by_odometry(motions({}, as_it_is), samples, overrides));

@@ -166,8 +166,17 @@ GroundTruth load_ground_truth(const std::string& file)
 	return reader.truth();
 }
 
-GroundTruth read_ground_truth(const std::string& name, const std::string& log, const std::string& damage)
+GroundTruth read_ground_truth(
+    const std::string& name, const std::string& log, const std::string& label, const std::string& damage)
 {
+	if (name.rfind(kFramePrefix, 0) == 0)
+	{
+		GroundTruth poses;
+		const std::string frame = name.substr(std::strlen(kFramePrefix));
+		for (const auto& [time, pose] : logs::read_poses_of_frame(log, frame, label, damage))
+			poses.push_back({time, pose});
+		return poses;
+	}
 	if (name.rfind(kTopicPrefix, 0) != 0) return load_ground_truth(name);
 	const std::string topic = name.substr(std::strlen(kTopicPrefix));
 	GroundTruth truth;

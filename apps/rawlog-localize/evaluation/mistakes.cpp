@@ -40,24 +40,26 @@ class SampleReader
 			if (object->odometry) robot_ = *object->odometry;
 			if (object->increment) robot_ = robot_ + *object->increment;
 			has_odometry_ = has_odometry_ || object->odometry || object->increment;
-			for (const auto& scan : object->scans) add(scan, object->middle_angle);
+			for (std::size_t i = 0; i < object->scans.size(); i++)
+				add(logged_scan(object->scans[i], object->details[i]), object->middle_angle);
 		}
 		return std::move(samples_);
 	}
 
    private:
-	void add(const ScanPtr& scan, double middle_angle)
+	void add(const LoggedScan& scan, double middle_angle)
 	{
-		const std::size_t index = counts_[scan->sensorLabel]++;
-		if (scan->sensorLabel != selection_.label) return add_other(scan, index);
+		const std::string& label = scan.observation->sensorLabel;
+		const std::size_t index = counts_[label]++;
+		if (label != selection_.label) return add_other(scan, index);
 		complete(scan);
 		if (samples_.chosen.size() == frames_.size() || index != frames_[samples_.chosen.size()]) return;
 		if (has_odometry_) waiting_.push_back({samples_.chosen.size(), robot_});
-		samples_.chosen.push_back({scan, nullptr, {}, middle_angle});
+		samples_.chosen.push_back({scan, {}, {}, middle_angle});
 	}
 
 	/// Takes a scan as the later one of those samples from which the robot has moved on.
-	void complete(const ScanPtr& scan)
+	void complete(const LoggedScan& scan)
 	{
 		constexpr double kDistance = 0.5, kTurn = 0.5;  // [m], [rad]
 		const auto has_moved_on = [&](const Waiting& waiting)
@@ -71,13 +73,14 @@ class SampleReader
 		waiting_.erase(std::remove_if(waiting_.begin(), waiting_.end(), has_moved_on), waiting_.end());
 	}
 
-	void add_other(const ScanPtr& scan, std::size_t index)
+	void add_other(const LoggedScan& scan, std::size_t index)
 	{
+		const std::string& label = scan.observation->sensorLabel;
 		const auto sensor = std::find_if(
 		    survey_.sensors.begin(), survey_.sensors.end(),
-		    [&](const logs::Sensor& known) { return known.label == scan->sensorLabel; });
+		    [&](const logs::Sensor& known) { return known.label == label; });
 		if (sensor == survey_.sensors.end()) return;
-		auto& scans = samples_.others[scan->sensorLabel];
+		auto& scans = samples_.others[label];
 		const std::size_t count = std::min(kScans, sensor->scans);
 		if (scans.size() < count && index >= (2 * scans.size() + 1) * sensor->scans / (2 * count))
 			scans.push_back(scan);
@@ -128,7 +131,7 @@ Correction with_max_range(float range)
 	return [range](CObservation2DRangeScan& scan)
 	{
 		for (std::size_t i = 0; i < scan.getScanSize(); i++)
-			if (scan.getScanRange(i) >= scan.maxRange && scan.getScanRange(i) < range)
+			if (!(scan.getScanRange(i) < scan.maxRange) && scan.getScanRange(i) < range)
 				scan.setScanRangeValidity(i, true);
 		scan.maxRange = range;
 	};
@@ -146,11 +149,12 @@ struct Readings
 	{
 		for (const Sample& sample : samples)
 		{
-			max_range = sample.scan->maxRange;
-			beams += sample.scan->getScanSize();
-			for (std::size_t i = 0; i < sample.scan->getScanSize(); i++)
+			const CObservation2DRangeScan& scan = *sample.scan.observation;
+			max_range = scan.maxRange;
+			beams += scan.getScanSize();
+			for (std::size_t i = 0; i < scan.getScanSize(); i++)
 			{
-				const float range = sample.scan->getScanRange(i);
+				const float range = scan.getScanRange(i);
 				zeros += range == 0;
 				if (range > 0 && std::isfinite(range)) ranges.push_back(range);
 			}
@@ -199,7 +203,7 @@ void add_units(const Readings& readings, std::vector<Mistake>& mistakes)
 void add_max_ranges(const Readings& readings, std::vector<Mistake>& mistakes)
 {
 	const auto& ranges = readings.ranges;
-	if (ranges.empty()) return;
+	if (ranges.empty() || !(readings.max_range > 0)) return;
 	constexpr float kSame = 0.02F;  // [m]
 	constexpr double kPile = 0.03;  // [-] of the beams that end at one range
 	const auto count_from = [&](float range)
@@ -289,11 +293,29 @@ bool agrees(const Beam& beam, const mrpt::math::TPose2D& sensor, const Grid& gri
 }
 }  // namespace
 
-Scan corrected(CObservation2DRangeScan scan, const Mistake& mistake, ScanParameters parameters)
+Scan corrected(const LoggedScan& scan, const Mistake& mistake, ScanParameters parameters)
 {
 	if (mistake.toggles_zeros) parameters.zero_is_no_return = !parameters.zero_is_no_return;
-	mistake.correct(scan);
-	return make_scan(scan, parameters);
+	auto observation = std::make_shared<CObservation2DRangeScan>(*scan.observation);
+	mistake.correct(*observation);
+	return scan_of({observation, scan.sweep, mistake.gives_pose ? "" : scan.unusable_because}, parameters);
+}
+
+double distance_from_walls(const Scan& scan, const mrpt::math::TPose2D& robot, const Grid& grid)
+{
+	constexpr double kFarthest = 0.3;  // [m]
+	const auto sensor = robot + scan.sensor_on_robot;
+	double sum = 0;
+	std::size_t returns = 0;
+	for (const Beam& beam : scan.beams)
+	{
+		if (!beam.is_return) continue;
+		const auto range = static_cast<double>(beam.range), angle = static_cast<double>(beam.angle);
+		const double wall = distance_to_wall(grid, sensor, sensor.phi + angle, range + kFarthest);
+		sum += std::min(std::abs(wall - range), kFarthest);
+		returns++;
+	}
+	return returns > 0 ? sum / static_cast<double>(returns) : kFarthest;
 }
 
 std::vector<Mistake> usual_mistakes(const Samples& samples, const ScanParameters& parameters)
@@ -324,8 +346,8 @@ double share_that_map_confirms(
 	{
 		if (answers[i].status != Status::kLocalized) continue;
 		found++;
-		const Scan with_mistake = make_scan(*samples[i].scan, localizer.parameters().scan);
-		const Scan without = corrected(*samples[i].scan, mistake, localizer.parameters().scan);
+		const Scan with_mistake = scan_of(samples[i].scan, localizer.parameters().scan);
+		const Scan without = corrected(samples[i].scan, mistake, localizer.parameters().scan);
 		const auto sensor = answers[i].best().pose.asTPose() + without.sensor_on_robot;
 		for (const Beam& beam : without.beams)
 		{

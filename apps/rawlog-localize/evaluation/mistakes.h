@@ -1,6 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "frames/logged_scan.h"
 #include "input/inputs.h"
 
 #include <d2s1r/localizer.h>
@@ -13,13 +14,11 @@
 
 namespace d2s1r::app
 {
-using ScanPtr = mrpt::obs::CObservation2DRangeScan::ConstPtr;
-
 /// A scan of the log, and one that was taken after the robot had moved on.
 struct Sample
 {
-	ScanPtr scan;
-	ScanPtr later;                //!< null if the odometry shows no motion
+	LoggedScan scan;
+	LoggedScan later;             //!< without an observation if the odometry shows no motion
 	mrpt::poses::CPose2D motion;  //!< from scan to later by the odometry
 	double middle_angle;          //!< [rad] see RawlogObject
 };
@@ -27,8 +26,8 @@ struct Sample
 /// Scans of a log that are tried.
 struct Samples
 {
-	std::vector<Sample> chosen;                          //!< of the laser that is localized
-	std::map<std::string, std::vector<ScanPtr>> others;  //!< by the label of another laser
+	std::vector<Sample> chosen;                             //!< of the laser that is localized
+	std::map<std::string, std::vector<LoggedScan>> others;  //!< by the label of another laser
 };
 
 /// Reads 20 of the selected scans, evenly spread over them, and as many of each other laser.
@@ -45,6 +44,7 @@ struct Mistake
 	bool toggles_zeros = false;  //!< whether scan.zero_is_no_return is the other way round
 	std::string other_laser{};   //!< label of the laser whose scans are tried; empty: that of the run
 	bool mirrors = false;        //!< whether scans or image are mirrored: the odometry tells which of them
+	bool gives_pose = false;     //!< whether `correct` sets the pose of the laser on the robot
 	/// Whether the map can show it: some beams are read in another way without the mistake, and the walls around the
 	/// places where scans are found confirm or contradict that.
 	bool changes_beams = false;
@@ -57,8 +57,12 @@ Correction scaled_by(double factor);
 /// maxRange, zeros, the choice of the laser. \param parameters that the scans are read with
 std::vector<Mistake> usual_mistakes(const Samples& samples, const ScanParameters& parameters);
 
-/// Returns a scan as it is without a mistake.
-Scan corrected(mrpt::obs::CObservation2DRangeScan scan, const Mistake& mistake, ScanParameters parameters);
+/// Returns a scan as it is without a mistake, its beams moved to its time.
+Scan corrected(const LoggedScan& scan, const Mistake& mistake, ScanParameters parameters);
+
+/// Returns how far [m] the returns of a scan end from the first wall in their direction, on average; each counts for at
+/// most 0.3 m. \param robot in the map frame
+double distance_from_walls(const Scan& scan, const mrpt::math::TPose2D& robot, const Grid& grid);
 
 /// Returns the share [0, 1] of the beams that are read in another way without a mistake which the map agrees with, seen
 /// from where their scans were found. It is 0 if fewer than three scans were found.

@@ -4,6 +4,7 @@
 #include "cli/command_line.h"
 #include "evaluation/accuracy.h"
 #include "evaluation/diagnosis.h"
+#include "frames/frame_loop.h"
 #include "input/maps.h"
 
 #include <d2s1r/localizer.h>
@@ -35,6 +36,7 @@ struct RunReport
 	std::vector<Match> matches{};          //!< frames with ground truth
 	std::optional<Diagnosis> diagnosis{};  //!< if most frames were not localized
 	OdometryEstimate odometry{};           //!< what the localized scans tell of it
+	LeftOutReadings left_out{};
 };
 
 /// Returns the number of frames with a pose, by the map that it is in.

@@ -30,46 +30,16 @@ using Lasers = std::vector<PlacedObservation>;
 struct Job
 {
 	std::size_t frame = 0;
-	mrpt::obs::CObservation2DRangeScan::ConstPtr scan;
-	logs::ScanDetails details = {};
+	LoggedScan logged;
 	Clock::time_point read_at = {};  //!< when the scan had been read
-	Lasers lasers = {};              //!< what is merged, `scan` last; empty: each scan is used alone
-	Sweep sweep = {};                //!< of `scan`
+	Lasers lasers = {};              //!< what is merged, `logged` last; empty: each scan is used alone
+	Scan scan = {};                  //!< that is localized
 	std::optional<Localization> result = {};
 };
 
 Scan scan_of(const Job& job, const ScanParameters& parameters)
 {
-	if (!job.details.unusable_because.empty())
-	{
-		Scan unusable;
-		unusable.invalid_because = job.details.unusable_because;
-		return unusable;
-	}
-	return job.lasers.empty() ? make_scan(*job.scan, parameters, job.sweep) : merge_scans(job.lasers, parameters);
-}
-
-/// Returns when the beams of a scan were taken, and how the robot moved meanwhile.
-Sweep sweep_of(const mrpt::obs::CObservation2DRangeScan& scan, const logs::ScanDetails& details)
-{
-	const double stamp = logs::to_seconds(scan.timestamp);
-	std::vector<d2s1r::TimedPose> motion;
-	for (const auto& [time, robot] : details.odometry) motion.push_back({time - stamp, robot});
-	return make_sweep(details.sweep.first_beam, details.sweep.duration, scan.getScanSize(), std::move(motion));
-}
-
-/// Returns the observation of a job, as if all beams had been taken at its time; if it cannot be used, one without
-/// valid beams.
-mrpt::obs::CObservation2DRangeScan::ConstPtr observation_of(const Job& job)
-{
-	if (job.details.unusable_because.empty())
-		return job.sweep.is_instant()
-		           ? job.scan
-		           : std::make_shared<mrpt::obs::CObservation2DRangeScan>(at_one_time(*job.scan, job.sweep));
-	auto blind = std::make_shared<mrpt::obs::CObservation2DRangeScan>(*job.scan);
-	for (std::size_t i = 0; i < blind->getScanSize(); i++) blind->setScanRangeValidity(i, false);
-	for (std::size_t i = 0; i < blind->getScanSize(); i++) blind->setScanRange(i, 0);
-	return blind;
+	return job.lasers.empty() ? scan_of(job.logged, parameters) : merge_scans(job.lasers, parameters);
 }
 
 /// The last scan of each laser, and where the robot was then by the odometry.
@@ -159,8 +129,8 @@ class ItemReader
 		{
 			const auto& scan = item.object.scans[i];
 			const logs::ScanDetails& details = item.object.details[i];
-			const Sweep sweep = sweep_of(*scan, details);
-			if (merge_lasers_ && details.unusable_because.empty()) last_scans_.add(scan, sweep);
+			LoggedScan logged = logged_scan(scan, details);
+			if (merge_lasers_ && details.unusable_because.empty()) last_scans_.add(scan, logged.sweep);
 			if (scan->sensorLabel != selection_.label)
 			{
 				constexpr std::size_t kMostLabels = 100;
@@ -168,8 +138,7 @@ class ItemReader
 				continue;
 			}
 			if (selection_.contains(scans_))
-				item.jobs.push_back(
-				    {scans_, scan, details, Clock::now(), lasers_with(scan->sensorLabel, details), sweep});
+				item.jobs.push_back({scans_, std::move(logged), Clock::now(), lasers_with(scan->sensorLabel, details)});
 			scans_++;
 		}
 		item.object.scans.clear();
@@ -269,6 +238,9 @@ class Follower
 	/// Returns the time [s] that the sink took so far.
 	double writing_seconds() const { return 1e-3 * writing_ms_; }
 
+	/// Returns what was left out of the scans followed so far.
+	const LeftOutReadings& left_out() const { return left_out_; }
+
 	/// Returns what the scans followed so far tell of the odometry.
 	const OdometryEstimate& odometry() const { return odometry_check_.estimate(); }
 
@@ -278,19 +250,20 @@ class Follower
 		const auto motion = odometry_.take();
 		const Localization& one_shot = *job.result;
 		odometry_check_.checked(motion, one_shot);
-		Frame frame{job.frame, logs::to_seconds(job.scan->timestamp), one_shot, {}, {}, {}, job.read_at};
-		const auto scan = [&] { return scan_of(job, approach_.localizer.parameters().scan); };
+		const double time = logs::to_seconds(job.logged.observation->timestamp);
+		Frame frame{job.frame, time, one_shot, {}, {}, {}, job.read_at};
 		if (window_)
 		{
 			frame.alone = one_shot;
-			frame.result = window_->add(scan(), one_shot, motion);
+			frame.result = window_->add(job.scan, one_shot, motion);
 		}
 		if (approach_.tracker)
-			frame.tracker = approach_.tracker->add(approach_.localizer, scan(), frame.timestamp, frame.result, motion);
-		if (approach_.fusion_backend)
-			frame.fused = approach_.fusion_backend->step({*observation_of(job), one_shot, motion});
+			frame.tracker = approach_.tracker->add(approach_.localizer, job.scan, time, frame.result, motion);
+		const ScanPtr observation = observation_of(job.logged);
+		if (approach_.fusion_backend) frame.fused = approach_.fusion_backend->step({*observation, one_shot, motion});
+		left_out_.add(job.scan, observation->getScanSize());
 		const ScopedTimer timer(writing_ms_);
-		is_enough_ = !sink_.take_frame(frame, std::move(job.scan));
+		is_enough_ = !sink_.take_frame(frame, job.scan, observation);
 		frames_++;
 	}
 
@@ -301,6 +274,7 @@ class Follower
 	double writing_ms_ = 0;
 	OdometryBetweenScans odometry_;
 	OdometryCheck odometry_check_;
+	LeftOutReadings left_out_;
 	std::optional<WindowLocalizer> window_;
 };
 
@@ -387,9 +361,9 @@ class FramePipeline
 		const auto [item, job] = waiting_.front();
 		waiting_.pop_front();
 		lock.unlock();
-		const Scan scan = scan_of(*job, approach_.localizer.parameters().scan);
-		job->result = approach_.atlas ? approach_.atlas->localize(scan, approach_.query.time_budget)
-		                              : approach_.localizer.localize(scan, approach_.query);
+		job->scan = scan_of(*job, approach_.localizer.parameters().scan);
+		job->result = approach_.atlas ? approach_.atlas->localize(job->scan, approach_.query.time_budget)
+		                              : approach_.localizer.localize(job->scan, approach_.query);
 		lock.lock();
 		item->unfinished--;
 	}
@@ -425,6 +399,16 @@ class FramePipeline
 };
 }  // namespace
 
+void LeftOutReadings::add(const Scan& scan, std::size_t of_observation)
+{
+	readings += of_observation;
+	repeated += scan.repeated;
+	lost += scan.lost;
+	scans++;
+	scans_with_repeated += scan.repeated > 0 ? 1 : 0;
+	scans_with_lost += scan.lost > 0 ? 1 : 0;
+}
+
 LoopResult localize_log(
     logs::LogReader& reader, const FrameSelection& selection, const Approach& approach, const FrameSink& sink,
     ProgressBar& progress)
@@ -444,6 +428,7 @@ LoopResult localize_log(
 	    follower.frames(),
 	    follower.is_enough(),
 	    items.other_labels(),
-	    follower.odometry()};
+	    follower.odometry(),
+	    follower.left_out()};
 }
 }  // namespace d2s1r::app

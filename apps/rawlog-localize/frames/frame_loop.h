@@ -3,6 +3,7 @@
 
 #include "cli/console.h"
 #include "frames/frame.h"
+#include "frames/logged_scan.h"
 #include "input/inputs.h"
 
 #include <d2s1r/atlas.h>
@@ -33,8 +34,22 @@ struct FrameSink
 {
 	/// Takes every object of the rawlog, before the frames of its scans.
 	std::function<void(const logs::RawlogObject& object)> take_object;
-	/// Takes every frame, with the scan that it was localized by. Returns whether more frames are wanted.
-	std::function<bool(const Frame& frame, mrpt::obs::CObservation2DRangeScan::ConstPtr scan)> take_frame;
+	/// Takes every frame, with the scan that it was localized by, and its observation as if all beams had been taken at
+	/// its time. Returns whether more frames are wanted.
+	std::function<bool(const Frame& frame, const Scan& scan, const ScanPtr& observation)> take_frame;
+};
+
+/// Counts the readings of scans that were treated as no data because of the others in their scan.
+struct LeftOutReadings
+{
+	std::size_t scans = 0;                //!< [-] that were localized or tried
+	std::size_t readings = 0;             //!< [-] of these, all
+	std::size_t repeated = 0, lost = 0;   //!< [-] of these: see Scan
+	std::size_t scans_with_repeated = 0;  //!< [-]
+	std::size_t scans_with_lost = 0;      //!< [-]
+
+	/// \param of_observation [-] readings of the observation
+	void add(const Scan& scan, std::size_t of_observation);
 };
 
 /// How a loop over the frames ended.
@@ -48,6 +63,7 @@ struct LoopResult
 	/// Labels of other lasers in what was read before the first scan of the sensor, some of them if they are many.
 	std::set<std::string> other_labels = {};
 	OdometryEstimate odometry = {};  //!< what the localized scans tell of it
+	LeftOutReadings left_out = {};
 };
 
 /// Localizes the selected scans of a log, `threads` at a time, and hands everything to `sink` in the order of the

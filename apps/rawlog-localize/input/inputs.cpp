@@ -118,6 +118,16 @@ logs::Sensor choose_sensor(const logs::LogSurvey& survey, const LogRequest& requ
 	    "holds no 2D scan labelled '" + *request.label + "'; " + request.label_option + " can be " + known);
 }
 
+namespace
+{
+/// Returns whether the command line gives what a line about a laser asks for.
+bool is_answered(const std::string& doubt, const logs::Overrides& overrides)
+{
+	const auto asks_for = [&](const char* option) { return doubt.find(option) != std::string::npos; };
+	return (overrides.beam_angles && asks_for("--beam-angles")) || (overrides.max_range && asks_for("--max-range"));
+}
+}  // namespace
+
 std::vector<std::string> describe_log(
     const logs::LogSurvey& survey, const logs::Sensor& sensor, const LogRequest& request, MotionSource motion)
 {
@@ -138,7 +148,8 @@ std::vector<std::string> describe_log(
 	{
 		if (!other.has_pose && other.label != sensor.label)
 			lines.push_back("laser '" + other.label + "' is " + other.mounting);
-		lines.insert(lines.end(), other.doubts.begin(), other.doubts.end());
+		for (const std::string& doubt : other.doubts)
+			if (other.label != sensor.label || !is_answered(doubt, request.overrides)) lines.push_back(doubt);
 	}
 	lines.insert(lines.end(), survey.notes.begin(), survey.notes.end());
 	if (motion == MotionSource::kOdometry && survey.odometry.empty() && !survey.is_live)

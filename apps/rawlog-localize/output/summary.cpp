@@ -3,6 +3,7 @@
 
 #include <base/output_file.h>
 #include "cli/errors.h"
+#include "evaluation/constant_offset.h"
 #include "evaluation/ground_truth.h"
 #include "evaluation/run_report.h"
 #include "output/run_outputs.h"
@@ -12,6 +13,7 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <tuple>
 
 namespace d2s1r::app
 {
@@ -45,6 +47,13 @@ void add_accuracy(Json& json, const RunReport& report)
 		    {"yaw_error_std_deg", a.yaw_error.deviation}};
 	}
 	json["ground_truth_interpolated"] = report.truth_interpolated;
+	if (const auto constant = find_constant_offset(report.matches))
+		json["ground_truth_offset"] = {
+		    {"frame", constant->is_in_map_frame ? "map" : "robot"},
+		    {"x_m", constant->offset.x},
+		    {"y_m", constant->offset.y},
+		    {"yaw_rad", constant->offset.phi},
+		    {"frames", constant->frames}};
 	json["ground_truth_clock_offset_s"] = report.truth_offset;
 	json["ground_truth_lines_without_frame"] = report.truth_lines - report.matches.size();
 }
@@ -62,6 +71,11 @@ Json fusion_of(const RunReport& report)
 		json[mrpt::format("successes_%.1fm_%.0fdeg", kTolerances.at(i).position, kTolerances.at(i).yaw)] =
 		    fusion.successes.at(i);
 	return json;
+}
+
+double percent(std::size_t part, std::size_t whole)
+{
+	return whole ? 100.0 * static_cast<double>(part) / static_cast<double>(whole) : 0;
 }
 
 Json odometry_of(const OdometryEstimate& odometry)
@@ -84,9 +98,34 @@ void print_odometry(const OdometryEstimate& odometry, std::ostream& out)
 		out << mrpt::format("%-12sthe last scans contradict it, so that it is not used\n", "odometry");
 }
 
-double percent(std::size_t part, std::size_t whole)
+/// Tells that the ground truth is that of another frame, if it is.
+void print_constant_offset(const std::vector<Match>& matches, std::ostream& out)
 {
-	return whole ? 100.0 * static_cast<double>(part) / static_cast<double>(whole) : 0;
+	const auto constant = find_constant_offset(matches);
+	if (!constant) return;
+	const auto& [x, y, phi] = std::tie(constant->offset.x, constant->offset.y, constant->offset.phi);
+	out << mrpt::format(
+	    "%-12s%zu of %zu poses differ from the ground truth by the same x %.2f, y %.2f m, yaw %.1f deg in the frame of "
+	    "the %s\n",
+	    "", constant->frames, constant->of, x, y, mrpt::RAD2DEG(phi),
+	    constant->is_in_map_frame ? "map: is it the truth in another frame than this map?"
+	                              : "robot: is it the truth of the laser, or is --sensor-pose wrong?");
+}
+
+/// Tells which readings were treated as no data, if there are many.
+void print_left_out(const LeftOutReadings& left_out, std::ostream& out)
+{
+	constexpr double kFew = 0.1;  // [%] of all readings
+	if (const double share = percent(left_out.lost, left_out.readings); share > kFew)
+		out << mrpt::format(
+		    "%-12s%.1f %% are \"nothing there\" in scans (%zu of %zu) where most of these lie in gaps of surfaces, and "
+		    "count as no data (scan.no_return = 1 lets them count)\n",
+		    "readings", share, left_out.scans_with_lost, left_out.scans);
+	if (const double share = percent(left_out.repeated, left_out.readings); share > kFew)
+		out << mrpt::format(
+		    "%-12s%.1f %% share exactly their range with many others of their scan (%zu of %zu scans), and count as no "
+		    "data: is the window dirty, or does the driver write a dummy value?\n",
+		    "readings", share, left_out.scans_with_repeated, left_out.scans);
 }
 
 void print_statuses(const RunReport& report, std::ostream& out)
@@ -130,6 +169,7 @@ void print_accuracy(const RunReport& report, std::ostream& out)
 		out << mrpt::format(
 		    "%-12sthe truth of %zu frames is interpolated between lines at most %.1f s apart\n", "",
 		    report.truth_interpolated, kGreatestGap);
+	print_constant_offset(report.matches, out);
 	if (report.truth_offset != 0)
 		out << mrpt::format(
 		    "%-12sthe ground truth's clock is %.3f s %s the log's, as its poses show; that was taken off\n", "",
@@ -257,6 +297,8 @@ void write_summary_json(const RunReport& report, TextFile& file)
 	json["refinement_ms"] = summary_of(stage_times(report.frames.kept(), &StageTimes::refinement_ms));
 	json["total_ms"] = summary_of(stage_times(report.frames.kept(), &StageTimes::total_ms));
 	if (report.truth_lines > 0) add_accuracy(json, report);
+	json["readings"] = {
+	    {"all", report.left_out.readings}, {"repeated", report.left_out.repeated}, {"lost", report.left_out.lost}};
 	if (report.odometry.motions > 0) json["odometry"] = odometry_of(report.odometry);
 	if (report.command.search.fuse) json["fused"] = fusion_of(report);
 	if (!report.command.log.check.empty())
@@ -299,6 +341,7 @@ void print_table(const RunReport& report, std::ostream& out)
 	if (is_of_atlas(report)) print_maps(report, out);
 	if (!report.frames.kept().empty()) print_times(report, out);
 	if (!report.matches.empty()) print_accuracy(report, out);
+	print_left_out(report.left_out, out);
 	print_odometry(report.odometry, out);
 	if (report.command.search.fuse) print_fusion(report, out);
 	if (!report.command.log.check.empty()) print_tracker(report, out);

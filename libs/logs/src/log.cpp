@@ -8,6 +8,8 @@
 #include "rawlog_reader.h"
 #include "text_file.h"
 
+#include <mrpt/core/bits_math.h>
+#include <mrpt/core/format.h>
 #include <mrpt/obs/CObservationOdometry.h>
 
 #include <algorithm>
@@ -77,6 +79,11 @@ std::string unpacked_start(const std::string& path)
 	}
 }
 
+double middle_of(const BeamAngles& angles)
+{
+	return 0.5 * (angles.first + angles.last);
+}
+
 /// Alters the scans of one laser.
 class OverridingReader : public LogReader
 {
@@ -92,12 +99,14 @@ class OverridingReader : public LogReader
 		damage_ = reader_->damage();
 		missing_class_ = reader_->missing_class();
 		if (!object) return std::nullopt;
+		const double middle_angle = object->middle_angle;
 		for (std::size_t i = 0; i < object->scans.size(); i++)
 		{
 			if (object->scans[i]->sensorLabel != label_) continue;
-			alter(*object->scans[i], object->middle_angle);
+			alter(*object->scans[i], middle_angle);
 			alter(object->details[i]);
 			object->bytes.clear();  // which are no longer those of the object
+			if (overrides_.beam_angles) object->middle_angle = middle_of(*overrides_.beam_angles);
 		}
 		return object;
 	}
@@ -107,13 +116,14 @@ class OverridingReader : public LogReader
 	{
 		if (overrides_.sensor_pose)
 			scan.sensorPose = *overrides_.sensor_pose + mrpt::poses::CPose3D(0, 0, 0, middle_angle, 0, 0);
+		if (overrides_.beam_angles) set_beam_angles(scan, *overrides_.beam_angles, middle_angle);
 		if (!overrides_.max_range && !overrides_.range_factor) return;
 		const float max_range = overrides_.max_range.value_or(scan.maxRange);
 		const auto factor = static_cast<float>(overrides_.range_factor.value_or(1));
 		for (std::size_t i = 0; i < scan.getScanSize(); i++)
 		{
 			const float before = scan.getScanRange(i), after = factor * before;
-			if (before >= scan.maxRange && after < max_range) scan.setScanRangeValidity(i, true);
+			if (!(before < scan.maxRange) && after < max_range) scan.setScanRangeValidity(i, true);
 			scan.setScanRange(i, after);
 		}
 		scan.maxRange = max_range;
@@ -194,6 +204,12 @@ std::vector<StampedPose> read_poses_of_topic(const std::string& path, const std:
 {
 	refuse_ros(path);
 }
+
+std::vector<StampedPose> read_poses_of_frame(
+    const std::string& path, const std::string&, const std::string&, const std::string&)
+{
+	refuse_ros(path);
+}
 #endif
 
 Log open_log(
@@ -239,10 +255,24 @@ std::string known_formats()
 	return formats + "; packed by gzip" + packed;
 }
 
+std::string beam_angles_option(const BeamAngles& angles)
+{
+	const auto degrees = [](double angle) { return std::round(1e4 * mrpt::RAD2DEG(angle)) / 1e4 + 0.0; };
+	return mrpt::format("--beam-angles %.8g,%.8g", degrees(angles.first), degrees(angles.last));
+}
+
+void set_beam_angles(mrpt::obs::CObservation2DRangeScan& scan, const BeamAngles& angles, double middle_angle)
+{
+	scan.aperture = static_cast<float>(std::abs(angles.last - angles.first));
+	scan.rightToLeft = angles.last >= angles.first;
+	scan.sensorPose = scan.sensorPose + mrpt::poses::CPose3D(0, 0, 0, middle_of(angles) - middle_angle, 0, 0);
+}
+
 std::unique_ptr<LogReader> read_log(const Log& log, const std::string& label, const Overrides& overrides)
 {
 	auto reader = log.read_for(label);
-	if (overrides.sensor_pose || overrides.max_range || overrides.range_factor || overrides.sweep)
+	if (overrides.sensor_pose || overrides.max_range || overrides.range_factor || overrides.sweep ||
+	    overrides.beam_angles)
 		reader = std::make_unique<OverridingReader>(std::move(reader), label, overrides);
 	return with_odometry(std::move(reader), !log.survey.is_live);
 }

@@ -33,7 +33,8 @@ mrpt::Clock::time_point to_time(std::int64_t nanoseconds)
 
 double middle_angle(const LaserScan& scan)
 {
-	return static_cast<double>(scan.first_angle) + turned_angle(scan) / 2;
+	const double middle = static_cast<double>(scan.first_angle) + turned_angle(scan) / 2;
+	return std::isfinite(middle) ? middle : 0;
 }
 
 SweepTime sweep_time_of(const LaserScan& scan)
@@ -51,6 +52,7 @@ mrpt::obs::CObservation2DRangeScan::Ptr to_observation(
 	observation->rightToLeft = scan.angle_step >= 0;
 	observation->maxRange = scan.max_range;
 	observation->aperture = static_cast<float>(std::abs(turned_angle(scan)));
+	if (!std::isfinite(scan.first_angle)) observation->aperture = scan.first_angle;  // which make_scan() refuses
 	observation->sensorPose = laser + mrpt::poses::CPose3D(0, 0, 0, middle_angle(scan), 0, 0);
 	const std::size_t beams = scan.ranges.size();
 	observation->resizeScan(beams);
@@ -58,7 +60,8 @@ mrpt::obs::CObservation2DRangeScan::Ptr to_observation(
 	{
 		const float range = scan.ranges[i];  // may be NaN or infinite
 		observation->setScanRange(i, range);
-		observation->setScanRangeValidity(i, range >= scan.min_range && range <= scan.max_range);
+		const bool is_too_near = range < scan.min_range && scan.min_range < scan.max_range;
+		observation->setScanRangeValidity(i, range > 0 && !is_too_near && range <= scan.max_range);
 	}
 	return observation;
 }

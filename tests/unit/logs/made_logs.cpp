@@ -154,7 +154,8 @@ std::string scan_message(Wire wire, const MadeScan& scan)
 {
 	FieldWriter writer(wire);
 	writer.header(scan.time, scan.frame);
-	const float last = scan.first_angle + scan.angle_step * static_cast<float>(scan.ranges.size() - 1);
+	const float last =
+	    scan.last_angle.value_or(scan.first_angle + scan.angle_step * static_cast<float>(scan.ranges.size() - 1));
 	for (const float value :
 	     {scan.first_angle, last, scan.angle_step, scan.time_step, 0.1F, scan.min_range, scan.max_range})
 		writer.number(value);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -56,6 +57,7 @@ struct MadeScan
 	float min_range = 0.1F;     //!< [m]
 	float max_range = 10.0F;    //!< [m]
 	std::vector<float> ranges = {1, 2, 3, 4, 5, 6, 7};
+	std::optional<float> last_angle{};  //!< [rad] angle_max; without a value, as the others make it
 };
 std::string scan_message(Wire wire, const MadeScan& scan);
 

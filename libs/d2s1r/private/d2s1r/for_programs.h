@@ -35,6 +35,7 @@ struct LostCells
 		kScale        //!< mode scale knows no unknown shade
 	};
 
+	bool is_negated = false;       //!< whether the yaml file says negate: 1
 	double unknown_made_free = 0;  //!< [0, 1] pixels of the shade of unknown cells, 205, that are free cells
 	Cause cause = Cause::kFreeThresh;
 	double right_free_thresh = 0;  //!< [probability] that leaves this shade unknown

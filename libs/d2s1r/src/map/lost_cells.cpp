@@ -157,6 +157,7 @@ LostCells find_lost_cells(const std::string& file, const MapServerYaml& yaml, co
 	const CellsOfShades cells = count_cells(image, yaml.rule(), parameters);
 	const UnknownShades unknown = find_unknown_shades(cells, yaml, is_lossy_image_name(file));
 	LostCells lost;
+	lost.is_negated = yaml.negate;
 	add_unknown(cells, unknown, yaml, lost);
 	add_greys(cells, unknown, yaml, lost);
 	if (!yaml.rule().transparent_is_unknown)

@@ -35,9 +35,11 @@ std::string unusable_because(const mrpt::obs::CObservation2DRangeScan& observati
 	if (observation.getScanSize() < 2) return "the scan has fewer than 2 beams";
 	if (observation.getScanSize() > kMostBeams) return kTooManyBeams;
 	if (!(observation.aperture > 0) || !std::isfinite(observation.aperture))
-		return "the aperture is not finite and above 0";
+		return "the aperture (angle_increment of ROS times the beams) is not finite and above 0";
+	if (static_cast<double>(observation.aperture) > 2 * kFullTurn)
+		return "the aperture (angle_increment of ROS times the beams) is more than two turns; angles are in rad";
 	if (!(observation.maxRange > 0) || !std::isfinite(observation.maxRange))
-		return "maxRange is not finite and above 0";
+		return "maxRange (range_max of ROS) is not finite and above 0";
 	const auto& pose = observation.sensorPose;
 	const auto& axes = pose.getRotationMatrix();  // yaw() would write to the observation
 	const double tilt = mrpt::RAD2DEG(tilt_of(observation));

@@ -93,6 +93,28 @@ class LogReader
 	std::string missing_class_;
 };
 
+/// Says where the beams of a laser's scans look: [rad] in the frame of the laser, counter-clockwise, as they are
+/// recorded. The last one is below the first if the laser turns clockwise.
+struct BeamAngles
+{
+	double first = 0;
+	double last = 0;
+};
+
+/// Returns the option of rawlog-localize that gives these angles.
+std::string beam_angles_option(const BeamAngles& angles);
+
+/// Lets the beams of a scan look where `angles` say. \param middle_angle that the scan was made with, see RawlogObject
+void set_beam_angles(mrpt::obs::CObservation2DRangeScan& scan, const BeamAngles& angles, double middle_angle);
+
+/// Says how the beams of a laser may look if its usual fields are wrong.
+struct OtherAngles
+{
+	std::string because;  //!< which fields are wrong, or contradict each other
+	BeamAngles angles;
+	bool is_possible = false;  //!< whether the usual fields may be right, too, so that only a map can tell
+};
+
 /// Describes a laser of a log.
 struct Sensor
 {
@@ -103,6 +125,7 @@ struct Sensor
 	std::string robot = "";             //!< tells the robots of a log apart; empty: there is one, or it is not known
 	std::string odometry = "";          //!< that of its robot, as LogSurvey::odometry
 	std::vector<std::string> doubts{};  //!< what is wrong with its scans
+	std::optional<OtherAngles> other_angles{};  //!< see OtherAngles; without a value, nothing is wrong with them
 };
 
 /// Says what a log holds; it is known after the log was read once.
@@ -170,6 +193,13 @@ std::string known_formats();
 std::vector<StampedPose> read_poses_of_topic(
     const std::string& path, const std::string& topic, const std::string& known_damage);
 
+/// Returns the poses of the robot in a frame of a recording of ROS, such as map, as its transforms tell them.
+/// \param label of the laser whose robot it is
+/// \param known_damage as above
+/// \throws LogError if the recording cannot be read, or its transforms do not connect the two
+std::vector<StampedPose> read_poses_of_frame(
+    const std::string& path, const std::string& frame, const std::string& label, const std::string& known_damage);
+
 /// Says what the user knows better about a laser than the log.
 struct Overrides
 {
@@ -177,6 +207,7 @@ struct Overrides
 	std::optional<float> max_range;                   //!< [m]
 	std::optional<double> range_factor;               //!< [-] of all ranges in the log
 	std::optional<SweepTime> sweep;                   //!< of all scans
+	std::optional<BeamAngles> beam_angles;            //!< of all scans
 };
 
 /// Reads a log from its start, for the robot that carries the laser `label`; the scans of that laser are as `overrides`

@@ -1,9 +1,8 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "bags/contents.h"
 
+#include "bags/scan_doubts.h"
 #include "logs/errors.h"
-
-#include <mrpt/core/format.h>
 
 #include <algorithm>
 #include <cmath>
@@ -40,19 +39,6 @@ void set_time_if_none(ros::Header& header, const Message& message)
 	if (header.time == 0) header.time = message.time;
 }
 
-/// Returns what is wrong with the angles of a scan; empty if nothing is.
-std::string contradiction_in(const ros::LaserScan& scan)
-{
-	constexpr double kLeastShare = 0.005;  // of the field of view
-	const double steps = static_cast<double>(scan.ranges.size()) - 1, step = static_cast<double>(scan.angle_step);
-	const double by_steps = steps * step, stated = static_cast<double>(scan.last_angle - scan.first_angle);
-	const double off = std::abs(by_steps - stated);
-	if (!(steps > 0) || !(off > kLeastShare * std::abs(by_steps)) || !(off > 1.5 * std::abs(step))) return "";
-	return mrpt::format(
-	    "angle_increment and %zu ranges make %.1f deg, but angle_min and angle_max %.1f deg; angle_increment is used",
-	    scan.ranges.size(), mrpt::RAD2DEG(by_steps), mrpt::RAD2DEG(stated));
-}
-
 bool are_the_same(const mrpt::poses::CPose3D& a, const mrpt::poses::CPose3D& b)
 {
 	constexpr double kLeastDistance = 1e-3, kLeastAngle = 1e-3;  // [m], [rad] far below what a scan shows
@@ -73,7 +59,7 @@ class ContentsReader
 		if (!found) return;
 		LaserTopic& laser = *found;
 		laser.kind = message.topic->kind;
-		if (laser.messages++ == 0) laser.doubt = doubt_about(message);
+		if (laser.messages++ == 0) look_at(message, laser);
 		const std::string frame = header_of(message).frame;
 		const auto known = laser.frames.find(frame);
 		if (known != laser.frames.end())
@@ -104,13 +90,18 @@ class ContentsReader
 	Contents contents;
 
    private:
-	/// Returns what the first message of a laser contradicts itself in. \throws Unreadable if it is a cloud of a kind
-	/// that is not read
-	static std::string doubt_about(const Message& message)
+	/// Looks at the fields of the first message of a laser. \throws Unreadable if it is a cloud of a kind that is not
+	/// read
+	static void look_at(const Message& message, LaserTopic& laser)
 	{
-		if (message.topic->kind != MessageKind::kPointCloud) return contradiction_in(laser_scan_of(message));
-		point_cloud_of(message);
-		return "";
+		if (message.topic->kind == MessageKind::kPointCloud)
+		{
+			point_cloud_of(message);
+			return;
+		}
+		const ros::LaserScan scan = laser_scan_of(message);
+		laser.doubts = doubts_about_fields(scan);
+		laser.other_angles = other_angles_of(scan);
 	}
 
 	void add(const ros::Transform& transform, bool is_static, Links& links)

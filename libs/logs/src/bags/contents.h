@@ -3,12 +3,14 @@
 #pragma once
 
 #include "bags/message_source.h"
+#include "logs/log.h"
 
 #include <mrpt/poses/CPose3D.h>
 #include <ros/messages.h>
 
 #include <cstddef>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,7 +23,8 @@ struct LaserTopic
 	MessageKind kind = MessageKind::kLaserScan;
 	std::size_t messages = 0;
 	std::map<std::string, std::size_t> frames{};  //!< [-] messages of each, those that came first if they are many
-	std::string doubt{};                          //!< what its first message contradicts itself in
+	std::vector<std::string> doubts{};            //!< what is wrong with the fields of its first message
+	std::optional<OtherAngles> other_angles{};    //!< see Sensor
 };
 
 /// A topic of odometry.

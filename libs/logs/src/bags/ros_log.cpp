@@ -61,7 +61,7 @@ std::vector<std::string> doubts_about(const LaserTopic& laser, const RobotOfLog&
 		doubts.push_back(
 		    name + "neither has it from " + std::to_string(frames - kMostTold) + " other frames, of " +
 		    std::to_string(scans) + " scans");
-	if (!laser.doubt.empty()) doubts.push_back(name + laser.doubt);
+	for (const std::string& doubt : laser.doubts) doubts.push_back(name + doubt);
 	return doubts;
 }
 
@@ -88,6 +88,7 @@ LogSurvey describe(
 		sensor.scans = laser.messages;
 		describe_mounting(robot, sensor);
 		sensor.doubts = doubts_about(laser, robot);
+		sensor.other_angles = laser.other_angles;
 		sensor.odometry = describe_odometry(robot.robot);
 		if (survey.odometry.empty()) survey.odometry = sensor.odometry;
 	}

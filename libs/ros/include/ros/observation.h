@@ -34,7 +34,8 @@ struct SweepTime
 /// Returns a time of ROS [ns since the epoch] as MRPT holds it, to 100 ns.
 mrpt::Clock::time_point to_time(std::int64_t nanoseconds);
 
-/// Returns the angle [rad] of the middle of the beams, in the frame of the laser.
+/// Returns the angle [rad] of the middle of the beams, in the frame of the laser; 0 if the angles of the scan are not
+/// finite, with which no scan can be used.
 double middle_angle(const LaserScan& scan);
 
 /// Returns when the beams of a scan were taken. LaserScan::scan_time does not tell it: simulators that take all beams

@@ -59,6 +59,10 @@ std::string refusal(const std::vector<std::string>& words, const Parser& parser)
 TEST(CommandLine, SweepTime)
 {
 	EXPECT_FALSE(complete({}).log.overrides.sweep);
+	const auto angles = complete({"--beam-angles", "-135,134.5"}).log.overrides.beam_angles;
+	ASSERT_TRUE(angles);
+	EXPECT_NEAR(angles->first, -0.75 * M_PI, 1e-9);
+	EXPECT_NEAR(angles->last, 134.5 / 180 * M_PI, 1e-9);
 	const auto sweep = complete({"--sweep-time", "-0.1,0.05"}).log.overrides.sweep;
 	ASSERT_TRUE(sweep);
 	EXPECT_DOUBLE_EQ(sweep->duration, -0.1);
@@ -146,6 +150,8 @@ TEST(CommandLine, ValuesThatMakeNoSenseAreRefused)
 	    {{"--cloud-height", "1:0.5"}, "is an empty band of heights"},
 	    {{"--cloud-height", "low:high"}, "low"},
 	    {{"--sweep-time", "slow"}, "slow"},
+    {{"--beam-angles", "270"}, "write FIRST,LAST in deg"},
+    {{"--beam-angles", "-135,-135"}, "are not 1 to 361 deg apart"},
 	    {{"--sweep-time", "0.1,0,0"}, "write S or S,FIRST in s"},
 	    {{"--sweep-time", "100"}, "--sweep-time: '100' is longer than any laser takes"},
 	    {{"--max-range", "0"}, "--max-range: '0' is not a range above 0 m"},

@@ -28,7 +28,7 @@ Samples samples_of(const std::vector<float>& readings, float max_range)
 		scan.setScanRangeValidity(i, readings[i] > 0 && readings[i] < max_range);
 	}
 	Samples samples;
-	for (int i = 0; i < 3; i++) samples.chosen.push_back({std::make_shared<CObservation2DRangeScan>(scan), {}, {}, 0});
+	for (int i = 0; i < 3; i++) samples.chosen.push_back({{std::make_shared<CObservation2DRangeScan>(scan)}, {}, {}, 0});
 	return samples;
 }
 
@@ -109,7 +109,7 @@ TEST(ShareThatMapConfirms, TellsOpenSpaceFromBeamsThatGotLost)
 					scan.setScanRange(i, 0);
 					scan.setScanRangeValidity(i, false);
 				}
-			samples.chosen.push_back({std::make_shared<CObservation2DRangeScan>(scan), {}, {}, 0});
+			samples.chosen.push_back({{std::make_shared<CObservation2DRangeScan>(scan)}, {}, {}, 0});
 			Localization answer;
 			answer.status = Status::kLocalized;
 			answer.hypotheses.emplace_back();

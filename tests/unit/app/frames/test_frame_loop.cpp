@@ -38,7 +38,7 @@ TEST_F(FrameLoop, HandsOnEveryObjectAndBehindItTheFramesOfItsScans)
 		std::string order;
 		const FrameSink sink = {
 		    [&](const logs::RawlogObject&) { order += "o"; },
-		    [&](const Frame& frame, const mrpt::obs::CObservation2DRangeScan::ConstPtr& scan)
+		    [&](const Frame& frame, const Scan&, const ScanPtr& scan)
 		    {
 			    order += std::to_string(frame.index) + " ";
 			    EXPECT_NEAR(frame.timestamp, test::walk_time(frame.index), 1e-6);
@@ -56,8 +56,7 @@ TEST_F(FrameLoop, EndsWhenTheSinkWantsNoMore)
 	{
 		std::size_t frames = 0;
 		const FrameSink sink = {
-		    [](const logs::RawlogObject&) {},
-		    [&](const Frame&, const mrpt::obs::CObservation2DRangeScan::ConstPtr&) { return ++frames < 4; }};
+		    [](const logs::RawlogObject&) {}, [&](const Frame&, const Scan&, const ScanPtr&) { return ++frames < 4; }};
 		const LoopResult result = run({"LASER", 0, 12, 1}, threads, sink);
 		EXPECT_TRUE(result.is_enough);
 		EXPECT_EQ(result.frames, 4U) << threads;
@@ -70,7 +69,7 @@ TEST_F(FrameLoop, TheTimeOfTheSinkDoesNotCount)
 	static constexpr double kSinkSeconds = 0.02;  // [s] for each of 12 frames
 	const FrameSink sink = {
 	    [](const logs::RawlogObject&) {},
-	    [](const Frame&, const mrpt::obs::CObservation2DRangeScan::ConstPtr&)
+	    [](const Frame&, const Scan&, const ScanPtr&)
 	    {
 		    std::this_thread::sleep_for(std::chrono::duration<double>(kSinkSeconds));
 		    return true;
@@ -147,9 +146,11 @@ class TurningRobotOfALog : public test::FolderTest
 		std::vector<Frame> frames;
 		const FrameSink sink = {
 		    [](const logs::RawlogObject&) {},
-		    [&](const Frame& frame, const mrpt::obs::CObservation2DRangeScan::ConstPtr&)
+		    [&](const Frame& frame, const Scan& scan, const ScanPtr& observation)
 		    {
 			    frames.push_back(frame);
+			    scans_.push_back(scan);
+			    observations_.push_back(observation);
 			    return true;
 		    }};
 		Console console;
@@ -160,6 +161,9 @@ class TurningRobotOfALog : public test::FolderTest
 		localize_log(*reader, {"LASER", 0, 4, 1}, approach, sink, progress);
 		return frames;
 	}
+
+	std::vector<Scan> scans_;            //!< that the sink got
+	std::vector<ScanPtr> observations_;  //!< of these
 
 	/// Returns the greatest error [rad] of the headings at the stamps.
 	double greatest_error(const Approach& approach, const std::optional<logs::SweepTime>& sweep)
@@ -213,4 +217,31 @@ TEST_F(TurningRobotOfALog, WithoutOdometryTheStandardDeviationTellsTheMotion)
 		EXPECT_LT(off, 3 * std::sqrt(best.covariance(2, 2))) << frame.index << ' ' << frame.result.confidence;
 		EXPECT_GT(std::sqrt(best.covariance(2, 2)), 0.03) << "0.2 s at 1 rad/s";
 	}
+}
+
+TEST_F(TurningRobotOfALog, TheSinkGetsTheScanThatWasLocalized)
+{
+	frames_of(turning_log(), {localizer_, {}, {}, nullptr, 1}, spin_);
+	ASSERT_EQ(scans_.size(), 4U);
+	const double stamp = test::kStartTime + 1;
+	test::Laser laser;
+	laser.beams = 1440;
+	laser.aperture = 2 * M_PI * 1439 / 1440;
+	const Scan at_once = make_scan(test::make_observation(test::flat(), turning_robot(stamp), laser), {});
+	const auto share_seen_at_once = [&](const Scan& scan)
+	{
+		std::size_t seen = 0;
+		for (const Beam& beam : scan.beams)
+		{
+			const auto nearest = std::min_element(
+			    at_once.beams.begin(), at_once.beams.end(),
+			    [&](const Beam& a, const Beam& b)
+			    { return std::abs(a.angle - beam.angle) < std::abs(b.angle - beam.angle); });
+			seen += std::abs(nearest->range - beam.range) < 0.1F;
+		}
+		return static_cast<double>(seen) / static_cast<double>(scan.beams.size());
+	};
+	EXPECT_LT(share_seen_at_once(make_scan(*swept_scan(stamp, "LASER"), {})), 0.7);
+	EXPECT_GT(share_seen_at_once(scans_[0]), 0.9);
+	EXPECT_GT(share_seen_at_once(make_scan(*observations_[0], {})), 0.75) << "directions are rounded to 4 deg";
 }

@@ -1,0 +1,185 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "evaluation/doubtful_fields.h"
+
+#include <mrpt/core/format.h>
+#include <mrpt/math/wrap2pi.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+namespace d2s1r::app
+{
+using mrpt::obs::CObservation2DRangeScan;
+using mrpt::poses::CPose3D;
+
+CPose3D laser_on_robot(const Sample& sample)
+{
+	return sample.scan.observation->sensorPose + CPose3D(0, 0, 0, -sample.middle_angle, 0, 0);
+}
+
+std::string turned_pose(const mrpt::poses::CPose3D& pose, double yaw, double roll)
+{
+	const auto degrees = [](double radians)  // to two digits, and never -0.00
+	{ return std::round(100 * mrpt::RAD2DEG(mrpt::math::wrapToPi(radians))) / 100 + 0.0; };
+	mrpt::poses::CPose3D copy = pose;  // MRPT computes its angles in place
+	return mrpt::format(
+	    "--sensor-pose %.3f,%.3f,%.3f,%.2f,%.2f,%.2f", copy.x(), copy.y(), copy.z(),
+	    degrees(copy.yaw() + mrpt::DEG2RAD(yaw)), degrees(copy.pitch()), degrees(copy.roll() + mrpt::DEG2RAD(roll)));
+}
+
+namespace
+{
+Mistake mistake_of_angles(const logs::OtherAngles& other, double middle_angle)
+{
+	Mistake mistake;
+	mistake.advice = other.because + ": " + logs::beam_angles_option(other.angles);
+	if (other.is_possible)
+		mistake.advice =
+		    "angle_min and angle_max are right (" + other.because + "): " + logs::beam_angles_option(other.angles);
+	mistake.correct = [angles = other.angles, middle_angle](CObservation2DRangeScan& scan)
+	{ logs::set_beam_angles(scan, angles, middle_angle); };
+	return mistake;
+}
+
+/// Returns the greatest finite reading [m] of the samples; 0 if there is none.
+double greatest_reading(const std::vector<Sample>& samples)
+{
+	double greatest = 0;
+	for (const Sample& sample : samples)
+		for (std::size_t i = 0; i < sample.scan.observation->getScanSize(); i++)
+			if (const auto range = static_cast<double>(sample.scan.observation->getScanRange(i)); std::isfinite(range))
+				greatest = std::max(greatest, range);
+	return greatest;
+}
+
+/// Returns a range [m] of a laser that reads up to `greatest` [m].
+double range_beyond(double greatest)
+{
+	constexpr double kMargin = 1.02;
+	return std::ceil(kMargin * greatest);
+}
+
+void add_range(const std::vector<Sample>& samples, std::vector<Mistake>& mistakes)
+{
+	const auto max_range = static_cast<double>(samples.front().scan.observation->maxRange);
+	const double greatest = greatest_reading(samples);
+	if ((std::isfinite(max_range) && max_range > 0) || !(greatest > 0)) return;
+	Mistake mistake;
+	mistake.advice = mrpt::format("range_max of the scans is %g: --max-range %g", max_range, range_beyond(greatest));
+	mistake.correct = [range = static_cast<float>(range_beyond(greatest))](CObservation2DRangeScan& scan)
+	{
+		for (std::size_t i = 0; i < scan.getScanSize(); i++)
+			if (!(scan.getScanRange(i) < scan.maxRange) && scan.getScanRange(i) < range)
+				scan.setScanRangeValidity(i, true);
+		scan.maxRange = range;
+	};
+	mistakes.push_back(mistake);
+}
+
+/// Returns the tilt [rad] of a laser's plane, which may be upside down.
+double tilt_of(const CPose3D& laser)
+{
+	const auto& axes = laser.getRotationMatrix();
+	return std::atan2(std::hypot(axes(2, 0), axes(2, 1)), std::abs(axes(2, 2)));
+}
+
+void add_poses(const Sample& sample, std::vector<Mistake>& mistakes)
+{
+	constexpr double kLeastTilt = 5 * M_PI / 180;  // [rad]
+	const CPose3D laser = laser_on_robot(sample);
+	if (!(tilt_of(laser) > kLeastTilt)) return;
+	const auto add = [&](const CPose3D& pose, const std::string& why)
+	{
+		Mistake mistake;
+		mistake.advice = why + ": " + turned_pose(pose, 0, 0);
+		mistake.gives_pose = true;
+		mistake.correct = [pose, middle = sample.middle_angle](CObservation2DRangeScan& scan)
+		{ scan.sensorPose = pose + CPose3D(0, 0, 0, middle, 0, 0); };
+		mistakes.push_back(mistake);
+	};
+	const CPose3D ahead_in_optical(mrpt::math::CQuaternionDouble(0.5, 0.5, -0.5, 0.5), 0, 0, 0);
+	add(laser + ahead_in_optical, "the frame of the scans is an optical frame (z ahead) and their beams are not");
+	CPose3D copy = laser;  // MRPT computes its angles in place
+	add({copy.x(), copy.y(), copy.z(), copy.yaw(), 0, 0}, "the laser is level, and not tilted as its frame is");
+}
+}  // namespace
+
+std::vector<Mistake> mistakes_of_fields(const Samples& samples, const std::optional<logs::OtherAngles>& other_angles)
+{
+	std::vector<Mistake> mistakes;
+	const Sample& sample = samples.chosen.front();
+	if (other_angles) mistakes.push_back(mistake_of_angles(*other_angles, sample.middle_angle));
+	add_range(samples.chosen, mistakes);
+	add_poses(sample, mistakes);
+	return mistakes;
+}
+
+namespace
+{
+/// Says what to do about scans that cannot be used for a reason.
+std::string what_to_do(const std::string& reason, const std::vector<Sample>& samples)
+{
+	const auto is_about = [&](const char* word) { return reason.find(word) != std::string::npos; };
+	const double greatest = greatest_reading(samples);
+	if (is_about("maxRange") || is_about("hit anything"))
+		return greatest > 0
+		           ? mrpt::format("give the range of the laser, such as --max-range %g", range_beyond(greatest))
+		           : "the laser has measured nothing: check it";
+	if (is_about("aperture")) return "give the angles of the first and the last beam by --beam-angles FIRST,LAST [deg]";
+	if (is_about("tilted") || is_about("pose of the sensor") || is_about("tf "))
+		return "give the pose of the laser on the robot by --sensor-pose";
+	if (is_about("usable beams"))
+		return "most readings are NaN, 0, below range_min or flagged invalid: check range_min, and the laser";
+	return "check the log";
+}
+}  // namespace
+
+std::vector<std::string> advice_on_invalid(const Trial& trial, const Samples& samples)
+{
+	if (2 * trial.invalid() <= trial.answers.size()) return {};
+	std::map<std::string, std::size_t> counts;
+	for (const Localization& answer : trial.answers)
+		if (answer.status == Status::kInvalid) counts[answer.note]++;
+	const auto most = std::max_element(
+	    counts.begin(), counts.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+	return {mrpt::format(
+	    "%zu of %zu scans cannot be used (%s): %s", most->second, trial.answers.size(), most->first.c_str(),
+	    what_to_do(most->first, samples.chosen).c_str())};
+}
+
+std::vector<std::string> advice_by_angles(
+    const Tester& tester, const Trial& as_it_is, const logs::OtherAngles& other_angles)
+{
+	constexpr std::size_t kFewest = 5;                     // [-] scans that show something
+	constexpr double kDeviations = 3, kLeastGain = 0.002;  // [-], [m]
+	const std::vector<Sample>& samples = tester.samples().chosen;
+	const Mistake mistake = mistake_of_angles(other_angles, samples.front().middle_angle);
+	const Trial other = tester.try_scans(mistake);
+	std::vector<double> gains;  // [m] by which the other angles put a scan nearer to the walls
+	double sum = 0, before = 0;
+	for (std::size_t i = 0; i < samples.size(); i++)
+	{
+		if (as_it_is.answers[i].status != Status::kLocalized || other.answers[i].status != Status::kLocalized) continue;
+		const auto off = [&](const Mistake& without, const Trial& trial)
+		{
+			const Scan scan = corrected(samples[i].scan, without, tester.localizer().parameters().scan);
+			return distance_from_walls(scan, trial.answers[i].best().pose.asTPose(), tester.localizer().grid());
+		};
+		const double as_is = off({}, as_it_is);
+		before += as_is;
+		gains.push_back(as_is - off(mistake, other));
+		sum += gains.back();
+	}
+	const auto count = static_cast<double>(gains.size());
+	double squares = 0;
+	for (const double gain : gains) squares += (gain - sum / count) * (gain - sum / count);
+	const double mean = sum / count, deviation = std::sqrt(squares) / count;
+	if (gains.size() < kFewest || !(std::abs(mean) > kLeastGain && std::abs(mean) > kDeviations * deviation)) return {};
+	const std::string off = mrpt::format(
+	    "returns are %.3f m off the walls with angle_increment and %.3f m with angle_min and angle_max (%zu scans)",
+	    before / count, before / count - mean, gains.size());
+	return {
+	    off + (mean > 0 ? ": " + logs::beam_angles_option(other_angles.angles) : ", so that angle_increment is right")};
+}
+}  // namespace d2s1r::app

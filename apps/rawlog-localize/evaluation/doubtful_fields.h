@@ -1,0 +1,30 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "evaluation/trials.h"
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace d2s1r::app
+{
+/// Returns the pose of the laser on the robot by the log.
+mrpt::poses::CPose3D laser_on_robot(const Sample& sample);
+
+/// Returns the text of --sensor-pose [m, deg] for a laser that is turned by (yaw, roll) [deg] against `pose`.
+std::string turned_pose(const mrpt::poses::CPose3D& pose, double yaw, double roll);
+
+/// Returns the mistakes that fields of the scans show: angles that contradict each other or are none, a range of the
+/// laser that is none, a laser whose frame is an optical one or has a tilt that is none.
+std::vector<Mistake> mistakes_of_fields(const Samples& samples, const std::optional<logs::OtherAngles>& other_angles);
+
+/// Returns the line about scans that cannot be used, if most are: the field that is wrong, and what to do.
+/// \param trial of the scans as they are
+std::vector<std::string> advice_on_invalid(const Trial& trial, const Samples& samples);
+
+/// Returns which of two ways to read the angles puts the scans nearer to the walls, if that can be told.
+/// \param as_it_is trial of the scans as they are
+std::vector<std::string> advice_by_angles(
+    const Tester& tester, const Trial& as_it_is, const logs::OtherAngles& other_angles);
+}  // namespace d2s1r::app

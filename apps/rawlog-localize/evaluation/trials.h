@@ -1,0 +1,66 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "evaluation/mistakes.h"
+
+#include <d2s1r/localizer.h>
+
+#include <algorithm>
+#include <vector>
+
+namespace d2s1r::app
+{
+/// What became of scans under a mistake.
+struct Trial
+{
+	std::vector<Localization> answers;
+
+	std::size_t fit() const
+	{
+		return static_cast<std::size_t>(std::count_if(
+		    answers.begin(), answers.end(), [](const Localization& a) { return a.status == Status::kLocalized; }));
+	}
+	/// Returns the number of scans that cannot be used.
+	std::size_t invalid() const
+	{
+		return static_cast<std::size_t>(std::count_if(
+		    answers.begin(), answers.end(), [](const Localization& a) { return a.status == Status::kInvalid; }));
+	}
+	/// Higher is better, also if no scan is localized.
+	double score() const
+	{
+		double sum = 0;
+		for (const Localization& answer : answers)
+			if (!answer.hypotheses.empty()) sum += answer.confidence + answer.best().explained.value_or(0);
+		return sum;
+	}
+};
+
+/// Localizes samples under mistakes.
+class Tester
+{
+   public:
+	/// \param parameters those of the run
+	Tester(Samples samples, int threads, const mrpt::maps::COccupancyGridMap2D& map, const Parameters& parameters);
+
+	const Samples& samples() const { return samples_; }
+	const Localizer& localizer() const { return localizer_; }
+
+	/// Tries the scans, one in `step` of them.
+	Trial try_scans(const Mistake& mistake, std::size_t step = 1, const Query& query = {}) const;
+
+	/// Tries the scans that were taken later, in the order of the samples; those there are not are invalid.
+	Trial try_later(const Mistake& mistake) const;
+
+	/// Returns a tester of the same samples with another map.
+	Tester with_map(const mrpt::maps::COccupancyGridMap2D& map) const;
+
+   private:
+	Trial localize(const Mistake& mistake, const std::vector<LoggedScan>& scans, const Query& query) const;
+
+	Samples samples_;
+	int threads_;
+	Parameters parameters_;  //!< those of the run
+	Localizer localizer_;
+};
+}  // namespace d2s1r::app

@@ -1,0 +1,39 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "frames/logged_scan.h"
+
+#include <utility>
+#include <vector>
+
+namespace d2s1r::app
+{
+LoggedScan logged_scan(ScanPtr observation, const logs::ScanDetails& details)
+{
+	const std::size_t beams = observation->getScanSize();
+	const double stamp = logs::to_seconds(observation->timestamp);
+	std::vector<d2s1r::TimedPose> motion;
+	for (const auto& [time, robot] : details.odometry) motion.push_back({time - stamp, robot});
+	Sweep sweep = make_sweep(details.sweep.first_beam, details.sweep.duration, beams, std::move(motion));
+	return {std::move(observation), std::move(sweep), details.unusable_because};
+}
+
+Scan scan_of(const LoggedScan& logged, const ScanParameters& parameters)
+{
+	if (logged.unusable_because.empty()) return make_scan(*logged.observation, parameters, logged.sweep);
+	Scan unusable;
+	unusable.invalid_because = logged.unusable_because;
+	return unusable;
+}
+
+ScanPtr observation_of(const LoggedScan& logged)
+{
+	using mrpt::obs::CObservation2DRangeScan;
+	if (logged.unusable_because.empty())
+		return logged.sweep.is_instant()
+		           ? logged.observation
+		           : std::make_shared<CObservation2DRangeScan>(at_one_time(*logged.observation, logged.sweep));
+	auto blind = std::make_shared<CObservation2DRangeScan>(*logged.observation);
+	for (std::size_t i = 0; i < blind->getScanSize(); i++) blind->setScanRangeValidity(i, false);
+	for (std::size_t i = 0; i < blind->getScanSize(); i++) blind->setScanRange(i, 0);
+	return blind;
+}
+}  // namespace d2s1r::app

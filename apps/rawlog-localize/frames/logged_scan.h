@@ -1,0 +1,30 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <d2s1r/scan.h>
+#include <logs/log.h>
+#include <mrpt/obs/CObservation2DRangeScan.h>
+
+#include <string>
+
+namespace d2s1r::app
+{
+using ScanPtr = mrpt::obs::CObservation2DRangeScan::ConstPtr;
+
+/// Holds a scan as the log has it.
+struct LoggedScan
+{
+	ScanPtr observation;
+	Sweep sweep{};                   //!< when its beams were taken
+	std::string unusable_because{};  //!< see logs::ScanDetails
+};
+
+/// Returns a scan of a log with what the log tells about it.
+LoggedScan logged_scan(ScanPtr observation, const logs::ScanDetails& details);
+
+/// Returns the scan that is localized: its beams are moved to its time.
+Scan scan_of(const LoggedScan& logged, const ScanParameters& parameters);
+
+/// Returns the observation as if all beams had been taken at its time; if it cannot be used, one without valid beams.
+ScanPtr observation_of(const LoggedScan& logged);
+}  // namespace d2s1r::app
