@@ -124,7 +124,7 @@ namespace
 bool is_answered(const std::string& doubt, const logs::Overrides& overrides)
 {
 	const auto asks_for = [&](const char* option) { return doubt.find(option) != std::string::npos; };
-	return (overrides.beam_angles && asks_for("--beam-angles")) || (overrides.max_range && asks_for("--max-range"));
+	return (overrides.beam_angles && asks_for("beam-angles")) || (overrides.max_range && asks_for("max-range"));
 }
 }  // namespace
 
