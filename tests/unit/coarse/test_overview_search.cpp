@@ -27,7 +27,8 @@ class OverviewSearch : public testing::Test
 		const Parameters of_map;
 		const std::vector<MapReading> none;
 		const std::vector<SearchedMap> maps = {{profiles_, none, prior, of_map}};
-		search_overviews(scan_in_maps(maps, scan, parameters_), parameters_, pairs);
+		std::vector<ScanInMap> scans = scan_in_maps(maps, scan, parameters_);
+		search_overviews(scans, parameters_, pairs);
 		return pairs;
 	}
 

@@ -122,6 +122,9 @@ class CheapestPairs
 		least_ = std::min(least_, pair.cost);
 	}
 
+	/// Lowers the limit to `limit`, before a pair is added.
+	void lower_limit(std::uint32_t limit) { limit_ = std::min(limit_, limit); }
+
 	/// Lowers the limit, after some pairs were added, until at most as many as are wanted are below it and within the
 	/// margin. The cheapest always are: if there are more than wanted at the lowest cost, those added first are kept.
 	void lower_limit()

@@ -10,6 +10,7 @@
 #include "answer/distinct_poses.h"
 #include "base/simd.h"
 #include "coarse/coarse_kernel.h"
+#include "coarse/cost_of_equal.h"
 
 namespace d2s1r
 {
@@ -127,11 +128,10 @@ std::uint32_t CoarseSearch::total_margin(const CoarseSearchParameters& limits) c
 	return static_cast<std::uint32_t>(limits.margin * std::sqrt(beams()));
 }
 
-void CoarseSearch::compare_profiles(const CoarseSearchParameters& limits)
+void CoarseSearch::compare_profiles(std::size_t wanted, std::uint32_t most)
 {
-	const auto wanted = static_cast<std::size_t>(limits.max_pairs) - compared_;
 	const std::uint32_t margin = total_margin(limits_);
-	take_cheapest(wanted, least_of_groups_ + overview_margin(scans_.front().scan, limits), of_groups_, kept.taken);
+	take_cheapest(wanted - compared_, most, of_groups_, kept.taken);
 	compared_ += kept.taken.size();
 	if (scans_.size() == 1)
 		search_profiles(scans_.front(), kept.taken, margin, least_, pairs_);
@@ -143,12 +143,13 @@ void CoarseSearch::compare_profiles(const CoarseSearchParameters& limits)
 	drop_above(least_ + margin, pairs_);
 }
 
-std::vector<Candidate> CoarseSearch::distinct_candidates(const CoarseSearchParameters& limits) const
+std::vector<Candidate> CoarseSearch::distinct_candidates(
+    const std::vector<Pair>& pairs, std::size_t wanted, std::uint32_t most) const
 {
 	std::vector<Candidate> found;
-	DistinctPoses distinct(2 * limits.spacing, distinct_yaw(scans_.front().profiles));
+	DistinctPoses distinct(2 * limits_.spacing, distinct_yaw(scans_.front().profiles));
 	cheapest_first(
-	    pairs_, least_ + total_margin(limits),
+	    pairs, most,
 	    [&](const Pair& pair)
 	    {
 		    const ScanInMap& in = map_of(scans_, &ScanInMap::first_position, pair.position);
@@ -158,20 +159,44 @@ std::vector<Candidate> CoarseSearch::distinct_candidates(const CoarseSearchParam
 		        in.profiles.x(position), in.profiles.y(position), in.scan.yaws[static_cast<std::size_t>(pair.shift)]);
 		    if (!distinct.add(pose, map)) return true;
 		    found.push_back({pose, static_cast<double>(pair.cost) / beams(), &maps_[map]});
-		    return found.size() < static_cast<std::size_t>(limits.candidates);
+		    return found.size() < wanted;
 	    });
 	return found;
 }
 
 CandidateList CoarseSearch::candidates(const CoarseSearchParameters& limits)
 {
-	if (!of_groups_.empty()) compare_profiles(limits);
+	const auto wanted = static_cast<std::size_t>(limits.candidates);
+	if (!of_groups_.empty())
+		compare_profiles(
+		    static_cast<std::size_t>(limits.max_pairs),
+		    least_of_groups_ + overview_margin(scans_.front().scan, limits));
 	if (pairs_.empty()) return {};
-	CandidateList found{distinct_candidates(limits)};
+	const std::uint32_t most = least_ + total_margin(limits);
+	CandidateList found{distinct_candidates(pairs_, wanted, most)};
 	const double least = found.candidates.front().cost;
-	const bool is_full = found.candidates.size() >= static_cast<std::size_t>(limits.candidates);
+	const bool is_full = found.candidates.size() >= wanted;
+	returned_below_ =
+	    is_full ? static_cast<std::uint32_t>(std::lround(found.candidates.back().cost * beams())) : most + 1;
 	found.complete_below = std::min(
 	    is_full ? found.candidates.back().cost : least + mean_margin(limits), least + margin() * left_out_from());
+	return found;
+}
+
+CandidateList CoarseSearch::equals(const mrpt::math::TPose2D& sensor, std::size_t map)
+{
+	const CostOfEqual most = cost_of_equal(scans_[map], maps_[map], sensor, limits_);
+	search_groups_left_out(scans_, limits_, most, of_groups_);
+	std::vector<Pair> known;
+	known.swap(pairs_);
+	if (!of_groups_.empty()) compare_profiles(static_cast<std::size_t>(limits_.max_pairs), most.overview);
+	std::vector<Pair> left_out = pairs_;
+	const auto was_left_out = [&](const Pair& pair) { return pair.cost >= returned_below_; };
+	std::copy_if(known.begin(), known.end(), std::back_inserter(left_out), was_left_out);
+	known.insert(known.end(), pairs_.begin(), pairs_.end());
+	pairs_.swap(known);
+	CandidateList found{distinct_candidates(left_out, static_cast<std::size_t>(limits_.candidates), most.profile)};
+	found.is_whole = of_groups_.empty() || least_cost(of_groups_) > most.overview;
 	return found;
 }
 

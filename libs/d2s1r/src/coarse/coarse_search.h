@@ -73,6 +73,14 @@ class CoarseSearch
 	///         more in total than those of the best one by limits.margin times the square root of their number
 	CandidateList candidates(const CoarseSearchParameters& limits);
 
+	/// Goes on with the search for places that equal, cell for cell, the one where the sensor is thought to be, and
+	/// that were left out because samples stand elsewhere beside them: see cost_of_equal().
+	/// \param sensor in map, m and rad
+	/// \param map number of the map it is in
+	/// \return all that cost as little as such a place may and that candidates() did not return, at most as many as the
+	///         search may have; is_whole is false if there are more
+	CandidateList equals(const mrpt::math::TPose2D& sensor, std::size_t map);
+
 	/// Returns by how much [step], in the mean of the beams, a candidate may cost more than the best one.
 	double margin() const { return mean_margin(limits_); }
 
@@ -82,11 +90,14 @@ class CoarseSearch
 	double left_out_from() const;
 
    private:
-	/// Compares the profiles of the pairs of group and shift that `limits` ask for.
-	void compare_profiles(const CoarseSearchParameters& limits);
+	/// Compares the profiles of the cheapest pairs of group and shift, until `wanted` [-] are compared in all, but of
+	/// none that costs more than `most` [2 steps].
+	void compare_profiles(std::size_t wanted, std::uint32_t most);
 
-	/// Returns the cheapest distinct pairs of position and shift.
-	std::vector<Candidate> distinct_candidates(const CoarseSearchParameters& limits) const;
+	/// Returns the cheapest distinct of `pairs` of position and shift: at most `wanted` [-], of which none costs more
+	/// than `most` [step].
+	std::vector<Candidate> distinct_candidates(
+	    const std::vector<Pair>& pairs, std::size_t wanted, std::uint32_t most) const;
 
 	/// Returns the number of beams [-] that profiles are compared with.
 	double beams() const { return static_cast<double>(scans_.front().scan.observed.size()); }
@@ -104,5 +115,6 @@ class CoarseSearch
 	std::size_t compared_ = 0;            //!< [-] pairs of group and shift whose profiles are compared
 	std::vector<Pair> pairs_;             //!< of position and shift
 	std::uint32_t least_ = 1U << 31;      //!< [step] cost of the cheapest of these
+	std::uint32_t returned_below_ = 0;    //!< [step] all of these that cost less are among the candidates returned
 };
 }  // namespace d2s1r

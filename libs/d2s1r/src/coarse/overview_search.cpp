@@ -34,9 +34,7 @@ std::vector<OverviewBeam> overview_beams(
 void find_missing_beams(const RangeProfiles& profiles, const QuantizedScan& scan, std::uint8_t* missing)
 {
 	constexpr std::size_t kBlock = RangeProfiles::kBlock;
-	std::vector<std::uint8_t> steps;
-	for (const ReturnAt& beam : scan.returns) steps.push_back(profiles.quantize(beam.range) / 2);
-	const auto histogram = profiles.histogram_of(steps.data(), steps.size());
+	const auto histogram = histogram_of_scan(profiles, scan);
 	for (std::size_t first = 0; first < profiles.groups(); first += kBlock)
 		missing_beams(profiles.histograms.data() + first * RangeProfiles::kBins, histogram.data(), missing + first);
 }
@@ -46,6 +44,16 @@ void find_missing_beams(const RangeProfiles& profiles, const QuantizedScan& scan
 const std::uint8_t* missing_in(const ScanInMap& in, const std::vector<std::uint8_t>& missing)
 {
 	return missing.data() + in.first_block * RangeProfiles::kBlock;
+}
+
+/// Returns the missing beams of the groups of all maps, until it is called again by the same thread.
+const std::vector<std::uint8_t>& missing_in_all(const std::vector<ScanInMap>& scans)
+{
+	thread_local std::vector<std::uint8_t> missing;  // kept for the next query
+	missing.resize((scans.back().first_block + scans.back().allowed_groups.size()) * RangeProfiles::kBlock);
+	for (const ScanInMap& in : scans)
+		find_missing_beams(in.profiles, in.scan, missing.data() + in.first_block * RangeProfiles::kBlock);
+	return missing;
 }
 
 /// Returns how many beams about one allowed group in kFew, but not many more than kMost groups, are at most missing; it
@@ -166,14 +174,18 @@ std::vector<ScanInMap> scan_in_maps(
 	return scans;
 }
 
-void search_overviews(
-    const std::vector<ScanInMap>& scans, const CoarseSearchParameters& parameters, std::vector<Pair>& pairs)
+std::array<std::uint8_t, RangeProfiles::kBins> histogram_of_scan(
+    const RangeProfiles& profiles, const QuantizedScan& scan)
 {
-	thread_local std::vector<std::uint8_t> missing;  // of all maps; kept for the next query
-	thread_local std::vector<std::int32_t> groups;   // kept for the next query
-	missing.resize((scans.back().first_block + scans.back().allowed_groups.size()) * RangeProfiles::kBlock);
-	for (const ScanInMap& in : scans)
-		find_missing_beams(in.profiles, in.scan, missing.data() + in.first_block * RangeProfiles::kBlock);
+	std::vector<std::uint8_t> steps;
+	for (const ReturnAt& beam : scan.returns) steps.push_back(profiles.quantize(beam.range) / 2);
+	return profiles.histogram_of(steps.data(), steps.size());
+}
+
+void search_overviews(std::vector<ScanInMap>& scans, const CoarseSearchParameters& parameters, std::vector<Pair>& pairs)
+{
+	thread_local std::vector<std::int32_t> groups;  // kept for the next query
+	const std::vector<std::uint8_t>& missing = missing_in_all(scans);
 	CheapestPairs cheapest(
 	    overview_margin(scans.front().scan, parameters), static_cast<std::size_t>(parameters.max_pairs), pairs);
 	const auto compare_where_missing = [&](const ScanInMap& in, int least, int most)
@@ -185,8 +197,32 @@ void search_overviews(
 	const int few = missing_at_few(scans, missing);
 	for (const ScanInMap& in : scans) compare_where_missing(in, 0, few);
 	const auto least = static_cast<double>(cheapest.least());
-	for (const ScanInMap& in : scans)
-		if (const int most = most_missing(in, least, parameters); most > few) compare_where_missing(in, few + 1, most);
+	for (ScanInMap& in : scans)
+	{
+		in.most_missing = std::max(few, most_missing(in, least, parameters));
+		if (in.most_missing > few) compare_where_missing(in, few + 1, in.most_missing);
+	}
 	cheapest.drop_costly();
+}
+
+void search_groups_left_out(
+    std::vector<ScanInMap>& scans, const CoarseSearchParameters& parameters, const CostOfEqual& most,
+    std::vector<Pair>& pairs)
+{
+	const auto has_left_out = [&](const ScanInMap& in) { return in.most_missing < most.missing; };
+	if (std::none_of(scans.begin(), scans.end(), has_left_out)) return;
+	const std::vector<std::uint8_t>& missing = missing_in_all(scans);
+	std::vector<std::int32_t> groups;
+	std::vector<Pair> found;
+	CheapestPairs cheapest(255, static_cast<std::size_t>(parameters.max_pairs), found);
+	cheapest.lower_limit(most.overview + 1);
+	for (ScanInMap& in : scans)
+	{
+		find_groups_where_missing(in, missing_in(in, missing), in.most_missing + 1, most.missing, groups);
+		compare_overviews(in, groups, parameters.truncation, cheapest);
+		in.most_missing = std::max(in.most_missing, most.missing);
+	}
+	cheapest.drop_costly();
+	pairs.insert(pairs.end(), found.begin(), found.end());
 }
 }  // namespace d2s1r

@@ -1,6 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "coarse/allowed_pairs.h"
@@ -21,6 +22,7 @@ struct ScanInMap
 	std::vector<std::uint64_t> allowed_groups = allowed.groups();  //!< by block
 	std::int32_t first_group = 0, first_position = 0;  //!< numbers of the map's first ones among those of all maps
 	std::size_t first_block = 0;                       //!< [-] the same of whole blocks of groups
+	int most_missing = 0;  //!< [1 / kWhole] beams missing in the range histograms of the groups that were searched
 };
 
 /// Quantizes a scan for each map.
@@ -41,5 +43,24 @@ std::uint32_t overview_margin(const QuantizedScan& scan, const CoarseSearchParam
 /// \param pairs [2 steps] the cheapest pairs of group and shift, within the limits that coarse_search.h tells. The
 ///        groups of all maps are counted on, from one to the next.
 void search_overviews(
-    const std::vector<ScanInMap>& scans, const CoarseSearchParameters& parameters, std::vector<Pair>& pairs);
+    std::vector<ScanInMap>& scans, const CoarseSearchParameters& parameters, std::vector<Pair>& pairs);
+
+/// What a pair may cost, at most, to be of interest.
+struct CostOfEqual
+{
+	std::uint32_t overview = 0;  //!< [2 steps] of the beams that overviews are compared with
+	std::uint32_t profile = 0;   //!< [step] of all beams
+	int missing = 0;             //!< [1 / kWhole] beams missing in the range histogram of the group
+};
+
+/// Searches the groups that search_overviews() left out because too many beams are missing in their range histograms,
+/// but not more than `most` has.
+/// \param pairs those that cost at most what `most` says are appended, as many as search_overviews() may find
+void search_groups_left_out(
+    std::vector<ScanInMap>& scans, const CoarseSearchParameters& parameters, const CostOfEqual& most,
+    std::vector<Pair>& pairs);
+
+/// Returns the range histogram of a scan, as those of groups are.
+std::array<std::uint8_t, RangeProfiles::kBins> histogram_of_scan(
+    const RangeProfiles& profiles, const QuantizedScan& scan);
 }  // namespace d2s1r

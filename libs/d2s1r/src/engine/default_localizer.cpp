@@ -43,6 +43,8 @@ struct BeamSubsets
 	BeamSubset few, many, all;
 };
 
+constexpr double kEffortOnEquals = 0.1;  //!< [-] share of the poses: one that equals the answer is among the best
+
 /// What a look has found.
 struct Verdict
 {
@@ -50,6 +52,14 @@ struct Verdict
 	Decision decision;
 	bool is_whole = false;  //!< all candidates of the whole search were judged
 	bool is_safe = false;   //!< all that were not cost far more than that of the answer
+
+	bool is_localized() const { return decision.answer.status == Status::kLocalized; }
+
+	/// Returns the pose of the sensor in map (m and rad) at the best place, if there is one.
+	mrpt::math::TPose2D sensor(const Scan& scan) const
+	{
+		return decision.answer.best().pose.asTPose() + scan.sensor_on_robot;
+	}
 };
 
 /// Returns the confidence [probability] that an answer must have to be localized, by the map of its best place.
@@ -115,7 +125,7 @@ void note_region(Localization& answer, const std::vector<SearchedMap>& maps)
 		answer.note = "no place in the given region explains the scan";
 }
 
-// The whole method: search candidates, judge them, decide; stop if the answer is clear and safe.
+/// Returns the places, best first, that candidates and the `known` places lead to.
 std::vector<Place> judge(
     const Scan& scan, const BeamSubsets& beams, const std::vector<Candidate>& candidates, const Parameters& limits,
     const std::vector<Place>& known, StageClock& clock)
@@ -132,11 +142,14 @@ std::vector<Place> judge(
 }
 }  // namespace
 
+// The whole method: search candidates, judge them, decide; stop if the answer is clear and safe, and no place equals
+// it.
 Decision localize_default(const Scan& scan, const std::vector<SearchedMap>& maps, double time_budget)
 {
 	const TimeBudget budget(time_budget);
 	const BeamSubsets beams(scan);
 	const std::vector<Parameters> looks = first_and_whole_look(limits_of_search(maps));
+	const Parameters few = with_share_of_effort(looks.back(), kEffortOnEquals);
 	StageClock clock;
 	CoarseSearch search(maps, scan, looks.back().coarse_search);
 	Verdict verdict;
@@ -156,7 +169,14 @@ Decision localize_default(const Scan& scan, const std::vector<SearchedMap>& maps
 		verdict.is_whole = is_last && found.is_whole;
 		verdict.is_safe = is_safe(cost_of(verdict.decision, scan, found.candidates), found, search.margin());
 		judged = std::move(found.candidates);
-		if (budget.is_half_spent() || (verdict.is_safe && is_clear(verdict.decision, maps))) break;
+		if (budget.is_half_spent()) break;
+		const bool may_end = is_last || (verdict.is_safe && is_clear(verdict.decision, maps));
+		if (!may_end || !verdict.is_localized()) continue;
+		const CandidateList equals = search.equals(verdict.sensor(scan), verdict.decision.maps.front());
+		clock.lap(&StageTimes::retrieval_ms);
+		verdict.places = judge(scan, beams, without(judged, equals.candidates), few, verdict.places, clock);
+		verdict.decision = decide(scan, verdict.places, maps);
+		if (equals.is_whole && is_clear(verdict.decision, maps)) break;
 	}
 	add_covariances(beams.all, looks.back().scoring, verdict.places);
 	verdict.decision = decide(scan, verdict.places, maps);

@@ -18,7 +18,8 @@ std::optional<Localization> refusal_of(const Scan& scan, const ScanParameters& p
 /// Answers in which of `maps`, and where there, `scan` was taken, by the default method, which works for any field of
 /// view: CoarseSearch, settle(), make_shortlist(), refine(), find_places() and decide(). All maps go through these
 /// steps together, as if they were one map. A first look judges some of the candidates, and a second one the others,
-/// unless the first answer is clear and those left out cost far more. The places of both compete. Thread-safe.
+/// unless the first answer is clear and those left out cost far more. The places of both compete. Before an answer is
+/// localized, places that equal it cell for cell, and that the search may have left out, compete as well. Thread-safe.
 /// \param scan one without a refusal_of()
 /// \param maps one or more; the parameters of the first one limit what is searched in all of them together
 /// \param time_budget [ms] see Query; 0 is no limit
