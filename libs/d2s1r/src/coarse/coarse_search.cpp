@@ -10,7 +10,6 @@
 #include "answer/distinct_poses.h"
 #include "base/simd.h"
 #include "coarse/coarse_kernel.h"
-#include "coarse/cost_of_equal.h"
 
 namespace d2s1r
 {

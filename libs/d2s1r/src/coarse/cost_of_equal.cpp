@@ -1,5 +1,5 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include "coarse/cost_of_equal.h"
+#include "coarse/overview_search.h"
 
 #include <algorithm>
 #include <cmath>

@@ -53,6 +53,15 @@ struct CostOfEqual
 	int missing = 0;             //!< [1 / kWhole] beams missing in the range histogram of the group
 };
 
+/// Returns what a scan may cost at places that equal, cell for cell, the place where its sensor is. Samples and the
+/// middles of groups stand elsewhere beside such a place than they do here, by up to half of what lies between them.
+/// The ranges are cast from the corners of these squares around the sensor, and the greatest costs count. Thread-safe.
+/// \param in the scan, as the profiles of `map` are
+/// \param sensor in map, m and rad
+CostOfEqual cost_of_equal(
+    const ScanInMap& in, const SearchedMap& map, const mrpt::math::TPose2D& sensor,
+    const CoarseSearchParameters& parameters);
+
 /// Searches the groups that search_overviews() left out because too many beams are missing in their range histograms,
 /// but not more than `most` has.
 /// \param pairs those that cost at most what `most` says are appended, as many as search_overviews() may find
