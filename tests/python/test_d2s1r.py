@@ -220,7 +220,7 @@ def test_parameters_by_dict_and_by_file(world, tmp_path):
     (ValueError, "array is 18446744073709551615", lambda localizer, made:
         d2s1r.Map(np.array([[2**64 - 1]], np.uint64), 0.05)),
     (ValueError, "null byte", lambda localizer, made: d2s1r.Map.load("a\0b.yaml")),
-    (ValueError, "no numbers", lambda localizer, made: d2s1r.Map([["a"]], 0.05)),
+    (ValueError, "not numbers", lambda localizer, made: d2s1r.Map([["a"]], 0.05)),
     (ValueError, "resolution", lambda localizer, made: d2s1r.Map([[0.0]], 0)),
     (ValueError, "0 x 1 cells|1 x 0 cells|0 x 0 cells", lambda localizer, made: d2s1r.Map(np.zeros((1, 0)), 0.05)),
     (ValueError, "origin", lambda localizer, made: d2s1r.Map([[0.0]], 0.05, (1e9, 0))),
@@ -235,7 +235,7 @@ def test_parameters_by_dict_and_by_file(world, tmp_path):
     (ValueError, "ranges does not hold numbers", lambda localizer, made: localizer.localize(["a"], 0, 1, 10)),
     (ValueError, "rename it", lambda localizer, made: d2s1r.Atlas({"a/b": localizer})),
     (ValueError, "rename it", lambda localizer, made: d2s1r.Atlas({"": localizer})),
-    (TypeError, "no str", lambda localizer, made: d2s1r.Atlas({1: localizer})),
+    (TypeError, "must be a str", lambda localizer, made: d2s1r.Atlas({1: localizer})),
     (RuntimeError, "\udcff: ", lambda localizer, made: d2s1r.Map.load(b"\xff")),
     (RuntimeError, "\udcff", lambda localizer, made: d2s1r.Atlas.load(b"\xff.yaml")),
     (RuntimeError, "\udcff", lambda localizer, made: d2s1r.Localizer(made, b"\xff.ini")),

@@ -1,5 +1,5 @@
 # d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-"""experiments/hostile_scans.py and the simulated laser that it uses."""
+"""experiments/hostile_scans.py, equal_places.py and the simulated laser that they use."""
 import pathlib
 import sys
 
@@ -8,6 +8,7 @@ import pytest
 from drawn_world import World
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "experiments"))
+import equal_places  # noqa: E402
 import hostile_scans  # noqa: E402
 import sites  # noqa: E402
 from simulated_scans import SimulatedLaser, to_segment  # noqa: E402
@@ -72,3 +73,15 @@ def test_clean_scans_are_right_and_every_kind_is_counted(site):
 def test_a_seed_gives_the_same_scans(site):
     first, again = (list(hostile_scans.run(site, ["constant"], 3, 7)) for _ in range(2))
     assert str(first) == str(again)  # nan differs from itself
+
+
+def test_a_map_and_its_turned_copy_hold_each_place_twice(site, laser):
+    cells = laser.map.array
+    both = equal_places.with_turned_copy(cells)
+    rows, columns = cells.shape
+    assert (both[:rows, :columns] == cells).all()
+    assert (both[::-1, ::-1][:rows, :columns] == cells).all()
+    localized, ambiguous, rejected = equal_places.count_of(site, 6, 1)
+    assert localized + ambiguous + rejected == 6
+    assert localized == 0
+    assert ambiguous >= 4
