@@ -1,6 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "cli/values.h"
 
+#include <mrpt/core/bits_math.h>
 #include <mrpt/core/format.h>
 
 #include <algorithm>
@@ -174,6 +175,12 @@ logs::BeamAngles parse_beam_angles(const std::string& text)
 	const double turned = std::abs(values[1] - values[0]);
 	if (!(turned >= kLeast && turned <= kFullTurn)) refuse(text, "are not 1 to 361 deg apart; write FIRST,LAST in deg");
 	return {mrpt::DEG2RAD(values[0]), mrpt::DEG2RAD(values[1])};
+}
+
+std::string beam_angles_option(const logs::BeamAngles& angles)
+{
+	const auto degrees = [](double angle) { return std::round(1e4 * mrpt::RAD2DEG(angle)) / 1e4 + 0.0; };
+	return mrpt::format("--beam-angles %.8g,%.8g", degrees(angles.first), degrees(angles.last));
 }
 
 logs::SweepTime parse_sweep_time(const std::string& text)

@@ -54,5 +54,8 @@ ros::HeightBand parse_height_band(const std::string& text);
 /// "S" or "S,FIRST" [s]
 logs::BeamAngles parse_beam_angles(const std::string& text);
 
+/// Returns the option that gives these angles.
+std::string beam_angles_option(const logs::BeamAngles& angles);
+
 logs::SweepTime parse_sweep_time(const std::string& text);
 }  // namespace d2s1r::app

@@ -1,6 +1,8 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "evaluation/doubtful_fields.h"
 
+#include "cli/values.h"
+
 #include <mrpt/core/format.h>
 #include <mrpt/math/wrap2pi.h>
 
@@ -33,10 +35,10 @@ namespace
 Mistake mistake_of_angles(const logs::OtherAngles& other, double middle_angle)
 {
 	Mistake mistake;
-	mistake.advice = other.because + ": --" + logs::beam_angles_option(other.angles);
+	mistake.advice = other.because + ": " + beam_angles_option(other.angles);
 	if (other.is_possible)
-		mistake.advice = "angle_min and angle_max are right (" + other.because + "): " + "--" +
-		                 logs::beam_angles_option(other.angles);
+		mistake.advice =
+		    "angle_min and angle_max are right (" + other.because + "): " + beam_angles_option(other.angles);
 	mistake.correct = [angles = other.angles, middle_angle](CObservation2DRangeScan& scan)
 	{ logs::set_beam_angles(scan, angles, middle_angle); };
 	return mistake;
@@ -179,8 +181,6 @@ std::vector<std::string> advice_by_angles(
 	const std::string off = mrpt::format(
 	    "returns are %.3f m off the walls with angle_increment and %.3f m with angle_min and angle_max (%zu scans)",
 	    before / count, before / count - mean, gains.size());
-	return {
-	    off +
-	    (mean > 0 ? ": --" + logs::beam_angles_option(other_angles.angles) : ", so that angle_increment is right")};
+	return {off + (mean > 0 ? ": " + beam_angles_option(other_angles.angles) : ", so that angle_increment is right")};
 }
 }  // namespace d2s1r::app

@@ -3,6 +3,7 @@
 
 #include "cli/console.h"
 #include "cli/errors.h"
+#include "cli/values.h"
 
 #include <logs/errors.h>
 #include <mrpt/core/format.h>
@@ -121,10 +122,27 @@ logs::Sensor choose_sensor(const logs::LogSurvey& survey, const LogRequest& requ
 namespace
 {
 /// Returns whether the command line gives what a line about a laser asks for.
-bool is_answered(const std::string& doubt, const logs::Overrides& overrides)
+bool is_answered(const logs::ScanDoubt& doubt, const logs::Overrides& overrides)
 {
-	const auto asks_for = [&](const char* option) { return doubt.find(option) != std::string::npos; };
-	return (overrides.beam_angles && asks_for("beam-angles")) || (overrides.max_range && asks_for("max-range"));
+	return (overrides.beam_angles && doubt.field == logs::ScanDoubt::Field::kAngles) ||
+	       (overrides.max_range && doubt.field == logs::ScanDoubt::Field::kMaxRange);
+}
+
+/// Returns what to do about a laser's doubtful field.
+std::string remedy_of(const logs::ScanDoubt& doubt, const std::optional<logs::OtherAngles>& other)
+{
+	switch (doubt.field)
+	{
+		case logs::ScanDoubt::Field::kNone:
+			return {};
+		case logs::ScanDoubt::Field::kMaxRange:
+			return "; give the range with --max-range M";
+		case logs::ScanDoubt::Field::kAngles:
+			break;
+	}
+	if (!other) return "; give those of the first and the last beam with --beam-angles FIRST,LAST [deg]";
+	if (!other->is_possible) return ": " + beam_angles_option(other->angles) + " sets the angles right";
+	return ", and " + beam_angles_option(other->angles) + " takes the others (--diagnose tells which fits)";
 }
 }  // namespace
 
@@ -148,8 +166,9 @@ std::vector<std::string> describe_log(
 	{
 		if (!other.has_pose && other.label != sensor.label)
 			lines.push_back("laser '" + other.label + "' is " + other.mounting);
-		for (const std::string& doubt : other.doubts)
-			if (other.label != sensor.label || !is_answered(doubt, request.overrides)) lines.push_back(doubt);
+		for (const logs::ScanDoubt& doubt : other.doubts)
+			if (other.label != sensor.label || !is_answered(doubt, request.overrides))
+				lines.push_back(doubt.text + remedy_of(doubt, other.other_angles));
 	}
 	lines.insert(lines.end(), survey.notes.begin(), survey.notes.end());
 	if (motion == MotionSource::kOdometry && survey.odometry.empty() && !survey.is_live)

@@ -255,12 +255,6 @@ std::string known_formats()
 	return formats + "; packed by gzip" + packed;
 }
 
-std::string beam_angles_option(const BeamAngles& angles)
-{
-	const auto degrees = [](double angle) { return std::round(1e4 * mrpt::RAD2DEG(angle)) / 1e4 + 0.0; };
-	return mrpt::format("beam-angles %.8g,%.8g", degrees(angles.first), degrees(angles.last));
-}
-
 void set_beam_angles(mrpt::obs::CObservation2DRangeScan& scan, const BeamAngles& angles, double middle_angle)
 {
 	scan.aperture = static_cast<float>(std::abs(angles.last - angles.first));

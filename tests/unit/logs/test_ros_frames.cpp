@@ -237,7 +237,7 @@ TEST_F(RosFrames, ATopicMayHaveAFrameThatTfDoesNotKnow)
 	const Log log = log_of(messages);
 	ASSERT_EQ(log.survey.sensors.at(0).doubts.size(), 1U);
 	EXPECT_EQ(
-	    log.survey.sensors[0].doubts[0],
+	    log.survey.sensors[0].doubts[0].text,
 	    "laser '/scan': tf has no transform from its frame 'rear' to the robot, so that 4 of its 6 scans are invalid");
 	const auto scans = scans_of(log, "/scan");
 	for (std::size_t i = 0; i < scans.size(); i++)

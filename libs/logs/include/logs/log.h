@@ -101,9 +101,6 @@ struct BeamAngles
 	double last = 0;
 };
 
-/// Returns the option of rawlog-localize that gives these angles.
-std::string beam_angles_option(const BeamAngles& angles);
-
 /// Lets the beams of a scan look where `angles` say. \param middle_angle that the scan was made with, see RawlogObject
 void set_beam_angles(mrpt::obs::CObservation2DRangeScan& scan, const BeamAngles& angles, double middle_angle);
 
@@ -115,16 +112,31 @@ struct OtherAngles
 	bool is_possible = false;  //!< whether the usual fields may be right, too, so that only a map can tell
 };
 
+/// Says what is wrong with a laser's scans.
+struct ScanDoubt
+{
+	/// What has to be given in place of what the scans say.
+	enum class Field
+	{
+		kNone,
+		kAngles,   //!< of the beams; see Sensor::other_angles for those that other fields make
+		kMaxRange  //!< the range that the laser measures up to
+	};
+
+	std::string text;
+	Field field = Field::kNone;
+};
+
 /// Describes a laser of a log.
 struct Sensor
 {
-	std::string label;                  //!< of ROS: the topic
-	std::size_t scans = 0;              //!< [-] number of its scans
-	std::string mounting = "";          //!< where it is on the robot and how that is known; empty: each scan has it
-	bool has_pose = true;               //!< whether its pose on the robot is known
-	std::string robot = "";             //!< tells the robots of a log apart; empty: there is one, or it is not known
-	std::string odometry = "";          //!< that of its robot, as LogSurvey::odometry
-	std::vector<std::string> doubts{};  //!< what is wrong with its scans
+	std::string label;                //!< of ROS: the topic
+	std::size_t scans = 0;            //!< [-] number of its scans
+	std::string mounting = "";        //!< where it is on the robot and how that is known; empty: each scan has it
+	bool has_pose = true;             //!< whether its pose on the robot is known
+	std::string robot = "";           //!< tells the robots of a log apart; empty: there is one, or it is not known
+	std::string odometry = "";        //!< that of its robot, as LogSurvey::odometry
+	std::vector<ScanDoubt> doubts{};  //!< what is wrong with its scans
 	std::optional<OtherAngles> other_angles{};  //!< see OtherAngles; without a value, nothing is wrong with them
 };
 

@@ -23,7 +23,7 @@ struct LaserTopic
 	MessageKind kind = MessageKind::kLaserScan;
 	std::size_t messages = 0;
 	std::map<std::string, std::size_t> frames{};  //!< [-] messages of each, those that came first if they are many
-	std::vector<std::string> doubts{};            //!< what is wrong with the fields of its first message
+	std::vector<ScanDoubt> doubts{};              //!< what is wrong with the fields of its first message
 	std::optional<OtherAngles> other_angles{};    //!< see Sensor
 };
 

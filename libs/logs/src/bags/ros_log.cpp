@@ -41,27 +41,27 @@ void describe_mounting(const RobotOfLog& of_log, Sensor& sensor)
 }
 
 /// Says which of a laser's scans cannot be used, and what it contradicts itself in.
-std::vector<std::string> doubts_about(const LaserTopic& laser, const RobotOfLog& of_log)
+std::vector<ScanDoubt> doubts_about(const LaserTopic& laser, const RobotOfLog& of_log)
 {
 	constexpr std::size_t kMostTold = 3;  // [-] that are told one by one
 	const std::string name = "laser '" + laser.topic + "': ";
-	std::vector<std::string> doubts;
+	std::vector<ScanDoubt> doubts;
 	std::size_t frames = 0, scans = 0;
 	for (const auto& [frame, count] : laser.frames)
 	{
 		if (of_log.placement(frame)) continue;
 		if (++frames <= kMostTold)
 			doubts.push_back(
-			    name + "tf has no transform from its frame '" + frame + "' to the robot, so that " +
-			    std::to_string(count) + " of its " + std::to_string(laser.messages) + " scans are invalid");
+			    {name + "tf has no transform from its frame '" + frame + "' to the robot, so that " +
+			     std::to_string(count) + " of its " + std::to_string(laser.messages) + " scans are invalid"});
 		else
 			scans += count;
 	}
 	if (scans > 0)
 		doubts.push_back(
-		    name + "neither has it from " + std::to_string(frames - kMostTold) + " other frames, of " +
-		    std::to_string(scans) + " scans");
-	for (const std::string& doubt : laser.doubts) doubts.push_back(name + doubt);
+		    {name + "neither has it from " + std::to_string(frames - kMostTold) + " other frames, of " +
+		     std::to_string(scans) + " scans"});
+	for (const ScanDoubt& doubt : laser.doubts) doubts.push_back({name + doubt.text, doubt.field});
 	return doubts;
 }
 

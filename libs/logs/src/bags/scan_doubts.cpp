@@ -82,28 +82,23 @@ std::optional<OtherAngles> other_angles_of(const ros::LaserScan& scan)
 	    true};
 }
 
-std::vector<std::string> doubts_about_fields(const ros::LaserScan& scan)
+std::vector<ScanDoubt> doubts_about_fields(const ros::LaserScan& scan)
 {
-	std::vector<std::string> doubts;
+	std::vector<ScanDoubt> doubts;
 	const StatedAngles angles(scan);
-	const auto add = [&](const std::string& doubt) { doubts.push_back(doubt); };
-	const auto other = other_angles_of(scan);
-	if (other && other->is_possible)
-		add(other->because + "; angle_increment is used, and " + beam_angles_option(other->angles) +
-		    " takes the others (diagnose tells which fits)");
-	else if (other)
-		add(other->because + ": " + beam_angles_option(other->angles) + " sets the angles right");
+	const auto add = [&](const std::string& text, ScanDoubt::Field field) { doubts.push_back({text, field}); };
+	if (const auto other = other_angles_of(scan))
+		add(other->because + (other->is_possible ? "; angle_increment is used" : ""), ScanDoubt::Field::kAngles);
 	else if (!angles.are_finite() || (scan.ranges.size() > 1 && !is_field_of_view(angles.turned)))
 		add(mrpt::format(
-		    "angle_min %g, angle_increment %g and %zu ranges are no angles of a laser in rad; give those of the first "
-		    "and the last beam with beam-angles FIRST,LAST [deg]",
-		    angles.first, angles.step, scan.ranges.size()));
+		        "angle_min %g, angle_increment %g and %zu ranges are no angles of a laser in rad", angles.first,
+		        angles.step, scan.ranges.size()),
+		    ScanDoubt::Field::kAngles);
 	const auto min_range = static_cast<double>(scan.min_range), max_range = static_cast<double>(scan.max_range);
 	if (!std::isfinite(max_range) || !(max_range > 0))
-		add(mrpt::format("range_max is %g, so that no scan can be used; give the range with max-range M", max_range));
+		add(mrpt::format("range_max is %g, so that no scan can be used", max_range), ScanDoubt::Field::kMaxRange);
 	else if (min_range >= max_range)
-		add(mrpt::format(
-		    "range_min %g is not below range_max %g; give the range with max-range M", min_range, max_range));
+		add(mrpt::format("range_min %g is not below range_max %g", min_range, max_range), ScanDoubt::Field::kMaxRange);
 	return doubts;
 }
 }  // namespace d2s1r::logs
