@@ -28,7 +28,8 @@ Samples samples_of(const std::vector<float>& readings, float max_range)
 		scan.setScanRangeValidity(i, readings[i] > 0 && readings[i] < max_range);
 	}
 	Samples samples;
-	for (int i = 0; i < 3; i++) samples.chosen.push_back({{std::make_shared<CObservation2DRangeScan>(scan)}, {}, {}, 0});
+	for (int i = 0; i < 3; i++)
+		samples.chosen.push_back({{std::make_shared<CObservation2DRangeScan>(scan)}, {}, {}, 0});
 	return samples;
 }
 
