@@ -123,8 +123,9 @@ bool is_even(const std::vector<Section>& wall)
 }
 
 /// Returns whether somebody drew the walls with a ruler, so that they are as thick as they are. Of the plan of a flat,
-/// turned by up to 23 deg, 85 % and more of the walls that go on for 1 m are even. Of seven maps that robots drew, and of
-/// two that were smeared on purpose, 43 % or less are even, or few walls go on. The bounds were chosen on these maps.
+/// turned by up to 23 deg, 85 % and more of the walls that go on for 1 m are even. Of seven maps that robots drew, and
+/// of two that were smeared on purpose, 43 % or less are even, or few walls go on. The bounds were chosen on these
+/// maps.
 bool are_walls_of_a_plan(const Grid& grid)
 {
 	constexpr double kLength = 1.0;                     // [m] of a wall that is followed
