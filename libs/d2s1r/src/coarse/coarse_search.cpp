@@ -182,8 +182,9 @@ CandidateList CoarseSearch::candidates(const CoarseSearchParameters& limits)
 	return found;
 }
 
-CandidateList CoarseSearch::equals(const mrpt::math::TPose2D& sensor, std::size_t map)
+std::vector<Candidate> CoarseSearch::equals(const mrpt::math::TPose2D& sensor, std::size_t map)
 {
+	const auto wanted = static_cast<std::size_t>(limits_.candidates + 7) / 8;  // those of equal places are cheap
 	const CostOfEqual most = cost_of_equal(scans_[map], maps_[map], sensor, limits_);
 	search_groups_left_out(scans_, limits_, most, of_groups_);
 	std::vector<Pair> known;
@@ -194,9 +195,7 @@ CandidateList CoarseSearch::equals(const mrpt::math::TPose2D& sensor, std::size_
 	std::copy_if(known.begin(), known.end(), std::back_inserter(left_out), was_left_out);
 	known.insert(known.end(), pairs_.begin(), pairs_.end());
 	pairs_.swap(known);
-	CandidateList found{distinct_candidates(left_out, static_cast<std::size_t>(limits_.candidates), most.profile)};
-	found.is_whole = of_groups_.empty() || least_cost(of_groups_) > most.overview;
-	return found;
+	return distinct_candidates(left_out, wanted, most.profile);
 }
 
 double CoarseSearch::left_out_from() const
