@@ -187,14 +187,19 @@ std::vector<Candidate> CoarseSearch::equals(const mrpt::math::TPose2D& sensor, s
 	const auto wanted = static_cast<std::size_t>(limits_.candidates + 7) / 8;  // those of equal places are cheap
 	const CostOfEqual most = cost_of_equal(scans_[map], maps_[map], sensor, limits_);
 	search_groups_left_out(scans_, limits_, most, of_groups_);
-	std::vector<Pair> known;
-	known.swap(pairs_);
-	if (!of_groups_.empty()) compare_profiles(static_cast<std::size_t>(limits_.max_pairs), most.overview);
-	std::vector<Pair> left_out = pairs_;
-	const auto was_left_out = [&](const Pair& pair) { return pair.cost >= returned_below_; };
-	std::copy_if(known.begin(), known.end(), std::back_inserter(left_out), was_left_out);
-	known.insert(known.end(), pairs_.begin(), pairs_.end());
-	pairs_.swap(known);
+	std::vector<Pair> left_out;
+	const auto was_left_out = [&](const Pair& pair)
+	{ return pair.cost >= returned_below_ && pair.cost <= most.profile; };
+	std::copy_if(pairs_.begin(), pairs_.end(), std::back_inserter(left_out), was_left_out);
+	if (!of_groups_.empty() && least_cost(of_groups_) <= most.overview)
+	{
+		std::vector<Pair> known;
+		known.swap(pairs_);
+		compare_profiles(static_cast<std::size_t>(limits_.max_pairs), most.overview);
+		left_out.insert(left_out.end(), pairs_.begin(), pairs_.end());
+		pairs_.insert(pairs_.end(), known.begin(), known.end());
+	}
+	if (left_out.empty()) return {};
 	return distinct_candidates(left_out, wanted, most.profile);
 }
 

@@ -172,9 +172,9 @@ Decision localize_default(const Scan& scan, const std::vector<SearchedMap>& maps
 		if (budget.is_half_spent()) break;
 		const bool may_end = is_last || (verdict.is_safe && is_clear(verdict.decision, maps));
 		if (!may_end || !verdict.is_localized()) continue;
-		const std::vector<Candidate> equals = search.equals(verdict.sensor(scan), verdict.decision.maps.front());
+		const auto equals = without(judged, search.equals(verdict.sensor(scan), verdict.decision.maps.front()));
 		clock.lap(&StageTimes::retrieval_ms);
-		verdict.places = judge(scan, beams, without(judged, equals), few, verdict.places, clock);
+		if (!equals.empty()) verdict.places = judge(scan, beams, equals, few, verdict.places, clock);
 		verdict.decision = decide(scan, verdict.places, maps);
 		if (is_clear(verdict.decision, maps)) break;
 	}
