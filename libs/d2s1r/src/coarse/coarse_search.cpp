@@ -184,7 +184,7 @@ CandidateList CoarseSearch::candidates(const CoarseSearchParameters& limits)
 
 std::vector<Candidate> CoarseSearch::equals(const mrpt::math::TPose2D& sensor, std::size_t map)
 {
-	const auto wanted = static_cast<std::size_t>(limits_.candidates + 7) / 8;  // those of equal places are cheap
+	const auto wanted = static_cast<std::size_t>(limits_.candidates);
 	const CostOfEqual most = cost_of_equal(scans_[map], maps_[map], sensor, limits_);
 	search_groups_left_out(scans_, limits_, most, of_groups_);
 	std::vector<Pair> left_out;

@@ -77,8 +77,8 @@ class CoarseSearch
 	/// that were left out because samples stand elsewhere beside them: see cost_of_equal().
 	/// \param sensor in map, m and rad
 	/// \param map number of the map it is in
-	/// \return those that cost as little as such a place may and that candidates() did not return, cheapest first: at most
-	///         an eighth of what the search may return
+	/// \return those that cost as little as such a place may and that candidates() did not return, cheapest first, at most
+	///         as many as the search may return
 	std::vector<Candidate> equals(const mrpt::math::TPose2D& sensor, std::size_t map);
 
 	/// Returns by how much [step], in the mean of the beams, a candidate may cost more than the best one.
