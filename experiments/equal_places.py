@@ -8,15 +8,14 @@ The map of each site (map.yaml, D2S1R_DATA) and its copy turned by 180 deg lie s
 number of cells that is no multiple of the samples' spacing. Each scan fits two places equally well, so none can be
 localized. Scans are simulated in the site's map. The table goes to standard output."""
 import argparse
-import pathlib
 import sys
 
-import d2s1r
-import numpy as np
-import sites
-import tables
-from hostile_scans import VIEWS
-from simulated_scans import REACH, SimulatedLaser
+sys.dont_write_bytecode = True  # the folder is part of the sources
+
+import sites  # noqa: E402
+import tables  # noqa: E402
+from hostile_scans import VIEWS  # noqa: E402
+from simulated_scans import REACH, SimulatedLaser, d2s1r, np  # noqa: E402
 
 APART = 40  # [cells] between the map and its copy
 SHIFT = 13  # [cells] of the copy, along both axes
@@ -53,14 +52,10 @@ def main():
     parser.add_argument("--sites", nargs="+", default=["intel", "fr079", "mit_csail", "mit_killian", "mines_runs"])
     parser.add_argument("--seed", type=int, default=1)
     arguments = parser.parse_args()
-    found = {site.name: site for site in sites.find(sites.default_folder(pathlib.Path(__file__).parents[1]))}
-    missing = [name for name in arguments.sites if name not in found]
-    if missing:
-        sys.exit(f"equal_places.py: no site {missing[0]} below D2S1R_DATA; name others by --sites")
     lines = []
-    for name in arguments.sites:
-        counts = count_of(found[name], arguments.scans, arguments.seed)
-        lines.append([name, str(arguments.scans), *map(str, counts), f"{100 * counts[0] / arguments.scans:.1f}"])
+    for site in sites.named(arguments.sites):
+        counts = count_of(site, arguments.scans, arguments.seed)
+        lines.append([site.name, str(arguments.scans), *map(str, counts), f"{100 * counts[0] / arguments.scans:.1f}"])
     print(tables.table(
         "Equal places", "Scans in maps that hold each place twice; none can be localized.",
         ["site", "scans", "localized", "ambiguous", "rejected", "localized, %"], lines))

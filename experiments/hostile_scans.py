@@ -10,19 +10,13 @@ names a CSV file for a row of each scan. It needs the Python module d2s1r."""
 import argparse
 import collections
 import csv
-import pathlib
 import sys
 
 sys.dont_write_bytecode = True  # the folder is part of the sources
 
-try:
-    import d2s1r
-    import numpy as np
-except ImportError as error:
-    sys.exit(f"hostile_scans.py: {error}; install Debian's python3-numpy, and name the module's folder by PYTHONPATH")
 import sites  # noqa: E402
 import tables  # noqa: E402
-from simulated_scans import REACH, SimulatedLaser, difference  # noqa: E402
+from simulated_scans import REACH, SimulatedLaser, d2s1r, difference, np  # noqa: E402
 
 VIEWS = ((360, 360), (270, 270), (180, 180))  # (beams, field of view [deg])
 
@@ -131,12 +125,8 @@ def main():
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--rows", help="CSV file with a row of each scan")
     arguments = parser.parse_args()
-    found = {site.name: site for site in sites.find(sites.default_folder(pathlib.Path(__file__).parents[1]))}
-    missing = [name for name in arguments.sites if name not in found]
-    if missing:
-        sys.exit(f"hostile_scans.py: no site {missing[0]} below D2S1R_DATA; name others by --sites")
     count = max(1, arguments.scans // (len(arguments.sites) * len(arguments.kinds)))
-    rows = [row for name in arguments.sites for row in run(found[name], arguments.kinds, count, arguments.seed)]
+    rows = [row for site in sites.named(arguments.sites) for row in run(site, arguments.kinds, count, arguments.seed)]
     if arguments.rows:
         with open(arguments.rows, "w", newline="", encoding="utf-8") as file:
             csv.writer(file).writerows([("site", "kind", "status", "wrong", "confidence", "explained"), *rows])

@@ -4,6 +4,7 @@ import dataclasses
 import os
 import pathlib
 import re
+import sys
 
 FULL_CIRCLES = ("olin_mac_923", "olin_mac_final")  # whose real scans are full circles
 AGAIN = ("mines_other_day", "olin_mac_final")  # another day or map of a building that is there already
@@ -42,6 +43,17 @@ def default_folder(project):
 
 def find(folder):
     return [Site(path.parent.name, path.parent) for path in sorted(folder.glob("*/map.yaml"))]
+
+
+def named(names):
+    """The sites of these names below D2S1R_DATA; ends the program if one is not there."""
+    folder = default_folder(pathlib.Path(__file__).parents[1])
+    found = {site.name: site for site in find(folder)}
+    for name in names:
+        if name not in found:
+            program = pathlib.Path(sys.argv[0]).name
+            sys.exit(f"{program}: {folder}: no site {name}; set D2S1R_DATA, or name others by --sites")
+    return [found[name] for name in names]
 
 
 def map_image(yaml):

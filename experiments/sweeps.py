@@ -9,14 +9,13 @@ the first beam, the stamp of a scan in ROS. Odometry has an error of 2 % of the 
 between, and the robot speeds up and slows down by up to 0.5 rad/s^2. The tables go to standard output."""
 import argparse
 import collections
-import pathlib
 import sys
 
-import d2s1r
-import numpy as np
-import sites
-import tables
-from simulated_scans import REACH, SimulatedLaser, difference
+sys.dont_write_bytecode = True  # the folder is part of the sources
+
+import sites  # noqa: E402
+import tables  # noqa: E402
+from simulated_scans import REACH, SimulatedLaser, d2s1r, difference, np  # noqa: E402
 
 LASERS = ((360, 360), (1081, 270))  # (beams, field of view [deg])
 TURNS = (0.1, 0.2)  # [s] of the laser for a full circle
@@ -92,12 +91,9 @@ def main():
     parser.add_argument("--sites", nargs="+", default=["intel", "mit_killian"])
     parser.add_argument("--seed", type=int, default=1)
     arguments = parser.parse_args()
-    found = {site.name: site for site in sites.find(sites.default_folder(pathlib.Path(__file__).parents[1]))}
     results = collections.defaultdict(list)
-    for name in arguments.sites:
-        if name not in found:
-            sys.exit(f"sweeps.py: no site {name} below D2S1R_DATA; name others by --sites")
-        laser = SimulatedLaser(found[name].folder / "map.yaml")
+    for site in sites.named(arguments.sites):
+        laser = SimulatedLaser(site.folder / "map.yaml")
         localizer = d2s1r.Localizer(laser.map)
         random = np.random.default_rng(arguments.seed)
         for case in ((a, t, r, o) for a in LASERS for t in TURNS for r in RATES for o in ODOMETRY):
