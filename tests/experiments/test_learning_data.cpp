@@ -10,22 +10,17 @@
 #include <numeric>
 #include <sstream>
 
-#include "app_process.h"
+#include "experiment_scripts.h"
 
 using namespace d2s1r::test;
 namespace fs = std::filesystem;
 
-class LearningData : public AppTest
+class LearningData : public ExperimentScripts
 {
    protected:
-	static constexpr const char* kPython = "/usr/bin/python3";  // the one that Debian's packages are for
 	static constexpr const char* kSimulateFloor = D2S1R_BUILD_DIR "/experiments/simulate_floor";
 
-	void SetUp() override
-	{
-		if (run_program({kPython, "-c", "import numpy, scipy, PIL"}).status != 0)
-			GTEST_SKIP() << "NO NUMPY, SCIPY OR PILLOW: install Debian's python3-numpy, python3-scipy, python3-pil";
-	}
+	LearningData() : ExperimentScripts("numpy, scipy, PIL") {}
 
 	static std::string script(const std::string& name)
 	{
@@ -224,14 +219,12 @@ TEST_F(LearningData, WeightsAreLearnedFromAUsersScansAlwaysTheSame)
 TEST_F(LearningData, EveryConstantThatAblateSwitchesOffIsInTheDefaultConfiguration)
 {
 	ASSERT_EQ(run({"--write-config", path("default.ini")}).status, 0);
-	const ProcessResult read = run_program(
-	    {kPython, "-B", "-c",
-	     "import sys; sys.path.insert(0, sys.argv[1]); import ablate\n"
-	     "for c in ablate.read_constants(open(sys.argv[2]).read()): print(c.name, c.variants())",
-	     std::string(D2S1R_SOURCE_DIR) + "/experiments", path("default.ini")});
-	ASSERT_EQ(read.status, 0) << read.err;
-	EXPECT_GT(lines_of(read.out).size(), 20U);
-	EXPECT_NE(read.out.find("beam_model.on_wall {'off': 0.0}"), std::string::npos) << read.out;
+	const std::string read = printed(
+	    "import ablate\n"
+	    "for c in ablate.read_constants(open('" +
+	    path("default.ini") + "').read()): print(c.name, c.variants())");
+	EXPECT_GT(lines_of(read).size(), 20U);
+	EXPECT_NE(read.find("beam_model.on_wall {'off': 0.0}"), std::string::npos) << read;
 }
 
 TEST_F(LearningData, WrongWordsAreRefused)

@@ -11,31 +11,15 @@
 #include <string>
 #include <vector>
 
-#include "app_process.h"
+#include "experiment_scripts.h"
 #include "tunings.h"
 
 using namespace d2s1r::test;
 
-class Tuning : public AppTest
+class Tuning : public ExperimentScripts
 {
    protected:
-	static constexpr const char* kPython = "/usr/bin/python3";  // the one that Debian's packages are for
-	static inline const std::string kScripts = D2S1R_SOURCE_DIR "/experiments";
-
-	void SetUp() override
-	{
-		if (run_program({kPython, "-c", "import numpy, scipy, PIL"}).status != 0)
-			GTEST_SKIP() << "NO NUMPY, SCIPY OR PILLOW: install Debian's python3-numpy, python3-scipy, python3-pil";
-	}
-
-	/// What a script prints that may import those of the experiments.
-	std::string printed(const std::string& script) const
-	{
-		const ProcessResult told =
-		    run_program({kPython, "-B", "-c", "import sys; sys.path.insert(0, '" + kScripts + "')\n" + script});
-		EXPECT_EQ(told.status, 0) << told.err;
-		return told.out;
-	}
+	Tuning() : ExperimentScripts("numpy, scipy, PIL") {}
 };
 
 namespace
@@ -179,8 +163,8 @@ TEST_F(Tuning, ResultsAreKeptAndTheSame)
 		if (!std::filesystem::exists(folder() / build / "experiments"))
 			std::filesystem::create_symlink(D2S1R_BUILD_DIR "/experiments", folder() / build / "experiments");
 		const ProcessResult tuned = run_program(
-		    {kPython, kScripts + "/tune.py", "--build", path(build), "--runs", "filter drawn", "--only",
-		     "filter.unlisted", "--output", path(output)});
+		    {kPython, D2S1R_SOURCE_DIR "/experiments/tune.py", "--build", path(build), "--runs", "filter drawn",
+		     "--only", "filter.unlisted", "--output", path(output)});
 		EXPECT_EQ(tuned.status, 0) << tuned.err;
 		const std::string table = read_file(path(output + "/tuned.md"));
 		return read_file(path(output + "/tuned.ini")) + table.substr(table.find("## Every constant"));

@@ -1,34 +1,24 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // experiments/windows.py, which measures how far the confidence of windows can be trusted.
-#include "app_process.h"
+#include "experiment_scripts.h"
 #include "recorded_run.h"
 
 using namespace d2s1r::test;
 
-class Windows : public AppTest
+class Windows : public ExperimentScripts
 {
    protected:
-	static constexpr const char* kPython = "/usr/bin/python3";  // the one that Debian's packages are for
-	static inline const std::string kScripts = D2S1R_SOURCE_DIR "/experiments";
-
-	void SetUp() override
-	{
-		if (run_program({kPython, "-c", "import numpy, scipy"}).status != 0)
-			GTEST_SKIP() << "NO NUMPY OR SCIPY: install Debian's python3-numpy and python3-scipy";
-	}
+	Windows() : ExperimentScripts("numpy, scipy") {}
 
 	/// What a script prints that may use the module windows and make frames.
 	std::string printed(const std::string& script) const
 	{
-		const std::string before = "import sys; sys.path.insert(0, '" + kScripts + R"(')
+		return ExperimentScripts::printed(R"(
 from windows import *
 def frame(number, confidence, right=True, x=0.0, presence=1.0, frames=10, alone=0.5):
     return Frame(number, (0, 0, 0), Answer(alone > 0.9, alone, (0, 0, 0), True),
                  Answer(confidence > 0.9, confidence, (x, 0, 0), right), presence, frames, 1.5, 1.0)
-)";
-		const ProcessResult told = run_program({kPython, "-B", "-c", before + script});
-		EXPECT_EQ(told.status, 0) << told.err;
-		return told.out;
+)" + script);
 	}
 };
 
