@@ -39,14 +39,14 @@ struct LostCells
 	double unknown_made_free = 0;  //!< [0, 1] pixels of the shade of unknown cells, 205, that are free cells
 	Cause cause = Cause::kFreeThresh;
 	double right_free_thresh = 0;  //!< [probability] that leaves this shade unknown
-	double transparent_made_known =
-	    0;  //!< [0, 1] pixels that are more transparent than not, but free or occupied cells
-
-	double free_made_unknown =
-	    0;  //!< [0, 1] light greys that are unknown cells, if they are more than those that are free
-	double walls_made_unknown =
-	    0;                  //!< [0, 1] dark greys that are unknown, if they are more than those that are occupied
-	double beyond_raw = 0;  //!< [0, 1] in mode raw: pixels from 101 to 254, which mean nothing there
+	/// [0, 1] Pixels that are more transparent than not, but free or occupied cells.
+	double transparent_made_known = 0;
+	/// [0, 1] Light greys that are unknown cells, if they are more than those that are free.
+	double free_made_unknown = 0;
+	/// [0, 1] Dark greys that are unknown cells, if they are more than those that are occupied.
+	double walls_made_unknown = 0;
+	/// [0, 1] In mode raw: pixels from 101 to 254, which mean nothing there.
+	double beyond_raw = 0;
 };
 
 /// Looks at the cells of a yaml map; other maps have lost none.

@@ -16,8 +16,8 @@ using mrpt::math::TPose2D;
 
 constexpr double kLongestGap = 0.5;  //!< [s] without a measured pose; over a longer one, a motion is a guess
 constexpr double kFastest = 20;      //!< [m/s], [rad/s] beyond, odometry was reset or jumped
-/// [-] of a measured motion, as OdometryTuning::error_share. The wheels of three robots whose drives are public (Intel
-/// Research Lab, Freiburg 079, MIT CSAIL) told turns of 1 rad wrong by 9, 11 and 30 % in one of ten.
+/// [-] of a measured motion, as OdometryTuning::error_share, and chosen by hand like it. It is too much for odometry
+/// without errors.
 constexpr double kErrorShare = 0.1;
 constexpr double kAcceleration = 1;  //!< [m/s^2], [rad/s^2] of a usual robot between two measured poses
 
