@@ -45,22 +45,13 @@ std::uint32_t overview_margin(const QuantizedScan& scan, const CoarseSearchParam
 void search_overviews(
     std::vector<ScanInMap>& scans, const CoarseSearchParameters& parameters, std::vector<Pair>& pairs);
 
-/// What a pair may cost, at most, to be of interest.
+/// What a scan may cost, at most, at a place that equals its own.
 struct CostOfEqual
 {
 	std::uint32_t overview = 0;  //!< [2 steps] of the beams that overviews are compared with
 	std::uint32_t profile = 0;   //!< [step] of all beams
 	int missing = 0;             //!< [1 / kWhole] beams missing in the range histogram of the group
 };
-
-/// Returns what a scan may cost at places that equal, cell for cell, the place where its sensor is. Samples and the
-/// middles of groups stand elsewhere beside such a place than they do here, by up to half of what lies between them.
-/// The ranges are cast from the corners of these squares around the sensor, and the greatest costs count. Thread-safe.
-/// \param in the scan, as the profiles of `map` are
-/// \param sensor in map, m and rad
-CostOfEqual cost_of_equal(
-    const ScanInMap& in, const SearchedMap& map, const mrpt::math::TPose2D& sensor,
-    const CoarseSearchParameters& parameters);
 
 /// Searches the groups that search_overviews() left out because too many beams are missing in their range histograms,
 /// but not more than `most` has.

@@ -10,7 +10,7 @@
 #include <limits>
 #include <vector>
 
-#include "map/map_yaml.h"
+#include "map/map_image.h"
 #include "map/occupancy_map.h"
 
 namespace d2s1r

@@ -1,5 +1,5 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include "map/map_yaml.h"
+#include "map/map_image.h"
 
 #include <d2s1r/for_programs.h>
 #include <yaml-cpp/yaml.h>
