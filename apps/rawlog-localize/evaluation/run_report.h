@@ -2,8 +2,8 @@
 #pragma once
 
 #include "cli/command_line.h"
+#include "diagnosis/diagnosis.h"
 #include "evaluation/accuracy.h"
-#include "evaluation/diagnosis.h"
 #include "frames/frame_loop.h"
 #include "input/maps.h"
 

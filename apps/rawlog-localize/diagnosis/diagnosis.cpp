@@ -1,12 +1,12 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include "evaluation/diagnosis.h"
+#include "diagnosis/diagnosis.h"
 
 #include "cli/console.h"
+#include "diagnosis/doubtful_fields.h"
+#include "diagnosis/mistakes.h"
+#include "diagnosis/trials.h"
 #include "evaluation/accuracy.h"
-#include "evaluation/doubtful_fields.h"
 #include "evaluation/ground_truth.h"
-#include "evaluation/mistakes.h"
-#include "evaluation/trials.h"
 #include "frames/frame_loop.h"
 
 #include <mrpt/core/format.h>

@@ -1,7 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "evaluation/mistakes.h"
+#include "diagnosis/mistakes.h"
 
 #include <d2s1r/localizer.h>
 

@@ -1,7 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "evaluation/trials.h"
+#include "diagnosis/trials.h"
 
 #include <optional>
 #include <string>
