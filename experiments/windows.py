@@ -106,11 +106,11 @@ def follow(arguments, drive, words=(), frames=None):
     return list(frames_of(file))
 
 
-def fuse(arguments, drive, words, frames):
+def fuse(arguments, drive, motion, words, frames):
     """(tracking, of these wrong) by fusion_experiment."""
     folder = arguments.build.resolve() / "learning/windows"
     told = run([arguments.build.resolve() / "experiments/fusion_experiment", *files_of(drive, arguments.data),
-                folder / f"{drive.name}-{frames}-whole.cache", "whole", "both", str(frames), *words])
+                folder / f"{drive.name}-{frames}-whole.cache", "whole", motion, str(frames), *words])
     return tuple(int(number) for number in re.search(r"tracking in (\d+) frames, wrong in (\d+)", told).groups())
 
 
@@ -192,24 +192,28 @@ def jumps_table(drives):
 def disturbed_table(arguments, drives):
     def row(scale, noise):
         words = (f"scale={scale:g}", f"yaw_noise={noise:g}")
-        alone, window, scales, tracking, misled = [], [], [], 0, 0
+        alone, window, scales, of_filter = [], [], [], {"both": [], "odometry": []}
         for drive in drives:
             plain = dataclasses.replace(drive, words=())
             frames = follow(arguments, plain, words, MOST_DISTURBED)
             alone += [frame.alone for frame in frames]
             window += [frame.window for frame in frames]
             scales.append(f"{frames[-1].scale:.2f}")
-            of_filter = fuse(arguments, plain, words, MOST_DISTURBED)
-            tracking, misled = tracking + of_filter[0], misled + of_filter[1]
+            for motion, counts in of_filter.items():
+                counts.append(fuse(arguments, plain, motion, words, MOST_DISTURBED))
+        sums = [map(sum, zip(*counts)) for counts in of_filter.values()]
         return [f"{scale:g}", f"{noise:g}", right_and_wrong(alone), right_and_wrong(window),
-                f"{tracking - misled} / {misled}", f"{1 / scale:.2f}", ", ".join(scales)]
+                *(f"{tracking - misled} / {misled}" for tracking, misled in sums), f"{1 / scale:.2f}",
+                ", ".join(scales)]
     with concurrent.futures.ThreadPoolExecutor(arguments.jobs) as pool:
         rows = [row(*DISTURBANCES[0])]  # writes the caches
         rows += pool.map(lambda one: row(*one), DISTURBANCES[1:])
     return tables.table(
         "Disturbed odometry", f"The first {MOST_DISTURBED} frames of {', '.join(d.name for d in drives)}: `localized` (filter: "
-        "`tracking`, from frame 20 on) and right / wrong. The noise is the standard deviation of each turn.",
-        ["ways times", "yaw noise [deg]", "single scans", "windows", "filter", "right scale", "scales told"], rows)
+        "`tracking`, from frame 20 on, by odometry and scans or by odometry) and right / wrong. The noise is the standard "
+        "deviation of each turn.",
+        ["ways times", "yaw noise [deg]", "single scans", "windows", "filter", "by odometry", "right scale",
+         "scales told"], rows)
 
 
 def main():

@@ -117,10 +117,8 @@ std::optional<FusedPose> CParticleFilterFusion::follow(const FusionInput& input)
 CPosePDFGaussian CParticleFilterFusion::motion_to(const FusionInput& input)
 {
 	std::optional<CPosePDFGaussian> odometry;
-	if (parameters_.motion == MotionSource::kBoth)
+	if (parameters_.motion != MotionSource::kPseudo)
 		odometry = odometry_check_.checked(input.odometry, input.localization);
-	else if (parameters_.motion == MotionSource::kOdometry && input.odometry && is_plausible(*input.odometry))
-		odometry = odometry_motion(*input.odometry, tuning.odometry);
 	const auto predicted = odometry ? *odometry : pf::predict_motion(last_motion_, parameters_.filter);
 	if (parameters_.motion == MotionSource::kOdometry) return predicted;
 	const auto weights = pf::normalized_weights(particles_);

@@ -65,6 +65,32 @@ TEST_F(FilterOnAFloor, OdometryAloneTakesNoNoticeOfPseudoOdometry)
 	EXPECT_EQ(particles(MotionSource::kOdometry), 1000U) << "nobody measured where it went";
 }
 
+TEST_F(FilterOnAFloor, OdometryAloneIsMovedByTheScaleAndTheErrorsThatScansShow)
+{
+	Drive drive = drive_along(along_corridor(25));
+	FusionParameters parameters;
+	parameters.motion = MotionSource::kOdometry;
+	for (const double scale : {0.6, 1.7})
+		for (const double turn : {0.0, 12.0})  // [deg] of error, to both sides in turn
+		{
+			Drive disturbed = drive;
+			for (std::size_t i = 1; i < drive.size(); i++)
+			{
+				const CPose2D& step = *drive[i].odometry;
+				const double off = mrpt::DEG2RAD(i % 2 == 0 ? turn : -turn);
+				disturbed[i].odometry = CPose2D(scale * step.x(), scale * step.y(), step.phi() + off);
+			}
+			const auto poses = follow(disturbed, parameters);
+			for (std::size_t i = 0; i < poses.size(); i++)
+			{
+				const bool is_right = distance_between(poses[i].pose, drive[i].truth) < 0.5;
+				EXPECT_TRUE(is_right || poses[i].status != FusionStatus::kTracking)
+				    << scale << ", " << turn << ", " << i;
+			}
+			expect_at(poses.back(), drive.back().truth, std::to_string(scale) + ", " + std::to_string(turn));
+		}
+}
+
 TEST_F(FilterOnAFloor, WithoutAnyMotionItGoesOnAsBefore)
 {
 	Drive drive = drive_along(along_corridor(12));

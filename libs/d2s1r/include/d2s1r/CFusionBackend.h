@@ -13,10 +13,12 @@ namespace d2s1r
 /// Selects what moves a filter between two scans.
 enum class MotionSource
 {
-	kPseudo,    //!< the poses of successive one-shot localizations
-	kOdometry,  //!< the odometry of the log
-	/// Odometry and poses are combined where they agree; otherwise the odometry counts, unless two confident
-	/// localizations contradict it or OdometryCheck does not rely on it.
+	kPseudo,  //!< the poses of successive one-shot localizations
+	/// The odometry of the log, corrected by OdometryCheck: by the scale and with the errors that localized scans show.
+	/// While they contradict it, the filter repeats its last motion.
+	kOdometry,
+	/// Odometry (as above) and poses are combined where they agree; otherwise the odometry counts, unless two confident
+	/// localizations contradict it.
 	kBoth
 };
 
