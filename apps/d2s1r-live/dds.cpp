@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdlib>
 #include <cstring>
 #include <map>
 #include <memory>
@@ -98,6 +99,16 @@ void redirect_log(std::function<void(const std::string& line)> say)
 	log_sink() = std::move(say);
 	dds_set_log_sink(write_log, nullptr);
 	dds_set_trace_sink([](void*, const dds_log_data_t*) {}, nullptr);
+}
+
+Entity open_domain(std::uint32_t domain)
+{
+	const char* const settings = std::getenv("CYCLONEDDS_URI");
+	const std::string all =
+	    "<CycloneDDS><Domain><Internal><WriterLingerDuration>20 ms</WriterLingerDuration></Internal></Domain>"
+	    "</CycloneDDS>," +
+	    std::string(settings != nullptr ? settings : "");
+	return checked(dds_create_domain(domain, all.c_str()), "domain " + std::to_string(domain));
 }
 
 Entity join_domain(std::uint32_t domain)

@@ -49,6 +49,10 @@ class Entity
 /// Sends what Cyclone DDS says to `say`, for as long as the process runs, a line at a time.
 void redirect_log(std::function<void(const std::string& line)> say);
 
+/// Opens a domain with the settings of CYCLONEDDS_URI. A writer that ends waits for its readers for a moment only, so
+/// that peers that have died do not hold up the end of the program. \throws UserError (kBadInput)
+Entity open_domain(std::uint32_t domain);
+
 /// Joins a domain. \throws UserError (kBadInput)
 Entity join_domain(std::uint32_t domain);
 

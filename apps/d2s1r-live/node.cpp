@@ -141,6 +141,7 @@ class Node
 	Node(const Flags& flags, std::function<void(const std::string&)> say)
 	    : flags_(flags),
 	      say_(std::move(say)),
+	      domain_(open_domain(flags.domain)),
 	      participant_(join_domain(flags.domain)),
 	      topics_(flags, participant_),
 	      graph_(participant_, "d2s1r_live"),
@@ -291,7 +292,7 @@ class Node
 
 	const Flags& flags_;
 	std::function<void(const std::string&)> say_;
-	Entity participant_;
+	Entity domain_, participant_;
 	Topics topics_;
 	Graph graph_;
 	LiveLocalizer live_;

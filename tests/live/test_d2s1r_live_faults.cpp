@@ -162,8 +162,28 @@ TEST_F(LiveTest, StartsAgainWhenTheClockRunsBack)
 	stop(live);
 }
 
-/// Run in a process of its own by the next test: a robot with a tracker, until it is killed.
-TEST_F(LiveTest, DISABLED_RobotThatIsKilled)
+/// A robot that is killed without a farewell.
+class KilledRobotTest : public LiveTest
+{
+   protected:
+	/// Starts RobotThatIsKilled in a process of its own, and kills it when its tracker has got a seed.
+	/// \return whether the seed was right
+	static bool run_and_kill(const std::filesystem::path& output)
+	{
+		setenv("D2S1R_TEST_DOMAIN", std::to_string(test_domain()).c_str(), 1);
+		std::filesystem::create_directory(output);
+		LiveProcess robot(
+		    {"/proc/self/exe", "--gtest_also_run_disabled_tests", "--gtest_filter=*RobotThatIsKilled"}, output);
+		const bool is_right =
+		    wait_until([&] { return text_of(output / "stdout").find("seed 0.0") != std::string::npos; }, 15);
+		robot.send(SIGKILL);
+		robot.wait();
+		return is_right;
+	}
+};
+
+/// The robot: it publishes, and has a tracker, until it is killed.
+TEST_F(KilledRobotTest, DISABLED_RobotThatIsKilled)
 {
 	RobotPeer robot;
 	PeerReader<PoseType> seeds(robot.peer, "/initialpose");
@@ -176,25 +196,25 @@ TEST_F(LiveTest, DISABLED_RobotThatIsKilled)
 	}
 }
 
-TEST_F(LiveTest, ServesARobotThatWasKilledAndStartedAgain)
+TEST_F(KilledRobotTest, IsServedWhenItIsStartedAgain)
 {
 	LiveProcess live = start_live();
-	setenv("D2S1R_TEST_DOMAIN", std::to_string(test_domain()).c_str(), 1);
 	for (const char* const name : {"first", "second"})
-	{
-		const auto output = folder() / name;
-		std::filesystem::create_directory(output);
-		LiveProcess robot(
-		    {"/proc/self/exe", "--gtest_also_run_disabled_tests", "--gtest_filter=*RobotThatIsKilled"}, output);
-		std::string told;
-		EXPECT_TRUE(
-		    wait_until([&] { return (told = text_of(output / "stdout")).find("seed 0.0") != std::string::npos; }, 15))
-		    << name << ": " << told << said();
-		robot.send(SIGKILL);
-		robot.wait();
-	}
+		EXPECT_TRUE(run_and_kill(folder() / name)) << name << ": " << said();
 	EXPECT_TRUE(live.running());
 	stop(live);
+}
+
+TEST_F(KilledRobotTest, DoesNotHoldUpTheEnd)
+{
+	LiveProcess live = start_live();
+	ASSERT_TRUE(run_and_kill(folder() / "robot")) << said();
+	Peer other;
+	PeerReader<DiagnosticsType> diagnostics(other, "/diagnostics");
+	ASSERT_TRUE(diagnostics.next()) << "a message that the killed robot does not acknowledge";
+	live.send(SIGTERM);
+	EXPECT_TRUE(wait_until([&] { return !live.running(); }, 1));
+	EXPECT_EQ(live.wait().status, 130);
 }
 
 TEST_F(LiveTest, EndsWithinASecond)
