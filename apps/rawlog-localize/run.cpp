@@ -143,6 +143,7 @@ void write_files(RunOutputs& outputs, RunReport& report, const LoopResult& loop,
 	report.truth_lines = aligned.lines.size();
 	report.truth_interpolated = aligned.interpolated;
 	report.truth_offset = aligned.offset;
+	report.is_truth_in_degrees = are_headings_degrees(truth, report.frames.kept());
 	report.matches = match(report.frames.kept(), aligned.lines);
 	outputs.commit(report);
 }

@@ -68,22 +68,26 @@ class TruthReader
 	void read(const std::string& line)
 	{
 		if (++number_ == 1 && line.rfind(kByteOrderMark, 0) == 0) return read_after_mark(line);
+		if (number_ == 1 && (line.rfind("\xFF\xFE", 0) == 0 || line.rfind("\xFE\xFF", 0) == 0))
+			throw UserError(kBadInput, file_, "is a text in UTF-16; save it as UTF-8");
 		const auto first = line.find_first_not_of(" \t\r");
 		if (first == std::string::npos) return;
 		const bool is_comment = line[first] == '%' || line[first] == '#';
-		const auto columns = truth_.empty() && !columns_ ? Columns::parse(line) : std::nullopt;
+		const bool may_name_columns = truth_.empty() && (!columns_ || columns_->may_be_remark());
+		const auto columns = may_name_columns ? Columns::parse(line) : std::nullopt;
 		if (columns)
 		{
 			const std::string missing = columns->missing();
-			if (missing.empty() && !columns->wrong_unit().empty())
+			if (missing.empty() && !columns->wrong_unit().empty() && !columns->may_be_remark())
 				throw_wrong_line(file_, number_, columns->wrong_unit());
 			if (missing.empty()) columns_ = columns;
 			if (missing.empty() || is_comment) return;
 			throw_wrong_line(file_, number_, "names no column for " + missing);
 		}
 		if (is_comment) return;
+		if (is_only_remark(line)) columns_.reset();
 		if (columns_)
-			read_row(split(line, ','));
+			read_row(columns_->values_of(line));
 		else
 			read_numbers(parse_numbers(line));
 	}
@@ -91,6 +95,12 @@ class TruthReader
 	const GroundTruth& truth() const { return truth_; }
 
    private:
+	/// Returns whether what was taken for names of columns are not those of the first line below.
+	bool is_only_remark(const std::string& line) const
+	{
+		return columns_ && columns_->may_be_remark() && truth_.empty() && columns_->count() != words_of(line).size();
+	}
+
 	void read_after_mark(const std::string& line)
 	{
 		number_ = 0;
@@ -99,9 +109,15 @@ class TruthReader
 
 	void read_row(const std::vector<std::string>& row)
 	{
+		if (!columns_->wrong_unit().empty()) throw_wrong_line(file_, number_, columns_->wrong_unit());
+		if (columns_->may_be_remark() && row.size() != columns_->count())
+			throw_wrong_line(
+			    file_, number_,
+			    "has " + std::to_string(row.size()) + " numbers, and the lines above have " +
+			        std::to_string(columns_->count()));
 		if (columns_->is_empty(row)) return;
 		const auto pose = columns_->parse_row(row);
-		if (!pose) throw_wrong_line(file_, number_, "lacks a number in a column of the pose");
+		if (!pose) throw_wrong_line(file_, number_, columns_->wrong_value(row));
 		add(*pose);
 	}
 
@@ -127,8 +143,12 @@ class TruthReader
 
 	void add(TimedPose pose)
 	{
-		constexpr double kLeastNanoseconds = 1e16;  // which would be 300 million years in s
-		if (pose.timestamp > kLeastNanoseconds) pose.timestamp *= 1e-9;
+		// A time tells its unit: the least in ms that counts here is in 1973, and would be in the year 5138 in s.
+		constexpr double kLeastNanoseconds = 1e16, kLeastMicroseconds = 1e14, kLeastMilliseconds = 1e11;
+		pose.timestamp *= pose.timestamp > kLeastNanoseconds    ? 1e-9
+		                  : pose.timestamp > kLeastMicroseconds ? 1e-6
+		                  : pose.timestamp > kLeastMilliseconds ? 1e-3
+		                                                        : 1;
 		constexpr double kFarthest = 1e7;  // [m] a quarter of the way around the earth
 		if (!(std::abs(pose.pose.x) <= kFarthest && std::abs(pose.pose.y) <= kFarthest))
 			throw_wrong_line(file_, number_, "has a position that is more than 10,000 km from the origin of the map");
@@ -322,5 +342,31 @@ AlignedTruth align_truth(const GroundTruth& truth, const std::vector<KeptFrame>&
 	lines.erase(std::remove_if(lines.begin(), lines.end(), has_no_frame), lines.end());
 	lines.insert(lines.end(), interpolated.begin(), interpolated.end());
 	return aligned;
+}
+
+bool are_headings_degrees(const GroundTruth& truth, const std::vector<KeptFrame>& frames)
+{
+	constexpr double kTurn = 2 * M_PI, kSame = 5 * M_PI / 180;  // [rad]
+	constexpr std::size_t kFewest = 5;                          // [-] frames that show something
+	const auto is_beyond = [](const TimedPose& line) { return std::abs(line.pose.phi) > kTurn; };
+	if (std::none_of(truth.begin(), truth.end(), is_beyond)) return false;
+	const auto count_same = [&](double unit)
+	{
+		GroundTruth lines = truth;
+		for (TimedPose& line : lines) line.pose.phi *= unit;
+		const Path path(lines);
+		std::size_t of = 0, same = 0;
+		for (const KeptFrame& frame : frames)
+		{
+			const auto pose = frame.localized() ? path.pose_at(frame.timestamp, kGreatestGap) : std::nullopt;
+			if (!pose) continue;
+			of++;
+			same += std::abs(mrpt::math::wrapToPi(frame.pose.phi - pose->phi)) < kSame;
+		}
+		return std::pair(same, of);
+	};
+	const std::size_t as_they_are = count_same(1).first;
+	const auto [same, of] = count_same(M_PI / 180);
+	return same >= kFewest && 3 * same > 2 * of && 2 * as_they_are < same;
 }
 }  // namespace d2s1r::app

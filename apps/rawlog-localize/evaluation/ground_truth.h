@@ -26,10 +26,10 @@ using GroundTruth = std::vector<TimedPose>;
 /// Reads a file of poses (s, m, rad), the format of which shows in its first line:
 /// - "time x y phi" or "time x y z yaw pitch roll", as MRPT has them,
 /// - "time x y z qx qy qz qw", as TUM has them,
-/// - names with commas between them, and below them numbers in the same order: a time (s, or ns if the numbers are that
-///   large), x, y, and phi, yaw or theta or a quaternion; rows without a pose are passed over.
-/// Other lines that start with % or # are comments.
-/// \throws UserError (kBadInput)
+/// - names with commas, semicolons or tabs between them, in a comment also blanks, and below them numbers in the same
+///   order: a time, x, y, and phi, yaw or theta or a quaternion; rows without a pose are passed over.
+/// A time without a unit is in s, or in ms, us or ns if it is that large. Other lines that start with % or # are
+/// comments. \throws UserError (kBadInput)
 GroundTruth load_ground_truth(const std::string& file);
 
 /// Reads what --ground-truth names: a file, as "topic:/odom" the poses of a topic of the log, or as "tf:map" those of
@@ -54,4 +54,8 @@ struct AlignedTruth
 /// apart are before and after. It looks first for the offset between the two clocks, of up to 5 s, at which the ground
 /// truth fits to the poses of the localized frames; that counts only if the errors are less than half of those without.
 AlignedTruth align_truth(const GroundTruth& truth, const std::vector<KeptFrame>& frames);
+
+/// Returns whether headings that are taken for rad are degrees: some are beyond a turn, and the poses of the localized
+/// frames agree with them only then.
+bool are_headings_degrees(const GroundTruth& truth, const std::vector<KeptFrame>& frames);
 }  // namespace d2s1r::app

@@ -33,6 +33,7 @@ struct RunReport
 	std::size_t truth_lines = 0;           //!< [-] lines of the ground truth; 0 if there is none
 	std::size_t truth_interpolated = 0;    //!< [-] of these, made between two lines of the file
 	double truth_offset = 0;               //!< [s] see AlignedTruth
+	bool is_truth_in_degrees = false;      //!< see are_headings_degrees()
 	std::vector<Match> matches{};          //!< frames with ground truth
 	std::optional<Diagnosis> diagnosis{};  //!< if most frames were not localized
 	OdometryEstimate odometry{};           //!< what the localized scans tell of it

@@ -86,7 +86,8 @@ struct ColumnName
 		}
 	}
 
-	/// Returns "time", "nanoseconds", "x", "y", "phi", "qx" ... "qw", or nothing if it is none of them.
+	/// Returns "time", "seconds" and "nanoseconds" of a time in two parts, "x", "y", "phi", "qx" ... "qw", or nothing
+	/// if it is none of them.
 	std::string meaning() const
 	{
 		const std::string last = last_part(name);
@@ -95,9 +96,10 @@ struct ColumnName
 		const bool is_in_stamp = before.empty() || holds("stamp") || holds("time");
 		if (is_in_stamp && (last == "nanosec" || last == "nsec" || last == "nsecs" || last == "nanoseconds"))
 			return "nanoseconds";
-		if (is_in_stamp && (last == "secs" || last == "sec" || last == "seconds")) return "time";
+		if (is_in_stamp && (last == "secs" || last == "sec" || last == "seconds")) return "seconds";
 		if (name == "t" || name.rfind("time", 0) == 0 || last == "stamp") return "time";
 		if (last == "phi" || last == "yaw" || last == "theta" || last == "heading") return "phi";
+		if (last == "tx" || last == "ty") return last.substr(1);
 		if (last.size() == 2 && last[0] == 'q' && std::string("xyzw").find(last[1]) != std::string::npos) return last;
 		if (last.size() != 1 || std::string("xyzw").find(last[0]) == std::string::npos) return "";
 		if (before.rfind("q", 0) == 0 || holds("orientation") || holds("rotation")) return "q" + last;
@@ -110,7 +112,7 @@ struct ColumnName
 	std::optional<double> factor() const
 	{
 		const std::string what = meaning();
-		const std::string kind = what == "time" ? "time" : what == "phi" ? "angle" : "length";
+		const std::string kind = what == "time" || what == "seconds" ? "time" : what == "phi" ? "angle" : "length";
 		if (unit.empty() || what.empty() || what[0] == 'q' || what == "nanoseconds") return 1;
 		for (const Unit& known : kUnits)
 			if (unit == known.name && kind == known.of) return known.factor;
@@ -151,12 +153,53 @@ double yaw_of_quaternion(double x, double y, double z, double w)
 	return std::atan2(2 * (w * z + x * y), w * w + x * x - y * y - z * z);
 }
 
+namespace
+{
+/// Returns the names of columns in a comment with blanks between them, such as "# time x y yaw [deg]"; what stands in
+/// brackets belongs to the name before it, and a remark in brackets ends the names.
+std::vector<std::string> names_in_comment(const std::string& line)
+{
+	std::vector<std::string> names;
+	for (const std::string& word : words_of(line.substr(line.find_first_not_of(" \t#%"))))
+	{
+		const bool is_in_brackets = word.front() == '[' || word.front() == '(';
+		if (is_in_brackets && (names.empty() || word.find_first_of("])") == std::string::npos)) break;
+		if (is_in_brackets)
+			names.back() += word;
+		else
+			names.push_back(word);
+	}
+	return names;
+}
+}  // namespace
+
+std::vector<std::string> words_of(const std::string& line)
+{
+	std::istringstream in(line);
+	std::vector<std::string> words;
+	for (std::string word; in >> word;) words.push_back(word);
+	return words;
+}
+
+std::vector<std::string> Columns::values_of(const std::string& line) const
+{
+	return separator_ == ' ' ? words_of(line) : split(line, separator_);
+}
+
 std::optional<Columns> Columns::parse(const std::string& line)
 {
 	const auto is_letter = [](unsigned char c) { return std::isalpha(c) != 0; };
-	if (line.find(',') == std::string::npos || std::none_of(line.begin(), line.end(), is_letter)) return std::nullopt;
+	const auto first = line.find_first_not_of(" \t#%");
+	if (first == std::string::npos || std::none_of(line.begin(), line.end(), is_letter)) return std::nullopt;
 	Columns columns;
-	const auto names = split(line, ',');
+	columns.separator_ = ' ';
+	for (const char separator : {'\t', ';', ','})
+		if (line.find(separator, first) != std::string::npos) columns.separator_ = separator;
+	const bool is_comment = line.find_first_of("#%") < first;
+	if (columns.separator_ == ' ' && !is_comment) return std::nullopt;
+	const auto names = columns.separator_ == ' ' ? names_in_comment(line) : split(line, columns.separator_);
+	columns.count_ = names.size();
+	bool has_stamp = false;  // which goes before the time of a recording
 	for (std::size_t i = 0; i < names.size(); i++)
 	{
 		const ColumnName name(names[i]);
@@ -165,9 +208,25 @@ std::optional<Columns> Columns::parse(const std::string& line)
 		if (!factor)
 			columns.wrong_unit_ = "has a column '" + name.name + "' with the unit '" + name.unit +
 			                      "'; give times in s, ms, us or ns, lengths in m, cm or mm, and angles in rad or deg";
-		columns.places_.emplace(name.meaning(), Place{i, factor.value_or(1)});
+		const Place place{i, factor.value_or(1)};
+		const bool is_stamp = name.meaning() == "time" && name.name.find("stamp") != std::string::npos;
+		if (is_stamp && !has_stamp)
+			columns.places_[name.meaning()] = place;
+		else
+			columns.places_.emplace(name.meaning(), place);
+		has_stamp = has_stamp || is_stamp;
 	}
+	columns.join_seconds();
 	return columns;
+}
+
+void Columns::join_seconds()
+{
+	if (places_.count("seconds") == 0)
+		places_.erase("nanoseconds");
+	else if (places_.count("nanoseconds") > 0 || places_.count("time") == 0)
+		places_["time"] = places_["seconds"];
+	places_.erase("seconds");
 }
 
 std::string Columns::missing() const
@@ -185,6 +244,17 @@ bool Columns::is_empty(const std::vector<std::string>& row) const
 	    places_.begin(), places_.end(),
 	    [&](const auto& item)
 	    { return item.first != "time" && item.second.column < row.size() && is_no_number(row[item.second.column]); });
+}
+
+std::string Columns::wrong_value(const std::vector<std::string>& row) const
+{
+	for (const auto& [meaning, place] : places_)
+	{
+		if (place.column >= row.size()) return "has no column for " + meaning;
+		if (!parse_number(row[place.column]))
+			return "has '" + row[place.column] + "' as " + meaning + ", which is no number";
+	}
+	return "has a quaternion that is no rotation";
 }
 
 std::optional<TimedPose> Columns::parse_row(const std::vector<std::string>& row) const

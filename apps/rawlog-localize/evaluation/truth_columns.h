@@ -13,6 +13,9 @@ namespace d2s1r::app
 /// Returns the parts of a line.
 std::vector<std::string> split(const std::string& line, char separator);
 
+/// Returns the words of a line with blanks between them.
+std::vector<std::string> words_of(const std::string& line);
+
 /// Returns no value if a text is not a finite number, and nothing else.
 std::optional<double> parse_number(const std::string& text);
 
@@ -26,8 +29,18 @@ double yaw_of_quaternion(double x, double y, double z, double w);
 class Columns
 {
    public:
-	/// Returns no value if the line names no columns.
+	/// Returns no value if the line names no columns. Commas, semicolons or tabs are between them, in a comment also
+	/// blanks.
 	static std::optional<Columns> parse(const std::string& line);
+
+	/// Returns whether the columns are named in a comment with blanks between them, which may as well be a remark.
+	bool may_be_remark() const { return separator_ == ' '; }
+
+	/// Returns the number of columns.
+	std::size_t count() const { return count_; }
+
+	/// Returns the parts of a line below the names.
+	std::vector<std::string> values_of(const std::string& line) const;
 
 	/// Returns what is missing for a pose, or an empty text if nothing is.
 	std::string missing() const;
@@ -41,7 +54,13 @@ class Columns
 	/// Returns no value if a number of the pose is missing.
 	std::optional<TimedPose> parse_row(const std::vector<std::string>& row) const;
 
+	/// Says what is wrong with a row that parse_row() returns no value for.
+	std::string wrong_value(const std::vector<std::string>& row) const;
+
    private:
+	/// Makes one time of a time in two parts.
+	void join_seconds();
+
 	struct Place
 	{
 		std::size_t column;
@@ -49,5 +68,7 @@ class Columns
 	};
 	std::map<std::string, Place> places_;  //!< by meaning
 	std::string wrong_unit_;
+	char separator_ = ',';
+	std::size_t count_ = 0;
 };
 }  // namespace d2s1r::app

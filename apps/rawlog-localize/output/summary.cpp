@@ -54,6 +54,7 @@ void add_accuracy(Json& json, const RunReport& report)
 		    {"y_m", constant->offset.y},
 		    {"yaw_rad", constant->offset.phi},
 		    {"frames", constant->frames}};
+	json["ground_truth_in_degrees"] = report.is_truth_in_degrees;
 	json["ground_truth_clock_offset_s"] = report.truth_offset;
 	json["ground_truth_lines_without_frame"] = report.truth_lines - report.matches.size();
 }
@@ -169,6 +170,9 @@ void print_accuracy(const RunReport& report, std::ostream& out)
 		out << mrpt::format(
 		    "%-12sthe truth of %zu frames is interpolated between lines at most %.1f s apart\n", "",
 		    report.truth_interpolated, kGreatestGap);
+	if (report.is_truth_in_degrees)
+		out << mrpt::format(
+		    "%-12sthe headings of the ground truth fit if they are degrees: name their column yaw_deg\n", "");
 	print_constant_offset(report.matches, out);
 	if (report.truth_offset != 0)
 		out << mrpt::format(

@@ -83,7 +83,7 @@ TEST_F(GroundTruthFile, RowsWithoutAPoseArePassedOver)
 	EXPECT_EQ(load("timestamp,x,y,phi\n1,2,3,4\n2,,,\n3,2,3,4\n").size(), 2U);
 	EXPECT_NE(refusal("timestamp,x,phi\n").find("line 1 names no column for y"), std::string::npos);
 	EXPECT_NE(refusal("timestamp,x,y\n").find("names no column for phi, yaw, theta or"), std::string::npos);
-	EXPECT_NE(refusal("time,x,y,phi\n1,2,b,4\n").find("line 2 lacks a number"), std::string::npos);
+	EXPECT_NE(refusal("time,x,y,phi\n1,2,b,4\n").find("line 2 has 'b' as y, which is no number"), std::string::npos);
 }
 
 TEST_F(GroundTruthFile, UnitsInTheNamesOfColumnsCount)
@@ -121,7 +121,7 @@ TEST_F(GroundTruthFile, TimesOfRosAndPlotJuggler)
 	expect_time("stamp_secs,stamp_nsecs,x,y,yaw\n1700000000,500000000,2,3,0\n");
 	expect_time(
 	    "%time,field.header.seq,field.header.stamp,field.pose.position.x,field.pose.position.y,field.yaw\n"
-	    "1700000000500000000,7,1600000000000000000,2,3,0\n");
+	    "1600000000000000000,7,1700000000500000000,2,3,0\n");
 	expect_time("1700000000500000000 2 3 0 0 0 0 1\n");
 	expect_time("1700000000500000000 2 3 0\n");
 }
@@ -169,4 +169,53 @@ TEST_F(GroundTruthFile, WrongLinesAreNamed)
 	    refusal("1 2 3 4\n" + std::string(2'000'000, '0')).find("a line of more than 1048576"), std::string::npos);
 	EXPECT_EQ(load("1 2 3 4\n5 6 7 8").size(), 2U) << "the last line need not end";
 	EXPECT_THROW(load_ground_truth(path("missing.txt")), UserError);
+}
+
+TEST_F(GroundTruthFile, ACommentMayNameItsColumns)
+{
+	for (const char* text :
+	     {"# time x y yaw[deg]\n1.5 2 3 90\n", "% t x y theta [deg]\n1.5 2 3 90\n",
+	      "# time x y z qw qx qy qz\n1.5 2 3 9 0.70710678 0 0 0.70710678\n",
+	      "#timestamp tx ty tz qw qx qy qz\n1.5 2 3 9 0.70710678 0 0 0.70710678\n"})
+	{
+		const auto truth = load(text);
+		ASSERT_EQ(truth.size(), 1U) << text;
+		EXPECT_NEAR(truth[0].pose.x, 2, 1e-12) << text;
+		EXPECT_NEAR(truth[0].pose.phi, M_PI / 2, 1e-6) << text;
+	}
+	EXPECT_EQ(load("# time x y phi of the robot\n1.5 2 3 0.5\n")[0].pose.phi, 0.5) << "seven words, four numbers";
+	EXPECT_NE(refusal("# time x y yaw[grad]\n1 2 3 4\n").find("unit 'grad'"), std::string::npos);
+	EXPECT_NE(refusal("# time x y phi\n1 2 3 4\n1 2 3\n").find("line 3 has 3 numbers"), std::string::npos);
+}
+
+TEST_F(GroundTruthFile, TablesMayHaveSemicolonsOrTabs)
+{
+	for (const char* text : {"time;x;y;yaw [deg]\n1.5;2;3;90\n", "time\tx\ty\tyaw (deg)\n1.5\t2\t3\t90\n"})
+	{
+		const auto truth = load(text);
+		ASSERT_EQ(truth.size(), 1U) << text;
+		EXPECT_NEAR(truth[0].pose.phi, M_PI / 2, 1e-12) << text;
+	}
+	EXPECT_NE(refusal("time;x;y;yaw\n1,5;2,1;3;0\n").find("'1,5' as time"), std::string::npos) << "decimal commas";
+}
+
+TEST_F(GroundTruthFile, ATimeTellsItsUnit)
+{
+	for (const char* text :
+	     {"1700000000.5 1 2 3\n", "1700000000500 1 2 3\n", "1700000000500000 1 2 3\n", "1700000000500000000 1 2 3\n"})
+		EXPECT_NEAR(load(text)[0].timestamp, 1700000000.5, 1e-3) << text;
+}
+
+TEST_F(GroundTruthFile, TheStampGoesBeforeTheTimeOfRecording)
+{
+	EXPECT_EQ(load("%time,field.header.stamp,x,y,phi\n7.5,3.25,1,2,0\n")[0].timestamp, 3.25);
+	EXPECT_EQ(load("__time,stamp.sec,stamp.nanosec,x,y,phi\n7.5,3,250000000,1,2,0\n")[0].timestamp, 3.25);
+	EXPECT_NE(
+	    refusal("time,x,y,phi\n2023-11-14T22:13:20Z,1,2,0\n").find("'2023-11-14T22:13:20Z' as time"),
+	    std::string::npos);
+	EXPECT_NE(
+	    refusal("\xFF\xFE"
+	            "1")
+	        .find("UTF-16"),
+	    std::string::npos);
 }

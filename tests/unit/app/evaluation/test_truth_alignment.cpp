@@ -104,3 +104,15 @@ TEST(TruthAlignment, ARobotThatStandsShowsNoOffset)
 	for (auto& line : truth) line.pose = {1.01, 2.02, 0.49};
 	EXPECT_EQ(align_truth(truth, frames).offset, 0);
 }
+
+TEST(TruthAlignment, HeadingsInDegreesAreTold)
+{
+	const auto frames = frames_from(100, 60);
+	GroundTruth truth = truth_every(0.1, 100, 106);
+	EXPECT_FALSE(are_headings_degrees(truth, frames));
+	for (auto& line : truth) line.pose.phi *= 180 / M_PI;
+	EXPECT_TRUE(are_headings_degrees(truth, frames));
+	GroundTruth unwrapped = truth_every(0.1, 100, 106);
+	for (auto& line : unwrapped) line.pose.phi += 20 * M_PI;
+	EXPECT_FALSE(are_headings_degrees(unwrapped, frames)) << "ten turns further";
+}
