@@ -388,7 +388,7 @@ Diagnosis diagnose(
 			    mistake.mirrors ? mirror_advice(motions(mistake, trial), samples, overrides) : mistake.advice;
 			add({fit_without(trial, diagnosis.fit, advice)});
 		}
-	if (diagnosis.advice.empty()) add(advice_on_invalid(as_it_is, samples));
+	if (diagnosis.advice.empty()) add(advice_on_invalid(as_it_is, tester));
 	if (diagnosis.advice.empty() && diagnosis.fit + far_more(diagnosis.tried) <= diagnosis.tried)
 		add(advice_by_changed_map(tester, command.map, diagnosis.fit));
 	if (diagnosis.advice.empty() && other_angles) add(advice_by_angles(tester, as_it_is, *other_angles));

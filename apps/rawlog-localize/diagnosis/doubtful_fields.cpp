@@ -3,6 +3,7 @@
 
 #include "cli/values.h"
 
+#include <d2s1r/for_programs.h>
 #include <mrpt/core/format.h>
 #include <mrpt/math/wrap2pi.h>
 
@@ -35,6 +36,7 @@ namespace
 Mistake mistake_of_angles(const logs::OtherAngles& other, double middle_angle)
 {
 	Mistake mistake;
+	mistake.gives = logs::ScanDoubt::Field::kAngles;
 	mistake.advice = other.because + ": " + beam_angles_option(other.angles);
 	if (other.is_possible)
 		mistake.advice =
@@ -95,7 +97,7 @@ void add_poses(const Sample& sample, std::vector<Mistake>& mistakes)
 	{
 		Mistake mistake;
 		mistake.advice = why + ": " + turned_pose(pose, 0, 0);
-		mistake.gives_pose = true;
+		mistake.gives = logs::ScanDoubt::Field::kLaserPose;
 		mistake.correct = [pose, middle = sample.middle_angle](CObservation2DRangeScan& scan)
 		{ scan.sensorPose = pose + CPose3D(0, 0, 0, middle, 0, 0); };
 		mistakes.push_back(mistake);
@@ -119,35 +121,73 @@ std::vector<Mistake> mistakes_of_fields(const Samples& samples, const std::optio
 
 namespace
 {
-/// Says what to do about scans that cannot be used for a reason.
-std::string what_to_do(const std::string& reason, const std::vector<Sample>& samples)
+/// Returns what keeps a scan of the log from being used.
+ScanDefect defect_of(const LoggedScan& scan, const ScanParameters& parameters)
 {
-	const auto is_about = [&](const char* word) { return reason.find(word) != std::string::npos; };
+	if (scan.unusable.text.empty()) return d2s1r::defect_of(*scan.observation, parameters, scan.sweep);
+	switch (scan.unusable.field)
+	{
+		case logs::ScanDoubt::Field::kAngles:
+			return ScanDefect::kAngles;
+		case logs::ScanDoubt::Field::kLaserPose:
+			return ScanDefect::kSensorPose;
+		case logs::ScanDoubt::Field::kMaxRange:
+			return ScanDefect::kMaxRange;
+		case logs::ScanDoubt::Field::kNone:
+			break;
+	}
+	return ScanDefect::kOther;
+}
+
+/// Says what to do about scans that cannot be used.
+std::string what_to_do(ScanDefect defect, const std::vector<Sample>& samples)
+{
 	const double greatest = greatest_reading(samples);
-	if (is_about("maxRange") || is_about("hit anything"))
-		return greatest > 0
-		           ? mrpt::format("give the range of the laser, such as --max-range %g", range_beyond(greatest))
-		           : "the laser has measured nothing: check it";
-	if (is_about("aperture")) return "give the angles of the first and the last beam by --beam-angles FIRST,LAST [deg]";
-	if (is_about("tilted") || is_about("pose of the sensor") || is_about("tf "))
-		return "give the pose of the laser on the robot by --sensor-pose";
-	if (is_about("usable beams"))
-		return "most readings are NaN, 0, below range_min or flagged invalid: check range_min, and the laser";
+	switch (defect)
+	{
+		case ScanDefect::kMaxRange:
+		case ScanDefect::kNoReturns:
+			return greatest > 0
+			           ? mrpt::format("give the range of the laser, such as --max-range %g", range_beyond(greatest))
+			           : "the laser has measured nothing: check it";
+		case ScanDefect::kAngles:
+			return "give the angles of the first and the last beam by --beam-angles FIRST,LAST [deg]";
+		case ScanDefect::kSensorPose:
+			return "give the pose of the laser on the robot by --sensor-pose";
+		case ScanDefect::kFewBeams:
+			return "most readings are NaN, 0, below range_min or flagged invalid: check range_min, and the laser";
+		case ScanDefect::kNone:
+		case ScanDefect::kOther:
+			break;
+	}
 	return "check the log";
 }
+
+/// Scans that cannot be used for the same reason.
+struct Refused
+{
+	ScanDefect defect = ScanDefect::kNone;
+	std::size_t scans = 0;
+};
 }  // namespace
 
-std::vector<std::string> advice_on_invalid(const Trial& trial, const Samples& samples)
+std::vector<std::string> advice_on_invalid(const Trial& trial, const Tester& tester)
 {
 	if (2 * trial.invalid() <= trial.answers.size()) return {};
-	std::map<std::string, std::size_t> counts;
-	for (const Localization& answer : trial.answers)
-		if (answer.status == Status::kInvalid) counts[answer.note]++;
+	const std::vector<Sample>& samples = tester.samples().chosen;
+	std::map<std::string, Refused> reasons;
+	for (std::size_t i = 0; i < samples.size(); i++)
+	{
+		if (trial.answers[i].status != Status::kInvalid) continue;
+		Refused& refused = reasons[trial.answers[i].note];
+		refused.defect = defect_of(samples[i].scan, tester.localizer().parameters().scan);
+		refused.scans++;
+	}
 	const auto most = std::max_element(
-	    counts.begin(), counts.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+	    reasons.begin(), reasons.end(), [](const auto& a, const auto& b) { return a.second.scans < b.second.scans; });
 	return {mrpt::format(
-	    "%zu of %zu scans cannot be used (%s): %s", most->second, trial.answers.size(), most->first.c_str(),
-	    what_to_do(most->first, samples.chosen).c_str())};
+	    "%zu of %zu scans cannot be used (%s): %s", most->second.scans, trial.answers.size(), most->first.c_str(),
+	    what_to_do(most->second.defect, samples).c_str())};
 }
 
 std::vector<std::string> advice_by_angles(

@@ -21,7 +21,7 @@ std::vector<Mistake> mistakes_of_fields(const Samples& samples, const std::optio
 
 /// Returns the line about scans that cannot be used, if most are: the field that is wrong, and what to do.
 /// \param trial of the scans as they are
-std::vector<std::string> advice_on_invalid(const Trial& trial, const Samples& samples);
+std::vector<std::string> advice_on_invalid(const Trial& trial, const Tester& tester);
 
 /// Returns which of two ways to read the angles puts the scans nearer to the walls, if that can be told.
 /// \param as_it_is trial of the scans as they are

@@ -298,7 +298,8 @@ Scan corrected(const LoggedScan& scan, const Mistake& mistake, ScanParameters pa
 	if (mistake.toggles_zeros) parameters.zero_is_no_return = !parameters.zero_is_no_return;
 	auto observation = std::make_shared<CObservation2DRangeScan>(*scan.observation);
 	mistake.correct(*observation);
-	return scan_of({observation, scan.sweep, mistake.gives_pose ? "" : scan.unusable_because}, parameters);
+	const bool is_mended = mistake.gives != logs::ScanDoubt::Field::kNone && scan.unusable.field == mistake.gives;
+	return scan_of({observation, scan.sweep, is_mended ? logs::ScanDoubt() : scan.unusable}, parameters);
 }
 
 double distance_from_walls(const Scan& scan, const mrpt::math::TPose2D& robot, const Grid& grid)

@@ -44,7 +44,8 @@ struct Mistake
 	bool toggles_zeros = false;  //!< whether scan.zero_is_no_return is the other way round
 	std::string other_laser{};   //!< label of the laser whose scans are tried; empty: that of the run
 	bool mirrors = false;        //!< whether scans or image are mirrored: the odometry tells which of them
-	bool gives_pose = false;     //!< whether `correct` sets the pose of the laser on the robot
+	/// What `correct` sets though the log does not know it.
+	logs::ScanDoubt::Field gives = logs::ScanDoubt::Field::kNone;
 	/// Whether the map can show it: some beams are read in another way without the mistake, and the walls around the
 	/// places where scans are found confirm or contradict that.
 	bool changes_beams = false;

@@ -130,7 +130,7 @@ class ItemReader
 			const auto& scan = item.object.scans[i];
 			const logs::ScanDetails& details = item.object.details[i];
 			LoggedScan logged = logged_scan(scan, details);
-			if (merge_lasers_ && details.unusable_because.empty()) last_scans_.add(scan, logged.sweep);
+			if (merge_lasers_ && details.unusable.text.empty()) last_scans_.add(scan, logged.sweep);
 			if (scan->sensorLabel != selection_.label)
 			{
 				constexpr std::size_t kMostLabels = 100;
@@ -150,7 +150,7 @@ class ItemReader
 	/// Returns Job::lasers of a scan that has just been read.
 	Lasers lasers_with(const std::string& label, const logs::ScanDetails& details) const
 	{
-		return merge_lasers_ && details.unusable_because.empty() ? last_scans_.with(label) : Lasers{};
+		return merge_lasers_ && details.unusable.text.empty() ? last_scans_.with(label) : Lasers{};
 	}
 
 	/// Returns the number of scans of the sensor seen so far.

@@ -13,21 +13,21 @@ LoggedScan logged_scan(ScanPtr observation, const logs::ScanDetails& details)
 	std::vector<d2s1r::TimedPose> motion;
 	for (const auto& [time, robot] : details.odometry) motion.push_back({time - stamp, robot});
 	Sweep sweep = make_sweep(details.sweep.first_beam, details.sweep.duration, beams, std::move(motion));
-	return {std::move(observation), std::move(sweep), details.unusable_because};
+	return {std::move(observation), std::move(sweep), details.unusable};
 }
 
 Scan scan_of(const LoggedScan& logged, const ScanParameters& parameters)
 {
-	if (logged.unusable_because.empty()) return make_scan(*logged.observation, parameters, logged.sweep);
+	if (logged.unusable.text.empty()) return make_scan(*logged.observation, parameters, logged.sweep);
 	Scan unusable;
-	unusable.invalid_because = logged.unusable_because;
+	unusable.invalid_because = logged.unusable.text;
 	return unusable;
 }
 
 ScanPtr observation_of(const LoggedScan& logged)
 {
 	using mrpt::obs::CObservation2DRangeScan;
-	if (logged.unusable_because.empty())
+	if (logged.unusable.text.empty())
 		return logged.sweep.is_instant()
 		           ? logged.observation
 		           : std::make_shared<CObservation2DRangeScan>(at_one_time(*logged.observation, logged.sweep));

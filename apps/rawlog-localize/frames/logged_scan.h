@@ -5,8 +5,6 @@
 #include <logs/log.h>
 #include <mrpt/obs/CObservation2DRangeScan.h>
 
-#include <string>
-
 namespace d2s1r::app
 {
 using ScanPtr = mrpt::obs::CObservation2DRangeScan::ConstPtr;
@@ -15,8 +13,8 @@ using ScanPtr = mrpt::obs::CObservation2DRangeScan::ConstPtr;
 struct LoggedScan
 {
 	ScanPtr observation;
-	Sweep sweep{};                   //!< when its beams were taken
-	std::string unusable_because{};  //!< see logs::ScanDetails
+	Sweep sweep{};               //!< when its beams were taken
+	logs::ScanDoubt unusable{};  //!< see logs::ScanDetails
 };
 
 /// Returns a scan of a log with what the log tells about it.

@@ -98,6 +98,11 @@ logs::Sensor choose_sensor(const logs::LogSurvey& survey, const LogRequest& requ
 	if (sensors.empty() && !survey.damage.empty()) throw UserError(kBadInput, file, survey.damage);
 	if (sensors.empty())
 	{
+		if (!survey.unread_scans.empty())
+			throw UserError(
+			    kBadInput, file,
+			    "holds scans as " + survey.unread_scans +
+			        ", which are not read; convert them to sensor_msgs/LaserScan");
 		const bool may_have_clouds = survey.kind_of_scan == "sensor_msgs/LaserScan";
 		throw UserError(
 		    kBadInput, file,
@@ -121,19 +126,13 @@ logs::Sensor choose_sensor(const logs::LogSurvey& survey, const LogRequest& requ
 
 namespace
 {
-/// Returns whether the command line gives what a line about a laser asks for.
-bool is_answered(const logs::ScanDoubt& doubt, const logs::Overrides& overrides)
-{
-	return (overrides.beam_angles && doubt.field == logs::ScanDoubt::Field::kAngles) ||
-	       (overrides.max_range && doubt.field == logs::ScanDoubt::Field::kMaxRange);
-}
-
 /// Returns what to do about a laser's doubtful field.
 std::string remedy_of(const logs::ScanDoubt& doubt, const std::optional<logs::OtherAngles>& other)
 {
 	switch (doubt.field)
 	{
 		case logs::ScanDoubt::Field::kNone:
+		case logs::ScanDoubt::Field::kLaserPose:  // which the mounting tells
 			return {};
 		case logs::ScanDoubt::Field::kMaxRange:
 			return "; give the range with --max-range M";
@@ -167,7 +166,7 @@ std::vector<std::string> describe_log(
 		if (!other.has_pose && other.label != sensor.label)
 			lines.push_back("laser '" + other.label + "' is " + other.mounting);
 		for (const logs::ScanDoubt& doubt : other.doubts)
-			if (other.label != sensor.label || !is_answered(doubt, request.overrides))
+			if (other.label != sensor.label || !logs::is_answered(doubt, request.overrides))
 				lines.push_back(doubt.text + remedy_of(doubt, other.other_angles));
 	}
 	lines.insert(lines.end(), survey.notes.begin(), survey.notes.end());

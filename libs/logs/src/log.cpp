@@ -33,7 +33,7 @@ void check_is_there(const std::string& path)
 	{
 		if (fs::exists(fs::path(path) / "metadata.yaml", error) || !files_of_bag(path).empty()) return;
 		throw LogError(
-		    path, "is a folder without metadata.yaml and without files .mcap or .db3; name the file of the log");
+		    path, "is a folder without metadata.yaml and without files .mcap, .db3 or .bag; name the file of the log");
 	}
 	if (!fs::is_regular_file(path, error))
 		throw LogError(path, "is a device or a pipe, but is read twice; copy the log to a regular file");
@@ -131,7 +131,7 @@ class OverridingReader : public LogReader
 
 	void alter(ScanDetails& details) const
 	{
-		if (overrides_.sensor_pose) details.unusable_because.clear();
+		if (is_answered(details.unusable, overrides_)) details.unusable = {};
 		if (overrides_.sweep) details.sweep = *overrides_.sweep;
 	}
 
@@ -217,7 +217,7 @@ Log open_log(
     const std::optional<ros::HeightBand>& cloud_height)
 {
 	check_is_there(path);
-	if (fs::is_directory(path)) return open_ros_log(path, RosFormat::kFolder2, stop, cloud_height);
+	if (fs::is_directory(path)) return open_ros_log(path, RosFormat::kFolder, stop, cloud_height);
 	const std::string magic = first_bytes(path);
 	const auto ros = recognize_ros({reinterpret_cast<const std::uint8_t*>(magic.data()), magic.size()});
 	if (ros) return open_ros_log(path, *ros, stop, cloud_height);
@@ -260,6 +260,22 @@ void set_beam_angles(mrpt::obs::CObservation2DRangeScan& scan, const BeamAngles&
 	scan.aperture = static_cast<float>(std::abs(angles.last - angles.first));
 	scan.rightToLeft = angles.last >= angles.first;
 	scan.sensorPose = scan.sensorPose + mrpt::poses::CPose3D(0, 0, 0, middle_of(angles) - middle_angle, 0, 0);
+}
+
+bool is_answered(const ScanDoubt& doubt, const Overrides& overrides)
+{
+	switch (doubt.field)
+	{
+		case ScanDoubt::Field::kAngles:
+			return overrides.beam_angles.has_value();
+		case ScanDoubt::Field::kLaserPose:
+			return overrides.sensor_pose.has_value();
+		case ScanDoubt::Field::kMaxRange:
+			return overrides.max_range.has_value();
+		case ScanDoubt::Field::kNone:
+			break;
+	}
+	return false;
 }
 
 std::unique_ptr<LogReader> read_log(const Log& log, const std::string& label, const Overrides& overrides)

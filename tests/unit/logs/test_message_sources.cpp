@@ -256,7 +256,7 @@ TEST_F(MessageSources, FolderGivesItsFilesOneAfterTheOther)
 	write(
 	    "metadata.yaml",
 	    "rosbag2_bagfile_information:\n  relative_file_paths:\n    - a_0.mcap\n    - old_folder/a_1.mcap\n");
-	const Reading reading = read_all(*open_messages(path(""), RosFormat::kFolder2));
+	const Reading reading = read_all(*open_messages(path(""), RosFormat::kFolder));
 	EXPECT_EQ(reading.times, times_of(messages));
 	EXPECT_EQ(reading.damage, "");
 }
@@ -268,9 +268,49 @@ TEST_F(MessageSources, FolderWithoutMetadataGivesItsFilesInTheOrderOfTheirNumber
 		write("bag_" + std::to_string(i) + ".mcap", mcap_file({messages[i]}));
 	ASSERT_GT(messages.size(), 10U) << "bag_10 comes after bag_9";
 	write("notes.txt", "not a recording");
-	EXPECT_EQ(read_all(*open_messages(path(""), RosFormat::kFolder2)).times, times_of(messages));
+	EXPECT_EQ(read_all(*open_messages(path(""), RosFormat::kFolder)).times, times_of(messages));
 	write("bag_0.db3", "another one");
-	EXPECT_THROW(open_messages(path(""), RosFormat::kFolder2), LogError);
+	EXPECT_THROW(open_messages(path(""), RosFormat::kFolder), LogError);
+}
+
+TEST_F(MessageSources, FolderMayHoldABagOfRos1ThatWasSplit)
+{
+	const auto messages = recording(Wire::kRos1);
+	for (std::size_t i = 0; i < messages.size(); i++)
+		write("drive_" + std::to_string(i) + ".bag", bag1_file({messages[i]}));
+	EXPECT_EQ(read_all(*open_messages(path(""), RosFormat::kFolder)).times, times_of(messages));
+}
+
+TEST_F(MessageSources, FolderOfPackedFilesSaysSo)
+{
+	write("a_0.mcap.zstd", "packed");
+	try
+	{
+		files_of_bag(path(""));
+		FAIL() << "was read";
+	}
+	catch (const LogError& e)
+	{
+		EXPECT_NE(std::string(e.what()).find("a_0.mcap.zstd: is packed"), std::string::npos);
+	}
+}
+
+TEST_F(MessageSources, ScansOfATypeThatIsNotReadAreNamed)
+{
+	const auto unread = [&](const std::string& content, RosFormat format)
+	{
+		write("log", content);
+		const auto source = open_messages(path("log"), format);
+		read_all(*source);
+		return source->unread_scans();
+	};
+	EXPECT_EQ(
+	    unread(mcap_file({{"/scan", "foxglove.LaserScan", 1, "{}"}}, {}, "json"), RosFormat::kMcap),
+	    "foxglove.LaserScan in json on the topic '/scan'");
+	EXPECT_EQ(
+	    unread(bag1_file({{"/top", "my_msgs/LaserScanNew", 1, ""}}), RosFormat::kBag1),
+	    "my_msgs/LaserScanNew on the topic '/top'");
+	EXPECT_EQ(unread(mcap_file(recording(Wire::kCdr)), RosFormat::kMcap), "");
 }
 
 TEST_F(MessageSources, FilesThatWerePackedAsAWholeAreReadWhereTheyHaveBeenUnpacked)
@@ -280,15 +320,18 @@ TEST_F(MessageSources, FilesThatWerePackedAsAWholeAreReadWhereTheyHaveBeenUnpack
 	write("a_0.mcap.zstd", std::string("\x28\xb5\x2f\xfd", 4) + std::string(20, 'x'));
 	try
 	{
-		read_all(*open_messages(path(""), RosFormat::kFolder2));
+		read_all(*open_messages(path(""), RosFormat::kFolder));
 		FAIL() << "was read";
 	}
 	catch (const LogError& e)
 	{
-		EXPECT_NE(std::string(e.what()).find("a_0.mcap.zstd: is packed as a whole by zstd"), std::string::npos);
+		EXPECT_NE(
+		    std::string(e.what()).find(
+		        "a_0.mcap.zstd: is packed, but is read in any order; unpack all files of the folder"),
+		    std::string::npos);
 	}
 	write("a_0.mcap", mcap_file(messages));
-	EXPECT_EQ(read_all(*open_messages(path(""), RosFormat::kFolder2)).times, times_of(messages));
+	EXPECT_EQ(read_all(*open_messages(path(""), RosFormat::kFolder)).times, times_of(messages));
 }
 
 TEST(KindOfType, IsTheSameInEverySpelling)
@@ -309,7 +352,7 @@ TEST_F(MessageSources, FolderWhoseFilesAreMissingNamesThem)
 	write("metadata.yaml", "rosbag2_bagfile_information:\n  relative_file_paths: [gone.mcap]\n");
 	try
 	{
-		open_messages(path(""), RosFormat::kFolder2);
+		open_messages(path(""), RosFormat::kFolder);
 		FAIL() << "was opened";
 	}
 	catch (const LogError& e)
@@ -317,7 +360,7 @@ TEST_F(MessageSources, FolderWhoseFilesAreMissingNamesThem)
 		EXPECT_NE(std::string(e.what()).find("gone.mcap: is missing"), std::string::npos) << e.what();
 	}
 	write("metadata.yaml", "- 1\n");
-	EXPECT_THROW(open_messages(path(""), RosFormat::kFolder2), LogError);
+	EXPECT_THROW(open_messages(path(""), RosFormat::kFolder), LogError);
 }
 
 TEST_F(MessageSources, DamagedBagsOfRos1DoNoHarm)

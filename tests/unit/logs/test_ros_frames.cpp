@@ -132,7 +132,7 @@ TEST_F(RosFrames, TwoRobotsWithTopicsOfTheirOwn)
 		reference.add(kBegin, robot == 1 ? first : second, true);
 		for (const auto& object : scans_of(log, name + "/scan"))
 		{
-			EXPECT_EQ(object.details.at(0).unusable_because, "");
+			EXPECT_EQ(object.details.at(0).unusable.text, "");
 			expect_same(laser_pose(object), reference.pose_in("laser", "base_link", kBegin));
 		}
 		for (const auto& object : objects_of(log, name + "/scan"))
@@ -141,6 +141,36 @@ TEST_F(RosFrames, TwoRobotsWithTopicsOfTheirOwn)
 	EXPECT_NE(log.survey.sensors.at(0).robot, log.survey.sensors.at(1).robot);
 	EXPECT_EQ(log.survey.sensors.at(0).odometry, "/robot1/odom");
 	EXPECT_EQ(log.survey.sensors.at(1).odometry, "/robot2/odom");
+}
+
+TEST_F(RosFrames, ARobotWithoutTransformsDoesNotTakeThoseOfAnother)
+{
+	std::vector<MadeMessage> messages = {
+	    made_transforms(kWire, kBegin, {{"base_link", "laser", 0.2}}, "/robot1/tf_static")};
+	for (const std::string name : {"/robot1", "/robot2"})
+	{
+		messages.push_back(odometry_at(kBegin, "base_link", 0, 0, name + "/odom"));
+		messages.push_back(scan_at(kBegin, "laser", name + "/scan"));
+	}
+	const Log log = log_of(messages);
+	EXPECT_TRUE(log.survey.sensors.at(0).has_pose);
+	EXPECT_FALSE(log.survey.sensors.at(1).has_pose);
+	EXPECT_EQ(log.survey.sensors.at(1).odometry, "/robot2/odom");
+	// A laser beside the namespace of the only robot is its own.
+	messages.resize(2);
+	messages.push_back(scan_at(kBegin, "laser", "/front/scan"));
+	EXPECT_TRUE(log_of(messages).survey.sensors.at(0).has_pose);
+}
+
+TEST_F(RosFrames, TheRobotMayBeBelowTheFrameOfItsOdometry)
+{
+	const MadeTransform robot{"camera", "base_link", -0.2, 0, -0.4, 'y', -0.35}, laser{"base_link", "laser", 0.1};
+	const Log log = log_of(
+	    {made_transforms(kWire, kBegin, {robot, laser}), odometry_at(kBegin, "camera", 0, 0, "/camera/odom"),
+	     scan_at(kBegin)});
+	EXPECT_NE(log.survey.sensors.at(0).mounting.find("pitch 0.0, roll 0.0 deg on base_link by tf"), std::string::npos)
+	    << log.survey.sensors[0].mounting;
+	EXPECT_EQ(log.survey.odometry, "/camera/odom of camera, carried over to base_link by tf");
 }
 
 TEST_F(RosFrames, TwoRobotsInOneTree)
@@ -166,7 +196,7 @@ TEST_F(RosFrames, TwoRobotsInOneTree)
 	{
 		if (object.scans.empty()) continue;
 		const bool is_own = object.scans[0]->sensorLabel == "/r1/scan";
-		EXPECT_EQ(object.details.at(0).unusable_because.empty(), is_own) << "no laser reaches robot 1 through the map";
+		EXPECT_EQ(object.details.at(0).unusable.text.empty(), is_own) << "no laser reaches robot 1 through the map";
 		EXPECT_NEAR(laser_pose(object).x(), is_own ? 0.2 : 0, 1e-9);
 	}
 }
@@ -194,11 +224,11 @@ TEST_F(RosFrames, ALaserOnATurningMountIsReadAtTheTimeOfItsScan)
 	ASSERT_EQ(scans.size(), 50U);
 	for (std::size_t i = 0; i + 1 < scans.size(); i++)
 	{
-		EXPECT_EQ(scans[i].details.at(0).unusable_because, "") << i;
+		EXPECT_EQ(scans[i].details.at(0).unusable.text, "") << i;
 		const std::int64_t time = kBegin + static_cast<std::int64_t>(i) * kOneSecond / 20 + kOneSecond / 60;
 		expect_same(laser_pose(scans[i]), reference.pose_in("laser", "base_link", time));
 	}
-	EXPECT_NE(scans.back().details.at(0).unusable_because, "") << "no transform is as late";
+	EXPECT_NE(scans.back().details.at(0).unusable.text, "") << "no transform is as late";
 }
 
 TEST_F(RosFrames, ATransformThatComesMuchLaterIsNotWaitedFor)
@@ -212,7 +242,7 @@ TEST_F(RosFrames, ATransformThatComesMuchLaterIsNotWaitedFor)
 	}
 	const auto scans = scans_of(log_of(messages), "/scan");
 	ASSERT_EQ(scans.size(), 10U);
-	EXPECT_NE(scans[3].details.at(0).unusable_because.find("where its frame 'laser' was"), std::string::npos);
+	EXPECT_NE(scans[3].details.at(0).unusable.text.find("where its frame 'laser' was"), std::string::npos);
 }
 
 TEST_F(RosFrames, OfTwoLasersOneHasNoTransform)
@@ -225,9 +255,9 @@ TEST_F(RosFrames, OfTwoLasersOneHasNoTransform)
 	ASSERT_EQ(log.survey.sensors.at(1).doubts.size(), 0U) << "its mounting says so";
 	const auto objects = objects_of(log, "/front_scan");
 	ASSERT_EQ(objects.size(), 3U);
-	EXPECT_EQ(objects[0].details.at(0).unusable_because, "");
+	EXPECT_EQ(objects[0].details.at(0).unusable.text, "");
 	EXPECT_NEAR(laser_pose(objects[0]).x(), 0.3, 1e-9);
-	EXPECT_EQ(objects[1].details.at(0).unusable_because, "tf has no transform from its frame 'rear' to the robot");
+	EXPECT_EQ(objects[1].details.at(0).unusable.text, "tf has no transform from its frame 'rear' to the robot");
 }
 
 TEST_F(RosFrames, ATopicMayHaveAFrameThatTfDoesNotKnow)
@@ -241,7 +271,7 @@ TEST_F(RosFrames, ATopicMayHaveAFrameThatTfDoesNotKnow)
 	    "laser '/scan': tf has no transform from its frame 'rear' to the robot, so that 4 of its 6 scans are invalid");
 	const auto scans = scans_of(log, "/scan");
 	for (std::size_t i = 0; i < scans.size(); i++)
-		EXPECT_EQ(scans[i].details.at(0).unusable_because.empty(), i % 3 == 0) << i;
+		EXPECT_EQ(scans[i].details.at(0).unusable.text.empty(), i % 3 == 0) << i;
 }
 
 TEST_F(RosFrames, OdometryOfATiltedCameraIsCarriedOverToTheRobot)
@@ -293,7 +323,7 @@ TEST_F(RosFrames, WhatIsSentAgainAndAgainWithoutMovingIsFixed)
 	         scan_at(kBegin + 20 * kOneSecond)}),
 	    "/scan");
 	for (const auto& scan : scans) EXPECT_NEAR(laser_pose(scan).x(), 0.5, 1e-9);
-	for (const auto& scan : scans) EXPECT_EQ(scan.details.at(0).unusable_because, "");
+	for (const auto& scan : scans) EXPECT_EQ(scan.details.at(0).unusable.text, "");
 }
 
 TEST_F(RosFrames, WhatTravelsDoesNotCarryTheLaser)

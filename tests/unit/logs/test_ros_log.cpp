@@ -247,6 +247,31 @@ TEST_F(RosLog, RotationThatIsNoneIsPassedOver)
 	message.data.replace(message.data.size() - 32, 32, std::string(32, '\0'));
 	const Log log = log_of({message, made_scan(Wire::kRos1, fan())}, Wire::kRos1);
 	EXPECT_NE(log.survey.sensors.at(0).mounting.find("no transform"), std::string::npos);
+	ASSERT_EQ(log.survey.notes.size(), 1U);
+	EXPECT_NE(log.survey.notes[0].find("frame 'laser' whose rotation is none"), std::string::npos);
+}
+
+TEST_F(RosLog, EachScanWhoseAnglesAreInDegreesCannotBeUsed)
+{
+	MadeScan degrees = fan(-57.3F, 0.1F);
+	degrees.last_angle = -57.3F + 108.9F;
+	const Log with_pose = log_of(
+	    {made_transforms(Wire::kCdr, 1, {{"base_link", "laser"}}), made_scan(Wire::kCdr, fan()),
+	     made_scan(Wire::kCdr, degrees)},
+	    Wire::kCdr);
+	const auto scans = objects_of(with_pose);
+	EXPECT_EQ(scans.at(0).details.at(0).unusable.text, "");
+	EXPECT_EQ(scans.at(1).details.at(0).unusable.text, "angle_min and angle_max are in degrees");
+	EXPECT_EQ(scans.at(1).details.at(0).unusable.field, ScanDoubt::Field::kAngles);
+	const logs::Sensor& sensor = with_pose.survey.sensors.at(0);
+	ASSERT_EQ(sensor.doubts.size(), 1U);
+	EXPECT_EQ(sensor.doubts[0].text, "laser '/scan': in 1 of its 2 scans, angle_min and angle_max are in degrees");
+	ASSERT_TRUE(sensor.other_angles);
+	Overrides overrides;
+	overrides.beam_angles = sensor.other_angles->angles;
+	const auto reader = read_log(with_pose, "/scan", overrides);
+	while (const auto object = reader->next())
+		for (const ScanDetails& details : object->details) EXPECT_EQ(details.unusable.text, "");
 }
 
 TEST_F(RosLog, MessageThatIsShorterThanItSaysIsDamage)

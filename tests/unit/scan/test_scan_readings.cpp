@@ -1,5 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // What drivers and logs write for a range, and what of it a scan takes over.
+#include <d2s1r/for_programs.h>
 #include <d2s1r/scan.h>
 #include <gtest/gtest.h>
 #include <mrpt/core/bits_math.h>
@@ -64,6 +65,10 @@ TEST(ScanReadings, TooLittleToGoByIsInvalidWithAReason)
 {
 	EXPECT_EQ(make_scan(record({1, 2, 3}), {}).invalid_because, "fewer usable beams than scan.min_beams");
 	EXPECT_EQ(make_scan(record({kInf, kInf}), few_beams()).invalid_because, "no beam hit anything");
+	EXPECT_EQ(defect_of(record({1, 2, 3}), {}, {}), ScanDefect::kFewBeams);
+	EXPECT_EQ(defect_of(record({kInf, kInf}), few_beams(), {}), ScanDefect::kNoReturns);
+	EXPECT_EQ(defect_of(record({1}), few_beams(), {}), ScanDefect::kOther);
+	EXPECT_EQ(defect_of(record({1, 2, 3}), few_beams(), {}), ScanDefect::kNone);
 	EXPECT_NE(make_scan(record({1}), few_beams()).invalid_because.find("fewer than 2"), std::string::npos);
 	EXPECT_NE(make_scan(record({}), few_beams()).invalid_because.find("fewer than 2"), std::string::npos);
 }
@@ -81,12 +86,15 @@ TEST(ScanReadings, MalformedObservationsAreInvalidWithAReason)
 	auto observation = record({1, 2, 3});
 	observation.aperture = 0;
 	EXPECT_NE(make_scan(observation, few_beams()).invalid_because.find("aperture"), std::string::npos);
+	EXPECT_EQ(defect_of(observation, few_beams(), {}), ScanDefect::kAngles);
 	observation = record({1, 2, 3});
 	observation.maxRange = kNan;
 	EXPECT_NE(make_scan(observation, few_beams()).invalid_because.find("maxRange"), std::string::npos);
+	EXPECT_EQ(defect_of(observation, few_beams(), {}), ScanDefect::kMaxRange);
 	observation = record({1, 2, 3});
 	observation.sensorPose.x(std::numeric_limits<double>::quiet_NaN());
 	EXPECT_NE(make_scan(observation, few_beams()).invalid_because.find("pose of the sensor"), std::string::npos);
+	EXPECT_EQ(defect_of(observation, few_beams(), {}), ScanDefect::kSensorPose);
 }
 
 namespace

@@ -10,9 +10,15 @@
 #include <string>
 #include <vector>
 
+namespace mrpt::obs
+{
+class CObservation2DRangeScan;
+}
+
 namespace d2s1r
 {
 struct ImageGeometry;  // of map_io.h
+struct Sweep;          // of scan.h
 
 /// Returns about how much memory [byte] it takes to build a Localizer of `map`, beside the map itself; one that is
 /// built has less. It looks only at the cells and is done long before an index is. Thread-safe.
@@ -22,6 +28,22 @@ std::uint64_t memory_to_build(const mrpt::maps::COccupancyGridMap2D& map, const 
 /// Checks that Localizer::save() could write this file, so that a program can tell before it builds an index.
 /// \throws std::runtime_error as save() would before it has written anything
 void check_savable(const std::string& file);
+
+/// Says which part of an observation keeps it from being used.
+enum class ScanDefect
+{
+	kNone,
+	kAngles,      //!< of its beams
+	kMaxRange,    //!< the range up to which the sensor measures
+	kSensorPose,  //!< not known, not finite, not on the robot, or tilted
+	kFewBeams,    //!< fewer than ScanParameters::min_beams have data
+	kNoReturns,   //!< no beam hit anything
+	kOther        //!< such as its number of beams, or the times of its sweep
+};
+
+/// Returns why make_scan() refuses an observation.
+ScanDefect defect_of(
+    const mrpt::obs::CObservation2DRangeScan& observation, const ScanParameters& parameters, const Sweep& sweep);
 
 /// Says what became of pixels of a yaml map whose shades were meant in another way. All shares are of the image, and
 /// they are about the finished cells, whichever line of the yaml file, channel of the image or threshold made them.

@@ -1,4 +1,5 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include <d2s1r/for_programs.h>
 #include <d2s1r/scan.h>
 #include <mrpt/math/wrap2pi.h>
 
@@ -29,23 +30,50 @@ double tilt_of(const mrpt::obs::CObservation2DRangeScan& observation)
 	return std::atan2(std::hypot(axes(2, 0), axes(2, 1)), std::abs(axes(2, 2))) + std::abs(observation.deltaPitch);
 }
 
-/// Says why an observation cannot be used; empty if it can.
-std::string unusable_because(const mrpt::obs::CObservation2DRangeScan& observation, const ScanParameters& parameters)
+/// Says why a scan cannot be used.
+struct Refusal
 {
-	if (observation.getScanSize() < 2) return "the scan has fewer than 2 beams";
-	if (observation.getScanSize() > kMostBeams) return kTooManyBeams;
+	ScanDefect defect = ScanDefect::kNone;
+	std::string because{};  //!< for people
+};
+
+/// Returns why an observation and its sweep make no scan, whatever the readings are.
+Refusal refusal_of(
+    const mrpt::obs::CObservation2DRangeScan& observation, const ScanParameters& parameters, const Sweep& sweep)
+{
+	if (observation.getScanSize() < 2) return {ScanDefect::kOther, "the scan has fewer than 2 beams"};
+	if (observation.getScanSize() > kMostBeams) return {ScanDefect::kOther, kTooManyBeams};
 	if (!(observation.aperture > 0) || !std::isfinite(observation.aperture))
-		return "the aperture (angle_increment of ROS times the beams) is not finite and above 0";
+		return {ScanDefect::kAngles, "the aperture (angle_increment of ROS times the beams) is not finite and above 0"};
 	if (static_cast<double>(observation.aperture) > 2 * kFullTurn)
-		return "the aperture (angle_increment of ROS times the beams) is more than two turns; angles are in rad";
+		return {
+		    ScanDefect::kAngles,
+		    "the aperture (angle_increment of ROS times the beams) is more than two turns; angles are in rad"};
 	if (!(observation.maxRange > 0) || !std::isfinite(observation.maxRange))
-		return "maxRange (range_max of ROS) is not finite and above 0";
+		return {ScanDefect::kMaxRange, "maxRange (range_max of ROS) is not finite and above 0"};
 	const auto& pose = observation.sensorPose;
 	const auto& axes = pose.getRotationMatrix();  // yaw() would write to the observation
 	const double tilt = mrpt::RAD2DEG(tilt_of(observation));
-	if (!std::isfinite(tilt + axes(0, 0) + axes(1, 0)) || !is_on_robot(pose.x(), pose.y())) return kNotOnRobot;
+	if (!std::isfinite(tilt + axes(0, 0) + axes(1, 0)) || !is_on_robot(pose.x(), pose.y()))
+		return {ScanDefect::kSensorPose, kNotOnRobot};
 	if (tilt > parameters.max_tilt)
-		return "the sensor is tilted by " + std::to_string(std::lround(tilt)) + " deg, more than scan.max_tilt";
+		return {
+		    ScanDefect::kSensorPose,
+		    "the sensor is tilted by " + std::to_string(std::lround(tilt)) + " deg, more than scan.max_tilt"};
+	if (!is_usable(sweep, observation.getScanSize()))
+		return {
+		    ScanDefect::kOther,
+		    "the sweep has times or poses that are not finite or in order, or lasts longer than 10 s"};
+	return {};
+}
+
+/// Returns why beams make no scan.
+Refusal refusal_of(const std::vector<Beam>& beams, const ScanParameters& parameters)
+{
+	if (beams.size() < static_cast<std::size_t>(parameters.min_beams))
+		return {ScanDefect::kFewBeams, "fewer usable beams than scan.min_beams"};
+	if (std::none_of(beams.begin(), beams.end(), [](const Beam& beam) { return beam.is_return; }))
+		return {ScanDefect::kNoReturns, "no beam hit anything"};
 	return {};
 }
 
@@ -126,10 +154,7 @@ Scan make_scan(
     const mrpt::obs::CObservation2DRangeScan& observation, const ScanParameters& parameters, const Sweep& sweep)
 {
 	Scan scan;
-	scan.invalid_because = unusable_because(observation, parameters);
-	if (scan.invalid_because.empty() && !is_usable(sweep, observation.getScanSize()))
-		scan.invalid_because =
-		    "the sweep has times or poses that are not finite or in order, or lasts longer than 10 s";
+	scan.invalid_because = refusal_of(observation, parameters, sweep).because;
 	if (!scan.invalid_because.empty()) return scan;
 
 	const BeamMover mover(observation, sweep);
@@ -142,10 +167,15 @@ Scan make_scan(
 	scan.lost = take_out_lost(readings, step, parameters);
 	scan.beams = usable_beams(readings, step, mover);
 	scan.field_of_view = std::min(kFullTurn, step * static_cast<double>(scan.beams.size()));
-	if (scan.beams.size() < static_cast<std::size_t>(parameters.min_beams))
-		scan.invalid_because = "fewer usable beams than scan.min_beams";
-	else if (std::none_of(scan.beams.begin(), scan.beams.end(), [](const Beam& beam) { return beam.is_return; }))
-		scan.invalid_because = "no beam hit anything";
+	scan.invalid_because = refusal_of(scan.beams, parameters).because;
 	return scan;
+}
+
+ScanDefect defect_of(
+    const mrpt::obs::CObservation2DRangeScan& observation, const ScanParameters& parameters, const Sweep& sweep)
+{
+	const Refusal refusal = refusal_of(observation, parameters, sweep);
+	if (refusal.defect != ScanDefect::kNone) return refusal.defect;
+	return refusal_of(make_scan(observation, parameters, sweep).beams, parameters).defect;
 }
 }  // namespace d2s1r

@@ -36,6 +36,22 @@ using StampedPose = std::pair<double, mrpt::math::TPose2D>;
 
 using ros::SweepTime;
 
+/// Says what is wrong with a laser's scans.
+struct ScanDoubt
+{
+	/// What has to be given in place of what the scans say.
+	enum class Field
+	{
+		kNone,
+		kAngles,     //!< of the beams; see Sensor::other_angles for those that other fields make
+		kLaserPose,  //!< of the laser on the robot
+		kMaxRange    //!< the range that the laser measures up to
+	};
+
+	std::string text;  //!< empty: nothing is wrong
+	Field field = Field::kNone;
+};
+
 /// Says what a log tells about a scan beside what MRPT's observation holds.
 struct ScanDetails
 {
@@ -46,8 +62,7 @@ struct ScanDetails
 	/// sweep is known.
 	std::vector<StampedPose> odometry{};
 
-	/// Why the scan cannot be used, such as that the pose of its laser on the robot is not known; empty if it can.
-	std::string unusable_because{};
+	ScanDoubt unusable{};  //!< why the scan cannot be used; without a text, it can
 };
 
 /// Holds one object of a log in the form of MRPT: an action collection, a sensory frame or an observation. Logs of
@@ -112,21 +127,6 @@ struct OtherAngles
 	bool is_possible = false;  //!< whether the usual fields may be right, too, so that only a map can tell
 };
 
-/// Says what is wrong with a laser's scans.
-struct ScanDoubt
-{
-	/// What has to be given in place of what the scans say.
-	enum class Field
-	{
-		kNone,
-		kAngles,   //!< of the beams; see Sensor::other_angles for those that other fields make
-		kMaxRange  //!< the range that the laser measures up to
-	};
-
-	std::string text;
-	Field field = Field::kNone;
-};
-
 /// Describes a laser of a log.
 struct Sensor
 {
@@ -147,6 +147,7 @@ struct LogSurvey
 	std::string kind_of_scan;        //!< how the format calls a 2D scan
 	std::vector<Sensor> sensors;     //!< in order of appearance
 	std::string odometry;            //!< where it comes from; empty: there is none
+	std::string unread_scans;        //!< scans of another kind, which are not read; empty: there are none
 	std::vector<std::string> notes;  //!< what the user should know besides
 	std::string damage;              //!< what is wrong after all that can be read, see LogReader::damage()
 	std::string missing_class;       //!< see LogReader::missing_class()
@@ -221,6 +222,9 @@ struct Overrides
 	std::optional<SweepTime> sweep;                   //!< of all scans
 	std::optional<BeamAngles> beam_angles;            //!< of all scans
 };
+
+/// Returns whether the overrides give what a doubt asks for.
+bool is_answered(const ScanDoubt& doubt, const Overrides& overrides);
 
 /// Reads a log from its start, for the robot that carries the laser `label`; the scans of that laser are as `overrides`
 /// says, in their objects' bytes, too. Ranges that were above the range that the log gives the laser count if they are

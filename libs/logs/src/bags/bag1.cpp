@@ -176,7 +176,9 @@ class Bag1Source : public PieceSource
 	{
 		const auto connection = number_of<std::uint32_t>(fields, "conn");
 		if (topics_.count(connection) != 0) return;
-		const MessageKind kind = kind_of_type(text_of(field_of(data, "type")), with_clouds_);
+		const std::string type = text_of(field_of(data, "type"));
+		const MessageKind kind = kind_of_type(type, with_clouds_);
+		if (kind == MessageKind::kOther) note_unread(text_of(field_of(fields, "topic")), type);
 		topics_[connection] = keep({text_of(field_of(fields, "topic")), kind, Encoding::kRos1});
 	}
 

@@ -59,7 +59,8 @@ class ContentsReader
 		if (!found) return;
 		LaserTopic& laser = *found;
 		laser.kind = message.topic->kind;
-		if (laser.messages++ == 0) look_at(message, laser);
+		look_at(message, laser);
+		laser.messages++;
 		const std::string frame = header_of(message).frame;
 		const auto known = laser.frames.find(frame);
 		if (known != laser.frames.end())
@@ -90,23 +91,35 @@ class ContentsReader
 	Contents contents;
 
    private:
-	/// Looks at the fields of the first message of a laser. \throws Unreadable if it is a cloud of a kind that is not
+	/// Looks at the fields of a laser's message. \throws Unreadable if its first one is a cloud of a kind that is not
 	/// read
 	static void look_at(const Message& message, LaserTopic& laser)
 	{
 		if (message.topic->kind == MessageKind::kPointCloud)
 		{
-			point_cloud_of(message);
+			if (laser.messages == 0) point_cloud_of(message);
 			return;
 		}
 		const ros::LaserScan scan = laser_scan_of(message);
-		laser.doubts = doubts_about_fields(scan);
-		laser.other_angles = other_angles_of(scan);
+		for (const ScanDoubt& doubt : doubts_about_fields(scan))
+		{
+			const auto known = std::find_if(
+			    laser.doubts.begin(), laser.doubts.end(),
+			    [&](const CountedDoubt& other) { return other.first.field == doubt.field; });
+			if (known == laser.doubts.end())
+				laser.doubts.push_back({doubt, 1});
+			else
+				known->messages++;
+		}
+		if (!laser.other_angles) laser.other_angles = other_angles_of(scan);
 	}
 
 	void add(const ros::Transform& transform, bool is_static, Links& links)
 	{
+		constexpr std::size_t kMostWithoutRotation = 10;  // [-] that are told
 		const std::string& parent = transform.header.frame;
+		if (!transform.pose && contents.without_rotation.size() < kMostWithoutRotation)
+			contents.without_rotation.insert(transform.child);
 		if (!transform.pose || parent.empty() || transform.child.empty() || parent == transform.child) return;
 		auto known = links.find(transform.child);
 		if (known == links.end())
@@ -168,6 +181,7 @@ Contents read_contents(MessageSource& source)
 	{
 		reader.contents.damage = describe_damage(e);
 	}
+	reader.contents.unread_scans = source.unread_scans();
 	return std::move(reader.contents);
 }
 

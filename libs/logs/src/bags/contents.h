@@ -11,11 +11,19 @@
 #include <cstddef>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
 namespace d2s1r::logs
 {
+/// What is wrong with a field in some messages.
+struct CountedDoubt
+{
+	ScanDoubt first;           //!< what the first of them says
+	std::size_t messages = 0;  //!< [-] that say the like
+};
+
 /// A topic of lasers.
 struct LaserTopic
 {
@@ -23,7 +31,7 @@ struct LaserTopic
 	MessageKind kind = MessageKind::kLaserScan;
 	std::size_t messages = 0;
 	std::map<std::string, std::size_t> frames{};  //!< [-] messages of each, those that came first if they are many
-	std::vector<ScanDoubt> doubts{};              //!< what is wrong with the fields of its first message
+	std::vector<CountedDoubt> doubts{};           //!< what is wrong with the fields of its messages, each field once
 	std::optional<OtherAngles> other_angles{};    //!< see Sensor
 };
 
@@ -51,10 +59,12 @@ using Links = std::map<std::string, Link>;
 struct Contents
 {
 	std::vector<LaserTopic> lasers;           //!< in order of appearance, at most 250
+	std::set<std::string> without_rotation;   //!< frames of transforms that are left out, their rotation being none
 	std::vector<OdometryTopic> odometries;    //!< in order of appearance, at most 250
 	std::map<std::string, Links> transforms;  //!< by the namespace of their topic, see namespace_of()
 	bool is_complete = true;                  //!< whether all lasers and transforms are here
 	std::string damage;
+	std::string unread_scans;  //!< see MessageSource
 };
 
 /// Returns the namespace that a topic is in: "/robot1" of "/robot1/tf", and "" of "/tf".

@@ -83,15 +83,18 @@ class McapSource : public PieceSource
 		const auto id = cursor.number<std::uint16_t>();
 		if (opcode == McapOpcode::kSchema)
 		{
-			schemas_.emplace(id, kind_of_type(cursor.text(), with_clouds_));
+			schemas_.emplace(id, cursor.text());
 			return;
 		}
 		if (channels_.count(id) > 0) return;
 		const auto schema = schemas_.find(cursor.number<std::uint16_t>());
-		Topic topic{cursor.text(), schema == schemas_.end() ? MessageKind::kOther : schema->second};
+		const std::string type = schema == schemas_.end() ? "" : schema->second;
+		Topic topic{cursor.text(), kind_of_type(type, with_clouds_)};
 		const std::string encoding = cursor.text();
 		if (encoding == "ros1") topic.encoding = Encoding::kRos1;
 		if (encoding != "ros1" && encoding != "cdr") topic.kind = MessageKind::kOther;
+		if (topic.kind == MessageKind::kOther)
+			note_unread(topic.name, type + (encoding == "cdr" || encoding == "ros1" ? "" : " in " + encoding));
 		channels_.emplace(id, keep(std::move(topic)));
 	}
 
@@ -126,7 +129,7 @@ class McapSource : public PieceSource
 
 	ByteFile file_;
 	bool with_clouds_;
-	std::map<std::uint16_t, MessageKind> schemas_;
+	std::map<std::uint16_t, std::string> schemas_;  //!< names of types
 	std::map<std::uint16_t, std::shared_ptr<const Topic>> channels_;
 };
 }  // namespace

@@ -7,7 +7,9 @@
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
+#include <cctype>
 #include <filesystem>
+#include <map>
 #include <new>
 #include <set>
 
@@ -17,7 +19,11 @@ namespace
 {
 namespace fs = std::filesystem;
 
-/// The files of a folder that ROS 2 recorded, one after the other.
+constexpr const char* kUnpackAll =
+    "is packed, but is read in any order; unpack all files of the folder, by 'zstd -d *.zstd' or as they were packed, "
+    "and run again";
+
+/// The files of a folder that ROS recorded, one after the other.
 class FolderSource : public MessageSource
 {
    public:
@@ -35,6 +41,7 @@ class FolderSource : public MessageSource
 			auto message = source_->next();
 			if (message) return message;
 			damage_ = source_->damage();
+			if (unread_scans_.empty()) unread_scans_ = source_->unread_scans();
 			if (!damage_.empty() && files_.size() > 1)
 				damage_ = fs::path(files_[opened_ - 1]).filename().string() + " in it: " + damage_;
 			source_.reset();
@@ -46,11 +53,12 @@ class FolderSource : public MessageSource
 	std::unique_ptr<MessageSource> open_file(const std::string& file) const
 	{
 		const auto format = recognize_ros(file);
-		if (format != RosFormat::kSqlite && format != RosFormat::kMcap)
+		if (!format)
 		{
-			const std::string packed = describe_packed(first_bytes(file), "");
+			const bool is_packed = !describe_packed(first_bytes(file), "").empty();
 			throw LogError(
-			    file, packed.empty() ? "is neither a sqlite3 nor an MCAP file; copy the whole folder" : packed);
+			    file, is_packed ? kUnpackAll
+			                    : "is neither a sqlite3 nor an MCAP file nor a ROS 1 bag; copy the whole folder");
 		}
 		return open_messages(file, *format, stop_, with_clouds_);
 	}
@@ -97,6 +105,12 @@ fs::path unpacked_beside(const fs::path& file)
 	fs::path unpacked = file;
 	if (file.extension() == ".zstd" || file.extension() == ".zst") unpacked.replace_extension();
 	return fs::is_regular_file(unpacked, error) ? unpacked : file;
+}
+
+/// Returns whether a file is called as a recording of ROS that a folder may have several of.
+bool is_recording(const fs::path& file)
+{
+	return file.extension() == ".mcap" || file.extension() == ".db3" || file.extension() == ".bag";
 }
 
 /// Orders names as people do, "bag_2" before "bag_10".
@@ -224,6 +238,16 @@ MessageKind kind_of_type(const std::string& type, bool with_clouds)
 	return MessageKind::kOther;
 }
 
+void MessageSource::note_unread(const std::string& topic, const std::string& type)
+{
+	constexpr std::size_t kLongest = 100;  // [-] letters of each name
+	std::string letters;
+	for (const char c : type)
+		if (c != '_') letters += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+	if (unread_scans_.empty() && letters.find("laserscan") != std::string::npos)
+		unread_scans_ = type.substr(0, kLongest) + " on the topic '" + topic.substr(0, kLongest) + "'";
+}
+
 std::string describe_damage(const std::exception& error)
 {
 	if (dynamic_cast<const Interrupted*>(&error)) throw Interrupted();
@@ -331,24 +355,30 @@ std::string describe_packed(const std::string& start, const std::string& unpacke
 
 std::vector<std::string> files_of_bag(const std::string& folder)
 {
-	std::vector<std::string> mcap, sqlite;
+	std::map<std::string, std::vector<std::string>> files;  // by their endings
+	std::string packed;
 	std::error_code error;
 	for (const auto& entry : fs::directory_iterator(folder, error))
 	{
 		if (!entry.is_regular_file(error)) continue;
-		if (entry.path().extension() == ".mcap") mcap.push_back(entry.path().string());
-		if (entry.path().extension() == ".db3") sqlite.push_back(entry.path().string());
+		const fs::path& file = entry.path();
+		if (is_recording(file)) files[file.extension().string()].push_back(file.string());
+		if (is_recording(file.stem())) packed = file.string();
 	}
-	if (!mcap.empty() && !sqlite.empty())
-		throw LogError(folder, "has files .mcap and .db3, and no metadata.yaml that says which to read; name a file");
-	auto& files = mcap.empty() ? sqlite : mcap;
-	std::sort(files.begin(), files.end(), comes_before);
-	return files;
+	if (files.size() > 1)
+		throw LogError(
+		    folder, "has files " + files.begin()->first + " and " + files.rbegin()->first +
+		                ", and no metadata.yaml that says which to read; name a file");
+	if (files.empty() && !packed.empty()) throw LogError(packed, kUnpackAll);
+	if (files.empty()) return {};
+	auto& found = files.begin()->second;
+	std::sort(found.begin(), found.end(), comes_before);
+	return found;
 }
 
 std::optional<RosFormat> recognize_ros(const std::string& path)
 {
-	if (fs::is_directory(path)) return RosFormat::kFolder2;
+	if (fs::is_directory(path)) return RosFormat::kFolder;
 	const std::string start = first_bytes(path);
 	return recognize_ros({reinterpret_cast<const std::uint8_t*>(start.data()), start.size()});
 }
@@ -364,7 +394,7 @@ std::unique_ptr<MessageSource> open_messages(
 			return open_sqlite(path, stop, with_clouds);
 		case RosFormat::kMcap:
 			return open_mcap(path, stop, with_clouds);
-		case RosFormat::kFolder2:
+		case RosFormat::kFolder:
 			break;
 	}
 	return open_files(files_of_folder(path, stop), stop, with_clouds);

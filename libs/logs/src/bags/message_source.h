@@ -63,12 +63,20 @@ class MessageSource
 	/// Returns what stopped the reading before the end of the file, and what to do; else an empty text.
 	const std::string& damage() const { return damage_; }
 
+	/// Returns the first topic of scans that are of another type than those that are read, for people; else an empty
+	/// text.
+	const std::string& unread_scans() const { return unread_scans_; }
+
    protected:
+	/// Tells of a topic that is not read if its type is called a scan of a laser.
+	void note_unread(const std::string& topic, const std::string& type);
+
 	/// Returns a topic that is kept until the end; the name of one of other messages is not kept.
 	/// \throws Unreadable if the topics of the file take more than kMostBytesOfTopics
 	std::shared_ptr<const Topic> keep(Topic topic);
 
 	std::string damage_;
+	std::string unread_scans_;
 
    private:
 	std::size_t topic_bytes_ = 0;  //!< [byte] of memory that the topics take
@@ -143,10 +151,10 @@ class PieceSource : public MessageSource
 /// Says what a ROS recording is, by its content.
 enum class RosFormat
 {
-	kBag1,     //!< ROS 1 bag
-	kSqlite,   //!< ROS 2 bag, sqlite3
-	kMcap,     //!< MCAP
-	kFolder2,  //!< ROS 2 bag: a folder with a metadata.yaml, or with files .mcap or .db3
+	kBag1,    //!< ROS 1 bag
+	kSqlite,  //!< ROS 2 bag, sqlite3
+	kMcap,    //!< MCAP
+	kFolder,  //!< a folder with the metadata.yaml of a ROS 2 bag, or with files .mcap, .db3 or .bag
 };
 
 /// Returns the format of a file, or no value if it is no recording.
@@ -164,7 +172,7 @@ std::optional<RosFormat> recognize_ros(const std::string& path);
 std::unique_ptr<MessageSource> open_messages(
     const std::string& path, RosFormat format, const Stop& stop = [] { return false; }, bool with_clouds = false);
 
-/// Returns the files of a folder that ROS 2 recorded, in the order of their times.
+/// Returns the files of a folder that ROS recorded, in the order of their times.
 /// \throws LogError, Interrupted if `stop` said so
 std::vector<std::string> files_of_folder(const std::string& folder, const Stop& stop);
 
@@ -175,8 +183,8 @@ std::unique_ptr<MessageSource> open_files(const std::vector<std::string>& files,
 /// \param start first bytes of the file
 std::string describe_packed(const std::string& start, const std::string& unpacked_start);
 
-/// Returns the files .mcap or .db3 of a folder, in the order of the numbers in their names.
-/// \throws LogError if it has files of both kinds
+/// Returns the files .mcap, .db3 or .bag of a folder, in the order of the numbers in their names.
+/// \throws LogError if it has files of two kinds, or only packed ones
 std::vector<std::string> files_of_bag(const std::string& folder);
 
 // The formats, each in a file of its own. \throws as open_messages()

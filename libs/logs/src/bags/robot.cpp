@@ -46,8 +46,22 @@ bool is_in(const std::string& topic, const std::string& name_space)
 	return topic.rfind(name_space + "/", 0) == 0;
 }
 
+/// Whether a namespace of transforms that a laser is not in is that of another robot: a laser of the same name is in
+/// it, or odometry is in the laser's own namespace and not in it.
+bool is_of_other_robot(const std::string& name_space, const LaserTopic& laser, const Contents& contents)
+{
+	if (name_space.empty() || is_in(laser.topic, name_space)) return false;
+	const std::string own = laser.topic.substr(0, laser.topic.find('/', 1));
+	const auto has_own = [&](const OdometryTopic& odometry) { return is_in(odometry.topic, own); };
+	const auto is_like_it = [&](const LaserTopic& other)
+	{ return is_in(other.topic, name_space) && last_part(other.topic) == last_part(laser.topic); };
+	return (!is_in(name_space + "/tf", own) &&
+	        std::any_of(contents.odometries.begin(), contents.odometries.end(), has_own)) ||
+	       std::any_of(contents.lasers.begin(), contents.lasers.end(), is_like_it);
+}
+
 /// The namespace of transforms that a laser belongs to: the longest that it is in and that knows a frame of it, else
-/// the only one that does; else the longest that it is in.
+/// the only one that does and is not of another robot; else the longest that it is in.
 std::string find_namespace(const LaserTopic& laser, const Contents& contents, AllLinks& links)
 {
 	std::vector<std::string> around, knowing;
@@ -63,7 +77,7 @@ std::string find_namespace(const LaserTopic& laser, const Contents& contents, Al
 	std::vector<std::string> both;
 	std::set_intersection(around.begin(), around.end(), knowing.begin(), knowing.end(), std::back_inserter(both));
 	if (!both.empty()) return *std::max_element(both.begin(), both.end(), is_shorter);
-	if (knowing.size() == 1) return knowing.front();
+	if (knowing.size() == 1 && !is_of_other_robot(knowing.front(), laser, contents)) return knowing.front();
 	return around.empty() ? "" : *std::max_element(around.begin(), around.end(), is_shorter);
 }
 
@@ -274,7 +288,9 @@ Robot find_robot(const LaserTopic& laser, const Contents& contents, AllLinks& al
 		robot.odometry_topic = odometry->topic;
 		const std::string& child = odometry->child;
 		const bool is_connected = links.are_on_one_robot(child, robot.laser_frame);
-		if (is_connected && (is_base(child) || carriers.count(child) > 0)) robot.frame = child;
+		const bool has_base =
+		    is_base(robot.frame) && (carriers.count(robot.frame) > 0 || robot.frame == robot.laser_frame);
+		if (is_connected && (is_base(child) || (!has_base && carriers.count(child) > 0))) robot.frame = child;
 		if (robot.frame.empty() && child == robot.laser_frame) robot.frame = child;
 		if (is_connected && child != robot.frame) robot.odometry_child = child;
 		return robot;

@@ -82,7 +82,9 @@ class AllLinks
 	std::map<std::string, std::unique_ptr<LinksOfRobot>> links_;
 };
 
-/// Finds the robot of a laser. Its frame is the one that its odometry is about, if that carries the laser or is named
-/// base_link or base_footprint; else base_link, else base_footprint, else the topmost frame that carries the laser.
+/// Finds the robot of a laser. Its frame is the one that its odometry is about, if that is named base_link or
+/// base_footprint; else base_link, else base_footprint, if it carries the laser; else the one that its odometry is
+/// about, if that carries the laser; else base_link, else base_footprint, else the topmost frame that carries the
+/// laser.
 Robot find_robot(const LaserTopic& laser, const Contents& contents, AllLinks& links);
 }  // namespace d2s1r::logs

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <map>
 
 namespace d2s1r::logs
@@ -61,7 +62,13 @@ std::vector<ScanDoubt> doubts_about(const LaserTopic& laser, const RobotOfLog& o
 		doubts.push_back(
 		    {name + "neither has it from " + std::to_string(frames - kMostTold) + " other frames, of " +
 		     std::to_string(scans) + " scans"});
-	for (const ScanDoubt& doubt : laser.doubts) doubts.push_back({name + doubt.text, doubt.field});
+	for (const auto& [doubt, messages] : laser.doubts)
+	{
+		const std::string of_all = messages == laser.messages ? ""
+		                                                      : "in " + std::to_string(messages) + " of its " +
+		                                                            std::to_string(laser.messages) + " scans, ";
+		doubts.push_back({name + of_all + doubt.text, doubt.field});
+	}
 	return doubts;
 }
 
@@ -94,6 +101,11 @@ LogSurvey describe(
 	}
 	if (!contents.is_complete)
 		survey.notes.emplace_back("has more lasers or frames than a robot has; those that came last are left out");
+	for (const std::string& frame : contents.without_rotation)
+		survey.notes.emplace_back(
+		    "tf has transforms of frame '" + frame +
+		    "' whose rotation is none (a quaternion that is not of length 1); they are left out");
+	survey.unread_scans = contents.unread_scans;
 	survey.damage = contents.damage;
 	return survey;
 }
@@ -154,7 +166,8 @@ Log open_ros_log(
     const std::string& path, RosFormat format, const Stop& stop, const std::optional<ros::HeightBand>& cloud_height)
 {
 	std::vector<std::string> files;  // are known from here on, so that the log is read without another process
-	if (format == RosFormat::kFolder2) files = files_of_folder(path, stop);
+	if (format == RosFormat::kFolder) files = files_of_folder(path, stop);
+	const bool is_of_ros1 = !files.empty() && recognize_ros(files.front()) == RosFormat::kBag1;
 	const auto open = [path, format, files, stop, with_clouds = cloud_height.has_value()]
 	{ return files.empty() ? open_messages(path, format, stop, with_clouds) : open_files(files, stop, with_clouds); };
 	const auto contents = std::make_shared<const Contents>(read_contents(*open()));
@@ -168,7 +181,12 @@ Log open_ros_log(
 		if (!most || laser.messages > most->messages) most = &laser;
 	}
 	Log log;
-	log.survey = describe(format, cloud_height.has_value(), *contents, robots);
+	log.survey = describe(is_of_ros1 ? RosFormat::kBag1 : format, cloud_height.has_value(), *contents, robots);
+	std::error_code error;
+	if (files.size() > 1 && !std::filesystem::exists(std::filesystem::path(path) / "metadata.yaml", error))
+		log.survey.notes.push_back(
+		    "has no metadata.yaml; its " + std::to_string(files.size()) +
+		    " files are read as one recording, in the order of the numbers in their names");
 	const auto usual =
 	    most ? robots.at(most->topic) : std::make_shared<const RobotOfLog>(contents, links, LaserTopic());
 	log.read_for = [open, robots, usual, cloud_height](const std::string& label)

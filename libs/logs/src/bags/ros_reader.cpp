@@ -1,6 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "bags/ros_reader.h"
 
+#include "bags/scan_doubts.h"
 #include "logs/errors.h"
 
 #include <mrpt/obs/CObservationOdometry.h>
@@ -220,10 +221,6 @@ class RosReader : public LogReader
 	{
 		ScanDetails details;
 		if (!taken.waits) pose = fixed_pose(taken.frame, taken.other);
-		if (!pose)
-			details.unusable_because = taken.waits
-			                               ? "tf does not tell where its frame '" + taken.frame + "' was at its time"
-			                               : "tf has no transform from its frame '" + taken.frame + "' to the robot";
 		const std::string& topic = taken.message.topic->name;
 		RawlogObject object;
 		if (taken.message.topic->kind == MessageKind::kPointCloud)
@@ -235,10 +232,20 @@ class RosReader : public LogReader
 		{
 			const ros::LaserScan scan = laser_scan_of(taken.message);
 			details.sweep = ros::sweep_time_of(scan);
+			if (const auto other = other_angles_of(scan); other && !other->is_possible)
+				details.unusable = {other->because, ScanDoubt::Field::kAngles};
 			object = to_rawlog_object(ros::to_observation(scan, pose.value_or(Pose()), topic), ros::middle_angle(scan));
 		}
+		if (!pose) details.unusable = {unknown_pose(taken), ScanDoubt::Field::kLaserPose};
 		object.details = {details};
 		return object;
+	}
+
+	static std::string unknown_pose(const Pending& taken)
+	{
+		const std::string frame = "its frame '" + taken.frame + "'";
+		return taken.waits ? "tf does not tell where " + frame + " was at its time"
+		                   : "tf has no transform from " + frame + " to the robot";
 	}
 
 	/// The way from a frame to another one, as RobotOfLog::placement() has it if that is the robot's.

@@ -259,7 +259,9 @@ class SqliteSource : public MessageSource
 		while (step(topics))
 		{
 			const MessageKind kind = kind_of_type(text_in(topics, 2), with_clouds_);
-			if (kind != MessageKind::kOther)
+			if (kind == MessageKind::kOther)
+				note_unread(text_in(topics, 1), text_in(topics, 2));
+			else
 				topics_.emplace(
 				    sqlite3_column_int64(topics.get(), 0), keep({text_in(topics, 1), kind, Encoding::kCdr}));
 		}

@@ -73,6 +73,8 @@ TEST(ChooseSensor, TellsALogWithoutScansFromADamagedOne)
 	EXPECT_EQ(
 	    refusal(survey, std::nullopt).first,
 	    "a.rawlog: holds no 2D laser scan (CObservation2DRangeScan); name another log");
+	survey.unread_scans = "foxglove.LaserScan in json on the topic '/scan'";
+	EXPECT_NE(refusal(survey, std::nullopt).first.find("foxglove.LaserScan in json"), std::string::npos);
 	survey.damage = "is damaged after 0 objects";
 	EXPECT_EQ(
 	    refusal(survey, std::nullopt),
