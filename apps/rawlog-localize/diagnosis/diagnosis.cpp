@@ -337,6 +337,8 @@ std::vector<std::string> advice_by_changed_map(const Tester& tester, const MapRe
 		        (request.image ? "invert the image " : mrpt::format("negate: %d in ", lost.is_negated ? 0 : 1)) + file);
 	if (lost.free_made_unknown > 0 || lost.walls_made_unknown > 0)
 		changes.emplace_back(MapChange::kScaled, "the greys between the thresholds count: mode: scale in " + file);
+	if (lost.is_like_raw)
+		changes.emplace_back(MapChange::kRaw, "its pixels are those of an occupancy grid: mode: raw in " + file);
 	for (const auto& [change, advice] : changes)
 	{
 		const auto load = [file, change = change, grid, image = request.image]

@@ -273,6 +273,37 @@ TEST_F(LostCellsOfAMap, PixelsThatMeanNothingInModeRaw)
 	EXPECT_EQ(lost("negate: 0\nmode: raw").beyond_raw, 0);
 }
 
+TEST_F(LostCellsOfAMap, ImageThatIsMadeForModeRaw)
+{
+	paint({{50, 0}, {20, 100}, {30, 255}});
+	EXPECT_TRUE(lost("negate: 0").is_like_raw);
+	EXPECT_FALSE(lost("negate: 0\nmode: raw").is_like_raw) << "it is read so";
+	paint({{50, 0}, {50, 255}});
+	EXPECT_FALSE(lost("negate: 0").is_like_raw) << "black and white";
+	paint({{20, 0}, {30, 205}, {50, 254}});
+	EXPECT_FALSE(lost("negate: 0").is_like_raw);
+}
+
+TEST_F(LostCellsOfAMap, AMapWithoutFreeCellsSaysWhatHidesThem)
+{
+	paint({{5, 0}, {20, 150}, {25, 170}, {50, 190}});
+	const auto refusal = [&](const std::string& more)
+	{
+		lost(more);
+		try
+		{
+			load_map(folder_.path("map.yaml"));
+		}
+		catch (const std::runtime_error& error)
+		{
+			return std::string(error.what());
+		}
+		return std::string();
+	};
+	EXPECT_NE(refusal("negate: 0").find("light greys lie above free_thresh"), std::string::npos);
+	EXPECT_NE(refusal("negate: 0").find("mode to scale"), std::string::npos);
+}
+
 TEST_F(MapYaml, MayBeReadInAnotherWay)
 {
 	const auto row_of = [&](const std::string& file, MapChange change, const std::optional<ImageGeometry>& image)

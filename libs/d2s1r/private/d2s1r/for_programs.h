@@ -69,6 +69,9 @@ struct LostCells
 	double walls_made_unknown = 0;
 	/// [0, 1] In mode raw: pixels from 101 to 254, which mean nothing there.
 	double beyond_raw = 0;
+	/// Whether the image looks as if it was made for mode raw, which the yaml file does not say: all its pixels are up
+	/// to 100, or 255.
+	bool is_like_raw = false;
 };
 
 /// Looks at the cells of a yaml map; other maps have lost none.
@@ -80,7 +83,8 @@ enum class MapChange
 {
 	kNone,
 	kNegated,  //!< black is free and white occupied, or the other way round
-	kScaled    //!< mode: scale, of a yaml map
+	kScaled,   //!< mode: scale, of a yaml map
+	kRaw       //!< mode: raw, of a yaml map
 };
 
 /// Loads a yaml map or an image in another way than it is meant to be, to find out what is wrong with it.

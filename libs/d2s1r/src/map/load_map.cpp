@@ -178,6 +178,20 @@ COccupancyGridMap2D::Ptr load_any(
 }
 }  // namespace
 
+namespace
+{
+/// Says what to do about a map without free cells.
+std::string how_to_free_cells(const std::string& file, MapChange change, const GridParameters& parameters)
+{
+	const LostCells lost = change == MapChange::kNone ? lost_cells(file, parameters) : LostCells();
+	if (lost.free_made_unknown > 0)
+		return "its light greys lie above free_thresh and are unknown: set mode to scale, or raise free_thresh";
+	if (lost.beyond_raw > 0)
+		return "its mode: raw reads pixels from 101 to 254 as unknown cells: set mode to trinary or scale";
+	return "check the map, grid.free_threshold and negate";
+}
+}  // namespace
+
 COccupancyGridMap2D::Ptr load_changed_map(
     const std::string& file, MapChange change, const GridParameters& parameters,
     const std::optional<ImageGeometry>& image)
@@ -201,7 +215,7 @@ COccupancyGridMap2D::Ptr load_changed_map(
 		throw std::runtime_error(file + ": " + error.what());
 	}
 	if (!has_free_cell(*map, CellClasses(parameters)))
-		throw std::runtime_error(file + ": has no free cell; check the map, grid.free_threshold and negate");
+		throw std::runtime_error(file + ": has no free cell; " + how_to_free_cells(file, change, parameters));
 	return map;
 }
 

@@ -18,6 +18,7 @@ namespace d2s1r
 namespace
 {
 constexpr int kShades = 256;
+constexpr int kGreatestRaw = 100, kUnknownRaw = 255;  // pixels of mode raw, which are those of nav_msgs/OccupancyGrid
 
 /// The number of cells of each class.
 using ClassCounts = std::array<std::size_t, 3>;
@@ -162,7 +163,10 @@ LostCells find_lost_cells(const std::string& file, const MapServerYaml& yaml, co
 	add_greys(cells, unknown, yaml, lost);
 	if (!yaml.rule().transparent_is_unknown)
 		lost.transparent_made_known = cells.share(cells.transparent[0] + cells.transparent[1]);
-	if (yaml.mode == "raw") lost.beyond_raw = cells.share(cells.count(101, 254));
+	const std::size_t beyond_raw = cells.count(kGreatestRaw + 1, kUnknownRaw - 1);
+	if (yaml.mode == "raw") lost.beyond_raw = cells.share(beyond_raw);
+	lost.is_like_raw =
+	    yaml.mode != "raw" && beyond_raw == 0 && cells.count(1, kGreatestRaw) > 0 && cells.transparent == ClassCounts{};
 	return lost;
 }
 

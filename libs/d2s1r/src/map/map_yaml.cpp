@@ -140,6 +140,7 @@ mrpt::maps::COccupancyGridMap2D::Ptr load_yaml_map(const std::string& yaml_file,
 	MapServerYaml yaml = read_map_yaml(yaml_file);
 	if (change == MapChange::kNegated) yaml.negate = !yaml.negate;
 	if (change == MapChange::kScaled) yaml.mode = "scale";
+	if (change == MapChange::kRaw) yaml.mode = "raw", yaml.negate = false;
 	return of_image(
 	    yaml_file, yaml, [&](const std::string& image) { return load_image_map(image, yaml.geometry, yaml.rule()); });
 }
