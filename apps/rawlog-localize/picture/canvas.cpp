@@ -2,9 +2,11 @@
 #include "picture/canvas.h"
 
 #include <cairo.h>
+#include <png.h>
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <cstring>
 #include <new>
 #include <stdexcept>
 
@@ -131,8 +133,27 @@ double Canvas::text_width(const std::string& text)
 
 bool Canvas::save(const std::string& path) const
 {
-	const cairo_status_t status = cairo_surface_write_to_png(cairo_get_target(context_.get()), path.c_str());
-	if (status == CAIRO_STATUS_NO_MEMORY) throw std::bad_alloc();
-	return status == CAIRO_STATUS_SUCCESS;
+	cairo_surface_t* const surface = cairo_get_target(context_.get());
+	cairo_surface_flush(surface);
+	const unsigned char* row = cairo_image_surface_get_data(surface);
+	const int stride = cairo_image_surface_get_stride(surface);  // [byte]
+	png_image image{};
+	image.version = PNG_IMAGE_VERSION;
+	image.width = static_cast<png_uint_32>(width_);
+	image.height = static_cast<png_uint_32>(cairo_image_surface_get_height(surface));
+	image.format = PNG_FORMAT_RGB;
+	image.flags = PNG_IMAGE_FLAG_FAST;  // a tenth more bytes, in a sixth of the work
+	std::vector<std::uint8_t> colors(PNG_IMAGE_SIZE(image));
+	std::uint8_t* color = colors.data();
+	for (png_uint_32 y = 0; y < image.height; y++, row += stride)
+		for (int x = 0; x < width_; x++)
+		{
+			std::uint32_t pixel = 0;  // 0x00RRGGBB
+			std::memcpy(&pixel, row + 4 * x, sizeof(pixel));
+			for (const int shift : {16, 8, 0}) *color++ = static_cast<std::uint8_t>(pixel >> shift);
+		}
+	if (png_image_write_to_file(&image, path.c_str(), 0, colors.data(), 0, nullptr) != 0) return true;
+	if (std::strstr(image.message, "memory")) throw std::bad_alloc();  // libpng has no number for it
+	return false;
 }
 }  // namespace d2s1r::app
