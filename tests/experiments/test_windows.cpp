@@ -16,8 +16,8 @@ class Windows : public ExperimentScripts
 		return ExperimentScripts::printed(R"(
 from windows import *
 def frame(number, confidence, right=True, x=0.0, presence=1.0, frames=10, alone=0.5):
-    return Frame(number, (0, 0, 0), Answer(alone > 0.9, alone, (0, 0, 0), True),
-                 Answer(confidence > 0.9, confidence, (x, 0, 0), right), presence, frames, 1.5, 1.0)
+    return Frame(number, (0, 0, 0), Answer(alone > 0.9, alone, (0, 0, 0), True, True),
+                 Answer(confidence > 0.9, confidence, (x, 0, 0), right, right or number % 40 != 0), presence, frames, 1.5, 1.0)
 )" + script);
 	}
 };
@@ -27,10 +27,24 @@ TEST_F(Windows, ErrorsToldAreComparedWithThoseSeen)
 	const std::string told = printed(
 	    "honest = [frame(i, 0.95, i % 20 != 0) for i in range(400)]\n"
 	    "bold = [frame(i, 0.9999, i % 10 != 0) for i in range(400)]\n"
-	    "print(bins_table({'intel': honest + bold, 'elsewhere': bold}))");
+	    "drives = {'intel': honest + bold, 'elsewhere': bold}\n"
+	    "print(bins_table(drives, lambda answer: answer.right, '0.5 m'))\n"
+	    "print(bins_table(drives, lambda answer: answer.at_place, '1.2 m'))");
 	EXPECT_NE(told.find("| 0.9 to 0.99 | 400 | 20 | 5.000 | 5.000 |"), std::string::npos) << told;
 	EXPECT_NE(told.find("| 0.999 to 1 | 400 | 40 | 0.010 | 10.000 |"), std::string::npos) << told;
 	EXPECT_EQ(told.find("0.99 to 0.999"), std::string::npos) << "no frame is there";
+	EXPECT_NE(told.find("| 0.9 to 0.99 | 400 | 10 | 5.000 | 2.500 |"), std::string::npos)
+	    << "half are beside it " << told;
+}
+
+TEST_F(Windows, AnAnswerBesideTheTruthIsStillAtItsPlace)
+{
+	EXPECT_EQ(
+	    printed("for x, phi in ((0.4, 0.0), (0.8, 0.0), (0.0, 0.3), (1.3, 0.0), (0.0, 0.4)):\n"
+	            "    row = {'x': x, 'y': 0, 'phi': phi, 'status': 'localized', 'confidence': 1}\n"
+	            "    answer = answer_of({name: str(value) for name, value in row.items()}, '', (0, 0, 0))\n"
+	            "    print(answer.right, answer.at_place)"),
+	    "True True\nFalse True\nFalse True\nFalse False\nFalse False\n");
 }
 
 TEST_F(Windows, AJumpHasACause)
