@@ -38,6 +38,7 @@ SENSORS = {
     "noise3": ("relative_noise=0.03",),
     "beams90": ("beams=90",),
     "blocked20": ("blocked=0.2",),
+    "short50": ("short=0.5",),
     "cheap": ("reach=5.6", "field_of_view=240", "invalid=0.4", "relative_noise=0.02"),
 }
 # lasers that scan the drawn floors; simulated scans have no noise of their own
@@ -63,7 +64,7 @@ FLOOR_SCANS = 80  # [-] on each drawn floor
 class Set:
     """Scans and the map in which they are localized; files are made when they are needed."""
     name: str
-    kind: str  # "real", "simulated", "map", "sensor", "drawn", "stranger"
+    kind: str  # "real", "simulated", "map", "sensor", "drawn", "stranger", "mirrored"
     groups: tuple  # the sites that it is of: those of the scans and of the map
     map: pathlib.Path
     scans: pathlib.Path
@@ -187,6 +188,15 @@ def strangers(sets, frames):
         if i % 3 or other.groups == scans.groups or are_one_building(scans.groups[0], other.groups[0]):
             continue
         yield in_map_of(scans, other, frames)
+
+
+def mirrored(sets, frames):
+    """Scans whose beams are in the wrong order, so that they fit no place but by chance; \\p frames of each set."""
+    for scans in sets:
+        if scans.kind in ("real", "simulated", "drawn") and not scans.map_words:
+            words = tuple(word for word in scans.scan_words if not word.startswith("frames="))
+            yield dataclasses.replace(scans, name=f"{scans.name}-mirrored", kind="mirrored", truth=None,
+                                      scan_words=words + (f"frames={frames}", "mirrored=1"))
 
 
 def in_map_of(scans, other, frames):

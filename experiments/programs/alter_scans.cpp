@@ -9,6 +9,8 @@
 //   relative_noise=PART  [-] the same as a part of the range
 //   invalid=SHARE        [0, 1] of the beams that return no data, in runs of 3 deg in the mean
 //   reach=LENGTH         [m] of the laser: from there on it reports nothing
+//   short=SHARE          [0, 1] of the beams, at random, that end anywhere between 20 cm and the wall
+//   mirrored=1           the beams are in the wrong order
 //   seed=N               of all that is drawn at random
 #include <mrpt/io/CFileGZInputStream.h>
 #include <mrpt/io/CFileGZOutputStream.h>
@@ -160,13 +162,50 @@ void invalidate(CObservation2DRangeScan& scan, double share, std::mt19937& rando
 	}
 }
 
+/// Beams drawn at random that end before the wall.
+void end_before_wall(CObservation2DRangeScan& scan, double share, std::mt19937& random)
+{
+	constexpr double kLeast = 0.2, kMost = 10;  // [m]
+	if (share <= 0) return;
+	std::uniform_real_distribution<double> uniform(0, 1);
+	for (std::size_t beam = 0; beam < scan.getScanSize(); beam++)
+	{
+		const double part = uniform(random);
+		const double wall = std::min(static_cast<double>(scan.getScanRange(beam)), kMost);
+		if (uniform(random) >= share || !is_return(scan, beam) || wall <= kLeast) continue;
+		scan.setScanRange(beam, static_cast<float>(kLeast + part * (wall - kLeast)));
+	}
+}
+
+void mirror(CObservation2DRangeScan& scan)
+{
+	const std::size_t beams = scan.getScanSize();
+	std::vector<float> ranges(beams);
+	std::vector<char> valid(beams);
+	for (std::size_t beam = 0; beam < beams; beam++)
+	{
+		ranges[beams - 1 - beam] = scan.getScanRange(beam);
+		valid[beams - 1 - beam] = scan.getScanRangeValidity(beam) ? 1 : 0;
+	}
+	scan.loadFromVectors(beams, ranges.data(), valid.data());
+}
+
 constexpr double kAsRecorded = std::numeric_limits<double>::infinity();
 
 Settings read_settings(const d2s1r::experiments::Words& words)
 {
 	const Settings unless_given{
-	    {"frames", kAsRecorded},        {"blocked", 0}, {"beams", kAsRecorded}, {"noise", 0}, {"relative_noise", 0},
-	    {"field_of_view", kAsRecorded}, {"invalid", 0}, {"reach", kAsRecorded}, {"seed", 0}};
+	    {"frames", kAsRecorded},
+	    {"blocked", 0},
+	    {"beams", kAsRecorded},
+	    {"noise", 0},
+	    {"relative_noise", 0},
+	    {"field_of_view", kAsRecorded},
+	    {"invalid", 0},
+	    {"reach", kAsRecorded},
+	    {"short", 0},
+	    {"mirrored", 0},
+	    {"seed", 0}};
 	auto settings = d2s1r::experiments::read_settings("alter_scans", unless_given, words);
 	if (settings.at("invalid") >= 1) throw std::invalid_argument("invalid must be less than 1");
 	return settings;
@@ -190,6 +229,8 @@ void alter(const std::string& in, const std::string& out, const Settings& settin
 		crop(scan, settings.at("field_of_view") * M_PI / 180);
 		add_noise(scan, settings.at("noise"), settings.at("relative_noise"), random);
 		invalidate(scan, settings.at("invalid"), random);
+		end_before_wall(scan, settings.at("short"), random);
+		if (settings.at("mirrored") > 0) mirror(scan);
 		d2s1r::experiments::shorten(scan, static_cast<float>(settings.at("reach")));
 		archive << scan;
 	}

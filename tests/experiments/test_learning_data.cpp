@@ -216,6 +216,32 @@ TEST_F(LearningData, WeightsAreLearnedFromAUsersScansAlwaysTheSame)
 	EXPECT_GE(std::count_if(off.begin(), off.end(), [](double error) { return error < 0.1; }), 25);
 }
 
+TEST_F(LearningData, MirroredScansAreOfNoPlace)
+{
+	EXPECT_EQ(
+	    printed("from learning.sets import Set, mirrored\n"
+	            "plain = Set('a', 'real', ('a',), 'map', 'scans', 'truth', (), ('frames=40', 'beams=90'))\n"
+	            "worse = Set('b', 'map', ('a',), 'map', 'scans', 'truth', ('coarse=0.1',))\n"
+	            "for one in mirrored([plain, worse], 7): print(one.name, one.kind, one.truth, *one.scan_words)"),
+	    "a-mirrored mirrored None beams=90 frames=7 mirrored=1\n");
+}
+
+TEST_F(LearningData, PresenceIsComparedAtOneRecall)
+{
+	if (run_program({kPython, "-c", "import matplotlib"}).status != 0)
+		GTEST_SKIP() << "NO MATPLOTLIB: install Debian's python3-matplotlib";
+	EXPECT_EQ(
+	    printed("import numpy as np, presence\n"
+	            "frames = presence.Frames.__new__(presence.Frames)\n"
+	            "frames.kind = np.array(['real'] * 4 + ['mirrored', 'stranger'])\n"
+	            "frames.is_right = np.array([True] * 3 + [False] * 3)\n"
+	            "frames.share, frames.localized_above = np.ones(6), 0.9\n"
+	            "odds = frames.shifted(np.array([-1.0, 1.0, 2.0, 0.0, 3.0, -3.0]), 50)\n"
+	            "print(f'{odds[1]:.1f}', *frames.row('a', 'b', odds))"),
+	    "2.2 a b 50.0 0.00 0.00 100.00\n")
+	    << "ln(0.9 / 0.1)";
+}
+
 TEST_F(LearningData, EveryConstantThatAblateSwitchesOffIsInTheDefaultConfiguration)
 {
 	ASSERT_EQ(run({"--write-config", path("default.ini")}).status, 0);

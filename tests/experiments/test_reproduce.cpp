@@ -250,6 +250,30 @@ TEST_F(Reproduce, NarrowerAndBlockedScansAreMadeAsAskedFor)
 	EXPECT_EQ(run_program({kAlterScans, path("no.rawlog"), path("out.rawlog")}).status, 1);
 }
 
+TEST_F(Reproduce, BeamsEndBeforeTheWallOrAreInTheWrongOrder)
+{
+	const auto spoiled = altered({"short=0.5"}), mirrored = altered({"mirrored=1"});
+	ASSERT_TRUE(spoiled && mirrored);
+	const auto original = walk_scan(4);
+	const std::size_t beams = original->getScanSize();
+	ASSERT_EQ(spoiled->getScanSize(), beams);
+	ASSERT_EQ(mirrored->getScanSize(), beams);
+	int returns = 0, ended = 0;
+	for (std::size_t beam = 0; beam < beams; beam++)
+	{
+		EXPECT_EQ(mirrored->getScanRange(beam), original->getScanRange(beams - 1 - beam)) << beam;
+		EXPECT_EQ(mirrored->getScanRangeValidity(beam), original->getScanRangeValidity(beams - 1 - beam)) << beam;
+		EXPECT_EQ(spoiled->getScanRangeValidity(beam), original->getScanRangeValidity(beam)) << beam;
+		if (!original->getScanRangeValidity(beam)) continue;
+		returns++;
+		if (spoiled->getScanRange(beam) == original->getScanRange(beam)) continue;
+		ended++;
+		EXPECT_GE(spoiled->getScanRange(beam), 0.2F) << beam;
+		EXPECT_LT(spoiled->getScanRange(beam), original->getScanRange(beam)) << beam;
+	}
+	EXPECT_NEAR(static_cast<double>(ended) / returns, 0.5, 0.12);
+}
+
 TEST_F(Reproduce, ScansOfShortReachSayNothingBeyondIt)
 {
 	const auto scan = altered({"reach=2.5"});
