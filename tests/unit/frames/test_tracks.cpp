@@ -89,12 +89,12 @@ TEST(TrackEvidence, APlaceThatIsExactlyWhereATrackIsConfirmsNoOther)
 	EXPECT_TRUE(shared[2].empty()) << "in another map";
 }
 
-TEST(TrackEvidence, AMotionLeadsToAPlaceThatIsAsFarOffAsMotionsUsuallyAre)
+TEST(TrackEvidence, ATrackIsAtAPlaceThatIsItsPose)
 {
-	const auto leads_to = [](double x) { return leads_to_one(predicted(), {place(x, 5, 0.9)}, kTuning); };
-	EXPECT_TRUE(leads_to(2.1));
-	EXPECT_FALSE(leads_to(2.3)) << "three deviations";
-	EXPECT_FALSE(leads_to_one(predicted(), {}, kTuning));
+	const auto is_at = [](double x) { return is_at_one(predicted(), {place(x, 5, 0.9)}, kTuning); };
+	EXPECT_TRUE(is_at(2.02));
+	EXPECT_FALSE(is_at(2.1)) << "one deviation";
+	EXPECT_FALSE(is_at_one(predicted(), {}, kTuning));
 }
 
 TEST(TrackEvidence, UnknownSpaceSetsTheStandardOnlyWhereNothingElseIs)

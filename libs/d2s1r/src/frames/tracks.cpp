@@ -9,7 +9,6 @@
 #include <cmath>
 #include <limits>
 
-#include "answer/distinct_poses.h"
 #include "coarse/range_profiles.h"
 
 namespace d2s1r
@@ -223,15 +222,12 @@ std::vector<std::vector<Hypothesis>> shared_out(
 	return shared;
 }
 
-bool leads_to_one(const PoseDensity& predicted, const std::vector<Hypothesis>& one_shot, const WindowTuning& tuning)
+bool is_at_one(const PoseDensity& predicted, const std::vector<Hypothesis>& one_shot, const WindowTuning& tuning)
 {
 	return std::any_of(
 	    one_shot.begin(), one_shot.end(),
 	    [&](const Hypothesis& hypothesis)
-	    {
-		    return are_near(predicted.mean.asTPose(), hypothesis.pose.asTPose(), kPlaceDistance, kPlaceYaw) &&
-		           mrpt::square(mahalanobis_distance(predicted, measurement(hypothesis, tuning))) < kUsual;
-	    });
+	    { return mrpt::square(mahalanobis_distance(predicted, measurement(hypothesis, tuning))) < kSame; });
 }
 
 double greatest_likelihood(const std::vector<Hypothesis>& places, const WindowTuning& tuning)

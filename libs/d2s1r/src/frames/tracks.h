@@ -95,8 +95,8 @@ struct PlaceDensity
 std::vector<std::vector<Hypothesis>> shared_out(
     const std::vector<Hypothesis>& one_shot, const std::vector<PlaceDensity>& predicted, const WindowTuning& tuning);
 
-/// Returns whether one of the hypotheses is at the predicted place, and no farther off than motions usually are.
-bool leads_to_one(const PoseDensity& predicted, const std::vector<Hypothesis>& one_shot, const WindowTuning& tuning);
+/// Returns whether one of the hypotheses is the predicted pose itself, as that of a robot that stands still is.
+bool is_at_one(const PoseDensity& predicted, const std::vector<Hypothesis>& one_shot, const WindowTuning& tuning);
 
 /// Returns the log-likelihood [nat] of the likeliest place of a frame. Places that unknown space explains count only if
 /// there is no other.

@@ -118,16 +118,16 @@ void WindowTracker::append(const Scan& scan, const Localization& one_shot, const
 	for (Track& track : tracks_) track.evidence.pop_front();
 }
 
-/// Returns the places that a scan may confirm near `predicted`: those that it shows alone and, if the motion leads to
-/// none of them, what a refinement finds. A pose that fits better than the scan's own answer there would tell more of
-/// this place than of others.
+/// Returns the places that a scan may confirm near `predicted`: those that it shows alone and, if none of these is the
+/// predicted pose itself, what a refinement finds. A robot that stands still gets no pose that fits better than the
+/// scan's own answer: that would tell more of this place than of others.
 /// \param one_shot what the scan shows alone, in this map
 /// \param searched whether to search around `predicted`, see refined_near()
 std::vector<Hypothesis> WindowTracker::places_near(
     const PoseDensity& predicted, const Localizer& localizer, const Scan& scan, std::vector<Hypothesis> one_shot,
     bool searched) const
 {
-	if (leads_to_one(predicted, one_shot, tuning_)) return one_shot;
+	if (is_at_one(predicted, one_shot, tuning_)) return one_shot;
 	const auto refined =
 	    searched ? refined_near(localizer, scan, predicted, tuning_) : localizer.hypothesis_near(scan, predicted.mean);
 	if (refined) one_shot.insert(one_shot.begin(), *refined);
