@@ -289,6 +289,19 @@ TEST(DiagnosisOfDrawnFloor, NamesWhatIsWrongWithRanges)
 	expect_named(with(drawn_set(), to_millimetres), "the ranges are millimetres: --range-factor 0.001");
 }
 
+TEST(DiagnosisOfDrawnFloor, NamesAScaleOfAllRanges)
+{
+	const auto scaled_by = [](float factor)
+	{ return [=](CObservation2DRangeScan& scan) { for_ranges(scan, [&](float range) { return factor * range; }); }; };
+	expect_named(with(drawn_set(), scaled_by(1.04F)), "--range-factor 0.96");
+	expect_named(with(drawn_set(), scaled_by(0.962F)), "--range-factor 1.04");
+	CommandLine with_factor;
+	with_factor.log.overrides.range_factor = 1.04;
+	const std::string advice = advice_of(diagnosis_of(drawn_set(), with_factor)), option = "--range-factor ";
+	ASSERT_NE(advice.find(option), std::string::npos) << advice;
+	EXPECT_NEAR(std::stod(advice.substr(advice.find(option) + option.size())), 1, 0.01) << advice;
+}
+
 TEST(DiagnosisOfDrawnFloor, NamesReadingsThatMeanNoReturn)
 {
 	for (const float reach : {1.6F, 2.0F, 3.0F})

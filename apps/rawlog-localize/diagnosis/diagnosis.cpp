@@ -288,14 +288,16 @@ std::vector<std::string> advice_by_beams(const Tester& tester, std::size_t fit)
 /// Returns the mistake under which the scans fit best, if there is one under which far more of them fit, and what
 /// became of them.
 std::optional<std::pair<Mistake, Trial>> worst_mistake(
-    const Tester& tester, const MapRequest& map, std::size_t fit, const std::vector<Mistake>& of_fields)
+    const Tester& tester, const MapRequest& map, double range_factor, std::size_t fit,
+    const std::vector<Mistake>& of_fields)
 {
 	std::vector<Mistake> mistakes = usual_mistakes(tester.samples(), tester.localizer().parameters().scan);
 	mistakes.insert(mistakes.end(), of_fields.begin(), of_fields.end());
 	const double scale = best_scale(tester), cell = tester.localizer().grid().cell_size;
 	mistakes.push_back(
 	    {mrpt::format("the cells of the map are %.3g m instead of %.3g m wide: ", cell / scale, cell) +
-	         how_to_set_resolution(map, cell / scale),
+	         how_to_set_resolution(map, cell / scale) +
+	         mrpt::format("; or, if the map is right, --range-factor %.3f", range_factor * scale),
 	     scaled_by(scale)});
 	std::optional<std::pair<Mistake, Trial>> worst;
 	for (const Mistake& mistake : mistakes)
@@ -382,8 +384,9 @@ Diagnosis diagnose(
 	const std::optional<logs::OtherAngles> other_angles = other_angles_of(log.survey, selection.label, overrides);
 	if (diagnosis.advice.empty()) add(advice_by_beams(tester, diagnosis.fit));
 	if (diagnosis.advice.empty() && diagnosis.fit + far_more(diagnosis.tried) <= diagnosis.tried)
-		if (const auto worst =
-		        worst_mistake(tester, command.map, diagnosis.fit, mistakes_of_fields(samples, other_angles)))
+		if (const auto worst = worst_mistake(
+		        tester, command.map, overrides.range_factor.value_or(1), diagnosis.fit,
+		        mistakes_of_fields(samples, other_angles)))
 		{
 			const auto& [mistake, trial] = *worst;
 			const std::string advice =
@@ -394,6 +397,10 @@ Diagnosis diagnose(
 	if (diagnosis.advice.empty() && diagnosis.fit + far_more(diagnosis.tried) <= diagnosis.tried)
 		add(advice_by_changed_map(tester, command.map, diagnosis.fit));
 	if (diagnosis.advice.empty() && other_angles) add(advice_by_angles(tester, as_it_is, *other_angles));
+	if (diagnosis.advice.empty())
+		add(advice_by_scale(
+		    tester, as_it_is, overrides.range_factor.value_or(1),
+		    [&](double scale) { return how_to_set_resolution(command.map, localizer.grid().cell_size / scale); }));
 	if (diagnosis.advice.empty() && 2 * diagnosis.fit >= diagnosis.tried)
 	{
 		add(advice_by_odometry(motions({}, as_it_is), samples, overrides));

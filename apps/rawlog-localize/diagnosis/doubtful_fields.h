@@ -3,6 +3,7 @@
 
 #include "diagnosis/trials.h"
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -27,4 +28,11 @@ std::vector<std::string> advice_on_invalid(const Trial& trial, const Tester& tes
 /// \param as_it_is trial of the scans as they are
 std::vector<std::string> advice_by_angles(
     const Tester& tester, const Trial& as_it_is, const logs::OtherAngles& other_angles);
+
+/// Returns the line about ranges that are all too long or too short, by up to 10 %, if localized scans show it.
+/// \param as_it_is trial of the scans as they are
+/// \param range_factor [-] that the ranges have been multiplied by
+/// \param of_map says how to set the map right in place of ranges that would have to be multiplied by a factor [-]
+std::vector<std::string> advice_by_scale(
+    const Tester& tester, const Trial& as_it_is, double range_factor, const std::function<std::string(double)>& of_map);
 }  // namespace d2s1r::app

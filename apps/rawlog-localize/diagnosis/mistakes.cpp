@@ -302,21 +302,32 @@ Scan corrected(const LoggedScan& scan, const Mistake& mistake, ScanParameters pa
 	return scan_of({observation, scan.sweep, is_mended ? logs::ScanDoubt() : scan.unusable}, parameters);
 }
 
-double distance_from_walls(const Scan& scan, const mrpt::math::TPose2D& robot, const Grid& grid)
+namespace
 {
-	constexpr double kFarthest = 0.3;  // [m]
+constexpr double kFarthestWall = 0.3;  // [m] from the end of a return, that counts
+}  // namespace
+
+std::vector<double> walls_behind_returns(const Scan& scan, const mrpt::math::TPose2D& robot, const Grid& grid)
+{
 	const auto sensor = robot + scan.sensor_on_robot;
-	double sum = 0;
-	std::size_t returns = 0;
+	std::vector<double> walls;
 	for (const Beam& beam : scan.beams)
 	{
 		if (!beam.is_return) continue;
 		const auto range = static_cast<double>(beam.range), angle = static_cast<double>(beam.angle);
-		const double wall = distance_to_wall(grid, sensor, sensor.phi + angle, range + kFarthest);
-		sum += std::min(std::abs(wall - range), kFarthest);
-		returns++;
+		const double wall = distance_to_wall(grid, sensor, sensor.phi + angle, range + kFarthestWall);
+		walls.push_back(std::clamp(wall - range, -kFarthestWall, kFarthestWall));
 	}
-	return returns > 0 ? sum / static_cast<double>(returns) : kFarthest;
+	return walls;
+}
+
+double distance_from_walls(const Scan& scan, const mrpt::math::TPose2D& robot, const Grid& grid)
+{
+	const std::vector<double> walls = walls_behind_returns(scan, robot, grid);
+	if (walls.empty()) return kFarthestWall;
+	double sum = 0;
+	for (const double wall : walls) sum += std::abs(wall);
+	return sum / static_cast<double>(walls.size());
 }
 
 std::vector<Mistake> usual_mistakes(const Samples& samples, const ScanParameters& parameters)

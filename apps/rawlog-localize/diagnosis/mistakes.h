@@ -61,6 +61,10 @@ std::vector<Mistake> usual_mistakes(const Samples& samples, const ScanParameters
 /// Returns a scan as it is without a mistake, its beams moved to its time.
 Scan corrected(const LoggedScan& scan, const Mistake& mistake, ScanParameters parameters);
 
+/// Returns how far [m] behind the end of each return of a scan the first wall in its direction is, within 0.3 m; below
+/// zero if the return ends behind the wall. \param robot in the map frame
+std::vector<double> walls_behind_returns(const Scan& scan, const mrpt::math::TPose2D& robot, const Grid& grid);
+
 /// Returns how far [m] the returns of a scan end from the first wall in their direction, on average; each counts for at
 /// most 0.3 m. \param robot in the map frame
 double distance_from_walls(const Scan& scan, const mrpt::math::TPose2D& robot, const Grid& grid);

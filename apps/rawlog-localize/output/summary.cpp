@@ -174,6 +174,10 @@ void print_accuracy(const RunReport& report, std::ostream& out)
 		out << mrpt::format(
 		    "%-12sthe headings of the ground truth fit if they are degrees: name their column yaw_deg\n", "");
 	print_constant_offset(report.matches, out);
+	constexpr std::size_t kFewest = 5;  // [-] localized frames that show something
+	if (a.localized >= kFewest && 2 * a.localized_successes < a.localized && !report.diagnosis)
+		out << mrpt::format(
+		    "%-12smost localized poses are not the true ones: --diagnose looks for the usual mistakes\n", "");
 	if (report.truth_offset != 0)
 		out << mrpt::format(
 		    "%-12sthe ground truth's clock is %.3f s %s the log's, as its poses show; that was taken off\n", "",
