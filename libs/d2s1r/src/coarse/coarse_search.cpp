@@ -18,11 +18,11 @@ namespace d2s1r
 namespace
 {
 /// Compares all beams with the profiles of all positions of pairs of group and shift of one map. It adds what is
-/// allowed, and costlier than the cheapest by the margin at most.
+/// allowed and costs at most `limit`.
 /// \param of_groups with the map's own numbers of groups
-/// \param least [step] cost of the cheapest pair so far; it is lowered
+/// \param limit [step] it is lowered to what the cheapest pair costs and the margin more
 void search_profiles(
-    const ScanInMap& in, const std::vector<Pair>& of_groups, std::uint32_t margin, std::uint32_t& least,
+    const ScanInMap& in, const std::vector<Pair>& of_groups, std::uint32_t margin, std::uint32_t& limit,
     std::vector<Pair>& pairs)
 {
 	constexpr std::size_t kAhead = 16;
@@ -39,7 +39,7 @@ void search_profiles(
 	ProfilesOfGroup rows(profiles);
 	const auto group_of = [&](std::size_t m) { return static_cast<std::size_t>(of_groups[m].position); };
 	PairAppender added(pairs);
-	std::uint32_t limit = least + margin;  // a local copy: bytes may alias the other
+	std::uint32_t most = limit;  // a local copy: bytes may alias the other
 	for (std::size_t m = 0; m < of_groups.size(); m++)
 	{
 		if (m + 2 * kAhead < of_groups.size()) __builtin_prefetch(&first_of_group[group_of(m + 2 * kAhead)]);
@@ -57,13 +57,13 @@ void search_profiles(
 		{
 			const std::uint32_t cost = costs[i];
 			const auto position = static_cast<std::int32_t>(first + i);
-			if (!in.allowed.anywhere() && (cost > limit || !in.allowed.allows({position, of_groups[m].shift, cost})))
+			if (!in.allowed.anywhere() && (cost > most || !in.allowed.allows({position, of_groups[m].shift, cost})))
 				continue;
-			limit = std::min(limit, cost + margin);
-			added.add({position + in.first_position, of_groups[m].shift, cost}, cost <= limit);
+			most = std::min(most, cost + margin);
+			added.add({position + in.first_position, of_groups[m].shift, cost}, cost <= most);
 		}
 	}
-	least = limit - margin;
+	limit = most;
 }
 
 /// Returns what a map makes of the scan, of the map that a group or position is in by its number among those of all.
@@ -157,40 +157,115 @@ std::uint32_t cost_of_profile(const QuantizedScan& scan, const std::vector<std::
 	return static_cast<std::uint32_t>(cost);
 }
 
-int beams_missing(const ScanInMap& in, std::vector<std::uint8_t> steps)
+int beams_missing(
+    const RangeProfiles& profiles, const std::array<std::uint8_t, RangeProfiles::kBins>& of_scan,
+    std::vector<std::uint8_t> steps)
 {
 	for (std::uint8_t& step : steps) step = static_cast<std::uint8_t>(step / 2);
-	const auto of_map = in.profiles.histogram_of(steps.data(), steps.size());
-	const auto of_scan = histogram_of_scan(in.profiles, in.scan);
+	const auto of_map = profiles.histogram_of(steps.data(), steps.size());
 	int missing = 0;
 	for (std::size_t bin = 0; bin < of_map.size(); bin++) missing += std::max(0, of_scan[bin] - of_map[bin]);
 	return missing;
 }
 
-/// Returns what a scan may cost at places that equal, cell for cell, the place where its sensor is. Samples and the
-/// middles of groups stand elsewhere beside such a place than they do here, by up to half of what lies between them.
-/// The ranges are cast from the corners of these squares around the sensor, and the greatest costs count. Thread-safe.
+/// What places that equal, cell for cell, the one where the sensor is show. Samples and the middles of groups stand
+/// elsewhere beside such a place than they do here, by up to half of what lies between them.
+struct EqualPlace
+{
+	CostOfEqual most;                 //!< what the scan may cost there
+	std::vector<OverviewBeam> beams;  //!< between which ranges overviews are there, where the scan's beams end on walls
+};
+
+/// Widens the range of each beam to that of another profile.
+/// \param steps [step]
+void widen(std::vector<OverviewBeam>& beams, const std::vector<std::uint8_t>& steps)
+{
+	for (OverviewBeam& beam : beams)
+	{
+		const auto range = static_cast<std::uint8_t>(steps[static_cast<std::size_t>(beam.direction)] / 2);
+		beam.least = std::min(beam.least, range);
+		beam.greatest = std::max(beam.greatest, range);
+	}
+}
+
+/// Returns what places show that equal the one where the sensor is. Ranges are cast from the corners of squares around
+/// the sensor, and the greatest costs count. Thread-safe.
 /// \param in the scan, as the profiles of `map` are
 /// \param sensor in map, m and rad
-CostOfEqual cost_of_equal(
+EqualPlace equal_place(
     const ScanInMap& in, const SearchedMap& map, const mrpt::math::TPose2D& sensor,
     const CoarseSearchParameters& parameters)
 {
-	CostOfEqual most;
+	EqualPlace equal;
+	for (const OverviewBeam& beam : in.overview_beams) equal.beams.push_back({beam.direction, 255, 0});
+	CostOfEqual& most = equal.most;
+	const auto histogram = histogram_of_scan(in.profiles, in.scan);
 	ProfilesBeside beside(in, map, sensor);
 	beside.at_corners(
 	    parameters.spacing,  // from the middle of a group
 	    [&](const std::vector<std::uint8_t>& steps)
 	    {
 		    most.overview = std::max(most.overview, cost_of_overview(in, steps, parameters.truncation));
-		    most.missing = std::max(most.missing, beams_missing(in, steps));
+		    most.missing = std::max(most.missing, beams_missing(in.profiles, histogram, steps));
+		    widen(equal.beams, steps);
 	    });
 	beside.at_corners(
 	    parameters.spacing / 2,  // from a sample
 	    [&](const std::vector<std::uint8_t>& steps)
-	    { most.profile = std::max(most.profile, cost_of_profile(in.scan, steps)); });
-	return most;
+	    {
+		    most.profile = std::max(most.profile, cost_of_profile(in.scan, steps));
+		    widen(equal.beams, steps);
+	    });
+	auto of_scan = in.overview_beams.begin();
+	const auto ends_elsewhere = [&](const OverviewBeam& beam)
+	{
+		const OverviewBeam& seen = *of_scan++;
+		return beam.greatest < seen.least || seen.greatest < beam.least;
+	};
+	equal.beams.erase(std::remove_if(equal.beams.begin(), equal.beams.end(), ends_elsewhere), equal.beams.end());
+	return equal;
 }
+
+/// Returns whether the overview of a group, at a shift, shows about what it does at a place that equals another. Beam
+/// after beam, the ranges may be apart by a little more in all, so that most groups are left out after a few beams.
+/// A depth edge may be seen from here and not from there: no beam counts for more than kApart.
+/// \param group with the map's own number
+bool may_equal(const EqualPlace& equal, const RangeProfiles& profiles, std::size_t group, int shift)
+{
+	constexpr int kAtOnce = 4, kApart = 3;  // [2 steps] may be apart before the first beam; most that a beam counts
+	constexpr int kBeams = 4;               // [-] allow one step of the overview more
+	const std::uint8_t* const row = profiles.overview_of(group);
+	int left = kBeams * kAtOnce;  // [2 steps / kBeams]
+	for (const OverviewBeam& beam : equal.beams)
+	{
+		const int direction = beam.direction + shift;
+		const int range = row[direction < profiles.directions ? direction : direction - profiles.directions];
+		const int apart = std::max({0, range - beam.greatest, beam.least - range});
+		left += 1 - kBeams * std::min(apart, kApart);
+		if (left < 0) return false;
+	}
+	return true;
+}
+
+/// Finds the groups of positions, which follow one another.
+class GroupOfPosition
+{
+   public:
+	/// Returns the group of a position, both with the map's own numbers.
+	std::size_t operator()(const RangeProfiles& profiles, std::size_t position)
+	{
+		const auto& first = profiles.first_of_group;
+		const bool is_same = profiles_ == &profiles && first[last_] <= position && position < first[last_ + 1];
+		if (is_same) return last_;
+		profiles_ = &profiles;
+		last_ = static_cast<std::size_t>(std::upper_bound(first.begin(), first.end(), position) - first.begin()) - 1;
+		return last_;
+	}
+
+   private:
+	const RangeProfiles* profiles_ = nullptr;  //!< that hold the last group
+	std::size_t last_ = 0;
+};
 
 /// Memory of the last search of a thread, which the next one takes.
 struct Memory
@@ -236,17 +311,19 @@ std::uint32_t CoarseSearch::total_margin(const CoarseSearchParameters& limits) c
 
 void CoarseSearch::compare_profiles(std::size_t wanted, std::uint32_t most)
 {
-	const std::uint32_t margin = total_margin(limits_);
 	take_cheapest(wanted - compared_, most, of_groups_, kept.taken);
 	compared_ += kept.taken.size();
-	if (scans_.size() == 1)
-		search_profiles(scans_.front(), kept.taken, margin, least_, pairs_);
-	else
-	{
-		const auto by_map = pairs_by_map(kept.taken, scans_);
-		for (std::size_t i = 0; i < scans_.size(); i++) search_profiles(scans_[i], by_map[i], margin, least_, pairs_);
-	}
-	drop_above(least_ + margin, pairs_);
+	compare_profiles_of(kept.taken, limit_, pairs_);
+	drop_above(limit_, pairs_);
+}
+
+void CoarseSearch::compare_profiles_of(
+    const std::vector<Pair>& of_groups, std::uint32_t& limit, std::vector<Pair>& pairs) const
+{
+	const std::uint32_t margin = total_margin(limits_);
+	if (scans_.size() == 1) return search_profiles(scans_.front(), of_groups, margin, limit, pairs);
+	const auto by_map = pairs_by_map(of_groups, scans_);
+	for (std::size_t i = 0; i < scans_.size(); i++) search_profiles(scans_[i], by_map[i], margin, limit, pairs);
 }
 
 std::vector<Candidate> CoarseSearch::distinct_candidates(
@@ -278,7 +355,7 @@ CandidateList CoarseSearch::candidates(const CoarseSearchParameters& limits)
 		    static_cast<std::size_t>(limits.max_pairs),
 		    least_of_groups_ + overview_margin(scans_.front().scan, limits));
 	if (pairs_.empty()) return {};
-	const std::uint32_t most = least_ + total_margin(limits);
+	const std::uint32_t most = limit_ - total_margin(limits_) + total_margin(limits);
 	CandidateList found{distinct_candidates(pairs_, wanted, most)};
 	const double least = found.candidates.front().cost;
 	const bool is_full = found.candidates.size() >= wanted;
@@ -291,23 +368,31 @@ CandidateList CoarseSearch::candidates(const CoarseSearchParameters& limits)
 
 std::vector<Candidate> CoarseSearch::equals(const mrpt::math::TPose2D& sensor, std::size_t map)
 {
-	const auto wanted = static_cast<std::size_t>(limits_.candidates);
-	const CostOfEqual most = cost_of_equal(scans_[map], maps_[map], sensor, limits_);
-	search_groups_left_out(scans_, limits_, most, of_groups_);
-	std::vector<Pair> left_out;
+	const EqualPlace equal = equal_place(scans_[map], maps_[map], sensor, limits_);
+	search_groups_left_out(scans_, limits_, equal.most, of_groups_);
+	GroupOfPosition group_of;
 	const auto was_left_out = [&](const Pair& pair)
-	{ return pair.cost >= returned_below_ && pair.cost <= most.profile; };
-	std::copy_if(pairs_.begin(), pairs_.end(), std::back_inserter(left_out), was_left_out);
-	if (!of_groups_.empty() && least_cost(of_groups_) <= most.overview)
 	{
-		std::vector<Pair> known;
-		known.swap(pairs_);
-		compare_profiles(static_cast<std::size_t>(limits_.max_pairs), most.overview);
-		left_out.insert(left_out.end(), pairs_.begin(), pairs_.end());
-		pairs_.insert(pairs_.end(), known.begin(), known.end());
-	}
+		if (pair.cost < returned_below_ || pair.cost > equal.most.profile) return false;
+		const ScanInMap& in = map_of(scans_, &ScanInMap::first_position, pair.position);
+		const auto position = static_cast<std::size_t>(pair.position - in.first_position);
+		return may_equal(equal, in.profiles, group_of(in.profiles, position), pair.shift);
+	};
+	const auto was_not_compared = [&](const Pair& pair)
+	{
+		if (pair.cost > equal.most.overview) return false;
+		const ScanInMap& in = map_of(scans_, &ScanInMap::first_group, pair.position);
+		return may_equal(equal, in.profiles, static_cast<std::size_t>(pair.position - in.first_group), pair.shift);
+	};
+	std::vector<Pair> left_out, of_groups;
+	for (const Pair& pair : pairs_)
+		if (was_left_out(pair)) left_out.push_back(pair);
+	for (const Pair& pair : of_groups_)
+		if (was_not_compared(pair)) of_groups.push_back(pair);
+	std::uint32_t limit = equal.most.profile;
+	compare_profiles_of(of_groups, limit, left_out);
 	if (left_out.empty()) return {};
-	return distinct_candidates(left_out, wanted, most.profile);
+	return distinct_candidates(left_out, static_cast<std::size_t>(limits_.candidates), equal.most.profile);
 }
 
 double CoarseSearch::left_out_from() const

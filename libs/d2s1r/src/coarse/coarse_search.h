@@ -74,11 +74,11 @@ class CoarseSearch
 	CandidateList candidates(const CoarseSearchParameters& limits);
 
 	/// Goes on with the search for places that equal, cell for cell, the one where the sensor is thought to be, and
-	/// that were left out because samples stand elsewhere beside them: see cost_of_equal().
+	/// that were left out because samples stand elsewhere beside them: see EqualPlace.
 	/// \param sensor in map, m and rad
 	/// \param map number of the map it is in
-	/// \return those that cost as little as such a place may and that candidates() did not return, cheapest first, at most
-	///         as many as the search may return
+	/// \return those that look and cost as such a place may and that candidates() did not return, cheapest first, at
+	///         most as many as the search may return
 	std::vector<Candidate> equals(const mrpt::math::TPose2D& sensor, std::size_t map);
 
 	/// Returns by how much [step], in the mean of the beams, a candidate may cost more than the best one.
@@ -93,6 +93,10 @@ class CoarseSearch
 	/// Compares the profiles of the cheapest pairs of group and shift, until `wanted` [-] are compared in all, but of
 	/// none that costs more than `most` [2 steps].
 	void compare_profiles(std::size_t wanted, std::uint32_t most);
+
+	/// Compares the profiles of pairs of group and shift. It appends those of position and shift that cost at most
+	/// `limit` [step], and lowers that to what the cheapest one costs and the margin more.
+	void compare_profiles_of(const std::vector<Pair>& of_groups, std::uint32_t& limit, std::vector<Pair>& pairs) const;
 
 	/// Returns the cheapest distinct of `pairs` of position and shift: at most `wanted` [-], of which none costs more
 	/// than `most` [step].
@@ -114,7 +118,7 @@ class CoarseSearch
 	std::uint32_t least_of_groups_ = 0;   //!< [2 steps] cost of the cheapest pair of group and shift
 	std::size_t compared_ = 0;            //!< [-] pairs of group and shift whose profiles are compared
 	std::vector<Pair> pairs_;             //!< of position and shift
-	std::uint32_t least_ = 1U << 31;      //!< [step] cost of the cheapest of these
+	std::uint32_t limit_ = 1U << 31;      //!< [step] what these cost at most
 	std::uint32_t returned_below_ = 0;    //!< [step] all of these that cost less are among the candidates returned
 };
 }  // namespace d2s1r

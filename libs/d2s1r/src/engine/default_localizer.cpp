@@ -43,7 +43,7 @@ struct BeamSubsets
 	BeamSubset few, many, all;
 };
 
-constexpr double kEffortOnEquals = 0.1;  //!< [-] share of the poses: one that equals the answer is among the best
+constexpr double kEffortOnEquals = 0.03;  //!< [-] share of the poses: one that equals the answer is among the best
 
 /// What a look has found.
 struct Verdict
