@@ -146,7 +146,7 @@ TEST_F(FirstLook, StandsIfWhatItLeftOutCostsFarMore)
 	some.coarse_search.candidates = 11;  // 0.35 of them
 	const Localizer both(make_map(grid), most), whole(make_map(grid), most_at_once), first(make_map(grid), some);
 	int stands = 0, does_not = 0;
-	for (const auto& robot : random_poses(grid, 60, 0.3, 5))
+	for (const auto& robot : random_poses(grid, 200, 0.3, 5))
 	{
 		const auto scan = make_observation(world, robot);
 		const Localization result = both.localize(scan), of_some = first.localize(scan), of_all = whole.localize(scan);

@@ -24,13 +24,13 @@ TEST(Shortlist, HoldsTheBestOfAllScores)
 	for (const auto& pose : poses) all.push_back(cost(pose));
 	std::sort(all.begin(), all.end());
 	RefinementParameters limits;
-	ASSERT_GT(all.back(), all.front() + kHopeless);
+	ASSERT_GT(all.back(), all.front() + kImplausible);
 	for (const int wanted : {1, 3, 1000})
 	{
 		limits.max_scored = 3 * wanted;
 		std::vector<double> expected, found;
 		for (const double value : all)
-			if (value <= all.front() + kHopeless && expected.size() < static_cast<std::size_t>(wanted))
+			if (value <= all.front() + kImplausible && expected.size() < static_cast<std::size_t>(wanted))
 				expected.push_back(value);
 		for (const auto& pose : make_shortlist(few, poses, limits)) found.push_back(cost(pose));
 		EXPECT_EQ(found, expected) << wanted;

@@ -264,7 +264,7 @@ std::vector<RefinedPose> make_shortlist(
 	Ranking ranking;
 	for (const auto& [least_cost, i] : by_most)
 	{
-		if (!ranking.empty() && least_cost > ranking.front().first + kHopeless) break;
+		if (!ranking.empty() && least_cost > ranking.front().first + kImplausible) break;
 		if (ranking.size() == most && least_cost > ranking.back().first) break;
 		const std::pair entry(-judged(score, poses[i]).log_likelihood, i);
 		ranking.insert(std::upper_bound(ranking.begin(), ranking.end(), entry), entry);
@@ -272,7 +272,7 @@ std::vector<RefinedPose> make_shortlist(
 	}
 	std::vector<RefinedPose> shortlist;
 	for (const auto& [cost, i] : ranking)
-		if (cost <= ranking.front().first + kHopeless) shortlist.push_back(poses[i]);
+		if (cost <= ranking.front().first + kImplausible) shortlist.push_back(poses[i]);
 	return shortlist;
 }
 

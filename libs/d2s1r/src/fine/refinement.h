@@ -31,6 +31,10 @@ enum class Stage
 /// [nat] A pose whose score is so far below the best one's is given up.
 inline constexpr double kHopeless = 21;
 
+/// [nat] The same by the scores of a few beams, which are further apart for poses that are wrong. It was chosen on
+/// scans of intel, mit_killian and mit_csail: with 10, one scan of mit_killian more is wrong and localized.
+inline constexpr double kImplausible = 14;
+
 /// Returns the maximum number of poses [-] of a stage: parameters.max_scored, and a third each time, rounded up.
 std::size_t most_poses(Stage stage, const RefinementParameters& parameters);
 
@@ -45,7 +49,7 @@ std::vector<RefinedPose> settle(
     const BeamSubset& few, const std::vector<Candidate>& candidates, const RefinementParameters& parameters);
 
 /// Returns those of `poses` that a few beams find plausible, best score first: as many as may be refined, and none
-/// whose score is below the best one's by more than kHopeless. Beams are followed only where their ends leave
+/// whose score is below the best one's by more than kImplausible. Beams are followed only where their ends leave
 /// a chance.
 std::vector<RefinedPose> make_shortlist(
     const BeamSubset& few, const std::vector<RefinedPose>& poses, const RefinementParameters& parameters);
