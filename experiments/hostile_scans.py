@@ -93,10 +93,10 @@ def judge(localizer, ranges, angles, places):
     return result.status, wrong, result.confidence, result.explained[0]
 
 
-def run(site, kinds, count, seed, parameters):
-    """Yields rows (site, kind, status, wrong, confidence, explained)."""
+def run(site, kinds, count, seed, parameters=None):
+    """Yields rows (site, kind, status, wrong, confidence, explained). `parameters` names an ini file."""
     laser = SimulatedLaser(site.folder / "map.yaml")
-    localizer = d2s1r.Localizer(laser.map, parameters)
+    localizer = d2s1r.Localizer(laser.map, parameters or {})
     for kind in kinds:
         random = np.random.default_rng([seed, list(KINDS).index(kind)])
         for ranges, angles, places in scans_of(laser, kind, count, random):
@@ -123,7 +123,7 @@ def main():
     parser.add_argument("--sites", nargs="+", default=["intel", "fr079", "mit_csail", "mit_killian", "mines_runs"])
     parser.add_argument("--kinds", nargs="+", default=list(KINDS), choices=list(KINDS))
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--parameters", default={}, metavar="FILE", help="an ini file; without it, the defaults")
+    parser.add_argument("--parameters", metavar="FILE", help="an ini file; without it, the defaults")
     parser.add_argument("--rows", help="CSV file with a row of each scan")
     arguments = parser.parse_args()
     count = max(1, arguments.scans // (len(arguments.sites) * len(arguments.kinds)))
