@@ -248,7 +248,7 @@ TEST_F(RosLog, RotationThatIsNoneIsPassedOver)
 	const Log log = log_of({message, made_scan(Wire::kRos1, fan())}, Wire::kRos1);
 	EXPECT_NE(log.survey.sensors.at(0).mounting.find("no transform"), std::string::npos);
 	ASSERT_EQ(log.survey.notes.size(), 1U);
-	EXPECT_NE(log.survey.notes[0].find("frame 'laser' whose rotation is none"), std::string::npos);
+	EXPECT_NE(log.survey.notes[0].find("frame 'laser' without a rotation"), std::string::npos);
 }
 
 TEST_F(RosLog, EachScanWhoseAnglesAreInDegreesCannotBeUsed)

@@ -59,7 +59,7 @@ using Links = std::map<std::string, Link>;
 struct Contents
 {
 	std::vector<LaserTopic> lasers;           //!< in order of appearance, at most 250
-	std::set<std::string> without_rotation;   //!< frames of transforms that are left out, their rotation being none
+	std::set<std::string> without_rotation;   //!< frames of transforms that have none and are left out
 	std::vector<OdometryTopic> odometries;    //!< in order of appearance, at most 250
 	std::map<std::string, Links> transforms;  //!< by the namespace of their topic, see namespace_of()
 	bool is_complete = true;                  //!< whether all lasers and transforms are here

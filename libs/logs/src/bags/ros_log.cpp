@@ -104,7 +104,7 @@ LogSurvey describe(
 	for (const std::string& frame : contents.without_rotation)
 		survey.notes.emplace_back(
 		    "tf has transforms of frame '" + frame +
-		    "' whose rotation is none (a quaternion that is not of length 1); they are left out");
+		    "' without a rotation (the length of their quaternion is not 1); they are left out");
 	survey.unread_scans = contents.unread_scans;
 	survey.damage = contents.damage;
 	return survey;
