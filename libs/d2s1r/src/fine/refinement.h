@@ -31,8 +31,8 @@ enum class Stage
 /// [nat] A pose whose score is so far below the best one's is given up.
 inline constexpr double kHopeless = 21;
 
-/// [nat] The same by the scores of a few beams, which are further apart for poses that are wrong. It was chosen on
-/// scans of intel, mit_killian and mit_csail: with 10, one scan of mit_killian more is wrong and localized.
+/// [nat] The same by the scores of a few beams, which are further apart for wrong poses. Chosen by hand on scans of
+/// intel, mit_killian and mit_csail.
 inline constexpr double kImplausible = 14;
 
 /// Returns the maximum number of poses [-] of a stage: parameters.max_scored, and a third each time, rounded up.
