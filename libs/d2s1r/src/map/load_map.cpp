@@ -176,10 +176,7 @@ COccupancyGridMap2D::Ptr load_any(
 	}
 	return load_serialized(file, parameters);
 }
-}  // namespace
 
-namespace
-{
 /// Says what to do about a map without free cells.
 std::string how_to_free_cells(const std::string& file, MapChange change, const GridParameters& parameters)
 {
