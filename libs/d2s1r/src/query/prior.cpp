@@ -37,18 +37,24 @@ PoseBox gaussian_box(const mrpt::poses::CPose2D& mean, const mrpt::math::CMatrix
 	return box;
 }
 
-/// Returns the tiles of `side` [m] and `turn` [rad] that hold poses.
-std::set<std::array<long, 3>> occupied_tiles(const std::vector<mrpt::math::TPose2D>& poses, double side, double turn)
+void check_finite(const std::vector<mrpt::math::TPose2D>& poses)
 {
 	constexpr double kFarthest = 1e9;  // [m]
+	for (const auto& pose : poses)
+		if (!(std::abs(pose.x) + std::abs(pose.y) < kFarthest && std::isfinite(pose.phi)))
+			throw std::invalid_argument("make_prior: the density is not finite");
+}
+
+/// Returns the tiles of `side` [m] and `turn` [rad] that hold poses; only kMostTiles + 1 of them if there are more.
+std::set<std::array<long, 3>> occupied_tiles(const std::vector<mrpt::math::TPose2D>& poses, double side, double turn)
+{
 	std::set<std::array<long, 3>> tiles;
 	for (const auto& pose : poses)
 	{
-		if (!(std::abs(pose.x) + std::abs(pose.y) < kFarthest && std::isfinite(pose.phi)))
-			throw std::invalid_argument("make_prior: the density is not finite");
 		tiles.insert(
 		    {std::lround(pose.x / side), std::lround(pose.y / side),
 		     std::lround(mrpt::math::wrapToPi(pose.phi) / turn)});
+		if (tiles.size() > kMostTiles) break;
 	}
 	return tiles;
 }
@@ -56,6 +62,7 @@ std::set<std::array<long, 3>> occupied_tiles(const std::vector<mrpt::math::TPose
 /// Returns boxes that hold all `poses`, and what is within `near` [m] in x and in y and `turned` [rad] of each.
 Prior prior_of(const std::vector<mrpt::math::TPose2D>& poses, double near = 0, double turned = 0)
 {
+	check_finite(poses);
 	double side = kTileSide, turn = kYawTile;
 	auto tiles = occupied_tiles(poses, side, turn);
 	while (tiles.size() > kMostTiles)
