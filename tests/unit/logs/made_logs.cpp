@@ -418,6 +418,15 @@ std::string packed(const std::string& method, const std::string& bytes)
 		result.resize(ZSTD_compress(result.data(), result.size(), bytes.data(), bytes.size(), 3));
 		return result;
 	}
+	if (method == "zstd-stream")
+	{
+		std::string result(ZSTD_compressBound(bytes.size()), '\0');
+		ZSTD_CCtx* const context = ZSTD_createCCtx();
+		ZSTD_CCtx_setParameter(context, ZSTD_c_contentSizeFlag, 0);
+		result.resize(ZSTD_compress2(context, result.data(), result.size(), bytes.data(), bytes.size()));
+		ZSTD_freeCCtx(context);
+		return result;
+	}
 #endif
 	return bytes;
 }

@@ -123,7 +123,8 @@ void save_sqlite_bag(const std::string& path, const std::vector<MadeMessage>& me
 /// Runs statements of SQL on a bag.
 void alter_sqlite_bag(const std::string& path, const std::string& statements);
 
-/// \param method "bz2", "lz4" (frames) or "zstd"; else `bytes` as they are
+/// \param method "bz2", "lz4" (frames), "zstd" or, for a frame that does not tell its size, "zstd-stream"; else `bytes`
+/// as they are
 std::string packed(const std::string& method, const std::string& bytes);
 bool can_pack(const std::string& method);
 }  // namespace d2s1r::test

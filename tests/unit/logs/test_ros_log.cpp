@@ -290,6 +290,23 @@ TEST_F(RosLog, MessageThatIsShorterThanItSaysIsDamage)
 	}
 }
 
+TEST_F(RosLog, MessagesThatArePackedOneByOneAreRead)
+{
+	if (!can_pack("zstd")) GTEST_SKIP() << "built without libzstd-dev";
+	const MadeMessage plain = made_scan(Wire::kCdr, fan());
+	const auto expected = to_bytes(objects_of(log_of({plain}, Wire::kCdr)).at(0));
+	for (const char* method : {"zstd", "zstd-stream"})
+	{
+		MadeMessage message = plain;
+		message.data = packed(method, plain.data);
+		EXPECT_EQ(to_bytes(objects_of(log_of({message}, Wire::kCdr)).at(0)), expected) << method;
+		message.data.resize(message.data.size() - 5);
+		EXPECT_NE(log_of({message}, Wire::kCdr).survey.damage.find("packed by zstd is damaged"), std::string::npos);
+		message.data = packed(method, std::string((std::size_t{1} << 26) + 1, '\0'));
+		EXPECT_NE(log_of({message}, Wire::kCdr).survey.damage.find("more than the 64 MB"), std::string::npos) << method;
+	}
+}
+
 TEST_F(RosLog, TwoLasersAreTwoSensorsWithPosesOfTheirOwn)
 {
 	MadeScan rear = fan();

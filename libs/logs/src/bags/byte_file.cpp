@@ -19,6 +19,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <memory>
 #include <new>
 
 namespace d2s1r::logs
@@ -125,6 +126,34 @@ void unpack_zstd(Bytes packed, std::vector<std::uint8_t>& into)
 	throw_missing("zstd", "libzstd-dev");
 #endif
 }
+
+#ifdef D2S1R_ZSTD
+/// Unpacks piece by piece what does not tell its size. \throws Unreadable if it is larger than kMostBytesAtOnce
+std::vector<std::uint8_t> unpack_zstd_of_unknown_size(Bytes packed)
+{
+	constexpr int kLargestWindow = 26;  // [bit] of what zstd keeps for itself, which is no more than kMostBytesAtOnce
+	static_assert(std::uint64_t{1} << kLargestWindow <= kMostBytesAtOnce);
+	const std::unique_ptr<ZSTD_DCtx, decltype(&ZSTD_freeDCtx)> context(ZSTD_createDCtx(), ZSTD_freeDCtx);
+	if (!context) throw std::bad_alloc();
+	ZSTD_DCtx_setParameter(context.get(), ZSTD_d_windowLogMax, kLargestWindow);
+	std::vector<std::uint8_t> unpacked;
+	ZSTD_inBuffer in{packed.data, packed.size, 0};
+	for (std::size_t left = 1; left != 0;)
+	{
+		const std::size_t done = unpacked.size();
+		unpacked.resize(done + ZSTD_DStreamOutSize());
+		ZSTD_outBuffer out{unpacked.data() + done, unpacked.size() - done, 0};
+		const std::size_t read = in.pos;
+		left = ZSTD_decompressStream(context.get(), &out, &in);
+		if (ZSTD_getErrorCode(left) == ZSTD_error_memory_allocation) throw std::bad_alloc();
+		const bool is_cut = left != 0 && out.pos == 0 && in.pos == read;
+		if (ZSTD_isError(left) || is_cut) throw_damaged("zstd");
+		unpacked.resize(done + out.pos);
+		if (unpacked.size() > kMostBytesAtOnce) throw_too_large("message", unpacked.size());
+	}
+	return unpacked;
+}
+#endif
 }  // namespace
 
 void throw_unread(const std::string& reason)
@@ -216,8 +245,8 @@ std::vector<std::uint8_t> unpack_zstd_frame(Bytes packed)
 {
 #ifdef D2S1R_ZSTD
 	const unsigned long long size = ZSTD_getFrameContentSize(packed.data, packed.size);
-	if (size == ZSTD_CONTENTSIZE_ERROR || size == ZSTD_CONTENTSIZE_UNKNOWN) throw_damaged("zstd");
-	return unpack("zstd", packed, size);
+	if (size == ZSTD_CONTENTSIZE_ERROR) throw_damaged("zstd");
+	return size == ZSTD_CONTENTSIZE_UNKNOWN ? unpack_zstd_of_unknown_size(packed) : unpack("zstd", packed, size);
 #else
 	(void)packed;
 	throw_missing("zstd", "libzstd-dev");

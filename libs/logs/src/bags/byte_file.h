@@ -58,7 +58,7 @@ inline constexpr std::uint64_t kMostBytesAtOnce = std::uint64_t{1} << 26;
 std::vector<std::uint8_t> unpack(
     const std::string& method, Bytes packed, std::uint64_t size, const std::function<void()>& ask_to_stop = [] {});
 
-/// A whole frame of zstd that tells its own size. \throws std::runtime_error as unpack()
+/// Unpacks a whole frame of zstd, whether or not it tells its own size. \throws std::runtime_error as unpack()
 std::vector<std::uint8_t> unpack_zstd_frame(Bytes packed);
 bool is_zstd_frame(Bytes bytes);
 }  // namespace d2s1r::logs
