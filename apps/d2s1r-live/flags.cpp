@@ -149,6 +149,7 @@ void read_values(const Texts& texts, Flags& flags)
 	constexpr int kMostScans = 1000;
 	LiveSettings& settings = flags.settings;
 	settings.seeding = parse_seeding(texts.seed);
+	settings.has_maps_of_its_own = !flags.map.empty();
 	settings.window = parse_count("--window", texts.window, 1, kMostScans);
 	flags.domain = parse_domain(texts.domain);
 	if (!texts.watch.empty())

@@ -71,8 +71,9 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
 	settings.merge_lasers = numbers.flip();
 	settings.window = numbers.flip() ? 3 : 1;
 	settings.cloud_height = ros::HeightBand{0.1, 2};
+	settings.has_maps_of_its_own = numbers.flip();
 	LiveLocalizer live(settings);
-	if (numbers.flip()) live.use_maps(maps);
+	if (settings.has_maps_of_its_own) live.use_maps(maps);
 	live.set_map_publishers({1});
 	live.set_tracker_readers(1, 1);
 	Time now = 1'600'000'000 * kSecond;

@@ -43,12 +43,7 @@ std::string describe(const mrpt::maps::COccupancyGridMap2D& grid, const std::str
 
 void MapSlot::use(std::shared_ptr<const Atlas> maps)
 {
-	wait();
-	poll();
-	next_.reset();
-	from_messages_ = false;
 	maps_ = std::move(maps);
-	frame_ = settings_.map_frame;
 	const auto& all = maps_->maps();
 	description_ = all.size() == 1 ? describe(all.front().localizer->map(), frame_)
 	                               : std::to_string(all.size()) + " maps, each in the frame of its name";
@@ -78,7 +73,7 @@ void MapSlot::add(const ros::OccupancyGrid& map, PublisherId publisher)
 	}
 	task.frame = map.header.frame.empty() ? settings_.map_frame : map.header.frame;
 	task.publisher = publisher;
-	if (!from_messages_)
+	if (settings_.has_maps_of_its_own)
 	{
 		if (told_ != task.fingerprint && task.frame == frame_)
 			news.push_back(

@@ -11,7 +11,7 @@ namespace d2s1r::live
 class MapSlot
 {
    public:
-	explicit MapSlot(const LiveSettings& settings) : settings_(settings) {}
+	explicit MapSlot(const LiveSettings& settings) : settings_(settings), frame_(settings.map_frame) {}
 
 	void use(std::shared_ptr<const Atlas> maps);
 	void add(const ros::OccupancyGrid& map, PublisherId publisher);
@@ -22,7 +22,7 @@ class MapSlot
 
 	/// Waits until all indices are built, which poll() takes over then.
 	void wait();
-	bool is_indexing() const { return building_.valid() || next_; }
+	bool is_indexing() const { return building_.valid() || next_ || (settings_.has_maps_of_its_own && !maps_); }
 
 	/// Returns the maps in use; null while there is none and while another one is indexed.
 	const std::shared_ptr<const Atlas>& maps() const { return maps_; }
@@ -57,7 +57,6 @@ class MapSlot
 
 	const LiveSettings& settings_;
 	std::shared_ptr<const Atlas> maps_;
-	bool from_messages_ = true;
 	Task task_;                 //!< of the map in use, or of the one that is being indexed
 	std::optional<Task> next_;  //!< to be indexed after that
 	std::future<Built> building_;

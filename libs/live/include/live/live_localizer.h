@@ -40,6 +40,7 @@ struct LiveSettings
 	std::optional<ros::HeightBand> cloud_height;  //!< of the points of clouds that make scans
 	std::optional<ros::SweepTime> sweep;          //!< when beams are taken, in place of what the messages tell
 	bool merge_lasers = false;                    //!< whether scans of all lasers are used together
+	bool has_maps_of_its_own = false;             //!< use_maps() gives them; those of messages are told and not used
 	std::string map_frame = "map";                //!< of a map that no message names the frame of
 	std::string robot_frame;                      //!< empty: that of the odometry, else base_link, else base_footprint
 	std::string odometry_frame;                   //!< empty: that of the messages of odometry, else odom
@@ -102,8 +103,8 @@ class LiveLocalizer
 	LiveLocalizer(const LiveLocalizer&) = delete;
 	LiveLocalizer& operator=(const LiveLocalizer&) = delete;
 
-	/// Localizes in these maps from now on; messages with maps are told and not used. Poses in the only map of an atlas
-	/// are in LiveSettings::map_frame, those of several maps in frames of the maps' names.
+	/// Localizes in these maps from now on, if LiveSettings::has_maps_of_its_own. Poses in the only map of an atlas are
+	/// in LiveSettings::map_frame, those of several maps in frames of the maps' names.
 	void use_maps(std::shared_ptr<const Atlas> maps);
 
 	/// Takes a map. The same one again changes nothing. Another one is indexed meanwhile, and until then there is no
