@@ -5,9 +5,8 @@
 #include <array>
 #include <cstring>
 
-// This is compiled for more of Highway's targets than base/simd.h names, but not for SVE, on which GCC 12.2 crashes.
-#undef HWY_DISABLED_TARGETS
-#define HWY_DISABLED_TARGETS (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128)
+#include "base/simd.h"
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "coarse/coarse_kernel.cpp"
 #include <hwy/foreach_target.h>
