@@ -1,10 +1,10 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "input/map_index.h"
 
-#include <base/output_file.h>
 #include "cli/errors.h"
 #include "input/map_loading.h"
 
+#include <base/output_file.h>
 #include <base/own_process.h>
 #include <d2s1r/for_programs.h>
 #include <mrpt/core/format.h>
@@ -89,14 +89,9 @@ IndexedMap load_index(const MapSource& source, std::uint64_t fingerprint, const 
 		check_region(source, localizer->map());
 		return {source.entry, std::make_shared<const CSignatureMap2D>(std::move(localizer)), {true, ""}};
 	}
-	catch (const std::runtime_error& refusal)
+	catch (const UnusableIndex& refusal)
 	{
-		if (dynamic_cast<const UserError*>(&refusal)) throw;
-		const std::string why = refusal.what();
-		return {
-		    source.entry,
-		    nullptr,
-		    {false, "the file " + why.substr(source.index.size() + 2, why.rfind(';') - source.index.size() - 2)}};
+		return {source.entry, nullptr, {false, "the file " + refusal.reason}};
 	}
 }
 }  // namespace

@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -28,6 +29,17 @@ std::uint64_t memory_to_build(const mrpt::maps::COccupancyGridMap2D& map, const 
 /// Checks that Localizer::save() could write this file, so that a program can tell before it builds an index.
 /// \throws std::runtime_error as save() would before it has written anything
 void check_savable(const std::string& file);
+
+/// The file of an index cannot be used; what() names it, and says why and what to do.
+struct UnusableIndex : std::runtime_error
+{
+	UnusableIndex(const std::string& file, const std::string& why, const std::string& advice)
+	    : std::runtime_error(file + ": " + why + (advice.empty() ? "" : "; " + advice)), reason(why)
+	{
+	}
+
+	std::string reason;  //!< what() without the file's name and the advice, such as "is damaged"
+};
 
 /// Says which part of an observation keeps it from being used.
 enum class ScanDefect

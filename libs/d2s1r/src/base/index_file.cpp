@@ -1,6 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "base/index_file.h"
 
+#include <d2s1r/for_programs.h>
 #include <fcntl.h>
 #include <sys/file.h>
 #include <sys/mman.h>
@@ -51,27 +52,21 @@ std::size_t aligned(std::size_t bytes)
 	return (bytes + kIndexAlignment - 1) / kIndexAlignment * kIndexAlignment;
 }
 
-[[noreturn]] void refuse_file(const std::string& file, const std::string& why)
-{
-	throw std::runtime_error(file + ": " + why);
-}
+constexpr const char* kBuildAgain = "build the index again";
+constexpr const char* kNameAnother = "name another file";
 
-constexpr const char* kBuildAgain = "; build the index again";
-
-/// Says why a header, which may be any bytes, is not that of an index of `key`; empty if it is.
-std::string why_refused(const Header& header, const IndexKey& key, std::size_t file_size)
+/// Checks that a header, which may be any bytes, is that of an index of `key`.
+void check_header(const std::string& file, const Header& header, const IndexKey& key, std::size_t file_size)
 {
-	if (header.magic != kMagic) return "is not the file of an index; name another file";
-	const auto build_again = [](const std::string& what) { return what + kBuildAgain; };
-	if (header.byte_order == __builtin_bswap32(kByteOrder))
-		return build_again("was saved by a machine of another byte order");
+	if (header.magic != kMagic) throw UnusableIndex(file, "is not the file of an index", kNameAnother);
+	const auto build_again = [&](const char* why) { throw UnusableIndex(file, why, kBuildAgain); };
+	if (header.byte_order == __builtin_bswap32(kByteOrder)) build_again("was saved by a machine of another byte order");
 	if (header.byte_order == kByteOrder && header.version != kVersion)
-		return build_again("was saved by another version of the library");
-	if (header.header != sum_of(header) || header.bytes != file_size) return build_again("is damaged");
-	if (header.key.map != key.map) return build_again("is the index of another map");
+		build_again("was saved by another version of the library");
+	if (header.header != sum_of(header) || header.bytes != file_size) build_again("is damaged");
+	if (header.key.map != key.map) build_again("is the index of another map");
 	if (header.key.parameters != key.parameters)
-		return build_again("is the index of other parameters or of another version of the library");
-	return "";
+		build_again("is the index of other parameters or of another version of the library");
 }
 
 /// Returns whether there is a folder, a device or a pipe, or a file that cannot be read, or is not empty and does not
@@ -91,15 +86,15 @@ bool is_something_else(const std::string& file)
 std::shared_ptr<const unsigned char> map_into_memory(const std::string& file, std::size_t& size)
 {
 	const int descriptor = open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);  // waits for no pipe
-	if (descriptor < 0) refuse_file(file, std::string("cannot be read (") + std::strerror(errno) + ")");
+	if (descriptor < 0) throw UnusableIndex(file, std::string("cannot be read (") + std::strerror(errno) + ")", "");
 	struct stat status = {};
 	const bool is_file = fstat(descriptor, &status) == 0 && S_ISREG(status.st_mode);
 	size = is_file ? static_cast<std::size_t>(status.st_size) : 0;
 	void* const memory = size > 0 ? mmap(nullptr, size, PROT_READ, MAP_SHARED | MAP_POPULATE, descriptor, 0) : nullptr;
 	close(descriptor);
-	if (size == 0) refuse_file(file, "is not the file of an index; name another file");
+	if (size == 0) throw UnusableIndex(file, "is not the file of an index", kNameAnother);
 	if (memory == MAP_FAILED)
-		refuse_file(file, std::string("cannot be mapped into memory (") + std::strerror(errno) + ")");
+		throw UnusableIndex(file, std::string("cannot be mapped into memory (") + std::strerror(errno) + ")", "");
 	const auto unmap = [size](const unsigned char* mapped) { munmap(const_cast<unsigned char*>(mapped), size); };
 	return {static_cast<const unsigned char*>(memory), unmap};
 }
@@ -131,7 +126,7 @@ IndexWriter::IndexWriter(const std::string& file) : file_(file), stream_(nullptr
 	target_ = path.string();
 	temporary_ = path.parent_path() / (".tmp" + std::to_string(getpid()) + "-" + path.filename().string());
 	if (is_something_else(file))
-		refuse_file(file, "exists and is not the file of an index that can be read; name another file");
+		throw UnusableIndex(file, "exists and is not the file of an index that can be read", kNameAnother);
 	sum_ = std::make_unique<Sum>();
 	struct stat status = {};
 	do  // whoever removes what a killed process left knows by the lock what to leave alone, and may be doing so now
@@ -154,8 +149,8 @@ IndexWriter::~IndexWriter()
 
 void IndexWriter::fail() const
 {
-	refuse_file(
-	    file_, std::string("cannot be written (") + std::strerror(errno) + "); name another file or free space");
+	throw UnusableIndex(
+	    file_, std::string("cannot be written (") + std::strerror(errno) + ")", "name another file or free space");
 }
 
 void IndexWriter::put(const void* bytes, std::size_t count)
@@ -199,18 +194,21 @@ IndexReader::IndexReader(const std::string& file, const IndexKey& key) : file_(f
 	memory_ = map_into_memory(file, size_);
 	Header header{};
 	std::memcpy(&header, memory_.get(), std::min(sizeof header, size_));
-	if (const std::string why = why_refused(header, key, size_); !why.empty()) refuse_file(file, why);
+	check_header(file, header, key, size_);
 	at_ = sizeof header;
 	if (header.content != fingerprint_of(memory_.get() + at_, size_ - at_))
-		refuse_file(file, std::string("is damaged") + kBuildAgain);
+		throw UnusableIndex(file, "is damaged", kBuildAgain);
+}
+
+void IndexReader::refuse_content() const
+{
+	throw UnusableIndex(file_, "does not hold what an index holds", kBuildAgain);
 }
 
 std::pair<const void*, std::size_t> IndexReader::read(std::size_t size, std::size_t expected_count)
 {
 	Prefix prefix;
 	const auto is_inside = [this](std::size_t bytes) { return at_ <= size_ && bytes <= size_ - at_; };
-	const auto refuse_content = [this]
-	{ refuse_file(file_, std::string("does not hold what an index holds") + kBuildAgain); };
 	if (!is_inside(sizeof prefix)) refuse_content();
 	std::memcpy(&prefix, memory_.get() + at_, sizeof prefix);
 	at_ = aligned(at_ + sizeof prefix);

@@ -90,6 +90,9 @@ class IndexReader
 	///         `key`, or is damaged
 	IndexReader(const std::string& file, const IndexKey& key);
 
+	/// Says that what was read is not what an index holds. \throws std::runtime_error naming the file
+	[[noreturn]] void refuse_content() const;
+
 	/// Reads a number.
 	template <class Number, std::enable_if_t<std::is_arithmetic_v<Number>, int> = 0>
 	void operator()(Number& number)

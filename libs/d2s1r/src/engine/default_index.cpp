@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 #include <utility>
 
 #include "map/free_cells.h"
@@ -69,8 +68,7 @@ DefaultIndex read_default_index(IndexReader& file)
 	SkipMap::fields(map, file);
 	std::size_t readings = 0;
 	file(readings);
-	if (readings < 1 || readings > 2)
-		throw std::runtime_error("an index has one or two readings of its map; make it anew");
+	if (readings < 1 || readings > 2) file.refuse_content();
 	for (std::size_t i = 0; i < readings; i++)
 	{
 		index.readings.push_back({DistanceField(), BeamTracer(map, static_cast<int>(i))});
