@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <numeric>
 #include <vector>
 
@@ -184,8 +185,7 @@ void cheapest_first(const std::vector<Pair>& pairs, std::uint32_t most, const Ta
 			const auto key = [](const Pair& pair)
 			{ return static_cast<std::int64_t>(pair.position) << 32 | pair.shift; };
 			std::sort(first, last, [&](const Pair& a, const Pair& b) { return key(a) < key(b); });
-			for (auto pair = first; pair != last; ++pair)
-				if (!take(*pair)) return;
+			if (!std::all_of(first, last, std::cref(take))) return;
 		}
 	}
 }

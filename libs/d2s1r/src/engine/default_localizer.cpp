@@ -53,8 +53,6 @@ struct Verdict
 	bool is_whole = false;  //!< all candidates of the whole search were judged
 	bool is_safe = false;   //!< all that were not cost far more than that of the answer
 
-	bool is_localized() const { return decision.answer.status == Status::kLocalized; }
-
 	/// Returns the pose of the sensor in map (m and rad) at the best place, if there is one.
 	mrpt::math::TPose2D sensor(const Scan& scan) const
 	{
@@ -74,6 +72,13 @@ bool is_clear(const Decision& decision, const std::vector<SearchedMap>& maps)
 {
 	constexpr double kDoubt = 0.1;  // [-] share of what it may leave
 	return 1 - decision.answer.confidence < kDoubt * (1 - needed_confidence(decision, maps));
+}
+
+/// Returns whether an answer is localized, and a longer search would hardly change it.
+bool may_stand(const Verdict& verdict, const std::vector<SearchedMap>& maps, bool is_last)
+{
+	return verdict.decision.answer.status == Status::kLocalized &&
+	       (is_last || (verdict.is_safe && is_clear(verdict.decision, maps)));
 }
 
 /// Returns the cost [step] of the cheapest candidate at the place of an answer; infinity if there is none.
@@ -170,8 +175,7 @@ Decision localize_default(const Scan& scan, const std::vector<SearchedMap>& maps
 		verdict.is_safe = is_safe(cost_of(verdict.decision, scan, found.candidates), found, search.margin());
 		judged = std::move(found.candidates);
 		if (budget.is_half_spent()) break;
-		const bool may_end = is_last || (verdict.is_safe && is_clear(verdict.decision, maps));
-		if (!may_end || !verdict.is_localized()) continue;
+		if (!may_stand(verdict, maps, is_last)) continue;
 		const auto equals = without(judged, search.equals(verdict.sensor(scan), verdict.decision.maps.front()));
 		clock.lap(&StageTimes::retrieval_ms);
 		if (!equals.empty()) verdict.places = judge(scan, beams, equals, few, verdict.places, clock);

@@ -155,6 +155,18 @@ double check_bmp(const std::string& bytes)
 	return memory;
 }
 
+/// Returns whether a marker of a JPEG file begins a frame header; others of this kind begin tables.
+bool begins_frame(unsigned marker)
+{
+	return marker >= 0xC0 && marker <= 0xCF && marker != 0xC4 && marker != 0xC8 && marker != 0xCC;
+}
+
+/// Returns whether a marker of a JPEG file stands alone; a segment with its length follows all others.
+bool stands_alone(unsigned marker)
+{
+	return marker <= 0x01 || (marker >= 0xD0 && marker <= 0xD8);
+}
+
 /// Goes from segment to segment of a JPEG file, past the data of its scans, up to the mark of its end. (Whatever a
 /// segment holds, say a small image of the image, may have a mark of its own.)
 /// \return where the first frame header stands, behind its marker
@@ -171,14 +183,12 @@ std::size_t find_frame_header(const std::string& bytes)
 		at = bytes.find_first_not_of('\xFF', bytes.find('\xFF', at));
 		if (at == std::string::npos) refuse_as_truncated();
 		const auto marker = static_cast<unsigned char>(bytes[at++]);
-		const bool is_table = marker == 0xC4 || marker == 0xC8 || marker == 0xCC;
-		if (frame == 0 && marker >= 0xC0 && marker <= 0xCF && !is_table) frame = at;
+		if (frame == 0 && begins_frame(marker)) frame = at;
 		if (marker == kEnd) break;
 		if (marker == kScan && ++scans > kMostScans)
 			throw std::runtime_error(
 			    "the image comes in more than " + std::to_string(kMostScans) + " scans; save it as a PNG");
-		const bool is_alone = marker <= 0x01 || (marker >= 0xD0 && marker <= 0xD8);
-		if (!is_alone) at += number_at(bytes, at, 2, Order::kBigEndian);
+		if (!stands_alone(marker)) at += number_at(bytes, at, 2, Order::kBigEndian);
 	}
 	if (frame == 0) refuse_as_undecodable();
 	return frame;

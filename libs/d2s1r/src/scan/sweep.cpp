@@ -158,8 +158,11 @@ mrpt::obs::CObservation2DRangeScan at_one_time(
 	const double aperture = static_cast<double>(observation.aperture);
 	const double step = aperture / static_cast<double>(beams - 1);
 	std::vector<double> off(beams, 1.0);  // [steps] of the beam that a direction has got
-	for (std::size_t i = 0; i < beams; i++) moved.setScanRangeValidity(i, false);
-	for (std::size_t i = 0; i < beams; i++) moved.setScanRange(i, NAN);
+	for (std::size_t i = 0; i < beams; i++)
+	{
+		moved.setScanRangeValidity(i, false);
+		moved.setScanRange(i, NAN);
+	}
 	for (std::size_t i = 0; i < beams; i++)
 	{
 		const float range = observation.getScanRange(i);
