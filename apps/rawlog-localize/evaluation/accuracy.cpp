@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <numeric>
 
@@ -94,5 +95,85 @@ double percentile(std::vector<double> values, double share)
 	const auto rank = std::min(values.size() - 1, static_cast<std::size_t>(share * static_cast<double>(values.size())));
 	std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(rank), values.end());
 	return values[rank];
+}
+
+namespace
+{
+using mrpt::math::TPose2D;
+
+constexpr double kSamePosition = 0.15, kSameYaw = 4 * M_PI / 180;  //!< [m], [rad] of poses that differ by the same
+
+/// Returns the angle [rad] from which the others differ least in the median, among some of them.
+double middle_angle(const std::vector<TPose2D>& offsets)
+{
+	constexpr std::size_t kMost = 50;
+	const std::size_t step = 1 + offsets.size() / kMost;
+	double best = 0, least = HUGE_VAL;
+	for (std::size_t i = 0; i < offsets.size(); i += step)
+	{
+		std::vector<double> off;
+		for (const TPose2D& other : offsets) off.push_back(std::abs(mrpt::math::wrapToPi(other.phi - offsets[i].phi)));
+		if (const double middle = percentile(off, 0.5); middle < least) least = middle, best = offsets[i].phi;
+	}
+	std::vector<double> around;
+	for (const TPose2D& other : offsets) around.push_back(mrpt::math::wrapToPi(other.phi - best));
+	return mrpt::math::wrapToPi(best + percentile(around, 0.5));
+}
+
+/// Returns the offset in the middle of others, and how many frames lie near what it makes of their true poses.
+ConstantOffset middle_of(
+    const std::vector<Match>& matches, bool is_in_map_frame,
+    const std::function<TPose2D(const TPose2D& truth, const TPose2D& found)>& offset_of)
+{
+	std::vector<TPose2D> offsets;
+	std::vector<double> xs, ys;
+	for (const Match& match : matches) offsets.push_back(offset_of(match.truth.pose, match.frame->pose));
+	ConstantOffset constant{is_in_map_frame, {}, 0, matches.size()};
+	constant.offset.phi = middle_angle(offsets);
+	for (std::size_t i = 0; i < matches.size(); i++)
+	{
+		const TPose2D &truth = matches[i].truth.pose, &found = matches[i].frame->pose;
+		// The position belongs to the angle in the middle: in the map's frame it is far from the truth's own origin.
+		const TPose2D turned = TPose2D(0, 0, constant.offset.phi) + truth;
+		xs.push_back(is_in_map_frame ? found.x - turned.x : offsets[i].x);
+		ys.push_back(is_in_map_frame ? found.y - turned.y : offsets[i].y);
+	}
+	constant.offset.x = percentile(xs, 0.5), constant.offset.y = percentile(ys, 0.5);
+	for (const Match& match : matches)
+	{
+		const TPose2D &truth = match.truth.pose, &found = match.frame->pose;
+		const TPose2D expected = is_in_map_frame ? constant.offset + truth : truth + constant.offset;
+		constant.frames += std::hypot(found.x - expected.x, found.y - expected.y) < kSamePosition &&
+		                   std::abs(mrpt::math::wrapToPi(found.phi - expected.phi)) < kSameYaw;
+	}
+	return constant;
+}
+}  // namespace
+
+std::optional<ConstantOffset> find_constant_offset(const std::vector<Match>& matches)
+{
+	constexpr std::size_t kFewest = 8;          // [-] frames
+	constexpr double kMost = 0.7, kMore = 1.3;  // [-] share of the frames; times as many as without the offset
+	std::vector<Match> localized;
+	std::copy_if(
+	    matches.begin(), matches.end(), std::back_inserter(localized),
+	    [](const Match& match) { return match.frame->localized(); });
+	if (localized.size() < kFewest) return std::nullopt;
+	const ConstantOffset of_robot =
+	    middle_of(localized, false, [](const TPose2D& truth, const TPose2D& found) { return found - truth; });
+	const ConstantOffset of_map = middle_of(
+	    localized, true,
+	    [](const TPose2D& truth, const TPose2D& found)
+	    { return TPose2D(0, 0, mrpt::math::wrapToPi(found.phi - truth.phi)); });
+	const ConstantOffset& better = of_map.frames > of_robot.frames ? of_map : of_robot;
+	const auto right = std::count_if(
+	    localized.begin(), localized.end(),
+	    [](const Match& match) {
+		    return match.within({kSamePosition, kSameYaw * 180 / M_PI});
+	    });
+	const auto frames = static_cast<double>(better.frames);
+	if (frames < kMost * static_cast<double>(better.of) || frames < kMore * static_cast<double>(right))
+		return std::nullopt;
+	return better;
 }
 }  // namespace d2s1r::app

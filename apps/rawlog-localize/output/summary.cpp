@@ -3,7 +3,6 @@
 
 #include <base/output_file.h>
 #include "cli/errors.h"
-#include "evaluation/constant_offset.h"
 #include "evaluation/ground_truth.h"
 #include "evaluation/run_report.h"
 #include "output/run_outputs.h"

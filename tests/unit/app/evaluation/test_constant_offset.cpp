@@ -1,5 +1,5 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include "evaluation/constant_offset.h"
+#include "evaluation/accuracy.h"
 
 #include <gtest/gtest.h>
 
