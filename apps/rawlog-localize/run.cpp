@@ -2,6 +2,7 @@
 #include "run.h"
 
 #include "cli/console.h"
+#include "diagnosis/sweeps.h"
 #include "evaluation/ground_truth.h"
 #include "evaluation/run_report.h"
 #include "frames/frame_loop.h"
@@ -192,9 +193,29 @@ ExitStatus finish(
 	return conclude(report, loop.frames, damage.empty() ? log.survey.damage : damage, console);
 }
 
+/// Gives the command the sweeps that the map shows of the lasers that are used, if the log does not tell them.
+/// \param localizer null: no map can tell
+void settle_sweeps(
+    const logs::Log& log, const logs::Sensor& sensor, const Localizer* localizer, CommandLine& command,
+    Console& console)
+{
+	if (command.log.is_live()) return;
+	const logs::Overrides of_command = command.log.overrides;  // which are about the chosen laser
+	for (const logs::Sensor& other : log.survey.sensors)
+	{
+		const bool is_chosen = other.label == sensor.label;
+		if (!is_chosen && !command.log.merge_lasers) continue;
+		const SettledSweep settled =
+		    settle_sweep(log, other, is_chosen ? of_command : logs::Overrides(), command.search, localizer);
+		if (settled.sweep && is_chosen) command.log.overrides.sweep = settled.sweep;
+		if (settled.sweep && !is_chosen) command.log.overrides.sweeps_of_others[other.label] = *settled.sweep;
+		console.note(command.log.file, settled.lines);
+	}
+}
+
 /// Goes from the log and the maps to all outputs.
 ExitStatus localize(
-    const CommandLine& command, const std::vector<MapSource>& sources, const Parameters& parameters, Console& console)
+    CommandLine command, const std::vector<MapSource>& sources, const Parameters& parameters, Console& console)
 {
 	const LogRequest& request = command.log;
 	const auto backend = command.search.fuse ? find_fusion_backend() : nullptr;
@@ -221,6 +242,8 @@ ExitStatus localize(
 	if (!request.is_live()) prepare();
 	const std::optional<Atlas> atlas = atlas_of(maps);
 	const Localizer& localizer = maps.front().map->localizer();
+	const bool can_tell = !atlas && parameters.method == Method::kDefault;
+	settle_sweeps(log, sensor, can_tell ? &localizer : nullptr, command, console);
 	const FrameStore unknown{{}};
 	RunReport report{command, parameters, outputs ? outputs->frames().frames() : unknown, maps, sensor};
 	report.build_seconds = build_seconds;
@@ -245,8 +268,7 @@ ExitStatus localize(
 }
 
 /// Looks for mistakes only.
-ExitStatus diagnose_only(
-    const CommandLine& command, const MapSource& source, const Parameters& parameters, Console& console)
+ExitStatus diagnose_only(CommandLine command, const MapSource& source, const Parameters& parameters, Console& console)
 {
 	const logs::Log log = open_log(command.log, {});  // it is not live
 	const logs::Sensor sensor = choose_sensor(log.survey, command.log);
@@ -256,6 +278,7 @@ ExitStatus diagnose_only(
 	const CSignatureMap2D::ConstPtr map = build_map(source, parameters, command.search.threads, console);
 	console.note(source.entry.file, doubts_about_map(source.entry.file, map->localizer()));
 	const FrameSelection selection = select_frames(command.log.frames, sensor);
+	settle_sweeps(log, sensor, &map->localizer(), command, console);
 	print_diagnosis(diagnose(log, selection, command, map->localizer(), truth), console.out);
 	return interrupted() ? kInterrupted : kDone;
 }

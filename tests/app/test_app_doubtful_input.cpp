@@ -213,3 +213,125 @@ TEST_F(AppDoubtfulInput, MapsOfGreysBetweenTheThresholds)
 	EXPECT_NE(
 	    run(words({"--diagnose"})).err.find("most of its dark greys lie below occupied_thresh"), std::string::npos);
 }
+
+namespace
+{
+constexpr double kTurn = 0.1;  // [s] of a spinning laser
+
+/// A robot that turns by 1 rad/s in the middle of the hall, at a time [s].
+mrpt::math::TPose2D turning_robot(double time)
+{
+	return {5.2 + 0.1 * time, 5.3, time};
+}
+
+/// What the laser sees at a time [s]. \param spins whether it takes its beams one after the other
+MadeScan turning_scan(double time, bool spins)
+{
+	MadeScan scan = ros_scan(0);
+	scan.time = 1'600'000'000'000'000'000 + std::llround(1e9 * time);
+	for (std::size_t beam = 0; beam < scan.ranges.size(); beam++)
+	{
+		const double share = static_cast<double>(beam) / static_cast<double>(scan.ranges.size());
+		const auto robot = turning_robot(spins ? time + kTurn * share : time);
+		const double angle =
+		    static_cast<double>(scan.first_angle) + static_cast<double>(beam) * static_cast<double>(scan.angle_step);
+		const auto laser = robot + mrpt::math::TPose2D(0.1, 0, 0);
+		scan.ranges[beam] = static_cast<float>(
+		    cast_exactly(flat(), laser.x, laser.y, robot.phi + angle, static_cast<double>(scan.max_range)));
+	}
+	return scan;
+}
+}  // namespace
+
+class AppUntoldSweep : public AppTest
+{
+   protected:
+	AppUntoldSweep() { save_gridmap(flat(), path("flat.gridmap.gz")); }
+
+	/// Saves 5 s of a turning robot at 10 Hz, with odometry at 50 Hz. \param turns whether the odometry says so
+	void save_log(bool spins, const Alter& alter, bool turns = true) const
+	{
+		std::vector<MadeMessage> messages = {made_transforms(Wire::kCdr, 1, {{"base_link", "laser", 0.1, 0, 0.2}})};
+		for (int i = 0; i <= 255; i++)
+		{
+			const double time = 0.02 * i;
+			const auto robot = turning_robot(time);
+			const auto stamp = 1'600'000'000'000'000'000 + std::llround(1e9 * time);
+			messages.push_back(made_odometry(Wire::kCdr, stamp, robot.x, robot.y, turns ? robot.phi : 0));
+			if (i % 5 != 0 || i > 250) continue;
+			MadeScan scan = turning_scan(time, spins);
+			alter(scan);
+			messages.push_back(made_scan(Wire::kCdr, scan));
+		}
+		write_file(path("turn.mcap"), mcap_file(messages));
+	}
+
+	ProcessResult run_log(const Words& more) const
+	{
+		Words all = {"-m", path("flat.gridmap.gz"), "-i", path("turn.mcap")};
+		all.insert(all.end(), more.begin(), more.end());
+		return run(all);
+	}
+
+	/// Returns the greatest error of the headings [deg] at the times of the scans.
+	double greatest_error() const
+	{
+		const CsvTable frames(path("out/frames.csv"), kFramesHeader);
+		EXPECT_EQ(frames.size(), 51U);
+		double greatest = 0;
+		for (std::size_t i = 0; i < frames.size(); i++)
+		{
+			EXPECT_EQ(frames.text(i, "status"), "localized") << i;
+			if (frames.text(i, "phi").empty()) continue;
+			const double off = frames.number(i, "phi") - turning_robot(0.1 * static_cast<double>(i)).phi;
+			greatest = std::max(greatest, std::abs(std::remainder(off, 2 * M_PI)));
+		}
+		return greatest * 180 / M_PI;
+	}
+};
+
+TEST_F(AppUntoldSweep, IsDecidedByTheMapIfThereIsAScanTime)
+{
+	const auto with_scan_time = [](MadeScan& scan) { scan.scan_time = static_cast<float>(kTurn); };
+	save_log(true, with_scan_time);
+	const auto spun = run_log({"-o", path("out")});
+	EXPECT_EQ(spun.status, 0) << spun.err;
+	EXPECT_NE(spun.err.find("has a time_increment of 0, but returns of "), std::string::npos) << spun.err;
+	EXPECT_NE(spun.err.find(": --sweep-time 0.09972 is used"), std::string::npos) << spun.err;
+	EXPECT_LT(greatest_error(), 1);
+	run_log({"-o", path("out"), "--sweep-time", "0"});
+	EXPECT_GT(greatest_error(), 2) << "without it";
+
+	save_log(false, with_scan_time);
+	const auto instant = run_log({"-o", path("out")});
+	EXPECT_EQ(instant.err.find("time_increment"), std::string::npos) << instant.err;
+	EXPECT_LT(greatest_error(), 1);
+
+	save_log(false, with_scan_time, false);
+	EXPECT_EQ(run_log({"-o", path("out")}).err.find("time_increment"), std::string::npos) << "nothing depends on it";
+}
+
+TEST_F(AppUntoldSweep, IsToldIfNoMapDecides)
+{
+	save_log(true, [](MadeScan& scan) { scan.scan_time = static_cast<float>(kTurn); });
+	write_file(path("paper.ini"), "[localizer]\nmethod = paper\n");
+	const std::string line =
+	    "the robot turns by up to 5.7 deg in the 0.09972 s that a scan may take: give --sweep-time 0.09972 if it spins";
+	const auto told = run_log({"-o", path("out"), "-c", path("paper.ini")});
+	EXPECT_NE(told.err.find(line), std::string::npos) << told.err;
+	const auto given = run_log({"-o", path("out"), "-c", path("paper.ini"), "--sweep-time", "0"});
+	EXPECT_EQ(given.err.find(line), std::string::npos) << given.err;
+}
+
+TEST_F(AppUntoldSweep, IsFoundByTheDiagnosis)
+{
+	save_log(true, [](MadeScan&) {});
+	EXPECT_NE(run_log({"--diagnose"}).out.find(": --sweep-time 0.0997"), std::string::npos)
+	    << run_log({"--diagnose"}).out;
+	save_log(false, [](MadeScan& scan) { scan.time_step = static_cast<float>(kTurn / 360); });
+	EXPECT_NE(run_log({"--diagnose"}).out.find(": --sweep-time 0\n"), std::string::npos) << run_log({"--diagnose"}).out;
+	save_log(true, [](MadeScan& scan) { scan.time_step = static_cast<float>(kTurn / 360); });
+	EXPECT_EQ(run_log({"--diagnose"}).out.find("--sweep-time"), std::string::npos);
+	save_log(false, [](MadeScan&) {});
+	EXPECT_EQ(run_log({"--diagnose"}).out.find("--sweep-time"), std::string::npos);
+}

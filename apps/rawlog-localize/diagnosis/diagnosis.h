@@ -23,8 +23,8 @@ struct Diagnosis
 /// Tries on 20 of the selected scans what is usually wrong if scans do not fit to a map: the resolution, an image that
 /// is flipped, scans that are mirrored, the unit of ranges, maxRange, zeros, a region, the choice of the laser. What
 /// scans alone cannot show is looked for in the odometry of the log and the ground truth, if there are any: a laser
-/// that is turned, an origin that is wrong. A mistake is named only if far more scans fit without it. \param localizer
-/// of the default method
+/// that is turned, an origin that is wrong, beams that were taken one after the other. A mistake is named only if far
+/// more scans fit without it. \param localizer of the default method
 Diagnosis diagnose(
     const logs::Log& log, const FrameSelection& selection, const CommandLine& command, const Localizer& localizer,
     const GroundTruth& truth);

@@ -196,13 +196,10 @@ std::vector<std::string> advice_on_invalid(const Trial& trial, const Tester& tes
 std::vector<std::string> advice_by_angles(
     const Tester& tester, const Trial& as_it_is, const logs::OtherAngles& other_angles)
 {
-	constexpr std::size_t kFewest = 5;                     // [-] scans that show something
-	constexpr double kDeviations = 3, kLeastGain = 0.002;  // [-], [m]
 	const std::vector<Sample>& samples = tester.samples().chosen;
 	const Mistake mistake = mistake_of_angles(other_angles, samples.front().middle_angle);
 	const Trial other = tester.try_scans(mistake);
-	std::vector<double> gains;  // [m] by which the other angles put a scan nearer to the walls
-	double sum = 0, before = 0;
+	std::vector<double> before, after;  // [m] distances from the walls
 	for (std::size_t i = 0; i < samples.size(); i++)
 	{
 		if (as_it_is.answers[i].status != Status::kLocalized || other.answers[i].status != Status::kLocalized) continue;
@@ -211,20 +208,16 @@ std::vector<std::string> advice_by_angles(
 			const Scan scan = corrected(samples[i].scan, without, tester.localizer().parameters().scan);
 			return distance_from_walls(scan, trial.answers[i].best().pose.asTPose(), tester.localizer().grid());
 		};
-		const double as_is = off({}, as_it_is);
-		before += as_is;
-		gains.push_back(as_is - off(mistake, other));
-		sum += gains.back();
+		before.push_back(off({}, as_it_is));
+		after.push_back(off(mistake, other));
 	}
-	const auto count = static_cast<double>(gains.size());
-	double squares = 0;
-	for (const double gain : gains) squares += (gain - sum / count) * (gain - sum / count);
-	const double mean = sum / count, deviation = std::sqrt(squares) / count;
-	if (gains.size() < kFewest || !(std::abs(mean) > kLeastGain && std::abs(mean) > kDeviations * deviation)) return {};
+	const WallGain gain = wall_gain(before, after);
+	if (!gain.is_clear()) return {};
 	const std::string off = mrpt::format(
 	    "returns are %.3f m off the walls with angle_increment and %.3f m with angle_min and angle_max (%zu scans)",
-	    before / count, before / count - mean, gains.size());
-	return {off + (mean > 0 ? ": " + beam_angles_option(other_angles.angles) : ", so that angle_increment is right")};
+	    gain.before, gain.before - gain.gain, gain.scans);
+	return {
+	    off + (gain.gain > 0 ? ": " + beam_angles_option(other_angles.angles) : ", so that angle_increment is right")};
 }
 
 namespace
@@ -232,11 +225,8 @@ namespace
 /// By which factor the ranges of scans have to be multiplied to end at the walls, though the scans are localized.
 struct RangeScale
 {
-	double factor = 1;      //!< [-] the best one from 0.9 to 1.1
-	std::size_t scans = 0;  //!< [-] that are localized with it and without
-	double before = 0;      //!< [m] mean distance of their returns from the walls without it
-	double gain = 0;        //!< [m] by which the returns are nearer to the walls with it
-	double deviation = 0;   //!< [m] standard deviation of the gain, by the spread of the scans
+	double factor = 1;  //!< [-] the best one from 0.9 to 1.1
+	WallGain walls;     //!< of the scans that are localized with it and without
 
 	/// Returns whether it shows more than errors of maps and lasers do. Of 16 recorded
 	/// and two simulated sets, on which the bounds were chosen, the best factor is from 0.99 to 1.025 where 8 scans or
@@ -246,8 +236,8 @@ struct RangeScale
 	{
 		constexpr std::size_t kFewest = 8;                                        // [-] scans
 		constexpr double kLeastOff = 0.015, kDeviations = 4, kLeastShare = 0.25;  // [-]
-		return scans >= kFewest && 2 * scans >= localized && std::abs(factor - 1) > kLeastOff &&
-		       gain > kDeviations * deviation && gain > kLeastShare * before;
+		return walls.scans >= kFewest && 2 * walls.scans >= localized && std::abs(factor - 1) > kLeastOff &&
+		       walls.gain > kDeviations * walls.deviation && walls.gain > kLeastShare * walls.before;
 	}
 };
 
@@ -292,24 +282,14 @@ double fit_of(const Distances& distances)
 
 RangeScale compare(double factor, const Distances& before, const Distances& after)
 {
-	RangeScale scale{factor};
-	std::vector<double> gains;
+	std::vector<double> known_before, known_after;
 	for (std::size_t i = 0; i < before.size(); i++)
 	{
 		if (!before[i] || !after[i]) continue;
-		scale.before += *before[i];
-		gains.push_back(*before[i] - *after[i]);
-		scale.gain += gains.back();
+		known_before.push_back(*before[i]);
+		known_after.push_back(*after[i]);
 	}
-	scale.scans = gains.size();
-	if (gains.empty()) return scale;
-	const auto count = static_cast<double>(gains.size());
-	scale.before /= count;
-	scale.gain /= count;
-	double squares = 0;
-	for (const double gain : gains) squares += (gain - scale.gain) * (gain - scale.gain);
-	scale.deviation = std::sqrt(squares) / count;
-	return scale;
+	return {factor, wall_gain(known_before, known_after)};
 }
 
 /// Localizes the samples with their ranges multiplied by factors from 0.9 to 1.1, and compares how far the returns end
@@ -346,7 +326,7 @@ std::vector<std::string> advice_by_scale(
 	return {mrpt::format(
 	    "returns are %.3f m off the walls, and %.3f m if all ranges are multiplied by %.3f (%zu scans): "
 	    "--range-factor %.3f, or, if the ranges are right, %s",
-	    scale.before, scale.before - scale.gain, scale.factor, scale.scans, range_factor * scale.factor,
-	    of_map(scale.factor).c_str())};
+	    scale.walls.before, scale.walls.before - scale.walls.gain, scale.factor, scale.walls.scans,
+	    range_factor * scale.factor, of_map(scale.factor).c_str())};
 }
 }  // namespace d2s1r::app

@@ -2,6 +2,7 @@
 #include "diagnosis/mistakes.h"
 
 #include "cli/console.h"
+#include "evaluation/accuracy.h"
 
 #include <d2s1r/scan.h>
 #include <mrpt/core/format.h>
@@ -43,6 +44,7 @@ class SampleReader
 			for (std::size_t i = 0; i < object->scans.size(); i++)
 				add(logged_scan(object->scans[i], object->details[i]), object->middle_angle);
 		}
+		if (!periods_.empty()) samples_.period = percentile(periods_, 0.5);
 		return std::move(samples_);
 	}
 
@@ -53,9 +55,17 @@ class SampleReader
 		const std::size_t index = counts_[label]++;
 		if (label != selection_.label) return add_other(scan, index);
 		complete(scan);
+		add_time(logs::to_seconds(scan.observation->timestamp));
 		if (samples_.chosen.size() == frames_.size() || index != frames_[samples_.chosen.size()]) return;
 		if (has_odometry_) waiting_.push_back({samples_.chosen.size(), robot_});
 		samples_.chosen.push_back({scan, {}, {}, middle_angle});
+	}
+
+	void add_time(double time)
+	{
+		constexpr std::size_t kMost = 1000;  // [-] that tell enough
+		if (last_time_ > 0 && time > last_time_ && periods_.size() < kMost) periods_.push_back(time - last_time_);
+		last_time_ = time;
 	}
 
 	/// Takes a scan as the later one of those samples from which the robot has moved on.
@@ -92,6 +102,8 @@ class SampleReader
 	std::map<std::string, std::size_t> counts_;  //!< [-] scans seen so far, by label
 	CPose2D robot_;                              //!< in the frame of the odometry
 	bool has_odometry_ = false;
+	double last_time_ = 0;         //!< [s] of a scan of the laser
+	std::vector<double> periods_;  //!< [s] from one to the next
 	/// A sample whose robot has not moved on yet.
 	struct Waiting
 	{
@@ -299,7 +311,25 @@ Scan corrected(const LoggedScan& scan, const Mistake& mistake, ScanParameters pa
 	auto observation = std::make_shared<CObservation2DRangeScan>(*scan.observation);
 	mistake.correct(*observation);
 	const bool is_mended = mistake.gives != logs::ScanDoubt::Field::kNone && scan.unusable.field == mistake.gives;
-	return scan_of({observation, scan.sweep, is_mended ? logs::ScanDoubt() : scan.unusable}, parameters);
+	const Sweep sweep = mistake.is_instant ? Sweep() : scan.sweep;
+	return scan_of({observation, sweep, is_mended ? logs::ScanDoubt() : scan.unusable}, parameters);
+}
+
+bool WallGain::is_clear() const
+{
+	constexpr std::size_t kFewest = 5;                 // [-] scans that show something
+	constexpr double kDeviations = 3, kLeast = 0.002;  // [-], [m]
+	return scans >= kFewest && std::abs(gain) > kLeast && std::abs(gain) > kDeviations * deviation;
+}
+
+WallGain wall_gain(const std::vector<double>& before, const std::vector<double>& after)
+{
+	std::vector<double> gains;
+	for (std::size_t i = 0; i < before.size(); i++) gains.push_back(before[i] - after[i]);
+	if (gains.empty()) return {};
+	const MeanStd gain = mean_std(gains);
+	return {
+	    gains.size(), mean_std(before).mean, gain.mean, gain.deviation / std::sqrt(static_cast<double>(gains.size()))};
 }
 
 namespace

@@ -28,6 +28,7 @@ struct Samples
 {
 	std::vector<Sample> chosen;                             //!< of the laser that is localized
 	std::map<std::string, std::vector<LoggedScan>> others;  //!< by the label of another laser
+	double period = 0;  //!< [s] from one scan of the laser to the next, in the median; 0: not known
 };
 
 /// Reads 20 of the selected scans, evenly spread over them, and as many of each other laser.
@@ -46,6 +47,7 @@ struct Mistake
 	bool mirrors = false;        //!< whether scans or image are mirrored: the odometry tells which of them
 	/// What `correct` sets though the log does not know it.
 	logs::ScanDoubt::Field gives = logs::ScanDoubt::Field::kNone;
+	bool is_instant = false;  //!< whether all beams are taken at the time of the scan
 	/// Whether the map can show it: some beams are read in another way without the mistake, and the walls around the
 	/// places where scans are found confirm or contradict that.
 	bool changes_beams = false;
@@ -60,6 +62,21 @@ std::vector<Mistake> usual_mistakes(const Samples& samples, const ScanParameters
 
 /// Returns a scan as it is without a mistake, its beams moved to its time.
 Scan corrected(const LoggedScan& scan, const Mistake& mistake, ScanParameters parameters);
+
+/// Says by how much nearer to the walls the returns of scans end if the scans are read in another way.
+struct WallGain
+{
+	std::size_t scans = 0;  //!< [-] that were found
+	double before = 0;      //!< [m] mean distance from the walls, without the other way
+	double gain = 0;        //!< [m] mean; below zero if they end farther away
+	double deviation = 0;   //!< [m] standard deviation of the gain, by the spread of the scans
+
+	/// Returns whether the scans show which way is right: the one with the gain, or the other one if it is below zero.
+	bool is_clear() const;
+};
+
+/// Returns the gain of scans. \param before, after [m] distances from the walls, scan by scan
+WallGain wall_gain(const std::vector<double>& before, const std::vector<double>& after);
 
 /// Returns how far [m] behind the end of each return of a scan the first wall in its direction is, within 0.3 m; below
 /// zero if the return ends behind the wall. \param robot in the map frame

@@ -102,7 +102,10 @@ class OverridingReader : public LogReader
 		const double middle_angle = object->middle_angle;
 		for (std::size_t i = 0; i < object->scans.size(); i++)
 		{
-			if (object->scans[i]->sensorLabel != label_) continue;
+			const std::string& label = object->scans[i]->sensorLabel;
+			const auto of_other = overrides_.sweeps_of_others.find(label);
+			if (of_other != overrides_.sweeps_of_others.end()) object->details[i].sweep = of_other->second;
+			if (label != label_) continue;
 			alter(*object->scans[i], middle_angle);
 			alter(object->details[i]);
 			object->bytes.clear();  // which are no longer those of the object
@@ -282,7 +285,7 @@ std::unique_ptr<LogReader> read_log(const Log& log, const std::string& label, co
 {
 	auto reader = log.read_for(label);
 	if (overrides.sensor_pose || overrides.max_range || overrides.range_factor || overrides.sweep ||
-	    overrides.beam_angles)
+	    overrides.beam_angles || !overrides.sweeps_of_others.empty())
 		reader = std::make_unique<OverridingReader>(std::move(reader), label, overrides);
 	return with_odometry(std::move(reader), !log.survey.is_live);
 }

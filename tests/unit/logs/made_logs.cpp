@@ -157,7 +157,7 @@ std::string scan_message(Wire wire, const MadeScan& scan)
 	const float last =
 	    scan.last_angle.value_or(scan.first_angle + scan.angle_step * static_cast<float>(scan.ranges.size() - 1));
 	for (const float value :
-	     {scan.first_angle, last, scan.angle_step, scan.time_step, 0.1F, scan.min_range, scan.max_range})
+	     {scan.first_angle, last, scan.angle_step, scan.time_step, scan.scan_time, scan.min_range, scan.max_range})
 		writer.number(value);
 	writer.number(static_cast<std::uint32_t>(scan.ranges.size()));
 	for (const float range : scan.ranges) writer.number(range);

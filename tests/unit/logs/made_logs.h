@@ -54,6 +54,7 @@ struct MadeScan
 	float first_angle = -1.5F;  //!< [rad]
 	float angle_step = 0.5F;    //!< [rad]
 	float time_step = 0;        //!< [s] from beam to beam
+	float scan_time = 0;        //!< [s] from scan to scan
 	float min_range = 0.1F;     //!< [m]
 	float max_range = 10.0F;    //!< [m]
 	std::vector<float> ranges = {1, 2, 3, 4, 5, 6, 7};

@@ -12,6 +12,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <set>
@@ -138,6 +139,10 @@ struct Sensor
 	std::string odometry = "";        //!< that of its robot, as LogSurvey::odometry
 	std::vector<ScanDoubt> doubts{};  //!< what is wrong with its scans
 	std::optional<OtherAngles> other_angles{};  //!< see OtherAngles; without a value, nothing is wrong with them
+
+	/// When its beams may have been taken, each a guess. Empty if its scans tell that, or if there is nothing to guess
+	/// from.
+	std::vector<SweepTime> guessed_sweeps{};
 };
 
 /// Says what a log holds; it is known after the log was read once.
@@ -216,11 +221,12 @@ std::vector<StampedPose> read_poses_of_frame(
 /// Says what the user knows better about a laser than the log.
 struct Overrides
 {
-	std::optional<mrpt::poses::CPose3D> sensor_pose;  //!< laser on the robot
-	std::optional<float> max_range;                   //!< [m]
-	std::optional<double> range_factor;               //!< [-] of all ranges in the log
-	std::optional<SweepTime> sweep;                   //!< of all scans
-	std::optional<BeamAngles> beam_angles;            //!< of all scans
+	std::optional<mrpt::poses::CPose3D> sensor_pose;      //!< laser on the robot
+	std::optional<float> max_range;                       //!< [m]
+	std::optional<double> range_factor;                   //!< [-] of all ranges in the log
+	std::optional<SweepTime> sweep;                       //!< of all scans
+	std::map<std::string, SweepTime> sweeps_of_others{};  //!< of all scans of other lasers, by their labels
+	std::optional<BeamAngles> beam_angles;                //!< of all scans
 };
 
 /// Returns whether the overrides give what a doubt asks for.

@@ -1,7 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "bags/contents.h"
 
-#include "bags/scan_doubts.h"
 #include "logs/errors.h"
 
 #include <algorithm>
@@ -112,6 +111,7 @@ class ContentsReader
 				known->messages++;
 		}
 		if (!laser.other_angles) laser.other_angles = other_angles_of(scan);
+		laser.sweep_guess.add(scan);
 	}
 
 	void add(const ros::Transform& transform, bool is_static, Links& links)

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "bags/message_source.h"
+#include "bags/scan_doubts.h"
 #include "logs/log.h"
 
 #include <mrpt/poses/CPose3D.h>
@@ -33,6 +34,7 @@ struct LaserTopic
 	std::map<std::string, std::size_t> frames{};  //!< [-] messages of each, those that came first if they are many
 	std::vector<CountedDoubt> doubts{};           //!< what is wrong with the fields of its messages, each field once
 	std::optional<OtherAngles> other_angles{};    //!< see Sensor
+	SweepGuess sweep_guess{};
 };
 
 /// A topic of odometry.

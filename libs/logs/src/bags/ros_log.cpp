@@ -96,6 +96,7 @@ LogSurvey describe(
 		describe_mounting(robot, sensor);
 		sensor.doubts = doubts_about(laser, robot);
 		sensor.other_angles = laser.other_angles;
+		sensor.guessed_sweeps = laser.sweep_guess.sweeps();
 		sensor.odometry = describe_odometry(robot.robot);
 		if (survey.odometry.empty()) survey.odometry = sensor.odometry;
 	}
