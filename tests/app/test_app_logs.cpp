@@ -309,7 +309,7 @@ TEST_F(AppLogs, LogsThatHoldNoScanSayWhatIsLookedFor)
 	write_file(path("odometry.bag"), bag1_file({made_odometry(Wire::kRos1, 1, 0, 0, 0)}));
 	expect_refusal(words("odometry.bag"), 2, {"holds no 2D laser scan (sensor_msgs/LaserScan)"});
 	write_file(path("odometry.log"), "ODOM 0 0 0 0 0 0 1 host 1\n");
-	expect_refusal(words("odometry.log"), 2, {"holds no 2D laser scan (FLASER, RLASER or ROBOTLASER1)"});
+	expect_refusal(words("odometry.log"), 2, {"holds no 2D laser scan (FLASER, RLASER, ROBOTLASER1 or ROBOTLASER2)"});
 	write_file(path("old.bag"), "#ROSBAG V1.2\n");
 	expect_refusal(words("old.bag"), 2, {"is a ROS bag of version V1.2, but only V2.0 is read"});
 }

@@ -101,8 +101,8 @@ logs::Sensor choose_sensor(const logs::LogSurvey& survey, const LogRequest& requ
 		if (!survey.unread_scans.empty())
 			throw UserError(
 			    kBadInput, file,
-			    "holds scans as " + survey.unread_scans +
-			        ", which are not read; convert them to sensor_msgs/LaserScan");
+			    "holds scans as " + survey.unread_scans + ", which are not read; convert them to " +
+			        survey.kind_of_scan);
 		const bool may_have_clouds = survey.kind_of_scan == "sensor_msgs/LaserScan";
 		throw UserError(
 		    kBadInput, file,

@@ -6,6 +6,7 @@
 #include "text_file.h"
 
 #include <mrpt/core/bits_math.h>
+#include <mrpt/core/format.h>
 #include <mrpt/obs/CObservationOdometry.h>
 
 #include <algorithm>
@@ -44,11 +45,22 @@ class Words
 
 	double number()
 	{
+		const double value = number_or_none();
+		if (!std::isfinite(value)) throw std::runtime_error("has a number that is infinite or none");
+		return value;
+	}
+
+	/// Returns a number, which may be infinite or NaN.
+	double number_or_none()
+	{
+		constexpr std::size_t kLongest = 30;  // [-] letters that are told
 		const auto text = word();
+		if (text.empty()) throw std::runtime_error("ends where a number belongs");
+		const auto digits = text[0] == '+' ? text.substr(1) : text;
 		double value = 0;
-		const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-		if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value))
-			throw std::runtime_error("has no number where one belongs");
+		const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
+		if (error != std::errc() || end != digits.data() + digits.size())
+			throw std::runtime_error("has '" + std::string(text.substr(0, kLongest)) + "' where a number belongs");
 		return value;
 	}
 
@@ -78,25 +90,48 @@ struct Line
 	mrpt::poses::CPose2D robot;                      //!< in the frame of the odometry
 	mrpt::obs::CObservation2DRangeScan::Ptr scan{};  //!< null: only odometry
 	double middle_angle = 0;                         //!< [rad] of the scan, in the frame of the laser
+	mrpt::poses::CPose2D mounting{};                 //!< laser on the robot
 	bool is_settled = true;                          //!< its time will not change any more
 };
 
-/// What PARAM lines say about the lasers.
+/// What PARAM lines say about a laser.
+struct LaserParameters
+{
+	double offset = 0;             //!< [m] before the middle of the robot
+	double max_range = kMaxRange;  //!< [m]
+	double field_of_view = 180;    //!< [deg]
+
+	void set_field_of_view(double degrees)
+	{
+		constexpr double kLeast = 10, kMost = 360;  // [deg] beyond, it is in another unit
+		if (degrees >= kLeast && degrees <= kMost) field_of_view = degrees;
+	}
+};
+
+/// The same of all lasers.
 struct Lasers
 {
-	double front_offset = 0;  //!< [m] before the middle of the robot
-	double rear_offset = 0;   //!< [m] before the middle of the robot
-	double front_max_range = kMaxRange;
-	double rear_max_range = kMaxRange;
+	LaserParameters front, rear;
 
 	void read(Words& words)
 	{
 		const auto name = words.word();
-		if (name == "robot_frontlaser_offset") front_offset = words.number();
-		if (name == "robot_rearlaser_offset") rear_offset = words.number();
-		if (name == "robot_front_laser_max") front_max_range = words.number();
-		if (name == "robot_rear_laser_max") rear_max_range = words.number();
+		if (name == "robot_frontlaser_offset") front.offset = words.number();
+		if (name == "robot_rearlaser_offset") rear.offset = words.number();
+		if (name == "robot_front_laser_max") front.max_range = words.number();
+		if (name == "robot_rear_laser_max") rear.max_range = words.number();
+		if (name == "laser_front_laser_fov") front.set_field_of_view(words.number());
+		if (name == "laser_rear_laser_fov") rear.set_field_of_view(words.number());
 	}
+
+	const LaserParameters& of(const std::string& label) const { return label == "RLASER" ? rear : front; }
+};
+
+/// What is known of a log after it was read once: PARAM lines may come after the scans that they are about.
+struct KnownLasers
+{
+	Lasers lasers;
+	Labels loose;  //!< labels of lasers that move on the robot, so that their pose is not known
 };
 
 /// How a laser looks around.
@@ -123,15 +158,15 @@ Line make_line(double time, const mrpt::poses::CPose2D& robot, const Laser& lase
 	for (std::size_t i = 0; i < ranges.size(); i++)
 	{
 		scan->setScanRange(i, ranges[i]);
-		scan->setScanRangeValidity(i, ranges[i] > 0 && ranges[i] < scan->maxRange);
+		scan->setScanRangeValidity(i, ranges[i] > 0 && ranges[i] < scan->maxRange);  // NaN is not
 	}
-	return {time, robot, scan, middle_angle, false};
+	return {time, robot, scan, middle_angle, mrpt::poses::CPose2D(laser.pose), false};
 }
 
 std::vector<float> read_ranges(Words& words)
 {
 	std::vector<float> ranges(words.count());
-	for (float& range : ranges) range = static_cast<float>(words.number());
+	for (float& range : ranges) range = static_cast<float>(words.number_or_none());
 	return ranges;
 }
 
@@ -141,11 +176,12 @@ Line read_old_laser(const std::string& label, Words& words, const Lasers& lasers
 	const std::vector<float> ranges = read_ranges(words);
 	words.pose();  // of the laser, which programs that correct maps overwrite
 	const mrpt::poses::CPose2D robot = words.pose();
-	// 180 deg in equal steps; an even number of beams lacks the last one.
-	const double step = M_PI / std::max(1.0, 2 * std::floor(static_cast<double>(ranges.size()) / 2));
-	Laser laser{label, -M_PI_2, step, is_front ? lasers.front_max_range : lasers.rear_max_range};
-	laser.pose =
-	    mrpt::poses::CPose3D(is_front ? lasers.front_offset : lasers.rear_offset, 0, 0, is_front ? 0 : M_PI, 0, 0);
+	const LaserParameters& parameters = lasers.of(label);
+	// 180 deg in equal steps, unless a PARAM says otherwise; an even number of beams lacks the last one.
+	const double view = mrpt::DEG2RAD(parameters.field_of_view);
+	const double step = view / std::max(1.0, 2 * std::floor(static_cast<double>(ranges.size()) / 2));
+	Laser laser{label, -view / 2, step, parameters.max_range};
+	laser.pose = mrpt::poses::CPose3D(parameters.offset, 0, 0, is_front ? 0 : M_PI, 0, 0);
 	return make_line(words.number(), robot, laser, ranges);
 }
 
@@ -201,16 +237,58 @@ class TimeRepair
 	double shift_ = 0;                      //!< [s]
 };
 
+constexpr const char* kLoose =
+    "of unknown pose on the robot (the poses of laser and robot in its lines differ now by one motion and now by "
+    "another)";
+
+/// Returns the field of view that lasers of so many beams have, if FLASER and RLASER take another one for granted.
+std::optional<OtherAngles> other_angles_of(std::size_t beams, double field_of_view)
+{
+	struct Model
+	{
+		std::size_t beams;
+		double field_of_view;  //!< [deg]
+	};
+	for (const Model& model :
+	     {Model{101, 100}, Model{201, 100}, Model{401, 100}, Model{541, 270}, Model{1081, 270}, Model{682, 240}})
+	{
+		if (beams != model.beams || std::abs(field_of_view - model.field_of_view) < 1) continue;
+		const double half = mrpt::DEG2RAD(model.field_of_view) / 2;
+		return OtherAngles{
+		    mrpt::format("lasers of %zu beams see %.0f deg, and not %.0f", beams, model.field_of_view, field_of_view),
+		    {-half, half}};
+	}
+	return std::nullopt;
+}
+
 class CarmenReader : public LogReader
 {
    public:
-	CarmenReader(const std::string& path, Stop stop) : file_(open_text(path)), stop_(std::move(stop)) {}
+	/// \param known of an earlier reading
+	CarmenReader(const std::string& path, Stop stop, const std::optional<KnownLasers>& known = {})
+	    : file_(open_text(path)),
+	      stop_(std::move(stop)),
+	      is_known_(known.has_value()),
+	      known_(known.value_or(KnownLasers()))
+	{
+	}
+
+	/// Returns what the lines that were read tell of the lasers.
+	const KnownLasers& known() const { return known_; }
 
 	/// A line of a laser gives its odometry, then its scan. Odometry that is no newer than what came before is left
 	/// out.
 	std::optional<RawlogObject> next() override
 	{
-		if (scan_) return to_rawlog_object(std::exchange(scan_, nullptr), middle_angle_);
+		if (scan_)
+		{
+			RawlogObject object = to_rawlog_object(std::exchange(scan_, nullptr), middle_angle_);
+			const bool is_loose = known_.loose.count(object.scans.front()->sensorLabel) > 0;
+			if (is_loose)
+				object.details.front().unusable = {
+				    "its pose on the robot is not the same in all lines", ScanDoubt::Field::kLaserPose};
+			return object;
+		}
 		while (const auto line = next_line())
 		{
 			if (!line->scan && line->time <= newest_) continue;
@@ -233,8 +311,9 @@ class CarmenReader : public LogReader
 	{
 		LogSurvey survey;
 		survey.format = "CARMEN log";
-		survey.kind_of_scan = "FLASER, RLASER or ROBOTLASER1";
+		survey.kind_of_scan = "FLASER, RLASER, ROBOTLASER1 or ROBOTLASER2";
 		auto& sensors = survey.sensors;
+		std::vector<std::size_t> beams;  // [-] of the first scan of each
 		while (const auto line = next_line())
 		{
 			survey.odometry = "the log";
@@ -242,10 +321,15 @@ class CarmenReader : public LogReader
 			const auto sensor = std::find_if(
 			    sensors.begin(), sensors.end(), [&](const Sensor& s) { return s.label == line->scan->sensorLabel; });
 			if (sensor == sensors.end())
+			{
 				sensors.push_back({line->scan->sensorLabel, 1});
+				beams.push_back(line->scan->getScanSize());
+			}
 			else
 				sensor->scans++;
 		}
+		for (std::size_t i = 0; i < sensors.size(); i++) describe(sensors[i], beams[i]);
+		if (sensors.empty() && has_raw_scans_) survey.unread_scans = "RAWLASER1, without poses";
 		if (repaired_ > 0)
 			survey.notes.push_back(
 			    std::to_string(repaired_) + " of " + std::to_string(scans_) +
@@ -256,6 +340,17 @@ class CarmenReader : public LogReader
 	}
 
    private:
+	/// Adds what is known of a laser at the end. \param beams [-] of its scans
+	void describe(Sensor& sensor, std::size_t beams) const
+	{
+		const bool tells_angles = sensor.label.rfind("ROBOTLASER", 0) == 0;
+		if (!tells_angles) sensor.other_angles = other_angles_of(beams, known_.lasers.of(sensor.label).field_of_view);
+		if (known_.loose.count(sensor.label) == 0) return;
+		sensor.has_pose = false;
+		sensor.mounting = kLoose;
+		sensor.odometry = "the log";
+	}
+
 	/// The next line with its final time.
 	std::optional<Line> next_line()
 	{
@@ -324,12 +419,18 @@ class CarmenReader : public LogReader
 	{
 		Words words(text);
 		const std::string kind(words.word());
-		if (kind == "PARAM")
-			lasers_.read(words);
+		if (kind == "PARAM" && !is_known_)
+			known_.lasers.read(words);
 		else if (kind == "FLASER" || kind == "RLASER")
-			add_scan(read_old_laser(kind, words, lasers_));
-		else if (kind == "ROBOTLASER1")
-			add_scan(read_robot_laser(kind, words));
+			add_scan(read_old_laser(kind, words, known_.lasers));
+		else if (kind == "ROBOTLASER1" || kind == "ROBOTLASER2")
+		{
+			const Line line = read_robot_laser(kind, words);
+			check_mounting(line);
+			add_scan(line);
+		}
+		else if (kind == "RAWLASER1" || kind == "RAWLASER2")
+			has_raw_scans_ = true;
 		else if (kind == "ODOM")
 			lines_.push_back(read_odometry(words));
 	}
@@ -341,6 +442,16 @@ class CarmenReader : public LogReader
 		for (Line& waiting : lines_)
 			if (waiting.scan && waiting.scan->sensorLabel == line.scan->sensorLabel) settle(waiting, line.time);
 		lines_.push_back(line);
+	}
+
+	/// Looks whether a laser, whose lines have its pose, moves on the robot.
+	void check_mounting(const Line& line)
+	{
+		constexpr double kFar = 0.05, kTurned = 0.05;  // [m], [rad] that are no rounding
+		const std::string& label = line.scan->sensorLabel;
+		const auto first = mountings_.emplace(label, line.mounting).first;
+		const auto moved = line.mounting - first->second;
+		if (moved.norm() > kFar || std::abs(moved.phi()) > kTurned) known_.loose.insert(label);
 	}
 
 	/// \param next [s] time of the laser's next scan by the log, if there is one
@@ -359,7 +470,8 @@ class CarmenReader : public LogReader
 	std::string text_;           //!< read, but not yet parsed from past_line_ on
 	std::size_t past_line_ = 0;  //!< [byte] of text_
 	std::size_t number_ = 0;     //!< [-] lines so far
-	Lasers lasers_;
+	bool is_known_;              //!< whether the log has been read before
+	KnownLasers known_;
 	std::deque<Line> lines_;                               //!< that wait for the times of scans before them
 	std::size_t waiting_ranges_ = 0;                       //!< [-] of their scans
 	mrpt::obs::CObservation2DRangeScan::Ptr scan_;         //!< comes next
@@ -367,6 +479,8 @@ class CarmenReader : public LogReader
 	double newest_ = -std::numeric_limits<double>::max();  //!< [s] of the odometry so far
 	std::map<std::string, TimeRepair> clocks_;             //!< by laser
 	std::size_t scans_ = 0, repaired_ = 0;
+	bool has_raw_scans_ = false;
+	std::map<std::string, mrpt::poses::CPose2D> mountings_;  //!< of the first line of each laser
 };
 }  // namespace
 
@@ -376,7 +490,7 @@ bool is_carmen_text(const std::string& start)
 	const std::string lines = "\n" + start.substr(has_mark ? kByteOrderMark.size() : 0);
 	if (start.find('\0') != std::string::npos) return false;
 	for (const char* kind :
-	     {"PARAM ", "SYNC ", "ODOM ", "FLASER ", "RLASER ", "ROBOTLASER1 ", "RAWLASER1 ", "# CARMEN"})
+	     {"PARAM ", "SYNC ", "ODOM ", "FLASER ", "RLASER ", "ROBOTLASER1 ", "ROBOTLASER2 ", "RAWLASER1 ", "# CARMEN"})
 		if (lines.find(std::string("\n") + kind) != std::string::npos) return true;
 	return false;
 }
@@ -384,8 +498,10 @@ bool is_carmen_text(const std::string& start)
 Log open_carmen_log(const std::string& path, const Stop& stop)
 {
 	Log log;
-	log.survey = CarmenReader(path, stop).survey();
-	log.read_for = [path, stop](const std::string&) { return std::make_unique<CarmenReader>(path, stop); };
+	CarmenReader reader(path, stop);
+	log.survey = reader.survey();
+	log.read_for = [path, stop, known = reader.known()](const std::string&)
+	{ return std::make_unique<CarmenReader>(path, stop, known); };
 	return log;
 }
 }  // namespace d2s1r::logs

@@ -185,11 +185,79 @@ TEST_F(CarmenLog, DamageIsToldByTheLine)
 	EXPECT_EQ(objects_of(flaser(1) + "FLASER 9999999 1 2 3\n" + flaser(2), &damage).size(), 2U);
 	EXPECT_EQ(damage.rfind("line 2 is damaged or cut short (is shorter than it says)", 0), 0U) << damage;
 	EXPECT_EQ(objects_of("FLASER 2 1.0 x 0 0 0 0 0 0 1 h 1\n", &damage).size(), 0U);
-	EXPECT_EQ(damage.rfind("line 1 is damaged or cut short (has no number where", 0), 0U) << damage;
+	EXPECT_EQ(damage.rfind("line 1 is damaged or cut short (has 'x' where a number belongs)", 0), 0U) << damage;
 	if (!can_pack("bz2")) GTEST_SKIP() << "built without libbz2-dev";
 	const std::string whole = packed("bz2", flaser(1) + flaser(2));
 	objects_of(whole.substr(0, whole.size() - 5), &damage);
 	EXPECT_EQ(damage.rfind("line 1 is damaged or cut short (the part packed by bzip2 is not whole)", 0), 0U) << damage;
+}
+
+TEST_F(CarmenLog, RangesMayBeInfiniteOrNone)
+{
+	const auto objects = objects_of("FLASER 5 +1.5 inf nan -inf 2 0 0 0 0 0 0 1 host 1\n");
+	ASSERT_EQ(objects.size(), 2U);
+	const auto& scan = *objects[1].scans.at(0);
+	std::vector<bool> valid;
+	for (std::size_t i = 0; i < 5; i++) valid.push_back(scan.getScanRangeValidity(i));
+	EXPECT_EQ(valid, (std::vector<bool>{true, false, false, false, true}));
+	EXPECT_EQ(scan.getScanRange(0), 1.5F);
+	EXPECT_TRUE(std::isinf(scan.getScanRange(1)));
+	std::string damage;
+	objects_of("FLASER 1 1.5 0 0 0 nan 0 0 1 host 1\n", &damage);
+	EXPECT_NE(damage.find("has a number that is infinite or none"), std::string::npos) << damage;
+}
+
+TEST_F(CarmenLog, ParametersAreThoseOfTheWholeLogWhereverTheyStand)
+{
+	const auto objects = objects_of(
+	    flaser(1, 101) + "PARAM laser_front_laser_fov 100 host 1\nPARAM robot_frontlaser_offset 0.3 host 1\n" +
+	    flaser(2, 101));
+	ASSERT_EQ(objects.size(), 4U);
+	for (const std::size_t i : {1U, 3U})
+	{
+		EXPECT_NEAR(objects[i].scans.at(0)->aperture, 100 * M_PI / 180, 1e-6);
+		EXPECT_NEAR(objects[i].scans.at(0)->sensorPose.x(), 0.3, 1e-9);
+	}
+	EXPECT_FALSE(log_.survey.sensors.at(0).other_angles);
+	objects_of(flaser(1, 181));
+	EXPECT_FALSE(log_.survey.sensors.at(0).other_angles);
+	objects_of(flaser(1, 101));
+	const auto& other = log_.survey.sensors.at(0).other_angles;
+	ASSERT_TRUE(other);
+	EXPECT_EQ(other->because, "lasers of 101 beams see 100 deg, and not 180");
+	EXPECT_NEAR(other->angles.last, 50 * M_PI / 180, 1e-9);
+}
+
+TEST_F(CarmenLog, LasersOfWhichALineHasNoPoseAreNamed)
+{
+	const std::string raw = "RAWLASER1 0 -1.57 3.14 0.0175 81.9 0.01 0 3 1 2 3 2 7 8 1 host 1\n";
+	EXPECT_EQ(objects_of(raw).size(), 0U);
+	EXPECT_EQ(log_.survey.unread_scans, "RAWLASER1, without poses");
+	EXPECT_EQ(objects_of(raw + flaser(1)).size(), 2U);
+	EXPECT_EQ(log_.survey.unread_scans, "");
+}
+
+TEST_F(CarmenLog, ALaserThatMovesOnTheRobotHasNoPose)
+{
+	const auto line = [](const std::string& kind, double time, const std::string& laser, const std::string& remissions)
+	{
+		return kind + " 0 -1.57 3.14 1.57 30 0.01 0 3 1 2 3 " + remissions + " " + laser + " 1 2 0 0 0 0 0 0 " +
+		       std::to_string(time) + " host 1\n";
+	};
+	const std::string rear = line("ROBOTLASER2", 1, "0.8 2 0", "2 17 18");
+	auto objects = objects_of(line("ROBOTLASER1", 1, "1.2 2 0", "0") + line("ROBOTLASER1", 2, "1.21 2 0", "0") + rear);
+	ASSERT_EQ(objects.size(), 6U);
+	EXPECT_TRUE(log_.survey.sensors.at(0).has_pose) << "but for rounding it is the same";
+	EXPECT_EQ(objects[5].scans.at(0)->sensorLabel, "ROBOTLASER2");
+	EXPECT_NEAR(objects[5].scans.at(0)->sensorPose.x(), -0.2, 1e-9);
+
+	objects = objects_of(line("ROBOTLASER1", 1, "1.2 2 0", "0") + line("ROBOTLASER1", 2, "3.2 2 0.5", "0") + rear);
+	ASSERT_EQ(objects.size(), 6U);
+	EXPECT_FALSE(log_.survey.sensors.at(0).has_pose);
+	EXPECT_TRUE(log_.survey.sensors.at(1).has_pose);
+	for (const std::size_t i : {1U, 3U})
+		EXPECT_EQ(objects[i].details.at(0).unusable.field, ScanDoubt::Field::kLaserPose) << "also before it moved";
+	EXPECT_EQ(objects[5].details.at(0).unusable.text, "");
 }
 
 /// A laser that falls silent lets the others wait, but not for more than memory should hold.
