@@ -67,10 +67,11 @@ double needed_confidence(const Decision& decision, const std::vector<SearchedMap
 	return maps[best].parameters.scoring.localized_above;
 }
 
-/// Returns whether an answer leaves much less doubt than a localized frame may.
+/// Returns whether an answer leaves clearly less doubt than a localized frame may. See First look in
+/// experiments/RESULTS.md.
 bool is_clear(const Decision& decision, const std::vector<SearchedMap>& maps)
 {
-	constexpr double kDoubt = 0.1;  // [-] share of what it may leave
+	constexpr double kDoubt = 0.5;  // [-] share of what it may leave
 	return 1 - decision.answer.confidence < kDoubt * (1 - needed_confidence(decision, maps));
 }
 
