@@ -114,4 +114,16 @@ TEST(WindowPosterior, AMotionThatIsNotKnownForgetsTheFramesBefore)
 	EXPECT_LT(broken, linked);
 	EXPECT_NEAR(broken, 1 / (1 + std::exp(-0.5) + std::exp(-4)), 0.01);
 }
+
+TEST(WindowPosterior, RoundingErrorsDoNotOrderTracks)
+{
+	for (const double probability : {1.0, 0.5, 5.61666e-6, 1e-7})
+	{
+		const double rounded = std::nextafter(probability, 2), more = probability * 1.00001;
+		EXPECT_FALSE(is_more_probable(rounded, probability)) << probability;
+		EXPECT_FALSE(is_more_probable(probability, rounded)) << probability;
+		EXPECT_TRUE(is_more_probable(more, probability)) << probability;
+		EXPECT_FALSE(is_more_probable(probability, more)) << probability;
+	}
+}
 }  // namespace d2s1r::test

@@ -260,12 +260,12 @@ void WindowTracker::judge()
 	sort_tracks();
 }
 
-/// Sorts the tracks, the most probable first.
+/// Sorts the tracks, the most probable first; equal ones keep their order.
 void WindowTracker::sort_tracks()
 {
 	std::stable_sort(
 	    tracks_.begin(), tracks_.end(),
-	    [](const Track& a, const Track& b) { return a.now.probability > b.now.probability; });
+	    [](const Track& a, const Track& b) { return is_more_probable(a.now.probability, b.now.probability); });
 }
 
 /// Sets the probabilities of the tracks and of "none of them" by all frames of the window.

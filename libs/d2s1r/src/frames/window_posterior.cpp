@@ -102,4 +102,9 @@ WindowPosterior posterior(
 	admit_presence(result, frames.back(), tracks);
 	return result;
 }
+
+bool is_more_probable(double one, double other)
+{
+	return static_cast<float>(one) > static_cast<float>(other);
+}
 }  // namespace d2s1r

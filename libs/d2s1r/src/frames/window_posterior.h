@@ -47,4 +47,9 @@ std::vector<double> independence(const std::vector<FrameEvidence>& frames, const
 /// \param tracks the evidence of each track, by frame
 WindowPosterior posterior(
     const std::vector<FrameEvidence>& frames, const std::vector<const Evidence*>& tracks, const WindowModel& model);
+
+/// Returns whether one track is more probable than another, as far as a float tells. Tracks that no frame supports
+/// differ by rounding errors of exp() and log() alone, which are others on each kind of processor; these must not order
+/// them.
+bool is_more_probable(double one, double other);
 }  // namespace d2s1r
