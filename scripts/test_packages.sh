@@ -1,20 +1,39 @@
 #!/usr/bin/env bash
 # Makes the Debian packages in a bare root of each given release of Debian, installs them in another bare one, uses them
 # there (demo, Python module, tests of what is installed), removes them, and looks for what is left.
-# Usage, as root, with mmdebstrap: scripts/test_packages.sh [--tests] [RELEASE...]
+# Usage, as root, with mmdebstrap: scripts/test_packages.sh [--tests] [--arm64] [RELEASE...]
 #   --tests  run all tests as well, in the root that the packages were made in
+#   --arm64  instead, make those of arm64, too, by Debian's cross compiler, compare what both hold, use those of arm64 in
+#            QEMU, and compare the poses; needs qemu-user-static and binfmt-support
 #   RELEASE  bookworm or trixie; both if none is given
-# The roots are folders in $D2S1R_ROOTS (/var/tmp/d2s1r-roots). Tests of recorded data run if D2S1R_DATA is set.
+# The roots are in a temporary folder, or in $D2S1R_ROOTS, which is kept. Recorded data is used if $D2S1R_DATA is set.
 set -euo pipefail
 cd "$(dirname "$0")/.."
-# What is mounted below is unmounted when this process ends.
-[ "${D2S1R_MOUNTS:-}" = own ] || exec env D2S1R_MOUNTS=own unshare --mount --propagation private "$0" "$@"
+if [ "${D2S1R_MOUNTS:-}" != own ]; then  # what is mounted below is unmounted when the inner process ends
+  if [ -z "${D2S1R_ROOTS:-}" ]; then
+    D2S1R_ROOTS=$(mktemp -d /var/tmp/d2s1r-roots.XXXXXX)
+    trap 'rm -rf --one-file-system "$D2S1R_ROOTS"' EXIT
+  fi
+  export D2S1R_ROOTS
+  D2S1R_MOUNTS=own unshare --mount --propagation private "$0" "$@"
+  exit
+fi
 
-with_tests=
-if [ "${1:-}" = --tests ]; then with_tests=yes; shift; fi
+with_tests='' with_arm64=''
+while [ $# -gt 0 ]; do
+  case "$1" in --tests) with_tests=yes ;; --arm64) with_arm64=yes ;; -*)
+    echo "usage: scripts/test_packages.sh [--tests] [--arm64] [RELEASE...]" >&2
+    exit 1 ;;
+  *) break ;; esac
+  shift
+done
+if [ -n "$with_arm64" ] && ! grep -qs enabled /proc/sys/fs/binfmt_misc/qemu-aarch64; then
+  echo "--arm64: this machine does not run programs of arm64; install qemu-user-static and binfmt-support" >&2
+  exit 1
+fi
 [ $# -gt 0 ] || set -- bookworm trixie
-roots=${D2S1R_ROOTS:-/var/tmp/d2s1r-roots}
-mkdir -p "$roots"
+roots=$D2S1R_ROOTS
+mkdir -p "$roots/debs"
 
 say() { echo "$(date +%H:%M:%S) $release: $*"; }
 # in_root ROOT COMMAND...: runs a command in $roots/ROOT, where `environment` is all that it knows of this one.
@@ -25,26 +44,33 @@ in_root() { chroot "$roots/$1" env -i "${environment[@]}" "${@:2}"; }
 quietly() { "$@" >"$roots/log" 2>&1 || { tail -n 100 "$roots/log" >&2; echo "failed: $*" >&2; exit 1; }; }
 install() { quietly in_root "$1" apt-get -y install --no-install-recommends "${@:2}"; }
 
-# new_root RELEASE ROOT: a bare system, from an archive that is made once.
+# new_root RELEASE ROOT: a bare system, from an archive that is made once. All roots share what apt fetches.
 new_root() {
   if [ ! -e "$roots/$1.tar" ]; then
     quietly mmdebstrap --variant=minbase --include=ca-certificates "$1" "$roots/new.tar" http://deb.debian.org/debian
     mv "$roots/new.tar" "$roots/$1.tar"
   fi
-  rm -rf "${roots:?}/$2"
+  rm -rf --one-file-system "${roots:?}/$2"
   mkdir "$roots/$2"
   tar -xf "$roots/$1.tar" -C "$roots/$2" --exclude='./dev/*'
   mount -t proc proc "$roots/$2/proc"
   mount --rbind /dev "$roots/$2/dev"
+  mount --bind "$roots/debs" "$roots/$2/var/cache/apt/archives"
   cp /etc/resolv.conf "$roots/$2/etc/"
+  echo force-unsafe-io >"$roots/$2/etc/dpkg/dpkg.cfg.d/unsafe"  # the root is not to outlive a loss of power
   quietly in_root "$2" apt-get update
+}
+
+# copy_sources ROOT: to its folder d2s1r.
+copy_sources() {
+  mkdir "$roots/$1/d2s1r"
+  git ls-files -z | tar -c --null -T - | tar -x -C "$roots/$1/d2s1r"
 }
 
 # make_packages RELEASE: leaves them in $roots/RELEASE-build/d2s1r/build/package/packages.
 make_packages() {
   new_root "$1" "$1-build"
-  mkdir "$roots/$1-build/d2s1r"
-  git ls-files -z | tar -c --null -T - | tar -x -C "$roots/$1-build/d2s1r"
+  copy_sources "$1-build"
   quietly in_root "$1-build" d2s1r/scripts/install_dependencies.sh build package
   install "$1-build" lintian
   quietly in_root "$1-build" sh -c \
@@ -104,19 +130,30 @@ run_all_tests() {
     mount -o bind,ro "$D2S1R_DATA" "$roots/$1-build/data"
     environment+=(D2S1R_DATA=/data)
   fi
-  in_root "$1-build" sh -c "cd d2s1r && ctest --preset release -j $(nproc)" >"$roots/$1-tests.log" 2>&1 || true
-  sed -n '/tests passed/,$p' "$roots/$1-tests.log"
+  in_root "$1-build" sh -c "cd d2s1r && ctest --preset release -j $(nproc)" >"$roots/tests.log" 2>&1 || true
+  sed -n '/tests passed/,$p' "$roots/tests.log"
 }
 
 for release in "$@"; do
   say "making the packages"
   make_packages "$release"
+  if [ -n "$with_arm64" ]; then
+    # shellcheck source=packaging/arm64_packages.sh
+    . packaging/arm64_packages.sh
+    say "making the packages of arm64"
+    make_arm64_packages "$release"
+    say "comparing what the packages of both architectures hold"
+    compare_files "$release"
+    say "using those of arm64 in QEMU"
+    compare_poses "$release"
+    say "packages of arm64 are good"
+    continue
+  fi
   say "installing, using and removing them"
   try_packages "$release"
   say "MRPT $(in_root "$release-build" dpkg-query -W -f '${Version}' libmrpt-maps-dev): packages are good"
   if [ -n "$with_tests" ]; then
     say "running all tests"
     run_all_tests "$release"
-    say "the tests' output is in $roots/$release-tests.log"
   fi
 done
