@@ -28,7 +28,7 @@ class OverviewSearch : public testing::Test
 		const std::vector<MapReading> none;
 		const std::vector<SearchedMap> maps = {{profiles_, none, prior, of_map}};
 		std::vector<ScanInMap> scans = scan_in_maps(maps, scan, parameters_);
-		search_overviews(scans, parameters_, pairs);
+		search_overviews(scans, parameters_, 255, pairs);
 		return pairs;
 	}
 

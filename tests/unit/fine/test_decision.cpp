@@ -121,6 +121,28 @@ TEST(Hypotheses, HaveCovariancesOnceTheyAreAdded)
 	EXPECT_EQ(decide(scan, places, map.maps).answer.hypotheses.size(), 2U);
 }
 
+TEST(Hypotheses, GiveWayToAMirroredScanThatFitsFarBetter)
+{
+	const Grid grid = make_floor();
+	const DrawnMap map(grid);
+	const auto robot = poses_on_floor()[0];
+	const Scan scan = scan_at(world_of(grid), robot);
+	const auto places = find_places(scan, all_beams(scan), {map.at(robot)}, map.parameters);
+	ASSERT_EQ(places.size(), 1U);
+	const Localization alone = decide(scan, places, map.maps).answer;
+	ASSERT_EQ(alone.status, Status::kLocalized);
+	// Of one scan in a thousand the beams are in the wrong order.
+	const auto against = [&](double log_odds)
+	{ return decide(scan, places, map.maps, places[0].score.log_likelihood + log_odds * alone.temperature).answer; };
+	EXPECT_NEAR(against(0).confidence, alone.confidence, 2e-3);
+	EXPECT_EQ(against(0).status, Status::kLocalized);
+	EXPECT_NEAR(against(std::log(1000)).presence, 0.5, 1e-3);
+	EXPECT_EQ(against(std::log(1000)).status, Status::kAmbiguous);
+	EXPECT_TRUE(against(std::log(1000)).note.empty());
+	EXPECT_EQ(against(20).status, Status::kRejected);
+	EXPECT_NE(against(20).note.find("mounted upside down"), std::string::npos) << against(20).note;
+}
+
 TEST(Hypotheses, AmongPosesAtOnePlaceTheOneCountsThatIsBestOncePolished)
 {
 	// Along a corridor a depth edge may decide by a step.

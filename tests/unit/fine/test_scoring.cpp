@@ -287,6 +287,7 @@ TEST_F(OnFloor, NoPoseScoresMoreThanTheEndsOfItsBeamsAllow)
 		for (const auto& pose : poses)
 		{
 			const double most = log_likelihood_bound(tracer_, field_, rays, pose, model);
+			EXPECT_LE(most, greatest_log_likelihood(rays, model) + 2e-6);
 			EXPECT_LE(score(tracer_, field_, rays, pose, model).log_likelihood, most) << pose;
 		}
 	const auto robot = poses_on_floor()[0];

@@ -283,7 +283,9 @@ void CandidateList::keep(std::size_t count)
 	is_whole = false;
 }
 
-CoarseSearch::CoarseSearch(const std::vector<SearchedMap>& maps, const Scan& scan, const CoarseSearchParameters& limits)
+CoarseSearch::CoarseSearch(
+    const std::vector<SearchedMap>& maps, const Scan& scan, const CoarseSearchParameters& limits,
+    std::uint32_t most_cost)
     : maps_(maps),
       limits_(limits),
       scans_(scan_in_maps(maps, scan, limits)),
@@ -294,7 +296,7 @@ CoarseSearch::CoarseSearch(const std::vector<SearchedMap>& maps, const Scan& sca
 	pairs_.clear();
 	if (scans_.front().scan.returns.empty()) return;
 	margin_of_groups_ = overview_margin(scans_.front().scan, limits);
-	search_overviews(scans_, limits, of_groups_);
+	search_overviews(scans_, limits, most_cost, of_groups_);
 	if (!of_groups_.empty()) least_of_groups_ = least_cost(of_groups_);
 }
 

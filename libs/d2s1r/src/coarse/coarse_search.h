@@ -62,7 +62,10 @@ class CoarseSearch
 	/// \param maps one or more; they and what they refer to must outlive the search. The sensor is also searched for
 	///        within a sample's spacing of what their priors allow to the robot
 	/// \param limits of all that can be asked for
-	CoarseSearch(const std::vector<SearchedMap>& maps, const Scan& scan, const CoarseSearchParameters& limits);
+	/// \param most_cost [2 steps] what a pair of group and shift may cost in the overview: see search_overviews()
+	CoarseSearch(
+	    const std::vector<SearchedMap>& maps, const Scan& scan, const CoarseSearchParameters& limits,
+	    std::uint32_t most_cost = kAnyOverviewCost);
 	~CoarseSearch();
 	CoarseSearch(const CoarseSearch&) = delete;
 	CoarseSearch& operator=(const CoarseSearch&) = delete;
@@ -80,6 +83,10 @@ class CoarseSearch
 	/// \return those that look and cost as such a place may and that candidates() did not return, cheapest first, at
 	///         most as many as the search may return
 	std::vector<Candidate> equals(const mrpt::math::TPose2D& sensor, std::size_t map);
+
+	/// Returns what [2 steps] the cheapest pair of group and shift costs in the overview; kAnyOverviewCost if there is
+	/// none.
+	std::uint32_t least_in_overviews() const { return least_of_groups_; }
 
 	/// Returns by how much [step], in the mean of the beams, a candidate may cost more than the best one.
 	double margin() const { return mean_margin(limits_); }
@@ -115,10 +122,10 @@ class CoarseSearch
 	std::vector<ScanInMap> scans_;        //!< by map
 	std::uint32_t margin_of_groups_ = 0;  //!< [2 steps] by which a pair may cost more than the cheapest in the overview
 	std::vector<Pair> of_groups_;         //!< of group and shift, whose profiles are not compared yet
-	std::uint32_t least_of_groups_ = 0;   //!< [2 steps] cost of the cheapest pair of group and shift
-	std::size_t compared_ = 0;            //!< [-] pairs of group and shift whose profiles are compared
-	std::vector<Pair> pairs_;             //!< of position and shift
-	std::uint32_t limit_ = 1U << 31;      //!< [step] what these cost at most
-	std::uint32_t returned_below_ = 0;    //!< [step] all of these that cost less are among the candidates returned
+	std::uint32_t least_of_groups_ = kAnyOverviewCost;  //!< [2 steps] cost of the cheapest pair of group and shift
+	std::size_t compared_ = 0;                          //!< [-] pairs of group and shift whose profiles are compared
+	std::vector<Pair> pairs_;                           //!< of position and shift
+	std::uint32_t limit_ = 1U << 31;                    //!< [step] what these cost at most
+	std::uint32_t returned_below_ = 0;  //!< [step] all of these that cost less are among the candidates returned
 };
 }  // namespace d2s1r

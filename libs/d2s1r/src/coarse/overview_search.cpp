@@ -182,12 +182,15 @@ std::array<std::uint8_t, RangeProfiles::kBins> histogram_of_scan(
 	return profiles.histogram_of(steps.data(), steps.size());
 }
 
-void search_overviews(std::vector<ScanInMap>& scans, const CoarseSearchParameters& parameters, std::vector<Pair>& pairs)
+void search_overviews(
+    std::vector<ScanInMap>& scans, const CoarseSearchParameters& parameters, std::uint32_t most_cost,
+    std::vector<Pair>& pairs)
 {
 	thread_local std::vector<std::int32_t> groups;  // kept for the next query
 	const std::vector<std::uint8_t>& missing = missing_in_all(scans);
 	CheapestPairs cheapest(
 	    overview_margin(scans.front().scan, parameters), static_cast<std::size_t>(parameters.max_pairs), pairs);
+	cheapest.lower_limit(most_cost + 1);
 	const auto compare_where_missing = [&](const ScanInMap& in, int least, int most)
 	{
 		find_groups_where_missing(in, missing_in(in, missing), least, most, groups);
@@ -196,6 +199,7 @@ void search_overviews(std::vector<ScanInMap>& scans, const CoarseSearchParameter
 
 	const int few = missing_at_few(scans, missing);
 	for (const ScanInMap& in : scans) compare_where_missing(in, 0, few);
+	if (most_cost < kAnyOverviewCost) return cheapest.drop_costly();
 	const auto least = static_cast<double>(cheapest.least());
 	for (ScanInMap& in : scans)
 	{

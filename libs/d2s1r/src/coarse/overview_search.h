@@ -36,14 +36,19 @@ std::size_t count_overview_beams(const QuantizedScan& scan, int truncation);
 /// Returns by how much [2 steps] these beams of a pair may cost more than those of the cheapest one.
 std::uint32_t overview_margin(const QuantizedScan& scan, const CoarseSearchParameters& parameters);
 
+inline constexpr std::uint32_t kAnyOverviewCost = 255;  //!< [2 steps] no pair of group and shift costs more
+
 /// Compares a few beams with the overviews of the groups, at the shifts that are allowed: first of the groups whose
 /// range histograms are most like the scan's, then of all that may explain it as well as the best of those. Several
 /// maps are searched as if they were one: what is found in one leaves out what is too costly in another.
 /// \param scans by map
+/// \param most_cost [2 steps] what a pair may cost. With less than kAnyOverviewCost only the groups whose histograms are
+///        most like the scan's are compared, which is much faster.
 /// \param pairs [2 steps] the cheapest pairs of group and shift, within the limits that coarse_search.h tells. The
 ///        groups of all maps are counted on, from one to the next.
 void search_overviews(
-    std::vector<ScanInMap>& scans, const CoarseSearchParameters& parameters, std::vector<Pair>& pairs);
+    std::vector<ScanInMap>& scans, const CoarseSearchParameters& parameters, std::uint32_t most_cost,
+    std::vector<Pair>& pairs);
 
 /// What a scan may cost, at most, at a place that equals its own.
 struct CostOfEqual

@@ -43,7 +43,8 @@ struct BeamSubsets
 	BeamSubset few, many, all;
 };
 
-constexpr double kEffortOnEquals = 0.03;  //!< [-] share of the poses: one that equals the answer is among the best
+/// [-] Share of the poses, for a place that equals the answer, or that a mirrored scan is of, is among the best ones.
+constexpr double kLittleEffort = 0.03;
 
 /// What a look has found.
 struct Verdict
@@ -146,16 +147,56 @@ std::vector<Place> judge(
 	clock.lap(&StageTimes::refinement_ms);
 	return places;
 }
+
+/// Returns a scan whose beams are in the opposite order, as of a laser that is mounted upside down.
+Scan mirrored(Scan scan)
+{
+	for (Beam& beam : scan.beams) beam.angle = beam_angle(-static_cast<double>(beam.angle));
+	std::sort(scan.beams.begin(), scan.beams.end(), [](const Beam& a, const Beam& b) { return a.angle < b.angle; });
+	return scan;
+}
+
+/// Returns whether a look at the mirrored scan may keep an answer from being localized: there is some doubt whether a
+/// place of the map is right at all, and beams that the map does not explain.
+bool is_worth_mirroring(
+    const Scan& scan, const BeamSubset& all, const Verdict& verdict, const std::vector<SearchedMap>& maps)
+{
+	constexpr double kNoDoubt = 3e-4;  // [probability] that no place is right
+	const Localization& answer = verdict.decision.answer;
+	if (answer.status != Status::kLocalized || 1 - answer.presence < kNoDoubt) return false;
+	const BeamModel& model = verdict.places.front().parameters().scoring.beam_model;
+	const Decision at_most = decide(scan, verdict.places, maps, greatest_log_likelihood(all, model));
+	return at_most.answer.status != Status::kLocalized;
+}
+
+/// Returns the log-likelihood [nat] of the mirrored scan at the place where it fits best; -inf if the overviews show
+/// none where it fits about as well as the scan itself.
+/// \param limits of a whole look
+double log_likelihood_of_mirrored(
+    const Scan& scan, const CoarseSearch& search, const std::vector<SearchedMap>& maps, Parameters limits,
+    StageClock& clock)
+{
+	constexpr std::uint32_t kCostlier = 16;  // [2 steps] may overviews show the place, for they are rough
+	limits.first_look.effort = kLittleEffort;
+	limits = for_first_look(limits);
+	const Scan other = mirrored(scan);
+	const std::uint32_t most_cost = std::min(search.least_in_overviews() + kCostlier, kAnyOverviewCost - 1);
+	const auto found = CoarseSearch(maps, other, limits.coarse_search, most_cost).candidates(limits.coarse_search);
+	clock.lap(&StageTimes::retrieval_ms);
+	if (found.candidates.empty()) return -HUGE_VAL;
+	const auto places = judge(other, BeamSubsets(other), found.candidates, limits, {}, clock);
+	return places.empty() ? -HUGE_VAL : places.front().score.log_likelihood;
+}
 }  // namespace
 
 // The whole method: search candidates, judge them, decide; stop if the answer is clear and safe, and no place equals
-// it.
+// it. At last, look whether the scan fits better if it is mirrored.
 Decision localize_default(const Scan& scan, const std::vector<SearchedMap>& maps, double time_budget)
 {
 	const TimeBudget budget(time_budget);
 	const BeamSubsets beams(scan);
 	const std::vector<Parameters> looks = first_and_whole_look(limits_of_search(maps));
-	const Parameters few = with_share_of_effort(looks.back(), kEffortOnEquals);
+	const Parameters few = with_share_of_effort(looks.back(), kLittleEffort);
 	StageClock clock;
 	CoarseSearch search(maps, scan, looks.back().coarse_search);
 	Verdict verdict;
@@ -183,8 +224,11 @@ Decision localize_default(const Scan& scan, const std::vector<SearchedMap>& maps
 		verdict.decision = decide(scan, verdict.places, maps);
 		if (is_clear(verdict.decision, maps)) break;
 	}
+	double of_mirrored = -HUGE_VAL;  // [nat]
+	if (!budget.is_half_spent() && is_worth_mirroring(scan, beams.all, verdict, maps))
+		of_mirrored = log_likelihood_of_mirrored(scan, search, maps, looks.back(), clock);
 	add_covariances(beams.all, looks.back().scoring, verdict.places);
-	verdict.decision = decide(scan, verdict.places, maps);
+	verdict.decision = decide(scan, verdict.places, maps, of_mirrored);
 	clock.lap(&StageTimes::refinement_ms);
 	Localization& answer = verdict.decision.answer;
 	if (!verdict.is_whole && !verdict.is_safe) doubt(answer, needed_confidence(verdict.decision, maps));

@@ -96,6 +96,14 @@ double prior_odds(std::size_t maps)
 	return 1 / std::sqrt(static_cast<double>(maps));
 }
 
+/// Returns the odds [-] that the beams are in the wrong order, against one of the places being right.
+/// \param mirrored [nat] log-likelihood of the mirrored scan
+double odds_of_mirror(double mirrored, const Place& best)
+{
+	constexpr double kPrior = 1e-3;  // [-] odds before one looks: of one scan in a thousand
+	return kPrior * std::exp((mirrored - best.score.log_likelihood) / temperature(best, best.parameters().scoring));
+}
+
 /// A place and its probability [0, 1].
 struct Likely
 {
@@ -106,7 +114,7 @@ struct Likely
 /// Returns the places with their probabilities, the most probable first, and sets the probability `present` that one of
 /// them is right.
 std::vector<Likely> probabilities_of(
-    const std::vector<Place>& places, const std::vector<SearchedMap>& maps, double& present)
+    const std::vector<Place>& places, const std::vector<SearchedMap>& maps, double mirrored, double& present)
 {
 	const std::vector<MapEvidence> evidence = evidence_by_map(places, maps);
 	double mass = 0, greatest = -std::numeric_limits<double>::infinity();
@@ -118,7 +126,8 @@ std::vector<Likely> probabilities_of(
 	double mean_odds = 0;  // [-] relative to the greatest ones
 	for (const MapEvidence& of_map : evidence)
 		if (of_map.best) mean_odds += of_map.mass / mass * std::exp(of_map.log_odds - greatest);
-	present = 1 / (1 + std::exp(-greatest) / (mean_odds * prior_odds(evidence.size())));
+	const double odds_of_absence = std::exp(-greatest) / (mean_odds * prior_odds(evidence.size()));
+	present = 1 / (1 + odds_of_absence + odds_of_mirror(mirrored, places.front()));
 	std::vector<Likely> likely;
 	for (const Place& place : places)
 	{
@@ -212,11 +221,14 @@ void add_covariances(const BeamSubset& all, const ScoringParameters& limits, std
 	}
 }
 
-Decision decide(const Scan& scan, const std::vector<Place>& places, const std::vector<SearchedMap>& maps)
+Decision decide(
+    const Scan& scan, const std::vector<Place>& places, const std::vector<SearchedMap>& maps, double mirrored)
 {
 	Decision result{no_place(Status::kRejected, "no place in the map explains the scan"), {}};
 	if (places.empty()) return result;
-	const std::vector<Likely> likely = probabilities_of(places, maps, result.answer.presence);
+	if (mirrored > places.front().score.log_likelihood)
+		result.answer.note = "the map explains the mirrored scan better: is the laser mounted upside down?";
+	const std::vector<Likely> likely = probabilities_of(places, maps, mirrored, result.answer.presence);
 	result.answer.temperature = temperature(places.front(), places.front().parameters().scoring);
 	const ScoringParameters& scoring = likely.front().place->parameters().scoring;
 	if (result.answer.presence < scoring.rejected_below) return result;

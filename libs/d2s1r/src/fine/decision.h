@@ -3,6 +3,7 @@
 
 #include <d2s1r/localization.h>
 
+#include <cmath>
 #include <vector>
 
 #include "fine/refinement.h"
@@ -59,6 +60,13 @@ struct Decision
 /// odds are divided by the square root of the number of maps: the more maps, the more places seem right by chance. The
 /// root was chosen by hand, on generated floors.
 /// \param places best first, of all maps; only the best one, and others that have a covariance, become hypotheses
+///
+/// A scan whose beams are in the wrong order, as of a laser that is mounted upside down, often fits some place of a
+/// building by chance, but hardly ever as well as it fits its own place once it is mirrored. So that the beams are in
+/// the wrong order competes with the places, too.
 /// \param maps by their numbers
-Decision decide(const Scan& scan, const std::vector<Place>& places, const std::vector<SearchedMap>& maps);
+/// \param mirrored [nat] log-likelihood of the mirrored scan where that fits best; -inf if nobody looked
+Decision decide(
+    const Scan& scan, const std::vector<Place>& places, const std::vector<SearchedMap>& maps,
+    double mirrored = -HUGE_VAL);
 }  // namespace d2s1r

@@ -151,6 +151,21 @@ Score score(
 	return score;
 }
 
+double greatest_log_likelihood(const BeamSubset& beams, const BeamModel& model)
+{
+	const auto gain = [](double weight) { return std::max(0.0, weight); };
+	const double of_each = std::max(gain(model.on_wall), model.off_wall) +
+	                       kMostPassed * (gain(model.through_wall) + gain(model.unknown_metre));
+	double sum = static_cast<double>(beams.count - beams.log_range.size()) * gain(model.no_return_at_wall);
+	double once = 0;  // [nat] what counts by runs and depth edges, however wide beams are
+	for (std::size_t i = 0; i < beams.log_range.size(); i++)
+	{
+		sum += of_each + gain(model.log_range * static_cast<double>(beams.log_range[i]));
+		once += gain(model.off_wall_run) + (beams.depth_edge[i] != 0 ? gain(model.depth_edge) : 0);
+	}
+	return beams.spacing / kModelBeam * sum + once;
+}
+
 double log_likelihood_bound(
     const BeamTracer& tracer, const DistanceField& field, const BeamSubset& beams, const mrpt::math::TPose2D& sensor,
     const BeamModel& model)

@@ -44,6 +44,9 @@ ScoredPose best_score_near(
     const BeamTracer& tracer, const DistanceField& field, const BeamSubset& beams, const mrpt::math::TPose2D& sensor,
     const BeamModel& model);
 
+/// Returns what the log-likelihood [nat] of score() cannot exceed at any pose in any map.
+double greatest_log_likelihood(const BeamSubset& beams, const BeamModel& model);
+
 /// Returns what the log-likelihood [nat] of score() cannot exceed: that of the ends of the beams, as if they had passed
 /// nothing.
 double log_likelihood_bound(
