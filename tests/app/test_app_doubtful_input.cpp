@@ -124,7 +124,7 @@ TEST_F(AppDoubtfulInput, AnglesInDegrees)
 	expect_named("angle_increment is in degrees: --beam-angles ", {"--beam-angles", option});
 }
 
-TEST_F(AppDoubtfulInput, AnIncrementOfZero)
+TEST_F(AppDoubtfulInput, AnIncrementThatIsNoneOrOfAnotherFieldOfView)
 {
 	const double half = 90 / M_PI * static_cast<double>(walk_scan(0)->aperture);
 	const std::string option = std::to_string(-half) + "," + std::to_string(half);
@@ -133,10 +133,13 @@ TEST_F(AppDoubtfulInput, AnIncrementOfZero)
 	for (const bool is_first : {true, false})
 	{
 		save_walk([&](MadeScan& scan) { (is_first ? scan.first_angle : scan.angle_step) = std::nanf(""); });
-		expect_named("give the angles of the first and the last beam by --beam-angles", {"--beam-angles", option});
+		expect_named("if the beams of a scan cover 360 deg: --beam-angles -179.5,179.5", {"--beam-angles", option});
 	}
 	save_walk([](MadeScan& scan) { scan.angle_step = 0; });
-	expect_named("give the angles of the first and the last beam by --beam-angles", {"--beam-angles", option});
+	expect_named("if the beams of a scan cover 360 deg: --beam-angles -", {"--beam-angles", option});
+	save_walk([](MadeScan& scan) { scan.angle_step /= 2, scan.first_angle /= 2; });
+	expect_named(
+	    "12 of 12 scans fit (0 do as it is) if the beams of a scan cover 360 deg: ", {"--beam-angles", option});
 }
 
 TEST_F(AppDoubtfulInput, AnglesThatContradictTheIncrement)

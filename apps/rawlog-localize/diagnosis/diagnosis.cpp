@@ -397,8 +397,7 @@ Diagnosis diagnose(
 	if (diagnosis.advice.empty()) add(advice_on_invalid(as_it_is, tester));
 	if (diagnosis.advice.empty() && diagnosis.fit + far_more(diagnosis.tried) <= diagnosis.tried)
 		add(advice_by_changed_map(tester, command.map, diagnosis.fit));
-	if (diagnosis.advice.empty() && other_angles && other_angles->is_possible)
-		add(advice_by_angles(tester, as_it_is, *other_angles));
+	if (diagnosis.advice.empty() && other_angles) add(advice_by_angles(tester, as_it_is, *other_angles));
 	if (diagnosis.advice.empty()) add(advice_by_sweep(log, samples, overrides, command.search, localizer));
 	if (diagnosis.advice.empty())
 		add(advice_by_scale(

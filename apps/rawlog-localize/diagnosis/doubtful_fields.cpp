@@ -67,6 +67,23 @@ double range_beyond(double greatest)
 	return std::ceil(kMargin * greatest);
 }
 
+/// Adds the fields of view that lasers have, but for the one that the log gives this laser.
+void add_fields_of_view(const Sample& sample, std::vector<Mistake>& mistakes)
+{
+	constexpr double kSame = 0.03;  // [-]
+	const CObservation2DRangeScan& scan = *sample.scan.observation;
+	const auto beams = static_cast<double>(std::max<std::size_t>(scan.getScanSize(), 1));
+	for (const double degrees : {90.0, 100.0, 180.0, 240.0, 270.0, 360.0})
+	{
+		const double view = mrpt::DEG2RAD(degrees) * (degrees < 360 ? 1 : (beams - 1) / beams);
+		if (std::abs(static_cast<double>(scan.aperture) - view) < kSame * view) continue;
+		const double half = scan.rightToLeft ? view / 2 : -view / 2;
+		const logs::BeamAngles angles{sample.middle_angle - half, sample.middle_angle + half};
+		mistakes.push_back(mistake_of_angles(
+		    {mrpt::format("the beams of a scan cover %.0f deg", degrees), angles}, sample.middle_angle));
+	}
+}
+
 void add_range(const std::vector<Sample>& samples, std::vector<Mistake>& mistakes)
 {
 	const auto max_range = static_cast<double>(samples.front().scan.observation->maxRange);
@@ -116,7 +133,10 @@ std::vector<Mistake> mistakes_of_fields(const Samples& samples, const std::optio
 {
 	std::vector<Mistake> mistakes;
 	const Sample& sample = samples.chosen.front();
-	if (other_angles) mistakes.push_back(mistake_of_angles(*other_angles, sample.middle_angle));
+	if (other_angles)
+		mistakes.push_back(mistake_of_angles(*other_angles, sample.middle_angle));
+	else
+		add_fields_of_view(sample, mistakes);
 	add_range(samples.chosen, mistakes);
 	add_poses(sample, mistakes);
 	return mistakes;

@@ -6,7 +6,6 @@
 #include "text_file.h"
 
 #include <mrpt/core/bits_math.h>
-#include <mrpt/core/format.h>
 #include <mrpt/obs/CObservationOdometry.h>
 
 #include <algorithm>
@@ -241,26 +240,6 @@ constexpr const char* kLoose =
     "of unknown pose on the robot (the poses of laser and robot in its lines differ now by one motion and now by "
     "another)";
 
-/// Returns the field of view that lasers of so many beams have, if FLASER and RLASER take another one for granted.
-std::optional<OtherAngles> other_angles_of(std::size_t beams, double field_of_view)
-{
-	struct Model
-	{
-		std::size_t beams;
-		double field_of_view;  //!< [deg]
-	};
-	for (const Model& model :
-	     {Model{101, 100}, Model{201, 100}, Model{401, 100}, Model{541, 270}, Model{1081, 270}, Model{682, 240}})
-	{
-		if (beams != model.beams || std::abs(field_of_view - model.field_of_view) < 1) continue;
-		const double half = mrpt::DEG2RAD(model.field_of_view) / 2;
-		return OtherAngles{
-		    mrpt::format("lasers of %zu beams see %.0f deg, and not %.0f", beams, model.field_of_view, field_of_view),
-		    {-half, half}};
-	}
-	return std::nullopt;
-}
-
 class CarmenReader : public LogReader
 {
    public:
@@ -313,7 +292,6 @@ class CarmenReader : public LogReader
 		survey.format = "CARMEN log";
 		survey.kind_of_scan = "FLASER, RLASER, ROBOTLASER1 or ROBOTLASER2";
 		auto& sensors = survey.sensors;
-		std::vector<std::size_t> beams;  // [-] of the first scan of each
 		while (const auto line = next_line())
 		{
 			survey.odometry = "the log";
@@ -321,14 +299,17 @@ class CarmenReader : public LogReader
 			const auto sensor = std::find_if(
 			    sensors.begin(), sensors.end(), [&](const Sensor& s) { return s.label == line->scan->sensorLabel; });
 			if (sensor == sensors.end())
-			{
 				sensors.push_back({line->scan->sensorLabel, 1});
-				beams.push_back(line->scan->getScanSize());
-			}
 			else
 				sensor->scans++;
 		}
-		for (std::size_t i = 0; i < sensors.size(); i++) describe(sensors[i], beams[i]);
+		for (Sensor& sensor : sensors)
+		{
+			if (known_.loose.count(sensor.label) == 0) continue;
+			sensor.has_pose = false;
+			sensor.mounting = kLoose;
+			sensor.odometry = survey.odometry;
+		}
 		if (sensors.empty() && has_raw_scans_) survey.unread_scans = "RAWLASER1, without poses";
 		if (repaired_ > 0)
 			survey.notes.push_back(
@@ -340,17 +321,6 @@ class CarmenReader : public LogReader
 	}
 
    private:
-	/// Adds what is known of a laser at the end. \param beams [-] of its scans
-	void describe(Sensor& sensor, std::size_t beams) const
-	{
-		const bool tells_angles = sensor.label.rfind("ROBOTLASER", 0) == 0;
-		if (!tells_angles) sensor.other_angles = other_angles_of(beams, known_.lasers.of(sensor.label).field_of_view);
-		if (known_.loose.count(sensor.label) == 0) return;
-		sensor.has_pose = false;
-		sensor.mounting = kLoose;
-		sensor.odometry = "the log";
-	}
-
 	/// The next line with its final time.
 	std::optional<Line> next_line()
 	{

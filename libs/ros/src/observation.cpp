@@ -49,7 +49,7 @@ mrpt::obs::CObservation2DRangeScan::Ptr to_observation(
 	auto observation = mrpt::obs::CObservation2DRangeScan::Create();
 	observation->timestamp = to_time(scan.header.time);
 	observation->sensorLabel = label;
-	observation->rightToLeft = scan.angle_step >= 0;
+	observation->rightToLeft = !(scan.angle_step < 0);  // nor if it is NaN
 	observation->maxRange = scan.max_range;
 	observation->aperture = static_cast<float>(std::abs(turned_angle(scan)));
 	if (!std::isfinite(scan.first_angle)) observation->aperture = scan.first_angle;  // which make_scan() refuses

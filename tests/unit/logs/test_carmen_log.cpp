@@ -218,14 +218,6 @@ TEST_F(CarmenLog, ParametersAreThoseOfTheWholeLogWhereverTheyStand)
 		EXPECT_NEAR(objects[i].scans.at(0)->aperture, 100 * M_PI / 180, 1e-6);
 		EXPECT_NEAR(objects[i].scans.at(0)->sensorPose.x(), 0.3, 1e-9);
 	}
-	EXPECT_FALSE(log_.survey.sensors.at(0).other_angles);
-	objects_of(flaser(1, 181));
-	EXPECT_FALSE(log_.survey.sensors.at(0).other_angles);
-	objects_of(flaser(1, 101));
-	const auto& other = log_.survey.sensors.at(0).other_angles;
-	ASSERT_TRUE(other);
-	EXPECT_EQ(other->because, "lasers of 101 beams see 100 deg, and not 180");
-	EXPECT_NEAR(other->angles.last, 50 * M_PI / 180, 1e-9);
 }
 
 TEST_F(CarmenLog, LasersOfWhichALineHasNoPoseAreNamed)
