@@ -176,29 +176,36 @@ std::string LiveLocalizer::State::robot_frame(const std::string& laser) const
 	return odometry.child().empty() ? "base_link" : odometry.child();
 }
 
-/// Returns when the beams of a scan were taken; a cloud does not tell it.
+/// Returns when the beams of a scan were taken, or the points of a cloud.
 ros::SweepTime LiveLocalizer::State::sweep_time_of(const WaitingScan& waiting_scan) const
 {
-	const auto* const scan = std::get_if<ros::LaserScan>(&waiting_scan.scan);
-	if (scan == nullptr) return {};
-	return settings.sweep.value_or(ros::sweep_time_of(*scan)).checked();
+	const auto* const cloud = std::get_if<ros::PointCloud>(&waiting_scan.scan);
+	const ros::SweepTime of_message =
+	    cloud != nullptr ? ros::time_span_of(*cloud) : ros::sweep_time_of(std::get<ros::LaserScan>(waiting_scan.scan));
+	return settings.sweep.value_or(of_message).checked();
 }
 
 /// Returns a scan where the robot was, with how it moved meanwhile.
 PlacedObservation LiveLocalizer::State::placed(
     const WaitingScan& waiting_scan, const mrpt::poses::CPose3D& laser, const CPose2D& robot) const
 {
-	const auto* const cloud = std::get_if<ros::PointCloud>(&waiting_scan.scan);
-	if (cloud != nullptr)
-		return {ros::to_observation(*cloud, laser, *settings.cloud_height, waiting_scan.topic), robot, {}};
-	const auto& scan = std::get<ros::LaserScan>(waiting_scan.scan);
-	const ros::SweepTime time = sweep_time_of(waiting_scan);
+	ros::CloudScan scan;
+	if (const auto* const cloud = std::get_if<ros::PointCloud>(&waiting_scan.scan))
+	{
+		scan = ros::to_observation(*cloud, laser, *settings.cloud_height, waiting_scan.topic);
+		scan.sweep = settings.sweep.value_or(scan.sweep).checked();
+	}
+	else
+		scan = {
+		    ros::to_observation(std::get<ros::LaserScan>(waiting_scan.scan), laser, waiting_scan.topic),
+		    sweep_time_of(waiting_scan)};
+	const ros::SweepTime& time = scan.sweep;
 	const Time stamp = waiting_scan.header.time;
 	const auto [from, to] = time.span();
 	const Sweep sweep = make_sweep(
-	    time.first_beam, time.duration, scan.ranges.size(),
+	    time.first_beam, time.duration, scan.observation->getScanSize(),
 	    odometry.motion(stamp, stamp + nanoseconds(from), stamp + nanoseconds(to)));
-	return {ros::to_observation(scan, laser, waiting_scan.topic), robot, sweep};
+	return {scan.observation, robot, sweep};
 }
 
 /// Returns whether the scan comes too soon after the last one that was answered.

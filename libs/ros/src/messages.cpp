@@ -214,16 +214,26 @@ struct CloudLayout
 	std::size_t rows = 0, columns = 0;         //!< [-] of points
 	std::array<std::size_t, 3> offsets{};      //!< [byte] of x, y, z in a point
 	std::array<bool, 3> are_double{};          //!< whether they are float64, else float32
+	std::optional<std::size_t> time_offset{};  //!< [byte] of its time in a point
+	std::uint8_t time_type = 0;                //!< of this
 	std::size_t point_size = 0, row_size = 0;  //!< [byte]
 	bool is_big_endian = false;
 };
+
+constexpr std::uint8_t kUint32 = 6, kFloat32 = 7, kFloat64 = 8;  // types of fields
+
+/// Returns whether drivers call the time of a point so.
+bool is_name_of_time(const std::string& name)
+{
+	return name == "t" || name == "time" || name == "timestamp" || name == "time_stamp" || name == "offset_time" ||
+	       name == "time_offset";
+}
 
 /// Reads the descriptions of a point's fields, of which x, y and z are kept.
 template <typename Fields>
 void read_coordinates(Fields& fields, CloudLayout& layout)
 {
 	constexpr std::size_t kLeastSize = 13;  // [byte] of the description of a field
-	constexpr std::uint8_t kFloat32 = 7, kFloat64 = 8;
 	std::array<bool, 3> found{};
 	for (std::uint32_t left = count_of(fields, kLeastSize); left > 0; left--)
 	{
@@ -231,6 +241,11 @@ void read_coordinates(Fields& fields, CloudLayout& layout)
 		const auto offset = fields.template number<std::uint32_t>();
 		const auto type = fields.template number<std::uint8_t>();
 		const auto count = fields.template number<std::uint32_t>();  // some drivers write 0 for 1
+		if (is_name_of_time(name) && count <= 1 && type >= kUint32 && type <= kFloat64)
+		{
+			layout.time_offset = offset;
+			layout.time_type = type;
+		}
 		if (name.size() != 1 || name[0] < 'x' || name[0] > 'z') continue;
 		const auto axis = static_cast<std::size_t>(name[0] - 'x');
 		if (found[axis] || count > 1 || (type != kFloat32 && type != kFloat64))
@@ -258,27 +273,47 @@ CloudLayout read_layout(Fields& fields)
 	for (std::size_t axis = 0; axis < 3; axis++)
 		if (layout.offsets[axis] + (layout.are_double[axis] ? 8 : 4) > layout.point_size)
 			throw std::runtime_error("the point_step of a point cloud is shorter than its fields");
+	if (layout.time_offset && *layout.time_offset + (layout.time_type == kFloat64 ? 8 : 4) > layout.point_size)
+		throw std::runtime_error("the point_step of a point cloud is shorter than its fields");
 	if (layout.row_size < least) throw std::runtime_error("the row_step of a point cloud is shorter than its points");
 	return layout;
+}
+
+/// Returns the number that begins at `bytes`, in the byte order of the cloud.
+template <typename Number>
+Number number_at(const std::uint8_t* bytes, const CloudLayout& layout)
+{
+	std::array<std::uint8_t, sizeof(Number)> copy{};
+	std::memcpy(copy.data(), bytes, copy.size());
+	if (layout.is_big_endian) std::reverse(copy.begin(), copy.end());
+	Number number;
+	std::memcpy(&number, copy.data(), sizeof number);
+	return number;
 }
 
 /// Returns a coordinate of the point that begins at `point`.
 float coordinate_at(const std::uint8_t* point, std::size_t axis, const CloudLayout& layout)
 {
-	std::array<std::uint8_t, 8> bytes{};
-	const std::size_t size = layout.are_double[axis] ? 8 : 4;
-	std::memcpy(bytes.data(), point + layout.offsets[axis], size);
-	if (layout.is_big_endian) std::reverse(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(size));
-	if (!layout.are_double[axis])
-	{
-		float value = 0;
-		std::memcpy(&value, bytes.data(), sizeof value);
-		return value;
-	}
-	double value = 0;
-	std::memcpy(&value, bytes.data(), sizeof value);
+	if (!layout.are_double[axis]) return number_at<float>(point + layout.offsets[axis], layout);
+	const auto value = number_at<double>(point + layout.offsets[axis], layout);
 	constexpr double kMost = std::numeric_limits<float>::max();
 	return std::abs(value) <= kMost ? static_cast<float>(value) : std::numeric_limits<float>::quiet_NaN();
+}
+
+/// Returns the time [s] of the point that begins at `point`, after the time of the message [ns]; 0 if it is not known.
+/// Drivers write ns after the message (uint32), s after it (float32 and float64), or s or ns since the epoch (float64).
+float time_at(const std::uint8_t* point, const CloudLayout& layout, std::int64_t message)
+{
+	constexpr double kYear = 3e7, kNanosecond = 1e-9, kMost = 10;  // [s]
+	if (!layout.time_offset) return 0;
+	const std::uint8_t* const at = point + *layout.time_offset;
+	double time = 0;
+	if (layout.time_type == kUint32) time = kNanosecond * static_cast<double>(number_at<std::uint32_t>(at, layout));
+	if (layout.time_type == kFloat32) time = static_cast<double>(number_at<float>(at, layout));
+	if (layout.time_type == kFloat64) time = number_at<double>(at, layout);
+	if (time > kYear / kNanosecond) time *= kNanosecond;
+	if (time > kYear) time -= kNanosecond * static_cast<double>(message);
+	return std::abs(time) <= kMost ? static_cast<float>(time) : 0;
 }
 
 template <typename Fields>
@@ -298,7 +333,8 @@ PointCloud read_point_cloud(Fields& fields)
 		{
 			const std::uint8_t* const point = data.data + row * layout.row_size + column * layout.point_size;
 			cloud.points.push_back(
-			    {coordinate_at(point, 0, layout), coordinate_at(point, 1, layout), coordinate_at(point, 2, layout)});
+			    {coordinate_at(point, 0, layout), coordinate_at(point, 1, layout), coordinate_at(point, 2, layout),
+			     time_at(point, layout, cloud.header.time)});
 		}
 	return cloud;
 }

@@ -66,41 +66,6 @@ mrpt::obs::CObservation2DRangeScan::Ptr to_observation(
 	return observation;
 }
 
-mrpt::obs::CObservation2DRangeScan::Ptr to_observation(
-    const PointCloud& cloud, const mrpt::poses::CPose3D& sensor, const HeightBand& band, const std::string& label)
-{
-	constexpr std::size_t kDirections = 1440;
-	constexpr double kNearest = 0.05, kFarthest = 200;  // [m]
-	constexpr double kStep = 2 * M_PI / kDirections;    // [rad]
-	const double heading = std::atan2(sensor.getRotationMatrix()(1, 0), sensor.getRotationMatrix()(0, 0));
-	std::vector<double> nearest(kDirections, kFarthest);  // [m]
-	for (const CloudPoint& point : cloud.points)
-	{
-		const auto on_robot = sensor.composePoint(
-		    {static_cast<double>(point.x), static_cast<double>(point.y), static_cast<double>(point.z)});
-		const double x = on_robot.x - sensor.x(), y = on_robot.y - sensor.y(), range = std::hypot(x, y);
-		if (!(on_robot.z >= band.from && on_robot.z <= band.to && range >= kNearest && range < kFarthest)) continue;
-		const double turns = (std::atan2(y, x) - heading + M_PI) / (2 * M_PI);
-		const auto direction = static_cast<std::size_t>((turns - std::floor(turns)) * kDirections) % kDirections;
-		nearest[direction] = std::min(nearest[direction], range);
-	}
-	auto observation = mrpt::obs::CObservation2DRangeScan::Create();
-	observation->timestamp = to_time(cloud.header.time);
-	observation->sensorLabel = label;
-	observation->rightToLeft = true;
-	observation->maxRange = static_cast<float>(kFarthest);
-	observation->aperture = static_cast<float>(2 * M_PI - kStep);
-	observation->sensorPose = {sensor.x(), sensor.y(), sensor.z(), heading, 0, 0};
-	observation->resizeScan(kDirections);
-	for (std::size_t i = 0; i < kDirections; i++)
-	{
-		const bool has_point = nearest[i] < kFarthest;
-		observation->setScanRange(i, has_point ? static_cast<float>(nearest[i]) : std::nanf(""));
-		observation->setScanRangeValidity(i, has_point);
-	}
-	return observation;
-}
-
 mrpt::obs::CObservationOdometry::Ptr to_observation(const Odometry& odometry, const std::string& label)
 {
 	if (!odometry.pose.pose) return nullptr;

@@ -167,7 +167,8 @@ std::string scan_message(Wire wire, const MadeScan& scan)
 std::string cloud_message(Wire wire, const MadeCloud& cloud)
 {
 	constexpr std::uint32_t kIntensity = 4;  // [byte] after the coordinates
-	const std::uint32_t size = cloud.are_double ? 8 : 4, point_size = 3 * size + kIntensity;
+	const std::uint32_t size = cloud.are_double ? 8 : 4, time_at = 3 * size + kIntensity;
+	const std::uint32_t point_size = time_at + (cloud.time_field.empty() ? 0 : cloud.time_type == 8 ? 8 : 4);
 	const auto columns = static_cast<std::uint32_t>(cloud.points.size()) / cloud.rows;
 	std::string data;
 	const auto add = [&](auto value)
@@ -184,12 +185,17 @@ std::string cloud_message(Wire wire, const MadeCloud& cloud)
 			else
 				add(static_cast<float>(value));
 		data += std::string(kIntensity, '!');
+		if (!cloud.time_field.empty() && cloud.time_type == 6) add(static_cast<std::uint32_t>(cloud.times[i]));
+		if (!cloud.time_field.empty() && cloud.time_type == 7) add(static_cast<float>(cloud.times[i]));
+		if (!cloud.time_field.empty() && cloud.time_type == 8) add(cloud.times[i]);
 		if ((i + 1) % columns == 0) data += std::string(cloud.row_gap, '?');
 	}
 	data.resize(data.size() - cloud.missing_data);
 	FieldWriter writer(wire);
 	writer.header(cloud.time, cloud.frame).number(cloud.rows).number(columns);
-	writer.number(static_cast<std::uint32_t>(cloud.fields.size()));
+	writer.number(static_cast<std::uint32_t>(cloud.fields.size() + (cloud.time_field.empty() ? 0 : 1)));
+	if (!cloud.time_field.empty())
+		writer.text(cloud.time_field).number(time_at).number(cloud.time_type).number(std::uint32_t{1});
 	std::uint32_t offset = 0;
 	for (const std::string& field : cloud.fields)
 	{

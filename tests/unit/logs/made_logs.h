@@ -77,6 +77,9 @@ struct MadeCloud
 	std::uint8_t field_type = 0;     //!< 0: the right one
 	std::uint32_t point_step = 0;    //!< [byte] 0: the right one
 	std::uint32_t missing_data = 0;  //!< [byte] that are cut off the data
+	std::string time_field{};        //!< name of the field with the times; empty: there is none
+	std::uint8_t time_type = 7;      //!< of this field: 6 uint32, 7 float32, 8 float64
+	std::vector<double> times{};     //!< of the points, in the unit of the field
 };
 std::string cloud_message(Wire wire, const MadeCloud& cloud);
 

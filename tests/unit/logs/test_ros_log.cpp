@@ -417,6 +417,26 @@ TEST_F(RosLog, PointCloudsAreScansIfABandOfHeightsIsGiven)
 	EXPECT_NEAR(scan.sensorPose.x(), 0.5, 1e-9);
 }
 
+TEST_F(RosLog, PointCloudsHaveTheSweepThatTheirPointsTell)
+{
+	MadeCloud cloud;
+	cloud.time = kStart;
+	cloud.time_field = "time";
+	cloud.points.clear();
+	for (int i = 0; i < 360; i++)
+	{
+		cloud.points.push_back({3 * std::cos(i * M_PI / 180), 3 * std::sin(i * M_PI / 180), 1});
+		cloud.times.push_back(0.1 / 360 * i);
+	}
+	for (const bool has_times : {true, false})
+	{
+		if (!has_times) cloud.time_field.clear();
+		const auto objects = objects_of(log_with_clouds({made_cloud(Wire::kCdr, cloud)}));
+		ASSERT_EQ(objects.size(), 1U);
+		EXPECT_NEAR(objects[0].details.at(0).sweep.duration, has_times ? 0.1 : 0, 1e-3);
+	}
+}
+
 TEST_F(RosLog, PointCloudsThatCannotBeReadAreToldAndWhy)
 {
 	MadeCloud cloud;

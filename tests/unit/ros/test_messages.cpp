@@ -173,7 +173,8 @@ TEST(Messages, AHeightBandOfACloudIsAScanOfALevelLaser)
 	add(0.2, 2.1, 1.4);   // left
 	add(0.2, -2.9, 2.5);  // the ceiling
 	cloud.points.push_back({NAN, 0, 0});
-	const auto scan = to_observation(cloud, sensor, HeightBand{0.1, 2}, "/points");
+	const auto [scan, sweep] = to_observation(cloud, sensor, HeightBand{0.1, 2}, "/points");
+	EXPECT_TRUE(sweep.is_instant());
 	int valid = 0;
 	for (std::size_t i = 0; i < scan->getScanSize(); i++)
 	{
@@ -188,6 +189,76 @@ TEST(Messages, AHeightBandOfACloudIsAScanOfALevelLaser)
 	EXPECT_EQ(valid, 2);
 	EXPECT_NEAR(scan->sensorPose.pitch(), 0, 1e-9);
 	EXPECT_NEAR(scan->sensorPose.z(), 1, 1e-9);
+}
+
+TEST(Messages, PointsHaveTheirTimesInTheUnitsOfDrivers)
+{
+	struct Driver
+	{
+		const char* field;
+		std::uint8_t type;
+		double early, late;  // 0.02 and 0.05 s after the message
+	};
+	for (const Driver& driver :
+	     {Driver{"t", 6, 2e7, 5e7}, Driver{"time", 7, 0.02, 0.05}, Driver{"offset_time", 8, 0.02, 0.05},
+	      Driver{"timestamp", 8, 1600000000.02, 1600000000.05},
+	      Driver{"timestamp", 8, 1.60000000002e18, 1.60000000005e18}, Driver{"ring", 7, 0, 0}})
+		for (const bool is_big_endian : {false, true})
+		{
+			MadeCloud made;
+			made.time = 1'600'000'000'000'000'000;
+			made.is_big_endian = is_big_endian;
+			made.time_field = driver.field;
+			made.time_type = driver.type;
+			made.times = {driver.early, driver.late};
+			const auto cloud = decode_point_cloud(encoded(cloud_message(Wire::kCdr, made), Wire::kCdr));
+			const bool is_time = driver.late > 0;
+			EXPECT_NEAR(cloud.points.at(0).time, is_time ? 0.02 : 0, 1e-6) << driver.field << int{driver.type};
+			EXPECT_NEAR(cloud.points.at(1).time, is_time ? 0.05 : 0, 1e-6) << driver.field << int{driver.type};
+			EXPECT_EQ(cloud.points.at(1).y, 5);
+			EXPECT_NEAR(time_span_of(cloud).duration, is_time ? 0.03 : 0, 1e-6);
+		}
+}
+
+TEST(Messages, ACloudOfASpinningLaserIsSwept)
+{
+	constexpr double kTurn = 0.1, kBegin = 2.0, kDelay = 0.03;  // [s], [rad], [s]
+	for (const int direction : {1, -1})
+		for (const bool is_scattered : {false, true})
+		{
+			PointCloud cloud;
+			for (int i = 0; i < 900; i++)
+			{
+				const double share = i / 900.0, angle = kBegin + direction * 2 * M_PI * share;
+				const double time = is_scattered ? kTurn * std::fmod(0.618 * i, 1) : kDelay + kTurn * share;
+				const double range = 2 + share;
+				for (const double height : {-0.05, 0.05})  // two rings, which do not fire in the same direction
+					cloud.points.push_back(
+					    {static_cast<float>(range * std::cos(angle + height)),
+					     static_cast<float>(range * std::sin(angle + height)), static_cast<float>(height),
+					     static_cast<float>(time)});
+			}
+			const mrpt::poses::CPose3D sensor(0.2, 0, 1, 0.7, 0, 0);
+			const auto [scan, sweep] = to_observation(cloud, sensor, HeightBand{0.5, 2}, "/points");
+			EXPECT_EQ(sweep.is_instant(), is_scattered);
+			if (is_scattered) continue;
+			EXPECT_NEAR(sweep.duration, kTurn, 0.002);
+			EXPECT_EQ(scan->rightToLeft, direction > 0);
+			const auto beams = static_cast<double>(scan->getScanSize());
+			const double aperture = static_cast<double>(scan->aperture);
+			int checked = 0;
+			for (std::size_t i = 100; i + 100 < scan->getScanSize(); i++)
+			{
+				if (!scan->getScanRangeValidity(i)) continue;
+				const double share = static_cast<double>(scan->getScanRange(i)) - 2;
+				const double along = static_cast<double>(i) / (beams - 1);
+				EXPECT_NEAR(sweep.first_beam + sweep.duration * along, kDelay + kTurn * share, 0.002);
+				const double angle = scan->sensorPose.yaw() + direction * (along - 0.5) * aperture;
+				EXPECT_NEAR(std::remainder(angle - 0.7 - kBegin - direction * 2 * M_PI * share, 2 * M_PI), 0, 0.06);
+				checked++;
+			}
+			EXPECT_GT(checked, 500);
+		}
 }
 
 TEST(Messages, ShortMessagesAreTold)

@@ -226,7 +226,9 @@ class RosReader : public LogReader
 		if (taken.message.topic->kind == MessageKind::kPointCloud)
 		{
 			const ros::PointCloud cloud = point_cloud_of(taken.message);
-			object = to_rawlog_object(ros::to_observation(cloud, pose.value_or(Pose()), cloud_height_, topic));
+			const auto scan = ros::to_observation(cloud, pose.value_or(Pose()), cloud_height_, topic);
+			details.sweep = scan.sweep;
+			object = to_rawlog_object(scan.observation);
 		}
 		else
 		{

@@ -54,9 +54,10 @@ struct LaserScan
 struct CloudPoint
 {
 	float x = 0, y = 0, z = 0;  //!< [m] in the frame of the sensor; NaN: no data
+	float time = 0;             //!< [s] after the time of the message; 0 if no field tells it
 };
 
-/// sensor_msgs/PointCloud2, of which only the positions are read.
+/// sensor_msgs/PointCloud2, of which only positions and times are read.
 struct PointCloud
 {
 	Header header;

@@ -54,11 +54,22 @@ struct HeightBand
 	double from = 0, to = 0;  //!< [m] from < to
 };
 
+/// A cloud as a scan, and when its beams were taken.
+struct CloudScan
+{
+	mrpt::obs::CObservation2DRangeScan::Ptr observation;
+	SweepTime sweep;  //!< instant if the times of the points are not those of a laser that spins
+};
+
 /// Returns a cloud as a scan of a laser that looks around level from where the sensor is: in each of 1,440 directions
 /// the nearest point of the band. Directions without a point, and points within 0.05 m or beyond 200 m, are no data: a
-/// cloud does not tell where a beam saw nothing. \param sensor its frame on the robot
-mrpt::obs::CObservation2DRangeScan::Ptr to_observation(
+/// cloud does not tell where a beam saw nothing. If the points have times, the first beam is the direction in which the
+/// turn of the laser began. \param sensor its frame on the robot
+CloudScan to_observation(
     const PointCloud& cloud, const mrpt::poses::CPose3D& sensor, const HeightBand& band, const std::string& label);
+
+/// Returns a sweep that lasts as long as all points of a cloud take.
+SweepTime time_span_of(const PointCloud& cloud);
 
 /// Returns the odometry as MRPT has it; null if the message holds no pose.
 mrpt::obs::CObservationOdometry::Ptr to_observation(const Odometry& odometry, const std::string& label);
