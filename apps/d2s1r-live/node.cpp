@@ -164,8 +164,9 @@ class Node
 		const bool is_due = steady_now() - told_at_ >= std::chrono::seconds(1);
 		if (is_due || status.summary != told_summary_) send(status);
 		if (is_due) once_a_second();
-		if (!flags_.quiet)
-			for (const std::string& line : live_.take_news()) say_(line);
+		if (flags_.quiet) return;
+		for (const std::string& line : live_.take_news()) say_(line);
+		say_if_stuck(status.summary);
 	}
 
    private:
@@ -274,6 +275,20 @@ class Node
 		told_at_ = steady_now();
 	}
 
+	/// Says once what has kept the robot from being localized for some seconds.
+	void say_if_stuck(const std::string& summary)
+	{
+		constexpr std::chrono::seconds kPatience(3);
+		if (summary != stuck_by_)
+		{
+			stuck_by_ = summary;
+			stuck_since_ = steady_now();
+		}
+		if (steady_now() - stuck_since_ < kPatience || said_ == summary || summary.rfind("localized", 0) == 0) return;
+		said_ = summary;
+		say_("domain " + std::to_string(flags_.domain) + ": " + summary);
+	}
+
 	void once_a_second()
 	{
 		std::vector<const Endpoint*> readers, writers;
@@ -300,6 +315,8 @@ class Node
 	std::set<std::string> damaged_;      //!< topics
 	std::string told_summary_;
 	std::chrono::steady_clock::time_point told_at_{};
+	std::string stuck_by_, said_;  //!< summaries
+	std::chrono::steady_clock::time_point stuck_since_{};
 };
 }  // namespace
 

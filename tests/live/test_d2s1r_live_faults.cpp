@@ -74,6 +74,13 @@ std::vector<std::uint8_t> damaged(std::vector<std::uint8_t> bytes, std::mt19937&
 }
 }  // namespace
 
+TEST_F(LiveTest, SaysWhatItWaitsFor)
+{
+	LiveProcess live = start_live();
+	EXPECT_TRUE(says("domain " + std::to_string(test_domain()) + ": waits for a map"));
+	stop(live);
+}
+
 TEST_F(LiveTest, TellsThatAVolatileMapDoesNotMatchAndReadsItOnRequest)
 {
 	RobotPeer robot(make_floor(), {true, false, 1});
