@@ -292,7 +292,8 @@ std::optional<std::pair<Mistake, Trial>> worst_mistake(
     const Tester& tester, const MapRequest& map, double range_factor, std::size_t fit,
     const std::vector<Mistake>& of_fields)
 {
-	std::vector<Mistake> mistakes = usual_mistakes(tester.samples(), tester.localizer().parameters().scan);
+	std::vector<Mistake> mistakes =
+	    usual_mistakes(tester.samples(), tester.localizer().parameters().scan, range_factor);
 	mistakes.insert(mistakes.end(), of_fields.begin(), of_fields.end());
 	const double scale = best_scale(tester), cell = tester.localizer().grid().cell_size;
 	mistakes.push_back(

@@ -178,7 +178,17 @@ struct Readings
 	double median() const { return ranges.empty() ? 0 : static_cast<double>(ranges[ranges.size() / 2]); }
 };
 
-void add_units(const Readings& readings, std::vector<Mistake>& mistakes)
+/// Returns the options for ranges that have to be multiplied by `factor`.
+/// \param range_factor [-] that they have been multiplied by
+std::string unit_advice(const char* unit, double factor, float max_range, double range_factor)
+{
+	const double whole = range_factor * factor;
+	if (std::abs(whole - 1) < 1e-6) return "the ranges are in metres: leave out --range-factor";
+	return mrpt::format(
+	    "the ranges are %s: --range-factor %g --max-range %g", unit, whole, static_cast<double>(max_range));
+}
+
+void add_units(const Readings& readings, double range_factor, std::vector<Mistake>& mistakes)
 {
 	struct Unit
 	{
@@ -204,11 +214,7 @@ void add_units(const Readings& readings, std::vector<Mistake>& mistakes)
 					scan.setScanRangeValidity(i, true);
 			scan.maxRange = max_range;
 		};
-		mistakes.push_back(
-		    {mrpt::format(
-		         "the ranges are %s: --range-factor %g --max-range %g", unit.name, factor,
-		         static_cast<double>(max_range)),
-		     correct});
+		mistakes.push_back({unit_advice(unit.name, factor, max_range, range_factor), correct});
 	}
 }
 
@@ -360,13 +366,13 @@ double distance_from_walls(const Scan& scan, const mrpt::math::TPose2D& robot, c
 	return sum / static_cast<double>(walls.size());
 }
 
-std::vector<Mistake> usual_mistakes(const Samples& samples, const ScanParameters& parameters)
+std::vector<Mistake> usual_mistakes(const Samples& samples, const ScanParameters& parameters, double range_factor)
 {
 	const Readings readings(samples.chosen);
 	std::vector<Mistake> mistakes(1);
 	mistakes[0].correct = mirror;
 	mistakes[0].mirrors = true;
-	add_units(readings, mistakes);
+	add_units(readings, range_factor, mistakes);
 	add_max_ranges(readings, mistakes);
 	add_zeros(readings, parameters, mistakes);
 	for (const auto& [label, scans] : samples.others)

@@ -57,8 +57,10 @@ struct Mistake
 Correction scaled_by(double factor);
 
 /// Returns the mistakes that may have been made with samples, but for the resolution: a mirror, the unit of ranges,
-/// maxRange, zeros, the choice of the laser. \param parameters that the scans are read with
-std::vector<Mistake> usual_mistakes(const Samples& samples, const ScanParameters& parameters);
+/// maxRange, zeros, the choice of the laser.
+/// \param parameters that the scans are read with
+/// \param range_factor [-] that the ranges have been multiplied by
+std::vector<Mistake> usual_mistakes(const Samples& samples, const ScanParameters& parameters, double range_factor = 1);
 
 /// Returns a scan as it is without a mistake, its beams moved to its time.
 Scan corrected(const LoggedScan& scan, const Mistake& mistake, ScanParameters parameters);

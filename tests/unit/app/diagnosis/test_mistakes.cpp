@@ -43,10 +43,10 @@ std::vector<float> near_and(const std::vector<float>& others)
 }
 
 /// The advice of each mistake that may have been made, a line each; mirrors have none.
-std::string advice_on(const Samples& samples, const ScanParameters& parameters = {})
+std::string advice_on(const Samples& samples, const ScanParameters& parameters = {}, double range_factor = 1)
 {
 	std::string lines;
-	for (const Mistake& mistake : usual_mistakes(samples, parameters))
+	for (const Mistake& mistake : usual_mistakes(samples, parameters, range_factor))
 		if (!mistake.mirrors) lines += mistake.advice + "\n";
 	return lines;
 }
@@ -67,6 +67,10 @@ TEST(UsualMistakes, KnowUnitsThatGiveRangesOfLasers)
 	EXPECT_NE(advice.find("the ranges are millimetres: --range-factor 0.001 --max-range 10\n"), std::string::npos);
 	EXPECT_NE(advice.find("the ranges are centimetres: --range-factor 0.01 --max-range 0.1\n"), std::string::npos);
 	EXPECT_EQ(advice.find("feet"), std::string::npos) << advice;
+	const std::string already = advice_on(samples_of({1000, 2000, 3000}, 10), {}, 1000);
+	EXPECT_NE(already.find("the ranges are in metres: leave out --range-factor\n"), std::string::npos) << already;
+	EXPECT_NE(already.find("the ranges are centimetres: --range-factor 10 --max-range 0.1\n"), std::string::npos)
+	    << already;
 }
 
 TEST(UsualMistakes, KnowWhatAPileOfReadingsMeans)
