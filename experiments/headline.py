@@ -12,6 +12,7 @@ import os
 import pathlib
 import re
 import subprocess
+import sys
 import tempfile
 
 import measures
@@ -82,9 +83,14 @@ def main():
     load = os.getloadavg()[0]
     lines = ["| building | scans | success | localized | of these, right | mean error | time a scan: median, mean |",
              "| --- | --- | --- | --- | --- | --- | --- |"]
+    rows = [row for row in ROWS if (folder / row[0]).exists()]
+    if not rows:
+        sys.exit(f"headline.py: {folder} holds none of {', '.join(sorted({row[0] for row in ROWS}))}; set D2S1R_DATA to "
+                 "the folder of the sites")
     for row in ROWS:
-        if not (folder / row[0]).exists():
-            continue
+        if row not in rows:
+            print(f"headline.py: {folder} holds no {row[0]}: a row is left out", file=sys.stderr)
+    for row in rows:
         with tempfile.TemporaryDirectory() as out:
             summary, told = run(arguments.program, folder, row, arguments.frames, pathlib.Path(out))
             lines.append(table_row(row, summary, times(pathlib.Path(out) / "frames.csv")))
