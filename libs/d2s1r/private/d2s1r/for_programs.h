@@ -109,7 +109,7 @@ mrpt::maps::COccupancyGridMap2D::Ptr load_changed_map(
 std::string map_name_of(const std::string& file);
 
 /// Returns the SIMD targets that this machine runs and the library was compiled for, the one in use first: "avx3"
-/// (AVX-512), "avx2", "neon" or "portable". Results are the same with each of them, bit for bit.
+/// (AVX-512), "avx2", "ssse3", "neon" or "portable". Results are the same with each of them, bit for bit.
 std::vector<std::string> simd_targets();
 
 /// Makes the library use one of simd_targets() from here on. Call it before any other thread runs.
