@@ -389,8 +389,11 @@ class CarmenReader : public LogReader
 	{
 		Words words(text);
 		const std::string kind(words.word());
-		if (kind == "PARAM" && !is_known_)
-			known_.lasers.read(words);
+		if (kind == "PARAM")
+		{
+			Lasers again;  // which ends at the same damage as the first reading
+			(is_known_ ? again : known_.lasers).read(words);
+		}
 		else if (kind == "FLASER" || kind == "RLASER")
 			add_scan(read_old_laser(kind, words, known_.lasers));
 		else if (kind == "ROBOTLASER1" || kind == "ROBOTLASER2")

@@ -186,6 +186,8 @@ TEST_F(CarmenLog, DamageIsToldByTheLine)
 	EXPECT_EQ(damage.rfind("line 2 is damaged or cut short (is shorter than it says)", 0), 0U) << damage;
 	EXPECT_EQ(objects_of("FLASER 2 1.0 x 0 0 0 0 0 0 1 h 1\n", &damage).size(), 0U);
 	EXPECT_EQ(damage.rfind("line 1 is damaged or cut short (has 'x' where a number belongs)", 0), 0U) << damage;
+	EXPECT_EQ(objects_of("PARAM robot_frontlaser_offset 0x\n" + flaser(1), &damage).size(), 0U);
+	EXPECT_EQ(damage.rfind("line 1 is damaged or cut short (has '0x' where a number belongs)", 0), 0U) << damage;
 	if (!can_pack("bz2")) GTEST_SKIP() << "built without libbz2-dev";
 	const std::string whole = packed("bz2", flaser(1) + flaser(2));
 	objects_of(whole.substr(0, whole.size() - 5), &damage);
