@@ -43,7 +43,8 @@ struct BeamSubsets
 	BeamSubset few, many, all;
 };
 
-/// [-] Share of the poses, for a place that equals the answer, or that a mirrored scan is of, is among the best ones.
+/// [-] Share of the poses for the searches that may only cast doubt on an answer: the place that they look for is among
+/// the best ones.
 constexpr double kLittleEffort = 0.03;
 
 /// What a look has found.
@@ -190,7 +191,7 @@ double log_likelihood_of_mirrored(
 }  // namespace
 
 // The whole method: search candidates, judge them, decide; stop if the answer is clear and safe, and no place equals
-// it. At last, look whether the scan fits better if it is mirrored.
+// it. Last, see whether the mirrored scan fits better.
 Decision localize_default(const Scan& scan, const std::vector<SearchedMap>& maps, double time_budget)
 {
 	const TimeBudget budget(time_budget);

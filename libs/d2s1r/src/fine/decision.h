@@ -59,11 +59,11 @@ struct Decision
 /// way to one in a map that explains the scan, and the same place in two maps gets half of the probability in each. The
 /// odds are divided by the square root of the number of maps: the more maps, the more places seem right by chance. The
 /// root was chosen by hand, on generated floors.
-/// \param places best first, of all maps; only the best one, and others that have a covariance, become hypotheses
 ///
-/// A scan whose beams are in the wrong order, as of a laser that is mounted upside down, often fits some place of a
-/// building by chance, but hardly ever as well as it fits its own place once it is mirrored. So that the beams are in
-/// the wrong order competes with the places, too.
+/// The beams of a laser that is mounted upside down are in the wrong order. Such a scan often fits some place of a
+/// building by chance, but its mirror image nearly always fits its own place better. So the hypothesis that the beams
+/// are in the wrong order competes with the places.
+/// \param places best first, of all maps; only the best one, and others that have a covariance, become hypotheses
 /// \param maps by their numbers
 /// \param mirrored [nat] log-likelihood of the mirrored scan where that fits best; -inf if nobody looked
 Decision decide(
