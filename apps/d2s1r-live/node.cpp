@@ -166,7 +166,7 @@ class Node
 		if (is_due) once_a_second();
 		if (flags_.quiet) return;
 		for (const std::string& line : live_.take_news()) say_(line);
-		say_if_stuck(status.summary);
+		say_if_stuck(status);
 	}
 
    private:
@@ -276,17 +276,19 @@ class Node
 	}
 
 	/// Says once what has kept the robot from being localized for some seconds.
-	void say_if_stuck(const std::string& summary)
+	void say_if_stuck(const LiveStatus& status)
 	{
 		constexpr std::chrono::seconds kPatience(3);
-		if (summary != stuck_by_)
+		const std::string reason = status.is_localized ? "" : status.summary;
+		if (reason != stuck_by_)
 		{
-			stuck_by_ = summary;
+			stuck_by_ = reason;
 			stuck_since_ = steady_now();
+			is_said_ = reason.empty();
 		}
-		if (steady_now() - stuck_since_ < kPatience || said_ == summary || summary.rfind("localized", 0) == 0) return;
-		said_ = summary;
-		say_("domain " + std::to_string(flags_.domain) + ": " + summary);
+		if (is_said_ || steady_now() - stuck_since_ < kPatience) return;
+		is_said_ = true;
+		say_("domain " + std::to_string(flags_.domain) + ": " + reason);
 	}
 
 	void once_a_second()
@@ -315,7 +317,8 @@ class Node
 	std::set<std::string> damaged_;      //!< topics
 	std::string told_summary_;
 	std::chrono::steady_clock::time_point told_at_{};
-	std::string stuck_by_, said_;  //!< summaries
+	std::string stuck_by_;  //!< why the robot is not localized; empty if it is
+	bool is_said_ = true;
 	std::chrono::steady_clock::time_point stuck_since_{};
 };
 }  // namespace

@@ -552,7 +552,8 @@ LiveStatus LiveLocalizer::status(Time now) const
 		        (state.settings.seeding == Seeding::kWatch ? "" : "; it would be told if seeding were watch"));
 	if (!state.seeder.waiting().empty() && state.settings.seeding != Seeding::kNever && !state.seeder.is_satisfied())
 		say(Level::kWarning, state.seeder.waiting());
-	if (state.last && state.last->localization.status == Status::kLocalized)
+	status.is_localized = state.last && !is_late && state.last->localization.status == Status::kLocalized;
+	if (status.is_localized)
 		say(Level::kOk, verdict == Verdict::kFits ? "localized, and the tracker fits" : "localized");
 	say(Level::kOk, state.silent_because);
 	const auto add = [&](const char* name, const std::string& value) { status.values.emplace_back(name, value); };

@@ -81,6 +81,7 @@ struct LiveStatus
 		kError
 	};
 	Level level = Level::kOk;
+	bool is_localized = false;                                //!< by its last scan, which is not old
 	std::string summary;                                      //!< a line
 	std::vector<std::pair<std::string, std::string>> values;  //!< name and value, for people
 };
