@@ -3,9 +3,11 @@
 
 #include "errors.h"
 
+#include <base/spelling.h>
 #include <d2s1r/version.h>
 
 #include <CLI/CLI.hpp>
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <cstdlib>
@@ -144,6 +146,51 @@ void define(CLI::App& app, Flags& flags, Texts& texts)
 	app.add_flag("-q,--quiet", flags.quiet, "print errors only");
 }
 
+/// Refuses words that a node of ROS understands and this program does not, and says what to write instead.
+void refuse_ros_arguments(int argc, char** argv)
+{
+	const std::string kAssigned = ":=";
+	constexpr std::array<std::pair<const char*, const char*>, 6> kTopics = {
+	    {{"scan", "--scan"},
+	     {"map", "--map-topic"},
+	     {"odom", "--odom"},
+	     {"initialpose", "--initialpose"},
+	     {"amcl_pose", "--tracker"},
+	     {"pf_pose", "--tracker"}}};
+	bool has_ros_arguments = false;
+	for (int i = 1; i < argc; i++)
+	{
+		const std::string word = argv[i];
+		has_ros_arguments = has_ros_arguments || word == "--ros-args";
+		const auto at = word.find(kAssigned);
+		if (at == std::string::npos) continue;
+		std::string name = word.substr(0, at);
+		if (name.rfind('/', 0) == 0) name.erase(0, 1);
+		for (const auto& [topic, option] : kTopics)
+			if (name == topic)
+				wrong(
+				    word, "d2s1r-live does not read remappings of ROS; write " + std::string(option) + " " +
+				              word.substr(at + kAssigned.size()));
+		if (name == "use_sim_time")
+			wrong(word, "d2s1r-live follows /clock whenever somebody publishes it; leave this parameter out");
+		wrong(word, "d2s1r-live does not read remappings and parameters of ROS; its options name topics and frames");
+	}
+	if (has_ros_arguments)
+		wrong(
+		    "--ros-args", "d2s1r-live does not read arguments of ROS; its options name topics, such as --scan /front");
+}
+
+/// Refuses a word that is none of the options, and names the option that it may have been meant to be.
+[[noreturn]] void refuse_unknown(const CLI::App& app, const std::string& word)
+{
+	std::vector<std::string> names;
+	for (const CLI::Option* option : app.get_options())
+		for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+	const std::string given = word.substr(0, word.find('=')), nearest = nearest_word(given, names);
+	if (nearest.empty()) wrong(given, "is not an option");
+	throw UserError(kWrongUse, given, "is not an option; did you mean " + nearest + "?");
+}
+
 void read_values(const Texts& texts, Flags& flags)
 {
 	constexpr int kMostScans = 1000;
@@ -194,6 +241,8 @@ std::optional<Flags> parse_flags(int argc, char** argv, std::ostream& out)
 	    "seed its tracker on /initialpose, and notice when the tracker is lost. All options may be left out.");
 	define(app, flags, texts);
 	app.set_version_flag("--version", "d2s1r-live " D2S1R_VERSION);
+	app.allow_extras();
+	refuse_ros_arguments(argc, argv);
 	try
 	{
 		app.parse(argc, argv);
@@ -212,6 +261,7 @@ std::optional<Flags> parse_flags(int argc, char** argv, std::ostream& out)
 	{
 		throw UserError(kWrongUse, "command line", std::string(e.what()) + "; see d2s1r-live --help");
 	}
+	if (const auto unknown = app.remaining(); !unknown.empty()) refuse_unknown(app, unknown.front());
 	read_values(texts, flags);
 	return flags;
 }

@@ -4,13 +4,13 @@
 #include "cli/errors.h"
 #include "cli/values.h"
 
+#include <base/spelling.h>
 #include <d2s1r/for_programs.h>
 #include <d2s1r/version.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <memory>
-#include <numeric>
 #include <sstream>
 #include <stdexcept>
 #include <utility>
@@ -443,40 +443,13 @@ void add_dependent(CommandLine& command, const Dependent& dependent)
 	command.output.rawlog_copy = !dependent.no_rawlog;
 }
 
-/// Returns the least number of letters to insert, leave out or replace that makes one word of the other.
-std::size_t edit_distance(const std::string& from, const std::string& to)
-{
-	std::vector<std::size_t> row(to.size() + 1);  // from the letters of `from` so far to each beginning of `to`
-	std::iota(row.begin(), row.end(), 0U);
-	for (const char letter : from)
-	{
-		std::size_t diagonal = row[0]++;
-		for (std::size_t i = 0; i < to.size(); i++)
-		{
-			const std::size_t replaced = diagonal + (letter == to[i] ? 0 : 1);
-			diagonal = row[i + 1];
-			row[i + 1] = std::min({replaced, row[i] + 1, diagonal + 1});
-		}
-	}
-	return row.back();
-}
-
 /// Refuses a word that is not an option, and names the option that it may have been meant to be.
 [[noreturn]] void refuse_unknown(const CLI::App& app, const std::string& word)
 {
-	constexpr std::size_t kMostSlips = 2;
 	const std::string given = word.substr(0, word.find('='));
-	std::string nearest;
-	std::size_t least = kMostSlips + 1;
-	for (const CLI::Option* option : app.get_options())
-	{
-		const std::string name = "--" + option->get_lnames().front();
-		const bool is_beginning = given.size() > 3 && name.rfind(given, 0) == 0;
-		const std::size_t slips = is_beginning ? 1 : edit_distance(given, name);
-		if (slips >= least) continue;
-		least = slips;
-		nearest = name;
-	}
+	std::vector<std::string> names;
+	for (const CLI::Option* option : app.get_options()) names.push_back("--" + option->get_lnames().front());
+	const std::string nearest = nearest_word(given, names);
 	if (nearest.empty()) wrong(given, "is not an option");
 	throw UserError(kWrongUse, given, "is not an option; did you mean " + nearest + "?");
 }

@@ -112,7 +112,12 @@ TEST(Parameters, UnknownNamesAreRefused)
 {
 	EXPECT_EQ(
 	    refusal("[grid]\nocupied_threshold = 0.5\n"),
-	    "my.ini:2: grid.ocupied_threshold is not a parameter; remove it or correct its name");
+	    "my.ini:2: grid.ocupied_threshold is not a parameter; did you mean grid.occupied_threshold?");
+	EXPECT_NE(refusal("[gird]\nfree_threshold = 0.5\n").find("did you mean grid.free_threshold?"), std::string::npos);
+	EXPECT_NE(refusal("[grid]\nmin_beams = 5\n").find("did you mean scan.min_beams?"), std::string::npos)
+	    << "another section";
+	EXPECT_EQ(
+	    refusal("[grid]\ncolour = 5\n"), "my.ini:2: grid.colour is not a parameter; remove it or correct its name");
 	EXPECT_NE(
 	    refusal("[gird]\noccupied_threshold = 0.5\n").find("my.ini:2: gird.occupied_threshold"), std::string::npos);
 	EXPECT_EQ(

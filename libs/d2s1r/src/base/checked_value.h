@@ -74,10 +74,12 @@ void set_checked(const std::string& what, const std::string& text, T& value, Lea
 	value = parsed;
 }
 
-/// Says that there is no parameter `what`.
+/// Says that there is no parameter `what`. \param meant the parameter that it may have been meant to be; empty: none
 /// \throws std::invalid_argument
-[[noreturn]] inline void refuse_unknown(const std::string& what)
+[[noreturn]] inline void refuse_unknown(const std::string& what, const std::string& meant = "")
 {
-	throw std::invalid_argument(excerpt(what) + " is not a parameter; remove it or correct its name");
+	throw std::invalid_argument(
+	    excerpt(what) + " is not a parameter; " +
+	    (meant.empty() ? "remove it or correct its name" : "did you mean " + meant + "?"));
 }
 }  // namespace d2s1r

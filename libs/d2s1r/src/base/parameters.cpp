@@ -3,11 +3,13 @@
 
 #include <stdexcept>
 #include <type_traits>
+#include <vector>
 
 #include "base/checked_value.h"
 #include "base/file_text.h"
 #include "base/ini_text.h"
 #include "base/parameter_list.h"
+#include "base/spelling.h"
 
 namespace d2s1r
 {
@@ -36,6 +38,24 @@ void check_between_parameters(const Parameters& p)
 		refuse("grid.free_threshold", to_text(p.grid.free_threshold), "at most grid.occupied_threshold");
 }
 
+/// Returns the parameter that a wrong name was probably meant to be: a misspelt one, or one of another section. Returns
+/// an empty text if there is none.
+std::string parameter_like(const std::string& section, const std::string& key)
+{
+	std::vector<std::string> names = {"localizer.method"};
+	std::vector<std::string> of_other_sections;
+	const Parameters any;
+	visit_parameters(
+	    any,
+	    [&](const char* its_section, const char* its_key, auto, auto, auto, const char*)
+	    {
+		    names.push_back(std::string(its_section) + '.' + its_key);
+		    if (key == its_key) of_other_sections.push_back(names.back());
+	    });
+	const std::string nearest = nearest_word(section + '.' + key, names);
+	return nearest.empty() && of_other_sections.size() == 1 ? of_other_sections.front() : nearest;
+}
+
 /// Sets one parameter from text.
 /// \throws std::invalid_argument naming section and key if it is unknown or `text` is not usable
 void set_parameter(Parameters& parameters, const std::string& section, const std::string& key, const std::string& text)
@@ -56,7 +76,7 @@ void set_parameter(Parameters& parameters, const std::string& section, const std
 		    found = true;
 		    set_checked(what, text, value, least, greatest);
 	    });
-	if (!found) refuse_unknown(what);
+	if (!found) refuse_unknown(what, parameter_like(section, key));
 }
 }  // namespace
 
