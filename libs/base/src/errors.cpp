@@ -66,6 +66,28 @@ std::string one_line(const std::exception& exception)
 
 const char* advice_on(int error, const char* usual)
 {
-	return error == EMFILE || error == ENFILE ? "allow the program more open files (ulimit -n)" : usual;
+	switch (error)
+	{
+		case EMFILE:
+		case ENFILE:
+			return "allow the program more open files (ulimit -n)";
+		case ENOENT:
+		case ENOTDIR:
+		case ENAMETOOLONG:
+		case ELOOP:
+			return "check the path";
+		case EACCES:
+		case EPERM:
+			return "check its permissions";
+		case EISDIR:
+			return "name a file, not a folder";
+		case ENOSPC:
+		case EDQUOT:
+			return "free some space on the disk";
+		case EROFS:
+			return "choose a folder that can be written to";
+		default:
+			return usual;
+	}
 }
 }  // namespace d2s1r

@@ -16,7 +16,7 @@ std::string unread(const std::string& where, const std::string& reason)
 LogError cannot_open(const std::string& file)
 {
 	if (errno == 0 || errno == ENOMEM) throw std::bad_alloc();  // zlib leaves errno alone when memory runs out
-	const char* const advice = advice_on(errno, "check its permissions");
+	const char* const advice = advice_on(errno, "check the file and the disk");
 	return LogError(file, std::string("cannot be opened (") + std::strerror(errno) + "); " + advice);
 }
 }  // namespace d2s1r::logs

@@ -13,6 +13,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iostream>
 
 namespace d2s1r::live
 {
@@ -58,6 +59,17 @@ namespace d2s1r::live
 namespace
 {
 constexpr double kRate = 50;  // [Hz] at which scans are answered
+
+constexpr const char* kHelp =
+    "Usage: d2s1r-live-ros1 [TOPIC:=NAME]... [_PARAMETER:=VALUE]...\n"
+    "Find a robot that runs ROS 1 in its map, seed its tracker, and notice when the tracker is lost.\n\n"
+    "Topics: /map, /scan, /odom, /tf, /tf_static, /amcl_pose and /d2s1r/localize are read; /initialpose,\n"
+    "/d2s1r/pose and /d2s1r/hypotheses are written. Rename them as usual: /scan:=/front/scan\n\n"
+    "Parameters:\n"
+    "  _seed:=WHEN             when to seed the tracker: once (default), watch or never\n"
+    "  _window:=N              use the last N scans jointly (default 1)\n"
+    "  _robot_frame:=FRAME     the frame of the robot\n"
+    "  _odometry_frame:=FRAME  the frame of the odometry\n";
 
 Time to_time(const ::ros::Time& time)
 {
@@ -220,6 +232,12 @@ class Node
 int main(int argc, char** argv)
 try
 {
+	for (int i = 1; i < argc; i++)
+		if (const std::string word = argv[i]; word == "-h" || word == "--help")
+		{
+			std::cout << d2s1r::live::kHelp;
+			return 0;
+		}
 	::ros::init(argc, argv, "d2s1r_live");
 	d2s1r::live::Node node;
 	::ros::WallRate rate(d2s1r::live::kRate);

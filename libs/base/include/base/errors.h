@@ -28,6 +28,6 @@ bool is_out_of_memory(const std::exception& exception);
 /// Returns the first meaningful line of an exception's text, printable and without MRPT's call stacks.
 std::string one_line(const std::exception& exception);
 
-/// Returns what to do about an error number of the system: `usual`, or to allow more open files if that is it.
+/// Returns what to do about an error number of the system: what mends that error if it is a known one, else `usual`.
 const char* advice_on(int error, const char* usual);
 }  // namespace d2s1r
