@@ -77,6 +77,19 @@ TEST_F(AppAtlas, AFolderAndSeveralMapsNameThemByTheirFiles)
 	EXPECT_EQ(of_folder.without_times(), of_options.without_times());
 }
 
+TEST_F(AppAtlas, FilesOfAFolderThatAreNoMapsAreNamed)
+{
+	write_file(path("maps/nav2_params.yaml"), "amcl:\n  ros__parameters: {}\n");
+	const auto result = run(words({"-m", path("maps")}));
+	EXPECT_EQ(result.status, 0) << result.err;
+	EXPECT_NE(
+	    result.err.find(
+	        path("maps") + ": the maps of this folder are flat, twins; these files describe no map: atlas.yaml, "
+	                       "nav2_params.yaml"),
+	    std::string::npos)
+	    << result.err;
+}
+
 TEST_F(AppAtlas, NamesOfMapsMayHoldAnyBytes)
 {
 	std::filesystem::remove(path("maps/atlas.yaml"));

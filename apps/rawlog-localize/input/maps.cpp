@@ -9,6 +9,7 @@
 #include <d2s1r/for_programs.h>
 
 #include <filesystem>
+#include <set>
 
 namespace d2s1r::app
 {
@@ -81,6 +82,46 @@ std::vector<MapSource> map_sources(const CommandLine& command)
 	return read_interruptibly(command.map.files.front(), [command] { return read_map_sources(command); });
 }
 
+void check_not_swapped(const CommandLine& command)
+{
+	const std::string& log = command.log.file;
+	std::error_code error;
+	for (const std::string& map : command.map.files)
+	{
+		if (!read_interruptibly(map, [map] { return logs::is_log(map); })) continue;
+		const bool is_other_log = command.log.is_live() || read_interruptibly(log, [log] { return logs::is_log(log); });
+		if (!is_other_log && std::filesystem::exists(log, error))
+			throw UserError(
+			    kWrongUse, "--map", "'" + map + "' is a log, and '" + log + "' is none; swap them: -m MAP -i LOG");
+		const bool may_hold_maps = std::filesystem::is_directory(map, error);
+		if (!may_hold_maps)
+			throw UserError(kBadInput, map, "is a log, not a map; name the map with -m and the log with -i");
+	}
+}
+
+namespace
+{
+/// Returns a line that names the yaml files of a folder of maps that describe no map; none if `path` is no folder.
+std::vector<std::string> files_that_are_no_maps(const std::string& path, const std::vector<MapSource>& sources)
+{
+	std::error_code error;
+	if (!std::filesystem::is_directory(path, error)) return {};
+	std::set<std::string> others;
+	for (const auto& entry : std::filesystem::directory_iterator(path, error))
+		if (is_yaml_name(entry.path().string())) others.insert(entry.path().filename().string());
+	std::string used;
+	for (const MapSource& source : sources)
+	{
+		others.erase(std::filesystem::path(source.entry.file).filename().string());
+		used += (used.empty() ? "" : ", ") + source.entry.name;
+	}
+	if (others.empty()) return {};
+	std::string names;
+	for (const std::string& name : others) names += (names.empty() ? "" : ", ") + name;
+	return {"the maps of this folder are " + used + "; these files describe no map: " + names};
+}
+}  // namespace
+
 std::vector<IndexedMap> load_maps(
     const std::vector<MapSource>& sources, const CommandLine& command, const Parameters& parameters, Console& console)
 {
@@ -94,6 +135,7 @@ std::vector<IndexedMap> load_maps(
 		if (!maps.back().use.loaded && !console.is_quiet())
 			console.note(file, doubts_about_map(file, maps.back().map->localizer()));
 	}
+	console.note(command.map.name(), files_that_are_no_maps(command.map.name(), sources));
 	return maps;
 }
 

@@ -16,7 +16,11 @@ namespace d2s1r::app
 /// kWrongUse if an option is about one map and there are several)
 std::vector<MapSource> map_sources(const CommandLine& command);
 
-/// Loads all maps or their indices, saves those of --index, and tells what makes them doubtful.
+/// Refuses a log that is given as the map, and says so if map and log seem to be swapped. \throws UserError
+void check_not_swapped(const CommandLine& command);
+
+/// Loads all maps or their indices, saves those of --index, and tells what makes them doubtful and
+/// which yaml files of a folder are no maps.
 /// \param parameters of maps that have none of their own
 /// \throws UserError
 std::vector<IndexedMap> load_maps(

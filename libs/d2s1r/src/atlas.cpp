@@ -216,11 +216,26 @@ bool is_map_name(const fs::path& file)
 	       plain.extension() == ".signaturemap";
 }
 
+/// Returns whether a yaml file is about something else than one map, such as the parameters of a node or an atlas.
+bool is_other_yaml(const fs::path& file)
+{
+	if (!is_yaml_name(file.string())) return false;
+	try
+	{
+		const YAML::Node root = read_yaml(file.string());
+		return root.IsMap() && !root["image"];
+	}
+	catch (const std::exception&)
+	{
+		return false;  // load_map() says what is wrong with it
+	}
+}
+
 std::vector<AtlasEntry> entries_of_folder(const std::string& folder)
 {
 	std::set<fs::path> files;
 	for (const auto& entry : fs::directory_iterator(folder))
-		if (entry.is_regular_file() && is_map_name(entry.path()) && !is_atlas(entry.path().string()))
+		if (entry.is_regular_file() && is_map_name(entry.path()) && !is_other_yaml(entry.path()))
 			files.insert(entry.path());
 	std::vector<AtlasEntry> entries;
 	std::set<std::string> names;

@@ -75,7 +75,8 @@ struct AtlasEntry
 bool is_atlas(const std::string& path);
 
 /// Reads which maps an atlas has. All files of a folder that load_map() loads without further information are its maps,
-/// named like the files without their extension, in the order of their names. A yaml file reads
+/// named like the files without their extension, in the order of their names. A yaml file of the folder without the key
+/// `image` is none of them. A yaml file that is an atlas reads
 /// \code
 /// maps:
 ///   ground:                   # name
