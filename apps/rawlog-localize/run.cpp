@@ -82,23 +82,33 @@ bool needs_diagnosis(const RunReport& report)
 	       !report.command.log.is_live() && !interrupted() && 2 * localized < report.frames.kept().size();
 }
 
-/// Returns the poses that an option names; none if it was not given.
+/// Returns the poses that an option names; none if it was not given. Says so if the log has them in a frame that is
+/// not the map's by its name.
 GroundTruth poses_of(
-    const std::string& name, const LogRequest& request, const std::string& label, const logs::LogSurvey& survey)
+    const char* option, const std::string& name, const LogRequest& request, const std::string& label,
+    const logs::LogSurvey& survey, Console& console)
 {
 	if (name.empty()) return {};
-	return read_interruptibly(
+	PosesInFrame found = read_interruptibly(
 	    name, [name, log = request.file, label, damage = survey.damage]
 	    { return read_ground_truth(name, log, label, damage); });
+	const std::string frame = found.frame.substr(found.frame.find_last_of('/') + 1);  // 0 if there is no slash
+	if (!frame.empty() && frame != "map")
+		console.note(
+		    request.file, {std::string(option) + " " + name + " has poses in the frame '" + found.frame +
+		                   "'. They are compared with poses in the frame of the map as they are, and fit only if the "
+		                   "two frames are the same; tf:map has those that a tracker found in the map"});
+	return std::move(found.poses);
 }
 
 /// Returns no value if no tracker is to be judged.
 std::optional<TrackerCheck> tracker_check_of(
-    const LogRequest& request, const std::string& label, const logs::LogSurvey& survey)
+    const LogRequest& request, const std::string& label, const logs::LogSurvey& survey, Console& console)
 {
 	if (request.check.empty()) return std::nullopt;
 	TrackerPath path;
-	for (const auto& [time, pose] : poses_of(request.check, request, label, survey)) path[time] = pose;
+	for (const auto& [time, pose] : poses_of("--check", request.check, request, label, survey, console))
+		path[time] = pose;
 	return TrackerCheck(std::move(path), request.watch);
 }
 
@@ -116,8 +126,10 @@ LoopResult localize_frames(
 	{
 		if (outputs) outputs->frames().add(object);
 	};
+	std::optional<mrpt::poses::CPose3D> laser;
 	sink.take_frame = [&](const Frame& frame, const Scan& scan, const ScanPtr& observation)
 	{
+		if (!laser) laser = observation->sensorPose;
 		if (frame.index == selection.first)
 			console.note(request.name(), doubts_about_scan(*observation, report.parameters));
 		if (streams) streams = console.print_line(json_line(frame));
@@ -128,7 +140,9 @@ LoopResult localize_frames(
 	};
 	ProgressBar progress(console, !report.command.output.stream && !request.is_live(), report.selected_frames);
 	const auto reader = logs::read_log(log, selection.label, request.overrides);
-	return localize_log(*reader, selection, approach, sink, progress);
+	LoopResult loop = localize_log(*reader, selection, approach, sink, progress);
+	loop.laser = laser;
+	return loop;
 }
 
 /// Completes the report and writes the files.
@@ -185,6 +199,7 @@ ExitStatus finish(
 	if (loop.frames == 0 && !damage.empty()) throw UserError(kBadInput, command.log.name(), damage);
 	report.odometry = loop.odometry;
 	report.left_out = loop.left_out;
+	report.laser_of_first_frame = loop.laser;
 	if (needs_diagnosis(report))
 		report.diagnosis = diagnose(log, selection, command, report.maps.front().map->localizer(), truth);
 	if (outputs) write_files(*outputs, report, loop, truth);
@@ -235,8 +250,9 @@ ExitStatus localize(
 	const logs::Sensor sensor = choose_sensor(log.survey, request);
 	const FrameSelection selection = select_frames(request.frames, sensor);
 	if (request.merge_lasers) check_merge(log.survey, sensor);
-	const GroundTruth truth = poses_of(request.ground_truth, request, sensor.label, log.survey);
-	auto tracker = tracker_check_of(request, sensor.label, log.survey);
+	const GroundTruth truth =
+	    poses_of("--ground-truth", request.ground_truth, request, sensor.label, log.survey, console);
+	auto tracker = tracker_check_of(request, sensor.label, log.survey, console);
 	console.note(request.file, describe_log(log.survey, sensor, request, command.search.motion));
 
 	if (!request.is_live()) prepare();
@@ -273,7 +289,8 @@ ExitStatus diagnose_only(CommandLine command, const MapSource& source, const Par
 	const logs::Log log = open_log(command.log, {});  // it is not live
 	const logs::Sensor sensor = choose_sensor(log.survey, command.log);
 	if (command.log.merge_lasers) check_merge(log.survey, sensor);
-	const GroundTruth truth = poses_of(command.log.ground_truth, command.log, sensor.label, log.survey);
+	const GroundTruth truth =
+	    poses_of("--ground-truth", command.log.ground_truth, command.log, sensor.label, log.survey, console);
 	console.note(command.log.file, describe_log(log.survey, sensor, command.log, command.search.motion));
 	const CSignatureMap2D::ConstPtr map = build_map(source, parameters, command.search.threads, console);
 	console.note(source.entry.file, doubts_about_map(source.entry.file, map->localizer()));
@@ -294,6 +311,7 @@ void write_config(const std::string& name, const Parameters& parameters)
 ExitStatus run(const CommandLine& command, Console& console)
 {
 	if (command.output.quiet) console.be_quiet();
+	check_not_swapped(command);
 	const auto sources = command.only_writes_config() ? std::vector<MapSource>() : map_sources(command);
 	check_files_apart(command, sources);
 	const Parameters parameters = read_parameters(command.search.config);

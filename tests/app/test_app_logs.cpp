@@ -14,7 +14,9 @@
 #include <csignal>
 #include <cstdio>
 #include <cstring>
+#include <nlohmann/json.hpp>
 #include <thread>
+#include <tuple>
 
 using namespace d2s1r::test;
 
@@ -95,6 +97,77 @@ TEST_F(AppLogs, SensorPoseOfTheCommandLine)
 	expect_walk("walk.bag", {"--sensor-pose", "0.1,0,0,0,0,180"});
 }
 
+TEST_F(AppLogs, PosesOfALaserWithoutTransformAreCalledThoseOfTheLaser)
+{
+	std::vector<MadeMessage> messages;
+	for (std::size_t i = 0; i < walk().size(); i++) messages.push_back(made_scan(Wire::kRos1, ros_scan(i)));
+	write_file(path("bare.bag"), bag1_file(messages));
+	write_file(path("walk.bag"), bag1_file(ros_walk(Wire::kRos1)));
+	const auto outputs = [&](const std::string& log, const Words& more)
+	{
+		const auto result = run(words(log, more));
+		EXPECT_EQ(result.status, 0) << result.err;
+		const auto json = nlohmann::json::parse(read_file(path("out/run.json")));
+		const auto summary = nlohmann::json::parse(read_file(path("out/summary.json")));
+		return std::tuple(result, json["log"]["laser_on_robot"], summary["poses_of"]);
+	};
+	const auto [bare, unknown, of_laser] = outputs("bare.bag", {});
+	EXPECT_NE(bare.err.find("so that all poses are those of the laser; --sensor-pose gives it"), std::string::npos);
+	EXPECT_NE(bare.out.find("poses       are those of the laser, not of the robot"), std::string::npos) << bare.out;
+	EXPECT_TRUE(unknown["x_m"].is_null() && unknown["yaw_rad"].is_null()) << unknown;
+	EXPECT_EQ(of_laser, "laser");
+	const CsvTable frames(path("out/frames.csv"), kFramesHeader);
+	EXPECT_NEAR(frames.number(0, "x"), walk()[0].x + 0.1 * std::cos(walk()[0].phi), 0.03) << "of the laser";
+
+	const auto [given, by_option, of_robot] = outputs("bare.bag", {"--sensor-pose", "0.1,0,0,90,0,0"});
+	EXPECT_EQ(given.out.find("poses       are"), std::string::npos) << given.out;
+	EXPECT_NEAR(by_option["yaw_rad"].get<double>(), M_PI / 2, 1e-6);
+	EXPECT_EQ(by_option["source"], "--sensor-pose");
+	EXPECT_EQ(of_robot, "robot");
+
+	const auto by_tf = std::get<1>(outputs("walk.bag", {}));
+	EXPECT_NEAR(by_tf["x_m"].get<double>(), 0.1, 1e-6);
+	EXPECT_NE(by_tf["source"].get<std::string>().find("on base_link by tf"), std::string::npos) << by_tf;
+	save(observation_log(), path("walk.rawlog"));
+	const auto by_scan = std::get<1>(outputs("walk.rawlog", {}));
+	EXPECT_NEAR(by_scan["x_m"].get<double>(), 0.1, 1e-6) << by_scan;
+}
+
+TEST_F(AppLogs, CloudHeightWithoutCloudsIsNotSilent)
+{
+	write_file(path("walk.bag"), bag1_file(ros_walk(Wire::kRos1)));
+	save(observation_log(), path("walk.rawlog"));
+	for (const char* log : {"walk.bag", "walk.rawlog"})
+		EXPECT_NE(
+		    run(words(log, {"--cloud-height", "0:1"})).err.find("so that --cloud-height does nothing"),
+		    std::string::npos)
+		    << log;
+}
+
+TEST_F(AppLogs, PosesInTheFrameOfTheOdometryAreToldAsSuch)
+{
+	write_file(path("walk.bag"), bag1_file(ros_walk(Wire::kRos1)));
+	for (const char* option : {"--ground-truth", "--check"})
+		EXPECT_NE(
+		    run(words("walk.bag", {option, "topic:/odom"}))
+		        .err.find(std::string(option) + " topic:/odom has poses in the frame 'odom'"),
+		    std::string::npos)
+		    << option;
+}
+
+TEST_F(AppLogs, SwappedMapAndLogAreNoticed)
+{
+	write_file(path("walk.bag"), bag1_file(ros_walk(Wire::kRos1)));
+	write_file(path("walk.log"), carmen_walk());
+	save(observation_log(), path("walk.rawlog"));
+	for (const char* log : {"walk.bag", "walk.log", "walk.rawlog"})
+	{
+		expect_refusal(
+		    {"-m", path(log), "-i", path("flat.gridmap.gz"), "-o", path("out")}, 1, {"--map", "is a log", "swap them"});
+		expect_refusal({"-m", path(log), "-i", path(log), "-o", path("out")}, 2, {"is a log, not a map"});
+	}
+}
+
 TEST_F(AppLogs, TopicChoosesTheLaser)
 {
 	auto messages = ros_walk(Wire::kRos1);
@@ -146,7 +219,7 @@ TEST_F(AppLogs, MistakeIsNamedAloneAndAtTheEndOfARun)
 		log.push_back(scan);
 	}
 	save(log, path("mm.rawlog"));
-	const std::string advice = "12 of 12 scans fit (0 do as it is) if the ranges are millimetres: --range-factor 0.001";
+	const std::string advice = "12 of 12 scans fit, instead of 0, if the ranges are millimetres: --range-factor 0.001";
 	const auto run_to_end = run(words("mm.rawlog"));
 	EXPECT_NE(run_to_end.out.find(advice), std::string::npos) << run_to_end.out;
 	EXPECT_NE(read_file(path("out/summary.json")).find(advice), std::string::npos);

@@ -267,7 +267,7 @@ std::size_t far_more(std::size_t scans)
 /// Returns what is told of a mistake.
 std::string fit_without(const Trial& trial, std::size_t fit, const std::string& advice)
 {
-	return mrpt::format("%zu of %zu scans fit (%zu do as it is) if ", trial.fit(), trial.answers.size(), fit) + advice;
+	return mrpt::format("%zu of %zu scans fit, instead of %zu, if ", trial.fit(), trial.answers.size(), fit) + advice;
 }
 
 /// Returns the lines of what readings mean that are taken for something else, though the scans may fit all the same.

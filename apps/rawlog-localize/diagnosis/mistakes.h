@@ -40,7 +40,7 @@ using Correction = std::function<void(mrpt::obs::CObservation2DRangeScan&)>;
 /// A mistake that may have been made.
 struct Mistake
 {
-	std::string advice;  //!< goes on after "17 of 20 scans fit (2 do as it is) if "
+	std::string advice;  //!< goes on after "17 of 20 scans fit, instead of 2, if "
 	Correction correct = [](mrpt::obs::CObservation2DRangeScan&) {};
 	bool toggles_zeros = false;  //!< whether scan.zero_is_no_return is the other way round
 	std::string other_laser{};   //!< label of the laser whose scans are tried; empty: that of the run

@@ -5,6 +5,7 @@
 #include "cli/errors.h"
 #include "evaluation/truth_columns.h"
 
+#include <base/errors.h>
 #include <logs/log.h>
 #include <mrpt/math/wrap2pi.h>
 
@@ -165,8 +166,12 @@ class TruthReader
 
 GroundTruth load_ground_truth(const std::string& file)
 {
+	errno = 0;
 	std::ifstream in(file);
-	if (!in) throw UserError(kBadInput, file, "cannot be opened; check the path");
+	if (!in)
+		throw UserError(
+		    kBadInput, file,
+		    std::string("cannot be opened (") + std::strerror(errno) + "); " + advice_on(errno, "check the path"));
 	errno = 0;
 	TruthReader reader(file);
 	constexpr std::size_t kLongest = 1 << 20;  // [byte] of a line, for which there has to be memory
@@ -186,22 +191,21 @@ GroundTruth load_ground_truth(const std::string& file)
 	return reader.truth();
 }
 
-GroundTruth read_ground_truth(
+PosesInFrame read_ground_truth(
     const std::string& name, const std::string& log, const std::string& label, const std::string& damage)
 {
 	if (name.rfind(kFramePrefix, 0) == 0)
 	{
-		GroundTruth poses;
-		const std::string frame = name.substr(std::strlen(kFramePrefix));
-		for (const auto& [time, pose] : logs::read_poses_of_frame(log, frame, label, damage))
-			poses.push_back({time, pose});
-		return poses;
+		PosesInFrame found{{}, name.substr(std::strlen(kFramePrefix))};
+		for (const auto& [time, pose] : logs::read_poses_of_frame(log, found.frame, label, damage))
+			found.poses.push_back({time, pose});
+		return found;
 	}
-	if (name.rfind(kTopicPrefix, 0) != 0) return load_ground_truth(name);
-	const std::string topic = name.substr(std::strlen(kTopicPrefix));
-	GroundTruth truth;
-	for (const auto& [time, pose] : logs::read_poses_of_topic(log, topic, damage)) truth.push_back({time, pose});
-	return truth;
+	if (name.rfind(kTopicPrefix, 0) != 0) return {load_ground_truth(name)};
+	const logs::PosesOfTopic of_topic = logs::read_poses_of_topic(log, name.substr(std::strlen(kTopicPrefix)), damage);
+	PosesInFrame found{{}, of_topic.frame};
+	for (const auto& [time, pose] : of_topic.poses) found.poses.push_back({time, pose});
+	return found;
 }
 
 namespace

@@ -32,11 +32,18 @@ using GroundTruth = std::vector<TimedPose>;
 /// comments. \throws UserError (kBadInput)
 GroundTruth load_ground_truth(const std::string& file);
 
+/// Holds poses, and the frame of the log that they are in.
+struct PosesInFrame
+{
+	GroundTruth poses;
+	std::string frame{};  //!< empty: not known, it is taken for that of the map
+};
+
 /// Reads what --ground-truth names: a file, as "topic:/odom" the poses of a topic of the log, or as "tf:map" those of
 /// the robot in a frame of the log's transforms. \param label of the laser whose robot it is
 /// \param damage of the log as far as it is known, see logs::read_poses_of_topic()
 /// \throws UserError (kBadInput), logs::LogError
-GroundTruth read_ground_truth(
+PosesInFrame read_ground_truth(
     const std::string& name, const std::string& log, const std::string& label, const std::string& damage);
 
 /// Ground truth is interpolated between two lines that are at most so far apart [s].

@@ -13,6 +13,11 @@ std::map<std::string, std::size_t> count_maps(const FrameStore& frames)
 	return counts;
 }
 
+bool are_poses_of_laser(const RunReport& report)
+{
+	return report.sensor.is_the_robot && !report.command.log.overrides.sensor_pose;
+}
+
 double frames_per_second(const RunReport& report)
 {
 	return static_cast<double>(report.frames.kept().size()) / std::max(report.computing_seconds, 1e-9);

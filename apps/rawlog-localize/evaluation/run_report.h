@@ -38,7 +38,11 @@ struct RunReport
 	std::optional<Diagnosis> diagnosis{};  //!< if most frames were not localized
 	OdometryEstimate odometry{};           //!< what the localized scans tell of it
 	LeftOutReadings left_out{};
+	std::optional<mrpt::poses::CPose3D> laser_of_first_frame{};  //!< see LoopResult
 };
+
+/// Returns whether all poses are those of the laser, because nothing tells where it is on the robot.
+bool are_poses_of_laser(const RunReport& report);
 
 /// Returns the number of frames with a pose, by the map that it is in.
 std::map<std::string, std::size_t> count_maps(const FrameStore& frames);

@@ -64,6 +64,7 @@ struct LoopResult
 	std::set<std::string> other_labels = {};
 	OdometryEstimate odometry = {};  //!< what the localized scans tell of it
 	LeftOutReadings left_out = {};
+	std::optional<mrpt::poses::CPose3D> laser = {};  //!< on the robot, of the first frame: where its middle beam looks
 };
 
 /// Localizes the selected scans of a log, `threads` at a time, and hands everything to `sink` in the order of the

@@ -156,7 +156,9 @@ std::vector<std::string> describe_log(
 		lines.push_back(
 		    std::to_string(survey.sensors.size()) + " lasers; using " + scans +
 		    " (--sensor-label chooses another, --merge-lasers uses all)");
-	const std::string mounting = sensor.mounting + (sensor.has_pose ? "" : "; --sensor-pose gives it");
+	const std::string mounting = sensor.mounting +
+	                             (sensor.is_the_robot ? ", so that all poses are those of the laser" : "") +
+	                             (sensor.has_pose ? "" : "; --sensor-pose gives it");
 	if (!sensor.mounting.empty())
 		lines.push_back(
 		    survey.format + ", laser " + scans + (request.overrides.sensor_pose ? "" : ", " + mounting) +
@@ -170,6 +172,8 @@ std::vector<std::string> describe_log(
 				lines.push_back(doubt.text + remedy_of(doubt, other.other_angles));
 	}
 	lines.insert(lines.end(), survey.notes.begin(), survey.notes.end());
+	if (request.cloud_height && !survey.has_clouds)
+		lines.push_back("holds no sensor_msgs/PointCloud2, so that --cloud-height does nothing; leave it out");
 	if (motion == MotionSource::kOdometry && survey.odometry.empty() && !survey.is_live)
 		lines.push_back(
 		    "holds no odometry to move the filter with; the filter repeats its last motion (--motion pseudo follows "

@@ -68,6 +68,25 @@ Json json_of(const IndexedMap& indexed)
 }
 }  // namespace
 
+namespace
+{
+/// Returns where the laser is on the robot, and who says so.
+Json mounting_of(const RunReport& report)
+{
+	const auto described = [](const std::optional<mrpt::poses::CPose3D>& pose, const std::string& source)
+	{
+		Json json = {{"x_m", nullptr}, {"y_m", nullptr}, {"yaw_rad", nullptr}, {"source", source}};
+		if (pose) json["x_m"] = pose->x(), json["y_m"] = pose->y(), json["yaw_rad"] = pose->yaw();
+		return json;
+	};
+	const logs::Sensor& sensor = report.sensor;
+	if (const auto& given = report.command.log.overrides.sensor_pose) return described(given, "--sensor-pose");
+	if (are_poses_of_laser(report)) return described({}, sensor.mounting + "; all poses are those of the laser");
+	if (sensor.pose || !sensor.has_pose) return described(sensor.pose, sensor.mounting);
+	return described(report.laser_of_first_frame, "the first frame; yaw is that of its middle beam");
+}
+}  // namespace
+
 void write_run_json(const RunReport& report, TextFile& file)
 {
 	Json files = Json::array();
@@ -101,7 +120,8 @@ void write_run_json(const RunReport& report, TextFile& file)
 	     {{"file", report.command.log.file},
 	      {"bytes", bytes_of(report.command.log.file)},
 	      {"sensor_label", report.sensor.label},
-	      {"sensor_scans", report.sensor.scans}}}};
+	      {"sensor_scans", report.sensor.scans},
+	      {"laser_on_robot", mounting_of(report)}}}};
 
 	// names of files may hold bytes that are no UTF-8
 	const std::string text = json.dump(2, ' ', false, Json::error_handler_t::replace);

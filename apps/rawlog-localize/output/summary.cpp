@@ -92,10 +92,10 @@ void print_odometry(const OdometryEstimate& odometry, std::ostream& out)
 	const double off = std::abs(odometry.scale - 1);
 	if (off > kUsual && off > kDeviations * odometry.scale_std)
 		out << mrpt::format(
-		    "%-12sthe scans say that its ways have to be multiplied by %.2f +- %.2f (of %zu motions)\n", "odometry",
-		    odometry.scale, odometry.scale_std, odometry.motions);
+		    "%-12sthe robot drives %.2f +- %.2f times as far as the odometry says (by %zu motions between scans)\n",
+		    "odometry", odometry.scale, odometry.scale_std, odometry.motions);
 	if (!odometry.is_relied_on)
-		out << mrpt::format("%-12sthe last scans contradict it, so that it is not used\n", "odometry");
+		out << mrpt::format("%-12sthe last scans contradict the odometry; the program does not use it\n", "odometry");
 }
 
 /// Tells that the ground truth is that of another frame, if it is.
@@ -118,13 +118,16 @@ void print_left_out(const LeftOutReadings& left_out, std::ostream& out)
 	constexpr double kFew = 0.1;  // [%] of all readings
 	if (const double share = percent(left_out.lost, left_out.readings); share > kFew)
 		out << mrpt::format(
-		    "%-12s%.1f %% are \"nothing there\" in scans (%zu of %zu) where most of these lie in gaps of surfaces, and "
-		    "count as no data (scan.no_return = 1 lets them count)\n",
+		    "%-12sthe program left out %.1f %% of the readings: these beams saw nothing, but most of them lie in "
+		    "narrow "
+		    "gaps of a surface, so that the laser probably lost them (in %zu of %zu scans; scan.no_return = 1 uses "
+		    "them)\n",
 		    "readings", share, left_out.scans_with_lost, left_out.scans);
 	if (const double share = percent(left_out.repeated, left_out.readings); share > kFew)
 		out << mrpt::format(
-		    "%-12s%.1f %% share exactly their range with many others of their scan (%zu of %zu scans), and count as no "
-		    "data: is the window dirty, or does the driver write a dummy value?\n",
+		    "%-12sthe program left out %.1f %% of the readings: many beams of a scan have exactly the same range (in "
+		    "%zu "
+		    "of %zu scans). Is the window of the laser dirty, or does the driver write a dummy value?\n",
 		    "readings", share, left_out.scans_with_repeated, left_out.scans);
 }
 
@@ -282,6 +285,7 @@ void write_summary_json(const RunReport& report, TextFile& file)
 	    {"rawlog", report.command.log.file},
 	    {"sensor_label", report.sensor.label},
 	    {"sensor_scans", report.sensor.scans},
+	    {"poses_of", are_poses_of_laser(report) ? "laser" : "robot"},
 	    {"method", to_string(report.parameters.method)},
 	    {"window", report.command.search.window.value_or(1)},
 	    {"seed", report.command.search.seed},
@@ -335,7 +339,7 @@ void print_diagnosis(const Diagnosis& diagnosis, std::ostream& out)
 void print_table(const RunReport& report, std::ostream& out)
 {
 	out << mrpt::format(
-	    "%-12s%zu in %.2f s, %.1f frames/s without reading and writing; index in %.2f s%s\n", "frames",
+	    "%-12s%zu in %.2f s; localization alone: %.1f frames/s; index in %.2f s%s\n", "frames",
 	    report.frames.kept().size(), report.localization_seconds, frames_per_second(report), report.build_seconds,
 	    use_of_index(report).c_str());
 	for (const IndexedMap& map : report.maps)
@@ -345,6 +349,11 @@ void print_table(const RunReport& report, std::ostream& out)
 			    is_of_atlas(report) ? ("of " + printable(map.entry.name) + " ").c_str() : "",
 			    map.use.why_built.c_str());
 	print_statuses(report, out);
+	if (are_poses_of_laser(report))
+		out << mrpt::format(
+		    "%-12sare those of the laser, not of the robot: the log does not tell where the laser is on the robot, and "
+		    "--sensor-pose gives it\n",
+		    "poses");
 	if (is_of_atlas(report)) print_maps(report, out);
 	if (!report.frames.kept().empty()) print_times(report, out);
 	if (!report.matches.empty()) print_accuracy(report, out);

@@ -203,7 +203,7 @@ Log open_ros_log(
 	refuse_ros(path);
 }
 
-std::vector<StampedPose> read_poses_of_topic(const std::string& path, const std::string&, const std::string&)
+PosesOfTopic read_poses_of_topic(const std::string& path, const std::string&, const std::string&)
 {
 	refuse_ros(path);
 }
@@ -233,6 +233,28 @@ Log open_log(
 	throw LogError(
 	    path,
 	    "not a log that I know (" + known_formats() + "); check that it is the right file and whole, and not packed");
+}
+
+bool is_log(const std::string& path)
+try
+{
+	std::error_code error;
+	if (fs::is_directory(path, error))
+		return fs::exists(fs::path(path) / "metadata.yaml") || !files_of_bag(path).empty();
+	if (!fs::is_regular_file(path, error)) return false;
+	const std::string magic = first_bytes(path), start = unpacked_start(path);
+	if (recognize_ros({reinterpret_cast<const std::uint8_t*>(magic.data()), magic.size()}) || is_carmen_text(start))
+		return true;
+	constexpr std::size_t kLongestName = 60;  // [byte] of the class of the first object, which a map has, too
+	return is_rawlog(start) && start.substr(0, kLongestName).find("obs::C") != std::string::npos;
+}
+catch (const std::bad_alloc&)
+{
+	throw;
+}
+catch (const std::exception&)
+{
+	return false;
 }
 
 std::string known_formats()

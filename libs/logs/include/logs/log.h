@@ -131,10 +131,12 @@ struct OtherAngles
 /// Describes a laser of a log.
 struct Sensor
 {
-	std::string label;                //!< of ROS: the topic
-	std::size_t scans = 0;            //!< [-] number of its scans
-	std::string mounting = "";        //!< where it is on the robot and how that is known; empty: each scan has it
-	bool has_pose = true;             //!< whether its pose on the robot is known
+	std::string label;          //!< of ROS: the topic
+	std::size_t scans = 0;      //!< [-] number of its scans
+	std::string mounting = "";  //!< where it is on the robot and how that is known; empty: each scan has it
+	bool has_pose = true;       //!< whether its pose on the robot is known
+	bool is_the_robot = false;  //!< whether poses are those of the laser, because nothing tells where it is on it
+	std::optional<mrpt::poses::CPose3D> pose{};  //!< on the robot, in the end; without a value see `mounting`
 	std::string robot = "";           //!< tells the robots of a log apart; empty: there is one, or it is not known
 	std::string odometry = "";        //!< that of its robot, as LogSurvey::odometry
 	std::vector<ScanDoubt> doubts{};  //!< what is wrong with its scans
@@ -156,6 +158,7 @@ struct LogSurvey
 	std::vector<std::string> notes;  //!< what the user should know besides
 	std::string damage;              //!< what is wrong after all that can be read, see LogReader::damage()
 	std::string missing_class;       //!< see LogReader::missing_class()
+	bool has_clouds = false;         //!< whether scans are made of its point clouds, for which open_log() is asked
 	/// Whether the log is still being written, so that neither its length nor other lasers nor odometry are known.
 	bool is_live = false;
 };
@@ -185,6 +188,9 @@ Log open_log(
     const std::string& path, const Stop& stop = [] { return false; }, const Labels& left_out = {},
     const std::optional<ros::HeightBand>& cloud_height = {});
 
+/// Returns whether a file or a folder is a log, by its content. A file that cannot be read is none.
+bool is_log(const std::string& path);
+
 /// Names the log that stands for standard input.
 inline constexpr const char* kStandardInput = "-";
 
@@ -204,12 +210,18 @@ Log open_live_log(
 /// Returns the formats that this library was built to read, for people.
 std::string known_formats();
 
-/// Returns the poses that a topic of a recording of ROS has, in its frame: nav_msgs/Odometry, geometry_msgs/PoseStamped
-/// or PoseWithCovarianceStamped.
+/// Holds the poses of a topic and the frame that they are in, by its first message.
+struct PosesOfTopic
+{
+	std::vector<StampedPose> poses;
+	std::string frame;
+};
+
+/// Returns the poses of a topic of a recording of ROS: nav_msgs/Odometry, geometry_msgs/PoseStamped or
+/// PoseWithCovarianceStamped.
 /// \param known_damage LogSurvey::damage of the recording: if it has any, the poses before it are returned
 /// \throws LogError if the recording cannot be read or lacks the topic, or if a message of the topic is damaged
-std::vector<StampedPose> read_poses_of_topic(
-    const std::string& path, const std::string& topic, const std::string& known_damage);
+PosesOfTopic read_poses_of_topic(const std::string& path, const std::string& topic, const std::string& known_damage);
 
 /// Returns the poses of the robot in a frame of a recording of ROS, such as map, as its transforms tell them.
 /// \param label of the laser whose robot it is

@@ -33,8 +33,10 @@ void describe_mounting(const RobotOfLog& of_log, Sensor& sensor)
 	if (!path)
 	{
 		sensor.mounting = "of unknown pose on the robot (no transform to its frame '" + robot.laser_frame + "')";
+		sensor.is_the_robot = robot.frame.empty();
 		return;
 	}
+	sensor.pose = path->pose;
 	sensor.robot = robot.name_space + " " + robot.frame;
 	sensor.mounting = describe(path->pose) +
 	                  (robot.frame == robot.laser_frame ? ", the frame of the robot" : " on " + robot.frame + " by tf");
@@ -90,6 +92,7 @@ LogSurvey describe(
 	for (const LaserTopic& laser : contents.lasers)
 	{
 		const RobotOfLog& robot = *robots.at(laser.topic);
+		survey.has_clouds = survey.has_clouds || laser.kind == MessageKind::kPointCloud;
 		Sensor& sensor = survey.sensors.emplace_back();
 		sensor.label = laser.topic;
 		sensor.scans = laser.messages;
@@ -111,30 +114,30 @@ LogSurvey describe(
 	return survey;
 }
 
-/// Returns the pose that a message of odometry, or of a stamped pose, has; no value if it is of another type or its
-/// rotation is none.
-std::optional<logs::StampedPose> pose_of(const Message& message)
+/// Returns the pose that a message of odometry, or of a stamped pose, has. It has no pose if it is of another type or
+/// its rotation is none.
+ros::StampedPose pose_of(const Message& message)
 {
-	ros::StampedPose pose;
 	if (message.topic->kind == MessageKind::kOdometry)
 	{
 		const ros::Transform odometry = odometry_of(message).pose;
-		pose = {odometry.header, odometry.pose};
+		return {odometry.header, odometry.pose};
 	}
-	else if (message.topic->kind == MessageKind::kStampedPose)
-		pose = stamped_pose_of(message);
-	if (!pose.pose) return std::nullopt;
-	return StampedPose(static_cast<double>(pose.header.time) * 1e-9, mrpt::poses::CPose2D(*pose.pose).asTPose());
+	return message.topic->kind == MessageKind::kStampedPose ? stamped_pose_of(message) : ros::StampedPose();
 }
 
 /// Adds the poses of a topic. Returns what stopped the reading.
-std::string read_poses(MessageSource& source, const std::string& topic, std::vector<StampedPose>& poses)
+std::string read_poses(MessageSource& source, const std::string& topic, PosesOfTopic& found)
 try
 {
 	while (const auto message = source.next())
 	{
 		if (message->topic->name != topic) continue;
-		if (const auto pose = pose_of(*message)) poses.push_back(*pose);
+		const ros::StampedPose pose = pose_of(*message);
+		if (!pose.pose) continue;
+		if (found.poses.empty()) found.frame = pose.header.frame;
+		const double time = static_cast<double>(pose.header.time) * 1e-9;
+		found.poses.emplace_back(time, mrpt::poses::CPose2D(*pose.pose).asTPose());
 	}
 	return source.damage();
 }
@@ -148,19 +151,18 @@ catch (const std::exception& e)
 }
 }  // namespace
 
-std::vector<StampedPose> read_poses_of_topic(
-    const std::string& path, const std::string& topic, const std::string& known_damage)
+PosesOfTopic read_poses_of_topic(const std::string& path, const std::string& topic, const std::string& known_damage)
 {
 	const auto format = recognize_ros(path);
 	if (!format) throw LogError(path, "is not a recording of ROS and has no topic '" + topic + "'; name a file");
-	std::vector<StampedPose> poses;
-	const std::string damage = read_poses(*open_messages(path, *format), topic, poses);
-	if (!damage.empty() && (known_damage.empty() || poses.empty())) throw LogError(path, damage);
-	if (poses.empty())
+	PosesOfTopic found;
+	const std::string damage = read_poses(*open_messages(path, *format), topic, found);
+	if (!damage.empty() && (known_damage.empty() || found.poses.empty())) throw LogError(path, damage);
+	if (found.poses.empty())
 		throw LogError(
 		    path, "has no nav_msgs/Odometry, PoseStamped or PoseWithCovarianceStamped on the topic '" + topic +
 		              "'; name another topic");
-	return poses;
+	return found;
 }
 
 Log open_ros_log(
