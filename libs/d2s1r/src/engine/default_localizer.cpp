@@ -77,13 +77,6 @@ bool is_clear(const Decision& decision, const std::vector<SearchedMap>& maps)
 	return 1 - decision.answer.confidence < kDoubt * (1 - needed_confidence(decision, maps));
 }
 
-/// Returns whether an answer is localized, and a longer search would hardly change it.
-bool may_stand(const Verdict& verdict, const std::vector<SearchedMap>& maps, bool is_last)
-{
-	return verdict.decision.answer.status == Status::kLocalized &&
-	       (is_last || (verdict.is_safe && is_clear(verdict.decision, maps)));
-}
-
 /// Returns the cost [step] of the cheapest candidate at the place of an answer; infinity if there is none.
 double cost_of(const Decision& decision, const Scan& scan, const std::vector<Candidate>& candidates)
 {
@@ -134,15 +127,16 @@ void note_region(Localization& answer, const std::vector<SearchedMap>& maps)
 }
 
 /// Returns the places, best first, that candidates and the `known` places lead to.
+/// \param least [nat] score by few beams that a candidate must reach, once it has settled
 std::vector<Place> judge(
     const Scan& scan, const BeamSubsets& beams, const std::vector<Candidate>& candidates, const Parameters& limits,
-    const std::vector<Place>& known, StageClock& clock)
+    const std::vector<Place>& known, StageClock& clock, double least = -HUGE_VAL)
 {
 	auto settled = settle(beams.few, candidates, limits.refinement);
 	clock.lap(&StageTimes::registration_ms);
 	// The best place so far competes, so that what is hopeless against it is dropped.
 	if (!known.empty()) settled.push_back({known.front(), known.front().score.explained});
-	const auto shortlist = make_shortlist(beams.few, settled, limits.refinement);
+	const auto shortlist = make_shortlist(beams.few, settled, limits.refinement, least);
 	const auto refined = refine(beams.many, shortlist, limits.refinement);
 	auto places = find_places(scan, beams.all, refined, limits, known);
 	clock.lap(&StageTimes::refinement_ms);
@@ -157,36 +151,131 @@ Scan mirrored(Scan scan)
 	return scan;
 }
 
-/// Returns whether a look at the mirrored scan may keep an answer from being localized: there is some doubt whether a
+/// Localizes one scan, look after look. What it has found so far is its verdict.
+class OneScan
+{
+   public:
+	/// \param whole limits of the whole search
+	OneScan(const Scan& scan, const std::vector<SearchedMap>& maps, const Parameters& whole, const TimeBudget& budget)
+	    : scan_(scan),
+	      maps_(maps),
+	      whole_(whole),
+	      budget_(budget),
+	      beams_(scan),
+	      search_(maps, scan, whole.coarse_search)
+	{
+	}
+
+	/// Searches candidates, judges those that no look before has judged, and decides.
+	/// \return false if it judged none, because the last look has to judge them anyway
+	bool look(const Parameters& limits, bool is_last);
+
+	/// Returns whether a longer search would hardly change the answer: it is localized, clear and safe, and no place
+	/// equals its own. It judges those that may.
+	bool may_stand(bool is_last);
+
+	/// Looks whether the mirrored scan fits better, if it can change the answer.
+	void look_at_mirrored();
+
+	/// Returns the answer, with covariances.
+	Decision answer();
+
+   private:
+	bool is_worth_mirroring() const;
+	double log_likelihood_of_mirrored();
+
+	const Scan& scan_;
+	const std::vector<SearchedMap>& maps_;
+	const Parameters& whole_;
+	const TimeBudget& budget_;
+	BeamSubsets beams_;
+	StageClock clock_;
+	CoarseSearch search_;
+	std::vector<Candidate> judged_;  //!< by the look before
+	Verdict verdict_;
+	double mirrored_ = -HUGE_VAL;  //!< [nat] log-likelihood of the mirrored scan where it fits best
+};
+
+bool OneScan::look(const Parameters& limits, bool is_last)
+{
+	CandidateList found = search_.candidates(limits.coarse_search);
+	clock_.lap(&StageTimes::retrieval_ms);
+	if (!is_last && !may_be_safe(found, search_.margin())) return false;
+	const auto trial = [&](const auto& candidates, const Parameters& affordable)
+	{ judge(scan_, beams_, candidates, affordable, {}, clock_); };
+	Parameters affordable = keep_affordable(budget_.left(), limits, trial, found);
+	if (!judged_.empty()) affordable = with_share_of_effort(affordable, 1 - limits.first_look.effort);
+	const auto candidates = without(judged_, found.candidates);
+	verdict_.places = judge(scan_, beams_, candidates, affordable, verdict_.places, clock_);
+	verdict_.decision = decide(scan_, verdict_.places, maps_);
+	verdict_.is_whole = is_last && found.is_whole;
+	verdict_.is_safe = is_safe(cost_of(verdict_.decision, scan_, found.candidates), found, search_.margin());
+	judged_ = std::move(found.candidates);
+	return true;
+}
+
+bool OneScan::may_stand(bool is_last)
+{
+	if (verdict_.decision.answer.status != Status::kLocalized) return false;
+	if (!is_last && !(verdict_.is_safe && is_clear(verdict_.decision, maps_))) return false;
+	const auto equals = without(judged_, search_.equals(verdict_.sensor(scan_), verdict_.decision.maps.front()));
+	clock_.lap(&StageTimes::retrieval_ms);
+	if (!equals.empty())
+	{
+		const Parameters few = with_share_of_effort(whole_, kLittleEffort);
+		verdict_.places = judge(scan_, beams_, equals, few, verdict_.places, clock_);
+	}
+	verdict_.decision = decide(scan_, verdict_.places, maps_);
+	return is_clear(verdict_.decision, maps_);
+}
+
+void OneScan::look_at_mirrored()
+{
+	if (is_worth_mirroring()) mirrored_ = log_likelihood_of_mirrored();
+}
+
+/// Returns whether a look at the mirrored scan may keep the answer from being localized: there is some doubt whether a
 /// place of the map is right at all, and beams that the map does not explain.
-bool is_worth_mirroring(
-    const Scan& scan, const BeamSubset& all, const Verdict& verdict, const std::vector<SearchedMap>& maps)
+bool OneScan::is_worth_mirroring() const
 {
 	constexpr double kNoDoubt = 3e-4;  // [probability] that no place is right
-	const Localization& answer = verdict.decision.answer;
+	const Localization& answer = verdict_.decision.answer;
 	if (answer.status != Status::kLocalized || 1 - answer.presence < kNoDoubt) return false;
-	const BeamModel& model = verdict.places.front().parameters().scoring.beam_model;
-	const Decision at_most = decide(scan, verdict.places, maps, greatest_log_likelihood(all, model));
+	const BeamModel& model = verdict_.places.front().parameters().scoring.beam_model;
+	const Decision at_most = decide(scan_, verdict_.places, maps_, greatest_log_likelihood(beams_.all, model));
 	return at_most.answer.status != Status::kLocalized;
 }
 
-/// Returns the log-likelihood [nat] of the mirrored scan at the place where it fits best; -inf if the overviews show
-/// none where it fits about as well as the scan itself.
-/// \param limits of a whole look
-double log_likelihood_of_mirrored(
-    const Scan& scan, const CoarseSearch& search, const std::vector<SearchedMap>& maps, Parameters limits,
-    StageClock& clock)
+/// Returns the log-likelihood [nat] of the mirrored scan at the place where it fits best; -inf if there is none where
+/// it fits about as well as the scan itself by the overviews, and better by a few beams.
+double OneScan::log_likelihood_of_mirrored()
 {
 	constexpr std::uint32_t kCostlier = 16;  // [2 steps] may overviews show the place, for they are rough
+	Parameters limits = whole_;
 	limits.first_look.effort = kLittleEffort;
 	limits = for_first_look(limits);
-	const Scan other = mirrored(scan);
-	const std::uint32_t most_cost = std::min(search.least_in_overviews() + kCostlier, kAnyOverviewCost - 1);
-	const auto found = CoarseSearch(maps, other, limits.coarse_search, most_cost).candidates(limits.coarse_search);
-	clock.lap(&StageTimes::retrieval_ms);
+	const Scan other = mirrored(scan_);
+	const std::uint32_t most_cost = std::min(search_.least_in_overviews() + kCostlier, kAnyOverviewCost - 1);
+	const auto found = CoarseSearch(maps_, other, limits.coarse_search, most_cost).candidates(limits.coarse_search);
+	clock_.lap(&StageTimes::retrieval_ms);
 	if (found.candidates.empty()) return -HUGE_VAL;
-	const auto places = judge(other, BeamSubsets(other), found.candidates, limits, {}, clock);
+	const Place& best = verdict_.places.front();
+	const BeamModel& model = best.parameters().scoring.beam_model;
+	const double least = score(best.tracer(), best.field(), beams_.few, best.pose, model).log_likelihood;
+	const auto places = judge(other, BeamSubsets(other), found.candidates, limits, {}, clock_, least);
 	return places.empty() ? -HUGE_VAL : places.front().score.log_likelihood;
+}
+
+Decision OneScan::answer()
+{
+	add_covariances(beams_.all, whole_.scoring, verdict_.places);
+	verdict_.decision = decide(scan_, verdict_.places, maps_, mirrored_);
+	clock_.lap(&StageTimes::refinement_ms);
+	Localization& answer = verdict_.decision.answer;
+	if (!verdict_.is_whole && !verdict_.is_safe) doubt(answer, needed_confidence(verdict_.decision, maps_));
+	note_region(answer, maps_);
+	answer.times = clock_.times();
+	return std::move(verdict_.decision);
 }
 }  // namespace
 
@@ -195,47 +284,16 @@ double log_likelihood_of_mirrored(
 Decision localize_default(const Scan& scan, const std::vector<SearchedMap>& maps, double time_budget)
 {
 	const TimeBudget budget(time_budget);
-	const BeamSubsets beams(scan);
 	const std::vector<Parameters> looks = first_and_whole_look(limits_of_search(maps));
-	const Parameters few = with_share_of_effort(looks.back(), kLittleEffort);
-	StageClock clock;
-	CoarseSearch search(maps, scan, looks.back().coarse_search);
-	Verdict verdict;
-	std::vector<Candidate> judged;  // by the look before
-	for (const Parameters& look : looks)
+	OneScan search(scan, maps, looks.back(), budget);
+	for (const Parameters& limits : looks)
 	{
-		const bool is_last = &look == &looks.back();
-		CandidateList found = search.candidates(look.coarse_search);
-		clock.lap(&StageTimes::retrieval_ms);
-		if (!is_last && !may_be_safe(found, search.margin())) continue;
-		const auto trial = [&](const auto& candidates, const Parameters& limits)
-		{ judge(scan, beams, candidates, limits, {}, clock); };
-		Parameters limits = keep_affordable(budget.left(), look, trial, found);
-		if (!judged.empty()) limits = with_share_of_effort(limits, 1 - look.first_look.effort);
-		verdict.places = judge(scan, beams, without(judged, found.candidates), limits, verdict.places, clock);
-		verdict.decision = decide(scan, verdict.places, maps);
-		verdict.is_whole = is_last && found.is_whole;
-		verdict.is_safe = is_safe(cost_of(verdict.decision, scan, found.candidates), found, search.margin());
-		judged = std::move(found.candidates);
-		if (budget.is_half_spent()) break;
-		if (!may_stand(verdict, maps, is_last)) continue;
-		const auto equals = without(judged, search.equals(verdict.sensor(scan), verdict.decision.maps.front()));
-		clock.lap(&StageTimes::retrieval_ms);
-		if (!equals.empty()) verdict.places = judge(scan, beams, equals, few, verdict.places, clock);
-		verdict.decision = decide(scan, verdict.places, maps);
-		if (is_clear(verdict.decision, maps)) break;
+		const bool is_last = &limits == &looks.back();
+		if (!search.look(limits, is_last)) continue;
+		if (budget.is_half_spent() || search.may_stand(is_last)) break;
 	}
-	double of_mirrored = -HUGE_VAL;  // [nat]
-	if (!budget.is_half_spent() && is_worth_mirroring(scan, beams.all, verdict, maps))
-		of_mirrored = log_likelihood_of_mirrored(scan, search, maps, looks.back(), clock);
-	add_covariances(beams.all, looks.back().scoring, verdict.places);
-	verdict.decision = decide(scan, verdict.places, maps, of_mirrored);
-	clock.lap(&StageTimes::refinement_ms);
-	Localization& answer = verdict.decision.answer;
-	if (!verdict.is_whole && !verdict.is_safe) doubt(answer, needed_confidence(verdict.decision, maps));
-	note_region(answer, maps);
-	answer.times = clock.times();
-	return std::move(verdict.decision);
+	if (!budget.is_half_spent()) search.look_at_mirrored();
+	return search.answer();
 }
 
 std::optional<Localization> refusal_of(const Scan& scan, const ScanParameters& parameters)

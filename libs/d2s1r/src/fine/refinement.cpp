@@ -248,7 +248,7 @@ std::vector<RefinedPose> settle(
 }
 
 std::vector<RefinedPose> make_shortlist(
-    const BeamSubset& few, const std::vector<RefinedPose>& poses, const RefinementParameters& parameters)
+    const BeamSubset& few, const std::vector<RefinedPose>& poses, const RefinementParameters& parameters, double least)
 {
 	// (- log-likelihood, pose): best first, ties by fit
 	using Ranking = std::vector<std::pair<double, std::size_t>>;
@@ -264,6 +264,7 @@ std::vector<RefinedPose> make_shortlist(
 	Ranking ranking;
 	for (const auto& [least_cost, i] : by_most)
 	{
+		if (least_cost > -least) break;
 		if (!ranking.empty() && least_cost > ranking.front().first + kImplausible) break;
 		if (ranking.size() == most && least_cost > ranking.back().first) break;
 		const std::pair entry(-judged(score, poses[i]).log_likelihood, i);
@@ -272,7 +273,7 @@ std::vector<RefinedPose> make_shortlist(
 	}
 	std::vector<RefinedPose> shortlist;
 	for (const auto& [cost, i] : ranking)
-		if (cost <= ranking.front().first + kImplausible) shortlist.push_back(poses[i]);
+		if (cost <= std::min(-least, ranking.front().first + kImplausible)) shortlist.push_back(poses[i]);
 	return shortlist;
 }
 

@@ -4,6 +4,7 @@
 #include <d2s1r/parameters.h>
 
 #include <Eigen/Core>
+#include <cmath>
 
 #include "coarse/coarse_search.h"
 #include "fine/scoring.h"
@@ -51,8 +52,10 @@ std::vector<RefinedPose> settle(
 /// Returns those of `poses` that a few beams find plausible, best score first: as many as may be refined, and none
 /// whose score is below the best one's by more than kImplausible. Beams are followed only where their ends leave
 /// a chance.
+/// \param least [nat] score that a pose must reach
 std::vector<RefinedPose> make_shortlist(
-    const BeamSubset& few, const std::vector<RefinedPose>& poses, const RefinementParameters& parameters);
+    const BeamSubset& few, const std::vector<RefinedPose>& poses, const RefinementParameters& parameters,
+    double least = -HUGE_VAL);
 
 /// Goes on with more beams, to the end. Gauss-Newton stops early in a corridor, and people pull it off: poses to both
 /// sides of the best ones, along the direction that the scan leaves open, that fit better yet are returned as well.
