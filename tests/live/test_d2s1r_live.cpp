@@ -154,6 +154,10 @@ TEST_F(LiveTest, RefusesWrongUseWithOneLine)
 	refuse({"--watch", "0,1"}, 1, {"--watch"});
 	refuse({"--region", "1,2,3"}, 1, {"--region", "X0,Y0,X1,Y1"});
 	refuse({"--scan", "/a", "--scan", "/b"}, 1, {"--merge-lasers"});
+	refuse({"--scn", "/a"}, 1, {"--scn: is not an option; did you mean --scan?"});
+	refuse({"--ros-args", "-r", "scan:=/front"}, 1, {"scan:=/front", "write --scan /front"});
+	refuse({"--ros-args", "-p", "use_sim_time:=true"}, 1, {"follows /clock"});
+	refuse({"--ros-args"}, 1, {"--ros-args", "its options name topics"});
 	refuse({"-m", path("none.yaml")}, 2, {"none.yaml"});
 	refuse({"-c", path("none.ini")}, 1, {"none.ini"});
 }

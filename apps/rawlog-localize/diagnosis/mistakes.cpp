@@ -285,22 +285,6 @@ bool is_same_in(const Scan& scan, const Beam& beam)
 	return same != scan.beams.end() && same->angle == beam.angle && same->is_return == beam.is_return;
 }
 
-/// Returns the distance [m] from a sensor to the first wall in a direction [rad] of the map frame; `most` if there is
-/// none up to there.
-double distance_to_wall(const Grid& grid, const mrpt::math::TPose2D& sensor, double direction, double most)
-{
-	const double step = 0.5 * grid.cell_size;
-	for (double distance = 0; distance < most; distance += step)
-	{
-		const double x = sensor.x + distance * std::cos(direction), y = sensor.y + distance * std::sin(direction);
-		const int column = static_cast<int>(std::floor((x - grid.origin_x) / grid.cell_size)),
-		          row = static_cast<int>(std::floor((y - grid.origin_y) / grid.cell_size));
-		if (!grid.contains(column, row)) return most;
-		if (grid.at(column, row) == Cell::kOccupied) return distance;
-	}
-	return most;
-}
-
 /// Returns whether the map has a wall where a beam ends, or none in its way if it saw nothing.
 bool agrees(const Beam& beam, const mrpt::math::TPose2D& sensor, const Grid& grid)
 {
@@ -319,51 +303,6 @@ Scan corrected(const LoggedScan& scan, const Mistake& mistake, ScanParameters pa
 	const bool is_mended = mistake.gives != logs::ScanDoubt::Field::kNone && scan.unusable.field == mistake.gives;
 	const Sweep sweep = mistake.is_instant ? Sweep() : scan.sweep;
 	return scan_of({observation, sweep, is_mended ? logs::ScanDoubt() : scan.unusable}, parameters);
-}
-
-bool WallGain::is_clear() const
-{
-	constexpr std::size_t kFewest = 5;                 // [-] scans that show something
-	constexpr double kDeviations = 3, kLeast = 0.002;  // [-], [m]
-	return scans >= kFewest && std::abs(gain) > kLeast && std::abs(gain) > kDeviations * deviation;
-}
-
-WallGain wall_gain(const std::vector<double>& before, const std::vector<double>& after)
-{
-	std::vector<double> gains;
-	for (std::size_t i = 0; i < before.size(); i++) gains.push_back(before[i] - after[i]);
-	if (gains.empty()) return {};
-	const MeanStd gain = mean_std(gains);
-	return {
-	    gains.size(), mean_std(before).mean, gain.mean, gain.deviation / std::sqrt(static_cast<double>(gains.size()))};
-}
-
-namespace
-{
-constexpr double kFarthestWall = 0.3;  // [m] from the end of a return, that counts
-}  // namespace
-
-std::vector<double> walls_behind_returns(const Scan& scan, const mrpt::math::TPose2D& robot, const Grid& grid)
-{
-	const auto sensor = robot + scan.sensor_on_robot;
-	std::vector<double> walls;
-	for (const Beam& beam : scan.beams)
-	{
-		if (!beam.is_return) continue;
-		const auto range = static_cast<double>(beam.range), angle = static_cast<double>(beam.angle);
-		const double wall = distance_to_wall(grid, sensor, sensor.phi + angle, range + kFarthestWall);
-		walls.push_back(std::clamp(wall - range, -kFarthestWall, kFarthestWall));
-	}
-	return walls;
-}
-
-double distance_from_walls(const Scan& scan, const mrpt::math::TPose2D& robot, const Grid& grid)
-{
-	const std::vector<double> walls = walls_behind_returns(scan, robot, grid);
-	if (walls.empty()) return kFarthestWall;
-	double sum = 0;
-	for (const double wall : walls) sum += std::abs(wall);
-	return sum / static_cast<double>(walls.size());
 }
 
 std::vector<Mistake> usual_mistakes(const Samples& samples, const ScanParameters& parameters, double range_factor)

@@ -5,6 +5,7 @@
 #include "input/inputs.h"
 
 #include <d2s1r/localizer.h>
+#include <live/wall_gain.h>
 #include <mrpt/obs/CObservation2DRangeScan.h>
 
 #include <functional>
@@ -64,29 +65,6 @@ std::vector<Mistake> usual_mistakes(const Samples& samples, const ScanParameters
 
 /// Returns a scan as it is without a mistake, its beams moved to its time.
 Scan corrected(const LoggedScan& scan, const Mistake& mistake, ScanParameters parameters);
-
-/// Says by how much nearer to the walls the returns of scans end if the scans are read in another way.
-struct WallGain
-{
-	std::size_t scans = 0;  //!< [-] that were found
-	double before = 0;      //!< [m] mean distance from the walls, without the other way
-	double gain = 0;        //!< [m] mean; below zero if they end farther away
-	double deviation = 0;   //!< [m] standard deviation of the gain, by the spread of the scans
-
-	/// Returns whether the scans show which way is right: the one with the gain, or the other one if it is below zero.
-	bool is_clear() const;
-};
-
-/// Returns the gain of scans. \param before, after [m] distances from the walls, scan by scan
-WallGain wall_gain(const std::vector<double>& before, const std::vector<double>& after);
-
-/// Returns how far [m] behind the end of each return of a scan the first wall in its direction is, within 0.3 m; below
-/// zero if the return ends behind the wall. \param robot in the map frame
-std::vector<double> walls_behind_returns(const Scan& scan, const mrpt::math::TPose2D& robot, const Grid& grid);
-
-/// Returns how far [m] the returns of a scan end from the first wall in their direction, on average; each counts for at
-/// most 0.3 m. \param robot in the map frame
-double distance_from_walls(const Scan& scan, const mrpt::math::TPose2D& robot, const Grid& grid);
 
 /// Returns the share [0, 1] of the beams that are read in another way without a mistake which the map agrees with, seen
 /// from where their scans were found. It is 0 if fewer than three scans were found.

@@ -14,24 +14,7 @@ namespace d2s1r::app
 {
 namespace
 {
-constexpr double kLeastTurn = 2 * M_PI / 180;    // [rad] during a sweep, that a scan shows and a pose suffers from
 constexpr std::size_t kAtOnce = 20, kMost = 60;  // [-] scans
-
-/// Returns by how much [rad] the robot turns while the beams of a scan are taken, by the odometry.
-double turn_during(const LoggedScan& scan)
-{
-	constexpr double kLongestGap = 0.5, kFastest = 20;  // [s], [rad/s] beyond, odometry was reset
-	const std::vector<d2s1r::TimedPose>& motion = scan.sweep.motion;
-	double rate = 0;  // [rad/s]
-	for (std::size_t i = 1; i < motion.size(); i++)
-	{
-		const double step = motion[i].time - motion[i - 1].time;
-		const double turn = std::abs(mrpt::math::wrapToPi(motion[i].robot.phi - motion[i - 1].robot.phi));
-		if (step < kLongestGap && turn < kFastest * step) rate = std::max(rate, turn / step);
-	}
-	const auto beams = static_cast<double>(scan.observation->getScanSize());
-	return rate * std::abs(scan.sweep.beam_step) * std::max(0.0, beams - 1);
-}
 
 /// Finds the scans of a laser during which the robot turns.
 class TurningScans
@@ -61,8 +44,9 @@ class TurningScans
 	void add(const LoggedScan& scan, std::vector<LoggedScan>& found)
 	{
 		constexpr double kBetween = 0.4;  // [s] neighbours show the same
-		const double time = logs::to_seconds(scan.observation->timestamp), turned = turn_during(scan);
-		if (turned < kLeastTurn || std::abs(time - last_) < kBetween || !scan.unusable.text.empty()) return;
+		const double time = logs::to_seconds(scan.observation->timestamp),
+		             turned = turn_during(scan.sweep, scan.observation->getScanSize());
+		if (turned < kLeastTurnOfSweep || std::abs(time - last_) < kBetween || !scan.unusable.text.empty()) return;
 		last_ = time;
 		most_turned_ = std::max(most_turned_, turned);
 		found.push_back(scan);
@@ -109,12 +93,11 @@ struct SweepEvidence
 SweepEvidence try_sweep(
     logs::LogReader& reader, const std::string& label, const Localizer* localizer, const Query& query, int threads)
 {
-	constexpr double kNotFound = 0.15;  // [m] that counts for a scan that is found in the other way only
 	Mistake instant;
 	instant.is_instant = true;
 	TurningScans turning(reader, label);
 	SweepEvidence evidence;
-	std::vector<double> at_once, one_by_one;  // [m] distances from the walls
+	WallComparison comparison;  // of beams that were taken at once, with those that were taken one by one
 	while (evidence.scans < kMost && !evidence.walls.is_clear())
 	{
 		const std::vector<LoggedScan> scans = turning.next();
@@ -123,13 +106,8 @@ SweepEvidence try_sweep(
 		if (!localizer) continue;
 		const auto before = distances_of(scans, instant, *localizer, query, threads);
 		const auto after = distances_of(scans, {}, *localizer, query, threads);
-		for (std::size_t i = 0; i < scans.size(); i++)
-		{
-			if (!before[i] && !after[i]) continue;
-			at_once.push_back(before[i].value_or(kNotFound));
-			one_by_one.push_back(after[i].value_or(kNotFound));
-		}
-		evidence.walls = wall_gain(at_once, one_by_one);
+		for (std::size_t i = 0; i < scans.size(); i++) comparison.add(before[i], after[i]);
+		evidence.walls = comparison.gain();
 	}
 	evidence.most_turned = turning.most_turned();
 	return evidence;
@@ -182,11 +160,34 @@ TriedSweep best_of(
 }
 }  // namespace
 
+namespace
+{
+/// Decides whether the points of clouds that tell their times were moved to one time before.
+SettledSweep settle_cloud(
+    const logs::Log& log, const std::string& label, const logs::Overrides& overrides, const SearchRequest& search,
+    const Localizer* localizer)
+{
+	const WallGain walls = try_sweep(log, label, overrides, search, localizer).walls;
+	if (!walls.is_clear() || walls.gain > 0 || interrupted()) return {};
+	return {
+	    logs::SweepTime(),
+	    {"the clouds of laser '" + label +
+	     mrpt::format(
+	         "' tell when each point was taken, but returns of %zu scans of the turning robot end %.3f m off the walls "
+	         "if the points are moved by these times, and %.3f m if they stay: their driver has moved them already, "
+	         "and "
+	         "--sweep-time 0 is used",
+	         walls.scans, walls.before - walls.gain, walls.before)}};
+}
+}  // namespace
+
 SettledSweep settle_sweep(
     const logs::Log& log, const logs::Sensor& sensor, const logs::Overrides& overrides, const SearchRequest& search,
     const Localizer* localizer)
 {
-	if (overrides.sweep || sensor.guessed_sweeps.empty() || sensor.odometry.empty()) return {};
+	if (overrides.sweep || sensor.odometry.empty()) return {};
+	if (sensor.may_be_deskewed && localizer) return settle_cloud(log, sensor.label, overrides, search, localizer);
+	if (sensor.guessed_sweeps.empty()) return {};
 	const auto [sweep, evidence] = best_of(sensor.guessed_sweeps, log, sensor.label, overrides, search, localizer);
 	if (evidence.scans == 0 || interrupted()) return {};
 	const WallGain& walls = evidence.walls;

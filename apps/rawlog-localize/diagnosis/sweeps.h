@@ -20,9 +20,9 @@ struct SettledSweep
 	std::vector<std::string> lines;
 };
 
-/// Decides by the map when the beams of a laser were taken, if the log only gives a guess (logs::Sensor) and the robot
-/// turns so fast that it matters. It reads the log until the map tells that, whichever frames are selected, and hears
-/// interrupts. \param localizer null: no map can tell
+/// Decides by the map when the beams of a laser were taken, if the log only gives a guess (logs::Sensor), or clouds
+/// that may have been moved to one time before, and the robot turns so fast that it matters. It reads the log until the
+/// map tells that, whichever frames are selected, and hears interrupts. \param localizer null: no map can tell
 SettledSweep settle_sweep(
     const logs::Log& log, const logs::Sensor& sensor, const logs::Overrides& overrides, const SearchRequest& search,
     const Localizer* localizer);

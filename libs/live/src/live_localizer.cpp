@@ -2,6 +2,7 @@
 #include "live/live_localizer.h"
 
 #include "live_odometry.h"
+#include "live_sweep.h"
 #include "map_slot.h"
 #include "seeder.h"
 
@@ -70,6 +71,7 @@ struct LiveLocalizer::State
 	      monitor(given.watch),
 	      maps(settings),
 	      odometry(given.odometry_frame),
+	      laser_sweep(given.sweep),
 	      seeder(settings, monitor)
 	{
 	}
@@ -79,6 +81,7 @@ struct LiveLocalizer::State
 	MapSlot maps;
 	ros::Frames frames;
 	LiveOdometry odometry;
+	LiveSweep laser_sweep;  //!< of the laser in use
 	Seeder seeder;
 	std::optional<WindowLocalizer> window;
 
@@ -115,7 +118,10 @@ struct LiveLocalizer::State
 	bool must_wait(const WaitingScan& waiting_scan, const std::string& robot) const;
 	std::optional<ScanAnswer> answer(const WaitingScan& waiting_scan, const std::string& robot);
 	Scan scan_of(const std::string& topic, const PlacedObservation& placed) const;
-	void localize(ScanAnswer& answer, const std::optional<CPose2D>& odometry_now, const std::string& robot);
+	std::vector<Sweep> open_sweeps(Time time, std::size_t beams) const;
+	void localize(
+	    ScanAnswer& answer, const mrpt::obs::CObservation2DRangeScan& observation,
+	    const std::optional<CPose2D>& odometry_now, const std::string& robot);
 	std::optional<std::pair<Time, CPose2D>> tracker_at(const ScanAnswer& given, const std::string& robot);
 	std::optional<Seed> make_seed(const ScanAnswer& answer, std::string& problem) const;
 	bool stands() const;
@@ -180,9 +186,9 @@ std::string LiveLocalizer::State::robot_frame(const std::string& laser) const
 ros::SweepTime LiveLocalizer::State::sweep_time_of(const WaitingScan& waiting_scan) const
 {
 	const auto* const cloud = std::get_if<ros::PointCloud>(&waiting_scan.scan);
-	const ros::SweepTime of_message =
-	    cloud != nullptr ? ros::time_span_of(*cloud) : ros::sweep_time_of(std::get<ros::LaserScan>(waiting_scan.scan));
-	return settings.sweep.value_or(of_message).checked();
+	if (cloud != nullptr) return settings.sweep.value_or(ros::time_span_of(*cloud)).checked();
+	const auto& scan = std::get<ros::LaserScan>(waiting_scan.scan);
+	return waiting_scan.topic == laser_topic ? laser_sweep.time_of(scan) : LiveSweep(settings.sweep).time_of(scan);
 }
 
 /// Returns a scan where the robot was, with how it moved meanwhile.
@@ -208,6 +214,20 @@ PlacedObservation LiveLocalizer::State::placed(
 	return {scan.observation, robot, sweep};
 }
 
+/// Returns the sweeps that the map has to decide about, with how the robot moved after a time.
+std::vector<Sweep> LiveLocalizer::State::open_sweeps(Time time, std::size_t beams) const
+{
+	std::vector<Sweep> sweeps;
+	for (const ros::SweepTime& open : laser_sweep.open())
+	{
+		const auto [from, to] = open.span();
+		sweeps.push_back(make_sweep(
+		    open.first_beam, open.duration, beams,
+		    odometry.motion(time, time + nanoseconds(from), time + nanoseconds(to))));
+	}
+	return sweeps;
+}
+
 /// Returns whether the scan comes too soon after the last one that was answered.
 bool LiveLocalizer::State::is_early(const WaitingScan& waiting_scan) const
 {
@@ -223,7 +243,9 @@ bool LiveLocalizer::State::must_wait(const WaitingScan& waiting_scan, const std:
 	const auto& header = waiting_scan.header;
 	const Time waited = now - waiting_scan.since;
 	if (!frames.pose_in(header.frame, robot, header.time)) return waited < kWaitForFrames;
-	const Time end = header.time + nanoseconds(sweep_time_of(waiting_scan).span().second);
+	double last_beam = sweep_time_of(waiting_scan).span().second;  // [s]
+	for (const ros::SweepTime& open : laser_sweep.open()) last_beam = std::max(last_beam, open.span().second);
+	const Time end = header.time + nanoseconds(last_beam);
 	return expects_odometry() && odometry.newest().value_or(0) < end && waited < kWaitForOdometry;
 }
 
@@ -299,13 +321,19 @@ std::optional<Seed> LiveLocalizer::State::make_seed(const ScanAnswer& given, std
 
 /// Localizes a scan and judges the tracker by it.
 void LiveLocalizer::State::localize(
-    ScanAnswer& given, const std::optional<CPose2D>& odometry_now, const std::string& robot)
+    ScanAnswer& given, const mrpt::obs::CObservation2DRangeScan& observation,
+    const std::optional<CPose2D>& odometry_now, const std::string& robot)
 {
 	const Atlas& atlas = *maps.maps();
 	std::optional<CPose2D> motion;
 	if (odometry_now && last_odometry) motion = *odometry_now - *last_odometry;
 	last_odometry = odometry_now;
 	given.localization = atlas.localize(given.scan);
+	if (!laser_sweep.open().empty() && !settings.merge_lasers)
+		laser_sweep.consider(
+		    atlas, given.time, observation, given.scan, given.localization,
+		    open_sweeps(given.time, observation.getScanSize()));
+	tell("sweep", laser_sweep.description());
 	if (settings.window > 1)
 	{
 		if (!window) window.emplace(atlas, settings.window);
@@ -366,7 +394,7 @@ std::optional<ScanAnswer> LiveLocalizer::State::answer(const WaitingScan& waitin
 	ScanAnswer given;
 	given.time = header.time;
 	given.scan = scan_of(waiting_scan.topic, here);
-	localize(given, odometry_now, robot);
+	localize(given, *here.observation, odometry_now, robot);
 	const Status status = given.localization.status;
 	silent_because = status == Status::kLocalized ? "" : given.localization.note;
 	if (status == Status::kAmbiguous) silent_because = "several places explain the scan";
@@ -468,6 +496,7 @@ void LiveLocalizer::add(WaitingScan waiting)
 		state.newest_scan = std::max(time, state.newest_scan);
 		state.laser_frame = waiting.header.frame;
 		state.odometry.follow(state.frames, state.robot_frame(state.laser_frame));
+		if (const auto* const scan = std::get_if<ros::LaserScan>(&waiting.scan)) state.laser_sweep.add(*scan);
 	}
 	state.waiting.push_back(std::move(waiting));
 	if (state.waiting.size() > 2 * kMostWaiting) state.waiting.pop_front();  // nobody calls update()
@@ -558,6 +587,7 @@ LiveStatus LiveLocalizer::status(Time now) const
 	say(Level::kOk, state.silent_because);
 	const auto add = [&](const char* name, const std::string& value) { status.values.emplace_back(name, value); };
 	add("map", state.maps.description());
+	if (!state.laser_sweep.description().empty()) add("sweep", state.laser_sweep.description());
 	add("indices built", std::to_string(state.maps.built()));
 	add("seeds sent", std::to_string(state.seeder.sent()));
 	add("readers of seeds", std::to_string(state.seed_readers));

@@ -557,6 +557,63 @@ TEST(LiveLocalizer, MovesTheBeamsOfASweepToTheTimeOfTheScan)
 	EXPECT_GT(yaw_error_of_sweeps(as_one, true), kLeastTwist);
 }
 
+namespace
+{
+/// A drive of a robot that turns by 1 rad/s, whose scans do not tell when their beams were taken.
+struct UntoldDrive : Drive
+{
+	/// \param duration [s] of a sweep; 0: all beams are taken at once \param scan_time [s] of the messages
+	UntoldDrive(double duration, float scan_time)
+	{
+		constexpr int kScans = 80, kLast = 20;
+		begin();
+		const auto tell = [&] { live.add_transforms(robot.odometry_transform(), false); };
+		for (int i = 0; i < kScans; i++)
+		{
+			const mrpt::poses::CPose2D at_stamp = robot.pose;
+			ros::LaserScan scan = duration > 0 ? robot.sweep(duration, 0, 1, tell) : robot.scan();
+			if (duration == 0)
+			{
+				tell();
+				robot.time += kSecond / 5;
+				robot.move(0, 0.2);
+				tell();
+			}
+			scan.time_step = 0;
+			scan.scan_time = scan_time;
+			live.add_scan("/scan", scan);
+			const auto answer = update(robot.time);
+			if (i < kScans - kLast || !answer || answer->localization.status != Status::kLocalized) continue;
+			answers++;
+			error += turn_between(answer->localization.best().pose.asTPose(), at_stamp.asTPose());
+		}
+		error /= std::max(answers, 1);
+		EXPECT_GE(answers, kLast - 2);
+	}
+
+	int answers = 0;   //!< [-] to the last scans
+	double error = 0;  //!< [deg] mean of their yaw
+};
+}  // namespace
+
+TEST(LiveLocalizer, FindsOutByTheMapWhenTheBeamsOfASweepWereTaken)
+{
+	const UntoldDrive spins(0.2, 0.2F);
+	EXPECT_LT(spins.error, 0.5);
+	EXPECT_TRUE(spins.was_told("the scans do not tell when each beam was taken")) << "until it is known";
+	EXPECT_TRUE(spins.was_told("by the map: its beams are moved to one time"));
+	const UntoldDrive simulated(0, 0.2F);
+	EXPECT_LT(simulated.error, 0.5);
+	EXPECT_TRUE(simulated.was_told("all beams are taken at once, by the map"));
+	const UntoldDrive untold(0.2, 0);
+	EXPECT_GT(untold.error, 2) << "nothing to guess from";
+	const auto values = untold.live.status(untold.robot.time).values;
+	EXPECT_TRUE(std::any_of(
+	    values.begin(), values.end(),
+	    [](const auto& value)
+	    { return value.first == "sweep" && value.second.find("count as taken at once") != std::string::npos; }));
+}
+
 TEST(LiveLocalizer, LocalizesByPointClouds)
 {
 	LiveSettings settings;

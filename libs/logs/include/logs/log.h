@@ -142,6 +142,10 @@ struct Sensor
 	std::vector<ScanDoubt> doubts{};  //!< what is wrong with its scans
 	std::optional<OtherAngles> other_angles{};  //!< see OtherAngles; without a value, nothing is wrong with them
 
+	/// Whether it has point clouds that tell the times of their points. A driver that moved all points to one time may
+	/// have kept these times.
+	bool may_be_deskewed = false;
+
 	/// When its beams may have been taken, each a guess. Empty if its scans tell that, or if there is nothing to guess
 	/// from.
 	std::vector<SweepTime> guessed_sweeps{};
@@ -239,6 +243,7 @@ struct Overrides
 	std::optional<SweepTime> sweep;                       //!< of all scans
 	std::map<std::string, SweepTime> sweeps_of_others{};  //!< of all scans of other lasers, by their labels
 	std::optional<BeamAngles> beam_angles;                //!< of all scans
+	bool ignores_flags = false;                           //!< whether readings that are flagged invalid count
 };
 
 /// Returns whether the overrides give what a doubt asks for.

@@ -8,6 +8,7 @@
 
 #include <mrpt/poses/CPose3D.h>
 #include <ros/messages.h>
+#include <ros/sweep_guess.h>
 
 #include <cstddef>
 #include <map>
@@ -34,7 +35,7 @@ struct LaserTopic
 	std::map<std::string, std::size_t> frames{};  //!< [-] messages of each, those that came first if they are many
 	std::vector<CountedDoubt> doubts{};           //!< what is wrong with the fields of its messages, each field once
 	std::optional<OtherAngles> other_angles{};    //!< see Sensor
-	SweepGuess sweep_guess{};
+	ros::SweepGuess sweep_guess{};
 };
 
 /// A topic of odometry.

@@ -92,10 +92,11 @@ LogSurvey describe(
 	for (const LaserTopic& laser : contents.lasers)
 	{
 		const RobotOfLog& robot = *robots.at(laser.topic);
-		survey.has_clouds = survey.has_clouds || laser.kind == MessageKind::kPointCloud;
 		Sensor& sensor = survey.sensors.emplace_back();
 		sensor.label = laser.topic;
 		sensor.scans = laser.messages;
+		sensor.may_be_deskewed = laser.kind == MessageKind::kPointCloud;
+		survey.has_clouds = survey.has_clouds || sensor.may_be_deskewed;
 		describe_mounting(robot, sensor);
 		sensor.doubts = doubts_about(laser, robot);
 		sensor.other_angles = laser.other_angles;

@@ -1,0 +1,28 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "ros/observation.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace d2s1r::ros
+{
+/// Guesses when the beams of a laser were taken whose messages have a scan_time, but a time_increment of 0. Drivers
+/// write that for spinning lasers, and simulators for lasers that take all beams at once.
+class SweepGuess
+{
+   public:
+	/// Takes the next message of the laser.
+	void add(const LaserScan& scan);
+
+	/// Returns the sweeps of a laser that needs scan_time, or the time from one scan to the next, for a full turn.
+	std::vector<SweepTime> sweeps() const;
+
+   private:
+	bool is_told_ = false;                      //!< whether a message has a time_increment
+	double share_of_turn_ = 0;                  //!< [-] that the beams cover
+	std::int64_t last_time_ = 0;                //!< [ns] of a message
+	std::vector<double> scan_times_, periods_;  //!< [s] of the first messages
+};
+}  // namespace d2s1r::ros
