@@ -1,6 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // Messages that contradict themselves, and maps as they come: what is wrong is named, with what mends it.
 #include <gtest/gtest.h>
+#include <mrpt/obs/CObservation2DRangeScan.h>
 
 #include <cmath>
 #include <functional>
@@ -96,6 +97,27 @@ TEST_F(AppDoubtfulInput, RangesOfALaserThatAreNone)
 	save_walk([](MadeScan& scan) { scan.min_range = 30, scan.max_range = 0.1F; });
 	expect_named("the laser sees further than 0.1 m: --max-range ", {"--max-range", "30"});
 	EXPECT_NE(run(words({"--diagnose"})).err.find("range_min 30 is not below range_max 0.1"), std::string::npos);
+}
+
+TEST_F(AppDoubtfulInput, ARawlogThatFlagsAllReadingsAsInvalid)
+{
+	Objects log = observation_log();
+	for (const auto& object : log)
+	{
+		auto& scan = dynamic_cast<mrpt::obs::CObservation2DRangeScan&>(*object);
+		for (std::size_t i = 0; i < scan.getScanSize(); i++) scan.setScanRangeValidity(i, false);
+	}
+	save(log, path("flagged.rawlog"));
+	const Words words = {"-m", path(map_), "-i", path("flagged.rawlog"), "-o", path("out")};
+	const auto result = run(words);
+	EXPECT_NE(
+	    result.out.find("the log flags all readings as invalid, though most are distances within the range of the "
+	                    "laser; --ignore-flags uses them"),
+	    std::string::npos)
+	    << result.out;
+	Words mended = words;
+	mended.emplace_back("--ignore-flags");
+	EXPECT_NE(run(mended).out.find("localized      12  100.0 %"), std::string::npos);
 }
 
 TEST_F(AppDoubtfulInput, AnglesInDegrees)
@@ -251,7 +273,10 @@ class AppUntoldSweep : public AppTest
 	AppUntoldSweep() { save_gridmap(flat(), path("flat.gridmap.gz")); }
 
 	/// Saves 5 s of a turning robot at 10 Hz, with odometry at 50 Hz. \param turns whether the odometry says so
-	void save_log(bool spins, const Alter& alter, bool turns = true) const
+	/// \param cloud_of turns scans into clouds; empty: they stay scans
+	void save_log(
+	    bool spins, const Alter& alter, bool turns = true,
+	    const std::function<MadeCloud(const MadeScan&)>& cloud_of = {}) const
 	{
 		std::vector<MadeMessage> messages = {made_transforms(Wire::kCdr, 1, {{"base_link", "laser", 0.1, 0, 0.2}})};
 		for (int i = 0; i <= 255; i++)
@@ -263,7 +288,7 @@ class AppUntoldSweep : public AppTest
 			if (i % 5 != 0 || i > 250) continue;
 			MadeScan scan = turning_scan(time, spins);
 			alter(scan);
-			messages.push_back(made_scan(Wire::kCdr, scan));
+			messages.push_back(cloud_of ? made_cloud(Wire::kCdr, cloud_of(scan)) : made_scan(Wire::kCdr, scan));
 		}
 		write_file(path("turn.mcap"), mcap_file(messages));
 	}
@@ -311,6 +336,37 @@ TEST_F(AppUntoldSweep, IsDecidedByTheMapIfThereIsAScanTime)
 
 	save_log(false, with_scan_time, false);
 	EXPECT_EQ(run_log({"-o", path("out")}).err.find("time_increment"), std::string::npos) << "nothing depends on it";
+}
+
+/// A driver that moves the points of a cloud to one time may keep the times of the points.
+TEST_F(AppUntoldSweep, CloudsThatWereMovedToOneTimeAreNotMovedAgain)
+{
+	const auto cloud_of = [](const MadeScan& scan)
+	{
+		MadeCloud cloud;
+		cloud.time = scan.time;
+		cloud.time_field = "time";
+		cloud.points.clear();
+		for (std::size_t beam = 0; beam < scan.ranges.size(); beam++)
+		{
+			const double range = static_cast<double>(scan.ranges[beam]), share = static_cast<double>(beam) / 360;
+			const double angle = static_cast<double>(scan.first_angle) +
+			                     static_cast<double>(beam) * static_cast<double>(scan.angle_step);
+			cloud.points.push_back({range * std::cos(angle), range * std::sin(angle), 0});
+			cloud.times.push_back(kTurn * share);
+		}
+		return cloud;
+	};
+	const std::string line = "--sweep-time 0 is used";
+	for (const bool spins : {true, false})
+	{
+		save_log(
+		    spins, [](MadeScan&) {}, true, cloud_of);
+		const auto result = run_log({"-o", path("out"), "--cloud-height", "0:1"});
+		EXPECT_EQ(result.status, 0) << result.err;
+		EXPECT_EQ(result.err.find(line) == std::string::npos, spins) << result.err;
+		EXPECT_LT(greatest_error(), 1) << spins;
+	}
 }
 
 TEST_F(AppUntoldSweep, IsToldIfNoMapDecides)

@@ -256,6 +256,10 @@ void add_laser(OptionGroup laser, LogRequest& log, Dependent& dependent)
 	laser.value(
 	    "--range-factor", "F", "multiply all ranges of the laser by F, for example by 0.001 if the log has them in mm",
 	    [&](const std::string& text) { log.overrides.range_factor = parse_range_factor(text); });
+	laser.flag(
+	    "--ignore-flags",
+	    "use the readings that the log flags as invalid, if they are above 0 and below the laser's range",
+	    log.overrides.ignores_flags);
 	laser.value(
 	    "--cloud-height", "A:B",
 	    "also use the PointCloud2 messages of a ROS recording: their points between A and B above the origin of the "

@@ -162,6 +162,24 @@ ScanDefect defect_of(const LoggedScan& scan, const ScanParameters& parameters)
 	return ScanDefect::kOther;
 }
 
+/// Returns whether the flags of scans tell nothing: they call all readings invalid, though most of them are distances
+/// within the range of the laser.
+bool are_flags_doubtful(const std::vector<Sample>& samples)
+{
+	std::size_t beams = 0, flagged_distances = 0;
+	for (const Sample& sample : samples)
+	{
+		const auto& scan = *sample.scan.observation;
+		for (std::size_t i = 0; i < scan.getScanSize(); i++)
+		{
+			if (scan.getScanRangeValidity(i)) return false;
+			beams++;
+			if (scan.getScanRange(i) > 0 && scan.getScanRange(i) < scan.maxRange) flagged_distances++;
+		}
+	}
+	return beams > 0 && 2 * flagged_distances > beams;
+}
+
 /// Says what to do about scans that cannot be used.
 std::string what_to_do(ScanDefect defect, const std::vector<Sample>& samples)
 {
@@ -178,6 +196,10 @@ std::string what_to_do(ScanDefect defect, const std::vector<Sample>& samples)
 		case ScanDefect::kSensorPose:
 			return "give the pose of the laser on the robot by --sensor-pose";
 		case ScanDefect::kFewBeams:
+			if (are_flags_doubtful(samples))
+				return "the log flags all readings as invalid, though most are distances within the range of the "
+				       "laser; "
+				       "--ignore-flags uses them";
 			return "most readings are NaN, 0, below range_min or flagged invalid: check range_min, and the laser";
 		case ScanDefect::kNone:
 		case ScanDefect::kOther:

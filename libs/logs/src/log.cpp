@@ -120,6 +120,10 @@ class OverridingReader : public LogReader
 		if (overrides_.sensor_pose)
 			scan.sensorPose = *overrides_.sensor_pose + mrpt::poses::CPose3D(0, 0, 0, middle_angle, 0, 0);
 		if (overrides_.beam_angles) set_beam_angles(scan, *overrides_.beam_angles, middle_angle);
+		if (overrides_.ignores_flags)
+			for (std::size_t i = 0; i < scan.getScanSize(); i++)
+				if (scan.getScanRange(i) > 0 && scan.getScanRange(i) < scan.maxRange)
+					scan.setScanRangeValidity(i, true);
 		if (!overrides_.max_range && !overrides_.range_factor) return;
 		const float max_range = overrides_.max_range.value_or(scan.maxRange);
 		const auto factor = static_cast<float>(overrides_.range_factor.value_or(1));
@@ -307,7 +311,7 @@ std::unique_ptr<LogReader> read_log(const Log& log, const std::string& label, co
 {
 	auto reader = log.read_for(label);
 	if (overrides.sensor_pose || overrides.max_range || overrides.range_factor || overrides.sweep ||
-	    overrides.beam_angles || !overrides.sweeps_of_others.empty())
+	    overrides.beam_angles || overrides.ignores_flags || !overrides.sweeps_of_others.empty())
 		reader = std::make_unique<OverridingReader>(std::move(reader), label, overrides);
 	return with_odometry(std::move(reader), !log.survey.is_live);
 }
