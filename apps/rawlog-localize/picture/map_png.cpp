@@ -77,6 +77,13 @@ void draw_hypothesis(Canvas& canvas, const Pixel& at, double probability)
 	canvas.disc(at, 2 + 3 * std::sqrt(probability), kHypothesisColor, 0.75);
 }
 
+/// The best pose of an ambiguous frame: a ring, which differs from the discs of other hypotheses.
+void draw_ambiguous(Canvas& canvas, const Pixel& at)
+{
+	canvas.disc(at, 6, kHypothesisColor);
+	canvas.disc(at, 3.5, kWhite);
+}
+
 /// A localized frame that is off: the pose, and the way to where the robot was.
 void draw_wrong(Canvas& canvas, const Pixel& pose, double phi, const Pixel& truth)
 {
@@ -219,7 +226,7 @@ void add_wrong(const RunReport& report, std::vector<LegendEntry>& entries)
 		    {[](Canvas& canvas, const Pixel& at) {
 			     draw_wrong_pose(canvas, {at.x + 15, at.y}, {at.x - 10, at.y});
 		     },
-		     counted("ambiguous, best pose off", ambiguous)});
+		     counted("true place of an ambiguous frame whose best pose is off", ambiguous)});
 	if (without_pose > 0) entries.push_back({draw_without_pose, counted("no pose, at its true place", without_pose)});
 	if (const auto unknown = count_without_place(report); unknown > 0)
 		entries.push_back({[](Canvas&, const Pixel&) {}, counted("rejected or invalid, not drawn", unknown)});
@@ -235,11 +242,11 @@ void add_fusion(const std::vector<KeptFrame>& frames, std::vector<LegendEntry>& 
 	if (reseeds > 0) entries.push_back({draw_reseed, counted("re-seeded", reseeds)});
 }
 
-/// Returns the hypotheses of a frame that are drawn as discs: those that are not on the path.
+/// Returns the hypotheses of a frame that are drawn as discs: those that are not the best.
 std::vector<Hypothesis> drawn_hypotheses(const Frame& frame)
 {
 	std::vector<Hypothesis> drawn;
-	for (std::size_t i = frame.localized() ? 1 : 0; i < frame.result.hypotheses.size(); i++)
+	for (std::size_t i = 1; i < frame.result.hypotheses.size(); i++)
 		if (frame.result.hypotheses[i].probability >= kLeastDrawnProbability)
 			drawn.push_back(frame.result.hypotheses[i]);
 	return drawn;
@@ -253,7 +260,7 @@ void add_statuses(const RunReport& report, const DrawnFrames& frames, std::vecto
 		draw_path(canvas, {{at.x - 15, at.y}, {at.x + 15, at.y}});
 		draw_heading(canvas, at, 0.9, kPathColor);
 	};
-	const auto ambiguous = [](Canvas& canvas, const Pixel& at) { draw_hypothesis(canvas, at, 1); };
+	const auto other = [](Canvas& canvas, const Pixel& at) { draw_hypothesis(canvas, at, 1); };
 	if (counts[0] > 0)
 	{
 		entries.push_back({localized, counted("localized", static_cast<std::ptrdiff_t>(counts[0])) + ", heading"});
@@ -263,9 +270,8 @@ void add_statuses(const RunReport& report, const DrawnFrames& frames, std::vecto
 	frames.visit([&](const Frame& frame) { has_hypotheses = has_hypotheses || !drawn_hypotheses(frame).empty(); });
 	if (counts[1] > 0)
 		entries.push_back(
-		    {ambiguous, counted("ambiguous", static_cast<std::ptrdiff_t>(counts[1])) + ", other hypotheses"});
-	else if (has_hypotheses)
-		entries.push_back({ambiguous, "other hypotheses"});
+		    {draw_ambiguous, counted("ambiguous", static_cast<std::ptrdiff_t>(counts[1])) + ", best pose"});
+	if (has_hypotheses) entries.push_back({other, "other hypotheses"});
 }
 
 /// Returns an entry for each kind of mark that is in the picture.
@@ -313,6 +319,12 @@ class Painter
 			    for (const Hypothesis& h : drawn_hypotheses(frame))
 				    draw_hypothesis(canvas_, at(h.pose.asTPose()), h.probability);
 		    });
+	}
+
+	void paint_ambiguous()
+	{
+		for (const KeptFrame& frame : frames_.kept())
+			if (frame.has_pose && !frame.localized()) draw_ambiguous(canvas_, at(frame.pose));
 	}
 
 	/// The first frame that is localized.
@@ -425,6 +437,7 @@ void write_map_png(
 	painter.paint_truth();
 	painter.paint_fused();
 	painter.paint_hypotheses();
+	painter.paint_ambiguous();
 	painter.paint_path();
 	painter.paint_wrong();
 	painter.paint_names(names);

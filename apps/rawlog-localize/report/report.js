@@ -428,11 +428,16 @@ function drawDetails() {
     `  confidence ${run.confidence[selected].toFixed(3)}, ${run.milliseconds[selected]} ms`);
   details.append(title);
   if (run.notes[selected]) details.append(element('div', run.notes[selected]));
+  const places = placesOf(selected);
+  if (!hasPose(selected)) details.append(element('div', places.length > 0
+    ? 'This frame has no pose. The map shows its scan at the place that is chosen below.'
+    : 'The map does not show the scan, because there is no pose to lay it at.'));
+  if (places.length === 0) return;
   const table = element('table', ''), head = element('tr', '');
   for (const [name, title] of kPlaceColumns)
     if (run.truth || name !== 'error') head.append(element('th', name, {title}));
   table.append(head);
-  placesOf(selected).forEach((p, i) => {
+  places.forEach((p, i) => {
     const row = element('tr', '', {className: i === place ? 'place shown' : 'place'}), error = errorOf(selected, p);
     row.dataset.place = i;
     const texts = [p.name, p.probability === undefined ? '' : percent(p.probability), p.x.toFixed(2), p.y.toFixed(2), degrees(p.phi).toFixed(1),
