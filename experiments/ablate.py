@@ -19,11 +19,11 @@ import sys
 
 sys.dont_write_bytecode = True  # the folder is part of the sources
 
+import needs  # noqa: E402
 try:
     from learning import running, sets
 except ImportError as error:
-    sys.exit(f"ablate.py: {error}; install Debian's python3-numpy, python3-scipy and python3-pil, and run with "
-             "/usr/bin/python3")
+    needs.stop(error, "python3-numpy, python3-scipy and python3-pil")
 import measures  # noqa: E402
 import sites  # noqa: E402
 import tables  # noqa: E402

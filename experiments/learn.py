@@ -20,13 +20,13 @@ import time
 
 sys.dont_write_bytecode = True  # the folder is part of the sources
 
+import needs  # noqa: E402
 try:
     import numpy as np
     import figures
     from learning import fitting, running, sets
 except ImportError as error:
-    sys.exit(f"learn.py: {error}; install Debian's python3-numpy, python3-scipy, python3-pil and python3-matplotlib, "
-             "and run with /usr/bin/python3")
+    needs.stop(error, "python3-numpy, python3-scipy, python3-pil and python3-matplotlib")
 import measures  # noqa: E402
 import sites  # noqa: E402
 import tables  # noqa: E402

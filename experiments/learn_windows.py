@@ -22,11 +22,12 @@ import time
 
 sys.dont_write_bytecode = True  # the folder is part of the sources
 
+import needs  # noqa: E402
 try:
     import numpy as np
     from scipy import optimize
 except ImportError as error:
-    sys.exit(f"learn_windows.py: {error}; install Debian's python3-numpy and python3-scipy, and run with /usr/bin/python3")
+    needs.stop(error, "python3-numpy and python3-scipy")
 import sites  # noqa: E402
 import tables  # noqa: E402
 

@@ -16,12 +16,12 @@ import time
 
 sys.dont_write_bytecode = True  # the folder is part of the sources
 
+import needs  # noqa: E402
 try:
     import figures
     import rivals
 except ImportError as error:
-    sys.exit(f"reproduce.py: {error}; install Debian's python3-matplotlib, python3-numpy, python3-scipy and python3-pil, and "
-             "run with /usr/bin/python3")
+    needs.stop(error, "python3-matplotlib, python3-numpy, python3-scipy and python3-pil")
 import circles  # noqa: E402
 import plan  # noqa: E402
 import rays  # noqa: E402

@@ -1,14 +1,12 @@
 # d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 """Scans of a laser that is simulated in a map, for experiments that need the Python module d2s1r."""
-import pathlib
-import sys
+import needs
 
 try:
     import d2s1r
     import numpy as np
 except ImportError as error:
-    sys.exit(f"{pathlib.Path(sys.argv[0]).name}: {error}; install Debian's python3-numpy, and name the folder of the built "
-             "module by PYTHONPATH")
+    needs.stop(error, "python3-numpy", "name the folder of the built module by PYTHONPATH")
 
 NOISE = 0.01  # [m] standard deviation of a range
 REACH = 30.0  # [m]

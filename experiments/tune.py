@@ -25,11 +25,11 @@ import time
 
 sys.dont_write_bytecode = True  # the folder is part of the sources
 
+import needs  # noqa: E402
 try:
     from learning import degraded_maps, drives, drawn_sites, sets, tuning
 except ImportError as error:
-    sys.exit(f"tune.py: {error}; install Debian's python3-numpy, python3-scipy and python3-pil, and run with "
-             "/usr/bin/python3")
+    needs.stop(error, "python3-numpy, python3-scipy and python3-pil")
 import runs  # noqa: E402
 import sites  # noqa: E402
 import tables  # noqa: E402

@@ -1,8 +1,9 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 # d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 """Draws what d2s1r-live publishes on /d2s1r/markers: draw_markers.py BUILD MAP.yaml OUT.png
 
 A simulated robot drives through the map for 20 s. The picture shows the markers with the most hypotheses, the last of these.
+BUILD is a build with tests whose target d2s1r-live-drive was built, too.
 """
 import json
 import math
@@ -12,13 +13,17 @@ import subprocess
 import sys
 import tempfile
 
-import matplotlib
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt  # noqa: E402
-import numpy as np  # noqa: E402
-from PIL import Image  # noqa: E402
-
+sys.dont_write_bytecode = True  # the folder is part of the sources
 sys.path.insert(0, str(pathlib.Path(__file__).parents[2] / "experiments"))
+import needs  # noqa: E402
+try:
+    import matplotlib
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+    import numpy as np
+    from PIL import Image
+except ImportError as error:
+    needs.stop(error, "python3-matplotlib, python3-numpy and python3-pil")
 import sites  # noqa: E402
 
 DOMAIN, SECONDS = "96", "20"
