@@ -183,6 +183,7 @@ void refuse_ros_arguments(int argc, char** argv)
 /// Refuses a word that is none of the options, and names the option that it may have been meant to be.
 [[noreturn]] void refuse_unknown(const CLI::App& app, const std::string& word)
 {
+	if (word.rfind('-', 0) != 0) wrong(word, "stands without an option");
 	std::vector<std::string> names;
 	for (const CLI::Option* option : app.get_options())
 		for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
@@ -256,6 +257,12 @@ std::optional<Flags> parse_flags(int argc, char** argv, std::ostream& out)
 	{
 		out << "d2s1r-live " D2S1R_VERSION << '\n';
 		return std::nullopt;
+	}
+	catch (const CLI::ArgumentMismatch& e)
+	{
+		const std::string last = argv[argc - 1];  // only this word can lack what comes after it
+		if (last.rfind('-', 0) == 0) wrong(last, "needs a value");
+		wrong("command line", e.what());  // an option is given twice
 	}
 	catch (const CLI::Error& e)
 	{

@@ -154,6 +154,9 @@ TEST_F(LiveTest, RefusesWrongUseWithOneLine)
 	refuse({"--watch", "0,1"}, 1, {"--watch"});
 	refuse({"--region", "1,2,3"}, 1, {"--region", "X0,Y0,X1,Y1"});
 	refuse({"--scan", "/a", "--scan", "/b"}, 1, {"--merge-lasers"});
+	refuse({"--seed"}, 1, {"--seed: needs a value"});
+	refuse({"--seed", "once", "--seed", "watch"}, 1, {"--seed"});
+	refuse({"/scan"}, 1, {"/scan: stands without an option"});
 	refuse({"--scn", "/a"}, 1, {"--scn: is not an option; did you mean --scan?"});
 	refuse({"--ros-args", "-r", "scan:=/front"}, 1, {"scan:=/front", "write --scan /front"});
 	refuse({"--ros-args", "-p", "use_sim_time:=true"}, 1, {"follows /clock"});

@@ -450,6 +450,7 @@ void add_dependent(CommandLine& command, const Dependent& dependent)
 /// Refuses a word that is not an option, and names the option that it may have been meant to be.
 [[noreturn]] void refuse_unknown(const CLI::App& app, const std::string& word)
 {
+	if (word.rfind('-', 0) != 0) wrong(word, "stands without an option; write -m MAP -i LOG -o OUT_DIR");
 	const std::string given = word.substr(0, word.find('='));
 	std::vector<std::string> names;
 	for (const CLI::Option* option : app.get_options()) names.push_back("--" + option->get_lnames().front());

@@ -77,6 +77,7 @@ void LiveSweep::decide()
 
 std::string LiveSweep::description() const
 {
+	if (given_ && given_->is_instant()) return "all beams are taken at once, by the settings";
 	if (given_) return mrpt::format("a scan takes %.4g s, by the settings", given_->duration);
 	if (is_told_) return "the messages tell when each beam was taken";
 	if (found_)

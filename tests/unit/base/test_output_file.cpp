@@ -34,6 +34,27 @@ TEST_F(OutputFile, LeavesNothingIfItIsNotCommitted)
 	EXPECT_EQ(count(), 0);
 }
 
+TEST_F(OutputFile, AdviceFitsTheErrorOfTheSystem)
+{
+	const auto message_of = [](const std::string& file)
+	{
+		try
+		{
+			TextFile text(file);
+		}
+		catch (const OutputError& error)
+		{
+			return std::string(error.what());
+		}
+		return std::string();
+	};
+	const std::string missing = message_of(path("none/a.txt"));
+	EXPECT_NE(missing.find("(No such file or directory); check the path"), std::string::npos) << missing;
+	write("file.txt", "");
+	const std::string through_file = message_of(path("file.txt/a.txt"));
+	EXPECT_NE(through_file.find("; check the path"), std::string::npos) << through_file;
+}
+
 TEST_F(OutputFile, IsWrittenWhereLinksLead)
 {
 	fs::create_directory(path("elsewhere"));
