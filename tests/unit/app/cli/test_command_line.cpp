@@ -208,6 +208,8 @@ TEST(CommandLine, AMisspelledOptionIsNamedAsItMayHaveBeenMeant)
 		EXPECT_NE(message.find("is not an option; did you mean " + std::string(meant) + "?"), std::string::npos)
 		    << message;
 	}
+	EXPECT_NE(
+	    refusal({"map.yaml"}, complete).find("map.yaml: stands without an option; write -m MAP"), std::string::npos);
 	for (const char* given : {"--bogus", "stray", "-x"})
 		EXPECT_EQ(refusal({given}, complete).find("did you mean"), std::string::npos) << given;
 }
