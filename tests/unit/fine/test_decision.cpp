@@ -121,6 +121,34 @@ TEST(Hypotheses, HaveCovariancesOnceTheyAreAdded)
 	EXPECT_EQ(decide(scan, places, map.maps).answer.hypotheses.size(), 2U);
 }
 
+TEST(Hypotheses, InAScanFullOfSpecksMustExplainMoreThanAllOthers)
+{
+	const Grid grid = make_floor();
+	const DrawnMap map(grid);
+	const auto robot = poses_on_floor()[0];
+	const Scan clean = scan_at(world_of(grid), robot);
+	Scan specks = clean;
+	for (std::size_t i = 0; i < specks.beams.size(); i += 3) specks.beams[i].range *= 0.3F;
+	ASSERT_GT(share_of_lone_returns(specks), 0.3);
+	ASSERT_LT(share_of_lone_returns(clean), 0.1);
+	auto places = find_places(clean, all_beams(clean), {map.at(robot), map.at(poses_on_floor()[1])}, map.parameters);
+	ASSERT_EQ(places.size(), 2U);
+	Score &best = places[0].score, &other = places[1].score;
+	best.explained = 0.5;
+	const double chance = 2 * std::sqrt(0.25 / best.returns);
+	const auto answer_to = [&](const Scan& scan, double lead)
+	{
+		other.explained = best.explained - lead;
+		return decide(scan, places, map.maps).answer;
+	};
+	EXPECT_EQ(answer_to(clean, -0.1).status, Status::kLocalized);
+	EXPECT_EQ(answer_to(specks, 1.1 * chance).status, Status::kLocalized);
+	EXPECT_EQ(answer_to(specks, 0.9 * chance).status, Status::kAmbiguous);
+	EXPECT_EQ(answer_to(specks, 0.9 * chance).confidence, answer_to(specks, -0.1).confidence);
+	places.pop_back();
+	EXPECT_EQ(decide(specks, places, map.maps).answer.status, Status::kLocalized) << "no other place";
+}
+
 TEST(Hypotheses, GiveWayToAMirroredScanThatFitsFarBetter)
 {
 	const Grid grid = make_floor();

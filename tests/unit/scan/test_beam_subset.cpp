@@ -166,4 +166,26 @@ TEST(BeamSubset, OfNoBeamsAreNone)
 	EXPECT_EQ(rays.count, 0U);
 	EXPECT_TRUE(rays.returns.range.empty());
 }
+
+TEST(LoneReturns, AreApartFromBothNeighbours)
+{
+	const auto share = [](const std::vector<float>& ranges)
+	{
+		Scan scan = scan_of(ranges.size(), static_cast<double>(ranges.size()));
+		for (std::size_t i = 0; i < ranges.size(); i++)
+		{
+			scan.beams[i].range = ranges[i];
+			scan.beams[i].is_return = ranges[i] > 0;
+		}
+		return share_of_lone_returns(scan);
+	};
+	EXPECT_EQ(share({3, 3, 3, 3, 3, 3, 3, 3}), 0);
+	EXPECT_EQ(share({3, 3, 1, 3, 3, 3, 3, 3}), 1.0 / 8);
+	EXPECT_EQ(share({3, 3, 1, 1, 3, 3, 3, 3}), 0) << "two side by side are a thing";
+	EXPECT_EQ(share({3, 1, 3, 1, 3, 3, 3, 3}), 3.0 / 8) << "what is seen between two specks stands alone, too";
+	EXPECT_EQ(share({3, 0, 1, 0, 3, 3, 3, 3}), 0) << "a beam that saw nothing is no depth edge";
+	EXPECT_EQ(share({3, 3, 3, 3, 3, 3, 3, 1}), 0) << "the ends of a part of a circle are no neighbours";
+	EXPECT_EQ(share({3, 1}), 0);
+	EXPECT_EQ(share({}), 0);
+}
 }  // namespace d2s1r::test

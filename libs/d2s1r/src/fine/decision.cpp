@@ -104,6 +104,21 @@ double odds_of_mirror(double mirrored, const Place& best)
 	return kPrior * std::exp((mirrored - best.score.log_likelihood) / temperature(best, best.parameters().scoring));
 }
 
+/// Returns whether many returns are specks, such as dust, rain and a dirty laser make, and another place explains about
+/// as many returns as the best one. The beam model charges each speck as an object, so that the true place looks very
+/// unlikely, and by chance a place looks likelier where beams pass through walls instead. In such a scan the number of
+/// explained returns decides: the lead must be greater than two standard deviations of what chance makes of it.
+bool may_be_elsewhere(const Scan& scan, const std::vector<Place>& places)
+{
+	constexpr double kDeviations = 2;     // [-]
+	constexpr double kLoneReturns = 0.2;  // [-] share of the returns
+	const Score& best = places.front().score;
+	const double chance = kDeviations * std::sqrt(best.explained * (1 - best.explained) / best.returns);
+	const auto explains_as_much = [&](const Place& place) { return place.score.explained > best.explained - chance; };
+	return std::any_of(places.begin() + 1, places.end(), explains_as_much) &&
+	       share_of_lone_returns(scan) > kLoneReturns;
+}
+
 /// A place and its probability [0, 1].
 struct Likely
 {
@@ -114,7 +129,8 @@ struct Likely
 /// Returns the places with their probabilities, the most probable first, and sets the probability `present` that one of
 /// them is right.
 std::vector<Likely> probabilities_of(
-    const std::vector<Place>& places, const std::vector<SearchedMap>& maps, double mirrored, double& present)
+    const Scan& scan, const std::vector<Place>& places, const std::vector<SearchedMap>& maps, double mirrored,
+    double& present)
 {
 	const std::vector<MapEvidence> evidence = evidence_by_map(places, maps);
 	double mass = 0, greatest = -std::numeric_limits<double>::infinity();
@@ -128,6 +144,8 @@ std::vector<Likely> probabilities_of(
 		if (of_map.best) mean_odds += of_map.mass / mass * std::exp(of_map.log_odds - greatest);
 	const double odds_of_absence = std::exp(-greatest) / (mean_odds * prior_odds(evidence.size()));
 	present = 1 / (1 + odds_of_absence + odds_of_mirror(mirrored, places.front()));
+	if (may_be_elsewhere(scan, places))
+		present = std::min(present, places.front().parameters().scoring.localized_above);
 	std::vector<Likely> likely;
 	for (const Place& place : places)
 	{
@@ -228,7 +246,7 @@ Decision decide(
 	if (places.empty()) return result;
 	if (mirrored > places.front().score.log_likelihood)
 		result.answer.note = "the map explains the mirrored scan better: is the laser mounted upside down?";
-	const std::vector<Likely> likely = probabilities_of(places, maps, mirrored, result.answer.presence);
+	const std::vector<Likely> likely = probabilities_of(scan, places, maps, mirrored, result.answer.presence);
 	result.answer.temperature = temperature(places.front(), places.front().parameters().scoring);
 	const ScoringParameters& scoring = likely.front().place->parameters().scoring;
 	if (result.answer.presence < scoring.rejected_below) return result;

@@ -166,4 +166,22 @@ BeamSubset all_beams(const Scan& scan)
 {
 	return select_beams(scan, 360);
 }
+
+double share_of_lone_returns(const Scan& scan)
+{
+	const std::size_t count = scan.beams.size();
+	if (count < 3) return 0;
+	const double spacing = scan.field_of_view / static_cast<double>(count);
+	const double widest = std::max(kWidestGap, 1.5 * spacing);
+	int returns = 0, lone = 0;
+	bool was_edge = step_between(scan.beams[count - 1], scan.beams[0], widest, spacing).is_depth_edge;
+	for (std::size_t i = 0; i < count; i++)
+	{
+		const bool is_edge = step_between(scan.beams[i], scan.beams[(i + 1) % count], widest, spacing).is_depth_edge;
+		returns += scan.beams[i].is_return ? 1 : 0;
+		lone += was_edge && is_edge ? 1 : 0;
+		was_edge = is_edge;
+	}
+	return returns > 0 ? static_cast<double>(lone) / returns : 0;
+}
 }  // namespace d2s1r

@@ -51,4 +51,8 @@ BeamSubset many_beams(const Scan& scan);
 
 /// Returns all beams that are used, which decide: 360 at most.
 BeamSubset all_beams(const Scan& scan);
+
+/// Returns the share [0, 1] of the returns of `scan` that stand alone: between them and both of their neighbours is a
+/// depth edge. Dust, rain, and a dirty laser make such returns; people, chairs and walls make few.
+double share_of_lone_returns(const Scan& scan);
 }  // namespace d2s1r
