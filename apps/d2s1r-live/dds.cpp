@@ -1,10 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "dds.h"
 
-#include "errors.h"
-#include "graph16.h"
-#include "ros.h"
-
 #include <dds/ddsi/ddsi_serdata.h>
 #include <dds/ddsrt/log.h>
 
@@ -14,6 +10,10 @@
 #include <cstring>
 #include <map>
 #include <memory>
+
+#include "errors.h"
+#include "graph16.h"
+#include "ros.h"
 
 namespace d2s1r::live
 {

@@ -1,18 +1,18 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "flags.h"
 
-#include "errors.h"
-
+#include <CLI/CLI.hpp>
 #include <base/spelling.h>
 #include <d2s1r/version.h>
 
-#include <CLI/CLI.hpp>
 #include <array>
 #include <charconv>
 #include <cmath>
 #include <cstdlib>
 #include <limits>
 #include <sstream>
+
+#include "errors.h"
 
 namespace d2s1r::live
 {

@@ -1,15 +1,15 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include "dds.h"
-#include "errors.h"
-#include "flags.h"
-#include "node.h"
-
 #include <atomic>
 #include <csignal>
 #include <cstdlib>
 #include <iostream>
 #include <mutex>
 #include <new>
+
+#include "dds.h"
+#include "errors.h"
+#include "flags.h"
+#include "node.h"
 
 namespace
 {

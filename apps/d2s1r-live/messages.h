@@ -2,12 +2,12 @@
 // What LiveLocalizer says, as Cyclone DDS sends it.
 #pragma once
 
-#include "ros.h"
-
 #include <live/live_localizer.h>
 
 #include <string>
 #include <vector>
+
+#include "ros.h"
 
 namespace d2s1r::live
 {

@@ -1,9 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "node.h"
 
-#include "dds.h"
-#include "messages.h"
-
 #include <d2s1r/map_io.h>
 #include <mrpt/core/format.h>
 
@@ -15,6 +12,9 @@
 #include <stdexcept>
 #include <thread>
 #include <type_traits>
+
+#include "dds.h"
+#include "messages.h"
 
 namespace d2s1r::live
 {

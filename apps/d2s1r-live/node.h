@@ -1,10 +1,10 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <functional>
+
 #include "errors.h"
 #include "flags.h"
-
-#include <functional>
 
 namespace d2s1r::live
 {

@@ -1,8 +1,4 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include "cli/console.h"
-#include "cli/errors.h"
-#include "run.h"
-
 #include <base/output_file.h>
 #include <d2s1r/for_programs.h>
 #include <logs/errors.h>
@@ -13,6 +9,10 @@
 #include <new>
 #include <optional>
 #include <stdexcept>
+
+#include "cli/console.h"
+#include "cli/errors.h"
+#include "run.h"
 
 namespace
 {

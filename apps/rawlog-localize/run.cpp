@@ -1,6 +1,10 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "run.h"
 
+#include <mrpt/system/CTicTac.h>
+
+#include <optional>
+
 #include "cli/console.h"
 #include "diagnosis/sweeps.h"
 #include "evaluation/ground_truth.h"
@@ -11,10 +15,6 @@
 #include "input/maps.h"
 #include "output/run_outputs.h"
 #include "output/summary.h"
-
-#include <mrpt/system/CTicTac.h>
-
-#include <optional>
 
 namespace d2s1r::app
 {

@@ -1,4 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "recorded_run.h"
+
 #include <logs/log.h>
 #include <mrpt/io/CFileGZInputStream.h>
 #include <mrpt/io/CFileGZOutputStream.h>
@@ -15,7 +17,6 @@
 #include <thread>
 
 #include "data/poses.h"
-#include "recorded_run.h"
 
 namespace d2s1r::experiments
 {

@@ -1,4 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "uniform_filter.h"
+
 #include <d2s1r/motion.h>
 #include <mrpt/bayes/CParticleFilter.h>
 #include <mrpt/obs/CActionCollection.h>
@@ -8,7 +10,6 @@
 
 #include "particle_place.h"
 #include "prediction.h"
-#include "uniform_filter.h"
 
 namespace d2s1r::experiments
 {

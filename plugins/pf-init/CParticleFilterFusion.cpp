@@ -1,4 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "CParticleFilterFusion.h"
+
 #include <d2s1r/motion.h>
 #include <d2s1r/scan_accumulator.h>
 #include <mrpt/core/bits_math.h>
@@ -9,7 +11,6 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "CParticleFilterFusion.h"
 #include "particle_place.h"
 #include "prediction.h"
 #include "weighing.h"

@@ -1,12 +1,12 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "particle_place.h"
+
 #include <mrpt/math/wrap2pi.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <map>
-
-#include "particle_place.h"
 
 namespace d2s1r::pf
 {

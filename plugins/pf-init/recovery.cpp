@@ -1,4 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "recovery.h"
+
 #include <d2s1r/likelihood_field.h>
 
 #include <algorithm>
@@ -6,7 +8,6 @@
 #include <limits>
 
 #include "particle_place.h"
-#include "recovery.h"
 #include "weighing.h"
 
 namespace d2s1r::pf

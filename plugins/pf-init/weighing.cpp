@@ -1,4 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "weighing.h"
+
 #include <d2s1r/likelihood_field.h>
 #include <mrpt/math/wrap2pi.h>
 
@@ -7,7 +9,6 @@
 
 #include "particle_place.h"
 #include "prediction.h"
-#include "weighing.h"
 
 namespace d2s1r::pf
 {

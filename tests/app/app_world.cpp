@@ -1,4 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "app_world.h"
+
 #include <mrpt/io/CFileGZInputStream.h>
 #include <mrpt/io/CFileGZOutputStream.h>
 #include <mrpt/io/CMemoryStream.h>
@@ -9,8 +11,6 @@
 
 #include <cstdio>
 #include <fstream>
-
-#include "app_world.h"
 
 namespace d2s1r::test
 {

@@ -2,9 +2,6 @@
 // Damaged copies of the files that MRPT's own readers read. These readers trust the file: they crash, or take all the
 // memory there is. The program must not. D2S1R_DAMAGED_COPIES=1000 makes as many copies of each file, not twelve; the
 // rows that this program prints are the table of tests/fuzz/RESULTS.md.
-#include "app_process.h"
-#include "app_world.h"
-
 #include <d2s1r/CSignatureMap2D.h>
 #include <mrpt/maps/CSimpleMap.h>
 #include <mrpt/obs/CActionCollection.h>
@@ -15,6 +12,9 @@
 #include <cstdlib>
 #include <iostream>
 #include <random>
+
+#include "app_process.h"
+#include "app_world.h"
 
 using namespace d2s1r::test;
 

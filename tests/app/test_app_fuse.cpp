@@ -6,9 +6,10 @@
 #include <mrpt/obs/CSensoryFrame.h>
 #include D2S1R_DRAWING_SCENE
 
+#include <nlohmann/json.hpp>
+
 #include <cmath>
 #include <cstdio>
-#include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "app_process.h"

@@ -1,12 +1,8 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // The same walk in every format of logs.
-#include "../mrpt/shell.h"
-#include "app_process.h"
-#include "app_world.h"
-#include "walk_logs.h"
-
 #include <mrpt/obs/CObservationOdometry.h>
 #include <mrpt/obs/CObservationRobotPose.h>
+#include <nlohmann/json.hpp>
 #include <sys/stat.h>
 
 #include <chrono>
@@ -14,9 +10,13 @@
 #include <csignal>
 #include <cstdio>
 #include <cstring>
-#include <nlohmann/json.hpp>
 #include <thread>
 #include <tuple>
+
+#include "../mrpt/shell.h"
+#include "app_process.h"
+#include "app_world.h"
+#include "walk_logs.h"
 
 using namespace d2s1r::test;
 

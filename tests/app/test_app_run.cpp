@@ -1,8 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // How a run goes: threads, interrupts, ground truth, progress.
-#include <nlohmann/json.hpp>
-
 #include <d2s1r/version.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <chrono>

@@ -1,10 +1,10 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "walk_logs.h"
 
-#include "app_world.h"
-
 #include <cmath>
 #include <cstdio>
+
+#include "app_world.h"
 
 namespace d2s1r::test
 {

@@ -2,11 +2,11 @@
 // The walk of app_world.h in formats that are not MRPT's.
 #pragma once
 
-#include "logs/made_logs.h"
-
 #include <cstddef>
 #include <string>
 #include <vector>
+
+#include "logs/made_logs.h"
 
 namespace d2s1r::test
 {

@@ -1,11 +1,12 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "literal_query.h"
+
 #include <mrpt/math/wrap2pi.h>
 #include <mrpt/poses/CPose2D.h>
-
-#include <limits>
 #include <nanoflann.hpp>
 
-#include "literal_query.h"
+#include <limits>
+
 #include "unit/literal_paper.h"
 
 namespace d2s1r::benchmark

@@ -1,9 +1,9 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "office_floor.h"
+
 #include <algorithm>
 #include <cmath>
 #include <random>
-
-#include "office_floor.h"
 
 namespace d2s1r::benchmark
 {

@@ -1,13 +1,12 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // Mistakes, planted into a log or a map that fit to each other, are named; and none is where there is none.
-#include "diagnosis/diagnosis.h"
-
 #include <d2s1r/map_io.h>
 #include <gtest/gtest.h>
 #include <mrpt/obs/CObservationOdometry.h>
 
 #include <functional>
 
+#include "diagnosis/diagnosis.h"
 #include "sites.h"
 #include "test_floor.h"
 

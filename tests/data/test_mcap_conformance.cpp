@@ -1,14 +1,13 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // The conformance files of MCAP: every record as the json file beside each has it.
-#include "bags/mcap.h"
-#include "bags/message_source.h"
-
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include <fstream>
 #include <map>
-#include <nlohmann/json.hpp>
 
+#include "bags/mcap.h"
+#include "bags/message_source.h"
 #include "sites.h"
 
 namespace d2s1r::test

@@ -3,6 +3,7 @@
 // Drawn floors are always asked about, recorded scans where they are there. D2S1R_METAMORPHIC_SCANS=500 asks about as
 // many scans of each of four sites, not about ten of the smallest; the rows that this program prints are the table of
 // RESULTS.md.
+#include <Eigen/LU>
 #include <d2s1r/CSignatureMap2D.h>
 #include <d2s1r/localizer.h>
 #include <d2s1r/map_io.h>
@@ -12,7 +13,6 @@
 #include <mrpt/obs/CRawlog.h>
 #include <mrpt/serialization/CArchive.h>
 
-#include <Eigen/LU>
 #include <functional>
 #include <iostream>
 

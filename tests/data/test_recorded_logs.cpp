@@ -1,7 +1,5 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // Logs of real robots, in every format that is read.
-#include "input/inputs.h"
-
 #include <d2s1r/localizer.h>
 #include <d2s1r/map_io.h>
 #include <gtest/gtest.h>
@@ -11,6 +9,7 @@
 #include <fstream>
 #include <map>
 
+#include "input/inputs.h"
 #include "sites.h"
 
 namespace d2s1r::test

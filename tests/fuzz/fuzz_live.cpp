@@ -1,14 +1,14 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // What d2s1r-live does with messages of ROS 2 that hold anything. A case is a row of messages: a byte for the topic,
 // two for the length, and the message as it is sent, with its encapsulation. Middleware checks only some of it.
-#include "fuzz_input.h"
-#include "test_maps.h"
-
 #include <base/errors.h>
 #include <live/live_localizer.h>
 
 #include <algorithm>
 #include <memory>
+
+#include "fuzz_input.h"
+#include "test_maps.h"
 
 namespace
 {

@@ -2,8 +2,6 @@
 // A simulated robot for long runs of d2s1r-live: d2s1r-live-drive MAP SECONDS [MARKERS.json]. It wanders through the
 // map, publishes map, transforms and scans at 10 Hz, has a tracker that takes seeds, and is carried away once a minute.
 // The file gets the markers with the most hypotheses, the last of these.
-#include "fastdds_peer.h"
-
 #include <d2s1r/map_io.h>
 
 #include <algorithm>
@@ -12,6 +10,8 @@
 #include <iostream>
 #include <thread>
 #include <utility>
+
+#include "fastdds_peer.h"
 
 namespace d2s1r::test
 {

@@ -2,9 +2,6 @@
 // A robot's other nodes, by Fast DDS: what they publish is read by d2s1r-live, and what that publishes by them.
 #pragma once
 
-#include "live/simulated_robot.h"
-#include "rosPubSubTypes.h"
-
 #include <fastdds/dds/domain/DomainParticipant.hpp>
 #include <fastdds/dds/publisher/DataWriter.hpp>
 #include <fastdds/dds/publisher/Publisher.hpp>
@@ -19,6 +16,9 @@
 #include <memory>
 #include <string>
 #include <vector>
+
+#include "live/simulated_robot.h"
+#include "rosPubSubTypes.h"
 
 namespace d2s1r::test
 {

@@ -1,10 +1,10 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <csignal>
+
 #include "app_process.h"
 #include "fastdds_peer.h"
-
-#include <csignal>
 
 namespace d2s1r::test
 {

@@ -1,8 +1,8 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // d2s1r-live serves nodes of another vendor.
-#include "live_test.h"
-
 #include <algorithm>
+
+#include "live_test.h"
 
 namespace d2s1r::test
 {

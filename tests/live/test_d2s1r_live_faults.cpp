@@ -1,11 +1,11 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // Peers that are late, gone, wrong or hostile.
-#include "live_test.h"
-
 #include <unistd.h>
 
 #include <cstring>
 #include <random>
+
+#include "live_test.h"
 
 namespace d2s1r::test
 {

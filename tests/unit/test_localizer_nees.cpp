@@ -2,10 +2,9 @@
 // The covariance says how wrong the pose is: normalized estimation error squared (Bar-Shalom, Li and Kirubarajan,
 // "Estimation with Applications to Tracking and Navigation", 2001, 5.4) of scans simulated with the errors of the
 // map that it supposes.
+#include <Eigen/LU>
 #include <d2s1r/localizer.h>
 #include <gtest/gtest.h>
-
-#include <Eigen/LU>
 
 #include "test_floor.h"
 

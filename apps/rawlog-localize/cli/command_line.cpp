@@ -1,19 +1,19 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "cli/command_line.h"
 
-#include "cli/errors.h"
-#include "cli/values.h"
-
+#include <CLI/CLI.hpp>
 #include <base/spelling.h>
 #include <d2s1r/for_programs.h>
 #include <d2s1r/version.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <memory>
 #include <sstream>
 #include <stdexcept>
 #include <utility>
+
+#include "cli/errors.h"
+#include "cli/values.h"
 
 namespace d2s1r::app
 {

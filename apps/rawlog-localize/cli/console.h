@@ -1,8 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "cli/errors.h"
-
 #include <chrono>
 #include <cstddef>
 #include <functional>
@@ -12,6 +10,8 @@
 #include <streambuf>
 #include <string>
 #include <vector>
+
+#include "cli/errors.h"
 
 namespace d2s1r::app
 {

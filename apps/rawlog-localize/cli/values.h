@@ -1,14 +1,14 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "cli/command_line.h"
-
 #include <mrpt/math/TPoint2D.h>
 
 #include <cstdint>
 #include <limits>
 #include <optional>
 #include <string>
+
+#include "cli/command_line.h"
 
 // Each of these parses the value of an option.
 // \throws std::invalid_argument "'TEXT' is not ..., and what to write instead", which does not name the option

@@ -1,6 +1,16 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/diagnosis.h"
 
+#include <d2s1r/for_programs.h>
+#include <mrpt/core/format.h>
+#include <mrpt/math/wrap2pi.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <optional>
+#include <utility>
+
 #include "cli/console.h"
 #include "diagnosis/doubtful_fields.h"
 #include "diagnosis/mistakes.h"
@@ -9,17 +19,6 @@
 #include "evaluation/accuracy.h"
 #include "evaluation/ground_truth.h"
 #include "frames/frame_loop.h"
-
-#include <mrpt/core/format.h>
-#include <mrpt/math/wrap2pi.h>
-
-#include <d2s1r/for_programs.h>
-
-#include <algorithm>
-#include <cmath>
-#include <functional>
-#include <optional>
-#include <utility>
 
 namespace d2s1r::app
 {

@@ -1,14 +1,14 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "cli/command_line.h"
-#include "evaluation/ground_truth.h"
-#include "input/inputs.h"
-
 #include <d2s1r/localizer.h>
 
 #include <string>
 #include <vector>
+
+#include "cli/command_line.h"
+#include "evaluation/ground_truth.h"
+#include "input/inputs.h"
 
 namespace d2s1r::app
 {

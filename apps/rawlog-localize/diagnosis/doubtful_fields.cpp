@@ -1,10 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/doubtful_fields.h"
 
-#include "cli/console.h"
-#include "cli/values.h"
-#include "evaluation/accuracy.h"
-
 #include <d2s1r/for_programs.h>
 #include <mrpt/core/format.h>
 #include <mrpt/math/wrap2pi.h>
@@ -13,6 +9,10 @@
 #include <cmath>
 #include <map>
 #include <optional>
+
+#include "cli/console.h"
+#include "cli/values.h"
+#include "evaluation/accuracy.h"
 
 namespace d2s1r::app
 {

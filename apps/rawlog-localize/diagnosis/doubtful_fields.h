@@ -1,12 +1,12 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "diagnosis/trials.h"
-
 #include <functional>
 #include <optional>
 #include <string>
 #include <vector>
+
+#include "diagnosis/trials.h"
 
 namespace d2s1r::app
 {

@@ -1,15 +1,15 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/mistakes.h"
 
-#include "cli/console.h"
-#include "evaluation/accuracy.h"
-
 #include <d2s1r/scan.h>
 #include <mrpt/core/format.h>
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
+
+#include "cli/console.h"
+#include "evaluation/accuracy.h"
 
 namespace d2s1r::app
 {

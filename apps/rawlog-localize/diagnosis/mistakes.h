@@ -1,9 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "frames/logged_scan.h"
-#include "input/inputs.h"
-
 #include <d2s1r/localizer.h>
 #include <live/wall_gain.h>
 #include <mrpt/obs/CObservation2DRangeScan.h>
@@ -12,6 +9,9 @@
 #include <map>
 #include <string>
 #include <vector>
+
+#include "frames/logged_scan.h"
+#include "input/inputs.h"
 
 namespace d2s1r::app
 {

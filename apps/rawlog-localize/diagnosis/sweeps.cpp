@@ -1,14 +1,14 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/sweeps.h"
 
-#include "cli/console.h"
-
 #include <base/threads.h>
 #include <mrpt/core/format.h>
 #include <mrpt/math/wrap2pi.h>
 
 #include <algorithm>
 #include <cmath>
+
+#include "cli/console.h"
 
 namespace d2s1r::app
 {

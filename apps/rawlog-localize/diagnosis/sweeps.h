@@ -2,14 +2,14 @@
 // When the beams of scans were taken, if the log does not tell or is wrong about it.
 #pragma once
 
-#include "cli/command_line.h"
-#include "diagnosis/mistakes.h"
-
 #include <d2s1r/localizer.h>
 
 #include <optional>
 #include <string>
 #include <vector>
+
+#include "cli/command_line.h"
+#include "diagnosis/mistakes.h"
 
 namespace d2s1r::app
 {

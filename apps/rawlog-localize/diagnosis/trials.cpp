@@ -1,12 +1,12 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/trials.h"
 
-#include "cli/console.h"
-
 #include <base/threads.h>
 
 #include <cmath>
 #include <utility>
+
+#include "cli/console.h"
 
 namespace d2s1r::app
 {

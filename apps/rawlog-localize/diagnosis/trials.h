@@ -1,12 +1,12 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "diagnosis/mistakes.h"
-
 #include <d2s1r/localizer.h>
 
 #include <algorithm>
 #include <vector>
+
+#include "diagnosis/mistakes.h"
 
 namespace d2s1r::app
 {

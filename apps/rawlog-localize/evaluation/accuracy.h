@@ -1,11 +1,11 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "evaluation/ground_truth.h"
-#include "frames/frame_store.h"
-
 #include <optional>
 #include <vector>
+
+#include "evaluation/ground_truth.h"
+#include "frames/frame_store.h"
 
 namespace d2s1r::app
 {

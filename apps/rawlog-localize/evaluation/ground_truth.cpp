@@ -1,10 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "evaluation/ground_truth.h"
 
-#include "cli/command_line.h"
-#include "cli/errors.h"
-#include "evaluation/truth_columns.h"
-
 #include <base/errors.h>
 #include <logs/log.h>
 #include <mrpt/math/wrap2pi.h>
@@ -18,6 +14,10 @@
 #include <optional>
 #include <sstream>
 #include <utility>
+
+#include "cli/command_line.h"
+#include "cli/errors.h"
+#include "evaluation/truth_columns.h"
 
 namespace d2s1r::app
 {

@@ -1,12 +1,12 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "frames/frame_store.h"
-
 #include <mrpt/math/TPose2D.h>
 
 #include <string>
 #include <vector>
+
+#include "frames/frame_store.h"
 
 namespace d2s1r::app
 {

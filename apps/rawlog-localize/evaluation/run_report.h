@@ -1,17 +1,17 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "cli/command_line.h"
-#include "diagnosis/diagnosis.h"
-#include "evaluation/accuracy.h"
-#include "frames/frame_loop.h"
-#include "input/maps.h"
-
 #include <d2s1r/localizer.h>
 #include <d2s1r/motion.h>
 
 #include <array>
 #include <map>
+
+#include "cli/command_line.h"
+#include "diagnosis/diagnosis.h"
+#include "evaluation/accuracy.h"
+#include "frames/frame_loop.h"
+#include "input/maps.h"
 
 namespace d2s1r::app
 {

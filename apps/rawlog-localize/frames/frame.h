@@ -1,13 +1,13 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "frames/tracker_check.h"
-
 #include <d2s1r/CFusionBackend.h>
 
 #include <chrono>
 #include <cstddef>
 #include <optional>
+
+#include "frames/tracker_check.h"
 
 namespace d2s1r::app
 {

@@ -1,11 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "cli/console.h"
-#include "frames/frame.h"
-#include "frames/logged_scan.h"
-#include "input/inputs.h"
-
 #include <d2s1r/atlas.h>
 #include <d2s1r/motion.h>
 
@@ -13,6 +8,11 @@
 #include <optional>
 #include <set>
 #include <string>
+
+#include "cli/console.h"
+#include "frames/frame.h"
+#include "frames/logged_scan.h"
+#include "input/inputs.h"
 
 namespace d2s1r::app
 {

@@ -1,9 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "frames/frame.h"
-#include "frames/spill_file.h"
-
 #include <mrpt/math/TPose2D.h>
 
 #include <cstdint>
@@ -13,6 +10,9 @@
 #include <string>
 #include <utility>
 #include <vector>
+
+#include "frames/frame.h"
+#include "frames/spill_file.h"
 
 namespace d2s1r::app
 {

@@ -1,8 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "frames/spill_file.h"
 
-#include "cli/errors.h"
-
 #include <fcntl.h>
 #include <unistd.h>
 
@@ -11,6 +9,8 @@
 #include <cstring>
 #include <new>
 #include <string>
+
+#include "cli/errors.h"
 
 namespace d2s1r::app
 {

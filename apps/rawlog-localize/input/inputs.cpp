@@ -1,10 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "input/inputs.h"
 
-#include "cli/console.h"
-#include "cli/errors.h"
-#include "cli/values.h"
-
 #include <logs/errors.h>
 #include <mrpt/core/format.h>
 #include <mrpt/maps/registerAllClasses.h>
@@ -15,6 +11,10 @@
 #include <algorithm>
 #include <filesystem>
 #include <memory>
+
+#include "cli/console.h"
+#include "cli/errors.h"
+#include "cli/values.h"
 
 namespace d2s1r::app
 {

@@ -1,13 +1,13 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "cli/command_line.h"
-
 #include <d2s1r/CFusionBackend.h>
 
 #include <functional>
 #include <string>
 #include <vector>
+
+#include "cli/command_line.h"
 
 namespace d2s1r::app
 {

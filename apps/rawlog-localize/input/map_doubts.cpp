@@ -1,14 +1,14 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "input/map_doubts.h"
 
-#include "cli/console.h"
-
 #include <d2s1r/for_programs.h>
 #include <mrpt/core/format.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+
+#include "cli/console.h"
 
 namespace d2s1r::app
 {

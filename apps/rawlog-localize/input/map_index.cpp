@@ -1,9 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "input/map_index.h"
 
-#include "cli/errors.h"
-#include "input/map_loading.h"
-
 #include <base/output_file.h>
 #include <base/own_process.h>
 #include <d2s1r/for_programs.h>
@@ -11,6 +8,9 @@
 
 #include <filesystem>
 #include <memory>
+
+#include "cli/errors.h"
+#include "input/map_loading.h"
 
 namespace d2s1r::app
 {

@@ -1,8 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "input/map_loading.h"
 
-#include "cli/errors.h"
-
 #include <base/own_process.h>
 #include <d2s1r/CSignatureMap2D.h>
 #include <mrpt/serialization/CSerializable.h>
@@ -12,6 +10,8 @@
 #include <filesystem>
 #include <memory>
 #include <vector>
+
+#include "cli/errors.h"
 
 namespace d2s1r::app
 {

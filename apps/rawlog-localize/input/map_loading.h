@@ -1,12 +1,12 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "cli/console.h"
-
 #include <d2s1r/map_io.h>
 
 #include <optional>
 #include <string>
+
+#include "cli/console.h"
 
 namespace d2s1r::app
 {

@@ -1,15 +1,15 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "input/maps.h"
 
-#include "cli/console.h"
-#include "cli/errors.h"
-#include "input/inputs.h"
-#include "input/map_doubts.h"
-
 #include <d2s1r/for_programs.h>
 
 #include <filesystem>
 #include <set>
+
+#include "cli/console.h"
+#include "cli/errors.h"
+#include "input/inputs.h"
+#include "input/map_doubts.h"
 
 namespace d2s1r::app
 {

@@ -1,14 +1,14 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "cli/command_line.h"
-#include "input/map_index.h"
-
 #include <d2s1r/CFusionBackend.h>
 #include <d2s1r/atlas.h>
 
 #include <optional>
 #include <vector>
+
+#include "cli/command_line.h"
+#include "input/map_index.h"
 
 namespace d2s1r::app
 {

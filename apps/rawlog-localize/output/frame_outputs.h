@@ -2,14 +2,14 @@
 #pragma once
 
 #include <base/output_file.h>
-#include "cli/command_line.h"
-#include "frames/frame_store.h"
-#include "output/pf_pipeline.h"
-
 #include <logs/log.h>
 
 #include <deque>
 #include <optional>
+
+#include "cli/command_line.h"
+#include "frames/frame_store.h"
+#include "output/pf_pipeline.h"
 
 namespace d2s1r::app
 {

@@ -2,15 +2,15 @@
 #pragma once
 
 #include <base/output_file.h>
-#include "frames/spill_file.h"
-
+#include <nlohmann/json.hpp>
 #include <zlib.h>
 
 #include <cstddef>
 #include <filesystem>
 #include <functional>
-#include <nlohmann/json.hpp>
 #include <string>
+
+#include "frames/spill_file.h"
 
 namespace d2s1r::app
 {

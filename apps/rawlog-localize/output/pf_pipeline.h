@@ -2,13 +2,13 @@
 #pragma once
 
 #include <base/output_file.h>
-#include "frames/frame.h"
-
 #include <mrpt/maps/COccupancyGridMap2D.h>
 
 #include <array>
 #include <optional>
 #include <string>
+
+#include "frames/frame.h"
 
 namespace d2s1r::app
 {

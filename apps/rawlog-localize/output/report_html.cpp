@@ -1,14 +1,14 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "output/report_html.h"
 
-#include "output/packer.h"
-#include "report_template.h"
-
 #include <d2s1r/version.h>
 
 #include <algorithm>
 #include <cmath>
 #include <string_view>
+
+#include "output/packer.h"
+#include "report_template.h"
 
 namespace d2s1r::app
 {

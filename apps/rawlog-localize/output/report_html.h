@@ -2,14 +2,14 @@
 #pragma once
 
 #include <base/output_file.h>
-#include "evaluation/run_report.h"
-#include "picture/sheet.h"
-
 #include <d2s1r/grid.h>
 #include <d2s1r/scan.h>
 
 #include <filesystem>
 #include <memory>
+
+#include "evaluation/run_report.h"
+#include "picture/sheet.h"
 
 namespace d2s1r::app
 {

@@ -1,16 +1,15 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include "output/summary.h"
-
-#include "output/run_outputs.h"
-
 #include <d2s1r/for_programs.h>
 #include <d2s1r/version.h>
 #include <mrpt/core/format.h>
 #include <mrpt/system/os.h>
+#include <nlohmann/json.hpp>
 
 #include <filesystem>
-#include <nlohmann/json.hpp>
 #include <sstream>
+
+#include "output/run_outputs.h"
+#include "output/summary.h"
 
 namespace d2s1r::app
 {

@@ -1,18 +1,18 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "output/run_outputs.h"
 
+#include <mrpt/system/string_utils.h>
+#include <nlohmann/json.hpp>
+#include <unistd.h>
+
+#include <fstream>
+#include <map>
+
 #include "cli/errors.h"
 #include "output/pf_pipeline.h"
 #include "output/summary.h"
 #include "picture/map_png.h"
 #include "picture/scene_file.h"
-
-#include <mrpt/system/string_utils.h>
-#include <unistd.h>
-
-#include <fstream>
-#include <map>
-#include <nlohmann/json.hpp>
 
 namespace d2s1r::app
 {

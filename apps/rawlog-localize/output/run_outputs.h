@@ -1,13 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "cli/command_line.h"
-#include "evaluation/run_report.h"
-#include "input/map_index.h"
-#include "output/frame_outputs.h"
-#include "output/report_html.h"
-#include "picture/sheet.h"
-
 #include <d2s1r/grid.h>
 
 #include <filesystem>
@@ -15,6 +8,13 @@
 #include <set>
 #include <string>
 #include <vector>
+
+#include "cli/command_line.h"
+#include "evaluation/run_report.h"
+#include "input/map_index.h"
+#include "output/frame_outputs.h"
+#include "output/report_html.h"
+#include "picture/sheet.h"
 
 namespace d2s1r::app
 {

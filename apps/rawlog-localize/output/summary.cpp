@@ -2,17 +2,17 @@
 #include "output/summary.h"
 
 #include <base/output_file.h>
-#include "cli/errors.h"
-#include "evaluation/ground_truth.h"
-#include "evaluation/run_report.h"
-#include "output/run_outputs.h"
-
 #include <d2s1r/version.h>
 #include <mrpt/core/format.h>
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <tuple>
+
+#include "cli/errors.h"
+#include "evaluation/ground_truth.h"
+#include "evaluation/run_report.h"
+#include "output/run_outputs.h"
 
 namespace d2s1r::app
 {

@@ -2,9 +2,10 @@
 #pragma once
 
 #include <base/output_file.h>
-#include "evaluation/run_report.h"
 
 #include <ostream>
+
+#include "evaluation/run_report.h"
 
 namespace d2s1r::app
 {

@@ -1,11 +1,11 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "picture/canvas.h"
-#include "picture/map_view.h"
-
 #include <string>
 #include <vector>
+
+#include "picture/canvas.h"
+#include "picture/map_view.h"
 
 namespace d2s1r::app
 {

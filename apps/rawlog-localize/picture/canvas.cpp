@@ -2,8 +2,8 @@
 #include "picture/canvas.h"
 
 #include <cairo.h>
-#include <png.h>
 #include <nlohmann/json.hpp>
+#include <png.h>
 
 #include <algorithm>
 #include <cstring>

@@ -2,10 +2,6 @@
 #include "picture/map_png.h"
 
 #include <base/output_file.h>
-#include "picture/axes.h"
-#include "picture/canvas.h"
-#include "picture/map_view.h"
-
 #include <mrpt/core/format.h>
 
 #include <algorithm>
@@ -15,6 +11,10 @@
 #include <set>
 #include <string>
 #include <vector>
+
+#include "picture/axes.h"
+#include "picture/canvas.h"
+#include "picture/map_view.h"
 
 namespace d2s1r::app
 {

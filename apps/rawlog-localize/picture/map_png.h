@@ -2,10 +2,10 @@
 #pragma once
 
 #include <base/output_file.h>
+#include <d2s1r/grid.h>
+
 #include "evaluation/run_report.h"
 #include "picture/sheet.h"
-
-#include <d2s1r/grid.h>
 
 namespace d2s1r::app
 {

@@ -1,15 +1,15 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "frames/frame_store.h"
-#include "picture/canvas.h"
-
 #include <d2s1r/grid.h>
 #include <mrpt/math/TPoint2D.h>
 #include <mrpt/math/TPose2D.h>
 
 #include <cstdint>
 #include <vector>
+
+#include "frames/frame_store.h"
+#include "picture/canvas.h"
 
 namespace d2s1r::app
 {

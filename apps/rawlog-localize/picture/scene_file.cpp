@@ -2,10 +2,10 @@
 #include "picture/scene_file.h"
 
 #include <base/output_file.h>
+#include <d2s1r/version.h>
+
 #include "picture/canvas.h"
 #include "picture/map_view.h"
-
-#include <d2s1r/version.h>
 
 #include D2S1R_DRAWING(CEllipsoid2D.h)
 #include D2S1R_DRAWING_SCENE

@@ -2,12 +2,12 @@
 #pragma once
 
 #include <base/output_file.h>
-#include "picture/sheet.h"
-
 #include <d2s1r/grid.h>
 
 #include <string>
 #include <vector>
+
+#include "picture/sheet.h"
 
 namespace d2s1r::app
 {

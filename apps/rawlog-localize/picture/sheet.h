@@ -1,9 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "frames/frame_store.h"
-#include "input/map_index.h"
-
 #include <d2s1r/grid.h>
 #include <mrpt/math/TPoint2D.h>
 
@@ -11,6 +8,9 @@
 #include <map>
 #include <string>
 #include <vector>
+
+#include "frames/frame_store.h"
+#include "input/map_index.h"
 
 namespace d2s1r::app
 {

@@ -13,6 +13,8 @@
 //   start=anywhere|near          of drives: uniform over the map, or 0.3 m, 0.3 m and 30 deg off (Wang et al., Fig. 7)
 //   drives=N                     [-] their starts evenly spread
 //   config=FILE                  of d2s1r and literal
+#include "rivals.h"
+
 #include <d2s1r/localizer.h>
 #include <d2s1r/map_io.h>
 #include <mrpt/obs/CRawlog.h>
@@ -27,7 +29,6 @@
 #include "../drives.h"
 #include "benchmark/literal_query.h"
 #include "map/free_cells.h"
-#include "rivals.h"
 
 namespace d2s1r::rivals
 {

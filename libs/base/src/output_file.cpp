@@ -1,8 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "base/output_file.h"
 
-#include "base/errors.h"
-
 #include <dirent.h>
 #include <fcntl.h>
 #include <mrpt/io/CFileGZInputStream.h>
@@ -21,6 +19,8 @@
 #include <memory>
 #include <utility>
 #include <vector>
+
+#include "base/errors.h"
 
 namespace d2s1r
 {

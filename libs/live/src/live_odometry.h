@@ -2,8 +2,6 @@
 // Where a running robot is by its odometry, which comes by tf or by messages of its own.
 #pragma once
 
-#include "live/live_localizer.h"
-
 #include <ros/frames.h>
 #include <ros/odometry_track.h>
 
@@ -11,6 +9,8 @@
 #include <string>
 #include <utility>
 #include <vector>
+
+#include "live/live_localizer.h"
 
 namespace d2s1r::live
 {

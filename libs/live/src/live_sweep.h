@@ -1,14 +1,14 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "live/live_localizer.h"
-#include "live/wall_gain.h"
-
 #include <ros/sweep_guess.h>
 
 #include <optional>
 #include <string>
 #include <vector>
+
+#include "live/live_localizer.h"
+#include "live/wall_gain.h"
 
 namespace d2s1r::live
 {

@@ -2,9 +2,9 @@
 // The map that a robot is localized in, and how another one takes its place.
 #pragma once
 
-#include "live/live_localizer.h"
-
 #include <future>
+
+#include "live/live_localizer.h"
 
 namespace d2s1r::live
 {

@@ -2,9 +2,9 @@
 // When a tracker is told where the robot is, and whether it took it.
 #pragma once
 
-#include "live/live_localizer.h"
-
 #include <functional>
+
+#include "live/live_localizer.h"
 
 namespace d2s1r::live
 {

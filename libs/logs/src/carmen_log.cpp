@@ -2,9 +2,6 @@
 // CARMEN logs, as https://carmen.sourceforge.net/doc/binary__loggerplayback.html has them: a message a line.
 #include "carmen_log.h"
 
-#include "logs/errors.h"
-#include "text_file.h"
-
 #include <mrpt/core/bits_math.h>
 #include <mrpt/obs/CObservationOdometry.h>
 
@@ -16,6 +13,9 @@
 #include <map>
 #include <new>
 #include <string_view>
+
+#include "logs/errors.h"
+#include "text_file.h"
 
 namespace d2s1r::logs
 {

@@ -1,8 +1,4 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include "logs/errors.h"
-#include "rawlog_reader.h"
-#include "unpacking_stream.h"
-
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -13,6 +9,10 @@
 #include <memory>
 #include <utility>
 #include <vector>
+
+#include "logs/errors.h"
+#include "rawlog_reader.h"
+#include "unpacking_stream.h"
 
 namespace d2s1r::logs
 {

@@ -1,13 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "logs/log.h"
 
-#include "bags/ros_log.h"
-#include "carmen_log.h"
-#include "logs/errors.h"
-#include "odometry_of_scans.h"
-#include "rawlog_reader.h"
-#include "text_file.h"
-
 #include <mrpt/core/bits_math.h>
 #include <mrpt/core/format.h>
 #include <mrpt/obs/CObservationOdometry.h>
@@ -16,6 +9,13 @@
 #include <cctype>
 #include <cmath>
 #include <filesystem>
+
+#include "bags/ros_log.h"
+#include "carmen_log.h"
+#include "logs/errors.h"
+#include "odometry_of_scans.h"
+#include "rawlog_reader.h"
+#include "text_file.h"
 
 namespace d2s1r::logs
 {

@@ -1,9 +1,9 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "logs/log.h"
-
 #include <memory>
+
+#include "logs/log.h"
 
 namespace d2s1r::logs
 {

@@ -1,12 +1,12 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "logs/errors.h"
-
 #include <base/own_process.h>
 
 #include <stdexcept>
 #include <string>
+
+#include "logs/errors.h"
 
 namespace d2s1r::logs
 {

@@ -1,10 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "rawlog_reader.h"
 
-#include "logs/errors.h"
-#include "process_of_file.h"
-#include "unpacking_stream.h"
-
 #include <base/own_process.h>
 #include <fcntl.h>
 #include <mrpt/obs/CActionCollection.h>
@@ -22,6 +18,10 @@
 #include <cstring>
 #include <filesystem>
 #include <map>
+
+#include "logs/errors.h"
+#include "process_of_file.h"
+#include "unpacking_stream.h"
 
 namespace d2s1r::logs
 {

@@ -2,14 +2,14 @@
 #pragma once
 
 #include <base/own_process.h>
-#include "logs/log.h"
-
 #include <mrpt/io/CStream.h>
 
 #include <memory>
 #include <optional>
 #include <string>
 #include <utility>
+
+#include "logs/log.h"
 
 namespace d2s1r::logs
 {

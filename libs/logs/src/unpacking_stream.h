@@ -1,13 +1,13 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "logs/errors.h"
-
 #include <mrpt/io/CStream.h>
 
 #include <limits>
 #include <memory>
 #include <stdexcept>
+
+#include "logs/errors.h"
 
 namespace d2s1r::logs
 {

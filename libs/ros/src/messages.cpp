@@ -2,7 +2,6 @@
 #include "ros/messages.h"
 
 #include <base/errors.h>
-
 #include <mrpt/poses/CPose2D.h>
 
 #include <algorithm>

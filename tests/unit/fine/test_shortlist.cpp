@@ -1,8 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include "fine/refinement.h"
-
 #include <gtest/gtest.h>
 
+#include "fine/refinement.h"
 #include "test_steps.h"
 
 namespace d2s1r::test

@@ -1,8 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include <Eigen/Dense>
 #include <gtest/gtest.h>
 #include <mrpt/math/wrap2pi.h>
-
-#include <Eigen/Dense>
 
 #include "frames/tracks.h"
 #include "made_hypotheses.h"

@@ -1,4 +1,5 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include <Eigen/Dense>
 #include <d2s1r/motion.h>
 #include <gtest/gtest.h>
 #include <mrpt/io/CMemoryStream.h>
@@ -6,7 +7,6 @@
 #include <mrpt/poses/CPosePDFGaussian.h>
 #include <mrpt/serialization/CArchive.h>
 
-#include <Eigen/Dense>
 #include <random>
 
 #include "made_hypotheses.h"

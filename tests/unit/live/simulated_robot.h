@@ -2,14 +2,14 @@
 // A robot that drives through a drawn building, and a tracker that follows its odometry and takes seeds.
 #pragma once
 
-#include "live/live_localizer.h"
-#include "test_floor.h"
-
 #include <cmath>
 #include <optional>
 #include <random>
 #include <string>
 #include <vector>
+
+#include "live/live_localizer.h"
+#include "test_floor.h"
 
 namespace d2s1r::test
 {

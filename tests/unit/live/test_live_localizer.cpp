@@ -1,8 +1,8 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // The rules by which a running robot is told where it is, with times that the tests say.
-#include "live/simulated_robot.h"
-
 #include <functional>
+
+#include "live/simulated_robot.h"
 
 using namespace d2s1r;
 using namespace d2s1r::test;

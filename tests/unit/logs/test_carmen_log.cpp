@@ -1,13 +1,13 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include <logs/errors.h>
-#include "app/temporary_folder.h"
-#include "carmen_log.h"
-#include "logs/made_logs.h"
-
 #include <mrpt/obs/CObservationOdometry.h>
 #include <zlib.h>
 
 #include <cmath>
+
+#include "app/temporary_folder.h"
+#include "carmen_log.h"
+#include "logs/made_logs.h"
 
 using namespace d2s1r::test;
 using namespace d2s1r::logs;

@@ -2,9 +2,6 @@
 // A log is known by its content, whatever its name.
 #include <logs/errors.h>
 #include <logs/log.h>
-#include "app/temporary_folder.h"
-#include "logs/made_logs.h"
-
 #include <mrpt/io/CFileGZOutputStream.h>
 #include <mrpt/obs/CActionCollection.h>
 #include <mrpt/obs/CActionRobotMovement2D.h>
@@ -14,6 +11,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+
+#include "app/temporary_folder.h"
+#include "logs/made_logs.h"
 
 using namespace d2s1r::test;
 using namespace d2s1r::logs;

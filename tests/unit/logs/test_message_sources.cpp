@@ -1,6 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // Bags of ROS 1 and ROS 2 and MCAP files: whatever the packing, the same messages in order; damage is told.
 #include <logs/errors.h>
+
 #include "app/temporary_folder.h"
 #include "bags/message_source.h"
 #include "logs/made_logs.h"

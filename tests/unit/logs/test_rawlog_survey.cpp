@@ -1,9 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // What is known of a rawlog before it is read in earnest, even if MRPT's reader crashes on it.
 #include <logs/errors.h>
-#include "app/temporary_folder.h"
-#include "rawlog_reader.h"
-
 #include <mrpt/obs/CActionCollection.h>
 #include <mrpt/obs/CActionRobotMovement2D.h>
 #include <mrpt/obs/CObservation2DRangeScan.h>
@@ -12,6 +9,9 @@
 #include <ctime>
 #include <fstream>
 #include <iterator>
+
+#include "app/temporary_folder.h"
+#include "rawlog_reader.h"
 
 namespace d2s1r::logs
 {

@@ -1,14 +1,14 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // Where the frames of a recording put its lasers, with tf2's own answers as the reference.
-#include "app/temporary_folder.h"
-#include "bags/ros_log.h"
-#include "logs/made_logs.h"
-
 #include <console_bridge/console.h>
 #include <tf2/buffer_core.h>
 
 #include <cmath>
 #include <random>
+
+#include "app/temporary_folder.h"
+#include "bags/ros_log.h"
+#include "logs/made_logs.h"
 
 namespace d2s1r::logs
 {

@@ -1,14 +1,14 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // What is made of the messages of ROS: scans with their poses on the robot, and odometry.
-#include "app/temporary_folder.h"
-#include "bags/ros_log.h"
-#include "logs/made_logs.h"
-
 #include <d2s1r/scan.h>
 #include <mrpt/obs/CObservationOdometry.h>
 
 #include <cmath>
 #include <limits>
+
+#include "app/temporary_folder.h"
+#include "bags/ros_log.h"
+#include "logs/made_logs.h"
 
 using namespace d2s1r;
 using namespace d2s1r::test;

@@ -1,10 +1,9 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include <Eigen/Core>
 #include <d2s1r/seeding.h>
 #include <gtest/gtest.h>
 #include <mrpt/slam/CMonteCarloLocalization2D.h>
 #include <mrpt/slam/CMonteCarloLocalization3D.h>
-
-#include <Eigen/Core>
 
 #include "made_hypotheses.h"
 #include "test_maps.h"

@@ -1,9 +1,8 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include <Eigen/Core>
 #include <d2s1r/seeding.h>
 #include <gtest/gtest.h>
 #include <mrpt/math/wrap2pi.h>
-
-#include <Eigen/Core>
 
 #include "made_hypotheses.h"
 #include "test_maps.h"

@@ -1,6 +1,4 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include "query/prior_index.h"
-
 #include <d2s1r/localizer.h>
 #include <gtest/gtest.h>
 
@@ -9,6 +7,7 @@
 #include <limits>
 #include <random>
 
+#include "query/prior_index.h"
 #include "test_floor.h"
 
 namespace d2s1r::test

@@ -1,9 +1,8 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include "ranges/wall_surface.h"
-
 #include <gtest/gtest.h>
 
 #include "ranges/distance_field.h"
+#include "ranges/wall_surface.h"
 #include "test_maps.h"
 
 namespace d2s1r::test

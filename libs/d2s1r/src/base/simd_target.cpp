@@ -1,14 +1,13 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "base/simd.h"
+
 #include <d2s1r/for_programs.h>
+#include <hwy/highway.h>
 
 #include <algorithm>
 #include <cctype>
 #include <cstdint>
 #include <stdexcept>
-
-#include "base/simd.h"
-
-#include <hwy/highway.h>
 
 namespace d2s1r
 {

@@ -1,11 +1,11 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "coarse/coarse_kernel.h"
 
+#include "base/simd.h"
+
 #include <algorithm>
 #include <array>
 #include <cstring>
-
-#include "base/simd.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "coarse/coarse_kernel.cpp"

@@ -1,6 +1,8 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "coarse/coarse_search.h"
 
+#include "base/simd.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -9,7 +11,6 @@
 #include <utility>
 
 #include "answer/distinct_poses.h"
-#include "base/simd.h"
 #include "coarse/coarse_kernel.h"
 #include "ranges/ray_caster.h"
 

@@ -1,11 +1,11 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "coarse/overview_search.h"
 
+#include "base/simd.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
-
-#include "base/simd.h"
 
 namespace d2s1r
 {

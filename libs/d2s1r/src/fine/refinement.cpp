@@ -1,11 +1,11 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "fine/refinement.h"
 
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <mrpt/core/bits_math.h>
 #include <mrpt/math/wrap2pi.h>
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>

@@ -1,9 +1,9 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <Eigen/Core>
 #include <d2s1r/parameters.h>
 
-#include <Eigen/Core>
 #include <cmath>
 
 #include "coarse/coarse_search.h"

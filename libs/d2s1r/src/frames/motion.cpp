@@ -1,10 +1,10 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include <Eigen/Dense>
 #include <d2s1r/motion.h>
 #include <d2s1r/scan_accumulator.h>
 #include <mrpt/core/bits_math.h>
 #include <mrpt/math/wrap2pi.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 

@@ -1,6 +1,4 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include "map/map_image.h"
-
 #include <d2s1r/version.h>
 #include <mrpt/core/format.h>
 #include <sys/mman.h>
@@ -21,6 +19,7 @@
 #include <string_view>
 
 #include "base/file_text.h"
+#include "map/map_image.h"
 #include "map/occupancy_map.h"
 
 namespace d2s1r

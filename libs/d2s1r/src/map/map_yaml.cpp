@@ -1,6 +1,4 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include "map/map_image.h"
-
 #include <d2s1r/for_programs.h>
 #include <yaml-cpp/yaml.h>
 
@@ -11,6 +9,7 @@
 #include "base/checked_value.h"
 #include "base/errors.h"
 #include "base/file_text.h"
+#include "map/map_image.h"
 
 namespace d2s1r
 {

@@ -2,10 +2,11 @@
 #include "paper/signature_index.h"
 
 #include <Eigen/Dense>
+#include <nanoflann.hpp>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <nanoflann.hpp>
 #include <numeric>
 #include <sstream>
 #include <stdexcept>

@@ -1,6 +1,8 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "paper/yaw_registration.h"
 
+#include "base/simd.h"
+
 #include <mrpt/math/wrap2pi.h>
 
 #include <algorithm>
@@ -8,8 +10,6 @@
 #include <limits>
 #include <numeric>
 #include <stdexcept>
-
-#include "base/simd.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "paper/yaw_registration.cpp"  // of the include path src/

@@ -8,11 +8,11 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "ranges/ray_axis-inl.h"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
+
+#include "ranges/ray_axis-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace d2s1r

@@ -1,12 +1,12 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include "base/simd.h"
+
 #include <d2s1r/scan.h>
 
 #include <cstdint>
 #include <vector>
-
-#include "base/simd.h"
 
 namespace d2s1r
 {

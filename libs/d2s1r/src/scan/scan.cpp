@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+
 #include "scan/readings.h"
 #include "scan/sweep.h"
 

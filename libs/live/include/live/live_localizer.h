@@ -1,8 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "live/monitor.h"
-
 #include <d2s1r/atlas.h>
 #include <ros/observation.h>
 
@@ -12,6 +10,8 @@
 #include <string>
 #include <utility>
 #include <vector>
+
+#include "live/monitor.h"
 
 namespace d2s1r::live
 {

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <base/own_process.h>
-
 #include <mrpt/math/TPose2D.h>
 #include <mrpt/obs/CObservation2DRangeScan.h>
 #include <mrpt/poses/CPose2D.h>

@@ -1,12 +1,12 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // ROS 1 bags, as http://wiki.ros.org/Bags/Format/2.0 has them. Debian's librosbag-storage is not used: it follows the
 // offsets of a file unchecked, so that damaged bags end it by a signal, and it holds the index of all messages.
-#include "bags/message_source.h"
-#include "logs/errors.h"
-
 #include <algorithm>
 #include <limits>
 #include <map>
+
+#include "bags/message_source.h"
+#include "logs/errors.h"
 
 namespace d2s1r::logs
 {

@@ -1,11 +1,11 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "bags/byte_file.h"
 
-#include "logs/errors.h"
-
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
+
+#include "logs/errors.h"
 #ifdef D2S1R_BZ2
 #include <bzlib.h>
 #endif

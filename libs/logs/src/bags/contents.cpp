@@ -1,10 +1,10 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "bags/contents.h"
 
-#include "logs/errors.h"
-
 #include <algorithm>
 #include <cmath>
+
+#include "logs/errors.h"
 
 namespace d2s1r::logs
 {

@@ -2,10 +2,6 @@
 // What the first reading of a recording of ROS finds.
 #pragma once
 
-#include "bags/message_source.h"
-#include "bags/scan_doubts.h"
-#include "logs/log.h"
-
 #include <mrpt/poses/CPose3D.h>
 #include <ros/messages.h>
 #include <ros/sweep_guess.h>
@@ -16,6 +12,10 @@
 #include <set>
 #include <string>
 #include <vector>
+
+#include "bags/message_source.h"
+#include "bags/scan_doubts.h"
+#include "logs/log.h"
 
 namespace d2s1r::logs
 {

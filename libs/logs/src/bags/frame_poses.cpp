@@ -1,14 +1,14 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // The poses of a robot in a frame of its recording, such as map.
-#include "bags/ros_log.h"
-#include "bags/ros_reader.h"
-#include "logs/errors.h"
-
 #include <ros/frames.h>
 
 #include <algorithm>
 #include <deque>
 #include <set>
+
+#include "bags/ros_log.h"
+#include "bags/ros_reader.h"
+#include "logs/errors.h"
 
 namespace d2s1r::logs
 {

@@ -1,14 +1,14 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "bags/mcap.h"
 
-#include "bags/message_source.h"
-#include "logs/errors.h"
-
 #include <zlib.h>
 
 #include <algorithm>
 #include <limits>
 #include <map>
+
+#include "bags/message_source.h"
+#include "logs/errors.h"
 
 namespace d2s1r::logs
 {

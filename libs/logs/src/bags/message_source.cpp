@@ -1,9 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "bags/message_source.h"
 
-#include "logs/errors.h"
-#include "process_of_file.h"
-
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
@@ -12,6 +9,9 @@
 #include <map>
 #include <new>
 #include <set>
+
+#include "logs/errors.h"
+#include "process_of_file.h"
 
 namespace d2s1r::logs
 {

@@ -2,8 +2,6 @@
 #pragma once
 
 #include <base/own_process.h>
-#include "bags/byte_file.h"
-
 #include <ros/messages.h>
 
 #include <cstdint>
@@ -13,6 +11,8 @@
 #include <queue>
 #include <string>
 #include <vector>
+
+#include "bags/byte_file.h"
 
 namespace d2s1r::logs
 {

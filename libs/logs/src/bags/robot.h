@@ -2,13 +2,13 @@
 // Which frame is the robot that carries a laser, and whose odometry is its own.
 #pragma once
 
-#include "bags/contents.h"
-
 #include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include "bags/contents.h"
 
 namespace d2s1r::logs
 {

@@ -1,9 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "bags/ros_log.h"
 
-#include "bags/ros_reader.h"
-#include "logs/errors.h"
-
 #include <mrpt/core/format.h>
 #include <mrpt/poses/CPose2D.h>
 
@@ -11,6 +8,9 @@
 #include <cmath>
 #include <filesystem>
 #include <map>
+
+#include "bags/ros_reader.h"
+#include "logs/errors.h"
 
 namespace d2s1r::logs
 {

@@ -1,9 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "bags/ros_reader.h"
 
-#include "bags/scan_doubts.h"
-#include "logs/errors.h"
-
 #include <mrpt/obs/CObservationOdometry.h>
 #include <ros/frames.h>
 #include <ros/observation.h>
@@ -13,6 +10,9 @@
 #include <map>
 #include <set>
 #include <utility>
+
+#include "bags/scan_doubts.h"
+#include "logs/errors.h"
 
 namespace d2s1r::logs
 {

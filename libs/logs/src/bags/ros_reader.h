@@ -1,13 +1,13 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "bags/robot.h"
-#include "logs/log.h"
-
 #include <ros/observation.h>
 
 #include <functional>
 #include <memory>
+
+#include "bags/robot.h"
+#include "logs/log.h"
 
 namespace d2s1r::logs
 {

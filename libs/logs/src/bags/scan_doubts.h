@@ -2,14 +2,14 @@
 // What is wrong with the fields of a laser's messages.
 #pragma once
 
-#include "logs/log.h"
-
 #include <ros/observation.h>
 
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
+
+#include "logs/log.h"
 
 namespace d2s1r::logs
 {

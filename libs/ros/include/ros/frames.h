@@ -1,14 +1,14 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "ros/messages.h"
-
 #include <mrpt/poses/CPose3D.h>
 
 #include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
+
+#include "ros/messages.h"
 
 namespace d2s1r::ros
 {

@@ -2,8 +2,6 @@
 // The fields of ROS messages that localization needs.
 #pragma once
 
-#include "ros/bytes.h"
-
 #include <mrpt/math/TPose2D.h>
 #include <mrpt/math/TPose3D.h>
 #include <mrpt/math/TTwist2D.h>
@@ -13,6 +11,8 @@
 #include <optional>
 #include <string>
 #include <vector>
+
+#include "ros/bytes.h"
 
 namespace d2s1r::ros
 {

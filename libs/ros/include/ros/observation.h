@@ -2,8 +2,6 @@
 // Messages of ROS as MRPT's observations.
 #pragma once
 
-#include "ros/messages.h"
-
 #include <mrpt/core/Clock.h>
 #include <mrpt/obs/CObservation2DRangeScan.h>
 #include <mrpt/obs/CObservationOdometry.h>
@@ -12,6 +10,8 @@
 #include <cstdint>
 #include <string>
 #include <utility>
+
+#include "ros/messages.h"
 
 namespace d2s1r::ros
 {

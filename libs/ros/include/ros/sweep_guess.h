@@ -1,10 +1,10 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "ros/observation.h"
-
 #include <cstdint>
 #include <vector>
+
+#include "ros/observation.h"
 
 namespace d2s1r::ros
 {

@@ -1,8 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include "diagnosis/mistakes.h"
-
 #include <gtest/gtest.h>
 
+#include "diagnosis/mistakes.h"
 #include "test_floor.h"
 
 namespace d2s1r::test

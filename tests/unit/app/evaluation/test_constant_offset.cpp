@@ -1,11 +1,11 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include "evaluation/accuracy.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <deque>
 #include <functional>
+
+#include "evaluation/accuracy.h"
 
 namespace d2s1r::test
 {

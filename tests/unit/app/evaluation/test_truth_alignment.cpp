@@ -1,9 +1,9 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include "evaluation/ground_truth.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
+
+#include "evaluation/ground_truth.h"
 
 using namespace d2s1r;
 using namespace d2s1r::app;

@@ -1,15 +1,14 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include "frames/frame_loop.h"
-
-#include "../temporary_folder.h"
-#include "app_world.h"
-
 #include <mrpt/math/wrap2pi.h>
 #include <mrpt/obs/CObservationOdometry.h>
 
 #include <chrono>
 #include <sstream>
 #include <thread>
+
+#include "../temporary_folder.h"
+#include "app_world.h"
+#include "frames/frame_loop.h"
 
 using namespace d2s1r;
 using namespace d2s1r::app;

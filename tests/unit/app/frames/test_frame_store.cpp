@@ -1,10 +1,9 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include "frames/frame_store.h"
-
 #include <gtest/gtest.h>
 
 #include "../temporary_folder.h"
 #include "cli/errors.h"
+#include "frames/frame_store.h"
 
 namespace d2s1r::test
 {

@@ -1,9 +1,8 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include "input/inputs.h"
-
 #include <gtest/gtest.h>
 
 #include "cli/errors.h"
+#include "input/inputs.h"
 
 namespace d2s1r::test
 {

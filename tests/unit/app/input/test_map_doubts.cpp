@@ -1,12 +1,11 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include "input/map_doubts.h"
-
 #include <d2s1r/map_io.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
 
+#include "input/map_doubts.h"
 #include "test_files.h"
 #include "test_maps.h"
 

@@ -1,8 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include "picture/map_view.h"
-
 #include <gtest/gtest.h>
 
+#include "picture/map_view.h"
 #include "test_maps.h"
 
 namespace d2s1r::test
