@@ -166,8 +166,15 @@ TEST(Sweep, ScanOfNoMotionIsTheSameToTheLastBit)
 		EXPECT_EQ(plain.beams[i].range, unknown.beams[i].range);
 	}
 	EXPECT_EQ(plain.heading_std, 0);
-	EXPECT_NEAR(unknown.heading_std, 0.05, 0.01);  // half of the sweep, at 1 rad/s
+	EXPECT_NEAR(unknown.heading_std, 0.05 * Sweep().unknown_turn, 0.01);  // half of the sweep
 	EXPECT_NEAR(unknown.position_std, 0.025, 0.005);
+}
+
+TEST(Sweep, TurnThatNobodyMeasuredIsWithinTwoStandardDeviations)
+{
+	constexpr double kFast = 2;  // [rad/s]
+	const Scan scan = make_scan(make_observation(finely_drawn_room(), kAtTimeZero), {}, spin(0, 0.2, 360));
+	EXPECT_LT(kFast * 0.1, 2 * scan.heading_std) << "beams without motion show the middle of the sweep";
 }
 
 TEST(Sweep, OdometryThatCannotBeIsNotUsed)

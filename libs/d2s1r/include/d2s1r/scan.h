@@ -74,7 +74,9 @@ struct Sweep
 	std::vector<TimedPose> motion;  //!< by increasing time; empty: nobody measured the motion
 
 	double unknown_speed = 0.5;  //!< [m/s] standard deviation of a speed that nobody measured
-	double unknown_turn = 1.0;   //!< [rad/s] the same of the turn
+	/// [rad/s] The same of the turn: that of a robot which turns as often by any rate up to 2.84 rad/s, the fastest of
+	/// a TurtleBot3.
+	double unknown_turn = 1.64;
 
 	/// Returns the time [s] of a beam of the observation.
 	double time_of(std::size_t beam) const { return first_beam + beam_step * static_cast<double>(beam); }
