@@ -10,6 +10,7 @@
 #include <iostream>
 #include <thread>
 #include <utility>
+#include <vector>
 
 #include "fastdds_peer.h"
 
@@ -20,13 +21,16 @@ namespace
 constexpr double kRate = 10;               // [Hz]
 constexpr double kStep = 0.05;             // [m] ahead between two scans
 constexpr double kClearance = 0.4;         // [m] to walls
+constexpr double kRight = 0.1;             // [m] of an answer
 constexpr int kScansBetweenKidnaps = 600;  // [-]
 
 /// Says how often the robot's tracker was right.
 struct Drive
 {
 	int scans = 0, kidnaps = 0, seeds = 0, right = 0;
-	MarkersType::type markers;  //!< with the most hypotheses
+	int answers = 0, right_answers = 0;  //!< poses on /d2s1r/pose; those within kRight
+	std::vector<double> milliseconds;    //!< from a scan to its pose
+	MarkersType::type markers;           //!< with the most hypotheses
 };
 
 /// Returns how many hypotheses markers show.
@@ -67,14 +71,17 @@ bool is_free_ahead(const SimulatedRobot& robot)
 	return true;
 }
 
-void publish(RobotPeer& peer, const SimpleTracker& tracker)
+/// Publishes what the robot has now, and waits for the pose of its scan until the next one is due.
+void publish(RobotPeer& peer, const SimpleTracker& tracker, std::chrono::steady_clock::time_point next, Drive& result)
 {
 	using namespace std::chrono;
 	SimulatedRobot& robot = peer.robot;
 	robot.time = duration_cast<nanoseconds>(system_clock::now().time_since_epoch()).count();
 	peer.publish_odometry();
-	peer.scans.write(to_peer(robot.scan()));
 	if (const auto pose = tracker.pose(robot.odometry)) peer.tracker_pose.write(to_peer(robot.time, "map", *pose));
+	if (!peer.ask(duration<double>(next - steady_clock::now()).count())) return;
+	result.answers++;
+	result.right_answers += distance_between(*peer.answer, robot.pose) < kRight ? 1 : 0;
 }
 
 Drive drive(const Grid& grid, int scans)
@@ -100,13 +107,15 @@ Drive drive(const Grid& grid, int scans)
 		for (const auto& seed : seeds.take()) tracker.take({0, "", pose_of(seed), {}}, robot.odometry);
 		for (const auto& drawn : markers.take())
 			if (arrows_in(drawn) >= arrows_in(result.markers)) result.markers = drawn;
-		publish(peer, tracker);
+		next += std::chrono::milliseconds(static_cast<int>(1000 / kRate));
+		publish(peer, tracker, next, result);
 		const auto tracked = tracker.pose(robot.odometry);
 		if (tracked && distance_between(*tracked, robot.pose) < 1) result.right++;
-		next += std::chrono::milliseconds(static_cast<int>(1000 / kRate));
 		std::this_thread::sleep_until(next);
 	}
 	result.seeds = tracker.seeds;
+	result.milliseconds = peer.milliseconds;
+	std::sort(result.milliseconds.begin(), result.milliseconds.end());
 	return result;
 }
 }  // namespace
@@ -121,7 +130,12 @@ try
 	const auto result = d2s1r::test::drive(grid, static_cast<int>(10 * std::atof(argv[2])));
 	if (argc == 4) d2s1r::test::save(result.markers, argv[3]);
 	std::cout << result.scans << " scans, " << result.kidnaps << " times carried away, " << result.seeds
-	          << " seeds; the tracker was right (1 m) at " << result.right << " scans" << std::endl;
+	          << " seeds; the tracker was right (1 m) at " << result.right << " scans; " << result.answers
+	          << " poses, of which right (0.1 m) " << result.right_answers;
+	if (const auto& times = result.milliseconds; !times.empty())
+		std::cout << ", from a scan to its pose " << times[times.size() / 2] << " ms in the median, at most "
+		          << times.back() << " ms";
+	std::cout << std::endl;
 	return 0;
 }
 catch (const std::exception& e)

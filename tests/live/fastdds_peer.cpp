@@ -205,9 +205,15 @@ bool RobotPeer::step(double ahead, double turn, double seconds)
 	robot.time += live::kSecond / 20;
 	robot.move(ahead, turn);
 	publish_odometry();
-	const auto sent = std::chrono::steady_clock::now();
-	scans.write(to_peer(robot.scan()));
+	return ask(seconds);
+}
+
+bool RobotPeer::ask(double seconds)
+{
+	const auto scan = to_peer(robot.scan());
 	answer.reset();
+	const auto sent = std::chrono::steady_clock::now();
+	scans.write(scan);
 	wait_until(
 	    [&]
 	    {

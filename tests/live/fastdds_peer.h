@@ -144,6 +144,9 @@ struct RobotPeer
 	/// Moves and publishes. \return whether an answer to this scan came
 	bool step(double ahead = 0.03, double turn = 0.15, double seconds = 3);
 
+	/// Publishes a scan of where the robot is, and waits for its pose. \return whether it came
+	bool ask(double seconds);
+
 	/// Publishes where the wheels say that the robot is.
 	void publish_odometry() { transforms.write(to_peer(robot.odometry_transform())); }
 
