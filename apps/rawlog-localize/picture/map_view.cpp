@@ -3,7 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
+#include <functional>
 
 namespace d2s1r::app
 {
@@ -11,19 +11,18 @@ namespace
 {
 constexpr int kSamples = 4;  //!< [-] a side of a pixel
 
-/// Returns the cells that the samples of each pixel lie in, along one axis; -1 outside the map.
+/// Returns the cells that the samples of each pixel lie in, along one axis; `cells` outside the map.
 /// \param start [cells] where the first pixel begins
 /// \param cells_per_pixel negative if pixels run against the cells
-std::vector<int> sampled_cells(int pixels, double start, double cells_per_pixel, int cells)
+std::vector<std::size_t> sampled_cells(int pixels, double start, double cells_per_pixel, int cells)
 {
-	std::vector<int> sampled;
+	std::vector<std::size_t> sampled;
 	sampled.reserve(static_cast<std::size_t>(pixels) * kSamples);
 	for (int pixel = 0; pixel < pixels; pixel++)
 		for (int i = 0; i < kSamples; i++)
 		{
 			const double at = start + pixel * cells_per_pixel + (i + 0.5) * cells_per_pixel / kSamples;
-			const int cell = static_cast<int>(std::floor(at));
-			sampled.push_back(cell >= 0 && cell < cells ? cell : -1);
+			sampled.push_back(static_cast<std::size_t>(at >= 0 && at < cells ? static_cast<int>(at) : cells));
 		}
 	return sampled;
 }
@@ -36,16 +35,20 @@ Counts counts_of(Cell cell)
 	return cell == Cell::kFree ? 1 : cell == Cell::kOccupied ? 256 : 0;
 }
 
-/// Counts the samples of one row of cells for each pixel of a row.
-void count_row(const Grid& grid, int row, const std::vector<int>& columns, std::vector<Counts>& counts)
+/// Counts the samples of one row of cells for each pixel of a row. \param of_cells is overwritten
+void count_row(
+    const Grid& grid, std::size_t row, const std::vector<std::size_t>& columns, std::vector<Counts>& of_cells,
+    std::vector<Counts>& counts)
 {
-	const Cell* const cells = grid.cells.data() + grid.index(0, row);
+	const auto cells = grid.cells.begin() + grid.index(0, static_cast<int>(row));
+	of_cells.assign(static_cast<std::size_t>(grid.width) + 1, 0);  // the last one is that of samples beside the map
+	std::transform(cells, cells + grid.width, of_cells.begin(), counts_of);
+	static_assert(kSamples == 4);
 	for (std::size_t x = 0; x < counts.size(); x++)
 	{
-		int sum = 0;
-		for (std::size_t i = kSamples * x; i < kSamples * (x + 1); i++)
-			if (columns[i] >= 0) sum += counts_of(cells[columns[i]]);
-		counts[x] = static_cast<Counts>(sum);
+		const std::size_t* const of_pixel = &columns[kSamples * x];
+		counts[x] = static_cast<Counts>(
+		    of_cells[of_pixel[0]] + of_cells[of_pixel[1]] + of_cells[of_pixel[2]] + of_cells[of_pixel[3]]);
 	}
 }
 
@@ -114,18 +117,19 @@ std::vector<std::uint8_t> map_greys(const Grid& grid, const MapView& view)
 	const auto columns = sampled_cells(view.width, 0, cells_per_pixel, grid.width);
 	const auto rows = sampled_cells(view.height, grid.height, -cells_per_pixel, grid.height);
 	const auto grey_of = greys_of_counts(std::max(1.0, cells_per_pixel));
-	const auto width = static_cast<std::size_t>(view.width);
-	std::vector<Counts> of_row(width), of_pixel(width);
-	int counted = -1;  // the row of cells that `of_row` is of
-	std::vector<std::uint8_t> greys;
-	greys.reserve(width * static_cast<std::size_t>(view.height));
+	const auto width = static_cast<std::size_t>(view.width), height = static_cast<std::size_t>(grid.height);
+	std::vector<Counts> of_cells, of_row(width), of_pixel(width);
+	std::size_t counted = height;  // the row of cells that `of_row` is of
+	std::vector<std::uint8_t> greys(width * static_cast<std::size_t>(view.height));
+	auto grey = greys.begin();
 	for (std::size_t i = 0; i < rows.size(); i++)
 	{
-		if (rows[i] >= 0 && rows[i] != counted) count_row(grid, counted = rows[i], columns, of_row);
-		for (std::size_t x = 0; x < width && rows[i] >= 0; x++)
-			of_pixel[x] = static_cast<Counts>(of_pixel[x] + of_row[x]);
+		if (rows[i] != height && rows[i] != counted) count_row(grid, counted = rows[i], columns, of_cells, of_row);
+		if (rows[i] != height)
+			std::transform(of_row.begin(), of_row.end(), of_pixel.begin(), of_pixel.begin(), std::plus<Counts>());
 		if (i % kSamples + 1 < kSamples) continue;
-		for (Counts& counts : of_pixel) greys.push_back(grey_of[std::exchange(counts, Counts{0})]);
+		grey = std::transform(of_pixel.begin(), of_pixel.end(), grey, [&](Counts counts) { return grey_of[counts]; });
+		std::fill(of_pixel.begin(), of_pixel.end(), Counts{0});
 	}
 	return greys;
 }
