@@ -88,6 +88,7 @@ def main():
     parser.add_argument("sites", nargs="*", default=["intel", "fr079", "mit_csail", "mit_killian", "fr_campus"])
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--frames", type=int, default=0, help="of each drive; 0: all")
+    parser.add_argument("--window", type=int, default=1, help="scans that are judged together")
     args = parser.parse_args()
     data = pathlib.Path(os.environ.get("D2S1R_DATA", "../shared/data"))
     print("| site | kind | size | told in time |")
@@ -104,6 +105,7 @@ def main():
         poses, faults = planted(truth, args.seed)
         with tempfile.TemporaryDirectory() as folder:
             options = ["--frames", f"0:{args.frames}"] if args.frames else []
+            options += ["--window", str(args.window)] if args.window > 1 else []
             verdicts = check(args.program, site, poses, pathlib.Path(folder), options)
         if len(verdicts) != len(faults):
             sys.exit(f"{site}: has {len(verdicts)} frames and {len(faults)} lines of truth; they must be the same")

@@ -90,7 +90,7 @@ std::uint32_t parse_domain(const std::string& text)
 /// The options as they are written, before their values are looked at.
 struct Texts
 {
-	std::string seed = "once", window = "1", region, seed_std, watch, rate, domain, cloud_height, sweep_time;
+	std::string seed = "once", window, region, seed_std, watch, rate, domain, cloud_height, sweep_time;
 };
 
 void define(CLI::App& app, Flags& flags, Texts& texts)
@@ -111,7 +111,7 @@ void define(CLI::App& app, Flags& flags, Texts& texts)
 	    ->type_name("N,METRES");
 	app.add_option("--seed-std", texts.seed_std, "add this to the uncertainty of a seed [m, rad] (default 0.3,0.1)")
 	    ->type_name("M,RAD");
-	app.add_option("--window", texts.window, "use the last N scans jointly (default 1)")->type_name("N");
+	app.add_option("--window", texts.window, "use the last N scans jointly (default 5)")->type_name("N");
 	app.add_option("--region", texts.region, "search only in the box between these two corners [m], map frame")
 	    ->type_name("X0,Y0,X1,Y1");
 	app.add_option("--rate", texts.rate, "localize at most this many scans each second (default: all)")
@@ -198,7 +198,7 @@ void read_values(const Texts& texts, Flags& flags)
 	LiveSettings& settings = flags.settings;
 	settings.seeding = parse_seeding(texts.seed);
 	settings.has_maps_of_its_own = !flags.map.empty();
-	settings.window = parse_count("--window", texts.window, 1, kMostScans);
+	if (!texts.window.empty()) settings.window = parse_count("--window", texts.window, 1, kMostScans);
 	flags.domain = parse_domain(texts.domain);
 	if (!texts.watch.empty())
 	{

@@ -1,7 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // Robots that drive through generated floors and are carried away, a tracker that only follows odometry and takes
 // seeds, and LiveLocalizer between them. Time is simulated. Usage:
-// kidnap_experiment DRIVES HOURS [SCANS_PER_SECOND [WINDOW]]; WINDOW [scans] are judged together (1).
+// kidnap_experiment DRIVES HOURS [SCANS_PER_SECOND [WINDOW]]; WINDOW [scans] are judged together (d2s1r-live's default).
 #include <live/live_localizer.h>
 
 #include <algorithm>
@@ -227,7 +227,7 @@ int main(int argc, char** argv)
 	const int drives = argc > 1 ? std::atoi(argv[1]) : 50;
 	const double hours = argc > 2 ? std::atof(argv[2]) : 10;
 	const double rate = argc > 3 ? std::atof(argv[3]) : 2;
-	const int window = argc > 4 ? std::atoi(argv[4]) : 1;
+	const int window = argc > 4 ? std::atoi(argv[4]) : LiveSettings().window;
 	std::vector<Building> buildings;
 	buildings.reserve(3);
 	for (const unsigned seed : {11U, 12U, 13U})

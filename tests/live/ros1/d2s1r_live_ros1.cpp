@@ -67,7 +67,7 @@ constexpr const char* kHelp =
     "/d2s1r/pose and /d2s1r/hypotheses are written. Rename them as usual: /scan:=/front/scan\n\n"
     "Parameters:\n"
     "  _seed:=WHEN             when to seed the tracker: once (default), watch or never\n"
-    "  _window:=N              use the last N scans jointly (default 1)\n"
+    "  _window:=N              use the last N scans jointly (default 5)\n"
     "  _robot_frame:=FRAME     the frame of the robot\n"
     "  _odometry_frame:=FRAME  the frame of the odometry\n";
 
@@ -114,7 +114,7 @@ LiveSettings read_settings()
 	if (seed != "once" && seed != "watch" && seed != "never")
 		throw std::invalid_argument("~seed: '" + seed + "' is not one of once, watch, never");
 	settings.seeding = seed == "once" ? Seeding::kOnce : seed == "watch" ? Seeding::kWatch : Seeding::kNever;
-	settings.window = given.param("window", 1);
+	settings.window = given.param("window", settings.window);
 	settings.robot_frame = given.param<std::string>("robot_frame", "");
 	settings.odometry_frame = given.param<std::string>("odometry_frame", "");
 	return settings;

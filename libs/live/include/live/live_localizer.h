@@ -32,7 +32,7 @@ struct LiveSettings
 {
 	Seeding seeding = Seeding::kOnce;
 	WatchSettings watch;
-	int window = 1;                               //!< [-] scans that are judged together
+	int window = 5;                               //!< [-] scans that are judged together
 	Prior region;                                 //!< where the robot may be, map frame
 	double seed_std = 0.3;                        //!< [m] added to the uncertainty of a seed
 	double seed_std_yaw = 0.1;                    //!< [rad] the same of its yaw
