@@ -1,7 +1,8 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // Robots that drive through generated floors and are carried away, a tracker that only follows odometry and takes
 // seeds, and LiveLocalizer between them. Time is simulated. Usage:
-// kidnap_experiment DRIVES HOURS [SCANS_PER_SECOND [WINDOW]]; WINDOW [scans] are judged together (d2s1r-live's default).
+// kidnap_experiment DRIVES HOURS [SCANS_PER_SECOND [WINDOW]]; WINDOW [scans] are judged together (d2s1r-live's
+// default).
 #include <live/live_localizer.h>
 
 #include <algorithm>
