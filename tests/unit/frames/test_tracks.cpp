@@ -2,6 +2,9 @@
 #include <d2s1r/motion.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+
+#include "fine/decision.h"
 #include "frames/tracks.h"
 #include "test_floor.h"
 
@@ -99,8 +102,52 @@ TEST(TrackEvidence, ATrackIsAtAPlaceThatIsItsPose)
 
 TEST(TrackEvidence, UnknownSpaceSetsTheStandardOnlyWhereNothingElseIs)
 {
-	EXPECT_EQ(greatest_likelihood({place(1, 30, 0.01), place(2, -4, 0.8), place(3, -6, 0.9)}, kTuning), -4);
-	EXPECT_EQ(greatest_likelihood({place(1, 30, 0.01)}, kTuning), 30);
+	const std::vector<Hypothesis> places{place(1, 30, 0.01), place(2, -4, 0.8), place(3, -6, 0.9)};
+	EXPECT_EQ(likeliest(places, kTuning), &places[1]);
+	const std::vector<Hypothesis> hidden{place(1, 30, 0.01)};
+	EXPECT_EQ(likeliest(hidden, kTuning), &hidden[0]);
+	EXPECT_EQ(likeliest({}, kTuning), nullptr);
+}
+
+TEST(TrackEvidence, ABetterPlaceCountsAsIfTheScanHadFoundItAlone)
+{
+	const Grid grid = make_floor();
+	Parameters parameters;
+	parameters.scoring.rejected_below = 0;
+	const Localizer localizer(make_map(grid), parameters);
+	const PresenceModel& model = localizer.parameters().scoring.presence_model;
+	const auto robot = poses_on_floor()[0];
+	Scan scan = scan_at(world_of(grid), robot);
+	for (std::size_t i = 0; i < 150; i++) block(scan, 103 * i, 1, 0.35F);  // people, gaps all around
+	const Localization whole = localizer.localize(scan);
+	const Localization elsewhere = localizer.localize(scan, {make_prior(robot.x + 1, -100, 100, 100)});
+	ASSERT_FALSE(whole.hypotheses.empty());
+	ASSERT_FALSE(elsewhere.hypotheses.empty());
+	const auto absence_of = [&](const Localization& answer, const Hypothesis& best)
+	{
+		double listed = 0;
+		for (const Hypothesis& hypothesis : answer.hypotheses) listed += hypothesis.probability;
+		return absence(answer, listed, &best, model);
+	};
+	EXPECT_NEAR(absence_of(elsewhere, whole.best()), absence_of(whole, whole.best()), 0.7);
+	EXPECT_GT(absence_of(elsewhere, elsewhere.best()), absence_of(whole, whole.best()) + 3);
+}
+
+TEST(TrackEvidence, APlaceThatUnknownSpaceMakesLikelySaysLittleOfThePresence)
+{
+	const PresenceModel model = ScoringParameters().presence_model;
+	Localization alone;
+	alone.hypotheses = {place(50, -16, 0.6), place(60, -20, 0.5)};
+	alone.hypotheses[0].probability = 0.3;
+	alone.hypotheses[1].probability = 0.1;
+	for (Hypothesis& hypothesis : alone.hypotheses) hypothesis.log_odds = -1;
+	Hypothesis hidden = place(2, -6, 0.3), seen = hidden;
+	hidden.log_odds = -6;  // few walls are seen there
+	seen.log_odds = 2;
+	const double before = std::log(0.6 / 0.3);
+	EXPECT_NEAR(absence(alone, 0.4, &alone.hypotheses[0], model), before, 1e-9);
+	EXPECT_GT(absence(alone, 0.4, &hidden, model), before);
+	EXPECT_LT(absence(alone, 0.4, &seen, model), before - 5);
 }
 
 TEST(TrackEvidence, SlippingWheelsAreNotRuledOut)

@@ -274,6 +274,7 @@ TEST_F(WindowOnTwinRooms, RefusesHypothesesThatAreNoneOfItsMap)
 	refused([](Hypothesis& hypothesis) { hypothesis.covariance(2, 2) = -1; });
 	refused([](Hypothesis& hypothesis) { hypothesis.probability = std::nan(""); });
 	refused([](Hypothesis& hypothesis) { hypothesis.log_likelihood = std::nan(""); });
+	refused([](Hypothesis& hypothesis) { hypothesis.log_odds = std::nan(""); });
 	refused([](Hypothesis& hypothesis) { hypothesis.map = "cellar"; });
 	WindowLocalizer window(localizer_, 10);
 	Localization cold = sound, nowhere = sound;

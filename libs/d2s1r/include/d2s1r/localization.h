@@ -44,6 +44,9 @@ struct Hypothesis
 	std::optional<double> log_likelihood;
 	/// [0, 1] Share of the returns that are explained: they end at a wall and passed none. It has no value with kPaper.
 	std::optional<double> explained;
+	/// [nat] Log-odds that the scan was taken in this map, by how it fits at this place and without what other places
+	/// say (PresenceModel but for its lead). It has no value with kPaper.
+	std::optional<double> log_odds;
 	std::string map = {};  //!< name of the map that `pose` is in, from an Atlas; empty from a Localizer
 };
 

@@ -49,16 +49,20 @@ std::vector<Place> distinct_places(std::vector<Place> poses, const ScoringParame
 	return places;
 }
 
+/// Returns the log-odds that a place is right, by how the scan fits there alone.
+double log_odds_of_fit(const Score& score, const PresenceModel& model)
+{
+	return model.bias + model.beam * score.returns + model.unknown_metre * score.unknown_metres +
+	       model.log_likelihood * score.log_likelihood + model.surfaces * std::log1p(score.segments);
+}
+
 /// Returns the log-odds that one of the places found in a map is right.
 /// \param second best place of the map; null if there is none
-double log_odds_of_presence(const Place& best_place, const Place* second, const ScoringParameters& parameters)
+double log_odds_of_presence(const Place& best, const Place* second, const ScoringParameters& parameters)
 {
-	constexpr double kMostLead = 12;  // [-] greatest log-odds that count
-	const Score& best = best_place.score;
 	const PresenceModel& model = parameters.presence_model;
-	const double lead = second ? std::min(kMostLead, -std::log(weight_of(*second, best_place, parameters))) : kMostLead;
-	return model.bias + model.beam * best.returns + model.unknown_metre * best.unknown_metres +
-	       model.log_likelihood * best.log_likelihood + model.lead * lead + model.surfaces * std::log1p(best.segments);
+	const double lead = second ? -std::log(weight_of(*second, best, parameters)) : kMostLead;
+	return log_odds_of_fit(best.score, model) + log_odds_of_lead(lead, model);
 }
 
 /// What the places found in a map tell of it.
@@ -215,6 +219,11 @@ void compare_best(const BeamSubset& all, std::size_t most, std::vector<Place>& p
 }
 }  // namespace
 
+double log_odds_of_lead(double lead, const PresenceModel& model)
+{
+	return model.lead * std::min(kMostLead, lead);
+}
+
 std::vector<Place> find_places(
     const Scan& scan, const BeamSubset& all, const std::vector<RefinedPose>& poses, const Parameters& limits,
     const std::vector<Place>& known)
@@ -262,6 +271,7 @@ Decision decide(
 		hypothesis.probability = likely[i].probability;
 		hypothesis.log_likelihood = place.score.log_likelihood;
 		hypothesis.explained = place.score.explained;
+		hypothesis.log_odds = log_odds_of_fit(place.score, place.parameters().scoring.presence_model);
 		result.answer.hypotheses.push_back(hypothesis);
 		result.maps.push_back(place.map->number);
 	}

@@ -39,6 +39,12 @@ std::vector<Place> find_places(
 /// \param all the beams that the places were found with
 void add_covariances(const BeamSubset& all, const ScoringParameters& limits, std::vector<Place>& places);
 
+/// Lead over the second best place [-], as log-odds, beyond which a greater one counts no more.
+inline constexpr double kMostLead = 12;
+
+/// Returns the part of the log-odds of presence that is due to the lead of the best place over the second one.
+double log_odds_of_lead(double lead, const PresenceModel& model);
+
 /// An answer about one or several maps.
 struct Decision
 {

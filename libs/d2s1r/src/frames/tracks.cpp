@@ -9,7 +9,9 @@
 #include <cmath>
 #include <limits>
 
+#include "answer/distinct_poses.h"
 #include "coarse/range_profiles.h"
+#include "fine/decision.h"
 
 namespace d2s1r
 {
@@ -137,6 +139,11 @@ PoseDensity moved(const PoseDensity& pose, const PoseDensity& motion)
 	return sum;
 }
 
+bool is_one_place(const Hypothesis& a, const Hypothesis& b)
+{
+	return a.map == b.map && are_near(a.pose.asTPose(), b.pose.asTPose(), kPlaceDistance, kPlaceYaw);
+}
+
 double log_likelihood_of(const Hypothesis& hypothesis)
 {
 	return hypothesis.log_likelihood.value_or(0);
@@ -230,10 +237,31 @@ bool is_at_one(const PoseDensity& predicted, const std::vector<Hypothesis>& one_
 	    { return mrpt::square(mahalanobis_distance(predicted, measurement(hypothesis, tuning))) < kSame; });
 }
 
-double greatest_likelihood(const std::vector<Hypothesis>& places, const WindowTuning& tuning)
+const Hypothesis* likeliest(const std::vector<Hypothesis>& places, const WindowTuning& tuning)
 {
 	const auto greatest = std::max_element(
 	    places.begin(), places.end(), [&](const Hypothesis& a, const Hypothesis& b) { return likelier(b, a, tuning); });
-	return greatest == places.end() ? 0 : log_likelihood_of(*greatest);
+	return greatest == places.end() ? nullptr : &*greatest;
+}
+
+double absence(const Localization& one_shot, double listed, const Hypothesis* likeliest, const PresenceModel& model)
+{
+	constexpr double kLeast = 1e-9;  // [0, 1] of a probability
+	const auto log_odds = [&](double one, double other)
+	{ return std::log(std::max(kLeast, one) / std::max(kLeast, other)); };
+	if (one_shot.hypotheses.empty()) return log_odds(1 - one_shot.presence, one_shot.presence);
+	const Hypothesis& best = one_shot.best();
+	const auto lead_over = [&](const Hypothesis& place, const Hypothesis& other)
+	{ return (log_likelihood_of(place) - log_likelihood_of(other)) / one_shot.temperature; };
+	const double gain = lead_over(*likeliest, best);
+	const double alone = log_odds(1 - listed, best.probability);
+	if (gain <= 0) return alone - gain;
+	const bool is_same = is_one_place(*likeliest, best);
+	const double lead_before = one_shot.hypotheses.size() > 1 ? lead_over(best, one_shot.hypotheses[1]) : kMostLead;
+	const double lead = is_same ? lead_before + gain : gain;
+	const double presence = likeliest->log_odds.value_or(0) - best.log_odds.value_or(0) +
+	                        log_odds_of_lead(lead, model) - log_odds_of_lead(lead_before, model);
+	const double rivals = std::max(0.0, listed / std::max(kLeast, best.probability) - (is_same ? 1 : 0));
+	return log_odds(1 - listed, listed) - presence + std::log1p(rivals * std::exp(-gain));
 }
 }  // namespace d2s1r

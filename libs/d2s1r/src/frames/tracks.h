@@ -53,6 +53,9 @@ struct Reference
 /// Returns the evidence [nat] of its frame for a hypothesis.
 double evidence_of(const Hypothesis& hypothesis, const Reference& reference, const WindowTuning& tuning);
 
+/// Returns whether two hypotheses count as one place.
+bool is_one_place(const Hypothesis& a, const Hypothesis& b);
+
 /// Returns the log-likelihood [nat] of a hypothesis; 0 for one that has none, which the default method does not make.
 double log_likelihood_of(const Hypothesis& hypothesis);
 
@@ -98,7 +101,15 @@ std::vector<std::vector<Hypothesis>> shared_out(
 /// Returns whether one of the hypotheses is the predicted pose itself, as that of a robot that stands still is.
 bool is_at_one(const PoseDensity& predicted, const std::vector<Hypothesis>& one_shot, const WindowTuning& tuning);
 
-/// Returns the log-likelihood [nat] of the likeliest place of a frame. Places that unknown space explains count only if
+/// Returns the likeliest place of a frame; null if there is none. Places that unknown space explains count only if
 /// there is no other.
-double greatest_likelihood(const std::vector<Hypothesis>& places, const WindowTuning& tuning);
+const Hypothesis* likeliest(const std::vector<Hypothesis>& places, const WindowTuning& tuning);
+
+/// Returns the log-odds [nat] of "the robot is at none of the places that the scan lists" against the likeliest place
+/// of the frame, which may be better than what the scan found alone. A better place counts by what the scan would have
+/// said of the presence if it had found this place itself: unknown space may make a place likely where few walls are
+/// seen, and such a place says little.
+/// \param listed [0, 1] probability that the robot is at one of the places that the scan lists
+/// \param likeliest is not null if the scan lists a place
+double absence(const Localization& one_shot, double listed, const Hypothesis* likeliest, const PresenceModel& model);
 }  // namespace d2s1r

@@ -30,22 +30,6 @@ std::vector<Hypothesis> in_map(const std::vector<Hypothesis>& hypotheses, const 
 	    [&](const Hypothesis& hypothesis) { return hypothesis.map == map; });
 	return found;
 }
-
-/// Returns the log-odds [nat] of "the robot is at none of the places that the scan lists" against the best place of the
-/// frame, which may be better than what the scan found alone. Places that the prior of their map rules out do not
-/// count.
-double absence(const Localization& one_shot, const Reference& reference, const std::map<std::string, TrackedMap>& maps)
-{
-	constexpr double kLeast = 1e-9;  // [0, 1] of a probability
-	if (one_shot.hypotheses.empty())
-		return std::log(std::max(kLeast, 1 - one_shot.presence) / std::max(kLeast, one_shot.presence));
-	double none = 1;
-	for (const Hypothesis& hypothesis : one_shot.hypotheses)
-		if (maps.at(hypothesis.map).prior.allows(hypothesis.pose.asTPose())) none -= hypothesis.probability;
-	const Hypothesis& best = one_shot.best();
-	return std::log(std::max(kLeast, none) / std::max(kLeast, best.probability)) -
-	       (reference.log_likelihood - log_likelihood_of(best)) / reference.temperature;
-}
 }  // namespace
 
 WindowTracker::WindowTracker(std::map<std::string, TrackedMap> maps, int frames, const WindowTuning& tuning)
@@ -72,9 +56,13 @@ void WindowTracker::check_arguments(const Localization& one_shot) const
 	}
 }
 
-bool WindowTracker::one_place(const Hypothesis& a, const Hypothesis& b)
+/// Returns the probability [0, 1] that the robot is at one of the places that a scan lists and the priors allow.
+double WindowTracker::listed(const Localization& one_shot) const
 {
-	return a.map == b.map && are_near(a.pose.asTPose(), b.pose.asTPose(), kPlaceDistance, kPlaceYaw);
+	double sum = 0;
+	for (const Hypothesis& hypothesis : one_shot.hypotheses)
+		if (maps_.at(hypothesis.map).prior.allows(hypothesis.pose.asTPose())) sum += hypothesis.probability;
+	return sum;
 }
 
 /// Adds the motion to the next frame of a gap, which has no usable scan, or to the frame that ends the gap.
@@ -148,10 +136,13 @@ void WindowTracker::follow(const Localization& one_shot)
 		const bool is_best = i == 0;
 		places[i] =
 		    places_near(predicted[i].pose, localizer_of(predicted[i].map), frame.scan, std::move(places[i]), is_best);
+		for (Hypothesis& place : places[i]) place.map = predicted[i].map;
 		all.insert(all.end(), places[i].begin(), places[i].end());
 	}
-	frame.reference.log_likelihood = greatest_likelihood(all, tuning_);
-	frame.absence = absence(one_shot, frame.reference, maps_);
+	const Hypothesis* best = likeliest(all, tuning_);
+	if (best) frame.reference.log_likelihood = log_likelihood_of(*best);
+	const Localizer& of_best = localizer_of(best ? best->map : maps_.begin()->first);
+	frame.absence = absence(one_shot, listed(one_shot), best, of_best.parameters().scoring.presence_model);
 	for (std::size_t i = 0; i < tracks_.size(); i++)
 	{
 		Hypothesis& now = tracks_[i].now;
@@ -194,7 +185,7 @@ void WindowTracker::start_tracks(const Localization& one_shot)
 	std::vector<Track> started;
 	for (const Hypothesis& hypothesis : one_shot.hypotheses)
 	{
-		const auto followed = [&](const Track& track) { return one_place(track.now, hypothesis); };
+		const auto followed = [&](const Track& track) { return is_one_place(track.now, hypothesis); };
 		if (std::any_of(tracks_.begin(), tracks_.end(), followed)) continue;
 		Track& track = started.emplace_back();
 		track.now = hypothesis;
@@ -252,7 +243,7 @@ void WindowTracker::judge()
 	for (Track& track : tracks_)
 	{
 		if (kept.size() >= kMostTracks || track.now.probability < kNegligible) break;
-		const auto same = [&](const Track& other) { return one_place(track.now, other.now); };
+		const auto same = [&](const Track& other) { return is_one_place(track.now, other.now); };
 		if (std::none_of(kept.begin(), kept.end(), same)) kept.push_back(std::move(track));
 	}
 	tracks_ = std::move(kept);

@@ -73,12 +73,10 @@ class WindowTracker
 	void judge();
 	void set_probabilities();
 	void sort_tracks();
+	double listed(const Localization& one_shot) const;
 	Localization conclude(const Localization& one_shot) const;
 
 	const Localizer& localizer_of(const std::string& map) const { return *maps_.at(map).localizer; }
-
-	/// Returns whether two hypotheses count as one place.
-	static bool one_place(const Hypothesis& a, const Hypothesis& b);
 
 	std::map<std::string, TrackedMap> maps_;  //!< by name
 	std::size_t most_frames_;
