@@ -326,6 +326,25 @@ TEST_F(RosFrames, WhatIsSentAgainAndAgainWithoutMovingIsFixed)
 	for (const auto& scan : scans) EXPECT_EQ(scan.details.at(0).unusable.text, "");
 }
 
+/// A mount that somebody turned, or a calibration that was corrected while the robot drove.
+TEST_F(RosFrames, AStaticTransformCountsUntilAnotherOneIsTold)
+{
+	const MadeTransform first{"base_link", "laser", 2.5}, second{"base_link", "laser", 0, 0.1, 0, 'z', M_PI / 2};
+	const auto scans = scans_of(
+	    log_of(
+	        {scan_at(kBegin), made_transforms(kWire, kBegin + kOneSecond, {first}), scan_at(kBegin + 2 * kOneSecond),
+	         made_transforms(kWire, kBegin + 3 * kOneSecond, {second}), scan_at(kBegin + 4 * kOneSecond)}),
+	    "/scan");
+	ASSERT_EQ(scans.size(), 3U);
+	Reference reference;
+	for (std::size_t i = 0; i < scans.size(); i++)
+	{
+		EXPECT_EQ(scans[i].details.at(0).unusable.text, "") << i;
+		reference.add(kBegin, i < 2 ? first : second, true);
+		expect_same(laser_pose(scans[i]), reference.pose_in("laser", "base_link", kBegin));
+	}
+}
+
 TEST_F(RosFrames, WhatTravelsDoesNotCarryTheLaser)
 {
 	std::vector<MadeMessage> messages = {made_transforms(kWire, kBegin, {{"platform", "laser", 0.5}})};

@@ -129,10 +129,13 @@ class ContentsReader
 			return;
 		}
 		Link& link = known->second;
-		link.last = *transform.pose;
 		const bool is_other = link.parent != parent;
+		if (is_static && !link.first_static && (is_other || !are_the_same(link.last, *transform.pose)))
+			link.first_static = fixed_transform(known->first, link);
+		link.last = *transform.pose;
 		if (is_other || is_static) link.parent = parent, link.first = link.last;
-		link.moves = link.moves || (is_other && !is_static) || !are_the_same(link.first, link.last);
+		link.moves =
+		    link.moves || link.first_static || (is_other && !is_static) || !are_the_same(link.first, link.last);
 		const double traveled = (link.last.m_coords - link.first.m_coords).norm();
 		link.travels = link.travels || traveled > kMountTravels;
 	}
@@ -153,6 +156,15 @@ class ContentsReader
 	std::size_t links_ = 0, frames_ = 0;
 };
 }  // namespace
+
+ros::Transform fixed_transform(const std::string& child, const Link& link)
+{
+	ros::Transform transform;
+	transform.header.frame = link.parent;
+	transform.child = child;
+	transform.pose = link.last;
+	return transform;
+}
 
 std::string namespace_of(const std::string& topic)
 {

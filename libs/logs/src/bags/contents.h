@@ -54,7 +54,12 @@ struct Link
 	mrpt::poses::CPose3D first;
 	bool moves = false;    //!< whether it is not the same all the time
 	bool travels = false;  //!< whether it moves by more than a mount does
+	/// The first one of a static topic that later tells another one; each counts from its message on.
+	std::optional<ros::Transform> first_static = {};
 };
+
+/// Returns the last transform of a frame, without a time.
+ros::Transform fixed_transform(const std::string& child, const Link& link);
 
 /// Frames by their names, each with the transform to its parent.
 using Links = std::map<std::string, Link>;

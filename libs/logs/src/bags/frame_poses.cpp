@@ -25,12 +25,11 @@ class FramePoses
 	{
 		for (const auto& [name, links] : robot.contents->transforms)
 			for (const auto& [child, link] : links)
-				if (is_of_robot(name) && !link.moves && robot.links->find(child) == &link)
-				{
-					ros::Transform fixed;
-					fixed.header.frame = link.parent, fixed.child = child, fixed.pose = link.last;
-					frames_.add(fixed, true);
-				}
+			{
+				if (!is_of_robot(name) || robot.links->find(child) != &link) continue;
+				if (!link.moves) frames_.add(fixed_transform(child, link), true);
+				if (link.first_static) frames_.add(*link.first_static, true);
+			}
 	}
 
 	/// Returns whether the robot is below the frame.
@@ -38,12 +37,13 @@ class FramePoses
 
 	void add(const Message& message)
 	{
-		if (message.topic->kind != MessageKind::kTransforms || is_static(message)) return;
+		if (message.topic->kind != MessageKind::kTransforms) return;
 		if (!is_of_robot(namespace_of(message.topic->name))) return;
 		for (const ros::Transform& transform : transforms_of(message))
 		{
 			const Link* const link = robot_.links->find(transform.child);
-			if (!link || !link->moves) continue;
+			if (link && is_static(message) && link->first_static) frames_.add(transform, true);
+			if (!link || is_static(message) || !link->moves) continue;
 			frames_.add(transform, false);
 			if (children_.count(transform.child) > 0) times_.insert(transform.header.time);
 		}

@@ -36,7 +36,11 @@ class MovingFrames
 			const auto found = contents.transforms.find(name);
 			if (found == contents.transforms.end()) continue;
 			for (const auto& [child, link] : found->second)
-				if (!link.moves && links.find(child) == &link) add_fixed(child, link);
+			{
+				if (links.find(child) != &link) continue;
+				if (!link.moves) frames_.add(fixed_transform(child, link), true);
+				if (link.first_static) frames_.add(*link.first_static, true);
+			}
 		}
 	}
 
@@ -44,10 +48,12 @@ class MovingFrames
 	void add(const Message& message, const std::vector<ros::Transform>& transforms)
 	{
 		const std::string name = namespace_of(message.topic->name);
-		if (is_static(message) || (!name.empty() && name != name_space_)) return;
+		if (!name.empty() && name != name_space_) return;
+		const bool is_fixed = is_static(message);
 		for (const ros::Transform& transform : transforms)
-			if (const Link* const link = links_.find(transform.child); link && link->moves)
-				frames_.add(transform, false);
+			if (const Link* const link = links_.find(transform.child);
+			    link && (is_fixed ? link->first_static.has_value() : link->moves))
+				frames_.add(transform, is_fixed);
 	}
 
 	std::optional<Pose> pose_in(const std::string& frame, const std::string& other, std::int64_t time) const
@@ -56,15 +62,6 @@ class MovingFrames
 	}
 
    private:
-	void add_fixed(const std::string& child, const Link& link)
-	{
-		ros::Transform transform;
-		transform.header.frame = link.parent;
-		transform.child = child;
-		transform.pose = link.last;
-		frames_.add(transform, true);
-	}
-
 	ros::Frames frames_;
 	std::string name_space_;
 	const LinksOfRobot& links_;
