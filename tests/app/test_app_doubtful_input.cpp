@@ -323,7 +323,7 @@ TEST_F(AppUntoldSweep, IsDecidedByTheMapIfThereIsAScanTime)
 	save_log(true, with_scan_time);
 	const auto spun = run_log({"-o", path("out")});
 	EXPECT_EQ(spun.status, 0) << spun.err;
-	EXPECT_NE(spun.err.find("has a time_increment of 0, but returns of "), std::string::npos) << spun.err;
+	EXPECT_NE(spun.err.find("has no time_increment that can be used, but returns of "), std::string::npos) << spun.err;
 	EXPECT_NE(spun.err.find(": --sweep-time 0.09972 is used"), std::string::npos) << spun.err;
 	EXPECT_LT(greatest_error(), 1);
 	run_log({"-o", path("out"), "--sweep-time", "0"});

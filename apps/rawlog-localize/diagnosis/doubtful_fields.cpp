@@ -156,6 +156,7 @@ ScanDefect defect_of(const LoggedScan& scan, const ScanParameters& parameters)
 			return ScanDefect::kSensorPose;
 		case logs::ScanDoubt::Field::kMaxRange:
 			return ScanDefect::kMaxRange;
+		case logs::ScanDoubt::Field::kSweep:
 		case logs::ScanDoubt::Field::kNone:
 			break;
 	}

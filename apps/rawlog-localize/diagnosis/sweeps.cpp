@@ -192,7 +192,7 @@ SettledSweep settle_sweep(
 	if (evidence.scans == 0 || interrupted()) return {};
 	const WallGain& walls = evidence.walls;
 	const std::string option = sweep_time_option(sweep.duration);
-	const std::string name = "laser '" + sensor.label + "' has a time_increment of 0, ";
+	const std::string name = "laser '" + sensor.label + "' has no time_increment that can be used, ";
 	if (walls.is_clear() && walls.gain > 0)
 		return {sweep, {name + "but " + distances_with(sweep.duration, walls) + ": " + option + " is used"}};
 	if (walls.is_clear()) return {};

@@ -136,6 +136,8 @@ std::string remedy_of(const logs::ScanDoubt& doubt, const std::optional<logs::Ot
 			return {};
 		case logs::ScanDoubt::Field::kMaxRange:
 			return "; give the range with --max-range M";
+		case logs::ScanDoubt::Field::kSweep:
+			return "; give the time of a sweep with --sweep-time S [s], or 0 if all beams are taken at once";
 		case logs::ScanDoubt::Field::kAngles:
 			break;
 	}

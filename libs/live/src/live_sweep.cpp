@@ -23,7 +23,7 @@ std::optional<double> distance_of(const Atlas& maps, const Scan& scan, const Loc
 
 void LiveSweep::add(const ros::LaserScan& scan)
 {
-	is_told_ = is_told_ || scan.time_step != 0;
+	is_told_ = is_told_ || !ros::sweep_time_of(scan).is_instant();
 	if (given_ || is_told_ || messages_ > kMessages) return;
 	guess_.add(scan);
 	if (++messages_ <= kMessages) return;

@@ -301,6 +301,8 @@ bool is_answered(const ScanDoubt& doubt, const Overrides& overrides)
 			return overrides.sensor_pose.has_value();
 		case ScanDoubt::Field::kMaxRange:
 			return overrides.max_range.has_value();
+		case ScanDoubt::Field::kSweep:
+			return overrides.sweep.has_value();
 		case ScanDoubt::Field::kNone:
 			break;
 	}

@@ -40,7 +40,7 @@ double middle_angle(const LaserScan& scan)
 SweepTime sweep_time_of(const LaserScan& scan)
 {
 	const auto steps = static_cast<double>(std::max<std::size_t>(scan.ranges.size(), 1) - 1);
-	return {static_cast<double>(scan.time_step) * steps, 0};
+	return SweepTime{static_cast<double>(scan.time_step) * steps, 0}.checked();
 }
 
 mrpt::obs::CObservation2DRangeScan::Ptr to_observation(

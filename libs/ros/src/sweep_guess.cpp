@@ -21,7 +21,9 @@ double median_of(std::vector<double> values)
 void SweepGuess::add(const LaserScan& scan)
 {
 	constexpr std::size_t kMost = 1000;  // [-] messages that tell enough
-	is_told_ = is_told_ || scan.time_step != 0;
+	const bool tells = !sweep_time_of(scan).is_instant();
+	is_told_ = is_told_ || tells;
+	is_wrong_ = is_wrong_ || (scan.time_step != 0 && !tells);
 	if (is_told_ || periods_.size() >= kMost) return;
 	share_of_turn_ =
 	    std::abs(static_cast<double>(scan.angle_step) * (static_cast<double>(scan.ranges.size()) - 1)) / (2 * M_PI);
@@ -35,7 +37,7 @@ std::vector<SweepTime> SweepGuess::sweeps() const
 {
 	constexpr double kLeast = 0.01, kMost = 0.5, kMargin = 1.2;  // [s], [s], [-]
 	const double turn = median_of(scan_times_), period = median_of(periods_);
-	if (is_told_ || scan_times_.empty() || !(share_of_turn_ > 0 && share_of_turn_ < kMargin)) return {};
+	if (is_told_ || (scan_times_.empty() && !is_wrong_) || !(share_of_turn_ > 0 && share_of_turn_ < kMargin)) return {};
 	std::vector<SweepTime> sweeps;
 	for (const double time : {turn, period})
 	{

@@ -336,6 +336,11 @@ TEST_F(RosLog, SweepsAreGuessedFromTheScanTimeIfTheMessagesDoNotTellThem)
 	EXPECT_EQ(guesses(0.1F, 0, 2, half), std::vector<double>{0.05}) << "a log with some scans left out";
 	EXPECT_EQ(guesses(0.1F, 0.005F, 0.1, half), std::vector<double>{}) << "the messages tell it";
 	EXPECT_EQ(guesses(0, 0, 0.1, half), std::vector<double>{});
+	for (const float wrong : {2.7F, 2.7e3F, 2.7e6F, 0.3F, std::nanf("")})
+	{
+		EXPECT_EQ(guesses(0.1F, wrong, 0.1, half), std::vector<double>{0.05}) << wrong << " s is none of a sweep";
+		EXPECT_EQ(guesses(0, wrong, 0.1, half), std::vector<double>{0.05}) << wrong;
+	}
 	EXPECT_EQ(guesses(std::nanf(""), 0, 0.1, half), std::vector<double>{});
 	EXPECT_EQ(guesses(0.1F, 0, 0, half), std::vector<double>{}) << "the same scan again and again";
 	EXPECT_EQ(guesses(0.1F, 0, 0.1, fan(0, std::nanf(""))), std::vector<double>{});

@@ -45,7 +45,8 @@ struct ScanDoubt
 		kNone,
 		kAngles,     //!< of the beams; see Sensor::other_angles for those that other fields make
 		kLaserPose,  //!< of the laser on the robot
-		kMaxRange    //!< the range that the laser measures up to
+		kMaxRange,   //!< the range that the laser measures up to
+		kSweep       //!< when the beams were taken
 	};
 
 	std::string text;  //!< empty: nothing is wrong

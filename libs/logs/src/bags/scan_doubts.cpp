@@ -99,6 +99,11 @@ std::vector<ScanDoubt> doubts_about_fields(const ros::LaserScan& scan)
 		add(mrpt::format("range_max is %g, so that no scan can be used", max_range), ScanDoubt::Field::kMaxRange);
 	else if (min_range >= max_range)
 		add(mrpt::format("range_min %g is not below range_max %g", min_range, max_range), ScanDoubt::Field::kMaxRange);
+	if (scan.time_step != 0 && ros::sweep_time_of(scan).is_instant())
+		add(mrpt::format(
+		        "time_increment %g s is none of a sweep of %zu beams and is not used",
+		        static_cast<double>(scan.time_step), scan.ranges.size()),
+		    ScanDoubt::Field::kSweep);
 	return doubts;
 }
 }  // namespace d2s1r::logs

@@ -38,8 +38,9 @@ mrpt::Clock::time_point to_time(std::int64_t nanoseconds);
 /// finite, with which no scan can be used.
 double middle_angle(const LaserScan& scan);
 
-/// Returns when the beams of a scan were taken. LaserScan::scan_time does not tell it: simulators that take all beams
-/// at once fill it in, too.
+/// Returns when the beams of a scan were taken; an instant sweep if time_increment is 0, no number, or makes 4 s or
+/// more (drivers write it in ms, us or ns, or write the time of a scan there). LaserScan::scan_time does not tell it:
+/// simulators that take all beams at once fill it in, too.
 SweepTime sweep_time_of(const LaserScan& scan);
 
 /// Returns the scan as MRPT has it, whose scans are symmetric to the x axis of the sensor. Readings that are NaN,

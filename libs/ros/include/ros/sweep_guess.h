@@ -8,8 +8,9 @@
 
 namespace d2s1r::ros
 {
-/// Guesses when the beams of a laser were taken whose messages have a scan_time, but a time_increment of 0. Drivers
-/// write that for spinning lasers, and simulators for lasers that take all beams at once.
+/// Guesses when the beams of a laser were taken whose messages have a scan_time, but a time_increment of 0 (drivers
+/// write that for spinning lasers, and simulators for lasers that take all beams at once), or a time_increment that
+/// sweep_time_of() does not take.
 class SweepGuess
 {
    public:
@@ -20,7 +21,8 @@ class SweepGuess
 	std::vector<SweepTime> sweeps() const;
 
    private:
-	bool is_told_ = false;                      //!< whether a message has a time_increment
+	bool is_told_ = false;                      //!< whether a message has a time_increment of a sweep
+	bool is_wrong_ = false;                     //!< whether a message has another one that is not 0
 	double share_of_turn_ = 0;                  //!< [-] that the beams cover
 	std::int64_t last_time_ = 0;                //!< [ns] of a message
 	std::vector<double> scan_times_, periods_;  //!< [s] of the first messages
