@@ -274,6 +274,25 @@ TEST_F(RosLog, EachScanWhoseAnglesAreInDegreesCannotBeUsed)
 		for (const ScanDetails& details : object->details) EXPECT_EQ(details.unusable.text, "");
 }
 
+/// The map would fit to any rotation of such a scan, so that only the user can tell.
+TEST_F(RosLog, AnIncrementThatLeadsAwayFromTheLastAngleIsNotGuessed)
+{
+	const MadeTransform laser{"base_link", "laser"};
+	for (const float direction : {1.0F, -1.0F})
+	{
+		MadeScan scan = fan(0, 0.2F * direction);
+		scan.last_angle = scan.first_angle - 19 * scan.angle_step;
+		const Log log = log_of({made_transforms(Wire::kCdr, 1, {laser}), made_scan(Wire::kCdr, scan)}, Wire::kCdr);
+		const ScanDoubt unusable = objects_of(log).at(0).details.at(0).unusable;
+		EXPECT_NE(unusable.text.find("leads away from angle_max"), std::string::npos) << unusable.text;
+		EXPECT_EQ(unusable.field, ScanDoubt::Field::kAngles);
+	}
+	MadeScan full = fan(0, static_cast<float>(2 * M_PI / 20));
+	full.last_angle = full.first_angle - 19 * full.angle_step;
+	const Log log = log_of({made_transforms(Wire::kCdr, 1, {laser}), made_scan(Wire::kCdr, full)}, Wire::kCdr);
+	EXPECT_EQ(objects_of(log).at(0).details.at(0).unusable.text, "");
+}
+
 TEST_F(RosLog, MessageThatIsShorterThanItSaysIsDamage)
 {
 	for (const Wire wire : {Wire::kRos1, Wire::kCdr})

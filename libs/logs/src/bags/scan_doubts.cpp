@@ -11,7 +11,8 @@ namespace d2s1r::logs
 {
 namespace
 {
-constexpr double kFullTurn = 2 * M_PI * 1.01;  // [rad] with what drivers add
+constexpr double kFullTurn = 2 * M_PI * 1.01;    // [rad] with what drivers add
+constexpr double kAlmostFull = 2 * M_PI * 0.97;  // [rad] beyond which the first beams look where the last ones do
 
 /// The angles of a message as they stand there, in whatever unit.
 struct StatedAngles
@@ -74,6 +75,12 @@ std::optional<OtherAngles> other_angles_of(const ros::LaserScan& scan)
 	const bool differs = off > kLeastShare * std::abs(angles.turned) && off > 1.5 * std::abs(angles.step);
 	if (!differs || !is_field_of_view(angles.stated())) return std::nullopt;
 	if (angles.step == 0) return OtherAngles{"angle_increment is 0", {angles.first, angles.last}};
+	if (angles.step * angles.stated() < 0 && std::abs(angles.turned + angles.step) < kAlmostFull)
+		return OtherAngles{
+		    mrpt::format(
+		        "angle_increment %g rad leads away from angle_max %g rad (its sign is wrong, or both ends are swapped)",
+		        angles.step, angles.last),
+		    {angles.first, angles.last}};
 	return OtherAngles{
 	    mrpt::format(
 	        "angle_increment and %zu ranges make %.1f deg, but angle_min and angle_max %.1f deg", scan.ranges.size(),
