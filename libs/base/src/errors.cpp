@@ -41,7 +41,11 @@ std::string excerpt(const std::string& text)
 bool is_out_of_memory(const std::exception& exception)
 {
 	if (dynamic_cast<const std::bad_alloc*>(&exception)) return true;
-	const std::string text = exception.what();
+	std::string text = exception.what();
+	const auto quote = text.find('\'');
+	// What our own exceptions have in quotes is of an input, which may hold any words.
+	if (quote != std::string::npos && !dynamic_cast<const mrpt::ExceptionWithCallBackBase*>(&exception))
+		text.erase(quote, text.rfind('\'') - quote);
 	constexpr std::array kWordings = {"bad_alloc", "Insufficient memory", "Error changing value in INI-style file"};
 	return std::any_of(
 	    kWordings.begin(), kWordings.end(), [&](const char* words) { return text.find(words) != std::string::npos; });

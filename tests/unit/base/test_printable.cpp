@@ -2,6 +2,9 @@
 #include <base/errors.h>
 #include <gtest/gtest.h>
 
+#include <new>
+#include <stdexcept>
+
 namespace d2s1r::test
 {
 TEST(Printable, LeavesNothingThatControlsATerminal)
@@ -29,5 +32,14 @@ TEST(Excerpt, IsShortAndAscii)
 	EXPECT_EQ(excerpt("key = \xe4\n"), "key = ??");
 	EXPECT_EQ(excerpt(std::string(60, 'x')), std::string(60, 'x'));
 	EXPECT_EQ(excerpt(std::string(61, 'x')), std::string(60, 'x') + "...");
+}
+
+TEST(OutOfMemory, IsToldByLibrariesInWaysOfTheirOwnButNotByAnInput)
+{
+	EXPECT_TRUE(is_out_of_memory(std::bad_alloc()));
+	EXPECT_TRUE(is_out_of_memory(std::runtime_error("std::bad_alloc")));
+	EXPECT_TRUE(is_out_of_memory(std::runtime_error("(-4:Insufficient memory) in function 'OutOfMemoryError'")));
+	EXPECT_FALSE(is_out_of_memory(std::runtime_error("has 'bad_alloc' where a number belongs")));
+	EXPECT_FALSE(is_out_of_memory(std::runtime_error("has 'a' bad_alloc 'b' where a number belongs")));
 }
 }  // namespace d2s1r::test

@@ -194,6 +194,13 @@ TEST_F(CarmenLog, DamageIsToldByTheLine)
 	EXPECT_EQ(damage.rfind("line 1 is damaged or cut short (the part packed by bzip2 is not whole)", 0), 0U) << damage;
 }
 
+TEST_F(CarmenLog, WordsOfALogAreNotTakenForALackOfMemory)
+{
+	std::string damage;
+	objects_of("FLASER 2 1.0 bad_alloc 0 0 0 0 0 0 1 h 1\n", &damage);
+	EXPECT_EQ(damage.rfind("line 1 is damaged or cut short (has 'bad_alloc' where a number belongs)", 0), 0U) << damage;
+}
+
 TEST_F(CarmenLog, RangesMayBeInfiniteOrNone)
 {
 	const auto objects = objects_of("FLASER 5 +1.5 inf nan -inf 2 0 0 0 0 0 0 1 host 1\n");
