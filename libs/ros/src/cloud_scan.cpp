@@ -92,7 +92,7 @@ double fit_spin(const std::vector<SeenPoint>& points, int direction, double dura
 std::optional<Spin> spin_of(const std::vector<SeenPoint>& points)
 {
 	constexpr std::size_t kFewest = 50;                                // [-] points
-	constexpr double kShortest = 1e-3, kLongest = 1, kMostOff = 0.05;  // [s], [s], [-] of the duration
+	constexpr double kShortest = 1e-3, kLongest = 1, kMostOff = 0.05;  // [s], [s] of a turn, [-] of the duration
 	if (points.size() < kFewest) return std::nullopt;
 	const auto earlier = [](const SeenPoint& a, const SeenPoint& b) { return a.time < b.time; };
 	const auto [first, last] = std::minmax_element(points.begin(), points.end(), earlier);
@@ -101,7 +101,9 @@ std::optional<Spin> spin_of(const std::vector<SeenPoint>& points)
 	Spin left{first->angle, first->time}, right = left;
 	const double off_left = fit_spin(points, 1, duration, left), off_right = fit_spin(points, -1, duration, right);
 	if (!(std::min(off_left, off_right) < kMostOff * duration)) return std::nullopt;
-	return off_left < off_right ? left : right;
+	const Spin& spin = off_left < off_right ? left : right;
+	if (2 * M_PI * std::abs(spin.time_per_angle) > kLongest) return std::nullopt;
+	return spin;
 }
 }  // namespace
 

@@ -299,20 +299,43 @@ float coordinate_at(const std::uint8_t* point, std::size_t axis, const CloudLayo
 	return std::abs(value) <= kMost ? static_cast<float>(value) : std::numeric_limits<float>::quiet_NaN();
 }
 
-/// Returns the time [s] of the point that begins at `point`, after the time of the message [ns]; 0 if it is not known.
-/// Drivers write ns after the message (uint32), s after it (float32 and float64), or s or ns since the epoch (float64).
-float time_at(const std::uint8_t* point, const CloudLayout& layout, std::int64_t message)
+/// Returns the time of the point that begins at `point`, as its driver wrote it; 0 if the points have none.
+double time_at(const std::uint8_t* point, const CloudLayout& layout)
 {
-	constexpr double kYear = 3e7, kNanosecond = 1e-9, kMost = 10;  // [s]
 	if (!layout.time_offset) return 0;
 	const std::uint8_t* const at = point + *layout.time_offset;
-	double time = 0;
-	if (layout.time_type == kUint32) time = kNanosecond * static_cast<double>(number_at<std::uint32_t>(at, layout));
-	if (layout.time_type == kFloat32) time = static_cast<double>(number_at<float>(at, layout));
-	if (layout.time_type == kFloat64) time = number_at<double>(at, layout);
-	if (time > kYear / kNanosecond) time *= kNanosecond;
-	if (time > kYear) time -= kNanosecond * static_cast<double>(message);
-	return std::abs(time) <= kMost ? static_cast<float>(time) : 0;
+	if (layout.time_type == kUint32) return static_cast<double>(number_at<std::uint32_t>(at, layout));
+	if (layout.time_type == kFloat32) return static_cast<double>(number_at<float>(at, layout));
+	return number_at<double>(at, layout);
+}
+
+/// Turns the times of the points of a cloud, as its driver wrote them, into times [s] after that of the message.
+/// Drivers count since the epoch of the message, or since the message: in ns as a rule if these are whole numbers, in s
+/// if they are not. If the cloud cannot have taken as long as that says, they are in the unit by which it may have.
+/// \param message [ns]
+void to_seconds_after(std::int64_t message, const CloudLayout& layout, std::vector<double>& times)
+{
+	constexpr double kMost = 10, kShortest = 1e-3, kLongest = 0.5;  // [s] after the message; of a whole cloud
+	constexpr std::array kUnits{1.0, 1e-3, 1e-6, 1e-9};             // [s]
+	double least = HUGE_VAL, greatest = -HUGE_VAL;
+	for (const double time : times)
+		if (std::isfinite(time)) least = std::min(least, time), greatest = std::max(greatest, time);
+	const double stamp = kUnits.back() * static_cast<double>(message);
+	const auto is_absolute = [&](double unit)
+	{ return unit * greatest > kMost && std::abs(unit * greatest - stamp) < kMost; };
+	const auto may_last = [&](double unit)
+	{ return unit * (greatest - least) >= kShortest && unit * (greatest - least) <= kLongest; };
+	const auto absolute = std::find_if(kUnits.begin(), kUnits.end(), is_absolute);
+	const bool since_message = absolute == kUnits.end();
+	double unit = since_message ? (layout.time_type == kUint32 ? kUnits.back() : kUnits.front()) : *absolute;
+	if (since_message && !may_last(unit))
+		if (const auto other = std::find_if(kUnits.begin(), kUnits.end(), may_last); other != kUnits.end())
+			unit = *other;
+	for (double& time : times)
+	{
+		time = unit * time - (since_message ? 0 : stamp);
+		if (!(std::abs(time) <= kMost)) time = 0;  // it is not known
+	}
 }
 
 template <typename Fields>
@@ -327,14 +350,18 @@ PointCloud read_point_cloud(Fields& fields)
 	if (data.size < last_row || layout.rows - 1 > (data.size - last_row) / layout.row_size)
 		throw std::runtime_error("a point cloud has less data than it says");
 	cloud.points.reserve(layout.rows * layout.columns);
+	std::vector<double> times;
+	times.reserve(layout.rows * layout.columns);
 	for (std::size_t row = 0; row < layout.rows; row++)
 		for (std::size_t column = 0; column < layout.columns; column++)
 		{
 			const std::uint8_t* const point = data.data + row * layout.row_size + column * layout.point_size;
 			cloud.points.push_back(
-			    {coordinate_at(point, 0, layout), coordinate_at(point, 1, layout), coordinate_at(point, 2, layout),
-			     time_at(point, layout, cloud.header.time)});
+			    {coordinate_at(point, 0, layout), coordinate_at(point, 1, layout), coordinate_at(point, 2, layout)});
+			times.push_back(time_at(point, layout));
 		}
+	to_seconds_after(cloud.header.time, layout, times);
+	for (std::size_t i = 0; i < times.size(); i++) cloud.points[i].time = static_cast<float>(times[i]);
 	return cloud;
 }
 

@@ -202,7 +202,10 @@ TEST(Messages, PointsHaveTheirTimesInTheUnitsOfDrivers)
 	for (const Driver& driver :
 	     {Driver{"t", 6, 2e7, 5e7}, Driver{"time", 7, 0.02, 0.05}, Driver{"offset_time", 8, 0.02, 0.05},
 	      Driver{"timestamp", 8, 1600000000.02, 1600000000.05},
-	      Driver{"timestamp", 8, 1.60000000002e18, 1.60000000005e18}, Driver{"ring", 7, 0, 0}})
+	      Driver{"timestamp", 8, 1.60000000002e18, 1.60000000005e18},
+	      Driver{"timestamp", 8, 1.60000000002e15, 1.60000000005e15}, Driver{"t", 6, 2e4, 5e4}, Driver{"t", 6, 20, 50},
+	      Driver{"time", 7, 2e7, 5e7}, Driver{"time", 7, 2e4, 5e4}, Driver{"time", 7, 20, 50},
+	      Driver{"offset_time", 8, 2e7, 5e7}, Driver{"ring", 7, 0, 0}})
 		for (const bool is_big_endian : {false, true})
 		{
 			MadeCloud made;
