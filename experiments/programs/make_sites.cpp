@@ -1,214 +1,173 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-// make_sites COLLECTION OUT_FOLDER [SITE...]
-// Makes the folders of sites that the experiments read (see sites.py) from a clone of a public collection: GitHub's
-// acschaefer/ple, whose folder data/carmen holds logs of the Radish repository that a SLAM program has corrected.
+// make_sites CORRECTED RAW OUT_FOLDER [SITE...]
+// Makes the folders of sites that the experiments read (see sites.py) from clones of two public collections.
+//   CORRECTED  GitHub's acschaefer/ple: its folder data/carmen holds logs of the Radish repository that a SLAM program
+//              has corrected, with a scan about each metre
+//   RAW        GitHub's MOLAorg/mola_test_datasets: its folder datasets/radish holds all scans of four of these drives
 // A site gets
-//   map.png, map.yaml            drawn from all scans of the log at their corrected poses
-//   map_test.png, map_test.yaml  drawn from the first half of them (fr_campus: from every second one)
+//   map.png, map.yaml            drawn from all scans of the corrected log
+//   map_test.png, map_test.yaml  drawn from the first half of them (by_turns: from every second one)
 //   test.rawlog, test_gt.txt     scans that map_test has never seen, one per 0.25 m or 15 deg, and their true poses
-//   run.rawlog, run_gt.txt       all scans in order, with the odometry of the wheels
-//   info.txt                     what was left out, and how far poses moved when they were checked
-// A line of truth is `time x y phi`: s, m, m, rad, robot in map. A test scan is kept if map_test can explain half of
-// its beams at the corrected pose, and if the pose moves by less than 0.15 m and 3 deg when it settles on map_test:
-// where the correction is bad, or the place is not in the map, there is no truth.
+//   run.rawlog, run_gt.txt       all scans of the corrected log in order, with the odometry of the wheels
+//   info.txt                     what was left out, and why
+// A line of truth is `time x y phi`: s, m, m, rad, robot in map. Corrected poses are some 3 cm and 0.2 deg off, which
+// doubles walls; settle() makes them fit together. Test scans of the raw log settle on the whole map. A test scan is
+// kept if half of its returns end within 0.1 m of walls of map_test: else the place is not in the map.
 #include <d2s1r/localizer.h>
-#include <d2s1r/map_io.h>
 #include <mrpt/io/CFileGZOutputStream.h>
+#include <mrpt/maps/CSimplePointsMap.h>
 #include <mrpt/obs/CObservationOdometry.h>
 #include <mrpt/serialization/CArchive.h>
-#include <zlib.h>
 
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
-#include <memory>
 #include <optional>
-#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "map_files.h"
+#include "recorded_drive.h"
 
 namespace
 {
-using mrpt::obs::CObservation2DRangeScan;
+using d2s1r::Localizer;
 using mrpt::poses::CPose2D;
+using namespace d2s1r::experiments;
 
-/// Says how a log of the collection becomes a site.
+/// Says how logs become a site.
 struct Recipe
 {
 	const char* site;
-	const char* log;          //!< without "-corrected.log.gz"
-	double degrees_per_beam;  //!< [deg]
-	double cell_size;         //!< [m]
-	double reach;             //!< [m] of the laser, beyond which a range is no return
-	bool by_turns;            //!< whether map_test is drawn from every second scan instead of the first half
+	const char* corrected;  //!< without "-corrected.log.gz"
+	const char* raw;        //!< without ".rawlog"; empty: the test scans are those of the corrected log
+	Beams beams;
+	double cell_size;    //!< [m]
+	double drawn_reach;  //!< [m] of the beams that draw the map
+	bool by_turns;       //!< whether map_test is drawn from every second scan instead of the first half
 };
 
 constexpr Recipe kRecipes[] = {
-    {"intel", "intel", 1, 0.05, 80, false},
-    {"fr079", "freiburg-079", 0.5, 0.05, 80, false},
-    {"mit_csail", "csail", 0.5, 0.05, 80, false},
-    {"mit_killian", "infinite-corridor", 1, 0.05, 80, false},
-    {"fr_campus", "freiburg-campus", 0.5, 0.1, 80, true},
-    {"acapulco", "acapulco", 1, 0.05, 80, false},
-    {"aces", "aces", 1, 0.05, 80, false},
-    {"belgioioso", "belgioioso", 0.5, 0.05, 80, false},
-    {"edmonton", "edmonton", 1, 0.05, 80, false},
-    {"fhw", "fhw", 1, 0.05, 80, false},
-    {"fr101", "freiburg-101", 0.5, 0.05, 80, false},
-    {"orebro", "orebro", 1, 0.05, 80, true},
-    {"seattle", "seattle", 0.5, 0.05, 80, true}};
+    {"intel", "intel", "intel", {1, 80}, 0.05, 20, false},
+    {"fr079", "freiburg-079", "", {0.5, 80}, 0.05, 20, false},
+    {"mit_csail", "csail", "mit-csail", {0.5, 80}, 0.05, 20, false},
+    {"mit_killian", "infinite-corridor", "mit-killian", {1, 50}, 0.05, 20, false},
+    {"fr_campus", "freiburg-campus", "", {0.5, 80}, 0.1, 50, true},
+    {"acapulco", "acapulco", "", {1, 80}, 0.05, 20, false},
+    {"aces", "aces", "", {1, 80}, 0.05, 20, false},
+    {"belgioioso", "belgioioso", "", {0.5, 80}, 0.05, 20, false},
+    {"edmonton", "edmonton", "", {1, 80}, 0.05, 20, false},
+    {"fhw", "fhw", "", {1, 80}, 0.05, 20, false},
+    {"fr101", "freiburg-101", "", {0.5, 80}, 0.05, 20, false},
+    {"orebro", "orebro", "", {1, 80}, 0.05, 20, true},
+    {"seattle", "seattle", "", {0.5, 80}, 0.05, 20, true}};
 
-/// Holds a scan of a log and where it was taken.
-struct Keyframe
+std::vector<PlacedScan> placed(const std::vector<DrivenScan>& scans)
 {
-	CObservation2DRangeScan::Ptr scan;
-	CPose2D robot;                    //!< in map, m and rad, as corrected
-	std::optional<CPose2D> odometry;  //!< of the wheels, in their frame
-};
-
-/// Returns the lines of a text file that may be packed by gzip.
-std::vector<std::string> lines_of(const std::string& file)
-{
-	const std::unique_ptr<gzFile_s, int (*)(gzFile)> stream(gzopen(file.c_str(), "rb"), gzclose);
-	if (!stream) throw std::runtime_error(file + ": cannot be read; give the folder of a clone of acschaefer/ple");
-	std::vector<std::string> lines(1);
-	for (int c = gzgetc(stream.get()); c >= 0; c = gzgetc(stream.get()))
-		if (c == '\n')
-			lines.emplace_back();
-		else
-			lines.back() += static_cast<char>(c);
-	return lines;
+	return {scans.begin(), scans.end()};
 }
 
-/// Reads the numbers of a line FLASER into a keyframe. Beams go from right to left; where they fill 180 deg with a gap
-/// of one beam at the end, the laser looks half a beam to the right.
-/// \throws std::runtime_error if the line is not of that form
-Keyframe read_scan(std::istringstream& words, const Recipe& recipe, double time)
+/// Returns where the scan fits best near its pose; no value if it fits badly there, or only far away.
+std::optional<CPose2D> settled(const PlacedScan& placed, const Localizer& localizer)
 {
-	Keyframe frame;
-	std::size_t beams = 0;
-	words >> beams;
-	if (!words || beams < 90 || beams > 1081) throw std::runtime_error("has no plausible number of beams");
-	frame.scan = CObservation2DRangeScan::Create();
-	CObservation2DRangeScan& scan = *frame.scan;
-	scan.sensorLabel = "FLASER";
-	scan.timestamp = mrpt::Clock::fromDouble(time);
-	scan.maxRange = static_cast<float>(recipe.reach);
-	const double aperture = mrpt::DEG2RAD(recipe.degrees_per_beam * static_cast<double>(beams - 1));
-	scan.aperture = static_cast<float>(aperture);
-	scan.sensorPose = mrpt::poses::CPose3D(0, 0, 0, -mrpt::DEG2RAD(90.0) + aperture / 2, 0, 0);
-	scan.resizeScan(beams);
-	for (std::size_t i = 0; i < beams; i++)
+	constexpr double kLeastExplained = 0.3, kMostMoved = 0.2;  // [0, 1], [m]
+	const double most_turned = mrpt::DEG2RAD(4.0);
+	const auto fit = localizer.hypothesis_near(make_scan(*placed.scan, localizer.parameters().scan), placed.robot);
+	if (!fit || fit->explained < kLeastExplained) return std::nullopt;
+	const CPose2D moved = fit->pose - placed.robot;
+	if (moved.norm() > kMostMoved || std::abs(mrpt::math::wrapToPi(moved.phi())) > most_turned) return std::nullopt;
+	return fit->pose;
+}
+
+/// Moves the scans to where they fit each other: even ones on the map that odd ones draw, odd ones on that of the even
+/// ones, and so on. A scan that fits nowhere near stays.
+void settle(std::vector<DrivenScan>& scans, const Recipe& recipe)
+{
+	constexpr std::size_t kTurns = 8;
+	for (std::size_t turn = 0; turn < kTurns; turn++)
 	{
-		double range = 0;
-		words >> range;
-		const bool is_return = range > 0 && range < recipe.reach;
-		scan.setScanRange(i, static_cast<float>(is_return ? range : recipe.reach));
-		scan.setScanRangeValidity(i, is_return);
+		std::vector<PlacedScan> others;
+		for (std::size_t i = 1 - turn % 2; i < scans.size(); i += 2) others.push_back(scans[i]);
+		const Localizer localizer(count_map(others, recipe.cell_size, recipe.drawn_reach));
+		for (std::size_t i = turn % 2; i < scans.size(); i += 2)
+			scans[i].robot = settled(scans[i], localizer).value_or(scans[i].robot);
 	}
-	double x = 0, y = 0, phi = 0;
-	words >> x >> y >> phi;
-	if (!words) throw std::runtime_error("is too short");
-	frame.robot = CPose2D(x, y, phi);
-	return frame;
 }
 
-/// Reads the scans of a corrected log. Its clocks jump; scans get times of their own, in their order.
-std::vector<Keyframe> read_log(const std::string& file, const Recipe& recipe)
+/// Returns the share of the returns of a scan that end within 0.1 m of an occupied cell.
+double share_on_walls(const PlacedScan& placed, const mrpt::maps::COccupancyGridMap2D& map)
 {
-	constexpr double kStart = 1e9, kStep = 0.2;  // [s]
-	std::vector<Keyframe> frames;
-	std::optional<CPose2D> odometry;
-	std::size_t number = 0;
-	for (const std::string& line : lines_of(file)) try
-		{
-			number++;
-			std::istringstream words(line);
-			std::string kind;
-			words >> kind;
-			double x = 0, y = 0, phi = 0;
-			if (kind == "ODOM" && words >> x >> y >> phi) odometry = CPose2D(x, y, phi);
-			if (kind != "FLASER") continue;
-			frames.push_back(read_scan(words, recipe, kStart + kStep * static_cast<double>(frames.size())));
-			frames.back().odometry = odometry;
-		}
-		catch (const std::exception& error)
-		{
-			throw std::runtime_error(file + ":" + std::to_string(number) + ": " + error.what());
-		}
-	if (frames.empty()) throw std::runtime_error(file + ": holds no line FLASER");
-	return frames;
-}
-
-mrpt::maps::COccupancyGridMap2D::Ptr draw_map(const std::vector<Keyframe>& frames, double cell_size)
-{
-	constexpr float kReach = 40;  // [m] further away, beams are too far apart to draw walls
-	auto map = mrpt::maps::COccupancyGridMap2D::Create(-1.0F, 1.0F, -1.0F, 1.0F, static_cast<float>(cell_size));
-	map->insertionOptions.maxDistanceInsertion = kReach;
-	map->insertionOptions.considerInvalidRangesAsFreeSpace = false;
-	map->insertionOptions.maxOccupancyUpdateCertainty = 0.75F;
-	map->insertionOptions.maxFreenessUpdateCertainty = 0.58F;
-	for (const Keyframe& frame : frames)
+	constexpr float kNear = 0.1F;  // [m]
+	mrpt::maps::CSimplePointsMap points;
+	points.insertionOptions.minDistBetweenLaserPoints = 0;
+	points.insertionOptions.also_interpolate = false;
+	points.insertObservation(*placed.scan, mrpt::poses::CPose3D(placed.robot));
+	std::size_t on_walls = 0;
+	for (std::size_t i = 0; i < points.size(); i++)
 	{
-		const mrpt::poses::CPose3D robot(frame.robot);
-		map->insertObservation(*frame.scan, robot);
+		float x = 0, y = 0;
+		points.getPoint(i, x, y);
+		const float cell = map.getResolution();
+		const int reach = static_cast<int>(std::ceil(kNear / cell)), cx = map.x2idx(x), cy = map.y2idx(y);
+		bool is_near = false;
+		for (int dy = -reach; dy <= reach; dy++)
+			for (int dx = -reach; dx <= reach; dx++)
+				is_near |= std::hypot(dx, dy) * cell <= kNear + 1e-4F && map.getCell(cx + dx, cy + dy) < 0.4F;
+		on_walls += is_near ? 1 : 0;
 	}
-	return map;
+	return points.empty() ? 0 : static_cast<double>(on_walls) / static_cast<double>(points.size());
 }
 
 /// Counts the scans that are no test scans, by why.
 struct LeftOut
 {
-	int by_nearness = 0, by_map = 0, by_motion = 0;  //!< [-]
+	int near = 0, unsettled = 0, not_in_map = 0;  //!< [scans]
 };
 
-/// Returns those of `frames` that map_test has a truth for, one per 0.25 m or 15 deg.
-std::vector<Keyframe> test_scans(const std::vector<Keyframe>& frames, const d2s1r::Localizer& localizer, LeftOut& out)
+/// Returns those of `scans` whose place is in map_test, one per 0.25 m or 15 deg, settled on the whole map.
+std::vector<DrivenScan> test_scans(
+    const std::vector<DrivenScan>& scans, const Localizer& whole, const mrpt::maps::COccupancyGridMap2D& map_test,
+    LeftOut& out)
 {
-	constexpr double kWay = 0.25, kLeastExplained = 0.5, kMostMoved = 0.15;  // [m], [0, 1], [m]
-	const double turn = mrpt::DEG2RAD(15.0), most_turned = mrpt::DEG2RAD(3.0);
-	std::vector<Keyframe> kept;
+	constexpr double kWay = 0.25, kLeastOnWalls = 0.5;  // [m], [0, 1]
+	const double turn = mrpt::DEG2RAD(15.0);
+	std::vector<DrivenScan> kept;
 	std::optional<CPose2D> last;
-	for (const Keyframe& frame : frames)
+	for (DrivenScan scan : scans)
 	{
-		const CPose2D moved = last ? frame.robot - *last : CPose2D(HUGE_VAL, 0, 0);
+		const CPose2D moved = last ? scan.robot - *last : CPose2D(HUGE_VAL, 0, 0);
 		if (moved.norm() < kWay && std::abs(mrpt::math::wrapToPi(moved.phi())) < turn)
 		{
-			out.by_nearness++;
+			out.near++;
 			continue;
 		}
-		last = frame.robot;
-		const auto scan = make_scan(*frame.scan, localizer.parameters().scan);
-		const auto settled = localizer.hypothesis_near(scan, frame.robot);
-		if (!settled || settled->explained < kLeastExplained)
+		last = scan.robot;
+		const auto truth = settled(scan, whole);
+		if (!truth)
 		{
-			out.by_map++;
+			out.unsettled++;
 			continue;
 		}
-		const CPose2D off = settled->pose - frame.robot;
-		if (off.norm() > kMostMoved || std::abs(mrpt::math::wrapToPi(off.phi())) > most_turned)
-		{
-			out.by_motion++;
-			continue;
-		}
-		kept.push_back(frame);
+		scan.robot = *truth;
+		if (share_on_walls(scan, map_test) < kLeastOnWalls)
+			out.not_in_map++;
+		else
+			kept.push_back(scan);
 	}
 	return kept;
 }
 
 /// Writes NAME.rawlog and NAME_gt.txt.
-void save_scans(const std::vector<Keyframe>& frames, bool with_odometry, const std::string& name)
+void save_scans(const std::vector<DrivenScan>& frames, bool with_odometry, const std::string& name)
 {
 	mrpt::io::CFileGZOutputStream stream;
 	if (!stream.open(name + ".rawlog")) throw std::runtime_error(name + ".rawlog: cannot be written");
 	auto archive = mrpt::serialization::archiveFrom(stream);
 	std::ofstream truth(name + "_gt.txt");
 	truth << "% time x y phi  (robot pose in the map frame, s, m, rad)\n";
-	for (const Keyframe& frame : frames)
+	for (const DrivenScan& frame : frames)
 	{
 		if (with_odometry && frame.odometry)
 		{
@@ -229,34 +188,41 @@ void save_scans(const std::vector<Keyframe>& frames, bool with_odometry, const s
 }
 
 /// Splits the log into the scans that draw map_test and the others.
-std::pair<std::vector<Keyframe>, std::vector<Keyframe>> split(const std::vector<Keyframe>& frames, bool by_turns)
+std::pair<std::vector<DrivenScan>, std::vector<DrivenScan>> split(const std::vector<DrivenScan>& scans, bool by_turns)
 {
-	std::vector<Keyframe> drawn, others;
-	for (std::size_t i = 0; i < frames.size(); i++)
-		(by_turns ? i % 2 == 0 : i < frames.size() / 2) ? drawn.push_back(frames[i]) : others.push_back(frames[i]);
+	std::vector<DrivenScan> drawn, others;
+	for (std::size_t i = 0; i < scans.size(); i++)
+		(by_turns ? i % 2 == 0 : i < scans.size() / 2) ? drawn.push_back(scans[i]) : others.push_back(scans[i]);
 	return {drawn, others};
 }
 
-void make_site(const Recipe& recipe, const std::string& collection, const std::string& out)
+void make_site(const Recipe& recipe, const std::string& corrected, const std::string& raw, const std::string& out)
 {
 	const std::string folder = out + "/" + recipe.site;
 	std::filesystem::create_directories(folder);
-	const auto frames = read_log(collection + "/data/carmen/" + recipe.log + "-corrected.log.gz", recipe);
-	const auto [drawn, others] = split(frames, recipe.by_turns);
-	d2s1r::experiments::save_map(*draw_map(frames, recipe.cell_size), folder + "/map");
-	d2s1r::experiments::save_map(*draw_map(drawn, recipe.cell_size), folder + "/map_test");
-	save_scans(frames, true, folder + "/run");
+	auto scans = read_corrected_log(corrected + "/data/carmen/" + recipe.corrected + "-corrected.log.gz", recipe.beams);
+	settle(scans, recipe);
+	save_scans(scans, true, folder + "/run");
+	const auto [drawn, others] = split(scans, recipe.by_turns);
+	const bool has_raw = *recipe.raw != '\0';
+	const auto unseen =
+	    has_raw ? read_raw_log(raw + "/datasets/radish/" + recipe.raw + ".rawlog", recipe.beams, others) : others;
+	const auto map = count_map(placed(scans), recipe.cell_size, recipe.drawn_reach);
+	const auto map_test = count_map(placed(drawn), recipe.cell_size, recipe.drawn_reach);
+	save_map(*map, folder + "/map");
+	save_map(*map_test, folder + "/map_test");
 	LeftOut left_out;
-	const d2s1r::Localizer localizer(d2s1r::load_map(folder + "/map_test.yaml"));
-	const auto tests = test_scans(others, localizer, left_out);
+	const auto tests = test_scans(unseen, Localizer(map), *map_test, left_out);
 	save_scans(tests, false, folder + "/test");
 	std::ofstream info(folder + "/info.txt");
-	info << "made by make_sites from " << recipe.log << "-corrected.log.gz of acschaefer/ple\n"
-	     << frames.size() << " scans; " << drawn.size() << " draw map_test; of the others " << tests.size()
-	     << " are test scans, " << left_out.by_nearness << " are too near to the one before, " << left_out.by_map
-	     << " are not half explained by map_test, " << left_out.by_motion
-	     << " move by 0.15 m or 3 deg when they settle\n";
-	std::printf("%-12s %4zu scans, %4zu of them test scans\n", recipe.site, frames.size(), tests.size());
+	info << "made by make_sites from " << recipe.corrected << "-corrected.log.gz of acschaefer/ple";
+	if (has_raw) info << " and " << recipe.raw << ".rawlog of MOLAorg/mola_test_datasets";
+	info << '\n'
+	     << scans.size() << " scans; " << drawn.size() << " draw map_test; of " << unseen.size() << " others "
+	     << tests.size() << " are test scans, " << left_out.near << " are too near to the one before, "
+	     << left_out.unsettled << " do not settle on the map, of " << left_out.not_in_map
+	     << " fewer than half of the returns end on walls of map_test\n";
+	std::printf("%-12s %4zu scans, %4zu test scans\n", recipe.site, scans.size(), tests.size());
 	std::fflush(stdout);
 }
 }  // namespace
@@ -264,13 +230,13 @@ void make_site(const Recipe& recipe, const std::string& collection, const std::s
 int main(int count, char** words)
 try
 {
-	if (count < 3) throw std::runtime_error("usage: make_sites COLLECTION OUT_FOLDER [SITE...]");
-	const std::vector<std::string> asked(words + 3, words + count);
+	if (count < 4) throw std::runtime_error("usage: make_sites CORRECTED RAW OUT_FOLDER [SITE...]");
+	const std::vector<std::string> asked(words + 4, words + count);
 	std::size_t made = 0;
 	for (const Recipe& recipe : kRecipes)
 	{
 		if (!asked.empty() && std::find(asked.begin(), asked.end(), recipe.site) == asked.end()) continue;
-		make_site(recipe, words[1], words[2]);
+		make_site(recipe, words[1], words[2], words[3]);
 		made++;
 	}
 	if (made < asked.size())

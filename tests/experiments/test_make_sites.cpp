@@ -1,9 +1,14 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-// make_sites makes folders of sites from corrected CARMEN logs.
+// make_sites makes folders of sites from corrected CARMEN logs and the raw logs of the same drives.
+#include <mrpt/io/CFileGZOutputStream.h>
+#include <mrpt/obs/CObservationOdometry.h>
+#include <mrpt/serialization/CArchive.h>
+
 #include <cmath>
 #include <sstream>
 
 #include "app_process.h"
+#include "counted_map.h"
 #include "test_maps.h"
 
 using namespace d2s1r::test;
@@ -13,13 +18,18 @@ class MakeSites : public AppTest
    protected:
 	static constexpr const char* kProgram = D2S1R_BUILD_DIR "/experiments/make_sites";
 
-	void SetUp() override { std::filesystem::create_directories(path("collection/data/carmen")); }
+	void SetUp() override
+	{
+		std::filesystem::create_directories(path("collection/data/carmen"));
+		std::filesystem::create_directories(path("raw/datasets/radish"));
+	}
 
-	std::string log() const { return path("collection/data/carmen/intel-corrected.log.gz"); }
+	/// Of a site whose test scans come from the corrected log.
+	std::string log() const { return path("collection/data/carmen/freiburg-079-corrected.log.gz"); }
 
 	ProcessResult make(const std::string& site) const
 	{
-		return run_program({kProgram, path("collection"), path("sites"), site});
+		return run_program({kProgram, path("collection"), path("raw"), path("sites"), site});
 	}
 
 	/// 12 m x 9 m, no two places alike.
@@ -45,35 +55,87 @@ class MakeSites : public AppTest
 		    0.05);
 	}
 
-	/// A drive to and fro, so that its second half sees what its first half has drawn. FLASER: 180 ranges, 1 deg apart
-	/// from right to left, the last one at 89 deg; then the corrected pose twice, and a clock that stands still.
-	static std::string drive()
+	/// Where the robot is at a step of its drive to and fro, so that the second half sees what the first half has
+	/// drawn.
+	static mrpt::math::TPose2D robot_at(int i)
+	{
+		const double way = 0.05 * (i < 120 ? i : 239 - i);
+		return {1.5 + way, 1.2, 0.4 * std::sin(0.3 * i) + (i < 120 ? 0 : M_PI)};
+	}
+
+	/// Its scan: 180 ranges from right to left, the last one a beam before 90 deg, rounded to centimetres.
+	static CObservation2DRangeScan scan_at(int i, double degrees_per_beam)
 	{
 		Laser laser;
-		laser.beams = 180;
-		laser.aperture = 179 * M_PI / 180;
+		laser.beams = static_cast<std::size_t>(180 / degrees_per_beam);
+		laser.aperture = M_PI - degrees_per_beam * M_PI / 180;
+		const auto robot = robot_at(i);
+		auto scan = make_observation(flat(), {robot.x, robot.y, robot.phi - degrees_per_beam * M_PI / 360}, laser);
+		for (std::size_t b = 0; b < scan.getScanSize(); b++)
+			scan.setScanRange(b, std::round(100 * scan.getScanRange(b)) / 100);
+		return scan;
+	}
+
+	/// Every `stride`-th scan as FLASER: its ranges, then the corrected pose twice, and a clock that stands still. The
+	/// corrected poses are off to and fro by `wrong`.
+	static std::string drive(double degrees_per_beam, int stride = 1, double wrong = 0)
+	{
 		std::ostringstream lines;
 		lines << "# a comment\nPARAM robot_frontlaser_offset 0.0 nohost 0\n";
-		for (int i = 0; i < 240; i++)
+		for (int i = 0; i < 240; i += stride)
 		{
-			const double way = 0.05 * (i < 120 ? i : 239 - i), phi = 0.4 * std::sin(0.3 * i) + (i < 120 ? 0 : M_PI);
-			const mrpt::math::TPose2D robot(1.5 + way, 1.2, phi);
-			const auto scan = make_observation(flat(), {robot.x, robot.y, phi - M_PI / 360}, laser);
-			lines << "ODOM " << way << " 0 " << phi << " 0 0 0 0 pippo 0\nFLASER 180";
+			const auto robot = robot_at(i);
+			const auto scan = scan_at(i, degrees_per_beam);
+			const double off = wrong * std::sin(1.7 * i);
+			lines << "ODOM " << robot.x << " 0 " << robot.phi << " 0 0 0 0 pippo 0\nFLASER " << scan.getScanSize();
 			for (std::size_t b = 0; b < scan.getScanSize(); b++) lines << ' ' << scan.getScanRange(b);
-			for (int copy = 0; copy < 2; copy++) lines << ' ' << robot.x << ' ' << robot.y << ' ' << robot.phi;
+			for (int copy = 0; copy < 2; copy++)
+				lines << ' ' << robot.x + off << ' ' << robot.y - off << ' ' << robot.phi;
 			lines << " 0 pippo 0\n";
 		}
 		return lines.str();
+	}
+
+	/// All scans of the drive, with an odometry in a frame of its own that stretches ways by 2 %.
+	static void save_raw_log(const std::string& file, int scans)
+	{
+		mrpt::io::CFileGZOutputStream stream(file);
+		auto archive = mrpt::serialization::archiveFrom(stream);
+		for (int i = 0; i < scans; i++)
+		{
+			const auto robot = robot_at(i);
+			mrpt::obs::CObservationOdometry odometry;
+			odometry.odometry =
+			    mrpt::poses::CPose2D(100, -7, 2) + mrpt::poses::CPose2D(1.02 * robot.x, robot.y, robot.phi);
+			archive << odometry << scan_at(i, 1);
+		}
+	}
+
+	/// How far poses of a file of truth are from the drive, in the mean [m].
+	double mean_error(const std::string& truth) const
+	{
+		std::istringstream lines(read_file(truth));
+		std::string line;
+		std::getline(lines, line);
+		double time = 0, x = 0, y = 0, phi = 0, sum = 0;
+		int count = 0;
+		while (lines >> time >> x >> y >> phi)
+		{
+			const auto robot = robot_at(static_cast<int>(std::lround((time - 1e9) / 0.2)));
+			sum += std::hypot(x - robot.x, y - robot.y);
+			count++;
+		}
+		EXPECT_GT(count, 0);
+		return sum / count;
 	}
 };
 
 TEST_F(MakeSites, MapsScansAndTruthOfALogFitTogether)
 {
-	write_file(log(), drive());
-	const ProcessResult made = make("intel");
+	write_file(log(), drive(0.5));
+	const ProcessResult made = make("fr079");
 	ASSERT_EQ(made.status, 0) << made.err;
-	const std::string site = path("sites/intel");
+	const std::string site = path("sites/fr079");
 	const auto result = run(
 	    {"-m", site + "/map_test.yaml", "-i", site + "/test.rawlog", "-o", path("out"), "--ground-truth",
 	     site + "/test_gt.txt"});
@@ -94,14 +156,66 @@ TEST_F(MakeSites, MapsScansAndTruthOfALogFitTogether)
 	    << "a line for each scan, and one that names them";
 }
 
+TEST_F(MakeSites, WrongPosesOfALogAreMadeToFitEachOther)
+{
+	constexpr double kWrong = 0.06;  // [m]
+	write_file(log(), drive(0.5, 1, kWrong));
+	const ProcessResult made = make("fr079");
+	ASSERT_EQ(made.status, 0) << made.err;
+	EXPECT_LT(mean_error(path("sites/fr079/run_gt.txt")), 0.4 * kWrong) << "they were 0.9 of it off";
+}
+
+TEST_F(MakeSites, ScansOfTheRawLogBetweenCorrectedOnesGetATruth)
+{
+	constexpr int kStride = 6;
+	write_file(path("collection/data/carmen/intel-corrected.log.gz"), drive(1, kStride));
+	const std::string raw = path("raw/datasets/radish/intel.rawlog");
+	EXPECT_NE(make("intel").err.find("intel.rawlog: cannot be read"), std::string::npos);
+	save_raw_log(raw, 239);
+	const ProcessResult made = make("intel");
+	ASSERT_EQ(made.status, 0) << made.err;
+	const std::string info = read_file(path("sites/intel/info.txt"));
+	EXPECT_NE(info.find("40 scans; 20 draw map_test; of 115 others"), std::string::npos) << info;
+	EXPECT_GE(lines_of(read_file(path("sites/intel/test_gt.txt"))).size(), 30U) << info;
+	EXPECT_LT(mean_error(path("sites/intel/test_gt.txt")), 0.03);
+	save_raw_log(raw, 200);
+	EXPECT_NE(make("intel").err.find("lacks scan 14 of those that follow"), std::string::npos) << make("intel").err;
+}
+
+TEST(CountedMap, ACellIsAWallIfMoreThanAQuarterOfTheScansEndInIt)
+{
+	const auto scan_to = [](float range)
+	{
+		auto scan = CObservation2DRangeScan::Create();
+		scan->aperture = 0.01F;
+		scan->resizeScan(3);
+		for (std::size_t i = 0; i < 3; i++) scan->setScanRange(i, range), scan->setScanRangeValidity(i, true);
+		return d2s1r::experiments::PlacedScan{scan, mrpt::poses::CPose2D(0.025, 0.025, 0)};
+	};
+	std::vector<d2s1r::experiments::PlacedScan> scans{scan_to(1), scan_to(2), scan_to(2)};
+	const auto cell = [](const auto& map, float x) { return map->getCell(map->x2idx(x), map->y2idx(0.025F)); };
+	auto map = d2s1r::experiments::count_map(scans, 0.05, 3);
+	EXPECT_LT(cell(map, 1.025F), 0.1F) << "one of three";
+	EXPECT_LT(cell(map, 2.025F), 0.1F);
+	EXPECT_GT(cell(map, 1.525F), 0.9F) << "two passed it";
+	EXPECT_NEAR(cell(map, 2.525F), 0.5F, 0.01F) << "behind all returns";
+	scans.push_back(scan_to(2));
+	map = d2s1r::experiments::count_map(scans, 0.05, 3);
+	EXPECT_GT(cell(map, 1.025F), 0.9F) << "one of four";
+	map = d2s1r::experiments::count_map(scans, 0.05, 1.5);
+	EXPECT_LT(cell(map, 1.025F), 0.1F) << "longer beams draw nothing";
+	EXPECT_NEAR(cell(map, 0.525F), 0.98F, 0.01F);
+	EXPECT_NEAR(cell(map, 1.225F), 0.5F, 0.01F);
+}
+
 TEST_F(MakeSites, DamagedLogsAndUnknownSitesAreNamed)
 {
 	write_file(log(), "FLASER 180 1 2 3\n");
-	const ProcessResult damaged = make("intel");
+	const ProcessResult damaged = make("fr079");
 	EXPECT_EQ(damaged.status, 1);
-	EXPECT_NE(damaged.err.find("intel-corrected.log.gz:1: is too short"), std::string::npos) << damaged.err;
+	EXPECT_NE(damaged.err.find("freiburg-079-corrected.log.gz:1: is too short"), std::string::npos) << damaged.err;
 	write_file(log(), "ODOM 0 0 0 0 0 0 0 pippo 0\n");
-	EXPECT_NE(make("intel").err.find("holds no line FLASER"), std::string::npos);
+	EXPECT_NE(make("fr079").err.find("holds no line FLASER"), std::string::npos);
 	EXPECT_NE(make("aces").err.find("cannot be read"), std::string::npos);
 	EXPECT_EQ(make("castle").status, 1);
 }
