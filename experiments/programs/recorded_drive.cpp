@@ -6,6 +6,7 @@
 #include <zlib.h>
 
 #include <cmath>
+#include <filesystem>
 #include <memory>
 #include <sstream>
 #include <stdexcept>
@@ -85,7 +86,7 @@ bool are_equal(const CObservation2DRangeScan& a, const CObservation2DRangeScan& 
 std::vector<DrivenScan> read_rawlog(const std::string& file, const Beams& beams)
 {
 	mrpt::obs::CRawlog log;
-	if (!log.loadFromRawLogFile(file))
+	if (!std::filesystem::exists(file) || !log.loadFromRawLogFile(file))
 		throw std::runtime_error(file + ": cannot be read; give the folder of a clone of MOLAorg/mola_test_datasets");
 	std::vector<DrivenScan> scans;
 	std::optional<CPose2D> odometry;

@@ -326,7 +326,7 @@ TEST_F(RosLog, MessagesThatArePackedOneByOneAreRead)
 	}
 }
 
-TEST_F(RosLog, SweepsAreGuessedFromTheScanTimeIfTheMessagesDoNotTellThem)
+TEST_F(RosLog, SweepsAreGuessedIfTheMessagesDoNotTellThem)
 {
 	const auto guesses = [&](float scan_time, float time_step, double period, const MadeScan& made)
 	{
@@ -354,13 +354,16 @@ TEST_F(RosLog, SweepsAreGuessedFromTheScanTimeIfTheMessagesDoNotTellThem)
 	EXPECT_EQ(guesses(0.03F, 0, 0.1, half), (std::vector<double>{0.015, 0.05})) << "scan_time, or all there is";
 	EXPECT_EQ(guesses(0.1F, 0, 2, half), std::vector<double>{0.05}) << "a log with some scans left out";
 	EXPECT_EQ(guesses(0.1F, 0.005F, 0.1, half), std::vector<double>{}) << "the messages tell it";
-	EXPECT_EQ(guesses(0, 0, 0.1, half), std::vector<double>{});
+	EXPECT_EQ(guesses(0, 0, 0.1, half), std::vector<double>{0.05}) << "all there is";
+	EXPECT_EQ(guesses(100, 0, 0.1, half), std::vector<double>{0.05}) << "ms";
+	EXPECT_EQ(guesses(0, 0, 3, half), (std::vector<double>{0.05, 0.1})) << "what lasers usually take";
+	EXPECT_EQ(guesses(0.1F, -0.005F, 0.1, half), (std::vector<double>{-0.095, 0.095})) << "which beam was first?";
 	for (const float wrong : {2.7F, 2.7e3F, 2.7e6F, 0.3F, std::nanf("")})
 	{
 		EXPECT_EQ(guesses(0.1F, wrong, 0.1, half), std::vector<double>{0.05}) << wrong << " s is none of a sweep";
 		EXPECT_EQ(guesses(0, wrong, 0.1, half), std::vector<double>{0.05}) << wrong;
 	}
-	EXPECT_EQ(guesses(std::nanf(""), 0, 0.1, half), std::vector<double>{});
+	EXPECT_EQ(guesses(std::nanf(""), 0, 0.1, half), std::vector<double>{0.05});
 	EXPECT_EQ(guesses(0.1F, 0, 0, half), std::vector<double>{}) << "the same scan again and again";
 	EXPECT_EQ(guesses(0.1F, 0, 0.1, fan(0, std::nanf(""))), std::vector<double>{});
 }
