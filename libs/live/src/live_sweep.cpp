@@ -27,7 +27,9 @@ void LiveSweep::add(const ros::LaserScan& scan)
 	if (given_ || is_told_ || messages_ > kMessages) return;
 	guess_.add(scan);
 	if (++messages_ <= kMessages) return;
-	open_ = guess_.sweeps();
+	// Scans whose sweep is open wait for later odometry, so that those of a laser which may take all beams at once do
+	// not.
+	if (guess_.is_suggested()) open_ = guess_.sweeps();
 	walls_.resize(open_.size());
 }
 

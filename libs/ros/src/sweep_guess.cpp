@@ -23,6 +23,7 @@ void SweepGuess::add(const LaserScan& scan)
 	constexpr std::size_t kMost = 1000;  // [-] messages that tell enough
 	const double told = sweep_time_of(scan).duration;
 	is_told_ = is_told_ || told > 0;
+	is_wrong_ = is_wrong_ || (scan.time_step != 0 && told == 0);
 	if (told < 0) backwards_ = told;
 	if (is_told_ || periods_.size() >= kMost) return;
 	share_of_turn_ =

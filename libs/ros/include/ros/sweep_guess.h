@@ -17,6 +17,9 @@ class SweepGuess
 	/// Takes the next message of the laser.
 	void add(const LaserScan& scan);
 
+	/// Returns whether the messages suggest that the laser spins: by a scan_time, or a time_increment that is none.
+	bool is_suggested() const { return is_wrong_ || !scan_times_.empty(); }
+
 	/// Returns the sweeps of a laser that needs scan_time [s, or ms], or the time from one scan to the next, for a full
 	/// turn, or 0.1 or 0.2 s if neither can be, or of one whose first or last beam was first if time_increment is
 	/// negative.
@@ -24,6 +27,7 @@ class SweepGuess
 
    private:
 	bool is_told_ = false;                      //!< whether a message has a time_increment of a sweep
+	bool is_wrong_ = false;                     //!< whether a message has a time_increment that is none of a sweep
 	double backwards_ = 0;                      //!< [s] that a message tells if its time_increment is negative
 	double share_of_turn_ = 0;                  //!< [-] that the beams cover
 	std::int64_t last_time_ = 0;                //!< [ns] of a message
