@@ -244,7 +244,7 @@ const Hypothesis* likeliest(const std::vector<Hypothesis>& places, const WindowT
 	return greatest == places.end() ? nullptr : &*greatest;
 }
 
-double absence(const Localization& one_shot, double listed, const Hypothesis* likeliest, const PresenceModel& model)
+double absence(const Localization& one_shot, double listed, const Hypothesis* fittest, const PresenceModel& model)
 {
 	constexpr double kLeast = 1e-9;  // [0, 1] of a probability
 	const auto log_odds = [&](double one, double other)
@@ -253,14 +253,14 @@ double absence(const Localization& one_shot, double listed, const Hypothesis* li
 	const Hypothesis& best = one_shot.best();
 	const auto lead_over = [&](const Hypothesis& place, const Hypothesis& other)
 	{ return (log_likelihood_of(place) - log_likelihood_of(other)) / one_shot.temperature; };
-	const double gain = lead_over(*likeliest, best);
+	const double gain = lead_over(*fittest, best);
 	const double alone = log_odds(1 - listed, best.probability);
 	if (gain <= 0) return alone - gain;
-	const bool is_same = is_one_place(*likeliest, best);
+	const bool is_same = is_one_place(*fittest, best);
 	const double lead_before = one_shot.hypotheses.size() > 1 ? lead_over(best, one_shot.hypotheses[1]) : kMostLead;
 	const double lead = is_same ? lead_before + gain : gain;
-	const double presence = likeliest->log_odds.value_or(0) - best.log_odds.value_or(0) +
-	                        log_odds_of_lead(lead, model) - log_odds_of_lead(lead_before, model);
+	const double presence = fittest->log_odds.value_or(0) - best.log_odds.value_or(0) + log_odds_of_lead(lead, model) -
+	                        log_odds_of_lead(lead_before, model);
 	const double rivals = std::max(0.0, listed / std::max(kLeast, best.probability) - (is_same ? 1 : 0));
 	return log_odds(1 - listed, listed) - presence + std::log1p(rivals * std::exp(-gain));
 }

@@ -110,6 +110,6 @@ const Hypothesis* likeliest(const std::vector<Hypothesis>& places, const WindowT
 /// said of the presence if it had found this place itself: unknown space may make a place likely where few walls are
 /// seen, and such a place says little.
 /// \param listed [0, 1] probability that the robot is at one of the places that the scan lists
-/// \param likeliest is not null if the scan lists a place
-double absence(const Localization& one_shot, double listed, const Hypothesis* likeliest, const PresenceModel& model);
+/// \param fittest the likeliest place; not null if the scan lists a place
+double absence(const Localization& one_shot, double listed, const Hypothesis* fittest, const PresenceModel& model);
 }  // namespace d2s1r
