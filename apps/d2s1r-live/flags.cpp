@@ -187,9 +187,8 @@ void refuse_ros_arguments(int argc, char** argv)
 	std::vector<std::string> names;
 	for (const CLI::Option* option : app.get_options())
 		for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
-	const std::string given = word.substr(0, word.find('=')), nearest = nearest_word(given, names);
-	if (nearest.empty()) wrong(given, "is not an option");
-	throw UserError(kWrongUse, given, "is not an option; did you mean " + nearest + "?");
+	const std::string given = word.substr(0, word.find('='));
+	throw UserError(kWrongUse, given, not_an_option(given, names, "d2s1r-live"));
 }
 
 void read_values(const Texts& texts, Flags& flags)

@@ -454,9 +454,7 @@ void add_dependent(CommandLine& command, const Dependent& dependent)
 	const std::string given = word.substr(0, word.find('='));
 	std::vector<std::string> names;
 	for (const CLI::Option* option : app.get_options()) names.push_back("--" + option->get_lnames().front());
-	const std::string nearest = nearest_word(given, names);
-	if (nearest.empty()) wrong(given, "is not an option");
-	throw UserError(kWrongUse, given, "is not an option; did you mean " + nearest + "?");
+	throw UserError(kWrongUse, given, not_an_option(given, names, "rawlog-localize"));
 }
 
 /// Returns the words behind the program's name, the last one first, as CLI11 wants them. It would take the next word

@@ -44,4 +44,10 @@ std::string nearest_word(const std::string& given, const std::vector<std::string
 	}
 	return nearest;
 }
+
+std::string not_an_option(const std::string& given, const std::vector<std::string>& options, const std::string& program)
+{
+	const std::string nearest = nearest_word(given, options);
+	return "is not an option; " + (nearest.empty() ? "see " + program + " --help" : "did you mean " + nearest + "?");
+}
 }  // namespace d2s1r
