@@ -9,6 +9,7 @@
 //   map_test.png, map_test.yaml  drawn from the first half of them (by_turns: from every second one)
 //   test.rawlog, test_gt.txt     scans that map_test has never seen, one per 0.25 m or 15 deg, and their true poses
 //   run.rawlog, run_gt.txt       all scans of the corrected log in order, with the odometry of the wheels
+//   sim360_on, sim360_off, sim360_clutter, sim270_off (.rawlog, _gt.txt)   scans simulated in map, indoors only
 //   info.txt                     what was left out, and why
 // A line of truth is `time x y phi`: s, m, m, rad, robot in map. Corrected poses are some 3 cm and 0.2 deg off, which
 // doubles walls; settle() makes them fit together. Test scans of the raw log settle on the whole map. A test scan is
@@ -30,6 +31,7 @@
 
 #include "map_files.h"
 #include "recorded_drive.h"
+#include "simulated_sets.h"
 
 namespace
 {
@@ -47,22 +49,23 @@ struct Recipe
 	double cell_size;    //!< [m]
 	double drawn_reach;  //!< [m] of the beams that draw the map
 	bool by_turns;       //!< whether map_test is drawn from every second scan instead of the first half
+	bool is_indoors;
 };
 
 constexpr Recipe kRecipes[] = {
-    {"intel", "intel", "intel", {1, 80}, 0.05, 20, false},
-    {"fr079", "freiburg-079", "", {0.5, 80}, 0.05, 20, false},
-    {"mit_csail", "csail", "mit-csail", {0.5, 80}, 0.05, 20, false},
-    {"mit_killian", "infinite-corridor", "mit-killian", {1, 50}, 0.05, 20, false},
-    {"fr_campus", "freiburg-campus", "", {0.5, 80}, 0.1, 50, true},
-    {"acapulco", "acapulco", "", {1, 80}, 0.05, 20, false},
-    {"aces", "aces", "", {1, 80}, 0.05, 20, false},
-    {"belgioioso", "belgioioso", "", {0.5, 80}, 0.05, 20, false},
-    {"edmonton", "edmonton", "", {1, 80}, 0.05, 20, false},
-    {"fhw", "fhw", "", {1, 80}, 0.05, 20, false},
-    {"fr101", "freiburg-101", "", {0.5, 80}, 0.05, 20, false},
-    {"orebro", "orebro", "", {1, 80}, 0.05, 20, true},
-    {"seattle", "seattle", "", {0.5, 80}, 0.05, 20, true}};
+    {"intel", "intel", "intel", {1, 80}, 0.05, 20, false, true},
+    {"fr079", "freiburg-079", "", {0.5, 80}, 0.05, 20, false, true},
+    {"mit_csail", "csail", "mit-csail", {0.5, 80}, 0.05, 20, false, true},
+    {"mit_killian", "infinite-corridor", "mit-killian", {1, 50}, 0.05, 20, false, true},
+    {"fr_campus", "freiburg-campus", "", {0.5, 80}, 0.1, 50, true, false},
+    {"acapulco", "acapulco", "", {1, 80}, 0.05, 20, false, true},
+    {"aces", "aces", "", {1, 80}, 0.05, 20, false, true},
+    {"belgioioso", "belgioioso", "", {0.5, 80}, 0.05, 20, false, true},
+    {"edmonton", "edmonton", "", {1, 80}, 0.05, 20, false, true},
+    {"fhw", "fhw", "", {1, 80}, 0.05, 20, false, true},
+    {"fr101", "freiburg-101", "", {0.5, 80}, 0.05, 20, false, true},
+    {"orebro", "orebro", "", {1, 80}, 0.05, 20, true, true},
+    {"seattle", "seattle", "", {0.5, 80}, 0.05, 20, true, true}};
 
 std::vector<PlacedScan> placed(const std::vector<DrivenScan>& scans)
 {
@@ -214,6 +217,13 @@ void make_site(const Recipe& recipe, const std::string& corrected, const std::st
 	LeftOut left_out;
 	const auto tests = test_scans(unseen, Localizer(map), *map_test, left_out);
 	save_scans(tests, false, folder + "/test");
+	if (recipe.is_indoors)
+	{
+		std::vector<CPose2D> driven;
+		for (const DrivenScan& scan : scans) driven.push_back(scan.robot);
+		for (const auto& [name, simulated] : simulated_sets(d2s1r::make_grid(*map, {}), driven))
+			save_scans(simulated, false, folder + "/" + name);
+	}
 	std::ofstream info(folder + "/info.txt");
 	info << "made by make_sites from " << recipe.corrected << "-corrected.log.gz of acschaefer/ple";
 	if (has_raw) info << " and " << recipe.raw << ".rawlog of MOLAorg/mola_test_datasets";

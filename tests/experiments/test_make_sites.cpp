@@ -3,11 +3,13 @@
 #include <mrpt/io/CFileGZOutputStream.h>
 #include <mrpt/obs/CObservationOdometry.h>
 #include <mrpt/serialization/CArchive.h>
+#include <nlohmann/json.hpp>
 
 #include <cmath>
 #include <sstream>
 
 #include "app_process.h"
+#include "app_world.h"
 #include "counted_map.h"
 #include "test_maps.h"
 
@@ -155,6 +157,28 @@ TEST_F(MakeSites, MapsScansAndTruthOfALogFitTogether)
 	ASSERT_EQ(all.status, 0) << all.err;
 	EXPECT_EQ(lines_of(read_file(site + "/run_gt.txt")).size(), 241U)
 	    << "a line for each scan, and one that names them";
+}
+
+TEST_F(MakeSites, SimulatedScansAreFoundInTheMap)
+{
+	write_file(log(), drive(0.5));
+	ASSERT_EQ(make("fr079").status, 0);
+	const std::string site = path("sites/fr079");
+	for (const std::string set : {"sim360_on", "sim360_off", "sim360_clutter", "sim270_off"})
+	{
+		const std::size_t scans = set == "sim360_on" ? 240 : 500;  // the drive has no more
+		EXPECT_EQ(lines_of(read_file(site + "/" + set + "_gt.txt")).size(), scans + 1) << set;
+		const auto found = load(site + "/" + set + ".rawlog");
+		ASSERT_EQ(found.size(), scans) << set;
+		const auto& scan = dynamic_cast<const CObservation2DRangeScan&>(*found[7]);
+		EXPECT_NEAR(scan.aperture, (set == "sim270_off" ? 270 : 359) * M_PI / 180, 1e-5) << set;
+		const auto result = run(
+		    {"-m", site + "/map.yaml", "-i", site + "/" + set + ".rawlog", "-o", path(set), "--ground-truth",
+		     site + "/" + set + "_gt.txt", "--frames", "::10"});
+		ASSERT_EQ(result.status, 0) << result.err;
+		const auto summary = nlohmann::json::parse(read_file(path(set + "/summary.json")))["accuracy_0.3m_5deg"];
+		EXPECT_GE(summary["successes"].get<double>(), 0.8 * summary["frames"].get<double>()) << set;
+	}
 }
 
 TEST_F(MakeSites, WrongPosesOfALogAreMadeToFitEachOther)
