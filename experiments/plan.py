@@ -98,10 +98,10 @@ def all_jobs(found, frames, sweep_frames):
     jobs = []
     real = [site for site in found if site.has("test") and site.name not in sites.AGAIN]
     for site in found:
-        for scans in sites.SIMULATED + ("test",):
+        for scans in ("test",) if site.name in sites.MORE else sites.SIMULATED + ("test",):
             if site.has(scans):
                 jobs += [Job(site, scans, config, frames) for config in CONFIGS]
-        if site.name not in sites.AGAIN:
+        if site.name not in sites.AGAIN + sites.MORE:
             jobs += swept(site, sweep_frames)
         if site.has("run"):
             jobs.append(Job(site, "run", "default", frames, window=WINDOW))

@@ -6,6 +6,7 @@ import circles
 import plan
 import rays
 import rival_tables
+import sites
 import tables
 
 INTRODUCTION = """# Results
@@ -16,9 +17,12 @@ INTRODUCTION = """# Results
 cores that do nothing else. At most {frames} scans per set, {sweep} per point of a curve and {rivals} per set for the
 rivals, evenly spread over the set.
 
+`make_sites` makes the folders of thirteen sites from public logs, so that you can repeat their rows
+([how](../README.md#the-recorded-sites)). Mines and olin are other recordings, and willow, warehouse and stata public maps.
+
 The published method is `config/paper.ini`, our implementation of it; d2s1r is `config/default.ini`. The weights of d2s1r
-were learned on all of these sites but mines and olin, and on generated buildings; mines and olin were looked at when other
-parameters were chosen. So none of its figures is of a building that it has never seen. {left_out}
+were learned on other sets of the same drives, and on generated buildings, but not on mines, olin and these eight: {more}.
+Mines and olin were looked at when other parameters were chosen; the eight were not. {left_out}
 
 Sets of a site: `sim360_on` simulated on the mapping path, full circle; `sim360_off` anywhere reachable; `sim360_clutter` with people
 in the view; `sim270_off` with a field of view of 270 deg; `test` real scans of 180 deg (mines: 240 deg; olin: 360 deg), in
@@ -120,7 +124,7 @@ def write(results, figures, arguments, version):
         version=version.splitlines()[0], commits=told({result.commit for result in results.values()}),
         machines=told({result.machine for result in results.values()}), date=datetime.date.today().isoformat(),
         jobs=len(results), minutes=sum(result.seconds for result in results.values()) / 60, frames=arguments.frames,
-        sweep=arguments.sweep_frames, rivals=arguments.rival_frames, no_maps=" --no-maps" if arguments.no_maps else "",
+        sweep=arguments.sweep_frames, rivals=arguments.rival_frames, more=", ".join(sites.MORE), no_maps=" --no-maps" if arguments.no_maps else "",
         left_out=LEFT_OUT if (arguments.output / "learned/README.md").exists() else NOT_LEFT_OUT)
     (arguments.output / "README.md").write_text("\n".join([introduction, paper_index("\n".join(parts)), *parts]))
 

@@ -96,7 +96,7 @@ def peers(results):
         "[%] success, in brackets the 95 % interval of Wilson. They cannot be part of this project because of their licences "
         "or what they depend on; we ran them outside of it, unaltered and not tuned, one thread, when d2s1r was at commit "
         "7285166 or older. Full circles of several sites: 0.2 m and 5 deg; 60 real scans a site, `test` in map_test: 0.3 m and "
-        "5 deg, so that these are the scans of the table above, but other samples of them. relocalization_toolbox on 380 real "
+        "5 deg, on sets of the same drives as above, whose truth was computed in another way. relocalization_toolbox on 380 real "
         "scans of seven sites: 74 %, d2s1r on the same: 98 %. Time [ms] a scan of intel.",
         ["program", "settings", *published.PEER_COLUMNS, "time"], rows) if results else ""
 

@@ -7,6 +7,7 @@ import re
 import sys
 
 FULL_CIRCLES = ("olin_mac_923", "olin_mac_final")  # whose real scans are full circles
+MORE = ("acapulco", "aces", "belgioioso", "edmonton", "fhw", "fr101", "orebro", "seattle")  # nothing was learned on them
 AGAIN = ("mines_other_day", "olin_mac_final")  # another day or map of a building that is there already
 SIMULATED = ("sim360_on", "sim360_off", "sim360_clutter", "sim270_off")
 
