@@ -2,30 +2,21 @@
 #include "cli/command_line.h"
 
 #include <CLI/CLI.hpp>
-#include <base/spelling.h>
 #include <d2s1r/for_programs.h>
 #include <d2s1r/version.h>
 
 #include <algorithm>
-#include <memory>
-#include <sstream>
 #include <stdexcept>
 #include <utility>
 
 #include "cli/errors.h"
+#include "cli/options.h"
 #include "cli/values.h"
 
 namespace d2s1r::app
 {
 namespace
 {
-[[noreturn]] void wrong(const std::string& option, const std::string& what)
-{
-	throw UserError(kWrongUse, option, what + "; see rawlog-localize --help");
-}
-
-constexpr const char* kNeedsValue = "needs a value";
-
 constexpr const char* kUsage =
     "Usage: rawlog-localize -m MAP -i LOG -o OUT_DIR [OPTION]...\n"
     "       rawlog-localize -m MAP -i LOG --stream [OPTION]...\n"
@@ -48,130 +39,6 @@ constexpr const char* kFooter =
     "  rawlog-localize -m office.yaml -i drive.rawlog -o results --window 10\n\n"
     "Exit status: 0 done, 1 wrong use or configuration, 2 an input cannot be read or used, 3 an output\n"
     "cannot be written, 130 interrupted (the finished frames are on disk).";
-
-/// Prints --help as GNU programs do: "  -m, --map MAP", and the meaning beside it in lines of equal length.
-class HelpFormatter : public CLI::Formatter
-{
-   public:
-	HelpFormatter() { column_width(kMeaningColumn); }
-
-	std::string make_usage(const CLI::App*, std::string) const override { return kUsage; }
-
-	std::string make_group(std::string heading, bool, std::vector<const CLI::Option*> options) const override
-	{
-		std::string text = heading + ":\n";
-		for (const CLI::Option* option : options) text += make_option(option, false);
-		return text;
-	}
-
-	std::string make_option_name(const CLI::Option* option, bool) const override
-	{
-		const auto& letters = option->get_snames();
-		return (letters.empty() ? "    --" : "-" + letters.front() + ", --") + option->get_lnames().front();
-	}
-
-	std::string make_option_desc(const CLI::Option* option) const override
-	{
-		std::istringstream words(option->get_description());
-		std::string lines;
-		std::size_t column = 0;
-		for (std::string word; words >> word;)
-		{
-			const bool fits = kMeaningColumn + column + 1 + word.size() <= kLastColumn;
-			if (column > 0) lines += fits ? ' ' : '\n';
-			column = (column > 0 && fits ? column + 1 : 0) + word.size();
-			lines += word;
-		}
-		return lines;
-	}
-
-   private:
-	static constexpr std::size_t kMeaningColumn = 29, kLastColumn = 100;
-};
-
-/// Adds options under a heading of --help.
-class OptionGroup
-{
-   public:
-	OptionGroup(CLI::App& app, const char* heading) : app_(app), heading_(heading) {}
-
-	/// An option with a value, which may not be empty.
-	/// \param names "-l,--long" or "--long"
-	/// \param take takes the text of the value. What it throws becomes an error that names the option
-	template <class Take>
-	void value(const char* names, const char* value_name, const char* meaning, const Take& take)
-	{
-		text(names, value_name, meaning, [take](const std::string& text) { take(filled(text)); });
-	}
-	void value(const char* names, const char* value_name, const char* meaning, std::string& text)
-	{
-		value(names, value_name, meaning, [&text](const std::string& given) { text = given; });
-	}
-
-	/// The same, but the value may be empty.
-	template <class Take>
-	void text(const char* names, const char* value_name, const char* meaning, const Take& take)
-	{
-		const auto take_or_refuse = [take, name = name_of(names)](const std::string& text)
-		{
-			try
-			{
-				take(text);
-			}
-			catch (const std::invalid_argument& error)
-			{
-				wrong(name, error.what());
-			}
-		};
-		add(app_.add_option_function<std::string>(names, take_or_refuse, meaning), value_name);
-	}
-
-	/// An option that may be given several times.
-	void values(const char* names, const char* value_name, const char* meaning, std::vector<std::string>& texts)
-	{
-		const auto take = [&texts, name = name_of(names)](const std::vector<std::string>& given)
-		{
-			if (std::count(given.begin(), given.end(), "") > 0) wrong(name, kNeedsValue);
-			texts = given;
-		};
-		add(app_.add_option_function<std::vector<std::string>>(names, take, meaning), value_name)
-		    ->expected(1)
-		    ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
-	}
-
-	void flag(const char* names, const char* meaning, bool& given)
-	{
-		app_.add_flag(names, given, meaning)->group(heading_);
-	}
-
-	/// A flag that is followed as soon as it is read, whatever else is given, and that ends the parsing.
-	void request(const char* names, const char* meaning, const std::function<void()>& follow)
-	{
-		const auto follow_and_end = [follow]
-		{
-			follow();
-			throw CLI::Success();
-		};
-		app_.add_flag_callback(names, follow_and_end, meaning)->trigger_on_parse()->group(heading_);
-	}
-
-   private:
-	static std::string name_of(const std::string& names) { return names.substr(names.find("--")); }
-
-	static const std::string& filled(const std::string& text)
-	{
-		if (text.empty()) throw std::invalid_argument(kNeedsValue);
-		return text;
-	}
-
-	CLI::Option* add(CLI::Option* option, const char* value_name) const
-	{
-		return option->option_text(value_name)->group(heading_);
-	}
-
-	CLI::App& app_;
-	const char* heading_;
-};
 
 /// Options that are understood together with another one.
 struct Dependent
@@ -447,52 +314,6 @@ void add_dependent(CommandLine& command, const Dependent& dependent)
 	command.output.rawlog_copy = !dependent.no_rawlog;
 }
 
-/// Refuses a word that is not an option, and names the option that it may have been meant to be.
-[[noreturn]] void refuse_unknown(const CLI::App& app, const std::string& word)
-{
-	if (word.rfind('-', 0) != 0) wrong(word, "stands without an option; write -m MAP -i LOG -o OUT_DIR");
-	const std::string given = word.substr(0, word.find('='));
-	std::vector<std::string> names;
-	for (const CLI::Option* option : app.get_options()) names.push_back("--" + option->get_lnames().front());
-	throw UserError(kWrongUse, given, not_an_option(given, names, "rawlog-localize"));
-}
-
-/// Returns the words behind the program's name, the last one first, as CLI11 wants them. It would take the next word
-/// for the value of "--name=", so that becomes two words, and a flag's value for a letter, so that is refused here.
-std::vector<std::string> words_of(const CLI::App& app, int argc, char** argv)
-{
-	std::vector<std::string> words;
-	for (int i = 1; i < argc; i++)
-	{
-		const std::string word = argv[i], name = word.substr(0, word.find('='));
-		const CLI::Option* option = name.size() < word.size() ? app.get_option_no_throw(name) : nullptr;
-		if (option && option->get_items_expected_max() == 0) wrong(name, "takes no value");
-		const bool is_empty_value = option && name.rfind("--", 0) == 0 && word.size() == name.size() + 1;
-		words.push_back(is_empty_value ? name : word);
-		if (is_empty_value) words.emplace_back();
-	}
-	std::reverse(words.begin(), words.end());
-	return words;
-}
-
-/// Parses the words. \throws UserError (kWrongUse), CLI::Success after --help and --version
-void parse_words(CLI::App& app, int argc, char** argv)
-{
-	try
-	{
-		app.parse(words_of(app, argc, argv));
-	}
-	catch (const CLI::ArgumentMismatch&)
-	{
-		wrong(argv[argc - 1], kNeedsValue);  // only the last word can lack what comes after it
-	}
-	const auto unknown = app.remaining();
-	if (!unknown.empty()) refuse_unknown(app, unknown.front());
-	for (const CLI::Option* option : app.get_options())
-		if (option->count() > 1 && option->get_multi_option_policy() != CLI::MultiOptionPolicy::TakeAll)
-			wrong(option->get_name(), "is given more than once");
-}
-
 void check(const CommandLine& command)
 {
 	check_saved_map(command.output.save_map);
@@ -509,11 +330,7 @@ std::optional<CommandLine> parse_command_line(int argc, char** argv, std::ostrea
 	CommandLine command;
 	Dependent dependent;
 	CLI::App app;
-	app.set_help_flag();
-	app.allow_extras();
-	app.formatter(std::make_shared<HelpFormatter>());
-	app.footer(kFooter);
-	app.option_defaults()->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
+	set_up(app, kUsage, kFooter);
 	add_inputs({app, "Input"}, command, dependent);
 	add_laser({app, "Laser"}, command.log, dependent);
 	add_search({app, "Search"}, command.search, dependent);
