@@ -1,5 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include <atomic>
+#include <cerrno>
 #include <csignal>
 #include <cstdlib>
 #include <iostream>
@@ -32,6 +33,13 @@ class Console
 	Console() : out_(std::cout.rdbuf(nullptr)), err_(std::cerr.rdbuf(nullptr)) { std::clog.rdbuf(nullptr); }
 	std::ostream& out() { return out_; }
 
+	/// Returns whether all that was printed has arrived, or nobody reads it any more.
+	bool is_written()
+	{
+		errno = 0;
+		return out_.flush() || errno == EPIPE;
+	}
+
 	/// \throws UserError (kBadOutput)
 	void print(const std::string& line)
 	{
@@ -63,7 +71,7 @@ int run(int argc, char** argv, Console& console)
 	try
 	{
 		const auto flags = parse_flags(argc, argv, console.out());
-		if (!flags) return console.out().flush() ? kDone : kBadOutput;
+		if (!flags) return console.is_written() ? kDone : kBadOutput;
 		redirect_log([&](const std::string& line) { console.say_seldom(line); });
 		return serve(
 		    *flags, [&](const std::string& line) { console.print(line); }, [] { return is_told_to_stop.load(); });

@@ -8,6 +8,7 @@
 #include <exception>
 #include <new>
 #include <optional>
+#include <sstream>
 #include <stdexcept>
 
 #include "cli/console.h"
@@ -64,7 +65,9 @@ int run_and_tell(int argc, char** argv, Console& console)
 	try
 	{
 		choose_simd_target();
-		const auto command = parse_command_line(argc, argv, console.out);
+		std::ostringstream text;
+		const auto command = parse_command_line(argc, argv, text);
+		if (!command) console.print(text.str());
 		const ExitStatus status = command ? run(*command, console) : kDone;
 		if (status == kDone) console.check_written();
 		return status;

@@ -132,7 +132,7 @@ LoopResult localize_frames(
 		if (!laser) laser = observation->sensorPose;
 		if (frame.index == selection.first)
 			console.note(request.name(), doubts_about_scan(*observation, report.parameters));
-		if (streams) streams = console.print_line(json_line(frame));
+		if (streams) streams = console.print(json_line(frame) + "\n");
 		if (!outputs) return streams;
 		outputs->page().add(scan);
 		outputs->frames().add(frame, observation);

@@ -190,6 +190,19 @@ TEST_F(AppBadOutput, PipesThatNobodyReadsCostNoResults)
 	EXPECT_EQ(run_program({"bash", "-c", wrong}).status, 1);
 }
 
+TEST_F(AppBadOutput, AReaderThatHasEnoughOfTheHelpIsNoError)
+{
+	const std::string nobody =
+	    "mkfifo " + path("pipe") + "; exec 3<> " + path("pipe") + " 4> " + path("pipe") + " 3>&-; ";
+	for (const char* request : {" --help", " --version"})
+	{
+		const auto result = run_program({"bash", "-c", nobody + RAWLOG_LOCALIZE + request + " >&4"});
+		EXPECT_EQ(result.status, 0) << request;
+		EXPECT_EQ(result.err, "") << request;
+		std::filesystem::remove(path("pipe"));
+	}
+}
+
 TEST_F(AppBadOutput, ConfigThatCannotBeWritten)
 {
 	expect_refusal({"--write-config", path("no/folder/all.ini")}, 3, {path("no/folder/all.ini")});

@@ -79,10 +79,10 @@ void Console::check_written()
 		throw UserError(kBadOutput, "standard output", "cannot be written; check where it leads to");
 }
 
-bool Console::print_line(const std::string& line)
+bool Console::print(const std::string& text)
 {
 	errno = 0;
-	if (!(out << line + "\n" << std::flush) && errno == EPIPE) has_reader_ = false;
+	if (!(out << text << std::flush) && errno == EPIPE) has_reader_ = false;
 	check_written();
 	return has_reader_;
 }

@@ -25,13 +25,13 @@ class Console
 	Console(const Console&) = delete;
 	Console& operator=(const Console&) = delete;
 
-	/// \throws UserError (kBadOutput) if standard output did not take all that was printed, unless print_line() has
-	/// found out that nobody reads it any more
+	/// \throws UserError (kBadOutput) if standard output did not take all that was printed, unless print() has found
+	/// out that nobody reads it any more
 	void check_written();
 
-	/// Prints one line on standard output, and sees to it that it arrives. Returns false if nobody reads lines any
-	/// more. \throws UserError (kBadOutput) if it cannot be written for another reason
-	bool print_line(const std::string& line);
+	/// Prints a text on standard output, and sees to it that it arrives. Returns false if nobody reads it any more.
+	/// \throws UserError (kBadOutput) if it cannot be written for another reason
+	bool print(const std::string& text);
 
 	/// Prints one line about the program itself on standard error.
 	void say(const std::string& line);
