@@ -1,0 +1,109 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+// The scans of a robot that turns, whose laser takes one beam after the other.
+#include "live/live_drive.h"
+
+using namespace d2s1r;
+using namespace d2s1r::test;
+using namespace d2s1r::live;
+
+namespace
+{
+/// Returns the mean error [deg] of the yaw of a robot that turns by 1 rad/s, whose laser takes 0.2 s for a scan.
+double yaw_error_of_sweeps(const LiveSettings& settings, bool odometry_comes_by_tf)
+{
+	constexpr int kScans = 20;
+	Drive drive(settings);
+	drive.begin();
+	double error = 0;
+	int answers = 0;
+	const auto tell = [&]
+	{
+		const auto transform = drive.robot.odometry_transform().front();
+		if (odometry_comes_by_tf)
+			drive.live.add_transforms({transform}, false);
+		else
+			drive.live.add_odometry({transform, {}});
+	};
+	tell();
+	for (int i = 0; i < kScans; i++)
+	{
+		const mrpt::poses::CPose2D at_stamp = drive.robot.pose;
+		const Time stamp = drive.robot.time;
+		drive.live.add_scan("/scan", drive.robot.sweep(0.2, 0, 1, tell));
+		const auto answer = drive.update(drive.robot.time);
+		if (!answer || answer->localization.status != Status::kLocalized) continue;
+		EXPECT_EQ(answer->time, stamp);
+		error += turn_between(answer->localization.best().pose.asTPose(), at_stamp.asTPose());
+		answers++;
+	}
+	EXPECT_GE(answers, kScans - 2);
+	return error / answers;
+}
+}  // namespace
+
+TEST(LiveLocalizer, MovesTheBeamsOfASweepToTheTimeOfTheScan)
+{
+	constexpr double kLeastTwist = 2;  // [deg] of beams that are not moved, which turn by 11 deg in all
+	EXPECT_LT(yaw_error_of_sweeps({}, true), kLeastTwist / 4);
+	EXPECT_LT(yaw_error_of_sweeps({}, false), kLeastTwist / 4);
+	LiveSettings as_one;
+	as_one.sweep = ros::SweepTime{};
+	EXPECT_GT(yaw_error_of_sweeps(as_one, true), kLeastTwist);
+}
+
+namespace
+{
+/// A drive of a robot that turns by 1 rad/s, whose scans do not tell when their beams were taken.
+struct UntoldDrive : Drive
+{
+	/// \param duration [s] of a sweep; 0: all beams are taken at once \param scan_time [s] of the messages
+	UntoldDrive(double duration, float scan_time)
+	{
+		constexpr int kScans = 80, kLast = 20;
+		begin();
+		const auto tell = [&] { live.add_transforms(robot.odometry_transform(), false); };
+		for (int i = 0; i < kScans; i++)
+		{
+			const mrpt::poses::CPose2D at_stamp = robot.pose;
+			ros::LaserScan scan = duration > 0 ? robot.sweep(duration, 0, 1, tell) : robot.scan();
+			if (duration == 0)
+			{
+				tell();
+				robot.time += kSecond / 5;
+				robot.move(0, 0.2);
+				tell();
+			}
+			scan.time_step = 0;
+			scan.scan_time = scan_time;
+			live.add_scan("/scan", scan);
+			const auto answer = update(robot.time);
+			if (i < kScans - kLast || !answer || answer->localization.status != Status::kLocalized) continue;
+			answers++;
+			error += turn_between(answer->localization.best().pose.asTPose(), at_stamp.asTPose());
+		}
+		error /= std::max(answers, 1);
+		EXPECT_GE(answers, kLast - 2);
+	}
+
+	int answers = 0;   //!< [-] to the last scans
+	double error = 0;  //!< [deg] mean of their yaw
+};
+}  // namespace
+
+TEST(LiveLocalizer, FindsOutByTheMapWhenTheBeamsOfASweepWereTaken)
+{
+	const UntoldDrive spins(0.2, 0.2F);
+	EXPECT_LT(spins.error, 0.5);
+	EXPECT_TRUE(spins.was_told("the scans do not tell when each beam was taken")) << "until it is known";
+	EXPECT_TRUE(spins.was_told("by the map: its beams are moved to one time"));
+	const UntoldDrive simulated(0, 0.2F);
+	EXPECT_LT(simulated.error, 0.5);
+	EXPECT_TRUE(simulated.was_told("all beams are taken at once, by the map"));
+	const UntoldDrive untold(0.2, 0);
+	EXPECT_GT(untold.error, 2) << "nothing to guess from";
+	const auto values = untold.live.status(untold.robot.time).values;
+	EXPECT_TRUE(std::any_of(
+	    values.begin(), values.end(),
+	    [](const auto& value)
+	    { return value.first == "sweep" && value.second.find("count as taken at once") != std::string::npos; }));
+}
