@@ -14,7 +14,7 @@ namespace d2s1r::app
 {
 namespace
 {
-constexpr std::size_t kAtOnce = 20, kMost = 60;  // [-] scans
+constexpr std::size_t kAtOnce = 20;  // [-] scans
 
 /// Finds the scans of a laser during which the robot turns.
 class TurningScans
@@ -43,10 +43,10 @@ class TurningScans
    private:
 	void add(const LoggedScan& scan, std::vector<LoggedScan>& found)
 	{
-		constexpr double kBetween = 0.4;  // [s] neighbours show the same
 		const double time = logs::to_seconds(scan.observation->timestamp),
 		             turned = turn_during(scan.sweep, scan.observation->getScanSize());
-		if (turned < kLeastTurnOfSweep || std::abs(time - last_) < kBetween || !scan.unusable.text.empty()) return;
+		if (turned < kLeastTurnOfSweep || std::abs(time - last_) < kBetweenSweeps || !scan.unusable.text.empty())
+			return;
 		last_ = time;
 		most_turned_ = std::max(most_turned_, turned);
 		found.push_back(scan);
@@ -98,7 +98,7 @@ SweepEvidence try_sweep(
 	TurningScans turning(reader, label);
 	SweepEvidence evidence;
 	WallComparison comparison;  // of beams that were taken at once, with those that were taken one by one
-	while (evidence.scans < kMost && !evidence.walls.is_clear())
+	while (evidence.scans < kMostSweepsTried && !evidence.walls.is_clear())
 	{
 		const std::vector<LoggedScan> scans = turning.next();
 		if (scans.empty()) break;

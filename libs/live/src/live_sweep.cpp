@@ -9,9 +9,7 @@ namespace d2s1r::live
 {
 namespace
 {
-constexpr std::size_t kMessages = 20;       // [-] of which the periods are known well enough
-constexpr std::size_t kMostTried = 60;      // [-] scans of the turning robot
-constexpr Time kBetween = kSecond * 2 / 5;  // [ns] neighbours show the same
+constexpr std::size_t kMessages = 20;  // [-] of which the periods are known well enough
 
 std::optional<double> distance_of(const Atlas& maps, const Scan& scan, const Localization& answer)
 {
@@ -44,6 +42,7 @@ void LiveSweep::consider(
     const Atlas& maps, Time time, const mrpt::obs::CObservation2DRangeScan& observation, const Scan& scan,
     const Localization& at_once, const std::vector<Sweep>& sweeps)
 {
+	constexpr auto kBetween = static_cast<Time>(kBetweenSweeps * static_cast<double>(kSecond));
 	if (std::abs(time - last_tried_) < kBetween) return;
 	const auto before = distance_of(maps, scan, at_once);
 	const ScanParameters& parameters = maps.maps().front().localizer->parameters().scan;
@@ -74,7 +73,7 @@ void LiveSweep::decide()
 		found_ = open_[i];
 	}
 	is_at_once_ = is_clear && !found_;
-	if (is_clear || found_ || tried_ >= kMostTried) open_.clear();
+	if (is_clear || found_ || tried_ >= kMostSweepsTried) open_.clear();
 }
 
 std::string LiveSweep::description() const
