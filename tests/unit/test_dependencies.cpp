@@ -119,7 +119,8 @@ TEST(Dependencies, PartsIncludeOnlyWhatTheyStandOn)
 				const auto to = part_of(included, file, from);
 				if (!to || *to == from) continue;
 				checked++;
-				EXPECT_EQ(kMayInclude.at(from).count(*to), 1U) << file << " includes " << included << " of " << *to;
+				EXPECT_EQ(kMayInclude.at(from).count(*to), 1U)
+				    << file << " includes " << included << " of " << *to << ", which kMayInclude does not allow";
 			}
 	}
 	EXPECT_GT(checked, 60) << "the test must see the includes";
@@ -134,7 +135,8 @@ TEST(Dependencies, NoLibraryNamesAnOptionOfAProgram)
 	{
 		const std::string text = source_text(file);
 		for (std::sregex_iterator i(text.begin(), text.end(), word), end; i != end; ++i)
-			EXPECT_EQ(options.count(i->str()), 0U) << file << " names " << i->str();
+			EXPECT_EQ(options.count(i->str()), 0U)
+			    << file << " names " << i->str() << ", an option of a program; let the program pass this text";
 	}
 }
 }  // namespace d2s1r::test

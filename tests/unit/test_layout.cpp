@@ -23,6 +23,10 @@ namespace fs = std::filesystem;
 const fs::path kLibrary = fs::path(D2S1R_SOURCE_DIR) / "libs/d2s1r";
 const fs::path kProgram = fs::path(D2S1R_SOURCE_DIR) / "apps/rawlog-localize";
 
+constexpr const char* kTooManyInFolder = " has more files than a reader can survey; join small ones, or cut the folder";
+constexpr const char* kTooMany =
+    "these are more files than a reader can survey; join small ones, or raise this limit and say why";
+
 /// The stages in their order; a file may include its own stage and those of a lower number. Stages of one number do not
 /// know of each other.
 const std::map<std::string, int> kStages = {{"base", 0},      {"scan", 1},    {"map", 2},  {"ranges", 3}, {"query", 4},
@@ -107,13 +111,14 @@ TEST(Layout, NoIncludeRunsAgainstTheDataFlow)
 	for (const fs::path& file : sources())
 	{
 		const std::string from = stage_of_file(file);
-		ASSERT_EQ(kStages.count(from), 1U) << file << " belongs to no stage";
+		ASSERT_EQ(kStages.count(from), 1U) << file << " has no stage in kStages or kStageOfHeader";
 		for (const std::string& included : includes_of(file))
 		{
 			const std::string to = stage_of(included);
 			if (to.empty() || to == from) continue;
 			checked++;
-			EXPECT_LT(kStages.at(to), kStages.at(from)) << file << " includes " << included;
+			EXPECT_LT(kStages.at(to), kStages.at(from))
+			    << file << " of stage " << from << " includes " << included << ", which is not of an earlier stage";
 		}
 	}
 	EXPECT_GT(checked, 60) << "the test must see the includes";
@@ -123,9 +128,9 @@ TEST(Layout, FoldersCanBeSurveyed)
 {
 	std::map<std::string, int> files;
 	for (const fs::path& file : files_below(kLibrary / "src")) files[file.parent_path().filename().string()]++;
-	for (const auto& [folder, count] : files) EXPECT_LE(count, 15) << folder;
-	EXPECT_LE(files_below(kLibrary / "src").size(), 110U);
-	EXPECT_LE(files_below(kLibrary / "include").size() + 1, 16U) << "with version.h, which is generated";
+	for (const auto& [folder, count] : files) EXPECT_LE(count, 15) << folder << kTooManyInFolder;
+	EXPECT_LE(files_below(kLibrary / "src").size(), 110U) << kTooMany;
+	EXPECT_LE(files_below(kLibrary / "include").size() + 1, 16U) << "with version.h, which is generated: " << kTooMany;
 }
 
 TEST(Layout, FoldersOfTheProgramCanBeSurveyed)
@@ -136,11 +141,11 @@ TEST(Layout, FoldersOfTheProgramCanBeSurveyed)
 	int all = 0;
 	for (const auto& [folder, count] : files)
 	{
-		EXPECT_LE(count, 15) << folder;
+		EXPECT_LE(count, 15) << folder << kTooManyInFolder;
 		all += count;
 	}
 	EXPECT_GT(all, 20) << "the test must see the files";
-	EXPECT_LE(all, 80);
+	EXPECT_LE(all, 80) << kTooMany;
 }
 
 /// GCC 12.2 crashes on SVE, and a struct cannot hold its vectors.
@@ -171,7 +176,9 @@ TEST(Version, IsTheSameInEveryFile)
 	EXPECT_NE(text_of(project / "CITATION.cff").find("\nversion: " + version + "\n"), std::string::npos);
 	EXPECT_EQ(text_of(project / "packaging/debian/changelog").find("d2s1r (" + version + "-"), 0U);
 	const std::string changes = text_of(project / "CHANGELOG.md");
-	EXPECT_EQ(changes.find("## [" + version + "]"), changes.find("## [")) << "the newest version comes first";
+	EXPECT_EQ(changes.find("## [" + version + "]"), changes.find("## ["))
+	    << "CHANGELOG.md must begin with the version " << version
+	    << " that CMakeLists.txt names; it has no [Unreleased]";
 }
 
 /// A promise without a test would be a wish.
@@ -195,7 +202,8 @@ TEST(Promises, AreKeptByTestsThatExist)
 		if (suite != "fuzz" && (suite.empty() || std::islower(static_cast<unsigned char>(suite[0]))))
 			continue;  // a file
 		const std::string built = suite == "fuzz" ? "d2s1r_add_fuzz_target(" + test : "(" + suite + ", " + test + ")";
-		EXPECT_NE(tests.find(built), std::string::npos) << "doc/promises.md names " << suite << "." << test;
+		EXPECT_NE(tests.find(built), std::string::npos)
+		    << "doc/promises.md names " << suite << "." << test << ", which does not exist";
 		checked++;
 	}
 	EXPECT_GT(checked, 40) << "the test must see the names";
