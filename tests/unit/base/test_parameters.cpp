@@ -5,6 +5,8 @@
 #include <filesystem>
 #include <fstream>
 #include <limits>
+#include <regex>
+#include <set>
 #include <stdexcept>
 
 #include "base/parameter_list.h"
@@ -44,6 +46,21 @@ Parameters at_limit(bool greatest)
 	return parameters;
 }
 }  // namespace
+
+/// A field that the list lacks could not be read from an ini file, nor checked, nor told.
+TEST(Parameters, TheListHoldsEveryField)
+{
+	std::ifstream header(D2S1R_SOURCE_DIR "/libs/d2s1r/include/d2s1r/parameters.h");
+	const std::regex field("\t(?:double|int|bool) (\\w+) = .*");
+	std::multiset<std::string> declared, listed;
+	std::smatch match;
+	for (std::string line; std::getline(header, line) && line != "struct LikelihoodParameters";)
+		if (std::regex_match(line, match, field)) declared.insert(match[1]);
+	Parameters parameters;
+	visit_parameters(
+	    parameters, [&](const char*, const char* name, auto&, auto, auto, const char*) { listed.insert(name); });
+	EXPECT_EQ(declared, listed) << "enter it in base/parameter_list.h";
+}
 
 TEST(Parameters, EmptyTextGivesTheDefaults)
 {
