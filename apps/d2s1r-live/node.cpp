@@ -1,6 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "node.h"
 
+#include <d2s1r/for_programs.h>
 #include <d2s1r/map_io.h>
 #include <mrpt/core/format.h>
 
@@ -56,11 +57,23 @@ Parameters read_parameters(const std::string& config)
 	}
 }
 
-std::shared_ptr<const Atlas> load_maps(const Flags& flags, const Parameters& parameters)
+/// The maps of --map, and a line about files that are left out; it may be empty.
+struct LoadedMaps
+{
+	std::shared_ptr<const Atlas> atlas;
+	std::string note;
+};
+
+LoadedMaps load_maps(const Flags& flags, const Parameters& parameters)
 {
 	try
 	{
-		if (is_atlas(flags.map)) return std::make_shared<Atlas>(load_atlas(flags.map, parameters));
+		if (is_atlas(flags.map))
+		{
+			const std::string others = files_that_are_no_maps(flags.map, read_atlas(flags.map));
+			const auto atlas = std::make_shared<Atlas>(load_atlas(flags.map, parameters));
+			return {atlas, others.empty() ? "" : printable(flags.map + ": " + others)};
+		}
 		const std::string& index = flags.settings.index;
 		std::shared_ptr<const Localizer> localizer;
 		std::error_code ignored;
@@ -78,8 +91,8 @@ std::shared_ptr<const Atlas> load_maps(const Flags& flags, const Parameters& par
 			localizer = std::make_shared<Localizer>(load_map(flags.map, parameters.grid), parameters);
 			if (!index.empty()) localizer->save(index, fingerprint);
 		}
-		return std::make_shared<Atlas>(std::vector<AtlasMap>{
-		    {std::filesystem::path(flags.map).stem().string(), localizer, flags.settings.region}});
+		const AtlasMap map{std::filesystem::path(flags.map).stem().string(), localizer, flags.settings.region};
+		return {std::make_shared<Atlas>(std::vector<AtlasMap>{map}), ""};
 	}
 	catch (const std::exception& e)
 	{
@@ -329,18 +342,21 @@ ExitStatus serve(
 	const Parameters parameters = read_parameters(flags.config);
 	Node node(flags, say);
 	// The process ends without waiting for the index if it is told to.
-	std::future<std::shared_ptr<const Atlas>> maps;
+	std::future<LoadedMaps> maps;
 	if (!flags.map.empty())
 	{
-		std::packaged_task<std::shared_ptr<const Atlas>()> load([flags, parameters]
-		                                                        { return load_maps(flags, parameters); });
+		std::packaged_task<LoadedMaps()> load([flags, parameters] { return load_maps(flags, parameters); });
 		maps = load.get_future();
 		std::thread(std::move(load)).detach();
 	}
 	while (!stop())
 	{
 		if (maps.valid() && maps.wait_for(std::chrono::seconds(0)) == std::future_status::ready)
-			node.live().use_maps(maps.get());
+		{
+			const LoadedMaps loaded = maps.get();
+			node.live().use_maps(loaded.atlas);
+			if (!loaded.note.empty() && !flags.quiet) say(loaded.note);
+		}
 		node.step();
 	}
 	return kInterrupted;

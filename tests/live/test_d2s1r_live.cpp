@@ -119,21 +119,31 @@ TEST_F(LiveTest, AnswersWhenSomebodyAsks)
 	stop(live);
 }
 
+namespace
+{
+/// Writes NAME.yaml and NAME.pgm.
+void save_yaml_map(const Grid& grid, const std::string& name)
+{
+	const std::string image = std::filesystem::path(name).filename().string() + ".pgm";
+	write_file(
+	    name + ".yaml", "image: " + image +
+	                        "\nresolution: 0.05\norigin: [-3, 2, 0]\nnegate: 0\n"
+	                        "occupied_thresh: 0.65\nfree_thresh: 0.196\n");
+	std::string pixels = "P5\n" + std::to_string(grid.width) + " " + std::to_string(grid.height) + "\n255\n";
+	for (int y = grid.height - 1; y >= 0; y--)
+		for (int x = 0; x < grid.width; x++)
+		{
+			const Cell cell = grid.at(x, y);
+			pixels += static_cast<char>(cell == Cell::kFree ? 254 : cell == Cell::kOccupied ? 0 : 205);
+		}
+	write_file(name + ".pgm", pixels);
+}
+}  // namespace
+
 TEST_F(LiveTest, LocalizesInAMapFromAFile)
 {
 	RobotPeer robot;
-	write_file(
-	    path("floor.yaml"),
-	    "image: floor.pgm\nresolution: 0.05\norigin: [-3, 2, 0]\nnegate: 0\n"
-	    "occupied_thresh: 0.65\nfree_thresh: 0.196\n");
-	std::string image = "P5\n" + std::to_string(robot.grid.width) + " " + std::to_string(robot.grid.height) + "\n255\n";
-	for (int y = robot.grid.height - 1; y >= 0; y--)
-		for (int x = 0; x < robot.grid.width; x++)
-		{
-			const Cell cell = robot.grid.at(x, y);
-			image += static_cast<char>(cell == Cell::kFree ? 254 : cell == Cell::kOccupied ? 0 : 205);
-		}
-	write_file(path("floor.pgm"), image);
+	save_yaml_map(robot.grid, path("floor"));
 	LiveProcess live = start_live({"-m", path("floor.yaml"), "--index", path("floor.index")});
 	robot.begin();
 	ASSERT_TRUE(wait_for_answers(robot)) << said();
@@ -141,6 +151,18 @@ TEST_F(LiveTest, LocalizesInAMapFromAFile)
 	EXPECT_TRUE(says("somebody publishes a map, too"));
 	stop(live);
 	EXPECT_TRUE(std::filesystem::exists(path("floor.index")));
+}
+
+TEST_F(LiveTest, FilesOfAFolderThatAreNoMapsAreNamed)
+{
+	std::filesystem::create_directory(path("maps"));
+	save_yaml_map(RobotPeer().grid, path("maps/floor"));
+	write_file(path("maps/nav2_params.yaml"), "amcl:\n  ros__parameters: {}\n");
+	LiveProcess live = start_live({"-m", path("maps")});
+	EXPECT_TRUE(
+	    says(path("maps") + ": the maps of this folder are floor; these files describe no map: nav2_params.yaml"))
+	    << said();
+	stop(live);
 }
 
 TEST_F(LiveTest, RefusesWrongUseWithOneLine)

@@ -1,5 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include <d2s1r/atlas.h>
+#include <d2s1r/for_programs.h>
 #include <d2s1r/window_localizer.h>
 #include <gtest/gtest.h>
 #include <mrpt/io/CFileGZOutputStream.h>
@@ -329,6 +330,19 @@ TEST(AtlasFile, AFolderIsAnAtlasOfItsMaps)
 	EXPECT_NE(what_of([&] { read_atlas(folder.path("")); }).find("'b'"), std::string::npos);
 	const TempFolder empty;
 	EXPECT_NE(what_of([&] { read_atlas(empty.path("")); }).find("holds no map"), std::string::npos);
+}
+
+TEST(AtlasFile, YamlFilesOfAFolderThatAreNoMapsAreNamed)
+{
+	const TempFolder folder;
+	for (const char* name : {"a.yaml", "b.gridmap.gz", "notes.txt"}) folder.write(name, "x");
+	EXPECT_EQ(files_that_are_no_maps(folder.path(""), read_atlas(folder.path(""))), "");
+	const std::string atlas = folder.write("z.yaml", "maps: {a: {file: a.yaml}}\n");
+	folder.write("nav2.yml", "amcl: {}\n");
+	EXPECT_EQ(
+	    files_that_are_no_maps(folder.path(""), read_atlas(folder.path(""))),
+	    "the maps of this folder are a, b; these files describe no map: nav2.yml, z.yaml");
+	EXPECT_EQ(files_that_are_no_maps(atlas, read_atlas(atlas)), "") << "somebody has chosen these maps";
 }
 
 TEST(AtlasFile, SaysWhatIsWrong)

@@ -4,7 +4,6 @@
 #include <d2s1r/for_programs.h>
 
 #include <filesystem>
-#include <set>
 
 #include "cli/console.h"
 #include "cli/errors.h"
@@ -99,29 +98,6 @@ void check_not_swapped(const CommandLine& command)
 	}
 }
 
-namespace
-{
-/// Returns a line that names the yaml files of a folder of maps that describe no map; none if `path` is no folder.
-std::vector<std::string> files_that_are_no_maps(const std::string& path, const std::vector<MapSource>& sources)
-{
-	std::error_code error;
-	if (!std::filesystem::is_directory(path, error)) return {};
-	std::set<std::string> others;
-	for (const auto& entry : std::filesystem::directory_iterator(path, error))
-		if (is_yaml_name(entry.path().string())) others.insert(entry.path().filename().string());
-	std::string used;
-	for (const MapSource& source : sources)
-	{
-		others.erase(std::filesystem::path(source.entry.file).filename().string());
-		used += (used.empty() ? "" : ", ") + source.entry.name;
-	}
-	if (others.empty()) return {};
-	std::string names;
-	for (const std::string& name : others) names += (names.empty() ? "" : ", ") + name;
-	return {"the maps of this folder are " + used + "; these files describe no map: " + names};
-}
-}  // namespace
-
 std::vector<IndexedMap> load_maps(
     const std::vector<MapSource>& sources, const CommandLine& command, const Parameters& parameters, Console& console)
 {
@@ -135,7 +111,10 @@ std::vector<IndexedMap> load_maps(
 		if (!maps.back().use.loaded && !console.is_quiet())
 			console.note(file, doubts_about_map(file, maps.back().map->localizer()));
 	}
-	console.note(command.map.name(), files_that_are_no_maps(command.map.name(), sources));
+	std::vector<AtlasEntry> entries;
+	for (const MapSource& source : sources) entries.push_back(source.entry);
+	const std::string others = files_that_are_no_maps(command.map.name(), entries);
+	if (!others.empty()) console.note(command.map.name(), {others});
 	return maps;
 }
 

@@ -290,6 +290,23 @@ std::vector<AtlasEntry> read_atlas(const std::string& path)
 	}
 }
 
+std::string files_that_are_no_maps(const std::string& path, const std::vector<AtlasEntry>& entries)
+{
+	std::error_code error;
+	if (!fs::is_directory(path, error)) return "";
+	std::set<std::string> others;
+	for (const auto& file : fs::directory_iterator(path, error))
+		if (is_yaml_name(file.path().string())) others.insert(file.path().filename().string());
+	std::string maps, names;
+	for (const AtlasEntry& entry : entries)
+	{
+		others.erase(fs::path(entry.file).filename().string());
+		maps += (maps.empty() ? "" : ", ") + entry.name;
+	}
+	for (const std::string& name : others) names += (names.empty() ? "" : ", ") + name;
+	return names.empty() ? "" : "the maps of this folder are " + maps + "; these files describe no map: " + names;
+}
+
 Atlas load_atlas(const std::string& path, const Parameters& parameters)
 {
 	std::vector<AtlasMap> maps;

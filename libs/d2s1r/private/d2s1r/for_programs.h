@@ -18,6 +18,7 @@ class CObservation2DRangeScan;
 
 namespace d2s1r
 {
+struct AtlasEntry;     // of atlas.h
 struct ImageGeometry;  // of map_io.h
 struct Sweep;          // of scan.h
 
@@ -107,6 +108,11 @@ mrpt::maps::COccupancyGridMap2D::Ptr load_changed_map(
 
 /// Returns the name that a map gets by its file: without folder, extension and that of a compressed file.
 std::string map_name_of(const std::string& file);
+
+/// Returns a line that names the maps of a folder, and the yaml files in it that read_atlas() has left out because they
+/// describe no map. The line is empty if there are no such files, or if `path` is not a folder.
+/// \param entries what read_atlas(path) returned
+std::string files_that_are_no_maps(const std::string& path, const std::vector<AtlasEntry>& entries);
 
 /// Returns the SIMD targets that this machine runs and the library was compiled for, the one in use first: "avx3"
 /// (AVX-512), "avx2", "ssse3", "neon" or "portable". Results are the same with each of them, bit for bit.
