@@ -1,6 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // A simulated robot for long runs of d2s1r-live: d2s1r-live-drive MAP SECONDS [MARKERS.json]. It wanders through the
 // map, publishes map, transforms and scans at 10 Hz, has a tracker that takes seeds, and is carried away once a minute.
+// It drives in the domain ROS_DOMAIN_ID (0 if that is not set), or D2S1R_TEST_DOMAIN.
 // The file gets the markers with the most hypotheses, the last of these.
 #include <d2s1r/map_io.h>
 
@@ -125,6 +126,8 @@ int main(int argc, char** argv)
 try
 {
 	if (argc != 3 && argc != 4) throw std::runtime_error("usage: d2s1r-live-drive MAP SECONDS [MARKERS.json]");
+	const char* const domain = std::getenv("ROS_DOMAIN_ID");  // as d2s1r-live does
+	setenv("D2S1R_TEST_DOMAIN", domain != nullptr && *domain != '\0' ? domain : "0", 0);
 	const auto map = d2s1r::load_map(argv[1]);
 	const auto grid = d2s1r::make_grid(*map, {});
 	const auto result = d2s1r::test::drive(grid, static_cast<int>(10 * std::atof(argv[2])));
@@ -135,6 +138,7 @@ try
 	if (const auto& times = result.milliseconds; !times.empty())
 		std::cout << ", from a scan to its pose " << times[times.size() / 2] << " ms in the median, at most "
 		          << times.back() << " ms";
+	if (result.answers == 0) std::cout << "; does d2s1r-live run in domain " << d2s1r::test::test_domain() << '?';
 	std::cout << std::endl;
 	return 0;
 }
