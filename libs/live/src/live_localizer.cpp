@@ -88,7 +88,9 @@ void LiveLocalizer::add_scan(const std::string& topic, const ros::LaserScan& sca
 void LiveLocalizer::add_cloud(const std::string& topic, const ros::PointCloud& cloud)
 {
 	if (state_->settings.cloud_height) return add({topic, cloud.header, cloud, state_->now});
-	state_->tell("cloud", topic + " has point clouds, but no band of heights is given: not used");
+	state_->tell(
+	    "cloud",
+	    topic + " has point clouds, which are not used: set a cloud height, the band whose points make a scan");
 }
 
 /// Takes a scan of either kind.

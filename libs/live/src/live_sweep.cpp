@@ -87,7 +87,7 @@ std::string LiveSweep::description() const
 		    found_->duration);
 	if (is_at_once_) return "all beams are taken at once, by the map";
 	if (messages_ == 0) return "";
-	return "the scans do not tell when each beam was taken (time_increment is 0), and count as taken at once: if the "
-	       "laser spins, set how long it takes for a scan";
+	return "the scans do not tell when each beam was taken (time_increment is 0), and count as taken at once; if the "
+	       "laser spins, set its sweep time, which is how long it takes for a scan";
 }
 }  // namespace d2s1r::live

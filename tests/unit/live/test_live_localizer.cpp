@@ -452,5 +452,5 @@ TEST(LiveLocalizer, LocalizesByPointClouds)
 	without.begin();
 	without.live.add_cloud("/points", cloud_of(without.robot.scan()));
 	EXPECT_FALSE(without.update(without.robot.time));
-	EXPECT_TRUE(without.was_told("/points has point clouds, but no band of heights is given"));
+	EXPECT_TRUE(without.was_told("/points has point clouds, which are not used: set a cloud height"));
 }

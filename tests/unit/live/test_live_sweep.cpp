@@ -105,5 +105,5 @@ TEST(LiveLocalizer, FindsOutByTheMapWhenTheBeamsOfASweepWereTaken)
 	EXPECT_TRUE(std::any_of(
 	    values.begin(), values.end(),
 	    [](const auto& value)
-	    { return value.first == "sweep" && value.second.find("count as taken at once") != std::string::npos; }));
+	    { return value.first == "sweep" && value.second.find("set its sweep time") != std::string::npos; }));
 }
