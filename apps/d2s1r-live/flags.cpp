@@ -188,7 +188,7 @@ void refuse_ros_arguments(int argc, char** argv)
 	for (const CLI::Option* option : app.get_options())
 		for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
 	const std::string given = word.substr(0, word.find('='));
-	throw UserError(kWrongUse, given, not_an_option(given, names, "d2s1r-live"));
+	throw UserError(kWrongUse, given, not_an_option(given, names, "d2s1r-live --help"));
 }
 
 void read_values(const Texts& texts, Flags& flags)

@@ -61,7 +61,7 @@ class HelpFormatter : public CLI::Formatter
 	const std::string given = word.substr(0, word.find('='));
 	std::vector<std::string> names;
 	for (const CLI::Option* option : app.get_options()) names.push_back("--" + option->get_lnames().front());
-	throw UserError(kWrongUse, given, not_an_option(given, names, "rawlog-localize"));
+	throw UserError(kWrongUse, given, not_an_option(given, names, "rawlog-localize --help"));
 }
 
 /// Returns the words behind the program's name, the last one first, as CLI11 wants them. It would take the next word

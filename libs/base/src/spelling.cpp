@@ -45,9 +45,9 @@ std::string nearest_word(const std::string& given, const std::vector<std::string
 	return nearest;
 }
 
-std::string not_an_option(const std::string& given, const std::vector<std::string>& options, const std::string& program)
+std::string not_an_option(const std::string& given, const std::vector<std::string>& options, const std::string& help)
 {
 	const std::string nearest = nearest_word(given, options);
-	return "is not an option; " + (nearest.empty() ? "see " + program + " --help" : "did you mean " + nearest + "?");
+	return "is not an option; " + (nearest.empty() ? "see " + help : "did you mean " + nearest + "?");
 }
 }  // namespace d2s1r

@@ -11,7 +11,6 @@ namespace d2s1r
 std::string nearest_word(const std::string& given, const std::vector<std::string>& known);
 
 /// Says that `given` is not among the options of a program, and which of them it may have been meant to be: "is not an
-/// option; did you mean --window?", or else that `program` --help lists them.
-std::string not_an_option(
-    const std::string& given, const std::vector<std::string>& options, const std::string& program);
+/// option; did you mean X?". If it is like none of them, the command `help` is named, which lists them.
+std::string not_an_option(const std::string& given, const std::vector<std::string>& options, const std::string& help);
 }  // namespace d2s1r
