@@ -12,6 +12,7 @@
 #include D2S1R_DRAWING(CTexturedPlane.h)
 #include <mrpt/poses/CPose2DInterpolator.h>
 #include <nlohmann/json.hpp>
+#include <zlib.h>
 
 #include <algorithm>
 #include <map>
@@ -25,6 +26,32 @@ using namespace d2s1r::test;
 namespace fs = std::filesystem;
 using mrpt::obs::CObservationOdometry;
 using mrpt::obs::CObservationRobotPose;
+
+namespace
+{
+/// Returns what an element of report.html holds in base64, packed by zlib.
+std::string packed_in_report(const std::string& html, const std::string& id)
+{
+	const std::string begin = "id=\"" + id + "\">";
+	const auto from = html.find(begin) + begin.size();
+	std::string bytes;
+	std::uint32_t bits = 0;
+	int count = 0;
+	for (auto at = from; html[at] != '<' && html[at] != '='; at++)
+	{
+		static const std::string kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+		bits = bits << 6 | static_cast<std::uint32_t>(kDigits.find(html[at]));
+		count += 6;
+		if (count >= 8) bytes += static_cast<char>(bits >> (count -= 8) & 0xff);
+	}
+	std::string text(1'000'000, '\0');
+	uLongf size = text.size();
+	const auto* const packed = reinterpret_cast<const Bytef*>(bytes.data());
+	EXPECT_EQ(uncompress(reinterpret_cast<Bytef*>(text.data()), &size, packed, bytes.size()), Z_OK);
+	text.resize(size);
+	return text;
+}
+}  // namespace
 
 class AppOutputs : public AppTest
 {
@@ -227,6 +254,24 @@ TEST_F(AppOutputs, SummaryTellsTheSameAsTheTable)
 	EXPECT_EQ(summary.find("nan"), std::string::npos);
 	for (const char* line : {"localized      10", "invalid         2", "0.3 m, 5 deg: 10 of 12 frames"})
 		EXPECT_NE(result.out.find(line), std::string::npos) << line << "\n" << result.out;
+}
+
+TEST_F(AppOutputs, ReportHoldsWhatItsFirstLineSumsUp)
+{
+	localize(covered_laser_log(), {"--window", "3"});
+	const auto report = nlohmann::json::parse(packed_in_report(read_file(path("out/report.html")), "data-results"));
+	EXPECT_EQ(report["version"], D2S1R_VERSION);
+	EXPECT_EQ(report["map"], path("flat.gridmap.gz"));
+	EXPECT_EQ(report["log"], path("in.rawlog"));
+	EXPECT_EQ(report["window"], 3);
+	const CsvTable table = frames();
+	ASSERT_EQ(report["status"].size(), table.size());
+	const std::vector<std::string> statuses = {"localized", "ambiguous", "rejected", "invalid"};  // as in report.js
+	for (std::size_t i = 0; i < table.size(); i++)
+	{
+		EXPECT_EQ(std::to_string(report["index"][i].get<int>()), table.text(i, "frame"));
+		EXPECT_EQ(statuses.at(report["status"][i].get<std::size_t>()), table.text(i, "status")) << i;
+	}
 }
 
 TEST_F(AppOutputs, AllFilesTellTheSameUncertainty)
