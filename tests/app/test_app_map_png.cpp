@@ -18,6 +18,7 @@ namespace
 {
 const TColor kInk(40, 44, 52), kWrong(214, 34, 50), kPath(20, 99, 196), kTruth(142, 211, 144), kFused(176, 108, 202),
     kHypothesis(245, 150, 20), kStart(0, 122, 94);
+constexpr double kPixelsPerMetre = 160;  // the flat is 10 m wide, its picture 1600 pixels
 
 /// map.png, taken apart: the map, a line of ink, the legend.
 class MapPng
@@ -49,6 +50,48 @@ class MapPng
 		return false;
 	}
 
+	/// Length of the scale bar [pixel]: the longest row of ink in the legend, in which texts have short ones.
+	int scale_bar() const
+	{
+		int longest = 0;
+		for (int y = legend_top_ + 2; y < height(); y++)
+			for (int x = 0, length = 0; x < width(); x++)
+			{
+				length = at(x, y) == kInk ? length + 1 : 0;
+				longest = std::max(longest, length);
+			}
+		return longest;
+	}
+
+	/// The ticks below the map, [pixel] to the right. A tick is darker than the paper, and nothing else is between the
+	/// map and the numbers.
+	std::vector<double> ticks_below() const
+	{
+		std::vector<double> ticks;
+		const int row = lower_axis() + 5;
+		double sum = 0, weight = 0;
+		for (int x = 0; x < width(); x++)
+		{
+			const double dark = std::max(0, at(0, row).R - at(x, row).R);
+			sum += dark * (x + 0.5), weight += dark;
+			if (dark > 0 || weight == 0) continue;
+			ticks.push_back(sum / weight);
+			sum = weight = 0;
+		}
+		return ticks;
+	}
+
+	/// How wide the number below a tick is [pixel].
+	int width_of_number(double tick) const
+	{
+		int first = width(), last = 0;
+		for (int y = lower_axis() + 12; y < legend_top_; y++)
+			for (int x = static_cast<int>(tick) - 30; x <= static_cast<int>(tick) + 30; x++)
+				if (x >= 0 && x < width() && at(0, y).R - at(x, y).R > 30)
+					first = std::min(first, x), last = std::max(last, x);
+		return last - first + 1;
+	}
+
 	/// Coloured marks in the legend, whose text is grey.
 	int marks() const
 	{
@@ -72,6 +115,19 @@ class MapPng
 		return {pixel(kRedFirst ? 0 : 2), pixel(1), pixel(kRedFirst ? 2 : 0)};
 	}
 	bool is_line(int y) const { return at(0, y) == kInk && at(width() / 2, y) == kInk && at(width() - 1, y) == kInk; }
+
+	/// The row of the lower axis, which begins where the left one ends.
+	int lower_axis() const
+	{
+		for (int y = legend_top_ - 1; y > 0; y--)
+		{
+			int dark = 0;  // [pixel]
+			for (int x = 0; x < width(); x++) dark += at(x, y).R < 180 ? 1 : 0;
+			if (dark > width() / 2) return y;
+		}
+		return 0;
+	}
+
 	bool is_coloured(int x, int y) const
 	{
 		const TColor color = at(x, y);
@@ -202,20 +258,51 @@ TEST_F(AppMapPng, HeadingsPointWhereTheRobotLooks)
 	EXPECT_NEAR(std::atan2(far.y, far.x), heading, 0.2);
 }
 
-TEST_F(AppMapPng, TheStartIsMarkedByARing)
+TEST_F(AppMapPng, ARingMarksTheStartAndNotTheEnd)
+{
+	const auto middle_of_ring = [&](const Objects& log, const Words& more = {})
+	{
+		mrpt::math::TPoint2D least(1e9, 1e9), most(-1e9, -1e9);
+		for (const auto& place : draw(log, more).of_colour(kStart))
+		{
+			least = {std::min(least.x, place.x), std::min(least.y, place.y)};
+			most = {std::max(most.x, place.x), std::max(most.y, place.y)};
+		}
+		EXPECT_GT(most.x - least.x, 12);
+		EXPECT_LT(most.x - least.x, 23) << "there is one ring";
+		return (least + most) * 0.5;
+	};
+	Objects back;
+	for (std::size_t i = walk().size(); i-- > 0;) back.push_back(walk_scan(i));
+	const auto from = middle_of_ring(observation_log()), to = middle_of_ring(back);
+	const mrpt::math::TPose2D &first = walk().front(), &last = walk().back();
+	EXPECT_NEAR(to.x - from.x, kPixelsPerMetre * (last.x - first.x), 12);
+	EXPECT_NEAR(to.y - from.y, kPixelsPerMetre * (last.y - first.y), 12);
+	save_truth(path("truth.txt"), false);
+	const auto again = middle_of_ring(observation_log(), {"--ground-truth", path("truth.txt"), "--fuse"});
+	EXPECT_EQ(again, from) << "the broad lines of ground truth and filter do not hide it";
+}
+
+TEST_F(AppMapPng, TheScaleBarIsAsLongAsItSays)
+{
+	EXPECT_NEAR(draw(observation_log()).scale_bar(), 2 * kPixelsPerMetre, 4);
+}
+
+TEST_F(AppMapPng, TicksOfTheAxisStandAtWholeMetres)
 {
 	const MapPng picture = draw(observation_log());
-	const auto ring = picture.of_colour(kStart);
-	ASSERT_FALSE(ring.empty());
-	double widest = 0;  // [pixel]
-	for (const auto& place : ring) widest = std::max(widest, (place - ring.front()).norm());
-	EXPECT_GT(widest, 12);
-	EXPECT_LT(widest, 23) << "there is one ring";
-	mrpt::math::TPoint2D nearest(1e9, 1e9);  // of the path to the middle of the ring
-	const mrpt::math::TPoint2D first = ring.front();
-	for (const auto& place : picture.of_colour(kPath))
-		if ((place - first).norm() < (nearest - first).norm()) nearest = place;
-	EXPECT_LT((nearest - first).norm(), 12);
+	const auto ticks = picture.ticks_below();
+	ASSERT_EQ(ticks.size(), 11U) << "0 to 10 m";
+	for (std::size_t metres = 0; metres <= 10; metres++)
+		EXPECT_NEAR(ticks[metres], ticks[0] + kPixelsPerMetre * static_cast<double>(metres), 1) << metres;
+	const int one_digit = picture.width_of_number(ticks[9]);
+	EXPECT_GT(one_digit, 5);
+	EXPECT_GT(picture.width_of_number(ticks[10]), 1.5 * one_digit) << "the last number is 10";
+	const auto path = picture.of_colour(kPath);
+	ASSERT_FALSE(path.empty());
+	double left = 1e9;  // [pixel] of the path, which begins at its first disc
+	for (const auto& place : path) left = std::min(left, place.x);
+	EXPECT_NEAR(left, ticks[0] + kPixelsPerMetre * walk().front().x, 12);
 }
 
 TEST_F(AppMapPng, AxesStandBesideTheMap)

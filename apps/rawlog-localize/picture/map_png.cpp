@@ -48,11 +48,13 @@ void draw_path(Canvas& canvas, const std::vector<Pixel>& points)
 	for (const Pixel& point : points) canvas.disc(point, 2.2, kPathColor);
 }
 
-/// Marks where the path begins; everything else is drawn on it.
+/// Marks where the path begins. The path is drawn on it, the broad lines of ground truth and filter below it.
 void draw_start(Canvas& canvas, const Pixel& at)
 {
-	canvas.disc(at, 11, kStartColor);
-	canvas.disc(at, 8, kWhite);
+	std::vector<Pixel> ring;
+	for (int i = 0; i <= 36; i++)
+		ring.emplace_back(at.x + 9.5 * std::cos(i * M_PI / 18), at.y + 9.5 * std::sin(i * M_PI / 18));
+	canvas.line(ring, 3, kStartColor);
 }
 
 void draw_truth(Canvas& canvas, const std::vector<Pixel>& points)
@@ -433,9 +435,9 @@ void write_map_png(
 	Canvas canvas(width, legend_top + legend.height(), kPaper);
 	canvas.greys(map_greys(grid, view), view.width, view.offset_x, view.offset_y);
 	Painter painter(report, frames, view, canvas);
-	painter.paint_start();
 	painter.paint_truth();
 	painter.paint_fused();
+	painter.paint_start();
 	painter.paint_hypotheses();
 	painter.paint_ambiguous();
 	painter.paint_path();
