@@ -3,6 +3,8 @@
 
 Usage: test_report.py [REPORT.html [PICTURE_FOLDER]]. Without a report it makes one of a drawn building with the program
 that RAWLOG_LOCALIZE names. It exits with 77 if there is no Chromium to drive."""
+import csv
+import json
 import math
 import os
 import pathlib
@@ -107,6 +109,46 @@ def test_opens(page):
     heads = [head.text for head in page.all("#details th")]
     assert ("error" in heads) == bool(page.script("return run.truth ? 1 : 0")), heads
     page.picture("opened.png")
+
+
+def test_first_line_sums_up_the_run(page):
+    table, summary = page.report.parent / "frames.csv", page.report.parent / "summary.json"
+    if not table.exists():
+        return  # the report of somebody else
+    with open(table, newline="") as stream:
+        statuses = [row["status"] for row in csv.DictReader(stream)]
+    run = json.loads(summary.read_text())
+    counts = ", ".join(f"{status} {statuses.count(status)} ({100 * statuses.count(status) / len(statuses):.1f} %)"
+                       for status in ("localized", "ambiguous", "rejected", "invalid"))
+    window = f", window of {run['window']}" if run["window"] > 1 else ""
+    expected = f"{len(statuses)} frames{window}: {counts} · {run['rawlog']} · {run['map']} · d2s1r {run['version']}"
+    for said in (page.find("#summary").text, " ".join(page.find("#summary").get_attribute("title").split())):
+        assert said == expected, (said, expected)
+
+
+def test_a_narrow_window_shows_all(page):
+    size = page.browser.get_window_size()
+    page.browser.set_window_size(500, 900)
+    page.settle()
+    page.settle()
+    summary, corners = page.find("#summary"), page.script(
+        "return [pixelX(run.origin[0]), pixelX(run.origin[0] + run.width * run.cell_size), canvasSize.width]")
+    assert page.script("return arguments[0].scrollWidth <= arguments[0].clientWidth", summary), "the first line is not cut off"
+    assert 0 <= corners[0] < corners[1] <= corners[2], f"the map still fits: {corners}"
+    page.picture("narrow.png")
+    page.script("select(Math.floor(run.index.length / 2))")
+    page.settle()
+    row, head, box = page.script(
+        "return ['.row.selected', '.row.head', '#list'].map(name => document.querySelector(name).getBoundingClientRect())")
+    assert head["bottom"] <= row["top"] and row["bottom"] <= box["bottom"], f"the list shows the selected frame: {row}, {box}"
+    page.script("zoom(2)")
+    scale = page.script("return view.scale")
+    page.browser.set_window_size(size["width"], size["height"])
+    page.settle()
+    assert page.script("return view.scale") == scale, "a view that somebody has chosen stays"
+    page.script("select(0)")
+    page.find("#fit").click()
+    page.settle()
 
 
 def test_arrow_keys_keep_the_frame_in_sight(page):
@@ -274,7 +316,8 @@ def make_report(folder, repeats, *options):
     return folder / "out" / "report.html"
 
 
-TESTS = (test_opens, test_is_one_small_file, test_list_selects, test_arrow_keys_keep_the_frame_in_sight, test_map_click_selects_and_lays_the_scan,
+TESTS = (test_opens, test_first_line_sums_up_the_run, test_a_narrow_window_shows_all, test_is_one_small_file, test_list_selects,
+         test_arrow_keys_keep_the_frame_in_sight, test_map_click_selects_and_lays_the_scan,
          test_explained_share_is_that_of_the_beam_model, test_wheel_zooms_about_the_pointer,
          test_ambiguous_frame_shows_its_rivals, test_window_and_filter_stand_beside_what_a_scan_says_alone, test_filters,
          test_timeline_selects)

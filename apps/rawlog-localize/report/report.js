@@ -15,7 +15,7 @@ const kPlaceColumns = [
   ['place', 'a hypothesis by its rank, the scan alone, the particle filter, or the ground truth'],
   ['prob.', 'probability that the robot is there'], ['x [m]', 'in the frame of the map'], ['y [m]', 'in the frame of the map'],
   ['phi [°]', 'yaw of the robot, counter-clockwise from the x axis'],
-  ['expl.', 'share of the returns that end at a wall and passed none'], ['error', 'distance to the ground truth']];
+  ['explained', 'share of the returns that end at a wall and passed none'], ['error', 'distance to the ground truth']];
 
 const $ = id => document.getElementById(id);
 let run, cells, scans;  // what the file holds: results, classes of cells, packed scans with the place of each
@@ -268,9 +268,13 @@ function drawRobot(g, pose, color, radius) {
   g.stroke();
 }
 
+const kLabelPaper = 'rgba(255, 255, 255, .85)';
+
+// The label stands to the right of the pose, but stays in the picture if the pose does.
 function drawLabel(g, pose, text) {
-  const x = pixelX(pose.x) + 12, y = pixelY(pose.y) - 10, width = g.measureText(text).width;
-  g.fillStyle = 'rgba(255, 255, 255, .85)';
+  const width = g.measureText(text).width, at = pixelX(pose.x), y = pixelY(pose.y) - 10;
+  const x = at < canvasSize.width ? Math.min(at + 12, canvasSize.width - width - 4) : at + 12;
+  g.fillStyle = kLabelPaper;
   g.fillRect(x - 3, y - 12, width + 6, 16);
   g.fillStyle = '#222222';
   g.fillText(text, x, y);
@@ -321,6 +325,8 @@ function drawSelected(g) {
 function drawScaleBar(g) {
   const most = 150 / view.scale, power = 10 ** Math.floor(Math.log10(most));
   const metres = [5, 2, 1].map(step => step * power).find(length => length <= most), x = canvasSize.width - 20, y = canvasSize.height - 44;
+  g.fillStyle = kLabelPaper;
+  g.fillRect(x - metres * view.scale - 6, y - 18, metres * view.scale + 12, 23);
   g.strokeStyle = g.fillStyle = '#222222';
   g.lineWidth = 2;
   g.beginPath();
@@ -440,7 +446,7 @@ function drawDetails() {
   places.forEach((p, i) => {
     const row = element('tr', '', {className: i === place ? 'place shown' : 'place'}), error = errorOf(selected, p);
     row.dataset.place = i;
-    const texts = [p.name, p.probability === undefined ? '' : percent(p.probability), p.x.toFixed(2), p.y.toFixed(2), degrees(p.phi).toFixed(1),
+    const texts = [p.name, p.probability === undefined ? '' : percent(p.probability), p.x.toFixed(2), p.y.toFixed(2), degrees(wrapped(p.phi)).toFixed(1),
       p.explained === undefined ? '' : percent(p.explained)];
     if (run.truth) texts.push(error ? `${error.position.toFixed(2)} m` : '');
     texts.forEach((text, k) => row.append(element('td', text, {className: k === 6 && isWrong(error) ? 'wrong' : ''})));
@@ -548,6 +554,7 @@ function drawView() {
 }
 
 let pending = null;  // what is drawn at the next frame of the screen
+let scrollsToSelected = false;  // whether the list then moves to the selected frame
 
 function redraw(onlyView = false) {
   if (pending === null) requestAnimationFrame(() => {
@@ -556,20 +563,28 @@ function redraw(onlyView = false) {
     drawView();
     if (!all) return;
     drawTimeline();
+    drawDetails();  // the list gets the room that is left
+    if (scrollsToSelected) scrollToSelected();
     drawList();
-    drawDetails();
     drawLegend();
   });
   pending = pending || !onlyView;
 }
 
+const middleOfMap = () => ({
+  x: run.origin[0] + run.width * run.cell_size / 2, y: run.origin[1] + run.height * run.cell_size / 2});
+
 function fit() {
   const box = $('map'), margin = 30;
   view.scale = Math.min((box.clientWidth - margin) / run.width, (box.clientHeight - margin) / run.height) / run.cell_size;
   view.fitted = view.scale;
-  view.x = run.origin[0] + run.width * run.cell_size / 2;
-  view.y = run.origin[1] + run.height * run.cell_size / 2;
+  Object.assign(view, middleOfMap());
   redraw(true);
+}
+
+function isFitted() {
+  const {x, y} = middleOfMap();
+  return view.scale === view.fitted && view.x === x && view.y === y;
 }
 
 function zoom(factor, x = canvasSize.width / 2, y = canvasSize.height / 2) {
@@ -594,12 +609,17 @@ function keepInView() {
   if (x < margin || y < margin || x > canvasSize.width - margin || y > canvasSize.height - margin) centre();
 }
 
+function scrollToSelected() {
+  scrollsToSelected = false;
+  const row = shown.indexOf(selected), list = $('list'), room = list.clientHeight - kRowHeight;  // below the head
+  if (row >= 0 && (row * kRowHeight < list.scrollTop || (row + 1) * kRowHeight > list.scrollTop + room))
+    list.scrollTop = Math.max(0, (row + 0.5) * kRowHeight - room / 2);
+}
+
 function select(f) {
   selected = f;
   place = 0;
-  const row = shown.indexOf(f), list = $('list');
-  if (row >= 0 && (row * kRowHeight < list.scrollTop || (row + 3) * kRowHeight > list.scrollTop + list.clientHeight))
-    list.scrollTop = Math.max(0, row * kRowHeight - list.clientHeight / 2);
+  scrollsToSelected = true;
   redraw();
 }
 
@@ -694,7 +714,10 @@ function listen() {
   $('nearer').addEventListener('click', () => zoom(1.5));
   $('farther').addEventListener('click', () => zoom(1 / 1.5));
   $('follow').addEventListener('click', centre);
-  window.addEventListener('resize', () => redraw());
+  window.addEventListener('resize', () => {
+    if (isFitted()) fit();
+    redraw();
+  });
   window.addEventListener('keydown', e => {
     if (e.target.tagName === 'INPUT' || e.ctrlKey || e.metaKey || e.altKey) return;
     const actions = {
