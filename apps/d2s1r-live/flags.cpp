@@ -102,7 +102,7 @@ void define(CLI::App& app, Flags& flags, Texts& texts)
 	    ->type_name("CONFIG.ini");
 	app.add_option(
 	       "--index", flags.settings.index,
-	       "keep the index of the map in FILE, so that the next start takes a fraction of the time")
+	       "keep the index of the map in FILE, so that the next start takes a fraction of the time; not with an atlas")
 	    ->type_name("FILE");
 	app.add_option("--seed", texts.seed, "when to seed the tracker: once (default), watch (whenever it is lost), never")
 	    ->type_name("WHEN");
@@ -112,7 +112,9 @@ void define(CLI::App& app, Flags& flags, Texts& texts)
 	app.add_option("--seed-std", texts.seed_std, "add this to the uncertainty of a seed [m, rad] (default 0.3,0.1)")
 	    ->type_name("M,RAD");
 	app.add_option("--window", texts.window, "use the last N scans jointly (default 5)")->type_name("N");
-	app.add_option("--region", texts.region, "search only in the box between these two corners [m], map frame")
+	app.add_option(
+	       "--region", texts.region,
+	       "search only in the box between these two corners [m], map frame; not with an atlas")
 	    ->type_name("X0,Y0,X1,Y1");
 	app.add_option("--rate", texts.rate, "localize at most this many scans each second (default: all)")
 	    ->type_name("HZ");

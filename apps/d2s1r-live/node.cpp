@@ -38,7 +38,9 @@ std::chrono::steady_clock::time_point steady_now()
 UserError about(const std::string& file, ExitStatus status, const std::exception& exception)
 {
 	const std::string line = one_line(exception), name = printable(file);
-	return UserError(status, name, line.rfind(name + ": ", 0) == 0 ? line.substr(name.size() + 2) : line);
+	if (line.rfind(name + ":", 0) != 0) return UserError(status, name, line);
+	const auto end = line.find(": ", name.size());  // of "FILE: " or "FILE:LINE: "
+	return UserError(status, line.substr(0, end), line.substr(end + 2));
 }
 
 Parameters read_parameters(const std::string& config)
@@ -64,8 +66,24 @@ struct LoadedMaps
 	std::string note;
 };
 
+/// Refuses an image, and what is about one map if there may be several.
+void check_map(const Flags& flags)
+{
+	if (is_image_name(flags.map))
+		throw UserError(
+		    kBadInput, flags.map, "an image does not say its resolution; write a map_server yaml for it and name that");
+	if (!is_atlas(flags.map)) return;
+	if (!flags.settings.region.anywhere())
+		throw UserError(
+		    kWrongUse, "--region",
+		    "does not go with several maps: give a map its 'region' in the yaml file of the atlas");
+	if (!flags.settings.index.empty())
+		throw UserError(kWrongUse, "--index", "does not go with several maps: name one map, or leave it out");
+}
+
 LoadedMaps load_maps(const Flags& flags, const Parameters& parameters)
 {
+	check_map(flags);
 	try
 	{
 		if (is_atlas(flags.map))

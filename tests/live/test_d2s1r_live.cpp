@@ -185,6 +185,11 @@ TEST_F(LiveTest, RefusesWrongUseWithOneLine)
 	refuse({"--ros-args"}, 1, {"--ros-args", "its options name topics"});
 	refuse({"-m", path("none.yaml")}, 2, {"none.yaml"});
 	refuse({"-c", path("none.ini")}, 1, {"none.ini"});
+	write_file(path("bad.ini"), "[scan]\nnonsense\n");
+	refuse({"-c", path("bad.ini")}, 1, {"d2s1r-live: " + path("bad.ini") + ":2: 'nonsense'"});
+	refuse({"-m", path("none.png")}, 2, {"none.png: an image", "map_server yaml"});
+	refuse({"-m", path(""), "--region", "0,0,1,1"}, 1, {"--region: does not go with several maps"});
+	refuse({"-m", path(""), "--index", path("index")}, 1, {"--index: does not go with several maps"});
 }
 
 /// An option that --help tells of is in the man page and is completed.
