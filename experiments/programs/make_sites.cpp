@@ -20,6 +20,7 @@
 #include <mrpt/obs/CObservationOdometry.h>
 #include <mrpt/serialization/CArchive.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -235,6 +236,16 @@ void make_site(const Recipe& recipe, const std::string& corrected, const std::st
 	std::printf("%-12s %4zu scans, %4zu test scans\n", recipe.site, scans.size(), tests.size());
 	std::fflush(stdout);
 }
+
+/// Refuses a name that is not the name of a site. \throws std::runtime_error that lists the names
+void check_sites(const std::vector<std::string>& asked)
+{
+	std::string names;
+	for (const Recipe& recipe : kRecipes) names += (names.empty() ? "" : ", ") + std::string(recipe.site);
+	for (const std::string& name : asked)
+		if (std::none_of(std::begin(kRecipes), std::end(kRecipes), [&](const auto& one) { return name == one.site; }))
+			throw std::runtime_error("'" + name + "' is not a site that can be made; choose from " + names);
+}
 }  // namespace
 
 int main(int count, char** words)
@@ -242,15 +253,10 @@ try
 {
 	if (count < 4) throw std::runtime_error("usage: make_sites CORRECTED RAW OUT_FOLDER [SITE...]");
 	const std::vector<std::string> asked(words + 4, words + count);
-	std::size_t made = 0;
+	check_sites(asked);
 	for (const Recipe& recipe : kRecipes)
-	{
-		if (!asked.empty() && std::find(asked.begin(), asked.end(), recipe.site) == asked.end()) continue;
-		make_site(recipe, words[1], words[2], words[3]);
-		made++;
-	}
-	if (made < asked.size())
-		throw std::runtime_error("one of the sites is unknown; the list is kRecipes in make_sites.cpp");
+		if (asked.empty() || std::find(asked.begin(), asked.end(), recipe.site) != asked.end())
+			make_site(recipe, words[1], words[2], words[3]);
 }
 catch (const std::exception& error)
 {

@@ -242,5 +242,8 @@ TEST_F(MakeSites, DamagedLogsAndUnknownSitesAreNamed)
 	write_file(log(), "ODOM 0 0 0 0 0 0 0 pippo 0\n");
 	EXPECT_NE(make("fr079").err.find("holds no line FLASER"), std::string::npos);
 	EXPECT_NE(make("aces").err.find("cannot be read"), std::string::npos);
-	EXPECT_EQ(make("castle").status, 1);
+	const ProcessResult unknown = make("castle");
+	EXPECT_EQ(unknown.status, 1);
+	EXPECT_EQ(unknown.err.rfind("make_sites: 'castle' is not a site that can be made; choose from intel, ", 0), 0U)
+	    << unknown.err;
 }
