@@ -38,6 +38,10 @@ if [ -d /usr/include/mrpt/slam ]; then
 	poses=$("$folder/filter/own_filter" "$office.yaml" "$office.rawlog")
 	[ "$(wc -l <<<"$poses")" = "$(wc -l <"${office}_truth.txt")" ]
 	[[ ${poses##*$'\n'} =~ \(17\.[3-5][0-9]*,3\.[01][0-9]*,-4[12]\. ]]
+	for log in no.rawlog "$office.yaml" "${demo[1]}"; do
+		if refusal=$("$folder/filter/own_filter" "$office.yaml" "$log" 2>&1); then exit 1; fi
+		[[ ${refusal##*$'\n'} =~ ^"$log: "(cannot be read|holds actions) ]]  # MRPT may speak before
+	done
 fi
 
 module=$(find "$prefix/lib" -name libd2s1r-pf-init.so)

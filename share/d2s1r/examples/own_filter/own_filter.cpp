@@ -16,13 +16,30 @@
 
 using namespace mrpt::obs;
 
+CRawlog load_observations(const std::string& file)
+{
+	CRawlog log;
+	bool is_read = false;
+	try
+	{
+		is_read = log.loadFromRawLogFile(file);
+	}
+	catch (const std::exception&)  // with a text that is about MRPT
+	{
+	}
+	if (!is_read || log.size() == 0) throw std::runtime_error(file + ": cannot be read as a rawlog");
+	for (std::size_t i = 0; i < log.size(); i++)
+		if (log.getType(i) != CRawlog::etObservation)
+			throw std::runtime_error(file + ": holds actions and frames; this example reads rawlogs of observations");
+	return log;
+}
+
 int main(int argc, char** argv)
 try
 {
 	if (argc != 3) throw std::runtime_error("usage: own_filter MAP RAWLOG (of observations)");
 	const auto map = d2s1r::CSignatureMap2D::Create(*d2s1r::load_map(argv[1]));
-	CRawlog log;
-	if (!log.loadFromRawLogFile(argv[2])) throw std::runtime_error(std::string(argv[2]) + ": cannot be read");
+	const CRawlog log = load_observations(argv[2]);
 
 	mrpt::slam::CMonteCarloLocalization2D filter;
 	filter.options.metricMap = map;  // its likelihood weighs the particles
