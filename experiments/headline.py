@@ -99,7 +99,10 @@ def main():
     parser.add_argument("--write", type=pathlib.Path)
     parser.add_argument("--frames", type=int)
     arguments = parser.parse_args()
+    if not os.access(arguments.program, os.X_OK):
+        sys.exit(f"headline.py: {arguments.program}: is no program; build it, and name rawlog-localize")
     folder = sites.default_folder(project)
+    print(f"headline.py: measures on the sites in {folder}", file=sys.stderr)
     load = os.getloadavg()[0]
     lines = ["| building | scans | success | localized | of these, right | mean error | time a scan: median, mean |",
              "| --- | --- | --- | --- | --- | --- | --- |"]
