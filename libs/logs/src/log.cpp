@@ -230,10 +230,10 @@ Log open_log(
 	if (ros) return open_ros_log(path, *ros, stop, cloud_height);
 	const std::string start = unpacked_start(path);
 	if (is_carmen_text(start)) return open_carmen_log(path, stop);
-	const std::string packed = describe_packed(magic, start);
-	if (!packed.empty()) throw LogError(path, packed);
 	const bool is_cut_gzip = start.size() < 2 && magic.rfind("\x1f\x8b", 0) == 0;
 	if (is_rawlog(start) || is_cut_gzip) return open_rawlog(path, stop, left_out);
+	const std::string packed = describe_packed(magic, start);
+	if (!packed.empty()) throw LogError(path, packed);
 	throw LogError(
 	    path,
 	    "not a log that I know (" + known_formats() + "); check that it is the right file and whole, and not packed");

@@ -6,6 +6,7 @@
 #include <zlib.h>
 
 #include "logs/errors.h"
+#include "unpacking_stream.h"
 #ifdef D2S1R_BZ2
 #include <bzlib.h>
 #endif
@@ -122,20 +123,42 @@ class Bzip2Text : public TextFile
 };
 #endif
 
-bool is_bzip2(const std::string& path)
+#ifdef D2S1R_ZSTD
+/// Packed by zstd.
+class ZstdText : public TextFile
 {
-	char magic[3] = {};
+   public:
+	explicit ZstdText(const std::string& path)
+	{
+		const int descriptor = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+		if (descriptor < 0) throw cannot_open(path);
+		stream_ = unpack(descriptor, false);
+	}
+
+	std::size_t read(char* buffer, std::size_t size) override { return stream_->Read(buffer, size); }
+
+   private:
+	std::unique_ptr<InputStream> stream_;
+};
+#endif
+
+bool starts_with(const std::string& path, const std::string& magic)
+{
+	std::string start(magic.size(), '\0');
 	std::FILE* file = std::fopen(path.c_str(), "rb");
 	if (!file) return false;
-	const std::size_t got = std::fread(magic, 1, sizeof magic, file);
+	start.resize(std::fread(start.data(), 1, start.size(), file));
 	std::fclose(file);
-	return got == sizeof magic && std::equal(magic, magic + 3, "BZh");
+	return start == magic;
 }
 }  // namespace
 
 std::unique_ptr<TextFile> open_text(const std::string& path)
 {
-	if (!is_bzip2(path)) return std::make_unique<GzipText>(path);
+#ifdef D2S1R_ZSTD
+	if (starts_with(path, "\x28\xb5\x2f\xfd")) return std::make_unique<ZstdText>(path);
+#endif
+	if (!starts_with(path, "BZh")) return std::make_unique<GzipText>(path);
 #ifdef D2S1R_BZ2
 	return std::make_unique<Bzip2Text>(path);
 #else

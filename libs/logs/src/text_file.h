@@ -17,7 +17,7 @@ class TextFile
 	virtual std::size_t read(char* buffer, std::size_t size) = 0;
 };
 
-/// Opens a text that may be packed by gzip or bzip2.
+/// Opens a text that may be packed by gzip, bzip2 or zstd.
 /// \throws LogError if it cannot be opened, or is packed by bzip2 and the program was built without that
 std::unique_ptr<TextFile> open_text(const std::string& path);
 

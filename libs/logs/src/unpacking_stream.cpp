@@ -4,6 +4,10 @@
 #include <sys/stat.h>
 #include <unistd.h>
 #include <zlib.h>
+#ifdef D2S1R_ZSTD
+#include <zstd.h>
+#include <zstd_errors.h>
+#endif
 
 #include <algorithm>
 #include <array>
@@ -11,6 +15,7 @@
 #include <chrono>
 #include <cstdint>
 #include <cstring>
+#include <memory>
 #include <new>
 #include <thread>
 
@@ -18,15 +23,120 @@ namespace d2s1r::logs
 {
 namespace
 {
+constexpr std::uint8_t kGzipMagic[] = {0x1f, 0x8b}, kZstdMagic[] = {0x28, 0xb5, 0x2f, 0xfd};
+
+/// Bytes that are still to be used.
+struct Input
+{
+	std::uint8_t* begin;
+	std::uint8_t* end;
+};
+
+/// One way to pack a file, in parts that follow each other.
+class Packing
+{
+   public:
+	Packing() = default;
+	Packing(const Packing&) = delete;
+	Packing& operator=(const Packing&) = delete;
+	virtual ~Packing() = default;
+
+	/// Returns the first byte of each part.
+	virtual std::uint8_t start() const = 0;
+	/// Unpacks up to `count` bytes of a part. Returns how many.
+	/// \throws std::runtime_error if the part is damaged, std::bad_alloc
+	virtual std::size_t unpack(Input& from, std::uint8_t* to, std::size_t count) = 0;
+
+	bool is_within_part() const { return is_within_part_; }  //!< a part has begun and not ended
+	bool may_hold_more() const { return may_hold_more_; }    //!< of what it has been given, for want of room
+
+   protected:
+	[[noreturn]] static void refuse() { throw std::runtime_error("packed data is damaged"); }
+
+	bool is_within_part_ = false, may_hold_more_ = false;
+};
+
+class Gzip : public Packing
+{
+   public:
+	Gzip()
+	{
+		constexpr int kGzip = 16 + MAX_WBITS;
+		if (inflateInit2(&zip_, kGzip) != Z_OK) throw std::bad_alloc();
+	}
+	~Gzip() override { inflateEnd(&zip_); }
+
+	std::uint8_t start() const override { return 0x1f; }
+
+	std::size_t unpack(Input& from, std::uint8_t* to, std::size_t count) override
+	{
+		zip_.next_out = to;
+		zip_.avail_out = static_cast<uInt>(std::min<std::size_t>(count, std::numeric_limits<uInt>::max()));
+		const uInt room = zip_.avail_out;
+		zip_.next_in = from.begin;
+		zip_.avail_in = static_cast<uInt>(from.end - from.begin);
+		const int state = inflate(&zip_, Z_SYNC_FLUSH);
+		from.begin = from.end - zip_.avail_in;
+		if (state == Z_MEM_ERROR) throw std::bad_alloc();
+		if (state != Z_OK && state != Z_STREAM_END) refuse();
+		if (state == Z_STREAM_END) inflateReset(&zip_);  // another part may come after it
+		is_within_part_ = state != Z_STREAM_END;
+		return room - zip_.avail_out;
+	}
+
+   private:
+	z_stream zip_ = {};
+};
+
+#ifdef D2S1R_ZSTD
+class Zstd : public Packing
+{
+   public:
+	Zstd() : context_(ZSTD_createDCtx(), ZSTD_freeDCtx)
+	{
+		if (!context_) throw std::bad_alloc();
+	}
+
+	std::uint8_t start() const override { return kZstdMagic[0]; }
+
+	std::size_t unpack(Input& from, std::uint8_t* to, std::size_t count) override
+	{
+		ZSTD_inBuffer in{from.begin, static_cast<std::size_t>(from.end - from.begin), 0};
+		ZSTD_outBuffer out{to, count, 0};
+		const std::size_t state = ZSTD_decompressStream(context_.get(), &out, &in);
+		from.begin += in.pos;
+		if (ZSTD_getErrorCode(state) == ZSTD_error_memory_allocation) throw std::bad_alloc();
+		if (ZSTD_isError(state)) refuse();
+		is_within_part_ = state != 0;
+		may_hold_more_ = is_within_part_ && out.pos == out.size;
+		return out.pos;
+	}
+
+   private:
+	std::unique_ptr<ZSTD_DCtx, decltype(&ZSTD_freeDCtx)> context_;
+};
+#endif
+
+/// Returns how a file is packed that starts like this; null if it is not.
+std::unique_ptr<Packing> packing_of(const Input& start)
+{
+	const auto starts_with = [&](const auto& magic)
+	{
+		return start.end - start.begin >= std::end(magic) - std::begin(magic) &&
+		       std::equal(std::begin(magic), std::end(magic), start.begin);
+	};
+	if (starts_with(kGzipMagic)) return std::make_unique<Gzip>();
+#ifdef D2S1R_ZSTD
+	if (starts_with(kZstdMagic)) return std::make_unique<Zstd>();
+#endif
+	return nullptr;
+}
+
 class UnpackingStream : public InputStream
 {
    public:
 	UnpackingStream(int descriptor, bool follows) : descriptor_(descriptor), follows_(follows) {}
-	~UnpackingStream() override
-	{
-		if (is_packed_) inflateEnd(&zip_);
-		close(descriptor_);
-	}
+	~UnpackingStream() override { close(descriptor_); }
 
 	std::size_t Read(void* buffer, std::size_t count) override
 	{
@@ -35,24 +145,22 @@ class UnpackingStream : public InputStream
 		std::size_t got = 0;
 		while (got < count)
 		{
-			const std::size_t more = is_packed_ ? unpack(to + got, count - got) : take(to + got, count - got);
+			const std::size_t more = packing_ ? unpack(to + got, count - got) : take(to + got, count - got);
 			if (more == 0) break;
 			got += more;
 		}
-		if (got == 0 && count > 0 && is_within_part_) throw CutShort();
+		if (got == 0 && count > 0 && packing_ && packing_->is_within_part()) throw CutShort();
 		return got;
 	}
 
    private:
-	/// Finds out whether the stream is packed.
+	/// Finds out how the stream is packed.
 	void start()
 	{
 		has_started_ = true;
-		while (end_ < 2 && fill())
+		while (end_ < sizeof kZstdMagic && fill())
 			;
-		is_packed_ = end_ >= 2 && block_[0] == 0x1f && block_[1] == 0x8b;
-		constexpr int kGzip = 16 + MAX_WBITS;
-		if (is_packed_ && inflateInit2(&zip_, kGzip) != Z_OK) throw std::bad_alloc();
+		packing_ = packing_of({block_.data(), block_.data() + end_});
 	}
 
 	/// Waits for bytes and puts them behind those in the block. Returns whether any came.
@@ -91,35 +199,25 @@ class UnpackingStream : public InputStream
 
 	std::size_t unpack(std::uint8_t* to, std::size_t count)
 	{
-		zip_.next_out = to;
-		zip_.avail_out = static_cast<uInt>(std::min<std::size_t>(count, std::numeric_limits<uInt>::max()));
-		const uInt room = zip_.avail_out;
-		while (zip_.avail_out == room)
+		std::size_t got = 0;
+		while (got == 0)
 		{
-			if (begin_ == end_ && !fill()) return 0;
-			constexpr std::uint8_t kStart = 0x1f;  // of a part; gzip, too, ignores what else is behind the last one
-			if (!is_within_part_ && block_[begin_] != kStart) return 0;
-			zip_.next_in = block_.data() + begin_;
-			zip_.avail_in = static_cast<uInt>(end_ - begin_);
-			const int state = inflate(&zip_, Z_SYNC_FLUSH);
-			begin_ = end_ - zip_.avail_in;
-			if (state == Z_MEM_ERROR) throw std::bad_alloc();
-			if (state == Z_STREAM_END)
-				inflateReset(&zip_);  // another part may come after it
-			else if (state != Z_OK)
-				throw std::runtime_error("packed data is damaged");
-			is_within_part_ = state != Z_STREAM_END;
+			if (begin_ == end_ && !packing_->may_hold_more() && !fill()) return 0;
+			// gzip, too, ignores what else is behind the last part
+			if (!packing_->is_within_part() && block_[begin_] != packing_->start()) return 0;
+			Input input = {block_.data() + begin_, block_.data() + end_};
+			got = packing_->unpack(input, to, count);
+			begin_ = static_cast<std::size_t>(input.begin - block_.data());
 		}
-		return room - zip_.avail_out;
+		return got;
 	}
 
 	int descriptor_;
 	bool follows_;
-	bool has_started_ = false, is_packed_ = false;
-	bool is_within_part_ = false;  //!< [-] a part that gzip packed has begun and not ended
+	bool has_started_ = false;
+	std::unique_ptr<Packing> packing_;  //!< null: not packed
 	std::array<std::uint8_t, 1 << 16> block_{};
 	std::size_t begin_ = 0, end_ = 0;  //!< [byte] of what is still to be used in the block
-	z_stream zip_ = {};
 };
 }  // namespace
 

@@ -21,7 +21,7 @@ class InputStream : public mrpt::io::CStream
 	std::uint64_t getPosition() const override { return 0; }
 };
 
-/// Says that a part that gzip packed ends early.
+/// Says that a part of a packed file ends early.
 class CutShort : public std::runtime_error
 {
    public:
@@ -35,11 +35,10 @@ class BecameShorter : public std::runtime_error
 	BecameShorter() : std::runtime_error("the file has become shorter") {}
 };
 
-/// Returns what comes from a pipe or a file, unpacked if gzip has packed it. A read waits until there is something, but
-/// not until its buffer is full, as the readers of zlib and MRPT do. Unlike these it tells damage, a part that ends
-/// early (CutShort), a file that somebody cuts while it is followed (BecameShorter), a read that failed (ReadError) and
-/// memory that ran out (std::bad_alloc) apart.
-/// \param descriptor is closed with the stream
+/// Returns what comes from a pipe or a file, unpacked if gzip or zstd has packed it. A read waits until there is
+/// something, but not until its buffer is full, as the readers of zlib and MRPT do. Unlike these it tells damage, a
+/// part that ends early (CutShort), a file that somebody cuts while it is followed (BecameShorter), a read that failed
+/// (ReadError) and memory that ran out (std::bad_alloc) apart. \param descriptor is closed with the stream
 /// \param follows whether to wait for more at the end of the file, until it is removed
 std::unique_ptr<InputStream> unpack(int descriptor, bool follows);
 }  // namespace d2s1r::logs

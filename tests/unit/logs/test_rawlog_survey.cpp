@@ -1,9 +1,11 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // What is known of a rawlog before it is read in earnest, even if MRPT's reader crashes on it.
+#include <fcntl.h>
 #include <logs/errors.h>
 #include <mrpt/obs/CActionCollection.h>
 #include <mrpt/obs/CActionRobotMovement2D.h>
 #include <mrpt/obs/CObservation2DRangeScan.h>
+#include <unistd.h>
 #include <zlib.h>
 
 #include <ctime>
@@ -11,7 +13,9 @@
 #include <iterator>
 
 #include "app/temporary_folder.h"
+#include "logs/made_logs.h"
 #include "rawlog_reader.h"
+#include "unpacking_stream.h"
 
 namespace d2s1r::logs
 {
@@ -118,6 +122,42 @@ TEST_F(SurveyOfRawlog, ReadsAllPackedPartsAndIgnoresWhatIsBehindThem)
 	EXPECT_NE(survey(one.substr(0, one.size() - 8)).damage.find("damaged after object 1"), std::string::npos)
 	    << "only what gzip checks it by is missing";
 	EXPECT_NE(survey(packed(scan_of("front")) + "\x1f\x8b\x08?damaged").damage, "");
+}
+
+/// As MRPT's own programs pack rawlogs since version 2.15.7.
+TEST_F(SurveyOfRawlog, ReadsAllPartsThatZstdHasPacked)
+{
+	if (!test::can_pack("zstd")) GTEST_SKIP() << "built without libzstd-dev";
+	for (const char* method : {"zstd", "zstd-stream"})
+	{
+		const std::string one = test::packed(method, scan_of("front"));
+		const std::string parts = test::packed(method, scan_of("front") + scan_of("front")) + one;
+		for (const std::string& behind : {std::string(), std::string(512, '\0'), std::string("no part")})
+		{
+			const Log log = open(parts + behind);
+			EXPECT_EQ(log.survey.damage, "") << method << behind;
+			EXPECT_EQ(count_objects(log), 3U) << method << behind;
+		}
+		EXPECT_NE(survey(one.substr(0, one.size() - 8)).damage.find("cut short"), std::string::npos) << method;
+		EXPECT_NE(survey(one + "\x28\xb5\x2f\xfd\xff?damaged").damage.find("damaged after object 1"), std::string::npos)
+		    << method;
+	}
+}
+
+TEST(UnpackingStream, HandsOnAllThatHasArrivedBeforeItWaits)
+{
+	if (!test::can_pack("zstd")) GTEST_SKIP() << "built without libzstd-dev";
+	constexpr std::size_t kBlock = 1 << 17;  // [byte], the largest of zstd
+	const std::string packed = test::packed("zstd", std::string(8 * kBlock, 'a'));
+	int ends[2] = {};
+	ASSERT_EQ(pipe2(ends, O_NONBLOCK), 0);
+	ASSERT_EQ(write(ends[1], packed.data(), packed.size() - 1), static_cast<ssize_t>(packed.size() - 1));
+	const auto stream = unpack(ends[0], false);
+	std::string some(1 << 10, '\0');
+	for (std::size_t got = 0; got < 7 * kBlock; got += some.size())
+		ASSERT_EQ(stream->Read(some.data(), some.size()), some.size()) << got;
+	EXPECT_THROW(while (true) stream->Read(some.data(), some.size()), ReadError) << "would wait";
+	close(ends[1]);
 }
 
 TEST_F(SurveyOfRawlog, KeepsWhatCameBeforeAnObjectThatCrashesMrptsReader)
