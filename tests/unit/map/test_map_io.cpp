@@ -1,6 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include <d2s1r/CSignatureMap2D.h>
 #include <d2s1r/map_io.h>
+#include <d2s1r/version.h>
 #include <gtest/gtest.h>
 #include <mrpt/io/CFileGZInputStream.h>
 #include <mrpt/io/CFileGZOutputStream.h>
@@ -163,6 +164,32 @@ TEST(MapIo, BrokenFilesAreRefusedByName)
 	EXPECT_NE(
 	    refusal(folder.write("cut.gridmap.gz", bytes.substr(0, bytes.size() / 2))).find("truncated"),
 	    std::string::npos);
+}
+
+TEST(MapIo, MapsPackedByZstdAreReadIfMrptReadsThem)
+{
+	std::vector<std::uint8_t> map;
+	mrpt::serialization::ObjectToOctetVector(make_map(kRoom, 0.05).get(), map);
+	const auto number = [](std::size_t value, int bytes)
+	{
+		std::string text;
+		for (int i = 0; i < bytes; i++) text += static_cast<char>(value >> (8 * i) & 0xff);
+		return text;
+	};
+	const auto in_one_block = [&](const std::string& bytes)  // which is not made smaller, and the last one
+	{ return "\x28\xb5\x2f\xfd\xa0" + number(bytes.size(), 4) + number(bytes.size() << 3 | 1, 3) + bytes; };
+
+	const TempFolder folder;
+	const std::string packed = in_one_block({map.begin(), map.end()});
+	const auto file = folder.write("room.gridmap", packed);
+	if (!kUnpacksZstd)
+	{
+		EXPECT_NE(refusal(file).find("unpack it by 'zstd -d'"), std::string::npos);
+		return;
+	}
+	expect_room(*load_map(file));
+	EXPECT_NE(refusal(folder.write("cut", packed.substr(0, packed.size() - 9))).find("truncated"), std::string::npos);
+	EXPECT_NE(refusal(folder.write("bad", packed.substr(0, 9) + "damaged")).find("not a map"), std::string::npos);
 }
 
 TEST(MapIo, AFileThatIsNoMapIsNotReadIntoMemory)

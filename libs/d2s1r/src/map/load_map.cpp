@@ -1,10 +1,11 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include <d2s1r/for_programs.h>
 #include <d2s1r/map_io.h>
-#include <mrpt/io/CFileGZInputStream.h>
+#include <d2s1r/version.h>
 #include <mrpt/maps/registerAllClasses.h>
 #include <mrpt/serialization/CArchive.h>
 
+#include D2S1R_UNPACKING
 #include <cmath>
 #include <filesystem>
 #include <stdexcept>
@@ -25,11 +26,24 @@ namespace fs = std::filesystem;
 	throw std::runtime_error("is truncated; copy or save it again");
 }
 
+bool is_packed_by_zstd(const std::string& file)
+{
+	const std::string magic = "\x28\xb5\x2f\xfd";
+	return read_text(file, magic.size()) == magic;
+}
+
+/// Returns how many bytes a packed file may hold, at most.
+double most_bytes_in(const std::string& file)
+{
+	constexpr double kGzipRatio = 1032, kZstdRatio = 32768;  // [-] unpacked bytes for a byte of a file, at most
+	return (is_packed_by_zstd(file) ? kZstdRatio : kGzipRatio) * static_cast<double>(fs::file_size(file));
+}
+
 /// Reads the start of a serialized map, which MRPT believes: it makes room for as many cells or keyframes as that says.
 class MapHeader
 {
    public:
-	explicit MapHeader(const std::string& file) : most_bytes_(kGzipRatio * static_cast<double>(fs::file_size(file)))
+	explicit MapHeader(const std::string& file) : most_bytes_(most_bytes_in(file))
 	{
 		if (!stream_.open(file)) return;
 		const auto name_length = read<unsigned char>();
@@ -46,14 +60,11 @@ class MapHeader
 	}
 
    private:
-	static constexpr double kGzipRatio = 1032;  //!< [-] unpacked bytes for a byte of a gzip file, at most
-
 	template <class Number>
 	Number read()
 	{
 		Number number{};
-		stream_.Read(&number, sizeof number);
-		return number;
+		return stream_.Read(&number, sizeof number) == sizeof number ? number : Number{};
 	}
 
 	void check_grid()
@@ -82,7 +93,7 @@ class MapHeader
 	}
 
 	double most_bytes_;
-	mrpt::io::CFileGZInputStream stream_;
+	PackedInput stream_;
 	std::string name_;
 	unsigned version_ = 0;
 };
@@ -103,7 +114,7 @@ class WholeReads : public mrpt::io::CStream
 	std::uint64_t getPosition() const override { return file_.getPosition(); }
 
    private:
-	mrpt::io::CFileGZInputStream file_;
+	PackedInput file_;
 };
 
 /// Why a CSignatureMap2D refused to be read, out of MRPT's report of several lines; empty if it did not.
@@ -142,6 +153,8 @@ mrpt::serialization::CSerializable::Ptr read_object(const std::string& file)
 
 COccupancyGridMap2D::Ptr load_serialized(const std::string& file, const GridParameters& parameters)
 {
+	if (!kUnpacksZstd && is_packed_by_zstd(file))
+		throw std::runtime_error("is packed by zstd, which this version of MRPT cannot read; unpack it by 'zstd -d'");
 	mrpt::serialization::CSerializable::Ptr object;
 	try
 	{
