@@ -1,7 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "app_world.h"
 
-#include <mrpt/io/CFileGZInputStream.h>
+#include <d2s1r/version.h>
 #include <mrpt/io/CFileGZOutputStream.h>
 #include <mrpt/io/CMemoryStream.h>
 #include <mrpt/obs/CActionCollection.h>
@@ -9,6 +9,7 @@
 #include <mrpt/obs/CSensoryFrame.h>
 #include <mrpt/serialization/CArchive.h>
 
+#include D2S1R_UNPACKING
 #include <cstdio>
 #include <fstream>
 
@@ -111,7 +112,7 @@ void save(const Objects& objects, const std::string& rawlog)
 Objects load(const std::string& rawlog)
 {
 	Objects objects;
-	mrpt::io::CFileGZInputStream stream(rawlog);
+	PackedInput stream(rawlog);
 	auto archive = mrpt::serialization::archiveFrom(stream);
 	try
 	{

@@ -108,7 +108,8 @@ TEST_F(AppRawlogs, StockRawlogEditReadsTheResultAndTakesItApart)
 		EXPECT_EQ(info.status, 0);
 		for (const char* part : {"LASER /     12", "D2S1R /     12", "D2S1R_ODO /     12"})
 			EXPECT_NE(info.out.find(part), std::string::npos) << info.out;
-		if (stock.out.find("MRPT 2.14") != std::string::npos) continue;  // it says what it removes, and writes it all
+		const auto is_of = [&](const char* version) { return stock.out.find(version) != std::string::npos; };
+		if (is_of("MRPT 2.14") || is_of("MRPT 2.15")) continue;  // it says what it removes, and writes it all
 		const auto removal = run_program(
 		    {"rawlog-edit", "--remove-label", "D2S1R,D2S1R_ODO", "-i", path("out/localized.rawlog"), "-o",
 		     path("back.rawlog"), "-w"});
