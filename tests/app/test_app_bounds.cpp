@@ -88,7 +88,7 @@ class AppBounds : public AppTest
 		for (unsigned y = 0; y < 100; y++)
 			for (unsigned x = 0; x < 100; x++)
 				*image.ptr<std::uint8_t>(x, y) = x < 5 || y < 5 || x > 94 || y > 94 ? 0 : 254;
-		image.saveToFile(path(name));
+		ASSERT_TRUE(image.saveToFile(path(name)));
 		std::string png = read_file(path(name));
 		const std::string text = deflated(7'900'000);
 		std::string chunks = png_chunk("iCCP", std::string("p\0\0", 3) + text);
