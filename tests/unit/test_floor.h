@@ -73,6 +73,19 @@ inline Grid make_floor()
 	    -3, 2);
 }
 
+/// A floor and, beside it, its copy turned by 180 deg, at another offset from the squares of the samples.
+inline Grid with_turned_copy(const Grid& floor)
+{
+	constexpr int kApart = 40, kShift = 13;  // [cells]
+	Grid both{2 * floor.width + kApart + kShift, floor.height + kShift, floor.cell_size, 0, 0, {}};
+	both.cells.assign(static_cast<std::size_t>(both.width) * static_cast<std::size_t>(both.height), Cell::kUnknown);
+	for (int y = 0; y < floor.height; y++)
+		for (int x = 0; x < floor.width; x++)
+			for (const int at : {both.index(x, y), both.index(both.width - 1 - x, both.height - 1 - y)})
+				both.cells[static_cast<std::size_t>(at)] = floor.at(x, y);
+	return both;
+}
+
 /// Robots all over make_floor(), map frame.
 inline std::vector<mrpt::math::TPose2D> poses_on_floor()
 {

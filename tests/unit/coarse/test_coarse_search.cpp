@@ -8,7 +8,7 @@
 #include <set>
 
 #include "aligned_scan.h"
-#include "coarse/quantized_scan.h"
+#include "coarse/scan_in_map.h"
 #include "coarse_candidates.h"
 #include "map/free_cells.h"
 #include "portable_simd.h"

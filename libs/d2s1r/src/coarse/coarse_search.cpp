@@ -12,7 +12,7 @@
 
 #include "answer/distinct_poses.h"
 #include "coarse/coarse_kernel.h"
-#include "ranges/ray_caster.h"
+#include "coarse/equal_place.h"
 
 namespace d2s1r
 {
@@ -88,185 +88,59 @@ std::vector<std::vector<Pair>> pairs_by_map(const std::vector<Pair>& of_groups, 
 	return by_map;
 }
 
-/// Casts the profiles that samples beside a sensor would have, in the directions of the scan.
-class ProfilesBeside
+/// Returns the pairs of position and shift of a map that may match a place.
+/// \param of_groups with the map's own numbers of groups, as those of the positions are
+std::vector<Pair> samples_that_may_match(
+    const ScanInMap& in, const std::vector<Pair>& of_groups, const EqualPlace& equal)
 {
-   public:
-	ProfilesBeside(const ScanInMap& in, const SearchedMap& map, const mrpt::math::TPose2D& sensor)
-	    : profiles_(in.profiles),
-	      tracer_(map.readings.front().tracer),
-	      caster_(tracer_.map(), in.profiles.max_range),
-	      sensor_(sensor)
+	const RangeProfiles& profiles = in.profiles;
+	std::vector<Pair> samples;
+	ProfilesOfGroup rows(profiles);
+	for (const Pair& pair : of_groups)
 	{
+		const auto group = static_cast<std::size_t>(pair.position);
+		const std::uint8_t* profile = rows.of(group);
+		for (std::size_t i = profiles.first_of_group[group]; i < profiles.first_of_group[group + 1]; i++)
+		{
+			const Pair sample{static_cast<std::int32_t>(i), pair.shift, 0};
+			if (equal.may_match(profile, pair.shift) && (in.allowed.anywhere() || in.allowed.allows(sample)))
+				samples.push_back(sample);
+			profile += row_stride(static_cast<std::size_t>(profiles.directions));
+		}
 	}
+	return samples;
+}
 
-	/// Calls take(steps), ranges [step] by direction of the scan, for each corner of a square around the sensor whose
-	/// sides are 2 `beside` [m] long, if a sensor may stand there.
-	template <class Take>
-	void at_corners(double beside, const Take& take)
-	{
-		for (const double dx : {-beside, beside})
-			for (const double dy : {-beside, beside})
-			{
-				const mrpt::math::TPose2D corner(sensor_.x + dx, sensor_.y + dy, sensor_.phi);
-				if (tracer_.may_stand(corner)) take(steps_at(corner));
-			}
-	}
-
-   private:
-	const std::vector<std::uint8_t>& steps_at(const mrpt::math::TPose2D& at)
-	{
-		const int directions = profiles_.directions;
-		caster_.scan(at.x, at.y, directions, ranges_);
-		const auto turn = static_cast<int>(std::lround(at.phi / (2 * M_PI) * directions)) + directions;
-		steps_.resize(static_cast<std::size_t>(directions));
-		for (int direction = 0; direction < directions; direction++)
-			steps_[static_cast<std::size_t>(direction)] = profiles_.quantize(
-			    static_cast<double>(ranges_[static_cast<std::size_t>((direction + turn) % directions)]));
-		return steps_;
-	}
-
-	const RangeProfiles& profiles_;
-	const BeamTracer& tracer_;
-	RayCaster caster_;
-	mrpt::math::TPose2D sensor_;
-	std::vector<float> ranges_;
-	std::vector<std::uint8_t> steps_;
+/// The poses at which maps look as from a place.
+struct Matches
+{
+	std::vector<Candidate> elsewhere;  //!< costs are what profiles are apart [step] a beam
+	double least_here = HUGE_VAL;      //!< [step] a beam, that profiles at the place itself are apart
 };
 
-std::uint32_t cost_of_overview(const ScanInMap& in, const std::vector<std::uint8_t>& steps, int truncation)
+/// Adds the poses in a map.
+/// \param samples pairs of position and shift in that map that may match
+void match_samples(
+    const ScanInMap& in, const SearchedMap& map, const std::vector<Pair>& samples, EqualPlace& equal, Matches& matches)
 {
-	int cost = 0;
-	for (const OverviewBeam& beam : in.overview_beams)
+	const RangeProfiles& profiles = in.profiles;
+	const auto& first = profiles.first_of_group;
+	ProfilesOfGroup rows(profiles);
+	for (const Pair& sample : samples)
 	{
-		const int range = steps[static_cast<std::size_t>(beam.direction)] / 2;
-		cost += std::min(truncation, std::max({0, range - beam.greatest, beam.least - range}));
-	}
-	return static_cast<std::uint32_t>(cost);
-}
-
-std::uint32_t cost_of_profile(const QuantizedScan& scan, const std::vector<std::uint8_t>& steps)
-{
-	int cost = 0;
-	for (const int direction : scan.observed)
-	{
-		const auto i = static_cast<std::size_t>(direction);
-		const int beyond = std::min<int>(steps[i] - scan.greatest[i], scan.truncation_beyond[i]);
-		const int before = std::min<int>(scan.least[i] - steps[i], scan.truncation[i]);
-		cost += std::max({0, beyond, before});
-	}
-	return static_cast<std::uint32_t>(cost);
-}
-
-int beams_missing(
-    const RangeProfiles& profiles, const std::array<std::uint8_t, RangeProfiles::kBins>& of_scan,
-    std::vector<std::uint8_t> steps)
-{
-	for (std::uint8_t& step : steps) step = static_cast<std::uint8_t>(step / 2);
-	const auto of_map = profiles.histogram_of(steps.data(), steps.size());
-	int missing = 0;
-	for (std::size_t bin = 0; bin < of_map.size(); bin++) missing += std::max(0, of_scan[bin] - of_map[bin]);
-	return missing;
-}
-
-/// What places that equal, cell for cell, the one where the sensor is show. Samples and the middles of groups stand
-/// elsewhere beside such a place than they do here, by up to half of what lies between them.
-struct EqualPlace
-{
-	CostOfEqual most;                 //!< what the scan may cost there
-	std::vector<OverviewBeam> beams;  //!< between which ranges overviews are there, where the scan's beams end on walls
-};
-
-/// Widens the range of each beam to that of another profile.
-/// \param steps [step]
-void widen(std::vector<OverviewBeam>& beams, const std::vector<std::uint8_t>& steps)
-{
-	for (OverviewBeam& beam : beams)
-	{
-		const auto range = static_cast<std::uint8_t>(steps[static_cast<std::size_t>(beam.direction)] / 2);
-		beam.least = std::min(beam.least, range);
-		beam.greatest = std::max(beam.greatest, range);
+		const auto i = static_cast<std::size_t>(sample.position);
+		const auto group =
+		    static_cast<std::size_t>(std::upper_bound(first.begin(), first.end(), i) - first.begin() - 1);
+		const std::uint8_t* const profile =
+		    rows.of(group) + (i - first[group]) * row_stride(static_cast<std::size_t>(profiles.directions));
+		const auto match = equal.match(profile, profiles.x(i), profiles.y(i), sample.shift);
+		const double apart = match.apart / static_cast<double>(in.scan.observed.size());
+		if (equal.is_here(map, match.pose))
+			matches.least_here = std::min(matches.least_here, apart);
+		else
+			matches.elsewhere.push_back({match.pose, apart, &map});
 	}
 }
-
-/// Returns what places show that equal the one where the sensor is. Ranges are cast from the corners of squares around
-/// the sensor, and the greatest costs count. Thread-safe.
-/// \param in the scan, as the profiles of `map` are
-/// \param sensor in map, m and rad
-EqualPlace equal_place(
-    const ScanInMap& in, const SearchedMap& map, const mrpt::math::TPose2D& sensor,
-    const CoarseSearchParameters& parameters)
-{
-	EqualPlace equal;
-	for (const OverviewBeam& beam : in.overview_beams) equal.beams.push_back({beam.direction, 255, 0});
-	CostOfEqual& most = equal.most;
-	const auto histogram = histogram_of_scan(in.profiles, in.scan);
-	ProfilesBeside beside(in, map, sensor);
-	beside.at_corners(
-	    parameters.spacing,  // from the middle of a group
-	    [&](const std::vector<std::uint8_t>& steps)
-	    {
-		    most.overview = std::max(most.overview, cost_of_overview(in, steps, parameters.truncation));
-		    most.missing = std::max(most.missing, beams_missing(in.profiles, histogram, steps));
-		    widen(equal.beams, steps);
-	    });
-	beside.at_corners(
-	    parameters.spacing / 2,  // from a sample
-	    [&](const std::vector<std::uint8_t>& steps)
-	    {
-		    most.profile = std::max(most.profile, cost_of_profile(in.scan, steps));
-		    widen(equal.beams, steps);
-	    });
-	auto of_scan = in.overview_beams.begin();
-	const auto ends_elsewhere = [&](const OverviewBeam& beam)
-	{
-		const OverviewBeam& seen = *of_scan++;
-		return beam.greatest < seen.least || seen.greatest < beam.least;
-	};
-	equal.beams.erase(std::remove_if(equal.beams.begin(), equal.beams.end(), ends_elsewhere), equal.beams.end());
-	return equal;
-}
-
-/// Returns whether the overview of a group, at a shift, shows about what it does at a place that equals another. Beam
-/// after beam, the ranges may be apart by a little more in all, so that most groups are left out after a few beams.
-/// A depth edge may be seen from here and not from there: no beam counts for more than kApart.
-/// \param group with the map's own number
-bool may_equal(const EqualPlace& equal, const RangeProfiles& profiles, std::size_t group, int shift)
-{
-	constexpr int kAtOnce = 4, kApart = 3;  // [2 steps] may be apart before the first beam; most that a beam counts
-	constexpr int kBeams = 4;               // [-] allow one step of the overview more
-	const std::uint8_t* const row = profiles.overview_of(group);
-	int left = kBeams * kAtOnce;  // [2 steps / kBeams]
-	for (const OverviewBeam& beam : equal.beams)
-	{
-		const int direction = beam.direction + shift;
-		const int range = row[direction < profiles.directions ? direction : direction - profiles.directions];
-		const int apart = std::max({0, range - beam.greatest, beam.least - range});
-		left += 1 - kBeams * std::min(apart, kApart);
-		if (left < 0) return false;
-	}
-	return true;
-}
-
-/// Finds the groups of positions, which follow one another.
-class GroupOfPosition
-{
-   public:
-	/// Returns the group of a position, both with the map's own numbers.
-	std::size_t operator()(const RangeProfiles& profiles, std::size_t position)
-	{
-		const auto& first = profiles.first_of_group;
-		const bool is_same = profiles_ == &profiles && first[last_] <= position && position < first[last_ + 1];
-		if (is_same) return last_;
-		profiles_ = &profiles;
-		last_ = static_cast<std::size_t>(std::upper_bound(first.begin(), first.end(), position) - first.begin()) - 1;
-		return last_;
-	}
-
-   private:
-	const RangeProfiles* profiles_ = nullptr;  //!< that hold the last group
-	std::size_t last_ = 0;
-};
 
 /// Memory of the last search of a thread, which the next one takes.
 struct Memory
@@ -362,40 +236,48 @@ CandidateList CoarseSearch::candidates(const CoarseSearchParameters& limits)
 	CandidateList found{distinct_candidates(pairs_, wanted, most)};
 	const double least = found.candidates.front().cost;
 	const bool is_full = found.candidates.size() >= wanted;
-	returned_below_ =
-	    is_full ? static_cast<std::uint32_t>(std::lround(found.candidates.back().cost * beams())) : most + 1;
 	found.complete_below = std::min(
 	    is_full ? found.candidates.back().cost : least + mean_margin(limits), least + margin() * left_out_from());
 	return found;
 }
 
-std::vector<Candidate> CoarseSearch::equals(const mrpt::math::TPose2D& sensor, std::size_t map)
+std::vector<Candidate> CoarseSearch::equals(const mrpt::math::TPose2D& sensor, std::size_t map) const
 {
-	const EqualPlace equal = equal_place(scans_[map], maps_[map], sensor, limits_);
-	search_groups_left_out(scans_, limits_, equal.most, of_groups_);
-	GroupOfPosition group_of;
-	const auto was_left_out = [&](const Pair& pair)
+	// Of 1,504 equal places on five sites 98 % were the most alike, and none was farther apart: see Equal places in
+	// experiments/RESULTS.md.
+	constexpr std::size_t kMost = 5;              // [-] places
+	constexpr double kTimes = 2, kFarther = 1.0;  // [-], [step] a beam: than profiles at the place itself
+	EqualPlace equal(scans_[map], maps_[map], sensor, limits_.spacing);
+	std::vector<Pair> of_groups;
+	search_equal_groups(scans_, limits_, equal.overview(), of_groups);
+	const auto by_map = pairs_by_map(of_groups, scans_);
+	std::vector<std::vector<Pair>> samples;  // by map
+	bool is_anywhere_else = false;
+	for (std::size_t i = 0; i < scans_.size(); i++)
 	{
-		if (pair.cost < returned_below_ || pair.cost > equal.most.profile) return false;
-		const ScanInMap& in = map_of(scans_, &ScanInMap::first_position, pair.position);
-		const auto position = static_cast<std::size_t>(pair.position - in.first_position);
-		return may_equal(equal, in.profiles, group_of(in.profiles, position), pair.shift);
-	};
-	const auto was_not_compared = [&](const Pair& pair)
+		samples.push_back(samples_that_may_match(scans_[i], by_map[i], equal));
+		const auto is_elsewhere = [&](const Pair& sample)
+		{
+			const auto at = static_cast<std::size_t>(sample.position);
+			const RangeProfiles& profiles = scans_[i].profiles;
+			return !equal.is_here(maps_[i], {profiles.x(at), profiles.y(at), profiles.yaw_of(sample.shift)});
+		};
+		is_anywhere_else |= std::any_of(samples.back().begin(), samples.back().end(), is_elsewhere);
+	}
+	if (!is_anywhere_else) return {};
+	Matches matches;
+	for (std::size_t i = 0; i < scans_.size(); i++) match_samples(scans_[i], maps_[i], samples[i], equal, matches);
+	std::stable_sort(
+	    matches.elsewhere.begin(), matches.elsewhere.end(),
+	    [](const Candidate& a, const Candidate& b) { return a.cost < b.cost; });
+	DistinctPoses distinct(limits_.spacing / 2, scans_.front().profiles.yaw_of(1));
+	std::vector<Candidate> nearest;
+	for (const Candidate& match : matches.elsewhere)
 	{
-		if (pair.cost > equal.most.overview) return false;
-		const ScanInMap& in = map_of(scans_, &ScanInMap::first_group, pair.position);
-		return may_equal(equal, in.profiles, static_cast<std::size_t>(pair.position - in.first_group), pair.shift);
-	};
-	std::vector<Pair> left_out, of_groups;
-	for (const Pair& pair : pairs_)
-		if (was_left_out(pair)) left_out.push_back(pair);
-	for (const Pair& pair : of_groups_)
-		if (was_not_compared(pair)) of_groups.push_back(pair);
-	std::uint32_t limit = equal.most.profile;
-	compare_profiles_of(of_groups, limit, left_out);
-	if (left_out.empty()) return {};
-	return distinct_candidates(left_out, static_cast<std::size_t>(limits_.candidates), equal.most.profile);
+		if (nearest.size() == kMost || match.cost > kTimes * matches.least_here + kFarther) break;
+		if (distinct.add(match.pose, match.map->number)) nearest.push_back(match);
+	}
+	return nearest;
 }
 
 double CoarseSearch::left_out_from() const

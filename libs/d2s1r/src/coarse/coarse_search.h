@@ -76,13 +76,13 @@ class CoarseSearch
 	///         more in total than those of the best one by limits.margin times the square root of their number
 	CandidateList candidates(const CoarseSearchParameters& limits);
 
-	/// Goes on with the search for places that equal, cell for cell, the one where the sensor is thought to be, and
-	/// that were left out because samples stand elsewhere beside them: see EqualPlace.
+	/// Searches all of the maps for places that equal, cell for cell, the one where the sensor is thought to be,
+	/// whatever was left out before: see EqualPlace.
 	/// \param sensor in map, m and rad
 	/// \param map number of the map it is in
-	/// \return those that look and cost as such a place may and that candidates() did not return, cheapest first, at
-	///         most as many as the search may return
-	std::vector<Candidate> equals(const mrpt::math::TPose2D& sensor, std::size_t map);
+	/// \return the few that look most like that place, with the poses that the sensor would have there, and costs that
+	///         tell what the profiles of both places are apart; the most alike first
+	std::vector<Candidate> equals(const mrpt::math::TPose2D& sensor, std::size_t map) const;
 
 	/// Returns what [2 steps] the cheapest pair of group and shift costs in the overview; kAnyOverviewCost if there is
 	/// none.
@@ -126,6 +126,5 @@ class CoarseSearch
 	std::size_t compared_ = 0;                          //!< [-] pairs of group and shift whose profiles are compared
 	std::vector<Pair> pairs_;                           //!< of position and shift
 	std::uint32_t limit_ = 1U << 31;                    //!< [step] what these cost at most
-	std::uint32_t returned_below_ = 0;  //!< [step] all of these that cost less are among the candidates returned
 };
 }  // namespace d2s1r

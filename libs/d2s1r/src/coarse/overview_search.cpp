@@ -11,24 +11,6 @@ namespace d2s1r
 {
 namespace
 {
-/// Returns as many beams as a byte can sum up, spread over the scan, in an order whose beginnings are spread, too.
-std::vector<OverviewBeam> overview_beams(
-    const RangeProfiles& profiles, const QuantizedScan& scan, const CoarseSearchParameters& parameters)
-{
-	const double beside = parameters.spacing;  // [m] at most, along each axis, from the middle of a group to the sensor
-	const std::size_t count = count_overview_beams(scan, parameters.truncation);
-	const std::size_t stride = count % 7 != 0 ? 7 : 1;
-	std::vector<OverviewBeam> beams;
-	for (std::size_t i = 0; i < count; i++)
-	{
-		const auto& [direction, range] = scan.returns[i * stride % count * scan.returns.size() / count];
-		const auto step_of = [&index = profiles](double at)
-		{ return static_cast<std::uint8_t>(index.quantize(std::max(0.0, at)) / 2); };
-		beams.push_back({direction, step_of(range - beside), step_of(range + beside)});
-	}
-	return beams;
-}
-
 /// Counts the beams of the scan that are missing in the range histogram of each group, up to whole blocks of groups.
 /// \param missing room for them
 void find_missing_beams(const RangeProfiles& profiles, const QuantizedScan& scan, std::uint8_t* missing)
@@ -88,18 +70,19 @@ int most_missing(const ScanInMap& in, double least, const CoarseSearchParameters
 
 /// Compares a few beams with the overviews of some groups of a map at all shifts.
 void compare_overviews(
-    const ScanInMap& in, const std::vector<std::int32_t>& groups, int truncation, CheapestPairs& cheapest)
+    const ScanInMap& in, const std::vector<OverviewBeam>& beams, const std::vector<std::int32_t>& groups,
+    int truncation, CheapestPairs& cheapest)
 {
 	constexpr std::size_t kTogether = 32;
 	const auto directions = static_cast<std::size_t>(in.profiles.directions);
-	const OverviewScan few{
-	    in.overview_beams.data(), in.overview_beams.size(), in.profiles.directions,
-	    static_cast<std::uint8_t>(truncation)};
+	const OverviewScan few{beams.data(), beams.size(), in.profiles.directions, static_cast<std::uint8_t>(truncation)};
 	const std::size_t stride = 2 * directions + RangeProfiles::kBlock;
-	thread_local std::vector<std::uint8_t> rows;  // kept for the next query
-	thread_local std::vector<CheapPair> found;
-	rows.resize(kTogether * stride);
-	found.resize(kTogether * directions);
+	thread_local std::vector<std::uint8_t> kept_rows;  // for the next query
+	thread_local std::vector<CheapPair> kept_pairs;
+	kept_rows.resize(kTogether * stride);
+	kept_pairs.resize(kTogether * directions);
+	std::uint8_t* const rows = kept_rows.data();  // a local copy: each access to what a thread keeps is a call
+	CheapPair* const found = kept_pairs.data();
 	const auto overview_of = [&](std::size_t i)
 	{ return in.profiles.overview_of(static_cast<std::size_t>(groups[i])); };
 	for (std::size_t first = 0; first < groups.size(); first += kTogether)
@@ -107,11 +90,11 @@ void compare_overviews(
 		const std::size_t last = std::min(first + kTogether, groups.size());
 		for (std::size_t i = first; i < last; i++)
 		{
-			std::uint8_t* const row = rows.data() + (i - first) * stride;
+			std::uint8_t* const row = rows + (i - first) * stride;
 			for (std::uint8_t* half : {row, row + directions}) std::copy_n(overview_of(i), directions, half);
 			if (i + kTogether < groups.size()) prefetch(overview_of(i + kTogether), directions);
 		}
-		const std::size_t cheap = find_cheap_pairs(rows.data(), last - first, few, cheapest.most(), found.data());
+		const std::size_t cheap = find_cheap_pairs(rows, last - first, few, cheapest.most(), found);
 		for (std::size_t i = 0; i < cheap; i++)
 		{
 			const std::int32_t group = groups[first + found[i].row];
@@ -137,41 +120,10 @@ void find_groups_where_missing(
 }
 }  // namespace
 
-std::size_t count_overview_beams(const QuantizedScan& scan, int truncation)
-{
-	return std::min(scan.returns.size(), static_cast<std::size_t>(255 / truncation));
-}
-
 std::uint32_t overview_margin(const QuantizedScan& scan, const CoarseSearchParameters& parameters)
 {
 	const auto beams = static_cast<double>(count_overview_beams(scan, parameters.truncation));
 	return static_cast<std::uint32_t>(parameters.margin * std::sqrt(beams));
-}
-
-std::vector<ScanInMap> scan_in_maps(
-    const std::vector<SearchedMap>& maps, const Scan& scan, const CoarseSearchParameters& parameters)
-{
-	std::vector<ScanInMap> scans;
-	scans.reserve(maps.size());
-	std::size_t group = 0, position = 0, block = 0;
-	for (const SearchedMap& map : maps)
-	{
-		const RangeProfiles& profiles = map.profiles;
-		QuantizedScan quantized = quantize(scan, profiles, parameters);
-		auto beams = overview_beams(profiles, quantized, parameters);
-		scans.push_back(
-		    {profiles,
-		     std::move(quantized),
-		     std::move(beams),
-		     {profiles, map.prior, scan, map.parameters.coarse_search.spacing}});
-		scans.back().first_group = static_cast<std::int32_t>(group);
-		scans.back().first_position = static_cast<std::int32_t>(position);
-		scans.back().first_block = block;
-		group += profiles.groups();
-		position += profiles.size();
-		block += scans.back().allowed_groups.size();
-	}
-	return scans;
 }
 
 std::array<std::uint8_t, RangeProfiles::kBins> histogram_of_scan(
@@ -183,7 +135,7 @@ std::array<std::uint8_t, RangeProfiles::kBins> histogram_of_scan(
 }
 
 void search_overviews(
-    std::vector<ScanInMap>& scans, const CoarseSearchParameters& parameters, std::uint32_t most_cost,
+    const std::vector<ScanInMap>& scans, const CoarseSearchParameters& parameters, std::uint32_t most_cost,
     std::vector<Pair>& pairs)
 {
 	thread_local std::vector<std::int32_t> groups;  // kept for the next query
@@ -194,39 +146,37 @@ void search_overviews(
 	const auto compare_where_missing = [&](const ScanInMap& in, int least, int most)
 	{
 		find_groups_where_missing(in, missing_in(in, missing), least, most, groups);
-		compare_overviews(in, groups, parameters.truncation, cheapest);
+		compare_overviews(in, in.overview_beams, groups, parameters.truncation, cheapest);
 	};
 
 	const int few = missing_at_few(scans, missing);
 	for (const ScanInMap& in : scans) compare_where_missing(in, 0, few);
 	if (most_cost < kAnyOverviewCost) return cheapest.drop_costly();
 	const auto least = static_cast<double>(cheapest.least());
-	for (ScanInMap& in : scans)
+	for (const ScanInMap& in : scans)
 	{
-		in.most_missing = std::max(few, most_missing(in, least, parameters));
-		if (in.most_missing > few) compare_where_missing(in, few + 1, in.most_missing);
+		const int most = most_missing(in, least, parameters);
+		if (most > few) compare_where_missing(in, few + 1, most);
 	}
 	cheapest.drop_costly();
 }
 
-void search_groups_left_out(
-    std::vector<ScanInMap>& scans, const CoarseSearchParameters& parameters, const CostOfEqual& most,
+void search_equal_groups(
+    const std::vector<ScanInMap>& scans, const CoarseSearchParameters& parameters, const EqualOverview& equal,
     std::vector<Pair>& pairs)
 {
-	const auto has_left_out = [&](const ScanInMap& in) { return in.most_missing < most.missing; };
-	if (std::none_of(scans.begin(), scans.end(), has_left_out)) return;
+	constexpr int kApart = 3;            // [2 steps] most that a beam counts
+	constexpr std::uint32_t kFirst = 4;  // [2 steps] may beams be apart in all
+	constexpr std::size_t kBeams = 4;    // [-] allow one step of the overview more
 	const std::vector<std::uint8_t>& missing = missing_in_all(scans);
 	std::vector<std::int32_t> groups;
-	std::vector<Pair> found;
-	CheapestPairs cheapest(255, static_cast<std::size_t>(parameters.max_pairs), found);
-	cheapest.lower_limit(most.overview + 1);
-	for (ScanInMap& in : scans)
+	CheapestPairs cheapest(255, static_cast<std::size_t>(parameters.max_pairs), pairs);
+	cheapest.lower_limit(kFirst + static_cast<std::uint32_t>(equal.beams.size() / kBeams) + 1);
+	for (const ScanInMap& in : scans)
 	{
-		find_groups_where_missing(in, missing_in(in, missing), in.most_missing + 1, most.missing, groups);
-		compare_overviews(in, groups, parameters.truncation, cheapest);
-		in.most_missing = std::max(in.most_missing, most.missing);
+		find_groups_where_missing(in, missing_in(in, missing), 0, equal.most_missing, groups);
+		compare_overviews(in, equal.beams, groups, kApart, cheapest);
 	}
 	cheapest.drop_costly();
-	pairs.insert(pairs.end(), found.begin(), found.end());
 }
 }  // namespace d2s1r

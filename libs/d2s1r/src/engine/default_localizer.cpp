@@ -43,9 +43,12 @@ struct BeamSubsets
 	BeamSubset few, many, all;
 };
 
-/// [-] Share of the poses for the searches that may only cast doubt on an answer: the place that they look for is among
-/// the best ones.
+/// [-] Share of the poses for the search for the mirrored scan, which may only cast doubt on an answer: the place that
+/// it looks for is among the best ones.
 constexpr double kLittleEffort = 0.03;
+
+/// [-] The same for the few places that equal an answer: the best ones are polished and compared.
+constexpr double kSomeEffort = 0.3;
 
 /// What a look has found.
 struct Verdict
@@ -126,6 +129,21 @@ void note_region(Localization& answer, const std::vector<SearchedMap>& maps)
 		answer.note = "no place in the given region explains the scan";
 }
 
+/// Returns the places, best first, that settled candidates and the `known` places lead to.
+/// \param least [nat] score by few beams that a candidate must reach
+std::vector<Place> judge_settled(
+    const Scan& scan, const BeamSubsets& beams, std::vector<RefinedPose> settled, const Parameters& limits,
+    const std::vector<Place>& known, StageClock& clock, double least = -HUGE_VAL)
+{
+	// The best place so far competes, so that what is hopeless against it is dropped.
+	if (!known.empty()) settled.push_back({known.front(), known.front().score.explained});
+	const auto shortlist = make_shortlist(beams.few, settled, limits.refinement, least);
+	const auto refined = refine(beams.many, shortlist, limits.refinement);
+	auto places = find_places(scan, beams.all, refined, limits, known);
+	clock.lap(&StageTimes::refinement_ms);
+	return places;
+}
+
 /// Returns the places, best first, that candidates and the `known` places lead to.
 /// \param least [nat] score by few beams that a candidate must reach, once it has settled
 std::vector<Place> judge(
@@ -134,13 +152,7 @@ std::vector<Place> judge(
 {
 	auto settled = settle(beams.few, candidates, limits.refinement);
 	clock.lap(&StageTimes::registration_ms);
-	// The best place so far competes, so that what is hopeless against it is dropped.
-	if (!known.empty()) settled.push_back({known.front(), known.front().score.explained});
-	const auto shortlist = make_shortlist(beams.few, settled, limits.refinement, least);
-	const auto refined = refine(beams.many, shortlist, limits.refinement);
-	auto places = find_places(scan, beams.all, refined, limits, known);
-	clock.lap(&StageTimes::refinement_ms);
-	return places;
+	return judge_settled(scan, beams, std::move(settled), limits, known, clock, least);
 }
 
 /// Returns a scan whose beams are in the opposite order, as of a laser that is mounted upside down.
@@ -218,13 +230,15 @@ bool OneScan::may_stand(bool is_last)
 {
 	if (verdict_.decision.answer.status != Status::kLocalized) return false;
 	if (!is_last && !(verdict_.is_safe && is_clear(verdict_.decision, maps_))) return false;
-	const auto equals = without(judged_, search_.equals(verdict_.sensor(scan_), verdict_.decision.maps.front()));
+	const auto equals = search_.equals(verdict_.sensor(scan_), verdict_.decision.maps.front());
 	clock_.lap(&StageTimes::retrieval_ms);
-	if (!equals.empty())
-	{
-		const Parameters few = with_share_of_effort(whole_, kLittleEffort);
-		verdict_.places = judge(scan_, beams_, equals, few, verdict_.places, clock_);
-	}
+	std::vector<RefinedPose> poses;  // they need not settle, which would lead some of them to another pose nearby
+	for (const Candidate& equal : equals)
+		for (std::size_t reading = 0; reading < equal.map->readings.size(); reading++)
+			poses.push_back({{equal.pose, equal.map, reading}});
+	if (!poses.empty())
+		verdict_.places = judge_settled(
+		    scan_, beams_, std::move(poses), with_share_of_effort(whole_, kSomeEffort), verdict_.places, clock_);
 	verdict_.decision = decide(scan_, verdict_.places, maps_);
 	return is_clear(verdict_.decision, maps_);
 }
