@@ -167,8 +167,6 @@ def cause_of(before, frame):
     """Why the confidence of a window changed from one frame to the next."""
     if frame.frames == 1:
         return "no motion links the frame: its scan answers alone"
-    if frame.frames < before.frames:
-        return "carried away: frames before are forgotten"
     if not frame.window.pose:
         return f"the scan shows no place (absence {frame.absence:+.1f} nat)"
     if not before.window.pose:

@@ -196,28 +196,6 @@ void WindowTracker::start_tracks(const Localization& one_shot)
 	std::move(started.begin(), started.end(), std::back_inserter(tracks_));
 }
 
-/// Returns whether the robot was carried away: no track explains both frames before the last ones and some of these.
-bool WindowTracker::is_lost() const
-{
-	const auto last = static_cast<std::size_t>(tuning_.lost_frames);
-	if (tracks_.empty() || frames_.size() <= last) return false;
-	const auto is_miss = [&](double evidence) { return missed(evidence, tuning_); };
-	const auto is_broken = [&](const Track& track)
-	{
-		const auto since = track.evidence.end() - tuning_.lost_frames;
-		return std::all_of(track.evidence.begin(), since, is_miss) || std::all_of(since, track.evidence.end(), is_miss);
-	};
-	return std::all_of(tracks_.begin(), tracks_.end(), is_broken);
-}
-
-/// Forgets all frames but those since the robot was carried away.
-void WindowTracker::forget()
-{
-	frames_.erase(frames_.begin(), frames_.end() - tuning_.lost_frames);
-	for (Track& track : tracks_)
-		track.evidence.erase(track.evidence.begin(), track.evidence.end() - tuning_.lost_frames);
-}
-
 std::vector<FrameEvidence> WindowTracker::frames() const
 {
 	std::vector<FrameEvidence> told;
@@ -310,7 +288,6 @@ Localization WindowTracker::add(
 	append(scan, one_shot, motion_to(one_shot, motion));
 	follow(one_shot);
 	start_tracks(one_shot);
-	if (is_lost()) forget();
 	judge();
 	Localization result = conclude(one_shot);
 	const double spent = 1e3 * watch.Tac();  // [ms]

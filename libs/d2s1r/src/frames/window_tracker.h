@@ -68,8 +68,6 @@ class WindowTracker
 	void follow(const Localization& one_shot);
 	void start_tracks(const Localization& one_shot);
 	void trace_back(Track& track) const;
-	bool is_lost() const;
-	void forget();
 	void judge();
 	void set_probabilities();
 	void sort_tracks();
