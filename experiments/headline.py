@@ -34,9 +34,9 @@ ROWS = [
     Row("mit_csail: offices", ("mit_csail",)),
     Row("mit_killian: corridors that look alike", ("mit_killian",)),
     Row("fr_campus: outdoors, cells of 10 cm", ("fr_campus",)),
-    Row("eight buildings that nothing was learned on", sites.MORE),
+    Row("eight buildings never learned on", sites.MORE),
     Row("mines_runs: a cluttered classroom, 240°, reach 4 m", ("mines_runs",)),
-    Row("intel in the map of mit_csail: scans that fit nowhere", ("intel",), "mit_csail")]
+    Row("intel in the map of mit_csail: fits nowhere", ("intel",), "mit_csail")]
 SET = "test"
 WITHIN = "accuracy_0.3m_5deg"
 BEGIN, END = "<!-- headline.py writes what follows -->", "<!-- until here -->"
