@@ -243,8 +243,10 @@ def strangers(results):
     names = sorted({name for pair in pairs for name in pair})
     rows = [[name] + [share_of(f.status == "localized" for f in pairs[name, other])
                       if (name, other) in pairs else "" for other in names] for name in names]
+    told = [frame.status == "localized" for frames in pairs.values() for frame in frames]
     return table("Scans of another site", "[%] Share of scans that get the status `localized`, all of them wrongly, in brackets "
-                 "the 95 % interval of Wilson: `test` scans of the site in the column, in the map of the site in the row.",
+                 "the 95 % interval of Wilson: `test` scans of the site in the column, in the map of the site in the row. Over all "
+                 f"pairs: {sum(told)} of {len(told):,}, {share_of(told)}.",
                  ["map", *names], rows)
 
 

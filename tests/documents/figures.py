@@ -77,7 +77,8 @@ def other_sites(sources):
     """The least and the greatest share of scans of another site that are localized [%]."""
     rows = sources.table("experiments/results/README.md", "## Scans of another site")
     shares = [number(cell) for (site, first), cells in rows.items() if site not in ("map", "---") for cell in [first, *cells] if cell]
-    return [round(min(shares)), round(max(shares))]
+    over_all = re.search(r"Over all pairs: .*?, ([\d.]+) \(", sources.text("experiments/results/README.md"))
+    return [round(min(shares)), round(max(shares)), number(over_all.group(1))]
 
 
 def windows(sources):
@@ -101,7 +102,7 @@ def beam_model(sources):
 
 # page, what stands there (each group is a figure), what the figures are
 QUOTES = [
-    ("README.md", r"(\d+) to (\d+) % are called `localized`", other_sites),
+    ("README.md", r"(\d+) to (\d+) % are called `localized`, ([\d.]+) % over all", other_sites),
     ("doc/atlas.md", r"\| (477) recorded \| ([\d.]+) % \| ([\d.]+) % \| ([\d.]+) % \| ([\d.]+) % \| ([\d.]+) % \|",
      lambda sources: atlas(sources, "477")),
     ("doc/atlas.md", r"\| (525) simulated \| ([\d.]+) % \| ([\d.]+) % \| ([\d.]+) % \| ([\d.]+) % \| ([\d.]+) % \|",
