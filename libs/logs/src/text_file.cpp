@@ -3,7 +3,6 @@
 
 #include <fcntl.h>
 #include <unistd.h>
-#include <zlib.h>
 
 #include "logs/errors.h"
 #include "unpacking_stream.h"
@@ -23,31 +22,21 @@ namespace d2s1r::logs
 {
 namespace
 {
-/// Plain or packed by gzip.
-class GzipText : public TextFile
+/// Plain, or packed as unpack() knows.
+class StreamText : public TextFile
 {
    public:
-	explicit GzipText(const std::string& path) : file_(gzopen(path.c_str(), "rb"))
+	explicit StreamText(const std::string& path)
 	{
-		if (!file_) throw cannot_open(path);
+		const int descriptor = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+		if (descriptor < 0) throw cannot_open(path);
+		stream_ = unpack(descriptor, false);
 	}
-	~GzipText() override { gzclose(file_); }
-	GzipText(const GzipText&) = delete;
-	GzipText& operator=(const GzipText&) = delete;
 
-	std::size_t read(char* buffer, std::size_t size) override
-	{
-		const int got = gzread(file_, buffer, static_cast<unsigned>(size));
-		int error = Z_OK;
-		if (got < static_cast<int>(size)) gzerror(file_, &error);
-		if (error == Z_MEM_ERROR) throw std::bad_alloc();
-		if (error == Z_ERRNO) throw ReadError(std::strerror(errno));
-		if (got < 0 || (got == 0 && error != Z_OK)) throw std::runtime_error("the part packed by gzip is not whole");
-		return static_cast<std::size_t>(got);
-	}
+	std::size_t read(char* buffer, std::size_t size) override { return stream_->Read(buffer, size); }
 
    private:
-	gzFile file_;
+	std::unique_ptr<InputStream> stream_;
 };
 
 #ifdef D2S1R_BZ2
@@ -123,42 +112,20 @@ class Bzip2Text : public TextFile
 };
 #endif
 
-#ifdef D2S1R_ZSTD
-/// Packed by zstd.
-class ZstdText : public TextFile
+bool is_bzip2(const std::string& path)
 {
-   public:
-	explicit ZstdText(const std::string& path)
-	{
-		const int descriptor = open(path.c_str(), O_RDONLY | O_CLOEXEC);
-		if (descriptor < 0) throw cannot_open(path);
-		stream_ = unpack(descriptor, false);
-	}
-
-	std::size_t read(char* buffer, std::size_t size) override { return stream_->Read(buffer, size); }
-
-   private:
-	std::unique_ptr<InputStream> stream_;
-};
-#endif
-
-bool starts_with(const std::string& path, const std::string& magic)
-{
-	std::string start(magic.size(), '\0');
+	char magic[3] = {};
 	std::FILE* file = std::fopen(path.c_str(), "rb");
 	if (!file) return false;
-	start.resize(std::fread(start.data(), 1, start.size(), file));
+	const std::size_t got = std::fread(magic, 1, sizeof magic, file);
 	std::fclose(file);
-	return start == magic;
+	return got == sizeof magic && std::equal(magic, magic + 3, "BZh");
 }
 }  // namespace
 
 std::unique_ptr<TextFile> open_text(const std::string& path)
 {
-#ifdef D2S1R_ZSTD
-	if (starts_with(path, "\x28\xb5\x2f\xfd")) return std::make_unique<ZstdText>(path);
-#endif
-	if (!starts_with(path, "BZh")) return std::make_unique<GzipText>(path);
+	if (!is_bzip2(path)) return std::make_unique<StreamText>(path);
 #ifdef D2S1R_BZ2
 	return std::make_unique<Bzip2Text>(path);
 #else

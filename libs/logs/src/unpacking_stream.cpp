@@ -19,11 +19,13 @@
 #include <new>
 #include <thread>
 
+#include "bags/byte_file.h"
+
 namespace d2s1r::logs
 {
 namespace
 {
-constexpr std::uint8_t kGzipMagic[] = {0x1f, 0x8b}, kZstdMagic[] = {0x28, 0xb5, 0x2f, 0xfd};
+constexpr std::size_t kBytesOfMagic = 4;  // [byte] by which a file is known to be packed, at most
 
 /// Bytes that are still to be used.
 struct Input
@@ -97,7 +99,7 @@ class Zstd : public Packing
 		if (!context_) throw std::bad_alloc();
 	}
 
-	std::uint8_t start() const override { return kZstdMagic[0]; }
+	std::uint8_t start() const override { return 0x28; }
 
 	std::size_t unpack(Input& from, std::uint8_t* to, std::size_t count) override
 	{
@@ -120,14 +122,10 @@ class Zstd : public Packing
 /// Returns how a file is packed that starts like this; null if it is not.
 std::unique_ptr<Packing> packing_of(const Input& start)
 {
-	const auto starts_with = [&](const auto& magic)
-	{
-		return start.end - start.begin >= std::end(magic) - std::begin(magic) &&
-		       std::equal(std::begin(magic), std::end(magic), start.begin);
-	};
-	if (starts_with(kGzipMagic)) return std::make_unique<Gzip>();
+	const Bytes bytes{start.begin, static_cast<std::size_t>(start.end - start.begin)};
+	if (bytes.size > 1 && bytes.data[0] == 0x1f && bytes.data[1] == 0x8b) return std::make_unique<Gzip>();
 #ifdef D2S1R_ZSTD
-	if (starts_with(kZstdMagic)) return std::make_unique<Zstd>();
+	if (is_zstd_frame(bytes)) return std::make_unique<Zstd>();
 #endif
 	return nullptr;
 }
@@ -158,7 +156,7 @@ class UnpackingStream : public InputStream
 	void start()
 	{
 		has_started_ = true;
-		while (end_ < sizeof kZstdMagic && fill())
+		while (end_ <= kBytesOfMagic && fill())
 			;
 		packing_ = packing_of({block_.data(), block_.data() + end_});
 	}
