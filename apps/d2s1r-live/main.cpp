@@ -6,6 +6,7 @@
 #include <iostream>
 #include <mutex>
 #include <new>
+#include <sstream>
 
 #include "dds.h"
 #include "errors.h"
@@ -26,25 +27,24 @@ void catch_signals()
 	std::signal(SIGPIPE, SIG_IGN);
 }
 
+/// Says that the reader of standard output has enough.
+struct NobodyReads
+{
+};
+
 /// Standard output and standard error. MRPT prints to both as it pleases, so that it gets neither.
 class Console
 {
    public:
 	Console() : out_(std::cout.rdbuf(nullptr)), err_(std::cerr.rdbuf(nullptr)) { std::clog.rdbuf(nullptr); }
-	std::ostream& out() { return out_; }
 
-	/// Returns whether all that was printed has arrived, or nobody reads it any more.
-	bool is_written()
+	/// \throws NobodyReads, UserError (kBadOutput)
+	void print(const std::string& text)
 	{
 		errno = 0;
-		return out_.flush() || errno == EPIPE;
-	}
-
-	/// \throws UserError (kBadOutput)
-	void print(const std::string& line)
-	{
-		out_ << line << std::endl;
-		if (!out_) throw UserError(kBadOutput, "standard output", "cannot be written; check where it leads to");
+		if (out_ << text << std::flush) return;
+		if (errno == EPIPE) throw NobodyReads();
+		throw UserError(kBadOutput, "standard output", "cannot be written; check where it leads to");
 	}
 
 	void say(const std::string& line)
@@ -70,11 +70,21 @@ int run(int argc, char** argv, Console& console)
 {
 	try
 	{
-		const auto flags = parse_flags(argc, argv, console.out());
-		if (!flags) return console.is_written() ? kDone : kBadOutput;
+		std::ostringstream text;
+		const auto flags = parse_flags(argc, argv, text);
+		if (!flags)
+		{
+			console.print(text.str());
+			return kDone;
+		}
 		redirect_log([&](const std::string& line) { console.say_seldom(line); });
 		return serve(
-		    *flags, [&](const std::string& line) { console.print(line); }, [] { return is_told_to_stop.load(); });
+		    *flags, [&](const std::string& line) { console.print(line + "\n"); },
+		    [] { return is_told_to_stop.load(); });
+	}
+	catch (const NobodyReads&)
+	{
+		return kDone;
 	}
 	catch (const UserError& e)
 	{
@@ -98,6 +108,5 @@ int main(int argc, char** argv)
 	static Console console;
 	catch_signals();
 	const int status = run(argc, argv, console);
-	console.out().flush();
 	std::_Exit(status);  // an index may still be being built
 }

@@ -64,6 +64,13 @@ class AppTest : public testing::Test
 	ProcessResult run(const Words& arguments) const { return start(arguments).wait(); }
 	ProcessResult run_program(const Words& command) const { return Process(command, folder_).wait(); }
 
+	/// Words for bash, after which descriptor 4 leads to a pipe that nobody reads.
+	std::string pipe_that_nobody_reads() const
+	{
+		const std::string pipe = path("pipe");
+		return "[ -p " + pipe + " ] || mkfifo " + pipe + "; exec 3<> " + pipe + " 4> " + pipe + " 3>&-; ";
+	}
+
 	/// As a user for whom permissions count, which they do not for root; the inputs have to be readable by all.
 	ProcessResult run_as_ordinary_user(const Words& arguments) const;
 

@@ -1,6 +1,5 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // Outputs that cannot be written: one line, exit status 3, nothing half-written under its name.
-#include <sys/stat.h>
 
 #include <set>
 
@@ -172,8 +171,7 @@ TEST_F(AppBadOutput, StandardOutputThatTakesNothing)
 
 TEST_F(AppBadOutput, PipesThatNobodyReadsCostNoResults)
 {
-	ASSERT_EQ(mkfifo(path("pipe").c_str(), 0600), 0);
-	const std::string start = "exec 3<> " + path("pipe") + " 4> " + path("pipe") + " 3>&-; exec ";
+	const std::string start = pipe_that_nobody_reads() + "exec ";
 	const std::string command =
 	    RAWLOG_LOCALIZE " -m " + path("flat.gridmap.gz") + " -i " + path("walk.rawlog") + " -o " + path("out");
 	for (const auto& [redirection, status] : {std::pair(" >&4", 3), {" 2>&4", 0}, {" >&4 2>&1", 3}})
@@ -192,14 +190,11 @@ TEST_F(AppBadOutput, PipesThatNobodyReadsCostNoResults)
 
 TEST_F(AppBadOutput, AReaderThatHasEnoughOfTheHelpIsNoError)
 {
-	const std::string nobody =
-	    "mkfifo " + path("pipe") + "; exec 3<> " + path("pipe") + " 4> " + path("pipe") + " 3>&-; ";
 	for (const char* request : {" --help", " --version"})
 	{
-		const auto result = run_program({"bash", "-c", nobody + RAWLOG_LOCALIZE + request + " >&4"});
+		const auto result = run_program({"bash", "-c", pipe_that_nobody_reads() + RAWLOG_LOCALIZE + request + " >&4"});
 		EXPECT_EQ(result.status, 0) << request;
 		EXPECT_EQ(result.err, "") << request;
-		std::filesystem::remove(path("pipe"));
 	}
 }
 

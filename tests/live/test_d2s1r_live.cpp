@@ -192,6 +192,21 @@ TEST_F(LiveTest, RefusesWrongUseWithOneLine)
 	refuse({"-m", path(""), "--index", path("index")}, 1, {"--index: does not go with several maps"});
 }
 
+TEST_F(LiveTest, AReaderThatHasEnoughEndsItQuietly)
+{
+	const std::string live = std::string("exec timeout 20 ") + D2S1R_LIVE + " ";
+	for (const std::string arguments : {"--help", "--version"})
+	{
+		const auto nobody = run_program({"bash", "-c", pipe_that_nobody_reads() + live + arguments + " >&4"});
+		EXPECT_EQ(nobody.status, 0) << arguments;
+		EXPECT_EQ(nobody.err, "") << arguments;
+	}
+	const std::string domain = "--domain " + std::to_string(test_domain());
+	const auto waits = run_program({"bash", "-c", pipe_that_nobody_reads() + live + domain + " >&4"});
+	EXPECT_EQ(waits.status, 0) << "it says after three seconds what it waits for";
+	EXPECT_EQ(waits.err, "");
+}
+
 /// An option that --help tells of is in the man page and is completed.
 TEST_F(LiveTest, DocumentsEveryOption)
 {
