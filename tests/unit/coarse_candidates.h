@@ -12,7 +12,8 @@ inline std::vector<Candidate> coarse_search(
 	Parameters parameters;
 	parameters.coarse_search = coarse;
 	const std::vector<MapReading> none;
-	const std::vector<SearchedMap> maps = {{profiles, none, prior, parameters}};
+	const WallPatterns no_walls;
+	const std::vector<SearchedMap> maps = {{profiles, none, no_walls, prior, parameters}};
 	auto found = CoarseSearch(maps, scan, coarse).candidates(coarse).candidates;
 	for (Candidate& candidate : found) candidate.map = nullptr;
 	return found;

@@ -28,9 +28,10 @@ struct DrawnMap
 
 	RangeProfiles profiles;
 	std::vector<MapReading> readings;
+	WallPatterns walls;
 	Parameters parameters;
 	Prior prior;
-	std::vector<SearchedMap> maps = {{profiles, readings, prior, parameters}};
+	std::vector<SearchedMap> maps = {{profiles, readings, walls, prior, parameters}};
 };
 
 /// What refine() makes of what settle() makes of `candidates`.

@@ -242,7 +242,8 @@ TEST_F(CoarseSearch, GoesOnWhereAnEarlierQuestionEnded)
 		const Prior anywhere;
 		const Parameters of_map;
 		const std::vector<MapReading> none;
-		const std::vector<SearchedMap> maps = {{profiles_, none, anywhere, of_map}};
+		const WallPatterns no_walls;
+		const std::vector<SearchedMap> maps = {{profiles_, none, no_walls, anywhere, of_map}};
 		d2s1r::CoarseSearch in_steps(maps, scan, parameters_);
 		const auto first = in_steps.candidates(few).candidates;
 		EXPECT_EQ(in_steps.candidates(few).candidates.size(), first.size()) << "asked twice";

@@ -26,7 +26,8 @@ class OverviewSearch : public testing::Test
 		std::vector<Pair> pairs;
 		const Parameters of_map;
 		const std::vector<MapReading> none;
-		const std::vector<SearchedMap> maps = {{profiles_, none, prior, of_map}};
+		const WallPatterns no_walls;
+		const std::vector<SearchedMap> maps = {{profiles_, none, no_walls, prior, of_map}};
 		std::vector<ScanInMap> scans = scan_in_maps(maps, scan, parameters_);
 		search_overviews(scans, parameters_, 255, pairs);
 		return pairs;

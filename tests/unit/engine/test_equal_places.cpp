@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 #include <mrpt/random/RandomGenerators.h>
 
+#include <algorithm>
+
 #include "test_floor.h"
 
 namespace d2s1r::test
@@ -25,13 +27,24 @@ Grid make_equal_corridor()
 		}
 	return grid;
 }
+
+/// How many scans at these poses are localized.
+int count_localized(const Grid& grid, const std::vector<mrpt::math::TPose2D>& robots, int field_of_view)
+{
+	const Localizer localizer(make_map(grid));
+	return static_cast<int>(std::count_if(
+	    robots.begin(), robots.end(),
+	    [&](const mrpt::math::TPose2D& robot)
+	    {
+		    const auto scan = make_observation(grid, robot, laser_of(field_of_view));
+		    return localizer.localize(scan).status == Status::kLocalized;
+	    }));
+}
 }  // namespace
 
-TEST(EqualPlaces, AreNeverLocalizedAtOneOfThem)
+TEST(EqualPlacesInACorridor, AreNeverLocalizedAtOneOfThem)
 {
 	constexpr int kScans = 80;
-	const Grid grid = make_equal_corridor();
-	const Localizer localizer(make_map(grid));
 	mrpt::random::CRandomGenerator random(7);
 	// At the first pose the samples beside the other end cost more than what the search keeps.
 	std::vector<mrpt::math::TPose2D> robots{{61.0974, 2.5687, -2.1926}};
@@ -40,12 +53,15 @@ TEST(EqualPlaces, AreNeverLocalizedAtOneOfThem)
 		const double from_end = random.drawUniform(1.5, 12.0), across = random.drawUniform(-0.6, 0.6);
 		robots.emplace_back(i % 2 == 0 ? 1 + from_end : 63 - from_end, 2 + across, random.drawUniform(-M_PI, M_PI));
 	}
-	int localized = 0;
-	for (const mrpt::math::TPose2D& robot : robots)
-	{
-		const Localization answer = localizer.localize(make_observation(grid, robot));
-		if (answer.status == Status::kLocalized) localized++;
-	}
-	EXPECT_EQ(localized, 0);
+	EXPECT_EQ(count_localized(make_equal_corridor(), robots, 360), 0);
+}
+
+TEST(EqualPlacesOnAFloor, AreNeverLocalizedAtOneOfThem)
+{
+	const Grid floor = make_floor(), both = with_turned_copy(floor);
+	std::vector<mrpt::math::TPose2D> robots;
+	for (const auto& pose : random_poses(floor, 100, 0.2, 3))
+		robots.emplace_back(pose.x - floor.origin_x, pose.y - floor.origin_y, pose.phi);
+	for (const int field_of_view : {360, 180}) EXPECT_EQ(count_localized(both, robots, field_of_view), 0);
 }
 }  // namespace d2s1r::test

@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "engine/default_index.h"
 #include "engine/search_effort.h"
 #include "test_floor.h"
 #include "twin_rooms.h"
@@ -70,9 +71,8 @@ TEST(LimitsOfSearch, AreTwiceThoseOfOneMapForSeveral)
 {
 	const Prior anywhere;
 	const Parameters parameters;
-	const RangeProfiles profiles;
-	const std::vector<MapReading> readings;
-	const SearchedMap map{profiles, readings, anywhere, parameters};
+	const DefaultIndex index;
+	const SearchedMap map = index.searched(anywhere, parameters);
 	const auto limits = [](const std::vector<SearchedMap>& maps) { return limits_of_search(maps).coarse_search; };
 	EXPECT_EQ(limits({map}).max_pairs, 20000);
 	EXPECT_EQ(limits({map}).candidates, 1200);

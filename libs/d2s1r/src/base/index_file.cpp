@@ -21,7 +21,7 @@ namespace
 {
 constexpr std::array<char, 16> kMagic = {"d2s1r index\r\n\x1a\n"};  // as in PNG: shows files that were copied as text
 constexpr std::uint32_t kByteOrder = 0x01020304;
-constexpr std::uint32_t kVersion = 6;  //!< of the file's layout
+constexpr std::uint32_t kVersion = 7;  //!< of the file's layout
 
 struct Header
 {

@@ -12,7 +12,6 @@
 
 #include "answer/distinct_poses.h"
 #include "coarse/coarse_kernel.h"
-#include "coarse/equal_place.h"
 
 namespace d2s1r
 {
@@ -86,60 +85,6 @@ std::vector<std::vector<Pair>> pairs_by_map(const std::vector<Pair>& of_groups, 
 		by_map[map].push_back({pair.position - in.first_group, pair.shift, pair.cost});
 	}
 	return by_map;
-}
-
-/// Returns the pairs of position and shift of a map that may match a place.
-/// \param of_groups with the map's own numbers of groups, as those of the positions are
-std::vector<Pair> samples_that_may_match(
-    const ScanInMap& in, const std::vector<Pair>& of_groups, const EqualPlace& equal)
-{
-	const RangeProfiles& profiles = in.profiles;
-	std::vector<Pair> samples;
-	ProfilesOfGroup rows(profiles);
-	for (const Pair& pair : of_groups)
-	{
-		const auto group = static_cast<std::size_t>(pair.position);
-		const std::uint8_t* profile = rows.of(group);
-		for (std::size_t i = profiles.first_of_group[group]; i < profiles.first_of_group[group + 1]; i++)
-		{
-			const Pair sample{static_cast<std::int32_t>(i), pair.shift, 0};
-			if (equal.may_match(profile, pair.shift) && (in.allowed.anywhere() || in.allowed.allows(sample)))
-				samples.push_back(sample);
-			profile += row_stride(static_cast<std::size_t>(profiles.directions));
-		}
-	}
-	return samples;
-}
-
-/// The poses at which maps look as from a place.
-struct Matches
-{
-	std::vector<Candidate> elsewhere;  //!< costs are what profiles are apart [step] a beam
-	double least_here = HUGE_VAL;      //!< [step] a beam, that profiles at the place itself are apart
-};
-
-/// Adds the poses in a map.
-/// \param samples pairs of position and shift in that map that may match
-void match_samples(
-    const ScanInMap& in, const SearchedMap& map, const std::vector<Pair>& samples, EqualPlace& equal, Matches& matches)
-{
-	const RangeProfiles& profiles = in.profiles;
-	const auto& first = profiles.first_of_group;
-	ProfilesOfGroup rows(profiles);
-	for (const Pair& sample : samples)
-	{
-		const auto i = static_cast<std::size_t>(sample.position);
-		const auto group =
-		    static_cast<std::size_t>(std::upper_bound(first.begin(), first.end(), i) - first.begin() - 1);
-		const std::uint8_t* const profile =
-		    rows.of(group) + (i - first[group]) * row_stride(static_cast<std::size_t>(profiles.directions));
-		const auto match = equal.match(profile, profiles.x(i), profiles.y(i), sample.shift);
-		const double apart = match.apart / static_cast<double>(in.scan.observed.size());
-		if (equal.is_here(map, match.pose))
-			matches.least_here = std::min(matches.least_here, apart);
-		else
-			matches.elsewhere.push_back({match.pose, apart, &map});
-	}
 }
 
 /// Memory of the last search of a thread, which the next one takes.
@@ -239,45 +184,6 @@ CandidateList CoarseSearch::candidates(const CoarseSearchParameters& limits)
 	found.complete_below = std::min(
 	    is_full ? found.candidates.back().cost : least + mean_margin(limits), least + margin() * left_out_from());
 	return found;
-}
-
-std::vector<Candidate> CoarseSearch::equals(const mrpt::math::TPose2D& sensor, std::size_t map) const
-{
-	// Of 1,504 equal places on five sites 98 % were the most alike, and none was farther apart: see Equal places in
-	// experiments/RESULTS.md.
-	constexpr std::size_t kMost = 5;              // [-] places
-	constexpr double kTimes = 2, kFarther = 1.0;  // [-], [step] a beam: than profiles at the place itself
-	EqualPlace equal(scans_[map], maps_[map], sensor, limits_.spacing);
-	std::vector<Pair> of_groups;
-	search_equal_groups(scans_, limits_, equal.overview(), of_groups);
-	const auto by_map = pairs_by_map(of_groups, scans_);
-	std::vector<std::vector<Pair>> samples;  // by map
-	bool is_anywhere_else = false;
-	for (std::size_t i = 0; i < scans_.size(); i++)
-	{
-		samples.push_back(samples_that_may_match(scans_[i], by_map[i], equal));
-		const auto is_elsewhere = [&](const Pair& sample)
-		{
-			const auto at = static_cast<std::size_t>(sample.position);
-			const RangeProfiles& profiles = scans_[i].profiles;
-			return !equal.is_here(maps_[i], {profiles.x(at), profiles.y(at), profiles.yaw_of(sample.shift)});
-		};
-		is_anywhere_else |= std::any_of(samples.back().begin(), samples.back().end(), is_elsewhere);
-	}
-	if (!is_anywhere_else) return {};
-	Matches matches;
-	for (std::size_t i = 0; i < scans_.size(); i++) match_samples(scans_[i], maps_[i], samples[i], equal, matches);
-	std::stable_sort(
-	    matches.elsewhere.begin(), matches.elsewhere.end(),
-	    [](const Candidate& a, const Candidate& b) { return a.cost < b.cost; });
-	DistinctPoses distinct(limits_.spacing / 2, scans_.front().profiles.yaw_of(1));
-	std::vector<Candidate> nearest;
-	for (const Candidate& match : matches.elsewhere)
-	{
-		if (nearest.size() == kMost || match.cost > kTimes * matches.least_here + kFarther) break;
-		if (distinct.add(match.pose, match.map->number)) nearest.push_back(match);
-	}
-	return nearest;
 }
 
 double CoarseSearch::left_out_from() const

@@ -76,14 +76,6 @@ class CoarseSearch
 	///         more in total than those of the best one by limits.margin times the square root of their number
 	CandidateList candidates(const CoarseSearchParameters& limits);
 
-	/// Searches all of the maps for places that equal, cell for cell, the one where the sensor is thought to be,
-	/// whatever was left out before: see EqualPlace.
-	/// \param sensor in map, m and rad
-	/// \param map number of the map it is in
-	/// \return the few that look most like that place, with the poses that the sensor would have there, and costs that
-	///         tell what the profiles of both places are apart; the most alike first
-	std::vector<Candidate> equals(const mrpt::math::TPose2D& sensor, std::size_t map) const;
-
 	/// Returns what [2 steps] the cheapest pair of group and shift costs in the overview; kAnyOverviewCost if there is
 	/// none.
 	std::uint32_t least_in_overviews() const { return least_of_groups_; }

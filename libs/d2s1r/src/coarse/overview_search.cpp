@@ -11,6 +11,15 @@ namespace d2s1r
 {
 namespace
 {
+/// Returns the range histogram of a scan, as those of groups are.
+std::array<std::uint8_t, RangeProfiles::kBins> histogram_of_scan(
+    const RangeProfiles& profiles, const QuantizedScan& scan)
+{
+	std::vector<std::uint8_t> steps;
+	for (const ReturnAt& beam : scan.returns) steps.push_back(profiles.quantize(beam.range) / 2);
+	return profiles.histogram_of(steps.data(), steps.size());
+}
+
 /// Counts the beams of the scan that are missing in the range histogram of each group, up to whole blocks of groups.
 /// \param missing room for them
 void find_missing_beams(const RangeProfiles& profiles, const QuantizedScan& scan, std::uint8_t* missing)
@@ -70,11 +79,11 @@ int most_missing(const ScanInMap& in, double least, const CoarseSearchParameters
 
 /// Compares a few beams with the overviews of some groups of a map at all shifts.
 void compare_overviews(
-    const ScanInMap& in, const std::vector<OverviewBeam>& beams, const std::vector<std::int32_t>& groups,
-    int truncation, CheapestPairs& cheapest)
+    const ScanInMap& in, const std::vector<std::int32_t>& groups, int truncation, CheapestPairs& cheapest)
 {
 	constexpr std::size_t kTogether = 32;
 	const auto directions = static_cast<std::size_t>(in.profiles.directions);
+	const auto& beams = in.overview_beams;
 	const OverviewScan few{beams.data(), beams.size(), in.profiles.directions, static_cast<std::uint8_t>(truncation)};
 	const std::size_t stride = 2 * directions + RangeProfiles::kBlock;
 	thread_local std::vector<std::uint8_t> kept_rows;  // for the next query
@@ -126,14 +135,6 @@ std::uint32_t overview_margin(const QuantizedScan& scan, const CoarseSearchParam
 	return static_cast<std::uint32_t>(parameters.margin * std::sqrt(beams));
 }
 
-std::array<std::uint8_t, RangeProfiles::kBins> histogram_of_scan(
-    const RangeProfiles& profiles, const QuantizedScan& scan)
-{
-	std::vector<std::uint8_t> steps;
-	for (const ReturnAt& beam : scan.returns) steps.push_back(profiles.quantize(beam.range) / 2);
-	return profiles.histogram_of(steps.data(), steps.size());
-}
-
 void search_overviews(
     const std::vector<ScanInMap>& scans, const CoarseSearchParameters& parameters, std::uint32_t most_cost,
     std::vector<Pair>& pairs)
@@ -146,7 +147,7 @@ void search_overviews(
 	const auto compare_where_missing = [&](const ScanInMap& in, int least, int most)
 	{
 		find_groups_where_missing(in, missing_in(in, missing), least, most, groups);
-		compare_overviews(in, in.overview_beams, groups, parameters.truncation, cheapest);
+		compare_overviews(in, groups, parameters.truncation, cheapest);
 	};
 
 	const int few = missing_at_few(scans, missing);
@@ -157,25 +158,6 @@ void search_overviews(
 	{
 		const int most = most_missing(in, least, parameters);
 		if (most > few) compare_where_missing(in, few + 1, most);
-	}
-	cheapest.drop_costly();
-}
-
-void search_equal_groups(
-    const std::vector<ScanInMap>& scans, const CoarseSearchParameters& parameters, const EqualOverview& equal,
-    std::vector<Pair>& pairs)
-{
-	constexpr int kApart = 3;            // [2 steps] most that a beam counts
-	constexpr std::uint32_t kFirst = 4;  // [2 steps] may beams be apart in all
-	constexpr std::size_t kBeams = 4;    // [-] allow one step of the overview more
-	const std::vector<std::uint8_t>& missing = missing_in_all(scans);
-	std::vector<std::int32_t> groups;
-	CheapestPairs cheapest(255, static_cast<std::size_t>(parameters.max_pairs), pairs);
-	cheapest.lower_limit(kFirst + static_cast<std::uint32_t>(equal.beams.size() / kBeams) + 1);
-	for (const ScanInMap& in : scans)
-	{
-		find_groups_where_missing(in, missing_in(in, missing), 0, equal.most_missing, groups);
-		compare_overviews(in, equal.beams, groups, kApart, cheapest);
 	}
 	cheapest.drop_costly();
 }

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "coarse/equal_places.h"
 #include "coarse/range_profiles.h"
 #include "ranges/beam_tracer.h"
 #include "ranges/distance_field.h"
@@ -25,6 +26,7 @@ struct SearchedMap
 {
 	const RangeProfiles& profiles;            //!< which the coarse search compares the scan with
 	const std::vector<MapReading>& readings;  //!< one or two
+	const WallPatterns& walls;                //!< of the map as it is drawn, for places that equal another one
 	const Prior& prior;                       //!< where in this map the robot may be
 	const Parameters& parameters;             //!< by which poses in this map are refined and scored
 	std::size_t number = 0;                   //!< [-] of this map among those that are searched together

@@ -17,12 +17,28 @@ bool may_be_smeared(const WallMeasure& walls, const Grid& grid)
 {
 	return walls.surface_depth > 0.5 * grid.cell_size;
 }
+
+/// Returns about how many cells find_wall_patterns() lists: those that with_wall_surfaces_only() leaves.
+double count_walls(const Grid& grid)
+{
+	const int depth = std::max(1, static_cast<int>(std::lround(kWallThickness / grid.cell_size)));  // [cells]
+	const auto is_occupied = [&](int column, int row)
+	{ return grid.contains(column, row) && grid.at(column, row) == Cell::kOccupied; };
+	double walls = 0;
+	for (int row = 0; row < grid.height; row++)
+		for (int column = 0; column < grid.width; column++)
+			if (is_occupied(column, row) && !(is_occupied(column - depth, row) && is_occupied(column + depth, row) &&
+			                                  is_occupied(column, row - depth) && is_occupied(column, row + depth)))
+				walls++;
+	return walls;
+}
 }  // namespace
 
 double memory_of_default_index(const Grid& grid, const Parameters& parameters)
 {
-	// All in bytes. First the free cells are listed, then ranges are swept, at last the fields are made.
-	constexpr double kListed = 6, kListedByRegion = 15, kSwept = 40, kPosition = 4, kGroup = 4;
+	// All in bytes. First the free cells are listed, then ranges are swept, then the fields are made, at last walls are
+	// listed.
+	constexpr double kListed = 6, kListedByRegion = 15, kSwept = 40, kPosition = 4, kGroup = 4, kWall = 20;
 	const double listed = parameters.free_cells.largest_region_only ? kListedByRegion : kListed;
 	const int side = std::max(1, static_cast<int>(std::lround(parameters.coarse_search.spacing / grid.cell_size)));
 	const auto cells = static_cast<double>(grid.cells.size());
@@ -32,7 +48,8 @@ double memory_of_default_index(const Grid& grid, const Parameters& parameters)
 	    (RangeProfiles::kDirections / 2 + kPosition) * positions +
 	    (static_cast<double>(in_whole_lines(RangeProfiles::kDirections)) + RangeProfiles::kBins + kGroup) *
 	        count_free_squares(grid, 2 * side);
-	return std::max(listed * cells, cells + profiles + std::max(kSwept * positions, readings * cells));
+	const double walls = kWall * count_walls(grid);
+	return std::max(listed * cells, cells + profiles + std::max(kSwept * positions, readings * cells + walls));
 }
 
 DefaultIndex make_default_index(Grid grid, const Parameters& parameters)
@@ -49,6 +66,7 @@ DefaultIndex make_default_index(Grid grid, const Parameters& parameters)
 	index.profiles = make_range_profiles(std::move(searched), std::move(cells), parameters.coarse_search.spacing);
 	index.readings.push_back({DistanceField(map, 0, 0), BeamTracer(map, 0)});
 	if (is_smeared) index.readings.push_back({DistanceField(map, 1, walls.surface_tolerance()), BeamTracer(map, 1)});
+	index.walls = find_wall_patterns(map);
 	return index;
 }
 
@@ -58,6 +76,7 @@ void save(const DefaultIndex& index, IndexWriter& file)
 	SkipMap::fields(index.readings.front().tracer.map(), file);
 	file(index.readings.size());
 	for (const MapReading& reading : index.readings) DistanceField::fields(reading.field, file);
+	WallPatterns::fields(index.walls, file);
 }
 
 DefaultIndex read_default_index(IndexReader& file)
@@ -74,6 +93,7 @@ DefaultIndex read_default_index(IndexReader& file)
 		index.readings.push_back({DistanceField(), BeamTracer(map, static_cast<int>(i))});
 		DistanceField::fields(index.readings.back().field, file);
 	}
+	WallPatterns::fields(index.walls, file);
 	return index;
 }
 }  // namespace d2s1r

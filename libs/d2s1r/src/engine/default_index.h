@@ -15,11 +15,12 @@ struct DefaultIndex
 {
 	RangeProfiles profiles;            //!< for the coarse search
 	std::vector<MapReading> readings;  //!< at least one; the map as it is drawn comes first
+	WallPatterns walls;                //!< of the map as it is drawn
 
 	/// Returns the map for a search, which refers to the index and the arguments. See SearchedMap.
 	SearchedMap searched(const Prior& prior, const Parameters& parameters, std::size_t number = 0) const
 	{
-		return {profiles, readings, prior, parameters, number};
+		return {profiles, readings, walls, prior, parameters, number};
 	}
 };
 

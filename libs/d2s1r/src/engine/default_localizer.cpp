@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "answer/distinct_poses.h"
+#include "coarse/equal_places.h"
 #include "engine/search_effort.h"
 #include "fine/refinement.h"
 
@@ -58,10 +59,11 @@ struct Verdict
 	bool is_whole = false;  //!< all candidates of the whole search were judged
 	bool is_safe = false;   //!< all that were not cost far more than that of the answer
 
-	/// Returns the pose of the sensor in map (m and rad) at the best place, if there is one.
-	mrpt::math::TPose2D sensor(const Scan& scan) const
+	/// Returns the place of the answer, if there is one.
+	const Place& best() const
 	{
-		return decision.answer.best().pose.asTPose() + scan.sensor_on_robot;
+		const auto is_best = [&](const Place& place) { return place.map->number == decision.maps.front(); };
+		return *std::find_if(places.begin(), places.end(), is_best);
 	}
 };
 
@@ -129,21 +131,6 @@ void note_region(Localization& answer, const std::vector<SearchedMap>& maps)
 		answer.note = "no place in the given region explains the scan";
 }
 
-/// Returns the places, best first, that settled candidates and the `known` places lead to.
-/// \param least [nat] score by few beams that a candidate must reach
-std::vector<Place> judge_settled(
-    const Scan& scan, const BeamSubsets& beams, std::vector<RefinedPose> settled, const Parameters& limits,
-    const std::vector<Place>& known, StageClock& clock, double least = -HUGE_VAL)
-{
-	// The best place so far competes, so that what is hopeless against it is dropped.
-	if (!known.empty()) settled.push_back({known.front(), known.front().score.explained});
-	const auto shortlist = make_shortlist(beams.few, settled, limits.refinement, least);
-	const auto refined = refine(beams.many, shortlist, limits.refinement);
-	auto places = find_places(scan, beams.all, refined, limits, known);
-	clock.lap(&StageTimes::refinement_ms);
-	return places;
-}
-
 /// Returns the places, best first, that candidates and the `known` places lead to.
 /// \param least [nat] score by few beams that a candidate must reach, once it has settled
 std::vector<Place> judge(
@@ -152,7 +139,13 @@ std::vector<Place> judge(
 {
 	auto settled = settle(beams.few, candidates, limits.refinement);
 	clock.lap(&StageTimes::registration_ms);
-	return judge_settled(scan, beams, std::move(settled), limits, known, clock, least);
+	// The best place so far competes, so that what is hopeless against it is dropped.
+	if (!known.empty()) settled.push_back({known.front(), known.front().score.explained});
+	const auto shortlist = make_shortlist(beams.few, settled, limits.refinement, least);
+	const auto refined = refine(beams.many, shortlist, limits.refinement);
+	auto places = find_places(scan, beams.all, refined, limits, known);
+	clock.lap(&StageTimes::refinement_ms);
+	return places;
 }
 
 /// Returns a scan whose beams are in the opposite order, as of a laser that is mounted upside down.
@@ -193,6 +186,7 @@ class OneScan
 	Decision answer();
 
    private:
+	void judge_equal_places();
 	bool is_worth_mirroring() const;
 	double log_likelihood_of_mirrored();
 
@@ -230,17 +224,27 @@ bool OneScan::may_stand(bool is_last)
 {
 	if (verdict_.decision.answer.status != Status::kLocalized) return false;
 	if (!is_last && !(verdict_.is_safe && is_clear(verdict_.decision, maps_))) return false;
-	const auto equals = search_.equals(verdict_.sensor(scan_), verdict_.decision.maps.front());
-	clock_.lap(&StageTimes::retrieval_ms);
-	std::vector<RefinedPose> poses;  // they need not settle, which would lead some of them to another pose nearby
-	for (const Candidate& equal : equals)
+	judge_equal_places();
+	return is_clear(verdict_.decision, maps_);
+}
+
+/// Lets the places that equal that of the answer, cell for cell, compete with it.
+void OneScan::judge_equal_places()
+{
+	std::vector<RefinedPose> poses;
+	const Place& best = verdict_.best();
+	for (const EqualPlace& equal : equal_places(beams_.many, maps_, best.scored_at, best.map->number))
 		for (std::size_t reading = 0; reading < equal.map->readings.size(); reading++)
 			poses.push_back({{equal.pose, equal.map, reading}});
-	if (!poses.empty())
-		verdict_.places = judge_settled(
-		    scan_, beams_, std::move(poses), with_share_of_effort(whole_, kSomeEffort), verdict_.places, clock_);
+	clock_.lap(&StageTimes::retrieval_ms);
+	if (poses.empty()) return;
+	const Parameters limits = with_share_of_effort(whole_, kSomeEffort);
+	// As they are, they fit as well as the answer does. Refined, they may end at a pose beside that.
+	const auto refined = refine(beams_.many, poses, limits.refinement);
+	poses.insert(poses.end(), refined.begin(), refined.end());
+	verdict_.places = find_places(scan_, beams_.all, poses, limits, verdict_.places);
 	verdict_.decision = decide(scan_, verdict_.places, maps_);
-	return is_clear(verdict_.decision, maps_);
+	clock_.lap(&StageTimes::refinement_ms);
 }
 
 void OneScan::look_at_mirrored()

@@ -94,6 +94,12 @@ struct SkipMap
 		return column > 0 && row > 0 && column < width - 1 && row < height - 1;
 	}
 
+	/// Returns whether a cell is occupied in a reading; in the margin and beyond it none is.
+	bool is_occupied(int column, int row, int reading) const
+	{
+		return is_inside(column, row) && (class_of(cells[index(column, row)], reading) & kOccupied) != 0;
+	}
+
 	/// Returns whether a sensor may stand at (x, y) [m] in the map frame: on the map, and in a free cell, or at most
 	/// `beside` [m], along each axis, from one that no wall separates it from in a reading.
 	bool may_stand(double x, double y, double beside, int reading) const;
