@@ -55,6 +55,10 @@ class Frame:
     frames: int  # of the window
     absence: float  # [nat] of the newest frame
     scale: float  # [-] that scans tell of the odometry
+    explained: float  # [0, 1] share of the returns of the scan where the window puts the robot, nan without a place
+    explained_there: float  # [0, 1] the same where the ground truth puts it
+    apart: float  # [m] these poses are, when both are moved to where the scan fits best nearby
+    lead: float  # [-] by how much the scan fits better where the window puts the robot, as log-odds
 
 
 def difference(pose, other):
@@ -81,7 +85,9 @@ def frames_of(file):
             truth = tuple(float(row[name]) for name in ("true_x", "true_y", "true_phi"))
             yield Frame(int(row["frame"]), truth, answer_of(row, "", truth), answer_of(row, "window_", truth),
                         float(row["window_presence"]), int(row["window_frames"]), float(row["window_absence"]),
-                        float(row["odometry_scale"]))
+                        float(row["odometry_scale"]),
+                        *(float(row[name] or "nan") for name in ("window_explained", "true_explained", "fits_apart",
+                                                                "window_lead")))
 
 
 def run(command):
@@ -152,6 +158,24 @@ def bins_table(drives, is_right, meaning):
         "Errors told and seen", f"Windows on {', '.join(BINNED)}. Wrong: {meaning} beside the ground truth. Agreed: told "
         "within the 95 % interval (Wilson) of those seen, or within a factor of 2.",
         ["confidence", "frames", "wrong", "told [%]", "seen [%]", "interval [%]", "agreed"], rows)
+
+
+def wrong_table(drives):
+    rows = []
+    for name in BINNED:
+        for frame in drives.get(name, ()):
+            if not frame.window.localized or frame.window.right:
+                continue
+            way, turn = difference(frame.window.pose, frame.truth)
+            rows.append([name, str(frame.number), f"{way:.2f}", f"{math.degrees(turn):.1f}",
+                         f"{frame.window.confidence:.4f}", f"{frame.explained:.2f}", f"{frame.explained_there:.2f}",
+                         f"{frame.apart:.2f}", f"{frame.lead:+.1f}"])
+    return tables.table(
+        "Localized and wrong", "The share of the scan's returns that walls explain where the window puts the robot and where "
+        "the ground truth does, each moved to where the scan fits best nearby; how far apart these poses are; the lead of the "
+        "former as log-odds.",
+        ["drive", "frame", "beside the truth [m]", "[deg]", "confidence", "explained", "at the truth", "apart [m]", "lead"],
+        rows)
 
 
 def moved(frame, before):
@@ -232,8 +256,8 @@ def main():
         with concurrent.futures.ThreadPoolExecutor(arguments.jobs) as pool:
             followed = dict(zip([d.name for d in drives], pool.map(lambda drive: follow(arguments, drive), drives)))
         parts = [drives_table(followed), bins_table(followed, lambda answer: answer.right, "0.5 m or 10 deg"),
-                 bins_table(followed, lambda answer: answer.at_place, "1.2 m or 20 deg"), jumps_table(followed),
-                 disturbed_table(arguments, [drive for drive in drives if drive.name in DISTURBED])]
+                 bins_table(followed, lambda answer: answer.at_place, "1.2 m or 20 deg"), wrong_table(followed),
+                 jumps_table(followed), disturbed_table(arguments, [drive for drive in drives if drive.name in DISTURBED])]
     except (OSError, RuntimeError) as error:
         sys.exit(f"windows.py: {error}")
     file = arguments.output / "windows.md"

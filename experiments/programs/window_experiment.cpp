@@ -87,6 +87,26 @@ bool is_right_by_scan(const Localization& answer, const RunFrame& frame, const L
 	return fitted && is_right(answer, fitted->pose.asTPose());
 }
 
+/// Writes the share of the returns that walls explain where an answer puts the robot and where the ground truth does,
+/// each moved to where the scan fits best nearby, how far apart [m] these poses are, and by how much the scan fits that
+/// of the answer better, as log-odds.
+void write_fits(std::ofstream& csv, const Localization& answer, const RunFrame& frame, const Localizer& localizer)
+{
+	const Scan scan = make_scan(*frame.scan, localizer.parameters().scan);
+	const auto near = [&](const mrpt::poses::CPose2D& pose) { return localizer.hypothesis_near(scan, pose); };
+	const auto at_answer = answer.hypotheses.empty() ? std::nullopt : near(answer.best().pose);
+	const auto at_truth = near(mrpt::poses::CPose2D(frame.truth));
+	const auto write_explained = [&](const std::optional<Hypothesis>& fit)
+	{ fit ? csv << ',' << fit->explained.value_or(0) : csv << ','; };
+	write_explained(at_answer);
+	write_explained(at_truth);
+	if (!at_answer || !at_truth)
+		csv << ",,";
+	else
+		csv << ',' << (at_answer->pose - at_truth->pose).norm() << ','
+		    << (log_likelihood_of(*at_answer) - log_likelihood_of(*at_truth)) / answer.temperature;
+}
+
 /// How the answers of one kind fared.
 struct Count
 {
@@ -185,7 +205,8 @@ void judge(
 	std::ofstream csv(file);
 	if (!csv) throw std::runtime_error(file + ": cannot be written");
 	csv << "frame,true_x,true_y,true_phi,status,confidence,right,x,y,phi,window_status,window_confidence,window_right,"
-	       "window_x,window_y,window_phi,window_presence,window_frames,window_absence,odometry_scale\n";
+	       "window_x,window_y,window_phi,window_presence,window_frames,window_absence,odometry_scale,window_explained,"
+	       "true_explained,fits_apart,window_lead\n";
 	Count alone, together;
 	const auto answers = follow(run, localizer, settings, tuning_of<WindowTuning>(settings));
 	for (std::size_t i = 0; i < run.size(); i++)
@@ -196,8 +217,9 @@ void judge(
 		write_answer(csv, frame.localization, frame.truth);
 		const WindowAnswer& window = answers[i];
 		write_answer(csv, window.answer, frame.truth);
-		csv << ',' << window.answer.presence << ',' << window.frames << ',' << window.absence << ',' << window.scale
-		    << '\n';
+		csv << ',' << window.answer.presence << ',' << window.frames << ',' << window.absence << ',' << window.scale;
+		write_fits(csv, window.answer, frame, localizer);
+		csv << '\n';
 		if (i < first_judged(settings)) continue;
 		alone.add(frame.localization, frame, localizer);
 		together.add(window.answer, frame, localizer);

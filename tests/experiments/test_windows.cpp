@@ -17,7 +17,8 @@ class Windows : public ExperimentScripts
 from windows import *
 def frame(number, confidence, right=True, x=0.0, presence=1.0, frames=10, alone=0.5):
     return Frame(number, (0, 0, 0), Answer(alone > 0.9, alone, (0, 0, 0), True, True),
-                 Answer(confidence > 0.9, confidence, (x, 0, 0), right, right or number % 40 != 0), presence, frames, 1.5, 1.0)
+                 Answer(confidence > 0.9, confidence, (x, 0, 0), right, right or number % 40 != 0), presence, frames, 1.5, 1.0,
+                 0.9, 0.3, 2.5, 5.04)
 )" + script);
 	}
 };
@@ -45,6 +46,15 @@ TEST_F(Windows, AnAnswerBesideTheTruthIsStillAtItsPlace)
 	            "    answer = answer_of({name: str(value) for name, value in row.items()}, '', (0, 0, 0))\n"
 	            "    print(answer.right, answer.at_place)"),
 	    "True True\nFalse True\nFalse True\nFalse False\nFalse False\n");
+}
+
+TEST_F(Windows, WrongFramesAreListedWithHowTheScanFits)
+{
+	const std::string told =
+	    printed("print(wrong_table({'intel': [frame(1, 0.95), frame(2, 0.95, False, x=3.0), frame(3, 0.5, False)]}))");
+	EXPECT_NE(told.find("| intel | 2 | 3.00 | 0.0 | 0.9500 | 0.90 | 0.30 | 2.50 | +5.0 |"), std::string::npos) << told;
+	EXPECT_EQ(told.find("| intel | 1 |"), std::string::npos) << "it is right";
+	EXPECT_EQ(told.find("| intel | 3 |"), std::string::npos) << "it is not localized";
 }
 
 TEST_F(Windows, AJumpHasACause)
