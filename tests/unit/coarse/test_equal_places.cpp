@@ -130,10 +130,10 @@ TEST(EqualPlaces, AreFoundInOtherMapsWithCellsOfTheSameSize)
 	const Prior anywhere;
 	const DefaultIndex one = make_default_index(floor, parameters), other = make_default_index(larger, parameters);
 	const TPose2D sensor = poses_on_floor().front();
-	const auto places = places_of(
-	    floor, sensor, 360,
-	    {one.searched(anywhere, parameters, 0), one.searched(anywhere, parameters, 1),
-	     other.searched(anywhere, parameters, 2)});
+	const std::vector<SearchedMap> maps = {
+	    one.searched(anywhere, parameters, 0), one.searched(anywhere, parameters, 1),
+	    other.searched(anywhere, parameters, 2)};
+	const auto places = places_of(floor, sensor, 360, maps);
 	EXPECT_TRUE(is_among(places, sensor, 1, 1e-6));
 	for (const EqualPlace& place : places) EXPECT_EQ(place.map->number, 1);
 }
@@ -152,7 +152,8 @@ TEST(EqualPlaces, AreNoneWhereWallsAreMissing)
 	const Parameters parameters;
 	const Prior anywhere;
 	const DefaultIndex index = make_default_index(both.grid, parameters);
-	EXPECT_FALSE(is_among(places_of(both.grid, here, 360, {index.searched(anywhere, parameters)}), there, 0, 0.3));
+	const std::vector<SearchedMap> maps = {index.searched(anywhere, parameters)};
+	EXPECT_FALSE(is_among(places_of(both.grid, here, 360, maps), there, 0, 0.3));
 }
 
 TEST(WallPatterns, TurnByQuarters)

@@ -41,6 +41,7 @@ WallPattern least_turn(WallPattern pattern)
 	for (int turns = 1; turns < 4; turns++) least = std::min(least, pattern = turned(pattern));
 	return least;
 }
+
 /// A cell of a map, or how far it is from another one.
 struct MapCell
 {
