@@ -156,8 +156,7 @@ TEST(Atlas, TwoFloorsThatAreAlikeShareTheProbability)
 		EXPECT_EQ(result.hypotheses[0].pose, result.hypotheses[1].pose);
 		EXPECT_DOUBLE_EQ(result.hypotheses[0].probability, result.hypotheses[1].probability);
 		const Localization one = floor_localizer()->localize(make_observation(world_of(make_floor()), robot));
-		// They differ by how far the best place leads over the second one, for which other walls are looked up.
-		EXPECT_NEAR(odds_of(result) * std::sqrt(3.0) / odds_of(one), 1, 0.1)
+		EXPECT_NEAR(odds_of(result) * std::sqrt(3.0) / odds_of(one), 1, 1e-3)
 		    << "as likely that it is one of them, but for the number of maps";
 	}
 }

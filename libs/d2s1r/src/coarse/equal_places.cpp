@@ -141,14 +141,14 @@ class EqualSearch
 		return anchors;
 	}
 
-	/// Tries the cells of a map that look like an anchor, until enough are tried in all.
+	/// Tries the cells of a map that look like an anchor, until enough are tried or found in all.
 	void try_all(const Anchor& anchor, const SearchedMap& map)
 	{
 		const SkipMap& cells = cells_of(map);
 		if (cells.cell_size != cells_of(here_).cell_size) return;
 		for (const std::uint32_t like : map.walls.cells_like(anchor.pattern))
 		{
-			if (tried_ >= kMostTried) return;
+			if (tried_ >= kMostTried || places_.size() >= kMostPlaces) return;
 			const auto width = static_cast<std::uint32_t>(cells.width);
 			const MapCell there{static_cast<int>(like % width), static_cast<int>(like / width)};
 			const WallPattern pattern = pattern_at(cells, there.column, there.row);
@@ -158,30 +158,12 @@ class EqualSearch
 		}
 	}
 
-	/// Returns the places, the most alike first.
-	std::vector<EqualPlace> places()
-	{
-		constexpr std::size_t kMost = 20;  // [-]
-		std::stable_sort(
-		    found_.begin(), found_.end(), [](const Found& a, const Found& b) { return a.missing < b.missing; });
-		DistinctPoses distinct(kPlaceDistance, kPlaceYaw);
-		std::vector<EqualPlace> places;
-		for (const Found& found : found_)
-			if (places.size() < kMost && distinct.add(found.place.pose, found.place.map->number))
-				places.push_back(found.place);
-		return places;
-	}
+	const std::vector<EqualPlace>& places() const { return places_; }
 
    private:
 	static constexpr std::size_t kAnchors = 8;        //!< [-]
 	static constexpr std::size_t kMostTried = 20000;  //!< [-] cells that look like anchors
-	static constexpr double kMissing = 0.1;           //!< [-] share of the walls that may be missing
-
-	struct Found
-	{
-		EqualPlace place;
-		std::size_t missing;  //!< [-] walls
-	};
+	static constexpr std::size_t kMostPlaces = 20;    //!< [-]
 
 	/// A cell of a map where the anchor is thought to stand again, turned.
 	struct Copy
@@ -191,21 +173,18 @@ class EqualSearch
 		int quarters;  //!< [-] of a turn
 	};
 
-	/// Adds the place of a copy if it is another one, and most of the walls that are seen stand there, too.
+	/// Adds the place of a copy if it is another one, and all walls that are seen stand there, too.
 	void try_one(const Copy& copy)
 	{
 		tried_++;
-		const auto most = static_cast<std::size_t>(kMissing * static_cast<double>(walls_.size()));
-		const std::size_t missing = missing_in(copy, most);
-		if (missing > most) return;
+		if (!shows_all(copy)) return;
 		const TPose2D pose = pose_in(copy);
-		if (copy.map.number == here_.number && are_near(pose, sensor_, kPlaceDistance, kPlaceYaw)) return;
-		found_.push_back({{pose, &copy.map}, missing});
+		const bool is_here = copy.map.number == here_.number && are_near(pose, sensor_, kPlaceDistance, kPlaceYaw);
+		if (!is_here && distinct_.add(pose, copy.map.number)) places_.push_back({pose, &copy.map});
 	}
 
-	/// Returns how many walls that are seen [-] are not in a copy, or have another one before them. It stops counting
-	/// when these are more than `most`.
-	std::size_t missing_in(const Copy& copy, std::size_t most) const
+	/// Returns whether all walls that are seen are in a copy, too, and none before them.
+	bool shows_all(const Copy& copy) const
 	{
 		const auto is_wall_there = [&](const MapCell& cell)
 		{
@@ -213,10 +192,9 @@ class EqualSearch
 			    turned_by(copy.quarters, cell.column - copy.anchor.column, cell.row - copy.anchor.row);
 			return is_wall(cells_of(copy.map), {copy.there.column + right, copy.there.row + up});
 		};
-		std::size_t missing = 0;
-		for (auto seen = walls_.begin(); seen != walls_.end() && missing <= most; ++seen)
-			if (!is_wall_there(seen->wall) || is_wall_there(seen->before)) missing++;
-		return missing;
+		return std::all_of(
+		    walls_.begin(), walls_.end(),
+		    [&](const WallSeen& seen) { return is_wall_there(seen.wall) && !is_wall_there(seen.before); });
 	}
 
 	/// Returns the pose that the sensor has in a copy (in map, m and rad).
@@ -232,7 +210,8 @@ class EqualSearch
 	TPose2D sensor_;
 	std::vector<WallSeen> walls_;
 	std::size_t tried_ = 0;
-	std::vector<Found> found_;
+	DistinctPoses distinct_{kPlaceDistance, kPlaceYaw};
+	std::vector<EqualPlace> places_;
 };
 }  // namespace
 

@@ -71,7 +71,7 @@ struct EqualPlace
 /// \param beams of the scan
 /// \param sensor in map, m and rad
 /// \param map number of the map it is in
-/// \return a few places, the most alike first; at them as good as all walls that the scan shows are there
+/// \return some places, in no order, where all walls stand that the scan shows; some twenty at most
 std::vector<EqualPlace> equal_places(
     const BeamSubset& beams, const std::vector<SearchedMap>& maps, const mrpt::math::TPose2D& sensor, std::size_t map);
 }  // namespace d2s1r
