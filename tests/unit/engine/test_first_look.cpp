@@ -142,8 +142,8 @@ TEST_F(FirstLook, StandsIfWhatItLeftOutCostsFarMore)
 {
 	const Grid grid = make_floor(), world = world_of(grid);
 	Parameters most = Parameters(), most_at_once = whole_search(), some = first_look_only();
-	most.coarse_search.candidates = most_at_once.coarse_search.candidates = 30;
-	some.coarse_search.candidates = 11;  // 0.35 of them
+	most.coarse_search.candidates = most_at_once.coarse_search.candidates = 6;
+	some.coarse_search.candidates = 3;  // 0.35 of them, rounded up
 	const Localizer both(make_map(grid), most), whole(make_map(grid), most_at_once), first(make_map(grid), some);
 	int stands = 0, does_not = 0;
 	for (const auto& robot : random_poses(grid, 200, 0.3, 5))
