@@ -24,10 +24,9 @@ std::string base64(const std::uint8_t* bytes, std::size_t size)
 }
 }  // namespace
 
-Packer::Packer(const std::filesystem::path& folder) : packed_(folder)
+Packer::Packer(const std::filesystem::path& folder, int level) : packed_(folder)
 {
-	constexpr int kLevel = 6;  // zlib's default
-	if (deflateInit(&stream_, kLevel) != Z_OK) throw std::bad_alloc();
+	if (deflateInit(&stream_, level) != Z_OK) throw std::bad_alloc();
 }
 
 void Packer::print(TextFile& file)

@@ -20,8 +20,10 @@ using Json = nlohmann::ordered_json;  //!< numbers that are not finite become nu
 class Packer
 {
    public:
-	/// \param folder where there is room for the file. \throws UserError (kBadOutput), as add() and print() do
-	explicit Packer(const std::filesystem::path& folder);
+	/// \param folder where there is room for the file
+	/// \param level of zlib
+	/// \throws UserError (kBadOutput), as add() and print() do
+	explicit Packer(const std::filesystem::path& folder, int level = Z_DEFAULT_COMPRESSION);
 	~Packer() { deflateEnd(&stream_); }
 	Packer(const Packer&) = delete;
 	Packer& operator=(const Packer&) = delete;

@@ -15,6 +15,7 @@ namespace d2s1r::app
 namespace
 {
 constexpr std::size_t kMostBeams = 360;  //!< [-] of a scan that are kept
+constexpr int kLevelOfMap = 4;           //!< [-] of zlib: whoever interrupts a run waits while a large map is packed
 
 /// Rounds to a thousandth, which makes the text short.
 double rounded(double value)
@@ -216,8 +217,9 @@ void ReportHtml::finish(const RunReport& report, const DrawnFrames& frames, cons
 	    [&](std::string_view name)
 	    {
 		    if (name == "scans") return scans_->print(file_);
-		    Packer packer(folder_);
-		    if (name == "map")
+		    const bool is_map = name == "map";
+		    Packer packer(folder_, is_map ? kLevelOfMap : Z_DEFAULT_COMPRESSION);
+		    if (is_map)
 			    packer.add(grid.cells.data(), grid.cells.size());
 		    else
 			    pack_results(packer, report, frames, grid);
