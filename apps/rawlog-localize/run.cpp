@@ -82,6 +82,21 @@ bool needs_diagnosis(const RunReport& report)
 	       !report.command.log.is_live() && !interrupted() && 2 * localized < report.frames.kept().size();
 }
 
+/// Returns why most frames were not localized; no value if that was interrupted or there is no memory for it, which
+/// does not keep what was localized from being written.
+std::optional<Diagnosis> diagnose_run(
+    const logs::Log& log, const FrameSelection& selection, const RunReport& report, const GroundTruth& truth)
+{
+	try
+	{
+		return diagnose(log, selection, report.command, report.maps.front().map->localizer(), truth);
+	}
+	catch (const UserError&)
+	{
+		return std::nullopt;
+	}
+}
+
 /// Returns the poses that an option names; none if it was not given. Says so if the log has them in a frame that is
 /// not the map's by its name.
 GroundTruth poses_of(
@@ -200,8 +215,7 @@ ExitStatus finish(
 	report.odometry = loop.odometry;
 	report.left_out = loop.left_out;
 	report.laser_of_first_frame = loop.laser;
-	if (needs_diagnosis(report))
-		report.diagnosis = diagnose(log, selection, command, report.maps.front().map->localizer(), truth);
+	if (needs_diagnosis(report)) report.diagnosis = diagnose_run(log, selection, report, truth);
 	if (outputs) write_files(*outputs, report, loop, truth);
 	if (!command.output.quiet && !command.output.stream) print_table(report, console.out);
 	check_any_frame(log.survey, loop, command.log);

@@ -109,6 +109,22 @@ class AppBounds : public AppTest
 		write_file(path(name), pixels);
 	}
 
+	/// Saves a room of 8 m in the middle of specks as an image of `side` pixels.
+	void save_specks(const std::string& name, int side) const
+	{
+		constexpr int kHalfRoom = 80;  // [pixel]
+		std::mt19937 random(56);
+		std::string pixels = "P5 " + std::to_string(side) + " " + std::to_string(side) + " 255\n";
+		for (int y = 0; y < side; y++)
+			for (int x = 0; x < side; x++)
+			{
+				const int beside = std::max(std::abs(x - side / 2), std::abs(y - side / 2));
+				pixels += beside < kHalfRoom ? '\xfe' : random() % 2 == 0 ? '\0' : '\xcd';
+			}
+		write_file(path(name), pixels);
+		write_file(path(name + ".yaml"), "image: " + name + "\n" + kMapServer);
+	}
+
 	/// Saves the walk `times` times in each format of logs that the program was built with. \return their names
 	Words save_logs(int times) const
 	{
@@ -230,5 +246,26 @@ TEST_F(AppBounds, AnInterruptIsHeardAtAnyMomentOfAnyInput)
 	}
 	EXPECT_LE(ended_alone, 1 + cases / 20);
 	std::printf("%d of %d with status 130, at most %.2f s after the signal\n", cases - ended_alone, cases, longest);
+}
+
+/// None of the scans fits, so that the program looks for the reason, with an index of its own.
+TEST_F(AppBounds, AnInterruptIsHeardWhileAnIndexIsBuiltForADiagnosis)
+{
+	save_specks("specks.pgm", 1000);
+	Process process = start(words("specks.pgm.yaml", "walk.rawlog", {"--stream"}));
+	const auto frames_done = [&]
+	{ return std::filesystem::exists(path("stdout")) ? lines_of(read_file(path("stdout"))).size() : 0; };
+	while (process.running() && frames_done() < walk().size())
+		std::this_thread::sleep_for(std::chrono::milliseconds(5));
+	std::this_thread::sleep_for(std::chrono::milliseconds(200));
+	ASSERT_TRUE(process.running()) << "the map is too small for this test";
+	process.send(SIGINT);
+	const auto sent = Clock::now();
+	const ProcessResult result = process.wait();
+	EXPECT_LT(std::chrono::duration<double>(Clock::now() - sent).count(), 1);
+	EXPECT_EQ(result.status, 130);
+	const std::string all = std::to_string(walk().size());
+	EXPECT_NE(result.err.find("interrupted after " + all + " of " + all + " frames"), std::string::npos) << result.err;
+	EXPECT_TRUE(std::filesystem::exists(path("out/summary.json")));
 }
 }  // namespace

@@ -372,7 +372,8 @@ Diagnosis diagnose(
 	const logs::Overrides& overrides = command.log.overrides;
 	const auto reader = logs::read_log(log, selection.label, overrides);
 	const Tester tester(
-	    read_samples(*reader, log.survey, selection), command.search.threads, localizer.map(), localizer.parameters());
+	    read_samples(*reader, log.survey, selection), command.search.threads, command.map.name(), localizer.map(),
+	    localizer.parameters());
 	const Samples& samples = tester.samples();
 	if (samples.chosen.empty()) return {};
 	const Trial as_it_is = tester.try_scans({});

@@ -24,7 +24,9 @@ struct Diagnosis
 /// is flipped, scans that are mirrored, the unit of ranges, maxRange, zeros, a region, the choice of the laser. What
 /// scans alone cannot show is looked for in the odometry of the log and the ground truth, if there are any: a laser
 /// that is turned, an origin that is wrong, beams that were taken one after the other. A mistake is named only if far
-/// more scans fit without it. \param localizer of the default method
+/// more scans fit without it. It builds the index of the map once more, for other parameters.
+/// \param localizer of the default method
+/// \throws UserError (kInterrupted; kBadInput if there is no memory for a second index)
 Diagnosis diagnose(
     const logs::Log& log, const FrameSelection& selection, const CommandLine& command, const Localizer& localizer,
     const GroundTruth& truth);

@@ -4,6 +4,8 @@
 #include <d2s1r/localizer.h>
 
 #include <algorithm>
+#include <memory>
+#include <string>
 #include <vector>
 
 #include "diagnosis/mistakes.h"
@@ -40,11 +42,14 @@ struct Trial
 class Tester
 {
    public:
-	/// \param parameters those of the run
-	Tester(Samples samples, int threads, const mrpt::maps::COccupancyGridMap2D& map, const Parameters& parameters);
+	/// Builds an index of its own. \param parameters those of the run
+	/// \throws UserError (kInterrupted; kBadInput, naming `file`, if there is no memory for that)
+	Tester(
+	    Samples samples, int threads, const std::string& file, const mrpt::maps::COccupancyGridMap2D& map,
+	    const Parameters& parameters);
 
 	const Samples& samples() const { return samples_; }
-	const Localizer& localizer() const { return localizer_; }
+	const Localizer& localizer() const { return *localizer_; }
 
 	/// Tries the scans, one in `step` of them.
 	Trial try_scans(const Mistake& mistake, std::size_t step = 1, const Query& query = {}) const;
@@ -52,7 +57,7 @@ class Tester
 	/// Tries the scans that were taken later, in the order of the samples; those there are not are invalid.
 	Trial try_later(const Mistake& mistake) const;
 
-	/// Returns a tester of the same samples with another map.
+	/// Returns a tester of the same samples with another map. \throws UserError as the constructor
 	Tester with_map(const mrpt::maps::COccupancyGridMap2D& map) const;
 
    private:
@@ -60,7 +65,8 @@ class Tester
 
 	Samples samples_;
 	int threads_;
+	std::string file_;       //!< of the map
 	Parameters parameters_;  //!< those of the run
-	Localizer localizer_;
+	std::shared_ptr<const Localizer> localizer_;
 };
 }  // namespace d2s1r::app

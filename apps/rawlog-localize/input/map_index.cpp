@@ -44,20 +44,6 @@ std::string text_of_memory(double memory)
 	return memory >= 1e9 ? mrpt::format("%.1f GB", 1e-9 * memory) : mrpt::format("%.1f MB", 1e-6 * memory);
 }
 
-/// Returns how much memory [byte] the index of a map takes about. \throws std::runtime_error if there is less
-double memory_of_index(const MrptGrid& grid, const Parameters& parameters)
-{
-	const double of_copy = static_cast<double>(grid.getRawMap().size());
-	const double needed = of_copy + static_cast<double>(memory_to_build(grid, parameters));
-	const auto available = static_cast<double>(available_memory());
-	if (needed > available)
-		throw std::runtime_error(mrpt::format(
-		    "the index of %u x %u cells takes about %s and there are %s of memory; use a coarser or smaller map",
-		    static_cast<unsigned>(grid.getSizeX()), static_cast<unsigned>(grid.getSizeY()),
-		    text_of_memory(needed).c_str(), text_of_memory(available).c_str()));
-	return needed;
-}
-
 /// Returns the fingerprint of the map file; no value if it cannot be read, which build_map() says better.
 std::optional<std::uint64_t> fingerprint_of(const MapSource& source)
 {
@@ -95,6 +81,19 @@ IndexedMap load_index(const MapSource& source, std::uint64_t fingerprint, const 
 	}
 }
 }  // namespace
+
+double memory_of_index(const MrptGrid& grid, const Parameters& parameters)
+{
+	const double of_copy = static_cast<double>(grid.getRawMap().size());
+	const double needed = of_copy + static_cast<double>(memory_to_build(grid, parameters));
+	const auto available = static_cast<double>(available_memory());
+	if (needed > available)
+		throw std::runtime_error(mrpt::format(
+		    "the index of %u x %u cells takes about %s and there are %s of memory; use a coarser or smaller map",
+		    static_cast<unsigned>(grid.getSizeX()), static_cast<unsigned>(grid.getSizeY()),
+		    text_of_memory(needed).c_str(), text_of_memory(available).c_str()));
+	return needed;
+}
 
 CSignatureMap2D::ConstPtr build_map(
     const MapSource& source, const Parameters& parameters, int threads, Console& console)

@@ -36,6 +36,9 @@ struct IndexedMap
 	IndexUse use;
 };
 
+/// Returns how much memory [byte] the index of a map takes about. \throws std::runtime_error if there is less
+double memory_of_index(const mrpt::maps::COccupancyGridMap2D& grid, const Parameters& parameters);
+
 /// Loads the map file and builds its index, and tells on a terminal that it does.
 /// \param threads [-] for method = paper
 /// \throws UserError (kBadInput; kWrongUse if the region of the only map lies outside it; kInterrupted)
