@@ -260,11 +260,15 @@ Localization WindowTracker::conclude(const Localization& one_shot) const
 	if (result.presence < scoring.rejected_below) return result;
 	result.note.clear();
 	const std::size_t listed = std::min(tracks_.size(), static_cast<std::size_t>(scoring.hypotheses));
+	double before = 1;
 	for (std::size_t i = 0; i < listed; i++)
 	{
-		result.hypotheses.push_back(tracks_[i].now);
+		Hypothesis hypothesis = tracks_[i].now;
 		const Evidence& evidence = tracks_[i].evidence;
-		result.hypotheses.back().log_likelihood = std::accumulate(evidence.begin(), evidence.end(), 0.0);
+		hypothesis.log_likelihood = std::accumulate(evidence.begin(), evidence.end(), 0.0);
+		// Tracks that are equal but for rounding keep their order, and the list is one of decreasing probability.
+		before = hypothesis.probability = std::min(hypothesis.probability, before);
+		result.hypotheses.push_back(std::move(hypothesis));
 	}
 	const Hypothesis& best = result.best();
 	result.relative_entropy = localizer_of(best.map).relative_entropy(frames_.back().scan, best.pose);
