@@ -9,6 +9,7 @@
 
 #include <random>
 
+#include "frames/tracks.h"
 #include "growth.h"
 #include "made_hypotheses.h"
 #include "test_files.h"
@@ -45,6 +46,21 @@ TEST(Growth, OfPriors)
 		    for (std::size_t i = 0; i < n; i++) sum.get(i).cov = covariance_of(1, 1, 1);
 		    return [sum] { make_prior(sum); };
 	    });
+}
+
+TEST(Growth, OfMotionsThatAreGuessed)
+{
+	const auto places = [](std::size_t n)
+	{
+		std::vector<Hypothesis> hypotheses;
+		for (std::size_t i = 0; i < n; i++)
+			hypotheses.push_back(hypothesis_at({0.01 * static_cast<double>(i), 0, 0}, 1 / static_cast<double>(n)));
+		return hypotheses;
+	};
+	expect_linear(
+	    "hypotheses of a frame", 30,
+	    [&](std::size_t n)
+	    { return [from = places(50), to = places(n)] { common_motion(from, to, WindowTuning{}); }; });
 }
 
 TEST(Growth, OfParticles)

@@ -46,6 +46,16 @@ TEST(CommonMotion, IsTheOneThatMostHypothesesShare)
 	expect_pose(common_motion(kThreePlaces, after(kThreePlaces, kStep)).motion.mean, kStep);
 }
 
+/// 40 of 1,600 pairs share the motion, and all others would be jumps.
+TEST(CommonMotion, IsFoundAmongMorePairsThanAreCompared)
+{
+	std::vector<Hypothesis> places;
+	for (int i = 0; i < 40; i++) places.push_back(hypothesis_at({10.0 * i, 0, 0.1 * i}, 1.0 / 40));
+	const GuessedMotion guessed = common_motion(places, after(places, kStep));
+	expect_pose(guessed.motion.mean, kStep);
+	EXPECT_GT(guessed.probability, 0.6);
+}
+
 TEST(CommonMotion, OfTwoImprobablePlacesOutvotesThatOfOneProbablePlace)
 {
 	auto ends = after(kThreePlaces, kStep);

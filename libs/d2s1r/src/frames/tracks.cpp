@@ -21,7 +21,8 @@ constexpr double kSame = 0.1;  //!< [-] squared Mahalanobis distance below which
 constexpr double kElsewhere = std::numeric_limits<double>::infinity();  //!< [-] that of poses in different maps
 constexpr double kUsual = 3;       //!< [-] mean of a squared Mahalanobis distance: one for each of three coordinates
 constexpr double kDeviations = 2;  //!< [standard deviations] within which a pose is searched for
-constexpr double kAnotherPlace = -10;  //!< [nat] log-likelihood of a motion below which it leads to another place
+constexpr double kAnotherPlace = -10;    //!< [nat] log-likelihood of a motion below which it leads to another place
+constexpr std::size_t kMostVotes = 500;  //!< [-] that are compared with each other: a limit of time
 constexpr double kYawStep = 2 * M_PI / RangeProfiles::kDirections;  //!< [rad] of the coarse search
 
 /// A motion that a pair of hypotheses speaks for.
@@ -30,6 +31,8 @@ struct Vote
 	mrpt::poses::CPose2D motion;  //!< robot frame at its start, m and rad
 	double usualness;             //!< [0, 1]
 	double probability;           //!< [0, 1] of both hypotheses by themselves
+
+	double weight() const { return usualness * probability; }
 };
 
 /// Returns how usual a motion is from one frame to the next, relative to none: the least of it is a jump.
@@ -54,13 +57,24 @@ std::vector<Vote> votes_of(
 	return votes;
 }
 
-/// Returns how much two votes are for one motion, which is known no better than odometry knows the shortest one.
-double agreement(const Vote& a, const Vote& b, const WindowTuning& tuning)
+/// Leaves out the votes of least weight if there are too many to compare all of them. This makes no motion probable.
+void keep_heaviest(std::vector<Vote>& votes)
 {
+	if (votes.size() <= kMostVotes) return;
+	std::stable_sort(votes.begin(), votes.end(), [](const Vote& a, const Vote& b) { return a.weight() > b.weight(); });
+	votes.resize(kMostVotes, votes.front());
+}
+
+/// Returns how much two votes are for one motion.
+/// \param shortest covariance of the shortest motion: none is known better
+double agreement(const Vote& a, const Vote& b, const mrpt::math::CMatrixDouble33& shortest)
+{
+	constexpr double kFar = 1500;  // [-] squared Mahalanobis distance from which the result is 0
 	const double way = std::hypot(a.motion.x() - b.motion.x(), a.motion.y() - b.motion.y());
+	const double off_by_way = way * way / shortest(0, 0);
+	if (off_by_way > kFar) return 0;
 	const double turn = mrpt::math::wrapToPi(a.motion.phi() - b.motion.phi());
-	const auto shortest = odometry_motion({}, tuning.odometry).cov;
-	return std::exp(-0.5 * (way * way / shortest(0, 0) + turn * turn / shortest(2, 2)));
+	return std::exp(-0.5 * (off_by_way + turn * turn / shortest(2, 2)));
 }
 
 /// Returns a query for where the robot may be after a motion: within two standard deviations, and a step of the coarse
@@ -107,20 +121,23 @@ bool likelier(const Hypothesis& a, const Hypothesis& b, const WindowTuning& tuni
 GuessedMotion common_motion(
     const std::vector<Hypothesis>& from, const std::vector<Hypothesis>& to, const WindowTuning& tuning)
 {
-	const std::vector<Vote> votes = votes_of(from, to, tuning);
+	std::vector<Vote> votes = votes_of(from, to, tuning);
 	double nowhere = 1, all = 0;  // [-] that the robot is at none of the pairs, and the weight of all that may be
 	for (const Vote& vote : votes) nowhere -= vote.probability;
-	for (const Vote& vote : votes) all += vote.usualness * vote.probability;
+	for (const Vote& vote : votes) all += vote.weight();
 	all += tuning.jump * std::max(0.0, nowhere);
+	keep_heaviest(votes);
+	const PoseDensity shortest = odometry_motion({}, tuning.odometry);
 	GuessedMotion best;
 	double most = 0;
 	for (const Vote& vote : votes)
 	{
 		double shared = 0;
-		for (const Vote& other : votes) shared += agreement(vote, other, tuning) * other.usualness * other.probability;
+		for (const Vote& other : votes)
+			shared += agreement(vote, other, shortest.cov) * other.usualness * other.probability;
 		if (shared <= most) continue;
 		most = shared;
-		best = {{vote.motion, odometry_motion({}, tuning.odometry).cov}, shared / all};
+		best = {{vote.motion, shortest.cov}, shared / all};
 	}
 	return best;
 }
