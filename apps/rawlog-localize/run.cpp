@@ -82,8 +82,8 @@ bool needs_diagnosis(const RunReport& report)
 	       !report.command.log.is_live() && !interrupted() && 2 * localized < report.frames.kept().size();
 }
 
-/// Returns why most frames were not localized; no value if that was interrupted or there is no memory for it, which
-/// does not keep what was localized from being written.
+/// Returns why most frames were not localized; no value if that was interrupted, which does not keep what was localized
+/// from being written.
 std::optional<Diagnosis> diagnose_run(
     const logs::Log& log, const FrameSelection& selection, const RunReport& report, const GroundTruth& truth)
 {

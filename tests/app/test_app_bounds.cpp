@@ -248,8 +248,8 @@ TEST_F(AppBounds, AnInterruptIsHeardAtAnyMomentOfAnyInput)
 	std::printf("%d of %d with status 130, at most %.2f s after the signal\n", cases - ended_alone, cases, longest);
 }
 
-/// None of the scans fits, so that the program looks for the reason, with an index of its own.
-TEST_F(AppBounds, AnInterruptIsHeardWhileAnIndexIsBuiltForADiagnosis)
+/// None of the scans fits, so that the program looks for the reason, which takes long in this map.
+TEST_F(AppBounds, AnInterruptIsHeardWhileTheReasonIsLookedFor)
 {
 	save_specks("specks.pgm", 1000);
 	Process process = start(words("specks.pgm.yaml", "walk.rawlog", {"--stream"}));

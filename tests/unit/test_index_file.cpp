@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
+#include <functional>
 #include <random>
 
 #include "numbers_of.h"
@@ -96,6 +97,39 @@ TEST_P(IndexFile, WhatAnIndexDoesNotDependOnMayChange)
 	const Localizer loaded = Localizer::load(file_, kMap, strict);
 	EXPECT_EQ(loaded.parameters().scoring.localized_above, 0.99999);
 	expect_the_same_answers(Localizer(make_map(grid_), strict), loaded, world_);
+}
+
+TEST_P(IndexFile, OtherParametersShareTheIndexIfItDoesNotDependOnThem)
+{
+	Parameters strict = parameters_;
+	strict.scoring.localized_above = 0.99999;
+	strict.scan.min_beams = 7;
+	const Localizer direct(make_map(grid_), strict);
+	const auto share = [&](const Localizer& first)
+	{
+		Localizer shared = first.with_parameters(strict);
+		EXPECT_EQ(&shared.method(), &first.method());
+		EXPECT_EQ(shared.parameters().scan.min_beams, 7);
+		EXPECT_EQ(first.parameters().scan.min_beams, parameters_.scan.min_beams);
+		return shared;
+	};
+	expect_the_same_answers(direct, share(built_), world_);
+	const Localizer of_loaded = share(load());  // which is gone now
+	expect_the_same_answers(direct, of_loaded, world_);
+	EXPECT_EQ(of_loaded.free_cells(), built_.free_cells());
+	EXPECT_EQ(fingerprint_of_map(of_loaded.map()), fingerprint_of_map(built_.map()));
+	const auto refused = [&](const std::function<void(Parameters&)>& change)
+	{
+		Parameters others = parameters_;
+		change(others);
+		EXPECT_THROW(built_.with_parameters(others), std::invalid_argument);
+	};
+	refused([](Parameters& others) { others.coarse_search.spacing *= 2; });
+	refused([](Parameters& others) { others.grid.free_threshold *= 0.5; });
+	refused([](Parameters& others) { others.free_cells.largest_region_only ^= true; });
+	refused([](Parameters& others) { others.scoring.temperature = -1; });
+	refused([](Parameters& others)
+	        { others.method = others.method == Method::kPaper ? Method::kDefault : Method::kPaper; });
 }
 
 TEST_P(IndexFile, AnIndexOfSomethingElseIsRefused)

@@ -19,6 +19,7 @@
 #include "evaluation/accuracy.h"
 #include "evaluation/ground_truth.h"
 #include "frames/frame_loop.h"
+#include "input/map_index.h"
 
 namespace d2s1r::app
 {
@@ -329,9 +330,9 @@ std::vector<std::string> advice_by_changed_map(const Tester& tester, const MapRe
 	const std::string& file = request.name();
 	if (!is_yaml_name(file) && !request.image) return {};
 	const SilentDescriptors silence;  // decoders of images print
-	const GridParameters grid = tester.localizer().parameters().grid;
-	const LostCells lost = read_interruptibly(file, [file, grid] { return lost_cells(file, grid); });
-	const MapMeasure measure = tester.localizer().measure();
+	const Parameters parameters = tester.localizer().parameters();
+	const LostCells lost = read_interruptibly(file, [file, parameters] { return lost_cells(file, parameters.grid); });
+	const MapMeasure& measure = tester.localizer().measure();
 	std::vector<std::pair<MapChange, std::string>> changes;
 	if (measure.wall_area > measure.free_area)
 		changes.emplace_back(
@@ -344,20 +345,22 @@ std::vector<std::string> advice_by_changed_map(const Tester& tester, const MapRe
 		changes.emplace_back(MapChange::kRaw, "its pixels are those of an occupancy grid: mode: raw in " + file);
 	for (const auto& [change, advice] : changes)
 	{
-		const auto load = [file, change = change, grid, image = request.image]
+		const auto build = [file, change = change, parameters, image = request.image]
 		{
 			try
 			{
-				return load_changed_map(file, change, grid, image);
+				const auto map = load_changed_map(file, change, parameters.grid, image);
+				memory_of_index(*map, parameters);
+				return std::make_shared<const Localizer>(map, parameters);
 			}
-			catch (const std::runtime_error&)  // such as a map without free space
+			catch (const std::runtime_error&)  // such as a map without free space, or too little memory
 			{
-				return mrpt::maps::COccupancyGridMap2D::Ptr();
+				return std::shared_ptr<const Localizer>();
 			}
 		};
-		const auto map = read_interruptibly(file, load);
-		if (!map) continue;
-		const Trial trial = tester.with_map(*map).try_scans({});
+		const auto localizer = read_interruptibly(file, build);
+		if (!localizer) continue;
+		const Trial trial = tester.with_localizer(localizer).try_scans({});
 		if (trial.fit() >= fit + far_more(trial.answers.size()) && 2 * trial.fit() >= trial.answers.size())
 			return {fit_without(trial, fit, advice)};
 	}
@@ -371,9 +374,7 @@ Diagnosis diagnose(
 {
 	const logs::Overrides& overrides = command.log.overrides;
 	const auto reader = logs::read_log(log, selection.label, overrides);
-	const Tester tester(
-	    read_samples(*reader, log.survey, selection), command.search.threads, command.map.name(), localizer.map(),
-	    localizer.parameters());
+	const Tester tester(read_samples(*reader, log.survey, selection), command.search.threads, localizer);
 	const Samples& samples = tester.samples();
 	if (samples.chosen.empty()) return {};
 	const Trial as_it_is = tester.try_scans({});

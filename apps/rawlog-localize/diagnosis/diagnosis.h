@@ -24,9 +24,9 @@ struct Diagnosis
 /// is flipped, scans that are mirrored, the unit of ranges, maxRange, zeros, a region, the choice of the laser. What
 /// scans alone cannot show is looked for in the odometry of the log and the ground truth, if there are any: a laser
 /// that is turned, an origin that is wrong, beams that were taken one after the other. A mistake is named only if far
-/// more scans fit without it. It builds the index of the map once more, for other parameters.
+/// more scans fit without it. Of a map that may be read wrongly it builds another index, if there is memory for that.
 /// \param localizer of the default method
-/// \throws UserError (kInterrupted; kBadInput if there is no memory for a second index)
+/// \throws UserError (kInterrupted)
 Diagnosis diagnose(
     const logs::Log& log, const FrameSelection& selection, const CommandLine& command, const Localizer& localizer,
     const GroundTruth& truth);

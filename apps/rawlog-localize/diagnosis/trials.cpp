@@ -7,14 +7,11 @@
 #include <utility>
 
 #include "cli/console.h"
-#include "input/map_index.h"
 
 namespace d2s1r::app
 {
 namespace
 {
-using MrptGrid = mrpt::maps::COccupancyGridMap2D;
-
 /// Returns parameters that always give a best place, and look for it with the effort of a first look only: most of the
 /// scans that are tried fit nowhere.
 Parameters for_trials(Parameters parameters)
@@ -26,43 +23,20 @@ Parameters for_trials(Parameters parameters)
 		*count = static_cast<int>(std::ceil(effort * *count));
 	return parameters;
 }
-
-/// \throws UserError (kInterrupted; kBadInput if there is no memory for the index)
-std::shared_ptr<const Localizer> build_localizer(
-    const std::string& file, const MrptGrid& map, const Parameters& parameters, int threads)
-{
-	const auto build = [grid = std::make_shared<MrptGrid>(map), parameters, threads]
-	{
-		memory_of_index(*grid, parameters);
-		return std::make_shared<const Localizer>(grid, parameters, threads);
-	};
-	try
-	{
-		return read_interruptibly(file, build);
-	}
-	catch (const UserError&)
-	{
-		throw;
-	}
-	catch (const std::runtime_error& e)
-	{
-		throw about(file, kBadInput, e);
-	}
-}
 }  // namespace
 
-Tester::Tester(Samples samples, int threads, const std::string& file, const MrptGrid& map, const Parameters& parameters)
+Tester::Tester(Samples samples, int threads, const Localizer& of_run)
     : samples_(std::move(samples)),
       threads_(threads),
-      file_(file),
-      parameters_(parameters),
-      localizer_(build_localizer(file, map, for_trials(parameters), threads))
+      localizer_(std::make_shared<const Localizer>(of_run.with_parameters(for_trials(of_run.parameters()))))
 {
 }
 
-Tester Tester::with_map(const MrptGrid& map) const
+Tester Tester::with_localizer(std::shared_ptr<const Localizer> localizer) const
 {
-	return {samples_, threads_, file_, map, parameters_};
+	Tester other = *this;
+	other.localizer_ = std::move(localizer);
+	return other;
 }
 
 Trial Tester::try_scans(const Mistake& mistake, std::size_t step, const Query& query) const

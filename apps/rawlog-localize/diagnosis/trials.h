@@ -42,11 +42,8 @@ struct Trial
 class Tester
 {
    public:
-	/// Builds an index of its own. \param parameters those of the run
-	/// \throws UserError (kInterrupted; kBadInput, naming `file`, if there is no memory for that)
-	Tester(
-	    Samples samples, int threads, const std::string& file, const mrpt::maps::COccupancyGridMap2D& map,
-	    const Parameters& parameters);
+	/// \param of_run its index is used, with parameters for trials
+	Tester(Samples samples, int threads, const Localizer& of_run);
 
 	const Samples& samples() const { return samples_; }
 	const Localizer& localizer() const { return *localizer_; }
@@ -57,16 +54,15 @@ class Tester
 	/// Tries the scans that were taken later, in the order of the samples; those there are not are invalid.
 	Trial try_later(const Mistake& mistake) const;
 
-	/// Returns a tester of the same samples with another map. \throws UserError as the constructor
-	Tester with_map(const mrpt::maps::COccupancyGridMap2D& map) const;
+	/// Returns a tester of the same samples in another map.
+	/// \param localizer has the parameters that this one's has
+	Tester with_localizer(std::shared_ptr<const Localizer> localizer) const;
 
    private:
 	Trial localize(const Mistake& mistake, const std::vector<LoggedScan>& scans, const Query& query) const;
 
 	Samples samples_;
 	int threads_;
-	std::string file_;       //!< of the map
-	Parameters parameters_;  //!< those of the run
 	std::shared_ptr<const Localizer> localizer_;
 };
 }  // namespace d2s1r::app

@@ -156,7 +156,7 @@ std::vector<std::string> doubts_about_map(const std::string& file, const Localiz
 	constexpr double kCoarsest = 0.1001;      // [m] see README
 	constexpr double kMostOpenBorder = 0.95;  // [-] of outdoor maps that lasers drew, 0.87 of the border is open
 	constexpr double kSolid = 0.3;            // [m] walls that are all thicker than this are drawn so, not smeared
-	const MapMeasure measure = map.measure();
+	const MapMeasure& measure = map.measure();
 	const double cell = map.grid().cell_size;
 	const SilentDescriptors silence;  // decoders of images print
 	const LostCells lost =

@@ -48,7 +48,7 @@ Json json_of(const IndexedMap& indexed)
 {
 	const CSignatureMap2D& map = *indexed.map;
 	const Grid& grid = map.localizer().grid();
-	const MapMeasure measure = map.localizer().measure();
+	const MapMeasure& measure = map.localizer().measure();
 	Json files = Json::array();
 	for (const auto& file : files_of_map(indexed.entry.file))
 		files.push_back({{"file", file}, {"bytes", bytes_of(file)}});

@@ -79,7 +79,10 @@ Localization Atlas::localize(const Scan& scan, double time_budget) const
 	if (const auto refusal = refusal_of(scan, maps_.front().localizer->parameters().scan)) return *refusal;
 	std::vector<SearchedMap> searched;
 	for (const AtlasMap& map : maps_)
-		searched.push_back(default_method_of(*map.localizer)->searched(map.region, searched.size()));
+	{
+		const DefaultIndex& index = default_method_of(*map.localizer)->index();
+		searched.push_back(index.searched(map.region, map.localizer->parameters(), searched.size()));
+	}
 
 	const mrpt::system::CTicTac watch;
 	auto [result, numbers] = localize_default(scan, searched, time_budget);

@@ -40,7 +40,7 @@ std::unique_ptr<const LocalizationMethod> build(Grid grid, const Parameters& par
 
 std::unique_ptr<const LocalizationMethod> read(IndexReader& file, const Parameters& parameters)
 {
-	if (parameters.method == Method::kPaper) return std::make_unique<PaperLocalizer>(file, parameters);
+	if (parameters.method == Method::kPaper) return std::make_unique<PaperLocalizer>(file);
 	return std::make_unique<DefaultLocalizer>(file, parameters);
 }
 
@@ -98,27 +98,40 @@ struct Localizer::Index
 		return *map;
 	}
 
-	Parameters parameters;
+	Parameters parameters;                                  //!< that it was built with
 	SavedMap saved_map;                                     //!< of a loaded index
 	mutable mrpt::maps::COccupancyGridMap2D::ConstPtr map;  //!< of a loaded index: null until the_map() is called
 	std::unique_ptr<const LocalizationMethod> method;
-	mutable std::once_flag map_made, grid_made, free_cells_found;
+	mutable std::once_flag map_made, grid_made, measured, free_cells_found;
 	mutable Grid grid;                          //!< see Localizer::grid()
+	mutable MapMeasure measure;                 //!< see Localizer::measure()
 	mutable std::vector<CellIndex> free_cells;  //!< see Localizer::free_cells()
 };
 
 Localizer::Localizer(mrpt::maps::COccupancyGridMap2D::ConstPtr map, const Parameters& parameters, int threads)
-    : index_(std::make_unique<const Index>(not_null(std::move(map)), checked(parameters), threads))
+    : Localizer(parameters, std::make_shared<const Index>(not_null(std::move(map)), checked(parameters), threads))
 {
 }
 
-Localizer::Localizer(std::unique_ptr<const Index> index) : index_(std::move(index)) {}
+Localizer::Localizer(const Parameters& parameters, std::shared_ptr<const Index> index)
+    : index_(std::move(index)), parameters_(std::make_unique<const Parameters>(parameters))
+{
+}
 
 Localizer Localizer::load(const std::string& file, std::uint64_t map_fingerprint, const Parameters& parameters)
 {
 	check(parameters);
 	IndexReader reader(file, {map_fingerprint, fingerprint_of_index(parameters)});
-	return Localizer(std::make_unique<const Index>(reader, parameters));
+	return {parameters, std::make_shared<const Index>(reader, parameters)};
+}
+
+Localizer Localizer::with_parameters(const Parameters& parameters) const
+{
+	if (fingerprint_of_index(checked(parameters)) != fingerprint_of_index(index_->parameters))
+		throw std::invalid_argument(
+		    "Localizer: the index depends on method, grid, free_cells, paper and coarse_search.spacing; leave these "
+		    "parameters as they are, or build another Localizer");
+	return {parameters, index_};
 }
 
 void Localizer::save(const std::string& file, std::uint64_t map_fingerprint) const
@@ -138,7 +151,7 @@ const mrpt::maps::COccupancyGridMap2D& Localizer::map() const
 }
 const Parameters& Localizer::parameters() const
 {
-	return index_->parameters;
+	return *parameters_;
 }
 const Grid& Localizer::grid() const
 {
@@ -146,9 +159,10 @@ const Grid& Localizer::grid() const
 	std::call_once(index.grid_made, [&] { index.grid = make_grid(index.the_map(), index.parameters.grid); });
 	return index.grid;
 }
-MapMeasure Localizer::measure() const
+const MapMeasure& Localizer::measure() const
 {
-	return measure_map(grid());
+	std::call_once(index_->measured, [this] { index_->measure = measure_map(grid()); });
+	return index_->measure;
 }
 const std::vector<CellIndex>& Localizer::free_cells() const
 {
@@ -161,12 +175,12 @@ const std::vector<CellIndex>& Localizer::free_cells() const
 Localization Localizer::localize(
     const mrpt::obs::CObservation2DRangeScan& observation, const Query& query, const Sweep& sweep) const
 {
-	return localize(make_scan(observation, index_->parameters.scan, sweep), query);
+	return localize(make_scan(observation, parameters_->scan, sweep), query);
 }
 
 Localization Localizer::localize(const std::vector<PlacedObservation>& observations, const Query& query) const
 {
-	return localize(merge_scans(observations, index_->parameters.scan), query);
+	return localize(merge_scans(observations, parameters_->scan), query);
 }
 
 Localization Localizer::localize(const Scan& scan, const Query& query) const
@@ -174,7 +188,7 @@ Localization Localizer::localize(const Scan& scan, const Query& query) const
 	if (!(query.time_budget >= 0))  // this is true for a NaN, too
 		throw std::invalid_argument("Localizer: the time budget is negative or not a number; give ms, or 0 for none");
 	const mrpt::system::CTicTac watch;
-	Localization result = index_->method->localize(scan, query);
+	Localization result = index_->method->localize(scan, query, *parameters_);
 	if (!result.hypotheses.empty() && !result.relative_entropy)
 		result.relative_entropy = relative_entropy(scan, result.best().pose);
 	result.times.total_ms = 1e3 * watch.Tac();
@@ -189,14 +203,14 @@ const LocalizationMethod& Localizer::method() const
 std::optional<Hypothesis> Localizer::hypothesis_near(const Scan& scan, const mrpt::poses::CPose2D& robot) const
 {
 	if (!is_on_earth(robot)) return std::nullopt;
-	return index_->method->hypothesis_near(scan, robot.asTPose());
+	return index_->method->hypothesis_near(scan, robot.asTPose(), *parameters_);
 }
 
 std::optional<double> Localizer::relative_entropy(const Scan& scan, const mrpt::poses::CPose2D& robot) const
 {
 	if (!is_on_earth(robot)) return std::nullopt;
 	return relative_entropy_at(
-	    robot.asTPose() + scan.sensor_on_robot, scan, index_->method->caster(), index_->parameters.paper);
+	    robot.asTPose() + scan.sensor_on_robot, scan, index_->method->caster(), parameters_->paper);
 }
 
 std::uint64_t memory_to_build(const mrpt::maps::COccupancyGridMap2D& map, const Parameters& parameters)

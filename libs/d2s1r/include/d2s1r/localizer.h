@@ -53,6 +53,12 @@ class Localizer
 	///         std::invalid_argument if a parameter is out of range
 	static Localizer load(const std::string& file, std::uint64_t map_fingerprint, const Parameters& parameters = {});
 
+	/// Returns a localizer of the same map with other parameters, at once: the two share the index and all that is made
+	/// of the map later.
+	/// \param parameters may differ in the values that load() names
+	/// \throws std::invalid_argument if others differ, or a parameter is out of range
+	Localizer with_parameters(const Parameters& parameters) const;
+
 	/// Writes map and index into a file for load(). The file is written under another name, .tmpPID-NAME beside it, and
 	/// renamed at the end; a process that is killed leaves it under that name.
 	/// \param map_fingerprint of what the map was made from: see fingerprint_of_map()
@@ -94,8 +100,9 @@ class Localizer
 	/// it.
 	const Grid& grid() const;
 
-	/// Returns the measures of grid(): how thick its walls are, and how much of its free space they bound.
-	MapMeasure measure() const;
+	/// Returns the measures of grid(): how thick its walls are, and how much of its free space they bound. They are
+	/// taken at the first call.
+	const MapMeasure& measure() const;
 
 	/// Returns the cells of grid() that a sensor can stand in by Parameters::free_cells, in increasing order. They are
 	/// found at the first call.
@@ -106,8 +113,9 @@ class Localizer
 
    private:
 	struct Index;
-	explicit Localizer(std::unique_ptr<const Index> index);
+	Localizer(const Parameters& parameters, std::shared_ptr<const Index> index);
 
-	std::unique_ptr<const Index> index_;
+	std::shared_ptr<const Index> index_;
+	std::unique_ptr<const Parameters> parameters_;  //!< not in place: references to them outlive a move
 };
 }  // namespace d2s1r

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <d2s1r/localization.h>
+#include <d2s1r/parameters.h>
 #include <d2s1r/prior.h>
 #include <d2s1r/scan.h>
 
@@ -13,7 +14,8 @@
 namespace d2s1r
 {
 /// A method of localization and its index of a map, as a Localizer holds it: the default one or that of the paper. It
-/// is const and thread-safe once it is built.
+/// is const and thread-safe once it is built. Queries are answered by parameters that have the values the index was
+/// built with, where it depends on them.
 class LocalizationMethod
 {
    public:
@@ -24,10 +26,11 @@ class LocalizationMethod
 
 	/// Answers where a scan was taken. The total time is not set; the relative entropy need not be.
 	/// \throws std::invalid_argument if the query asks for what the method cannot do
-	virtual Localization localize(const Scan& scan, const Query& query) const = 0;
+	virtual Localization localize(const Scan& scan, const Query& query, const Parameters& parameters) const = 0;
 
 	/// Tells how a scan fits near `robot` (map frame); see Localizer::hypothesis_near().
-	virtual std::optional<Hypothesis> hypothesis_near(const Scan& scan, const mrpt::math::TPose2D& robot) const = 0;
+	virtual std::optional<Hypothesis> hypothesis_near(
+	    const Scan& scan, const mrpt::math::TPose2D& robot, const Parameters& parameters) const = 0;
 
 	/// Returns what casts rays through the map, up to paper.max_range.
 	virtual const RayCaster& caster() const = 0;

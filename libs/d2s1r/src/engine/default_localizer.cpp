@@ -322,22 +322,21 @@ std::optional<Localization> refusal_of(const Scan& scan, const ScanParameters& p
 }
 
 DefaultLocalizer::DefaultLocalizer(DefaultIndex index, const Parameters& parameters)
-    : parameters_(parameters),
-      index_(std::move(index)),
-      caster_(index_.readings.front().tracer.map(), parameters.paper.max_range)
+    : index_(std::move(index)), caster_(index_.readings.front().tracer.map(), parameters.paper.max_range)
 {
 }
 
-Localization DefaultLocalizer::localize(const Scan& scan, const Query& query) const
+Localization DefaultLocalizer::localize(const Scan& scan, const Query& query, const Parameters& parameters) const
 {
-	if (auto refusal = refusal_of(scan, parameters_.scan)) return *refusal;
-	return localize_default(scan, {searched(query.prior, 0)}, query.time_budget).answer;
+	if (auto refusal = refusal_of(scan, parameters.scan)) return *refusal;
+	return localize_default(scan, {index_.searched(query.prior, parameters)}, query.time_budget).answer;
 }
 
-std::optional<Hypothesis> DefaultLocalizer::hypothesis_near(const Scan& scan, const mrpt::math::TPose2D& robot) const
+std::optional<Hypothesis> DefaultLocalizer::hypothesis_near(
+    const Scan& scan, const mrpt::math::TPose2D& robot, const Parameters& parameters) const
 {
 	if (!scan.valid()) return std::nullopt;
-	Parameters lenient = parameters_;
+	Parameters lenient = parameters;
 	lenient.scoring.rejected_below = 0;
 	const Prior anywhere;
 	const std::vector<SearchedMap> maps = {index_.searched(anywhere, lenient)};

@@ -41,21 +41,18 @@ class DefaultLocalizer : public LocalizationMethod
 	{
 	}
 
-	Localization localize(const Scan& scan, const Query& query) const override;
-	std::optional<Hypothesis> hypothesis_near(const Scan& scan, const mrpt::math::TPose2D& robot) const override;
+	Localization localize(const Scan& scan, const Query& query, const Parameters& parameters) const override;
+	std::optional<Hypothesis> hypothesis_near(
+	    const Scan& scan, const mrpt::math::TPose2D& robot, const Parameters& parameters) const override;
 	const RayCaster& caster() const override { return caster_; }
 	void save(IndexWriter& file) const override { d2s1r::save(index_, file); }
 
-	/// Returns the map for a search, which refers to this object and to the prior.
-	SearchedMap searched(const Prior& prior, std::size_t number) const
-	{
-		return index_.searched(prior, parameters_, number);
-	}
+	/// Returns the index, for a search in several maps.
+	const DefaultIndex& index() const { return index_; }
 
    private:
 	DefaultLocalizer(DefaultIndex index, const Parameters& parameters);
 
-	Parameters parameters_;
 	DefaultIndex index_;
 	RayCaster caster_;
 };

@@ -170,15 +170,13 @@ RayCaster read_caster(IndexReader& file)
 }  // namespace
 
 PaperLocalizer::PaperLocalizer(const Grid& grid, const Parameters& parameters, int threads)
-    : parameters_(parameters.paper),
-      grid_(without_cells(with_reach(parameters.paper.max_range, grid))),
+    : grid_(without_cells(with_reach(parameters.paper.max_range, grid))),
       caster_(grid, parameters.paper.max_range),
       index_(grid, find_sensor_cells(grid, parameters.free_cells), parameters, threads)
 {
 }
 
-PaperLocalizer::PaperLocalizer(IndexReader& file, const Parameters& parameters)
-    : parameters_(parameters.paper), grid_(read_geometry(file)), caster_(read_caster(file)), index_(file)
+PaperLocalizer::PaperLocalizer(IndexReader& file) : grid_(read_geometry(file)), caster_(read_caster(file)), index_(file)
 {
 }
 
@@ -189,16 +187,17 @@ void PaperLocalizer::save(IndexWriter& file) const
 	index_.save(file);
 }
 
-Localization PaperLocalizer::localize(const Scan& scan, const Query& query) const
+Localization PaperLocalizer::localize(const Scan& scan, const Query& query, const Parameters& parameters) const
 {
 	if (!query.prior.anywhere())
 		throw std::invalid_argument(
 		    "Localizer: the paper's method searches everywhere; a prior needs method = default");
 	if (!scan.valid()) return no_place(Status::kInvalid, why_invalid(scan));
-	return localize_paper(scan, grid_, index_, caster_, parameters_);
+	return localize_paper(scan, grid_, index_, caster_, parameters.paper);
 }
 
-std::optional<Hypothesis> PaperLocalizer::hypothesis_near(const Scan&, const mrpt::math::TPose2D&) const
+std::optional<Hypothesis> PaperLocalizer::hypothesis_near(
+    const Scan&, const mrpt::math::TPose2D&, const Parameters&) const
 {
 	throw std::invalid_argument("Localizer::hypothesis_near() needs method = default");
 }

@@ -50,17 +50,17 @@ class PaperLocalizer : public LocalizationMethod
 	/// \throws std::invalid_argument if a sensor can stand nowhere, or paper.max_range is more than can be swept
 	PaperLocalizer(const Grid& grid, const Parameters& parameters, int threads);
 	/// Reads what save() wrote.
-	PaperLocalizer(IndexReader& file, const Parameters& parameters);
+	explicit PaperLocalizer(IndexReader& file);
 
 	/// \throws std::invalid_argument if there is a prior: the method searches everywhere
-	Localization localize(const Scan& scan, const Query& query) const override;
+	Localization localize(const Scan& scan, const Query& query, const Parameters& parameters) const override;
 	/// \throws std::invalid_argument the method has no hypothesis without a search
-	std::optional<Hypothesis> hypothesis_near(const Scan& scan, const mrpt::math::TPose2D& robot) const override;
+	std::optional<Hypothesis> hypothesis_near(
+	    const Scan& scan, const mrpt::math::TPose2D& robot, const Parameters& parameters) const override;
 	const RayCaster& caster() const override { return caster_; }
 	void save(IndexWriter& file) const override;
 
    private:
-	PaperParameters parameters_;
 	Grid grid_;  //!< without its cells
 	RayCaster caster_;
 	SignatureIndex index_;
