@@ -213,6 +213,25 @@ TEST_F(AppBounds, YamlThatIsMadeToTakeMemoryIsRefused)
 	    words("flat.gridmap.gz", "folder"), {"metadata.yaml: is not the metadata of a ROS 2 bag"}, 800'000);
 }
 
+#ifdef D2S1R_TF2
+/// A schema of an MCAP file is kept until the end, and packs to a thousandth of its name.
+TEST_F(AppBounds, NamesOfTypesTakeNoMemory)
+{
+	if (!can_pack("zstd")) GTEST_SKIP() << "built without libzstd-dev";
+	const auto made = []  // its memory is given back before the program is started, which would have it at first
+	{
+		std::vector<MadeMessage> messages = ros_walk(Wire::kCdr);
+		for (int i = 0; i < 28; i++)
+			messages.push_back({"/t" + std::to_string(i), std::string(16 << 20, 'x') + std::to_string(i), 0, "data"});
+		return mcap_file(messages, {"zstd", 1, false});
+	};
+	write_file(path("types.mcap"), made());
+	const ProcessResult result = run_limited(words("flat.gridmap.gz", "types.mcap"));
+	EXPECT_EQ(result.status, 0) << result.err;
+	EXPECT_LT(result.memory, kMostMemory);
+}
+#endif
+
 /// A run may end by itself before the signal comes; then it is tried again, with a signal that comes sooner.
 TEST_F(AppBounds, AnInterruptIsHeardAtAnyMomentOfAnyInput)
 {

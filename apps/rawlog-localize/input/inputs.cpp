@@ -20,6 +20,13 @@ namespace d2s1r::app
 {
 namespace
 {
+/// Returns the name of a laser as it stands in a message. Labels of rawlogs and topics may be as long as a file.
+std::string quoted(const std::string& label)
+{
+	constexpr std::size_t kLongest = 100;  // [byte]
+	return "'" + (label.size() > kLongest ? label.substr(0, kLongest) + "..." : label) + "'";
+}
+
 constexpr const char* kFusionClass = "d2s1r::CParticleFilterFusion";
 constexpr const char* kFusionModule = "libd2s1r-pf-init.so";
 
@@ -113,15 +120,16 @@ logs::Sensor choose_sensor(const logs::LogSurvey& survey, const LogRequest& requ
 		return *std::max_element(
 		    sensors.begin(), sensors.end(),
 		    [](const logs::Sensor& a, const logs::Sensor& b) { return a.scans < b.scans; });
-	std::string known;
 	for (const auto& sensor : sensors)
-	{
 		if (sensor.label == *request.label) return sensor;
-		known += (known.empty() ? "'" : ", '") + sensor.label + "'";
-	}
+	constexpr std::size_t kMostNamed = 20;
+	std::string known;
+	for (std::size_t i = 0; i < std::min(sensors.size(), kMostNamed); i++)
+		known += (i == 0 ? "" : ", ") + quoted(sensors[i].label);
+	if (sensors.size() > kMostNamed) known += " and " + std::to_string(sensors.size() - kMostNamed) + " others";
 	throw UserError(
 	    kWrongUse, file,
-	    "holds no 2D scan labelled '" + *request.label + "'; " + request.label_option + " can be " + known);
+	    "holds no 2D scan labelled " + quoted(*request.label) + "; " + request.label_option + " can be " + known);
 }
 
 namespace
@@ -151,7 +159,7 @@ std::vector<std::string> describe_log(
     const logs::LogSurvey& survey, const logs::Sensor& sensor, const LogRequest& request, MotionSource motion)
 {
 	std::vector<std::string> lines;
-	const std::string scans = "'" + sensor.label + "' with " + std::to_string(sensor.scans) + " scans";
+	const std::string scans = quoted(sensor.label) + " with " + std::to_string(sensor.scans) + " scans";
 	if (request.merge_lasers)
 		lines.push_back(std::to_string(survey.sensors.size()) + " lasers are merged at the times of " + scans);
 	else if (!request.label && survey.sensors.size() > 1)
@@ -168,7 +176,7 @@ std::vector<std::string> describe_log(
 	for (const logs::Sensor& other : survey.sensors)
 	{
 		if (!other.has_pose && other.label != sensor.label)
-			lines.push_back("laser '" + other.label + "' is " + other.mounting);
+			lines.push_back("laser " + quoted(other.label) + " is " + other.mounting);
 		for (const logs::ScanDoubt& doubt : other.doubts)
 			if (other.label != sensor.label || !logs::is_answered(doubt, request.overrides))
 				lines.push_back(doubt.text + remedy_of(doubt, other.other_angles));
@@ -189,8 +197,8 @@ void check_merge(const logs::LogSurvey& survey, const logs::Sensor& sensor)
 		if (!other.has_pose)
 			throw UserError(
 			    kWrongUse, "--merge-lasers",
-			    "needs the pose of all lasers on the robot, but laser '" + other.label + "' is " + other.mounting +
-			        "; use --topic " + (other.label == sensor.label ? "NAME" : sensor.label) +
+			    "needs the pose of all lasers on the robot, but laser " + quoted(other.label) + " is " +
+			        other.mounting + "; use --topic " + (other.label == sensor.label ? "NAME" : sensor.label) +
 			        " alone, or record its transform");
 }
 

@@ -331,6 +331,8 @@ class CarmenReader : public LogReader
 		if (lines_.empty() || is_stopped_) return std::nullopt;
 		settle(lines_.front(), std::nullopt);
 		const Line line = lines_.front();
+		if (line.scan && last_scans_.at(line.scan->sensorLabel) == &lines_.front())
+			last_scans_.erase(line.scan->sensorLabel);
 		lines_.pop_front();
 		if (line.scan) waiting_ranges_ -= line.scan->getScanSize();
 		return line;
@@ -412,9 +414,9 @@ class CarmenReader : public LogReader
 	{
 		scans_++;
 		waiting_ranges_ += line.scan->getScanSize();
-		for (Line& waiting : lines_)
-			if (waiting.scan && waiting.scan->sensorLabel == line.scan->sensorLabel) settle(waiting, line.time);
-		lines_.push_back(line);
+		Line*& last = last_scans_[line.scan->sensorLabel];
+		if (last) settle(*last, line.time);
+		last = &lines_.emplace_back(line);
 	}
 
 	/// Looks whether a laser, whose lines have its pose, moves on the robot.
@@ -446,6 +448,7 @@ class CarmenReader : public LogReader
 	bool is_known_;              //!< whether the log has been read before
 	KnownLasers known_;
 	std::deque<Line> lines_;                               //!< that wait for the times of scans before them
+	std::map<std::string, Line*> last_scans_;              //!< of these, the last scan of each laser
 	std::size_t waiting_ranges_ = 0;                       //!< [-] of their scans
 	mrpt::obs::CObservation2DRangeScan::Ptr scan_;         //!< comes next
 	double middle_angle_ = 0;                              //!< [rad] of that scan

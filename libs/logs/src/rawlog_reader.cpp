@@ -99,6 +99,11 @@ void read_observation(
 {
 	if (auto scan = std::dynamic_pointer_cast<mrpt::obs::CObservation2DRangeScan>(observation))
 	{
+		constexpr std::size_t kLongestLabel = 1000;  // [-] letters; all labels of a log are kept
+		if (scan->sensorLabel.size() > kLongestLabel)
+			throw Unreadable(
+			    "has a scan whose sensorLabel has " + std::to_string(scan->sensorLabel.size()) +
+			    " letters; give it a shorter one");
 		make_sound(scan->rightToLeft);
 		into.scans.push_back(std::move(scan));
 		into.details.emplace_back();
@@ -382,6 +387,7 @@ std::string RawlogReader::unreadable(const std::exception& error)
 {
 	missing_class_ = unknown_class(error);
 	const std::string object = "object " + std::to_string(objects_ + 1);
+	if (dynamic_cast<const Unreadable*>(&error)) return object + " " + error.what();
 	if (!missing_class_.empty())
 		return object + " is of the unknown class " + missing_class_ + "; load the module that has it first";
 	if (const std::string version = unknown_version(error); !version.empty())

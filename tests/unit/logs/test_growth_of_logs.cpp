@@ -120,6 +120,42 @@ TEST_F(GrowthOfLogs, WithTheNumberOfTopicsAndLasers)
 	expect("topics of a bag", [&](std::size_t n) { return bag1_file(of_topics(Wire::kRos1, n), {"", 100}); });
 }
 
+/// Pairs of them are compared, which may take less than this shows.
+TEST_F(GrowthOfLogs, WithTheNumberOfRobotsOfLongNames)
+{
+	const std::string name(2000, 'n');
+	expect_linear(
+	    "robots", 2,
+	    [&](std::size_t n)
+	    {
+		    std::vector<MadeMessage> messages;
+		    for (std::size_t i = 0; i < n; i++)
+		    {
+			    const std::string robot = "/r" + std::to_string(i) + "/";
+			    messages.push_back(made_scan(Wire::kRos1, small_scan(i), robot + "scan" + name));
+			    messages.push_back(made_odometry(Wire::kRos1, small_scan(i).time, 0, 0, 0));
+			    messages.back().topic = robot + "odom" + name;
+		    }
+		    write("log", bag1_file(messages, {"", 100}));
+		    return [file = path("log"), n] { EXPECT_EQ(open_log(file).survey.sensors.size(), n); };
+	    });
+}
+
+/// A laser that falls silent lets all lines after its last scan wait for the time of its next one.
+TEST_F(GrowthOfLogs, WithTheNumberOfLinesThatWait)
+{
+	expect_linear_in(
+	    "CARMEN log", 90,
+	    [](std::size_t n)
+	    {
+		    std::string text;
+		    for (std::size_t i = 0; i < n; i++)
+			    text += std::string(i == 0 ? "RLASER" : "FLASER") + " 3 3.00 3.00 3.00 0 0 0 0 0 0 " +
+			            std::to_string(static_cast<double>(i)) + " host 0.5\n";
+		    return text;
+	    });
+}
+
 #ifdef D2S1R_SQLITE
 TEST_F(GrowthOfLogs, WithTheNumberOfMessagesOfASqliteBag)
 {

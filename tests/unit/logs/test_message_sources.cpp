@@ -305,6 +305,31 @@ TEST_F(MessageSources, AMessageThatWaitsKeepsNothingButItselfInMemory)
 	}
 }
 
+TEST_F(MessageSources, AnInterruptIsHeardBetweenMessagesThatWait)
+{
+	write("log", bag1_file(recording(Wire::kRos1), {"", 20}));
+	bool stopped = false;
+	const auto source = open_messages(path("log"), RosFormat::kBag1, [&] { return stopped; });
+	EXPECT_TRUE(source->next());
+	stopped = true;
+	EXPECT_THROW(source->next(), Interrupted);
+}
+
+TEST_F(MessageSources, AnInterruptIsHeardWhileFilesOfAFolderAreLookedUp)
+{
+	std::string names = "rosbag2_bagfile_information:\n  relative_file_paths:\n";
+	for (int i = 0; i < 1000; i++)
+	{
+		const std::string name = "a_" + std::to_string(i) + ".mcap";
+		names += "    - " + name + "\n";
+		write(name, "");
+	}
+	write("metadata.yaml", names);
+	int questions = 0;
+	EXPECT_THROW(files_of_folder(path(""), [&] { return ++questions > 2500; }), Interrupted)
+	    << "one for each name that is read, and then two for each file";
+}
+
 TEST_F(MessageSources, MessagesThatWouldTakeTooMuchMemoryToWaitEndTheReading)
 {
 	if (!can_pack("zstd")) GTEST_SKIP() << "built without libzstd-dev";

@@ -188,6 +188,13 @@ TEST_F(SurveyOfRawlog, SaysWhatIsWrongWithAFileThatCrashesMrptsReaderAtOnce)
 	EXPECT_NE(found.damage.find("damaged from its start"), std::string::npos) << found.damage;
 }
 
+TEST_F(SurveyOfRawlog, KeepsWhatCameBeforeALabelThatIsFarTooLong)
+{
+	const Log log = open(scan_of("front") + scan_of(std::string(100'000, 'x')) + scan_of("front"));
+	EXPECT_EQ(count_objects(log), 1U);
+	EXPECT_EQ(log.survey.damage, "object 2 has a scan whose sensorLabel has 100000 letters; give it a shorter one");
+}
+
 TEST_F(SurveyOfRawlog, AsManyLabelsAsScansTakeAboutAsLongAsOneLabel)
 {
 	constexpr int kScans = 60'000;

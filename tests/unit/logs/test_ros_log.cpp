@@ -326,6 +326,22 @@ TEST_F(RosLog, MessagesThatArePackedOneByOneAreRead)
 	}
 }
 
+/// A chunk of some hundred bytes may hold any number of packed messages that are the same.
+TEST_F(RosLog, MessagesThatArePackedTwiceTakeNoMoreThanAThousandTimesTheirFile)
+{
+	if (!can_pack("zstd")) GTEST_SKIP() << "built without libzstd-dev";
+	MadeMessage message = made_scan(Wire::kCdr, fan());
+	message.data = packed("zstd", message.data + std::string(std::size_t{40} << 20, '\0'));
+	write("log", mcap_file(std::vector<MadeMessage>(10, message), {"zstd", 10}));
+	const Log log = open_log(path("log"));
+	EXPECT_NE(log.survey.damage.find("take more than a thousand times its size"), std::string::npos)
+	    << log.survey.damage;
+	const auto reader = log.read();
+	for (int i = 0; i < 3; i++) EXPECT_TRUE(reader->next());
+	EXPECT_FALSE(reader->next());
+	EXPECT_EQ(reader->damage(), log.survey.damage);
+}
+
 TEST_F(RosLog, SweepsAreGuessedIfTheMessagesDoNotTellThem)
 {
 	const auto guesses = [&](float scan_time, float time_step, double period, const MadeScan& made)

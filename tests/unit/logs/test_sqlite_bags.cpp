@@ -109,6 +109,18 @@ TEST_F(MessageSources, SqliteBagsThatTakeTooMuchMemoryAreRefused)
 	EXPECT_EQ(damage.rfind("would take more than 4 MB of memory to be read", 0), 0U) << damage;
 }
 
+/// SQLite compares each constraint of a table with all others, and is not asked to stop meanwhile.
+TEST_F(MessageSources, SqliteBagsWhoseTablesTakeLongToBeUnderstoodAreRefused)
+{
+	save_sqlite_bag(path("log"), recording(Wire::kCdr));
+	std::string table = "CREATE TABLE other(c0";
+	for (int i = 1; i < 60; i++) table += ", c" + std::to_string(i);
+	for (int i = 0; i < 3000; i++)
+		table += ", UNIQUE(c" + std::to_string(i % 60) + ", c" + std::to_string(i / 60) + ")";
+	alter_sqlite_bag(path("log"), table + ");");
+	EXPECT_THROW(open_messages(path("log"), RosFormat::kSqlite), LogError);
+}
+
 /// What a file computes, and what is no table of its own, may work for hours and is not asked to stop.
 TEST_F(MessageSources, SqliteBagsThatComputeTheirMessagesAreRefused)
 {

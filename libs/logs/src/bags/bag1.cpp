@@ -81,7 +81,7 @@ class Bag1Source : public PieceSource
 		{
 			damage = describe_damage(e);
 		}
-		set_pieces(std::move(pieces), std::move(damage));
+		set_pieces(std::move(pieces), std::move(damage), file_.size());
 	}
 
    private:

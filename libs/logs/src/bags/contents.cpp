@@ -16,21 +16,11 @@ constexpr std::size_t kMostTopics = 250;     // [-] of lasers, and of odometry
 constexpr std::size_t kMostFrames = 10'000;  // [-] of all lasers
 constexpr double kMountTravels = 1;          // [m] farther than a laser's mount moves on a robot
 
-/// The message as its fields are read. \param unpacked holds the fields if the recorder has packed them
-ros::EncodedMessage encoded(const Message& message, std::vector<std::uint8_t>& unpacked)
-{
-	if (message.topic->encoding != Encoding::kCdr || !is_zstd_frame(message.data))
-		return {message.data, message.topic->encoding};
-	unpacked = unpack_zstd_frame(message.data);  // by rosbag2's compression of messages
-	return {{unpacked.data(), unpacked.size()}, message.topic->encoding};
-}
-
 /// Returns what `decode` makes of the message.
 template <typename Decode>
 auto decoded(const Message& message, const Decode& decode)
 {
-	std::vector<std::uint8_t> unpacked;
-	return decode(encoded(message, unpacked));
+	return decode(ros::EncodedMessage{message.data, message.topic->encoding});
 }
 
 void set_time_if_none(ros::Header& header, const Message& message)

@@ -43,7 +43,7 @@ class McapSource : public PieceSource
 		{
 			damage = describe_damage(e);
 		}
-		set_pieces(std::move(pieces), std::move(damage));
+		set_pieces(std::move(pieces), std::move(damage), file_.size());
 	}
 
    private:
@@ -83,7 +83,7 @@ class McapSource : public PieceSource
 		const auto id = cursor.number<std::uint16_t>();
 		if (opcode == McapOpcode::kSchema)
 		{
-			schemas_.emplace(id, cursor.text());
+			schemas_.emplace(id, cursor.text().substr(0, kLongestType + 1));  // more letters would change nothing
 			return;
 		}
 		if (channels_.count(id) > 0) return;

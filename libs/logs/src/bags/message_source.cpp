@@ -192,8 +192,13 @@ std::vector<std::string> files_of_metadata(const fs::path& folder, const Stop& s
 	std::vector<std::string> files;
 	std::set<std::string> seen;
 	std::error_code error;  // of names that are too long, or that nobody may look up: the files count as missing
+	const auto ask_to_stop = [&]
+	{
+		if (stop()) throw Interrupted();
+	};
 	for (const std::string& name : names_in_metadata(metadata, stop))
 	{
+		ask_to_stop();
 		fs::path file = unpacked_beside(folder / name);
 		if (!fs::exists(file, error)) file = unpacked_beside(folder / file.filename());  // old ones name the folder
 		if (!seen.insert(file.string()).second) throw LogError(metadata, "names '" + name + "' twice" + kNameTheFile);
@@ -201,8 +206,11 @@ std::vector<std::string> files_of_metadata(const fs::path& folder, const Stop& s
 	}
 	if (files.empty()) throw LogError(metadata, "has no relative_file_paths" + std::string(kNameTheFile));
 	for (const auto& file : files)
+	{
+		ask_to_stop();
 		if (!fs::is_regular_file(file, error))
 			throw LogError(file, "is missing, though metadata.yaml names it; copy the whole folder");
+	}
 	return files;
 }
 
@@ -216,8 +224,7 @@ std::size_t bytes_of(Bytes data)
 
 MessageKind kind_of_type(const std::string& type, bool with_clouds)
 {
-	constexpr std::size_t kLongestName = 100;  // [-] letters
-	if (type.size() > kLongestName) return MessageKind::kOther;
+	if (type.size() > kLongestType) return MessageKind::kOther;
 	std::string short_type = type;
 	const auto replace = [&](const std::string& what, const std::string& by)
 	{
@@ -240,12 +247,12 @@ MessageKind kind_of_type(const std::string& type, bool with_clouds)
 
 void MessageSource::note_unread(const std::string& topic, const std::string& type)
 {
-	constexpr std::size_t kLongest = 100;  // [-] letters of each name
+	const std::string start = type.substr(0, kLongestType);
 	std::string letters;
-	for (const char c : type)
+	for (const char c : start)
 		if (c != '_') letters += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
 	if (unread_scans_.empty() && letters.find("laserscan") != std::string::npos)
-		unread_scans_ = type.substr(0, kLongest) + " on the topic '" + topic.substr(0, kLongest) + "'";
+		unread_scans_ = start + " on the topic '" + topic.substr(0, kLongestType) + "'";
 }
 
 std::string describe_damage(const std::exception& error)
@@ -266,13 +273,27 @@ std::shared_ptr<const Topic> MessageSource::keep(Topic topic)
 	return std::make_shared<const Topic>(std::move(topic));
 }
 
+void MessageSource::unpack_message(Message& message, std::uint64_t file_size)
+{
+	constexpr std::uint64_t kOfAnyFile = 2 * kMostBytesAtOnce, kTimesTheFile = 1000;  // far more than scans pack to
+	if (message.topic->encoding != Encoding::kCdr || !is_zstd_frame(message.data)) return;
+	const auto unpacked = std::make_shared<const std::vector<std::uint8_t>>(unpack_zstd_frame(message.data));
+	unpacked_bytes_ += unpacked->size();
+	if (unpacked_bytes_ > kOfAnyFile + kTimesTheFile * file_size)
+		throw Unreadable(
+		    "is damaged (its packed messages take more than a thousand times its size); copy or record the log again");
+	message.data = {unpacked->data(), unpacked->size()};
+	message.owner = unpacked;
+}
+
 void PieceSource::ask_to_stop() const
 {
 	if (stop_()) throw Interrupted();
 }
 
-void PieceSource::set_pieces(std::vector<Piece> pieces, std::string damage)
+void PieceSource::set_pieces(std::vector<Piece> pieces, std::string damage, std::uint64_t file_size)
 {
+	file_size_ = file_size;
 	pieces_ = std::move(pieces);
 	std::stable_sort(
 	    pieces_.begin(), pieces_.end(), [](const Piece& a, const Piece& b) { return a.first_time < b.first_time; });
@@ -312,6 +333,7 @@ std::optional<Message> PieceSource::next()
 {
 	try
 	{
+		ask_to_stop();  // a second of work may be in a message that waits
 		while (must_load()) load_next_piece();
 	}
 	catch (const std::exception& e)
@@ -327,6 +349,15 @@ std::optional<Message> PieceSource::next()
 	Message first = waiting_.top().message;
 	waiting_.pop();
 	waiting_bytes_ -= bytes_of(first.data);
+	try
+	{
+		unpack_message(first, file_size_);
+	}
+	catch (const std::exception& e)
+	{
+		damage_ = describe_damage(e);
+		return std::nullopt;
+	}
 	return first;
 }
 

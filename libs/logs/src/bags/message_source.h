@@ -30,6 +30,9 @@ enum class MessageKind
 	kOther
 };
 
+/// Says how many letters of the name of a type are looked at: no type that is read has a longer one.
+inline constexpr std::size_t kLongestType = 100;
+
 /// Returns the kind of a type of messages.
 /// \param type as ROS 1, ROS 2 ("sensor_msgs/msg/LaserScan") or DDS ("sensor_msgs::msg::dds_::LaserScan_") names it
 /// \param with_clouds whether point clouds are needed
@@ -46,7 +49,7 @@ struct Message
 {
 	std::shared_ptr<const Topic> topic;
 	std::int64_t time = 0;                                   //!< [ns] since the epoch, when it was recorded
-	Bytes data;                                              //!< without the encapsulation of the recorder
+	Bytes data;                                              //!< unpacked, without the encapsulation of the recorder
 	std::shared_ptr<const std::vector<std::uint8_t>> owner;  //!< of the data, and of nothing else
 };
 
@@ -75,11 +78,18 @@ class MessageSource
 	/// \throws Unreadable if the topics of the file take more than kMostBytesOfTopics
 	std::shared_ptr<const Topic> keep(Topic topic);
 
+	/// Unpacks a message that was packed by itself, as rosbag2 may do.
+	/// \param file_size [byte]
+	/// \throws std::runtime_error if it is damaged, Unreadable if the messages take far more than a file of this size
+	///         would hold
+	void unpack_message(Message& message, std::uint64_t file_size);
+
 	std::string damage_;
 	std::string unread_scans_;
 
    private:
-	std::size_t topic_bytes_ = 0;  //!< [byte] of memory that the topics take
+	std::size_t topic_bytes_ = 0;       //!< [byte] of memory that the topics take
+	std::uint64_t unpacked_bytes_ = 0;  //!< [byte] of the messages that were packed by themselves
 };
 
 /// Says how much memory [byte] the topics of a file may take.
@@ -117,7 +127,8 @@ class PieceSource : public MessageSource
 	void ask_to_stop() const;
 
 	/// Call once, before next(). \param damage what is said when the pieces are through
-	void set_pieces(std::vector<Piece> pieces, std::string damage);
+	/// \param file_size [byte]
+	void set_pieces(std::vector<Piece> pieces, std::string damage, std::uint64_t file_size);
 
 	/// Hands the messages of a piece to `add`, in any order; their data is copied there.
 	virtual void load(const Piece& piece, const Add& add) = 0;
@@ -142,6 +153,7 @@ class PieceSource : public MessageSource
 	Stop stop_;
 	std::vector<Piece> pieces_;
 	std::size_t next_piece_ = 0;
+	std::uint64_t file_size_ = 0;  //!< [byte]
 	std::priority_queue<Waiting, std::vector<Waiting>, IsLater> waiting_;
 	std::size_t loaded_ = 0;         //!< [-] messages
 	std::size_t waiting_bytes_ = 0;  //!< [byte] of memory that the messages take which wait

@@ -2,7 +2,9 @@
 #include "bags/robot.h"
 
 #include <algorithm>
+#include <map>
 #include <set>
+#include <string_view>
 #include <tuple>
 
 namespace d2s1r::logs
@@ -11,26 +13,26 @@ namespace
 {
 constexpr std::size_t kLongestChain = 1000;  // [-] as tf2 has it
 
-std::string last_part(const std::string& name)
+std::string_view last_part(std::string_view name)
 {
 	return name.substr(name.find_last_of('/') + 1);  // 0 if there is no slash
 }
 
-bool is_odometry_frame(const std::string& frame)
+bool is_odometry_frame(std::string_view frame)
 {
-	return last_part(frame).find("odom") != std::string::npos;
+	return last_part(frame).find("odom") != std::string_view::npos;
 }
 
 /// Whether a frame is the world's, by its name.
-bool is_of_world(const std::string& frame)
+bool is_of_world(std::string_view frame)
 {
-	const std::string name = last_part(frame);
+	const std::string_view name = last_part(frame);
 	return name == "map" || name == "world" || name == "earth" || is_odometry_frame(name);
 }
 
-bool is_base(const std::string& frame)
+bool is_base(std::string_view frame)
 {
-	const std::string name = last_part(frame);
+	const std::string_view name = last_part(frame);
 	return name == "base_link" || name == "base_footprint";
 }
 
@@ -41,9 +43,10 @@ bool leaves_robot(const std::string& child, const Link& link)
 }
 
 /// Whether a topic is in a namespace, or in one below.
-bool is_in(const std::string& topic, const std::string& name_space)
+bool is_in(std::string_view topic, std::string_view name_space)
 {
-	return topic.rfind(name_space + "/", 0) == 0;
+	return topic.size() > name_space.size() && topic[name_space.size()] == '/' &&
+	       topic.substr(0, name_space.size()) == name_space;
 }
 
 /// Whether a namespace of transforms that a laser is not in is that of another robot: a laser of the same name is in
@@ -53,8 +56,8 @@ bool is_of_other_robot(const std::string& name_space, const LaserTopic& laser, c
 	if (name_space.empty() || is_in(laser.topic, name_space)) return false;
 	const std::string own = laser.topic.substr(0, laser.topic.find('/', 1));
 	const auto has_own = [&](const OdometryTopic& odometry) { return is_in(odometry.topic, own); };
-	const auto is_like_it = [&](const LaserTopic& other)
-	{ return is_in(other.topic, name_space) && last_part(other.topic) == last_part(laser.topic); };
+	const auto is_like_it = [&, name = last_part(laser.topic)](const LaserTopic& other)
+	{ return is_in(other.topic, name_space) && last_part(other.topic) == name; };
 	return (!is_in(name_space + "/tf", own) &&
 	        std::any_of(contents.odometries.begin(), contents.odometries.end(), has_own)) ||
 	       std::any_of(contents.lasers.begin(), contents.lasers.end(), is_like_it);
@@ -101,14 +104,12 @@ bool is_in_other_namespace(const OdometryTopic& odometry, const LaserTopic& lase
 
 /// Whether odometry, of a frame that tf does not know, is one of several of the same name, and none of the laser's
 /// namespace.
-bool is_of_other_robot(const OdometryTopic& odometry, const LaserTopic& laser, const Contents& contents)
+/// \param count how much odometry has a name, without the namespace
+bool is_of_other_robot(
+    const OdometryTopic& odometry, const LaserTopic& laser, const std::map<std::string_view, int>& count)
 {
 	const std::string own = namespace_of(odometry.topic);
-	if (own.empty() || is_in(laser.topic, own)) return false;
-	return std::any_of(
-	    contents.odometries.begin(), contents.odometries.end(),
-	    [&](const OdometryTopic& other)
-	    { return other.topic != odometry.topic && last_part(other.topic) == last_part(odometry.topic); });
+	return !own.empty() && !is_in(laser.topic, own) && count.at(last_part(odometry.topic)) > 1;
 }
 
 /// Finds the topic of the robot's odometry: of its own, one that is about the robot's frame goes before others, then
@@ -117,6 +118,8 @@ const OdometryTopic* find_odometry(
     const Robot& robot, const LaserTopic& laser, const std::set<std::string>& carriers, const Contents& contents,
     const LinksOfRobot& links)
 {
+	std::map<std::string_view, int> count;
+	for (const OdometryTopic& odometry : contents.odometries) count[last_part(odometry.topic)]++;
 	const OdometryTopic* best = nullptr;
 	const auto rank = [&](const OdometryTopic& o)
 	{
@@ -128,7 +131,7 @@ const OdometryTopic* find_odometry(
 		if (is_in_other_namespace(odometry, laser, contents)) continue;
 		const bool is_known = links.knows(robot.laser_frame) && links.knows(odometry.child);
 		if (is_known ? !links.are_on_one_robot(robot.laser_frame, odometry.child)
-		             : is_of_other_robot(odometry, laser, contents))
+		             : is_of_other_robot(odometry, laser, count))
 			continue;
 		if (!best || rank(*best) < rank(odometry)) best = &odometry;
 	}
@@ -177,7 +180,7 @@ void LinksOfRobot::connect(const Links& links)
 	for (const auto& [child, link] : links)
 	{
 		for (const std::string_view frame : {std::string_view(child), std::string_view(link.parent)})
-			if (parts_.emplace(frame, frame).second && is_base(std::string(frame))) bases_.push_back(frame);
+			if (parts_.emplace(frame, frame).second && is_base(frame)) bases_.push_back(frame);
 		if (find(child) == &link && !leaves_robot(child, link)) parts_[root(child)] = root(link.parent);
 	}
 }
@@ -261,8 +264,7 @@ std::vector<std::string> LinksOfRobot::named(const std::string& name, const std:
 {
 	std::vector<std::string> found;
 	for (const std::string_view base : bases_)
-		if (last_part(std::string(base)) == name && are_on_one_robot(std::string(base), frame))
-			found.emplace_back(base);
+		if (last_part(base) == name && are_on_one_robot(std::string(base), frame)) found.emplace_back(base);
 	return found;
 }
 

@@ -25,7 +25,8 @@ struct Close
 
 /// [byte] that SQLite takes, also for sorting without an index, unless the application has set another limit
 constexpr std::int64_t kMostMemory = 512'000'000;
-constexpr int kInstructions = 10000;  // of SQLite's machine between two questions: less than a millisecond
+constexpr int kInstructions = 1000;  // of SQLite's machine between two questions: a hundred tables, or 0.1 ms of data
+constexpr int kMostColumns = 100;    // [-] of a table: those of bags have five
 
 /// The file of a database as a URI. SQLite takes it for one that nobody writes to: then it neither locks the file nor
 /// writes anything beside it.
@@ -86,6 +87,7 @@ class SqliteSource : public MessageSource
 			if (result != SQLITE_OK) fail();
 			believe_nothing();
 			ask_to_stop_while_it_works();
+			read_schema();
 			step(prepare("PRAGMA temp_store = MEMORY"));  // what is sorted without an index goes to no file
 			read_topics();
 			messages_ = prepare(
@@ -121,6 +123,7 @@ class SqliteSource : public MessageSource
 		if (data_bytes_ > file_size_) throw std::runtime_error("its messages are larger than the file");
 		message.owner = std::make_shared<const std::vector<std::uint8_t>>(data, data + (data ? size : 0));
 		message.data = {message.owner->data(), message.owner->size()};
+		unpack_message(message, file_size_);
 		return message;
 	}
 	catch (const std::exception& e)
@@ -161,9 +164,8 @@ class SqliteSource : public MessageSource
 	void believe_nothing()
 	{
 		sqlite3* const database = database_.get();
-		constexpr int kMostSql = 1'000'000;  // [byte] of a statement, also one in the file
 		sqlite3_limit(database, SQLITE_LIMIT_LENGTH, static_cast<int>(kMostBytesAtOnce));
-		sqlite3_limit(database, SQLITE_LIMIT_SQL_LENGTH, kMostSql);
+		sqlite3_limit(database, SQLITE_LIMIT_COLUMN, kMostColumns);
 		sqlite3_db_config(database, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
 		sqlite3_db_config(database, SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
 		sqlite3_db_config(database, SQLITE_DBCONFIG_ENABLE_VIEW, 0, nullptr);
@@ -175,6 +177,16 @@ class SqliteSource : public MessageSource
 			return is_read || is_count ? SQLITE_OK : SQLITE_DENY;
 		};
 		sqlite3_set_authorizer(database, authorize, nullptr);
+	}
+
+	/// Reads how the tables of the file are made. A bag says that in some hundred bytes for each of them; some work
+	/// grows with the square of these, and cannot be stopped.
+	void read_schema() const
+	{
+		constexpr int kMostOfFile = 20'000, kMostOfOurs = 1'000'000;  // [byte] of a statement
+		sqlite3_limit(database_.get(), SQLITE_LIMIT_SQL_LENGTH, kMostOfFile);
+		step(prepare("SELECT count(*) FROM sqlite_master"));
+		sqlite3_limit(database_.get(), SQLITE_LIMIT_SQL_LENGTH, kMostOfOurs);
 	}
 
 	/// Returns how many instructions of SQLite's machine the file can need: a message takes some 40 and a dozen bytes.
