@@ -200,16 +200,19 @@ TEST(MapImage, TheEndOfASmallImageInAJpegIsNotItsOwn)
 TEST(MapImage, AJpegOfThousandsOfScansIsRefused)
 {
 	const TempFolder folder;
-	const std::string frame("\xFF\xD8\xFF\xC2\0\x0b\x8\0\x8\0\x8\1\1\x11\0", 15),
-	    scan("\xFF\xDA\0\x8\1\1\0\0\x3F\0 ", 11);
+	std::string frame("\xFF\xD8\xFF\xC2\0\x0b\x8\0\x8\0\x8\1\1\x11\0", 15);
+	const std::string scan("\xFF\xDA\0\x8\1\1\0\0\x3F\0 ", 11);
 	const auto with_scans = [&](int scans)
 	{
 		std::string bytes = frame;
 		for (int i = 0; i < scans; i++) bytes += scan;
 		return refusal(folder.write("a.jpg", bytes + "\xFF\xD9"), ImageGeometry{1, 0, 0});
 	};
-	EXPECT_NE(with_scans(4000).find("more than 100 scans; save it as a PNG"), std::string::npos);
+	EXPECT_NE(with_scans(4000).find("8 x 8 pixels comes in 4000 scans; save it as a PNG"), std::string::npos);
 	EXPECT_NE(with_scans(100).find("cannot be decoded"), std::string::npos) << "it has no tables";
+	frame.replace(7, 4, "\x3e\x80\x3e\x80");
+	EXPECT_NE(with_scans(20).find("16000 x 16000 pixels comes in 20 scans"), std::string::npos);
+	EXPECT_NE(with_scans(10).find("truncated"), std::string::npos) << "it has no data";
 }
 
 TEST(MapImage, APngThatDoesNotBeginWithItsHeaderIsRefused)
@@ -269,6 +272,7 @@ TEST(MapImage, TooLargeForMemoryIsRefusedBeforeItIsTaken)
 		expect(
 		    {{256, 15000}, {257, 15000}, {258, 16}, {277, 4}, {278, 8}},
 		    "unpacking the image takes 1.8 GB, and 1.0 GB is");
+		expect({{256, 9}, {257, 9}, {259, 34676}}, "packed by SGILog");
 		expect({{256, 9}, {257, 9}, {322, 30000}, {323, 30000}}, "unpacking the image takes 7.2 GB");
 	}
 	// 8 bytes a pixel, or 9 that are kept while a JPEG of several scans is unpacked

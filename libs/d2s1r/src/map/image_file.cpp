@@ -166,42 +166,49 @@ bool stands_alone(unsigned marker)
 	return marker <= 0x01 || (marker >= 0xD0 && marker <= 0xD8);
 }
 
+/// The outline of a JPEG file.
+struct JpegOutline
+{
+	std::size_t frame = 0;  //!< where the first frame header stands, behind its marker
+	int scans = 0;          //!< [-] that the image comes in
+};
+
 /// Goes from segment to segment of a JPEG file, past the data of its scans, up to the mark of its end. (Whatever a
 /// segment holds, say a small image of the image, may have a mark of its own.)
-/// \return where the first frame header stands, behind its marker
-/// \throws std::runtime_error if the image comes in so many scans that unpacking it would take minutes: a decoder goes
-///         over all pixels for each of them, however few bytes it has
-std::size_t find_frame_header(const std::string& bytes)
+JpegOutline outline_of_jpeg(const std::string& bytes)
 {
 	constexpr unsigned kEnd = 0xD9, kScan = 0xDA;
-	constexpr int kMostScans = 100;  // as libtiff has it; encoders make ten
-	int scans = 0;
-	std::size_t frame = 0;
+	JpegOutline outline;
 	for (std::size_t at = 2;;)
 	{
 		at = bytes.find_first_not_of('\xFF', bytes.find('\xFF', at));
 		if (at == std::string::npos) refuse_as_truncated();
 		const auto marker = static_cast<unsigned char>(bytes[at++]);
-		if (frame == 0 && begins_frame(marker)) frame = at;
+		if (outline.frame == 0 && begins_frame(marker)) outline.frame = at;
 		if (marker == kEnd) break;
-		if (marker == kScan && ++scans > kMostScans)
-			throw std::runtime_error(
-			    "the image comes in more than " + std::to_string(kMostScans) + " scans; save it as a PNG");
+		if (marker == kScan) outline.scans++;
 		if (!stands_alone(marker)) at += number_at(bytes, at, 2, Order::kBigEndian);
 	}
-	if (frame == 0) refuse_as_undecodable();
-	return frame;
+	if (outline.frame == 0) refuse_as_undecodable();
+	return outline;
 }
 
+/// \throws std::runtime_error also if the image comes in so many scans that unpacking it would take minutes: a decoder
+///         goes over all pixels for each of them, however few bytes it has
 double check_jpeg(const std::string& bytes)
 {
-	const std::size_t at = find_frame_header(bytes);
+	const JpegOutline outline = outline_of_jpeg(bytes);
 	const auto number = [&](std::size_t offset, std::size_t count)
-	{ return number_at(bytes, at + offset, count, Order::kBigEndian); };
+	{ return number_at(bytes, outline.frame + offset, count, Order::kBigEndian); };
 	const double height = number(3, 2), width = number(5, 2), channels = number(7, 1);
 	// A sample, and its coefficient of two bytes, which all are kept if the image comes in several scans.
 	const double memory = width * height * channels * 3;
 	check_pixels(width, height, memory);
+	constexpr int kMostScans = 100;          // as libtiff has it; encoders make ten
+	constexpr double kMostInAllScans = 4e9;  // [pixel] some 5 s
+	if (outline.scans > kMostScans || width * height * outline.scans > kMostInAllScans)
+		throw std::runtime_error(mrpt::format(
+		    "the image of %.0f x %.0f pixels comes in %d scans; save it as a PNG", width, height, outline.scans));
 	constexpr double kPixelsOfABlock = 64, kBits = 8;  // a block takes one bit at least
 	if (width * height > kPixelsOfABlock * kBits * static_cast<double>(bytes.size())) refuse_as_truncated();
 	return memory;
@@ -224,9 +231,9 @@ double greatest_of_entry(const std::string& bytes, std::size_t at, Order order)
 double check_tiff(const std::string& bytes)
 {
 	const Order order = bytes[0] == 'M' ? Order::kBigEndian : Order::kLittleEndian;
-	double width = 0, height = 0, bits = 1, channels = 1, strip = 0, tile_width = 0, tile_height = 0;
-	const std::map<unsigned, double*> known = {{256, &width}, {257, &height},     {258, &bits},       {277, &channels},
-	                                           {278, &strip}, {322, &tile_width}, {323, &tile_height}};
+	double width = 0, height = 0, bits = 1, channels = 1, strip = 0, tile_width = 0, tile_height = 0, packing = 0;
+	const std::map<unsigned, double*> known = {{256, &width}, {257, &height},     {258, &bits},        {277, &channels},
+	                                           {278, &strip}, {322, &tile_width}, {323, &tile_height}, {259, &packing}};
 	const std::size_t directory = number_at(bytes, 4, 4, order), entries = number_at(bytes, directory, 2, order);
 	for (std::size_t i = 0; i < entries; i++)
 	{
@@ -234,6 +241,9 @@ double check_tiff(const std::string& bytes)
 		const auto entry = known.find(number_at(bytes, at, 2, order));
 		if (entry != known.end()) *entry->second = std::max(*entry->second, greatest_of_entry(bytes, at, order));
 	}
+	constexpr double kSgiLog = 34676, kSgiLog24 = 34677;  // are unpacked to photographs in floating point
+	if (packing == kSgiLog || packing == kSgiLog24)
+		throw std::runtime_error("the image is packed by SGILog, for photographs; save it as a PNG");
 	constexpr double kAllRows = 0xFFFFFFFF;
 	if (strip == kAllRows) strip = height;
 	// A decoder has the image, and a strip or tile as it is packed and as it is unpacked, in up to four channels.
