@@ -220,25 +220,27 @@ struct Ranges
 	double min_range = 0;             //!< [m] nearer readings are no data
 };
 
-/// Returns the ranges of a scan, in place if they are floats.
-/// \throws std::invalid_argument if they are none, or so many that no laser has them, before they are copied
-Floats ranges_of(const py::object& given)
+/// Returns an array of numbers, in place if `given` is one: a view may be far larger than the memory that it takes.
+/// \param name of `given`, for messages
+/// \throws std::invalid_argument if it has other dimensions, or more numbers than any robot gives
+py::array numbers_of(const std::string& name, const py::object& given, py::ssize_t dimensions)
 {
 	constexpr py::ssize_t kMost = 10'000'000;
-	const py::array array = py::module_::import("numpy").attr("asarray")(given);
-	if (array.ndim() != 1)
-		throw std::invalid_argument("ranges has " + std::to_string(array.ndim()) + " dimensions; give 1");
+	py::array array = py::module_::import("numpy").attr("asarray")(given);
+	if (array.ndim() != dimensions)
+		throw std::invalid_argument(
+		    name + " has " + std::to_string(array.ndim()) + " dimensions; give " + std::to_string(dimensions));
 	if (array.size() > kMost)
 		throw std::invalid_argument(
-		    "ranges has " + std::to_string(array.size()) + " numbers; give " + std::to_string(kMost) + " at most");
+		    name + " has " + std::to_string(array.size()) + " numbers; give " + std::to_string(kMost) + " at most");
 	if (std::string("fbiu").find(array.dtype().kind()) == std::string::npos)
-		throw std::invalid_argument("ranges does not hold numbers; give floats");
-	return Floats(array);
+		throw std::invalid_argument(name + " does not hold numbers; give floats");
+	return array;
 }
 
 CObservation2DRangeScan observation_of(const Ranges& scan)
 {
-	const Floats floats = ranges_of(scan.ranges);
+	const Floats floats(numbers_of("ranges", scan.ranges, 1));
 	const auto ranges = floats.unchecked<1>();
 	const auto beams = static_cast<std::size_t>(ranges.size());
 	const double turned = beams > 0 ? scan.angle_increment * static_cast<double>(beams - 1) : 0;
@@ -260,20 +262,22 @@ CObservation2DRangeScan observation_of(const Ranges& scan)
 }
 
 /// Returns a sweep of a spinning laser. `poses` has a row (x, y, phi) for each of `times`.
-Sweep sweep_of(double beam_step, double first_beam, const std::vector<double>& times, const py::object& poses)
+Sweep sweep_of(double beam_step, double first_beam, const py::object& times, const py::object& poses)
 {
+	using Doubles = py::array_t<double, py::array::c_style | py::array::forcecast>;
 	Sweep sweep;
 	sweep.beam_step = beam_step;
 	sweep.first_beam = first_beam;
-	if (times.empty() && poses.is_none()) return sweep;
-	const py::array_t<double, py::array::c_style | py::array::forcecast> rows(
-	    poses.is_none() ? py::object(py::list()) : poses);
-	if (rows.ndim() != 2 || rows.shape(1) != 3 || static_cast<std::size_t>(rows.shape(0)) != times.size())
-		throw std::invalid_argument(
-		    "Sweep: give poses as an array n x 3, with a row (x, y, phi) for each of the n times");
-	const auto row = rows.unchecked<2>();
-	for (py::ssize_t i = 0; i < rows.shape(0); i++)
-		sweep.motion.push_back({times[static_cast<std::size_t>(i)], {row(i, 0), row(i, 1), row(i, 2)}});
+	const py::array given_times = numbers_of("Sweep: times", times, 1);
+	if (given_times.size() == 0 && poses.is_none()) return sweep;
+	const char* const expected = "Sweep: give poses as an array n x 3, with a row (x, y, phi) for each of the n times";
+	if (poses.is_none()) throw std::invalid_argument(expected);
+	const py::array given_poses = numbers_of("Sweep: poses", poses, 2);
+	if (given_poses.shape(1) != 3 || given_poses.shape(0) != given_times.size()) throw std::invalid_argument(expected);
+	const Doubles all_times(given_times), all_poses(given_poses);
+	const auto time = all_times.unchecked<1>();
+	const auto row = all_poses.unchecked<2>();
+	for (py::ssize_t i = 0; i < time.size(); i++) sweep.motion.push_back({time(i), {row(i, 0), row(i, 1), row(i, 2)}});
 	if (!is_usable(sweep, 0))
 		throw std::invalid_argument("Sweep: times and poses must be finite, and times increase; correct them");
 	return sweep;
@@ -413,7 +417,7 @@ void bind_map(py::module_& module)
 
 void bind_sweep(py::module_& module)
 {
-	const auto make = [](double beam_step, double first_beam, const std::vector<double>& times, const py::object& poses)
+	const auto make = [](double beam_step, double first_beam, const py::object& times, const py::object& poses)
 	{ return std::make_shared<PySweep>(sweep_of(beam_step, first_beam, times, poses)); };
 	const auto make_of_twist = [](double beam_step, std::array<double, 3> twist, double first_beam)
 	{ return std::make_shared<PySweep>(sweep_of_twist(beam_step, twist, first_beam)); };
@@ -425,8 +429,7 @@ void bind_sweep(py::module_& module)
 	    "as "
 	    "they are,\nand the covariances include how far the robot may have moved.")
 	    .def(
-	        py::init(make), "beam_step"_a, "first_beam"_a = 0.0, "times"_a = std::vector<double>{},
-	        "poses"_a = py::none(),
+	        py::init(make), "beam_step"_a, "first_beam"_a = 0.0, "times"_a = py::tuple(), "poses"_a = py::none(),
 	        "    beam_step: time from one beam to the next [s], in the order of ranges; ROS calls it time_increment.\n"
 	        "    first_beam: time of the first beam [s].\n"
 	        "    times: times at which the robot was at each of the poses [s], increasing.\n"

@@ -133,6 +133,11 @@ def test_sweep_moves_the_beams_to_one_time(world, localizer):
                   {"times": [1, 0], "poses": np.zeros((2, 3))}):
         with pytest.raises(ValueError, match="Sweep: "):
             d2s1r.Sweep(step, **wrong)
+    endless = np.broadcast_to(0.0, (10**8, 3))  # takes no memory until it is copied
+    with pytest.raises(ValueError, match="300000000 numbers"):
+        d2s1r.Sweep(step, times=[0], poses=endless)
+    with pytest.raises(ValueError, match="100000000 numbers"):
+        d2s1r.Sweep(step, times=endless[:, 0], poses=[[0, 0, 0]])
 
 
 def test_floats_are_read_in_place(localizer):
