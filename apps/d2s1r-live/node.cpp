@@ -169,14 +169,14 @@ struct Topics
 class Node
 {
    public:
-	Node(const Flags& flags, std::function<void(const std::string&)> say)
+	Node(const Flags& flags, const Parameters& parameters, std::function<void(const std::string&)> say)
 	    : flags_(flags),
 	      say_(std::move(say)),
 	      domain_(open_domain(flags.domain)),
 	      participant_(join_domain(flags.domain)),
 	      topics_(flags, participant_),
 	      graph_(participant_, "d2s1r_live"),
-	      live_(settings_of(flags))
+	      live_(settings_of(flags, parameters))
 	{
 	}
 
@@ -201,10 +201,10 @@ class Node
 	}
 
    private:
-	static LiveSettings settings_of(const Flags& flags)
+	static LiveSettings settings_of(const Flags& flags, const Parameters& parameters)
 	{
 		LiveSettings settings = flags.settings;
-		settings.parameters = read_parameters(flags.config);
+		settings.parameters = parameters;
 		return settings;
 	}
 
@@ -354,19 +354,30 @@ class Node
 };
 }  // namespace
 
+namespace
+{
+/// Does what may take long, or wait for a pipe. The process ends without waiting for it if it is told to.
+template <typename Result, typename Work>
+std::future<Result> on_a_thread(Work work)
+{
+	std::packaged_task<Result()> task(std::move(work));
+	std::future<Result> result = task.get_future();
+	std::thread(std::move(task)).detach();
+	return result;
+}
+}  // namespace
+
 ExitStatus serve(
     const Flags& flags, const std::function<void(const std::string& line)>& say, const std::function<bool()>& stop)
 {
-	const Parameters parameters = read_parameters(flags.config);
-	Node node(flags, say);
-	// The process ends without waiting for the index if it is told to.
+	auto reading = on_a_thread<Parameters>([config = flags.config] { return read_parameters(config); });
+	while (reading.wait_for(std::chrono::milliseconds(20)) != std::future_status::ready)
+		if (stop()) return kInterrupted;
+	const Parameters parameters = reading.get();
+	Node node(flags, parameters, say);
 	std::future<LoadedMaps> maps;
 	if (!flags.map.empty())
-	{
-		std::packaged_task<LoadedMaps()> load([flags, parameters] { return load_maps(flags, parameters); });
-		maps = load.get_future();
-		std::thread(std::move(load)).detach();
-	}
+		maps = on_a_thread<LoadedMaps>([flags, parameters] { return load_maps(flags, parameters); });
 	while (!stop())
 	{
 		if (maps.valid() && maps.wait_for(std::chrono::seconds(0)) == std::future_status::ready)

@@ -1,9 +1,13 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // Peers that are late, gone, wrong or hostile.
+#include <sys/stat.h>
 #include <unistd.h>
 
+#include <chrono>
+#include <csignal>
 #include <cstring>
 #include <random>
+#include <thread>
 
 #include "live_test.h"
 
@@ -235,6 +239,17 @@ TEST_F(LiveTest, EndsWithinASecond)
 		EXPECT_TRUE(wait_until([&] { return !live.running(); }, 1));
 		EXPECT_EQ(live.wait().status, 130);
 	}
+}
+
+TEST_F(LiveTest, EndsWithinASecondWhileItWaitsForAPipe)
+{
+	ASSERT_EQ(mkfifo(path("pipe").c_str(), 0600), 0);
+	LiveProcess live = start_live({"-c", path("pipe")});
+	std::this_thread::sleep_for(std::chrono::milliseconds(500));
+	EXPECT_TRUE(live.running());
+	live.send(SIGINT);
+	EXPECT_TRUE(wait_until([&] { return !live.running(); }, 1));
+	EXPECT_EQ(live.wait().status, 130);
 }
 
 TEST_F(LiveTest, SurvivesMessagesOfNonsense)
