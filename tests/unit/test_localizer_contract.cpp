@@ -1,5 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // What a Localizer promises besides finding the place.
+#include <d2s1r/atlas.h>
 #include <d2s1r/localizer.h>
 #include <d2s1r/scan_accumulator.h>
 #include <d2s1r/window_localizer.h>
@@ -137,6 +138,30 @@ TEST_F(LocalizerContract, ASensorThatIsNowhereOnTheRobotMakesNoScan)
 		auto elsewhere = observation;
 		elsewhere.sensorPose = pose;
 		EXPECT_EQ(localizer_.localize(elsewhere).status, Status::kInvalid) << pose;
+	}
+}
+
+TEST_F(LocalizerContract, ASearchThatIsStoppedSaysSo)
+{
+	const Scan scan = make_scan(make_observation(world_, poses_on_floor()[0]), ScanParameters());
+	const auto shared = std::make_shared<const Localizer>(make_map(grid_));
+	const Atlas atlas({{"floor", shared}});
+	for (const bool stops : {true, false})
+	{
+		int questions = 0;
+		const auto stop = [&]
+		{
+			questions++;
+			return stops;
+		};
+		const Localization alone = localizer_.localize(scan, {{}, 0, stop}), in_atlas = atlas.localize(scan, 0, stop);
+		EXPECT_GE(questions, 4) << "in the search and after it, twice";
+		for (const Localization& answer : {alone, in_atlas})
+		{
+			EXPECT_EQ(answer.status, stops ? Status::kRejected : Status::kLocalized);
+			EXPECT_EQ(answer.note, stops ? "the search was stopped" : "");
+		}
+		EXPECT_EQ(numbers_of(alone) == numbers_of(localizer_.localize(scan)), !stops);
 	}
 }
 

@@ -16,6 +16,8 @@
 #include <string>
 #include <vector>
 
+#include "cli/console.h"
+
 namespace d2s1r::app
 {
 /// Starts what --ground-truth or --check says if it names a topic of the log instead of a file.
@@ -71,7 +73,7 @@ struct SearchRequest
 	std::string config;                         //!< empty: default parameters
 	int threads = 1;                            //!< [-] that localize scans, and that build the index of method = paper
 	std::optional<int> window;                  //!< [-] scans that are used jointly; without a value, each on its own
-	Query query;                                //!< the same for every scan
+	Query query = {{}, 0, interrupted};         //!< the same for every scan
 	bool fuse = false;                          //!< whether a particle filter follows the results
 	MotionSource motion = MotionSource::kBoth;  //!< what moves it
 	std::uint32_t seed = 1;                     //!< [-] of it

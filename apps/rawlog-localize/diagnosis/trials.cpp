@@ -59,12 +59,15 @@ Trial Tester::try_later(const Mistake& mistake) const
 Trial Tester::localize(const Mistake& mistake, const std::vector<LoggedScan>& scans, const Query& query) const
 {
 	Trial trial{std::vector<Localization>(scans.size())};
+	Query until_interrupt = query;
+	until_interrupt.stop = interrupted;
 	parallel_for(
 	    scans.size(), threads_,
 	    [&](std::size_t i)
 	    {
 		    if (!scans[i].observation || interrupted()) return;
-		    trial.answers[i] = localizer_->localize(corrected(scans[i], mistake, localizer_->parameters().scan), query);
+		    trial.answers[i] =
+		        localizer_->localize(corrected(scans[i], mistake, localizer_->parameters().scan), until_interrupt);
 	    });
 	return trial;
 }

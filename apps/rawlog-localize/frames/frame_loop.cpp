@@ -362,10 +362,10 @@ class FramePipeline
 		waiting_.pop_front();
 		lock.unlock();
 		job->scan = scan_of(*job, approach_.localizer.parameters().scan);
-		job->result = approach_.atlas ? approach_.atlas->localize(job->scan, approach_.query.time_budget)
+		job->result = approach_.atlas ? approach_.atlas->localize(job->scan, approach_.query.time_budget, interrupted)
 		                              : approach_.localizer.localize(job->scan, approach_.query);
 		lock.lock();
-		item->unfinished--;
+		if (!interrupted()) item->unfinished--;  // else the search may have been stopped
 	}
 
 	void read(Lock& lock)

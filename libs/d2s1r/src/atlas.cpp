@@ -72,7 +72,7 @@ Localization Atlas::localize(
 	return localize(make_scan(observation, maps_.front().localizer->parameters().scan, sweep), time_budget);
 }
 
-Localization Atlas::localize(const Scan& scan, double time_budget) const
+Localization Atlas::localize(const Scan& scan, double time_budget, const std::function<bool()>& stop) const
 {
 	if (!(time_budget >= 0))  // this is true for a NaN, too
 		throw std::invalid_argument("Atlas: the time budget is negative or not a number; give ms, or 0 for none");
@@ -81,7 +81,7 @@ Localization Atlas::localize(const Scan& scan, double time_budget) const
 	for (const AtlasMap& map : maps_)
 	{
 		const DefaultIndex& index = default_method_of(*map.localizer)->index();
-		searched.push_back(index.searched(map.region, map.localizer->parameters(), searched.size()));
+		searched.push_back(index.searched(map.region, map.localizer->parameters(), searched.size(), stop));
 	}
 
 	const mrpt::system::CTicTac watch;

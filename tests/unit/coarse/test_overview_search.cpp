@@ -29,7 +29,7 @@ class OverviewSearch : public testing::Test
 		const WallPatterns no_walls;
 		const std::vector<SearchedMap> maps = {{profiles_, none, no_walls, prior, of_map}};
 		std::vector<ScanInMap> scans = scan_in_maps(maps, scan, parameters_);
-		search_overviews(scans, parameters_, 255, pairs);
+		search_overviews(scans, parameters_, 255, {}, pairs);
 		return pairs;
 	}
 

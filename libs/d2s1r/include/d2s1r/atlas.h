@@ -3,6 +3,7 @@
 
 #include <d2s1r/localizer.h>
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -49,7 +50,8 @@ class Atlas
 	    const mrpt::obs::CObservation2DRangeScan& observation, double time_budget = 0, const Sweep& sweep = {}) const;
 
 	/// Answers where a scan was taken that make_scan() or the caller prepared.
-	Localization localize(const Scan& scan, double time_budget = 0) const;
+	/// \param stop see Query
+	Localization localize(const Scan& scan, double time_budget = 0, const std::function<bool()>& stop = {}) const;
 
 	/// Returns the maps, in the order in which they were given.
 	const std::vector<AtlasMap>& maps() const { return maps_; }

@@ -5,6 +5,7 @@
 #include <mrpt/poses/CPosePDF.h>
 
 #include <cmath>
+#include <functional>
 #include <vector>
 
 namespace d2s1r
@@ -70,5 +71,10 @@ struct Query
 	/// scan far less than its own one. All this depends on the machine's load, so that two runs may differ. It has no
 	/// effect with kPaper.
 	double time_budget = 0;
+
+	/// Null, or asked many times a second while a large map is searched, by the thread that calls: if it returns true,
+	/// the search ends, and the answer is rejected with a note that says so. It must not throw. It has no effect with
+	/// kPaper.
+	std::function<bool()> stop = {};
 };
 }  // namespace d2s1r

@@ -116,7 +116,7 @@ CoarseSearch::CoarseSearch(
 	pairs_.clear();
 	if (scans_.front().scan.returns.empty()) return;
 	margin_of_groups_ = overview_margin(scans_.front().scan, limits);
-	search_overviews(scans_, limits, most_cost, of_groups_);
+	search_overviews(scans_, limits, most_cost, maps.front().stop, of_groups_);
 	if (!of_groups_.empty()) least_of_groups_ = least_cost(of_groups_);
 }
 

@@ -79,9 +79,11 @@ int most_missing(const ScanInMap& in, double least, const CoarseSearchParameters
 
 /// Compares a few beams with the overviews of some groups of a map at all shifts.
 void compare_overviews(
-    const ScanInMap& in, const std::vector<std::int32_t>& groups, int truncation, CheapestPairs& cheapest)
+    const ScanInMap& in, const std::vector<std::int32_t>& groups, int truncation, const std::function<bool()>& stop,
+    CheapestPairs& cheapest)
 {
 	constexpr std::size_t kTogether = 32;
+	constexpr std::size_t kUnasked = 512 * kTogether;  // [-] groups that take some ms, between two questions
 	const auto directions = static_cast<std::size_t>(in.profiles.directions);
 	const auto& beams = in.overview_beams;
 	const OverviewScan few{beams.data(), beams.size(), in.profiles.directions, static_cast<std::uint8_t>(truncation)};
@@ -96,6 +98,7 @@ void compare_overviews(
 	{ return in.profiles.overview_of(static_cast<std::size_t>(groups[i])); };
 	for (std::size_t first = 0; first < groups.size(); first += kTogether)
 	{
+		if (first % kUnasked == 0 && stop && stop()) return;
 		const std::size_t last = std::min(first + kTogether, groups.size());
 		for (std::size_t i = first; i < last; i++)
 		{
@@ -137,7 +140,7 @@ std::uint32_t overview_margin(const QuantizedScan& scan, const CoarseSearchParam
 
 void search_overviews(
     const std::vector<ScanInMap>& scans, const CoarseSearchParameters& parameters, std::uint32_t most_cost,
-    std::vector<Pair>& pairs)
+    const std::function<bool()>& stop, std::vector<Pair>& pairs)
 {
 	thread_local std::vector<std::int32_t> groups;  // kept for the next query
 	const std::vector<std::uint8_t>& missing = missing_in_all(scans);
@@ -147,7 +150,7 @@ void search_overviews(
 	const auto compare_where_missing = [&](const ScanInMap& in, int least, int most)
 	{
 		find_groups_where_missing(in, missing_in(in, missing), least, most, groups);
-		compare_overviews(in, groups, parameters.truncation, cheapest);
+		compare_overviews(in, groups, parameters.truncation, stop, cheapest);
 	};
 
 	const int few = missing_at_few(scans, missing);

@@ -1,6 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include "coarse/coarse_kernel.h"
@@ -21,9 +22,10 @@ inline constexpr std::uint32_t kAnyOverviewCost = 255;  //!< [2 steps] no pair o
 /// \param scans by map
 /// \param most_cost [2 steps] what a pair may cost. With less than kAnyOverviewCost only the groups whose histograms are
 ///        most like the scan's are compared, which is much faster.
+/// \param stop null, or asked now and then: if it returns true, the search ends with what it has found so far
 /// \param pairs [2 steps] the cheapest pairs of group and shift, within the limits that coarse_search.h tells. The
 ///        groups of all maps are counted on, from one to the next.
 void search_overviews(
     const std::vector<ScanInMap>& scans, const CoarseSearchParameters& parameters, std::uint32_t most_cost,
-    std::vector<Pair>& pairs);
+    const std::function<bool()>& stop, std::vector<Pair>& pairs);
 }  // namespace d2s1r

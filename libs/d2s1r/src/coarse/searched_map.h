@@ -5,6 +5,7 @@
 #include <d2s1r/prior.h>
 
 #include <cstddef>
+#include <functional>
 #include <vector>
 
 #include "coarse/equal_places.h"
@@ -30,6 +31,7 @@ struct SearchedMap
 	const Prior& prior;                       //!< where in this map the robot may be
 	const Parameters& parameters;             //!< by which poses in this map are refined and scored
 	std::size_t number = 0;                   //!< [-] of this map among those that are searched together
+	std::function<bool()> stop = {};          //!< see Query; that of the first one is asked
 };
 
 /// A pose of the sensor in one reading of a searched map.

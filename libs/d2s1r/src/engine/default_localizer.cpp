@@ -311,6 +311,8 @@ Decision localize_default(const Scan& scan, const std::vector<SearchedMap>& maps
 		if (budget.is_half_spent() || search.may_stand(is_last)) break;
 	}
 	if (!budget.is_half_spent()) search.look_at_mirrored();
+	if (const auto& stop = maps.front().stop; stop && stop())
+		return {no_place(Status::kRejected, "the search was stopped"), {}};
 	return search.answer();
 }
 
@@ -329,7 +331,7 @@ DefaultLocalizer::DefaultLocalizer(DefaultIndex index, const Parameters& paramet
 Localization DefaultLocalizer::localize(const Scan& scan, const Query& query, const Parameters& parameters) const
 {
 	if (auto refusal = refusal_of(scan, parameters.scan)) return *refusal;
-	return localize_default(scan, {index_.searched(query.prior, parameters)}, query.time_budget).answer;
+	return localize_default(scan, {index_.searched(query.prior, parameters, 0, query.stop)}, query.time_budget).answer;
 }
 
 std::optional<Hypothesis> DefaultLocalizer::hypothesis_near(
