@@ -163,6 +163,10 @@ TEST_F(LocalizerContract, ASearchThatIsStoppedSaysSo)
 		}
 		EXPECT_EQ(numbers_of(alone) == numbers_of(localizer_.localize(scan)), !stops);
 	}
+	const auto stop = [] { return true; };
+	Parameters paper;
+	paper.method = Method::kPaper;
+	EXPECT_EQ(Localizer(make_map(grid_), paper).localize(scan, {{}, 0, stop}).note, "the search was stopped");
 }
 
 TEST_F(LocalizerContract, ManyThreadsGetTheSameBits)

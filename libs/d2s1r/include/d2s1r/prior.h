@@ -73,8 +73,7 @@ struct Query
 	double time_budget = 0;
 
 	/// Null, or asked many times a second while a large map is searched, by the thread that calls: if it returns true,
-	/// the search ends, and the answer is rejected with a note that says so. It must not throw. It has no effect with
-	/// kPaper.
+	/// the search ends, and the answer is rejected with a note that says so. It must not throw.
 	std::function<bool()> stop = {};
 };
 }  // namespace d2s1r

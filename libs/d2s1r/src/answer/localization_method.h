@@ -13,6 +13,12 @@
 
 namespace d2s1r
 {
+/// Returns the answer of a search that was stopped: see Query.
+inline Localization stopped_search()
+{
+	return no_place(Status::kRejected, "the search was stopped");
+}
+
 /// A method of localization and its index of a map, as a Localizer holds it: the default one or that of the paper. It
 /// is const and thread-safe once it is built. Queries are answered by parameters that have the values the index was
 /// built with, where it depends on them.

@@ -151,12 +151,16 @@ void CoarseSearch::compare_profiles_of(
 std::vector<Candidate> CoarseSearch::distinct_candidates(
     const std::vector<Pair>& pairs, std::size_t wanted, std::uint32_t most) const
 {
+	constexpr std::size_t kUnasked = 4096;  // [-] pairs between two questions whether to stop
+	const auto& stop = maps_.front().stop;
+	std::size_t seen = 0;
 	std::vector<Candidate> found;
 	DistinctPoses distinct(2 * limits_.spacing, distinct_yaw(scans_.front().profiles));
 	cheapest_first(
 	    pairs, most,
 	    [&](const Pair& pair)
 	    {
+		    if (++seen % kUnasked == 0 && stop && stop()) return false;
 		    const ScanInMap& in = map_of(scans_, &ScanInMap::first_position, pair.position);
 		    const auto position = static_cast<std::size_t>(pair.position - in.first_position);
 		    const auto map = static_cast<std::size_t>(&in - scans_.data());

@@ -131,18 +131,28 @@ void note_region(Localization& answer, const std::vector<SearchedMap>& maps)
 		answer.note = "no place in the given region explains the scan";
 }
 
-/// Returns the places, best first, that candidates and the `known` places lead to.
+/// Returns whether the caller wants no answer any more.
+bool is_stopped(const SearchedMap& map)
+{
+	return map.stop && map.stop();
+}
+
+/// Returns the places, best first, that candidates and the `known` places lead to; none if the search is stopped.
 /// \param least [nat] score by few beams that a candidate must reach, once it has settled
 std::vector<Place> judge(
     const Scan& scan, const BeamSubsets& beams, const std::vector<Candidate>& candidates, const Parameters& limits,
     const std::vector<Place>& known, StageClock& clock, double least = -HUGE_VAL)
 {
+	const auto is_enough = [&] { return !candidates.empty() && is_stopped(*candidates.front().map); };
 	auto settled = settle(beams.few, candidates, limits.refinement);
 	clock.lap(&StageTimes::registration_ms);
+	if (is_enough()) return {};
 	// The best place so far competes, so that what is hopeless against it is dropped.
 	if (!known.empty()) settled.push_back({known.front(), known.front().score.explained});
 	const auto shortlist = make_shortlist(beams.few, settled, limits.refinement, least);
+	if (is_enough()) return {};
 	const auto refined = refine(beams.many, shortlist, limits.refinement);
+	if (is_enough()) return {};
 	auto places = find_places(scan, beams.all, refined, limits, known);
 	clock.lap(&StageTimes::refinement_ms);
 	return places;
@@ -172,7 +182,7 @@ class OneScan
 	}
 
 	/// Searches candidates, judges those that no look before has judged, and decides.
-	/// \return false if it judged none, because the last look has to judge them anyway
+	/// \return false if it judged none: the last look has to judge them anyway, or the search is stopped
 	bool look(const Parameters& limits, bool is_last);
 
 	/// Returns whether a longer search would hardly change the answer: it is localized, clear and safe, and no place
@@ -206,6 +216,7 @@ bool OneScan::look(const Parameters& limits, bool is_last)
 {
 	CandidateList found = search_.candidates(limits.coarse_search);
 	clock_.lap(&StageTimes::retrieval_ms);
+	if (is_stopped(maps_.front())) return false;
 	if (!is_last && !may_be_safe(found, search_.margin())) return false;
 	const auto trial = [&](const auto& candidates, const Parameters& affordable)
 	{ judge(scan_, beams_, candidates, affordable, {}, clock_); };
@@ -311,9 +322,7 @@ Decision localize_default(const Scan& scan, const std::vector<SearchedMap>& maps
 		if (budget.is_half_spent() || search.may_stand(is_last)) break;
 	}
 	if (!budget.is_half_spent()) search.look_at_mirrored();
-	if (const auto& stop = maps.front().stop; stop && stop())
-		return {no_place(Status::kRejected, "the search was stopped"), {}};
-	return search.answer();
+	return is_stopped(maps.front()) ? Decision{stopped_search(), {}} : search.answer();
 }
 
 std::optional<Localization> refusal_of(const Scan& scan, const ScanParameters& parameters)

@@ -37,11 +37,14 @@ struct Scratch
 };
 
 /// Finds the yaw of each of the nearest cells, and sorts them by relative entropy.
-void register_candidates(const Grid& grid, const RayCaster& caster, const PaperParameters& parameters, Scratch& scratch)
+void register_candidates(
+    const Grid& grid, const RayCaster& caster, const PaperParameters& parameters, const std::function<bool()>& stop,
+    Scratch& scratch)
 {
 	scratch.candidates.clear();
 	for (const NearestCell& nearest : scratch.cells)
 	{
+		if (!scratch.candidates.empty() && stop && stop()) return;
 		const double x = grid.center_x(nearest.cell), y = grid.center_y(nearest.cell);
 		caster.scan(x, y, parameters.directions, scratch.virtual_ranges);
 		const YawRegistration registration = register_yaw(scratch.observed, scratch.virtual_ranges, parameters);
@@ -98,7 +101,7 @@ double probability_of_place(const std::vector<Hypothesis>& hypotheses)
 
 Localization localize_paper(
     const Scan& scan, const Grid& grid, const SignatureIndex& index, const RayCaster& caster,
-    const PaperParameters& parameters)
+    const PaperParameters& parameters, const std::function<bool()>& stop)
 {
 	const mrpt::system::CTicTac watch;
 	thread_local Scratch scratch;
@@ -106,7 +109,7 @@ Localization localize_paper(
 	index.nearest(scratch.signature, parameters.candidates, scratch.cells);
 	const double retrieved_ms = 1e3 * watch.Tac();
 	resample(scan, parameters, scratch.observed);
-	register_candidates(grid, caster, parameters, scratch);
+	register_candidates(grid, caster, parameters, stop, scratch);
 	const double registered_ms = 1e3 * watch.Tac();
 
 	Localization result;
@@ -193,7 +196,8 @@ Localization PaperLocalizer::localize(const Scan& scan, const Query& query, cons
 		throw std::invalid_argument(
 		    "Localizer: the paper's method searches everywhere; a prior needs method = default");
 	if (!scan.valid()) return no_place(Status::kInvalid, why_invalid(scan));
-	return localize_paper(scan, grid_, index_, caster_, parameters.paper);
+	const Localization answer = localize_paper(scan, grid_, index_, caster_, parameters.paper, query.stop);
+	return query.stop && query.stop() ? stopped_search() : answer;
 }
 
 std::optional<Hypothesis> PaperLocalizer::hypothesis_near(

@@ -31,9 +31,10 @@ namespace d2s1r
 /// It is thread-safe. A thread's first call aside, nothing but the returned hypotheses is allocated.
 /// \param scan a valid one
 /// \param caster casts rays in `grid`, up to the range of `parameters`
+/// \param stop null, or asked for each cell: if it returns true, the remaining ones are left out
 Localization localize_paper(
     const Scan& scan, const Grid& grid, const SignatureIndex& index, const RayCaster& caster,
-    const PaperParameters& parameters);
+    const PaperParameters& parameters, const std::function<bool()>& stop = {});
 
 /// Returns the relative entropy D(observed || virtual) [bit], Eq. 1, of a scan and a virtual scan of a sensor at
 /// `sensor` (in map, m and rad); lower is better. Thread-safe.
