@@ -119,6 +119,11 @@ TEST_F(MessageSources, SqliteBagsWhoseTablesTakeLongToBeUnderstoodAreRefused)
 		table += ", UNIQUE(c" + std::to_string(i % 60) + ", c" + std::to_string(i / 60) + ")";
 	alter_sqlite_bag(path("log"), table + ");");
 	EXPECT_THROW(open_messages(path("log"), RosFormat::kSqlite), LogError);
+	std::string tables = "BEGIN;";
+	for (int i = 0; i < 4000; i++) tables += "CREATE TABLE t" + std::to_string(i) + "(c);";
+	save_sqlite_bag(path("log"), recording(Wire::kCdr));
+	alter_sqlite_bag(path("log"), tables + "COMMIT;");
+	EXPECT_THROW(open_messages(path("log"), RosFormat::kSqlite), LogError);
 }
 
 /// What a file computes, and what is no table of its own, may work for hours and is not asked to stop.

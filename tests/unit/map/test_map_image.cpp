@@ -273,6 +273,7 @@ TEST(MapImage, TooLargeForMemoryIsRefusedBeforeItIsTaken)
 		    {{256, 15000}, {257, 15000}, {258, 16}, {277, 4}, {278, 8}},
 		    "unpacking the image takes 1.8 GB, and 1.0 GB is");
 		expect({{256, 9}, {257, 9}, {259, 34676}}, "packed by SGILog");
+		expect({{256, 9000}, {257, 9000}, {259, 7}}, "packed by JPEG and too large for that");
 		expect({{256, 9}, {257, 9}, {322, 30000}, {323, 30000}}, "unpacking the image takes 7.2 GB");
 	}
 	// 8 bytes a pixel, or 9 that are kept while a JPEG of several scans is unpacked

@@ -166,6 +166,9 @@ bool stands_alone(unsigned marker)
 	return marker <= 0x01 || (marker >= 0xD0 && marker <= 0xD8);
 }
 
+constexpr int kMostJpegScans = 100;         // as libtiff has it; encoders make ten
+constexpr double kMostPixelsInScans = 4e9;  // [pixel] some 5 s
+
 /// The outline of a JPEG file.
 struct JpegOutline
 {
@@ -204,9 +207,7 @@ double check_jpeg(const std::string& bytes)
 	// A sample, and its coefficient of two bytes, which all are kept if the image comes in several scans.
 	const double memory = width * height * channels * 3;
 	check_pixels(width, height, memory);
-	constexpr int kMostScans = 100;          // as libtiff has it; encoders make ten
-	constexpr double kMostInAllScans = 4e9;  // [pixel] some 5 s
-	if (outline.scans > kMostScans || width * height * outline.scans > kMostInAllScans)
+	if (outline.scans > kMostJpegScans || width * height * outline.scans > kMostPixelsInScans)
 		throw std::runtime_error(mrpt::format(
 		    "the image of %.0f x %.0f pixels comes in %d scans; save it as a PNG", width, height, outline.scans));
 	constexpr double kPixelsOfABlock = 64, kBits = 8;  // a block takes one bit at least
@@ -244,6 +245,9 @@ double check_tiff(const std::string& bytes)
 	constexpr double kSgiLog = 34676, kSgiLog24 = 34677;  // are unpacked to photographs in floating point
 	if (packing == kSgiLog || packing == kSgiLog24)
 		throw std::runtime_error("the image is packed by SGILog, for photographs; save it as a PNG");
+	constexpr double kJpeg = 7;
+	if (packing == kJpeg && width * height * kMostJpegScans > kMostPixelsInScans)
+		throw std::runtime_error("the image is packed by JPEG and too large for that; save it as a PNG");
 	constexpr double kAllRows = 0xFFFFFFFF;
 	if (strip == kAllRows) strip = height;
 	// A decoder has the image, and a strip or tile as it is packed and as it is unpacked, in up to four channels.

@@ -25,8 +25,8 @@ struct Close
 
 /// [byte] that SQLite takes, also for sorting without an index, unless the application has set another limit
 constexpr std::int64_t kMostMemory = 512'000'000;
-constexpr int kInstructions = 1000;  // of SQLite's machine between two questions: a hundred tables, or 0.1 ms of data
-constexpr int kMostColumns = 100;    // [-] of a table: those of bags have five
+constexpr int kInstructions = 100;  // of SQLite's machine between two questions: ten tables, or two messages
+constexpr int kMostColumns = 100;   // [-] of a table: those of bags have five
 
 /// The file of a database as a URI. SQLite takes it for one that nobody writes to: then it neither locks the file nor
 /// writes anything beside it.
@@ -143,7 +143,7 @@ class SqliteSource : public MessageSource
 		const int code = database_ ? sqlite3_extended_errcode(database_.get()) : SQLITE_NOMEM;
 		constexpr int kKind = 0xff;  // what a code of the more exact ones is a case of
 		const bool is_out_of_memory = (code & kKind) == SQLITE_NOMEM || code == SQLITE_IOERR_NOMEM;
-		if ((code & kKind) == SQLITE_INTERRUPT && instructions_ > most_instructions())
+		if ((code & kKind) == SQLITE_INTERRUPT && instructions_ > most_instructions_)
 			throw std::runtime_error("it takes far more work than so many bytes can need");
 		if ((code & kKind) == SQLITE_INTERRUPT) throw Interrupted();
 		const std::int64_t most = sqlite3_hard_heap_limit64(-1);
@@ -180,20 +180,17 @@ class SqliteSource : public MessageSource
 	}
 
 	/// Reads how the tables of the file are made. A bag says that in some hundred bytes for each of them; some work
-	/// grows with the square of these, and cannot be stopped.
-	void read_schema() const
+	/// grows with the square of these, counts for no instruction, and cannot be stopped.
+	void read_schema()
 	{
-		constexpr int kMostOfFile = 20'000, kMostOfOurs = 1'000'000;  // [byte] of a statement
+		constexpr int kMostOfFile = 2000, kMostOfOurs = 1'000'000;    // [byte] of a statement
+		constexpr std::uint64_t kMostOfSchema = 20'000;               // some thousand tables and indexes
+		constexpr std::uint64_t kAnyFile = 1'000'000, kOfAByte = 20;  // a message takes some 40, and a dozen bytes
+		most_instructions_ = kMostOfSchema;
 		sqlite3_limit(database_.get(), SQLITE_LIMIT_SQL_LENGTH, kMostOfFile);
 		step(prepare("SELECT count(*) FROM sqlite_master"));
 		sqlite3_limit(database_.get(), SQLITE_LIMIT_SQL_LENGTH, kMostOfOurs);
-	}
-
-	/// Returns how many instructions of SQLite's machine the file can need: a message takes some 40 and a dozen bytes.
-	std::uint64_t most_instructions() const
-	{
-		constexpr std::uint64_t kAnyFile = 1'000'000, kOfAByte = 20;
-		return kAnyFile + kOfAByte * file_size_;
+		most_instructions_ = kAnyFile + kOfAByte * file_size_;
 	}
 
 	void ask_to_stop_while_it_works()
@@ -202,7 +199,7 @@ class SqliteSource : public MessageSource
 		{
 			auto& source = *static_cast<SqliteSource*>(self);
 			source.instructions_ += kInstructions;
-			return source.stop_() || source.instructions_ > source.most_instructions() ? 1 : 0;
+			return source.stop_() || source.instructions_ > source.most_instructions_ ? 1 : 0;
 		};
 		sqlite3_progress_handler(database_.get(), kInstructions, ask, this);
 	}
@@ -294,9 +291,10 @@ class SqliteSource : public MessageSource
 	Statement messages_;  //!< their topics, times and numbers, in order
 	Statement data_;      //!< of the message with a number
 	bool ended_ = false;
-	std::uint64_t file_size_ = 0;     //!< [byte]
-	std::uint64_t data_bytes_ = 0;    //!< [byte] of the messages so far
-	std::uint64_t instructions_ = 0;  //!< [-] of SQLite's machine so far
+	std::uint64_t file_size_ = 0;          //!< [byte]
+	std::uint64_t data_bytes_ = 0;         //!< [byte] of the messages so far
+	std::uint64_t instructions_ = 0;       //!< [-] of SQLite's machine so far
+	std::uint64_t most_instructions_ = 0;  //!< [-] that the file can need
 };
 }  // namespace
 
