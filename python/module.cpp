@@ -32,6 +32,7 @@ namespace
 using mrpt::maps::COccupancyGridMap2D;
 using mrpt::obs::CObservation2DRangeScan;
 using Floats = py::array_t<float, py::array::c_style | py::array::forcecast>;
+using Doubles = py::array_t<double>;
 
 /// Makes pybind11 refuse an object whose __init__() was never called, such as Map.__new__(Map): it would make room for
 /// the object by this operator, and hand methods what happens to stand there. Objects are made by std::make_shared(),
@@ -223,7 +224,7 @@ struct Ranges
 /// Returns an array of numbers, in place if `given` is one: a view may be far larger than the memory that it takes.
 /// \param name of `given`, for messages
 /// \throws std::invalid_argument if it has other dimensions, or more numbers than any robot gives
-py::array numbers_of(const std::string& name, const py::object& given, py::ssize_t dimensions)
+py::array checked_array(const std::string& name, const py::object& given, py::ssize_t dimensions)
 {
 	constexpr py::ssize_t kMost = 10'000'000;
 	py::array array = py::module_::import("numpy").attr("asarray")(given);
@@ -240,7 +241,7 @@ py::array numbers_of(const std::string& name, const py::object& given, py::ssize
 
 CObservation2DRangeScan observation_of(const Ranges& scan)
 {
-	const Floats floats(numbers_of("ranges", scan.ranges, 1));
+	const Floats floats(checked_array("ranges", scan.ranges, 1));
 	const auto ranges = floats.unchecked<1>();
 	const auto beams = static_cast<std::size_t>(ranges.size());
 	const double turned = beams > 0 ? scan.angle_increment * static_cast<double>(beams - 1) : 0;
@@ -264,15 +265,14 @@ CObservation2DRangeScan observation_of(const Ranges& scan)
 /// Returns a sweep of a spinning laser. `poses` has a row (x, y, phi) for each of `times`.
 Sweep sweep_of(double beam_step, double first_beam, const py::object& times, const py::object& poses)
 {
-	using Doubles = py::array_t<double, py::array::c_style | py::array::forcecast>;
 	Sweep sweep;
 	sweep.beam_step = beam_step;
 	sweep.first_beam = first_beam;
-	const py::array given_times = numbers_of("Sweep: times", times, 1);
+	const py::array given_times = checked_array("Sweep: times", times, 1);
 	if (given_times.size() == 0 && poses.is_none()) return sweep;
 	const char* const expected = "Sweep: give poses as an array n x 3, with a row (x, y, phi) for each of the n times";
 	if (poses.is_none()) throw std::invalid_argument(expected);
-	const py::array given_poses = numbers_of("Sweep: poses", poses, 2);
+	const py::array given_poses = checked_array("Sweep: poses", poses, 2);
 	if (given_poses.shape(1) != 3 || given_poses.shape(0) != given_times.size()) throw std::invalid_argument(expected);
 	const Doubles all_times(given_times), all_poses(given_poses);
 	const auto time = all_times.unchecked<1>();
@@ -323,8 +323,6 @@ Answer add_to_window(
 	const std::lock_guard lock(window.mutex);
 	return answer_of(window.window.add(scan, one_shot, increment));
 }
-
-using Doubles = py::array_t<double>;
 
 Doubles array_of(const mrpt::poses::CPose2D& pose)
 {
