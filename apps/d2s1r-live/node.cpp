@@ -352,10 +352,7 @@ class Node
 	bool is_said_ = true;
 	std::chrono::steady_clock::time_point stuck_since_{};
 };
-}  // namespace
 
-namespace
-{
 /// Does what may take long, or wait for a pipe. The process ends without waiting for it if it is told to.
 template <typename Result, typename Work>
 std::future<Result> on_a_thread(Work work)

@@ -22,7 +22,7 @@ constexpr double kElsewhere = std::numeric_limits<double>::infinity();  //!< [-]
 constexpr double kUsual = 3;       //!< [-] mean of a squared Mahalanobis distance: one for each of three coordinates
 constexpr double kDeviations = 2;  //!< [standard deviations] within which a pose is searched for
 constexpr double kAnotherPlace = -10;    //!< [nat] log-likelihood of a motion below which it leads to another place
-constexpr std::size_t kMostVotes = 500;  //!< [-] that are compared with each other: a limit of time
+constexpr std::size_t kMostVotes = 500;  //!< [-] that are compared: the default parameters give no more
 constexpr double kYawStep = 2 * M_PI / RangeProfiles::kDirections;  //!< [rad] of the coarse search
 
 /// A motion that a pair of hypotheses speaks for.
@@ -57,7 +57,8 @@ std::vector<Vote> votes_of(
 	return votes;
 }
 
-/// Leaves out the votes of least weight if there are too many to compare all of them. This makes no motion probable.
+/// Leaves out the votes of least weight if there are too many to compare all of them. No motion gets more probable by
+/// that, because common_motion() weighs the shared votes against all.
 void keep_heaviest(std::vector<Vote>& votes)
 {
 	if (votes.size() <= kMostVotes) return;
