@@ -3,6 +3,7 @@
 
 #include <dds/ddsi/ddsi_serdata.h>
 #include <dds/ddsrt/log.h>
+#include <shell/errors.h>
 
 #include <algorithm>
 #include <array>
@@ -11,7 +12,6 @@
 #include <map>
 #include <memory>
 
-#include "errors.h"
 #include "graph16.h"
 #include "ros.h"
 
@@ -61,8 +61,8 @@ std::string policy_name(std::uint32_t id)
 Entity checked(dds_entity_t handle, const std::string& what)
 {
 	if (handle < 0)
-		throw UserError(
-		    kBadInput, what,
+		throw app::UserError(
+		    app::kBadInput, what,
 		    std::string("DDS: ") + dds_strretcode(handle) + "; check ROS_DOMAIN_ID and CYCLONEDDS_URI");
 	return Entity(handle);
 }

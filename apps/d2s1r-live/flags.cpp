@@ -2,150 +2,145 @@
 #include "flags.h"
 
 #include <CLI/CLI.hpp>
-#include <base/spelling.h>
 #include <d2s1r/version.h>
+#include <shell/errors.h>
+#include <shell/options.h>
+#include <shell/values.h>
 
 #include <array>
-#include <charconv>
-#include <cmath>
 #include <cstdlib>
-#include <limits>
-#include <sstream>
-
-#include "errors.h"
+#include <stdexcept>
 
 namespace d2s1r::live
 {
 namespace
 {
+constexpr app::Usage kUsage = {
+    "d2s1r-live",
+    "Usage: d2s1r-live [OPTION]...\n"
+    "Wait for a map and for the scans of a robot that runs ROS 2, find the robot without an initial pose,\n"
+    "seed its tracker on /initialpose, and notice when the tracker is lost. All options may be left out.\n\n",
+    "", ""};
+
 [[noreturn]] void wrong(const std::string& flag, const std::string& what)
 {
-	throw UserError(kWrongUse, flag, what + "; see d2s1r-live --help");
-}
-
-template <class Number>
-std::optional<Number> number_of(const std::string& text)
-{
-	Number number{};
-	const char* const end = text.data() + text.size();
-	const auto [parsed_to, error] = std::from_chars(text.data(), end, number);
-	if (error != std::errc() || parsed_to != end || text.empty()) return std::nullopt;
-	return number;
-}
-
-std::vector<double> parse_numbers(const std::string& flag, const std::string& text, std::size_t count, const char* form)
-{
-	std::vector<double> numbers;
-	std::istringstream in(text + ",");
-	for (std::string part; std::getline(in, part, ',');)
-	{
-		const auto number = number_of<double>(part);
-		if (!number || !std::isfinite(*number)) wrong(flag, "'" + part + "' is not a finite number; write " + form);
-		numbers.push_back(*number);
-	}
-	if (numbers.size() != count) wrong(flag, "'" + text + "' has another form; write " + form);
-	return numbers;
-}
-
-int parse_count(const std::string& flag, const std::string& text, int least, int greatest)
-{
-	const auto number = number_of<int>(text);
-	if (!number || *number < least || *number > greatest)
-		wrong(
-		    flag,
-		    "'" + text + "' is not a whole number from " + std::to_string(least) + " to " + std::to_string(greatest));
-	return *number;
-}
-
-ros::HeightBand parse_heights(const std::string& text)
-{
-	const std::string flag = "--cloud-height";
-	std::string numbers = text;
-	const auto colon = numbers.find(':');
-	if (colon == std::string::npos) wrong(flag, "'" + text + "' has another form; write A:B in m");
-	numbers[colon] = ',';
-	const auto heights = parse_numbers(flag, numbers, 2, "A:B in m");
-	if (!(heights[0] < heights[1])) wrong(flag, "'" + text + "' is an empty band; write the lower height first");
-	return {heights[0], heights[1]};
+	app::refuse_option(kUsage.program, flag, what);
 }
 
 Seeding parse_seeding(const std::string& text)
 {
 	if (text == "once") return Seeding::kOnce;
 	if (text == "watch") return Seeding::kWatch;
-	if (text != "never") wrong("--seed", "'" + text + "' is not one of once, watch, never");
+	if (text != "never") app::refuse_value(text, "is not one of once, watch, never");
 	return Seeding::kNever;
 }
 
-/// Returns the domain that was given, else that of ROS_DOMAIN_ID.
 std::uint32_t parse_domain(const std::string& text)
 {
 	constexpr int kGreatest = 232;  // of which all ports exist
-	const char* const variable = std::getenv("ROS_DOMAIN_ID");
-	if (!text.empty()) return static_cast<std::uint32_t>(parse_count("--domain", text, 0, kGreatest));
-	if (variable == nullptr || *variable == '\0') return 0;
-	return static_cast<std::uint32_t>(parse_count("ROS_DOMAIN_ID", variable, 0, kGreatest));
+	return static_cast<std::uint32_t>(app::parse_whole_number(text, 0, kGreatest));
 }
 
-/// The options as they are written, before their values are looked at.
-struct Texts
+/// Returns the domain of the environment.
+std::uint32_t usual_domain()
 {
-	std::string seed = "once", window, region, seed_std, watch, rate, domain, cloud_height, sweep_time;
-};
+	const char* const variable = std::getenv("ROS_DOMAIN_ID");
+	if (variable == nullptr || *variable == '\0') return 0;
+	try
+	{
+		return parse_domain(variable);
+	}
+	catch (const std::invalid_argument& error)
+	{
+		wrong("ROS_DOMAIN_ID", error.what());
+	}
+}
 
-void define(CLI::App& app, Flags& flags, Texts& texts)
+void add_map_options(app::OptionGroup map, Flags& flags)
 {
-	app.add_option("-m,--map", flags.map, "the map or atlas to localize in, instead of the topic of maps")
-	    ->type_name("FILE|ATLAS");
-	app.add_option(
-	       "-c,--config", flags.config, "read parameters from this file; those not in the file keep their defaults")
-	    ->type_name("CONFIG.ini");
-	app.add_option(
-	       "--index", flags.settings.index,
-	       "keep the index of the map in FILE, so that the next start takes a fraction of the time; not with an atlas")
-	    ->type_name("FILE");
-	app.add_option("--seed", texts.seed, "when to seed the tracker: once (default), watch (whenever it is lost), never")
-	    ->type_name("WHEN");
-	app.add_option(
-	       "--watch", texts.watch, "call the tracker lost after N scans in a row that are METRES away (default 4,0.4)")
-	    ->type_name("N,METRES");
-	app.add_option("--seed-std", texts.seed_std, "add this to the uncertainty of a seed [m, rad] (default 0.3,0.1)")
-	    ->type_name("M,RAD");
-	app.add_option("--window", texts.window, "use the last N scans jointly (default 5)")->type_name("N");
-	app.add_option(
-	       "--region", texts.region,
-	       "search only in the box between these two corners [m], map frame; not with an atlas")
-	    ->type_name("X0,Y0,X1,Y1");
-	app.add_option("--rate", texts.rate, "localize at most this many scans each second (default: all)")
-	    ->type_name("HZ");
-	app.add_flag("--merge-lasers", flags.settings.merge_lasers, "use the scans of all --scan topics together");
-	app.add_option("--scan", flags.scans, "the topic of a laser; may be given several times (default /scan)")
-	    ->type_name("TOPIC");
-	app.add_option(
-	       "--cloud-height", texts.cloud_height,
-	       "read PointCloud2 from the topics of --scan; the points between A and B [m] above the robot's frame make a "
-	       "scan")
-	    ->type_name("A:B");
-	app.add_option(
-	       "--sweep-time", texts.sweep_time,
-	       "the time from the first beam of a scan to the last [s], in place of what the messages tell")
-	    ->type_name("S");
-	app.add_option("--map-topic", flags.map_topic, "the topic of maps (default /map)")->type_name("TOPIC");
-	app.add_flag(
-	    "--map-volatile", flags.volatile_map,
-	    "read a map whose publisher does not keep it for late readers (volatile)");
-	app.add_option("--odom", flags.odometry, "the topic of odometry (default /odom)")->type_name("TOPIC");
-	app.add_option("--tracker", flags.trackers, "the topic of the tracker's pose (default /amcl_pose and /pf_pose)")
-	    ->type_name("TOPIC");
-	app.add_option("--initialpose", flags.seeds, "the topic of the seeds (default /initialpose)")->type_name("TOPIC");
-	app.add_option("--map-frame", flags.settings.map_frame, "the frame of the map of --map (default map)")
-	    ->type_name("FRAME");
-	app.add_option("--robot-frame", flags.settings.robot_frame, "the frame of the robot (default: see the manual)")
-	    ->type_name("FRAME");
-	app.add_option("--odom-frame", flags.settings.odometry_frame, "the frame of the odometry (default: see the manual)")
-	    ->type_name("FRAME");
-	app.add_option("--domain", texts.domain, "the domain of ROS 2 (default: ROS_DOMAIN_ID, else 0)")->type_name("ID");
-	app.add_flag("-q,--quiet", flags.quiet, "print errors only");
+	map.value("-m,--map", "FILE|ATLAS", "the map or atlas to localize in, instead of the topic of maps", flags.map);
+	map.value(
+	    "-c,--config", "CONFIG.ini", "read parameters from this file; those not in the file keep their defaults",
+	    flags.config);
+	map.value(
+	    "--index", "FILE",
+	    "keep the index of the map in FILE, so that the next start takes a fraction of the time; not with an atlas",
+	    flags.index);
+}
+
+void add_seed_options(app::OptionGroup seeds, LiveSettings& settings)
+{
+	seeds.value(
+	    "--seed", "WHEN", "when to seed the tracker: once (default), watch (whenever it is lost), never",
+	    [&](const std::string& text) { settings.seeding = parse_seeding(text); });
+	seeds.value(
+	    "--watch", "N,METRES", "call the tracker lost after N scans in a row that are METRES away (default 4,0.4)",
+	    [&](const std::string& text) { settings.watch = app::parse_watch(text); });
+	seeds.value(
+	    "--seed-std", "M,RAD", "add this to the uncertainty of a seed [m, rad] (default 0.3,0.1)",
+	    [&](const std::string& text)
+	    {
+		    const auto values = app::parse_number_list(text);
+		    if (values.size() != 2 || values[0] < 0 || values[1] < 0)
+			    app::refuse_value(text, "is not a pair of standard deviations from 0 up; write M,RAD");
+		    settings.seed_std = values[0], settings.seed_std_yaw = values[1];
+	    });
+}
+
+void add_search_options(app::OptionGroup search, LiveSettings& settings)
+{
+	constexpr int kMostScans = 1000;
+	search.value(
+	    "--window", "N", "use the last N scans jointly (default 5)",
+	    [&](const std::string& text)
+	    { settings.window = static_cast<int>(app::parse_whole_number(text, 1, kMostScans)); });
+	search.value(
+	    "--region", "X0,Y0,X1,Y1", "search only in the box between these two corners [m], map frame; not with an atlas",
+	    [&](const std::string& text) { settings.region = app::parse_region(text); });
+	search.value(
+	    "--rate", "HZ", "localize at most this many scans each second (default: all)",
+	    [&](const std::string& text)
+	    {
+		    settings.most_scans = app::parse_finite_number(text);
+		    if (settings.most_scans <= 0) app::refuse_value(text, "is not above 0; leave it out for all scans");
+	    });
+}
+
+void add_laser_options(app::OptionGroup laser, Flags& flags)
+{
+	LiveSettings& settings = flags.settings;
+	laser.values("--scan", "TOPIC", "the topic of a laser; may be given several times (default /scan)", flags.scans);
+	laser.flag("--merge-lasers", "use the scans of all --scan topics together", settings.merge_lasers);
+	laser.value(
+	    "--cloud-height", "A:B",
+	    "read PointCloud2 from the topics of --scan; the points between A and B [m] above the robot's frame make a "
+	    "scan",
+	    [&](const std::string& text) { settings.cloud_height = app::parse_height_band(text); });
+	laser.value(
+	    "--sweep-time", "S",
+	    "the time from the first beam of a scan to the last [s], in place of what the messages tell",
+	    [&](const std::string& text) { settings.sweep = app::parse_sweep_time(text); });
+}
+
+void add_topic_options(app::OptionGroup topics, Flags& flags)
+{
+	topics.value("--map-topic", "TOPIC", "the topic of maps (default /map)", flags.map_topic);
+	topics.flag(
+	    "--map-volatile", "read a map whose publisher does not keep it for late readers (volatile)",
+	    flags.volatile_map);
+	topics.value("--odom", "TOPIC", "the topic of odometry (default /odom)", flags.odometry);
+	topics.values(
+	    "--tracker", "TOPIC", "the topic of the tracker's pose (default /amcl_pose and /pf_pose)", flags.trackers);
+	topics.value("--initialpose", "TOPIC", "the topic of the seeds (default /initialpose)", flags.seeds);
+	topics.value("--map-frame", "FRAME", "the frame of the map of --map (default map)", flags.settings.map_frame);
+	topics.value(
+	    "--robot-frame", "FRAME", "the frame of the robot (default: see the manual)", flags.settings.robot_frame);
+	topics.value(
+	    "--odom-frame", "FRAME", "the frame of the odometry (default: see the manual)", flags.settings.odometry_frame);
+	topics.value(
+	    "--domain", "ID", "the domain of ROS 2 (default: ROS_DOMAIN_ID, else 0)",
+	    [&](const std::string& text) { flags.domain = parse_domain(text); });
+	topics.flag("-q,--quiet", "print errors only", flags.quiet);
 }
 
 /// Refuses words that a node of ROS understands and this program does not, and says what to write instead.
@@ -181,96 +176,25 @@ void refuse_ros_arguments(int argc, char** argv)
 		wrong(
 		    "--ros-args", "d2s1r-live does not read arguments of ROS; its options name topics, such as --scan /front");
 }
-
-/// Refuses a word that is none of the options, and names the option that it may have been meant to be.
-[[noreturn]] void refuse_unknown(const CLI::App& app, const std::string& word)
-{
-	if (word.rfind('-', 0) != 0) wrong(word, "stands without an option");
-	std::vector<std::string> names;
-	for (const CLI::Option* option : app.get_options())
-		for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
-	const std::string given = word.substr(0, word.find('='));
-	throw UserError(kWrongUse, given, not_an_option(given, names, "d2s1r-live --help"));
-}
-
-void read_values(const Texts& texts, Flags& flags)
-{
-	constexpr int kMostScans = 1000;
-	LiveSettings& settings = flags.settings;
-	settings.seeding = parse_seeding(texts.seed);
-	settings.has_maps_of_its_own = !flags.map.empty();
-	if (!texts.window.empty()) settings.window = parse_count("--window", texts.window, 1, kMostScans);
-	flags.domain = parse_domain(texts.domain);
-	if (!texts.watch.empty())
-	{
-		const auto values = parse_numbers("--watch", texts.watch, 2, "N,METRES");
-		settings.watch.scans = parse_count("--watch", texts.watch.substr(0, texts.watch.find(',')), 1, kMostScans);
-		settings.watch.distance = values[1];
-		if (values[1] <= 0) wrong("--watch", "the distance must be above 0 m");
-	}
-	if (!texts.seed_std.empty())
-	{
-		const auto values = parse_numbers("--seed-std", texts.seed_std, 2, "M,RAD");
-		if (values[0] < 0 || values[1] < 0) wrong("--seed-std", "a standard deviation must not be below 0");
-		settings.seed_std = values[0], settings.seed_std_yaw = values[1];
-	}
-	if (!texts.cloud_height.empty()) settings.cloud_height = parse_heights(texts.cloud_height);
-	if (!texts.sweep_time.empty())
-	{
-		constexpr double kLongest = 2;  // [s]
-		const double time = parse_numbers("--sweep-time", texts.sweep_time, 1, "a time in s")[0];
-		if (std::abs(time) > kLongest) wrong("--sweep-time", "is longer than any laser takes; write at most 2 s");
-		settings.sweep = ros::SweepTime{time, 0};
-	}
-	if (!texts.rate.empty()) settings.most_scans = parse_numbers("--rate", texts.rate, 1, "scans each second")[0];
-	if (!texts.rate.empty() && settings.most_scans <= 0) wrong("--rate", "must be above 0; leave it out for all scans");
-	if (!texts.region.empty())
-	{
-		const auto box = parse_numbers("--region", texts.region, 4, "X0,Y0,X1,Y1 in m");
-		if (box[0] == box[2] || box[1] == box[3]) wrong("--region", "is an empty box; give two opposite corners");
-		settings.region = make_prior(box[0], box[1], box[2], box[3]);
-	}
-	if (flags.scans.size() > 1 && !settings.merge_lasers) wrong("--scan", "several lasers only go with --merge-lasers");
-}
 }  // namespace
 
 std::optional<Flags> parse_flags(int argc, char** argv, std::ostream& out)
 {
-	Flags flags;
-	Texts texts;
-	CLI::App app(
-	    "Wait for a map and for the scans of a robot that runs ROS 2, find the robot without an initial pose,\n"
-	    "seed its tracker on /initialpose, and notice when the tracker is lost. All options may be left out.");
-	define(app, flags, texts);
-	app.set_version_flag("--version", "d2s1r-live " D2S1R_VERSION);
-	app.allow_extras();
 	refuse_ros_arguments(argc, argv);
-	try
-	{
-		app.parse(argc, argv);
-	}
-	catch (const CLI::CallForHelp&)
-	{
-		out << app.help();
-		return std::nullopt;
-	}
-	catch (const CLI::CallForVersion&)
-	{
-		out << "d2s1r-live " D2S1R_VERSION << '\n';
-		return std::nullopt;
-	}
-	catch (const CLI::ArgumentMismatch& e)
-	{
-		const std::string last = argv[argc - 1];  // only this word can lack what comes after it
-		if (last.rfind('-', 0) == 0) wrong(last, "needs a value");
-		wrong("command line", e.what());  // an option is given twice
-	}
-	catch (const CLI::Error& e)
-	{
-		throw UserError(kWrongUse, "command line", std::string(e.what()) + "; see d2s1r-live --help");
-	}
-	if (const auto unknown = app.remaining(); !unknown.empty()) refuse_unknown(app, unknown.front());
-	read_values(texts, flags);
+	Flags flags;
+	CLI::App parser;
+	app::set_up(parser, kUsage);
+	add_map_options({parser, "Map"}, flags);
+	add_seed_options({parser, "Seeds"}, flags.settings);
+	add_search_options({parser, "Search"}, flags.settings);
+	add_laser_options({parser, "Laser"}, flags);
+	add_topic_options({parser, "Topics and frames"}, flags);
+	app::OptionGroup(parser, "Help").help("d2s1r-live " D2S1R_VERSION "\n", out);
+	if (!app::parse_words(parser, kUsage, {argv + 1, argv + argc})) return std::nullopt;
+	if (parser.count("--domain") == 0) flags.domain = usual_domain();
+	flags.settings.has_maps_of_its_own = !flags.map.empty();
+	if (flags.scans.size() > 1 && !flags.settings.merge_lasers)
+		wrong("--scan", "several lasers only go with --merge-lasers");
 	return flags;
 }
 }  // namespace d2s1r::live

@@ -16,6 +16,7 @@ struct Flags
 	LiveSettings settings;  //!< without the parameters of --config
 	std::string map;        //!< file or atlas; empty: messages bring the map
 	std::string config;     //!< empty: default parameters
+	std::string index;      //!< file that keeps the index of a map; empty: none
 	std::uint32_t domain = 0;
 	bool volatile_map = false;  //!< whether the publisher of the map is volatile
 	bool quiet = false;

@@ -1,4 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include <shell/errors.h>
+
 #include <atomic>
 #include <cerrno>
 #include <csignal>
@@ -9,13 +11,13 @@
 #include <sstream>
 
 #include "dds.h"
-#include "errors.h"
 #include "flags.h"
 #include "node.h"
 
 namespace
 {
 using namespace d2s1r::live;
+using namespace d2s1r::app;
 
 std::atomic<bool> is_told_to_stop{false};
 static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler may only touch lock-free atomics");

@@ -3,11 +3,11 @@
 
 #include <d2s1r/for_programs.h>
 #include <d2s1r/map_io.h>
-#include <mrpt/core/format.h>
+#include <shell/errors.h>
+#include <shell/indexed_maps.h>
 
 #include <chrono>
 #include <deque>
-#include <filesystem>
 #include <future>
 #include <set>
 #include <stdexcept>
@@ -34,15 +34,6 @@ std::chrono::steady_clock::time_point steady_now()
 	return std::chrono::steady_clock::now();
 }
 
-/// Returns what a library says about a file as an error of that file.
-UserError about(const std::string& file, ExitStatus status, const std::exception& exception)
-{
-	const std::string line = one_line(exception), name = printable(file);
-	if (line.rfind(name + ":", 0) != 0) return UserError(status, name, line);
-	const auto end = line.find(": ", name.size());  // of "FILE: " or "FILE:LINE: "
-	return UserError(status, line.substr(0, end), line.substr(end + 2));
-}
-
 Parameters read_parameters(const std::string& config)
 {
 	if (config.empty()) return {};
@@ -55,7 +46,7 @@ Parameters read_parameters(const std::string& config)
 	}
 	catch (const std::exception& e)
 	{
-		throw about(config, kWrongUse, e);
+		throw app::about(config, app::kWrongUse, e);
 	}
 }
 
@@ -69,16 +60,31 @@ struct LoadedMaps
 /// Refuses an image, and what is about one map if there may be several.
 void check_map(const Flags& flags)
 {
+	using app::UserError;
 	if (is_image_name(flags.map))
 		throw UserError(
-		    kBadInput, flags.map, "an image does not say its resolution; write a map_server yaml for it and name that");
+		    app::kBadInput, flags.map,
+		    "an image does not say its resolution; write a map_server yaml for it and name that");
 	if (!is_atlas(flags.map)) return;
 	if (!flags.settings.region.anywhere())
 		throw UserError(
-		    kWrongUse, "--region",
+		    app::kWrongUse, "--region",
 		    "does not go with several maps: give a map its 'region' in the yaml file of the atlas");
-	if (!flags.settings.index.empty())
-		throw UserError(kWrongUse, "--index", "does not go with several maps: name one map, or leave it out");
+	if (!flags.index.empty())
+		throw UserError(app::kWrongUse, "--index", "does not go with several maps: name one map, or leave it out");
+}
+
+std::vector<app::MapSource> map_sources(const Flags& flags, const Parameters& parameters)
+{
+	if (!is_atlas(flags.map))
+		return {{{map_name_of(flags.map), flags.map, {}, flags.settings.region}, {}, {}, flags.index, parameters}};
+	std::vector<app::MapSource> sources;
+	for (AtlasEntry& entry : read_atlas(flags.map))
+	{
+		const Parameters own = entry.config.empty() ? parameters : read_parameters(entry.config);
+		sources.push_back({std::move(entry), flags.map, {}, {}, own});
+	}
+	return sources;
 }
 
 LoadedMaps load_maps(const Flags& flags, const Parameters& parameters)
@@ -86,36 +92,45 @@ LoadedMaps load_maps(const Flags& flags, const Parameters& parameters)
 	check_map(flags);
 	try
 	{
-		if (is_atlas(flags.map))
+		const auto sources = map_sources(flags, parameters);
+		std::vector<AtlasMap> maps;
+		std::vector<AtlasEntry> entries;
+		const auto wait = [](const std::string&, const std::string&, const auto& work) { work(); };
+		for (const app::IndexedMap& map : app::load_maps(sources, wait))
 		{
-			const std::string others = files_that_are_no_maps(flags.map, read_atlas(flags.map));
-			const auto atlas = std::make_shared<Atlas>(load_atlas(flags.map, parameters));
-			return {atlas, others.empty() ? "" : printable(flags.map + ": " + others)};
+			maps.push_back({map.entry.name, map.localizer, map.entry.region, map.entry.floor});
+			entries.push_back(map.entry);
 		}
-		const std::string& index = flags.settings.index;
-		std::shared_ptr<const Localizer> localizer;
-		std::error_code ignored;
-		const auto fingerprint = fingerprint_of_map(flags.map);
-		try
-		{
-			if (!index.empty() && std::filesystem::exists(index, ignored))
-				localizer = std::make_shared<Localizer>(Localizer::load(index, fingerprint, parameters));
-		}
-		catch (const std::runtime_error&)  // of another map
-		{
-		}
-		if (!localizer)
-		{
-			localizer = std::make_shared<Localizer>(load_map(flags.map, parameters.grid), parameters);
-			if (!index.empty()) localizer->save(index, fingerprint);
-		}
-		const AtlasMap map{std::filesystem::path(flags.map).stem().string(), localizer, flags.settings.region};
-		return {std::make_shared<Atlas>(std::vector<AtlasMap>{map}), ""};
+		const std::string others = files_that_are_no_maps(flags.map, entries);
+		return {std::make_shared<Atlas>(std::move(maps)), others.empty() ? "" : printable(flags.map + ": " + others)};
+	}
+	catch (const app::UserError&)
+	{
+		throw;
 	}
 	catch (const std::exception& e)
 	{
-		throw about(flags.map, kBadInput, e);
+		throw app::about(flags.map, app::kBadInput, e);
 	}
+}
+
+/// Makes localizers of the maps that come as messages, with the index that is kept in a file. One that cannot be saved
+/// is told; the localizer is there.
+MakeLocalizer localizers_with_index(const std::string& file)
+{
+	return [file](const mrpt::maps::COccupancyGridMap2D::ConstPtr& map, const Parameters& parameters) -> MadeLocalizer
+	{
+		std::shared_ptr<const Localizer> built;
+		const auto build = [&] { return built = std::make_shared<const Localizer>(map, parameters); };
+		try
+		{
+			return {app::index_or_build(file, fingerprint_of_map(*map), parameters, build).localizer, ""};
+		}
+		catch (const app::UserError& error)
+		{
+			return {built ? built : build(), one_line(error)};
+		}
+	};
 }
 
 /// All that is read and written.
@@ -205,6 +220,7 @@ class Node
 	{
 		LiveSettings settings = flags.settings;
 		settings.parameters = parameters;
+		settings.make_localizer = localizers_with_index(flags.index);
 		return settings;
 	}
 
@@ -364,12 +380,13 @@ std::future<Result> on_a_thread(Work work)
 }
 }  // namespace
 
-ExitStatus serve(
+app::ExitStatus serve(
     const Flags& flags, const std::function<void(const std::string& line)>& say, const std::function<bool()>& stop)
 {
+	if (!flags.index.empty()) app::check_index_file(flags.index);
 	auto reading = on_a_thread<Parameters>([config = flags.config] { return read_parameters(config); });
 	while (reading.wait_for(std::chrono::milliseconds(20)) != std::future_status::ready)
-		if (stop()) return kInterrupted;
+		if (stop()) return app::kInterrupted;
 	const Parameters parameters = reading.get();
 	Node node(flags, parameters, say);
 	std::future<LoadedMaps> maps;
@@ -385,6 +402,6 @@ ExitStatus serve(
 		}
 		node.step();
 	}
-	return kInterrupted;
+	return app::kInterrupted;
 }
 }  // namespace d2s1r::live

@@ -2,6 +2,7 @@
 #include <base/output_file.h>
 #include <d2s1r/for_programs.h>
 #include <logs/errors.h>
+#include <shell/errors.h>
 #include <unistd.h>
 
 #include <cstdlib>
@@ -12,7 +13,6 @@
 #include <stdexcept>
 
 #include "cli/console.h"
-#include "cli/errors.h"
 #include "run.h"
 
 namespace

@@ -89,7 +89,7 @@ std::optional<Diagnosis> diagnose_run(
 {
 	try
 	{
-		return diagnose(log, selection, report.command, report.maps.front().map->localizer(), truth);
+		return diagnose(log, selection, report.command, *report.maps.front().localizer, truth);
 	}
 	catch (const UserError&)
 	{
@@ -256,7 +256,7 @@ ExitStatus localize(
 	const auto prepare = [&]
 	{
 		const mrpt::system::CTicTac watch;
-		maps = load_maps(sources, command, parameters, console);
+		maps = load_maps(sources, command, console);
 		build_seconds = watch.Tac();
 	};
 	// The first scan of a live log finds its map ready; a recorded log that cannot be used is told before that.
@@ -271,7 +271,7 @@ ExitStatus localize(
 
 	if (!request.is_live()) prepare();
 	const std::optional<Atlas> atlas = atlas_of(maps);
-	const Localizer& localizer = maps.front().map->localizer();
+	const Localizer& localizer = *maps.front().localizer;
 	const bool can_tell = !atlas && parameters.method == Method::kDefault;
 	settle_sweeps(log, sensor, can_tell ? &localizer : nullptr, command, console);
 	const FrameStore unknown{{}};
@@ -298,7 +298,7 @@ ExitStatus localize(
 }
 
 /// Looks for mistakes only.
-ExitStatus diagnose_only(CommandLine command, const MapSource& source, const Parameters& parameters, Console& console)
+ExitStatus diagnose_only(CommandLine command, const MapSource& source, Console& console)
 {
 	const logs::Log log = open_log(command.log, {});  // it is not live
 	const logs::Sensor sensor = choose_sensor(log.survey, command.log);
@@ -306,11 +306,11 @@ ExitStatus diagnose_only(CommandLine command, const MapSource& source, const Par
 	const GroundTruth truth =
 	    poses_of("--ground-truth", command.log.ground_truth, command.log, sensor.label, log.survey, console);
 	console.note(command.log.file, describe_log(log.survey, sensor, command.log, command.search.motion));
-	const CSignatureMap2D::ConstPtr map = build_map(source, parameters, command.search.threads, console);
-	console.note(source.entry.file, doubts_about_map(source.entry.file, map->localizer()));
+	const auto localizer = build_map(source, waiting_at(console));
+	console.note(source.entry.file, doubts_about_map(source.entry.file, *localizer));
 	const FrameSelection selection = select_frames(command.log.frames, sensor);
-	settle_sweeps(log, sensor, &map->localizer(), command, console);
-	print_diagnosis(diagnose(log, selection, command, map->localizer(), truth), console.out);
+	settle_sweeps(log, sensor, localizer.get(), command, console);
+	print_diagnosis(diagnose(log, selection, command, *localizer, truth), console.out);
 	return interrupted() ? kInterrupted : kDone;
 }
 
@@ -326,7 +326,7 @@ ExitStatus run(const CommandLine& command, Console& console)
 {
 	if (command.output.quiet) console.be_quiet();
 	check_not_swapped(command);
-	const auto sources = command.only_writes_config() ? std::vector<MapSource>() : map_sources(command);
+	auto sources = command.only_writes_config() ? std::vector<MapSource>() : map_sources(command);
 	check_files_apart(command, sources);
 	const Parameters parameters = read_parameters(command.search.config);
 	check_method(parameters.method, command);
@@ -335,8 +335,9 @@ ExitStatus run(const CommandLine& command, Console& console)
 		write_config(command.output.write_config, parameters);
 		return kDone;
 	}
+	set_parameters(sources, parameters, command);
 	load_plugins(command.search);
-	if (command.output.diagnose) return diagnose_only(command, sources.front(), parameters, console);
+	if (command.output.diagnose) return diagnose_only(command, sources.front(), console);
 	return localize(command, sources, parameters, console);
 }
 }  // namespace d2s1r::app

@@ -1,9 +1,10 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <shell/errors.h>
+
 #include "cli/command_line.h"
 #include "cli/console.h"
-#include "cli/errors.h"
 
 namespace d2s1r::app
 {

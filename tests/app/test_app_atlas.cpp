@@ -53,6 +53,20 @@ class AppAtlas : public AppTest
 	}
 };
 
+/// One map is small; what all of them take is known before the first one is indexed.
+TEST_F(AppAtlas, MapsThatTakeMoreMemoryTogetherThanThereIsAreRefused)
+{
+	std::string maps = "maps:\n";
+	for (int i = 0; i < 100'000; i++) maps += "  m" + std::to_string(i) + ": {file: flat.gridmap.gz}\n";
+	write_file(path("maps/many.yaml"), maps);
+	const std::string limited = "ulimit -v 2000000; exec " RAWLOG_LOCALIZE " \"$@\"";
+	expect_refused(
+	    run_program(
+	        {"sh", "-c", limited, "sh", "-m", path("maps/many.yaml"), "-i", path("walk.rawlog"), "-o", path("out"),
+	         "-q"}),
+	    2, {path("maps/many.yaml") + ": the indices of ", " of its 100000 maps take about ", "name fewer"});
+}
+
 TEST_F(AppAtlas, AYamlFileNamesTheMaps)
 {
 	expect_walk_in(localize({"-m", path("maps/atlas.yaml")}), "ground");

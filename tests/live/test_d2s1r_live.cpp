@@ -1,6 +1,13 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // d2s1r-live serves nodes of another vendor.
+#include <mrpt/maps/CSimpleMap.h>
+#include <mrpt/obs/CObservation2DRangeScan.h>
+#include <mrpt/obs/CSensoryFrame.h>
+#include <mrpt/poses/CPose3DPDFGaussian.h>
+#include <mrpt/serialization/CSerializable.h>
+
 #include <algorithm>
+#include <cstring>
 
 #include "live_test.h"
 
@@ -192,6 +199,57 @@ TEST_F(LiveTest, RefusesWrongUseWithOneLine)
 	refuse({"-m", path(""), "--index", path("index")}, 1, {"--index: does not go with several maps"});
 }
 
+/// MRPT's reader trusts the number of ranges that a file tells.
+TEST_F(LiveTest, AMapThatCrashesItsReaderIsRefused)
+{
+	const auto scan = mrpt::obs::CObservation2DRangeScan::Create();
+	constexpr std::uint32_t kRanges = 123457, kFarTooMany = 0xfffffff0;
+	scan->resizeScan(kRanges);
+	const auto frame = mrpt::obs::CSensoryFrame::Create();
+	frame->insert(scan);
+	mrpt::maps::CSimpleMap keyframes;
+	keyframes.insert(mrpt::poses::CPose3DPDFGaussian::Create(), frame);
+	std::vector<std::uint8_t> bytes;
+	mrpt::serialization::ObjectToOctetVector(&keyframes, bytes);
+	const auto* const count = reinterpret_cast<const std::uint8_t*>(&kRanges);
+	const auto place = std::search(bytes.begin(), bytes.end(), count, count + sizeof kRanges);
+	ASSERT_NE(place, bytes.end());
+	std::memcpy(&*place, &kFarTooMany, sizeof kFarTooMany);
+	write_file(path("far.simplemap"), {bytes.begin(), bytes.end()});
+	LiveProcess live = start_live({"-m", path("far.simplemap")});
+	test::expect_refused(live.wait(), 2, {path("far.simplemap") + ": "});
+}
+
+/// Whether a map comes from a file or from a topic.
+TEST_F(LiveTest, AnIndexThatCannotBeWrittenIsNamed)
+{
+	save_yaml_map(RobotPeer().grid, path("floor"));
+	for (const Words& map : {Words{"-m", path("floor.yaml")}, Words{}})
+	{
+		Words words = map;
+		words.insert(words.end(), {"--index", path("missing/floor.index")});
+		LiveProcess live = start_live(words);
+		test::expect_refused(live.wait(), 3, {path("missing/floor.index") + ": cannot be written"});
+	}
+}
+
+TEST_F(LiveTest, TheIndexOfAMapFromATopicIsLoadedTheNextTime)
+{
+	const std::string index = path("map.index");
+	std::filesystem::file_time_type written;
+	for (const bool is_first : {true, false})
+	{
+		LiveProcess live = start_live({"--index", index});
+		RobotPeer robot;
+		robot.begin();
+		ASSERT_TRUE(wait_for_answers(robot)) << said();
+		stop(live);
+		ASSERT_TRUE(std::filesystem::exists(index));
+		EXPECT_TRUE(is_first || std::filesystem::last_write_time(index) == written) << "it is not written again";
+		written = std::filesystem::last_write_time(index);
+	}
+}
+
 TEST_F(LiveTest, AReaderThatHasEnoughEndsItQuietly)
 {
 	const std::string live = std::string("exec timeout 20 ") + D2S1R_LIVE + " ";
@@ -219,7 +277,7 @@ TEST_F(LiveTest, DocumentsEveryOption)
 	for (const std::string& line : lines_of(help.out))
 	{
 		const auto start = line.find("--");
-		if (line.rfind("  -", 0) != 0 || start == std::string::npos) continue;
+		if (start == std::string::npos || line.rfind("  ", 0) != 0 || start > 6) continue;
 		const std::string name = line.substr(start, line.find_first_of(" ,", start) - start);
 		EXPECT_NE(page.find("fB" + name + "fR"), std::string::npos) << name;
 		EXPECT_NE(completion.find(name), std::string::npos) << name;

@@ -4,27 +4,26 @@
 #include <CLI/CLI.hpp>
 #include <d2s1r/for_programs.h>
 #include <d2s1r/version.h>
+#include <shell/errors.h>
+#include <shell/options.h>
 
 #include <algorithm>
 #include <stdexcept>
 #include <utility>
 
-#include "cli/errors.h"
-#include "cli/options.h"
 #include "cli/values.h"
 
 namespace d2s1r::app
 {
 namespace
 {
-constexpr const char* kUsage =
+constexpr Usage kUsage = {
+    "rawlog-localize",
     "Usage: rawlog-localize -m MAP -i LOG -o OUT_DIR [OPTION]...\n"
     "       rawlog-localize -m MAP -i LOG --stream [OPTION]...\n"
     "       rawlog-localize -m MAP -i LOG --diagnose [OPTION]...\n"
     "       rawlog-localize --write-config FILE [-c CONFIG.ini]\n"
-    "Localize every 2D laser scan of a log in a known map, each scan on its own, without an initial pose.\n\n";
-
-constexpr const char* kFooter =
+    "Localize every 2D laser scan of a log in a known map, each scan on its own, without an initial pose.\n\n",
     "LOG is a ROS 2 bag (a folder, or a file of sqlite3 or MCAP), a ROS 1 bag, an MRPT rawlog or a CARMEN\n"
     "log. The program recognizes the format by the content.\n\n"
     "MAP is a .simplemap(.gz), a .gridmap(.gz), a ROS map_server .yaml, an image (with --resolution), or\n"
@@ -38,7 +37,13 @@ constexpr const char* kFooter =
     "  rawlog-localize -m office.yaml -i my_bag -o results\n"
     "  rawlog-localize -m office.yaml -i drive.rawlog -o results --window 10\n\n"
     "Exit status: 0 done, 1 wrong use or configuration, 2 an input cannot be read or used, 3 an output\n"
-    "cannot be written, 130 interrupted (the finished frames are on disk).";
+    "cannot be written, 130 interrupted (the finished frames are on disk).",
+    "; write -m MAP -i LOG -o OUT_DIR"};
+
+[[noreturn]] void wrong(const std::string& option, const std::string& what)
+{
+	refuse_option(kUsage.program, option, what);
+}
 
 /// Options that are understood together with another one.
 struct Dependent
@@ -224,18 +229,6 @@ void add_live(OptionGroup live, CommandLine& command)
 	    command.output.stream);
 }
 
-void add_help(OptionGroup help, const CLI::App& app, std::ostream& out)
-{
-	help.request(
-	    "--version", "print the version and exit",
-	    [&out]
-	    {
-		    out << "rawlog-localize (d2s1r) " D2S1R_VERSION "\nreads " << logs::known_formats() << "\ncomputes with "
-		        << simd_targets().front() << "\n";
-	    });
-	help.request("-h,--help", "print this help and exit", [&app, &out] { out << app.help(); });
-}
-
 void check_complete(const CommandLine& command)
 {
 	if (command.map.files.empty()) wrong("--map", "missing; name the map file");
@@ -330,21 +323,18 @@ std::optional<CommandLine> parse_command_line(int argc, char** argv, std::ostrea
 	CommandLine command;
 	Dependent dependent;
 	CLI::App app;
-	set_up(app, kUsage, kFooter);
+	set_up(app, kUsage);
 	add_inputs({app, "Input"}, command, dependent);
 	add_laser({app, "Laser"}, command.log, dependent);
 	add_search({app, "Search"}, command.search, dependent);
 	add_outputs({app, "Output"}, command.output, dependent);
 	add_live({app, "Live"}, command);
-	add_help({app, "Help"}, app, out);
-	try
-	{
-		parse_words(app, argc, argv);
-	}
-	catch (const CLI::Success&)
-	{
-		return std::nullopt;
-	}
+	OptionGroup(app, "Help")
+	    .help(
+	        "rawlog-localize (d2s1r) " D2S1R_VERSION "\nreads " + logs::known_formats() + "\ncomputes with " +
+	            simd_targets().front() + "\n",
+	        out);
+	if (!parse_words(app, kUsage, {argv + 1, argv + argc})) return std::nullopt;
 	add_dependent(command, dependent);
 	command.words.assign(argv, argv + argc);
 	for (const CLI::Option* option : app.get_options())

@@ -1,6 +1,8 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <shell/errors.h>
+
 #include <chrono>
 #include <cstddef>
 #include <functional>
@@ -11,10 +13,11 @@
 #include <string>
 #include <vector>
 
-#include "cli/errors.h"
-
 namespace d2s1r::app
 {
+/// What is told if a run is interrupted when there is nothing to write yet.
+inline constexpr const char* kInterruptedEarly = "interrupted before the first frame; no results are written";
+
 /// Owns what the user sees. While it lives, std::cout, std::cerr and std::clog lead nowhere, because MRPT prints to
 /// them as it pleases.
 class Console

@@ -4,6 +4,7 @@
 #include <d2s1r/for_programs.h>
 #include <mrpt/core/format.h>
 #include <mrpt/math/wrap2pi.h>
+#include <shell/indexed_maps.h>
 
 #include <algorithm>
 #include <cmath>
@@ -19,7 +20,6 @@
 #include "evaluation/accuracy.h"
 #include "evaluation/ground_truth.h"
 #include "frames/frame_loop.h"
-#include "input/map_index.h"
 
 namespace d2s1r::app
 {

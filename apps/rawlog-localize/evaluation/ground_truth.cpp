@@ -4,6 +4,7 @@
 #include <base/errors.h>
 #include <logs/log.h>
 #include <mrpt/math/wrap2pi.h>
+#include <shell/errors.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -16,7 +17,6 @@
 #include <utility>
 
 #include "cli/command_line.h"
-#include "cli/errors.h"
 #include "evaluation/truth_columns.h"
 
 namespace d2s1r::app

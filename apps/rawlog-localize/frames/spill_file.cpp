@@ -2,6 +2,7 @@
 #include "frames/spill_file.h"
 
 #include <fcntl.h>
+#include <shell/errors.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -9,8 +10,6 @@
 #include <cstring>
 #include <new>
 #include <string>
-
-#include "cli/errors.h"
 
 namespace d2s1r::app
 {

@@ -6,6 +6,7 @@
 #include <mrpt/maps/registerAllClasses.h>
 #include <mrpt/system/os.h>
 #include <mrpt/system/string_utils.h>
+#include <shell/errors.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -13,7 +14,6 @@
 #include <memory>
 
 #include "cli/console.h"
-#include "cli/errors.h"
 #include "cli/values.h"
 
 namespace d2s1r::app

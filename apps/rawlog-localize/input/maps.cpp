@@ -2,11 +2,11 @@
 #include "input/maps.h"
 
 #include <d2s1r/for_programs.h>
+#include <shell/errors.h>
 
 #include <filesystem>
 
 #include "cli/console.h"
-#include "cli/errors.h"
 #include "input/inputs.h"
 #include "input/map_doubts.h"
 
@@ -64,13 +64,13 @@ std::vector<MapSource> read_map_sources(const CommandLine& command)
 {
 	const auto& [files, image, index] = command.map;
 	if (files.size() == 1 && !is_atlas(files.front()))
-		return {{{{}, files.front(), {}, command.search.query.prior}, {}, image, index}};
+		return {{{{}, files.front(), {}, command.search.query.prior}, {}, image, index, {}, command.search.threads}};
 	check_atlas(command);
 	std::vector<MapSource> sources;
 	for (AtlasEntry& entry : files.size() > 1 ? entries_of_names(files) : entries_of_atlas(files.front()))
 	{
 		const auto index_file = index.empty() ? "" : (std::filesystem::path(index) / (entry.name + ".index")).string();
-		sources.push_back({std::move(entry), files.front(), {}, index_file});
+		sources.push_back({std::move(entry), files.front(), {}, index_file, {}, command.search.threads});
 	}
 	return sources;
 }
@@ -98,19 +98,30 @@ void check_not_swapped(const CommandLine& command)
 	}
 }
 
-std::vector<IndexedMap> load_maps(
-    const std::vector<MapSource>& sources, const CommandLine& command, const Parameters& parameters, Console& console)
+void set_parameters(std::vector<MapSource>& sources, const Parameters& parameters, const CommandLine& command)
 {
-	std::vector<IndexedMap> maps;
-	for (const MapSource& source : sources)
+	for (MapSource& source : sources)
 	{
-		const std::string &file = source.entry.file, &config = source.entry.config;
-		const Parameters own = config.empty() ? parameters : read_parameters(config);
-		check_method(own.method, command);
-		maps.push_back(load_or_build_map(source, own, command.search.threads, console));
-		if (!maps.back().use.loaded && !console.is_quiet())
-			console.note(file, doubts_about_map(file, maps.back().map->localizer()));
+		source.parameters = source.entry.config.empty() ? parameters : read_parameters(source.entry.config);
+		check_method(source.parameters.method, command);
 	}
+}
+
+Wait waiting_at(Console& console)
+{
+	return [&console](const std::string& file, const std::string& doing, const std::function<void()>& work)
+	{
+		Activity activity(console, doing);
+		if (!run_interruptibly(&activity, work)) throw UserError(kInterrupted, file, kInterruptedEarly);
+	};
+}
+
+std::vector<IndexedMap> load_maps(const std::vector<MapSource>& sources, const CommandLine& command, Console& console)
+{
+	std::vector<IndexedMap> maps = load_maps(sources, waiting_at(console));
+	for (const IndexedMap& map : maps)
+		if (!map.use.loaded && !console.is_quiet())
+			console.note(map.entry.file, doubts_about_map(map.entry.file, *map.localizer));
 	std::vector<AtlasEntry> entries;
 	for (const MapSource& source : sources) entries.push_back(source.entry);
 	const std::string others = files_that_are_no_maps(command.map.name(), entries);
@@ -121,7 +132,8 @@ std::vector<IndexedMap> load_maps(
 std::vector<FusionMap> fusion_maps(const std::vector<IndexedMap>& maps)
 {
 	std::vector<FusionMap> of_fusion;
-	for (const IndexedMap& map : maps) of_fusion.push_back({map.map, map.entry.region, map.entry.name});
+	for (const IndexedMap& map : maps)
+		of_fusion.push_back({std::make_shared<const CSignatureMap2D>(map.localizer), map.entry.region, map.entry.name});
 	return of_fusion;
 }
 
@@ -130,7 +142,7 @@ std::optional<Atlas> atlas_of(const std::vector<IndexedMap>& maps)
 	if (maps.front().entry.name.empty()) return std::nullopt;
 	std::vector<AtlasMap> of_atlas;
 	for (const IndexedMap& map : maps)
-		of_atlas.push_back({map.entry.name, {map.map, &map.map->localizer()}, map.entry.region, map.entry.floor});
+		of_atlas.push_back({map.entry.name, map.localizer, map.entry.region, map.entry.floor});
 	try
 	{
 		return Atlas(std::move(of_atlas));

@@ -3,12 +3,12 @@
 
 #include <d2s1r/CFusionBackend.h>
 #include <d2s1r/atlas.h>
+#include <shell/indexed_maps.h>
 
 #include <optional>
 #include <vector>
 
 #include "cli/command_line.h"
-#include "input/map_index.h"
 
 namespace d2s1r::app
 {
@@ -16,15 +16,20 @@ namespace d2s1r::app
 /// kWrongUse if an option is about one map and there are several)
 std::vector<MapSource> map_sources(const CommandLine& command);
 
+/// Reads the parameters of all maps. \param parameters of those that have none of their own
+/// \throws UserError (kWrongUse)
+void set_parameters(std::vector<MapSource>& sources, const Parameters& parameters, const CommandLine& command);
+
+/// Waits as a program at a terminal does: it shows what is being done, and gives up when it is interrupted.
+Wait waiting_at(Console& console);
+
 /// Refuses a log that is given as the map, and says so if map and log seem to be swapped. \throws UserError
 void check_not_swapped(const CommandLine& command);
 
 /// Loads all maps or their indices, saves those of --index, and tells what makes them doubtful and
 /// which yaml files of a folder are no maps.
-/// \param parameters of maps that have none of their own
 /// \throws UserError
-std::vector<IndexedMap> load_maps(
-    const std::vector<MapSource>& sources, const CommandLine& command, const Parameters& parameters, Console& console);
+std::vector<IndexedMap> load_maps(const std::vector<MapSource>& sources, const CommandLine& command, Console& console);
 
 /// Returns the atlas of several maps; no value if there is one map, which is no atlas.
 /// \throws UserError (kWrongUse) if they do not go together

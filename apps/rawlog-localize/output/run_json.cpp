@@ -46,9 +46,8 @@ Json bytes_of(const std::string& file)
 /// Returns what is known of a map.
 Json json_of(const IndexedMap& indexed)
 {
-	const CSignatureMap2D& map = *indexed.map;
-	const Grid& grid = map.localizer().grid();
-	const MapMeasure& measure = map.localizer().measure();
+	const Grid& grid = indexed.localizer->grid();
+	const MapMeasure& measure = indexed.localizer->measure();
 	Json files = Json::array();
 	for (const auto& file : files_of_map(indexed.entry.file))
 		files.push_back({{"file", file}, {"bytes", bytes_of(file)}});
@@ -63,7 +62,8 @@ Json json_of(const IndexedMap& indexed)
 	    {"wall_thickness_m", measure.wall_thickness},
 	    {"wall_surface_depth_m", measure.surface_depth},
 	    {"open_border_share", measure.open_border},
-	    {"fingerprint", mrpt::format("%016llx", static_cast<unsigned long long>(map.fingerprint()))}};
+	    {"fingerprint",
+	     mrpt::format("%016llx", static_cast<unsigned long long>(CSignatureMap2D(indexed.localizer).fingerprint()))}};
 }
 }  // namespace
 
@@ -98,7 +98,7 @@ void write_run_json(const RunReport& report, TextFile& file)
 		Json one = {
 		    {"name", map.entry.name},
 		    {"floor", map.entry.floor},
-		    {"parameters", values_of(to_ini(map.map->parameters()))}};
+		    {"parameters", values_of(to_ini(map.localizer->parameters()))}};
 		one.update(json_of(map));
 		maps.push_back(std::move(one));
 	}

@@ -3,12 +3,12 @@
 
 #include <mrpt/system/string_utils.h>
 #include <nlohmann/json.hpp>
+#include <shell/errors.h>
 #include <unistd.h>
 
 #include <fstream>
 #include <map>
 
-#include "cli/errors.h"
 #include "output/pf_pipeline.h"
 #include "output/summary.h"
 #include "picture/map_png.h"
@@ -206,7 +206,7 @@ void RunOutputs::draw(
 
 void RunOutputs::finish(const RunReport& report)
 {
-	const Localizer& localizer = report.maps.front().map->localizer();
+	const Localizer& localizer = *report.maps.front().localizer;
 	frames_.finish(localizer.map());
 	if (report.maps.size() == 1)
 		draw(report, DrawnFrames(report.frames), localizer.grid(), {});

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <d2s1r/grid.h>
+#include <shell/indexed_maps.h>
 
 #include <filesystem>
 #include <optional>
@@ -11,7 +12,6 @@
 
 #include "cli/command_line.h"
 #include "evaluation/run_report.h"
-#include "input/map_index.h"
 #include "output/frame_outputs.h"
 #include "output/report_html.h"
 #include "picture/sheet.h"

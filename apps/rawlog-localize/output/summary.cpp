@@ -5,11 +5,11 @@
 #include <d2s1r/version.h>
 #include <mrpt/core/format.h>
 #include <nlohmann/json.hpp>
+#include <shell/errors.h>
 
 #include <algorithm>
 #include <tuple>
 
-#include "cli/errors.h"
 #include "evaluation/ground_truth.h"
 #include "evaluation/run_report.h"
 #include "output/run_outputs.h"

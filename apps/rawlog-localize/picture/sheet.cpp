@@ -37,7 +37,7 @@ Placed placed_on_sheet(const std::vector<IndexedMap>& maps, const std::set<std::
 	for (const IndexedMap& map : maps)
 		if (used.count(map.entry.name) > 0)
 		{
-			const Grid& grid = map.map->localizer().grid();
+			const Grid& grid = map.localizer->grid();
 			order.push_back({map.entry.name, {&grid, 0, 0}});
 			area += (order.back().second.width() + kLeastGap) * (order.back().second.height() + kLeastGap);
 		}

@@ -3,6 +3,7 @@
 
 #include <d2s1r/grid.h>
 #include <mrpt/math/TPoint2D.h>
+#include <shell/indexed_maps.h>
 
 #include <functional>
 #include <map>
@@ -10,7 +11,6 @@
 #include <vector>
 
 #include "frames/frame_store.h"
-#include "input/map_index.h"
 
 namespace d2s1r::app
 {

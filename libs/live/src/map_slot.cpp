@@ -8,9 +8,9 @@
 #include <mrpt/core/format.h>
 
 #include <algorithm>
-#include <cmath>
-#include <filesystem>
 #include <limits>
+#include <system_error>
+#include <thread>
 
 namespace d2s1r::live
 {
@@ -23,6 +23,7 @@ mrpt::maps::COccupancyGridMap2D::Ptr grid_of(const ros::OccupancyGrid& map)
 	if (map.percent.size() / map.width != map.height || map.percent.size() % map.width != 0)
 		throw std::invalid_argument(
 		    mrpt::format("has %zu cells and says that it has %u x %u", map.percent.size(), map.width, map.height));
+	check_number_of_cells(map.width, map.height);
 	std::vector<float> occupied(map.percent.size());
 	const auto share = [](std::int8_t percent)
 	{
@@ -38,6 +39,20 @@ std::string describe(const mrpt::maps::COccupancyGridMap2D& grid, const std::str
 	return mrpt::format(
 	    "map of %.1f x %.1f m, %.3g m cells, frame '%s'", static_cast<double>(grid.getXMax() - grid.getXMin()),
 	    static_cast<double>(grid.getYMax() - grid.getYMin()), static_cast<double>(grid.getResolution()), frame.c_str());
+}
+
+std::string frame_of_map(const ros::OccupancyGrid& map, const LiveSettings& settings)
+{
+	return map.header.frame.empty() ? settings.map_frame : map.header.frame;
+}
+
+/// Returns whether two messages hold the same map. What is not a number is equal to itself here.
+bool are_equal(const ros::OccupancyGrid& a, const ros::OccupancyGrid& b)
+{
+	const auto same = [](double one, double other) { return !(one < other) && !(other < one); };
+	return a.width == b.width && a.height == b.height && same(a.resolution, b.resolution) &&
+	       same(a.origin.x, b.origin.x) && same(a.origin.y, b.origin.y) && same(a.origin.phi, b.origin.phi) &&
+	       a.header.frame == b.header.frame && a.percent == b.percent;
 }
 }  // namespace
 
@@ -56,54 +71,37 @@ bool MapSlot::is_present(PublisherId publisher) const
 
 void MapSlot::add(const ros::OccupancyGrid& map, PublisherId publisher)
 {
-	Task task;
-	try
-	{
-		task.grid = grid_of(map);
-		task.fingerprint = fingerprint_of_map(*task.grid);
-		const std::uint64_t needed = memory_to_build(*task.grid, settings_.parameters);
-		if (needed > available_memory())
-			throw std::invalid_argument(mrpt::format("needs %.1f GB of memory", static_cast<double>(needed) * 1e-9));
-	}
-	catch (const std::exception& e)
-	{
-		problem_ = "the map " + one_line(e) + "; it is not used";
-		news.push_back(problem_);
-		return;
-	}
-	task.frame = map.header.frame.empty() ? settings_.map_frame : map.header.frame;
-	task.publisher = publisher;
 	if (settings_.has_maps_of_its_own)
 	{
-		if (told_ != task.fingerprint && task.frame == frame_)
+		if (!told_other_ && frame_of_map(map, settings_) == frame_)
+		{
 			news.push_back(
 			    "somebody publishes a map, too, in frame '" + frame_ +
 			    "', but is not used: make sure that both maps have the same origin, or give yours another frame");
-		told_ = task.fingerprint;
+			told_other_ = true;
+		}
 		return;
 	}
-	const Task& current = next_ ? *next_ : task_;
-	const bool has_one = maps_ || is_indexing();
-	if (has_one && current.fingerprint == task.fingerprint && current.frame == task.frame)
+	if (newest_ && are_equal(*newest_, map))
 	{
-		if (!is_present(current.publisher)) (next_ ? *next_ : task_).publisher = publisher;
+		if (!is_present(publisher_)) publisher_ = publisher;
 		return;
 	}
-	if (has_one && current.publisher != publisher && is_present(current.publisher))
+	if (newest_ && publisher_ != publisher && is_present(publisher_))
 	{
-		if (told_ != task.fingerprint)
+		if (!told_other_)
 			news.push_back(
-			    "a second publisher of maps has another one (" + describe(*task.grid, task.frame) +
+			    "a second publisher of maps has another one (" +
+			    mrpt::format("%u x %u cells of %.3g m", map.width, map.height, map.resolution) +
 			    "): the first one's is used until that is gone; stop one of them");
-		told_ = task.fingerprint;
+		told_other_ = true;
 		return;
 	}
-	problem_.clear();
-	if (has_one) news.push_back("another map came: silent until it is indexed");
-	if (building_.valid())
-		next_ = std::move(task);
-	else
-		start(std::move(task));
+	if (maps_) news.push_back("another map came: the one before is used until it is indexed");
+	told_other_ = false;
+	newest_ = std::make_shared<const ros::OccupancyGrid>(map);
+	publisher_ = publisher;
+	if (!building_.valid()) start();
 }
 
 void MapSlot::set_publishers(const std::vector<PublisherId>& publishers)
@@ -111,67 +109,61 @@ void MapSlot::set_publishers(const std::vector<PublisherId>& publishers)
 	publishers_ = publishers;
 }
 
-void MapSlot::start(Task task)
+/// Indexes the newest map on a thread that owns all that it uses, so that nobody has to wait for its end.
+void MapSlot::start()
 {
-	maps_.reset();
-	task_ = std::move(task);
-	building_ = std::async(std::launch::async, [task = task_, settings = settings_] { return build(task, settings); });
-}
-
-MapSlot::Built MapSlot::build(const Task& task, const LiveSettings& settings)
-{
-	const auto indexed = [&]
-	{
-		std::error_code ignored;
-		if (settings.index.empty() || !std::filesystem::exists(settings.index, ignored))
-			return std::make_shared<Localizer>(task.grid, settings.parameters);
-		try
-		{
-			return std::make_shared<Localizer>(Localizer::load(settings.index, task.fingerprint, settings.parameters));
-		}
-		catch (const std::runtime_error&)  // of another map
-		{
-			return std::make_shared<Localizer>(task.grid, settings.parameters);
-		}
-	};
+	indexed_ = newest_;
+	const auto task = std::make_shared<std::packaged_task<Built()>>([map = newest_, settings = settings_]
+	                                                                { return build(*map, settings); });
+	building_ = task->get_future();
 	try
 	{
-		std::shared_ptr<const Localizer> localizer = indexed();
-		Built built{std::make_shared<Atlas>(std::vector<AtlasMap>{{"map", localizer, settings.region}}), ""};
-		try
-		{
-			if (!settings.index.empty()) localizer->save(settings.index, task.fingerprint);
-		}
-		catch (const std::runtime_error& e)
-		{
-			built.problem = one_line(e);
-		}
-		return built;
+		std::thread([task] { (*task)(); }).detach();
+	}
+	catch (const std::system_error&)
+	{
+		(*task)();  // no thread is to be had
+	}
+}
+
+MapSlot::Built MapSlot::build(const ros::OccupancyGrid& map, const LiveSettings& settings)
+{
+	Built built;
+	try
+	{
+		const auto grid = grid_of(map);
+		const std::uint64_t needed = memory_to_build(*grid, settings.parameters);
+		if (needed > available_memory())
+			throw std::invalid_argument(mrpt::format("needs %.1f GB of memory", static_cast<double>(needed) * 1e-9));
+		MadeLocalizer made = settings.make_localizer
+		                         ? settings.make_localizer(grid, settings.parameters)
+		                         : MadeLocalizer{std::make_shared<const Localizer>(grid, settings.parameters), ""};
+		built.note = made.note;
+		built.frame = frame_of_map(map, settings);
+		built.description = describe(*grid, built.frame);
+		built.maps = std::make_shared<Atlas>(std::vector<AtlasMap>{{"map", made.localizer, settings.region}});
 	}
 	catch (const std::exception& e)
 	{
-		return {nullptr, "the map cannot be used: " + one_line(e)};
+		const std::string why = is_out_of_memory(e) ? "needs more memory than there is" : one_line(e);
+		built.note = "the map " + why + "; it is not used";
 	}
+	return built;
 }
 
 bool MapSlot::poll()
 {
 	if (!building_.valid() || building_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return false;
 	const Built built = building_.get();
-	if (built.maps) built_++;
-	if (!built.problem.empty()) news.push_back(built.problem);
-	if (next_)
-	{
-		Task task = std::move(*next_);
-		next_.reset();
-		start(std::move(task));
-		return false;
-	}
-	problem_ = built.maps ? "" : built.problem;
+	if (!built.note.empty()) news.push_back(built.note);
+	if (newest_ != indexed_) start();
+	problem_ = built.maps ? "" : built.note;
+	if (!built.maps) return false;
+	built_++;
 	maps_ = built.maps;
-	frame_ = task_.frame;
-	description_ = built.maps ? describe(*task_.grid, frame_) : "";
-	return built.maps != nullptr;
+	frame_ = built.frame;
+	description_ = built.description;
+	return true;
 }
 
 void MapSlot::wait()

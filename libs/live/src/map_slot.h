@@ -20,11 +20,11 @@ class MapSlot
 	/// Takes the index over that has been built meanwhile. \return whether another map is in use now
 	bool poll();
 
-	/// Waits until all indices are built, which poll() takes over then.
+	/// Waits until the index is built, which poll() takes over then.
 	void wait();
-	bool is_indexing() const { return building_.valid() || next_ || (settings_.has_maps_of_its_own && !maps_); }
+	bool is_indexing() const { return building_.valid() || (settings_.has_maps_of_its_own && !maps_); }
 
-	/// Returns the maps in use; null while there is none and while another one is indexed.
+	/// Returns the maps in use, also while another one is indexed; null while there is none.
 	const std::shared_ptr<const Atlas>& maps() const { return maps_; }
 
 	/// Returns the frame of the poses in a map of these.
@@ -34,37 +34,34 @@ class MapSlot
 	bool has_frame(const std::string& frame) const;
 
 	const std::string& description() const { return description_; }  //!< for people; empty without a map
-	const std::string& problem() const { return problem_; }          //!< why there is no map; else empty
+	const std::string& problem() const { return problem_; }          //!< why the newest map is not used; else empty
 	int built() const { return built_; }
 	std::vector<std::string> news;  //!< for the owner to take
 
    private:
-	struct Task
-	{
-		mrpt::maps::COccupancyGridMap2D::Ptr grid;
-		std::string frame;
-		std::uint64_t fingerprint = 0;
-		PublisherId publisher = 0;
-	};
+	/// What became of a map.
 	struct Built
 	{
-		std::shared_ptr<const Atlas> maps;  //!< null: `problem` says why
-		std::string problem;
+		std::shared_ptr<const Atlas> maps;  //!< null: `note` says why
+		std::string frame;
+		std::string description;
+		std::string note;  //!< for people; may be empty
 	};
 	bool is_present(PublisherId publisher) const;
-	void start(Task task);
-	static Built build(const Task& task, const LiveSettings& settings);
+	void start();
+	static Built build(const ros::OccupancyGrid& map, const LiveSettings& settings);
 
 	const LiveSettings& settings_;
 	std::shared_ptr<const Atlas> maps_;
-	Task task_;                 //!< of the map in use, or of the one that is being indexed
-	std::optional<Task> next_;  //!< to be indexed after that
+	std::shared_ptr<const ros::OccupancyGrid> newest_;   //!< that came and was not refused; null: none
+	std::shared_ptr<const ros::OccupancyGrid> indexed_;  //!< in `building_`, or there last
+	PublisherId publisher_ = 0;                          //!< of the newest one
 	std::future<Built> building_;
 	std::vector<PublisherId> publishers_;
 	std::string description_;
 	std::string problem_;
 	std::string frame_;
-	std::uint64_t told_ = 0;  //!< fingerprint of the last map that was not used
+	bool told_other_ = false;  //!< that another publisher has a map
 	int built_ = 0;
 };
 }  // namespace d2s1r::live

@@ -1,5 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // The rules by which a running robot is told where it is, with times that the tests say.
+#include <mutex>
+
 #include "live/live_drive.h"
 
 using namespace d2s1r;
@@ -50,7 +52,7 @@ TEST(LiveLocalizer, IndexesTheSameMapOnce)
 	EXPECT_EQ(drive.live.indices_built(), 1);
 }
 
-TEST(LiveLocalizer, IsSilentWhileAnotherMapIsIndexedAndSeedsAnewThere)
+TEST(LiveLocalizer, UsesTheMapBeforeWhileAnotherOneIsIndexedAndSeedsAnewThere)
 {
 	Drive drive;
 	drive.begin();
@@ -58,7 +60,7 @@ TEST(LiveLocalizer, IsSilentWhileAnotherMapIsIndexedAndSeedsAnewThere)
 	Grid moved = drive.grid;
 	moved.origin_x += 2;
 	drive.live.add_map(map_message(moved), 1);
-	EXPECT_FALSE(drive.step()) << "not in the old map";
+	EXPECT_TRUE(drive.step()) << "in either map";
 	EXPECT_TRUE(drive.was_told("another map came"));
 	drive.live.wait_for_index();
 	drive.tracker = {};
@@ -67,6 +69,43 @@ TEST(LiveLocalizer, IsSilentWhileAnotherMapIsIndexedAndSeedsAnewThere)
 	const auto& [seed, truth] = drive.seeds.back();
 	EXPECT_LT(distance_between(seed.pose, mrpt::poses::CPose2D(2, 0, 0) + truth), 0.1);
 	EXPECT_EQ(drive.live.indices_built(), 2);
+}
+
+/// A map that a robot makes while it drives changes faster than it can be indexed.
+TEST(LiveLocalizer, UsesEachMapThatIsIndexedWhileOthersCome)
+{
+	LiveSettings settings;
+	std::mutex indexing;
+	settings.make_localizer = [&](const auto& grid, const Parameters& parameters) -> MadeLocalizer
+	{
+		const std::lock_guard wait(indexing);
+		return {std::make_shared<Localizer>(grid, parameters), "indexed one"};
+	};
+	Drive drive(settings);
+	drive.begin();
+	Grid changed = drive.grid;
+	const auto change = [&]
+	{
+		changed.origin_x += 1;
+		drive.live.add_map(map_message(changed), 1);
+	};
+	{
+		const std::lock_guard wait(indexing);
+		for (int i = 0; i < 3; i++) change();
+		ASSERT_TRUE(drive.step()) << "in the map before";
+		EXPECT_EQ(drive.live.indices_built(), 1);
+	}
+	drive.live.wait_for_index();  // of the first change
+	change();
+	ASSERT_TRUE(drive.step());
+	EXPECT_EQ(drive.live.indices_built(), 2) << "the newest map is not waited for";
+	drive.live.wait_for_index();
+	const auto answer = drive.step();
+	ASSERT_TRUE(answer);
+	EXPECT_EQ(drive.live.indices_built(), 3) << "the second and the third change were never the newest";
+	EXPECT_LT(
+	    distance_between(answer->localization.best().pose, mrpt::poses::CPose2D(4, 0, 0) + drive.robot.pose), 0.1);
+	EXPECT_TRUE(drive.was_told("indexed one"));
 }
 
 TEST(LiveLocalizer, KeepsTheMapOfTheFirstOfTwoPublishersAndTellsIt)
@@ -96,13 +135,18 @@ TEST(LiveLocalizer, RefusesMapsOfNonsenseWithALine)
 	drive.begin();
 	ros::OccupancyGrid wrong = map_message(drive.grid);
 	wrong.percent.pop_back();
-	drive.live.add_map(wrong, 1);
+	const auto add = [&](const ros::OccupancyGrid& map)
+	{
+		drive.live.add_map(map, 1);
+		drive.live.wait_for_index();
+		EXPECT_TRUE(drive.step()) << "the map before is used";
+	};
+	add(wrong);
 	wrong.width = wrong.height = 0;
-	drive.live.add_map(wrong, 1);
+	add(wrong);
 	ros::OccupancyGrid infinite = map_message(drive.grid);
 	infinite.resolution = std::nan("");
-	drive.live.add_map(infinite, 1);
-	drive.step();
+	add(infinite);
 	EXPECT_TRUE(drive.was_told("cells and says that it has"));
 	EXPECT_TRUE(drive.was_told("the map has no cells"));
 	EXPECT_EQ(drive.live.indices_built(), 1);

@@ -5,6 +5,7 @@
 #include <ros/observation.h>
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -27,6 +28,17 @@ enum class Seeding
 	kNever   //!< not at all
 };
 
+/// The localizer of a map that came as a message.
+struct MadeLocalizer
+{
+	std::shared_ptr<const Localizer> localizer;
+	std::string note;  //!< for people; may be empty
+};
+
+/// Makes a localizer, on a thread of its own. \throws std::exception saying what is wrong with the map
+using MakeLocalizer =
+    std::function<MadeLocalizer(const mrpt::maps::COccupancyGridMap2D::ConstPtr& map, const Parameters& parameters)>;
+
 /// Sets a LiveLocalizer.
 struct LiveSettings
 {
@@ -44,8 +56,8 @@ struct LiveSettings
 	std::string map_frame = "map";                //!< of a map that no message names the frame of
 	std::string robot_frame;                      //!< empty: that of the odometry, else base_link, else base_footprint
 	std::string odometry_frame;                   //!< empty: that of the messages of odometry, else odom
-	std::string index;                            //!< file that keeps the index of a map; empty: none
 	Parameters parameters;                        //!< of the maps that come as messages
+	MakeLocalizer make_localizer;                 //!< of these; empty: their indices are built
 };
 
 /// Names a publisher among all that ever were.
@@ -99,7 +111,7 @@ class LiveLocalizer
 	/// \throws std::invalid_argument if a setting is out of range
 	explicit LiveLocalizer(const LiveSettings& settings = {});
 
-	/// Waits for the index that is being built.
+	/// Waits for nothing: the thread that builds an index owns what it uses, and goes on until the process ends.
 	~LiveLocalizer();
 	LiveLocalizer(const LiveLocalizer&) = delete;
 	LiveLocalizer& operator=(const LiveLocalizer&) = delete;
@@ -108,8 +120,9 @@ class LiveLocalizer
 	/// in LiveSettings::map_frame, those of several maps in frames of the maps' names.
 	void use_maps(std::shared_ptr<const Atlas> maps);
 
-	/// Takes a map. The same one again changes nothing. Another one is indexed meanwhile, and until then there is no
-	/// answer. While the publisher of the map in use is there, that of another one is told and not used.
+	/// Takes a map. The same one again changes nothing. Another one is indexed while the one before is used; of those
+	/// that come meanwhile, the newest is next. While the publisher of the newest map is there, that of another one is
+	/// told and not used.
 	void add_map(const ros::OccupancyGrid& map, PublisherId publisher);
 
 	/// Says which publishers of maps there are now.

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "cli/command_line.h"
-#include "cli/errors.h"
+#include <shell/errors.h>
 
 using namespace d2s1r;
 using namespace d2s1r::app;

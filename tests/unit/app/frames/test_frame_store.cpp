@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "../temporary_folder.h"
-#include "cli/errors.h"
+#include <shell/errors.h>
 #include "frames/frame_store.h"
 
 namespace d2s1r::test

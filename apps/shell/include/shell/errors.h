@@ -8,18 +8,15 @@
 
 namespace d2s1r::app
 {
-/// The exit status of the process.
+/// The exit status of a program.
 enum ExitStatus : int
 {
 	kDone = 0,
-	kWrongUse = 1,
-	kBadInput = 2,
-	kBadOutput = 3,
+	kWrongUse = 1,   //!< of the program or its configuration
+	kBadInput = 2,   //!< that cannot be read or used
+	kBadOutput = 3,  //!< that cannot be written
 	kInterrupted = 130
 };
-
-/// What is told if a run is interrupted when there is nothing to write yet.
-inline constexpr const char* kInterruptedEarly = "interrupted before the first frame; no results are written";
 
 /// An error that the user can mend. The message is one line "WHERE: what is wrong, and what to do".
 class UserError : public std::runtime_error

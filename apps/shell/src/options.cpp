@@ -1,12 +1,12 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include "cli/options.h"
+#include "shell/options.h"
 
 #include <base/spelling.h>
 
 #include <memory>
 #include <sstream>
 
-#include "cli/errors.h"
+#include "shell/errors.h"
 
 namespace d2s1r::app
 {
@@ -55,25 +55,26 @@ class HelpFormatter : public CLI::Formatter
 };
 
 /// Refuses a word that is not an option, and names the option that it may have been meant to be.
-[[noreturn]] void refuse_unknown(const CLI::App& app, const std::string& word)
+[[noreturn]] void refuse_unknown(const CLI::App& app, const Usage& usage, const std::string& word)
 {
-	if (word.rfind('-', 0) != 0) wrong(word, "stands without an option; write -m MAP -i LOG -o OUT_DIR");
+	if (word.rfind('-', 0) != 0)
+		refuse_option(usage.program, word, std::string("stands without an option") + usage.words);
 	const std::string given = word.substr(0, word.find('='));
 	std::vector<std::string> names;
 	for (const CLI::Option* option : app.get_options()) names.push_back("--" + option->get_lnames().front());
-	throw UserError(kWrongUse, given, not_an_option(given, names, "rawlog-localize --help"));
+	throw UserError(kWrongUse, given, not_an_option(given, names, std::string(usage.program) + " --help"));
 }
 
-/// Returns the words behind the program's name, the last one first, as CLI11 wants them. It would take the next word
-/// for the value of "--name=", so that becomes two words, and a flag's value for a letter, so that is refused here.
-std::vector<std::string> words_of(const CLI::App& app, int argc, char** argv)
+/// Returns the words, the last one first, as CLI11 wants them. It would take the next word for the value of "--name=",
+/// so that becomes two words, and a flag's value for a letter, so that is refused here.
+std::vector<std::string> reversed(const CLI::App& app, const std::vector<std::string>& given)
 {
 	std::vector<std::string> words;
-	for (int i = 1; i < argc; i++)
+	for (const std::string& word : given)
 	{
-		const std::string word = argv[i], name = word.substr(0, word.find('='));
+		const std::string name = word.substr(0, word.find('='));
 		const CLI::Option* option = name.size() < word.size() ? app.get_option_no_throw(name) : nullptr;
-		if (option && option->get_items_expected_max() == 0) wrong(name, "takes no value");
+		if (option && option->get_items_expected_max() == 0) refuse_option(app.get_name(), name, "takes no value");
 		const bool is_empty_value = option && name.rfind("--", 0) == 0 && word.size() == name.size() + 1;
 		words.push_back(is_empty_value ? name : word);
 		if (is_empty_value) words.emplace_back();
@@ -83,34 +84,40 @@ std::vector<std::string> words_of(const CLI::App& app, int argc, char** argv)
 }
 }  // namespace
 
-[[noreturn]] void wrong(const std::string& option, const std::string& what)
+[[noreturn]] void refuse_option(const std::string& program, const std::string& option, const std::string& what)
 {
-	throw UserError(kWrongUse, option, what + "; see rawlog-localize --help");
+	throw UserError(kWrongUse, option, what + "; see " + program + " --help");
 }
 
-void set_up(CLI::App& app, const char* usage, const char* footer)
+void set_up(CLI::App& app, const Usage& usage)
 {
+	app.name(usage.program);
 	app.set_help_flag();
 	app.allow_extras();
-	app.formatter(std::make_shared<HelpFormatter>(usage));
-	app.footer(footer);
+	app.formatter(std::make_shared<HelpFormatter>(usage.usage));
+	app.footer(usage.footer);
 	app.option_defaults()->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
 }
 
-void parse_words(CLI::App& app, int argc, char** argv)
+bool parse_words(CLI::App& app, const Usage& usage, const std::vector<std::string>& words)
 {
 	try
 	{
-		app.parse(words_of(app, argc, argv));
+		app.parse(reversed(app, words));
+	}
+	catch (const CLI::Success&)
+	{
+		return false;
 	}
 	catch (const CLI::ArgumentMismatch&)
 	{
-		wrong(argv[argc - 1], kNeedsValue);  // only the last word can lack what comes after it
+		refuse_option(usage.program, words.back(), kNeedsValue);  // only the last word can lack what comes after it
 	}
 	const auto unknown = app.remaining();
-	if (!unknown.empty()) refuse_unknown(app, unknown.front());
+	if (!unknown.empty()) refuse_unknown(app, usage, unknown.front());
 	for (const CLI::Option* option : app.get_options())
 		if (option->count() > 1 && option->get_multi_option_policy() != CLI::MultiOptionPolicy::TakeAll)
-			wrong(option->get_name(), "is given more than once");
+			refuse_option(usage.program, option->get_name(), "is given more than once");
+	return true;
 }
 }  // namespace d2s1r::app

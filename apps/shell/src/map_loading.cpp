@@ -1,8 +1,9 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include "input/map_loading.h"
+#include "map_loading.h"
 
 #include <base/own_process.h>
 #include <d2s1r/CSignatureMap2D.h>
+#include <mrpt/maps/registerAllClasses.h>
 #include <mrpt/serialization/CSerializable.h>
 
 #include <algorithm>
@@ -10,8 +11,6 @@
 #include <filesystem>
 #include <memory>
 #include <vector>
-
-#include "cli/errors.h"
 
 namespace d2s1r::app
 {
@@ -62,21 +61,14 @@ void tell_map(
 		send(char{kErrorRecord} + std::string(error.what()));
 	}
 }
-
 }  // namespace
 
 MrptGrid::ConstPtr load_grid(
-    const std::string& file, const std::optional<ImageGeometry>& image, const GridParameters& parameters,
-    Activity& activity)
+    const std::string& file, const std::optional<ImageGeometry>& image, const GridParameters& parameters)
 {
 	std::vector<std::uint8_t> bytes;
 	std::string error;
 	const ProcessLimits limits = limits_of_map(file);
-	const auto stop = [&activity]
-	{
-		activity.show();
-		return interrupted();
-	};
 	const ProcessEnd end = run_in_own_process(
 	    limits, [&](const Send& send) { tell_map(file, image, parameters, send); },
 	    [&](const std::string& record)
@@ -86,13 +78,11 @@ MrptGrid::ConstPtr load_grid(
 		    else
 			    bytes.insert(bytes.end(), record.begin() + 1, record.end());
 	    },
-	    stop);
+	    [] { return false; });  // whoever gives up waiting ends this process, and the other one with it
 	if (!error.empty()) throw std::runtime_error(error);
 	const std::string advice = "; it is damaged or far too large: copy or save it again";
 	switch (end)
 	{
-		case ProcessEnd::kInterrupted:
-			throw UserError(kInterrupted, file, kInterruptedEarly);
 		case ProcessEnd::kOutOfMemory:
 			if (available_memory() < limits.memory) throw std::bad_alloc();
 			throw std::runtime_error("loading it takes too much memory" + advice);
@@ -103,6 +93,7 @@ MrptGrid::ConstPtr load_grid(
 		default:
 			break;
 	}
+	mrpt::maps::registerAllClasses_mrpt_maps();
 	mrpt::serialization::CSerializable::Ptr map;
 	mrpt::serialization::OctetVectorToObject(bytes, map);
 	return dynamic_cast<const CSignatureMap2D&>(*map).grid();

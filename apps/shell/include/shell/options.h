@@ -5,20 +5,30 @@
 
 #include <algorithm>
 #include <functional>
+#include <ostream>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
 namespace d2s1r::app
 {
-/// Refuses what was given for an option. \throws UserError (kWrongUse)
-[[noreturn]] void wrong(const std::string& option, const std::string& what);
+/// Refuses what was given for an option. \throws UserError (kWrongUse) that names the option and `program --help`
+[[noreturn]] void refuse_option(const std::string& program, const std::string& option, const std::string& what);
 
 inline constexpr const char* kNeedsValue = "needs a value";
 
-/// Prepares the parser of rawlog-localize, whose --help looks like that of GNU programs: "  -m, --map MAP", and the
-/// meaning beside it in lines of equal length.
-void set_up(CLI::App& app, const char* usage, const char* footer);
+/// Says how a program is used.
+struct Usage
+{
+	const char* program;
+	const char* usage;   //!< the start of --help
+	const char* footer;  //!< its end; may be empty
+	const char* words;   //!< what a word that stands without an option should be; may be empty
+};
+
+/// Prepares a parser, whose --help looks like that of GNU programs: "  -m, --map MAP", and the meaning beside it in
+/// lines of equal length.
+void set_up(CLI::App& app, const Usage& usage);
 
 /// Adds options under a heading of --help.
 class OptionGroup
@@ -43,7 +53,7 @@ class OptionGroup
 	template <class Take>
 	void text(const char* names, const char* value_name, const char* meaning, const Take& take)
 	{
-		const auto take_or_refuse = [take, name = name_of(names)](const std::string& text)
+		const auto take_or_refuse = [take, name = name_of(names), program = app_.get_name()](const std::string& text)
 		{
 			try
 			{
@@ -51,7 +61,7 @@ class OptionGroup
 			}
 			catch (const std::invalid_argument& error)
 			{
-				wrong(name, error.what());
+				refuse_option(program, name, error.what());
 			}
 		};
 		add(app_.add_option_function<std::string>(names, take_or_refuse, meaning), value_name);
@@ -60,9 +70,10 @@ class OptionGroup
 	/// An option that may be given several times.
 	void values(const char* names, const char* value_name, const char* meaning, std::vector<std::string>& texts)
 	{
-		const auto take = [&texts, name = name_of(names)](const std::vector<std::string>& given)
+		const auto take =
+		    [&texts, name = name_of(names), program = app_.get_name()](const std::vector<std::string>& given)
 		{
-			if (std::count(given.begin(), given.end(), "") > 0) wrong(name, kNeedsValue);
+			if (std::count(given.begin(), given.end(), "") > 0) refuse_option(program, name, kNeedsValue);
 			texts = given;
 		};
 		add(app_.add_option_function<std::vector<std::string>>(names, take, meaning), value_name)
@@ -75,6 +86,15 @@ class OptionGroup
 		app_.add_flag(names, given, meaning)->group(heading_);
 	}
 
+	/// Adds --version and --help, which are followed as soon as they are read, whatever else is given, and end the
+	/// parsing. \param version what the first one prints on `out`
+	void help(const std::string& version, std::ostream& out)
+	{
+		request("--version", "print the version and exit", [&out, version] { out << version; });
+		request("-h,--help", "print this help and exit", [&out, &app = app_] { out << app.help(); });
+	}
+
+   private:
 	/// A flag that is followed as soon as it is read, whatever else is given, and that ends the parsing.
 	void request(const char* names, const char* meaning, const std::function<void()>& follow)
 	{
@@ -86,7 +106,6 @@ class OptionGroup
 		app_.add_flag_callback(names, follow_and_end, meaning)->trigger_on_parse()->group(heading_);
 	}
 
-   private:
 	static std::string name_of(const std::string& names) { return names.substr(names.find("--")); }
 
 	static const std::string& filled(const std::string& text)
@@ -104,6 +123,7 @@ class OptionGroup
 	const char* heading_;
 };
 
-/// Parses the words of a command line. \throws UserError (kWrongUse), CLI::Success after --help and --version
-void parse_words(CLI::App& app, int argc, char** argv);
+/// Parses the words of a command line, without the program's name.
+/// \return false after --help and --version. \throws UserError (kWrongUse)
+bool parse_words(CLI::App& app, const Usage& usage, const std::vector<std::string>& words);
 }  // namespace d2s1r::app

@@ -1,0 +1,102 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "shell/values.h"
+
+#include <mrpt/core/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <optional>
+#include <stdexcept>
+
+namespace d2s1r::app
+{
+namespace
+{
+/// Returns the number that the whole text is; no value if it is none.
+template <class Number>
+std::optional<Number> read_number(const std::string& text)
+{
+	Number number = 0;
+	const char* const end = text.data() + text.size();
+	const auto [parsed_to, error] = std::from_chars(text.data(), end, number);
+	return error == std::errc() && parsed_to == end && !text.empty() ? std::optional(number) : std::nullopt;
+}
+}  // namespace
+
+void refuse_value(const std::string& text, const std::string& what)
+{
+	throw std::invalid_argument("'" + text + "' " + what);
+}
+
+double parse_finite_number(const std::string& text, const std::string& otherwise)
+{
+	const auto number = read_number<double>(text);
+	if (!number || !std::isfinite(*number)) refuse_value(text, otherwise);
+	return *number;
+}
+
+std::vector<double> parse_number_list(const std::string& text)
+{
+	std::vector<double> numbers;
+	for (std::size_t start = 0; start <= text.size();)
+	{
+		const auto end = std::min(text.find(',', start), text.size());
+		numbers.push_back(parse_finite_number(text.substr(start, end - start)));
+		start = end + 1;
+	}
+	return numbers;
+}
+
+std::uint64_t parse_whole_number(const std::string& text, std::uint64_t least, std::uint64_t greatest)
+{
+	const auto number = read_number<std::uint64_t>(text);
+	if (number && *number >= least && *number <= greatest) return *number;
+	const bool bounded = greatest < std::numeric_limits<std::uint64_t>::max();
+	refuse_value(
+	    text, bounded ? mrpt::format(
+	                        "is not a whole number from %llu to %llu", static_cast<unsigned long long>(least),
+	                        static_cast<unsigned long long>(greatest))
+	                  : "is not a whole number of at least " + std::to_string(least));
+}
+
+Prior parse_region(const std::string& text)
+{
+	const auto corners = parse_number_list(text);
+	if (corners.size() != 4) refuse_value(text, "is not a box; write X0,Y0,X1,Y1 in m");
+	if (corners[0] == corners[2] || corners[1] == corners[3])
+		refuse_value(text, "is an empty box; give two opposite corners");
+	return make_prior(corners[0], corners[1], corners[2], corners[3]);
+}
+
+live::WatchSettings parse_watch(const std::string& text)
+{
+	constexpr double kMostScans = 1000;
+	const auto values = parse_number_list(text);
+	if (values.size() != 2 || std::trunc(values[0]) != values[0] || values[0] < 1 || values[0] > kMostScans)
+		refuse_value(text, "is not a number of scans from 1 to 1000 and a distance; write N,METRES");
+	if (!(values[1] > 0)) refuse_value(text, "has no distance above 0 m");
+	return {static_cast<int>(values[0]), values[1]};
+}
+
+ros::HeightBand parse_height_band(const std::string& text)
+{
+	const auto colon = text.find(':');
+	if (colon == std::string::npos) refuse_value(text, "is no band of heights; write A:B in m");
+	const ros::HeightBand band = {
+	    parse_finite_number(text.substr(0, colon)), parse_finite_number(text.substr(colon + 1))};
+	if (!(band.from < band.to)) refuse_value(text, "is an empty band of heights; write the lower one first");
+	return band;
+}
+
+ros::SweepTime parse_sweep_time(const std::string& text)
+{
+	constexpr double kLongest = 2;  // [s]
+	const auto values = parse_number_list(text);
+	if (values.size() > 2) refuse_value(text, "is not a time; write S or S,FIRST in s");
+	const ros::SweepTime sweep = {values[0], values.size() > 1 ? values[1] : 0};
+	if (std::abs(sweep.duration) > kLongest || std::abs(sweep.first_beam) > kLongest)
+		refuse_value(text, "is longer than any laser takes; write S or S,FIRST in s, at most 2");
+	return sweep;
+}
+}  // namespace d2s1r::app
