@@ -3,6 +3,7 @@
 #   libd2s1r-dev   headers, CMake package, pkg-config file
 #   d2s1r-tools    rawlog-localize, module for MRPT's programs, man page, configurations, examples, documents
 #   d2s1r-live     the node for ROS 2, with man page and systemd unit, if it is built
+#   d2s1r-live-ros1  the same for ROS 1, if it is built
 #   python3-d2s1r  Python module, if it is built
 set(abi_version ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
 set(method "One scan of a 2D laser and a known map give the poses where a robot may be,
@@ -21,6 +22,9 @@ set(CPACK_COMPONENTS_ALL runtime development tools)
 if(TARGET d2s1r-live)
   list(APPEND CPACK_COMPONENTS_ALL live)
 endif()
+if(TARGET d2s1r-live-ros1)
+  list(APPEND CPACK_COMPONENTS_ALL ros1)
+endif()
 if(TARGET python-d2s1r)
   list(APPEND CPACK_COMPONENTS_ALL python)
 endif()
@@ -34,7 +38,7 @@ set(CPACK_DEBIAN_COMPRESSION_TYPE xz)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS ${PROJECT_BINARY_DIR}/libs/d2s1r)
 set(CPACK_DEBIAN_ENABLE_COMPONENT_DEPENDS ON)
-foreach(component development tools live python)
+foreach(component development tools live ros1 python)
   string(TOUPPER ${component} name)
   set(CPACK_COMPONENT_${name}_DEPENDS runtime)
 endforeach()
@@ -70,6 +74,13 @@ set(CPACK_DEBIAN_LIVE_DESCRIPTION "${method}
 .
 This package contains d2s1r-live, which tells the tracker of a running robot
 with ROS 2 where the robot is, and notices when the tracker is lost.")
+
+set(CPACK_DEBIAN_ROS1_PACKAGE_NAME d2s1r-live-ros1)
+set(CPACK_DEBIAN_ROS1_PACKAGE_SECTION science)
+set(CPACK_DEBIAN_ROS1_DESCRIPTION "${method}
+.
+This package contains d2s1r-live-ros1, which tells the tracker of a running
+robot with ROS 1 where the robot is, and notices when the tracker is lost.")
 
 set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-d2s1r)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)

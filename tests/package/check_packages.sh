@@ -35,6 +35,9 @@ if compgen -G "$folder/d2s1r-live_*" >/dev/null; then
 		/systemd/system/d2s1r-live.service
 	field d2s1r-live Depends | grep -q ddsc || fail "d2s1r-live depends on $(field d2s1r-live Depends)"
 fi
+if compgen -G "$folder/d2s1r-live-ros1_*" >/dev/null; then
+	check d2s1r-live-ros1 "libd2s1r$abi (= $version-1)" /bin/d2s1r-live-ros1 /d2s1r-live-ros1.1.gz
+fi
 if compgen -G "$folder/python3-d2s1r_*" >/dev/null; then
 	check python3-d2s1r "python3-numpy" /d2s1r/__init__.py /d2s1r/__init__.pyi /d2s1r/_d2s1r.*so
 fi

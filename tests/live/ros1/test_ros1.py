@@ -2,8 +2,7 @@
 # d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 """Lets d2s1r-live-ros1 find a robot that drives through the office of share/d2s1r/data: test_ros1.py PROGRAM PROJECT
 
-A bag that this writes is played in a loop with simulated time, which so runs back; tf2_ros publishes where the laser is, and
-rostopic reads poses and seeds. Each must be right.
+A bag that this writes is played in a loop with simulated time, which so runs back; rostopic reads poses and seeds. Each must be right.
 """
 import csv
 import math
@@ -77,6 +76,20 @@ def publish_map(folder, drawn):
     return publisher
 
 
+def publish_laser(drawn):
+    """Publishes where the laser is on the robot, latched, until this program ends."""
+    import rospy
+    from geometry_msgs.msg import TransformStamped
+    from tf2_msgs.msg import TFMessage
+    transform = TransformStamped(child_frame_id="laser")
+    transform.header.frame_id = "base_link"
+    transform.transform.translation.x, transform.transform.translation.y, yaw = drawn.LASER
+    transform.transform.rotation.z, transform.transform.rotation.w = math.sin(yaw / 2), math.cos(yaw / 2)
+    publisher = rospy.Publisher("/tf_static", TFMessage, latch=True, queue_size=1)
+    publisher.publish(TFMessage([transform]))
+    return publisher
+
+
 def check(file, truth):
     """Returns (right, all, distinct stamps) of the poses that rostopic wrote."""
     right, stamps = [], set()
@@ -113,8 +126,7 @@ def run(program, project, folder, started):
     truth = write_bag(folder, drawn)
     rospy.init_node("peer", disable_signals=True, log_level=rospy.ERROR)
     _latched = publish_map(folder, drawn)
-    x, y, yaw = drawn.LASER
-    start("/usr/lib/tf2_ros/static_transform_publisher", x, y, 0, yaw, 0, 0, "base_link", "laser")
+    _latched_too = publish_laser(drawn)
     live = start(program, out="live.log")
     start("rostopic", "echo", "-p", "/d2s1r/pose", out="poses.csv")
     start("rostopic", "echo", "-p", "/initialpose", out="seeds.csv")

@@ -13,6 +13,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <iostream>
 
 namespace d2s1r::live
@@ -247,6 +248,7 @@ try
 		node.step();
 		rate.sleep();
 	}
+	std::_Exit(0);  // an index may still be being built
 }
 catch (const std::exception& e)
 {
