@@ -7,13 +7,18 @@
 // A site gets
 //   map.png, map.yaml            drawn from all scans of the corrected log
 //   map_test.png, map_test.yaml  drawn from the first half of them (by_turns: from every second one)
-//   test.rawlog, test_gt.txt     scans that map_test has never seen, one per 0.25 m or 15 deg, and their true poses
+//   test.rawlog, test_gt.txt     all scans that map_test has never seen, one per 0.25 m or 15 deg, and their true poses
+//   test_scans.csv               what is known of each of them: see below
 //   run.rawlog, run_gt.txt       all scans of the corrected log in order, with the odometry of the wheels
 //   sim360_on, sim360_off, sim360_clutter, sim270_off (.rawlog, _gt.txt)   scans simulated in map, indoors only
-//   info.txt                     what was left out, and why
+//   info.txt                     how many scans there are of each kind
 // A line of truth is `time x y phi`: s, m, m, rad, robot in map. Corrected poses are some 3 cm and 0.2 deg off, which
-// doubles walls; settle() makes them fit together. Test scans of the raw log settle on the whole map. A test scan is
-// kept if half of its returns end within 0.1 m of walls of map_test: else the place is not in the map.
+// doubles walls; settle() makes them fit together. Test scans settle on the whole map where they fit it near their
+// pose; elsewhere the log's own pose is the truth. Columns of test_scans.csv:
+//   timestamp  [s]
+//   on_walls   [0, 1] of the returns that end within 0.1 m of walls of map_test, at the truth: from a half on the place
+//              is in the map
+//   doubtful   1 if the log contradicts the truth: see TruthCheck. No map has a say in that.
 #include <d2s1r/localizer.h>
 #include <mrpt/io/CFileGZOutputStream.h>
 #include <mrpt/maps/CSimplePointsMap.h>
@@ -33,6 +38,7 @@
 #include "map_files.h"
 #include "recorded_drive.h"
 #include "simulated_sets.h"
+#include "truth_check.h"
 
 namespace
 {
@@ -67,6 +73,8 @@ constexpr Recipe kRecipes[] = {
     {"fr101", "freiburg-101", "", {0.5, 80}, 0.05, 20, false, true},
     {"orebro", "orebro", "", {1, 80}, 0.05, 20, true, true},
     {"seattle", "seattle", "", {0.5, 80}, 0.05, 20, true, true}};
+
+constexpr double kInMap = 0.5;  //!< [0, 1] of the returns on walls from which a place is in the map
 
 std::vector<PlacedScan> placed(const std::vector<DrivenScan>& scans)
 {
@@ -124,43 +132,48 @@ double share_on_walls(const PlacedScan& placed, const mrpt::maps::COccupancyGrid
 	return points.empty() ? 0 : static_cast<double>(on_walls) / static_cast<double>(points.size());
 }
 
-/// Counts the scans that are no test scans, by why.
-struct LeftOut
+/// Holds a scan that map_test has not seen, at its truth.
+struct TestScan : DrivenScan
 {
-	int near = 0, unsettled = 0, not_in_map = 0;  //!< [scans]
+	double on_walls = 0;  //!< [0, 1] of its returns that end at walls of map_test
+	bool is_doubtful = false;
 };
 
-/// Returns those of `scans` whose place is in map_test, one per 0.25 m or 15 deg, settled on the whole map.
-std::vector<DrivenScan> test_scans(
-    const std::vector<DrivenScan>& scans, const Localizer& whole, const mrpt::maps::COccupancyGridMap2D& map_test,
-    LeftOut& out)
+/// Returns one of `scans` per 0.25 m or 15 deg, settled on the whole map where they fit it.
+std::vector<TestScan> test_scans(
+    const std::vector<DrivenScan>& scans, const Localizer& whole, const mrpt::maps::COccupancyGridMap2D& map_test)
 {
-	constexpr double kWay = 0.25, kLeastOnWalls = 0.5;  // [m], [0, 1]
+	constexpr double kWay = 0.25;  // [m]
 	const double turn = mrpt::DEG2RAD(15.0);
-	std::vector<DrivenScan> kept;
+	std::vector<DrivenScan> settled_scans = scans;
+	for (DrivenScan& scan : settled_scans) scan.robot = settled(scan, whole).value_or(scan.robot);
+	const TruthCheck check(settled_scans);
+	std::vector<TestScan> kept;
 	std::optional<CPose2D> last;
-	for (DrivenScan scan : scans)
+	for (std::size_t i = 0; i < scans.size(); i++)
 	{
-		const CPose2D moved = last ? scan.robot - *last : CPose2D(HUGE_VAL, 0, 0);
-		if (moved.norm() < kWay && std::abs(mrpt::math::wrapToPi(moved.phi())) < turn)
-		{
-			out.near++;
-			continue;
-		}
-		last = scan.robot;
-		const auto truth = settled(scan, whole);
-		if (!truth)
-		{
-			out.unsettled++;
-			continue;
-		}
-		scan.robot = *truth;
-		if (share_on_walls(scan, map_test) < kLeastOnWalls)
-			out.not_in_map++;
-		else
-			kept.push_back(scan);
+		const CPose2D moved = last ? scans[i].robot - *last : CPose2D(HUGE_VAL, 0, 0);
+		if (moved.norm() < kWay && std::abs(mrpt::math::wrapToPi(moved.phi())) < turn) continue;
+		last = scans[i].robot;
+		kept.push_back({settled_scans[i], share_on_walls(settled_scans[i], map_test), check.is_doubtful(i)});
 	}
 	return kept;
+}
+
+/// Writes what is known of each test scan.
+void save_knowledge(const std::vector<TestScan>& scans, const std::string& file)
+{
+	std::ofstream stream(file);
+	stream << "timestamp,on_walls,doubtful\n";
+	for (const TestScan& scan : scans)
+	{
+		char line[60];
+		std::snprintf(
+		    line, sizeof line, "%.6f,%.3f,%d\n", mrpt::Clock::toDouble(scan.scan->timestamp), scan.on_walls,
+		    scan.is_doubtful ? 1 : 0);
+		stream << line;
+	}
+	if (!stream.flush()) throw std::runtime_error(file + ": cannot be written");
 }
 
 /// Writes NAME.rawlog and NAME_gt.txt.
@@ -215,9 +228,9 @@ void make_site(const Recipe& recipe, const std::string& corrected, const std::st
 	const auto map_test = count_map(placed(drawn), recipe.cell_size, recipe.drawn_reach);
 	save_map(*map, folder + "/map");
 	save_map(*map_test, folder + "/map_test");
-	LeftOut left_out;
-	const auto tests = test_scans(unseen, Localizer(map), *map_test, left_out);
-	save_scans(tests, false, folder + "/test");
+	const auto tests = test_scans(unseen, Localizer(map), *map_test);
+	save_scans({tests.begin(), tests.end()}, false, folder + "/test");
+	save_knowledge(tests, folder + "/test_scans.csv");
 	if (recipe.is_indoors)
 	{
 		std::vector<CPose2D> driven;
@@ -228,11 +241,13 @@ void make_site(const Recipe& recipe, const std::string& corrected, const std::st
 	std::ofstream info(folder + "/info.txt");
 	info << "made by make_sites from " << recipe.corrected << "-corrected.log.gz of acschaefer/ple";
 	if (has_raw) info << " and " << recipe.raw << ".rawlog of MOLAorg/mola_test_datasets";
+	const auto count = [&](auto is_such) { return std::count_if(tests.begin(), tests.end(), is_such); };
 	info << '\n'
 	     << scans.size() << " scans; " << drawn.size() << " draw map_test; of " << unseen.size() << " others "
-	     << tests.size() << " are test scans, " << left_out.near << " are too near to the one before, "
-	     << left_out.unsettled << " do not settle on the map, of " << left_out.not_in_map
-	     << " fewer than half of the returns end on walls of map_test\n";
+	     << tests.size() << " are test scans, the rest are too near to the one before; of the test scans "
+	     << count([](const TestScan& scan) { return scan.on_walls >= kInMap; })
+	     << " have half of their returns on walls of map_test, and the truth of "
+	     << count([](const TestScan& scan) { return scan.is_doubtful; }) << " is doubtful by the log itself\n";
 	std::printf("%-12s %4zu scans, %4zu test scans\n", recipe.site, scans.size(), tests.size());
 	std::fflush(stdout);
 }

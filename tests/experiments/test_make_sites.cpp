@@ -20,6 +20,7 @@ class MakeSites : public AppTest
 {
    protected:
 	static constexpr const char* kProgram = D2S1R_BUILD_DIR "/experiments/make_sites";
+	static constexpr const char* kKnowledgeHeader = "timestamp,on_walls,doubtful";
 
 	void SetUp() override
 	{
@@ -80,8 +81,8 @@ class MakeSites : public AppTest
 	}
 
 	/// Every `stride`-th scan as FLASER: its ranges, then the corrected pose twice, and a clock that stands still. The
-	/// corrected poses are off to and fro by `wrong`.
-	static std::string drive(double degrees_per_beam, int stride = 1, double wrong = 0)
+	/// corrected poses are off to and fro by `wrong`, and five of them, from scan 200 on, are `jump` [m] off.
+	static std::string drive(double degrees_per_beam, int stride = 1, double wrong = 0, double jump = 0)
 	{
 		std::ostringstream lines;
 		lines << "# a comment\nPARAM robot_frontlaser_offset 0.0 nohost 0\n";
@@ -89,7 +90,7 @@ class MakeSites : public AppTest
 		{
 			const auto robot = robot_at(i);
 			const auto scan = scan_at(i, degrees_per_beam);
-			const double off = wrong * std::sin(1.7 * i);
+			const double off = wrong * std::sin(1.7 * i) + (i >= 200 && i < 205 ? jump : 0);
 			lines << "ODOM " << robot.x << " 0 " << robot.phi << " 0 0 0 0 pippo 0\nFLASER " << scan.getScanSize();
 			for (std::size_t b = 0; b < scan.getScanSize(); b++) lines << ' ' << scan.getScanRange(b);
 			for (int copy = 0; copy < 2; copy++)
@@ -144,19 +145,51 @@ TEST_F(MakeSites, MapsScansAndTruthOfALogFitTogether)
 	     site + "/test_gt.txt"});
 	ASSERT_EQ(result.status, 0) << result.err;
 	const CsvTable frames(path("out/frames.csv"), kFramesHeader);
-	EXPECT_GE(frames.size(), 15U) << read_file(site + "/info.txt");
-	std::size_t localized = 0;
+	const CsvTable scans(site + "/test_scans.csv", kKnowledgeHeader);
+	ASSERT_EQ(frames.size(), scans.size()) << read_file(site + "/info.txt");
+	std::size_t localized = 0, in_map = 0;
 	for (std::size_t i = 0; i < frames.size(); i++)
 	{
+		if (scans.number(i, "on_walls") < 0.5) continue;
+		in_map++;
 		if (frames.text(i, "status") != "localized") continue;
 		localized++;
 		EXPECT_NEAR(frames.number(i, "y"), 1.2, 0.1) << "frame " << i;
 	}
-	EXPECT_GE(localized, 0.5 * static_cast<double>(frames.size()));
+	EXPECT_GE(in_map, 15U);
+	EXPECT_GE(localized, 0.5 * static_cast<double>(in_map));
 	const auto all = run({"-m", site + "/map.yaml", "-i", site + "/run.rawlog", "-o", path("run"), "--frames", "0:3"});
 	ASSERT_EQ(all.status, 0) << all.err;
 	EXPECT_EQ(lines_of(read_file(site + "/run_gt.txt")).size(), 241U)
 	    << "a line for each scan, and one that names them";
+}
+
+TEST_F(MakeSites, EveryScanOfTheDriveIsThereWithWhatTheLogSaysOfIt)
+{
+	const auto doubtful = [&](double jump)
+	{
+		write_file(log(), drive(0.5, 1, 0, jump));
+		EXPECT_EQ(make("fr079").status, 0);
+		const CsvTable scans(path("sites/fr079/test_scans.csv"), kKnowledgeHeader);
+		EXPECT_GE(scans.size(), 23U) << "the way back, one scan per 0.25 m, or more where the robot turns";
+		EXPECT_EQ(scans.size() + 1, lines_of(read_file(path("sites/fr079/test_gt.txt"))).size());
+		std::vector<int> found;
+		std::size_t in_map = 0;
+		for (std::size_t i = 0; i < scans.size(); i++)
+		{
+			const double on_walls = scans.number(i, "on_walls");
+			EXPECT_TRUE(on_walls >= 0 && on_walls <= 1) << i;
+			in_map += on_walls >= 0.5 ? 1 : 0;
+			if (scans.number(i, "doubtful") > 0)
+				found.push_back(static_cast<int>(std::lround((scans.number(i, "timestamp") - 1e9) / 0.2)));
+		}
+		EXPECT_TRUE(in_map >= 15 && in_map < scans.size()) << in_map << ": the way out looks the other way";
+		return found;
+	};
+	EXPECT_TRUE(doubtful(0).empty());
+	const std::vector<int> found = doubtful(0.25);
+	EXPECT_FALSE(found.empty());
+	for (const int scan : found) EXPECT_TRUE(scan > 190 && scan < 215) << scan << ": neither the jump nor beside it";
 }
 
 TEST_F(MakeSites, SimulatedScansAreFoundInTheMap)
@@ -202,7 +235,13 @@ TEST_F(MakeSites, ScansOfTheRawLogBetweenCorrectedOnesGetATruth)
 	const std::string info = read_file(path("sites/intel/info.txt"));
 	EXPECT_NE(info.find("40 scans; 20 draw map_test; of 115 others"), std::string::npos) << info;
 	EXPECT_GE(lines_of(read_file(path("sites/intel/test_gt.txt"))).size(), 15U) << info;
-	EXPECT_LT(mean_error(path("sites/intel/test_gt.txt")), 0.05);
+	std::istringstream truths(read_file(path("sites/intel/test_gt.txt")));
+	const CsvTable scans(path("sites/intel/test_scans.csv"), kKnowledgeHeader);
+	std::string in_map, truth;
+	for (std::size_t i = 0; i <= scans.size() && std::getline(truths, truth); i++)
+		if (i == 0 || scans.number(i - 1, "on_walls") >= 0.5) in_map += truth + '\n';
+	write_file(path("in_map_gt.txt"), in_map);
+	EXPECT_LT(mean_error(path("in_map_gt.txt")), 0.05);
 	save_raw_log(raw, 200);
 	EXPECT_NE(make("intel").err.find("lacks scan 14 of those that follow"), std::string::npos) << make("intel").err;
 }
