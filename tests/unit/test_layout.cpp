@@ -5,11 +5,15 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cctype>
+#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <map>
+#include <memory>
+#include <set>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -29,7 +33,7 @@ constexpr const char* kTooMany =
 
 /// The stages in their order; a file may include its own stage and those of a lower number. Stages of one number do not
 /// know of each other.
-const std::map<std::string, int> kStages = {{"base", 0},      {"scan", 1},    {"map", 2},  {"ranges", 3}, {"query", 4},
+const std::map<std::string, int> kStages = {{"base", 0},      {"scan", 1},    {"map", 2},  {"ranges", 3}, {"prior", 4},
                                             {"answer", 5},    {"coarse", 6},  {"fine", 7}, {"engine", 8}, {"paper", 8},
                                             {"localizer", 9}, {"frames", 10}, {"mrpt", 10}};
 
@@ -41,7 +45,7 @@ const std::map<std::string, std::string> kStageOfHeader = {
     {"grid.h", "map"},
     {"map_io.h", "map"},
     {"localization.h", "answer"},
-    {"prior.h", "query"},
+    {"prior.h", "prior"},
     {"localizer.h", "localizer"},
     {"atlas.h", "localizer"},
     {"window_localizer.h", "frames"},
@@ -166,6 +170,43 @@ TEST(Layout, NoSourceIsCompiledForSve)
 		EXPECT_EQ(text.find("define HWY_DISABLED_TARGETS"), std::string::npos) << file << " enables SVE again";
 	}
 	EXPECT_GE(checked, 6) << "the test must see the sources";
+}
+
+/// Files end up at the top by mistake, as the output of a run does.
+TEST(Layout, EveryNameAtTheTopHasAPurpose)
+{
+	const fs::path project(D2S1R_SOURCE_DIR);
+	if (!fs::exists(project / ".git")) GTEST_SKIP() << "only git knows which files belong to the project";
+	const std::string command = "git -C '" + project.string() + "' ls-files";
+	const std::unique_ptr<FILE, int (*)(FILE*)> names(popen(command.c_str(), "r"), pclose);
+	std::set<std::string> at_the_top;
+	for (std::array<char, 4096> line{}; names && std::fgets(line.data(), line.size(), names.get());)
+	{
+		const std::string name = line.data();
+		at_the_top.insert(name.substr(0, name.find_first_of("/\n")));
+	}
+	ASSERT_GT(at_the_top.size(), 20U) << "the test must see the names";
+	const std::set<std::string> known = {
+	    ".ci",
+	    ".clang-format",
+	    ".clang-tidy",
+	    ".dockerignore",
+	    ".editorconfig",
+	    ".github",
+	    ".gitignore",
+	    ".pre-commit-config.yaml",
+	    "CMakeLists.txt",
+	    "CMakePresets.json",
+	    "demo.sh",
+	    "dependencies.txt",
+	    "experiments",
+	    "package.xml",
+	    "scripts",
+	    "test.sh"};
+	const std::string build = text_of(project / "CMakeLists.txt");
+	for (const std::string& name : at_the_top)
+		EXPECT_TRUE(known.count(name) > 0 || build.find(name) != std::string::npos)
+		    << name << " is neither built nor installed by CMakeLists.txt, nor known to this test";
 }
 
 TEST(Version, IsTheSameInEveryFile)

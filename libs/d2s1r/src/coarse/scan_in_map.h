@@ -13,7 +13,7 @@
 #include "coarse/coarse_pairs.h"
 #include "coarse/range_profiles.h"
 #include "coarse/searched_map.h"
-#include "query/prior_index.h"
+#include "prior/prior_index.h"
 
 namespace d2s1r
 {

@@ -10,7 +10,7 @@
 #include <stdexcept>
 
 #include "base/checked_value.h"
-#include "query/prior_index.h"
+#include "prior/prior_index.h"
 
 namespace d2s1r
 {

@@ -1,5 +1,5 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include "query/prior_index.h"
+#include "prior/prior_index.h"
 
 #include <mrpt/math/wrap2pi.h>
 

@@ -7,7 +7,7 @@
 #include <limits>
 #include <random>
 
-#include "query/prior_index.h"
+#include "prior/prior_index.h"
 #include "test_floor.h"
 
 namespace d2s1r::test
