@@ -51,7 +51,7 @@ struct Dependent
 	std::optional<double> resolution;            //!< [m/pixel]
 	std::optional<mrpt::math::TPoint2D> origin;  //!< [m]
 	std::optional<MotionSource> motion;
-	std::optional<live::WatchSettings> watch;
+	std::optional<WatchSettings> watch;
 	std::string topic;
 	bool no_rawlog = false;
 };

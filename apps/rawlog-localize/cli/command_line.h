@@ -4,7 +4,7 @@
 #include <d2s1r/CFusionBackend.h>
 #include <d2s1r/map_io.h>
 #include <d2s1r/prior.h>
-#include <live/monitor.h>
+#include <ros/monitor.h>
 #include <logs/log.h>
 
 #include <cstddef>
@@ -58,7 +58,7 @@ struct LogRequest
 	bool follow = false;       //!< whether the log is a file that grows
 	std::string ground_truth;  //!< empty: no ground truth
 	std::string check;         //!< poses of a tracker that is judged; empty: there is none
-	live::WatchSettings watch;
+	WatchSettings watch;
 
 	/// Returns whether the log is read while it is being written.
 	bool is_live() const { return follow || file == logs::kStandardInput; }

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <d2s1r/localizer.h>
-#include <live/wall_gain.h>
+#include <ros/wall_gain.h>
 #include <mrpt/obs/CObservation2DRangeScan.h>
 
 #include <functional>

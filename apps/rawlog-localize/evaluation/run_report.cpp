@@ -48,10 +48,10 @@ TrackerReport report_tracker(const std::vector<KeptFrame>& frames)
 	for (std::size_t i = 0; i < frames.size(); i++)
 	{
 		const auto verdict = frames[i].verdict;
-		report.fits += verdict == live::Verdict::kFits ? 1 : 0;
-		report.lost += verdict == live::Verdict::kLost ? 1 : 0;
-		report.cannot_tell += verdict == live::Verdict::kCannotTell ? 1 : 0;
-		if (verdict == live::Verdict::kLost && !report.first_lost) report.first_lost = i;
+		report.fits += verdict == Verdict::kFits ? 1 : 0;
+		report.lost += verdict == Verdict::kLost ? 1 : 0;
+		report.cannot_tell += verdict == Verdict::kCannotTell ? 1 : 0;
+		if (verdict == Verdict::kLost && !report.first_lost) report.first_lost = i;
 	}
 	return report;
 }

@@ -31,7 +31,7 @@ struct KeptFrame
 	FusionEvent event = FusionEvent::kNone;
 	bool has_pose = false;
 	bool is_fused = false;
-	std::optional<live::Verdict> verdict{};  //!< about the tracker, with --check
+	std::optional<Verdict> verdict{};  //!< about the tracker, with --check
 
 	bool localized() const { return status == Status::kLocalized; }
 };

@@ -1,7 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <live/monitor.h>
+#include <ros/monitor.h>
 #include <mrpt/math/TPose2D.h>
 
 #include <map>
@@ -15,7 +15,7 @@ using TrackerPath = std::map<double, mrpt::math::TPose2D>;
 /// What a scan says about the tracker that was running when the log was recorded.
 struct CheckedTracker
 {
-	live::WatchedScan scan;
+	WatchedScan scan;
 	std::optional<mrpt::math::TPose2D> pose{};  //!< of the tracker, robot in map, m and rad, when the scan was taken
 };
 
@@ -24,7 +24,7 @@ class TrackerCheck
 {
    public:
 	/// \throws std::invalid_argument if a setting is out of range
-	TrackerCheck(TrackerPath path, const live::WatchSettings& settings) : path_(std::move(path)), monitor_(settings) {}
+	TrackerCheck(TrackerPath path, const WatchSettings& settings) : path_(std::move(path)), monitor_(settings) {}
 
 	/// Takes in the next scan; call it for every one that is localized.
 	/// \param time [s] of the scan
@@ -38,7 +38,7 @@ class TrackerCheck
 	std::optional<mrpt::poses::CPose2D> between_lines(double time) const;
 
 	TrackerPath path_;
-	live::TrackerMonitor monitor_;
+	TrackerMonitor monitor_;
 	std::optional<double> last_time_;              //!< [s] of the last scan
 	std::optional<mrpt::poses::CPose2D> tracker_;  //!< then
 };

@@ -120,7 +120,7 @@ void write_check(TextFile& file, const Frame& frame)
 {
 	if (!frame.tracker) return;
 	const auto& [scan, pose] = *frame.tracker;
-	file.print("%zu,%.6f,%s,", frame.index, frame.timestamp, live::to_string(scan.verdict));
+	file.print("%zu,%.6f,%s,", frame.index, frame.timestamp, to_string(scan.verdict));
 	if (pose)
 		file.print("%.6f,%.6f,%.6f,", pose->x, pose->y, pose->phi);
 	else
@@ -203,8 +203,8 @@ std::string json_line(const Frame& frame)
 	}
 	if (frame.tracker)
 	{
-		const live::WatchedScan& scan = frame.tracker->scan;
-		json["tracker"] = {{"verdict", live::to_string(scan.verdict)}};
+		const WatchedScan& scan = frame.tracker->scan;
+		json["tracker"] = {{"verdict", to_string(scan.verdict)}};
 		if (scan.distance) json["tracker"]["distance"] = *scan.distance;
 		if (scan.turn) json["tracker"]["turn"] = *scan.turn;
 		if (scan.agreement) json["tracker"]["agreement"] = *scan.agreement;

@@ -69,7 +69,7 @@ Prior parse_region(const std::string& text)
 	return make_prior(corners[0], corners[1], corners[2], corners[3]);
 }
 
-live::WatchSettings parse_watch(const std::string& text)
+WatchSettings parse_watch(const std::string& text)
 {
 	constexpr double kMostScans = 1000;
 	const auto values = parse_number_list(text);

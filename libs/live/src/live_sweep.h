@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "live/live_localizer.h"
-#include "live/wall_gain.h"
+#include "ros/wall_gain.h"
 
 namespace d2s1r::live
 {

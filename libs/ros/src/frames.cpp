@@ -16,24 +16,23 @@ namespace d2s1r::ros
 {
 namespace
 {
-constexpr std::int64_t kSecond = 1'000'000'000;  // [ns]
 constexpr std::size_t kMostInHistory = 200'000;  // [-] moving transforms, of 150 bytes
 constexpr std::size_t kMostLate = 1000;          // [-] of these that come after later ones: they are searched
 constexpr std::size_t kMostFrames = 10'000;      // [-] robots have less than a hundred
-constexpr std::int64_t kLastSecond = std::numeric_limits<std::uint32_t>::max();
+constexpr Time kLastSecond = std::numeric_limits<std::uint32_t>::max();
 
 /// Says whether tf2 can hold a time [ns] of a moving transform; it takes 0 for the latest time.
-bool is_time(std::int64_t time)
+bool is_time(Time time)
 {
 	return time > 0 && time / kSecond < kLastSecond;
 }
 
-::ros::Time to_ros(std::int64_t time)
+::ros::Time to_ros(Time time)
 {
 	return {static_cast<std::uint32_t>(time / kSecond), static_cast<std::uint32_t>(time % kSecond)};
 }
 
-geometry_msgs::TransformStamped to_ros(const Transform& transform, std::int64_t time)
+geometry_msgs::TransformStamped to_ros(const Transform& transform, Time time)
 {
 	geometry_msgs::TransformStamped message;
 	message.header.frame_id = transform.header.frame;
@@ -71,7 +70,7 @@ void silence_tf2()
 struct Frames::Buffer
 {
 	explicit Buffer(double seconds)
-	    : history(static_cast<std::int64_t>(seconds * static_cast<double>(kSecond))), core(::ros::Duration(seconds))
+	    : history(static_cast<Time>(seconds * static_cast<double>(kSecond))), core(::ros::Duration(seconds))
 	{
 	}
 
@@ -92,7 +91,7 @@ struct Frames::Buffer
 
 	void add_moving(const Transform& transform)
 	{
-		const std::int64_t time = transform.header.time;
+		const Time time = transform.header.time;
 		if (!is_time(time)) return;
 		if (time < newest - history) forget_moving();
 		if (time > counted_from + history) counted_from = time, in_history = 0, late = 0;
@@ -108,12 +107,12 @@ struct Frames::Buffer
 		newest = counted_from = 0;
 	}
 
-	std::int64_t history;  //!< [ns]
+	Time history;
 	tf2::BufferCore core;
 	std::map<std::string, Transform> statics;  //!< by their children
 	std::size_t frames = 0;                    //!< [-] at most
-	std::int64_t newest = 0;                   //!< [ns] of the moving transforms
-	std::int64_t counted_from = 0;             //!< [ns] time since which these are counted:
+	Time newest = 0;                           //!< of the moving transforms
+	Time counted_from = 0;                     //!< time since which these are counted:
 	std::size_t in_history = 0;                //!< [-] moving transforms
 	std::size_t late = 0;                      //!< [-] of these that came after later ones
 };
@@ -138,8 +137,7 @@ void Frames::add(const Transform& transform, bool is_static)
 		buffer_->add_moving(transform);
 }
 
-std::optional<mrpt::poses::CPose3D> Frames::pose_in(
-    const std::string& frame, const std::string& other, std::int64_t time) const
+std::optional<mrpt::poses::CPose3D> Frames::pose_in(const std::string& frame, const std::string& other, Time time) const
 try
 {
 	if (frame == other) return mrpt::poses::CPose3D();
@@ -151,12 +149,12 @@ catch (const tf2::TransformException&)
 	return std::nullopt;
 }
 
-std::optional<std::int64_t> Frames::newest(const std::string& frame, const std::string& other) const
+std::optional<Time> Frames::newest(const std::string& frame, const std::string& other) const
 try
 {
 	if (frame.empty() || other.empty()) return std::nullopt;
 	const ::ros::Time found = buffer_->core.lookupTransform(other, frame, ::ros::Time(0)).header.stamp;
-	return found.isZero() ? std::nullopt : std::optional(static_cast<std::int64_t>(found.toNSec()));
+	return found.isZero() ? std::nullopt : std::optional(static_cast<Time>(found.toNSec()));
 }
 catch (const tf2::TransformException&)
 {

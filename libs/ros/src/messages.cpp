@@ -468,7 +468,7 @@ OccupancyGrid decode_occupancy_grid(const EncodedMessage& message)
 	return decode(message, [](auto&& fields) { return read_occupancy_grid(fields); });
 }
 
-std::int64_t decode_clock(const EncodedMessage& message)
+Time decode_clock(const EncodedMessage& message)
 {
 	return decode(message, [](auto&& fields) { return read_time(fields); });
 }

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <d2s1r/prior.h>
-#include <live/monitor.h>
+#include <ros/monitor.h>
 #include <ros/observation.h>
 
 #include <cstdint>
@@ -30,7 +30,7 @@ std::vector<double> parse_number_list(const std::string& text);
 Prior parse_region(const std::string& text);
 
 /// "N,METRES"
-live::WatchSettings parse_watch(const std::string& text);
+WatchSettings parse_watch(const std::string& text);
 
 /// "A:B" [m]
 ros::HeightBand parse_height_band(const std::string& text);

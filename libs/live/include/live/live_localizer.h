@@ -12,13 +12,12 @@
 #include <utility>
 #include <vector>
 
-#include "live/monitor.h"
+#include "ros/monitor.h"
 
 namespace d2s1r::live
 {
-/// A time [ns] by the robot's clock, which is that of its messages' stamps.
-using Time = std::int64_t;
-inline constexpr Time kSecond = 1'000'000'000;  //!< [ns]
+using ros::kSecond;
+using ros::Time;
 
 /// Says when a tracker is told where the robot is.
 enum class Seeding

@@ -2,9 +2,8 @@
 // What the first reading of a recording of ROS finds.
 #pragma once
 
-#include <mrpt/poses/CPose3D.h>
 #include <ros/messages.h>
-#include <ros/sweep_guess.h>
+#include <ros/robot.h>
 
 #include <cstddef>
 #include <map>
@@ -26,57 +25,22 @@ struct CountedDoubt
 	std::size_t messages = 0;  //!< [-] that say the like
 };
 
-/// A topic of lasers.
-struct LaserTopic
+/// What else is known of a laser of a recording.
+struct LaserOfLog
 {
-	std::string topic;
 	MessageKind kind = MessageKind::kLaserScan;
-	std::size_t messages = 0;
-	std::map<std::string, std::size_t> frames{};  //!< [-] messages of each, those that came first if they are many
-	std::vector<CountedDoubt> doubts{};           //!< what is wrong with the fields of its messages, each field once
-	std::optional<OtherAngles> other_angles{};    //!< see Sensor
-	ros::SweepGuess sweep_guess{};
+	std::vector<CountedDoubt> doubts{};         //!< what is wrong with the fields of its messages, each field once
+	std::optional<OtherAngles> other_angles{};  //!< see Sensor
 };
-
-/// A topic of odometry.
-struct OdometryTopic
-{
-	std::string topic;
-	std::size_t messages = 0;
-	std::string child{};  //!< frame that it is about, by its first message
-};
-
-/// A transform from a frame to its parent, over the whole recording.
-struct Link
-{
-	std::string parent;         //!< the last one
-	mrpt::poses::CPose3D last;  //!< child in parent
-	mrpt::poses::CPose3D first;
-	bool moves = false;    //!< whether it is not the same all the time
-	bool travels = false;  //!< whether it moves by more than a mount does
-	/// The first one of a static topic that later tells another one; each counts from its message on.
-	std::optional<ros::Transform> first_static = {};
-};
-
-/// Returns the last transform of a frame, without a time.
-ros::Transform fixed_transform(const std::string& child, const Link& link);
-
-/// Frames by their names, each with the transform to its parent.
-using Links = std::map<std::string, Link>;
 
 struct Contents
 {
-	std::vector<LaserTopic> lasers;           //!< in order of appearance, at most 250
-	std::set<std::string> without_rotation;   //!< frames of transforms that have none and are left out
-	std::vector<OdometryTopic> odometries;    //!< in order of appearance, at most 250
-	std::map<std::string, Links> transforms;  //!< by the namespace of their topic, see namespace_of()
-	bool is_complete = true;                  //!< whether all lasers and transforms are here
+	ros::RobotTopics topics;
+	std::map<std::string, LaserOfLog> lasers;  //!< by topic, those of `topics`
+	std::set<std::string> without_rotation;    //!< frames of transforms that have none and are left out
 	std::string damage;
 	std::string unread_scans;  //!< see MessageSource
 };
-
-/// Returns the namespace that a topic is in: "/robot1" of "/robot1/tf", and "" of "/tf".
-std::string namespace_of(const std::string& topic);
 
 /// Returns whether the transforms of a message hold at all times, by the name of its topic.
 bool is_static(const Message& message);

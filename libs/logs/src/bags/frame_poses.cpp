@@ -23,11 +23,11 @@ class FramePoses
 	FramePoses(const RobotOfLog& robot, const std::string& frame)
 	    : robot_(robot), frame_(frame), children_(links_to(frame))
 	{
-		for (const auto& [name, links] : robot.contents->transforms)
+		for (const auto& [name, links] : robot.contents->topics.transforms)
 			for (const auto& [child, link] : links)
 			{
 				if (!is_of_robot(name) || robot.links->find(child) != &link) continue;
-				if (!link.moves) frames_.add(fixed_transform(child, link), true);
+				if (!link.moves) frames_.add(ros::fixed_transform(child, link), true);
 				if (link.first_static) frames_.add(*link.first_static, true);
 			}
 	}
@@ -38,10 +38,10 @@ class FramePoses
 	void add(const Message& message)
 	{
 		if (message.topic->kind != MessageKind::kTransforms) return;
-		if (!is_of_robot(namespace_of(message.topic->name))) return;
+		if (!is_of_robot(ros::namespace_of(message.topic->name))) return;
 		for (const ros::Transform& transform : transforms_of(message))
 		{
-			const Link* const link = robot_.links->find(transform.child);
+			const ros::Link* const link = robot_.links->find(transform.child);
 			if (link && is_static(message) && link->first_static) frames_.add(transform, true);
 			if (!link || is_static(message) || !link->moves) continue;
 			frames_.add(transform, false);
@@ -96,11 +96,12 @@ std::vector<StampedPose> read_poses_of_frame(
 	const auto format = recognize_ros(path);
 	if (!format) throw LogError(path, "is no recording of ROS, so that it has no frame '" + frame + "'; name a file");
 	const auto contents = std::make_shared<const Contents>(read_contents(*open_messages(path, *format)));
-	const auto laser = std::find_if(
-	    contents->lasers.begin(), contents->lasers.end(),
-	    [&](const LaserTopic& known) { return known.topic == label; });
+	const auto& lasers = contents->topics.lasers;
+	const auto laser =
+	    std::find_if(lasers.begin(), lasers.end(), [&](const ros::LaserTopic& known) { return known.topic == label; });
 	const RobotOfLog robot(
-	    contents, std::make_shared<AllLinks>(*contents), laser == contents->lasers.end() ? LaserTopic() : *laser);
+	    contents, std::make_shared<ros::AllLinks>(contents->topics),
+	    laser == lasers.end() ? ros::LaserTopic() : *laser);
 	FramePoses poses(robot, frame);
 	if (!poses.is_connected())
 		throw LogError(

@@ -27,7 +27,7 @@ std::string describe(const mrpt::poses::CPose3D& pose)
 /// Describes where a laser is on its robot.
 void describe_mounting(const RobotOfLog& of_log, Sensor& sensor)
 {
-	const Robot& robot = of_log.robot;
+	const ros::Robot& robot = of_log.robot;
 	const auto path = robot.frame.empty() ? std::nullopt : of_log.placement(robot.laser_frame);
 	sensor.has_pose = path.has_value();
 	if (!path)
@@ -44,7 +44,7 @@ void describe_mounting(const RobotOfLog& of_log, Sensor& sensor)
 }
 
 /// Says which of a laser's scans cannot be used, and what it contradicts itself in.
-std::vector<ScanDoubt> doubts_about(const LaserTopic& laser, const RobotOfLog& of_log)
+std::vector<ScanDoubt> doubts_about(const ros::LaserTopic& laser, const RobotOfLog& of_log)
 {
 	constexpr std::size_t kMostTold = 3;  // [-] that are told one by one
 	const std::string name = "laser '" + laser.topic + "': ";
@@ -64,7 +64,7 @@ std::vector<ScanDoubt> doubts_about(const LaserTopic& laser, const RobotOfLog& o
 		doubts.push_back(
 		    {name + "neither has it from " + std::to_string(frames - kMostTold) + " other frames, of " +
 		     std::to_string(scans) + " scans"});
-	for (const auto& [doubt, messages] : laser.doubts)
+	for (const auto& [doubt, messages] : of_log.contents->lasers.at(laser.topic).doubts)
 	{
 		const std::string of_all = messages == laser.messages ? ""
 		                                                      : "in " + std::to_string(messages) + " of its " +
@@ -74,7 +74,7 @@ std::vector<ScanDoubt> doubts_about(const LaserTopic& laser, const RobotOfLog& o
 	return doubts;
 }
 
-std::string describe_odometry(const Robot& robot)
+std::string describe_odometry(const ros::Robot& robot)
 {
 	if (!robot.odometry_frame.empty()) return "tf (" + robot.odometry_frame + " to " + robot.frame + ")";
 	const bool is_carried = !robot.odometry_child.empty();
@@ -89,22 +89,23 @@ LogSurvey describe(
 	LogSurvey survey;
 	survey.format = format == RosFormat::kBag1 ? "ROS 1 bag" : format == RosFormat::kMcap ? "MCAP file" : "ROS 2 bag";
 	survey.kind_of_scan = std::string("sensor_msgs/LaserScan") + (with_clouds ? " or PointCloud2" : "");
-	for (const LaserTopic& laser : contents.lasers)
+	for (const ros::LaserTopic& laser : contents.topics.lasers)
 	{
 		const RobotOfLog& robot = *robots.at(laser.topic);
+		const LaserOfLog& of_log = contents.lasers.at(laser.topic);
 		Sensor& sensor = survey.sensors.emplace_back();
 		sensor.label = laser.topic;
 		sensor.scans = laser.messages;
-		sensor.may_be_deskewed = laser.kind == MessageKind::kPointCloud;
+		sensor.may_be_deskewed = of_log.kind == MessageKind::kPointCloud;
 		survey.has_clouds = survey.has_clouds || sensor.may_be_deskewed;
 		describe_mounting(robot, sensor);
 		sensor.doubts = doubts_about(laser, robot);
-		sensor.other_angles = laser.other_angles;
+		sensor.other_angles = of_log.other_angles;
 		sensor.guessed_sweeps = laser.sweep_guess.sweeps();
 		sensor.odometry = describe_odometry(robot.robot);
 		if (survey.odometry.empty()) survey.odometry = sensor.odometry;
 	}
-	if (!contents.is_complete)
+	if (!contents.topics.is_complete)
 		survey.notes.emplace_back("has more lasers or frames than a robot has; those that came last are left out");
 	for (const std::string& frame : contents.without_rotation)
 		survey.notes.emplace_back(
@@ -175,10 +176,10 @@ Log open_ros_log(
 	const auto open = [path, format, files, stop, with_clouds = cloud_height.has_value()]
 	{ return files.empty() ? open_messages(path, format, stop, with_clouds) : open_files(files, stop, with_clouds); };
 	const auto contents = std::make_shared<const Contents>(read_contents(*open()));
-	const auto links = std::make_shared<AllLinks>(*contents);
+	const auto links = std::make_shared<ros::AllLinks>(contents->topics);
 	std::map<std::string, std::shared_ptr<const RobotOfLog>> robots;
-	const LaserTopic* most = nullptr;
-	for (const LaserTopic& laser : contents->lasers)
+	const ros::LaserTopic* most = nullptr;
+	for (const ros::LaserTopic& laser : contents->topics.lasers)
 	{
 		if (stop()) throw Interrupted();
 		robots[laser.topic] = std::make_shared<const RobotOfLog>(contents, links, laser);
@@ -192,7 +193,7 @@ Log open_ros_log(
 		    "has no metadata.yaml; its " + std::to_string(files.size()) +
 		    " files are read as one recording, in the order of the numbers in their names");
 	const auto usual =
-	    most ? robots.at(most->topic) : std::make_shared<const RobotOfLog>(contents, links, LaserTopic());
+	    most ? robots.at(most->topic) : std::make_shared<const RobotOfLog>(contents, links, ros::LaserTopic());
 	log.read_for = [open, robots, usual, cloud_height](const std::string& label)
 	{
 		const auto found = robots.find(label);

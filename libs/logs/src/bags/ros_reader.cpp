@@ -28,17 +28,17 @@ constexpr std::size_t kMostPaths = 10'000;                 // [-] whose poses ar
 class MovingFrames
 {
    public:
-	MovingFrames(const Contents& contents, const std::string& name_space, const LinksOfRobot& links)
+	MovingFrames(const ros::RobotTopics& topics, const std::string& name_space, const ros::LinksOfRobot& links)
 	    : name_space_(name_space), links_(links)
 	{
 		for (const std::string& name : {std::string(), name_space})
 		{
-			const auto found = contents.transforms.find(name);
-			if (found == contents.transforms.end()) continue;
+			const auto found = topics.transforms.find(name);
+			if (found == topics.transforms.end()) continue;
 			for (const auto& [child, link] : found->second)
 			{
 				if (links.find(child) != &link) continue;
-				if (!link.moves) frames_.add(fixed_transform(child, link), true);
+				if (!link.moves) frames_.add(ros::fixed_transform(child, link), true);
 				if (link.first_static) frames_.add(*link.first_static, true);
 			}
 		}
@@ -47,11 +47,11 @@ class MovingFrames
 	/// Takes what moves of the transforms of a message.
 	void add(const Message& message, const std::vector<ros::Transform>& transforms)
 	{
-		const std::string name = namespace_of(message.topic->name);
+		const std::string name = ros::namespace_of(message.topic->name);
 		if (!name.empty() && name != name_space_) return;
 		const bool is_fixed = is_static(message);
 		for (const ros::Transform& transform : transforms)
-			if (const Link* const link = links_.find(transform.child);
+			if (const ros::Link* const link = links_.find(transform.child);
 			    link && (is_fixed ? link->first_static.has_value() : link->moves))
 				frames_.add(transform, is_fixed);
 	}
@@ -64,7 +64,7 @@ class MovingFrames
    private:
 	ros::Frames frames_;
 	std::string name_space_;
-	const LinksOfRobot& links_;
+	const ros::LinksOfRobot& links_;
 };
 
 /// A message that may wait for the pose of a frame at its time.
@@ -85,7 +85,7 @@ class RosReader : public LogReader
 	    : open_(std::move(open)),
 	      cloud_height_(cloud_height),
 	      robot_(robot),
-	      frames_(*robot_.contents, robot_.robot.name_space, *robot_.links),
+	      frames_(robot_.contents->topics, robot_.robot.name_space, *robot_.links),
 	      odometry_links_(links_of_odometry())
 	{
 	}
@@ -108,15 +108,16 @@ class RosReader : public LogReader
 	void add_scan(const Message& message)
 	{
 		const ros::Header header = header_of(message);
-		const auto& lasers = robot_.contents->lasers;
+		const auto& lasers = robot_.contents->topics.lasers;
 		const bool is_known = std::any_of(
-		    lasers.begin(), lasers.end(), [&](const LaserTopic& laser) { return laser.topic == message.topic->name; });
+		    lasers.begin(), lasers.end(),
+		    [&](const ros::LaserTopic& laser) { return laser.topic == message.topic->name; });
 		if (is_known) hold({message, header.frame, robot_.robot.frame, header.time});
 	}
 
 	void add_odometry(const Message& message)
 	{
-		const Robot& robot = robot_.robot;
+		const ros::Robot& robot = robot_.robot;
 		if (message.topic->name != robot.odometry_topic) return;
 		const ros::Transform pose = odometry_of(message).pose;
 		if (robot.odometry_child.empty())
@@ -248,7 +249,7 @@ class RosReader : public LogReader
 	}
 
 	/// The way from a frame to another one, as RobotOfLog::placement() has it if that is the robot's.
-	const std::optional<Path>& path_between(const std::string& frame, const std::string& other)
+	const std::optional<ros::Path>& path_between(const std::string& frame, const std::string& other)
 	{
 		if (paths_.size() > kMostPaths) paths_.clear();
 		const auto [found, is_new] = paths_.try_emplace({frame, other});
@@ -293,7 +294,7 @@ class RosReader : public LogReader
 	/// The frames whose transforms move the robot in the frame of its odometry.
 	std::set<std::string> links_of_odometry() const
 	{
-		const Robot& robot = robot_.robot;
+		const ros::Robot& robot = robot_.robot;
 		if (robot.odometry_frame.empty()) return {};
 		std::set<std::string> children = {robot.frame};
 		for (const std::string& above : robot_.links->ancestors(robot.frame))
@@ -309,7 +310,7 @@ class RosReader : public LogReader
 	RobotOfLog robot_;
 	MovingFrames frames_;
 	std::set<std::string> odometry_links_;
-	std::map<std::pair<std::string, std::string>, std::optional<Path>> paths_;
+	std::map<std::pair<std::string, std::string>, std::optional<ros::Path>> paths_;
 	std::unique_ptr<MessageSource> source_;
 	std::deque<Pending> pending_;
 	std::size_t pending_bytes_ = 0;
@@ -321,16 +322,17 @@ class RosReader : public LogReader
 }  // namespace
 
 RobotOfLog::RobotOfLog(
-    std::shared_ptr<const Contents> the_contents, std::shared_ptr<AllLinks> links_of_all, const LaserTopic& laser)
+    std::shared_ptr<const Contents> the_contents, std::shared_ptr<ros::AllLinks> links_of_all,
+    const ros::LaserTopic& laser)
     : contents(std::move(the_contents)), all_links(std::move(links_of_all))
 {
-	robot = find_robot(laser, *contents, *all_links);
+	robot = ros::find_robot(laser, contents->topics, *all_links);
 	links = &all_links->of(robot.name_space);
 }
 
-std::optional<Path> RobotOfLog::placement(const std::string& frame) const
+std::optional<ros::Path> RobotOfLog::placement(const std::string& frame) const
 {
-	if (frame == (robot.frame.empty() ? robot.laser_frame : robot.frame)) return Path{};
+	if (frame == (robot.frame.empty() ? robot.laser_frame : robot.frame)) return ros::Path{};
 	if (!links->are_on_one_robot(frame, robot.frame)) return std::nullopt;
 	return links->path(frame, robot.frame);
 }

@@ -6,7 +6,7 @@
 #include <functional>
 #include <memory>
 
-#include "bags/robot.h"
+#include "bags/contents.h"
 #include "logs/log.h"
 
 namespace d2s1r::logs
@@ -15,15 +15,16 @@ namespace d2s1r::logs
 struct RobotOfLog
 {
 	RobotOfLog(
-	    std::shared_ptr<const Contents> the_contents, std::shared_ptr<AllLinks> links_of_all, const LaserTopic& laser);
+	    std::shared_ptr<const Contents> the_contents, std::shared_ptr<ros::AllLinks> links_of_all,
+	    const ros::LaserTopic& laser);
 
 	/// Returns how a laser's frame stands on the robot; no value if that is not known.
-	std::optional<Path> placement(const std::string& frame) const;
+	std::optional<ros::Path> placement(const std::string& frame) const;
 
 	std::shared_ptr<const Contents> contents;
-	std::shared_ptr<AllLinks> all_links;  //!< that refer to the contents
-	const LinksOfRobot* links = nullptr;  //!< of these
-	Robot robot;
+	std::shared_ptr<ros::AllLinks> all_links;  //!< that refer to the contents
+	const ros::LinksOfRobot* links = nullptr;  //!< of these
+	ros::Robot robot;
 };
 
 /// Reads a recording a second time: its messages become observations of one robot. A laser whose pose moves is read at

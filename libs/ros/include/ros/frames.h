@@ -33,13 +33,12 @@ class Frames
 
 	/// Returns the pose of one frame in another; no value if they were not connected at that time, or if that is not
 	/// known yet, or not any more.
-	/// \param time [ns] since the epoch; 0: the latest at which it is known
-	std::optional<mrpt::poses::CPose3D> pose_in(
-	    const std::string& frame, const std::string& other, std::int64_t time) const;
+	/// \param time 0: the latest at which it is known
+	std::optional<mrpt::poses::CPose3D> pose_in(const std::string& frame, const std::string& other, Time time) const;
 
-	/// Returns the newest time [ns] at which the pose of one frame in another is known; no value if they are not
+	/// Returns the newest time at which the pose of one frame in another is known; no value if they are not
 	/// connected, or if no moving transform is between them.
-	std::optional<std::int64_t> newest(const std::string& frame, const std::string& other) const;
+	std::optional<Time> newest(const std::string& frame, const std::string& other) const;
 
 	/// Forgets all but static transforms.
 	void forget_moving();

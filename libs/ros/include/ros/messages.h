@@ -16,6 +16,10 @@
 
 namespace d2s1r::ros
 {
+/// A time [ns] by the clock of the stamps of messages.
+using Time = std::int64_t;
+inline constexpr Time kSecond = 1'000'000'000;  //!< [ns]
+
 /// Says how the fields of a message follow each other.
 enum class Encoding
 {
@@ -32,8 +36,8 @@ struct EncodedMessage
 
 struct Header
 {
-	std::int64_t time = 0;  //!< [ns] since the epoch; 0: none, or before the epoch
-	std::string frame;      //!< without the slash that ROS 1 may put in front
+	Time time = 0;      //!< since the epoch; 0: none, or before the epoch
+	std::string frame;  //!< without the slash that ROS 1 may put in front
 };
 
 /// sensor_msgs/LaserScan, or the first echoes of a sensor_msgs/MultiEchoLaserScan, of which a beam without echo is NaN.
@@ -107,5 +111,5 @@ StampedPose decode_stamped_pose(const EncodedMessage& message);
 Odometry decode_odometry(const EncodedMessage& message);
 std::vector<Transform> decode_transforms(const EncodedMessage& message);
 OccupancyGrid decode_occupancy_grid(const EncodedMessage& message);
-std::int64_t decode_clock(const EncodedMessage& message);  //!< rosgraph_msgs/Clock [ns]
+Time decode_clock(const EncodedMessage& message);  //!< rosgraph_msgs/Clock
 }  // namespace d2s1r::ros

@@ -1,11 +1,10 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // When scans say that a tracker is lost.
-#include "live/monitor.h"
+#include "ros/monitor.h"
 #include "test_floor.h"
 
 using namespace d2s1r;
 using namespace d2s1r::test;
-using namespace d2s1r::live;
 
 namespace
 {

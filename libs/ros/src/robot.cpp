@@ -1,17 +1,44 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include "bags/robot.h"
+#include "ros/robot.h"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <set>
 #include <string_view>
 #include <tuple>
 
-namespace d2s1r::logs
+namespace d2s1r::ros
 {
 namespace
 {
 constexpr std::size_t kLongestChain = 1000;  // [-] as tf2 has it
+constexpr std::size_t kMostLinks = 10'000;   // [-] robots have less than a hundred; bounds memory and time
+constexpr std::size_t kMostNamespaces = 30;  // [-] of topics of transforms
+constexpr std::size_t kMostTopics = 250;     // [-] of lasers, and of odometry
+constexpr std::size_t kMostFrames = 10'000;  // [-] of all lasers
+constexpr double kMountTravels = 1;          // [m] farther than a laser's mount moves on a robot
+
+bool are_the_same(const mrpt::poses::CPose3D& a, const mrpt::poses::CPose3D& b)
+{
+	constexpr double kLeastDistance = 1e-3, kLeastAngle = 1e-3;  // [m], [rad] far below what a scan shows
+	if (a == b) return true;
+	const auto difference = b - a;
+	const double turned = std::acos(std::clamp((difference.getRotationMatrix().trace() - 1) / 2, -1.0, 1.0));
+	return difference.norm() < kLeastDistance && turned < kLeastAngle;
+}
+
+/// The place of a topic among others; null if there are too many.
+template <typename Topic>
+Topic* find(const std::string& topic, std::vector<Topic>& topics, std::map<std::string, std::size_t>& places)
+{
+	const auto known = places.find(topic);
+	if (known != places.end()) return &topics[known->second];
+	if (topics.size() >= kMostTopics) return nullptr;
+	places.emplace(topic, topics.size());
+	topics.emplace_back().topic = topic;
+	return &topics.back();
+}
 
 std::string_view last_part(std::string_view name)
 {
@@ -51,7 +78,7 @@ bool is_in(std::string_view topic, std::string_view name_space)
 
 /// Whether a namespace of transforms that a laser is not in is that of another robot: a laser of the same name is in
 /// it, or odometry is in the laser's own namespace and not in it.
-bool is_of_other_robot(const std::string& name_space, const LaserTopic& laser, const Contents& contents)
+bool is_of_other_robot(const std::string& name_space, const LaserTopic& laser, const RobotTopics& topics)
 {
 	if (name_space.empty() || is_in(laser.topic, name_space)) return false;
 	const std::string own = laser.topic.substr(0, laser.topic.find('/', 1));
@@ -59,16 +86,16 @@ bool is_of_other_robot(const std::string& name_space, const LaserTopic& laser, c
 	const auto is_like_it = [&, name = last_part(laser.topic)](const LaserTopic& other)
 	{ return is_in(other.topic, name_space) && last_part(other.topic) == name; };
 	return (!is_in(name_space + "/tf", own) &&
-	        std::any_of(contents.odometries.begin(), contents.odometries.end(), has_own)) ||
-	       std::any_of(contents.lasers.begin(), contents.lasers.end(), is_like_it);
+	        std::any_of(topics.odometries.begin(), topics.odometries.end(), has_own)) ||
+	       std::any_of(topics.lasers.begin(), topics.lasers.end(), is_like_it);
 }
 
 /// The namespace of transforms that a laser belongs to: the longest that it is in and that knows a frame of it, else
 /// the only one that does and is not of another robot; else the longest that it is in.
-std::string find_namespace(const LaserTopic& laser, const Contents& contents, AllLinks& links)
+std::string find_namespace(const LaserTopic& laser, const RobotTopics& topics, AllLinks& links)
 {
 	std::vector<std::string> around, knowing;
-	for (const auto& [name, unused] : contents.transforms)
+	for (const auto& [name, unused] : topics.transforms)
 	{
 		const bool knows = std::any_of(
 		    laser.frames.begin(), laser.frames.end(),
@@ -80,7 +107,7 @@ std::string find_namespace(const LaserTopic& laser, const Contents& contents, Al
 	std::vector<std::string> both;
 	std::set_intersection(around.begin(), around.end(), knowing.begin(), knowing.end(), std::back_inserter(both));
 	if (!both.empty()) return *std::max_element(both.begin(), both.end(), is_shorter);
-	if (knowing.size() == 1 && !is_of_other_robot(knowing.front(), laser, contents)) return knowing.front();
+	if (knowing.size() == 1 && !is_of_other_robot(knowing.front(), laser, topics)) return knowing.front();
 	return around.empty() ? "" : *std::max_element(around.begin(), around.end(), is_shorter);
 }
 
@@ -94,10 +121,10 @@ std::string main_frame(const LaserTopic& laser, const LinksOfRobot& links)
 }
 
 /// Whether odometry is in a namespace of transforms that a laser is not in.
-bool is_in_other_namespace(const OdometryTopic& odometry, const LaserTopic& laser, const Contents& contents)
+bool is_in_other_namespace(const OdometryTopic& odometry, const LaserTopic& laser, const RobotTopics& topics)
 {
 	return std::any_of(
-	    contents.transforms.begin(), contents.transforms.end(),
+	    topics.transforms.begin(), topics.transforms.end(),
 	    [&](const auto& links)
 	    { return !links.first.empty() && is_in(odometry.topic, links.first) && !is_in(laser.topic, links.first); });
 }
@@ -115,20 +142,20 @@ bool is_of_other_robot(
 /// Finds the topic of the robot's odometry: of its own, one that is about the robot's frame goes before others, then
 /// one that is called odom, then one with more messages.
 const OdometryTopic* find_odometry(
-    const Robot& robot, const LaserTopic& laser, const std::set<std::string>& carriers, const Contents& contents,
+    const Robot& robot, const LaserTopic& laser, const std::set<std::string>& carriers, const RobotTopics& topics,
     const LinksOfRobot& links)
 {
 	std::map<std::string_view, int> count;
-	for (const OdometryTopic& odometry : contents.odometries) count[last_part(odometry.topic)]++;
+	for (const OdometryTopic& odometry : topics.odometries) count[last_part(odometry.topic)]++;
 	const OdometryTopic* best = nullptr;
 	const auto rank = [&](const OdometryTopic& o)
 	{
 		const bool is_about_robot = is_base(o.child) || carriers.count(o.child) > 0;
 		return std::tuple(is_about_robot, last_part(o.topic) == "odom", o.messages);
 	};
-	for (const OdometryTopic& odometry : contents.odometries)
+	for (const OdometryTopic& odometry : topics.odometries)
 	{
-		if (is_in_other_namespace(odometry, laser, contents)) continue;
+		if (is_in_other_namespace(odometry, laser, topics)) continue;
 		const bool is_known = links.knows(robot.laser_frame) && links.knows(odometry.child);
 		if (is_known ? !links.are_on_one_robot(robot.laser_frame, odometry.child)
 		             : is_of_other_robot(odometry, laser, count))
@@ -154,13 +181,80 @@ std::string find_base(const Robot& robot, const std::vector<std::string>& carrie
 }
 }  // namespace
 
-LinksOfRobot::LinksOfRobot(const Contents& contents, const std::string& name_space)
+Transform fixed_transform(const std::string& child, const Link& link)
+{
+	return {{0, link.parent}, child, link.last};
+}
+
+std::string namespace_of(const std::string& topic)
+{
+	const auto slash = topic.find_last_of('/');
+	return slash == std::string::npos ? "" : topic.substr(0, slash);
+}
+
+LaserTopic* RobotTopics::laser(const std::string& topic)
+{
+	LaserTopic* const found = find(topic, lasers, laser_places_);
+	is_complete = is_complete && found;
+	return found;
+}
+
+OdometryTopic* RobotTopics::odometry(const std::string& topic)
+{
+	return find(topic, odometries, odometry_places_);
+}
+
+void RobotTopics::count(LaserTopic& laser, const std::string& frame)
+{
+	laser.messages++;
+	const auto known = laser.frames.find(frame);
+	if (known != laser.frames.end())
+		known->second++;
+	else if (frames_++ < kMostFrames)
+		laser.frames.emplace(frame, 1);
+}
+
+void RobotTopics::add_transforms(const std::string& topic, const std::vector<Transform>& all, bool are_static)
+{
+	const std::string name = namespace_of(topic);
+	if (transforms.size() >= kMostNamespaces && transforms.count(name) == 0)
+	{
+		is_complete = false;
+		return;
+	}
+	Links& links = transforms[name];
+	for (const Transform& transform : all) add(transform, are_static, links);
+}
+
+void RobotTopics::add(const Transform& transform, bool is_static, Links& links)
+{
+	const std::string& parent = transform.header.frame;
+	if (!transform.pose || parent.empty() || transform.child.empty() || parent == transform.child) return;
+	auto known = links.find(transform.child);
+	if (known == links.end())
+	{
+		is_complete = is_complete && links_ < kMostLinks;
+		if (links_++ < kMostLinks) links.emplace(transform.child, Link{parent, *transform.pose, *transform.pose});
+		return;
+	}
+	Link& link = known->second;
+	const bool is_other = link.parent != parent;
+	if (is_static && !link.first_static && (is_other || !are_the_same(link.last, *transform.pose)))
+		link.first_static = fixed_transform(known->first, link);
+	link.last = *transform.pose;
+	if (is_other || is_static) link.parent = parent, link.first = link.last;
+	link.moves = link.moves || link.first_static || (is_other && !is_static) || !are_the_same(link.first, link.last);
+	const double traveled = (link.last.m_coords - link.first.m_coords).norm();
+	link.travels = link.travels || traveled > kMountTravels;
+}
+
+LinksOfRobot::LinksOfRobot(const RobotTopics& topics, const std::string& name_space)
 {
 	static const Links kNone;
 	const auto find = [&](const std::string& name)
 	{
-		const auto links = contents.transforms.find(name);
-		return links == contents.transforms.end() ? &kNone : &links->second;
+		const auto links = topics.transforms.find(name);
+		return links == topics.transforms.end() ? &kNone : &links->second;
 	};
 	own_ = find(name_space);
 	shared_ = find("");
@@ -271,20 +365,20 @@ std::vector<std::string> LinksOfRobot::named(const std::string& name, const std:
 const LinksOfRobot& AllLinks::of(const std::string& name_space)
 {
 	auto& links = links_[name_space];
-	if (!links) links = std::make_unique<LinksOfRobot>(contents_, name_space);
+	if (!links) links = std::make_unique<LinksOfRobot>(topics_, name_space);
 	return *links;
 }
 
-Robot find_robot(const LaserTopic& laser, const Contents& contents, AllLinks& all)
+Robot find_robot(const LaserTopic& laser, const RobotTopics& topics, AllLinks& all)
 {
 	Robot robot;
-	robot.name_space = find_namespace(laser, contents, all);
+	robot.name_space = find_namespace(laser, topics, all);
 	const LinksOfRobot& links = all.of(robot.name_space);
 	robot.laser_frame = main_frame(laser, links);
 	const std::vector<std::string> chain = links.carriers(robot.laser_frame);
 	const std::set<std::string> carriers(chain.begin(), chain.end());
 	robot.frame = find_base(robot, chain, links);
-	const OdometryTopic* const odometry = find_odometry(robot, laser, carriers, contents, links);
+	const OdometryTopic* const odometry = find_odometry(robot, laser, carriers, topics, links);
 	if (odometry)
 	{
 		robot.odometry_topic = odometry->topic;
@@ -302,4 +396,4 @@ Robot find_robot(const LaserTopic& laser, const Contents& contents, AllLinks& al
 	if (frame != ancestors.end()) robot.odometry_frame = *frame;
 	return robot;
 }
-}  // namespace d2s1r::logs
+}  // namespace d2s1r::ros

@@ -2,17 +2,85 @@
 // Which frame is the robot that carries a laser, and whose odometry is its own.
 #pragma once
 
+#include <mrpt/poses/CPose3D.h>
+
+#include <cstddef>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "bags/contents.h"
+#include "ros/messages.h"
+#include "ros/sweep_guess.h"
 
-namespace d2s1r::logs
+namespace d2s1r::ros
 {
-/// The robot that carries a laser, among the frames and the topics of a recording.
+/// A topic of lasers.
+struct LaserTopic
+{
+	std::string topic;
+	std::size_t messages = 0;
+	std::map<std::string, std::size_t> frames{};  //!< [-] messages of each, those that came first if they are many
+	SweepGuess sweep_guess{};
+};
+
+/// A topic of odometry.
+struct OdometryTopic
+{
+	std::string topic;
+	std::size_t messages = 0;
+	std::string child{};  //!< frame that it is about, by its first message
+};
+
+/// A transform from a frame to its parent, over all that was heard.
+struct Link
+{
+	std::string parent;         //!< the last one
+	mrpt::poses::CPose3D last;  //!< child in parent
+	mrpt::poses::CPose3D first;
+	bool moves = false;    //!< whether it is not the same all the time
+	bool travels = false;  //!< whether it moves by more than a mount does
+	/// The first one of a static topic that later tells another one; each counts from its message on.
+	std::optional<Transform> first_static = {};
+};
+
+/// Returns the last transform of a frame, without a time.
+Transform fixed_transform(const std::string& child, const Link& link);
+
+/// Frames by their names, each with the transform to its parent.
+using Links = std::map<std::string, Link>;
+
+/// Returns the namespace that a topic is in: "/robot1" of "/robot1/tf", and "" of "/tf".
+std::string namespace_of(const std::string& topic);
+
+/// Holds what the messages of one or more robots tell of their lasers, their odometry and their frames.
+struct RobotTopics
+{
+	/// Returns the laser of a topic, or the odometry, a new one if it is not known; null if there are too many.
+	LaserTopic* laser(const std::string& topic);
+	OdometryTopic* odometry(const std::string& topic);
+
+	/// Counts a message of a laser, which is in a frame.
+	void count(LaserTopic& laser, const std::string& frame);
+
+	/// Takes the transforms of a message. \param topic whose namespace they are in
+	void add_transforms(const std::string& topic, const std::vector<Transform>& all, bool are_static);
+
+	std::vector<LaserTopic> lasers;           //!< in order of appearance, at most 250
+	std::vector<OdometryTopic> odometries;    //!< in order of appearance, at most 250
+	std::map<std::string, Links> transforms;  //!< by the namespace of their topic, see namespace_of()
+	bool is_complete = true;                  //!< whether all lasers and transforms are here
+
+   private:
+	void add(const Transform& transform, bool is_static, Links& links);
+
+	std::map<std::string, std::size_t> laser_places_, odometry_places_;  //!< by topic
+	std::size_t links_ = 0, frames_ = 0;
+};
+
+/// The robot that carries a laser, among the frames and the topics of all.
 struct Robot
 {
 	std::string laser_frame;     //!< that most of the laser's scans have, of those that are in tf
@@ -30,11 +98,11 @@ struct Path
 	bool moves = false;         //!< whether it is not the same all the time
 };
 
-/// The links of a namespace with those of the recording's root, which all robots share. It refers to the contents.
+/// The links of a namespace with those of the root, which all robots share. It refers to the topics.
 class LinksOfRobot
 {
    public:
-	LinksOfRobot(const Contents& contents, const std::string& name_space);
+	LinksOfRobot(const RobotTopics& topics, const std::string& name_space);
 
 	/// Returns the transform of a frame to its parent; null if there is none.
 	const Link* find(const std::string& frame) const;
@@ -74,11 +142,11 @@ class LinksOfRobot
 class AllLinks
 {
    public:
-	explicit AllLinks(const Contents& contents) : contents_(contents) {}
+	explicit AllLinks(const RobotTopics& topics) : topics_(topics) {}
 	const LinksOfRobot& of(const std::string& name_space);
 
    private:
-	const Contents& contents_;
+	const RobotTopics& topics_;
 	std::map<std::string, std::unique_ptr<LinksOfRobot>> links_;
 };
 
@@ -86,5 +154,5 @@ class AllLinks
 /// base_footprint; else base_link, else base_footprint, if it carries the laser; else the one that its odometry is
 /// about, if that carries the laser; else base_link, else base_footprint, else the topmost frame that carries the
 /// laser.
-Robot find_robot(const LaserTopic& laser, const Contents& contents, AllLinks& links);
-}  // namespace d2s1r::logs
+Robot find_robot(const LaserTopic& laser, const RobotTopics& topics, AllLinks& links);
+}  // namespace d2s1r::ros

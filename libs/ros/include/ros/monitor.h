@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <optional>
 
-namespace d2s1r::live
+namespace d2s1r
 {
 /// Says whether scans agree with where a tracker thinks that the robot is.
 enum class Verdict : std::uint8_t
@@ -75,4 +75,4 @@ class TrackerMonitor
 	int consistent_ = 0;  //!< [-] localized scans in a row
 	int away_ = 0;        //!< [-] the same, away from the tracker
 };
-}  // namespace d2s1r::live
+}  // namespace d2s1r

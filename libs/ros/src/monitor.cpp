@@ -1,5 +1,5 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include "live/monitor.h"
+#include "ros/monitor.h"
 
 #include <d2s1r/motion.h>
 #include <mrpt/math/wrap2pi.h>
@@ -7,7 +7,7 @@
 #include <cmath>
 #include <stdexcept>
 
-namespace d2s1r::live
+namespace d2s1r
 {
 namespace
 {
@@ -118,4 +118,4 @@ WatchedScan TrackerMonitor::add(
 	watched.away = away_;
 	return watched;
 }
-}  // namespace d2s1r::live
+}  // namespace d2s1r

@@ -1,5 +1,5 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include "live/wall_gain.h"
+#include "ros/wall_gain.h"
 
 #include <mrpt/math/wrap2pi.h>
 
