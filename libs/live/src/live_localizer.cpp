@@ -74,10 +74,8 @@ void LiveLocalizer::add_tracker_pose(const ros::Header& header, const std::optio
 
 void LiveLocalizer::set_tracker_readers(int present, int ever)
 {
-	const bool is_gone = present < state_->seed_readers;
-	if (is_gone) state_->tracker.reset();
+	if (state_->seeder.set_readers(present, ever)) state_->tracker.reset();
 	state_->seed_readers = present;
-	state_->seeder.set_readers(present, ever);
 }
 
 void LiveLocalizer::add_scan(const std::string& topic, const ros::LaserScan& scan)

@@ -3,26 +3,32 @@
 
 #include <mrpt/core/format.h>
 
+#include <utility>
+
 namespace d2s1r::live
 {
 namespace
 {
 constexpr Time kTimeToTake = kSecond;        // [ns] that a tracker has until its pose must be the seed's
 constexpr Time kTimeToAnswer = 3 * kSecond;  // [ns] after which a tracker that says nothing is told again
+constexpr Time kTimeToSettle = 2 * kSecond;  // [ns] longer than transforms of a dead tracker reach into the future
 constexpr int kMostAttempts = 4;             // [-] the first one and three repetitions
 }  // namespace
 
-void Seeder::set_readers(int present, int ever)
+bool Seeder::set_readers(int present, int ever)
 {
+	const bool has_come = ever > ever_ && present > 0, has_gone = present < present_;
 	present_ = present;
-	if (ever > ever_ && present > 0)
+	if (has_come)
 	{
+		is_new_ = true;
 		gave_up_ = false;
 		problem_.clear();
 		outstanding_.reset();
 		attempts_ = 0;
 	}
 	if (present > 0) ever_ = ever;
+	return has_come || has_gone;
 }
 
 void Seeder::clear()
@@ -30,6 +36,8 @@ void Seeder::clear()
 	if (outstanding_) satisfied_ = ever_ - 1;
 	outstanding_.reset();
 	attempts_ = 0;
+	is_new_ = is_new_ || new_since_;
+	new_since_.reset();
 }
 
 void Seeder::start_again()
@@ -75,7 +83,10 @@ bool Seeder::check_outstanding(
 bool Seeder::is_wanted(const ScanAnswer& answer)
 {
 	const WatchedScan& watched = answer.watched;
-	if (watched.verdict == Verdict::kFits && watched.consistent >= settings_.watch.scans)
+	if (std::exchange(is_new_, false)) new_since_ = answer.time;
+	// For a moment what fits may be what a tracker left behind that has died, and whose place the new one takes.
+	const bool is_settled = !new_since_ || answer.time - *new_since_ >= kTimeToSettle;
+	if (watched.verdict == Verdict::kFits && watched.consistent >= settings_.watch.scans && is_settled)
 	{
 		satisfied_ = ever_;
 		gave_up_ = false;

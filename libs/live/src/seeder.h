@@ -17,7 +17,8 @@ class Seeder
 	Seeder(const LiveSettings& settings, const TrackerMonitor& monitor) : settings_(settings), monitor_(monitor) {}
 
 	/// Says how many readers of seeds there are, and have been.
-	void set_readers(int present, int ever);
+	/// \return whether one has come or gone, so that what the tracker said before may be that of a dead one
+	bool set_readers(int present, int ever);
 
 	/// Asks for a seed by the next localized scan.
 	void request() { requested_ = true; }
@@ -48,7 +49,9 @@ class Seeder
 	const TrackerMonitor& monitor_;
 	int present_ = 0;
 	int ever_ = 0;
-	int satisfied_ = 0;  //!< [-] of the readers that ever were: these need no first seed
+	int satisfied_ = 0;              //!< [-] of the readers that ever were: these need no first seed
+	bool is_new_ = false;            //!< whether one of these came after the last scan
+	std::optional<Time> new_since_;  //!< time of the first scan after the last of them came
 	bool requested_ = false;
 	bool gave_up_ = false;
 	std::optional<Seed> outstanding_;  //!< sent, and not yet checked

@@ -71,6 +71,51 @@ TEST(LiveLocalizer, UsesTheMapBeforeWhileAnotherOneIsIndexedAndSeedsAnewThere)
 	EXPECT_EQ(drive.live.indices_built(), 2);
 }
 
+/// A killed tracker's reader of seeds stays until its lease has run out, and its last pose would still fit.
+TEST(LiveLocalizer, SeedsATrackerThatWasKilledAndStartedAgain)
+{
+	for (const Seeding seeding : {Seeding::kOnce, Seeding::kWatch})
+		for (const int seconds : {2, 6, 15})
+		{
+			Drive drive(watching(seeding));
+			drive.begin();
+			drive.steps(40);
+			int ever = 1;
+			for (int crash = 0; crash < 2; crash++)
+			{
+				const std::size_t before = drive.seeds.size();
+				drive.tracker = {};         // it says nothing any more
+				constexpr int kLease = 10;  // [s]
+				for (int i = 0; i < 10 * seconds; i++)
+				{
+					drive.step();
+					if (i == 10 * kLease) drive.live.set_tracker_readers(0, ever);
+				}
+				EXPECT_EQ(drive.seeds.size(), before) << "there is nobody to tell";
+				drive.live.set_tracker_readers(seconds < kLease ? 2 : 1, ++ever);
+				drive.steps(10);
+				ASSERT_EQ(drive.seeds.size(), before + 1) << "within a second, after " << seconds << " s";
+				const auto& [seed, truth] = drive.seeds.back();
+				EXPECT_LT(distance_between(seed.pose, truth), 0.1);
+				drive.steps(100);
+				drive.live.set_tracker_readers(1, ever);
+				drive.steps(20);
+				EXPECT_EQ(drive.seeds.size(), before + 1) << "it took the seed";
+			}
+		}
+}
+
+TEST(LiveLocalizer, LeavesATrackerAloneWhenSomebodyElseReadsSeeds)
+{
+	Drive drive;
+	drive.begin();
+	drive.steps(40);
+	ASSERT_EQ(drive.seeds.size(), 1U);
+	drive.live.set_tracker_readers(2, 2);
+	drive.steps(50);
+	EXPECT_EQ(drive.seeds.size(), 1U) << "the tracker's pose fits";
+}
+
 /// A map that a robot makes while it drives changes faster than it can be indexed.
 TEST(LiveLocalizer, UsesEachMapThatIsIndexedWhileOthersCome)
 {
@@ -368,7 +413,7 @@ TEST(LiveLocalizer, SaysThatATrackerIsLostAndSeedsItOnlyIfAsked)
 		Drive drive(watching(seeding));
 		drive.begin();
 		drive.tracker.map_to_odometry = drive.robot.pose;
-		drive.steps(10, 0, 0.02);
+		drive.steps(30, 0, 0.02);
 		EXPECT_EQ(drive.summary(), "localized, and the tracker fits");
 		EXPECT_TRUE(drive.seeds.empty()) << "it knows already";
 		drive.robot.pose = mrpt::poses::CPose2D(poses_on_floor().at(6));  // carried there
