@@ -85,7 +85,9 @@ void write_log(void*, const dds_log_data_t* data)
 {
 	std::string line(data->message, data->size);
 	while (!line.empty() && (line.back() == '\n' || line.back() == ' ')) line.pop_back();
-	if (log_sink()) log_sink()(printable(line));
+	// Settings of localhost ask for that.
+	const bool is_asked_for = line.find("is not multicast-capable") != std::string::npos;
+	if (log_sink() && !is_asked_for) log_sink()(printable(line));
 }
 }  // namespace
 
@@ -101,14 +103,19 @@ void redirect_log(std::function<void(const std::string& line)> say)
 	dds_set_trace_sink([](void*, const dds_log_data_t*) {}, nullptr);
 }
 
-Entity open_domain(std::uint32_t domain)
+Entity open_domain(std::uint32_t domain, const std::vector<std::string>& settings)
 {
-	const char* const settings = std::getenv("CYCLONEDDS_URI");
-	const std::string all =
-	    "<CycloneDDS><Domain><Internal><WriterLingerDuration>20 ms</WriterLingerDuration></Internal></Domain>"
-	    "</CycloneDDS>," +
-	    std::string(settings != nullptr ? settings : "");
-	return checked(dds_create_domain(domain, all.c_str()), "domain " + std::to_string(domain));
+	const char* const given = std::getenv("CYCLONEDDS_URI");
+	dds_entity_t opened = DDS_RETCODE_ERROR;
+	for (std::size_t i = 0; i < settings.size() && opened < 0; i++)
+	{
+		const std::string all =
+		    "<CycloneDDS><Domain><Internal><WriterLingerDuration>20 ms</WriterLingerDuration></Internal></Domain>"
+		    "</CycloneDDS>," +
+		    settings[i] + "," + std::string(given != nullptr ? given : "");
+		opened = dds_create_domain(domain, all.c_str());
+	}
+	return checked(opened, "domain " + std::to_string(domain));
 }
 
 Entity join_domain(std::uint32_t domain)
@@ -226,9 +233,10 @@ void Waiter::wait(int milliseconds)
 	dds_waitset_wait(waitset_, triggered.data(), triggered.size(), DDS_MSECS(milliseconds));
 }
 
-Graph::Graph(dds_entity_t participant, std::string node)
+Graph::Graph(dds_entity_t participant, std::string node, std::string space)
     : participant_(participant),
       node_(std::move(node)),
+      space_(std::move(space)),
       publications_(
           checked(dds_create_reader(participant, DDS_BUILTIN_TOPIC_DCPSPUBLICATION, nullptr, nullptr), "publications"))
 {
@@ -249,8 +257,8 @@ std::string user_data_of(const dds_qos_t* qos)
 /// Fills a message of either layout and writes it.
 template <typename Info, typename Node, typename Gid>
 void write_graph(
-    dds_entity_t participant, dds_entity_t writer, std::string name, const std::vector<const Endpoint*>& readers,
-    const std::vector<const Endpoint*>& writers)
+    dds_entity_t participant, dds_entity_t writer, std::string name, std::string space,
+    const std::vector<const Endpoint*>& readers, const std::vector<const Endpoint*>& writers)
 {
 	const auto gid_of = [](dds_entity_t entity)
 	{
@@ -267,9 +275,8 @@ void write_graph(
 		return gids;
 	};
 	auto reader_gids = gids_of(readers), writer_gids = gids_of(writers);
-	std::string root = "/";
 	Node node{};
-	node.node_namespace = root.data();
+	node.node_namespace = space.data();
 	node.node_name = name.data();
 	const auto point_to = [](auto& sequence, auto& values)
 	{
@@ -341,9 +348,9 @@ void Graph::update(const std::vector<const Endpoint*>& readers, const std::vecto
 	if (size == 24)
 		write_graph<
 		    rmw_dds_common_msg_dds__ParticipantEntitiesInfo_, rmw_dds_common_msg_dds__NodeEntitiesInfo_,
-		    rmw_dds_common_msg_dds__Gid_>(participant_, writer_, node_, readers, writers);
+		    rmw_dds_common_msg_dds__Gid_>(participant_, writer_, node_, space_, readers, writers);
 	else
 		write_graph<graph16_ParticipantEntitiesInfo, graph16_NodeEntitiesInfo, graph16_Gid>(
-		    participant_, writer_, node_, readers, writers);
+		    participant_, writer_, node_, space_, readers, writers);
 }
 }  // namespace d2s1r::live

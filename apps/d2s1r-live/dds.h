@@ -49,9 +49,10 @@ class Entity
 /// Sends what Cyclone DDS says to `say`, for as long as the process runs, a line at a time.
 void redirect_log(std::function<void(const std::string& line)> say);
 
-/// Opens a domain with the settings of CYCLONEDDS_URI. A writer that ends waits for its readers for a moment only, so
-/// that peers that have died do not hold up the end of the program. \throws UserError (kBadInput)
-Entity open_domain(std::uint32_t domain);
+/// Opens a domain with the first of some settings that Cyclone DDS accepts, and those of CYCLONEDDS_URI. A writer that
+/// ends waits for its readers for a moment only, so that peers that have died do not hold up the end of the program.
+/// \throws UserError (kBadInput)
+Entity open_domain(std::uint32_t domain, const std::vector<std::string>& settings);
 
 /// Joins a domain. \throws UserError (kBadInput)
 Entity join_domain(std::uint32_t domain);
@@ -142,7 +143,8 @@ class Waiter
 class Graph
 {
    public:
-	Graph(dds_entity_t participant, std::string node);
+	/// \param space namespace of the node
+	Graph(dds_entity_t participant, std::string node, std::string space);
 
 	/// Looks at the peers and tells them of these, if that is safe. Call it once a second.
 	void update(const std::vector<const Endpoint*>& readers, const std::vector<const Endpoint*>& writers);
@@ -154,7 +156,7 @@ class Graph
 	int size_of_peers();
 
 	dds_entity_t participant_;
-	std::string node_;
+	std::string node_, space_;
 	Entity publications_;  //!< reader of what DDS itself knows
 	int size_ = 0;
 	std::size_t told_ = 0;

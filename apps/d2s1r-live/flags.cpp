@@ -2,13 +2,14 @@
 #include "flags.h"
 
 #include <CLI/CLI.hpp>
+#include <base/spelling.h>
 #include <d2s1r/version.h>
 #include <shell/errors.h>
 #include <shell/options.h>
 #include <shell/values.h>
 
-#include <array>
-#include <cstdlib>
+#include <algorithm>
+#include <map>
 #include <stdexcept>
 
 namespace d2s1r::live
@@ -33,27 +34,6 @@ Seeding parse_seeding(const std::string& text)
 	if (text == "watch") return Seeding::kWatch;
 	if (text != "never") app::refuse_value(text, "is not one of once, watch, never");
 	return Seeding::kNever;
-}
-
-std::uint32_t parse_domain(const std::string& text)
-{
-	constexpr int kGreatest = 232;  // of which all ports exist
-	return static_cast<std::uint32_t>(app::parse_whole_number(text, 0, kGreatest));
-}
-
-/// Returns the domain of the environment.
-std::uint32_t usual_domain()
-{
-	const char* const variable = std::getenv("ROS_DOMAIN_ID");
-	if (variable == nullptr || *variable == '\0') return 0;
-	try
-	{
-		return parse_domain(variable);
-	}
-	catch (const std::invalid_argument& error)
-	{
-		wrong("ROS_DOMAIN_ID", error.what());
-	}
 }
 
 void add_map_options(app::OptionGroup map, Flags& flags)
@@ -139,49 +119,75 @@ void add_topic_options(app::OptionGroup topics, Flags& flags)
 	    "--odom-frame", "FRAME", "the frame of the odometry (default: see the manual)", flags.settings.odometry_frame);
 	topics.value(
 	    "--domain", "ID", "the domain of ROS 2 (default: ROS_DOMAIN_ID, else 0)",
-	    [&](const std::string& text) { flags.domain = parse_domain(text); });
+	    [&](const std::string& text)
+	    { flags.domain = static_cast<std::uint32_t>(app::parse_whole_number(text, 0, kGreatestDomain)); });
 	topics.flag("-q,--quiet", "print errors only", flags.quiet);
 }
 
-/// Refuses words that a node of ROS understands and this program does not, and says what to write instead.
-void refuse_ros_arguments(int argc, char** argv)
+/// Returns the option that a parameter of the node sets; null if there is none.
+const CLI::Option* option_of(const CLI::App& parser, const std::string& parameter)
 {
-	const std::string kAssigned = ":=";
-	constexpr std::array<std::pair<const char*, const char*>, 6> kTopics = {
-	    {{"scan", "--scan"},
-	     {"map", "--map-topic"},
-	     {"odom", "--odom"},
-	     {"initialpose", "--initialpose"},
-	     {"amcl_pose", "--tracker"},
-	     {"pf_pose", "--tracker"}}};
-	bool has_ros_arguments = false;
-	for (int i = 1; i < argc; i++)
+	std::string name = "--" + parameter;
+	std::replace(name.begin(), name.end(), '_', '-');
+	return name == "--help" || name == "--version" ? nullptr : parser.get_option_no_throw(name);
+}
+
+/// Returns a line about parameters that are none of the program; empty if there is none.
+std::string note_on_unknown(const CLI::App& parser, const std::vector<std::string>& unknown)
+{
+	constexpr std::size_t kMostNamed = 5;
+	if (unknown.empty()) return "";
+	if (unknown.size() == 1)
 	{
-		const std::string word = argv[i];
-		has_ros_arguments = has_ros_arguments || word == "--ros-args";
-		const auto at = word.find(kAssigned);
-		if (at == std::string::npos) continue;
-		std::string name = word.substr(0, at);
-		if (name.rfind('/', 0) == 0) name.erase(0, 1);
-		for (const auto& [topic, option] : kTopics)
-			if (name == topic)
-				wrong(
-				    word, "d2s1r-live does not read remappings of ROS; write " + std::string(option) + " " +
-				              word.substr(at + kAssigned.size()));
-		if (name == "use_sim_time")
-			wrong(word, "d2s1r-live follows /clock whenever somebody publishes it; leave this parameter out");
-		wrong(word, "d2s1r-live does not read remappings and parameters of ROS; its options name topics and frames");
+		std::vector<std::string> names;
+		for (const CLI::Option* option : parser.get_options()) names.push_back(option->get_lnames().front());
+		return "parameter '" + unknown.front() + "' " + not_an_option(unknown.front(), names, "d2s1r-live --help");
 	}
-	if (has_ros_arguments)
-		wrong(
-		    "--ros-args", "d2s1r-live does not read arguments of ROS; its options name topics, such as --scan /front");
+	std::string line = "these parameters are not options, see d2s1r-live --help: ";
+	for (std::size_t i = 0; i < std::min(unknown.size(), kMostNamed); i++) line += (i > 0 ? ", " : "") + unknown[i];
+	if (unknown.size() > kMostNamed) line += " and " + std::to_string(unknown.size() - kMostNamed) + " others";
+	return line;
+}
+
+/// Returns the words that say the same as parameters of the node. Those without a value count as not given.
+std::vector<std::string> words_of(const CLI::App& parser, const std::vector<Parameter>& parameters, Flags& flags)
+{
+	std::map<const CLI::Option*, std::vector<std::string>> values;  // the last ones
+	std::vector<std::string> unknown;
+	for (const Parameter& parameter : parameters)
+		if (const CLI::Option* const option = option_of(parser, parameter.name))
+			values[option] = parameter.values;
+		else if (parameter.name == "use_sim_time")
+			flags.ignores_clock = parameter.values.front() == "false" || parameter.values.front() == "False";
+		else
+			unknown.push_back(parameter.name);
+	if (const std::string note = note_on_unknown(parser, unknown); !note.empty()) flags.notes.push_back(note);
+	std::vector<std::string> words;
+	for (const auto& [option, texts] : values)
+	{
+		const std::string name = "--" + option->get_lnames().front();
+		std::string joined;
+		for (const std::string& text : texts) joined += (joined.empty() ? "" : ",") + text;
+		if (option->get_multi_option_policy() == CLI::MultiOptionPolicy::TakeAll)
+			for (const std::string& text : texts) words.push_back(name + "=" + text);
+		else if (option->get_items_expected_max() > 0 && !joined.empty())
+			words.push_back(name + "=" + joined);
+		else if (joined == "true" || joined == "True")
+			words.push_back(name);
+	}
+	return words;
 }
 }  // namespace
 
 std::optional<Flags> parse_flags(int argc, char** argv, std::ostream& out)
 {
-	refuse_ros_arguments(argc, argv);
+	const RosArguments ros = parse_ros_arguments(argc, argv);
 	Flags flags;
+	flags.names = ros.names;
+	flags.notes = ros.notes;
+	flags.quiet = ros.errors_only;
+	flags.domain = domain_of_environment();
+	flags.discovery = discovery_of_environment();
 	CLI::App parser;
 	app::set_up(parser, kUsage);
 	add_map_options({parser, "Map"}, flags);
@@ -190,11 +196,12 @@ std::optional<Flags> parse_flags(int argc, char** argv, std::ostream& out)
 	add_laser_options({parser, "Laser"}, flags);
 	add_topic_options({parser, "Topics and frames"}, flags);
 	app::OptionGroup(parser, "Help").help("d2s1r-live " D2S1R_VERSION "\n", out);
-	if (!app::parse_words(parser, kUsage, {argv + 1, argv + argc})) return std::nullopt;
-	if (parser.count("--domain") == 0) flags.domain = usual_domain();
+	app::parse_words(parser, kUsage, words_of(parser, ros.parameters, flags));
+	if (!app::parse_words(parser, kUsage, ros.words)) return std::nullopt;  // they win over parameters
 	flags.settings.has_maps_of_its_own = !flags.map.empty();
 	if (flags.scans.size() > 1 && !flags.settings.merge_lasers)
 		wrong("--scan", "several lasers only go with --merge-lasers");
+	flags.notes.insert(flags.notes.end(), flags.discovery.notes.begin(), flags.discovery.notes.end());
 	return flags;
 }
 }  // namespace d2s1r::live

@@ -8,6 +8,9 @@
 #include <string>
 #include <vector>
 
+#include "environment.h"
+#include "ros_arguments.h"
+
 namespace d2s1r::live
 {
 /// The command line of d2s1r-live. It has been checked for consistency; no file has been touched.
@@ -18,18 +21,22 @@ struct Flags
 	std::string config;     //!< empty: default parameters
 	std::string index;      //!< file that keeps the index of a map; empty: none
 	std::uint32_t domain = 0;
-	bool volatile_map = false;  //!< whether the publisher of the map is volatile
+	Discovery discovery;
+	Names names;                     //!< of the node and its topics
+	bool ignores_clock = false;      //!< whether /clock is not followed
+	std::vector<std::string> notes;  //!< for people, before anything is done
+	bool volatile_map = false;       //!< whether the publisher of the map is volatile
 	bool quiet = false;
 
-	// Names of topics.
-	std::vector<std::string> scans = {"/scan"};  //!< of PointCloud2 if LiveSettings::cloud_height has a value
-	std::string map_topic = "/map";
-	std::string odometry = "/odom";
-	std::vector<std::string> trackers = {"/amcl_pose", "/pf_pose"};
-	std::string seeds = "/initialpose";
+	// Names of topics, which Flags::names resolves.
+	std::vector<std::string> scans = {"scan"};  //!< of PointCloud2 if LiveSettings::cloud_height has a value
+	std::string map_topic = "map";
+	std::string odometry = "odom";
+	std::vector<std::string> trackers = {"amcl_pose", "pf_pose"};
+	std::string seeds = "initialpose";
 };
 
-/// Parses the command line. Returns nothing if --help or --version was asked for, after printing it.
-/// \throws UserError (kWrongUse)
+/// Parses the command line, arguments of ROS included, and reads the environment of the node. Returns nothing if --help
+/// or --version was asked for, after printing it. \throws UserError (kWrongUse)
 std::optional<Flags> parse_flags(int argc, char** argv, std::ostream& out);
 }  // namespace d2s1r::live

@@ -128,11 +128,12 @@ Owned<visualization_msgs_msg_dds__MarkerArray_> markers_message(const ScanAnswer
 	return owned;
 }
 
-Owned<diagnostic_msgs_msg_dds__DiagnosticArray_> diagnostics_message(Time time, const LiveStatus& status)
+Owned<diagnostic_msgs_msg_dds__DiagnosticArray_> diagnostics_message(
+    Time time, const LiveStatus& status, const std::string& space)
 {
 	Owned<diagnostic_msgs_msg_dds__DiagnosticArray_> owned;
 	owned.texts.reserve(3 + 2 * status.values.size());
-	owned.texts = {"", "d2s1r: localization", status.summary};
+	owned.texts = {"", (space == "/" ? "" : space.substr(1) + "/") + "d2s1r: localization", status.summary};
 	for (const auto& [name, value] : status.values)
 	{
 		owned.texts.push_back(name);

@@ -34,5 +34,7 @@ Owned<geometry_msgs_msg_dds__PoseArray_> hypotheses_message(const ScanAnswer& an
 /// An arrow with its probability for each hypothesis, and the scan laid at the best one.
 Owned<visualization_msgs_msg_dds__MarkerArray_> markers_message(const ScanAnswer& answer);
 
-Owned<diagnostic_msgs_msg_dds__DiagnosticArray_> diagnostics_message(Time time, const LiveStatus& status);
+/// \param space namespace of the node, by which the robots of a fleet are told apart
+Owned<diagnostic_msgs_msg_dds__DiagnosticArray_> diagnostics_message(
+    Time time, const LiveStatus& status, const std::string& space);
 }  // namespace d2s1r::live

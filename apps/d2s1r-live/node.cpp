@@ -137,17 +137,30 @@ MakeLocalizer localizers_with_index(const std::string& file)
 struct Topics
 {
 	Topics(const Flags& flags, dds_entity_t participant)
-	    : maps(participant, nav_msgs_msg_dds__OccupancyGrid__desc, flags.map_topic, {true, !flags.volatile_map, 1}),
-	      transforms(participant, tf2_msgs_msg_dds__TFMessage__desc, "/tf", {true, false, 100}),
-	      static_transforms(participant, tf2_msgs_msg_dds__TFMessage__desc, "/tf_static", {true, true, 100}),
-	      odometry(participant, nav_msgs_msg_dds__Odometry__desc, flags.odometry, {false, false, 50}),
-	      clock(participant, rosgraph_msgs_msg_dds__Clock__desc, "/clock", {false, false, 1}),
-	      requests(participant, std_msgs_msg_dds__Empty__desc, "/d2s1r/localize", {false, false, 1}),
-	      seeds(participant, geometry_msgs_msg_dds__PoseWithCovarianceStamped__desc, flags.seeds, {true, false, 1}),
-	      poses(participant, geometry_msgs_msg_dds__PoseWithCovarianceStamped__desc, "/d2s1r/pose", {true, false, 10}),
-	      hypotheses(participant, geometry_msgs_msg_dds__PoseArray__desc, "/d2s1r/hypotheses", {true, true, 1}),
-	      markers(participant, visualization_msgs_msg_dds__MarkerArray__desc, "/d2s1r/markers", {true, true, 1}),
-	      diagnostics(participant, diagnostic_msgs_msg_dds__DiagnosticArray__desc, "/diagnostics", {true, false, 10}),
+	    : Topics(flags, participant, [&](const std::string& topic) { return flags.names.resolve(topic); })
+	{
+	}
+
+	template <class Named>
+	Topics(const Flags& flags, dds_entity_t participant, const Named& named)
+	    : maps(
+	          participant, nav_msgs_msg_dds__OccupancyGrid__desc, named(flags.map_topic),
+	          {true, !flags.volatile_map, 1}),
+	      transforms(participant, tf2_msgs_msg_dds__TFMessage__desc, named("/tf"), {true, false, 100}),
+	      static_transforms(participant, tf2_msgs_msg_dds__TFMessage__desc, named("/tf_static"), {true, true, 100}),
+	      odometry(participant, nav_msgs_msg_dds__Odometry__desc, named(flags.odometry), {false, false, 50}),
+	      clock(participant, rosgraph_msgs_msg_dds__Clock__desc, named("/clock"), {false, false, 1}),
+	      requests(participant, std_msgs_msg_dds__Empty__desc, named("d2s1r/localize"), {true, false, 1}),
+	      seeds(
+	          participant, geometry_msgs_msg_dds__PoseWithCovarianceStamped__desc, named(flags.seeds),
+	          {true, false, 1}),
+	      poses(
+	          participant, geometry_msgs_msg_dds__PoseWithCovarianceStamped__desc, named("d2s1r/pose"),
+	          {true, false, 10}),
+	      hypotheses(participant, geometry_msgs_msg_dds__PoseArray__desc, named("d2s1r/hypotheses"), {true, true, 1}),
+	      markers(participant, visualization_msgs_msg_dds__MarkerArray__desc, named("d2s1r/markers"), {true, true, 1}),
+	      diagnostics(
+	          participant, diagnostic_msgs_msg_dds__DiagnosticArray__desc, named("/diagnostics"), {true, false, 10}),
 	      waiter(participant)
 	{
 		for (const std::string& topic : flags.scans)
@@ -155,10 +168,11 @@ struct Topics
 			    participant,
 			    flags.settings.cloud_height ? sensor_msgs_msg_dds__PointCloud2__desc
 			                                : sensor_msgs_msg_dds__LaserScan__desc,
-			    topic, Quality{false, false, 5});
+			    named(topic), Quality{false, false, 5});
 		for (const std::string& topic : flags.trackers)
 			trackers.emplace_back(
-			    participant, geometry_msgs_msg_dds__PoseWithCovarianceStamped__desc, topic, Quality{false, false, 10});
+			    participant, geometry_msgs_msg_dds__PoseWithCovarianceStamped__desc, named(topic),
+			    Quality{false, false, 10});
 		for (const Reader* reader : readers()) waiter.add(*reader);
 	}
 
@@ -187,10 +201,10 @@ class Node
 	Node(const Flags& flags, const Parameters& parameters, std::function<void(const std::string&)> say)
 	    : flags_(flags),
 	      say_(std::move(say)),
-	      domain_(open_domain(flags.domain)),
+	      domain_(open_domain(flags.domain, flags.discovery.settings)),
 	      participant_(join_domain(flags.domain)),
 	      topics_(flags, participant_),
-	      graph_(participant_, "d2s1r_live"),
+	      graph_(participant_, flags.names.node, flags.names.space),
 	      live_(settings_of(flags, parameters))
 	{
 	}
@@ -202,7 +216,9 @@ class Node
 	{
 		topics_.waiter.wait(kLongestWait);
 		take_peers();
-		take(topics_.clock, ros::decode_clock, [&](Time time) { simulated_now_ = time; });
+		take(
+		    topics_.clock, ros::decode_clock,
+		    [&](Time time) { simulated_now_ = flags_.ignores_clock ? std::nullopt : std::optional(time); });
 		send(live_.update(now()));  // before messages of a time to which the clock ran back
 		take_messages();
 		send(live_.update(now()));
@@ -317,7 +333,7 @@ class Node
 
 	void send(const LiveStatus& status)
 	{
-		topics_.diagnostics.write(diagnostics_message(now(), status).message);
+		topics_.diagnostics.write(diagnostics_message(now(), status, flags_.names.space).message);
 		told_summary_ = status.summary;
 		told_at_ = steady_now();
 	}
@@ -383,10 +399,12 @@ std::future<Result> on_a_thread(Work work)
 app::ExitStatus serve(
     const Flags& flags, const std::function<void(const std::string& line)>& say, const std::function<bool()>& stop)
 {
+	for (const std::string& note : flags.notes)
+		if (!flags.quiet) say(printable(note));
 	if (!flags.index.empty()) app::check_index_file(flags.index);
 	auto reading = on_a_thread<Parameters>([config = flags.config] { return read_parameters(config); });
 	while (reading.wait_for(std::chrono::milliseconds(20)) != std::future_status::ready)
-		if (stop()) return app::kInterrupted;
+		if (stop()) return app::kDone;
 	const Parameters parameters = reading.get();
 	Node node(flags, parameters, say);
 	std::future<LoadedMaps> maps;
@@ -402,6 +420,6 @@ app::ExitStatus serve(
 		}
 		node.step();
 	}
-	return app::kInterrupted;
+	return app::kDone;
 }
 }  // namespace d2s1r::live

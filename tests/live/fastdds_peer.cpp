@@ -3,6 +3,7 @@
 
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
 #include <fastdds/dds/log/Log.hpp>
+#include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
 #include <unistd.h>
 
 #include <cstdlib>
@@ -57,13 +58,20 @@ int test_domain()
 	return given != nullptr ? std::atoi(given) : kFirst + getpid() % kCount;
 }
 
-Peer::Peer()
+Peer::Peer(const PeerPlace& place)
 {
 	dds::Log::SetVerbosity(dds::Log::Error);
 	dds::DomainParticipantQos qos;
 	dds::DomainParticipantFactory::get_instance()->get_default_participant_qos(qos);
 	const std::string enclave = "enclave=/;";
 	qos.user_data().setValue({enclave.begin(), enclave.end()});
+	if (place.only_here)
+	{
+		const auto transport = std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>();
+		transport->interfaceWhiteList.emplace_back("127.0.0.1");
+		qos.transport().use_builtin_transports = false;
+		qos.transport().user_transports.push_back(transport);
+	}
 	participant_ = dds::DomainParticipantFactory::get_instance()->create_participant(
 	    static_cast<std::uint32_t>(test_domain()), qos);
 	if (participant_ == nullptr) throw std::runtime_error("Fast DDS: no participant");
@@ -177,14 +185,15 @@ live::Time time_of(const std_msgs::msg::dds_::Header_& header)
 	return header.stamp().sec() * live::kSecond + header.stamp().nanosec();
 }
 
-RobotPeer::RobotPeer(const Grid& given, const PeerQuality& map_quality)
+RobotPeer::RobotPeer(const Grid& given, const PeerQuality& map_quality, const PeerPlace& place)
     : grid(given),
-      map(peer, "/map", map_quality),
-      transforms(peer, "/tf", {true, false, 100}),
-      static_transforms(peer, "/tf_static", {true, true, 1}),
-      scans(peer, "/scan", {false, false, 5}),
-      tracker_pose(peer, "/amcl_pose", {true, true, 1}),
-      poses(peer, "/d2s1r/pose"),
+      peer(place),
+      map(peer, place.space + "/map", map_quality),
+      transforms(peer, place.space + "/tf", {true, false, 100}),
+      static_transforms(peer, place.space + "/tf_static", {true, true, 1}),
+      scans(peer, place.space + "/scan", {false, false, 5}),
+      tracker_pose(peer, place.space + "/amcl_pose", {true, true, 1}),
+      poses(peer, place.space + "/d2s1r/pose"),
       diagnostics(peer, "/diagnostics")
 {
 	using namespace std::chrono;

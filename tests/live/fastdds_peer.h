@@ -38,11 +38,18 @@ bool wait_until(const std::function<bool()>& done, double seconds = 8);
 /// Returns a domain that no other test uses at the same time.
 int test_domain();
 
+/// Says where a robot's nodes are.
+struct PeerPlace
+{
+	std::string space = {};  //!< namespace of its topics; empty: the root
+	bool only_here = false;  //!< whether they only use the loopback interface, as with ROS_LOCALHOST_ONLY
+};
+
 /// A participant of Fast DDS.
 class Peer
 {
    public:
-	Peer();
+	explicit Peer(const PeerPlace& place = {});
 	~Peer();
 	Peer(const Peer&) = delete;
 	Peer& operator=(const Peer&) = delete;
@@ -136,7 +143,8 @@ live::Time time_of(const std_msgs::msg::dds_::Header_& header);
 /// What an ordinary robot publishes, and what is read there.
 struct RobotPeer
 {
-	explicit RobotPeer(const Grid& grid = make_floor(), const PeerQuality& map_quality = {true, true, 1});
+	explicit RobotPeer(
+	    const Grid& grid = make_floor(), const PeerQuality& map_quality = {true, true, 1}, const PeerPlace& place = {});
 
 	/// Publishes the map and the laser's place.
 	void begin();

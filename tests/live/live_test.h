@@ -2,6 +2,7 @@
 #pragma once
 
 #include <csignal>
+#include <cstdlib>
 
 #include "app_process.h"
 #include "fastdds_peer.h"
@@ -19,6 +20,16 @@ class LiveProcess : public Process
 		send(SIGKILL);
 		wait();
 	}
+};
+
+/// A variable of the environment of the processes that start while it lives.
+struct EnvironmentVariable
+{
+	EnvironmentVariable(const char* given_name, const char* value) : name(given_name) { setenv(name, value, 1); }
+	~EnvironmentVariable() { unsetenv(name); }
+	EnvironmentVariable(const EnvironmentVariable&) = delete;
+	EnvironmentVariable& operator=(const EnvironmentVariable&) = delete;
+	const char* name;
 };
 
 /// d2s1r-live as a user runs it, beside a peer of another vendor.

@@ -47,7 +47,7 @@ TEST_F(LiveTest, AnswersEveryScanAndTellsTheTracker)
 		if (value.key() == "indices built") built = value.value();
 	EXPECT_EQ(built, "1");
 	const ProcessResult result = stop(live);
-	EXPECT_EQ(result.status, 130);
+	EXPECT_EQ(result.status, 0);
 	EXPECT_EQ(result.err, "");
 	EXPECT_NE(result.out.find("found /scan of 'laser' at x 0.200, y 0.050"), std::string::npos) << result.out;
 }
@@ -187,9 +187,6 @@ TEST_F(LiveTest, RefusesWrongUseWithOneLine)
 	refuse({"--seed", "once", "--seed", "watch"}, 1, {"--seed"});
 	refuse({"/scan"}, 1, {"/scan: stands without an option"});
 	refuse({"--scn", "/a"}, 1, {"--scn: is not an option; did you mean --scan?"});
-	refuse({"--ros-args", "-r", "scan:=/front"}, 1, {"scan:=/front", "write --scan /front"});
-	refuse({"--ros-args", "-p", "use_sim_time:=true"}, 1, {"follows /clock"});
-	refuse({"--ros-args"}, 1, {"--ros-args", "its options name topics"});
 	refuse({"-m", path("none.yaml")}, 2, {"none.yaml"});
 	refuse({"-c", path("none.ini")}, 1, {"none.ini"});
 	write_file(path("bad.ini"), "[scan]\nnonsense\n");
@@ -197,6 +194,66 @@ TEST_F(LiveTest, RefusesWrongUseWithOneLine)
 	refuse({"-m", path("none.png")}, 2, {"none.png: an image", "map_server yaml"});
 	refuse({"-m", path(""), "--region", "0,0,1,1"}, 1, {"--region: does not go with several maps"});
 	refuse({"-m", path(""), "--index", path("index")}, 1, {"--index: does not go with several maps"});
+}
+
+namespace
+{
+/// What nav2's launch files give to a node of a robot in a namespace.
+Words words_of_namespace(const std::string& space)
+{
+	return {"--ros-args", "-r", "__ns:=" + space, "-r", "/tf:=tf", "-r", "/tf_static:=tf_static"};
+}
+}  // namespace
+
+TEST_F(LiveTest, TwoRobotsInTwoNamespacesDoNotHearEachOther)
+{
+	LiveProcess first = start_live(words_of_namespace("/robot1")), second = start_live(words_of_namespace("/robot2"));
+	RobotPeer one(make_floor(), {true, true, 1}, {"/robot1"}), two(make_floor(), {true, true, 1}, {"/robot2"});
+	PeerReader<PoseType> seeds_of_one(one.peer, "/robot1/initialpose"), seeds_of_two(two.peer, "/robot2/initialpose");
+	PeerReader<PoseType> seeds_of_nobody(one.peer, "/initialpose"), poses_of_nobody(one.peer, "/d2s1r/pose");
+	two.robot.pose = mrpt::poses::CPose2D(poses_on_floor().at(6));
+	for (RobotPeer* const robot : {&one, &two})
+	{
+		robot->begin();
+		ASSERT_TRUE(wait_for_answers(*robot));
+	}
+	for (int i = 0; i < 20; i++)
+		for (RobotPeer* const robot : {&one, &two})
+		{
+			ASSERT_TRUE(robot->step());
+			EXPECT_LT(distance_between(*robot->answer, robot->robot.pose), 0.1);
+		}
+	for (auto& [seeds, robot] : {std::pair(&seeds_of_one, &one), std::pair(&seeds_of_two, &two)})
+	{
+		const auto told = seeds->take();
+		ASSERT_EQ(told.size(), 1U);
+		EXPECT_LT(distance_between(pose_of(told.front()), robot->robot.pose), 1.5) << "where it was some steps ago";
+	}
+	EXPECT_TRUE(seeds_of_nobody.take().empty());
+	EXPECT_TRUE(poses_of_nobody.take().empty());
+	stop(first);
+	stop(second);
+}
+
+TEST_F(LiveTest, FindsNodesThatOnlyUseThisMachineAndNobodyIfDiscoveryIsOff)
+{
+	RobotPeer robot(make_floor(), {true, true, 1}, {"", true});
+	robot.map.write(to_peer(map_message(robot.grid)));
+	robot.static_transforms.write(to_peer(robot.robot.laser_transform()));
+	{
+		const EnvironmentVariable off("ROS_AUTOMATIC_DISCOVERY_RANGE", "OFF");
+		LiveProcess live = start_live();
+		EXPECT_FALSE(wait_until([&] { return robot.step(0, 0, 0.1); }, 4));
+		stop(live);
+	}
+	for (const auto& [name, value] :
+	     {std::pair("ROS_LOCALHOST_ONLY", "1"), std::pair("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")})
+	{
+		const EnvironmentVariable here(name, value);
+		LiveProcess live = start_live();
+		EXPECT_TRUE(wait_for_answers(robot)) << name << said();
+		EXPECT_EQ(stop(live).err, "") << name;
+	}
 }
 
 /// MRPT's reader trusts the number of ranges that a file tells.

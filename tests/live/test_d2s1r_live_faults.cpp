@@ -225,7 +225,7 @@ TEST_F(KilledRobotTest, DoesNotHoldUpTheEnd)
 	ASSERT_TRUE(diagnostics.next()) << "a message that the killed robot does not acknowledge";
 	live.send(SIGTERM);
 	EXPECT_TRUE(wait_until([&] { return !live.running(); }, 1));
-	EXPECT_EQ(live.wait().status, 130);
+	EXPECT_EQ(live.wait().status, 0);
 }
 
 TEST_F(LiveTest, EndsWithinASecond)
@@ -237,7 +237,7 @@ TEST_F(LiveTest, EndsWithinASecond)
 		ASSERT_TRUE(PeerReader<DiagnosticsType>(peer, "/diagnostics").next()) << "it runs";
 		live.send(signal);
 		EXPECT_TRUE(wait_until([&] { return !live.running(); }, 1));
-		EXPECT_EQ(live.wait().status, 130);
+		EXPECT_EQ(live.wait().status, 0);
 	}
 }
 
@@ -249,7 +249,7 @@ TEST_F(LiveTest, EndsWithinASecondWhileItWaitsForAPipe)
 	EXPECT_TRUE(live.running());
 	live.send(SIGINT);
 	EXPECT_TRUE(wait_until([&] { return !live.running(); }, 1));
-	EXPECT_EQ(live.wait().status, 130);
+	EXPECT_EQ(live.wait().status, 0);
 }
 
 TEST_F(LiveTest, SurvivesMessagesOfNonsense)

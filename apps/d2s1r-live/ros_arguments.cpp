@@ -1,0 +1,259 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "ros_arguments.h"
+
+#include <shell/errors.h>
+#include <yaml-cpp/yaml.h>
+
+#include <algorithm>
+#include <optional>
+
+namespace d2s1r::live
+{
+namespace
+{
+constexpr const char* kAssigned = ":=";
+
+[[noreturn]] void refuse_word(const std::string& word, const std::string& what)
+{
+	throw app::UserError(app::kWrongUse, word, what);
+}
+
+/// Returns "NAME" and "VALUE" of "NAME:=VALUE".
+std::pair<std::string, std::string> parse_assignment(const std::string& flag, const std::string& text)
+{
+	const auto at = text.find(kAssigned);
+	if (at == std::string::npos || at == 0 || at + 2 == text.size())
+		refuse_word(flag, "'" + text + "' has another form; write NAME:=VALUE");
+	return {text.substr(0, at), text.substr(at + 2)};
+}
+
+std::vector<std::string> tokens_of(const std::string& path)
+{
+	std::vector<std::string> tokens;
+	for (std::size_t start = 0; start <= path.size();)
+	{
+		const auto end = std::min(path.find('/', start), path.size());
+		if (end > start) tokens.push_back(path.substr(start, end - start));
+		start = end + 1;
+	}
+	return tokens;
+}
+
+/// Returns whether a node's full name fits a pattern, in which * stands for one part and ** for any number of them.
+template <class Iterator>
+bool fits(Iterator pattern, Iterator pattern_end, Iterator name, Iterator name_end)
+{
+	if (pattern == pattern_end) return name == name_end;
+	if (*pattern == "**")
+		return fits(pattern + 1, pattern_end, name, name_end) ||
+		       (name != name_end && fits(pattern, pattern_end, name + 1, name_end));
+	return name != name_end && (*pattern == "*" || *pattern == *name) &&
+	       fits(pattern + 1, pattern_end, name + 1, name_end);
+}
+
+bool is_about(const std::string& pattern, const Names& names)
+{
+	const auto asked = tokens_of(pattern), own = tokens_of(names.full());
+	constexpr std::size_t kDeepest = 20;  // [-] parts of a name
+	if (asked.size() > kDeepest || own.size() > kDeepest) return false;
+	return fits(asked.begin(), asked.end(), own.begin(), own.end());
+}
+
+std::vector<std::string> texts_of(const YAML::Node& value)
+{
+	std::vector<std::string> texts;
+	if (value.IsSequence())
+		for (const auto& item : value) texts.push_back(item.IsScalar() ? item.Scalar() : "");
+	else
+		texts.push_back(value.IsScalar() ? value.Scalar() : "");
+	return texts;
+}
+
+/// Takes the parameters below a key. Names of nested ones are joined by dots.
+void take_parameters(const YAML::Node& values, const std::string& prefix, std::vector<Parameter>& parameters)
+{
+	for (const auto& item : values)
+		if (item.second.IsMap())
+			take_parameters(item.second, prefix + item.first.Scalar() + ".", parameters);
+		else
+			parameters.push_back({prefix + item.first.Scalar(), texts_of(item.second)});
+}
+
+/// Takes what a file of parameters holds about this node. \param path of the keys above
+void take_file(const YAML::Node& root, const std::string& path, const Names& names, std::vector<Parameter>& parameters)
+{
+	constexpr const char* kParameters = "ros__parameters";
+	constexpr std::size_t kLongest = 1000;  // [byte]
+	if (!root.IsMap() || path.size() > kLongest) return;
+	for (const auto& item : root)
+		if (item.first.Scalar() != kParameters)
+			take_file(item.second, path + "/" + item.first.Scalar(), names, parameters);
+		else if (item.second.IsMap() && is_about(path, names))
+			take_parameters(item.second, "", parameters);
+}
+
+/// The arguments while they are read.
+class ArgumentReader
+{
+   public:
+	ArgumentReader(int argc, char** argv) : words_(argv + 1, argv + argc) {}
+
+	RosArguments read()
+	{
+		bool is_ros = false;
+		for (; at_ < words_.size(); at_++)
+		{
+			const std::string& word = words_[at_];
+			if (word == "--ros-args")
+				is_ros = true;
+			else if (is_ros && word == "--")
+				is_ros = false;
+			else if (is_ros)
+				take(word);
+			else
+				take_own(word);
+		}
+		read_files();
+		return std::move(all_);
+	}
+
+   private:
+	void take_own(const std::string& word)
+	{
+		if (word.find(kAssigned) != std::string::npos && word.rfind('-', 0) != 0)
+			refuse_word(word, "stands outside of ROS's arguments; write --ros-args -r " + word);
+		all_.words.push_back(word);
+	}
+
+	const std::string& value()
+	{
+		if (at_ + 1 == words_.size()) refuse_word(words_[at_], "needs a value");
+		return words_[++at_];
+	}
+
+	void take(const std::string& flag)
+	{
+		if (flag == "-r" || flag == "--remap")
+			take_rule(parse_assignment(flag, value()));
+		else if (flag == "-p" || flag == "--param")
+			take_parameter(flag, parse_assignment(flag, value()));
+		else if (flag == "--params-file")
+			later_.push_back({value(), {}});
+		else if (flag == "--log-level")
+			take_level(value());
+		else if (flag == "-e" || flag == "--enclave" || flag == "--log-config-file" || flag == "--log-file-name")
+			all_.notes.push_back(flag + " " + value() + " has no effect on d2s1r-live");
+		else if (flag.rfind("--enable-", 0) == 0 || flag.rfind("--disable-", 0) == 0)
+			all_.notes.push_back(flag + " has no effect on d2s1r-live");
+		else
+			refuse_word(
+			    flag,
+			    "is not an argument of ROS; write -r, -p, --params-file or --log-level, or put it before --ros-args");
+	}
+
+	/// Returns a name without the node that it is meant for; no value if that is another node.
+	std::optional<std::string> for_this_node(const std::string& name) const
+	{
+		const auto colon = name.find(':');
+		if (colon == std::string::npos) return name;
+		const std::string prefix = name.substr(0, colon);
+		if (prefix == "rostopic") return name.substr(name.find_first_not_of('/', colon + 1));
+		if (prefix != all_.names.node) return std::nullopt;
+		return name.substr(colon + 1);
+	}
+
+	void take_rule(const std::pair<std::string, std::string>& rule)
+	{
+		const auto from = for_this_node(rule.first);
+		if (!from) return;
+		if (*from == "__node" || *from == "__name")
+			all_.names.node = rule.second;
+		else if (*from == "__ns")
+			all_.names.space = "/" + joined(tokens_of(rule.second));
+		else
+			all_.names.add_rule(*from, rule.second);
+	}
+
+	static std::string joined(const std::vector<std::string>& tokens)
+	{
+		std::string text;
+		for (const std::string& token : tokens) text += (text.empty() ? "" : "/") + token;
+		return text;
+	}
+
+	void take_parameter(const std::string& flag, const std::pair<std::string, std::string>& assigned)
+	{
+		const auto name = for_this_node(assigned.first);
+		if (!name) return;
+		try
+		{
+			later_.push_back({"", {*name, texts_of(YAML::Load(assigned.second))}});
+		}
+		catch (const YAML::Exception&)
+		{
+			refuse_word(flag, "the value of '" + assigned.first + "' is no yaml; write NAME:=VALUE");
+		}
+	}
+
+	void take_level(const std::string& text)
+	{
+		const auto at = text.find(kAssigned);
+		std::string level = at == std::string::npos ? text : text.substr(at + 2);
+		std::transform(level.begin(), level.end(), level.begin(), [](unsigned char c) { return std::tolower(c); });
+		if (level == "error" || level == "fatal") all_.errors_only = true;
+	}
+
+	/// Reads the files, whose entries depend on the node's name, and puts all parameters into the order in which they
+	/// were given.
+	void read_files()
+	{
+		for (auto& [file, parameter] : later_)
+		{
+			if (file.empty())
+			{
+				all_.parameters.push_back(std::move(parameter));
+				continue;
+			}
+			try
+			{
+				take_file(YAML::LoadFile(file), "", all_.names, all_.parameters);
+			}
+			catch (const YAML::BadFile&)
+			{
+				refuse_word(file, "cannot be read; check the path after --params-file");
+			}
+			catch (const YAML::Exception& error)
+			{
+				refuse_word(file, "is no yaml file (line " + std::to_string(error.mark.line + 1) + "); correct it");
+			}
+		}
+	}
+
+	std::vector<std::string> words_;
+	std::size_t at_ = 0;
+	RosArguments all_;
+	std::vector<std::pair<std::string, Parameter>> later_;  //!< a file, or a parameter
+};
+}  // namespace
+
+std::string Names::expand(const std::string& topic) const
+{
+	if (topic.rfind('/', 0) == 0) return topic;
+	if (topic == "~") return full();
+	if (topic.rfind("~/", 0) == 0) return full() + topic.substr(1);
+	return (space == "/" ? "" : space) + "/" + topic;
+}
+
+std::string Names::resolve(const std::string& topic) const
+{
+	const std::string full = expand(topic);
+	for (const auto& [from, to] : rules_)
+		if (expand(from) == full) return expand(to);
+	return full;
+}
+
+RosArguments parse_ros_arguments(int argc, char** argv)
+{
+	return ArgumentReader(argc, argv).read();
+}
+}  // namespace d2s1r::live

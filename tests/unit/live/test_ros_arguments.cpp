@@ -1,0 +1,243 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+// What d2s1r-live makes of the command lines that launch files and `ros2 run` give to a node, and of its environment.
+#include <shell/errors.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <sstream>
+
+#include "flags.h"
+#include "test_files.h"
+
+namespace d2s1r::live
+{
+namespace
+{
+Flags flags_of(std::vector<std::string> words)
+{
+	words.insert(words.begin(), "d2s1r-live");
+	std::vector<char*> pointers;
+	for (std::string& word : words) pointers.push_back(word.data());
+	std::ostringstream out;
+	const auto flags = parse_flags(static_cast<int>(pointers.size()), pointers.data(), out);
+	if (!flags) throw std::runtime_error("help was asked for");
+	return *flags;
+}
+
+std::string refusal_of(const std::vector<std::string>& words)
+{
+	try
+	{
+		flags_of(words);
+	}
+	catch (const app::UserError& error)
+	{
+		EXPECT_EQ(error.status, app::kWrongUse);
+		return error.what();
+	}
+	return "";
+}
+
+std::string topic(const std::vector<std::string>& words, const std::string& name)
+{
+	return flags_of(words).names.resolve(name);
+}
+
+/// A variable of the environment while a test runs.
+struct Variable
+{
+	Variable(const char* given_name, const char* value) : name(given_name) { setenv(name, value, 1); }
+	~Variable() { unsetenv(name); }
+	Variable(const Variable&) = delete;
+	Variable& operator=(const Variable&) = delete;
+	const char* name;
+};
+}  // namespace
+
+TEST(RosArguments, NamesAreRemappedAsInAnyNode)
+{
+	EXPECT_EQ(topic({}, "scan"), "/scan");
+	EXPECT_EQ(topic({"--ros-args"}, "scan"), "/scan") << "launch always appends this";
+	EXPECT_EQ(topic({"--ros-args", "-r", "scan:=/front/scan"}, "scan"), "/front/scan");
+	EXPECT_EQ(topic({"--ros-args", "-r", "/scan:=front"}, "scan"), "/front");
+	EXPECT_EQ(topic({"--ros-args", "--remap", "scan:=a", "-r", "scan:=b"}, "scan"), "/a") << "the first rule";
+	EXPECT_EQ(topic({"--ros-args", "-r", "odom:=/o"}, "scan"), "/scan");
+	const std::vector<std::string> robot = {
+	    "--ros-args", "-r", "__ns:=/robot1",         "-r", "__node:=finder", "-r",
+	    "/tf:=tf",    "-r", "/tf_static:=tf_static", "--", "--scan",         "front"};
+	EXPECT_EQ(topic(robot, "scan"), "/robot1/scan");
+	EXPECT_EQ(topic(robot, "/tf"), "/robot1/tf");
+	EXPECT_EQ(topic(robot, "/tf_static"), "/robot1/tf_static");
+	EXPECT_EQ(topic(robot, "/clock"), "/clock");
+	EXPECT_EQ(topic(robot, "d2s1r/pose"), "/robot1/d2s1r/pose");
+	EXPECT_EQ(topic(robot, "~/pose"), "/robot1/finder/pose");
+	EXPECT_EQ(flags_of(robot).names.full(), "/robot1/finder");
+	EXPECT_EQ(flags_of(robot).scans, std::vector<std::string>{"front"});
+	EXPECT_EQ(topic({"--ros-args", "-r", "other:scan:=/x"}, "scan"), "/scan") << "of another node";
+	EXPECT_EQ(topic({"--ros-args", "-r", "d2s1r_live:scan:=/x"}, "scan"), "/x");
+}
+
+TEST(RosArguments, ParametersAreTheOptions)
+{
+	const Flags flags = flags_of(
+	    {"--window",
+	     "3",
+	     "--ros-args",
+	     "-p",
+	     "seed:=watch",
+	     "-p",
+	     "window:=7",
+	     "-p",
+	     "watch:=[3, 0.5]",
+	     "-p",
+	     "seed_std:=0.2,0.05",
+	     "-p",
+	     "region:=[-1.5, 0, 2, 3]",
+	     "-p",
+	     "rate:=2",
+	     "-p",
+	     "merge_lasers:=true",
+	     "-p",
+	     "scan:=[/a, /b]",
+	     "-p",
+	     "cloud_height:=0.1:0.4",
+	     "-p",
+	     "sweep_time:=0.1",
+	     "-p",
+	     "map_topic:=/plan",
+	     "-p",
+	     "map_volatile:=true",
+	     "-p",
+	     "odom:=/wheels",
+	     "-p",
+	     "tracker:=/mcl",
+	     "-p",
+	     "initialpose:=/set",
+	     "-p",
+	     "map_frame:=floor",
+	     "-p",
+	     "robot_frame:=base",
+	     "-p",
+	     "odom_frame:=wheel_odom",
+	     "-p",
+	     "domain:=7",
+	     "-p",
+	     "quiet:=true",
+	     "-p",
+	     "map:=plan.yaml",
+	     "-p",
+	     "config:=own.ini",
+	     "-p",
+	     "index:=''",
+	     "-p",
+	     "index:=plan.index",
+	     "-p",
+	     "use_sim_time:=true"});
+	EXPECT_EQ(flags.settings.seeding, Seeding::kWatch);
+	EXPECT_EQ(flags.settings.window, 3) << "options win over parameters";
+	EXPECT_EQ(flags.settings.watch.scans, 3);
+	EXPECT_EQ(flags.settings.watch.distance, 0.5);
+	EXPECT_EQ(flags.settings.seed_std_yaw, 0.05);
+	EXPECT_FALSE(flags.settings.region.anywhere());
+	EXPECT_EQ(flags.settings.most_scans, 2);
+	EXPECT_TRUE(flags.settings.merge_lasers);
+	EXPECT_EQ(flags.scans, (std::vector<std::string>{"/a", "/b"}));
+	EXPECT_EQ(flags.settings.cloud_height->to, 0.4);
+	EXPECT_EQ(flags.settings.sweep->duration, 0.1);
+	EXPECT_EQ(flags.map_topic, "/plan");
+	EXPECT_TRUE(flags.volatile_map);
+	EXPECT_EQ(flags.odometry, "/wheels");
+	EXPECT_EQ(flags.trackers, std::vector<std::string>{"/mcl"});
+	EXPECT_EQ(flags.seeds, "/set");
+	EXPECT_EQ(flags.settings.map_frame, "floor");
+	EXPECT_EQ(flags.settings.robot_frame, "base");
+	EXPECT_EQ(flags.settings.odometry_frame, "wheel_odom");
+	EXPECT_EQ(flags.domain, 7U);
+	EXPECT_TRUE(flags.quiet);
+	EXPECT_EQ(flags.map, "plan.yaml");
+	EXPECT_EQ(flags.config, "own.ini");
+	EXPECT_EQ(flags.index, "plan.index");
+	EXPECT_FALSE(flags.ignores_clock);
+	EXPECT_TRUE(flags.notes.empty());
+	EXPECT_TRUE(flags_of({"--ros-args", "-p", "use_sim_time:=False"}).ignores_clock);
+	EXPECT_NE(refusal_of({"--ros-args", "-p", "seed:=maybe"}).find("'maybe' is not one of once"), std::string::npos);
+}
+
+TEST(RosArguments, AFileOfParametersIsReadForThisNode)
+{
+	const test::TempFolder folder;
+	const std::string file = folder.write(
+	    "params.yaml",
+	    "/**:\n  ros__parameters: {use_sim_time: false, seed: never}\n"
+	    "amcl:\n  ros__parameters: {window: 9}\n"
+	    "robot1:\n  finder:\n    ros__parameters: {seed: watch, watch: [5, 0.3], scan: [/a], nested: {x: 1}}\n"
+	    "/*/other:\n  ros__parameters: {rate: 1}\n");
+	const std::vector<std::string> words = {"--ros-args", "--params-file", file, "-r", "__ns:=/robot1",
+	                                        "-r",         "__node:=finder"};
+	const Flags flags = flags_of(words);
+	EXPECT_EQ(flags.settings.seeding, Seeding::kWatch);
+	EXPECT_EQ(flags.settings.watch.scans, 5);
+	EXPECT_EQ(flags.settings.window, 5) << "that of another node";
+	EXPECT_EQ(flags.settings.most_scans, 0);
+	EXPECT_TRUE(flags.ignores_clock);
+	ASSERT_EQ(flags.notes.size(), 1U);
+	EXPECT_EQ(flags.notes.front().find("parameter 'nested.x' is not an option"), 0U) << flags.notes.front();
+	EXPECT_EQ(flags_of({"--ros-args", "--params-file", file}).settings.seeding, Seeding::kNever) << "that of all nodes";
+	std::vector<std::string> later = words;
+	later.insert(later.end(), {"-p", "seed:=once"});
+	EXPECT_EQ(flags_of(later).settings.seeding, Seeding::kOnce);
+	EXPECT_NE(
+	    refusal_of({"--ros-args", "--params-file", "none.yaml"}).find("none.yaml: cannot be read"), std::string::npos);
+	const std::string broken = folder.write("broken.yaml", "a: [\n");
+	EXPECT_NE(refusal_of({"--ros-args", "--params-file", broken}).find("is no yaml file"), std::string::npos);
+}
+
+TEST(RosArguments, WhatHasNoEffectIsALine)
+{
+	const Flags flags = flags_of(
+	    {"--ros-args", "--enclave", "/x", "--disable-rosout-logs", "--log-level", "info", "-p", "sede:=watch"});
+	ASSERT_EQ(flags.notes.size(), 3U);
+	EXPECT_EQ(flags.notes[2], "parameter 'sede' is not an option; did you mean seed?");
+	EXPECT_FALSE(flags.quiet);
+	EXPECT_TRUE(flags_of({"--ros-args", "--log-level", "rcl:=ERROR"}).quiet);
+}
+
+TEST(RosArguments, WhatIsMalformedIsRefused)
+{
+	EXPECT_NE(refusal_of({"--ros-args", "-r"}).find("-r: needs a value"), std::string::npos);
+	EXPECT_NE(refusal_of({"--ros-args", "-r", "scan"}).find("write NAME:=VALUE"), std::string::npos);
+	EXPECT_NE(refusal_of({"--ros-args", "--scan", "/x"}).find("--scan: is not an argument of ROS"), std::string::npos);
+	EXPECT_NE(refusal_of({"scan:=/x"}).find("write --ros-args -r scan:=/x"), std::string::npos);
+}
+
+TEST(Environment, SaysWhichPeersAreFound)
+{
+	EXPECT_EQ(flags_of({}).discovery.settings, std::vector<std::string>{""});
+	const auto settings_with = [](const char* name, const char* value)
+	{
+		const Variable variable(name, value);
+		return flags_of({}).discovery.settings.front();
+	};
+	EXPECT_NE(settings_with("ROS_LOCALHOST_ONLY", "1").find("127.0.0.1"), std::string::npos);
+	EXPECT_EQ(settings_with("ROS_LOCALHOST_ONLY", "0"), "");
+	EXPECT_NE(settings_with("ROS_AUTOMATIC_DISCOVERY_RANGE", "localhost").find("127.0.0.1"), std::string::npos);
+	EXPECT_NE(settings_with("ROS_AUTOMATIC_DISCOVERY_RANGE", "OFF").find("<Tag>"), std::string::npos);
+	EXPECT_EQ(settings_with("ROS_AUTOMATIC_DISCOVERY_RANGE", "SUBNET"), "");
+	EXPECT_EQ(settings_with("ROS_AUTOMATIC_DISCOVERY_RANGE", "SYSTEM_DEFAULT"), "");
+	const std::string peers = settings_with("ROS_STATIC_PEERS", "192.0.2.7;robot.local");
+	EXPECT_NE(peers.find("<Peer address=\"192.0.2.7\"/><Peer address=\"robot.local\"/>"), std::string::npos);
+	const Variable range("ROS_AUTOMATIC_DISCOVERY_RANGE", "HOUSE");
+	EXPECT_NE(refusal_of({}).find("'HOUSE' is not one of SUBNET"), std::string::npos);
+}
+
+TEST(Environment, NamesWhatCannotBeJoined)
+{
+	const Variable server("ROS_DISCOVERY_SERVER", "127.0.0.1:11811"), zenoh("RMW_IMPLEMENTATION", "rmw_zenoh_cpp");
+	const auto notes = flags_of({}).notes;
+	ASSERT_EQ(notes.size(), 2U);
+	EXPECT_EQ(notes[0].find("RMW_IMPLEMENTATION is rmw_zenoh_cpp"), 0U);
+	EXPECT_EQ(notes[1].find("ROS_DISCOVERY_SERVER is 127.0.0.1:11811"), 0U);
+	const Variable fast("RMW_IMPLEMENTATION", "rmw_fastrtps_cpp");
+	EXPECT_EQ(flags_of({}).notes.size(), 1U);
+}
+}  // namespace d2s1r::live
