@@ -1,0 +1,129 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+// The map calibrates the robot: how a laser must be read, as a drive through a known map shows it.
+//
+// One robust least-squares problem on the walls of the map and on the motions of the robot. Its motions are those of
+// Censi, Franchi, Marchionni and Oriolo, "Simultaneous calibration of odometry and sensor parameters for mobile
+// robots", IEEE Transactions on Robotics 29(2), 2013: a hand-eye calibration in the plane. The time by which laser and
+// odometry differ is one more unknown, as in Kelly and Sukhatme, "A general framework for temporal calibration of
+// multiple proprioceptive and exteroceptive sensors", ISER 2010, and Rehder, Siegwart and Furgale, "A general approach
+// to spatiotemporal calibration in multisensor systems", IEEE Transactions on Robotics 32(2), 2016.
+#pragma once
+
+#include <d2s1r/grid.h>
+#include <d2s1r/scan.h>
+#include <mrpt/math/TPose2D.h>
+
+#include <array>
+#include <cstddef>
+#include <limits>
+#include <optional>
+#include <utility>
+#include <vector>
+
+namespace d2s1r::calibration
+{
+/// Says how a laser is read. It starts from what the messages say.
+struct Reading
+{
+	mrpt::math::TPose2D laser;          //!< frame in which the angles of beams count, on the robot, m and rad
+	double first_beam = 0;              //!< [s] when the first beam is taken, after the stamp of the scan
+	double duration = 0;                //!< [s] from the first beam to the last; negative if the last is taken first
+	double angle_scale = 1;             //!< [-] of the angles between the first beam and the others
+	double range_factor = 1;            //!< [-] of all ranges
+	double way_scale = 1;               //!< [-] of the odometry's ways
+	double turn_scale = 1;              //!< [-] of the odometry's turns
+	double odometry_clock = 0;          //!< [s] of the odometry's clock minus that of the scans
+	bool is_odometry_mirrored = false;  //!< whether its left is right
+
+	/// Returns the time [s] of the middle of the sweep after the stamp.
+	double middle() const { return first_beam + 0.5 * duration; }
+};
+
+/// Numbers the continuous unknowns.
+enum Unknown : std::size_t
+{
+	kYaw,          //!< [rad] of the laser on the robot
+	kX,            //!< [m]
+	kY,            //!< [m]
+	kFirstBeam,    //!< [s]
+	kDuration,     //!< [s]
+	kAngleScale,   //!< [-]
+	kRangeFactor,  //!< [-]
+	kWayScale,     //!< [-]
+	kTurnScale,    //!< [-]
+	kUnknowns
+};
+
+/// Returns one of the numbers of a reading.
+double value_of(const Reading& reading, Unknown unknown);
+
+/// Holds a return of a scan as it was recorded.
+struct RecordedBeam
+{
+	float angle = 0;  //!< [rad] counter-clockwise as seen from above, in the frame of the laser
+	float range = 0;  //!< [m]
+	float share = 0;  //!< [0, 1] of the sweep that has passed when it is taken
+};
+
+/// Holds a scan that was found in the map.
+struct FoundScan
+{
+	double time = 0;  //!< [s] its stamp
+	std::vector<RecordedBeam> returns;
+	float first_angle = 0;  //!< [rad] of the first beam
+	mrpt::math::TPose2D
+	    laser;  //!< in the map at its stamp, as it was found with the reading of the messages, m and rad
+};
+
+/// Says what a drive shows of an unknown.
+enum class Verdict
+{
+	kNotShown,  //!< the drive does not tell it yet
+	kAsTold,    //!< the drive agrees with the messages, or differs by too little to matter
+	kChanged    //!< the drive contradicts the messages
+};
+
+/// Says what a drive shows of one unknown.
+struct Finding
+{
+	double told = 0;                                             //!< by the messages
+	double estimate = 0;                                         //!< by the drive
+	double deviation = std::numeric_limits<double>::infinity();  //!< standard deviation of the estimate
+	double log_odds = 0;  //!< [nat] for the estimate, against what the messages say
+	Verdict verdict = Verdict::kNotShown;
+};
+
+/// Says how far the drive is from what a reading predicts.
+struct Residuals
+{
+	double walls = 0;                    //!< [m] median distance of returns from the walls
+	double way = 0;                      //!< [m] median difference of motions between scans and those of the odometry
+	double turn = 0;                     //!< [rad] the same of their turns
+	std::vector<double> walls_of_scans;  //!< [m] median of each scan
+	std::vector<double> ways, turns;     //!< [m], [rad] of each motion between scans
+};
+
+/// Says what a drive shows.
+struct Calibration
+{
+	Reading told;
+	Reading shown;  //!< what the messages say, but for what the drive contradicts
+	std::array<Finding, kUnknowns> findings;
+	/// [nat] For a mirrored odometry, or one in another clock, against what the messages say; 0 if neither is shown.
+	double odometry_log_odds = 0;
+	std::vector<std::pair<Unknown, Unknown>> pairs;  //!< that the drive cannot tell apart
+	Residuals before, after;
+	std::size_t scans = 0, motions = 0;  //!< [-] that it rests on
+
+	/// Returns whether the laser has to be read in another way than the messages say.
+	bool is_changed() const;
+};
+
+/// Returns what a drive shows. Deterministic; takes about as long as it takes to localize the scans.
+/// \param scans by increasing time, wherever the robot turns and drives, some tens of them
+/// \param odometry robot in the odometry's frame, by increasing time [s] by its clock
+/// \param clocks [s] by which the odometry's clock may differ from that of the scans, beside 0 and a few seconds
+Calibration calibrate(
+    const Grid& map, const Reading& told, const std::vector<FoundScan>& scans, const std::vector<TimedPose>& odometry,
+    const std::vector<double>& clocks = {});
+}  // namespace d2s1r::calibration

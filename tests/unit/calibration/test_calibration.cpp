@@ -1,0 +1,73 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include <gtest/gtest.h>
+
+#include "calibration/calibration.h"
+#include "simulated_drive.h"
+
+namespace d2s1r::test
+{
+namespace
+{
+using calibration::Calibration;
+using calibration::Reading;
+using calibration::Verdict;
+
+/// Returns what a drive shows whose messages say that the laser is in the middle and takes all beams at once.
+Calibration calibrate_drive(const DriveSettings& settings)
+{
+	const Grid map = make_floor();
+	SimulatedDrive drive = simulate_drive(map, settings);
+	std::mt19937 random(7);
+	std::normal_distribution<double> normal;
+	for (calibration::FoundScan& scan : drive.scans)
+		scan.laser =
+		    scan.laser + mrpt::math::TPose2D(0.02 * normal(random), 0.02 * normal(random), 0.01 * normal(random));
+	return calibration::calibrate(map, {}, drive.scans, drive.odometry);
+}
+
+TEST(Calibration, ChangesNothingThatIsRight)
+{
+	for (unsigned seed = 1; seed <= 4; seed++)
+	{
+		DriveSettings settings;
+		settings.seed = seed;
+		EXPECT_FALSE(calibrate_drive(settings).is_changed()) << seed;
+	}
+}
+
+TEST(Calibration, FindsALaserThatIsTurnedAndLate)
+{
+	DriveSettings settings;
+	settings.truth.laser = {0.2, -0.1, 90 * kDegree};
+	settings.truth.first_beam = -0.1;
+	settings.truth.duration = 0.1;
+	const Calibration result = calibrate_drive(settings);
+	EXPECT_NEAR(result.shown.laser.phi, 90 * kDegree, 1 * kDegree);
+	EXPECT_NEAR(result.shown.first_beam, -0.1, 0.02);
+	EXPECT_NEAR(result.shown.duration, 0.1, 0.02);
+}
+
+TEST(Calibration, FindsMirroredOdometryInAnotherClock)
+{
+	DriveSettings settings;
+	settings.truth.is_odometry_mirrored = true;
+	settings.truth.odometry_clock = 3;
+	const Calibration result = calibrate_drive(settings);
+	EXPECT_TRUE(result.shown.is_odometry_mirrored);
+	EXPECT_NEAR(result.shown.odometry_clock, 3, 0.03);
+}
+
+TEST(Calibration, FindsScales)
+{
+	DriveSettings settings;
+	settings.truth.range_factor = 1.03;
+	settings.truth.angle_scale = 0.97;
+	settings.truth.duration = -0.2;
+	settings.truth.first_beam = 0.2;
+	const Calibration result = calibrate_drive(settings);
+	EXPECT_NEAR(result.shown.range_factor, 1.03, 0.004);
+	EXPECT_NEAR(result.shown.angle_scale, 0.97, 0.004);
+	EXPECT_NEAR(result.shown.duration, -0.2, 0.02);
+}
+}  // namespace
+}  // namespace d2s1r::test
