@@ -203,7 +203,10 @@ const LocalizationMethod& Localizer::method() const
 std::optional<Hypothesis> Localizer::hypothesis_near(const Scan& scan, const mrpt::poses::CPose2D& robot) const
 {
 	if (!is_on_earth(robot)) return std::nullopt;
-	return index_->method->hypothesis_near(scan, robot.asTPose(), *parameters_);
+	Localization there = index_->method->look_at(scan, {robot.asTPose()}, {}, *parameters_);
+	if (there.hypotheses.empty()) return std::nullopt;
+	there.hypotheses.front().probability = 0;
+	return there.best();
 }
 
 std::optional<double> Localizer::relative_entropy(const Scan& scan, const mrpt::poses::CPose2D& robot) const

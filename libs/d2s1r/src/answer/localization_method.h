@@ -6,7 +6,7 @@
 #include <d2s1r/prior.h>
 #include <d2s1r/scan.h>
 
-#include <optional>
+#include <vector>
 
 #include "base/index_file.h"
 #include "ranges/ray_caster.h"
@@ -34,9 +34,12 @@ class LocalizationMethod
 	/// \throws std::invalid_argument if the query asks for what the method cannot do
 	virtual Localization localize(const Scan& scan, const Query& query, const Parameters& parameters) const = 0;
 
-	/// Tells how a scan fits near `robot` (map frame); see Localizer::hypothesis_near().
-	virtual std::optional<Hypothesis> hypothesis_near(
-	    const Scan& scan, const mrpt::math::TPose2D& robot, const Parameters& parameters) const = 0;
+	/// Judges a scan near these poses of the robot (map frame) alone, as localize() judges what it finds: it refines,
+	/// scores and compares them, and searches nothing.
+	/// \return the places that explain the scan best, however badly they do; none if the scan is not valid
+	virtual Localization look_at(
+	    const Scan& scan, const std::vector<mrpt::math::TPose2D>& robots, const Prior& prior,
+	    const Parameters& parameters) const = 0;
 
 	/// Returns what casts rays through the map, up to paper.max_range.
 	virtual const RayCaster& caster() const = 0;

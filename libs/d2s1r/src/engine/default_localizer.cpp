@@ -343,23 +343,24 @@ Localization DefaultLocalizer::localize(const Scan& scan, const Query& query, co
 	return localize_default(scan, {index_.searched(query.prior, parameters, 0, query.stop)}, query.time_budget).answer;
 }
 
-std::optional<Hypothesis> DefaultLocalizer::hypothesis_near(
-    const Scan& scan, const mrpt::math::TPose2D& robot, const Parameters& parameters) const
+Localization DefaultLocalizer::look_at(
+    const Scan& scan, const std::vector<mrpt::math::TPose2D>& robots, const Prior& prior,
+    const Parameters& parameters) const
 {
-	if (!scan.valid()) return std::nullopt;
+	if (!scan.valid()) return no_place(Status::kInvalid, why_invalid(scan));
 	Parameters lenient = parameters;
 	lenient.scoring.rejected_below = 0;
-	const Prior anywhere;
-	const std::vector<SearchedMap> maps = {index_.searched(anywhere, lenient)};
-	const std::vector<Candidate> candidates = {{robot + scan.sensor_on_robot, 0, &maps.front()}};
+	const std::vector<SearchedMap> maps = {index_.searched(prior, lenient)};
+	std::vector<Candidate> candidates;
+	for (const mrpt::math::TPose2D& robot : robots)
+		candidates.push_back({robot + scan.sensor_on_robot, 0, &maps.front()});
 	StageClock clock;
 	const BeamSubsets beams(scan);
 	std::vector<Place> places = judge(scan, beams, candidates, lenient, {}, clock);
 	add_covariances(beams.all, lenient.scoring, places);
-	const Decision decision = decide(scan, places, maps);
-	if (decision.answer.hypotheses.empty()) return std::nullopt;
-	Hypothesis hypothesis = decision.answer.best();
-	hypothesis.probability = 0;
-	return hypothesis;
+	Localization answer = decide(scan, places, maps).answer;
+	clock.lap(&StageTimes::refinement_ms);
+	answer.times = clock.times();
+	return answer;
 }
 }  // namespace d2s1r

@@ -42,8 +42,9 @@ class DefaultLocalizer : public LocalizationMethod
 	}
 
 	Localization localize(const Scan& scan, const Query& query, const Parameters& parameters) const override;
-	std::optional<Hypothesis> hypothesis_near(
-	    const Scan& scan, const mrpt::math::TPose2D& robot, const Parameters& parameters) const override;
+	Localization look_at(
+	    const Scan& scan, const std::vector<mrpt::math::TPose2D>& robots, const Prior& prior,
+	    const Parameters& parameters) const override;
 	const RayCaster& caster() const override { return caster_; }
 	void save(IndexWriter& file) const override { d2s1r::save(index_, file); }
 

@@ -200,8 +200,8 @@ Localization PaperLocalizer::localize(const Scan& scan, const Query& query, cons
 	return query.stop && query.stop() ? stopped_search() : answer;
 }
 
-std::optional<Hypothesis> PaperLocalizer::hypothesis_near(
-    const Scan&, const mrpt::math::TPose2D&, const Parameters&) const
+Localization PaperLocalizer::look_at(
+    const Scan&, const std::vector<mrpt::math::TPose2D>&, const Prior&, const Parameters&) const
 {
 	throw std::invalid_argument("Localizer::hypothesis_near() needs method = default");
 }

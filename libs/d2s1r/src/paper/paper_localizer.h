@@ -56,8 +56,9 @@ class PaperLocalizer : public LocalizationMethod
 	/// \throws std::invalid_argument if there is a prior: the method searches everywhere
 	Localization localize(const Scan& scan, const Query& query, const Parameters& parameters) const override;
 	/// \throws std::invalid_argument the method has no hypothesis without a search
-	std::optional<Hypothesis> hypothesis_near(
-	    const Scan& scan, const mrpt::math::TPose2D& robot, const Parameters& parameters) const override;
+	Localization look_at(
+	    const Scan& scan, const std::vector<mrpt::math::TPose2D>& robots, const Prior& prior,
+	    const Parameters& parameters) const override;
 	const RayCaster& caster() const override { return caster_; }
 	void save(IndexWriter& file) const override;
 
