@@ -12,14 +12,6 @@ namespace d2s1r
 {
 namespace
 {
-/// Returns the correlation [0, 1] of what two scans say.
-double correlation(const FrameEvidence& a, const FrameEvidence& b, const WindowModel& model)
-{
-	const double way = std::hypot(a.robot.x - b.robot.x, a.robot.y - b.robot.y);
-	const double turn = std::abs(mrpt::math::wrapToPi(a.robot.phi - b.robot.phi));
-	return std::exp(-way / model.same_way - turn / mrpt::DEG2RAD(model.same_turn));
-}
-
 /// Returns evidence [nat] that is not below the least, without a step.
 double bounded(double evidence, const WindowModel& model)
 {
@@ -46,20 +38,15 @@ void normalize(WindowPosterior& posterior)
 	posterior.none /= sum;
 }
 
-/// Lowers the probability of "none of them" to what the newest scan alone gives it: whatever the frames before say, the
-/// robot may have come into the map since, and this scan shows it.
-void admit_presence(WindowPosterior& posterior, const FrameEvidence& newest, const std::vector<const Evidence*>& tracks)
+}  // namespace
+
+double correlation(const mrpt::math::TPose2D& a, const mrpt::math::TPose2D& b, const WindowModel& model)
 {
-	double places = 0;  // [-] against the best one
-	for (const Evidence* track : tracks) places += std::exp(track->back());
-	const double none = std::exp(newest.absence) / (std::exp(newest.absence) + places);
-	if (none >= posterior.none) return;
-	for (double& track : posterior.tracks) track *= (1 - none) / (1 - posterior.none);
-	posterior.none = none;
+	const double way = std::hypot(a.x - b.x, a.y - b.y);
+	const double turn = std::abs(mrpt::math::wrapToPi(a.phi - b.phi));
+	return std::exp(-way / model.same_way - turn / mrpt::DEG2RAD(model.same_turn));
 }
 
-/// Lets the robot come from one state to another between two frames, whose motion is right with this probability.
-/// \param moved [0, 1] how much of the way is new: a robot that stands still does not come into the map by itself
 void predict(WindowPosterior& posterior, double linked, double moved, const WindowModel& model)
 {
 	const double broken = 1 - linked, found = 1 - posterior.none;
@@ -67,7 +54,24 @@ void predict(WindowPosterior& posterior, double linked, double moved, const Wind
 	for (double& track : posterior.tracks) track = linked * track + arriving;
 	posterior.none = linked * posterior.none + broken + moved * model.gone_missing * found;
 }
-}  // namespace
+
+void weigh(WindowPosterior& posterior, const FrameWeights& frame, const WindowModel& model)
+{
+	posterior.none *= std::exp(frame.of_absence * bounded(frame.absence, model));
+	for (std::size_t k = 0; k < posterior.tracks.size(); k++)
+		posterior.tracks[k] *= std::exp(frame.of_tracks[k] * bounded(frame.evidence[k], model));
+	normalize(posterior);
+}
+
+void admit_presence(WindowPosterior& posterior, double absence, const std::vector<double>& evidence)
+{
+	double places = 0;  // [-] against the best one
+	for (const double track : evidence) places += std::exp(track);
+	const double none = std::exp(absence) / (std::exp(absence) + places);
+	if (none >= posterior.none) return;
+	for (double& track : posterior.tracks) track *= (1 - none) / (1 - posterior.none);
+	posterior.none = none;
+}
 
 std::vector<double> independence(const std::vector<FrameEvidence>& frames, const WindowModel& model)
 {
@@ -76,7 +80,8 @@ std::vector<double> independence(const std::vector<FrameEvidence>& frames, const
 		shares.push_back(
 		    1 / std::accumulate(
 		            frames.begin(), frames.end(), 0.0,
-		            [&](double sum, const FrameEvidence& other) { return sum + correlation(frame, other, model); }));
+		            [&](double sum, const FrameEvidence& other)
+		            { return sum + correlation(frame.robot, other.robot, model); }));
 	return shares;
 }
 
@@ -92,14 +97,16 @@ WindowPosterior posterior(
 	WindowPosterior result{std::vector<double>(tracks.size(), 1.0), 1.0};
 	for (std::size_t i = 0; i < frames.size(); i++)
 	{
-		if (i > 0) predict(result, frames[i].linked, 1 - correlation(frames[i - 1], frames[i], model), model);
-		const double absence = std::min(frames[i].absence, most_absence);
-		result.none *= std::exp(of_presence[i] * bounded(absence, model));
-		for (std::size_t k = 0; k < tracks.size(); k++)
-			result.tracks[k] *= std::exp(of_places[i] * bounded((*tracks[k])[i], model));
-		normalize(result);
+		if (i > 0)
+			predict(result, frames[i].linked, 1 - correlation(frames[i - 1].robot, frames[i].robot, model), model);
+		FrameWeights frame{std::min(frames[i].absence, most_absence), of_presence[i], {}, {}};
+		for (const Evidence* track : tracks) frame.evidence.push_back((*track)[i]);
+		frame.of_tracks.assign(tracks.size(), of_places[i]);
+		weigh(result, frame, model);
 	}
-	admit_presence(result, frames.back(), tracks);
+	std::vector<double> newest;
+	for (const Evidence* track : tracks) newest.push_back(track->back());
+	admit_presence(result, frames.back().absence, newest);
 	return result;
 }
 

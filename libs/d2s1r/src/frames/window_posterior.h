@@ -30,6 +30,31 @@ struct WindowPosterior
 	double none = 1;             //!< that none of them is right
 };
 
+/// Returns the correlation [0, 1] of what two scans say, by the way and the turn between them: it is
+/// exp(-way / same_way - turn / same_turn).
+double correlation(const mrpt::math::TPose2D& a, const mrpt::math::TPose2D& b, const WindowModel& model);
+
+/// Lets the robot come from one state to another between two frames, whose motion is right with this probability.
+/// \param moved [0, 1] how much of the way is new: a robot that stands still does not come into the map by itself
+void predict(WindowPosterior& posterior, double linked, double moved, const WindowModel& model);
+
+/// What a frame says of the states, and how much it counts.
+struct FrameWeights
+{
+	double absence = 0;             //!< [nat] see FrameEvidence
+	double of_absence = 1;          //!< [-] power of its odds
+	std::vector<double> evidence;   //!< [nat] by track, see Evidence
+	std::vector<double> of_tracks;  //!< [-] power of the odds, by track
+};
+
+/// Multiplies the odds of the states by what a frame says of them. The evidence of tracks is bounded from below.
+void weigh(WindowPosterior& posterior, const FrameWeights& frame, const WindowModel& model);
+
+/// Lowers the probability of "none of them" to what the newest scan alone gives it: whatever the frames before say, the
+/// robot may have come into the map since, and this scan shows it.
+/// \param evidence [nat] of the newest frame, by track
+void admit_presence(WindowPosterior& posterior, double absence, const std::vector<double>& evidence);
+
 /// Returns for how many independent scans [0, 1] each frame counts: one divided by the number of those that say the
 /// same again. Two scans are correlated by exp(-way / same_way - turn / same_turn).
 std::vector<double> independence(const std::vector<FrameEvidence>& frames, const WindowModel& model);
