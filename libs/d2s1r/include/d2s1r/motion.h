@@ -83,6 +83,10 @@ class OdometryCheck
 	std::optional<mrpt::poses::CPosePDFGaussian> checked(
 	    const std::optional<mrpt::poses::CPose2D>& increment, const Localization& localization);
 
+	/// Returns the motion of a robot whose odometry measured this increment, by the estimated scale and with errors of
+	/// the estimated size; no value if the increment is not plausible or the odometry cannot be relied on.
+	std::optional<mrpt::poses::CPosePDFGaussian> motion(const mrpt::poses::CPose2D& increment) const;
+
 	/// Returns what is known after the last scan.
 	const OdometryEstimate& estimate() const { return estimate_; }
 

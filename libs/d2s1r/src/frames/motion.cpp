@@ -125,6 +125,12 @@ std::optional<CPosePDFGaussian> OdometryCheck::checked(
 	if (before_ && now && is_usable && before_->map == now->map) learn(*increment, increment_between(*before_, *now));
 	before_ = now;
 	estimate_.is_relied_on = disagreement_ <= tuning_.most_disagreement;
-	return is_usable && estimate_.is_relied_on ? std::optional(corrected(*increment)) : std::nullopt;
+	return increment ? motion(*increment) : std::nullopt;
+}
+
+std::optional<CPosePDFGaussian> OdometryCheck::motion(const mrpt::poses::CPose2D& increment) const
+{
+	if (!is_plausible(increment) || !estimate_.is_relied_on) return std::nullopt;
+	return corrected(increment);
 }
 }  // namespace d2s1r
