@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cstdlib>
 #include <cstring>
 #include <map>
@@ -19,7 +20,7 @@ namespace d2s1r::live
 {
 namespace
 {
-constexpr std::size_t kMostTaken = 32;  // [-] samples at once
+constexpr std::size_t kMostTaken = 8;  // [-] samples at once
 constexpr char kGraphTopic[] = "ros_discovery_info";
 
 struct DeleteQos
@@ -126,6 +127,16 @@ Entity join_domain(std::uint32_t domain)
 	return checked(dds_create_participant(domain, qos.get(), nullptr), "domain " + std::to_string(domain));
 }
 
+namespace
+{
+ParticipantKey key_of(const dds_guid_t& guid)
+{
+	ParticipantKey key{};
+	std::copy(std::begin(guid.v), std::end(guid.v), key.begin());
+	return key;
+}
+}  // namespace
+
 std::string Endpoint::new_mismatch()
 {
 	std::uint32_t count = 0, policy = 0;
@@ -178,7 +189,10 @@ void Reader::take(const std::function<void(ros::Bytes message, std::uint64_t pub
 {
 	std::array<ddsi_serdata*, kMostTaken> samples{};
 	std::array<dds_sample_info_t, kMostTaken> infos{};
-	for (int taken = kMostTaken; taken == static_cast<int>(kMostTaken);)
+	// Others must be heard, too, while somebody floods this topic; what waits is as much as its quality of service
+	// keeps.
+	const auto end = std::chrono::steady_clock::now() + std::chrono::milliseconds(20);
+	for (int taken = kMostTaken; taken == static_cast<int>(kMostTaken) && std::chrono::steady_clock::now() < end;)
 	{
 		taken = dds_takecdr(entity(), samples.data(), kMostTaken, infos.data(), DDS_ANY_STATE);
 		for (int i = 0; i < taken; i++)
@@ -233,12 +247,22 @@ void Waiter::wait(int milliseconds)
 	dds_waitset_wait(waitset_, triggered.data(), triggered.size(), DDS_MSECS(milliseconds));
 }
 
+std::set<ParticipantKey> AnyWriter::participants() const
+{
+	std::array<dds_instance_handle_t, 64> handles{};
+	const auto count = dds_get_matched_subscriptions(entity(), handles.data(), handles.size());
+	std::set<ParticipantKey> keys;
+	for (std::size_t i = 0; count > 0 && i < std::min(static_cast<std::size_t>(count), handles.size()); i++)
+		if (auto* const endpoint = dds_get_matched_subscription_data(entity(), handles[i]))
+		{
+			keys.insert(key_of(endpoint->participant_key));
+			dds_builtintopic_free_endpoint(endpoint);
+		}
+	return keys;
+}
+
 Graph::Graph(dds_entity_t participant, std::string node, std::string space)
-    : participant_(participant),
-      node_(std::move(node)),
-      space_(std::move(space)),
-      publications_(
-          checked(dds_create_reader(participant, DDS_BUILTIN_TOPIC_DCPSPUBLICATION, nullptr, nullptr), "publications"))
+    : participant_(participant), node_(std::move(node)), space_(std::move(space))
 {
 }
 
@@ -293,29 +317,67 @@ void write_graph(
 }
 }  // namespace
 
+Publications::Publications(dds_entity_t participant)
+    : reader_(
+          checked(dds_create_reader(participant, DDS_BUILTIN_TOPIC_DCPSPUBLICATION, nullptr, nullptr), "publications"))
+{
+	dds_guid_t own{};
+	dds_get_guid(participant, &own);
+	own_ = key_of(own);
+}
+
+void Publications::update()
+{
+	constexpr int kMostRounds = 20;
+	constexpr std::size_t kMostKept = 20'000;  // [-] publications
+	std::array<void*, 200> samples{};
+	std::array<dds_sample_info_t, 200> infos{};
+	int count = static_cast<int>(samples.size());
+	for (int round = 0; round < kMostRounds && count == static_cast<int>(samples.size()); round++)
+	{
+		// Those that have gone leave nothing behind, since they are taken.
+		count = dds_take(reader_, samples.data(), infos.data(), samples.size(), samples.size());
+		for (int i = 0; i < count; i++)
+		{
+			const auto at = static_cast<std::size_t>(i);
+			if (!infos[at].valid_data || infos[at].instance_state != DDS_IST_ALIVE)
+			{
+				all_.erase(infos[at].instance_handle);
+				continue;
+			}
+			const auto& endpoint = *static_cast<const dds_builtintopic_endpoint_t*>(samples[at]);
+			const ParticipantKey key = key_of(endpoint.participant_key);
+			if (key == own_ || all_.size() >= kMostKept) continue;
+			const bool has_hash = user_data_of(endpoint.qos).find("typehash=") != std::string::npos;
+			all_[infos[at].instance_handle] = {key, endpoint.topic_name, endpoint.type_name, has_hash};
+		}
+		if (count > 0) dds_return_loan(reader_, samples.data(), count);
+	}
+}
+
+std::vector<std::string> Publications::topics_of(const std::string& type, const std::string& other) const
+{
+	std::set<std::string> topics;
+	for (const auto& [handle, publication] : all_)
+		if (publication.type == type && publication.topic.rfind("rt/", 0) == 0 && publication.topic != wire_name(other))
+			topics.insert(publication.topic.substr(2));
+	return {topics.begin(), topics.end()};
+}
+
+namespace
+{
 /// Returns the length of the identifiers of the peers that tell which nodes they have; 0 if there is none or if they
 /// differ. Endpoints of Iron and later carry the hash of their type.
-int Graph::size_of_peers()
+int size_of_peers(const Publications& publications)
 {
 	constexpr int kHumble = 24, kIron = 16;
-	std::array<void*, 1000> samples{};
-	std::array<dds_sample_info_t, 1000> infos{};
-	dds_guid_t own{};
-	dds_get_guid(participant_, &own);
-	const int count = dds_read(publications_, samples.data(), infos.data(), samples.size(), samples.size());
-	std::map<std::string, std::pair<bool, bool>> participants;  // whether they tell of nodes, and have hashes
-	for (int i = 0; i < count; i++)
+	std::map<ParticipantKey, std::pair<bool, bool>> participants;  // whether they tell of nodes, and have hashes
+	for (const auto& [handle, publication] : publications.all())
 	{
-		const auto at = static_cast<std::size_t>(i);
-		if (!infos[at].valid_data || infos[at].instance_state != DDS_IST_ALIVE) continue;
-		const auto& endpoint = *static_cast<const dds_builtintopic_endpoint_t*>(samples[at]);
-		if (std::memcmp(endpoint.participant_key.v, own.v, sizeof own.v) == 0) continue;
-		auto& [tells, has_hash] = participants[std::string(
-		    reinterpret_cast<const char*>(endpoint.participant_key.v), sizeof endpoint.participant_key.v)];
-		tells |= std::strcmp(endpoint.topic_name, kGraphTopic) == 0;
-		has_hash |= user_data_of(endpoint.qos).find("typehash=") != std::string::npos;
+		auto& [tells, has_hash] = participants[publication.participant];
+		tells |= publication.topic == kGraphTopic;
+		has_hash |= publication.has_hash;
 	}
-	if (count > 0) dds_return_loan(publications_, samples.data(), count);
 	int size = 0;
 	for (const auto& [participant, seen] : participants)
 	{
@@ -326,10 +388,13 @@ int Graph::size_of_peers()
 	}
 	return size;
 }
+}  // namespace
 
-void Graph::update(const std::vector<const Endpoint*>& readers, const std::vector<const Endpoint*>& writers)
+void Graph::update(
+    const Publications& publications, const std::vector<const Endpoint*>& readers,
+    const std::vector<const Endpoint*>& writers)
 {
-	const int size = size_of_peers();
+	const int size = size_of_peers(publications);
 	if (size == size_ && told_ == readers.size() + writers.size()) return;
 	if (size != size_)
 	{

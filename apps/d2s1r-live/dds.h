@@ -6,9 +6,12 @@
 #include <dds/dds.h>
 #include <ros/bytes.h>
 
+#include <array>
 #include <cstdint>
 #include <functional>
+#include <set>
 #include <string>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -80,6 +83,9 @@ class Endpoint
 	std::uint32_t mismatches_ = 0;
 };
 
+/// Names a participant.
+using ParticipantKey = std::array<unsigned char, 16>;
+
 /// How many peers there are, and have been.
 struct Peers
 {
@@ -99,8 +105,8 @@ class Reader : public Endpoint
 	/// Returns names of the publishers that are there, which differ from those of all others that ever were.
 	std::vector<std::uint64_t> publisher_ids() const;
 
-	/// Hands over the messages that have come, oldest first, each as it was sent, with the name of its publisher.
-	/// Cyclone DDS has checked that they are of the type.
+	/// Hands over messages that have come, oldest first, each as it was sent, with the name of its publisher. Cyclone
+	/// DDS has checked that they are of the type. It returns after some milliseconds even if more come all the time.
 	void take(const std::function<void(ros::Bytes message, std::uint64_t publisher)>& use);
 };
 
@@ -112,6 +118,9 @@ class AnyWriter : public Endpoint
 	AnyWriter(
 	    dds_entity_t participant, const dds_topic_descriptor_t& type, const std::string& topic, const Quality& offered);
 	Peers readers() const;
+
+	/// Returns the participants that the readers are of.
+	std::set<ParticipantKey> participants() const;
 
    protected:
 	void send(const void* sample);
@@ -138,6 +147,34 @@ class Waiter
 	std::vector<Entity> conditions_;
 };
 
+/// Knows what the other participants publish.
+class Publications
+{
+   public:
+	explicit Publications(dds_entity_t participant);
+
+	struct Publication
+	{
+		ParticipantKey participant;
+		std::string topic, type;  //!< as they are on the wire
+		bool has_hash = false;    //!< of its type, as Iron and later tell it
+	};
+
+	/// Takes what has come and gone since the last call, up to some thousands.
+	void update();
+
+	/// Returns what is published now, in no order.
+	const std::unordered_map<std::uint64_t, Publication>& all() const { return all_; }
+
+	/// Returns the topics of ROS of a type, in their order, except `other`.
+	std::vector<std::string> topics_of(const std::string& type, const std::string& other) const;
+
+   private:
+	ParticipantKey own_{};
+	Entity reader_;
+	std::unordered_map<std::uint64_t, Publication> all_;
+};
+
 /// Says which nodes there are, so that tools show this one by its name. It is silent until it knows how long the peers'
 /// identifiers are, and while they do not agree: a wrong length breaks the peers' own lists.
 class Graph
@@ -146,18 +183,17 @@ class Graph
 	/// \param space namespace of the node
 	Graph(dds_entity_t participant, std::string node, std::string space);
 
-	/// Looks at the peers and tells them of these, if that is safe. Call it once a second.
-	void update(const std::vector<const Endpoint*>& readers, const std::vector<const Endpoint*>& writers);
+	/// Tells the peers of these endpoints, if that is safe. Call it once a second.
+	void update(
+	    const Publications& publications, const std::vector<const Endpoint*>& readers,
+	    const std::vector<const Endpoint*>& writers);
 
 	/// Returns the length [byte] of identifiers that is used; 0: the node has no name.
 	int identifier_size() const { return size_; }
 
    private:
-	int size_of_peers();
-
 	dds_entity_t participant_;
 	std::string node_, space_;
-	Entity publications_;  //!< reader of what DDS itself knows
 	int size_ = 0;
 	std::size_t told_ = 0;
 	Entity writer_;

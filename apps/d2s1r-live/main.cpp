@@ -1,10 +1,12 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include <shell/errors.h>
+#include <unistd.h>
 
 #include <atomic>
 #include <cerrno>
 #include <csignal>
 #include <cstdlib>
+#include <ctime>
 #include <iostream>
 #include <mutex>
 #include <new>
@@ -22,10 +24,22 @@ using namespace d2s1r::app;
 std::atomic<bool> is_told_to_stop{false};
 static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler may only touch lock-free atomics");
 
+timer_t last_moment;
+
+/// Ends the process after a moment, whatever it is doing then.
+void note_signal(int)
+{
+	constexpr itimerspec kMoment = {{0, 0}, {0, 700'000'000}};
+	is_told_to_stop = true;
+	timer_settime(last_moment, 0, &kMoment, nullptr);
+}
+
 void catch_signals()
 {
+	timer_create(CLOCK_MONOTONIC, nullptr, &last_moment);  // which sends SIGALRM
+	std::signal(SIGALRM, [](int) { _exit(kDone); });
 	for (const int signal : {SIGINT, SIGTERM, SIGHUP})
-		if (std::signal(signal, SIG_IGN) != SIG_IGN) std::signal(signal, [](int) { is_told_to_stop = true; });
+		if (std::signal(signal, SIG_IGN) != SIG_IGN) std::signal(signal, note_signal);
 	std::signal(SIGPIPE, SIG_IGN);
 }
 

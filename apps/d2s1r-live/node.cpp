@@ -16,6 +16,7 @@
 
 #include "dds.h"
 #include "messages.h"
+#include "rivals.h"
 
 namespace d2s1r::live
 {
@@ -29,7 +30,7 @@ Time wall_clock()
 	return duration_cast<nanoseconds>(system_clock::now().time_since_epoch()).count();
 }
 
-std::chrono::steady_clock::time_point steady_now()
+SteadyTime steady_now()
 {
 	return std::chrono::steady_clock::now();
 }
@@ -195,6 +196,34 @@ struct Topics
 	Waiter waiter;
 };
 
+/// Lets lines through as fast as people read them: what a peer can make the program say must not fill a journal.
+class LineBudget
+{
+   public:
+	/// Returns the line, shortened if it is long, with how many were left out before it; empty if it is left out.
+	std::string pass(const std::string& line, SteadyTime now)
+	{
+		constexpr std::chrono::seconds kOneLine(10);
+		constexpr int kMostAtOnce = 30;
+		constexpr std::size_t kLongest = 400;  // [byte]
+		if (now - last_ > kMostAtOnce * kOneLine) last_ = now - kMostAtOnce * kOneLine;
+		if (last_ + kOneLine > now)
+		{
+			left_out_++;
+			return "";
+		}
+		last_ += kOneLine;
+		const std::string before =
+		    left_out_ > 0 ? "(" + std::to_string(left_out_) + " lines were left out before this one) " : "";
+		left_out_ = 0;
+		return before + (line.size() > kLongest ? line.substr(0, kLongest) + "..." : line);
+	}
+
+   private:
+	SteadyTime last_{};  //!< until which all lines are spent
+	int left_out_ = 0;
+};
+
 class Node
 {
    public:
@@ -204,6 +233,7 @@ class Node
 	      domain_(open_domain(flags.domain, flags.discovery.settings)),
 	      participant_(join_domain(flags.domain)),
 	      topics_(flags, participant_),
+	      publications_(participant_),
 	      graph_(participant_, flags.names.node, flags.names.space),
 	      live_(settings_of(flags, parameters))
 	{
@@ -222,12 +252,12 @@ class Node
 		send(live_.update(now()));  // before messages of a time to which the clock ran back
 		take_messages();
 		send(live_.update(now()));
-		const auto status = live_.status(now());
+		auto status = live_.status(now());
+		if (!status.is_localized) status.summary += hint_;
 		const bool is_due = steady_now() - told_at_ >= std::chrono::seconds(1);
 		if (is_due || status.summary != told_summary_) send(status);
 		if (is_due) once_a_second();
-		if (flags_.quiet) return;
-		for (const std::string& line : live_.take_news()) say_(line);
+		for (const std::string& line : live_.take_news()) say(line);
 		say_if_stuck(status);
 	}
 
@@ -238,6 +268,12 @@ class Node
 		settings.parameters = parameters;
 		settings.make_localizer = localizers_with_index(flags.index);
 		return settings;
+	}
+
+	void say(const std::string& line)
+	{
+		if (flags_.quiet) return;
+		if (const std::string passed = budget_.pass(line, steady_now()); !passed.empty()) say_(passed);
 	}
 
 	Time now() const { return simulated_now_ ? *simulated_now_ : wall_clock(); }
@@ -258,17 +294,33 @@ class Node
 		    [&](const auto& transforms) { live_.add_transforms(transforms, true); });
 		take(
 		    topics_.transforms, ros::decode_transforms,
-		    [&](const auto& transforms) { live_.add_transforms(transforms, false); });
+		    [&](const auto& transforms, PublisherId publisher)
+		    {
+			    for (const ros::Transform& transform : transforms)
+				    if (transform.pose)
+					    rivals_.hear(
+					        "the transform of '" + transform.child + "'", publisher,
+					        mrpt::poses::CPose2D(*transform.pose), steady_now());
+			    live_.add_transforms(transforms, false);
+		    });
 		take(
 		    topics_.odometry, ros::decode_odometry,
-		    [&](const ros::Odometry& odometry) { live_.add_odometry(odometry); });
+		    [&](const ros::Odometry& odometry, PublisherId publisher)
+		    {
+			    rivals_.hear(topics_.odometry.topic(), publisher, steady_now());
+			    live_.add_odometry(odometry);
+		    });
 		take(
 		    topics_.maps, ros::decode_occupancy_grid,
 		    [&](const ros::OccupancyGrid& map, PublisherId publisher) { live_.add_map(map, publisher); });
 		for (Reader& tracker : topics_.trackers)
 			take(
 			    tracker, ros::decode_stamped_pose,
-			    [&](const ros::StampedPose& pose) { live_.add_tracker_pose(pose.header, pose.pose); });
+			    [&](const ros::StampedPose& pose, PublisherId publisher)
+			    {
+				    rivals_.hear(tracker.topic(), publisher, steady_now());
+				    live_.add_tracker_pose(pose.header, pose.pose);
+			    });
 		topics_.requests.take([&](ros::Bytes, PublisherId) { live_.request(); });
 		for (Reader& scans : topics_.scans) take_scans(scans);
 	}
@@ -278,11 +330,19 @@ class Node
 		if (flags_.settings.cloud_height)
 			take(
 			    reader, ros::decode_point_cloud,
-			    [&](const ros::PointCloud& cloud) { live_.add_cloud(reader.topic(), cloud); });
+			    [&](const ros::PointCloud& cloud, PublisherId publisher)
+			    {
+				    rivals_.hear(reader.topic(), publisher, steady_now());
+				    live_.add_cloud(reader.topic(), cloud);
+			    });
 		else
 			take(
 			    reader, ros::decode_laser_scan,
-			    [&](const ros::LaserScan& scan) { live_.add_scan(reader.topic(), scan); });
+			    [&](const ros::LaserScan& scan, PublisherId publisher)
+			    {
+				    rivals_.hear(reader.topic(), publisher, steady_now());
+				    live_.add_scan(reader.topic(), scan);
+			    });
 	}
 
 	/// Decodes what has come on a topic and hands it over, with the publisher if `use` asks for it. Messages that are
@@ -301,7 +361,7 @@ class Node
 			    catch (const std::runtime_error& e)
 			    {
 				    if (damaged_.insert(reader.topic()).second)
-					    say_(reader.topic() + ": a message is left out: " + one_line(e));
+					    say(reader.topic() + ": a message is left out: " + one_line(e));
 				    return;
 			    }
 			    if constexpr (std::is_invocable_v<Use, decltype(*message), PublisherId>)
@@ -351,7 +411,7 @@ class Node
 		}
 		if (is_said_ || steady_now() - stuck_since_ < kPatience) return;
 		is_said_ = true;
-		say_("domain " + std::to_string(flags_.domain) + ": " + reason);
+		say("domain " + std::to_string(flags_.domain) + ": " + reason);
 	}
 
 	void once_a_second()
@@ -359,30 +419,84 @@ class Node
 		std::vector<const Endpoint*> readers, writers;
 		for (const Reader* reader : topics_.readers()) readers.push_back(reader);
 		for (const AnyWriter* writer : topics_.writers()) writers.push_back(writer);
-		graph_.update(readers, writers);
+		publications_.update();
+		graph_.update(publications_, readers, writers);
+		look_for_rivals();
+		hint_ = hint_on_topics();
 		for (const auto* all : {&readers, &writers})
 			for (const Endpoint* endpoint : *all)
 			{
 				std::string line = const_cast<Endpoint*>(endpoint)->new_mismatch();
 				if (endpoint == &topics_.maps && !line.empty() && !flags_.volatile_map)
 					line += "; if it publishes once, start it after this program with --map-volatile";
-				if (!line.empty()) say_(line);
+				if (!line.empty()) say(line);
 			}
+	}
+
+	/// Tells the localizer whether messages of two robots come.
+	void look_for_rivals()
+	{
+		std::string what = rivals_.thing(steady_now());
+		if (!what.empty()) what = "two nodes publish " + what;
+		if (tracker_count_.are_several(trackers_that_read_seeds(), steady_now()) && what.empty())
+			what = "two trackers read seeds on " + topics_.seeds.topic();
+		if (!what.empty()) what += ": give each robot a namespace or a domain of its own, or stop one of them";
+		live_.set_rivals(what);
+	}
+
+	/// Returns the number of participants that read seeds and publish what trackers do. Recorders and tools publish
+	/// nothing of the kind.
+	std::size_t trackers_that_read_seeds() const
+	{
+		std::set<std::string> of_trackers = {wire_name(topics_.transforms.topic())};
+		for (const Reader& tracker : topics_.trackers) of_trackers.insert(wire_name(tracker.topic()));
+		const auto readers = topics_.seeds.participants();
+		std::set<ParticipantKey> found;
+		for (const auto& [handle, publication] : publications_.all())
+			if (of_trackers.count(publication.topic) > 0 && readers.count(publication.participant) > 0)
+				found.insert(publication.participant);
+		return found.size();
+	}
+
+	/// Returns what to write if nobody publishes the scans or the map that are read, but others of the kind; else an
+	/// empty text.
+	std::string hint_on_topics() const
+	{
+		const auto hint = [&](const Reader& reader, const dds_topic_descriptor_t& type, const std::string& option)
+		{
+			constexpr std::size_t kMostNamed = 3;
+			const auto others = publications_.topics_of(type.m_typename, reader.topic());
+			if (reader.publishers().present > 0 || others.empty()) return std::string();
+			std::string names;
+			for (std::size_t i = 0; i < std::min(others.size(), kMostNamed); i++)
+				names += (i > 0 ? ", " : "") + printable(others[i]);
+			return "; nobody publishes " + reader.topic() + ", but " + names + ": name it by " + option;
+		};
+		const auto& of_scans = flags_.settings.cloud_height ? sensor_msgs_msg_dds__PointCloud2__desc
+		                                                    : sensor_msgs_msg_dds__LaserScan__desc;
+		const std::string of_map =
+		    flags_.map.empty() ? hint(topics_.maps, nav_msgs_msg_dds__OccupancyGrid__desc, "--map-topic") : "";
+		return of_map + hint(topics_.scans.front(), of_scans, "--scan");
 	}
 
 	const Flags& flags_;
 	std::function<void(const std::string&)> say_;
 	Entity domain_, participant_;
 	Topics topics_;
+	Publications publications_;
 	Graph graph_;
+	Rivals rivals_;
+	TrackerCount tracker_count_;
+	LineBudget budget_;
+	std::string hint_;  //!< on topics that may be meant
 	LiveLocalizer live_;
 	std::optional<Time> simulated_now_;  //!< of /clock
 	std::set<std::string> damaged_;      //!< topics
 	std::string told_summary_;
-	std::chrono::steady_clock::time_point told_at_{};
+	SteadyTime told_at_{};
 	std::string stuck_by_;  //!< why the robot is not localized; empty if it is
 	bool is_said_ = true;
-	std::chrono::steady_clock::time_point stuck_since_{};
+	SteadyTime stuck_since_{};
 };
 
 /// Does what may take long, or wait for a pipe. The process ends without waiting for it if it is told to.

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <thread>
 
 #include "live_test.h"
 
@@ -123,6 +124,15 @@ TEST_F(LiveTest, AnswersWhenSomebodyAsks)
 	ASSERT_TRUE(wait_until([&] { return requests.has_reader(); }));
 	requests.write({});
 	EXPECT_TRUE(wait_until([&] { return robot.step(0, 0, 0.2); }));
+	for (int i = 0; i < 20; i++)  // as `ros2 topic pub --once` does, which looks for readers ten times a second
+	{
+		Peer asker;
+		PeerWriter<EmptyType> request(asker, "/d2s1r/localize");
+		ASSERT_TRUE(wait_until([&] { return request.has_reader(); }));
+		std::this_thread::sleep_for(std::chrono::milliseconds(100));
+		request.write({});
+		EXPECT_TRUE(wait_until([&] { return robot.step(0, 0, 1); }, 4)) << i;
+	}
 	stop(live);
 }
 

@@ -3,6 +3,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <chrono>
 #include <csignal>
 #include <cstring>
@@ -239,6 +240,81 @@ TEST_F(LiveTest, EndsWithinASecond)
 		EXPECT_TRUE(wait_until([&] { return !live.running(); }, 1));
 		EXPECT_EQ(live.wait().status, 0);
 	}
+}
+
+TEST_F(LiveTest, EndsWithinASecondWhileALargeMapIsIndexed)
+{
+	LiveProcess live = start_live();
+	RobotPeer robot;
+	ros::OccupancyGrid map = map_message(robot.grid);
+	map.width = map.height = 4000;
+	map.percent.assign(std::size_t(map.width) * map.height, 0);
+	std::mt19937 random(1);
+	for (int i = 0; i < 4000; i++) map.percent[random() % map.percent.size()] = 100;
+	robot.map.write(to_peer(map));
+	ASSERT_TRUE(wait_until([&] { return last_summary(robot) == "the map is being indexed"; }, 15));
+	live.send(SIGTERM);
+	EXPECT_TRUE(wait_until([&] { return !live.running(); }, 1));
+	EXPECT_EQ(live.wait().status, 0);
+}
+
+TEST_F(LiveTest, EndsWithinASecondWhileSomebodyFloodsATopic)
+{
+	LiveProcess live = start_live();
+	RobotPeer robot;
+	robot.begin();
+	ASSERT_TRUE(wait_for_answers(robot));
+	std::vector<ros::Transform> chain;
+	for (int i = 1; i < 950; i++)
+		chain.push_back(transform_of(robot.robot.time, "f" + std::to_string(i - 1), "f" + std::to_string(i), {}));
+	const auto message = to_peer(chain);
+	std::atomic<bool> is_over{false};
+	std::thread flood(
+	    [&]
+	    {
+		    while (!is_over) robot.static_transforms.write(message);
+	    });
+	std::this_thread::sleep_for(std::chrono::seconds(2));
+	EXPECT_TRUE(robot.step(0, 0, 5)) << "others are heard, too";
+	live.send(SIGTERM);
+	EXPECT_TRUE(wait_until([&] { return !live.running(); }, 1));
+	is_over = true;
+	flood.join();
+	EXPECT_EQ(live.wait().status, 0);
+}
+
+/// Their nodes have the same names, in one domain.
+TEST_F(LiveTest, TwoRobotsOfOneNameAreToldAndNotSeeded)
+{
+	RobotPeer one, two;
+	PeerReader<PoseType> seeds_of_one(one.peer, "/initialpose"), seeds_of_two(two.peer, "/initialpose");
+	LiveProcess live = start_live({"--seed", "watch"});
+	for (RobotPeer* const robot : {&one, &two}) robot->begin();
+	const auto is_told = [&] { return said().find("two nodes publish ") != std::string::npos; };
+	EXPECT_TRUE(wait_until(
+	    [&]
+	    {
+		    for (RobotPeer* const robot : {&one, &two}) robot->step(0.03, 0.1, 0.05);
+		    return is_told();
+	    },
+	    15))
+	    << said();
+	EXPECT_NE(said().find("give each robot a namespace or a domain of its own"), std::string::npos) << said();
+	for (int i = 0; i < 20; i++)
+		for (RobotPeer* const robot : {&one, &two}) robot->step(0.03, 0.1, 0.05);
+	EXPECT_TRUE(seeds_of_one.take().empty());
+	EXPECT_TRUE(seeds_of_two.take().empty());
+	EXPECT_EQ(last_summary(one).find("two nodes publish "), 0U);
+	stop(live);
+}
+
+TEST_F(LiveTest, NamesTheTopicsThatMayBeMeant)
+{
+	LiveProcess live = start_live({"--scan", "/front/scan"});
+	RobotPeer robot;
+	robot.begin();
+	EXPECT_TRUE(says("nobody publishes /front/scan, but /scan: name it by --scan")) << said();
+	stop(live);
 }
 
 TEST_F(LiveTest, EndsWithinASecondWhileItWaitsForAPipe)

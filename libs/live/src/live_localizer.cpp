@@ -78,6 +78,20 @@ void LiveLocalizer::set_tracker_readers(int present, int ever)
 	state_->seed_readers = present;
 }
 
+void LiveLocalizer::set_rivals(const std::string& reason)
+{
+	State& state = *state_;
+	state.tell("rivals", reason);
+	if (state.rivals.empty() != reason.empty())
+	{
+		state.window.reset();
+		state.monitor.clear();
+		state.seeder.clear();
+		state.tracker.reset();
+	}
+	state.rivals = reason;
+}
+
 void LiveLocalizer::add_scan(const std::string& topic, const ros::LaserScan& scan)
 {
 	add({topic, scan.header, scan, state_->now});
@@ -138,6 +152,12 @@ std::vector<ScanAnswer> LiveLocalizer::update(Time now)
 	std::vector<ScanAnswer> answers;
 	while (!state.waiting.empty())
 	{
+		if (!state.rivals.empty())
+		{
+			state.silent_because = state.rivals;
+			state.waiting.clear();
+			break;
+		}
 		if (!state.maps.maps())
 		{
 			state.silent_because = state.maps.is_indexing()       ? "the map is being indexed"

@@ -76,6 +76,7 @@ struct LiveLocalizer::State
 	Time last_answer_at = 0;  //!< by the clock
 	std::optional<ScanAnswer> last;
 	std::string silent_because;
+	std::string rivals;  //!< why messages of two robots seem to come; empty: they do not
 	std::map<std::string, std::string> told;  //!< last news by what it is about
 	std::vector<std::string> news;
 

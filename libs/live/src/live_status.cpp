@@ -29,6 +29,7 @@ LiveStatus LiveLocalizer::status(Time now) const
 	using Level = LiveStatus::Level;
 	const bool is_late = state.last && now - state.last_answer_at > kSilence;
 	const Verdict verdict = state.last ? state.last->watched.verdict : Verdict::kCannotTell;
+	if (!state.rivals.empty()) say(Level::kError, state.rivals);
 	if (!state.seeder.problem().empty()) say(Level::kError, state.seeder.problem());
 	if (!state.maps.maps())
 		say(Level::kWarning, state.maps.is_indexing()       ? "the map is being indexed"
@@ -46,7 +47,8 @@ LiveStatus LiveLocalizer::status(Time now) const
 		        (state.settings.seeding == Seeding::kWatch ? "" : "; it would be told if seeding were watch"));
 	if (!state.seeder.waiting().empty() && state.settings.seeding != Seeding::kNever && !state.seeder.is_satisfied())
 		say(Level::kWarning, state.seeder.waiting());
-	status.is_localized = state.last && !is_late && state.last->localization.status == Status::kLocalized;
+	status.is_localized =
+	    state.rivals.empty() && state.last && !is_late && state.last->localization.status == Status::kLocalized;
 	if (status.is_localized)
 		say(Level::kOk, verdict == Verdict::kFits ? "localized, and the tracker fits" : "localized");
 	say(Level::kOk, state.silent_because);

@@ -97,7 +97,9 @@ void MapSlot::add(const ros::OccupancyGrid& map, PublisherId publisher)
 		told_other_ = true;
 		return;
 	}
-	if (maps_) news.push_back("another map came: the one before is used until it is indexed");
+	if (maps_ && !told_change_)
+		news.push_back("another map came: the one before is used until it is indexed; later ones are not told");
+	told_change_ = told_change_ || maps_;
 	told_other_ = false;
 	newest_ = std::make_shared<const ros::OccupancyGrid>(map);
 	publisher_ = publisher;

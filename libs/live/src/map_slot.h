@@ -62,6 +62,7 @@ class MapSlot
 	std::string problem_;
 	std::string frame_;
 	bool told_other_ = false;  //!< that another publisher has a map
+	bool told_change_ = false;
 	int built_ = 0;
 };
 }  // namespace d2s1r::live

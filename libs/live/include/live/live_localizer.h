@@ -142,6 +142,10 @@ class LiveLocalizer
 	/// Says how many readers of seeds there are, and have been. A reader that is new is seeded.
 	void set_tracker_readers(int present, int ever);
 
+	/// Says that the messages of two robots come, and why that is known; empty: they do not. While they do, there is no
+	/// answer.
+	void set_rivals(const std::string& reason);
+
 	/// Takes a scan. \param topic names the laser
 	void add_scan(const std::string& topic, const ros::LaserScan& scan);
 
