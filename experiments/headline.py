@@ -1,14 +1,13 @@
 #!/usr/bin/env python3
 # d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-"""Measures README's table in one run and writes it: headline.py PROGRAM [--write README.md] [--frames N]
+"""Measures README's table and writes it: headline.py [--write README.md] [--times]
 
-Runs rawlog-localize on the sites below D2S1R_DATA, one thread, one set after the other, all scans of each (or N of them).
-With --write the table and the line about the machine replace those between the marks in README.
+Runs rawlog-localize on all recorded scans of the sites below D2S1R_DATA. With --write the table, and the fingerprint of the
+answers that it is about, replace those between the marks in README; with --times the table of times, too, which asks for a
+machine that does nothing else. Scans whose truth the log itself contradicts are left out.
 """
 import argparse
-import csv
 import dataclasses
-import json
 import os
 import pathlib
 import re
@@ -16,7 +15,10 @@ import subprocess
 import sys
 import tempfile
 
+import fingerprint
+import intervals
 import measures
+import runs
 import sites
 
 
@@ -36,10 +38,80 @@ ROWS = [
     Row("fr_campus: outdoors, cells of 10 cm", ("fr_campus",)),
     Row("eight buildings never learned on", sites.MORE),
     Row("mines_runs: a cluttered classroom, 240°, reach 4 m", ("mines_runs",)),
+    Row("mines_other_day: the same on another day", ("mines_other_day",)),
     Row("intel in the map of mit_csail: fits nowhere", ("intel",), "mit_csail")]
 SET = "test"
-WITHIN = "accuracy_0.3m_5deg"
 BEGIN, END = "<!-- headline.py writes what follows -->", "<!-- until here -->"
+BEGIN_TIMES, END_TIMES = "<!-- headline.py --times writes what follows -->", "<!-- until here, times -->"
+COLUMNS = ["building", "scans", "success", "localized", "of these, right", "scans in the map", "success there", "of the localized, right",
+           "mean error"]
+
+
+@dataclasses.dataclass(frozen=True)
+class Run:
+    """A site in a map."""
+    site: sites.Site
+    other: sites.Site = None
+
+    scans = SET
+    position = 0.3  # [m] greatest error of a success
+
+    @property
+    def map_site(self):
+        return self.other
+
+    def frames(self, program, most):
+        """[runs.Frame]"""
+        with tempfile.TemporaryDirectory() as out:
+            command = [program, "-q", "-m", (self.other or self.site).map(SET), "-i", self.site.folder / f"{SET}.rawlog", "-o", out,
+                       "--no-rawlog"]
+            if most:
+                command += ["--frames", f"::{max(1, len(self.site.truth(SET)) // most)}"]
+            subprocess.run(list(map(str, command)), check=True)
+            return runs.read_frames(pathlib.Path(out) / "frames.csv", self)
+
+
+def share(drives):
+    """Of flags of each drive that are true, with the interval; drives of several buildings are a sample of buildings."""
+    count = sum(map(len, drives))
+    if not count:
+        return "-"
+    low, high = intervals.share_interval_of_places(drives) if len(drives) > 2 else intervals.share_interval(drives)
+    return f"{100 * sum(map(sum, drives)) / count:.1f} % ({low:.1f}-{high:.1f})"
+
+
+def right(drives):
+    return share([[frame.right for frame in frames] for frames in drives])
+
+
+def localized_right(drives):
+    return right([[frame for frame in frames if frame.status == "localized"] for frames in drives])
+
+
+def table_row(row, drives):
+    frames = [frame for drive in drives for frame in drive]
+    localized = [[frame.status == "localized" for frame in drive] for drive in drives]
+    if row.other:
+        return [row.name, str(len(frames)), "-", share(localized), "-", "-", "-", "-", "-"]
+    knows = any(not frame.in_map for frame in frames)
+    here = [[frame for frame in drive if frame.in_map] for drive in drives]
+    successes = measures.successes(frames)
+    there = [str(sum(map(len, here))), right(here), localized_right(here)] if knows else ["-", "-", "-"]
+    return [row.name, str(len(frames)), right(drives), f"{100 * measures.mean(map(float, sum(localized, []))):.1f} %",
+            localized_right(drives), *there,
+            f"{measures.mean(frame.position_error for frame in successes):.3f} m, {measures.mean(frame.yaw_error for frame in successes):.2f}°"]
+
+
+def worst(results):
+    """A sentence on the site with the least success, and on that with the fewest right among the localized."""
+    found = {}
+    for row, drives in results.items():
+        for site, frames in zip(row.sites, drives) if not row.other else ():
+            found[site] = frames
+    least = min(found, key=lambda site: measures.success(found[site]))
+    doubtful = min(found, key=lambda site: measures.precision(found[site]))
+    return (f"The worst site by success is {least} ({measures.success(found[least]):.1f} %), by right ones among the localized "
+            f"{doubtful} ({measures.precision(found[doubtful]):.1f} %).")
 
 
 def machine():
@@ -49,87 +121,56 @@ def machine():
     return tuple(match.group(1).split("(")[0].strip() if match else "unknown" for match in found.values())
 
 
-def interval(right, count):
-    low, high = measures.wilson(right, count)
-    return f"{100 * right / count:.1f} % ({low:.1f}-{high:.1f})" if count else "-"
+def table(columns, rows):
+    return ["| " + " | ".join(columns) + " |", "| --- " * len(columns) + "|", *("| " + " | ".join(row) + " |" for row in rows)]
 
 
-def times(frames_csv):
-    with open(frames_csv, newline="") as stream:
-        return [float(row["total_ms"]) for row in csv.DictReader(stream)]
+def times_table(results, program, load):
+    rows = []
+    for row, drives in results.items():
+        times = [frame.times["total"] for frames in drives for frame in frames]
+        rows.append([row.name.split(":")[0], f"{measures.median(times):.1f} ms", f"{measures.mean(times):.1f} ms"])
+    processor, cache = machine()
+    simd = re.search(r"computes with (\w+)", subprocess.run([program, "--version"], capture_output=True, text=True, check=True).stdout)
+    return [*table(["time a scan", "median", "mean"], rows), "",
+            f"Measured by `experiments/headline.py --times` at commit {runs.commit()}: one thread of {processor}, SIMD target "
+            f"{simd.group(1) if simd else 'unknown'}, {cache} of last-level cache, load {load:.1f} before the run."]
 
 
-def run(program, folder, site, other, frames, out):
-    """(summary, what the run tells of itself, [ms] of each scan)"""
-    where = sites.Site(site, folder / site)
-    searched = sites.Site(other or site, folder / (other or site)).map(SET)
-    command = [program, "-q", "-m", searched, "-i", where.folder / f"{SET}.rawlog", "-o", out, "--no-rawlog"]
-    if other is None:
-        command += ["--ground-truth", where.truth_file(SET)]
-    if frames:
-        command += ["--frames", f"::{max(1, len(where.truth(SET)) // frames)}"]
-    subprocess.run(list(map(str, command)), check=True)
-    return json.loads((out / "summary.json").read_text()), json.loads((out / "run.json").read_text()), times(out / "frames.csv")
-
-
-def total(summaries):
-    """Of several sites: counts, and the mean errors of all successes."""
-    added = {name: sum(summary[name] for summary in summaries) for name in ("frames", "successes", "localized",
-                                                                           "localized_successes")}
-    for name in ("position_error_mean_m", "yaw_error_mean_deg"):
-        added[name] = sum(summary["successes"] * (summary[name] or 0) for summary in summaries) / max(1, added["successes"])
-    return added
-
-
-def table_row(row, summaries, milliseconds):
-    time = f"{measures.median(milliseconds):.1f} ms, {measures.mean(milliseconds):.1f} ms"
-    if row.other:
-        frames, localized = (sum(summary[name] for summary in summaries) for name in ("frames", "localized"))
-        return f"| {row.name} | {frames} | - | {interval(localized, frames)} | - | - | {time} |"
-    right = total([summary[WITHIN] for summary in summaries])
-    return (f"| {row.name} | {right['frames']} | {interval(right['successes'], right['frames'])} "
-            f"| {100 * right['localized'] / right['frames']:.1f} % | {interval(right['localized_successes'], right['localized'])} "
-            f"| {right['position_error_mean_m']:.3f} m, {right['yaw_error_mean_deg']:.2f}° | {time} |")
+def replaced(text, begin, end, lines):
+    return text[:text.index(begin) + len(begin)] + "\n\n" + "\n".join(lines) + "\n\n" + text[text.index(end):]
 
 
 def main():
-    project = pathlib.Path(__file__).resolve().parents[1]
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("program")
+    parser.add_argument("--build", type=pathlib.Path, default=fingerprint.PROJECT / "build/release", help="build folder")
     parser.add_argument("--write", type=pathlib.Path)
-    parser.add_argument("--frames", type=int)
+    parser.add_argument("--times", action="store_true", help="write the table of times, too")
+    parser.add_argument("--frames", type=int, help="scans of a site, at most, evenly spread: for a try, which is not written")
     arguments = parser.parse_args()
-    if not os.access(arguments.program, os.X_OK):
-        sys.exit(f"headline.py: {arguments.program}: is no program; build it, and name rawlog-localize")
-    folder = sites.default_folder(project)
+    program = arguments.build / "apps/rawlog-localize/rawlog-localize"
+    if not os.access(program, os.X_OK):
+        sys.exit(f"headline.py: {program}: is no program; build it, and name the build folder by --build")
+    if arguments.frames and arguments.write:
+        sys.exit("headline.py: --frames is for a try; README's table is of all scans")
+    folder = sites.default_folder(fingerprint.PROJECT)
     print(f"headline.py: measures on the sites in {folder}", file=sys.stderr)
     load = os.getloadavg()[0]
-    lines = ["| building | scans | success | localized | of these, right | mean error | time a scan: median, mean |",
-             "| --- | --- | --- | --- | --- | --- | --- |"]
     missing = {name for row in ROWS for name in (*row.sites, row.other) if name and not (folder / name).exists()}
     rows = [row for row in ROWS if not missing & {*row.sites, row.other}]
     if not rows:
         sys.exit(f"headline.py: {folder} lacks {', '.join(sorted(missing))}; set D2S1R_DATA to the folder of the sites")
     for name in sorted(missing):
         print(f"headline.py: {folder} holds no {name}: its row is left out", file=sys.stderr)
-    for row in rows:
-        summaries, milliseconds = [], []
-        for site in row.sites:
-            with tempfile.TemporaryDirectory() as out:
-                summary, told, spent = run(arguments.program, folder, site, row.other, arguments.frames, pathlib.Path(out))
-            summaries.append(summary)
-            milliseconds += spent
-        lines.append(table_row(row, summaries, milliseconds))
-        print(lines[-1], flush=True)
-    commit = subprocess.run(["git", "-C", project, "rev-parse", "--short", "HEAD"], capture_output=True, text=True, check=False).stdout.strip()
-    processor, cache = machine()
-    lines += ["", f"Measured by `experiments/headline.py` at commit {commit}: one thread of {processor}, SIMD target "
-              f"{told.get('simd', 'unknown')}, {cache} of last-level cache, load {load:.1f} before the run."]
-    print("\n".join(lines))
+    results = {row: [Run(sites.Site(site, folder / site), row.other and sites.Site(row.other, folder / row.other)).frames(
+        program, arguments.frames) for site in row.sites] for row in rows}
+    lines = [*table(COLUMNS, [table_row(row, drives) for row, drives in results.items()]), "", worst(results), "",
+             f"Measured by `experiments/headline.py` at commit {runs.commit()}.", "", fingerprint.stamp(arguments.build)]
+    times = times_table(results, program, load) if arguments.times else []
+    print("\n".join([*lines, "", *times]))
     if arguments.write:
-        text = arguments.write.read_text()
-        before, after = text[:text.index(BEGIN) + len(BEGIN)], text[text.index(END):]
-        arguments.write.write_text(f"{before}\n\n" + "\n".join(lines) + f"\n\n{after}")
+        text = replaced(arguments.write.read_text(), BEGIN, END, lines)
+        arguments.write.write_text(replaced(text, BEGIN_TIMES, END_TIMES, times) if times else text)
 
 
 if __name__ == "__main__":

@@ -26,16 +26,6 @@ def median(values):
     return values[len(values) // 2] if values else math.nan
 
 
-def wilson(right, count):
-    """95 % interval of a share, Wilson 1927: (low, high) [%]."""
-    if count == 0:
-        return math.nan, math.nan
-    z, part = 1.96, right / count
-    middle = (part + z * z / (2 * count)) / (1 + z * z / count)
-    half = z / (1 + z * z / count) * math.sqrt(part * (1 - part) / count + z * z / (4 * count * count))
-    return 100 * max(0.0, middle - half), 100 * min(1.0, middle + half)
-
-
 def success(frames):
     return share(frame.right for frame in frames)
 

@@ -20,16 +20,3 @@ SUCCESS = {"D_M0": (84, 81, 94), "D_I0": (99, 98, 97), "D_G0": (92, 85, 91),
 PRECISION = {"D_M0": (0.08, 0.61, 0.04, 0.45), "D_I0": (0.08, 0.89, 0.03, 0.87), "D_G0": (0.09, 0.63, 0.04, 0.47),
              "D_M1": (0.07, 0.71, 0.04, 0.44), "D_I1": (0.09, 0.81, 0.04, 0.70), "D_G1": (0.09, 0.71, 0.04, 0.65),
              "All": (0.08, 0.72, 0.04, 0.60)}
-
-# Programs of others that cannot be included because of their licences or what they depend on, built and run by us as
-# they are shipped, one thread each: {column: (right, scans)} and the time of a scan of intel [ms]. Full circles (intel
-# and others, maps of 5 cm): within 0.2 m and 5 deg; real scans, 60 a site, `test` in map_test: within 0.3 m and 5 deg.
-PEER_COLUMNS = ("full circles, clean", "20 % blocked", "intel, real", "fr079, real", "mit_csail, real")
-PEERS = (
-    ("CBGL with PL-ICP", "as shipped", (92, 94), (79, 94), (25, 60), (33, 60), (14, 60), "943; real 589"),
-    ("Cartographer, branch and bound", "as shipped", (28, 31), (19, 23), (42, 60), (39, 60), (34, 60), "4,479; real 1,025"),
-    ("iris_lama, Loc2D", "as shipped", (78, 94), (48, 94), (30, 60), (27, 60), (32, 60), "386; real 285"),
-    ("GFLIP, the authors' FLIRT phrases", "as shipped", (182, 300), (132, 300), None, None, None, "50"),
-    ("relocalization_toolbox, November 2025", "as shipped: anchors by RRT, mean-range order, trimmed end-point likelihood, "
-     "ICP, early stop", None, None, (38, 60), (37, 60), (45, 60), "100 to 650 times d2s1r's processor time"),
-)

@@ -1,14 +1,15 @@
 #!/usr/bin/python3
 # d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-"""Runs the paper's evaluation and more on all sites, with the published method, the default one and other methods.
+"""Runs the paper's evaluation and more on all sites, with the published method and the default one.
 
-Writes OUTPUT/README.md with a table of rivals, the counterparts of the paper's Tables III, IV and V and of its Figs. 2,
+Writes OUTPUT/README.md with the counterparts of the paper's Tables III, IV and V and of its Figs. 2,
 3, 4, 7 and 8, the paper's numbers beside ours, reliability, success against field of view and clutter; figures beside it.
-Needs Debian's python3-matplotlib, python3-numpy, python3-scipy and python3-pil, and a build with its programs
-(BUILD_TESTING=ON, the default). The result of each run is kept, so that an interrupted evaluation goes on where it stopped;
+compare.py compares with other methods. Needs Debian's
+python3-matplotlib and a build with its programs (BUILD_TESTING=ON, the default). The result of each run is kept, so that an interrupted evaluation goes on where it stopped;
 it is measured anew if the programs, their settings or the data differ.
 """
 import argparse
+import json
 import os
 import pathlib
 import sys
@@ -19,10 +20,11 @@ sys.dont_write_bytecode = True  # the folder is part of the sources
 import needs  # noqa: E402
 try:
     import figures
-    import rivals
 except ImportError as error:
-    needs.stop(error, "python3-matplotlib, python3-numpy, python3-scipy and python3-pil")
+    needs.stop(error, "python3-matplotlib")
 import circles  # noqa: E402
+import fingerprint  # noqa: E402
+import particle_filter  # noqa: E402
 import plan  # noqa: E402
 import rays  # noqa: E402
 import report  # noqa: E402
@@ -51,9 +53,8 @@ def read_arguments():
                         "200)")
     parser.add_argument("--sweep-frames", type=whole_number, default=60, help="the same for every point of a curve and "
                         "every pair of sites (default 60)")
-    parser.add_argument("--rival-frames", type=int, default=20, help="the same for every set and rival; 0 leaves the "
-                        "rivals out (default 20)")
-    parser.add_argument("--only-rivals", action="store_true", help="leave out all but the rivals")
+    parser.add_argument("--drives", type=int, default=20, help="drives of the particle filter per site; 0 leaves them out "
+                        "(default 20)")
     parser.add_argument("--jobs", type=whole_number, default=2, help="programs that run at a time, one thread each "
                         "(default 2)")
     parser.add_argument("--no-maps", action="store_true", help="show in success_maps.png only maps that anyone may "
@@ -70,13 +71,18 @@ def main():
     start = time.monotonic()
     os.environ["D2S1R_DATA"] = str(arguments.data.resolve())  # for the benchmark of rays
     runner = runs.Runner(arguments.build, PROJECT / "share/d2s1r/config", arguments.output / "runs", arguments.store)
-    jobs = [] if arguments.only_rivals else (
-        plan.all_jobs(found, arguments.frames, arguments.sweep_frames) + rays.all_jobs(found) +
-        circles.all_jobs(found, arguments.sweep_frames, arguments.rival_frames))
-    results = runner.run_all(jobs + rivals.all_jobs(found, arguments.rival_frames), arguments.jobs)
+    runner.check(["alter", "localize"])
+
+    def field_of_view(site, scans):
+        facts = runner.call("alter", site.folder / f"{scans}.rawlog", os.devnull, "frames=1")
+        return json.loads(facts)["field_of_view"]
+
+    jobs = (plan.all_jobs(found, arguments.frames, arguments.sweep_frames, field_of_view) + rays.all_jobs(found) +
+            circles.all_jobs(found, arguments.sweep_frames, arguments.drives) + particle_filter.all_jobs(found, arguments.drives))
+    results = runner.run_all(jobs, arguments.jobs)
     plain = {job: result.value for job, result in results.items() if isinstance(job, plan.Job)}
     names = figures.draw_all(plain, arguments.output, not arguments.no_maps)
-    report.write(results, names, arguments, runner.version())
+    report.write(results, names, arguments, runner.version(), fingerprint.stamp(arguments.build))
     print(f"{arguments.output / 'README.md'}: {len(results)} runs in {(time.monotonic() - start) / 60:.1f} min")
 
 

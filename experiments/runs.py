@@ -4,10 +4,10 @@ import concurrent.futures
 import csv
 import dataclasses
 import hashlib
+import json
 import math
 import os
 import pathlib
-import pickle
 import shutil
 import subprocess
 import sys
@@ -28,6 +28,9 @@ class Frame:
     position_error: float  # [m], inf if there is no pose
     yaw_error: float  # [deg]
     times: dict  # [ms] by stage
+    stamp: int = 0  # [ms] of the scan
+    in_map: bool = True  # whether its place is in the map, as far as the site says so
+    doubtful: bool = False  # whether the log contradicts the truth
 
     def is_within(self, position, yaw):
         """[m], [deg]"""
@@ -41,6 +44,16 @@ class Result:
     seconds: float  # [s] of processor time of all its programs
     commit: str
     machine: str
+
+
+@dataclasses.dataclass
+class Answers:
+    """Of a method to the scans of a set, and what the program took."""
+    frames: list
+    memory: float  # [MB] peak of the program
+    preparation: float  # [s] of processor time before the first scan
+    facts: dict  # of the scans, as alter_scans prints them
+    log: str = ""  # what was run, and what it printed
 
 
 class Runner:
@@ -59,15 +72,21 @@ class Runner:
         self.folder = folder
         self.store = store
         self.commit = commit()
-        self.spent = threading.local()  # .seconds of the job that a thread is at
+        self.spent = threading.local()  # .seconds and .log of the job that a thread is at
+        self.spent.seconds, self.spent.log = 0, ""
         self.digests = {}  # of the programs that jobs use, with their libraries
         self.common = b"".join(digest(file) for file in [*sorted(configs.glob("*.ini")), pathlib.Path(__file__)])
 
     def look_at_programs(self, jobs):
-        for name in sorted({name for job in jobs for name in job.uses}):
-            if not self.programs[name].exists():
-                sys.exit(f"reproduce.py: {self.programs[name]} is missing; build the project, tests included")
-            self.digests[name] = digest_of_program(self.programs[name], self.build)
+        self.check({name for job in jobs for name in job.uses})
+
+    def check(self, names):
+        """Ends the program if one of these is not built."""
+        for name in sorted(names):
+            program = pathlib.Path(self.programs.get(name, name))
+            if not program.exists():
+                sys.exit(f"{pathlib.Path(sys.argv[0]).name}: {program} is missing; build the project, tests included")
+            self.digests[name] = digest_of_program(program, self.build)
 
     def version(self):
         return subprocess.run([self.programs["localize"], "--version"], capture_output=True, text=True, check=True).stdout.strip()
@@ -87,18 +106,18 @@ class Runner:
 
     def run(self, job):
         """Runs a job, unless its result of the same programs and data is there."""
-        file = self.store / f"{job.name}-{self.key(job)}.pickle"
+        file = self.store / f"{job.name}-{self.key(job)}.json"
         if file.exists():
-            return pickle.loads(file.read_bytes())
+            return from_plain(json.loads(file.read_text()))
         folder = self.folder / job.name
         folder.mkdir(parents=True, exist_ok=True)
-        self.spent.seconds = 0
+        self.spent.seconds, self.spent.log = 0, ""
         value = job.run(self, folder)
         shutil.rmtree(folder)
         result = Result(value, self.spent.seconds, self.commit, machine())
         self.store.mkdir(parents=True, exist_ok=True)
         unfinished = file.with_suffix(".part")
-        unfinished.write_bytes(pickle.dumps(result))
+        unfinished.write_text(json.dumps(to_plain(result)))
         unfinished.rename(file)
         return result
 
@@ -107,13 +126,13 @@ class Runner:
         script = pathlib.Path(sys.modules[type(job).__module__].__file__)
         programs = b"".join(self.digests[name] for name in job.uses)
         key = hashlib.sha256(self.common + digest(script) + programs + repr(job).encode())
-        for file in sorted(job.site.folder.iterdir()):
+        for file in job.site.files:
             key.update(f"{file.name} {file.stat().st_size} {file.stat().st_mtime_ns}".encode())
         return key.hexdigest()[:16]
 
     def call(self, program, *arguments):
         """Runs a program by its name here; what it prints."""
-        words = [self.programs[program], *arguments]
+        words = [self.programs.get(program, program), *arguments]
         with tempfile.TemporaryFile("w+") as out, tempfile.TemporaryFile("w+") as errors:
             process = subprocess.Popen([str(word) for word in words], stdout=out, stderr=errors)
             _, status, usage = os.wait4(process.pid, 0)
@@ -121,9 +140,29 @@ class Runner:
             self.spent.seconds += usage.ru_utime + usage.ru_stime
             out.seek(0)
             errors.seek(0)
+            self.spent.log += f"$ {' '.join(map(str, words))}\n{errors.read()}{out.read()}"
+            out.seek(0)
+            errors.seek(0)
             if process.returncode != 0:
-                raise SystemExit(f"reproduce.py: {errors.read().strip() or words[0]}")
+                raise SystemExit(f"{pathlib.Path(sys.argv[0]).name}: {errors.read().strip() or words[0]}")
             return out.read()
+
+
+def to_plain(value):
+    """What JSON can hold: lists, numbers and texts; a list of the class's name and its fields for a dataclass."""
+    if dataclasses.is_dataclass(value):
+        return [type(value).__name__, *(to_plain(getattr(value, field.name)) for field in dataclasses.fields(value))]
+    if isinstance(value, (list, tuple)):
+        return ["list", *map(to_plain, value)]
+    return value
+
+
+def from_plain(value):
+    """The inverse; tuples come back as lists. Nothing but results of this file is made of what lies on disk."""
+    if not isinstance(value, list):
+        return value
+    kind, *fields = value[0], *map(from_plain, value[1:])
+    return fields if kind == "list" else {"Frame": Frame, "Result": Result, "Answers": Answers}[kind](*fields)
 
 
 def digest(file):
@@ -155,22 +194,19 @@ def machine():
 
 
 def read_frames(file, job):
-    return [frame for _, frame in read_rows(file, job)]
+    """Of the scans whose truth is known, and not contradicted by the log."""
+    return [frame for _, frame in read_rows(file, job) if not frame.doubtful]
 
 
 def read_rows(file, job):
-    """[(row, Frame)]"""
-    truth = job.site.truth(job.scans)
+    """[(row, Frame)] of the scans whose truth is known"""
+    truth, knowledge = job.site.truth(job.scans), job.site.knowledge(job.scans)
     with open(file, newline="") as stream:
-        return [(row, read_frame(row, truth_at(truth, float(row["timestamp"])), job)) for row in csv.DictReader(stream)]
+        rows = [(row, truth.at(float(row["timestamp"]))) for row in csv.DictReader(stream)]
+    return [(row, read_frame(row, pose, job, knowledge)) for row, pose in rows if pose]
 
 
-def truth_at(truth, stamp):
-    key = round(stamp * 1000)
-    return next(truth[near] for near in (key, key - 1, key + 1) if near in truth)
-
-
-def read_frame(row, truth, job):
+def read_frame(row, truth, job, knowledge):
     position_error = yaw_error = math.inf
     pose = None
     if row["x"]:
@@ -179,4 +215,7 @@ def read_frame(row, truth, job):
         yaw_error = math.degrees(abs((phi - truth[2] + math.pi) % (2 * math.pi) - math.pi))
     right = not job.map_site and position_error < job.position and yaw_error < 5
     times = {name[:-3]: float(value) for name, value in row.items() if name.endswith("_ms") and value}
-    return Frame(row["status"], right, float(row.get("confidence") or 0), truth, pose, position_error, yaw_error, times)
+    stamp = round(float(row["timestamp"]) * 1000)
+    in_map, doubtful = next((knowledge[near] for near in (stamp, stamp - 1, stamp + 1) if near in knowledge), (True, False))
+    return Frame(row["status"], right, float(row.get("confidence") or 0), truth, pose, position_error, yaw_error, times, stamp,
+                 in_map, doubtful)

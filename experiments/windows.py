@@ -23,6 +23,7 @@ import sys
 sys.dont_write_bytecode = True  # the folder is part of the sources
 
 import learn_windows  # noqa: E402
+import intervals  # noqa: E402
 import measures  # noqa: E402
 import sites  # noqa: E402
 import tables  # noqa: E402
@@ -150,7 +151,7 @@ def bins_table(drives, is_right, meaning):
         if not answers:
             continue
         told = 100 * measures.mean(1 - answer.confidence for answer in answers)
-        interval = measures.wilson(wrong, len(answers))
+        interval = [100 * end for end in intervals.wilson(wrong / len(answers), len(answers))] if answers else [math.nan] * 2
         rows.append([f"{low:g} to {min(1, high):g}", str(len(answers)), str(wrong), f"{told:.3f}",
                      f"{100 * wrong / len(answers):.3f}", f"{interval[0]:.3f} to {interval[1]:.3f}",
                      "yes" if is_told(told, 100 * wrong / len(answers), *interval) else "no"])

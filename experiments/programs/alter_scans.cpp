@@ -1,6 +1,14 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-// alter_scans IN.rawlog OUT.rawlog [NAME=VALUE ...]
-// The scans of a rawlog of observations, or some of them, as a lesser laser or one among people would see them.
+// alter_scans LOG OUT.rawlog [NAME=VALUE ...]
+// Writes the scans of a log of any format that rawlog-localize reads, those of the laser with the most scans, or some
+// of them, as a lesser laser or one among people would see them. Prints what they are like as JSON: their number, and
+// the median over them of the field of view [deg], of the range that the laser sees up to and of the longest return
+// [m].
+//   text=FILE            also writes them as lines of numbers, for programs that read no rawlog: time [s], angle of the
+//                        first beam and step [rad], range that the laser sees up to [m], pose of the laser on the robot
+//                        [m, m, rad], and the ranges [m], `inf` where nothing returned and `nan` where the laser says
+//                        nothing
+//   truth=FILE           leaves out scans whose time is not, within 1 ms, that of a line `time x y phi`
 //   frames=N             [-] at most, evenly spread
 //   blocked=SHARE        [0, 1] of the view in which something stands 0.4 to 2 m from the laser, 10 deg wide each
 //   beams=N              [-] of a full circle, at most: every n-th beam is left
@@ -12,7 +20,7 @@
 //   short=SHARE          [0, 1] of the beams, at random, that end anywhere between 20 cm and the wall
 //   mirrored=1           the beams are in the wrong order
 //   seed=N               of all that is drawn at random
-#include <mrpt/io/CFileGZInputStream.h>
+#include <logs/log.h>
 #include <mrpt/io/CFileGZOutputStream.h>
 #include <mrpt/math/TPose2D.h>
 #include <mrpt/obs/CObservation2DRangeScan.h>
@@ -20,13 +28,19 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <cstdio>
+#include <fstream>
+#include <iomanip>
 #include <limits>
+#include <map>
 #include <random>
+#include <set>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "data/poses.h"
 #include "settings.h"
 #include "shorten.h"
 
@@ -35,22 +49,32 @@ namespace
 using d2s1r::experiments::Settings;
 using mrpt::obs::CObservation2DRangeScan;
 
-std::vector<CObservation2DRangeScan::Ptr> load_scans(const std::string& rawlog)
+using Scans = std::vector<CObservation2DRangeScan::Ptr>;
+
+/// Reads the scans of the laser that has the most.
+Scans load_scans(const std::string& log)
 {
-	mrpt::io::CFileGZInputStream stream;
-	if (!stream.open(rawlog)) throw std::runtime_error(rawlog + ": cannot be opened; check the path");
-	auto archive = mrpt::serialization::archiveFrom(stream);
-	std::vector<CObservation2DRangeScan::Ptr> scans;
-	while (!stream.checkEOF()) try
-		{
-			if (auto scan = std::dynamic_pointer_cast<CObservation2DRangeScan>(archive.ReadObject()))
-				scans.push_back(std::move(scan));
-		}
-		catch (const mrpt::serialization::CExceptionEOF&)
-		{
-			break;
-		}
-	return scans;
+	std::map<std::string, Scans> lasers;
+	const auto reader = d2s1r::logs::open_log(log).read();
+	while (const auto object = reader->next())
+		for (const auto& scan : object->scans) lasers[scan->sensorLabel].push_back(scan);
+	const auto has_fewer = [](const auto& a, const auto& b) { return a.second.size() < b.second.size(); };
+	const auto most = std::max_element(lasers.begin(), lasers.end(), has_fewer);
+	return most == lasers.end() ? Scans() : most->second;
+}
+
+/// Leaves the scans at whose times a pose is known.
+void keep_known(Scans& scans, const std::string& truth)
+{
+	std::set<std::int64_t> times;  // [ms]
+	for (const auto& pose : d2s1r::test::load_poses(truth)) times.insert(std::llround(1e3 * pose.time));
+	const auto is_unknown = [&](const auto& scan)
+	{
+		const auto time = std::llround(1e3 * d2s1r::logs::to_seconds(scan->timestamp));
+		const auto near = times.lower_bound(time - 1);
+		return near == times.end() || *near > time + 1;
+	};
+	scans.erase(std::remove_if(scans.begin(), scans.end(), is_unknown), scans.end());
 }
 
 /// [rad] from the middle of the scan.
@@ -190,6 +214,49 @@ void mirror(CObservation2DRangeScan& scan)
 	scan.loadFromVectors(beams, ranges.data(), valid.data());
 }
 
+void write_text(std::ostream& out, const CObservation2DRangeScan& scan)
+{
+	const auto beams = static_cast<double>(std::max<std::size_t>(scan.getScanSize(), 2));
+	const double first = static_cast<double>(scan.aperture) / (scan.rightToLeft ? -2 : 2);
+	out << std::fixed << std::setprecision(6) << d2s1r::logs::to_seconds(scan.timestamp) << ' ' << first << ' '
+	    << -2 * first / (beams - 1) << ' ' << scan.maxRange << ' ' << scan.sensorPose.x() << ' ' << scan.sensorPose.y()
+	    << ' ' << scan.sensorPose.yaw() << std::setprecision(3);
+	for (std::size_t beam = 0; beam < scan.getScanSize(); beam++)
+	{
+		out << ' ';
+		if (is_return(scan, beam))
+			out << scan.getScanRange(beam);
+		else
+			out << (scan.getScanRange(beam) >= scan.maxRange ? "inf" : "nan");
+	}
+	out << '\n';
+}
+
+double median(std::vector<double> values)
+{
+	if (values.empty()) return 0;
+	std::sort(values.begin(), values.end());
+	return values[values.size() / 2];
+}
+
+/// Prints what the scans are like.
+void describe(const Scans& scans)
+{
+	std::vector<double> views, reaches, longest;
+	for (const auto& scan : scans)
+	{
+		views.push_back(static_cast<double>(scan->aperture) * 180 / M_PI);
+		reaches.push_back(static_cast<double>(scan->maxRange));
+		float most = 0;
+		for (std::size_t beam = 0; beam < scan->getScanSize(); beam++)
+			if (is_return(*scan, beam)) most = std::max(most, scan->getScanRange(beam));
+		longest.push_back(static_cast<double>(most));
+	}
+	std::printf(
+	    "{\"scans\": %zu, \"field_of_view\": %.2f, \"max_range\": %.2f, \"longest\": %.2f}\n", scans.size(),
+	    median(views), median(reaches), median(longest));
+}
+
 constexpr double kAsRecorded = std::numeric_limits<double>::infinity();
 
 Settings read_settings(const d2s1r::experiments::Words& words)
@@ -211,14 +278,21 @@ Settings read_settings(const d2s1r::experiments::Words& words)
 	return settings;
 }
 
-void alter(const std::string& in, const std::string& out, const Settings& settings)
+void alter(const std::string& in, const std::string& out, d2s1r::experiments::Words words)
 {
-	const auto scans = load_scans(in);
+	const std::string text = d2s1r::experiments::take_text(words, "text");
+	const std::string truth = d2s1r::experiments::take_text(words, "truth");
+	const Settings settings = read_settings(words);
+	Scans scans = load_scans(in);
+	if (!truth.empty()) keep_known(scans, truth);
 	const auto all = static_cast<double>(scans.size());
 	const auto frames = static_cast<std::size_t>(std::min(settings.at("frames"), all));
 	mrpt::io::CFileGZOutputStream stream;
 	if (!stream.open(out)) throw std::runtime_error(out + ": cannot be written");
 	auto archive = mrpt::serialization::archiveFrom(stream);
+	std::ofstream lines;
+	if (!text.empty()) lines.open(text);
+	Scans written;
 	for (std::size_t i = 0; i < frames; i++)
 	{
 		const std::size_t frame = i * scans.size() / frames;
@@ -233,7 +307,11 @@ void alter(const std::string& in, const std::string& out, const Settings& settin
 		if (settings.at("mirrored") > 0) mirror(scan);
 		d2s1r::experiments::shorten(scan, static_cast<float>(settings.at("reach")));
 		archive << scan;
+		if (!text.empty()) write_text(lines, scan);
+		written.push_back(scans[frame]);
 	}
+	if (!text.empty() && !lines.flush()) throw std::runtime_error(text + ": cannot be written");
+	describe(written);
 }
 }  // namespace
 
@@ -241,8 +319,8 @@ int main(int count, char** words)
 {
 	try
 	{
-		if (count < 3) throw std::invalid_argument("usage: alter_scans IN.rawlog OUT.rawlog [NAME=VALUE ...]");
-		alter(words[1], words[2], read_settings({words + 3, words + count}));
+		if (count < 3) throw std::invalid_argument("usage: alter_scans LOG OUT.rawlog [NAME=VALUE ...]");
+		alter(words[1], words[2], {words + 3, words + count});
 		return 0;
 	}
 	catch (const std::exception& e)

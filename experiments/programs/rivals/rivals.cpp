@@ -36,8 +36,21 @@ namespace
 {
 using experiments::RunFrame;
 using Options = std::map<std::string, std::string>;
-/// Robot in map.
-using Answer = std::function<std::optional<mrpt::math::TPose2D>(const mrpt::obs::CObservation2DRangeScan::Ptr&)>;
+/// Holds what a method says of a scan.
+struct Answer
+{
+	Answer() = default;
+	/// An answer of a method that never doubts.
+	Answer(const std::optional<mrpt::math::TPose2D>& pose)  // NOLINT(google-explicit-constructor): methods return poses
+	    : robot(pose), status(pose ? "localized" : "rejected"), confidence(pose ? 1 : 0)
+	{
+	}
+
+	std::optional<mrpt::math::TPose2D> robot;  //!< robot in map
+	std::string status = "rejected";
+	double confidence = 0;  //!< [0, 1]
+};
+using Method = std::function<Answer(const mrpt::obs::CObservation2DRangeScan::Ptr&)>;
 
 std::string get(const Options& options, const std::string& name, const std::string& otherwise)
 {
@@ -75,12 +88,17 @@ std::vector<Keyframe> load_keyframes(const Options& options)
 
 using Map = mrpt::maps::COccupancyGridMap2D::ConstPtr;
 
-Answer make_localizer(const Map& map, const std::string& config)
+Method make_localizer(const Map& map, const std::string& config)
 {
 	return [localizer = std::make_shared<const Localizer>(map, load_parameters(config))](const auto& observation)
 	{
 		const Localization result = localizer->localize(*observation);
-		return result.hypotheses.empty() ? std::optional<mrpt::math::TPose2D>() : result.best().pose.asTPose();
+		Answer answer;
+		answer.status = to_string(result.status);
+		if (result.hypotheses.empty()) return answer;
+		answer.robot = result.best().pose.asTPose();
+		answer.confidence = result.confidence;
+		return answer;
 	};
 }
 
@@ -101,17 +119,17 @@ struct Literal
 	benchmark::LiteralLocalizer localizer;
 };
 
-Answer make_literal(const Map& map, const std::string& config)
+Method make_literal(const Map& map, const std::string& config)
 {
 	return [literal = std::make_shared<const Literal>(map, load_parameters(config))](const auto& observation)
 	{
 		const Scan scan = make_scan(*observation, literal->scans);
 		constexpr std::size_t kBeams = 360;
-		return scan.beams.size() == kBeams ? std::optional(literal->localizer.localize(scan)) : std::nullopt;
+		return Answer(scan.beams.size() == kBeams ? std::optional(literal->localizer.localize(scan)) : std::nullopt);
 	};
 }
 
-Answer make_answer(const std::string& method, const std::string& map_file, const Options& options)
+Method make_method(const std::string& method, const std::string& map_file, const Options& options)
 {
 	const auto map = load_map(map_file);
 	if (method == "d2s1r") return make_localizer(map, get(options, "config", ""));
@@ -121,7 +139,7 @@ Answer make_answer(const std::string& method, const std::string& map_file, const
 		        seed = std::uint32_t{0}](const mrpt::obs::CObservation2DRangeScan::Ptr& observation) mutable
 		{
 			filter->start_anywhere(++seed);
-			return std::optional(filter->step(nullptr, observation));
+			return Answer(filter->step(nullptr, observation));
 		};
 	Rival rival;
 	if (method == "exhaustive") rival = exhaustive_search(make_grid(*map, {}));
@@ -130,12 +148,12 @@ Answer make_answer(const std::string& method, const std::string& map_file, const
 	if (method == "phrases") rival = flirt_phrases(load_keyframes(options));
 	if (method == "glare") rival = landmark_relations(load_keyframes(options));
 	if (!rival) throw std::runtime_error(method + ": no such method; see the head of rivals.cpp");
-	return [rival](const mrpt::obs::CObservation2DRangeScan::Ptr& observation) -> std::optional<mrpt::math::TPose2D>
+	return [rival](const mrpt::obs::CObservation2DRangeScan::Ptr& observation) -> Answer
 	{
 		const Scan scan = make_scan(*observation, {});
 		const auto sensor = scan.valid() ? rival(scan) : std::nullopt;
-		if (!sensor) return std::nullopt;
-		return (mrpt::poses::CPose2D(*sensor) + -mrpt::poses::CPose2D(scan.sensor_on_robot)).asTPose();
+		if (!sensor) return {};
+		return std::optional((mrpt::poses::CPose2D(*sensor) + -mrpt::poses::CPose2D(scan.sensor_on_robot)).asTPose());
 	};
 }
 
@@ -169,26 +187,26 @@ struct File
 };
 
 void write_row(
-    std::FILE* out, std::size_t frame, const mrpt::obs::CObservation& observation,
-    const std::optional<mrpt::math::TPose2D>& pose, double seconds)
+    std::FILE* out, std::size_t frame, const mrpt::obs::CObservation& observation, const Answer& answer, double seconds)
 {
-	std::fprintf(out, "%zu,%.6f,", frame, mrpt::Clock::toDouble(observation.timestamp));
-	if (pose)
-		std::fprintf(out, "localized,%.6f,%.6f,%.6f,1,", pose->x, pose->y, pose->phi);
+	std::fprintf(out, "%zu,%.6f,%s,", frame, mrpt::Clock::toDouble(observation.timestamp), answer.status.c_str());
+	if (answer.robot)
+		std::fprintf(
+		    out, "%.6f,%.6f,%.6f,%.6g,", answer.robot->x, answer.robot->y, answer.robot->phi, answer.confidence);
 	else
-		std::fprintf(out, "rejected,,,,,");
+		std::fprintf(out, ",,,,");
 	std::fprintf(out, "%.3f\n", 1e3 * seconds);
 }
 
-void localize_each(const Answer& answer, const std::string& queries, const File& out)
+void localize_each(const Method& method, const std::string& queries, const File& out)
 {
 	std::fprintf(out.stream, "frame,timestamp,status,x,y,phi,confidence,total_ms\n");
 	const auto scans = load_scans(queries);
 	for (std::size_t i = 0; i < scans.size(); i++)
 	{
 		const double start = processor_time();
-		const auto pose = answer(scans[i]);
-		write_row(out.stream, i, *scans[i], pose, processor_time() - start);
+		const Answer answer = method(scans[i]);
+		write_row(out.stream, i, *scans[i], answer, processor_time() - start);
 	}
 }
 
@@ -215,9 +233,9 @@ void follow_drives(ParticleFilter& filter, const std::string& queries, const Opt
 		{
 			const double start = processor_time();
 			const auto motion = i > 0 ? experiments::odometry_between(*drive[i - 1], *drive[i]) : std::nullopt;
-			const auto pose = filter.step(motion ? &*motion : nullptr, drive[i]->scan);
+			const Answer answer(filter.step(motion ? &*motion : nullptr, drive[i]->scan));
 			std::fprintf(out.stream, "%zu,", d);
-			write_row(out.stream, i, *drive[i]->scan, pose, processor_time() - start);
+			write_row(out.stream, i, *drive[i]->scan, answer, processor_time() - start);
 		}
 	}
 }
@@ -247,7 +265,7 @@ int run(int argc, char** argv)
 	}
 	else
 	{
-		const Answer answer = make_answer(method, argv[2], options);
+		const Method answer = make_method(method, argv[2], options);
 		preparation = processor_time() - start;
 		localize_each(answer, argv[3], out);
 	}

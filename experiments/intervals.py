@@ -1,0 +1,181 @@
+#!/usr/bin/env python3
+# d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+"""Confidence intervals for scans of drives, which are not independent: intervals.py [--series N]
+
+Scans a quarter of a metre apart succeed and fail together: where one fails, the next one does, too. A drive is cut into
+blocks, each from the first failure of a group of failures to the next group. Failures are of one group if they are no
+farther apart than the lag up to which the autocorrelation of failures is above chance; where failures are no exception, if
+they follow one another. A bootstrap that draws whole
+blocks has a variance that can be written down, so that nothing is drawn at random. It gives the number of independent
+scans that would be worth as much, and this the interval of Wilson, with a quantile of Student's t for the number of groups.
+
+The command shows how often such an interval holds the true share: it simulates drives whose failures come in runs.
+"""
+import argparse
+import math
+import random
+import sys
+
+RARE = 0.3  # [0, 1] share of failures below which groups come as events of a Poisson process
+FEWEST = 3  # [-] groups, below which failures must be closer together to be of one
+QUANTILE = 1.959964  # [-] of the normal distribution, for 95 %
+
+
+def student(freedom):
+    """[-] 97.5 % quantile of Student's t; Abramowitz and Stegun 26.7.5, within 0.1 from 3 degrees of freedom on."""
+    z, n = QUANTILE, max(3, freedom)
+    return (z + (z**3 + z) / (4 * n) + (5 * z**5 + 16 * z**3 + 3 * z) / (96 * n**2) +
+            (3 * z**7 + 19 * z**5 + 17 * z**3 - 15 * z) / (384 * n**3))
+
+
+def wilson(share, count, z=QUANTILE):
+    """Interval of a share [0, 1] of `count` independent trials, Wilson 1927."""
+    middle = (share + z * z / (2 * count)) / (1 + z * z / count)
+    half = z / (1 + z * z / count) * math.sqrt(share * (1 - share) / count + z * z / (4 * count * count))
+    return max(0.0, middle - half), min(1.0, middle + half)
+
+
+def correlated_lag(values):
+    """[scans] the last lag up to which the autocorrelation is above what chance gives, twice its deviation."""
+    count = len(values)
+    mean = sum(values) / count
+    off = [value - mean for value in values]
+    power = sum(value * value for value in off)
+    chance = 2 * math.sqrt(math.log10(count) / count) if count > 1 else 1
+    lag = 0
+    while power > 0 and lag + 1 < count // 4:
+        if sum(a * b for a, b in zip(off, off[lag + 1:])) / power <= chance:
+            break
+        lag += 1
+    return lag
+
+
+def groups_of(places, gap):
+    """The first of each group of places that are no farther apart than `gap`."""
+    return [b for a, b in zip([-math.inf, *places], places) if b - a > gap]
+
+
+def variance_of_sum(values):
+    """(variance of the sum, groups of values that are not 0) of one drive: of a bootstrap that draws whole blocks."""
+    places = [place for place, value in enumerate(values) if value]
+    if not places:
+        return 0.0, 0
+    mean, share = sum(values) / len(values), len(places) / len(values)
+    gap = max(1, correlated_lag(values)) if share < RARE else 1
+    starts = groups_of(places, gap)
+    while len(starts) < FEWEST and gap > 1:
+        gap //= 2
+        starts = groups_of(places, gap)
+    ends = [*starts[1:], len(values)]
+    sums = [sum(values[a:b]) for a, b in zip(starts, ends)]
+    lengths = [b - a for a, b in zip(starts, ends)]
+    lengths[-1] += starts[0]  # the drive is closed to a ring
+    blocks = sum((total - mean * length) ** 2 for total, length in zip(sums, lengths))
+    events = (1 - share) * sum(total * total for total in sums)
+    return (max(blocks, events) if share < RARE or len(starts) == 1 else blocks), len(starts)
+
+
+def share_interval(drives):
+    """95 % interval [%] of the share of true flags. \\p drives: a list of flags for each drive, in the order of the scans"""
+    drives = [[bool(flag) for flag in drive] for drive in drives if drive]
+    count, right = sum(map(len, drives)), sum(map(sum, drives))
+    if not count:
+        return math.nan, math.nan
+    share = right / count
+    rare = share > 0.5  # failures are rarer than successes
+    parts = [variance_of_sum([flag != rare for flag in drive]) for drive in drives]
+    groups = sum(part[1] for part in parts)
+    if not groups:
+        return tuple(100 * end for end in wilson(share, count))
+    variance = max(sum(part[0] for part in parts) * (1 + 1 / groups), count * share * (1 - share))
+    low, high = wilson(share, count * count * share * (1 - share) / variance, student(4 * groups))
+    return 100 * low, 100 * high
+
+
+def share_interval_of_places(places):
+    """The same for buildings of which these are a sample: whole buildings are drawn. \\p places: a list of flags for each"""
+    places = [place for place in places if place]
+    count = sum(map(len, places))
+    share = sum(map(sum, places)) / count
+    spread = sum((sum(place) - share * len(place)) ** 2 for place in places) * len(places) / max(1, len(places) - 1)
+    variance = max(spread, count * share * (1 - share))
+    worth = count * count * share * (1 - share) / variance if variance > 0 else count
+    low, high = wilson(share, worth, student(len(places) - 1))
+    return 100 * low, 100 * high
+
+
+def difference_interval(drives):
+    """(mean, low, high) [%] of paired differences. \\p drives: a list of -1, 0 and 1 for each drive"""
+    drives = [list(drive) for drive in drives if drive]
+    count = sum(map(len, drives))
+    mean = sum(map(sum, drives)) / count if count else math.nan
+    parts = [variance_of_sum(drive) for drive in drives]
+    groups = sum(part[1] for part in parts)
+    if not groups:
+        most = wilson(0, count)[1] if count else math.nan
+        return 100 * mean, -100 * most, 100 * most
+    half = student(4 * groups) * math.sqrt(sum(part[0] for part in parts) * (1 + 1 / groups)) / count
+    return 100 * mean, 100 * max(-1, mean - half), 100 * min(1, mean + half)
+
+
+def runs_of_failures(count, share, length, dice):
+    """Flags of success: runs of failures and of successes, their lengths geometric; `length`: mean of a run of failures."""
+    flags, fails = [], dice.random() < share
+    while len(flags) < count:
+        mean = length if fails else length * (1 - share) / share
+        run = 1 if mean <= 1 else 1 + int(math.log(1 - dice.random()) / math.log(1 - 1 / mean))
+        flags += [not fails] * run
+        fails = not fails
+    return flags[:count]
+
+
+def below_a_level(count, share, length, dice):
+    """Flags of success: failures where a random walk that returns to its mean is below a level."""
+    level, low = -8.0, 0.0
+    while low < share:
+        level += 0.001
+        low = 0.5 * math.erfc(-level / math.sqrt(2))
+    keep = math.exp(-1 / length)
+    state, flags = dice.gauss(0, 1), []
+    for _ in range(count):
+        state = keep * state + math.sqrt(1 - keep * keep) * dice.gauss(0, 1)
+        flags.append(state >= level)
+    return flags
+
+
+# scans of a drive, share of failures, mean length of a run [scans] or of what is remembered
+DRIVES = ((300, 0.05, 3), (300, 0.1, 5), (300, 0.2, 5), (1000, 0.05, 1.6), (1000, 0.02, 3), (1000, 0.05, 4), (1000, 0.2, 10),
+          (1000, 0.5, 5))
+MODELS = {"runs": runs_of_failures, "level": below_a_level}
+
+
+def coverage(model, drive, series, dice):
+    """(by this file, by Wilson for independent scans) [%] of the intervals that hold the true share."""
+    count, share, length = drive
+    ours = independent = 0
+    for _ in range(series):
+        flags = MODELS[model](count, share, length, dice)
+        low, high = share_interval([flags])
+        ours += low <= 100 * (1 - share) <= high
+        low, high = wilson(sum(flags) / count, count)
+        independent += low <= 1 - share <= high
+    return 100 * ours / series, 100 * independent / series
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--series", type=int, default=400, help="drives of each kind (default 400)")
+    arguments = parser.parse_args()
+    print("| failures | scans | share [%] | length | held [%] | held by Wilson's for independent scans [%] |\n" + "| --- " * 6 + "|")
+    dice, held = random.Random(1), []
+    for model in MODELS:
+        for drive in DRIVES:
+            ours, independent = coverage(model, drive, arguments.series, dice)
+            held.append(ours)
+            print(f"| {model} | {drive[0]} | {100 * drive[1]:g} | {drive[2]} | {ours:.1f} | {independent:.1f} |", flush=True)
+    print(f"\nOver all: {sum(held) / len(held):.1f} % of nominal 95 %, {min(held):.1f} to {max(held):.1f}.")
+    sys.exit(not 93 <= sum(held) / len(held) <= 97)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,163 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+// experiments/compare.py on a user's own folder, the intervals that its tables give, and the fingerprint beside tables.
+#include <nlohmann/json.hpp>
+
+#include <cmath>
+
+#include "app_process.h"
+#include "app_world.h"
+#include "experiment_scripts.h"
+
+using namespace d2s1r::test;
+namespace fs = std::filesystem;
+
+class Compare : public ExperimentScripts
+{
+   protected:
+	Compare() : ExperimentScripts("matplotlib, numpy") {}
+
+	/// Writes the flat as a map_server map, and the scans of the walk with their truth, under names of a user's own.
+	void write_own_site() const
+	{
+		const d2s1r::Grid& grid = flat();
+		std::string image = "P5 " + std::to_string(grid.width) + " " + std::to_string(grid.height) + " 255\n";
+		for (int row = grid.height - 1; row >= 0; row--)
+			for (int column = 0; column < grid.width; column++)
+				image += grid.at(column, row) == d2s1r::Cell::kOccupied ? '\0' : '\xfe';
+		fs::create_directories(path("home"));
+		write_file(path("home/kitchen.pgm"), image);
+		write_file(
+		    path("home/kitchen.yaml"),
+		    "image: kitchen.pgm\nresolution: 0.1\norigin: [0.0, 0.0, 0.0]\nnegate: 0\noccupied_thresh: 0.65\n"
+		    "free_thresh: 0.196\n");
+		save(observation_log(), path("home/drive.rawlog"));
+		save_truth(path("home/drive_truth.txt"), false);
+	}
+
+	ProcessResult compare(const Words& more) const
+	{
+		Words words = {
+		    kPython,
+		    "-B",
+		    std::string(D2S1R_SOURCE_DIR) + "/experiments/compare.py",
+		    "--build",
+		    D2S1R_BUILD_DIR,
+		    "--output",
+		    path("out"),
+		    "--store",
+		    path("store")};
+		words.insert(words.end(), more.begin(), more.end());
+		return run_program(words);
+	}
+};
+
+TEST_F(Compare, AFolderOfOnesOwnGetsAPageWithTablesPicturesAndReferences)
+{
+	write_own_site();
+	fs::create_directories(path("peers"));
+	write_file(
+	    path("peers/cbgl"),
+	    "#!/bin/sh\nread -r map resolution x y < \"$1\"\ntest -s \"$map\" || exit 1\n"
+	    "echo 'timestamp,status,x,y,phi,confidence,total_ms' > \"$3\"\n"
+	    "while read -r time rest; do echo \"$time,localized,0,0,0,1,5\" >> \"$3\"; done < \"$2\"\n"
+	    "echo '{\"preparation_s\": 0.5, \"memory_mb\": 7}'\n");
+	fs::permissions(path("peers/cbgl"), fs::perms::owner_all);
+	const ProcessResult result = compare(
+	    {path("home"), "--most", "6", "--most-others", "2", "--only", "d2s1r,published-10,exhaustive,glare,cbgl",
+	     "--peers", path("peers")});
+	ASSERT_EQ(result.status, 0) << result.err;
+	const std::string page = read_file(path("out/README.md"));
+	for (const char* part :
+	     {"## home, all scans", "| d2s1r | 6 | 100.0 (61.0 to 100.0) | - | 100.0 |",
+	      "| published method, k = 10 | 6 | ", "| exhaustive likelihood field | 2 | ",
+	      "| CBGL with PL-ICP | 2 | 0.0 (0.0 to 65.8) | 100.0 ", "| 7 | 5.0, 5.0 | 0.50 |",
+	      "d2s1r against the best of the published method (published method, k = 10)", "## Settings",
+	      "| home | kitchen.yaml | drive.rawlog | drive_truth.txt | 6 |",
+	      "| home | GLARE | needs the scans that built the map", "](success.png)", "](reliability.png)",
+	      "](home_map.png)"})
+		EXPECT_NE(page.find(part), std::string::npos) << part << " is not in\n" << page;
+	const CsvTable frames(
+	    path("out/frames.csv"),
+	    "site,method,timestamp,in_map,status,x,y,phi,confidence,true_x,true_y,true_phi,right,ms");
+	EXPECT_EQ(frames.size(), 6U + 6U + 2U + 2U);
+	EXPECT_NE(read_file(path("out/table.tex")).find("home & d2s1r & 6 & "), std::string::npos);
+	const std::string references = read_file(path("out/references.bib"));
+	EXPECT_NE(references.find("@book{probabilistic-robotics"), std::string::npos);
+	EXPECT_EQ(references.find("@inproceedings{glare"), std::string::npos) << "it was not run";
+	EXPECT_FALSE(fs::is_empty(path("out/logs")));
+	for (const auto& entry : fs::directory_iterator(path("store")))
+		EXPECT_TRUE(nlohmann::json::accept(read_file(entry.path().string())))
+		    << entry.path() << ": nothing is unpickled";
+}
+
+TEST_F(Compare, WhatCannotBeComparedIsNamed)
+{
+	fs::create_directories(path("empty"));
+	EXPECT_NE(compare({path("empty")}).err.find("holds no map; a SITE is a folder with"), std::string::npos);
+	write_own_site();
+	fs::remove(path("home/drive_truth.txt"));
+	EXPECT_NE(compare({path("home")}).err.find("holds no truth"), std::string::npos);
+	write_file(path("home/gt.txt"), "1 2 3\n");
+	EXPECT_NE(compare({path("home")}).err.find("`1 2 3` is neither"), std::string::npos);
+	EXPECT_NE(compare({path("home"), "--only", "magic"}).err.find("no method magic"), std::string::npos);
+}
+
+TEST_F(Compare, TruthIsReadInAllFormsAndBetweenTwoLines)
+{
+	write_file(path("mrpt.txt"), "% time x y z yaw pitch roll\n10 1 2 0 0.5 0 0\n10.4 2 2 0 0.7 0 0\n12 0 0 0 0 0 0\n");
+	write_file(path("tum.txt"), "10 1 2 0 0 0 0.247403959 0.968912422\n");
+	EXPECT_EQ(
+	    printed(
+	        "import pathlib, sites\nread = lambda name: sites.Truth.read(pathlib.Path('" + folder().string() +
+	        "') / name)\nmrpt, tum = read('mrpt.txt'), read('tum.txt')\n"
+	        "print([round(v, 3) for v in mrpt.at(10.1)], mrpt.at(11), mrpt.at(9.9), [round(v, 3) for v in "
+	        "tum.at(10.0005)])"),
+	    "[1.25, 2.0, 0.55] None None [1.0, 2.0, 0.5]\n");
+}
+
+TEST_F(Compare, IntervalsHoldTheTruthOfDrivesWhoseFailuresComeInRuns)
+{
+	const ProcessResult told =
+	    run_program({kPython, "-B", std::string(D2S1R_SOURCE_DIR) + "/experiments/intervals.py", "--series", "120"});
+	EXPECT_EQ(told.status, 0) << told.out << told.err;
+	EXPECT_NE(told.out.find("Over all: 9"), std::string::npos) << told.out;
+}
+
+TEST_F(Compare, PairedDifferencesAndBuildingsHaveIntervals)
+{
+	EXPECT_EQ(
+	    printed("import intervals\n"
+	            "run = [0] * 40 + [1] * 10 + [0] * 40\n"
+	            "lone = [1 if i % 9 == 0 else 0 for i in range(90)]\n"
+	            "def width(drives): mean, low, high = intervals.difference_interval(drives); return round(mean, 1), "
+	            "high - low\n"
+	            "print(width([run])[0], width([lone])[0], width([run])[1] > 2 * width([lone])[1])\n"
+	            "alike, apart = [[True] * 90 + [False] * 10] * 8, [[True] * 100] * 7 + [[True] * 20 + [False] * 80]\n"
+	            "def places(of): low, high = intervals.share_interval_of_places(of); return high - low\n"
+	            "print(places(apart) > 3 * places(alike))"),
+	    "11.1 11.1 True\nTrue\n");
+}
+
+TEST_F(Compare, ATableOfOtherAnswersIsFoundUnlessItSaysSo)
+{
+	const auto stamp = [](const std::string& answers)
+	{ return "<!-- measured at abc1234: answers " + answers + " -->\n"; };
+	const auto faults = [&](const std::string& readme, const std::string& results)
+	{
+		fs::create_directories(path("experiments"));
+		write_file(path("README.md"), readme);
+		write_file(path("experiments/RESULTS.md"), results);
+		return printed(
+		    "import fingerprint, pathlib\nprint(*fingerprint.faults(pathlib.Path('" + folder().string() +
+		    "'), '0123456789ab'), sep='\\n')");
+	};
+	const std::string today = stamp("0123456789ab"), other = stamp("ffff456789ab"), told = stamp("of another commit");
+	EXPECT_EQ(faults(today, today), "\n");
+	EXPECT_EQ(faults(today, told), "\n");
+	EXPECT_NE(
+	    faults(today, other).find("experiments/RESULTS.md: measured at abc1234, and today's answers are others"),
+	    std::string::npos);
+	EXPECT_NE(faults(other, today).find("README.md: measured at abc1234"), std::string::npos);
+	EXPECT_NE(faults(told, today).find("README.md: its table must be of today's answers"), std::string::npos);
+	EXPECT_NE(faults("no table", today).find("README.md: does not say of which commit"), std::string::npos);
+}
