@@ -287,6 +287,7 @@ ExitStatus localize(
 	    localizer,
 	    command.search.query,
 	    command.search.window,
+	    command.search.track,
 	    backend,
 	    command.search.threads,
 	    request.merge_lasers,

@@ -31,8 +31,8 @@ constexpr Usage kUsage = {
     "yaml file: maps: {NAME: {file: MAP, floor: TEXT, region: [X0, Y0, X1, Y1], config: CONFIG.ini}, ...};\n"
     "only 'file' is required. The column 'map' of the results names the map.\n\n"
     "The program writes frames.csv, hypotheses.csv, trajectory.tum, trajectory.txt, localized.rawlog,\n"
-    "run.json, summary.json, map.png, scene.3Dscene and report.html to OUT_DIR; with --fuse also\n"
-    "fused.csv and fused.tum; with --check also check.csv.\n\n"
+    "run.json, summary.json, map.png, scene.3Dscene and report.html to OUT_DIR; with --track also\n"
+    "track.csv and track.tum; with --fuse also fused.csv and fused.tum; with --check also check.csv.\n\n"
     "Examples:\n"
     "  rawlog-localize -m office.yaml -i my_bag -o results\n"
     "  rawlog-localize -m office.yaml -i drive.rawlog -o results --window 10\n\n"
@@ -168,11 +168,16 @@ void add_search(OptionGroup search, SearchRequest& request, Dependent& dependent
 	    [&](const std::string& text) { request.query.prior = parse_region(text); });
 	search.value(
 	    "--time-budget", "MS",
-	    "limit the time for each scan [ms]; the time of --window and --fuse is not counted. The search for candidates "
+	    "limit the time for each scan [ms]; the time of --window, --track and --fuse is not counted. The search for "
+	    "candidates "
 	    "always runs to its end, then as many candidates are refined as fit into the time. A pose is ambiguous if a "
 	    "candidate that was "
 	    "left out may be the right one. The results depend on the machine and its load (default: no limit)",
 	    [&](const std::string& text) { request.query.time_budget = parse_time_budget(text); });
+	search.flag(
+	    "--track",
+	    "also follow the robot from scan to scan by a Tracker, which finds it by itself and needs no other tracker",
+	    request.track);
 	search.flag(
 	    "--fuse",
 	    "also run a particle filter that is seeded from the results and checked against them; this needs the pf-init "

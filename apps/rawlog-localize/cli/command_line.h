@@ -4,8 +4,8 @@
 #include <d2s1r/CFusionBackend.h>
 #include <d2s1r/map_io.h>
 #include <d2s1r/prior.h>
-#include <ros/monitor.h>
 #include <logs/log.h>
+#include <ros/monitor.h>
 
 #include <cstddef>
 #include <cstdint>
@@ -74,6 +74,7 @@ struct SearchRequest
 	int threads = 1;                            //!< [-] that localize scans, and that build the index of method = paper
 	std::optional<int> window;                  //!< [-] scans that are used jointly; without a value, each on its own
 	Query query = {{}, 0, interrupted};         //!< the same for every scan
+	bool track = false;                         //!< whether a Tracker follows the robot
 	bool fuse = false;                          //!< whether a particle filter follows the results
 	MotionSource motion = MotionSource::kBoth;  //!< what moves it
 	std::uint32_t seed = 1;                     //!< [-] of it

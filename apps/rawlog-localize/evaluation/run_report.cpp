@@ -56,6 +56,25 @@ TrackerReport report_tracker(const std::vector<KeptFrame>& frames)
 	return report;
 }
 
+TrackReport report_track(const RunReport& report)
+{
+	TrackReport track;
+	for (const auto& frame : report.frames.kept())
+	{
+		if (!frame.tracked) continue;
+		track.statuses.at(static_cast<std::size_t>(frame.tracked->status))++;
+		track.add_ms.push_back(frame.tracked->add_ms);
+	}
+	for (const auto& m : report.matches)
+	{
+		if (!m.frame->tracked || !m.frame->tracked->pose) continue;
+		const Match tracked = compare(m.truth, *m.frame, *m.frame->tracked->pose);
+		for (std::size_t i = 0; i < kTolerances.size(); i++)
+			track.successes.at(i) += tracked.within(kTolerances.at(i)) ? 1 : 0;
+	}
+	return track;
+}
+
 FusionReport report_fusion(const RunReport& report)
 {
 	FusionReport fusion;

@@ -71,6 +71,17 @@ struct TrackerReport
 /// Counts the verdicts about the tracker.
 TrackerReport report_tracker(const std::vector<KeptFrame>& frames);
 
+/// Says how the Tracker of --track did.
+struct TrackReport
+{
+	std::array<std::size_t, 4> statuses{};   //!< [-] number of frames, by Status
+	std::vector<double> add_ms;              //!< [ms] for each frame
+	std::array<std::size_t, 2> successes{};  //!< [-] frames with ground truth whose pose is within each of kTolerances
+};
+
+/// Counts what the Tracker said, and how often its pose is right.
+TrackReport report_track(const RunReport& report);
+
 /// Says how the particle filter of --fuse did.
 struct FusionReport
 {

@@ -18,6 +18,7 @@ struct Frame
 	double timestamp = 0;   //!< [s] since the epoch, the log's clock; 0 if the scan has none
 	Localization result;
 	std::optional<Localization> alone{};              //!< with --window, what the scan says alone
+	std::optional<Localization> tracked{};            //!< with --track, where the robot is by all scans up to this one
 	std::optional<FusedPose> fused{};                 //!< with --fuse, once the filter has started
 	std::optional<CheckedTracker> tracker{};          //!< with --check
 	std::chrono::steady_clock::time_point read_at{};  //!< when the scan had been read

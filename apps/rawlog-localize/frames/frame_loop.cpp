@@ -5,6 +5,7 @@
 #include <base/threads.h>
 #include <d2s1r/motion.h>
 #include <d2s1r/scan_accumulator.h>
+#include <d2s1r/tracker.h>
 #include <d2s1r/window_localizer.h>
 
 #include <chrono>
@@ -215,6 +216,10 @@ class Follower
 			window_.emplace(*approach.atlas, *approach.window);
 		else if (approach.window)
 			window_.emplace(approach.localizer, *approach.window, approach.query.prior);
+		if (approach.track && approach.atlas)
+			tracker_.emplace(*approach.atlas);
+		else if (approach.track)
+			tracker_.emplace(approach.localizer, approach.query.prior);
 	}
 
 	/// Follows the scans of an object, all of which have been localized.
@@ -251,12 +256,13 @@ class Follower
 		const Localization& one_shot = *job.result;
 		odometry_check_.checked(motion, one_shot);
 		const double time = logs::to_seconds(job.logged.observation->timestamp);
-		Frame frame{job.frame, time, one_shot, {}, {}, {}, job.read_at};
+		Frame frame{job.frame, time, one_shot, {}, {}, {}, {}, job.read_at};
 		if (window_)
 		{
 			frame.alone = one_shot;
 			frame.result = window_->add(job.scan, one_shot, motion);
 		}
+		if (tracker_) frame.tracked = tracker_->add(time, job.scan, motion);
 		if (approach_.tracker)
 			frame.tracker = approach_.tracker->add(approach_.localizer, job.scan, time, frame.result, motion);
 		const ScanPtr observation = observation_of(job.logged);
@@ -276,6 +282,7 @@ class Follower
 	OdometryCheck odometry_check_;
 	LeftOutReadings left_out_;
 	std::optional<WindowLocalizer> window_;
+	std::optional<Tracker> tracker_;
 };
 
 /// What the threads share. Each does whatever can be done next, and what brings a result out soonest goes first:

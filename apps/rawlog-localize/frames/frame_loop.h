@@ -22,6 +22,7 @@ struct Approach
 	const Localizer& localizer;  //!< of the map, of an atlas that of its first map
 	Query query;
 	std::optional<int> window;           //!< [-] scans that are used jointly; without a value each on its own
+	bool track = false;                  //!< whether a Tracker follows the robot
 	CFusionBackend::Ptr fusion_backend;  //!< null: no fused poses
 	int threads = 1;                     //!< [-]
 	bool merge_lasers = false;           //!< whether scans of other lasers are used, too

@@ -123,6 +123,7 @@ void exchange(Archive& archive, AnyFrame& frame)
 	archive.number(frame.timestamp);
 	exchange_result(archive, frame.result);
 	if (archive.has_value(frame.alone)) exchange_result(archive, *frame.alone);
+	if (archive.has_value(frame.tracked)) exchange_result(archive, *frame.tracked);
 	if (!archive.has_value(frame.fused)) return;
 	archive.number(frame.fused->status);
 	archive.number(frame.fused->event);
@@ -140,6 +141,11 @@ KeptFrame keep(const Frame& frame)
 	kept.times = frame.result.times;
 	kept.has_pose = frame.has_pose();
 	if (kept.has_pose) kept.pose = frame.result.best().pose.asTPose();
+	if (const auto& tracked = frame.tracked)
+	{
+		kept.tracked = KeptFrame::Tracked{tracked->status, {}, tracked->times.total_ms};
+		if (!tracked->hypotheses.empty()) kept.tracked->pose = tracked->best().pose.asTPose();
+	}
 	if (frame.tracker) kept.verdict = frame.tracker->scan.verdict;
 	kept.is_fused = frame.fused.has_value();
 	if (!kept.is_fused) return kept;

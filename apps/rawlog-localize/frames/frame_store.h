@@ -31,6 +31,14 @@ struct KeptFrame
 	FusionEvent event = FusionEvent::kNone;
 	bool has_pose = false;
 	bool is_fused = false;
+	/// What the Tracker of --track says.
+	struct Tracked
+	{
+		Status status = Status::kRejected;
+		std::optional<mrpt::math::TPose2D> pose;  //!< the best one in its map, m and rad
+		double add_ms = 0;                        //!< [ms] see Tracker::add()
+	};
+	std::optional<Tracked> tracked{};
 	std::optional<Verdict> verdict{};  //!< about the tracker, with --check
 
 	bool localized() const { return status == Status::kLocalized; }

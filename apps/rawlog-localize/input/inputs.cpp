@@ -71,6 +71,7 @@ void check_method(Method method, const CommandLine& command)
 	const auto refuse = [](const char* option, const std::string& why)
 	{ throw UserError(kWrongUse, option, "does not go with method = paper, which " + why + "; use method = default"); };
 	if (command.search.window) refuse("--window", "uses one scan at a time");
+	if (command.search.track) refuse("--track", "uses one scan at a time");
 	if (!command.search.query.prior.anywhere()) refuse("--region", "searches everywhere");
 	if (command.output.diagnose) refuse("--diagnose", "never says that a scan does not fit");
 	if (command.search.query.time_budget > 0) refuse("--time-budget", "refines no candidate");

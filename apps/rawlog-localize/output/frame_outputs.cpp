@@ -37,11 +37,12 @@ std::string csv_field(const std::string& text)
 	return field + "\"";
 }
 
-void write_frame(TextFile& file, const Frame& frame)
+/// Writes a row of frames.csv about one of the answers of a frame.
+void write_answer(TextFile& file, const Frame& frame, const Localization& result)
 {
-	const Localization& result = frame.result;
+	const bool has_pose = !result.hypotheses.empty();
 	file.print("%zu,%.6f,%s,", frame.index, frame.timestamp, to_string(result.status));
-	if (frame.has_pose())
+	if (has_pose)
 	{
 		const auto& pose = result.best().pose;
 		const auto& covariance = result.best().covariance;
@@ -52,17 +53,27 @@ void write_frame(TextFile& file, const Frame& frame)
 	else
 		file.print(",,,,,,,");
 	file.print("%zu,", result.hypotheses.size());
-	if (frame.has_pose() && result.relative_entropy) file.print("%.6f", *result.relative_entropy);
+	if (has_pose && result.relative_entropy) file.print("%.6f", *result.relative_entropy);
 	file.print(
 	    ",%.3f,%.3f,%.3f,%.3f,", result.times.retrieval_ms, result.times.registration_ms, result.times.refinement_ms,
 	    result.times.total_ms);
 	for (int row = 0; row < 3; row++)
 		for (int column = row; column < 3; column++)
-			if (frame.has_pose())
+			if (has_pose)
 				file.print("%.6g,", result.best().covariance(row, column));
 			else
 				file.print(",");
-	file.print("%s,%s\n", csv_field(result.note).c_str(), frame.has_pose() ? csv_field(result.best().map).c_str() : "");
+	file.print("%s,%s\n", csv_field(result.note).c_str(), has_pose ? csv_field(result.best().map).c_str() : "");
+}
+
+void write_frame(TextFile& file, const Frame& frame)
+{
+	write_answer(file, frame, frame.result);
+}
+
+void write_track(TextFile& file, const Frame& frame)
+{
+	if (frame.tracked) write_answer(file, frame, *frame.tracked);
 }
 
 void write_hypotheses(TextFile& file, const Frame& frame)
@@ -92,6 +103,12 @@ void write_txt(TextFile& file, const Frame& frame)
 	if (!frame.localized()) return;
 	const auto& pose = frame.result.best().pose;
 	file.print("%.6f %.6f %.6f %.6f\n", frame.timestamp, pose.x(), pose.y(), pose.phi());
+}
+
+void write_track_tum(TextFile& file, const Frame& frame)
+{
+	if (frame.tracked && !frame.tracked->hypotheses.empty())
+		print_tum(file, frame.timestamp, frame.tracked->best().pose.asTPose());
 }
 
 void write_fused(TextFile& file, const Frame& frame)
@@ -142,6 +159,11 @@ std::deque<FrameFile> open_frame_files(const CommandLine& command)
 	files.emplace_back(folder / "trajectory.tum", "", write_tum);
 	files.emplace_back(folder / "trajectory.txt", "", write_txt);
 	if (!command.log.check.empty()) files.emplace_back(folder / "check.csv", kCheckHeading, write_check);
+	if (command.search.track)
+	{
+		files.emplace_back(folder / "track.csv", kFrameHeading, write_track);
+		files.emplace_back(folder / "track.tum", "", write_track_tum);
+	}
 	if (!command.search.fuse) return files;
 	files.emplace_back(folder / "fused.csv", kFusedHeading, write_fused);
 	files.emplace_back(folder / "fused.tum", "", write_fused_tum);
@@ -194,6 +216,16 @@ std::string json_line(const Frame& frame)
 		Json one = with_pose(Json::object({{"probability", hypothesis.probability}}), hypothesis.pose.asTPose());
 		if (!hypothesis.map.empty()) one["map"] = hypothesis.map;
 		json["hypotheses"].push_back(std::move(one));
+	}
+	if (frame.tracked)
+	{
+		json["tracked"] = {{"status", to_string(frame.tracked->status)}, {"confidence", frame.tracked->confidence}};
+		if (!frame.tracked->hypotheses.empty())
+		{
+			const Hypothesis& best = frame.tracked->best();
+			json["tracked"] = with_pose(json["tracked"], best.pose.asTPose());
+			if (!best.map.empty()) json["tracked"]["map"] = best.map;
+		}
 	}
 	if (frame.fused)
 	{

@@ -58,6 +58,7 @@ class FrameFile
 ///   (rank 1);
 /// - trajectory.tum ("time x y z qx qy qz qw") and, for MRPT's CPose2DInterpolator, trajectory.txt ("time x y phi")
 ///   hold the poses of the frames of status localized;
+/// - track.csv has a row per frame as frames.csv has, track.tum the poses of the Tracker;
 /// - fused.csv has a row per frame, fused.tum the fused poses;
 /// - check.csv has a row per frame, with the verdict about the tracker;
 /// - localized.rawlog, if it is wanted, and the files for pf-localization are written by the classes of their own.

@@ -143,22 +143,17 @@ void add_fused(JsonPacker& json, const DrawnFrames& frames)
 	    });
 }
 
-/// Adds (status, confidence, x, y, phi) that each scan said alone.
-void add_alone(JsonPacker& json, const DrawnFrames& frames)
+/// Returns (status, confidence, x, y, phi) of an answer, nulls for what it lacks.
+std::vector<Json> values_of(const std::optional<Localization>& answer)
 {
-	add_list(
-	    json, "alone", frames,
-	    [](const Frame& frame)
-	    {
-		    std::vector<Json> values(5);
-		    if (!frame.alone) return values;
-		    values[0] = static_cast<int>(frame.alone->status);
-		    if (frame.alone->hypotheses.empty()) return values;
-		    values[1] = rounded(frame.alone->confidence);
-		    const auto pose = numbers_of(frame.alone->best().pose.asTPose());
-		    std::copy(pose.begin(), pose.end(), values.begin() + 2);
-		    return values;
-	    });
+	std::vector<Json> values(5);
+	if (!answer) return values;
+	values[0] = static_cast<int>(answer->status);
+	if (answer->hypotheses.empty()) return values;
+	values[1] = rounded(answer->confidence);
+	const auto pose = numbers_of(answer->best().pose.asTPose());
+	std::copy(pose.begin(), pose.end(), values.begin() + 2);
+	return values;
 }
 
 /// Adds all that the page shows but map and scans.
@@ -178,7 +173,9 @@ void pack_results(Packer& packer, const RunReport& report, const DrawnFrames& fr
 	add_frames(json, frames);
 	if (!report.matches.empty()) add_truth(json, report);
 	if (search.fuse) add_fused(json, frames);
-	if (search.window && report.maps.size() == 1) add_alone(json, frames);
+	if (search.window && report.maps.size() == 1)
+		add_list(json, "alone", frames, [](const Frame& frame) { return values_of(frame.alone); });
+	if (search.track) add_list(json, "tracked", frames, [](const Frame& frame) { return values_of(frame.tracked); });
 	json.finish();
 }
 

@@ -79,6 +79,7 @@ std::vector<NamedFile> files_written(const CommandLine& command, bool localized)
 	};
 	add_to_folder({"frames.csv", "hypotheses.csv", "trajectory.tum", "trajectory.txt"});
 	if (output.rawlog_copy) add_to_folder({"localized.rawlog"});
+	if (command.search.track) add_to_folder({"track.csv", "track.tum"});
 	if (command.search.fuse) add_to_folder({"fused.csv", "fused.tum"});
 	if (!command.log.check.empty()) add_to_folder({"check.csv"});
 	add_to_folder({"map.png", "scene.3Dscene", "report.html", "run.json", "summary.json"});
@@ -95,6 +96,7 @@ const std::set<std::string>& names_in_folder()
 	{
 		CommandLine all;
 		all.output.folder = ".";
+		all.search.track = true;
 		all.search.fuse = true;
 		all.log.check = "any";
 		std::set<std::string> found;

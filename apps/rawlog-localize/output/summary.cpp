@@ -58,6 +58,20 @@ void add_accuracy(Json& json, const RunReport& report)
 	json["ground_truth_lines_without_frame"] = report.truth_lines - report.matches.size();
 }
 
+Json track_of(const RunReport& report)
+{
+	const TrackReport track = report_track(report);
+	Json json = {
+	    {"localized", track.statuses[0]},
+	    {"ambiguous", track.statuses[1]},
+	    {"rejected", track.statuses[2]},
+	    {"add_ms", summary_of(track.add_ms)}};
+	for (std::size_t i = 0; i < kTolerances.size() && !report.matches.empty(); i++)
+		json[mrpt::format("successes_%.1fm_%.0fdeg", kTolerances.at(i).position, kTolerances.at(i).yaw)] =
+		    track.successes.at(i);
+	return json;
+}
+
 Json fusion_of(const RunReport& report)
 {
 	const FusionReport fusion = report_fusion(report);
@@ -206,6 +220,28 @@ void print_tracker(const RunReport& report, std::ostream& out)
 	out << '\n';
 }
 
+/// Prints how many frames with ground truth are right.
+void print_successes(const std::array<std::size_t, 2>& successes, std::size_t matches, std::ostream& out)
+{
+	for (std::size_t i = 0; i < kTolerances.size(); i++)
+		out << mrpt::format(
+		    "%-12s%.1f m, %.0f deg: %zu of %zu frames (%.1f %%)\n", "", kTolerances.at(i).position,
+		    kTolerances.at(i).yaw, successes.at(i), matches, percent(successes.at(i), matches));
+}
+
+void print_track(const RunReport& report, std::ostream& out)
+{
+	const TrackReport track = report_track(report);
+	out << mrpt::format(
+	    "%-12slocalized %zu, ambiguous %zu, rejected %zu", "tracked", track.statuses[0], track.statuses[1],
+	    track.statuses[2]);
+	if (!track.add_ms.empty())
+		out << mrpt::format(
+		    "; scan [ms] mean %.2f, max %.2f", mean_std(track.add_ms).mean, percentile(track.add_ms, 1));
+	out << '\n';
+	if (!report.matches.empty()) print_successes(track.successes, report.matches.size(), out);
+}
+
 void print_fusion(const RunReport& report, std::ostream& out)
 {
 	const FusionReport fusion = report_fusion(report);
@@ -216,12 +252,7 @@ void print_fusion(const RunReport& report, std::ostream& out)
 		out << mrpt::format(
 		    "; step [ms] mean %.2f, max %.2f", mean_std(fusion.step_ms).mean, percentile(fusion.step_ms, 1));
 	out << '\n';
-	if (fusion.matches == 0) return;
-	for (std::size_t i = 0; i < kTolerances.size(); i++)
-		out << mrpt::format(
-		    "%-12s%.1f m, %.0f deg: %zu of %zu frames (%.1f %%)\n", "", kTolerances.at(i).position,
-		    kTolerances.at(i).yaw, fusion.successes.at(i), fusion.matches,
-		    percent(fusion.successes.at(i), fusion.matches));
+	if (fusion.matches > 0) print_successes(fusion.successes, fusion.matches, out);
 }
 }  // namespace
 
@@ -311,6 +342,7 @@ void write_summary_json(const RunReport& report, TextFile& file)
 	json["readings"] = {
 	    {"all", report.left_out.readings}, {"repeated", report.left_out.repeated}, {"lost", report.left_out.lost}};
 	if (report.odometry.motions > 0) json["odometry"] = odometry_of(report.odometry);
+	if (report.command.search.track) json["tracked"] = track_of(report);
 	if (report.command.search.fuse) json["fused"] = fusion_of(report);
 	if (!report.command.log.check.empty())
 	{
@@ -359,6 +391,7 @@ void print_table(const RunReport& report, std::ostream& out)
 	if (!report.matches.empty()) print_accuracy(report, out);
 	print_left_out(report.left_out, out);
 	print_odometry(report.odometry, out);
+	if (report.command.search.track) print_track(report, out);
 	if (report.command.search.fuse) print_fusion(report, out);
 	if (!report.command.log.check.empty()) print_tracker(report, out);
 	if (report.diagnosis) print_diagnosis(*report.diagnosis, out);

@@ -78,9 +78,9 @@ function truthOf(f) {
   return {x: run.truth[3 * f], y: run.truth[3 * f + 1], phi: run.truth[3 * f + 2]};
 }
 
-function aloneOf(f) {
-  const a = run.alone;
-  if (!a) return null;
+// What an answer about each frame, such as run.alone, says of a frame.
+function answerOf(a, f) {
+  if (!a || a[5 * f] === null) return null;
   const pose = a[5 * f + 2] === null ? null : {x: a[5 * f + 2], y: a[5 * f + 3], phi: a[5 * f + 4]};
   return {status: a[5 * f], confidence: a[5 * f + 1], pose};
 }
@@ -102,9 +102,11 @@ const isWrong = error => error !== null && (error.position >= run.tolerance[0] |
 // Everything that the scan of a frame can be laid at: hypotheses first.
 function placesOf(f) {
   const places = hypothesesOf(f).map((h, i) => ({...h, name: String(i + 1), isHypothesis: true}));
-  const alone = aloneOf(f), fused = fusedOf(f), truth = truthOf(f);
+  const alone = answerOf(run.alone, f), tracked = answerOf(run.tracked, f), fused = fusedOf(f), truth = truthOf(f);
   if (alone && alone.pose)
     places.push({...alone.pose, name: 'alone: ' + kStatuses[alone.status], probability: alone.confidence, color: '#00a6a6'});
+  if (tracked && tracked.pose)
+    places.push({...tracked.pose, name: 'tracked: ' + kStatuses[tracked.status], probability: tracked.confidence, color: '#b05a00'});
   if (fused) places.push({...fused, name: 'fused: ' + fused.status, color: '#a100a1'});
   if (truth) places.push({...truth, name: 'truth', color: '#111111'});
   return places;
