@@ -1,6 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // The Python module: maps and scans are numpy arrays, errors of the library become ValueError and RuntimeError.
 #include <d2s1r/map_io.h>
+#include <d2s1r/tracker.h>
 #include <d2s1r/version.h>
 #include <d2s1r/window_localizer.h>
 #include <mrpt/core/format.h>
@@ -91,6 +92,15 @@ struct Window : NeedsInit
 	std::function<Localization(const Scan&)> localize;  //!< what a scan says alone
 	ScanParameters scan;
 	WindowLocalizer window;
+	std::mutex mutex{};
+};
+
+/// A tracker, and what keeps threads of Python from using it at once.
+struct Follower : NeedsInit
+{
+	Follower(const ScanParameters& the_scan, Tracker the_tracker) : scan(the_scan), tracker(std::move(the_tracker)) {}
+	ScanParameters scan;
+	Tracker tracker;
 	std::mutex mutex{};
 };
 
@@ -311,12 +321,18 @@ Answer localize(
 	return answer_of(localizer.localize(observation, query, sweep));
 }
 
+/// Returns the motion (x, y, phi) of a robot; no value for None.
+std::optional<mrpt::poses::CPose2D> motion_of(const std::optional<std::array<double, 3>>& numbers)
+{
+	if (!numbers) return std::nullopt;
+	return mrpt::poses::CPose2D((*numbers)[0], (*numbers)[1], (*numbers)[2]);
+}
+
 Answer add_to_window(
     Window& window, const Ranges& ranges, const std::optional<std::array<double, 3>>& motion, const Sweep& sweep)
 {
 	const CObservation2DRangeScan observation = observation_of(ranges);
-	std::optional<mrpt::poses::CPose2D> increment;
-	if (motion) increment.emplace((*motion)[0], (*motion)[1], (*motion)[2]);
+	const auto increment = motion_of(motion);
 	const py::gil_scoped_release release;
 	const Scan scan = make_scan(observation, window.scan, sweep);
 	const Localization one_shot = window.localize(scan);
@@ -639,6 +655,65 @@ void bind_window(py::module_& module)
 	         "    motion: (x, y, phi) of the robot since the last call, in its frame then [m, rad]; None if unknown.\n")
 	            .c_str());
 }
+
+void bind_tracker(py::module_& module)
+{
+	using Motion = std::optional<std::array<double, 3>>;
+	const auto make = [](const PyLocalizer& localizer, const std::optional<std::array<double, 4>>& region)
+	{ return std::make_shared<Follower>(localizer.parameters().scan, Tracker(localizer, prior_of(region))); };
+	const auto make_in_atlas = [](const PyAtlas& atlas)
+	{ return std::make_shared<Follower>(atlas.maps().front().localizer->parameters().scan, Tracker(atlas)); };
+	const auto add = [](Follower& self, double time, const py::object& ranges, double angle_min, double angle_increment,
+	                    double max_range, const std::vector<double>& sensor_pose, const Motion& motion,
+	                    double min_range, const SharedSweep& shared)
+	{
+		const CObservation2DRangeScan observation =
+		    observation_of({ranges, angle_min, angle_increment, max_range, sensor_pose, min_range});
+		const Sweep sweep = sweep_of(shared);
+		const py::gil_scoped_release release;
+		const Scan scan = make_scan(observation, self.scan, sweep);
+		const std::lock_guard lock(self.mutex);
+		return answer_of(self.tracker.add(time, scan, motion_of(motion)));
+	};
+	const auto after = [](Follower& self, const Motion& motion,
+	                      double seconds) -> std::optional<std::pair<Doubles, double>>
+	{
+		std::optional<Hypothesis> there;
+		{
+			const py::gil_scoped_release release;
+			const std::lock_guard lock(self.mutex);
+			there = self.tracker.after(motion_of(motion), seconds);
+		}
+		if (!there) return std::nullopt;
+		return std::pair(array_of(there->pose), there->probability);
+	};
+	py::class_<Follower, std::shared_ptr<Follower>>(
+	    module, "Tracker",
+	    "Follows a robot from scan to scan: it finds the robot, keeps its pose, and notices by itself when the robot "
+	    "is "
+	    "elsewhere. Use one object per robot, with one call per scan.")
+	    .def(
+	        py::init(make), "localizer"_a, "region"_a = py::none(), py::keep_alive<1, 2>(),
+	        "    region: box between the corners (x0, y0, x1, y1) in the map frame [m] that the robot never leaves.")
+	    .def(
+	        py::init(make_in_atlas), "atlas"_a, py::keep_alive<1, 2>(),
+	        "The same in an atlas: the robot is followed from map to map.")
+	    .def(
+	        "add", add, "time"_a, "ranges"_a, "angle_min"_a, "angle_increment"_a, "max_range"_a,
+	        "sensor_pose"_a = std::vector<double>{}, "motion"_a = py::none(), py::kw_only(), "min_range"_a = 0.0,
+	        "sweep"_a = py::none(),
+	        ("Answers where the robot is, now that this scan was taken.\n\n    time: of the scan, by any clock [s].\n" +
+	         std::string(kRanges) +
+	         "    motion: (x, y, phi) of the robot since the last call, in its frame then [m, rad]; None if unknown.\n")
+	            .c_str())
+	    .def(
+	        "after", after, "motion"_a = py::none(), "seconds"_a = 0.0,
+	        "Returns where the robot is after a motion since the last call of add(), as ((x, y, phi), probability); "
+	        "None "
+	        "if no place is known.\n\n"
+	        "    motion: (x, y, phi) in its frame then [m, rad]; None if unknown.\n"
+	        "    seconds: since that call; they matter only without a motion.\n");
+}
 }  // namespace
 }  // namespace d2s1r
 
@@ -674,5 +749,6 @@ PYBIND11_MODULE(_d2s1r, module)
 	d2s1r::bind_localization(module);
 	d2s1r::bind_localizer(module);
 	d2s1r::bind_atlas(module);
+	d2s1r::bind_tracker(module);
 	d2s1r::bind_window(module);
 }

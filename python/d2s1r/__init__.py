@@ -6,6 +6,6 @@
         x, y, phi = result.pose
 """
 
-from ._d2s1r import Atlas, Localization, Localizer, Map, Sweep, WindowLocalizer, __version__
+from ._d2s1r import Atlas, Localization, Localizer, Map, Sweep, Tracker, WindowLocalizer, __version__
 
-__all__ = ["Atlas", "Localization", "Localizer", "Map", "Sweep", "WindowLocalizer"]
+__all__ = ["Atlas", "Localization", "Localizer", "Map", "Sweep", "Tracker", "WindowLocalizer"]

@@ -110,6 +110,28 @@ class Atlas:
     @property
     def names(self) -> List[str]: ...
 
+class Tracker:
+    @overload
+    def __init__(self, localizer: Localizer, region: Optional[Sequence[float]] = None) -> None: ...
+    @overload
+    def __init__(self, atlas: Atlas) -> None: ...
+    def add(
+        self,
+        time: float,
+        ranges: npt.ArrayLike,
+        angle_min: float,
+        angle_increment: float,
+        max_range: float,
+        sensor_pose: Sequence[float] = (),
+        motion: Optional[Sequence[float]] = None,
+        *,
+        min_range: float = 0.0,
+        sweep: Optional[Sweep] = None,
+    ) -> Localization: ...
+    def after(
+        self, motion: Optional[Sequence[float]] = None, seconds: float = 0.0
+    ) -> Optional[Tuple[npt.NDArray[np.float64], float]]: ...
+
 class WindowLocalizer:
     @overload
     def __init__(

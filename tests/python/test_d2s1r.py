@@ -3,6 +3,7 @@
 
 RAWLOG_LOCALIZE names the program."""
 import ast
+import csv
 import inspect
 import math
 import os
@@ -43,19 +44,38 @@ def test_poses_are_those_of_the_program_to_the_last_digit(world, localizer):
     assert sum(frame["status"] == "localized" for frame in frames) > 90
 
 
+def motion_to(world, i):
+    """Of the robot to scan i from the one before, in its frame then."""
+    dx, dy, dphi = world.robots[i] - world.robots[i - 1]
+    phi = world.robots[i - 1][2]
+    return dx * math.cos(phi) + dy * math.sin(phi), dy * math.cos(phi) - dx * math.sin(phi), dphi
+
+
 def test_window_answers_as_the_program_does(world, localizer):
     frames, _ = world.rows_of_program("--window", "5")
     window = d2s1r.WindowLocalizer(localizer, frames=5)
     for i in range(20):
-        motion = None
-        if i > 0:
-            dx, dy, dphi = world.robots[i] - world.robots[i - 1]
-            phi = world.robots[i - 1][2]
-            motion = (dx * math.cos(phi) + dy * math.sin(phi), dy * math.cos(phi) - dx * math.sin(phi), dphi)
+        motion = motion_to(world, i) if i > 0 else None
         result = window.add(*world.arguments(i), motion=motion)
         assert result.status == frames[i]["status"]
         assert np.allclose(result.pose, [float(frames[i][key]) for key in ("x", "y", "phi")], atol=2e-6)
         assert result.confidence == pytest.approx(float(frames[i]["confidence"]), abs=1e-5)
+
+
+def test_tracker_answers_as_the_program_does(world, localizer):
+    world.rows_of_program("--track")
+    with open(world.folder / "out" / "track.csv", newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    tracker = d2s1r.Tracker(localizer)
+    assert tracker.after() is None
+    for i in range(20):
+        motion = motion_to(world, i) if i > 0 else None
+        result = tracker.add(float(rows[i]["timestamp"]), *world.arguments(i), motion=motion)
+        assert result.status == rows[i]["status"]
+        assert np.allclose(result.pose, [float(rows[i][key]) for key in ("x", "y", "phi")], atol=2e-6)
+    pose, probability = tracker.after((0.5, 0, 0))
+    assert probability == result.confidence
+    assert np.hypot(*(pose - result.pose)[:2]) == pytest.approx(0.5, abs=0.1)
 
 
 def test_poses_are_right(world, localizer):
