@@ -236,14 +236,15 @@ struct Ranges
 /// \throws std::invalid_argument if it has other dimensions, or more numbers than any robot gives
 py::array checked_array(const std::string& name, const py::object& given, py::ssize_t dimensions)
 {
-	constexpr py::ssize_t kMost = 10'000'000;
+	constexpr py::ssize_t kMostNumbers = 10'000'000;
 	py::array array = py::module_::import("numpy").attr("asarray")(given);
 	if (array.ndim() != dimensions)
 		throw std::invalid_argument(
 		    name + " has " + std::to_string(array.ndim()) + " dimensions; give " + std::to_string(dimensions));
-	if (array.size() > kMost)
+	if (array.size() > kMostNumbers)
 		throw std::invalid_argument(
-		    name + " has " + std::to_string(array.size()) + " numbers; give " + std::to_string(kMost) + " at most");
+		    name + " has " + std::to_string(array.size()) + " numbers; give " + std::to_string(kMostNumbers) +
+		    " at most");
 	if (std::string("fbiu").find(array.dtype().kind()) == std::string::npos)
 		throw std::invalid_argument(name + " does not hold numbers; give floats");
 	return array;
@@ -452,7 +453,7 @@ void bind_sweep(py::module_& module)
 	        "Raises ValueError if they do not belong together.")
 	    .def_static(
 	        "of_twist", make_of_twist, "beam_step"_a, "twist"_a, py::kw_only(), "first_beam"_a = 0.0,
-	        "The same of a robot that moves by a constant twist (vx, vy, omega) in its own frame [m/s, rad/s].")
+	        "Makes the sweep of a robot that moves by a constant twist (vx, vy, omega) in its own frame [m/s, rad/s].")
 	    .def_readonly("beam_step", &Sweep::beam_step, "Time from one beam to the next [s].")
 	    .def_readonly("first_beam", &Sweep::first_beam, "Time of the first beam [s].");
 }
@@ -584,7 +585,7 @@ void bind_atlas(py::module_& module)
 		const CObservation2DRangeScan observation =
 		    observation_of({ranges, angle_min, angle_increment, max_range, sensor_pose, min_range});
 		const py::gil_scoped_release release;
-		return answer_of(self.localize(observation, time_budget, sweep_of(sweep)));
+		return answer_of(self.localize(observation, {{}, time_budget}, sweep_of(sweep)));
 	};
 	const auto names = [](const PyAtlas& self)
 	{

@@ -72,8 +72,9 @@ class Console
 	/// Says a line of somebody who may repeat it for ever.
 	void say_seldom(const std::string& line)
 	{
-		constexpr int kMost = 100;
-		if (++seldom_ <= kMost) say("DDS: " + line + (seldom_ == kMost ? " (the last line of this kind)" : ""));
+		constexpr int kMostLines = 100;
+		if (++seldom_ <= kMostLines)
+			say("DDS: " + line + (seldom_ == kMostLines ? " (the last line of this kind)" : ""));
 	}
 
    private:

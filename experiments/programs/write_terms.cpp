@@ -169,7 +169,7 @@ class Writer
 		const Scan scan = make_scan(observation, parameters_.scan);
 		const std::clock_t start = std::clock();
 		const auto refusal = refusal_of(scan, parameters_.scan);
-		const Localization result = refusal ? *refusal : localize_default(scan, maps_, 0).answer;
+		const Localization result = refusal ? *refusal : localize_default(scan, maps_, {}).answer;
 		const double total_ms = 1e3 * static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
 		Errors errors;
 		if (truth && !result.hypotheses.empty()) errors = errors_of(result.best().pose.asTPose(), *truth);

@@ -225,8 +225,10 @@ TEST(Atlas, ScansThatCannotBeUsedAreAStatus)
 	Scan covered = scan_at(world_of(make_floor()), poses_on_floor()[0]);
 	for (Beam& beam : covered.beams) beam.range = 0.1F;
 	EXPECT_EQ(atlas.localize(covered).status, Status::kRejected);
-	EXPECT_THROW(atlas.localize(covered, -1), std::invalid_argument);
-	EXPECT_NE(atlas.localize(scan_at(world_of(make_floor()), poses_on_floor()[0]), 1e-3).status, Status::kInvalid);
+	EXPECT_THROW(atlas.localize(covered, {{}, -1}), std::invalid_argument);
+	EXPECT_THROW(atlas.localize(covered, {make_prior(0, 0, 1, 1)}), std::invalid_argument);
+	EXPECT_NE(
+	    atlas.localize(scan_at(world_of(make_floor()), poses_on_floor()[0]), {{}, 1e-3}).status, Status::kInvalid);
 }
 
 TEST(Atlas, SaysWhichMapsDoNotGoTogether)
@@ -420,7 +422,7 @@ TEST(Atlas, WhatTheTimeLeavesOutIsDoubtedByTheLimitOfItsMap)
 	for (const auto& robot : random_poses(make_annex(), 60, 0.3, 5))
 	{
 		const auto scan = make_observation(world, robot, laser_of(90));
-		const Localization at_leisure = atlas.localize(scan), result = atlas.localize(scan, kHurry);
+		const Localization at_leisure = atlas.localize(scan), result = atlas.localize(scan, {{}, kHurry});
 		EXPECT_LE(sum_of_probabilities(result), 1 + 1e-9);
 		if (at_leisure.status != Status::kLocalized || result.status != Status::kAmbiguous) continue;
 		if (result.best().map != "annex") continue;

@@ -154,7 +154,8 @@ TEST_F(LocalizerContract, ASearchThatIsStoppedSaysSo)
 			questions++;
 			return stops;
 		};
-		const Localization alone = localizer_.localize(scan, {{}, 0, stop}), in_atlas = atlas.localize(scan, 0, stop);
+		const Localization alone = localizer_.localize(scan, {{}, 0, stop}),
+		                   in_atlas = atlas.localize(scan, {{}, 0, stop});
 		EXPECT_GE(questions, 4) << "in the search and after it, twice";
 		for (const Localization& answer : {alone, in_atlas})
 		{

@@ -106,8 +106,8 @@ constexpr double kSamePosition = 0.15, kSameYaw = 4 * M_PI / 180;  //!< [m], [ra
 /// Returns the angle [rad] from which the others differ least in the median, among some of them.
 double middle_angle(const std::vector<TPose2D>& offsets)
 {
-	constexpr std::size_t kMost = 50;
-	const std::size_t step = 1 + offsets.size() / kMost;
+	constexpr std::size_t kMostOffsets = 50;
+	const std::size_t step = 1 + offsets.size() / kMostOffsets;
 	double best = 0, least = HUGE_VAL;
 	for (std::size_t i = 0; i < offsets.size(); i += step)
 	{
@@ -152,8 +152,9 @@ ConstantOffset middle_of(
 
 std::optional<ConstantOffset> find_constant_offset(const std::vector<Match>& matches)
 {
-	constexpr std::size_t kFewest = 8;          // [-] frames
-	constexpr double kMost = 0.7, kMore = 1.3;  // [-] share of the frames; times as many as without the offset
+	constexpr std::size_t kFewest = 8;  // [-] frames
+	constexpr double kMostFrames = 0.7,
+	                 kMoreFrames = 1.3;  // [-] share of the frames; times as many as without the offset
 	std::vector<Match> localized;
 	std::copy_if(
 	    matches.begin(), matches.end(), std::back_inserter(localized),
@@ -172,7 +173,7 @@ std::optional<ConstantOffset> find_constant_offset(const std::vector<Match>& mat
 		    return match.within({kSamePosition, kSameYaw * 180 / M_PI});
 	    });
 	const auto frames = static_cast<double>(better.frames);
-	if (frames < kMost * static_cast<double>(better.of) || frames < kMore * static_cast<double>(right))
+	if (frames < kMostFrames * static_cast<double>(better.of) || frames < kMoreFrames * static_cast<double>(right))
 		return std::nullopt;
 	return better;
 }

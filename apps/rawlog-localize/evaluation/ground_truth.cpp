@@ -174,9 +174,9 @@ GroundTruth load_ground_truth(const std::string& file)
 		    std::string("cannot be opened (") + std::strerror(errno) + "); " + advice_on(errno, "check the path"));
 	errno = 0;
 	TruthReader reader(file);
-	constexpr std::size_t kLongest = 1 << 20;  // [byte] of a line, for which there has to be memory
-	std::string line(kLongest, '\0');
-	while (in.getline(line.data(), kLongest))
+	constexpr std::size_t kLongestLine = 1 << 20;  // [byte] of a line, for which there has to be memory
+	std::string line(kLongestLine, '\0');
+	while (in.getline(line.data(), kLongestLine))
 		reader.read(line.substr(0, static_cast<std::size_t>(in.gcount()) - (in.eof() ? 0 : 1)));
 	if (in.bad())  // else the lines before an error would count as all
 		throw UserError(
@@ -185,7 +185,8 @@ GroundTruth load_ground_truth(const std::string& file)
 		        "); check that it is a file, and copy it again");
 	if (!in.eof())
 		throw UserError(
-		    kBadInput, file, "has a line of more than " + std::to_string(kLongest) + " bytes; name a text of poses");
+		    kBadInput, file,
+		    "has a line of more than " + std::to_string(kLongestLine) + " bytes; name a text of poses");
 	if (reader.truth().empty())
 		throw UserError(kBadInput, file, "holds no pose; name a file with lines 'time x y phi'");
 	return reader.truth();
@@ -265,8 +266,8 @@ class OffsetSearch
 	{
 		for (const KeptFrame& frame : frames)
 			if (frame.localized()) frames_.push_back(&frame);
-		constexpr std::size_t kMost = 500;  // frames, evenly spread: enough, however long the log is
-		const std::size_t step = 1 + frames_.size() / kMost;
+		constexpr std::size_t kMostFrames = 500;  // frames, evenly spread: enough, however long the log is
+		const std::size_t step = 1 + frames_.size() / kMostFrames;
 		for (std::size_t i = 0; i * step < frames_.size(); i++) frames_[i] = frames_[i * step];
 		frames_.resize((frames_.size() + step - 1) / step);
 	}

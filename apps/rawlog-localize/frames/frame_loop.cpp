@@ -22,7 +22,7 @@ namespace d2s1r::app
 namespace
 {
 constexpr std::size_t kScansPerThread = 8;  //!< [-] scans that are read ahead of those that have been followed
-constexpr std::size_t kMostObjects = 1024;  //!< [-] the same of objects, which bounds the memory of logs with few scans
+constexpr std::size_t kMostObjects = 1024;  //!< [-] objects that are, to bound the memory of logs with few scans
 
 using Clock = std::chrono::steady_clock;
 
@@ -88,9 +88,9 @@ class LastScans
 	/// Returns the robot in the odometry's frame, which goes on for a moment as it did between the last two readings.
 	mrpt::poses::CPose2D robot_at(double time) const
 	{
-		constexpr double kLongest = 0.2;  // [s]
+		constexpr double kLongestStep = 0.2;  // [s]
 		const double step = time_ - time_before_, ahead = time - time_;
-		if (!(time_before_ > 0 && step > 0 && step < kLongest && ahead > 0 && ahead < kLongest)) return robot_;
+		if (!(time_before_ > 0 && step > 0 && step < kLongestStep && ahead > 0 && ahead < kLongestStep)) return robot_;
 		const auto motion = robot_ - before_;
 		const double share = ahead / step;
 		return robot_ + mrpt::poses::CPose2D(share * motion.x(), share * motion.y(), share * motion.phi());
@@ -369,7 +369,7 @@ class FramePipeline
 		waiting_.pop_front();
 		lock.unlock();
 		job->scan = scan_of(*job, approach_.localizer.parameters().scan);
-		job->result = approach_.atlas ? approach_.atlas->localize(job->scan, approach_.query.time_budget, interrupted)
+		job->result = approach_.atlas ? approach_.atlas->localize(job->scan, approach_.query)
 		                              : approach_.localizer.localize(job->scan, approach_.query);
 		lock.lock();
 		if (!interrupted()) item->unfinished--;  // else the search may have been stopped

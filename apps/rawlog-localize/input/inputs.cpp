@@ -23,8 +23,8 @@ namespace
 /// Returns the name of a laser as it stands in a message. Labels of rawlogs and topics may be as long as a file.
 std::string quoted(const std::string& label)
 {
-	constexpr std::size_t kLongest = 100;  // [byte]
-	return "'" + (label.size() > kLongest ? label.substr(0, kLongest) + "..." : label) + "'";
+	constexpr std::size_t kMostShown = 100;  // [byte]
+	return "'" + (label.size() > kMostShown ? label.substr(0, kMostShown) + "..." : label) + "'";
 }
 
 constexpr const char* kFusionClass = "d2s1r::CParticleFilterFusion";

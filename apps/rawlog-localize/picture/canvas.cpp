@@ -82,13 +82,13 @@ void Canvas::greys(const std::vector<std::uint8_t>& image, int image_width, int 
 void Canvas::line(const std::vector<Pixel>& points, double width, const Color& color, double opacity)
 {
 	if (points.empty()) return;
-	constexpr std::size_t kMost = 1000;  // points of a stroke: cairo's memory for it grows with them
+	constexpr std::size_t kMostPoints = 1000;  // points of a stroke: cairo's memory for it grows with them
 	use(color, opacity);
 	cairo_set_line_width(context_.get(), width);
-	for (std::size_t first = 0; first == 0 || first + 1 < points.size(); first += kMost)
+	for (std::size_t first = 0; first == 0 || first + 1 < points.size(); first += kMostPoints)
 	{
 		cairo_move_to(context_.get(), points[first].x, points[first].y);
-		for (std::size_t i = first; i < std::min(points.size(), first + kMost + 1); i++)
+		for (std::size_t i = first; i < std::min(points.size(), first + kMostPoints + 1); i++)
 			cairo_line_to(context_.get(), points[i].x, points[i].y);
 		cairo_stroke(context_.get());
 	}

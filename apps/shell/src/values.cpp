@@ -91,11 +91,11 @@ ros::HeightBand parse_height_band(const std::string& text)
 
 ros::SweepTime parse_sweep_time(const std::string& text)
 {
-	constexpr double kLongest = 2;  // [s]
+	constexpr double kLongestSweep = 2;  // [s]
 	const auto values = parse_number_list(text);
 	if (values.size() > 2) refuse_value(text, "is not a time; write S or S,FIRST in s");
 	const ros::SweepTime sweep = {values[0], values.size() > 1 ? values[1] : 0};
-	if (std::abs(sweep.duration) > kLongest || std::abs(sweep.first_beam) > kLongest)
+	if (std::abs(sweep.duration) > kLongestSweep || std::abs(sweep.first_beam) > kLongestSweep)
 		refuse_value(text, "is longer than any laser takes; write S or S,FIRST in s, at most 2");
 	return sweep;
 }

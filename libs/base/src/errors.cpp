@@ -31,11 +31,11 @@ std::string printable(std::string text)
 
 std::string excerpt(const std::string& text)
 {
-	constexpr std::size_t kLongest = 60;
-	std::string shown = text.substr(0, kLongest);
+	constexpr std::size_t kMostShown = 60;
+	std::string shown = text.substr(0, kMostShown);
 	std::replace_if(
 	    shown.begin(), shown.end(), [](char c) { return c < ' ' || c > '~'; }, '?');
-	return text.size() > kLongest ? shown + "..." : shown;
+	return text.size() > kMostShown ? shown + "..." : shown;
 }
 
 bool is_out_of_memory(const std::exception& exception)

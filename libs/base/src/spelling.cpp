@@ -30,10 +30,10 @@ std::size_t edit_distance(const std::string& from, const std::string& to)
 
 std::string nearest_word(const std::string& given, const std::vector<std::string>& known)
 {
-	constexpr std::size_t kMostSlips = 2, kLongest = 100;  // [letters]
+	constexpr std::size_t kMostSlips = 2, kLongestWord = 100;  // [letters]
 	std::string nearest;
 	std::size_t least = kMostSlips + 1;
-	if (given.size() > kLongest) return nearest;
+	if (given.size() > kLongestWord) return nearest;
 	for (const std::string& word : known)
 	{
 		const bool is_beginning = given.size() > 3 && word.rfind(given, 0) == 0;

@@ -40,13 +40,13 @@ std::string scan_section(const Localizer& localizer)
 	only.scan = localizer.parameters().scan;
 	return to_ini(only);
 }
+}  // namespace
 
 /// Returns the default method of a localizer; null if it has another one.
-const DefaultLocalizer* default_method_of(const Localizer& localizer)
+const DefaultLocalizer* Atlas::default_method_of(const Localizer& localizer)
 {
 	return dynamic_cast<const DefaultLocalizer*>(&localizer.method());
 }
-}  // namespace
 
 Atlas::Atlas(std::vector<AtlasMap> maps) : maps_(std::move(maps))
 {
@@ -67,25 +67,27 @@ Atlas::Atlas(std::vector<AtlasMap> maps) : maps_(std::move(maps))
 }
 
 Localization Atlas::localize(
-    const mrpt::obs::CObservation2DRangeScan& observation, double time_budget, const Sweep& sweep) const
+    const mrpt::obs::CObservation2DRangeScan& observation, const Query& query, const Sweep& sweep) const
 {
-	return localize(make_scan(observation, maps_.front().localizer->parameters().scan, sweep), time_budget);
+	return localize(make_scan(observation, maps_.front().localizer->parameters().scan, sweep), query);
 }
 
-Localization Atlas::localize(const Scan& scan, double time_budget, const std::function<bool()>& stop) const
+Localization Atlas::localize(const Scan& scan, const Query& query) const
 {
-	if (!(time_budget >= 0))  // this is true for a NaN, too
+	if (!(query.time_budget >= 0))  // this is true for a NaN, too
 		throw std::invalid_argument("Atlas: the time budget is negative or not a number; give ms, or 0 for none");
+	if (!query.prior.anywhere())
+		throw std::invalid_argument("Atlas: the query has a prior, but each map has a frame of its own; give regions");
 	if (const auto refusal = refusal_of(scan, maps_.front().localizer->parameters().scan)) return *refusal;
 	std::vector<SearchedMap> searched;
 	for (const AtlasMap& map : maps_)
 	{
 		const DefaultIndex& index = default_method_of(*map.localizer)->index();
-		searched.push_back(index.searched(map.region, map.localizer->parameters(), searched.size(), stop));
+		searched.push_back(index.searched(map.region, map.localizer->parameters(), searched.size()));
 	}
 
 	const mrpt::system::CTicTac watch;
-	auto [result, numbers] = localize_default(scan, searched, time_budget);
+	auto [result, numbers, best] = localize_default(scan, searched, query);
 	for (std::size_t i = 0; i < numbers.size(); i++) result.hypotheses[i].map = maps_[numbers[i]].name;
 	if (!numbers.empty())
 		result.relative_entropy = maps_[numbers.front()].localizer->relative_entropy(scan, result.best().pose);

@@ -22,7 +22,7 @@ namespace d2s1r::logs
 namespace
 {
 constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";  // of UTF-8, which editors put in front
-constexpr std::size_t kLongestLine = 1 << 20;                // [byte] a scan has 10,000
+constexpr std::size_t kMostShownLine = 1 << 20;              // [byte] a scan has 10,000
 constexpr double kMaxRange = 80;                             // [m] of a SICK laser, unless the log says otherwise
 
 /// The words of a line, one after the other.
@@ -52,14 +52,14 @@ class Words
 	/// Returns a number, which may be infinite or NaN.
 	double number_or_none()
 	{
-		constexpr std::size_t kLongest = 30;  // [-] letters that are told
+		constexpr std::size_t kMostShown = 30;  // [-] letters that are told
 		const auto text = word();
 		if (text.empty()) throw std::runtime_error("ends where a number belongs");
 		const auto digits = text[0] == '+' ? text.substr(1) : text;
 		double value = 0;
 		const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
 		if (error != std::errc() || end != digits.data() + digits.size())
-			throw std::runtime_error("has '" + std::string(text.substr(0, kLongest)) + "' where a number belongs");
+			throw std::runtime_error("has '" + std::string(text.substr(0, kMostShown)) + "' where a number belongs");
 		return value;
 	}
 
@@ -102,12 +102,12 @@ struct LaserParameters
 
 	void set_field_of_view(double degrees)
 	{
-		constexpr double kLeast = 10, kMost = 360;  // [deg] beyond, it is in another unit
-		if (degrees >= kLeast && degrees <= kMost) field_of_view = degrees;
+		constexpr double kLeastDegrees = 10, kMostDegrees = 360;  // [deg] beyond, it is in another unit
+		if (degrees >= kLeastDegrees && degrees <= kMostDegrees) field_of_view = degrees;
 	}
 };
 
-/// The same of all lasers.
+/// What the parameters of the log tell of all lasers.
 struct Lasers
 {
 	LaserParameters front, rear;
@@ -371,7 +371,7 @@ class CarmenReader : public LogReader
 		{
 			text_.erase(0, std::exchange(past_line_, 0));
 			const std::size_t before = text_.size();
-			if (before > kLongestLine) throw std::runtime_error("it is too long");
+			if (before > kMostShownLine) throw std::runtime_error("it is too long");
 			is_stopped_ = stop_();
 			if (is_stopped_) return std::nullopt;
 			constexpr std::size_t kBlock = 1 << 16;

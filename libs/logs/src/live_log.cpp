@@ -106,8 +106,8 @@ class LiveReader : public LogReader
 	/// it will be read again.
 	std::optional<std::string> first_label()
 	{
-		constexpr std::size_t kMost = 100'000'000, kOfEach = 1000;  // [byte] that are kept
-		for (std::size_t kept = 0; kept < kMost;)
+		constexpr std::size_t kMostKept = 100'000'000, kOfEach = 1000;  // [byte] that are kept
+		for (std::size_t kept = 0; kept < kMostKept;)
 		{
 			const auto& object = early_.emplace_back(read());
 			if (!object) return std::nullopt;

@@ -91,18 +91,19 @@ double fit_spin(const std::vector<SeenPoint>& points, int direction, double dura
 /// Returns no value if the times of the points are the same, or not those of a laser that spins.
 std::optional<Spin> spin_of(const std::vector<SeenPoint>& points)
 {
-	constexpr std::size_t kFewest = 50;                                // [-] points
-	constexpr double kShortest = 1e-3, kLongest = 1, kMostOff = 0.05;  // [s], [s] of a turn, [-] of the duration
+	constexpr std::size_t kFewest = 50;  // [-] points
+	constexpr double kShortestTurn = 1e-3, kLongestTurn = 1,
+	                 kMostNoise = 0.05;  // [s], [s] of a turn, [-] of the duration
 	if (points.size() < kFewest) return std::nullopt;
 	const auto earlier = [](const SeenPoint& a, const SeenPoint& b) { return a.time < b.time; };
 	const auto [first, last] = std::minmax_element(points.begin(), points.end(), earlier);
 	const double duration = last->time - first->time;
-	if (!(duration >= kShortest && duration <= kLongest)) return std::nullopt;
+	if (!(duration >= kShortestTurn && duration <= kLongestTurn)) return std::nullopt;
 	Spin left{first->angle, first->time}, right = left;
 	const double off_left = fit_spin(points, 1, duration, left), off_right = fit_spin(points, -1, duration, right);
-	if (!(std::min(off_left, off_right) < kMostOff * duration)) return std::nullopt;
+	if (!(std::min(off_left, off_right) < kMostNoise * duration)) return std::nullopt;
 	const Spin& spin = off_left < off_right ? left : right;
-	if (2 * M_PI * std::abs(spin.time_per_angle) > kLongest) return std::nullopt;
+	if (2 * M_PI * std::abs(spin.time_per_angle) > kLongestTurn) return std::nullopt;
 	return spin;
 }
 }  // namespace

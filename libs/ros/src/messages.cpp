@@ -133,9 +133,9 @@ std::uint32_t count_of(Fields& fields, std::size_t least_size)
 template <typename Fields>
 std::string read_frame(Fields& fields)
 {
-	constexpr std::size_t kLongest = 1000;  // [byte]
+	constexpr std::size_t kLongestName = 1000;  // [byte]
 	const std::string frame = without_slash(fields.text());
-	if (frame.size() > kLongest) throw std::runtime_error("the name of a frame is longer than 1000 bytes");
+	if (frame.size() > kLongestName) throw std::runtime_error("the name of a frame is longer than 1000 bytes");
 	return frame;
 }
 
@@ -295,8 +295,8 @@ float coordinate_at(const std::uint8_t* point, std::size_t axis, const CloudLayo
 {
 	if (!layout.are_double[axis]) return number_at<float>(point + layout.offsets[axis], layout);
 	const auto value = number_at<double>(point + layout.offsets[axis], layout);
-	constexpr double kMost = std::numeric_limits<float>::max();
-	return std::abs(value) <= kMost ? static_cast<float>(value) : std::numeric_limits<float>::quiet_NaN();
+	constexpr double kGreatest = std::numeric_limits<float>::max();
+	return std::abs(value) <= kGreatest ? static_cast<float>(value) : std::numeric_limits<float>::quiet_NaN();
 }
 
 /// Returns the time of the point that begins at `point`, as its driver wrote it; 0 if the points have none.
@@ -315,16 +315,17 @@ double time_at(const std::uint8_t* point, const CloudLayout& layout)
 /// \param message [ns]
 void to_seconds_after(std::int64_t message, const CloudLayout& layout, std::vector<double>& times)
 {
-	constexpr double kMost = 10, kShortest = 1e-3, kLongest = 0.5;  // [s] after the message; of a whole cloud
-	constexpr std::array kUnits{1.0, 1e-3, 1e-6, 1e-9};             // [s]
+	constexpr double kLatest = 10, kShortestCloud = 1e-3,
+	                 kLongestCloud = 0.5;                // [s] after the message; of a whole cloud
+	constexpr std::array kUnits{1.0, 1e-3, 1e-6, 1e-9};  // [s]
 	double least = HUGE_VAL, greatest = -HUGE_VAL;
 	for (const double time : times)
 		if (std::isfinite(time)) least = std::min(least, time), greatest = std::max(greatest, time);
 	const double stamp = kUnits.back() * static_cast<double>(message);
 	const auto is_absolute = [&](double unit)
-	{ return unit * greatest > kMost && std::abs(unit * greatest - stamp) < kMost; };
+	{ return unit * greatest > kLatest && std::abs(unit * greatest - stamp) < kLatest; };
 	const auto may_last = [&](double unit)
-	{ return unit * (greatest - least) >= kShortest && unit * (greatest - least) <= kLongest; };
+	{ return unit * (greatest - least) >= kShortestCloud && unit * (greatest - least) <= kLongestCloud; };
 	const auto absolute = std::find_if(kUnits.begin(), kUnits.end(), is_absolute);
 	const bool since_message = absolute == kUnits.end();
 	double unit = since_message ? (layout.time_type == kUint32 ? kUnits.back() : kUnits.front()) : *absolute;
@@ -334,7 +335,7 @@ void to_seconds_after(std::int64_t message, const CloudLayout& layout, std::vect
 	for (double& time : times)
 	{
 		time = unit * time - (since_message ? 0 : stamp);
-		if (!(std::abs(time) <= kMost)) time = 0;  // it is not known
+		if (!(std::abs(time) <= kLatest)) time = 0;  // it is not known
 	}
 }
 

@@ -22,8 +22,8 @@ std::pair<double, double> SweepTime::span() const
 
 SweepTime SweepTime::checked() const
 {
-	constexpr double kLongest = 4;  // [s]
-	return std::max(std::abs(duration), std::abs(first_beam)) < kLongest ? *this : SweepTime();
+	constexpr double kLongestSweep = 4;  // [s]
+	return std::max(std::abs(duration), std::abs(first_beam)) < kLongestSweep ? *this : SweepTime();
 }
 
 mrpt::Clock::time_point to_time(std::int64_t nanoseconds)

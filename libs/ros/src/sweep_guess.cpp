@@ -20,12 +20,12 @@ double median_of(std::vector<double> values)
 
 void SweepGuess::add(const LaserScan& scan)
 {
-	constexpr std::size_t kMost = 1000;  // [-] messages that tell enough
+	constexpr std::size_t kMostPeriods = 1000;  // [-] messages that tell enough
 	const double told = sweep_time_of(scan).duration;
 	is_told_ = is_told_ || told > 0;
 	is_wrong_ = is_wrong_ || (scan.time_step != 0 && told == 0);
 	if (told < 0) backwards_ = told;
-	if (is_told_ || periods_.size() >= kMost) return;
+	if (is_told_ || periods_.size() >= kMostPeriods) return;
 	share_of_turn_ =
 	    std::abs(static_cast<double>(scan.angle_step) * (static_cast<double>(scan.ranges.size()) - 1)) / (2 * M_PI);
 	if (std::isfinite(scan.scan_time) && scan.scan_time > 0) scan_times_.push_back(static_cast<double>(scan.scan_time));
@@ -36,10 +36,11 @@ void SweepGuess::add(const LaserScan& scan)
 
 std::vector<SweepTime> SweepGuess::sweeps() const
 {
-	constexpr double kLeast = 0.01, kMost = 0.5, kMargin = 1.2, kMillisecond = 1e-3;  // [s], [s], [-], [s]
+	constexpr double kShortestTurn = 0.01, kLongestTurn = 0.5, kMargin = 1.2,
+	                 kMillisecond = 1e-3;    // [s], [s], [-], [s]
 	constexpr double kUsual[] = {0.1, 0.2};  // [s] that spinning lasers take for a turn
 	const double told = median_of(scan_times_), period = median_of(periods_);
-	const double turn = told > kMost ? kMillisecond * told : told;
+	const double turn = told > kLongestTurn ? kMillisecond * told : told;
 	if (is_told_ || !(share_of_turn_ > 0 && share_of_turn_ < kMargin)) return {};
 	if (backwards_ < 0) return {{backwards_, 0}, {-backwards_, 0}};
 	std::vector<SweepTime> sweeps;
@@ -47,9 +48,9 @@ std::vector<SweepTime> SweepGuess::sweeps() const
 	for (const double time : {turn, period})
 	{
 		const bool is_new = sweeps.empty() || period > kMargin * turn;
-		if (is_new && time >= kLeast && time <= kMost && time <= kMargin * period) add(time);
+		if (is_new && time >= kShortestTurn && time <= kLongestTurn && time <= kMargin * period) add(time);
 	}
-	if (sweeps.empty() && period > kMost)
+	if (sweeps.empty() && period > kLongestTurn)
 		for (const double time : kUsual) add(time);
 	return sweeps;
 }

@@ -3,13 +3,14 @@
 
 #include <d2s1r/localizer.h>
 
-#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
 
 namespace d2s1r
 {
+class DefaultLocalizer;
+
 /// Holds a map of an Atlas.
 struct AtlasMap
 {
@@ -43,15 +44,14 @@ class Atlas
 	explicit Atlas(std::vector<AtlasMap> maps);
 
 	/// Answers where a scan was taken: Hypothesis::map names the map. It never throws because of the scan.
-	/// \param time_budget [ms] see Query; 0 is no limit
+	/// \param query without a prior: the region of each map is the prior there
 	/// \param sweep when each beam was taken; the pose is that of its time 0
-	/// \throws std::invalid_argument if the time budget is below 0
+	/// \throws std::invalid_argument if the query has a prior, or its time budget is below 0
 	Localization localize(
-	    const mrpt::obs::CObservation2DRangeScan& observation, double time_budget = 0, const Sweep& sweep = {}) const;
+	    const mrpt::obs::CObservation2DRangeScan& observation, const Query& query = {}, const Sweep& sweep = {}) const;
 
 	/// Answers where a scan was taken that make_scan() or the caller prepared.
-	/// \param stop see Query
-	Localization localize(const Scan& scan, double time_budget = 0, const std::function<bool()>& stop = {}) const;
+	Localization localize(const Scan& scan, const Query& query = {}) const;
 
 	/// Returns the maps, in the order in which they were given.
 	const std::vector<AtlasMap>& maps() const { return maps_; }
@@ -60,6 +60,8 @@ class Atlas
 	const AtlasMap& at(const std::string& name) const;
 
    private:
+	static const DefaultLocalizer* default_method_of(const Localizer& localizer);
+
 	std::vector<AtlasMap> maps_;
 };
 

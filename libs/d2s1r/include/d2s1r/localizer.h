@@ -108,12 +108,12 @@ class Localizer
 	/// found at the first call.
 	const std::vector<CellIndex>& free_cells() const;
 
-	/// Returns the method with its index. Only the library itself can use it: an Atlas searches several at once.
-	const LocalizationMethod& method() const;
-
    private:
+	friend class Atlas;  // which searches several indices at once
 	struct Index;
 	Localizer(const Parameters& parameters, std::shared_ptr<const Index> index);
+
+	const LocalizationMethod& method() const;
 
 	std::shared_ptr<const Index> index_;
 	std::unique_ptr<const Parameters> parameters_;  //!< not in place: references to them outlive a move

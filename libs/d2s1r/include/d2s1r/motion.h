@@ -30,7 +30,7 @@ inline constexpr double kMostOff = 16.27;  //!< [-]
 struct OdometryTuning
 {
 	double least_error = 0.05;  //!< [m] standard deviation of an increment, however short
-	double least_turn = 2;      //!< [deg] the same of its turn
+	double least_turn = 2;      //!< [deg] standard deviation of its turn, however short
 	double error_share = 0.1;   //!< [-] of what the robot went and turned: is added to these
 	double turn_by_way = 5;     //!< [deg/m] is added to that of the turn
 
@@ -61,7 +61,7 @@ struct OdometryEstimate
 	double scale = 1;          //!< [-] number that its ways have to be multiplied by
 	double scale_std = 0.2;    //!< [-] standard deviation of that
 	double way_noise = 1;      //!< [-] its errors of ways against those of odometry_motion(), at least 1
-	double turn_noise = 1;     //!< [-] the same of turns
+	double turn_noise = 1;     //!< [-] its errors of turns against those of odometry_motion(), at least 1
 	std::size_t motions = 0;   //!< [-] between localized scans, from which this is known
 	bool is_relied_on = true;  //!< whether scans do not contradict it
 };

@@ -37,7 +37,7 @@ struct Scan
 	double field_of_view = 0;             //!< [rad] that the beams cover, in (0, 2 pi]; gaps without data left out
 	mrpt::math::TPose2D sensor_on_robot;  //!< sensor in robot frame, m and rad
 	double position_std = 0;   //!< [m] standard deviation that the motion during the sweep adds to a pose, in x and y
-	double heading_std = 0;    //!< [rad] the same of its heading
+	double heading_std = 0;    //!< [rad] standard deviation that it adds to a heading
 	std::size_t repeated = 0;  //!< [-] beams left out because too many others share exactly their range
 	std::size_t lost = 0;      //!< [-] no-returns left out because most lie in gaps of a surface
 	std::string invalid_because;  //!< empty if make_scan() found it usable, else the reason
@@ -74,8 +74,8 @@ struct Sweep
 	std::vector<TimedPose> motion;  //!< by increasing time; empty: nobody measured the motion
 
 	double unknown_speed = 0.5;  //!< [m/s] standard deviation of a speed that nobody measured
-	/// [rad/s] The same of the turn: that of a robot which turns as often by any rate up to 2.84 rad/s, the fastest of
-	/// a TurtleBot3.
+	/// [rad/s] Standard deviation of a turn that nobody measured: that of a robot which turns as often by any rate up
+	/// to 2.84 rad/s, the fastest of a TurtleBot3.
 	double unknown_turn = 1.64;
 
 	/// Returns the time [s] of a beam of the observation.

@@ -60,7 +60,7 @@ class WindowLocalizer
 	Localization add(
 	    const Scan& scan, const Localization& one_shot, const std::optional<mrpt::poses::CPose2D>& motion = {});
 
-	/// Answers the same for an observation, which it localizes on its own first.
+	/// Localizes an observation on its own, then answers where the robot was when it was taken.
 	/// \param sweep when each beam was taken; pose and `motion` are about its time 0
 	Localization add(
 	    const mrpt::obs::CObservation2DRangeScan& observation, const std::optional<mrpt::poses::CPose2D>& motion = {},

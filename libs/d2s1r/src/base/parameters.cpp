@@ -109,13 +109,13 @@ Parameters parse_parameters(const std::string& ini_text, const std::string& name
 
 Parameters load_parameters(const std::string& ini_file)
 {
-	constexpr std::size_t kMost = 1 << 20;  // [byte] a hundred times what to_ini() writes
+	constexpr std::size_t kLongestFile = 1 << 20;  // [byte] a hundred times what to_ini() writes
 	std::string text;
 	try
 	{
-		text = read_text(ini_file, kMost + 1);
-		if (text.size() > kMost)
-			throw std::runtime_error("is longer than " + std::to_string(kMost) + " bytes; name an ini file");
+		text = read_text(ini_file, kLongestFile + 1);
+		if (text.size() > kLongestFile)
+			throw std::runtime_error("is longer than " + std::to_string(kLongestFile) + " bytes; name an ini file");
 	}
 	catch (const std::runtime_error& error)
 	{

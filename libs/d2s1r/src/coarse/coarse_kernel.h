@@ -106,7 +106,7 @@ struct ScanRow
 {
 	const std::uint8_t *least, *greatest;   //!< [step] ranges between which a row agrees with the scan
 	const std::uint8_t* truncation;         //!< [step] greatest difference that counts; 0 where there is no beam
-	const std::uint8_t* truncation_beyond;  //!< [step] the same where the row's range is the greater one
+	const std::uint8_t* truncation_beyond;  //!< [step] that of rows whose range is the greater one
 	std::size_t length;                     //!< [-] directions; RangeProfiles::kBlock more may be read
 };
 

@@ -105,9 +105,10 @@ void CandidateList::keep(std::size_t count)
 
 CoarseSearch::CoarseSearch(
     const std::vector<SearchedMap>& maps, const Scan& scan, const CoarseSearchParameters& limits,
-    std::uint32_t most_cost)
+    std::function<bool()> stop, std::uint32_t most_cost)
     : maps_(maps),
       limits_(limits),
+      stop_(std::move(stop)),
       scans_(scan_in_maps(maps, scan, limits)),
       of_groups_(std::move(kept.of_groups)),
       pairs_(std::move(kept.pairs))
@@ -116,7 +117,7 @@ CoarseSearch::CoarseSearch(
 	pairs_.clear();
 	if (scans_.front().scan.returns.empty()) return;
 	margin_of_groups_ = overview_margin(scans_.front().scan, limits);
-	search_overviews(scans_, limits, most_cost, maps.front().stop, of_groups_);
+	search_overviews(scans_, limits, most_cost, stop_, of_groups_);
 	if (!of_groups_.empty()) least_of_groups_ = least_cost(of_groups_);
 }
 
@@ -152,7 +153,6 @@ std::vector<Candidate> CoarseSearch::distinct_candidates(
     const std::vector<Pair>& pairs, std::size_t wanted, std::uint32_t most) const
 {
 	constexpr std::size_t kUnasked = 4096;  // [-] pairs between two questions whether to stop
-	const auto& stop = maps_.front().stop;
 	std::size_t seen = 0;
 	std::vector<Candidate> found;
 	DistinctPoses distinct(2 * limits_.spacing, distinct_yaw(scans_.front().profiles));
@@ -160,7 +160,7 @@ std::vector<Candidate> CoarseSearch::distinct_candidates(
 	    pairs, most,
 	    [&](const Pair& pair)
 	    {
-		    if (++seen % kUnasked == 0 && stop && stop()) return false;
+		    if (++seen % kUnasked == 0 && stop_ && stop_()) return false;
 		    const ScanInMap& in = map_of(scans_, &ScanInMap::first_position, pair.position);
 		    const auto position = static_cast<std::size_t>(pair.position - in.first_position);
 		    const auto map = static_cast<std::size_t>(&in - scans_.data());

@@ -4,6 +4,7 @@
 #include <d2s1r/scan.h>
 #include <mrpt/math/TPose2D.h>
 
+#include <functional>
 #include <vector>
 
 #include "coarse/coarse_pairs.h"
@@ -62,10 +63,11 @@ class CoarseSearch
 	/// \param maps one or more; they and what they refer to must outlive the search. The sensor is also searched for
 	///        within a sample's spacing of what their priors allow to the robot
 	/// \param limits of all that can be asked for
+	/// \param stop see Query
 	/// \param most_cost [2 steps] what a pair of group and shift may cost in the overview: see search_overviews()
 	CoarseSearch(
 	    const std::vector<SearchedMap>& maps, const Scan& scan, const CoarseSearchParameters& limits,
-	    std::uint32_t most_cost = kAnyOverviewCost);
+	    std::function<bool()> stop = {}, std::uint32_t most_cost = kAnyOverviewCost);
 	~CoarseSearch();
 	CoarseSearch(const CoarseSearch&) = delete;
 	CoarseSearch& operator=(const CoarseSearch&) = delete;
@@ -111,6 +113,7 @@ class CoarseSearch
 
 	const std::vector<SearchedMap>& maps_;
 	CoarseSearchParameters limits_;
+	std::function<bool()> stop_;
 	std::vector<ScanInMap> scans_;        //!< by map
 	std::uint32_t margin_of_groups_ = 0;  //!< [2 steps] by which a pair may cost more than the cheapest in the overview
 	std::vector<Pair> of_groups_;         //!< of group and shift, whose profiles are not compared yet

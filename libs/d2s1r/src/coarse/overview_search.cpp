@@ -47,11 +47,11 @@ const std::vector<std::uint8_t>& missing_in_all(const std::vector<ScanInMap>& sc
 	return missing;
 }
 
-/// Returns how many beams about one allowed group in kFew, but not many more than kMost groups, are at most missing; it
-/// looks at a sample of the groups.
+/// Returns how many beams about one allowed group in kFewGroups, but not many more than kMostGroups, are at most
+/// missing; it looks at a sample of the groups.
 int missing_at_few(const std::vector<ScanInMap>& scans, const std::vector<std::uint8_t>& missing)
 {
-	constexpr std::size_t kFew = 32, kMost = 8192, kApart = 16;
+	constexpr std::size_t kFewGroups = 32, kMostGroups = 8192, kApart = 16;
 	std::array<std::size_t, 256> count{};
 	std::size_t seen = 0;
 	for (const ScanInMap& in : scans)
@@ -62,7 +62,7 @@ int missing_at_few(const std::vector<ScanInMap>& scans, const std::vector<std::u
 			seen++;
 		}
 	std::size_t most = 0;
-	const std::size_t wanted = std::min((seen + kFew - 1) / kFew, kMost / kApart);
+	const std::size_t wanted = std::min((seen + kFewGroups - 1) / kFewGroups, kMostGroups / kApart);
 	for (std::size_t below = count[0]; below < wanted; below += count[most]) most++;
 	return static_cast<int>(most);
 }

@@ -317,11 +317,11 @@ std::uint8_t RangeProfiles::quantize(double range) const
 std::array<std::uint8_t, RangeProfiles::kBins> RangeProfiles::histogram_of(
     const std::uint8_t* steps, std::size_t count) const
 {
-	constexpr unsigned kParts = 8, kMost = kOutOfRange / 2;  // parts of a bin's width that are told apart
+	constexpr unsigned kParts = 8, kMostSteps = kOutOfRange / 2;  // parts of a bin's width that are told apart
 	std::array<unsigned, kBins + 1> sums{};
 	for (std::size_t i = 0; i < count; i++)
 	{
-		const unsigned at = steps[i] * (kBins - 1) * kParts / kMost;
+		const unsigned at = steps[i] * (kBins - 1) * kParts / kMostSteps;
 		sums[at / kParts] += kParts - at % kParts;
 		sums[at / kParts + 1] += at % kParts;
 	}

@@ -98,7 +98,7 @@ struct ScanInMap
 	AllowedPairs allowed;                                          //!< by the prior of the map
 	std::vector<std::uint64_t> allowed_groups = allowed.groups();  //!< by block
 	std::int32_t first_group = 0, first_position = 0;  //!< numbers of the map's first ones among those of all maps
-	std::size_t first_block = 0;                       //!< [-] the same of whole blocks of groups
+	std::size_t first_block = 0;                       //!< [-] number of the map's first block of groups
 };
 
 /// Quantizes a scan for each map.

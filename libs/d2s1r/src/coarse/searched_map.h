@@ -5,7 +5,6 @@
 #include <d2s1r/prior.h>
 
 #include <cstddef>
-#include <functional>
 #include <vector>
 
 #include "coarse/equal_places.h"
@@ -31,7 +30,6 @@ struct SearchedMap
 	const Prior& prior;                       //!< where in this map the robot may be
 	const Parameters& parameters;             //!< by which poses in this map are refined and scored
 	std::size_t number = 0;                   //!< [-] of this map among those that are searched together
-	std::function<bool()> stop = {};          //!< see Query; the same for all of them
 };
 
 /// A pose of the sensor in one reading of a searched map.

@@ -1,7 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <functional>
 #include <vector>
 
 #include "base/index_file.h"
@@ -19,11 +18,9 @@ struct DefaultIndex
 	WallPatterns walls;                //!< of the map as it is drawn
 
 	/// Returns the map for a search, which refers to the index and to the first two arguments. See SearchedMap.
-	SearchedMap searched(
-	    const Prior& prior, const Parameters& parameters, std::size_t number = 0,
-	    const std::function<bool()>& stop = {}) const
+	SearchedMap searched(const Prior& prior, const Parameters& parameters, std::size_t number = 0) const
 	{
-		return {profiles, readings, walls, prior, parameters, number, stop};
+		return {profiles, readings, walls, prior, parameters, number};
 	}
 };
 

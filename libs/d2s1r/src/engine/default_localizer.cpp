@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <utility>
 
 #include "answer/distinct_poses.h"
@@ -36,35 +37,29 @@ class StageClock
 	StageTimes times_;
 };
 
-/// The subsets of a scan's beams that the stages use.
-struct BeamSubsets
-{
-	explicit BeamSubsets(const Scan& scan) : few(few_beams(scan)), many(many_beams(scan)), all(all_beams(scan)) {}
-
-	BeamSubset few, many, all;
-};
-
 /// [-] Share of the poses for the search for the mirrored scan, which may only cast doubt on an answer: the place that
 /// it looks for is among the best ones.
-constexpr double kLittleEffort = 0.03;
+constexpr double kEffortForMirrored = 0.03;
 
-/// [-] The same for the few places that equal an answer: the best ones are polished and compared.
-constexpr double kSomeEffort = 0.3;
+/// [-] Share of the poses for the few places that equal an answer: the best ones are polished and compared.
+constexpr double kEffortForEqualPlaces = 0.3;
+
+/// How much a look searches.
+enum class Look
+{
+	kFirst,
+	kWhole
+};
 
 /// What a look has found.
 struct Verdict
 {
-	std::vector<Place> places;  //!< best first
+	std::vector<Place>
+	    places;  //!< the likeliest first; that of the answer may be another one, if there are several maps
 	Decision decision;
-	bool is_whole = false;  //!< all candidates of the whole search were judged
-	bool is_safe = false;   //!< all that were not cost far more than that of the answer
+	LeftOut left_out = LeftOut::kAny;
 
-	/// Returns the place of the answer, if there is one.
-	const Place& best() const
-	{
-		const auto is_best = [&](const Place& place) { return place.map->number == decision.maps.front(); };
-		return *std::find_if(places.begin(), places.end(), is_best);
-	}
+	const Place& of_answer() const { return places[decision.best]; }
 };
 
 /// Returns the confidence [probability] that an answer must have to be localized, by the map of its best place.
@@ -131,31 +126,50 @@ void note_region(Localization& answer, const std::vector<SearchedMap>& maps)
 		answer.note = "no place in the given region explains the scan";
 }
 
-/// Returns whether the caller wants no answer any more.
-bool is_stopped(const SearchedMap& map)
+/// Refines and scores poses of the sensor for one scan.
+class Judge
 {
-	return map.stop && map.stop();
-}
+   public:
+	/// \param stop see Query
+	/// \param clock of all that is done for the scan
+	Judge(const Scan& scan, const std::function<bool()>& stop, StageClock& clock)
+	    : few(few_beams(scan)), many(many_beams(scan)), all(all_beams(scan)), scan_(scan), stop_(stop), clock_(clock)
+	{
+	}
 
-/// Returns the places, best first, that candidates and the `known` places lead to; none if the search is stopped.
-/// \param least [nat] score by few beams that a candidate must reach, once it has settled
-std::vector<Place> judge(
-    const Scan& scan, const BeamSubsets& beams, const std::vector<Candidate>& candidates, const Parameters& limits,
-    const std::vector<Place>& known, StageClock& clock, double least = -HUGE_VAL)
+	/// Returns whether the caller wants no answer any more.
+	bool is_stopped() const { return stop_ && stop_(); }
+
+	/// Returns the places, best first, that candidates and the `known` places lead to; none if the search is stopped.
+	/// \param least [nat] score by few beams that a candidate must reach, once it has settled
+	std::vector<Place> places(
+	    const std::vector<Candidate>& candidates, const Parameters& limits, const std::vector<Place>& known = {},
+	    double least = -HUGE_VAL) const;
+
+	BeamSubset few, many, all;  //!< of the beams
+
+   private:
+	const Scan& scan_;
+	const std::function<bool()>& stop_;
+	StageClock& clock_;
+};
+
+std::vector<Place> Judge::places(
+    const std::vector<Candidate>& candidates, const Parameters& limits, const std::vector<Place>& known,
+    double least) const
 {
-	const auto is_enough = [&] { return !candidates.empty() && is_stopped(*candidates.front().map); };
-	auto settled = settle(beams.few, candidates, limits.refinement);
-	clock.lap(&StageTimes::registration_ms);
-	if (is_enough()) return {};
+	auto settled = settle(few, candidates, limits.refinement);
+	clock_.lap(&StageTimes::registration_ms);
+	if (is_stopped()) return {};
 	// The best place so far competes, so that what is hopeless against it is dropped.
 	if (!known.empty()) settled.push_back({known.front(), known.front().score.explained});
-	const auto shortlist = make_shortlist(beams.few, settled, limits.refinement, least);
-	if (is_enough()) return {};
-	const auto refined = refine(beams.many, shortlist, limits.refinement);
-	if (is_enough()) return {};
-	auto places = find_places(scan, beams.all, refined, limits, known);
-	clock.lap(&StageTimes::refinement_ms);
-	return places;
+	const auto shortlist = make_shortlist(few, settled, limits.refinement, least);
+	if (is_stopped()) return {};
+	const auto refined = refine(many, shortlist, limits.refinement);
+	if (is_stopped()) return {};
+	auto found = find_places(scan_, all, refined, limits, known);
+	clock_.lap(&StageTimes::refinement_ms);
+	return found;
 }
 
 /// Returns a scan whose beams are in the opposite order, as of a laser that is mounted upside down.
@@ -166,163 +180,163 @@ Scan mirrored(Scan scan)
 	return scan;
 }
 
-/// Localizes one scan, look after look. What it has found so far is its verdict.
-class OneScan
+/// Searches the maps for one scan, look after look. What it has found so far is its verdict.
+class ScanSearch
 {
    public:
-	/// \param whole limits of the whole search
-	OneScan(const Scan& scan, const std::vector<SearchedMap>& maps, const Parameters& whole, const TimeBudget& budget)
+	ScanSearch(const Scan& scan, const std::vector<SearchedMap>& maps, const Query& query)
 	    : scan_(scan),
 	      maps_(maps),
-	      whole_(whole),
-	      budget_(budget),
-	      beams_(scan),
-	      search_(maps, scan, whole.coarse_search)
+	      whole_(limits_of_search(maps)),
+	      budget_(query.time_budget),
+	      stop_(query.stop),
+	      judge_(scan, stop_, clock_),
+	      search_(maps, scan, whole_.coarse_search, stop_)
 	{
 	}
 
 	/// Searches candidates, judges those that no look before has judged, and decides.
-	/// \return false if it judged none: the last look has to judge them anyway, or the search is stopped
-	bool look(const Parameters& limits, bool is_last);
-
-	/// Returns whether a longer search would hardly change the answer: it is localized, clear and safe, and no place
-	/// equals its own. It judges those that may.
-	bool may_stand(bool is_last);
-
-	/// Looks whether the mirrored scan fits better, if it can change the answer.
-	void look_at_mirrored();
+	/// \return whether a longer search would hardly change the answer, or there is no time for one
+	bool is_settled_by(Look look);
 
 	/// Returns the answer, with covariances.
 	Decision answer();
 
    private:
+	bool judge_candidates(Look look);
+	bool is_final(Look look);
 	void judge_equal_places();
 	bool is_worth_mirroring() const;
 	double log_likelihood_of_mirrored();
 
 	const Scan& scan_;
 	const std::vector<SearchedMap>& maps_;
-	const Parameters& whole_;
-	const TimeBudget& budget_;
-	BeamSubsets beams_;
+	Parameters whole_;  //!< limits of the whole search
+	TimeBudget budget_;
+	const std::function<bool()>& stop_;
 	StageClock clock_;
+	Judge judge_;
 	CoarseSearch search_;
 	std::vector<Candidate> judged_;  //!< by the look before
 	Verdict verdict_;
-	double mirrored_ = -HUGE_VAL;  //!< [nat] log-likelihood of the mirrored scan where it fits best
 };
 
-bool OneScan::look(const Parameters& limits, bool is_last)
+bool ScanSearch::is_settled_by(Look look)
 {
+	return judge_candidates(look) && (budget_.is_half_spent() || is_final(look));
+}
+
+/// \return false if it judged none: the whole look has to judge them anyway, or the search is stopped
+bool ScanSearch::judge_candidates(Look look)
+{
+	const Parameters limits = look == Look::kFirst ? for_first_look(whole_) : whole_;
 	CandidateList found = search_.candidates(limits.coarse_search);
 	clock_.lap(&StageTimes::retrieval_ms);
-	if (is_stopped(maps_.front())) return false;
-	if (!is_last && !may_be_safe(found, search_.margin())) return false;
+	if (judge_.is_stopped()) return false;
+	const auto left_out = [&](double cost) { return left_out_of(found, cost, search_.margin()); };
+	const bool may_settle = !found.candidates.empty() && left_out(found.candidates.front().cost) == LeftOut::kCostly;
+	if (look == Look::kFirst && !may_settle) return false;
 	const auto trial = [&](const auto& candidates, const Parameters& affordable)
-	{ judge(scan_, beams_, candidates, affordable, {}, clock_); };
+	{ judge_.places(candidates, affordable); };
 	Parameters affordable = keep_affordable(budget_.left(), limits, trial, found);
 	if (!judged_.empty()) affordable = with_share_of_effort(affordable, 1 - limits.first_look.effort);
 	const auto candidates = without(judged_, found.candidates);
-	verdict_.places = judge(scan_, beams_, candidates, affordable, verdict_.places, clock_);
+	verdict_.places = judge_.places(candidates, affordable, verdict_.places);
 	verdict_.decision = decide(scan_, verdict_.places, maps_);
-	verdict_.is_whole = is_last && found.is_whole;
-	verdict_.is_safe = is_safe(cost_of(verdict_.decision, scan_, found.candidates), found, search_.margin());
+	verdict_.left_out = look == Look::kWhole && found.is_whole
+	                        ? LeftOut::kNone
+	                        : left_out(cost_of(verdict_.decision, scan_, found.candidates));
 	judged_ = std::move(found.candidates);
 	return true;
 }
 
-bool OneScan::may_stand(bool is_last)
+/// Returns whether the answer is localized and clear, no cheaper candidate was left out, and no place equals its own.
+/// It judges those that may.
+bool ScanSearch::is_final(Look look)
 {
 	if (verdict_.decision.answer.status != Status::kLocalized) return false;
-	if (!is_last && !(verdict_.is_safe && is_clear(verdict_.decision, maps_))) return false;
+	const bool leaves_doubt = verdict_.left_out == LeftOut::kAny || !is_clear(verdict_.decision, maps_);
+	if (look == Look::kFirst && leaves_doubt) return false;
 	judge_equal_places();
 	return is_clear(verdict_.decision, maps_);
 }
 
 /// Lets the places that equal that of the answer, cell for cell, compete with it.
-void OneScan::judge_equal_places()
+void ScanSearch::judge_equal_places()
 {
 	std::vector<RefinedPose> poses;
-	const Place& best = verdict_.best();
-	for (const EqualPlace& equal : equal_places(beams_.many, maps_, best.scored_at, best.map->number))
+	const Place& best = verdict_.of_answer();
+	for (const EqualPlace& equal : equal_places(judge_.many, maps_, best.scored_at, best.map->number))
 		for (std::size_t reading = 0; reading < equal.map->readings.size(); reading++)
 			poses.push_back({{equal.pose, equal.map, reading}});
 	clock_.lap(&StageTimes::retrieval_ms);
 	if (poses.empty()) return;
-	const Parameters limits = with_share_of_effort(whole_, kSomeEffort);
+	const Parameters limits = with_share_of_effort(whole_, kEffortForEqualPlaces);
 	// As they are, they fit as well as the answer does. Refined, they may end at a pose beside that.
-	const auto refined = refine(beams_.many, poses, limits.refinement);
+	const auto refined = refine(judge_.many, poses, limits.refinement);
 	poses.insert(poses.end(), refined.begin(), refined.end());
-	verdict_.places = find_places(scan_, beams_.all, poses, limits, verdict_.places);
+	verdict_.places = find_places(scan_, judge_.all, poses, limits, verdict_.places);
 	verdict_.decision = decide(scan_, verdict_.places, maps_);
 	clock_.lap(&StageTimes::refinement_ms);
 }
 
-void OneScan::look_at_mirrored()
-{
-	if (is_worth_mirroring()) mirrored_ = log_likelihood_of_mirrored();
-}
-
 /// Returns whether a look at the mirrored scan may keep the answer from being localized: there is some doubt whether a
 /// place of the map is right at all, and beams that the map does not explain.
-bool OneScan::is_worth_mirroring() const
+bool ScanSearch::is_worth_mirroring() const
 {
 	constexpr double kNoDoubt = 3e-4;  // [probability] that no place is right
 	const Localization& answer = verdict_.decision.answer;
 	if (answer.status != Status::kLocalized || 1 - answer.presence < kNoDoubt) return false;
 	const BeamModel& model = verdict_.places.front().parameters().scoring.beam_model;
-	const Decision at_most = decide(scan_, verdict_.places, maps_, greatest_log_likelihood(beams_.all, model));
+	const Decision at_most = decide(scan_, verdict_.places, maps_, greatest_log_likelihood(judge_.all, model));
 	return at_most.answer.status != Status::kLocalized;
 }
 
 /// Returns the log-likelihood [nat] of the mirrored scan at the place where it fits best; -inf if there is none where
-/// it fits about as well as the scan itself by the overviews, and better by a few beams.
-double OneScan::log_likelihood_of_mirrored()
+/// it fits about as well as the scan itself by the overviews, and better than at the likeliest place by a few beams.
+double ScanSearch::log_likelihood_of_mirrored()
 {
 	constexpr std::uint32_t kCostlier = 16;  // [2 steps] may overviews show the place, for they are rough
 	Parameters limits = whole_;
-	limits.first_look.effort = kLittleEffort;
+	limits.first_look.effort = kEffortForMirrored;
 	limits = for_first_look(limits);
 	const Scan other = mirrored(scan_);
 	const std::uint32_t most_cost = std::min(search_.least_in_overviews() + kCostlier, kAnyOverviewCost - 1);
-	const auto found = CoarseSearch(maps_, other, limits.coarse_search, most_cost).candidates(limits.coarse_search);
+	const auto found =
+	    CoarseSearch(maps_, other, limits.coarse_search, stop_, most_cost).candidates(limits.coarse_search);
 	clock_.lap(&StageTimes::retrieval_ms);
 	if (found.candidates.empty()) return -HUGE_VAL;
 	const Place& best = verdict_.places.front();
 	const BeamModel& model = best.parameters().scoring.beam_model;
-	const double least = score(best.tracer(), best.field(), beams_.few, best.pose, model).log_likelihood;
-	const auto places = judge(other, BeamSubsets(other), found.candidates, limits, {}, clock_, least);
+	const double least = score(best.tracer(), best.field(), judge_.few, best.pose, model).log_likelihood;
+	const auto places = Judge(other, stop_, clock_).places(found.candidates, limits, {}, least);
 	return places.empty() ? -HUGE_VAL : places.front().score.log_likelihood;
 }
 
-Decision OneScan::answer()
+Decision ScanSearch::answer()
 {
-	add_covariances(beams_.all, whole_.scoring, verdict_.places);
-	verdict_.decision = decide(scan_, verdict_.places, maps_, mirrored_);
+	double mirrored_fit = -HUGE_VAL;  // [nat] log-likelihood of the mirrored scan
+	if (!budget_.is_half_spent() && is_worth_mirroring()) mirrored_fit = log_likelihood_of_mirrored();
+	if (judge_.is_stopped()) return {stopped_search(), {}, 0};
+	add_covariances(judge_.all, whole_.scoring, verdict_.places);
+	verdict_.decision = decide(scan_, verdict_.places, maps_, mirrored_fit);
 	clock_.lap(&StageTimes::refinement_ms);
 	Localization& answer = verdict_.decision.answer;
-	if (!verdict_.is_whole && !verdict_.is_safe) doubt(answer, needed_confidence(verdict_.decision, maps_));
+	if (verdict_.left_out == LeftOut::kAny) doubt(answer, needed_confidence(verdict_.decision, maps_));
 	note_region(answer, maps_);
 	answer.times = clock_.times();
 	return std::move(verdict_.decision);
 }
 }  // namespace
 
-// The whole method: search candidates, judge them, decide; stop if the answer is clear and safe, and no place equals
-// it. Last, see whether the mirrored scan fits better.
-Decision localize_default(const Scan& scan, const std::vector<SearchedMap>& maps, double time_budget)
+// The whole method: search candidates, judge them, decide; stop if the answer is clear, no cheaper candidate was left
+// out, and no place equals it. Last, see whether the mirrored scan fits better.
+Decision localize_default(const Scan& scan, const std::vector<SearchedMap>& maps, const Query& query)
 {
-	const TimeBudget budget(time_budget);
-	const std::vector<Parameters> looks = first_and_whole_look(limits_of_search(maps));
-	OneScan search(scan, maps, looks.back(), budget);
-	for (const Parameters& limits : looks)
-	{
-		const bool is_last = &limits == &looks.back();
-		if (!search.look(limits, is_last)) continue;
-		if (budget.is_half_spent() || search.may_stand(is_last)) break;
-	}
-	if (!budget.is_half_spent()) search.look_at_mirrored();
-	return is_stopped(maps.front()) ? Decision{stopped_search(), {}} : search.answer();
+	ScanSearch search(scan, maps, query);
+	const bool has_first_look = maps.front().parameters.first_look.effort < 1;
+	if (!has_first_look || !search.is_settled_by(Look::kFirst)) search.is_settled_by(Look::kWhole);
+	return search.answer();
 }
 
 std::optional<Localization> refusal_of(const Scan& scan, const ScanParameters& parameters)
@@ -340,7 +354,7 @@ DefaultLocalizer::DefaultLocalizer(DefaultIndex index, const Parameters& paramet
 Localization DefaultLocalizer::localize(const Scan& scan, const Query& query, const Parameters& parameters) const
 {
 	if (auto refusal = refusal_of(scan, parameters.scan)) return *refusal;
-	return localize_default(scan, {index_.searched(query.prior, parameters, 0, query.stop)}, query.time_budget).answer;
+	return localize_default(scan, {index_.searched(query.prior, parameters)}, query).answer;
 }
 
 Localization DefaultLocalizer::look_at(
@@ -355,9 +369,10 @@ Localization DefaultLocalizer::look_at(
 	for (const mrpt::math::TPose2D& robot : robots)
 		candidates.push_back({robot + scan.sensor_on_robot, 0, &maps.front()});
 	StageClock clock;
-	const BeamSubsets beams(scan);
-	std::vector<Place> places = judge(scan, beams, candidates, lenient, {}, clock);
-	add_covariances(beams.all, lenient.scoring, places);
+	const std::function<bool()> never;
+	const Judge judge(scan, never, clock);
+	std::vector<Place> places = judge.places(candidates, lenient);
+	add_covariances(judge.all, lenient.scoring, places);
 	Localization answer = decide(scan, places, maps).answer;
 	clock.lap(&StageTimes::refinement_ms);
 	answer.times = clock.times();

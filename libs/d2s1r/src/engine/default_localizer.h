@@ -22,9 +22,9 @@ std::optional<Localization> refusal_of(const Scan& scan, const ScanParameters& p
 /// localized, places that equal it cell for cell, and that the search may have left out, compete as well. Thread-safe.
 /// \param scan one without a refusal_of()
 /// \param maps one or more; the parameters of the first one limit what is searched in all of them together
-/// \param time_budget [ms] see Query; 0 is no limit
+/// \param query its prior is not used: each map has its own
 /// \return the answer without the relative entropy, and the number of the map of each hypothesis
-Decision localize_default(const Scan& scan, const std::vector<SearchedMap>& maps, double time_budget);
+Decision localize_default(const Scan& scan, const std::vector<SearchedMap>& maps, const Query& query);
 
 /// The default method in one map.
 class DefaultLocalizer : public LocalizationMethod

@@ -30,12 +30,6 @@ Parameters for_first_look(const Parameters& parameters)
 	return first;
 }
 
-std::vector<Parameters> first_and_whole_look(const Parameters& whole)
-{
-	if (whole.first_look.effort >= 1) return {whole};
-	return {for_first_look(whole), whole};
-}
-
 Parameters limits_of_search(const std::vector<SearchedMap>& maps)
 {
 	// [-] times as many pairs and candidates as in one map. With more, the true place of a recorded scan is found a
@@ -49,14 +43,9 @@ Parameters limits_of_search(const std::vector<SearchedMap>& maps)
 	return parameters;
 }
 
-bool is_safe(double cost, const CandidateList& found, double margin)
+LeftOut left_out_of(const CandidateList& found, double cost, double margin)
 {
-	return cost + (1 - kFirstShare) * margin <= found.complete_below;
-}
-
-bool may_be_safe(const CandidateList& found, double margin)
-{
-	return !found.candidates.empty() && is_safe(found.candidates.front().cost, found, margin);
+	return cost + (1 - kFirstShare) * margin <= found.complete_below ? LeftOut::kCostly : LeftOut::kAny;
 }
 
 Parameters keep_affordable(double budget, const Parameters& parameters, const Trial& judge, CandidateList& found)

@@ -18,21 +18,22 @@ Parameters with_share_of_effort(Parameters parameters, double share);
 /// Returns the parameters of the first look.
 Parameters for_first_look(const Parameters& parameters);
 
-/// Returns the parameters of the looks that follow one another until the answer is clear and safe: a first one, unless
-/// its effort is that of the whole one, and the whole one.
-std::vector<Parameters> first_and_whole_look(const Parameters& whole);
-
 /// Returns the parameters of the first of `maps` for a search through all of them: with several maps, more pairs and
 /// candidates may be looked at.
 Parameters limits_of_search(const std::vector<SearchedMap>& maps);
 
-/// Returns whether an answer is safe: all candidates that were left out of `found` cost more than its own one by what
-/// the margin of the first look lacks of `margin` [step], that of the whole search.
-/// \param cost [step] of the candidate of the answer
-bool is_safe(double cost, const CandidateList& found, double margin);
+/// Says which candidates of the whole search were left out.
+enum class LeftOut
+{
+	kNone,    //!< all were judged
+	kCostly,  //!< those left out cost so much more than that of the answer that none of them can be the true place
+	kAny      //!< the true place may be among those left out
+};
 
-/// Returns whether an answer may be safe, as far as costs tell before the candidates are judged.
-bool may_be_safe(const CandidateList& found, double margin);
+/// Returns what a search for part of the candidates has left out: kCostly if all that are not in `found` cost more than
+/// `cost` by what the margin of the first look lacks of `margin` [step], that of the whole search.
+/// \param cost [step] of the candidate of the answer
+LeftOut left_out_of(const CandidateList& found, double cost, double margin);
 
 /// Refines and scores candidates, to see how long that takes.
 using Trial = std::function<void(const std::vector<Candidate>&, const Parameters&)>;

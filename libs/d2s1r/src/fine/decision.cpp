@@ -130,11 +130,15 @@ struct Likely
 	double probability;
 };
 
-/// Returns the places with their probabilities, the most probable first, and sets the probability `present` that one of
-/// them is right.
-std::vector<Likely> probabilities_of(
-    const Scan& scan, const std::vector<Place>& places, const std::vector<SearchedMap>& maps, double mirrored,
-    double& present)
+/// What all places together tell.
+struct Probabilities
+{
+	double presence = 0;         //!< [0, 1] that one of the places is right
+	std::vector<Likely> places;  //!< the most probable first
+};
+
+Probabilities probabilities_of(
+    const Scan& scan, const std::vector<Place>& places, const std::vector<SearchedMap>& maps, double mirrored)
 {
 	const std::vector<MapEvidence> evidence = evidence_by_map(places, maps);
 	double mass = 0, greatest = -std::numeric_limits<double>::infinity();
@@ -147,18 +151,19 @@ std::vector<Likely> probabilities_of(
 	for (const MapEvidence& of_map : evidence)
 		if (of_map.best) mean_odds += of_map.mass / mass * std::exp(of_map.log_odds - greatest);
 	const double odds_of_absence = std::exp(-greatest) / (mean_odds * prior_odds(evidence.size()));
-	present = 1 / (1 + odds_of_absence + odds_of_mirror(mirrored, places.front()));
+	Probabilities result;
+	result.presence = 1 / (1 + odds_of_absence + odds_of_mirror(mirrored, places.front()));
 	if (may_be_elsewhere(scan, places))
-		present = std::min(present, places.front().parameters().scoring.localized_above);
-	std::vector<Likely> likely;
+		result.presence = std::min(result.presence, places.front().parameters().scoring.localized_above);
 	for (const Place& place : places)
 	{
 		const double of_map = std::exp(evidence[place.map->number].log_odds - greatest) / mean_odds;
-		likely.push_back({&place, present * place.weight / mass * of_map});
+		result.places.push_back({&place, result.presence * place.weight / mass * of_map});
 	}
 	std::stable_sort(
-	    likely.begin(), likely.end(), [](const Likely& a, const Likely& b) { return a.probability > b.probability; });
-	return likely;
+	    result.places.begin(), result.places.end(),
+	    [](const Likely& a, const Likely& b) { return a.probability > b.probability; });
+	return result;
 }
 
 /// Returns whether the map and its prior allow a robot whose sensor has this pose.
@@ -251,13 +256,16 @@ void add_covariances(const BeamSubset& all, const ScoringParameters& limits, std
 Decision decide(
     const Scan& scan, const std::vector<Place>& places, const std::vector<SearchedMap>& maps, double mirrored)
 {
-	Decision result{no_place(Status::kRejected, "no place in the map explains the scan"), {}};
+	Decision result;
+	result.answer = no_place(Status::kRejected, "no place in the map explains the scan");
 	if (places.empty()) return result;
 	if (mirrored > places.front().score.log_likelihood)
 		result.answer.note = "the map explains the mirrored scan better: is the laser mounted upside down?";
-	const std::vector<Likely> likely = probabilities_of(scan, places, maps, mirrored, result.answer.presence);
+	const auto [presence, likely] = probabilities_of(scan, places, maps, mirrored);
+	result.answer.presence = presence;
 	result.answer.temperature = temperature(places.front(), places.front().parameters().scoring);
-	const ScoringParameters& scoring = likely.front().place->parameters().scoring;
+	result.best = static_cast<std::size_t>(likely.front().place - places.data());
+	const ScoringParameters& scoring = places[result.best].parameters().scoring;
 	if (result.answer.presence < scoring.rejected_below) return result;
 	result.answer.note.clear();
 	const auto most = static_cast<std::size_t>(scoring.hypotheses);

@@ -50,6 +50,7 @@ struct Decision
 {
 	Localization answer;            //!< status, confidence and hypotheses (robot in map), without names of maps
 	std::vector<std::size_t> maps;  //!< [-] by hypothesis, the number of its map
+	std::size_t best = 0;           //!< [-] number of the place that is the first hypothesis, if there is one
 };
 
 /// Says what the scan can tell. Thread-safe.

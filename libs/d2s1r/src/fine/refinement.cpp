@@ -335,8 +335,8 @@ Eigen::Matrix3d pose_covariance(
 {
 	const EndPointSums sums = sum_end_points(field, beams.returns, sensor, parameters.kernel);
 	Eigen::Matrix3d information = information_of(sums) / variance_of(beams, parameters);
-	constexpr double kMost = 1.0, kMostYaw = mrpt::DEG2RAD(10.0);  // [m], [rad] of standard deviation
-	information.diagonal() += Eigen::Vector3d(kMost, kMost, kMostYaw).cwiseAbs2().cwiseInverse();
+	constexpr double kMostDistance = 1.0, kMostYaw = mrpt::DEG2RAD(10.0);  // [m], [rad] of standard deviation
+	information.diagonal() += Eigen::Vector3d(kMostDistance, kMostDistance, kMostYaw).cwiseAbs2().cwiseInverse();
 	Eigen::Matrix3d covariance = information.inverse();
 	// the yaw last: the open direction would turn with it
 	for (const auto& way_along : {along_open_direction, along_yaw})

@@ -9,14 +9,14 @@ namespace d2s1r
 struct WindowModel
 {
 	double same_way = 0.52;        //!< [m] scans that are this far apart say the same with a correlation of 1 / e
-	double same_turn = 2;          //!< [deg] the same of scans that are turned
+	double same_turn = 2;          //!< [deg] scans that are turned by this say the same with that correlation
 	double new_evidence = 0.33;    //!< [0, 1] n independent scans tell of places as much as n to this power would alone
-	double new_presence = 1;       //!< [0, 1] the same of whether the robot is at any place of the map
+	double new_presence = 1;       //!< [0, 1] that power for whether the robot is at any place of the map
 	double least_evidence = -5.9;  //!< [nat] the least that a frame says of a place: people may have hidden it
 	double most_absence = 2.2;     //!< [nat] the most that a frame says for that no place is right
 	double carried_away = 1e-4;    //!< [0, 1] probability that the robot came to a given other place between two frames
-	double gone_missing = 1e-3;    //!< [0, 1] the same of that it left all places that are followed
-	double found_again = 0.47;     //!< [0, 1] the same of that it came from none of these to a given one
+	double gone_missing = 1e-3;    //!< [0, 1] probability that it left all places that are followed
+	double found_again = 0.47;     //!< [0, 1] probability that it came from none of these to a given one
 };
 
 /// The parameters of windows that no application sets.
@@ -27,10 +27,10 @@ struct WindowTuning
 
 	// How tracks are followed.
 	double least_explained = 0.1;  //!< [0, 1] share of explained returns below which walls explain no scan at a place
-	double fits = 0.5;             //!< [0, 1] the same, above which a refined pose needs no search around it
-	double hidden = -2.5;          //!< [nat] the most that a scan says for a place where no wall explains it
-	double tails = 5;              //!< [-] degrees of freedom of the errors of a motion
-	int lost_frames = 2;           //!< [frames] that no track explains in a row: the track was elsewhere before
+	double fits = 0.5;     //!< [0, 1] share of explained returns above which a refined pose needs no search around it
+	double hidden = -2.5;  //!< [nat] the most that a scan says for a place where no wall explains it
+	double tails = 5;      //!< [-] degrees of freedom of the errors of a motion
+	int lost_frames = 2;   //!< [frames] that no track explains in a row: the track was elsewhere before
 
 	// A motion that nobody measured.
 	double jump = 0.01;  //!< [0, 1] how usual it is that the robot is anywhere else in the next frame

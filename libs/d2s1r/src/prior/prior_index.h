@@ -23,8 +23,8 @@ class PriorIndex
 
 	/// Returns true if Prior::allows() does, and for a pose less than a square or a sector beside as a rule, too.
 	bool may_allow(const mrpt::math::TPose2D& robot) const { return may_allow(robot.x, robot.y, sector_of(robot.phi)); }
-	/// Returns the same of a position (x, y) [m, map frame] and a sector, for callers that ask for many positions with
-	/// few headings.
+	/// Does so for a position (x, y) [m, map frame] and a sector, for callers that ask for many positions with few
+	/// headings.
 	bool may_allow(double x, double y, std::uint64_t sector) const { return (headings_at(x, y) & sector) != 0; }
 
 	/// Returns true if Prior::allows_position() does, and for a position less than a square beside as a rule, too.

@@ -125,12 +125,12 @@ std::size_t take_out_repeated(Readings& readings)
 	// In 2,800 recorded scans of 17 lasers and buildings, some of which round to 1 cm, no range stood alone more than 5
 	// times; rounded to 10 cm, it stood alone as often as others do. The third most frequent range tells what is usual
 	// in this scan, so that two values can be wrong.
-	constexpr int kMost = 8, kTimesTheUsual = 4;  // [-]
+	constexpr int kMostRepeated = 8, kTimesTheUsual = 4;  // [-]
 	const std::map<float, int> lonely = count_lonely(readings);
 	std::vector<int> counts(3, 0);
 	for (const auto& [range, count] : lonely) counts.push_back(count);
 	std::partial_sort(counts.begin(), counts.begin() + 3, counts.end(), std::greater<>());
-	const int most = kMost + kTimesTheUsual * counts[2];
+	const int most = kMostRepeated + kTimesTheUsual * counts[2];
 	if (counts[0] <= most) return 0;
 	std::size_t taken_out = 0;
 	for (auto& beam : readings)

@@ -16,9 +16,10 @@ bool is_plausible(const mrpt::poses::CPose2D& increment)
 
 ScanAccumulator::ScanAccumulator(int directions, double reach) : directions_(directions), reach_(reach)
 {
-	constexpr int kMost = 36'000;  // finer than any laser; each scan that is added takes the time of all directions
-	if (directions < 8 || directions > kMost)
-		throw std::invalid_argument("ScanAccumulator: directions must be from 8 to " + std::to_string(kMost));
+	constexpr int kMostDirections =
+	    36'000;  // finer than any laser; each scan that is added takes the time of all directions
+	if (directions < 8 || directions > kMostDirections)
+		throw std::invalid_argument("ScanAccumulator: directions must be from 8 to " + std::to_string(kMostDirections));
 	if (!(reach > 0)) throw std::invalid_argument("ScanAccumulator: reach must be above 0 m");
 }
 

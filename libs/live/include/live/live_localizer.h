@@ -46,7 +46,7 @@ struct LiveSettings
 	int window = 5;                               //!< [-] scans that are judged together
 	Prior region;                                 //!< where the robot may be, map frame
 	double seed_std = 0.3;                        //!< [m] added to the uncertainty of a seed
-	double seed_std_yaw = 0.1;                    //!< [rad] the same of its yaw
+	double seed_std_yaw = 0.1;                    //!< [rad] added to the uncertainty of its yaw
 	double most_scans = 0;                        //!< [1/s] that are localized; 0: all
 	std::optional<ros::HeightBand> cloud_height;  //!< of the points of clouds that make scans
 	std::optional<ros::SweepTime> sweep;          //!< when beams are taken, in place of what the messages tell

@@ -128,8 +128,8 @@ class Bag1Source : public PieceSource
 	static std::uint32_t size_of_index(Bytes fields)
 	{
 		constexpr std::uint32_t kEntrySize = 12;  // a time and an offset
-		constexpr std::uint32_t kMost = std::numeric_limits<std::uint32_t>::max() / kEntrySize;
-		return kEntrySize * std::min(number_of<std::uint32_t>(fields, "count"), kMost);
+		constexpr std::uint32_t kMostEntries = std::numeric_limits<std::uint32_t>::max() / kEntrySize;
+		return kEntrySize * std::min(number_of<std::uint32_t>(fields, "count"), kMostEntries);
 	}
 
 	void find_pieces(std::vector<Piece>& pieces)

@@ -81,14 +81,15 @@ constexpr const char* kNameTheFile = "; name the file in its folder that has the
 
 std::string text_of_metadata(const std::string& path)
 {
-	constexpr std::uint64_t kMost = 1 << 22;  // [byte] thousands of files and topics
+	constexpr std::uint64_t kLongestMetadata = 1 << 22;  // [byte] thousands of files and topics
 	std::error_code error;
 	if (!fs::is_regular_file(path, error))
 		throw LogError(path, "is a folder, a device or a pipe, or is missing" + std::string(kNameTheFile));
 	try
 	{
 		ByteFile file(path);
-		if (file.size() > kMost) throw Unreadable("is too large for the metadata of a bag" + std::string(kNameTheFile));
+		if (file.size() > kLongestMetadata)
+			throw Unreadable("is too large for the metadata of a bag" + std::string(kNameTheFile));
 		const Bytes bytes = file.view(0, file.size());
 		return {reinterpret_cast<const char*>(bytes.data), bytes.size};
 	}

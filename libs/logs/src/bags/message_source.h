@@ -173,7 +173,7 @@ enum class RosFormat
 /// \param start first bytes of the file
 std::optional<RosFormat> recognize_ros(Bytes start);
 
-/// Returns the same for a file or a folder.
+/// Returns the format of a file or a folder, or no value if it is no recording.
 /// \throws LogError if it cannot be read
 std::optional<RosFormat> recognize_ros(const std::string& path);
 

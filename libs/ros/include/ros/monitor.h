@@ -33,7 +33,7 @@ struct WatchedScan
 	int consistent = 0;              //!< [-] localized scans up to this one whose poses the odometry links
 	int away = 0;                    //!< [-] those of them, up to this one, that are away from the tracker
 	std::optional<double> distance;  //!< [m] from the tracker to the best place; no value without both
-	std::optional<double> turn;      //!< [rad] the same of the yaw, at least 0
+	std::optional<double> turn;      //!< [rad] between their yaws, at least 0
 	/// [nat] Log-likelihood of the scan near the tracker's pose minus that at the best place; 0 is the best that a
 	/// tracker can have, lower is worse. No value without both.
 	std::optional<double> agreement;
