@@ -30,8 +30,6 @@ namespace d2s1r
 {
 namespace
 {
-using mrpt::maps::COccupancyGridMap2D;
-using mrpt::obs::CObservation2DRangeScan;
 using Floats = py::array_t<float, py::array::c_style | py::array::forcecast>;
 using Doubles = py::array_t<double>;
 
@@ -46,8 +44,8 @@ struct NeedsInit
 /// A map as Python holds it. It is never changed, so that localizers can share it.
 struct Map : NeedsInit
 {
-	explicit Map(COccupancyGridMap2D::ConstPtr the_grid) : grid(std::move(the_grid)) {}
-	COccupancyGridMap2D::ConstPtr grid;
+	explicit Map(std::shared_ptr<const OccupancyMap> the_grid) : grid(std::move(the_grid)) {}
+	std::shared_ptr<const OccupancyMap> grid;
 };
 
 // What Python holds of the library.
@@ -181,12 +179,11 @@ std::shared_ptr<Map> load(
 /// Returns the probabilities that cells are occupied, the row of least y first.
 py::array_t<float> cells_of(const Map& map)
 {
-	const COccupancyGridMap2D& grid = *map.grid;
-	const int width = static_cast<int>(grid.getSizeX()), height = static_cast<int>(grid.getSizeY());
-	py::array_t<float> cells({height, width});
+	const OccupancyMap& grid = *map.grid;
+	py::array_t<float> cells({grid.height, grid.width});
 	auto cell = cells.mutable_unchecked<2>();
-	for (int y = 0; y < height; y++)
-		for (int x = 0; x < width; x++) cell(y, x) = 1 - grid.getCell(x, y);
+	for (int y = 0; y < grid.height; y++)
+		for (int x = 0; x < grid.width; x++) cell(y, x) = 1 - grid.p_free(x, y);
 	return cells;
 }
 
@@ -250,25 +247,24 @@ py::array checked_array(const std::string& name, const py::object& given, py::ss
 	return array;
 }
 
-CObservation2DRangeScan observation_of(const Ranges& scan)
+RangeScan observation_of(const Ranges& scan)
 {
 	const Floats floats(checked_array("ranges", scan.ranges, 1));
 	const auto ranges = floats.unchecked<1>();
 	const auto beams = static_cast<std::size_t>(ranges.size());
 	const double turned = beams > 0 ? scan.angle_increment * static_cast<double>(beams - 1) : 0;
-	CObservation2DRangeScan observation;
-	observation.rightToLeft = scan.angle_increment >= 0;
-	observation.maxRange = static_cast<float>(scan.max_range);
+	RangeScan observation;
+	observation.right_to_left = scan.angle_increment >= 0;
+	observation.max_range = static_cast<float>(scan.max_range);
 	observation.aperture = static_cast<float>(std::abs(turned));
-	observation.sensorPose =
+	observation.sensor_on_robot =
 	    sensor_pose_of(scan.sensor_pose) + mrpt::poses::CPose3D(0, 0, 0, scan.angle_min + turned / 2, 0, 0);
-	observation.resizeScan(beams);
 	for (std::size_t i = 0; i < beams; i++)
 	{
 		const float range = ranges(static_cast<py::ssize_t>(i));
-		observation.setScanRange(i, range);
-		observation.setScanRangeValidity(
-		    i, range >= static_cast<float>(scan.min_range) && range <= observation.maxRange);
+		observation.ranges.push_back(range);
+		const bool is_valid = range >= static_cast<float>(scan.min_range) && range <= observation.max_range;
+		observation.valid.push_back(is_valid ? 1 : 0);
 	}
 	return observation;
 }
@@ -317,7 +313,7 @@ Answer localize(
     double time_budget, const Sweep& sweep)
 {
 	const Query query{prior_of(region), time_budget};
-	const CObservation2DRangeScan observation = observation_of(scan);
+	const RangeScan observation = observation_of(scan);
 	const py::gil_scoped_release release;
 	return answer_of(localizer.localize(observation, query, sweep));
 }
@@ -332,7 +328,7 @@ std::optional<mrpt::poses::CPose2D> motion_of(const std::optional<std::array<dou
 Answer add_to_window(
     Window& window, const Ranges& ranges, const std::optional<std::array<double, 3>>& motion, const Sweep& sweep)
 {
-	const CObservation2DRangeScan observation = observation_of(ranges);
+	const RangeScan observation = observation_of(ranges);
 	const auto increment = motion_of(motion);
 	const py::gil_scoped_release release;
 	const Scan scan = make_scan(observation, window.scan, sweep);
@@ -418,13 +414,13 @@ void bind_map(py::module_& module)
 	    .def_property_readonly(
 	        "array", &cells_of, "A copy of the probabilities that cells are occupied, the row of least y first.")
 	    .def_property_readonly(
-	        "resolution", [](const Map& map) { return static_cast<double>(map.grid->getResolution()); },
+	        "resolution", [](const Map& map) { return static_cast<double>(map.grid->cell_size); },
 	        "Side of a cell [m].")
 	    .def_property_readonly(
 	        "extent",
 	        [](const Map& map) {
 		        return std::array<double, 4>{
-		            map.grid->getXMin(), map.grid->getXMax(), map.grid->getYMin(), map.grid->getYMax()};
+		            map.grid->origin_x, map.grid->end_x(), map.grid->origin_y, map.grid->end_y()};
 	        },
 	        "Borders (least x, greatest x, least y, greatest y) in the map frame [m], as matplotlib's imshow() takes "
 	        "them.");
@@ -582,7 +578,7 @@ void bind_atlas(py::module_& module)
 	                       double max_range, const std::vector<double>& sensor_pose, double min_range,
 	                       double time_budget, const SharedSweep& sweep)
 	{
-		const CObservation2DRangeScan observation =
+		const RangeScan observation =
 		    observation_of({ranges, angle_min, angle_increment, max_range, sensor_pose, min_range});
 		const py::gil_scoped_release release;
 		return answer_of(self.localize(observation, {{}, time_budget}, sweep_of(sweep)));
@@ -668,7 +664,7 @@ void bind_tracker(py::module_& module)
 	                    double max_range, const std::vector<double>& sensor_pose, const Motion& motion,
 	                    double min_range, const SharedSweep& shared)
 	{
-		const CObservation2DRangeScan observation =
+		const RangeScan observation =
 		    observation_of({ranges, angle_min, angle_increment, max_range, sensor_pose, min_range});
 		const Sweep sweep = sweep_of(shared);
 		const py::gil_scoped_release release;

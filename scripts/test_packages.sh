@@ -82,7 +82,7 @@ make_packages() {
 use_packages() {
   local map=/usr/share/mrpt/datasets/localization_demo.simplemap.gz log=/usr/share/mrpt/datasets/localization_demo.rawlog
   quietly in_root "$1" rawlog-localize -m $map -i $log -o /tmp/demo
-  quietly in_root "$1" sh -c "g++ -std=c++17 /tests/print_scans.cpp -o /tmp/print_scans \$(pkg-config --cflags --libs d2s1r)
+  quietly in_root "$1" sh -c "g++ -std=c++17 /tests/print_scans.cpp -o /tmp/print_scans \$(pkg-config --cflags --libs d2s1r-mrpt)
     /tmp/print_scans $log >/tmp/scans"
   in_root "$1" python3 /tests/localize_demo.py $map /tmp/scans /tmp/demo/frames.csv
   quietly in_root "$1" /tests/use_prefix.sh /usr

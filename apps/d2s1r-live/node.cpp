@@ -1,8 +1,8 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "node.h"
 
-#include <d2s1r/for_programs.h>
 #include <d2s1r/map_io.h>
+#include <d2s1r/map_names.h>
 #include <shell/errors.h>
 #include <shell/indexed_maps.h>
 
@@ -119,7 +119,7 @@ LoadedMaps load_maps(const Flags& flags, const Parameters& parameters)
 /// is told; the localizer is there.
 MakeLocalizer localizers_with_index(const std::string& file)
 {
-	return [file](const mrpt::maps::COccupancyGridMap2D::ConstPtr& map, const Parameters& parameters) -> MadeLocalizer
+	return [file](const std::shared_ptr<const OccupancyMap>& map, const Parameters& parameters) -> MadeLocalizer
 	{
 		std::shared_ptr<const Localizer> built;
 		const auto build = [&] { return built = std::make_shared<const Localizer>(map, parameters); };

@@ -1,6 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include <base/output_file.h>
-#include <d2s1r/for_programs.h>
+#include <d2s1r/simd_targets.h>
 #include <logs/errors.h>
 #include <shell/errors.h>
 #include <unistd.h>

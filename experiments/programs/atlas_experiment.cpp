@@ -13,6 +13,7 @@
 // the form of frames.csv; a pose in a wrong map is left out there.
 #include <d2s1r/atlas.h>
 #include <d2s1r/map_io.h>
+#include <d2s1r/mrpt.h>
 #include <mrpt/math/wrap2pi.h>
 
 #include <algorithm>
@@ -41,7 +42,7 @@ template <class L>
 Localization localize(const L& localizer, const mrpt::obs::CObservation2DRangeScan& scan)
 {
 	const std::clock_t start = std::clock();
-	Localization result = localizer.localize(scan);
+	Localization result = localizer.localize(scan_of(scan));
 	result.times.total_ms = 1e3 * static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
 	return result;
 }
@@ -189,7 +190,7 @@ Counts ask(const Ways& ways, const std::vector<Question>& questions, std::ofstre
 		counts.settling_ms.push_back(result.times.registration_ms);
 		counts.known_ms.push_back(known.times.total_ms);
 		Localization without;
-		if (ways.without) without = ways.without->localize(*question.scan);
+		if (ways.without) without = ways.without->localize(scan_of(*question.scan));
 		counts.localized_without += without.status == Status::kLocalized ? 1 : 0;
 		if (!tables) continue;
 		write_row(tables[0], question, result, ways.map);

@@ -8,6 +8,7 @@
 // Prints for filter and window after how many elevators the answer is right and sure within five frames, and what the
 // others came to.
 #include <d2s1r/atlas.h>
+#include <d2s1r/mrpt.h>
 #include <d2s1r/window_localizer.h>
 #include <mrpt/math/wrap2pi.h>
 
@@ -218,10 +219,10 @@ void drive_through(
 			auto motion = last ? mrpt::poses::CPose2D(pose) - mrpt::poses::CPose2D(*last) : mrpt::poses::CPose2D();
 			motion = {1.03 * motion.x(), 1.03 * motion.y(), 1.03 * motion.phi()};
 			const auto scan = scan_of(caster, pose, field_of_view, random);
-			const Localization alone = atlas.localize(*scan);
+			const Localization alone = atlas.localize(d2s1r::scan_of(*scan));
 			const auto followed = filter.step({*scan, alone, last ? std::optional(motion) : std::nullopt});
 			const Localization result = window.add(
-			    make_scan(*scan, atlas.maps().front().localizer->parameters().scan), alone,
+			    make_scan(d2s1r::scan_of(*scan), atlas.maps().front().localizer->parameters().scan), alone,
 			    last ? std::optional(motion) : std::nullopt);
 			const std::string name = std::to_string(floor);
 			const auto answer = [&](bool sure, bool right) {

@@ -20,6 +20,7 @@
 //                 that is judged (see flag_of()), and nothing else is done; not of filter-alone and whole
 // and any constant of plugins/pf-init/tuning.h
 #include <d2s1r/map_io.h>
+#include <d2s1r/mrpt.h>
 
 #include <algorithm>
 #include <cmath>
@@ -183,7 +184,7 @@ void cover_sensor(std::vector<RunFrame>& run, const Localizer& localizer)
 			covered->setScanRange(beam, distance(random));
 			covered->setScanRangeValidity(beam, true);
 		}
-		run[i].localization = localizer.localize(*covered);
+		run[i].localization = localizer.localize(scan_of(*covered));
 		run[i].scan = covered;
 	}
 }

@@ -45,7 +45,7 @@ Grid altered(const Grid& floor, unsigned seed)
 	return other;
 }
 
-mrpt::maps::COccupancyGridMap2D::Ptr map_of(const Grid& grid)
+std::shared_ptr<const OccupancyMap> map_of(const Grid& grid)
 {
 	std::vector<float> p_occupied;
 	for (const Cell cell : grid.cells)

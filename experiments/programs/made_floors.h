@@ -3,6 +3,7 @@
 #pragma once
 
 #include <d2s1r/grid.h>
+#include <d2s1r/mrpt.h>
 #include <mrpt/maps/COccupancyGridMap2D.h>
 #include <mrpt/math/TPose2D.h>
 #include <mrpt/obs/CObservation2DRangeScan.h>
@@ -17,7 +18,7 @@ namespace d2s1r::experiments
 Grid altered(const Grid& floor, unsigned seed);
 
 /// Returns the map of a floor.
-mrpt::maps::COccupancyGridMap2D::Ptr map_of(const Grid& grid);
+std::shared_ptr<const OccupancyMap> map_of(const Grid& grid);
 
 /// Returns whether there is nothing within 0.3 m of a cell.
 bool is_open(const Grid& grid, int column, int row);

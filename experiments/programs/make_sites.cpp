@@ -20,6 +20,7 @@
 //              is in the map
 //   doubtful   1 if the log contradicts the truth: see TruthCheck. No map has a say in that.
 #include <d2s1r/localizer.h>
+#include <d2s1r/mrpt.h>
 #include <mrpt/io/CFileGZOutputStream.h>
 #include <mrpt/maps/CSimplePointsMap.h>
 #include <mrpt/obs/CObservationOdometry.h>
@@ -86,7 +87,8 @@ std::optional<CPose2D> settled(const PlacedScan& placed, const Localizer& locali
 {
 	constexpr double kLeastExplained = 0.3, kMostMoved = 0.2;  // [0, 1], [m]
 	const double most_turned = mrpt::DEG2RAD(4.0);
-	const auto fit = localizer.hypothesis_near(make_scan(*placed.scan, localizer.parameters().scan), placed.robot);
+	const auto fit =
+	    localizer.hypothesis_near(make_scan(d2s1r::scan_of(*placed.scan), localizer.parameters().scan), placed.robot);
 	if (!fit || fit->explained < kLeastExplained) return std::nullopt;
 	const CPose2D moved = fit->pose - placed.robot;
 	if (moved.norm() > kMostMoved || std::abs(mrpt::math::wrapToPi(moved.phi())) > most_turned) return std::nullopt;
@@ -102,7 +104,7 @@ void settle(std::vector<DrivenScan>& scans, const Recipe& recipe)
 	{
 		std::vector<PlacedScan> others;
 		for (std::size_t i = 1 - turn % 2; i < scans.size(); i += 2) others.push_back(scans[i]);
-		const Localizer localizer(count_map(others, recipe.cell_size, recipe.drawn_reach));
+		const Localizer localizer(d2s1r::grid_of(*count_map(others, recipe.cell_size, recipe.drawn_reach)));
 		for (std::size_t i = turn % 2; i < scans.size(); i += 2)
 			scans[i].robot = settled(scans[i], localizer).value_or(scans[i].robot);
 	}
@@ -228,14 +230,14 @@ void make_site(const Recipe& recipe, const std::string& corrected, const std::st
 	const auto map_test = count_map(placed(drawn), recipe.cell_size, recipe.drawn_reach);
 	save_map(*map, folder + "/map");
 	save_map(*map_test, folder + "/map_test");
-	const auto tests = test_scans(unseen, Localizer(map), *map_test);
+	const auto tests = test_scans(unseen, Localizer(d2s1r::grid_of(*map)), *map_test);
 	save_scans({tests.begin(), tests.end()}, false, folder + "/test");
 	save_knowledge(tests, folder + "/test_scans.csv");
 	if (recipe.is_indoors)
 	{
 		std::vector<CPose2D> driven;
 		for (const DrivenScan& scan : scans) driven.push_back(scan.robot);
-		for (const auto& [name, simulated] : simulated_sets(d2s1r::make_grid(*map, {}), driven))
+		for (const auto& [name, simulated] : simulated_sets(d2s1r::make_grid(*d2s1r::grid_of(*map), {}), driven))
 			save_scans(simulated, false, folder + "/" + name);
 	}
 	std::ofstream info(folder + "/info.txt");

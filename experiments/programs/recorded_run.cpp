@@ -1,6 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "recorded_run.h"
 
+#include <d2s1r/mrpt.h>
 #include <logs/log.h>
 #include <mrpt/io/CFileGZInputStream.h>
 #include <mrpt/io/CFileGZOutputStream.h>
@@ -86,7 +87,7 @@ bool RunFrame::is_near_on_map(const mrpt::math::TPose2D& pose, const CSignatureM
 {
 	const Localizer& localizer = map.localizer();
 	const auto fitted =
-	    localizer.hypothesis_near(make_scan(*scan, localizer.parameters().scan), mrpt::poses::CPose2D(truth));
+	    localizer.hypothesis_near(make_scan(scan_of(*scan), localizer.parameters().scan), mrpt::poses::CPose2D(truth));
 	return fitted && is_same_place(pose, fitted->pose.asTPose());
 }
 
@@ -154,7 +155,8 @@ void localize_all(std::vector<RunFrame>& run, const Localizer& localizer, const 
 	if (std::filesystem::exists(cache_file)) return read_cache(run, cache_file);
 	const auto localize = [&](std::size_t first)
 	{
-		for (std::size_t i = first; i < run.size(); i += 2) run[i].localization = localizer.localize(*run[i].scan);
+		for (std::size_t i = first; i < run.size(); i += 2)
+			run[i].localization = localizer.localize(scan_of(*run[i].scan));
 	};
 	std::thread other(localize, 1);
 	localize(0);

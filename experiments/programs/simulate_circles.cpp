@@ -9,6 +9,7 @@
 //   slip=SHARE           [-] of each turn that the odometry does not see or makes up: standard deviation, 0.01 unless
 //                        given, drawn for each pose
 #include <d2s1r/map_io.h>
+#include <d2s1r/mrpt.h>
 #include <d2s1r/scan_accumulator.h>
 #include <mrpt/io/CFileGZOutputStream.h>
 #include <mrpt/serialization/CArchive.h>
@@ -18,7 +19,7 @@
 
 #include "data/poses.h"
 #include "settings.h"
-#include "unit/test_maps.h"
+#include "unit/mrpt_types.h"
 
 namespace
 {
@@ -97,7 +98,7 @@ void simulate(const std::string& map, const std::string& truth, const std::strin
 		std::mt19937 random(static_cast<unsigned>(i));
 		laser.seed = static_cast<unsigned>(random());
 		auto scan = field_of_view < 360 ? turn_around(grid, pose.robot, laser, settings.at("slip"), random)
-		                                : test::make_observation(grid, pose.robot, laser);
+		                                : test::make_mrpt_observation(grid, pose.robot, laser);
 		scan.timestamp = mrpt::Clock::fromDouble(pose.time);
 		archive << scan;
 	}

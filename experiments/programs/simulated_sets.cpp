@@ -5,7 +5,7 @@
 #include <random>
 #include <stdexcept>
 
-#include "unit/test_maps.h"
+#include "unit/mrpt_types.h"
 
 namespace d2s1r::experiments
 {
@@ -126,7 +126,7 @@ std::vector<DrivenScan> scanned(
 	{
 		laser.seed = static_cast<unsigned>(random());
 		auto scan = mrpt::obs::CObservation2DRangeScan::Create(
-		    test::make_observation(grid, mrpt::math::TPose2D(pose.x(), pose.y(), pose.phi()), laser));
+		    test::make_mrpt_observation(grid, mrpt::math::TPose2D(pose.x(), pose.y(), pose.phi()), laser));
 		if (among_people) add_people(*scan, laser.noise, random);
 		scan->timestamp = mrpt::Clock::fromDouble(1e9 + 0.2 * static_cast<double>(scans.size()));
 		DrivenScan driven;

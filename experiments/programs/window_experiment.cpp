@@ -18,6 +18,7 @@
 //                 that is judged (see flag_of()), and nothing else is done
 // and any constant of frames/window_tuning.h
 #include <d2s1r/map_io.h>
+#include <d2s1r/mrpt.h>
 #include <mrpt/math/wrap2pi.h>
 
 #include <cmath>
@@ -82,7 +83,7 @@ bool is_right(const Localization& answer, const mrpt::math::TPose2D& truth)
 /// that comes from SLAM is off here and there.
 bool is_right_by_scan(const Localization& answer, const RunFrame& frame, const Localizer& localizer)
 {
-	const Scan scan = make_scan(*frame.scan, localizer.parameters().scan);
+	const Scan scan = make_scan(scan_of(*frame.scan), localizer.parameters().scan);
 	const auto fitted = localizer.hypothesis_near(scan, mrpt::poses::CPose2D(frame.truth));
 	return fitted && is_right(answer, fitted->pose.asTPose());
 }
@@ -92,7 +93,7 @@ bool is_right_by_scan(const Localization& answer, const RunFrame& frame, const L
 /// of the answer better, as log-odds.
 void write_fits(std::ofstream& csv, const Localization& answer, const RunFrame& frame, const Localizer& localizer)
 {
-	const Scan scan = make_scan(*frame.scan, localizer.parameters().scan);
+	const Scan scan = make_scan(scan_of(*frame.scan), localizer.parameters().scan);
 	const auto near = [&](const mrpt::poses::CPose2D& pose) { return localizer.hypothesis_near(scan, pose); };
 	const auto at_answer = answer.hypotheses.empty() ? std::nullopt : near(answer.best().pose);
 	const auto at_truth = near(mrpt::poses::CPose2D(frame.truth));
@@ -182,7 +183,7 @@ std::vector<WindowAnswer> follow(
 	for (std::size_t i = 0; i < run.size(); i++)
 	{
 		const auto motion = i > 0 && settings.at("odometry") != 0 ? odometry_between(run[i - 1], run[i]) : std::nullopt;
-		const Scan scan = make_scan(*run[i].scan, localizer.parameters().scan);
+		const Scan scan = make_scan(scan_of(*run[i].scan), localizer.parameters().scan);
 		WindowAnswer& answer = answers.emplace_back();
 		answer.answer = window.add(scan, run[i].localization, motion);
 		const auto frames = window.frames();
@@ -236,7 +237,7 @@ void stand_still(const std::vector<RunFrame>& run, const Localizer& localizer, c
 	for (const RunFrame& frame : run)
 	{
 		if (!frame.has_truth || frame.localization.status != Status::kAmbiguous) continue;
-		const Scan scan = make_scan(*frame.scan, localizer.parameters().scan);
+		const Scan scan = make_scan(scan_of(*frame.scan), localizer.parameters().scan);
 		WindowTracker window(
 		    {{"", {&localizer, {}}}}, static_cast<int>(settings.at("window")), tuning_of<WindowTuning>(settings));
 		Localization last;

@@ -16,6 +16,8 @@
 // poses (0.35 m, 6 deg).
 #include <d2s1r/grid.h>
 #include <d2s1r/map_io.h>
+#include <d2s1r/mrpt.h>
+#include <d2s1r/parameter_list.h>
 #include <mrpt/io/CFileGZInputStream.h>
 #include <mrpt/io/CFileGZOutputStream.h>
 #include <mrpt/math/wrap2pi.h>
@@ -32,7 +34,6 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "base/parameter_list.h"
 #include "data/poses.h"
 #include "engine/default_localizer.h"
 #include "fine/decision.h"
@@ -166,7 +167,7 @@ class Writer
 	/// \param truth robot in map, if the scan is of the place
 	void add(const CObservation2DRangeScan& observation, const std::optional<TPose2D>& truth)
 	{
-		const Scan scan = make_scan(observation, parameters_.scan);
+		const Scan scan = make_scan(scan_of(observation), parameters_.scan);
 		const std::clock_t start = std::clock();
 		const auto refusal = refusal_of(scan, parameters_.scan);
 		const Localization result = refusal ? *refusal : localize_default(scan, maps_, {}).answer;

@@ -48,7 +48,7 @@ double Recovery::probability_of_being_lost(
 {
 	if (localization.hypotheses.empty()) return 0;
 	if (probability_found(localization) < kProbable) return tuning.admitted_probability;
-	const Scan beams = make_scan(scan, maps_.parameters().scan);
+	const Scan beams = make_scan(scan_of(scan), maps_.parameters().scan);
 	const auto points = end_points(beams, maps_.likelihood_options().beams);
 	const auto log_likelihood = [&](const mrpt::math::TPose2D& pose) { return maps_.log_likelihood(points, pose); };
 	double best = -std::numeric_limits<double>::infinity();  // [nat] of the hypotheses

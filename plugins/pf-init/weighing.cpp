@@ -21,7 +21,7 @@ bool explains(
     const Tuning& tuning)
 {
 	const auto& options = maps.likelihood_options();
-	const Scan beams = make_scan(scan, maps.parameters().scan);
+	const Scan beams = make_scan(scan_of(scan), maps.parameters().scan);
 	const auto points = end_points(beams, options.beams);
 	if (points.empty() || is_covered(beams, maps.parameters().scan)) return false;
 	const auto place = dominant_place(particles, normalized_weights(particles));

@@ -1,13 +1,15 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "app_world.h"
 
-#include <d2s1r/version.h>
+#include <d2s1r/mrpt_version.h>
 #include <mrpt/io/CFileGZOutputStream.h>
 #include <mrpt/io/CMemoryStream.h>
 #include <mrpt/obs/CActionCollection.h>
 #include <mrpt/obs/CActionRobotMovement2D.h>
 #include <mrpt/obs/CSensoryFrame.h>
 #include <mrpt/serialization/CArchive.h>
+
+#include "mrpt_types.h"
 
 #include D2S1R_UNPACKING
 #include <cstdio>
@@ -59,7 +61,8 @@ mrpt::obs::CObservation2DRangeScan::Ptr walk_scan(std::size_t i, const std::stri
 	laser.noise = 0.01;
 	laser.seed = static_cast<unsigned>(i + 1);
 	laser.on_robot = mrpt::poses::CPose3D(0.1, 0, 0.2, 0, 0, 0);
-	auto scan = std::make_shared<mrpt::obs::CObservation2DRangeScan>(make_observation(flat(), walk().at(i), laser));
+	auto scan =
+	    std::make_shared<mrpt::obs::CObservation2DRangeScan>(make_mrpt_observation(flat(), walk().at(i), laser));
 	scan->sensorLabel = label;
 	scan->timestamp = time_point(i);
 	return scan;
@@ -137,7 +140,7 @@ void save_gridmap(const Grid& grid, const std::string& file)
 {
 	mrpt::io::CFileGZOutputStream stream(file);
 	auto archive = mrpt::serialization::archiveFrom(stream);
-	archive << *make_map(grid);
+	archive << *make_mrpt_map(grid);
 }
 
 void save_truth(const std::string& file, bool seven_columns)

@@ -1,6 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // Several maps: an atlas as a yaml file, a folder or several -m; the column map.
-#include <d2s1r/version.h>
+#include <d2s1r/mrpt_version.h>
 #include <mrpt/img/CImage.h>
 #include <mrpt/obs/CObservationOdometry.h>
 #include D2S1R_DRAWING_SCENE
@@ -9,6 +9,7 @@
 
 #include "app_process.h"
 #include "app_world.h"
+#include "mrpt_types.h"
 #include "twin_rooms.h"
 
 using namespace d2s1r::test;
@@ -137,7 +138,7 @@ TEST_F(AppAtlas, WindowAndFilterFollowTheRobotFromMapToMap)
 		auto wheels = mrpt::obs::CObservationOdometry::Create();
 		wheels->odometry = mrpt::poses::CPose2D(way, 0, 0);
 		log.push_back(wheels);
-		log.push_back(std::make_shared<mrpt::obs::CObservation2DRangeScan>(make_observation(grid, robot)));
+		log.push_back(std::make_shared<mrpt::obs::CObservation2DRangeScan>(make_mrpt_observation(grid, robot)));
 	};
 	for (int i = 0; i < 6; i++) add(flat(), walk()[2], 0);
 	for (int i = 0; i < 8; i++) add(make_twin_rooms(), {1.0 + 0.3 * i, 0.9, 0}, 0.3 * i);

@@ -15,6 +15,7 @@
 
 #include "app_process.h"
 #include "app_world.h"
+#include "mrpt_types.h"
 
 using namespace d2s1r::test;
 
@@ -130,12 +131,12 @@ TEST_F(AppDamagedCopies, OfASimplemap)
 
 TEST_F(AppDamagedCopies, OfAGridmap)
 {
-	expect_maps_survived(serialized(*make_map(flat())), "flat.gridmap");
+	expect_maps_survived(serialized(*make_mrpt_map(flat())), "flat.gridmap");
 }
 
 TEST_F(AppDamagedCopies, OfASignatureMap)
 {
-	expect_maps_survived(serialized(d2s1r::CSignatureMap2D(*make_map(flat()))), "flat.signaturemap");
+	expect_maps_survived(serialized(d2s1r::CSignatureMap2D(*make_mrpt_map(flat()))), "flat.signaturemap");
 }
 
 /// MRPT reads the pose change of such an action from nowhere.

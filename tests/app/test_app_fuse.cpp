@@ -1,6 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // rawlog-localize --fuse and what goes with it.
-#include <d2s1r/version.h>
+#include <d2s1r/mrpt_version.h>
 #include <mrpt/core/format.h>
 #include <mrpt/obs/CObservationOdometry.h>
 #include <mrpt/obs/CSensoryFrame.h>

@@ -16,6 +16,7 @@
 #include "../mrpt/shell.h"
 #include "app_process.h"
 #include "app_world.h"
+#include "mrpt_types.h"
 #include "walk_logs.h"
 
 using namespace d2s1r::test;
@@ -194,7 +195,7 @@ TEST_F(AppLogs, LasersAreMerged)
 			laser.aperture = 180 * M_PI / 180;
 			laser.on_robot = mrpt::poses::CPose3D(rear ? -0.1 : 0.1, 0, 0.2, rear ? M_PI : 0, 0, 0);
 			auto scan =
-			    std::make_shared<mrpt::obs::CObservation2DRangeScan>(make_observation(flat(), walk()[i], laser));
+			    std::make_shared<mrpt::obs::CObservation2DRangeScan>(make_mrpt_observation(flat(), walk()[i], laser));
 			scan->sensorLabel = rear ? "REAR" : "FRONT";
 			scan->timestamp = odometry->timestamp;
 			log.push_back(scan);

@@ -1,5 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // What a run leaves in its folder.
+#include <d2s1r/mrpt_version.h>
 #include <d2s1r/version.h>
 #include <mrpt/maps/registerAllClasses.h>
 #include <mrpt/obs/CObservationOdometry.h>

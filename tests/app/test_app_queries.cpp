@@ -4,6 +4,7 @@
 
 #include "app_process.h"
 #include "app_world.h"
+#include "mrpt_types.h"
 #include "twin_rooms.h"
 
 using namespace d2s1r::test;
@@ -34,7 +35,7 @@ class AppQueries : public AppTest
 			laser.noise = 0.01;
 			laser.seed = static_cast<unsigned>(i + 1);
 			log.push_back(std::make_shared<mrpt::obs::CObservation2DRangeScan>(
-			    make_observation(make_twin_rooms(), way[i], laser)));
+			    make_mrpt_observation(make_twin_rooms(), way[i], laser)));
 		}
 		return log;
 	}

@@ -1,6 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // Command lines, right and wrong.
-#include <d2s1r/for_programs.h>
+#include <d2s1r/simd_targets.h>
 #include <d2s1r/version.h>
 
 #include <algorithm>

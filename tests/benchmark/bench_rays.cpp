@@ -121,9 +121,9 @@ void mrpt_laser_scan_simulator(::benchmark::State& state)
 	if (!the) return;
 	const auto map = site_map(kSite);
 	const std::vector<CellIndex> cells = some_cells(*the, 1000);
-	mrpt::obs::CObservation2DRangeScan scan;
+	RangeScan scan;
 	scan.aperture = static_cast<float>(2 * M_PI * 359 / 360);
-	scan.maxRange = static_cast<float>(kMaxRange);
+	scan.max_range = static_cast<float>(kMaxRange);
 	std::size_t i = 0;
 	for ([[maybe_unused]] auto _ : state)
 	{

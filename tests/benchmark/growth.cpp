@@ -63,7 +63,7 @@ std::vector<mrpt::math::TPose2D> random_poses(const Grid& grid, std::size_t n, s
 /// Scans and where they were taken.
 struct Questions
 {
-	std::vector<mrpt::obs::CObservation2DRangeScan> scans;
+	std::vector<RangeScan> scans;
 	std::vector<mrpt::math::TPose2D> poses;  //!< robot in map, m and rad
 };
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <d2s1r/map_io.h>
+#include <d2s1r/mrpt.h>
 #include <d2s1r/scan.h>
 #include <mrpt/obs/CRawlog.h>
 
@@ -28,9 +29,9 @@ inline ScanParameters simulated_scans()
 	return parameters;
 }
 
-inline mrpt::maps::COccupancyGridMap2D::ConstPtr site_map(const std::string& site, const std::string& map = "map")
+inline std::shared_ptr<const OccupancyMap> site_map(const std::string& site, const std::string& map = "map")
 {
-	static std::map<std::string, mrpt::maps::COccupancyGridMap2D::ConstPtr> loaded;
+	static std::map<std::string, std::shared_ptr<const OccupancyMap>> loaded;
 	auto& result = loaded[site + "/" + map];
 	if (!result) result = load_map(test::sites_folder() / site / (map + ".yaml"));
 	return result;
@@ -47,7 +48,7 @@ inline std::vector<Query> site_queries(
 	std::vector<Query> queries;
 	for (const auto& entry : rawlog)
 		if (const auto scan = std::dynamic_pointer_cast<mrpt::obs::CObservation2DRangeScan>(entry))
-			queries.push_back({make_scan(*scan, parameters), truth.at(queries.size()).robot});
+			queries.push_back({make_scan(scan_of(*scan), parameters), truth.at(queries.size()).robot});
 	return queries;
 }
 

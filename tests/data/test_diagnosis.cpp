@@ -7,6 +7,7 @@
 #include <functional>
 
 #include "diagnosis/diagnosis.h"
+#include "mrpt_types.h"
 #include "sites.h"
 #include "test_floor.h"
 
@@ -20,7 +21,6 @@ using app::GroundTruth;
 using logs::Log;
 using logs::LogReader;
 using logs::RawlogObject;
-using mrpt::maps::COccupancyGridMap2D;
 using mrpt::obs::CObservation2DRangeScan;
 using ScanPtr = CObservation2DRangeScan::Ptr;
 
@@ -31,7 +31,7 @@ using Alter = std::function<void(CObservation2DRangeScan&)>;
 struct Set
 {
 	std::string name;
-	COccupancyGridMap2D::Ptr map;
+	std::shared_ptr<const OccupancyMap> map;
 	Log log;
 	logs::Sensor laser;
 	GroundTruth truth;
@@ -118,7 +118,7 @@ Set drawn_set(const Laser& laser = {})
 	for (const auto& pose : drive())
 	{
 		const auto odometry = mrpt::obs::CObservationOdometry::Create();
-		const auto scan = std::make_shared<CObservation2DRangeScan>(make_observation(world_of(grid), pose, laser));
+		const auto scan = std::make_shared<CObservation2DRangeScan>(make_mrpt_observation(world_of(grid), pose, laser));
 		odometry->odometry = mrpt::poses::CPose2D(pose);
 		odometry->timestamp = scan->timestamp = mrpt::Clock::fromDouble(time);
 		scan->sensorPose = {};
@@ -343,7 +343,7 @@ class DiagnosisOfSite : public testing::TestWithParam<const char*>
 TEST_P(DiagnosisOfSite, NamesEachOfTheOtherMistakes)
 {
 	const Set circles = site_set(GetParam(), "sim360_on"), run = site_set(GetParam(), "run");
-	const double cell = circles.map->getResolution();
+	const auto cell = static_cast<double>(circles.map->cell_size);
 	expect_named(with_cells(circles, 0.5 * cell), "the cells of the map are 0.0");
 	expect_named(with_cells(circles, 1.2 * cell), "the cells of the map are 0.0");
 	expect_named(with_origin(circles, 5, 7), "the origin of the map is");

@@ -16,7 +16,7 @@
 #include <functional>
 #include <iostream>
 
-#include "map/occupancy_map.h"
+#include "mrpt_types.h"
 #include "sites.h"
 #include "test_files.h"
 #include "test_floor.h"
@@ -26,12 +26,10 @@ namespace d2s1r::test
 namespace
 {
 namespace fs = std::filesystem;
-using mrpt::maps::COccupancyGridMap2D;
 using mrpt::math::TPose2D;
-using mrpt::obs::CObservation2DRangeScan;
-using Map = COccupancyGridMap2D::Ptr;
+using Map = std::shared_ptr<const OccupancyMap>;
 
-Scan read(const CObservation2DRangeScan& observation)
+Scan read(const RangeScan& observation)
 {
 	return make_scan(observation, {});
 }
@@ -41,7 +39,7 @@ Scan read(const CObservation2DRangeScan& observation)
 constexpr double kTurn = 0.7;  //!< [rad]
 
 /// Turns the frame of the sensor the other way, so that all beams get greater angles.
-Scan turned(const CObservation2DRangeScan& observation)
+Scan turned(const RangeScan& observation)
 {
 	Scan scan = read(observation);
 	for (Beam& beam : scan.beams) beam.angle = beam_angle(static_cast<double>(beam.angle) + kTurn);
@@ -49,7 +47,7 @@ Scan turned(const CObservation2DRangeScan& observation)
 	return scan;
 }
 
-Scan mirrored(const CObservation2DRangeScan& observation)
+Scan mirrored(const RangeScan& observation)
 {
 	Scan scan = read(observation);
 	std::reverse(scan.beams.begin(), scan.beams.end());
@@ -61,42 +59,42 @@ Scan mirrored(const CObservation2DRangeScan& observation)
 }
 
 /// Records the beams in the other order, from left to right.
-CObservation2DRangeScan reversed(const CObservation2DRangeScan& observation)
+RangeScan reversed(const RangeScan& observation)
 {
-	CObservation2DRangeScan reversed = observation;
-	reversed.rightToLeft = !observation.rightToLeft;
-	const std::size_t beams = observation.getScanSize();
+	RangeScan reversed = observation;
+	reversed.right_to_left = !observation.right_to_left;
+	const std::size_t beams = observation.size();
 	for (std::size_t i = 0; i < beams; i++)
 	{
-		reversed.setScanRange(i, observation.getScanRange(beams - 1 - i));
-		reversed.setScanRangeValidity(i, observation.getScanRangeValidity(beams - 1 - i));
+		reversed.ranges[i] = observation.ranges[beams - 1 - i];
+		reversed.valid[i] = observation.is_valid(beams - 1 - i);
 	}
 	return reversed;
 }
 
-Scan read_reversed(const CObservation2DRangeScan& observation)
+Scan read_reversed(const RangeScan& observation)
 {
 	return read(reversed(observation));
 }
 
-Scan read_upside_down(const CObservation2DRangeScan& observation)
+Scan read_upside_down(const RangeScan& observation)
 {
-	CObservation2DRangeScan turned_over = reversed(observation);
-	turned_over.rightToLeft = observation.rightToLeft;
-	turned_over.sensorPose = observation.sensorPose + mrpt::poses::CPose3D(0, 0, 0, 0, 0, M_PI);
+	RangeScan turned_over = reversed(observation);
+	turned_over.right_to_left = observation.right_to_left;
+	turned_over.sensor_on_robot = observation.sensor_on_robot + mrpt::poses::CPose3D(0, 0, 0, 0, 0, M_PI);
 	return read(turned_over);
 }
 
 const TPose2D kRobotInMoved{0.4, -0.3, 0.5};  //!< the robot in the frame of another robot that carries the same sensor
 
-Scan on_another_robot(const CObservation2DRangeScan& observation)
+Scan on_another_robot(const RangeScan& observation)
 {
 	Scan scan = read(observation);
 	scan.sensor_on_robot = kRobotInMoved + scan.sensor_on_robot;
 	return scan;
 }
 
-Scan doubled(const CObservation2DRangeScan& observation)
+Scan doubled(const RangeScan& observation)
 {
 	Scan scan = read(observation);
 	std::vector<Beam> beams;
@@ -105,7 +103,7 @@ Scan doubled(const CObservation2DRangeScan& observation)
 	return scan;
 }
 
-Scan halved(const CObservation2DRangeScan& observation)
+Scan halved(const RangeScan& observation)
 {
 	Scan scan = read(observation);
 	std::vector<Beam> beams;
@@ -118,30 +116,29 @@ Scan halved(const CObservation2DRangeScan& observation)
 
 /// Makes a map of `width` x `height` cells; the cell at (x, y) is that of `map` at source(x, y), or else unknown.
 Map remade(
-    const COccupancyGridMap2D& map, int width, int height, double cell_size, double origin_x, double origin_y,
+    const OccupancyMap& map, int width, int height, double cell_size, double origin_x, double origin_y,
     const std::function<std::pair<int, int>(int, int)>& source)
 {
-	Map made = make_unknown_map(width, height, cell_size, origin_x, origin_y);
+	auto made = unknown_map(width, height, cell_size, origin_x, origin_y);
 	for (int y = 0; y < height; y++)
 		for (int x = 0; x < width; x++)
 		{
 			const auto [u, v] = source(x, y);
-			const bool is_inside =
-			    u >= 0 && v >= 0 && u < static_cast<int>(map.getSizeX()) && v < static_cast<int>(map.getSizeY());
-			if (is_inside) made->getRow(y)[x] = map.getRow(v)[u];
+			const bool is_inside = u >= 0 && v >= 0 && u < map.width && v < map.height;
+			if (is_inside) made.row(y)[x] = map.row(v)[u];
 		}
-	return made;
+	return std::make_shared<const OccupancyMap>(std::move(made));
 }
 
 /// The lower left corner [m] and the size [cells] of a map.
 struct Shape
 {
-	explicit Shape(const COccupancyGridMap2D& map)
-	    : width(static_cast<int>(map.getSizeX())),
-	      height(static_cast<int>(map.getSizeY())),
-	      cell_size(static_cast<double>(map.getResolution())),
-	      x(static_cast<double>(map.getXMin())),
-	      y(static_cast<double>(map.getYMin()))
+	explicit Shape(const OccupancyMap& map)
+	    : width(map.width),
+	      height(map.height),
+	      cell_size(static_cast<double>(map.cell_size)),
+	      x(static_cast<double>(map.origin_x)),
+	      y(static_cast<double>(map.origin_y))
 	{
 	}
 	int width, height;
@@ -150,7 +147,7 @@ struct Shape
 
 constexpr double kMovedX = 64, kMovedY = -32;  //!< [m]
 
-Map moved(const COccupancyGridMap2D& map)
+Map moved(const OccupancyMap& map)
 {
 	const Shape s(map);
 	return remade(
@@ -158,7 +155,7 @@ Map moved(const COccupancyGridMap2D& map)
 	    [](int x, int y) { return std::make_pair(x, y); });
 }
 
-Map mirrored_map(const COccupancyGridMap2D& map)
+Map mirrored_map(const OccupancyMap& map)
 {
 	const Shape s(map);
 	return remade(
@@ -166,7 +163,7 @@ Map mirrored_map(const COccupancyGridMap2D& map)
 	    [&](int x, int y) { return std::make_pair(s.width - 1 - x, y); });
 }
 
-Map with_a_border(const COccupancyGridMap2D& map)
+Map with_a_border(const OccupancyMap& map)
 {
 	constexpr int kBorder = 64;  // [cells]
 	const Shape s(map);
@@ -175,7 +172,7 @@ Map with_a_border(const COccupancyGridMap2D& map)
 	    s.y - kBorder * s.cell_size, [](int x, int y) { return std::make_pair(x - kBorder, y - kBorder); });
 }
 
-Map in_smaller_cells(const COccupancyGridMap2D& map)
+Map in_smaller_cells(const OccupancyMap& map)
 {
 	const Shape s(map);
 	return remade(
@@ -184,7 +181,7 @@ Map in_smaller_cells(const COccupancyGridMap2D& map)
 }
 
 /// Returns the map after a way through a file of another format.
-Map in_another_format(const COccupancyGridMap2D& map)
+Map in_another_format(const OccupancyMap& map)
 {
 	const TempFolder folder;
 	const std::string file = folder.write("map.signaturemap", "");
@@ -201,8 +198,8 @@ Map in_another_format(const COccupancyGridMap2D& map)
 struct Relation
 {
 	const char* name;
-	std::function<Scan(const CObservation2DRangeScan&)> scan;
-	std::function<Map(const COccupancyGridMap2D&)> map;  //!< none: the map as it is
+	std::function<Scan(const RangeScan&)> scan;
+	std::function<Map(const OccupancyMap&)> map;  //!< none: the map as it is
 	/// The answer to the original question by that to the altered one, and by where the sensor is on the robot.
 	std::function<TPose2D(const TPose2D& answer, const TPose2D& sensor)> undo;
 	bool is_exact;  //!< whether everything but rounding stays the same
@@ -307,8 +304,7 @@ struct Count
 /// Asks all questions about a map and its scans, and prints a row of a table for each relation. It expects no
 /// difference in exact relations, and where noise decides another place in 0.5 % of the scans at most.
 /// \param fine_too whether no answer may differ by the finer measure either
-void expect_relations(
-    const std::string& site, const Map& map, const std::vector<CObservation2DRangeScan>& scans, bool fine_too)
+void expect_relations(const std::string& site, const Map& map, const std::vector<RangeScan>& scans, bool fine_too)
 {
 	constexpr double kShare = 0.005;  // [-] of the scans where noise decides
 	const Localizer localizer(map);
@@ -339,7 +335,7 @@ void expect_relations(
 TEST(Metamorphic, OnADrawnFloor)
 {
 	const Grid floor = make_floor(), world = world_of(floor);
-	std::vector<CObservation2DRangeScan> scans;
+	std::vector<RangeScan> scans;
 	for (const int field_of_view : {360, 270})
 	{
 		Laser laser = laser_of(field_of_view);
@@ -363,9 +359,9 @@ TEST_P(MetamorphicOnSite, OnRecordedScans)
 	mrpt::obs::CRawlog rawlog;
 	ASSERT_TRUE(rawlog.loadFromRawLogFile((folder / "test.rawlog").string()));
 	const std::size_t count = std::min<std::size_t>(wish ? std::stoul(wish) : 10, rawlog.size());
-	std::vector<CObservation2DRangeScan> scans;
+	std::vector<RangeScan> scans;
 	for (std::size_t i = 0; i < count; i++)
-		scans.push_back(*rawlog.asObservation<CObservation2DRangeScan>(i * rawlog.size() / count));
+		scans.push_back(scan_of(*rawlog.asObservation<mrpt::obs::CObservation2DRangeScan>(i * rawlog.size() / count)));
 	expect_relations(GetParam(), load_map((folder / "map_test.yaml").string()), scans, false);
 }
 

@@ -190,7 +190,7 @@ TEST_P(TurtleBotLog, IsLocalizedWhereTheLaserWas)
 			const std::int64_t time = std::llround(logs::to_seconds(scan->timestamp) * 1e4);
 			const auto pose = poses.lower_bound(time - 5);
 			if (pose == poses.end() || pose->first > time + 5) continue;
-			const Localization result = localizer.localize(*scan);
+			const Localization result = localizer.localize(d2s1r::scan_of(*scan));
 			ASSERT_FALSE(result.hypotheses.empty());
 			localized += result.status == Status::kLocalized ? 1 : 0;
 			// The scans are of a full turn from -pi on, so that their middle is the x axis of the laser.

@@ -78,7 +78,7 @@ TEST_P(SiteLocalization, FindsThePlace)
 	int found = 0, localized = 0, localized_right = 0;
 	for (std::size_t i = 0; i < frames.scans.size(); i++)
 	{
-		const Localization result = localizer.localize(*frames.scans[i]);
+		const Localization result = localizer.localize(scan_of(*frames.scans[i]));
 		bool right = false;
 		if (!result.hypotheses.empty())
 		{
@@ -139,7 +139,7 @@ TEST(AnotherSite, IsHardlyEverMistakenForThisOne)
 		int localized = 0, rejected = 0;
 		for (const auto& scan : frames.scans)
 		{
-			const Status status = localizer.localize(*scan).status;
+			const Status status = localizer.localize(scan_of(*scan)).status;
 			localized += status == Status::kLocalized ? 1 : 0;
 			rejected += status == Status::kRejected ? 1 : 0;
 		}

@@ -51,7 +51,7 @@ class SiteMap : public testing::TestWithParam<Site>
 		for (std::size_t i = 0; i < std::min<std::size_t>(poses.size(), 40); i++)
 		{
 			const auto observation = rawlog.asObservation<mrpt::obs::CObservation2DRangeScan>(i);
-			const Scan scan = make_scan(*observation, {});
+			const Scan scan = make_scan(d2s1r::scan_of(*observation), {});
 			const auto sensor = poses[i].robot + scan.sensor_on_robot;
 			for (const Beam& beam : scan.beams)
 				if (beam.is_return)

@@ -18,10 +18,10 @@ import sys
 import tempfile
 
 SKIPPED = 77
-INCLUDES = ["d2s1r/CSignatureMap2D.h", "d2s1r/atlas.h", "d2s1r/localizer.h", "d2s1r/map_io.h", "d2s1r/scan_accumulator.h",
-            "d2s1r/seeding.h", "d2s1r/window_localizer.h", "mrpt/slam/CMonteCarloLocalization2D.h"]
+INCLUDES = ["d2s1r/CSignatureMap2D.h", "d2s1r/atlas.h", "d2s1r/localizer.h", "d2s1r/map_io.h", "d2s1r/mrpt.h",
+            "d2s1r/scan_accumulator.h", "d2s1r/seeding.h", "d2s1r/window_localizer.h", "mrpt/slam/CMonteCarloLocalization2D.h"]
 # What the text around a snippet says that it has.
-GIVEN = ["mrpt::maps::COccupancyGridMap2D::Ptr map", "const d2s1r::Localizer& localizer", "const d2s1r::Localization& result",
+GIVEN = ["std::shared_ptr<const d2s1r::OccupancyMap> map", "const d2s1r::Localizer& localizer", "const d2s1r::Localization& result",
          "const mrpt::obs::CObservation2DRangeScan& observation", "std::optional<mrpt::poses::CPose2D> odometry",
          "mrpt::slam::CMonteCarloLocalization2D& filter"]
 

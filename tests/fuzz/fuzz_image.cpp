@@ -19,8 +19,9 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
 		if (!is_pnm) return 0;
 		const auto map = load_map(file.write(data, size), {}, ImageGeometry{0.05, 1, 2});
 		fuzz::require(
-		    map->getRawMap().size() == std::size_t{map->getSizeX()} * map->getSizeY(), "as many cells as pixels");
-		fuzz::require(map->getRawMap().size() <= 8 * size, "no more pixels than the file holds");
+		    map->cells.size() == static_cast<std::size_t>(map->width) * static_cast<std::size_t>(map->height),
+		    "as many cells as pixels");
+		fuzz::require(map->cells.size() <= 8 * size, "no more pixels than the file holds");
 	}
 	catch (const std::runtime_error& error)
 	{

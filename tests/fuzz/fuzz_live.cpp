@@ -8,7 +8,7 @@
 #include <memory>
 
 #include "fuzz_input.h"
-#include "test_maps.h"
+#include "mrpt_types.h"
 
 namespace
 {

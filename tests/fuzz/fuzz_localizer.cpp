@@ -2,6 +2,7 @@
 // Random maps, parameters, scans, priors, windows and fusion steps: a scan never throws, and every answer is finite,
 // has probabilities that sum to 1 at most, covariances that are positive definite, and is the same when asked for
 // twice.
+#include <d2s1r/parameter_list.h>
 #include <d2s1r/seeding.h>
 #include <d2s1r/window_localizer.h>
 
@@ -10,9 +11,7 @@
 #include <vector>
 
 #include "CParticleFilterFusion.h"
-#include "base/parameter_list.h"
 #include "fuzz_input.h"
-#include "map/occupancy_map.h"
 
 namespace
 {
@@ -21,16 +20,16 @@ using fuzz::Numbers;
 using fuzz::require;
 
 /// A room with some rectangles of each class in it.
-mrpt::maps::COccupancyGridMap2D::Ptr random_map(Numbers& numbers)
+OccupancyMap random_map(Numbers& numbers)
 {
 	constexpr double kSizes[] = {0.05, 0.05, 0.02, 0.1, 0.25, 0.0063, 1.0};  // [m] of a cell
 	const int width = numbers.whole(1, 60), height = numbers.whole(1, 40);
 	const double cell_size = kSizes[numbers.byte() % std::size(kSizes)];
-	auto map = make_unknown_map(width, height, cell_size, numbers.between(-50, 50), numbers.between(-50, 50));
+	auto map = unknown_map(width, height, cell_size, numbers.between(-50, 50), numbers.between(-50, 50));
 	const auto fill = [&](int x0, int y0, int x1, int y1, float p_free)
 	{
 		for (int y = std::max(0, y0); y < std::min(height, y1); y++)
-			for (int x = std::max(0, x0); x < std::min(width, x1); x++) map->setCell(x, y, p_free);
+			for (int x = std::max(0, x0); x < std::min(width, x1); x++) map.row(y)[x] = OccupancyMap::cell_of(p_free);
 	};
 	fill(0, 0, width, height, 0.0F);
 	fill(1, 1, width - 1, height - 1, 1.0F);
@@ -155,7 +154,7 @@ void ask(const Localizer& localizer, Numbers& numbers)
 	{
 		try
 		{
-			return localizer.localize(scan, query);
+			return localizer.localize(scan_of(scan), query);
 		}
 		catch (const std::invalid_argument&)
 		{
@@ -205,8 +204,8 @@ void drive(const CSignatureMap2D::Ptr& map, Numbers& numbers)
 	{
 		const auto scan = numbers.flip() ? random_observation(numbers) : odd;
 		const auto motion = random_motion(numbers);
-		const Localization result = localizer.localize(scan);
-		require_sound(window.add(make_scan(scan, localizer.parameters().scan), result, motion));
+		const Localization result = localizer.localize(scan_of(scan));
+		require_sound(window.add(make_scan(scan_of(scan), localizer.parameters().scan), result, motion));
 		const auto pose = filter.step({scan, result, motion});
 		if (!pose) continue;
 		require(std::isfinite(pose->pose.x + pose->pose.y + pose->pose.phi), "a finite fused pose");
@@ -223,7 +222,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
 	CSignatureMap2D::Ptr map;
 	try
 	{
-		map = CSignatureMap2D::Create(*grid, random_parameters(numbers));
+		map = CSignatureMap2D::Create(grid, random_parameters(numbers));
 		map->localizer();
 	}
 	catch (const std::invalid_argument& error)

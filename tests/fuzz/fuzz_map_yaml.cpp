@@ -18,7 +18,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
 	try
 	{
 		const auto map = load_map(yaml.path());
-		if (map->getSizeX() != 3 || map->getSizeY() != 2) return 0;  // another image: the case named a file that exists
+		if (map->width != 3 || map->height != 2) return 0;  // another image: the case named a file that exists
 		fuzz::require(std::isfinite(map->getXMin() + map->getYMax() + map->getResolution()), "a finite map");
 	}
 	catch (const std::runtime_error& error)

@@ -20,7 +20,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
 	{
 		objects++;
 		scans += object->scans.size();
-		for (const auto& scan : object->scans) make_scan(*scan, {});
+		for (const auto& scan : object->scans) make_scan(d2s1r::scan_of(*scan), {});
 	}
 	fuzz::require(objects == 0 || reader->damage().empty(), "all that the survey has read");
 	for (const logs::Sensor& sensor : survey.sensors) counted += sensor.scans;

@@ -6,6 +6,7 @@
 
 #include "CParticleFilterFusion.h"
 #include "made_hypotheses.h"
+#include "mrpt_types.h"
 #include "test_floor.h"
 
 namespace d2s1r::test
@@ -55,7 +56,7 @@ class FilterOnAFloor : public testing::Test
    protected:
 	static CSignatureMap2D::ConstPtr map()
 	{
-		static const auto of_floor = CSignatureMap2D::Create(*make_map(kFloor));
+		static const auto of_floor = CSignatureMap2D::Create(*make_mrpt_map(kFloor));
 		return of_floor;
 	}
 
@@ -68,8 +69,8 @@ class FilterOnAFloor : public testing::Test
 			Laser laser;
 			laser.noise = 0.01;
 			laser.seed = static_cast<unsigned>(drive.size() + 1);
-			Frame frame{truth, make_observation(kWorld, truth, laser), {}, {}};
-			frame.localization = map()->localizer().localize(frame.scan);
+			Frame frame{truth, make_mrpt_observation(kWorld, truth, laser), {}, {}};
+			frame.localization = map()->localizer().localize(scan_of(frame.scan));
 			if (!drive.empty())
 			{
 				const CPose2D step = CPose2D(truth) - CPose2D(drive.back().truth);

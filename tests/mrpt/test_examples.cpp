@@ -1,9 +1,8 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // Runs every pipeline of share/d2s1r/examples.
+#include <d2s1r/gzip_file.h>
 #include <d2s1r/map_io.h>
 #include <gtest/gtest.h>
-#include <mrpt/io/CFileGZOutputStream.h>
-#include <mrpt/serialization/CArchive.h>
 #include <nlohmann/json.hpp>
 
 #include <cmath>
@@ -12,8 +11,8 @@
 #include <sstream>
 
 #include "fake_laser.h"
+#include "mrpt_types.h"
 #include "shell.h"
-#include "test_maps.h"
 
 using d2s1r::test::run_command;
 using d2s1r::test::why_not;
@@ -140,7 +139,7 @@ TEST_F(Examples, TrackWithSignatureMapArrives)
 void save_flat(const std::string& file)
 {
 	mrpt::io::CFileGZOutputStream stream(file);
-	mrpt::serialization::archiveFrom(stream) << *d2s1r::test::make_map(kFlat);
+	mrpt::serialization::archiveFrom(stream) << *d2s1r::test::make_mrpt_map(kFlat);
 }
 
 TEST_F(Examples, SimulateThenLocalizeFindsTheSimulatedPath)
@@ -178,7 +177,7 @@ void write_carmen_log(const std::string& file)
 	int i = 0;
 	for (const auto& pose : flat_path())
 	{
-		const auto scan = d2s1r::test::make_observation(kFlat, pose, laser);
+		const auto scan = d2s1r::test::make_mrpt_observation(kFlat, pose, laser);
 		log << "FLASER 180";
 		for (std::size_t b = 0; b < scan.getScanSize(); b++) log << ' ' << scan.getScanRange(b);
 		for (int copy = 0; copy < 2; copy++) log << ' ' << pose.x << ' ' << pose.y << ' ' << pose.phi;
@@ -197,7 +196,7 @@ TEST_F(Examples, FollowRawlogGrabberLocalizesWhileItRecords)
 	laser.aperture = 1.5 * M_PI;
 	laser.max_range = 10;
 	laser.clockwise = true;  // as the driver takes it
-	const d2s1r::test::FakeLaser fake(d2s1r::test::make_observation(kFlat, robot, laser));
+	const d2s1r::test::FakeLaser fake(d2s1r::test::make_mrpt_observation(kFlat, robot, laser));
 	std::ofstream(path("laser.ini")) << "[global]\ntime_between_launches = 1\n[LASER]\ndriver = CSICKTim561Eth\n"
 	                                    "process_rate = 50\nsensorLabel = LASER\nip_address = 127.0.0.1\nTCP_port = "
 	                                 << fake.port() << '\n';

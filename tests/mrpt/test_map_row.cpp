@@ -3,8 +3,8 @@
 
 #include "made_hypotheses.h"
 #include "map_row.h"
+#include "mrpt_types.h"
 #include "particle_place.h"
-#include "test_maps.h"
 
 namespace d2s1r::test
 {
@@ -15,7 +15,7 @@ using pf::MapRow;
 
 CSignatureMap2D::ConstPtr room_at(double x)
 {
-	return CSignatureMap2D::Create(*make_map(make_picture_grid({"#####", "#...#", "#####"}, 1.0, x, 0)));
+	return CSignatureMap2D::Create(*make_mrpt_map(make_picture_grid({"#####", "#...#", "#####"}, 1.0, x, 0)));
 }
 
 Hypothesis in(const std::string& map, const TPose2D& pose, double probability)

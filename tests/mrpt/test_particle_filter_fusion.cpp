@@ -2,6 +2,7 @@
 #include <thread>
 
 #include "filter_on_a_floor.h"
+#include "mrpt_types.h"
 
 namespace d2s1r::test
 {
@@ -81,11 +82,12 @@ TEST(FilterInRooms, LeavesAPlaceThatHasAllWallsTheScanShowsAndMoreInBetween)
 	const TPose2D room{4, 4, 0}, hall{11.5, 4, 0};
 	const auto frame_at = [&](const TPose2D& truth)
 	{
-		Frame frame{truth, make_observation(world, truth), result_of({hypothesis_at(CPose2D(truth), 0.99)}), CPose2D()};
+		Frame frame{
+		    truth, make_mrpt_observation(world, truth), result_of({hypothesis_at(CPose2D(truth), 0.99)}), CPose2D()};
 		return frame;
 	};
 	CParticleFilterFusion filter;
-	filter.start({{CSignatureMap2D::Create(*make_map(floor))}}, {});
+	filter.start({{CSignatureMap2D::Create(*make_mrpt_map(floor))}}, {});
 	const Frame before = frame_at(room), after = frame_at(hall);
 	for (int i = 0; i < 5; i++)
 		expect_at(filter.step({before.scan, before.localization, before.odometry}).value(), room);
@@ -164,7 +166,7 @@ TEST_F(FilterOnAFloor, ACoveredSensorDoesNotMoveIt)
 	{
 		for (std::size_t beam = 0; beam < drive[i].scan.getScanSize(); beam++)
 			drive[i].scan.setScanRange(beam, 0.1F + 0.02F * static_cast<float>(beam % 10));
-		drive[i].localization = map()->localizer().localize(drive[i].scan);
+		drive[i].localization = map()->localizer().localize(scan_of(drive[i].scan));
 	}
 	const auto poses = follow(drive);
 	for (std::size_t i = 8; i < 16; i++) EXPECT_LT(distance_between(poses[i].pose, drive[i].truth), 0.8) << i;
@@ -178,7 +180,7 @@ TEST_F(FilterOnAFloor, AScanThatMayWellShowNothingOfTheMapDoesNotMoveIt)
 		Drive drive = drive_along(along_corridor(16));
 		for (std::size_t i = 8; i < 12; i++)
 		{
-			drive[i].scan = make_observation(kWorld, {7.6, 3.6, 0.8}, Laser());
+			drive[i].scan = make_mrpt_observation(kWorld, {7.6, 3.6, 0.8}, Laser());
 			drive[i].localization = result_of({hypothesis_at({7.6, 3.6, 0.8}, probability)});
 		}
 		const auto poses = follow(drive);

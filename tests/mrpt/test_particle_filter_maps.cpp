@@ -3,6 +3,7 @@
 #include <d2s1r/atlas.h>
 
 #include "filter_on_a_floor.h"
+#include "mrpt_types.h"
 
 namespace d2s1r::test
 {
@@ -41,7 +42,7 @@ class FilterOnTwoFloors : public FilterOnAFloor
 
 	static CSignatureMap2D::ConstPtr upper()
 	{
-		static const auto of_upper = CSignatureMap2D::Create(*make_map(make_upper()));
+		static const auto of_upper = CSignatureMap2D::Create(*make_mrpt_map(make_upper()));
 		return of_upper;
 	}
 
@@ -68,8 +69,8 @@ class FilterOnTwoFloors : public FilterOnAFloor
 			Laser laser;
 			laser.noise = 0.01;
 			laser.seed = static_cast<unsigned>(i + 1);
-			frame.scan = make_observation(frame.map == "floor" ? kWorld : kUpper, truth, laser);
-			frame.localization = atlas().localize(frame.scan);
+			frame.scan = make_mrpt_observation(frame.map == "floor" ? kWorld : kUpper, truth, laser);
+			frame.localization = atlas().localize(scan_of(frame.scan));
 			frame.odometry = CPose2D(1.03 * step, 0, 0);
 			drive.push_back(frame);
 		}
@@ -125,7 +126,7 @@ TEST_F(FilterOnTwoFloors, AnswersInOneOfThemAsIfItWereTheOnlyOne)
 		filter_.start(maps, {});
 		for (const FrameInMap& frame : drive)
 		{
-			Localization localization = map()->localizer().localize(frame.scan);
+			Localization localization = map()->localizer().localize(scan_of(frame.scan));
 			for (Hypothesis& hypothesis : localization.hypotheses) hypothesis.map = name;
 			poses.push_back(filter_.step({frame.scan, localization, frame.odometry}).value().pose);
 		}

@@ -2,6 +2,7 @@
 // Where the particles of the filter come from, and what they weigh.
 #include "filter_on_a_floor.h"
 #include "map/free_cells.h"
+#include "mrpt_types.h"
 
 namespace d2s1r::test
 {
@@ -13,7 +14,8 @@ Drive told(const std::vector<Localization>& localizations)
 	Drive drive;
 	for (const Localization& localization : localizations)
 	{
-		Frame frame{{-1, 6, 0}, make_observation(make_picture_grid({"."}, 1), {0.5, 0.5, 0}), localization, CPose2D()};
+		Frame frame{
+		    {-1, 6, 0}, make_mrpt_observation(make_picture_grid({"."}, 1), {0.5, 0.5, 0}), localization, CPose2D()};
 		drive.push_back(frame);
 	}
 	return drive;
@@ -126,7 +128,7 @@ TEST_F(FilterOnAFloor, LooksForPlacesThatNoScanShowedAmongTheFreeCells)
 {
 	Parameters few_cells;
 	few_cells.free_cells.clearance = 0.8;
-	const auto wide_places = CSignatureMap2D::Create(*make_map(kFloor), few_cells);
+	const auto wide_places = CSignatureMap2D::Create(*make_mrpt_map(kFloor), few_cells);
 	const auto cells = find_free_cells(kFloor, few_cells.free_cells);
 	const auto is_at_one = [&](const TPose2D& pose)
 	{

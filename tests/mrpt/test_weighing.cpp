@@ -5,7 +5,7 @@
 #include <array>
 
 #include "made_hypotheses.h"
-#include "test_maps.h"
+#include "mrpt_types.h"
 #include "weighing.h"
 
 namespace
@@ -14,8 +14,8 @@ namespace
 void expect_beams_of(const mrpt::obs::CObservation2DRangeScan& scan, std::size_t beams, std::size_t stride)
 {
 	const auto thin = d2s1r::pf::thinned(scan, beams);
-	const auto all = d2s1r::end_points(d2s1r::make_scan(scan, {}), 1000);
-	const auto few = d2s1r::end_points(d2s1r::make_scan(thin, {}), 1000);
+	const auto all = d2s1r::end_points(d2s1r::make_scan(d2s1r::scan_of(scan), {}), 1000);
+	const auto few = d2s1r::end_points(d2s1r::make_scan(d2s1r::scan_of(thin), {}), 1000);
 	ASSERT_EQ(all.size(), scan.getScanSize());
 	ASSERT_EQ(few.size(), (scan.getScanSize() - 1) / stride + 1);
 	// beams of a Scan are counter-clockwise: the first one of a clockwise observation is the last
@@ -31,8 +31,8 @@ TEST(ThinnedScan, KeepsWhichBeamsAreValid)
 {
 	d2s1r::test::Laser laser;
 	laser.beams = 181;
-	auto scan =
-	    d2s1r::test::make_observation(d2s1r::test::make_picture_grid({"###", "#.#", "###"}, 1.0), {1.5, 1.5, 0}, laser);
+	auto scan = d2s1r::test::make_mrpt_observation(
+	    d2s1r::test::make_picture_grid({"###", "#.#", "###"}, 1.0), {1.5, 1.5, 0}, laser);
 	for (std::size_t i = 0; i < scan.getScanSize(); i++) scan.setScanRangeValidity(i, i % 6 == 0);
 	const auto thin = d2s1r::pf::thinned(scan, 90);  // every third
 	ASSERT_EQ(thin.getScanSize(), 61U);
@@ -49,7 +49,7 @@ TEST(ThinnedScan, KeepsWhereBeamsEnd)
 	for (const bool clockwise : {false, true})
 	{
 		laser.clockwise = clockwise;
-		const auto scan = d2s1r::test::make_observation(room, {3.0, 2.0, 0.3}, laser);
+		const auto scan = d2s1r::test::make_mrpt_observation(room, {3.0, 2.0, 0.3}, laser);
 		expect_beams_of(scan, 90, 3);
 		expect_beams_of(scan, 40, 5);
 		expect_beams_of(scan, 25, 8);
@@ -76,7 +76,7 @@ std::vector<double> log_weights(const mrpt::poses::CPosePDFParticles& particles)
 d2s1r::pf::MapRow maps_with(const std::array<double, 4>& box)
 {
 	const d2s1r::Grid room = d2s1r::test::make_picture_grid({"####", "#..#", "####"}, 1.0);
-	const auto map = d2s1r::CSignatureMap2D::Create(*d2s1r::test::make_map(room));
+	const auto map = d2s1r::CSignatureMap2D::Create(*d2s1r::test::make_mrpt_map(room));
 	return d2s1r::pf::MapRow({{map, d2s1r::make_prior(box[0], box[1], box[2], box[3])}});
 }
 
@@ -120,10 +120,10 @@ TEST(WeighedByScan, AScanCountsAsFullyAsItsHypothesesAreRight)
 	d2s1r::test::Picture picture(40, "#" + std::string(78, '.') + "#");
 	picture.front() = picture.back() = std::string(80, '#');
 	const d2s1r::Grid room = d2s1r::test::make_picture_grid(picture, 0.1);
-	const d2s1r::pf::MapRow maps({{d2s1r::CSignatureMap2D::Create(*d2s1r::test::make_map(room))}});
+	const d2s1r::pf::MapRow maps({{d2s1r::CSignatureMap2D::Create(*d2s1r::test::make_mrpt_map(room))}});
 	const mrpt::math::TPose2D here{2, 2, 0.3}, there{5, 2, 0.3};
-	const auto scan = d2s1r::test::make_observation(room, here);
-	const auto points = d2s1r::end_points(d2s1r::make_scan(scan, {}), maps.likelihood_options().beams);
+	const auto scan = d2s1r::test::make_mrpt_observation(room, here);
+	const auto points = d2s1r::end_points(d2s1r::make_scan(d2s1r::scan_of(scan), {}), maps.likelihood_options().beams);
 	const double below = maps.log_likelihood(points, there) - maps.log_likelihood(points, here);
 	ASSERT_LT(below, -5);
 	const d2s1r::pf::Tuning tuning;

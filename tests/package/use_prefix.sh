@@ -17,8 +17,8 @@ echo "$answer"
 # The robot starts at 3.5 m, -10.2 m, -29 deg, and the scan leaves no doubt about it.
 [[ $answer =~ ^localized$'\n'(1|0\.9[0-9]*)\ at\ \(3\.[45][0-9]*,-10\.[123][0-9]*,-2[89] ]]
 
-pc_file=$(find "$prefix/lib" -name d2s1r.pc)
-read -ra flags < <(PKG_CONFIG_PATH=$(dirname "$pc_file") pkg-config --cflags --libs d2s1r)
+pc_file=$(find "$prefix/lib" -name d2s1r-mrpt.pc)
+read -ra flags < <(PKG_CONFIG_PATH=$(dirname "$pc_file") pkg-config --cflags --libs d2s1r-mrpt)
 g++ -std=c++17 "$example/one_scan.cpp" -o "$folder/one_scan" "${flags[@]}"
 libraries=$(dirname "$(find "$prefix/lib" -name libd2s1r.so)")
 [ "$(LD_LIBRARY_PATH=$libraries:${LD_LIBRARY_PATH:-} "$folder/one_scan" "${demo[@]}")" = "$answer" ]

@@ -3,7 +3,7 @@
 #pragma once
 
 #include <d2s1r/parameters.h>
-#include <mrpt/obs/CObservation2DRangeScan.h>
+#include <d2s1r/range_scan.h>
 
 #include <cmath>
 #include <vector>
@@ -18,17 +18,13 @@ inline ScanParameters few_beams()
 }
 
 /// Beams over half a turn, maximum range 10 m, first beam on the right.
-inline mrpt::obs::CObservation2DRangeScan record(const std::vector<float>& ranges)
+inline RangeScan record(const std::vector<float>& ranges)
 {
-	mrpt::obs::CObservation2DRangeScan observation;
+	RangeScan observation;
+	observation.ranges = ranges;
+	observation.valid.assign(ranges.size(), 1);
 	observation.aperture = static_cast<float>(M_PI);
-	observation.maxRange = 10;
-	observation.resizeScan(ranges.size());
-	for (std::size_t i = 0; i < ranges.size(); i++)
-	{
-		observation.setScanRange(i, ranges[i]);
-		observation.setScanRangeValidity(i, true);
-	}
+	observation.max_range = 10;
 	return observation;
 }
 }  // namespace d2s1r::test

@@ -4,7 +4,7 @@
 
 #include <d2s1r/CSignatureMap2D.h>
 
-#include "test_maps.h"
+#include "mrpt_types.h"
 
 namespace d2s1r::test
 {
@@ -23,6 +23,6 @@ inline const mrpt::math::TPose2D kTruth = {2.3, 1.2, 0.4};  // robot in map
 
 inline CSignatureMap2D make_signature_map()
 {
-	return CSignatureMap2D(*make_map(kGrid));
+	return CSignatureMap2D(*make_mrpt_map(kGrid));
 }
 }  // namespace d2s1r::test

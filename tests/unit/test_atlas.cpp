@@ -1,15 +1,15 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include <d2s1r/atlas.h>
-#include <d2s1r/for_programs.h>
+#include <d2s1r/gzip_file.h>
+#include <d2s1r/map_names.h>
 #include <d2s1r/window_localizer.h>
 #include <gtest/gtest.h>
-#include <mrpt/io/CFileGZOutputStream.h>
-#include <mrpt/serialization/CArchive.h>
 #include <sys/stat.h>
 
 #include <cmath>
 #include <functional>
 
+#include "mrpt_types.h"
 #include "test_files.h"
 #include "test_floor.h"
 
@@ -393,8 +393,9 @@ TEST(AtlasFile, IsLoadedWithTheParametersOfEachMap)
 	const TempFolder folder;
 	for (const auto& [name, grid] : {std::pair("floor", make_floor()), std::pair("annex", make_annex())})
 	{
-		mrpt::io::CFileGZOutputStream stream(folder.path(name + std::string(".gridmap.gz")));
-		mrpt::serialization::archiveFrom(stream) << *make_map(grid);
+		GzipFile file(folder.path(name + std::string(".gridmap.gz")));
+		file.write(*make_mrpt_map(grid));
+		file.commit();
 	}
 	folder.write("own.ini", "[scoring]\nhypotheses = 2\n");
 	const std::string file = folder.write(

@@ -25,16 +25,18 @@ const fs::path kProject = D2S1R_SOURCE_DIR;
 const std::map<std::string, std::set<std::string>> kMayInclude = {
     {"libs/base", {}},
     {"libs/d2s1r", {"libs/base"}},
-    {"libs/calibration", {"libs/d2s1r"}},
-    {"libs/ros", {"libs/base", "libs/d2s1r"}},
-    {"libs/logs", {"libs/base", "libs/d2s1r", "libs/ros"}},
-    {"libs/live", {"libs/base", "libs/d2s1r", "libs/calibration", "libs/ros"}},
-    {"plugins/pf-init", {"libs/base", "libs/d2s1r"}},
+    {"libs/mrpt", {"libs/base", "libs/d2s1r"}},
+    {"libs/calibration", {"libs/d2s1r", "libs/mrpt"}},
+    {"libs/ros", {"libs/base", "libs/d2s1r", "libs/mrpt"}},
+    {"libs/logs", {"libs/base", "libs/d2s1r", "libs/mrpt", "libs/ros"}},
+    {"libs/live", {"libs/base", "libs/d2s1r", "libs/mrpt", "libs/calibration", "libs/ros"}},
+    {"plugins/pf-init", {"libs/base", "libs/d2s1r", "libs/mrpt"}},
     {"python", {"libs/base", "libs/d2s1r"}},
     {"apps/shell", {"libs/base", "libs/ros", "libs/d2s1r"}},
     {"apps/d2s1r-live", {"libs/base", "libs/ros", "libs/d2s1r", "libs/live", "apps/shell"}},
     {"apps/d2s1r-live-ros1", {"libs/base", "libs/ros", "libs/d2s1r", "libs/live"}},
-    {"apps/rawlog-localize", {"libs/base", "libs/ros", "libs/logs", "libs/d2s1r", "libs/calibration", "apps/shell"}}};
+    {"apps/rawlog-localize",
+     {"libs/base", "libs/ros", "libs/logs", "libs/d2s1r", "libs/mrpt", "libs/calibration", "apps/shell"}}};
 
 bool is_source(const fs::path& file)
 {

@@ -88,21 +88,14 @@ TEST(Growth, OfScans)
 	    {
 		    auto scan = make_observation(world, {-1, 6, 0.3});
 		    const auto few = scan;
-		    scan.resizeScan(n);
-		    for (std::size_t i = 0; i < n; i++)
-		    {
-			    scan.setScanRange(i, few.getScanRange(i * few.getScanSize() / n));
-			    scan.setScanRangeValidity(i, true);
-		    }
+		    scan.ranges.resize(n);
+		    for (std::size_t i = 0; i < n; i++) scan.ranges[i] = few.ranges[i * few.size() / n];
+		    scan.valid.clear();  // all are
 		    return [scan] { on_floor().localize(scan); };
 	    });
 	auto endless = make_observation(world, {-1, 6, 0.3});
-	endless.resizeScan(200'000);
-	for (std::size_t i = 0; i < 200'000; i++)
-	{
-		endless.setScanRange(i, 1.0F);
-		endless.setScanRangeValidity(i, true);
-	}
+	endless.ranges.assign(200'000, 1.0F);
+	endless.valid.clear();
 	const Localization result = on_floor().localize(endless);
 	EXPECT_EQ(result.status, Status::kInvalid);
 	EXPECT_NE(result.note.find("beams"), std::string::npos) << result.note;

@@ -68,8 +68,7 @@ TEST_P(IndexFile, ALoadedIndexAnswersBitForBitAsTheBuiltOne)
 	EXPECT_EQ(loaded.grid().cells, built_.grid().cells);
 	EXPECT_EQ(loaded.free_cells(), built_.free_cells());
 	EXPECT_EQ(fingerprint_of_map(loaded.map()), fingerprint_of_map(built_.map()));
-	EXPECT_EQ(loaded.map().getXMax(), built_.map().getXMax());
-	EXPECT_FALSE(loaded.map().isEmpty());
+	EXPECT_EQ(loaded.map().end_x(), built_.map().end_x());
 }
 
 TEST_P(IndexFile, ALoadedIndexCanBeSavedAgain)
@@ -258,7 +257,7 @@ TEST_P(IndexFile, ASignatureMapTakesALoadedLocalizer)
 	const CSignatureMap2D made(*make_map(grid_), parameters_);
 	EXPECT_EQ(map.fingerprint(), made.fingerprint());
 	CSignatureMap2D drawn = map;
-	ASSERT_TRUE(drawn.insertObservation(make_observation(world_, poses_on_floor()[0])));
+	ASSERT_TRUE(drawn.insertObservation(make_mrpt_observation(world_, poses_on_floor()[0])));
 	EXPECT_EQ(map.fingerprint(), made.fingerprint()) << "a copy that is drawn into has cells of its own";
 	EXPECT_THROW(CSignatureMap2D(std::shared_ptr<const Localizer>()), std::invalid_argument);
 }
@@ -307,7 +306,7 @@ TEST(FingerprintOfMap, FollowsTheFilesAndTheCells)
 	const auto map = make_map(make_floor());
 	auto other = *map;
 	EXPECT_EQ(fingerprint_of_map(other), fingerprint_of_map(*map));
-	other.setCell(3, 3, other.getCell(3, 3) > 0.5F ? 0.1F : 0.9F);
+	other.row(3)[3] = OccupancyMap::cell_of(other.p_free(3, 3) > 0.5F ? 0.1F : 0.9F);
 	EXPECT_NE(fingerprint_of_map(other), fingerprint_of_map(*map));
 }
 }  // namespace d2s1r::test

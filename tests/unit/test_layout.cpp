@@ -13,6 +13,7 @@
 #include <iterator>
 #include <map>
 #include <memory>
+#include <regex>
 #include <set>
 #include <sstream>
 #include <string>
@@ -33,29 +34,38 @@ constexpr const char* kTooMany =
 
 /// The stages in their order; a file may include its own stage and those of a lower number. Stages of one number do not
 /// know of each other.
-const std::map<std::string, int> kStages = {{"base", 0},      {"scan", 1},    {"map", 2},  {"ranges", 3}, {"prior", 4},
-                                            {"answer", 5},    {"coarse", 6},  {"fine", 7}, {"engine", 8}, {"paper", 8},
-                                            {"localizer", 9}, {"frames", 10}, {"mrpt", 10}};
+const std::map<std::string, int> kStages = {{"base", 0},   {"scan", 1},   {"map", 2},       {"ranges", 3},
+                                            {"prior", 4},  {"answer", 5}, {"coarse", 6},    {"fine", 7},
+                                            {"engine", 8}, {"paper", 8},  {"localizer", 9}, {"frames", 10}};
 
 /// The stage of each public header that is not named like its folder.
 const std::map<std::string, std::string> kStageOfHeader = {
     {"parameters.h", "base"},
+    {"parameter_list.h", "base"},
+    {"simd_targets.h", "base"},
+    {"unusable_index.h", "base"},
+    {"range_scan.h", "scan"},
     {"scan.h", "scan"},
+    {"scan_defect.h", "scan"},
     {"scan_accumulator.h", "scan"},
+    {"occupancy_map.h", "map"},
     {"grid.h", "map"},
     {"map_io.h", "map"},
+    {"map_limits.h", "map"},
+    {"map_stream.h", "map"},
+    {"changed_map.h", "map"},
+    {"lost_cells.h", "map"},
+    {"likelihood_field.h", "ranges"},
     {"localization.h", "answer"},
     {"prior.h", "prior"},
     {"localizer.h", "localizer"},
+    {"memory_to_build.h", "localizer"},
+    {"allowed_cells.h", "localizer"},
     {"atlas.h", "localizer"},
     {"tracker.h", "frames"},
+    {"map_names.h", "localizer"},
     {"window_localizer.h", "frames"},
     {"motion.h", "frames"},
-    {"seeding.h", "mrpt"},
-    {"likelihood_field.h", "mrpt"},
-    {"CSignatureMap2D.h", "mrpt"},
-    {"CFusionBackend.h", "mrpt"},
-    {"for_programs.h", "base"},
     {"version.h", "base"}};
 
 std::vector<fs::path> files_below(const fs::path& folder)
@@ -151,6 +161,24 @@ TEST(Layout, FoldersOfTheProgramCanBeSurveyed)
 	}
 	EXPECT_GT(all, 20) << "the test must see the files";
 	EXPECT_LE(all, 80) << kTooMany;
+}
+
+/// Programs pick what they need, so that a header of several topics would hide which.
+TEST(Layout, PrivateHeadersHaveOneTopicEach)
+{
+	constexpr std::size_t kMostDeclarations = 4;  // of functions, constants and types
+	int checked = 0;
+	for (const fs::path& header : files_below(kLibrary / "private"))
+	{
+		if (header.filename() == "parameter_list.h") continue;  // a function a section
+		const std::string text = text_of(header);
+		const std::regex declaration("\n(struct|class|enum class|\\[\\[noreturn|[A-Za-z_:<>, ]+&? [a-z_]+\\()");
+		const auto count = std::distance(std::sregex_iterator(text.begin(), text.end(), declaration), {});
+		EXPECT_LE(static_cast<std::size_t>(count), kMostDeclarations)
+		    << header << " has several topics; cut it by topic";
+		checked++;
+	}
+	EXPECT_GT(checked, 5) << "the test must see the headers";
 }
 
 /// GCC 12.2 crashes on SVE, and a struct cannot hold its vectors.

@@ -104,8 +104,7 @@ TEST_F(OnFloor, AnyMountingFindsThePoseOfTheRobot)
 TEST_F(OnFloor, ACoveredSensorIsRejectedEvenIfEveryBeamMayEndAtAWall)
 {
 	auto covered = make_observation(world(), poses_on_floor().front(), laser_of(180));
-	for (std::size_t i = 0; i < covered.getScanSize(); i++)
-		covered.setScanRange(i, 0.1F + 0.02F * static_cast<float>(i % 10));
+	for (std::size_t i = 0; i < covered.size(); i++) covered.ranges[i] = 0.1F + 0.02F * static_cast<float>(i % 10);
 	const Localization result = localizer().localize(covered);
 	EXPECT_EQ(result.status, Status::kRejected);
 	EXPECT_NE(result.note.find("covered"), std::string::npos) << result.note;
@@ -118,8 +117,7 @@ TEST_F(OnFloor, NoiseAndPeopleDoNotHideThePose)
 		Laser laser;
 		laser.noise = 0.02;
 		auto observation = make_observation(world(), robot, laser);
-		for (std::size_t i = 100; i < 160; i++)
-			observation.setScanRange(i, std::min(observation.getScanRange(i), 0.7F));
+		for (std::size_t i = 100; i < 160; i++) observation.ranges[i] = std::min(observation.ranges[i], 0.7F);
 		const Localization result = localizer().localize(observation);
 		ASSERT_FALSE(result.hypotheses.empty()) << robot;
 		EXPECT_LT(distance_between(result.best().pose.asTPose(), robot), 0.05) << robot;

@@ -40,17 +40,16 @@ TEST_F(LocalizerContract, UnusableScansAreAStatusNotAnException)
 {
 	const auto good = make_observation(world_, poses_on_floor()[0]);
 	auto tilted = good, empty = good, blind = good, not_numbers = good, no_aperture = good;
-	tilted.sensorPose = mrpt::poses::CPose3D(0, 0, 0, 0, 0.5, 0);
-	empty.resizeScan(0);
+	tilted.sensor_on_robot = mrpt::poses::CPose3D(0, 0, 0, 0, 0.5, 0);
+	empty.ranges.clear();
 	no_aperture.aperture = 0;
-	for (std::size_t i = 0; i < good.getScanSize(); i++)
+	for (std::size_t i = 0; i < good.size(); i++)
 	{
-		blind.setScanRangeValidity(i, false);
-		blind.setScanRange(i, 0);
-		not_numbers.setScanRange(i, std::nanf(""));
+		blind.valid[i] = false;
+		blind.ranges[i] = 0;
+		not_numbers.ranges[i] = std::nanf("");
 	}
-	for (const auto& observation :
-	     {tilted, empty, blind, not_numbers, no_aperture, mrpt::obs::CObservation2DRangeScan()})
+	for (const auto& observation : {tilted, empty, blind, not_numbers, no_aperture, RangeScan()})
 	{
 		Localization result;
 		ASSERT_NO_THROW(result = localizer_.localize(observation));
@@ -136,7 +135,7 @@ TEST_F(LocalizerContract, ASensorThatIsNowhereOnTheRobotMakesNoScan)
 	      mrpt::poses::CPose3D(0, 0, 0, INFINITY, 0, 0), mrpt::poses::CPose3D(0, 1e300, 0, 0, 0, 0)})
 	{
 		auto elsewhere = observation;
-		elsewhere.sensorPose = pose;
+		elsewhere.sensor_on_robot = pose;
 		EXPECT_EQ(localizer_.localize(elsewhere).status, Status::kInvalid) << pose;
 	}
 }
@@ -172,7 +171,7 @@ TEST_F(LocalizerContract, ASearchThatIsStoppedSaysSo)
 
 TEST_F(LocalizerContract, ManyThreadsGetTheSameBits)
 {
-	std::vector<mrpt::obs::CObservation2DRangeScan> observations;
+	std::vector<RangeScan> observations;
 	for (const auto& robot : poses_on_floor())
 		observations.push_back(make_observation(world_, robot, laser_of(observations.size() % 2 == 0 ? 360 : 150)));
 	std::vector<std::vector<double>> expected;
@@ -217,7 +216,7 @@ TEST(LocalizerArguments, RefusesMapsItCannotUse)
 		parameters.method = method;
 		EXPECT_THROW(Localizer(make_map({"####", "#??#", "####"}, 0.5), parameters), std::invalid_argument);
 		EXPECT_THROW(Localizer(make_map({"????", "????"}, 0.5), parameters), std::invalid_argument);
-		EXPECT_THROW(Localizer(std::make_shared<mrpt::maps::COccupancyGridMap2D>(), parameters), std::invalid_argument);
+		EXPECT_THROW(Localizer(std::make_shared<OccupancyMap>(), parameters), std::invalid_argument);
 		parameters.free_cells.clearance = 2;
 		EXPECT_THROW(Localizer(make_map({"####", "#..#", "####"}, 0.5), parameters), std::invalid_argument);
 	}

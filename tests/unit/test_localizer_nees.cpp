@@ -14,17 +14,17 @@ namespace
 {
 /// A scan of walls that stand off the map, alike over nine neighbouring beams, by as much as tells as little as the
 /// range_noise of independent beams.
-mrpt::obs::CObservation2DRangeScan make_noisy(
+RangeScan make_noisy(
     const Grid& world, const mrpt::math::TPose2D& robot, const RefinementParameters& parameters, std::mt19937& random)
 {
 	auto observation = make_observation(world, robot);
 	constexpr std::size_t kAlike = 9;
 	std::normal_distribution<double> noise(0, parameters.range_noise / std::sqrt(static_cast<double>(kAlike)));
 	double error = 0;
-	for (std::size_t i = 0; i < observation.getScanSize(); i++)
+	for (std::size_t i = 0; i < observation.size(); i++)
 	{
 		if (i % kAlike == 0) error = noise(random);
-		const double range = static_cast<double>(observation.getScanRange(i));
+		const double range = static_cast<double>(observation.ranges[i]);
 		const double angle =
 		    robot.phi - 0.5 * static_cast<double>(observation.aperture) + kDegree * static_cast<double>(i);
 		// walls run along x or y: the one whose surface, on a line of the grid, is hit
@@ -32,7 +32,7 @@ mrpt::obs::CObservation2DRangeScan make_noisy(
 		const double y = (robot.y + range * std::sin(angle) - world.origin_y) / world.cell_size;
 		const bool along_y = std::abs(x - std::round(x)) < std::abs(y - std::round(y));
 		const double incidence = std::max(0.1, std::abs(along_y ? std::cos(angle) : std::sin(angle)));
-		observation.setScanRange(i, static_cast<float>(std::max(0.01, range + error / incidence)));
+		observation.ranges[i] = static_cast<float>(std::max(0.01, range + error / incidence));
 	}
 	return observation;
 }

@@ -3,12 +3,13 @@
 #pragma once
 
 #include <d2s1r/grid.h>
-#include <mrpt/maps/COccupancyGridMap2D.h>
+#include <d2s1r/range_scan.h>
 #include <mrpt/math/TPose2D.h>
-#include <mrpt/obs/CObservation2DRangeScan.h>
+#include <mrpt/poses/CPose2D.h>
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <random>
 #include <stdexcept>
 #include <string>
@@ -50,33 +51,27 @@ inline Grid make_picture_grid(const Picture& picture, double cell_size, double o
 	return grid;
 }
 
-/// The grid as an MRPT map. \param grid with an origin at a multiple of the cell size
-inline mrpt::maps::COccupancyGridMap2D::Ptr make_map(const Grid& grid)
+/// The grid as a map.
+inline std::shared_ptr<OccupancyMap> make_map(const Grid& grid)
 {
-	auto map = mrpt::maps::COccupancyGridMap2D::Create();
-	map->setSize(
-	    static_cast<float>(grid.origin_x), static_cast<float>(grid.origin_x + grid.width * grid.cell_size),
-	    static_cast<float>(grid.origin_y), static_cast<float>(grid.origin_y + grid.height * grid.cell_size),
-	    static_cast<float>(grid.cell_size), 0.5F);
-	for (int y = 0; y < grid.height; y++)
-		for (int x = 0; x < grid.width; x++)
-		{
-			const Cell cell = grid.at(x, y);
-			if (cell != Cell::kUnknown) map->setCell(x, y, cell == Cell::kFree ? 0.99F : 0.01F);  // P(free)
-		}
+	const auto map = std::make_shared<OccupancyMap>(
+	    unknown_map(grid.width, grid.height, grid.cell_size, grid.origin_x, grid.origin_y));
+	for (std::size_t i = 0; i < grid.cells.size(); i++)
+		if (const Cell cell = grid.cells[i]; cell != Cell::kUnknown)
+			map->cells[i] = OccupancyMap::cell_of(cell == Cell::kFree ? 0.99F : 0.01F);
 	return map;
 }
 
-inline mrpt::maps::COccupancyGridMap2D::Ptr make_map(
+inline std::shared_ptr<OccupancyMap> make_map(
     const Picture& picture, double cell_size, double origin_x = 0, double origin_y = 0)
 {
 	return make_map(make_picture_grid(picture, cell_size, origin_x, origin_y));
 }
 
-/// P(occupied) of a cell, to the resolution of MRPT's log-odds.
-inline double p_occupied(const mrpt::maps::COccupancyGridMap2D& map, int x, int y)
+/// P(occupied) of a cell, to the resolution of its log-odds.
+inline double p_occupied(const OccupancyMap& map, int x, int y)
 {
-	return 1.0 - static_cast<double>(map.getCell(x, y));
+	return 1.0 - static_cast<double>(map.p_free(x, y));
 }
 
 /// Each character of `picture` as factor x factor characters.
@@ -137,19 +132,16 @@ struct Laser
 };
 
 /// What the laser records at `robot` (map frame). Beams without a return are flagged invalid, with range max_range.
-inline mrpt::obs::CObservation2DRangeScan make_observation(
-    const Grid& grid, const mrpt::math::TPose2D& robot, const Laser& laser = {})
+inline RangeScan make_observation(const Grid& grid, const mrpt::math::TPose2D& robot, const Laser& laser = {})
 {
-	mrpt::obs::CObservation2DRangeScan observation;
+	RangeScan observation;
 	observation.aperture = static_cast<float>(laser.aperture);
-	observation.rightToLeft = !laser.clockwise;
-	observation.maxRange = static_cast<float>(laser.max_range);
-	observation.sensorPose = laser.on_robot;
-	observation.sensorLabel = "LASER";
-	observation.resizeScan(laser.beams);
+	observation.right_to_left = !laser.clockwise;
+	observation.max_range = static_cast<float>(laser.max_range);
+	observation.sensor_on_robot = laser.on_robot;
 	std::mt19937 generator(laser.seed);
 	std::normal_distribution<double> error(0, laser.noise > 0 ? laser.noise : 1);
-	const auto sensor = mrpt::poses::CPose3D(robot) + laser.on_robot;
+	const auto sensor = mrpt::poses::CPose3D(mrpt::poses::CPose2D(robot)) + laser.on_robot;
 	for (std::size_t i = 0; i < laser.beams; i++)
 	{
 		const double turn = -0.5 * laser.aperture + laser.aperture * static_cast<double>(i) /
@@ -159,8 +151,8 @@ inline mrpt::obs::CObservation2DRangeScan make_observation(
 		double range = cast_exactly(grid, sensor.x(), sensor.y(), std::atan2(ahead.y, ahead.x), laser.max_range);
 		const bool is_return = range < laser.max_range;
 		if (is_return && laser.noise > 0) range = std::clamp(range + error(generator), 1e-3, laser.max_range - 1e-3);
-		observation.setScanRange(i, static_cast<float>(range));
-		observation.setScanRangeValidity(i, is_return);
+		observation.ranges.push_back(static_cast<float>(range));
+		observation.valid.push_back(is_return ? 1 : 0);
 	}
 	return observation;
 }

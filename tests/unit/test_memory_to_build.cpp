@@ -1,12 +1,11 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include <d2s1r/for_programs.h>
 #include <d2s1r/localizer.h>
+#include <d2s1r/memory_to_build.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "map/occupancy_map.h"
 #include "test_maps.h"
 
 namespace d2s1r::test
@@ -14,18 +13,18 @@ namespace d2s1r::test
 namespace
 {
 /// A hall of 800 x 800 cells; what is right of column `known` is unknown.
-mrpt::maps::COccupancyGridMap2D::Ptr hall(double cell_size, int known)
+std::shared_ptr<OccupancyMap> hall(double cell_size, int known)
 {
 	constexpr int kSide = 800;
-	auto map = make_unknown_map(kSide, kSide, cell_size, 0, 0);
+	auto map = std::make_shared<OccupancyMap>(unknown_map(kSide, kSide, cell_size, 0, 0));
 	for (int y = 0; y < kSide; y++)
 		for (int x = 0; x < known; x++)
-			map->setCell(x, y, x == 0 || y == 0 || x == known - 1 || y == kSide - 1 ? 0.0F : 1.0F);
+			map->row(y)[x] = OccupancyMap::cell_of(x == 0 || y == 0 || x == known - 1 || y == kSide - 1 ? 0.0F : 1.0F);
 	return map;
 }
 
 /// How much memory [byte] this process gets more, at most, when it builds a localizer; in a process of its own.
-double memory_taken(const mrpt::maps::COccupancyGridMap2D::Ptr& map, const Parameters& parameters)
+double memory_taken(const std::shared_ptr<OccupancyMap>& map, const Parameters& parameters)
 {
 	int ends[2];
 	if (pipe(ends) != 0) throw std::runtime_error("no pipe");
@@ -50,7 +49,7 @@ double memory_taken(const mrpt::maps::COccupancyGridMap2D::Ptr& map, const Param
 
 /// Expects that memory_to_build() is right about a map.
 void expect_foreseen(
-    const mrpt::maps::COccupancyGridMap2D::Ptr& map, const std::string& what, const Parameters& parameters = {})
+    const std::shared_ptr<OccupancyMap>& map, const std::string& what, const Parameters& parameters = {})
 {
 	const double taken = memory_taken(map, parameters),
 	             foreseen = static_cast<double>(memory_to_build(*map, parameters));
@@ -67,7 +66,7 @@ TEST(MemoryToBuild, IsWhatALocalizerTakes)
 	for (const double cell_size : {0.02, 0.1}) expect_foreseen(hall(cell_size, 800), std::to_string(cell_size));
 	const auto smeared = hall(0.05, 600);
 	for (int y = 100; y < 700; y++)
-		for (int x = 300; x < 306; x++) smeared->setCell(x, y, 0.0F);
+		for (int x = 300; x < 306; x++) smeared->row(y)[x] = OccupancyMap::cell_of(0.0F);
 	expect_foreseen(smeared, "partly unknown, with a thick wall, which is read in two ways");
 	Parameters parameters;
 	parameters.coarse_search.spacing = 0.1;

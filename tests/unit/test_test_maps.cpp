@@ -24,12 +24,12 @@ TEST(TestMaps, PictureIsDrawnWithItsFirstLineOnTop)
 TEST(TestMaps, MapHasThePicturesCells)
 {
 	const auto map = make_map(kRoom, 0.25, -1.0, 2.0);
-	EXPECT_EQ(map->getSizeX(), 6U);
-	EXPECT_EQ(map->getSizeY(), 4U);
-	EXPECT_FLOAT_EQ(map->getXMin(), -1.0F);
-	EXPECT_FLOAT_EQ(map->getYMin(), 2.0F);
-	EXPECT_GT(map->getCell(1, 1), 0.9F);
-	EXPECT_LT(map->getCell(0, 1), 0.1F);
+	EXPECT_EQ(map->width, 6);
+	EXPECT_EQ(map->height, 4);
+	EXPECT_FLOAT_EQ(map->origin_x, -1.0F);
+	EXPECT_FLOAT_EQ(map->origin_y, 2.0F);
+	EXPECT_GT(map->p_free(1, 1), 0.9F);
+	EXPECT_LT(map->p_free(0, 1), 0.1F);
 }
 
 TEST(TestMaps, RaysEndAtTheWall)
@@ -49,18 +49,18 @@ TEST(TestMaps, ObservationSeesTheRoomFromTheSensor)
 	laser.aperture = M_PI;
 	laser.on_robot = mrpt::poses::CPose3D(1.0, 0, 0);
 	const auto left_turned = make_observation(grid, {2.0, 1.5, 0.0}, laser);
-	EXPECT_NEAR(left_turned.getScanRange(0), 0.5, 1e-6);
-	EXPECT_NEAR(left_turned.getScanRange(1), 2.0, 1e-6);
-	EXPECT_NEAR(left_turned.getScanRange(2), 1.5, 1e-6);
+	EXPECT_NEAR(left_turned.ranges[0], 0.5, 1e-6);
+	EXPECT_NEAR(left_turned.ranges[1], 2.0, 1e-6);
+	EXPECT_NEAR(left_turned.ranges[2], 1.5, 1e-6);
 
 	laser.on_robot = mrpt::poses::CPose3D(1.0, 0, 0, 0, 0, M_PI);
-	EXPECT_NEAR(make_observation(grid, {2.0, 1.5, 0.0}, laser).getScanRange(0), 1.5, 1e-6);
+	EXPECT_NEAR(make_observation(grid, {2.0, 1.5, 0.0}, laser).ranges[0], 1.5, 1e-6);
 }
 
 TEST(TestMaps, BeamsWithoutReturnAreFlagged)
 {
 	const auto observation = make_observation(make_picture_grid({"..", ".."}, 1.0), {1, 1, 0});
-	EXPECT_FALSE(observation.getScanRangeValidity(0));
-	EXPECT_FLOAT_EQ(observation.getScanRange(0), 30.0F);
+	EXPECT_FALSE(observation.is_valid(0));
+	EXPECT_FLOAT_EQ(observation.ranges[0], 30.0F);
 }
 }  // namespace d2s1r::test

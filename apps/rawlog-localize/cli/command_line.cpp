@@ -2,7 +2,7 @@
 #include "cli/command_line.h"
 
 #include <CLI/CLI.hpp>
-#include <d2s1r/for_programs.h>
+#include <d2s1r/simd_targets.h>
 #include <d2s1r/version.h>
 #include <shell/errors.h>
 #include <shell/options.h>

@@ -1,7 +1,8 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/diagnosis.h"
 
-#include <d2s1r/for_programs.h>
+#include <d2s1r/changed_map.h>
+#include <d2s1r/lost_cells.h>
 #include <mrpt/core/format.h>
 #include <mrpt/math/wrap2pi.h>
 #include <shell/indexed_maps.h>
@@ -219,8 +220,8 @@ std::vector<std::string> advice_by_truth(
 		    fit +
 		    mrpt::format(
 		        "the origin of the map is (%.2f, %.2f) instead of (%.2f, %.2f) m: --origin, or origin in the yaml file",
-		        static_cast<double>(map.getXMin()) - x, static_cast<double>(map.getYMin()) - y,
-		        static_cast<double>(map.getXMin()), static_cast<double>(map.getYMin()))};
+		        static_cast<double>(map.origin_x) - x, static_cast<double>(map.origin_y) - y,
+		        static_cast<double>(map.origin_x), static_cast<double>(map.origin_y))};
 	if (share_near(offsets, 0, 0) < kMostOfThem && std::abs(turned) < 45) return {};
 	const bool by_half_a_beam = is_half_a_beam(*samples.chosen.front().scan.observation, yaws, turn);
 	if (!by_half_a_beam && std::abs(turned) < 45) return {};

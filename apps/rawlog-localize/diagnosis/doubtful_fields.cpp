@@ -1,7 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/doubtful_fields.h"
 
-#include <d2s1r/for_programs.h>
+#include <d2s1r/scan_defect.h>
 #include <mrpt/core/format.h>
 #include <mrpt/math/wrap2pi.h>
 
@@ -147,7 +147,7 @@ namespace
 /// Returns what keeps a scan of the log from being used.
 ScanDefect defect_of(const LoggedScan& scan, const ScanParameters& parameters)
 {
-	if (scan.unusable.text.empty()) return d2s1r::defect_of(*scan.observation, parameters, scan.sweep);
+	if (scan.unusable.text.empty()) return d2s1r::defect_of(d2s1r::scan_of(*scan.observation), parameters, scan.sweep);
 	switch (scan.unusable.field)
 	{
 		case logs::ScanDoubt::Field::kAngles:

@@ -62,22 +62,21 @@ class LastScans
 		const double time = logs::to_seconds(scan->timestamp);
 		for (auto other = scans_.begin(); other != scans_.end();)
 		{
-			const double off = std::abs(time - logs::to_seconds(other->second.observation->timestamp));
+			const double off = std::abs(time - other->second.first);
 			other = off > 2 * kOldest ? scans_.erase(other) : std::next(other);
 		}
-		scans_[scan->sensorLabel] = {scan, robot_at(time), sweep};
+		scans_[scan->sensorLabel] = {
+		    time, {std::make_shared<const RangeScan>(d2s1r::scan_of(*scan)), robot_at(time), sweep}};
 	}
 
 	/// Returns the scans that are at most 0.5 s older than the last one of the laser `label`, which is the last of
 	/// them.
 	Lasers with(const std::string& label) const
 	{
-		const PlacedObservation& newest = scans_.at(label);
-		const double now = logs::to_seconds(newest.observation->timestamp);
+		const auto& [now, newest] = scans_.at(label);
 		Lasers lasers;
-		for (const auto& [other, placed] : scans_)
-			if (other != label && std::abs(now - logs::to_seconds(placed.observation->timestamp)) <= kOldest)
-				lasers.push_back(placed);
+		for (const auto& [other, timed] : scans_)
+			if (other != label && std::abs(timed.first - now) <= kOldest) lasers.push_back(timed.second);
 		lasers.push_back(newest);
 		return lasers;
 	}
@@ -98,7 +97,7 @@ class LastScans
 
 	mrpt::poses::CPose2D robot_, before_;  //!< by the last reading of the odometry and the one before, in its frame
 	double time_ = 0, time_before_ = 0;    //!< [s] of these; 0 without a time
-	std::map<std::string, PlacedObservation> scans_;
+	std::map<std::string, std::pair<double, PlacedObservation>> scans_;  //!< with their times [s]
 };
 
 /// An object of the log with its scans that are to be localized.

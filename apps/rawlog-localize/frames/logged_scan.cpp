@@ -18,7 +18,7 @@ LoggedScan logged_scan(ScanPtr observation, const logs::ScanDetails& details)
 
 Scan scan_of(const LoggedScan& logged, const ScanParameters& parameters)
 {
-	if (logged.unusable.text.empty()) return make_scan(*logged.observation, parameters, logged.sweep);
+	if (logged.unusable.text.empty()) return make_scan(d2s1r::scan_of(*logged.observation), parameters, logged.sweep);
 	Scan unusable;
 	unusable.invalid_because = logged.unusable.text;
 	return unusable;
@@ -30,7 +30,8 @@ ScanPtr observation_of(const LoggedScan& logged)
 	if (logged.unusable.text.empty())
 		return logged.sweep.is_instant()
 		           ? logged.observation
-		           : std::make_shared<CObservation2DRangeScan>(at_one_time(*logged.observation, logged.sweep));
+		           : std::make_shared<CObservation2DRangeScan>(d2s1r::observation_of(
+		                 at_one_time(d2s1r::scan_of(*logged.observation), logged.sweep), *logged.observation));
 	auto blind = std::make_shared<CObservation2DRangeScan>(*logged.observation);
 	for (std::size_t i = 0; i < blind->getScanSize(); i++) blind->setScanRangeValidity(i, false);
 	for (std::size_t i = 0; i < blind->getScanSize(); i++) blind->setScanRange(i, 0);

@@ -1,6 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <d2s1r/mrpt.h>
 #include <d2s1r/scan.h>
 #include <logs/log.h>
 #include <mrpt/obs/CObservation2DRangeScan.h>

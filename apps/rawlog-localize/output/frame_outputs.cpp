@@ -291,7 +291,7 @@ void FrameOutputs::add(const Frame& frame, mrpt::obs::CObservation2DRangeScan::C
 	frames_.add(frame);
 }
 
-void FrameOutputs::finish(const mrpt::maps::COccupancyGridMap2D& map)
+void FrameOutputs::finish(const OccupancyMap& map)
 {
 	for (auto& file : files_) file.finish();
 	if (rawlog_) rawlog_->finish();

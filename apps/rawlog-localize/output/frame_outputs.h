@@ -2,6 +2,7 @@
 #pragma once
 
 #include <base/output_file.h>
+#include <d2s1r/gzip_file.h>
 #include <logs/log.h>
 
 #include <deque>
@@ -73,7 +74,7 @@ class FrameOutputs
 	void add(const Frame& frame, mrpt::obs::CObservation2DRangeScan::ConstPtr scan);
 
 	/// Writes all to the disk. \param map for pf-localization
-	void finish(const mrpt::maps::COccupancyGridMap2D& map);
+	void finish(const OccupancyMap& map);
 	/// Gives the finished files their names.
 	void commit();
 

@@ -1,8 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "output/pf_pipeline.h"
 
-#include <d2s1r/map_io.h>
-#include <d2s1r/motion.h>
 #include <mrpt/core/bits_math.h>
 #include <mrpt/obs/CActionCollection.h>
 #include <mrpt/obs/CSensoryFrame.h>
@@ -68,11 +66,11 @@ void PfPipeline::add(const Frame& frame, const mrpt::obs::CObservation2DRangeSca
 	rawlog_.write(observations);
 }
 
-void PfPipeline::finish(const mrpt::maps::COccupancyGridMap2D& map)
+void PfPipeline::finish(const OccupancyMap& map)
 {
 	if (!first_) return;
 	rawlog_.finish();
-	map_.write(on_whole_cells(map));
+	map_.write(on_whole_cells(*mrpt_grid_of(map)));
 	map_.finish();
 	write_ini();
 	ini_.finish();

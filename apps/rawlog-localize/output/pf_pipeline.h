@@ -2,7 +2,8 @@
 #pragma once
 
 #include <base/output_file.h>
-#include <mrpt/maps/COccupancyGridMap2D.h>
+#include <d2s1r/gzip_file.h>
+#include <d2s1r/mrpt.h>
 
 #include <array>
 #include <optional>
@@ -36,7 +37,7 @@ class PfPipeline
 	void add(const Frame& frame, const mrpt::obs::CObservation2DRangeScan& scan);
 
 	/// Writes all to the disk. \throws UserError (kBadOutput)
-	void finish(const mrpt::maps::COccupancyGridMap2D& map);
+	void finish(const OccupancyMap& map);
 	/// Gives the finished files their names. There are none if no frame was localized. \throws UserError (kBadOutput)
 	void commit();
 

@@ -1,5 +1,5 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include <d2s1r/for_programs.h>
+#include <d2s1r/simd_targets.h>
 #include <d2s1r/version.h>
 #include <mrpt/core/format.h>
 #include <mrpt/system/os.h>

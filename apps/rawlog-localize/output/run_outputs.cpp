@@ -190,10 +190,10 @@ RunOutputs::RunOutputs(const CommandLine& command)
 	remove_abandoned(command.output.folder, names_in_folder());
 }
 
-void RunOutputs::save_map(const mrpt::maps::COccupancyGridMap2D& grid, const Parameters& parameters)
+void RunOutputs::save_map(const OccupancyMap& map, const Parameters& parameters)
 {
 	if (!saved_map_) return;
-	saved_map_->write(CSignatureMap2D(grid, parameters));
+	saved_map_->write(CSignatureMap2D(map, parameters));
 	saved_map_->commit();
 }
 

@@ -79,7 +79,7 @@ class RunOutputs
 	ReportHtml& page() { return page_; }
 
 	/// Writes the file of --save-map, if there is one.
-	void save_map(const mrpt::maps::COccupancyGridMap2D& grid, const Parameters& parameters);
+	void save_map(const OccupancyMap& map, const Parameters& parameters);
 
 	/// Writes all files that tell of the whole run, removes those of an earlier run from the folder and gives the new
 	/// ones their names.

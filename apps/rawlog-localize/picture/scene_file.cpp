@@ -1,8 +1,8 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "picture/scene_file.h"
 
-#include <base/output_file.h>
-#include <d2s1r/version.h>
+#include <d2s1r/gzip_file.h>
+#include <d2s1r/mrpt_version.h>
 
 #include "picture/canvas.h"
 #include "picture/map_view.h"

@@ -3,6 +3,7 @@
 
 #include <base/output_file.h>
 #include <d2s1r/grid.h>
+#include <d2s1r/gzip_file.h>
 
 #include <string>
 #include <vector>

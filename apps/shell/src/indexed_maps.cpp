@@ -3,7 +3,8 @@
 
 #include <base/output_file.h>
 #include <base/own_process.h>
-#include <d2s1r/for_programs.h>
+#include <d2s1r/memory_to_build.h>
+#include <d2s1r/unusable_index.h>
 #include <mrpt/core/format.h>
 #include <unistd.h>
 
@@ -17,21 +18,19 @@ namespace d2s1r::app
 {
 namespace
 {
-using MrptGrid = mrpt::maps::COccupancyGridMap2D;
-
 /// Returns what is wrong with a region if it lies outside the map; else an empty text.
-std::string fault_of_region(const Prior& prior, const MrptGrid& map)
+std::string fault_of_region(const Prior& prior, const OccupancyMap& map)
 {
 	for (const PoseBox& box : prior.boxes)
-		if (box.least_x > map.getXMax() || box.greatest_x < map.getXMin() || box.least_y > map.getYMax() ||
-		    box.greatest_y < map.getYMin())
+		if (box.least_x > map.end_x() || box.greatest_x < static_cast<double>(map.origin_x) ||
+		    box.least_y > map.end_y() || box.greatest_y < static_cast<double>(map.origin_y))
 			return mrpt::format(
-			    "lies outside the map, which reaches from %.2f,%.2f to %.2f,%.2f m; name a region in it", map.getXMin(),
-			    map.getYMin(), map.getXMax(), map.getYMax());
+			    "lies outside the map, which reaches from %.2f,%.2f to %.2f,%.2f m; name a region in it",
+			    static_cast<double>(map.origin_x), static_cast<double>(map.origin_y), map.end_x(), map.end_y());
 	return {};
 }
 
-void check_region(const MapSource& source, const MrptGrid& map)
+void check_region(const MapSource& source, const OccupancyMap& map)
 {
 	const std::string fault = fault_of_region(source.entry.region, map);
 	if (fault.empty()) return;
@@ -111,7 +110,7 @@ IndexedMap load_index(const std::string& file, std::uint64_t fingerprint, const 
 /// A map file that has been read.
 struct ReadMap
 {
-	MrptGrid::ConstPtr grid;
+	std::shared_ptr<const OccupancyMap> map;
 	double memory = 0;  //!< [byte] that its index takes about
 };
 
@@ -121,19 +120,19 @@ ReadMap read_map(const MapSource& source, const Wait& wait)
 	const auto read = std::make_shared<ReadMap>();
 	const auto load = [read, file = source.entry.file, image = source.image, parameters = source.parameters]
 	{
-		read->grid = load_grid(file, image, parameters.grid);
-		read->memory = memory_of_index(*read->grid, parameters);
+		read->map = load_map_apart(file, image, parameters.grid);
+		read->memory = memory_of_index(*read->map, parameters);
 	};
 	on_map_file(source.entry.file, [&] { wait(source.entry.file, "loading the map", load); });
-	check_region(source, *read->grid);
+	check_region(source, *read->map);
 	return *read;
 }
 
 std::shared_ptr<const Localizer> build_index(const MapSource& source, const ReadMap& read, const Wait& wait)
 {
 	const auto built = std::make_shared<std::shared_ptr<const Localizer>>();
-	const auto build = [built, grid = read.grid, parameters = source.parameters, threads = source.threads]
-	{ *built = std::make_shared<const Localizer>(grid, parameters, threads); };
+	const auto build = [built, map = read.map, parameters = source.parameters, threads = source.threads]
+	{ *built = std::make_shared<const Localizer>(map, parameters, threads); };
 	const std::string size = read.memory >= 1e9 ? " (about " + text_of_memory(read.memory) + ")" : "";
 	on_map_file(source.entry.file, [&] { wait(source.entry.file, "building the index of the map" + size, build); });
 	return *built;
@@ -195,15 +194,15 @@ class MapReader
 };
 }  // namespace
 
-double memory_of_index(const MrptGrid& grid, const Parameters& parameters)
+double memory_of_index(const OccupancyMap& map, const Parameters& parameters)
 {
-	const auto needed = static_cast<double>(memory_to_build(grid, parameters));
+	const auto needed = static_cast<double>(memory_to_build(map, parameters));
 	const auto available = static_cast<double>(available_memory());
 	if (needed > available)
 		throw std::runtime_error(mrpt::format(
 		    "the index of %u x %u cells takes about %s and there are %s of memory; use a coarser or smaller map",
-		    static_cast<unsigned>(grid.getSizeX()), static_cast<unsigned>(grid.getSizeY()),
-		    text_of_memory(needed).c_str(), text_of_memory(available).c_str()));
+		    static_cast<unsigned>(map.width), static_cast<unsigned>(map.height), text_of_memory(needed).c_str(),
+		    text_of_memory(available).c_str()));
 	return needed;
 }
 
@@ -215,7 +214,7 @@ std::shared_ptr<const Localizer> build_map(const MapSource& source, const Wait& 
 std::vector<IndexedMap> load_maps(const std::vector<MapSource>& sources, const Wait& wait)
 {
 	std::vector<IndexedMap> maps;
-	std::vector<ReadMap> to_build;  // with a null grid if the index was loaded
+	std::vector<ReadMap> to_build;  // with a null map if the index was loaded
 	std::vector<std::optional<std::uint64_t>> fingerprints;
 	MapReader reader(sources, wait);
 	for (const MapSource& source : sources)

@@ -2,9 +2,7 @@
 #include "map_loading.h"
 
 #include <base/own_process.h>
-#include <d2s1r/CSignatureMap2D.h>
-#include <mrpt/maps/registerAllClasses.h>
-#include <mrpt/serialization/CSerializable.h>
+#include <d2s1r/map_stream.h>
 
 #include <algorithm>
 #include <cstdint>
@@ -16,8 +14,6 @@ namespace d2s1r::app
 {
 namespace
 {
-using MrptGrid = mrpt::maps::COccupancyGridMap2D;
-
 /// Returns what loading a map file may take, which is far more than loading a sound one does.
 ProcessLimits limits_of_map(const std::string& file)
 {
@@ -34,7 +30,7 @@ ProcessLimits limits_of_map(const std::string& file)
 /// A map file is loaded in a process of its own, and the map arrives as records: a letter and what it is about.
 enum MapRecord : char
 {
-	kMapRecord = 'm',   //!< the next part of a serialized CSignatureMap2D, which keeps the grid to the last bit
+	kMapRecord = 'm',   //!< the next part of what write_map() writes
 	kErrorRecord = 'e'  //!< why the file cannot be loaded
 };
 
@@ -44,13 +40,14 @@ void tell_map(
 {
 	try
 	{
-		const CSignatureMap2D map(*load_map(file, parameters, image));
-		std::vector<std::uint8_t> bytes;
-		mrpt::serialization::ObjectToOctetVector(&map, bytes);
 		constexpr std::size_t kPart = 1 << 20;  // [byte]
-		for (std::size_t i = 0; i < bytes.size(); i += kPart)
-			send(std::string(1, kMapRecord)
-			         .append(reinterpret_cast<const char*>(bytes.data()) + i, std::min(kPart, bytes.size() - i)));
+		write_map(
+		    *load_map(file, parameters, image),
+		    [&](const char* bytes, std::size_t count)
+		    {
+			    for (std::size_t i = 0; i < count; i += kPart)
+				    send(std::string(1, kMapRecord).append(bytes + i, std::min(kPart, count - i)));
+		    });
 	}
 	catch (const std::bad_alloc&)
 	{
@@ -63,11 +60,10 @@ void tell_map(
 }
 }  // namespace
 
-MrptGrid::ConstPtr load_grid(
+std::shared_ptr<const OccupancyMap> load_map_apart(
     const std::string& file, const std::optional<ImageGeometry>& image, const GridParameters& parameters)
 {
-	std::vector<std::uint8_t> bytes;
-	std::string error;
+	std::string bytes, error;
 	const ProcessLimits limits = limits_of_map(file);
 	const ProcessEnd end = run_in_own_process(
 	    limits, [&](const Send& send) { tell_map(file, image, parameters, send); },
@@ -76,7 +72,7 @@ MrptGrid::ConstPtr load_grid(
 		    if (record[0] == kErrorRecord)
 			    error = record.substr(1);
 		    else
-			    bytes.insert(bytes.end(), record.begin() + 1, record.end());
+			    bytes.append(record, 1);
 	    },
 	    [] { return false; });  // whoever gives up waiting ends this process, and the other one with it
 	if (!error.empty()) throw std::runtime_error(error);
@@ -93,9 +89,8 @@ MrptGrid::ConstPtr load_grid(
 		default:
 			break;
 	}
-	mrpt::maps::registerAllClasses_mrpt_maps();
-	mrpt::serialization::CSerializable::Ptr map;
-	mrpt::serialization::OctetVectorToObject(bytes, map);
-	return dynamic_cast<const CSignatureMap2D&>(*map).grid();
+	std::size_t taken = 0;
+	const auto get = [&](char* to, std::size_t count) { taken += bytes.copy(to, count, taken); };
+	return std::make_shared<const OccupancyMap>(d2s1r::read_map(get));
 }
 }  // namespace d2s1r::app

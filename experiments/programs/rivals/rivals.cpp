@@ -17,6 +17,7 @@
 
 #include <d2s1r/localizer.h>
 #include <d2s1r/map_io.h>
+#include <d2s1r/mrpt.h>
 #include <mrpt/obs/CRawlog.h>
 
 #include <cstdio>
@@ -78,7 +79,7 @@ std::vector<Keyframe> load_keyframes(const Options& options)
 	for (std::size_t i = 0; i < run.size(); i++)
 	{
 		if ((part == "first_half" && i >= run.size() / 2) || (part == "even" && i % 2 == 1)) continue;
-		const Scan scan = make_scan(*run[i].scan, {});
+		const Scan scan = make_scan(scan_of(*run[i].scan), {});
 		if (!scan.valid()) continue;
 		const auto sensor = mrpt::poses::CPose2D(run[i].truth) + mrpt::poses::CPose2D(scan.sensor_on_robot);
 		keyframes.push_back({scan, sensor.asTPose()});
@@ -86,13 +87,13 @@ std::vector<Keyframe> load_keyframes(const Options& options)
 	return keyframes;
 }
 
-using Map = mrpt::maps::COccupancyGridMap2D::ConstPtr;
+using Map = std::shared_ptr<const OccupancyMap>;
 
 Method make_localizer(const Map& map, const std::string& config)
 {
 	return [localizer = std::make_shared<const Localizer>(map, load_parameters(config))](const auto& observation)
 	{
-		const Localization result = localizer->localize(*observation);
+		const Localization result = localizer->localize(scan_of(*observation));
 		Answer answer;
 		answer.status = to_string(result.status);
 		if (result.hypotheses.empty()) return answer;
@@ -123,7 +124,7 @@ Method make_literal(const Map& map, const std::string& config)
 {
 	return [literal = std::make_shared<const Literal>(map, load_parameters(config))](const auto& observation)
 	{
-		const Scan scan = make_scan(*observation, literal->scans);
+		const Scan scan = make_scan(scan_of(*observation), literal->scans);
 		constexpr std::size_t kBeams = 360;
 		return Answer(scan.beams.size() == kBeams ? std::optional(literal->localizer.localize(scan)) : std::nullopt);
 	};
@@ -135,7 +136,7 @@ Method make_method(const std::string& method, const std::string& map_file, const
 	if (method == "d2s1r") return make_localizer(map, get(options, "config", ""));
 	if (method == "literal") return make_literal(map, get(options, "config", ""));
 	if (method == "filter")
-		return [filter = std::make_shared<ParticleFilter>(*map),
+		return [filter = std::make_shared<ParticleFilter>(*mrpt_grid_of(*map)),
 		        seed = std::uint32_t{0}](const mrpt::obs::CObservation2DRangeScan::Ptr& observation) mutable
 		{
 			filter->start_anywhere(++seed);
@@ -150,7 +151,7 @@ Method make_method(const std::string& method, const std::string& map_file, const
 	if (!rival) throw std::runtime_error(method + ": no such method; see the head of rivals.cpp");
 	return [rival](const mrpt::obs::CObservation2DRangeScan::Ptr& observation) -> Answer
 	{
-		const Scan scan = make_scan(*observation, {});
+		const Scan scan = make_scan(scan_of(*observation), {});
 		const auto sensor = scan.valid() ? rival(scan) : std::nullopt;
 		if (!sensor) return {};
 		return std::optional((mrpt::poses::CPose2D(*sensor) + -mrpt::poses::CPose2D(scan.sensor_on_robot)).asTPose());
@@ -259,7 +260,7 @@ int run(int argc, char** argv)
 	const File out(argv[4]);
 	if (method == "drives")
 	{
-		ParticleFilter filter(*load_map(argv[2]));
+		ParticleFilter filter(*mrpt_grid_of(*load_map(argv[2])));
 		preparation = processor_time() - start;
 		follow_drives(filter, argv[3], options, out);
 	}

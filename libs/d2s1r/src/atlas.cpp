@@ -1,7 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include <d2s1r/atlas.h>
-#include <d2s1r/for_programs.h>
 #include <d2s1r/map_io.h>
+#include <d2s1r/map_names.h>
 #include <mrpt/system/CTicTac.h>
 #include <yaml-cpp/yaml.h>
 
@@ -14,7 +14,7 @@
 #include "base/checked_value.h"
 #include "base/errors.h"
 #include "base/file_text.h"
-#include "base/parameter_list.h"
+#include "base/yaml_file.h"
 #include "engine/default_localizer.h"
 
 namespace d2s1r
@@ -66,8 +66,7 @@ Atlas::Atlas(std::vector<AtlasMap> maps) : maps_(std::move(maps))
 	}
 }
 
-Localization Atlas::localize(
-    const mrpt::obs::CObservation2DRangeScan& observation, const Query& query, const Sweep& sweep) const
+Localization Atlas::localize(const RangeScan& observation, const Query& query, const Sweep& sweep) const
 {
 	return localize(make_scan(observation, maps_.front().localizer->parameters().scan, sweep), query);
 }

@@ -1,9 +1,12 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include <d2s1r/for_programs.h>
+#include <d2s1r/allowed_cells.h>
 #include <d2s1r/localizer.h>
+#include <d2s1r/memory_to_build.h>
+#include <d2s1r/unusable_index.h>
 #include <d2s1r/version.h>
 #include <mrpt/system/CTicTac.h>
 
+#include <algorithm>
 #include <cmath>
 #include <mutex>
 #include <stdexcept>
@@ -13,6 +16,7 @@
 #include "map/free_cells.h"
 #include "map/saved_map.h"
 #include "paper/paper_localizer.h"
+#include "prior/prior_index.h"
 #include "ranges/wall_surface.h"
 
 namespace d2s1r
@@ -57,7 +61,7 @@ bool is_on_earth(const mrpt::poses::CPose2D& pose)
 	return std::abs(pose.x()) <= kFarthest && std::abs(pose.y()) <= kFarthest && std::isfinite(pose.phi());
 }
 
-mrpt::maps::COccupancyGridMap2D::ConstPtr not_null(mrpt::maps::COccupancyGridMap2D::ConstPtr map)
+std::shared_ptr<const OccupancyMap> not_null(std::shared_ptr<const OccupancyMap> map)
 {
 	if (!map) throw std::invalid_argument("Localizer: the map is null");
 	return map;
@@ -67,7 +71,7 @@ mrpt::maps::COccupancyGridMap2D::ConstPtr not_null(mrpt::maps::COccupancyGridMap
 /// The map, the method, and what is made of the map when it is asked for.
 struct Localizer::Index
 {
-	Index(mrpt::maps::COccupancyGridMap2D::ConstPtr the_map, const Parameters& the_parameters, int threads)
+	Index(std::shared_ptr<const OccupancyMap> the_map, const Parameters& the_parameters, int threads)
 	    : parameters(the_parameters),
 	      map(std::move(the_map)),
 	      method(build(make_grid(*map, parameters.grid), parameters, threads))
@@ -87,20 +91,20 @@ struct Localizer::Index
 		method->save(file);
 	}
 
-	const mrpt::maps::COccupancyGridMap2D& the_map() const
+	const OccupancyMap& the_map() const
 	{
 		std::call_once(
 		    map_made,
 		    [this]
 		    {
-			    if (!map) map = map_of(saved_map);
+			    if (!map) map = std::make_shared<const OccupancyMap>(map_of(saved_map));
 		    });
 		return *map;
 	}
 
-	Parameters parameters;                                  //!< that it was built with
-	SavedMap saved_map;                                     //!< of a loaded index
-	mutable mrpt::maps::COccupancyGridMap2D::ConstPtr map;  //!< of a loaded index: null until the_map() is called
+	Parameters parameters;                            //!< that it was built with
+	SavedMap saved_map;                               //!< of a loaded index
+	mutable std::shared_ptr<const OccupancyMap> map;  //!< of a loaded index: null until the_map() is called
 	std::unique_ptr<const LocalizationMethod> method;
 	mutable std::once_flag map_made, grid_made, measured, free_cells_found;
 	mutable Grid grid;                          //!< see Localizer::grid()
@@ -108,7 +112,7 @@ struct Localizer::Index
 	mutable std::vector<CellIndex> free_cells;  //!< see Localizer::free_cells()
 };
 
-Localizer::Localizer(mrpt::maps::COccupancyGridMap2D::ConstPtr map, const Parameters& parameters, int threads)
+Localizer::Localizer(std::shared_ptr<const OccupancyMap> map, const Parameters& parameters, int threads)
     : Localizer(parameters, std::make_shared<const Index>(not_null(std::move(map)), checked(parameters), threads))
 {
 }
@@ -145,7 +149,7 @@ Localizer::~Localizer() = default;
 Localizer::Localizer(Localizer&&) noexcept = default;
 Localizer& Localizer::operator=(Localizer&&) noexcept = default;
 
-const mrpt::maps::COccupancyGridMap2D& Localizer::map() const
+const OccupancyMap& Localizer::map() const
 {
 	return index_->the_map();
 }
@@ -172,8 +176,7 @@ const std::vector<CellIndex>& Localizer::free_cells() const
 	return index.free_cells;
 }
 
-Localization Localizer::localize(
-    const mrpt::obs::CObservation2DRangeScan& observation, const Query& query, const Sweep& sweep) const
+Localization Localizer::localize(const RangeScan& observation, const Query& query, const Sweep& sweep) const
 {
 	return localize(make_scan(observation, parameters_->scan, sweep), query);
 }
@@ -216,7 +219,24 @@ std::optional<double> Localizer::relative_entropy(const Scan& scan, const mrpt::
 	    robot.asTPose() + scan.sensor_on_robot, scan, index_->method->caster(), parameters_->paper);
 }
 
-std::uint64_t memory_to_build(const mrpt::maps::COccupancyGridMap2D& map, const Parameters& parameters)
+std::vector<CellIndex> allowed_cells(const Localizer& localizer, const Prior& prior)
+{
+	std::vector<CellIndex> cells = localizer.free_cells();
+	const Grid& grid = localizer.grid();
+	const PoseBox area{
+	    grid.origin_x, grid.origin_x + grid.width * grid.cell_size, grid.origin_y,
+	    grid.origin_y + grid.height * grid.cell_size};
+	const PriorIndex index(prior, area, 0, 0);
+	const auto is_ruled_out = [&](CellIndex cell)
+	{
+		const double x = grid.center_x(cell), y = grid.center_y(cell);
+		return !index.may_allow_position(x, y) || !prior.allows_position(x, y);
+	};
+	cells.erase(std::remove_if(cells.begin(), cells.end(), is_ruled_out), cells.end());
+	return cells;
+}
+
+std::uint64_t memory_to_build(const OccupancyMap& map, const Parameters& parameters)
 {
 	const Grid grid = make_grid(map, parameters.grid);
 	const double of_index = parameters.method == Method::kPaper ? memory_of_paper_index(grid, parameters.paper)

@@ -2,6 +2,7 @@
 #include "live_state.h"
 
 #include <base/errors.h>
+#include <d2s1r/mrpt.h>
 #include <mrpt/core/format.h>
 
 #include <algorithm>
@@ -109,7 +110,7 @@ PlacedObservation LiveLocalizer::State::placed(
 	const Sweep sweep = make_sweep(
 	    time.first_beam, time.duration, scan.observation->getScanSize(),
 	    odometry.motion(stamp, stamp + nanoseconds(from), stamp + nanoseconds(to)));
-	return {scan.observation, robot, sweep};
+	return {std::make_shared<const RangeScan>(d2s1r::scan_of(*scan.observation)), robot, sweep};
 }
 
 /// Returns the sweeps that the map has to decide about, with how the robot moved after a time.
@@ -219,8 +220,8 @@ std::optional<Seed> LiveLocalizer::State::make_seed(const ScanAnswer& given, std
 
 /// Localizes a scan and judges the tracker by it.
 void LiveLocalizer::State::localize(
-    ScanAnswer& given, const mrpt::obs::CObservation2DRangeScan& observation,
-    const std::optional<CPose2D>& odometry_now, const std::string& robot)
+    ScanAnswer& given, const RangeScan& observation, const std::optional<CPose2D>& odometry_now,
+    const std::string& robot)
 {
 	const Atlas& atlas = *maps.maps();
 	std::optional<CPose2D> motion;
@@ -230,7 +231,7 @@ void LiveLocalizer::State::localize(
 	if (!laser_sweep.open().empty() && !settings.merge_lasers)
 		laser_sweep.consider(
 		    atlas, given.time, observation, given.scan, given.localization,
-		    open_sweeps(given.time, observation.getScanSize()));
+		    open_sweeps(given.time, observation.size()));
 	tell("sweep", laser_sweep.description());
 	if (settings.window > 1)
 	{

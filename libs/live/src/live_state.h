@@ -76,7 +76,7 @@ struct LiveLocalizer::State
 	Time last_answer_at = 0;  //!< by the clock
 	std::optional<ScanAnswer> last;
 	std::string silent_because;
-	std::string rivals;  //!< why messages of two robots seem to come; empty: they do not
+	std::string rivals;                       //!< why messages of two robots seem to come; empty: they do not
 	std::map<std::string, std::string> told;  //!< last news by what it is about
 	std::vector<std::string> news;
 
@@ -95,8 +95,8 @@ struct LiveLocalizer::State
 	Scan scan_of(const std::string& topic, const PlacedObservation& placed) const;
 	std::vector<Sweep> open_sweeps(Time time, std::size_t beams) const;
 	void localize(
-	    ScanAnswer& answer, const mrpt::obs::CObservation2DRangeScan& observation,
-	    const std::optional<mrpt::poses::CPose2D>& odometry_now, const std::string& robot);
+	    ScanAnswer& answer, const RangeScan& observation, const std::optional<mrpt::poses::CPose2D>& odometry_now,
+	    const std::string& robot);
 	std::optional<std::pair<Time, mrpt::poses::CPose2D>> tracker_at(const ScanAnswer& given, const std::string& robot);
 	std::optional<Seed> make_seed(const ScanAnswer& answer, std::string& problem) const;
 	bool stands() const;

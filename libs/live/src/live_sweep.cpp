@@ -39,8 +39,8 @@ ros::SweepTime LiveSweep::time_of(const ros::LaserScan& scan) const
 }
 
 void LiveSweep::consider(
-    const Atlas& maps, Time time, const mrpt::obs::CObservation2DRangeScan& observation, const Scan& scan,
-    const Localization& at_once, const std::vector<Sweep>& sweeps)
+    const Atlas& maps, Time time, const RangeScan& observation, const Scan& scan, const Localization& at_once,
+    const std::vector<Sweep>& sweeps)
 {
 	constexpr auto kBetween = static_cast<Time>(kBetweenSweeps * static_cast<double>(kSecond));
 	if (std::abs(time - last_tried_) < kBetween) return;
@@ -49,7 +49,7 @@ void LiveSweep::consider(
 	bool has_turned = false;
 	for (std::size_t i = 0; i < sweeps.size(); i++)
 	{
-		if (turn_during(sweeps[i], observation.getScanSize()) < kLeastTurnOfSweep) continue;
+		if (turn_during(sweeps[i], observation.size()) < kLeastTurnOfSweep) continue;
 		has_turned = true;
 		const Scan moved = make_scan(observation, parameters, sweeps[i]);
 		walls_[i].add(before, distance_of(maps, moved, maps.localize(moved)));

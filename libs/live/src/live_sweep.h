@@ -34,8 +34,8 @@ class LiveSweep
 	/// \param at_once scan and answer with all beams taken at once
 	/// \param sweeps by which the scan is read otherwise, one for each of open()
 	void consider(
-	    const Atlas& maps, Time time, const mrpt::obs::CObservation2DRangeScan& observation, const Scan& scan,
-	    const Localization& at_once, const std::vector<Sweep>& sweeps);
+	    const Atlas& maps, Time time, const RangeScan& observation, const Scan& scan, const Localization& at_once,
+	    const std::vector<Sweep>& sweeps);
 
 	/// Says when beams are taken, and who says so; empty if no message has come.
 	std::string description() const;

@@ -3,8 +3,8 @@
 
 #include <base/errors.h>
 #include <base/own_process.h>
-#include <d2s1r/for_programs.h>
 #include <d2s1r/map_io.h>
+#include <d2s1r/memory_to_build.h>
 #include <mrpt/core/format.h>
 
 #include <algorithm>
@@ -17,7 +17,7 @@ namespace d2s1r::live
 namespace
 {
 /// \throws std::invalid_argument saying what is wrong with the map
-mrpt::maps::COccupancyGridMap2D::Ptr grid_of(const ros::OccupancyGrid& map)
+std::shared_ptr<const OccupancyMap> map_of(const ros::OccupancyGrid& map)
 {
 	if (map.width == 0 || map.height == 0) throw std::invalid_argument("has no cells");
 	if (map.percent.size() / map.width != map.height || map.percent.size() % map.width != 0)
@@ -34,11 +34,11 @@ mrpt::maps::COccupancyGridMap2D::Ptr grid_of(const ros::OccupancyGrid& map)
 	return map_of_cells(occupied, map.width, {map.resolution, map.origin.x, map.origin.y, map.origin.phi});
 }
 
-std::string describe(const mrpt::maps::COccupancyGridMap2D& grid, const std::string& frame)
+std::string describe(const OccupancyMap& map, const std::string& frame)
 {
 	return mrpt::format(
-	    "map of %.1f x %.1f m, %.3g m cells, frame '%s'", static_cast<double>(grid.getXMax() - grid.getXMin()),
-	    static_cast<double>(grid.getYMax() - grid.getYMin()), static_cast<double>(grid.getResolution()), frame.c_str());
+	    "map of %.1f x %.1f m, %.3g m cells, frame '%s'", map.end_x() - static_cast<double>(map.origin_x),
+	    map.end_y() - static_cast<double>(map.origin_y), static_cast<double>(map.cell_size), frame.c_str());
 }
 
 std::string frame_of_map(const ros::OccupancyGrid& map, const LiveSettings& settings)
@@ -133,7 +133,7 @@ MapSlot::Built MapSlot::build(const ros::OccupancyGrid& map, const LiveSettings&
 	Built built;
 	try
 	{
-		const auto grid = grid_of(map);
+		const auto grid = map_of(map);
 		const std::uint64_t needed = memory_to_build(*grid, settings.parameters);
 		if (needed > available_memory())
 			throw std::invalid_argument(mrpt::format("needs %.1f GB of memory", static_cast<double>(needed) * 1e-9));

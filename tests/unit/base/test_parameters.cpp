@@ -1,4 +1,5 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include <d2s1r/parameter_list.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -8,8 +9,6 @@
 #include <regex>
 #include <set>
 #include <stdexcept>
-
-#include "base/parameter_list.h"
 
 namespace d2s1r
 {

@@ -24,7 +24,7 @@ Counts count_localized(bool is_mirrored)
 	for (const auto& robot : random_poses(grid, 60, 0.4, 3))
 	{
 		auto observation = make_observation(world, robot);
-		if (is_mirrored) observation.rightToLeft = !observation.rightToLeft;
+		if (is_mirrored) observation.right_to_left = !observation.right_to_left;
 		const Localization answer = localizer.localize(observation);
 		if (answer.status != Status::kLocalized) continue;
 		counts.localized++;

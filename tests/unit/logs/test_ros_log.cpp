@@ -1,5 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // What is made of the messages of ROS: scans with their poses on the robot, and odometry.
+#include <d2s1r/mrpt.h>
 #include <d2s1r/scan.h>
 #include <mrpt/obs/CObservationOdometry.h>
 
@@ -21,7 +22,7 @@ constexpr std::int64_t kStart = 1'600'000'000'123'456'700;  // [ns] to the 100 n
 /// The beam whose angle is nearest to `angle` [rad] in the frame of the robot.
 Beam beam_at(const mrpt::obs::CObservation2DRangeScan& observation, double angle)
 {
-	const Scan scan = make_scan(observation, ScanParameters{});
+	const Scan scan = make_scan(d2s1r::scan_of(observation), ScanParameters{});
 	Beam nearest = scan.beams.at(0);
 	const auto off = [&](const Beam& beam)
 	{ return std::abs(beam_angle(static_cast<double>(beam.angle) + scan.sensor_on_robot.phi - angle)); };
@@ -230,7 +231,7 @@ TEST_F(RosLog, ReadingsThatAreNoneAreTakenAsRosMeansThem)
 	constexpr float kInfinity = std::numeric_limits<float>::infinity();
 	scan.ranges = {1, kInfinity, -kInfinity, std::nanf(""), 0, 0.4F, 15.5F, 14};
 	scan.ranges.resize(40, 2.0F);
-	const Scan read = make_scan(*scan_with({}, scan), ScanParameters{});
+	const Scan read = make_scan(d2s1r::scan_of(*scan_with({}, scan)), ScanParameters{});
 	ASSERT_TRUE(read.valid()) << read.invalid_because;
 	ASSERT_EQ(read.beams.size(), 36U);  // without -inf, NaN and those below the least range
 	const auto at = [&](double angle) { return beam_at(*scan_with({}, scan), angle); };

@@ -76,10 +76,10 @@ TEST(Grid, CellCentresAreInTheMapFrame)
 TEST(Grid, ThresholdsDecide)
 {
 	auto map = make_map({"...."}, 1.0);
-	map->setCell(0, 0, 1 - 0.30F);  // P(free)
-	map->setCell(1, 0, 1 - 0.45F);
-	map->setCell(2, 0, 1 - 0.60F);
-	map->setCell(3, 0, 1 - 0.80F);
+	map->row(0)[0] = OccupancyMap::cell_of(1 - 0.30F);  // P(free)
+	map->row(0)[1] = OccupancyMap::cell_of(1 - 0.45F);
+	map->row(0)[2] = OccupancyMap::cell_of(1 - 0.60F);
+	map->row(0)[3] = OccupancyMap::cell_of(1 - 0.80F);
 	EXPECT_EQ(make_grid(*map, {}).cells, (make_picture_grid({".??#"}, 1.0).cells));
 	GridParameters parameters;
 	parameters.free_threshold = parameters.occupied_threshold = 0.5;

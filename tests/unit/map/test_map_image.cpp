@@ -48,11 +48,10 @@ TEST(MapImage, KeepsProbabilitiesAndTheShadeOfTheUnknown)
 	const TempFolder folder;
 	const auto file = folder.write("map.pgm", std::string("P5\n4 1\n255\n\x00\xFF\xCD\xC0", 15));
 	const auto map = load_map(file, {}, ImageGeometry{0.25, -1.125, 2.0});
-	EXPECT_FLOAT_EQ(map->getXMin(), -1.125F);
-	EXPECT_FLOAT_EQ(map->getXMax(), -0.125F);
-	EXPECT_FLOAT_EQ(map->getYMin(), 2.0F);
-	EXPECT_FLOAT_EQ(map->getResolution(), 0.25F);
-	EXPECT_FALSE(map->isEmpty());
+	EXPECT_FLOAT_EQ(map->origin_x, -1.125F);
+	EXPECT_DOUBLE_EQ(map->end_x(), -0.125);
+	EXPECT_FLOAT_EQ(map->origin_y, 2.0F);
+	EXPECT_FLOAT_EQ(map->cell_size, 0.25F);
 	EXPECT_GT(p_occupied(*map, 0, 0), 0.99);
 	EXPECT_LT(p_occupied(*map, 1, 0), 0.01);
 	EXPECT_DOUBLE_EQ(p_occupied(*map, 2, 0), 0.5);
@@ -64,8 +63,8 @@ TEST(MapImage, RowsGoUpAndTheOriginIsExact)
 	const TempFolder folder;
 	const auto file = folder.write("map.pgm", std::string("P5\n# by hand\n1 2\n255\n\x00\xFF", 23));
 	const auto map = load_map(file, {}, ImageGeometry{0.05, -10.013, 0.021});
-	EXPECT_FLOAT_EQ(map->getXMin(), -10.013F);
-	EXPECT_FLOAT_EQ(map->getYMin(), 0.021F);
+	EXPECT_FLOAT_EQ(map->origin_x, -10.013F);
+	EXPECT_FLOAT_EQ(map->origin_y, 0.021F);
 	EXPECT_LT(p_occupied(*map, 0, 0), 0.01);
 	EXPECT_GT(p_occupied(*map, 0, 1), 0.99);
 }
@@ -73,10 +72,10 @@ TEST(MapImage, RowsGoUpAndTheOriginIsExact)
 TEST(MapImage, CellsOfAnArrayAreKeptWithTheExactOrigin)
 {
 	const auto map = map_of_cells({0, 1, NAN, 0.25F, 0.75F, 0.5F}, 3, {0.05, -10.013, 0.021});
-	EXPECT_FLOAT_EQ(map->getXMin(), -10.013F);
-	EXPECT_FLOAT_EQ(map->getYMin(), 0.021F);
-	EXPECT_EQ(map->getSizeX(), 3U);
-	EXPECT_EQ(map->getSizeY(), 2U);
+	EXPECT_FLOAT_EQ(map->origin_x, -10.013F);
+	EXPECT_FLOAT_EQ(map->origin_y, 0.021F);
+	EXPECT_EQ(map->width, 3);
+	EXPECT_EQ(map->height, 2);
 	EXPECT_LT(p_occupied(*map, 0, 0), 0.01);
 	EXPECT_GT(p_occupied(*map, 1, 0), 0.99);
 	EXPECT_DOUBLE_EQ(p_occupied(*map, 2, 0), 0.5);
@@ -103,8 +102,8 @@ TEST(MapImage, SamplesMayBeText)
 	{
 		const auto map = load_map(folder.write("map.pnm.pgm", bytes), {}, ImageGeometry{1, 0, 0});
 		std::vector<bool> cells;
-		for (int y = static_cast<int>(map->getSizeY()) - 1; y >= 0; y--)
-			for (int x = 0; x < static_cast<int>(map->getSizeX()); x++) cells.push_back(p_occupied(*map, x, y) > 0.9);
+		for (int y = map->height - 1; y >= 0; y--)
+			for (int x = 0; x < map->width; x++) cells.push_back(p_occupied(*map, x, y) > 0.9);
 		return cells;
 	};
 	const std::vector<bool> expected = {true, false, false, true};
@@ -320,8 +319,8 @@ TEST(MapImage, SoundOnesOfAllFormatsAreUnpacked)
 #endif
 		ASSERT_TRUE(image.saveToFile(folder.path(name))) << name;
 		const auto map = load_map(folder.path(name), {}, ImageGeometry{1, 0, 0});
-		ASSERT_EQ(map->getSizeX(), 24U) << name;
-		ASSERT_EQ(map->getSizeY(), 8U) << name;
+		ASSERT_EQ(map->width, 24) << name;
+		ASSERT_EQ(map->height, 8) << name;
 		for (int x = 0; x < 24; x++) EXPECT_EQ(p_occupied(*map, x, 3) > 0.9, x < 8) << name << " at " << x;
 	}
 	const auto bits = load_map(folder.write("b.pbm", "P4\n9 2\n\x55\x7f\xff\xff"), {}, ImageGeometry{1, 0, 0});

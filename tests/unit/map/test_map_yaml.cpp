@@ -1,5 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include <d2s1r/for_programs.h>
+#include <d2s1r/changed_map.h>
+#include <d2s1r/lost_cells.h>
 #include <d2s1r/map_io.h>
 #include <gtest/gtest.h>
 
@@ -29,8 +30,7 @@ class MapYaml : public testing::Test
 	{
 		const auto map = load_map(folder_.write("map.yaml", yaml));
 		std::vector<double> row;
-		for (int x = 0; x < static_cast<int>(map->getSizeX()); x++)
-			row.push_back(1.0 - static_cast<double>(map->getCell(x, 0)));
+		for (int x = 0; x < map->width; x++) row.push_back(1.0 - static_cast<double>(map->p_free(x, 0)));
 		return row;
 	}
 
@@ -90,10 +90,10 @@ TEST_F(MapYaml, GeometryIsExactAndTheOriginMayBeABlockList)
 	    "map.yaml",
 	    "image: \"map.pgm\"\nresolution: 0.05 # m\norigin:\n- -1.013\n- 2.5\n- 0\nnegate: 0\n" + kThresholds);
 	const auto map = load_map(file);
-	EXPECT_FLOAT_EQ(map->getXMin(), -1.013F);
-	EXPECT_FLOAT_EQ(map->getXMax(), -1.013F + 0.25F);
-	EXPECT_FLOAT_EQ(map->getYMin(), 2.5F);
-	EXPECT_FLOAT_EQ(map->getResolution(), 0.05F);
+	EXPECT_FLOAT_EQ(map->origin_x, -1.013F);
+	EXPECT_NEAR(map->end_x(), -1.013 + 0.25, 1e-6);
+	EXPECT_FLOAT_EQ(map->origin_y, 2.5F);
+	EXPECT_FLOAT_EQ(map->cell_size, 0.05F);
 }
 
 TEST_F(MapYaml, ImageIsFoundBesideTheYamlOrByItsFullPath)
@@ -117,7 +117,7 @@ TEST_F(MapYaml, NumbersMayHaveASign)
 {
 	const auto file = folder_.write(
 	    "map.yaml", "image: map.pgm\nresolution: +0.05\norigin: [+1.5, -2, +0]\nnegate: 0\n" + kThresholds);
-	EXPECT_FLOAT_EQ(load_map(file)->getXMin(), 1.5F);
+	EXPECT_FLOAT_EQ(load_map(file)->origin_x, 1.5F);
 }
 
 TEST_F(MapYaml, ThresholdsAreProbabilities)
@@ -135,15 +135,15 @@ TEST_F(MapYaml, YawOfTheOriginTurnsTheImageAboutItsCorner)
 		    "map.yaml", "image: map.pgm\nresolution: 0.5\norigin: [10, 20, " + yaw + "]\nnegate: 0\n" + kThresholds));
 	};
 	const auto upright = load_turned("1.5707963267948966");  // the row goes up along y, to the left of the corner
-	ASSERT_EQ(upright->getSizeX(), 1U);
-	ASSERT_EQ(upright->getSizeY(), 5U);
-	EXPECT_FLOAT_EQ(upright->getXMin(), 9.5F);
-	EXPECT_FLOAT_EQ(upright->getYMin(), 20.0F);
+	ASSERT_EQ(upright->width, 1);
+	ASSERT_EQ(upright->height, 5);
+	EXPECT_FLOAT_EQ(upright->origin_x, 9.5F);
+	EXPECT_FLOAT_EQ(upright->origin_y, 20.0F);
 	EXPECT_GT(test::p_occupied(*upright, 0, 0), 0.9);
 	EXPECT_LT(test::p_occupied(*upright, 0, 2), 0.1);
 	const auto back = load_turned("-3.1415926535897931");
-	EXPECT_FLOAT_EQ(back->getXMin(), 7.5F);
-	EXPECT_FLOAT_EQ(back->getYMin(), 19.5F);
+	EXPECT_FLOAT_EQ(back->origin_x, 7.5F);
+	EXPECT_FLOAT_EQ(back->origin_y, 19.5F);
 	EXPECT_GT(test::p_occupied(*back, 4, 0), 0.9) << "the first pixel is the one at the corner";
 }
 
@@ -159,7 +159,9 @@ TEST_F(MapYaml, CellsOfATurnedImageHaveThePixelThatTheirCentreLiesIn)
 	{
 		const double x = 1 + u * std::cos(M_PI / 6) - v * std::sin(M_PI / 6);
 		const double y = -2 + u * std::sin(M_PI / 6) + v * std::cos(M_PI / 6);
-		return 1.0 - static_cast<double>(map->getPos(static_cast<float>(x), static_cast<float>(y)));
+		const auto index = [&](double from, float origin)
+		{ return static_cast<int>(std::floor((from - static_cast<double>(origin)) / 0.1)); };
+		return test::p_occupied(*map, index(x, map->origin_x), index(y, map->origin_y));
 	};
 	EXPECT_GT(at(1.5, 1.0), 0.9);
 	EXPECT_GT(at(1.15, 0.65), 0.9);
@@ -310,8 +312,7 @@ TEST_F(MapYaml, MayBeReadInAnotherWay)
 	{
 		const auto map = load_changed_map(file, change, {}, image);
 		std::vector<double> row;
-		for (int x = 0; x < static_cast<int>(map->getSizeX()); x++)
-			row.push_back(1.0 - static_cast<double>(map->getCell(x, 0)));
+		for (int x = 0; x < map->width; x++) row.push_back(1.0 - static_cast<double>(map->p_free(x, 0)));
 		return row;
 	};
 	const auto yaml = folder_.write("map.yaml", kGeometry + kThresholds + "negate: 0\n");

@@ -30,7 +30,7 @@ mrpt::maps::CMultiMetricMap from_ini(const std::string& ini)
 
 TEST(CSignatureMap2D, InsertionFollowsItsOptions)
 {
-	const auto scan = d2s1r::test::make_observation(kGrid, kTruth);
+	const auto scan = d2s1r::test::make_mrpt_observation(kGrid, kTruth);
 	const auto known = [&](float reach)
 	{
 		CSignatureMap2D map;
@@ -61,14 +61,14 @@ TEST(CSignatureMap2D, FingerprintTellsGridsAndParametersApart)
 	auto changed = *map.grid();
 	changed.setCell(12, 12, 0.01F);
 	EXPECT_NE(CSignatureMap2D(changed).fingerprint(), map.fingerprint());
-	const auto shifted = d2s1r::test::make_map({"#.", ".."}, 0.1, 1, 0);
+	const auto shifted = d2s1r::test::make_mrpt_map({"#.", ".."}, 0.1, 1, 0);
 	EXPECT_NE(
 	    CSignatureMap2D(*shifted).fingerprint(),
-	    CSignatureMap2D(*d2s1r::test::make_map({"#.", ".."}, 0.1)).fingerprint());
-	const auto higher = d2s1r::test::make_map({"#.", ".."}, 0.1, 0, 1);
+	    CSignatureMap2D(*d2s1r::test::make_mrpt_map({"#.", ".."}, 0.1)).fingerprint());
+	const auto higher = d2s1r::test::make_mrpt_map({"#.", ".."}, 0.1, 0, 1);
 	EXPECT_NE(
 	    CSignatureMap2D(*higher).fingerprint(),
-	    CSignatureMap2D(*d2s1r::test::make_map({"#.", ".."}, 0.1)).fingerprint());
+	    CSignatureMap2D(*d2s1r::test::make_mrpt_map({"#.", ".."}, 0.1)).fingerprint());
 }
 
 TEST(CSignatureMap2D, IsMadeFromAnIniSection)
@@ -170,7 +170,7 @@ TEST(CSignatureMap2D, IsFilledFromASimpleMapAndCleared)
 	{
 		const mrpt::math::TPose2D pose = {x, 0.9, 0};
 		const auto frame = mrpt::obs::CSensoryFrame::Create();
-		frame->insert(mrpt::obs::CObservation2DRangeScan::Create(d2s1r::test::make_observation(kGrid, pose)));
+		frame->insert(mrpt::obs::CObservation2DRangeScan::Create(d2s1r::test::make_mrpt_observation(kGrid, pose)));
 		simple_map.insert(mrpt::poses::CPose3DPDFGaussian::Create(mrpt::poses::CPose3D(pose)), frame);
 	}
 	CSignatureMap2D map;
@@ -178,7 +178,7 @@ TEST(CSignatureMap2D, IsFilledFromASimpleMapAndCleared)
 	ASSERT_FALSE(map.isEmpty());
 	EXPECT_LT(std::min(map.grid()->getPos(0.48F, 0.9F), map.grid()->getPos(0.52F, 0.9F)), 0.5F);  // P(free) of a wall
 	EXPECT_GT(map.grid()->getPos(1.8F, 0.9F), 0.5F);
-	const auto scan = d2s1r::test::make_observation(kGrid, kTruth);
+	const auto scan = d2s1r::test::make_mrpt_observation(kGrid, kTruth);
 	EXPECT_GT(
 	    map.computeObservationLikelihood(scan, CPose3D(kTruth)),
 	    map.computeObservationLikelihood(scan, CPose3D(kTruth) + CPose3D(1, 0.5, 0, 0, 0, 0)) + 1);
@@ -188,7 +188,7 @@ TEST(CSignatureMap2D, IsFilledFromASimpleMapAndCleared)
 
 TEST(CSignatureMap2D, ScansAnywhereAreDrawnWhereTheyAreOrRefused)
 {
-	const auto scan = d2s1r::test::make_observation(kGrid, kTruth);
+	const auto scan = d2s1r::test::make_mrpt_observation(kGrid, kTruth);
 	CSignatureMap2D map;
 	map.insertObservation(scan, CPose3D(kTruth) + CPose3D(3000, -3000, 0, 0, 0, 0));
 	EXPECT_LT(map.grid()->getSizeX(), 2000U);
@@ -206,7 +206,8 @@ TEST(CSignatureMap2D, InsertingIntoACopyLeavesTheOriginalAlone)
 	const auto original = make_signature_map();
 	const auto before = original.fingerprint();
 	CSignatureMap2D copy = original;
-	copy.insertObservation(d2s1r::test::make_observation(kGrid, kTruth), CPose3D(kTruth) + CPose3D(0.3, 0, 0, 0, 0, 0));
+	copy.insertObservation(
+	    d2s1r::test::make_mrpt_observation(kGrid, kTruth), CPose3D(kTruth) + CPose3D(0.3, 0, 0, 0, 0, 0));
 	EXPECT_EQ(original.fingerprint(), before);
 	EXPECT_NE(copy.fingerprint(), before);
 }

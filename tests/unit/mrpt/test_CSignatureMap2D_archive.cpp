@@ -5,7 +5,7 @@
 #include <mrpt/poses/CPose3D.h>
 #include <mrpt/serialization/CArchive.h>
 
-#include "map/occupancy_map.h"
+#include "mrpt_grid.h"
 #include "signature_map_room.h"
 #include "test_files.h"
 
@@ -37,7 +37,7 @@ TEST(SignatureMapArchive, ComesBackFromAnArchive)
 	parameters.paper.bins = 40;
 	CSignatureMap2D::TLikelihoodOptions likelihood;
 	likelihood.sigma = 0.1234567891234;
-	CSignatureMap2D map(*make_map(kGrid), parameters, likelihood);
+	CSignatureMap2D map(*make_mrpt_map(kGrid), parameters, likelihood);
 	map.genericMapParams.enableObservationInsertion = false;
 	map.insertionOptions.maxDistanceInsertion = 5;
 
@@ -47,7 +47,7 @@ TEST(SignatureMapArchive, ComesBackFromAnArchive)
 	EXPECT_EQ(read.likelihood_options().sigma, likelihood.sigma);
 	EXPECT_FALSE(read.genericMapParams.enableObservationInsertion);
 	EXPECT_EQ(read.grid()->getRawMap(), map.grid()->getRawMap());
-	const auto scan = make_observation(kGrid, kTruth);
+	const auto scan = make_mrpt_observation(kGrid, kTruth);
 	EXPECT_EQ(
 	    read.computeObservationLikelihood(scan, CPose3D(kTruth)),
 	    map.computeObservationLikelihood(scan, CPose3D(kTruth)));
@@ -67,7 +67,7 @@ TEST(SignatureMapArchive, ComesBackExactlyWhereItWas)
 {
 	for (const double origin : {-5.013, -0.05, 0.05, 0.15, 3.021})
 	{
-		const auto grid = make_map(kGrid);
+		const auto grid = make_mrpt_map(kGrid);
 		set_origin(*grid, origin, -origin);
 		const CSignatureMap2D map(*grid);
 		const CSignatureMap2D read = deserialized(serialized(map));
@@ -81,7 +81,7 @@ TEST(SignatureMapArchive, ComesBackExactlyWhereItWas)
 
 TEST(SignatureMapArchive, ComesBackFromWhereFloatsAreCoarse)
 {
-	const auto grid = make_map(make_picture_grid({"#####", "#...#", "#####"}, 0.01));
+	const auto grid = make_mrpt_map(make_picture_grid({"#####", "#...#", "#####"}, 0.01));
 	for (const double origin : {30e3, -65e3, 99e3})
 	{
 		set_origin(*grid, origin, -origin);
@@ -127,7 +127,7 @@ TEST(SignatureMapArchive, IsAMapFile)
 	const auto bytes = serialized(map);
 	const TempFolder folder;
 	const auto loaded = load_map(folder.write("saved.signaturemap", {bytes.begin(), bytes.end()}));
-	EXPECT_EQ(loaded->getRawMap(), map.grid()->getRawMap());
+	EXPECT_EQ(loaded->cells, map.grid()->getRawMap());
 }
 
 /// Expects that a map file of these bytes is refused for that reason, in one line.

@@ -18,7 +18,7 @@ namespace
 TEST(CSignatureMap2D, LikelihoodIsGreatestAtTheTruthAndFiniteAnywhere)
 {
 	const auto map = make_signature_map();
-	const auto scan = d2s1r::test::make_observation(kGrid, kTruth);
+	const auto scan = d2s1r::test::make_mrpt_observation(kGrid, kTruth);
 	const double at_truth = map.computeObservationLikelihood(scan, CPose3D(kTruth));
 	for (const double offset : {-0.5, 0.5, 1e5})
 	{
@@ -32,7 +32,7 @@ TEST(CSignatureMap2D, LikelihoodIsGreatestAtTheTruthAndFiniteAnywhere)
 TEST(CSignatureMap2D, LikelihoodIsThatOfThePoseWithItsHeading)
 {
 	const auto map = make_signature_map();
-	const auto scan = d2s1r::test::make_observation(kGrid, kTruth);
+	const auto scan = d2s1r::test::make_mrpt_observation(kGrid, kTruth);
 	const double at_truth = map.computeObservationLikelihood(scan, CPose3D(kTruth));
 	for (const double turn : {-0.3, 0.3, M_PI})
 		EXPECT_LT(map.computeObservationLikelihood(scan, CPose3D(kTruth) + CPose3D(0, 0, 0, turn, 0, 0)), at_truth - 1)
@@ -44,16 +44,16 @@ TEST(CSignatureMap2D, LikelihoodLooksAtAsManyBeamsAsItIsToldTo)
 	CSignatureMap2D::TLikelihoodOptions two;
 	two.beams = 2;
 	two.independent_beams = 1000;
-	const CSignatureMap2D map(*d2s1r::test::make_map(kGrid), {}, two);
+	const CSignatureMap2D map(*d2s1r::test::make_mrpt_map(kGrid), {}, two);
 	const double of_nothing = 2 * std::log(two.random_share);
-	const auto scan = d2s1r::test::make_observation(kGrid, kTruth);
+	const auto scan = d2s1r::test::make_mrpt_observation(kGrid, kTruth);
 	EXPECT_GE(map.computeObservationLikelihood(scan, CPose3D(100, 100, 0, 0, 0, 0)), of_nothing - 1e-6);
 }
 
 TEST(CSignatureMap2D, LikelihoodFollowsTheObservationNotItsAddress)
 {
 	const auto map = make_signature_map();
-	auto scan = d2s1r::test::make_observation(kGrid, kTruth);
+	auto scan = d2s1r::test::make_mrpt_observation(kGrid, kTruth);
 	const double first = map.computeObservationLikelihood(scan, CPose3D(kTruth));
 	for (std::size_t i = 0; i < scan.getScanSize(); i++) scan.setScanRange(i, 0.5F * scan.getScanRange(i));
 	const double shortened = map.computeObservationLikelihood(scan, CPose3D(kTruth));
@@ -67,7 +67,7 @@ TEST(CSignatureMap2D, LikelihoodFollowsTheObservationNotItsAddress)
 TEST(CSignatureMap2D, AnEmptyMapDoesNotWeighScansOfLaterTimes)
 {
 	const CSignatureMap2D map;
-	auto scan = d2s1r::test::make_observation(kGrid, kTruth);
+	auto scan = d2s1r::test::make_mrpt_observation(kGrid, kTruth);
 	scan.timestamp = mrpt::Clock::fromDouble(1000);
 	auto of_other_laser = scan;
 	of_other_laser.timestamp = mrpt::Clock::fromDouble(1000.5);
@@ -81,7 +81,7 @@ TEST(CSignatureMap2D, AnEmptyMapDoesNotWeighScansOfLaterTimes)
 TEST(CSignatureMap2D, LikelihoodFollowsTheMountingOfTheLaser)
 {
 	const auto map = make_signature_map();
-	auto scan = d2s1r::test::make_observation(kGrid, kTruth);
+	auto scan = d2s1r::test::make_mrpt_observation(kGrid, kTruth);
 	const double first = map.computeObservationLikelihood(scan, CPose3D(kTruth));
 	scan.sensorPose = CPose3D(0.5, 0.2, 0, 0.7, 0, 0);
 	const double elsewhere = map.computeObservationLikelihood(scan, CPose3D(kTruth));
@@ -92,9 +92,9 @@ TEST(CSignatureMap2D, LikelihoodFollowsTheMountingOfTheLaser)
 TEST(CSignatureMap2D, BeamsTooFewToFindAPlaceByStillWeighPoses)
 {
 	const auto map = make_signature_map();
-	auto scan = d2s1r::test::make_observation(kGrid, kTruth);
+	auto scan = d2s1r::test::make_mrpt_observation(kGrid, kTruth);
 	for (std::size_t i = 0; i < scan.getScanSize(); i++) scan.setScanRangeValidity(i, i % 40 == 0);
-	ASSERT_FALSE(make_scan(scan, map.parameters().scan).valid());
+	ASSERT_FALSE(make_scan(d2s1r::scan_of(scan), map.parameters().scan).valid());
 	EXPECT_GT(
 	    map.computeObservationLikelihood(scan, CPose3D(kTruth)),
 	    map.computeObservationLikelihood(scan, CPose3D(kTruth) + CPose3D(0.5, 0.5, 0, 0, 0, 0)) + 1);
@@ -110,16 +110,16 @@ TEST(CSignatureMap2D, RefusesALikelihoodOutOfRange)
 TEST(CSignatureMap2D, OnlyScansHaveALikelihood)
 {
 	const auto map = make_signature_map();
-	EXPECT_TRUE(map.canComputeObservationLikelihood(d2s1r::test::make_observation(kGrid, kTruth)));
+	EXPECT_TRUE(map.canComputeObservationLikelihood(d2s1r::test::make_mrpt_observation(kGrid, kTruth)));
 	EXPECT_FALSE(map.canComputeObservationLikelihood(mrpt::obs::CObservationOdometry()));
 	EXPECT_EQ(map.computeObservationLikelihood(mrpt::obs::CObservationOdometry(), CPose3D()), 0.0);
-	EXPECT_FALSE(CSignatureMap2D().canComputeObservationLikelihood(d2s1r::test::make_observation(kGrid, kTruth)));
+	EXPECT_FALSE(CSignatureMap2D().canComputeObservationLikelihood(d2s1r::test::make_mrpt_observation(kGrid, kTruth)));
 }
 
 TEST(CSignatureMap2D, LikelihoodIsTheSameFromManyThreads)
 {
 	const auto map = make_signature_map();
-	const auto scan = d2s1r::test::make_observation(kGrid, kTruth);
+	const auto scan = d2s1r::test::make_mrpt_observation(kGrid, kTruth);
 	std::vector<double> values(8);
 	std::vector<std::thread> threads;
 	for (double& value : values)

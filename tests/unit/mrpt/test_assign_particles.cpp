@@ -6,7 +6,7 @@
 #include <mrpt/slam/CMonteCarloLocalization3D.h>
 
 #include "made_hypotheses.h"
-#include "test_maps.h"
+#include "mrpt_types.h"
 
 namespace d2s1r::test
 {

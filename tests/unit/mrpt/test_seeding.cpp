@@ -5,7 +5,7 @@
 #include <mrpt/math/wrap2pi.h>
 
 #include "made_hypotheses.h"
-#include "test_maps.h"
+#include "mrpt_types.h"
 
 namespace d2s1r::test
 {

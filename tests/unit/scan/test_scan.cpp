@@ -51,7 +51,7 @@ TEST(Scan, BeamsAreCounterClockwiseFromWhateverOrder)
 	EXPECT_NEAR(scan.beams[2].angle, M_PI / 2, 1e-6);
 
 	auto clockwise = record({1, 2, 3});
-	clockwise.rightToLeft = false;
+	clockwise.right_to_left = false;
 	const Scan turned = make_scan(clockwise, few_beams());
 	EXPECT_NEAR(turned.beams[0].angle, -M_PI / 2, 1e-6);
 	EXPECT_FLOAT_EQ(turned.beams[0].range, 3);
@@ -107,11 +107,11 @@ TEST(Scan, TiltBeyondTheToleranceIsInvalidWithAReason)
 	for (const auto& angles : {std::pair{0.2, 0.0}, {0.0, -0.2}, {M_PI - 0.2, 0.0}, {M_PI / 2, 0.0}, {0.0, M_PI / 2}})
 	{
 		auto observation = make_observation(crooked_room(), kRobot);
-		observation.sensorPose = mrpt::poses::CPose3D(0, 0, 0, 0, angles.first, angles.second);
+		observation.sensor_on_robot = mrpt::poses::CPose3D(0, 0, 0, 0, angles.first, angles.second);
 		EXPECT_NE(make_scan(observation, {}).invalid_because.find("tilted by"), std::string::npos);
 	}
 	auto nodding = make_observation(crooked_room(), kRobot);
-	nodding.deltaPitch = 0.5;
+	nodding.delta_pitch = 0.5;
 	EXPECT_FALSE(make_scan(nodding, {}).valid());
 
 	ScanParameters tolerant;

@@ -131,7 +131,7 @@ TEST_F(TurningRobot, LasersBeforeAndBehindSeeAFullCircleTogether)
 		laser.beams = 441;
 		laser.aperture = 220 * M_PI / 180;  // 190 deg leave a gap where the robot turned and moved between the scans
 		laser.on_robot = {x, 0, 0, yaw, 0, 0};
-		return std::make_shared<mrpt::obs::CObservation2DRangeScan>(make_observation(grid_, robot, laser));
+		return std::make_shared<RangeScan>(make_observation(grid_, robot, laser));
 	};
 	const TPose2D then{3, 2.5, 0.3}, now{3.2, 2.6, 0.5};
 	const CPose2D odometry(7, -5, 2);  // of the map, in the frame of the odometry
@@ -154,8 +154,8 @@ TEST_F(TurningRobot, LasersBeforeAndBehindSeeAFullCircleTogether)
 
 TEST_F(TurningRobot, ObservationsThatCannotBeUsedAreLeftOutOfAMergedScan)
 {
-	const auto good = std::make_shared<mrpt::obs::CObservation2DRangeScan>(make_observation(grid_, {3, 2.5, 0.3}));
-	const auto bad = std::make_shared<mrpt::obs::CObservation2DRangeScan>();
+	const auto good = std::make_shared<RangeScan>(make_observation(grid_, {3, 2.5, 0.3}));
+	const auto bad = std::make_shared<RangeScan>();
 	EXPECT_FALSE(merge_scans({}, {}).valid());
 	EXPECT_FALSE(merge_scans({{bad, {}}}, {}).valid());
 	EXPECT_EQ(merge_scans({{good, {}}, {bad, {}}}, {}).beams.size(), make_scan(*good, {}).beams.size());

@@ -1,7 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // What drivers and logs write for a range, and what of it a scan takes over.
-#include <d2s1r/for_programs.h>
 #include <d2s1r/scan.h>
+#include <d2s1r/scan_defect.h>
 #include <gtest/gtest.h>
 #include <mrpt/core/bits_math.h>
 
@@ -26,7 +26,7 @@ TEST(ScanReadings, BeyondTheMaximumRangeIsInformationFlaggedOrNot)
 		for (const float range : {10.0F, 81.9F, kInf})
 		{
 			auto observation = record({5, range, 5});
-			observation.setScanRangeValidity(1, flagged_valid);
+			observation.valid[1] = flagged_valid;
 			const Scan scan = make_scan(observation, few_beams());
 			ASSERT_EQ(scan.beams.size(), 3U) << range;
 			EXPECT_FALSE(scan.beams[1].is_return) << range;
@@ -41,11 +41,11 @@ TEST(ScanReadings, WhatIsNoDataIsLeftOut)
 		for (const bool flagged_valid : {true, false})
 		{
 			auto observation = record({5, range, 5});
-			observation.setScanRangeValidity(1, flagged_valid);
+			observation.valid[1] = flagged_valid;
 			EXPECT_EQ(make_scan(observation, few_beams()).beams.size(), 2U) << range << flagged_valid;
 		}
 	auto excluded = record({5, 4, 5});
-	excluded.setScanRangeValidity(1, false);
+	excluded.valid[1] = false;
 	EXPECT_EQ(make_scan(excluded, few_beams()).beams.size(), 2U);
 }
 
@@ -54,7 +54,7 @@ TEST(ScanReadings, ZeroIsNoReturnIfSaidSo)
 	ScanParameters parameters = few_beams();
 	parameters.zero_is_no_return = true;
 	auto observation = record({5, 0, 5});
-	observation.setScanRangeValidity(1, false);
+	observation.valid[1] = false;
 	const Scan scan = make_scan(observation, parameters);
 	ASSERT_EQ(scan.beams.size(), 3U);
 	EXPECT_FALSE(scan.beams[1].is_return);
@@ -88,11 +88,11 @@ TEST(ScanReadings, MalformedObservationsAreInvalidWithAReason)
 	EXPECT_NE(make_scan(observation, few_beams()).invalid_because.find("aperture"), std::string::npos);
 	EXPECT_EQ(defect_of(observation, few_beams(), {}), ScanDefect::kAngles);
 	observation = record({1, 2, 3});
-	observation.maxRange = kNan;
+	observation.max_range = kNan;
 	EXPECT_NE(make_scan(observation, few_beams()).invalid_because.find("maxRange"), std::string::npos);
 	EXPECT_EQ(defect_of(observation, few_beams(), {}), ScanDefect::kMaxRange);
 	observation = record({1, 2, 3});
-	observation.sensorPose.x(std::numeric_limits<double>::quiet_NaN());
+	observation.sensor_on_robot.x(std::numeric_limits<double>::quiet_NaN());
 	EXPECT_NE(make_scan(observation, few_beams()).invalid_because.find("pose of the sensor"), std::string::npos);
 	EXPECT_EQ(defect_of(observation, few_beams(), {}), ScanDefect::kSensorPose);
 }

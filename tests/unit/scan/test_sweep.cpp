@@ -44,15 +44,14 @@ TPose2D robot_at(double time, const mrpt::math::TTwist2D& twist)
 }
 
 /// Takes each beam from where the robot is at its time.
-mrpt::obs::CObservation2DRangeScan swept(
-    const Grid& grid, const mrpt::math::TTwist2D& twist, const Sweep& sweep, const Laser& laser)
+RangeScan swept(const Grid& grid, const mrpt::math::TTwist2D& twist, const Sweep& sweep, const Laser& laser)
 {
 	auto observation = make_observation(grid, kAtTimeZero, laser);
-	for (std::size_t i = 0; i < observation.getScanSize(); i++)
+	for (std::size_t i = 0; i < observation.size(); i++)
 	{
 		const auto then = make_observation(grid, robot_at(sweep.time_of(i), twist), laser);
-		observation.setScanRange(i, then.getScanRange(i));
-		observation.setScanRangeValidity(i, then.getScanRangeValidity(i));
+		observation.ranges[i] = then.ranges[i];
+		observation.valid[i] = then.is_valid(i);
 	}
 	return observation;
 }
@@ -144,7 +143,7 @@ TEST(Sweep, BackwardsIsForwardsFromTheOtherEnd)
 	const Sweep forwards = with_motion(spin(-0.2, 0.25, 5), twist), backwards = with_motion(spin(0.2, -0.25, 5), twist);
 	std::vector<float> reversed = {5, 4, 3, 2, 1};
 	auto mirrored = record(reversed);
-	mirrored.rightToLeft = false;
+	mirrored.right_to_left = false;
 	const Scan a = make_scan(observation, few_beams(), forwards), b = make_scan(mirrored, few_beams(), forwards);
 	const Scan c = make_scan(mirrored, few_beams(), backwards);
 	EXPECT_NEAR(a.beams.back().angle, M_PI / 2, 1e-6);  // the last beam was taken at time 0
@@ -219,10 +218,10 @@ TEST(Sweep, AnObservationAtOneTimeShowsWhatTheScanDoes)
 	const Sweep times = spin(0, 0.2, laser.beams);
 	const auto observation = swept(grid, twist, times, laser);
 	const auto moved = at_one_time(observation, with_motion(times, twist));
-	EXPECT_EQ(moved.getScanSize(), observation.getScanSize());
+	EXPECT_EQ(moved.size(), observation.size());
 	EXPECT_GT(count_off_walls(grid, make_scan(at_one_time(observation, times), {}), 0.1), 13);  // unknown: unchanged
 	EXPECT_LT(count_off_walls(grid, make_scan(moved, {}), 0.1), 5);
-	EXPECT_GT(make_scan(moved, {}).beams.size(), observation.getScanSize() * 9 / 10);
+	EXPECT_GT(make_scan(moved, {}).beams.size(), observation.size() * 9 / 10);
 }
 
 TEST(Sweep, PoseIsThatOfTheAskedTimeAndCovarianceCoversAnUnknownMotion)
@@ -242,8 +241,7 @@ TEST(Sweep, PoseIsThatOfTheAskedTimeAndCovarianceCoversAnUnknownMotion)
 	const Localization middle = localizer.localize(observation, {}, times);
 	EXPECT_LT(off(middle.best()), 2 * std::sqrt(middle.best().covariance(2, 2)));
 	EXPECT_GT(off(middle.best()), 2 * std::sqrt(as_taken.best().covariance(2, 2)));
-	PlacedObservation placed{
-	    std::make_shared<mrpt::obs::CObservation2DRangeScan>(observation), {}, with_motion(times, twist)};
+	PlacedObservation placed{std::make_shared<RangeScan>(observation), {}, with_motion(times, twist)};
 	const Localization merged = localizer.localize({placed}, {});
 	ASSERT_FALSE(merged.hypotheses.empty());
 	EXPECT_LT(off(merged.best()), 0.01);

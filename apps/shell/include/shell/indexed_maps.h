@@ -52,7 +52,7 @@ std::vector<IndexedMap> load_maps(const std::vector<MapSource>& sources, const W
 std::shared_ptr<const Localizer> build_map(const MapSource& source, const Wait& wait);
 
 /// Returns how much memory [byte] the index of a map takes about. \throws std::runtime_error if there is less
-double memory_of_index(const mrpt::maps::COccupancyGridMap2D& grid, const Parameters& parameters);
+double memory_of_index(const OccupancyMap& map, const Parameters& parameters);
 
 /// Builds an index.
 using BuildIndex = std::function<std::shared_ptr<const Localizer>()>;

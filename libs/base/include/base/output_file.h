@@ -2,16 +2,12 @@
 #pragma once
 
 #include <base/errors.h>
-#include <mrpt/io/CFileGZOutputStream.h>
-#include <mrpt/serialization/CSerializable.h>
 
-#include <cstdint>
 #include <cstdio>
 #include <filesystem>
 #include <set>
 #include <stdexcept>
 #include <string>
-#include <vector>
 
 namespace d2s1r
 {
@@ -79,27 +75,4 @@ class TextFile
 	PendingFile pending_;
 	std::FILE* file_;
 };
-
-/// A gzipped file of MRPT's serialized objects that appears only when it is whole, see PendingFile.
-class GzipFile
-{
-   public:
-	explicit GzipFile(const std::string& path);
-
-	void write(const std::vector<std::uint8_t>& bytes);
-	void write(const mrpt::serialization::CSerializable& object);
-
-	/// Writes all to the disk; nothing may be written any more.
-	void finish();
-	/// Finishes the file, unless that has been done, and gives it its name.
-	void commit();
-
-   private:
-	PendingFile pending_;
-	mrpt::io::CFileGZOutputStream stream_;
-	bool finished_ = false, empty_ = true;
-};
-
-/// Returns whether a gzip file unpacks to as many bytes as its end says, and to at least one.
-bool is_whole_gzip(const std::string& path);
 }  // namespace d2s1r

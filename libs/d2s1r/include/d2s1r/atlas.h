@@ -47,8 +47,7 @@ class Atlas
 	/// \param query without a prior: the region of each map is the prior there
 	/// \param sweep when each beam was taken; the pose is that of its time 0
 	/// \throws std::invalid_argument if the query has a prior, or its time budget is below 0
-	Localization localize(
-	    const mrpt::obs::CObservation2DRangeScan& observation, const Query& query = {}, const Sweep& sweep = {}) const;
+	Localization localize(const RangeScan& observation, const Query& query = {}, const Sweep& sweep = {}) const;
 
 	/// Answers where a scan was taken that make_scan() or the caller prepared.
 	Localization localize(const Scan& scan, const Query& query = {}) const;

@@ -1,8 +1,8 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <d2s1r/occupancy_map.h>
 #include <d2s1r/parameters.h>
-#include <mrpt/maps/COccupancyGridMap2D.h>
 
 #include <cstdint>
 #include <vector>
@@ -72,9 +72,9 @@ struct MapMeasure
 };
 
 /// Classifies the cells of `map` and crops them to the bounding box of the known ones. Thread-safe.
-/// \throws std::invalid_argument if thresholds cross, there is no known cell, cells are below 6.3 mm or more than
-///         can be numbered, or the map is further than 100 km from the origin of its frame
-Grid make_grid(const mrpt::maps::COccupancyGridMap2D& map, const GridParameters& parameters);
+/// \throws std::invalid_argument if thresholds cross, there is no known cell, cells are below 6.3 mm, more than
+///         can be numbered or not width times height, or the map is further than 100 km from the origin of its frame
+Grid make_grid(const OccupancyMap& map, const GridParameters& parameters);
 
 inline constexpr double kWallThickness = 0.1;  //!< [m] of walls that are drawn by a laser whose poses are known
 

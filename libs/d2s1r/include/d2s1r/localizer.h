@@ -3,11 +3,11 @@
 
 #include <d2s1r/grid.h>
 #include <d2s1r/localization.h>
+#include <d2s1r/occupancy_map.h>
 #include <d2s1r/parameters.h>
 #include <d2s1r/prior.h>
 #include <d2s1r/scan.h>
 #include <d2s1r/scan_accumulator.h>
-#include <mrpt/maps/COccupancyGridMap2D.h>
 
 #include <cstdint>
 #include <memory>
@@ -32,8 +32,7 @@ class Localizer
 	///        builds its index on one. The index does not depend on it.
 	/// \throws std::invalid_argument if `map` is null, has no free cell, has cells below 6.3 mm or is too large for the
 	///         parameters (their ranges in cells, the spacing of positions), or a parameter is out of range
-	explicit Localizer(
-	    mrpt::maps::COccupancyGridMap2D::ConstPtr map, const Parameters& parameters = {}, int threads = 1);
+	explicit Localizer(std::shared_ptr<const OccupancyMap> map, const Parameters& parameters = {}, int threads = 1);
 	~Localizer();
 	/// Leaves the other one empty: it can only be destroyed or assigned to.
 	Localizer(Localizer&&) noexcept;
@@ -69,8 +68,7 @@ class Localizer
 	/// shows. \param sweep when each beam was taken; the pose is that of its time 0
 	/// \throws std::invalid_argument if `query` holds a prior and the method is kPaper, which searches everywhere, or a
 	///         time budget below 0
-	Localization localize(
-	    const mrpt::obs::CObservation2DRangeScan& observation, const Query& query = {}, const Sweep& sweep = {}) const;
+	Localization localize(const RangeScan& observation, const Query& query = {}, const Sweep& sweep = {}) const;
 
 	/// Answers where a robot with several lasers was at the time of the last of these observations. It uses all of them
 	/// together: see merge_scans().
@@ -91,7 +89,7 @@ class Localizer
 	std::optional<double> relative_entropy(const Scan& scan, const mrpt::poses::CPose2D& robot) const;
 
 	/// Returns the map that was given to the constructor. After load(), the first call makes it.
-	const mrpt::maps::COccupancyGridMap2D& map() const;
+	const OccupancyMap& map() const;
 
 	/// Returns the parameters that were given to the constructor.
 	const Parameters& parameters() const;

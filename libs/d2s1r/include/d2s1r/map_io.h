@@ -1,11 +1,12 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <d2s1r/occupancy_map.h>
 #include <d2s1r/parameters.h>
-#include <mrpt/maps/COccupancyGridMap2D.h>
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -40,7 +41,7 @@ bool is_yaml_name(const std::string& file);
 /// Loads an occupancy map: .simplemap(.gz), .gridmap(.gz), ROS map_server .yaml, an image (needs `image`),
 /// a serialized CMultiMetricMap (its first grid) or CSignatureMap2D. Thread-safe.
 /// \throws std::runtime_error naming the file and what is wrong with it
-mrpt::maps::COccupancyGridMap2D::Ptr load_map(
+std::shared_ptr<const OccupancyMap> load_map(
     const std::string& file, const GridParameters& parameters = {},
     const std::optional<ImageGeometry>& image = std::nullopt);
 
@@ -53,7 +54,7 @@ std::vector<std::string> files_of_map(const std::string& file);
 /// \param geometry a pixel is a cell; its origin is kept exactly
 /// \throws std::invalid_argument if a probability is not in [0, 1], the last row is not whole, the geometry is out of
 ///         range, or the map is empty or too large for memory
-mrpt::maps::COccupancyGridMap2D::Ptr map_of_cells(
+std::shared_ptr<const OccupancyMap> map_of_cells(
     const std::vector<float>& p_occupied, std::size_t width, const ImageGeometry& geometry);
 
 /// Checks whether map_of_cells() takes so many cells, before anybody makes room for them.
@@ -66,15 +67,5 @@ void check_number_of_cells(std::size_t width, std::size_t height);
 std::uint64_t fingerprint_of_map(const std::string& file, const std::optional<ImageGeometry>& image = std::nullopt);
 
 /// Returns the fingerprint of a map in memory. It is equal for equal cells, size, resolution and origin.
-std::uint64_t fingerprint_of_map(const mrpt::maps::COccupancyGridMap2D& map);
-
-/// Returns the occupancy grid of a map object: of a COccupancyGridMap2D, a CMultiMetricMap (its first grid) or a
-/// CSignatureMap2D, or drawn from the scans of a CSimpleMap.
-/// \throws std::invalid_argument if it holds none, std::runtime_error if a CSimpleMap cannot be drawn
-mrpt::maps::COccupancyGridMap2D::Ptr grid_of(
-    const mrpt::serialization::CSerializable& map, const GridParameters& parameters = {});
-
-/// Returns a copy whose lower left corner lies at a multiple of the cell size, at most half a cell off. MRPT can read
-/// only such grids back from an archive: it rounds both corners of others, and their cells do not fit any more.
-mrpt::maps::COccupancyGridMap2D on_whole_cells(const mrpt::maps::COccupancyGridMap2D& map);
+std::uint64_t fingerprint_of_map(const OccupancyMap& map);
 }  // namespace d2s1r

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <d2s1r/localization.h>
-#include <mrpt/obs/CActionRobotMovement2D.h>
 #include <mrpt/poses/CPosePDFGaussian.h>
 
 #include <optional>
@@ -12,10 +11,6 @@ namespace d2s1r
 /// Returns the motion from one hypothesis to another, in the robot frame of `from`, m and rad, with the uncertainty of
 /// both ends.
 mrpt::poses::CPosePDFGaussian increment_between(const Hypothesis& from, const Hypothesis& to);
-
-/// Returns the motion between two localized scans as if odometry had measured it (the paper, Section IV-B.6), with the
-/// uncertainty of both ends; no value unless both results have a pose, in the same map.
-std::optional<mrpt::obs::CActionRobotMovement2D> pseudo_odometry(const Localization& from, const Localization& to);
 
 /// Returns the covariance of (x, y, phi), m^2 and rad^2, whose errors are independent of each other.
 /// \param std_x, std_y [m] standard deviations

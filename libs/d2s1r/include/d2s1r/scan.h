@@ -2,10 +2,10 @@
 #pragma once
 
 #include <d2s1r/parameters.h>
+#include <d2s1r/range_scan.h>
 #include <mrpt/math/CMatrixFixed.h>
 #include <mrpt/math/TPose2D.h>
 #include <mrpt/math/TTwist2D.h>
-#include <mrpt/obs/CObservation2DRangeScan.h>
 
 #include <cstddef>
 #include <string>
@@ -101,8 +101,7 @@ Sweep make_sweep(double first_beam, double duration, std::size_t beams, std::vec
 /// Returns an observation as if the laser had taken all beams at time 0 of the sweep, for what reads observations
 /// itself, such as a particle filter. Each beam becomes that of the direction nearest to it; directions that no beam
 /// looked in become invalid. make_scan() does not round directions. Thread-safe.
-mrpt::obs::CObservation2DRangeScan at_one_time(
-    const mrpt::obs::CObservation2DRangeScan& observation, const Sweep& sweep);
+RangeScan at_one_time(const RangeScan& observation, const Sweep& sweep);
 
 /// Returns whether the sensor is covered: nine of ten beams end within parameters.covered_within.
 bool is_covered(const Scan& scan, const ScanParameters& parameters);
@@ -112,6 +111,5 @@ bool is_covered(const Scan& scan, const ScanParameters& parameters);
 /// out if it looks where the first one does. It never throws: a sensor tilted beyond parameters.max_tilt, too few
 /// usable beams or a malformed observation make an invalid Scan.
 /// \param sweep when each beam was taken: all beams are moved to its time 0
-Scan make_scan(
-    const mrpt::obs::CObservation2DRangeScan& observation, const ScanParameters& parameters, const Sweep& sweep = {});
+Scan make_scan(const RangeScan& observation, const ScanParameters& parameters, const Sweep& sweep = {});
 }  // namespace d2s1r

@@ -5,6 +5,7 @@
 #include <mrpt/poses/CPose2D.h>
 
 #include <deque>
+#include <memory>
 #include <vector>
 
 namespace d2s1r
@@ -83,7 +84,7 @@ class ScanAccumulator
 /// Holds what a laser of a robot saw, and where the robot was then.
 struct PlacedObservation
 {
-	mrpt::obs::CObservation2DRangeScan::ConstPtr observation;  //!< not null
+	std::shared_ptr<const RangeScan> observation;  //!< not null
 	mrpt::poses::CPose2D robot;  //!< in a frame that is the same for all observations, such as that of the odometry
 	Sweep sweep = {};            //!< when its beams were taken; `robot` is that of its time 0
 };

@@ -63,8 +63,7 @@ class WindowLocalizer
 	/// Localizes an observation on its own, then answers where the robot was when it was taken.
 	/// \param sweep when each beam was taken; pose and `motion` are about its time 0
 	Localization add(
-	    const mrpt::obs::CObservation2DRangeScan& observation, const std::optional<mrpt::poses::CPose2D>& motion = {},
-	    const Sweep& sweep = {});
+	    const RangeScan& observation, const std::optional<mrpt::poses::CPose2D>& motion = {}, const Sweep& sweep = {});
 
    private:
 	std::unique_ptr<WindowTracker> tracker_;

@@ -1,7 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "base/index_file.h"
 
-#include <d2s1r/for_programs.h>
+#include <d2s1r/unusable_index.h>
 #include <fcntl.h>
 #include <sys/file.h>
 #include <sys/mman.h>

@@ -1,4 +1,5 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include <d2s1r/parameter_list.h>
 #include <d2s1r/parameters.h>
 
 #include <stdexcept>
@@ -8,7 +9,6 @@
 #include "base/checked_value.h"
 #include "base/file_text.h"
 #include "base/ini_text.h"
-#include "base/parameter_list.h"
 #include "base/spelling.h"
 
 namespace d2s1r

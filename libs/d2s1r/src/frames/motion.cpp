@@ -24,23 +24,6 @@ CPosePDFGaussian increment_between(const Hypothesis& from, const Hypothesis& to)
 	return increment;
 }
 
-std::optional<mrpt::obs::CActionRobotMovement2D> pseudo_odometry(const Localization& from, const Localization& to)
-{
-	if (from.hypotheses.empty() || to.hypotheses.empty() || from.best().map != to.best().map) return std::nullopt;
-	const CPosePDFGaussian increment = increment_between(from.best(), to.best());
-	mrpt::obs::CActionRobotMovement2D action;
-	// MRPT would serialize emOdometry without its covariance
-	action.estimationMethod = mrpt::obs::CActionRobotMovement2D::emScan2DMatching;
-	action.rawOdometryIncrementReading = increment.mean;
-	action.poseChange = CPosePDFGaussian::Create(increment);
-	// auxiliary particle filters draw from this model instead of poseChange
-	auto& model = action.motionModelConfiguration;
-	model.modelSelection = mrpt::obs::CActionRobotMovement2D::mmGaussian;
-	const double std_xy = std::sqrt(std::max(increment.cov(0, 0), increment.cov(1, 1)));
-	model.gaussianModel = {0, 0, 0, 0, std_xy, std::sqrt(increment.cov(2, 2))};
-	return action;
-}
-
 mrpt::math::CMatrixDouble33 covariance_of(double std_x, double std_y, double std_phi)
 {
 	mrpt::math::CMatrixDouble33 covariance;

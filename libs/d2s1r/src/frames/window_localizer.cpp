@@ -328,8 +328,7 @@ Localization WindowLocalizer::add(
 }
 
 Localization WindowLocalizer::add(
-    const mrpt::obs::CObservation2DRangeScan& observation, const std::optional<mrpt::poses::CPose2D>& motion,
-    const Sweep& sweep)
+    const RangeScan& observation, const std::optional<mrpt::poses::CPose2D>& motion, const Sweep& sweep)
 {
 	const Scan scan = make_scan(observation, tracker_->scan_parameters(), sweep);
 	return tracker_->add(scan, localize_(scan), motion);

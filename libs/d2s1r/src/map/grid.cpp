@@ -1,12 +1,13 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include <d2s1r/grid.h>
+#include <d2s1r/map_limits.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
 
-#include "map/occupancy_map.h"
+#include "map/cell_classes.h"
 
 namespace d2s1r
 {
@@ -19,13 +20,13 @@ struct KnownArea
 	int y0 = std::numeric_limits<int>::max(), y1 = 0;
 };
 
-KnownArea find_known_area(const mrpt::maps::COccupancyGridMap2D& map, const CellClasses& classes)
+KnownArea find_known_area(const OccupancyMap& map, const CellClasses& classes)
 {
-	const int width = static_cast<int>(map.getSizeX()), height = static_cast<int>(map.getSizeY());
+	const int width = map.width, height = map.height;
 	KnownArea area;
 	for (int y = 0; y < height; y++)
 	{
-		const auto* row = map.getRow(y);
+		const auto* row = map.row(y);
 		const auto is_known = [&](int x) { return classes[row[x]] != Cell::kUnknown; };
 		int first = 0, last = width - 1;
 		while (first < width && !is_known(first)) first++;
@@ -39,7 +40,7 @@ KnownArea find_known_area(const mrpt::maps::COccupancyGridMap2D& map, const Cell
 	return area;
 }
 
-/// Returns where a map was meant to begin [m]. MRPT keeps the corner of a map as a float, some micrometres off, so that
+/// Returns where a map was meant to begin [m]. Maps keep their corner as a float, some micrometres off, so that
 /// the same cells would be elsewhere with more unknown ones before them; files give tenths of a millimetre at most.
 double without_rounding(double corner)
 {
@@ -48,13 +49,16 @@ double without_rounding(double corner)
 }
 }  // namespace
 
-Grid make_grid(const mrpt::maps::COccupancyGridMap2D& map, const GridParameters& parameters)
+Grid make_grid(const OccupancyMap& map, const GridParameters& parameters)
 {
 	if (parameters.free_threshold > parameters.occupied_threshold)
 		throw std::invalid_argument("grid.free_threshold is above grid.occupied_threshold");
-	if (static_cast<double>(map.getResolution()) < kLeastCellSize)
+	if (map.width < 0 || map.height < 0 ||
+	    map.cells.size() != static_cast<std::size_t>(map.width) * static_cast<std::size_t>(map.height))
+		throw std::invalid_argument("the map has not width times height cells; give each of them");
+	if (!(static_cast<double>(map.cell_size) >= kLeastCellSize))
 		throw std::invalid_argument("the cells of the map are below 6.3 mm; use larger ones");
-	check_map_origin(static_cast<double>(map.getXMin()), static_cast<double>(map.getYMin()));
+	check_map_origin(static_cast<double>(map.origin_x), static_cast<double>(map.origin_y));
 	const CellClasses classes(parameters);
 	const KnownArea area = find_known_area(map, classes);
 	if (area.x1 == 0) throw std::invalid_argument("the map has no free or occupied cell");
@@ -65,14 +69,14 @@ Grid make_grid(const mrpt::maps::COccupancyGridMap2D& map, const GridParameters&
 	const auto size = static_cast<std::size_t>(grid.width) * static_cast<std::size_t>(grid.height);
 	if (size > static_cast<std::size_t>(std::numeric_limits<CellIndex>::max()))
 		throw std::invalid_argument("the map has more cells than can be numbered; use larger cells or a smaller map");
-	grid.cell_size = static_cast<double>(map.getResolution());
-	grid.origin_x = without_rounding(static_cast<double>(map.getXMin()) + area.x0 * grid.cell_size);
-	grid.origin_y = without_rounding(static_cast<double>(map.getYMin()) + area.y0 * grid.cell_size);
+	grid.cell_size = static_cast<double>(map.cell_size);
+	grid.origin_x = without_rounding(static_cast<double>(map.origin_x) + area.x0 * grid.cell_size);
+	grid.origin_y = without_rounding(static_cast<double>(map.origin_y) + area.y0 * grid.cell_size);
 	grid.cells.resize(size);
 	auto cell = grid.cells.begin();
 	for (int y = area.y0; y < area.y1; y++)
 	{
-		const auto* row = map.getRow(y);
+		const auto* row = map.row(y);
 		cell = std::transform(row + area.x0, row + area.x1, cell, [&](auto raw) { return classes[raw]; });
 	}
 	return grid;

@@ -1,4 +1,5 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include <d2s1r/map_limits.h>
 #include <d2s1r/version.h>
 #include <mrpt/core/format.h>
 #include <sys/mman.h>
@@ -20,7 +21,6 @@
 
 #include "base/file_text.h"
 #include "map/map_image.h"
-#include "map/occupancy_map.h"
 
 namespace d2s1r
 {
@@ -418,7 +418,7 @@ mrpt::img::CImage decode(const MemoryFile& file)
 	for (int i = 0; i < kTries; i++) try
 		{
 			mrpt::img::CImage image;
-			if (image.loadFromFile(file.name(), kChannelsAsStored)) return image;
+			if (image.loadFromFile(file.name(), -1)) return image;
 		}
 		catch (const std::bad_alloc&)
 		{

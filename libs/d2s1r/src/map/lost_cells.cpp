@@ -1,6 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // What became of pixels whose shades were meant in another way.
-#include <d2s1r/for_programs.h>
+#include <d2s1r/lost_cells.h>
 #include <d2s1r/version.h>
 
 #include <algorithm>
@@ -10,8 +10,8 @@
 #include <limits>
 #include <vector>
 
+#include "map/cell_classes.h"
 #include "map/map_image.h"
-#include "map/occupancy_map.h"
 
 namespace d2s1r
 {
@@ -52,16 +52,16 @@ struct CellsOfShades
 
 template <class Value>
 void count_cells(
-    const mrpt::img::CImage& image, const mrpt::maps::COccupancyGridMap2D& map, const CellClasses& classes,
-    CellsOfShades& cells)
+    const mrpt::img::CImage& image, const OccupancyMap& map, const CellClasses& classes, CellsOfShades& cells)
 {
 	constexpr std::size_t kWhite = std::numeric_limits<Value>::max();
-	const std::size_t channels = channels_of(image), colours = channels == 4 ? 3 : channels;
-	const auto height = map.getSizeY(), width = map.getSizeX();
+	const std::size_t channels = static_cast<std::size_t>(image.getChannelCount()),
+	                  colours = channels == 4 ? 3 : channels;
+	const auto height = static_cast<unsigned>(map.height), width = static_cast<unsigned>(map.width);
 	for (unsigned row = 0; row < height; row++)
 	{
 		const Value* pixel = image.ptrLine<Value>(height - 1 - row);
-		const auto* cell = map.getRow(static_cast<int>(row));
+		const std::int8_t* cell = map.row(static_cast<int>(row));
 		for (unsigned column = 0; column < width; column++, pixel += channels)
 		{
 			std::size_t sum = 0;
@@ -80,9 +80,9 @@ CellsOfShades count_cells(const mrpt::img::CImage& image, const PixelRule& rule,
 	const CellClasses classes(parameters);
 	CellsOfShades cells;
 	if (image.getPixelDepth() == mrpt::img::PixelDepth::D8U)
-		count_cells<std::uint8_t>(image, *map, classes, cells);
+		count_cells<std::uint8_t>(image, map, classes, cells);
 	else
-		count_cells<std::uint16_t>(image, *map, classes, cells);
+		count_cells<std::uint16_t>(image, map, classes, cells);
 	return cells;
 }
 

@@ -10,13 +10,11 @@
 #include "base/file_text.h"
 #include "base/index_file.h"
 #include "map/map_image.h"
-#include "map/occupancy_map.h"
 
 namespace d2s1r
 {
 namespace
 {
-using mrpt::maps::COccupancyGridMap2D;
 namespace fs = std::filesystem;
 
 std::string lower_case_extension(const std::string& file)
@@ -89,23 +87,11 @@ std::uint64_t fingerprint_of_map(const std::string& file, const std::optional<Im
 	return fingerprint;
 }
 
-std::uint64_t fingerprint_of_map(const COccupancyGridMap2D& map)
+std::uint64_t fingerprint_of_map(const OccupancyMap& map)
 {
 	const std::array<double, 5> geometry = {
-	    static_cast<double>(map.getSizeX()), static_cast<double>(map.getSizeY()),
-	    static_cast<double>(map.getResolution()), static_cast<double>(map.getXMin()),
-	    static_cast<double>(map.getYMin())};
-	const auto& cells = map.getRawMap();
-	return fingerprint_of(
-	    cells.data(), cells.size() * sizeof cells.front(), fingerprint_of(geometry.data(), sizeof geometry));
-}
-
-COccupancyGridMap2D on_whole_cells(const COccupancyGridMap2D& map)
-{
-	COccupancyGridMap2D moved = map;
-	const auto whole = [&](float origin)
-	{ return static_cast<double>(map.getResolution() * std::round(origin / map.getResolution())); };
-	set_origin(moved, whole(map.getXMin()), whole(map.getYMin()));
-	return moved;
+	    static_cast<double>(map.width), static_cast<double>(map.height), static_cast<double>(map.cell_size),
+	    static_cast<double>(map.origin_x), static_cast<double>(map.origin_y)};
+	return fingerprint_of(map.cells.data(), map.cells.size(), fingerprint_of(geometry.data(), sizeof geometry));
 }
 }  // namespace d2s1r

@@ -1,6 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "map/map_image.h"
 
+#include <d2s1r/map_limits.h>
 #include <d2s1r/version.h>
 #include <mrpt/core/format.h>
 
@@ -9,35 +10,30 @@
 #include <limits>
 #include <stdexcept>
 
-#include "map/occupancy_map.h"
-
 namespace d2s1r
 {
 namespace
 {
-using mrpt::maps::COccupancyGridMap2D;
-
 /// Fills `map` from an image of `Value` samples, first image row on top.
 template <class Value>
-void paint(COccupancyGridMap2D& map, const mrpt::img::CImage& image, const PixelRule& rule)
+void paint(OccupancyMap& map, const mrpt::img::CImage& image, const PixelRule& rule)
 {
 	constexpr std::size_t kWhite = std::numeric_limits<Value>::max();
-	const auto channels = channels_of(image);
+	const auto channels = static_cast<std::size_t>(image.getChannelCount());
 	const bool alpha_is_apart = channels == 4 && rule.transparent_is_unknown;
 	const std::size_t averaged = alpha_is_apart ? 3 : channels;
 	// By the sum of the averaged channels: millions of pixels, few different sums.
-	std::vector<COccupancyGridMap2D::cellType> cell_of_sum(kWhite * averaged + 1);
+	std::vector<std::int8_t> cell_of_sum(kWhite * averaged + 1);
 	for (std::size_t sum = 0; sum < cell_of_sum.size(); sum++)
 	{
 		const double brightness = static_cast<double>(sum) / static_cast<double>(kWhite * averaged);
-		cell_of_sum[sum] = COccupancyGridMap2D::p2l(static_cast<float>(1 - rule.p_occupied(brightness)));
+		cell_of_sum[sum] = OccupancyMap::cell_of(static_cast<float>(1 - rule.p_occupied(brightness)));
 	}
-	const int width = static_cast<int>(map.getSizeX()), height = static_cast<int>(map.getSizeY());
-	for (int y = 0; y < height; y++)
+	for (int y = 0; y < map.height; y++)
 	{
-		const Value* pixel = image.ptrLine<Value>(static_cast<unsigned>(height - 1 - y));
-		auto* cell = map.getRow(y);
-		for (int x = 0; x < width; x++, pixel += channels)
+		const Value* pixel = image.ptrLine<Value>(static_cast<unsigned>(map.height - 1 - y));
+		std::int8_t* cell = map.row(y);
+		for (int x = 0; x < map.width; x++, pixel += channels)
 		{
 			std::size_t sum = 0;
 			for (std::size_t i = 0; i < averaged; i++) sum += pixel[i];
@@ -65,18 +61,17 @@ void check_geometry(const ImageGeometry& geometry)
 		throw std::runtime_error("the yaw of the origin is not -2 pi to 2 pi rad; correct it");
 }
 
-COccupancyGridMap2D::Ptr paint_along_axes(
-    const mrpt::img::CImage& image, const ImageGeometry& geometry, const PixelRule& rule)
+OccupancyMap paint_along_axes(const mrpt::img::CImage& image, const ImageGeometry& geometry, const PixelRule& rule)
 {
 	const auto width = image.getWidth(), height = image.getHeight();
 	check_map_size(static_cast<double>(width), static_cast<double>(height));
-	auto map = make_unknown_map(
+	auto map = unknown_map(
 	    static_cast<int>(width), static_cast<int>(height), geometry.resolution, geometry.origin_x, geometry.origin_y);
 	const auto depth = image.getPixelDepth();
 	if (depth == mrpt::img::PixelDepth::D8U)
-		paint<std::uint8_t>(*map, image, rule);
+		paint<std::uint8_t>(map, image, rule);
 	else if (depth == mrpt::img::PixelDepth::D16U)
-		paint<std::uint16_t>(*map, image, rule);
+		paint<std::uint16_t>(map, image, rule);
 	else
 		throw std::runtime_error("the image has neither 8 nor 16 bits per sample; convert it to an 8-bit PNG");
 	return map;
@@ -85,13 +80,12 @@ COccupancyGridMap2D::Ptr paint_along_axes(
 namespace
 {
 /// Returns the map turned about its lower left corner by geometry.origin_yaw, in cells along the axes.
-COccupancyGridMap2D::Ptr along_axes(const COccupancyGridMap2D::Ptr& image, const ImageGeometry& geometry)
+OccupancyMap along_axes(OccupancyMap map, const ImageGeometry& geometry)
 {
 	constexpr double kNoYaw = 1e-6;  // [rad]
-	if (std::abs(geometry.origin_yaw) < kNoYaw) return image;
-	const COccupancyGridMap2D& map = *image;
+	if (std::abs(geometry.origin_yaw) < kNoYaw) return map;
 	const double c = std::cos(geometry.origin_yaw), s = std::sin(geometry.origin_yaw);
-	const double w = map.getSizeX(), h = map.getSizeY();  // [cells], as all lengths here
+	const double w = map.width, h = map.height;  // [cells], as all lengths here
 	const auto bounds = std::minmax({0.0, c * w, -s * h, c * w - s * h});
 	const auto bounds_y = std::minmax({0.0, s * w, c * h, s * w + c * h});
 	constexpr double kRounding = 1e-6;
@@ -99,7 +93,7 @@ COccupancyGridMap2D::Ptr along_axes(const COccupancyGridMap2D::Ptr& image, const
 	const double width = std::ceil(bounds.second - x0 - kRounding),
 	             height = std::ceil(bounds_y.second - y0 - kRounding);
 	check_map_size(width, height);
-	auto grid = make_unknown_map(
+	auto grid = unknown_map(
 	    static_cast<int>(width), static_cast<int>(height), geometry.resolution,
 	    geometry.origin_x + x0 * geometry.resolution, geometry.origin_y + y0 * geometry.resolution);
 	for (int row = 0; row < static_cast<int>(height); row++)
@@ -108,13 +102,13 @@ COccupancyGridMap2D::Ptr along_axes(const COccupancyGridMap2D::Ptr& image, const
 			const double x = x0 + column + 0.5, y = y0 + row + 0.5;
 			const double u = std::floor(c * x + s * y), v = std::floor(c * y - s * x);
 			if (u < 0 || v < 0 || u >= w || v >= h) continue;
-			grid->getRow(row)[column] = map.getRow(static_cast<int>(v))[static_cast<int>(u)];
+			grid.row(row)[column] = map.row(static_cast<int>(v))[static_cast<int>(u)];
 		}
 	return grid;
 }
 }  // namespace
 
-COccupancyGridMap2D::Ptr load_image_map(const std::string& file, const ImageGeometry& geometry, const PixelRule& rule)
+OccupancyMap load_image_map(const std::string& file, const ImageGeometry& geometry, const PixelRule& rule)
 {
 	check_geometry(geometry);
 	return along_axes(paint_along_axes(read_image(file), geometry, rule), geometry);
@@ -130,7 +124,7 @@ catch (const std::runtime_error& error)
 	throw std::invalid_argument(error.what());
 }
 
-COccupancyGridMap2D::Ptr map_of_cells(
+std::shared_ptr<const OccupancyMap> map_of_cells(
     const std::vector<float>& p_occupied, std::size_t width, const ImageGeometry& geometry)
 try
 {
@@ -139,7 +133,7 @@ try
 	check_map_size(static_cast<double>(width), static_cast<double>(height));
 	if (width * height != p_occupied.size())
 		throw std::invalid_argument("the last row is not whole; give width times height cells");
-	auto map = make_unknown_map(
+	auto map = unknown_map(
 	    static_cast<int>(width), static_cast<int>(height), geometry.resolution, geometry.origin_x, geometry.origin_y);
 	for (std::size_t i = 0; i < p_occupied.size(); i++)
 	{
@@ -151,9 +145,9 @@ try
 			    "occupied "
 			    "and NaN for unknown",
 			    i % width, i / width, static_cast<double>(p)));
-		map->getRow(static_cast<int>(i / width))[i % width] = COccupancyGridMap2D::p2l(1 - p);
+		map.cells[i] = OccupancyMap::cell_of(1 - p);
 	}
-	return along_axes(map, geometry);
+	return std::make_shared<const OccupancyMap>(along_axes(std::move(map), geometry));
 }
 catch (const std::logic_error& error)
 {

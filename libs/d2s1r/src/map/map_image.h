@@ -1,7 +1,8 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <d2s1r/for_programs.h>
+#include <d2s1r/changed_map.h>
+#include <d2s1r/lost_cells.h>
 #include <d2s1r/map_io.h>
 #include <mrpt/img/CImage.h>
 
@@ -33,12 +34,10 @@ void check_geometry(const ImageGeometry& geometry);
 
 /// Reads an image of 1, 3 or 4 channels of 8 or 16 bit.
 /// \throws std::exception saying what is wrong with the image or its geometry, without its name
-mrpt::maps::COccupancyGridMap2D::Ptr load_image_map(
-    const std::string& file, const ImageGeometry& geometry, const PixelRule& rule);
+OccupancyMap load_image_map(const std::string& file, const ImageGeometry& geometry, const PixelRule& rule);
 
 /// Paints an image whose pixels are cells. \throws std::exception
-mrpt::maps::COccupancyGridMap2D::Ptr paint_along_axes(
-    const mrpt::img::CImage& image, const ImageGeometry& geometry, const PixelRule& rule);
+OccupancyMap paint_along_axes(const mrpt::img::CImage& image, const ImageGeometry& geometry, const PixelRule& rule);
 
 /// Returns the memory [byte] that unpacking a PNG, JPEG, BMP, TIFF or PNM file takes at most. It looks at the bytes of
 /// the file before a decoder does, which would write to stderr, take a truncated file, or allocate whatever the header
@@ -77,12 +76,12 @@ LostCells find_lost_cells(const std::string& image, const MapServerYaml& yaml, c
 /// Returns the path of the image.
 std::string path_of_image(const std::string& yaml_file, const MapServerYaml& yaml);
 
-/// Reads a map of ROS map_server: a yaml file and the image it names, in modes trinary, scale and raw. In MRPT's map an
+/// Reads a map of ROS map_server: a yaml file and the image it names, in modes trinary, scale and raw. An
 /// occupied cell gets P(occupied) 1, a free one 0 and an unknown one 0.5, in between only in modes scale and raw.
 /// Of an image that the origin's yaw turns, cells along the axes of the map frame are made, see ImageGeometry. MRPT's
 /// own reader ignores that yaw and moves the origin to a multiple of the cell size.
 /// \throws std::exception saying what is wrong, without the name of the yaml file
-mrpt::maps::COccupancyGridMap2D::Ptr load_yaml_map(const std::string& yaml_file, MapChange change = MapChange::kNone);
+OccupancyMap load_yaml_map(const std::string& yaml_file, MapChange change = MapChange::kNone);
 
 /// Looks at what becomes of the pixels of a yaml map, see lost_cells(). \throws std::exception like load_yaml_map()
 LostCells lost_cells_of_yaml(const std::string& yaml_file, const GridParameters& parameters);

@@ -1,5 +1,4 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include <d2s1r/for_programs.h>
 #include <yaml-cpp/yaml.h>
 
 #include <cmath>
@@ -8,7 +7,7 @@
 
 #include "base/checked_value.h"
 #include "base/errors.h"
-#include "base/file_text.h"
+#include "base/yaml_file.h"
 #include "map/map_image.h"
 
 namespace d2s1r
@@ -134,7 +133,7 @@ PixelRule MapServerYaml::rule() const
 	return {p_occupied, mode == "scale"};
 }
 
-mrpt::maps::COccupancyGridMap2D::Ptr load_yaml_map(const std::string& yaml_file, MapChange change)
+OccupancyMap load_yaml_map(const std::string& yaml_file, MapChange change)
 {
 	MapServerYaml yaml = read_map_yaml(yaml_file);
 	if (change == MapChange::kNegated) yaml.negate = !yaml.negate;

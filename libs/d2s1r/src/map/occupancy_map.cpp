@@ -1,43 +1,60 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include "map/occupancy_map.h"
-
-#include <d2s1r/scan.h>
+#include <d2s1r/map_limits.h>
+#include <d2s1r/occupancy_map.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <cstdint>
 #include <stdexcept>
 #include <string>
-#include <vector>
+
+#include "map/cell_classes.h"
 
 namespace d2s1r
 {
 namespace
 {
-using mrpt::maps::COccupancyGridMap2D;
+constexpr int kGreatestOdds = 127;  // log-odds of a cell
+constexpr double kPerNat = 16;      // [1 / nat] steps of the log-odds
 
-/// MRPT has no setter for the exact origin and number of cells, and marks a map as not empty only when a scan is
-/// inserted.
-struct OpenMap : COccupancyGridMap2D
+/// The probabilities of all log-odds, and the log-odds of kGreatestOdds + 1 probabilities from 0 to 1. They are those
+/// of the tables of mrpt::maps::CLogOddsGridMapLUT<int8_t>, bit for bit, so that maps are the same in MRPT and here.
+struct LogOddsTables
 {
-	static void set_origin(COccupancyGridMap2D& map, double x, double y)
+	std::array<float, 2 * kGreatestOdds + 1> p_free{};
+	std::array<std::int8_t, kGreatestOdds + 1> cell_of{};
+
+	LogOddsTables()
 	{
-		const double cell_size = static_cast<double>(map.getResolution());
-		map.*(&OpenMap::m_xMin) = static_cast<float>(x);
-		map.*(&OpenMap::m_yMin) = static_cast<float>(y);
-		map.*(&OpenMap::m_xMax) = static_cast<float>(x + static_cast<double>(map.getSizeX()) * cell_size);
-		map.*(&OpenMap::m_yMax) = static_cast<float>(y + static_cast<double>(map.getSizeY()) * cell_size);
-	}
-	static void set_size(COccupancyGridMap2D& map, int cells_x, int cells_y)
-	{
-		map.*(&OpenMap::m_size_x) = static_cast<std::uint32_t>(cells_x);
-		map.*(&OpenMap::m_size_y) = static_cast<std::uint32_t>(cells_y);
-		map.*(&OpenMap::m_is_empty) = false;
-		(map.*(&OpenMap::m_map))
-		    .assign(static_cast<std::size_t>(cells_x) * static_cast<std::size_t>(cells_y), p2l(0.5F));
+		for (int cell = -kGreatestOdds; cell <= kGreatestOdds; cell++)
+			p_free.at(static_cast<std::size_t>(cell + kGreatestOdds)) =
+			    static_cast<float>(1.0 / (1.0 + std::exp(-cell / kPerNat)));
+		for (int i = 0; i <= kGreatestOdds; i++)
+		{
+			const double p = std::clamp(i * (1.0 / kGreatestOdds), 1e-14, 1.0 - 1e-14);
+			const double log_odds = std::round((std::log(p) - std::log(1 - p)) * kPerNat);
+			cell_of.at(static_cast<std::size_t>(i)) =
+			    static_cast<std::int8_t>(std::clamp<double>(log_odds, -kGreatestOdds, kGreatestOdds));
+		}
 	}
 };
+
+const LogOddsTables& log_odds_tables()
+{
+	static const LogOddsTables tables;
+	return tables;
+}
 }  // namespace
+
+float OccupancyMap::p_free(std::int8_t cell)
+{
+	return log_odds_tables().p_free.at(static_cast<std::size_t>(std::max<int>(cell, -kGreatestOdds) + kGreatestOdds));
+}
+
+std::int8_t OccupancyMap::cell_of(float p_free)
+{
+	return log_odds_tables().cell_of.at(static_cast<std::size_t>(p_free * static_cast<float>(kGreatestOdds)));
+}
 
 void check_map_size(double cells_x, double cells_y)
 {
@@ -57,162 +74,27 @@ void check_map_origin(double x, double y)
 	    "constant from it");
 }
 
-COccupancyGridMap2D::Ptr make_unknown_map(int cells_x, int cells_y, double cell_size, double origin_x, double origin_y)
+OccupancyMap unknown_map(int width, int height, double cell_size, double origin_x, double origin_y)
 {
-	check_map_size(cells_x, cells_y);
-	auto map = COccupancyGridMap2D::Create();
-	const auto size = static_cast<float>(cell_size);
-	map->setSize(0, size, 0, size, size);
-	OpenMap::set_size(*map, cells_x, cells_y);
-	OpenMap::set_origin(*map, origin_x, origin_y);
-	return map;
-}
-
-void set_origin(COccupancyGridMap2D& map, double x, double y)
-{
-	OpenMap::set_origin(map, x, y);
-}
-
-namespace
-{
-using mrpt::obs::CObservation2DRangeScan;
-
-/// Checks the pose of a scan that is to be drawn, because MRPT's insertion takes every number for good.
-/// \throws std::runtime_error if it is not finite
-void check_robot_pose(const mrpt::poses::CPose3D& pose)
-{
-	if (!std::isfinite(pose.norm() + pose.getRotationMatrix().sum()))
-		throw std::runtime_error("the pose of a scan to be drawn is not finite; correct it or leave the scan out");
-}
-
-/// Checks a scan that is to be drawn.
-/// \throws std::runtime_error if nothing can be drawn of it
-void check_scan(const CObservation2DRangeScan& scan)
-{
-	const bool is_mounted =
-	    scan.sensorPose.norm() <= kFarthestSensor && std::isfinite(scan.sensorPose.getRotationMatrix().sum());
-	if (!is_mounted || !std::isfinite(scan.aperture) || !std::isfinite(scan.maxRange))
-		throw std::runtime_error(
-		    "a scan to be drawn has no usable sensor pose, aperture or range; correct it or leave it out");
-}
-
-/// Returns a copy in which readings that are no distance are invalid.
-CObservation2DRangeScan with_distances_only(const CObservation2DRangeScan& scan)
-{
-	CObservation2DRangeScan checked = scan;
-	for (std::size_t i = 0; i < checked.getScanSize(); i++)
-		if (const float range = checked.getScanRange(i); !(range >= 0 && std::isfinite(range)))
-		{
-			checked.setScanRange(i, 0);
-			checked.setScanRangeValidity(i, false);
-		}
-	return checked;
-}
-
-/// A box in the map frame [m].
-struct Extent
-{
-	double x0 = INFINITY, x1 = -INFINITY, y0 = INFINITY, y1 = -INFINITY;
-
-	/// Widens the box so that it holds what is within `reach` [m] of `place`.
-	void add(const mrpt::poses::CPose3D& place, double reach)
-	{
-		x0 = std::min(x0, place.x() - reach);
-		x1 = std::max(x1, place.x() + reach);
-		y0 = std::min(y0, place.y() - reach);
-		y1 = std::max(y1, place.y() + reach);
-	}
-};
-
-/// Returns how far [m] from the sensor an insertion draws, with the 15 cells around it without which MRPT grows the
-/// map.
-double reach_of(const COccupancyGridMap2D::TInsertionOptions& options, double cell_size)
-{
-	return static_cast<double>(options.maxDistanceInsertion) + 16 * cell_size + 1;
-}
-
-/// Returns the pose of the sensor in the map frame.
-mrpt::poses::CPose3D sensor_of(const CObservation2DRangeScan& scan, const mrpt::poses::CPose3D& robot)
-{
-	return robot + scan.sensorPose;
-}
-
-/// Returns the 2D scans of a keyframe.
-/// \throws std::runtime_error if nothing can be drawn of one of them
-std::vector<CObservation2DRangeScan::Ptr> scans_of(const mrpt::obs::CSensoryFrame& keyframe)
-{
-	std::vector<CObservation2DRangeScan::Ptr> scans;
-	for (const auto& observation : keyframe)
-		if (const auto scan = std::dynamic_pointer_cast<CObservation2DRangeScan>(observation))
-			check_scan(*scans.emplace_back(scan));
-	return scans;
-}
-
-/// Makes a map of unknown cells that holds `extent`; its origin is a whole number of cells from (0, 0).
-/// \throws std::runtime_error if it is too large for memory
-COccupancyGridMap2D::Ptr make_map_of(const Extent& extent, double cell_size)
-{
-	const double x0 = std::floor(extent.x0 / cell_size), y0 = std::floor(extent.y0 / cell_size);
-	const double cells_x = std::ceil(extent.x1 / cell_size - x0), cells_y = std::ceil(extent.y1 / cell_size - y0);
-	check_map_size(cells_x, cells_y);
-	return make_unknown_map(
-	    static_cast<int>(cells_x), static_cast<int>(cells_y), cell_size, cell_size * x0, cell_size * y0);
-}
-}  // namespace
-
-COccupancyGridMap2D::Ptr make_map_around(const mrpt::poses::CPose3D& robot, double cell_size)
-{
-	check_robot_pose(robot);
-	check_map_origin(robot.x(), robot.y());
-	Extent extent;
-	extent.add(robot, 1);
-	return make_map_of(extent, cell_size);
-}
-
-bool draw(const mrpt::obs::CObservation& observation, const mrpt::poses::CPose3D& robot, COccupancyGridMap2D& map)
-{
-	const auto* scan = dynamic_cast<const CObservation2DRangeScan*>(&observation);
-	if (!scan) return false;
-	check_scan(*scan);
-	check_robot_pose(robot);
-	const auto number = [](float value) { return static_cast<double>(value); };
-	const double cell_size = number(map.getResolution());
-	const double most_growth = 30 * cell_size + 6;  // [m] beyond what is drawn
-	Extent extent{number(map.getXMin()), number(map.getXMax()), number(map.getYMin()), number(map.getYMax())};
-	extent.add(sensor_of(*scan, robot), reach_of(map.insertionOptions, cell_size) + most_growth);
-	check_map_size((extent.x1 - extent.x0) / cell_size, (extent.y1 - extent.y0) / cell_size);
-	return map.insertObservation(with_distances_only(*scan), robot);
-}
-
-COccupancyGridMap2D::Ptr draw_simple_map(const mrpt::maps::CSimpleMap& keyframes, double cell_size)
-{
-	if (keyframes.empty()) throw std::runtime_error("a simplemap without keyframes; save one with scans in it");
-	Extent extent;
-	for (const auto& keyframe : keyframes)
-	{
-		if (!keyframe.pose || !keyframe.sf)
-			throw std::runtime_error("a keyframe of the simplemap lacks its pose or its observations; save it again");
-		const auto robot = keyframe.pose->getMeanVal();
-		check_robot_pose(robot);
-		extent.add(robot, 1);
-		for (const auto& scan : scans_of(*keyframe.sf)) extent.add(sensor_of(*scan, robot), reach_of({}, cell_size));
-	}
-	// The map has its final size from the start: MRPT's map calls std::terminate() if memory ends while it grows.
-	auto map = make_map_of(extent, cell_size);
-	for (const auto& keyframe : keyframes)
-		for (const auto& scan : scans_of(*keyframe.sf)) draw(*scan, keyframe.pose->getMeanVal(), *map);
-	return map;
+	check_map_size(width, height);
+	const auto cells = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+	return {
+	    width,
+	    height,
+	    static_cast<float>(cell_size),
+	    static_cast<float>(origin_x),
+	    static_cast<float>(origin_y),
+	    std::vector<std::int8_t>(cells, OccupancyMap::cell_of(0.5F))};
 }
 
 CellClasses::CellClasses(const GridParameters& parameters)
 {
-	using Bits = std::make_unsigned_t<RawCell>;
-	classes_.resize(std::size_t{std::numeric_limits<Bits>::max()} + 1, Cell::kUnknown);
 	for (std::size_t bits = 0; bits < classes_.size(); bits++)
 	{
-		const auto cell = static_cast<RawCell>(static_cast<Bits>(bits));
-		const double p_occupied = 1.0 - static_cast<double>(mrpt::maps::COccupancyGridMap2D::l2p(cell));
-		Cell& its_class = classes_[bits];
+		const auto cell = static_cast<std::int8_t>(static_cast<std::uint8_t>(bits));
+		const double p_occupied = 1.0 - static_cast<double>(OccupancyMap::p_free(cell));
+		Cell& its_class = classes_.at(bits);
+		its_class = Cell::kUnknown;
 		if (p_occupied > parameters.occupied_threshold)
 			its_class = Cell::kOccupied;
 		else if (p_occupied < parameters.free_threshold)
@@ -220,9 +102,9 @@ CellClasses::CellClasses(const GridParameters& parameters)
 	}
 }
 
-bool has_free_cell(const mrpt::maps::COccupancyGridMap2D& map, const CellClasses& classes)
+bool has_free_cell(const OccupancyMap& map, const CellClasses& classes)
 {
-	const auto& cells = map.getRawMap();
-	return std::any_of(cells.begin(), cells.end(), [&](auto raw) { return classes[raw] == Cell::kFree; });
+	return std::any_of(
+	    map.cells.begin(), map.cells.end(), [&](std::int8_t cell) { return classes[cell] == Cell::kFree; });
 }
 }  // namespace d2s1r

@@ -111,12 +111,11 @@ NoReturns count_no_returns(const Readings& readings, double step)
 }
 }  // namespace
 
-Readings read_each(const mrpt::obs::CObservation2DRangeScan& observation, const ScanParameters& parameters)
+Readings read_each(const RangeScan& observation, const ScanParameters& parameters)
 {
-	Readings readings(observation.getScanSize());
+	Readings readings(observation.size());
 	for (std::size_t i = 0; i < readings.size(); i++)
-		readings[i] = read_beam(
-		    observation.getScanRange(i), observation.getScanRangeValidity(i), observation.maxRange, parameters);
+		readings[i] = read_beam(observation.ranges[i], observation.is_valid(i), observation.max_range, parameters);
 	return readings;
 }
 

@@ -13,7 +13,7 @@ namespace d2s1r
 using Readings = std::vector<std::optional<Beam>>;
 
 /// Reads all beams of an observation, each for itself. Nothing else knows what drivers and logs write.
-Readings read_each(const mrpt::obs::CObservation2DRangeScan& observation, const ScanParameters& parameters);
+Readings read_each(const RangeScan& observation, const ScanParameters& parameters);
 
 /// Takes out the returns that share exactly their range with many others that are not their neighbours: a dirty window,
 /// or a value that a driver writes instead of a measurement.

@@ -1,6 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include <d2s1r/for_programs.h>
 #include <d2s1r/scan.h>
+#include <d2s1r/scan_defect.h>
 #include <mrpt/math/wrap2pi.h>
 
 #include <algorithm>
@@ -25,10 +25,10 @@ bool is_on_robot(double x, double y)
 }
 
 /// Returns the greatest tilt [rad] of the sensor's plane against the plane of the robot during the scan.
-double tilt_of(const mrpt::obs::CObservation2DRangeScan& observation)
+double tilt_of(const RangeScan& observation)
 {
-	const auto& axes = observation.sensorPose.getRotationMatrix();
-	return std::atan2(std::hypot(axes(2, 0), axes(2, 1)), std::abs(axes(2, 2))) + std::abs(observation.deltaPitch);
+	const auto& axes = observation.sensor_on_robot.getRotationMatrix();
+	return std::atan2(std::hypot(axes(2, 0), axes(2, 1)), std::abs(axes(2, 2))) + std::abs(observation.delta_pitch);
 }
 
 /// Says why a scan cannot be used.
@@ -39,20 +39,19 @@ struct Refusal
 };
 
 /// Returns why an observation and its sweep make no scan, whatever the readings are.
-Refusal refusal_of(
-    const mrpt::obs::CObservation2DRangeScan& observation, const ScanParameters& parameters, const Sweep& sweep)
+Refusal refusal_of(const RangeScan& observation, const ScanParameters& parameters, const Sweep& sweep)
 {
-	if (observation.getScanSize() < 2) return {ScanDefect::kOther, "the scan has fewer than 2 beams"};
-	if (observation.getScanSize() > kMostBeams) return {ScanDefect::kOther, kTooManyBeams};
+	if (observation.size() < 2) return {ScanDefect::kOther, "the scan has fewer than 2 beams"};
+	if (observation.size() > kMostBeams) return {ScanDefect::kOther, kTooManyBeams};
 	if (!(observation.aperture > 0) || !std::isfinite(observation.aperture))
 		return {ScanDefect::kAngles, "the aperture (angle_increment of ROS times the beams) is not finite and above 0"};
 	if (static_cast<double>(observation.aperture) > 2 * kFullTurn)
 		return {
 		    ScanDefect::kAngles,
 		    "the aperture (angle_increment of ROS times the beams) is more than two turns; angles are in rad"};
-	if (!(observation.maxRange > 0) || !std::isfinite(observation.maxRange))
+	if (!(observation.max_range > 0) || !std::isfinite(observation.max_range))
 		return {ScanDefect::kMaxRange, "maxRange (range_max of ROS) is not finite and above 0"};
-	const auto& pose = observation.sensorPose;
+	const auto& pose = observation.sensor_on_robot;
 	const auto& axes = pose.getRotationMatrix();  // yaw() would write to the observation
 	const double tilt = mrpt::RAD2DEG(tilt_of(observation));
 	if (!std::isfinite(tilt + axes(0, 0) + axes(1, 0)) || !is_on_robot(pose.x(), pose.y()))
@@ -61,7 +60,7 @@ Refusal refusal_of(
 		return {
 		    ScanDefect::kSensorPose,
 		    "the sensor is tilted by " + std::to_string(std::lround(tilt)) + " deg, more than scan.max_tilt"};
-	if (!is_usable(sweep, observation.getScanSize()))
+	if (!is_usable(sweep, observation.size()))
 		return {
 		    ScanDefect::kOther,
 		    "the sweep has times or poses that are not finite or in order, or lasts longer than 10 s"};
@@ -151,8 +150,7 @@ bool is_covered(const Scan& scan, const ScanParameters& parameters)
 	return 10 * static_cast<std::size_t>(blocked) >= 9 * scan.beams.size();
 }
 
-Scan make_scan(
-    const mrpt::obs::CObservation2DRangeScan& observation, const ScanParameters& parameters, const Sweep& sweep)
+Scan make_scan(const RangeScan& observation, const ScanParameters& parameters, const Sweep& sweep)
 {
 	Scan scan;
 	scan.invalid_because = refusal_of(observation, parameters, sweep).because;
@@ -162,7 +160,7 @@ Scan make_scan(
 	scan.sensor_on_robot = mover.sensor_on_robot();
 	scan.position_std = mover.motion().position_std();
 	scan.heading_std = mover.motion().heading_std();
-	const double step = static_cast<double>(observation.aperture) / static_cast<double>(observation.getScanSize() - 1);
+	const double step = static_cast<double>(observation.aperture) / static_cast<double>(observation.size() - 1);
 	Readings readings = read_each(observation, parameters);
 	scan.repeated = take_out_repeated(readings);
 	scan.lost = take_out_lost(readings, step, parameters);
@@ -172,8 +170,7 @@ Scan make_scan(
 	return scan;
 }
 
-ScanDefect defect_of(
-    const mrpt::obs::CObservation2DRangeScan& observation, const ScanParameters& parameters, const Sweep& sweep)
+ScanDefect defect_of(const RangeScan& observation, const ScanParameters& parameters, const Sweep& sweep)
 {
 	const Refusal refusal = refusal_of(observation, parameters, sweep);
 	if (refusal.defect != ScanDefect::kNone) return refusal.defect;

@@ -118,18 +118,18 @@ double SweptMotion::std_of(double unknown, double known) const
 	return kErrorShare * known * off + std::min(unknown * off, kAcceleration * unseen_);
 }
 
-BeamMover::BeamMover(const mrpt::obs::CObservation2DRangeScan& observation, const Sweep& sweep)
+BeamMover::BeamMover(const RangeScan& observation, const Sweep& sweep)
     : sweep_(sweep),
-      motion_(sweep, observation.getScanSize()),
+      motion_(sweep, observation.size()),
       aperture_(static_cast<double>(observation.aperture)),
-      step_(aperture_ / static_cast<double>(observation.getScanSize() - 1))
+      step_(aperture_ / static_cast<double>(observation.size() - 1))
 {
-	const auto& axes = observation.sensorPose.getRotationMatrix();
+	const auto& axes = observation.sensor_on_robot.getRotationMatrix();
 	const bool upside_down = axes(2, 2) < 0;
-	sign_ = observation.rightToLeft != upside_down ? 1 : -1;
+	sign_ = observation.right_to_left != upside_down ? 1 : -1;
 	// The heading of the sensor's x axis seen from above: the yaw, but half a turn off it if the sensor is turned over
 	// by its pitch. The height does not matter in a plane.
-	sensor_ = {observation.sensorPose.x(), observation.sensorPose.y(), std::atan2(axes(1, 0), axes(0, 0))};
+	sensor_ = {observation.sensor_on_robot.x(), observation.sensor_on_robot.y(), std::atan2(axes(1, 0), axes(0, 0))};
 }
 
 double BeamMover::angle_of(std::size_t beam) const
@@ -147,34 +147,30 @@ Beam BeamMover::moved(const Beam& read, std::size_t index) const
 	return {beam_angle(std::atan2(seen.y, seen.x)), static_cast<float>(std::hypot(seen.x, seen.y)), read.is_return};
 }
 
-mrpt::obs::CObservation2DRangeScan at_one_time(
-    const mrpt::obs::CObservation2DRangeScan& observation, const Sweep& sweep)
+RangeScan at_one_time(const RangeScan& observation, const Sweep& sweep)
 {
-	const std::size_t beams = observation.getScanSize();
-	mrpt::obs::CObservation2DRangeScan moved = observation;
+	const std::size_t beams = observation.size();
+	RangeScan moved = observation;
 	if (sweep.is_instant() || !is_usable(sweep, beams) || beams < 2) return moved;
 	const BeamMover mover(observation, sweep);
 	if (!mover.moves()) return moved;
 	const double aperture = static_cast<double>(observation.aperture);
 	const double step = aperture / static_cast<double>(beams - 1);
 	std::vector<double> off(beams, 1.0);  // [steps] of the beam that a direction has got
+	moved.ranges.assign(beams, NAN);
+	moved.valid.assign(beams, 0);
 	for (std::size_t i = 0; i < beams; i++)
 	{
-		moved.setScanRangeValidity(i, false);
-		moved.setScanRange(i, NAN);
-	}
-	for (std::size_t i = 0; i < beams; i++)
-	{
-		const float range = observation.getScanRange(i);
-		const bool is_return = observation.getScanRangeValidity(i) && range < observation.maxRange;
-		const Beam beam = mover.moved({0, is_return ? range : observation.maxRange, is_return}, i);
+		const float range = observation.ranges[i];
+		const bool is_return = observation.is_valid(i) && range < observation.max_range;
+		const Beam beam = mover.moved({0, is_return ? range : observation.max_range, is_return}, i);
 		double at = (mover.sign() * static_cast<double>(beam.angle) + aperture / 2) / step;
 		at -= std::floor(at * step / (2 * M_PI)) * 2 * M_PI / step;  // beams of a full circle come in again
 		const auto to = static_cast<std::size_t>(std::lround(at));
 		if (to >= beams || std::abs(at - static_cast<double>(to)) >= off[to]) continue;
 		off[to] = std::abs(at - static_cast<double>(to));
-		moved.setScanRange(to, is_return ? beam.range : range);
-		moved.setScanRangeValidity(to, observation.getScanRangeValidity(i));
+		moved.ranges[to] = is_return ? beam.range : range;
+		moved.valid[to] = observation.is_valid(i) ? 1 : 0;
 	}
 	return moved;
 }

@@ -43,7 +43,7 @@ class BeamMover
 {
    public:
 	/// Keeps a reference to `sweep`, which must be usable: see is_usable(). The observation has two beams or more.
-	BeamMover(const mrpt::obs::CObservation2DRangeScan& observation, const Sweep& sweep);
+	BeamMover(const RangeScan& observation, const Sweep& sweep);
 
 	/// Returns whether moved() changes any beam.
 	bool moves() const { return motion_.is_known(); }

@@ -36,7 +36,7 @@ struct MadeLocalizer
 
 /// Makes a localizer, on a thread of its own. \throws std::exception saying what is wrong with the map
 using MakeLocalizer =
-    std::function<MadeLocalizer(const mrpt::maps::COccupancyGridMap2D::ConstPtr& map, const Parameters& parameters)>;
+    std::function<MadeLocalizer(const std::shared_ptr<const OccupancyMap>& map, const Parameters& parameters)>;
 
 /// Sets a LiveLocalizer.
 struct LiveSettings

@@ -1,9 +1,8 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // one_scan MAP RAWLOG: where may the first scan of a rawlog have been taken?
-#include <d2s1r/localizer.h>
 #include <d2s1r/map_io.h>
+#include <d2s1r/mrpt.h>
 #include <mrpt/io/CFileGZInputStream.h>
-#include <mrpt/obs/CObservation2DRangeScan.h>
 #include <mrpt/obs/CSensoryFrame.h>
 #include <mrpt/serialization/CArchive.h>
 
@@ -34,7 +33,7 @@ try
 {
 	if (argc != 3) throw std::runtime_error("usage: one_scan MAP RAWLOG");
 	const d2s1r::Localizer localizer(d2s1r::load_map(argv[1]));
-	const d2s1r::Localization result = localizer.localize(*first_scan(argv[2]));
+	const d2s1r::Localization result = localizer.localize(d2s1r::scan_of(*first_scan(argv[2])));
 	std::cout << to_string(result.status) << '\n';
 	for (const auto& hypothesis : result.hypotheses)
 		std::cout << hypothesis.probability << " at " << hypothesis.pose << '\n';

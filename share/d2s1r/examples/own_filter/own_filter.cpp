@@ -55,7 +55,7 @@ try
 		if (!scan) continue;
 		if (!is_seeded)
 		{
-			const d2s1r::Localization result = map->localizer().localize(*scan);
+			const d2s1r::Localization result = map->localizer().localize(d2s1r::scan_of(*scan));
 			if (result.status != d2s1r::Status::kLocalized) continue;
 			d2s1r::assign_particles(filter, d2s1r::seed_particles(map->localizer(), result));
 			is_seeded = true;

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "diagnosis/mistakes.h"
+#include "mrpt_types.h"
 #include "test_floor.h"
 
 namespace d2s1r::test
@@ -106,7 +107,7 @@ TEST(ShareThatMapConfirms, TellsOpenSpaceFromBeamsThatGotLost)
 		std::vector<Localization> answers;
 		for (const auto& pose : random_poses(grid, 5, 0.4, 3))
 		{
-			CObservation2DRangeScan scan = make_observation(world_of(grid), pose);
+			CObservation2DRangeScan scan = make_mrpt_observation(world_of(grid), pose);
 			for (std::size_t i = 0; i < scan.getScanSize(); i++)
 				if (nothing_there ? scan.getScanRange(i) > kReach : i % 5 == 0)
 				{

@@ -9,6 +9,7 @@
 #include "../temporary_folder.h"
 #include "app_world.h"
 #include "frames/frame_loop.h"
+#include "mrpt_types.h"
 
 using namespace d2s1r;
 using namespace d2s1r::app;
@@ -99,11 +100,11 @@ mrpt::obs::CObservation2DRangeScan::Ptr swept_scan(double stamp, const std::stri
 	laser.beams = kBeams;
 	laser.aperture = 2 * M_PI * (kBeams - 1) / kBeams;
 	auto scan = std::make_shared<mrpt::obs::CObservation2DRangeScan>(
-	    test::make_observation(test::flat(), turning_robot(stamp), laser));
+	    test::make_mrpt_observation(test::flat(), turning_robot(stamp), laser));
 	for (std::size_t i = 0; i < kBeams; i++)
 	{
 		const auto at = turning_robot(stamp + kSweep * static_cast<double>(i) / kBeams);
-		const auto then = test::make_observation(test::flat(), at, laser);
+		const auto then = test::make_mrpt_observation(test::flat(), at, laser);
 		scan->setScanRange(i, then.getScanRange(i));
 		scan->setScanRangeValidity(i, then.getScanRangeValidity(i));
 	}
@@ -240,7 +241,8 @@ TEST_F(TurningRobotOfALog, TheSinkGetsTheScanThatWasLocalized)
 		}
 		return static_cast<double>(seen) / static_cast<double>(scan.beams.size());
 	};
-	EXPECT_LT(share_seen_at_once(make_scan(*swept_scan(stamp, "LASER"), {})), 0.7);
+	EXPECT_LT(share_seen_at_once(make_scan(d2s1r::scan_of(*swept_scan(stamp, "LASER")), {})), 0.7);
 	EXPECT_GT(share_seen_at_once(scans_[0]), 0.9);
-	EXPECT_GT(share_seen_at_once(make_scan(*observations_[0], {})), 0.75) << "directions are rounded to 4 deg";
+	EXPECT_GT(share_seen_at_once(make_scan(d2s1r::scan_of(*observations_[0]), {})), 0.75)
+	    << "directions are rounded to 4 deg";
 }

@@ -6,8 +6,8 @@
 #include <random>
 
 #include "input/map_doubts.h"
+#include "mrpt_types.h"
 #include "test_files.h"
-#include "test_maps.h"
 
 namespace d2s1r::test
 {

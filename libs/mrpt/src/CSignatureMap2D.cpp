@@ -11,7 +11,7 @@
 #include <optional>
 #include <stdexcept>
 
-#include "map/occupancy_map.h"
+#include "mrpt_grid.h"
 
 using mrpt::maps::COccupancyGridMap2D;
 
@@ -95,7 +95,7 @@ ObservedPoints::Points ObservedPoints::of(const mrpt::obs::CObservation2DRangeSc
 {
 	const std::lock_guard<std::mutex> lock(mutex_);
 	if (points_ && matches(key_, observation)) return points_;
-	const Scan scan = make_scan(observation, parameters_);
+	const Scan scan = make_scan(scan_of(observation), parameters_);
 	points_ = std::make_shared<std::vector<mrpt::math::TPoint2Df>>(
 	    scan.valid() ? end_points(scan, most_) : std::vector<mrpt::math::TPoint2Df>{});
 	key_ = key_of(observation);
@@ -150,38 +150,55 @@ class Fnv1a
 struct CSignatureMap2D::Content
 {
 	Content(
-	    COccupancyGridMap2D::ConstPtr the_map, const Parameters& p, const TLikelihoodOptions& l,
-	    std::shared_ptr<const Localizer> the_localizer = nullptr)
-	    : map(std::move(the_map)),
+	    COccupancyGridMap2D::ConstPtr map, const Parameters& p, const TLikelihoodOptions& l,
+	    std::shared_ptr<const Localizer> localizer = nullptr)
+	    : is_empty(!map && !localizer),
 	      parameters(p),
 	      likelihood(l),
-	      built_localizer(std::move(the_localizer)),
+	      given_localizer(std::move(localizer)),
+	      built_map(std::move(map)),
 	      last_scan(p.scan, l.beams)
 	{
 	}
 
-	const COccupancyGridMap2D::ConstPtr map;  //!< null if the map is empty
+	const bool is_empty;
 	const Parameters parameters;
 	const TLikelihoodOptions likelihood;
 
-	const Localizer& localizer(int threads) const
+	/// Returns null if the map is empty.
+	const COccupancyGridMap2D::ConstPtr& map() const
 	{
 		std::call_once(
-		    localizer_built,
-		    [&]
+		    map_made,
+		    [this]
 		    {
-			    if (!built_localizer) built_localizer = std::make_shared<const Localizer>(map, parameters, threads);
+			    if (given_localizer) built_map = mrpt_grid_of(given_localizer->map());
 		    });
+		return built_map;
+	}
+	const Localizer& localizer(int threads) const
+	{
+		if (given_localizer) return *given_localizer;
+		std::call_once(localizer_built, [&] { built_localizer.emplace(grid_of(*map()), parameters, threads); });
 		return *built_localizer;
 	}
 	const LikelihoodField& field() const
 	{
-		std::call_once(field_built, [this] { built_field.emplace(make_grid(*map, parameters.grid), likelihood); });
+		std::call_once(
+		    field_built,
+		    [this]
+		    {
+			    const Grid grid =
+			        given_localizer ? given_localizer->grid() : make_grid(*grid_of(*map()), parameters.grid);
+			    built_field.emplace(grid, likelihood);
+		    });
 		return *built_field;
 	}
 
-	mutable std::once_flag localizer_built, field_built;
-	mutable std::shared_ptr<const Localizer> built_localizer;
+	const std::shared_ptr<const Localizer> given_localizer;  //!< null if the map was given
+	mutable std::once_flag map_made, localizer_built, field_built;
+	mutable COccupancyGridMap2D::ConstPtr built_map;
+	mutable std::optional<Localizer> built_localizer;
 	mutable std::optional<LikelihoodField> built_field;
 	mutable ObservedPoints last_scan;
 	mutable ScansOfEmptyMap scans_of_empty_map;
@@ -203,11 +220,17 @@ CSignatureMap2D::CSignatureMap2D(
 	set_map(map);
 }
 
+CSignatureMap2D::CSignatureMap2D(
+    const OccupancyMap& map, const Parameters& parameters, const TLikelihoodOptions& likelihood)
+    : CSignatureMap2D(parameters, likelihood)
+{
+	content_ = std::make_shared<Content>(mrpt_grid_of(map), parameters, likelihood);
+}
+
 CSignatureMap2D::CSignatureMap2D(std::shared_ptr<const Localizer> localizer)
 {
 	if (!localizer) throw std::invalid_argument("CSignatureMap2D: the localizer is null");
-	const COccupancyGridMap2D::ConstPtr map(localizer, &localizer->map());
-	content_ = std::make_shared<Content>(map, localizer->parameters(), TLikelihoodOptions{}, localizer);
+	content_ = std::make_shared<Content>(nullptr, localizer->parameters(), TLikelihoodOptions{}, localizer);
 }
 
 void CSignatureMap2D::set_map(const COccupancyGridMap2D& map)
@@ -218,7 +241,7 @@ void CSignatureMap2D::set_map(const COccupancyGridMap2D& map)
 
 COccupancyGridMap2D::ConstPtr CSignatureMap2D::grid() const
 {
-	return content_->map;
+	return content_->map();
 }
 const Parameters& CSignatureMap2D::parameters() const
 {
@@ -231,13 +254,13 @@ const CSignatureMap2D::TLikelihoodOptions& CSignatureMap2D::likelihood_options()
 
 const Localizer& CSignatureMap2D::localizer(int threads) const
 {
-	if (!content_->map) throw std::invalid_argument("CSignatureMap2D is empty: set a map or insert scans first");
+	if (content_->is_empty) throw std::invalid_argument("CSignatureMap2D is empty: set a map or insert scans first");
 	return content_->localizer(threads);
 }
 
 const LikelihoodField& CSignatureMap2D::likelihood_field() const
 {
-	if (!content_->map) throw std::invalid_argument("CSignatureMap2D is empty: set a map or insert scans first");
+	if (content_->is_empty) throw std::invalid_argument("CSignatureMap2D is empty: set a map or insert scans first");
 	return content_->field();
 }
 
@@ -255,8 +278,8 @@ std::uint64_t CSignatureMap2D::fingerprint_with(const std::string& archived_para
 {
 	Fnv1a hash;
 	hash.add(archived_parameters.data(), archived_parameters.size());
-	if (!content_->map) return hash.value();
-	const COccupancyGridMap2D& map = *content_->map;
+	if (content_->is_empty) return hash.value();
+	const COccupancyGridMap2D& map = *content_->map();
 	hash.add(map.getSizeX());
 	hash.add(map.getXMin());
 	hash.add(map.getYMin());
@@ -267,13 +290,13 @@ std::uint64_t CSignatureMap2D::fingerprint_with(const std::string& archived_para
 
 bool CSignatureMap2D::isEmpty() const
 {
-	return !content_->map;
+	return content_->is_empty;
 }
 
 std::string CSignatureMap2D::asString() const
 {
 	if (isEmpty()) return "d2s1r::CSignatureMap2D, empty";
-	const COccupancyGridMap2D& map = *content_->map;
+	const COccupancyGridMap2D& map = *content_->map();
 	return "d2s1r::CSignatureMap2D of " + std::to_string(map.getSizeX()) + " x " + std::to_string(map.getSizeY()) +
 	       " cells of " + std::to_string(map.getResolution()) + " m";
 }
@@ -282,12 +305,12 @@ void CSignatureMap2D::saveMetricMapRepresentationToFile(const std::string& prefi
 {
 	const std::string ini = prefix + "_signatureMap.ini";
 	if (!(std::ofstream(ini) << to_ini(content_->parameters))) throw std::runtime_error(ini + ": cannot be written");
-	if (content_->map) content_->map->saveMetricMapRepresentationToFile(prefix);
+	if (!content_->is_empty) content_->map()->saveMetricMapRepresentationToFile(prefix);
 }
 
 void CSignatureMap2D::getVisualizationInto(drawing::CSetOfObjects& scene) const
 {
-	if (genericMapParams.enableSaveAs3DObject && content_->map) content_->map->getVisualizationInto(scene);
+	if (genericMapParams.enableSaveAs3DObject && !content_->is_empty) content_->map()->getVisualizationInto(scene);
 }
 
 void CSignatureMap2D::internal_clear()
@@ -297,10 +320,10 @@ void CSignatureMap2D::internal_clear()
 
 COccupancyGridMap2D::Ptr CSignatureMap2D::writable_grid(const mrpt::poses::CPose3D& robot) const
 {
-	if (!content_->map) return make_map_around(robot, parameters().grid.simplemap_cell_size);
-	const bool shared = content_.use_count() > 1 || content_->map.use_count() > 1;
-	if (shared) return std::make_shared<COccupancyGridMap2D>(*content_->map);
-	return std::const_pointer_cast<COccupancyGridMap2D>(content_->map);  // it was made here, not const
+	if (content_->is_empty) return make_map_around(robot, parameters().grid.simplemap_cell_size);
+	const bool shared = content_.use_count() > 1 || content_->map().use_count() > 1;
+	if (shared) return std::make_shared<COccupancyGridMap2D>(*content_->map());
+	return std::const_pointer_cast<COccupancyGridMap2D>(content_->map());  // it was made here, not const
 }
 
 bool CSignatureMap2D::internal_insertObservation(
@@ -319,7 +342,7 @@ double CSignatureMap2D::internal_computeObservationLikelihood(
 {
 	const auto* scan = dynamic_cast<const mrpt::obs::CObservation2DRangeScan*>(&observation);
 	if (!scan) return 0.0;
-	if (!content_->map)
+	if (content_->is_empty)
 	{
 		content_->scans_of_empty_map.add(*scan);
 		return 0.0;
@@ -332,6 +355,6 @@ double CSignatureMap2D::internal_computeObservationLikelihood(
 
 bool CSignatureMap2D::internal_canComputeObservationLikelihood(const mrpt::obs::CObservation& observation) const
 {
-	return content_->map && IS_CLASS(observation, mrpt::obs::CObservation2DRangeScan);
+	return !content_->is_empty && IS_CLASS(observation, mrpt::obs::CObservation2DRangeScan);
 }
 }  // namespace d2s1r

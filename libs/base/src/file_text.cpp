@@ -3,14 +3,12 @@
 
 #include <fcntl.h>
 #include <unistd.h>
-#include <yaml-cpp/yaml.h>
 
 #include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
-#include <set>
 #include <stdexcept>
 
 #include "base/errors.h"
@@ -90,34 +88,5 @@ void check_readable(const std::string& file)
 	if (fs::exists(status) && fs::file_size(file, error) == 0)
 		throw std::runtime_error("is empty; copy or save it again");
 	read_text(file, 1);
-}
-
-YAML::Node read_yaml(const std::string& file)
-{
-	constexpr std::size_t kLongestFile = 1 << 18;  // [byte] an atlas of a thousand maps has half of that
-	check_readable(file);
-	const std::string text = read_text(file, kLongestFile + 1);
-	if (text.size() > kLongestFile)
-		throw std::runtime_error("is longer than 256 kB; name the yaml file of a map or an atlas");
-	try
-	{
-		const YAML::Node root = YAML::Load(text);
-		check_keys(root);
-		return root;
-	}
-	catch (const YAML::Exception& error)
-	{
-		throw std::runtime_error(
-		    "line " + std::to_string(error.mark.line + 1) + " is not yaml (" + excerpt(error.msg) + "); correct it");
-	}
-}
-
-void check_keys(const YAML::Node& map)
-{
-	std::set<std::string> seen;
-	if (!map.IsMap()) return;
-	for (const auto& item : map)
-		if (item.first.IsScalar() && !seen.insert(item.first.Scalar()).second)
-			throw std::runtime_error("the key '" + excerpt(item.first.Scalar()) + "' is given twice; keep one");
 }
 }  // namespace d2s1r

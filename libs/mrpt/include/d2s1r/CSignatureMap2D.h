@@ -3,7 +3,8 @@
 
 #include <d2s1r/likelihood_field.h>
 #include <d2s1r/localizer.h>
-#include <d2s1r/version.h>
+#include <d2s1r/mrpt.h>
+#include <d2s1r/mrpt_version.h>
 #include <mrpt/maps/CMetricMap.h>
 
 #include <cstdint>
@@ -54,6 +55,11 @@ class CSignatureMap2D : public mrpt::maps::CMetricMap
 	    const mrpt::maps::COccupancyGridMap2D& map, const Parameters& parameters = {},
 	    const TLikelihoodOptions& likelihood = {});
 
+	/// Takes a map that load_map() returned.
+	/// \throws std::invalid_argument if a parameter is out of range
+	explicit CSignatureMap2D(
+	    const OccupancyMap& map, const Parameters& parameters = {}, const TLikelihoodOptions& likelihood = {});
+
 	/// Takes map, parameters and index of a localizer, such as Localizer::load() returns.
 	/// \throws std::invalid_argument if it is null
 	explicit CSignatureMap2D(std::shared_ptr<const Localizer> localizer);
@@ -67,7 +73,7 @@ class CSignatureMap2D : public mrpt::maps::CMetricMap
 	/// Takes a copy of `map`; forgets what was built.
 	void set_map(const mrpt::maps::COccupancyGridMap2D& map);
 
-	/// Returns the occupancy grid; null if the map is empty.
+	/// Returns the occupancy grid; null if the map is empty. The first call makes it of the map of a localizer.
 	mrpt::maps::COccupancyGridMap2D::ConstPtr grid() const;
 
 	/// Returns the parameters of the localizer.

@@ -2,6 +2,7 @@
 // Reads CSignatureMap2D from ini sections and archives, and writes it there.
 #include <d2s1r/CSignatureMap2D.h>
 #include <d2s1r/map_io.h>
+#include <d2s1r/parameter_list.h>
 #include <mrpt/config/CConfigFileMemory.h>
 #include <mrpt/obs/CObservation2DRangeScan.h>
 #include <mrpt/serialization/CArchive.h>
@@ -14,8 +15,8 @@
 
 #include "base/checked_value.h"
 #include "base/errors.h"
-#include "base/parameter_list.h"
-#include "map/occupancy_map.h"
+#include "base/ini_text.h"
+#include "mrpt_grid.h"
 
 namespace d2s1r
 {
@@ -143,7 +144,7 @@ mrpt::maps::internal::MapCtorFromDefFunctor::result_type CSignatureMap2D::intern
 	const auto& given = dynamic_cast<const TMapDefinition&>(definition);
 	const Parameters parameters = given.config_file.empty() ? Parameters{} : load_parameters(given.config_file);
 	auto map = std::make_unique<CSignatureMap2D>(parameters, given.likelihood);
-	if (!given.map_file.empty()) map->set_map(*load_map(given.map_file, parameters.grid));
+	if (!given.map_file.empty()) map->set_map(*mrpt_grid_of(*load_map(given.map_file, parameters.grid)));
 	map->insertionOptions = given.insertion;
 	return mrpt::maps::internal::MapCtorFromDefFunctor::result_type(map.release());
 }

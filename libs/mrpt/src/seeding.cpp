@@ -1,5 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include <Eigen/Eigenvalues>
+#include <d2s1r/allowed_cells.h>
 #include <d2s1r/seeding.h>
 #include <mrpt/math/wrap2pi.h>
 #include <mrpt/random/RandomGenerators.h>
@@ -10,7 +11,6 @@
 #include <stdexcept>
 
 #include "base/checked_value.h"
-#include "prior/prior_index.h"
 
 namespace d2s1r
 {
@@ -106,24 +106,6 @@ void check(const SeedingParameters& parameters)
 double log_weight(double probability, int count)
 {
 	return std::log(std::max(probability, 1e-12)) - std::log(count);
-}
-
-/// Returns the free cells of the map whose centres `prior` allows.
-std::vector<CellIndex> allowed_cells(const Localizer& localizer, const Prior& prior)
-{
-	std::vector<CellIndex> cells = localizer.free_cells();
-	const Grid& grid = localizer.grid();
-	const PoseBox area{
-	    grid.origin_x, grid.origin_x + grid.width * grid.cell_size, grid.origin_y,
-	    grid.origin_y + grid.height * grid.cell_size};
-	const PriorIndex index(prior, area, 0, 0);
-	const auto is_ruled_out = [&](CellIndex cell)
-	{
-		const double x = grid.center_x(cell), y = grid.center_y(cell);
-		return !index.may_allow_position(x, y) || !prior.allows_position(x, y);
-	};
-	cells.erase(std::remove_if(cells.begin(), cells.end(), is_ruled_out), cells.end());
-	return cells;
 }
 
 /// How the probability is shared between hypotheses and free space.

@@ -5,11 +5,6 @@
 #include <functional>
 #include <string>
 
-namespace YAML
-{
-class Node;
-}
-
 namespace d2s1r
 {
 inline constexpr std::size_t kFileBlock = 1 << 16;  //!< [byte]
@@ -27,12 +22,4 @@ std::string read_text(const std::string& file, std::size_t most = std::string::n
 /// of them wait for what comes, and count as empty here.
 /// \throws std::runtime_error that does not name `file`, if it is no file, is empty or cannot be read
 void check_readable(const std::string& file);
-
-/// Reads a yaml file, of 256 kB at most: yaml-cpp takes up to 500 times that, and half a second.
-/// \throws std::runtime_error that does not name the file, if it is no file, cannot be read, is too long or no yaml, or
-///         gives a key of its outermost level twice
-YAML::Node read_yaml(const std::string& file);
-
-/// \throws std::runtime_error if a map gives a key twice, of which yaml-cpp takes the first
-void check_keys(const YAML::Node& map);
 }  // namespace d2s1r

@@ -1,7 +1,8 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include <d2s1r/CSignatureMap2D.h>
 #include <d2s1r/map_io.h>
-#include <d2s1r/version.h>
+#include <d2s1r/mrpt.h>
+#include <d2s1r/mrpt_version.h>
 #include <gtest/gtest.h>
 #include <mrpt/io/CFileGZInputStream.h>
 #include <mrpt/io/CFileGZOutputStream.h>
@@ -14,7 +15,6 @@
 #include <mrpt/serialization/CArchive.h>
 #include <sys/resource.h>
 
-#include "map/occupancy_map.h"
 #include "map/refused_map.h"
 #include "test_files.h"
 #include "test_maps.h"
@@ -36,11 +36,16 @@ void save(const mrpt::serialization::CSerializable& object, const std::string& f
 	mrpt::serialization::archiveFrom(stream) << object;
 }
 
-void expect_room(const mrpt::maps::COccupancyGridMap2D& map)
+void save(const OccupancyMap& map, const std::string& file)
+{
+	save(*mrpt_grid_of(map), file);
+}
+
+void expect_room(const OccupancyMap& map)
 {
 	const Grid expected = make_picture_grid(kRoom, 0.05);
-	ASSERT_EQ(static_cast<int>(map.getSizeX()), expected.width);
-	ASSERT_EQ(static_cast<int>(map.getSizeY()), expected.height);
+	ASSERT_EQ(map.width, expected.width);
+	ASSERT_EQ(map.height, expected.height);
 	for (int y = 0; y < expected.height; y++)
 		for (int x = 0; x < expected.width; x++)
 		{
@@ -62,7 +67,17 @@ void add_keyframe(
 
 mrpt::obs::CObservation2DRangeScan scan_of_room()
 {
-	return make_observation(make_picture_grid(enlarge(kRoom, 20), 0.05), {2.0, 1.5, 0.3});
+	return observation_of(make_observation(make_picture_grid(enlarge(kRoom, 20), 0.05), {2.0, 1.5, 0.3}));
+}
+
+/// The column and the row that a place [m, map frame] is in.
+int column(const OccupancyMap& map, float x)
+{
+	return static_cast<int>((x - map.origin_x) / map.cell_size);
+}
+int row(const OccupancyMap& map, float y)
+{
+	return static_cast<int>((y - map.origin_y) / map.cell_size);
 }
 
 mrpt::maps::CSimpleMap room_seen_once()
@@ -86,7 +101,7 @@ TEST(MapIo, MultiMetricMapGivesItsGrid)
 	mrpt::maps::CMultiMetricMap maps;
 	maps.maps.push_back(mrpt::maps::CSimplePointsMap::Create());
 	EXPECT_THROW(grid_of(maps), std::invalid_argument);
-	maps.maps.push_back(make_map(kRoom, 0.05));
+	maps.maps.push_back(mrpt_grid_of(*make_map(kRoom, 0.05)));
 	expect_room(*grid_of(maps));
 
 	const TempFolder folder;
@@ -99,14 +114,14 @@ TEST(MapIo, SimplemapIsDrawnWithItsCellSize)
 	GridParameters parameters;
 	parameters.simplemap_cell_size = 0.1;
 	const auto map = grid_of(room_seen_once(), parameters);
-	EXPECT_FLOAT_EQ(map->getResolution(), 0.1F);
-	EXPECT_LT(p_occupied(*map, map->x2idx(2.5F), map->y2idx(1.5F)), 0.4);   // inside
-	EXPECT_GT(p_occupied(*map, map->x2idx(0.97F), map->y2idx(1.5F)), 0.6);  // the wall on the left
-	EXPECT_DOUBLE_EQ(p_occupied(*map, map->x2idx(0.5F), map->y2idx(1.5F)), 0.5);
+	EXPECT_FLOAT_EQ(map->cell_size, 0.1F);
+	EXPECT_LT(p_occupied(*map, column(*map, 2.5F), row(*map, 1.5F)), 0.4);   // inside
+	EXPECT_GT(p_occupied(*map, column(*map, 0.97F), row(*map, 1.5F)), 0.6);  // the wall on the left
+	EXPECT_DOUBLE_EQ(p_occupied(*map, column(*map, 0.5F), row(*map, 1.5F)), 0.5);
 
 	const TempFolder folder;
 	save(room_seen_once(), folder.path("room.simplemap.gz"));
-	EXPECT_EQ(load_map(folder.path("room.simplemap.gz"), parameters)->getRawMap(), map->getRawMap());
+	EXPECT_EQ(load_map(folder.path("room.simplemap.gz"), parameters)->cells, map->cells);
 }
 
 TEST(MapIo, OfASimplemapOnlyTheScansAreDrawn)
@@ -118,7 +133,7 @@ TEST(MapIo, OfASimplemapOnlyTheScansAreDrawn)
 	sonar->sensedData.resize(1);
 	sonar->sensedData[0].sensedDistance = 0.3F;
 	keyframes.begin()->sf->insert(sonar);
-	EXPECT_EQ(grid_of(keyframes)->getRawMap(), scans_only->getRawMap());
+	EXPECT_EQ(grid_of(keyframes)->cells, scans_only->cells);
 }
 
 TEST(MapIo, ASimplemapIsDrawnAroundItsSensorsWithoutGrowing)
@@ -126,7 +141,7 @@ TEST(MapIo, ASimplemapIsDrawnAroundItsSensorsWithoutGrowing)
 	for (const double cell_size : {0.05, 0.5})
 	{
 		mrpt::obs::CObservation2DRangeScan ahead =
-		    make_observation(make_picture_grid(enlarge(kRoom, 20), 0.05), {2.0, 1.5, 0});
+		    observation_of(make_observation(make_picture_grid(enlarge(kRoom, 20), 0.05), {2.0, 1.5, 0}));
 		ahead.sensorPose = mrpt::poses::CPose3D(30, 0, 0, 0, 0, 0);
 		for (std::size_t i = 0; i < ahead.getScanSize(); i++) ahead.setScanRange(i, 20);
 		mrpt::maps::CSimpleMap keyframes;
@@ -134,10 +149,11 @@ TEST(MapIo, ASimplemapIsDrawnAroundItsSensorsWithoutGrowing)
 		GridParameters parameters;
 		parameters.simplemap_cell_size = cell_size;
 		const auto map = grid_of(keyframes, parameters);
-		const double drawn = static_cast<double>(map->insertionOptions.maxDistanceInsertion);
-		EXPECT_NEAR(static_cast<double>(map->getXMin()), 2.0 - 1, cell_size);  // the robot; beams leave ahead of it
-		EXPECT_NEAR(static_cast<double>(map->getXMax()), 32.0 + drawn + 16 * cell_size + 1, 1.1 * cell_size);
-		EXPECT_LT(p_occupied(*map, map->x2idx(32.0F + 10), map->y2idx(1.5F)), 0.4) << cell_size;
+		const double drawn =
+		    static_cast<double>(mrpt::maps::COccupancyGridMap2D::TInsertionOptions().maxDistanceInsertion);
+		EXPECT_NEAR(static_cast<double>(map->origin_x), 2.0 - 1, cell_size);  // the robot; beams leave ahead of it
+		EXPECT_NEAR(map->end_x(), 32.0 + drawn + 16 * cell_size + 1, 1.1 * cell_size);
+		EXPECT_LT(p_occupied(*map, column(*map, 32.0F + 10), row(*map, 1.5F)), 0.4) << cell_size;
 	}
 }
 
@@ -169,7 +185,7 @@ TEST(MapIo, BrokenFilesAreRefusedByName)
 TEST(MapIo, MapsPackedByZstdAreReadIfMrptReadsThem)
 {
 	std::vector<std::uint8_t> map;
-	mrpt::serialization::ObjectToOctetVector(make_map(kRoom, 0.05).get(), map);
+	mrpt::serialization::ObjectToOctetVector(mrpt_grid_of(*make_map(kRoom, 0.05)).get(), map);
 	const auto number = [](std::size_t value, int bytes)
 	{
 		std::string text;
@@ -223,7 +239,7 @@ TEST(MapIo, CountsThatTheFileCannotHoldAreRefused)
 	keyframes.replace(keyframes.find("CSimpleMap") + 11, 4, "\xff\xff\xff\x7f");
 	EXPECT_NE(refusal(folder.write("many.simplemap", keyframes)).find("truncated; copy"), std::string::npos);
 
-	const std::string start = serialized(*make_map(enlarge(kRoom, 200), 0.05)).substr(0, 100);
+	const std::string start = serialized(*mrpt_grid_of(*make_map(enlarge(kRoom, 200), 0.05))).substr(0, 100);
 	EXPECT_NE(refusal(folder.write("start.gridmap", start)).find("truncated; copy"), std::string::npos);
 }
 
@@ -275,7 +291,7 @@ TEST(MapIo, MapsFarFromTheOriginAreRefusedHoweverTheyAreSaved)
 {
 	const TempFolder folder;
 	auto far = make_map(kRoom, 0.5);
-	set_origin(*far, 2e5, 0);
+	far->origin_x = 2e5F;
 	save(*far, folder.path("far.gridmap"));
 	EXPECT_NE(refusal(folder.path("far.gridmap")).find("100 km"), std::string::npos);
 }
@@ -285,7 +301,7 @@ TEST(MapIo, WhatIsFreeIsSaidByTheParameters)
 	const TempFolder folder;
 	auto grey = make_map(kRoom, 0.05);
 	for (int y = 0; y < 3; y++)
-		for (int x = 0; x < 6; x++) grey->setCell(x, y, 0.55F);  // P(occupied) 0.45
+		for (int x = 0; x < 6; x++) grey->row(y)[x] = OccupancyMap::cell_of(0.55F);  // P(occupied) 0.45
 	save(*grey, folder.path("grey.gridmap"));
 	GridParameters parameters;
 	EXPECT_THROW(load_map(folder.path("grey.gridmap"), parameters), std::runtime_error);
@@ -297,8 +313,7 @@ TEST(MapIo, OnWholeCellsMovesAMapByHalfACellAtMost)
 {
 	for (const double origin : {-1.03, -1.02, 0.02, 0.03, 2.974})
 	{
-		auto map = make_map(kRoom, 0.05);
-		set_origin(*map, origin, -origin);
+		const auto map = mrpt_grid_of(*make_map(make_picture_grid(kRoom, 0.05, origin, -origin)));
 		const auto moved = on_whole_cells(*map);
 		EXPECT_NEAR(moved.getXMin(), origin, 0.0251) << origin;
 		EXPECT_NEAR(moved.getYMin(), -origin, 0.0251) << origin;
@@ -363,8 +378,8 @@ TEST(MapIo, SimpleMapsWithNumbersThatAreNoneAreRefusedOrDrawnWithoutThem)
 	for (const float range : {-1e5F, -1e3F, std::nanf(""), HUGE_VALF})
 	{
 		const auto map = grid_of(with([&](auto& scan) { scan.setScanRange(3, range); }));
-		EXPECT_EQ(map->getSizeX(), sound->getSizeX()) << range;
-		EXPECT_EQ(map->getSizeY(), sound->getSizeY()) << range;
+		EXPECT_EQ(map->width, sound->width) << range;
+		EXPECT_EQ(map->height, sound->height) << range;
 	}
 	for (const double x : {1e6, std::nan("")})
 		EXPECT_NE(
