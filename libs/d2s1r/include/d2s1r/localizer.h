@@ -107,7 +107,8 @@ class Localizer
 	const std::vector<CellIndex>& free_cells() const;
 
    private:
-	friend class Atlas;  // which searches several indices at once
+	friend class Atlas;    // which searches several indices at once
+	friend class Tracker;  // which looks near places of several indices
 	struct Index;
 	Localizer(const Parameters& parameters, std::shared_ptr<const Index> index);
 
