@@ -3,7 +3,7 @@
 """Draws what d2s1r-live publishes on /d2s1r/markers: draw_markers.py BUILD MAP.yaml OUT.png
 
 A simulated robot drives through the map for 20 s. The picture shows the markers with the most hypotheses, the last of these.
-BUILD is a build with tests whose target d2s1r-live-drive was built, too.
+BUILD is the folder of a build.
 """
 import json
 import math
@@ -34,8 +34,8 @@ def markers_of_a_drive(build, site_map):
     with tempfile.TemporaryDirectory() as folder:
         file = pathlib.Path(folder) / "markers.json"
         with subprocess.Popen([build / "apps/d2s1r-live/d2s1r-live", "--seed", "watch", "--domain", DOMAIN, "--quiet"]) as live:
-            subprocess.run([build / "tests/live/d2s1r-live-drive", site_map, SECONDS, file], check=True,
-                           env=dict(os.environ, D2S1R_TEST_DOMAIN=DOMAIN))
+            subprocess.run([build / "apps/d2s1r-live-drive/d2s1r-live-drive", site_map, SECONDS, file], check=True,
+                           env=dict(os.environ, ROS_DOMAIN_ID=DOMAIN))
             live.terminate()
         return json.loads(file.read_text())
 

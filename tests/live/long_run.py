@@ -44,8 +44,8 @@ def main():
     command = [build / "apps/d2s1r-live/d2s1r-live", "--seed", "watch", "--domain", DOMAIN, "--quiet"]
     with subprocess.Popen(command) as live, open(out, "w", encoding="utf-8") as table:
         table.write("seconds,memory_mb,processor_s\n")
-        with subprocess.Popen([build / "tests/live/d2s1r-live-drive", site_map, seconds],
-                              env=dict(os.environ, D2S1R_TEST_DOMAIN=DOMAIN)) as drive:
+        with subprocess.Popen([build / "apps/d2s1r-live-drive/d2s1r-live-drive", site_map, seconds],
+                              env=dict(os.environ, ROS_DOMAIN_ID=DOMAIN)) as drive:
             rows = watch(live, drive, table)
         before = time.monotonic()
         live.send_signal(signal.SIGTERM)

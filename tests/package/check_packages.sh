@@ -32,7 +32,7 @@ check d2s1r-tools "libd2s1r$abi (= $version-1)" /bin/rawlog-localize /libd2s1r-p
 	/completions/rawlog-localize /config/default.ini /examples/localize_then_track.sh /doc/d2s1r/README.md /doc/d2s1r/doc/usage.md
 if compgen -G "$folder/d2s1r-live_*" >/dev/null; then
 	check d2s1r-live "libd2s1r$abi (= $version-1)" /bin/d2s1r-live /d2s1r-live.1.gz /completions/d2s1r-live \
-		/systemd/system/d2s1r-live.service /lib/d2s1r/d2s1r-live /ament_index/resource_index/packages/d2s1r /d2s1r/package.xml
+		/systemd/system/d2s1r-live.service /bin/d2s1r-live-drive /d2s1r-live-drive.1.gz /lib/d2s1r/d2s1r-live /ament_index/resource_index/packages/d2s1r /d2s1r/package.xml
 	field d2s1r-live Depends | grep -q ddsc || fail "d2s1r-live depends on $(field d2s1r-live Depends)"
 fi
 if compgen -G "$folder/d2s1r-live-ros1_*" >/dev/null; then

@@ -34,6 +34,7 @@ const std::map<std::string, std::set<std::string>> kMayInclude = {
     {"python", {"libs/base", "libs/d2s1r"}},
     {"apps/shell", {"libs/base", "libs/ros", "libs/d2s1r"}},
     {"apps/d2s1r-live", {"libs/base", "libs/ros", "libs/d2s1r", "libs/live", "apps/shell"}},
+    {"apps/d2s1r-live-drive", {"libs/base", "libs/ros", "libs/d2s1r", "libs/live", "apps/shell", "apps/d2s1r-live"}},
     {"apps/d2s1r-live-ros1", {"libs/base", "libs/ros", "libs/d2s1r", "libs/live"}},
     {"apps/rawlog-localize",
      {"libs/base", "libs/ros", "libs/logs", "libs/d2s1r", "libs/mrpt", "libs/calibration", "apps/shell"}}};

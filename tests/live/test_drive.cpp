@@ -1,0 +1,86 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+// d2s1r-live beside the simulated robot that users have.
+#include <regex>
+
+#include "live_test.h"
+
+namespace d2s1r::test
+{
+namespace
+{
+const std::string kOffice = D2S1R_SOURCE_DIR "/share/d2s1r/data/office.yaml";
+
+/// What a drive says at its end.
+struct Drove
+{
+	int scans = 0, kidnappings = 0, seeds = 0, right = 0, poses = 0, right_poses = 0;
+};
+
+Drove parse(const std::string& line)
+{
+	const std::regex form(
+	    "(\\d+) scans, (\\d+) times carried away, (\\d+) seeds; the tracker was right \\(1 m\\) at (\\d+) scans; "
+	    "(\\d+) "
+	    "poses, of which right \\(0.1 m\\) (\\d+)[^]*");
+	std::smatch found;
+	if (!std::regex_match(line, found, form)) throw std::runtime_error("another line: " + line);
+	const auto number = [&](int i) { return std::stoi(found[static_cast<std::size_t>(i)]); };
+	return {number(1), number(2), number(3), number(4), number(5), number(6)};
+}
+}  // namespace
+
+TEST_F(LiveTest, FindsTheSimulatedRobotAndItsTrackerAgainAfterEachMishap)
+{
+	LiveProcess live = start_live({"--seed", "watch"});
+	const auto result = run_program(
+	    {D2S1R_LIVE_DRIVE,
+	     kOffice,
+	     "16",
+	     "--domain",
+	     std::to_string(test_domain()),
+	     "--kidnap",
+	     "9",
+	     "--crash",
+	     "5",
+	     "--return",
+	     "1",
+	     "--clutter",
+	     "3",
+	     "--field-of-view",
+	     "270",
+	     "--beams",
+	     "541",
+	     "--scan-rate",
+	     "12.5",
+	     "--odom-rate",
+	     "30",
+	     "--odom-error",
+	     "0.05"});
+	EXPECT_EQ(result.status, 0) << result.err;
+	const Drove drove = parse(result.out);
+	EXPECT_EQ(drove.kidnappings, 1);
+	EXPECT_NE(result.out.find("the tracker crashed 3 times"), std::string::npos) << result.out;
+	EXPECT_GE(drove.seeds, 4) << "at the start, after two crashes, and after the robot was carried away\n" << said();
+	EXPECT_GE(drove.poses, drove.scans / 3) << result.out;
+	EXPECT_GE(drove.right_poses, drove.poses - 2) << result.out;
+	EXPECT_GE(drove.right, drove.scans / 3) << result.out;
+	stop(live);
+}
+
+TEST_F(LiveTest, TheSimulatedRobotRefusesWrongUse)
+{
+	const auto refuse = [&](const Words& words, int status, const std::string& part)
+	{
+		Words all = words;
+		all.insert(all.begin(), D2S1R_LIVE_DRIVE);
+		const auto result = run_program(all);
+		EXPECT_EQ(result.status, status);
+		EXPECT_EQ(result.err.rfind("d2s1r-live-drive: ", 0), 0U) << result.err;
+		EXPECT_NE(result.err.find(part), std::string::npos) << result.err;
+	};
+	refuse({}, 1, "MAP SECONDS: are missing");
+	refuse({kOffice, "soon"}, 1, "'soon' is not a time");
+	refuse({kOffice, "1", "--bems", "3"}, 1, "did you mean --beams?");
+	refuse({path("none.yaml"), "1"}, 2, path("none.yaml"));
+}
+}  // namespace d2s1r::test
