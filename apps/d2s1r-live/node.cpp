@@ -251,6 +251,7 @@ class Node
 		    [&](Time time) { simulated_now_ = flags_.ignores_clock ? std::nullopt : std::optional(time); });
 		send(live_.update(now()));  // before messages of a time to which the clock ran back
 		take_messages();
+		look_for_rivals();  // before a seed may be made of what they say
 		send(live_.update(now()));
 		auto status = live_.status(now());
 		if (!status.is_localized) status.summary += hint_;
@@ -421,7 +422,7 @@ class Node
 		for (const AnyWriter* writer : topics_.writers()) writers.push_back(writer);
 		publications_.update();
 		graph_.update(publications_, readers, writers);
-		look_for_rivals();
+		has_two_trackers_ = tracker_count_.are_several(trackers_that_read_seeds(), steady_now());
 		hint_ = hint_on_topics();
 		for (const auto* all : {&readers, &writers})
 			for (const Endpoint* endpoint : *all)
@@ -438,8 +439,7 @@ class Node
 	{
 		std::string what = rivals_.thing(steady_now());
 		if (!what.empty()) what = "two nodes publish " + what;
-		if (tracker_count_.are_several(trackers_that_read_seeds(), steady_now()) && what.empty())
-			what = "two trackers read seeds on " + topics_.seeds.topic();
+		if (has_two_trackers_ && what.empty()) what = "two trackers read seeds on " + topics_.seeds.topic();
 		if (!what.empty()) what += ": give each robot a namespace or a domain of its own, or stop one of them";
 		live_.set_rivals(what);
 	}
@@ -487,6 +487,7 @@ class Node
 	Graph graph_;
 	Rivals rivals_;
 	TrackerCount tracker_count_;
+	bool has_two_trackers_ = false;
 	LineBudget budget_;
 	std::string hint_;  //!< on topics that may be meant
 	LiveLocalizer live_;
