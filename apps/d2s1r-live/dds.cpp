@@ -3,6 +3,7 @@
 
 #include <dds/ddsi/ddsi_serdata.h>
 #include <dds/ddsrt/log.h>
+#include <mrpt/core/format.h>
 #include <shell/errors.h>
 
 #include <algorithm>
@@ -43,6 +44,7 @@ Qos qos_of(const Quality& quality)
 	dds_qset_durability(qos.get(), quality.transient_local ? DDS_DURABILITY_TRANSIENT_LOCAL : DDS_DURABILITY_VOLATILE);
 	dds_qset_history(qos.get(), DDS_HISTORY_KEEP_LAST, quality.depth);
 	dds_qset_writer_data_lifecycle(qos.get(), false);
+	if (quality.ignores_own) dds_qset_ignorelocal(qos.get(), DDS_IGNORELOCAL_PARTICIPANT);
 	const dds_data_representation_id_t plain = DDS_DATA_REPRESENTATION_XCDR1;
 	dds_qset_data_representation(qos.get(), 1, &plain);
 	return qos;
@@ -183,6 +185,29 @@ std::vector<std::uint64_t> Reader::publisher_ids() const
 	const auto count = dds_get_matched_publications(entity(), handles.data(), handles.size());
 	if (count <= 0) return {};
 	return {handles.begin(), handles.begin() + std::min<std::ptrdiff_t>(count, handles.size())};
+}
+
+std::string Reader::name_of(std::uint64_t publisher) const
+{
+	const std::unique_ptr<dds_builtintopic_endpoint_t, void (*)(dds_builtintopic_endpoint_t*)> data(
+	    dds_get_matched_publication_data(entity(), publisher), dds_builtintopic_free_endpoint);
+	if (!data) return "a publisher that has gone";
+	const Entity participants(
+	    dds_create_reader(dds_get_participant(entity()), DDS_BUILTIN_TOPIC_DCPSPARTICIPANT, nullptr, nullptr));
+	void* sample = nullptr;
+	dds_sample_info_t info{};
+	std::string name;
+	if (dds_read_instance(participants, &sample, &info, 1, 1, data->participant_instance_handle) == 1)
+	{
+		char* value = nullptr;
+		const auto* participant = static_cast<const dds_builtintopic_participant_t*>(sample);
+		if (dds_qget_prop(participant->qos, "__ProcessName", &value) && value != nullptr) name = value;
+		dds_free(value);
+		dds_return_loan(participants, &sample, 1);
+	}
+	if (!name.empty()) return "'" + name + "'";
+	for (const std::uint8_t byte : data->participant_key.v) name += mrpt::format("%02x", byte);
+	return "the participant " + name.substr(0, 24);
 }
 
 void Reader::take(const std::function<void(ros::Bytes message, std::uint64_t publisher)>& use)

@@ -22,7 +22,8 @@ struct Quality
 {
 	bool reliable = true;
 	bool transient_local = false;
-	int depth = 10;  //!< [-] samples that are kept
+	int depth = 10;            //!< [-] samples that are kept
+	bool ignores_own = false;  //!< whether a reader leaves out what this program publishes
 };
 
 /// Returns the name on the wire of a topic of ROS.
@@ -104,6 +105,9 @@ class Reader : public Endpoint
 
 	/// Returns names of the publishers that are there, which differ from those of all others that ever were.
 	std::vector<std::uint64_t> publisher_ids() const;
+
+	/// Returns the name of the process of a publisher, for people; if it does not tell that, its identifier.
+	std::string name_of(std::uint64_t publisher) const;
 
 	/// Hands over messages that have come, oldest first, each as it was sent, with the name of its publisher. Cyclone
 	/// DDS has checked that they are of the type. It returns after some milliseconds even if more come all the time.

@@ -67,6 +67,15 @@ void add_seed_options(app::OptionGroup seeds, LiveSettings& settings)
 	    });
 }
 
+void add_tracking_options(app::OptionGroup tracking, LiveSettings& settings)
+{
+	tracking.flag(
+	    "--track",
+	    "follow the robot instead of seeding a tracker: publish map -> odom on /tf and the pose at the rate of the "
+	    "odometry, and read poses that a person gives from the topic of --initialpose",
+	    settings.track);
+}
+
 void add_search_options(app::OptionGroup search, LiveSettings& settings)
 {
 	constexpr int kMostScans = 1000;
@@ -192,6 +201,7 @@ std::optional<Flags> parse_flags(int argc, char** argv, std::ostream& out)
 	app::set_up(parser, kUsage);
 	add_map_options({parser, "Map"}, flags);
 	add_seed_options({parser, "Seeds"}, flags.settings);
+	add_tracking_options({parser, "Tracking"}, flags.settings);
 	add_search_options({parser, "Search"}, flags.settings);
 	add_laser_options({parser, "Laser"}, flags);
 	add_topic_options({parser, "Topics and frames"}, flags);
@@ -201,6 +211,9 @@ std::optional<Flags> parse_flags(int argc, char** argv, std::ostream& out)
 	flags.settings.has_maps_of_its_own = !flags.map.empty();
 	if (flags.scans.size() > 1 && !flags.settings.merge_lasers)
 		wrong("--scan", "several lasers only go with --merge-lasers");
+	if (flags.settings.track && parser.count("--seed") > 0)
+		wrong("--track", "does not go with --seed: there is no tracker to seed; leave one of them out");
+	if (flags.settings.track) flags.settings.seeding = Seeding::kNever;
 	flags.notes.insert(flags.notes.end(), flags.discovery.notes.begin(), flags.discovery.notes.end());
 	return flags;
 }

@@ -101,6 +101,20 @@ Owned<geometry_msgs_msg_dds__PoseWithCovarianceStamped_> pose_message(
 	return owned;
 }
 
+Owned<tf2_msgs_msg_dds__TFMessage_> transform_message(const TrackedPose& tracked, Time tolerance)
+{
+	Owned<tf2_msgs_msg_dds__TFMessage_> owned;
+	owned.texts = {tracked.map_frame, tracked.odometry_frame};
+	const geometry_msgs_msg_dds__Pose_ pose = to_message(tracked.odometry);
+	geometry_msgs_msg_dds__TransformStamped_ one{};
+	one.header = {to_stamp(tracked.time + tolerance), owned.texts[0].data()};
+	one.child_frame_id = owned.texts[1].data();
+	one.transform = {{pose.position.x, pose.position.y, 0}, pose.orientation};
+	owned.transforms.push_back(one);
+	point_to(owned.message.transforms, owned.transforms);
+	return owned;
+}
+
 Owned<geometry_msgs_msg_dds__PoseArray_> hypotheses_message(const ScanAnswer& answer)
 {
 	Owned<geometry_msgs_msg_dds__PoseArray_> owned;

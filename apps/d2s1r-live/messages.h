@@ -17,6 +17,7 @@ struct Owned
 {
 	Message message{};
 	std::vector<std::string> texts;
+	std::vector<geometry_msgs_msg_dds__TransformStamped_> transforms;
 	std::vector<geometry_msgs_msg_dds__Pose_> poses;
 	std::vector<geometry_msgs_msg_dds__Point_> points;
 	std::vector<visualization_msgs_msg_dds__Marker_> markers;
@@ -27,6 +28,9 @@ struct Owned
 Owned<geometry_msgs_msg_dds__PoseWithCovarianceStamped_> pose_message(
     Time time, const std::string& frame, const mrpt::poses::CPose2D& pose,
     const mrpt::math::CMatrixDouble33& covariance);
+
+/// The transform from map to odometry, which is good for some time [ns] after its reading.
+Owned<tf2_msgs_msg_dds__TFMessage_> transform_message(const TrackedPose& tracked, Time tolerance);
 
 /// The hypotheses, most probable first; none if the scan tells of none.
 Owned<geometry_msgs_msg_dds__PoseArray_> hypotheses_message(const ScanAnswer& answer);

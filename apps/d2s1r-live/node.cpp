@@ -147,7 +147,7 @@ struct Topics
 	    : maps(
 	          participant, nav_msgs_msg_dds__OccupancyGrid__desc, named(flags.map_topic),
 	          {true, !flags.volatile_map, 1}),
-	      transforms(participant, tf2_msgs_msg_dds__TFMessage__desc, named("/tf"), {true, false, 100}),
+	      transforms(participant, tf2_msgs_msg_dds__TFMessage__desc, named("/tf"), {true, false, 100, true}),
 	      static_transforms(participant, tf2_msgs_msg_dds__TFMessage__desc, named("/tf_static"), {true, true, 100}),
 	      odometry(participant, nav_msgs_msg_dds__Odometry__desc, named(flags.odometry), {false, false, 50}),
 	      clock(participant, rosgraph_msgs_msg_dds__Clock__desc, named("/clock"), {false, false, 1}),
@@ -174,6 +174,14 @@ struct Topics
 			trackers.emplace_back(
 			    participant, geometry_msgs_msg_dds__PoseWithCovarianceStamped__desc, named(topic),
 			    Quality{false, false, 10});
+		if (flags.settings.track)
+		{
+			tracked_transforms.emplace(
+			    participant, tf2_msgs_msg_dds__TFMessage__desc, named("/tf"), Quality{true, false, 100});
+			suggestions.emplace(
+			    participant, geometry_msgs_msg_dds__PoseWithCovarianceStamped__desc, named(flags.seeds),
+			    Quality{true, false, 1, true});
+		}
 		for (const Reader* reader : readers()) waiter.add(*reader);
 	}
 
@@ -182,12 +190,20 @@ struct Topics
 		std::vector<const Reader*> all = {&maps, &transforms, &static_transforms, &odometry, &clock, &requests};
 		for (const auto& scan : scans) all.push_back(&scan);
 		for (const auto& tracker : trackers) all.push_back(&tracker);
+		if (suggestions) all.push_back(&*suggestions);
 		return all;
 	}
 
-	std::vector<const AnyWriter*> writers() const { return {&seeds, &poses, &hypotheses, &markers, &diagnostics}; }
+	std::vector<const AnyWriter*> writers() const
+	{
+		std::vector<const AnyWriter*> all = {&seeds, &poses, &hypotheses, &markers, &diagnostics};
+		if (tracked_transforms) all.push_back(&*tracked_transforms);
+		return all;
+	}
 
 	std::deque<Reader> scans, trackers;
+	std::optional<Reader> suggestions;                                       // with --track
+	std::optional<Writer<tf2_msgs_msg_dds__TFMessage_>> tracked_transforms;  // with --track
 	Reader maps, transforms, static_transforms, odometry, clock, requests;
 	Writer<geometry_msgs_msg_dds__PoseWithCovarianceStamped_> seeds, poses;
 	Writer<geometry_msgs_msg_dds__PoseArray_> hypotheses;
@@ -253,6 +269,7 @@ class Node
 		take_messages();
 		look_for_rivals();  // before a seed may be made of what they say
 		send(live_.update(now()));
+		send_tracked();
 		auto status = live_.status(now());
 		if (!status.is_localized) status.summary += hint_;
 		const bool is_due = steady_now() - told_at_ >= std::chrono::seconds(1);
@@ -292,7 +309,11 @@ class Node
 	{
 		take(
 		    topics_.static_transforms, ros::decode_transforms,
-		    [&](const auto& transforms) { live_.add_transforms(transforms, true); });
+		    [&](const auto& transforms, PublisherId publisher)
+		    {
+			    check_tracked(topics_.static_transforms, transforms, publisher);
+			    live_.add_transforms(transforms, true);
+		    });
 		take(
 		    topics_.transforms, ros::decode_transforms,
 		    [&](const auto& transforms, PublisherId publisher)
@@ -302,6 +323,7 @@ class Node
 					    rivals_.hear(
 					        "the transform of '" + transform.child + "'", publisher,
 					        mrpt::poses::CPose2D(*transform.pose), steady_now());
+			    check_tracked(topics_.transforms, transforms, publisher);
 			    live_.add_transforms(transforms, false);
 		    });
 		take(
@@ -322,8 +344,24 @@ class Node
 				    rivals_.hear(tracker.topic(), publisher, steady_now());
 				    live_.add_tracker_pose(pose.header, pose.pose);
 			    });
+		if (topics_.suggestions)
+			take(
+			    *topics_.suggestions, ros::decode_stamped_pose,
+			    [&](const ros::StampedPose& pose) { live_.suggest(pose.header, pose.pose); });
 		topics_.requests.take([&](ros::Bytes, PublisherId) { live_.request(); });
 		for (Reader& scans : topics_.scans) take_scans(scans);
+	}
+
+	/// \throws UserError if somebody else publishes what --track does
+	void check_tracked(const Reader& reader, const std::vector<ros::Transform>& transforms, PublisherId publisher) const
+	{
+		for (const ros::Transform& transform : transforms)
+			if (flags_.settings.track && live_.is_map_to_odometry(transform))
+				throw app::UserError(
+				    app::kWrongUse, "--track",
+				    printable(
+				        reader.name_of(publisher) + " publishes " + transform.header.frame + " -> " + transform.child +
+				        " on " + reader.topic() + " already; stop it, or leave --track out"));
 	}
 
 	void take_scans(Reader& reader)
@@ -383,13 +421,26 @@ class Node
 			topics_.seeds.write(
 			    pose_message(answer.seed->time, answer.seed->frame, answer.seed->pose, answer.seed->covariance)
 			        .message);
-		if (answer.localization.status == Status::kLocalized)
+		const bool is_sent_later = topics_.tracked_transforms && live_.has_odometry();
+		if (answer.localization.status == Status::kLocalized && !is_sent_later)
 		{
 			const Hypothesis& best = answer.localization.best();
 			topics_.poses.write(pose_message(answer.time, answer.frame, best.pose, best.covariance).message);
 		}
 		topics_.hypotheses.write(hypotheses_message(answer).message);
 		topics_.markers.write(markers_message(answer).message);
+	}
+
+	/// Sends where the robot is at the newest reading of the odometry, with --track.
+	void send_tracked()
+	{
+		constexpr Time kTolerance = kSecond;  // [ns] as amcl's transform_tolerance is
+		if (!topics_.tracked_transforms) return;
+		const auto tracked = live_.take_tracked();
+		if (!tracked) return;
+		topics_.tracked_transforms->write(transform_message(*tracked, kTolerance).message);
+		topics_.poses.write(
+		    pose_message(tracked->time, tracked->map_frame, tracked->robot, tracked->covariance).message);
 	}
 
 	void send(const LiveStatus& status)

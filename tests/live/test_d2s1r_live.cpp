@@ -53,6 +53,62 @@ TEST_F(LiveTest, AnswersEveryScanAndTellsTheTracker)
 	EXPECT_NE(result.out.find("found /scan of 'laser' at x 0.200, y 0.050"), std::string::npos) << result.out;
 }
 
+TEST_F(LiveTest, TracksTheRobotWithoutAnotherTracker)
+{
+	LiveProcess live = start_live({"--track"});
+	RobotPeer robot;
+	PeerReader<TransformsType> transforms(robot.peer, "/tf");
+	robot.begin();
+	ASSERT_TRUE(wait_for_answers(robot)) << said();
+	int right = 0;
+	for (int i = 0; i < 50; i++)
+		right += robot.step() && distance_between(*robot.answer, robot.robot.pose) < 0.1 ? 1 : 0;
+	EXPECT_EQ(right, 50);
+	std::optional<TransformsType::type> last;
+	ASSERT_TRUE(wait_until(
+	    [&]
+	    {
+		    for (const auto& message : transforms.take())
+			    if (!message.transforms().empty() && message.transforms().front().header().frame_id() == "map")
+				    last = message;
+		    return last.has_value();
+	    }));
+	const auto& transform = last->transforms().front();
+	EXPECT_EQ(transform.child_frame_id(), "odom");
+	EXPECT_EQ(time_of(transform.header()), robot.robot.time + live::kSecond) << "good for a second";
+	const auto& rotation = transform.transform().rotation();
+	const mrpt::poses::CPose2D odometry(
+	    transform.transform().translation().x(), transform.transform().translation().y(),
+	    2 * std::atan2(rotation.z(), rotation.w()));
+	EXPECT_LT(distance_between(odometry + robot.robot.odometry, robot.robot.pose), 0.1);
+
+	PeerWriter<PoseType> person(robot.peer, "/initialpose");
+	ASSERT_TRUE(wait_until([&] { return person.has_reader(); }));
+	person.write(to_peer(robot.robot.time, "map", mrpt::poses::CPose2D(poses_on_floor().at(1))));
+	for (int i = 0; i < 40; i++) robot.step();
+	EXPECT_TRUE(says("the scans do not allow the pose"));
+	EXPECT_LT(distance_between(*robot.answer, robot.robot.pose), 0.1);
+	const ProcessResult result = stop(live);
+	EXPECT_EQ(result.status, 0);
+	EXPECT_EQ(result.err, "");
+}
+
+TEST_F(LiveTest, DoesNotTrackBesideAnotherTracker)
+{
+	LiveProcess live = start_live({"--track"});
+	RobotPeer robot;
+	robot.begin();
+	ASSERT_TRUE(wait_for_answers(robot)) << said();
+	robot.transforms.write(to_peer({transform_of(robot.robot.time, "map", "odom", {})}));
+	ASSERT_TRUE(wait_until([&] { return !live.running(); }));
+	const ProcessResult result = live.wait();
+	EXPECT_EQ(result.status, 1);
+	EXPECT_NE(result.err.find("--track: "), std::string::npos) << result.err;
+	EXPECT_NE(result.err.find(" publishes map -> odom on /tf already"), std::string::npos) << result.err;
+	test::expect_refused(
+	    LiveProcess(Words{D2S1R_LIVE, "--track", "--seed", "once"}, folder()).wait(), 1, {"--track", "--seed"});
+}
+
 TEST_F(LiveTest, SeedsATrackerThatStartsLater)
 {
 	LiveProcess live = start_live();

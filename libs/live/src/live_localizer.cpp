@@ -31,6 +31,7 @@ void LiveLocalizer::use_maps(std::shared_ptr<const Atlas> maps)
 {
 	state_->maps.use(std::move(maps));
 	state_->window.reset();
+	state_->follower.reset();
 }
 
 void LiveLocalizer::add_map(const ros::OccupancyGrid& map, PublisherId publisher)
@@ -72,6 +73,51 @@ void LiveLocalizer::add_tracker_pose(const ros::Header& header, const std::optio
 		state.tracker = TrackerPose{header.time, header.frame, mrpt::poses::CPose2D(*pose), {}};
 }
 
+void LiveLocalizer::suggest(const ros::Header& header, const std::optional<mrpt::poses::CPose3D>& pose)
+{
+	State& state = *state_;
+	constexpr double kStd = 0.5, kStdYaw = 0.26;  // [m, rad] of an arrow that a person draws in RViz
+	if (!state.settings.track || !pose || !std::isfinite(pose->x() + pose->y() + pose->yaw())) return;
+	const auto is_its_frame = [&](const AtlasMap& map) { return state.maps.frame_of(map.name) == header.frame; };
+	if (!state.maps.maps()) return;
+	const auto& all = state.maps.maps()->maps();
+	const auto map = std::find_if(all.begin(), all.end(), is_its_frame);
+	if (map == all.end())
+		return state.tell(
+		    "suggestion", "somebody gave a pose in '" + header.frame + "', which is not the map's frame: not used");
+	if (!state.follower) state.follower.emplace(*state.maps.maps());
+	state.follower->suggest({mrpt::poses::CPose2D(*pose), covariance_of(kStd, kStd, kStdYaw)}, map->name);
+}
+
+bool LiveLocalizer::is_map_to_odometry(const ros::Transform& transform) const
+{
+	const bool is_of_map =
+	    state_->maps.has_frame(transform.header.frame) || transform.header.frame == state_->settings.map_frame;
+	return is_of_map && transform.child == state_->odometry.frame();
+}
+
+bool LiveLocalizer::has_odometry() const
+{
+	return state_->odometry.newest().has_value();
+}
+
+std::optional<TrackedPose> LiveLocalizer::take_tracked()
+{
+	constexpr Time kOldScan = 2 * kSecond;
+	State& state = *state_;
+	const auto newest = state.odometry.newest();
+	if (!state.follower || !state.last || !state.last_odometry || !newest || *newest <= state.tracked_until)
+		return std::nullopt;
+	const Time since = *newest - state.last->time;
+	const auto odometry_now = state.odometry.at(*newest);
+	if (state.last->localization.status != Status::kLocalized || since > kOldScan || !odometry_now) return std::nullopt;
+	const auto robot = state.follower->after(*odometry_now - *state.last_odometry, seconds(std::max<Time>(0, since)));
+	if (!robot) return std::nullopt;
+	state.tracked_until = *newest;
+	return TrackedPose{*newest,     state.last->frame, state.odometry.frame(),
+	                   robot->pose, robot->covariance, robot->pose + (-*odometry_now)};
+}
+
 void LiveLocalizer::set_tracker_readers(int present, int ever)
 {
 	if (state_->seeder.set_readers(present, ever)) state_->tracker.reset();
@@ -85,6 +131,7 @@ void LiveLocalizer::set_rivals(const std::string& reason)
 	if (state.rivals.empty() != reason.empty())
 	{
 		state.window.reset();
+		state.follower.reset();
 		state.monitor.clear();
 		state.seeder.clear();
 		state.tracker.reset();

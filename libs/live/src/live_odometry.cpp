@@ -41,6 +41,13 @@ void LiveOdometry::follow(const ros::Frames& frames, const std::string& robot)
 	if (pose) by_tf_.add(*newest, mrpt::poses::CPose2D(*pose));
 }
 
+std::string LiveOdometry::frame() const
+{
+	if (by_tf_.newest > 0) return followed_.second;
+	if (!given_frame_.empty()) return given_frame_;
+	return frame_.empty() ? "odom" : frame_;
+}
+
 std::optional<mrpt::poses::CPose2D> LiveOdometry::at(Time time) const
 {
 	const auto pose = track().readings.at(seconds(time));

@@ -37,6 +37,9 @@ class LiveOdometry
 	/// \param robot its frame
 	void follow(const ros::Frames& frames, const std::string& robot);
 
+	/// Returns the name of the frame of the odometry.
+	std::string frame() const;
+
 	/// Returns the frame that the messages are about; empty if none has come.
 	const std::string& child() const { return child_; }
 

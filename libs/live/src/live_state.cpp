@@ -43,6 +43,8 @@ void LiveLocalizer::State::clear_after_jump()
 	monitor.clear();
 	seeder.clear();
 	window.reset();
+	follower.reset();
+	tracked_until = 0;
 	others.clear();
 	waiting.clear();
 	last_odometry.reset();
@@ -218,7 +220,7 @@ std::optional<Seed> LiveLocalizer::State::make_seed(const ScanAnswer& given, std
 	return seed;
 }
 
-/// Localizes a scan and judges the tracker by it.
+/// Localizes a scan, and judges the tracker by it if there is another one.
 void LiveLocalizer::State::localize(
     ScanAnswer& given, const RangeScan& observation, const std::optional<CPose2D>& odometry_now,
     const std::string& robot)
@@ -227,21 +229,42 @@ void LiveLocalizer::State::localize(
 	std::optional<CPose2D> motion;
 	if (odometry_now && last_odometry) motion = *odometry_now - *last_odometry;
 	last_odometry = odometry_now;
-	given.localization = atlas.localize(given.scan);
+	if (settings.track && !follower) follower.emplace(atlas);
+	given.localization = follower ? follower->add(seconds(given.time), given.scan, motion) : atlas.localize(given.scan);
 	if (!laser_sweep.open().empty() && !settings.merge_lasers)
 		laser_sweep.consider(
 		    atlas, given.time, observation, given.scan, given.localization,
 		    open_sweeps(given.time, observation.size()));
 	tell("sweep", laser_sweep.description());
-	if (settings.window > 1)
+	if (settings.window > 1 && !follower)
 	{
 		if (!window) window.emplace(atlas, settings.window);
 		given.localization = window->add(given.scan, given.localization, motion);
 	}
+	given.frame = maps.frame_of(given.localization.hypotheses.empty() ? "" : given.localization.best().map);
+	if (follower)
+		tell_suggestion();
+	else
+		judge_others(given, motion, robot);
+}
+
+/// Says what became of the pose that a person gave.
+void LiveLocalizer::State::tell_suggestion()
+{
+	if (follower->suggestion() == Suggestion::kTaken)
+		news.push_back("the scans confirm the pose that somebody gave");
+	else if (follower->suggestion() == Suggestion::kRefused)
+		news.push_back("the scans do not allow the pose that somebody gave: the robot stays where it is tracked");
+}
+
+/// Judges the robot's tracker by a scan, and tells it where the robot is if that is due.
+void LiveLocalizer::State::judge_others(
+    ScanAnswer& given, const std::optional<CPose2D>& motion, const std::string& robot)
+{
+	const Atlas& atlas = *maps.maps();
 	const bool has_place = !given.localization.hypotheses.empty();
-	const std::string map = has_place ? given.localization.best().map : "";
-	given.frame = maps.frame_of(map);
-	const Localizer& localizer = *(has_place ? atlas.at(map) : atlas.maps().front()).localizer;
+	const Localizer& localizer =
+	    *(has_place ? atlas.at(given.localization.best().map) : atlas.maps().front()).localizer;
 	const auto tracked = tracker_at(given, robot);
 	given.watched = monitor.add(
 	    localizer, given.scan, given.localization, motion, tracked ? std::optional(tracked->second) : std::nullopt);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <d2s1r/motion.h>
+#include <d2s1r/tracker.h>
 #include <d2s1r/window_localizer.h>
 #include <ros/observation.h>
 
@@ -58,6 +59,8 @@ struct LiveLocalizer::State
 	LiveSweep laser_sweep;  //!< of the laser in use
 	Seeder seeder;
 	std::optional<WindowLocalizer> window;
+	std::optional<Tracker> follower;  //!< with LiveSettings::track
+	Time tracked_until = 0;           //!< of the odometry: see take_tracked()
 
 	std::deque<WaitingScan> waiting;
 	std::map<std::string, std::pair<Time, PlacedObservation>> others;  //!< last scans of other lasers, by topic
@@ -97,6 +100,8 @@ struct LiveLocalizer::State
 	void localize(
 	    ScanAnswer& answer, const RangeScan& observation, const std::optional<mrpt::poses::CPose2D>& odometry_now,
 	    const std::string& robot);
+	void judge_others(ScanAnswer& answer, const std::optional<mrpt::poses::CPose2D>& motion, const std::string& robot);
+	void tell_suggestion();
 	std::optional<std::pair<Time, mrpt::poses::CPose2D>> tracker_at(const ScanAnswer& given, const std::string& robot);
 	std::optional<Seed> make_seed(const ScanAnswer& answer, std::string& problem) const;
 	bool stands() const;

@@ -43,11 +43,12 @@ struct LiveSettings
 {
 	Seeding seeding = Seeding::kOnce;
 	WatchSettings watch;
-	int window = 5;                               //!< [-] scans that are judged together
-	Prior region;                                 //!< where the robot may be, map frame
-	double seed_std = 0.3;                        //!< [m] added to the uncertainty of a seed
-	double seed_std_yaw = 0.1;                    //!< [rad] added to the uncertainty of its yaw
-	double most_scans = 0;                        //!< [1/s] that are localized; 0: all
+	bool track = false;         //!< whether a Tracker follows the robot: there are no windows and seeds
+	int window = 5;             //!< [-] scans that are judged together
+	Prior region;               //!< where the robot may be, map frame
+	double seed_std = 0.3;      //!< [m] added to the uncertainty of a seed
+	double seed_std_yaw = 0.1;  //!< [rad] added to the uncertainty of its yaw
+	double most_scans = 0;      //!< [1/s] that are localized; 0: all
 	std::optional<ros::HeightBand> cloud_height;  //!< of the points of clouds that make scans
 	std::optional<ros::SweepTime> sweep;          //!< when beams are taken, in place of what the messages tell
 	bool merge_lasers = false;                    //!< whether scans of all lasers are used together
@@ -80,6 +81,16 @@ struct ScanAnswer
 	Scan scan;                  //!< as it was localized
 	WatchedScan watched;
 	std::optional<Seed> seed;  //!< to be sent
+};
+
+/// Says where the robot is at the time of a reading of its odometry, with LiveSettings::track.
+struct TrackedPose
+{
+	Time time = 0;                           //!< of the reading
+	std::string map_frame, odometry_frame;   //!< names
+	mrpt::poses::CPose2D robot;              //!< in map
+	mrpt::math::CMatrixDouble33 covariance;  //!< of robot, (x, y, phi), m^2, m rad, rad^2
+	mrpt::poses::CPose2D odometry;           //!< frame of the odometry in map
 };
 
 /// Says how it goes, for people and for programs that watch robots.
@@ -138,6 +149,20 @@ class LiveLocalizer
 
 	/// Takes a pose of the tracker. \param pose robot in map; no value: the message had no pose
 	void add_tracker_pose(const ros::Header& header, const std::optional<mrpt::poses::CPose3D>& pose);
+
+	/// Takes where a person believes the robot to be, with LiveSettings::track. It is a prior: the scans may refuse it.
+	/// take_news() says what became of it. \param pose robot in map; no value: the message had no pose
+	void suggest(const ros::Header& header, const std::optional<mrpt::poses::CPose3D>& pose);
+
+	/// Returns whether a transform is from the map to the odometry, which LiveSettings::track publishes itself.
+	bool is_map_to_odometry(const ros::Transform& transform) const;
+
+	/// Returns whether there are readings of odometry.
+	bool has_odometry() const;
+
+	/// Returns where the robot is at the newest reading of the odometry, with LiveSettings::track; no value if that was
+	/// returned before, or the robot is not localized by scans of the last seconds.
+	std::optional<TrackedPose> take_tracked();
 
 	/// Says how many readers of seeds there are, and have been. A reader that is new is seeded.
 	void set_tracker_readers(int present, int ever);
