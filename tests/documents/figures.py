@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
 # d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-"""Finds figures that stand twice with two values: figures.py SOURCES
+"""Finds figures that stand twice with two values, and figures that come from nowhere: figures.py SOURCES [--list]
 
 A page that quotes a figure must give the value of the file that holds the measurement or the default. Each entry of QUOTES
 says where a page quotes figures, and what their values are. A quote that is no longer found is an error, too, so that no
-entry outlives its figures.
+entry outlives its figures. A figure of README or doc/ that looks measured (%, ms, MB, N of M ...) must be a quote, stand in the
+table that headline.py writes, or be named in ORIGINS. --list prints all of them with where they come from.
 """
 import configparser
 import pathlib
@@ -128,6 +129,38 @@ QUOTES = [
 ]
 
 
+LOOKS_MEASURED = re.compile(r"\d[\d.,]* ?(?:%|ms\b|MB\b|GB\b|frames/s)|\b\d[\d,]* of \d[\d,]*\d\b")
+# page, what stands there (`.*` for the whole page), where its figures come from
+ORIGINS = [
+    ("README.md", r"<!-- headline\.py (?:--times )?writes what follows -->.*?<!-- until here.*?-->", "headline.py"),
+    ("README.md", r"```console \$ ./demo.sh.*?```", "what ./demo.sh prints; times differ"),
+    ("README.md", r"95 % intervals", "nominal"),
+    ("doc/formats.md", r".*", "limits, each with a test of the reader; speed: tests/data/RESULTS.md"),
+    ("doc/how_it_works.md", r"99 % of the swept ranges are within a cell", "test RangeSweep, its bound"),
+    ("doc/how_it_works.md", r"\*Scan 30: .*?\*", "the picture's own scan"),
+    ("doc/how_it_works.md", r"\b60 %", "a constant of the tracker"),
+    ("doc/live.md", r".*", "tests/live/RESULTS.md and experiments/RESULTS.md, linked beside each row"),
+    ("doc/other_systems.md", r".*", "trials, with the commit beside each"),
+    ("doc/promises.md", r".*", "limits, with the test of each beside it"),
+    ("doc/usage.md", r"diagnosis 0 of 20.*?--range-factor", "an example of what is printed"),
+]
+
+
+def unaccounted(sources):
+    """Figures of README and doc/ that no entry explains; and all others, with where they come from."""
+    unknown, known = [], []
+    for page in ["README.md", *(f"doc/{file.name}" for file in sorted((sources.folder / "doc").glob("*.md")))]:
+        text = sources.text(page)
+        entries = [(pattern, "a quote, compared above") for name, pattern, _ in QUOTES if name == page]
+        entries += [(pattern, origin) for name, pattern, origin in ORIGINS if name == page]
+        spans = [(*found.span(), origin) for pattern, origin in entries for found in re.finditer(pattern, text)]
+        for found in LOOKS_MEASURED.finditer(text):
+            origin = next((origin for first, last, origin in spans if first <= found.start() and found.end() <= last), None)
+            here = text[max(0, found.start() - 30):found.end() + 20]
+            (known if origin else unknown).append(f"{page}: {found.group()} ({origin or here})")
+    return unknown, known
+
+
 def wrong_quotes(sources):
     wrong = []
     for page, pattern, values in QUOTES:
@@ -143,8 +176,12 @@ def wrong_quotes(sources):
 
 
 if __name__ == "__main__":
-    if len(sys.argv) != 2:
+    if len(sys.argv) not in (2, 3):
         sys.exit(__doc__)
-    WRONG = wrong_quotes(Sources(sys.argv[1]))
-    print(f"{len(QUOTES)} quotes were compared")
-    sys.exit("figures with two values:\n" + "\n".join(WRONG) if WRONG else 0)
+    SOURCES = Sources(sys.argv[1])
+    UNKNOWN, KNOWN = unaccounted(SOURCES)
+    if sys.argv[2:] == ["--list"]:
+        print("\n".join(KNOWN))
+    WRONG = wrong_quotes(SOURCES)
+    print(f"{len(QUOTES)} quotes were compared, {len(KNOWN)} figures have an origin")
+    sys.exit("\n".join(["figures with two values:", *WRONG] * bool(WRONG) + ["figures that come from nowhere:", *UNKNOWN] * bool(UNKNOWN)) or 0)

@@ -22,7 +22,8 @@ namespace d2s1r
 ///   72 % instead of 98 % of the scans of mit_killian (sim360_off). Beams without data leave holes in the window that
 ///   is compared.
 /// - The nearest signatures are exact, not approximate ones (see signature_index.cpp), and the bin beyond the last of
-///   Algorithm 1 is the last one. Bins are (r + epsilon) / d wide, not 0.05 m as in Table II, which 60 bins cannot be.
+///   Algorithm 1 is the last one. A bin of a signature counts 255 rays at most, so that a count is a byte. Bins are (r
+///   + epsilon) / d wide, not 0.05 m as in Table II, which 60 bins cannot be.
 /// - Signatures come from a sweep along digital lines, the virtual scans that are registered from exact rays.
 /// - Algorithm 2 steps before its first comparison; here the first shift is 0. Scans are resampled, then normalized,
 ///   and counter-clockwise, as MRPT's.
