@@ -101,7 +101,7 @@ def draw_map(axis, site, frames):
 
 
 def draw_reliability(plain, file):
-    kinds = {"simulated sets": sites.SIMULATED, "real sets": ("test",)}
+    kinds = {"simulated sets": sites.SIMULATED, "recorded sets": ("test",)}
     return draw_reliability_of({
         name: sum((frames for key, frames in plain.items() if key[1] in scans and key[2] == "default"), [])
         for name, scans in kinds.items()}, file)

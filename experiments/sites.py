@@ -9,7 +9,7 @@ import pathlib
 import re
 import sys
 
-FULL_CIRCLES = ("olin_mac_923", "olin_mac_final")  # whose real scans are full circles
+FULL_CIRCLES = ("olin_mac_923", "olin_mac_final")  # whose recorded scans are full circles
 MORE = ("acapulco", "aces", "belgioioso", "edmonton", "fhw", "fr101", "orebro", "seattle")  # nothing was learned on them
 AGAIN = ("mines_other_day", "olin_mac_final")  # another day or map of a building that is there already
 IN_MAP = 0.5  # [0, 1] of the returns on walls at the truth, from which the place of a scan is in the map

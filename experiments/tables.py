@@ -156,7 +156,7 @@ def precision_of(frames):
 
 
 def circles(plain):
-    """D_T: real scans of a full circle."""
+    """D_T: recorded full circles."""
     rows = []
     for site, scans in sorted({key[:2] for key in plain}):
         if scans != "test" or site not in sites.FULL_CIRCLES:
@@ -168,7 +168,7 @@ def circles(plain):
         rows.append(["(D_T, 1,140 m²)", "1429", "89", "-", "-", "-", "-"])
     return table(
         "Real full circles (D_T, Section IV-B.5)",
-        "[%] success of real scans of 360 deg, in brackets the 95 % interval. The paper's own scans (30 m) are in "
+        "[%] success of recorded scans of 360 deg, in brackets the 95 % interval. The paper's own scans (30 m) are in "
         "a map that was made of them; ours (`test`, an RPLIDAR of 12 m on a TurtleBot 4) are in maps of the same floor that "
         "others drew at other times, and the published method has the range of that laser and takes lost beams as it is best for it. "
         "Our truth is a registration, good to 0.1 m and 1 to 2 deg, so that 0.2 m is strict.",
@@ -212,7 +212,7 @@ def windows(runs):
 
 
 def reliability(plain):
-    kinds = {"simulated": sites.SIMULATED, "real": ("test",)}
+    kinds = {"simulated": sites.SIMULATED, "recorded": ("test",)}
     rows = []
     for name, scans in kinds.items():
         for site in sorted({key[0] for key in plain if key[1] in scans}):
@@ -224,7 +224,7 @@ def reliability(plain):
 
 def confidences(plain):
     """Right poses of all poses by confidence."""
-    kinds = {"simulated": sites.SIMULATED, "real": ("test",)}
+    kinds = {"simulated": sites.SIMULATED, "recorded": ("test",)}
     rows = []
     for name, scans in kinds.items():
         frames = sum((f for key, f in plain.items() if key[1] in scans and key[2] == "default"), [])
