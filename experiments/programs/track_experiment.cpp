@@ -222,7 +222,7 @@ void compare(const std::vector<Step>& drive, const CSignatureMap2D::Ptr& map, co
 	    [&](const Step& step) -> std::optional<ToldPose>
 	    {
 		    const Localization answer =
-		        tracker.add(step.time, make_scan(scan_of(*step.scan), localizer.parameters().scan), step.motion);
+		        tracker.add(step.time, make_scan(d2s1r::scan_of(*step.scan), localizer.parameters().scan), step.motion);
 		    if (answer.hypotheses.empty()) return std::nullopt;
 		    return ToldPose{
 		        answer.best().pose.asTPose(), answer.best().covariance, answer.status == Status::kLocalized};
@@ -234,7 +234,7 @@ void compare(const std::vector<Step>& drive, const CSignatureMap2D::Ptr& map, co
 	    drive, "filter", false,
 	    [&](const Step& step) -> std::optional<ToldPose>
 	    {
-		    const auto fused = filter.step({*step.scan, localizer.localize(scan_of(*step.scan)), step.motion});
+		    const auto fused = filter.step({*step.scan, localizer.localize(d2s1r::scan_of(*step.scan)), step.motion});
 		    if (!fused) return std::nullopt;
 		    return ToldPose{fused->pose, fused->covariance, fused->status == FusionStatus::kTracking};
 	    });
