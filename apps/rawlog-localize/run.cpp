@@ -121,10 +121,10 @@ std::optional<TrackerCheck> tracker_check_of(
     const LogRequest& request, const std::string& label, const logs::LogSurvey& survey, Console& console)
 {
 	if (request.check.empty()) return std::nullopt;
-	TrackerPath path;
+	std::map<ros::Time, mrpt::math::TPose2D> path;
 	for (const auto& [time, pose] : poses_of("--check", request.check, request, label, survey, console))
-		path[time] = pose;
-	return TrackerCheck(std::move(path), request.watch);
+		path[ros::from_time(logs::from_seconds(time))] = pose;
+	return TrackerCheck(ros::TrackerTrack(std::move(path)), request.watch);
 }
 
 /// Hands every scan to the localizer, and every result to the files and to standard output. When nobody reads the lines

@@ -18,7 +18,8 @@ using mrpt::poses::CPose2D;
 
 namespace
 {
-constexpr std::size_t kScans = 20;  // [-] that are tried
+constexpr std::size_t kScans = 20;              // [-] that are tried
+constexpr std::size_t kMostBytes = 32'000'000;  // [byte] of these, more or less by one scan
 
 /// Reads the samples from a log.
 class SampleReader
@@ -38,27 +39,26 @@ class SampleReader
 		{
 			const auto object = reader.next();
 			if (!object) break;
-			if (object->odometry) robot_ = *object->odometry;
-			if (object->increment) robot_ = robot_ + *object->increment;
-			has_odometry_ = has_odometry_ || object->odometry || object->increment;
 			for (std::size_t i = 0; i < object->scans.size(); i++)
-				add(logged_scan(object->scans[i], object->details[i]), object->middle_angle);
+				add(logged_scan(object->scans[i], object->details[i]), object->middle_angle, object->details[i].robot);
 		}
 		if (!periods_.empty()) samples_.period = percentile(periods_, 0.5);
 		return std::move(samples_);
 	}
 
    private:
-	void add(const LoggedScan& scan, double middle_angle)
+	void add(const LoggedScan& scan, double middle_angle, const std::optional<CPose2D>& robot)
 	{
 		const std::string& label = scan.observation->sensorLabel;
 		const std::size_t index = counts_[label]++;
+		if (bytes_ > kMostBytes) return;
 		if (label != selection_.label) return add_other(scan, index);
-		complete(scan);
+		if (robot) complete(scan, *robot);
 		add_time(logs::to_seconds(scan.observation->timestamp));
 		if (samples_.chosen.size() == frames_.size() || index != frames_[samples_.chosen.size()]) return;
-		if (has_odometry_) waiting_.push_back({samples_.chosen.size(), robot_});
+		if (robot) waiting_.push_back({samples_.chosen.size(), *robot});
 		samples_.chosen.push_back({scan, {}, {}, middle_angle});
+		bytes_ += ros::weight_of(scan.observation->getScanSize());
 	}
 
 	void add_time(double time)
@@ -69,14 +69,15 @@ class SampleReader
 	}
 
 	/// Takes a scan as the later one of those samples from which the robot has moved on.
-	void complete(const LoggedScan& scan)
+	void complete(const LoggedScan& scan, const CPose2D& robot)
 	{
 		constexpr double kDistance = 0.5, kTurn = 0.5;  // [m], [rad]
 		const auto has_moved_on = [&](const Waiting& waiting)
 		{
-			const CPose2D motion = robot_ - waiting.robot;
+			const CPose2D motion = robot - waiting.robot;
 			if (motion.norm() < kDistance && std::abs(motion.phi()) < kTurn) return false;
 			samples_.chosen[waiting.sample].later = scan;
+			bytes_ += ros::weight_of(scan.observation->getScanSize());
 			samples_.chosen[waiting.sample].motion = motion;
 			return true;
 		};
@@ -93,17 +94,19 @@ class SampleReader
 		auto& scans = samples_.others[label];
 		const std::size_t count = std::min(kScans, sensor->scans);
 		if (scans.size() < count && index >= (2 * scans.size() + 1) * sensor->scans / (2 * count))
+		{
 			scans.push_back(scan);
+			bytes_ += ros::weight_of(scan.observation->getScanSize());
+		}
 	}
 
 	const logs::LogSurvey& survey_;
 	FrameSelection selection_;
 	std::vector<std::size_t> frames_;
 	std::map<std::string, std::size_t> counts_;  //!< [-] scans seen so far, by label
-	CPose2D robot_;                              //!< in the frame of the odometry
-	bool has_odometry_ = false;
-	double last_time_ = 0;         //!< [s] of a scan of the laser
-	std::vector<double> periods_;  //!< [s] from one to the next
+	std::size_t bytes_ = 0;                      //!< of the samples
+	double last_time_ = 0;                       //!< [s] of a scan of the laser
+	std::vector<double> periods_;                //!< [s] from one to the next
 	/// A sample whose robot has not moved on yet.
 	struct Waiting
 	{
@@ -301,8 +304,7 @@ Scan corrected(const LoggedScan& scan, const Mistake& mistake, ScanParameters pa
 	auto observation = std::make_shared<CObservation2DRangeScan>(*scan.observation);
 	mistake.correct(*observation);
 	const bool is_mended = mistake.gives != logs::ScanDoubt::Field::kNone && scan.unusable.field == mistake.gives;
-	const Sweep sweep = mistake.is_instant ? Sweep() : scan.sweep;
-	return scan_of({observation, sweep, is_mended ? logs::ScanDoubt() : scan.unusable}, parameters);
+	return scan_of({observation, scan.sweep, is_mended ? logs::ScanDoubt() : scan.unusable}, parameters);
 }
 
 std::vector<Mistake> usual_mistakes(const Samples& samples, const ScanParameters& parameters, double range_factor)

@@ -48,7 +48,6 @@ struct Mistake
 	bool mirrors = false;        //!< whether scans or image are mirrored: the odometry tells which of them
 	/// What `correct` sets though the log does not know it.
 	logs::ScanDoubt::Field gives = logs::ScanDoubt::Field::kNone;
-	bool is_instant = false;  //!< whether all beams are taken at the time of the scan
 	/// Whether the map can show it: some beams are read in another way without the mistake, and the walls around the
 	/// places where scans are found confirm or contradict that.
 	bool changes_beams = false;

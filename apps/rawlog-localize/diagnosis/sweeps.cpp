@@ -3,10 +3,12 @@
 
 #include <base/threads.h>
 #include <mrpt/core/format.h>
-#include <mrpt/math/wrap2pi.h>
+#include <ros/sweep_trial.h>
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
+#include <utility>
 
 #include "cli/console.h"
 
@@ -14,121 +16,122 @@ namespace d2s1r::app
 {
 namespace
 {
-constexpr std::size_t kAtOnce = 20;  // [-] scans
+/// A way to read when the beams of a laser were taken; without a value, as the log tells it.
+using Way = std::optional<logs::SweepTime>;
 
-/// Finds the scans of a laser during which the robot turns.
-class TurningScans
+/// A scan during which the robot turned, and how it moved meanwhile by each way.
+struct TurningScan
 {
-   public:
-	TurningScans(logs::LogReader& reader, std::string label) : reader_(reader), label_(std::move(label)) {}
-
-	/// Returns the next ones, at most kAtOnce; none at the end.
-	std::vector<LoggedScan> next()
-	{
-		std::vector<LoggedScan> found;
-		while (found.size() < kAtOnce && !interrupted())
-		{
-			const auto object = reader_.next();
-			if (!object) break;
-			for (std::size_t i = 0; i < object->scans.size(); i++)
-				if (object->scans[i]->sensorLabel == label_)
-					add(logged_scan(object->scans[i], object->details[i]), found);
-		}
-		return found;
-	}
-
-	/// Returns the greatest turn [rad] of those that were returned.
-	double most_turned() const { return most_turned_; }
-
-   private:
-	void add(const LoggedScan& scan, std::vector<LoggedScan>& found)
-	{
-		const double time = logs::to_seconds(scan.observation->timestamp),
-		             turned = turn_during(scan.sweep, scan.observation->getScanSize());
-		if (turned < kLeastTurnOfSweep || std::abs(time - last_) < kBetweenSweeps || !scan.unusable.text.empty())
-			return;
-		last_ = time;
-		most_turned_ = std::max(most_turned_, turned);
-		found.push_back(scan);
-	}
-
-	logs::LogReader& reader_;
-	std::string label_;
-	double last_ = 0;  //!< [s] time of the last one found
-	double most_turned_ = 0;
+	LoggedScan scan;
+	std::vector<Sweep> ways;
 };
-
-/// Returns how far [m] the returns of scans end from the walls where the scans are found; no value of those that are
-/// not found.
-std::vector<std::optional<double>> distances_of(
-    const std::vector<LoggedScan>& scans, const Mistake& mistake, const Localizer& localizer, const Query& query,
-    int threads)
-{
-	std::vector<std::optional<double>> distances(scans.size());
-	parallel_for(
-	    scans.size(), threads,
-	    [&](std::size_t i)
-	    {
-		    if (interrupted()) return;
-		    const Scan scan = corrected(scans[i], mistake, localizer.parameters().scan);
-		    const Localization answer = localizer.localize(scan, query);
-		    if (answer.status == Status::kLocalized)
-			    distances[i] = distance_from_walls(scan, answer.best().pose.asTPose(), localizer.grid());
-	    });
-	return distances;
-}
 
 /// What the scans of a turning robot show about the time that a laser takes for its beams.
 struct SweepEvidence
 {
-	std::size_t scans = 0;   //!< [-] during which the robot turned by 2 deg or more
-	double most_turned = 0;  //!< [rad] during one of them
-	WallGain walls;          //!< of beams that were taken one after the other, against beams that were taken at once
+	ros::SweepTrial trial;   //!< of the other ways than the usual one
+	double most_turned = 0;  //!< [rad] of the robot during a scan
 };
 
-/// Localizes scans of a turning robot twice: with their beams moved to one time by the odometry, and as if all beams
-/// had been taken at once. It ends as soon as the walls tell which is right, and after 60 scans.
-/// \param reader whose scans have the sweep that is tried
-/// \param localizer null: the scans are only counted
-SweepEvidence try_sweep(
-    logs::LogReader& reader, const std::string& label, const Localizer* localizer, const Query& query, int threads)
+/// Tries ways to read the scans of a laser.
+class SweepReader
 {
-	Mistake instant;
-	instant.is_instant = true;
-	TurningScans turning(reader, label);
-	SweepEvidence evidence;
-	WallComparison comparison;  // of beams that were taken at once, with those that were taken one by one
-	while (evidence.scans < kMostSweepsTried && !evidence.walls.is_clear())
+   public:
+	/// \param ways the usual one and others
+	SweepReader(const logs::Log& log, std::string label, logs::Overrides overrides, std::vector<Way> ways)
+	    : label_(std::move(label)), ways_(std::move(ways)), evidence_{ros::SweepTrial(ways_.size() - 1)}
 	{
-		const std::vector<LoggedScan> scans = turning.next();
-		if (scans.empty()) break;
-		evidence.scans += scans.size();
-		if (!localizer) continue;
-		const auto before = distances_of(scans, instant, *localizer, query, threads);
-		const auto after = distances_of(scans, {}, *localizer, query, threads);
-		for (std::size_t i = 0; i < scans.size(); i++) comparison.add(before[i], after[i]);
-		evidence.walls = comparison.gain();
+		// The reader waits for the odometry of the sweep that it knows.
+		for (const Way& way : ways_)
+			if (way && way->duration > overrides.sweep.value_or(logs::SweepTime()).duration) overrides.sweep = way;
+		reader_ = logs::read_log(log, label_, overrides);
 	}
-	evidence.most_turned = turning.most_turned();
-	return evidence;
-}
 
-/// Tries the sweep of the overrides or, without one, that of the log.
-SweepEvidence try_sweep(
+	/// Localizes the scans of the turning robot by each way, until the walls tell which is right.
+	/// \param localizer null: the scans are only counted
+	SweepEvidence evidence(const SearchRequest& search, const Localizer* localizer)
+	{
+		while (!evidence_.trial.is_over())
+		{
+			const std::vector<TurningScan> scans = next();
+			if (scans.empty()) break;
+			if (!localizer) continue;
+			std::vector<std::vector<std::optional<double>>> distances(scans.size());  // [m] from the walls, by each way
+			parallel_for(
+			    scans.size(), search.threads,
+			    [&](std::size_t i) { distances[i] = distances_of(scans[i], *localizer, search.query); });
+			for (const auto& of_ways : distances)
+				evidence_.trial.add(of_ways.front(), {of_ways.begin() + 1, of_ways.end()});
+		}
+		return evidence_;
+	}
+
+   private:
+	/// Returns the next scans during which the robot turns, at most 20; none at the end.
+	std::vector<TurningScan> next()
+	{
+		constexpr std::size_t kAtOnce = 20;
+		std::vector<TurningScan> found;
+		while (found.size() < kAtOnce && !interrupted())
+		{
+			const auto object = reader_->next();
+			if (!object) break;
+			for (std::size_t i = 0; i < object->scans.size(); i++)
+				if (object->scans[i]->sensorLabel == label_ && object->details[i].unusable.text.empty())
+					add(object->scans[i], object->details[i], found);
+		}
+		return found;
+	}
+
+	void add(const ScanPtr& scan, const logs::ScanDetails& details, std::vector<TurningScan>& found)
+	{
+		TurningScan turning{logged_scan(scan, details), {}};
+		double turned = 0;  // [rad]
+		for (const Way& way : ways_)
+		{
+			turning.ways.push_back(
+			    way ? reader_->track()->sweep_of(*way, details.time, scan->getScanSize()) : details.motion);
+			turned = std::max(turned, turn_during(turning.ways.back(), scan->getScanSize()));
+		}
+		if (!evidence_.trial.wants(details.time, turned)) return;
+		evidence_.most_turned = std::max(evidence_.most_turned, turned);
+		found.push_back(std::move(turning));
+	}
+
+	static std::vector<std::optional<double>> distances_of(
+	    const TurningScan& turning, const Localizer& localizer, const Query& query)
+	{
+		std::vector<std::optional<double>> distances;
+		for (const Sweep& way : turning.ways)
+		{
+			if (interrupted()) return std::vector<std::optional<double>>(turning.ways.size());
+			const Scan scan = make_scan(d2s1r::scan_of(*turning.scan.observation), localizer.parameters().scan, way);
+			distances.push_back(ros::distance_from_walls(scan, localizer.localize(scan, query), localizer.grid()));
+		}
+		return distances;
+	}
+
+	std::string label_;
+	std::vector<Way> ways_;
+	SweepEvidence evidence_;
+	std::unique_ptr<logs::LogReader> reader_;
+};
+
+SweepEvidence try_ways(
     const logs::Log& log, const std::string& label, const logs::Overrides& overrides, const SearchRequest& search,
-    const Localizer* localizer)
+    const Localizer* localizer, const std::vector<Way>& ways)
 {
-	const auto reader = logs::read_log(log, label, overrides);
-	return try_sweep(*reader, label, localizer, search.query, search.threads);
+	return SweepReader(log, label, overrides, ways).evidence(search, localizer);
 }
 
 /// Says how far from the walls returns end with a sweep of a duration [s] and without.
-std::string distances_with(double duration, const WallGain& walls)
+/// \param with, without [m] these distances
+std::string distances_with(double duration, const WallGain& walls, double with, double without)
 {
 	return mrpt::format(
 	    "returns of %zu scans of the turning robot end %.3f m off the walls if a scan takes %.4g s, and %.3f m if all "
 	    "beams are taken at once",
-	    walls.scans, walls.before - walls.gain, duration, walls.before);
+	    walls.scans, with, duration, without);
 }
 
 std::string sweep_time_option(double duration)
@@ -136,39 +139,15 @@ std::string sweep_time_option(double duration)
 	return mrpt::format("--sweep-time %.4g", duration);
 }
 
-/// A sweep, and what the scans show of it.
-struct TriedSweep
-{
-	logs::SweepTime sweep;
-	SweepEvidence evidence;
-};
-
-/// Returns the sweep that puts the scans nearest to the walls, or the first one if none is clearly right.
-TriedSweep best_of(
-    const std::vector<logs::SweepTime>& sweeps, const logs::Log& log, const std::string& label,
-    logs::Overrides overrides, const SearchRequest& search, const Localizer* localizer)
-{
-	TriedSweep best;
-	for (const logs::SweepTime& sweep : sweeps)
-	{
-		overrides.sweep = sweep;
-		const SweepEvidence evidence = try_sweep(log, label, overrides, search, localizer);
-		const bool is_better = evidence.walls.is_clear() && evidence.walls.gain > best.evidence.walls.gain;
-		if (best.sweep.is_instant() || is_better) best = {sweep, evidence};
-	}
-	return best;
-}
-}  // namespace
-
-namespace
-{
 /// Decides whether the points of clouds that tell their times were moved to one time before.
 SettledSweep settle_cloud(
     const logs::Log& log, const std::string& label, const logs::Overrides& overrides, const SearchRequest& search,
     const Localizer* localizer)
 {
-	const WallGain walls = try_sweep(log, label, overrides, search, localizer).walls;
-	if (!walls.is_clear() || walls.gain > 0 || interrupted()) return {};
+	const ros::SweepTrial trial =
+	    try_ways(log, label, overrides, search, localizer, {std::nullopt, logs::SweepTime()}).trial;
+	if (!trial.found() || interrupted()) return {};
+	const WallGain walls = trial.gain(0);
 	return {
 	    logs::SweepTime(),
 	    {"the clouds of laser '" + label +
@@ -177,7 +156,7 @@ SettledSweep settle_cloud(
 	         "if the points are moved by these times, and %.3f m if they stay: their driver has moved them already, "
 	         "and "
 	         "--sweep-time 0 is used",
-	         walls.scans, walls.before - walls.gain, walls.before)}};
+	         walls.scans, walls.before, walls.before - walls.gain)}};
 }
 }  // namespace
 
@@ -188,17 +167,23 @@ SettledSweep settle_sweep(
 	if (overrides.sweep || sensor.odometry.empty()) return {};
 	if (sensor.may_be_deskewed && localizer) return settle_cloud(log, sensor.label, overrides, search, localizer);
 	if (sensor.guessed_sweeps.empty()) return {};
-	const auto [sweep, evidence] = best_of(sensor.guessed_sweeps, log, sensor.label, overrides, search, localizer);
-	if (evidence.scans == 0 || interrupted()) return {};
-	const WallGain& walls = evidence.walls;
+	std::vector<Way> ways = {logs::SweepTime()};
+	ways.insert(ways.end(), sensor.guessed_sweeps.begin(), sensor.guessed_sweeps.end());
+	const auto [trial, most_turned] = try_ways(log, sensor.label, overrides, search, localizer, ways);
+	if (trial.scans() == 0 || trial.is_usual() || interrupted()) return {};
+	const std::size_t best = trial.found().value_or(0);
+	const logs::SweepTime& sweep = sensor.guessed_sweeps[best];
+	const WallGain walls = trial.gain(best);
 	const std::string option = sweep_time_option(sweep.duration);
 	const std::string name = "laser '" + sensor.label + "' has no time_increment that can be used, ";
-	if (walls.is_clear() && walls.gain > 0)
-		return {sweep, {name + "but " + distances_with(sweep.duration, walls) + ": " + option + " is used"}};
-	if (walls.is_clear()) return {};
+	if (trial.found())
+		return {
+		    sweep,
+		    {name + "but " + distances_with(sweep.duration, walls, walls.before - walls.gain, walls.before) + ": " +
+		     option + " is used"}};
 	const std::string turned = mrpt::format(
-	    "and the robot turns by up to %.1f deg in the %.4g s that a scan may take: ",
-	    mrpt::RAD2DEG(evidence.most_turned), sweep.duration);
+	    "and the robot turns by up to %.1f deg in the %.4g s that a scan may take: ", mrpt::RAD2DEG(most_turned),
+	    sweep.duration);
 	return {{}, {name + turned + "give " + option + " if it spins, or --sweep-time 0 if it takes all beams at once"}};
 }
 
@@ -210,17 +195,16 @@ std::vector<std::string> advice_by_sweep(
 	if (overrides.sweep || log.survey.odometry.empty()) return {};
 	const LoggedScan& scan = samples.chosen.front().scan;
 	const std::string& label = scan.observation->sensorLabel;
-	if (!scan.sweep.is_instant())
-	{
-		const WallGain walls = try_sweep(log, label, overrides, search, &localizer).walls;
-		const auto steps = static_cast<double>(scan.observation->getScanSize()) - 1;
-		if (!walls.is_clear() || walls.gain > 0) return {};
-		return {distances_with(scan.sweep.beam_step * steps, walls) + ": " + sweep_time_option(0)};
-	}
-	if (samples.period < kShortest || samples.period > kLongest) return {};
-	const double duration = samples.period * static_cast<double>(scan.observation->aperture) / (2 * M_PI);
-	const WallGain walls = best_of({{duration, 0}}, log, label, overrides, search, &localizer).evidence.walls;
-	if (!walls.is_clear() || walls.gain < 0) return {};
-	return {distances_with(duration, walls) + ": " + sweep_time_option(duration)};
+	const bool is_told = !scan.sweep.is_instant();
+	if (!is_told && !(samples.period >= kShortest && samples.period <= kLongest)) return {};
+	const double duration = is_told ? scan.sweep.beam_step * (static_cast<double>(scan.observation->getScanSize()) - 1)
+	                                : samples.period * static_cast<double>(scan.observation->aperture) / (2 * M_PI);
+	const Way other = logs::SweepTime{is_told ? 0 : duration, 0};
+	const ros::SweepTrial trial = try_ways(log, label, overrides, search, &localizer, {std::nullopt, other}).trial;
+	if (!trial.found()) return {};
+	const WallGain walls = trial.gain(0);
+	const double without = is_told ? walls.before - walls.gain : walls.before;
+	const double with = is_told ? walls.before : walls.before - walls.gain;
+	return {distances_with(duration, walls, with, without) + ": " + sweep_time_option(is_told ? 0 : duration)};
 }
 }  // namespace d2s1r::app

@@ -239,12 +239,7 @@ class Path
 		const auto before = after - 1;
 		const double gap = after->timestamp - before->timestamp;
 		if (gap > greatest_gap) return std::nullopt;
-		const double share = (time - before->timestamp) / gap;
-		const double turn = mrpt::math::wrapToPi(after->pose.phi - before->pose.phi);
-		return mrpt::math::TPose2D(
-		    before->pose.x + share * (after->pose.x - before->pose.x),
-		    before->pose.y + share * (after->pose.y - before->pose.y),
-		    mrpt::math::wrapToPi(before->pose.phi + share * turn));
+		return pose_between(before->pose, after->pose, (time - before->timestamp) / gap);
 	}
 
    private:

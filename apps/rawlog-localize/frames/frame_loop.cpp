@@ -32,9 +32,11 @@ struct Job
 {
 	std::size_t frame = 0;
 	LoggedScan logged;
-	Clock::time_point read_at = {};  //!< when the scan had been read
-	Lasers lasers = {};              //!< what is merged, `logged` last; empty: each scan is used alone
-	Scan scan = {};                  //!< that is localized
+	Clock::time_point read_at = {};                  //!< when the scan had been read
+	Lasers lasers = {};                              //!< what is merged, `logged` last; empty: each scan is used alone
+	std::optional<mrpt::poses::CPose2D> robot = {};  //!< by the odometry, see logs::ScanDetails
+	std::optional<mrpt::poses::CPose2D> tracker = {};  //!< in the map, by the tracker that is judged
+	Scan scan = {};                                    //!< that is localized
 	std::optional<Localization> result = {};
 };
 
@@ -43,77 +45,21 @@ Scan scan_of(const Job& job, const ScanParameters& parameters)
 	return job.lasers.empty() ? scan_of(job.logged, parameters) : merge_scans(job.lasers, parameters);
 }
 
-/// The last scan of each laser, and where the robot was then by the odometry.
-class LastScans
-{
-   public:
-	void add(const logs::RawlogObject& object)
-	{
-		if (object.increment) robot_ = robot_ + *object.increment;
-		if (!object.odometry) return;
-		before_ = std::exchange(robot_, *object.odometry);
-		const auto* reading = dynamic_cast<const mrpt::obs::CObservation*>(object.object.get());
-		time_before_ = std::exchange(time_, reading ? logs::to_seconds(reading->timestamp) : 0);
-	}
-
-	/// Scans that are far from the time of this one are forgotten: there may be any number of labels.
-	void add(const mrpt::obs::CObservation2DRangeScan::ConstPtr& scan, const Sweep& sweep)
-	{
-		const double time = logs::to_seconds(scan->timestamp);
-		for (auto other = scans_.begin(); other != scans_.end();)
-		{
-			const double off = std::abs(time - other->second.first);
-			other = off > 2 * kOldest ? scans_.erase(other) : std::next(other);
-		}
-		scans_[scan->sensorLabel] = {
-		    time, {std::make_shared<const RangeScan>(d2s1r::scan_of(*scan)), robot_at(time), sweep}};
-	}
-
-	/// Returns the scans that are at most 0.5 s older than the last one of the laser `label`, which is the last of
-	/// them.
-	Lasers with(const std::string& label) const
-	{
-		const auto& [now, newest] = scans_.at(label);
-		Lasers lasers;
-		for (const auto& [other, timed] : scans_)
-			if (other != label && std::abs(timed.first - now) <= kOldest) lasers.push_back(timed.second);
-		lasers.push_back(newest);
-		return lasers;
-	}
-
-   private:
-	static constexpr double kOldest = 0.5;  //!< [s]
-
-	/// Returns the robot in the odometry's frame, which goes on for a moment as it did between the last two readings.
-	mrpt::poses::CPose2D robot_at(double time) const
-	{
-		constexpr double kLongestStep = 0.2;  // [s]
-		const double step = time_ - time_before_, ahead = time - time_;
-		if (!(time_before_ > 0 && step > 0 && step < kLongestStep && ahead > 0 && ahead < kLongestStep)) return robot_;
-		const auto motion = robot_ - before_;
-		const double share = ahead / step;
-		return robot_ + mrpt::poses::CPose2D(share * motion.x(), share * motion.y(), share * motion.phi());
-	}
-
-	mrpt::poses::CPose2D robot_, before_;  //!< by the last reading of the odometry and the one before, in its frame
-	double time_ = 0, time_before_ = 0;    //!< [s] of these; 0 without a time
-	std::map<std::string, std::pair<double, PlacedObservation>> scans_;  //!< with their times [s]
-};
-
 /// An object of the log with its scans that are to be localized.
 struct Item
 {
 	logs::RawlogObject object;
 	std::vector<Job> jobs = {};
 	std::size_t unfinished = 0;  //!< [-] jobs without a result
+	std::size_t bytes = 0;       //!< that it takes, about
 };
 
 /// Reads the objects of a log, and finds the scans in them that are to be localized.
 class ItemReader
 {
    public:
-	ItemReader(logs::LogReader& reader, const FrameSelection& selection, bool merge_lasers)
-	    : reader_(reader), selection_(selection), merge_lasers_(merge_lasers)
+	ItemReader(logs::LogReader& reader, const FrameSelection& selection, const Approach& approach)
+	    : reader_(reader), selection_(selection), approach_(approach)
 	{
 	}
 
@@ -124,13 +70,16 @@ class ItemReader
 		auto object = reader_.next();
 		if (!object) return std::nullopt;
 		Item item = {std::move(*object)};
-		if (merge_lasers_) last_scans_.add(item.object);
+		item.bytes = weight_of(item.object);
 		for (std::size_t i = 0; i < item.object.scans.size(); i++)
 		{
 			const auto& scan = item.object.scans[i];
 			const logs::ScanDetails& details = item.object.details[i];
-			LoggedScan logged = logged_scan(scan, details);
-			if (merge_lasers_ && details.unusable.text.empty()) last_scans_.add(scan, logged.sweep);
+			const bool is_merged = approach_.merge_lasers && details.unusable.text.empty();
+			if (is_merged)
+				last_scans_.add(
+				    scan->sensorLabel, details.time, std::make_shared<const RangeScan>(d2s1r::scan_of(*scan)),
+				    details.robot, details.motion);
 			if (scan->sensorLabel != selection_.label)
 			{
 				constexpr std::size_t kMostLabels = 100;
@@ -138,19 +87,18 @@ class ItemReader
 				continue;
 			}
 			if (selection_.contains(scans_))
-				item.jobs.push_back({scans_, std::move(logged), Clock::now(), lasers_with(scan->sensorLabel, details)});
+				item.jobs.push_back(
+				    {scans_, logged_scan(scan, details), Clock::now(),
+				     is_merged ? last_scans_.with(scan->sensorLabel) : Lasers(), details.robot,
+				     approach_.tracker ? approach_.tracker->pose_at(details.time, *reader_.track()) : std::nullopt});
 			scans_++;
 		}
+		for (const Job& job : item.jobs)
+			for (const PlacedObservation& merged : job.lasers) item.bytes += ros::weight_of(merged.observation->size());
 		item.object.scans.clear();
 		if (!item.object.bytes.empty()) item.object.object.reset();  // else its bytes are made of it
 		item.unfinished = item.jobs.size();
 		return item;
-	}
-
-	/// Returns Job::lasers of a scan that has just been read.
-	Lasers lasers_with(const std::string& label, const logs::ScanDetails& details) const
-	{
-		return merge_lasers_ && details.unusable.text.empty() ? last_scans_.with(label) : Lasers{};
 	}
 
 	/// Returns the number of scans of the sensor seen so far.
@@ -165,44 +113,11 @@ class ItemReader
    private:
 	logs::LogReader& reader_;
 	const FrameSelection& selection_;
-	bool merge_lasers_;
-	LastScans last_scans_;
+	const Approach& approach_;
+	ros::LastScans last_scans_;
 	std::size_t scans_ = 0;
 	std::set<std::string> other_labels_;
 	double milliseconds_ = 0;
-};
-
-/// The odometry of a log, from one scan to the next.
-class OdometryBetweenScans
-{
-   public:
-	void add(const logs::RawlogObject& object)
-	{
-		has_news_ = has_news_ || object.odometry || object.increment;
-		if (object.odometry) now_ = object.odometry;
-		if (object.increment) now_ = now_.value_or(mrpt::poses::CPose2D()) + *object.increment;
-	}
-
-	/// Returns the increment since the last call, in the robot frame of that moment. There is none at the first call,
-	/// if the increment is not plausible, or if no odometry came since the last call or between the two calls before.
-	std::optional<mrpt::poses::CPose2D> take()
-	{
-		if (!std::exchange(has_news_, false)) now_.reset();  // no odometry is not the same as standing still
-		std::optional<mrpt::poses::CPose2D> increment;
-		if (now_ && then_) increment = *now_ - *then_;
-		if (increment && !is_plausible(*increment))
-		{
-			increment.reset();
-			now_.reset();
-		}
-		then_ = now_;
-		return increment;
-	}
-
-   private:
-	std::optional<mrpt::poses::CPose2D> now_;   //!< robot in the odometry's frame
-	std::optional<mrpt::poses::CPose2D> then_;  //!< the same at the last scan
-	bool has_news_ = false;                     //!< since the last scan
 };
 
 /// Takes what scans say alone, follows them with the window and the fusion, and hands the frames on.
@@ -224,7 +139,6 @@ class Follower
 	/// Follows the scans of an object, all of which have been localized.
 	void follow(Item& item)
 	{
-		odometry_.add(item.object);
 		{
 			const ScopedTimer timer(writing_ms_);
 			sink_.take_object(item.object);
@@ -251,7 +165,10 @@ class Follower
    private:
 	void follow(Job& job)
 	{
-		const auto motion = odometry_.take();
+		std::optional<mrpt::poses::CPose2D> motion;
+		if (job.robot && robot_) motion = *job.robot - *robot_;
+		if (motion && !is_plausible(*motion)) motion.reset();
+		robot_ = job.robot;
 		const Localization& one_shot = *job.result;
 		odometry_check_.checked(motion, one_shot);
 		const double time = logs::to_seconds(job.logged.observation->timestamp);
@@ -263,7 +180,7 @@ class Follower
 		}
 		if (tracker_) frame.tracked = tracker_->add(time, job.scan, motion);
 		if (approach_.tracker)
-			frame.tracker = approach_.tracker->add(approach_.localizer, job.scan, time, frame.result, motion);
+			frame.tracker = approach_.tracker->add(approach_.localizer, job.scan, frame.result, motion, job.tracker);
 		const ScanPtr observation = observation_of(job.logged);
 		if (approach_.fusion_backend) frame.fused = approach_.fusion_backend->step({*observation, one_shot, motion});
 		left_out_.add(job.scan, observation->getScanSize());
@@ -277,7 +194,7 @@ class Follower
 	std::size_t frames_ = 0;
 	bool is_enough_ = false;
 	double writing_ms_ = 0;
-	OdometryBetweenScans odometry_;
+	std::optional<mrpt::poses::CPose2D> robot_;  //!< at the last scan, by the odometry
 	OdometryCheck odometry_check_;
 	LeftOutReadings left_out_;
 	std::optional<WindowLocalizer> window_;
@@ -338,7 +255,8 @@ class FramePipeline
 		if (interrupted()) return nullptr;
 		if (!waiting_.empty()) return &FramePipeline::localize;
 		const auto most_jobs = kScansPerThread * static_cast<std::size_t>(approach_.threads);
-		const bool has_room = items_.size() < kMostObjects && unfollowed_jobs_ < most_jobs;
+		const bool has_room =
+		    items_.size() < kMostObjects && unfollowed_jobs_ < most_jobs && bytes_ < ros::kMostBytesWaiting;
 		return !is_reading_ && !at_end_ && has_room ? &FramePipeline::read : nullptr;
 	}
 
@@ -358,6 +276,7 @@ class FramePipeline
 		lock.lock();
 		is_enough_ = follower_.is_enough();
 		unfollowed_jobs_ -= item.jobs.size();
+		bytes_ -= item.bytes;
 		items_.pop_front();
 		is_following_ = false;
 	}
@@ -385,6 +304,7 @@ class FramePipeline
 		if (!read) return;
 		Item& item = items_.emplace_back(std::move(*read));
 		unfollowed_jobs_ += item.jobs.size();
+		bytes_ += item.bytes;
 		for (Job& job : item.jobs) waiting_.emplace_back(&item, &job);
 	}
 
@@ -397,6 +317,7 @@ class FramePipeline
 	std::deque<Item> items_;                          //!< read and not yet followed, in the order of the log
 	std::deque<std::pair<Item*, Job*>> waiting_;      //!< jobs in them that nobody has begun
 	std::size_t unfollowed_jobs_ = 0;                 //!< [-] jobs in them
+	std::size_t bytes_ = 0;                           //!< that they take
 	std::size_t busy_ = 0;                            //!< [-] threads that do a task
 	bool is_following_ = false, is_reading_ = false;  //!< whether a thread does
 	bool at_end_ = false;                             //!< of the log
@@ -420,7 +341,7 @@ LoopResult localize_log(
     ProgressBar& progress)
 {
 	const auto start = Clock::now();
-	ItemReader items(reader, selection, approach.merge_lasers);
+	ItemReader items(reader, selection, approach);
 	Follower follower(approach, sink);
 	FramePipeline pipeline(items, follower, approach, progress);
 	run_on_threads(approach.threads, [&] { pipeline.work(); });

@@ -6,16 +6,6 @@
 
 namespace d2s1r::app
 {
-LoggedScan logged_scan(ScanPtr observation, const logs::ScanDetails& details)
-{
-	const std::size_t beams = observation->getScanSize();
-	const double stamp = logs::to_seconds(observation->timestamp);
-	std::vector<d2s1r::TimedPose> motion;
-	for (const auto& [time, robot] : details.odometry) motion.push_back({time - stamp, robot});
-	Sweep sweep = make_sweep(details.sweep.first_beam, details.sweep.duration, beams, std::move(motion));
-	return {std::move(observation), std::move(sweep), details.unusable};
-}
-
 Scan scan_of(const LoggedScan& logged, const ScanParameters& parameters)
 {
 	if (logged.unusable.text.empty()) return make_scan(d2s1r::scan_of(*logged.observation), parameters, logged.sweep);

@@ -6,6 +6,8 @@
 #include <logs/log.h>
 #include <mrpt/obs/CObservation2DRangeScan.h>
 
+#include <utility>
+
 namespace d2s1r::app
 {
 using ScanPtr = mrpt::obs::CObservation2DRangeScan::ConstPtr;
@@ -19,7 +21,10 @@ struct LoggedScan
 };
 
 /// Returns a scan of a log with what the log tells about it.
-LoggedScan logged_scan(ScanPtr observation, const logs::ScanDetails& details);
+inline LoggedScan logged_scan(ScanPtr observation, const logs::ScanDetails& details)
+{
+	return {std::move(observation), details.motion, details.unusable};
+}
 
 /// Returns the scan that is localized: its beams are moved to its time.
 Scan scan_of(const LoggedScan& logged, const ScanParameters& parameters);

@@ -1,110 +1,147 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+// The parts of a LiveLocalizer. Each keeps one matter, and forgets it by itself when the clock runs back.
 #pragma once
 
-#include <d2s1r/motion.h>
 #include <d2s1r/tracker.h>
 #include <d2s1r/window_localizer.h>
-#include <ros/observation.h>
+#include <ros/monitor.h>
 
 #include <deque>
 #include <map>
-#include <variant>
 
 #include "live/live_localizer.h"
-#include "live_odometry.h"
-#include "live_sweep.h"
+#include "live_robot.h"
 #include "map_slot.h"
 #include "seeder.h"
 
 namespace d2s1r::live
 {
-inline constexpr std::size_t kMostWaiting = 8;  //!< [-] scans that wait
+inline constexpr Time kStepBack = kSecond / 2;  //!< [ns] of a clock that ran back; less is that of messages
 
-/// A pose of the tracker and, once it is known, where the odometry was then.
-struct TrackerPose
+/// Lines for people, each of which is told once.
+class News
 {
-	Time time = 0;
-	std::string frame;
-	mrpt::poses::CPose2D pose;
-	std::optional<mrpt::poses::CPose2D> odometry;
+   public:
+	/// Tells a line, unless it is what was told last about the same thing.
+	void tell(const std::string& about, const std::string& line);
+
+	/// Returns whether something was told about a thing.
+	bool has(const std::string& about) const { return told_.count(about) > 0; }
+	void forget(const std::string& about) { told_.erase(about); }
+
+	std::vector<std::string> lines;  //!< for the owner to take
+
+   private:
+	std::map<std::string, std::string> told_;  //!< last line by what it is about
 };
 
-/// A scan that waits for what it needs.
-struct LiveLocalizer::WaitingScan
+/// The robot's clock, which a log that is played again sets back.
+class Clock
 {
-	std::string topic;
-	ros::Header header;
-	std::variant<ros::LaserScan, ros::PointCloud> scan;
-	Time since = 0;  //!< by the clock
+   public:
+	/// Sets the time. \return whether it ran back, which no scan had told
+	bool set(Time time);
+
+	/// Takes the time of a scan of the laser in use. \return whether the clock ran back
+	bool take_scan(Time time);
+
+	/// Returns whether a message was late when the clock ran back: it is from what is the future now.
+	bool is_from_before(Time time) const;
+
+	Time now() const { return now_; }
+
+   private:
+	Time now_ = 0;
+	Time newest_scan_ = 0;
+	Time ran_back_at_ = 0;               //!< time to which the clock ran back
+	std::optional<Time> ran_back_with_;  //!< scan that told it before the clock did
+};
+
+/// The scans that wait for what they need. They take at most ros::kMostBytesWaiting.
+class WaitingScans
+{
+   public:
+	/// Takes a scan; those that came first are left out if there is no room, as when nobody calls update().
+	void add(WaitingScan scan);
+	WaitingScan take();
+	const WaitingScan& front() const { return scans_.front(); }
+	bool empty() const { return scans_.empty(); }
+	void clear() { *this = {}; }
+
+   private:
+	std::deque<WaitingScan> scans_;
+	std::size_t bytes_ = 0;
+};
+
+/// What is told to the tracker, and what is known of it.
+struct TrackerInUse
+{
+	std::string frame;        //!< of its poses
+	ros::TrackerTrack poses;  //!< that came as messages
+	int seed_readers = 0;
+
+	/// Takes a pose. \param in frame of it
+	void add(Time time, const std::string& in, const mrpt::poses::CPose2D& pose);
+	void clear() { poses = ros::TrackerTrack(); }
+
+	/// Returns the pose of the tracker at a time in a frame, and when it told that: by its messages, else by tf.
+	std::optional<std::pair<Time, mrpt::poses::CPose2D>> at(Time time, const std::string& in, LiveRobot& robot) const;
+};
+
+/// The scans that were answered, together.
+struct AnsweredScans
+{
+	explicit AnsweredScans(const LiveSettings& settings) : monitor(settings.watch) {}
+
+	/// Begins anew, as in another map. \param keeps_last whether the last answer is still told
+	void clear(bool keeps_last);
+
+	/// Returns whether the robot stands, by its last localized scans.
+	bool stands() const;
+
+	TrackerMonitor monitor;
+	std::optional<WindowLocalizer> window;
+	std::optional<Tracker> follower;            //!< with LiveSettings::track
+	Time tracked_until = 0;                     //!< of the odometry: see LiveLocalizer::take_tracked()
+	std::optional<mrpt::poses::CPose2D> robot;  //!< at the last one, by the odometry
+	std::deque<mrpt::poses::CPose2D> stood_at;  //!< last localized poses
+	std::optional<ScanAnswer> last;
+	Time last_at = 0;  //!< by the clock
 };
 
 /// What a LiveLocalizer knows, and how it answers a scan.
 struct LiveLocalizer::State
 {
 	explicit State(const LiveSettings& given)
-	    : settings(given),
-	      monitor(given.watch),
-	      maps(settings),
-	      odometry(given.odometry_frame),
-	      laser_sweep(given.sweep),
-	      seeder(settings, monitor)
+	    : settings(given), answered(settings), maps(settings), robot(settings), seeder(settings, answered.monitor)
 	{
 	}
 
 	const LiveSettings settings;
-	TrackerMonitor monitor;
+	News news;
+	Clock clock;
+	AnsweredScans answered;
 	MapSlot maps;
-	ros::Frames frames;
-	LiveOdometry odometry;
-	LiveSweep laser_sweep;  //!< of the laser in use
+	LiveRobot robot;
 	Seeder seeder;
-	std::optional<WindowLocalizer> window;
-	std::optional<Tracker> follower;  //!< with LiveSettings::track
-	Time tracked_until = 0;           //!< of the odometry: see take_tracked()
-
-	std::deque<WaitingScan> waiting;
-	std::map<std::string, std::pair<Time, PlacedObservation>> others;  //!< last scans of other lasers, by topic
-	std::string laser_topic, laser_frame;                              //!< of the laser in use
-	std::optional<mrpt::poses::CPose2D> last_odometry;                 //!< at the last answered scan
-	std::deque<mrpt::poses::CPose2D> stood_at;                         //!< last localized poses
-	std::optional<TrackerPose> tracker;
+	TrackerInUse tracker;
+	WaitingScans waiting;
+	ros::LastScans lasers;    //!< that are merged
+	std::string robot_frame;  //!< that the last answers are about
 	int odometry_publishers = 0;
-	int seed_readers = 0;
 	bool asked = false;  //!< for an answer to the next scan
-
-	Time now = 0;
-	Time ran_back_at = 0;               //!< time to which the clock ran back
-	std::optional<Time> ran_back_with;  //!< scan that told it before the clock did
-	Time newest_scan = 0;
-	Time last_answer_at = 0;  //!< by the clock
-	std::optional<ScanAnswer> last;
+	std::string rivals;  //!< why messages of two robots seem to come; empty: they do not
 	std::string silent_because;
-	std::string rivals;                       //!< why messages of two robots seem to come; empty: they do not
-	std::map<std::string, std::string> told;  //!< last news by what it is about
-	std::vector<std::string> news;
 
-	void tell(const std::string& about, const std::string& line);
 	void clear_after_jump();
-	void set_clock(Time time);
-	bool is_from_before(Time time) const;
-	std::string robot_frame(const std::string& laser) const;
-	bool expects_odometry() const { return odometry_publishers > 0 || odometry.newest(); }
-	ros::SweepTime sweep_time_of(const WaitingScan& waiting_scan) const;
-	PlacedObservation placed(
-	    const WaitingScan& waiting_scan, const mrpt::poses::CPose3D& laser, const mrpt::poses::CPose2D& robot) const;
-	bool is_early(const WaitingScan& waiting_scan) const;
-	bool must_wait(const WaitingScan& waiting_scan, const std::string& robot) const;
-	std::optional<ScanAnswer> answer(const WaitingScan& waiting_scan, const std::string& robot);
-	Scan scan_of(const std::string& topic, const PlacedObservation& placed) const;
-	std::vector<Sweep> open_sweeps(Time time, std::size_t beams) const;
-	void localize(
-	    ScanAnswer& answer, const RangeScan& observation, const std::optional<mrpt::poses::CPose2D>& odometry_now,
-	    const std::string& robot);
-	void judge_others(ScanAnswer& answer, const std::optional<mrpt::poses::CPose2D>& motion, const std::string& robot);
+	bool expects_odometry() const { return odometry_publishers > 0 || robot.track().newest(); }
+	bool is_early(const WaitingScan& scan) const;
+	std::optional<ScanAnswer> answer(const WaitingScan& scan);
+	std::optional<mrpt::poses::CPose2D> motion_to(const std::optional<mrpt::poses::CPose2D>& now);
+	void localize(ScanAnswer& answer, const ReadScan& read);
+	void judge_others(ScanAnswer& answer, const std::optional<mrpt::poses::CPose2D>& motion);
 	void tell_suggestion();
-	std::optional<std::pair<Time, mrpt::poses::CPose2D>> tracker_at(const ScanAnswer& given, const std::string& robot);
 	std::optional<Seed> make_seed(const ScanAnswer& answer, std::string& problem) const;
-	bool stands() const;
-	void tell_found(const WaitingScan& waiting_scan, const std::string& robot);
+	void tell_found(const WaitingScan& scan);
 };
 }  // namespace d2s1r::live

@@ -27,41 +27,42 @@ LiveStatus LiveLocalizer::status(Time now) const
 		status.summary = printable(summary);
 	};
 	using Level = LiveStatus::Level;
-	const bool is_late = state.last && now - state.last_answer_at > kSilence;
-	const Verdict verdict = state.last ? state.last->watched.verdict : Verdict::kCannotTell;
+	const bool is_late = state.answered.last && now - state.answered.last_at > kSilence;
+	const Verdict verdict = state.answered.last ? state.answered.last->watched.verdict : Verdict::kCannotTell;
 	if (!state.rivals.empty()) say(Level::kError, state.rivals);
 	if (!state.seeder.problem().empty()) say(Level::kError, state.seeder.problem());
 	if (!state.maps.maps())
 		say(Level::kWarning, state.maps.is_indexing()       ? "the map is being indexed"
 		                     : state.maps.problem().empty() ? "waits for a map"
 		                                                    : state.maps.problem());
-	if (!state.last) say(Level::kWarning, state.silent_because.empty() ? "waits for scans" : state.silent_because);
+	if (!state.answered.last)
+		say(Level::kWarning, state.silent_because.empty() ? "waits for scans" : state.silent_because);
 	if (is_late)
-		say(Level::kWarning, mrpt::format("no scan was answered for %.1f s", seconds(now - state.last_answer_at)) +
+		say(Level::kWarning, mrpt::format("no scan was answered for %.1f s", seconds(now - state.answered.last_at)) +
 		                         (state.silent_because.empty() ? "" : ": " + state.silent_because));
 	if (verdict == Verdict::kLost)
 		say(Level::kWarning,
 		    mrpt::format(
-		        "the tracker is lost: %d scans in a row are %.2f m away", state.last->watched.away,
-		        state.last->watched.distance.value_or(0)) +
+		        "the tracker is lost: %d scans in a row are %.2f m away", state.answered.last->watched.away,
+		        state.answered.last->watched.distance.value_or(0)) +
 		        (state.settings.seeding == Seeding::kWatch ? "" : "; it would be told if seeding were watch"));
 	if (!state.seeder.waiting().empty() && state.settings.seeding != Seeding::kNever && !state.seeder.is_satisfied())
 		say(Level::kWarning, state.seeder.waiting());
-	status.is_localized =
-	    state.rivals.empty() && state.last && !is_late && state.last->localization.status == Status::kLocalized;
+	status.is_localized = state.rivals.empty() && state.answered.last && !is_late &&
+	                      state.answered.last->localization.status == Status::kLocalized;
 	if (status.is_localized)
 		say(Level::kOk, verdict == Verdict::kFits ? "localized, and the tracker fits" : "localized");
 	say(Level::kOk, state.silent_because);
 	const auto add = [&](const char* name, const std::string& value) { status.values.emplace_back(name, value); };
 	add("map", state.maps.description());
-	if (!state.laser_sweep.description().empty()) add("sweep", state.laser_sweep.description());
+	if (!state.robot.sweep.description().empty()) add("sweep", state.robot.sweep.description());
 	add("indices built", std::to_string(state.maps.built()));
 	add("seeds sent", std::to_string(state.seeder.sent()));
-	add("readers of seeds", std::to_string(state.seed_readers));
+	add("readers of seeds", std::to_string(state.tracker.seed_readers));
 	if (!state.silent_because.empty()) add("silent because", printable(state.silent_because));
 	if (!state.seeder.waiting().empty()) add("no seed because", printable(state.seeder.waiting()));
-	if (!state.last) return status;
-	const ScanAnswer& last = *state.last;
+	if (!state.answered.last) return status;
+	const ScanAnswer& last = *state.answered.last;
 	add("status", to_string(last.localization.status));
 	add("confidence", mrpt::format("%.4f", last.localization.confidence));
 	add("hypotheses", std::to_string(last.localization.hypotheses.size()));

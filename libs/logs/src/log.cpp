@@ -181,9 +181,16 @@ RawlogObject to_rawlog_object(const mrpt::obs::CObservation::Ptr& observation, d
 	if (reading && std::isfinite(reading->odometry.norm() + reading->odometry.phi()))
 	{
 		object.odometry = reading->odometry;
-		object.odometry_time = to_seconds(reading->timestamp);
+		object.odometry_time = ros::from_time(reading->timestamp);
 	}
 	return object;
+}
+
+std::size_t weight_of(const RawlogObject& object)
+{
+	std::size_t bytes = sizeof object + object.bytes.size();
+	for (const auto& scan : object.scans) bytes += ros::weight_of(scan->getScanSize());
+	return bytes;
 }
 
 std::vector<std::uint8_t> to_bytes(const RawlogObject& object)
@@ -315,6 +322,6 @@ std::unique_ptr<LogReader> read_log(const Log& log, const std::string& label, co
 	if (overrides.sensor_pose || overrides.max_range || overrides.range_factor || overrides.sweep ||
 	    overrides.beam_angles || overrides.ignores_flags || !overrides.sweeps_of_others.empty())
 		reader = std::make_unique<OverridingReader>(std::move(reader), label, overrides);
-	return with_odometry(std::move(reader), !log.survey.is_live);
+	return with_odometry(std::move(reader), log.survey, label);
 }
 }  // namespace d2s1r::logs

@@ -1,10 +1,9 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "odometry_of_scans.h"
 
-#include <ros/odometry_track.h>
+#include <d2s1r/mrpt.h>
 
 #include <algorithm>
-#include <cmath>
 #include <deque>
 #include <optional>
 #include <utility>
@@ -13,39 +12,40 @@ namespace d2s1r::logs
 {
 namespace
 {
-constexpr double kLongestWaitForOdometry = 0.5;     // [s] of the log's clock, beyond the end of a scan
-constexpr std::size_t kMostObjectsThatWait = 1000;  // [-] that wait
-
-/// From when to when [s] the poses of the robot are needed: over the sweep and at the time of the observation.
-std::pair<double, double> span_of(const mrpt::obs::CObservation2DRangeScan& scan, const SweepTime& sweep)
-{
-	const double stamp = to_seconds(scan.timestamp);
-	const auto [first, last] = sweep.span();
-	return {stamp + first, stamp + last};
-}
-
 class ReaderWithOdometry : public LogReader
 {
    public:
-	ReaderWithOdometry(std::unique_ptr<LogReader> reader, bool waits) : reader_(std::move(reader)), waits_(waits) {}
+	ReaderWithOdometry(std::unique_ptr<LogReader> reader, const LogSurvey& survey, std::string label)
+	    : reader_(std::move(reader)), waits_(!survey.is_live && !survey.odometry.empty()), label_(std::move(label))
+	{
+	}
 
 	std::optional<RawlogObject> next() override
 	{
-		while (objects_.empty() || !is_complete(objects_.front()))
+		while (waiting_.empty() || must_wait(waiting_.front()))
 			if (!read()) break;
-		if (objects_.empty())
+		if (waiting_.empty())
 		{
 			damage_ = reader_->damage();
 			missing_class_ = reader_->missing_class();
 			return std::nullopt;
 		}
-		RawlogObject object = std::move(objects_.front());
-		objects_.pop_front();
+		RawlogObject object = std::move(waiting_.front().object);
+		waiting_.pop_front();
+		bytes_ -= weight_of(object);
 		for (std::size_t i = 0; i < object.scans.size(); i++) complete(*object.scans[i], object.details[i]);
 		return object;
 	}
 
+	const ros::RobotTrack* track() const override { return &track_; }
+
    private:
+	struct Waiting
+	{
+		RawlogObject object;
+		ros::Time since = 0;
+	};
+
 	/// Returns whether there was another object.
 	bool read()
 	{
@@ -53,59 +53,75 @@ class ReaderWithOdometry : public LogReader
 		auto object = reader_->next();
 		is_at_end_ = !object;
 		if (!object) return false;
-		if (object->increment) by_increments_ = by_increments_.value_or(mrpt::poses::CPose2D()) + *object->increment;
+		take_odometry(*object);
 		for (std::size_t i = 0; i < object->scans.size(); i++)
 		{
-			const double time = to_seconds(object->scans[i]->timestamp);
-			SweepTime& sweep = object->details[i].sweep;
-			sweep = time > 0 ? sweep.checked() : SweepTime();
-			newest_ = std::max(newest_, time);
-			if (by_increments_ && time > 0) add({time, by_increments_->asTPose()});
+			ScanDetails& details = object->details[i];
+			if (details.time == 0) details.time = ros::from_time(object->scans[i]->timestamp);
+			details.sweep = details.time > 0 ? details.sweep.checked() : SweepTime();
+			now_ = std::max(now_, details.time);
+			if (has_increments_) track_.add(ros::OdometrySource::kMessages, details.time, newest_);
+			if (is_news_ && (is_by_order_ || details.time == 0)) details.robot = newest_;
 		}
-		if (object->odometry && object->odometry_time > 0) add({object->odometry_time, object->odometry->asTPose()});
-		objects_.push_back(std::move(*object));
+		if (!object->scans.empty()) is_news_ = false;
+		if (!object->object && object->bytes.empty()) return true;
+		bytes_ += weight_of(*object);
+		waiting_.push_back({std::move(*object), now_});
 		return true;
 	}
 
-	/// Takes a reading of the odometry.
-	void add(const StampedPose& reading)
+	void take_odometry(const RawlogObject& object)
 	{
-		readings_.add(reading);
-		newest_ = std::max(newest_, readings_.newest().value_or(0));
+		if (object.odometry && object.odometry_time > 0)
+			track_.add(object.odometry_source, object.odometry_time, *object.odometry);
+		now_ = std::max(now_, object.odometry_time);
+		has_increments_ = has_increments_ || object.increment;
+		is_by_order_ = is_by_order_ || object.increment || (object.odometry && object.odometry_time == 0);
+		is_news_ = is_news_ || object.odometry || object.increment;
+		if (object.odometry) newest_ = *object.odometry;
+		if (object.increment) newest_ = newest_ + *object.increment;
 	}
 
-	bool is_complete(const RawlogObject& object) const
+	bool must_wait(const Waiting& waiting) const
 	{
-		if (!waits_ || objects_.size() > kMostObjectsThatWait) return true;
-		for (std::size_t i = 0; i < object.scans.size(); i++)
-		{
-			if (object.details[i].sweep.is_instant()) continue;
-			const double end = span_of(*object.scans[i], object.details[i].sweep).second;
-			if (readings_.newest().value_or(0) < end && newest_ < end + kLongestWaitForOdometry) return false;
-		}
-		return true;
+		if (!waits_ || bytes_ > ros::kMostBytesWaiting) return false;
+		const auto& details = waiting.object.details;
+		return std::any_of(
+		    details.begin(), details.end(),
+		    [&](const ScanDetails& scan)
+		    {
+			    const auto end = scan.time + static_cast<ros::Time>(1e9 * scan.sweep.span().second);
+			    return scan.time > 0 && track_.must_wait(end, now_ - waiting.since);
+		    });
 	}
 
-	/// Gives a scan the readings over its sweep.
-	void complete(const mrpt::obs::CObservation2DRangeScan& scan, ScanDetails& details) const
+	/// Gives a scan the odometry at its time and over its sweep.
+	void complete(const mrpt::obs::CObservation2DRangeScan& scan, ScanDetails& details)
 	{
-		if (details.sweep.is_instant()) return;
-		const auto [start, end] = span_of(scan, details.sweep);
-		details.odometry = readings_.over(start, end);
+		if (scan.sensorLabel == label_ && details.time > 0 && details.unusable.text.empty())
+			track_.judge(details.time, d2s1r::scan_of(scan));
+		details.motion = track_.sweep_of(details.sweep, details.time, scan.getScanSize());
+		if (!details.robot && details.time > 0) details.robot = track_.at(details.time);
 	}
 
 	std::unique_ptr<LogReader> reader_;
 	bool waits_;
-	std::deque<RawlogObject> objects_;                   //!< that have been read
-	ros::OdometryTrack readings_;                        //!< of the odometry
-	std::optional<mrpt::poses::CPose2D> by_increments_;  //!< of action collections, which end at the next scan
-	double newest_ = 0;                                  //!< [s] time of all that has been read
+	std::string label_;
+	std::deque<Waiting> waiting_;
+	std::size_t bytes_ = 0;  //!< of these
+	ros::RobotTrack track_;
+	ros::Time now_ = 0;            //!< newest of all that has been read
+	mrpt::poses::CPose2D newest_;  //!< by the last reading, whatever its time
+	bool is_news_ = false;         //!< whether that came after the last scan
+	bool has_increments_ = false;  //!< of action collections, which end at the next scan
+	bool is_by_order_ = false;     //!< whether the order of the log tells to which scan a reading belongs
 	bool is_at_end_ = false;
 };
 }  // namespace
 
-std::unique_ptr<LogReader> with_odometry(std::unique_ptr<LogReader> reader, bool waits)
+std::unique_ptr<LogReader> with_odometry(
+    std::unique_ptr<LogReader> reader, const LogSurvey& survey, const std::string& label)
 {
-	return std::make_unique<ReaderWithOdometry>(std::move(reader), waits);
+	return std::make_unique<ReaderWithOdometry>(std::move(reader), survey, label);
 }
 }  // namespace d2s1r::logs

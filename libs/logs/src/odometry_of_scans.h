@@ -7,8 +7,10 @@
 
 namespace d2s1r::logs
 {
-/// Reads a log, and gives each scan whose sweep is known the odometry during its beams.
-/// \param waits whether an object is held back until the odometry after its scans has come, or the log has gone on for
-/// half a second
-std::unique_ptr<LogReader> with_odometry(std::unique_ptr<LogReader> reader, bool waits);
+/// Reads a log, and gives each scan the odometry at its time and during its beams. Unless the log is still being
+/// written, an object is held back until the odometry after its scans has come, or the log has gone on for half a
+/// second, or what waits takes more than ros::kMostBytesWaiting.
+/// \param label of the laser whose scans tell which odometry is right
+std::unique_ptr<LogReader> with_odometry(
+    std::unique_ptr<LogReader> reader, const LogSurvey& survey, const std::string& label);
 }  // namespace d2s1r::logs

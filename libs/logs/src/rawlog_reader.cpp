@@ -114,7 +114,7 @@ void read_observation(
 	if (!odometer) odometer = reading->sensorLabel;
 	if (reading->sensorLabel != *odometer) return;
 	into.odometry = reading->odometry;
-	into.odometry_time = to_seconds(reading->timestamp);
+	into.odometry_time = ros::from_time(reading->timestamp);
 }
 
 /// Returns whether an object is a pose or odometry with one of these labels.

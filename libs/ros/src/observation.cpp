@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace d2s1r::ros
 {
@@ -26,9 +27,18 @@ SweepTime SweepTime::checked() const
 	return std::max(std::abs(duration), std::abs(first_beam)) < kLongestSweep ? *this : SweepTime();
 }
 
-mrpt::Clock::time_point to_time(std::int64_t nanoseconds)
+mrpt::Clock::time_point to_time(Time time)
 {
-	return mrpt::Clock::fromDouble(0) + mrpt::Clock::duration(nanoseconds / 100);
+	return mrpt::Clock::fromDouble(0) + mrpt::Clock::duration(time / 100);
+}
+
+Time from_time(mrpt::Clock::time_point time)
+{
+	constexpr std::uint64_t kMost = std::numeric_limits<Time>::max() / 100;  // [ticks]
+	// A damaged log may hold any number, so that the difference may be out of range: unsigned numbers wrap around.
+	const auto ticks = static_cast<std::uint64_t>(time.time_since_epoch().count()) -
+	                   static_cast<std::uint64_t>(mrpt::Clock::fromDouble(0).time_since_epoch().count());
+	return time == INVALID_TIMESTAMP || ticks > kMost ? 0 : 100 * static_cast<Time>(ticks);
 }
 
 double middle_angle(const LaserScan& scan)

@@ -211,7 +211,7 @@ void RobotTopics::count(LaserTopic& laser, const std::string& frame)
 	if (known != laser.frames.end())
 		known->second++;
 	else if (frames_++ < kMostFrames)
-		laser.frames.emplace(frame, 1);
+		changes++, laser.frames.emplace(frame, 1);
 }
 
 void RobotTopics::add_transforms(const std::string& topic, const std::vector<Transform>& all, bool are_static)
@@ -235,9 +235,11 @@ void RobotTopics::add(const Transform& transform, bool is_static, Links& links)
 	{
 		is_complete = is_complete && links_ < kMostLinks;
 		if (links_++ < kMostLinks) links.emplace(transform.child, Link{parent, *transform.pose, *transform.pose});
+		changes++;
 		return;
 	}
 	Link& link = known->second;
+	const std::tuple before(link.parent, link.moves, link.travels);
 	const bool is_other = link.parent != parent;
 	if (is_static && !link.first_static && (is_other || !are_the_same(link.last, *transform.pose)))
 		link.first_static = fixed_transform(known->first, link);
@@ -246,6 +248,7 @@ void RobotTopics::add(const Transform& transform, bool is_static, Links& links)
 	link.moves = link.moves || link.first_static || (is_other && !is_static) || !are_the_same(link.first, link.last);
 	const double traveled = (link.last.m_coords - link.first.m_coords).norm();
 	link.travels = link.travels || traveled > kMountTravels;
+	if (before != std::tuple(link.parent, link.moves, link.travels)) changes++;
 }
 
 LinksOfRobot::LinksOfRobot(const RobotTopics& topics, const std::string& name_space)
@@ -354,6 +357,24 @@ std::optional<Path> LinksOfRobot::path(const std::string& frame, const std::stri
 	return Path{up.pose - other_up.pose, up.moves || other_up.moves};
 }
 
+std::set<std::string> LinksOfRobot::links_up(const std::string& frame, const std::string& ancestor) const
+{
+	std::set<std::string> children = {frame};
+	for (const std::string& above : ancestors(frame))
+	{
+		if (above == ancestor) return children;
+		children.insert(above);
+	}
+	return {};
+}
+
+std::optional<Path> LinksOfRobot::placement(const std::string& laser, const Robot& robot) const
+{
+	if (laser == (robot.frame.empty() ? robot.laser_frame : robot.frame)) return Path{};
+	if (!are_on_one_robot(laser, robot.frame)) return std::nullopt;
+	return path(laser, robot.frame);
+}
+
 std::vector<std::string> LinksOfRobot::named(const std::string& name, const std::string& frame) const
 {
 	std::vector<std::string> found;
@@ -369,7 +390,7 @@ const LinksOfRobot& AllLinks::of(const std::string& name_space)
 	return *links;
 }
 
-Robot find_robot(const LaserTopic& laser, const RobotTopics& topics, AllLinks& all)
+Robot find_robot(const LaserTopic& laser, const RobotTopics& topics, AllLinks& all, const std::string& known)
 {
 	Robot robot;
 	robot.name_space = find_namespace(laser, topics, all);
@@ -377,7 +398,7 @@ Robot find_robot(const LaserTopic& laser, const RobotTopics& topics, AllLinks& a
 	robot.laser_frame = main_frame(laser, links);
 	const std::vector<std::string> chain = links.carriers(robot.laser_frame);
 	const std::set<std::string> carriers(chain.begin(), chain.end());
-	robot.frame = find_base(robot, chain, links);
+	robot.frame = known.empty() ? find_base(robot, chain, links) : known;
 	const OdometryTopic* const odometry = find_odometry(robot, laser, carriers, topics, links);
 	if (odometry)
 	{
@@ -386,13 +407,15 @@ Robot find_robot(const LaserTopic& laser, const RobotTopics& topics, AllLinks& a
 		const bool is_connected = links.are_on_one_robot(child, robot.laser_frame);
 		const bool has_base =
 		    is_base(robot.frame) && (carriers.count(robot.frame) > 0 || robot.frame == robot.laser_frame);
-		if (is_connected && (is_base(child) || (!has_base && carriers.count(child) > 0))) robot.frame = child;
+		if (known.empty() && is_connected && (is_base(child) || (!has_base && carriers.count(child) > 0)))
+			robot.frame = child;
 		if (robot.frame.empty() && child == robot.laser_frame) robot.frame = child;
 		if (is_connected && child != robot.frame) robot.odometry_child = child;
-		return robot;
 	}
 	const auto ancestors = links.ancestors(robot.frame);
-	const auto frame = std::find_if(ancestors.begin(), ancestors.end(), is_odometry_frame);
+	const auto frame = std::find_if(
+	    ancestors.begin(), ancestors.end(),
+	    [&](const std::string& above) { return is_odometry_frame(above) || (odometry && above == odometry->frame); });
 	if (frame != ancestors.end()) robot.odometry_frame = *frame;
 	return robot;
 }

@@ -182,15 +182,15 @@ TEST_F(LogFiles, AScanHasTheOdometryDuringItsBeams)
 	while (const auto object = reader->next())
 	{
 		if (object->scans.empty()) continue;
-		const double start = to_seconds(object->scans[0]->timestamp), end = start + 0.11;
-		const auto& odometry = object->details.at(0).odometry;
+		constexpr double kStart = 0, kEnd = 0.11;  // [s] after the time of the scan
+		const auto& odometry = object->details.at(0).motion.motion;
 		if (scans++ >= 37) continue;  // the log ends during these
 		if (scans == 1) continue;     // there is no odometry before it but one
 		ASSERT_EQ(odometry.size(), 5U) << scans;
-		EXPECT_LE(odometry[1].first, start);
-		EXPECT_GT(odometry[2].first, start);
-		EXPECT_LT(odometry[3].first, end);
-		EXPECT_GE(odometry[4].first, end);
+		EXPECT_LE(odometry[1].time, kStart);
+		EXPECT_GT(odometry[2].time, kStart);
+		EXPECT_LT(odometry[3].time, kEnd);
+		EXPECT_GE(odometry[4].time, kEnd);
 	}
 	EXPECT_EQ(scans, 40U);
 }
@@ -244,11 +244,11 @@ TEST_F(LogFiles, AScanHasTheMotionThatActionCollectionsTell)
 	while (const auto object = reader->next())
 		details.insert(details.end(), object->details.begin(), object->details.end());
 	ASSERT_EQ(details.size(), 5U);
-	ASSERT_GE(details[2].odometry.size(), 3U);
-	for (std::size_t i = 1; i < details[2].odometry.size(); i++)
+	ASSERT_GE(details[2].motion.motion.size(), 3U);
+	for (std::size_t i = 1; i < details[2].motion.motion.size(); i++)
 	{
-		EXPECT_NEAR(details[2].odometry[i].first - details[2].odometry[i - 1].first, 0.1, 1e-6);
-		EXPECT_NEAR(details[2].odometry[i].second.x - details[2].odometry[i - 1].second.x, 0.5, 1e-9);
+		EXPECT_NEAR(details[2].motion.motion[i].time - details[2].motion.motion[i - 1].time, 0.1, 1e-6);
+		EXPECT_NEAR(details[2].motion.motion[i].robot.x - details[2].motion.motion[i - 1].robot.x, 0.5, 1e-9);
 	}
 }
 

@@ -61,6 +61,9 @@ struct TimedPose
 	mrpt::math::TPose2D robot;  //!< robot in a frame that does not move, such as that of the odometry, m and rad
 };
 
+/// Returns the pose at a share [0, 1] of the straight way from one pose to another; beyond 1, the way goes on.
+mrpt::math::TPose2D pose_between(const mrpt::math::TPose2D& from, const mrpt::math::TPose2D& to, double share);
+
 /// Says when a laser took each beam of an observation, and how the robot moved meanwhile. A spinning laser takes 0.1 to
 /// 0.2 s for a turn; what it sees from a robot that turns by 1 rad/s is twisted by 6 to 11 deg. make_scan() moves every
 /// beam to one time, time 0 of the sweep, and the pose of the robot is that of this time.

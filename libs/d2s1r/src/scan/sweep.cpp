@@ -25,14 +25,13 @@ bool is_finite(const TPose2D& pose)
 {
 	return std::isfinite(pose.x) && std::isfinite(pose.y) && std::isfinite(pose.phi);
 }
+}  // namespace
 
-/// Returns the share [0, 1], or beyond if it is extrapolated, of the motion from `from` to `to`.
-TPose2D along(const TPose2D& from, const TPose2D& to, double share)
+TPose2D pose_between(const TPose2D& from, const TPose2D& to, double share)
 {
 	const TPose2D motion = to - from;
 	return from + TPose2D(share * motion.x, share * motion.y, share * mrpt::math::wrapToPi(motion.phi));
 }
-}  // namespace
 
 std::vector<TimedPose> poses_along(const mrpt::math::TTwist2D& twist, double from, double to)
 {
@@ -100,7 +99,7 @@ TPose2D SweptMotion::measured_at(double time) const
 	const auto is_earlier = [](const TimedPose& pose, double when) { return pose.time < when; };
 	auto after = std::lower_bound(poses.begin() + 1, poses.end() - 1, time, is_earlier);
 	const TimedPose& before = *(after - 1);
-	return along(before.robot, after->robot, (time - before.time) / (after->time - before.time));
+	return pose_between(before.robot, after->robot, (time - before.time) / (after->time - before.time));
 }
 
 TPose2D SweptMotion::robot_at(double time) const

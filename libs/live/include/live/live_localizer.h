@@ -108,6 +108,8 @@ struct LiveStatus
 	std::vector<std::pair<std::string, std::string>> values;  //!< name and value, for people
 };
 
+struct WaitingScan;
+
 /// Finds a running robot in a map and tells its tracker, and notices when the tracker is lost. It knows no middleware
 /// and no clock: messages and times are passed in; seeds, poses and a status come out. The same calls give the same
 /// answers, except that an index is built in a thread meanwhile, see wait_for_index().
@@ -201,7 +203,6 @@ class LiveLocalizer
 	int indices_built() const;
 
    private:
-	struct WaitingScan;
 	void add(WaitingScan waiting);
 
 	struct State;

@@ -6,7 +6,8 @@
 #include <mrpt/obs/CObservation2DRangeScan.h>
 #include <mrpt/poses/CPose2D.h>
 #include <mrpt/poses/CPose3D.h>
-#include <ros/observation.h>
+#include <ros/last_scans.h>
+#include <ros/robot_track.h>
 
 #include <cstddef>
 #include <cstdint>
@@ -56,32 +57,36 @@ struct ScanDoubt
 /// Says what a log tells about a scan beside what MRPT's observation holds.
 struct ScanDetails
 {
-	SweepTime sweep;  //!< when its beams were taken
-
-	/// Poses of the robot in the frame of its odometry: the last two before the sweep and before the time of the
-	/// observation, those meanwhile, and the first after that, as far as the log has them. Only of scans whose
-	/// sweep is known.
-	std::vector<StampedPose> odometry{};
-
+	ros::Time time = 0;    //!< of the observation; 0: not known
+	SweepTime sweep;       //!< when its beams were taken
 	ScanDoubt unusable{};  //!< why the scan cannot be used; without a text, it can
+
+	// What read_log() finds out:
+	Sweep motion{};                               //!< when its beams were taken, and how the robot moved meanwhile
+	std::optional<mrpt::poses::CPose2D> robot{};  //!< at its time by the odometry, in a frame that stands still
 };
 
 /// Holds one object of a log in the form of MRPT: an action collection, a sensory frame or an observation. Logs of
 /// other formats are turned into observations.
 struct RawlogObject
 {
-	std::vector<std::uint8_t> bytes;                 //!< as they stand in an (uncompressed) rawlog; see to_bytes()
-	Scans scans;                                     //!< 2D laser scans in it, in order
-	std::vector<ScanDetails> details;                //!< of each of these
-	std::optional<mrpt::poses::CPose2D> odometry;    //!< reading of a CObservationOdometry
-	double odometry_time = 0;                        //!< [s] since the epoch, of this reading; 0: not known
-	std::optional<mrpt::poses::CPose2D> increment;   //!< odometry of an action collection
-	mrpt::serialization::CSerializable::Ptr object;  //!< which holds the scans
+	std::vector<std::uint8_t> bytes;               //!< as they stand in an (uncompressed) rawlog; see to_bytes()
+	Scans scans;                                   //!< 2D laser scans in it, in order
+	std::vector<ScanDetails> details;              //!< of each of these
+	std::optional<mrpt::poses::CPose2D> odometry;  //!< reading of a CObservationOdometry
+	ros::Time odometry_time = 0;                   //!< of this reading; 0: not known
+	ros::OdometrySource odometry_source = ros::OdometrySource::kMessages;  //!< of this reading
+	std::optional<mrpt::poses::CPose2D> increment;                         //!< odometry of an action collection
+	/// Which holds the scans. If it is null and there are no bytes, the object is a reading that the log has besides.
+	mrpt::serialization::CSerializable::Ptr object;
 
 	/// [rad] Angle of the middle of the scans, which is ahead for MRPT, in the frame that the log's format gives a
 	/// laser.
 	double middle_angle = 0;
 };
+
+/// Returns how much memory [byte] an object takes, about.
+std::size_t weight_of(const RawlogObject& object);
 
 /// Returns the object as it stands in an uncompressed rawlog, whatever the format of its log.
 std::vector<std::uint8_t> to_bytes(const RawlogObject& object);
@@ -103,6 +108,9 @@ class LogReader
 
 	/// Returns the class of MRPT's that no loaded module has, if that is the damage; else an empty text.
 	const std::string& missing_class() const { return missing_class_; }
+
+	/// Returns where the robot was, as far as the log has been read, if read_log() made this reader; else null.
+	virtual const ros::RobotTrack* track() const { return nullptr; }
 
    protected:
 	std::string damage_;
@@ -251,6 +259,7 @@ bool is_answered(const ScanDoubt& doubt, const Overrides& overrides);
 
 /// Reads a log from its start, for the robot that carries the laser `label`; the scans of that laser are as `overrides`
 /// says, in their objects' bytes, too. Ranges that were above the range that the log gives the laser count if they are
-/// below the new one. An object is handed on when the odometry during its scans is known, or half a second later.
+/// below the new one. An object is handed on when the odometry during its scans is known, or
+/// half a second later; see ros::RobotTrack.
 std::unique_ptr<LogReader> read_log(const Log& log, const std::string& label, const Overrides& overrides);
 }  // namespace d2s1r::logs

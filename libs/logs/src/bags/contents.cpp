@@ -36,7 +36,10 @@ class ContentsReader
 	void add_odometry(const Message& message)
 	{
 		ros::OdometryTopic* const odometry = contents.topics.odometry(message.topic->name);
-		if (odometry && odometry->messages++ == 0) odometry->child = odometry_of(message).pose.child;
+		if (!odometry || odometry->messages++ > 0) return;
+		const ros::Transform pose = odometry_of(message).pose;
+		odometry->child = pose.child;
+		odometry->frame = pose.header.frame;
 	}
 
 	void add_transforms(const Message& message)

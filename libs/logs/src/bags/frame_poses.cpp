@@ -21,7 +21,7 @@ class FramePoses
 {
    public:
 	FramePoses(const RobotOfLog& robot, const std::string& frame)
-	    : robot_(robot), frame_(frame), children_(links_to(frame))
+	    : robot_(robot), frame_(frame), children_(robot.links->links_up(robot.robot.frame, frame))
 	{
 		for (const auto& [name, links] : robot.contents->topics.transforms)
 			for (const auto& [child, link] : links)
@@ -56,18 +56,6 @@ class FramePoses
 	bool is_of_robot(const std::string& name_space) const
 	{
 		return name_space.empty() || name_space == robot_.robot.name_space;
-	}
-
-	/// Returns the frames from the robot up to a frame above it; none if it is not above it.
-	std::set<std::string> links_to(const std::string& frame) const
-	{
-		std::set<std::string> children = {robot_.robot.frame};
-		for (const std::string& above : robot_.links->ancestors(robot_.robot.frame))
-		{
-			if (above == frame) return children;
-			children.insert(above);
-		}
-		return {};
 	}
 
 	void take_known()

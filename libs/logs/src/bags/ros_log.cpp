@@ -76,7 +76,8 @@ std::vector<ScanDoubt> doubts_about(const ros::LaserTopic& laser, const RobotOfL
 
 std::string describe_odometry(const ros::Robot& robot)
 {
-	if (!robot.odometry_frame.empty()) return "tf (" + robot.odometry_frame + " to " + robot.frame + ")";
+	if (robot.odometry_topic.empty())
+		return robot.odometry_frame.empty() ? "" : "tf (" + robot.odometry_frame + " to " + robot.frame + ")";
 	const bool is_carried = !robot.odometry_child.empty();
 	return robot.odometry_topic +
 	       (is_carried ? " of " + robot.odometry_child + ", carried over to " + robot.frame + " by tf" : "");

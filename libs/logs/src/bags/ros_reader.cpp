@@ -20,9 +20,7 @@ namespace
 {
 using Pose = mrpt::poses::CPose3D;
 
-constexpr std::int64_t kLongestWaitForTf = 1'000'000'000;  // [ns] of the recording, for transforms of a message's time
-constexpr std::size_t kMostBytesThatWait = 64'000'000;     // [byte] of these messages
-constexpr std::size_t kMostPaths = 10'000;                 // [-] whose poses are kept
+constexpr std::size_t kMostPaths = 10'000;  // [-] whose poses are kept
 
 /// The frames of a robot while its recording is read.
 class MovingFrames
@@ -86,7 +84,9 @@ class RosReader : public LogReader
 	      cloud_height_(cloud_height),
 	      robot_(robot),
 	      frames_(robot_.contents->topics, robot_.robot.name_space, *robot_.links),
-	      odometry_links_(links_of_odometry())
+	      odometry_links_(
+	          robot.robot.odometry_frame.empty() ? std::set<std::string>()
+	                                             : robot.links->links_up(robot.robot.frame, robot.robot.odometry_frame))
 	{
 	}
 
@@ -188,8 +188,8 @@ class RosReader : public LogReader
 			const Pending& first = pending_.front();
 			std::optional<Pose> pose;
 			if (first.waits) pose = frames_.pose_in(first.frame, first.other, first.time);
-			const bool is_late =
-			    is_at_end_ || newest_ - first.message.time > kLongestWaitForTf || pending_bytes_ > kMostBytesThatWait;
+			const bool is_late = is_at_end_ || newest_ - first.message.time > ros::kLongestWaitForTransforms ||
+			                     pending_bytes_ > ros::kMostBytesWaiting;
 			if (first.waits && !pose && !is_late) return std::nullopt;
 			const Pending taken = std::move(pending_.front());
 			pending_.pop_front();
@@ -218,6 +218,7 @@ class RosReader : public LogReader
 	RawlogObject convert_scan(const Pending& taken, std::optional<Pose> pose)
 	{
 		ScanDetails details;
+		details.time = taken.time;
 		if (!taken.waits) pose = fixed_pose(taken.frame, taken.other);
 		const std::string& topic = taken.message.topic->name;
 		RawlogObject object;
@@ -270,14 +271,16 @@ class RosReader : public LogReader
 		const ros::Odometry odometry = odometry_of(taken.message);
 		const auto observation = ros::to_observation(odometry, taken.message.topic->name);
 		if (!observation) return std::nullopt;
-		if (robot_.robot.odometry_child.empty()) return to_rawlog_object(observation);
-		if (!taken.waits) robot_in_child = fixed_pose(taken.frame, taken.other);
-		if (!robot_in_child) return std::nullopt;
-		const Pose robot = *odometry.pose.pose + *robot_in_child;
-		if (!first_carried_) first_carried_ = robot;
-		observation->odometry = mrpt::poses::CPose2D(robot - *first_carried_);
-		observation->hasVelocities = false;  // they are those of the other frame
-		return to_rawlog_object(observation);
+		if (!robot_.robot.odometry_child.empty())
+		{
+			if (!taken.waits) robot_in_child = fixed_pose(taken.frame, taken.other);
+			if (!robot_in_child) return std::nullopt;
+			observation->odometry = carried_(*odometry.pose.pose + *robot_in_child);
+			observation->hasVelocities = false;  // they are those of the other frame
+		}
+		RawlogObject object = to_rawlog_object(observation);
+		object.odometry_time = taken.time;
+		return object;
 	}
 
 	std::optional<RawlogObject> convert_transforms(const Pending& taken, std::optional<Pose> pose)
@@ -288,21 +291,11 @@ class RosReader : public LogReader
 		observation->timestamp = ros::to_time(taken.time);
 		observation->sensorLabel = taken.message.topic->name;
 		observation->odometry = mrpt::poses::CPose2D(*pose);
-		return to_rawlog_object(observation);
-	}
-
-	/// The frames whose transforms move the robot in the frame of its odometry.
-	std::set<std::string> links_of_odometry() const
-	{
-		const ros::Robot& robot = robot_.robot;
-		if (robot.odometry_frame.empty()) return {};
-		std::set<std::string> children = {robot.frame};
-		for (const std::string& above : robot_.links->ancestors(robot.frame))
-		{
-			if (above == robot.odometry_frame) break;
-			children.insert(above);
-		}
-		return children;
+		RawlogObject object = to_rawlog_object(observation);
+		object.odometry_time = taken.time;
+		object.odometry_source = ros::OdometrySource::kTransforms;
+		if (!robot_.robot.odometry_topic.empty()) object.object.reset();  // beside messages, it is none of the log
+		return object;
 	}
 
 	std::function<std::unique_ptr<MessageSource>()> open_;
@@ -317,7 +310,7 @@ class RosReader : public LogReader
 	std::int64_t newest_ = 0;  //!< [ns] time of recording of what was read
 	bool is_at_end_ = false;
 	std::string damage_at_end_;
-	std::optional<Pose> first_carried_;  //!< robot in the frame of odometry that is about another frame, at the start
+	ros::CarriedOdometry carried_;  //!< odometry that is about another frame
 };
 }  // namespace
 
@@ -328,13 +321,6 @@ RobotOfLog::RobotOfLog(
 {
 	robot = ros::find_robot(laser, contents->topics, *all_links);
 	links = &all_links->of(robot.name_space);
-}
-
-std::optional<ros::Path> RobotOfLog::placement(const std::string& frame) const
-{
-	if (frame == (robot.frame.empty() ? robot.laser_frame : robot.frame)) return ros::Path{};
-	if (!links->are_on_one_robot(frame, robot.frame)) return std::nullopt;
-	return links->path(frame, robot.frame);
 }
 
 std::unique_ptr<LogReader> read_robot(

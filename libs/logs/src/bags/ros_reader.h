@@ -19,7 +19,7 @@ struct RobotOfLog
 	    const ros::LaserTopic& laser);
 
 	/// Returns how a laser's frame stands on the robot; no value if that is not known.
-	std::optional<ros::Path> placement(const std::string& frame) const;
+	std::optional<ros::Path> placement(const std::string& frame) const { return links->placement(frame, robot); }
 
 	std::shared_ptr<const Contents> contents;
 	std::shared_ptr<ros::AllLinks> all_links;  //!< that refer to the contents

@@ -12,6 +12,9 @@
 
 namespace d2s1r::ros
 {
+/// Says how long what is known at the time of a transform waits for it, by the clock of the robot or of the recording.
+inline constexpr Time kLongestWaitForTransforms = kSecond;  //!< [ns]
+
 /// Coordinate frames over time, as tf and tf_static connect them. This is tf2's buffer: a frame has one parent at a
 /// time, poses are interpolated between two transforms and never extrapolated, static transforms hold at all times.
 /// Beyond that it bounds its memory, and prints nothing. A frame that is more than 1,000 transforms away is not found.

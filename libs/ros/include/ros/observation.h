@@ -31,8 +31,11 @@ struct SweepTime
 	SweepTime checked() const;
 };
 
-/// Returns a time of ROS [ns since the epoch] as MRPT holds it, to 100 ns.
-mrpt::Clock::time_point to_time(std::int64_t nanoseconds);
+/// Returns a time of ROS as MRPT holds it, to 100 ns.
+mrpt::Clock::time_point to_time(Time time);
+
+/// Returns the same as ROS has it; 0 if there is no time, or one that is out of range.
+Time from_time(mrpt::Clock::time_point time);
 
 /// Returns the angle [rad] of the middle of the beams, in the frame of the laser; 0 if the angles of the scan are not
 /// finite, with which no scan can be used.

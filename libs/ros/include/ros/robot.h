@@ -2,12 +2,14 @@
 // Which frame is the robot that carries a laser, and whose odometry is its own.
 #pragma once
 
+#include <mrpt/poses/CPose2D.h>
 #include <mrpt/poses/CPose3D.h>
 
 #include <cstddef>
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -32,6 +34,7 @@ struct OdometryTopic
 	std::string topic;
 	std::size_t messages = 0;
 	std::string child{};  //!< frame that it is about, by its first message
+	std::string frame{};  //!< that its poses are in, by the same message
 };
 
 /// A transform from a frame to its parent, over all that was heard.
@@ -72,6 +75,7 @@ struct RobotTopics
 	std::vector<OdometryTopic> odometries;    //!< in order of appearance, at most 250
 	std::map<std::string, Links> transforms;  //!< by the namespace of their topic, see namespace_of()
 	bool is_complete = true;                  //!< whether all lasers and transforms are here
+	std::size_t changes = 0;                  //!< [-] after which another robot may be found
 
    private:
 	void add(const Transform& transform, bool is_static, Links& links);
@@ -86,9 +90,9 @@ struct Robot
 	std::string laser_frame;     //!< that most of the laser's scans have, of those that are in tf
 	std::string name_space;      //!< of its topics of transforms
 	std::string frame;           //!< empty: not known, poses are those of the laser
-	std::string odometry_topic;  //!< empty: none, or from tf
+	std::string odometry_topic;  //!< empty: none
 	std::string odometry_child;  //!< frame that the topic is about, if it is not the robot's; else empty
-	std::string odometry_frame;  //!< ancestor of the robot in tf, whose odometry it is; empty: not used
+	std::string odometry_frame;  //!< ancestor of the robot in tf, whose odometry it is; empty: none
 };
 
 /// The way from one frame to another.
@@ -120,6 +124,12 @@ class LinksOfRobot
 	/// Returns the frames above `frame`, its parent first, the world's included, at most 1,000.
 	std::vector<std::string> ancestors(const std::string& frame) const;
 
+	/// Returns the frames that move `frame` in one above it, each with its parent; none if it is not above it.
+	std::set<std::string> links_up(const std::string& frame, const std::string& ancestor) const;
+
+	/// Returns how a laser's frame stands on a robot; no value if that is not known.
+	std::optional<Path> placement(const std::string& laser, const Robot& robot) const;
+
 	/// Returns the way from a frame to another one; no value if they are not connected.
 	std::optional<Path> path(const std::string& frame, const std::string& other) const;
 
@@ -150,9 +160,25 @@ class AllLinks
 	std::map<std::string, std::unique_ptr<LinksOfRobot>> links_;
 };
 
+/// Carries poses of the robot, in the frame of an odometry that is about another frame of it, over to the robot.
+class CarriedOdometry
+{
+   public:
+	/// Returns the pose in a frame that is level where the robot was first.
+	mrpt::poses::CPose2D operator()(const mrpt::poses::CPose3D& robot)
+	{
+		if (!first_) first_ = robot;
+		return mrpt::poses::CPose2D(robot - *first_);
+	}
+
+   private:
+	std::optional<mrpt::poses::CPose3D> first_;
+};
+
 /// Finds the robot of a laser. Its frame is the one that its odometry is about, if that is named base_link or
 /// base_footprint; else base_link, else base_footprint, if it carries the laser; else the one that its odometry is
 /// about, if that carries the laser; else base_link, else base_footprint, else the topmost frame that carries the
 /// laser.
-Robot find_robot(const LaserTopic& laser, const RobotTopics& topics, AllLinks& links);
+/// \param known its frame, if that is known; else empty
+Robot find_robot(const LaserTopic& laser, const RobotTopics& topics, AllLinks& links, const std::string& known = "");
 }  // namespace d2s1r::ros

@@ -52,14 +52,6 @@ class WallComparison
 	std::vector<double> usual_, other_;  //!< [m]
 };
 
-/// The least turn [rad] of a robot during a scan that shows whether its beams were taken at once.
-inline constexpr double kLeastTurnOfSweep = 2 * M_PI / 180;
-
-/// Says how long [s] to wait between two scans that are tried, since neighbours show the same, and how many to try at
-/// most.
-inline constexpr double kBetweenSweeps = 0.4;
-inline constexpr std::size_t kMostSweepsTried = 60;
-
 /// Returns by how much [rad] a robot turns while the beams of a scan are taken, by the odometry of its sweep.
 double turn_during(const Sweep& sweep, std::size_t beams);
 }  // namespace d2s1r

@@ -1,0 +1,198 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "live_robot.h"
+
+#include <d2s1r/mrpt.h>
+
+#include <algorithm>
+
+namespace d2s1r::live
+{
+namespace
+{
+using mrpt::poses::CPose2D;
+using mrpt::poses::CPose3D;
+
+constexpr Time kWaitForFrames = kSecond / 2;  // [ns] that a scan waits for a transform of its laser
+constexpr const char* kOdometry = "/odom";    // a robot that runs has one topic of odometry
+constexpr const char* kMoving = "/tf";        // and of transforms
+}  // namespace
+
+std::size_t WaitingScan::weight() const
+{
+	constexpr std::size_t kOfAll = 500;  // [byte]
+	const auto* const cloud = std::get_if<ros::PointCloud>(&scan);
+	if (cloud) return kOfAll + cloud->points.size() * sizeof(ros::CloudPoint);
+	return kOfAll + std::get<ros::LaserScan>(scan).ranges.size() * sizeof(float);
+}
+
+void LiveRobot::add_transforms(const std::vector<ros::Transform>& transforms, bool are_static)
+{
+	constexpr std::size_t kMostTold = 10'000;
+	topics_.add_transforms(kMoving, transforms, are_static);
+	for (const ros::Transform& transform : transforms)
+	{
+		frames_.add(transform, are_static);
+		if (!are_static) told_.emplace_back(transform.child, transform.header.time);
+	}
+	while (told_.size() > kMostTold) told_.pop_front();
+	if (!laser_.empty()) follow();
+}
+
+void LiveRobot::add_odometry(const ros::Odometry& odometry)
+{
+	const ros::Transform& pose = odometry.pose;
+	if (!pose.pose || pose.header.time <= 0) return;
+	ros::OdometryTopic& topic = *topics_.odometry(kOdometry);
+	topic.messages++;
+	if (topic.child != pose.child || topic.frame != pose.header.frame) topics_.changes++;
+	topic.child = pose.child;
+	topic.frame = pose.header.frame;
+	const std::string child = laser_.empty() ? "" : robot().odometry_child;
+	if (child.empty()) return track_.add(ros::OdometrySource::kMessages, pose.header.time, CPose2D(*pose.pose));
+	const auto path = links_->of("").path(robot_.frame, child);
+	if (const auto on_child = pose_in(robot_.frame, path, child, pose.header.time))
+		track_.add(ros::OdometrySource::kMessages, pose.header.time, carried_(*pose.pose + *on_child));
+}
+
+void LiveRobot::look_at(const WaitingScan& scan)
+{
+	if (laser_.empty()) laser_ = scan.topic;
+	ros::LaserTopic* const laser = topics_.laser(scan.topic);
+	if (!laser) return;
+	topics_.count(*laser, scan.header.frame);
+	if (scan.topic != laser_) return;
+	if (const auto* const ranges = std::get_if<ros::LaserScan>(&scan.scan))
+		sweep.add(*ranges);
+	else
+		sweep.add(std::get<ros::PointCloud>(scan.scan));
+	follow();
+}
+
+/// Finds the robot of the laser in use, again if something has changed.
+const ros::Robot& LiveRobot::robot()
+{
+	const ros::LaserTopic* const laser = laser_.empty() ? nullptr : topics_.laser(laser_);
+	if (!laser || (links_ && found_at_ == topics_.changes)) return robot_;
+	links_ = std::make_unique<ros::AllLinks>(topics_);
+	found_at_ = topics_.changes;
+	const auto what_moves = [&] { return std::pair(robot_.frame, robot_.odometry_child); };
+	const auto before = what_moves();
+	robot_ = ros::find_robot(*laser, topics_, *links_, settings_.robot_frame);
+	if (!settings_.odometry_frame.empty()) robot_.odometry_frame = settings_.odometry_frame;
+	const bool was_known = !before.first.empty();
+	if (before != what_moves() && (was_known || !robot_.odometry_child.empty()))
+	{
+		track_.clear();
+		carried_ = {};
+	}
+	return robot_;
+}
+
+std::string LiveRobot::frame()
+{
+	if (!robot().frame.empty()) return robot_.frame;
+	const std::string& child = topics_.odometry(kOdometry)->child;
+	return child.empty() ? "base_link" : child;
+}
+
+std::string LiveRobot::odometry_frame()
+{
+	if (!robot().odometry_frame.empty()) return robot_.odometry_frame;
+	const std::string& frame = topics_.odometry(kOdometry)->frame;
+	return frame.empty() ? "odom" : frame;
+}
+
+std::optional<CPose2D> LiveRobot::odometry_at(Time time)
+{
+	const auto by_tf = frames_.pose_in(frame(), odometry_frame(), time);
+	if (by_tf) return CPose2D(*by_tf);
+	return frames_.pose_in(frame(), odometry_frame(), 0) ? std::nullopt : track_.at(time);  // which tf tells later
+}
+
+/// Takes the readings of odometry that tf tells by now.
+void LiveRobot::follow()
+{
+	const std::string& odometry = robot().odometry_frame;
+	if (robot_.frame.empty() || odometry.empty()) return;
+	const std::set<std::string> children = links_->of(robot_.name_space).links_up(robot_.frame, odometry);
+	const Time newest = told_.empty() ? 0 : told_.back().second;
+	while (!told_.empty())
+	{
+		const auto& [child, time] = told_.front();
+		const bool moves_robot = children.count(child) > 0;
+		const auto pose = moves_robot ? frames_.pose_in(robot_.frame, odometry, time) : std::nullopt;
+		if (moves_robot && !pose && newest - time < ros::kLongestWaitForTransforms) return;
+		if (pose) track_.add(ros::OdometrySource::kTransforms, time, CPose2D(*pose));
+		told_.pop_front();
+	}
+}
+
+std::optional<CPose3D> LiveRobot::pose_in(
+    const std::string& frame, const std::optional<ros::Path>& path, const std::string& other, Time time) const
+{
+	if (!path) return std::nullopt;
+	return path->moves ? frames_.pose_in(frame, other, time) : path->pose;
+}
+
+std::optional<CPose3D> LiveRobot::laser_at(const ros::Header& header)
+{
+	if (robot().frame.empty()) return std::nullopt;
+	return pose_in(
+	    header.frame, links_->of(robot_.name_space).placement(header.frame, robot_), robot_.frame, header.time);
+}
+
+ros::SweepTime LiveRobot::sweep_time_of(const WaitingScan& scan) const
+{
+	LiveSweep of_settings(settings_.sweep);
+	const LiveSweep& of_laser = scan.topic == laser_ ? sweep : of_settings;
+	const auto* const cloud = std::get_if<ros::PointCloud>(&scan.scan);
+	return of_laser.time_of(
+	    cloud ? ros::time_span_of(*cloud) : ros::sweep_time_of(std::get<ros::LaserScan>(scan.scan)));
+}
+
+bool LiveRobot::must_wait(const WaitingScan& scan, Time waited, bool expects_odometry)
+{
+	if (!laser_at(scan.header))
+	{
+		const auto path = robot().frame.empty() ? std::nullopt : links_->of("").placement(scan.header.frame, robot_);
+		return waited < (path ? ros::kLongestWaitForTransforms : kWaitForFrames);
+	}
+	double last_beam = sweep_time_of(scan).span().second;  // [s]
+	for (const ros::SweepTime& open : sweep.open()) last_beam = std::max(last_beam, open.span().second);
+	return expects_odometry && track_.must_wait(scan.header.time + static_cast<Time>(1e9 * last_beam), waited);
+}
+
+std::optional<ReadScan> LiveRobot::read(const WaitingScan& scan)
+{
+	const auto laser = laser_at(scan.header);
+	if (!laser && robot().frame.empty()) return std::nullopt;
+	ros::CloudScan seen;
+	if (const auto* const cloud = std::get_if<ros::PointCloud>(&scan.scan))
+	{
+		seen = ros::to_observation(*cloud, laser.value_or(CPose3D()), *settings_.cloud_height, scan.topic);
+		seen.sweep = sweep.time_of(seen.sweep);
+	}
+	else
+		seen = {
+		    ros::to_observation(std::get<ros::LaserScan>(scan.scan), laser.value_or(CPose3D()), scan.topic),
+		    sweep_time_of(scan)};
+	const Time time = scan.header.time;
+	const auto observation = std::make_shared<const RangeScan>(d2s1r::scan_of(*seen.observation));
+	if (laser && scan.topic == laser_) track_.judge(time, *observation);
+	ReadScan read;
+	read.robot = track_.at(time);
+	read.placed = {observation, read.robot.value_or(CPose2D()), track_.sweep_of(seen.sweep, time, observation->size())};
+	if (!laser)
+		read.unusable = "no transform from the laser's frame '" + scan.header.frame + "' to '" + robot_.frame +
+		                "' at the time of the scan: publish it on /tf or /tf_static";
+	return read;
+}
+
+void LiveRobot::forget_moving()
+{
+	frames_.forget_moving();
+	track_.clear();
+	carried_ = {};
+	told_.clear();
+}
+}  // namespace d2s1r::live

@@ -1,0 +1,107 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+// What the messages of a running robot tell of it: which frame it is, where it was, and what its lasers saw.
+#pragma once
+
+#include <ros/frames.h>
+#include <ros/last_scans.h>
+#include <ros/robot.h>
+#include <ros/robot_track.h>
+
+#include <deque>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <utility>
+#include <variant>
+
+#include "live/live_localizer.h"
+#include "live_sweep.h"
+
+namespace d2s1r::live
+{
+/// Returns a time in seconds.
+inline double seconds(Time time)
+{
+	return static_cast<double>(time) * 1e-9;
+}
+
+/// A scan that waits for what it needs.
+struct WaitingScan
+{
+	std::string topic;
+	ros::Header header;
+	std::variant<ros::LaserScan, ros::PointCloud> scan;
+	Time since = 0;  //!< by the clock
+
+	/// Returns how much memory [byte] it takes.
+	std::size_t weight() const;
+};
+
+/// A scan, and where the robot was.
+struct ReadScan
+{
+	PlacedObservation placed;                     //!< `robot` is the origin if that is not known
+	std::optional<mrpt::poses::CPose2D> robot{};  //!< by the odometry, see ros::RobotTrack
+	std::string unusable{};                       //!< why the scan cannot be used; empty: it can
+};
+
+/// Keeps what is known of a robot. Not thread-safe.
+class LiveRobot
+{
+   public:
+	explicit LiveRobot(const LiveSettings& settings) : settings_(settings), sweep(settings.sweep) {}
+
+	void add_transforms(const std::vector<ros::Transform>& transforms, bool are_static);
+	void add_odometry(const ros::Odometry& odometry);
+
+	/// Takes the header and the fields of a scan. The first topic is that of the laser in use.
+	void look_at(const WaitingScan& scan);
+
+	/// Returns the topic of the laser in use; empty if no scan has come.
+	const std::string& laser() const { return laser_; }
+
+	/// Returns the frame of the robot, that which is waited for if it is not known.
+	std::string frame();
+
+	/// Returns the pose of a laser on the robot at a time; no value if that is not known.
+	std::optional<mrpt::poses::CPose3D> laser_at(const ros::Header& header);
+
+	/// Returns whether what the scan needs may still come. \param waited how long it has waited
+	bool must_wait(const WaitingScan& scan, Time waited, bool expects_odometry);
+
+	/// Returns what a laser saw; no value as long as nothing connects the laser with a robot.
+	std::optional<ReadScan> read(const WaitingScan& scan);
+
+	/// Returns the frame of the odometry, on tf if it is there, and the pose of the robot in it.
+	std::string odometry_frame();
+	std::optional<mrpt::poses::CPose2D> odometry_at(Time time);
+
+	const ros::RobotTrack& track() const { return track_; }
+	const ros::Frames& frames() const { return frames_; }
+
+	/// Forgets all that moves, for the clock ran back.
+	void forget_moving();
+
+   private:
+	const ros::Robot& robot();
+	void follow();
+	ros::SweepTime sweep_time_of(const WaitingScan& scan) const;
+	std::optional<mrpt::poses::CPose3D> pose_in(
+	    const std::string& frame, const std::optional<ros::Path>& path, const std::string& other, Time time) const;
+
+	const LiveSettings& settings_;
+	ros::RobotTopics topics_;
+	std::unique_ptr<ros::AllLinks> links_;  //!< of these, as they were when the robot was found
+	std::size_t found_at_ = 0;              //!< changes of the topics then
+	ros::Robot robot_;
+	ros::Frames frames_;
+	ros::RobotTrack track_;
+	ros::CarriedOdometry carried_;
+	std::deque<std::pair<std::string, Time>> told_;  //!< frames that moved, whose poses may be readings of the odometry
+	std::string laser_;
+
+   public:
+	LiveSweep sweep;  //!< of the laser in use
+};
+}  // namespace d2s1r::live
