@@ -123,6 +123,24 @@ TEST_F(TrackerOnTwinRooms, FollowsARobotWhoseOdometryIsAFifthOff)
 	expect_at(drive(back, {0.8, true}), back.back());
 }
 
+/// Some logs of key frames have stamps that are no times.
+TEST_F(TrackerOnTwinRooms, FollowsARobotWhoseStampsHardlyDiffer)
+{
+	std::optional<TPose2D> before;
+	Tracker tracker(localizer_);
+	Localization told;
+	for (int lap = 0; lap < 3; lap++)
+		for (const TPose2D& robot : into_left_room())
+		{
+			const auto motion = before ? std::optional(CPose2D(robot) - CPose2D(*before)) : std::nullopt;
+			before = robot;
+			time_ += 1e-3;
+			told = tracker.add(time_, scan_at(robot), motion);
+		}
+	EXPECT_EQ(told.status, Status::kLocalized);
+	expect_at(told, into_left_room().back());
+}
+
 TEST_F(TrackerOnTwinRooms, FollowsARobotWithoutOdometry)
 {
 	find({1, false});

@@ -27,8 +27,8 @@ using mrpt::math::TPose2D;
 using mrpt::poses::CPose2D;
 
 // When the whole map is searched.
-constexpr double kBetweenLooks = 1;       //!< [s] at most between two searches of the whole map
-constexpr double kBetweenSearches = 0.1;  //!< [s] the least between two, while the scans are not as promised
+constexpr double kBetweenLooks = 1;       //!< [s, m, rad] at most between two searches of the whole map
+constexpr double kBetweenSearches = 0.1;  //!< [s, m, rad] the least between two, while the scans are not as promised
 constexpr double kShortfall = 0.15;       //!< [0, 1] of the explained returns, against what the scans before promise
 constexpr double kNewestPromise = 0.1;    //!< [0, 1] share of the newest scan in this promise
 
@@ -49,7 +49,7 @@ constexpr double kHeldBelow = 0.5;  //!< [-] share of the promised returns with 
 constexpr double kWayOfOneMotion = 1, kTurnOfOneMotion = 1;  //!< [m], [rad] whose errors are one, beyond them others
 
 // How the odometry is judged.
-constexpr double kBetweenChecks = 0.5, kLongestCheck = 3;  //!< [s] between two poses that are compared with it
+constexpr double kBetweenChecks = 0.5, kLongestCheck = 3;  //!< [s, m, rad] between two poses that are compared with it
 
 /// A motion since a pose: what the odometry measured, and for how long nobody measured anything.
 struct Travel
@@ -138,7 +138,8 @@ class Tracker::State
 
 	std::optional<Look> look_near(const Scan& scan, const std::vector<PlaceDensity>& expected) const;
 	bool is_as_promised(const Look& look, const PlaceDensity& expected) const;
-	std::optional<Look> look(const Scan& scan, const std::vector<PlaceDensity>& expected);
+	bool is_since_search(double span) const;
+	Look look(const Scan& scan, const std::vector<PlaceDensity>& expected);
 	void add_suggested(const Scan& scan);
 
 	double absence_of(const Localization& answer, const Hypothesis& fittest) const;
@@ -161,7 +162,8 @@ class Tracker::State
 
 	std::optional<double> last_time_;  //!< [s] of the last call of add()
 	double since_told_ = HUGE_VAL;     //!< [s] since the last scan that told something
-	double since_search_ = HUGE_VAL;   //!< [s] since the last search of the whole map
+	Travel searched_;                  //!< since the last search of the whole map
+	double since_search_ = HUGE_VAL;   //!< [s] the same
 	double promised_ = 0;              //!< [0, 1] explained returns by the scans before at the best place
 	double temperature_ = 1;           //!< [-] of the last scan that told something
 
@@ -214,6 +216,7 @@ void Tracker::State::move(const std::optional<CPose2D>& motion, double seconds)
 		track.since = {};
 	}
 	travel(checked_, motion, seconds);
+	travel(searched_, motion, seconds);
 	since_check_ += seconds;
 	since_told_ += seconds;
 	since_search_ += seconds;
@@ -269,14 +272,23 @@ bool Tracker::State::is_as_promised(const Look& look, const PlaceDensity& expect
 	    });
 }
 
+/// Returns whether the last search of the whole map was that long ago, in time, way or turn: the stamps of some logs
+/// hardly differ.
+/// \param span [s, m, rad]
+bool Tracker::State::is_since_search(double span) const
+{
+	constexpr double kRounding = 1e-6;  // [s] of stamps
+	return since_search_ >= span - kRounding || searched_.measured.norm() >= span ||
+	       std::abs(searched_.measured.phi()) >= span;
+}
+
 /// Explains a scan near the places that are followed and, if that is not enough or it is time, anywhere.
-/// \return no value if it has to wait for the next search
-std::optional<Look> Tracker::State::look(const Scan& scan, const std::vector<PlaceDensity>& expected)
+Look Tracker::State::look(const Scan& scan, const std::vector<PlaceDensity>& expected)
 {
 	auto near = expected.empty() ? std::nullopt : look_near(scan, expected);
 	const bool is_enough = near && is_as_promised(*near, expected.front());
-	constexpr double kRounding = 1e-6;  // [s] of stamps
-	if (since_search_ < (is_enough ? kBetweenLooks : kBetweenSearches) - kRounding) return near;
+	if (near && !is_since_search(is_enough ? kBetweenLooks : kBetweenSearches)) return *near;
+	searched_ = {};
 	since_search_ = 0;
 	Look whole{search_(scan), {}, true};
 	if (!near) return whole;
@@ -449,7 +461,8 @@ void Tracker::State::drop_tracks()
 /// to be seen.
 void Tracker::State::check_odometry(bool is_confirmed)
 {
-	if (since_check_ < kBetweenChecks || (!is_confirmed && since_check_ < kLongestCheck)) return;
+	const double span = std::max({since_check_, checked_.measured.norm(), std::abs(checked_.measured.phi())});
+	if (span < kBetweenChecks || (!is_confirmed && span < kLongestCheck)) return;
 	Localization now = no_place(Status::kRejected, "");
 	if (is_confirmed)
 	{
@@ -522,15 +535,15 @@ Localization Tracker::State::add(double time, const Scan& scan, const std::optio
 	{
 		add_suggested(scan);
 		const std::vector<PlaceDensity> expected = predictions();
-		const auto seen = look(scan, expected);
-		if (seen && !seen->answer.hypotheses.empty())
+		const Look seen = look(scan, expected);
+		if (!seen.answer.hypotheses.empty())
 		{
 			const double fresh = fresh_share(expected);
-			Told told = follow(*seen, expected);
-			start_tracks(*seen, told);
+			Told told = follow(seen, expected);
+			start_tracks(seen, told);
 			believe(told, fresh);
 			drop_tracks();
-			temperature_ = seen->answer.temperature;
+			temperature_ = seen.answer.temperature;
 			since_told_ = 0;
 		}
 		const bool is_confirmed =
