@@ -23,6 +23,7 @@ YAW = 5  # [deg] greatest error of a success
 COLUMNS = ("site", "subset", "method", "scans", "success", "success_low", "success_high", "better_by", "better_by_low",
            "better_by_high", "recall", "precision", "precision_low", "precision_high", "position_error_mean_m",
            "position_error_median_m", "yaw_error_mean_deg", "ms_median", "ms_mean", "memory_mb", "preparation_s")
+OF_TIME = ("ms_median", "ms_mean", "preparation_s")
 HOW = """In brackets: 95 % intervals. Scans of a drive succeed and fail together, so that whole groups of failures are drawn, not
 scans; `intervals.py` says how, and shows how often such intervals hold the truth. Better by: how much more [percentage points]
 of the method's own scans d2s1r gets right, with the interval of the paired differences. Precision: right answers among those
@@ -232,9 +233,10 @@ def draw_map(comparison, site, file):
     return file.name
 
 
-def write_csv(rows, comparison, folder):
+def write_csv(rows, comparison, folder, no_times):
     with open(folder / "table.csv", "w", newline="") as stream:
-        writer = csv.DictWriter(stream, COLUMNS, lineterminator="\n")
+        columns = [name for name in COLUMNS if not (no_times and name in OF_TIME)]
+        writer = csv.DictWriter(stream, columns, extrasaction="ignore", lineterminator="\n")
         writer.writeheader()
         writer.writerows({name: f"{value:.6g}" if isinstance(value, float) else value for name, value in row.items()} for row in rows)
     with open(folder / "frames.csv", "w", newline="") as stream:
@@ -248,16 +250,17 @@ def write_csv(rows, comparison, folder):
                                  *(f"{value:.4f}" for value in frame.truth), int(frame.right), f"{frame.times['total']:.3f}"])
 
 
-def write_latex(rows, file):
+def write_latex(rows, file, no_times):
     def escaped(text):
         return text.replace("_", r"\_").replace("%", r"\%").replace("°", r"$^\circ$")
-    lines = [r"\begin{tabular}{llrrrr}", r"\hline",
-             r"site & method & scans & success [\%] & precision [\%] & ms \\", r"\hline"]
+    shown = 5 if no_times else 6
+    lines = [r"\begin{tabular}{ll" + "r" * (shown - 2) + "}", r"\hline",
+             " & ".join(["site", "method", "scans", r"success [\%]", r"precision [\%]", "ms"][:shown]) + r" \\", r"\hline"]
     for row in rows:
         if row["subset"] == "all":
             lines.append(" & ".join(escaped(cell) for cell in (
                 row["site"], title_of(row["method"]), str(row["scans"]), percent(row, "success"), percent(row, "precision"),
-                f"{row['ms_median']:.1f}")) + r" \\")
+                f"{row['ms_median']:.1f}")[:shown]) + r" \\")
     file.write_text("\n".join([*lines, r"\hline", r"\end{tabular}", ""]))
 
 
@@ -274,8 +277,8 @@ def write(results, left_out, folder, runner, command, options):
     its options"""
     comparison = Comparison(results)
     rows = list(comparison.rows())
-    write_csv(rows, comparison, folder)
-    write_latex(rows, folder / "table.tex")
+    write_csv(rows, comparison, folder, options.no_times)
+    write_latex(rows, folder / "table.tex", options.no_times)
     write_bibliography(comparison, runner, folder / "references.bib")
     (folder / "logs").mkdir(exist_ok=True)
     for job, result in results.items():

@@ -63,7 +63,7 @@ class Peer:
 
 
 PEERS = {
-    "iris_lama": Peer("iris_lama, Loc2D", ("iris-lama",), "3,000 particles, 20 iterations, residual 0.15", "defaults of Loc2D::Options"),
+    "iris_lama": Peer("iris_lama, Loc2D", ("iris-lama",), "3,000 poses a round, at most 10 rounds, residual 0.15", "defaults of Loc2D::Options"),
     "relocalization_toolbox": Peer("relocalization_toolbox", ("relocalization-toolbox",), "config_2d.yaml", "as shipped"),
     "cbgl": Peer("CBGL with PL-ICP", (), "params.yaml", "as shipped"),
     "cartographer": Peer("Cartographer's matcher", ("cartographer",), "pose_graph.lua", "as shipped"),
