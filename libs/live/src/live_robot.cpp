@@ -47,7 +47,14 @@ void LiveRobot::add_odometry(const ros::Odometry& odometry)
 	if (topic.child != pose.child || topic.frame != pose.header.frame) topics_.changes++;
 	topic.child = pose.child;
 	topic.frame = pose.header.frame;
-	const std::string child = laser_.empty() ? "" : robot().odometry_child;
+	constexpr std::size_t kMostEarly = 1000;
+	if (laser_.empty() || robot().frame.empty())
+	{
+		early_.push_back(odometry);
+		if (early_.size() > kMostEarly) early_.pop_front();
+		return;
+	}
+	const std::string child = robot_.odometry_child;
 	if (child.empty()) return track_.add(ros::OdometrySource::kMessages, pose.header.time, CPose2D(*pose.pose));
 	const auto path = links_->of("").path(robot_.frame, child);
 	if (const auto on_child = pose_in(robot_.frame, path, child, pose.header.time))
@@ -113,7 +120,9 @@ std::optional<CPose2D> LiveRobot::odometry_at(Time time)
 void LiveRobot::follow()
 {
 	const std::string& odometry = robot().odometry_frame;
-	if (robot_.frame.empty() || odometry.empty()) return;
+	if (robot_.frame.empty()) return;
+	for (const ros::Odometry& early : std::exchange(early_, {})) add_odometry(early);
+	if (odometry.empty()) return;
 	const std::set<std::string> children = links_->of(robot_.name_space).links_up(robot_.frame, odometry);
 	const Time newest = told_.empty() ? 0 : told_.back().second;
 	while (!told_.empty())
@@ -194,5 +203,6 @@ void LiveRobot::forget_moving()
 	track_.clear();
 	carried_ = {};
 	told_.clear();
+	early_.clear();
 }
 }  // namespace d2s1r::live

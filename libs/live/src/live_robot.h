@@ -99,6 +99,7 @@ class LiveRobot
 	ros::RobotTrack track_;
 	ros::CarriedOdometry carried_;
 	std::deque<std::pair<std::string, Time>> told_;  //!< frames that moved, whose poses may be readings of the odometry
+	std::deque<ros::Odometry> early_;                //!< that came before the robot was known
 	std::string laser_;
 
    public:
