@@ -1,6 +1,8 @@
 # Debian packages of an installation below /usr, made by CPack: see preset package.
 #   libd2s1r0.3    the library; its name carries the version of the binary interface, as Debian wants it
 #   libd2s1r-dev   headers, CMake package, pkg-config file
+#   libd2s1r-mrpt0.3  the library for MRPT's large libraries, and the program that reads maps in MRPT's own formats
+#   libd2s1r-mrpt-dev  its headers and pkg-config file
 #   d2s1r-tools    rawlog-localize, module for MRPT's programs, man page, configurations, examples, documents
 #   d2s1r-live     the node for ROS 2, with man page and systemd unit, if it is built
 #   d2s1r-live-ros1  the same for ROS 1, if it is built
@@ -18,7 +20,7 @@ set(CPACK_PACKAGE_DIRECTORY ${PROJECT_BINARY_DIR}/packages)
 set(CPACK_STRIP_FILES ON)
 set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS
   OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
-set(CPACK_COMPONENTS_ALL runtime development tools)
+set(CPACK_COMPONENTS_ALL runtime development mrpt mrptdevelopment tools)
 if(TARGET d2s1r-live)
   list(APPEND CPACK_COMPONENTS_ALL live)
 endif()
@@ -36,29 +38,51 @@ set(CPACK_DEBIAN_PACKAGE_RELEASE 1)
 set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 set(CPACK_DEBIAN_COMPRESSION_TYPE xz)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
-set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS ${PROJECT_BINARY_DIR}/libs/d2s1r)
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS ${PROJECT_BINARY_DIR}/libs/d2s1r ${PROJECT_BINARY_DIR}/libs/mrpt)
 set(CPACK_DEBIAN_ENABLE_COMPONENT_DEPENDS ON)
-foreach(component development tools live ros1 python)
+foreach(component development mrpt live ros1 python)
   string(TOUPPER ${component} name)
   set(CPACK_COMPONENT_${name}_DEPENDS runtime)
 endforeach()
+set(CPACK_COMPONENT_MRPTDEVELOPMENT_DEPENDS mrpt development)
+set(CPACK_COMPONENT_TOOLS_DEPENDS runtime mrpt)
 
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_NAME libd2s1r${abi_version})
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_SECTION libs)
 set(CPACK_DEBIAN_RUNTIME_DESCRIPTION "${method}
 .
 This package contains the shared library.")
-configure_file(${CMAKE_CURRENT_LIST_DIR}/debian/shlibs.in ${PROJECT_BINARY_DIR}/packaging/shlibs @ONLY)
-set(CPACK_DEBIAN_RUNTIME_PACKAGE_CONTROL_EXTRA
-  ${CMAKE_CURRENT_LIST_DIR}/debian/triggers ${PROJECT_BINARY_DIR}/packaging/shlibs)
+set(CPACK_DEBIAN_RUNTIME_PACKAGE_SUGGESTS libd2s1r-mrpt${abi_version})
+
+set(CPACK_DEBIAN_MRPT_PACKAGE_NAME libd2s1r-mrpt${abi_version})
+set(CPACK_DEBIAN_MRPT_PACKAGE_SECTION libs)
+set(CPACK_DEBIAN_MRPT_DESCRIPTION "${method}
+.
+This package contains the shared library that takes the maps and observations
+of MRPT's large libraries, and the program that reads MRPT's map files.")
+
+foreach(component RUNTIME MRPT)
+  string(REGEX REPLACE "[0-9.]+$" "" library ${CPACK_DEBIAN_${component}_PACKAGE_NAME})
+  configure_file(${CMAKE_CURRENT_LIST_DIR}/debian/shlibs.in ${PROJECT_BINARY_DIR}/packaging/${component}/shlibs @ONLY)
+  set(CPACK_DEBIAN_${component}_PACKAGE_CONTROL_EXTRA
+    ${CMAKE_CURRENT_LIST_DIR}/debian/triggers ${PROJECT_BINARY_DIR}/packaging/${component}/shlibs)
+endforeach()
 
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME libd2s1r-dev)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
-set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "libmrpt-maps-dev, libmrpt-obs-dev")
+set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "libmrpt-poses-dev")
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SUGGESTS "d2s1r-tools")
 set(CPACK_DEBIAN_DEVELOPMENT_DESCRIPTION "${method}
 .
 This package contains the headers, the CMake package and the pkg-config file.")
+
+set(CPACK_DEBIAN_MRPTDEVELOPMENT_PACKAGE_NAME libd2s1r-mrpt-dev)
+set(CPACK_DEBIAN_MRPTDEVELOPMENT_PACKAGE_SECTION libdevel)
+set(CPACK_DEBIAN_MRPTDEVELOPMENT_PACKAGE_DEPENDS "libmrpt-maps-dev, libmrpt-obs-dev")
+set(CPACK_DEBIAN_MRPTDEVELOPMENT_DESCRIPTION "${method}
+.
+This package contains the headers and the pkg-config file of the library for
+MRPT's maps and observations.")
 
 set(CPACK_DEBIAN_TOOLS_PACKAGE_NAME d2s1r-tools)
 set(CPACK_DEBIAN_TOOLS_PACKAGE_SECTION science)

@@ -33,8 +33,8 @@ function(d2s1r_collect library)
   endforeach()
 endfunction()
 
-# d2s1r_install_pc(name requires library...): NAME.pc of a library that shows its users these libraries of MRPT.
-function(d2s1r_install_pc name requires)
+# d2s1r_install_pc(name component requires library...): NAME.pc of a library that shows its users these libraries of MRPT.
+function(d2s1r_install_pc name component requires)
   foreach(kind collected includes folders libraries)
     set_property(GLOBAL PROPERTY d2s1r_pc_${kind} "")
   endforeach()
@@ -52,5 +52,5 @@ function(d2s1r_install_pc name requires)
   string(REGEX REPLACE "/$" "" prefix_from_pc ${prefix_from_pc})
   configure_file(${PROJECT_SOURCE_DIR}/libs/d2s1r/d2s1r.pc.in ${name}.pc @ONLY)
   install(FILES ${CMAKE_CURRENT_BINARY_DIR}/${name}.pc
-    DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT development)
+    DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT ${component})
 endfunction()

@@ -26,9 +26,12 @@ check() {  # check PACKAGE DEPENDS FILE...
 }
 version=$2
 abi=${version%.*}
-check "libd2s1r$abi" 'libmrpt-maps' "libd2s1r.so.$abi" "libd2s1r.so.$version"
+check "libd2s1r$abi" 'libmrpt-poses' "libd2s1r.so.$abi" "libd2s1r.so.$version"
+field "libd2s1r$abi" Depends | grep -qE 'libmrpt-(maps|obs|img)' && fail "libd2s1r$abi depends on $(field "libd2s1r$abi" Depends)"
+check "libd2s1r-mrpt$abi" 'libmrpt-maps' "libd2s1r-mrpt.so.$abi" "libd2s1r-mrpt.so.$version" "/d2s1r-read-mrpt-map-$abi"
+check libd2s1r-mrpt-dev "libd2s1r-mrpt$abi (= $version-1)" /libd2s1r-mrpt.so /d2s1r/mrpt.h /d2s1r-mrpt.pc /d2s1r-mrpt-targets.cmake
 check libd2s1r-dev "libd2s1r$abi (= $version-1)" /libd2s1r.so /d2s1r/localizer.h /d2s1r.pc /d2s1r-config.cmake
-check d2s1r-tools "libd2s1r$abi (= $version-1)" /bin/rawlog-localize /libd2s1r-pf-init.so /rawlog-localize.1.gz \
+check d2s1r-tools "libd2s1r-mrpt$abi (= $version-1)" /bin/rawlog-localize /libd2s1r-pf-init.so /rawlog-localize.1.gz \
 	/completions/rawlog-localize /config/default.ini /examples/localize_then_track.sh /doc/d2s1r/README.md /doc/d2s1r/doc/usage.md
 if compgen -G "$folder/d2s1r-live_*" >/dev/null; then
 	check d2s1r-live "libd2s1r$abi (= $version-1)" /bin/d2s1r-live /d2s1r-live.1.gz /completions/d2s1r-live \

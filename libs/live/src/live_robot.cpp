@@ -1,8 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "live_robot.h"
 
-#include <d2s1r/mrpt.h>
-
 #include <algorithm>
 
 namespace d2s1r::live
@@ -178,15 +176,13 @@ std::optional<ReadScan> LiveRobot::read(const WaitingScan& scan)
 	ros::CloudScan seen;
 	if (const auto* const cloud = std::get_if<ros::PointCloud>(&scan.scan))
 	{
-		seen = ros::to_observation(*cloud, laser.value_or(CPose3D()), *settings_.cloud_height, scan.topic);
+		seen = ros::to_scan(*cloud, laser.value_or(CPose3D()), *settings_.cloud_height);
 		seen.sweep = sweep.time_of(seen.sweep);
 	}
 	else
-		seen = {
-		    ros::to_observation(std::get<ros::LaserScan>(scan.scan), laser.value_or(CPose3D()), scan.topic),
-		    sweep_time_of(scan)};
+		seen = {ros::to_scan(std::get<ros::LaserScan>(scan.scan), laser.value_or(CPose3D())), sweep_time_of(scan)};
 	const Time time = scan.header.time;
-	const auto observation = std::make_shared<const RangeScan>(d2s1r::scan_of(*seen.observation));
+	const auto observation = std::make_shared<const RangeScan>(std::move(seen.scan));
 	if (laser && scan.topic == laser_) track_.judge(time, *observation);
 	ReadScan read;
 	read.robot = track_.at(time);

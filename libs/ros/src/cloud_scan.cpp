@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "ros/observation.h"
@@ -108,8 +109,7 @@ std::optional<Spin> spin_of(const std::vector<SeenPoint>& points)
 }
 }  // namespace
 
-CloudScan to_observation(
-    const PointCloud& cloud, const mrpt::poses::CPose3D& sensor, const HeightBand& band, const std::string& label)
+CloudScan to_scan(const PointCloud& cloud, const mrpt::poses::CPose3D& sensor, const HeightBand& band)
 {
 	const std::vector<SeenPoint> points = points_in_band(cloud, sensor, band);
 	const std::optional<Spin> spin = spin_of(points);
@@ -123,23 +123,20 @@ CloudScan to_observation(
 		const auto direction = static_cast<std::size_t>((turns - std::floor(turns)) * kDirections) % kDirections;
 		nearest[direction] = std::min(nearest[direction], point.range);
 	}
-	auto observation = mrpt::obs::CObservation2DRangeScan::Create();
-	observation->timestamp = to_time(cloud.header.time);
-	observation->sensorLabel = label;
-	observation->rightToLeft = turn > 0;
-	observation->maxRange = static_cast<float>(kFarthest);
-	observation->aperture = static_cast<float>(2 * M_PI - kStep);
-	observation->sensorPose = {sensor.x(), sensor.y(), sensor.z(), start + turn * M_PI, 0, 0};
-	observation->resizeScan(kDirections);
-	for (std::size_t i = 0; i < kDirections; i++)
+	RangeScan scan;
+	scan.right_to_left = turn > 0;
+	scan.max_range = static_cast<float>(kFarthest);
+	scan.aperture = static_cast<float>(2 * M_PI - kStep);
+	scan.sensor_on_robot = {sensor.x(), sensor.y(), sensor.z(), start + turn * M_PI, 0, 0};
+	for (const double range : nearest)
 	{
-		const bool has_point = nearest[i] < kFarthest;
-		observation->setScanRange(i, has_point ? static_cast<float>(nearest[i]) : std::nanf(""));
-		observation->setScanRangeValidity(i, has_point);
+		const bool has_point = range < kFarthest;
+		scan.ranges.push_back(has_point ? static_cast<float>(range) : std::nanf(""));
+		scan.valid.push_back(has_point ? 1 : 0);
 	}
-	if (!spin) return {observation, {}};
+	if (!spin) return {std::move(scan), {}};
 	const double per_beam = std::abs(spin->time_per_angle) * kStep;  // [s]
-	return {observation, {per_beam * (kDirections - 1), spin->start + per_beam / 2}};
+	return {std::move(scan), {per_beam * (kDirections - 1), spin->start + per_beam / 2}};
 }
 
 SweepTime time_span_of(const PointCloud& cloud)

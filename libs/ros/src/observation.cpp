@@ -1,6 +1,8 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "ros/observation.h"
 
+#include <mrpt/system/datetime.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -53,38 +55,20 @@ SweepTime sweep_time_of(const LaserScan& scan)
 	return SweepTime{static_cast<double>(scan.time_step) * steps, 0}.checked();
 }
 
-mrpt::obs::CObservation2DRangeScan::Ptr to_observation(
-    const LaserScan& scan, const mrpt::poses::CPose3D& laser, const std::string& label)
+RangeScan to_scan(const LaserScan& scan, const mrpt::poses::CPose3D& laser)
 {
-	auto observation = mrpt::obs::CObservation2DRangeScan::Create();
-	observation->timestamp = to_time(scan.header.time);
-	observation->sensorLabel = label;
-	observation->rightToLeft = !(scan.angle_step < 0);  // nor if it is NaN
-	observation->maxRange = scan.max_range;
-	observation->aperture = static_cast<float>(std::abs(turned_angle(scan)));
-	if (!std::isfinite(scan.first_angle)) observation->aperture = scan.first_angle;  // which make_scan() refuses
-	observation->sensorPose = laser + mrpt::poses::CPose3D(0, 0, 0, middle_angle(scan), 0, 0);
-	const std::size_t beams = scan.ranges.size();
-	observation->resizeScan(beams);
-	for (std::size_t i = 0; i < beams; i++)
+	RangeScan read;
+	read.right_to_left = !(scan.angle_step < 0);  // nor if it is NaN
+	read.max_range = scan.max_range;
+	read.aperture = static_cast<float>(std::abs(turned_angle(scan)));
+	if (!std::isfinite(scan.first_angle)) read.aperture = scan.first_angle;  // which make_scan() refuses
+	read.sensor_on_robot = laser + mrpt::poses::CPose3D(0, 0, 0, middle_angle(scan), 0, 0);
+	read.ranges = scan.ranges;
+	for (const float range : read.ranges)  // may be NaN or infinite
 	{
-		const float range = scan.ranges[i];  // may be NaN or infinite
-		observation->setScanRange(i, range);
 		const bool is_too_near = range < scan.min_range && scan.min_range < scan.max_range;
-		observation->setScanRangeValidity(i, range > 0 && !is_too_near && range <= scan.max_range);
+		read.valid.push_back(range > 0 && !is_too_near && range <= scan.max_range ? 1 : 0);
 	}
-	return observation;
-}
-
-mrpt::obs::CObservationOdometry::Ptr to_observation(const Odometry& odometry, const std::string& label)
-{
-	if (!odometry.pose.pose) return nullptr;
-	auto observation = mrpt::obs::CObservationOdometry::Create();
-	observation->timestamp = to_time(odometry.pose.header.time);
-	observation->sensorLabel = label;
-	observation->odometry = mrpt::poses::CPose2D(*odometry.pose.pose);
-	observation->hasVelocities = true;
-	observation->velocityLocal = odometry.velocity;
-	return observation;
+	return read;
 }
 }  // namespace d2s1r::ros

@@ -306,6 +306,31 @@ TEST(MapImage, MorePixelsThanTheFileCanHoldAreRefusedBeforeTheyAreUnpacked)
 	    std::string::npos);
 }
 
+TEST(MapImage, OneTransparentColourOfAPaletteIsReadAsThatColour)
+{
+	const TempFolder folder;
+	const std::string png(  // black and white, which is transparent
+	    "\211PNG\r\n\032\n\0\0\0\rIHDR\0\0\0\002\0\0\0\001\001\003\0\0\0\316\354\355\311\0\0\0\006PLTE\0\0\0\377\377"
+	    "\377\245"
+	    "\331\237\335\0\0\0\002tRNS\377\0\345\267\060\112\0\0\0\nIDAT\170\234\143\160\0\0\0\102\0\101\051\067\364\357\0"
+	    "\0\0\0IEND"
+	    "\256\102\140\202",
+	    99);
+	const auto map = load_map(folder.write("a.png", png), {}, ImageGeometry{1, 0, 0});
+	EXPECT_GT(p_occupied(*map, 0, 0), 0.99);
+	EXPECT_LT(p_occupied(*map, 1, 0), 0.01);
+}
+
+TEST(MapImage, VariantsThatAreNotReadSayWhatToConvertThemTo)
+{
+	const TempFolder folder;
+	std::string of_16_bits = bmp_header(4, 1) + std::string(8, '\0');
+	of_16_bits[28] = 16;
+	EXPECT_NE(
+	    refusal(folder.write("a.bmp", of_16_bits), ImageGeometry{1, 0, 0}).find("of 16 bits; save it as a PNG"),
+	    std::string::npos);
+}
+
 TEST(MapImage, SoundOnesOfAllFormatsAreUnpacked)
 {
 	const TempFolder folder;
@@ -314,7 +339,7 @@ TEST(MapImage, SoundOnesOfAllFormatsAreUnpacked)
 		for (unsigned x = 0; x < 3 * 24; x++) image.ptrLine<std::uint8_t>(y)[x] = x < 3 * 8 ? 0 : 255;
 	for (const std::string name : {"a.png", "a.bmp", "a.jpg", "a.tif", "a.ppm"})
 	{
-#ifdef D2S1R_MRPT_3
+#if __has_include(<mrpt/viz/Scene.h>)
 		if (name == "a.tif" || name == "a.ppm") continue;  // it does not write them
 #endif
 		ASSERT_TRUE(image.saveToFile(folder.path(name))) << name;

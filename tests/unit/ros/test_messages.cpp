@@ -173,22 +173,22 @@ TEST(Messages, AHeightBandOfACloudIsAScanOfALevelLaser)
 	add(0.2, 2.1, 1.4);   // left
 	add(0.2, -2.9, 2.5);  // the ceiling
 	cloud.points.push_back({NAN, 0, 0});
-	const auto [scan, sweep] = to_observation(cloud, sensor, HeightBand{0.1, 2}, "/points");
+	const auto [scan, sweep] = to_scan(cloud, sensor, HeightBand{0.1, 2});
 	EXPECT_TRUE(sweep.is_instant());
 	int valid = 0;
-	for (std::size_t i = 0; i < scan->getScanSize(); i++)
+	for (std::size_t i = 0; i < scan.size(); i++)
 	{
-		if (!scan->getScanRangeValidity(i)) continue;
+		if (!scan.is_valid(i)) continue;
 		valid++;
-		const double angle = scan->sensorPose.yaw() - scan->aperture / 2.0 +
-		                     static_cast<double>(i) * scan->aperture / static_cast<double>(scan->getScanSize() - 1);
+		const double angle = scan.sensor_on_robot.yaw() - scan.aperture / 2.0 +
+		                     static_cast<double>(i) * scan.aperture / static_cast<double>(scan.size() - 1);
 		const bool is_ahead = std::abs(angle) < 1;
 		EXPECT_NEAR(angle, is_ahead ? 0 : M_PI / 2, 2 * M_PI / 1440);
-		EXPECT_NEAR(scan->getScanRange(i), is_ahead ? 3 : 2, 1e-5);
+		EXPECT_NEAR(scan.ranges[i], is_ahead ? 3 : 2, 1e-5);
 	}
 	EXPECT_EQ(valid, 2);
-	EXPECT_NEAR(scan->sensorPose.pitch(), 0, 1e-9);
-	EXPECT_NEAR(scan->sensorPose.z(), 1, 1e-9);
+	EXPECT_NEAR(scan.sensor_on_robot.pitch(), 0, 1e-9);
+	EXPECT_NEAR(scan.sensor_on_robot.z(), 1, 1e-9);
 }
 
 TEST(Messages, PointsHaveTheirTimesInTheUnitsOfDrivers)
@@ -242,21 +242,21 @@ TEST(Messages, ACloudOfASpinningLaserIsSwept)
 					     static_cast<float>(time)});
 			}
 			const mrpt::poses::CPose3D sensor(0.2, 0, 1, 0.7, 0, 0);
-			const auto [scan, sweep] = to_observation(cloud, sensor, HeightBand{0.5, 2}, "/points");
+			const auto [scan, sweep] = to_scan(cloud, sensor, HeightBand{0.5, 2});
 			EXPECT_EQ(sweep.is_instant(), is_scattered);
 			if (is_scattered) continue;
 			EXPECT_NEAR(sweep.duration, kTurn, 0.002);
-			EXPECT_EQ(scan->rightToLeft, direction > 0);
-			const auto beams = static_cast<double>(scan->getScanSize());
-			const double aperture = static_cast<double>(scan->aperture);
+			EXPECT_EQ(scan.right_to_left, direction > 0);
+			const auto beams = static_cast<double>(scan.size());
+			const double aperture = static_cast<double>(scan.aperture);
 			int checked = 0;
-			for (std::size_t i = 100; i + 100 < scan->getScanSize(); i++)
+			for (std::size_t i = 100; i + 100 < scan.size(); i++)
 			{
-				if (!scan->getScanRangeValidity(i)) continue;
-				const double share = static_cast<double>(scan->getScanRange(i)) - 2;
+				if (!scan.is_valid(i)) continue;
+				const double share = static_cast<double>(scan.ranges[i]) - 2;
 				const double along = static_cast<double>(i) / (beams - 1);
 				EXPECT_NEAR(sweep.first_beam + sweep.duration * along, kDelay + kTurn * share, 0.002);
-				const double angle = scan->sensorPose.yaw() + direction * (along - 0.5) * aperture;
+				const double angle = scan.sensor_on_robot.yaw() + direction * (along - 0.5) * aperture;
 				EXPECT_NEAR(std::remainder(angle - 0.7 - kBegin - direction * 2 * M_PI * share, 2 * M_PI), 0, 0.06);
 				checked++;
 			}

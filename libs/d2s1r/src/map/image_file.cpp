@@ -1,16 +1,11 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include <d2s1r/map_limits.h>
-#include <d2s1r/version.h>
 #include <mrpt/core/format.h>
-#include <sys/mman.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <cmath>
 #include <cstdint>
-#include <cstring>
 #include <filesystem>
 #include <limits>
 #include <map>
@@ -50,11 +45,6 @@ std::string read_bytes(const std::string& file)
 [[noreturn]] void refuse_as_truncated()
 {
 	throw std::runtime_error("the image is truncated; copy or save it again");
-}
-
-[[noreturn]] void refuse_as_undecodable()
-{
-	throw std::runtime_error("cannot be decoded as an image; copy it again or convert it to PNG");
 }
 
 bool starts_with(const std::string& bytes, std::string_view start)
@@ -349,86 +339,29 @@ unsigned raw_sample(const char* row, std::size_t i, const PnmHeader& header)
 	return header.is_16_bit() ? 256 * byte(2 * i) + byte(2 * i + 1) : byte(i);
 }
 
-/// Decodes a checked PNM file. (OpenCV refuses one whose samples are text if nothing follows the last one, and reads
-/// headers otherwise than check_pnm().)
-mrpt::img::CImage decode_pnm(const std::string& bytes)
+/// Decodes a checked PNM file.
+Image decode_pnm(const std::string& bytes)
 {
 	std::istringstream text(bytes);
 	const PnmHeader header = read_pnm_header(text);
 	if (!header.is_text()) text = std::istringstream();  // gives back its copy of the bytes
-	mrpt::img::CImage image;
-	image.resize(
-	    static_cast<unsigned>(header.width), static_cast<unsigned>(header.height),
-	    header.channels() == 3 ? mrpt::img::CH_RGB : mrpt::img::CH_GRAY,
-	    header.is_16_bit() ? mrpt::img::PixelDepth::D16U : mrpt::img::PixelDepth::D8U);
-	for (unsigned y = 0; y < header.height; y++)
+	Image image = make_image(
+	    static_cast<std::size_t>(header.width), static_cast<std::size_t>(header.height), header.channels(),
+	    header.is_16_bit());
+	for (int y = 0; y < image.height; y++)
 	{
-		const char* const row = bytes.data() + (header.is_text() ? 0 : header.samples_at + y * header.bytes_of_row());
+		const std::size_t start = header.samples_at + static_cast<std::size_t>(y) * header.bytes_of_row();
+		const char* const row = bytes.data() + (header.is_text() ? 0 : start);
 		for (std::size_t i = 0; i < header.samples_of_row(); i++)
 		{
 			const unsigned sample = header.is_text() ? next_text_sample(text, header) : raw_sample(row, i, header);
 			if (header.is_16_bit())
-				image.ptrLine<std::uint16_t>(y)[i] = static_cast<std::uint16_t>(sample);
+				image.row<std::uint16_t>(y)[i] = static_cast<std::uint16_t>(sample);
 			else
-				image.ptrLine<std::uint8_t>(y)[i] = static_cast<std::uint8_t>(sample);
+				image.row<std::uint8_t>(y)[i] = static_cast<std::uint8_t>(sample);
 		}
 	}
 	return image;
-}
-
-/// A file in memory that decoders open by its name.
-class MemoryFile
-{
-   public:
-	/// \throws std::runtime_error if the system does not grant it, std::bad_alloc
-	explicit MemoryFile(const std::string& bytes) : descriptor_(memfd_create("image", MFD_CLOEXEC))
-	{
-		if (descriptor_ < 0)
-			throw std::runtime_error(
-			    std::string("the image cannot be unpacked (") + std::strerror(errno) +
-			    "); allow the program more open files (ulimit -n)");
-		for (std::size_t written = 0; written < bytes.size();)
-		{
-			const ssize_t count = write(descriptor_, bytes.data() + written, bytes.size() - written);
-			if (count < 0 && errno == EINTR) continue;
-			if (count <= 0)
-			{
-				close(descriptor_);
-				throw std::bad_alloc();
-			}
-			written += static_cast<std::size_t>(count);
-		}
-	}
-	~MemoryFile() { close(descriptor_); }
-	MemoryFile(const MemoryFile&) = delete;
-	MemoryFile& operator=(const MemoryFile&) = delete;
-
-	std::string name() const { return "/proc/self/fd/" + std::to_string(descriptor_); }
-
-   private:
-	int descriptor_;
-};
-
-/// Unpacks an image by the decoder that MRPT uses. A decoder does not tell damage from memory that ran out: it gets a
-/// second try.
-/// \throws std::runtime_error if both fail, std::bad_alloc
-mrpt::img::CImage decode(const MemoryFile& file)
-{
-	constexpr int kTries = 2;
-	for (int i = 0; i < kTries; i++) try
-		{
-			mrpt::img::CImage image;
-			if (image.loadFromFile(file.name(), -1)) return image;
-		}
-		catch (const std::bad_alloc&)
-		{
-			throw;
-		}
-		catch (const std::exception&)
-		{
-			// MRPT's text is many lines long and speaks of its own sources.
-		}
-	refuse_as_undecodable();
 }
 
 /// \throws std::bad_alloc if there is not so much memory [byte]
@@ -449,16 +382,14 @@ double memory_to_decode(const std::string& bytes)
 	refuse_as_undecodable();
 }
 
-mrpt::img::CImage read_image(const std::string& file)
+Image read_image(const std::string& file)
 {
-	constexpr double kOfDecoder = 16e6;  // [byte] of its tables and of GDAL, which ends the program if it gets none
+	constexpr double kOfDecoder = 1e6;  // [byte] of its tables
 	std::string bytes = read_bytes(file);
 	const double memory = memory_to_decode(bytes);
 	if (is_pnm(bytes)) return decode_pnm(bytes);
 	if (is_png(bytes)) bytes = without_texts(bytes);
-	const MemoryFile checked(bytes);  // what is decoded is what was checked, whatever happens to the file
-	bytes = std::string();
 	check_memory(memory + kOfDecoder);  // a decoder does not tell damage from memory that ran out
-	return decode(checked);
+	return decode_image(bytes);
 }
 }  // namespace d2s1r

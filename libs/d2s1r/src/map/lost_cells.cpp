@@ -1,7 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // What became of pixels whose shades were meant in another way.
 #include <d2s1r/lost_cells.h>
-#include <d2s1r/version.h>
 
 #include <algorithm>
 #include <array>
@@ -51,16 +50,14 @@ struct CellsOfShades
 };
 
 template <class Value>
-void count_cells(
-    const mrpt::img::CImage& image, const OccupancyMap& map, const CellClasses& classes, CellsOfShades& cells)
+void count_cells(const Image& image, const OccupancyMap& map, const CellClasses& classes, CellsOfShades& cells)
 {
 	constexpr std::size_t kWhite = std::numeric_limits<Value>::max();
-	const std::size_t channels = static_cast<std::size_t>(image.getChannelCount()),
-	                  colours = channels == 4 ? 3 : channels;
+	const std::size_t channels = static_cast<std::size_t>(image.channels), colours = channels == 4 ? 3 : channels;
 	const auto height = static_cast<unsigned>(map.height), width = static_cast<unsigned>(map.width);
 	for (unsigned row = 0; row < height; row++)
 	{
-		const Value* pixel = image.ptrLine<Value>(height - 1 - row);
+		const Value* pixel = image.row<Value>(static_cast<int>(height - 1 - row));
 		const std::int8_t* cell = map.row(static_cast<int>(row));
 		for (unsigned column = 0; column < width; column++, pixel += channels)
 		{
@@ -74,15 +71,15 @@ void count_cells(
 	cells.pixels = std::size_t{width} * height;
 }
 
-CellsOfShades count_cells(const mrpt::img::CImage& image, const PixelRule& rule, const GridParameters& parameters)
+CellsOfShades count_cells(const Image& image, const PixelRule& rule, const GridParameters& parameters)
 {
 	const auto map = paint_along_axes(image, {1, 0, 0}, rule);
 	const CellClasses classes(parameters);
 	CellsOfShades cells;
-	if (image.getPixelDepth() == mrpt::img::PixelDepth::D8U)
-		count_cells<std::uint8_t>(image, map, classes, cells);
-	else
+	if (image.is_16_bit)
 		count_cells<std::uint16_t>(image, map, classes, cells);
+	else
+		count_cells<std::uint8_t>(image, map, classes, cells);
 	return cells;
 }
 
@@ -154,7 +151,7 @@ void add_greys(const CellsOfShades& cells, const UnknownShades& unknown, const M
 
 LostCells find_lost_cells(const std::string& file, const MapServerYaml& yaml, const GridParameters& parameters)
 {
-	const mrpt::img::CImage image = read_image(file);
+	const Image image = read_image(file);
 	const CellsOfShades cells = count_cells(image, yaml.rule(), parameters);
 	const UnknownShades unknown = find_unknown_shades(cells, yaml, is_lossy_image_name(file));
 	LostCells lost;

@@ -2,7 +2,6 @@
 #include "map/map_image.h"
 
 #include <d2s1r/map_limits.h>
-#include <d2s1r/version.h>
 #include <mrpt/core/format.h>
 
 #include <algorithm>
@@ -16,10 +15,10 @@ namespace
 {
 /// Fills `map` from an image of `Value` samples, first image row on top.
 template <class Value>
-void paint(OccupancyMap& map, const mrpt::img::CImage& image, const PixelRule& rule)
+void paint(OccupancyMap& map, const Image& image, const PixelRule& rule)
 {
 	constexpr std::size_t kWhite = std::numeric_limits<Value>::max();
-	const auto channels = static_cast<std::size_t>(image.getChannelCount());
+	const auto channels = static_cast<std::size_t>(image.channels);
 	const bool alpha_is_apart = channels == 4 && rule.transparent_is_unknown;
 	const std::size_t averaged = alpha_is_apart ? 3 : channels;
 	// By the sum of the averaged channels: millions of pixels, few different sums.
@@ -31,7 +30,7 @@ void paint(OccupancyMap& map, const mrpt::img::CImage& image, const PixelRule& r
 	}
 	for (int y = 0; y < map.height; y++)
 	{
-		const Value* pixel = image.ptrLine<Value>(static_cast<unsigned>(map.height - 1 - y));
+		const Value* pixel = image.row<Value>(map.height - 1 - y);
 		std::int8_t* cell = map.row(y);
 		for (int x = 0; x < map.width; x++, pixel += channels)
 		{
@@ -61,19 +60,13 @@ void check_geometry(const ImageGeometry& geometry)
 		throw std::runtime_error("the yaw of the origin is not -2 pi to 2 pi rad; correct it");
 }
 
-OccupancyMap paint_along_axes(const mrpt::img::CImage& image, const ImageGeometry& geometry, const PixelRule& rule)
+OccupancyMap paint_along_axes(const Image& image, const ImageGeometry& geometry, const PixelRule& rule)
 {
-	const auto width = image.getWidth(), height = image.getHeight();
-	check_map_size(static_cast<double>(width), static_cast<double>(height));
-	auto map = unknown_map(
-	    static_cast<int>(width), static_cast<int>(height), geometry.resolution, geometry.origin_x, geometry.origin_y);
-	const auto depth = image.getPixelDepth();
-	if (depth == mrpt::img::PixelDepth::D8U)
-		paint<std::uint8_t>(map, image, rule);
-	else if (depth == mrpt::img::PixelDepth::D16U)
+	auto map = unknown_map(image.width, image.height, geometry.resolution, geometry.origin_x, geometry.origin_y);
+	if (image.is_16_bit)
 		paint<std::uint16_t>(map, image, rule);
 	else
-		throw std::runtime_error("the image has neither 8 nor 16 bits per sample; convert it to an 8-bit PNG");
+		paint<std::uint8_t>(map, image, rule);
 	return map;
 }
 

@@ -4,9 +4,10 @@
 #include <d2s1r/changed_map.h>
 #include <d2s1r/lost_cells.h>
 #include <d2s1r/map_io.h>
-#include <mrpt/img/CImage.h>
 
 #include <functional>
+
+#include "map/image_decoders.h"
 
 namespace d2s1r
 {
@@ -37,7 +38,7 @@ void check_geometry(const ImageGeometry& geometry);
 OccupancyMap load_image_map(const std::string& file, const ImageGeometry& geometry, const PixelRule& rule);
 
 /// Paints an image whose pixels are cells. \throws std::exception
-OccupancyMap paint_along_axes(const mrpt::img::CImage& image, const ImageGeometry& geometry, const PixelRule& rule);
+OccupancyMap paint_along_axes(const Image& image, const ImageGeometry& geometry, const PixelRule& rule);
 
 /// Returns the memory [byte] that unpacking a PNG, JPEG, BMP, TIFF or PNM file takes at most. It looks at the bytes of
 /// the file before a decoder does, which would write to stderr, take a truncated file, or allocate whatever the header
@@ -47,7 +48,7 @@ OccupancyMap paint_along_axes(const mrpt::img::CImage& image, const ImageGeometr
 double memory_to_decode(const std::string& bytes);
 
 /// Reads an image of one of these formats. \throws std::exception saying what is wrong, without its name
-mrpt::img::CImage read_image(const std::string& file);
+Image read_image(const std::string& file);
 
 /// Holds what a yaml file of ROS map_server says.
 struct MapServerYaml

@@ -1,6 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "bags/ros_reader.h"
 
+#include <d2s1r/mrpt.h>
 #include <mrpt/obs/CObservationOdometry.h>
 #include <ros/frames.h>
 #include <ros/observation.h>
@@ -18,6 +19,29 @@ namespace d2s1r::logs
 {
 namespace
 {
+/// Returns a scan as an observation. \param time [ns since the epoch]
+mrpt::obs::CObservation2DRangeScan::Ptr observation_of(
+    const RangeScan& scan, std::int64_t time, const std::string& label)
+{
+	mrpt::obs::CObservation2DRangeScan stamped;
+	stamped.timestamp = ros::to_time(time);
+	stamped.sensorLabel = label;
+	return mrpt::obs::CObservation2DRangeScan::Create(d2s1r::observation_of(scan, std::move(stamped)));
+}
+
+/// Returns the odometry as an observation; null if the message holds no pose.
+mrpt::obs::CObservationOdometry::Ptr observation_of(const ros::Odometry& odometry, const std::string& label)
+{
+	if (!odometry.pose.pose) return nullptr;
+	auto observation = mrpt::obs::CObservationOdometry::Create();
+	observation->timestamp = ros::to_time(odometry.pose.header.time);
+	observation->sensorLabel = label;
+	observation->odometry = mrpt::poses::CPose2D(*odometry.pose.pose);
+	observation->hasVelocities = true;
+	observation->velocityLocal = odometry.velocity;
+	return observation;
+}
+
 using Pose = mrpt::poses::CPose3D;
 
 constexpr std::size_t kMostPaths = 10'000;  // [-] whose poses are kept
@@ -225,9 +249,9 @@ class RosReader : public LogReader
 		if (taken.message.topic->kind == MessageKind::kPointCloud)
 		{
 			const ros::PointCloud cloud = point_cloud_of(taken.message);
-			const auto scan = ros::to_observation(cloud, pose.value_or(Pose()), cloud_height_, topic);
+			const auto scan = ros::to_scan(cloud, pose.value_or(Pose()), cloud_height_);
 			details.sweep = scan.sweep;
-			object = to_rawlog_object(scan.observation);
+			object = to_rawlog_object(observation_of(scan.scan, cloud.header.time, topic));
 		}
 		else
 		{
@@ -235,7 +259,8 @@ class RosReader : public LogReader
 			details.sweep = ros::sweep_time_of(scan);
 			if (const auto other = other_angles_of(scan); other && !other->is_possible)
 				details.unusable = {other->because, ScanDoubt::Field::kAngles};
-			object = to_rawlog_object(ros::to_observation(scan, pose.value_or(Pose()), topic), ros::middle_angle(scan));
+			const RangeScan read = ros::to_scan(scan, pose.value_or(Pose()));
+			object = to_rawlog_object(observation_of(read, scan.header.time, topic), ros::middle_angle(scan));
 		}
 		if (!pose) details.unusable = {unknown_pose(taken), ScanDoubt::Field::kLaserPose};
 		object.details = {details};
@@ -269,7 +294,7 @@ class RosReader : public LogReader
 	std::optional<RawlogObject> convert_odometry(const Pending& taken, std::optional<Pose> robot_in_child)
 	{
 		const ros::Odometry odometry = odometry_of(taken.message);
-		const auto observation = ros::to_observation(odometry, taken.message.topic->name);
+		const auto observation = observation_of(odometry, taken.message.topic->name);
 		if (!observation) return std::nullopt;
 		if (!robot_.robot.odometry_child.empty())
 		{

@@ -1,10 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <mrpt/img/CImage.h>
-
-#include <cstddef>
-
 // What MRPT 2 and MRPT 3 call differently, under one name. What can be drawn is in mrpt::opengl of MRPT 2 and in
 // mrpt::viz of MRPT 3; `#include D2S1R_DRAWING(CSetOfLines.h)` finds a header of it in either.
 #if __has_include(<mrpt/viz/Scene.h>)
@@ -64,23 +60,9 @@ namespace d2s1r
 namespace drawing = mrpt::viz;
 using DrawnObject = mrpt::viz::CVisualObject;
 using DrawnScene = mrpt::viz::Scene;
-constexpr auto kChannelsAsStored = mrpt::img::CH_AS_IS;
-
-/// Returns how many numbers a pixel of `image` has.
-inline std::size_t channels_of(const mrpt::img::CImage& image)
-{
-	return static_cast<std::size_t>(image.channels());
-}
 #else
 namespace drawing = mrpt::opengl;
 using DrawnObject = mrpt::opengl::CRenderizable;
 using DrawnScene = mrpt::opengl::COpenGLScene;
-constexpr int kChannelsAsStored = -1;
-
-/// Returns how many numbers a pixel of `image` has.
-inline std::size_t channels_of(const mrpt::img::CImage& image)
-{
-	return static_cast<std::size_t>(image.getChannelCount());
-}
 #endif
 }  // namespace d2s1r

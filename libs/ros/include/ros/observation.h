@@ -1,14 +1,11 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-// Messages of ROS as MRPT's observations.
+// Messages of ROS as scans.
 #pragma once
 
+#include <d2s1r/range_scan.h>
 #include <mrpt/core/Clock.h>
-#include <mrpt/obs/CObservation2DRangeScan.h>
-#include <mrpt/obs/CObservationOdometry.h>
-#include <mrpt/poses/CPose3D.h>
 
 #include <cstdint>
-#include <string>
 #include <utility>
 
 #include "ros/messages.h"
@@ -46,11 +43,10 @@ double middle_angle(const LaserScan& scan);
 /// simulators that take all beams at once fill it in, too.
 SweepTime sweep_time_of(const LaserScan& scan);
 
-/// Returns the scan as MRPT has it, whose scans are symmetric to the x axis of the sensor. Readings that are NaN,
-/// infinite, or outside of the laser's range are invalid; those above its range keep their value.
+/// Returns the scan as the library takes it, whose scans are symmetric to the x axis of the sensor. Readings that are
+/// NaN, infinite, or outside of the laser's range are invalid; those above its range keep their value.
 /// \param laser its frame on the robot
-mrpt::obs::CObservation2DRangeScan::Ptr to_observation(
-    const LaserScan& scan, const mrpt::poses::CPose3D& laser, const std::string& label);
+RangeScan to_scan(const LaserScan& scan, const mrpt::poses::CPose3D& laser);
 
 /// Says which points of a cloud make a scan: those between two heights [m] above the origin of the robot's frame.
 struct HeightBand
@@ -61,7 +57,7 @@ struct HeightBand
 /// A cloud as a scan, and when its beams were taken.
 struct CloudScan
 {
-	mrpt::obs::CObservation2DRangeScan::Ptr observation;
+	RangeScan scan;
 	SweepTime sweep;  //!< instant if the times of the points are not those of a laser that spins
 };
 
@@ -69,12 +65,8 @@ struct CloudScan
 /// the nearest point of the band. Directions without a point, and points within 0.05 m or beyond 200 m, are no data: a
 /// cloud does not tell where a beam saw nothing. If the points have times, the first beam is the direction in which the
 /// turn of the laser began. \param sensor its frame on the robot
-CloudScan to_observation(
-    const PointCloud& cloud, const mrpt::poses::CPose3D& sensor, const HeightBand& band, const std::string& label);
+CloudScan to_scan(const PointCloud& cloud, const mrpt::poses::CPose3D& sensor, const HeightBand& band);
 
 /// Returns a sweep that lasts as long as all points of a cloud take.
 SweepTime time_span_of(const PointCloud& cloud);
-
-/// Returns the odometry as MRPT has it; null if the message holds no pose.
-mrpt::obs::CObservationOdometry::Ptr to_observation(const Odometry& odometry, const std::string& label);
 }  // namespace d2s1r::ros
