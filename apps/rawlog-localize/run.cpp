@@ -3,10 +3,11 @@
 
 #include <mrpt/system/CTicTac.h>
 
+#include <filesystem>
 #include <optional>
 
 #include "cli/console.h"
-#include "diagnosis/sweeps.h"
+#include "diagnosis/drive_calibration.h"
 #include "evaluation/ground_truth.h"
 #include "evaluation/run_report.h"
 #include "frames/frame_loop.h"
@@ -222,24 +223,30 @@ ExitStatus finish(
 	return conclude(report, loop.frames, damage.empty() ? log.survey.damage : damage, console);
 }
 
-/// Gives the command the sweeps that the map shows of the lasers that are used, if the log does not tell them.
-/// \param localizer null: no map can tell
-void settle_sweeps(
-    const logs::Log& log, const logs::Sensor& sensor, const Localizer* localizer, CommandLine& command,
+/// Gives the command what the drive shows of the lasers that are used, where it contradicts the messages. Returns what
+/// it shows of the chosen one.
+DriveCalibration calibrate_lasers(
+    const logs::Log& log, const logs::Sensor& sensor, const Localizer& localizer, CommandLine& command,
     Console& console)
 {
-	if (command.log.is_live()) return;
+	DriveCalibration chosen;
+	if (command.log.is_live() || command.log.is_as_told) return chosen;
 	const logs::Overrides of_command = command.log.overrides;  // which are about the chosen laser
 	for (const logs::Sensor& other : log.survey.sensors)
 	{
 		const bool is_chosen = other.label == sensor.label;
 		if (!is_chosen && !command.log.merge_lasers) continue;
-		const SettledSweep settled =
-		    settle_sweep(log, other, is_chosen ? of_command : logs::Overrides(), command.search, localizer);
-		if (settled.sweep && is_chosen) command.log.overrides.sweep = settled.sweep;
-		if (settled.sweep && !is_chosen) command.log.overrides.sweeps_of_others[other.label] = *settled.sweep;
-		console.note(command.log.file, settled.lines);
+		const DriveCalibration calibrated =
+		    calibrate_by_drive(log, other, is_chosen ? of_command : logs::Overrides(), command.search, localizer);
+		if (is_chosen) chosen = calibrated;
+		if (!is_chosen && calibrated.overrides.sweep)
+			command.log.overrides.sweeps_of_others[other.label] = *calibrated.overrides.sweep;
 	}
+	const auto of_others = command.log.overrides.sweeps_of_others;
+	command.log.overrides = chosen.overrides;
+	command.log.overrides.sweeps_of_others = of_others;
+	if (!chosen.line.empty()) console.note(command.log.file, {chosen.line});
+	return chosen;
 }
 
 /// Goes from the log and the maps to all outputs.
@@ -273,7 +280,7 @@ ExitStatus localize(
 	const std::optional<Atlas> atlas = atlas_of(maps);
 	const Localizer& localizer = *maps.front().localizer;
 	const bool can_tell = !atlas && parameters.method == Method::kDefault;
-	settle_sweeps(log, sensor, can_tell ? &localizer : nullptr, command, console);
+	if (can_tell) calibrate_lasers(log, sensor, localizer, command, console);
 	const FrameStore unknown{{}};
 	RunReport report{command, parameters, outputs ? outputs->frames().frames() : unknown, maps, sensor};
 	report.build_seconds = build_seconds;
@@ -298,7 +305,7 @@ ExitStatus localize(
 	return finish(log, selection, truth, loop, report, outputs ? &*outputs : nullptr, console);
 }
 
-/// Looks for mistakes only.
+/// Looks for mistakes only, or for what the drive shows of the laser.
 ExitStatus diagnose_only(CommandLine command, const MapSource& source, Console& console)
 {
 	const logs::Log log = open_log(command.log, {});  // it is not live
@@ -310,7 +317,17 @@ ExitStatus diagnose_only(CommandLine command, const MapSource& source, Console& 
 	const auto localizer = build_map(source, waiting_at(console));
 	console.note(source.entry.file, doubts_about_map(source.entry.file, *localizer));
 	const FrameSelection selection = select_frames(command.log.frames, sensor);
-	settle_sweeps(log, sensor, localizer.get(), command, console);
+	const DriveCalibration calibrated = calibrate_lasers(log, sensor, *localizer, command, console);
+	if (command.output.calibrate)
+	{
+		console.print(table_of(calibrated));
+		std::error_code error;  // which the file will meet, too
+		if (!command.output.folder.empty()) std::filesystem::create_directories(command.output.folder, error);
+		TextFile file(files_written(command, false).front().path);
+		file.print("# by rawlog-localize --calibrate\n%s", calibrated.file.c_str());
+		if (!interrupted()) file.commit();
+		return interrupted() ? kInterrupted : kDone;
+	}
 	print_diagnosis(diagnose(log, selection, command, *localizer, truth), console.out);
 	return interrupted() ? kInterrupted : kDone;
 }
@@ -338,7 +355,7 @@ ExitStatus run(const CommandLine& command, Console& console)
 	}
 	set_parameters(sources, parameters, command);
 	load_plugins(command.search);
-	if (command.output.diagnose) return diagnose_only(command, sources.front(), console);
+	if (command.output.diagnose || command.output.calibrate) return diagnose_only(command, sources.front(), console);
 	return localize(command, sources, parameters, console);
 }
 }  // namespace d2s1r::app

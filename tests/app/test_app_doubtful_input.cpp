@@ -323,19 +323,19 @@ TEST_F(AppUntoldSweep, IsDecidedByTheMapIfThereIsAScanTime)
 	save_log(true, with_scan_time);
 	const auto spun = run_log({"-o", path("out")});
 	EXPECT_EQ(spun.status, 0) << spun.err;
-	EXPECT_NE(spun.err.find("has no time_increment that can be used, but returns of "), std::string::npos) << spun.err;
-	EXPECT_NE(spun.err.find(": --sweep-time 0.09972 is used"), std::string::npos) << spun.err;
+	EXPECT_NE(spun.err.find("duration of the sweep 0."), std::string::npos) << spun.err;
+	EXPECT_NE(spun.err.find("--sweep-time 0."), std::string::npos) << spun.err;
 	EXPECT_LT(greatest_error(), 1);
-	run_log({"-o", path("out"), "--sweep-time", "0"});
+	run_log({"-o", path("out"), "--as-told"});
 	EXPECT_GT(greatest_error(), 2) << "without it";
 
 	save_log(false, with_scan_time);
 	const auto instant = run_log({"-o", path("out")});
-	EXPECT_EQ(instant.err.find("time_increment"), std::string::npos) << instant.err;
+	EXPECT_EQ(instant.err.find("--sweep-time"), std::string::npos) << instant.err;
 	EXPECT_LT(greatest_error(), 1);
 
 	save_log(false, with_scan_time, false);
-	EXPECT_EQ(run_log({"-o", path("out")}).err.find("time_increment"), std::string::npos) << "nothing depends on it";
+	EXPECT_EQ(run_log({"-o", path("out")}).err.find("--sweep-time"), std::string::npos) << "nothing depends on it";
 }
 
 TEST_F(AppUntoldSweep, IsDecidedByTheMapIfNothingTellsItOrItsBeamsAreInTheWrongOrder)
@@ -344,7 +344,7 @@ TEST_F(AppUntoldSweep, IsDecidedByTheMapIfNothingTellsItOrItsBeamsAreInTheWrongO
 	{
 		save_log(true, [step](MadeScan& scan) { scan.time_step = step; });
 		const auto spun = run_log({"-o", path("out")});
-		EXPECT_NE(spun.err.find(": --sweep-time 0.09"), std::string::npos) << spun.err;
+		EXPECT_NE(spun.err.find("--sweep-time 0."), std::string::npos) << spun.err;
 		EXPECT_LT(greatest_error(), 1) << step;
 	}
 }
@@ -368,7 +368,7 @@ TEST_F(AppUntoldSweep, CloudsThatWereMovedToOneTimeAreNotMovedAgain)
 		}
 		return cloud;
 	};
-	const std::string line = "--sweep-time 0 is used";
+	const std::string line = "--sweep-time 0 ";
 	for (const bool spins : {true, false})
 	{
 		save_log(
@@ -380,24 +380,12 @@ TEST_F(AppUntoldSweep, CloudsThatWereMovedToOneTimeAreNotMovedAgain)
 	}
 }
 
-TEST_F(AppUntoldSweep, IsToldIfNoMapDecides)
-{
-	save_log(true, [](MadeScan& scan) { scan.scan_time = static_cast<float>(kTurn); });
-	write_file(path("paper.ini"), "[localizer]\nmethod = paper\n");
-	const std::string line =
-	    "the robot turns by up to 5.7 deg in the 0.09972 s that a scan may take: give --sweep-time 0.09972 if it spins";
-	const auto told = run_log({"-o", path("out"), "-c", path("paper.ini")});
-	EXPECT_NE(told.err.find(line), std::string::npos) << told.err;
-	const auto given = run_log({"-o", path("out"), "-c", path("paper.ini"), "--sweep-time", "0"});
-	EXPECT_EQ(given.err.find(line), std::string::npos) << given.err;
-}
-
 TEST_F(AppUntoldSweep, ThatIsToldButNoneIsFoundByTheDiagnosis)
 {
 	save_log(false, [](MadeScan& scan) { scan.time_step = static_cast<float>(kTurn / 360); });
-	EXPECT_NE(run_log({"--diagnose"}).out.find(": --sweep-time 0\n"), std::string::npos) << run_log({"--diagnose"}).out;
+	EXPECT_NE(run_log({"--diagnose"}).err.find("--sweep-time 0 "), std::string::npos);
 	save_log(true, [](MadeScan& scan) { scan.time_step = static_cast<float>(kTurn / 360); });
-	EXPECT_EQ(run_log({"--diagnose"}).out.find("--sweep-time"), std::string::npos);
+	EXPECT_EQ(run_log({"--diagnose"}).err.find("--sweep-time"), std::string::npos);
 	save_log(false, [](MadeScan&) {});
-	EXPECT_EQ(run_log({"--diagnose"}).out.find("--sweep-time"), std::string::npos);
+	EXPECT_EQ(run_log({"--diagnose"}).err.find("--sweep-time"), std::string::npos);
 }

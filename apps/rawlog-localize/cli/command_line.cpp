@@ -8,6 +8,7 @@
 #include <shell/options.h>
 
 #include <algorithm>
+#include <fstream>
 #include <stdexcept>
 #include <utility>
 
@@ -22,6 +23,7 @@ constexpr Usage kUsage = {
     "Usage: rawlog-localize -m MAP -i LOG -o OUT_DIR [OPTION]...\n"
     "       rawlog-localize -m MAP -i LOG --stream [OPTION]...\n"
     "       rawlog-localize -m MAP -i LOG --diagnose [OPTION]...\n"
+    "       rawlog-localize -m MAP -i LOG --calibrate [OPTION]...\n"
     "       rawlog-localize --write-config FILE [-c CONFIG.ini]\n"
     "Localize every 2D laser scan of a log in a known map, each scan on its own, without an initial pose.\n\n",
     "LOG is a ROS 2 bag (a folder, or a file of sqlite3 or MCAP), a ROS 1 bag, an MRPT rawlog or a CARMEN\n"
@@ -54,6 +56,7 @@ struct Dependent
 	std::optional<WatchSettings> watch;
 	std::string topic;
 	bool no_rawlog = false;
+	std::string calibration;
 };
 
 void add_inputs(OptionGroup input, CommandLine& command, Dependent& dependent)
@@ -148,6 +151,20 @@ void add_laser(OptionGroup laser, LogRequest& log, Dependent& dependent)
 	    "the delay of the first beam after the scan's time [s] (default 0), in place of what the log says; the program "
 	    "moves all beams to the time of the scan",
 	    [&](const std::string& text) { log.overrides.sweep = parse_sweep_time(text); });
+	laser.value(
+	    "--min-range", "M", "leave out readings below M [m], such as those of the robot's own body",
+	    [&](const std::string& text) { log.overrides.min_range = parse_range_factor(text); });
+	laser.flag("--mirrored-odometry", "take the odometry's left for right", log.overrides.is_odometry_mirrored);
+	laser.value(
+	    "--odometry-clock", "S", "how far the clock of the odometry is ahead of that of the scans [s]",
+	    [&](const std::string& text) { log.overrides.odometry_clock = parse_finite_number(text); });
+	laser.value(
+	    "--calibration", "FILE", "read the options of this group from FILE, which --calibrate wrote",
+	    [&](const std::string& text) { dependent.calibration = text; });
+	laser.flag(
+	    "--as-told",
+	    "believe what the log says of the laser and the odometry, even if the drive through the map contradicts it",
+	    log.is_as_told);
 }
 
 void add_search(OptionGroup search, SearchRequest& request, Dependent& dependent)
@@ -217,6 +234,13 @@ void add_outputs(OptionGroup output, OutputRequest& request, Dependent& dependen
 	    "the map, mirrored scans, unit of the ranges, ...), and report which mistake explains them and which option "
 	    "corrects it. A run in which most frames are not localized does this at its end",
 	    request.diagnose);
+	output.flag(
+	    "--calibrate",
+	    "print what the drive through the map shows of the laser (where it is on the robot, when its beams are taken, "
+	    "how its angles and ranges are scaled) and of the odometry, and write it to calibration.yaml in OUT_DIR or "
+	    "here; "
+	    "localize nothing",
+	    request.calibrate);
 	output.flag("-q,--quiet", "print errors only", request.quiet);
 }
 
@@ -238,7 +262,8 @@ void check_complete(const CommandLine& command)
 {
 	if (command.map.files.empty()) wrong("--map", "missing; name the map file");
 	if (command.log.file.empty()) wrong("--input", "missing; name the log");
-	if (command.output.folder.empty() && !command.output.stream && !command.output.diagnose)
+	if (command.output.folder.empty() && !command.output.stream && !command.output.diagnose &&
+	    !command.output.calibrate)
 		wrong("--output", "missing; name the folder to write to");
 }
 
@@ -249,6 +274,8 @@ void check_live(const LogRequest& log, const OutputRequest& output)
 		wrong("--follow", "is for a file that grows; standard input is read to its end without it");
 	if (output.diagnose && log.is_live())
 		wrong("--diagnose", "reads the log several times, which it cannot while the log is written; record it first");
+	if (output.calibrate && log.is_live())
+		wrong("--calibrate", "reads the whole log first, which it cannot while the log is written; record it first");
 	for (const auto& [option, name] : {std::pair("--ground-truth", log.ground_truth), {"--check", log.check}})
 		if (name.rfind(kTopicPrefix, 0) == 0 && log.is_live())
 			wrong(option, "'" + name + "' is of a recording of ROS, but a live log is a rawlog; name a file of poses");
@@ -285,6 +312,43 @@ void check_image(const MapRequest& map)
 	wrong("--resolution", "only goes with an image (" + known + "); leave it out or rename the image");
 }
 
+/// Enters the options of a calibration file, `name: value` line by line, that the command line does not give.
+/// \throws UserError if it cannot be read (kBadInput) or understood (kWrongUse)
+void read_calibration(const std::string& file, logs::Overrides& overrides)
+{
+	std::ifstream in(file);
+	if (!in) throw UserError(kBadInput, file, "cannot be read; --calibration names what --calibrate wrote");
+	for (std::string line; std::getline(in, line);)
+	{
+		const auto colon = line.find(": ");
+		if (line.empty() || line.front() == '#') continue;
+		const std::string name = line.substr(0, colon), value = colon < line.size() ? line.substr(colon + 2) : "";
+		try
+		{
+			if (name == "sensor-pose")
+				overrides.sensor_pose = overrides.sensor_pose.value_or(parse_sensor_pose(value));
+			else if (name == "sweep-time")
+				overrides.sweep = overrides.sweep.value_or(parse_sweep_time(value));
+			else if (name == "range-factor")
+				overrides.range_factor = overrides.range_factor.value_or(parse_range_factor(value));
+			else if (name == "beam-angles")
+				overrides.beam_angles = overrides.beam_angles.value_or(parse_beam_angles(value));
+			else if (name == "min-range")
+				overrides.min_range = overrides.min_range.value_or(parse_range_factor(value));
+			else if (name == "mirrored-odometry")
+				overrides.is_odometry_mirrored = true;
+			else if (name == "odometry-clock")
+				overrides.odometry_clock = parse_finite_number(value);
+			else
+				refuse_value(name, "is no line of a calibration; write it by --calibrate");
+		}
+		catch (const std::invalid_argument& error)
+		{
+			throw UserError(kWrongUse, file, error.what());
+		}
+	}
+}
+
 /// Enters the options that are understood together with another one. \throws UserError (kWrongUse) if that is missing
 void add_dependent(CommandLine& command, const Dependent& dependent)
 {
@@ -296,6 +360,11 @@ void add_dependent(CommandLine& command, const Dependent& dependent)
 	}
 	if (dependent.motion && !command.search.fuse) wrong("--motion", "only goes with --fuse");
 	command.search.motion = dependent.motion.value_or(command.search.motion);
+	if (!dependent.calibration.empty()) read_calibration(dependent.calibration, command.log.overrides);
+	if (command.output.calibrate && command.output.diagnose)
+		wrong("--calibrate", "and --diagnose are two questions; leave one out");
+	if (command.output.calibrate && command.log.is_as_told)
+		wrong("--calibrate", "asks what --as-told does not want to know; leave one out");
 	if (!command.log.check.empty() && command.output.diagnose)
 		wrong("--check", "judges a tracker while frames are localized, which --diagnose does not; leave one out");
 	if (dependent.watch && command.log.check.empty()) wrong("--watch", "only goes with --check");

@@ -53,6 +53,7 @@ struct LogRequest
 	const char* label_option = "--sensor-label";  //!< that gives the label, as messages name it
 	bool merge_lasers = false;                    //!< whether the other lasers' scans are used, too
 	logs::Overrides overrides;                    //!< they are about that laser
+	bool is_as_told = false;                      //!< whether messages are believed that the drive contradicts
 	std::optional<ros::HeightBand> cloud_height;  //!< of the points that make scans; without a value, no clouds
 	FrameRange frames;
 	bool follow = false;       //!< whether the log is a file that grows
@@ -91,6 +92,7 @@ struct OutputRequest
 	bool rawlog_copy = true;   //!< whether localized.rawlog is written
 	bool stream = false;       //!< whether a line for each frame is printed
 	bool diagnose = false;     //!< whether only mistakes are looked for
+	bool calibrate = false;    //!< whether it is only said what the drive shows of the laser
 	bool quiet = false;
 };
 

@@ -16,7 +16,6 @@
 #include "cli/console.h"
 #include "diagnosis/doubtful_fields.h"
 #include "diagnosis/mistakes.h"
-#include "diagnosis/sweeps.h"
 #include "diagnosis/trials.h"
 #include "evaluation/accuracy.h"
 #include "evaluation/ground_truth.h"
@@ -401,7 +400,6 @@ Diagnosis diagnose(
 	if (diagnosis.advice.empty() && diagnosis.fit + far_more(diagnosis.tried) <= diagnosis.tried)
 		add(advice_by_changed_map(tester, command.map, diagnosis.fit));
 	if (diagnosis.advice.empty() && other_angles) add(advice_by_angles(tester, as_it_is, *other_angles));
-	if (diagnosis.advice.empty()) add(advice_by_sweep(log, samples, overrides, command.search, localizer));
 	if (diagnosis.advice.empty())
 		add(advice_by_scale(
 		    tester, as_it_is, overrides.range_factor.value_or(1),

@@ -74,6 +74,7 @@ void check_method(Method method, const CommandLine& command)
 	if (command.search.track) refuse("--track", "uses one scan at a time");
 	if (!command.search.query.prior.anywhere()) refuse("--region", "searches everywhere");
 	if (command.output.diagnose) refuse("--diagnose", "never says that a scan does not fit");
+	if (command.output.calibrate) refuse("--calibrate", "gives no poses that are finer than a cell");
 	if (command.search.query.time_budget > 0) refuse("--time-budget", "refines no candidate");
 }
 

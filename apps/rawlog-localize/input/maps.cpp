@@ -23,6 +23,7 @@ void check_atlas(const CommandLine& command)
 		refuse("--region", "give a map its 'region' in the yaml file of the atlas");
 	if (command.map.image) refuse("--resolution", "describe each image by a map_server yaml");
 	if (command.output.diagnose) refuse("--diagnose", "name the map that the scans should fit to");
+	if (command.output.calibrate) refuse("--calibrate", "name the map that the robot drives through");
 	if (!command.log.ground_truth.empty()) refuse("--ground-truth", "its poses do not tell their map");
 	if (!command.log.check.empty()) refuse("--check", "its poses do not tell their map");
 	if (!command.output.save_map.empty()) refuse("--save-map", "name one map");

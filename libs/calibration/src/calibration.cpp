@@ -24,19 +24,20 @@ struct Scale
 	double before;   //!< standard deviation before the drive
 	double told;     //!< standard deviation below which the drive tells it
 	double matters;  //!< least difference from the messages that is worth a change
+	double rare;     //!< [nat] by which messages are wrong about it more rarely than about others
 };
 constexpr double kDegree = M_PI / 180;
 // Units of Unknown. Differences that matter are above what recorded drives show of errors of maps and wheels.
 constexpr std::array<Scale, kUnknowns> kScales = {
-    {{M_PI, 3 * kDegree, 2 * kDegree},
-     {0.3, 0.05, 0.1},
-     {0.3, 0.05, 0.1},
-     {0.15, 0.03, 0.03},
-     {0.15, 0.03, 0.03},
-     {0.05, 0.01, 0.004},
-     {0.05, 0.01, 0.02},
-     {0.2, 0.1, HUGE_VAL},
-     {0.2, 0.1, HUGE_VAL}}};
+    {{M_PI, 3 * kDegree, 3 * kDegree, 0},
+     {0.3, 0.05, 0.15, 0},
+     {0.3, 0.05, 0.15, 0},
+     {0.15, 0.03, 0.04, 0},
+     {0.15, 0.03, 0.04, 0},
+     {0.05, 0.01, 0.0065, 5},
+     {0.05, 0.01, 0.03, 0},
+     {0.2, 0.1, HUGE_VAL, 0},
+     {0.2, 0.1, HUGE_VAL, 0}}};
 constexpr double kClear = 10;  // [nat] of log-odds that contradict the messages
 
 double& value_in(Reading& reading, std::size_t unknown)
@@ -201,6 +202,13 @@ class Problem
 		return sums.cost;
 	}
 
+	/// Returns whether scan k is followed by another one before odometry has gone astray.
+	bool is_motion(std::size_t k) const
+	{
+		constexpr double kLongest = 5;  // [s]
+		return k + 1 < scans_.size() && scans_[k + 1].time - scans_[k].time < kLongest;
+	}
+
 	/// Returns by how many standard deviations motion k between scans, as found, differs from that of the odometry:
 	/// along the way of the robot, across it, and in its turn. No value where there is no odometry.
 	/// \param of_poses [m] [rad] error of the poses, beside that of the odometry
@@ -355,6 +363,7 @@ class Problem
 	{
 		constexpr int kColumns = 6 + 7;
 		constexpr double kBound = 4, kStep = 1e-5;  // [standard deviations], of all units
+		if (!is_motion(k)) return;
 		constexpr std::array<Unknown, 7> kOfMotion = {kYaw, kX, kY, kFirstBeam, kDuration, kWayScale, kTurnScale};
 		const auto error = motion_error(state.reading, state.lasers[k], state.lasers[k + 1], k);
 		if (!error)
@@ -425,6 +434,7 @@ std::pair<double, double> motion_costs(const Problem& problem, const State& stat
 	double all = 0, turns = 0;
 	for (std::size_t k = 0; k + 1 < problem.scans(); k++)
 	{
+		if (!problem.is_motion(k)) continue;
 		const auto error = problem.motion_error(state.reading, state.lasers[k], state.lasers[k + 1], k, kOfPoses);
 		const double none = 0.5 * kBound * kBound;
 		turns += error ? robust(error->z() * error->z(), kBound).first : none;
@@ -494,6 +504,7 @@ void learn_noise(Problem& problem, const State& state)
 	std::vector<double> ways, turns;
 	for (std::size_t k = 0; k + 1 < problem.scans(); k++)
 	{
+		if (!problem.is_motion(k)) continue;
 		const auto error = problem.motion_error(state.reading, state.lasers[k], state.lasers[k + 1], k);
 		if (!error) continue;
 		ways.push_back(error->head<2>().norm());
@@ -584,7 +595,7 @@ class Choice
 		const auto [change, deviation] = change_of(i, changed);
 		if (std::abs(change) < kScales[i].matters) return -HUGE_VAL;
 		const double z = change / deviation;
-		return 0.5 * z * z - std::log(kScales[i].before / deviation);
+		return 0.5 * z * z - std::log(kScales[i].before / deviation) - kScales[i].rare;
 	}
 
 	/// Returns the change of unknown `i`, and its standard deviation, if only it and those in `changed` may change.
@@ -608,6 +619,15 @@ class Choice
 	const Eigen::Matrix<double, kUnknowns, 1>& differences_;
 };
 
+/// Returns whether the odometry tells how the robot moved during a scan.
+bool is_dense(const std::vector<TimedPose>& odometry)
+{
+	constexpr double kWidest = 0.25;  // [s]
+	std::vector<double> steps;
+	for (std::size_t i = 1; i < odometry.size(); i++) steps.push_back(odometry[i].time - odometry[i - 1].time);
+	return !steps.empty() && median_of(steps) < kWidest;
+}
+
 Residuals residuals_of(Problem& problem, const State& state)
 {
 	Residuals residuals;
@@ -617,7 +637,7 @@ Residuals residuals_of(Problem& problem, const State& state)
 		for (const Problem::Point& point : problem.points(state.reading, k))
 			distances.push_back(std::abs(problem.wall_at(state.lasers[k], point.at).value - state.offset));
 		residuals.walls_of_scans.push_back(median_of(distances));
-		const auto off = k + 1 < problem.scans() ? problem.motion_off(state, k) : std::nullopt;
+		const auto off = problem.is_motion(k) ? problem.motion_off(state, k) : std::nullopt;
 		if (!off) continue;
 		residuals.ways.push_back(std::hypot(off->x, off->y));
 		residuals.turns.push_back(std::abs(wrapToPi(off->phi)));
@@ -631,9 +651,11 @@ Residuals residuals_of(Problem& problem, const State& state)
 
 Calibration calibrate(
     const Grid& map, const Reading& told, const std::vector<FoundScan>& scans, const std::vector<TimedPose>& odometry,
-    const std::vector<double>& clocks)
+    const Known& given, const std::vector<double>& clocks)
 {
-	constexpr std::size_t kFewest = 6;  // [-] scans
+	constexpr std::size_t kFewest = 6;                         // [-] scans
+	constexpr double kMostWay = 0.2, kMostTurn = 5 * kDegree;  // [m], [rad] medians of motions that wheels measured
+	constexpr double kWheels = 0.1, kMostError = 2, kLeastYaw = 10 * kDegree;  // [-], [-] of Noise, [rad]
 	constexpr int kSteps = 15;
 	Calibration result;
 	result.told = result.shown = told;
@@ -641,12 +663,15 @@ Calibration calibrate(
 	for (std::size_t i = 0; i < kUnknowns; i++)
 		result.findings[i].told = result.findings[i].estimate = value_of(told, static_cast<Unknown>(i));
 	if (scans.size() < kFewest) return result;
+	Known known = given;
+	if (!is_dense(odometry))
+		known[kFirstBeam] = known[kDuration] = true;  // nothing tells how the robot moved meanwhile
 	const Track track(odometry);
 	Problem problem(map, told, scans, track);
 	std::array<bool, kUnknowns> changed{};
 	changed[kWayScale] = changed[kTurnScale] = true;  // which no message tells
 
-	problem.is_free.fill(true);
+	for (std::size_t i = 0; i < kUnknowns; i++) problem.is_free[i] = !known[i];
 	State all = best_fit(problem, told, clocks);
 	learn_noise(problem, all);
 	problem.improve(all, kSteps);
@@ -656,12 +681,24 @@ Calibration calibrate(
 		differences[static_cast<Eigen::Index>(i)] =
 		    difference(i, value_of(all.reading, static_cast<Unknown>(i)), value_of(told, static_cast<Unknown>(i)));
 	const Choice choice(covariance, differences);
+	// Odometry that is far off, or whose errors are far above those of wheels, has others by which a laser seems to
+	// stand elsewhere, or to be late.
+	const double error = std::max(problem.noise.way, problem.noise.turn);
+	const bool is_off = std::abs(all.reading.way_scale - 1) > kWheels || std::abs(all.reading.turn_scale - 1) > kWheels;
+	const Residuals left = residuals_of(problem, all);
+	const bool is_wild = error > 2 * kMostError || left.way > kMostWay || left.turn > kMostTurn;
+	if (is_off || error > kMostError || is_wild)
+	{
+		known[kX] = known[kY] = true;
+		known[kYaw] = known[kYaw] || is_wild || std::abs(differences[kYaw]) < kLeastYaw;
+		known[kFirstBeam] = known[kFirstBeam] || is_wild || error > kMostError;
+	}
 	for (;;)
 	{
 		std::size_t best = kUnknowns;
 		double most = kClear;
 		for (std::size_t i = 0; i < kUnknowns; i++)
-			if (const double odds = changed[i] ? -HUGE_VAL : choice.log_odds(i, changed); odds > most)
+			if (const double odds = changed[i] || known[i] ? -HUGE_VAL : choice.log_odds(i, changed); odds > most)
 				best = i, most = odds;
 		if (best == kUnknowns) break;
 		changed[best] = true;
@@ -699,7 +736,7 @@ Calibration calibrate(
 		const auto at = static_cast<Eigen::Index>(i);
 		finding.estimate = finding.told + differences[at];
 		finding.deviation = std::sqrt(covariance(at, at));
-		if (finding.verdict == Verdict::kChanged) continue;
+		if (finding.verdict == Verdict::kChanged || known[i]) continue;
 		finding.log_odds = std::max(0.0, choice.log_odds(i, changed));
 		if (finding.deviation < kScales[i].told) finding.verdict = Verdict::kAsTold;
 		for (std::size_t j = i + 1; j < kUnknowns; j++)
@@ -714,6 +751,8 @@ Calibration calibrate(
 	{
 		result.shown.odometry_clock += result.findings[kFirstBeam].estimate - told.first_beam;
 		result.shown.first_beam = told.first_beam;
+		result.findings[kFirstBeam].estimate = told.first_beam;
+		result.findings[kFirstBeam].verdict = Verdict::kAsTold;
 	}
 	return result;
 }

@@ -99,6 +99,7 @@ class OverridingReader : public LogReader
 		damage_ = reader_->damage();
 		missing_class_ = reader_->missing_class();
 		if (!object) return std::nullopt;
+		alter_odometry(*object);
 		const double middle_angle = object->middle_angle;
 		for (std::size_t i = 0; i < object->scans.size(); i++)
 		{
@@ -115,6 +116,14 @@ class OverridingReader : public LogReader
 	}
 
    private:
+	void alter_odometry(RawlogObject& object) const
+	{
+		if (object.odometry_time > 0) object.odometry_time -= std::llround(1e9 * overrides_.odometry_clock);
+		if (!overrides_.is_odometry_mirrored) return;
+		for (auto* pose : {&object.odometry, &object.increment})
+			if (*pose) *pose = mrpt::poses::CPose2D((*pose)->x(), -(*pose)->y(), -(*pose)->phi());
+	}
+
 	void alter(mrpt::obs::CObservation2DRangeScan& scan, double middle_angle) const
 	{
 		if (overrides_.sensor_pose)
@@ -124,6 +133,8 @@ class OverridingReader : public LogReader
 			for (std::size_t i = 0; i < scan.getScanSize(); i++)
 				if (scan.getScanRange(i) > 0 && scan.getScanRange(i) < scan.maxRange)
 					scan.setScanRangeValidity(i, true);
+		for (std::size_t i = 0; overrides_.min_range && i < scan.getScanSize(); i++)
+			if (static_cast<double>(scan.getScanRange(i)) < *overrides_.min_range) scan.setScanRangeValidity(i, false);
 		if (!overrides_.max_range && !overrides_.range_factor) return;
 		const float max_range = overrides_.max_range.value_or(scan.maxRange);
 		const auto factor = static_cast<float>(overrides_.range_factor.value_or(1));
@@ -319,8 +330,9 @@ bool is_answered(const ScanDoubt& doubt, const Overrides& overrides)
 std::unique_ptr<LogReader> read_log(const Log& log, const std::string& label, const Overrides& overrides)
 {
 	auto reader = log.read_for(label);
-	if (overrides.sensor_pose || overrides.max_range || overrides.range_factor || overrides.sweep ||
-	    overrides.beam_angles || overrides.ignores_flags || !overrides.sweeps_of_others.empty())
+	if (overrides.sensor_pose || overrides.max_range || overrides.min_range || overrides.range_factor ||
+	    overrides.sweep || overrides.beam_angles || overrides.ignores_flags || overrides.is_odometry_mirrored ||
+	    overrides.odometry_clock != 0 || !overrides.sweeps_of_others.empty())
 		reader = std::make_unique<OverridingReader>(std::move(reader), label, overrides);
 	return with_odometry(std::move(reader), log.survey, label);
 }

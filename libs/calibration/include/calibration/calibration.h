@@ -119,11 +119,14 @@ struct Calibration
 	bool is_changed() const;
 };
 
+/// Says which unknowns are known for sure, and stay as they are told.
+using Known = std::array<bool, kUnknowns>;
+
 /// Returns what a drive shows. Deterministic; takes about as long as it takes to localize the scans.
 /// \param scans by increasing time, wherever the robot turns and drives, some tens of them
 /// \param odometry robot in the odometry's frame, by increasing time [s] by its clock
 /// \param clocks [s] by which the odometry's clock may differ from that of the scans, beside 0 and a few seconds
 Calibration calibrate(
     const Grid& map, const Reading& told, const std::vector<FoundScan>& scans, const std::vector<TimedPose>& odometry,
-    const std::vector<double>& clocks = {});
+    const Known& known = {}, const std::vector<double>& clocks = {});
 }  // namespace d2s1r::calibration

@@ -247,11 +247,14 @@ struct Overrides
 {
 	std::optional<mrpt::poses::CPose3D> sensor_pose;      //!< laser on the robot
 	std::optional<float> max_range;                       //!< [m]
+	std::optional<double> min_range;                      //!< [m] readings below that are no data
 	std::optional<double> range_factor;                   //!< [-] of all ranges in the log
 	std::optional<SweepTime> sweep;                       //!< of all scans
 	std::map<std::string, SweepTime> sweeps_of_others{};  //!< of all scans of other lasers, by their labels
 	std::optional<BeamAngles> beam_angles;                //!< of all scans
 	bool ignores_flags = false;                           //!< whether readings that are flagged invalid count
+	bool is_odometry_mirrored = false;                    //!< whether its left is right
+	double odometry_clock = 0;                            //!< [s] of its clock minus that of the scans
 };
 
 /// Returns whether the overrides give what a doubt asks for.

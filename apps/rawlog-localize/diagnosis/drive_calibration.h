@@ -1,0 +1,34 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+// What the drive of a log shows of how its laser must be read, before the scans are localized.
+#pragma once
+
+#include <calibration/calibration.h>
+#include <d2s1r/localizer.h>
+#include <logs/log.h>
+
+#include <string>
+#include <vector>
+
+#include "cli/command_line.h"
+
+namespace d2s1r::app
+{
+/// How a laser has to be read by what a drive shows.
+struct DriveCalibration
+{
+	calibration::Calibration found;
+	logs::Overrides overrides;  //!< the given ones, and what the drive contradicts of the messages
+	std::string options;        //!< of the command line that say the same; empty: nothing is contradicted
+	std::string file;           //!< the same as lines `name: value` of calibration.yaml
+	std::string line;           //!< says what was found, and how sure it is; empty: nothing is contradicted
+};
+
+/// Localizes some tens of scans, spread over the log, wherever the robot moves, and calibrates the laser by them. What
+/// the command line gives stays as it is given. It hears interrupts, and then finds nothing.
+DriveCalibration calibrate_by_drive(
+    const logs::Log& log, const logs::Sensor& sensor, const logs::Overrides& overrides, const SearchRequest& search,
+    const Localizer& localizer);
+
+/// Returns the table of what a drive shows: unknown, messages, drive, standard deviation, verdict.
+std::string table_of(const DriveCalibration& calibration);
+}  // namespace d2s1r::app
