@@ -11,15 +11,21 @@
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
+#include <chrono>
 #include <cmath>
 #include <cstdint>
+#include <filesystem>
 #include <functional>
+#include <future>
 #include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <system_error>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -102,12 +108,34 @@ struct Follower : NeedsInit
 	std::mutex mutex{};
 };
 
-/// Returns a path as the bytes that the system takes. \throws std::invalid_argument if it holds a null byte
+/// Does what takes long on a thread of its own, so that Ctrl-C is heard. The work goes on then, and must own what it
+/// uses.
+template <class Work>
+auto interruptibly(Work work)
+{
+	std::packaged_task<decltype(work())()> task(std::move(work));
+	auto done = task.get_future();
+	std::thread(std::move(task)).detach();
+	const py::gil_scoped_release release;
+	while (done.wait_for(std::chrono::milliseconds(50)) != std::future_status::ready)
+	{
+		const py::gil_scoped_acquire acquire;
+		if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+	}
+	return done.get();
+}
+
+/// Returns the path of a file or folder as the bytes that the system takes.
+/// \throws std::invalid_argument if it holds a null byte, FileNotFoundError if nothing is there
 std::string path_of(const py::object& path)
 {
 	const auto bytes = py::module_::import("os").attr("fsencode")(path).cast<std::string>();
 	if (bytes.find('\0') != std::string::npos) throw std::invalid_argument("a path holds a null byte; correct it");
-	return bytes;
+	std::error_code error;
+	if (std::filesystem::exists(bytes, error) || error) return bytes;
+	errno = ENOENT;
+	PyErr_SetFromErrnoWithFilenameObject(PyExc_OSError, path.ptr());
+	throw py::error_already_set();
 }
 
 /// Returns a text of the library, which may hold the bytes of a file's name, as Python writes such names.
@@ -185,6 +213,20 @@ py::array_t<float> cells_of(const Map& map)
 	for (int y = 0; y < grid.height; y++)
 		for (int x = 0; x < grid.width; x++) cell(y, x) = 1 - grid.p_free(x, y);
 	return cells;
+}
+
+std::array<double, 2> origin_of(const Map& map)
+{
+	return {map.grid->getXMin(), map.grid->getYMin()};
+}
+
+std::string describe_map(const Map& map)
+{
+	const COccupancyGridMap2D& grid = *map.grid;
+	const auto [x, y] = origin_of(map);
+	return mrpt::format(
+	    "<d2s1r.Map of %u x %u cells of %g m, origin (%g, %g)>", static_cast<unsigned>(grid.getSizeX()),
+	    static_cast<unsigned>(grid.getSizeY()), static_cast<double>(grid.getResolution()), x, y);
 }
 
 /// Returns parameters from an ini file, or from a dict such as {"scan.min_beams": 30}.
@@ -410,12 +452,14 @@ void bind_map(py::module_& module)
 	        "load", &load, "file"_a, "resolution"_a = py::none(), "origin"_a = py::none(),
 	        "Loads a map_server yaml, an image (with resolution [m] and origin (x, y) [m]), a .simplemap or "
 	        ".gridmap.\n\n"
-	        "Raises RuntimeError that names the file and what is wrong with it.")
+	        "Raises FileNotFoundError, or RuntimeError that names the file and what is wrong with it.")
 	    .def_property_readonly(
 	        "array", &cells_of, "A copy of the probabilities that cells are occupied, the row of least y first.")
 	    .def_property_readonly(
 	        "resolution", [](const Map& map) { return static_cast<double>(map.grid->cell_size); },
 	        "Side of a cell [m].")
+	    .def_property_readonly("origin", &origin_of, "(x, y) of the outer corner of cell [0, 0] in the map frame [m].")
+	    .def("__repr__", &describe_map)
 	    .def_property_readonly(
 	        "extent",
 	        [](const Map& map) {
@@ -507,9 +551,8 @@ void bind_localizer(py::module_& module)
 {
 	const auto make = [](const Map& map, const py::object& given, int threads)
 	{
-		const Parameters parameters = parameters_of(given);
-		const py::gil_scoped_release release;
-		return std::make_shared<PyLocalizer>(map.grid, parameters, threads);
+		return interruptibly([grid = map.grid, parameters = parameters_of(given), threads]
+		                     { return std::make_shared<PyLocalizer>(grid, parameters, threads); });
 	};
 	const auto answer = [](const PyLocalizer& self, const py::object& ranges, double angle_min, double angle_increment,
 	                       double max_range, const std::vector<double>& sensor_pose,
@@ -540,6 +583,14 @@ void bind_localizer(py::module_& module)
 	         "    time_budget: time after which the answer should be there [ms]; 0 is no limit.\n")
 	            .c_str())
 	    .def(
+	        "__repr__",
+	        [](const PyLocalizer& self)
+	        {
+		        return mrpt::format(
+		            "<d2s1r.Localizer in %d x %d cells of %g m, method = %s>", self.grid().width, self.grid().height,
+		            self.grid().cell_size, to_string(self.parameters().method));
+	        })
+	    .def(
 	        "to_ini", [](const PyLocalizer& self) { return to_ini(self.parameters()); },
 	        "Returns all parameters with units and meanings as the text of an ini file.");
 }
@@ -567,9 +618,8 @@ std::shared_ptr<PyAtlas> atlas_of(const py::dict& localizers, const py::dict& re
 std::shared_ptr<PyAtlas> load_atlas_of(const py::object& file, const py::object& given)
 {
 	const auto path = path_of(file);
-	const Parameters parameters = parameters_of(given);
-	const py::gil_scoped_release release;
-	return std::make_shared<PyAtlas>(load_atlas(path, parameters));
+	return interruptibly([path, parameters = parameters_of(given)]
+	                     { return std::make_shared<PyAtlas>(load_atlas(path, parameters)); });
 }
 
 void bind_atlas(py::module_& module)

@@ -8,8 +8,10 @@ import inspect
 import math
 import os
 import pathlib
-import threading
+import signal
+import subprocess
 import sys
+import threading
 import time
 import tracemalloc
 
@@ -236,7 +238,7 @@ def test_parameters_by_dict_and_by_file(world, tmp_path):
 
 
 @pytest.mark.parametrize("error, text, call", [
-    (RuntimeError, "no.yaml", lambda localizer, made: d2s1r.Map.load("no.yaml")),
+    (FileNotFoundError, "no.yaml", lambda localizer, made: d2s1r.Map.load("no.yaml")),
     (ValueError, "1 dimensions", lambda localizer, made: d2s1r.Map([0, 1], 0.05)),
     (ValueError, "column 1 and row 0 is 7", lambda localizer, made: d2s1r.Map([[0.0, 7.0]], 0.05)),
     (ValueError, "cell of the array is 101", lambda localizer, made: d2s1r.Map([[0, 101]], 0.05)),
@@ -251,19 +253,24 @@ def test_parameters_by_dict_and_by_file(world, tmp_path):
     (ValueError, "origin", lambda localizer, made: d2s1r.Map([[0.0]], 0.05, (1e9, 0))),
     (ValueError, "scan.min_beams", lambda localizer, made: d2s1r.Localizer(made, {"scan.min_beams": 0})),
     (ValueError, "section.key", lambda localizer, made: d2s1r.Localizer(made, {"min_beams": 30})),
-    (RuntimeError, "no.ini", lambda localizer, made: d2s1r.Localizer(made, "no.ini")),
+    (FileNotFoundError, "no.ini", lambda localizer, made: d2s1r.Localizer(made, "no.ini")),
     (ValueError, "ranges has 2 dimensions", lambda localizer, made: localizer.localize([[1.0]], 0, 1, 10)),
     (ValueError, "sensor_pose has 2", lambda localizer, made: localizer.localize([1.0], 0, 1, 10, (1, 2))),
     (ValueError, "box", lambda localizer, made: localizer.localize([1.0], 0, 1, 10, region=(1, 1, 1, 1))),
     (ValueError, "time budget", lambda localizer, made: localizer.localize([1.0], 0, 1, 10, time_budget=-1)),
+    (TypeError, r"localize\(\) has no argument 'max_rang'; did you mean 'max_range'", lambda localizer, made:
+        localizer.localize([1.0], 0, 1, max_rang=10)),
+    (TypeError, r"Map.load\(\) has no argument 'scale'", lambda localizer, made: d2s1r.Map.load("no.yaml", scale=1)),
+    (TypeError, r"localize\(\) does not take these arguments; it takes ranges, angle_min", lambda localizer, made:
+        localizer.localize([1.0], "left", 1, 10)),
     (ValueError, "frames", lambda localizer, made: d2s1r.WindowLocalizer(localizer, 0)),
     (ValueError, "ranges does not hold numbers", lambda localizer, made: localizer.localize(["a"], 0, 1, 10)),
     (ValueError, "rename it", lambda localizer, made: d2s1r.Atlas({"a/b": localizer})),
     (ValueError, "rename it", lambda localizer, made: d2s1r.Atlas({"": localizer})),
     (TypeError, "must be a str", lambda localizer, made: d2s1r.Atlas({1: localizer})),
-    (RuntimeError, "\udcff: ", lambda localizer, made: d2s1r.Map.load(b"\xff")),
-    (RuntimeError, "\udcff", lambda localizer, made: d2s1r.Atlas.load(b"\xff.yaml")),
-    (RuntimeError, "\udcff", lambda localizer, made: d2s1r.Localizer(made, b"\xff.ini")),
+    (FileNotFoundError, "xff", lambda localizer, made: d2s1r.Map.load(b"\xff")),
+    (FileNotFoundError, "xff.yaml", lambda localizer, made: d2s1r.Atlas.load(b"\xff.yaml")),
+    (FileNotFoundError, "xff.ini", lambda localizer, made: d2s1r.Localizer(made, b"\xff.ini")),
 ])
 def test_errors_say_what_is_wrong_in_one_line(world, localizer, error, text, call):
     with pytest.raises(error, match=text) as caught:
@@ -377,3 +384,30 @@ def test_stubs_and_docstrings_cover_the_module():
                 signature = inspect.getdoc(value).splitlines()[0]
                 for argument in arguments.args + arguments.kwonlyargs:
                     assert argument.arg in signature
+
+
+def test_maps_and_localizers_say_what_they_are(world, localizer):
+    made = d2s1r.Map(np.zeros((20, 30)), 0.1, origin=(1, -2))
+    assert repr(made) == "<d2s1r.Map of 30 x 20 cells of 0.1 m, origin (1, -2)>"
+    assert tuple(made.origin) == pytest.approx((1, -2))
+    assert repr(localizer).startswith("<d2s1r.Localizer in ") and repr(localizer).endswith("method = default>")
+
+
+def test_an_interrupt_is_heard_while_an_index_is_built():
+    program = """
+import numpy as np, d2s1r
+cells = np.zeros((4000, 4000), bool)
+cells[::40, ::3] = True
+made = d2s1r.Map(cells, 0.05)
+print("ready", flush=True)
+try:
+    d2s1r.Localizer(made)
+    print("built")
+except KeyboardInterrupt:
+    print("interrupted", flush=True)
+"""
+    with subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout.readline() == "ready\n"
+        time.sleep(0.2)
+        process.send_signal(signal.SIGINT)
+        assert process.stdout.readline() == "interrupted\n"

@@ -230,7 +230,9 @@ TEST(Layout, EveryNameAtTheTopHasAPurpose)
 	    "dependencies.txt",
 	    "experiments",
 	    "package.xml",
+	    "pyproject.toml",
 	    "scripts",
+	    "setup.py",
 	    "test.sh"};
 	const std::string build = text_of(project / "CMakeLists.txt");
 	for (const std::string& name : at_the_top)
