@@ -622,7 +622,14 @@ function select(f) {
   selected = f;
   place = 0;
   scrollsToSelected = true;
+  location.replace(f < 0 ? '#' : '#frame=' + run.index[f]);  // so that a link leads to the frame
   redraw();
+}
+
+// The frame that the address names; -1 if it names none.
+function linkedFrame() {
+  const named = /^#frame=(\d+)$/.exec(location.hash);
+  return named ? run.index.indexOf(+named[1]) : -1;
 }
 
 function step(by) {
@@ -745,7 +752,9 @@ async function start() {
   Object.assign(canvasSize, {width: $('map').clientWidth, height: $('map').clientHeight});
   fit();
   applyFilters();
-  if (shown.length > 0) select(shown[0]);
+  const linked = linkedFrame();
+  if (linked >= 0 || shown.length > 0) select(linked >= 0 ? linked : shown[0]);
+  addEventListener('hashchange', () => linkedFrame() >= 0 && linkedFrame() !== selected && select(linkedFrame()));
   requestAnimationFrame(() => requestAnimationFrame(() => document.body.dataset.ready = 'yes'));
 }
 
