@@ -18,7 +18,7 @@ while read -r package purpose _; do
   status=$(dpkg-query --show --showformat='${Status}' "$package" 2>/dev/null || true)
   [ "$status" = 'install ok installed' ] || missing+=("$package")
 done <"$list"
-[ ${#missing[@]} -gt 0 ] || exit 0
+[ ${#missing[@]} -gt 0 ] || { echo "Nothing is missing."; exit 0; }
 
 as_root=()
 if [ "$(id -u)" -ne 0 ]; then

@@ -38,9 +38,10 @@ if [ -d /usr/include/mrpt/slam ]; then
 	poses=$("$folder/filter/own_filter" "$office.yaml" "$office.rawlog")
 	[ "$(wc -l <<<"$poses")" = "$(wc -l <"${office}_truth.txt")" ]
 	[[ ${poses##*$'\n'} =~ \(17\.[3-5][0-9]*,3\.[01][0-9]*,-4[12]\. ]]
-	for log in no.rawlog "$office.yaml" "${demo[1]}"; do
+	[ "$("$folder/filter/own_filter" "${demo[0]}" "${demo[1]}" | wc -l)" -gt 30 ]  # of actions and frames
+	for log in no.rawlog "$office.yaml"; do
 		if refusal=$("$folder/filter/own_filter" "$office.yaml" "$log" 2>&1); then exit 1; fi
-		[[ ${refusal##*$'\n'} =~ ^"$log: "(cannot be read|holds actions) ]]  # MRPT may speak before
+		[[ ${refusal##*$'\n'} =~ ^"$log: "cannot be read ]]  # MRPT may speak before
 	done
 fi
 

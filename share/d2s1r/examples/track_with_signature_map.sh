@@ -5,9 +5,9 @@
 #
 #   track_with_signature_map.sh OUT_DIR MODULE.so [MAP] [RAWLOG]
 #
-# MODULE.so is libd2s1r-pf-init.so: build/release/apps/rawlog-localize/ or lib/.../d2s1r/ of the installed tree.
 set -eu
-usage='usage: track_with_signature_map.sh OUT_DIR MODULE.so [MAP] [RAWLOG]'
+usage='usage: track_with_signature_map.sh OUT_DIR MODULE.so [MAP] [RAWLOG]
+MODULE.so is libd2s1r-pf-init.so: /usr/lib/*/d2s1r/ of the packages, or build/release/apps/rawlog-localize/'
 out=${1:?$usage}
 module=${2:?$usage}
 datasets=/usr/share/mrpt/datasets

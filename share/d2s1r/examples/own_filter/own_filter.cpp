@@ -13,10 +13,19 @@
 #include <mrpt/slam/CMonteCarloLocalization2D.h>
 
 #include <iostream>
+#include <vector>
 
 using namespace mrpt::obs;
 
-CRawlog load_observations(const std::string& file)
+/// A scan, and where the odometry was then.
+struct LoggedScan
+{
+	CObservation2DRangeScan::Ptr scan;
+	mrpt::poses::CPose2D odometry;
+};
+
+/// Reads both kinds of rawlogs: observations, or actions and sensory frames.
+std::vector<LoggedScan> load_scans(const std::string& file)
 {
 	CRawlog log;
 	bool is_read = false;
@@ -28,31 +37,38 @@ CRawlog load_observations(const std::string& file)
 	{
 	}
 	if (!is_read || log.size() == 0) throw std::runtime_error(file + ": cannot be read as a rawlog");
+	std::vector<LoggedScan> scans;
+	mrpt::poses::CPose2D odometry;
+	const auto add = [&](const CObservation::Ptr& observation)
+	{
+		if (const auto wheels = std::dynamic_pointer_cast<CObservationOdometry>(observation))
+			odometry = wheels->odometry;
+		if (const auto scan = std::dynamic_pointer_cast<CObservation2DRangeScan>(observation))
+			scans.push_back({scan, odometry});
+	};
 	for (std::size_t i = 0; i < log.size(); i++)
-		if (log.getType(i) != CRawlog::etObservation)
-			throw std::runtime_error(file + ": holds actions and frames; this example reads rawlogs of observations");
-	return log;
+		if (log.getType(i) == CRawlog::etObservation)
+			add(log.getAsObservation(i));
+		else if (log.getType(i) == CRawlog::etSensoryFrame)
+			for (const CObservation::Ptr& observation : *log.getAsObservations(i)) add(observation);
+		else if (const auto motion = log.getAsAction(i)->getBestMovementEstimation())
+			odometry = odometry + motion->poseChange->getMeanVal();
+	return scans;
 }
 
 int main(int argc, char** argv)
 try
 {
-	if (argc != 3) throw std::runtime_error("usage: own_filter MAP RAWLOG (of observations)");
+	if (argc != 3) throw std::runtime_error("usage: own_filter MAP RAWLOG");
 	const auto map = d2s1r::CSignatureMap2D::Create(*d2s1r::load_map(argv[1]));
-	const CRawlog log = load_observations(argv[2]);
 
 	mrpt::slam::CMonteCarloLocalization2D filter;
 	filter.options.metricMap = map;  // its likelihood weighs the particles
 	mrpt::bayes::CParticleFilter steps;
 	bool is_seeded = false;
-	mrpt::poses::CPose2D odometry, odometry_then;
-	for (std::size_t i = 0; i < log.size(); i++)
+	mrpt::poses::CPose2D odometry_then;
+	for (const auto& [scan, odometry] : load_scans(argv[2]))
 	{
-		const CObservation::Ptr observation = log.getAsObservation(i);
-		if (const auto wheels = std::dynamic_pointer_cast<CObservationOdometry>(observation))
-			odometry = wheels->odometry;
-		const auto scan = std::dynamic_pointer_cast<CObservation2DRangeScan>(observation);
-		if (!scan) continue;
 		if (!is_seeded)
 		{
 			const d2s1r::Localization result = map->localizer().localize(d2s1r::scan_of(*scan));
