@@ -217,16 +217,15 @@ py::array_t<float> cells_of(const Map& map)
 
 std::array<double, 2> origin_of(const Map& map)
 {
-	return {map.grid->getXMin(), map.grid->getYMin()};
+	return {map.grid->origin_x, map.grid->origin_y};
 }
 
 std::string describe_map(const Map& map)
 {
-	const COccupancyGridMap2D& grid = *map.grid;
 	const auto [x, y] = origin_of(map);
 	return mrpt::format(
-	    "<d2s1r.Map of %u x %u cells of %g m, origin (%g, %g)>", static_cast<unsigned>(grid.getSizeX()),
-	    static_cast<unsigned>(grid.getSizeY()), static_cast<double>(grid.getResolution()), x, y);
+	    "<d2s1r.Map of %d x %d cells of %g m, origin (%g, %g)>", map.grid->width, map.grid->height,
+	    static_cast<double>(map.grid->cell_size), x, y);
 }
 
 /// Returns parameters from an ini file, or from a dict such as {"scan.min_beams": 30}.

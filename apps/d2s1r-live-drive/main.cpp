@@ -17,7 +17,7 @@ namespace
 using namespace d2s1r;
 using namespace d2s1r::drive;
 
-constexpr app::Usage kUsage = {
+const app::Usage kUsage = {
     "d2s1r-live-drive",
     "Usage: d2s1r-live-drive MAP SECONDS [MARKERS.json] [OPTION]...\n"
     "Drive a simulated robot of ROS 2 through a map. It publishes /map, /tf_static, /tf, /odom and /scan, and its\n"

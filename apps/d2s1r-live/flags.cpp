@@ -16,7 +16,7 @@ namespace d2s1r::live
 {
 namespace
 {
-constexpr app::Usage kUsage = {
+const app::Usage kUsage = {
     "d2s1r-live",
     "Usage: d2s1r-live [OPTION]...\n"
     "Wait for a map and for the scans of a robot that runs ROS 2, find the robot without an initial pose,\n"
@@ -42,6 +42,10 @@ void add_map_options(app::OptionGroup map, Flags& flags)
 	map.value(
 	    "-c,--config", "CONFIG.ini", "read parameters from this file; those not in the file keep their defaults",
 	    flags.config);
+	map.values(
+	    "--set", "SECTION.KEY=VALUE",
+	    "set a parameter, which wins over --config; may be given several times, as in --set scan.no_return=1",
+	    flags.parameters);
 	map.value(
 	    "--index", "FILE",
 	    "keep the index of the map in FILE, so that the next start takes a fraction of the time; not with an atlas",

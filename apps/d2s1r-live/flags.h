@@ -16,10 +16,11 @@ namespace d2s1r::live
 /// The command line of d2s1r-live. It has been checked for consistency; no file has been touched.
 struct Flags
 {
-	LiveSettings settings;  //!< without the parameters of --config
-	std::string map;        //!< file or atlas; empty: messages bring the map
-	std::string config;     //!< empty: default parameters
-	std::string index;      //!< file that keeps the index of a map; empty: none
+	LiveSettings settings;                //!< without the parameters of --config
+	std::string map;                      //!< file or atlas; empty: messages bring the map
+	std::string config;                   //!< empty: default parameters
+	std::vector<std::string> parameters;  //!< "SECTION.KEY=VALUE", which win over `config`
+	std::string index;                    //!< file that keeps the index of a map; empty: none
 	std::uint32_t domain = 0;
 	Discovery discovery;
 	Names names;                     //!< of the node and its topics

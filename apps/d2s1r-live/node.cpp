@@ -5,6 +5,7 @@
 #include <d2s1r/map_names.h>
 #include <shell/errors.h>
 #include <shell/indexed_maps.h>
+#include <shell/values.h>
 
 #include <chrono>
 #include <deque>
@@ -35,15 +36,21 @@ SteadyTime steady_now()
 	return std::chrono::steady_clock::now();
 }
 
-Parameters read_parameters(const std::string& config)
+Parameters read_parameters(const std::string& config, const std::vector<std::string>& settings)
 {
-	if (config.empty()) return {};
 	try
 	{
-		const Parameters parameters = load_parameters(config);
+		const Parameters parameters =
+		    app::with_set_options(config.empty() ? Parameters() : load_parameters(config), settings);
 		if (parameters.method != Method::kDefault)
-			throw std::invalid_argument("a running robot needs method = default; leave `method` out");
+			throw app::UserError(
+			    app::kWrongUse, config.empty() ? "--set" : config,
+			    "a running robot needs method = default; leave `method` out");
 		return parameters;
+	}
+	catch (const app::UserError&)
+	{
+		throw;
 	}
 	catch (const std::exception& e)
 	{
@@ -82,7 +89,7 @@ std::vector<app::MapSource> map_sources(const Flags& flags, const Parameters& pa
 	std::vector<app::MapSource> sources;
 	for (AtlasEntry& entry : read_atlas(flags.map))
 	{
-		const Parameters own = entry.config.empty() ? parameters : read_parameters(entry.config);
+		const Parameters own = entry.config.empty() ? parameters : read_parameters(entry.config, flags.parameters);
 		sources.push_back({std::move(entry), flags.map, {}, {}, own});
 	}
 	return sources;
@@ -568,7 +575,8 @@ app::ExitStatus serve(
 	for (const std::string& note : flags.notes)
 		if (!flags.quiet) say(printable(note));
 	if (!flags.index.empty()) app::check_index_file(flags.index);
-	auto reading = on_a_thread<Parameters>([config = flags.config] { return read_parameters(config); });
+	auto reading = on_a_thread<Parameters>([config = flags.config, settings = flags.parameters]
+	                                       { return read_parameters(config, settings); });
 	while (reading.wait_for(std::chrono::milliseconds(20)) != std::future_status::ready)
 		if (stop()) return app::kDone;
 	const Parameters parameters = reading.get();

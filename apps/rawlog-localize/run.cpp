@@ -346,7 +346,7 @@ ExitStatus run(const CommandLine& command, Console& console)
 	check_not_swapped(command);
 	auto sources = command.only_writes_config() ? std::vector<MapSource>() : map_sources(command);
 	check_files_apart(command, sources);
-	const Parameters parameters = read_parameters(command.search.config);
+	const Parameters parameters = read_parameters(command.search.config, command.search.settings);
 	check_method(parameters.method, command);
 	if (command.only_writes_config())
 	{

@@ -105,6 +105,18 @@ TEST_F(AppAtlas, FilesOfAFolderThatAreNoMapsAreNamed)
 	    << result.err;
 }
 
+TEST_F(AppAtlas, ANameDoesNotBecomeAFormulaInASpreadsheet)
+{
+	std::filesystem::remove(path("maps/atlas.yaml"));
+	std::filesystem::rename(path("maps/flat.gridmap.gz"), path("maps/=1+1.gridmap.gz"));
+	localize({"-m", path("maps")});
+	for (const char* table : {"out/frames.csv", "out/hypotheses.csv"})
+	{
+		EXPECT_NE(read_file(path(table)).find(",'=1+1\n"), std::string::npos) << table;
+		EXPECT_EQ(read_file(path(table)).find(",=1+1"), std::string::npos) << table;
+	}
+}
+
 TEST_F(AppAtlas, NamesOfMapsMayHoldAnyBytes)
 {
 	std::filesystem::remove(path("maps/atlas.yaml"));

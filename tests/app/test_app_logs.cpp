@@ -71,6 +71,8 @@ TEST_F(AppLogs, BagsOfRos2)
 	write_file(path("folder/metadata.yaml"), "rosbag2_bagfile_information:\n  relative_file_paths: [walk_0.mcap]\n");
 	expect_walk("folder", {"-q"});
 	EXPECT_EQ(read_file(path("out/trajectory.tum")), frames);
+	expect_refusal(
+	    words("folder/metadata.yaml"), 2, {"describes the bag in its folder; name the folder, " + path("folder")});
 #ifdef D2S1R_SQLITE
 	save_sqlite_bag(path("walk.db3"), ros_walk(Wire::kCdr));
 	expect_walk("walk.db3");

@@ -152,7 +152,7 @@ TEST_F(AppRun, GroundTruthOfFourOrSevenColumnsGivesTheSameAccuracy)
 	{
 		const auto result = run(words("out", {"--ground-truth", path(truth)}));
 		EXPECT_EQ(result.status, 0) << result.err;
-		const auto start = result.out.find("success"), end = result.out.find("written");
+		const auto start = result.out.find("success"), end = result.out.find("first pose");
 		return start < end ? result.out.substr(start, end - start) : "no accuracy in " + result.out;
 	};
 	const std::string four = accuracy("four.txt");
@@ -160,6 +160,19 @@ TEST_F(AppRun, GroundTruthOfFourOrSevenColumnsGivesTheSameAccuracy)
 	EXPECT_NE(four.find("0.2 m, 5 deg: 12 of 12 frames"), std::string::npos) << four;
 	EXPECT_NE(four.find("error"), std::string::npos) << four;
 	EXPECT_EQ(accuracy("seven.txt"), four);
+}
+
+TEST_F(AppRun, ItEndsWithTheFirstPoseAndHowToLookAtTheResults)
+{
+	save(observation_log(), path("in.rawlog"));
+	const auto result = run(words("out of it", {}));
+	ASSERT_EQ(result.status, 0) << result.err;
+	const auto lines = lines_of(result.out);
+	ASSERT_GE(lines.size(), 3U);
+	EXPECT_EQ(lines[lines.size() - 3].rfind("first pose  x ", 0), 0U) << result.out;
+	EXPECT_EQ(
+	    lines[lines.size() - 2].rfind("written     " + path("out of it") + ": frames.csv hypotheses.csv ", 0), 0U);
+	EXPECT_EQ(lines.back(), "to look     xdg-open '" + path("out of it") + "/report.html'");
 }
 
 TEST_F(AppRun, WrongPosesAndLinesWithoutAFrameAreCounted)

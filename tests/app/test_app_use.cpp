@@ -69,6 +69,21 @@ TEST_F(AppUse, HelpNamesEveryOptionAndExitStatus)
 		EXPECT_NE(result.out.find(option), std::string::npos) << option;
 }
 
+TEST_F(AppUse, SetWinsOverTheConfiguration)
+{
+	write_file(path("c.ini"), "[scan]\nno_return = 0.5\nmin_beams = 7\n");
+	const auto result = run(
+	    {"--write-config", path("all.ini"), "-c", path("c.ini"), "--set", "scan.no_return=1", "--set",
+	     "filter.particles=100"});
+	EXPECT_EQ(result.status, 0) << result.err;
+	const std::string all = read_file(path("all.ini"));
+	for (const char* line : {"\nno_return = 1 ", "\nmin_beams = 7 ", "\nparticles = 100 "})
+		EXPECT_NE(all.find(line), std::string::npos) << line;
+	expect_refusal(
+	    {"--write-config", path("all.ini"), "--set", "scan.no_retrun=1"}, 1,
+	    {"--set: ", "did you mean scan.no_return?"});
+}
+
 TEST_F(AppUse, VersionIsThatOfTheProject)
 {
 	const auto result = run({"--version"});

@@ -18,7 +18,7 @@ namespace d2s1r::app
 {
 namespace
 {
-constexpr Usage kUsage = {
+const Usage kUsage = {
     "rawlog-localize",
     "Usage: rawlog-localize -m MAP -i LOG -o OUT_DIR [OPTION]...\n"
     "       rawlog-localize -m MAP -i LOG --stream [OPTION]...\n"
@@ -40,7 +40,8 @@ constexpr Usage kUsage = {
     "  rawlog-localize -m office.yaml -i drive.rawlog -o results --window 10\n\n"
     "Exit status: 0 done, 1 wrong use or configuration, 2 an input cannot be read or used, 3 an output\n"
     "cannot be written, 130 interrupted (the finished frames are on disk).",
-    "; write -m MAP -i LOG -o OUT_DIR"};
+    "; write -m MAP -i LOG -o OUT_DIR",
+    {{"--bag", "--input"}, {"--log", "--input"}, {"--rawlog", "--input"}, {"--parameters", "--config"}}};
 
 [[noreturn]] void wrong(const std::string& option, const std::string& what)
 {
@@ -80,6 +81,10 @@ void add_inputs(OptionGroup input, CommandLine& command, Dependent& dependent)
 	input.value(
 	    "-c,--config", "CONFIG.ini", "read parameters from this file; those not in the file keep their defaults",
 	    command.search.config);
+	input.values(
+	    "--set", "SECTION.KEY=VALUE",
+	    "set a parameter, which wins over --config; may be given several times, as in --set scan.no_return=1",
+	    command.search.settings);
 	input.value(
 	    "--ground-truth", "GT.txt",
 	    "compare the results with these true poses. Each line is 'time x y phi', 'time x y z yaw pitch roll' or a line "

@@ -72,6 +72,7 @@ struct LogRequest
 struct SearchRequest
 {
 	std::string config;                         //!< empty: default parameters
+	std::vector<std::string> settings;          //!< "SECTION.KEY=VALUE", which win over it
 	int threads = 1;                            //!< [-] that localize scans, and that build the index of method = paper
 	std::optional<int> window;                  //!< [-] scans that are used jointly; without a value, each on its own
 	Query query = {{}, 0, interrupted};         //!< the same for every scan

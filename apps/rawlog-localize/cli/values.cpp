@@ -22,6 +22,9 @@ FrameRange parse_frames(const std::string& text)
 	if (!parts[1].empty()) frames.past = parse_whole_number(parts[1], 0);
 	if (parts.size() > 2) frames.step = parse_whole_number(parts[2], 1);
 	if (frames.first >= frames.past) refuse_value(text, "holds no frame; A must be below B");
+	constexpr std::size_t kMostFrames = std::size_t{1} << 48;  // [-] more than any log holds
+	if (frames.step > kMostFrames || (!parts[1].empty() && frames.past > kMostFrames))
+		refuse_value(text, "is beyond any log; leave out B for all frames, and give a STEP of at most 2^48");
 	return frames;
 }
 

@@ -7,6 +7,7 @@
 #include <mrpt/system/os.h>
 #include <mrpt/system/string_utils.h>
 #include <shell/errors.h>
+#include <shell/values.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -49,11 +50,12 @@ void load_fusion_module()
 }
 }  // namespace
 
-Parameters read_parameters(const std::string& file)
+Parameters read_parameters(const std::string& file, const std::vector<std::string>& settings)
 {
 	try
 	{
-		return file.empty() ? Parameters() : read_interruptibly(file, [file] { return load_parameters(file); });
+		const auto load = [file] { return load_parameters(file); };
+		return with_set_options(file.empty() ? Parameters() : read_interruptibly(file, load), settings);
 	}
 	catch (const UserError&)
 	{

@@ -14,7 +14,7 @@ namespace d2s1r::app
 /// Returns the parameters: the values of the configuration file, where it has any, and else the defaults.
 /// \param file empty: the defaults
 /// \throws UserError (kWrongUse) if the file is wrong; (kInterrupted)
-Parameters read_parameters(const std::string& file);
+Parameters read_parameters(const std::string& file, const std::vector<std::string>& settings);
 
 /// Checks that the method can do what the command line asks for. \throws UserError (kWrongUse) if it cannot
 void check_method(Method method, const CommandLine& command);

@@ -103,7 +103,8 @@ void set_parameters(std::vector<MapSource>& sources, const Parameters& parameter
 {
 	for (MapSource& source : sources)
 	{
-		source.parameters = source.entry.config.empty() ? parameters : read_parameters(source.entry.config);
+		source.parameters =
+		    source.entry.config.empty() ? parameters : read_parameters(source.entry.config, command.search.settings);
 		check_method(source.parameters.method, command);
 	}
 }

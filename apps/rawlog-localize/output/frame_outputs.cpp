@@ -28,9 +28,12 @@ constexpr const char* kCheckHeading =
     "frame,timestamp,verdict,tracker_x,tracker_y,tracker_phi,distance,turn,agreement,consistent,away\n";
 constexpr const char* kHypothesisHeading = "frame,rank,x,y,phi,probability,std_x,std_y,std_phi,map\n";
 
-/// Returns a text as a field of a CSV file, in quotes if it holds a separator.
-std::string csv_field(const std::string& text)
+/// Returns a text as a field of a CSV file, in quotes if it holds a separator. Names are of anybody: one that a
+/// spreadsheet would take for a formula gets an apostrophe in front.
+std::string csv_field(const std::string& given)
 {
+	const bool is_formula = !given.empty() && std::string("=+-@\t\r").find(given.front()) != std::string::npos;
+	const std::string text = is_formula ? "'" + given : given;
 	if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
 	std::string field = "\"";
 	for (const char c : text) field += c == '"' ? "\"\"" : std::string(1, c);

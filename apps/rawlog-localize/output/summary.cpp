@@ -8,6 +8,7 @@
 #include <shell/errors.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <tuple>
 
 #include "evaluation/ground_truth.h"
@@ -134,8 +135,8 @@ void print_left_out(const LeftOutReadings& left_out, std::ostream& out)
 		out << mrpt::format(
 		    "%-12sthe program left out %.1f %% of the readings: these beams saw nothing, but most of them lie in "
 		    "narrow "
-		    "gaps of a surface, so that the laser probably lost them (in %zu of %zu scans; scan.no_return = 1 uses "
-		    "them)\n",
+		    "gaps of a surface, so that the laser probably lost them (in %zu of %zu scans; --set scan.no_return=1 "
+		    "uses them)\n",
 		    "readings", share, left_out.scans_with_lost, left_out.scans);
 	if (const double share = percent(left_out.repeated, left_out.readings); share > kFew)
 		out << mrpt::format(
@@ -202,6 +203,50 @@ void print_accuracy(const RunReport& report, std::ostream& out)
 		out << mrpt::format(
 		    "%-12s%zu of %zu ground truth lines have no frame within 1 ms and do not count\n", "",
 		    report.truth_lines - report.matches.size(), report.truth_lines);
+}
+
+/// Prints where the robot was when it was localized first.
+void print_first_pose(const RunReport& report, std::ostream& out)
+{
+	for (const KeptFrame& frame : report.frames.kept())
+	{
+		if (!frame.localized()) continue;
+		out << mrpt::format(
+		    "%-12sx %.3f m, y %.3f m, yaw %.1f deg at %.3f s\n", "first pose", frame.pose.x, frame.pose.y,
+		    mrpt::RAD2DEG(frame.pose.phi), frame.timestamp);
+		return;
+	}
+}
+
+/// Returns a path as a word of a shell.
+std::string shell_word(const std::string& path)
+{
+	const char* const plain = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_./-+,:@%";
+	if (path.find_first_not_of(plain) == std::string::npos) return path;
+	std::string quoted = "'";
+	for (const char c : path) quoted += c == '\'' ? "'\\''" : std::string(1, c);
+	return quoted + "'";
+}
+
+/// Prints what was written, and how to look at it.
+void print_written(const RunReport& report, std::ostream& out)
+{
+	const std::string& folder = report.command.output.folder;
+	std::string in_folder, others;
+	for (const NamedFile& file : files_written(report.command, any_localized(report.frames.kept())))
+	{
+		std::string& names = file.in_folder ? in_folder : others;
+		names += (names.empty() ? "" : " ") +
+		         (file.in_folder ? std::filesystem::path(file.path).filename().string() : file.path);
+	}
+	if (!in_folder.empty())
+		out << mrpt::format("%-12s%s: %s\n", "written", printable(folder).c_str(), in_folder.c_str());
+	if (!others.empty())
+		out << mrpt::format("%-12s%s\n", in_folder.empty() ? "written" : "", printable(others).c_str());
+	if (!in_folder.empty())
+		out << mrpt::format(
+		    "%-12sxdg-open %s\n", "to look",
+		    shell_word((std::filesystem::path(printable(folder)) / "report.html").string()).c_str());
 }
 
 /// Returns the time [s] of the first frame by which the tracker is lost; no value if it never is.
@@ -395,11 +440,7 @@ void print_table(const RunReport& report, std::ostream& out)
 	if (report.command.search.fuse) print_fusion(report, out);
 	if (!report.command.log.check.empty()) print_tracker(report, out);
 	if (report.diagnosis) print_diagnosis(*report.diagnosis, out);
-	const char* word = "written";
-	for (const auto& file : files_written(report.command, any_localized(report.frames.kept())))
-	{
-		out << mrpt::format("%-12s%s\n", word, printable(file.path).c_str());
-		word = "";
-	}
+	print_first_pose(report, out);
+	print_written(report, out);
 }
 }  // namespace d2s1r::app

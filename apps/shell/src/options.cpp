@@ -62,6 +62,9 @@ class HelpFormatter : public CLI::Formatter
 	const std::string given = word.substr(0, word.find('='));
 	std::vector<std::string> names;
 	for (const CLI::Option* option : app.get_options()) names.push_back("--" + option->get_lnames().front());
+	for (const auto& [other, name] : usage.other_names)
+		if (given == other)
+			throw UserError(kWrongUse, given, std::string("is not an option; did you mean ") + name + "?");
 	throw UserError(kWrongUse, given, not_an_option(given, names, std::string(usage.program) + " --help"));
 }
 

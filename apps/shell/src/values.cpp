@@ -1,6 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "shell/values.h"
 
+#include <d2s1r/parameter_list.h>
 #include <mrpt/core/format.h>
 
 #include <algorithm>
@@ -8,6 +9,8 @@
 #include <cmath>
 #include <optional>
 #include <stdexcept>
+
+#include "shell/errors.h"
 
 namespace d2s1r::app
 {
@@ -87,6 +90,18 @@ ros::HeightBand parse_height_band(const std::string& text)
 	    parse_finite_number(text.substr(0, colon)), parse_finite_number(text.substr(colon + 1))};
 	if (!(band.from < band.to)) refuse_value(text, "is an empty band of heights; write the lower one first");
 	return band;
+}
+
+Parameters with_set_options(const Parameters& parameters, const std::vector<std::string>& settings)
+{
+	try
+	{
+		return with_settings(parameters, settings);
+	}
+	catch (const std::invalid_argument& error)
+	{
+		throw UserError(kWrongUse, "--set", error.what());
+	}
 }
 
 ros::SweepTime parse_sweep_time(const std::string& text)

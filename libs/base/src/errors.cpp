@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cerrno>
 #include <sstream>
 
@@ -16,16 +15,28 @@ namespace
 const std::string kMrptReport = "====";
 }
 
+namespace
+{
+/// Returns how many bytes of UTF-8 from `at` on control a terminal or the direction of the text; 0 if these are none.
+std::size_t length_of_control(const std::string& text, std::size_t at)
+{
+	const auto byte = [&](std::size_t i) -> unsigned
+	{ return i < text.size() ? static_cast<unsigned char>(text[i]) : 0U; };
+	const unsigned first = byte(at), second = byte(at + 1), third = byte(at + 2);
+	if (first < 0x20 || first == 0x7f) return 1;
+	if (first == 0xc2 && second >= 0x80 && second < 0xa0) return 2;  // U+0080 to U+009F
+	if (first == 0xd8 && second == 0x9c) return 2;                   // U+061C
+	if (first != 0xe2) return 0;
+	const bool is_mark = second == 0x80 && ((third >= 0x8e && third <= 0x8f) || (third >= 0xa8 && third <= 0xae));
+	const bool is_isolate = second == 0x81 && third >= 0xa6 && third <= 0xa9;
+	return is_mark || is_isolate ? 3 : 0;  // U+200E, U+200F, U+2028 to U+202E, U+2066 to U+2069
+}
+}  // namespace
+
 std::string printable(std::string text)
 {
 	for (std::size_t i = 0; i < text.size(); i++)
-	{
-		const auto byte = static_cast<unsigned char>(text[i]);
-		const auto next = static_cast<unsigned char>(i + 1 < text.size() ? text[i + 1] : 0);
-		const bool is_long_control = byte == 0xc2 && next >= 0x80 && next < 0xa0;  // U+0080 to U+009F in UTF-8
-		if (is_long_control) text.erase(i + 1, 1);
-		if (is_long_control || std::iscntrl(byte)) text[i] = '?';
-	}
+		if (const std::size_t length = length_of_control(text, i); length > 0) text.replace(i, length, "?");
 	return text;
 }
 

@@ -237,6 +237,15 @@ std::vector<StampedPose> read_poses_of_frame(
 }
 #endif
 
+namespace
+{
+std::string folder_of(const std::string& path)
+{
+	const std::string folder = fs::path(path).parent_path().string();
+	return folder.empty() ? "." : folder;
+}
+}  // namespace
+
 Log open_log(
     const std::string& path, const Stop& stop, const Labels& left_out,
     const std::optional<ros::HeightBand>& cloud_height)
@@ -250,6 +259,8 @@ Log open_log(
 	if (is_carmen_text(start)) return open_carmen_log(path, stop);
 	const bool is_cut_gzip = start.size() < 2 && magic.rfind("\x1f\x8b", 0) == 0;
 	if (is_rawlog(start) || is_cut_gzip) return open_rawlog(path, stop, left_out);
+	if (fs::path(path).filename() == "metadata.yaml")
+		throw LogError(path, "describes the bag in its folder; name the folder, " + folder_of(path));
 	const std::string packed = describe_packed(magic, start);
 	if (!packed.empty()) throw LogError(path, packed);
 	throw LogError(

@@ -46,6 +46,26 @@ Parameters at_limit(bool greatest)
 }
 }  // namespace
 
+TEST(Parameters, TextsSetThemOneByOne)
+{
+	const Parameters set = with_settings({}, {"scan.no_return=1", "localizer.method=paper", "scan.no_return=0.5"});
+	EXPECT_EQ(to_ini(set), to_ini(parse_parameters("[localizer]\nmethod = paper\n[scan]\nno_return = 0.5\n")));
+	for (const auto& [setting, reason] :
+	     {std::pair("no_return=1", "'no_return=1' is not of the form SECTION.KEY=VALUE"),
+	      {"scan.no_return", "is not of the form"},
+	      {"scan.no_retrun=1", "did you mean scan.no_return?"},
+	      {"scan.no_return=often", "scan.no_return"}})
+		try
+		{
+			with_settings({}, {setting});
+			ADD_FAILURE() << setting;
+		}
+		catch (const std::invalid_argument& error)
+		{
+			EXPECT_NE(std::string(error.what()).find(reason), std::string::npos) << error.what();
+		}
+}
+
 /// A field that the list lacks could not be read from an ini file, nor checked, nor told.
 TEST(Parameters, TheListHoldsEveryField)
 {

@@ -18,6 +18,14 @@ TEST(Printable, LeavesNothingThatControlsATerminal)
 	    << "U+009B and U+0085";
 }
 
+TEST(Printable, LeavesNothingThatTurnsTheDirectionOfAText)
+{
+	EXPECT_EQ(printable("a\xe2\x80\xaegpj.exe"), "a?gpj.exe") << "U+202E";
+	EXPECT_EQ(printable("\xe2\x80\x8f\xe2\x81\xa6\xe2\x80\xa8\xd8\x9c"), "????") << "U+200F, U+2066, U+2028, U+061C";
+	EXPECT_EQ(printable("\xe2\x80\x93\xe2\x81\xa5\xe2\x80"), "\xe2\x80\x93\xe2\x81\xa5\xe2\x80")
+	    << "a dash, and others";
+}
+
 TEST(Printable, KeepsTheLettersOfAllLanguages)
 {
 	for (const std::string text :

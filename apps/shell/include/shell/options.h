@@ -8,6 +8,7 @@
 #include <ostream>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace d2s1r::app
@@ -24,6 +25,8 @@ struct Usage
 	const char* usage;   //!< the start of --help
 	const char* footer;  //!< its end; may be empty
 	const char* words;   //!< what a word that stands without an option should be; may be empty
+	/// Names that other programs have for an option of this one, and its own name.
+	std::vector<std::pair<const char*, const char*>> other_names = {};
 };
 
 /// Prepares a parser, whose --help looks like that of GNU programs: "  -m, --map MAP", and the meaning beside it in

@@ -1,6 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <d2s1r/parameters.h>
 #include <d2s1r/prior.h>
 #include <ros/monitor.h>
 #include <ros/observation.h>
@@ -34,6 +35,10 @@ WatchSettings parse_watch(const std::string& text);
 
 /// "A:B" [m]
 ros::HeightBand parse_height_band(const std::string& text);
+
+/// Returns the parameters with settings "SECTION.KEY=VALUE", which win over their file.
+/// \throws UserError (kWrongUse) that names --set
+Parameters with_set_options(const Parameters& parameters, const std::vector<std::string>& settings);
 
 /// "S" or "S,FIRST" [s]
 ros::SweepTime parse_sweep_time(const std::string& text);

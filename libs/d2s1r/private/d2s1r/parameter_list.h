@@ -5,6 +5,9 @@
 
 #include <d2s1r/parameters.h>
 
+#include <string>
+#include <vector>
+
 namespace d2s1r
 {
 // Each function calls `visit(key, value, least, greatest, unit_and_meaning)` for the parameters of one section;
@@ -261,4 +264,8 @@ void visit_likelihood(P& p, const Visitor& visit)
 	    "independent_beams", p.independent_beams, 0.1, 1e5,
 	    "[-] beams that a scan is worth: neighbours see the same object");
 }
+
+/// Returns parameters of which some are set by texts "section.key=value".
+/// \throws std::invalid_argument naming section and key if one is unknown, its value is not usable, or two do not agree
+Parameters with_settings(Parameters parameters, const std::vector<std::string>& settings);
 }  // namespace d2s1r

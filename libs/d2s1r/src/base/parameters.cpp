@@ -107,6 +107,20 @@ Parameters parse_parameters(const std::string& ini_text, const std::string& name
 	return parameters;
 }
 
+Parameters with_settings(Parameters parameters, const std::vector<std::string>& settings)
+{
+	for (const std::string& setting : settings)
+	{
+		const auto equals = setting.find('='), dot = setting.find('.');
+		if (equals == std::string::npos || dot > equals)
+			throw std::invalid_argument("'" + excerpt(setting) + "' is not of the form SECTION.KEY=VALUE");
+		set_parameter(
+		    parameters, setting.substr(0, dot), setting.substr(dot + 1, equals - dot - 1), setting.substr(equals + 1));
+	}
+	check(parameters);
+	return parameters;
+}
+
 Parameters load_parameters(const std::string& ini_file)
 {
 	constexpr std::size_t kLongestFile = 1 << 20;  // [byte] a hundred times what to_ini() writes

@@ -1,12 +1,12 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include <gtest/gtest.h>
+#include <shell/errors.h>
 
 #include <sstream>
 #include <utility>
 #include <vector>
 
 #include "cli/command_line.h"
-#include <shell/errors.h>
 
 using namespace d2s1r;
 using namespace d2s1r::app;
@@ -122,13 +122,26 @@ TEST(CommandLine, AWindowOfOneScanIsNoWindow)
 	EXPECT_EQ(complete({"--window", "10"}).search.window, 10);
 }
 
+TEST(CommandLine, FramesBeyondAnyLogAreRefusedForThat)
+{
+	for (const char* frames : {"0:18446744073709551615:18446744073709551615", "0::18446744073709551615"})
+		EXPECT_NE(refusal({"--frames", frames}, complete).find("is beyond any log"), std::string::npos) << frames;
+}
+
+TEST(CommandLine, ParametersAreSetOneByOne)
+{
+	EXPECT_EQ(
+	    complete({"--set", "scan.no_return=1", "--set=scan.min_beams=5"}).search.settings,
+	    (std::vector<std::string>{"scan.no_return=1", "scan.min_beams=5"}));
+}
+
 TEST(CommandLine, AnEmptyValueIsRefusedExceptForALabel)
 {
 	EXPECT_EQ(complete({"--sensor-label", ""}).log.label, "");
-	for (const std::string option :
-	     {"--map", "--input", "--output", "--config", "--ground-truth", "--frames", "--threads", "--window", "--region",
-	      "--time-budget", "--seed", "--plugins", "--motion", "--save-map", "--write-config", "--write-pf-ini",
-	      "--index", "--resolution", "--origin"})
+	for (const std::string option : {"--map",          "--input",        "--output",  "--config",     "--set",
+	                                 "--ground-truth", "--frames",       "--threads", "--window",     "--region",
+	                                 "--time-budget",  "--seed",         "--plugins", "--motion",     "--save-map",
+	                                 "--write-config", "--write-pf-ini", "--index",   "--resolution", "--origin"})
 		for (const std::vector<std::string>& words : {std::vector{option, std::string()}, std::vector{option + "="}})
 			EXPECT_EQ(refusal(words, parse).rfind(option + ": needs a value", 0), 0U) << refusal(words, parse);
 }
@@ -200,6 +213,7 @@ TEST(CommandLine, AMisspelledOptionIsNamedAsItMayHaveBeenMeant)
 {
 	for (const auto& [given, meant] :
 	     {std::pair("--windw", "--window"),
+	      {"--bag", "--input"},
 	      {"--thread=2", "--threads"},
 	      {"--ouptut", "--output"},
 	      {"--diag", "--diagnose"}})

@@ -24,7 +24,7 @@ class FrameLoop : public test::FolderTest
 		Console console;
 		ProgressBar progress(console, false, 0);
 		const auto reader = logs::open_log(path("in.rawlog")).read();
-		return localize_log(*reader, selection, {localizer_, {}, {}, nullptr, threads}, sink, progress);
+		return localize_log(*reader, selection, {localizer_, {}, {}, false, nullptr, threads}, sink, progress);
 	}
 
    private:
@@ -188,10 +188,10 @@ class TurningRobotOfALog : public test::FolderTest
 
 TEST_F(TurningRobotOfALog, PoseIsThatOfTheStampByTheOdometryBetweenTheBeams)
 {
-	EXPECT_GT(greatest_error({localizer_, {}, {}, nullptr, 1}, {}), 0.06);
+	EXPECT_GT(greatest_error({localizer_, {}, {}, false, nullptr, 1}, {}), 0.06);
 	for (const int threads : {1, 2})
 	{
-		Approach moved = {localizer_, {}, {}, nullptr, threads};
+		Approach moved = {localizer_, {}, {}, false, nullptr, threads};
 		EXPECT_LT(greatest_error(moved, spin_), 0.02);
 		moved.window = 3;
 		EXPECT_LT(greatest_error(moved, spin_), 0.02);
@@ -207,7 +207,7 @@ TEST_F(TurningRobotOfALog, WithoutOdometryTheStandardDeviationTellsTheMotion)
 	test::Objects scans;
 	for (const auto& object : turning_log())
 		if (std::dynamic_pointer_cast<mrpt::obs::CObservation2DRangeScan>(object)) scans.push_back(object);
-	const auto frames = frames_of(scans, {localizer_, {}, {}, nullptr, 1}, spin_);
+	const auto frames = frames_of(scans, {localizer_, {}, {}, false, nullptr, 1}, spin_);
 	ASSERT_EQ(frames.size(), 4U);
 	for (const Frame& frame : frames)
 	{
@@ -221,7 +221,7 @@ TEST_F(TurningRobotOfALog, WithoutOdometryTheStandardDeviationTellsTheMotion)
 
 TEST_F(TurningRobotOfALog, TheSinkGetsTheScanThatWasLocalized)
 {
-	frames_of(turning_log(), {localizer_, {}, {}, nullptr, 1}, spin_);
+	frames_of(turning_log(), {localizer_, {}, {}, false, nullptr, 1}, spin_);
 	ASSERT_EQ(scans_.size(), 4U);
 	const double stamp = test::kStartTime + 1;
 	test::Laser laser;
