@@ -4,7 +4,7 @@
 #include <d2s1r/map_io.h>
 
 #include "fuzz_input.h"
-#include "map/map_image.h"
+#include "map_files/map_image.h"
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
 {

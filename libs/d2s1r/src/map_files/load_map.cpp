@@ -8,8 +8,8 @@
 
 #include "base/file_text.h"
 #include "map/cell_classes.h"
-#include "map/foreign_map.h"
-#include "map/map_image.h"
+#include "map_files/foreign_map.h"
+#include "map_files/map_image.h"
 
 namespace d2s1r
 {

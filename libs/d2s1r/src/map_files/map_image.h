@@ -7,7 +7,7 @@
 
 #include <functional>
 
-#include "map/image_decoders.h"
+#include "map_files/image_decoders.h"
 
 namespace d2s1r
 {

@@ -9,7 +9,7 @@
 
 #include "base/file_text.h"
 #include "base/index_file.h"
-#include "map/map_image.h"
+#include "map_files/map_image.h"
 
 namespace d2s1r
 {

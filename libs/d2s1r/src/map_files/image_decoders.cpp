@@ -1,5 +1,5 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include "map/image_decoders.h"
+#include "map_files/image_decoders.h"
 
 #include <jpeglib.h>
 #include <png.h>

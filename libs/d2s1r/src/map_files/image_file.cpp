@@ -15,7 +15,7 @@
 #include <string_view>
 
 #include "base/file_text.h"
-#include "map/map_image.h"
+#include "map_files/map_image.h"
 
 namespace d2s1r
 {

@@ -1,5 +1,5 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include "map/foreign_map.h"
+#include "map_files/foreign_map.h"
 
 #include <d2s1r/map_stream.h>
 #include <dlfcn.h>

@@ -8,7 +8,7 @@
 #include "base/checked_value.h"
 #include "base/errors.h"
 #include "base/yaml_file.h"
-#include "map/map_image.h"
+#include "map_files/map_image.h"
 
 namespace d2s1r
 {

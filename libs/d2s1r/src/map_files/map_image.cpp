@@ -1,5 +1,5 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include "map/map_image.h"
+#include "map_files/map_image.h"
 
 #include <d2s1r/map_limits.h>
 #include <mrpt/core/format.h>

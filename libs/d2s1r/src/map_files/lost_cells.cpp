@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "map/cell_classes.h"
-#include "map/map_image.h"
+#include "map_files/map_image.h"
 
 namespace d2s1r
 {
