@@ -1,6 +1,8 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // BeamSubset: all at once, one by one, and MRPT's simulator.
 #include <benchmark/benchmark.h>
+#include <d2s1r/mrpt.h>
+#include <mrpt/obs/CObservation2DRangeScan.h>
 
 #include <random>
 
@@ -119,11 +121,11 @@ void mrpt_laser_scan_simulator(::benchmark::State& state)
 {
 	const RaySite* the = site(state);
 	if (!the) return;
-	const auto map = site_map(kSite);
+	const auto map = mrpt_grid_of(*site_map(kSite));
 	const std::vector<CellIndex> cells = some_cells(*the, 1000);
-	RangeScan scan;
+	mrpt::obs::CObservation2DRangeScan scan;
 	scan.aperture = static_cast<float>(2 * M_PI * 359 / 360);
-	scan.max_range = static_cast<float>(kMaxRange);
+	scan.maxRange = static_cast<float>(kMaxRange);
 	std::size_t i = 0;
 	for ([[maybe_unused]] auto _ : state)
 	{

@@ -11,6 +11,7 @@
 #include "app_process.h"
 #include "app_world.h"
 #include "counted_map.h"
+#include "mrpt_types.h"
 #include "test_maps.h"
 
 using namespace d2s1r::test;
@@ -74,7 +75,7 @@ class MakeSites : public AppTest
 		laser.beams = static_cast<std::size_t>(180 / degrees_per_beam);
 		laser.aperture = M_PI - degrees_per_beam * M_PI / 180;
 		const auto robot = robot_at(i);
-		auto scan = make_observation(flat(), {robot.x, robot.y, robot.phi - degrees_per_beam * M_PI / 360}, laser);
+		auto scan = make_mrpt_observation(flat(), {robot.x, robot.y, robot.phi - degrees_per_beam * M_PI / 360}, laser);
 		for (std::size_t b = 0; b < scan.getScanSize(); b++)
 			scan.setScanRange(b, std::round(100 * scan.getScanRange(b)) / 100);
 		return scan;

@@ -4,6 +4,7 @@
 #include <mrpt/poses/CPose2D.h>
 
 #include "flirt.h"
+#include "mrpt_types.h"
 #include "test_floor.h"
 
 using namespace d2s1r::test;
@@ -150,14 +151,15 @@ TEST(Rivals, FilterConvergesFromNearAndFollows)
 {
 	const Grid map = make_floor();
 	const Grid world = world_of(map);
-	ParticleFilter filter(*make_map(map));
+	ParticleFilter filter(*test::make_mrpt_map(map));
 	mrpt::math::TPose2D robot{-1.0, 6.0, 0};
 	filter.start_near({robot.x + 0.3, robot.y + 0.3, robot.phi + 0.5}, 1);
 	mrpt::math::TPose2D pose;
 	const mrpt::poses::CPose2D motion(0.3, 0, 0);
 	for (int i = 0; i < 20; i++)
 	{
-		const auto scan = mrpt::obs::CObservation2DRangeScan::Create(make_observation(world, robot, laser_of(180)));
+		const auto scan =
+		    mrpt::obs::CObservation2DRangeScan::Create(test::make_mrpt_observation(world, robot, laser_of(180)));
 		pose = filter.step(i > 0 ? &motion : nullptr, scan);
 		robot = (mrpt::poses::CPose2D(robot) + motion).asTPose();
 	}

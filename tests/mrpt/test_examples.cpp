@@ -1,8 +1,9 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // Runs every pipeline of share/d2s1r/examples.
-#include <d2s1r/gzip_file.h>
 #include <d2s1r/map_io.h>
 #include <gtest/gtest.h>
+#include <mrpt/io/CFileGZOutputStream.h>
+#include <mrpt/serialization/CArchive.h>
 #include <nlohmann/json.hpp>
 
 #include <cmath>
