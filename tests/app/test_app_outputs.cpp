@@ -89,7 +89,9 @@ TEST_F(AppOutputs, FolderHoldsTheFilesOfTheContractAndNothingElse)
 	                                        "report.html",    "run.json",       "scene.3Dscene",    "summary.json",
 	                                        "trajectory.tum", "trajectory.txt"};
 	EXPECT_EQ(names, expected);
-	for (const auto& name : expected) EXPECT_NE(result.out.find(path("out/" + name)), std::string::npos) << result.out;
+	const std::size_t line = result.out.find("written     " + path("out") + ":");
+	ASSERT_NE(line, std::string::npos) << result.out;
+	for (const auto& name : expected) EXPECT_NE(result.out.find(" " + name, line), std::string::npos) << result.out;
 	EXPECT_EQ(result.err, "");
 }
 

@@ -1,6 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // Any text as a ground truth: refused with one line, or read as finite poses.
 #include <shell/errors.h>
+
 #include "evaluation/ground_truth.h"
 #include "fuzz_input.h"
 

@@ -2,8 +2,9 @@
 // Any bytes as a map file in one of MRPT's formats: refused with one line, or a map that a localizer is built of.
 // MRPT's readers work in a process of their own, whose coverage libFuzzer does not see.
 #include <shell/errors.h>
-#include "fuzz_input.h"
 #include <shell/indexed_maps.h>
+
+#include "fuzz_input.h"
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
 {

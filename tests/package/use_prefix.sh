@@ -41,7 +41,7 @@ if [ -d /usr/include/mrpt/slam ]; then
 	[ "$("$folder/filter/own_filter" "${demo[0]}" "${demo[1]}" | wc -l)" -gt 30 ]  # of actions and frames
 	for log in no.rawlog "$office.yaml"; do
 		if refusal=$("$folder/filter/own_filter" "$office.yaml" "$log" 2>&1); then exit 1; fi
-		[[ ${refusal##*$'\n'} =~ ^"$log: "cannot be read ]]  # MRPT may speak before
+		[[ ${refusal##*$'\n'} =~ ^"$log: cannot be read" ]]  # MRPT may speak before
 	done
 fi
 

@@ -2,8 +2,8 @@
 #pragma once
 
 #include <d2s1r/localizer.h>
-#include <ros/wall_gain.h>
 #include <mrpt/obs/CObservation2DRangeScan.h>
+#include <ros/wall_gain.h>
 
 #include <functional>
 #include <map>

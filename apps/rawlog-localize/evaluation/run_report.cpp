@@ -59,16 +59,17 @@ TrackerReport report_tracker(const std::vector<KeptFrame>& frames)
 TrackReport report_track(const RunReport& report)
 {
 	TrackReport track;
-	for (const auto& frame : report.frames.kept())
+	const std::vector<KeptTrack>& kept = report.frames.tracked();
+	for (const KeptTrack& frame : kept)
 	{
-		if (!frame.tracked) continue;
-		track.statuses.at(static_cast<std::size_t>(frame.tracked->status))++;
-		track.add_ms.push_back(frame.tracked->add_ms);
+		track.statuses.at(static_cast<std::size_t>(frame.status))++;
+		track.add_ms.push_back(frame.add_ms);
 	}
 	for (const auto& m : report.matches)
 	{
-		if (!m.frame->tracked || !m.frame->tracked->pose) continue;
-		const Match tracked = compare(m.truth, *m.frame, *m.frame->tracked->pose);
+		const auto frame = static_cast<std::size_t>(m.frame - report.frames.kept().data());
+		if (frame >= kept.size() || !kept[frame].pose) continue;
+		const Match tracked = compare(m.truth, *m.frame, *kept[frame].pose);
 		for (std::size_t i = 0; i < kTolerances.size(); i++)
 			track.successes.at(i) += tracked.within(kTolerances.at(i)) ? 1 : 0;
 	}

@@ -141,11 +141,6 @@ KeptFrame keep(const Frame& frame)
 	kept.times = frame.result.times;
 	kept.has_pose = frame.has_pose();
 	if (kept.has_pose) kept.pose = frame.result.best().pose.asTPose();
-	if (const auto& tracked = frame.tracked)
-	{
-		kept.tracked = KeptFrame::Tracked{tracked->status, {}, tracked->times.total_ms};
-		if (!tracked->hypotheses.empty()) kept.tracked->pose = tracked->best().pose.asTPose();
-	}
 	if (frame.tracker) kept.verdict = frame.tracker->scan.verdict;
 	kept.is_fused = frame.fused.has_value();
 	if (!kept.is_fused) return kept;
@@ -162,6 +157,11 @@ void FrameStore::add(const Frame& frame)
 	exchange(writer, frame);
 	KeptFrame& kept = kept_.emplace_back(keep(frame));
 	if (kept.has_pose) kept.map = number_of(frame.result.best().map);
+	if (frame.tracked)
+	{
+		KeptTrack& track = tracked_.emplace_back(KeptTrack{frame.tracked->status, {}, frame.tracked->times.total_ms});
+		if (!frame.tracked->hypotheses.empty()) track.pose = frame.tracked->best().pose.asTPose();
+	}
 	if (kept.is_fused) kept.fused_map = number_of(frame.fused->map);
 	if (!frame.result.note.empty()) notes_[frame.result.status][frame.result.note]++;
 }

@@ -31,17 +31,17 @@ struct KeptFrame
 	FusionEvent event = FusionEvent::kNone;
 	bool has_pose = false;
 	bool is_fused = false;
-	/// What the Tracker of --track says.
-	struct Tracked
-	{
-		Status status = Status::kRejected;
-		std::optional<mrpt::math::TPose2D> pose;  //!< the best one in its map, m and rad
-		double add_ms = 0;                        //!< [ms] see Tracker::add()
-	};
-	std::optional<Tracked> tracked{};
 	std::optional<Verdict> verdict{};  //!< about the tracker, with --check
 
 	bool localized() const { return status == Status::kLocalized; }
+};
+
+/// What is kept in memory of what the Tracker of --track says.
+struct KeptTrack
+{
+	Status status = Status::kRejected;
+	std::optional<mrpt::math::TPose2D> pose;  //!< the best one in its map, m and rad
+	double add_ms = 0;                        //!< [ms] see Tracker::add()
 };
 
 /// Returns what is kept of a frame in memory, but for its maps.
@@ -59,6 +59,9 @@ class FrameStore
 
 	const std::vector<KeptFrame>& kept() const { return kept_; }
 
+	/// Returns what the Tracker says, frame by frame; empty without --track.
+	const std::vector<KeptTrack>& tracked() const { return tracked_; }
+
 	/// Returns the names of the maps that poses are in; that of the only map is empty.
 	const std::vector<std::string>& map_names() const { return map_names_; }
 
@@ -74,6 +77,7 @@ class FrameStore
 
 	mutable SpillFile file_;
 	std::vector<KeptFrame> kept_;
+	std::vector<KeptTrack> tracked_;
 	std::vector<std::string> map_names_;
 	std::map<Status, std::map<std::string, std::size_t>> notes_;
 };

@@ -76,7 +76,9 @@ class ReaderWithOdometry : public LogReader
 			track_.add(object.odometry_source, object.odometry_time, *object.odometry);
 		now_ = std::max(now_, object.odometry_time);
 		has_increments_ = has_increments_ || object.increment;
-		is_by_order_ = is_by_order_ || object.increment || (object.odometry && object.odometry_time == 0);
+		// What stands in one sensory frame belongs together, whatever its stamps say.
+		const bool has_no_time = object.odometry_time == 0 || !object.scans.empty();
+		is_by_order_ = is_by_order_ || object.increment || (object.odometry && has_no_time);
 		is_news_ = is_news_ || object.odometry || object.increment;
 		if (object.odometry) newest_ = *object.odometry;
 		if (object.increment) newest_ = newest_ + *object.increment;

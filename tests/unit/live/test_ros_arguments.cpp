@@ -195,9 +195,9 @@ TEST(RosArguments, AFileOfParametersIsReadForThisNode)
 TEST(RosArguments, WhatHasNoEffectIsALine)
 {
 	const Flags flags = flags_of(
-	    {"--ros-args", "--enclave", "/x", "--disable-rosout-logs", "--log-level", "info", "-p", "sede:=watch"});
+	    {"--ros-args", "--enclave", "/x", "--disable-rosout-logs", "--log-level", "info", "-p", "seedd:=watch"});
 	ASSERT_EQ(flags.notes.size(), 3U);
-	EXPECT_EQ(flags.notes[2], "parameter 'sede' is not an option; did you mean seed?");
+	EXPECT_EQ(flags.notes[2], "parameter 'seedd' is not an option; did you mean seed?");
 	EXPECT_FALSE(flags.quiet);
 	EXPECT_TRUE(flags_of({"--ros-args", "--log-level", "rcl:=ERROR"}).quiet);
 }

@@ -20,6 +20,7 @@ struct OccupancyMap
 
 	/// Returns the first cell of a row, by which the others of the row follow.
 	std::int8_t* row(int y) { return cells.data() + static_cast<std::ptrdiff_t>(y) * width; }
+	/// Returns the same, to be read only.
 	const std::int8_t* row(int y) const { return cells.data() + static_cast<std::ptrdiff_t>(y) * width; }
 
 	/// Returns the x coordinate [m, map frame] of the right edge.

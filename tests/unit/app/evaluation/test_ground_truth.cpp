@@ -1,6 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include "../temporary_folder.h"
 #include <shell/errors.h>
+
+#include "../temporary_folder.h"
 #include "evaluation/ground_truth.h"
 
 using namespace d2s1r::app;

@@ -1,8 +1,8 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include <gtest/gtest.h>
+#include <shell/errors.h>
 
 #include "../temporary_folder.h"
-#include <shell/errors.h>
 #include "frames/frame_store.h"
 
 namespace d2s1r::test

@@ -1,7 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include <gtest/gtest.h>
-
 #include <shell/errors.h>
+
 #include "input/inputs.h"
 
 namespace d2s1r::test
