@@ -245,7 +245,7 @@ TEST_F(AppFaults, AMallocThatFailsIsToldAsThat)
 		return true;
 	};
 	int failed = 0;
-	for (const char* least : {"30000", "150000", "1000000", "15000000"})
+	for (const char* least : {"30000", "150000", "1000000", "4000000"})
 		failed += check(std::string(least) + ":2000000000:0");
 	EXPECT_GE(failed, 4);
 	// a buffer or a window of zlib; more than what the decoders, the reader of the log or cairo ask for
