@@ -199,7 +199,7 @@ TEST_F(Reproduce, ResultsOfOtherProgramsLibrariesAndDataAreNotUsedAgain)
 	const Keys other = keys();
 	EXPECT_NE(other.reproduced, before.reproduced);
 	EXPECT_NE(other.learned, before.learned);
-	EXPECT_EQ(other.made, before.made) << "no program that makes data loads the library";
+	EXPECT_NE(other.made, before.made) << "programs that make data read logs, for which they load the library";
 	std::ofstream(folder() / "build/experiments/alter_scans", std::ios::app) << "changed";
 	const Keys altered = keys();
 	EXPECT_NE(altered.made, before.made);
