@@ -147,6 +147,16 @@ void require_same(const Localization& a, const Localization& b)
 		    "the same hypotheses twice");
 }
 
+const Scan& to_query(const Scan& scan)
+{
+	return scan;
+}
+
+RangeScan to_query(const mrpt::obs::CObservation2DRangeScan& observation)
+{
+	return scan_of(observation);
+}
+
 void ask(const Localizer& localizer, Numbers& numbers)
 {
 	const Query query{random_prior(numbers), numbers.byte() % 8 == 0 ? numbers.odd(0, 5) : 0.0};
@@ -154,7 +164,7 @@ void ask(const Localizer& localizer, Numbers& numbers)
 	{
 		try
 		{
-			return localizer.localize(scan_of(scan), query);
+			return localizer.localize(to_query(scan), query);
 		}
 		catch (const std::invalid_argument&)
 		{

@@ -1,5 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // Any bytes as a recording of ROS (bag, MCAP, sqlite3) or a CARMEN log: refused with one line, or surveyed and read.
+#include <d2s1r/mrpt.h>
 #include <d2s1r/scan.h>
 #include <logs/errors.h>
 #include <logs/log.h>

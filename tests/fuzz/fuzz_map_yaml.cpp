@@ -19,7 +19,9 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
 	{
 		const auto map = load_map(yaml.path());
 		if (map->width != 3 || map->height != 2) return 0;  // another image: the case named a file that exists
-		fuzz::require(std::isfinite(map->getXMin() + map->getYMax() + map->getResolution()), "a finite map");
+		fuzz::require(
+		    std::isfinite(static_cast<double>(map->origin_x) + map->end_y() + static_cast<double>(map->cell_size)),
+		    "a finite map");
 	}
 	catch (const std::runtime_error& error)
 	{

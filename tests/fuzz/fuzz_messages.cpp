@@ -2,6 +2,7 @@
 // Any messages in a sound bag or MCAP file. The case is not the file but what its messages are made of: the target
 // writes them, field by field or as any bytes, into chunks, and these into a file with the right sizes and checksums.
 // So the fuzzer changes what a reader finds behind them, which target log does not get at.
+#include <d2s1r/mrpt.h>
 #include <d2s1r/scan.h>
 #include <logs/errors.h>
 #include <logs/log.h>

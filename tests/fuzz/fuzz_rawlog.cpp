@@ -1,5 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // Any bytes as a rawlog: what the survey, in a process of its own, says can be read can be read in this one.
+#include <d2s1r/mrpt.h>
 #include <d2s1r/scan.h>
 
 #include "fuzz_input.h"
