@@ -3,7 +3,7 @@
 # has numpy and nothing else. It builds the library anew, so it takes some minutes.
 # Usage: test_wheel.sh SOURCE_FOLDER
 set -euo pipefail
-/usr/bin/python3 -c 'import ensurepip, numpy, pip, setuptools, venv, wheel' 2>/dev/null ||
+/usr/bin/python3 -c 'import setuptools, ensurepip, numpy, pip, venv, wheel' 2>/dev/null ||
   { echo "skipped: python3-pip, python3-setuptools, python3-wheel, python3-venv or python3-numpy is missing"; exit 77; }
 sources=$(realpath "$1")
 folder=$(mktemp -d)
@@ -13,9 +13,10 @@ git clone --quiet --depth 1 "file://$sources" clone 2>/dev/null || { mkdir clone
 /usr/bin/python3 -m pip wheel --quiet --no-index --no-deps --no-build-isolation --wheel-dir . ./clone
 /usr/bin/python3 -m venv bare
 bare/bin/pip install --quiet --no-index --no-deps d2s1r-*.whl
-ln -s "$(/usr/bin/python3 -c 'import numpy; print(numpy.__path__[0])')" bare/lib/python3*/site-packages/numpy
+packages=$(echo bare/lib/python3*/site-packages)
+ln -s "$(/usr/bin/python3 -c 'import numpy; print(numpy.__path__[0])')" "$packages/numpy"
 unset PYTHONPATH LD_LIBRARY_PATH
-libraries=$(ldd bare/lib/python3*/site-packages/d2s1r/_d2s1r*.so | grep '=> /' | grep -v "$folder" || true)
+libraries=$(ldd "$packages"/d2s1r/_d2s1r*.so | grep '=> /' | grep -v "$folder" || true)
 if grep -v -E 'lib(c|m|dl|rt|pthread|resolv|util|gcc_s|stdc\+\+)\.so' <<<"$libraries"; then
   echo "the module needs these libraries of the system" >&2
   exit 1
