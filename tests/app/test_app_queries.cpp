@@ -28,14 +28,17 @@ class AppQueries : public AppTest
 		for (std::size_t i = 0; i < way.size(); i++)
 		{
 			auto wheels = mrpt::obs::CObservationOdometry::Create();
+			wheels->timestamp = mrpt::Clock::fromDouble(1.6e9 + static_cast<double>(i));
 			wheels->odometry = mrpt::poses::CPose2D(-3, 2, 1) + (mrpt::poses::CPose2D(way[i]) - mrpt::poses::CPose2D());
 			log.push_back(wheels);
 			Laser laser;
 			laser.max_range = 3;
 			laser.noise = 0.01;
 			laser.seed = static_cast<unsigned>(i + 1);
-			log.push_back(std::make_shared<mrpt::obs::CObservation2DRangeScan>(
-			    make_mrpt_observation(make_twin_rooms(), way[i], laser)));
+			auto scan = std::make_shared<mrpt::obs::CObservation2DRangeScan>(
+			    make_mrpt_observation(make_twin_rooms(), way[i], laser));
+			scan->timestamp = wheels->timestamp;
+			log.push_back(scan);
 		}
 		return log;
 	}
