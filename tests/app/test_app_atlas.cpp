@@ -148,9 +148,12 @@ TEST_F(AppAtlas, WindowAndFilterFollowTheRobotFromMapToMap)
 	const auto add = [&](const d2s1r::Grid& grid, const mrpt::math::TPose2D& robot, double way)
 	{
 		auto wheels = mrpt::obs::CObservationOdometry::Create();
+		wheels->timestamp = mrpt::Clock::fromDouble(1.6e9 + static_cast<double>(log.size()));
 		wheels->odometry = mrpt::poses::CPose2D(way, 0, 0);
+		auto scan = std::make_shared<mrpt::obs::CObservation2DRangeScan>(make_mrpt_observation(grid, robot));
+		scan->timestamp = wheels->timestamp;
 		log.push_back(wheels);
-		log.push_back(std::make_shared<mrpt::obs::CObservation2DRangeScan>(make_mrpt_observation(grid, robot)));
+		log.push_back(scan);
 	};
 	for (int i = 0; i < 6; i++) add(flat(), walk()[2], 0);
 	for (int i = 0; i < 8; i++) add(make_twin_rooms(), {1.0 + 0.3 * i, 0.9, 0}, 0.3 * i);
