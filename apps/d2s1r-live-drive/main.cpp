@@ -48,7 +48,11 @@ void add_options(CLI::App& parser, DriveSettings& settings)
 	robot.value("--beams", "N", "the number of beams of a scan (default 360)", count(world.beams, 2));
 	robot.value("--field-of-view", "DEG", "of the laser (default 360)", number(world.field_of_view, 1));
 	robot.value("--scan-rate", "HZ", "scans a second (default 10)", number(settings.scan_rate, 0.1));
+	robot.value(
+	    "--scan-time", "S", "that the scans tell, though all beams are taken at once (default 0)",
+	    number(settings.scan_time, 0));
 	robot.value("--odom-rate", "HZ", "odometry a second (default 50)", number(settings.odometry_rate, 0.1));
+	robot.value("--speed", "M/S", "of the robot (default 0.5; 0: it stands)", number(world.speed, 0));
 	robot.value(
 	    "--odom-error", "SHARE", "the standard deviation of each measured motion (default 0.02)",
 	    number(world.odometry_error, 0));

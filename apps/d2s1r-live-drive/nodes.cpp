@@ -140,7 +140,7 @@ struct Robot
 		odometry.write(message);
 	}
 
-	void publish_scan(live::Time time, World& world, double range)
+	void publish_scan(live::Time time, World& world, const DriveSettings& settings)
 	{
 		auto ranges = world.scan();
 		sensor_msgs_msg_dds__LaserScan_ message{};
@@ -149,7 +149,8 @@ struct Robot
 		message.angle_increment = static_cast<float>(world.angle_step());
 		message.angle_max = message.angle_min + message.angle_increment * static_cast<float>(ranges.size() - 1);
 		message.range_min = 0.05F;
-		message.range_max = static_cast<float>(range);
+		message.scan_time = static_cast<float>(settings.scan_time);
+		message.range_max = static_cast<float>(settings.world.range);
 		point_to(message.ranges, ranges);
 		scans.write(message);
 	}
@@ -325,7 +326,7 @@ class Drive
 		const live::Time time = wall_clock();
 		sent_[time] = {Clock::now(), world_.pose()};
 		if (sent_.size() > 100) sent_.erase(sent_.begin());
-		robot_.publish_scan(time, world_, settings_.world.range);
+		robot_.publish_scan(time, world_, settings_);
 		result_.scans++;
 		const bool is_told = Clock::now() - tracked_at_ < std::chrono::seconds(1);
 		if (is_told && tracked_.distanceTo(world_.pose()) < 1) result_.right++;

@@ -17,6 +17,7 @@ struct DriveSettings
 	std::string markers;  //!< file for the markers with the most hypotheses; empty: none
 	WorldSettings world;
 	double scan_rate = 10, odometry_rate = 50;  //!< [Hz]
+	double scan_time = 0;                       //!< [s] that the scans tell, though all beams are taken at once
 	double between_kidnappings = 60;            //!< [s]; 0: there is none
 	double between_crashes = 0;                 //!< [s] of the tracker; 0: there is none
 	double until_return = 2;                    //!< [s] that a tracker takes to come back

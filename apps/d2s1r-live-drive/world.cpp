@@ -12,9 +12,8 @@ namespace d2s1r::drive
 {
 namespace
 {
-constexpr double kClearance = 0.4;                // [m] to walls
-constexpr double kSpeed = 0.5, kTurnAhead = 0.1;  // [m/s], [rad/s]
-constexpr double kTurn = 1;                       // [rad/s] of a robot that has no way ahead
+constexpr double kClearance = 0.4;             // [m] to walls
+constexpr double kTurn = 2, kTurnAhead = 0.2;  // [rad/m] of the speed, without and with a way ahead
 }  // namespace
 
 World::World(Grid grid, const WorldSettings& settings)
@@ -70,7 +69,7 @@ void World::move(double seconds)
 	constexpr double kLeastTurning = 0.3;  // [s]
 	turning_ = is_free ? turning_ - seconds : kLeastTurning;
 	const bool turns = turning_ > 0;
-	const double ahead = turns ? 0 : kSpeed * seconds, turn = (turns ? kTurn : kTurnAhead) * seconds;
+	const double way = settings_.speed * seconds, ahead = turns ? 0 : way, turn = (turns ? kTurn : kTurnAhead) * way;
 	std::normal_distribution<double> measured(1, settings_.odometry_error);
 	pose_ = pose_ + mrpt::poses::CPose2D(ahead, 0, turn);
 	odometry_ = odometry_ + mrpt::poses::CPose2D(ahead * measured(random_), 0, turn * measured(random_));

@@ -18,6 +18,7 @@ struct WorldSettings
 	double field_of_view = 360;    //!< [deg] of the laser, around straight ahead
 	double range = 20;             //!< [m] of the laser
 	double range_noise = 0.01;     //!< [m] standard deviation
+	double speed = 0.5;            //!< [m/s]; it turns by twice as many rad/s
 	double odometry_error = 0.02;  //!< [-] standard deviation of each measured motion
 	int clutter = 0;               //!< [-] things of 0.3 to 1 m that are not on the map
 };
