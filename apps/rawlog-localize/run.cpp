@@ -214,6 +214,7 @@ ExitStatus finish(
 	}
 	if (loop.frames == 0 && !damage.empty()) throw UserError(kBadInput, command.log.name(), damage);
 	report.odometry = loop.odometry;
+	report.replaced_odometry = loop.replaced_odometry;
 	report.left_out = loop.left_out;
 	report.laser_of_first_frame = loop.laser;
 	if (needs_diagnosis(report)) report.diagnosis = diagnose_run(log, selection, report, truth);

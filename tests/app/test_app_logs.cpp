@@ -80,6 +80,28 @@ TEST_F(AppLogs, BagsOfRos2)
 #endif
 }
 
+TEST_F(AppLogs, TransformsInPlaceOfFrozenMessagesOfOdometryAreTold)
+{
+	std::vector<MadeMessage> messages = ros_walk(Wire::kCdr);
+	for (std::size_t i = 0, step = 0; i < messages.size(); i++)
+	{
+		if (messages[i].topic != "/odom") continue;
+		const auto& [time, pose] = std::pair(messages[i].time, walk()[step++]);
+		messages[i] = made_odometry(Wire::kCdr, time, 0, 0, 0);
+		messages.insert(
+		    messages.begin() + static_cast<std::ptrdiff_t>(i++),
+		    made_transforms(Wire::kCdr, time, {{"odom", "base_link", pose.x, pose.y, 0, 'z', pose.phi}}, "/tf"));
+	}
+	write_file(path("frozen.mcap"), mcap_file(messages));
+	expect_walk("frozen.mcap");
+	const auto result = run(words("frozen.mcap"));
+	EXPECT_NE(
+	    result.out.find("odometry    the messages of odometry contradict what the laser sees, or do not cover it; the "
+	                    "transforms of odometry agree and are used\n"),
+	    std::string::npos)
+	    << result.out;
+}
+
 TEST_F(AppLogs, CarmenLog)
 {
 	write_file(path("walk.log"), carmen_walk());

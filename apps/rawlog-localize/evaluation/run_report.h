@@ -37,6 +37,7 @@ struct RunReport
 	std::vector<Match> matches{};          //!< frames with ground truth
 	std::optional<Diagnosis> diagnosis{};  //!< if most frames were not localized
 	OdometryEstimate odometry{};           //!< what the localized scans tell of it
+	std::string replaced_odometry{};       //!< why another odometry than the first one is used; empty: it is not
 	LeftOutReadings left_out{};
 	std::optional<mrpt::poses::CPose3D> laser_of_first_frame{};  //!< see LoopResult
 };

@@ -356,6 +356,7 @@ LoopResult localize_log(
 	    follower.is_enough(),
 	    items.other_labels(),
 	    follower.odometry(),
+	    reader.track() != nullptr ? reader.track()->description() : "",
 	    follower.left_out()};
 }
 }  // namespace d2s1r::app

@@ -63,7 +63,8 @@ struct LoopResult
 	bool is_enough = false;  //!< whether `sink` wanted no more
 	/// Labels of other lasers in what was read before the first scan of the sensor, some of them if they are many.
 	std::set<std::string> other_labels = {};
-	OdometryEstimate odometry = {};  //!< what the localized scans tell of it
+	OdometryEstimate odometry = {};      //!< what the localized scans tell of it
+	std::string replaced_odometry = {};  //!< see ros::RobotTrack::description()
 	LeftOutReadings left_out = {};
 	std::optional<mrpt::poses::CPose3D> laser = {};  //!< on the robot, of the first frame: where its middle beam looks
 };

@@ -101,8 +101,9 @@ Json odometry_of(const OdometryEstimate& odometry)
 }
 
 /// Tells what is wrong with the odometry, if it is known.
-void print_odometry(const OdometryEstimate& odometry, std::ostream& out)
+void print_odometry(const OdometryEstimate& odometry, const std::string& replaced, std::ostream& out)
 {
+	if (!replaced.empty()) out << mrpt::format("%-12s%s\n", "odometry", replaced.c_str());
 	constexpr double kUsual = 0.05, kDeviations = 3;  // [-] error of a scale, and how sure it has to be
 	const double off = std::abs(odometry.scale - 1);
 	if (off > kUsual && off > kDeviations * odometry.scale_std)
@@ -435,7 +436,7 @@ void print_table(const RunReport& report, std::ostream& out)
 	if (!report.frames.kept().empty()) print_times(report, out);
 	if (!report.matches.empty()) print_accuracy(report, out);
 	print_left_out(report.left_out, out);
-	print_odometry(report.odometry, out);
+	print_odometry(report.odometry, report.replaced_odometry, out);
 	if (report.command.search.track) print_track(report, out);
 	if (report.command.search.fuse) print_fusion(report, out);
 	if (!report.command.log.check.empty()) print_tracker(report, out);
