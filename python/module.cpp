@@ -733,6 +733,29 @@ void bind_tracker(py::module_& module)
 		if (!there) return std::nullopt;
 		return std::pair(array_of(there->pose), there->probability);
 	};
+	const auto suggest =
+	    [](Follower& self, const std::array<double, 3>& pose, const std::array<double, 2>& std, const std::string& map)
+	{
+		const py::gil_scoped_release release;
+		const std::lock_guard lock(self.mutex);
+		self.tracker.suggest({*motion_of(pose), covariance_of(std[0], std[0], std[1])}, map);
+	};
+	const auto suggestion = [](Follower& self)
+	{
+		const std::lock_guard lock(self.mutex);
+		switch (self.tracker.suggestion())
+		{
+			case Suggestion::kOpen:
+				return "open";
+			case Suggestion::kTaken:
+				return "taken";
+			case Suggestion::kRefused:
+				return "refused";
+			case Suggestion::kNone:
+				break;
+		}
+		return "none";
+	};
 	py::class_<Follower, std::shared_ptr<Follower>>(
 	    module, "Tracker",
 	    "Follows a robot from scan to scan: it finds the robot, keeps its pose, and notices by itself when the robot "
@@ -758,7 +781,18 @@ void bind_tracker(py::module_& module)
 	        "None "
 	        "if no place is known.\n\n"
 	        "    motion: (x, y, phi) in its frame then [m, rad]; None if unknown.\n"
-	        "    seconds: since that call; they matter only without a motion.\n");
+	        "    seconds: since that call; they matter only without a motion.\n")
+	    .def(
+	        "suggest", suggest, "pose"_a, "std"_a = std::array<double, 2>{0.5, 0.26}, "map"_a = "",
+	        "Takes in where a person believes the robot to be at the next scan: a prior, which the scans may "
+	        "refuse.\n\n"
+	        "    pose: (x, y, phi) in the map frame [m, rad].\n"
+	        "    std: standard deviations of the position [m] and of the yaw [rad].\n"
+	        "    map: its name in the atlas.\n")
+	    .def_property_readonly(
+	        "suggestion", suggestion,
+	        "What became of the last suggestion: 'open', and after the scan that tells it 'taken' or 'refused'; else "
+	        "'none'.");
 }
 }  // namespace
 }  // namespace d2s1r

@@ -133,6 +133,9 @@ class Tracker:
     def after(
         self, motion: Optional[Sequence[float]] = None, seconds: float = 0.0
     ) -> Optional[Tuple[npt.NDArray[np.float64], float]]: ...
+    def suggest(self, pose: Sequence[float], std: Sequence[float] = (0.5, 0.26), map: str = "") -> None: ...
+    @property
+    def suggestion(self) -> str: ...
 
 class WindowLocalizer:
     @overload

@@ -80,6 +80,23 @@ def test_tracker_answers_as_the_program_does(world, localizer):
     assert np.hypot(*(pose - result.pose)[:2]) == pytest.approx(0.5, abs=0.1)
 
 
+@pytest.mark.parametrize("off, said", [(0.2, "taken"), (4.0, "refused")])
+def test_tracker_takes_a_suggestion_if_the_scans_allow_it(world, localizer, off, said):
+    tracker = d2s1r.Tracker(localizer)
+    assert tracker.suggestion == "none"
+    x, y, phi = world.robots[0]
+    tracker.suggest((x + off, y, phi))
+    assert tracker.suggestion == "open"
+    for i in range(20):
+        result = tracker.add(float(i), *world.arguments(i), motion=motion_to(world, i) if i > 0 else None)
+        if tracker.suggestion != "open":
+            break
+    assert tracker.suggestion == said
+    assert np.hypot(*(result.pose - world.robots[i])[:2]) < 0.1
+    with pytest.raises(ValueError):
+        tracker.suggest((0, 0, 0), map="cellar")
+
+
 def test_poses_are_right(world, localizer):
     for i in range(0, 100, 10):
         result = localizer.localize(*world.arguments(i))
