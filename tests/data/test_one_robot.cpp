@@ -3,8 +3,10 @@
 // answer the same, to the last digit.
 #include <d2s1r/map_io.h>
 
+#include <deque>
 #include <iostream>
 #include <map>
+#include <variant>
 
 #include "app/temporary_folder.h"
 #include "bags/contents.h"
@@ -98,7 +100,8 @@ Answers recorded(const Case& given, int window)
 	return answers;
 }
 
-/// Hands the messages of a recording to a live robot, as a node does that listens to one robot.
+/// Hands the messages of a recording to a live robot, as a node does that listens to one robot. Scans come so late that
+/// there is odometry of their time: a robot that runs does not wait for a reading which will hardly tell anything new.
 class Player
 {
    public:
@@ -119,8 +122,10 @@ class Player
 		{
 			logs::hand_to(*this, *message);
 			newest = std::max(newest, message->time);
+			hand_scans(newest);
 			update(newest);
 		}
+		hand_scans(newest + kLate);
 		update(newest + 5 * kSecond);
 		return std::move(answers_);
 	}
@@ -128,13 +133,12 @@ class Player
 	void add_scan(const logs::Message& message)
 	{
 		if (message.topic->name != laser_) return;
-		const bool is_cloud = message.topic->kind == logs::MessageKind::kPointCloud;
 		if (given_.laser_is_robot)
 			live_.add_transforms({{{0, "base_link"}, logs::header_of(message).frame, mrpt::poses::CPose3D()}}, true);
-		if (is_cloud)
-			live_.add_cloud(laser_, logs::point_cloud_of(message));
+		if (message.topic->kind == logs::MessageKind::kPointCloud)
+			late_.emplace_back(message.time, logs::point_cloud_of(message));
 		else
-			live_.add_scan(laser_, logs::laser_scan_of(message));
+			late_.emplace_back(message.time, logs::laser_scan_of(message));
 	}
 
 	void add_odometry(const logs::Message& message)
@@ -159,6 +163,15 @@ class Player
 		return settings;
 	}
 
+	void hand_scans(Time now)
+	{
+		for (; !late_.empty() && late_.front().first + kLate <= now; late_.pop_front())
+			if (const auto* const cloud = std::get_if<ros::PointCloud>(&late_.front().second))
+				live_.add_cloud(laser_, *cloud);
+			else
+				live_.add_scan(laser_, std::get<ros::LaserScan>(late_.front().second));
+	}
+
 	void update(Time now)
 	{
 		for (const live::ScanAnswer& answer : live_.update(now))
@@ -170,6 +183,8 @@ class Player
 	live::LiveLocalizer live_;
 	std::string laser_, odometry_;
 	Answers answers_;
+	static constexpr Time kLate = 3 * kSecond / 10;
+	std::deque<std::pair<Time, std::variant<ros::LaserScan, ros::PointCloud>>> late_;
 };
 
 void expect_the_same(const Case& given)

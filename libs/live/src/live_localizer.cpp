@@ -95,7 +95,9 @@ bool LiveLocalizer::is_map_to_odometry(const ros::Transform& transform) const
 
 bool LiveLocalizer::has_odometry() const
 {
-	return state_->robot.track().newest().has_value();
+	const State& state = *state_;
+	return state.robot.track().newest() &&
+	       !(state.answered.last && state.robot.has_other_clock(state.answered.last->time));
 }
 
 std::optional<TrackedPose> LiveLocalizer::take_tracked()

@@ -166,7 +166,15 @@ bool LiveRobot::must_wait(const WaitingScan& scan, Time waited, bool expects_odo
 	}
 	double last_beam = sweep_time_of(scan).span().second;  // [s]
 	for (const ros::SweepTime& open : sweep.open()) last_beam = std::max(last_beam, open.span().second);
-	return expects_odometry && track_.must_wait(scan.header.time + static_cast<Time>(1e9 * last_beam), waited);
+	const Time end = scan.header.time + static_cast<Time>(1e9 * last_beam);
+	return expects_odometry && !has_other_clock(scan.header.time) && !track_.is_known_beforehand(end) &&
+	       track_.must_wait(end, waited);
+}
+
+bool LiveRobot::has_other_clock(Time scan) const
+{
+	constexpr Time kOfOneClock = 100 * kSecond, kPause = 2 * kSecond;
+	return track_.newest() && std::abs(scan - *track_.newest()) > kOfOneClock && scan - renewed_ < kPause;
 }
 
 std::optional<ReadScan> LiveRobot::read(const WaitingScan& scan)
@@ -182,6 +190,8 @@ std::optional<ReadScan> LiveRobot::read(const WaitingScan& scan)
 	else
 		seen = {ros::to_scan(std::get<ros::LaserScan>(scan.scan), laser.value_or(CPose3D())), sweep_time_of(scan)};
 	const Time time = scan.header.time;
+	if (track_.newest() != newest_reading_) renewed_ = time;
+	newest_reading_ = track_.newest();
 	const auto observation = std::make_shared<const RangeScan>(std::move(seen.scan));
 	if (laser && scan.topic == laser_) track_.judge(time, *observation);
 	ReadScan read;
@@ -200,5 +210,6 @@ void LiveRobot::forget_moving()
 	carried_ = {};
 	told_.clear();
 	early_.clear();
+	renewed_ = 0;
 }
 }  // namespace d2s1r::live

@@ -70,6 +70,10 @@ class LiveRobot
 	/// Returns whether what the scan needs may still come. \param waited how long it has waited
 	bool must_wait(const WaitingScan& scan, Time waited, bool expects_odometry);
 
+	/// Returns whether readings of odometry come whose times are those of another clock than that of the scans.
+	/// \param scan time of the newest one
+	bool has_other_clock(Time scan) const;
+
 	/// Returns what a laser saw; no value as long as nothing connects the laser with a robot.
 	std::optional<ReadScan> read(const WaitingScan& scan);
 
@@ -101,6 +105,8 @@ class LiveRobot
 	std::deque<std::pair<std::string, Time>> told_;  //!< frames that moved, whose poses may be readings of the odometry
 	std::deque<ros::Odometry> early_;                //!< that came before the robot was known
 	std::string laser_;
+	std::optional<Time> newest_reading_;  //!< of the odometry, when the last scan was read
+	Time renewed_ = 0;                    //!< time of the first scan after it came
 
    public:
 	LiveSweep sweep;  //!< of the laser in use

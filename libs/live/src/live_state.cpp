@@ -132,7 +132,7 @@ std::optional<Seed> LiveLocalizer::State::make_seed(const ScanAnswer& given, std
 	const double std_xy = settings.seed_std;
 	Seed seed{given.time, given.frame, best.pose, best.covariance};
 	seed.covariance += covariance_of(std_xy, std_xy, settings.seed_std_yaw);
-	if (!expects_odometry()) return seed;
+	if (!expects_odometry() || robot.has_other_clock(given.time)) return seed;
 	const auto newest = robot.track().newest();
 	if (!newest || given.time - *newest > kOldOdometry)
 	{
@@ -175,6 +175,12 @@ void LiveLocalizer::State::localize(ScanAnswer& given, const ReadScan& read)
 	}
 	news.tell("sweep", robot.sweep.description());
 	news.tell("odometry", robot.track().description());
+	if (robot.has_other_clock(given.time) && !news.has("clock"))
+		news.tell(
+		    "clock", mrpt::format(
+		                 "the times of the odometry are %.0f s off those of the scans, as by another clock: it is not "
+		                 "used, and poses and seeds have the times of the scans",
+		                 seconds(*robot.track().newest() - given.time)));
 	if (settings.window > 1 && !follower)
 	{
 		if (!answered.window) answered.window.emplace(atlas, settings.window);

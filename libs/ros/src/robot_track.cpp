@@ -118,6 +118,26 @@ std::optional<Time> RobotTrack::newest() const
 	return believed().empty() ? std::nullopt : std::optional(believed().back().first);
 }
 
+bool RobotTrack::is_known_beforehand(Time time) const
+{
+	constexpr Time kMoment = kSecond / 40;                 // [ns] in which no robot changes its speed much
+	constexpr double kLeastWay = 1e-3, kLeastTurn = 2e-3;  // [m], [rad] of a robot that moves
+	if (believed().size() < 2) return false;
+	const auto& [t1, last] = believed().back();
+	const Time period = t1 - std::prev(believed().end(), 2)->first;
+	if (time - t1 <= std::min(kMoment, 2 * period)) return true;
+	if (time - t1 > kLongestBeyond) return false;
+	for (auto reading = believed().rbegin(); reading != believed().rend(); ++reading)
+	{
+		const auto& [t0, before] = *reading;
+		const bool stands = std::hypot(before.x - last.x, before.y - last.y) < kLeastWay &&
+		                    std::abs(mrpt::math::wrapToPi(before.phi - last.phi)) < kLeastTurn;
+		if (!stands) return false;
+		if (t1 - t0 >= kLongestBeyond) return true;
+	}
+	return false;
+}
+
 void RobotTrack::judge(Time time, const RangeScan& scan)
 {
 	constexpr Time kLongest = 5 * kSecond;                               // [ns] between scans that are compared

@@ -343,6 +343,75 @@ TEST(LiveLocalizer, SeedsWithTheScansStampWhereNobodyPublishesOdometry)
 	EXPECT_LT(distance_between(seed.pose, truth), 0.1);
 }
 
+TEST(LiveLocalizer, SeedsWithTheScansStampIfTheOdometryHasAnotherClock)
+{
+	for (const Time off : {-8'310'659 * kSecond, 200 * kSecond})
+	{
+		Drive drive;
+		drive.has_odometry = false;
+		drive.begin();
+		drive.live.set_odometry_publishers(1);
+		const auto tell = [&](Time time)
+		{
+			const mrpt::poses::CPose3D odometry(drive.robot.odometry);
+			drive.live.add_odometry({transform_of(time + off, "odom", "base_link", odometry), {}});
+		};
+		for (int i = 0; i < 20; i++)
+		{
+			tell(drive.robot.time + kStep);
+			drive.step(0.05, 0.1);
+		}
+		ASSERT_EQ(drive.seeds.size(), 1U) << off;
+		const auto& [seed, truth] = drive.seeds.front();
+		EXPECT_EQ(seed.time % kStep, drive.robot.time % kStep);
+		EXPECT_GT(seed.time, drive.robot.time - 20 * kStep);
+		EXPECT_LE(seed.time, drive.robot.time);
+		EXPECT_LT(distance_between(seed.pose, truth), 0.1);
+		EXPECT_TRUE(drive.was_told("off those of the scans, as by another clock"));
+		EXPECT_FALSE(drive.live.has_odometry());
+	}
+}
+
+TEST(LiveLocalizer, DoesNotSeedByOdometryThatWentSilentLongAgo)
+{
+	Drive drive;
+	drive.begin();
+	drive.live.set_odometry_publishers(1);
+	drive.live.set_tracker_readers(0, 0);
+	drive.steps(10);
+	drive.has_odometry = false;
+	drive.robot.time += 200 * kSecond;
+	drive.live.set_tracker_readers(1, 1);
+	for (int i = 0; i < 20; i++) drive.step(0.05, 0.1);
+	EXPECT_TRUE(drive.seeds.empty());
+	EXPECT_FALSE(drive.was_told("another clock"));
+}
+
+TEST(LiveLocalizer, AnswersBeforeTheNextReadingOfOdometryIfThatTellsNothingNew)
+{
+	Drive drive;
+	drive.begin();
+	const auto roll = [&](double ahead, Time time)
+	{
+		drive.robot.time += time;
+		drive.robot.move(ahead, 0);
+		drive.live.add_transforms(drive.robot.odometry_transform(), false);
+		drive.update(drive.robot.time);
+	};
+	const auto is_answered_after = [&](Time time)
+	{
+		drive.robot.time += time;
+		drive.live.add_scan("/scan", drive.robot.scan());
+		return drive.update(drive.robot.time).has_value();
+	};
+	for (int i = 0; i < 20; i++) roll(0.005, kSecond / 50);
+	EXPECT_TRUE(is_answered_after(kSecond / 51)) << "at 50 Hz";
+	roll(0.01, kSecond / 51);
+	EXPECT_FALSE(is_answered_after(kSecond / 10)) << "a robot that moves may stop";
+	for (int i = 0; i < 20; i++) roll(0, kSecond / 50);
+	EXPECT_TRUE(is_answered_after(kSecond / 10)) << "a robot that stands";
+}
+
 TEST(LiveLocalizer, GoesByMessagesOfOdometryWithoutTransforms)
 {
 	Drive drive;

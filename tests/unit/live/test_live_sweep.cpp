@@ -107,3 +107,62 @@ TEST(LiveLocalizer, FindsOutByTheMapWhenTheBeamsOfASweepWereTaken)
 	    [](const auto& value)
 	    { return value.first == "sweep" && value.second.find("set its sweep time") != std::string::npos; }));
 }
+
+TEST(LiveLocalizer, DoesNotWaitForTheEndOfASweepOfARobotThatStands)
+{
+	Drive drive;
+	drive.begin();
+	int answers = 0;
+	for (int i = 0; i < 40; i++)
+	{
+		for (int reading = 0; reading < 5; reading++)
+		{
+			drive.robot.time += kSecond / 50;
+			drive.live.add_transforms(drive.robot.odometry_transform(), false);
+		}
+		ros::LaserScan scan = drive.robot.scan();
+		scan.scan_time = 0.1F;
+		drive.live.add_scan("/scan", scan);
+		answers += drive.update(drive.robot.time) ? 1 : 0;
+	}
+	EXPECT_EQ(answers, 40);
+}
+
+TEST(LiveLocalizer, NoticesByTheMapThatCloudsWereMovedToOneTimeBefore)
+{
+	LiveSettings settings;
+	settings.cloud_height = ros::HeightBand{0, 1};
+	Drive drive(settings);
+	drive.begin();
+	constexpr int kScans = 60, kLast = 10;
+	double error = 0;
+	int answers = 0;
+	for (int i = 0; i < kScans; i++)
+	{
+		const ros::LaserScan scan = drive.robot.scan();
+		const mrpt::poses::CPose2D at_stamp = drive.robot.pose;
+		ros::PointCloud cloud{scan.header, {}};
+		for (std::size_t beam = 0; beam < scan.ranges.size(); beam++)
+		{
+			const float angle = scan.first_angle + static_cast<float>(beam) * scan.angle_step,
+			            range = scan.ranges[beam];
+			const float time = 0.2F * static_cast<float>(beam) / static_cast<float>(scan.ranges.size() - 1);
+			cloud.points.push_back({range * std::cos(angle), range * std::sin(angle), 0.2F, time});
+		}
+		for (int reading = 0; reading < 10; reading++)
+		{
+			drive.live.add_transforms(drive.robot.odometry_transform(), false);
+			drive.robot.time += kSecond / 50;
+			drive.robot.move(0, 0.02);
+		}
+		drive.live.add_transforms(drive.robot.odometry_transform(), false);
+		drive.live.add_cloud("/points", cloud);
+		const auto answer = drive.update(drive.robot.time);
+		if (i < kScans - kLast || !answer || answer->localization.status != Status::kLocalized) continue;
+		answers++;
+		error += turn_between(answer->localization.best().pose.asTPose(), at_stamp.asTPose());
+	}
+	EXPECT_GE(answers, kLast - 1);
+	EXPECT_LT(error / std::max(answers, 1), 0.5) << "[deg]; moved once more, the yaw is off by 5";
+	EXPECT_TRUE(drive.was_told("moved to one time before"));
+}

@@ -159,7 +159,7 @@ class LiveLocalizer
 	/// Returns whether a transform is from the map to the odometry, which LiveSettings::track publishes itself.
 	bool is_map_to_odometry(const ros::Transform& transform) const;
 
-	/// Returns whether there are readings of odometry.
+	/// Returns whether there are readings of odometry, by the clock of the scans.
 	bool has_odometry() const;
 
 	/// Returns where the robot is at the newest reading of the odometry, with LiveSettings::track; no value if that was

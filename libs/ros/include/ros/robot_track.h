@@ -56,6 +56,10 @@ class RobotTrack
 	/// Returns the time of the last reading that is believed; no value if there is none.
 	std::optional<Time> newest() const;
 
+	/// Returns whether the pose at a time is known as well before the next reading comes as after it: the last one is
+	/// no older than a moment, or the robot stands.
+	bool is_known_beforehand(Time time) const;
+
 	/// Returns whether a scan has to wait until the pose at a time is known.
 	/// \param waited how long it has waited
 	bool must_wait(Time time, Time waited) const
