@@ -260,7 +260,7 @@ void AnyWriter::send(const void* sample)
 
 Waiter::Waiter(dds_entity_t participant) : waitset_(checked(dds_create_waitset(participant), "waitset")) {}
 
-void Waiter::add(const Reader& reader)
+void Waiter::add(const Endpoint& reader)
 {
 	conditions_.push_back(checked(dds_create_readcondition(reader.entity(), DDS_ANY_STATE), reader.topic()));
 	dds_waitset_attach(waitset_, conditions_.back(), 0);
@@ -307,7 +307,7 @@ std::string user_data_of(const dds_qos_t* qos)
 template <typename Info, typename Node, typename Gid>
 void write_graph(
     dds_entity_t participant, dds_entity_t writer, std::string name, std::string space,
-    const std::vector<const Endpoint*>& readers, const std::vector<const Endpoint*>& writers)
+    const std::vector<Endpoint*>& readers, const std::vector<Endpoint*>& writers)
 {
 	const auto gid_of = [](dds_entity_t entity)
 	{
@@ -317,7 +317,7 @@ void write_graph(
 		std::memcpy(gid.data, guid.v, sizeof guid.v);  // and zeros after it
 		return gid;
 	};
-	const auto gids_of = [&](const std::vector<const Endpoint*>& endpoints)
+	const auto gids_of = [&](const std::vector<Endpoint*>& endpoints)
 	{
 		std::vector<Gid> gids;
 		for (const Endpoint* endpoint : endpoints) gids.push_back(gid_of(endpoint->entity()));
@@ -416,8 +416,7 @@ int size_of_peers(const Publications& publications)
 }  // namespace
 
 void Graph::update(
-    const Publications& publications, const std::vector<const Endpoint*>& readers,
-    const std::vector<const Endpoint*>& writers)
+    const Publications& publications, const std::vector<Endpoint*>& readers, const std::vector<Endpoint*>& writers)
 {
 	const int size = size_of_peers(publications);
 	if (size == size_ && told_ == readers.size() + writers.size()) return;

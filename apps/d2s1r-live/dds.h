@@ -143,7 +143,7 @@ class Waiter
 {
    public:
 	explicit Waiter(dds_entity_t participant);
-	void add(const Reader& reader);
+	void add(const Endpoint& reader);
 	void wait(int milliseconds);
 
    private:
@@ -189,8 +189,7 @@ class Graph
 
 	/// Tells the peers of these endpoints, if that is safe. Call it once a second.
 	void update(
-	    const Publications& publications, const std::vector<const Endpoint*>& readers,
-	    const std::vector<const Endpoint*>& writers);
+	    const Publications& publications, const std::vector<Endpoint*>& readers, const std::vector<Endpoint*>& writers);
 
 	/// Returns the length [byte] of identifiers that is used; 0: the node has no name.
 	int identifier_size() const { return size_; }

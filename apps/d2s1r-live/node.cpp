@@ -189,21 +189,21 @@ struct Topics
 			    participant, geometry_msgs_msg_dds__PoseWithCovarianceStamped__desc, named(flags.seeds),
 			    Quality{true, false, 1, true});
 		}
-		for (const Reader* reader : readers()) waiter.add(*reader);
+		for (const Endpoint* reader : readers()) waiter.add(*reader);
 	}
 
-	std::vector<const Reader*> readers() const
+	std::vector<Endpoint*> readers()
 	{
-		std::vector<const Reader*> all = {&maps, &transforms, &static_transforms, &odometry, &clock, &requests};
-		for (const auto& scan : scans) all.push_back(&scan);
-		for (const auto& tracker : trackers) all.push_back(&tracker);
+		std::vector<Endpoint*> all = {&maps, &transforms, &static_transforms, &odometry, &clock, &requests};
+		for (auto& scan : scans) all.push_back(&scan);
+		for (auto& tracker : trackers) all.push_back(&tracker);
 		if (suggestions) all.push_back(&*suggestions);
 		return all;
 	}
 
-	std::vector<const AnyWriter*> writers() const
+	std::vector<Endpoint*> writers()
 	{
-		std::vector<const AnyWriter*> all = {&seeds, &poses, &hypotheses, &markers, &diagnostics};
+		std::vector<Endpoint*> all = {&seeds, &poses, &hypotheses, &markers, &diagnostics};
 		if (tracked_transforms) all.push_back(&*tracked_transforms);
 		return all;
 	}
@@ -475,17 +475,15 @@ class Node
 
 	void once_a_second()
 	{
-		std::vector<const Endpoint*> readers, writers;
-		for (const Reader* reader : topics_.readers()) readers.push_back(reader);
-		for (const AnyWriter* writer : topics_.writers()) writers.push_back(writer);
+		const auto readers = topics_.readers(), writers = topics_.writers();
 		publications_.update();
 		graph_.update(publications_, readers, writers);
 		has_two_trackers_ = tracker_count_.are_several(trackers_that_read_seeds(), steady_now());
 		hint_ = hint_on_topics();
 		for (const auto* all : {&readers, &writers})
-			for (const Endpoint* endpoint : *all)
+			for (Endpoint* endpoint : *all)
 			{
-				std::string line = const_cast<Endpoint*>(endpoint)->new_mismatch();
+				std::string line = endpoint->new_mismatch();
 				if (endpoint == &topics_.maps && !line.empty() && !flags_.volatile_map)
 					line += "; if it publishes once, start it after this program with --map-volatile";
 				if (!line.empty()) say(line);
