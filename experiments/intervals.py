@@ -108,13 +108,14 @@ def difference_interval(drives):
     """(mean, low, high) [%] of paired differences. \\p drives: a list of -1, 0 and 1 for each drive"""
     drives = [list(drive) for drive in drives if drive]
     count = sum(map(len, drives))
-    mean = sum(map(sum, drives)) / count if count else math.nan
+    if not count:
+        return (math.nan,) * 3
+    mean = sum(map(sum, drives)) / count
     parts = [variance_of_sum(drive) for drive in drives]
     groups = sum(part[1] for part in parts)
-    if not groups:
-        most = wilson(0, count)[1] if count else math.nan
-        return 100 * mean, -100 * most, 100 * most
-    half = student(4 * groups) * math.sqrt(sum(part[0] for part in parts) * (1 + 1 / groups)) / count
+    independent = sum((value - mean) ** 2 for drive in drives for value in drive)
+    variance = max(sum(part[0] for part in parts) * (1 + 1 / max(1, groups)), independent)
+    half = student(4 * groups) * math.sqrt(variance) / count if variance else wilson(0, count)[1]  # 0: all are alike
     return 100 * mean, 100 * max(-1, mean - half), 100 * min(1, mean + half)
 
 
