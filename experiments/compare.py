@@ -4,7 +4,8 @@
 
 A SITE is a folder with a map, a log and the true poses, in the formats that rawlog-localize reads (truth: `time x y phi`,
 MRPT's or TUM's lines), or the name of a folder below D2S1R_DATA. Of several files test.*, test_gt*.txt and map_test.* are
-taken; --map, --log and --truth name others.
+taken; --map, --log and --truth name others. As with rawlog-localize, the truth may be in the log: --truth topic:/TOPIC or
+--truth tf:FRAME.
 
 Writes to --output: README.md with tables and pictures, table.csv, frames.csv (each answer of each method), table.tex,
 references.bib with an entry for all that was run, and what each run printed in logs. The published method is run with the
@@ -19,7 +20,9 @@ import dataclasses
 import json
 import os
 import pathlib
+import shutil
 import sys
+import tempfile
 
 sys.dont_write_bytecode = True  # the folder is part of the sources
 
@@ -63,7 +66,7 @@ class Job:
         """runs.Answers"""
         truth = folder / "truth.txt"
         truth.write_text("".join(f"{stamp / 1000:.6f} {x} {y} {phi}\n" for stamp, (x, y, phi) in self.site.truth("").poses.items()))
-        known = [f"truth={truth}"]
+        known = [] if self.site.between else [f"truth={truth}"]
         words = [self.site.log, folder / "in.rawlog", f"text={folder / 'scans.txt'}", f"frames={self.most}"]
         facts = json.loads(runner.call("alter", *words, *known))
         if not facts["scans"]:  # the truth has a clock of its own, and is interpolated
@@ -108,7 +111,7 @@ def read_arguments():
     parser.add_argument("sites", nargs="+", metavar="SITE")
     parser.add_argument("--map", type=pathlib.Path, help="the map in place of the one in the folder")
     parser.add_argument("--log", type=pathlib.Path, help="the log in place of the one in the folder")
-    parser.add_argument("--truth", type=pathlib.Path, help="the true poses in place of those in the folder")
+    parser.add_argument("--truth", help="the true poses in place of those in the folder: a file, topic:/TOPIC or tf:FRAME of the log")
     parser.add_argument("--scans", default="test", help="name of the log in the folder (default test)")
     parser.add_argument("--most", type=int, default=100000, help="scans that d2s1r and the published method get, evenly spread")
     parser.add_argument("--most-others", type=int, default=60, help="the same for the slower others (default 60)")
@@ -125,24 +128,36 @@ def read_arguments():
     return parser.parse_args()
 
 
-def cases(arguments):
+def cases(arguments, runner):
     """The cases that were asked for; ends the program if one cannot be used."""
     found = []
+    in_log = arguments.truth and arguments.truth.startswith(("topic:", "tf:"))
     for name in arguments.sites:
         folder = pathlib.Path(name)
         if not folder.is_dir():
             folder = sites.default_folder(PROJECT) / name
-        given = {"map_file": arguments.map, "log": arguments.log, "truth_of": arguments.truth}
-        given = {field: file for field, file in given.items() if file}
+        told = arguments.output / f"{folder.resolve().name}_truth.txt"
+        given = {"map_file": arguments.map, "log": arguments.log, "between": in_log,
+                 "truth_of": told if in_log else arguments.truth and pathlib.Path(arguments.truth)}
         try:
-            if len(given) == 3:
-                found.append(sites.Case(folder.resolve().name, folder, **given))
-            else:
-                found.append(dataclasses.replace(sites.case(folder, arguments.scans), **given))
-            found[-1].truth("")
+            case = sites.case(folder, arguments.scans, **{field: file for field, file in given.items() if file})
+            if in_log:
+                read_told(runner, case, arguments.truth)
+            case.truth("")
         except (ValueError, OSError) as problem:
             sys.exit(f"compare.py: {problem}; a SITE is a folder with a map, a log and true poses, or name them by --map, --log, --truth")
+        found.append(case)
     return found
+
+
+def read_told(runner, case, truth):
+    """Writes the poses that the log tells; a file that holds them already stays as it is, and so do results of earlier runs."""
+    runner.check(["alter"])
+    with tempfile.TemporaryDirectory() as folder:
+        poses = pathlib.Path(folder) / "poses.txt"
+        runner.call("alter", case.log, pathlib.Path(folder) / "out.rawlog", "frames=0", f"of={truth}", f"poses={poses}")
+        if not case.truth_of.exists() or case.truth_of.read_text() != poses.read_text():
+            shutil.copy(poses, case.truth_of)
 
 
 def choose(runner, case, asked, arguments):
@@ -187,7 +202,7 @@ def main():
     arguments.output.mkdir(parents=True, exist_ok=True)
     runner = runs.Runner(arguments.build, PROJECT / "share/d2s1r/config", arguments.output / "runs", arguments.store)
     results, left_out = {}, {}
-    for case in cases(arguments):
+    for case in cases(arguments, runner):
         jobs, missing = plan(case, asked, choose(runner, case, asked, arguments), arguments)
         results.update(runner.run_all(jobs, arguments.jobs))
         left_out.update({(case.name, name): why for name, why in missing.items()})

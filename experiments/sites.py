@@ -115,6 +115,7 @@ class Case:
     map_file: pathlib.Path
     log: pathlib.Path
     truth_of: pathlib.Path
+    between: bool = False  # whether the truth is interpolated even if it has lines at the times of some scans
 
     @property
     def files(self):
@@ -133,15 +134,16 @@ class Case:
         return (self.folder / "run.rawlog", built_by.truth_file("run")) if built_by.has("run") else None
 
 
-def case(folder, scans="test"):
-    """What compare.py compares on in a folder: test.* and its truth in map_test.*, else the only log, truth and map there.
+def case(folder, scans="test", **given):
+    """What compare.py compares on in a folder: test.* and its truth in map_test.*, else the only log, truth and map there; but
+    the fields of Case that are given.
 
     \throws ValueError that says what is missing or found more than once"""
     files = sorted(folder.iterdir()) if folder.is_dir() else []
     texts = [f for f in files if f.suffix in (".txt", ".csv", ".tum")]
 
-    def only(kind, *choices):
-        for found in choices:
+    def only(field, kind, *choices):
+        for found in [[given[field]]] if field in given else choices:
             if len(found) == 1:
                 return found[0]
             if found:
@@ -154,9 +156,10 @@ def case(folder, scans="test"):
     logs = [f for f in files if f.suffix in LOGS and f not in maps or f.is_dir() and (f / "metadata.yaml").exists()]
     truths = [f for f in texts if re.search("gt|truth|groundtruth", f.stem)]
     return Case(folder.resolve().name, folder,
-                only("map", named("map_test", maps) if scans == "test" else [], named("map", maps), maps),
-                only("log", named(scans, logs), logs),
-                only("truth (*gt*, *truth*)", named(f"{scans}_gt_checked", truths), named(f"{scans}_gt", truths), truths))
+                only("map_file", "map", named("map_test", maps) if scans == "test" else [], named("map", maps), maps),
+                only("log", "log", named(scans, logs), logs),
+                only("truth_of", "truth (*gt*, *truth*)", named(f"{scans}_gt_checked", truths), named(f"{scans}_gt", truths), truths),
+                given.get("between", False))
 
 
 def default_folder(project):

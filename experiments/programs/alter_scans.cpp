@@ -8,6 +8,9 @@
 //                        first beam and step [rad], range that the laser sees up to [m], pose of the laser on the robot
 //                        [m, m, rad], and the ranges [m], `inf` where nothing returned and `nan` where the laser says
 //                        nothing
+//   poses=FILE           also writes lines `time x y phi` [s, m, rad]: the robot's poses that the log tells, those of
+//   of=topic:TOPIC       a topic, or in
+//   of=tf:FRAME          a frame of its transforms
 //   truth=FILE           leaves out scans whose time is not, within 1 ms, that of a line `time x y phi`
 //   frames=N             [-] at most, evenly spread
 //   blocked=SHARE        [0, 1] of the view in which something stands 0.4 to 2 m from the laser, 10 deg wide each
@@ -75,6 +78,20 @@ void keep_known(Scans& scans, const std::string& truth)
 		return near == times.end() || *near > time + 1;
 	};
 	scans.erase(std::remove_if(scans.begin(), scans.end(), is_unknown), scans.end());
+}
+
+/// Writes the poses that the log tells of the robot that carries a laser.
+void write_poses(const std::string& log, const std::string& of, const std::string& laser, const std::string& file)
+{
+	const auto colon = of.find(':');
+	const std::string kind = of.substr(0, colon), name = of.substr(colon + 1);
+	if (kind != "topic" && kind != "tf") throw std::invalid_argument("of=" + of + ": is neither topic: nor tf:");
+	std::ofstream out(file);
+	out << std::fixed << std::setprecision(6);
+	for (const auto& [time, pose] : kind == "tf" ? d2s1r::logs::read_poses_of_frame(log, name, laser, "")
+	                                             : d2s1r::logs::read_poses_of_topic(log, name, "").poses)
+		out << time << ' ' << pose.x << ' ' << pose.y << ' ' << pose.phi << '\n';
+	if (!out.flush()) throw std::runtime_error(file + ": cannot be written");
 }
 
 /// [rad] from the middle of the scan.
@@ -282,8 +299,11 @@ void alter(const std::string& in, const std::string& out, d2s1r::experiments::Wo
 {
 	const std::string text = d2s1r::experiments::take_text(words, "text");
 	const std::string truth = d2s1r::experiments::take_text(words, "truth");
+	const std::string poses = d2s1r::experiments::take_text(words, "poses");
+	const std::string of = d2s1r::experiments::take_text(words, "of");
 	const Settings settings = read_settings(words);
 	Scans scans = load_scans(in);
+	if (!poses.empty()) write_poses(in, of, scans.empty() ? "" : scans.front()->sensorLabel, poses);
 	if (!truth.empty()) keep_known(scans, truth);
 	const auto all = static_cast<double>(scans.size());
 	const auto frames = static_cast<std::size_t>(std::min(settings.at("frames"), all));

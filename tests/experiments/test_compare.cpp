@@ -7,6 +7,7 @@
 #include "app_process.h"
 #include "app_world.h"
 #include "experiment_scripts.h"
+#include "walk_logs.h"
 
 using namespace d2s1r::test;
 namespace fs = std::filesystem;
@@ -115,6 +116,31 @@ TEST_F(Compare, TruthIsReadInAllFormsAndBetweenTwoLines)
 	    "[1.25, 2.0, 0.55] None None [1.0, 2.0, 0.5]\n");
 }
 
+TEST_F(Compare, TruthMayBeATopicOrAFrameOfTheLog)
+{
+	write_own_site();
+	fs::remove(path("home/drive_truth.txt"));
+	fs::remove(path("home/drive.rawlog"));
+	std::vector<MadeMessage> messages = {made_transforms(Wire::kCdr, 1, {{"base_link", "laser", 0.1, 0, 0.2}})};
+	for (std::size_t i = 0; i < walk().size(); i++)
+	{
+		const auto time = std::llround(walk_time(i) * 10) * 100'000'000;
+		const auto& pose = walk()[i];
+		messages.push_back(
+		    made_transforms(Wire::kCdr, time, {{"map", "base_link", pose.x, pose.y, 0, 'z', pose.phi}}, "/tf"));
+		messages.push_back(made_scan(Wire::kCdr, ros_scan(i)));
+	}
+	write_file(path("home/drive.mcap"), mcap_file(messages));
+	const auto told = [&](const std::string& truth) {
+		return compare({path("home"), "--truth", truth, "--only", "d2s1r", "--most", "6"});
+	};
+	const ProcessResult result = told("tf:map");
+	ASSERT_EQ(result.status, 0) << result.err;
+	EXPECT_NE(read_file(path("out/README.md")).find("| d2s1r | 6 | 100.0 "), std::string::npos);
+	EXPECT_NE(told("topic:/pose").err.find("on the topic '/pose'"), std::string::npos);
+	EXPECT_NE(told("tf:hall").err.find("'hall'"), std::string::npos);
+}
+
 TEST_F(Compare, IntervalsHoldTheTruthOfDrivesWhoseFailuresComeInRuns)
 {
 	const ProcessResult told =
@@ -134,8 +160,9 @@ TEST_F(Compare, PairedDifferencesAndBuildingsHaveIntervals)
 	            "print(width([run])[0], width([lone])[0], width([run])[1] > 2 * width([lone])[1])\n"
 	            "alike, apart = [[True] * 90 + [False] * 10] * 8, [[True] * 100] * 7 + [[True] * 20 + [False] * 80]\n"
 	            "def places(of): low, high = intervals.share_interval_of_places(of); return high - low\n"
-	            "print(places(apart) > 3 * places(alike))"),
-	    "11.1 11.1 True\nTrue\n");
+	            "print(places(apart) > 3 * places(alike))\n"
+	            "print(width([[1, 1, 1, 1, 0, 0, 0, 0, 1, 0]])[1] > 60, width([[1] * 10])[1] > 20)"),
+	    "11.1 11.1 True\nTrue\nTrue True\n");
 }
 
 TEST_F(Compare, ATableOfOtherAnswersIsFoundUnlessItSaysSo)
