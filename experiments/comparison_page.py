@@ -49,12 +49,12 @@ def grey(picture, yaml):
     return np.where(dark > value("occupied_thresh", 0.65), 0, np.where(dark < value("free_thresh", 0.196), 254, 205)).astype(np.uint8)
 
 
+def kind_of(name):
+    return methods.METHODS.get(name) or methods.PEERS[name]
+
+
 def title_of(name):
-    return (methods.METHODS.get(name) or methods.PEERS[name]).title
-
-
-def doubts(name):
-    return name in methods.METHODS and methods.METHODS[name].doubts
+    return kind_of(name).title
 
 
 class Comparison:
@@ -92,8 +92,8 @@ class Comparison:
         times = [frame.times["total"] for frame in frames]
         values = [" + ".join(of_sites), subset, method, len(frames), measures.success(frames),
                   *intervals.share_interval([[frame.right for frame in drive] for drive in drives]), *better,
-                  measures.recall(frames) if doubts(method) else math.nan,
-                  *((measures.precision(frames), *intervals.share_interval(sure)) if doubts(method) else (math.nan,) * 3),
+                  measures.recall(frames) if kind_of(method).doubts else math.nan,
+                  *((measures.precision(frames), *intervals.share_interval(sure)) if kind_of(method).doubts else (math.nan,) * 3),
                   measures.mean(frame.position_error for frame in right), measures.median(frame.position_error for frame in right),
                   measures.mean(frame.yaw_error for frame in right), measures.median(times), measures.mean(times),
                   max(answer.memory for answer in answers), max(answer.preparation for answer in answers)]
@@ -148,7 +148,7 @@ def result_tables(rows, columns):
 def settings(comparison):
     rows = []
     for name in comparison.methods:
-        kind = methods.METHODS.get(name) or methods.PEERS[name]
+        kind = kind_of(name)
         read = "; ".join(f"{site}: {reading}" for (site, method), reading in comparison.readings.items() if method == name)
         rows.append([kind.title, kind.settings + (f"; {read}" if read else ""), kind.source, ", ".join(f"`{key}`" for key in kind.cited)])
     return tables.table("Settings", "And where they come from; the keys are those of references.bib. Methods other than d2s1r and "
@@ -265,7 +265,7 @@ def write_latex(rows, file, no_times):
 
 
 def write_bibliography(comparison, runner, file):
-    cited = {key for name in comparison.methods for key in (methods.METHODS.get(name) or methods.PEERS[name]).cited}
+    cited = {key for name in comparison.methods for key in kind_of(name).cited}
     text = (pathlib.Path(__file__).parent / "references.bib").read_text()
     text = text.replace("{VERSION}", "{" + runner.version().splitlines()[0].split()[-1] + "}").replace("COMMIT", runner.commit)
     entries = [entry for entry in re.split(r"\n(?=@)", text) if re.match(r"@\w+\{([^,]+)", entry).group(1) in cited]
