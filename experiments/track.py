@@ -39,23 +39,25 @@ def simulated(count):
     return drives
 
 
-def recorded(folders):
-    """The drives of folders with a map and either run.rawlog or test.bag, with their truth."""
+def recorded(folders, frames):
+    """The drives of folders with a map and either run.rawlog or test.bag, with their truth, or their first `frames` (0: all)."""
+    few = [f"frames={frames}"] if frames else []
     drives = []
     for folder in folders:
         for log in (folder / "run.rawlog", folder / "test.bag"):
             truth = folder / f"{log.stem}_gt.txt"
             if log.exists() and truth.exists():
-                drives.append((folder.name, ["recorded", str(folder / "map.yaml"), str(log), str(truth)]))
+                drives.append((folder.name, ["recorded", str(folder / "map.yaml"), str(log), str(truth), *few]))
     return drives
 
 
 def rows_of(program, name, words):
     """A row for the tracker and one for the filter."""
     output = subprocess.run([program, *words], check=True, capture_output=True, text=True).stdout
-    return [[name, who, off, off95, turn, turn95, right, start, kidnappings, again, longest, f"{wrong} of {sure}", outside, cpu, mean]
+    rows = [[name, who, off, off95, turn, turn95, right, start, kidnappings, again, longest, f"{wrong} of {sure}", outside, cpu, mean]
             for who, off, off95, turn, turn95, right, start, kidnappings, again, longest, sure, _, wrong, outside, cpu, mean
             in LINE.findall(output)]
+    return [["-" if cell == "nan" else cell for cell in row] for row in rows]
 
 
 def main():
@@ -64,12 +66,13 @@ def main():
     parser.add_argument("--sites", nargs="*", default=SITES)
     parser.add_argument("--foreign", type=pathlib.Path, help="folder of other drives")
     parser.add_argument("--drives", type=int, default=20, help="simulated ones")
+    parser.add_argument("--frames", type=int, default=0, help="of each recorded drive; 0: all")
     arguments = parser.parse_args()
     folders = [site.folder for site in sites.named(arguments.sites)] if arguments.sites else []
     if arguments.foreign:
         folders += sorted(path for path in arguments.foreign.iterdir() if path.is_dir())
     rows = []
-    for name, words in recorded(folders) + simulated(arguments.drives):
+    for name, words in recorded(folders, arguments.frames) + simulated(arguments.drives):
         rows += rows_of(arguments.program, name, words)
     print(tables.table(
         "Tracking", "The tracker, and MRPT's filter as --fuse runs it, which stands for amcl.",
