@@ -14,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "answer/distinct_poses.h"
 #include "answer/localization_method.h"
 #include "coarse/range_profiles.h"
 #include "fine/decision.h"
@@ -38,6 +39,7 @@ constexpr double kAsWell =
     0.6;  //!< [-] of the best place's explained returns: a place with more explains the scan, too
 constexpr double kOfAlike = 0.05;          //!< [-] power of the evidence for a place that explains the scan, too
 constexpr double kNotNegligible = 1e-4;    //!< [0, 1] probability of a place that is followed
+constexpr double kBelieved = 0.5;          //!< [0, 1] the least, of a place that the newest scan shows: see is_sure()
 constexpr std::size_t kMostFollowed = 20;  //!< [-] places
 constexpr std::size_t kMostPoses = 100;    //!< [-] that are refined near a place
 
@@ -61,11 +63,12 @@ struct Travel
 /// A place where the robot may be.
 struct Followed
 {
-	Hypothesis fix;          //!< robot in map, when a scan confirmed the place last
-	Travel since;            //!< then
-	bool is_seen = true;     //!< whether the newest scan confirmed it
-	double believed = 0;     //!< [0, 1] probability by all scans but for what only the newest one says
-	double probability = 0;  //!< [0, 1] with that
+	Hypothesis fix;                        //!< robot in map, when a scan confirmed the place last
+	Travel since;                          //!< then
+	bool is_seen = true;                   //!< whether the newest scan confirmed it
+	double believed = 0;                   //!< [0, 1] probability by all scans but for what only the newest one says
+	double probability = 0;                //!< [0, 1] with that
+	mrpt::math::CMatrixDouble33 of_map{};  //!< of the pose, (x, y, phi), beyond that of `fix`: see shown()
 };
 
 /// What a scan says of the places that were looked at.
@@ -108,6 +111,28 @@ std::vector<TPose2D> poses_around(const PoseDensity& predicted)
 	return poses;
 }
 
+/// Returns the places at which a robot can be that is expected somewhere. To others it would have been carried: a
+/// search finds these, and what is believed of the expected place is not believed of them.
+std::vector<Hypothesis> within_reach(
+    const PoseDensity& expected, std::vector<Hypothesis> places, const WindowTuning& tuning)
+{
+	const auto is_elsewhere = [&](const Hypothesis& place)
+	{
+		return !are_near(expected.mean.asTPose(), place.pose.asTPose(), kPlaceDistance, kPlaceYaw) &&
+		       mrpt::square(mahalanobis_distance(expected, measurement(place, tuning))) >= kMostOff;
+	};
+	places.erase(std::remove_if(places.begin(), places.end(), is_elsewhere), places.end());
+	return places;
+}
+
+/// Returns the share [0, 1] of one place in all those at which the robot may be by a predicted density.
+double share_of_place(const PoseDensity& predicted)
+{
+	const double yaw = std::min(std::sqrt(predicted.cov(2, 2)), M_PI / std::sqrt(3));  // that of any yaw
+	const double spread = std::sqrt(predicted.cov(0, 0) * predicted.cov(1, 1)) * yaw;
+	return std::min(1.0, mrpt::square(kPlaceDistance) * kPlaceYaw / spread);
+}
+
 const std::string& map_of(const Followed& track)
 {
 	return track.fix.map;
@@ -131,6 +156,7 @@ class Tracker::State
    private:
 	void travel(Travel& since, const std::optional<CPose2D>& motion, double seconds) const;
 	PoseDensity predicted(const Followed& track) const;
+	Hypothesis shown(const Followed& track) const;
 	void move(const std::optional<CPose2D>& motion, double seconds);
 	std::vector<PlaceDensity> predictions() const;
 	const Localizer& localizer_of(const std::string& map) const { return *maps_.at(map).localizer; }
@@ -149,6 +175,7 @@ class Tracker::State
 	void drop_tracks();
 	double fresh_share(const std::vector<PlaceDensity>& expected) const;
 	void check_odometry(bool is_confirmed);
+	bool is_sure() const;
 	void settle_suggestion();
 	Localization conclude(const std::string& held_because) const;
 
@@ -198,6 +225,18 @@ PoseDensity Tracker::State::predicted(const Followed& track) const
 	const double seconds = track.since.unmeasured;
 	now.cov +=
 	    covariance_of(seconds * usual.unknown_speed, seconds * usual.unknown_speed, seconds * usual.unknown_turn);
+	return now;
+}
+
+/// Returns a place as it is told. Scans share the errors of the map, so that many of them tell no more of the pose than
+/// one does.
+Hypothesis Tracker::State::shown(const Followed& track) const
+{
+	Hypothesis now = track.fix;
+	const PoseDensity density = predicted(track);
+	if (!track.is_seen) now.pose = density.mean;
+	now.covariance = (track.is_seen ? track.fix.covariance : density.cov) + track.of_map;
+	now.probability = track.probability;
 	return now;
 }
 
@@ -348,13 +387,16 @@ Told Tracker::State::follow(const Look& look, const std::vector<PlaceDensity>& e
 	told.absence = absence_of(look.answer, *fittest);
 	for (std::size_t i = 0; i < tracks_.size(); i++)
 	{
-		const Correction fit = best_correction(expected[i].pose, shared[i], reference, tuning_);
+		const std::vector<Hypothesis> there = within_reach(expected[i].pose, shared[i], tuning_);
+		const Correction fit = best_correction(expected[i].pose, there, reference, tuning_);
 		told.evidence.push_back(fit.evidence);
 		told.explained.push_back(fit.explained);
 		if (fit.explained < kHeldBelow * promised_ || fit.explained < tuning_.least_explained) continue;
 		Followed& track = tracks_[i];
+		track.believed *= share_of_place(expected[i].pose);
 		track.fix.pose = fit.pose.mean;
 		track.fix.covariance = fit.pose.cov;
+		track.of_map = fit.measured - fit.pose.cov;
 		track.fix.explained = fit.explained;
 		track.since = {};
 		track.is_seen = true;
@@ -442,7 +484,7 @@ void Tracker::State::drop_tracks()
 	std::vector<Followed> kept;
 	for (Followed& track : tracks_)
 	{
-		if (!kept.empty() && track.probability < kNotNegligible) break;
+		if (!kept.empty() && std::max(track.believed, track.probability) < kNotNegligible) continue;
 		if (kept.size() >= kMostFollowed) break;
 		const auto same = std::find_if(
 		    kept.begin(), kept.end(), [&](const Followed& other) { return is_one_place(track.fix, other.fix); });
@@ -477,6 +519,14 @@ void Tracker::State::check_odometry(bool is_confirmed)
 
 // Answers.
 
+/// Returns whether the robot is at the most probable place. The newest scan alone does not show it, while what all
+/// scans say is against it: among people or changed walls, single scans may show any of several places that are alike.
+bool Tracker::State::is_sure() const
+{
+	return !tracks_.empty() && tracks_.front().probability > scoring().localized_above &&
+	       tracks_.front().believed > kBelieved;
+}
+
 /// Says what is known of all places.
 Localization Tracker::State::conclude(const std::string& held_because) const
 {
@@ -487,32 +537,21 @@ Localization Tracker::State::conclude(const std::string& held_because) const
 	if (tracks_.empty()) return result;
 	result.note = held_because;
 	const auto most = static_cast<std::size_t>(scoring().hypotheses);
-	for (std::size_t i = 0; i < std::min(most, tracks_.size()); i++)
-	{
-		Hypothesis hypothesis = tracks_[i].fix;
-		const PoseDensity now = predicted(tracks_[i]);
-		if (!tracks_[i].is_seen)
-		{
-			hypothesis.pose = now.mean;
-			hypothesis.covariance = now.cov;
-		}
-		hypothesis.probability = tracks_[i].probability;
-		result.hypotheses.push_back(std::move(hypothesis));
-	}
-	const Hypothesis& best = result.best();
-	const auto within = [&](int i, double most_std) { return best.covariance(i, i) < mrpt::square(most_std); };
+	for (std::size_t i = 0; i < std::min(most, tracks_.size()); i++) result.hypotheses.push_back(shown(tracks_[i]));
+	const mrpt::math::CMatrixDouble33 spread = result.best().covariance - tracks_.front().of_map;
+	const auto within = [&](int i, double most_std) { return spread(i, i) < mrpt::square(most_std); };
 	const bool is_one = within(0, kPlaceDistance) && within(1, kPlaceDistance) && within(2, kPlaceYaw);
-	result.confidence = best.probability;
-	result.status = is_one && result.confidence > scoring().localized_above ? Status::kLocalized : Status::kAmbiguous;
+	result.confidence = result.best().probability;
+	result.status = is_one && is_sure() ? Status::kLocalized : Status::kAmbiguous;
 	return result;
 }
 
 /// Says whether the scans allow what somebody suggested, once they tell where the robot is.
 void Tracker::State::settle_suggestion()
 {
-	if (suggestion_ != Suggestion::kOpen || tracks_.empty()) return;
+	if (suggestion_ != Suggestion::kOpen) return;
+	if (!is_sure()) return;
 	const Followed& best = tracks_.front();
-	if (best.probability <= scoring().localized_above) return;
 	const bool is_there = map_of(best) == suggested_map_ && suggested_region_.allows(best.fix.pose.asTPose());
 	suggestion_ = is_there ? Suggestion::kTaken : Suggestion::kRefused;
 }
@@ -546,8 +585,7 @@ Localization Tracker::State::add(double time, const Scan& scan, const std::optio
 			temperature_ = seen.answer.temperature;
 			since_told_ = 0;
 		}
-		const bool is_confirmed =
-		    !tracks_.empty() && tracks_.front().is_seen && tracks_.front().probability > scoring().localized_above;
+		const bool is_confirmed = is_sure() && tracks_.front().is_seen;
 		if (is_confirmed) promised_ += kNewestPromise * (tracks_.front().fix.explained.value_or(0) - promised_);
 		check_odometry(is_confirmed);
 		settle_suggestion();
@@ -562,11 +600,8 @@ std::optional<Hypothesis> Tracker::State::after(const std::optional<CPose2D>& mo
 	if (tracks_.empty()) return std::nullopt;
 	Followed best = tracks_.front();
 	travel(best.since, motion, seconds);
-	const PoseDensity now = predicted(best);
-	best.fix.pose = now.mean;
-	best.fix.covariance = now.cov;
-	best.fix.probability = best.probability;
-	return best.fix;
+	best.is_seen = false;
+	return shown(best);
 }
 
 void Tracker::State::suggest(const PoseDensity& robot, const std::string& map)

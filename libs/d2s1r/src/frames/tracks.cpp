@@ -190,7 +190,7 @@ Correction best_correction(
     const PoseDensity& predicted, const std::vector<Hypothesis>& places, const Reference& reference,
     const WindowTuning& tuning)
 {
-	Correction best{predicted, kNowhere, 0};
+	Correction best{predicted, predicted.cov, kNowhere, 0};
 	const auto consider = [&](const Hypothesis& hypothesis)
 	{
 		const PoseDensity measured = measurement(hypothesis, tuning);
@@ -199,9 +199,10 @@ Correction best_correction(
 		if (of_motion < kAnotherPlace) return;
 		const double evidence = evidence_of(hypothesis, reference, tuning) + of_motion;
 		if (evidence <= best.evidence) return;
-		best = {predicted, evidence, explained_of(hypothesis)};
+		best = {predicted, predicted.cov, evidence, explained_of(hypothesis)};
 		if (is_hidden(hypothesis, tuning)) return;
 		best.pose = off < kMostOff ? combine(predicted, measured) : measured;
+		best.measured = measured.cov;
 	};
 	for (const Hypothesis& hypothesis : places) consider(hypothesis);
 	return best;

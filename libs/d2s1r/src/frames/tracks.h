@@ -69,9 +69,10 @@ PoseDensity measurement(const Hypothesis& hypothesis, const WindowTuning& tuning
 /// A predicted pose that a scan has corrected.
 struct Correction
 {
-	PoseDensity pose;      //!< robot in map, m and rad
-	double evidence = 0;   //!< [nat] see evidence_of()
-	double explained = 0;  //!< [0, 1] see Hypothesis
+	PoseDensity pose;                      //!< robot in map, m and rad
+	mrpt::math::CMatrixDouble33 measured;  //!< covariance of what the scan alone says of it, see measurement()
+	double evidence = 0;                   //!< [nat] see evidence_of()
+	double explained = 0;                  //!< [0, 1] see Hypothesis
 };
 
 /// Returns the best of the places that the scan may confirm near `predicted`; without one, the pose stays as predicted.
