@@ -11,6 +11,7 @@ import zlib
 import numpy as np
 
 import runs
+import sites
 from learning import degraded_maps, drawn_sites
 
 # name -> words of degraded_maps
@@ -111,14 +112,23 @@ class Maker:
 
     def write(self, set_, folder):
         run([self.alter, set_.scans, folder / "scans.rawlog", *set_.scan_words, f"seed={set_.seed}"])
+        truth = folder / "gt.txt" if set_.truth else None
+        if truth:
+            np.savetxt(truth, without_doubtful(set_.truth), fmt="%.6f")
         if set_.map_words:
-            good = degraded_maps.load_map(set_.map, set_.truth)
+            good = degraded_maps.load_map(set_.map, truth)
             degraded = degraded_maps.degrade(good, set_.map_words, set_.seed)
             degraded_maps.save_map(degraded, folder)
-            if set_.truth:
-                np.savetxt(folder / "gt.txt", degraded.truth, fmt="%.6f")
-        elif set_.truth:
-            shutil.copy(set_.truth, folder / "gt.txt")
+            if truth:
+                np.savetxt(truth, degraded.truth, fmt="%.6f")
+
+
+def without_doubtful(file):
+    """The rows of a ground truth but those that the log itself contradicts, if make_sites has said so."""
+    rows = np.loadtxt(file, comments=("%", "#"), ndmin=2)[:, :4]
+    knowledge = sites.read_knowledge(file.with_name(file.name.replace("_gt.txt", "_scans.csv")))
+    doubtful = [stamp for stamp, (_, is_doubtful) in knowledge.items() if is_doubtful]
+    return rows[~np.isin(np.rint(1000 * rows[:, 0]), doubtful)]
 
 
 def whole(folder, write):

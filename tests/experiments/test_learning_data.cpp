@@ -226,6 +226,33 @@ TEST_F(LearningData, MirroredScansAreOfNoPlace)
 	    "a-mirrored mirrored None beams=90 frames=7 mirrored=1\n");
 }
 
+TEST_F(LearningData, ScansWhoseTruthTheLogContradictsAreLeftOut)
+{
+	write_file(folder() / "test_gt.txt", "1000.5 1 2 3\n1001 4 5 6\n");
+	const std::string rows =
+	    "import pathlib; from learning import sets\n"
+	    "print(*sets.without_doubtful(pathlib.Path('" +
+	    path("test_gt.txt") + "'))[:, 1])";
+	EXPECT_EQ(printed(rows), "1.0 4.0\n");
+	write_file(folder() / "test_scans.csv", "timestamp,on_walls,doubtful\n1000.5,0.9,1\n1001,0.2,0\n");
+	EXPECT_EQ(printed(rows), "4.0\n");
+}
+
+TEST_F(LearningData, LookAlikesAreMappedByOneProgramAndSeenByAnother)
+{
+	for (const std::string folder : {"bays", "again"})
+	{
+		const ProcessResult drawn = run_program(
+		    {kPython, script("look_alikes.py"), "pillars", "4", path(folder), "--drives", "1", "--frames", "20"});
+		ASSERT_EQ(drawn.status, 0) << drawn.err;
+	}
+	for (const std::string file : {"map.png", "drive_0.log", "drive_0_gt.txt"})
+		EXPECT_EQ(read_file(path("bays/" + file)), read_file(path("again/" + file))) << file;
+	const auto off = errors("bays/map.yaml", "bays/drive_0.log", "bays/drive_0_gt.txt");
+	EXPECT_GT(std::count_if(off.begin(), off.end(), [](double metres) { return metres < 0.3; }), 12) << "of 20";
+	EXPECT_GT(*std::min_element(off.begin(), off.end()), 1e-3) << "the map is not the world";
+}
+
 TEST_F(LearningData, PresenceIsComparedAtOneRecall)
 {
 	if (run_program({kPython, "-c", "import matplotlib"}).status != 0)
