@@ -437,6 +437,7 @@ void track(const DriveSettings& settings)
 	waiter.add(seeds);
 	std::deque<std::pair<live::Time, CPose2D>> moved;  // newest last
 	std::optional<CPose2D> map_to_odometry;
+	std::optional<ros::StampedPose> given;  // a seed that waits for the odometry of its time
 	live::Time told_at = 0;
 	for (;;)
 	{
@@ -450,17 +451,16 @@ void track(const DriveSettings& settings)
 			        message.pose.header.time, CPose2D(message.pose.pose.value_or(mrpt::poses::CPose3D())));
 		    });
 		while (moved.size() > kMostKept) moved.pop_front();
-		take(
-		    seeds, ros::decode_stamped_pose,
-		    [&](const ros::StampedPose& seed)
-		    {
-			    const auto then = std::lower_bound(
-			        moved.begin(), moved.end(), seed.header.time,
-			        [](const auto& one, live::Time time) { return one.first < time; });
-			    if (then == moved.end() || !seed.pose) return;
-			    map_to_odometry = CPose2D(*seed.pose) + (-then->second);
-			    if (write(STDOUT_FILENO, "s", 1) != 1) _exit(1);
-		    });
+		take(seeds, ros::decode_stamped_pose, [&](const ros::StampedPose& seed) { given = seed; });
+		const auto then = std::lower_bound(
+		    moved.begin(), moved.end(), given ? given->header.time : 0,
+		    [](const auto& one, live::Time time) { return one.first < time; });
+		if (given && given->pose && then != moved.end())
+		{
+			map_to_odometry = CPose2D(*given->pose) + (-then->second);
+			given.reset();
+			if (write(STDOUT_FILENO, "s", 1) != 1) _exit(1);
+		}
 		if (!map_to_odometry || moved.empty() || moved.back().first < told_at + kBetweenPoses) continue;
 		told_at = moved.back().first;
 		poses.write(live::pose_message(told_at, kMap, *map_to_odometry + moved.back().second, {}).message);

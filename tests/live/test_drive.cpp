@@ -39,7 +39,7 @@ TEST_F(LiveTest, FindsTheSimulatedRobotAndItsTrackerAgainAfterEachMishap)
 	     "--domain",
 	     std::to_string(test_domain()),
 	     "--kidnap",
-	     "12",
+	     "14",
 	     "--crash",
 	     "8",
 	     "--return",
