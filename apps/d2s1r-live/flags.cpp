@@ -112,7 +112,16 @@ void add_laser_options(app::OptionGroup laser, Flags& flags)
 	laser.value(
 	    "--sweep-time", "S",
 	    "the time from the first beam of a scan to the last [s], in place of what the messages tell",
-	    [&](const std::string& text) { settings.sweep = app::parse_sweep_time(text); });
+	    [&](const std::string& text) { settings.overrides.sweep = app::parse_sweep_time(text); });
+	laser.value(
+	    "--calibration", "FILE",
+	    "read the laser, which must be the first of --scan, and the odometry as FILE says, which rawlog-localize "
+	    "--calibrate wrote",
+	    flags.calibration);
+	laser.flag(
+	    "--as-told",
+	    "believe what the messages say of the laser and the odometry, even if the drive through the map contradicts it",
+	    settings.as_told);
 }
 
 void add_topic_options(app::OptionGroup topics, Flags& flags)
@@ -212,6 +221,7 @@ std::optional<Flags> parse_flags(int argc, char** argv, std::ostream& out)
 	app::OptionGroup(parser, "Help").help("d2s1r-live " D2S1R_VERSION "\n", out);
 	app::parse_words(parser, kUsage, words_of(parser, ros.parameters, flags));
 	if (!app::parse_words(parser, kUsage, ros.words)) return std::nullopt;  // they win over parameters
+	if (!flags.calibration.empty()) app::read_calibration(flags.calibration, flags.settings.overrides);
 	flags.settings.has_maps_of_its_own = !flags.map.empty();
 	if (flags.scans.size() > 1 && !flags.settings.merge_lasers)
 		wrong("--scan", "several lasers only go with --merge-lasers");

@@ -13,13 +13,14 @@
 
 namespace d2s1r::live
 {
-/// The command line of d2s1r-live. It has been checked for consistency; no file has been touched.
+/// The command line of d2s1r-live. It has been checked for consistency; no file but the calibration has been read.
 struct Flags
 {
 	LiveSettings settings;                //!< without the parameters of --config
 	std::string map;                      //!< file or atlas; empty: messages bring the map
 	std::string config;                   //!< empty: default parameters
 	std::vector<std::string> parameters;  //!< "SECTION.KEY=VALUE", which win over `config`
+	std::string calibration;              //!< file, whose values are in `settings`; empty: none
 	std::string index;                    //!< file that keeps the index of a map; empty: none
 	std::uint32_t domain = 0;
 	Discovery discovery;

@@ -160,6 +160,7 @@ class Player
 		settings.window = window;
 		settings.has_maps_of_its_own = true;
 		settings.cloud_height = given.cloud_height;
+		settings.as_told = true;  // as the other side is, which asks no drive
 		return settings;
 	}
 

@@ -27,7 +27,7 @@ const std::map<std::string, std::set<std::string>> kMayInclude = {
     {"libs/d2s1r", {"libs/base"}},
     {"libs/mrpt", {"libs/base", "libs/d2s1r"}},
     {"libs/calibration", {"libs/d2s1r"}},
-    {"libs/ros", {"libs/base", "libs/d2s1r"}},
+    {"libs/ros", {"libs/base", "libs/d2s1r", "libs/calibration"}},
     {"libs/logs", {"libs/base", "libs/d2s1r", "libs/mrpt", "libs/ros"}},
     {"libs/live", {"libs/base", "libs/d2s1r", "libs/calibration", "libs/ros"}},
     {"plugins/pf-init", {"libs/base", "libs/d2s1r", "libs/mrpt"}},

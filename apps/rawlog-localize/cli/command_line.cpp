@@ -317,43 +317,6 @@ void check_image(const MapRequest& map)
 	wrong("--resolution", "only goes with an image (" + known + "); leave it out or rename the image");
 }
 
-/// Enters the options of a calibration file, `name: value` line by line, that the command line does not give.
-/// \throws UserError if it cannot be read (kBadInput) or understood (kWrongUse)
-void read_calibration(const std::string& file, logs::Overrides& overrides)
-{
-	std::ifstream in(file);
-	if (!in) throw UserError(kBadInput, file, "cannot be read; --calibration names what --calibrate wrote");
-	for (std::string line; std::getline(in, line);)
-	{
-		const auto colon = line.find(": ");
-		if (line.empty() || line.front() == '#') continue;
-		const std::string name = line.substr(0, colon), value = colon < line.size() ? line.substr(colon + 2) : "";
-		try
-		{
-			if (name == "sensor-pose")
-				overrides.sensor_pose = overrides.sensor_pose.value_or(parse_sensor_pose(value));
-			else if (name == "sweep-time")
-				overrides.sweep = overrides.sweep.value_or(parse_sweep_time(value));
-			else if (name == "range-factor")
-				overrides.range_factor = overrides.range_factor.value_or(parse_range_factor(value));
-			else if (name == "beam-angles")
-				overrides.beam_angles = overrides.beam_angles.value_or(parse_beam_angles(value));
-			else if (name == "min-range")
-				overrides.min_range = overrides.min_range.value_or(parse_range_factor(value));
-			else if (name == "mirrored-odometry")
-				overrides.is_odometry_mirrored = true;
-			else if (name == "odometry-clock")
-				overrides.odometry_clock = parse_finite_number(value);
-			else
-				refuse_value(name, "is no line of a calibration; write it by --calibrate");
-		}
-		catch (const std::invalid_argument& error)
-		{
-			throw UserError(kWrongUse, file, error.what());
-		}
-	}
-}
-
 /// Enters the options that are understood together with another one. \throws UserError (kWrongUse) if that is missing
 void add_dependent(CommandLine& command, const Dependent& dependent)
 {

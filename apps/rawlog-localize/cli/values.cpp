@@ -1,7 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "cli/values.h"
 
-#include <mrpt/core/bits_math.h>
 #include <mrpt/core/format.h>
 
 #include <cmath>
@@ -66,44 +65,10 @@ mrpt::math::TPoint2D parse_point(const std::string& text)
 	return {values[0], values[1]};
 }
 
-mrpt::poses::CPose3D parse_sensor_pose(const std::string& text)
+std::string beam_angles_option(const ros::BeamAngles& angles)
 {
-	const auto values = parse_number_list(text);
-	if (values.size() != 6) refuse_value(text, "is not a pose; write X,Y,Z,YAW,PITCH,ROLL in m and deg");
-	const auto angle = [&](std::size_t i) { return mrpt::DEG2RAD(values[i]); };
-	return {values[0], values[1], values[2], angle(3), angle(4), angle(5)};
-}
-
-float parse_max_range(const std::string& text)
-{
-	const double range = parse_finite_number(text);
-	if (!(range >= std::numeric_limits<float>::min())) refuse_value(text, "is not a range above 0 m");
-	if (range > std::numeric_limits<float>::max())
-		refuse_value(text, "is farther than a laser sees; write the range in m");
-	return static_cast<float>(range);
-}
-
-double parse_range_factor(const std::string& text)
-{
-	const double factor = parse_finite_number(text);
-	if (!(factor > 0)) refuse_value(text, "is not a factor above 0");
-	return factor;
-}
-
-logs::BeamAngles parse_beam_angles(const std::string& text)
-{
-	constexpr double kFullTurn = 361, kLeast = 1;  // [deg]
-	const auto values = parse_number_list(text);
-	if (values.size() != 2) refuse_value(text, "are no two angles; write FIRST,LAST in deg");
-	const double turned = std::abs(values[1] - values[0]);
-	if (!(turned >= kLeast && turned <= kFullTurn))
-		refuse_value(text, "are not 1 to 361 deg apart; write FIRST,LAST in deg");
-	return {mrpt::DEG2RAD(values[0]), mrpt::DEG2RAD(values[1])};
-}
-
-std::string beam_angles_option(const logs::BeamAngles& angles)
-{
-	const auto degrees = [](double angle) { return std::round(1e4 * mrpt::RAD2DEG(angle)) / 1e4 + 0.0; };
-	return mrpt::format("--beam-angles %.8g,%.8g", degrees(angles.first), degrees(angles.last));
+	ros::Overrides overrides;
+	overrides.beam_angles = angles;
+	return "--beam-angles " + ros::entries_of(overrides).front().second;
 }
 }  // namespace d2s1r::app

@@ -29,17 +29,6 @@ double parse_resolution(const std::string& text);
 /// "X,Y" [m]
 mrpt::math::TPoint2D parse_point(const std::string& text);
 
-/// "X,Y,Z,YAW,PITCH,ROLL" [m, deg]
-mrpt::poses::CPose3D parse_sensor_pose(const std::string& text);
-
-/// [m]
-float parse_max_range(const std::string& text);
-
-double parse_range_factor(const std::string& text);
-
-/// "FIRST,LAST" [deg]
-logs::BeamAngles parse_beam_angles(const std::string& text);
-
 /// Returns the option that gives these angles.
-std::string beam_angles_option(const logs::BeamAngles& angles);
+std::string beam_angles_option(const ros::BeamAngles& angles);
 }  // namespace d2s1r::app

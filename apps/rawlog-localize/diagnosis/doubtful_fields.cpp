@@ -45,7 +45,13 @@ Mistake mistake_of_angles(const logs::OtherAngles& other, double middle_angle)
 		mistake.advice =
 		    "angle_min and angle_max are right (" + other.because + "): " + beam_angles_option(other.angles);
 	mistake.correct = [angles = other.angles, middle_angle](CObservation2DRangeScan& scan)
-	{ logs::set_beam_angles(scan, angles, middle_angle); };
+	{
+		logs::Overrides overrides;
+		overrides.beam_angles = angles;
+		RangeScan read = d2s1r::scan_of(scan);
+		ros::apply(overrides, middle_angle, read);
+		scan = observation_of(read, scan);
+	};
 	return mistake;
 }
 

@@ -4,18 +4,15 @@
 #include <base/threads.h>
 #include <mrpt/core/bits_math.h>
 #include <mrpt/core/format.h>
-#include <mrpt/math/wrap2pi.h>
+#include <ros/drive_calibration.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <deque>
-#include <functional>
 #include <optional>
 #include <utility>
 
 #include "cli/console.h"
-#include "cli/values.h"
 #include "evaluation/accuracy.h"
 #include "frames/logged_scan.h"
 
@@ -134,34 +131,37 @@ class SampleChooser
 	DriveSamples samples_;
 };
 
-/// Another way in which a laser may be mounted, if its scans fit nowhere as the messages say.
+/// Another way in which a laser may be mounted or read, if its scans fit nowhere as the messages say.
 struct Mounting
 {
-	double own_body = 0;                       //!< [m] readings below that are of the robot itself
-	bool is_mirrored = false;                  //!< whether it is upside down though the messages say the opposite
-	bool is_level = false;                     //!< whether it is level though the messages say it is tilted
-	std::optional<logs::BeamAngles> angles{};  //!< of the beams, by other fields than usual
+	ros::Overrides overrides{};
+	std::string text{};  //!< for people
 
-	/// Returns the pose of the laser on the robot.
-	CPose3D of(const CPose3D& told) const
+	/// Returns the given overrides with these.
+	logs::Overrides over(logs::Overrides given) const
 	{
-		CPose3D copy = told;  // MRPT computes its angles in place
-		if (is_level) copy = CPose3D(told.x(), told.y(), told.z(), copy.yaw(), 0, 0);
-		return is_mirrored ? copy + CPose3D(0, 0, 0, 0, 0, M_PI) : copy;
+		const auto take = [](auto& to, const auto& from) { to = from ? from : to; };
+		take(given.sensor_pose, overrides.sensor_pose);
+		take(given.beam_angles, overrides.beam_angles);
+		take(given.min_range, overrides.min_range);
+		return given;
 	}
 };
 
+/// Returns the pose of the laser on the robot by a scan.
+CPose3D laser_of(const LoggedScan& scan, double middle_angle)
+{
+	return scan.observation->sensorPose + CPose3D(0, 0, 0, -middle_angle, 0, 0);
+}
+
 LoggedScan mounted(const LoggedScan& scan, const Mounting& mounting, double middle_angle)
 {
-	auto observation = std::make_shared<CObservation2DRangeScan>(*scan.observation);
-	const CPose3D middle(0, 0, 0, middle_angle, 0, 0);
-	observation->sensorPose = mounting.of(observation->sensorPose + CPose3D(0, 0, 0, -middle_angle, 0, 0)) + middle;
-	if (mounting.angles) logs::set_beam_angles(*observation, *mounting.angles, middle_angle);
-	for (std::size_t i = 0; i < observation->getScanSize(); i++)
-		if (static_cast<double>(observation->getScanRange(i)) < mounting.own_body)
-			observation->setScanRangeValidity(i, false);
-	const bool is_mended = mounting.is_level && scan.unusable.field == logs::ScanDoubt::Field::kLaserPose;
-	return {observation, scan.sweep, is_mended ? logs::ScanDoubt() : scan.unusable};
+	RangeScan read = d2s1r::scan_of(*scan.observation);
+	ros::apply(mounting.overrides, middle_angle, read);
+	const bool is_mended = logs::is_answered(scan.unusable, mounting.over({}));
+	return {
+	    std::make_shared<CObservation2DRangeScan>(observation_of(read, *scan.observation)), scan.sweep,
+	    is_mended ? logs::ScanDoubt() : scan.unusable};
 }
 
 /// Returns up to where [m] the robot sees itself: beams that measure the same in all scans of a drive, and least; 0 if
@@ -192,7 +192,8 @@ double own_body_in(const DriveSamples& samples)
 DriveSamples mounted(DriveSamples samples, const Mounting& mounting)
 {
 	for (LoggedScan& scan : samples.scans) scan = mounted(scan, mounting, samples.middle_angle);
-	if (mounting.angles) samples.middle_angle = 0.5 * (mounting.angles->first + mounting.angles->last);
+	if (const auto& angles = mounting.overrides.beam_angles)
+		samples.middle_angle = 0.5 * (angles->first + angles->last);
 	return samples;
 }
 
@@ -229,66 +230,44 @@ Mounting other_mounting(
 {
 	constexpr std::size_t kStep = 3;  // [-] of the scans, one in so many is tried
 	std::vector<Mounting> others;
-	const auto is_tilted = [](const LoggedScan& scan)
-	{ return scan.unusable.field == logs::ScanDoubt::Field::kLaserPose; };
-	if (!overrides.sensor_pose) others.push_back({0, true, false});
-	if (!overrides.sensor_pose && is_tilted(samples.scans.front()))
-		others.insert(others.end(), {Mounting{0, false, true}, Mounting{0, true, true}});
-	if (const double own = own_body_in(samples); own > 0 && !overrides.min_range) others.push_back({own, false, false});
-	if (sensor.other_angles && !overrides.beam_angles) others.push_back({0, false, false, sensor.other_angles->angles});
+	const auto add = [&](const CPose3D& laser, const char* text)
+	{
+		ros::Overrides as_mounted;
+		as_mounted.sensor_pose = laser;
+		others.push_back({as_mounted, text});
+	};
+	CPose3D told = laser_of(samples.scans.front(), samples.middle_angle);  // MRPT computes its angles in place
+	const CPose3D level(told.x(), told.y(), told.z(), told.yaw(), 0, 0), upside_down(0, 0, 0, 0, 0, M_PI);
+	const bool is_tilted = samples.scans.front().unusable.field == logs::ScanDoubt::Field::kLaserPose;
+	if (!overrides.sensor_pose) add(told + upside_down, "scans mirrored");
+	if (!overrides.sensor_pose && is_tilted)
+	{
+		add(level, "laser level");
+		add(level + upside_down, "laser level, scans mirrored");
+	}
+	ros::Overrides other;
+	if (const double own = own_body_in(samples); own > 0 && !overrides.min_range)
+	{
+		other.min_range = own;
+		others.push_back(
+		    {other, mrpt::format("beams that see the same below %g m in all scans are the robot itself", own)});
+	}
+	if (sensor.other_angles && !overrides.beam_angles)
+	{
+		other = {};
+		other.beam_angles = sensor.other_angles->angles;
+		others.push_back({other, "angles of the beams: " + sensor.other_angles->because});
+	}
 	Mounting best;
 	std::size_t most = found_of(places_of(samples, {}, kStep, search, localizer)) + 2;
-	for (const Mounting& other : others)
+	for (const Mounting& mounting : others)
 	{
-		const Places places = places_of(samples, other, kStep, search, localizer);
+		const Places places = places_of(samples, mounting, kStep, search, localizer);
 		if (2 * found_of(places) < places.size() || found_of(places) <= most) continue;
 		most = found_of(places);
-		best = other;
+		best = mounting;
 	}
 	return best;
-}
-
-/// Returns the pose of a frame as seen from above.
-mrpt::math::TPose2D from_above(const CPose3D& pose)
-{
-	const auto& axes = pose.getRotationMatrix();
-	return {pose.x(), pose.y(), std::atan2(axes(1, 0), axes(0, 0))};
-}
-
-/// Returns the pose of the laser on the robot by a scan.
-CPose3D laser_of(const LoggedScan& scan, double middle_angle)
-{
-	return scan.observation->sensorPose + CPose3D(0, 0, 0, -middle_angle, 0, 0);
-}
-
-/// Returns a scan as the calibration takes it.
-calibration::FoundScan recorded(const LoggedScan& scan, double middle_angle, const mrpt::math::TPose2D& robot)
-{
-	constexpr std::size_t kMost = 120;  // [-] returns that tell enough
-	const CObservation2DRangeScan& observation = *scan.observation;
-	const CPose3D laser = laser_of(scan, middle_angle);
-	const double side = laser.getRotationMatrix()(2, 2) < 0 ? -1 : 1;  // upside down: clockwise as seen from above
-	const std::size_t beams = observation.getScanSize();
-	const auto aperture = static_cast<double>(observation.aperture);
-	const double last = std::max(1.0, static_cast<double>(beams) - 1);
-	const auto angle = [&](std::size_t i)
-	{
-		const double from_first = aperture * static_cast<double>(i) / last, half = 0.5 * aperture;
-		return static_cast<float>(
-		    side * (middle_angle + (observation.rightToLeft ? from_first - half : half - from_first)));
-	};
-	calibration::FoundScan found;
-	found.time = logs::to_seconds(observation.timestamp);
-	found.first_angle = angle(0);
-	found.laser = robot + from_above(laser);
-	for (std::size_t i = 0; i < beams; i++)
-	{
-		const float range = observation.getScanRange(i);
-		if (i > 0 && i * kMost / beams == (i - 1) * kMost / beams) continue;
-		if (observation.getScanRangeValidity(i) && range > 0 && range < observation.maxRange)
-			found.returns.push_back({angle(i), range, static_cast<float>(static_cast<double>(i) / last)});
-	}
-	return found;
 }
 
 /// Returns whether the laser stays where it is on the robot.
@@ -300,141 +279,28 @@ bool stays(const DriveSamples& samples)
 	    [&](const LoggedScan& scan)
 	    {
 		    const CPose3D motion = laser_of(scan, samples.middle_angle) - first;
-		    return motion.norm() < 1e-3 && std::abs(from_above(motion).phi) < 1e-3;
+		    return motion.norm() < 1e-3 && std::abs(ros::from_above(motion).phi) < 1e-3;
 	    });
 }
 
-std::string pose_option(const CPose3D& pose)
-{
-	CPose3D copy = pose;  // MRPT computes its angles in place
-	const auto degrees = [](double angle)
-	{ return std::round(100 * mrpt::RAD2DEG(mrpt::math::wrapToPi(angle))) / 100 + 0.0; };
-	const auto metres = [](double length) { return std::round(1000 * length) / 1000 + 0.0; };
-	return mrpt::format(
-	    "--sensor-pose %g,%g,%g,%g,%g,%g", metres(copy.x()), metres(copy.y()), metres(copy.z()), degrees(copy.yaw()),
-	    degrees(copy.pitch()), degrees(copy.roll()));
-}
-
-/// Enters what the drive contradicts into the overrides, and says it as options.
-void apply(
-    const calibration::Reading& told, const DriveSamples& samples, const Mounting& mounting, DriveCalibration& result)
-{
-	using namespace calibration;
-	const Reading& shown = result.found.shown;
-	const auto is_changed = [&](Unknown unknown)
-	{ return result.found.findings[unknown].verdict == calibration::Verdict::kChanged; };
-	std::vector<std::string> options;
-	logs::Overrides& overrides = result.overrides;
-	if (is_changed(kYaw) || is_changed(kX) || is_changed(kY) || mounting.is_mirrored || mounting.is_level)
-	{
-		CPose3D laser = laser_of(samples.scans.front(), samples.middle_angle);
-		const double yaw = laser.yaw() + shown.laser.phi - told.laser.phi;
-		overrides.sensor_pose = CPose3D(shown.laser.x, shown.laser.y, laser.z(), yaw, laser.pitch(), laser.roll());
-		options.push_back(pose_option(*overrides.sensor_pose));
-	}
-	if (is_changed(kFirstBeam) || is_changed(kDuration))
-	{
-		const auto milliseconds = [](double time) { return std::round(1000 * time) / 1000 + 0.0; };
-		const bool is_instant = std::abs(shown.duration) < 2 * result.found.findings[kDuration].deviation;
-		overrides.sweep =
-		    logs::SweepTime{is_instant ? 0 : milliseconds(shown.duration), milliseconds(shown.first_beam)};
-		options.push_back(mrpt::format("--sweep-time %g", overrides.sweep->duration));
-		if (overrides.sweep->first_beam != 0) options.back() += mrpt::format(",%g", overrides.sweep->first_beam);
-	}
-	if (is_changed(kRangeFactor))
-	{
-		overrides.range_factor = overrides.range_factor.value_or(1) * shown.range_factor;
-		options.push_back(mrpt::format("--range-factor %.4f", *overrides.range_factor));
-	}
-	if (is_changed(kAngleScale))
-	{
-		const CObservation2DRangeScan& scan = *samples.scans.front().observation;
-		const double half = 0.5 * static_cast<double>(scan.aperture) * (scan.rightToLeft ? 1 : -1);
-		const double first = samples.middle_angle - half;
-		overrides.beam_angles = logs::BeamAngles{first, first + 2 * half * shown.angle_scale};
-		options.push_back(beam_angles_option(*overrides.beam_angles));
-	}
-	if (mounting.angles && !is_changed(kAngleScale))
-	{
-		overrides.beam_angles = mounting.angles;
-		options.push_back(beam_angles_option(*mounting.angles));
-	}
-	if (mounting.own_body > 0)
-	{
-		overrides.min_range = mounting.own_body;
-		options.push_back(mrpt::format("--min-range %g", mounting.own_body));
-	}
-	if (shown.is_odometry_mirrored)
-	{
-		overrides.is_odometry_mirrored = true;
-		options.emplace_back("--mirrored-odometry");
-	}
-	if (shown.odometry_clock != 0)
-	{
-		overrides.odometry_clock = shown.odometry_clock;
-		options.push_back(mrpt::format("--odometry-clock %.2f", shown.odometry_clock));
-	}
-	for (const std::string& option : options)
-	{
-		result.options += (result.options.empty() ? "" : " ") + option;
-		const auto space = option.find(' ');
-		result.file +=
-		    option.substr(2, space - 2) + ": " + (space < option.size() ? option.substr(space + 1) : "true") + "\n";
-	}
-}
-
-struct UnknownText
-{
-	const char* name;
-	const char* unit;
-	double scale;  //!< of the unit
-	int digits;
-};
-constexpr std::array<UnknownText, calibration::kUnknowns> kTexts = {
-    {{"yaw of the laser", "deg", M_PI / 180, 1},
-     {"x of the laser", "m", 1, 3},
-     {"y of the laser", "m", 1, 3},
-     {"first beam after the stamp", "s", 1, 3},
-     {"duration of the sweep", "s", 1, 3},
-     {"scale of the angles", "", 1, 4},
-     {"factor of the ranges", "", 1, 4},
-     {"scale of the odometry's ways", "", 1, 3},
-     {"scale of the odometry's turns", "", 1, 3}}};
-
-std::string number_text(double value, const UnknownText& text)
-{
-	return mrpt::format("%.*f", text.digits, value / text.scale);
-}
-
-/// Says what was found and how sure it is.
-std::string line_of(const DriveCalibration& result, const logs::Sensor& sensor, const Mounting& mounting)
+/// Says what was found and how sure it is, and writes it down as options and as a file.
+void tell(const std::string& label, const Mounting& mounting, DriveCalibration& result)
 {
 	const calibration::Calibration& found = result.found;
-	std::string text = "laser '" + sensor.label + "': ";
-	text +=
-	    mrpt::format("%zu scans and %zu motions of the drive contradict the messages: ", found.scans, found.motions);
-	std::vector<std::string> parts;
-	for (std::size_t i = 0; i < calibration::kUnknowns; i++)
+	std::vector<std::string> parts = ros::contradictions(found);
+	if (!mounting.text.empty()) parts.push_back(mounting.text);
+	if (parts.empty()) return;
+	result.line = mrpt::format(
+	    "laser '%s': %zu scans and %zu motions of the drive contradict the messages: ", label.c_str(), found.scans,
+	    found.motions);
+	for (std::size_t i = 0; i < parts.size(); i++) result.line += (i == 0 ? "" : "; ") + parts[i];
+	result.line += ".";
+	for (const auto& [name, value] : ros::entries_of(result.overrides))
 	{
-		const calibration::Finding& finding = found.findings[i];
-		if (finding.verdict != calibration::Verdict::kChanged) continue;
-		const double shown = value_of(found.shown, static_cast<calibration::Unknown>(i));
-		parts.push_back(
-		    std::string(kTexts[i].name) + " " + number_text(shown, kTexts[i]) + " +- " +
-		    number_text(finding.deviation, kTexts[i]) + (*kTexts[i].unit ? " " : "") + kTexts[i].unit + ", not " +
-		    number_text(finding.told, kTexts[i]));
+		result.line += " --" + name + (value.empty() ? "" : " ") + value;
+		result.file += name + ": " + (value.empty() ? "true" : value) + "\n";
 	}
-	if (mounting.is_mirrored) parts.emplace_back("scans mirrored");
-	if (mounting.is_level) parts.emplace_back("laser level");
-	if (mounting.angles) parts.push_back("angles of the beams: " + sensor.other_angles->because);
-	if (mounting.own_body > 0)
-		parts.push_back(
-		    mrpt::format("beams that see the same below %g m in all scans are the robot itself", mounting.own_body));
-	if (found.shown.is_odometry_mirrored) parts.emplace_back("odometry mirrored");
-	if (found.shown.odometry_clock != 0)
-		parts.push_back(mrpt::format("clock of the odometry %+.2f s off", found.shown.odometry_clock));
-	for (std::size_t i = 0; i < parts.size(); i++) text += (i == 0 ? "" : "; ") + parts[i];
-	return text + ". " + result.options + " says the same and is used; --as-told believes the messages";
+	result.line += " says the same and is used; --as-told believes the messages";
 }
 }  // namespace
 
@@ -461,15 +327,16 @@ DriveCalibration calibrate_by_drive(
 	{
 		if (!places[i]) continue;
 		const LoggedScan& scan = samples.scans[i];
-		found.push_back(recorded(scan, samples.middle_angle, *places[i]));
+		found.push_back(ros::found_scan(
+		    d2s1r::scan_of(*scan.observation), laser_of(scan, samples.middle_angle),
+		    logs::to_seconds(scan.observation->timestamp), *places[i]));
 		firsts.push_back(scan.sweep.first_beam);
 		durations.push_back(scan.sweep.beam_step * (static_cast<double>(scan.observation->getScanSize()) - 1));
 	}
 	if (found.empty() || interrupted()) return result;
-	calibration::Reading told;
-	told.laser = from_above(laser_of(samples.scans.front(), samples.middle_angle));
-	told.first_beam = percentile(firsts, 0.5);
-	told.duration = percentile(durations, 0.5);
+	const CPose3D laser = laser_of(samples.scans.front(), samples.middle_angle);
+	const ros::SweepTime sweep{percentile(durations, 0.5), percentile(firsts, 0.5)};
+	const calibration::Reading told = ros::told_reading(laser, sweep, {});  // what is given is in the scans
 	calibration::Known known{};
 	if (overrides.sensor_pose || sensor.is_the_robot || !stays(samples))
 		known[calibration::kYaw] = known[calibration::kX] = known[calibration::kY] = true;
@@ -481,45 +348,22 @@ DriveCalibration calibrate_by_drive(
 	if (!samples.lags.empty())
 		if (const double lag = percentile(samples.lags, 0.5); std::abs(lag) > 1) clocks.push_back(lag);
 	result.found = calibrate(localizer.grid(), told, found, samples.odometry, known, clocks);
-	apply(told, samples, mounting, result);
-	if (!result.options.empty()) result.line = line_of(result, sensor, mounting);
+	logs::Overrides& used = result.overrides;
+	static_cast<ros::Overrides&>(used) = ros::with_shown(
+	    mounting.over(overrides), result.found, d2s1r::scan_of(*samples.scans.front().observation), laser);
+	tell(sensor.label, mounting, result);
 	return result;
 }
 
 std::string table_of(const DriveCalibration& calibration)
 {
-	std::string table =
-	    mrpt::format("%-32s %12s %12s %10s  %s\n", "unknown", "messages say", "drive shows", "+-", "verdict");
-	for (std::size_t i = 0; i < calibration::kUnknowns; i++)
-	{
-		const calibration::Finding& finding = calibration.found.findings[i];
-		const std::string unit = *kTexts[i].unit ? std::string(" [") + kTexts[i].unit + "]" : "";
-		const bool is_shown = finding.verdict != calibration::Verdict::kNotShown;
-		table += mrpt::format(
-		    "%-32s %12s %12s %10s  %s\n", (kTexts[i].name + unit).c_str(), number_text(finding.told, kTexts[i]).c_str(),
-		    is_shown ? number_text(finding.estimate, kTexts[i]).c_str() : "",
-		    is_shown ? number_text(finding.deviation, kTexts[i]).c_str() : "",
-		    finding.verdict == calibration::Verdict::kChanged
-		        ? mrpt::format("changed, log-odds %.0f", finding.log_odds).c_str()
-		    : finding.verdict == calibration::Verdict::kAsTold ? "as told"
-		                                                       : "not shown yet");
-	}
-	const calibration::Calibration& found = calibration.found;
-	for (const auto& [a, b] : found.pairs)
-		table += mrpt::format("the drive cannot tell %s from %s\n", kTexts[a].name, kTexts[b].name);
-	table += mrpt::format(
-	    "%zu scans, %zu motions; returns end %.3f m off the walls as told and %.3f m as shown, motions differ by %.3f "
-	    "m "
-	    "and %.2f deg as told and %.3f m and %.2f deg as shown (medians)\n",
-	    found.scans, found.motions, found.before.walls, found.after.walls, found.before.way,
-	    mrpt::RAD2DEG(found.before.turn), found.after.way, mrpt::RAD2DEG(found.after.turn));
+	std::string table = ros::table_of(calibration.found);
 	if (const auto& pose = calibration.overrides.sensor_pose)
 	{
-		mrpt::poses::CPose3D copy = *pose;  // MRPT computes its angles in place
+		CPose3D copy = *pose;  // MRPT computes its angles in place
 		table += mrpt::format(
 		    "ros2 run tf2_ros static_transform_publisher --x %.3f --y %.3f --z %.3f --yaw %.4f --pitch %.4f --roll "
-		    "%.4f "
-		    "--frame-id ROBOT --child-frame-id LASER\n",
+		    "%.4f --frame-id ROBOT --child-frame-id LASER\n",
 		    copy.x(), copy.y(), copy.z(), copy.yaw(), copy.pitch(), copy.roll());
 	}
 	return table;

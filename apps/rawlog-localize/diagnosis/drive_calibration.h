@@ -18,9 +18,8 @@ struct DriveCalibration
 {
 	calibration::Calibration found;
 	logs::Overrides overrides;  //!< the given ones, and what the drive contradicts of the messages
-	std::string options;        //!< of the command line that say the same; empty: nothing is contradicted
-	std::string file;           //!< the same as lines `name: value` of calibration.yaml
-	std::string line;           //!< says what was found, and how sure it is; empty: nothing is contradicted
+	std::string file;  //!< the overrides as lines `name: value` of calibration.yaml; empty: nothing is contradicted
+	std::string line;  //!< says what was found, how sure it is, and which options say the same; empty as `file`
 };
 
 /// Localizes some tens of scans, spread over the log, wherever the robot moves, and calibrates the laser by them. What

@@ -2,11 +2,13 @@
 #include "shell/values.h"
 
 #include <d2s1r/parameter_list.h>
+#include <mrpt/core/bits_math.h>
 #include <mrpt/core/format.h>
 
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <fstream>
 #include <optional>
 #include <stdexcept>
 
@@ -113,5 +115,83 @@ ros::SweepTime parse_sweep_time(const std::string& text)
 	if (std::abs(sweep.duration) > kLongestSweep || std::abs(sweep.first_beam) > kLongestSweep)
 		refuse_value(text, "is longer than any laser takes; write S or S,FIRST in s, at most 2");
 	return sweep;
+}
+
+mrpt::poses::CPose3D parse_sensor_pose(const std::string& text)
+{
+	const auto values = parse_number_list(text);
+	if (values.size() != 6) refuse_value(text, "is not a pose; write X,Y,Z,YAW,PITCH,ROLL in m and deg");
+	const auto angle = [&](std::size_t i) { return mrpt::DEG2RAD(values[i]); };
+	return {values[0], values[1], values[2], angle(3), angle(4), angle(5)};
+}
+
+float parse_max_range(const std::string& text)
+{
+	const double range = parse_finite_number(text);
+	if (!(range >= std::numeric_limits<float>::min())) refuse_value(text, "is not a range above 0 m");
+	if (range > std::numeric_limits<float>::max())
+		refuse_value(text, "is farther than a laser sees; write the range in m");
+	return static_cast<float>(range);
+}
+
+double parse_range_factor(const std::string& text)
+{
+	const double factor = parse_finite_number(text);
+	if (!(factor > 0)) refuse_value(text, "is not a factor above 0");
+	return factor;
+}
+
+ros::BeamAngles parse_beam_angles(const std::string& text)
+{
+	constexpr double kFullTurn = 361, kLeast = 1;  // [deg]
+	const auto values = parse_number_list(text);
+	if (values.size() != 2) refuse_value(text, "are no two angles; write FIRST,LAST in deg");
+	const double turned = std::abs(values[1] - values[0]);
+	if (!(turned >= kLeast && turned <= kFullTurn))
+		refuse_value(text, "are not 1 to 361 deg apart; write FIRST,LAST in deg");
+	return {mrpt::DEG2RAD(values[0]), mrpt::DEG2RAD(values[1])};
+}
+
+void read_calibration(const std::string& file, ros::Overrides& overrides)
+{
+	std::ifstream in(file);
+	if (!in) throw UserError(kBadInput, file, "cannot be read; --calibration names what --calibrate wrote");
+	const auto take = [](auto& to, const auto& value)
+	{
+		if (!to) to = value;
+	};
+	for (std::string line; std::getline(in, line);)
+	{
+		const auto colon = line.find(": ");
+		if (line.empty() || line.front() == '#') continue;
+		const std::string name = line.substr(0, colon), value = colon < line.size() ? line.substr(colon + 2) : "";
+		try
+		{
+			if (name == "sensor-pose")
+				take(overrides.sensor_pose, parse_sensor_pose(value));
+			else if (name == "sweep-time")
+				take(overrides.sweep, parse_sweep_time(value));
+			else if (name == "max-range")
+				take(overrides.max_range, parse_max_range(value));
+			else if (name == "range-factor")
+				take(overrides.range_factor, parse_range_factor(value));
+			else if (name == "beam-angles")
+				take(overrides.beam_angles, parse_beam_angles(value));
+			else if (name == "min-range")
+				take(overrides.min_range, parse_range_factor(value));
+			else if (name == "ignore-flags")
+				overrides.ignores_flags = true;
+			else if (name == "mirrored-odometry")
+				overrides.is_odometry_mirrored = true;
+			else if (name == "odometry-clock")
+				take(overrides.odometry_clock, parse_finite_number(value));
+			else
+				refuse_value(name, "is no line of a calibration; write it by --calibrate");
+		}
+		catch (const std::invalid_argument& error)
+		{
+			throw UserError(kWrongUse, file, error.what());
+		}
+	}
 }
 }  // namespace d2s1r::app

@@ -215,10 +215,15 @@ class Problem
 	std::optional<Eigen::Vector3d> motion_error(
 	    const Reading& reading, const TPose2D& from, const TPose2D& to, std::size_t k, double of_poses = 0) const
 	{
+		return motion_error(reading, from, to, scans_[k].time, scans_[k + 1].time, of_poses);
+	}
+	std::optional<Eigen::Vector3d> motion_error(
+	    const Reading& reading, const TPose2D& from, const TPose2D& to, double from_stamp, double to_stamp,
+	    double of_poses) const
+	{
 		constexpr double kAlong = 0.05, kAcross = 0.01, kOfTurn = 0.05, kTurnOfWay = 0.02;  // [-], [-], [-], [rad/m]
 		constexpr double kLeastWay = 0.005, kLeastTurn = 0.004;                             // [m], [rad]
-		const double start = scans_[k].time + reading.middle(), end = scans_[k + 1].time + reading.middle();
-		const auto robot = track_.motion(reading, start, end);
+		const auto robot = track_.motion(reading, from_stamp + reading.middle(), to_stamp + reading.middle());
 		if (!robot) return std::nullopt;
 		const TPose2D laser = (*robot + reading.laser) - reading.laser, seen = to - from;
 		const double way = std::hypot(robot->x, robot->y), turn = std::abs(robot->phi);
@@ -648,6 +653,50 @@ Residuals residuals_of(Problem& problem, const State& state)
 	return residuals;
 }
 }  // namespace
+
+Agreement agreement_of(
+    const Reading& reading, const std::vector<FoundScan>& scans, const std::vector<TimedPose>& odometry)
+{
+	constexpr double kWay = 0.5, kTurn = 60 * kDegree, kLongest = 30;  // [m], [rad], [s] of a motion
+	constexpr double kOfPoses = 0.04, kMost = 2.5;                     // [m] [rad], [standard deviations]
+	constexpr double kTimes = 2, kLever = 1, kLeast = 0.3;             // [-], [m], [m] [rad]
+	const Track track(odometry);
+	const Grid no_map;
+	Problem problem(no_map, reading, scans, track);
+	problem.noise.way = 4, problem.noise.turn = 3;  // of wheels that slip
+	std::size_t motions = 0;
+	std::array<std::size_t, 2> votes{}, off{};  // of motions that are long enough, and of those that turn enough
+	for (std::size_t i = 0; i < scans.size(); i++)
+	{
+		std::array<bool, 2> has_voted{};
+		for (std::size_t j = i + 1; j < scans.size() && scans[j].time - scans[i].time < kLongest; j++)
+		{
+			const auto motion = track.motion(reading, scans[i].time, scans[j].time);
+			if (!motion) continue;
+			const double way = std::hypot(motion->x, motion->y), turn = std::abs(motion->phi);
+			const std::array<bool, 2> may_vote = {way >= kWay && !has_voted[0], turn >= kTurn && !has_voted[1]};
+			if (!may_vote[0] && !may_vote[1]) continue;
+			const TPose2D seen = scans[j].laser - scans[i].laser;
+			const bool is_carried = std::hypot(seen.x, seen.y) > kTimes * way + kLever * turn + kLeast ||
+			                        std::abs(wrapToPi(seen.phi)) > kTimes * turn + kLeast;
+			if (is_carried) break;  // or found elsewhere, which no reading explains
+			const auto error =
+			    problem.motion_error(reading, scans[i].laser, scans[j].laser, scans[i].time, scans[j].time, kOfPoses);
+			if (!error) continue;
+			motions++;
+			for (std::size_t k = 0; k < votes.size(); k++)
+			{
+				if (!may_vote[k]) continue;
+				has_voted[k] = true;
+				votes[k]++;
+				off[k] += error->cwiseAbs().maxCoeff() > kMost;
+			}
+		}
+	}
+	if (motions == 0) return Agreement::kNotShown;
+	const bool is_contradicted = 2 * off[0] > votes[0] || 2 * off[1] > votes[1];
+	return is_contradicted ? Agreement::kContradicts : Agreement::kAgrees;
+}
 
 Calibration calibrate(
     const Grid& map, const Reading& told, const std::vector<FoundScan>& scans, const std::vector<TimedPose>& odometry,

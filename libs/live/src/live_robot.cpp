@@ -2,6 +2,7 @@
 #include "live_robot.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace d2s1r::live
 {
@@ -53,10 +54,10 @@ void LiveRobot::add_odometry(const ros::Odometry& odometry)
 		return;
 	}
 	const std::string child = robot_.odometry_child;
-	if (child.empty()) return track_.add(ros::OdometrySource::kMessages, pose.header.time, CPose2D(*pose.pose));
+	if (child.empty()) return add_reading(ros::OdometrySource::kMessages, pose.header.time, CPose2D(*pose.pose));
 	const auto path = links_->of("").path(robot_.frame, child);
 	if (const auto on_child = pose_in(robot_.frame, path, child, pose.header.time))
-		track_.add(ros::OdometrySource::kMessages, pose.header.time, carried_(*pose.pose + *on_child));
+		add_reading(ros::OdometrySource::kMessages, pose.header.time, carried_(*pose.pose + *on_child));
 }
 
 void LiveRobot::look_at(const WaitingScan& scan)
@@ -65,12 +66,7 @@ void LiveRobot::look_at(const WaitingScan& scan)
 	ros::LaserTopic* const laser = topics_.laser(scan.topic);
 	if (!laser) return;
 	topics_.count(*laser, scan.header.frame);
-	if (scan.topic != laser_) return;
-	if (const auto* const ranges = std::get_if<ros::LaserScan>(&scan.scan))
-		sweep.add(*ranges);
-	else
-		sweep.add(std::get<ros::PointCloud>(scan.scan));
-	follow();
+	if (scan.topic == laser_) follow();
 }
 
 /// Finds the robot of the laser in use, again if something has changed.
@@ -129,7 +125,7 @@ void LiveRobot::follow()
 		const bool moves_robot = children.count(child) > 0;
 		const auto pose = moves_robot ? frames_.pose_in(robot_.frame, odometry, time) : std::nullopt;
 		if (moves_robot && !pose && newest - time < ros::kLongestWaitForTransforms) return;
-		if (pose) track_.add(ros::OdometrySource::kTransforms, time, CPose2D(*pose));
+		if (pose) add_reading(ros::OdometrySource::kTransforms, time, CPose2D(*pose));
 		told_.pop_front();
 	}
 }
@@ -148,13 +144,39 @@ std::optional<CPose3D> LiveRobot::laser_at(const ros::Header& header)
 	    header.frame, links_->of(robot_.name_space).placement(header.frame, robot_), robot_.frame, header.time);
 }
 
+const ros::Overrides& LiveRobot::overrides_of(const WaitingScan& scan) const
+{
+	return scan.topic == laser_ ? calibration.in_use() : settings_.overrides;
+}
+
 ros::SweepTime LiveRobot::sweep_time_of(const WaitingScan& scan) const
 {
-	LiveSweep of_settings(settings_.sweep);
-	const LiveSweep& of_laser = scan.topic == laser_ ? sweep : of_settings;
 	const auto* const cloud = std::get_if<ros::PointCloud>(&scan.scan);
-	return of_laser.time_of(
-	    cloud ? ros::time_span_of(*cloud) : ros::sweep_time_of(std::get<ros::LaserScan>(scan.scan)));
+	const ros::SweepTime told =
+	    cloud ? ros::time_span_of(*cloud) : ros::sweep_time_of(std::get<ros::LaserScan>(scan.scan));
+	return overrides_of(scan).sweep.value_or(told).checked();
+}
+
+/// Returns what a laser saw as overrides say; its sweep is that of the message.
+ros::CloudScan LiveRobot::seen_by(const WaitingScan& scan, const CPose3D& laser, const ros::Overrides& overrides) const
+{
+	const auto* const cloud = std::get_if<ros::PointCloud>(&scan.scan);
+	const auto* const ranges = std::get_if<ros::LaserScan>(&scan.scan);
+	const CPose3D& mount = overrides.sensor_pose.value_or(laser);
+	ros::CloudScan seen = cloud ? ros::to_scan(*cloud, mount, *settings_.cloud_height)
+	                            : ros::CloudScan{ros::to_scan(*ranges, mount), ros::sweep_time_of(*ranges)};
+	if (scan.topic != laser_) return seen;
+	ros::Overrides of_beams = overrides;
+	of_beams.sensor_pose.reset();  // of which the scan was made
+	ros::apply(of_beams, ranges ? ros::middle_angle(*ranges) : 0, seen.scan);
+	return seen;
+}
+
+void LiveRobot::add_reading(ros::OdometrySource source, Time time, const CPose2D& pose)
+{
+	const ros::Overrides& in_use = calibration.in_use();
+	track_.add(
+	    source, time - static_cast<Time>(std::llround(1e9 * in_use.odometry_clock)), ros::odometry_as(in_use, pose));
 }
 
 bool LiveRobot::must_wait(const WaitingScan& scan, Time waited, bool expects_odometry)
@@ -164,8 +186,7 @@ bool LiveRobot::must_wait(const WaitingScan& scan, Time waited, bool expects_odo
 		const auto path = robot().frame.empty() ? std::nullopt : links_->of("").placement(scan.header.frame, robot_);
 		return waited < (path ? ros::kLongestWaitForTransforms : kWaitForFrames);
 	}
-	double last_beam = sweep_time_of(scan).span().second;  // [s]
-	for (const ros::SweepTime& open : sweep.open()) last_beam = std::max(last_beam, open.span().second);
+	const double last_beam = sweep_time_of(scan).span().second;  // [s]
 	const Time end = scan.header.time + static_cast<Time>(1e9 * last_beam);
 	return expects_odometry && !has_other_clock(scan.header.time) && !track_.is_known_beforehand(end) &&
 	       track_.must_wait(end, waited);
@@ -181,14 +202,9 @@ std::optional<ReadScan> LiveRobot::read(const WaitingScan& scan)
 {
 	const auto laser = laser_at(scan.header);
 	if (!laser && robot().frame.empty()) return std::nullopt;
-	ros::CloudScan seen;
-	if (const auto* const cloud = std::get_if<ros::PointCloud>(&scan.scan))
-	{
-		seen = ros::to_scan(*cloud, laser.value_or(CPose3D()), *settings_.cloud_height);
-		seen.sweep = sweep.time_of(seen.sweep);
-	}
-	else
-		seen = {ros::to_scan(std::get<ros::LaserScan>(scan.scan), laser.value_or(CPose3D())), sweep_time_of(scan)};
+	const ros::Overrides& overrides = overrides_of(scan);
+	ros::CloudScan seen = seen_by(scan, laser.value_or(CPose3D()), overrides);
+	seen.sweep = overrides.sweep.value_or(seen.sweep).checked();
 	const Time time = scan.header.time;
 	if (track_.newest() != newest_reading_) renewed_ = time;
 	newest_reading_ = track_.newest();
@@ -203,8 +219,28 @@ std::optional<ReadScan> LiveRobot::read(const WaitingScan& scan)
 	return read;
 }
 
+std::optional<RecordedScan> LiveRobot::recorded(const WaitingScan& scan)
+{
+	const auto laser = laser_at(scan.header);
+	if (!laser) return std::nullopt;
+	ros::CloudScan seen = seen_by(scan, *laser, calibration.given());
+	const bool is_cloud = std::holds_alternative<ros::PointCloud>(scan.scan);
+	return RecordedScan{scan.header.time, std::move(seen.scan), *laser, seen.sweep, is_cloud};
+}
+
+bool LiveRobot::calibrate(const Grid& map, const RecordedScan& scan, const mrpt::math::TPose2D& robot)
+{
+	const auto odometry = [&]
+	{ return std::pair(calibration.in_use().is_odometry_mirrored, calibration.in_use().odometry_clock); };
+	const auto before = odometry();
+	const bool is_other = calibration.add(map, scan, robot, track_);
+	if (odometry() != before) track_.clear();
+	return is_other;
+}
+
 void LiveRobot::forget_moving()
 {
+	calibration.clear();
 	frames_.forget_moving();
 	track_.clear();
 	carried_ = {};

@@ -16,7 +16,7 @@
 #include <variant>
 
 #include "live/live_localizer.h"
-#include "live_sweep.h"
+#include "live_calibration.h"
 
 namespace d2s1r::live
 {
@@ -50,7 +50,7 @@ struct ReadScan
 class LiveRobot
 {
    public:
-	explicit LiveRobot(const LiveSettings& settings) : settings_(settings), sweep(settings.sweep) {}
+	explicit LiveRobot(const LiveSettings& settings) : settings_(settings), calibration(settings) {}
 
 	void add_transforms(const std::vector<ros::Transform>& transforms, bool are_static);
 	void add_odometry(const ros::Odometry& odometry);
@@ -77,6 +77,12 @@ class LiveRobot
 	/// Returns what a laser saw; no value as long as nothing connects the laser with a robot.
 	std::optional<ReadScan> read(const WaitingScan& scan);
 
+	/// Returns what the laser in use saw as the messages have it; no value if it is not known where it is.
+	std::optional<RecordedScan> recorded(const WaitingScan& scan);
+
+	/// Calibrates the laser in use by a scan that was found, see LiveCalibration::add().
+	bool calibrate(const Grid& map, const RecordedScan& scan, const mrpt::math::TPose2D& robot);
+
 	/// Returns the frame of the odometry, on tf if it is there, and the pose of the robot in it.
 	std::string odometry_frame();
 	std::optional<mrpt::poses::CPose2D> odometry_at(Time time);
@@ -90,7 +96,11 @@ class LiveRobot
    private:
 	const ros::Robot& robot();
 	void follow();
+	const ros::Overrides& overrides_of(const WaitingScan& scan) const;
 	ros::SweepTime sweep_time_of(const WaitingScan& scan) const;
+	ros::CloudScan seen_by(
+	    const WaitingScan& scan, const mrpt::poses::CPose3D& laser, const ros::Overrides& overrides) const;
+	void add_reading(ros::OdometrySource source, Time time, const mrpt::poses::CPose2D& pose);
 	std::optional<mrpt::poses::CPose3D> pose_in(
 	    const std::string& frame, const std::optional<ros::Path>& path, const std::string& other, Time time) const;
 
@@ -109,6 +119,6 @@ class LiveRobot
 	Time renewed_ = 0;                    //!< time of the first scan after it came
 
    public:
-	LiveSweep sweep;  //!< of the laser in use
+	LiveCalibration calibration;  //!< of the laser in use
 };
 }  // namespace d2s1r::live

@@ -132,6 +132,11 @@ std::optional<Seed> LiveLocalizer::State::make_seed(const ScanAnswer& given, std
 	const double std_xy = settings.seed_std;
 	Seed seed{given.time, given.frame, best.pose, best.covariance};
 	seed.covariance += covariance_of(std_xy, std_xy, settings.seed_std_yaw);
+	if (robot.calibration.is_open() && !answered.stands())
+	{
+		problem = "the drive has not confirmed yet how the laser is mounted";
+		return std::nullopt;
+	}
 	if (!expects_odometry() || robot.has_other_clock(given.time)) return seed;
 	const auto newest = robot.track().newest();
 	if (!newest || given.time - *newest > kOldOdometry)
@@ -159,21 +164,15 @@ std::optional<CPose2D> LiveLocalizer::State::motion_to(const std::optional<CPose
 }
 
 /// Localizes a scan, and judges the tracker by it if there is another one.
-void LiveLocalizer::State::localize(ScanAnswer& given, const ReadScan& read)
+void LiveLocalizer::State::localize(ScanAnswer& given, const WaitingScan& scan, const ReadScan& read)
 {
 	const Atlas& atlas = *maps.maps();
 	const auto motion = motion_to(read.robot);
 	auto& follower = answered.follower;
 	if (settings.track && !follower) follower.emplace(atlas);
 	given.localization = follower ? follower->add(seconds(given.time), given.scan, motion) : atlas.localize(given.scan);
-	if (!robot.sweep.open().empty() && !settings.merge_lasers)
-	{
-		std::vector<Sweep> others;
-		for (const ros::SweepTime& other : robot.sweep.open())
-			others.push_back(robot.track().sweep_of(other, given.time, read.placed.observation->size()));
-		robot.sweep.consider(atlas, given.time, read.placed, given.scan, given.localization, others);
-	}
-	news.tell("sweep", robot.sweep.description());
+	const Localization single =
+	    follower && robot.calibration.wants(given.time) ? atlas.localize(given.scan) : given.localization;
 	news.tell("odometry", robot.track().description());
 	if (robot.has_other_clock(given.time) && !news.has("clock"))
 		news.tell(
@@ -186,11 +185,36 @@ void LiveLocalizer::State::localize(ScanAnswer& given, const ReadScan& read)
 		if (!answered.window) answered.window.emplace(atlas, settings.window);
 		given.localization = answered.window->add(given.scan, given.localization, motion);
 	}
+	robot.calibration.follow(given.time, motion);
+	const bool is_read_anew = calibrate(scan, single, given.localization);
+	news.tell("calibration", robot.calibration.description());
+	if ((is_read_anew || robot.calibration.is_contradicted()) && given.localization.status == Status::kLocalized)
+	{
+		given.localization.status = Status::kAmbiguous;
+		given.localization.note = robot.calibration.description();
+	}
 	given.frame = maps.frame_of(given.localization.hypotheses.empty() ? "" : given.localization.best().map);
 	if (follower)
 		tell_suggestion();
 	else
 		judge_others(given, motion);
+	if (!is_read_anew) return;
+	answered.clear(true);
+	seeder.start_again();
+}
+
+/// Lets a scan that was found calibrate the laser. Returns whether scans are read differently from now on.
+bool LiveLocalizer::State::calibrate(const WaitingScan& scan, const Localization& single, const Localization& answer)
+{
+	const auto& all = maps.maps()->maps();
+	const Localizer& localizer = *all.front().localizer;
+	// A window finds more scans than one alone, but by the motions that are in question.
+	const Localization& found = single.status == Status::kLocalized ? single : answer;
+	const bool is_found = found.status == Status::kLocalized;
+	const bool can_tell = all.size() == 1 && localizer.parameters().method == Method::kDefault;
+	if (!is_found || !can_tell || !robot.calibration.wants(scan.header.time)) return false;
+	const auto recorded = robot.recorded(scan);
+	return recorded && robot.calibrate(localizer.grid(), *recorded, found.best().pose.asTPose());
 }
 
 /// Says what became of the pose that a person gave.
@@ -265,10 +289,12 @@ std::optional<ScanAnswer> LiveLocalizer::State::answer(const WaitingScan& scan)
 	else
 		given.scan =
 		    merged.empty() ? make_scan(*here.observation, parameters, here.sweep) : merge_scans(merged, parameters);
-	localize(given, *read);
+	localize(given, scan, *read);
 	const Status status = given.localization.status;
 	silent_because = status == Status::kLocalized ? "" : given.localization.note;
-	if (status == Status::kAmbiguous) silent_because = "several places explain the scan";
+	if (status == Status::kAmbiguous)
+		silent_because =
+		    robot.calibration.is_contradicted() ? robot.calibration.description() : "several places explain the scan";
 	return given;
 }
 }  // namespace d2s1r::live

@@ -138,7 +138,8 @@ struct LiveLocalizer::State
 	bool is_early(const WaitingScan& scan) const;
 	std::optional<ScanAnswer> answer(const WaitingScan& scan);
 	std::optional<mrpt::poses::CPose2D> motion_to(const std::optional<mrpt::poses::CPose2D>& now);
-	void localize(ScanAnswer& answer, const ReadScan& read);
+	void localize(ScanAnswer& answer, const WaitingScan& scan, const ReadScan& read);
+	bool calibrate(const WaitingScan& scan, const Localization& single, const Localization& answer);
 	void judge_others(ScanAnswer& answer, const std::optional<mrpt::poses::CPose2D>& motion);
 	void tell_suggestion();
 	std::optional<Seed> make_seed(const ScanAnswer& answer, std::string& problem) const;

@@ -1,6 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "logs/log.h"
 
+#include <d2s1r/mrpt.h>
 #include <mrpt/core/bits_math.h>
 #include <mrpt/core/format.h>
 #include <mrpt/obs/CObservationOdometry.h>
@@ -79,11 +80,6 @@ std::string unpacked_start(const std::string& path)
 	}
 }
 
-double middle_of(const BeamAngles& angles)
-{
-	return 0.5 * (angles.first + angles.last);
-}
-
 /// Alters the scans of one laser.
 class OverridingReader : public LogReader
 {
@@ -107,10 +103,13 @@ class OverridingReader : public LogReader
 			const auto of_other = overrides_.sweeps_of_others.find(label);
 			if (of_other != overrides_.sweeps_of_others.end()) object->details[i].sweep = of_other->second;
 			if (label != label_) continue;
-			alter(*object->scans[i], middle_angle);
+			RangeScan scan = scan_of(*object->scans[i]);
+			ros::apply(overrides_, middle_angle, scan);
+			*object->scans[i] = observation_of(scan, *object->scans[i]);
 			alter(object->details[i]);
 			object->bytes.clear();  // which are no longer those of the object
-			if (overrides_.beam_angles) object->middle_angle = middle_of(*overrides_.beam_angles);
+			if (const auto& angles = overrides_.beam_angles)
+				object->middle_angle = 0.5 * (angles->first + angles->last);
 		}
 		return object;
 	}
@@ -119,32 +118,8 @@ class OverridingReader : public LogReader
 	void alter_odometry(RawlogObject& object) const
 	{
 		if (object.odometry_time > 0) object.odometry_time -= std::llround(1e9 * overrides_.odometry_clock);
-		if (!overrides_.is_odometry_mirrored) return;
 		for (auto* pose : {&object.odometry, &object.increment})
-			if (*pose) *pose = mrpt::poses::CPose2D((*pose)->x(), -(*pose)->y(), -(*pose)->phi());
-	}
-
-	void alter(mrpt::obs::CObservation2DRangeScan& scan, double middle_angle) const
-	{
-		if (overrides_.sensor_pose)
-			scan.sensorPose = *overrides_.sensor_pose + mrpt::poses::CPose3D(0, 0, 0, middle_angle, 0, 0);
-		if (overrides_.beam_angles) set_beam_angles(scan, *overrides_.beam_angles, middle_angle);
-		if (overrides_.ignores_flags)
-			for (std::size_t i = 0; i < scan.getScanSize(); i++)
-				if (scan.getScanRange(i) > 0 && scan.getScanRange(i) < scan.maxRange)
-					scan.setScanRangeValidity(i, true);
-		for (std::size_t i = 0; overrides_.min_range && i < scan.getScanSize(); i++)
-			if (static_cast<double>(scan.getScanRange(i)) < *overrides_.min_range) scan.setScanRangeValidity(i, false);
-		if (!overrides_.max_range && !overrides_.range_factor) return;
-		const float max_range = overrides_.max_range.value_or(scan.maxRange);
-		const auto factor = static_cast<float>(overrides_.range_factor.value_or(1));
-		for (std::size_t i = 0; i < scan.getScanSize(); i++)
-		{
-			const float before = scan.getScanRange(i), after = factor * before;
-			if (!(before < scan.maxRange) && after < max_range) scan.setScanRangeValidity(i, true);
-			scan.setScanRange(i, after);
-		}
-		scan.maxRange = max_range;
+			if (*pose) *pose = ros::odometry_as(overrides_, **pose);
 	}
 
 	void alter(ScanDetails& details) const
@@ -313,13 +288,6 @@ std::string known_formats()
 	return formats + "; packed by gzip" + packed;
 }
 
-void set_beam_angles(mrpt::obs::CObservation2DRangeScan& scan, const BeamAngles& angles, double middle_angle)
-{
-	scan.aperture = static_cast<float>(std::abs(angles.last - angles.first));
-	scan.rightToLeft = angles.last >= angles.first;
-	scan.sensorPose = scan.sensorPose + mrpt::poses::CPose3D(0, 0, 0, middle_of(angles) - middle_angle, 0, 0);
-}
-
 bool is_answered(const ScanDoubt& doubt, const Overrides& overrides)
 {
 	switch (doubt.field)
@@ -341,9 +309,7 @@ bool is_answered(const ScanDoubt& doubt, const Overrides& overrides)
 std::unique_ptr<LogReader> read_log(const Log& log, const std::string& label, const Overrides& overrides)
 {
 	auto reader = log.read_for(label);
-	if (overrides.sensor_pose || overrides.max_range || overrides.min_range || overrides.range_factor ||
-	    overrides.sweep || overrides.beam_angles || overrides.ignores_flags || overrides.is_odometry_mirrored ||
-	    overrides.odometry_clock != 0 || !overrides.sweeps_of_others.empty())
+	if (!ros::entries_of(overrides).empty() || !overrides.sweeps_of_others.empty())
 		reader = std::make_unique<OverridingReader>(std::move(reader), label, overrides);
 	return with_odometry(std::move(reader), log.survey, label);
 }

@@ -113,6 +113,14 @@ Sweep RobotTrack::sweep_of(const SweepTime& sweep, Time stamp, std::size_t beams
 	return make_sweep(sweep.first_beam, sweep.duration, beams, std::move(motion));
 }
 
+std::vector<std::pair<Time, TPose2D>> RobotTrack::readings() const
+{
+	std::vector<Reading> all(believed().begin(), believed().end());
+	for (auto& [time, pose] : all)
+		if (moved_) pose = moved_->asTPose() + pose;
+	return all;
+}
+
 std::optional<Time> RobotTrack::newest() const
 {
 	return believed().empty() ? std::nullopt : std::optional(believed().back().first);

@@ -143,7 +143,7 @@ TEST(RosArguments, ParametersAreTheOptions)
 	EXPECT_TRUE(flags.settings.merge_lasers);
 	EXPECT_EQ(flags.scans, (std::vector<std::string>{"/a", "/b"}));
 	EXPECT_EQ(flags.settings.cloud_height->to, 0.4);
-	EXPECT_EQ(flags.settings.sweep->duration, 0.1);
+	EXPECT_EQ(flags.settings.overrides.sweep->duration, 0.1);
 	EXPECT_EQ(flags.map_topic, "/plan");
 	EXPECT_TRUE(flags.volatile_map);
 	EXPECT_EQ(flags.odometry, "/wheels");

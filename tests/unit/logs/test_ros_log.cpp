@@ -343,48 +343,6 @@ TEST_F(RosLog, MessagesThatArePackedTwiceTakeNoMoreThanAThousandTimesTheirFile)
 	EXPECT_EQ(reader->damage(), log.survey.damage);
 }
 
-TEST_F(RosLog, SweepsAreGuessedIfTheMessagesDoNotTellThem)
-{
-	const auto guesses = [&](float scan_time, float time_step, double period, const MadeScan& made)
-	{
-		std::vector<MadeMessage> messages;
-		for (int i = 0; i < 5; i++)
-		{
-			MadeScan scan = made;
-			scan.time = kStart + std::llround(1e9 * period * i);
-			scan.scan_time = scan_time;
-			scan.time_step = time_step;
-			messages.push_back(made_scan(Wire::kCdr, scan));
-		}
-		std::vector<double> durations;
-		const Log log = log_of(messages, Wire::kCdr);
-		for (const SweepTime& sweep : log.survey.sensors.at(0).guessed_sweeps)
-		{
-			EXPECT_EQ(sweep.first_beam, 0);
-			durations.push_back(std::round(1e6 * sweep.duration) / 1e6);
-		}
-		return durations;
-	};
-	const MadeScan half = fan(0, static_cast<float>(M_PI / 19)), clockwise = fan(0, static_cast<float>(-M_PI / 19));
-	EXPECT_EQ(guesses(0.1F, 0, 0.1, half), std::vector<double>{0.05}) << "half a turn";
-	EXPECT_EQ(guesses(0.1F, 0, 0.1, clockwise), std::vector<double>{0.05});
-	EXPECT_EQ(guesses(0.03F, 0, 0.1, half), (std::vector<double>{0.015, 0.05})) << "scan_time, or all there is";
-	EXPECT_EQ(guesses(0.1F, 0, 2, half), std::vector<double>{0.05}) << "a log with some scans left out";
-	EXPECT_EQ(guesses(0.1F, 0.005F, 0.1, half), std::vector<double>{}) << "the messages tell it";
-	EXPECT_EQ(guesses(0, 0, 0.1, half), std::vector<double>{0.05}) << "all there is";
-	EXPECT_EQ(guesses(100, 0, 0.1, half), std::vector<double>{0.05}) << "ms";
-	EXPECT_EQ(guesses(0, 0, 3, half), (std::vector<double>{0.05, 0.1})) << "what lasers usually take";
-	EXPECT_EQ(guesses(0.1F, -0.005F, 0.1, half), (std::vector<double>{-0.095, 0.095})) << "which beam was first?";
-	for (const float wrong : {2.7F, 2.7e3F, 2.7e6F, 0.3F, std::nanf("")})
-	{
-		EXPECT_EQ(guesses(0.1F, wrong, 0.1, half), std::vector<double>{0.05}) << wrong << " s is none of a sweep";
-		EXPECT_EQ(guesses(0, wrong, 0.1, half), std::vector<double>{0.05}) << wrong;
-	}
-	EXPECT_EQ(guesses(std::nanf(""), 0, 0.1, half), std::vector<double>{0.05});
-	EXPECT_EQ(guesses(0.1F, 0, 0, half), std::vector<double>{}) << "the same scan again and again";
-	EXPECT_EQ(guesses(0.1F, 0, 0.1, fan(0, std::nanf(""))), std::vector<double>{});
-}
-
 TEST_F(RosLog, TwoLasersAreTwoSensorsWithPosesOfTheirOwn)
 {
 	MadeScan rear = fan();

@@ -4,7 +4,7 @@
 #include <d2s1r/parameters.h>
 #include <d2s1r/prior.h>
 #include <ros/monitor.h>
-#include <ros/observation.h>
+#include <ros/overrides.h>
 
 #include <cstdint>
 #include <limits>
@@ -42,4 +42,19 @@ Parameters with_set_options(const Parameters& parameters, const std::vector<std:
 
 /// "S" or "S,FIRST" [s]
 ros::SweepTime parse_sweep_time(const std::string& text);
+
+/// "X,Y,Z,YAW,PITCH,ROLL" [m, deg]
+mrpt::poses::CPose3D parse_sensor_pose(const std::string& text);
+
+/// [m]
+float parse_max_range(const std::string& text);
+
+double parse_range_factor(const std::string& text);
+
+/// "FIRST,LAST" [deg]
+ros::BeamAngles parse_beam_angles(const std::string& text);
+
+/// Enters the overrides of a calibration file, `name: value` line by line, but for those that are given already.
+/// \throws UserError if it cannot be read (kBadInput) or understood (kWrongUse)
+void read_calibration(const std::string& file, ros::Overrides& overrides);
 }  // namespace d2s1r::app

@@ -119,6 +119,20 @@ struct Calibration
 	bool is_changed() const;
 };
 
+/// Says whether the motions of a drive are those that a reading predicts.
+enum class Agreement
+{
+	kNotShown,     //!< the robot has not moved far enough between scans that were found
+	kAgrees,       //!< most are
+	kContradicts,  //!< most are not, by far
+};
+
+/// Returns whether a reading predicts how the laser moved between scans that are half a metre or a quarter of a turn
+/// apart. It needs a few scans only, and leaves errors to the odometry that wheels have at worst.
+/// \param scans found by any reading
+Agreement agreement_of(
+    const Reading& reading, const std::vector<FoundScan>& scans, const std::vector<TimedPose>& odometry);
+
 /// Says which unknowns are known for sure, and stay as they are told.
 using Known = std::array<bool, kUnknowns>;
 

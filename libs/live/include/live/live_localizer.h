@@ -2,7 +2,7 @@
 #pragma once
 
 #include <d2s1r/atlas.h>
-#include <ros/observation.h>
+#include <ros/overrides.h>
 
 #include <cstdint>
 #include <functional>
@@ -50,7 +50,8 @@ struct LiveSettings
 	double seed_std_yaw = 0.1;  //!< [rad] added to the uncertainty of its yaw
 	double most_scans = 0;      //!< [1/s] that are localized; 0: all
 	std::optional<ros::HeightBand> cloud_height;  //!< of the points of clouds that make scans
-	std::optional<ros::SweepTime> sweep;          //!< when beams are taken, in place of what the messages tell
+	ros::Overrides overrides;                     //!< of the laser in use, and of the odometry
+	bool as_told = false;                         //!< whether messages are believed that the drive contradicts
 	bool merge_lasers = false;                    //!< whether scans of all lasers are used together
 	bool has_maps_of_its_own = false;             //!< use_maps() gives them; those of messages are told and not used
 	std::string map_frame = "map";                //!< of a map that no message names the frame of

@@ -7,6 +7,7 @@
 #include <mrpt/poses/CPose2D.h>
 #include <mrpt/poses/CPose3D.h>
 #include <ros/last_scans.h>
+#include <ros/overrides.h>
 #include <ros/robot_track.h>
 
 #include <cstddef>
@@ -117,16 +118,7 @@ class LogReader
 	std::string missing_class_;
 };
 
-/// Says where the beams of a laser's scans look: [rad] in the frame of the laser, counter-clockwise, as they are
-/// recorded. The last one is below the first if the laser turns clockwise.
-struct BeamAngles
-{
-	double first = 0;
-	double last = 0;
-};
-
-/// Lets the beams of a scan look where `angles` say. \param middle_angle that the scan was made with, see RawlogObject
-void set_beam_angles(mrpt::obs::CObservation2DRangeScan& scan, const BeamAngles& angles, double middle_angle);
+using ros::BeamAngles;
 
 /// Says how the beams of a laser may look if its usual fields are wrong.
 struct OtherAngles
@@ -149,14 +141,6 @@ struct Sensor
 	std::string odometry = "";        //!< that of its robot, as LogSurvey::odometry
 	std::vector<ScanDoubt> doubts{};  //!< what is wrong with its scans
 	std::optional<OtherAngles> other_angles{};  //!< see OtherAngles; without a value, nothing is wrong with them
-
-	/// Whether it has point clouds that tell the times of their points. A driver that moved all points to one time may
-	/// have kept these times.
-	bool may_be_deskewed = false;
-
-	/// When its beams may have been taken, each a guess. Empty if its scans tell that, or if there is nothing to guess
-	/// from.
-	std::vector<SweepTime> guessed_sweeps{};
 };
 
 /// Says what a log holds; it is known after the log was read once.
@@ -242,19 +226,10 @@ PosesOfTopic read_poses_of_topic(const std::string& path, const std::string& top
 std::vector<StampedPose> read_poses_of_frame(
     const std::string& path, const std::string& frame, const std::string& label, const std::string& known_damage);
 
-/// Says what the user knows better about a laser than the log.
-struct Overrides
+/// Says what is known better about the lasers of a robot than the log tells it.
+struct Overrides : ros::Overrides
 {
-	std::optional<mrpt::poses::CPose3D> sensor_pose;      //!< laser on the robot
-	std::optional<float> max_range;                       //!< [m]
-	std::optional<double> min_range;                      //!< [m] readings below that are no data
-	std::optional<double> range_factor;                   //!< [-] of all ranges in the log
-	std::optional<SweepTime> sweep;                       //!< of all scans
 	std::map<std::string, SweepTime> sweeps_of_others{};  //!< of all scans of other lasers, by their labels
-	std::optional<BeamAngles> beam_angles;                //!< of all scans
-	bool ignores_flags = false;                           //!< whether readings that are flagged invalid count
-	bool is_odometry_mirrored = false;                    //!< whether its left is right
-	double odometry_clock = 0;                            //!< [s] of its clock minus that of the scans
 };
 
 /// Returns whether the overrides give what a doubt asks for.

@@ -77,7 +77,6 @@ class ContentsReader
 				known->messages++;
 		}
 		if (!laser.other_angles) laser.other_angles = other_angles_of(scan);
-		topic.sweep_guess.add(scan);
 	}
 };
 }  // namespace

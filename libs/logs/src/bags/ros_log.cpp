@@ -97,12 +97,10 @@ LogSurvey describe(
 		Sensor& sensor = survey.sensors.emplace_back();
 		sensor.label = laser.topic;
 		sensor.scans = laser.messages;
-		sensor.may_be_deskewed = of_log.kind == MessageKind::kPointCloud;
-		survey.has_clouds = survey.has_clouds || sensor.may_be_deskewed;
+		survey.has_clouds = survey.has_clouds || of_log.kind == MessageKind::kPointCloud;
 		describe_mounting(robot, sensor);
 		sensor.doubts = doubts_about(laser, robot);
 		sensor.other_angles = of_log.other_angles;
-		sensor.guessed_sweeps = laser.sweep_guess.sweeps();
 		sensor.odometry = describe_odometry(robot.robot);
 		if (survey.odometry.empty()) survey.odometry = sensor.odometry;
 	}

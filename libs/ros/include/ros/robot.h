@@ -15,7 +15,6 @@
 #include <vector>
 
 #include "ros/messages.h"
-#include "ros/sweep_guess.h"
 
 namespace d2s1r::ros
 {
@@ -25,7 +24,6 @@ struct LaserTopic
 	std::string topic;
 	std::size_t messages = 0;
 	std::map<std::string, std::size_t> frames{};  //!< [-] messages of each, those that came first if they are many
-	SweepGuess sweep_guess{};
 };
 
 /// A topic of odometry.

@@ -53,6 +53,9 @@ class RobotTrack
 	/// \param stamp time of the observation \param beams [-] of it
 	Sweep sweep_of(const SweepTime& sweep, Time stamp, std::size_t beams) const;
 
+	/// Returns the readings that are believed, in the frame of the track, by increasing time.
+	std::vector<std::pair<Time, mrpt::math::TPose2D>> readings() const;
+
 	/// Returns the time of the last reading that is believed; no value if there is none.
 	std::optional<Time> newest() const;
 

@@ -1,0 +1,170 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include "live_calibration.h"
+
+#include <mrpt/math/wrap2pi.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "live_robot.h"
+
+namespace d2s1r::live
+{
+using calibration::Agreement;
+using mrpt::math::TPose2D;
+using mrpt::poses::CPose2D;
+using mrpt::poses::CPose3D;
+
+namespace
+{
+constexpr std::size_t kFirst = 8, kMost = 60;  // [-] scans by which it calibrates first, and that it keeps
+
+/// Returns whether two ways to read a laser differ so much that poses by one of them are wrong by the other one.
+bool are_apart(const calibration::Reading& a, const calibration::Reading& b)
+{
+	constexpr double kYaw = mrpt::DEG2RAD(3), kWay = 0.1, kTime = 0.03, kFactor = 0.01;  // [rad], [m], [s], [-]
+	return std::abs(mrpt::math::wrapToPi(a.laser.phi - b.laser.phi)) > kYaw ||
+	       std::hypot(a.laser.x - b.laser.x, a.laser.y - b.laser.y) > kWay ||
+	       std::abs(a.first_beam - b.first_beam) > kTime || std::abs(a.duration - b.duration) > kTime ||
+	       std::abs(a.angle_scale - b.angle_scale) > kFactor || std::abs(a.range_factor - b.range_factor) > kFactor;
+}
+}  // namespace
+
+LiveCalibration::LiveCalibration(const LiveSettings& settings)
+    : given_(settings.overrides), in_use_(given_), is_on_(!settings.as_told && !settings.merge_lasers), next_(kFirst)
+{
+}
+
+void LiveCalibration::follow(Time scan, const std::optional<CPose2D>& motion)
+{
+	constexpr std::size_t kMostStamps = 1000;
+	stamps_.push_back(scan);
+	if (stamps_.size() > kMostStamps) stamps_.pop_front();
+	if (!motion) return;
+	way_ += motion->norm(), turn_ += std::abs(motion->phi());
+	way_since_ += motion->norm(), turn_since_ += std::abs(motion->phi());
+}
+
+bool LiveCalibration::wants(Time time) const
+{
+	constexpr double kWay = 0.25, kTurn = 0.35, kLeastTime = 0.35;  // [m], [rad], [s]
+	if (!is_on_) return false;
+	return scans_.empty() ||
+	       (seconds(time) > scans_.back().time + kLeastTime && (way_since_ > kWay || turn_since_ > kTurn));
+}
+
+bool LiveCalibration::is_open() const
+{
+	constexpr double kWay = 1, kTurn = M_PI / 2;  // [m], [rad]
+	return is_on_ && agreement_ != Agreement::kAgrees && (way_ > kWay || turn_ > kTurn);
+}
+
+void LiveCalibration::clear()
+{
+	scans_.clear();
+	odometry_.clear();
+	stamps_.clear();
+	with_scans_ = 0;
+	next_ = kFirst;
+	way_since_ = turn_since_ = 0;
+	if (!is_contradicted()) way_ = turn_ = 0;
+}
+
+bool LiveCalibration::add(const Grid& map, const RecordedScan& scan, const TPose2D& robot, const ros::RobotTrack& track)
+{
+	constexpr int kMostMounts = 3;  // [-] poses of a laser that is calibrated; one that has more is on a turning mount
+	const CPose3D laser = given_.sensor_pose.value_or(scan.laser);
+	const CPose3D off = laser_ ? laser - *laser_ : CPose3D();
+	if (laser_ && (off.norm() > 1e-3 || std::abs(ros::from_above(off).phi) > 1e-3))
+	{
+		clear();
+		in_use_ = given_;
+		reading_.reset();
+		agreement_ = Agreement::kNotShown;
+		moved_++;
+	}
+	laser_ = laser;
+	if (moved_ > kMostMounts) is_on_ = false;
+	if (!is_on_) return false;
+	told_ = ros::told_reading(laser, scan.sweep, given_);
+	scans_.push_back(ros::found_scan(scan.scan, laser, seconds(scan.time), robot));
+	// The laser was found where it is, by whatever reading.
+	scans_.back().laser = robot + ros::from_above(in_use_.sensor_pose.value_or(laser));
+	add_odometry(track);
+	way_since_ = turn_since_ = 0;
+	const bool is_other = scans_.size() >= next_ && calibrate(map, scan);
+	const Agreement now = agreement_of(ros::told_reading(laser, scan.sweep, in_use_), scans_, odometry_);
+	if (is_other || now != Agreement::kNotShown) agreement_ = now;
+	if (scans_.size() < kMost) return is_other;
+	if (is_contradicted())
+		clear();  // and looks at what follows
+	else
+		is_on_ = false, scans_ = {}, odometry_ = {};
+	return is_other;
+}
+
+void LiveCalibration::add_odometry(const ros::RobotTrack& track)
+{
+	constexpr Time kAround = 6 * kSecond, kSameTime = kSecond / 1000;  // [ns] before a scan; of two times
+	const double newest = odometry_.empty() ? 0 : odometry_.back().time;
+	for (const auto& [time, pose] : track.readings())
+	{
+		if (seconds(time) <= newest || time < stamps_.back() - kAround) continue;
+		odometry_.push_back({seconds(time), pose});
+		const auto stamp = std::lower_bound(stamps_.begin(), stamps_.end(), time - kSameTime);
+		with_scans_ += stamp != stamps_.end() && *stamp <= time + kSameTime;
+	}
+}
+
+calibration::Known LiveCalibration::known(const RecordedScan& scan) const
+{
+	using namespace calibration;
+	Known known{};
+	known[kYaw] = known[kX] = known[kY] = given_.sensor_pose.has_value();
+	// Odometry that has the times of scans has these whenever it was measured.
+	known[kFirstBeam] = known[kDuration] = given_.sweep || 2 * with_scans_ > odometry_.size();
+	known[kAngleScale] = given_.beam_angles || scan.is_cloud;
+	known[kRangeFactor] = given_.range_factor.has_value();
+	return known;
+}
+
+bool LiveCalibration::calibrate(const Grid& map, const RecordedScan& newest)
+{
+	next_ = scans_.size() + scans_.size() / 3;
+	const calibration::Known is_known = known(newest);
+	const calibration::Calibration found = calibration::calibrate(map, told_, scans_, odometry_, is_known);
+	const auto verdict = [&](calibration::Unknown unknown) { return found.findings[unknown].verdict; };
+	const bool is_mount_shown =
+	    is_known[calibration::kYaw] || verdict(calibration::kYaw) != calibration::Verdict::kNotShown;
+	const bool is_moved = verdict(calibration::kX) == calibration::Verdict::kChanged ||
+	                      verdict(calibration::kY) == calibration::Verdict::kChanged;
+	if (is_moved && !is_mount_shown) return false;  // a robot that turns on the spot shows one of them for the other
+	const ros::Overrides before = std::exchange(in_use_, ros::with_shown(given_, found, newest.scan, newest.laser));
+	// Readings of the odometry have come as they were in use.
+	in_use_.is_odometry_mirrored = before.is_odometry_mirrored != found.shown.is_odometry_mirrored;
+	in_use_.odometry_clock = before.odometry_clock + found.shown.odometry_clock;
+	const bool is_other_odometry = found.shown.is_odometry_mirrored || found.shown.odometry_clock != 0;
+	const bool is_other = is_other_odometry || are_apart(found.shown, reading_.value_or(told_));
+	reading_ = found.shown;
+	if (is_other_odometry) clear();
+	if (!is_other) return false;
+	shown_.clear();
+	for (const std::string& part : ros::contradictions(found)) shown_ += (shown_.empty() ? "" : "; ") + part;
+	if (shown_.empty()) return true;
+	shown_ = "the drive contradicts the messages of the laser: " + shown_ +
+	         ". Its scans are read as a calibration file says with";
+	for (const auto& [name, value] : ros::entries_of(in_use_))
+		shown_ += " " + name + ": " + (value.empty() ? "true" : value) + ";";
+	shown_.back() = ' ';
+	return true;
+}
+
+std::string LiveCalibration::description() const
+{
+	if (is_contradicted())
+		return "the drive contradicts how the laser is mounted or read, or the odometry, and does not show yet what is "
+		       "right: poses are not certain, and no tracker is told";
+	return shown_;
+}
+}  // namespace d2s1r::live

@@ -1,0 +1,36 @@
+// d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+// Between what robots tell, of scans and lasers, and the calibration, which knows no messages.
+#pragma once
+
+#include <calibration/calibration.h>
+
+#include <string>
+#include <vector>
+
+#include "ros/overrides.h"
+
+namespace d2s1r::ros
+{
+/// Returns the pose of a frame as seen from above.
+mrpt::math::TPose2D from_above(const mrpt::poses::CPose3D& pose);
+
+/// Returns what messages say of a laser. \param laser its frame on the robot
+calibration::Reading told_reading(const mrpt::poses::CPose3D& laser, const SweepTime& sweep, const Overrides& given);
+
+/// Returns a scan as the calibration takes it.
+/// \param scan as it was recorded \param laser frame of the laser on the robot \param time [s]
+/// \param robot in the map, where the scan was found
+calibration::FoundScan found_scan(
+    const RangeScan& scan, const mrpt::poses::CPose3D& laser, double time, const mrpt::math::TPose2D& robot);
+
+/// Returns the given overrides with what a drive shows, where it contradicts the messages.
+/// \param scan of the laser, as it was recorded \param laser its frame on the robot by the messages
+Overrides with_shown(
+    Overrides given, const calibration::Calibration& shown, const RangeScan& scan, const mrpt::poses::CPose3D& laser);
+
+/// Says what contradicts the messages, and how sure that is, a part each: "yaw of the laser 179.8 +- 0.3 deg, not 0.0".
+std::vector<std::string> contradictions(const calibration::Calibration& shown);
+
+/// Returns the table of what a drive shows: unknown, messages, drive, standard deviation, verdict.
+std::string table_of(const calibration::Calibration& shown);
+}  // namespace d2s1r::ros
