@@ -21,10 +21,10 @@ struct Diagnosis
 };
 
 /// Tries on 20 of the selected scans what is usually wrong if scans do not fit to a map: the resolution, an image that
-/// is flipped, scans that are mirrored, the unit of ranges, maxRange, zeros, a region, the choice of the laser. What
-/// scans alone cannot show is looked for in the odometry of the log and the ground truth, if there are any: a laser
-/// that is turned, an origin that is wrong, beams that were taken one after the other. A mistake is named only if far
-/// more scans fit without it. Of a map that may be read wrongly it builds another index, if there is memory for that.
+/// is flipped or inverted, scans that are mirrored, the unit of ranges, maxRange, zeros, angles, the laser's frame, a
+/// region, the choice of the laser; by the ground truth also an origin that is wrong. A mistake is named only if far
+/// more scans fit without it. What a drive shows is not looked for: see calibrate_by_drive(). Of a map that may be read
+/// wrongly it builds another index, if there is memory for that.
 /// \param localizer of the default method
 /// \throws UserError (kInterrupted)
 Diagnosis diagnose(

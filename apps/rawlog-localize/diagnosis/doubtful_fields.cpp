@@ -3,55 +3,24 @@
 
 #include <d2s1r/scan_defect.h>
 #include <mrpt/core/format.h>
-#include <mrpt/math/wrap2pi.h>
 
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <optional>
 
-#include "cli/console.h"
-#include "cli/values.h"
-#include "evaluation/accuracy.h"
-
 namespace d2s1r::app
 {
 using mrpt::obs::CObservation2DRangeScan;
 using mrpt::poses::CPose3D;
 
-CPose3D laser_on_robot(const Sample& sample)
-{
-	return sample.scan.observation->sensorPose + CPose3D(0, 0, 0, -sample.middle_angle, 0, 0);
-}
-
-std::string turned_pose(const mrpt::poses::CPose3D& pose, double yaw, double roll)
-{
-	const auto degrees = [](double radians)  // to two digits, and never -0.00
-	{ return std::round(100 * mrpt::RAD2DEG(mrpt::math::wrapToPi(radians))) / 100 + 0.0; };
-	mrpt::poses::CPose3D copy = pose;  // MRPT computes its angles in place
-	return mrpt::format(
-	    "--sensor-pose %.3f,%.3f,%.3f,%.2f,%.2f,%.2f", copy.x(), copy.y(), copy.z(),
-	    degrees(copy.yaw() + mrpt::DEG2RAD(yaw)), degrees(copy.pitch()), degrees(copy.roll() + mrpt::DEG2RAD(roll)));
-}
-
 namespace
 {
-Mistake mistake_of_angles(const logs::OtherAngles& other, double middle_angle)
+Mistake mistake_of_angles(const logs::OtherAngles& other)
 {
 	Mistake mistake;
-	mistake.gives = logs::ScanDoubt::Field::kAngles;
-	mistake.advice = other.because + ": " + beam_angles_option(other.angles);
-	if (other.is_possible)
-		mistake.advice =
-		    "angle_min and angle_max are right (" + other.because + "): " + beam_angles_option(other.angles);
-	mistake.correct = [angles = other.angles, middle_angle](CObservation2DRangeScan& scan)
-	{
-		logs::Overrides overrides;
-		overrides.beam_angles = angles;
-		RangeScan read = d2s1r::scan_of(scan);
-		ros::apply(overrides, middle_angle, read);
-		scan = observation_of(read, scan);
-	};
+	mistake.correction.beam_angles = other.angles;
+	mistake.what = other.is_possible ? "angle_min and angle_max are right (" + other.because + ")" : other.because;
 	return mistake;
 }
 
@@ -85,8 +54,7 @@ void add_fields_of_view(const Sample& sample, std::vector<Mistake>& mistakes)
 		if (std::abs(static_cast<double>(scan.aperture) - view) < kSame * view) continue;
 		const double half = scan.rightToLeft ? view / 2 : -view / 2;
 		const logs::BeamAngles angles{sample.middle_angle - half, sample.middle_angle + half};
-		mistakes.push_back(mistake_of_angles(
-		    {mrpt::format("the beams of a scan cover %.0f deg", degrees), angles}, sample.middle_angle));
+		mistakes.push_back(mistake_of_angles({mrpt::format("the beams of a scan cover %.0f deg", degrees), angles}));
 	}
 }
 
@@ -96,14 +64,8 @@ void add_range(const std::vector<Sample>& samples, std::vector<Mistake>& mistake
 	const double greatest = greatest_reading(samples);
 	if ((std::isfinite(max_range) && max_range > 0) || !(greatest > 0)) return;
 	Mistake mistake;
-	mistake.advice = mrpt::format("range_max of the scans is %g: --max-range %g", max_range, range_beyond(greatest));
-	mistake.correct = [range = static_cast<float>(range_beyond(greatest))](CObservation2DRangeScan& scan)
-	{
-		for (std::size_t i = 0; i < scan.getScanSize(); i++)
-			if (!(scan.getScanRange(i) < scan.maxRange) && scan.getScanRange(i) < range)
-				scan.setScanRangeValidity(i, true);
-		scan.maxRange = range;
-	};
+	mistake.what = mrpt::format("range_max of the scans is %g", max_range);
+	mistake.correction.max_range = static_cast<float>(range_beyond(greatest));
 	mistakes.push_back(mistake);
 }
 
@@ -122,10 +84,8 @@ void add_poses(const Sample& sample, std::vector<Mistake>& mistakes)
 	const auto add = [&](const CPose3D& pose, const std::string& why)
 	{
 		Mistake mistake;
-		mistake.advice = why + ": " + turned_pose(pose, 0, 0);
-		mistake.gives = logs::ScanDoubt::Field::kLaserPose;
-		mistake.correct = [pose, middle = sample.middle_angle](CObservation2DRangeScan& scan)
-		{ scan.sensorPose = pose + CPose3D(0, 0, 0, middle, 0, 0); };
+		mistake.what = why;
+		mistake.correction.sensor_pose = pose;
 		mistakes.push_back(mistake);
 	};
 	const CPose3D ahead_in_optical(mrpt::math::CQuaternionDouble(0.5, 0.5, -0.5, 0.5), 0, 0, 0);
@@ -140,7 +100,7 @@ std::vector<Mistake> mistakes_of_fields(const Samples& samples, const std::optio
 	std::vector<Mistake> mistakes;
 	const Sample& sample = samples.chosen.front();
 	if (other_angles)
-		mistakes.push_back(mistake_of_angles(*other_angles, sample.middle_angle));
+		mistakes.push_back(mistake_of_angles(*other_angles));
 	else
 		add_fields_of_view(sample, mistakes);
 	add_range(samples.chosen, mistakes);
@@ -240,142 +200,5 @@ std::vector<std::string> advice_on_invalid(const Trial& trial, const Tester& tes
 	return {mrpt::format(
 	    "%zu of %zu scans cannot be used (%s): %s", most->second.scans, trial.answers.size(), most->first.c_str(),
 	    what_to_do(most->second.defect, samples).c_str())};
-}
-
-std::vector<std::string> advice_by_angles(
-    const Tester& tester, const Trial& as_it_is, const logs::OtherAngles& other_angles)
-{
-	const std::vector<Sample>& samples = tester.samples().chosen;
-	const Mistake mistake = mistake_of_angles(other_angles, samples.front().middle_angle);
-	const Trial other = tester.try_scans(mistake);
-	std::vector<double> before, after;  // [m] distances from the walls
-	for (std::size_t i = 0; i < samples.size(); i++)
-	{
-		if (as_it_is.answers[i].status != Status::kLocalized || other.answers[i].status != Status::kLocalized) continue;
-		const auto off = [&](const Mistake& without, const Trial& trial)
-		{
-			const Scan scan = corrected(samples[i].scan, without, tester.localizer().parameters().scan);
-			return distance_from_walls(scan, trial.answers[i].best().pose.asTPose(), tester.localizer().grid());
-		};
-		before.push_back(off({}, as_it_is));
-		after.push_back(off(mistake, other));
-	}
-	const WallGain gain = wall_gain(before, after);
-	if (!gain.is_clear()) return {};
-	const std::string off = mrpt::format(
-	    "returns are %.3f m off the walls with angle_increment and %.3f m with angle_min and angle_max (%zu scans)",
-	    gain.before, gain.before - gain.gain, gain.scans);
-	return {
-	    off + (gain.gain > 0 ? ": " + beam_angles_option(other_angles.angles) : ", so that angle_increment is right")};
-}
-
-namespace
-{
-/// By which factor the ranges of scans have to be multiplied to end at the walls, though the scans are localized.
-struct RangeScale
-{
-	double factor = 1;  //!< [-] the best one from 0.9 to 1.1
-	WallGain walls;     //!< of the scans that are localized with it and without
-
-	/// Returns whether it shows more than errors of maps and lasers do. Of 16 recorded
-	/// and two simulated sets, on which the bounds were chosen, the best factor is from 0.99 to 1.025 where 8 scans or
-	/// more show it, and the gain at most 2 % of the distance. Of one whose ranges were multiplied by 1.053 it is 0.95,
-	/// and the gain 60 %.
-	bool is_clear(std::size_t localized) const
-	{
-		constexpr std::size_t kFewest = 8;                                        // [-] scans
-		constexpr double kLeastOff = 0.015, kDeviations = 4, kLeastShare = 0.25;  // [-]
-		return walls.scans >= kFewest && 2 * walls.scans >= localized && std::abs(factor - 1) > kLeastOff &&
-		       walls.gain > kDeviations * walls.deviation && walls.gain > kLeastShare * walls.before;
-	}
-};
-
-/// The mean distance [m] of the returns of each sample from the walls, without a value where it is not localized.
-using Distances = std::vector<std::optional<double>>;
-
-/// Returns the distances, but for what is the same for all returns of all scans: a map may have its walls too thick by
-/// half a cell, and a laser may measure each range too long by the same length.
-Distances distances_of(const Tester& tester, const Mistake& mistake, const Trial& trial)
-{
-	constexpr double kFarthest = 0.3;  // [m] that counts
-	std::vector<std::vector<double>> walls(trial.answers.size());
-	std::vector<double> all;
-	for (std::size_t i = 0; i < walls.size(); i++)
-	{
-		if (trial.answers[i].status != Status::kLocalized) continue;
-		const Scan scan = corrected(tester.samples().chosen[i].scan, mistake, tester.localizer().parameters().scan);
-		walls[i] = walls_behind_returns(scan, trial.answers[i].best().pose.asTPose(), tester.localizer().grid());
-		all.insert(all.end(), walls[i].begin(), walls[i].end());
-	}
-	Distances distances(walls.size());
-	const double same = all.empty() ? 0 : percentile(all, 0.5);
-	for (std::size_t i = 0; i < walls.size(); i++)
-	{
-		if (walls[i].empty()) continue;
-		double sum = 0;
-		for (const double wall : walls[i]) sum += std::min(std::abs(wall - same), kFarthest);
-		distances[i] = sum / static_cast<double>(walls[i].size());
-	}
-	return distances;
-}
-
-/// Returns how well scans fit, higher is better: each localized one counts more the nearer its returns are to walls.
-double fit_of(const Distances& distances)
-{
-	constexpr double kFar = 0.15;  // [m]
-	double sum = 0;
-	for (const auto& distance : distances)
-		if (distance) sum += std::max(0.0, kFar - *distance);
-	return sum;
-}
-
-RangeScale compare(double factor, const Distances& before, const Distances& after)
-{
-	std::vector<double> known_before, known_after;
-	for (std::size_t i = 0; i < before.size(); i++)
-	{
-		if (!before[i] || !after[i]) continue;
-		known_before.push_back(*before[i]);
-		known_after.push_back(*after[i]);
-	}
-	return {factor, wall_gain(known_before, known_after)};
-}
-
-/// Localizes the samples with their ranges multiplied by factors from 0.9 to 1.1, and compares how far the returns end
-/// from the walls.
-RangeScale find_range_scale(const Tester& tester, const Trial& as_it_is)
-{
-	constexpr double kReach = 0.1, kLargeStep = 0.02, kSmallStep = 0.005;  // [-]
-	const Distances before = distances_of(tester, {}, as_it_is);
-	Distances best_distances = before;
-	double best = 1, most = fit_of(before);
-	const auto look = [&](double factor)
-	{
-		if (interrupted() || std::abs(factor - 1) < 0.5 * kSmallStep) return;
-		const Mistake mistake{"", scaled_by(factor)};
-		const Distances distances = distances_of(tester, mistake, tester.try_scans(mistake));
-		const double fit = fit_of(distances);
-		if (fit <= most) return;
-		most = fit;
-		best = factor;
-		best_distances = distances;
-	};
-	for (double off = -kReach; off < kReach + 0.5 * kLargeStep; off += kLargeStep) look(1 + off);
-	const double middle = best;
-	for (const int i : {-2, -1, 1, 2}) look(middle + i * kSmallStep);
-	return compare(best, before, best_distances);
-}
-}  // namespace
-
-std::vector<std::string> advice_by_scale(
-    const Tester& tester, const Trial& as_it_is, double range_factor, const std::function<std::string(double)>& of_map)
-{
-	const RangeScale scale = find_range_scale(tester, as_it_is);
-	if (!scale.is_clear(as_it_is.fit())) return {};
-	return {mrpt::format(
-	    "returns are %.3f m off the walls, and %.3f m if all ranges are multiplied by %.3f (%zu scans): "
-	    "--range-factor %.3f, or, if the ranges are right, %s",
-	    scale.walls.before, scale.walls.before - scale.walls.gain, scale.factor, scale.walls.scans,
-	    range_factor * scale.factor, of_map(scale.factor).c_str())};
 }
 }  // namespace d2s1r::app

@@ -9,12 +9,10 @@
 #include <utility>
 
 #include "cli/console.h"
-#include "evaluation/accuracy.h"
 
 namespace d2s1r::app
 {
 using mrpt::obs::CObservation2DRangeScan;
-using mrpt::poses::CPose2D;
 
 namespace
 {
@@ -40,64 +38,34 @@ class SampleReader
 			const auto object = reader.next();
 			if (!object) break;
 			for (std::size_t i = 0; i < object->scans.size(); i++)
-				add(logged_scan(object->scans[i], object->details[i]), object->middle_angle, object->details[i].robot);
+				add({logged_scan(object->scans[i], object->details[i]), object->middle_angle});
 		}
-		if (!periods_.empty()) samples_.period = percentile(periods_, 0.5);
 		return std::move(samples_);
 	}
 
    private:
-	void add(const LoggedScan& scan, double middle_angle, const std::optional<CPose2D>& robot)
+	void add(const Sample& sample)
 	{
-		const std::string& label = scan.observation->sensorLabel;
+		const std::string& label = sample.scan.observation->sensorLabel;
 		const std::size_t index = counts_[label]++;
 		if (bytes_ > kMostBytes) return;
-		if (label != selection_.label) return add_other(scan, index);
-		if (robot) complete(scan, *robot);
-		add_time(logs::to_seconds(scan.observation->timestamp));
-		if (samples_.chosen.size() == frames_.size() || index != frames_[samples_.chosen.size()]) return;
-		if (robot) waiting_.push_back({samples_.chosen.size(), *robot});
-		samples_.chosen.push_back({scan, {}, {}, middle_angle});
-		bytes_ += ros::weight_of(scan.observation->getScanSize());
+		auto& samples = label == selection_.label ? samples_.chosen : samples_.others[label];
+		const bool is_wanted = label == selection_.label
+		                           ? samples.size() < frames_.size() && index == frames_[samples.size()]
+		                           : is_wanted_of_other(label, index, samples.size());
+		if (!is_wanted) return;
+		samples.push_back(sample);
+		bytes_ += ros::weight_of(sample.scan.observation->getScanSize());
 	}
 
-	void add_time(double time)
+	bool is_wanted_of_other(const std::string& label, std::size_t index, std::size_t taken) const
 	{
-		constexpr std::size_t kMost = 1000;  // [-] that tell enough
-		if (last_time_ > 0 && time > last_time_ && periods_.size() < kMost) periods_.push_back(time - last_time_);
-		last_time_ = time;
-	}
-
-	/// Takes a scan as the later one of those samples from which the robot has moved on.
-	void complete(const LoggedScan& scan, const CPose2D& robot)
-	{
-		constexpr double kDistance = 0.5, kTurn = 0.5;  // [m], [rad]
-		const auto has_moved_on = [&](const Waiting& waiting)
-		{
-			const CPose2D motion = robot - waiting.robot;
-			if (motion.norm() < kDistance && std::abs(motion.phi()) < kTurn) return false;
-			samples_.chosen[waiting.sample].later = scan;
-			bytes_ += ros::weight_of(scan.observation->getScanSize());
-			samples_.chosen[waiting.sample].motion = motion;
-			return true;
-		};
-		waiting_.erase(std::remove_if(waiting_.begin(), waiting_.end(), has_moved_on), waiting_.end());
-	}
-
-	void add_other(const LoggedScan& scan, std::size_t index)
-	{
-		const std::string& label = scan.observation->sensorLabel;
 		const auto sensor = std::find_if(
 		    survey_.sensors.begin(), survey_.sensors.end(),
 		    [&](const logs::Sensor& known) { return known.label == label; });
-		if (sensor == survey_.sensors.end()) return;
-		auto& scans = samples_.others[label];
+		if (sensor == survey_.sensors.end()) return false;
 		const std::size_t count = std::min(kScans, sensor->scans);
-		if (scans.size() < count && index >= (2 * scans.size() + 1) * sensor->scans / (2 * count))
-		{
-			scans.push_back(scan);
-			bytes_ += ros::weight_of(scan.observation->getScanSize());
-		}
+		return taken < count && index >= (2 * taken + 1) * sensor->scans / (2 * count);
 	}
 
 	const logs::LogSurvey& survey_;
@@ -105,15 +73,6 @@ class SampleReader
 	std::vector<std::size_t> frames_;
 	std::map<std::string, std::size_t> counts_;  //!< [-] scans seen so far, by label
 	std::size_t bytes_ = 0;                      //!< of the samples
-	double last_time_ = 0;                       //!< [s] of a scan of the laser
-	std::vector<double> periods_;                //!< [s] from one to the next
-	/// A sample whose robot has not moved on yet.
-	struct Waiting
-	{
-		std::size_t sample;
-		CPose2D robot;  //!< when it was taken, in the frame of the odometry
-	};
-	std::vector<Waiting> waiting_;
 	Samples samples_;
 };
 }  // namespace
@@ -123,33 +82,40 @@ Samples read_samples(logs::LogReader& reader, const logs::LogSurvey& survey, con
 	return SampleReader(survey, selection).read(reader);
 }
 
-Correction scaled_by(double factor)
+std::string advice_on(const Mistake& mistake, const ros::Overrides& given)
 {
-	return [factor](CObservation2DRangeScan& scan)
-	{
-		for (std::size_t i = 0; i < scan.getScanSize(); i++)
-			scan.setScanRange(i, static_cast<float>(factor * static_cast<double>(scan.getScanRange(i))));
-		scan.maxRange = static_cast<float>(factor * static_cast<double>(scan.maxRange));
-	};
+	ros::Overrides whole = mistake.correction;
+	if (whole.range_factor) whole.range_factor = *whole.range_factor * given.range_factor.value_or(1);
+	if (whole.range_factor && std::abs(*whole.range_factor - 1) < 1e-6)
+		return "the ranges are in metres: leave out --range-factor";
+	std::string options;
+	for (const auto& [name, value] : ros::entries_of(whole))
+		options += (options.empty() ? "--" : " --") + name + " " + value;
+	const char* const between = options.empty() || mistake.to_do.empty() ? "" : ", and ";
+	return mistake.what + ": " + options + between + mistake.to_do;
+}
+
+ros::Overrides scaled_by(double factor, float max_range)
+{
+	ros::Overrides scaled;
+	scaled.range_factor = factor;
+	scaled.max_range = static_cast<float>(factor * static_cast<double>(max_range));
+	return scaled;
+}
+
+mrpt::poses::CPose3D laser_on_robot(const Sample& sample)
+{
+	return sample.scan.observation->sensorPose + mrpt::poses::CPose3D(0, 0, 0, -sample.middle_angle, 0, 0);
 }
 
 namespace
 {
-void mirror(CObservation2DRangeScan& scan)
+/// What is at or beyond the laser's range counts as measured, if it is within the new one.
+ros::Overrides with_max_range(float range)
 {
-	scan.rightToLeft = !scan.rightToLeft;
-}
-
-/// Reads what is at or beyond the laser's range as measured, if it is within the new one.
-Correction with_max_range(float range)
-{
-	return [range](CObservation2DRangeScan& scan)
-	{
-		for (std::size_t i = 0; i < scan.getScanSize(); i++)
-			if (!(scan.getScanRange(i) < scan.maxRange) && scan.getScanRange(i) < range)
-				scan.setScanRangeValidity(i, true);
-		scan.maxRange = range;
-	};
+	ros::Overrides overrides;
+	overrides.max_range = range;
+	return overrides;
 }
 
 /// What the readings of the samples look like.
@@ -181,17 +147,7 @@ struct Readings
 	double median() const { return ranges.empty() ? 0 : static_cast<double>(ranges[ranges.size() / 2]); }
 };
 
-/// Returns the options for ranges that have to be multiplied by `factor`.
-/// \param range_factor [-] that they have been multiplied by
-std::string unit_advice(const char* unit, double factor, float max_range, double range_factor)
-{
-	const double whole = range_factor * factor;
-	if (std::abs(whole - 1) < 1e-6) return "the ranges are in metres: leave out --range-factor";
-	return mrpt::format(
-	    "the ranges are %s: --range-factor %g --max-range %g", unit, whole, static_cast<double>(max_range));
-}
-
-void add_units(const Readings& readings, double range_factor, std::vector<Mistake>& mistakes)
+void add_units(const Readings& readings, std::vector<Mistake>& mistakes)
 {
 	struct Unit
 	{
@@ -205,19 +161,9 @@ void add_units(const Readings& readings, double range_factor, std::vector<Mistak
 		const double median = unit.metres * readings.median();
 		if (median < kLeastMedian || median > kGreatestMedian) continue;
 		const bool is_range_in_metres = median < static_cast<double>(readings.max_range);
-		const double factor = unit.metres;
-		const float max_range = is_range_in_metres
-		                            ? readings.max_range
-		                            : static_cast<float>(factor * static_cast<double>(readings.max_range));
-		const auto correct = [factor, max_range](CObservation2DRangeScan& scan)
-		{
-			scaled_by(factor)(scan);
-			for (std::size_t i = 0; i < scan.getScanSize(); i++)
-				if (const float range = scan.getScanRange(i); range > 0 && range < max_range)
-					scan.setScanRangeValidity(i, true);
-			scan.maxRange = max_range;
-		};
-		mistakes.push_back({unit_advice(unit.name, factor, max_range, range_factor), correct});
+		ros::Overrides correction = scaled_by(unit.metres, readings.max_range);
+		if (is_range_in_metres) correction.max_range = readings.max_range;
+		mistakes.push_back({std::string("the ranges are ") + unit.name, correction});
 	}
 }
 
@@ -235,19 +181,15 @@ void add_max_ranges(const Readings& readings, std::vector<Mistake>& mistakes)
 	{
 		const float range = std::ceil(greatest + kSame);
 		mistakes.push_back(
-		    {mrpt::format(
-		         "the laser sees further than %g m: --max-range %g", static_cast<double>(readings.max_range),
-		         static_cast<double>(range)),
+		    {mrpt::format("the laser sees further than %g m", static_cast<double>(readings.max_range)),
 		     with_max_range(range)});
 		mistakes.back().changes_beams = true;
 	}
-	const float pile = greatest - kSame;
+	const float pile = std::round(100 * (greatest - kSame)) / 100;
 	if (greatest < readings.max_range && count_from(pile) > kPile * beams)
 	{
 		mistakes.push_back(
-		    {mrpt::format(
-		         "readings of %.2f m mean that nothing was there: --max-range %.2f", static_cast<double>(greatest),
-		         static_cast<double>(pile)),
+		    {mrpt::format("readings of %.2f m mean that nothing was there", static_cast<double>(greatest)),
 		     with_max_range(pile)});
 		mistakes.back().changes_beams = true;
 	}
@@ -259,8 +201,9 @@ void add_zeros(const Readings& readings, const ScanParameters& parameters, std::
 	if (static_cast<double>(readings.zeros) <= kMany * static_cast<double>(readings.beams)) return;
 	Mistake mistake;
 	mistake.toggles_zeros = true;
+	mistake.to_do = mrpt::format("zero_is_no_return = %d in [scan] of --config", parameters.zero_is_no_return ? 0 : 1);
 	if (parameters.zero_is_no_return)
-		mistake.advice = "ranges of 0 mean that there is no data: zero_is_no_return = 0 in [scan] of --config";
+		mistake.what = "ranges of 0 mean that there is no data";
 	else
 	{
 		// If zeros are all that is beyond the reach of the laser, to read them as no data costs little, and is right
@@ -268,13 +211,9 @@ void add_zeros(const Readings& readings, const ScanParameters& parameters, std::
 		constexpr double kStep = 0.1, kShorter = 0.8;  // [m], [-] of maxRange
 		const double seen = kStep * std::ceil(static_cast<double>(readings.greatest()) / kStep);
 		const auto max_range = static_cast<double>(readings.max_range);
-		const bool is_shorter = seen < kShorter * max_range;
-		const double reach = is_shorter ? seen : max_range;
-		mistake.changes_beams = is_shorter;
-		mistake.correct = with_max_range(static_cast<float>(reach));
-		mistake.advice = mrpt::format("ranges of 0 mean that nothing was there within %g m: ", reach);
-		if (is_shorter) mistake.advice += mrpt::format("--max-range %g, and ", reach);
-		mistake.advice += "zero_is_no_return = 1 in [scan] of --config";
+		mistake.changes_beams = seen < kShorter * max_range;
+		if (mistake.changes_beams) mistake.correction = with_max_range(static_cast<float>(seen));
+		mistake.what = mrpt::format("ranges of 0 mean that nothing was there within %g m", std::min(seen, max_range));
 	}
 	mistakes.push_back(mistake);
 }
@@ -288,6 +227,22 @@ bool is_same_in(const Scan& scan, const Beam& beam)
 	return same != scan.beams.end() && same->angle == beam.angle && same->is_return == beam.is_return;
 }
 
+/// Returns how far [m] a wall is from the sensor, at most `most`. \param sensor in the map frame
+/// \param direction [rad] in the map frame
+double distance_to_wall(const Grid& grid, const mrpt::math::TPose2D& sensor, double direction, double most)
+{
+	const double step = 0.5 * grid.cell_size;
+	for (double distance = 0; distance < most; distance += step)
+	{
+		const double x = sensor.x + distance * std::cos(direction), y = sensor.y + distance * std::sin(direction);
+		const int column = static_cast<int>(std::floor((x - grid.origin_x) / grid.cell_size)),
+		          row = static_cast<int>(std::floor((y - grid.origin_y) / grid.cell_size));
+		if (!grid.contains(column, row)) return most;
+		if (grid.at(column, row) == Cell::kOccupied) return distance;
+	}
+	return most;
+}
+
 /// Returns whether the map has a wall where a beam ends, or none in its way if it saw nothing.
 bool agrees(const Beam& beam, const mrpt::math::TPose2D& sensor, const Grid& grid)
 {
@@ -298,29 +253,34 @@ bool agrees(const Beam& beam, const mrpt::math::TPose2D& sensor, const Grid& gri
 }
 }  // namespace
 
-Scan corrected(const LoggedScan& scan, const Mistake& mistake, ScanParameters parameters)
+Scan corrected(const Sample& sample, const Mistake& mistake, ScanParameters parameters)
 {
+	const LoggedScan& scan = sample.scan;
 	if (mistake.toggles_zeros) parameters.zero_is_no_return = !parameters.zero_is_no_return;
-	auto observation = std::make_shared<CObservation2DRangeScan>(*scan.observation);
-	mistake.correct(*observation);
-	const bool is_mended = mistake.gives != logs::ScanDoubt::Field::kNone && scan.unusable.field == mistake.gives;
-	return scan_of({observation, scan.sweep, is_mended ? logs::ScanDoubt() : scan.unusable}, parameters);
+	logs::Overrides overrides;
+	static_cast<ros::Overrides&>(overrides) = mistake.correction;
+	if (!scan.unusable.text.empty() && !logs::is_answered(scan.unusable, overrides)) return scan_of(scan, parameters);
+	RangeScan read = d2s1r::scan_of(*scan.observation);
+	ros::apply(overrides, sample.middle_angle, read);
+	return make_scan(read, parameters, scan.sweep);
 }
 
-std::vector<Mistake> usual_mistakes(const Samples& samples, const ScanParameters& parameters, double range_factor)
+std::vector<Mistake> usual_mistakes(const Samples& samples, const ScanParameters& parameters)
 {
 	const Readings readings(samples.chosen);
-	std::vector<Mistake> mistakes(1);
-	mistakes[0].correct = mirror;
-	mistakes[0].mirrors = true;
-	add_units(readings, range_factor, mistakes);
+	std::vector<Mistake> mistakes;
+	Mistake mirror{"the image of the map is mirrored, and must be flipped, or the laser is upside down"};
+	mirror.correction.sensor_pose = laser_on_robot(samples.chosen.front()) + mrpt::poses::CPose3D(0, 0, 0, 0, 0, M_PI);
+	mistakes.push_back(mirror);
+	add_units(readings, mistakes);
 	add_max_ranges(readings, mistakes);
 	add_zeros(readings, parameters, mistakes);
 	for (const auto& [label, scans] : samples.others)
 	{
-		mistakes.emplace_back();
-		mistakes.back().advice = "another laser is used: --sensor-label '" + label + "'";
-		mistakes.back().other_laser = label;
+		Mistake other{"another laser is used"};
+		other.to_do = "--sensor-label '" + label + "'";
+		other.other_laser = label;
+		mistakes.push_back(other);
 	}
 	return mistakes;
 }
@@ -336,7 +296,7 @@ double share_that_map_confirms(
 		if (answers[i].status != Status::kLocalized) continue;
 		found++;
 		const Scan with_mistake = scan_of(samples[i].scan, localizer.parameters().scan);
-		const Scan without = corrected(samples[i].scan, mistake, localizer.parameters().scan);
+		const Scan without = corrected(samples[i], mistake, localizer.parameters().scan);
 		const auto sensor = answers[i].best().pose.asTPose() + without.sensor_on_robot;
 		for (const Beam& beam : without.beams)
 		{

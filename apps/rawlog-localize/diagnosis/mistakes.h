@@ -2,10 +2,8 @@
 #pragma once
 
 #include <d2s1r/localizer.h>
-#include <mrpt/obs/CObservation2DRangeScan.h>
-#include <ros/wall_gain.h>
+#include <ros/overrides.h>
 
-#include <functional>
 #include <map>
 #include <string>
 #include <vector>
@@ -15,55 +13,53 @@
 
 namespace d2s1r::app
 {
-/// A scan of the log, and one that was taken after the robot had moved on.
+/// A scan of the log.
 struct Sample
 {
 	LoggedScan scan;
-	LoggedScan later;             //!< without an observation if the odometry shows no motion
-	mrpt::poses::CPose2D motion;  //!< from scan to later by the odometry
-	double middle_angle;          //!< [rad] see RawlogObject
+	double middle_angle;  //!< [rad] see RawlogObject
 };
 
 /// Scans of a log that are tried.
 struct Samples
 {
-	std::vector<Sample> chosen;                             //!< of the laser that is localized
-	std::map<std::string, std::vector<LoggedScan>> others;  //!< by the label of another laser
-	double period = 0;  //!< [s] from one scan of the laser to the next, in the median; 0: not known
+	std::vector<Sample> chosen;                         //!< of the laser that is localized
+	std::map<std::string, std::vector<Sample>> others;  //!< by the label of another laser
 };
 
 /// Reads 20 of the selected scans, evenly spread over them, and as many of each other laser.
 Samples read_samples(logs::LogReader& reader, const logs::LogSurvey& survey, const FrameSelection& selection);
 
-/// What a scan would be without a mistake.
-using Correction = std::function<void(mrpt::obs::CObservation2DRangeScan&)>;
-
 /// A mistake that may have been made.
 struct Mistake
 {
-	std::string advice;  //!< goes on after "17 of 20 scans fit, instead of 2, if "
-	Correction correct = [](mrpt::obs::CObservation2DRangeScan&) {};
-	bool toggles_zeros = false;  //!< whether scan.zero_is_no_return is the other way round
-	std::string other_laser{};   //!< label of the laser whose scans are tried; empty: that of the run
-	bool mirrors = false;        //!< whether scans or image are mirrored: the odometry tells which of them
-	/// What `correct` sets though the log does not know it.
-	logs::ScanDoubt::Field gives = logs::ScanDoubt::Field::kNone;
+	std::string what;             //!< goes on after "17 of 20 scans fit, instead of 2, if "
+	ros::Overrides correction{};  //!< of the scans as they are read
+	std::string to_do{};          //!< what corrects it beside or in place of the options
+	bool toggles_zeros = false;   //!< whether scan.zero_is_no_return is the other way round
+	std::string other_laser{};    //!< label of the laser whose scans are tried; empty: that of the run
 	/// Whether the map can show it: some beams are read in another way without the mistake, and the walls around the
 	/// places where scans are found confirm or contradict that.
 	bool changes_beams = false;
 };
 
-/// Returns the correction of ranges that have to be multiplied by `factor`.
-Correction scaled_by(double factor);
+/// Returns what the mistake is, and the options that correct it.
+/// \param given overrides of the command line
+std::string advice_on(const Mistake& mistake, const ros::Overrides& given);
+
+/// Returns the correction of ranges that have to be multiplied by `factor`. \param max_range [m] of the laser as it is
+ros::Overrides scaled_by(double factor, float max_range);
+
+/// Returns the pose of the laser on the robot by the log.
+mrpt::poses::CPose3D laser_on_robot(const Sample& sample);
 
 /// Returns the mistakes that may have been made with samples, but for the resolution: a mirror, the unit of ranges,
 /// maxRange, zeros, the choice of the laser.
 /// \param parameters that the scans are read with
-/// \param range_factor [-] that the ranges have been multiplied by
-std::vector<Mistake> usual_mistakes(const Samples& samples, const ScanParameters& parameters, double range_factor = 1);
+std::vector<Mistake> usual_mistakes(const Samples& samples, const ScanParameters& parameters);
 
 /// Returns a scan as it is without a mistake, its beams moved to its time.
-Scan corrected(const LoggedScan& scan, const Mistake& mistake, ScanParameters parameters);
+Scan corrected(const Sample& sample, const Mistake& mistake, ScanParameters parameters);
 
 /// Returns the share [0, 1] of the beams that are read in another way without a mistake which the map agrees with, seen
 /// from where their scans were found. It is 0 if fewer than three scans were found.

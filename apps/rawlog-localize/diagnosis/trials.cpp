@@ -41,22 +41,15 @@ Tester Tester::with_localizer(std::shared_ptr<const Localizer> localizer) const
 
 Trial Tester::try_scans(const Mistake& mistake, std::size_t step, const Query& query) const
 {
-	std::vector<LoggedScan> scans;
+	std::vector<Sample> scans;
 	if (mistake.other_laser.empty())
-		for (std::size_t i = step / 2; i < samples_.chosen.size(); i += step) scans.push_back(samples_.chosen[i].scan);
+		for (std::size_t i = step / 2; i < samples_.chosen.size(); i += step) scans.push_back(samples_.chosen[i]);
 	else
 		scans = samples_.others.at(mistake.other_laser);
 	return localize(mistake, scans, query);
 }
 
-Trial Tester::try_later(const Mistake& mistake) const
-{
-	std::vector<LoggedScan> scans;
-	for (const Sample& sample : samples_.chosen) scans.push_back(sample.later);
-	return localize(mistake, scans, {});
-}
-
-Trial Tester::localize(const Mistake& mistake, const std::vector<LoggedScan>& scans, const Query& query) const
+Trial Tester::localize(const Mistake& mistake, const std::vector<Sample>& scans, const Query& query) const
 {
 	Trial trial{std::vector<Localization>(scans.size())};
 	Query until_interrupt = query;
@@ -65,7 +58,7 @@ Trial Tester::localize(const Mistake& mistake, const std::vector<LoggedScan>& sc
 	    scans.size(), threads_,
 	    [&](std::size_t i)
 	    {
-		    if (!scans[i].observation || interrupted()) return;
+		    if (interrupted()) return;
 		    trial.answers[i] =
 		        localizer_->localize(corrected(scans[i], mistake, localizer_->parameters().scan), until_interrupt);
 	    });

@@ -51,15 +51,12 @@ class Tester
 	/// Tries the scans, one in `step` of them.
 	Trial try_scans(const Mistake& mistake, std::size_t step = 1, const Query& query = {}) const;
 
-	/// Tries the scans that were taken later, in the order of the samples; those there are not are invalid.
-	Trial try_later(const Mistake& mistake) const;
-
 	/// Returns a tester of the same samples in another map.
 	/// \param localizer has the parameters that this one's has
 	Tester with_localizer(std::shared_ptr<const Localizer> localizer) const;
 
    private:
-	Trial localize(const Mistake& mistake, const std::vector<LoggedScan>& scans, const Query& query) const;
+	Trial localize(const Mistake& mistake, const std::vector<Sample>& scans, const Query& query) const;
 
 	Samples samples_;
 	int threads_;

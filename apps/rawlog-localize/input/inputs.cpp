@@ -155,7 +155,7 @@ std::string remedy_of(const logs::ScanDoubt& doubt, const std::optional<logs::Ot
 	}
 	if (!other) return "; give those of the first and the last beam with --beam-angles FIRST,LAST [deg]";
 	if (!other->is_possible) return ": " + beam_angles_option(other->angles) + " sets the angles right";
-	return ", and " + beam_angles_option(other->angles) + " takes the others (--diagnose tells which fits)";
+	return ", and " + beam_angles_option(other->angles) + " takes the others (--calibrate tells which fits)";
 }
 }  // namespace
 

@@ -125,7 +125,7 @@ void print_constant_offset(const std::vector<Match>& matches, std::ostream& out)
 	    "the %s\n",
 	    "", constant->frames, constant->of, x, y, mrpt::RAD2DEG(phi),
 	    constant->is_in_map_frame ? "map: is it the truth in another frame than this map?"
-	                              : "robot: is it the truth of the laser, or is --sensor-pose wrong?");
+	                              : "robot: is it the truth of the laser?");
 }
 
 /// Tells which readings were treated as no data, if there are many.

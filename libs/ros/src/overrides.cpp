@@ -60,9 +60,9 @@ std::vector<std::pair<std::string, std::string>> entries_of(const Overrides& ove
 		entries.emplace_back(
 		    "sweep-time", mrpt::format("%g", sweep->duration) +
 		                      (sweep->first_beam != 0 ? mrpt::format(",%g", sweep->first_beam) : ""));
+	if (overrides.range_factor) entries.emplace_back("range-factor", mrpt::format("%.6g", *overrides.range_factor));
 	if (overrides.max_range)
 		entries.emplace_back("max-range", mrpt::format("%g", static_cast<double>(*overrides.max_range)));
-	if (overrides.range_factor) entries.emplace_back("range-factor", mrpt::format("%.6g", *overrides.range_factor));
 	if (const auto& angles = overrides.beam_angles)
 	{
 		const auto degrees = [&](double angle) { return rounded(mrpt::RAD2DEG(angle), 1e4); };

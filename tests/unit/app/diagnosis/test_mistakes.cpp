@@ -28,8 +28,7 @@ Samples samples_of(const std::vector<float>& readings, float max_range)
 		scan.setScanRangeValidity(i, readings[i] > 0 && readings[i] < max_range);
 	}
 	Samples samples;
-	for (int i = 0; i < 3; i++)
-		samples.chosen.push_back({{std::make_shared<CObservation2DRangeScan>(scan)}, {}, {}, 0});
+	for (int i = 0; i < 3; i++) samples.chosen.push_back({{std::make_shared<CObservation2DRangeScan>(scan)}, 0});
 	return samples;
 }
 
@@ -42,12 +41,14 @@ std::vector<float> near_and(const std::vector<float>& others)
 	return readings;
 }
 
-/// The advice of each mistake that may have been made, a line each; mirrors have none.
+/// The advice of each mistake that may have been made but for a mirror, a line each.
 std::string advice_on(const Samples& samples, const ScanParameters& parameters = {}, double range_factor = 1)
 {
 	std::string lines;
-	for (const Mistake& mistake : usual_mistakes(samples, parameters, range_factor))
-		if (!mistake.mirrors) lines += mistake.advice + "\n";
+	ros::Overrides given;
+	given.range_factor = range_factor;
+	for (const Mistake& mistake : usual_mistakes(samples, parameters))
+		if (!mistake.correction.sensor_pose) lines += app::advice_on(mistake, given) + "\n";
 	return lines;
 }
 }  // namespace
@@ -114,7 +115,7 @@ TEST(ShareThatMapConfirms, TellsOpenSpaceFromBeamsThatGotLost)
 					scan.setScanRange(i, 0);
 					scan.setScanRangeValidity(i, false);
 				}
-			samples.chosen.push_back({{std::make_shared<CObservation2DRangeScan>(scan)}, {}, {}, 0});
+			samples.chosen.push_back({{std::make_shared<CObservation2DRangeScan>(scan)}, 0});
 			Localization answer;
 			answer.status = Status::kLocalized;
 			answer.hypotheses.emplace_back();
@@ -123,7 +124,7 @@ TEST(ShareThatMapConfirms, TellsOpenSpaceFromBeamsThatGotLost)
 		}
 		Mistake zeros;
 		zeros.toggles_zeros = true;
-		zeros.correct = [](CObservation2DRangeScan& scan) { scan.maxRange = kReach; };
+		zeros.correction.max_range = kReach;
 		const double share = share_that_map_confirms(zeros, samples.chosen, answers, localizer);
 		if (nothing_there)
 			EXPECT_GT(share, 0.8);

@@ -51,28 +51,6 @@ Grid grid_of(const std::vector<std::vector<bool>>& walls, const std::function<do
 	return make_picture_grid(picture, kCell);
 }
 
-Grid sharp(const std::vector<std::vector<bool>>& walls)
-{
-	return grid_of(walls, [](int, int) { return 0.0; });
-}
-
-std::vector<std::vector<bool>> turned(const std::vector<std::vector<bool>>& walls, double angle)
-{
-	const int height = static_cast<int>(walls.size()), width = static_cast<int>(walls[0].size());
-	auto image = walls;
-	for (int y = 0; y < height; y++)
-		for (int x = 0; x < width; x++)
-		{
-			const double dx = x - width / 2.0, dy = y - height / 2.0;
-			const int u = static_cast<int>(std::floor(std::cos(angle) * dx + std::sin(angle) * dy + width / 2.0)),
-			          v = static_cast<int>(std::floor(std::cos(angle) * dy - std::sin(angle) * dx + height / 2.0));
-			image[static_cast<std::size_t>(y)][static_cast<std::size_t>(x)] =
-			    u >= 0 && v >= 0 && u < width && v < height &&
-			    walls[static_cast<std::size_t>(v)][static_cast<std::size_t>(u)];
-		}
-	return image;
-}
-
 std::string doubts_about(const Grid& grid)
 {
 	std::string lines;
@@ -81,16 +59,6 @@ std::string doubts_about(const Grid& grid)
 	return lines;
 }
 }  // namespace
-
-TEST(MapDoubts, ThickWallsOfAPlanAreNotSmeared)
-{
-	for (const double angle : {0.0, 0.05, 0.2, 0.4})
-	{
-		const Grid grid = sharp(turned(plan(), angle));
-		ASSERT_GT(Localizer(make_map(grid)).measure().wall_thickness, 0.15) << angle;
-		EXPECT_EQ(doubts_about(grid), "") << angle;
-	}
-}
 
 TEST(MapDoubts, WallsThatGrewUnevenlyAreSmeared)
 {
