@@ -35,8 +35,8 @@ constexpr const char* kTooMany =
 /// The stages in their order; a file may include its own stage and those of a lower number. Stages of one number do not
 /// know of each other.
 const std::map<std::string, int> kStages = {
-    {"base", 0},   {"scan", 1}, {"map", 2},    {"map_files", 3}, {"ranges", 3},    {"prior", 4},  {"answer", 5},
-    {"coarse", 6}, {"fine", 7}, {"engine", 8}, {"paper", 8},     {"localizer", 9}, {"frames", 10}};
+    {"base", 0},        {"scan", 1},   {"map", 2},  {"map_files", 3}, {"ranges", 3}, {"prior", 4},     {"answer", 5},
+    {"calibration", 5}, {"coarse", 6}, {"fine", 7}, {"engine", 8},    {"paper", 8},  {"localizer", 9}, {"frames", 10}};
 
 /// The stage of each public header that is not named like its folder.
 const std::map<std::string, std::string> kStageOfHeader = {
@@ -51,6 +51,7 @@ const std::map<std::string, std::string> kStageOfHeader = {
     {"occupancy_map.h", "map"},
     {"grid.h", "map"},
     {"map_io.h", "map_files"},
+    {"calibration.h", "calibration"},
     {"map_limits.h", "map"},
     {"map_stream.h", "map_files"},
     {"changed_map.h", "map_files"},

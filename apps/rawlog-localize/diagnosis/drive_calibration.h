@@ -2,7 +2,7 @@
 // What the drive of a log shows of how its laser must be read, before the scans are localized.
 #pragma once
 
-#include <calibration/calibration.h>
+#include <d2s1r/calibration.h>
 #include <d2s1r/localizer.h>
 #include <logs/log.h>
 

@@ -2,11 +2,12 @@
 // A robot with a spinning laser that drives through a building, for what a drive shows of the laser.
 #pragma once
 
+#include <d2s1r/calibration.h>
+
 #include <cmath>
 #include <random>
 #include <vector>
 
-#include "calibration/calibration.h"
 #include "ranges/ray_caster.h"
 #include "test_floor.h"
 

@@ -1,7 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
+#include <d2s1r/calibration.h>
 #include <gtest/gtest.h>
 
-#include "calibration/calibration.h"
 #include "simulated_drive.h"
 
 namespace d2s1r::test

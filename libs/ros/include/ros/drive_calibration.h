@@ -2,7 +2,7 @@
 // Between what robots tell, of scans and lasers, and the calibration, which knows no messages.
 #pragma once
 
-#include <calibration/calibration.h>
+#include <d2s1r/calibration.h>
 
 #include <string>
 #include <vector>

@@ -1,13 +1,12 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include "calibration/calibration.h"
-
 #include <Eigen/Dense>
+#include <d2s1r/calibration.h>
 #include <mrpt/math/wrap2pi.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "wall_field.h"
+#include "calibration/wall_field.h"
 
 namespace d2s1r::calibration
 {

@@ -51,7 +51,7 @@ enum Unknown : std::size_t
 	kRangeFactor,  //!< [-]
 	kWayScale,     //!< [-]
 	kTurnScale,    //!< [-]
-	kUnknowns
+	kUnknowns      //!< their number
 };
 
 /// Returns one of the numbers of a reading.
@@ -68,9 +68,9 @@ struct RecordedBeam
 /// Holds a scan that was found in the map.
 struct FoundScan
 {
-	double time = 0;  //!< [s] its stamp
-	std::vector<RecordedBeam> returns;
-	float first_angle = 0;  //!< [rad] of the first beam
+	double time = 0;                    //!< [s] its stamp
+	std::vector<RecordedBeam> returns;  //!< as they were recorded
+	float first_angle = 0;              //!< [rad] of the first beam
 	mrpt::math::TPose2D
 	    laser;  //!< in the map at its stamp, as it was found with the reading of the messages, m and rad
 };
@@ -89,8 +89,8 @@ struct Finding
 	double told = 0;                                             //!< by the messages
 	double estimate = 0;                                         //!< by the drive
 	double deviation = std::numeric_limits<double>::infinity();  //!< standard deviation of the estimate
-	double log_odds = 0;  //!< [nat] for the estimate, against what the messages say
-	Verdict verdict = Verdict::kNotShown;
+	double log_odds = 0;                   //!< [nat] for the estimate, against what the messages say
+	Verdict verdict = Verdict::kNotShown;  //!< what it comes to
 };
 
 /// Says how far the drive is from what a reading predicts.
@@ -100,20 +100,23 @@ struct Residuals
 	double way = 0;                      //!< [m] median difference of motions between scans and those of the odometry
 	double turn = 0;                     //!< [rad] the same of their turns
 	std::vector<double> walls_of_scans;  //!< [m] median of each scan
-	std::vector<double> ways, turns;     //!< [m], [rad] of each motion between scans
+	std::vector<double> ways;            //!< [m] of each motion between scans
+	std::vector<double> turns;           //!< [rad] of each motion between scans
 };
 
 /// Says what a drive shows.
 struct Calibration
 {
-	Reading told;
-	Reading shown;  //!< what the messages say, but for what the drive contradicts
-	std::array<Finding, kUnknowns> findings;
+	Reading told;                             //!< by the messages
+	Reading shown;                            //!< what the messages say, but for what the drive contradicts
+	std::array<Finding, kUnknowns> findings;  //!< by Unknown
 	/// [nat] For a mirrored odometry, or one in another clock, against what the messages say; 0 if neither is shown.
 	double odometry_log_odds = 0;
 	std::vector<std::pair<Unknown, Unknown>> pairs;  //!< that the drive cannot tell apart
-	Residuals before, after;
-	std::size_t scans = 0, motions = 0;  //!< [-] that it rests on
+	Residuals before;                                //!< by the messages
+	Residuals after;                                 //!< by `shown`
+	std::size_t scans = 0;                           //!< [-] that it rests on
+	std::size_t motions = 0;                         //!< [-] the same
 
 	/// Returns whether the laser has to be read in another way than the messages say.
 	bool is_changed() const;
@@ -127,8 +130,8 @@ enum class Agreement
 	kContradicts,  //!< most are not, by far
 };
 
-/// Returns whether a reading predicts how the laser moved between scans that are half a metre or a quarter of a turn
-/// apart. It needs a few scans only, and leaves errors to the odometry that wheels have at worst.
+/// Returns whether a reading predicts how the laser moved between scans that are half a metre or 60 deg apart. It needs
+/// a few scans only, and leaves errors to the odometry that wheels have at worst.
 /// \param scans found by any reading
 Agreement agreement_of(
     const Reading& reading, const std::vector<FoundScan>& scans, const std::vector<TimedPose>& odometry);
