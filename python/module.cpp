@@ -1,5 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 // The Python module: maps and scans are numpy arrays, errors of the library become ValueError and RuntimeError.
+#include <d2s1r/calibration.h>
 #include <d2s1r/map_io.h>
 #include <d2s1r/tracker.h>
 #include <d2s1r/version.h>
@@ -794,6 +795,84 @@ void bind_tracker(py::module_& module)
 	        "What became of the last suggestion: 'open', and after the scan that tells it 'taken' or 'refused'; else "
 	        "'none'.");
 }
+
+/// Returns poses with their times. `poses` has a row (x, y, phi) for each of `times`.
+std::vector<TimedPose> timed_poses(const std::string& name, const py::object& times, const py::object& poses)
+{
+	const py::array given_times = checked_array(name + ": times", times, 1);
+	const py::array given_poses = checked_array(name, poses, 2);
+	if (given_poses.shape(1) != 3 || given_poses.shape(0) != given_times.size())
+		throw std::invalid_argument(name + ": give an array n x 3, with a row (x, y, phi) for each of the n times");
+	const Doubles all_times(given_times), all_poses(given_poses);
+	const auto time = all_times.unchecked<1>();
+	const auto row = all_poses.unchecked<2>();
+	std::vector<TimedPose> timed;
+	for (py::ssize_t i = 0; i < time.size(); i++) timed.push_back({time(i), {row(i, 0), row(i, 1), row(i, 2)}});
+	for (std::size_t i = 0; i < timed.size(); i++)
+	{
+		const auto& [at, pose] = timed[i];
+		if (!std::isfinite(at + pose.x + pose.y + pose.phi) || (i > 0 && !(at > timed[i - 1].time)))
+			throw std::invalid_argument(name + ": times and poses must be finite, and times increase; correct them");
+	}
+	return timed;
+}
+
+py::dict calibrate_of(
+    const PyLocalizer& localizer, const std::vector<py::object>& ranges, const py::object& times,
+    const py::object& poses, double angle_min, double angle_increment, double max_range,
+    const py::object& odometry_times, const py::object& odometry, const std::vector<double>& sensor_pose,
+    std::array<double, 2> sweep_time)
+{
+	constexpr std::array<const char*, calibration::kUnknowns> kNames = {
+	    "yaw", "x", "y", "first_beam", "duration", "angle_scale", "range_factor", "way_scale", "turn_scale"};
+	constexpr std::array<const char*, 3> kVerdicts = {"not shown", "as told", "changed"};
+	const auto robots = timed_poses("poses", times, poses), wheels = timed_poses("odometry", odometry_times, odometry);
+	if (ranges.size() != robots.size()) throw std::invalid_argument("give the ranges of a scan for each of the poses");
+	const auto laser = sensor_pose_of(sensor_pose);
+	calibration::Reading told;
+	told.laser = calibration::from_above(laser);
+	told.duration = sweep_time[0], told.first_beam = sweep_time[1];
+	std::vector<calibration::FoundScan> scans;
+	for (std::size_t i = 0; i < ranges.size(); i++)
+		scans.push_back(calibration::found_scan(
+		    observation_of({ranges[i], angle_min, angle_increment, max_range, sensor_pose}), laser, robots[i].time,
+		    robots[i].robot));
+	calibration::Calibration found;
+	{
+		const py::gil_scoped_release release;
+		found = calibration::calibrate(localizer.grid(), told, scans, wheels);
+	}
+	py::dict answer;
+	for (std::size_t i = 0; i < calibration::kUnknowns; i++)
+	{
+		const calibration::Finding& finding = found.findings[i];
+		answer[kNames[i]] = py::dict(
+		    "told"_a = finding.told, "estimate"_a = finding.estimate, "std"_a = finding.deviation,
+		    "shown"_a = value_of(found.shown, static_cast<calibration::Unknown>(i)),
+		    "verdict"_a = kVerdicts[static_cast<std::size_t>(finding.verdict)], "log_odds"_a = finding.log_odds);
+	}
+	answer["is_odometry_mirrored"] = found.shown.is_odometry_mirrored;
+	answer["odometry_clock"] = found.shown.odometry_clock;
+	answer["is_changed"] = found.is_changed();
+	return answer;
+}
+
+void bind_calibration(py::module_& module)
+{
+	module.def(
+	    "calibrate", &calibrate_of, "localizer"_a, "ranges"_a, "times"_a, "poses"_a, "angle_min"_a, "angle_increment"_a,
+	    "max_range"_a, "odometry_times"_a, "odometry"_a, "sensor_pose"_a = std::vector<double>{}, py::kw_only(),
+	    "sweep_time"_a = std::array<double, 2>{0, 0},
+	    "Returns how a laser must be read, as a drive through the map shows it: a dict of yaw, x, y, first_beam, "
+	    "duration, angle_scale, range_factor, way_scale and turn_scale, each with told, estimate, std, verdict ('not "
+	    "shown', 'as told' or 'changed'), log_odds, and shown, the value to use; and is_odometry_mirrored, "
+	    "odometry_clock [s] and is_changed.\n\n"
+	    "    ranges: those of each scan [m], some tens of scans of a robot that drives and turns.\n"
+	    "    times, poses: of each scan [s], and (x, y, phi) where it was found [m, rad]: Localization.pose.\n"
+	    "    angle_min, angle_increment, max_range, sensor_pose: of the laser, as for Localizer.localize().\n"
+	    "    odometry_times, odometry: [s], and (x, y, phi) of the robot in a frame that stands still [m, rad].\n"
+	    "    sweep_time: from the first beam to the last, and of the first beam after the time of a scan [s].\n");
+}
 }  // namespace
 }  // namespace d2s1r
 
@@ -831,4 +910,5 @@ PYBIND11_MODULE(_d2s1r, module)
 	d2s1r::bind_atlas(module);
 	d2s1r::bind_tracker(module);
 	d2s1r::bind_window(module);
+	d2s1r::bind_calibration(module);
 }

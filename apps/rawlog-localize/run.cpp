@@ -247,6 +247,9 @@ DriveCalibration calibrate_lasers(
 	command.log.overrides = chosen.overrides;
 	command.log.overrides.sweeps_of_others = of_others;
 	if (!chosen.line.empty()) console.note(command.log.file, {chosen.line});
+	if (!chosen.doubt.empty())
+		console.note(
+		    command.log.file, {chosen.doubt + ": no pose counts as localized; --as-told believes the messages"});
 	return chosen;
 }
 
@@ -281,9 +284,11 @@ ExitStatus localize(
 	const std::optional<Atlas> atlas = atlas_of(maps);
 	const Localizer& localizer = *maps.front().localizer;
 	const bool can_tell = !atlas && parameters.method == Method::kDefault;
-	if (can_tell) calibrate_lasers(log, sensor, localizer, command, console);
+	DriveCalibration drive;
+	if (can_tell) drive = calibrate_lasers(log, sensor, localizer, command, console);
 	const FrameStore unknown{{}};
 	RunReport report{command, parameters, outputs ? outputs->frames().frames() : unknown, maps, sensor};
+	report.drive = drive;
 	report.build_seconds = build_seconds;
 	if (outputs) outputs->save_map(localizer.map(), parameters);
 	if (backend)
@@ -300,7 +305,8 @@ ExitStatus localize(
 	    command.search.threads,
 	    request.merge_lasers,
 	    atlas ? &*atlas : nullptr,
-	    tracker ? &*tracker : nullptr};
+	    tracker ? &*tracker : nullptr,
+	    drive.doubt};
 	const LoopResult loop = localize_frames(log, report, selection, approach, outputs ? &*outputs : nullptr, console);
 	report.localization_seconds = watch.Tac();
 	return finish(log, selection, truth, loop, report, outputs ? &*outputs : nullptr, console);
@@ -324,10 +330,14 @@ ExitStatus diagnose_only(CommandLine command, const MapSource& source, Console& 
 		console.print(table_of(calibrated));
 		std::error_code error;  // which the file will meet, too
 		if (!command.output.folder.empty()) std::filesystem::create_directories(command.output.folder, error);
-		TextFile file(files_written(command, false).front().path);
+		const auto files = files_written(command, false);
+		TextFile file(files.front().path), picture(files.back().path);
 		file.print("# by rawlog-localize --calibrate\n%s", calibrated.file.c_str());
-		if (!interrupted()) file.commit();
-		return interrupted() ? kInterrupted : kDone;
+		picture.print("%s", picture_of(calibrated.found).c_str());
+		if (interrupted()) return kInterrupted;
+		picture.commit();
+		file.commit();
+		return kDone;
 	}
 	print_diagnosis(diagnose(log, selection, command, *localizer, truth), console.out);
 	return interrupted() ? kInterrupted : kDone;

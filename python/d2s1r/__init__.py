@@ -9,9 +9,9 @@ import difflib
 import functools
 import re
 
-from ._d2s1r import Atlas, Localization, Localizer, Map, Sweep, Tracker, WindowLocalizer, __version__
+from ._d2s1r import Atlas, Localization, Localizer, Map, Sweep, Tracker, WindowLocalizer, __version__, calibrate
 
-__all__ = ["Atlas", "Localization", "Localizer", "Map", "Sweep", "Tracker", "WindowLocalizer"]
+__all__ = ["Atlas", "Localization", "Localizer", "Map", "Sweep", "Tracker", "WindowLocalizer", "calibrate"]
 
 
 def _what_is_wrong(name, text, given):
@@ -42,6 +42,7 @@ def _in_one_line(name, function):
     return call
 
 
+calibrate = _in_one_line("calibrate", calibrate)
 for _class in (Atlas, Localizer, Map, Sweep, Tracker, WindowLocalizer):
     for _name, _value in list(vars(_class).items()):
         _shown = _class.__name__ + ("" if _name == "__init__" else "." + _name)

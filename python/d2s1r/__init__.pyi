@@ -1,5 +1,5 @@
 import os
-from typing import List, Mapping, Optional, Sequence, Tuple, Union, overload
+from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple, Union, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -156,3 +156,18 @@ class WindowLocalizer:
         min_range: float = 0.0,
         sweep: Optional[Sweep] = None,
     ) -> Localization: ...
+
+def calibrate(
+    localizer: Localizer,
+    ranges: Sequence[npt.ArrayLike],
+    times: Sequence[float],
+    poses: npt.ArrayLike,
+    angle_min: float,
+    angle_increment: float,
+    max_range: float,
+    odometry_times: Sequence[float],
+    odometry: npt.ArrayLike,
+    sensor_pose: Sequence[float] = (),
+    *,
+    sweep_time: Sequence[float] = (0.0, 0.0),
+) -> Dict[str, Any]: ...

@@ -210,7 +210,8 @@ def test_sizes_are_looked_at_before_anything_is_copied(localizer, call):
 
 def test_objects_need_their_init(localizer):
     """pybind11 hands methods memory that nobody wrote to if an object is made without __init__()."""
-    made = {name: getattr(d2s1r, name).__new__(getattr(d2s1r, name)) for name in d2s1r.__all__}
+    classes = {name: getattr(d2s1r, name) for name in d2s1r.__all__ if isinstance(getattr(d2s1r, name), type)}
+    made = {name: made_of.__new__(made_of) for name, made_of in classes.items()}
     for name, thing in made.items():
         for key in [key for key in dir(type(thing)) if not key.startswith("_")]:
             if isinstance(getattr(type(thing), key), property):
@@ -386,10 +387,26 @@ def test_an_atlas_names_the_map(world, localizer, tmp_path):
         d2s1r.Atlas.load(tmp_path / "empty")
 
 
+def test_a_drive_shows_how_the_laser_is_mounted(world, localizer):
+    told = (*SENSOR[:2], SENSOR[2] + math.pi / 2)
+    chosen = range(0, 100, 3)
+    scans, times = [world.scans[i] for i in chosen], [100.0 + i for i in chosen]
+    poses = [localizer.localize(scan, FIRST_ANGLE, STEP, MAX_RANGE, told).pose for scan in scans]
+    laser = FIRST_ANGLE, STEP, MAX_RANGE
+    drive = 100.0 + np.arange(100), world.robots
+    shown = d2s1r.calibrate(localizer, scans, times, poses, *laser, *drive, told)
+    assert shown["is_changed"] and shown["yaw"]["verdict"] == "changed"
+    assert abs(shown["yaw"]["shown"] - SENSOR[2]) < math.radians(1)
+    with pytest.raises(ValueError, match="a scan for each of the poses"):
+        d2s1r.calibrate(localizer, scans[1:], times, poses, *laser, *drive, told)
+
+
 def test_stubs_and_docstrings_cover_the_module():
     stubs = ast.parse((pathlib.Path(d2s1r.__file__).parent / "__init__.pyi").read_text())
     classes = {node.name: node for node in stubs.body if isinstance(node, ast.ClassDef)}
-    assert sorted(classes) == sorted(d2s1r.__all__)
+    functions = [node.name for node in stubs.body if isinstance(node, ast.FunctionDef)]
+    assert sorted([*classes, *functions]) == sorted(d2s1r.__all__)
+    assert all(inspect.getdoc(getattr(d2s1r, name)) for name in functions)
     for name, stub in classes.items():
         own = {key: getattr(getattr(d2s1r, name), key) for key in vars(getattr(d2s1r, name)) if not key.startswith("_")}
         functions = {node.name: node for node in stub.body if isinstance(node, ast.FunctionDef)}

@@ -279,7 +279,7 @@ bool stays(const DriveSamples& samples)
 	    [&](const LoggedScan& scan)
 	    {
 		    const CPose3D motion = laser_of(scan, samples.middle_angle) - first;
-		    return motion.norm() < 1e-3 && std::abs(ros::from_above(motion).phi) < 1e-3;
+		    return motion.norm() < 1e-3 && std::abs(calibration::from_above(motion).phi) < 1e-3;
 	    });
 }
 
@@ -327,7 +327,7 @@ DriveCalibration calibrate_by_drive(
 	{
 		if (!places[i]) continue;
 		const LoggedScan& scan = samples.scans[i];
-		found.push_back(ros::found_scan(
+		found.push_back(calibration::found_scan(
 		    d2s1r::scan_of(*scan.observation), laser_of(scan, samples.middle_angle),
 		    logs::to_seconds(scan.observation->timestamp), *places[i]));
 		firsts.push_back(scan.sweep.first_beam);
@@ -352,7 +352,61 @@ DriveCalibration calibrate_by_drive(
 	static_cast<ros::Overrides&>(used) = ros::with_shown(
 	    mounting.over(overrides), result.found, d2s1r::scan_of(*samples.scans.front().observation), laser);
 	tell(sensor.label, mounting, result);
+	const bool is_contradicted =
+	    agreement_of(result.found.shown, found, samples.odometry) == calibration::Agreement::kContradicts;
+	if (is_contradicted && !sensor.is_the_robot)
+		result.doubt =
+		    "the drive contradicts where the laser is on the robot, or the odometry, and does not show what is right";
 	return result;
+}
+
+namespace
+{
+/// Returns a panel of a picture: a number for each scan or motion as told (grey) and as shown (blue), and their
+/// medians.
+std::string panel(
+    double top, const std::string& title, const std::vector<double>& before, const std::vector<double>& after,
+    double scale)
+{
+	constexpr double kWidth = 640, kHeight = 90, kLeft = 60;  // [pixel]
+	std::vector<double> all = before;
+	all.insert(all.end(), after.begin(), after.end());
+	const double most = std::max(1e-6, percentile(all, 0.98));
+	std::string text = mrpt::format(
+	    "<text x='4' y='%.0f'>%s</text><text x='%.0f' y='%.0f' text-anchor='end'>%.3g</text>"
+	    "<rect x='%.0f' y='%.0f' width='%.0f' height='%.0f' fill='none' stroke='#ccc'/>",
+	    top - 6, title.c_str(), kLeft - 4, top + 10, most * scale, kLeft, top, kWidth, kHeight);
+	const auto draw = [&](const std::vector<double>& values, const char* color)
+	{
+		const auto y = [&](double value) { return top + kHeight * (1 - std::min(value, most) / most); };
+		for (std::size_t i = 0; i < values.size(); i++)
+			text += mrpt::format(
+			    "<circle cx='%.1f' cy='%.1f' r='3' fill='%s'/>",
+			    kLeft + kWidth * (static_cast<double>(i) + 0.5) / static_cast<double>(values.size()), y(values[i]),
+			    color);
+		const double middle = values.empty() ? 0 : percentile(values, 0.5);
+		text += mrpt::format("<path d='M%.0f %.1fh%.0f' stroke='%s'/>", kLeft, y(middle), kWidth, color);
+	};
+	draw(before, "#999");
+	draw(after, "#0072b2");
+	return text;
+}
+}  // namespace
+
+std::string picture_of(const calibration::Calibration& found)
+{
+	const calibration::Residuals &before = found.before, &after = found.after;
+	if (before.walls_of_scans.empty()) return "";
+	return "<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 710 370' width='710' font-family='sans-serif' "
+	       "font-size='12'>" +
+	       panel(
+	           20, "returns from the walls, by scan [m]: grey as told, blue as shown", before.walls_of_scans,
+	           after.walls_of_scans, 1) +
+	       panel(145, "ways between scans from those of the odometry [m]", before.ways, after.ways, 1) +
+	       panel(
+	           270, "turns between scans from those of the odometry [deg]", before.turns, after.turns,
+	           mrpt::RAD2DEG(1.0)) +
+	       "</svg>\n";
 }
 
 std::string table_of(const DriveCalibration& calibration)

@@ -19,6 +19,8 @@ struct DriveCalibration
 	calibration::Calibration found;
 	logs::Overrides overrides;  //!< the given ones, and what the drive contradicts of the messages
 	std::string file;  //!< the overrides as lines `name: value` of calibration.yaml; empty: nothing is contradicted
+	std::string
+	    doubt;         //!< why no pose is certain: the drive contradicts the messages, and not clearly what; else empty
 	std::string line;  //!< says what was found, how sure it is, and which options say the same; empty as `file`
 };
 
@@ -27,6 +29,10 @@ struct DriveCalibration
 DriveCalibration calibrate_by_drive(
     const logs::Log& log, const logs::Sensor& sensor, const logs::Overrides& overrides, const SearchRequest& search,
     const Localizer& localizer);
+
+/// Returns a picture (SVG) of how far returns end from the walls, and motions are from the odometry's, as told and as
+/// shown; empty if the drive shows nothing.
+std::string picture_of(const calibration::Calibration& found);
 
 /// Returns the table of what a drive shows: unknown, messages, drive, standard deviation, verdict.
 std::string table_of(const DriveCalibration& calibration);

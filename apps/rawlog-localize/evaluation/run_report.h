@@ -9,6 +9,7 @@
 
 #include "cli/command_line.h"
 #include "diagnosis/diagnosis.h"
+#include "diagnosis/drive_calibration.h"
 #include "evaluation/accuracy.h"
 #include "frames/frame_loop.h"
 #include "input/maps.h"
@@ -36,6 +37,7 @@ struct RunReport
 	bool is_truth_in_degrees = false;      //!< see are_headings_degrees()
 	std::vector<Match> matches{};          //!< frames with ground truth
 	std::optional<Diagnosis> diagnosis{};  //!< if most frames were not localized
+	DriveCalibration drive{};              //!< what the drive shows of the laser
 	OdometryEstimate odometry{};           //!< what the localized scans tell of it
 	std::string replaced_odometry{};       //!< why another odometry than the first one is used; empty: it is not
 	LeftOutReadings left_out{};

@@ -179,6 +179,9 @@ class Follower
 			frame.result = window_->add(job.scan, one_shot, motion);
 		}
 		if (tracker_) frame.tracked = tracker_->add(time, job.scan, motion);
+		doubt(frame.result);
+		if (frame.alone) doubt(*frame.alone);
+		if (frame.tracked) doubt(*frame.tracked);
 		if (approach_.tracker)
 			frame.tracker = approach_.tracker->add(approach_.localizer, job.scan, frame.result, motion, job.tracker);
 		const ScanPtr observation = observation_of(job.logged);
@@ -187,6 +190,13 @@ class Follower
 		const ScopedTimer timer(writing_ms_);
 		is_enough_ = !sink_.take_frame(frame, job.scan, observation);
 		frames_++;
+	}
+
+	void doubt(Localization& result) const
+	{
+		if (approach_.doubt.empty() || result.status != Status::kLocalized) return;
+		result.status = Status::kAmbiguous;
+		result.note = approach_.doubt;
 	}
 
 	const Approach& approach_;

@@ -28,6 +28,7 @@ struct Approach
 	bool merge_lasers = false;           //!< whether scans of other lasers are used, too
 	const Atlas* atlas = nullptr;        //!< maps that are searched; null: only that of `localizer`
 	TrackerCheck* tracker = nullptr;     //!< judges the tracker that ran then; null: there is none
+	std::string doubt{};                 //!< why no pose is certain, however well a scan fits; empty: they are
 };
 
 /// Where everything goes, in the order of the rawlog.

@@ -179,6 +179,16 @@ void pack_results(Packer& packer, const RunReport& report, const DrawnFrames& fr
 	json.finish();
 }
 
+/// Writes what the drive shows of the laser, if it shows something.
+void print_calibration(const DriveCalibration& drive, TextFile& file)
+{
+	const std::string picture = picture_of(drive.found);
+	if (picture.empty()) return;
+	std::string table = table_of(drive);  // whose texts hold no mark of HTML but this
+	for (auto at = table.find('<'); at != std::string::npos; at = table.find('<')) table.replace(at, 1, "&lt;");
+	file.print("<pre>%s</pre>%s", table.c_str(), picture.c_str());
+}
+
 /// Writes the template, and calls `write` for each {{name}} in it.
 void fill_template(TextFile& file, const std::function<void(std::string_view name)>& write)
 {
@@ -214,6 +224,7 @@ void ReportHtml::finish(const RunReport& report, const DrawnFrames& frames, cons
 	    [&](std::string_view name)
 	    {
 		    if (name == "scans") return scans_->print(file_);
+		    if (name == "calibration") return print_calibration(report.drive, file_);
 		    const bool is_map = name == "map";
 		    Packer packer(folder_, is_map ? kLevelOfMap : Z_DEFAULT_COMPRESSION);
 		    if (is_map)

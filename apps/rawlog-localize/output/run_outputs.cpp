@@ -71,7 +71,10 @@ std::vector<NamedFile> files_written(const CommandLine& command, bool localized)
 	const OutputRequest& output = command.output;
 	if (command.only_writes_config()) return {{output.write_config, "--write-config"}};
 	if (output.diagnose) return {};
-	if (output.calibrate) return {{fs::path(output.folder) / "calibration.yaml", "--calibrate", true}};
+	if (output.calibrate)
+		return {
+		    {fs::path(output.folder) / "calibration.yaml", "--calibrate", true},
+		    {fs::path(output.folder) / "calibration.svg", "--calibrate", true}};
 	std::vector<NamedFile> files;
 	const auto add_to_folder = [&](std::initializer_list<const char*> names)
 	{

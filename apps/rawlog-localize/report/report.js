@@ -723,6 +723,8 @@ function listen() {
   $('nearer').addEventListener('click', () => zoom(1.5));
   $('farther').addEventListener('click', () => zoom(1 / 1.5));
   $('follow').addEventListener('click', centre);
+  $('laser').hidden = !$('calibration').querySelector('svg');
+  $('laser').addEventListener('click', () => $('calibration').showModal());
   window.addEventListener('resize', () => {
     if (isFitted()) fit();
     redraw();

@@ -76,7 +76,7 @@ bool LiveCalibration::add(const Grid& map, const RecordedScan& scan, const TPose
 	constexpr int kMostMounts = 3;  // [-] poses of a laser that is calibrated; one that has more is on a turning mount
 	const CPose3D laser = given_.sensor_pose.value_or(scan.laser);
 	const CPose3D off = laser_ ? laser - *laser_ : CPose3D();
-	if (laser_ && (off.norm() > 1e-3 || std::abs(ros::from_above(off).phi) > 1e-3))
+	if (laser_ && (off.norm() > 1e-3 || std::abs(calibration::from_above(off).phi) > 1e-3))
 	{
 		clear();
 		in_use_ = given_;
@@ -88,9 +88,9 @@ bool LiveCalibration::add(const Grid& map, const RecordedScan& scan, const TPose
 	if (moved_ > kMostMounts) is_on_ = false;
 	if (!is_on_) return false;
 	told_ = ros::told_reading(laser, scan.sweep, given_);
-	scans_.push_back(ros::found_scan(scan.scan, laser, seconds(scan.time), robot));
+	scans_.push_back(calibration::found_scan(scan.scan, laser, seconds(scan.time), robot));
 	// The laser was found where it is, by whatever reading.
-	scans_.back().laser = robot + ros::from_above(in_use_.sensor_pose.value_or(laser));
+	scans_.back().laser = robot + calibration::from_above(in_use_.sensor_pose.value_or(laser));
 	add_odometry(track);
 	way_since_ = turn_since_ = 0;
 	const bool is_other = scans_.size() >= next_ && calibrate(map, scan);

@@ -57,6 +57,27 @@ TEST(Calibration, FindsMirroredOdometryInAnotherClock)
 	EXPECT_NEAR(result.shown.odometry_clock, 3, 0.03);
 }
 
+TEST(Calibration, AgreesWithADriveOrContradictsItAfterAFewScans)
+{
+	using calibration::Agreement;
+	DriveSettings settings;
+	settings.seconds = 8;
+	SimulatedDrive drive = simulate_drive(make_floor(), settings);
+	const auto agreement = [&](double yaw)
+	{
+		Reading reading;
+		reading.laser.phi = yaw;
+		return calibration::agreement_of(reading, drive.scans, drive.odometry);
+	};
+	EXPECT_EQ(agreement(0), Agreement::kAgrees);
+	for (const double yaw : {180 * kDegree, -90 * kDegree, 45 * kDegree})
+		EXPECT_EQ(agreement(yaw), Agreement::kContradicts) << yaw;
+	for (calibration::FoundScan& scan : drive.scans) scan.laser.x += 10 * scan.time;
+	EXPECT_EQ(agreement(180 * kDegree), Agreement::kNotShown) << "a robot that is carried";
+	drive.scans.resize(1);
+	EXPECT_EQ(agreement(180 * kDegree), Agreement::kNotShown);
+}
+
 TEST(Calibration, FindsScales)
 {
 	DriveSettings settings;

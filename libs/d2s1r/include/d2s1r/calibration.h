@@ -75,6 +75,15 @@ struct FoundScan
 	    laser;  //!< in the map at its stamp, as it was found with the reading of the messages, m and rad
 };
 
+/// Returns the pose of a frame as seen from above.
+mrpt::math::TPose2D from_above(const mrpt::poses::CPose3D& pose);
+
+/// Returns a scan as the calibration takes it.
+/// \param scan as it was recorded \param laser frame of the laser on the robot \param time [s]
+/// \param robot in the map, where the scan was found
+FoundScan found_scan(
+    const RangeScan& scan, const mrpt::poses::CPose3D& laser, double time, const mrpt::math::TPose2D& robot);
+
 /// Says what a drive shows of an unknown.
 enum class Verdict
 {

@@ -409,6 +409,37 @@ class Problem
 };
 }  // namespace
 
+TPose2D from_above(const mrpt::poses::CPose3D& pose)
+{
+	const auto& axes = pose.getRotationMatrix();
+	return {pose.x(), pose.y(), std::atan2(axes(1, 0), axes(0, 0))};
+}
+
+FoundScan found_scan(const RangeScan& scan, const mrpt::poses::CPose3D& laser, double time, const TPose2D& robot)
+{
+	constexpr std::size_t kMost = 120;  // [-] returns that tell enough
+	const TPose2D frame = from_above(laser);
+	const double middle = from_above(scan.sensor_on_robot).phi - frame.phi;  // [rad] as seen from above
+	const bool is_upside_down = scan.sensor_on_robot.getRotationMatrix()(2, 2) < 0;
+	const double side = scan.right_to_left == is_upside_down ? -1 : 1;  // clockwise as seen from above
+	const std::size_t beams = scan.size();
+	const double last = std::max(1.0, static_cast<double>(beams) - 1);
+	const auto share = [&](std::size_t i) { return static_cast<double>(i) / last; };
+	const auto angle = [&](std::size_t i)
+	{ return static_cast<float>(middle + side * static_cast<double>(scan.aperture) * (share(i) - 0.5)); };
+	FoundScan found;
+	found.time = time;
+	found.first_angle = angle(0);
+	found.laser = robot + frame;
+	for (std::size_t i = 0; i < beams; i++)
+	{
+		if (i > 0 && i * kMost / beams == (i - 1) * kMost / beams) continue;
+		if (scan.is_valid(i) && scan.ranges[i] > 0 && scan.ranges[i] < scan.max_range)
+			found.returns.push_back({angle(i), scan.ranges[i], static_cast<float>(share(i))});
+	}
+	return found;
+}
+
 double value_of(const Reading& reading, Unknown unknown)
 {
 	Reading copy = reading;

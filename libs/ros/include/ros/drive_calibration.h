@@ -11,17 +11,8 @@
 
 namespace d2s1r::ros
 {
-/// Returns the pose of a frame as seen from above.
-mrpt::math::TPose2D from_above(const mrpt::poses::CPose3D& pose);
-
 /// Returns what messages say of a laser. \param laser its frame on the robot
 calibration::Reading told_reading(const mrpt::poses::CPose3D& laser, const SweepTime& sweep, const Overrides& given);
-
-/// Returns a scan as the calibration takes it.
-/// \param scan as it was recorded \param laser frame of the laser on the robot \param time [s]
-/// \param robot in the map, where the scan was found
-calibration::FoundScan found_scan(
-    const RangeScan& scan, const mrpt::poses::CPose3D& laser, double time, const mrpt::math::TPose2D& robot);
 
 /// Returns the given overrides with what a drive shows, where it contradicts the messages.
 /// \param scan of the laser, as it was recorded \param laser its frame on the robot by the messages
