@@ -284,8 +284,7 @@ TEST_F(AppLogs, DoubtfulMapsGetALineEach)
 		return run({"-m", path("map.yaml"), "-i", path("in.rawlog"), "-o", path("out"), "--frames", ":1"}).err;
 	};
 	const std::string nav2 = lines_about("resolution: 0.2\nfree_thresh: 0.25\n");
-	EXPECT_NE(nav2.find("free_thresh makes the grey 205 of unknown cells free, which is 75 %"), std::string::npos)
-	    << nav2;
+	EXPECT_EQ(nav2.find("free_thresh"), std::string::npos) << "as in every map that nav2 saves: " << nav2;
 	EXPECT_NE(nav2.find("its cells of 0.20 m are too coarse"), std::string::npos) << nav2;
 	EXPECT_NE(nav2.find("it has no walls"), std::string::npos) << nav2;
 	for (std::size_t i = 0; i < 2; i++) image[image.size() - 1600 + 9 * 40 + 10 + i] = '\0';

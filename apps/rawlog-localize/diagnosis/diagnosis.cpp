@@ -250,7 +250,11 @@ std::vector<std::string> advice_by_changed_map(const Tester& tester, const MapRe
 		if (trial.fit() >= fit + far_more(trial.answers.size()) && 2 * trial.fit() >= trial.answers.size())
 			return {fit_without(trial, fit, advice)};
 	}
-	return {};
+	constexpr double kLeast = 0.01;  // [-] share of an image that is worth a word
+	if (lost.cause != LostCells::Cause::kFreeThresh || lost.unknown_made_free <= kLeast) return {};
+	return {mrpt::format(
+	    "free_thresh of %s makes the grey 205 of unknown cells free, which is %.0f %% of the image; set it to %.3f",
+	    file.c_str(), 100 * lost.unknown_made_free, lost.right_free_thresh)};
 }
 }  // namespace
 

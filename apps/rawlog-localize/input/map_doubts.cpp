@@ -24,9 +24,7 @@ std::vector<std::string> doubts_about_cells(const LostCells& lost)
 	};
 	switch (lost.cause)
 	{
-		case LostCells::Cause::kFreeThresh:
-			add(lost.unknown_made_free, kLeast, "its free_thresh makes the grey 205 of unknown cells free",
-			    mrpt::format("set free_thresh to %.3f", lost.right_free_thresh));
+		case LostCells::Cause::kFreeThresh:  // as in every map that nav2 saves: see diagnose()
 			break;
 		case LostCells::Cause::kAlpha:
 			add(lost.unknown_made_free, kLeast,
@@ -46,6 +44,11 @@ std::vector<std::string> doubts_about_cells(const LostCells& lost)
 	add(lost.walls_made_unknown, kLeastWalls,
 	    "most of its dark greys lie below occupied_thresh and become unknown cells",
 	    "set mode to scale, or lower occupied_thresh");
+	add(lost.rooms_made_unknown, kLeast,
+	    "shades between its thresholds, such as rooms in colours, become unknown cells",
+	    mrpt::format(
+	        "free_thresh: %.2f and occupied_thresh: %.2f read them as free", lost.free_above_rooms,
+	        lost.occupied_above_rooms));
 	add(lost.beyond_raw, kLeast, "its mode: raw reads pixels from 101 to 254 as unknown cells",
 	    "set mode to trinary or scale");
 	return doubts;

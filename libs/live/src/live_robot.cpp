@@ -213,10 +213,17 @@ std::optional<ReadScan> LiveRobot::read(const WaitingScan& scan)
 	ReadScan read;
 	read.robot = track_.at(time);
 	read.placed = {observation, read.robot.value_or(CPose2D()), track_.sweep_of(seen.sweep, time, observation->size())};
-	if (!laser)
-		read.unusable = "no transform from the laser's frame '" + scan.header.frame + "' to '" + robot_.frame +
-		                "' at the time of the scan: publish it on /tf or /tf_static";
+	if (!laser) read.unusable = no_transform_from(scan.header.frame);
 	return read;
+}
+
+std::string LiveRobot::no_transform_from(const std::string& laser)
+{
+	const std::string robot = frame();
+	const std::string meant = links_ ? links_->of(robot_.name_space).meant_by(laser) : "";
+	return "no transform from the laser's frame '" + laser + "'" +
+	       (meant.empty() ? "" : " (is '" + meant + "' meant, which tf has?)") + " to '" + robot +
+	       "' at the time of the scan: publish it on /tf or /tf_static";
 }
 
 std::optional<RecordedScan> LiveRobot::recorded(const WaitingScan& scan)

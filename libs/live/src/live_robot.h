@@ -77,6 +77,9 @@ class LiveRobot
 	/// Returns what a laser saw; no value as long as nothing connects the laser with a robot.
 	std::optional<ReadScan> read(const WaitingScan& scan);
 
+	/// Says that nothing connects a laser with the robot.
+	std::string no_transform_from(const std::string& laser);
+
 	/// Returns what the laser in use saw as the messages have it; no value if it is not known where it is.
 	std::optional<RecordedScan> recorded(const WaitingScan& scan);
 

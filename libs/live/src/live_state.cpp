@@ -268,8 +268,7 @@ std::optional<ScanAnswer> LiveLocalizer::State::answer(const WaitingScan& scan)
 	const auto read = robot.read(scan);
 	if (!read)
 	{
-		silent_because = "no transform from the laser's frame '" + scan.header.frame + "' to '" + robot.frame() +
-		                 "' at the time of the scan: publish it on /tf or /tf_static";
+		silent_because = robot.no_transform_from(scan.header.frame);
 		news.tell("laser", silent_because);
 		return std::nullopt;
 	}

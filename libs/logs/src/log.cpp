@@ -254,7 +254,10 @@ try
 	if (recognize_ros({reinterpret_cast<const std::uint8_t*>(magic.data()), magic.size()}) || is_carmen_text(start))
 		return true;
 	constexpr std::size_t kLongestName = 60;  // [byte] of the class of the first object, which a map has, too
-	return is_rawlog(start) && start.substr(0, kLongestName).find("obs::C") != std::string::npos;
+	const std::string name = start.substr(0, kLongestName);
+	const auto holds = [&](const char* part) { return name.find(part) != std::string::npos; };
+	// MRPT's names of classes had no namespaces before version 1.3.
+	return is_rawlog(start) && (holds("obs::C") || holds("CObservation") || holds("CSensoryFrame") || holds("CAction"));
 }
 catch (const std::bad_alloc&)
 {

@@ -391,7 +391,7 @@ std::string RawlogReader::unreadable(const std::exception& error)
 	if (!missing_class_.empty())
 		return object + " is of the unknown class " + missing_class_ + "; load the module that has it first";
 	if (const std::string version = unknown_version(error); !version.empty())
-		return object + " is of version " + version + ", which this program's MRPT " + mrpt::system::MRPT_getVersion() +
+		return object + " is of version " + version + ", which this program's " + mrpt::system::MRPT_getVersion() +
 		       " does not know; a newer MRPT wrote it, with which this program can be built";
 	if (objects_ == 0) return std::string("is not an MRPT rawlog, or damaged from its start") + kCheckFile;
 	return "is damaged after object " + std::to_string(objects_) + kCopyAgain;

@@ -244,6 +244,7 @@ void RobotTopics::add(const Transform& transform, bool is_static, Links& links)
 	if (is_static && !link.first_static && (is_other || !are_the_same(link.last, *transform.pose)))
 		link.first_static = fixed_transform(known->first, link);
 	link.last = *transform.pose;
+	if (is_other) link.other_parent = link.parent;
 	if (is_other || is_static) link.parent = parent, link.first = link.last;
 	link.moves = link.moves || link.first_static || (is_other && !is_static) || !are_the_same(link.first, link.last);
 	const double traveled = (link.last.m_coords - link.first.m_coords).norm();
@@ -293,6 +294,18 @@ std::string_view LinksOfRobot::root(std::string_view frame) const
 		at = next;
 	}
 	return at->first;
+}
+
+std::string LinksOfRobot::meant_by(const std::string& frame) const
+{
+	for (auto end = frame.size(); end != std::string::npos && end > 0; end = frame.rfind('/', end - 1))
+		for (std::size_t start = 0; start < end; start = frame.find('/', start) + 1)
+		{
+			if (knows(frame.substr(start, end - start)) && (start > 0 || end < frame.size()))
+				return frame.substr(start, end - start);
+			if (frame.find('/', start) >= end) break;
+		}
+	return "";
 }
 
 bool LinksOfRobot::are_on_one_robot(const std::string& a, const std::string& b) const

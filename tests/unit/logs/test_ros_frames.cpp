@@ -260,6 +260,28 @@ TEST_F(RosFrames, OfTwoLasersOneHasNoTransform)
 	EXPECT_EQ(objects[1].details.at(0).unusable.text, "tf has no transform from its frame 'rear' to the robot");
 }
 
+TEST_F(RosFrames, AFrameOfASimulatorNamesTheOneThatIsMeant)
+{
+	const Log log = log_of(
+	    {made_transforms(kWire, kBegin, {{"base_link", "rplidar_link", 0.3, 0, 0}}),
+	     scan_at(kBegin, "tb/rplidar_link/rplidar", "/scan")});
+	EXPECT_NE(log.survey.sensors.at(0).mounting.find("is 'rplidar_link' meant, which tf has?"), std::string::npos)
+	    << log.survey.sensors.at(0).mounting;
+}
+
+TEST_F(RosFrames, TwoParentsOfAFrameAreNamed)
+{
+	const auto parent = [](const char* name, std::int64_t time) {
+		return made_transforms(kWire, time, {{name, "base_link", 0, 0, 0}}, "/tf");
+	};
+	const Log log = log_of(
+	    {made_transforms(kWire, kBegin, {{"base_link", "front", 0.3, 0, 0}}), parent("odom", kBegin),
+	     parent("map", kBegin + 1), scan_at(kBegin, "front")});
+	ASSERT_EQ(log.survey.notes.size(), 1U);
+	EXPECT_NE(log.survey.notes[0].find("two parents of frame 'base_link', 'odom' and 'map'"), std::string::npos)
+	    << log.survey.notes[0];
+}
+
 TEST_F(RosFrames, ATopicMayHaveAFrameThatTfDoesNotKnow)
 {
 	std::vector<MadeMessage> messages = {made_transforms(kWire, kBegin, {{"base_link", "front", 0.3, 0, 0}})};

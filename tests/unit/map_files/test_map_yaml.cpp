@@ -251,6 +251,18 @@ TEST_F(LostCellsOfAMap, TransparentPixelsThatBecomeKnown)
 	EXPECT_DOUBLE_EQ(lost("free_thresh: 0.3\nnegate: 0").transparent_made_known, 0.3);
 }
 
+TEST_F(LostCellsOfAMap, RoomsInColoursBetweenTheThresholds)
+{
+	paint({{5, 51}, {20, 111}, {20, 123}, {20, 170}, {35, 255}});
+	const LostCells vacuum = lost("negate: 0");
+	EXPECT_DOUBLE_EQ(vacuum.rooms_made_unknown, 0.6);
+	EXPECT_EQ(lost("free_thresh: " + std::to_string(vacuum.free_above_rooms) + "\nnegate: 0").rooms_made_unknown, 0);
+	EXPECT_GT(vacuum.occupied_above_rooms, vacuum.free_above_rooms);
+	EXPECT_LT(vacuum.occupied_above_rooms, 1 - 51 / 255.0);
+	paint({{5, 51}, {20, 111}, {20, 123}, {20, 170}, {35, 205}});
+	EXPECT_EQ(lost("negate: 0").rooms_made_unknown, 0) << "205 would become free, too";
+}
+
 TEST_F(LostCellsOfAMap, GreysBetweenTheThresholds)
 {
 	paint({{5, 0}, {30, 205}, {20, 150}, {20, 170}, {20, 190}, {5, 240}});

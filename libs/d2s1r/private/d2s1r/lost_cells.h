@@ -29,6 +29,9 @@ struct LostCells
 	double free_made_unknown = 0;
 	/// [0, 1] Dark greys that are unknown cells, if they are more than those that are occupied.
 	double walls_made_unknown = 0;
+	/// [0, 1] Pixels of several shades between the thresholds, all lighter than the walls, as of rooms in colours.
+	double rooms_made_unknown = 0;
+	double free_above_rooms = 0, occupied_above_rooms = 0;  //!< [probability] thresholds that read them as free
 	/// [0, 1] In mode raw: pixels from 101 to 254, which mean nothing there.
 	double beyond_raw = 0;
 	/// Whether the image looks as if it was made for mode raw, which the yaml file does not say: all its pixels are up

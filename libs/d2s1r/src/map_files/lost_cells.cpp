@@ -147,6 +147,29 @@ void add_greys(const CellsOfShades& cells, const UnknownShades& unknown, const M
 	if (light.are_lost()) lost.free_made_unknown = cells.share(light.lost);
 	if (dark.are_lost()) lost.walls_made_unknown = cells.share(dark.lost);
 }
+/// Adds shades between the thresholds that are rooms in colours, as cards and apps of vacuum robots draw them.
+void add_rooms(const CellsOfShades& cells, const UnknownShades& unknown, const MapServerYaml& yaml, LostCells& lost)
+{
+	constexpr double kOfRoom = 0.01, kOfWalls = 1e-3;  // [-] shares of the image
+	constexpr int kFewestRooms = 3;
+	int rooms = 0;
+	double share = 0, darkest = 0, lightest_wall = 1;  // [-], [probability], [probability]
+	for (int shade = 0; shade < kShades; shade++)
+	{
+		const double occupancy = yaml.occupancy(shade / 255.0);
+		const double lost_here = cells.share(cells.count(shade, shade, Cell::kUnknown));
+		if (cells.share(cells.count(shade, shade, Cell::kOccupied)) > kOfWalls)
+			lightest_wall = std::min(lightest_wall, occupancy);
+		if (lost_here < kOfRoom || unknown.hold(shade)) continue;
+		rooms++;
+		share += lost_here;
+		darkest = std::max(darkest, occupancy);
+	}
+	if (rooms < kFewestRooms || !(darkest < lightest_wall) || cells.count(unknown.first, unknown.last) > 0) return;
+	lost.rooms_made_unknown = share;
+	lost.free_above_rooms = darkest + (lightest_wall - darkest) / 3;
+	lost.occupied_above_rooms = darkest + 2 * (lightest_wall - darkest) / 3;
+}
 }  // namespace
 
 LostCells find_lost_cells(const std::string& file, const MapServerYaml& yaml, const GridParameters& parameters)
@@ -158,6 +181,7 @@ LostCells find_lost_cells(const std::string& file, const MapServerYaml& yaml, co
 	lost.is_negated = yaml.negate;
 	add_unknown(cells, unknown, yaml, lost);
 	add_greys(cells, unknown, yaml, lost);
+	add_rooms(cells, unknown, yaml, lost);
 	if (!yaml.rule().transparent_is_unknown)
 		lost.transparent_made_known = cells.share(cells.transparent[0] + cells.transparent[1]);
 	const std::size_t beyond_raw = cells.count(kGreatestRaw + 1, kUnknownRaw - 1);

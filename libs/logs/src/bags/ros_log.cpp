@@ -32,7 +32,9 @@ void describe_mounting(const RobotOfLog& of_log, Sensor& sensor)
 	sensor.has_pose = path.has_value();
 	if (!path)
 	{
-		sensor.mounting = "of unknown pose on the robot (no transform to its frame '" + robot.laser_frame + "')";
+		const std::string meant = of_log.links->meant_by(robot.laser_frame);
+		sensor.mounting = "of unknown pose on the robot (no transform to its frame '" + robot.laser_frame + "'" +
+		                  (meant.empty() ? "" : "; is '" + meant + "' meant, which tf has?") + ")";
 		sensor.is_the_robot = robot.frame.empty();
 		return;
 	}
@@ -53,9 +55,11 @@ std::vector<ScanDoubt> doubts_about(const ros::LaserTopic& laser, const RobotOfL
 	for (const auto& [frame, count] : laser.frames)
 	{
 		if (of_log.placement(frame)) continue;
+		const std::string meant = of_log.links->meant_by(frame);
 		if (++frames <= kMostTold)
 			doubts.push_back(
-			    {name + "tf has no transform from its frame '" + frame + "' to the robot, so that " +
+			    {name + "tf has no transform from its frame '" + frame + "' to the robot" +
+			     (meant.empty() ? "" : " (is '" + meant + "' meant, which tf has?)") + ", so that " +
 			     std::to_string(count) + " of its " + std::to_string(laser.messages) + " scans are invalid"});
 		else
 			scans += count;
@@ -110,6 +114,12 @@ LogSurvey describe(
 		survey.notes.emplace_back(
 		    "tf has transforms of frame '" + frame +
 		    "' without a rotation (the length of their quaternion is not 1); they are left out");
+	for (const auto& [name_space, links] : contents.topics.transforms)
+		for (const auto& [frame, link] : links)
+			if (!link.other_parent.empty())
+				survey.notes.push_back(
+				    "tf has two parents of frame '" + frame + "', '" + link.other_parent + "' and '" + link.parent +
+				    "': the one that was told last counts");
 	survey.unread_scans = contents.unread_scans;
 	survey.damage = contents.damage;
 	return survey;

@@ -41,8 +41,9 @@ struct Link
 	std::string parent;         //!< the last one
 	mrpt::poses::CPose3D last;  //!< child in parent
 	mrpt::poses::CPose3D first;
-	bool moves = false;    //!< whether it is not the same all the time
-	bool travels = false;  //!< whether it moves by more than a mount does
+	std::string other_parent = {};  //!< that it had before; empty: none
+	bool moves = false;             //!< whether it is not the same all the time
+	bool travels = false;           //!< whether it moves by more than a mount does
 	/// The first one of a static topic that later tells another one; each counts from its message on.
 	std::optional<Transform> first_static = {};
 };
@@ -111,6 +112,10 @@ class LinksOfRobot
 
 	/// Returns whether tf knows a frame, as a child or as a parent.
 	bool knows(const std::string& frame) const { return parts_.count(frame) > 0; }
+
+	/// Returns a frame that tf knows and that one it does not know may stand for: a part of its name, as simulators
+	/// name "robot/laser_link/laser"; empty if there is none.
+	std::string meant_by(const std::string& frame) const;
 
 	/// Returns whether two frames are on the same robot: transforms connect them that do not go through the world, such
 	/// as map or odom, nor along a link that travels.
