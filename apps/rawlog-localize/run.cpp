@@ -154,6 +154,7 @@ LoopResult localize_frames(
 		outputs->frames().add(frame, observation);
 		return streams || !report.command.output.stream || !request.is_live();
 	};
+	sink.tell = [&](const std::string& line) { console.note(request.name(), {line}); };
 	ProgressBar progress(console, !report.command.output.stream && !request.is_live(), report.selected_frames);
 	const auto reader = logs::read_log(log, selection.label, request.overrides);
 	LoopResult loop = localize_log(*reader, selection, approach, sink, progress);
@@ -306,6 +307,8 @@ ExitStatus localize(
 	    request.merge_lasers,
 	    atlas ? &*atlas : nullptr,
 	    tracker ? &*tracker : nullptr,
+	    can_tell && request.is_live() && !request.is_as_told && !request.merge_lasers &&
+	        ros::entries_of(request.overrides).empty(),
 	    drive.doubt};
 	const LoopResult loop = localize_frames(log, report, selection, approach, outputs ? &*outputs : nullptr, console);
 	report.localization_seconds = watch.Tac();

@@ -7,6 +7,7 @@
 #include <d2s1r/scan_accumulator.h>
 #include <d2s1r/tracker.h>
 #include <d2s1r/window_localizer.h>
+#include <ros/running_calibration.h>
 
 #include <chrono>
 #include <condition_variable>
@@ -124,8 +125,16 @@ class ItemReader
 class Follower
 {
    public:
-	Follower(const Approach& approach, const FrameSink& sink) : approach_(approach), sink_(sink)
+	Follower(const Approach& approach, const FrameSink& sink)
+	    : approach_(approach), sink_(sink), calibration_({}, approach.calibrates)
 	{
+		begin();
+	}
+
+	/// Begins anew.
+	void begin()
+	{
+		const Approach& approach = approach_;
 		if (approach.window && approach.atlas)
 			window_.emplace(*approach.atlas, *approach.window);
 		else if (approach.window)
@@ -144,7 +153,7 @@ class Follower
 			sink_.take_object(item.object);
 		}
 		for (Job& job : item.jobs)
-			if (!is_enough_) follow(job);
+			if (!is_enough_) follow(job, item.object.middle_angle);
 	}
 
 	/// Returns whether the sink wants no more frames.
@@ -163,12 +172,45 @@ class Follower
 	const OdometryEstimate& odometry() const { return odometry_check_.estimate(); }
 
    private:
-	void follow(Job& job)
+	/// Reads a scan as the drive has shown, and lets it show more if it is found.
+	void calibrate(Job& job, double middle_angle, const std::optional<mrpt::poses::CPose2D>& motion)
+	{
+		constexpr std::size_t kMostReadings = 1000;
+		const ScanPtr recorded_as = job.logged.observation;
+		const auto& observation = *recorded_as;
+		const mrpt::poses::CPose3D laser = observation.sensorPose + mrpt::poses::CPose3D(0, 0, 0, -middle_angle, 0, 0);
+		const ros::RecordedScan recorded{ros::from_time(observation.timestamp), d2s1r::scan_of(observation), laser, {}};
+		calibration_.follow(recorded.time, motion);
+		if (job.robot) readings_.emplace_back(recorded.time, job.robot->asTPose());
+		if (readings_.size() > kMostReadings) readings_.erase(readings_.begin());
+		const auto read_anew = [&]
+		{
+			RangeScan read = recorded.scan;
+			ros::apply(calibration_.in_use(), middle_angle, read);
+			job.logged.observation =
+			    std::make_shared<mrpt::obs::CObservation2DRangeScan>(d2s1r::observation_of(read, *recorded_as));
+			job.scan = scan_of(job, approach_.localizer.parameters().scan);
+			job.result = approach_.localizer.localize(job.scan, approach_.query);
+		};
+		if (!ros::entries_of(calibration_.in_use()).empty()) read_anew();
+		if (job.result->status != Status::kLocalized || !calibration_.wants(recorded.time)) return;
+		const auto robot = job.result->best().pose.asTPose();
+		if (calibration_.add(approach_.localizer.grid(), recorded, robot, readings_))
+		{
+			begin();
+			read_anew();
+		}
+		const std::string shown = calibration_.description();
+		if (shown != std::exchange(told_, shown) && !shown.empty() && sink_.tell) sink_.tell(shown);
+	}
+
+	void follow(Job& job, double middle_angle)
 	{
 		std::optional<mrpt::poses::CPose2D> motion;
 		if (job.robot && robot_) motion = *job.robot - *robot_;
 		if (motion && !is_plausible(*motion)) motion.reset();
 		robot_ = job.robot;
+		if (approach_.calibrates) calibrate(job, middle_angle, motion);
 		const Localization& one_shot = *job.result;
 		odometry_check_.checked(motion, one_shot);
 		const double time = logs::to_seconds(job.logged.observation->timestamp);
@@ -194,9 +236,10 @@ class Follower
 
 	void doubt(Localization& result) const
 	{
-		if (approach_.doubt.empty() || result.status != Status::kLocalized) return;
+		const std::string why = calibration_.is_contradicted() ? calibration_.description() : approach_.doubt;
+		if (why.empty() || result.status != Status::kLocalized) return;
 		result.status = Status::kAmbiguous;
-		result.note = approach_.doubt;
+		result.note = why;
 	}
 
 	const Approach& approach_;
@@ -205,6 +248,9 @@ class Follower
 	bool is_enough_ = false;
 	double writing_ms_ = 0;
 	std::optional<mrpt::poses::CPose2D> robot_;  //!< at the last scan, by the odometry
+	ros::RunningCalibration calibration_;
+	ros::RunningCalibration::Readings readings_;
+	std::string told_;  //!< of the calibration
 	OdometryCheck odometry_check_;
 	LeftOutReadings left_out_;
 	std::optional<WindowLocalizer> window_;

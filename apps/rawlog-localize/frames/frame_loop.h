@@ -28,6 +28,7 @@ struct Approach
 	bool merge_lasers = false;           //!< whether scans of other lasers are used, too
 	const Atlas* atlas = nullptr;        //!< maps that are searched; null: only that of `localizer`
 	TrackerCheck* tracker = nullptr;     //!< judges the tracker that ran then; null: there is none
+	bool calibrates = false;             //!< whether the drive is asked on the way how the laser must be read
 	std::string doubt{};                 //!< why no pose is certain, however well a scan fits; empty: they are
 };
 
@@ -39,6 +40,8 @@ struct FrameSink
 	/// Takes every frame, with the scan that it was localized by, and its observation as if all beams had been taken at
 	/// its time. Returns whether more frames are wanted.
 	std::function<bool(const Frame& frame, const Scan& scan, const ScanPtr& observation)> take_frame;
+	/// Takes what the drive shows of the laser, with Approach::calibrates; may be empty.
+	std::function<void(const std::string& line)> tell{};
 };
 
 /// Counts the readings of scans that were treated as no data because of the others in their scan.

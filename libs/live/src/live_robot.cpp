@@ -226,21 +226,21 @@ std::string LiveRobot::no_transform_from(const std::string& laser)
 	       "' at the time of the scan: publish it on /tf or /tf_static";
 }
 
-std::optional<RecordedScan> LiveRobot::recorded(const WaitingScan& scan)
+std::optional<ros::RecordedScan> LiveRobot::recorded(const WaitingScan& scan)
 {
 	const auto laser = laser_at(scan.header);
 	if (!laser) return std::nullopt;
 	ros::CloudScan seen = seen_by(scan, *laser, calibration.given());
 	const bool is_cloud = std::holds_alternative<ros::PointCloud>(scan.scan);
-	return RecordedScan{scan.header.time, std::move(seen.scan), *laser, seen.sweep, is_cloud};
+	return ros::RecordedScan{scan.header.time, std::move(seen.scan), *laser, seen.sweep, is_cloud};
 }
 
-bool LiveRobot::calibrate(const Grid& map, const RecordedScan& scan, const mrpt::math::TPose2D& robot)
+bool LiveRobot::calibrate(const Grid& map, const ros::RecordedScan& scan, const mrpt::math::TPose2D& robot)
 {
 	const auto odometry = [&]
 	{ return std::pair(calibration.in_use().is_odometry_mirrored, calibration.in_use().odometry_clock); };
 	const auto before = odometry();
-	const bool is_other = calibration.add(map, scan, robot, track_);
+	const bool is_other = calibration.add(map, scan, robot, track_.readings());
 	if (odometry() != before) track_.clear();
 	return is_other;
 }

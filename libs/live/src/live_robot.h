@@ -6,6 +6,7 @@
 #include <ros/last_scans.h>
 #include <ros/robot.h>
 #include <ros/robot_track.h>
+#include <ros/running_calibration.h>
 
 #include <deque>
 #include <memory>
@@ -16,15 +17,10 @@
 #include <variant>
 
 #include "live/live_localizer.h"
-#include "live_calibration.h"
 
 namespace d2s1r::live
 {
-/// Returns a time in seconds.
-inline double seconds(Time time)
-{
-	return static_cast<double>(time) * 1e-9;
-}
+using ros::seconds;
 
 /// A scan that waits for what it needs.
 struct WaitingScan
@@ -50,7 +46,10 @@ struct ReadScan
 class LiveRobot
 {
    public:
-	explicit LiveRobot(const LiveSettings& settings) : settings_(settings), calibration(settings) {}
+	explicit LiveRobot(const LiveSettings& settings)
+	    : settings_(settings), calibration(settings.overrides, !settings.as_told && !settings.merge_lasers)
+	{
+	}
 
 	void add_transforms(const std::vector<ros::Transform>& transforms, bool are_static);
 	void add_odometry(const ros::Odometry& odometry);
@@ -81,10 +80,10 @@ class LiveRobot
 	std::string no_transform_from(const std::string& laser);
 
 	/// Returns what the laser in use saw as the messages have it; no value if it is not known where it is.
-	std::optional<RecordedScan> recorded(const WaitingScan& scan);
+	std::optional<ros::RecordedScan> recorded(const WaitingScan& scan);
 
-	/// Calibrates the laser in use by a scan that was found, see LiveCalibration::add().
-	bool calibrate(const Grid& map, const RecordedScan& scan, const mrpt::math::TPose2D& robot);
+	/// Calibrates the laser in use by a scan that was found, see ros::RunningCalibration::add().
+	bool calibrate(const Grid& map, const ros::RecordedScan& scan, const mrpt::math::TPose2D& robot);
 
 	/// Returns the frame of the odometry, on tf if it is there, and the pose of the robot in it.
 	std::string odometry_frame();
@@ -122,6 +121,6 @@ class LiveRobot
 	Time renewed_ = 0;                    //!< time of the first scan after it came
 
    public:
-	LiveCalibration calibration;  //!< of the laser in use
+	ros::RunningCalibration calibration;  //!< of the laser in use
 };
 }  // namespace d2s1r::live

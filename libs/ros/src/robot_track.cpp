@@ -18,11 +18,6 @@ constexpr Time kKept = 10 * kSecond;                                   // [ns] o
 constexpr std::size_t kFewestReadings = 1000, kMostReadings = 20'000;  // [-] that are kept
 constexpr Time kLongestBeyond = kSecond / 5;  // [ns] that a motion goes on, and between readings
 
-double seconds(Time time)
-{
-	return static_cast<double>(time) * 1e-9;
-}
-
 bool is_before(const std::pair<Time, TPose2D>& reading, Time time)
 {
 	return reading.first < time;

@@ -20,6 +20,12 @@ namespace d2s1r::ros
 using Time = std::int64_t;
 inline constexpr Time kSecond = 1'000'000'000;  //!< [ns]
 
+/// Returns a time in seconds.
+inline double seconds(Time time)
+{
+	return static_cast<double>(time) * 1e-9;
+}
+
 /// Says how the fields of a message follow each other.
 enum class Encoding
 {

@@ -246,3 +246,52 @@ TEST_F(TurningRobotOfALog, TheSinkGetsTheScanThatWasLocalized)
 	EXPECT_GT(share_seen_at_once(make_scan(d2s1r::scan_of(*observations_[0]), {})), 0.75)
 	    << "directions are rounded to 4 deg";
 }
+
+/// A robot drives a circle. Its log says that the laser is turned by 90 deg, which it is not.
+TEST_F(TurningRobotOfALog, TheDriveThatALogShowsOnTheWayCorrectsTheLaser)
+{
+	constexpr int kScans = 40;
+	test::Objects objects;
+	std::vector<mrpt::math::TPose2D> robots;
+	for (int i = 0; i < kScans; i++)
+	{
+		const double angle = 0.5 * i, phi = mrpt::math::wrapToPi(angle + M_PI / 2);
+		robots.emplace_back(kTurnsAt.x + 0.6 * std::cos(angle), kTurnsAt.y + 0.6 * std::sin(angle), phi);
+		const auto time = logs::from_seconds(test::kStartTime + i);
+		auto reading = mrpt::obs::CObservationOdometry::Create();
+		reading->odometry = mrpt::poses::CPose2D(robots.back());
+		auto scan = std::make_shared<mrpt::obs::CObservation2DRangeScan>(
+		    test::make_mrpt_observation(test::flat(), robots.back()));
+		scan->sensorPose = scan->sensorPose + mrpt::poses::CPose3D(0, 0, 0, M_PI / 2, 0, 0);
+		scan->sensorLabel = "LASER";
+		reading->timestamp = scan->timestamp = time;
+		objects.push_back(reading);
+		objects.push_back(scan);
+	}
+	test::save(objects, path("in.rawlog"));
+	for (const int threads : {1, 2})
+	{
+		int late_right = 0, late_wrong = 0;
+		std::string told;
+		FrameSink sink;
+		sink.take_object = [](const logs::RawlogObject&) {};
+		sink.tell = [&](const std::string& line) { told += line + "\n"; };
+		sink.take_frame = [&](const Frame& frame, const Scan&, const ScanPtr&)
+		{
+			if (!frame.localized()) return true;
+			const auto off = frame.result.best().pose.asTPose() - robots[frame.index];
+			const bool is_right = std::abs(mrpt::math::wrapToPi(off.phi)) < 0.05 && std::hypot(off.x, off.y) < 0.1;
+			if (frame.index >= kScans / 2) (is_right ? late_right : late_wrong)++;
+			return true;
+		};
+		Console console;
+		ProgressBar progress(console, false, 0);
+		Approach approach{localizer_, {}, {}, false, nullptr, threads};
+		approach.calibrates = true;
+		const auto reader = logs::read_log(logs::open_log(path("in.rawlog")), "LASER", {});
+		localize_log(*reader, {"LASER", 0, kScans, 1}, approach, sink, progress);
+		EXPECT_NE(told.find("yaw of the laser"), std::string::npos) << told;
+		EXPECT_EQ(late_wrong, 0) << threads;
+		EXPECT_GE(late_right, 12) << threads;
+	}
+}

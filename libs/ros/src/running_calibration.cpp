@@ -1,5 +1,5 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include "live_calibration.h"
+#include "ros/running_calibration.h"
 
 #include <mrpt/math/wrap2pi.h>
 
@@ -7,9 +7,7 @@
 #include <cmath>
 #include <utility>
 
-#include "live_robot.h"
-
-namespace d2s1r::live
+namespace d2s1r::ros
 {
 using calibration::Agreement;
 using mrpt::math::TPose2D;
@@ -18,8 +16,6 @@ using mrpt::poses::CPose3D;
 
 namespace
 {
-constexpr std::size_t kFirst = 8, kMost = 60;  // [-] scans by which it calibrates first, and that it keeps
-
 /// Returns whether two ways to read a laser differ so much that poses by one of them are wrong by the other one.
 bool are_apart(const calibration::Reading& a, const calibration::Reading& b)
 {
@@ -31,12 +27,7 @@ bool are_apart(const calibration::Reading& a, const calibration::Reading& b)
 }
 }  // namespace
 
-LiveCalibration::LiveCalibration(const LiveSettings& settings)
-    : given_(settings.overrides), in_use_(given_), is_on_(!settings.as_told && !settings.merge_lasers), next_(kFirst)
-{
-}
-
-void LiveCalibration::follow(Time scan, const std::optional<CPose2D>& motion)
+void RunningCalibration::follow(Time scan, const std::optional<CPose2D>& motion)
 {
 	constexpr std::size_t kMostStamps = 1000;
 	stamps_.push_back(scan);
@@ -46,7 +37,7 @@ void LiveCalibration::follow(Time scan, const std::optional<CPose2D>& motion)
 	way_since_ += motion->norm(), turn_since_ += std::abs(motion->phi());
 }
 
-bool LiveCalibration::wants(Time time) const
+bool RunningCalibration::wants(Time time) const
 {
 	constexpr double kWay = 0.25, kTurn = 0.35, kLeastTime = 0.35;  // [m], [rad], [s]
 	if (!is_on_) return false;
@@ -54,13 +45,13 @@ bool LiveCalibration::wants(Time time) const
 	       (seconds(time) > scans_.back().time + kLeastTime && (way_since_ > kWay || turn_since_ > kTurn));
 }
 
-bool LiveCalibration::is_open() const
+bool RunningCalibration::is_open() const
 {
 	constexpr double kWay = 1, kTurn = M_PI / 2;  // [m], [rad]
 	return is_on_ && agreement_ != Agreement::kAgrees && (way_ > kWay || turn_ > kTurn);
 }
 
-void LiveCalibration::clear()
+void RunningCalibration::clear()
 {
 	scans_.clear();
 	odometry_.clear();
@@ -71,7 +62,7 @@ void LiveCalibration::clear()
 	if (!is_contradicted()) way_ = turn_ = 0;
 }
 
-bool LiveCalibration::add(const Grid& map, const RecordedScan& scan, const TPose2D& robot, const ros::RobotTrack& track)
+bool RunningCalibration::add(const Grid& map, const RecordedScan& scan, const TPose2D& robot, const Readings& readings)
 {
 	constexpr int kMostMounts = 3;  // [-] poses of a laser that is calibrated; one that has more is on a turning mount
 	const CPose3D laser = given_.sensor_pose.value_or(scan.laser);
@@ -87,14 +78,14 @@ bool LiveCalibration::add(const Grid& map, const RecordedScan& scan, const TPose
 	laser_ = laser;
 	if (moved_ > kMostMounts) is_on_ = false;
 	if (!is_on_) return false;
-	told_ = ros::told_reading(laser, scan.sweep, given_);
+	told_ = told_reading(laser, scan.sweep, given_);
 	scans_.push_back(calibration::found_scan(scan.scan, laser, seconds(scan.time), robot));
 	// The laser was found where it is, by whatever reading.
 	scans_.back().laser = robot + calibration::from_above(in_use_.sensor_pose.value_or(laser));
-	add_odometry(track);
+	add_odometry(readings);
 	way_since_ = turn_since_ = 0;
 	const bool is_other = scans_.size() >= next_ && calibrate(map, scan);
-	const Agreement now = agreement_of(ros::told_reading(laser, scan.sweep, in_use_), scans_, odometry_);
+	const Agreement now = agreement_of(told_reading(laser, scan.sweep, in_use_), scans_, odometry_);
 	if (is_other || now != Agreement::kNotShown) agreement_ = now;
 	if (scans_.size() < kMost) return is_other;
 	if (is_contradicted())
@@ -104,11 +95,11 @@ bool LiveCalibration::add(const Grid& map, const RecordedScan& scan, const TPose
 	return is_other;
 }
 
-void LiveCalibration::add_odometry(const ros::RobotTrack& track)
+void RunningCalibration::add_odometry(const Readings& readings)
 {
 	constexpr Time kAround = 6 * kSecond, kSameTime = kSecond / 1000;  // [ns] before a scan; of two times
 	const double newest = odometry_.empty() ? 0 : odometry_.back().time;
-	for (const auto& [time, pose] : track.readings())
+	for (const auto& [time, pose] : readings)
 	{
 		if (seconds(time) <= newest || time < stamps_.back() - kAround) continue;
 		odometry_.push_back({seconds(time), pose});
@@ -117,7 +108,7 @@ void LiveCalibration::add_odometry(const ros::RobotTrack& track)
 	}
 }
 
-calibration::Known LiveCalibration::known(const RecordedScan& scan) const
+calibration::Known RunningCalibration::known(const RecordedScan& scan) const
 {
 	using namespace calibration;
 	Known known{};
@@ -129,7 +120,7 @@ calibration::Known LiveCalibration::known(const RecordedScan& scan) const
 	return known;
 }
 
-bool LiveCalibration::calibrate(const Grid& map, const RecordedScan& newest)
+bool RunningCalibration::calibrate(const Grid& map, const RecordedScan& newest)
 {
 	next_ = scans_.size() + scans_.size() / 3;
 	const calibration::Known is_known = known(newest);
@@ -140,7 +131,7 @@ bool LiveCalibration::calibrate(const Grid& map, const RecordedScan& newest)
 	const bool is_moved = verdict(calibration::kX) == calibration::Verdict::kChanged ||
 	                      verdict(calibration::kY) == calibration::Verdict::kChanged;
 	if (is_moved && !is_mount_shown) return false;  // a robot that turns on the spot shows one of them for the other
-	const ros::Overrides before = std::exchange(in_use_, ros::with_shown(given_, found, newest.scan, newest.laser));
+	const Overrides before = std::exchange(in_use_, with_shown(given_, found, newest.scan, newest.laser));
 	// Readings of the odometry have come as they were in use.
 	in_use_.is_odometry_mirrored = before.is_odometry_mirrored != found.shown.is_odometry_mirrored;
 	in_use_.odometry_clock = before.odometry_clock + found.shown.odometry_clock;
@@ -150,21 +141,21 @@ bool LiveCalibration::calibrate(const Grid& map, const RecordedScan& newest)
 	if (is_other_odometry) clear();
 	if (!is_other) return false;
 	shown_.clear();
-	for (const std::string& part : ros::contradictions(found)) shown_ += (shown_.empty() ? "" : "; ") + part;
+	for (const std::string& part : contradictions(found)) shown_ += (shown_.empty() ? "" : "; ") + part;
 	if (shown_.empty()) return true;
 	shown_ = "the drive contradicts the messages of the laser: " + shown_ +
 	         ". Its scans are read as a calibration file says with";
-	for (const auto& [name, value] : ros::entries_of(in_use_))
+	for (const auto& [name, value] : entries_of(in_use_))
 		shown_ += " " + name + ": " + (value.empty() ? "true" : value) + ";";
 	shown_.back() = ' ';
 	return true;
 }
 
-std::string LiveCalibration::description() const
+std::string RunningCalibration::description() const
 {
 	if (is_contradicted())
 		return "the drive contradicts how the laser is mounted or read, or the odometry, and does not show yet what is "
-		       "right: poses are not certain, and no tracker is told";
+		       "right: no pose counts as localized";
 	return shown_;
 }
-}  // namespace d2s1r::live
+}  // namespace d2s1r::ros
