@@ -347,7 +347,8 @@ DriveCalibration calibrate_by_drive(
 	std::vector<double> clocks;
 	if (!samples.lags.empty())
 		if (const double lag = percentile(samples.lags, 0.5); std::abs(lag) > 1) clocks.push_back(lag);
-	result.found = calibrate(localizer.grid(), told, found, samples.odometry, known, clocks);
+	result.found = ros::calibrate_laser(
+	    localizer.grid(), told, found, samples.odometry, known, sensor.other_angles.has_value(), clocks);
 	logs::Overrides& used = result.overrides;
 	static_cast<ros::Overrides&>(used) = ros::with_shown(
 	    mounting.over(overrides), result.found, d2s1r::scan_of(*samples.scans.front().observation), laser);

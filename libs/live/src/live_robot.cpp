@@ -231,8 +231,12 @@ std::optional<ros::RecordedScan> LiveRobot::recorded(const WaitingScan& scan)
 	const auto laser = laser_at(scan.header);
 	if (!laser) return std::nullopt;
 	ros::CloudScan seen = seen_by(scan, *laser, calibration.given());
-	const bool is_cloud = std::holds_alternative<ros::PointCloud>(scan.scan);
-	return ros::RecordedScan{scan.header.time, std::move(seen.scan), *laser, seen.sweep, is_cloud};
+	const auto* const ranges = std::get_if<ros::LaserScan>(&scan.scan);
+	constexpr float kLeastShare = 0.005F;  // [-] of the field of view, as for logs
+	const float turned = ranges ? ranges->angle_step * static_cast<float>(seen.scan.size() - 1) : 0;
+	const float off = ranges ? std::abs(ranges->last_angle - ranges->first_angle - turned) : 0;
+	const bool are_angles_doubtful = off > kLeastShare * std::abs(turned) && off > 1.5F * std::abs(ranges->angle_step);
+	return ros::RecordedScan{scan.header.time, std::move(seen.scan), *laser, seen.sweep, !ranges, are_angles_doubtful};
 }
 
 bool LiveRobot::calibrate(const Grid& map, const ros::RecordedScan& scan, const mrpt::math::TPose2D& robot)

@@ -124,7 +124,8 @@ bool RunningCalibration::calibrate(const Grid& map, const RecordedScan& newest)
 {
 	next_ = scans_.size() + scans_.size() / 3;
 	const calibration::Known is_known = known(newest);
-	const calibration::Calibration found = calibration::calibrate(map, told_, scans_, odometry_, is_known);
+	const calibration::Calibration found =
+	    calibrate_laser(map, told_, scans_, odometry_, is_known, newest.are_angles_doubtful);
 	const auto verdict = [&](calibration::Unknown unknown) { return found.findings[unknown].verdict; };
 	const bool is_mount_shown =
 	    is_known[calibration::kYaw] || verdict(calibration::kYaw) != calibration::Verdict::kNotShown;

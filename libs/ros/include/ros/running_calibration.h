@@ -21,6 +21,7 @@ struct RecordedScan
 	mrpt::poses::CPose3D laser;  //!< its frame on the robot
 	SweepTime sweep;
 	bool is_cloud = false;
+	bool are_angles_doubtful = false;  //!< see calibrate_laser()
 };
 
 /// Collects scans that were found in the map while the robot drives, and calibrates the laser by them. Messages are
