@@ -581,6 +581,7 @@ State best_fit(Problem& problem, const Reading& told, const std::vector<double>&
 	const Reading with_told_sweep = best.reading;
 	for (const double duration : {0.0, 0.1, -0.1, 0.2, -0.2})
 	{
+		if (!problem.is_free[kDuration]) break;
 		Reading reading = with_told_sweep;
 		reading.first_beam += 0.5 * (reading.duration - duration);
 		reading.duration = duration;
@@ -588,6 +589,7 @@ State best_fit(Problem& problem, const Reading& told, const std::vector<double>&
 	}
 	for (const double factor : {0.975, 1.025})
 	{
+		if (!problem.is_free[kRangeFactor]) break;
 		Reading reading = best.reading;
 		reading.range_factor *= factor;
 		try_start(reading, 0);
