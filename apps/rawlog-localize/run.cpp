@@ -64,7 +64,7 @@ ExitStatus conclude(const RunReport& report, std::size_t done, const std::string
 }
 
 /// Says what is wrong with a scan for the method that is used.
-std::vector<std::string> doubts_about_scan(const mrpt::obs::CObservation2DRangeScan& scan, const Parameters& parameters)
+std::vector<std::string> doubts_about_scan(const RangeScan& scan, const Parameters& parameters)
 {
 	constexpr double kFullCircle = 350;  // [deg]
 	const double seen = mrpt::RAD2DEG(static_cast<double>(scan.aperture));
@@ -140,18 +140,18 @@ LoopResult localize_frames(
 	FrameSink sink;
 	sink.take_object = [&](const logs::RawlogObject& object)
 	{
-		if (outputs) outputs->frames().add(object);
+		if (outputs) outputs->add(object);
 	};
 	std::optional<mrpt::poses::CPose3D> laser;
 	sink.take_frame = [&](const Frame& frame, const Scan& scan, const ScanPtr& observation)
 	{
-		if (!laser) laser = observation->sensorPose;
+		if (!laser) laser = observation->sensor_on_robot;
 		if (frame.index == selection.first)
 			console.note(request.name(), doubts_about_scan(*observation, report.parameters));
 		if (streams) streams = console.print(json_line(frame) + "\n");
 		if (!outputs) return streams;
 		outputs->page().add(scan);
-		outputs->frames().add(frame, observation);
+		outputs->add(frame, observation);
 		return streams || !report.command.output.stream || !request.is_live();
 	};
 	sink.tell = [&](const std::string& line) { console.note(request.name(), {line}); };
@@ -259,7 +259,7 @@ ExitStatus localize(
     CommandLine command, const std::vector<MapSource>& sources, const Parameters& parameters, Console& console)
 {
 	const LogRequest& request = command.log;
-	const auto backend = command.search.fuse ? find_fusion_backend() : nullptr;
+	const auto fusion = command.search.fuse ? find_fusion() : nullptr;
 	std::optional<RunOutputs> outputs;
 	if (!command.output.folder.empty()) outputs.emplace(command);
 	const IndexFiles index_files(command.map.index, sources);
@@ -288,12 +288,11 @@ ExitStatus localize(
 	DriveCalibration drive;
 	if (can_tell) drive = calibrate_lasers(log, sensor, localizer, command, console);
 	const FrameStore unknown{{}};
-	RunReport report{command, parameters, outputs ? outputs->frames().frames() : unknown, maps, sensor};
+	RunReport report{command, parameters, outputs ? outputs->frames() : unknown, maps, sensor};
 	report.drive = drive;
 	report.build_seconds = build_seconds;
 	if (outputs) outputs->save_map(localizer.map(), parameters);
-	if (backend)
-		backend->start(fusion_maps(maps), {command.search.motion, localizer.parameters().filter, command.search.seed});
+	if (fusion) fusion->start(maps, command.search);
 	report.selected_frames = selection.size();
 
 	const mrpt::system::CTicTac watch;
@@ -302,7 +301,7 @@ ExitStatus localize(
 	    command.search.query,
 	    command.search.window,
 	    command.search.track,
-	    backend,
+	    fusion.get(),
 	    command.search.threads,
 	    request.merge_lasers,
 	    atlas ? &*atlas : nullptr,
@@ -368,7 +367,7 @@ ExitStatus run(const CommandLine& command, Console& console)
 		return kDone;
 	}
 	set_parameters(sources, parameters, command);
-	load_plugins(command.search);
+	load_plugins(command);
 	if (command.output.diagnose || command.output.calibrate) return diagnose_only(command, sources.front(), console);
 	return localize(command, sources, parameters, console);
 }

@@ -24,6 +24,7 @@
 //   mirrored=1           the beams are in the wrong order
 //   seed=N               of all that is drawn at random
 #include <logs/log.h>
+#include <logs/mrpt_objects.h>
 #include <mrpt/io/CFileGZOutputStream.h>
 #include <mrpt/math/TPose2D.h>
 #include <mrpt/obs/CObservation2DRangeScan.h>
@@ -60,7 +61,9 @@ Scans load_scans(const std::string& log)
 	std::map<std::string, Scans> lasers;
 	const auto reader = d2s1r::logs::open_log(log).read();
 	while (const auto object = reader->next())
-		for (const auto& scan : object->scans) lasers[scan->sensorLabel].push_back(scan);
+		for (const auto& scan : object->scans)
+			lasers[scan->label].push_back(
+			    std::make_shared<CObservation2DRangeScan>(d2s1r::logs::observation_of(*scan)));
 	const auto has_fewer = [](const auto& a, const auto& b) { return a.second.size() < b.second.size(); };
 	const auto most = std::max_element(lasers.begin(), lasers.end(), has_fewer);
 	return most == lasers.end() ? Scans() : most->second;

@@ -3,6 +3,7 @@
 
 #include <d2s1r/mrpt.h>
 #include <logs/log.h>
+#include <logs/mrpt_objects.h>
 #include <mrpt/io/CFileGZInputStream.h>
 #include <mrpt/io/CFileGZOutputStream.h>
 #include <mrpt/math/wrap2pi.h>
@@ -103,11 +104,16 @@ std::vector<RunFrame> load_run(const std::string& log, const std::string& ground
 		if (object->odometry) odometry = object->odometry;
 		for (const auto& scan : object->scans)
 		{
-			if (!run.empty() && scan->sensorLabel != run.front().scan->sensorLabel) continue;
+			if (!run.empty() && scan->label != run.front().scan->sensorLabel) continue;
 			const auto time = std::llround(1e3 * logs::to_seconds(scan->timestamp));
 			const auto after = truth.lower_bound(time - 1);
 			const bool has_truth = after != truth.end() && after->first <= time + 1;
-			run.push_back({scan, odometry, has_truth ? after->second : mrpt::math::TPose2D(), has_truth, {}});
+			run.push_back(
+			    {std::make_shared<mrpt::obs::CObservation2DRangeScan>(logs::observation_of(*scan)),
+			     odometry,
+			     has_truth ? after->second : mrpt::math::TPose2D(),
+			     has_truth,
+			     {}});
 		}
 	}
 	if (std::none_of(run.begin(), run.end(), [](const RunFrame& frame) { return frame.has_truth; }))

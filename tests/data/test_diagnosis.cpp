@@ -2,7 +2,6 @@
 // Mistakes, planted into a log or a map that fit to each other, are named; and none is where there is none.
 #include <d2s1r/map_io.h>
 #include <gtest/gtest.h>
-#include <mrpt/obs/CObservationOdometry.h>
 
 #include <functional>
 
@@ -21,11 +20,9 @@ using app::GroundTruth;
 using logs::Log;
 using logs::LogReader;
 using logs::RawlogObject;
-using mrpt::obs::CObservation2DRangeScan;
-using ScanPtr = CObservation2DRangeScan::Ptr;
 
 /// What a mistake does to each scan of a log.
-using Alter = std::function<void(CObservation2DRangeScan&)>;
+using Alter = std::function<void(logs::RecordedScan&)>;
 
 /// A log that fits to a map.
 struct Set
@@ -51,15 +48,14 @@ class AlteringReader : public LogReader
 		if (waiting_) return std::exchange(waiting_, std::nullopt);
 		auto object = reader_->next();
 		if (!object || object->scans.empty()) return object;
-		const auto scan = std::make_shared<CObservation2DRangeScan>(*object->scans.front());
-		const auto altered = std::make_shared<CObservation2DRangeScan>(*scan);
-		alter_(*altered);
+		logs::RecordedScan scan = *object->scans.front(), altered = scan;
+		alter_(altered);
 		if (!other_laser_.empty())
 		{
-			scan->sensorLabel = other_laser_;
-			waiting_ = logs::to_rawlog_object(scan);
+			scan.label = other_laser_;
+			waiting_ = logs::object_of(scan);
 		}
-		return logs::to_rawlog_object(altered);
+		return logs::object_of(altered);
 	}
 
    private:
@@ -81,18 +77,15 @@ Set with(Set set, const Alter& alter, const std::string& other_laser = "")
 class MemoryReader : public LogReader
 {
    public:
-	explicit MemoryReader(std::vector<mrpt::obs::CObservation::Ptr> observations)
-	    : observations_(std::move(observations))
-	{
-	}
+	explicit MemoryReader(std::vector<RawlogObject> observations) : observations_(std::move(observations)) {}
 	std::optional<RawlogObject> next() override
 	{
 		if (next_ == observations_.size()) return std::nullopt;
-		return logs::to_rawlog_object(observations_[next_++]);
+		return observations_[next_++];
 	}
 
    private:
-	std::vector<mrpt::obs::CObservation::Ptr> observations_;
+	std::vector<RawlogObject> observations_;
 	std::size_t next_ = 0;
 };
 
@@ -113,17 +106,14 @@ Set drawn_set(const Laser& laser = {})
 	set.name = "drawn floor";
 	const Grid grid = make_floor();
 	set.map = make_map(grid);
-	std::vector<mrpt::obs::CObservation::Ptr> observations;
+	std::vector<RawlogObject> observations;
 	double time = 1.6e9;
 	for (const auto& pose : drive())
 	{
-		const auto odometry = mrpt::obs::CObservationOdometry::Create();
-		const auto scan = std::make_shared<CObservation2DRangeScan>(make_mrpt_observation(world_of(grid), pose, laser));
-		odometry->odometry = mrpt::poses::CPose2D(pose);
-		odometry->timestamp = scan->timestamp = mrpt::Clock::fromDouble(time);
-		scan->sensorPose = {};
-		observations.push_back(odometry);
-		observations.push_back(scan);
+		logs::RecordedScan scan{make_observation(world_of(grid), pose, laser), "LASER", mrpt::Clock::fromDouble(time)};
+		scan.sensor_on_robot = {};
+		observations.push_back(logs::object_of({"", scan.timestamp, mrpt::poses::CPose2D(pose)}));
+		observations.push_back(logs::object_of(scan));
 		set.truth.push_back({time, pose});
 		time += 1;
 	}
@@ -208,41 +198,41 @@ Set with_origin(Set set, double x, double y)
 	return set;
 }
 
-void for_ranges(CObservation2DRangeScan& scan, const std::function<float(float)>& alter)
+void for_ranges(logs::RecordedScan& scan, const std::function<float(float)>& alter)
 {
-	for (std::size_t i = 0; i < scan.getScanSize(); i++) scan.setScanRange(i, alter(scan.getScanRange(i)));
+	for (std::size_t i = 0; i < scan.size(); i++) scan.ranges[i] = alter(scan.ranges[i]);
 }
 
-void mirror(CObservation2DRangeScan& scan)
+void mirror(logs::RecordedScan& scan)
 {
-	scan.rightToLeft = !scan.rightToLeft;
+	scan.right_to_left = !scan.right_to_left;
 }
 
-void to_millimetres(CObservation2DRangeScan& scan)
+void to_millimetres(logs::RecordedScan& scan)
 {
 	for_ranges(scan, [](float range) { return 1000 * range; });
 }
 
 Alter seen_up_to(float reach, float beyond)
 {
-	return [=](CObservation2DRangeScan& scan)
+	return [=](logs::RecordedScan& scan)
 	{
 		for_ranges(scan, [&](float range) { return range < reach ? range : beyond; });
-		for (std::size_t i = 0; i < scan.getScanSize(); i++) scan.setScanRangeValidity(i, scan.getScanRange(i) > 0);
+		for (std::size_t i = 0; i < scan.size(); i++) scan.valid[i] = scan.ranges[i] > 0 ? 1 : 0;
 	};
 }
 
 /// The range of the laser is said to be shorter than it is.
 Alter with_max_range(float range)
 {
-	return [=](CObservation2DRangeScan& scan) { scan.maxRange = range; };
+	return [=](logs::RecordedScan& scan) { scan.max_range = range; };
 }
 
 /// As a laser behind a bumper sees it.
-void block_most(CObservation2DRangeScan& scan)
+void block_most(logs::RecordedScan& scan)
 {
-	for (std::size_t i = 0; i < scan.getScanSize(); i++)
-		if (i % 3 != 0) scan.setScanRange(i, 0.35F + 0.02F * static_cast<float>(i % 5));
+	for (std::size_t i = 0; i < scan.size(); i++)
+		if (i % 3 != 0) scan.ranges[i] = 0.35F + 0.02F * static_cast<float>(i % 5);
 }
 }  // namespace
 

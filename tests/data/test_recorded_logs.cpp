@@ -53,7 +53,7 @@ std::string read_to_end(const fs::path& file, logs::LogSurvey& survey, logs::Sen
 		const auto reader = log.read();
 		std::size_t scans = 0;
 		while (const auto object = reader->next())
-			for (const auto& scan : object->scans) scans += scan->sensorLabel == sensor.label ? 1 : 0;
+			for (const auto& scan : object->scans) scans += scan->label == sensor.label ? 1 : 0;
 		EXPECT_EQ(scans, sensor.scans);
 		return reader->damage();
 	}
@@ -190,11 +190,11 @@ TEST_P(TurtleBotLog, IsLocalizedWhereTheLaserWas)
 			const std::int64_t time = std::llround(logs::to_seconds(scan->timestamp) * 1e4);
 			const auto pose = poses.lower_bound(time - 5);
 			if (pose == poses.end() || pose->first > time + 5) continue;
-			const Localization result = localizer.localize(d2s1r::scan_of(*scan));
+			const Localization result = localizer.localize(*scan);
 			ASSERT_FALSE(result.hypotheses.empty());
 			localized += result.status == Status::kLocalized ? 1 : 0;
 			// The scans are of a full turn from -pi on, so that their middle is the x axis of the laser.
-			const auto laser = (result.best().pose + mrpt::poses::CPose2D(scan->sensorPose)).asTPose();
+			const auto laser = (result.best().pose + mrpt::poses::CPose2D(scan->sensor_on_robot)).asTPose();
 			EXPECT_LT(std::hypot(laser.x - pose->second.x, laser.y - pose->second.y), 0.3);
 			EXPECT_LT(std::abs(mrpt::math::wrapToPi(laser.phi - pose->second.phi)), mrpt::DEG2RAD(5.0));
 			compared++;

@@ -42,7 +42,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
 		while (const auto object = reader->next())
 		{
 			scans += object->scans.size();
-			for (const auto& scan : object->scans) make_scan(d2s1r::scan_of(*scan), {});
+			for (const auto& scan : object->scans) make_scan(*scan, {});
 		}
 		for (const logs::Sensor& sensor : log.survey.sensors) counted += sensor.scans;
 		if (!reader->damage().empty()) fuzz::require_one_line(reader->damage());

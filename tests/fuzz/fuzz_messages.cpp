@@ -116,7 +116,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
 			for (const auto& scan : object->scans)
 			{
 				scans++;
-				const Scan read = make_scan(d2s1r::scan_of(*scan), {});
+				const Scan read = make_scan(*scan, {});
 				const mrpt::math::TPose2D& mounting = read.sensor_on_robot;
 				fuzz::require(
 				    !read.valid() || std::isfinite(mounting.x + mounting.y + mounting.phi),

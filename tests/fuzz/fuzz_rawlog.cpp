@@ -4,7 +4,7 @@
 #include <d2s1r/scan.h>
 
 #include "fuzz_input.h"
-#include "rawlog_reader.h"
+#include "rawlog/rawlog_reader.h"
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
 {
@@ -21,7 +21,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
 	{
 		objects++;
 		scans += object->scans.size();
-		for (const auto& scan : object->scans) make_scan(d2s1r::scan_of(*scan), {});
+		for (const auto& scan : object->scans) make_scan(*scan, {});
 	}
 	fuzz::require(objects == 0 || reader->damage().empty(), "all that the survey has read");
 	for (const logs::Sensor& sensor : survey.sensors) counted += sensor.scans;

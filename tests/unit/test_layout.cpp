@@ -58,6 +58,7 @@ const std::map<std::string, std::string> kStageOfHeader = {
     {"lost_cells.h", "map_files"},
     {"likelihood_field.h", "frames"},
     {"localization.h", "answer"},
+    {"fused_pose.h", "answer"},
     {"prior.h", "prior"},
     {"localizer.h", "localizer"},
     {"memory_to_build.h", "localizer"},

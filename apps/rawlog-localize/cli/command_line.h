@@ -1,7 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <d2s1r/CFusionBackend.h>
+#include <d2s1r/fused_pose.h>
 #include <d2s1r/map_io.h>
 #include <d2s1r/prior.h>
 #include <logs/log.h>

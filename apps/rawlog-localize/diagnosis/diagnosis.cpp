@@ -33,7 +33,7 @@ double best_scale(const Tester& tester)
 {
 	constexpr double kLargeStep = 1.04, kSmallStep = 1.01;
 	constexpr std::size_t kFewer = 4;  // [-] one scan in so many
-	const float max_range = tester.samples().chosen.front().scan.observation->maxRange;
+	const float max_range = tester.samples().chosen.front().scan.observation->max_range;
 	const auto score = [&](double factor) {
 		return tester.try_scans({"", scaled_by(factor, max_range)}, kFewer).score();
 	};
@@ -186,7 +186,7 @@ std::optional<std::pair<Mistake, Trial>> worst_mistake(
 	mistakes.push_back(
 	    {mrpt::format("the cells of the map are %.3g m instead of %.3g m wide: ", cell / scale, cell) +
 	         how_to_set_resolution(map, cell / scale) + "; or, if the map is right",
-	     scaled_by(scale, tester.samples().chosen.front().scan.observation->maxRange)});
+	     scaled_by(scale, tester.samples().chosen.front().scan.observation->max_range)});
 	std::optional<std::pair<Mistake, Trial>> worst;
 	for (const Mistake& mistake : mistakes)
 	{

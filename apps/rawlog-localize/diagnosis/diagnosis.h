@@ -21,7 +21,7 @@ struct Diagnosis
 };
 
 /// Tries on 20 of the selected scans what is usually wrong if scans do not fit to a map: the resolution, an image that
-/// is flipped or inverted, scans that are mirrored, the unit of ranges, maxRange, zeros, angles, the laser's frame, a
+/// is flipped or inverted, scans that are mirrored, the unit of ranges, max_range, zeros, angles, the laser's frame, a
 /// region, the choice of the laser; by the ground truth also an origin that is wrong. A mistake is named only if far
 /// more scans fit without it. What a drive shows is not looked for: see calibrate_by_drive(). Of a map that may be read
 /// wrongly it builds another index, if there is memory for that.

@@ -11,7 +11,6 @@
 
 namespace d2s1r::app
 {
-using mrpt::obs::CObservation2DRangeScan;
 using mrpt::poses::CPose3D;
 
 namespace
@@ -29,8 +28,8 @@ double greatest_reading(const std::vector<Sample>& samples)
 {
 	double greatest = 0;
 	for (const Sample& sample : samples)
-		for (std::size_t i = 0; i < sample.scan.observation->getScanSize(); i++)
-			if (const auto range = static_cast<double>(sample.scan.observation->getScanRange(i)); std::isfinite(range))
+		for (std::size_t i = 0; i < sample.scan.observation->size(); i++)
+			if (const auto range = static_cast<double>(sample.scan.observation->ranges[i]); std::isfinite(range))
 				greatest = std::max(greatest, range);
 	return greatest;
 }
@@ -46,13 +45,13 @@ double range_beyond(double greatest)
 void add_fields_of_view(const Sample& sample, std::vector<Mistake>& mistakes)
 {
 	constexpr double kSame = 0.03;  // [-]
-	const CObservation2DRangeScan& scan = *sample.scan.observation;
-	const auto beams = static_cast<double>(std::max<std::size_t>(scan.getScanSize(), 1));
+	const logs::RecordedScan& scan = *sample.scan.observation;
+	const auto beams = static_cast<double>(std::max<std::size_t>(scan.size(), 1));
 	for (const double degrees : {90.0, 100.0, 180.0, 240.0, 270.0, 360.0})
 	{
 		const double view = mrpt::DEG2RAD(degrees) * (degrees < 360 ? 1 : (beams - 1) / beams);
 		if (std::abs(static_cast<double>(scan.aperture) - view) < kSame * view) continue;
-		const double half = scan.rightToLeft ? view / 2 : -view / 2;
+		const double half = scan.right_to_left ? view / 2 : -view / 2;
 		const logs::BeamAngles angles{sample.middle_angle - half, sample.middle_angle + half};
 		mistakes.push_back(mistake_of_angles({mrpt::format("the beams of a scan cover %.0f deg", degrees), angles}));
 	}
@@ -60,7 +59,7 @@ void add_fields_of_view(const Sample& sample, std::vector<Mistake>& mistakes)
 
 void add_range(const std::vector<Sample>& samples, std::vector<Mistake>& mistakes)
 {
-	const auto max_range = static_cast<double>(samples.front().scan.observation->maxRange);
+	const auto max_range = static_cast<double>(samples.front().scan.observation->max_range);
 	const double greatest = greatest_reading(samples);
 	if ((std::isfinite(max_range) && max_range > 0) || !(greatest > 0)) return;
 	Mistake mistake;
@@ -113,7 +112,7 @@ namespace
 /// Returns what keeps a scan of the log from being used.
 ScanDefect defect_of(const LoggedScan& scan, const ScanParameters& parameters)
 {
-	if (scan.unusable.text.empty()) return d2s1r::defect_of(d2s1r::scan_of(*scan.observation), parameters, scan.sweep);
+	if (scan.unusable.text.empty()) return d2s1r::defect_of(*scan.observation, parameters, scan.sweep);
 	switch (scan.unusable.field)
 	{
 		case logs::ScanDoubt::Field::kAngles:
@@ -137,11 +136,11 @@ bool are_flags_doubtful(const std::vector<Sample>& samples)
 	for (const Sample& sample : samples)
 	{
 		const auto& scan = *sample.scan.observation;
-		for (std::size_t i = 0; i < scan.getScanSize(); i++)
+		for (std::size_t i = 0; i < scan.size(); i++)
 		{
-			if (scan.getScanRangeValidity(i)) return false;
+			if (scan.is_valid(i)) return false;
 			beams++;
-			if (scan.getScanRange(i) > 0 && scan.getScanRange(i) < scan.maxRange) flagged_distances++;
+			if (scan.ranges[i] > 0 && scan.ranges[i] < scan.max_range) flagged_distances++;
 		}
 	}
 	return beams > 0 && 2 * flagged_distances > beams;

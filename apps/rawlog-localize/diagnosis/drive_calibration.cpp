@@ -18,7 +18,6 @@
 
 namespace d2s1r::app
 {
-using mrpt::obs::CObservation2DRangeScan;
 using mrpt::poses::CPose2D;
 using mrpt::poses::CPose3D;
 
@@ -51,7 +50,7 @@ class SampleChooser
 			if (object->odometry && object->odometry_time > 0) add_reading(*object);
 			for (std::size_t i = 0; i < object->scans.size(); i++)
 			{
-				if (object->scans[i]->sensorLabel != label_) continue;
+				if (object->scans[i]->label != label_) continue;
 				const double stamp = logs::to_seconds(object->scans[i]->timestamp);
 				const bool is_same = object->increment || std::abs(stamp - last_reading_) < kSameTime;
 				with_scans_ += stamp != last_scan_ && is_same;
@@ -151,17 +150,15 @@ struct Mounting
 /// Returns the pose of the laser on the robot by a scan.
 CPose3D laser_of(const LoggedScan& scan, double middle_angle)
 {
-	return scan.observation->sensorPose + CPose3D(0, 0, 0, -middle_angle, 0, 0);
+	return scan.observation->sensor_on_robot + CPose3D(0, 0, 0, -middle_angle, 0, 0);
 }
 
 LoggedScan mounted(const LoggedScan& scan, const Mounting& mounting, double middle_angle)
 {
-	RangeScan read = d2s1r::scan_of(*scan.observation);
-	ros::apply(mounting.overrides, middle_angle, read);
+	const auto read = std::make_shared<logs::RecordedScan>(*scan.observation);
+	ros::apply(mounting.overrides, middle_angle, *read);
 	const bool is_mended = logs::is_answered(scan.unusable, mounting.over({}));
-	return {
-	    std::make_shared<CObservation2DRangeScan>(observation_of(read, *scan.observation)), scan.sweep,
-	    is_mended ? logs::ScanDoubt() : scan.unusable};
+	return {read, scan.sweep, is_mended ? logs::ScanDoubt() : scan.unusable};
 }
 
 /// Returns up to where [m] the robot sees itself: beams that measure the same in all scans of a drive, and least; 0 if
@@ -170,7 +167,7 @@ double own_body_in(const DriveSamples& samples)
 {
 	constexpr std::size_t kFewestScans = 6, kShare = 20;  // [-], of the beams at least one in so many
 	constexpr double kSame = 0.04;                        // [m] by which such a beam may differ
-	const std::size_t beams = samples.scans.front().observation->getScanSize();
+	const std::size_t beams = samples.scans.front().observation->size();
 	if (samples.scans.size() < kFewestScans) return 0;
 	std::size_t own = 0;
 	double farthest = 0;
@@ -179,8 +176,8 @@ double own_body_in(const DriveSamples& samples)
 		double least = HUGE_VAL, most = 0;
 		for (const LoggedScan& scan : samples.scans)
 		{
-			const bool is_there = i < scan.observation->getScanSize() && scan.observation->getScanRangeValidity(i);
-			const double range = is_there ? static_cast<double>(scan.observation->getScanRange(i)) : HUGE_VAL;
+			const bool is_there = i < scan.observation->size() && scan.observation->is_valid(i);
+			const double range = is_there ? static_cast<double>(scan.observation->ranges[i]) : HUGE_VAL;
 			least = std::min(least, range), most = std::max(most, range);
 		}
 		if (most - least < kSame) own++, farthest = std::max(farthest, most);
@@ -328,10 +325,10 @@ DriveCalibration calibrate_by_drive(
 		if (!places[i]) continue;
 		const LoggedScan& scan = samples.scans[i];
 		found.push_back(calibration::found_scan(
-		    d2s1r::scan_of(*scan.observation), laser_of(scan, samples.middle_angle),
-		    logs::to_seconds(scan.observation->timestamp), *places[i]));
+		    *scan.observation, laser_of(scan, samples.middle_angle), logs::to_seconds(scan.observation->timestamp),
+		    *places[i]));
 		firsts.push_back(scan.sweep.first_beam);
-		durations.push_back(scan.sweep.beam_step * (static_cast<double>(scan.observation->getScanSize()) - 1));
+		durations.push_back(scan.sweep.beam_step * (static_cast<double>(scan.observation->size()) - 1));
 	}
 	if (found.empty() || interrupted()) return result;
 	const CPose3D laser = laser_of(samples.scans.front(), samples.middle_angle);
@@ -350,8 +347,8 @@ DriveCalibration calibrate_by_drive(
 	result.found = ros::calibrate_laser(
 	    localizer.grid(), told, found, samples.odometry, known, sensor.other_angles.has_value(), clocks);
 	logs::Overrides& used = result.overrides;
-	static_cast<ros::Overrides&>(used) = ros::with_shown(
-	    mounting.over(overrides), result.found, d2s1r::scan_of(*samples.scans.front().observation), laser);
+	static_cast<ros::Overrides&>(used) =
+	    ros::with_shown(mounting.over(overrides), result.found, *samples.scans.front().observation, laser);
 	tell(sensor.label, mounting, result);
 	const bool is_contradicted =
 	    agreement_of(result.found.shown, found, samples.odometry) == calibration::Agreement::kContradicts;

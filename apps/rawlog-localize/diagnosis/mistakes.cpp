@@ -12,8 +12,6 @@
 
 namespace d2s1r::app
 {
-using mrpt::obs::CObservation2DRangeScan;
-
 namespace
 {
 constexpr std::size_t kScans = 20;              // [-] that are tried
@@ -46,7 +44,7 @@ class SampleReader
    private:
 	void add(const Sample& sample)
 	{
-		const std::string& label = sample.scan.observation->sensorLabel;
+		const std::string& label = sample.scan.observation->label;
 		const std::size_t index = counts_[label]++;
 		if (bytes_ > kMostBytes) return;
 		auto& samples = label == selection_.label ? samples_.chosen : samples_.others[label];
@@ -55,7 +53,7 @@ class SampleReader
 		                           : is_wanted_of_other(label, index, samples.size());
 		if (!is_wanted) return;
 		samples.push_back(sample);
-		bytes_ += ros::weight_of(sample.scan.observation->getScanSize());
+		bytes_ += ros::weight_of(sample.scan.observation->size());
 	}
 
 	bool is_wanted_of_other(const std::string& label, std::size_t index, std::size_t taken) const
@@ -105,7 +103,7 @@ ros::Overrides scaled_by(double factor, float max_range)
 
 mrpt::poses::CPose3D laser_on_robot(const Sample& sample)
 {
-	return sample.scan.observation->sensorPose + mrpt::poses::CPose3D(0, 0, 0, -sample.middle_angle, 0, 0);
+	return sample.scan.observation->sensor_on_robot + mrpt::poses::CPose3D(0, 0, 0, -sample.middle_angle, 0, 0);
 }
 
 namespace
@@ -130,12 +128,12 @@ struct Readings
 	{
 		for (const Sample& sample : samples)
 		{
-			const CObservation2DRangeScan& scan = *sample.scan.observation;
-			max_range = scan.maxRange;
-			beams += scan.getScanSize();
-			for (std::size_t i = 0; i < scan.getScanSize(); i++)
+			const logs::RecordedScan& scan = *sample.scan.observation;
+			max_range = scan.max_range;
+			beams += scan.size();
+			for (std::size_t i = 0; i < scan.size(); i++)
 			{
-				const float range = scan.getScanRange(i);
+				const float range = scan.ranges[i];
 				zeros += range == 0;
 				if (range > 0 && std::isfinite(range)) ranges.push_back(range);
 			}
@@ -208,7 +206,7 @@ void add_zeros(const Readings& readings, const ScanParameters& parameters, std::
 	{
 		// If zeros are all that is beyond the reach of the laser, to read them as no data costs little, and is right
 		// for most logs. If the laser sees less far than the log says, too, they hide most of the open space.
-		constexpr double kStep = 0.1, kShorter = 0.8;  // [m], [-] of maxRange
+		constexpr double kStep = 0.1, kShorter = 0.8;  // [m], [-] of max_range
 		const double seen = kStep * std::ceil(static_cast<double>(readings.greatest()) / kStep);
 		const auto max_range = static_cast<double>(readings.max_range);
 		mistake.changes_beams = seen < kShorter * max_range;
@@ -260,7 +258,7 @@ Scan corrected(const Sample& sample, const Mistake& mistake, ScanParameters para
 	logs::Overrides overrides;
 	static_cast<ros::Overrides&>(overrides) = mistake.correction;
 	if (!scan.unusable.text.empty() && !logs::is_answered(scan.unusable, overrides)) return scan_of(scan, parameters);
-	RangeScan read = d2s1r::scan_of(*scan.observation);
+	RangeScan read = *scan.observation;
 	ros::apply(overrides, sample.middle_angle, read);
 	return make_scan(read, parameters, scan.sweep);
 }

@@ -54,7 +54,7 @@ ros::Overrides scaled_by(double factor, float max_range);
 mrpt::poses::CPose3D laser_on_robot(const Sample& sample);
 
 /// Returns the mistakes that may have been made with samples, but for the resolution: a mirror, the unit of ranges,
-/// maxRange, zeros, the choice of the laser.
+/// max_range, zeros, the choice of the laser.
 /// \param parameters that the scans are read with
 std::vector<Mistake> usual_mistakes(const Samples& samples, const ScanParameters& parameters);
 

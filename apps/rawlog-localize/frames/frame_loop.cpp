@@ -79,25 +79,27 @@ class ItemReader
 			const bool is_merged = approach_.merge_lasers && details.unusable.text.empty();
 			if (is_merged)
 				last_scans_.add(
-				    scan->sensorLabel, details.time, std::make_shared<const RangeScan>(d2s1r::scan_of(*scan)),
-				    details.robot, details.motion);
-			if (scan->sensorLabel != selection_.label)
+				    scan->label, details.time, std::make_shared<const RangeScan>(*scan), details.robot, details.motion);
+			if (scan->label != selection_.label)
 			{
 				constexpr std::size_t kMostLabels = 100;
-				if (scans_ == 0 && other_labels_.size() < kMostLabels) other_labels_.insert(scan->sensorLabel);
+				if (scans_ == 0 && other_labels_.size() < kMostLabels) other_labels_.insert(scan->label);
 				continue;
 			}
 			if (selection_.contains(scans_))
 				item.jobs.push_back(
 				    {scans_, logged_scan(scan, details), Clock::now(),
-				     is_merged ? last_scans_.with(scan->sensorLabel) : Lasers(), details.robot,
+				     is_merged ? last_scans_.with(scan->label) : Lasers(), details.robot,
 				     approach_.tracker ? approach_.tracker->pose_at(details.time, *reader_.track()) : std::nullopt});
 			scans_++;
 		}
 		for (const Job& job : item.jobs)
 			for (const PlacedObservation& merged : job.lasers) item.bytes += ros::weight_of(merged.observation->size());
-		item.object.scans.clear();
-		if (!item.object.bytes.empty()) item.object.object.reset();  // else its bytes are made of it
+		if (!item.object.bytes.empty())  // else these are made of it
+		{
+			item.object.scans.clear();
+			item.object.object.reset();
+		}
 		item.unfinished = item.jobs.size();
 		return item;
 	}
@@ -178,17 +180,17 @@ class Follower
 		constexpr std::size_t kMostReadings = 1000;
 		const ScanPtr recorded_as = job.logged.observation;
 		const auto& observation = *recorded_as;
-		const mrpt::poses::CPose3D laser = observation.sensorPose + mrpt::poses::CPose3D(0, 0, 0, -middle_angle, 0, 0);
-		const ros::RecordedScan recorded{ros::from_time(observation.timestamp), d2s1r::scan_of(observation), laser, {}};
+		const mrpt::poses::CPose3D laser =
+		    observation.sensor_on_robot + mrpt::poses::CPose3D(0, 0, 0, -middle_angle, 0, 0);
+		const ros::RecordedScan recorded{ros::from_time(observation.timestamp), observation, laser, {}};
 		calibration_.follow(recorded.time, motion);
 		if (job.robot) readings_.emplace_back(recorded.time, job.robot->asTPose());
 		if (readings_.size() > kMostReadings) readings_.erase(readings_.begin());
 		const auto read_anew = [&]
 		{
-			RangeScan read = recorded.scan;
-			ros::apply(calibration_.in_use(), middle_angle, read);
-			job.logged.observation =
-			    std::make_shared<mrpt::obs::CObservation2DRangeScan>(d2s1r::observation_of(read, *recorded_as));
+			const auto read = std::make_shared<logs::RecordedScan>(*recorded_as);
+			ros::apply(calibration_.in_use(), middle_angle, *read);
+			job.logged.observation = read;
 			job.scan = scan_of(job, approach_.localizer.parameters().scan);
 			job.result = approach_.localizer.localize(job.scan, approach_.query);
 		};
@@ -227,8 +229,8 @@ class Follower
 		if (approach_.tracker)
 			frame.tracker = approach_.tracker->add(approach_.localizer, job.scan, frame.result, motion, job.tracker);
 		const ScanPtr observation = observation_of(job.logged);
-		if (approach_.fusion_backend) frame.fused = approach_.fusion_backend->step({*observation, one_shot, motion});
-		left_out_.add(job.scan, observation->getScanSize());
+		if (approach_.fusion) frame.fused = approach_.fusion->step(*observation, one_shot, motion);
+		left_out_.add(job.scan, observation->size());
 		const ScopedTimer timer(writing_ms_);
 		is_enough_ = !sink_.take_frame(frame, job.scan, observation);
 		frames_++;

@@ -13,6 +13,7 @@
 #include "frames/frame.h"
 #include "frames/logged_scan.h"
 #include "input/inputs.h"
+#include "mrpt/fusion.h"
 
 namespace d2s1r::app
 {
@@ -21,15 +22,15 @@ struct Approach
 {
 	const Localizer& localizer;  //!< of the map, of an atlas that of its first map
 	Query query;
-	std::optional<int> window;           //!< [-] scans that are used jointly; without a value each on its own
-	bool track = false;                  //!< whether a Tracker follows the robot
-	CFusionBackend::Ptr fusion_backend;  //!< null: no fused poses
-	int threads = 1;                     //!< [-]
-	bool merge_lasers = false;           //!< whether scans of other lasers are used, too
-	const Atlas* atlas = nullptr;        //!< maps that are searched; null: only that of `localizer`
-	TrackerCheck* tracker = nullptr;     //!< judges the tracker that ran then; null: there is none
-	bool calibrates = false;             //!< whether the drive is asked on the way how the laser must be read
-	std::string doubt{};                 //!< why no pose is certain, however well a scan fits; empty: they are
+	std::optional<int> window;        //!< [-] scans that are used jointly; without a value each on its own
+	bool track = false;               //!< whether a Tracker follows the robot
+	Fusion* fusion = nullptr;         //!< follows the robot; null: no fused poses
+	int threads = 1;                  //!< [-]
+	bool merge_lasers = false;        //!< whether scans of other lasers are used, too
+	const Atlas* atlas = nullptr;     //!< maps that are searched; null: only that of `localizer`
+	TrackerCheck* tracker = nullptr;  //!< judges the tracker that ran then; null: there is none
+	bool calibrates = false;          //!< whether the drive is asked on the way how the laser must be read
+	std::string doubt{};              //!< why no pose is certain, however well a scan fits; empty: they are
 };
 
 /// Where everything goes, in the order of the rawlog.

@@ -1,16 +1,15 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <d2s1r/mrpt.h>
 #include <d2s1r/scan.h>
 #include <logs/log.h>
-#include <mrpt/obs/CObservation2DRangeScan.h>
 
+#include <memory>
 #include <utility>
 
 namespace d2s1r::app
 {
-using ScanPtr = mrpt::obs::CObservation2DRangeScan::ConstPtr;
+using ScanPtr = std::shared_ptr<const logs::RecordedScan>;
 
 /// Holds a scan as the log has it.
 struct LoggedScan

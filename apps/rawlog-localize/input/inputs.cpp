@@ -3,12 +3,8 @@
 
 #include <logs/errors.h>
 #include <mrpt/core/format.h>
-#include <mrpt/maps/registerAllClasses.h>
-#include <mrpt/system/os.h>
-#include <mrpt/system/string_utils.h>
 #include <shell/errors.h>
 #include <shell/values.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -26,27 +22,6 @@ std::string quoted(const std::string& label)
 {
 	constexpr std::size_t kMostShown = 100;  // [byte]
 	return "'" + (label.size() > kMostShown ? label.substr(0, kMostShown) + "..." : label) + "'";
-}
-
-constexpr const char* kFusionClass = "d2s1r::CParticleFilterFusion";
-constexpr const char* kFusionModule = "libd2s1r-pf-init.so";
-
-void load(const std::string& modules, const std::string& option)
-{
-	std::string errors;
-	if (mrpt::system::loadPluginModules(modules, errors)) return;
-	std::replace(
-	    errors.begin(), errors.end(), '\n', ' ');  // MRPT breaks the line between the name of a module and the reason
-	throw UserError(kWrongUse, option, mrpt::system::trim(errors) + "; check the paths and what the modules need");
-}
-
-void load_fusion_module()
-{
-	std::error_code error;
-	const auto program = std::filesystem::read_symlink("/proc/self/exe", error).parent_path();
-	for (const auto& folder : {program, program / D2S1R_MODULE_FOLDER})
-		if (const auto module = folder / kFusionModule; std::filesystem::exists(module, error))
-			return load(module.string(), "--fuse");
 }
 }  // namespace
 
@@ -214,23 +189,5 @@ FrameSelection select_frames(const FrameRange& frames, const logs::Sensor& senso
 		    "starts at frame " + std::to_string(frames.first) + " but the last one is " +
 		        std::to_string(sensor.scans - 1) + "; choose a lower start");
 	return {sensor.label, frames.first, std::min(frames.past, sensor.scans), frames.step};
-}
-
-void load_plugins(const SearchRequest& request)
-{
-	mrpt::maps::registerAllClasses_mrpt_maps();
-	if (!request.plugins.empty()) load(request.plugins, "--plugins");
-	if (request.fuse && !mrpt::rtti::findRegisteredClass(kFusionClass)) load_fusion_module();
-}
-
-CFusionBackend::Ptr find_fusion_backend()
-{
-	auto backend = std::dynamic_pointer_cast<CFusionBackend>(mrpt::rtti::classFactory(kFusionClass));
-	if (!backend)
-		throw UserError(
-		    kWrongUse, "--fuse",
-		    std::string("the pf-init plug-in with the particle filter is missing; name ") + kFusionModule +
-		        " with --plugins, or run without --fuse");
-	return backend;
 }
 }  // namespace d2s1r::app

@@ -1,8 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <d2s1r/CFusionBackend.h>
-
 #include <functional>
 #include <string>
 #include <vector>
@@ -58,12 +56,4 @@ struct FrameSelection
 
 /// Returns the frames that are asked for and that the log has. \throws UserError (kWrongUse) if there is none
 FrameSelection select_frames(const FrameRange& frames, const logs::Sensor& sensor);
-
-/// Loads the modules of --plugins. For --fuse it also loads the module with the particle filter, if none of the others
-/// brought it, from the folder of the program or from where modules are installed.
-/// \throws UserError (kWrongUse) if a module cannot be loaded
-void load_plugins(const SearchRequest& request);
-
-/// Makes a fusion back-end by its name in MRPT's class factory. \throws UserError (kWrongUse) if no module has it
-CFusionBackend::Ptr find_fusion_backend();
 }  // namespace d2s1r::app

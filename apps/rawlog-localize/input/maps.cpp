@@ -131,14 +131,6 @@ std::vector<IndexedMap> load_maps(const std::vector<MapSource>& sources, const C
 	return maps;
 }
 
-std::vector<FusionMap> fusion_maps(const std::vector<IndexedMap>& maps)
-{
-	std::vector<FusionMap> of_fusion;
-	for (const IndexedMap& map : maps)
-		of_fusion.push_back({std::make_shared<const CSignatureMap2D>(map.localizer), map.entry.region, map.entry.name});
-	return of_fusion;
-}
-
 std::optional<Atlas> atlas_of(const std::vector<IndexedMap>& maps)
 {
 	if (maps.front().entry.name.empty()) return std::nullopt;

@@ -1,7 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <d2s1r/CFusionBackend.h>
 #include <d2s1r/atlas.h>
 #include <shell/indexed_maps.h>
 
@@ -34,7 +33,4 @@ std::vector<IndexedMap> load_maps(const std::vector<MapSource>& sources, const C
 /// Returns the atlas of several maps; no value if there is one map, which is no atlas.
 /// \throws UserError (kWrongUse) if they do not go together
 std::optional<Atlas> atlas_of(const std::vector<IndexedMap>& maps);
-
-/// Returns the maps for a fusion back-end.
-std::vector<FusionMap> fusion_maps(const std::vector<IndexedMap>& maps);
 }  // namespace d2s1r::app

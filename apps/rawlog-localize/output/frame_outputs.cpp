@@ -1,18 +1,11 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "output/frame_outputs.h"
 
-#include <d2s1r/motion.h>
-#include <mrpt/obs/CObservationOdometry.h>
-#include <mrpt/obs/CObservationRobotPose.h>
-#include <mrpt/poses/CPose3DPDFGaussian.h>
-#include <mrpt/poses/CPosePDFGaussian.h>
 #include <nlohmann/json.hpp>
 
 #include <chrono>
 #include <cmath>
 #include <filesystem>
-
-#include "input/inputs.h"
 
 namespace d2s1r::app
 {
@@ -172,24 +165,6 @@ std::deque<FrameFile> open_frame_files(const CommandLine& command)
 	files.emplace_back(folder / "fused.tum", "", write_fused_tum);
 	return files;
 }
-
-mrpt::obs::CObservationRobotPose pose_observation(const Hypothesis& best, mrpt::Clock::time_point time)
-{
-	mrpt::obs::CObservationRobotPose observation;
-	observation.timestamp = time;
-	observation.sensorLabel = kPoseLabel;
-	observation.pose.copyFrom(mrpt::poses::CPosePDFGaussian(best.pose, best.covariance));
-	return observation;
-}
-
-mrpt::obs::CObservationOdometry odometry_observation(const mrpt::poses::CPose2D& pose, mrpt::Clock::time_point time)
-{
-	mrpt::obs::CObservationOdometry observation;
-	observation.timestamp = time;
-	observation.sensorLabel = kPseudoOdometryLabel;
-	observation.odometry = pose;
-	return observation;
-}
 }  // namespace
 
 std::string json_line(const Frame& frame)
@@ -256,55 +231,24 @@ FrameFile::FrameFile(const std::string& path, const char* heading, Writer writer
 	file_.print("%s", heading);
 }
 
-void LocalizedRawlog::add(const logs::RawlogObject& object)
-{
-	file_.write(to_bytes(object));
-}
-
-void LocalizedRawlog::add(const Frame& frame, const mrpt::obs::CObservation2DRangeScan& scan)
-{
-	if (!frame.localized()) return;
-	if (last_)
-		if (const auto motion = pseudo_odometry(*last_, frame.result))
-			odometry_ = odometry_ + motion->poseChange->getMeanVal();
-	last_ = frame.result;
-	file_.write(pose_observation(frame.result.best(), scan.timestamp));
-	file_.write(odometry_observation(odometry_, scan.timestamp));
-}
-
 FrameOutputs::FrameOutputs(const CommandLine& command)
     : files_(open_frame_files(command)), frames_(command.output.folder)
 {
-	const OutputRequest& request = command.output;
-	if (request.rawlog_copy) rawlog_.emplace(std::filesystem::path(request.folder) / "localized.rawlog");
-	if (!request.write_pf_ini.empty()) pipeline_.emplace(request.write_pf_ini);
 }
 
-void FrameOutputs::add(const logs::RawlogObject& object)
-{
-	if (rawlog_) rawlog_->add(object);
-}
-
-void FrameOutputs::add(const Frame& frame, mrpt::obs::CObservation2DRangeScan::ConstPtr scan)
+void FrameOutputs::add(const Frame& frame)
 {
 	for (auto& file : files_) file.add(frame);
-	if (rawlog_) rawlog_->add(frame, *scan);
-	if (pipeline_) pipeline_->add(frame, *scan);
-	if (frame.localized()) last_scan_ = std::move(scan);
 	frames_.add(frame);
 }
 
-void FrameOutputs::finish(const OccupancyMap& map)
+void FrameOutputs::finish()
 {
 	for (auto& file : files_) file.finish();
-	if (rawlog_) rawlog_->finish();
-	if (pipeline_) pipeline_->finish(map);
 }
 
 void FrameOutputs::commit()
 {
 	for (auto& file : files_) file.commit();
-	if (rawlog_) rawlog_->commit();
-	if (pipeline_) pipeline_->commit();
 }
 }  // namespace d2s1r::app

@@ -4,6 +4,7 @@
 #include <mrpt/core/format.h>
 #include <mrpt/system/os.h>
 #include <nlohmann/json.hpp>
+#include <xxhash.h>
 
 #include <filesystem>
 #include <sstream>
@@ -43,6 +44,17 @@ Json bytes_of(const std::string& file)
 	return error ? Json() : Json(bytes);
 }
 
+/// Returns a number that is the same for equal maps with equal parameters.
+unsigned long long fingerprint_of(const Localizer& localizer)
+{
+	const OccupancyMap& map = localizer.map();
+	std::ostringstream all;
+	all << to_ini(localizer.parameters()) << map.width << ' ' << std::hexfloat << map.origin_x << ' ' << map.origin_y
+	    << ' ' << map.cell_size;
+	const std::string text = all.str();
+	return XXH3_64bits_withSeed(map.cells.data(), map.cells.size(), XXH3_64bits(text.data(), text.size()));
+}
+
 /// Returns what is known of a map.
 Json json_of(const IndexedMap& indexed)
 {
@@ -62,8 +74,7 @@ Json json_of(const IndexedMap& indexed)
 	    {"wall_thickness_m", measure.wall_thickness},
 	    {"wall_surface_depth_m", measure.surface_depth},
 	    {"open_border_share", measure.open_border},
-	    {"fingerprint",
-	     mrpt::format("%016llx", static_cast<unsigned long long>(CSignatureMap2D(indexed.localizer).fingerprint()))}};
+	    {"fingerprint", mrpt::format("%016llx", fingerprint_of(*indexed.localizer))}};
 }
 }  // namespace
 

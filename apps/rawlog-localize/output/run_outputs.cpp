@@ -1,18 +1,16 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "output/run_outputs.h"
 
-#include <mrpt/system/string_utils.h>
 #include <nlohmann/json.hpp>
 #include <shell/errors.h>
 #include <unistd.h>
 
 #include <fstream>
 #include <map>
+#include <sstream>
 
-#include "output/pf_pipeline.h"
 #include "output/summary.h"
 #include "picture/map_png.h"
-#include "picture/scene_file.h"
 
 namespace d2s1r::app
 {
@@ -33,9 +31,9 @@ std::vector<NamedFile> files_read(const CommandLine& command, const std::vector<
 		files.push_back({map.entry.config, "--map"});
 		files.push_back({map.atlas.empty() ? map.entry.file : map.atlas, "--map"});
 	}
-	std::vector<std::string> modules;
-	mrpt::system::tokenize(command.search.plugins, ",", modules);
-	for (const auto& module : modules) files.push_back({module, "--plugins"});
+	std::istringstream modules(command.search.plugins);
+	for (std::string module; std::getline(modules, module, ',');)
+		if (!module.empty()) files.push_back({module, "--plugins"});
 	return files;
 }
 
@@ -66,6 +64,12 @@ std::vector<std::string> files_of_earlier_run(const fs::path& folder)
 }
 }  // namespace
 
+std::array<std::string, 3> pf_files(const std::string& ini)
+{
+	const auto beside = [&](const char* extension) { return fs::path(ini).replace_extension(extension).string(); };
+	return {ini, beside(".rawlog"), beside(".gridmap.gz")};
+}
+
 std::vector<NamedFile> files_written(const CommandLine& command, bool localized)
 {
 	const OutputRequest& output = command.output;
@@ -82,15 +86,26 @@ std::vector<NamedFile> files_written(const CommandLine& command, bool localized)
 		for (const char* name : names) files.push_back({fs::path(output.folder) / name, "--output", true});
 	};
 	add_to_folder({"frames.csv", "hypotheses.csv", "trajectory.tum", "trajectory.txt"});
-	if (output.rawlog_copy) add_to_folder({"localized.rawlog"});
+	if (output.rawlog_copy && kHasMrpt) add_to_folder({"localized.rawlog"});
 	if (command.search.track) add_to_folder({"track.csv", "track.tum"});
 	if (command.search.fuse) add_to_folder({"fused.csv", "fused.tum"});
 	if (!command.log.check.empty()) add_to_folder({"check.csv"});
-	add_to_folder({"map.png", "scene.3Dscene", "report.html", "run.json", "summary.json"});
+	if (kDrawsMapPng) add_to_folder({"map.png"});
+	if (kHasMrpt) add_to_folder({"scene.3Dscene"});
+	add_to_folder({"report.html", "run.json", "summary.json"});
 	if (!output.save_map.empty()) files.push_back({output.save_map, "--save-map"});
 	if (!output.write_config.empty()) files.push_back({output.write_config, "--write-config"});
 	if (!output.write_pf_ini.empty() && localized)
-		for (const auto& file : pf_files(output.write_pf_ini).all()) files.push_back({file, "--write-pf-ini"});
+		for (const auto& file : pf_files(output.write_pf_ini)) files.push_back({file, "--write-pf-ini"});
+	return files;
+}
+
+std::vector<std::string> files_left_out(const CommandLine& command)
+{
+	std::vector<std::string> files;
+	if (!kDrawsMapPng) files.emplace_back("map.png");
+	if (!kHasMrpt) files.emplace_back("scene.3Dscene");
+	if (!kHasMrpt && command.output.rawlog_copy) files.emplace_back("localized.rawlog");
 	return files;
 }
 
@@ -183,37 +198,46 @@ RunOutputs::RunOutputs(const CommandLine& command)
     : command_(command),
       folder_(command.output.folder),
       frames_(command),
-      map_png_(fs::path(command.output.folder) / "map.png"),
-      scene_(fs::path(command.output.folder) / "scene.3Dscene"),
+      mrpt_files_(open_mrpt_files(command)),
       page_(fs::path(command.output.folder) / "report.html"),
       run_json_(fs::path(command.output.folder) / "run.json"),
       summary_(fs::path(command.output.folder) / "summary.json")
 {
-	if (!command.output.save_map.empty()) saved_map_.emplace(command.output.save_map);
+	if (kDrawsMapPng) map_png_.emplace(fs::path(command.output.folder) / "map.png");
 	if (!command.output.write_config.empty()) config_.emplace(command.output.write_config);
 	remove_abandoned(command.output.folder, names_in_folder());
 }
 
 void RunOutputs::save_map(const OccupancyMap& map, const Parameters& parameters)
 {
-	if (!saved_map_) return;
-	saved_map_->write(CSignatureMap2D(map, parameters));
-	saved_map_->commit();
+	if (mrpt_files_) mrpt_files_->save_map(map, parameters);
+}
+
+void RunOutputs::add(const logs::RawlogObject& object)
+{
+	if (mrpt_files_) mrpt_files_->add(object);
+}
+
+void RunOutputs::add(const Frame& frame, const ScanPtr& scan)
+{
+	frames_.add(frame);
+	if (mrpt_files_) mrpt_files_->add(frame, scan);
 }
 
 /// Writes the files that show the map. \param names of the maps on a sheet; empty if there is one map
 void RunOutputs::draw(
     const RunReport& report, const DrawnFrames& frames, const Grid& grid, const std::vector<MapName>& names)
 {
-	write_map_png(report, frames, grid, names, map_png_);
-	write_scene({grid, names, frames, frames_.last_localized_scan(), report.command.search.fuse}, scene_);
+	if (map_png_) write_map_png(report, frames, grid, names, *map_png_);
+	if (mrpt_files_) mrpt_files_->draw(frames, grid, names);
 	page_.finish(report, frames, grid);
 }
 
 void RunOutputs::finish(const RunReport& report)
 {
 	const Localizer& localizer = *report.maps.front().localizer;
-	frames_.finish(localizer.map());
+	frames_.finish();
+	if (mrpt_files_) mrpt_files_->finish(localizer.map());
 	if (report.maps.size() == 1)
 		draw(report, DrawnFrames(report.frames), localizer.grid(), {});
 	else
@@ -247,8 +271,8 @@ void RunOutputs::commit(const RunReport& report)
 	remove_files_of_earlier_run();
 	run_json_.commit();
 	frames_.commit();
-	map_png_.commit();
-	scene_.commit();
+	if (map_png_) map_png_->commit();
+	if (mrpt_files_) mrpt_files_->commit();
 	page_.commit();
 	if (config_) config_->commit();
 	summary_.commit();

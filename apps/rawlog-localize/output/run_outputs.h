@@ -4,7 +4,9 @@
 #include <d2s1r/grid.h>
 #include <shell/indexed_maps.h>
 
+#include <array>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <set>
 #include <string>
@@ -12,6 +14,7 @@
 
 #include "cli/command_line.h"
 #include "evaluation/run_report.h"
+#include "mrpt/mrpt_files.h"
 #include "output/frame_outputs.h"
 #include "output/report_html.h"
 #include "picture/sheet.h"
@@ -26,9 +29,15 @@ struct NamedFile
 	bool in_folder = false;  //!< whether it belongs to OUT_DIR
 };
 
+/// Returns the files of --write-pf-ini: the ini file, and beside it the rawlog and the map.
+std::array<std::string, 3> pf_files(const std::string& ini);
+
 /// Returns all files that a run writes, in the order in which the user is told.
 /// \param localized whether any frame was localized; if none was, --write-pf-ini writes nothing
 std::vector<NamedFile> files_written(const CommandLine& command, bool localized = true);
+
+/// Returns the names of the files in OUT_DIR that a run would write if this build had what they need.
+std::vector<std::string> files_left_out(const CommandLine& command);
 
 /// Returns the names of all files that a run may write to OUT_DIR, whatever its options.
 const std::set<std::string>& names_in_folder();
@@ -75,7 +84,9 @@ class RunOutputs
 	/// Makes the folder and opens all files. Keeps a reference to `command`. \throws UserError (kBadOutput)
 	explicit RunOutputs(const CommandLine& command);
 
-	FrameOutputs& frames() { return frames_; }
+	const FrameStore& frames() const { return frames_.frames(); }
+	void add(const logs::RawlogObject& object);
+	void add(const Frame& frame, const ScanPtr& scan);
 	ReportHtml& page() { return page_; }
 
 	/// Writes the file of --save-map, if there is one.
@@ -93,10 +104,9 @@ class RunOutputs
 	const CommandLine& command_;
 	OutputFolder folder_;
 	FrameOutputs frames_;
-	std::optional<GzipFile> saved_map_;
+	std::unique_ptr<MrptFiles> mrpt_files_;  //!< null if the build lacks them
 	std::optional<TextFile> config_;
-	PendingFile map_png_;
-	GzipFile scene_;
+	std::optional<PendingFile> map_png_;  //!< if the build draws it
 	ReportHtml page_;
 	TextFile run_json_;
 	TextFile summary_;

@@ -242,6 +242,10 @@ void print_written(const RunReport& report, std::ostream& out)
 	}
 	if (!in_folder.empty())
 		out << mrpt::format("%-12s%s: %s\n", "written", printable(folder).c_str(), in_folder.c_str());
+	std::string left_out;
+	for (const std::string& name : files_left_out(report.command)) left_out += " " + name;
+	if (!in_folder.empty() && !left_out.empty())
+		out << "left out   " << left_out << ", which the program of the Debian package d2s1r-tools writes\n";
 	if (!others.empty())
 		out << mrpt::format("%-12s%s\n", in_folder.empty() ? "written" : "", printable(others).c_str());
 	if (!in_folder.empty())

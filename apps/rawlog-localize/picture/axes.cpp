@@ -13,7 +13,7 @@ namespace
 constexpr const char *kXTitle = "x [m]", *kYTitle = "y [m]";
 constexpr double kTickLength = 8;  //!< [pixel]
 constexpr double kNumberGap = 6;   //!< [pixel] between ticks and numbers
-const Color kAxisColor(96, 100, 110);
+constexpr Color kAxisColor{96, 100, 110};
 
 /// Returns the distance of the ticks [m]: two of them on the short side at least, but at most 14 on the long side.
 double tick_step(double width, double height)

@@ -61,7 +61,7 @@ void Canvas::check() const
 
 void Canvas::use(const Color& color, double opacity)
 {
-	cairo_set_source_rgba(context_.get(), color.R / 255.0, color.G / 255.0, color.B / 255.0, opacity);
+	cairo_set_source_rgba(context_.get(), color.red / 255.0, color.green / 255.0, color.blue / 255.0, opacity);
 }
 
 void Canvas::greys(const std::vector<std::uint8_t>& image, int image_width, int left, int top)

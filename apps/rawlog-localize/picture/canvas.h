@@ -1,7 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <mrpt/img/TColor.h>
 #include <mrpt/math/TPoint2D.h>
 
 #include <cstdint>
@@ -13,12 +12,17 @@ struct _cairo;
 
 namespace d2s1r::app
 {
-using Color = mrpt::img::TColor;
+/// A colour on paper.
+struct Color
+{
+	std::uint8_t red, green, blue;
+};
+
 using Pixel = mrpt::math::TPoint2D;  //!< [pixel] from the upper left corner, y down; pixel centres are at .5
 
 /// Colours of what is drawn on a map; the scene has the same.
-inline const Color kPathColor(20, 99, 196), kTruthColor(142, 211, 144), kHypothesisColor(245, 150, 20),
-    kWrongColor(214, 34, 50), kFusedColor(176, 108, 202), kInk(40, 44, 52);
+inline constexpr Color kPathColor{20, 99, 196}, kTruthColor{142, 211, 144}, kHypothesisColor{245, 150, 20},
+    kWrongColor{214, 34, 50}, kFusedColor{176, 108, 202}, kInk{40, 44, 52};
 
 /// A picture that is drawn on with cairo.
 class Canvas

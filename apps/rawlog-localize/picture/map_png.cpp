@@ -18,6 +18,8 @@
 
 namespace d2s1r::app
 {
+const bool kDrawsMapPng = true;
+
 namespace
 {
 constexpr int kLongSide = 1600;      //!< [pixel] of the map
@@ -29,7 +31,7 @@ constexpr double kSampleWidth = 46;  //!< [pixel] of a mark in the legend
 constexpr double kGap = 34;          //!< [pixel] between entries of the legend
 constexpr double kLongestBar = 0.2;  //!< [-] of the width
 constexpr double kTickSpacing = 15;  //!< [pixel] between headings that are drawn
-const Color kPaper(222, 222, 222), kWhite(255, 255, 255), kStartColor(0, 122, 94);
+constexpr Color kPaper{222, 222, 222}, kWhite{255, 255, 255}, kStartColor{0, 122, 94};
 
 // The marks; the legend shows the same.
 

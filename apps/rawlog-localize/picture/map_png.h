@@ -9,6 +9,9 @@
 
 namespace d2s1r::app
 {
+/// Whether this build draws map.png, which it does by cairo.
+extern const bool kDrawsMapPng;
+
 /// Writes map.png: the known part of the map with ground truth, path, headings, hypotheses, fused path, wrong frames,
 /// the names of several maps, legend and scale bar.
 /// \param names of the maps on a sheet; empty if there is one map

@@ -3,7 +3,6 @@
 #include "carmen_log.h"
 
 #include <mrpt/core/bits_math.h>
-#include <mrpt/obs/CObservationOdometry.h>
 
 #include <algorithm>
 #include <charconv>
@@ -85,12 +84,12 @@ class Words
 /// A message of a scan or of odometry.
 struct Line
 {
-	double time = 0;                                 //!< [s] of CARMEN's clock
-	mrpt::poses::CPose2D robot;                      //!< in the frame of the odometry
-	mrpt::obs::CObservation2DRangeScan::Ptr scan{};  //!< null: only odometry
-	double middle_angle = 0;                         //!< [rad] of the scan, in the frame of the laser
-	mrpt::poses::CPose2D mounting{};                 //!< laser on the robot
-	bool is_settled = true;                          //!< its time will not change any more
+	double time = 0;                     //!< [s] of CARMEN's clock
+	mrpt::poses::CPose2D robot;          //!< in the frame of the odometry
+	std::optional<RecordedScan> scan{};  //!< no value: only odometry
+	double middle_angle = 0;             //!< [rad] of the scan, in the frame of the laser
+	mrpt::poses::CPose2D mounting{};     //!< laser on the robot
+	bool is_settled = true;              //!< its time will not change any more
 };
 
 /// What PARAM lines say about a laser.
@@ -146,20 +145,16 @@ struct Laser
 /// A line of a laser.
 Line make_line(double time, const mrpt::poses::CPose2D& robot, const Laser& laser, const std::vector<float>& ranges)
 {
-	auto scan = mrpt::obs::CObservation2DRangeScan::Create();
-	scan->sensorLabel = laser.label;
-	scan->maxRange = static_cast<float>(laser.max_range);
+	RecordedScan scan;
+	scan.label = laser.label;
+	scan.max_range = static_cast<float>(laser.max_range);
 	const double aperture = laser.angle_step * (static_cast<double>(ranges.size()) - 1);
 	const double middle_angle = laser.first_angle + aperture / 2;
-	scan->aperture = static_cast<float>(aperture);
-	scan->sensorPose = laser.pose + mrpt::poses::CPose3D(0, 0, 0, middle_angle, 0, 0);
-	scan->resizeScan(ranges.size());
-	for (std::size_t i = 0; i < ranges.size(); i++)
-	{
-		scan->setScanRange(i, ranges[i]);
-		scan->setScanRangeValidity(i, ranges[i] > 0 && ranges[i] < scan->maxRange);  // NaN is not
-	}
-	return {time, robot, scan, middle_angle, mrpt::poses::CPose2D(laser.pose), false};
+	scan.aperture = static_cast<float>(aperture);
+	scan.sensor_on_robot = laser.pose + mrpt::poses::CPose3D(0, 0, 0, middle_angle, 0, 0);
+	scan.ranges = ranges;
+	for (const float range : ranges) scan.valid.push_back(range > 0 && range < scan.max_range ? 1 : 0);  // NaN is not
+	return {time, robot, std::move(scan), middle_angle, mrpt::poses::CPose2D(laser.pose), false};
 }
 
 std::vector<float> read_ranges(Words& words)
@@ -261,26 +256,22 @@ class CarmenReader : public LogReader
 	{
 		if (scan_)
 		{
-			RawlogObject object = to_rawlog_object(std::exchange(scan_, nullptr), middle_angle_);
-			const bool is_loose = known_.loose.count(object.scans.front()->sensorLabel) > 0;
+			RawlogObject object = object_of(std::move(*std::exchange(scan_, std::nullopt)), middle_angle_);
+			const bool is_loose = known_.loose.count(object.scans.front()->label) > 0;
 			if (is_loose)
 				object.details.front().unusable = {
 				    "its pose on the robot is not the same in all lines", ScanDoubt::Field::kLaserPose};
 			return object;
 		}
-		while (const auto line = next_line())
+		while (auto line = next_line())
 		{
 			if (!line->scan && line->time <= newest_) continue;
 			newest_ = line->time;
 			const auto time = from_seconds(line->time);
-			scan_ = line->scan;
+			scan_ = std::move(line->scan);
 			middle_angle_ = line->middle_angle;
 			if (scan_) scan_->timestamp = time;
-			auto odometry = mrpt::obs::CObservationOdometry::Create();
-			odometry->sensorLabel = "ODOMETRY";
-			odometry->timestamp = time;
-			odometry->odometry = line->robot;
-			return to_rawlog_object(odometry);
+			return object_of({"ODOMETRY", time, line->robot});
 		}
 		return std::nullopt;
 	}
@@ -297,9 +288,9 @@ class CarmenReader : public LogReader
 			survey.odometry = "the log";
 			if (!line->scan) continue;
 			const auto sensor = std::find_if(
-			    sensors.begin(), sensors.end(), [&](const Sensor& s) { return s.label == line->scan->sensorLabel; });
+			    sensors.begin(), sensors.end(), [&](const Sensor& s) { return s.label == line->scan->label; });
 			if (sensor == sensors.end())
-				sensors.push_back({line->scan->sensorLabel, 1});
+				sensors.push_back({line->scan->label, 1});
 			else
 				sensor->scans++;
 		}
@@ -330,11 +321,10 @@ class CarmenReader : public LogReader
 			if (lines_.size() > kMostWaiting || waiting_ranges_ > kMostRanges || !read_line()) break;
 		if (lines_.empty() || is_stopped_) return std::nullopt;
 		settle(lines_.front(), std::nullopt);
-		const Line line = lines_.front();
-		if (line.scan && last_scans_.at(line.scan->sensorLabel) == &lines_.front())
-			last_scans_.erase(line.scan->sensorLabel);
+		Line line = std::move(lines_.front());
+		if (line.scan && last_scans_.at(line.scan->label) == &lines_.front()) last_scans_.erase(line.scan->label);
 		lines_.pop_front();
-		if (line.scan) waiting_ranges_ -= line.scan->getScanSize();
+		if (line.scan) waiting_ranges_ -= line.scan->size();
 		return line;
 	}
 
@@ -413,8 +403,8 @@ class CarmenReader : public LogReader
 	void add_scan(const Line& line)
 	{
 		scans_++;
-		waiting_ranges_ += line.scan->getScanSize();
-		Line*& last = last_scans_[line.scan->sensorLabel];
+		waiting_ranges_ += line.scan->size();
+		Line*& last = last_scans_[line.scan->label];
 		if (last) settle(*last, line.time);
 		last = &lines_.emplace_back(line);
 	}
@@ -423,7 +413,7 @@ class CarmenReader : public LogReader
 	void check_mounting(const Line& line)
 	{
 		constexpr double kFar = 0.05, kTurned = 0.05;  // [m], [rad] that are no rounding
-		const std::string& label = line.scan->sensorLabel;
+		const std::string& label = line.scan->label;
 		const auto first = mountings_.emplace(label, line.mounting).first;
 		const auto moved = line.mounting - first->second;
 		if (moved.norm() > kFar || std::abs(moved.phi()) > kTurned) known_.loose.insert(label);
@@ -433,7 +423,7 @@ class CarmenReader : public LogReader
 	void settle(Line& line, std::optional<double> next)
 	{
 		if (line.is_settled) return;
-		const double repaired = clocks_[line.scan->sensorLabel].repair(line.time, next);
+		const double repaired = clocks_[line.scan->label].repair(line.time, next);
 		if (repaired != line.time) repaired_++;
 		line.time = repaired;
 		line.is_settled = true;
@@ -450,7 +440,7 @@ class CarmenReader : public LogReader
 	std::deque<Line> lines_;                               //!< that wait for the times of scans before them
 	std::map<std::string, Line*> last_scans_;              //!< of these, the last scan of each laser
 	std::size_t waiting_ranges_ = 0;                       //!< [-] of their scans
-	mrpt::obs::CObservation2DRangeScan::Ptr scan_;         //!< comes next
+	std::optional<RecordedScan> scan_;                     //!< comes next
 	double middle_angle_ = 0;                              //!< [rad] of that scan
 	double newest_ = -std::numeric_limits<double>::max();  //!< [s] of the odometry so far
 	std::map<std::string, TimeRepair> clocks_;             //!< by laser

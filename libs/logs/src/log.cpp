@@ -1,10 +1,9 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "logs/log.h"
 
-#include <d2s1r/mrpt.h>
 #include <mrpt/core/bits_math.h>
 #include <mrpt/core/format.h>
-#include <mrpt/obs/CObservationOdometry.h>
+#include <mrpt/system/datetime.h>
 
 #include <algorithm>
 #include <cctype>
@@ -15,7 +14,7 @@
 #include "carmen_log.h"
 #include "logs/errors.h"
 #include "odometry_of_scans.h"
-#include "rawlog_reader.h"
+#include "rawlog/open_rawlog.h"
 #include "text_file.h"
 
 namespace d2s1r::logs
@@ -99,13 +98,11 @@ class OverridingReader : public LogReader
 		const double middle_angle = object->middle_angle;
 		for (std::size_t i = 0; i < object->scans.size(); i++)
 		{
-			const std::string& label = object->scans[i]->sensorLabel;
+			const std::string& label = object->scans[i]->label;
 			const auto of_other = overrides_.sweeps_of_others.find(label);
 			if (of_other != overrides_.sweeps_of_others.end()) object->details[i].sweep = of_other->second;
 			if (label != label_) continue;
-			RangeScan scan = scan_of(*object->scans[i]);
-			ros::apply(overrides_, middle_angle, scan);
-			*object->scans[i] = observation_of(scan, *object->scans[i]);
+			ros::apply(overrides_, middle_angle, *object->scans[i]);
 			alter(object->details[i]);
 			object->bytes.clear();  // which are no longer those of the object
 			if (const auto& angles = overrides_.beam_angles)
@@ -153,36 +150,31 @@ mrpt::Clock::time_point from_seconds(double seconds)
 	return mrpt::Clock::fromDouble(0) + mrpt::Clock::duration(std::llround(held * kTicksPerSecond));
 }
 
-RawlogObject to_rawlog_object(const mrpt::obs::CObservation::Ptr& observation, double middle_angle)
+RawlogObject object_of(RecordedScan scan, double middle_angle)
 {
 	RawlogObject object;
-	object.object = observation;
 	object.middle_angle = middle_angle;
-	if (auto scan = std::dynamic_pointer_cast<mrpt::obs::CObservation2DRangeScan>(observation))
+	object.scans.push_back(std::make_shared<RecordedScan>(std::move(scan)));
+	object.details.emplace_back();
+	return object;
+}
+
+RawlogObject object_of(OdometryReading reading)
+{
+	RawlogObject object;
+	if (std::isfinite(reading.pose.norm() + reading.pose.phi()))
 	{
-		object.scans.push_back(std::move(scan));
-		object.details.emplace_back();
+		object.odometry = reading.pose;
+		object.odometry_time = ros::from_time(reading.timestamp);
 	}
-	const auto reading = std::dynamic_pointer_cast<mrpt::obs::CObservationOdometry>(observation);
-	if (reading && std::isfinite(reading->odometry.norm() + reading->odometry.phi()))
-	{
-		object.odometry = reading->odometry;
-		object.odometry_time = ros::from_time(reading->timestamp);
-	}
+	object.reading = std::move(reading);
 	return object;
 }
 
 std::size_t weight_of(const RawlogObject& object)
 {
 	std::size_t bytes = sizeof object + object.bytes.size();
-	for (const auto& scan : object.scans) bytes += ros::weight_of(scan->getScanSize());
-	return bytes;
-}
-
-std::vector<std::uint8_t> to_bytes(const RawlogObject& object)
-{
-	std::vector<std::uint8_t> bytes = object.bytes;
-	if (bytes.empty()) mrpt::serialization::ObjectToOctetVector(object.object.get(), bytes);
+	for (const auto& scan : object.scans) bytes += ros::weight_of(scan->size());
 	return bytes;
 }
 
@@ -270,7 +262,7 @@ catch (const std::exception&)
 
 std::string known_formats()
 {
-	std::string formats = "MRPT rawlogs, CARMEN logs";
+	std::string formats = kReadsRawlogs ? "MRPT rawlogs, CARMEN logs" : "CARMEN logs";
 #ifdef D2S1R_TF2
 	formats += ", ROS 1 bags";
 #ifdef D2S1R_SQLITE

@@ -1,8 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "odometry_of_scans.h"
 
-#include <d2s1r/mrpt.h>
-
 #include <algorithm>
 #include <deque>
 #include <optional>
@@ -64,7 +62,7 @@ class ReaderWithOdometry : public LogReader
 			if (is_news_ && (is_by_order_ || details.time == 0)) details.robot = newest_;
 		}
 		if (!object->scans.empty()) is_news_ = false;
-		if (!object->object && object->bytes.empty()) return true;
+		if (!object->is_of_log()) return true;
 		bytes_ += weight_of(*object);
 		waiting_.push_back({std::move(*object), now_});
 		return true;
@@ -98,11 +96,10 @@ class ReaderWithOdometry : public LogReader
 	}
 
 	/// Gives a scan the odometry at its time and over its sweep.
-	void complete(const mrpt::obs::CObservation2DRangeScan& scan, ScanDetails& details)
+	void complete(const RecordedScan& scan, ScanDetails& details)
 	{
-		if (scan.sensorLabel == label_ && details.time > 0 && details.unusable.text.empty())
-			track_.judge(details.time, d2s1r::scan_of(scan));
-		details.motion = track_.sweep_of(details.sweep, details.time, scan.getScanSize());
+		if (scan.label == label_ && details.time > 0 && details.unusable.text.empty()) track_.judge(details.time, scan);
+		details.motion = track_.sweep_of(details.sweep, details.time, scan.size());
 		if (!details.robot && details.time > 0) details.robot = track_.at(details.time);
 	}
 

@@ -33,7 +33,7 @@ class StreamText : public TextFile
 		stream_ = unpack(descriptor, false);
 	}
 
-	std::size_t read(char* buffer, std::size_t size) override { return stream_->Read(buffer, size); }
+	std::size_t read(char* buffer, std::size_t size) override { return stream_->read(buffer, size); }
 
    private:
 	std::unique_ptr<InputStream> stream_;

@@ -15,6 +15,7 @@
 #include <chrono>
 #include <cstdint>
 #include <cstring>
+#include <limits>
 #include <memory>
 #include <new>
 #include <thread>
@@ -136,7 +137,7 @@ class UnpackingStream : public InputStream
 	UnpackingStream(int descriptor, bool follows) : descriptor_(descriptor), follows_(follows) {}
 	~UnpackingStream() override { close(descriptor_); }
 
-	std::size_t Read(void* buffer, std::size_t count) override
+	std::size_t read(void* buffer, std::size_t count) override
 	{
 		if (!has_started_) start();
 		auto* const to = static_cast<std::uint8_t*>(buffer);
@@ -167,7 +168,7 @@ class UnpackingStream : public InputStream
 		if (begin_ == end_) begin_ = end_ = 0;
 		for (;;)
 		{
-			const ssize_t got = read(descriptor_, block_.data() + end_, block_.size() - end_);
+			const ssize_t got = ::read(descriptor_, block_.data() + end_, block_.size() - end_);
 			if (got < 0 && errno == EINTR) continue;
 			if (got < 0) throw ReadError(std::strerror(errno));
 			if (got > 0) end_ += static_cast<std::size_t>(got);

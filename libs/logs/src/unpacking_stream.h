@@ -1,9 +1,7 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <mrpt/io/CStream.h>
-
-#include <limits>
+#include <cstddef>
 #include <memory>
 #include <stdexcept>
 
@@ -11,14 +9,14 @@
 
 namespace d2s1r::logs
 {
-/// A stream that can only be read, and has no positions.
-class InputStream : public mrpt::io::CStream
+/// What is read from its start to its end.
+class InputStream
 {
    public:
-	std::size_t Write(const void*, std::size_t) override { throw std::logic_error("read-only stream"); }
-	std::uint64_t Seek(std::int64_t, TSeekOrigin) override { throw std::logic_error("stream without positions"); }
-	std::uint64_t getTotalBytesCount() const override { return std::numeric_limits<std::uint64_t>::max(); }
-	std::uint64_t getPosition() const override { return 0; }
+	virtual ~InputStream() = default;
+
+	/// Returns how many bytes it has read, fewer than `count` only at the end.
+	virtual std::size_t read(void* buffer, std::size_t count) = 0;
 };
 
 /// Says that a part of a packed file ends early.

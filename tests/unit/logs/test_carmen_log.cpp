@@ -1,6 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include <logs/errors.h>
-#include <mrpt/obs/CObservationOdometry.h>
+#include <logs/mrpt_objects.h>
 #include <zlib.h>
 
 #include <cmath>
@@ -24,7 +24,7 @@ std::string flaser(double time, std::size_t beams = 180, const std::string& robo
 
 double seconds_of(const RawlogObject& object)
 {
-	return to_seconds(std::dynamic_pointer_cast<mrpt::obs::CObservation>(object.object)->timestamp);
+	return to_seconds(object.reading ? object.reading->timestamp : object.scans.at(0)->timestamp);
 }
 }  // namespace
 
@@ -65,11 +65,11 @@ TEST_F(CarmenLog, LineOfALaserIsOdometryAndAScan)
 	EXPECT_NEAR(objects[0].odometry.value().x(), 1, 1e-9);
 	EXPECT_NEAR(objects[0].odometry.value().phi(), 0.5, 1e-9);
 	const auto& scan = *objects[1].scans.at(0);
-	EXPECT_EQ(scan.sensorLabel, "FLASER");
-	EXPECT_EQ(scan.getScanSize(), 180U);
+	EXPECT_EQ(scan.label, "FLASER");
+	EXPECT_EQ(scan.size(), 180U);
 	EXPECT_NEAR(scan.aperture, mrpt::DEG2RAD(179.0), 1e-6);
-	EXPECT_NEAR(scan.sensorPose.yaw(), mrpt::DEG2RAD(-0.5), 1e-6);
-	EXPECT_EQ(scan.maxRange, 80.0F);
+	EXPECT_NEAR(scan.sensor_on_robot.yaw(), mrpt::DEG2RAD(-0.5), 1e-6);
+	EXPECT_EQ(scan.max_range, 80.0F);
 	EXPECT_NEAR(seconds_of(objects[1]), 1e9, 1e-6);
 	EXPECT_EQ(log_.survey.sensors.at(0).scans, 1U);
 	EXPECT_TRUE(log_.survey.notes.empty());
@@ -80,7 +80,8 @@ TEST_F(CarmenLog, NumberOfBeamsTellsWhetherTheLastOneIsThere)
 	const auto yaw_and_aperture = [&](std::size_t beams)
 	{
 		const auto scan = objects_of(flaser(1, beams)).at(1).scans.at(0);
-		return std::pair(mrpt::RAD2DEG(scan->sensorPose.yaw()), mrpt::RAD2DEG(static_cast<double>(scan->aperture)));
+		return std::pair(
+		    mrpt::RAD2DEG(scan->sensor_on_robot.yaw()), mrpt::RAD2DEG(static_cast<double>(scan->aperture)));
 	};
 	EXPECT_NEAR(yaw_and_aperture(181).first, 0, 1e-6);
 	EXPECT_NEAR(yaw_and_aperture(181).second, 180, 1e-4);
@@ -96,11 +97,11 @@ TEST_F(CarmenLog, ParametersTellWhereTheLasersAre)
 	    flaser(1) + "R" + flaser(1).substr(1);
 	const auto objects = objects_of(text);
 	ASSERT_EQ(objects.size(), 4U);
-	EXPECT_NEAR(objects[1].scans.at(0)->sensorPose.x(), -0.04, 1e-9);
-	EXPECT_EQ(objects[1].scans.at(0)->maxRange, 50.0F);
-	EXPECT_EQ(objects[3].scans.at(0)->sensorLabel, "RLASER");
-	EXPECT_NEAR(objects[3].scans.at(0)->sensorPose.x(), -0.3, 1e-9);
-	EXPECT_NEAR(std::abs(objects[3].scans.at(0)->sensorPose.yaw()), M_PI, 0.01);
+	EXPECT_NEAR(objects[1].scans.at(0)->sensor_on_robot.x(), -0.04, 1e-9);
+	EXPECT_EQ(objects[1].scans.at(0)->max_range, 50.0F);
+	EXPECT_EQ(objects[3].scans.at(0)->label, "RLASER");
+	EXPECT_NEAR(objects[3].scans.at(0)->sensor_on_robot.x(), -0.3, 1e-9);
+	EXPECT_NEAR(std::abs(objects[3].scans.at(0)->sensor_on_robot.yaw()), M_PI, 0.01);
 }
 
 TEST_F(CarmenLog, RobotLaserSaysAllOfItself)
@@ -109,12 +110,12 @@ TEST_F(CarmenLog, RobotLaserSaysAllOfItself)
 	    "ROBOTLASER1 0 -1.0 2.0 0.5 25.0 0.01 0 5 1 2 3 4 26 2 7 7 1.5 0 0.5 1.0 0 0.5 0 0 .3 .3 1e6 123.5 host 1\n");
 	ASSERT_EQ(objects.size(), 2U);
 	const auto& scan = *objects[1].scans.at(0);
-	EXPECT_EQ(scan.getScanSize(), 5U);
+	EXPECT_EQ(scan.size(), 5U);
 	EXPECT_NEAR(scan.aperture, 2.0, 1e-6);
-	EXPECT_NEAR(scan.sensorPose.x(), 0.5 * std::cos(0.5), 1e-9);
-	EXPECT_EQ(scan.maxRange, 25.0F);
-	EXPECT_TRUE(scan.getScanRangeValidity(3));
-	EXPECT_FALSE(scan.getScanRangeValidity(4));
+	EXPECT_NEAR(scan.sensor_on_robot.x(), 0.5 * std::cos(0.5), 1e-9);
+	EXPECT_EQ(scan.max_range, 25.0F);
+	EXPECT_TRUE(scan.is_valid(3));
+	EXPECT_FALSE(scan.is_valid(4));
 	EXPECT_NEAR(seconds_of(objects[1]), 123.5, 1e-6);
 }
 
@@ -207,10 +208,10 @@ TEST_F(CarmenLog, RangesMayBeInfiniteOrNone)
 	ASSERT_EQ(objects.size(), 2U);
 	const auto& scan = *objects[1].scans.at(0);
 	std::vector<bool> valid;
-	for (std::size_t i = 0; i < 5; i++) valid.push_back(scan.getScanRangeValidity(i));
+	for (std::size_t i = 0; i < 5; i++) valid.push_back(scan.is_valid(i));
 	EXPECT_EQ(valid, (std::vector<bool>{true, false, false, false, true}));
-	EXPECT_EQ(scan.getScanRange(0), 1.5F);
-	EXPECT_TRUE(std::isinf(scan.getScanRange(1)));
+	EXPECT_EQ(scan.ranges[0], 1.5F);
+	EXPECT_TRUE(std::isinf(scan.ranges[1]));
 	std::string damage;
 	objects_of("FLASER 1 1.5 0 0 0 nan 0 0 1 host 1\n", &damage);
 	EXPECT_NE(damage.find("has a number that is infinite or none"), std::string::npos) << damage;
@@ -225,7 +226,7 @@ TEST_F(CarmenLog, ParametersAreThoseOfTheWholeLogWhereverTheyStand)
 	for (const std::size_t i : {1U, 3U})
 	{
 		EXPECT_NEAR(objects[i].scans.at(0)->aperture, 100 * M_PI / 180, 1e-6);
-		EXPECT_NEAR(objects[i].scans.at(0)->sensorPose.x(), 0.3, 1e-9);
+		EXPECT_NEAR(objects[i].scans.at(0)->sensor_on_robot.x(), 0.3, 1e-9);
 	}
 }
 
@@ -249,8 +250,8 @@ TEST_F(CarmenLog, ALaserThatMovesOnTheRobotHasNoPose)
 	auto objects = objects_of(line("ROBOTLASER1", 1, "1.2 2 0", "0") + line("ROBOTLASER1", 2, "1.21 2 0", "0") + rear);
 	ASSERT_EQ(objects.size(), 6U);
 	EXPECT_TRUE(log_.survey.sensors.at(0).has_pose) << "but for rounding it is the same";
-	EXPECT_EQ(objects[5].scans.at(0)->sensorLabel, "ROBOTLASER2");
-	EXPECT_NEAR(objects[5].scans.at(0)->sensorPose.x(), -0.2, 1e-9);
+	EXPECT_EQ(objects[5].scans.at(0)->label, "ROBOTLASER2");
+	EXPECT_NEAR(objects[5].scans.at(0)->sensor_on_robot.x(), -0.2, 1e-9);
 
 	objects = objects_of(line("ROBOTLASER1", 1, "1.2 2 0", "0") + line("ROBOTLASER1", 2, "3.2 2 0.5", "0") + rear);
 	ASSERT_EQ(objects.size(), 6U);

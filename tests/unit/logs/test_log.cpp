@@ -2,6 +2,7 @@
 // A log is known by its content, whatever its name.
 #include <logs/errors.h>
 #include <logs/log.h>
+#include <logs/mrpt_objects.h>
 #include <mrpt/io/CFileGZOutputStream.h>
 #include <mrpt/obs/CActionCollection.h>
 #include <mrpt/obs/CActionRobotMovement2D.h>
@@ -57,7 +58,8 @@ class LogFiles : public FolderTest
 	{
 		mrpt::obs::CObservation2DRangeScan scan;
 		scan.sensorLabel = "LASER";
-		const auto bytes = to_bytes(to_rawlog_object(std::make_shared<mrpt::obs::CObservation2DRangeScan>(scan)));
+		const auto bytes =
+		    to_bytes(object_of(recorded_scan(std::make_shared<mrpt::obs::CObservation2DRangeScan>(scan))));
 		return {bytes.begin(), bytes.end()};
 	}
 };
@@ -101,10 +103,9 @@ TEST_F(LogFiles, SensorPoseReplacesThatOfTheLog)
 	overrides.sensor_pose = mrpt::poses::CPose3D(0.5, 0, 0, 0.25, 0, 0);
 	const auto reader = read_log(open_log(path("log")), "/scan", overrides);
 	const auto object = reader->next().value(), other = reader->next().value();
-	EXPECT_NEAR(object.scans.at(0)->sensorPose.x(), 0.5, 1e-9);
-	EXPECT_NEAR(object.scans.at(0)->sensorPose.yaw(), 1.75, 1e-6);
-	EXPECT_NEAR(other.scans.at(0)->sensorPose.x(), 0, 1e-9);
-	EXPECT_EQ(object.bytes, to_rawlog_object(object.scans.at(0)).bytes);
+	EXPECT_NEAR(object.scans.at(0)->sensor_on_robot.x(), 0.5, 1e-9);
+	EXPECT_NEAR(object.scans.at(0)->sensor_on_robot.yaw(), 1.75, 1e-6);
+	EXPECT_NEAR(other.scans.at(0)->sensor_on_robot.x(), 0, 1e-9);
 }
 
 TEST_F(LogFiles, MaxRangeReplacesThatOfTheLog)
@@ -117,9 +118,9 @@ TEST_F(LogFiles, MaxRangeReplacesThatOfTheLog)
 		Overrides overrides;
 		overrides.max_range = max_range;
 		const auto object = read_log(open_log(path("log")), "/scan", overrides)->next().value();
-		EXPECT_EQ(object.scans.at(0)->maxRange, max_range);
+		EXPECT_EQ(object.scans.at(0)->max_range, max_range);
 		std::string valid;
-		for (std::size_t i = 0; i < 7; i++) valid += object.scans.at(0)->getScanRangeValidity(i) ? '1' : '0';
+		for (std::size_t i = 0; i < 7; i++) valid += object.scans.at(0)->is_valid(i) ? '1' : '0';
 		return valid;
 	};
 	EXPECT_EQ(validity(6.5F), "1111110");  // readings of 1 m to 7 m

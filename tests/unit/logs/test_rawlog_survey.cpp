@@ -14,7 +14,7 @@
 
 #include "app/temporary_folder.h"
 #include "logs/made_logs.h"
-#include "rawlog_reader.h"
+#include "rawlog/rawlog_reader.h"
 #include "unpacking_stream.h"
 
 namespace d2s1r::logs
@@ -155,8 +155,8 @@ TEST(UnpackingStream, HandsOnAllThatHasArrivedBeforeItWaits)
 	const auto stream = unpack(ends[0], false);
 	std::string some(1 << 10, '\0');
 	for (std::size_t got = 0; got < 7 * kBlock; got += some.size())
-		ASSERT_EQ(stream->Read(some.data(), some.size()), some.size()) << got;
-	EXPECT_THROW(while (true) stream->Read(some.data(), some.size()), ReadError) << "would wait";
+		ASSERT_EQ(stream->read(some.data(), some.size()), some.size()) << got;
+	EXPECT_THROW(while (true) stream->read(some.data(), some.size()), ReadError) << "would wait";
 	close(ends[1]);
 }
 

@@ -90,7 +90,7 @@ class RosFrames : public FolderTest
 	}
 
 	/// The pose of the laser's frame on the robot. (The scan's own x axis looks to the middle of its beams, ahead.)
-	static mrpt::poses::CPose3D laser_pose(const RawlogObject& object) { return object.scans.at(0)->sensorPose; }
+	static mrpt::poses::CPose3D laser_pose(const RawlogObject& object) { return object.scans.at(0)->sensor_on_robot; }
 
 	static std::vector<RawlogObject> objects_of(const Log& log, const std::string& label = "")
 	{
@@ -105,7 +105,7 @@ class RosFrames : public FolderTest
 	{
 		std::vector<RawlogObject> found;
 		for (RawlogObject& object : objects_of(log, label))
-			if (!object.scans.empty() && object.scans[0]->sensorLabel == label) found.push_back(std::move(object));
+			if (!object.scans.empty() && object.scans[0]->label == label) found.push_back(std::move(object));
 		return found;
 	}
 };
@@ -195,7 +195,7 @@ TEST_F(RosFrames, TwoRobotsInOneTree)
 	for (const auto& object : objects_of(log, "/r1/scan"))
 	{
 		if (object.scans.empty()) continue;
-		const bool is_own = object.scans[0]->sensorLabel == "/r1/scan";
+		const bool is_own = object.scans[0]->label == "/r1/scan";
 		EXPECT_EQ(object.details.at(0).unusable.text.empty(), is_own) << "no laser reaches robot 1 through the map";
 		EXPECT_NEAR(laser_pose(object).x(), is_own ? 0.2 : 0, 1e-9);
 	}

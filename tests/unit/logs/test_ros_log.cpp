@@ -2,7 +2,7 @@
 // What is made of the messages of ROS: scans with their poses on the robot, and odometry.
 #include <d2s1r/mrpt.h>
 #include <d2s1r/scan.h>
-#include <mrpt/obs/CObservationOdometry.h>
+#include <logs/mrpt_objects.h>
 
 #include <cmath>
 #include <limits>
@@ -20,9 +20,9 @@ namespace
 constexpr std::int64_t kStart = 1'600'000'000'123'456'700;  // [ns] to the 100 ns that MRPT keeps
 
 /// The beam whose angle is nearest to `angle` [rad] in the frame of the robot.
-Beam beam_at(const mrpt::obs::CObservation2DRangeScan& observation, double angle)
+Beam beam_at(const RecordedScan& observation, double angle)
 {
-	const Scan scan = make_scan(d2s1r::scan_of(observation), ScanParameters{});
+	const Scan scan = make_scan(observation, ScanParameters{});
 	Beam nearest = scan.beams.at(0);
 	const auto off = [&](const Beam& beam)
 	{ return std::abs(beam_angle(static_cast<double>(beam.angle) + scan.sensor_on_robot.phi - angle)); };
@@ -75,7 +75,7 @@ class RosLog : public FolderTest
 	}
 
 	/// The first scan of a log of ROS 1 with these transforms and that scan.
-	mrpt::obs::CObservation2DRangeScan::Ptr scan_with(
+	std::shared_ptr<RecordedScan> scan_with(
 	    const std::vector<MadeTransform>& transforms, const MadeScan& scan = fan()) const
 	{
 		const auto objects = objects_of(
@@ -102,9 +102,9 @@ TEST_F(RosLog, BothEncodingsGiveTheSameObservations)
 TEST_F(RosLog, ScanHasTheTimeAndTheTopicOfItsMessage)
 {
 	const auto scan = scan_with({});
-	EXPECT_EQ(scan->sensorLabel, "/scan");
+	EXPECT_EQ(scan->label, "/scan");
 	EXPECT_EQ(to_seconds(scan->timestamp), 1'600'000'000.1234567);
-	EXPECT_EQ(scan->maxRange, 30.0F);
+	EXPECT_EQ(scan->max_range, 30.0F);
 }
 
 TEST_F(RosLog, MessageWithoutATimeHasThatOfItsRecording)
@@ -127,7 +127,7 @@ TEST_F(RosLog, ScanNeedNotBeSymmetric)
 TEST_F(RosLog, ClockwiseScanIsReadInItsOwnDirection)
 {
 	const auto scan = scan_with({}, fan(1.0F, -0.1F));
-	EXPECT_FALSE(scan->rightToLeft);
+	EXPECT_FALSE(scan->right_to_left);
 	EXPECT_NEAR(beam_at(*scan, 1.0).range, 1, 1e-5);
 	EXPECT_NEAR(beam_at(*scan, -0.9).range, 20, 1e-5);
 }
@@ -135,7 +135,7 @@ TEST_F(RosLog, ClockwiseScanIsReadInItsOwnDirection)
 TEST_F(RosLog, TurnedLaserLooksWhereTfHasIt)
 {
 	const auto scan = scan_with({{"base_link", "laser", 0.5, 0.1, 0.2, 'z', M_PI / 2}});
-	EXPECT_NEAR(scan->sensorPose.x(), 0.5, 1e-9);
+	EXPECT_NEAR(scan->sensor_on_robot.x(), 0.5, 1e-9);
 	EXPECT_NEAR(beam_at(*scan, M_PI / 2 + 1.0).range, 11, 1e-5);
 }
 
@@ -151,8 +151,8 @@ TEST_F(RosLog, TransformsAreChainedToTheFrameOfTheRobot)
 	    {{"base_footprint", "base_link", 0, 0, 0.1},
 	     {"base_link", "plate", 0.3, 0, 0, 'z', M_PI / 2},
 	     {"plate", "/laser", 0.2, 0, 0}});
-	EXPECT_NEAR(scan->sensorPose.x(), 0.3, 1e-9);
-	EXPECT_NEAR(scan->sensorPose.y(), 0.2, 1e-9);
+	EXPECT_NEAR(scan->sensor_on_robot.x(), 0.3, 1e-9);
+	EXPECT_NEAR(scan->sensor_on_robot.y(), 0.2, 1e-9);
 }
 
 TEST_F(RosLog, RobotIsTheFrameThatTheOdometryIsAbout)
@@ -162,7 +162,7 @@ TEST_F(RosLog, RobotIsTheFrameThatTheOdometryIsAbout)
 	        Wire::kRos1, 1, {{"base_footprint", "base_link", 1, 0, 0.1}, {"base_footprint", "laser", 0.25, 0, 0}}),
 	    made_odometry(Wire::kRos1, 2, 0, 0, 0), made_scan(Wire::kRos1, fan())};
 	const Log log = log_of(messages, Wire::kRos1);
-	EXPECT_NEAR(objects_of(log).at(1).scans.at(0)->sensorPose.x(), -0.75, 1e-9);
+	EXPECT_NEAR(objects_of(log).at(1).scans.at(0)->sensor_on_robot.x(), -0.75, 1e-9);
 	EXPECT_EQ(
 	    log.survey.sensors.at(0).mounting,
 	    "at x -0.750, y 0.000, z -0.100 m, yaw 0.0, pitch 0.0, roll 0.0 deg on base_link by tf");
@@ -173,13 +173,13 @@ TEST_F(RosLog, FrameThatCarriesTheLaserIsTheRobotIfNoneHasAKnownName)
 {
 	const auto scan =
 	    scan_with({{"odom", "my_robot", 5, 0, 0}, {"my_robot", "mast", 0.5, 0, 0}, {"mast", "laser", 0.1, 0, 0}});
-	EXPECT_NEAR(scan->sensorPose.x(), 0.6, 1e-9);
+	EXPECT_NEAR(scan->sensor_on_robot.x(), 0.6, 1e-9);
 }
 
 TEST_F(RosLog, WithoutTransformsTheLaserIsTheRobotAndThatIsSaid)
 {
 	const Log log = log_of({made_scan(Wire::kRos1, fan())}, Wire::kRos1);
-	EXPECT_NEAR(objects_of(log).at(0).scans.at(0)->sensorPose.x(), 0, 1e-9);
+	EXPECT_NEAR(objects_of(log).at(0).scans.at(0)->sensor_on_robot.x(), 0, 1e-9);
 	EXPECT_NE(log.survey.sensors.at(0).mounting.find("no transform to its frame 'laser'"), std::string::npos);
 	EXPECT_EQ(log.survey.odometry, "");
 }
@@ -190,7 +190,7 @@ TEST_F(RosLog, TransformsThatComeAfterTheScanCountForIt)
 	    {made_scan(Wire::kRos1, fan()),
 	     made_transforms(Wire::kRos1, kStart + 1000, {{"base_link", "laser", 0.5, 0, 0}}, "/tf")},
 	    Wire::kRos1));
-	EXPECT_NEAR(objects.at(0).scans.at(0)->sensorPose.x(), 0.5, 1e-9);
+	EXPECT_NEAR(objects.at(0).scans.at(0)->sensor_on_robot.x(), 0.5, 1e-9);
 }
 
 TEST_F(RosLog, OdometryComesFromItsTopic)
@@ -200,10 +200,10 @@ TEST_F(RosLog, OdometryComesFromItsTopic)
 	ASSERT_TRUE(objects.at(0).odometry);
 	EXPECT_NEAR(objects.at(0).odometry->x(), 1, 1e-9);
 	EXPECT_NEAR(objects.at(0).odometry->phi(), 0.5, 1e-9);
-	const auto reading = std::dynamic_pointer_cast<mrpt::obs::CObservationOdometry>(objects.at(0).object);
-	ASSERT_TRUE(reading && reading->hasVelocities);
-	EXPECT_NEAR(reading->velocityLocal.vx, 0.25, 1e-9);
-	EXPECT_NEAR(reading->velocityLocal.omega, 0.125, 1e-9);
+	const auto& reading = objects.at(0).reading;
+	ASSERT_TRUE(reading && reading->velocity);
+	EXPECT_NEAR(reading->velocity->vx, 0.25, 1e-9);
+	EXPECT_NEAR(reading->velocity->omega, 0.125, 1e-9);
 }
 
 TEST_F(RosLog, OdometryComesFromTfIfNoTopicHasIt)
@@ -231,7 +231,7 @@ TEST_F(RosLog, ReadingsThatAreNoneAreTakenAsRosMeansThem)
 	constexpr float kInfinity = std::numeric_limits<float>::infinity();
 	scan.ranges = {1, kInfinity, -kInfinity, std::nanf(""), 0, 0.4F, 15.5F, 14};
 	scan.ranges.resize(40, 2.0F);
-	const Scan read = make_scan(d2s1r::scan_of(*scan_with({}, scan)), ScanParameters{});
+	const Scan read = make_scan(*scan_with({}, scan), ScanParameters{});
 	ASSERT_TRUE(read.valid()) << read.invalid_because;
 	ASSERT_EQ(read.beams.size(), 36U);  // without -inf, NaN and those below the least range
 	const auto at = [&](double angle) { return beam_at(*scan_with({}, scan), angle); };
@@ -357,8 +357,8 @@ TEST_F(RosLog, TwoLasersAreTwoSensorsWithPosesOfTheirOwn)
 	EXPECT_EQ(log.survey.sensors[1].label, "/rear");
 	EXPECT_EQ(log.survey.sensors[1].scans, 2U);
 	const auto objects = objects_of(log);
-	EXPECT_NEAR(objects.at(0).scans.at(0)->sensorPose.x(), 0.5, 1e-9);
-	EXPECT_NEAR(objects.at(1).scans.at(0)->sensorPose.x(), -0.5, 1e-9);
+	EXPECT_NEAR(objects.at(0).scans.at(0)->sensor_on_robot.x(), 0.5, 1e-9);
+	EXPECT_NEAR(objects.at(1).scans.at(0)->sensor_on_robot.x(), -0.5, 1e-9);
 }
 
 TEST_F(RosLog, ASurveyCountsTheScansThatAreReadBeforeTheDamage)
@@ -413,10 +413,10 @@ TEST_F(RosLog, PointCloudsAreScansIfABandOfHeightsIsGiven)
 	ASSERT_EQ(objects.size(), 1U);
 	const auto& scan = *objects[0].scans.at(0);
 	std::vector<float> ranges;
-	for (std::size_t i = 0; i < scan.getScanSize(); i++)
-		if (scan.getScanRangeValidity(i)) ranges.push_back(scan.getScanRange(i));
+	for (std::size_t i = 0; i < scan.size(); i++)
+		if (scan.is_valid(i)) ranges.push_back(scan.ranges[i]);
 	EXPECT_EQ(ranges, (std::vector<float>{2, 3})) << "without the floor";
-	EXPECT_NEAR(scan.sensorPose.x(), 0.5, 1e-9);
+	EXPECT_NEAR(scan.sensor_on_robot.x(), 0.5, 1e-9);
 }
 
 TEST_F(RosLog, PointCloudsHaveTheSweepThatTheirPointsTell)

@@ -2,10 +2,13 @@
 #pragma once
 
 #include <base/own_process.h>
+#include <d2s1r/range_scan.h>
+#include <mrpt/core/Clock.h>
 #include <mrpt/math/TPose2D.h>
-#include <mrpt/obs/CObservation2DRangeScan.h>
+#include <mrpt/math/TTwist2D.h>
 #include <mrpt/poses/CPose2D.h>
 #include <mrpt/poses/CPose3D.h>
+#include <mrpt/serialization/CSerializable.h>
 #include <ros/last_scans.h>
 #include <ros/overrides.h>
 #include <ros/robot_track.h>
@@ -30,8 +33,27 @@ double to_seconds(mrpt::Clock::time_point time);
 /// time before 1653 or after 5138 becomes the nearest of these.
 mrpt::Clock::time_point from_seconds(double seconds);
 
+/// Holds a 2D scan of a log of any format.
+struct RecordedScan : RangeScan
+{
+	std::string label;                    //!< of its laser; of ROS: the topic
+	mrpt::Clock::time_point timestamp{};  //!< INVALID_TIMESTAMP if there is none
+
+	/// The observation of MRPT that it was read from; null in other formats.
+	mrpt::serialization::CSerializable::Ptr origin{};
+};
+
 /// Holds the scans of one object of a log.
-using Scans = std::vector<mrpt::obs::CObservation2DRangeScan::Ptr>;
+using Scans = std::vector<std::shared_ptr<RecordedScan>>;
+
+/// Holds a pose of the odometry that is an object of a log of another format than MRPT's.
+struct OdometryReading
+{
+	std::string label;                               //!< of ROS: the topic
+	mrpt::Clock::time_point timestamp{};             //!< of the pose
+	mrpt::poses::CPose2D pose;                       //!< robot in the frame of the odometry
+	std::optional<mrpt::math::TTwist2D> velocity{};  //!< [m/s, rad/s] in the frame of the robot
+};
 
 /// Holds a time [s] since the epoch and a pose at that time.
 using StampedPose = std::pair<double, mrpt::math::TPose2D>;
@@ -67,33 +89,36 @@ struct ScanDetails
 	std::optional<mrpt::poses::CPose2D> robot{};  //!< at its time by the odometry, in a frame that stands still
 };
 
-/// Holds one object of a log in the form of MRPT: an action collection, a sensory frame or an observation. Logs of
-/// other formats are turned into observations.
+/// Holds one object of a log: of a rawlog an action collection, a sensory frame or an observation, of other formats a
+/// scan or a pose of the odometry.
 struct RawlogObject
 {
-	std::vector<std::uint8_t> bytes;               //!< as they stand in an (uncompressed) rawlog; see to_bytes()
-	Scans scans;                                   //!< 2D laser scans in it, in order
-	std::vector<ScanDetails> details;              //!< of each of these
-	std::optional<mrpt::poses::CPose2D> odometry;  //!< reading of a CObservationOdometry
-	ros::Time odometry_time = 0;                   //!< of this reading; 0: not known
+	std::vector<std::uint8_t> bytes;   //!< as they stand in an (uncompressed) rawlog, if it was read from one
+	Scans scans;                       //!< 2D laser scans in it, in order
+	std::vector<ScanDetails> details;  //!< of each of these
+	std::optional<mrpt::poses::CPose2D> odometry;                          //!< reading of a CObservationOdometry
+	ros::Time odometry_time = 0;                                           //!< of this reading; 0: not known
 	ros::OdometrySource odometry_source = ros::OdometrySource::kMessages;  //!< of this reading
 	std::optional<mrpt::poses::CPose2D> increment;                         //!< odometry of an action collection
-	/// Which holds the scans. If it is null and there are no bytes, the object is a reading that the log has besides.
-	mrpt::serialization::CSerializable::Ptr object;
+	mrpt::serialization::CSerializable::Ptr object;  //!< of a rawlog, which holds the scans; null in other formats
+	std::optional<OdometryReading> reading;          //!< of another format
 
 	/// [rad] Angle of the middle of the scans, which is ahead for MRPT, in the frame that the log's format gives a
 	/// laser.
 	double middle_angle = 0;
+
+	/// Returns whether the log has it as an object; else it is odometry that the log has besides.
+	bool is_of_log() const { return !bytes.empty() || !scans.empty() || object || reading; }
 };
 
 /// Returns how much memory [byte] an object takes, about.
 std::size_t weight_of(const RawlogObject& object);
 
-/// Returns the object as it stands in an uncompressed rawlog, whatever the format of its log.
-std::vector<std::uint8_t> to_bytes(const RawlogObject& object);
+/// Returns a scan of another format than MRPT's as an object.
+RawlogObject object_of(RecordedScan scan, double middle_angle = 0);
 
-/// Returns the object that a scan or a pose of the odometry of another format is turned into.
-RawlogObject to_rawlog_object(const mrpt::obs::CObservation::Ptr& observation, double middle_angle = 0);
+/// Returns a pose of the odometry of another format than MRPT's as an object.
+RawlogObject object_of(OdometryReading reading);
 
 /// Reads a log of any format object by object.
 class LogReader

@@ -1,8 +1,6 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include "bags/ros_reader.h"
 
-#include <d2s1r/mrpt.h>
-#include <mrpt/obs/CObservationOdometry.h>
 #include <ros/frames.h>
 #include <ros/observation.h>
 
@@ -19,29 +17,6 @@ namespace d2s1r::logs
 {
 namespace
 {
-/// Returns a scan as an observation. \param time [ns since the epoch]
-mrpt::obs::CObservation2DRangeScan::Ptr observation_of(
-    const RangeScan& scan, std::int64_t time, const std::string& label)
-{
-	mrpt::obs::CObservation2DRangeScan stamped;
-	stamped.timestamp = ros::to_time(time);
-	stamped.sensorLabel = label;
-	return mrpt::obs::CObservation2DRangeScan::Create(d2s1r::observation_of(scan, std::move(stamped)));
-}
-
-/// Returns the odometry as an observation; null if the message holds no pose.
-mrpt::obs::CObservationOdometry::Ptr observation_of(const ros::Odometry& odometry, const std::string& label)
-{
-	if (!odometry.pose.pose) return nullptr;
-	auto observation = mrpt::obs::CObservationOdometry::Create();
-	observation->timestamp = ros::to_time(odometry.pose.header.time);
-	observation->sensorLabel = label;
-	observation->odometry = mrpt::poses::CPose2D(*odometry.pose.pose);
-	observation->hasVelocities = true;
-	observation->velocityLocal = odometry.velocity;
-	return observation;
-}
-
 using Pose = mrpt::poses::CPose3D;
 
 constexpr std::size_t kMostPaths = 10'000;  // [-] whose poses are kept
@@ -251,7 +226,7 @@ class RosReader : public LogReader
 			const ros::PointCloud cloud = point_cloud_of(taken.message);
 			const auto scan = ros::to_scan(cloud, pose.value_or(Pose()), cloud_height_);
 			details.sweep = scan.sweep;
-			object = to_rawlog_object(observation_of(scan.scan, cloud.header.time, topic));
+			object = object_of({scan.scan, topic, ros::to_time(cloud.header.time)});
 		}
 		else
 		{
@@ -260,7 +235,7 @@ class RosReader : public LogReader
 			if (const auto other = other_angles_of(scan); other && !other->is_possible)
 				details.unusable = {other->because, ScanDoubt::Field::kAngles};
 			const RangeScan read = ros::to_scan(scan, pose.value_or(Pose()));
-			object = to_rawlog_object(observation_of(read, scan.header.time, topic), ros::middle_angle(scan));
+			object = object_of({read, topic, ros::to_time(scan.header.time)}, ros::middle_angle(scan));
 		}
 		if (!pose) details.unusable = {unknown_pose(taken), ScanDoubt::Field::kLaserPose};
 		object.details = {details};
@@ -291,19 +266,23 @@ class RosReader : public LogReader
 		return path ? std::optional<Pose>(path->pose) : std::nullopt;
 	}
 
+	/// Odometry without a pose is none.
 	std::optional<RawlogObject> convert_odometry(const Pending& taken, std::optional<Pose> robot_in_child)
 	{
 		const ros::Odometry odometry = odometry_of(taken.message);
-		const auto observation = observation_of(odometry, taken.message.topic->name);
-		if (!observation) return std::nullopt;
+		const ros::Transform& told = odometry.pose;
+		if (!told.pose) return std::nullopt;
+		OdometryReading reading = {
+		    taken.message.topic->name, ros::to_time(told.header.time), mrpt::poses::CPose2D(*told.pose),
+		    odometry.velocity};
 		if (!robot_.robot.odometry_child.empty())
 		{
 			if (!taken.waits) robot_in_child = fixed_pose(taken.frame, taken.other);
 			if (!robot_in_child) return std::nullopt;
-			observation->odometry = carried_(*odometry.pose.pose + *robot_in_child);
-			observation->hasVelocities = false;  // they are those of the other frame
+			reading.pose = carried_(*told.pose + *robot_in_child);
+			reading.velocity.reset();  // it is that of the other frame
 		}
-		RawlogObject object = to_rawlog_object(observation);
+		RawlogObject object = object_of(std::move(reading));
 		object.odometry_time = taken.time;
 		return object;
 	}
@@ -312,14 +291,11 @@ class RosReader : public LogReader
 	{
 		if (!taken.waits) pose = fixed_pose(taken.frame, taken.other);
 		if (!pose) return std::nullopt;
-		auto observation = mrpt::obs::CObservationOdometry::Create();
-		observation->timestamp = ros::to_time(taken.time);
-		observation->sensorLabel = taken.message.topic->name;
-		observation->odometry = mrpt::poses::CPose2D(*pose);
-		RawlogObject object = to_rawlog_object(observation);
+		RawlogObject object =
+		    object_of({taken.message.topic->name, ros::to_time(taken.time), mrpt::poses::CPose2D(*pose)});
 		object.odometry_time = taken.time;
 		object.odometry_source = ros::OdometrySource::kTransforms;
-		if (!robot_.robot.odometry_topic.empty()) object.object.reset();  // beside messages, it is none of the log
+		if (!robot_.robot.odometry_topic.empty()) object.reading.reset();  // beside messages, it is none of the log
 		return object;
 	}
 

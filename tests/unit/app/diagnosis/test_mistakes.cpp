@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 
 #include "diagnosis/mistakes.h"
-#include "mrpt_types.h"
 #include "test_floor.h"
 
 namespace d2s1r::test
@@ -14,21 +13,16 @@ using app::Mistake;
 using app::Samples;
 using app::share_that_map_confirms;
 using app::usual_mistakes;
-using mrpt::obs::CObservation2DRangeScan;
 
 /// Readings of one laser, again and again.
 Samples samples_of(const std::vector<float>& readings, float max_range)
 {
-	CObservation2DRangeScan scan;
-	scan.maxRange = max_range;
-	scan.resizeScan(readings.size());
-	for (std::size_t i = 0; i < readings.size(); i++)
-	{
-		scan.setScanRange(i, readings[i]);
-		scan.setScanRangeValidity(i, readings[i] > 0 && readings[i] < max_range);
-	}
+	logs::RecordedScan scan;
+	scan.max_range = max_range;
+	scan.ranges = readings;
+	for (const float reading : readings) scan.valid.push_back(reading > 0 && reading < max_range ? 1 : 0);
 	Samples samples;
-	for (int i = 0; i < 3; i++) samples.chosen.push_back({{std::make_shared<CObservation2DRangeScan>(scan)}, 0});
+	for (int i = 0; i < 3; i++) samples.chosen.push_back({{std::make_shared<logs::RecordedScan>(scan)}, 0});
 	return samples;
 }
 
@@ -108,14 +102,14 @@ TEST(ShareThatMapConfirms, TellsOpenSpaceFromBeamsThatGotLost)
 		std::vector<Localization> answers;
 		for (const auto& pose : random_poses(grid, 5, 0.4, 3))
 		{
-			CObservation2DRangeScan scan = make_mrpt_observation(world_of(grid), pose);
-			for (std::size_t i = 0; i < scan.getScanSize(); i++)
-				if (nothing_there ? scan.getScanRange(i) > kReach : i % 5 == 0)
+			logs::RecordedScan scan{make_observation(world_of(grid), pose), "LASER", {}};
+			for (std::size_t i = 0; i < scan.size(); i++)
+				if (nothing_there ? scan.ranges[i] > kReach : i % 5 == 0)
 				{
-					scan.setScanRange(i, 0);
-					scan.setScanRangeValidity(i, false);
+					scan.ranges[i] = 0;
+					scan.valid[i] = 0;
 				}
-			samples.chosen.push_back({{std::make_shared<CObservation2DRangeScan>(scan)}, 0});
+			samples.chosen.push_back({{std::make_shared<logs::RecordedScan>(scan)}, 0});
 			Localization answer;
 			answer.status = Status::kLocalized;
 			answer.hypotheses.emplace_back();

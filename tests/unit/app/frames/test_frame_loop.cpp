@@ -243,8 +243,7 @@ TEST_F(TurningRobotOfALog, TheSinkGetsTheScanThatWasLocalized)
 	};
 	EXPECT_LT(share_seen_at_once(make_scan(d2s1r::scan_of(*swept_scan(stamp, "LASER")), {})), 0.7);
 	EXPECT_GT(share_seen_at_once(scans_[0]), 0.9);
-	EXPECT_GT(share_seen_at_once(make_scan(d2s1r::scan_of(*observations_[0]), {})), 0.75)
-	    << "directions are rounded to 4 deg";
+	EXPECT_GT(share_seen_at_once(make_scan(*observations_[0], {})), 0.75) << "directions are rounded to 4 deg";
 }
 
 /// A robot drives a circle. Its log says that the laser is turned by 90 deg, which it is not.

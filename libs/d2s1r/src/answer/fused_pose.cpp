@@ -1,5 +1,5 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include <d2s1r/CFusionBackend.h>
+#include <d2s1r/fused_pose.h>
 
 namespace d2s1r
 {

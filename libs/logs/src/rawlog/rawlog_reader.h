@@ -2,7 +2,6 @@
 #pragma once
 
 #include <base/own_process.h>
-#include <mrpt/io/CStream.h>
 
 #include <memory>
 #include <optional>
@@ -10,6 +9,8 @@
 #include <utility>
 
 #include "logs/log.h"
+#include "rawlog/open_rawlog.h"
+#include "unpacking_stream.h"
 
 namespace d2s1r::logs
 {
@@ -19,7 +20,7 @@ class RawlogReader : public LogReader
    public:
 	/// \param stream holds the rawlog, unpacked
 	/// \param left_out as open_log() has it
-	explicit RawlogReader(std::unique_ptr<mrpt::io::CStream> stream, Labels left_out = {})
+	explicit RawlogReader(std::unique_ptr<InputStream> stream, Labels left_out = {})
 	    : stream_(std::move(stream)), left_out_(std::move(left_out))
 	{
 	}
@@ -34,16 +35,11 @@ class RawlogReader : public LogReader
 	std::string end_within_object() const;
 	std::string unreadable(const std::exception& error);
 
-	std::unique_ptr<mrpt::io::CStream> stream_;
+	std::unique_ptr<InputStream> stream_;
 	Labels left_out_;
 	std::size_t objects_ = 0;              //!< [-] read so far
 	std::optional<std::string> odometer_;  //!< label
 };
-
-/// Reads a rawlog to its end, or to where it is damaged, in a process of its own. Later only what has been read there
-/// without harm is read again.
-/// \throws LogError if it cannot be opened, std::bad_alloc if there is too little memory, Interrupted if `stop` said so
-Log open_rawlog(const std::string& file, const Stop& stop, const Labels& left_out = {});
 
 /// Returns what is wrong with a rawlog whose reading in a process of its own ended in a bad way, after `objects`
 /// objects.

@@ -1,8 +1,10 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include "picture/scene_file.h"
+#include "mrpt/scene_file.h"
 
 #include <d2s1r/gzip_file.h>
 #include <d2s1r/mrpt_version.h>
+#include <logs/mrpt_objects.h>
+#include <mrpt/img/CImage.h>
 
 #include "picture/canvas.h"
 #include "picture/map_view.h"
@@ -26,6 +28,11 @@ namespace gl = drawing;
 constexpr int kTextureSide = 2048;      //!< [pixel] enough to look at, in a quarter of the time of 4096
 constexpr float kAboveGrid = 0.02f;     //!< [m]
 constexpr float kEllipseSigmas = 3.0f;  //!< [-] of the ellipses
+
+mrpt::img::TColor drawn(const Color& color)
+{
+	return {color.red, color.green, color.blue};
+}
 
 DrawnObject::Ptr grid_object(const SceneContent& content)
 {
@@ -51,7 +58,7 @@ DrawnObject::Ptr grid_object(const SceneContent& content)
 DrawnObject::Ptr trajectory_object(const std::vector<KeptFrame>& frames)
 {
 	auto lines = gl::CSetOfLines::Create();
-	lines->setColor_u8(kPathColor);
+	lines->setColor_u8(drawn(kPathColor));
 	lines->setLineWidth(3);
 	for (const auto& piece : path_pieces(frames))
 		for (std::size_t i = 1; i < piece.size(); i++)
@@ -65,7 +72,7 @@ DrawnObject::Ptr trajectory_object(const std::vector<KeptFrame>& frames)
 DrawnObject::Ptr fused_object(const std::vector<KeptFrame>& frames)
 {
 	auto lines = gl::CSetOfLines::Create();
-	lines->setColor_u8(kFusedColor);
+	lines->setColor_u8(drawn(kFusedColor));
 	lines->setLineWidth(2);
 	for (std::size_t i = 1; i < frames.size(); i++)
 	{
@@ -84,19 +91,19 @@ DrawnObject::Ptr names_object(const std::vector<MapName>& names)
 		const double size = 0.5 * map.height;  // [m]
 		auto text = gl::CText3D::Create(map.name, "sans", size);
 		text->setLocation(map.start.x, map.start.y - 0.5 * size, static_cast<double>(kAboveGrid));
-		text->setColor_u8(kInk);
+		text->setColor_u8(drawn(kInk));
 		texts->insert(text);
 	}
 	return texts;
 }
 
-gl::CEllipsoid2D::Ptr ellipse_object(const Hypothesis& hypothesis, const mrpt::img::TColor& color)
+gl::CEllipsoid2D::Ptr ellipse_object(const Hypothesis& hypothesis, const Color& color)
 {
 	auto ellipse = gl::CEllipsoid2D::Create();
 	ellipse->setCovMatrix(mrpt::math::CMatrixDouble22(hypothesis.covariance.blockCopy<2, 2>(0, 0)));
 	ellipse->setQuantiles(kEllipseSigmas);
 	ellipse->setLocation(hypothesis.pose.x(), hypothesis.pose.y(), kAboveGrid);
-	ellipse->setColor_u8(color);
+	ellipse->setColor_u8(drawn(color));
 	return ellipse;
 }
 
@@ -121,7 +128,7 @@ DrawnObject::Ptr hypotheses_object(const DrawnFrames& frames)
 DrawnObject::Ptr scan_object(const SceneContent& content)
 {
 	auto scan = gl::CPlanarLaserScan::Create();
-	scan->setScan(*content.last_scan);
+	scan->setScan(logs::observation_of(*content.last_scan));
 	scan->enableSurface(true);
 	for (const auto& frame : content.frames.kept())
 		if (frame.localized()) scan->setPose(mrpt::poses::CPose3D(frame.pose));

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "logs/errors.h"
-#include "rawlog_reader.h"
+#include "rawlog/rawlog_reader.h"
 #include "unpacking_stream.h"
 
 namespace d2s1r::logs
@@ -45,7 +45,7 @@ class LiveStream : public InputStream
 	{
 	}
 
-	std::size_t Read(void* buffer, std::size_t count) override
+	std::size_t read(void* buffer, std::size_t count) override
 	{
 		if (left_.empty()) receive();
 		const std::size_t taken = std::min(count, left_.size());
@@ -111,7 +111,7 @@ class LiveReader : public LogReader
 		{
 			const auto& object = early_.emplace_back(read());
 			if (!object) return std::nullopt;
-			if (!object->scans.empty()) return object->scans.front()->sensorLabel;
+			if (!object->scans.empty()) return object->scans.front()->label;
 			kept += object->bytes.size() + kOfEach;
 		}
 		damage_ = "shows no 2D laser scan in its first " + std::to_string(objects_) +

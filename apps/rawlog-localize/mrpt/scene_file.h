@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "frames/logged_scan.h"
 #include "picture/sheet.h"
 
 namespace d2s1r::app
@@ -18,8 +19,8 @@ struct SceneContent
 	const Grid& grid;
 	const std::vector<MapName>& names;  //!< of the maps on a sheet; empty if there is one map
 	const DrawnFrames& frames;
-	mrpt::obs::CObservation2DRangeScan::ConstPtr last_scan;  //!< of the last localized frame; null if there is none
-	bool fused = false;                                      //!< whether frames have fused poses
+	ScanPtr last_scan;   //!< of the last localized frame; null if there is none
+	bool fused = false;  //!< whether frames have fused poses
 };
 
 /// Writes scene.3Dscene for MRPT's SceneViewer3D, with objects named "grid", "trajectory", "hypotheses",

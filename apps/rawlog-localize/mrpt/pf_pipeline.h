@@ -13,19 +13,6 @@
 
 namespace d2s1r::app
 {
-/// The paths of the files that pf-localization is given.
-struct PfFiles
-{
-	std::string ini;
-	std::string rawlog;
-	std::string map;
-
-	std::array<std::string, 3> all() const { return {ini, rawlog, map}; }
-};
-
-/// Returns the files that go with an ini file, next to it.
-PfFiles pf_files(const std::string& ini);
-
 /// Writes all that the unmodified pf-localization needs to go on from these results: FILE.ini, and next to it
 /// FILE.rawlog (the localized scans, with pseudo-odometry and its covariance between them) and FILE.gridmap.gz. The
 /// particles start in a box round the first pose.
@@ -34,6 +21,7 @@ class PfPipeline
    public:
 	/// \param ini path of the ini file
 	explicit PfPipeline(const std::string& ini);
+	/// \param frame is localized
 	void add(const Frame& frame, const mrpt::obs::CObservation2DRangeScan& scan);
 
 	/// Writes all to the disk. \throws UserError (kBadOutput)
@@ -42,7 +30,7 @@ class PfPipeline
 	void commit();
 
    private:
-	PfFiles files_;
+	std::array<std::string, 3> files_;  //!< see pf_files()
 	GzipFile rawlog_;
 	GzipFile map_;
 	TextFile ini_;

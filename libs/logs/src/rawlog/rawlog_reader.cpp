@@ -1,8 +1,9 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include "rawlog_reader.h"
+#include "rawlog/rawlog_reader.h"
 
 #include <base/own_process.h>
 #include <fcntl.h>
+#include <mrpt/io/CStream.h>
 #include <mrpt/obs/CActionCollection.h>
 #include <mrpt/obs/CActionRobotMovement2D.h>
 #include <mrpt/obs/CObservationOdometry.h>
@@ -17,21 +18,31 @@
 #include <cmath>
 #include <cstring>
 #include <filesystem>
+#include <limits>
 #include <map>
 
 #include "logs/errors.h"
+#include "logs/mrpt_objects.h"
 #include "process_of_file.h"
 #include "unpacking_stream.h"
 
 namespace d2s1r::logs
 {
+const bool kReadsRawlogs = true;
+
 namespace
 {
-/// Passes bytes on and keeps them. A read that comes short throws, because MRPT's archive would go on with garbage.
-class RecordingStream : public InputStream
+/// Passes bytes on to MRPT's archive and keeps them. A read that comes short throws, because MRPT's archive would go on
+/// with garbage.
+class RecordingStream : public mrpt::io::CStream
 {
    public:
-	RecordingStream(mrpt::io::CStream& source, std::vector<std::uint8_t>& bytes) : source_(source), bytes_(bytes) {}
+	RecordingStream(InputStream& source, std::vector<std::uint8_t>& bytes) : source_(source), bytes_(bytes) {}
+
+	std::size_t Write(const void*, std::size_t) override { throw std::logic_error("read-only stream"); }
+	std::uint64_t Seek(std::int64_t, TSeekOrigin) override { throw std::logic_error("stream without positions"); }
+	std::uint64_t getTotalBytesCount() const override { return std::numeric_limits<std::uint64_t>::max(); }
+	std::uint64_t getPosition() const override { return 0; }
 
 	std::size_t Read(void* buffer, std::size_t count) override
 	{
@@ -55,7 +66,7 @@ class RecordingStream : public InputStream
 	{
 		try
 		{
-			return source_.Read(buffer, count);
+			return source_.read(buffer, count);
 		}
 		catch (const ReadError& error)
 		{
@@ -74,7 +85,7 @@ class RecordingStream : public InputStream
 		}
 	}
 
-	mrpt::io::CStream& source_;
+	InputStream& source_;
 	std::vector<std::uint8_t>& bytes_;
 	bool came_short_ = false;
 	bool at_clean_end_ = false;  //!< [-] the file ended before the first byte of the object
@@ -83,29 +94,20 @@ class RecordingStream : public InputStream
 	std::string read_error_;
 };
 
-/// Makes a bool of the byte that MRPT has read into it as it stood in the file.
-void make_sound(bool& flag)
-{
-	unsigned char byte = 0;
-	std::memcpy(&byte, &flag, sizeof byte);
-	flag = byte != 0;
-}
-
 /// Takes the scan or the odometry that an observation is, if it is one.
 /// \param odometer label of the first odometer, the only one that is read: each has a frame of its own
 void read_observation(
     const mrpt::serialization::CSerializable::Ptr& observation, std::optional<std::string>& odometer,
     const Labels& left_out, RawlogObject& into)
 {
-	if (auto scan = std::dynamic_pointer_cast<mrpt::obs::CObservation2DRangeScan>(observation))
+	if (const auto scan = std::dynamic_pointer_cast<mrpt::obs::CObservation2DRangeScan>(observation))
 	{
 		constexpr std::size_t kLongestLabel = 1000;  // [-] letters; all labels of a log are kept
 		if (scan->sensorLabel.size() > kLongestLabel)
 			throw Unreadable(
 			    "has a scan whose sensorLabel has " + std::to_string(scan->sensorLabel.size()) +
 			    " letters; give it a shorter one");
-		make_sound(scan->rightToLeft);
-		into.scans.push_back(std::move(scan));
+		into.scans.push_back(std::make_shared<RecordedScan>(recorded_scan(scan)));
 		into.details.emplace_back();
 	}
 	const auto reading = std::dynamic_pointer_cast<mrpt::obs::CObservationOdometry>(observation);
@@ -202,7 +204,7 @@ void tell_contents(RawlogReader& reader, const Send& send)
 	{
 		for (const auto& scan : object->scans)
 		{
-			const auto [sensor, is_new] = sensors.emplace(scan->sensorLabel, sensors.size());
+			const auto [sensor, is_new] = sensors.emplace(scan->label, sensors.size());
 			if (is_new) send(char{kSensorRecord} + sensor->first);
 			send(record_of(kScanRecord, sensor->second));
 		}
@@ -256,7 +258,7 @@ ProcessLimits limits_of_survey(const std::string& file)
 	return {kMemory, kSeconds + (error ? 0 : static_cast<unsigned>(size / kPerSecond))};
 }
 
-std::unique_ptr<mrpt::io::CStream> open_packed(const std::string& file)
+std::unique_ptr<InputStream> open_packed(const std::string& file)
 {
 	const int descriptor = open(file.c_str(), O_RDONLY | O_CLOEXEC);
 	if (descriptor < 0) throw cannot_open(file);
@@ -267,12 +269,12 @@ std::unique_ptr<mrpt::io::CStream> open_packed(const std::string& file)
 class SurveyedStream : public InputStream
 {
    public:
-	SurveyedStream(std::unique_ptr<mrpt::io::CStream> source, std::shared_ptr<const std::vector<ObjectSum>> objects)
+	SurveyedStream(std::unique_ptr<InputStream> source, std::shared_ptr<const std::vector<ObjectSum>> objects)
 	    : source_(std::move(source)), objects_(std::move(objects))
 	{
 	}
 
-	std::size_t Read(void* buffer, std::size_t count) override
+	std::size_t read(void* buffer, std::size_t count) override
 	{
 		if (taken_ == object_.size() && !fetch()) return 0;
 		const std::size_t taken = std::min(count, object_.size() - taken_);
@@ -292,7 +294,7 @@ class SurveyedStream : public InputStream
 		const ObjectSum& sum = (*objects_)[next_];
 		object_.resize(sum.size);
 		taken_ = 0;
-		if (source_->Read(object_.data(), sum.size) != sum.size || hash_of(object_) != sum.hash)
+		if (source_->read(object_.data(), sum.size) != sum.size || hash_of(object_) != sum.hash)
 		{
 			change_ = "has changed since the run began, after object " + std::to_string(next_) +
 			          "; run again when nothing writes to it";
@@ -303,7 +305,7 @@ class SurveyedStream : public InputStream
 		return true;
 	}
 
-	std::unique_ptr<mrpt::io::CStream> source_;
+	std::unique_ptr<InputStream> source_;
 	std::shared_ptr<const std::vector<ObjectSum>> objects_;
 	std::size_t next_ = 0;              //!< [-] of these
 	std::vector<std::uint8_t> object_;  //!< that is being passed on

@@ -1,5 +1,5 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
-#include "output/pf_pipeline.h"
+#include "mrpt/pf_pipeline.h"
 
 #include <mrpt/core/bits_math.h>
 #include <mrpt/obs/CActionCollection.h>
@@ -10,6 +10,8 @@
 #include <cmath>
 #include <filesystem>
 
+#include "output/run_outputs.h"
+
 namespace d2s1r::app
 {
 namespace
@@ -17,11 +19,6 @@ namespace
 constexpr double kLeastHalfBox = 0.3;     //!< [m] of the box that particles start in
 constexpr double kLeastHalfBoxYaw = 5.0;  //!< [deg]
 constexpr double kSigmas = 3.0;           //!< [-] of the first pose that the box holds
-
-std::string sibling(const std::string& ini, const char* extension)
-{
-	return std::filesystem::path(ini).replace_extension(extension).string();
-}
 
 std::string absolute(const std::string& path)
 {
@@ -41,19 +38,13 @@ mrpt::obs::CActionRobotMovement2D no_motion()
 }
 }  // namespace
 
-PfFiles pf_files(const std::string& ini)
-{
-	return {ini, sibling(ini, ".rawlog"), sibling(ini, ".gridmap.gz")};
-}
-
 PfPipeline::PfPipeline(const std::string& ini)
-    : files_(pf_files(ini)), rawlog_(files_.rawlog), map_(files_.map), ini_(files_.ini)
+    : files_(pf_files(ini)), rawlog_(files_[1]), map_(files_[2]), ini_(files_[0])
 {
 }
 
 void PfPipeline::add(const Frame& frame, const mrpt::obs::CObservation2DRangeScan& scan)
 {
-	if (!frame.localized()) return;
 	auto motion = last_ ? pseudo_odometry(*last_, frame.result) : std::nullopt;
 	if (!first_) first_ = frame.result;
 	last_ = frame.result;
@@ -92,9 +83,10 @@ void PfPipeline::write_ini()
 	const double yaw = mrpt::RAD2DEG(start.pose.phi());
 	ini_.print("# For MRPT's pf-localization; written by rawlog-localize --write-pf-ini.\n");
 	ini_.print(
-	    "[LocalizationExperiment]\nrawlog_file = %s\nmap_file = %s\n", absolute(files_.rawlog).c_str(),
-	    absolute(files_.map).c_str());
-	ini_.print("logOutput_dir = %s\n", absolute(sibling(files_.ini, ".log")).c_str());
+	    "[LocalizationExperiment]\nrawlog_file = %s\nmap_file = %s\n", absolute(files_[1]).c_str(),
+	    absolute(files_[2]).c_str());
+	ini_.print(
+	    "logOutput_dir = %s\n", absolute(std::filesystem::path(files_[0]).replace_extension(".log").string()).c_str());
 	ini_.print("particles_count = 500\n# a box round the pose of the first localized frame\ninit_PDF_mode = 1\n");
 	ini_.print("init_PDF_min_x = %.3f\ninit_PDF_max_x = %.3f\n", start.pose.x() - half(0), start.pose.x() + half(0));
 	ini_.print("init_PDF_min_y = %.3f\ninit_PDF_max_y = %.3f\n", start.pose.y() - half(1), start.pose.y() + half(1));
