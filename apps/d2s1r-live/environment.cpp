@@ -66,7 +66,7 @@ std::vector<std::string> settings_of_range(const std::string& range)
 	constexpr const char* kOther = "<NetworkInterface autodetermine=\"true\" multicast=\"false\"/>";
 	const auto peers = [&](const std::string& all) { return std::string(kPorts) + "<Peers>" + all + "</Peers>"; };
 	const auto interfaces = [](const std::string& all) { return "<Interfaces>" + all + "</Interfaces>"; };
-	const std::string given = static_peers(), here = "<Peer address=\"localhost\"/>";
+	const std::string given = static_peers(), here = "<Peer address=\"127.0.0.1\"/>";
 	if (range == "OFF")  // nobody else has this tag
 		return {settings_of(
 		    "", "<ParticipantIndex>none</ParticipantIndex><Tag>off " + std::to_string(getpid()) + "</Tag>")};
