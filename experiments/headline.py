@@ -42,6 +42,7 @@ ROWS = [
     Row("intel in the map of mit_csail: fits nowhere", ("intel",), "mit_csail")]
 SET = "test"
 BEGIN, END = "<!-- headline.py writes what follows -->", "<!-- until here -->"
+TIMES_PAGE = pathlib.Path(__file__).parent / "README.md"
 BEGIN_TIMES, END_TIMES = "<!-- headline.py --times writes what follows -->", "<!-- until here, times -->"
 COLUMNS = ["building", "scans", "success", "localized", "of these, right", "scans in the map", "success there", "of the localized, right",
            "mean error"]
@@ -169,8 +170,9 @@ def main():
     times = times_table(results, program, load) if arguments.times else []
     print("\n".join([*lines, "", *times]))
     if arguments.write:
-        text = replaced(arguments.write.read_text(), BEGIN, END, lines)
-        arguments.write.write_text(replaced(text, BEGIN_TIMES, END_TIMES, times) if times else text)
+        arguments.write.write_text(replaced(arguments.write.read_text(), BEGIN, END, lines))
+        if times:
+            TIMES_PAGE.write_text(replaced(TIMES_PAGE.read_text(), BEGIN_TIMES, END_TIMES, times))
 
 
 if __name__ == "__main__":

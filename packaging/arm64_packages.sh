@@ -28,15 +28,21 @@ new_arm64_root() {
   quietly in_root "$2" sh -c "dpkg --add-architecture arm64 && apt-get update"
 }
 
+# arm64_build_root RELEASE ROOT: one with the sources and all that builds them, and a shell of arm64.
+arm64_build_root() {
+  new_arm64_root "$1" "$2"
+  copy_sources "$2"
+  # shellcheck disable=SC2046  # the names are words
+  install "$2" $(cross_dependencies "$2")
+  # libtf2-dev:arm64 depends on a generator of messages that cannot be installed beside that of amd64.
+  quietly in_root "$2" sh -c "cd /tmp && apt-get download libtf2-dev:arm64 dash:arm64 && dpkg -x libtf2-dev_*_arm64.deb / &&
+    dpkg -x dash_*_arm64.deb /arm64-dash"
+}
+
 # make_arm64_packages RELEASE: leaves them in $roots/RELEASE-arm64-build/d2s1r/build/package/packages.
 make_arm64_packages() {
   local root=$1-arm64-build
-  new_arm64_root "$1" "$root"
-  copy_sources "$root"
-  # shellcheck disable=SC2046  # the names are words
-  install "$root" $(cross_dependencies "$root")
-  # libtf2-dev:arm64 depends on a generator of messages that cannot be installed beside that of amd64.
-  quietly in_root "$root" sh -c "cd /tmp && apt-get download libtf2-dev:arm64 && dpkg -x libtf2-dev_*_arm64.deb /"
+  arm64_build_root "$1" "$root"
   quietly in_root "$root" sh -c "cd d2s1r && cmake --preset package --toolchain packaging/arm64.cmake &&
     env DEB_HOST_ARCH=arm64 DEB_HOST_GNU_TYPE=aarch64-linux-gnu cmake --build --preset package -j $(nproc)"
   in_root "$root" sh -c "lintian --fail-on error --allow-root d2s1r/build/package/packages/*.deb"

@@ -1,10 +1,11 @@
 #!/usr/bin/env bash
 # Makes the Debian packages in a bare root of each given release of Debian, installs them in another bare one, uses them
 # there (demo, Python module, tests of what is installed), removes them, and looks for what is left.
-# Usage, as root, with mmdebstrap: scripts/test_packages.sh [--tests] [--arm64] [RELEASE...]
+# Usage, as root, with mmdebstrap: scripts/test_packages.sh [--tests] [--arm64] [--bundle] [RELEASE...]
 #   --tests  run all tests as well, in the root that the packages were made in
 #   --arm64  instead, make those of arm64, too, by Debian's cross compiler, compare what both hold, use those of arm64 in
 #            QEMU, and compare the poses; needs qemu-user-static and binfmt-support
+#   --bundle instead, make the bundle on Debian 12 and use it; with --arm64 that of arm64, in QEMU
 #   RELEASE  bookworm or trixie; both if none is given
 # The roots are in a temporary folder, or in $D2S1R_ROOTS, which is kept. Recorded data is used if $D2S1R_DATA is set.
 set -euo pipefail
@@ -19,10 +20,10 @@ if [ "${D2S1R_MOUNTS:-}" != own ]; then  # what is mounted below is unmounted wh
   exit
 fi
 
-with_tests='' with_arm64=''
+with_tests='' with_arm64='' with_bundle=''
 while [ $# -gt 0 ]; do
-  case "$1" in --tests) with_tests=yes ;; --arm64) with_arm64=yes ;; -*)
-    echo "usage: scripts/test_packages.sh [--tests] [--arm64] [RELEASE...]" >&2
+  case "$1" in --tests) with_tests=yes ;; --arm64) with_arm64=yes ;; --bundle) with_bundle=yes ;; -*)
+    echo "usage: scripts/test_packages.sh [--tests] [--arm64] [--bundle] [RELEASE...]" >&2
     exit 1 ;;
   *) break ;; esac
   shift
@@ -31,6 +32,7 @@ if [ -n "$with_arm64" ] && ! grep -qs enabled /proc/sys/fs/binfmt_misc/qemu-aarc
   echo "--arm64: this machine does not run programs of arm64; install qemu-user-static and binfmt-support" >&2
   exit 1
 fi
+[ -z "$with_bundle" ] || set -- bookworm
 [ $# -gt 0 ] || set -- bookworm trixie
 roots=$D2S1R_ROOTS
 mkdir -p "$roots/debs"
@@ -88,6 +90,31 @@ use_packages() {
   quietly in_root "$1" /tests/use_prefix.sh /usr
 }
 
+# bundle_root ROOT: a root where the bundle can be made, of the architecture that is asked for.
+bundle_root() {
+  if [ -n "$with_arm64" ]; then
+    arm64_build_root "$release" "$1"
+  else
+    new_root "$release" "$1"
+    copy_sources "$1"
+    quietly in_root "$1" d2s1r/scripts/install_dependencies.sh build package
+  fi
+}
+
+# try_bundle: makes it, and uses it in a root within that root.
+try_bundle() {
+  local root=$release-bundle option='' system=()
+  if [ -n "$with_arm64" ]; then
+    option=--arm64
+    system=(aarch64-linux-gnu /lib/ld-linux-aarch64.so.1 /arm64-dash/bin/dash 60)
+  fi
+  bundle_root "$root"
+  # shellcheck disable=SC2086  # none or one word
+  quietly in_root "$root" d2s1r/scripts/make_bundle.sh $option /
+  in_root "$root" sh -c 'd2s1r/tests/package/use_bundle.sh /d2s1r-*.tar.xz "$@"' sh "${system[@]}"
+  ls -l "$roots/$root"/d2s1r-*.tar.xz
+}
+
 # all_files ROOT: but those that apt and dpkg keep for themselves.
 all_files() {
   (cd "$roots/$1" && find . -xdev \( -path ./tmp -o -path './var/cache/*' -o -path './var/log/*' -o -path './var/lib/apt/*' \
@@ -134,12 +161,17 @@ run_all_tests() {
   sed -n '/tests passed/,$p' "$roots/tests.log"
 }
 
+# shellcheck source=packaging/arm64_packages.sh
+[ -z "$with_arm64" ] || . packaging/arm64_packages.sh
 for release in "$@"; do
+  if [ -n "$with_bundle" ]; then
+    say "making and using the bundle"
+    try_bundle
+    continue
+  fi
   say "making the packages"
   make_packages "$release"
   if [ -n "$with_arm64" ]; then
-    # shellcheck source=packaging/arm64_packages.sh
-    . packaging/arm64_packages.sh
     say "making the packages of arm64"
     make_arm64_packages "$release"
     say "comparing what the packages of both architectures hold"

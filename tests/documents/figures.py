@@ -132,8 +132,8 @@ QUOTES = [
 LOOKS_MEASURED = re.compile(r"\d[\d.,]* ?(?:%|ms\b|MB\b|GB\b|frames/s)|\b\d[\d,]* of \d[\d,]*\d\b")
 # page, what stands there (`.*` for the whole page), where its figures come from
 ORIGINS = [
-    ("README.md", r"<!-- headline\.py (?:--times )?writes what follows -->.*?<!-- until here.*?-->", "headline.py"),
-    ("README.md", r"```console \$ ./demo.sh.*?```", "what ./demo.sh prints; times differ"),
+    ("README.md", r"<!-- headline\.py writes what follows -->.*?<!-- until here.*?-->", "headline.py"),
+    ("README.md", r"```console \$ git clone.*?```", "what ./demo.sh prints; times differ"),
     ("README.md", r"95 % intervals", "nominal"),
     ("doc/formats.md", r".*", "limits, each with a test of the reader; speed: tests/data/RESULTS.md"),
     ("doc/how_it_works.md", r"99 % of the swept ranges are within a cell", "test RangeSweep, its bound"),
