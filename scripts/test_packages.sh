@@ -103,15 +103,15 @@ bundle_root() {
 
 # try_bundle: makes it, and uses it in a root within that root.
 try_bundle() {
-  local root=$release-bundle option='' system=()
+  local root=$release-bundle option='' names=(x86_64-linux-gnu /lib64/ld-linux-x86-64.so.2 /bin/dash)
   if [ -n "$with_arm64" ]; then
     option=--arm64
-    system=(aarch64-linux-gnu /lib/ld-linux-aarch64.so.1 /arm64-dash/bin/dash 60)
+    names=(aarch64-linux-gnu /lib/ld-linux-aarch64.so.1 /arm64-dash/bin/dash)
   fi
   bundle_root "$root"
   # shellcheck disable=SC2086  # none or one word
   quietly in_root "$root" d2s1r/scripts/make_bundle.sh $option /
-  in_root "$root" sh -c 'd2s1r/tests/package/use_bundle.sh /d2s1r-*.tar.xz "$@"' sh "${system[@]}"
+  tests/package/use_bundle.sh "$roots/$root"/d2s1r-*.tar.xz 60 "$roots/$root" "${names[@]}"
   ls -l "$roots/$root"/d2s1r-*.tar.xz
 }
 

@@ -1,23 +1,25 @@
 #!/usr/bin/env bash
 # The bundle is used in a root that holds the files of glibc, libstdc++, libgcc and a shell alone: it localizes the bag of
 # the office that it brings, and d2s1r-live finds the robot of d2s1r-live-drive.
-# Usage: use_bundle.sh BUNDLE.tar.xz [TRIPLET LOADER SHELL SECONDS]
-#   TRIPLET LOADER SHELL  names of the folder of glibc's files, of the loader and of a shell, if not those of this machine
-#   SECONDS               that the robot drives
+# Usage: use_bundle.sh BUNDLE.tar.xz [SECONDS [SYSTEM TRIPLET LOADER SHELL]]
+#   SECONDS  that the robot drives
+#   SYSTEM   the root of another system whose files are taken, with the names of the folder of its libraries, of its loader
+#            and of a shell
 set -euo pipefail
-bundle=$1 triplet=${2:-x86_64-linux-gnu} loader=${3:-/lib64/ld-linux-x86-64.so.2} shell=${4:-/bin/dash} seconds=${5:-10}
+bundle=$1 seconds=${2:-10} system=${3:-} triplet=${4:-x86_64-linux-gnu} loader=${5:-/lib64/ld-linux-x86-64.so.2}
+shell=${6:-/bin/dash}
 own=(unshare --mount)
 [ "$(id -u)" -eq 0 ] || own+=(--user --map-root-user)
 "${own[@]}" true 2>/dev/null || { echo "skipped: this system gives no root of one's own"; exit 77; }
 root=$(mktemp -d)
-trap 'rm -rf "$root"' EXIT
+trap 'rm -rf --one-file-system "$root"' EXIT
 mkdir -p "$root/bin" "$root/tmp" "$root/dev" "$root/proc" "$root$(dirname "$loader")" "$root/lib/$triplet"
 touch "$root/dev/null"
-cp -L "$loader" "$root$loader"
+cp -L "$system$loader" "$root$loader"
 for library in libc.so.6 libm.so.6 libdl.so.2 libpthread.so.0 librt.so.1 libstdc++.so.6 libgcc_s.so.1; do
-  cp -L "/lib/$triplet/$library" "$root/lib/$triplet"
+  cp -L "$system/lib/$triplet/$library" "$root/lib/$triplet"
 done
-cp "$shell" "$root/bin/sh"
+cp "$system$shell" "$root/bin/sh"
 tar -C "$root" -xJf "$bundle"
 cat >"$root/use.sh" <<'end'
 set -eu
