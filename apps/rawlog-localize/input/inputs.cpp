@@ -96,9 +96,15 @@ logs::Sensor choose_sensor(const logs::LogSurvey& survey, const LogRequest& requ
 		        (may_have_clouds ? ", or make scans of its point clouds by --cloud-height" : ""));
 	}
 	if (!request.label)
+	{
+		std::size_t most = 0;
+		for (const auto& sensor : sensors) most = std::max(most, sensor.scans);
+		const auto rank = [most](const logs::Sensor& sensor)
+		{ return std::pair(!sensor.is_the_robot && sensor.scans >= most / 2, sensor.scans); };
 		return *std::max_element(
 		    sensors.begin(), sensors.end(),
-		    [](const logs::Sensor& a, const logs::Sensor& b) { return a.scans < b.scans; });
+		    [&](const logs::Sensor& a, const logs::Sensor& b) { return rank(a) < rank(b); });
+	}
 	for (const auto& sensor : sensors)
 		if (sensor.label == *request.label) return sensor;
 	constexpr std::size_t kMostNamed = 20;

@@ -31,7 +31,8 @@ std::string describe_damage(const std::string& damage, const std::string& missin
 /// \throws logs::LogError, UserError (kInterrupted), what `prepare` throws
 logs::Log open_log(const LogRequest& request, const std::function<void()>& prepare);
 
-/// Returns the laser that is asked for, else the one with most scans (the first of equals).
+/// Returns the laser that is asked for, else the one with most scans (the first of equals): of those with at least half
+/// as many, one whose pose on the robot is known goes before others.
 /// \throws UserError if there is none: kBadInput without any scan, kWrongUse if only the label is wrong
 logs::Sensor choose_sensor(const logs::LogSurvey& survey, const LogRequest& request);
 

@@ -56,6 +56,15 @@ TEST(ChooseSensor, TakesTheFirstOfThoseWithMostScans)
 	EXPECT_EQ(choose_sensor(two_lasers(), request_for("rear")).scans, 3U);
 }
 
+TEST(ChooseSensor, TakesOneWhosePoseOnTheRobotIsKnownIfItHasHalfOfTheScans)
+{
+	auto survey = two_lasers();
+	survey.sensors[1].is_the_robot = true;
+	EXPECT_EQ(choose_sensor(survey, request_for(std::nullopt)).label, "side");
+	survey.sensors[2].is_the_robot = true;
+	EXPECT_EQ(choose_sensor(survey, request_for(std::nullopt)).label, "front") << "the rear one has a third";
+}
+
 TEST(ChooseSensor, SaysWhichLasersThereAre)
 {
 	EXPECT_EQ(
