@@ -132,7 +132,7 @@ void add_laser(OptionGroup laser, LogRequest& log, Dependent& dependent)
 	    [&](const std::string& text) { log.overrides.sensor_pose = parse_sensor_pose(text); });
 	laser.value(
 	    "--max-range", "M", "the range up to which the laser sees [m], in place of what the log says",
-	    [&](const std::string& text) { log.overrides.max_range = parse_max_range(text); });
+	    [&](const std::string& text) { log.overrides.max_range = parse_range(text); });
 	laser.value(
 	    "--range-factor", "F", "multiply all ranges of the laser by F, for example by 0.001 if the log has them in mm",
 	    [&](const std::string& text) { log.overrides.range_factor = parse_range_factor(text); });
@@ -158,7 +158,7 @@ void add_laser(OptionGroup laser, LogRequest& log, Dependent& dependent)
 	    [&](const std::string& text) { log.overrides.sweep = parse_sweep_time(text); });
 	laser.value(
 	    "--min-range", "M", "leave out readings below M [m], such as those of the robot's own body",
-	    [&](const std::string& text) { log.overrides.min_range = parse_range_factor(text); });
+	    [&](const std::string& text) { log.overrides.min_range = parse_range(text); });
 	laser.flag("--mirrored-odometry", "take the odometry's left for right", log.overrides.is_odometry_mirrored);
 	laser.value(
 	    "--odometry-clock", "S", "how far the clock of the odometry is ahead of that of the scans [s]",

@@ -8,8 +8,10 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <optional>
+#include <sstream>
 #include <stdexcept>
 
 #include "shell/errors.h"
@@ -125,7 +127,7 @@ mrpt::poses::CPose3D parse_sensor_pose(const std::string& text)
 	return {values[0], values[1], values[2], angle(3), angle(4), angle(5)};
 }
 
-float parse_max_range(const std::string& text)
+float parse_range(const std::string& text)
 {
 	const double range = parse_finite_number(text);
 	if (!(range >= std::numeric_limits<float>::min())) refuse_value(text, "is not a range above 0 m");
@@ -154,11 +156,25 @@ ros::BeamAngles parse_beam_angles(const std::string& text)
 
 void read_calibration(const std::string& file, ros::Overrides& overrides)
 {
-	std::ifstream in(file);
-	if (!in) throw UserError(kBadInput, file, "cannot be read; --calibration names what --calibrate wrote");
+	constexpr std::size_t kMost = 10'000;  // [byte] of a calibration
+	std::ifstream stream;
+	std::error_code ignored;
+	if (std::filesystem::is_regular_file(file, ignored)) stream.open(file);  // others may have no end
+	if (!stream.is_open())
+		throw UserError(kBadInput, file, "cannot be read; --calibration names what --calibrate wrote");
+	std::string text(kMost + 1, '\0');
+	stream.read(text.data(), static_cast<std::streamsize>(text.size()));
+	text.resize(static_cast<std::size_t>(stream.gcount()));
+	if (text.size() > kMost) throw UserError(kWrongUse, file, "is too long for a calibration; write it by --calibrate");
+	std::istringstream in(text);
 	const auto take = [](auto& to, const auto& value)
 	{
 		if (!to) to = value;
+	};
+	const auto is_true = [](const std::string& value)
+	{
+		if (value != "true") refuse_value(value, "is not true; leave the line out if it is not");
+		return true;
 	};
 	for (std::string line; std::getline(in, line);)
 	{
@@ -172,17 +188,17 @@ void read_calibration(const std::string& file, ros::Overrides& overrides)
 			else if (name == "sweep-time")
 				take(overrides.sweep, parse_sweep_time(value));
 			else if (name == "max-range")
-				take(overrides.max_range, parse_max_range(value));
+				take(overrides.max_range, parse_range(value));
 			else if (name == "range-factor")
 				take(overrides.range_factor, parse_range_factor(value));
 			else if (name == "beam-angles")
 				take(overrides.beam_angles, parse_beam_angles(value));
 			else if (name == "min-range")
-				take(overrides.min_range, parse_range_factor(value));
+				take(overrides.min_range, parse_range(value));
 			else if (name == "ignore-flags")
-				overrides.ignores_flags = true;
+				overrides.ignores_flags = is_true(value);
 			else if (name == "mirrored-odometry")
-				overrides.is_odometry_mirrored = true;
+				overrides.is_odometry_mirrored = is_true(value);
 			else if (name == "odometry-clock")
 				take(overrides.odometry_clock, parse_finite_number(value));
 			else

@@ -47,7 +47,7 @@ ros::SweepTime parse_sweep_time(const std::string& text);
 mrpt::poses::CPose3D parse_sensor_pose(const std::string& text);
 
 /// [m]
-float parse_max_range(const std::string& text);
+float parse_range(const std::string& text);
 
 double parse_range_factor(const std::string& text);
 

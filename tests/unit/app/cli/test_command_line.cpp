@@ -1,11 +1,13 @@
 // d2s1r: one-shot global localization with a 2D LiDAR. SPDX-License-Identifier: BSD-3-Clause
 #include <gtest/gtest.h>
 #include <shell/errors.h>
+#include <shell/values.h>
 
 #include <sstream>
 #include <utility>
 #include <vector>
 
+#include "../temporary_folder.h"
 #include "cli/command_line.h"
 
 using namespace d2s1r;
@@ -246,6 +248,44 @@ TEST(CommandLine, OnlyWritingAConfigurationNeedsNoMap)
 {
 	EXPECT_TRUE(parse({"--write-config", "all.ini"})->only_writes_config());
 	EXPECT_THROW(parse({"-m", "a.yaml", "--write-config", "all.ini"}), UserError);
+}
+
+using CalibrationFile = d2s1r::test::FolderTest;
+
+TEST_F(CalibrationFile, GivesWhatTheCommandLineDoesNot)
+{
+	write("good.yaml", "# by hand\nsensor-pose: 1,2,0,90,0,0\nmin-range: 0.25\nmirrored-odometry: true\n");
+	ros::Overrides overrides;
+	overrides.min_range = 0.5;
+	read_calibration(path("good.yaml"), overrides);
+	EXPECT_DOUBLE_EQ(overrides.sensor_pose.value().x(), 1);
+	EXPECT_DOUBLE_EQ(overrides.min_range.value(), 0.5);
+	EXPECT_TRUE(overrides.is_odometry_mirrored);
+}
+
+TEST_F(CalibrationFile, IsRefusedByALineThatNamesIt)
+{
+	const auto refusal = [&](const std::string& file)
+	{
+		ros::Overrides overrides;
+		try
+		{
+			read_calibration(file, overrides);
+		}
+		catch (const UserError& error)
+		{
+			return std::string(error.what());
+		}
+		return std::string();
+	};
+	write("no.yaml", "mirrored-odometry: false\n");
+	EXPECT_NE(refusal(path("no.yaml")).find("leave the line out"), std::string::npos) << refusal(path("no.yaml"));
+	write("range.yaml", "min-range: -1\n");
+	EXPECT_NE(refusal(path("range.yaml")).find("is not a range above 0 m"), std::string::npos);
+	write("long.yaml", std::string(1'000'000, 'a'));
+	EXPECT_NE(refusal(path("long.yaml")).find("is too long"), std::string::npos);
+	EXPECT_NE(refusal("/dev/zero").find("cannot be read"), std::string::npos) << "it has no end";
+	EXPECT_NE(refusal(path("none.yaml")).find("cannot be read"), std::string::npos);
 }
 
 TEST(CommandLine, HelpAndVersionArePrintedWhateverElseIsThere)
