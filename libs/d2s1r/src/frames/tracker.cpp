@@ -69,6 +69,7 @@ struct Followed
 	double believed = 0;                   //!< [0, 1] probability by all scans but for what only the newest one says
 	double probability = 0;                //!< [0, 1] with that
 	mrpt::math::CMatrixDouble33 of_map{};  //!< of the pose, (x, y, phi), beyond that of `fix`: see shown()
+	bool is_checked = false;               //!< whether the odometry was compared with its pose last
 };
 
 /// What a scan says of the places that were looked at.
@@ -173,7 +174,7 @@ class Tracker::State
 	void start_tracks(const Look& look, Told& told);
 	void believe(const Told& told, double fresh);
 	void drop_tracks();
-	double fresh_share(const std::vector<PlaceDensity>& expected) const;
+	double fresh_share(const Told& told) const;
 	void check_odometry(bool is_confirmed);
 	bool is_sure() const;
 	void settle_suggestion();
@@ -189,6 +190,8 @@ class Tracker::State
 
 	std::optional<double> last_time_;  //!< [s] of the last call of add()
 	double since_told_ = HUGE_VAL;     //!< [s] since the last scan that told something
+	CPose2D moved_;                    //!< by the odometry since then
+	double explained_ = 0;             //!< [0, 1] share of the returns of that scan, at the best place
 	Travel searched_;                  //!< since the last search of the whole map
 	double since_search_ = HUGE_VAL;   //!< [s] the same
 	double promised_ = 0;              //!< [0, 1] explained returns by the scans before at the best place
@@ -258,6 +261,7 @@ void Tracker::State::move(const std::optional<CPose2D>& motion, double seconds)
 	travel(searched_, motion, seconds);
 	since_check_ += seconds;
 	since_told_ += seconds;
+	if (motion) moved_ = moved_ + *motion;
 	since_search_ += seconds;
 }
 
@@ -427,15 +431,16 @@ void Tracker::State::start_tracks(const Look& look, Told& told)
 	}
 }
 
-/// Returns how much [0, 1] of what a scan says was not said by the last one: the robot has moved, or what hides the
-/// walls has.
-double Tracker::State::fresh_share(const std::vector<PlaceDensity>& expected) const
+/// Returns how much [0, 1] of what a scan says was not said by the last one: the robot has moved, what hides the walls
+/// has, or the best place explains more or less of it, as if somebody had carried the robot away. It does not matter
+/// whether the odometry is relied on.
+double Tracker::State::fresh_share(const Told& told) const
 {
-	if (expected.empty()) return 1;
-	const Followed& best = tracks_.front();
+	if (told.explained.empty()) return 1;
 	const double in_time = std::exp(-since_told_ / kSameTime);
-	const double in_space = correlation({}, best.since.measured.asTPose(), tuning_.model);
-	return 1 - in_time * in_space;
+	const double in_space = correlation({}, moved_.asTPose(), tuning_.model);
+	const double in_look = 1 - std::abs(told.explained.front() - explained_);
+	return 1 - in_time * in_space * in_look;
 }
 
 /// Adds what a scan says to what is believed. The newest scan counts as much as it does alone. When the next one comes,
@@ -500,7 +505,8 @@ void Tracker::State::drop_tracks()
 }
 
 /// Compares the odometry with the poses that scans confirmed, some time apart: the errors of a short way are too small
-/// to be seen.
+/// to be seen. They are poses of one place: a robot that was carried away, or was followed in a wrong place, tells
+/// nothing of its wheels.
 void Tracker::State::check_odometry(bool is_confirmed)
 {
 	const double span = std::max({since_check_, checked_.measured.norm(), std::abs(checked_.measured.phi())});
@@ -511,8 +517,10 @@ void Tracker::State::check_odometry(bool is_confirmed)
 		now.status = Status::kLocalized;
 		now.hypotheses = {tracks_.front().fix};
 	}
-	const bool is_measured = checked_.unmeasured <= 0;
+	const bool is_measured = is_confirmed && tracks_.front().is_checked && checked_.unmeasured <= 0;
 	odometry_.checked(is_measured ? std::optional(checked_.measured) : std::nullopt, now);
+	for (Followed& track : tracks_) track.is_checked = false;
+	if (is_confirmed) tracks_.front().is_checked = true;
 	checked_ = {};
 	since_check_ = 0;
 }
@@ -577,13 +585,15 @@ Localization Tracker::State::add(double time, const Scan& scan, const std::optio
 		const Look seen = look(scan, expected);
 		if (!seen.answer.hypotheses.empty())
 		{
-			const double fresh = fresh_share(expected);
 			Told told = follow(seen, expected);
+			const double fresh = fresh_share(told);
 			start_tracks(seen, told);
 			believe(told, fresh);
 			drop_tracks();
 			temperature_ = seen.answer.temperature;
 			since_told_ = 0;
+			moved_ = {};
+			explained_ = tracks_.front().is_seen ? tracks_.front().fix.explained.value_or(0) : 0;
 		}
 		const bool is_confirmed = is_sure() && tracks_.front().is_seen;
 		if (is_confirmed) promised_ += kNewestPromise * (tracks_.front().fix.explained.value_or(0) - promised_);
