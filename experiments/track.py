@@ -23,8 +23,8 @@ VIEWS = ((360, 360), (270, 270), (220, 220), (180, 181))  # [deg] and beams
 REACHES = (3.5, 5, 8, 15, 30)  # [m]
 LINE = re.compile(
     r"(tracker|filter) +off (\S+) m \(95 % (\S+)\), (\S+) deg \((\S+)\); right (\S+) % of the time; start (\S+) s, "
-    r"kidnapped (\d+): median (\S+), longest (\S+) s; sure (\d+) of (\d+), wrong (\d+); outside 3 std for (\S+) s; "
-    r"cpu (\S+) ms \(mean (\S+)\)")
+    r"kidnapped (\d+): median (\S+), longest (\S+) s; sure (\d+) of (\d+), wrong (\d+); outside 3 std for (\S+) s, "
+    r"sure (\S+) s; cpu (\S+) ms \(mean (\S+)\)")
 
 
 def simulated(count):
@@ -54,8 +54,10 @@ def recorded(folders, frames):
 def rows_of(program, name, words):
     """A row for the tracker and one for the filter."""
     output = subprocess.run([program, *words], check=True, capture_output=True, text=True).stdout
-    rows = [[name, who, off, off95, turn, turn95, right, start, kidnappings, again, longest, f"{wrong} of {sure}", outside, cpu, mean]
-            for who, off, off95, turn, turn95, right, start, kidnappings, again, longest, sure, _, wrong, outside, cpu, mean
+    rows = [[name, who, off, off95, turn, turn95, right, start, kidnappings, again, longest, f"{wrong} of {sure}", outside,
+             outside_sure, cpu, mean]
+            for (who, off, off95, turn, turn95, right, start, kidnappings, again, longest, sure, _, wrong, outside, outside_sure, cpu,
+                 mean)
             in LINE.findall(output)]
     return [["-" if cell == "nan" else cell for cell in row] for row in rows]
 
@@ -77,7 +79,7 @@ def main():
     print(tables.table(
         "Tracking", "The tracker, and MRPT's filter as --fuse runs it, which stands for amcl.",
         ["drive", "who", "off, m", "95 %", "off, deg", "95 %", "right, % of the time", "start, s", "kidnapped", "found after, s",
-         "longest, s", "wrong of sure", "outside 3 std, s", "processor, ms a scan", "mean"], rows))
+         "longest, s", "wrong of sure", "outside 3 std, s", "of sure, s", "processor, ms a scan", "mean"], rows))
 
 
 if __name__ == "__main__":
