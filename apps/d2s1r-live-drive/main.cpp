@@ -31,8 +31,8 @@ auto number(double& value, double least)
 {
 	return [&value, least](const std::string& text)
 	{
-		value = app::parse_finite_number(text);
-		if (value < least) app::refuse_value(text, "is below " + std::to_string(least));
+		value = parse_finite_number(text);
+		if (value < least) refuse_value(text, "is below " + std::to_string(least));
 	};
 }
 
@@ -42,7 +42,7 @@ void add_options(CLI::App& parser, DriveSettings& settings)
 	const auto count = [](int& value, std::uint64_t least)
 	{
 		return [&value, least](const std::string& text)
-		{ value = static_cast<int>(app::parse_whole_number(text, least, 100'000)); };
+		{ value = static_cast<int>(parse_whole_number(text, least, 100'000)); };
 	};
 	app::OptionGroup robot(parser, "Robot");
 	robot.value("--beams", "N", "the number of beams of a scan (default 360)", count(world.beams, 2));
@@ -67,12 +67,11 @@ void add_options(CLI::App& parser, DriveSettings& settings)
 	app::OptionGroup other(parser, "Other");
 	other.value(
 	    "--seed", "N", "of all that is random (default 1)",
-	    [&](const std::string& text)
-	    { world.seed = static_cast<unsigned>(app::parse_whole_number(text, 0, 4294967295)); });
+	    [&](const std::string& text) { world.seed = static_cast<unsigned>(parse_whole_number(text, 0, 4294967295)); });
 	other.value(
 	    "--domain", "ID", "the domain of ROS 2 (default: ROS_DOMAIN_ID, else 0)",
 	    [&](const std::string& text)
-	    { settings.domain = static_cast<std::uint32_t>(app::parse_whole_number(text, 0, live::kGreatestDomain)); });
+	    { settings.domain = static_cast<std::uint32_t>(parse_whole_number(text, 0, live::kGreatestDomain)); });
 	other.value(
 	    "--namespace", "NAME", "the namespace of all topics, such as /robot1",
 	    [&](const std::string& text) { settings.space = (text.front() == '/' ? "" : "/") + text; });
@@ -95,7 +94,7 @@ int run(int argc, char** argv)
 	if (!app::parse_words(parser, kUsage, words)) return app::kDone;
 	if (names.size() < 2) app::refuse_option(kUsage.program, "MAP SECONDS", "are missing");
 	settings.map = names[0];
-	settings.seconds = app::parse_finite_number(names[1], "is not a time in s");
+	settings.seconds = parse_finite_number(names[1], "is not a time in s");
 	if (names.size() > 2) settings.markers = names[2];
 	if (is_tracker()) track(settings);
 	set_words(argv);

@@ -32,7 +32,7 @@ Seeding parse_seeding(const std::string& text)
 {
 	if (text == "once") return Seeding::kOnce;
 	if (text == "watch") return Seeding::kWatch;
-	if (text != "never") app::refuse_value(text, "is not one of once, watch, never");
+	if (text != "never") refuse_value(text, "is not one of once, watch, never");
 	return Seeding::kNever;
 }
 
@@ -64,9 +64,9 @@ void add_seed_options(app::OptionGroup seeds, LiveSettings& settings)
 	    "--seed-std", "M,RAD", "add this to the uncertainty of a seed [m, rad] (default 0.3,0.1)",
 	    [&](const std::string& text)
 	    {
-		    const auto values = app::parse_number_list(text);
+		    const auto values = parse_number_list(text);
 		    if (values.size() != 2 || values[0] < 0 || values[1] < 0)
-			    app::refuse_value(text, "is not a pair of standard deviations from 0 up; write M,RAD");
+			    refuse_value(text, "is not a pair of standard deviations from 0 up; write M,RAD");
 		    settings.seed_std = values[0], settings.seed_std_yaw = values[1];
 	    });
 }
@@ -85,8 +85,7 @@ void add_search_options(app::OptionGroup search, LiveSettings& settings)
 	constexpr int kMostScans = 1000;
 	search.value(
 	    "--window", "N", "use the last N scans jointly (default 5)",
-	    [&](const std::string& text)
-	    { settings.window = static_cast<int>(app::parse_whole_number(text, 1, kMostScans)); });
+	    [&](const std::string& text) { settings.window = static_cast<int>(parse_whole_number(text, 1, kMostScans)); });
 	search.value(
 	    "--region", "X0,Y0,X1,Y1", "search only in the box between these two corners [m], map frame; not with an atlas",
 	    [&](const std::string& text) { settings.region = app::parse_region(text); });
@@ -94,8 +93,8 @@ void add_search_options(app::OptionGroup search, LiveSettings& settings)
 	    "--rate", "HZ", "localize at most this many scans each second (default: all)",
 	    [&](const std::string& text)
 	    {
-		    settings.most_scans = app::parse_finite_number(text);
-		    if (settings.most_scans <= 0) app::refuse_value(text, "is not above 0; leave it out for all scans");
+		    settings.most_scans = parse_finite_number(text);
+		    if (settings.most_scans <= 0) refuse_value(text, "is not above 0; leave it out for all scans");
 	    });
 }
 
@@ -112,7 +111,7 @@ void add_laser_options(app::OptionGroup laser, Flags& flags)
 	laser.value(
 	    "--sweep-time", "S",
 	    "the time from the first beam of a scan to the last [s], in place of what the messages tell",
-	    [&](const std::string& text) { settings.overrides.sweep = app::parse_sweep_time(text); });
+	    [&](const std::string& text) { ros::enter("sweep-time", text, settings.overrides); });
 	laser.value(
 	    "--calibration", "FILE",
 	    "read the laser, which must be the first of --scan, and the odometry as FILE says, which rawlog-localize "
@@ -142,7 +141,7 @@ void add_topic_options(app::OptionGroup topics, Flags& flags)
 	topics.value(
 	    "--domain", "ID", "the domain of ROS 2 (default: ROS_DOMAIN_ID, else 0)",
 	    [&](const std::string& text)
-	    { flags.domain = static_cast<std::uint32_t>(app::parse_whole_number(text, 0, kGreatestDomain)); });
+	    { flags.domain = static_cast<std::uint32_t>(parse_whole_number(text, 0, kGreatestDomain)); });
 	topics.flag("-q,--quiet", "print errors only", flags.quiet);
 }
 

@@ -129,13 +129,13 @@ void add_laser(OptionGroup laser, LogRequest& log, Dependent& dependent)
 	laser.value(
 	    "--sensor-pose", "X,Y,Z,YAW,PITCH,ROLL",
 	    "the pose of the laser on the robot [m, deg], in place of what the log says; a roll of 180 means upside down",
-	    [&](const std::string& text) { log.overrides.sensor_pose = parse_sensor_pose(text); });
+	    [&](const std::string& text) { ros::enter("sensor-pose", text, log.overrides); });
 	laser.value(
 	    "--max-range", "M", "the range up to which the laser sees [m], in place of what the log says",
-	    [&](const std::string& text) { log.overrides.max_range = parse_range(text); });
+	    [&](const std::string& text) { ros::enter("max-range", text, log.overrides); });
 	laser.value(
 	    "--range-factor", "F", "multiply all ranges of the laser by F, for example by 0.001 if the log has them in mm",
-	    [&](const std::string& text) { log.overrides.range_factor = parse_range_factor(text); });
+	    [&](const std::string& text) { ros::enter("range-factor", text, log.overrides); });
 	laser.flag(
 	    "--ignore-flags",
 	    "use the readings that the log flags as invalid, if they are above 0 and below the laser's range",
@@ -149,20 +149,20 @@ void add_laser(OptionGroup laser, LogRequest& log, Dependent& dependent)
 	    "--beam-angles", "FIRST,LAST",
 	    "the angles of the first and the last beam of a scan in the frame of the laser [deg], counter-clockwise, in "
 	    "place of what the log says; LAST is below FIRST if the laser turns clockwise",
-	    [&](const std::string& text) { log.overrides.beam_angles = parse_beam_angles(text); });
+	    [&](const std::string& text) { ros::enter("beam-angles", text, log.overrides); });
 	laser.value(
 	    "--sweep-time", "S[,FIRST]",
 	    "the time from the first beam of a scan to the last [s], negative if the laser took the last beam first, and "
 	    "the delay of the first beam after the scan's time [s] (default 0), in place of what the log says; the program "
 	    "moves all beams to the time of the scan",
-	    [&](const std::string& text) { log.overrides.sweep = parse_sweep_time(text); });
+	    [&](const std::string& text) { ros::enter("sweep-time", text, log.overrides); });
 	laser.value(
 	    "--min-range", "M", "leave out readings below M [m], such as those of the robot's own body",
-	    [&](const std::string& text) { log.overrides.min_range = parse_range(text); });
+	    [&](const std::string& text) { ros::enter("min-range", text, log.overrides); });
 	laser.flag("--mirrored-odometry", "take the odometry's left for right", log.overrides.is_odometry_mirrored);
 	laser.value(
 	    "--odometry-clock", "S", "how far the clock of the odometry is ahead of that of the scans [s]",
-	    [&](const std::string& text) { log.overrides.odometry_clock = parse_finite_number(text); });
+	    [&](const std::string& text) { ros::enter("odometry-clock", text, log.overrides); });
 	laser.value(
 	    "--calibration", "FILE", "read the options of this group from FILE, which --calibrate wrote",
 	    [&](const std::string& text) { dependent.calibration = text; });

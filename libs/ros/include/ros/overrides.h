@@ -46,4 +46,9 @@ mrpt::poses::CPose2D odometry_as(const Overrides& overrides, const mrpt::poses::
 /// Returns the names of what is given, and the values, as the lines of a calibration file have them. An empty value
 /// says that the name alone is given.
 std::vector<std::pair<std::string, std::string>> entries_of(const Overrides& overrides);
+
+/// Gives a value by its name, as entries_of() has it; the value of a name that is given alone is "true". Returns
+/// whether there is such a name.
+/// \throws std::invalid_argument "'TEXT' is not ..., and what to write instead", which does not repeat the name
+bool enter(const std::string& name, const std::string& value, Overrides& overrides);
 }  // namespace d2s1r::ros
